@@ -1,0 +1,1 @@
+//! Properties of `euler_poincare::laws`.

@@ -1,0 +1,51 @@
+//! Lie groups through faithful matrix representations.
+//!
+//! A group element is its matrix, D×D. `hat` maps g to matrices, `vee` back; left trivialisation throughout.
+
+use crate::algebra::{Covector, LieAlgebra, Matrix, Vector};
+use crate::scalar::{Real, Scalar};
+
+/// A Lie group of dimension N, represented faithfully by D×D matrices.
+///
+/// Required are the algebra and the two linear maps between coordinates and matrices; everything else has a default
+/// that holds for every matrix group, to be overridden where a closed form is better.
+pub trait LieGroup<T: Real, const N: usize, const D: usize> {
+    /// The algebra, in the basis that `hat` uses.
+    fn algebra(&self) -> &LieAlgebra<T, N>;
+
+    /// ξ̂ = ξ^a ê_a.
+    fn hat<S: Scalar<Base = T>>(&self, xi: &Vector<S, N>) -> Matrix<S, D>;
+
+    /// The coordinates of a matrix of the algebra (of its projection, if it is slightly off).
+    fn vee<S: Scalar<Base = T>>(&self, matrix: &Matrix<S, D>) -> Vector<S, N>;
+
+    /// e.
+    fn identity<S: Scalar<Base = T>>(&self) -> Matrix<S, D> {
+        Matrix::<S, D>::identity()
+    }
+
+    /// g h.
+    fn compose<S: Scalar<Base = T>>(&self, g: &Matrix<S, D>, h: &Matrix<S, D>) -> Matrix<S, D> {
+        g * h
+    }
+
+    /// g⁻¹, or `None` when the matrix is singular.
+    fn inverse<S: Scalar<Base = T>>(&self, g: &Matrix<S, D>) -> Option<Matrix<S, D>>;
+
+    /// The matrix of Ad_g: Ad_g ξ = (g ξ̂ g⁻¹)^∨; `None` when g is singular.
+    fn adjoint<S: Scalar<Base = T>>(&self, g: &Matrix<S, D>) -> Option<Matrix<S, N>> {
+        let inverse = self.inverse(g)?;
+        let mut ad = Matrix::<S, N>::zeros();
+        for a in 0..N {
+            let mut e = Vector::<S, N>::zeros();
+            e[a] = S::one();
+            ad.set_column(a, &self.vee(&(g * self.hat(&e) * inverse)));
+        }
+        Some(ad)
+    }
+
+    /// Ad*_g μ = μ Ad_g.
+    fn coadjoint<S: Scalar<Base = T>>(&self, g: &Matrix<S, D>, mu: &Covector<S, N>) -> Option<Covector<S, N>> {
+        Some(mu * self.adjoint(g)?)
+    }
+}

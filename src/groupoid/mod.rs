@@ -1,0 +1,1 @@
+//! Lie groupoids: the abstraction, and the instances of the doubled theory.

@@ -1,0 +1,103 @@
+//! One-step methods on (g, μ), and the trajectories made of them.
+
+use crate::algebra::{Covector, Matrix};
+use crate::mechanics::LegendreError;
+use crate::retraction::RetractionError;
+use crate::scalar::Real;
+
+/// The state of a forced Euler–Poincaré system at a time.
+#[derive(Clone, Debug, PartialEq)]
+pub struct State<T: Real, const N: usize, const D: usize> {
+    /// t.
+    pub time: T,
+    /// μ ∈ g*, left-trivialised.
+    pub momentum: Covector<T, N>,
+    /// g ∈ G, as its matrix; carried along unchanged where there is no group.
+    pub attitude: Matrix<T, D>,
+}
+
+/// Which iteration solved the stage equations.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Solver {
+    /// Explicit: nothing to solve.
+    Explicit,
+    /// Sweeps of the iterated form (spec §5, "a form that iterates well").
+    Sweeps,
+    /// Newton's method with the Jacobian from dual numbers.
+    Newton,
+    /// Newton's method along a continuation in h from 0.
+    Continuation,
+}
+
+/// What one step cost, and how well its equations hold.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Report<T> {
+    /// Which iteration produced the stages.
+    pub solver: Solver,
+    /// Sweeps or Newton iterations spent, of all solvers tried.
+    pub iterations: usize,
+    /// The largest component of the true residual r_i, relative to the size of the momentum.
+    pub residual: T,
+}
+
+/// Why a step was refused. The state is left as it was.
+#[derive(Clone, Debug, PartialEq, thiserror::Error)]
+pub enum StepError {
+    /// The stage equations have no root that continues from h = 0: the branch folds before h.
+    #[error("fold: the solution that continues from h = 0 ends near h = {fold:.6}, before the step h = {step}")]
+    Fold {
+        /// The step asked for.
+        step: f64,
+        /// The largest |h| up to which the branch was followed (with the sign of the step).
+        fold: f64,
+        /// det J there, relative to det J at h = 0: it tends to 0 at a fold.
+        determinant: f64,
+    },
+    /// The iteration did not reach the tolerance.
+    #[error(
+        "no convergence at h = {step}: residual {residual:e} (relative) after {iterations} iterations, wanted {tolerance:e}"
+    )]
+    NotConverged {
+        /// The step asked for.
+        step: f64,
+        /// The best relative residual reached.
+        residual: f64,
+        /// The relative residual wanted.
+        tolerance: f64,
+        /// Iterations spent.
+        iterations: usize,
+    },
+    /// A stage or the increment left the domain of the retraction.
+    #[error("stage {stage:?} left the domain of the retraction at h = {step}: {source}")]
+    Domain {
+        /// The step asked for.
+        step: f64,
+        /// The stage (from 0), or none for the increment ξ.
+        stage: Option<usize>,
+        /// What the retraction said.
+        source: RetractionError,
+    },
+    /// The inverse Legendre transform failed.
+    #[error("the inverse Legendre transform failed in a step of h = {step}: {source}")]
+    Legendre {
+        /// The step asked for.
+        step: f64,
+        /// What the Lagrangian said.
+        source: LegendreError,
+    },
+    /// A NaN or an infinity in the input.
+    #[error("{what} is not finite")]
+    NotFinite {
+        /// `"h"`, `"the momentum"`, `"the attitude"`, `"the time"`, `"the force"`.
+        what: &'static str,
+    },
+}
+
+/// A one-step method: the core trait; trajectories, order studies and laws are derived from it.
+pub trait OneStep<T: Real, const N: usize, const D: usize> {
+    /// Replaces `state` by the state after a step of size `h` (of either sign); on an error `state` is unchanged.
+    ///
+    /// # Errors
+    /// See [`StepError`]: folds, non-convergence, leaving the retraction's domain, non-finite input.
+    fn step(&mut self, state: &mut State<T, N, D>, h: T) -> Result<Report<T>, StepError>;
+}

@@ -1,0 +1,1 @@
+//! The laws: generators, oracles and planted faults, one file per module that they judge.

@@ -1,0 +1,1 @@
+//! One nonlinear solver with a report.

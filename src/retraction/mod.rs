@@ -1,0 +1,101 @@
+//! Retractions τ: g → G with τ(0) = e, T₀τ = Id and τ(−ξ) = τ(ξ)⁻¹, and their left-trivialised tangents.
+//!
+//! T_ξ τ(η) = τ(ξ) dτ_ξ η and ∂_ξ(dτ_ξ η) δ = dτ_ξ ddτ_ξ(η, δ) (spec: Bou-Rabee and Marsden 2009; Martín de Diego and
+//! Sato Martín de Almagro 2019, §5.2).
+
+use crate::algebra::{Covector, LieAlgebra, Matrix, Vector};
+use crate::scalar::{Real, Scalar};
+
+/// Where a retraction or its inverse is not defined, with the numbers needed to act on it.
+#[derive(Clone, Debug, PartialEq, thiserror::Error)]
+pub enum RetractionError {
+    /// The argument is outside the domain of τ (for Cayley: 1 − x/2 is singular).
+    #[error("{retraction}: the argument (largest component {size:e}) is outside the domain: {why}")]
+    OutsideDomain {
+        /// Name of the retraction.
+        retraction: &'static str,
+        /// Largest component of the argument in absolute value.
+        size: f64,
+        /// Which condition fails.
+        why: &'static str,
+    },
+    /// dτ_x is singular to working precision.
+    #[error("{retraction}: the tangent dτ_x is singular to working precision (largest component of x {size:e})")]
+    SingularTangent {
+        /// Name of the retraction.
+        retraction: &'static str,
+        /// Largest component of x in absolute value.
+        size: f64,
+    },
+    /// The group element has no (unique) preimage.
+    #[error("{retraction}: the inverse is undefined at this group element: {why}")]
+    NoPreimage {
+        /// Name of the retraction.
+        retraction: &'static str,
+        /// Which condition fails, e.g. "rotation angle π".
+        why: &'static str,
+    },
+    /// The algebra is given by structure constants alone, so there are no group elements.
+    #[error("{retraction}: not applicable, because the algebra is given by structure constants alone, without a group")]
+    NoGroup {
+        /// Name of the retraction.
+        retraction: &'static str,
+    },
+    /// The argument holds a NaN or an infinity.
+    #[error("{retraction}: the argument is not finite")]
+    NotFinite {
+        /// Name of the retraction.
+        retraction: &'static str,
+    },
+}
+
+/// A retraction: τ and its inverse, and the tangents at a point.
+///
+/// D is the size of the matrices that represent the group.
+pub trait Retraction<T: Real, const N: usize, const D: usize> {
+    /// The tangents at one point, with what they share computed once.
+    type Point<S: Scalar<Base = T>>: TangentPoint<S, N>;
+
+    /// `"exp"` or `"cay"`: the name in tables, files and errors.
+    fn name(&self) -> &'static str;
+
+    /// The algebra on whose coordinates this retraction works.
+    fn algebra(&self) -> &LieAlgebra<T, N>;
+
+    /// τ(x).
+    fn tau<S: Scalar<Base = T>>(&self, x: &Vector<S, N>) -> Result<Matrix<S, D>, RetractionError>;
+
+    /// τ⁻¹(g).
+    fn tau_inv<S: Scalar<Base = T>>(&self, g: &Matrix<S, D>) -> Result<Vector<S, N>, RetractionError>;
+
+    /// dτ_x, dτ_x⁻¹ and what follows from them, at x.
+    fn at<S: Scalar<Base = T>>(&self, x: &Vector<S, N>) -> Result<Self::Point<S>, RetractionError>;
+}
+
+/// The left-trivialised tangents of a retraction at a point x. No group is needed: dτ and ddτ are algebra alone.
+pub trait TangentPoint<S: Scalar, const N: usize>: Clone {
+    /// dτ_x.
+    fn d(&self) -> &Matrix<S, N>;
+
+    /// dτ_x⁻¹.
+    fn d_inv(&self) -> &Matrix<S, N>;
+
+    /// dτ_{−x} = Ad_{τ(x)} dτ_x.
+    fn d_neg(&self) -> Matrix<S, N>;
+
+    /// Ad_{τ(x)} = dτ_{−x} dτ_x⁻¹.
+    fn ad(&self) -> Matrix<S, N>;
+
+    /// Ad_{τ(x)}⁻¹ = dτ_x dτ_{−x}⁻¹.
+    fn ad_inv(&self) -> Matrix<S, N>;
+
+    /// The matrix δ ↦ ddτ_x(y, δ).
+    fn dd(&self, y: &Vector<S, N>) -> Matrix<S, N>;
+
+    /// The covector p ddτ_x(y, ·), given m = p dτ_x⁻¹ as well (so that p = m dτ_x): both are at hand in the
+    /// integrator, and one of them makes the closed forms cheap.
+    fn pull_dd(&self, p: &Covector<S, N>, m: &Covector<S, N>, y: &Vector<S, N>) -> Covector<S, N> {
+        let _ = m;
+        p * self.dd(y)
+    }
+}

@@ -1,0 +1,43 @@
+//! `f64` as a [`Scalar`].
+
+use super::{Real, Scalar};
+
+impl Scalar for f64 {
+    type Base = f64;
+
+    fn lift(value: f64) -> f64 {
+        value
+    }
+
+    fn base(self) -> f64 {
+        self
+    }
+
+    fn unit_roundoff() -> f64 {
+        f64::EPSILON / 2.0
+    }
+
+    fn exact(x: f64) -> f64 {
+        x
+    }
+
+    fn int(n: i64) -> f64 {
+        n as f64
+    }
+
+    fn to_f64(self) -> f64 {
+        self
+    }
+
+    fn all_finite(self) -> bool {
+        self.is_finite()
+    }
+}
+
+impl Real for f64 {
+    const NAME: &'static str = "f64";
+
+    fn parse_decimal(text: &str) -> Option<f64> {
+        text.parse().ok().filter(|x: &f64| x.is_finite())
+    }
+}

@@ -1,0 +1,141 @@
+//! Runge–Kutta tableaux as data: (a_ij, b_j, c_i) with every b_i ≠ 0, and the symplectic conjugate.
+
+use crate::scalar::Real;
+use nalgebra::{DMatrix, DVector};
+
+/// Why a tableau was refused; every variant names the entry (indices from 1, as on paper).
+#[derive(Clone, Debug, PartialEq, thiserror::Error)]
+pub enum TableauError {
+    /// No stages.
+    #[error("a tableau needs at least one stage")]
+    Empty,
+    /// a is not s×s.
+    #[error("row {row} of a has {found} entries, but b has {stages} (a must be {stages}×{stages})")]
+    RowLength {
+        /// The row, from 1.
+        row: usize,
+        /// Entries found.
+        found: usize,
+        /// Length of b.
+        stages: usize,
+    },
+    /// a has another number of rows than b has entries.
+    #[error("a has {found} rows, but b has {stages} entries (a must be {stages}×{stages})")]
+    RowCount {
+        /// Rows found.
+        found: usize,
+        /// Length of b.
+        stages: usize,
+    },
+    /// b_i = 0: the scheme divides by every weight.
+    #[error("b_{stage} = 0: every weight must be non-zero, because the conjugate a-hat divides by it")]
+    ZeroWeight {
+        /// The stage, from 1.
+        stage: usize,
+    },
+    /// An entry is not finite.
+    #[error("entry {entry} is not finite")]
+    NotFinite {
+        /// For example `a_12` or `b_3`.
+        entry: String,
+    },
+    /// An entry could not be read.
+    #[error("entry {entry}: {why}")]
+    BadEntry {
+        /// For example `a_12` or `b_3`.
+        entry: String,
+        /// What is wrong, and what is allowed.
+        why: String,
+    },
+    /// Σ b ≠ 1.
+    #[error("the weights b sum to {sum}, not to 1")]
+    Inconsistent {
+        /// The sum found.
+        sum: f64,
+    },
+    /// A family has no member with this many stages, or no family has this name.
+    #[error("{name}: {why}")]
+    Unknown {
+        /// The name asked for.
+        name: String,
+        /// What is allowed.
+        why: String,
+    },
+}
+
+/// A Runge–Kutta tableau with s stages over `T`; c_i = Σ_j a_ij is derived.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Tableau<T: Real> {
+    a: DMatrix<T>,
+    b: DVector<T>,
+    c: DVector<T>,
+}
+
+impl<T: Real> Tableau<T> {
+    /// The tableau with coefficients `a` (by rows) and weights `b`.
+    ///
+    /// # Errors
+    /// Wrong shape, b_i = 0, non-finite entries, Σb ≠ 1 (beyond 64 s u Σ|b|).
+    pub fn new(a: &[Vec<T>], b: &[T]) -> Result<Self, TableauError> {
+        let s = b.len();
+        if s == 0 {
+            return Err(TableauError::Empty);
+        }
+        if a.len() != s {
+            return Err(TableauError::RowCount { found: a.len(), stages: s });
+        }
+        for (i, row) in a.iter().enumerate() {
+            if row.len() != s {
+                return Err(TableauError::RowLength { row: i + 1, found: row.len(), stages: s });
+            }
+            if let Some(j) = row.iter().position(|v| !v.all_finite()) {
+                return Err(TableauError::NotFinite { entry: format!("a_{}{}", i + 1, j + 1) });
+            }
+        }
+        let (mut sum, mut size) = (T::zero(), T::zero());
+        for (i, &w) in b.iter().enumerate() {
+            if !w.all_finite() {
+                return Err(TableauError::NotFinite { entry: format!("b_{}", i + 1) });
+            }
+            if w == T::zero() {
+                return Err(TableauError::ZeroWeight { stage: i + 1 });
+            }
+            sum += w;
+            size += w.abs();
+        }
+        if (sum - T::one()).abs() > T::int(64 * s as i64) * T::unit_roundoff() * size {
+            return Err(TableauError::Inconsistent { sum: sum.to_f64() });
+        }
+        let a = DMatrix::from_fn(s, s, |i, j| a[i][j]);
+        let c = DVector::from_fn(s, |i, _| a.row(i).iter().fold(T::zero(), |x, &y| x + y));
+        Ok(Self { a, b: DVector::from_column_slice(b), c })
+    }
+
+    /// s.
+    pub fn stages(&self) -> usize {
+        self.b.len()
+    }
+
+    /// a_ij, indices from 0.
+    pub fn a(&self) -> &DMatrix<T> {
+        &self.a
+    }
+
+    /// b_j.
+    pub fn b(&self) -> &DVector<T> {
+        &self.b
+    }
+
+    /// c_i = Σ_j a_ij.
+    pub fn c(&self) -> &DVector<T> {
+        &self.c
+    }
+
+    /// The symplectic conjugate â_ij = b_j − b_j a_ji / b_i, with the same weights.
+    pub fn conjugate(&self) -> Self {
+        let s = self.stages();
+        let a = DMatrix::from_fn(s, s, |i, j| self.b[j] - self.b[j] * self.a[(j, i)] / self.b[i]);
+        let c = DVector::from_fn(s, |i, _| a.row(i).iter().fold(T::zero(), |x, &y| x + y));
+        Self { a, b: self.b.clone(), c }
+    }
+}
