@@ -1,8 +1,10 @@
 //! One-step methods on (g, μ), and the trajectories made of them.
 
+pub mod classical;
 mod stages;
 pub mod variational;
 
+pub use classical::Classical;
 pub use variational::Variational;
 
 use crate::algebra::{Covector, Matrix};
