@@ -1,7 +1,7 @@
 //! Retractions on SO(3) in closed form: R³ with the cross product, hat x̂ y = x × y.
 
 use super::coefficients::{Coefficients, Values};
-use super::{Retraction, RetractionError, TangentPoint};
+use super::{Retraction, RetractionError, TangentPoint, refuse};
 use crate::algebra::{Covector, LieAlgebra, Matrix, Vector};
 use crate::scalar::{Real, Scalar};
 
@@ -110,23 +110,8 @@ impl<T: Real> CayleySo3<T> {
     #[inline]
     fn factor<S: Scalar<Base = T>>(x: &Vector<S, 3>) -> Result<S, RetractionError> {
         let q = S::int(4) + dot(x, x);
-        if q.all_finite() { Ok(S::int(2) / q) } else { Err(Self::refuse(x)) }
+        if q.all_finite() { Ok(S::int(2) / q) } else { Err(refuse(x, Self::NAME, "|x|² overflows")) }
     }
-
-    #[cold]
-    fn refuse<S: Scalar<Base = T>>(x: &Vector<S, 3>) -> RetractionError {
-        refuse(x, Self::NAME)
-    }
-}
-
-/// The error for an x whose square is not finite.
-#[cold]
-fn refuse<S: Scalar>(x: &Vector<S, 3>, retraction: &'static str) -> RetractionError {
-    if x.iter().any(|v| !v.all_finite()) {
-        return RetractionError::NotFinite { retraction };
-    }
-    let size = x.iter().fold(0.0, |m: f64, v| m.max(v.to_f64().abs()));
-    RetractionError::OutsideDomain { retraction, size, why: "|x|² overflows" }
 }
 
 impl<T: Real> Default for CayleySo3<T> {
@@ -261,7 +246,7 @@ impl<T: Real> ExponentialSo3<T> {
 
     fn values<S: Scalar<Base = T>>(&self, x: &Vector<S, 3>) -> Result<Values<S>, RetractionError> {
         let t = dot(x, x);
-        if t.all_finite() { Ok(self.coefficients.at(t)) } else { Err(refuse(x, Self::NAME)) }
+        if t.all_finite() { Ok(self.coefficients.at(t)) } else { Err(refuse(x, Self::NAME, "|x|² overflows")) }
     }
 }
 
