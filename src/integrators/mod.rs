@@ -1,5 +1,9 @@
 //! One-step methods on (g, μ), and the trajectories made of them.
 
+pub mod comparators;
+pub mod doubled;
+pub mod trajectory;
+
 use crate::algebra::{Covector, Matrix};
 use crate::mechanics::LegendreError;
 use crate::retraction::RetractionError;
