@@ -1,7 +1,10 @@
 //! One-step methods on (g, μ), and the trajectories made of them.
 
 pub mod classical;
+pub mod comparators;
+pub mod doubled;
 mod stages;
+pub mod trajectory;
 pub mod variational;
 
 pub use classical::Classical;
