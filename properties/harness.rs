@@ -1,5 +1,6 @@
 //! Properties of `euler_poincare::harness`, on toy laws.
 
+use euler_poincare::harness::convergence::{Estimate, Level, estimate, estimate_pairs};
 use euler_poincare::harness::{
     BoxedStrategy, Campaign, Cost, Count, Fault, Law, Progress, Report, Verdict, case_seed, catch_fault, draw, shrink,
     verdict_on,
@@ -334,4 +335,203 @@ fn lines_serialise_to_the_documented_keys() {
     assert_eq!(line, expected);
     let empty = serde_json::to_value(report.laws[5].line()).unwrap();
     assert!(empty["max_defect"].is_null() && empty["bound"].is_null());
+}
+
+/// Errors of `f` on a geometric grid, coarsest first.
+fn line(h: f64, ratio: f64, levels: i32, f: impl Fn(f64) -> f64) -> Vec<(f64, f64)> {
+    (0..levels).map(|k| h / ratio.powi(k)).map(|h| (h, f(h).abs())).collect()
+}
+
+fn why(estimate: &Estimate) -> &str {
+    match estimate {
+        Estimate::Inconclusive { why, .. } => why,
+        slope => panic!("{slope:?}"),
+    }
+}
+
+#[test]
+fn pure_powers_are_read_exactly() {
+    for p in 1..=12 {
+        for ratio in [1.3, 2.0, 3.0] {
+            let Estimate::Slope { value, low, high, window } =
+                estimate_pairs(&line(0.5, ratio, 5, |h| 3e-3 * h.powi(p)), 0.0)
+            else {
+                panic!("order {p}, ratio {ratio}")
+            };
+            for read in [value, low, high] {
+                // Slopes are quotients of logarithms of size ≤ 60 by ln 1.3, extrapolated with factors ≤ 20.
+                assert!((read - f64::from(p)).abs() < 1e-12, "{read}");
+            }
+            assert_eq!(window, (0.5 / ratio, 0.5 / ratio.powi(4)));
+        }
+    }
+}
+
+proptest! {
+    /// e = C h^p (1 + c h + d h²) with noise, on any grid: confirms p, and neither p − 1 nor p + 1.
+    #[test]
+    fn expansions_confirm_their_order(
+        p in 1_u32..=6, size in -3.0..3.0_f64, c in -1.0..1.0_f64, d in -2.0..2.0_f64,
+        ratios in prop::collection::vec(1.5..2.5_f64, 6), noise in -40.0..-17.0_f64, wobble in prop::collection::vec(-1.0..1.0_f64, 7),
+    ) {
+        let mut h = 0.25_f64;
+        let mut pairs = Vec::new();
+        let noise = 10_f64.powf(noise);
+        for k in 0..7 {
+            let error = 10_f64.powf(size) * h.powi(p as i32) * (1.0 + c * h + d * h * h) + noise * wobble[k];
+            pairs.push((h, error.abs()));
+            h /= ratios.get(k).copied().unwrap_or(2.0);
+        }
+        let read = estimate_pairs(&pairs, noise);
+        prop_assert!(read.judge(p).holds(), "{read:?}");
+        prop_assert!(read.judge(p - 1).is_broken(), "{read:?}");
+        prop_assert!(read.judge(p + 1).is_broken(), "{read:?}");
+        pairs.reverse();
+        prop_assert_eq!(read, estimate_pairs(&pairs, noise));
+    }
+
+    /// With a plateau of round-off: never refutes the order, and confirms it where the line is long enough.
+    #[test]
+    fn a_plateau_is_recognised(
+        p in 1_u32..=6, c in -1.0..1.0_f64, floor in -14.0..-6.0_f64,
+        wobble in prop::collection::vec(0.1..1.0_f64, 12), short in 0.25..1.0_f64,
+    ) {
+        let floor = 10_f64.powf(floor);
+        let f = |h: f64| h.powi(p as i32) * (1.0 + c * h);
+        let pairs: Vec<_> =
+            line(0.25, 2.0, 12, f).iter().zip(&wobble).map(|(&(h, e), w)| (h, e + floor * w)).collect();
+        let read = estimate_pairs(&pairs, floor * short);
+        prop_assert!(!read.judge(p).is_broken(), "{read:?}");
+        prop_assert!(!read.judge(p - 1).holds() && !read.judge(p + 1).holds(), "{read:?}");
+        let clear = pairs.iter().take_while(|(_, e)| *e >= 200.0 * floor).count();
+        if clear >= 5 {
+            prop_assert!(read.judge(p).holds(), "{clear} {read:?}");
+        }
+    }
+
+    /// C h^p ± D h^q with q < p: the line shows both when the lower order makes up 5 % of the finest error or more, and
+    /// then p is not confirmed; nor is q where it makes up less than half.
+    #[test]
+    fn an_emerging_lower_order_is_never_confirmed_away(
+        q in 1_i32..=5, gap in 1_i32..=4, share in -12.0..8.0_f64, sign in prop::bool::ANY, ratio in 1.5..2.5_f64, levels in 5..9_i32,
+    ) {
+        let finest = 0.25 / ratio.powi(levels - 1);
+        let share = 10_f64.powf(share);
+        let d = share * finest.powi(gap) * if sign { 1.0 } else { -1.0 };
+        let p = q + gap;
+        let read = estimate_pairs(&line(0.25, ratio, levels, |h| h.powi(p) + d * h.powi(q)), 0.0);
+        if share >= 0.05 {
+            prop_assert!(!read.judge(p as u32).holds(), "{share} {read:?}");
+        }
+        if share <= 0.5 {
+            prop_assert!(!read.judge(q as u32).holds(), "{share} {read:?}");
+        }
+        if share >= 1e4 && sign {
+            prop_assert!(!read.judge(q as u32).is_broken(), "{share} {read:?}");
+        }
+    }
+}
+
+#[test]
+fn slopes_that_overshoot_are_not_confirmed() {
+    // Classic RK4 with one coefficient off by 1e-6: slopes 3.78, 4.01, 4.39, 0.8, as measured.
+    let slopes = [3.78, 4.01, 4.39, 0.8];
+    let mut pairs = vec![(0.25, 1e-4_f64)];
+    for slope in slopes {
+        let (h, e) = pairs[pairs.len() - 1];
+        pairs.push((h / 2.0, e / 2_f64.powf(slope)));
+    }
+    for end in 1..=pairs.len() {
+        for noise in [0.0, 1e-16] {
+            let read = estimate_pairs(&pairs[..end], noise);
+            assert!(!read.judge(4).holds(), "{end} {read:?}");
+            assert!(!read.judge(1).holds(), "{end} {read:?}");
+        }
+    }
+    // The last level taken for noise, by an estimate that does not reach it: still not confirmed.
+    let short = pairs[4].1 / 150.0;
+    assert_eq!(why(&estimate_pairs(&pairs, short)), "the slopes have not settled");
+}
+
+#[test]
+fn a_lower_order_inside_the_noise_band_leaves_no_estimate() {
+    // Order 4 down to 1e-9, then 1: the last two levels are not clear of a noise of 1e-11, and not explained by it.
+    let pairs = line(0.25, 2.0, 8, |h| h.powi(4) * (1.0 + 0.1 * h));
+    assert!(estimate_pairs(&pairs, 0.0).judge(4).holds());
+    let mut bent = pairs.clone();
+    (bent[6].1, bent[7].1) = (pairs[5].1 / 2.0, pairs[5].1 / 4.0);
+    let noise = pairs[5].1 / 300.0;
+    assert_eq!(
+        why(&estimate_pairs(&bent, noise)),
+        "a level within the noise has more error than the slope and the noise explain"
+    );
+    assert!(estimate_pairs(&pairs, noise).judge(4).holds());
+}
+
+#[test]
+fn an_error_that_does_not_converge_has_order_zero() {
+    let read = estimate_pairs(&line(0.25, 2.0, 7, |h| 0.3 + h), 0.0);
+    assert!(!read.judge(1).holds(), "{read:?}");
+    let read = estimate_pairs(&line(0.25, 2.0, 10, |h| 0.3 + h), 0.0);
+    assert!(read.judge(1).is_broken() && read.judge(0).holds(), "{read:?}");
+    let read = estimate_pairs(&line(0.25, 2.0, 7, |h| 1e-9 / h), 1e-20);
+    assert!(read.judge(0).is_broken() && read.judge(1).is_broken(), "{read:?}");
+}
+
+#[test]
+fn measured_errors_of_the_paper_s_problems() {
+    // Momentum errors at T = 1 for 1/h = 2, 4, … on the LLG and the relaxed problem, from 150-bit runs; three digits, so
+    // that rounding moves each by at most 5e-3 of its leading digit.
+    let table: [(u32, &[f64]); 7] = [
+        (2, &[2.59e-2, 4.88e-3, 1.12e-3, 2.73e-4, 6.75e-5, 1.68e-5]),
+        (2, &[3.95e-3, 1.64e-3, 4.70e-4, 1.24e-4, 3.16e-5, 7.98e-6]),
+        (4, &[1.34e-4, 9.04e-6, 5.83e-7, 3.70e-8, 2.33e-9, 1.46e-10]),
+        (4, &[4.32e-5, 3.15e-6, 2.08e-7, 1.33e-8, 8.38e-10, 5.26e-11]),
+        (2, &[9.34e-3, 2.59e-3, 6.64e-4, 1.67e-4, 4.18e-5, 1.05e-5]),
+        (4, &[7.14e-5, 4.03e-6, 2.46e-7, 1.52e-8, 9.52e-10, 5.94e-11]),
+        (6, &[2.38e-7, 3.65e-9, 5.67e-11, 8.83e-13, 1.38e-14, 2.15e-16]),
+    ];
+    for (order, errors) in table {
+        let digit = |e: f64| 10_f64.powf(e.log10().floor());
+        // A third digit is off by half a unit; the levels take a quarter of that, the rest is the noise margin.
+        let level =
+            |(k, &error): (usize, &f64)| Level { h: 0.5_f64.powi(k as i32 + 1), error, noise: 0.00125 * digit(error) };
+        let levels: Vec<_> = errors.iter().enumerate().map(level).collect();
+        let read = estimate(&levels);
+        assert!(read.judge(order).holds(), "{order} {read:?}");
+        assert!(read.judge(order - 1).is_broken() && read.judge(order + 1).is_broken(), "{order} {read:?}");
+    }
+}
+
+#[test]
+fn lines_that_say_nothing() {
+    let good = line(0.25, 2.0, 6, |h| h * h);
+    assert_eq!(why(&estimate_pairs(&[], 0.0)), "fewer than four levels are clear of the noise");
+    assert_eq!(why(&estimate_pairs(&good[..3], 0.0)), "fewer than four levels are clear of the noise");
+    assert!(estimate_pairs(&good[..4], 0.0).judge(2).holds());
+    assert_eq!(why(&estimate_pairs(&good, 1.0)), "fewer than four levels are clear of the noise");
+    let zeros: Vec<_> = good.iter().map(|&(h, _)| (h, 0.0)).collect();
+    assert_eq!(why(&estimate_pairs(&zeros, 0.0)), "fewer than four levels are clear of the noise");
+    for bad in [f64::NAN, f64::INFINITY, -1.0] {
+        let reason = "a step, an error or a noise is not a number in its range";
+        assert_eq!(why(&estimate_pairs(&good, bad)), reason);
+        for k in 0..6 {
+            let mut pairs = good.clone();
+            pairs[k].1 = bad;
+            assert_eq!(why(&estimate_pairs(&pairs, 0.0)), reason);
+            pairs[k] = (bad, 1.0);
+            assert_eq!(why(&estimate_pairs(&pairs, 0.0)), reason);
+        }
+    }
+    let mut pairs = good.clone();
+    pairs[3].0 = 0.0;
+    assert!(matches!(estimate_pairs(&pairs, 0.0).judge(2), Verdict::Inconclusive { .. }));
+    pairs[3] = pairs[2];
+    assert_eq!(why(&estimate_pairs(&pairs, 0.0)), "two steps are nearly the same");
+    // One zero by accident: what is left above it is too short, or long enough.
+    let mut pairs = line(0.25, 2.0, 8, |h| h * h);
+    pairs[6].1 = 0.0;
+    assert!(estimate_pairs(&pairs, 0.0).judge(2).holds());
+    pairs[2].1 = 0.0;
+    assert!(matches!(estimate_pairs(&pairs, 0.0).judge(2), Verdict::Inconclusive { .. }));
 }

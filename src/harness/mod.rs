@@ -5,6 +5,7 @@
 //! [`Campaign`] runs laws on random cases; [`convergence`] reads the order of a method off its errors.
 
 mod campaign;
+pub mod convergence;
 mod draw;
 mod guard;
 mod law;
