@@ -5,7 +5,7 @@
 //! mean of the two steps. So a line tells an order when the differences of its slopes die out as a positive power of H,
 //! and then the slope at H = 0 is extrapolated. A slope that merely passes through an integer does not.
 //!
-//! Only the three finest slopes above the noise decide. Levels within the noise are not used, but must be explained by
+//! Only the finest slopes above the noise decide. Levels within the noise are not used, but must be explained by
 //! what was read off the others: a lower-order term that emerges there leaves no estimate.
 
 use super::law::Verdict;
@@ -140,10 +140,11 @@ pub fn estimate(levels: &[Level]) -> Estimate {
     let (line, rest) = levels.split_at(count);
     let slopes: Vec<_> = line.windows(2).map(|pair| Slope::between(&pair[0], &pair[1])).collect();
     let values = || slopes.iter().map(|slope| slope.value).collect();
-    let [.., first, second, last] = slopes.as_slice() else {
+    let [earlier @ .., first, second, last] = slopes.as_slice() else {
         return inconclusive("fewer than four levels are clear of the noise", values());
     };
-    let Some(estimate) = extrapolate([*first, *second, *last], (line[count - 4].h, line[count - 1].h)) else {
+    let window = (line[count - 4].h, line[count - 1].h);
+    let Some(estimate) = extrapolate(earlier.last(), [*first, *second, *last], window) else {
         return inconclusive("the slopes have not settled", values());
     };
     if !explains(&estimate, &line[count - 1], rest) {
@@ -153,11 +154,16 @@ pub fn estimate(levels: &[Level]) -> Estimate {
 }
 
 /// The limit of three slopes at H = 0, or `None` where their differences do not die out.
-fn extrapolate(slopes: [Slope; 3], window: (f64, f64)) -> Option<Estimate> {
+fn extrapolate(earlier: Option<&Slope>, slopes: [Slope; 3], window: (f64, f64)) -> Option<Estimate> {
     let [first, second, last] = slopes;
     let (before, after) = (second.value - first.value, last.value - second.value);
     let noise = last.noise + second.noise;
     let settled = after.abs() <= SETTLED + noise;
+    // Powers of H do not alternate, and do not grow before they shrink.
+    let grew = |earlier: &Slope| before.abs() > SETTLED + noise + 2.0 * (first.value - earlier.value).abs();
+    if (!settled && after * before < 0.0) || earlier.is_some_and(grew) {
+        return None;
+    }
     // How the difference shrinks from one pair of slopes to the next when deviations go as H^m, and what is left to come
     // after the last slope, in units of its difference.
     let shrink = |m: f64| (second.at.powf(m) - last.at.powf(m)) / (first.at.powf(m) - second.at.powf(m));
