@@ -2,7 +2,9 @@
 
 use euler_poincare::algebra::{Covector, LieAlgebra, Matrix, Vector};
 use euler_poincare::group::LieGroup;
-use euler_poincare::retraction::{CayleySo3, Exponential, ExponentialSo3, Retraction, RetractionError, TangentPoint};
+use euler_poincare::retraction::{
+    Cayley, CayleySo3, Exponential, ExponentialSo3, Retraction, RetractionError, TangentPoint,
+};
 use euler_poincare::scalar::dual::derivative;
 use euler_poincare::scalar::{Dual, Real, Scalar};
 
@@ -217,6 +219,13 @@ fn smoke() {
             }
         };
         show("cay so3", identities(&CayleySo3::<T>::new(), &so3(), 30.0, 300));
+        show("cay so3 general", identities(&Cayley::new(so3::<T>()).unwrap(), &so3(), 30.0, 300));
+        show("cay se3", identities(&Cayley::new(se3::<T>()).unwrap(), &se3(), 30.0, 300));
+        show("cay so4", identities(&Cayley::new(so4::<T>()).unwrap(), &so4(), 30.0, 300));
+        show("cay sl2", identities(&Cayley::new(sl2::<T>()).unwrap(), &sl2(), 30.0, 300));
+        show("cay aff1", identities(&Cayley::new(aff1::<T>()).unwrap(), &aff1(), 30.0, 300));
+        show("cay heis", identities(&Cayley::new(heisenberg::<T>()).unwrap(), &heisenberg(), 30.0, 300));
+        println!("{}", Cayley::new(sl3::<T>()).unwrap_err());
         show("exp so3", identities(&ExponentialSo3::<T>::new(), &so3(), 30.0, 300));
         show("exp so3 general", identities(&Exponential::of_group(so3::<T>()), &so3(), 30.0, 300));
         show("exp se3", identities(&Exponential::of_group(se3::<T>()), &se3(), 30.0, 300));

@@ -6,11 +6,15 @@
 use crate::algebra::{Covector, LieAlgebra, Matrix, Vector};
 use crate::scalar::{Real, Scalar};
 
+pub mod any;
+pub mod cayley;
 pub mod coefficients;
 pub mod exponential;
 mod linear;
 pub mod so3;
 
+pub use any::{AnyPoint, AnyRetraction};
+pub use cayley::{Cayley, CayleyPoint, NotQuadratic};
 pub use exponential::{Exponential, ExponentialPoint};
 pub use so3::{CayleySo3, CayleySo3Point, ExponentialSo3, ExponentialSo3Point};
 
