@@ -237,6 +237,11 @@ where
         Ok(report)
     }
 
+    /// (H_i, Ψ_i) of the last step that succeeded.
+    pub fn stages(&self) -> (&[Vector<T, N>], &[Vector<T, N>]) {
+        (&self.equations.values.first.unknown, &self.equations.values.second.unknown)
+    }
+
     fn solve(&mut self) -> Result<Report<T>, StepError> {
         let size = T::int(self.unknowns.len() as i64) * T::unit_roundoff();
         let settings = Settings { tolerance: size, floor: size * T::int(256), max_iterations: MAX_ITERATIONS };
