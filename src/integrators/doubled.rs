@@ -7,11 +7,13 @@
 use super::{Report, Solver, StepError};
 use crate::algebra::{Covector, Matrix, Vector};
 use crate::mechanics::doubled::DoubledLagrangian;
+use crate::newton::{Equations, Failure, Newton, Outcome, Settings};
 use crate::retraction::{Retraction, RetractionError, TangentPoint};
 use crate::scalar::{Dual, Real, Scalar};
 use crate::tableau::Tableau;
+use nalgebra::DMatrix;
 
-/// Newton steps per time step; quadratic convergence needs five or six.
+/// Newton steps per solve; quadratic convergence needs five or six.
 const MAX_ITERATIONS: usize = 40;
 
 /// A state of the doubled system.
@@ -35,7 +37,7 @@ impl<T: Real, const N: usize, const D: usize> DoubledState<T, N, D> {
         Self { time, lambda: mu, relative: Matrix::identity(), mu, attitudes: None }
     }
 
-    fn check(&self, h: T) -> Result<(), StepError> {
+    fn check_finite(&self, h: T) -> Result<(), StepError> {
         let bad = |what| Err(StepError::NotFinite { what });
         if !h.all_finite() {
             return bad("h");
@@ -106,28 +108,84 @@ impl<S: Scalar, const N: usize> Stages<S, N> {
     fn new(stages: usize) -> Self {
         Self { first: Copy::new(stages), second: Copy::new(stages), residual: vec![S::zero(); 2 * stages * N] }
     }
+
+    /// Unknowns from their list: the first copy's stages, then the second's.
+    fn set_unknowns<T: Real>(&mut self, x: &[T], embed: impl Fn(T, usize) -> S) {
+        let stages = self.first.unknown.iter_mut().chain(&mut self.second.unknown);
+        for (k, value) in stages.flat_map(|v| v.iter_mut()).enumerate() {
+            *value = embed(x[k], k);
+        }
+    }
 }
 
 /// The stage that left the domain of a retraction (none: the increment), and why.
 type OutOfDomain = (Option<usize>, RetractionError);
 
-/// The doubled scheme with a tableau, a retraction and a doubled Lagrangian.
-pub struct Doubled<T, L, R, const N: usize, const D: usize>
+/// The stage equations of one step, as [`Newton`] sees them.
+struct StageEquations<T, L, R, const N: usize, const D: usize>
+where
+    T: Real,
+{
+    lagrangian: L,
+    retraction: R,
+    tableau: Tableau<T>,
+    /// Where the step starts.
+    start: DoubledState<T, N, D>,
+    /// The step wanted, and the one of the moment (a fraction of it).
+    wanted: T,
+    h: T,
+    values: Stages<T, N>,
+    duals: Stages<Dual<T>, N>,
+}
+
+impl<T, L, R, const N: usize, const D: usize> Equations<T> for StageEquations<T, L, R, N, D>
 where
     T: Real,
     L: DoubledLagrangian<T, N, D>,
     R: Retraction<T, N, D>,
 {
-    lagrangian: L,
-    retraction: R,
-    tableau: Tableau<T>,
-    values: Stages<T, N>,
-    duals: Stages<Dual<T>, N>,
-    /// The best stages so far.
-    kept: Vec<Vector<T, N>>,
-    /// 2sN × 2sN, by columns.
-    jacobian: Vec<T>,
-    correction: Vec<T>,
+    type Error = OutOfDomain;
+
+    fn dimension(&self) -> usize {
+        2 * self.tableau.stages() * N
+    }
+
+    fn set_fraction(&mut self, fraction: T) {
+        self.h = self.wanted * fraction;
+    }
+
+    fn residual(&mut self, x: &[T], out: &mut [T]) -> Result<T, OutOfDomain> {
+        self.values.set_unknowns(x, |v, _| v);
+        residual(&self.lagrangian, &self.retraction, &self.tableau, &self.start, self.h, &mut self.values)?;
+        out.copy_from_slice(&self.values.residual);
+        let momenta = self.values.first.momentum.iter().chain(&self.values.second.momentum);
+        let entries = momenta.chain([&self.start.lambda, &self.start.mu]).flat_map(|p| p.iter());
+        Ok(entries.fold(T::zero(), |scale, v| scale.max(v.abs())))
+    }
+
+    /// A column for each unknown, by dual numbers.
+    fn jacobian(&mut self, x: &[T], out: &mut DMatrix<T>) -> Result<(), OutOfDomain> {
+        for column in 0..x.len() {
+            let seed = |v, k| if k == column { Dual::variable(v) } else { Dual::constant(v) };
+            self.duals.set_unknowns(x, seed);
+            residual(&self.lagrangian, &self.retraction, &self.tableau, &self.start, self.h, &mut self.duals)?;
+            for (row, value) in self.duals.residual.iter().enumerate() {
+                out[(row, column)] = value.eps;
+            }
+        }
+        Ok(())
+    }
+}
+
+/// The doubled scheme with a tableau, a retraction and a doubled Lagrangian.
+pub struct Doubled<T, L, R, const N: usize, const D: usize>
+where
+    T: Real,
+{
+    equations: StageEquations<T, L, R, N, D>,
+    newton: Newton<T>,
+    origin: Vec<T>,
+    unknowns: Vec<T>,
 }
 
 impl<T, L, R, const N: usize, const D: usize> Doubled<T, L, R, N, D>
@@ -140,130 +198,99 @@ where
     pub fn new(tableau: Tableau<T>, retraction: R, lagrangian: L) -> Self {
         let s = tableau.stages();
         let n = 2 * s * N;
-        Self {
+        let equations = StageEquations {
             lagrangian,
             retraction,
             tableau,
+            start: DoubledState::unit(T::zero(), Covector::zeros()),
+            wanted: T::zero(),
+            h: T::zero(),
             values: Stages::new(s),
             duals: Stages::new(s),
-            kept: vec![Vector::zeros(); 2 * s],
-            jacobian: vec![T::zero(); n * n],
-            correction: vec![T::zero(); n],
-        }
+        };
+        Self { equations, newton: Newton::new(n), origin: vec![T::zero(); n], unknowns: vec![T::zero(); n] }
     }
 
     /// Replaces `state` by the state after a step of size `h`; on an error `state` is unchanged.
     ///
-    /// 2sN unknowns, Newton's method from H = η, Ψ = ψ. There is no continuation in h: past a fold of the solution it
-    /// fails, or finds another root.
+    /// 2sN unknowns; Newton's method from H = η, Ψ = ψ, and where that does not contract, along a continuation in h.
     ///
     /// # Errors
-    /// No convergence, leaving a domain, the Legendre transform, non-finite input.
+    /// A fold, no convergence, leaving a domain, the Legendre transform, non-finite input.
     pub fn step(&mut self, state: &mut DoubledState<T, N, D>, h: T) -> Result<Report<T>, StepError> {
-        state.check(h)?;
-        let step = h.to_f64();
+        state.check_finite(h)?;
         let (eta, psi) = self
+            .equations
             .lagrangian
             .velocities(&state.lambda, &state.mu)
-            .map_err(|source| StepError::Legendre { step, source })?;
-        self.values.first.unknown.fill(eta);
-        self.values.second.unknown.fill(psi);
-        let report = self.solve(state, h)?;
-        self.advance(state, h).map_err(|(stage, source)| StepError::Domain { step, stage, source })?;
+            .map_err(|source| StepError::Legendre { step: h.to_f64(), source })?;
+        self.equations.start.clone_from(state);
+        self.equations.wanted = h;
+        let half = self.origin.len() / 2;
+        for (k, value) in self.origin.iter_mut().enumerate() {
+            *value = if k < half { eta[k % N] } else { psi[k % N] };
+        }
+        let report = self.solve()?;
+        let out = |(stage, source)| StepError::Domain { step: h.to_f64(), stage, source };
+        // The stages of the last residual are those of the root.
+        *state = self.equations.end().map_err(out)?;
         Ok(report)
     }
 
-    /// Newton's method; leaves the best stages and what follows from them in `self.values`.
-    fn solve(&mut self, state: &DoubledState<T, N, D>, h: T) -> Result<Report<T>, StepError> {
-        let step = h.to_f64();
-        let s = self.tableau.stages();
-        let tolerance = T::int(64 * (s * N) as i64) * T::unit_roundoff();
-        let out = |(stage, source)| StepError::Domain { step, stage, source };
-        let mut best: Option<T> = None;
-        for iteration in 0..MAX_ITERATIONS {
-            residual(&self.lagrangian, &self.retraction, &self.tableau, state, h, &mut self.values).map_err(out)?;
-            let size = relative_residual(&self.values, state);
-            let failed = StepError::NotConverged {
+    /// (H_i, Ψ_i) of the last step that succeeded.
+    pub fn stages(&self) -> (&[Vector<T, N>], &[Vector<T, N>]) {
+        (&self.equations.values.first.unknown, &self.equations.values.second.unknown)
+    }
+
+    fn solve(&mut self) -> Result<Report<T>, StepError> {
+        let size = T::int(self.unknowns.len() as i64) * T::unit_roundoff();
+        let settings = Settings { tolerance: size, floor: size * T::int(256), max_iterations: MAX_ITERATIONS };
+        self.unknowns.copy_from_slice(&self.origin);
+        let direct = self.newton.solve(&mut self.equations, &self.origin, &mut self.unknowns, &settings);
+        let (solver, outcome) = match direct {
+            Ok(outcome) => (Solver::Newton, Ok(outcome)),
+            Err(_) => {
+                self.unknowns.copy_from_slice(&self.origin);
+                let followed = self.newton.follow(&mut self.equations, &mut self.unknowns, &settings);
+                (Solver::Continuation, followed)
+            }
+        };
+        let step = self.equations.wanted.to_f64();
+        match outcome {
+            Ok(Outcome { iterations, residual }) => Ok(Report { solver, iterations, residual }),
+            Err(Failure::Fold { fraction, determinant }) => {
+                Err(StepError::Fold { step, fold: step * fraction.to_f64(), determinant: determinant.to_f64() })
+            }
+            Err(Failure::NotConverged(Outcome { iterations, residual })) => Err(StepError::NotConverged {
                 step,
-                residual: best.unwrap_or(size).to_f64(),
-                tolerance: tolerance.to_f64(),
-                iterations: iteration,
-            };
-            if !size.all_finite() {
-                return Err(failed);
-            }
-            // At round-off the residual stops falling: keep the best, and only then stop.
-            if best.is_none_or(|b| size < b) {
-                let stop = size == T::zero() || best.is_some_and(|b| b <= tolerance && size > b * T::half());
-                best = Some(size);
-                self.kept[..s].copy_from_slice(&self.values.first.unknown);
-                self.kept[s..].copy_from_slice(&self.values.second.unknown);
-                if stop {
-                    return Ok(Report { solver: Solver::Newton, iterations: iteration, residual: size });
-                }
-            } else if let Some(residual_size) = best.filter(|b| *b <= tolerance) {
-                self.values.first.unknown.copy_from_slice(&self.kept[..s]);
-                self.values.second.unknown.copy_from_slice(&self.kept[s..]);
-                residual(&self.lagrangian, &self.retraction, &self.tableau, state, h, &mut self.values).map_err(out)?;
-                return Ok(Report { solver: Solver::Newton, iterations: iteration, residual: residual_size });
-            }
-            self.linearise(state, h).map_err(out)?;
-            self.correction.copy_from_slice(&self.values.residual);
-            if !eliminate(&mut self.jacobian, &mut self.correction) {
-                return Err(failed);
-            }
-            for i in 0..s {
-                for a in 0..N {
-                    self.values.first.unknown[i][a] -= self.correction[i * N + a];
-                    self.values.second.unknown[i][a] -= self.correction[(s + i) * N + a];
-                }
-            }
+                residual: residual.to_f64(),
+                tolerance: settings.tolerance.to_f64(),
+                iterations,
+            }),
+            Err(Failure::Equations((stage, source))) => Err(StepError::Domain { step, stage, source }),
         }
-        let residual = best.map_or(f64::NAN, |b| b.to_f64());
-        Err(StepError::NotConverged { step, residual, tolerance: tolerance.to_f64(), iterations: MAX_ITERATIONS })
     }
+}
 
-    /// The Jacobian of the residual at the present stages, a column for each unknown, by dual numbers.
-    fn linearise(&mut self, state: &DoubledState<T, N, D>, h: T) -> Result<(), OutOfDomain> {
-        let s = self.tableau.stages();
-        let n = 2 * s * N;
-        for column in 0..n {
-            for i in 0..s {
-                self.duals.first.unknown[i] = self.values.first.unknown[i].map(Dual::constant);
-                self.duals.second.unknown[i] = self.values.second.unknown[i].map(Dual::constant);
-            }
-            let (stage, a) = (column / N, column % N);
-            let moved = if stage < s {
-                &mut self.duals.first.unknown[stage][a]
-            } else {
-                &mut self.duals.second.unknown[stage - s][a]
-            };
-            moved.eps = T::one();
-            residual(&self.lagrangian, &self.retraction, &self.tableau, state, h, &mut self.duals)?;
-            for row in 0..n {
-                self.jacobian[column * n + row] = self.duals.residual[row].eps;
-            }
-        }
-        Ok(())
-    }
-
+impl<T, L, R, const N: usize, const D: usize> StageEquations<T, L, R, N, D>
+where
+    T: Real,
+    R: Retraction<T, N, D>,
+{
     /// λ' = Ad*_{τ(ξ)} m_λ, μ' = Ad*_{τ(χ)} m_μ, U' = τ(−ξ) U τ(χ), g' = g τ(ξ), g̃' = g̃ τ(χ).
-    fn advance(&self, state: &mut DoubledState<T, N, D>, h: T) -> Result<(), OutOfDomain> {
+    fn end(&self) -> Result<DoubledState<T, N, D>, OutOfDomain> {
         let increment = |source| (None, source);
-        let (xi, chi) = (&self.values.first.increment, &self.values.second.increment);
-        let lambda = self.values.first.carried * self.retraction.at(xi).map_err(increment)?.ad();
-        let mu = self.values.second.carried * self.retraction.at(chi).map_err(increment)?.ad();
-        let back = self.retraction.tau(&-xi).map_err(increment)?;
-        let forth = self.retraction.tau(chi).map_err(increment)?;
-        if let Some((g, partner)) = &mut state.attitudes {
-            *g *= self.retraction.tau(xi).map_err(increment)?;
-            *partner *= forth;
-        }
-        state.time += h;
-        state.lambda = lambda;
-        state.mu = mu;
-        state.relative = back * state.relative * forth;
-        Ok(())
+        let (first, second) = (&self.values.first, &self.values.second);
+        let left = self.retraction.tau(&first.increment).map_err(increment)?;
+        let right = self.retraction.tau(&second.increment).map_err(increment)?;
+        let back = self.retraction.tau(&-first.increment).map_err(increment)?;
+        Ok(DoubledState {
+            time: self.start.time + self.wanted,
+            lambda: first.carried * self.retraction.at(&first.increment).map_err(increment)?.ad(),
+            relative: back * self.start.relative * right,
+            mu: second.carried * self.retraction.at(&second.increment).map_err(increment)?.ad(),
+            attitudes: self.start.attitudes.map(|(g, partner)| (g * left, partner * right)),
+        })
     }
 }
 
@@ -324,64 +351,4 @@ where
         }
     }
     Ok(())
-}
-
-/// The largest residual relative to the largest momentum around (absolute when all momenta vanish).
-fn relative_residual<T: Real, const N: usize, const D: usize>(
-    stages: &Stages<T, N>,
-    state: &DoubledState<T, N, D>,
-) -> T {
-    let mut scale = T::zero();
-    let momenta = stages.first.momentum.iter().chain(&stages.second.momentum);
-    for value in momenta.chain([&state.lambda, &state.mu]).flat_map(|p| p.iter()) {
-        scale = scale.max(value.abs());
-    }
-    let mut size = T::zero();
-    for value in &stages.residual {
-        if !value.all_finite() {
-            return T::exact(f64::NAN);
-        }
-        size = size.max(value.abs());
-    }
-    if scale > T::zero() { size / scale } else { size }
-}
-
-/// Overwrites b by A⁻¹b, A by columns, by elimination with partial pivoting; false when a pivot vanishes.
-fn eliminate<T: Real>(a: &mut [T], b: &mut [T]) -> bool {
-    let n = b.len();
-    for k in 0..n {
-        let mut pivot = k;
-        for row in k + 1..n {
-            if a[k * n + row].abs() > a[k * n + pivot].abs() {
-                pivot = row;
-            }
-        }
-        let best = a[k * n + pivot];
-        if best == T::zero() || !best.all_finite() {
-            return false;
-        }
-        if pivot != k {
-            for column in 0..n {
-                a.swap(column * n + k, column * n + pivot);
-            }
-            b.swap(k, pivot);
-        }
-        for row in k + 1..n {
-            let factor = a[k * n + row] / best;
-            for column in k + 1..n {
-                let drop = factor * a[column * n + k];
-                a[column * n + row] -= drop;
-            }
-            let drop = factor * b[k];
-            b[row] -= drop;
-        }
-    }
-    for k in (0..n).rev() {
-        for column in k + 1..n {
-            let drop = a[column * n + k] * b[column];
-            b[k] -= drop;
-        }
-        b[k] /= a[k * n + k];
-    }
-    b.iter().all(|v| v.all_finite())
 }

@@ -1,6 +1,7 @@
 //! One-step methods on (g, μ), and the trajectories made of them.
 
 pub mod classical;
+#[cfg(feature = "cli")]
 pub mod comparators;
 pub mod doubled;
 mod stages;
@@ -8,6 +9,7 @@ pub mod trajectory;
 pub mod variational;
 
 pub use classical::Classical;
+pub use doubled::{Doubled, DoubledState};
 pub use variational::Variational;
 
 use crate::algebra::{Covector, Matrix};
