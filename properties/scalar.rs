@@ -168,6 +168,7 @@ fn function(name: &str, x: Dd, second: Dd) -> Dd {
 /// (function, argument, second argument of atan2, 40 digits): the arguments are the nearest double-doubles to points
 /// such as n/3 x 10^k and n pi/2, and the values `mpmath.nstr(f(mpf(hi) + mpf(lo)), 40)` with mp.prec = 2500.
 #[rustfmt::skip]
+#[allow(clippy::approx_constant)] // arguments next to multiples of pi
 const FUNCTIONS: &[(&str, (f64, f64), (f64, f64), &str)] = &[
     ("sqrt", (2.0, 0.0), (0.0, 0.0), "1.41421356237309504880168872420969807857"),
     ("sqrt", (0.3333333333333333, 1.850371707708594e-17), (0.0, 0.0), "5.773502691896257645091487805019565660987e-1"),
@@ -272,9 +273,11 @@ fn double_double_functions_have_all_their_digits() {
     }
 }
 
+type Constant = fn() -> Dd;
+
 /// The same, `mpmath.nstr(.., 40)`.
 #[rustfmt::skip]
-const CONSTANTS: &[(fn() -> Dd, &str)] = &[
+const CONSTANTS: &[(Constant, &str)] = &[
     (Dd::pi, "3.141592653589793238462643383279502884197"),
     (Dd::ln_2, "0.6931471805599453094172321214581765680755"),
     (Dd::e, "2.718281828459045235360287471352662497757"),
