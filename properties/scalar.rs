@@ -165,11 +165,13 @@ fn function(name: &str, x: Dd, second: Dd) -> Dd {
     }
 }
 
+type Reference = (&'static str, (f64, f64), (f64, f64), &'static str);
+
 /// (function, argument, second argument of atan2, 40 digits): the arguments are the nearest double-doubles to points
 /// such as n/3 x 10^k and n pi/2, and the values `mpmath.nstr(f(mpf(hi) + mpf(lo)), 40)` with mp.prec = 2500.
 #[rustfmt::skip]
 #[allow(clippy::approx_constant)] // arguments next to multiples of pi
-const FUNCTIONS: &[(&str, (f64, f64), (f64, f64), &str)] = &[
+const FUNCTIONS: &[Reference] = &[
     ("sqrt", (2.0, 0.0), (0.0, 0.0), "1.41421356237309504880168872420969807857"),
     ("sqrt", (0.3333333333333333, 1.850371707708594e-17), (0.0, 0.0), "5.773502691896257645091487805019565660987e-1"),
     ("sqrt", (3.3333333333333333e-251, 7.844323606247282e-268), (0.0, 0.0), "5.773502691896257645091487805019571916048e-126"),
