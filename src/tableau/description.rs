@@ -16,6 +16,15 @@ pub const ROUNDED_PLACES: i32 = 8;
 /// As text: `gauss-S`, `lobatto-iiia-S`, `lobatto-iiib-S`, `lobatto-iiic-S`, `radau-ia-S`, `radau-iia-S` with the number of
 /// stages S, or `heun2`, `ralston3`, `rk4`, `kutta38`, `sdirk2`. With the feature `harness`, (de)serialised as that
 /// text, or as a table `{ a = [[…], …], b = […] }` with an optional `c`.
+///
+/// ```
+/// use euler_poincare::tableau::{Description, variational_order};
+/// let radau: Description = "radau-iia-2".parse()?;
+/// assert_eq!(variational_order(&radau.build::<f64>()?, 6).order, 3);
+/// let unknown = "gauss-0".parse::<Description>().unwrap_err();
+/// assert_eq!(unknown.to_string(), "gauss-0: the number of stages must be from 1 to 64");
+/// # Ok::<(), euler_poincare::tableau::TableauError>(())
+/// ```
 #[derive(Clone, Debug, PartialEq)]
 pub enum Description {
     /// The member of a family with this many stages.

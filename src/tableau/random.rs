@@ -37,7 +37,7 @@ pub fn any() -> BoxedStrategy<Description> {
     Union::new_weighted(Kind::ALL.map(|kind| (if kind == Kind::Named { 4 } else { 1 }, of_kind(kind))).to_vec()).boxed()
 }
 
-/// Any tableau of one kind, up to 4 stages (5 for `gauss`).
+/// Any tableau of one kind, with up to 5 stages if it is named, 4 if it is triangular, else 3.
 pub fn of_kind(kind: Kind) -> BoxedStrategy<Description> {
     match kind {
         Kind::Named => named(),
@@ -49,19 +49,19 @@ pub fn of_kind(kind: Kind) -> BoxedStrategy<Description> {
     }
 }
 
-/// Families with weight 8, 4, 2, 1 for one more stage each, and the classical tableaux.
+/// Families, with weights 8, 4, 2, 1 as the number of stages grows, and the classical tableaux.
 fn named() -> BoxedStrategy<Description> {
     let mut choices = Vec::new();
     for (rank, weight) in [8, 4, 2, 1].into_iter().enumerate() {
         for family in Family::ALL {
-            // Gauss is the reference method: one more stage, and twice as often.
+            // Gauss is the reference method: twice as often, and with one more number of stages.
             let (stages, weight) =
                 (family.least_stages() + rank, if family == Family::Gauss { 2 * weight } else { weight });
             choices.push((weight, Just(Description::Family(family, stages)).boxed()));
         }
     }
     choices.push((1, Just(Description::Family(Family::Gauss, 5)).boxed()));
-    choices.extend(Classic::ALL.map(|classic| (2, Just(Description::Classic(classic)).boxed())));
+    choices.extend(Classic::ALL.map(|classic| (4, Just(Description::Classic(classic)).boxed())));
     Union::new_weighted(choices).boxed()
 }
 
