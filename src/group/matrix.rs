@@ -133,7 +133,7 @@ fn dual_basis<T: Real, const N: usize, const D: usize>(
             for a in 0..b {
                 let part = dual[a].dot(&dual[b]) / dual[a].norm_squared();
                 u[(a, b)] += part;
-                dual[b] = dual[b] - dual[a] * part;
+                dual[b] -= dual[a] * part;
             }
         }
         let (left, size) = (dual[b].norm(), basis[b].norm());
@@ -149,7 +149,7 @@ fn dual_basis<T: Real, const N: usize, const D: usize>(
     // F = u⁻¹ (q / ‖q‖²) by back substitution.
     for a in (0..N).rev() {
         for b in a + 1..N {
-            dual[a] = dual[a] - dual[b] * u[(a, b)];
+            dual[a] -= dual[b] * u[(a, b)];
         }
     }
     Ok((dual, condition))
