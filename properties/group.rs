@@ -5,7 +5,7 @@
 use euler_poincare::algebra::catalogue::Entry;
 use euler_poincare::algebra::{AlgebraError, Covector, LieAlgebra, Matrix, Vector, elimination};
 use euler_poincare::group::{LieGroup, MatrixGroup, So3, so3};
-use euler_poincare::scalar::{Dual, Real, Scalar};
+use euler_poincare::scalar::{Dd, Dual, Real, Scalar};
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 
@@ -129,6 +129,7 @@ fn hat_and_vee<const N: usize, const D: usize, T: Real>(entry: &Entry) {
 #[test]
 fn hat_and_vee_are_inverse_and_the_bracket_is_the_commutator() {
     for_catalogue!(hat_and_vee, f64);
+    for_catalogue!(hat_and_vee, Dd);
 }
 
 fn adjoint_laws<const N: usize, const D: usize, T: Real>(entry: &Entry) {
@@ -183,6 +184,7 @@ fn adjoint_laws<const N: usize, const D: usize, T: Real>(entry: &Entry) {
 #[test]
 fn adjoint_is_a_representation_by_automorphisms() {
     for_catalogue!(adjoint_laws, f64);
+    for_catalogue!(adjoint_laws, Dd);
 }
 
 fn padding_is_inert<const N: usize, const D: usize, T: Real>(entry: &Entry) {
@@ -201,6 +203,7 @@ fn padding_is_inert<const N: usize, const D: usize, T: Real>(entry: &Entry) {
 #[test]
 fn padding_stays_the_identity() {
     for_catalogue!(padding_is_inert, f64);
+    for_catalogue!(padding_is_inert, Dd);
 }
 
 #[test]
@@ -262,6 +265,7 @@ fn conjugated_and_skewed<T: Real>() {
 #[test]
 fn constants_come_from_any_matrices() {
     conjugated_and_skewed::<f64>();
+    conjugated_and_skewed::<Dd>();
 }
 
 /// The rotation by `angle` about the unit vector `axis`, by Rodrigues' formula.
@@ -295,6 +299,7 @@ fn so3_is_the_matrix_group<T: Real>() {
 #[test]
 fn so3_agrees_with_its_matrix_group() {
     so3_is_the_matrix_group::<f64>();
+    so3_is_the_matrix_group::<Dd>();
 }
 
 fn angles<T: Real>() {
@@ -313,6 +318,7 @@ fn angles<T: Real>() {
 #[test]
 fn angle_is_accurate_from_zero_to_pi() {
     angles::<f64>();
+    angles::<Dd>();
     assert!(so3::angle(&Matrix::<f64, 3>::identity(), &Matrix::from_element(f64::NAN)).is_nan());
 }
 
@@ -334,6 +340,7 @@ fn polar<T: Real>() {
 #[test]
 fn orthonormalise_is_the_polar_factor() {
     polar::<f64>();
+    polar::<Dd>();
     let identity = Matrix::<f64, 3>::identity();
     let mut mirror = identity;
     mirror[(2, 2)] = -1.0;

@@ -41,12 +41,7 @@ impl<T: Real, const N: usize, const D: usize> MatrixGroup<T, N, D> {
             for b in 0..N {
                 let commutator = basis[a] * basis[b] - basis[b] * basis[a];
                 let bound = tolerance * basis[a].norm() * basis[b].norm();
-                // Coordinates that rounding alone explains are zero: an abelian algebra stays abelian.
-                let noise = T::int(2 * D as i64) * T::unit_roundoff() * basis[a].norm() * basis[b].norm();
-                let coordinates = Vector::<T, N>::from_fn(|c, _| {
-                    let value = dual[c].dot(&commutator);
-                    if value.abs() > noise * dual[c].norm() { value } else { T::zero() }
-                });
+                let coordinates = Vector::<T, N>::from_fn(|c, _| dual[c].dot(&commutator));
                 let defect = (commutator - combine(&basis, &coordinates)).amax();
                 if !matches!(defect.partial_cmp(&bound), Some(std::cmp::Ordering::Less | std::cmp::Ordering::Equal)) {
                     return Err(AlgebraError::NotClosed { a, b, defect: defect.to_f64(), bound: bound.to_f64() });
