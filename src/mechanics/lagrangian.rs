@@ -1,14 +1,352 @@
-//! Reduced Lagrangians: the quadratic one of a rigid body and its relatives, and Newton's inversion of l' for the rest.
+//! Reduced Lagrangians: the quadratic one of a rigid body, a quartic one, and Newton's inversion of l' for any other.
 
 use super::{Lagrangian, LegendreError};
-use crate::algebra::{Covector, Vector};
+use crate::algebra::{Covector, Matrix, Vector};
 use crate::scalar::{Real, Scalar};
 
-/// Newton's iteration for l'(η) = μ, from `guess`.
+/// Newton steps on the value; the damped iteration converges in far fewer wherever l is convex.
+const MAX_ITERATIONS: usize = 60;
+/// Halvings of one Newton step before the iteration gives up.
+const MAX_HALVINGS: usize = 40;
+
+/// max_i |v_i|.
+fn largest<'a, T: Real>(entries: impl IntoIterator<Item = &'a T>) -> T {
+    entries.into_iter().fold(T::zero(), |size, v| size.max(v.abs()))
+}
+
+/// Solves A x = b by elimination with scaled partial pivoting; `None` when a pivot, relative to its row, is at the
+/// level of round-off (8 N u) or not finite.
+pub(super) fn solve<T: Real, S: Scalar<Base = T>, const N: usize>(
+    mut a: Matrix<S, N>,
+    mut b: Vector<S, N>,
+) -> Option<Vector<S, N>> {
+    let mut scale = [T::zero(); N];
+    for row in 0..N {
+        scale[row] = (0..N).fold(T::zero(), |m, c| m.max(a[(row, c)].base().abs()));
+    }
+    let threshold = T::int(8 * N as i64) * S::unit_roundoff();
+    for k in 0..N {
+        let mut pivot = k;
+        let mut best = -T::one();
+        for row in k..N {
+            let ratio = a[(row, k)].base().abs() / scale[row];
+            if ratio > best {
+                (pivot, best) = (row, ratio);
+            }
+        }
+        if !best.all_finite() || best <= threshold {
+            return None;
+        }
+        a.swap_rows(k, pivot);
+        b.swap_rows(k, pivot);
+        scale.swap(k, pivot);
+        for row in k + 1..N {
+            let factor = a[(row, k)] / a[(k, k)];
+            for c in k + 1..N {
+                a[(row, c)] = a[(row, c)] - factor * a[(k, c)];
+            }
+            b[row] = b[row] - factor * b[k];
+        }
+    }
+    for k in (0..N).rev() {
+        let mut sum = b[k];
+        for c in k + 1..N {
+            sum -= a[(k, c)] * b[c];
+        }
+        b[k] = sum / a[(k, k)];
+    }
+    b.iter().all(|v| v.all_finite()).then_some(b)
+}
+
+/// (l')⁻¹(μ) by damped Newton iteration from `guess`: η ← η − l''(η)⁻¹ (l'(η) − μ).
+///
+/// It converges on the values, stops at their round-off, and then repeats the undamped step in S: each such step
+/// doubles the order to which derivative parts are right.
 pub(super) fn newton_velocity<T: Real, S: Scalar<Base = T>, const N: usize>(
-    _lagrangian: &(impl Lagrangian<T, N> + ?Sized),
-    _mu: &Covector<S, N>,
-    _guess: &Vector<S, N>,
+    lagrangian: &(impl Lagrangian<T, N> + ?Sized),
+    mu: &Covector<S, N>,
+    guess: &Vector<S, N>,
 ) -> Result<Vector<S, N>, LegendreError> {
-    unimplemented!()
+    let value = newton_value(lagrangian, &mu.map(|v| v.base()), guess.map(|v| v.base()))?;
+    let mut eta = value.map(S::lift);
+    // Derivatives of total order k (k nested duals occupy 2^k base numbers): the error lies in an ideal that a
+    // step squares, and whose (k+1)st power vanishes.
+    let order = (size_of::<S>() / size_of::<T>()).ilog2();
+    let mut right = 0;
+    while right < order {
+        let residual = (lagrangian.gradient(&eta) - mu).transpose();
+        eta -= solve(lagrangian.hessian(&eta), residual).ok_or_else(|| singular(&value))?;
+        right = 2 * right + 1;
+    }
+    Ok(eta)
+}
+
+fn singular<T: Real, const N: usize>(eta: &Vector<T, N>) -> LegendreError {
+    LegendreError::Singular { velocity: eta.iter().map(|v| v.to_f64()).collect() }
+}
+
+fn newton_value<T: Real, const N: usize>(
+    lagrangian: &(impl Lagrangian<T, N> + ?Sized),
+    mu: &Covector<T, N>,
+    mut eta: Vector<T, N>,
+) -> Result<Vector<T, N>, LegendreError> {
+    let unit = T::unit_roundoff();
+    let close = unit.sqrt();
+    let mut residual = (lagrangian.gradient(&eta) - mu).transpose();
+    let mut size = residual_size(&residual);
+    for iteration in 0..MAX_ITERATIONS {
+        let failed = || LegendreError::NotConverged { residual: size.to_f64(), iterations: iteration };
+        if !size.all_finite() {
+            return Err(failed());
+        }
+        if size == T::zero() {
+            return Ok(eta);
+        }
+        let hessian = lagrangian.hessian(&eta);
+        let step = solve(hessian, residual).ok_or_else(|| singular(&eta))?;
+        // Quadratic convergence: once a step is below √u |η|, what it leaves is at the level of round-off.
+        let last = largest(&step) <= close * largest(&eta);
+        let round_off =
+            T::int(4 * N as i64) * unit * (largest(mu) + T::int(N as i64) * largest(&hessian) * largest(&eta));
+        let (next, next_residual) = match damped(lagrangian, mu, &eta, &step, size) {
+            Some(accepted) => accepted,
+            None if size <= round_off => return Ok(eta),
+            None => return Err(failed()),
+        };
+        (eta, residual) = (next, next_residual);
+        size = residual_size(&residual);
+        if last {
+            return Ok(eta);
+        }
+    }
+    Err(LegendreError::NotConverged { residual: size.to_f64(), iterations: MAX_ITERATIONS })
+}
+
+/// max |r_a|, or NaN if any component is not finite.
+fn residual_size<T: Real, const N: usize>(residual: &Vector<T, N>) -> T {
+    if residual.iter().all(|v| v.all_finite()) { largest(residual) } else { T::exact(f64::NAN) }
+}
+
+/// The longest of the steps 1, ½, ¼, … that lowers the residual, with the residual there.
+fn damped<T: Real, const N: usize>(
+    lagrangian: &(impl Lagrangian<T, N> + ?Sized),
+    mu: &Covector<T, N>,
+    eta: &Vector<T, N>,
+    step: &Vector<T, N>,
+    size: T,
+) -> Option<(Vector<T, N>, Vector<T, N>)> {
+    let mut fraction = T::one();
+    for _ in 0..MAX_HALVINGS {
+        let next = eta - step * fraction;
+        let residual = (lagrangian.gradient(&next) - mu).transpose();
+        if residual_size(&residual) < size {
+            return Some((next, residual));
+        }
+        fraction *= T::half();
+    }
+    None
+}
+
+/// l(η) = ½ ηᵀ I η with a symmetric, regular inertia I (N×N): the rigid body and its relatives.
+///
+/// I need not be positive definite: the Legendre transform only needs it regular. See
+/// [`Quadratic::is_positive_definite`].
+#[derive(Clone, Debug, PartialEq)]
+pub struct Quadratic<T: Real, const N: usize> {
+    inertia: Matrix<T, N>,
+    inverse: Matrix<T, N>,
+}
+
+impl<T: Real, const N: usize> Quadratic<T, N> {
+    /// l(η) = ½ ηᵀ I η.
+    ///
+    /// # Errors
+    /// [`LegendreError::BadInertia`]: an entry that is not finite; asymmetry beyond rounding (64 N u max|I|; below
+    /// that, the symmetric part is taken); singular to working precision.
+    pub fn new(inertia: Matrix<T, N>) -> Result<Self, LegendreError> {
+        let inertia = symmetric(&inertia).map_err(|why| LegendreError::BadInertia { why })?;
+        let mut inverse = Matrix::<T, N>::zeros();
+        for a in 0..N {
+            let mut e = Vector::<T, N>::zeros();
+            e[a] = T::one();
+            let column = solve(inertia, e).ok_or_else(|| LegendreError::BadInertia {
+                why: "it is singular to working precision, or its inverse overflows".into(),
+            })?;
+            inverse.set_column(a, &column);
+        }
+        Ok(Self { inertia, inverse: (inverse + inverse.transpose()) * T::half() })
+    }
+
+    /// l(η) = ½ Σ I_a (η^a)²: principal moments I_a.
+    ///
+    /// # Errors
+    /// A moment that is zero or not finite.
+    pub fn diagonal(moments: [T; N]) -> Result<Self, LegendreError> {
+        Self::new(Matrix::from_fn(|r, c| if r == c { moments[r] } else { T::zero() }))
+    }
+
+    /// I.
+    pub fn inertia(&self) -> &Matrix<T, N> {
+        &self.inertia
+    }
+
+    /// I⁻¹.
+    pub fn inverse(&self) -> &Matrix<T, N> {
+        &self.inverse
+    }
+
+    /// Whether ηᵀ I η > 0 for every η ≠ 0 (by Cholesky's factorisation): then the energy is bounded below.
+    pub fn is_positive_definite(&self) -> bool {
+        self.inertia.cholesky().is_some()
+    }
+}
+
+/// The symmetric part of a matrix that is finite, and symmetric up to rounding; otherwise the entry at fault.
+pub(super) fn symmetric<T: Real, const N: usize>(matrix: &Matrix<T, N>) -> Result<Matrix<T, N>, String> {
+    for a in 0..N {
+        for b in 0..N {
+            if !matrix[(a, b)].all_finite() {
+                return Err(format!("entry ({a}, {b}) is not finite (indices from 0)"));
+            }
+        }
+    }
+    let allowed = T::int(64 * N as i64) * T::unit_roundoff() * largest(matrix);
+    for a in 0..N {
+        for b in 0..a {
+            let defect = matrix[(a, b)] - matrix[(b, a)];
+            if defect.abs() > allowed {
+                return Err(format!(
+                    "entries ({a}, {b}) and ({b}, {a}) differ by {:e} (indices from 0)",
+                    defect.to_f64()
+                ));
+            }
+        }
+    }
+    Ok(Matrix::from_fn(|a, b| if a == b { matrix[(a, a)] } else { (matrix[(a, b)] + matrix[(b, a)]) * T::half() }))
+}
+
+impl<T: Real, const N: usize> Lagrangian<T, N> for Quadratic<T, N> {
+    fn value<S: Scalar<Base = T>>(&self, eta: &Vector<S, N>) -> S {
+        S::half() * crate::algebra::pair(&self.gradient(eta), eta)
+    }
+
+    fn gradient<S: Scalar<Base = T>>(&self, eta: &Vector<S, N>) -> Covector<S, N> {
+        (self.inertia.map(S::lift) * eta).transpose()
+    }
+
+    fn hessian<S: Scalar<Base = T>>(&self, _eta: &Vector<S, N>) -> Matrix<S, N> {
+        self.inertia.map(S::lift)
+    }
+
+    fn velocity<S: Scalar<Base = T>>(
+        &self,
+        mu: &Covector<S, N>,
+        _guess: &Vector<S, N>,
+    ) -> Result<Vector<S, N>, LegendreError> {
+        Ok(self.inverse.map(S::lift) * mu.transpose())
+    }
+
+    fn energy<S: Scalar<Base = T>>(&self, eta: &Vector<S, N>) -> S {
+        self.value(eta)
+    }
+}
+
+/// l(η) = ½ q + ¼ κ q², q = ηᵀ I η, with I positive definite and κ ≥ 0: convex, and not quadratic.
+///
+/// Only the value is written down; derivatives and the Legendre transform are those that any Lagrangian gets.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Quartic<T: Real, const N: usize> {
+    inertia: Matrix<T, N>,
+    stiffness: T,
+}
+
+impl<T: Real, const N: usize> Quartic<T, N> {
+    /// l(η) = ½ ηᵀIη + ¼ κ (ηᵀIη)².
+    ///
+    /// # Errors
+    /// [`LegendreError::BadInertia`]: I not symmetric, not finite or not positive definite; κ negative or not finite.
+    pub fn new(inertia: Matrix<T, N>, stiffness: T) -> Result<Self, LegendreError> {
+        let quadratic = Quadratic::new(inertia)?;
+        if !quadratic.is_positive_definite() {
+            return Err(LegendreError::BadInertia { why: "it is not positive definite".into() });
+        }
+        if !stiffness.all_finite() || stiffness < T::zero() {
+            let why = format!("the stiffness κ = {} must be finite and not negative", stiffness.to_f64());
+            return Err(LegendreError::BadInertia { why });
+        }
+        Ok(Self { inertia: quadratic.inertia, stiffness })
+    }
+
+    /// I.
+    pub fn inertia(&self) -> &Matrix<T, N> {
+        &self.inertia
+    }
+
+    /// κ.
+    pub fn stiffness(&self) -> T {
+        self.stiffness
+    }
+}
+
+impl<T: Real, const N: usize> Lagrangian<T, N> for Quartic<T, N> {
+    fn value<S: Scalar<Base = T>>(&self, eta: &Vector<S, N>) -> S {
+        let q = eta.dot(&(self.inertia.map(S::lift) * eta));
+        S::half() * q + S::exact(0.25) * S::lift(self.stiffness) * q * q
+    }
+}
+
+/// A Lagrangian chosen at run time.
+#[derive(Clone, Debug, PartialEq)]
+pub enum AnyLagrangian<T: Real, const N: usize> {
+    /// ½ ηᵀ I η.
+    Quadratic(Quadratic<T, N>),
+    /// ½ ηᵀ I η + ¼ κ (ηᵀ I η)².
+    Quartic(Quartic<T, N>),
+}
+
+impl<T: Real, const N: usize> From<Quadratic<T, N>> for AnyLagrangian<T, N> {
+    fn from(lagrangian: Quadratic<T, N>) -> Self {
+        Self::Quadratic(lagrangian)
+    }
+}
+
+impl<T: Real, const N: usize> From<Quartic<T, N>> for AnyLagrangian<T, N> {
+    fn from(lagrangian: Quartic<T, N>) -> Self {
+        Self::Quartic(lagrangian)
+    }
+}
+
+macro_rules! dispatch {
+    ($self:ident, $l:ident => $e:expr) => {
+        match $self {
+            AnyLagrangian::Quadratic($l) => $e,
+            AnyLagrangian::Quartic($l) => $e,
+        }
+    };
+}
+
+impl<T: Real, const N: usize> Lagrangian<T, N> for AnyLagrangian<T, N> {
+    fn value<S: Scalar<Base = T>>(&self, eta: &Vector<S, N>) -> S {
+        dispatch!(self, l => l.value(eta))
+    }
+
+    fn gradient<S: Scalar<Base = T>>(&self, eta: &Vector<S, N>) -> Covector<S, N> {
+        dispatch!(self, l => l.gradient(eta))
+    }
+
+    fn hessian<S: Scalar<Base = T>>(&self, eta: &Vector<S, N>) -> Matrix<S, N> {
+        dispatch!(self, l => l.hessian(eta))
+    }
+
+    fn velocity<S: Scalar<Base = T>>(
+        &self,
+        mu: &Covector<S, N>,
+        guess: &Vector<S, N>,
+    ) -> Result<Vector<S, N>, LegendreError> {
+        dispatch!(self, l => l.velocity(mu, guess))
+    }
+
+    fn energy<S: Scalar<Base = T>>(&self, eta: &Vector<S, N>) -> S {
+        dispatch!(self, l => l.energy(eta))
+    }
 }

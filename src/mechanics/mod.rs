@@ -3,7 +3,10 @@
 use crate::algebra::{Covector, Matrix, Vector};
 use crate::scalar::{Dual, Real, Scalar};
 
+pub mod equations;
+pub mod force;
 pub mod lagrangian;
+pub mod models;
 
 /// Why the Legendre transform could not be inverted.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]

@@ -1,0 +1,90 @@
+//! The forced Euler–Poincaré equations in their Hamiltonian form, forced Lie–Poisson.
+//!
+//! d/dt l'(η) = ad*_η l'(η) + f(t, η), ġ = g η̂ (Martín de Diego and Sato Martín de Almagro 2019, §3).
+
+use super::{Force, Lagrangian, LegendreError};
+use crate::algebra::{Covector, LieAlgebra, Matrix, Vector, pair};
+use crate::group::LieGroup;
+use crate::scalar::{Real, Scalar};
+
+/// A forced Euler–Poincaré system: an algebra, a reduced Lagrangian l and a force f.
+#[derive(Clone, Debug, PartialEq)]
+pub struct EulerPoincare<T: Real, const N: usize, L, F> {
+    /// g.
+    pub algebra: LieAlgebra<T, N>,
+    /// l.
+    pub lagrangian: L,
+    /// f.
+    pub force: F,
+}
+
+/// What the equations say at one state.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Rates<S: Scalar, const N: usize> {
+    /// η = (l')⁻¹(μ).
+    pub velocity: Vector<S, N>,
+    /// f(t, η).
+    pub force: Covector<S, N>,
+    /// μ̇ = ad*_η μ + f(t, η).
+    pub momentum: Covector<S, N>,
+}
+
+impl<T: Real, const N: usize, L: Lagrangian<T, N>, F: Force<T, N>> EulerPoincare<T, N, L, F> {
+    /// The system with these parts.
+    pub fn new(algebra: LieAlgebra<T, N>, lagrangian: L, force: F) -> Self {
+        Self { algebra, lagrangian, force }
+    }
+
+    /// μ̇ = ad*_η μ + f(t, η) with η = (l')⁻¹(μ), found from `guess`.
+    ///
+    /// # Errors
+    /// Those of the inverse Legendre transform.
+    pub fn rates<S: Scalar<Base = T>>(
+        &self,
+        t: S,
+        mu: &Covector<S, N>,
+        guess: &Vector<S, N>,
+    ) -> Result<Rates<S, N>, LegendreError> {
+        let velocity = self.lagrangian.velocity(mu, guess)?;
+        let force = self.force.force(t, &velocity);
+        let momentum = self.algebra.coad(&velocity, mu) + force;
+        Ok(Rates { velocity, force, momentum })
+    }
+
+    /// The energy as a function of the momentum, h(μ) = ⟨μ, η⟩ − l(η) with l'(η) = μ.
+    ///
+    /// # Errors
+    /// Those of the inverse Legendre transform.
+    pub fn hamiltonian<S: Scalar<Base = T>>(
+        &self,
+        mu: &Covector<S, N>,
+        guess: &Vector<S, N>,
+    ) -> Result<S, LegendreError> {
+        let velocity = self.lagrangian.velocity(mu, guess)?;
+        Ok(pair(mu, &velocity) - self.lagrangian.value(&velocity))
+    }
+
+    /// dE/dt = ⟨f(t, η), η⟩, the power of the force.
+    pub fn power<S: Scalar<Base = T>>(&self, t: S, eta: &Vector<S, N>) -> S {
+        pair(&self.force.force(t, eta), eta)
+    }
+}
+
+/// ġ = g η̂, as a D×D matrix.
+pub fn attitude_rate<T: Real, S: Scalar<Base = T>, const N: usize, const D: usize>(
+    group: &impl LieGroup<T, N, D>,
+    attitude: &Matrix<S, D>,
+    eta: &Vector<S, N>,
+) -> Matrix<S, D> {
+    attitude * group.hat(eta)
+}
+
+/// The Lie–Poisson bracket {F, K}(μ) = −⟨μ, [F'(μ), K'(μ)]⟩ from the differentials F', K' ∈ g.
+pub fn lie_poisson_bracket<T: Real, S: Scalar<Base = T>, const N: usize>(
+    algebra: &LieAlgebra<T, N>,
+    mu: &Covector<S, N>,
+    df: &Vector<S, N>,
+    dk: &Vector<S, N>,
+) -> S {
+    -pair(mu, &algebra.bracket(df, dk))
+}

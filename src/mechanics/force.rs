@@ -1,0 +1,316 @@
+//! Forces f(t, η) ∈ g*: dissipation that keeps Casimirs, dissipation that keeps energy, drags, and given loads.
+//!
+//! Those that depend on the momentum M = l'(η) own a copy of the algebra and of the Lagrangian.
+
+use super::lagrangian::{AnyLagrangian, symmetric};
+use super::{Force, Lagrangian};
+use crate::algebra::{Covector, LieAlgebra, Matrix, Vector};
+use crate::scalar::{Real, Scalar};
+
+/// Why a force was refused.
+#[derive(Clone, Debug, PartialEq, thiserror::Error)]
+pub enum ForceError {
+    /// A coefficient is NaN or infinite.
+    #[error("{force}: {what} is not finite")]
+    NotFinite {
+        /// Name of the force.
+        force: &'static str,
+        /// Which coefficient.
+        what: &'static str,
+    },
+    /// The matrix of a drag is not what the formula needs.
+    #[error("{force}: the matrix is refused: {why}")]
+    BadMatrix {
+        /// Name of the force.
+        force: &'static str,
+        /// What is wrong, with the entry.
+        why: String,
+    },
+}
+
+fn finite<'a, T: Real>(
+    force: &'static str,
+    what: &'static str,
+    entries: impl IntoIterator<Item = &'a T>,
+) -> Result<(), ForceError> {
+    if entries.into_iter().all(|v| v.all_finite()) { Ok(()) } else { Err(ForceError::NotFinite { force, what }) }
+}
+
+/// f = 0.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct Zero;
+
+impl<T: Real, const N: usize> Force<T, N> for Zero {
+    fn force<S: Scalar<Base = T>>(&self, _t: S, _eta: &Vector<S, N>) -> Covector<S, N> {
+        Covector::zeros()
+    }
+
+    fn is_zero(&self) -> bool {
+        true
+    }
+}
+
+/// f = α ad*_ζ M, ζ = (ad*_η M)ᵀ, M = l'(η): Casimirs are kept, and for α > 0 energy falls at α |ad*_η M|².
+///
+/// The transpose identifies g* with g in the given basis. On so(3): α M×(M×Ω), the damping of Landau, Lifshitz and
+/// Gilbert (Bloch, Krishnaprasad, Marsden and Ratiu 1996, "double bracket dissipation").
+#[derive(Clone, Debug, PartialEq)]
+pub struct DoubleBracket<T: Real, const N: usize> {
+    algebra: LieAlgebra<T, N>,
+    lagrangian: AnyLagrangian<T, N>,
+    alpha: T,
+}
+
+impl<T: Real, const N: usize> DoubleBracket<T, N> {
+    /// The double-bracket force with strength α.
+    ///
+    /// # Errors
+    /// α not finite.
+    pub fn new(
+        algebra: LieAlgebra<T, N>,
+        lagrangian: impl Into<AnyLagrangian<T, N>>,
+        alpha: T,
+    ) -> Result<Self, ForceError> {
+        finite("double bracket", "α", [&alpha])?;
+        Ok(Self { algebra, lagrangian: lagrangian.into(), alpha })
+    }
+
+    /// α.
+    pub fn alpha(&self) -> T {
+        self.alpha
+    }
+}
+
+impl<T: Real, const N: usize> Force<T, N> for DoubleBracket<T, N> {
+    fn force<S: Scalar<Base = T>>(&self, _t: S, eta: &Vector<S, N>) -> Covector<S, N> {
+        let momentum = self.lagrangian.gradient(eta);
+        let zeta = self.algebra.coad(eta, &momentum).transpose();
+        self.algebra.coad(&zeta, &momentum) * S::lift(self.alpha)
+    }
+
+    fn is_zero(&self) -> bool {
+        self.alpha == T::zero()
+    }
+}
+
+/// f = −β ad*_η ad*_η M, M = l'(η): energy is kept on every algebra, because ⟨ad*_η ν, η⟩ = ⟨ν, [η, η]⟩ = 0.
+///
+/// On so(3): β (Ω×M)×Ω, the relaxed rigid body (Morrison 1986, "metriplectic"); there |M|² grows at 2β |Ω×M|².
+#[derive(Clone, Debug, PartialEq)]
+pub struct Metriplectic<T: Real, const N: usize> {
+    algebra: LieAlgebra<T, N>,
+    lagrangian: AnyLagrangian<T, N>,
+    beta: T,
+}
+
+impl<T: Real, const N: usize> Metriplectic<T, N> {
+    /// The metriplectic force with strength β.
+    ///
+    /// # Errors
+    /// β not finite.
+    pub fn new(
+        algebra: LieAlgebra<T, N>,
+        lagrangian: impl Into<AnyLagrangian<T, N>>,
+        beta: T,
+    ) -> Result<Self, ForceError> {
+        finite("metriplectic", "β", [&beta])?;
+        Ok(Self { algebra, lagrangian: lagrangian.into(), beta })
+    }
+
+    /// β.
+    pub fn beta(&self) -> T {
+        self.beta
+    }
+}
+
+impl<T: Real, const N: usize> Force<T, N> for Metriplectic<T, N> {
+    fn force<S: Scalar<Base = T>>(&self, _t: S, eta: &Vector<S, N>) -> Covector<S, N> {
+        let ad = self.algebra.ad(eta);
+        self.lagrangian.gradient(eta) * ad * ad * -S::lift(self.beta)
+    }
+
+    fn is_zero(&self) -> bool {
+        self.beta == T::zero()
+    }
+}
+
+/// f = −(R η)ᵀ. R is any matrix; it dissipates where its symmetric part is positive.
+#[derive(Clone, Debug, PartialEq)]
+pub struct LinearDrag<T: Real, const N: usize> {
+    matrix: Matrix<T, N>,
+}
+
+impl<T: Real, const N: usize> LinearDrag<T, N> {
+    /// The drag with matrix R (N×N).
+    ///
+    /// # Errors
+    /// An entry that is not finite.
+    pub fn new(matrix: Matrix<T, N>) -> Result<Self, ForceError> {
+        finite("linear drag", "the matrix", &matrix)?;
+        Ok(Self { matrix })
+    }
+}
+
+impl<T: Real, const N: usize> Force<T, N> for LinearDrag<T, N> {
+    fn force<S: Scalar<Base = T>>(&self, _t: S, eta: &Vector<S, N>) -> Covector<S, N> {
+        -(self.matrix.map(S::lift) * eta).transpose()
+    }
+
+    fn is_zero(&self) -> bool {
+        self.matrix.iter().all(|v| *v == T::zero())
+    }
+}
+
+/// f = −√(ηᵀ K η) (K η)ᵀ with K symmetric, positive semidefinite: smooth where K η ≠ 0, once differentiable elsewhere
+/// (value and first derivative are 0 there; a second derivative does not exist and is returned as 0).
+#[derive(Clone, Debug, PartialEq)]
+pub struct QuadraticDrag<T: Real, const N: usize> {
+    matrix: Matrix<T, N>,
+}
+
+impl<T: Real, const N: usize> QuadraticDrag<T, N> {
+    /// The drag with matrix K (N×N).
+    ///
+    /// # Errors
+    /// K not finite, not symmetric, or with a negative direction (each beyond rounding, 64 N u max|K|).
+    pub fn new(matrix: Matrix<T, N>) -> Result<Self, ForceError> {
+        let force = "quadratic drag";
+        let matrix = symmetric(&matrix).map_err(|why| ForceError::BadMatrix { force, why })?;
+        let size = matrix.iter().fold(T::zero(), |m, v| m.max(v.abs()));
+        let shift = T::int(64 * N as i64) * T::unit_roundoff() * size;
+        if size > T::zero() && (matrix + Matrix::identity() * shift).cholesky().is_none() {
+            return Err(ForceError::BadMatrix { force, why: "it is not positive semidefinite".into() });
+        }
+        Ok(Self { matrix })
+    }
+}
+
+impl<T: Real, const N: usize> Force<T, N> for QuadraticDrag<T, N> {
+    fn force<S: Scalar<Base = T>>(&self, _t: S, eta: &Vector<S, N>) -> Covector<S, N> {
+        let drag = (self.matrix.map(S::lift) * eta).transpose();
+        let square = crate::algebra::pair(&drag, eta);
+        if square <= S::zero() {
+            return Covector::zeros();
+        }
+        drag * -square.sqrt()
+    }
+
+    fn is_zero(&self) -> bool {
+        self.matrix.iter().all(|v| *v == T::zero())
+    }
+}
+
+/// f = c, constant in the body frame.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Constant<T: Real, const N: usize> {
+    covector: Covector<T, N>,
+}
+
+impl<T: Real, const N: usize> Constant<T, N> {
+    /// The constant force c.
+    ///
+    /// # Errors
+    /// An entry that is not finite.
+    pub fn new(covector: Covector<T, N>) -> Result<Self, ForceError> {
+        finite("constant force", "the covector", &covector)?;
+        Ok(Self { covector })
+    }
+}
+
+impl<T: Real, const N: usize> Force<T, N> for Constant<T, N> {
+    fn force<S: Scalar<Base = T>>(&self, _t: S, _eta: &Vector<S, N>) -> Covector<S, N> {
+        self.covector.map(S::lift)
+    }
+
+    fn is_zero(&self) -> bool {
+        self.covector.iter().all(|v| *v == T::zero())
+    }
+}
+
+/// f(t) = c cos(ω t + φ).
+#[derive(Clone, Debug, PartialEq)]
+pub struct Periodic<T: Real, const N: usize> {
+    covector: Covector<T, N>,
+    frequency: T,
+    phase: T,
+}
+
+impl<T: Real, const N: usize> Periodic<T, N> {
+    /// Amplitude c, angular frequency ω, phase φ.
+    ///
+    /// # Errors
+    /// A number that is not finite.
+    pub fn new(covector: Covector<T, N>, frequency: T, phase: T) -> Result<Self, ForceError> {
+        finite("periodic force", "the amplitude", &covector)?;
+        finite("periodic force", "the frequency or the phase", [&frequency, &phase])?;
+        Ok(Self { covector, frequency, phase })
+    }
+}
+
+impl<T: Real, const N: usize> Force<T, N> for Periodic<T, N> {
+    fn force<S: Scalar<Base = T>>(&self, t: S, _eta: &Vector<S, N>) -> Covector<S, N> {
+        let angle = S::lift(self.frequency) * t + S::lift(self.phase);
+        self.covector.map(S::lift) * angle.cos()
+    }
+
+    fn is_zero(&self) -> bool {
+        self.covector.iter().all(|v| *v == T::zero())
+    }
+}
+
+/// A force chosen at run time, sums included.
+#[derive(Clone, Debug, PartialEq)]
+pub enum AnyForce<T: Real, const N: usize> {
+    /// f = 0.
+    Zero(Zero),
+    /// f = α ad*_ζ M, ζ = (ad*_η M)ᵀ.
+    DoubleBracket(DoubleBracket<T, N>),
+    /// f = −β ad*_η ad*_η M.
+    Metriplectic(Metriplectic<T, N>),
+    /// f = −(R η)ᵀ.
+    LinearDrag(LinearDrag<T, N>),
+    /// f = −√(ηᵀ K η) (K η)ᵀ.
+    QuadraticDrag(QuadraticDrag<T, N>),
+    /// f = c.
+    Constant(Constant<T, N>),
+    /// f = c cos(ω t + φ).
+    Periodic(Periodic<T, N>),
+    /// The sum of the terms (0 when there are none).
+    Sum(Vec<AnyForce<T, N>>),
+}
+
+macro_rules! any_force {
+    ($($variant:ident($ty:ty)),*) => {
+        $(impl<T: Real, const N: usize> From<$ty> for AnyForce<T, N> {
+            fn from(force: $ty) -> Self {
+                Self::$variant(force)
+            }
+        })*
+
+        impl<T: Real, const N: usize> Force<T, N> for AnyForce<T, N> {
+            fn force<S: Scalar<Base = T>>(&self, t: S, eta: &Vector<S, N>) -> Covector<S, N> {
+                match self {
+                    $(Self::$variant(force) => force.force(t, eta),)*
+                    Self::Sum(terms) => terms.iter().fold(Covector::zeros(), |sum, term| sum + term.force(t, eta)),
+                }
+            }
+
+            fn is_zero(&self) -> bool {
+                match self {
+                    $(Self::$variant(force) => Force::<T, N>::is_zero(force),)*
+                    Self::Sum(terms) => terms.iter().all(|term| term.is_zero()),
+                }
+            }
+        }
+    };
+}
+
+any_force!(
+    Zero(Zero),
+    DoubleBracket(DoubleBracket<T, N>),
+    Metriplectic(Metriplectic<T, N>),
+    LinearDrag(LinearDrag<T, N>),
+    QuadraticDrag(QuadraticDrag<T, N>),
+    Constant(Constant<T, N>),
+    Periodic(Periodic<T, N>)
+);

@@ -1,0 +1,239 @@
+//! Retractions on SO(3) in closed form: R³ with the cross product, hat x̂ y = x × y.
+
+use super::{Retraction, RetractionError, TangentPoint};
+use crate::algebra::{Covector, LieAlgebra, Matrix, Vector};
+use crate::scalar::{Real, Scalar};
+
+/// so(3) in the basis of the three rotations about the axes: C^c_ab = ε_abc.
+fn rotations<T: Real>() -> LieAlgebra<T, 3> {
+    LieAlgebra::new(|a, b, c| match (3 + b - a) % 3 {
+        1 if c == (b + 1) % 3 => T::one(),
+        2 if c == (a + 1) % 3 => -T::one(),
+        _ => T::zero(),
+    })
+    .expect("the Levi-Civita symbol is antisymmetric and satisfies the Jacobi identity")
+}
+
+#[inline]
+fn dot<S: Scalar>(x: &Vector<S, 3>, y: &Vector<S, 3>) -> S {
+    x[0] * y[0] + x[1] * y[1] + x[2] * y[2]
+}
+
+#[inline]
+fn cross<S: Scalar>(x: &Vector<S, 3>, y: &Vector<S, 3>) -> Vector<S, 3> {
+    Vector::<S, 3>::new(x[1] * y[2] - x[2] * y[1], x[2] * y[0] - x[0] * y[2], x[0] * y[1] - x[1] * y[0])
+}
+
+/// α 1 + β x̂ + γ x xᵀ.
+#[inline]
+fn combine<S: Scalar>(alpha: S, beta: S, gamma: S, x: &Vector<S, 3>) -> Matrix<S, 3> {
+    let (b0, b1, b2) = (beta * x[0], beta * x[1], beta * x[2]);
+    let (g0, g1) = (gamma * x[0], gamma * x[1]);
+    let (s01, s02, s12) = (g0 * x[1], g0 * x[2], g1 * x[2]);
+    Matrix::<S, 3>::new(
+        alpha + g0 * x[0],
+        s01 - b2,
+        s02 + b1,
+        s01 + b2,
+        alpha + g1 * x[1],
+        s12 - b0,
+        s02 - b1,
+        s12 + b0,
+        alpha + gamma * x[2] * x[2],
+    )
+}
+
+/// 1 + β x̂ + γ x̂²: the diagonal in the form that keeps its distance from 1 (x̂² = x xᵀ − |x|²).
+#[inline]
+fn rotation<S: Scalar>(beta: S, gamma: S, x: &Vector<S, 3>) -> Matrix<S, 3> {
+    let (x2, y2, z2) = (x[0] * x[0], x[1] * x[1], x[2] * x[2]);
+    let mut matrix = combine(S::zero(), beta, gamma, x);
+    matrix[(0, 0)] = S::one() - gamma * (y2 + z2);
+    matrix[(1, 1)] = S::one() - gamma * (x2 + z2);
+    matrix[(2, 2)] = S::one() - gamma * (x2 + y2);
+    matrix
+}
+
+/// Refuses what is not finite or not a rotation (RᵀR = 1 to 2⁻²⁰ and det R > 0).
+fn check_rotation<S: Scalar>(g: &Matrix<S, 3>, retraction: &'static str) -> Result<(), RetractionError> {
+    if g.iter().any(|v| !v.all_finite()) {
+        return Err(RetractionError::NotFinite { retraction });
+    }
+    let r = g.map(|v| v.to_f64());
+    let defect = (r.transpose() * r - Matrix::<f64, 3>::identity()).amax();
+    if !(defect < 1.0 / 1048576.0 && r.determinant() > 0.0) {
+        return Err(RetractionError::NoPreimage { retraction, why: "the matrix is not a rotation" });
+    }
+    Ok(())
+}
+
+/// The unit quaternion (w, v) of a rotation, times 4 q_k of its largest component: all accurate to round-off, without
+/// a square root (Shepperd 1978). The scale is at least 1 in size; the sign of w is not normalised.
+fn scaled_quaternion<S: Scalar>(g: &Matrix<S, 3>) -> (S, Vector<S, 3>) {
+    let trace = g[(0, 0)] + g[(1, 1)] + g[(2, 2)];
+    let skew = Vector::<S, 3>::new(g[(2, 1)] - g[(1, 2)], g[(0, 2)] - g[(2, 0)], g[(1, 0)] - g[(0, 1)]);
+    if trace.base() >= S::zero().base() {
+        return (S::one() + trace, skew);
+    }
+    let mut k = 0;
+    for i in 1..3 {
+        if g[(i, i)] > g[(k, k)] {
+            k = i;
+        }
+    }
+    let two = S::int(2);
+    let v =
+        Vector::<S, 3>::from_fn(|i, _| if i == k { S::one() + two * g[(k, k)] - trace } else { g[(i, k)] + g[(k, i)] });
+    (skew[k], v)
+}
+
+/// The Cayley map on SO(3): τ(x) = (1 − x̂/2)⁻¹(1 + x̂/2), the rotation about x by the angle 2 arctan(|x|/2).
+///
+/// Defined for every x with finite |x|²; dτ is never singular. τ⁻¹ is undefined at rotation angle π.
+/// With q = 4 + |x|² (Bou-Rabee and Marsden 2009; Martín de Diego and Sato Martín de Almagro 2019, §5.3):
+/// τ = 1 + (4/q)(x̂ + x̂²/2), dτ = (2/q)(2 − x̂), dτ⁻¹ = 1 + x̂/2 + x xᵀ/4.
+#[derive(Clone, Debug, PartialEq)]
+pub struct CayleySo3<T: Real> {
+    algebra: LieAlgebra<T, 3>,
+}
+
+impl<T: Real> CayleySo3<T> {
+    const NAME: &'static str = "cay";
+
+    /// The Cayley map on SO(3).
+    pub fn new() -> Self {
+        Self { algebra: rotations() }
+    }
+
+    /// 2/q.
+    #[inline]
+    fn factor<S: Scalar<Base = T>>(x: &Vector<S, 3>) -> Result<S, RetractionError> {
+        let q = S::int(4) + dot(x, x);
+        if q.all_finite() { Ok(S::int(2) / q) } else { Err(Self::refuse(x)) }
+    }
+
+    #[cold]
+    fn refuse<S: Scalar<Base = T>>(x: &Vector<S, 3>) -> RetractionError {
+        refuse(x, Self::NAME)
+    }
+}
+
+/// The error for an x whose square is not finite.
+#[cold]
+fn refuse<S: Scalar>(x: &Vector<S, 3>, retraction: &'static str) -> RetractionError {
+    if x.iter().any(|v| !v.all_finite()) {
+        return RetractionError::NotFinite { retraction };
+    }
+    let size = x.iter().fold(0.0, |m: f64, v| m.max(v.to_f64().abs()));
+    RetractionError::OutsideDomain { retraction, size, why: "|x|² overflows" }
+}
+
+impl<T: Real> Default for CayleySo3<T> {
+    fn default() -> Self {
+        Self::new()
+    }
+}
+
+impl<T: Real> Retraction<T, 3, 3> for CayleySo3<T> {
+    type Point<S: Scalar<Base = T>> = CayleySo3Point<S>;
+
+    fn name(&self) -> &'static str {
+        Self::NAME
+    }
+
+    fn algebra(&self) -> &LieAlgebra<T, 3> {
+        &self.algebra
+    }
+
+    #[inline]
+    fn tau<S: Scalar<Base = T>>(&self, x: &Vector<S, 3>) -> Result<Matrix<S, 3>, RetractionError> {
+        let factor = Self::factor(x)?;
+        Ok(rotation(factor + factor, factor, x))
+    }
+
+    /// x = 2 v/w, with (w, v) the unit quaternion of g.
+    fn tau_inv<S: Scalar<Base = T>>(&self, g: &Matrix<S, 3>) -> Result<Vector<S, 3>, RetractionError> {
+        check_rotation(g, Self::NAME)?;
+        let (w, v) = scaled_quaternion(g);
+        if w.base().abs() <= T::int(16) * T::unit_roundoff() {
+            return Err(RetractionError::NoPreimage { retraction: Self::NAME, why: "the rotation angle is π" });
+        }
+        let factor = S::int(2) / w;
+        Ok(v.map(|c| c * factor))
+    }
+
+    #[inline]
+    fn at<S: Scalar<Base = T>>(&self, x: &Vector<S, 3>) -> Result<CayleySo3Point<S>, RetractionError> {
+        let factor = Self::factor(x)?;
+        let (one, half) = (S::one(), S::half());
+        Ok(CayleySo3Point {
+            x: *x,
+            factor,
+            d: combine(factor + factor, -factor, S::zero(), x),
+            d_inv: combine(one, half, half * half, x),
+        })
+    }
+}
+
+/// The tangents of [`CayleySo3`] at x.
+#[derive(Clone, Debug, PartialEq)]
+pub struct CayleySo3Point<S: Scalar> {
+    x: Vector<S, 3>,
+    /// 2/q.
+    factor: S,
+    d: Matrix<S, 3>,
+    d_inv: Matrix<S, 3>,
+}
+
+impl<S: Scalar> TangentPoint<S, 3> for CayleySo3Point<S> {
+    #[inline]
+    fn d(&self) -> &Matrix<S, 3> {
+        &self.d
+    }
+
+    #[inline]
+    fn d_inv(&self) -> &Matrix<S, 3> {
+        &self.d_inv
+    }
+
+    #[inline]
+    fn d_neg(&self) -> Matrix<S, 3> {
+        self.d.transpose()
+    }
+
+    #[inline]
+    fn ad(&self) -> Matrix<S, 3> {
+        rotation(self.factor + self.factor, self.factor, &self.x)
+    }
+
+    #[inline]
+    fn ad_inv(&self) -> Matrix<S, 3> {
+        rotation(-(self.factor + self.factor), self.factor, &self.x)
+    }
+
+    /// (2/q)[dτ_x⁻¹ ŷ − y xᵀ] = (2/q)[ŷ − ½ y xᵀ − ½ (x·y) 1 + ¼ x (x × y)ᵀ].
+    fn dd(&self, y: &Vector<S, 3>) -> Matrix<S, 3> {
+        let x = &self.x;
+        let half = S::half();
+        let z = cross(x, y) * half;
+        let mut matrix = combine(-half * dot(x, y), S::one(), S::zero(), y);
+        for i in 0..3 {
+            for j in 0..3 {
+                matrix[(i, j)] = self.factor * (matrix[(i, j)] + half * (x[i] * z[j] - y[i] * x[j]));
+            }
+        }
+        matrix
+    }
+
+    /// (2/q)[m × y − (p·y) x].
+    #[inline]
+    fn pull_dd(&self, p: &Covector<S, 3>, m: &Covector<S, 3>, y: &Vector<S, 3>) -> Covector<S, 3> {
+        let x = &self.x;
+        let along = p[0] * y[0] + p[1] * y[1] + p[2] * y[2];
+        Covector::<S, 3>::new(
+            self.factor * (m[1] * y[2] - m[2] * y[1] - along * x[0]),
+            self.factor * (m[2] * y[0] - m[0] * y[2] - along * x[1]),
+            self.factor * (m[0] * y[1] - m[1] * y[0] - along * x[2]),
+        )
+    }
+}
