@@ -59,5 +59,7 @@ pub trait Real: Scalar<Base = Self> {
 mod double;
 pub mod dual;
 mod field;
+pub mod number;
 
 pub use dual::Dual;
+pub use number::{Number, NumberError};
