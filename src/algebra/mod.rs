@@ -6,6 +6,14 @@
 use crate::scalar::{Real, Scalar};
 use nalgebra::{RowSVector, SMatrix, SVector};
 
+mod casimir;
+pub mod catalogue;
+mod classification;
+pub mod elimination;
+
+pub use casimir::Casimir;
+pub use catalogue::Entry;
+
 /// A vector of g: N coordinates in the basis e_a, a column.
 pub type Vector<S, const N: usize> = SVector<S, N>;
 
@@ -24,11 +32,18 @@ pub fn pair<S: Scalar, const N: usize>(mu: &Covector<S, N>, xi: &Vector<S, N>) -
     sum
 }
 
-/// Why structure constants were refused.
+/// e_a, a < N.
+pub(crate) fn basis_vector<S: Scalar, const N: usize>(a: usize) -> Vector<S, N> {
+    Vector::from_fn(|b, _| if a == b { S::one() } else { S::zero() })
+}
+
+/// Why structure constants, a basis or matrices were refused. Indices count from 0.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
 pub enum AlgebraError {
     /// C^c_ab + C^c_ba ≠ 0.
-    #[error("structure constants are not antisymmetric: C^{c}_{a}{b} + C^{c}_{b}{a} = {defect:e} (indices from 0)")]
+    #[error(
+        "structure constants are not antisymmetric: C^{c}_{{{a} {b}}} + C^{c}_{{{b} {a}}} = {defect:e} (indices from 0)"
+    )]
     NotAntisymmetric {
         /// First lower index.
         a: usize,
@@ -41,7 +56,7 @@ pub enum AlgebraError {
     },
     /// [e_a,[e_b,e_c]] + cyclic ≠ 0.
     #[error(
-        "structure constants break the Jacobi identity for (e_{a}, e_{b}, e_{c}): defect {defect:e} (indices from 0)"
+        "structure constants break the Jacobi identity for (e_{a}, e_{b}, e_{c}): relative defect {defect:e} (indices from 0)"
     )]
     Jacobi {
         /// First basis vector.
@@ -50,7 +65,7 @@ pub enum AlgebraError {
         b: usize,
         /// Third basis vector.
         c: usize,
-        /// Largest component of the cyclic sum.
+        /// Largest component of the cyclic sum, relative to max|C|².
         defect: f64,
     },
     /// A structure constant or a basis entry is NaN or infinite.
@@ -60,13 +75,56 @@ pub enum AlgebraError {
         what: String,
     },
     /// The basis change is singular to working precision.
-    #[error("the basis change is singular to working precision")]
-    SingularBasis,
-    /// A matrix basis is not closed under the commutator, or is linearly dependent.
-    #[error("the matrices do not span a Lie algebra: {why}")]
+    #[error("the basis change is singular to working precision: its condition number is {condition:e}")]
+    SingularBasis {
+        /// Skeel's condition number; infinite when no pivot is left.
+        condition: f64,
+    },
+    /// The matrices are linearly dependent to working precision.
+    #[error(
+        "the matrices are linearly dependent: of matrix {index} only {remainder:e} of its size is left outside the span \
+         of the ones before"
+    )]
+    Dependent {
+        /// The first matrix in the span of those before it.
+        index: usize,
+        /// Frobenius norm of what is left, relative to that of the matrix.
+        remainder: f64,
+    },
+    /// The span of the matrices is not closed under the commutator.
+    #[error(
+        "the matrices do not span a Lie algebra: the commutator of matrices {a} and {b} is off their span by \
+         {defect:e} (bound {bound:e})"
+    )]
     NotClosed {
-        /// What failed, with numbers.
-        why: String,
+        /// First matrix.
+        a: usize,
+        /// Second matrix.
+        b: usize,
+        /// Largest entry of the commutator minus its projection to the span.
+        defect: f64,
+        /// What rounding explains.
+        bound: f64,
+    },
+    /// An algebra of the catalogue has another dimension than the type.
+    #[error("the algebra {name} has dimension {dimension}, expected {expected}")]
+    Dimension {
+        /// Its name.
+        name: String,
+        /// Its dimension.
+        dimension: usize,
+        /// The dimension of the type.
+        expected: usize,
+    },
+    /// The matrices of the type are too small for the representation.
+    #[error("the algebra {name} is represented by {needed}×{needed} matrices, which do not fit in {size}×{size}")]
+    MatrixSize {
+        /// Name of the algebra.
+        name: String,
+        /// The size of its representation.
+        needed: usize,
+        /// The size of the type.
+        size: usize,
     },
 }
 
@@ -80,53 +138,67 @@ pub struct LieAlgebra<T: Real, const N: usize> {
 impl<T: Real, const N: usize> LieAlgebra<T, N> {
     /// The algebra with C^c_ab = `constants(a, b, c)`.
     ///
+    /// The constants may carry rounding errors: they are antisymmetrised (which changes nothing if they are
+    /// antisymmetric already) so that [ξ, ξ] = 0 holds exactly.
+    ///
     /// # Errors
-    /// Non-finite entries; antisymmetry or the Jacobi identity off by more than rounding of the given constants,
-    /// relative to their size (64 N u max|C| and 64 N² u max|C|²).
+    /// Non-finite entries; antisymmetry or the Jacobi identity off by more than rounding of the given constants:
+    /// 64 N u max|C| and 64 N² u max|C|².
     pub fn new(constants: impl Fn(usize, usize, usize) -> T) -> Result<Self, AlgebraError> {
-        let ad_basis: [Matrix<T, N>; N] = std::array::from_fn(|a| Matrix::from_fn(|c, b| constants(a, b, c)));
-        let algebra = Self { ad_basis };
-        let mut size = T::zero();
-        for (a, ad) in algebra.ad_basis.iter().enumerate() {
-            for b in 0..N {
-                for c in 0..N {
-                    if !ad[(c, b)].all_finite() {
-                        return Err(AlgebraError::NotFinite { what: format!("structure constant C^{c}_{a}{b}") });
-                    }
-                    size = size.max(ad[(c, b)].abs());
-                }
+        let raw = Self { ad_basis: std::array::from_fn(|a| Matrix::from_fn(|c, b| constants(a, b, c))) };
+        for (a, b, c) in triples::<N>() {
+            if !raw.constant(a, b, c).all_finite() {
+                return Err(AlgebraError::NotFinite { what: format!("structure constant C^{c}_{{{a} {b}}}") });
             }
         }
-        let n = T::int(64 * N as i64);
-        let unit = T::unit_roundoff();
-        for a in 0..N {
-            for b in 0..=a {
-                for c in 0..N {
-                    let defect = algebra.constant(a, b, c) + algebra.constant(b, a, c);
-                    if defect.abs() > n * unit * size {
-                        return Err(AlgebraError::NotAntisymmetric { a, b, c, defect: defect.to_f64() });
-                    }
-                }
-            }
-        }
-        let bound = n * T::int(N as i64) * unit * size * size;
-        for a in 0..N {
-            for b in 0..a {
-                for c in 0..b {
-                    let defect = algebra.jacobi_defect(a, b, c);
-                    if defect > bound {
-                        return Err(AlgebraError::Jacobi { a, b, c, defect: defect.to_f64() });
-                    }
-                }
-            }
-        }
+        raw.check_antisymmetry()?;
+        let algebra = raw.antisymmetrised();
+        algebra.check_jacobi()?;
         Ok(algebra)
     }
 
-    fn jacobi_defect(&self, a: usize, b: usize, c: usize) -> T {
-        let e = |i: usize| Vector::<T, N>::from_fn(|r, _| if r == i { T::one() } else { T::zero() });
-        let term = |x: usize, y: usize, z: usize| self.bracket(&e(x), &self.bracket(&e(y), &e(z)));
-        (term(a, b, c) + term(b, c, a) + term(c, a, b)).iter().fold(T::zero(), |m, v| m.max(v.abs()))
+    /// For constants whose validity is known otherwise: no checks, antisymmetrised.
+    pub(crate) fn unchecked(constants: impl Fn(usize, usize, usize) -> T) -> Self {
+        Self { ad_basis: std::array::from_fn(|a| Matrix::from_fn(|c, b| constants(a, b, c))) }.antisymmetrised()
+    }
+
+    fn antisymmetrised(&self) -> Self {
+        // Halves first: the difference of two large constants may overflow.
+        let half = |a, b, c| self.constant(a, b, c) * T::half();
+        Self { ad_basis: std::array::from_fn(|a| Matrix::from_fn(|c, b| half(a, b, c) - half(b, a, c))) }
+    }
+
+    /// max|C|.
+    fn size(&self) -> T {
+        triples::<N>().fold(T::zero(), |m, (a, b, c)| m.max(self.constant(a, b, c).abs()))
+    }
+
+    fn check_antisymmetry(&self) -> Result<(), AlgebraError> {
+        let bound = T::int(64 * N as i64) * T::unit_roundoff() * self.size();
+        for (a, b, c) in triples::<N>() {
+            let defect = self.constant(a, b, c) + self.constant(b, a, c);
+            if defect.abs() > bound {
+                return Err(AlgebraError::NotAntisymmetric { a, b, c, defect: defect.to_f64() });
+            }
+        }
+        Ok(())
+    }
+
+    fn check_jacobi(&self) -> Result<(), AlgebraError> {
+        // Scaled by a power of two to max|C| ≈ 1: products of tiny or huge constants would underflow or overflow.
+        let Some(scale) = elimination::power_of_two(self.size().to_f64()) else { return Ok(()) };
+        let scaled = Self { ad_basis: self.ad_basis.map(|ad| ad * T::exact(scale)) };
+        let size = scaled.size();
+        let bound = T::int(64 * (N * N) as i64) * T::unit_roundoff() * size * size;
+        for (a, b, c) in triples::<N>().filter(|(a, b, c)| a < b && b < c) {
+            let e = basis_vector;
+            let term = |x, y, z| scaled.bracket::<T>(&e(x), &scaled.bracket(&e(y), &e(z)));
+            let defect = (term(a, b, c) + term(b, c, a) + term(c, a, b)).amax();
+            if defect > bound {
+                return Err(AlgebraError::Jacobi { a, b, c, defect: (defect / (size * size)).to_f64() });
+            }
+        }
+        Ok(())
     }
 
     /// C^c_ab.
@@ -159,19 +231,23 @@ impl<T: Real, const N: usize> LieAlgebra<T, N> {
 
     /// The same algebra in the basis e'_a = e_b B^b_a (the columns of `basis`), so that x = B x' and μ' = μ B.
     ///
+    /// Relative error of the constants: a few N u times the condition number of B.
+    ///
     /// # Errors
-    /// A singular or non-finite basis.
+    /// A non-finite B, or one that is singular to working precision; overflow of the new constants.
     pub fn in_basis(&self, basis: &Matrix<T, N>) -> Result<Self, AlgebraError> {
-        if basis.iter().any(|v| !v.all_finite()) {
-            return Err(AlgebraError::NotFinite { what: "the basis change".into() });
-        }
-        let inverse = basis.try_inverse().ok_or(AlgebraError::SingularBasis)?;
+        let inverse = elimination::regular_inverse(basis)?;
         let ad_basis = std::array::from_fn(|a| inverse * self.ad(&basis.column(a).into_owned()) * basis);
-        // Jacobi and antisymmetry are inherited; re-antisymmetrise so that rounding of B⁻¹ does not break [x, x] = 0.
-        let raw = Self { ad_basis };
-        let ad_basis = std::array::from_fn(|a| {
-            Matrix::from_fn(|c, b| T::half() * (raw.constant(a, b, c) - raw.constant(b, a, c)))
-        });
-        Ok(Self { ad_basis })
+        let moved = Self { ad_basis };
+        if moved.ad_basis.iter().flatten().any(|v| !v.all_finite()) {
+            return Err(AlgebraError::NotFinite { what: "a structure constant in the new basis".into() });
+        }
+        // Jacobi is inherited; antisymmetry would suffer from the rounding of B⁻¹.
+        Ok(moved.antisymmetrised())
     }
+}
+
+/// All (a, b, c) below N.
+fn triples<const N: usize>() -> impl Iterator<Item = (usize, usize, usize)> {
+    (0..N).flat_map(|a| (0..N).flat_map(move |b| (0..N).map(move |c| (a, b, c))))
 }
