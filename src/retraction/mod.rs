@@ -6,9 +6,10 @@
 use crate::algebra::{Covector, LieAlgebra, Matrix, Vector};
 use crate::scalar::{Real, Scalar};
 
+pub mod coefficients;
 pub mod so3;
 
-pub use so3::{CayleySo3, CayleySo3Point};
+pub use so3::{CayleySo3, CayleySo3Point, ExponentialSo3, ExponentialSo3Point};
 
 /// Where a retraction or its inverse is not defined, with the numbers needed to act on it.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]

@@ -1,5 +1,6 @@
 //! Retractions on SO(3) in closed form: R³ with the cross product, hat x̂ y = x × y.
 
+use super::coefficients::{Coefficients, Values};
 use super::{Retraction, RetractionError, TangentPoint};
 use crate::algebra::{Covector, LieAlgebra, Matrix, Vector};
 use crate::scalar::{Real, Scalar};
@@ -234,6 +235,145 @@ impl<S: Scalar> TangentPoint<S, 3> for CayleySo3Point<S> {
             self.factor * (m[1] * y[2] - m[2] * y[1] - along * x[0]),
             self.factor * (m[2] * y[0] - m[0] * y[2] - along * x[1]),
             self.factor * (m[0] * y[1] - m[1] * y[0] - along * x[2]),
+        )
+    }
+}
+
+/// The exponential on SO(3): τ(x) = exp x̂, the rotation about x by the angle θ = |x|.
+///
+/// τ is defined for every x with finite |x|²; dτ is singular iff θ = 2πk, k ≠ 0 (`SingularTangent`). τ⁻¹ is the
+/// principal logarithm, |x| < π, undefined at rotation angle π. With the functions A, B, G of t = θ² in
+/// [`Coefficients`] (Iserles et al. 2000, app. B; Martín de Diego and Sato Martín de Almagro 2019, §5.3):
+/// τ = 1 + (sin θ/θ) x̂ + A x̂², dτ = 1 − A x̂ + B x̂², dτ⁻¹ = 1 + x̂/2 + G x̂².
+#[derive(Clone, Debug, PartialEq)]
+pub struct ExponentialSo3<T: Real> {
+    algebra: LieAlgebra<T, 3>,
+    coefficients: Coefficients<T>,
+}
+
+impl<T: Real> ExponentialSo3<T> {
+    const NAME: &'static str = "exp";
+
+    /// The exponential on SO(3).
+    pub fn new() -> Self {
+        Self { algebra: rotations(), coefficients: Coefficients::new() }
+    }
+
+    fn values<S: Scalar<Base = T>>(&self, x: &Vector<S, 3>) -> Result<Values<S>, RetractionError> {
+        let t = dot(x, x);
+        if t.all_finite() { Ok(self.coefficients.at(t)) } else { Err(refuse(x, Self::NAME)) }
+    }
+}
+
+impl<T: Real> Default for ExponentialSo3<T> {
+    fn default() -> Self {
+        Self::new()
+    }
+}
+
+impl<T: Real> Retraction<T, 3, 3> for ExponentialSo3<T> {
+    type Point<S: Scalar<Base = T>> = ExponentialSo3Point<S>;
+
+    fn name(&self) -> &'static str {
+        Self::NAME
+    }
+
+    fn algebra(&self) -> &LieAlgebra<T, 3> {
+        &self.algebra
+    }
+
+    fn tau<S: Scalar<Base = T>>(&self, x: &Vector<S, 3>) -> Result<Matrix<S, 3>, RetractionError> {
+        let values = self.values(x)?;
+        Ok(rotation(values.sinc, values.a, x))
+    }
+
+    /// x = 2 arctan(|v|/w) v/|v|, with (w, v) the unit quaternion of g.
+    fn tau_inv<S: Scalar<Base = T>>(&self, g: &Matrix<S, 3>) -> Result<Vector<S, 3>, RetractionError> {
+        check_rotation(g, Self::NAME)?;
+        let (w, v) = scaled_quaternion(g);
+        if w.base().abs() <= T::int(16) * T::unit_roundoff() {
+            return Err(RetractionError::NoPreimage { retraction: Self::NAME, why: "the rotation angle is π" });
+        }
+        let y = v.map(|c| c / w);
+        let factor = S::int(2) * self.coefficients.arc(dot(&y, &y));
+        Ok(y.map(|c| c * factor))
+    }
+
+    fn at<S: Scalar<Base = T>>(&self, x: &Vector<S, 3>) -> Result<ExponentialSo3Point<S>, RetractionError> {
+        let values = self.values(x)?;
+        let Some(g) = values.g else {
+            let size = x.iter().fold(0.0, |m: f64, v| m.max(v.to_f64().abs()));
+            return Err(RetractionError::SingularTangent { retraction: Self::NAME, size });
+        };
+        Ok(ExponentialSo3Point { x: *x, values, d: rotation(-values.a, values.b, x), d_inv: rotation(S::half(), g, x) })
+    }
+}
+
+/// The tangents of [`ExponentialSo3`] at x.
+#[derive(Clone, Debug, PartialEq)]
+pub struct ExponentialSo3Point<S: Scalar> {
+    x: Vector<S, 3>,
+    values: Values<S>,
+    d: Matrix<S, 3>,
+    d_inv: Matrix<S, 3>,
+}
+
+impl<S: Scalar> ExponentialSo3Point<S> {
+    /// (u, z, β) with ∂_x(dτ_x y) = dτ_x ddτ_x(y, ·) = u xᵀ + ẑ + β 1:
+    /// u = −2A' x×y + 2B' x×(x×y) − B y, z = A y − B x×y, β = B x·y.
+    fn derivative(&self, y: &Vector<S, 3>) -> (Vector<S, 3>, Vector<S, 3>, S) {
+        let (x, values) = (&self.x, &self.values);
+        let two = S::int(2);
+        let (a_slope, b_slope) = (two * values.a_slope, two * values.b_slope);
+        let once = cross(x, y);
+        let twice = cross(x, &once);
+        let u = Vector::<S, 3>::from_fn(|i, _| b_slope * twice[i] - a_slope * once[i] - values.b * y[i]);
+        let z = Vector::<S, 3>::from_fn(|i, _| values.a * y[i] - values.b * once[i]);
+        (u, z, values.b * dot(x, y))
+    }
+}
+
+impl<S: Scalar> TangentPoint<S, 3> for ExponentialSo3Point<S> {
+    fn d(&self) -> &Matrix<S, 3> {
+        &self.d
+    }
+
+    fn d_inv(&self) -> &Matrix<S, 3> {
+        &self.d_inv
+    }
+
+    fn d_neg(&self) -> Matrix<S, 3> {
+        self.d.transpose()
+    }
+
+    fn ad(&self) -> Matrix<S, 3> {
+        rotation(self.values.sinc, self.values.a, &self.x)
+    }
+
+    fn ad_inv(&self) -> Matrix<S, 3> {
+        rotation(-self.values.sinc, self.values.a, &self.x)
+    }
+
+    /// dτ_x⁻¹ ∂_x(dτ_x y).
+    fn dd(&self, y: &Vector<S, 3>) -> Matrix<S, 3> {
+        let (u, z, beta) = self.derivative(y);
+        let mut matrix = combine(beta, S::one(), S::zero(), &z);
+        for i in 0..3 {
+            for j in 0..3 {
+                matrix[(i, j)] += u[i] * self.x[j];
+            }
+        }
+        self.d_inv * matrix
+    }
+
+    /// m ∂_x(dτ_x y) = (m·u) xᵀ + m × z + β m.
+    fn pull_dd(&self, _p: &Covector<S, 3>, m: &Covector<S, 3>, y: &Vector<S, 3>) -> Covector<S, 3> {
+        let (u, z, beta) = self.derivative(y);
+        let along = m[0] * u[0] + m[1] * u[1] + m[2] * u[2];
+        Covector::<S, 3>::new(
+            along * self.x[0] + m[1] * z[2] - m[2] * z[1] + beta * m[0],
+            along * self.x[1] + m[2] * z[0] - m[0] * z[2] + beta * m[1],
+            along * self.x[2] + m[0] * z[1] - m[1] * z[0] + beta * m[2],
         )
     }
 }
