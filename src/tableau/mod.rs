@@ -1,5 +1,12 @@
 //! Runge–Kutta tableaux as data: (a_ij, b_j, c_i) with every b_i ≠ 0, and the symplectic conjugate.
 
+pub mod families;
+pub mod order;
+pub mod trees;
+
+pub use families::{Classic, Family};
+pub use order::{Order, classical_order, variational_order};
+
 use crate::scalar::Real;
 use nalgebra::{DMatrix, DVector};
 
