@@ -9,17 +9,16 @@ use super::error::{CaseError, Place, Problem};
 use super::so3::So3Retraction;
 use crate::algebra::catalogue::Entry;
 use crate::algebra::{Casimir, Covector, LieAlgebra, Matrix, Vector};
-use crate::group::MatrixGroup;
+use crate::group::{LieGroup, MatrixGroup};
 use crate::integrators::State;
+use crate::mechanics::Lagrangian;
+use crate::mechanics::force::ForceError;
 use crate::mechanics::force::{AnyForce, Constant, DoubleBracket, LinearDrag, Metriplectic, Periodic, QuadraticDrag};
 use crate::mechanics::lagrangian::{AnyLagrangian, Quadratic, Quartic};
-use crate::mechanics::{ForceError, Lagrangian};
-use crate::retraction::{AnyRetraction, Retraction};
+use crate::retraction::{AnyRetraction, Cayley, Exponential, Retraction};
 use crate::scalar::{Number, Real};
-use crate::tableau::Tableau;
-
-/// The largest number of stages of a case.
-pub const MAX_STAGES: usize = 64;
+use crate::tableau::families::MAX_STAGES;
+use crate::tableau::{Description, Entries, Tableau, TableauError};
 
 /// A case, built: every part typed, every number in `T`.
 #[derive(Clone, Debug)]
@@ -50,8 +49,7 @@ pub trait Visitor<T: Real> {
     type Output;
 
     /// Does it.
-    fn visit<const N: usize, const D: usize, R: Retraction<T, N, D>>(self, system: System<T, N, D, R>)
-    -> Self::Output;
+    fn visit<const N: usize, const D: usize, R: Retraction<T, N, D>>(self, system: System<T, N, D, R>) -> Self::Output;
 }
 
 /// Builds and does nothing.
@@ -128,9 +126,9 @@ impl Case {
         let (mut algebra, mut group, mut casimirs) = match &self.algebra.structure {
             Structure::Named(entry) => {
                 let refused = |e| place.key("name").error(Problem::Algebra(e));
-                let group = MatrixGroup::<T, N, D>::from_catalogue(entry).map_err(refused)?;
+                let group = MatrixGroup::<T, N, D>::from_entry(entry).map_err(refused)?;
                 let casimirs = entry.casimirs::<T, N>().map_err(refused)?;
-                (LieAlgebra::from_catalogue(entry).map_err(refused)?, Some(group), casimirs)
+                (group.algebra().clone(), Some(group), casimirs)
             }
             Structure::Constants { .. } => (self.constants::<T, N>(&place.key("constants"))?, None, Vec::new()),
         };
@@ -211,7 +209,7 @@ impl Case {
     fn tableau<T: Real>(&self, method: &Place) -> Result<Tableau<T>, CaseError> {
         let tableau = &self.method.tableau;
         let place = match tableau {
-            crate::tableau::Description::Explicit { b, .. } => {
+            Description::Entries(Entries { b, .. }) => {
                 if b.len() > MAX_STAGES {
                     let allowed = format!("at most {MAX_STAGES} stages");
                     return Err(method.key("b").error(Problem::Range { found: format!("{} long", b.len()), allowed }));
@@ -220,7 +218,7 @@ impl Case {
             }
             _ => method.key("tableau"),
         };
-        tableau.tableau::<T>().map_err(|e| tableau_place(&e, method, place).error(e))
+        tableau.build::<T>().map_err(|e| tableau_place(&e, method, place).error(e))
     }
 
     fn state<T: Real, const N: usize, const D: usize>(
@@ -258,9 +256,22 @@ fn general<T: Real, const N: usize, const D: usize>(
     algebra: &LieAlgebra<T, N>,
     group: &Option<MatrixGroup<T, N, D>>,
     tau: Tau,
-) -> Result<AnyRetraction<T, N, D>, Problem> {
-    let _ = (algebra, group, tau);
-    todo!()
+) -> Result<AnyRetraction<T, N, D, MatrixGroup<T, N, D>>, Problem> {
+    Ok(match (tau, group) {
+        (Tau::Exponential, Some(group)) => AnyRetraction::Exponential(Exponential::of_group(group.clone())),
+        (Tau::Exponential, None) => AnyRetraction::Exponential(Exponential::of_algebra(algebra.clone())),
+        (Tau::Cayley, Some(group)) => {
+            AnyRetraction::Cayley(Cayley::new(group.clone()).map_err(|e| Problem::Part(e.to_string()))?)
+        }
+        (Tau::Cayley, None) => {
+            return Err(Problem::NotApplicable {
+                what: "\"cayley\"",
+                why: "it works on matrices, and the algebra is given by structure constants alone, without a group; \
+                      allowed: \"exp\", or an algebra of the catalogue by name"
+                    .into(),
+            });
+        }
+    })
 }
 
 fn force_term<T: Real, const N: usize>(
@@ -304,15 +315,34 @@ fn drag_matrix<T: Real, const N: usize>(drag: &Drag, place: &Place) -> Result<Ma
     }
 }
 
-/// The key of the entry that a tableau error is about.
-fn tableau_place(error: &crate::tableau::TableauError, method: &Place, otherwise: Place) -> Place {
-    use crate::tableau::TableauError::{RowCount, RowLength, ZeroWeight};
+/// The key or the entry that a tableau error is about.
+fn tableau_place(error: &TableauError, method: &Place, otherwise: Place) -> Place {
     match error {
-        RowCount { .. } => method.key("a"),
-        RowLength { row, .. } => method.key("a").index(row - 1),
-        ZeroWeight { stage } => method.key("b").index(stage - 1),
+        TableauError::RowCount { .. } => method.key("a"),
+        TableauError::RowLength { row, .. } => method.key("a").index(row - 1),
+        TableauError::ZeroWeight { stage } => method.key("b").index(stage - 1),
+        TableauError::BadEntry { entry, .. } | TableauError::NotFinite { entry } => {
+            entry_place(entry, method).unwrap_or(otherwise)
+        }
         _ => otherwise,
     }
+}
+
+/// `a_12`, `a_1,12`, `b_3`, `c_2`, `c`: the place of that entry.
+fn entry_place(entry: &str, method: &Place) -> Option<Place> {
+    let (name, indices) = entry.split_once('_').unwrap_or((entry, ""));
+    let place = method.key(["a", "b", "c"].into_iter().find(|key| *key == name)?);
+    if indices.is_empty() {
+        return Some(place);
+    }
+    let (row, column) = match indices.split_once(',') {
+        Some((row, column)) => (row, column),
+        None if name == "a" && indices.len() == 2 => indices.split_at(1),
+        None => (indices, ""),
+    };
+    let index = |text: &str| text.parse::<usize>().ok()?.checked_sub(1);
+    let place = place.index(index(row)?);
+    Some(if column.is_empty() { place } else { place.index(index(column)?) })
 }
 
 /// k − 1 for k in 1, …, N.
@@ -338,7 +368,7 @@ fn vector<T: Real, const N: usize>(list: &[Number], place: &Place) -> Result<Vec
 /// The matrix with these rows.
 fn matrix<T: Real, const N: usize>(rows: &[Vec<Number>], place: &Place) -> Result<Matrix<T, N>, CaseError> {
     length(rows.len(), N, place)?;
-    let mut matrix = Matrix::zeros();
+    let mut matrix = Matrix::<T, N>::zeros();
     for (a, row) in rows.iter().enumerate() {
         matrix.set_row(a, &vector::<T, N>(row, &place.index(a))?.transpose());
     }

@@ -9,7 +9,7 @@ use super::case::{
 use super::error::{CaseError, Place, Problem};
 use crate::algebra::catalogue::{Entry, UnknownName};
 use crate::scalar::Number;
-use crate::tableau::Description;
+use crate::tableau::{Description, Entries};
 use serde::de::{IntoDeserializer, SeqAccess, Visitor};
 use serde::{Deserialize, Deserializer, Serialize, Serializer};
 use std::fmt;
@@ -101,6 +101,8 @@ pub(crate) struct MethodTable {
     pub a: Option<Vec<Vec<Number>>>,
     #[serde(skip_serializing_if = "Option::is_none")]
     pub b: Option<Vec<Number>>,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub c: Option<Vec<Number>>,
     pub retraction: Tau,
 }
 
@@ -421,14 +423,20 @@ impl ForceTable {
 
 impl MethodTable {
     fn method(self, place: &Place) -> Result<Method, CaseError> {
+        if let (Some(_), Some(_)) = (&self.tableau, &self.c) {
+            return Err(place.key("c").error(excess("either `tableau`, or `a` and `b`, not both")));
+        }
+        let c = self.c;
         let tableau = match (self.tableau, self.a, self.b) {
             (Some(name), None, None) => {
                 let place = place.key("tableau");
                 name.parse::<Description>().map_err(|e| place.error(Problem::Tableau(e)))?
             }
-            (None, Some(a), Some(b)) => Description::Explicit { a, b },
+            (None, Some(a), Some(b)) => Description::Entries(Entries { a, b, c }),
             (None, None, None) => {
-                return Err(place.error(missing("the tableau", "`tableau` (a name such as \"gauss-2\"), or `a` and `b`")));
+                return Err(
+                    place.error(missing("the tableau", "`tableau` (a name such as \"gauss-2\"), or `a` and `b`"))
+                );
             }
             (None, Some(_), None) => return Err(place.error(missing("`b`", "the list of the s weights"))),
             (None, None, Some(_)) => return Err(place.error(missing("`a`", "the s rows of coefficients"))),
@@ -463,9 +471,7 @@ impl From<Case> for Document {
             Structure::Named(entry) => AlgebraTable { name: Some(entry.to_string()), ..AlgebraTable::default() },
             Structure::Constants { dimension, constants } => AlgebraTable {
                 dimension: Some(dimension as i64),
-                constants: Some(
-                    constants.into_iter().map(|k| (k.a as i64, k.b as i64, k.c as i64, k.value)).collect(),
-                ),
+                constants: Some(constants.into_iter().map(|k| (k.a as i64, k.b as i64, k.c as i64, k.value)).collect()),
                 ..AlgebraTable::default()
             },
         };
@@ -473,9 +479,12 @@ impl From<Case> for Document {
             Inertia::Diagonal(diagonal) => diagonal.into_iter().map(Row::One).collect(),
             Inertia::Full(rows) => rows.into_iter().map(Row::Many).collect(),
         };
-        let (tableau, a, b) = match case.method.tableau {
-            Description::Explicit { a, b } => (None, Some(a), Some(b)),
-            named => (Some(named.to_string()), None, None),
+        let retraction = case.method.retraction;
+        let method = match case.method.tableau {
+            Description::Entries(Entries { a, b, c }) => {
+                MethodTable { tableau: None, a: Some(a), b: Some(b), c, retraction }
+            }
+            named => MethodTable { tableau: Some(named.to_string()), a: None, b: None, c: None, retraction },
         };
         let (velocity, momentum) = match case.start.motion {
             Motion::Velocity(eta) => (Some(eta), None),
@@ -486,7 +495,7 @@ impl From<Case> for Document {
             algebra: AlgebraTable { basis: case.algebra.basis, ..algebra },
             lagrangian: Some(LagrangianTable { inertia: Some(inertia), quartic: case.lagrangian.quartic }),
             force: case.forces.into_iter().map(ForceTable::from).collect(),
-            method: MethodTable { tableau, a, b, retraction: case.method.retraction },
+            method,
             state: StateTable {
                 velocity,
                 momentum,

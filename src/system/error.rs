@@ -1,7 +1,8 @@
 //! What can be wrong with a case, and where: errors that a file reader can map back to a line.
 
 use crate::algebra::AlgebraError;
-use crate::mechanics::{ForceError, LegendreError};
+use crate::mechanics::LegendreError;
+use crate::mechanics::force::ForceError;
 use crate::retraction::RetractionError;
 use crate::scalar::NumberError;
 use crate::tableau::TableauError;
@@ -119,7 +120,9 @@ pub enum Problem {
         text: String,
     },
     /// An inertia that is not symmetric.
-    #[error("is not symmetric: entry [{row}][{column}] = {entry}, but [{column}][{row}] = {mirrored}; allowed: a list of diagonal entries, or a symmetric matrix by rows")]
+    #[error(
+        "is not symmetric: entry [{row}][{column}] = {entry}, but [{column}][{row}] = {mirrored}; allowed: a list of diagonal entries, or a symmetric matrix by rows"
+    )]
     NotSymmetric {
         /// Row, from 1.
         row: usize,

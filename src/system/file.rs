@@ -237,7 +237,10 @@ impl SystemFile {
 fn count(value: i64, most: u64, place: &Place) -> Result<u64, CaseError> {
     match u64::try_from(value) {
         Ok(count) if (1..=most).contains(&count) => Ok(count),
-        _ => Err(place.error(Problem::Range { found: value.to_string(), allowed: format!("an integer from 1 to {most}") })),
+        _ => {
+            Err(place
+                .error(Problem::Range { found: value.to_string(), allowed: format!("an integer from 1 to {most}") }))
+        }
     }
 }
 

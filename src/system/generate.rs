@@ -4,7 +4,7 @@ use super::case::{Algebra, Case, Constant, Drag, Force, Inertia, Lagrangian, Mot
 use super::random::{Cases, Forcing};
 use crate::algebra::catalogue::Entry;
 use crate::scalar::Number;
-use proptest::prelude::RngCore;
+use proptest::prelude::Rng;
 use proptest::test_runner::TestRng;
 
 /// Draws from a generator; the same on every machine.
@@ -77,8 +77,7 @@ const CONSTANTS: usize = 12;
 
 /// A structure that the knobs admit.
 pub(super) fn structure(draw: &mut Draw<'_>, knobs: &Cases) -> Structure {
-    let allowed: Vec<(Entry, usize)> =
-        NAMED.into_iter().filter(|(entry, _)| entry.dimension() <= knobs.most).collect();
+    let allowed: Vec<(Entry, usize)> = NAMED.into_iter().filter(|(entry, _)| entry.dimension() <= knobs.most).collect();
     let mut weights: Vec<usize> = allowed.iter().map(|(_, weight)| *weight).collect();
     weights.push(if knobs.most >= 2 { PRODUCTS } else { 0 });
     weights.push(if knobs.with_group { 0 } else { CONSTANTS });
@@ -297,7 +296,13 @@ pub(super) fn case(draw: &mut Draw<'_>, knobs: &Cases, tableau: crate::tableau::
     let retraction = match (named, knobs.retraction) {
         (false, _) => Tau::Exponential,
         (true, Some(tau)) => tau,
-        (true, None) => if draw.chance(50) { Tau::Exponential } else { Tau::Cayley },
+        (true, None) => {
+            if draw.chance(50) {
+                Tau::Exponential
+            } else {
+                Tau::Cayley
+            }
+        }
     };
     let lagrangian = lagrangian(draw, n, knobs);
     let forces = forces(draw, n, abelian, knobs);

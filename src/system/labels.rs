@@ -5,6 +5,7 @@ use super::dispatch::{System, Visitor};
 use crate::algebra::catalogue::Entry;
 use crate::retraction::Retraction;
 use crate::scalar::Number;
+use crate::tableau::{Description, Family};
 
 /// Whether all brackets vanish, from the description alone.
 pub(super) fn abelian(algebra: &Algebra) -> bool {
@@ -36,7 +37,10 @@ struct Class;
 impl Visitor<f64> for Class {
     type Output = (&'static str, bool);
 
-    fn visit<const N: usize, const D: usize, R: Retraction<f64, N, D>>(self, system: System<f64, N, D, R>) -> Self::Output {
+    fn visit<const N: usize, const D: usize, R: Retraction<f64, N, D>>(
+        self,
+        system: System<f64, N, D, R>,
+    ) -> Self::Output {
         let algebra = &system.algebra;
         let class = if algebra.is_abelian() {
             "abelian"
@@ -75,11 +79,17 @@ pub fn labels(case: &Case) -> Vec<(&'static str, String)> {
     }
     labels.extend(kinds.into_iter().map(|kind| ("force", kind.to_string())));
     labels.push(("retraction", case.method.retraction.name().into()));
-    labels.push(("tableau", tableau_kind(case)));
+    labels.push(("tableau", tableau_kind(&case.method.tableau).into()));
     labels
 }
 
-/// The family of the tableau, or `explicit` coefficients.
-fn tableau_kind(case: &Case) -> String {
-    case.method.tableau.kind().to_string()
+/// `gauss`, `lobatto`, `radau` or `classic` for named tableaux, the shape of the others by their entries.
+fn tableau_kind(tableau: &Description) -> &'static str {
+    match tableau {
+        Description::Family(Family::Gauss, _) => "gauss",
+        Description::Family(Family::LobattoIIIA | Family::LobattoIIIB | Family::LobattoIIIC, _) => "lobatto",
+        Description::Family(Family::RadauIA | Family::RadauIIA, _) => "radau",
+        Description::Classic(_) => "classic",
+        Description::Entries(_) => tableau.kind(),
+    }
 }
