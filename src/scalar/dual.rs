@@ -137,8 +137,10 @@ impl<T: Scalar> Elementary for Dual<T> {
         (self.chain(sin, cos), self.chain(cos, -sin))
     }
     fn arc_tangent(self, other: Self) -> Self {
-        let radius = self.re * self.re + other.re * other.re;
-        Self { re: self.re.atan2(other.re), eps: (self.eps * other.re - self.re * other.eps) / radius }
+        // Not over the squared radius, which can overflow or underflow.
+        let radius = self.re.hypot(other.re);
+        let (sin, cos) = (self.re / radius, other.re / radius);
+        Self { re: self.re.atan2(other.re), eps: (self.eps * cos - sin * other.eps) / radius }
     }
     fn round_down(self) -> Self {
         Self::constant(self.re.floor())
