@@ -41,6 +41,8 @@ pub enum StepFault {
     NoStepTangent,
     /// μ' = Ad*_{τ(ξ)⁻¹} m.
     CoadjointInverted,
+    /// μ' = m dτ(−ξ), dτ(ξ)⁻¹ left out.
+    CoadjointHalved,
     /// g' = τ(ξ) g.
     AttitudeFromLeft,
     /// g' = g τ(h (l')⁻¹((μ + μ')/2)): the momentum is right, the attitude of order 2.
@@ -258,6 +260,7 @@ where
         let momentum = match self.fault {
             Some(StepFault::ChartTrap) => end.chart * point.d_inv(),
             Some(StepFault::CoadjointInverted) => end.kicked * point.ad_inv(),
+            Some(StepFault::CoadjointHalved) => end.kicked * point.d_neg(),
             _ => end.kicked * point.ad(),
         };
         let increment = if self.has(StepFault::AttitudeOrderTwo) {
