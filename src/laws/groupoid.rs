@@ -20,7 +20,8 @@ const FAULTS: &[Fault] = &[
         what: "ι(λ, U, μ) = (μ, U, λ), without the inverse of U (as printed in (4.4))",
         visible_on: "every group, U ≠ U⁻¹",
     },
-    Fault { name: "product-reversed", what: "(λ, U, μ)(μ, V, κ) = (λ, VU, κ)", visible_on: "non-abelian groups" },
+    // (λ, VU, κ) is none: it is the groupoid of the opposite group.
+    Fault { name: "second-inverted", what: "(λ, U, μ)(μ, V, κ) = (λ, UV⁻¹, κ)", visible_on: "every group" },
     Fault { name: "ends-kept", what: "ι(λ, U, μ) = (λ, U⁻¹, μ)", visible_on: "every group" },
 ];
 
@@ -87,12 +88,12 @@ where
     }
 
     fn product(&self, first: &Arrow<B, U>, second: &Arrow<B, U>) -> Arrow<B, U> {
-        if Fault::planted(self.fault, "product-reversed") {
-            let left = Arrow { group: second.group.clone(), ..first.clone() };
-            let right = Arrow { group: first.group.clone(), ..second.clone() };
-            return self.groupoid.product(&left, &right);
+        match self.groupoid.inverse(second) {
+            Some(inverse) if Fault::planted(self.fault, "second-inverted") => {
+                self.groupoid.product(first, &Arrow { group: inverse.group, ..second.clone() })
+            }
+            _ => self.groupoid.product(first, second),
         }
-        self.groupoid.product(first, second)
     }
 }
 

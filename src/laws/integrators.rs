@@ -3,12 +3,14 @@
 use super::CaseLaw;
 use super::planted::{PlantedStep, StepFault};
 use super::precision::{Measured, settle, settle_small};
-use crate::algebra::{Casimir, Covector, Matrix};
+use crate::algebra::{Casimir, Covector, Matrix, Vector};
 use crate::group::LieGroup;
 use crate::harness::{Cost, Fault};
 use crate::integrators::doubled::{Doubled, DoubledState};
-use crate::integrators::{OneStep, State, StepError, Variational};
+use crate::integrators::{OneStep, Report, State, StepError, Variational};
 use crate::mechanics::doubled::Forced;
+use crate::mechanics::force::AnyForce;
+use crate::mechanics::lagrangian::AnyLagrangian;
 use crate::retraction::Retraction;
 use crate::scalar::Real;
 use crate::system::{System, Visitor, cases};
@@ -153,16 +155,43 @@ pub const LAWS: &[CaseLaw] = &[
     },
 ];
 
+/// The step under test: the library's, or the plain one with a fault planted in it.
+pub(super) enum Subject<'a, T: Real, const N: usize, const D: usize, R> {
+    /// The library's integrator.
+    Library(Variational<T, N, D, &'a AnyLagrangian<T, N>, &'a AnyForce<T, N>, &'a R>),
+    /// The plain step, spoilt.
+    Planted(PlantedStep<T, N, D, &'a AnyLagrangian<T, N>, &'a AnyForce<T, N>, &'a R>),
+}
+
+impl<T: Real, const N: usize, const D: usize, R: Retraction<T, N, D>> Subject<'_, T, N, D, R> {
+    /// η_i of the last step.
+    pub(super) fn stage_velocities(&self) -> Vec<Vector<T, N>> {
+        match self {
+            Self::Library(method) => method.stage_velocities().collect(),
+            Self::Planted(method) => method.stage_velocities().to_vec(),
+        }
+    }
+}
+
+impl<T: Real, const N: usize, const D: usize, R: Retraction<T, N, D>> OneStep<T, N, D> for Subject<'_, T, N, D, R> {
+    fn step(&mut self, state: &mut State<T, N, D>, h: T) -> Result<Report<T>, StepError> {
+        match self {
+            Self::Library(method) => method.step(state, h),
+            Self::Planted(method) => method.step(state, h),
+        }
+    }
+}
+
 /// The integrator of a system, or the plain step with the fault planted.
 pub(super) fn subject<'a, T: Real, const N: usize, const D: usize, R: Retraction<T, N, D>>(
     system: &'a System<T, N, D, R>,
     fault: Option<&Fault>,
-) -> Box<dyn OneStep<T, N, D> + 'a> {
+) -> Subject<'a, T, N, D, R> {
     let planted = fault.and_then(|fault| STEP_FAULTS.iter().find(|(name, _)| *name == fault.name));
     let (l, f, r) = (&system.lagrangian, &system.force, &system.retraction);
     match planted {
-        Some((_, fault)) => Box::new(PlantedStep::new(l, f, r, system.tableau.clone(), Some(*fault))),
-        None => Box::new(Variational::new(l, f, r, system.tableau.clone())),
+        Some((_, fault)) => Subject::Planted(PlantedStep::new(l, f, r, system.tableau.clone(), Some(*fault))),
+        None => Subject::Library(Variational::new(l, f, r, system.tableau.clone())),
     }
 }
 
