@@ -4,7 +4,7 @@
 //! the scale), so the same bound holds for every scalar; the multiple allowed is 4 N.
 
 use euler_poincare::algebra::{LieAlgebra, Matrix, Vector};
-use euler_poincare::group::LieGroup;
+use euler_poincare::group::{LieGroup, MatrixGroup};
 use euler_poincare::retraction::coefficients::Coefficients;
 use euler_poincare::retraction::{
     AnyRetraction, Cayley, CayleySo3, Exponential, ExponentialSo3, Retraction, RetractionError, TangentPoint,
@@ -155,7 +155,7 @@ impl Worst {
         let ratio = defect / scale;
         let entry = self.0.entry(name).or_insert((0.0, 0.0, 0));
         entry.2 += 1;
-        if !(ratio <= entry.0) {
+        if ratio > entry.0 || ratio.is_nan() {
             (entry.0, entry.1) = (ratio, at);
         }
     }
@@ -747,5 +747,46 @@ fn refusals() {
     for (a, b) in [(-1.0, -1.0), (-2.0, -0.5)] {
         let g = Matrix::<f64, 2>::new(a, 0.0, 0.0, b);
         assert!(matches!(exponential.tau_inv(&g), Err(RetractionError::NoPreimage { .. })), "{a}, {b}");
+    }
+}
+
+/// Which groups admit the Cayley map, in any basis; and half turns to within round-off have no preimage under it.
+#[test]
+fn domain_of_cayley() {
+    fn admits<const N: usize, const D: usize>(name: &str) {
+        let group = MatrixGroup::<f64, N, D>::from_entry(&name.parse().unwrap()).unwrap();
+        let mut random = Random(23);
+        for _ in 0..10 {
+            let basis = Matrix::<f64, N>::from_fn(|_, _| random.signed()) + Matrix::<f64, N>::identity() * 1.5;
+            let Ok(changed) = group.in_basis(&basis) else { continue };
+            assert!(Cayley::new(changed).is_ok(), "{name} in the basis {basis}");
+        }
+        let cayley = Cayley::new(group.clone()).unwrap();
+        let x = random.vector::<N>() * 0.5;
+        let moved = cayley.tau(&x).unwrap();
+        assert!((cayley.tau_inv(&moved).unwrap() - x).amax() < 1e-14, "{name}");
+        let exponential = Exponential::of_group(group);
+        let moved = exponential.tau(&x).unwrap();
+        assert!((exponential.tau_inv(&moved).unwrap() - x).amax() < 1e-14, "{name}");
+    }
+    admits::<3, 4>("r3");
+    admits::<3, 3>("so3");
+    admits::<3, 3>("se2");
+    admits::<6, 4>("se3");
+    admits::<3, 2>("sl2");
+    admits::<2, 2>("aff1");
+    admits::<3, 3>("heisenberg");
+    admits::<6, 4>("so4");
+    admits::<5, 6>("so3+r2");
+    admits::<5, 5>("se2+aff1");
+    assert!(Cayley::new(sl3::<f64>().changed()).is_err());
+
+    let cayley = Cayley::new(so3::<f64>()).unwrap();
+    let closed = CayleySo3::<f64>::new();
+    for gap in [0.0, 1e-16, 4e-16] {
+        let (sin, cos) = (gap, -1.0);
+        let g = Matrix::<f64, 3>::new(cos, -sin, 0.0, sin, cos, 0.0, 0.0, 0.0, 1.0);
+        assert!(matches!(cayley.tau_inv(&g), Err(RetractionError::NoPreimage { .. })), "{gap:e}");
+        assert!(matches!(closed.tau_inv(&g), Err(RetractionError::NoPreimage { .. })), "{gap:e}");
     }
 }

@@ -53,7 +53,7 @@ impl<T: Real> Products<T> {
                     let defect = (product - group.hat(&part)).amax();
                     // Rounding of hat and vee scales with the coordinates; a true defect with the product.
                     let scale = (size * size).max(part.amax()) * size;
-                    if !(defect <= tolerance * scale) {
+                    if defect > tolerance * scale || !defect.all_finite() {
                         return Err(NotQuadratic { a, b, c, defect: defect.to_f64() });
                     }
                     for (d, value) in part.iter().enumerate() {

@@ -35,8 +35,8 @@ impl Plan {
         if size > 1.0 {
             size = balanced_norm(matrix);
         }
-        // Also false for NaN. Beyond 10³⁰ nothing that depends on the size of x has a digit left.
-        if !(size < 1e30) {
+        // Beyond 10³⁰ nothing that depends on the size of x has a digit left.
+        if size.is_nan() || size > 1e30 {
             return None;
         }
         let mut levels = 0;
