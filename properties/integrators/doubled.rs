@@ -152,6 +152,18 @@ fn on_the_units_it_is_the_restricted_scheme() {
     restricts(Exponential::of_group(group::<2, 2>(Entry::Aff1)), 4);
 }
 
+/// (λ, U, μ) off the units and in the image of the modified Legendre transform. That transform is regular only while
+/// ½ f''(η) τ⁻¹(U) is small beside l'' ≥ 1, hence the sizes.
+fn off_units<const N: usize, const D: usize>(
+    doubled: &impl DoubledLagrangian<f64, N, D>,
+    retraction: &impl Retraction<f64, N, D>,
+    random: &mut Sequence,
+) -> DoubledState<f64, N, D> {
+    let relative = retraction.tau(&(random.vector() * 0.1)).unwrap();
+    let partials = doubled.partials(0.0, &(random.vector() * 0.5), &relative, &(random.vector() * 0.5)).unwrap();
+    DoubledState { time: 0.0, lambda: -partials.eta, relative, mu: partials.psi, attitudes: None }
+}
+
 /// Off the units: Ad*_{g̃⁻¹} μ − Ad*_{g⁻¹} λ is constant (Noether), and U stays g⁻¹g̃.
 fn noether<R, const N: usize, const D: usize>(retraction: R, group: impl LieGroup<f64, N, D>, seed: u64)
 where
@@ -161,14 +173,9 @@ where
     for tableau in tableaux(&mut random) {
         let (body, force) = system(&retraction, &mut random);
         let g = retraction.tau(&random.vector()).unwrap();
-        let u = retraction.tau(&(random.vector() * 0.5)).unwrap();
-        let mut state = DoubledState {
-            time: 0.0,
-            lambda: random.covector(),
-            relative: u,
-            mu: random.covector(),
-            attitudes: Some((g, g * u)),
-        };
+        let forced = Forced::new(body, force, retraction.clone());
+        let mut state = off_units(&forced, &retraction, &mut random);
+        state.attitudes = Some((g, g * state.relative));
         let spatial = |state: &DoubledState<f64, N, D>| {
             let (g, partner) = state.attitudes.unwrap();
             group.coadjoint(&group.inverse(&partner).unwrap(), &state.mu).unwrap()
@@ -176,7 +183,6 @@ where
         };
         let before = spatial(&state);
         let mu = state.mu;
-        let forced = Forced::new(body, force, retraction.clone());
         let mut doubled = Doubled::new(tableau, retraction.clone(), forced);
         for _ in 0..10 {
             doubled.step(&mut state, 0.05).unwrap();
@@ -241,9 +247,8 @@ where
     for tableau in tableaux(&mut random) {
         let (body, force) = system(&retraction, &mut random);
         let forced = Forced::new(body, force, retraction.clone());
-        let u = retraction.tau(&(random.vector() * 0.5)).unwrap();
-        let (lambda, mu) = (random.covector::<N>(), random.covector::<N>());
-        let mut state = DoubledState { time: 0.0, lambda, relative: u, mu, attitudes: None };
+        let mut state = off_units(&forced, &retraction, &mut random);
+        let (lambda, u, mu) = (state.lambda, state.relative, state.mu);
         let mut doubled = Doubled::new(tableau.clone(), retraction.clone(), forced.clone());
         doubled.step(&mut state, h).unwrap();
         let (first, second) = doubled.stages();
