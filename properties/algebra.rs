@@ -5,7 +5,7 @@
 
 use euler_poincare::algebra::catalogue::Entry;
 use euler_poincare::algebra::{AlgebraError, Casimir, Covector, LieAlgebra, Matrix, Vector, elimination};
-use euler_poincare::scalar::{Dual, Real};
+use euler_poincare::scalar::{Dd, Dual, Real};
 use nalgebra::DMatrix;
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
@@ -86,6 +86,7 @@ fn constants_are_commutators<const N: usize, T: Real>(entry: &Entry, _: &[bool; 
 #[test]
 fn structure_constants_are_those_of_the_representation() {
     for_catalogue!(constants_are_commutators, f64);
+    for_catalogue!(constants_are_commutators, Dd);
 }
 
 fn facts_hold<const N: usize, T: Real>(entry: &Entry, facts: &[bool; 5]) {
@@ -103,6 +104,7 @@ fn facts_hold<const N: usize, T: Real>(entry: &Entry, facts: &[bool; 5]) {
 #[test]
 fn classification_is_that_of_the_textbooks_in_any_basis() {
     for_catalogue!(facts_hold, f64);
+    for_catalogue!(facts_hold, Dd);
 }
 
 /// [e_0, e_1] = e_0, [e_1, e_2] = `s` e_1: breaks Jacobi at s ≠ 0, since the cyclic sum is s e_0.
@@ -203,6 +205,7 @@ fn brackets_agree_in_any_basis<const N: usize, T: Real>(entry: &Entry, _: &[bool
 #[test]
 fn brackets_are_the_same_in_any_basis() {
     for_catalogue!(brackets_agree_in_any_basis, f64);
+    for_catalogue!(brackets_agree_in_any_basis, Dd);
 }
 
 /// |dC(μ)(ad*_ξ μ)| relative to |μ| |ad_ξ| |dC|.
@@ -282,11 +285,13 @@ fn casimirs_are_complete<const N: usize, T: Real>(entry: &Entry, facts: &[bool; 
 #[test]
 fn casimirs_are_constant_on_coadjoint_orbits() {
     for_catalogue!(casimirs_are_casimirs, f64);
+    for_catalogue!(casimirs_are_casimirs, Dd);
 }
 
 #[test]
 fn casimirs_are_complete_and_other_forms_are_none() {
     for_catalogue!(casimirs_are_complete, f64);
+    for_catalogue!(casimirs_are_complete, Dd);
 }
 
 fn killing_is_invariant<const N: usize, T: Real>(entry: &Entry, _: &[bool; 5]) {
@@ -302,6 +307,7 @@ fn killing_is_invariant<const N: usize, T: Real>(entry: &Entry, _: &[bool; 5]) {
 #[test]
 fn killing_form() {
     for_catalogue!(killing_is_invariant, f64);
+    for_catalogue!(killing_is_invariant, Dd);
     let so3 = LieAlgebra::<f64, 3>::from_catalogue(&Entry::So3).unwrap();
     assert_eq!(so3.killing(), Matrix::<f64, 3>::identity() * -2.0);
     let sl2 = LieAlgebra::<f64, 3>::from_catalogue(&Entry::Sl2).unwrap();
@@ -365,4 +371,5 @@ fn inverse_is_accurate<T: Real>() {
 #[test]
 fn inverse_is_accurate_to_the_condition_number() {
     inverse_is_accurate::<f64>();
+    inverse_is_accurate::<Dd>();
 }

@@ -41,12 +41,7 @@ impl<T: Real, const N: usize, const D: usize> MatrixGroup<T, N, D> {
             for b in 0..N {
                 let commutator = basis[a] * basis[b] - basis[b] * basis[a];
                 let bound = tolerance * basis[a].norm() * basis[b].norm();
-                // Coordinates that rounding alone explains are zero: an abelian algebra stays abelian.
-                let noise = T::int(2 * D as i64) * T::unit_roundoff() * basis[a].norm() * basis[b].norm();
-                let coordinates = Vector::<T, N>::from_fn(|c, _| {
-                    let value = dual[c].dot(&commutator);
-                    if value.abs() > noise * dual[c].norm() { value } else { T::zero() }
-                });
+                let coordinates = Vector::<T, N>::from_fn(|c, _| dual[c].dot(&commutator));
                 let defect = (commutator - combine(&basis, &coordinates)).amax();
                 if !matches!(defect.partial_cmp(&bound), Some(std::cmp::Ordering::Less | std::cmp::Ordering::Equal)) {
                     return Err(AlgebraError::NotClosed { a, b, defect: defect.to_f64(), bound: bound.to_f64() });
@@ -133,7 +128,7 @@ fn dual_basis<T: Real, const N: usize, const D: usize>(
             for a in 0..b {
                 let part = dual[a].dot(&dual[b]) / dual[a].norm_squared();
                 u[(a, b)] += part;
-                dual[b] = dual[b] - dual[a] * part;
+                dual[b] -= dual[a] * part;
             }
         }
         let (left, size) = (dual[b].norm(), basis[b].norm());
@@ -149,7 +144,7 @@ fn dual_basis<T: Real, const N: usize, const D: usize>(
     // F = u⁻¹ (q / ‖q‖²) by back substitution.
     for a in (0..N).rev() {
         for b in a + 1..N {
-            dual[a] = dual[a] - dual[b] * u[(a, b)];
+            dual[a] -= dual[b] * u[(a, b)];
         }
     }
     Ok((dual, condition))

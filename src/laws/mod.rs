@@ -1,2 +1,96 @@
-//! The laws: generators, oracles and planted faults, one file per module that they judge.
+//! The laws: what the theory promises, each with an independent oracle and with planted faults that it catches.
+//!
+//! One file per module that is judged. A law is checked on a [`Case`]; identities are evaluated twice, in `f64` and in
+//! 32 digits, and judged by how the defect scales with round-off (see [`precision`]); orders are measured in 32 digits.
+//!
+//! | file | judges |
+//! |---|---|
+//! | [`retraction`] | [`crate::retraction`] |
+//! | [`groupoid`] | [`crate::groupoid`] |
+//! | [`mechanics`] | [`crate::mechanics`] |
+//! | [`integrators`] | [`crate::integrators`], one step or a few |
+//! | [`order`] | [`crate::integrators`], convergence |
+//! | [`planted`] | nothing: the plain step in which faults are planted |
+
+pub mod groupoid;
+pub mod integrators;
+pub mod mechanics;
+pub mod order;
 pub mod planted;
+pub mod precision;
+pub mod probe;
+pub mod retraction;
+
+use crate::harness::{Cost, Fault, Law, Verdict};
+use crate::system::Case;
+use proptest::strategy::BoxedStrategy;
+
+/// A law on cases: its description, its generator and its check.
+pub struct CaseLaw {
+    /// Short unique name, kebab case.
+    pub name: &'static str,
+    /// The formula.
+    pub statement: &'static str,
+    /// Where it is stated.
+    pub source: &'static str,
+    /// What the subject is compared with.
+    pub oracle: &'static str,
+    /// How the bound is derived.
+    pub bound: &'static str,
+    /// Cheap or expensive.
+    pub cost: Cost,
+    /// What can be planted.
+    pub faults: &'static [Fault],
+    /// Draws cases.
+    pub cases: fn() -> BoxedStrategy<Case>,
+    /// Judges one.
+    pub check: fn(&Case, Option<&Fault>) -> Verdict,
+}
+
+impl Law<Case> for CaseLaw {
+    fn name(&self) -> &'static str {
+        self.name
+    }
+
+    fn statement(&self) -> &'static str {
+        self.statement
+    }
+
+    fn source(&self) -> &'static str {
+        self.source
+    }
+
+    fn oracle(&self) -> &'static str {
+        self.oracle
+    }
+
+    fn bound_note(&self) -> &'static str {
+        self.bound
+    }
+
+    fn cost(&self) -> Cost {
+        self.cost
+    }
+
+    fn faults(&self) -> &'static [Fault] {
+        self.faults
+    }
+
+    fn cases(&self) -> BoxedStrategy<Case> {
+        (self.cases)()
+    }
+
+    fn check(&self, case: &Case, fault: Option<&Fault>) -> Verdict {
+        (self.check)(case, fault)
+    }
+}
+
+/// Every law, in the order of the modules that they judge.
+pub fn all() -> Vec<&'static CaseLaw> {
+    [retraction::LAWS, groupoid::LAWS, mechanics::LAWS, integrators::LAWS, order::LAWS].into_iter().flatten().collect()
+}
+
+/// The law called `name`.
+pub fn named(name: &str) -> Option<&'static CaseLaw> {
+    all().into_iter().find(|law| law.name == name)
+}

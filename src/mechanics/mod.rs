@@ -88,3 +88,39 @@ pub trait Force<T: Real, const N: usize> {
         false
     }
 }
+
+impl<T: Real, const N: usize, L: Lagrangian<T, N>> Lagrangian<T, N> for &L {
+    fn value<S: Scalar<Base = T>>(&self, eta: &Vector<S, N>) -> S {
+        (**self).value(eta)
+    }
+
+    fn gradient<S: Scalar<Base = T>>(&self, eta: &Vector<S, N>) -> Covector<S, N> {
+        (**self).gradient(eta)
+    }
+
+    fn hessian<S: Scalar<Base = T>>(&self, eta: &Vector<S, N>) -> Matrix<S, N> {
+        (**self).hessian(eta)
+    }
+
+    fn velocity<S: Scalar<Base = T>>(
+        &self,
+        mu: &Covector<S, N>,
+        guess: &Vector<S, N>,
+    ) -> Result<Vector<S, N>, LegendreError> {
+        (**self).velocity(mu, guess)
+    }
+
+    fn energy<S: Scalar<Base = T>>(&self, eta: &Vector<S, N>) -> S {
+        (**self).energy(eta)
+    }
+}
+
+impl<T: Real, const N: usize, F: Force<T, N>> Force<T, N> for &F {
+    fn force<S: Scalar<Base = T>>(&self, t: S, eta: &Vector<S, N>) -> Covector<S, N> {
+        (**self).force(t, eta)
+    }
+
+    fn is_zero(&self) -> bool {
+        (**self).is_zero()
+    }
+}

@@ -1,6 +1,6 @@
 //! The Cayley map on matrix groups whose algebra is closed under y ↦ x y x.
 
-use super::linear::invert;
+use super::linear::Sum;
 use super::{Retraction, RetractionError, TangentPoint, refuse};
 use crate::algebra::{Covector, LieAlgebra, Matrix, Vector};
 use crate::group::LieGroup;
@@ -133,7 +133,7 @@ impl<T: Real, const N: usize, const D: usize, G: LieGroup<T, N, D>> Retraction<T
     fn tau<S: Scalar<Base = T>>(&self, x: &Vector<S, N>) -> Result<Matrix<S, D>, RetractionError> {
         let fail = || refuse(x, Self::NAME, Self::SINGULAR);
         let (one, hat) = (Matrix::<S, D>::identity(), self.group.hat(x));
-        let inverse = invert(&(one - hat * S::half())).ok_or_else(fail)?;
+        let inverse = Sum::of(one).plus(&(hat * -S::half())).invert(1.0).ok_or_else(fail)?;
         let g = one + inverse * hat;
         if g.iter().all(|v| v.all_finite()) { Ok(g) } else { Err(fail()) }
     }
@@ -144,7 +144,7 @@ impl<T: Real, const N: usize, const D: usize, G: LieGroup<T, N, D>> Retraction<T
             return Err(RetractionError::NotFinite { retraction: Self::NAME });
         }
         let one = Matrix::<S, D>::identity();
-        let inverse = invert(&(g + one)).ok_or(fail("g + 1 is singular"))?;
+        let inverse = Sum::of(one).plus(g).invert(1.0).ok_or(fail("g + 1 is singular"))?;
         let hat = (g - one) * inverse * S::int(2);
         let x = self.group.vee(&hat);
         // vee projects: what it drops must be small against what the condition of g + 1 explains.
@@ -159,11 +159,12 @@ impl<T: Real, const N: usize, const D: usize, G: LieGroup<T, N, D>> Retraction<T
 
     fn at<S: Scalar<Base = T>>(&self, x: &Vector<S, N>) -> Result<CayleyPoint<T, S, N>, RetractionError> {
         let fail = || refuse(x, Self::NAME, Self::SINGULAR);
-        let even = Matrix::<S, N>::identity() - self.products.sandwich(x) * S::exact(0.25);
+        let even = Sum::of(Matrix::<S, N>::identity()).plus(&(self.products.sandwich(x) * S::exact(-0.25)));
         let odd = self.products.ad(x) * S::half();
-        let (d_inv, d_neg_inv) = (even + odd, even - odd);
-        let d = invert(&d_inv).ok_or_else(fail)?;
-        let d_neg = invert(&d_neg_inv).ok_or_else(fail)?;
+        let (d_inv, d_neg_inv) = (even.clone().plus(&odd), even.plus(&-odd));
+        let d = d_inv.invert(1.0).ok_or_else(fail)?;
+        let d_neg = d_neg_inv.invert(1.0).ok_or_else(fail)?;
+        let (d_inv, d_neg_inv) = (*d_inv.value(), *d_neg_inv.value());
         if d.iter().chain(d_neg.iter()).any(|v| !v.all_finite()) {
             return Err(fail());
         }

@@ -1,6 +1,6 @@
 //! The exponential on any Lie algebra, from structure constants alone; with a group, τ and τ⁻¹ too.
 
-use super::linear::{balanced_norm, invert, norm};
+use super::linear::{Sum, balanced_norm, norm};
 use super::{Retraction, RetractionError, TangentPoint};
 use crate::algebra::{Covector, LieAlgebra, Matrix, Vector};
 use crate::group::LieGroup;
@@ -123,12 +123,14 @@ impl<T: Real, const N: usize, const D: usize, G> Exponential<T, N, D, G> {
     /// conditioned, which dτ itself is not.
     fn inverse_tangent<S: Scalar>(ad: &Matrix<S, N>, d: &Matrix<S, N>, levels: u32) -> Option<Matrix<S, N>> {
         let mut z = ad * S::half();
-        let mut h = invert(d)? - z;
+        let mut h = Sum::of(Sum::of(*d).invert(1.0)?).plus(&-z);
+        // Errors at most double with x, so what is singular at x to working precision is noisy by 2^levels on the way.
+        let noise = 2.0f64.powi(levels as i32);
         for _ in 0..levels {
-            h += z * z * invert(&h)?;
+            h = Sum::of(*h.value()).plus(&(z * z * h.invert(noise)?));
             z *= S::int(2);
         }
-        Some(h + z)
+        Some(h.value() + z)
     }
 }
 
@@ -151,14 +153,15 @@ fn exponential<S: Scalar, const M: usize>(matrix: &Matrix<S, M>) -> Option<Matri
 /// it does not converge.
 fn square_root<T: Real, const M: usize>(matrix: &Matrix<T, M>) -> Option<Matrix<T, M>> {
     let one = Matrix::<T, M>::identity();
-    let (mut product, mut root) = (*matrix, *matrix);
+    let (mut product, mut root) = (Sum::of(*matrix), *matrix);
     let tolerance = (T::int(64) * T::unit_roundoff()).to_f64();
     let mut last = f64::INFINITY;
     for _ in 0..200 {
-        let inverse = invert(&product)?;
+        let inverse = product.invert(1.0)?;
         root = (root + root * inverse) * T::half();
-        product = (one + (product + inverse) * T::half()) * T::half();
-        let defect = norm(&(product - one));
+        let quarter = T::exact(0.25);
+        product = Sum::of(one * T::half()).plus(&(product.value() * quarter)).plus(&(inverse * quarter));
+        let defect = norm(&(product.value() - one));
         if defect <= tolerance || (defect < 1e-6 && defect >= 0.5 * last) {
             return Some(root);
         }
@@ -179,7 +182,7 @@ fn rough_logarithm<T: Real, const M: usize>(matrix: &Matrix<T, M>) -> Option<Mat
         scale *= T::int(2);
     }
     let y = root - one;
-    let z = y * invert(&(y + one * T::int(2)))?;
+    let z = y * Sum::of(one * T::int(2)).plus(&y).invert(1.0)?;
     let square = z * z;
     Some(z * (one + square * (one / T::int(3) + square / T::int(5))) * scale)
 }

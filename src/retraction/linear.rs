@@ -1,44 +1,47 @@
-//! Small dense inverses and norms in any scalar, without allocation.
+//! Norms of small matrices, and the inverse with its condition judged.
 
 use crate::algebra::Matrix;
+use crate::algebra::elimination::inverse;
 use crate::scalar::Scalar;
 
-/// The inverse by Gauss–Jordan elimination with partial pivoting, or `None` if the matrix is singular to working
-/// precision: 64 N u κ ≥ 1, with κ the condition number that row and column scaling cannot reduce (Bauer 1963).
-pub(super) fn invert<S: Scalar, const N: usize>(matrix: &Matrix<S, N>) -> Option<Matrix<S, N>> {
-    let mut left = *matrix;
-    let mut right = Matrix::<S, N>::identity();
-    for k in 0..N {
-        let mut pivot = k;
-        for i in k + 1..N {
-            if left[(i, k)].abs() > left[(pivot, k)].abs() {
-                pivot = i;
-            }
-        }
-        left.swap_rows(k, pivot);
-        right.swap_rows(k, pivot);
-        let scale = S::one() / left[(k, k)];
-        if !scale.all_finite() {
-            return None;
-        }
-        for j in 0..N {
-            left[(k, j)] *= scale;
-            right[(k, j)] *= scale;
-        }
-        for i in 0..N {
-            let factor = left[(i, k)];
-            if i == k {
-                continue;
-            }
-            for j in 0..N {
-                let (l, r) = (left[(k, j)], right[(k, j)]);
-                left[(i, j)] -= factor * l;
-                right[(i, j)] -= factor * r;
-            }
-        }
+/// A sum of matrices to be inverted, with the sizes of what was added: they tell cancellation from bad scaling.
+#[derive(Clone, Debug)]
+pub(super) struct Sum<S: Scalar, const N: usize> {
+    value: Matrix<S, N>,
+    sizes: Matrix<f64, N>,
+}
+
+impl<S: Scalar, const N: usize> Sum<S, N> {
+    /// A sum of one term.
+    pub fn of(term: Matrix<S, N>) -> Self {
+        Self { value: term, sizes: sizes(&term) }
     }
-    let limit = 1.0 / (64.0 * N as f64 * S::unit_roundoff().to_f64());
-    (norm(matrix) * norm(&right) < limit || bauer(matrix, &right) < limit).then_some(right)
+
+    /// The sum with one more term.
+    pub fn plus(self, term: &Matrix<S, N>) -> Self {
+        Self { value: self.value + term, sizes: self.sizes + sizes(term) }
+    }
+
+    /// The value.
+    pub fn value(&self) -> &Matrix<S, N> {
+        &self.value
+    }
+
+    /// The inverse, or `None` if the sum is singular to working precision.
+    ///
+    /// With E the sum of the terms' absolute values and A the sum, that is when 64 N u `noise` ρ(|A⁻¹| E) ≥ 1: an
+    /// estimate that scaling rows and columns (E with them) does not change. `noise` is what the terms are off by, in u.
+    pub fn invert(&self, noise: f64) -> Option<Matrix<S, N>> {
+        let inverse = inverse(&self.value)?;
+        let limit = 1.0 / (64.0 * N as f64 * S::unit_roundoff().to_f64() * noise);
+        let plain = norm(&self.sizes) * norm(&inverse);
+        (plain < limit || spectral_radius(sizes(&inverse) * self.sizes) < limit).then_some(inverse)
+    }
+}
+
+/// |A|, entry by entry.
+fn sizes<S: Scalar, const N: usize>(matrix: &Matrix<S, N>) -> Matrix<f64, N> {
+    matrix.map(|v| v.to_f64().abs())
 }
 
 /// The largest absolute column sum; NaN if any entry is.
@@ -56,9 +59,8 @@ pub(super) fn norm<S: Scalar, const N: usize>(matrix: &Matrix<S, N>) -> f64 {
     largest
 }
 
-/// An upper estimate of the spectral radius of |A⁻¹||A|: the smallest condition number over diagonal scalings.
-fn bauer<S: Scalar, const N: usize>(matrix: &Matrix<S, N>, inverse: &Matrix<S, N>) -> f64 {
-    let mut power = inverse.map(|v| v.to_f64().abs()) * matrix.map(|v| v.to_f64().abs());
+/// An upper estimate of the spectral radius of a nonnegative matrix, ‖A⁸‖^⅛; infinite when that overflows.
+fn spectral_radius<const N: usize>(mut power: Matrix<f64, N>) -> f64 {
     for _ in 0..3 {
         power = power * power;
     }

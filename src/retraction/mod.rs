@@ -121,3 +121,27 @@ fn refuse<S: Scalar, const N: usize>(x: &Vector<S, N>, retraction: &'static str,
     let size = x.iter().fold(0.0, |m: f64, v| m.max(v.to_f64().abs()));
     RetractionError::OutsideDomain { retraction, size, why }
 }
+
+impl<T: Real, const N: usize, const D: usize, R: Retraction<T, N, D>> Retraction<T, N, D> for &R {
+    type Point<S: Scalar<Base = T>> = R::Point<S>;
+
+    fn name(&self) -> &'static str {
+        (**self).name()
+    }
+
+    fn algebra(&self) -> &LieAlgebra<T, N> {
+        (**self).algebra()
+    }
+
+    fn tau<S: Scalar<Base = T>>(&self, x: &Vector<S, N>) -> Result<Matrix<S, D>, RetractionError> {
+        (**self).tau(x)
+    }
+
+    fn tau_inv<S: Scalar<Base = T>>(&self, g: &Matrix<S, D>) -> Result<Vector<S, N>, RetractionError> {
+        (**self).tau_inv(g)
+    }
+
+    fn at<S: Scalar<Base = T>>(&self, x: &Vector<S, N>) -> Result<Self::Point<S>, RetractionError> {
+        (**self).at(x)
+    }
+}

@@ -272,16 +272,16 @@ impl<T: Real> Retraction<T, 3, 3> for ExponentialSo3<T> {
         Ok(rotation(values.sinc, values.a, x))
     }
 
-    /// x = 2 arctan(|v|/w) v/|v|, with (w, v) the unit quaternion of g.
+    /// x = 2 arctan(|v|/w) v/|v| with w ≥ 0, with (w, v) the unit quaternion of g.
     fn tau_inv<S: Scalar<Base = T>>(&self, g: &Matrix<S, 3>) -> Result<Vector<S, 3>, RetractionError> {
         check_rotation(g, Self::NAME)?;
         let (w, v) = scaled_quaternion(g);
         if w.base().abs() <= T::int(16) * T::unit_roundoff() {
             return Err(RetractionError::NoPreimage { retraction: Self::NAME, why: "the rotation angle is π" });
         }
-        let y = v.map(|c| c / w);
-        let factor = S::int(2) * self.coefficients.arc(dot(&y, &y));
-        Ok(y.map(|c| c * factor))
+        let factor = S::int(2) * self.coefficients.half_angle(w.abs(), dot(&v, &v));
+        let factor = if w < S::zero() { -factor } else { factor };
+        Ok(v.map(|c| c * factor))
     }
 
     fn at<S: Scalar<Base = T>>(&self, x: &Vector<S, 3>) -> Result<ExponentialSo3Point<S>, RetractionError> {

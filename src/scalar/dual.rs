@@ -10,6 +10,8 @@ use std::fmt;
 use std::ops::{Add, Div, Mul, Neg, Sub};
 
 /// re + eps ε, ε² = 0.
+///
+/// Where a derivative does not exist (√x at 0, the angle of the origin), `eps` is not finite, also for a constant.
 #[derive(Clone, Copy, Debug, Default)]
 pub struct Dual<T> {
     /// The value.
@@ -137,8 +139,10 @@ impl<T: Scalar> Elementary for Dual<T> {
         (self.chain(sin, cos), self.chain(cos, -sin))
     }
     fn arc_tangent(self, other: Self) -> Self {
-        let radius = self.re * self.re + other.re * other.re;
-        Self { re: self.re.atan2(other.re), eps: (self.eps * other.re - self.re * other.eps) / radius }
+        // Not over the squared radius, which can overflow or underflow.
+        let radius = self.re.hypot(other.re);
+        let (sin, cos) = (self.re / radius, other.re / radius);
+        Self { re: self.re.atan2(other.re), eps: (self.eps * cos - sin * other.eps) / radius }
     }
     fn round_down(self) -> Self {
         Self::constant(self.re.floor())

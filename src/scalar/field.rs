@@ -254,7 +254,7 @@ macro_rules! real_field {
                 self * self
             }
             fn argument(self) -> Self {
-                if self.nearest() >= 0.0 { num_traits::Zero::zero() } else { Self::circle() }
+                if self.nearest() < 0.0 { Self::circle() } else { num_traits::Zero::zero() }
             }
             #[inline]
             fn norm1(self) -> Self {
@@ -275,8 +275,12 @@ macro_rules! real_field {
                 -(-self).round_down()
             }
             fn round(self) -> Self {
-                let up = (num_traits::Signed::abs(&self) + Elementary::exact(0.5)).round_down();
-                if self.nearest() < 0.0 { -up } else { up }
+                // Not ⌊|x| + ½⌋: that sum can round up to the next integer.
+                let a = num_traits::Signed::abs(&self);
+                let down = a.round_down();
+                let half = <Self as Elementary>::exact(0.5);
+                let value = if a - down >= half { down + half + half } else { down };
+                if self.nearest() < 0.0 { -value } else { value }
             }
             fn trunc(self) -> Self {
                 if self.nearest() < 0.0 { -(-self).round_down() } else { self.round_down() }
@@ -334,34 +338,54 @@ macro_rules! real_field {
                 self.arc_tangent(num_traits::One::one())
             }
             fn sinh(self) -> Self {
-                let e = self.exponential_minus_one();
-                let one = <Self as num_traits::One>::one();
-                (e + e / (e + one)) * Elementary::exact(0.5)
+                // Of |x|, because e^x - 1 has lost the digits of e^x where x is negative.
+                let a = num_traits::Signed::abs(&self);
+                let half = <Self as Elementary>::exact(0.5);
+                let value = if a.nearest() > 40.0 {
+                    let root = (a * half).exponential();
+                    root * half * root
+                } else {
+                    let e = a.exponential_minus_one();
+                    (e + e / (e + num_traits::One::one())) * half
+                };
+                if self.nearest().is_sign_negative() { -value } else { value }
             }
             fn cosh(self) -> Self {
-                let e = self.exponential();
-                (e + <Self as num_traits::One>::one() / e) * Elementary::exact(0.5)
+                let half = <Self as Elementary>::exact(0.5);
+                let root = (num_traits::Signed::abs(&self) * half).exponential();
+                let one = <Self as num_traits::One>::one();
+                root * half * root + half * (one / root) * (one / root)
             }
             fn tanh(self) -> Self {
                 let two = <Self as Elementary>::exact(2.0);
                 let e = (-(num_traits::Signed::abs(&self) * two)).exponential_minus_one();
                 let t = -e / (e + two);
-                if self.nearest() < 0.0 { -t } else { t }
+                if self.nearest().is_sign_negative() { -t } else { t }
             }
             fn asinh(self) -> Self {
                 let one = <Self as num_traits::One>::one();
                 let a = num_traits::Signed::abs(&self);
-                let value = (a + a * a / (one + (one + a * a).square_root())).logarithm_one_plus();
-                if self.nearest() < 0.0 { -value } else { value }
+                // Beyond 2^60 the difference from ln 2a is below round-off, and a² could overflow.
+                let value = if a.nearest() > 1152921504606846976.0 {
+                    a.logarithm() + Self::log_two()
+                } else {
+                    (a + a * a / (one + (one + a * a).square_root())).logarithm_one_plus()
+                };
+                if self.nearest().is_sign_negative() { -value } else { value }
             }
             fn acosh(self) -> Self {
+                if self.nearest() > 1152921504606846976.0 {
+                    return self.logarithm() + Self::log_two();
+                }
                 let one = <Self as num_traits::One>::one();
                 let t = self - one;
                 (t + (t * (self + one)).square_root()).logarithm_one_plus()
             }
             fn atanh(self) -> Self {
                 let one = <Self as num_traits::One>::one();
-                ((self + self) / (one - self)).logarithm_one_plus() * Elementary::exact(0.5)
+                let a = num_traits::Signed::abs(&self);
+                let value = ((a + a) / (one - a)).logarithm_one_plus() * Elementary::exact(0.5);
+                if self.nearest().is_sign_negative() { -value } else { value }
             }
             fn log(self, base: Self) -> Self {
                 self.logarithm() / base.logarithm()
@@ -405,6 +429,7 @@ macro_rules! real_field {
                 }
                 if n < 0 { <Self as num_traits::One>::one() / result } else { result }
             }
+            // x^n for x > 0; integer powers of anything else are `powi`.
             fn powf(self, n: Self) -> Self {
                 (self.logarithm() * n).exponential()
             }
@@ -415,7 +440,11 @@ macro_rules! real_field {
                 if self.nearest() == 0.0 {
                     return self;
                 }
-                let root = (num_traits::Signed::abs(&self).logarithm() / Elementary::exact(3.0)).exponential();
+                let a = num_traits::Signed::abs(&self);
+                let three = <Self as Elementary>::exact(3.0);
+                let root = (a.logarithm() / three).exponential();
+                // One Newton step: the exponential multiplies round-off by the size of its argument.
+                let root = root - (root - a / (root * root)) / three;
                 if self.nearest() < 0.0 { -root } else { root }
             }
             fn is_finite(&self) -> bool {

@@ -56,10 +56,12 @@ pub trait Real: Scalar<Base = Self> {
     fn parse_decimal(text: &str) -> Option<Self>;
 }
 
+pub mod dd;
 mod double;
 pub mod dual;
 mod field;
 pub mod number;
 
+pub use dd::Dd;
 pub use dual::Dual;
 pub use number::{Number, NumberError};

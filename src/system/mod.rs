@@ -1,1 +1,26 @@
 //! The case: one plain value that describes algebra, inertia, force, tableau, retraction, state and step.
+//!
+//! The same value is generated ([`random`]), shrunk, printed, saved ([`replay`]) and read from a file ([`file`]); it
+//! becomes typed in one place ([`dispatch`]).
+
+pub mod case;
+pub mod dispatch;
+mod document;
+pub mod error;
+pub mod file;
+mod generate;
+mod labels;
+pub mod random;
+mod rates;
+pub mod replay;
+mod shrink;
+mod so3;
+
+pub use case::Case;
+pub use dispatch::{System, Visitor};
+pub use document::ScalarName;
+pub use error::{CaseError, Place, Problem};
+pub use file::{FileError, SystemFile};
+pub use random::{Cases, cases, labels};
+pub use replay::Replay;
+pub use so3::So3Retraction;

@@ -1,0 +1,213 @@
+//! What a campaign found.
+
+use super::law::{Cost, Verdict};
+use super::shrink::Failure;
+use serde::Serialize;
+use std::collections::BTreeMap;
+
+/// The case with the largest defect/bound of a law.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Worst {
+    /// Its defect.
+    pub defect: f64,
+    /// Its bound.
+    pub bound: f64,
+    /// Its index.
+    pub index: usize,
+}
+
+impl Worst {
+    /// defect/bound, as [`Verdict::ratio`].
+    pub fn ratio(&self) -> f64 {
+        Verdict::Holds { defect: self.defect, bound: self.bound }.ratio().unwrap_or(f64::INFINITY)
+    }
+}
+
+/// How many cases carry a label.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct Count {
+    /// Of those to which the law applies.
+    pub applicable: usize,
+    /// Of all that were drawn.
+    pub all: usize,
+}
+
+/// What a campaign found about one law. `cases = held + broken + Σ inconclusive + Σ not_applicable`.
+#[derive(Clone, Debug)]
+pub struct Summary<C> {
+    /// The law's name.
+    pub law: &'static str,
+    /// The law's class.
+    pub cost: Cost,
+    /// Cases drawn.
+    pub cases: usize,
+    /// Cases on which it holds.
+    pub held: usize,
+    /// Indices of the cases on which it is broken, ascending.
+    pub broken: Vec<usize>,
+    /// Cases that could not be decided, by reason; a case that the strategy failed to produce is one of them.
+    pub inconclusive: BTreeMap<String, usize>,
+    /// Cases about which it says nothing, by reason.
+    pub not_applicable: BTreeMap<String, usize>,
+    /// Values that the strategy rejected before it produced a case, by reason; they are not cases.
+    pub rejections: BTreeMap<String, usize>,
+    /// The case with the largest defect/bound (the first of them), where any was judged.
+    pub worst: Option<Worst>,
+    /// The first of the broken cases, shrunk.
+    pub failures: Vec<Failure<C>>,
+    /// Broken cases that were not broken when checked again: the check is not a function of the case.
+    pub irreproducible: Vec<usize>,
+    /// By (category, label).
+    pub coverage: BTreeMap<(&'static str, String), Count>,
+    /// Time spent in the checks, summed over the threads. The only number here that is not a function of the seed.
+    pub seconds: f64,
+}
+
+impl<C> Summary<C> {
+    pub(super) fn new(law: &'static str, cost: Cost) -> Self {
+        Self {
+            law,
+            cost,
+            cases: 0,
+            held: 0,
+            broken: Vec::new(),
+            inconclusive: BTreeMap::new(),
+            not_applicable: BTreeMap::new(),
+            rejections: BTreeMap::new(),
+            worst: None,
+            failures: Vec::new(),
+            irreproducible: Vec::new(),
+            coverage: BTreeMap::new(),
+            seconds: 0.0,
+        }
+    }
+
+    pub(super) fn record(&mut self, index: usize, verdict: &Verdict) {
+        self.cases += 1;
+        match verdict {
+            Verdict::Holds { .. } => self.held += 1,
+            Verdict::Broken { .. } => self.broken.push(index),
+            Verdict::Inconclusive { why } => *self.inconclusive.entry(why.clone()).or_default() += 1,
+            Verdict::NotApplicable { why } => *self.not_applicable.entry(why.clone()).or_default() += 1,
+        }
+        if let Some((defect, bound)) = verdict.measured() {
+            self.record_worst(Worst { defect, bound, index });
+        }
+    }
+
+    pub(super) fn record_labels(&mut self, labels: Vec<(&'static str, String)>, applicable: bool) {
+        for key in labels {
+            let count = self.coverage.entry(key).or_default();
+            count.all += 1;
+            count.applicable += usize::from(applicable);
+        }
+    }
+
+    fn record_worst(&mut self, new: Worst) {
+        let rank = |w: &Worst| (w.ratio(), std::cmp::Reverse(w.index));
+        if self.worst.is_none_or(|old| rank(&new) > rank(&old)) {
+            self.worst = Some(new);
+        }
+    }
+
+    /// Adds what another part of the same law's cases, all of larger index, has found.
+    pub(super) fn append(&mut self, other: Self) {
+        let add = |into: &mut BTreeMap<String, usize>, from: BTreeMap<String, usize>| {
+            for (reason, count) in from {
+                *into.entry(reason).or_default() += count;
+            }
+        };
+        self.cases += other.cases;
+        self.held += other.held;
+        self.broken.extend(other.broken);
+        add(&mut self.inconclusive, other.inconclusive);
+        add(&mut self.not_applicable, other.not_applicable);
+        add(&mut self.rejections, other.rejections);
+        if let Some(worst) = other.worst {
+            self.record_worst(worst);
+        }
+        self.failures.extend(other.failures);
+        self.irreproducible.extend(other.irreproducible);
+        for (key, count) in other.coverage {
+            let sum = self.coverage.entry(key).or_default();
+            sum.all += count.all;
+            sum.applicable += count.applicable;
+        }
+        self.seconds += other.seconds;
+    }
+
+    /// The numbers, as one line of a table or of JSON.
+    pub fn line(&self) -> Line {
+        Line {
+            law: self.law,
+            cases: self.cases,
+            held: self.held,
+            broken: self.broken.len(),
+            inconclusive: self.inconclusive.values().sum(),
+            not_applicable: self.not_applicable.values().sum(),
+            max_defect: self.worst.map(|worst| worst.defect),
+            bound: self.worst.map(|worst| worst.bound),
+            seconds: self.seconds,
+        }
+    }
+}
+
+/// The numbers of one law. In JSON, numbers that are not finite and values that do not exist are `null`.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct Line {
+    /// The law's name.
+    pub law: &'static str,
+    /// Cases drawn.
+    pub cases: usize,
+    /// On which it holds.
+    pub held: usize,
+    /// On which it is broken.
+    pub broken: usize,
+    /// Which could not be decided.
+    pub inconclusive: usize,
+    /// About which it says nothing.
+    pub not_applicable: usize,
+    /// The defect of the case with the largest defect/bound; `None` where no case was judged.
+    pub max_defect: Option<f64>,
+    /// The bound of that case.
+    pub bound: Option<f64>,
+    /// Time spent in the checks, summed over the threads.
+    pub seconds: f64,
+}
+
+/// What a campaign found, in the order of its laws.
+#[derive(Clone, Debug)]
+pub struct Report<C> {
+    /// The campaign's seed.
+    pub seed: u64,
+    /// Cases per cheap law.
+    pub cases: usize,
+    /// One summary per law.
+    pub laws: Vec<Summary<C>>,
+}
+
+impl<C> Report<C> {
+    /// Whether no law is broken.
+    pub fn holds(&self) -> bool {
+        self.laws.iter().all(|law| law.broken.is_empty())
+    }
+
+    /// The counts by (law, category, label).
+    pub fn coverage(&self) -> BTreeMap<(&'static str, &'static str, &str), Count> {
+        let entries = self.laws.iter().flat_map(|law| {
+            law.coverage.iter().map(|((category, label), count)| ((law.law, *category, label.as_str()), *count))
+        });
+        entries.collect()
+    }
+
+    /// The counts by (category, label), summed over the laws.
+    pub fn total_coverage(&self) -> BTreeMap<(&'static str, &str), Count> {
+        let mut total = BTreeMap::<_, Count>::new();
+        for ((_, category, label), count) in self.coverage() {
+            let sum = total.entry((category, label)).or_default();
+            sum.all += count.all;
+            sum.applicable += count.applicable;
+        }
+        total
+    }
+}

@@ -1,0 +1,429 @@
+//! Laws of one step, or of a few: what holds to round-off at any step size and for any tableau.
+
+use super::CaseLaw;
+use super::planted::{PlantedStep, StepFault};
+use super::precision::{Measured, settle, settle_small};
+use crate::algebra::{Casimir, Covector, Matrix, Vector};
+use crate::group::LieGroup;
+use crate::harness::{Cost, Fault};
+use crate::integrators::doubled::{Doubled, DoubledState};
+use crate::integrators::{OneStep, Report, State, StepError, Variational};
+use crate::mechanics::doubled::Forced;
+use crate::mechanics::force::AnyForce;
+use crate::mechanics::lagrangian::AnyLagrangian;
+use crate::retraction::Retraction;
+use crate::scalar::Real;
+use crate::system::{System, Visitor, cases};
+use proptest::strategy::Strategy;
+
+const SCHEME: &str = "Martín de Diego and Sato Martín de Almagro 2019, §5.2";
+const NONABELIAN: &str = "non-abelian algebras, motions that are not steady";
+const FORCED: &str = "forced systems";
+
+/// A planted step fault, by name: `(fault of the law, what is spoilt)`.
+const STEP_FAULTS: &[(&str, StepFault)] = &[
+    ("chart-trap", StepFault::ChartTrap),
+    ("force-index", StepFault::ForceIndex),
+    ("unconjugated", StepFault::Unconjugated),
+    ("no-second-tangent", StepFault::NoSecondTangent),
+    ("inverse-second-tangent", StepFault::InverseSecondTangent),
+    ("swapped-second-tangent", StepFault::SwappedSecondTangent),
+    ("no-force-in-stages", StepFault::NoForceInStages),
+    ("force-not-transported", StepFault::ForceNotTransported),
+    ("force-of-first-stage", StepFault::ForceOfFirstStage),
+    ("force-time", StepFault::ForceTime),
+    ("no-step-tangent", StepFault::NoStepTangent),
+    ("coadjoint-inverted", StepFault::CoadjointInverted),
+    ("coadjoint-halved", StepFault::CoadjointHalved),
+    ("attitude-from-left", StepFault::AttitudeFromLeft),
+    ("attitude-order-two", StepFault::AttitudeOrderTwo),
+];
+
+macro_rules! fault {
+    ($name:literal, $what:literal, $visible:expr) => {
+        Fault { name: $name, what: $what, visible_on: $visible }
+    };
+}
+
+const CHART: Fault = fault!(
+    "chart-trap",
+    "the partitioned method in the chart, μ' = (μ + h Σ b G) dτ(ξ)⁻¹: same order, another method",
+    NONABELIAN
+);
+const NO_SECOND: Fault = fault!("no-second-tangent", "ddτ left out of G_i", NONABELIAN);
+const INVERSE_SECOND: Fault =
+    fault!("inverse-second-tangent", "the second tangent of τ⁻¹ in the place of that of τ (as printed)", NONABELIAN);
+const SWAPPED_SECOND: Fault = fault!("swapped-second-tangent", "ddτ(δ, H) for ddτ(H, δ)", NONABELIAN);
+const UNCONJUGATED: Fault =
+    fault!("unconjugated", "a_ij for its conjugate", "tableaux that are not symplectic; forced or non-abelian systems");
+const NO_STEP: Fault = fault!("no-step-tangent", "dτ(−ξ) left out of the stage equations", NONABELIAN);
+const INVERTED: Fault = fault!("coadjoint-inverted", "μ' = Ad*_{τ(ξ)⁻¹} m", NONABELIAN);
+const HALVED: Fault = fault!("coadjoint-halved", "μ' = m dτ(−ξ), without dτ(ξ)⁻¹", NONABELIAN);
+const FROM_LEFT: Fault =
+    fault!("attitude-from-left", "g' = τ(ξ) g", "non-abelian groups, after a step or from an attitude that is not e");
+const ORDER_TWO: Fault = fault!("attitude-order-two", "g' = g τ(h (l')⁻¹((μ + μ')/2))", NONABELIAN);
+
+/// The laws of this file.
+pub const LAWS: &[CaseLaw] = &[
+    CaseLaw {
+        name: "plain-step",
+        statement: "the integrator's step solves the stage equations r_i = 0 as they are written down",
+        source: SCHEME,
+        oracle: "a transcription of the equations with its own loops and Newton's method on H",
+        bound: "two precisions; floor 2¹⁰ s N u: both stop at a relative residual of a few u in s N equations",
+        cost: Cost::Cheap,
+        faults: &[
+            CHART,
+            fault!(
+                "force-index",
+                "K̂ of stage i for stage j in the stage equations (as printed)",
+                "forced systems, s ≥ 2"
+            ),
+            UNCONJUGATED,
+            NO_SECOND,
+            INVERSE_SECOND,
+            SWAPPED_SECOND,
+            fault!("no-force-in-stages", "f left out of G_i", FORCED),
+            fault!("force-not-transported", "Ad*_{τ(Ξ_j)⁻¹} left out of m", "forced systems on non-abelian algebras"),
+            fault!("force-of-first-stage", "f(η_1) at every stage", "velocity-dependent forces, s ≥ 2"),
+            fault!("force-time", "f at the time of the step's start at every stage", "time-dependent forces"),
+            NO_STEP,
+            INVERTED,
+            HALVED,
+            FROM_LEFT,
+            ORDER_TWO,
+        ],
+        cases: || cases().boxed(),
+        check: |case, fault| settle_small(case, Plain { fault }, 9),
+    },
+    CaseLaw {
+        name: "doubled-restriction",
+        statement: "the doubled step started on a unit (μ, e, μ) ends on one, and its μ is the restricted step's",
+        source: "Martín de Diego and Sato Martín de Almagro 2019, §5.2 and Thm 5.3",
+        oracle: "the doubled scheme on (λ, U, μ), which shares no residual with the restricted one",
+        bound: "two precisions; floor 2¹² s N u: two solves, the doubled one of twice the size",
+        cost: Cost::Cheap,
+        faults: &[
+            CHART,
+            fault!(
+                "force-index",
+                "K̂ of stage i for stage j in the stage equations (as printed)",
+                "forced systems, s ≥ 2"
+            ),
+            UNCONJUGATED,
+            fault!("no-force-in-stages", "f left out of G_i", FORCED),
+            fault!("force-not-transported", "Ad*_{τ(Ξ_j)⁻¹} left out of m", "forced systems on non-abelian algebras"),
+            fault!("force-of-first-stage", "f(η_1) at every stage", "velocity-dependent forces, s ≥ 2"),
+            fault!("force-time", "f at the time of the step's start at every stage", "time-dependent forces"),
+            fault!("units-left", "λ started at (1 + 2⁻¹⁰) μ, off the units", "every group"),
+        ],
+        cases: || cases().with_group().boxed(),
+        check: |case, fault| settle_small(case, DoubledRestriction { fault }, 6),
+    },
+    CaseLaw {
+        name: "free-casimirs",
+        statement: "without force C(μ_n) = C(μ_0) for every Casimir C, any tableau, any step",
+        source: "Martín de Diego and Sato Martín de Almagro 2019, §5.3.1, where it is only observed; μ' = Ad*_{τ(ξ)} μ",
+        oracle: "the Casimir, a polynomial that the integrator does not know",
+        bound: "two precisions; floor 2⁸ N² u a step",
+        cost: Cost::Cheap,
+        faults: &[CHART, HALVED],
+        cases: || cases().force_free().nonabelian().boxed(),
+        check: |case, fault| settle(case, Free { fault, which: FreeLaw::Casimirs }),
+    },
+    CaseLaw {
+        name: "free-coadjoint-orbit",
+        statement: "without force the spatial momentum Ad*_{g⁻¹} μ is constant",
+        source: "Martín de Diego and Sato Martín de Almagro 2019, §2.2; Noether's theorem for left translations",
+        oracle: "Ad by conjugation with the attitude matrix; the step has it from dτ",
+        bound: "two precisions; floor 2⁸ N² u a step",
+        cost: Cost::Cheap,
+        faults: &[CHART, HALVED, INVERTED, FROM_LEFT, ORDER_TWO],
+        cases: || cases().force_free().with_group().nonabelian().boxed(),
+        check: |case, fault| settle(case, Free { fault, which: FreeLaw::Orbit }),
+    },
+    CaseLaw {
+        name: "free-poisson-map",
+        statement: "without force J Π(μ) Jᵀ = Π(Φ(μ)) with J = Φ'(μ), Π_ab = −C^d_ab μ_d",
+        source: "Martín de Diego and Sato Martín de Almagro 2019, §2.2 and §2.3",
+        oracle: "J by fourth-order differences of whole steps, Π from the structure constants",
+        bound: "ε⁴ + u/ε at ε = 2⁻¹⁰ (f64) or 2⁻²⁰ (dd), times 2¹²; in dd only up to s N = 6",
+        cost: Cost::Cheap,
+        faults: &[CHART, UNCONJUGATED, NO_SECOND, INVERSE_SECOND, SWAPPED_SECOND, NO_STEP, HALVED],
+        cases: || cases().force_free().nonabelian().boxed(),
+        check: |case, fault| settle_small(case, PoissonMap { fault }, 6),
+    },
+];
+
+/// The step under test: the library's, or the plain one with a fault planted in it.
+pub(super) enum Subject<'a, T: Real, const N: usize, const D: usize, R> {
+    /// The library's integrator.
+    Library(Variational<T, N, D, &'a AnyLagrangian<T, N>, &'a AnyForce<T, N>, &'a R>),
+    /// The plain step, spoilt.
+    Planted(PlantedStep<T, N, D, &'a AnyLagrangian<T, N>, &'a AnyForce<T, N>, &'a R>),
+}
+
+impl<T: Real, const N: usize, const D: usize, R: Retraction<T, N, D>> Subject<'_, T, N, D, R> {
+    /// η_i of the last step.
+    pub(super) fn stage_velocities(&self) -> Vec<Vector<T, N>> {
+        match self {
+            Self::Library(method) => method.stage_velocities().collect(),
+            Self::Planted(method) => method.stage_velocities().to_vec(),
+        }
+    }
+}
+
+impl<T: Real, const N: usize, const D: usize, R: Retraction<T, N, D>> OneStep<T, N, D> for Subject<'_, T, N, D, R> {
+    fn step(&mut self, state: &mut State<T, N, D>, h: T) -> Result<Report<T>, StepError> {
+        match self {
+            Self::Library(method) => method.step(state, h),
+            Self::Planted(method) => method.step(state, h),
+        }
+    }
+}
+
+/// The integrator of a system, or the plain step with the fault planted.
+pub(super) fn subject<'a, T: Real, const N: usize, const D: usize, R: Retraction<T, N, D>>(
+    system: &'a System<T, N, D, R>,
+    fault: Option<&Fault>,
+) -> Subject<'a, T, N, D, R> {
+    let planted = fault.and_then(|fault| STEP_FAULTS.iter().find(|(name, _)| *name == fault.name));
+    let (l, f, r) = (&system.lagrangian, &system.force, &system.retraction);
+    match planted {
+        Some((_, fault)) => Subject::Planted(PlantedStep::new(l, f, r, system.tableau.clone(), Some(*fault))),
+        None => Subject::Library(Variational::new(l, f, r, system.tableau.clone())),
+    }
+}
+
+/// What a refused step means for a law.
+pub(super) fn refused(error: &StepError) -> Measured {
+    match error {
+        StepError::Domain { .. } => Measured::NotApplicable("the step leaves the domain of the retraction".into()),
+        StepError::Fold { .. } => Measured::Inconclusive("the step is beyond a fold".into()),
+        StepError::NotConverged { .. } => Measured::Inconclusive("the stage equations did not converge".into()),
+        StepError::Legendre { .. } => Measured::Inconclusive("the Legendre transform could not be inverted".into()),
+        StepError::NotFinite { .. } => Measured::Broken(error.to_string()),
+    }
+}
+
+fn size_of<T: Real>(values: impl IntoIterator<Item = T>) -> T {
+    values.into_iter().fold(T::zero(), |m, v| if v.abs() > m || !v.all_finite() { v.abs() } else { m })
+}
+
+fn show<T: Real, const N: usize>(mu: &Covector<T, N>) -> String {
+    let list: Vec<String> = mu.iter().map(|v| format!("{:.17e}", v.to_f64())).collect();
+    format!("({})", list.join(", "))
+}
+
+/// |a − b| of two states after the same step, relative to their size, with a floor in units of u.
+fn compare<T: Real, const N: usize, const D: usize>(
+    mine: &State<T, N, D>,
+    oracle: &State<T, N, D>,
+    floor: f64,
+) -> Measured {
+    let momentum = Measured::defect(
+        size_of((mine.momentum - oracle.momentum).iter().copied()),
+        size_of(oracle.momentum.iter().copied()),
+        floor,
+        || format!("μ' = {}, expected {}", show(&mine.momentum), show(&oracle.momentum)),
+    );
+    let attitude = Measured::defect(
+        size_of((mine.attitude - oracle.attitude).iter().copied()),
+        size_of(oracle.attitude.iter().copied()),
+        floor,
+        || "the attitudes differ".into(),
+    );
+    momentum.and(attitude)
+}
+
+#[derive(Clone, Copy)]
+struct Plain<'a> {
+    fault: Option<&'a Fault>,
+}
+
+impl<T: Real> Visitor<T> for Plain<'_> {
+    type Output = Measured;
+
+    fn visit<const N: usize, const D: usize, R: Retraction<T, N, D>>(self, system: System<T, N, D, R>) -> Measured {
+        let (l, f, r) = (&system.lagrangian, &system.force, &system.retraction);
+        let mut oracle = PlantedStep::new(l, f, r, system.tableau.clone(), None);
+        let (mut mine, mut theirs) = (system.state.clone(), system.state.clone());
+        let outcome = subject(&system, self.fault).step(&mut mine, system.step);
+        if let Err(error) = outcome.and_then(|_| oracle.step(&mut theirs, system.step)) {
+            return refused(&error);
+        }
+        compare(&mine, &theirs, 1024.0 * (system.tableau.stages() * N) as f64)
+    }
+}
+
+#[derive(Clone, Copy)]
+struct DoubledRestriction<'a> {
+    fault: Option<&'a Fault>,
+}
+
+impl<T: Real> Visitor<T> for DoubledRestriction<'_> {
+    type Output = Measured;
+
+    fn visit<const N: usize, const D: usize, R: Retraction<T, N, D>>(self, system: System<T, N, D, R>) -> Measured {
+        let floor = 4096.0 * (system.tableau.stages() * N) as f64;
+        let (l, f, r) = (&system.lagrangian, &system.force, &system.retraction);
+        let mut doubled = Doubled::<T, _, _, N, D>::new(system.tableau.clone(), r, Forced::new(l, f, r));
+        let mut unit = DoubledState::unit(system.state.time, system.state.momentum);
+        if Fault::planted(self.fault, "units-left") {
+            unit.lambda *= T::one() + T::exact(2f64.powi(-10));
+        }
+        let mut restricted = system.state.clone();
+        let outcome = subject(&system, self.fault).step(&mut restricted, system.step);
+        if let Err(error) = outcome.and_then(|_| doubled.step(&mut unit, system.step)) {
+            return refused(&error);
+        }
+        let size = size_of(restricted.momentum.iter().copied());
+        let relative = unit.relative - Matrix::<T, D>::identity();
+        let off = Measured::defect(size_of(relative.iter().copied()), T::one(), floor, || "U' ≠ e".into());
+        let split = Measured::defect(size_of((unit.lambda - unit.mu).iter().copied()), size, floor, || {
+            format!("λ' = {}, μ' = {}", show(&unit.lambda), show(&unit.mu))
+        });
+        let same = Measured::defect(size_of((unit.mu - restricted.momentum).iter().copied()), size, floor, || {
+            format!("restricted μ' = {}, doubled μ' = {}", show(&restricted.momentum), show(&unit.mu))
+        });
+        off.and(split).and(same)
+    }
+}
+
+#[derive(Clone, Copy)]
+enum FreeLaw {
+    Casimirs,
+    Orbit,
+}
+
+#[derive(Clone, Copy)]
+struct Free<'a> {
+    fault: Option<&'a Fault>,
+    which: FreeLaw,
+}
+
+/// Steps of a free trajectory.
+const FREE_STEPS: usize = 3;
+
+impl<T: Real> Visitor<T> for Free<'_> {
+    type Output = Measured;
+
+    fn visit<const N: usize, const D: usize, R: Retraction<T, N, D>>(self, system: System<T, N, D, R>) -> Measured {
+        match (self.which, &system.group) {
+            (FreeLaw::Casimirs, _) if system.casimirs.is_empty() => {
+                return Measured::NotApplicable("no Casimir of the algebra is known".into());
+            }
+            (FreeLaw::Orbit, None) => return Measured::NotApplicable("the algebra has no group".into()),
+            _ => {}
+        }
+        let mut state = system.state.clone();
+        let mut method = subject(&system, self.fault);
+        for _ in 0..FREE_STEPS {
+            if let Err(error) = method.step(&mut state, system.step) {
+                return refused(&error);
+            }
+        }
+        let floor = 256.0 * (N * N * FREE_STEPS) as f64;
+        let start = &system.state;
+        match (self.which, &system.group) {
+            (FreeLaw::Orbit, Some(group)) => orbit(group, start, &state, floor),
+            _ => system
+                .casimirs
+                .iter()
+                .map(|casimir| conserved(casimir, &start.momentum, &state.momentum, floor))
+                .reduce(Measured::and)
+                .unwrap_or(Measured::NotApplicable("no Casimir of the algebra is known".into())),
+        }
+    }
+}
+
+fn conserved<T: Real, const N: usize>(
+    casimir: &Casimir<T, N>,
+    before: &Covector<T, N>,
+    after: &Covector<T, N>,
+    floor: f64,
+) -> Measured {
+    // The size of the terms that cancel in C: |z||μ| or |Q||μ|².
+    let size = |mu: &Covector<T, N>| match casimir {
+        Casimir::Linear(z) => z.amax() * mu.amax(),
+        Casimir::Quadratic(q) => q.amax() * mu.amax() * mu.amax(),
+    };
+    let (old, new) = (casimir.value(before), casimir.value(after));
+    Measured::defect((new - old).abs(), size(before).max(size(after)), floor, || {
+        format!("C changed from {:.17e} by {:.3e}", old.to_f64(), (new - old).to_f64())
+    })
+}
+
+fn orbit<T: Real, const N: usize, const D: usize>(
+    group: &impl LieGroup<T, N, D>,
+    before: &State<T, N, D>,
+    after: &State<T, N, D>,
+    floor: f64,
+) -> Measured {
+    let spatial = |state: &State<T, N, D>| {
+        let inverse = group.inverse(&state.attitude)?;
+        let ad = group.adjoint(&inverse)?;
+        Some((state.momentum * ad, state.momentum.amax() * ad.amax()))
+    };
+    match (spatial(before), spatial(after)) {
+        (Some((old, size)), Some((new, other))) => {
+            Measured::defect(size_of((new - old).iter().copied()), size.max(other), floor, || {
+                format!("Ad*_(g⁻¹) μ went from {} to {}", show(&old), show(&new))
+            })
+        }
+        _ => Measured::Broken("the attitude is a singular matrix".into()),
+    }
+}
+
+#[derive(Clone, Copy)]
+struct PoissonMap<'a> {
+    fault: Option<&'a Fault>,
+}
+
+impl<T: Real> Visitor<T> for PoissonMap<'_> {
+    type Output = Measured;
+
+    fn visit<const N: usize, const D: usize, R: Retraction<T, N, D>>(self, system: System<T, N, D, R>) -> Measured {
+        let mut method = subject(&system, self.fault);
+        let mut image = |mu: &Covector<T, N>| {
+            let mut state = State { momentum: *mu, ..system.state.clone() };
+            method.step(&mut state, system.step).map(|_| state.momentum)
+        };
+        let mu = system.state.momentum;
+        // ε⁴ and u/ε balance: 2⁻⁴⁰ and 2⁻⁴³ in f64, 2⁻⁸⁰ and 2⁻⁸⁴ in double-double.
+        let exponent = if T::unit_roundoff() < T::exact(1e-20) { -20 } else { -10 };
+        let relative = T::exact(2f64.powi(exponent));
+        let epsilon = relative * mu.amax();
+        if epsilon == T::zero() {
+            return Measured::NotApplicable("at rest".into());
+        }
+        let mut jacobian = Matrix::<T, N>::zeros();
+        for a in 0..N {
+            let mut at = |k: i64| {
+                let mut moved = mu;
+                moved[a] += T::int(k) * epsilon;
+                image(&moved)
+            };
+            let column = (|| Ok::<_, StepError>((at(1)? - at(-1)?) * T::int(8) - (at(2)? - at(-2)?)))();
+            match column {
+                Ok(column) => jacobian.set_column(a, &(column.transpose() / (epsilon * T::int(12)))),
+                Err(error) => return refused(&error),
+            }
+        }
+        let end = match image(&mu) {
+            Ok(end) => end,
+            Err(error) => return refused(&error),
+        };
+        let poisson = |mu: &Covector<T, N>| {
+            Matrix::<T, N>::from_fn(|a, b| {
+                (0..N).fold(T::zero(), |sum, d| sum - system.algebra.constant(a, b, d) * mu[d])
+            })
+        };
+        let defect = jacobian * poisson(&mu) * jacobian.transpose() - poisson(&end);
+        let size = jacobian.amax() * jacobian.amax() * poisson(&mu).amax();
+        let noise = (relative.powi(4) / T::unit_roundoff() + T::one() / relative).to_f64();
+        Measured::defect(size_of(defect.iter().copied()), size, 4096.0 * noise, || {
+            format!("Φ(μ) = {}, |J Π Jᵀ − Π(Φ)| = {:.3e}", show(&end), defect.amax().to_f64())
+        })
+    }
+}

@@ -1,0 +1,126 @@
+//! Rounding or error? The same case at two precisions.
+//!
+//! An identity is evaluated in `f64` (u = 2⁻⁵³) and in double-double (u ≈ 2⁻¹⁰⁴). Its defects, in units of u, are the
+//! amplification of rounding by the case, a64 and a32; a case that is badly conditioned amplifies both alike. The
+//! identity holds when each is at most [`AGREEMENT`] times the other, or below `floor`, what the operation count alone
+//! allows. A defect that does not shrink with u is an error: if it is ε in both scalars then a32 / a64 = 2⁵¹. An error in
+//! one scalar only (a series cut too early, a switch at the wrong place) shows as well.
+
+use crate::harness::Verdict;
+use crate::retraction::Retraction;
+use crate::scalar::{Dd, Real};
+use crate::system::{Case, System, Visitor};
+
+/// How far the amplification of rounding may differ between the two precisions: both are samples of one distribution,
+/// whose spread over the operation orders of a case has been about 30.
+pub const AGREEMENT: f64 = 256.0;
+
+/// What one evaluation of an identity gave.
+#[derive(Clone, Debug, PartialEq)]
+pub enum Measured {
+    /// A defect.
+    Defect {
+        /// |lhs − rhs| relative to the size of the terms, in units of u.
+        amplification: f64,
+        /// What the count of operations allows, in units of u.
+        floor: f64,
+        /// The worst place.
+        witness: String,
+    },
+    /// The identity says nothing about this case.
+    NotApplicable(String),
+    /// The case admits the identity, but it could not be evaluated.
+    Inconclusive(String),
+    /// An error where there must be none.
+    Broken(String),
+}
+
+impl Measured {
+    /// A defect |lhs − rhs| of terms of a size, at a place; a NaN counts as infinite.
+    pub fn defect<T: Real>(defect: T, size: T, floor: f64, witness: impl FnOnce() -> String) -> Self {
+        let amplification = if defect == T::zero() { 0.0 } else { (defect / size / T::unit_roundoff()).to_f64() };
+        let amplification = if amplification.is_nan() { f64::INFINITY } else { amplification };
+        let witness = witness();
+        Self::Defect { amplification, floor, witness }
+    }
+
+    /// The graver of two measurements on the same case.
+    pub fn and(self, other: Self) -> Self {
+        let weight = |m: &Self| match m {
+            Self::NotApplicable(_) => (0, 0.0),
+            Self::Defect { amplification, floor, .. } => (1, amplification / floor),
+            Self::Inconclusive(_) => (2, 0.0),
+            Self::Broken(_) => (3, 0.0),
+        };
+        if weight(&other) > weight(&self) { other } else { self }
+    }
+}
+
+/// The verdict from the two evaluations of `visitor` on `case`.
+pub fn settle<V>(case: &Case, visitor: V) -> Verdict
+where
+    V: Visitor<f64, Output = Measured> + Visitor<Dd, Output = Measured> + Clone,
+{
+    let double = case.dispatch::<f64, V>(visitor.clone());
+    let quad = case.dispatch::<Dd, V>(visitor);
+    match (double, quad) {
+        (Ok(double), Ok(quad)) => compare(double, quad),
+        (Err(e), _) | (_, Err(e)) => Verdict::broken(format!("a generated case cannot be built: {e}")),
+    }
+}
+
+fn compare(double: Measured, quad: Measured) -> Verdict {
+    use Measured::{Broken, Defect, Inconclusive, NotApplicable};
+    match (double, quad) {
+        (Broken(why), _) => Verdict::broken(format!("f64: {why}")),
+        (_, Broken(why)) => Verdict::broken(format!("dd: {why}")),
+        (NotApplicable(why), _) | (_, NotApplicable(why)) => Verdict::not_applicable(why),
+        (Inconclusive(why), _) | (_, Inconclusive(why)) => Verdict::inconclusive(why),
+        (Defect { amplification: a64, floor, witness: w64 }, Defect { amplification: a32, floor: _, witness: w32 }) => {
+            let judge = |mine: f64, other: f64, scalar: &str, witness: String| {
+                Verdict::judge(mine, floor.max(AGREEMENT * other), || {
+                    format!("{scalar}: {mine:.3e} units of round-off (the other scalar: {other:.3e}); {witness}")
+                })
+            };
+            judge(a64, a32, "f64", w64).and(judge(a32, a64, "dd", w32))
+        }
+    }
+}
+
+/// The same, with the 32 digits left out when s N, the number of unknowns of a step, is above `most`: there a step in
+/// 32 digits costs too much for a law that runs on every case, and the floor alone is the bound.
+pub fn settle_small<V>(case: &Case, visitor: V, most: usize) -> Verdict
+where
+    V: Visitor<f64, Output = Measured> + Visitor<Dd, Output = Measured> + Clone,
+{
+    match case.dispatch::<f64, _>(Unknowns) {
+        Ok(unknowns) if unknowns <= most => settle(case, visitor),
+        Ok(_) => match case.dispatch::<f64, V>(visitor) {
+            Ok(double) => alone(double),
+            Err(e) => Verdict::broken(format!("a generated case cannot be built: {e}")),
+        },
+        Err(e) => Verdict::broken(format!("a generated case cannot be built: {e}")),
+    }
+}
+
+fn alone(double: Measured) -> Verdict {
+    match double {
+        Measured::Broken(why) => Verdict::broken(why),
+        Measured::NotApplicable(why) => Verdict::not_applicable(why),
+        Measured::Inconclusive(why) => Verdict::inconclusive(why),
+        Measured::Defect { amplification, floor, witness } => Verdict::judge(amplification, AGREEMENT * floor, || {
+            format!("f64: {amplification:.3e} units of round-off; {witness}")
+        }),
+    }
+}
+
+/// s N of a case.
+struct Unknowns;
+
+impl Visitor<f64> for Unknowns {
+    type Output = usize;
+
+    fn visit<const N: usize, const D: usize, R: Retraction<f64, N, D>>(self, system: System<f64, N, D, R>) -> usize {
+        system.tableau.stages() * N
+    }
+}

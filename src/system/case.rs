@@ -1,0 +1,304 @@
+//! The case as a plain value: what the file holds, what the generators make, what a failure prints.
+//!
+//! All numbers are [`Number`] expressions, so a case means exactly the same system in every scalar. Every coordinate
+//! (constants, inertia, forces, state) refers to the basis of the case: the catalogue's, or the changed one.
+
+use super::document::Document;
+use super::error::CaseError;
+use crate::algebra::catalogue::Entry;
+use crate::scalar::Number;
+use crate::tableau::Description;
+use serde::{Deserialize, Serialize};
+use std::fmt;
+
+/// The largest algebra dimension that is compiled in.
+pub const MAX_DIMENSION: usize = 8;
+
+/// C^c_ab = value, indices from 1; C^c_ba = −value follows.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Constant {
+    /// First lower index, from 1.
+    pub a: usize,
+    /// Second lower index, from 1.
+    pub b: usize,
+    /// Upper index, from 1.
+    pub c: usize,
+    /// C^c_ab.
+    pub value: Number,
+}
+
+/// Where the algebra's structure comes from.
+#[derive(Clone, Debug, PartialEq)]
+pub enum Structure {
+    /// An algebra of the catalogue, with its group.
+    Named(Entry),
+    /// Structure constants alone: no group, so the momentum step with exp only.
+    Constants {
+        /// n.
+        dimension: usize,
+        /// The non-zero constants, one of each antisymmetric pair.
+        constants: Vec<Constant>,
+    },
+}
+
+/// The algebra g, in its basis.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Algebra {
+    /// Which algebra.
+    pub structure: Structure,
+    /// The new basis vectors e'_a = e_b B^b_a, one list of n coordinates each (the columns of B); `None`: unchanged.
+    pub basis: Option<Vec<Vec<Number>>>,
+}
+
+impl Algebra {
+    /// n = dim g.
+    pub fn dimension(&self) -> usize {
+        match &self.structure {
+            Structure::Named(entry) => entry.dimension(),
+            Structure::Constants { dimension, .. } => *dimension,
+        }
+    }
+}
+
+/// The inertia I of l(η) = ½⟨Iη, η⟩ + …: symmetric, n×n.
+#[derive(Clone, Debug, PartialEq)]
+pub enum Inertia {
+    /// Its diagonal.
+    Diagonal(Vec<Number>),
+    /// Its rows.
+    Full(Vec<Vec<Number>>),
+}
+
+/// The reduced Lagrangian l(η) = ½⟨Iη, η⟩ (+ a quartic term).
+#[derive(Clone, Debug, PartialEq)]
+pub struct Lagrangian {
+    /// I.
+    pub inertia: Inertia,
+    /// The coefficient of the quartic term, when there is one.
+    pub quartic: Option<Number>,
+}
+
+/// The matrix K of a drag.
+#[derive(Clone, Debug, PartialEq)]
+pub enum Drag {
+    /// K = k 1.
+    Coefficient(Number),
+    /// K by rows.
+    Matrix(Vec<Vec<Number>>),
+}
+
+/// One term of the force f(t, η).
+#[derive(Clone, Debug, PartialEq)]
+pub enum Force {
+    /// Double-bracket dissipation with coefficient α: keeps Casimirs, lowers the energy (LLG on so(3)).
+    DoubleBracket {
+        /// α.
+        alpha: Number,
+    },
+    /// Metriplectic relaxation with coefficient β: keeps the energy, moves Casimirs.
+    Metriplectic {
+        /// β.
+        beta: Number,
+    },
+    /// f = −(K η)ᵀ.
+    LinearDrag(Drag),
+    /// f = −√(ηᵀ K η) (K η)ᵀ, K symmetric and positive semidefinite.
+    QuadraticDrag(Drag),
+    /// A constant covector.
+    Constant {
+        /// Its n components.
+        value: Vec<Number>,
+    },
+    /// f(t) = value cos(ωt + φ).
+    Periodic {
+        /// The n amplitudes.
+        value: Vec<Number>,
+        /// ω.
+        frequency: Number,
+        /// φ.
+        phase: Number,
+    },
+}
+
+/// Which retraction.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, PartialOrd, Ord, Serialize, Deserialize)]
+pub enum Tau {
+    /// The exponential.
+    #[serde(rename = "exp")]
+    Exponential,
+    /// The Cayley map.
+    #[serde(rename = "cayley")]
+    Cayley,
+}
+
+impl Tau {
+    /// The name in files: `exp`, `cayley`.
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::Exponential => "exp",
+            Self::Cayley => "cayley",
+        }
+    }
+}
+
+/// The integrator: a tableau and a retraction.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Method {
+    /// (a, b).
+    pub tableau: Description,
+    /// τ.
+    pub retraction: Tau,
+}
+
+/// The initial motion: η or μ.
+#[derive(Clone, Debug, PartialEq)]
+pub enum Motion {
+    /// η; then μ = l'(η).
+    Velocity(Vec<Number>),
+    /// μ.
+    Momentum(Vec<Number>),
+}
+
+/// The initial state.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Start {
+    /// η or μ.
+    pub motion: Motion,
+    /// x with g = τ(x), in the case's basis and with its retraction; `None`: g = e.
+    pub attitude: Option<Vec<Number>>,
+    /// t.
+    pub time: Number,
+}
+
+/// One plain value that describes a forced Euler–Poincaré system, a method, an initial state and a step.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(try_from = "Document", into = "Document")]
+pub struct Case {
+    /// g.
+    pub algebra: Algebra,
+    /// l.
+    pub lagrangian: Lagrangian,
+    /// f, the sum of these.
+    pub forces: Vec<Force>,
+    /// Tableau and τ.
+    pub method: Method,
+    /// Where it starts.
+    pub start: Start,
+    /// h.
+    pub step: Number,
+}
+
+impl Case {
+    /// n = dim g.
+    pub fn dimension(&self) -> usize {
+        self.algebra.dimension()
+    }
+
+    /// The case as a TOML system file (without a horizon).
+    ///
+    /// # Errors
+    /// None that a case built by this crate can cause; the serialiser's, as text.
+    pub fn to_toml(&self) -> Result<String, CaseError> {
+        super::file::write(&Document::from(self.clone()))
+    }
+
+    /// The case in a TOML system file; its run options are ignored.
+    ///
+    /// # Errors
+    /// See [`super::file::FileError`].
+    pub fn from_toml(text: &str) -> Result<Self, super::file::FileError> {
+        super::file::SystemFile::parse_case(text)
+    }
+}
+
+fn list(items: &[Number]) -> String {
+    let items: Vec<String> = items.iter().map(ToString::to_string).collect();
+    format!("[{}]", items.join(", "))
+}
+
+fn rows(items: &[Vec<Number>]) -> String {
+    let items: Vec<String> = items.iter().map(|row| list(row)).collect();
+    format!("[{}]", items.join(", "))
+}
+
+impl fmt::Display for Algebra {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match &self.structure {
+            Structure::Named(entry) => write!(f, "{entry}")?,
+            Structure::Constants { dimension, constants } => {
+                write!(f, "dimension {dimension} with")?;
+                if constants.is_empty() {
+                    f.write_str(" no brackets")?;
+                }
+                for (i, k) in constants.iter().enumerate() {
+                    let comma = if i == 0 { "" } else { "," };
+                    write!(f, "{comma} C^{}_{}{} = {}", k.c, k.a, k.b, k.value)?;
+                }
+            }
+        }
+        match &self.basis {
+            Some(basis) => write!(f, ", in the basis {}", rows(basis)),
+            None => Ok(()),
+        }
+    }
+}
+
+impl fmt::Display for Lagrangian {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match &self.inertia {
+            Inertia::Diagonal(diagonal) => write!(f, "inertia diag{}", list(diagonal))?,
+            Inertia::Full(matrix) => write!(f, "inertia {}", rows(matrix))?,
+        }
+        match &self.quartic {
+            Some(kappa) => write!(f, ", quartic {kappa}"),
+            None => Ok(()),
+        }
+    }
+}
+
+impl fmt::Display for Force {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        write!(f, "{}", self.kind())?;
+        match self {
+            Self::DoubleBracket { alpha } => write!(f, " alpha = {alpha}"),
+            Self::Metriplectic { beta } => write!(f, " beta = {beta}"),
+            Self::LinearDrag(Drag::Coefficient(k)) | Self::QuadraticDrag(Drag::Coefficient(k)) => write!(f, " k = {k}"),
+            Self::LinearDrag(Drag::Matrix(k)) | Self::QuadraticDrag(Drag::Matrix(k)) => write!(f, " K = {}", rows(k)),
+            Self::Constant { value } => write!(f, " {}", list(value)),
+            Self::Periodic { value, frequency, phase } => write!(f, " {} cos({frequency} t + {phase})", list(value)),
+        }
+    }
+}
+
+impl Force {
+    /// The kind, as in files.
+    pub fn kind(&self) -> &'static str {
+        match self {
+            Self::DoubleBracket { .. } => "double-bracket",
+            Self::Metriplectic { .. } => "metriplectic",
+            Self::LinearDrag(_) => "linear-drag",
+            Self::QuadraticDrag(_) => "quadratic-drag",
+            Self::Constant { .. } => "constant",
+            Self::Periodic { .. } => "periodic",
+        }
+    }
+}
+
+impl fmt::Display for Case {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        writeln!(f, "algebra    {}", self.algebra)?;
+        writeln!(f, "lagrangian {}", self.lagrangian)?;
+        let forces: Vec<String> = self.forces.iter().map(ToString::to_string).collect();
+        writeln!(f, "force      {}", if forces.is_empty() { "none".into() } else { forces.join(" + ") })?;
+        writeln!(f, "method     {}, {}", self.method.tableau, self.method.retraction.name())?;
+        match &self.start.motion {
+            Motion::Velocity(eta) => write!(f, "start      velocity {}", list(eta))?,
+            Motion::Momentum(mu) => write!(f, "start      momentum {}", list(mu))?,
+        }
+        if let Some(x) = &self.start.attitude {
+            write!(f, ", attitude tau({})", list(x))?;
+        }
+        writeln!(f, ", t = {}", self.start.time)?;
+        write!(f, "step       {}", self.step)
+    }
+}

@@ -1,0 +1,410 @@
+//! From the run-time description to types: the one door through which a [`Case`] becomes a [`System`].
+//!
+//! The dimension N = 1, …, 8 is a const generic, with matrices of size D = N + 2 (every catalogue representation fits,
+//! padded) and one retraction type; so(3) in its standard basis goes to D = 3 and the closed forms. A [`Visitor`] is
+//! compiled once for each of the nine, and for each scalar: keep visitors small.
+
+use super::case::{Case, Drag, Force as ForceTerm, Inertia, MAX_DIMENSION, Motion, Structure, Tau};
+use super::error::{CaseError, Place, Problem};
+use super::so3::So3Retraction;
+use crate::algebra::catalogue::Entry;
+use crate::algebra::{Casimir, Covector, LieAlgebra, Matrix, Vector};
+use crate::group::{LieGroup, MatrixGroup};
+use crate::integrators::State;
+use crate::mechanics::Lagrangian;
+use crate::mechanics::force::ForceError;
+use crate::mechanics::force::{AnyForce, Constant, DoubleBracket, LinearDrag, Metriplectic, Periodic, QuadraticDrag};
+use crate::mechanics::lagrangian::{AnyLagrangian, Quadratic, Quartic};
+use crate::retraction::{AnyRetraction, Cayley, Exponential, Retraction};
+use crate::scalar::{Number, Real};
+use crate::tableau::families::MAX_STAGES;
+use crate::tableau::{Description, Entries, Tableau, TableauError};
+
+/// A case, built: every part typed, every number in `T`.
+#[derive(Clone, Debug)]
+pub struct System<T: Real, const N: usize, const D: usize, R> {
+    /// g, in the case's basis.
+    pub algebra: LieAlgebra<T, N>,
+    /// G; `None` when the algebra is given by structure constants alone.
+    pub group: Option<MatrixGroup<T, N, D>>,
+    /// l.
+    pub lagrangian: AnyLagrangian<T, N>,
+    /// f.
+    pub force: AnyForce<T, N>,
+    /// τ.
+    pub retraction: R,
+    /// (a, b).
+    pub tableau: Tableau<T>,
+    /// The initial state.
+    pub state: State<T, N, D>,
+    /// h.
+    pub step: T,
+    /// Casimirs of the algebra in the case's basis; none are known when it is given by constants alone.
+    pub casimirs: Vec<Casimir<T, N>>,
+}
+
+/// What is done with a system, whatever its dimension.
+pub trait Visitor<T: Real> {
+    /// The result.
+    type Output;
+
+    /// Does it.
+    fn visit<const N: usize, const D: usize, R: Retraction<T, N, D>>(self, system: System<T, N, D, R>) -> Self::Output;
+}
+
+/// Builds and does nothing.
+struct Build;
+
+impl<T: Real> Visitor<T> for Build {
+    type Output = ();
+
+    fn visit<const N: usize, const D: usize, R: Retraction<T, N, D>>(self, _: System<T, N, D, R>) {}
+}
+
+impl Case {
+    /// Builds the case over `T` and hands it to `visitor`.
+    ///
+    /// # Errors
+    /// A [`CaseError`] that says where and what is allowed, when any part cannot be built.
+    pub fn dispatch<T: Real, V: Visitor<T>>(&self, visitor: V) -> Result<V::Output, CaseError> {
+        if self.algebra.structure == Structure::Named(Entry::So3) && self.algebra.basis.is_none() {
+            let retraction = |_: &LieAlgebra<T, 3>, _: &Option<MatrixGroup<T, 3, 3>>, tau| Ok(So3Retraction::new(tau));
+            return self.assemble::<T, 3, 3, _>(retraction).map(|system| visitor.visit(system));
+        }
+        macro_rules! door {
+            ($($n:literal => $d:literal),*) => {
+                match self.dimension() {
+                    $($n => self.assemble::<T, $n, $d, _>(general).map(|system| visitor.visit(system)),)*
+                    n => Err(Place::root().key("algebra").error(Problem::Range {
+                        found: format!("of dimension {n}"),
+                        allowed: format!("dimension 1 to {MAX_DIMENSION}"),
+                    })),
+                }
+            };
+        }
+        door!(1 => 3, 2 => 4, 3 => 5, 4 => 6, 5 => 7, 6 => 8, 7 => 9, 8 => 10)
+    }
+
+    /// Whether the case can be built (in `f64`).
+    ///
+    /// # Errors
+    /// Those of [`Case::dispatch`].
+    pub fn check(&self) -> Result<(), CaseError> {
+        self.dispatch::<f64, _>(Build)
+    }
+
+    fn assemble<T: Real, const N: usize, const D: usize, R: Retraction<T, N, D>>(
+        &self,
+        retraction: impl FnOnce(&LieAlgebra<T, N>, &Option<MatrixGroup<T, N, D>>, Tau) -> Result<R, Problem>,
+    ) -> Result<System<T, N, D, R>, CaseError> {
+        let (algebra, group, casimirs) = self.structure::<T, N, D>()?;
+        let lagrangian = self.lagrangian::<T, N>()?;
+        let force = self.force(&algebra, &lagrangian)?;
+        let method = Place::root().key("method");
+        let retraction = retraction(&algebra, &group, self.method.retraction)
+            .map_err(|problem| method.key("retraction").error(problem))?;
+        let tableau = self.tableau::<T>(&method)?;
+        let state = self.state(&lagrangian, &retraction)?;
+        let place = Place::root().key("run").key("step");
+        let step = number::<T>(&self.step, &place)?;
+        if step == T::zero() {
+            let found = self.step.to_string();
+            return Err(place.error(Problem::Range { found, allowed: "any number but 0".into() }));
+        }
+        Ok(System { algebra, group, lagrangian, force, retraction, tableau, state, step, casimirs })
+    }
+
+    #[allow(clippy::type_complexity)]
+    fn structure<T: Real, const N: usize, const D: usize>(
+        &self,
+    ) -> Result<(LieAlgebra<T, N>, Option<MatrixGroup<T, N, D>>, Vec<Casimir<T, N>>), CaseError> {
+        let place = Place::root().key("algebra");
+        let basis_place = place.key("basis");
+        let basis = self.algebra.basis.as_ref();
+        // The file lists the columns.
+        let basis = basis.map(|b| Ok(matrix::<T, N>(b, &basis_place)?.transpose())).transpose()?;
+        let (mut algebra, mut group, mut casimirs) = match &self.algebra.structure {
+            Structure::Named(entry) => {
+                let refused = |e| place.key("name").error(Problem::Algebra(e));
+                let group = MatrixGroup::<T, N, D>::from_entry(entry).map_err(refused)?;
+                let casimirs = entry.casimirs::<T, N>().map_err(refused)?;
+                (group.algebra().clone(), Some(group), casimirs)
+            }
+            Structure::Constants { .. } => (self.constants::<T, N>(&place.key("constants"))?, None, Vec::new()),
+        };
+        if let Some(basis) = basis {
+            let refused = |e| basis_place.error(Problem::Algebra(e));
+            algebra = algebra.in_basis(&basis).map_err(refused)?;
+            group = group.map(|group| group.in_basis(&basis)).transpose().map_err(refused)?;
+            casimirs = casimirs.iter().map(|c| c.in_basis(&basis)).collect::<Result<_, _>>().map_err(refused)?;
+        }
+        Ok((algebra, group, casimirs))
+    }
+
+    fn constants<T: Real, const N: usize>(&self, place: &Place) -> Result<LieAlgebra<T, N>, CaseError> {
+        let mut table = [[[T::zero(); N]; N]; N];
+        if let Structure::Constants { constants, .. } = &self.algebra.structure {
+            for (i, k) in constants.iter().enumerate() {
+                let place = place.index(i);
+                let value = number::<T>(&k.value, &place.index(3))?;
+                let (Some(a), Some(b), Some(c)) = (below::<N>(k.a), below::<N>(k.b), below::<N>(k.c)) else {
+                    let found = format!("the indices {}, {}, {}", k.a, k.b, k.c);
+                    return Err(place.error(Problem::Range { found, allowed: format!("1 to {N}") }));
+                };
+                table[a][b][c] += value;
+                table[b][a][c] -= value;
+            }
+        }
+        LieAlgebra::new(|a, b, c| table[a][b][c]).map_err(|e| place.error(Problem::Algebra(e)))
+    }
+
+    fn lagrangian<T: Real, const N: usize>(&self) -> Result<AnyLagrangian<T, N>, CaseError> {
+        let table = Place::root().key("lagrangian");
+        let place = table.key("inertia");
+        let inertia = match &self.lagrangian.inertia {
+            Inertia::Diagonal(diagonal) => {
+                let diagonal = vector::<T, N>(diagonal, &place)?;
+                if let Some(a) = (0..N).find(|&a| diagonal[a] == T::zero()) {
+                    let allowed = "moments that are not 0".into();
+                    return Err(place.index(a).error(Problem::Range { found: "0".into(), allowed }));
+                }
+                Matrix::from_diagonal(&diagonal)
+            }
+            Inertia::Full(rows) => {
+                let inertia = matrix::<T, N>(rows, &place)?;
+                symmetric(&inertia, rows, &place)?;
+                inertia
+            }
+        };
+        match &self.lagrangian.quartic {
+            None => Ok(Quadratic::new(inertia).map_err(|e| place.error(e))?.into()),
+            Some(kappa) => {
+                let kappa_place = table.key("quartic");
+                let value = number::<T>(kappa, &kappa_place)?;
+                if value < T::zero() {
+                    let found = kappa.to_string();
+                    return Err(kappa_place.error(Problem::Range { found, allowed: "0 or more".into() }));
+                }
+                Ok(Quartic::new(inertia, value).map_err(|e| place.error(e))?.into())
+            }
+        }
+    }
+
+    fn force<T: Real, const N: usize>(
+        &self,
+        algebra: &LieAlgebra<T, N>,
+        lagrangian: &AnyLagrangian<T, N>,
+    ) -> Result<AnyForce<T, N>, CaseError> {
+        let place = Place::root().key("force");
+        let terms = self.forces.iter().enumerate();
+        let terms = terms.map(|(i, term)| force_term(term, algebra, lagrangian, &place.index(i)));
+        let mut terms = terms.collect::<Result<Vec<_>, _>>()?;
+        Ok(match terms.len() {
+            0 => AnyForce::Zero(crate::mechanics::force::Zero),
+            1 => terms.remove(0),
+            _ => AnyForce::Sum(terms),
+        })
+    }
+
+    fn tableau<T: Real>(&self, method: &Place) -> Result<Tableau<T>, CaseError> {
+        let tableau = &self.method.tableau;
+        let place = match tableau {
+            Description::Entries(Entries { b, .. }) => {
+                if b.len() > MAX_STAGES {
+                    let allowed = format!("at most {MAX_STAGES} stages");
+                    return Err(method.key("b").error(Problem::Range { found: format!("{} long", b.len()), allowed }));
+                }
+                method.key("b")
+            }
+            _ => method.key("tableau"),
+        };
+        tableau.build::<T>().map_err(|e| tableau_place(&e, method, place).error(e))
+    }
+
+    fn state<T: Real, const N: usize, const D: usize>(
+        &self,
+        lagrangian: &AnyLagrangian<T, N>,
+        retraction: &impl Retraction<T, N, D>,
+    ) -> Result<State<T, N, D>, CaseError> {
+        let place = Place::root().key("state");
+        let momentum = match &self.start.motion {
+            Motion::Velocity(eta) => {
+                let place = place.key("velocity");
+                finite(lagrangian.gradient(&vector::<T, N>(eta, &place)?), &place)?
+            }
+            Motion::Momentum(mu) => {
+                let place = place.key("momentum");
+                let momentum = vector::<T, N>(mu, &place)?.transpose();
+                lagrangian.velocity(&momentum, &Vector::zeros()).map_err(|e| place.error(e))?;
+                momentum
+            }
+        };
+        let attitude = match &self.start.attitude {
+            None => Matrix::identity(),
+            Some(x) => {
+                let place = place.key("attitude");
+                retraction.tau(&vector::<T, N>(x, &place)?).map_err(|e| place.error(e))?
+            }
+        };
+        let time = number(&self.start.time, &place.key("time"))?;
+        Ok(State { time, momentum, attitude })
+    }
+}
+
+/// The retraction of a general algebra.
+fn general<T: Real, const N: usize, const D: usize>(
+    algebra: &LieAlgebra<T, N>,
+    group: &Option<MatrixGroup<T, N, D>>,
+    tau: Tau,
+) -> Result<AnyRetraction<T, N, D, MatrixGroup<T, N, D>>, Problem> {
+    Ok(match (tau, group) {
+        (Tau::Exponential, Some(group)) => AnyRetraction::Exponential(Exponential::of_group(group.clone())),
+        (Tau::Exponential, None) => AnyRetraction::Exponential(Exponential::of_algebra(algebra.clone())),
+        (Tau::Cayley, Some(group)) => {
+            AnyRetraction::Cayley(Cayley::new(group.clone()).map_err(|e| Problem::Part(e.to_string()))?)
+        }
+        (Tau::Cayley, None) => {
+            return Err(Problem::NotApplicable {
+                what: "\"cayley\"",
+                why: "it works on matrices, and the algebra is given by structure constants alone, without a group; \
+                      allowed: \"exp\", or an algebra of the catalogue by name"
+                    .into(),
+            });
+        }
+    })
+}
+
+fn force_term<T: Real, const N: usize>(
+    term: &ForceTerm,
+    algebra: &LieAlgebra<T, N>,
+    lagrangian: &AnyLagrangian<T, N>,
+    place: &Place,
+) -> Result<AnyForce<T, N>, CaseError> {
+    let refused = |e: ForceError| place.error(Problem::Force(e));
+    let value = |list: &[Number]| Ok(vector::<T, N>(list, &place.key("value"))?.transpose());
+    Ok(match term {
+        ForceTerm::DoubleBracket { alpha } => {
+            let alpha = number(alpha, &place.key("alpha"))?;
+            DoubleBracket::new(algebra.clone(), lagrangian.clone(), alpha).map_err(refused)?.into()
+        }
+        ForceTerm::Metriplectic { beta } => {
+            let beta = number(beta, &place.key("beta"))?;
+            Metriplectic::new(algebra.clone(), lagrangian.clone(), beta).map_err(refused)?.into()
+        }
+        ForceTerm::LinearDrag(drag) => LinearDrag::new(drag_matrix(drag, place)?).map_err(refused)?.into(),
+        ForceTerm::QuadraticDrag(drag) => {
+            let matrix = drag_matrix(drag, place)?;
+            if let Drag::Matrix(rows) = drag {
+                symmetric(&matrix, rows, &place.key("matrix"))?;
+            }
+            QuadraticDrag::new(matrix).map_err(refused)?.into()
+        }
+        ForceTerm::Constant { value: list } => Constant::new(value(list)?).map_err(refused)?.into(),
+        ForceTerm::Periodic { value: list, frequency, phase } => {
+            let frequency = number(frequency, &place.key("frequency"))?;
+            let phase = number(phase, &place.key("phase"))?;
+            Periodic::new(value(list)?, frequency, phase).map_err(refused)?.into()
+        }
+    })
+}
+
+fn drag_matrix<T: Real, const N: usize>(drag: &Drag, place: &Place) -> Result<Matrix<T, N>, CaseError> {
+    match drag {
+        Drag::Coefficient(k) => Ok(Matrix::from_diagonal_element(number(k, &place.key("coefficient"))?)),
+        Drag::Matrix(rows) => matrix(rows, &place.key("matrix")),
+    }
+}
+
+/// The key or the entry that a tableau error is about.
+fn tableau_place(error: &TableauError, method: &Place, otherwise: Place) -> Place {
+    match error {
+        TableauError::RowCount { .. } => method.key("a"),
+        TableauError::RowLength { row, .. } => method.key("a").index(row - 1),
+        TableauError::ZeroWeight { stage } => method.key("b").index(stage - 1),
+        TableauError::BadEntry { entry, .. } | TableauError::NotFinite { entry } => {
+            entry_place(entry, method).unwrap_or(otherwise)
+        }
+        _ => otherwise,
+    }
+}
+
+/// `a_12`, `a_1,12`, `b_3`, `c_2`, `c`: the place of that entry.
+fn entry_place(entry: &str, method: &Place) -> Option<Place> {
+    let (name, indices) = entry.split_once('_').unwrap_or((entry, ""));
+    let place = method.key(["a", "b", "c"].into_iter().find(|key| *key == name)?);
+    if indices.is_empty() {
+        return Some(place);
+    }
+    let (row, column) = match indices.split_once(',') {
+        Some((row, column)) => (row, column),
+        None if name == "a" && indices.len() == 2 => indices.split_at(1),
+        None => (indices, ""),
+    };
+    let index = |text: &str| text.parse::<usize>().ok()?.checked_sub(1);
+    let place = place.index(index(row)?);
+    Some(if column.is_empty() { place } else { place.index(index(column)?) })
+}
+
+/// k − 1 for k in 1, …, N.
+fn below<const N: usize>(k: usize) -> Option<usize> {
+    k.checked_sub(1).filter(|k| *k < N)
+}
+
+/// The value of `number` in `T`.
+pub(super) fn number<T: Real>(number: &Number, place: &Place) -> Result<T, CaseError> {
+    let value: T = number.eval().map_err(|e| place.error(Problem::Number(e)))?;
+    if value.all_finite() { Ok(value) } else { Err(place.error(Problem::NotFinite { text: number.to_string() })) }
+}
+
+fn vector<T: Real, const N: usize>(list: &[Number], place: &Place) -> Result<Vector<T, N>, CaseError> {
+    length(list.len(), N, place)?;
+    let mut vector = Vector::zeros();
+    for (a, entry) in list.iter().enumerate() {
+        vector[a] = number(entry, &place.index(a))?;
+    }
+    Ok(vector)
+}
+
+/// The matrix with these rows.
+fn matrix<T: Real, const N: usize>(rows: &[Vec<Number>], place: &Place) -> Result<Matrix<T, N>, CaseError> {
+    length(rows.len(), N, place)?;
+    let mut matrix = Matrix::<T, N>::zeros();
+    for (a, row) in rows.iter().enumerate() {
+        matrix.set_row(a, &vector::<T, N>(row, &place.index(a))?.transpose());
+    }
+    Ok(matrix)
+}
+
+fn length(found: usize, wanted: usize, place: &Place) -> Result<(), CaseError> {
+    if found == wanted {
+        return Ok(());
+    }
+    Err(place.error(Problem::Length { found, wanted, why: "the dimension of the algebra" }))
+}
+
+fn finite<T: Real, const N: usize>(mu: Covector<T, N>, place: &Place) -> Result<Covector<T, N>, CaseError> {
+    if mu.iter().all(|v| v.all_finite()) {
+        return Ok(mu);
+    }
+    let allowed = "velocities of finite momentum".into();
+    Err(place.error(Problem::Range { found: "too large".into(), allowed }))
+}
+
+/// Refuses entries that differ from their mirror image by more than rounding, and says which.
+fn symmetric<T: Real, const N: usize>(m: &Matrix<T, N>, rows: &[Vec<Number>], place: &Place) -> Result<(), CaseError> {
+    let size = m.iter().fold(T::zero(), |size, v| size.max(v.abs()));
+    let bound = T::int(64 * N as i64) * T::unit_roundoff() * size;
+    for r in 0..N {
+        for c in 0..r {
+            if (m[(r, c)] - m[(c, r)]).abs() > bound {
+                return Err(place.index(r).index(c).error(Problem::NotSymmetric {
+                    row: r + 1,
+                    column: c + 1,
+                    entry: rows[r][c].to_string(),
+                    mirrored: rows[c][r].to_string(),
+                }));
+            }
+        }
+    }
+    Ok(())
+}

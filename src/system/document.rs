@@ -1,0 +1,527 @@
+//! The serialised form of a case: what TOML files and JSON records hold. Unknown keys are errors everywhere.
+//!
+//! Shapes that no single serde type can express (a name *or* constants, velocity *or* momentum, a diagonal *or* a
+//! matrix) are options here; the conversion to [`Case`] demands exactly one of them and says where.
+
+use super::case::{
+    Algebra, Case, Constant, Drag, Force, Inertia, Lagrangian, MAX_DIMENSION, Method, Motion, Start, Structure, Tau,
+};
+use super::error::{CaseError, Place, Problem};
+use crate::algebra::catalogue::{Entry, UnknownName};
+use crate::scalar::Number;
+use crate::tableau::{Description, Entries};
+use serde::de::{IntoDeserializer, SeqAccess, Visitor};
+use serde::{Deserialize, Deserializer, Serialize, Serializer};
+use std::fmt;
+
+/// The version of the schema.
+pub const FORMAT: i64 = 1;
+
+/// The whole file.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub(crate) struct Document {
+    pub format: i64,
+    pub algebra: AlgebraTable,
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub lagrangian: Option<LagrangianTable>,
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub force: Vec<ForceTable>,
+    pub method: MethodTable,
+    pub state: StateTable,
+    pub run: RunTable,
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub output: Option<OutputTable>,
+}
+
+/// `[algebra]`.
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub(crate) struct AlgebraTable {
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub name: Option<String>,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub dimension: Option<i64>,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub constants: Option<Vec<(i64, i64, i64, Number)>>,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub basis: Option<Vec<Vec<Number>>>,
+}
+
+/// `[lagrangian]`.
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub(crate) struct LagrangianTable {
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub inertia: Option<Vec<Row>>,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub quartic: Option<Number>,
+}
+
+/// The kinds of force terms.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "kebab-case")]
+pub(crate) enum ForceKind {
+    DoubleBracket,
+    Metriplectic,
+    LinearDrag,
+    QuadraticDrag,
+    Constant,
+    Periodic,
+}
+
+/// One `[[force]]`.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub(crate) struct ForceTable {
+    pub kind: ForceKind,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub alpha: Option<Number>,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub beta: Option<Number>,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub coefficient: Option<Number>,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub matrix: Option<Vec<Vec<Number>>>,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub value: Option<Vec<Number>>,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub frequency: Option<Number>,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub phase: Option<Number>,
+}
+
+/// `[method]`.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub(crate) struct MethodTable {
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub tableau: Option<String>,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub a: Option<Vec<Vec<Number>>>,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub b: Option<Vec<Number>>,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub c: Option<Vec<Number>>,
+    pub retraction: Tau,
+}
+
+/// `[state]`.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub(crate) struct StateTable {
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub velocity: Option<Vec<Number>>,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub momentum: Option<Vec<Number>>,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub attitude: Option<Vec<Number>>,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub time: Option<Number>,
+}
+
+/// `[run]`.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub(crate) struct RunTable {
+    pub step: Number,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub horizon: Option<Number>,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub steps: Option<i64>,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub scalar: Option<ScalarName>,
+}
+
+/// In which scalar a run computes.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+pub enum ScalarName {
+    /// `f64`, 16 digits.
+    #[default]
+    #[serde(rename = "f64")]
+    F64,
+    /// `Dd`, about 32 digits.
+    #[serde(rename = "dd")]
+    Dd,
+}
+
+/// `[output]`.
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub(crate) struct OutputTable {
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub every: Option<i64>,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub csv: Option<String>,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub svg: Option<String>,
+}
+
+/// One item of a list that holds numbers or lists of numbers.
+#[derive(Clone, Debug, PartialEq)]
+pub(crate) enum Row {
+    One(Number),
+    Many(Vec<Number>),
+}
+
+impl Serialize for Row {
+    fn serialize<S: Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
+        match self {
+            Self::One(number) => number.serialize(serializer),
+            Self::Many(numbers) => numbers.serialize(serializer),
+        }
+    }
+}
+
+impl<'de> Deserialize<'de> for Row {
+    fn deserialize<D: Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
+        deserializer.deserialize_any(RowVisitor)
+    }
+}
+
+struct RowVisitor;
+
+impl<'de> Visitor<'de> for RowVisitor {
+    type Value = Row;
+
+    fn expecting(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.write_str("a number, a text such as \"1/2\", or a list of them")
+    }
+
+    fn visit_i64<E: serde::de::Error>(self, value: i64) -> Result<Row, E> {
+        Number::deserialize(value.into_deserializer()).map(Row::One)
+    }
+
+    fn visit_u64<E: serde::de::Error>(self, value: u64) -> Result<Row, E> {
+        Number::deserialize(value.into_deserializer()).map(Row::One)
+    }
+
+    fn visit_f64<E: serde::de::Error>(self, value: f64) -> Result<Row, E> {
+        Number::deserialize(value.into_deserializer()).map(Row::One)
+    }
+
+    fn visit_str<E: serde::de::Error>(self, value: &str) -> Result<Row, E> {
+        Number::deserialize(value.into_deserializer()).map(Row::One)
+    }
+
+    fn visit_seq<A: SeqAccess<'de>>(self, mut items: A) -> Result<Row, A::Error> {
+        let mut numbers = Vec::new();
+        while let Some(number) = items.next_element()? {
+            numbers.push(number);
+        }
+        Ok(Row::Many(numbers))
+    }
+}
+
+impl TryFrom<Document> for Case {
+    type Error = CaseError;
+
+    fn try_from(document: Document) -> Result<Self, CaseError> {
+        if document.format != FORMAT {
+            let found = document.format.to_string();
+            return Err(Place::root().key("format").error(Problem::Range { found, allowed: FORMAT.to_string() }));
+        }
+        let algebra = document.algebra.algebra(&Place::root().key("algebra"))?;
+        let n = algebra.dimension();
+        let lagrangian = document.lagrangian.unwrap_or_default().lagrangian(n, &Place::root().key("lagrangian"))?;
+        let place = Place::root().key("force");
+        let forces = document.force.into_iter().enumerate();
+        let forces = forces.map(|(i, table)| table.force(&place.index(i))).collect::<Result<_, _>>()?;
+        let method = document.method.method(&Place::root().key("method"))?;
+        let start = document.state.start(&Place::root().key("state"))?;
+        Ok(Self { algebra, lagrangian, forces, method, start, step: document.run.step })
+    }
+}
+
+/// `Missing`, with the keys that may be given.
+fn missing(what: &'static str, allowed: &str) -> Problem {
+    Problem::Missing { what, allowed: allowed.into() }
+}
+
+/// `Excess`, with what is allowed.
+fn excess(allowed: impl Into<String>) -> Problem {
+    Problem::Excess { allowed: allowed.into() }
+}
+
+impl AlgebraTable {
+    fn algebra(self, place: &Place) -> Result<Algebra, CaseError> {
+        let structure = match (self.name, self.dimension, self.constants) {
+            (Some(name), None, None) => Structure::Named(entry(&name, &place.key("name"))?),
+            (None, Some(dimension), Some(constants)) => from_constants(dimension, constants, place)?,
+            (None, None, None) => {
+                return Err(place.error(missing("the algebra", "give `name`, or `dimension` and `constants`")));
+            }
+            (None, Some(_), None) => {
+                return Err(place.error(missing(
+                    "`constants`",
+                    "a list of [a, b, c, value] with [e_a, e_b] = value e_c, indices from 1 (empty for an abelian algebra)",
+                )));
+            }
+            (None, None, Some(_)) => {
+                return Err(place.error(missing("`dimension`", "an integer from 1 to 8")));
+            }
+            (Some(_), dimension, _) => {
+                let key = if dimension.is_some() { "dimension" } else { "constants" };
+                return Err(place.key(key).error(excess("either `name`, or `dimension` and `constants`, not both")));
+            }
+        };
+        Ok(Algebra { structure, basis: self.basis })
+    }
+}
+
+fn entry(name: &str, place: &Place) -> Result<Entry, CaseError> {
+    let entry: Entry = name.parse().map_err(|e: UnknownName| place.error(Problem::Part(e.to_string())))?;
+    dimension_allowed(entry.dimension() as i64, place)?;
+    Ok(entry)
+}
+
+fn dimension_allowed(dimension: i64, place: &Place) -> Result<usize, CaseError> {
+    match usize::try_from(dimension) {
+        Ok(n) if (1..=MAX_DIMENSION).contains(&n) => Ok(n),
+        _ => Err(place.error(Problem::Range {
+            found: format!("of dimension {dimension}"),
+            allowed: format!("dimension 1 to {MAX_DIMENSION} (dimensions are compiled in, one copy of the code each)"),
+        })),
+    }
+}
+
+fn from_constants(
+    dimension: i64,
+    constants: Vec<(i64, i64, i64, Number)>,
+    place: &Place,
+) -> Result<Structure, CaseError> {
+    let n = dimension_allowed(dimension, &place.key("dimension"))?;
+    let place = place.key("constants");
+    let mut seen = [[[false; MAX_DIMENSION]; MAX_DIMENSION]; MAX_DIMENSION];
+    let mut list = Vec::new();
+    for (i, (a, b, c, value)) in constants.into_iter().enumerate() {
+        let place = place.index(i);
+        let index = |position: usize, k: i64| match usize::try_from(k) {
+            Ok(k) if (1..=n).contains(&k) => Ok(k),
+            _ => Err(place.index(position).error(Problem::Range {
+                found: format!("the index {k}"),
+                allowed: format!("1 to {n}, the dimension (indices count from 1)"),
+            })),
+        };
+        let (a, b, c) = (index(0, a)?, index(1, b)?, index(2, c)?);
+        if a == b {
+            return Err(place.error(Problem::Range {
+                found: format!("a constant for [e_{a}, e_{a}], which is 0"),
+                allowed: "two different lower indices".into(),
+            }));
+        }
+        if seen[a - 1][b - 1][c - 1] || seen[b - 1][a - 1][c - 1] {
+            return Err(place.error(Problem::Duplicate { a, b, c }));
+        }
+        seen[a - 1][b - 1][c - 1] = true;
+        list.push(Constant { a, b, c, value });
+    }
+    Ok(Structure::Constants { dimension: n, constants: list })
+}
+
+impl LagrangianTable {
+    fn lagrangian(self, n: usize, place: &Place) -> Result<Lagrangian, CaseError> {
+        let inertia = match self.inertia {
+            None => Inertia::Diagonal(vec![Number::from(1); n]),
+            Some(rows) => {
+                let place = place.key("inertia");
+                let matrix = matches!(rows.first(), Some(Row::Many(_)));
+                let (mut diagonal, mut full) = (Vec::new(), Vec::new());
+                for (i, row) in rows.into_iter().enumerate() {
+                    match row {
+                        Row::One(number) if !matrix => diagonal.push(number),
+                        Row::Many(numbers) if matrix => full.push(numbers),
+                        _ => {
+                            let allowed = "a list of diagonal entries, or a list of rows, not a mixture";
+                            return Err(place.index(i).error(excess(allowed)));
+                        }
+                    }
+                }
+                if matrix { Inertia::Full(full) } else { Inertia::Diagonal(diagonal) }
+            }
+        };
+        Ok(Lagrangian { inertia, quartic: self.quartic })
+    }
+}
+
+impl ForceKind {
+    /// The keys that a term of this kind takes, beside `kind`.
+    fn keys(self) -> &'static [&'static str] {
+        match self {
+            Self::DoubleBracket => &["alpha"],
+            Self::Metriplectic => &["beta"],
+            Self::LinearDrag | Self::QuadraticDrag => &["coefficient", "matrix"],
+            Self::Constant => &["value"],
+            Self::Periodic => &["value", "frequency", "phase"],
+        }
+    }
+}
+
+fn drag(coefficient: Option<Number>, matrix: Option<Vec<Vec<Number>>>, place: &Place) -> Result<Drag, CaseError> {
+    match (coefficient, matrix) {
+        (Some(coefficient), None) => Ok(Drag::Coefficient(coefficient)),
+        (None, Some(matrix)) => Ok(Drag::Matrix(matrix)),
+        (None, None) => Err(place.error(missing("the drag", "`coefficient` (a number) or `matrix` (n rows)"))),
+        (Some(_), Some(_)) => Err(place.key("matrix").error(excess("either `coefficient` or `matrix`, not both"))),
+    }
+}
+
+impl ForceTable {
+    fn drag(kind: ForceKind, drag: Drag) -> Self {
+        match drag {
+            Drag::Coefficient(coefficient) => Self { coefficient: Some(coefficient), ..Self::bare(kind) },
+            Drag::Matrix(matrix) => Self { matrix: Some(matrix), ..Self::bare(kind) },
+        }
+    }
+
+    fn bare(kind: ForceKind) -> Self {
+        Self {
+            kind,
+            alpha: None,
+            beta: None,
+            coefficient: None,
+            matrix: None,
+            value: None,
+            frequency: None,
+            phase: None,
+        }
+    }
+
+    fn force(self, place: &Place) -> Result<Force, CaseError> {
+        let given = [
+            ("alpha", self.alpha.is_some()),
+            ("beta", self.beta.is_some()),
+            ("coefficient", self.coefficient.is_some()),
+            ("matrix", self.matrix.is_some()),
+            ("value", self.value.is_some()),
+            ("frequency", self.frequency.is_some()),
+            ("phase", self.phase.is_some()),
+        ];
+        let keys = self.kind.keys();
+        if let Some((key, _)) = given.iter().find(|(key, is)| *is && !keys.contains(key)) {
+            let allowed = format!("this kind of force takes `{}`", keys.join("`, `"));
+            return Err(place.key(key).error(excess(allowed)));
+        }
+        let one = |what, value: Option<Number>| value.ok_or_else(|| place.error(missing(what, "a number")));
+        let many = |value: Option<Vec<Number>>| {
+            value.ok_or_else(|| place.error(missing("`value`", "a list of n numbers, a covector")))
+        };
+        Ok(match self.kind {
+            ForceKind::DoubleBracket => Force::DoubleBracket { alpha: one("`alpha`", self.alpha)? },
+            ForceKind::Metriplectic => Force::Metriplectic { beta: one("`beta`", self.beta)? },
+            ForceKind::LinearDrag => Force::LinearDrag(drag(self.coefficient, self.matrix, place)?),
+            ForceKind::QuadraticDrag => Force::QuadraticDrag(drag(self.coefficient, self.matrix, place)?),
+            ForceKind::Constant => Force::Constant { value: many(self.value)? },
+            ForceKind::Periodic => Force::Periodic {
+                value: many(self.value)?,
+                frequency: one("`frequency`", self.frequency)?,
+                phase: self.phase.unwrap_or_default(),
+            },
+        })
+    }
+}
+
+impl MethodTable {
+    fn method(self, place: &Place) -> Result<Method, CaseError> {
+        if let (Some(_), Some(_)) = (&self.tableau, &self.c) {
+            return Err(place.key("c").error(excess("either `tableau`, or `a` and `b`, not both")));
+        }
+        let c = self.c;
+        let tableau = match (self.tableau, self.a, self.b) {
+            (Some(name), None, None) => {
+                let place = place.key("tableau");
+                name.parse::<Description>().map_err(|e| place.error(Problem::Tableau(e)))?
+            }
+            (None, Some(a), Some(b)) => Description::Entries(Entries { a, b, c }),
+            (None, None, None) => {
+                return Err(
+                    place.error(missing("the tableau", "`tableau` (a name such as \"gauss-2\"), or `a` and `b`"))
+                );
+            }
+            (None, Some(_), None) => return Err(place.error(missing("`b`", "the list of the s weights"))),
+            (None, None, Some(_)) => return Err(place.error(missing("`a`", "the s rows of coefficients"))),
+            (Some(_), a, _) => {
+                let key = if a.is_some() { "a" } else { "b" };
+                return Err(place.key(key).error(excess("either `tableau`, or `a` and `b`, not both")));
+            }
+        };
+        Ok(Method { tableau, retraction: self.retraction })
+    }
+}
+
+impl StateTable {
+    fn start(self, place: &Place) -> Result<Start, CaseError> {
+        let motion = match (self.velocity, self.momentum) {
+            (Some(eta), None) => Motion::Velocity(eta),
+            (None, Some(mu)) => Motion::Momentum(mu),
+            (None, None) => {
+                return Err(place.error(missing("the initial motion", "`velocity` or `momentum`, a list of n numbers")));
+            }
+            (Some(_), Some(_)) => {
+                return Err(place.key("momentum").error(excess("either `velocity` or `momentum`, not both")));
+            }
+        };
+        Ok(Start { motion, attitude: self.attitude, time: self.time.unwrap_or_default() })
+    }
+}
+
+impl From<Case> for Document {
+    fn from(case: Case) -> Self {
+        let algebra = match case.algebra.structure {
+            Structure::Named(entry) => AlgebraTable { name: Some(entry.to_string()), ..AlgebraTable::default() },
+            Structure::Constants { dimension, constants } => AlgebraTable {
+                dimension: Some(dimension as i64),
+                constants: Some(constants.into_iter().map(|k| (k.a as i64, k.b as i64, k.c as i64, k.value)).collect()),
+                ..AlgebraTable::default()
+            },
+        };
+        let inertia = match case.lagrangian.inertia {
+            Inertia::Diagonal(diagonal) => diagonal.into_iter().map(Row::One).collect(),
+            Inertia::Full(rows) => rows.into_iter().map(Row::Many).collect(),
+        };
+        let retraction = case.method.retraction;
+        let method = match case.method.tableau {
+            Description::Entries(Entries { a, b, c }) => {
+                MethodTable { tableau: None, a: Some(a), b: Some(b), c, retraction }
+            }
+            named => MethodTable { tableau: Some(named.to_string()), a: None, b: None, c: None, retraction },
+        };
+        let (velocity, momentum) = match case.start.motion {
+            Motion::Velocity(eta) => (Some(eta), None),
+            Motion::Momentum(mu) => (None, Some(mu)),
+        };
+        Self {
+            format: FORMAT,
+            algebra: AlgebraTable { basis: case.algebra.basis, ..algebra },
+            lagrangian: Some(LagrangianTable { inertia: Some(inertia), quartic: case.lagrangian.quartic }),
+            force: case.forces.into_iter().map(ForceTable::from).collect(),
+            method,
+            state: StateTable {
+                velocity,
+                momentum,
+                attitude: case.start.attitude,
+                time: Some(case.start.time).filter(|t| *t != Number::default()),
+            },
+            run: RunTable { step: case.step, horizon: None, steps: None, scalar: None },
+            output: None,
+        }
+    }
+}
+
+impl From<Force> for ForceTable {
+    fn from(force: Force) -> Self {
+        match force {
+            Force::DoubleBracket { alpha } => Self { alpha: Some(alpha), ..Self::bare(ForceKind::DoubleBracket) },
+            Force::Metriplectic { beta } => Self { beta: Some(beta), ..Self::bare(ForceKind::Metriplectic) },
+            Force::LinearDrag(drag) => Self::drag(ForceKind::LinearDrag, drag),
+            Force::QuadraticDrag(drag) => Self::drag(ForceKind::QuadraticDrag, drag),
+            Force::Constant { value } => Self { value: Some(value), ..Self::bare(ForceKind::Constant) },
+            Force::Periodic { value, frequency, phase } => Self {
+                value: Some(value),
+                frequency: Some(frequency),
+                phase: Some(phase),
+                ..Self::bare(ForceKind::Periodic)
+            },
+        }
+    }
+}

@@ -1,0 +1,277 @@
+//! The system file: a [`Case`] in TOML, with a horizon and output options. [`example`] is its documentation.
+//!
+//! Every error names the line and says what is allowed there. Syntax, types and unknown keys are reported by the TOML
+//! reader with their span; what is wrong with the mathematics is reported at a [`Place`], which is then looked up in
+//! the text.
+
+use super::case::Case;
+use super::document::{Document, FORMAT, OutputTable, RunTable, ScalarName};
+use super::error::{CaseError, Place, Problem, Segment};
+use crate::scalar::{Number, Real};
+use std::fmt;
+use std::ops::Range;
+use toml::de::{DeTable, DeValue};
+
+/// The longest file that is read, in bytes.
+pub const MAX_BYTES: usize = 1 << 20;
+
+/// The largest number of steps of a run.
+pub const MAX_STEPS: u64 = 1_000_000_000;
+
+/// How long a run is.
+#[derive(Clone, Debug, PartialEq)]
+pub enum Horizon {
+    /// From the initial time t₀ to t₀ + this (of the sign of the step); the last step is shortened to end there.
+    Duration(Number),
+    /// This many steps.
+    Steps(u64),
+}
+
+/// What a run writes.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Output {
+    /// Every how many steps a row is written (the first and the last state always are).
+    pub every: u64,
+    /// Where the CSV goes; `None`: the standard output.
+    pub csv: Option<String>,
+    /// Where the figure goes; `None`: no figure.
+    pub svg: Option<String>,
+}
+
+/// A run as a file describes it.
+#[derive(Clone, Debug, PartialEq)]
+pub struct SystemFile {
+    /// The system, the method, the initial state and the step.
+    pub case: Case,
+    /// How long.
+    pub horizon: Horizon,
+    /// In which scalar.
+    pub scalar: ScalarName,
+    /// What is written.
+    pub output: Output,
+}
+
+/// Why a file was refused, and where.
+#[derive(Clone, Debug, PartialEq)]
+pub struct FileError {
+    /// The line, from 1.
+    pub line: usize,
+    /// The column in characters, from 1.
+    pub column: usize,
+    /// The text of that line.
+    pub excerpt: String,
+    /// What is wrong, and what is allowed.
+    pub message: String,
+}
+
+impl fmt::Display for FileError {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        write!(f, "line {}, column {}: {}", self.line, self.column, self.message)?;
+        if !self.excerpt.trim().is_empty() {
+            let number = self.line.to_string();
+            let indent = " ".repeat(number.len() + self.column + 2);
+            write!(f, "\n{number} | {}\n{indent}^", self.excerpt)?;
+        }
+        Ok(())
+    }
+}
+
+impl std::error::Error for FileError {}
+
+impl FileError {
+    fn at(text: &str, span: Option<Range<usize>>, message: String) -> Self {
+        let mut at = span.map_or(0, |span| span.start).min(text.len());
+        while !text.is_char_boundary(at) {
+            at -= 1;
+        }
+        let start = text[..at].rfind('\n').map_or(0, |newline| newline + 1);
+        let line = text[..start].matches('\n').count() + 1;
+        let excerpt: String = text[start..].lines().next().unwrap_or("").chars().take(120).collect();
+        Self { line, column: text[start..at].chars().count() + 1, excerpt, message }
+    }
+
+    fn syntax(text: &str, error: &toml::de::Error) -> Self {
+        let mut message = error.message().replace('\n', "; ");
+        if let Some(hint) = missing_field(&message).and_then(hint) {
+            message = format!("{message}; allowed: {hint}");
+        }
+        Self::at(text, error.span(), message)
+    }
+
+    fn case(text: &str, error: &CaseError) -> Self {
+        let span = DeTable::parse(text).ok().and_then(|table| locate(table.get_ref(), error.place.segments()));
+        Self::at(text, span, error.to_string())
+    }
+}
+
+/// The key in "missing field `key`".
+fn missing_field(message: &str) -> Option<&str> {
+    message.strip_prefix("missing field `")?.strip_suffix('`')
+}
+
+/// What a required key holds.
+fn hint(key: &str) -> Option<&'static str> {
+    Some(match key {
+        "format" => "the line `format = 1` at the top",
+        "algebra" => "a table [algebra] with `name`, or with `dimension` and `constants`",
+        "method" => "a table [method] with `tableau` (or `a` and `b`) and `retraction`",
+        "retraction" => "`retraction = \"exp\"` or `retraction = \"cayley\"`",
+        "state" => "a table [state] with `velocity` or `momentum`",
+        "run" => "a table [run] with `step`, and `horizon` or `steps`",
+        "step" => "a number that is not zero, such as `step = \"1/8\"`",
+        "kind" => "`double-bracket`, `metriplectic`, `linear-drag`, `quadratic-drag`, `constant`, `periodic`",
+        _ => return None,
+    })
+}
+
+/// The span of a place, or of the innermost table or list around it that exists.
+fn locate(table: &DeTable<'_>, place: &[Segment]) -> Option<Range<usize>> {
+    let (Segment::Key(first), rest) = place.split_first()? else { return None };
+    let (key, value) = table.iter().find(|(key, _)| key.get_ref() == first)?;
+    let mut value = value;
+    let mut span = if value.get_ref().is_table() { key.span() } else { value.span() };
+    for segment in rest {
+        let (next, at) = match (segment, value.get_ref()) {
+            (Segment::Key(wanted), DeValue::Table(table)) => {
+                let Some((key, next)) = table.iter().find(|(key, _)| key.get_ref() == wanted) else { break };
+                (next, if next.get_ref().is_table() { key.span() } else { next.span() })
+            }
+            (Segment::Index(index), DeValue::Array(items)) => {
+                let Some(next) = items.get(*index) else { break };
+                (next, next.span())
+            }
+            _ => break,
+        };
+        (value, span) = (next, at);
+    }
+    Some(span)
+}
+
+fn read(text: &str) -> Result<Document, FileError> {
+    if text.len() > MAX_BYTES {
+        let message = format!("the file has {} bytes; allowed: at most {MAX_BYTES}", text.len());
+        return Err(FileError::at("", None, message));
+    }
+    toml::from_str(text).map_err(|error| FileError::syntax(text, &error))
+}
+
+/// The document as TOML.
+pub(crate) fn write(document: &Document) -> Result<String, CaseError> {
+    toml::to_string(document).map_err(|error| Place::root().error(Problem::Part(error.to_string())))
+}
+
+impl SystemFile {
+    /// Reads and checks a whole file: syntax, keys, and whether the case it describes can be built.
+    ///
+    /// # Errors
+    /// A [`FileError`] with the line, the column, what is wrong and what is allowed. No input panics.
+    pub fn parse(text: &str) -> Result<Self, FileError> {
+        let document = read(text)?;
+        let located = |error: CaseError| FileError::case(text, &error);
+        let (run, output) = (document.run.clone(), document.output.clone().unwrap_or_default());
+        let case = Case::try_from(document).map_err(located)?;
+        case.check().map_err(located)?;
+        let horizon = horizon(&run, &Place::root().key("run")).map_err(located)?;
+        let output = self::output(output, &Place::root().key("output")).map_err(located)?;
+        let file = Self { case, horizon, scalar: run.scalar.unwrap_or_default(), output };
+        file.plan::<f64>().map_err(located)?;
+        Ok(file)
+    }
+
+    /// The case alone, without demanding a horizon, and without building it.
+    pub(crate) fn parse_case(text: &str) -> Result<Case, FileError> {
+        Case::try_from(read(text)?).map_err(|error| FileError::case(text, &error))
+    }
+
+    /// The run as TOML, which reads back equal.
+    ///
+    /// # Errors
+    /// The serialiser's, as text.
+    pub fn to_toml(&self) -> Result<String, CaseError> {
+        let mut document = Document::from(self.case.clone());
+        match &self.horizon {
+            Horizon::Duration(duration) => document.run.horizon = Some(duration.clone()),
+            Horizon::Steps(steps) => document.run.steps = Some(*steps as i64),
+        }
+        document.run.scalar = Some(self.scalar);
+        document.output = Some(OutputTable {
+            every: Some(self.output.every as i64),
+            csv: self.output.csv.clone(),
+            svg: self.output.svg.clone(),
+        });
+        write(&document)
+    }
+
+    /// How many whole steps there are, and the size of the shorter one that ends the run, if any.
+    ///
+    /// A duration within 2⁻²⁰ of a step of a multiple of the step counts as that multiple: decimals are rounded.
+    ///
+    /// # Errors
+    /// A step or a duration without a value, of opposite signs, or more than [`MAX_STEPS`] steps.
+    pub fn plan<T: Real>(&self) -> Result<(u64, Option<T>), CaseError> {
+        let run = Place::root().key("run");
+        let duration = match &self.horizon {
+            Horizon::Steps(steps) => return Ok((*steps, None)),
+            Horizon::Duration(duration) => duration,
+        };
+        let step: T = super::dispatch::number(&self.case.step, &run.key("step"))?;
+        let place = run.key("horizon");
+        let length: T = super::dispatch::number(duration, &place)?;
+        let ratio = length / step;
+        let range = |allowed: String| place.error(Problem::Range { found: duration.to_string(), allowed });
+        if !ratio.all_finite() || ratio <= T::zero() {
+            return Err(range(format!("a duration with the sign of the step {}, not zero", self.case.step)));
+        }
+        if ratio > T::int(MAX_STEPS as i64) {
+            return Err(range(format!("at most {MAX_STEPS} steps of {}", self.case.step)));
+        }
+        let whole = ratio.round();
+        if (ratio - whole).abs() <= T::exact(1.0 / 1_048_576.0) && whole >= T::one() {
+            return Ok((whole.to_f64() as u64, None));
+        }
+        let whole = ratio.floor();
+        Ok((whole.to_f64() as u64, Some(length - whole * step)))
+    }
+}
+
+fn count(value: i64, most: u64, place: &Place) -> Result<u64, CaseError> {
+    match u64::try_from(value) {
+        Ok(count) if (1..=most).contains(&count) => Ok(count),
+        _ => {
+            Err(place
+                .error(Problem::Range { found: value.to_string(), allowed: format!("an integer from 1 to {most}") }))
+        }
+    }
+}
+
+fn horizon(run: &RunTable, place: &Place) -> Result<Horizon, CaseError> {
+    match (&run.horizon, run.steps) {
+        (Some(duration), None) => Ok(Horizon::Duration(duration.clone())),
+        (None, Some(steps)) => Ok(Horizon::Steps(count(steps, MAX_STEPS, &place.key("steps"))?)),
+        (None, None) => Err(place.error(Problem::Missing {
+            what: "the length of the run",
+            allowed: "`horizon` (a duration) or `steps` (an integer)".into(),
+        })),
+        (Some(_), Some(_)) => {
+            Err(place.key("steps").error(Problem::Excess { allowed: "either `horizon` or `steps`, not both".into() }))
+        }
+    }
+}
+
+fn output(table: OutputTable, place: &Place) -> Result<Output, CaseError> {
+    for (key, path) in [("csv", &table.csv), ("svg", &table.svg)] {
+        if path.as_deref().is_some_and(|path| path.trim().is_empty() || path.contains('\0')) {
+            let allowed = "a file name, or leave the key out".into();
+            return Err(place.key(key).error(Problem::Range { found: "not a file name".into(), allowed }));
+        }
+    }
+    let every = table.every.map_or(Ok(1), |every| count(every, MAX_STEPS, &place.key("every")))?;
+    Ok(Output { every, csv: table.csv, svg: table.svg })
+}
+
+/// A complete file with comments on every key: the first example of Martín de Diego and Sato Martín de Almagro 2019,
+/// §5.3 (Landau–Lifshitz–Gilbert damping of a rigid body).
+pub fn example() -> &'static str {
+    debug_assert!(FORMAT == 1);
+    include_str!("example.toml")
+}

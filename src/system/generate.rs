@@ -1,0 +1,351 @@
+//! Random parts of a case, valid by construction, with dyadic numbers of few digits.
+
+use super::case::{Algebra, Case, Constant, Drag, Force, Inertia, Lagrangian, Motion, Start, Structure, Tau};
+use super::random::{Cases, Forcing};
+use crate::algebra::catalogue::Entry;
+use crate::scalar::Number;
+use proptest::prelude::Rng;
+use proptest::test_runner::TestRng;
+
+/// Draws from a generator; the same on every machine.
+pub(super) struct Draw<'a>(pub &'a mut TestRng);
+
+impl Draw<'_> {
+    /// 0, …, n − 1.
+    pub fn below(&mut self, n: usize) -> usize {
+        (self.0.next_u64() % n.max(1) as u64) as usize
+    }
+
+    /// low, …, high.
+    pub fn int(&mut self, low: i64, high: i64) -> i64 {
+        low + self.below((high - low + 1) as usize) as i64
+    }
+
+    /// True in `percent` of 100 draws.
+    pub fn chance(&mut self, percent: usize) -> bool {
+        self.below(100) < percent
+    }
+
+    fn pick<T: Clone>(&mut self, items: &[T]) -> T {
+        items[self.below(items.len())].clone()
+    }
+
+    /// The index drawn with these weights.
+    fn weighted(&mut self, weights: &[usize]) -> usize {
+        let mut rest = self.below(weights.iter().sum());
+        for (i, weight) in weights.iter().enumerate() {
+            if rest < *weight {
+                return i;
+            }
+            rest -= weight;
+        }
+        0
+    }
+
+    /// p/q with |p| ≤ most.
+    fn fraction(&mut self, most: i64, q: i64) -> Number {
+        dyadic(self.int(-most, most), q)
+    }
+
+    fn fractions(&mut self, n: usize, most: i64, q: i64) -> Vec<Number> {
+        (0..n).map(|_| self.fraction(most, q)).collect()
+    }
+}
+
+/// p/q in lowest terms, q a power of two.
+pub(super) fn dyadic(mut p: i64, mut q: i64) -> Number {
+    while q > 1 && p % 2 == 0 {
+        (p, q) = (p / 2, q / 2);
+    }
+    Number::ratio(p, q)
+}
+
+/// The names of the catalogue in the mix, with weights out of 100 (so(3) has two code paths); products and constants
+/// have the rest.
+const NAMED: [(Entry, usize); 8] = [
+    (Entry::So3, 15),
+    (Entry::Abelian(1), 8),
+    (Entry::Aff1, 8),
+    (Entry::Se2, 8),
+    (Entry::Heisenberg, 8),
+    (Entry::Sl2, 8),
+    (Entry::Se3, 9),
+    (Entry::So4, 9),
+];
+const PRODUCTS: usize = 15;
+const CONSTANTS: usize = 12;
+
+/// A structure that the knobs admit.
+pub(super) fn structure(draw: &mut Draw<'_>, knobs: &Cases) -> Structure {
+    let allowed: Vec<(Entry, usize)> = NAMED.into_iter().filter(|(entry, _)| entry.dimension() <= knobs.most).collect();
+    let mut weights: Vec<usize> = allowed.iter().map(|(_, weight)| *weight).collect();
+    weights.push(if knobs.most >= 2 { PRODUCTS } else { 0 });
+    weights.push(if knobs.with_group { 0 } else { CONSTANTS });
+    let kind = draw.weighted(&weights);
+    if let Some((entry, _)) = allowed.get(kind) {
+        return Structure::Named(match entry {
+            // Small ones mostly, every dimension sometimes.
+            Entry::Abelian(_) => {
+                let most = if draw.chance(80) { knobs.most.min(4) } else { knobs.most };
+                Entry::Abelian(1 + draw.below(most))
+            }
+            entry => entry.clone(),
+        });
+    }
+    if kind == allowed.len() { Structure::Named(product(draw, knobs.most)) } else { constants(draw, knobs.most) }
+}
+
+/// A direct product of two, of dimension at most `most` (at least 2).
+fn product(draw: &mut Draw<'_>, most: usize) -> Entry {
+    let factors = [
+        Entry::Abelian(1),
+        Entry::Abelian(2),
+        Entry::Aff1,
+        Entry::So3,
+        Entry::Se2,
+        Entry::Sl2,
+        Entry::Heisenberg,
+        Entry::Se3,
+        Entry::So4,
+    ];
+    for _ in 0..100 {
+        let (one, two) = (draw.pick(&factors), draw.pick(&factors));
+        let abelian = matches!((&one, &two), (Entry::Abelian(_), Entry::Abelian(_)));
+        if one.dimension() + two.dimension() <= most && !abelian {
+            return Entry::Product(vec![one, two]);
+        }
+    }
+    Entry::Product(vec![Entry::Abelian(1), Entry::Abelian(1)])
+}
+
+/// An algebra by constants alone: one of the catalogue without its name, ℝ ⋉_A ℝᵐ with any matrix A ([e_1, e_j] =
+/// A_ij e_i), or a nilpotent one of two steps (brackets of the first m vectors are any combination of the others).
+fn constants(draw: &mut Draw<'_>, most: usize) -> Structure {
+    let kind = draw.below(3);
+    if kind == 0 || most < 3 {
+        let named: Vec<Entry> =
+            NAMED.into_iter().map(|(entry, _)| entry).filter(|entry| entry.dimension() <= most).collect();
+        return erased(&draw.pick(&named));
+    }
+    let dimension = draw.int(3, most.min(5) as i64) as usize;
+    let mut list = Vec::new();
+    let mut push = |a: usize, b: usize, c: usize, p: i64, q: i64| {
+        if p != 0 {
+            list.push(Constant { a: a + 1, b: b + 1, c: c + 1, value: dyadic(p, q) });
+        }
+    };
+    if kind == 1 {
+        for j in 1..dimension {
+            for i in 1..dimension {
+                push(0, j, i, draw.int(-4, 4), 4);
+            }
+        }
+    } else {
+        let m = draw.int(2, dimension as i64 - 1) as usize;
+        for a in 0..m {
+            for b in a + 1..m {
+                for c in m..dimension {
+                    push(a, b, c, draw.int(-4, 4), 4);
+                }
+            }
+        }
+    }
+    Structure::Constants { dimension, constants: list }
+}
+
+/// The constants of a catalogue entry, without its name.
+fn erased(entry: &Entry) -> Structure {
+    let dimension = entry.dimension();
+    let mut list = Vec::new();
+    for a in 0..dimension {
+        for b in a + 1..dimension {
+            for c in 0..dimension {
+                let value = entry.constant::<f64>(a, b, c);
+                if value != 0.0 {
+                    list.push(Constant { a: a + 1, b: b + 1, c: c + 1, value: Number::from(value as i64) });
+                }
+            }
+        }
+    }
+    Structure::Constants { dimension, constants: list }
+}
+
+/// L U with unit triangular factors of entries p/8: determinant 1, and a condition number of a few tens at most.
+pub(super) fn basis(draw: &mut Draw<'_>, n: usize) -> Vec<Vec<Number>> {
+    let most = if n <= 3 { 4 } else { 2 };
+    // lower[i][k] in eighths, upper[k][j] in eighths: products in sixty-fourths.
+    let mut triangular = |below: bool| -> Vec<Vec<i64>> {
+        let entry = |i: usize, j: usize, draw: &mut Draw<'_>| match (i == j, (i > j) == below) {
+            (true, _) => 8,
+            (false, true) => draw.int(-most, most),
+            (false, false) => 0,
+        };
+        (0..n).map(|i| (0..n).map(|j| entry(i, j, draw)).collect()).collect()
+    };
+    let (lower, upper) = (triangular(true), triangular(false));
+    let product = |i: usize, j: usize| (0..n).map(|k| lower[i][k] * upper[k][j]).sum::<i64>();
+    (0..n).map(|i| (0..n).map(|j| dyadic(product(i, j), 64)).collect()).collect()
+}
+
+/// A symmetric positive definite inertia, and a quartic coefficient unless the knobs forbid it.
+pub(super) fn lagrangian(draw: &mut Draw<'_>, n: usize, knobs: &Cases) -> Lagrangian {
+    let inertia = match draw.weighted(&[10, 40, 35, 15]) {
+        0 => Inertia::Diagonal(vec![Number::from(1); n]),
+        1 => Inertia::Diagonal((0..n).map(|_| dyadic(draw.pick(&[1, 2, 3, 4, 5, 6, 8, 12, 16]), 4)).collect()),
+        2 => Inertia::Full(positive(draw, n, 2, 8)),
+        _ => {
+            // One moment far below the others.
+            let thin = draw.below(n);
+            let moment = |a: usize, draw: &mut Draw<'_>| if a == thin { (1, 16) } else { (draw.int(4, 12), 4) };
+            Inertia::Diagonal((0..n).map(|a| moment(a, draw)).map(|(p, q)| dyadic(p, q)).collect())
+        }
+    };
+    let quartic = (!knobs.quadratic && draw.chance(20)).then(|| dyadic(draw.int(1, 4), 8));
+    Lagrangian { inertia, quartic }
+}
+
+/// B Bᵀ + diagonal in sixteenths: B lower triangular with entries |p/4| ≤ most/4, diagonal from `shift`/16 to twice that.
+fn positive(draw: &mut Draw<'_>, n: usize, most: i64, shift: i64) -> Vec<Vec<Number>> {
+    let mut b = vec![vec![0; n]; n];
+    for (i, row) in b.iter_mut().enumerate() {
+        for entry in row.iter_mut().take(i + 1) {
+            *entry = draw.int(-most, most);
+        }
+    }
+    let diagonal: Vec<i64> = (0..n).map(|_| draw.int(shift, 2 * shift)).collect();
+    let entry = |i: usize, j: usize| {
+        let sum: i64 = (0..n).map(|k| b[i][k] * b[j][k]).sum();
+        dyadic(if i == j { sum + diagonal[i] } else { sum }, 16)
+    };
+    (0..n).map(|i| (0..n).map(|j| entry(i, j)).collect()).collect()
+}
+
+/// A sum of force terms that the knobs admit.
+pub(super) fn forces(draw: &mut Draw<'_>, n: usize, abelian: bool, knobs: &Cases) -> Vec<Force> {
+    match knobs.forcing {
+        Forcing::Free => return Vec::new(),
+        Forcing::Any if draw.chance(25) => return Vec::new(),
+        _ => {}
+    }
+    let count = 1 + draw.weighted(&[60, 30, 10]);
+    // The first term does not vanish identically: brackets do on abelian algebras.
+    (0..count).map(|i| force(draw, n, abelian && i == 0, knobs.smooth)).collect()
+}
+
+fn force(draw: &mut Draw<'_>, n: usize, no_bracket: bool, smooth: bool) -> Force {
+    let bracket = if no_bracket { 0 } else { 24 };
+    let strength = |draw: &mut Draw<'_>| dyadic(draw.int(1, 8), 8);
+    let covector = |draw: &mut Draw<'_>| {
+        let mut value = draw.fractions(n, 6, 8);
+        if value.iter().all(|v| *v == Number::default()) {
+            value[0] = dyadic(1, 2);
+        }
+        value
+    };
+    match draw.weighted(&[bracket, bracket, 16, if smooth { 0 } else { 14 }, 11, 11]) {
+        0 => Force::DoubleBracket { alpha: strength(draw) },
+        1 => Force::Metriplectic { beta: strength(draw) },
+        2 if draw.chance(50) => Force::LinearDrag(Drag::Coefficient(strength(draw))),
+        2 => {
+            let mut rows: Vec<Vec<Number>> = (0..n).map(|_| draw.fractions(n, 3, 8)).collect();
+            for (a, row) in rows.iter_mut().enumerate() {
+                row[a] = strength(draw);
+            }
+            Force::LinearDrag(Drag::Matrix(rows))
+        }
+        3 if draw.chance(50) => Force::QuadraticDrag(Drag::Coefficient(strength(draw))),
+        3 => Force::QuadraticDrag(Drag::Matrix(positive(draw, n, 1, 4))),
+        4 => Force::Constant { value: covector(draw) },
+        _ => Force::Periodic {
+            value: covector(draw),
+            frequency: dyadic(draw.int(1, 6), 2),
+            phase: dyadic(draw.int(0, 3), 2),
+        },
+    }
+}
+
+/// A start: momentum or velocity of size about 1, sometimes 1/64 or 4; sometimes an attitude and a time.
+pub(super) fn start(draw: &mut Draw<'_>, n: usize, group: bool) -> Start {
+    let q = [8, 512, 2][draw.weighted(&[80, 10, 10])];
+    let mut list = draw.fractions(n, 12, q);
+    if list.iter().all(|v| *v == Number::default()) {
+        list[0] = dyadic(8, q);
+    }
+    let motion = if draw.chance(70) { Motion::Momentum(list) } else { Motion::Velocity(list) };
+    let attitude = (group && draw.chance(50)).then(|| draw.fractions(n, 4, 8));
+    let time = if draw.chance(75) { Number::default() } else { dyadic(draw.int(-8, 8), 4) };
+    Start { motion, attitude, time }
+}
+
+/// A whole case but for the tableau; its step is made small enough for its rates, and its motion slower if need be.
+pub(super) fn case(draw: &mut Draw<'_>, knobs: &Cases, tableau: crate::tableau::Description) -> Option<Case> {
+    let structure = match &knobs.algebras {
+        Some(entries) if entries.is_empty() => return None,
+        Some(entries) => Structure::Named(draw.pick(entries)),
+        None => structure(draw, knobs),
+    };
+    let (named, mut algebra) = (matches!(structure, Structure::Named(_)), Algebra { structure, basis: None });
+    let n = algebra.dimension();
+    if knobs.changed_basis.unwrap_or_else(|| draw.chance(50)) {
+        algebra.basis = Some(basis(draw, n));
+    }
+    let abelian = super::labels::abelian(&algebra);
+    if n == 0 || n > knobs.most || (knobs.nonabelian && abelian) {
+        return None;
+    }
+    let retraction = match (named, knobs.retraction) {
+        (false, _) => Tau::Exponential,
+        (true, Some(tau)) => tau,
+        (true, None) => {
+            if draw.chance(50) {
+                Tau::Exponential
+            } else {
+                Tau::Cayley
+            }
+        }
+    };
+    let lagrangian = lagrangian(draw, n, knobs);
+    let forces = forces(draw, n, abelian, knobs);
+    let start = start(draw, n, named);
+    let (largest, smallest) = knobs.exponents;
+    let mut exponent = draw.int(i64::from(largest), i64::from(smallest)) as u32;
+    let method = super::case::Method { tableau, retraction };
+    let mut case = Case { algebra, lagrangian, forces, method, start, step: Number::default() };
+    for _ in 0..40 {
+        case.step = dyadic(1, 1 << exponent);
+        match super::rates::unrest(&case) {
+            Some(unrest) if unrest <= super::rates::MOST => return Some(case),
+            Some(_) if exponent < smallest => exponent += 1,
+            Some(_) => slower(&mut case),
+            // An attitude outside the domain of τ.
+            None => case.start.attitude = case.start.attitude.map(|x| x.iter().map(halved).collect()),
+        }
+    }
+    None
+}
+
+/// Half the motion and half of every force coefficient.
+fn slower(case: &mut Case) {
+    let half = |list: &mut Vec<Number>| list.iter_mut().for_each(|v| *v = halved(v));
+    match &mut case.start.motion {
+        Motion::Velocity(list) | Motion::Momentum(list) => half(list),
+    }
+    for force in &mut case.forces {
+        match force {
+            Force::DoubleBracket { alpha: k } | Force::Metriplectic { beta: k } => *k = halved(k),
+            Force::LinearDrag(Drag::Coefficient(k)) | Force::QuadraticDrag(Drag::Coefficient(k)) => *k = halved(k),
+            Force::LinearDrag(Drag::Matrix(rows)) | Force::QuadraticDrag(Drag::Matrix(rows)) => {
+                rows.iter_mut().for_each(half);
+            }
+            Force::Constant { value } | Force::Periodic { value, .. } => half(value),
+        }
+    }
+}
+
+/// x/2 of a dyadic number.
+fn halved(x: &Number) -> Number {
+    match x.eval::<f64>() {
+        Ok(value) => super::shrink::from_dyadic(value / 2.0).unwrap_or_else(|| x.clone()),
+        Err(_) => x.clone(),
+    }
+}

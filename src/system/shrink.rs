@@ -1,0 +1,334 @@
+//! Simpler cases than a given one: a pure function of the case, so saved cases shrink as well as generated ones.
+//!
+//! Every candidate lowers (dimension, rank of the algebra, parts, distances of numbers from their targets on their
+//! own dyadic grid) in lexicographic order, so greedy descent ends.
+
+use super::case::{Algebra, Case, Drag, Force, Inertia, Motion, Structure, Tau};
+use super::generate::dyadic;
+use crate::algebra::catalogue::Entry;
+use crate::scalar::Number;
+
+/// Whether a force is zero whatever the state, on an abelian algebra or any.
+pub(super) fn vanishes(force: &Force, abelian: bool) -> bool {
+    let zero = |x: &Number| x.eval::<f64>() == Ok(0.0);
+    let drag = |drag: &Drag| match drag {
+        Drag::Coefficient(k) => zero(k),
+        Drag::Matrix(rows) => rows.iter().flatten().all(zero),
+    };
+    match force {
+        Force::DoubleBracket { alpha: k } | Force::Metriplectic { beta: k } => abelian || zero(k),
+        Force::LinearDrag(k) | Force::QuadraticDrag(k) => drag(k),
+        Force::Constant { value } | Force::Periodic { value, .. } => value.iter().all(zero),
+    }
+}
+
+/// Whether a candidate may stand: it can be built, its inertia is positive definite, and its step is small enough.
+pub(super) fn sound(case: &Case) -> bool {
+    positive(&case.lagrangian.inertia) && super::rates::unrest(case).is_some_and(|unrest| unrest <= super::rates::MOST)
+}
+
+/// Cholesky's factorisation in `f64`.
+fn positive(inertia: &Inertia) -> bool {
+    let value = |x: &Number| x.eval::<f64>().unwrap_or(f64::NAN);
+    match inertia {
+        Inertia::Diagonal(diagonal) => diagonal.iter().all(|x| value(x) > 0.0),
+        Inertia::Full(rows) => {
+            let n = rows.len();
+            rows.iter().all(|row| row.len() == n)
+                && nalgebra::DMatrix::from_fn(n, n, |r, c| value(&rows[r][c])).cholesky().is_some()
+        }
+    }
+}
+
+/// The dyadic number that `x` is, if its denominator is at most 2²⁰ (and x is moderate).
+pub(super) fn from_dyadic(x: f64) -> Option<Number> {
+    let (mut p, mut q) = (x, 1_i64);
+    while p.fract() != 0.0 && q < 1 << 20 {
+        (p, q) = (p * 2.0, q * 2);
+    }
+    (p.fract() == 0.0 && p.abs() < 1e15).then(|| dyadic(p as i64, q))
+}
+
+/// Simpler values than `x` on the way to the integer `target`, the simplest first.
+fn towards(x: &Number, target: i64) -> Vec<Number> {
+    let Ok(value) = x.eval::<f64>() else { return Vec::new() };
+    let distance = value - target as f64;
+    if distance == 0.0 || !distance.is_finite() {
+        return Vec::new();
+    }
+    let mut found = vec![Number::from(target)];
+    // Truncated towards the target on coarser and coarser grids: strictly nearer each time.
+    for bits in [0, 1, 2, 3] {
+        let scale = f64::from(1 << bits);
+        for closer in [(distance * 0.5 * scale).trunc() / scale, (distance * scale).trunc() / scale] {
+            if closer != 0.0 && closer != distance {
+                found.extend(from_dyadic(target as f64 + closer));
+            }
+        }
+    }
+    found.dedup();
+    found
+}
+
+/// One list for each way to move one entry of `list` towards its target.
+fn entries(list: &[Number], target: impl Fn(usize) -> i64) -> Vec<Vec<Number>> {
+    let mut found = Vec::new();
+    for (i, x) in list.iter().enumerate() {
+        for simpler in towards(x, target(i)) {
+            let mut list = list.to_vec();
+            list[i] = simpler;
+            found.push(list);
+        }
+    }
+    found
+}
+
+/// The same for a matrix with the target 1 on the diagonal (`unit`) or 0 everywhere; mirrored entries move together.
+fn matrices(rows: &[Vec<Number>], diagonal: i64, mirrored: bool) -> Vec<Vec<Vec<Number>>> {
+    let mut found = Vec::new();
+    for r in 0..rows.len() {
+        for c in 0..if mirrored { r + 1 } else { rows.len() } {
+            for simpler in towards(&rows[r][c], if r == c { diagonal } else { 0 }) {
+                let mut rows = rows.to_vec();
+                if mirrored {
+                    rows[c][r] = simpler.clone();
+                }
+                rows[r][c] = simpler;
+                found.push(rows);
+            }
+        }
+    }
+    found
+}
+
+/// Algebras from the simplest on; later ones may be replaced by earlier ones.
+const LADDER: [Entry; 9] = [
+    Entry::Abelian(1),
+    Entry::Aff1,
+    Entry::So3,
+    Entry::Heisenberg,
+    Entry::Se2,
+    Entry::Sl2,
+    Entry::Abelian(2),
+    Entry::So4,
+    Entry::Se3,
+];
+
+/// All simplifications of a case, the boldest first; no step below 1/`finest`.
+pub(super) fn candidates(case: &Case, finest: i64) -> Vec<Case> {
+    let mut found = Vec::new();
+    algebra(case, &mut found);
+    forces(case, &mut found);
+    lagrangian(case, &mut found);
+    method(case, finest, &mut found);
+    start(case, &mut found);
+    numbers(case, &mut found);
+    found
+}
+
+fn with(case: &Case, change: impl FnOnce(&mut Case)) -> Case {
+    let mut case = case.clone();
+    change(&mut case);
+    case
+}
+
+fn rank(structure: &Structure) -> usize {
+    match structure {
+        Structure::Named(entry) => LADDER.iter().position(|known| known == entry).unwrap_or(LADDER.len()),
+        Structure::Constants { .. } => LADDER.len() + 1,
+    }
+}
+
+fn algebra(case: &Case, found: &mut Vec<Case>) {
+    let (n, rank_now) = (case.dimension(), rank(&case.algebra.structure));
+    let mut replace = |entry: Entry| {
+        let structure = Structure::Named(entry);
+        let m = match &structure {
+            Structure::Named(entry) => entry.dimension(),
+            Structure::Constants { dimension, .. } => *dimension,
+        };
+        if m < n || (m == n && rank(&structure) < rank_now) {
+            found.push(with(case, |case| {
+                case.algebra = Algebra { structure, basis: None };
+                truncate(case, m);
+            }));
+        }
+    };
+    LADDER.into_iter().for_each(&mut replace);
+    match &case.algebra.structure {
+        Structure::Named(Entry::Abelian(n)) => (3..*n).for_each(|m| replace(Entry::Abelian(m))),
+        Structure::Named(Entry::Product(factors)) => factors.iter().cloned().for_each(replace),
+        Structure::Named(_) => {}
+        Structure::Constants { constants, .. } => {
+            for i in 0..constants.len() {
+                found.push(with(case, |case| {
+                    if let Structure::Constants { constants, .. } = &mut case.algebra.structure {
+                        constants.remove(i);
+                    }
+                }));
+            }
+        }
+    }
+    if case.algebra.basis.is_some() {
+        found.push(with(case, |case| case.algebra.basis = None));
+    }
+}
+
+/// Cuts every list to dimension m (principal submatrices stay definite).
+fn truncate(case: &mut Case, m: usize) {
+    let square = |rows: &mut Vec<Vec<Number>>| {
+        rows.truncate(m);
+        rows.iter_mut().for_each(|row| row.truncate(m));
+    };
+    match &mut case.lagrangian.inertia {
+        Inertia::Diagonal(list) => list.truncate(m),
+        Inertia::Full(rows) => square(rows),
+    }
+    for force in &mut case.forces {
+        match force {
+            Force::LinearDrag(Drag::Matrix(rows)) | Force::QuadraticDrag(Drag::Matrix(rows)) => square(rows),
+            Force::Constant { value } | Force::Periodic { value, .. } => value.truncate(m),
+            _ => {}
+        }
+    }
+    match &mut case.start.motion {
+        Motion::Velocity(list) | Motion::Momentum(list) => list.truncate(m),
+    }
+    if let Some(list) = &mut case.start.attitude {
+        list.truncate(m);
+    }
+}
+
+fn forces(case: &Case, found: &mut Vec<Case>) {
+    if case.forces.len() > 1 {
+        found.push(with(case, |case| case.forces.clear()));
+    }
+    for i in 0..case.forces.len() {
+        found.push(with(case, |case| drop(case.forces.remove(i))));
+    }
+    for (i, force) in case.forces.iter().enumerate() {
+        let unit = || Drag::Coefficient(Number::from(1));
+        let simpler = match force {
+            Force::LinearDrag(Drag::Matrix(_)) => Force::LinearDrag(unit()),
+            Force::QuadraticDrag(Drag::Matrix(_)) => Force::QuadraticDrag(unit()),
+            Force::Periodic { value, .. } => Force::Constant { value: value.clone() },
+            _ => continue,
+        };
+        found.push(with(case, |case| case.forces[i] = simpler));
+    }
+}
+
+fn lagrangian(case: &Case, found: &mut Vec<Case>) {
+    let n = case.dimension();
+    let unit = Inertia::Diagonal(vec![Number::from(1); n]);
+    if case.lagrangian.inertia != unit {
+        found.push(with(case, |case| case.lagrangian.inertia = unit));
+    }
+    if let Inertia::Full(rows) = &case.lagrangian.inertia {
+        let diagonal = Inertia::Diagonal((0..n).map(|a| rows[a][a].clone()).collect());
+        found.push(with(case, |case| case.lagrangian.inertia = diagonal));
+    }
+    if case.lagrangian.quartic.is_some() {
+        found.push(with(case, |case| case.lagrangian.quartic = None));
+    }
+}
+
+fn method(case: &Case, finest: i64, found: &mut Vec<Case>) {
+    if case.method.retraction == Tau::Cayley {
+        found.push(with(case, |case| case.method.retraction = Tau::Exponential));
+    }
+    // The smallest step that is generated, then larger ones.
+    let Ok(step) = case.step.eval::<f64>() else { return };
+    let mut q = finest.max(1);
+    while q >= 1 && 1.0 / (q as f64) < step {
+        found.push(with(case, |case| case.step = dyadic(1, q)));
+        q /= 2;
+    }
+}
+
+fn start(case: &Case, found: &mut Vec<Case>) {
+    if case.start.attitude.is_some() {
+        found.push(with(case, |case| case.start.attitude = None));
+    }
+    if case.start.time != Number::default() {
+        found.push(with(case, |case| case.start.time = Number::default()));
+    }
+    if let Motion::Velocity(list) = &case.start.motion {
+        found.push(with(case, |case| case.start.motion = Motion::Momentum(list.clone())));
+    }
+}
+
+/// Single numbers, towards 0 or 1.
+fn numbers(case: &Case, found: &mut Vec<Case>) {
+    match &case.start.motion {
+        Motion::Velocity(list) => found.extend(
+            entries(list, |_| 0).into_iter().map(|list| with(case, |case| case.start.motion = Motion::Velocity(list))),
+        ),
+        Motion::Momentum(list) => found.extend(
+            entries(list, |_| 0).into_iter().map(|list| with(case, |case| case.start.motion = Motion::Momentum(list))),
+        ),
+    }
+    if let Some(x) = &case.start.attitude {
+        found.extend(entries(x, |_| 0).into_iter().map(|x| with(case, |case| case.start.attitude = Some(x))));
+    }
+    match &case.lagrangian.inertia {
+        Inertia::Diagonal(list) => found.extend(
+            entries(list, |_| 1)
+                .into_iter()
+                .map(|list| with(case, |case| case.lagrangian.inertia = Inertia::Diagonal(list))),
+        ),
+        Inertia::Full(rows) => found.extend(
+            matrices(rows, 1, true)
+                .into_iter()
+                .map(|rows| with(case, |case| case.lagrangian.inertia = Inertia::Full(rows))),
+        ),
+    }
+    for (i, force) in case.forces.iter().enumerate() {
+        found.extend(simpler_force(force).into_iter().map(|force| with(case, |case| case.forces[i] = force)));
+    }
+    if let Some(basis) = &case.algebra.basis {
+        found.extend(
+            matrices(basis, 1, false).into_iter().map(|basis| with(case, |case| case.algebra.basis = Some(basis))),
+        );
+    }
+    if let Structure::Constants { constants, .. } = &case.algebra.structure {
+        for (i, constant) in constants.iter().enumerate() {
+            for value in towards(&constant.value, 1) {
+                found.push(with(case, |case| {
+                    if let Structure::Constants { constants, .. } = &mut case.algebra.structure {
+                        constants[i].value = value;
+                    }
+                }));
+            }
+        }
+    }
+}
+
+fn simpler_force(force: &Force) -> Vec<Force> {
+    let drag = |drag: &Drag, mirrored: bool| -> Vec<Drag> {
+        match drag {
+            Drag::Coefficient(k) => towards(k, 1).into_iter().map(Drag::Coefficient).collect(),
+            Drag::Matrix(rows) => matrices(rows, 1, mirrored).into_iter().map(Drag::Matrix).collect(),
+        }
+    };
+    match force {
+        Force::DoubleBracket { alpha } => {
+            towards(alpha, 1).into_iter().map(|alpha| Force::DoubleBracket { alpha }).collect()
+        }
+        Force::Metriplectic { beta } => towards(beta, 1).into_iter().map(|beta| Force::Metriplectic { beta }).collect(),
+        Force::LinearDrag(k) => drag(k, false).into_iter().map(Force::LinearDrag).collect(),
+        Force::QuadraticDrag(k) => drag(k, true).into_iter().map(Force::QuadraticDrag).collect(),
+        Force::Constant { value } => entries(value, |_| 0).into_iter().map(|value| Force::Constant { value }).collect(),
+        Force::Periodic { value, frequency, phase } => {
+            let keep =
+                |value: Vec<Number>| Force::Periodic { value, frequency: frequency.clone(), phase: phase.clone() };
+            let mut found: Vec<Force> = entries(value, |_| 0).into_iter().map(keep).collect();
+            found.extend(towards(frequency, 1).into_iter().map(|frequency| Force::Periodic {
+                value: value.clone(),
+                frequency,
+                phase: phase.clone(),
+            }));
+            found
+        }
+    }
+}
