@@ -10,7 +10,7 @@ use euler_poincare::mechanics::lagrangian::{AnyLagrangian, Quadratic, Quartic};
 use euler_poincare::mechanics::models::{Model, landau_lifshitz_gilbert, relaxed_rigid_body};
 use euler_poincare::mechanics::{Force, Lagrangian, LegendreError};
 use euler_poincare::retraction::{Cayley, CayleySo3, Exponential, ExponentialSo3, Retraction, RetractionError};
-use euler_poincare::scalar::{Dual, Scalar};
+use euler_poincare::scalar::{Dd, Dual, Real, Scalar};
 
 const U: f64 = f64::EPSILON / 2.0;
 
@@ -430,4 +430,48 @@ fn the_doubled_lagrangian_is_antisymmetric_and_differentiated_rightly() {
     doubled(Exponential::of_group(group::<3, 3>(Entry::Se2)), 24);
     doubled(Cayley::new(group::<2, 2>(Entry::Aff1)).unwrap(), 25);
     doubled(Exponential::of_group(group::<2, 2>(Entry::Aff1)), 26);
+}
+
+/// The digits of the models and of Newton's Legendre inverse in 32-digit arithmetic.
+#[test]
+fn thirty_two_digits_are_right() {
+    let model = landau_lifshitz_gilbert::<Dd>();
+    let reference = model.reference_momentum().unwrap();
+    let energy = model.system.hamiltonian(&reference, &Vector::zeros()).unwrap();
+    let expected = Dd::parse_decimal("0.325558583767277337311226297454719051018832743").unwrap();
+    close((energy - expected).to_f64().abs(), 1e-31);
+    close((reference.norm_squared() - Dd::ratio(5, 8)).to_f64().abs(), 1e-31);
+    let reference = relaxed_rigid_body::<Dd>().reference_momentum().unwrap();
+    let expected = Dd::parse_decimal("0.639208655351581980652366160171253173860125946").unwrap();
+    close((reference.norm_squared() - expected).to_f64().abs(), 1e-31);
+
+    let mut random = Sequence(30);
+    for _ in 0..10 {
+        let body = Quartic::new(random.inertia::<3>().map(Dd::exact), Dd::ratio(1, 3)).unwrap();
+        let eta = random.vector::<3>().map(Dd::exact) / Dd::int(3);
+        let found = body.velocity(&body.gradient(&eta), &Vector::zeros()).unwrap();
+        close(size(&(found - eta).map(|v| v.to_f64())), 1e-29);
+    }
+}
+
+/// The inverse of the modified Legendre transform returns the velocities it came from.
+#[test]
+fn doubled_velocities_are_recovered_off_the_units() {
+    let mut random = Sequence(31);
+    for _ in 0..20 {
+        let body = Quartic::new(Matrix::<f64, 3>::identity() + random.inertia(), 0.5).unwrap();
+        let force = Metriplectic::new(algebra::<3>(&Entry::So3), body.clone(), 0.1).unwrap();
+        let doubled = Forced::new(body, force, CayleySo3::new());
+        let (eta, psi) = (random.vector::<3>() * 0.5, random.vector::<3>() * 0.5);
+        let u = doubled.retraction.tau(&(random.vector() * 0.2)).unwrap();
+        let partials = doubled.partials(0.0, &eta, &u, &psi).unwrap();
+        let (left, right) = doubled.velocities(0.0, &-partials.eta, &u, &partials.psi).unwrap();
+        let unit = doubled.unit_velocities(&-partials.eta, &partials.psi).unwrap();
+        assert!(size(&(unit.0 - eta)) > 1e-6, "the coupling does nothing");
+        close(size(&(left - eta)).max(size(&(right - psi))), 256.0 * U);
+    }
+    let body = Quadratic::diagonal([1.0, 2.0, 3.0]).unwrap();
+    let doubled = Forced::new(body, Zero, CayleySo3::new());
+    let half_turn = Matrix::from_diagonal(&Vector::from([1.0, -1.0, -1.0]));
+    assert!(doubled.velocities(0.0, &Covector::zeros(), &half_turn, &Covector::from([1.0, 0.0, 0.0])).is_err());
 }

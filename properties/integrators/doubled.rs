@@ -10,7 +10,7 @@ use euler_poincare::mechanics::force::{AnyForce, LinearDrag, Metriplectic, Perio
 use euler_poincare::mechanics::lagrangian::{AnyLagrangian, Quadratic, Quartic};
 use euler_poincare::mechanics::models::{Model, landau_lifshitz_gilbert, relaxed_rigid_body};
 use euler_poincare::retraction::{Cayley, CayleySo3, Exponential, ExponentialSo3, Retraction, TangentPoint};
-use euler_poincare::scalar::Dual;
+use euler_poincare::scalar::{Dd, Dual, Scalar};
 use euler_poincare::tableau::Tableau;
 use euler_poincare::tableau::families::{Classic, Family};
 
@@ -138,6 +138,21 @@ where
         close(size(&(here - single.attitude)), rounding);
         close(size(&(there - single.attitude)), rounding);
     }
+}
+
+#[test]
+fn in_thirty_two_digits_too() {
+    let model = relaxed_rigid_body::<Dd>();
+    let (body, force) = (model.system.lagrangian.clone(), model.system.force.clone());
+    let tableau = Family::Gauss.tableau::<Dd>(2).unwrap();
+    let forced = Forced::new(body.clone(), force.clone(), CayleySo3::new());
+    let mut double = DoubledState::<Dd, 3, 3>::unit(Dd::int(0), model.momentum);
+    let mut single = State { time: Dd::int(0), momentum: model.momentum, attitude: Matrix::<Dd, 3>::identity() };
+    let h = Dd::ratio(1, 8);
+    Doubled::new(tableau.clone(), CayleySo3::new(), forced).step(&mut double, h).unwrap();
+    Variational::new(body, force, CayleySo3::new(), tableau).step(&mut single, h).unwrap();
+    close(size(&(double.mu - single.momentum).map(|v| v.to_f64())), 1e-30);
+    close(size(&(double.relative - Matrix::<Dd, 3>::identity()).map(|v| v.to_f64())), 1e-30);
 }
 
 fn group<const N: usize, const D: usize>(entry: Entry) -> MatrixGroup<f64, N, D> {
@@ -395,7 +410,6 @@ fn the_adaptive_pair_reports_a_failing_legendre_transform() {
     use euler_poincare::integrators::comparators::{AdaptiveError, dormand_prince};
     use euler_poincare::mechanics::equations::EulerPoincare;
     use euler_poincare::mechanics::force::Constant;
-    use euler_poincare::scalar::Scalar;
 
     struct Bounded;
     impl Lagrangian<f64, 1> for Bounded {
