@@ -282,7 +282,7 @@ impl Elementary for Dd {
             return (self, Self::exact(1.0));
         }
         let n = (x / std::f64::consts::FRAC_PI_2).round();
-        if !(n.abs() < 4503599627370496.0) {
+        if n.is_nan() || n.abs() >= 4503599627370496.0 {
             return (Self::exact(f64::NAN), Self::exact(f64::NAN));
         }
         let rest = if n == 0.0 {

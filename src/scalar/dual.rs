@@ -10,6 +10,8 @@ use std::fmt;
 use std::ops::{Add, Div, Mul, Neg, Sub};
 
 /// re + eps ε, ε² = 0.
+///
+/// Where a derivative does not exist (√x at 0, the angle of the origin), `eps` is not finite, also for a constant.
 #[derive(Clone, Copy, Debug, Default)]
 pub struct Dual<T> {
     /// The value.

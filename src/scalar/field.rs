@@ -429,6 +429,7 @@ macro_rules! real_field {
                 }
                 if n < 0 { <Self as num_traits::One>::one() / result } else { result }
             }
+            // x^n for x > 0; integer powers of anything else are `powi`.
             fn powf(self, n: Self) -> Self {
                 (self.logarithm() * n).exponential()
             }
