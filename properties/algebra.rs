@@ -5,7 +5,7 @@
 
 use euler_poincare::algebra::catalogue::Entry;
 use euler_poincare::algebra::{AlgebraError, Casimir, Covector, LieAlgebra, Matrix, Vector, elimination};
-use euler_poincare::scalar::{Real, Scalar};
+use euler_poincare::scalar::{Dd, Dual, Real};
 use nalgebra::DMatrix;
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
@@ -86,6 +86,7 @@ fn constants_are_commutators<const N: usize, T: Real>(entry: &Entry, _: &[bool; 
 #[test]
 fn structure_constants_are_those_of_the_representation() {
     for_catalogue!(constants_are_commutators, f64);
+    for_catalogue!(constants_are_commutators, Dd);
 }
 
 fn facts_hold<const N: usize, T: Real>(entry: &Entry, facts: &[bool; 5]) {
@@ -103,4 +104,272 @@ fn facts_hold<const N: usize, T: Real>(entry: &Entry, facts: &[bool; 5]) {
 #[test]
 fn classification_is_that_of_the_textbooks_in_any_basis() {
     for_catalogue!(facts_hold, f64);
+    for_catalogue!(facts_hold, Dd);
+}
+
+/// [e_0, e_1] = e_0, [e_1, e_2] = `s` e_1: breaks Jacobi at s ≠ 0, since the cyclic sum is s e_0.
+fn broken(scale: f64, s: f64) -> impl Fn(usize, usize, usize) -> f64 {
+    move |a, b, c| match (a, b, c) {
+        (0, 1, 0) => scale,
+        (1, 0, 0) => -scale,
+        (1, 2, 1) => s * scale,
+        (2, 1, 1) => -s * scale,
+        _ => 0.0,
+    }
+}
+
+#[test]
+fn constants_that_are_no_algebra_are_refused() {
+    for scale in [1.0, 1e-200, 1e200, 1e-160, 1e155] {
+        assert!(LieAlgebra::<f64, 3>::new(broken(scale, 0.0)).is_ok(), "{scale:e}");
+        for s in [1.0, 1e-10] {
+            let error = LieAlgebra::<f64, 3>::new(broken(scale, s)).unwrap_err();
+            let AlgebraError::Jacobi { a: 0, b: 1, c: 2, defect } = error else { panic!("{scale:e}: {error}") };
+            assert!((defect / s - 1.0).abs() < 1e-5, "{scale:e}: defect {defect:e}, expected {s:e}");
+        }
+    }
+    for (skew, refused) in [(1e-12, true), (1e-15, false)] {
+        let algebra = LieAlgebra::<f64, 3>::new(|a, b, c| {
+            Entry::So3.constant::<f64>(a, b, c) + if (a, b, c) == (2, 0, 1) { skew } else { 0.0 }
+        });
+        match algebra {
+            Err(error) => assert!(refused && matches!(error, AlgebraError::NotAntisymmetric { a: 0, b: 2, c: 1, .. })),
+            Ok(algebra) => assert!(!refused && algebra.constant(2, 0, 1) == -algebra.constant(0, 2, 1)),
+        }
+    }
+    let diagonal = LieAlgebra::<f64, 2>::new(|a, b, c| if (a, b, c) == (1, 1, 0) { 0.5 } else { 0.0 });
+    assert_eq!(diagonal, Err(AlgebraError::NotAntisymmetric { a: 1, b: 1, c: 0, defect: 1.0 }));
+    for bad in [f64::NAN, f64::INFINITY, f64::NEG_INFINITY] {
+        let error = LieAlgebra::<f64, 3>::new(|a, b, c| if (a, b, c) == (0, 1, 2) { bad } else { 0.0 }).unwrap_err();
+        assert_eq!(error, AlgebraError::NotFinite { what: "structure constant C^2_{0 1}".into() });
+    }
+    let error = LieAlgebra::<f64, 4>::from_catalogue(&Entry::So3).unwrap_err();
+    assert_eq!(error.to_string(), "the algebra so3 has dimension 3, expected 4");
+    assert!(matches!(Entry::Se3.casimirs::<f64, 3>(), Err(AlgebraError::Dimension { dimension: 6, expected: 3, .. })));
+}
+
+#[test]
+fn singular_bases_are_refused_and_graded_ones_are_not() {
+    let so3 = LieAlgebra::<f64, 3>::from_catalogue(&Entry::So3).unwrap();
+    let bases = [
+        Matrix::<f64, 3>::zeros(),
+        Matrix::<f64, 3>::new(1.0, 2.0, 3.0, 4.0, 5.0, 6.0, 7.0, 8.0, 9.0),
+        Matrix::<f64, 3>::new(0.1, 0.2, 0.3, 0.2, 0.4, 0.6, 0.0, 1.0, 0.0),
+        Matrix::<f64, 3>::from_diagonal(&Vector::<f64, 3>::new(1.0, 0.0, 1.0)),
+    ];
+    for basis in bases {
+        let error = so3.in_basis(&basis).unwrap_err();
+        assert!(matches!(error, AlgebraError::SingularBasis { condition } if condition > 1e15), "{error}");
+        assert!(Casimir::Quadratic(Matrix::identity()).in_basis(&basis).is_err());
+    }
+    for bad in [f64::NAN, f64::INFINITY] {
+        let mut basis = Matrix::<f64, 3>::identity();
+        basis[(1, 2)] = bad;
+        assert_eq!(so3.in_basis(&basis), Err(AlgebraError::NotFinite { what: "the basis change".into() }));
+    }
+    let grade = Vector::<f64, 3>::new(2.0_f64.powi(-100), 1.0, 2.0_f64.powi(100));
+    let graded = so3.in_basis(&Matrix::from_diagonal(&grade)).unwrap();
+    assert_eq!(graded.constant(0, 1, 2), 2.0_f64.powi(-200));
+    assert_eq!(graded.constant(1, 2, 0), 2.0_f64.powi(200));
+    let huge = so3.in_basis(&Matrix::from_diagonal(&Vector::<f64, 3>::new(1e-300, 1e200, 1e200)));
+    assert!(matches!(huge, Err(AlgebraError::NotFinite { .. } | AlgebraError::SingularBasis { .. })), "{huge:?}");
+}
+
+fn brackets_agree_in_any_basis<const N: usize, T: Real>(entry: &Entry, _: &[bool; 5]) {
+    let mut rng = ChaCha8Rng::seed_from_u64(2);
+    let standard = LieAlgebra::<T, N>::from_catalogue(entry).unwrap();
+    for condition in [1.0, 1e3, 1e7] {
+        let basis = random_basis::<N, T>(&mut rng, condition);
+        let inverse = elimination::inverse(&basis).unwrap();
+        let g = standard.in_basis(&basis).unwrap();
+        let x = Vector::<T, N>::from_fn(|_, _| uniform(&mut rng));
+        let y = Vector::<T, N>::from_fn(|_, _| uniform(&mut rng));
+        let mu = Covector::<T, N>::from_fn(|_, _| uniform(&mut rng));
+        // The new constants B⁻¹ ad B: rounding u |B⁻¹| |B|², that of B⁻¹ another κ; then back through B.
+        let kappa = basis.norm() * inverse.norm();
+        let size = kappa * kappa * basis.norm() * basis.norm() * x.norm() * y.norm();
+        let bound = T::int(32 * (N * N) as i64) * T::unit_roundoff() * size;
+        let defect = (basis * g.bracket::<T>(&x, &y) - standard.bracket::<T>(&(basis * x), &(basis * y))).norm();
+        assert!(defect <= bound, "{entry}, condition {condition:e}: {defect:e} > {bound:e}");
+        let paired = mu * g.bracket::<T>(&x, &y) - g.coad(&x, &mu) * y;
+        let size = mu.norm() * g.ad(&x).norm() * y.norm();
+        assert!(paired[0].abs() <= T::int(4 * N as i64) * T::unit_roundoff() * size, "{entry}: <ad* mu, y>");
+        for a in 0..N {
+            for b in 0..N {
+                assert!((0..N).all(|c| g.constant(a, b, c) == -g.constant(b, a, c)), "{entry}: antisymmetry");
+            }
+        }
+    }
+}
+
+#[test]
+fn brackets_are_the_same_in_any_basis() {
+    for_catalogue!(brackets_agree_in_any_basis, f64);
+    for_catalogue!(brackets_agree_in_any_basis, Dd);
+}
+
+/// |dC(μ)(ad*_ξ μ)| relative to |μ| |ad_ξ| |dC|.
+fn drift<const N: usize, T: Real>(
+    g: &LieAlgebra<T, N>,
+    c: &Casimir<T, N>,
+    mu: &Covector<T, N>,
+    xi: &Vector<T, N>,
+) -> T {
+    let (moved, slope) = (g.coad(xi, mu), c.gradient(mu));
+    let size = mu.norm() * g.ad(xi).norm() * slope.norm();
+    if size == T::zero() { T::zero() } else { (moved * slope)[0].abs() / size }
+}
+
+/// [e_a, e_b].
+fn basis_bracket<const N: usize, T: Real>(g: &LieAlgebra<T, N>, a: usize, b: usize) -> Vector<T, N> {
+    Vector::from_fn(|c, _| g.constant(a, b, c))
+}
+
+fn casimirs_are_casimirs<const N: usize, T: Real>(entry: &Entry, _: &[bool; 5]) {
+    let mut rng = ChaCha8Rng::seed_from_u64(3);
+    let standard = LieAlgebra::<T, N>::from_catalogue(entry).unwrap();
+    for condition in [1.0, 30.0, 1e4] {
+        let basis = random_basis::<N, T>(&mut rng, condition);
+        let inverse = elimination::inverse(&basis).unwrap();
+        let kappa = basis.norm() * inverse.norm();
+        let g = standard.in_basis(&basis).unwrap();
+        let mu = Covector::<T, N>::from_fn(|_, _| uniform(&mut rng));
+        let xi = Vector::<T, N>::from_fn(|_, _| uniform(&mut rng));
+        for c in entry.casimirs::<T, N>().unwrap() {
+            let moved = c.in_basis(&basis).unwrap();
+            // Constants: relative error κ u, of the largest; Q': κ² u. Each sum has N² terms.
+            let bound = T::int(32 * (N * N) as i64) * T::unit_roundoff() * kappa * kappa;
+            let defect = drift(&g, &moved, &mu, &xi);
+            assert!(defect <= bound, "{entry}, {c:?}: {defect:e} > {bound:e}");
+            let old = c.value::<T>(&(mu * inverse));
+            let size = mu.norm() * inverse.norm();
+            let off = (old - moved.value::<T>(&mu)).abs();
+            assert!(off <= bound * T::int(4) * size.max(size * size), "{entry}: value {old:e} moved by {off:e}");
+            for a in 0..N {
+                let dual = Covector::from_fn(|_, b| Dual { re: mu[b], eps: if a == b { T::one() } else { T::zero() } });
+                let slope = moved.gradient::<T>(&mu)[a];
+                let off = (moved.value(&dual).eps - slope).abs();
+                let size = T::int(4) * (inverse.norm() + inverse.norm_squared() * mu.norm());
+                assert!(off <= T::int(8 * N as i64) * T::unit_roundoff() * size, "{entry}: slope off by {off:e}");
+            }
+        }
+    }
+}
+
+fn casimirs_are_complete<const N: usize, T: Real>(entry: &Entry, facts: &[bool; 5]) {
+    let mut rng = ChaCha8Rng::seed_from_u64(6);
+    let g = LieAlgebra::<T, N>::from_catalogue(entry).unwrap();
+    let casimirs = entry.casimirs::<T, N>().unwrap();
+    let mu = Covector::<T, N>::from_fn(|_, _| uniform(&mut rng));
+    let xi = Vector::<T, N>::from_fn(|_, _| uniform(&mut rng));
+    // As many as the codimension of the generic coadjoint orbit, and independent.
+    let orbit = Matrix::<T, N>::from_fn(|a, b| (mu * basis_bracket(&g, a, b))[0]);
+    let threshold = T::unit_roundoff().sqrt();
+    assert_eq!(casimirs.len(), N - elimination::rank(&orbit, threshold), "{entry}: number");
+    let mut slopes = Matrix::<T, N>::zeros();
+    for (a, c) in casimirs.iter().enumerate() {
+        slopes.set_column(a, &c.gradient(&mu));
+    }
+    assert_eq!(elimination::rank(&slopes, threshold), casimirs.len(), "{entry}: independence");
+    // Controls, which are no Casimirs: a coordinate outside the centre, a random form.
+    for a in (0..N).filter(|a| (0..N).any(|b| basis_bracket(&g, *a, b).norm() > T::zero())) {
+        let mut e = Vector::<T, N>::zeros();
+        e[a] = T::one();
+        assert!(drift(&g, &Casimir::Linear(e), &mu, &xi) > T::ratio(1, 10000), "{entry}: mu_{a}");
+    }
+    let random = Matrix::<T, N>::from_fn(|_, _| uniform(&mut rng));
+    let found = drift(&g, &Casimir::Quadratic(random + random.transpose()), &mu, &xi);
+    assert_eq!(found > T::ratio(1, 10000), !facts[0], "{entry}: random form {found:e}");
+}
+
+#[test]
+fn casimirs_are_constant_on_coadjoint_orbits() {
+    for_catalogue!(casimirs_are_casimirs, f64);
+    for_catalogue!(casimirs_are_casimirs, Dd);
+}
+
+#[test]
+fn casimirs_are_complete_and_other_forms_are_none() {
+    for_catalogue!(casimirs_are_complete, f64);
+    for_catalogue!(casimirs_are_complete, Dd);
+}
+
+fn killing_is_invariant<const N: usize, T: Real>(entry: &Entry, _: &[bool; 5]) {
+    let mut rng = ChaCha8Rng::seed_from_u64(4);
+    let g = LieAlgebra::<T, N>::from_catalogue(entry).unwrap();
+    let k = g.killing();
+    let [x, y, z] = [0; 3].map(|_| Vector::<T, N>::from_fn(|_, _| uniform(&mut rng)));
+    let defect = (k * g.bracket::<T>(&x, &y)).dot(&z) - (k * x).dot(&g.bracket::<T>(&y, &z));
+    let size = k.norm() * x.norm() * y.norm() * z.norm();
+    assert!(defect.abs() <= T::int(64 * (N * N) as i64) * T::unit_roundoff() * size, "{entry}: {defect:e}");
+}
+
+#[test]
+fn killing_form() {
+    for_catalogue!(killing_is_invariant, f64);
+    for_catalogue!(killing_is_invariant, Dd);
+    let so3 = LieAlgebra::<f64, 3>::from_catalogue(&Entry::So3).unwrap();
+    assert_eq!(so3.killing(), Matrix::<f64, 3>::identity() * -2.0);
+    let sl2 = LieAlgebra::<f64, 3>::from_catalogue(&Entry::Sl2).unwrap();
+    assert_eq!(sl2.killing(), Matrix::<f64, 3>::new(8.0, 0.0, 0.0, 0.0, 0.0, 4.0, 0.0, 4.0, 0.0));
+}
+
+#[test]
+fn names_round_trip_and_bad_ones_say_what_is_allowed() {
+    for (name, _) in CATALOGUE {
+        assert_eq!(name.parse::<Entry>().unwrap().to_string(), name);
+    }
+    assert_eq!(" so3 + r2 ".parse::<Entry>().unwrap(), Entry::Product(vec![Entry::So3, Entry::Abelian(2)]));
+    for bad in ["", "so5", "r", "r0", "r01", "r65", "r-1", "r99999999999999999999", "so3+", "so3 x r2", "SO3", "r²"] {
+        let error = bad.parse::<Entry>().unwrap_err().to_string();
+        assert!(error.contains("heisenberg") && error.contains("r64") && error.contains("so3+r2"), "{error}");
+    }
+    let nested = Entry::Product(vec![Entry::Product(vec![Entry::So3, Entry::Aff1]), Entry::Abelian(1)]);
+    let flat: Entry = nested.to_string().parse().unwrap();
+    for (a, b, c) in [(0, 1, 2), (3, 4, 4), (4, 3, 4), (0, 3, 4), (5, 4, 4), (2, 5, 5)] {
+        assert_eq!(nested.constant::<f64>(a, b, c), flat.constant::<f64>(a, b, c));
+    }
+}
+
+fn inverse_is_accurate<T: Real>() {
+    // Hilbert's matrix of size 6 times lcm(1 … 11), so with integer entries; its inverse is known (Choi 1983).
+    let scale = 27720_i64;
+    let hilbert = Matrix::<T, 6>::from_fn(|r, c| T::int(scale / (r + c + 1) as i64));
+    let binomial = |n: usize, k: usize| (0..k).fold(1_i64, |v, i| v * (n - i) as i64 / (i + 1) as i64);
+    let exact = Matrix::<T, 6>::from_fn(|r, c| {
+        let (i, j) = (r + 1, c + 1);
+        let sign = if (i + j) % 2 == 0 { 1 } else { -1 };
+        let square = binomial(i + j - 2, i - 1) * binomial(i + j - 2, i - 1);
+        let value = sign * (i + j - 1) as i64 * binomial(6 + i - 1, 6 - j) * binomial(6 + j - 1, 6 - i) * square;
+        T::int(value) / T::int(scale)
+    });
+    let error = (elimination::inverse(&hilbert).unwrap() - exact).norm() / exact.norm();
+    let bound = T::int(16 * 6) * T::unit_roundoff() * T::exact(1.5e7);
+    assert!(error <= bound, "Hilbert: {error:e} > {bound:e}");
+    let mut rng = ChaCha8Rng::seed_from_u64(5);
+    for condition in [1.0, 1e4, 1e6] {
+        // Two small singular values, where cofactors lose the square of the condition number.
+        let turn = random_basis::<3, T>(&mut rng, 1.0);
+        let small = T::exact(1.0 / condition);
+        let a = turn * Matrix::from_diagonal(&Vector::<T, 3>::new(T::one(), small, small)) * turn.transpose();
+        let x = elimination::inverse(&a).unwrap();
+        let bound = T::int(64) * T::unit_roundoff() * a.norm() * x.norm();
+        let (left, right) = ((x * a - Matrix::identity()).norm(), (a * x - Matrix::identity()).norm());
+        assert!(left <= bound && right <= bound, "condition {condition:e}: {left:e}, {right:e} > {bound:e}");
+        let slope = Matrix::<T, 3>::from_fn(|_, _| uniform(&mut rng));
+        let dual = elimination::inverse(&a.zip_map(&slope, |re, eps| Dual { re, eps })).unwrap();
+        let off = (dual.map(|v| v.eps) + x * slope * x).norm();
+        assert!(off <= bound * x.norm() * x.norm() * slope.norm(), "derivative off by {off:e}");
+    }
+    let graded = Matrix::<T, 2>::new(T::exact(1e-40), T::one(), T::zero(), T::one());
+    let x = elimination::inverse(&graded).unwrap();
+    assert!((x[(0, 0)] * T::exact(1e-40) - T::one()).abs() <= T::unit_roundoff() * T::int(4));
+    assert_eq!(elimination::inverse(&Matrix::<T, 2>::new(T::one(), T::one(), T::one(), T::one())), None);
+    assert_eq!(elimination::inverse(&Matrix::<T, 2>::new(T::exact(f64::NAN), T::one(), T::one(), T::zero())), None);
+}
+
+#[test]
+fn inverse_is_accurate_to_the_condition_number() {
+    inverse_is_accurate::<f64>();
+    inverse_is_accurate::<Dd>();
 }

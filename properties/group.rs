@@ -1,1 +1,367 @@
 //! Properties of `euler_poincare::group`.
+//!
+//! Oracles: the group laws, derivatives on dual numbers, and for SO(3) the general matrix group.
+
+use euler_poincare::algebra::catalogue::Entry;
+use euler_poincare::algebra::{AlgebraError, Covector, LieAlgebra, Matrix, Vector, elimination};
+use euler_poincare::group::{LieGroup, MatrixGroup, So3, so3};
+use euler_poincare::scalar::{Dd, Dual, Real, Scalar};
+use rand::{RngExt, SeedableRng};
+use rand_chacha::ChaCha8Rng;
+
+/// Runs `$check::<N, N + 1, $scalar>(&entry)` for entries of all kinds: N + 1 holds every representation, most padded.
+macro_rules! for_catalogue {
+    ($check:ident, $scalar:ty) => {
+        for name in
+            ["r1", "r3", "so3", "se2", "se3", "sl2", "aff1", "heisenberg", "so4", "so3+r2", "aff1+r2", "se3+aff1"]
+        {
+            let entry: Entry = name.parse().unwrap();
+            match entry.dimension() {
+                1 => $check::<1, 2, $scalar>(&entry),
+                2 => $check::<2, 3, $scalar>(&entry),
+                3 => $check::<3, 4, $scalar>(&entry),
+                4 => $check::<4, 5, $scalar>(&entry),
+                5 => $check::<5, 6, $scalar>(&entry),
+                6 => $check::<6, 7, $scalar>(&entry),
+                8 => $check::<8, 9, $scalar>(&entry),
+                n => panic!("{name}: dimension {n} is not dispatched"),
+            }
+        }
+    };
+}
+
+fn uniform<T: Real>(rng: &mut ChaCha8Rng) -> T {
+    T::exact(rng.random_range(-1.0..1.0))
+}
+
+fn random_vector<const N: usize, T: Real>(rng: &mut ChaCha8Rng) -> Vector<T, N> {
+    Vector::from_fn(|_, _| uniform(rng))
+}
+
+/// A random basis of condition number about `condition`: a graded diagonal between two matrices near the identity.
+fn random_basis<const N: usize, T: Real>(rng: &mut ChaCha8Rng, condition: f64) -> Matrix<T, N> {
+    let mut turn =
+        || Matrix::<f64, N>::from_fn(|r, c| if r == c { 1.0 } else { 0.5 * rng.random_range(-1.0..1.0) / N as f64 });
+    let grade =
+        Matrix::<f64, N>::from_fn(
+            |r, c| {
+                if r == c { condition.powf(-(r as f64) / (N.max(2) - 1) as f64) } else { 0.0 }
+            },
+        );
+    (turn() * grade * turn()).map(T::exact)
+}
+
+/// e^A by Taylor's series of e^(A/16), squared four times.
+fn exponential<const D: usize, S: Scalar>(a: &Matrix<S, D>) -> Matrix<S, D> {
+    let small = a * S::ratio(1, 16);
+    let (mut sum, mut term) = (Matrix::<S, D>::identity(), Matrix::<S, D>::identity());
+    for k in 1..40 {
+        term = term * small * S::ratio(1, k);
+        sum += term;
+    }
+    (0..4).fold(sum, |power, _| power * power)
+}
+
+/// A random group element, with x of size about 1 in the standard basis whatever that of `group`.
+fn random_element<const N: usize, const D: usize, T: Real>(
+    standard: &MatrixGroup<T, N, D>,
+    rng: &mut ChaCha8Rng,
+) -> Matrix<T, D> {
+    exponential(&standard.hat(&random_vector::<N, T>(rng)))
+}
+
+/// The standard group and its changes of basis, each with φ ≥ κ(B) times the condition of hat.
+fn in_bases<const N: usize, const D: usize, T: Real>(
+    entry: &Entry,
+    rng: &mut ChaCha8Rng,
+) -> (MatrixGroup<T, N, D>, Vec<(MatrixGroup<T, N, D>, Matrix<T, N>, T)>) {
+    let standard = MatrixGroup::<T, N, D>::from_entry(entry).unwrap();
+    let mut bases = vec![Matrix::<T, N>::identity()];
+    bases.extend([1.0, 30.0, 1e4].map(|condition| random_basis::<N, T>(rng, condition)));
+    let moved = bases.into_iter().map(|basis| {
+        let kappa = basis.norm() * elimination::inverse(&basis).unwrap().norm();
+        (standard.in_basis(&basis).unwrap(), basis, kappa * T::int(2))
+    });
+    let moved = moved.collect();
+    (standard, moved)
+}
+
+fn units<T: Real>(n: usize) -> T {
+    T::int(n as i64) * T::unit_roundoff()
+}
+
+fn hat_and_vee<const N: usize, const D: usize, T: Real>(entry: &Entry) {
+    let mut rng = ChaCha8Rng::seed_from_u64(1);
+    let (standard, groups) = in_bases::<N, D, T>(entry, &mut rng);
+    // Integers all along: no rounding at all.
+    assert_eq!(*standard.algebra(), LieAlgebra::<T, N>::from_catalogue(entry).unwrap(), "{entry}");
+    for a in 0..N {
+        let e = Vector::<T, N>::from_fn(|b, _| if a == b { T::one() } else { T::zero() });
+        assert_eq!(standard.vee(&standard.hat(&e)), e, "{entry}");
+        assert_eq!(standard.basis()[a], standard.hat(&e), "{entry}");
+    }
+    for (group, basis, phi) in groups {
+        let (x, y) = (random_vector::<N, T>(&mut rng), random_vector::<N, T>(&mut rng));
+        let back = (group.vee(&group.hat(&x)) - x).norm();
+        assert!(back <= units::<T>(8 * N * D) * phi * x.norm(), "{entry}: vee hat off by {back:e}");
+        let matrix = (group.hat(&x) - standard.hat(&(basis * x))).norm();
+        assert!(matrix <= units::<T>(8 * N * D) * basis.norm() * x.norm(), "{entry}: hat off by {matrix:e}");
+        // [x, y]^ = x̂ŷ − ŷx̂, the structure constants having come by another way; B⁻¹ twice in them.
+        let commutator = group.hat(&x) * group.hat(&y) - group.hat(&y) * group.hat(&x);
+        let off = (commutator - group.hat(&group.algebra().bracket(&x, &y))).norm();
+        let bound = units::<T>(32 * N * N * D) * phi * phi * basis.norm_squared() * x.norm() * y.norm();
+        assert!(off <= bound, "{entry}: commutator off by {off:e} > {bound:e}");
+        // vee is the least-squares one: of x̂ + M with M normal to all ê_a it sees x̂ alone.
+        let mut normal = Matrix::<T, D>::from_fn(|_, _| uniform(&mut rng));
+        for _pass in 0..3 {
+            normal -= standard.hat(&standard.vee(&normal));
+        }
+        let seen = (group.vee(&(normal + group.hat(&x))) - x).norm();
+        let size = normal.norm() * elimination::inverse(&basis).unwrap().norm() + x.norm();
+        assert!(seen <= units::<T>(32 * N * D) * phi * size, "{entry}: projection off by {seen:e}");
+        // Lifting to dual numbers changes nothing and carries the derivative.
+        let dual = group.vee(&group.hat(&x.zip_map(&y, |re, eps| Dual { re, eps })));
+        let off = (dual.map(|v| v.eps) - y).norm();
+        assert!(off <= units::<T>(8 * N * D) * phi * y.norm(), "{entry}: derivative off by {off:e}");
+    }
+}
+
+#[test]
+fn hat_and_vee_are_inverse_and_the_bracket_is_the_commutator() {
+    for_catalogue!(hat_and_vee, f64);
+    for_catalogue!(hat_and_vee, Dd);
+}
+
+fn adjoint_laws<const N: usize, const D: usize, T: Real>(entry: &Entry) {
+    let mut rng = ChaCha8Rng::seed_from_u64(2);
+    let (standard, groups) = in_bases::<N, D, T>(entry, &mut rng);
+    for (group, basis, phi) in groups {
+        let [g, h] = [0; 2].map(|_| random_element(&standard, &mut rng));
+        let [x, y] = [0; 2].map(|_| random_vector::<N, T>(&mut rng));
+        let kappa = |g: &Matrix<T, D>| g.norm() * group.inverse(g).unwrap().norm();
+        // g ê g⁻¹ in floating point: u κ(g) for the product, another κ(g) for the inverse, φ for hat and vee.
+        let error = |g: &Matrix<T, D>| units::<T>(8 * N * D) * phi * kappa(g) * kappa(g);
+        for g in [&g, &h] {
+            let off = group.distance(&group.compose(g, &group.inverse(g).unwrap()), &group.identity());
+            assert!(off <= units::<T>(8 * D) * kappa(g), "{entry}: g g⁻¹ off by {off:e}");
+        }
+        let product = group.compose(&g, &h);
+        let (ad_g, ad_h) = (group.adjoint(&g).unwrap(), group.adjoint(&h).unwrap());
+        let off = (group.adjoint(&product).unwrap() - ad_g * ad_h).norm();
+        let bound = error(&g) * ad_h.norm() + ad_g.norm() * error(&h) + error(&product);
+        assert!(off <= bound, "{entry}: Ad_gh off by {off:e} > {bound:e}");
+
+        let algebra = group.algebra();
+        let off = (ad_g * algebra.bracket(&x, &y) - algebra.bracket::<T>(&(ad_g * x), &(ad_g * y))).norm();
+        let constants = (0..N).fold(T::zero(), |m, a| {
+            m + algebra.ad::<T>(&Vector::from_fn(|b, _| if a == b { T::one() } else { T::zero() })).norm()
+        });
+        // The constants have the relative error φ u in the new basis.
+        let growth = ad_g.norm() + T::one();
+        let size = constants * x.norm() * y.norm() * growth * growth;
+        let bound = T::int(4) * (error(&g) + units::<T>(8 * N * N) * phi * phi) * size;
+        assert!(off <= bound, "{entry}: Ad_g [x, y] off by {off:e} > {bound:e}");
+
+        let mu = Covector::<T, N>::from_fn(|_, _| uniform(&mut rng));
+        assert_eq!(group.coadjoint(&g, &mu).unwrap(), mu * ad_g, "{entry}");
+
+        // d/dt Ad_{exp tx} y = [x, y] at t = 0, where exp t x̂ = 1 + t x̂ on dual numbers.
+        let curve = group.hat(&x).zip_map(&Matrix::identity(), |eps, re| Dual { re, eps });
+        let slope = (group.adjoint(&curve).unwrap() * y.map(Dual::constant)).map(|v| v.eps);
+        let off = (slope - algebra.bracket::<T>(&x, &y)).norm();
+        let bound = units::<T>(32 * N * N * D) * phi * phi * (constants + basis.norm()) * x.norm() * y.norm();
+        assert!(off <= bound, "{entry}: derivative of Ad off by {off:e} > {bound:e}");
+
+        // d/dt (g exp tx)⁻¹ = −x̂ g⁻¹.
+        let curve = g.map(Dual::constant) * curve;
+        let inverse = group.inverse(&g).unwrap();
+        let slope = group.inverse(&curve).unwrap().map(|v| v.eps) + group.hat(&x) * inverse;
+        let bound = units::<T>(32 * D) * kappa(&g) * kappa(&g) * group.hat(&x).norm() * inverse.norm();
+        assert!(slope.norm() <= bound, "{entry}: derivative of the inverse off by {:e} > {bound:e}", slope.norm());
+    }
+}
+
+#[test]
+fn adjoint_is_a_representation_by_automorphisms() {
+    for_catalogue!(adjoint_laws, f64);
+    for_catalogue!(adjoint_laws, Dd);
+}
+
+fn padding_is_inert<const N: usize, const D: usize, T: Real>(entry: &Entry) {
+    let mut rng = ChaCha8Rng::seed_from_u64(3);
+    let group = MatrixGroup::<T, N, D>::from_entry(entry).unwrap();
+    let g = random_element(&group, &mut rng);
+    let inverse = group.inverse(&g).unwrap();
+    for r in 0..D {
+        for c in (0..D).filter(|c| r.max(*c) >= entry.matrix_size()) {
+            let expected = if r == c { T::one() } else { T::zero() };
+            assert!(g[(r, c)] == expected && inverse[(r, c)] == expected, "{entry}: entry ({r}, {c})");
+        }
+    }
+}
+
+#[test]
+fn padding_stays_the_identity() {
+    for_catalogue!(padding_is_inert, f64);
+    for_catalogue!(padding_is_inert, Dd);
+}
+
+#[test]
+fn groups_that_do_not_fit_are_refused() {
+    let wrong = MatrixGroup::<f64, 3, 6>::from_entry(&Entry::Se3).unwrap_err();
+    assert_eq!(wrong.to_string(), "the algebra se3 has dimension 6, expected 3");
+    let small = MatrixGroup::<f64, 6, 3>::from_entry(&Entry::Se3).unwrap_err();
+    assert_eq!(small.to_string(), "the algebra se3 is represented by 4×4 matrices, which do not fit in 3×3");
+    assert!(MatrixGroup::<f64, 6, 4>::from_entry(&Entry::Se3).is_ok());
+}
+
+#[test]
+fn matrices_that_span_no_algebra_are_refused() {
+    let [h, e, f] = [0, 1, 2].map(|a| {
+        let m = Entry::Sl2.basis_matrix::<f64>(a);
+        Matrix::<f64, 2>::from_fn(|r, c| m[(r, c)])
+    });
+    assert!(MatrixGroup::new([h, e, f]).is_ok());
+    // [E, F] = H is wholly outside the span of E and F.
+    let error = MatrixGroup::new([e, f]).unwrap_err();
+    assert!(matches!(error, AlgebraError::NotClosed { a: 0, b: 1, defect: 1.0, bound } if bound < 1e-12), "{error}");
+    // Almost closed: off by −4e-9 F.
+    let error = MatrixGroup::new([h + e * 0.5, e + f * 1e-9]).unwrap_err();
+    assert!(matches!(error, AlgebraError::NotClosed { defect, .. } if defect > 3e-9 && defect < 5e-9), "{error}");
+    for third in [e + f * 2.0, Matrix::<f64, 2>::zeros(), e * 1e-30, e + f * (1.0 + 1e-16)] {
+        let error = MatrixGroup::new([e, f, third]).unwrap_err();
+        assert!(matches!(error, AlgebraError::Dependent { index: 2, remainder } if remainder < 1e-14), "{error}");
+    }
+    for bad in [f64::NAN, f64::INFINITY, 1e300] {
+        let mut m = f;
+        m[(0, 0)] = bad;
+        assert!(matches!(MatrixGroup::new([h, e, m]), Err(AlgebraError::NotFinite { .. })));
+    }
+}
+
+fn conjugated_and_skewed<T: Real>() {
+    let mut rng = ChaCha8Rng::seed_from_u64(4);
+    let standard = MatrixGroup::<T, 6, 4>::from_entry(&Entry::Se3).unwrap();
+    for condition in [1.0, 1e3, 1e6] {
+        // The matrices of se(3) in another frame and another basis, rounded: accepted, with the right constants.
+        let frame = random_basis::<4, T>(&mut rng, 3.0);
+        let back = elimination::inverse(&frame).unwrap();
+        let basis = random_basis::<6, T>(&mut rng, condition);
+        let kappa = basis.norm() * elimination::inverse(&basis).unwrap().norm();
+        let e: [Matrix<T, 4>; 6] = std::array::from_fn(|a| frame * standard.hat(&basis.column(a).into_owned()) * back);
+        let group = MatrixGroup::new(e).unwrap();
+        let expected = standard.algebra().in_basis(&basis).unwrap();
+        for a in 0..6 {
+            let unit = Vector::<T, 6>::from_fn(|b, _| if a == b { T::one() } else { T::zero() });
+            let off = (group.algebra().ad(&unit) - expected.ad(&unit)).norm();
+            // Frame: |S||S⁻¹| twice in a product of two; the basis κ in vee and κ in what it acts on.
+            let frames = frame.norm_squared() * back.norm_squared();
+            let bound = units::<T>(64 * 24) * frames * kappa * kappa * (T::one() + expected.ad(&unit).norm());
+            assert!(off <= bound, "condition {condition:e}: constants off by {off:e} > {bound:e}");
+        }
+    }
+}
+
+#[test]
+fn constants_come_from_any_matrices() {
+    conjugated_and_skewed::<f64>();
+    conjugated_and_skewed::<Dd>();
+}
+
+/// The rotation by `angle` about the unit vector `axis`, by Rodrigues' formula.
+fn rotation<S: Scalar>(axis: &Vector<S, 3>, angle: S) -> Matrix<S, 3> {
+    let x = so3::hat(axis);
+    let half = (angle * S::half()).sin();
+    Matrix::<S, 3>::identity() + x * angle.sin() + x * x * (half * half * S::int(2))
+}
+
+fn so3_is_the_matrix_group<T: Real>() {
+    let mut rng = ChaCha8Rng::seed_from_u64(5);
+    let (closed, general) = (So3::<T>::new(), MatrixGroup::<T, 3, 3>::from_entry(&Entry::So3).unwrap());
+    assert_eq!(closed.algebra(), general.algebra());
+    for _case in 0..50 {
+        let [x, y] = [0; 2].map(|_| random_vector::<3, T>(&mut rng));
+        assert_eq!(closed.hat(&x), general.hat(&x));
+        assert!((closed.hat(&x) * y - x.cross(&y)).norm() <= units::<T>(4) * x.norm() * y.norm());
+        assert!((closed.algebra().bracket(&x, &y) - x.cross(&y)).norm() <= units::<T>(4) * x.norm() * y.norm());
+        let m = Matrix::<T, 3>::from_fn(|_, _| uniform(&mut rng));
+        assert!((closed.vee(&m) - general.vee(&m)).norm() <= units::<T>(2) * m.norm());
+        let g = rotation(&x.normalize(), y[0] * T::int(3));
+        let bound = units::<T>(64);
+        assert!(closed.distance(&closed.inverse(&g).unwrap(), &general.inverse(&g).unwrap()) <= bound);
+        assert!((closed.adjoint(&g).unwrap() - general.adjoint(&g).unwrap()).amax() <= bound);
+        let curve = g.map(Dual::constant) * closed.hat(&x).zip_map(&Matrix::identity(), |eps, re| Dual { re, eps });
+        let slopes = (closed.adjoint(&curve).unwrap() - general.adjoint(&curve).unwrap()).map(|v| v.eps);
+        assert!(slopes.amax() <= bound * T::int(4), "{slopes}");
+    }
+}
+
+#[test]
+fn so3_agrees_with_its_matrix_group() {
+    so3_is_the_matrix_group::<f64>();
+    so3_is_the_matrix_group::<Dd>();
+}
+
+fn angles<T: Real>() {
+    let mut rng = ChaCha8Rng::seed_from_u64(6);
+    for case in 0..400 {
+        let x = random_vector::<3, T>(&mut rng).normalize();
+        // Log-uniform from 0, and from π.
+        let small = T::exact(10.0_f64.powf(rng.random_range(-18.0..0.4)));
+        let expected = if case % 2 == 0 { small } else { T::pi() - small };
+        let g = rotation(&random_vector::<3, T>(&mut rng).normalize(), uniform(&mut rng));
+        let off = (so3::angle(&g, &(g * rotation(&x, expected))) - expected).abs();
+        assert!(off <= units::<T>(64), "angle {expected:e} off by {off:e}");
+    }
+}
+
+#[test]
+fn angle_is_accurate_from_zero_to_pi() {
+    angles::<f64>();
+    angles::<Dd>();
+    assert!(so3::angle(&Matrix::<f64, 3>::identity(), &Matrix::from_element(f64::NAN)).is_nan());
+}
+
+fn polar<T: Real>() {
+    let mut rng = ChaCha8Rng::seed_from_u64(7);
+    for size in [0.0, 1e-15, 1e-8, 1e-3, 0.05] {
+        let (x, y) = (random_vector::<3, T>(&mut rng).normalize(), random_vector::<3, T>(&mut rng));
+        // R(t) S with S symmetric and positive: the polar factor is R(t).
+        let turn = rotation(&x.map(Dual::constant), Dual::variable(y[0] * T::int(3)));
+        let half = Matrix::<T, 3>::from_fn(|_, _| uniform::<T>(&mut rng) * T::exact(size));
+        let stretch = Matrix::<T, 3>::identity() + half + half.transpose();
+        let found = so3::orthonormalise(&(turn * stretch.map(Dual::constant))).unwrap();
+        let (value, slope) = ((found - turn).map(|v| v.re).amax(), (found - turn).map(|v| v.eps).amax());
+        assert!(value <= units::<T>(32), "stretched by {size:e}: off by {value:e}");
+        assert!(slope <= units::<T>(64), "stretched by {size:e}: derivative off by {slope:e}");
+    }
+}
+
+#[test]
+fn orthonormalise_is_the_polar_factor() {
+    polar::<f64>();
+    polar::<Dd>();
+    let identity = Matrix::<f64, 3>::identity();
+    let mut mirror = identity;
+    mirror[(2, 2)] = -1.0;
+    for bad in [mirror, -identity, identity * 2.0, identity * 0.5, Matrix::zeros(), Matrix::from_element(f64::NAN)] {
+        assert_eq!(so3::orthonormalise(&bad), None);
+    }
+}
+
+#[test]
+fn distance_never_hides_a_nan() {
+    let group = So3::<f64>::new();
+    let g = group.identity::<f64>();
+    let mut h = g;
+    assert_eq!(group.distance(&g, &h), 0.0);
+    h[(1, 0)] = -0.25;
+    assert_eq!(group.distance(&g, &h), 0.25);
+    h[(0, 0)] = f64::NAN;
+    assert_eq!(group.distance(&g, &h), f64::INFINITY);
+    assert_eq!(group.inverse(&h).map(|m| m[(0, 0)].is_nan()), Some(true));
+    let general = MatrixGroup::<f64, 3, 3>::from_entry(&Entry::So3).unwrap();
+    assert_eq!(general.inverse(&h), None);
+    assert_eq!(general.inverse(&Matrix::<f64, 3>::zeros()), None);
+    assert_eq!(general.adjoint(&Matrix::<f64, 3>::zeros()), None);
+}

@@ -5,6 +5,12 @@
 use crate::algebra::{Covector, LieAlgebra, Matrix, Vector};
 use crate::scalar::{Real, Scalar};
 
+mod matrix;
+pub mod so3;
+
+pub use matrix::MatrixGroup;
+pub use so3::So3;
+
 /// A Lie group of dimension N, represented faithfully by D×D matrices.
 ///
 /// Required are the algebra and the two linear maps between coordinates and matrices; everything else has a default
@@ -47,5 +53,18 @@ pub trait LieGroup<T: Real, const N: usize, const D: usize> {
     /// Ad*_g μ = μ Ad_g.
     fn coadjoint<S: Scalar<Base = T>>(&self, g: &Matrix<S, D>, mu: &Covector<S, N>) -> Option<Covector<S, N>> {
         Some(mu * self.adjoint(g)?)
+    }
+
+    /// The largest entry of |g − h|, derivative parts ignored; infinite when an entry is not finite.
+    fn distance<S: Scalar<Base = T>>(&self, g: &Matrix<S, D>, h: &Matrix<S, D>) -> T {
+        let mut size = T::zero();
+        for (x, y) in g.iter().zip(h.iter()) {
+            let entry = (x.base() - y.base()).abs();
+            if !entry.all_finite() {
+                return T::exact(f64::INFINITY);
+            }
+            size = size.max(entry);
+        }
+        size
     }
 }
