@@ -1,34 +1,751 @@
 //! Properties of `euler_poincare::retraction`.
+//!
+//! Every bound is a multiple of the unit round-off u times the sizes of the factors whose rounding enters (below called
+//! the scale), so the same bound holds for every scalar; the multiple allowed is 4 N.
 
-use euler_poincare::algebra::{Covector, Vector};
-use euler_poincare::retraction::{CayleySo3, ExponentialSo3, Retraction, TangentPoint};
+use euler_poincare::algebra::{LieAlgebra, Matrix, Vector};
+use euler_poincare::group::LieGroup;
+use euler_poincare::retraction::coefficients::Coefficients;
+use euler_poincare::retraction::{
+    AnyRetraction, Cayley, CayleySo3, Exponential, ExponentialSo3, Retraction, RetractionError, TangentPoint,
+};
 use euler_poincare::scalar::dual::derivative;
+use euler_poincare::scalar::{Dd, Dual, Real, Scalar};
 
-#[test]
-fn smoke() {
-    println!("cay");
-    smoke_of(&CayleySo3::<f64>::new(), 1.0);
-    for scale in [0.0, 1e-9, 0.1, 1.0, 2.0, 3.0, 20.0] {
-        println!("exp {scale}");
-        smoke_of(&ExponentialSo3::<f64>::new(), scale);
+/// A matrix group given by the basis matrices of its algebra; nothing is shared with the crate's own groups.
+#[derive(Clone, Debug)]
+struct Basis<T: Real, const N: usize, const D: usize> {
+    algebra: LieAlgebra<T, N>,
+    basis: [Matrix<T, D>; N],
+    gram_inverse: Matrix<T, N>,
+}
+
+impl<T: Real, const N: usize, const D: usize> Basis<T, N, D> {
+    /// From entries (a, row, column, value) of the basis matrices.
+    fn new(entries: &[(usize, usize, usize, f64)]) -> Self {
+        let mut basis = [Matrix::<T, D>::zeros(); N];
+        for &(a, i, j, value) in entries {
+            basis[a][(i, j)] += T::exact(value);
+        }
+        Self::of(basis)
+    }
+
+    fn of(basis: [Matrix<T, D>; N]) -> Self {
+        let gram = Matrix::<T, N>::from_fn(|a, b| basis[a].dot(&basis[b]));
+        let gram_inverse = gram.try_inverse().expect("the basis is independent");
+        let coordinates = |m: &Matrix<T, D>| gram_inverse * Vector::<T, N>::from_fn(|a, _| basis[a].dot(m));
+        let algebra = LieAlgebra::new(|a, b, c| coordinates(&(basis[a] * basis[b] - basis[b] * basis[a]))[c]).unwrap();
+        Self { algebra, basis, gram_inverse }
+    }
+
+    /// The same algebra in a random, moderately conditioned basis: nothing stays sparse or symmetric.
+    fn changed(&self) -> Self {
+        let mut random = Random(5);
+        Self::of(std::array::from_fn(|a| {
+            let mut sum = self.basis[a];
+            for b in 0..N {
+                sum += self.basis[b] * T::exact(random.signed() * 0.3);
+            }
+            sum
+        }))
     }
 }
 
-fn smoke_of(r: &impl Retraction<f64, 3, 3>, scale: f64) {
-    let x = Vector::<f64, 3>::new(0.3, -1.2, 0.7) * scale;
-    let y = Vector::<f64, 3>::new(1.3, 0.2, -0.4);
-    let z = Vector::<f64, 3>::new(-0.5, 0.9, 0.8);
-    let p = r.at(&x).unwrap();
-    let dtau = derivative(|x| r.tau(x), &x, &y).unwrap();
-    let g = r.tau(&x).unwrap();
-    let w = p.d() * y;
-    println!("{}", (dtau - g * w.cross_matrix()).amax());
-    println!("{}", (p.d() * p.d_inv() - nalgebra::Matrix3::identity()).amax());
-    let dd = derivative(|x| r.at(x).map(|p| p.d() * y.map(euler_poincare::scalar::Dual::constant)), &x, &z).unwrap();
-    println!("{}", (dd - p.d() * p.dd(&y) * z).amax());
-    let m = Covector::<f64, 3>::new(0.1, 0.5, 2.0);
-    let c = m * p.d();
-    println!("{}", (p.pull_dd(&c, &m, &y) - c * p.dd(&y)).amax());
-    println!("{}", (p.ad() - p.d_neg() * p.d_inv()).amax());
-    println!("{}", (r.tau_inv(&g).unwrap() - x).amax());
+impl<T: Real, const N: usize, const D: usize> LieGroup<T, N, D> for Basis<T, N, D> {
+    fn algebra(&self) -> &LieAlgebra<T, N> {
+        &self.algebra
+    }
+    fn hat<S: Scalar<Base = T>>(&self, xi: &Vector<S, N>) -> Matrix<S, D> {
+        let mut sum = Matrix::<S, D>::zeros();
+        for a in 0..N {
+            sum += self.basis[a].map(S::lift) * xi[a];
+        }
+        sum
+    }
+    fn vee<S: Scalar<Base = T>>(&self, matrix: &Matrix<S, D>) -> Vector<S, N> {
+        self.gram_inverse.map(S::lift) * Vector::<S, N>::from_fn(|a, _| self.basis[a].map(S::lift).dot(matrix))
+    }
+    fn inverse<S: Scalar<Base = T>>(&self, g: &Matrix<S, D>) -> Option<Matrix<S, D>> {
+        g.try_inverse()
+    }
+}
+
+fn rotation_entries(a: usize, i: usize, j: usize) -> [(usize, usize, usize, f64); 2] {
+    [(a, j, i, 1.0), (a, i, j, -1.0)]
+}
+
+fn so3<T: Real>() -> Basis<T, 3, 3> {
+    Basis::new(&[rotation_entries(0, 1, 2), rotation_entries(1, 2, 0), rotation_entries(2, 0, 1)].concat())
+}
+
+fn se3<T: Real>() -> Basis<T, 6, 4> {
+    let mut entries = [rotation_entries(0, 1, 2), rotation_entries(1, 2, 0), rotation_entries(2, 0, 1)].concat();
+    entries.extend([(3, 0, 3, 1.0), (4, 1, 3, 1.0), (5, 2, 3, 1.0)]);
+    Basis::new(&entries)
+}
+
+fn so4<T: Real>() -> Basis<T, 6, 4> {
+    let pairs = [(0, 1), (0, 2), (0, 3), (1, 2), (1, 3), (2, 3)];
+    Basis::new(&pairs.iter().enumerate().flat_map(|(a, &(i, j))| rotation_entries(a, i, j)).collect::<Vec<_>>())
+}
+
+fn sl2<T: Real>() -> Basis<T, 3, 2> {
+    Basis::new(&[(0, 0, 0, 1.0), (0, 1, 1, -1.0), (1, 0, 1, 1.0), (2, 1, 0, 1.0)])
+}
+
+fn aff1<T: Real>() -> Basis<T, 2, 2> {
+    Basis::new(&[(0, 0, 0, 1.0), (1, 0, 1, 1.0)])
+}
+
+fn heisenberg<T: Real>() -> Basis<T, 3, 3> {
+    Basis::new(&[(0, 0, 1, 1.0), (1, 1, 2, 1.0), (2, 0, 2, 1.0)])
+}
+
+fn sl3<T: Real>() -> Basis<T, 8, 3> {
+    let mut entries = vec![(0, 0, 0, 1.0), (0, 1, 1, -1.0), (1, 1, 1, 1.0), (1, 2, 2, -1.0)];
+    for (a, (i, j)) in [(0, 1), (0, 2), (1, 0), (1, 2), (2, 0), (2, 1)].into_iter().enumerate() {
+        entries.push((a + 2, i, j, 1.0));
+    }
+    Basis::new(&entries)
+}
+
+/// Deterministic pseudo-random numbers (SplitMix64).
+struct Random(u64);
+
+impl Random {
+    /// Uniform in [−1, 1), a multiple of 2⁻²⁰, so exact in every scalar.
+    fn signed(&mut self) -> f64 {
+        self.0 = self.0.wrapping_add(0x9e3779b97f4a7c15);
+        let mut z = self.0;
+        z = (z ^ (z >> 30)).wrapping_mul(0xbf58476d1ce4e5b9);
+        z = (z ^ (z >> 27)).wrapping_mul(0x94d049bb133111eb);
+        ((z ^ (z >> 31)) >> 43) as f64 / 1048576.0 - 1.0
+    }
+    fn vector<const N: usize>(&mut self) -> Vector<f64, N> {
+        Vector::<f64, N>::from_fn(|_, _| self.signed())
+    }
+    /// A vector with its largest component log-uniform between the magnitudes.
+    fn magnitude<const N: usize>(&mut self, low: f64, high: f64) -> Vector<f64, N> {
+        let v = self.vector::<N>();
+        let size = low * (high / low).powf(0.5 * (self.signed() + 1.0));
+        v * (size / v.amax().max(1e-3))
+    }
+}
+
+fn exact<T: Scalar, const N: usize>(v: &Vector<f64, N>) -> Vector<T, N> {
+    v.map(T::exact)
+}
+
+fn constant<T: Scalar, const R: usize, const C: usize>(
+    m: &nalgebra::SMatrix<T, R, C>,
+) -> nalgebra::SMatrix<Dual<T>, R, C> {
+    m.map(Dual::constant)
+}
+
+fn size<T: Scalar, const R: usize, const C: usize>(m: &nalgebra::SMatrix<T, R, C>) -> f64 {
+    m.iter().fold(0.0, |s: f64, v| if v.to_f64().is_nan() { f64::NAN } else { s.max(v.to_f64().abs()) })
+}
+
+/// The largest defect/(u × scale) seen, by identity, each with the size of x where it was seen and how often it was tried.
+#[derive(Default, Debug)]
+struct Worst(std::collections::BTreeMap<&'static str, (f64, f64, usize)>);
+
+impl Worst {
+    fn note(&mut self, name: &'static str, defect: f64, scale: f64, at: f64) {
+        let ratio = defect / scale;
+        let entry = self.0.entry(name).or_insert((0.0, 0.0, 0));
+        entry.2 += 1;
+        if !(ratio <= entry.0) {
+            (entry.0, entry.1) = (ratio, at);
+        }
+    }
+
+    /// Every identity holds within `bound`, and was tried at least `least` times.
+    fn judge(&self, subject: &str, bound: f64, least: usize) {
+        for (name, (ratio, at, count)) in &self.0 {
+            assert!(*ratio <= bound, "{subject}: {name}: {ratio:.2} > {bound} (in units of u × scale) at |x| = {at:e}");
+            assert!(*count >= least, "{subject}: {name} was tried {count} times only, expected {least}");
+        }
+        assert!(self.0.len() >= 10, "{subject}: identities are missing");
+    }
+}
+
+/// Whether x is refused because it is outside the domain; any other error fails the test.
+fn outside<P>(result: Result<P, RetractionError>) -> Option<P> {
+    match result {
+        Ok(point) => Some(point),
+        Err(RetractionError::SingularTangent { .. } | RetractionError::OutsideDomain { .. }) => None,
+        Err(error) => panic!("{error}"),
+    }
+}
+
+/// Every identity of a retraction, at x with largest component log-uniform in 1e-12 … `domain`.
+fn identities<T: Real, const N: usize, const D: usize, R: Retraction<T, N, D>>(
+    subject: &str,
+    retraction: &R,
+    group: &Basis<T, N, D>,
+    domain: f64,
+) {
+    let mut random = Random(7);
+    let mut worst = Worst::default();
+    const CASES: usize = 200;
+    for _ in 0..CASES {
+        let x = exact::<T, N>(&random.magnitude::<N>(1e-12, domain));
+        let [y, z] = std::array::from_fn(|_| exact::<T, N>(&random.vector()));
+        let m = exact::<T, N>(&random.vector()).transpose();
+        if let Some(point) = outside(retraction.at(&x)) {
+            algebra_identities(&mut worst, retraction, &point, [x, y, z], &m.transpose());
+            group_identities(&mut worst, retraction, group, &point, [x, y]);
+        }
+    }
+    // τ⁻¹ is tried where τ is injective at least: |x| < π leaves most of the log-uniform sizes.
+    worst.judge(&format!("{subject}, {}", T::NAME), 4.0 * N as f64, CASES * 7 / 10);
+}
+
+/// What dτ and ddτ satisfy among themselves.
+fn algebra_identities<T: Real, const N: usize, const D: usize, R: Retraction<T, N, D>>(
+    worst: &mut Worst,
+    retraction: &R,
+    point: &R::Point<T>,
+    [x, y, z]: [Vector<T, N>; 3],
+    m: &Vector<T, N>,
+) {
+    let (d, d_inv, d_neg, at) = (*point.d(), *point.d_inv(), point.d_neg(), size(&x));
+    let one = Matrix::<T, N>::identity();
+    let grown = T::unit_roundoff().to_f64() * (1.0 + size(&retraction.algebra().ad(&x)));
+    let scale = |factors: &[f64]| factors.iter().fold(grown, |p, f| p * (1.0 + f));
+    let mut note = |name, defect: f64, factors: &[f64]| worst.note(name, defect, scale(factors), at);
+    let sizes = [size(&d), size(&d_inv)];
+    note("dτ dτ⁻¹ = 1", size(&(d * d_inv - one)), &sizes);
+    note("dτ⁻¹ dτ = 1", size(&(d_inv * d - one)), &sizes);
+    note("Ad = dτ(−x) dτ⁻¹", size(&(d_neg * d_inv - point.ad())), &[size(&d_neg), size(&d_inv)]);
+    let other = retraction.at(&-x).unwrap();
+    note("d_neg = d at −x", size(&(d_neg - other.d())), &[size(&d_neg), size(other.d_inv())]);
+    note("Ad Ad⁻¹ = 1", size(&(point.ad() * point.ad_inv() - one)), &[size(&point.ad()), size(&point.ad_inv())]);
+
+    let w = point.dd(&y);
+    let moved = derivative(|x| retraction.at(x).map(|p| p.d() * constant(&y)), &x, &z).unwrap();
+    note("dτ ddτ = ∂ dτ", size(&(moved - d * w * z)), &[size(&d), size(&d), size(&d_inv)]);
+    // A second derivation of the same: dτ (ddτ(y, z) − ddτ(z, y)) = [dτ y, dτ z].
+    let skew = d * (w * z - point.dd(&z) * y) - retraction.algebra().bracket(&(d * y), &(d * z));
+    note("the curvature of dτ vanishes", size(&skew), &[size(&d), size(&d), size(&w)]);
+    let m = m.transpose();
+    let p = m * d;
+    note("pull_dd = p ddτ", size(&(point.pull_dd(&p, &m, &y) - p * w)), &[size(&d), size(&w), size(&d_inv)]);
+}
+
+/// What ties τ, τ⁻¹ and dτ together.
+fn group_identities<T: Real, const N: usize, const D: usize, R: Retraction<T, N, D>>(
+    worst: &mut Worst,
+    retraction: &R,
+    group: &Basis<T, N, D>,
+    point: &R::Point<T>,
+    [x, y]: [Vector<T, N>; 2],
+) {
+    let (d, d_inv, at) = (*point.d(), *point.d_inv(), size(&x));
+    let (g, back) = (retraction.tau(&x).unwrap(), retraction.tau(&-x).unwrap());
+    let grown = T::unit_roundoff().to_f64() * (1.0 + size(&retraction.algebra().ad(&x)));
+    let scale = |factors: &[f64]| factors.iter().fold(grown, |p, f| p * (1.0 + f));
+    let mut note = |name, defect: f64, factors: &[f64]| worst.note(name, defect, scale(factors), at);
+    let tangent = derivative(|x| retraction.tau(x), &x, &y).unwrap();
+    note("Tτ = τ dτ", size(&(tangent - g * group.hat(&(d * y)))), &[size(&g), size(&back), size(&d)]);
+    note("τ(−x) τ(x) = 1", size(&(back * g - Matrix::<T, D>::identity())), &[size(&g), size(&back)]);
+    let mut conjugation = Matrix::<T, N>::zeros();
+    for a in 0..N {
+        conjugation.set_column(a, &group.vee(&(g * group.basis[a] * back)));
+    }
+    let sizes = [size(&g), size(&back), size(&point.d_neg()), size(&d_inv), size(&d)];
+    note("Ad = conjugation by τ", size(&(conjugation - point.ad())), &sizes);
+
+    // What singles exp and cay out among retractions.
+    let hat = group.hat(&x);
+    if retraction.name() == "exp" {
+        let twice = retraction.tau(&(x * T::int(2))).unwrap();
+        note("τ(2x) = τ(x)²", size(&(twice - g * g)), &[size(&g), size(&g), size(&back), size(&back)]);
+        note("dτ x = x", size(&(d * x - x)) / at, &[size(&d), size(&d_inv)]);
+    } else {
+        let defect =
+            g * (Matrix::<T, D>::identity() - hat * T::half()) - (Matrix::<T, D>::identity() + hat * T::half());
+        note("τ(x)(1 − x/2) = 1 + x/2", size(&defect), &[size(&g), size(&g), at]);
+    }
+
+    let Ok(found) = retraction.tau_inv(&g) else { return };
+    if size(&(found - x)) > 1e-6 * at {
+        // Another preimage, where τ is not injective: it must still be one.
+        let other = retraction.tau(&found).unwrap();
+        worst.note("τ τ⁻¹ = 1", size(&(other - g)), scale(&[size(&d_inv), size(&g), size(&back)]), at);
+        worst.0.get_mut("τ τ⁻¹ = 1").unwrap().2 += 1 << 20; // how often it happens is not the point
+        return;
+    }
+    note("τ⁻¹ τ = 1", size(&(found - x)), &[size(&d_inv), size(&g), size(&back)]);
+    let slope = derivative(|x| retraction.tau_inv(&retraction.tau(x)?), &x, &y).unwrap();
+    note("T(τ⁻¹ τ) = 1", size(&(slope - y)), &[size(&d_inv), size(&d_inv), size(&g), size(&back)]);
+}
+
+fn all_identities<T: Real>() {
+    identities("cay on SO(3)", &CayleySo3::<T>::new(), &so3(), 30.0);
+    identities("exp on SO(3)", &ExponentialSo3::<T>::new(), &so3(), 30.0);
+    fn both<T: Real, const N: usize, const D: usize>(name: &str, group: Basis<T, N, D>, exp: f64, cay: f64) {
+        let exponential = AnyRetraction::Exponential(Exponential::of_group(group.clone()));
+        identities(&format!("exp on {name}"), &exponential, &group, exp);
+        let cayley = AnyRetraction::Cayley(Cayley::new(group.clone()).unwrap());
+        identities(&format!("cay on {name}"), &cayley, &group, cay);
+    }
+    both("SO(3), general", so3::<T>(), 30.0, 30.0);
+    both("SE(3)", se3::<T>(), 30.0, 30.0);
+    both("SO(4)", so4::<T>(), 30.0, 30.0);
+    // e^{ad} reaches e²⁰ and e³⁰ here; for cay the poles at |eigenvalue| = 2 are crossed.
+    both("SL(2)", sl2::<T>(), 8.0, 30.0);
+    both("SE(3) in another basis", se3::<T>().changed(), 10.0, 10.0);
+    both("SL(2) in another basis", sl2::<T>().changed(), 4.0, 10.0);
+    both("Aff(1)", aff1::<T>(), 30.0, 30.0);
+    both("Heisenberg", heisenberg::<T>(), 30.0, 30.0);
+    identities("exp on SL(3)", &Exponential::of_group(sl3::<T>()), &sl3(), 3.0);
+}
+
+#[test]
+fn identities_in_f64() {
+    all_identities::<f64>();
+}
+
+#[test]
+fn identities_in_32_digits() {
+    all_identities::<Dd>();
+}
+
+/// The closed forms against the series for any algebra, entry by entry.
+fn closed_forms<T: Real>() {
+    let general = (Exponential::of_group(so3::<T>()), Cayley::new(so3::<T>()).unwrap());
+    let closed = (ExponentialSo3::<T>::new(), CayleySo3::<T>::new());
+    fn compare<T: Real>(one: &impl Retraction<T, 3, 3>, two: &impl Retraction<T, 3, 3>) {
+        let mut random = Random(11);
+        for _ in 0..500 {
+            let x = exact::<T, 3>(&random.magnitude(1e-12, 30.0));
+            let [y, m] = std::array::from_fn(|_| exact::<T, 3>(&random.vector()));
+            let (Some(p), Some(q)) = (outside(one.at(&x)), outside(two.at(&x))) else { continue };
+            let grown = 4.0 * T::unit_roundoff().to_f64() * (1.0 + size(&x)).powi(2) * (1.0 + size(p.d_inv()));
+            let covector = m.transpose() * p.d();
+            let pairs = [
+                (one.tau(&x).unwrap() - two.tau(&x).unwrap(), 1.0),
+                (p.d() - q.d(), 1.0),
+                (p.d_inv() - q.d_inv(), 1.0 + size(p.d_inv())),
+                (p.d_neg() - q.d_neg(), 1.0),
+                (p.ad() - q.ad(), 1.0),
+                (p.ad_inv() - q.ad_inv(), 1.0),
+                (p.dd(&y) - q.dd(&y), 1.0 + size(p.d_inv())),
+            ];
+            for (k, (difference, scale)) in pairs.iter().enumerate() {
+                let bound = 4.0 * grown * scale;
+                assert!(
+                    size(difference) <= bound,
+                    "{} pair {k}: {:e} > {bound:e} at {x}",
+                    one.name(),
+                    size(difference)
+                );
+            }
+            let e = size(&(p.pull_dd(&covector, &m.transpose(), &y) - q.pull_dd(&covector, &m.transpose(), &y)));
+            assert!(e <= 4.0 * grown, "{} pull_dd: {e:e} at {x}", one.name());
+        }
+    }
+    compare(&closed.0, &general.0);
+    compare(&closed.1, &general.1);
+}
+
+#[test]
+fn closed_forms_agree_with_the_series_in_f64() {
+    closed_forms::<f64>();
+}
+
+#[test]
+fn closed_forms_agree_with_the_series_in_32_digits() {
+    closed_forms::<Dd>();
+}
+
+/// t and sin θ/θ, A, A', B, B', G at t = θ², computed with 80 digits.
+const REFERENCE: [(f64, [&str; 6]); 8] = [
+    (
+        1.0 / 73786976294838206464.0,
+        [
+            "0.9999999999999999999977412454739885324292",
+            "0.4999999999999999999994353113684971331073",
+            "-0.04166666666666666666662902075789980887382",
+            "0.1666666666666666666665537289403660932881",
+            "-0.008333333333333333333327955346366639362921",
+            "0.08333333333333333333335215628771676222976",
+        ],
+    ),
+    (
+        0.00000095367431640625,
+        [
+            "0.9999998410542881780806760121546612396057",
+            "0.4999999602635714129266476171193582771396",
+            "-0.04166666401757141098670800519281955909533",
+            "0.1666666587193808770698789139360192385995",
+            "-0.008333332954891151802204788851295521448304",
+            "0.08333333465788102508456426775701752100275",
+        ],
+    ),
+    (
+        0.25,
+        [
+            "0.9588510772084060005465758704311427761636",
+            "0.4896697524385091355348736695846813920334",
+            "-0.04097685533722454104634293747644001580646",
+            "0.1645956911663759978136965182754288953456",
+            "-0.0082346421212377158124317704832105880066",
+            "0.08368263535405989495947888557189307427958",
+        ],
+    ),
+    (
+        8.9990234375,
+        [
+            "0.04709626925622127234991139892560343254455",
+            "0.2211317181173304486145846226720178812911",
+            "-0.02195611388963223960262398452156672305798",
+            "0.1058896820707139899200966606077245887221",
+            "-0.005363766900113239156440710134063137607828",
+            "0.09928975398265810165236888014968222706143",
+        ],
+    ),
+    (
+        9.0,
+        [
+            "0.04704000268662240736691493426937009328231",
+            "0.2211102774000494952523969771923623669326",
+            "-0.02195447511741536572988216778418636892128",
+            "0.105884444145930843625898340636736656302",
+            "-0.005363503057652390868072113595435977887404",
+            "0.09929197039400236964628096228864389626555",
+        ],
+    ),
+    (
+        9.125,
+        [
+            "0.03990296788496849984390358503794127143689",
+            "0.2183790457988616407677103127316072180689",
+            "-0.02174548623083587844885024879042592683293",
+            "0.1052161131084966027568324838314584908014",
+            "-0.005329824302828940685084226781521548182762",
+            "0.09957679845741515103138204488481926539343",
+        ],
+    ),
+    (
+        39.5,
+        [
+            "0.0002732320751822922348193062326423518074969",
+            "0.00000003732791097332641633618958187085860459843",
+            "0.000003457688852662602303628276626311520130224",
+            "0.02530953842847639766494128338651538349854",
+            "-0.0009611212399685850590937659996198010080637",
+            "-92.63011946029820808459638726367901177232",
+        ],
+    ),
+    (
+        900.0,
+        [
+            "-0.03293438746976205966625829690981527168289",
+            "0.0009397206112360177214237087259842108924894",
+            "-0.00001934101594013005283839206353432427414882",
+            "0.001147704874966402288518064774344239190759",
+            "-0.00000139077445203510508007249199836028148877",
+            "0.0205816661983083979405916742563680826759",
+        ],
+    ),
+];
+
+/// Coefficients against 40-digit values on both sides of the switch.
+fn coefficients<T: Real>() {
+    let coefficients = Coefficients::<T>::new();
+    for (t, reference) in REFERENCE {
+        let values = coefficients.at(T::exact(t));
+        let got = [values.sinc, values.a, values.a_slope, values.b, values.b_slope, values.g.unwrap()];
+        // Near θ = 2π (t = 39.5 is 2e-3 away) sin(θ/2) is known to θ u only: the condition is θ/|tan(θ/2)|.
+        let angle = t.sqrt();
+        let condition = if t < 9.0 { 1.0 } else { 1.0 + angle * (1.0 + 1.0 / (0.5 * angle).tan().abs()) };
+        for (k, (got, text)) in got.iter().zip(reference).enumerate() {
+            let want = T::parse_decimal(text).unwrap();
+            // sin θ/θ is accurate absolutely, the others relatively.
+            let scale = if k == 0 { T::one() } else { want };
+            let error = ((*got - want) / scale).abs().to_f64() / T::unit_roundoff().to_f64();
+            assert!(error <= 12.0 * condition, "{}: value {k} at t = {t}: {error:.1} u", T::NAME);
+        }
+    }
+    let arcs = [
+        (2f64.powi(-40), "0.9999999999996968350994091893568174974772"),
+        (0.0615234375, "0.980217462141426242199197733514739323396"),
+        (0.0625, "0.9799146525074566166883299248451032436566"),
+        (2.0, "0.6755108588560399630171925962606798639348"),
+        (1e6, "0.001569796327128229752564797882004830898087"),
+    ];
+    for (rho, text) in arcs {
+        let (got, want) = (coefficients.half_angle(T::one(), T::exact(rho)), T::parse_decimal(text).unwrap());
+        let error = ((got - want) / want).abs().to_f64() / T::unit_roundoff().to_f64();
+        assert!(error <= 6.0, "{}: arctangent at {rho}: {error:.1} u", T::NAME);
+    }
+}
+
+#[test]
+fn coefficients_in_f64() {
+    coefficients::<f64>();
+}
+
+#[test]
+fn coefficients_in_32_digits() {
+    coefficients::<Dd>();
+}
+
+/// The slopes A', B' of the coefficients against duals of A, B, on both sides of the switch and at 0.
+#[test]
+fn coefficients_differentiate() {
+    let coefficients = Coefficients::<f64>::new();
+    for t in [0.0, 1e-30, 1e-9, 0.01, 0.3, 2.0, 8.9999999, 9.0, 9.1, 20.0, 100.0, 900.0] {
+        let values = coefficients.at(Dual::variable(t));
+        for (slope, name, want) in [(values.a.eps, "A'", values.a_slope.re), (values.b.eps, "B'", values.b_slope.re)] {
+            let scale = 1.0 / (24.0 * (1.0 + t / 9.0));
+            assert!((slope - want).abs() <= 1e-15 * scale.max(want.abs()) * (1.0 + t.sqrt()), "{name} at {t}");
+        }
+        for (second, slope) in [(values.a_slope.eps, 1.0 / 360.0), (values.b_slope.eps, 1.0 / 2520.0)] {
+            assert!(second.is_finite() && second.abs() <= 1.01 * slope, "second slope {second} at {t}");
+        }
+        let g = values.g.unwrap();
+        assert!(g.all_finite(), "G at {t}");
+        assert!(coefficients.half_angle(Dual::constant(1.0), Dual::variable(t)).all_finite(), "arctangent at {t}");
+    }
+}
+
+/// f64 against 32 digits, log-uniformly in t from 1e-24 to 900: across the switch, and past θ = 2πk.
+#[test]
+fn coefficients_against_32_digits() {
+    let (coarse, fine) = (Coefficients::<f64>::new(), Coefficients::<Dd>::new());
+    let mut random = Random(13);
+    for _ in 0..20000 {
+        let t = random.magnitude::<1>(1e-24, 900.0)[0].abs();
+        let t = if random.signed() > 0.8 { 9.0 + random.signed() } else { t };
+        let (got, want) = (coarse.at(t), fine.at(Dd::exact(t)));
+        let angle = t.sqrt();
+        let unit = f64::EPSILON / 2.0 * (1.0 + angle);
+        let near = |name: &str, got: f64, want: Dd, bound: f64| {
+            let error = (Dd::exact(got) - want).to_f64().abs();
+            assert!(error <= bound, "{name} at t = {t:e}: {error:e} > {bound:e}");
+        };
+        // The sizes of the coefficients, which have zeros at large t.
+        let (a, b) = (0.5 / (1.0 + 0.25 * t), 1.0 / (6.0 + t));
+        near("sin θ/θ", got.sinc, want.sinc, 2.0 * unit);
+        near("A", got.a, want.a, 4.0 * unit * a);
+        near("B", got.b, want.b, 4.0 * unit * b);
+        near("A'", got.a_slope, want.a_slope, 8.0 * unit * a / (6.0 + t) * (1.0 + angle / 3.0));
+        near("B'", got.b_slope, want.b_slope, 12.0 * unit * b / (10.0 + t));
+        if let (Some(got), Some(want)) = (got.g, want.g) {
+            // G = (2 sin(θ/2)/θ − cos(θ/2))/(2θ sin(θ/2)), with sin(θ/2) off by u θ.
+            let sine = (0.5 * angle).sin().abs();
+            let bound = if t < 9.0 { 4.0 * unit / 12.0 } else { 2.0 * unit / (sine * angle) * (1.0 + 1.0 / sine) };
+            near("G", got, want, bound);
+        }
+    }
+}
+
+/// Every tangent in f64 against 32 digits, in units of u × (1 + |ad_x|) × the sizes of the factors.
+#[test]
+fn tangents_against_32_digits() {
+    fn check<const N: usize, const D: usize>(
+        subject: &str,
+        coarse: &impl Retraction<f64, N, D>,
+        fine: &impl Retraction<Dd, N, D>,
+        domain: f64,
+    ) {
+        let mut random = Random(17);
+        let mut tried = 0;
+        for _ in 0..200 {
+            let plain = random.magnitude::<N>(1e-12, domain);
+            let [y, m] = std::array::from_fn(|_| random.vector::<N>());
+            let (Some(got), Some(want)) = (outside(coarse.at(&plain)), outside(fine.at(&exact(&plain)))) else {
+                continue;
+            };
+            tried += 1;
+            let (d, d_inv, d_neg) = (1.0 + size(got.d()), 1.0 + size(got.d_inv()), 1.0 + size(&got.d_neg()));
+            let (ad, ad_inv) = (1.0 + size(&got.ad()), 1.0 + size(&got.ad_inv()));
+            let grown = 1.0 + size(&coarse.algebra().ad(&plain));
+            let unit = 4.0 * N as f64 * f64::EPSILON / 2.0 * grown;
+            // exp: errors of dτ are relative to the larger of it and its inverse. cay: dτ⁻¹ is a sum of terms up to
+            // grown², so its inverse is off by u grown² |dτ|².
+            let cayley = coarse.name() == "cay";
+            let kappa = if cayley { d * (d_inv + d * grown) } else { d * d_inv };
+            let kappa_neg = if cayley { d_neg * (d_inv + d_neg * grown) } else { d * d_inv * ad };
+            let near = |name: &str, got: Matrix<f64, N>, want: Matrix<Dd, N>, scale: f64| {
+                let error = size(&(got.map(Dd::exact) - want));
+                let bound = unit * scale;
+                assert!(error <= bound, "{subject} {name}: {error:e} > {bound:e} at {plain}");
+            };
+            near("dτ", *got.d(), *want.d(), kappa);
+            near("dτ⁻¹", *got.d_inv(), *want.d_inv(), d_inv * d_inv);
+            near("dτ(−x)", got.d_neg(), want.d_neg(), kappa_neg);
+            near("Ad", got.ad(), want.ad(), ad * ad_inv + kappa_neg * d_inv);
+            near("Ad⁻¹", got.ad_inv(), want.ad_inv(), ad * ad_inv + kappa * (1.0 + grown) * grown);
+            near("ddτ", got.dd(&y), want.dd(&exact(&y)), kappa * d_inv * d_inv);
+            let row = m.transpose();
+            let pulled = got.pull_dd(&(row * got.d()), &row, &y).map(Dd::exact);
+            let row = exact::<Dd, N>(&m).transpose();
+            let error = size(&(pulled - row * want.d() * want.dd(&exact(&y))));
+            assert!(error <= unit * kappa * d * d_inv, "{subject} pull_dd: {error:e} at {plain}");
+        }
+        assert!(tried > 180, "{subject}: only {tried}");
+    }
+    check("cay so3", &CayleySo3::new(), &CayleySo3::new(), 30.0);
+    check("exp so3", &ExponentialSo3::new(), &ExponentialSo3::new(), 30.0);
+    check("exp se3", &Exponential::of_group(se3()), &Exponential::of_group(se3()), 30.0);
+    check("exp so4", &Exponential::of_group(so4()), &Exponential::of_group(so4()), 30.0);
+    check("exp sl2", &Exponential::of_group(sl2()), &Exponential::of_group(sl2()), 8.0);
+    check("cay se3", &Cayley::new(se3()).unwrap(), &Cayley::new(se3()).unwrap(), 30.0);
+    check("cay so4", &Cayley::new(so4()).unwrap(), &Cayley::new(so4()).unwrap(), 30.0);
+    check("cay sl2", &Cayley::new(sl2()).unwrap(), &Cayley::new(sl2()).unwrap(), 30.0);
+}
+
+/// Second derivatives through nested duals: τ⁻¹ ∘ τ = 1 has none.
+#[test]
+fn nested_duals() {
+    fn check<const N: usize, const D: usize>(retraction: &impl Retraction<f64, N, D>) {
+        let mut random = Random(3);
+        for magnitude in [0.0, 1e-9, 0.1, 1.0] {
+            let x = random.vector::<N>() * magnitude;
+            let [y, z] = std::array::from_fn(|_| random.vector::<N>());
+            let nested = Vector::<Dual<Dual<f64>>, N>::from_fn(|a, _| Dual {
+                re: Dual { re: x[a], eps: y[a] },
+                eps: Dual { re: z[a], eps: 0.0 },
+            });
+            let back = retraction.tau_inv(&retraction.tau(&nested).unwrap()).unwrap();
+            for a in 0..N {
+                assert!((back[a].re.re - x[a]).abs() < 1e-14);
+                assert!((back[a].re.eps - y[a]).abs() < 1e-13);
+                assert!((back[a].eps.re - z[a]).abs() < 1e-13);
+                assert!(back[a].eps.eps.abs() < 1e-12, "{}: {:e}", retraction.name(), back[a].eps.eps);
+            }
+        }
+    }
+    check(&CayleySo3::new());
+    check(&ExponentialSo3::new());
+    check(&Exponential::of_group(se3()));
+    check(&Exponential::of_group(sl3()));
+    check(&Cayley::new(se3()).unwrap());
+}
+
+/// Angles up to just below π, where the logarithm is ill conditioned in nothing but its direction.
+#[test]
+fn logarithm_near_half_turns() {
+    let axis = Vector::<f64, 3>::new(2.0, -1.0, 2.0) / 3.0;
+    for gap in [1.0, 1e-1, 1e-4, 1e-8, 1e-12] {
+        let x = axis * (std::f64::consts::PI - gap);
+        let closed = ExponentialSo3::<f64>::new();
+        let found = closed.tau_inv(&closed.tau(&x).unwrap()).unwrap();
+        assert!((found - x).amax() < 2e-15, "{gap}: {:e}", (found - x).amax());
+        let derived = derivative(|x| closed.tau_inv(&closed.tau(x)?), &x, &axis).unwrap();
+        assert!((derived - axis).amax() < 1e-14, "{gap}: {derived}");
+    }
+    for gap in [1.0, 1e-1, 1e-4] {
+        let x = axis * (std::f64::consts::PI - gap);
+        let general = Exponential::of_group(so3());
+        let found = general.tau_inv(&general.tau(&x).unwrap()).unwrap();
+        assert!((found - x).amax() < 1e-14, "general, {gap}: {:e}", (found - x).amax());
+    }
+}
+
+/// A translation of any size beside a small rotation costs no digits.
+#[test]
+fn badly_scaled_motions() {
+    let group = se3::<f64>();
+    let exponential = Exponential::of_group(group.clone());
+    for translation in [1e-9, 1.0, 1e3, 1e6, 1e9] {
+        let x = Vector::<f64, 6>::new(0.3, -0.2, 0.1, translation, -translation, 0.5 * translation);
+        let g = exponential.tau(&x).unwrap();
+        let omega = Vector::<f64, 3>::new(0.3, -0.2, 0.1);
+        let closed = ExponentialSo3::<f64>::new();
+        let rotation = g.fixed_view::<3, 3>(0, 0) - closed.tau(&omega).unwrap();
+        assert!(rotation.amax() < 1e-15, "{translation:e}: {:e}", rotation.amax());
+        // The translation of exp is dτ_{−ω} v.
+        let v = Vector::<f64, 3>::new(translation, -translation, 0.5 * translation);
+        let moved = closed.at(&omega).unwrap().d_neg() * v - g.fixed_view::<3, 1>(0, 3);
+        assert!(moved.amax() < 1e-15 * translation, "{translation:e}: {:e}", moved.amax());
+        let found = exponential.tau_inv(&g).unwrap() - x;
+        assert!(found.fixed_rows::<3>(0).amax() < 1e-15, "{translation:e}: {found}");
+        assert!(found.fixed_rows::<3>(3).amax() < 2e-15 * translation, "{translation:e}: {found}");
+        let point = exponential.at(&x).unwrap();
+        let block = point.d().fixed_view::<3, 3>(0, 0) - closed.at(&omega).unwrap().d();
+        assert!(block.amax() < 1e-15, "{translation:e}: {:e}", block.amax());
+        let cayley = Cayley::new(group.clone()).unwrap();
+        let found = cayley.tau_inv(&cayley.tau(&x).unwrap()).unwrap() - x;
+        assert!(found.fixed_rows::<3>(0).amax() < 1e-15, "{translation:e}: {found}");
+        assert!(found.fixed_rows::<3>(3).amax() < 2e-15 * translation, "{translation:e}: {found}");
+    }
+}
+
+/// Real eigenvalues may be large without dτ⁻¹ losing digits: aff(1) has it in closed form, z/(1 − e^{−z}).
+#[test]
+fn large_real_eigenvalues() {
+    let exponential = Exponential::<f64, 2, 2, Basis<f64, 2, 2>>::of_algebra(aff1().algebra);
+    for z in [1e-9, 0.5, 3.0, 30.0, 300.0, -0.5, -30.0, -300.0] {
+        let point = exponential.at(&Vector::<f64, 2>::new(z, 0.0)).unwrap();
+        let want = -z / (-z).exp_m1();
+        // Relative to the matrix, whose other eigenvalue is 1.
+        let bound = 1e-15 * want.abs().max(1.0) * (1.0 + z.abs());
+        assert!((point.d_inv()[(1, 1)] - want).abs() <= bound, "{z}: {want}");
+    }
+}
+
+#[test]
+fn refusals() {
+    let half_turn = Matrix::<f64, 3>::from_diagonal(&Vector::<f64, 3>::new(-1.0, 1.0, -1.0));
+    let nan = Vector::<f64, 3>::new(0.0, f64::NAN, 0.0);
+    let infinite = Vector::<f64, 3>::new(f64::INFINITY, 0.0, 0.0);
+    fn refuses(retraction: &impl Retraction<f64, 3, 3>, half_turn: &Matrix<f64, 3>, bad: &[Vector<f64, 3>]) {
+        for x in bad {
+            assert!(matches!(retraction.tau(x), Err(RetractionError::NotFinite { .. })), "{}", retraction.name());
+            assert!(matches!(retraction.at(x), Err(RetractionError::NotFinite { .. })), "{}", retraction.name());
+        }
+        let huge = Vector::<f64, 3>::new(1e200, 0.0, 1.0);
+        assert!(matches!(retraction.at(&huge), Err(RetractionError::OutsideDomain { size: 1e200, .. })));
+        assert!(matches!(retraction.tau_inv(half_turn), Err(RetractionError::NoPreimage { .. })));
+        assert!(matches!(retraction.tau_inv(&(half_turn * f64::NAN)), Err(RetractionError::NotFinite { .. })));
+        let skewed = Matrix::<f64, 3>::new(1.0, 0.5, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 1.0);
+        for not_in_group in [Matrix::<f64, 3>::zeros(), Matrix::<f64, 3>::identity() * 2.0, skewed] {
+            let found = retraction.tau_inv(&not_in_group);
+            assert!(
+                matches!(found, Err(RetractionError::NoPreimage { .. })),
+                "{} {not_in_group} {found:?}",
+                retraction.name()
+            );
+        }
+    }
+    refuses(&CayleySo3::new(), &half_turn, &[nan, infinite]);
+    refuses(&ExponentialSo3::new(), &half_turn, &[nan, infinite]);
+    refuses(&Exponential::of_group(so3()), &half_turn, &[nan, infinite]);
+    refuses(&Cayley::new(so3()).unwrap(), &half_turn, &[nan, infinite]);
+
+    // Full turns.
+    let turn = Vector::<f64, 3>::new(0.0, 0.0, std::f64::consts::TAU);
+    for k in [1.0, 2.0, 3.0] {
+        let closed = ExponentialSo3::<f64>::new();
+        assert!(matches!(closed.at(&(turn * k)), Err(RetractionError::SingularTangent { .. })));
+        assert!(closed.at(&(turn * (k + 1e-3))).is_ok() && closed.tau(&(turn * k)).is_ok());
+        let general = Exponential::of_group(so3());
+        assert!(matches!(general.at(&(turn * k)), Err(RetractionError::SingularTangent { .. })), "{k}");
+        assert!(general.at(&(turn * (k + 1e-3))).is_ok());
+    }
+
+    // No group; no Cayley; poles of Cayley.
+    let bare = Exponential::<f64, 3, 3, Basis<f64, 3, 3>>::of_algebra(so3().algebra);
+    assert_eq!(bare.tau(&turn), Err(RetractionError::NoGroup { retraction: "exp" }));
+    assert_eq!(bare.tau_inv(&half_turn), Err(RetractionError::NoGroup { retraction: "exp" }));
+    let refused = Cayley::new(sl3::<f64>()).unwrap_err();
+    assert!(refused.defect > 0.1 && refused.to_string().contains("e_0"), "{refused}");
+    let cayley = Cayley::new(aff1::<f64>()).unwrap();
+    for pole in [2.0, -2.0] {
+        let x = Vector::<f64, 2>::new(pole, 1.0);
+        assert!(matches!(cayley.at(&x), Err(RetractionError::OutsideDomain { size: 2.0, .. })));
+    }
+    assert!(matches!(cayley.tau(&Vector::<f64, 2>::new(2.0, 1.0)), Err(RetractionError::OutsideDomain { .. })));
+    // −1 is in SL(2), and has no logarithm there that is unique; neither has diag(−2, −½).
+    let exponential = Exponential::of_group(sl2::<f64>());
+    for (a, b) in [(-1.0, -1.0), (-2.0, -0.5)] {
+        let g = Matrix::<f64, 2>::new(a, 0.0, 0.0, b);
+        assert!(matches!(exponential.tau_inv(&g), Err(RetractionError::NoPreimage { .. })), "{a}, {b}");
+    }
 }

@@ -25,7 +25,7 @@ pub struct Coefficients<T: Real> {
 /// The coefficients at one t = θ² (Martín de Diego and Sato Martín de Almagro 2019, §5.3; Iserles et al. 2000, app. B).
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Values<S> {
-    /// sin θ/θ.
+    /// sin θ/θ; the error is a few units of round-off absolutely, not relatively.
     pub sinc: S,
     /// A = (1 − cos θ)/t.
     pub a: S,
@@ -112,13 +112,16 @@ impl<T: Real> Coefficients<T> {
         }
     }
 
-    /// arctan(√ρ)/√ρ for ρ ≥ 0, smooth on dual numbers at 0 too.
-    pub fn arc<S: Scalar<Base = T>>(&self, rho: S) -> S {
+    /// arctan(√s/w)/√s for w > 0 and s ≥ 0, smooth on dual numbers at s = 0 and at w → 0 too.
+    ///
+    /// For a unit quaternion (w, v) and s = |v|², twice this times v is the rotation vector.
+    pub fn half_angle<S: Scalar<Base = T>>(&self, w: S, s: S) -> S {
+        let rho = s / (w * w);
         if rho.base() < T::exact(ARC_SWITCH) {
-            return self.arc.iter().rev().fold(S::zero(), |sum, term| sum * rho + S::lift(*term));
+            return self.arc.iter().rev().fold(S::zero(), |sum, term| sum * rho + S::lift(*term)) / w;
         }
-        let root = rho.sqrt();
-        root.atan() / root
+        let root = s.sqrt();
+        root.atan2(w) / root
     }
 }
 

@@ -6,9 +6,16 @@
 use crate::algebra::{Covector, LieAlgebra, Matrix, Vector};
 use crate::scalar::{Real, Scalar};
 
+pub mod any;
+pub mod cayley;
 pub mod coefficients;
+pub mod exponential;
+mod linear;
 pub mod so3;
 
+pub use any::{AnyPoint, AnyRetraction};
+pub use cayley::{Cayley, CayleyPoint, NotQuadratic};
+pub use exponential::{Exponential, ExponentialPoint};
 pub use so3::{CayleySo3, CayleySo3Point, ExponentialSo3, ExponentialSo3Point};
 
 /// Where a retraction or its inverse is not defined, with the numbers needed to act on it.
@@ -103,4 +110,14 @@ pub trait TangentPoint<S: Scalar, const N: usize>: Clone {
         let _ = m;
         p * self.dd(y)
     }
+}
+
+/// Why x was refused after a computation overflowed: it is not finite itself, or the stated reason.
+#[cold]
+fn refuse<S: Scalar, const N: usize>(x: &Vector<S, N>, retraction: &'static str, why: &'static str) -> RetractionError {
+    if x.iter().any(|v| !v.all_finite()) {
+        return RetractionError::NotFinite { retraction };
+    }
+    let size = x.iter().fold(0.0, |m: f64, v| m.max(v.to_f64().abs()));
+    RetractionError::OutsideDomain { retraction, size, why }
 }

@@ -1,19 +1,10 @@
 //! Retractions on SO(3) in closed form: R³ with the cross product, hat x̂ y = x × y.
 
 use super::coefficients::{Coefficients, Values};
-use super::{Retraction, RetractionError, TangentPoint};
+use super::{Retraction, RetractionError, TangentPoint, refuse};
 use crate::algebra::{Covector, LieAlgebra, Matrix, Vector};
+use crate::group::{LieGroup, So3};
 use crate::scalar::{Real, Scalar};
-
-/// so(3) in the basis of the three rotations about the axes: C^c_ab = ε_abc.
-fn rotations<T: Real>() -> LieAlgebra<T, 3> {
-    LieAlgebra::new(|a, b, c| match (3 + b - a) % 3 {
-        1 if c == (b + 1) % 3 => T::one(),
-        2 if c == (a + 1) % 3 => -T::one(),
-        _ => T::zero(),
-    })
-    .expect("the Levi-Civita symbol is antisymmetric and satisfies the Jacobi identity")
-}
 
 #[inline]
 fn dot<S: Scalar>(x: &Vector<S, 3>, y: &Vector<S, 3>) -> S {
@@ -103,30 +94,15 @@ impl<T: Real> CayleySo3<T> {
 
     /// The Cayley map on SO(3).
     pub fn new() -> Self {
-        Self { algebra: rotations() }
+        Self { algebra: So3::new().algebra().clone() }
     }
 
     /// 2/q.
     #[inline]
     fn factor<S: Scalar<Base = T>>(x: &Vector<S, 3>) -> Result<S, RetractionError> {
         let q = S::int(4) + dot(x, x);
-        if q.all_finite() { Ok(S::int(2) / q) } else { Err(Self::refuse(x)) }
+        if q.all_finite() { Ok(S::int(2) / q) } else { Err(refuse(x, Self::NAME, "|x|² overflows")) }
     }
-
-    #[cold]
-    fn refuse<S: Scalar<Base = T>>(x: &Vector<S, 3>) -> RetractionError {
-        refuse(x, Self::NAME)
-    }
-}
-
-/// The error for an x whose square is not finite.
-#[cold]
-fn refuse<S: Scalar>(x: &Vector<S, 3>, retraction: &'static str) -> RetractionError {
-    if x.iter().any(|v| !v.all_finite()) {
-        return RetractionError::NotFinite { retraction };
-    }
-    let size = x.iter().fold(0.0, |m: f64, v| m.max(v.to_f64().abs()));
-    RetractionError::OutsideDomain { retraction, size, why: "|x|² overflows" }
 }
 
 impl<T: Real> Default for CayleySo3<T> {
@@ -256,12 +232,12 @@ impl<T: Real> ExponentialSo3<T> {
 
     /// The exponential on SO(3).
     pub fn new() -> Self {
-        Self { algebra: rotations(), coefficients: Coefficients::new() }
+        Self { algebra: So3::new().algebra().clone(), coefficients: Coefficients::new() }
     }
 
     fn values<S: Scalar<Base = T>>(&self, x: &Vector<S, 3>) -> Result<Values<S>, RetractionError> {
         let t = dot(x, x);
-        if t.all_finite() { Ok(self.coefficients.at(t)) } else { Err(refuse(x, Self::NAME)) }
+        if t.all_finite() { Ok(self.coefficients.at(t)) } else { Err(refuse(x, Self::NAME, "|x|² overflows")) }
     }
 }
 
@@ -287,16 +263,16 @@ impl<T: Real> Retraction<T, 3, 3> for ExponentialSo3<T> {
         Ok(rotation(values.sinc, values.a, x))
     }
 
-    /// x = 2 arctan(|v|/w) v/|v|, with (w, v) the unit quaternion of g.
+    /// x = 2 arctan(|v|/w) v/|v| with w ≥ 0, with (w, v) the unit quaternion of g.
     fn tau_inv<S: Scalar<Base = T>>(&self, g: &Matrix<S, 3>) -> Result<Vector<S, 3>, RetractionError> {
         check_rotation(g, Self::NAME)?;
         let (w, v) = scaled_quaternion(g);
         if w.base().abs() <= T::int(16) * T::unit_roundoff() {
             return Err(RetractionError::NoPreimage { retraction: Self::NAME, why: "the rotation angle is π" });
         }
-        let y = v.map(|c| c / w);
-        let factor = S::int(2) * self.coefficients.arc(dot(&y, &y));
-        Ok(y.map(|c| c * factor))
+        let factor = S::int(2) * self.coefficients.half_angle(w.abs(), dot(&v, &v));
+        let factor = if w < S::zero() { -factor } else { factor };
+        Ok(v.map(|c| c * factor))
     }
 
     fn at<S: Scalar<Base = T>>(&self, x: &Vector<S, 3>) -> Result<ExponentialSo3Point<S>, RetractionError> {

@@ -1,0 +1,229 @@
+//! The Cayley map on matrix groups whose algebra is closed under y ↦ x y x.
+
+use super::linear::Sum;
+use super::{Retraction, RetractionError, TangentPoint, refuse};
+use crate::algebra::{Covector, LieAlgebra, Matrix, Vector};
+use crate::group::{LieGroup, MatrixGroup};
+use crate::scalar::{Real, Scalar};
+use std::sync::Arc;
+
+/// The group does not admit the Cayley map: a symmetrised triple product leaves the algebra.
+#[derive(Clone, Debug, PartialEq, thiserror::Error)]
+#[error(
+    "the Cayley map does not apply to this group: (e_{a} e_{b} e_{c} + e_{c} e_{b} e_{a})/2 is off the algebra by {defect:e} (indices from 0)"
+)]
+pub struct NotQuadratic {
+    /// First and last factor.
+    pub a: usize,
+    /// Middle factor.
+    pub b: usize,
+    /// Last and first factor.
+    pub c: usize,
+    /// The largest entry of the part outside the algebra.
+    pub defect: f64,
+}
+
+/// The two products that all tangents are made of, without their zeros.
+#[derive(Clone, Debug)]
+struct Products<T> {
+    /// (a, b, c, C^c_ab).
+    bracket: Vec<([usize; 3], T)>,
+    /// (a, b, d, c, T^c_abd) of T(x, y, z) = ½(x y z + z y x).
+    triple: Vec<([usize; 4], T)>,
+}
+
+impl<T: Real> Products<T> {
+    fn new<const N: usize, const D: usize>(group: &impl LieGroup<T, N, D>) -> Result<Self, NotQuadratic> {
+        let basis: [Matrix<T, D>; N] = std::array::from_fn(|a| {
+            group.hat(&Vector::<T, N>::from_fn(|b, _| if a == b { T::one() } else { T::zero() }))
+        });
+        let size = basis.iter().fold(T::zero(), |s, e| s.max(e.amax()));
+        let tolerance = T::int(1024 * (N * D * D) as i64) * T::unit_roundoff();
+        let mut bracket = Vec::new();
+        let mut triple = Vec::new();
+        for a in 0..N {
+            for b in 0..N {
+                for c in 0..N {
+                    let constant = group.algebra().constant(a, b, c);
+                    if constant != T::zero() {
+                        bracket.push(([a, b, c], constant));
+                    }
+                    let product = (basis[a] * basis[b] * basis[c] + basis[c] * basis[b] * basis[a]) * T::half();
+                    let part = group.vee(&product);
+                    let defect = (product - group.hat(&part)).amax();
+                    // Rounding of hat and vee scales with the coordinates; a true defect with the product.
+                    let scale = (size * size).max(part.amax()) * size;
+                    if !(defect <= tolerance * scale) {
+                        return Err(NotQuadratic { a, b, c, defect: defect.to_f64() });
+                    }
+                    for (d, value) in part.iter().enumerate() {
+                        if value.abs() * size > tolerance * size * size * size {
+                            triple.push(([a, b, c, d], *value));
+                        }
+                    }
+                }
+            }
+        }
+        Ok(Self { bracket, triple })
+    }
+
+    /// The matrix of y ↦ x y x.
+    fn sandwich<S: Scalar<Base = T>, const N: usize>(&self, x: &Vector<S, N>) -> Matrix<S, N> {
+        let mut matrix = Matrix::<S, N>::zeros();
+        for &([a, b, c, d], value) in &self.triple {
+            matrix[(d, b)] += S::lift(value) * (x[a] * x[c]);
+        }
+        matrix
+    }
+
+    /// The matrix of ad_x.
+    fn ad<S: Scalar<Base = T>, const N: usize>(&self, x: &Vector<S, N>) -> Matrix<S, N> {
+        let mut matrix = Matrix::<S, N>::zeros();
+        for &([a, b, c], value) in &self.bracket {
+            matrix[(c, b)] += S::lift(value) * x[a];
+        }
+        matrix
+    }
+}
+
+/// The Cayley map on a matrix group: τ(x) = (1 − x/2)⁻¹(1 + x/2).
+///
+/// For groups of quadratic type, and every other whose algebra holds x y x with x and y: SE(2), SE(3), aff(1),
+/// Heisenberg, translations, SL(2), SO(n), and their products. dτ_x⁻¹ y = (1 + x/2) y (1 − x/2), hence with v = dτ_x y:
+/// dτ_x⁻¹ = 1 + ½ ad_x − ¼ (y ↦ x y x) and ddτ_x(y, δ) = ½[v, δ] + ¼(x v δ + δ v x).
+/// Domain: 1 − x/2 and 1 + x/2 regular (`OutsideDomain`). τ⁻¹(g) = 2(g − 1)(g + 1)⁻¹ needs g + 1 regular.
+/// (Bou-Rabee and Marsden 2009; Hairer, Lubich and Wanner 2006, §IV.8.3.)
+#[derive(Clone, Debug)]
+pub struct Cayley<T: Real, const N: usize, const D: usize, G = MatrixGroup<T, N, D>> {
+    group: G,
+    products: Arc<Products<T>>,
+}
+
+impl<T: Real, const N: usize, const D: usize, G: LieGroup<T, N, D>> Cayley<T, N, D, G> {
+    const NAME: &'static str = "cay";
+    const SINGULAR: &'static str = "1 − x/2 or 1 + x/2 is singular";
+
+    /// The Cayley map of `group`.
+    ///
+    /// # Errors
+    /// The algebra is not closed under ½(x y z + z y x), e.g. sl(3); the first offending triple is named.
+    pub fn new(group: G) -> Result<Self, NotQuadratic> {
+        let products = Arc::new(Products::new(&group)?);
+        Ok(Self { group, products })
+    }
+
+    /// The group.
+    pub fn group(&self) -> &G {
+        &self.group
+    }
+}
+
+impl<T: Real, const N: usize, const D: usize, G: LieGroup<T, N, D>> Retraction<T, N, D> for Cayley<T, N, D, G> {
+    type Point<S: Scalar<Base = T>> = CayleyPoint<T, S, N>;
+
+    fn name(&self) -> &'static str {
+        Self::NAME
+    }
+
+    fn algebra(&self) -> &LieAlgebra<T, N> {
+        self.group.algebra()
+    }
+
+    /// 1 + (1 − x/2)⁻¹ x, which keeps the digits of a small x.
+    fn tau<S: Scalar<Base = T>>(&self, x: &Vector<S, N>) -> Result<Matrix<S, D>, RetractionError> {
+        let fail = || refuse(x, Self::NAME, Self::SINGULAR);
+        let (one, hat) = (Matrix::<S, D>::identity(), self.group.hat(x));
+        let inverse = Sum::of(one).plus(&(hat * -S::half())).invert(1.0).ok_or_else(fail)?;
+        let g = one + inverse * hat;
+        if g.iter().all(|v| v.all_finite()) { Ok(g) } else { Err(fail()) }
+    }
+
+    fn tau_inv<S: Scalar<Base = T>>(&self, g: &Matrix<S, D>) -> Result<Vector<S, N>, RetractionError> {
+        let fail = |why| RetractionError::NoPreimage { retraction: Self::NAME, why };
+        if g.iter().any(|v| !v.all_finite()) {
+            return Err(RetractionError::NotFinite { retraction: Self::NAME });
+        }
+        let one = Matrix::<S, D>::identity();
+        let inverse = Sum::of(one).plus(g).invert(1.0).ok_or(fail("g + 1 is singular"))?;
+        let hat = (g - one) * inverse * S::int(2);
+        let x = self.group.vee(&hat);
+        // vee projects: what it drops must be small against what the condition of g + 1 explains.
+        let largest = |m: &Matrix<S, D>| m.iter().fold(0.0, |s: f64, v| s.max(v.to_f64().abs()));
+        let allowed = T::unit_roundoff().to_f64().sqrt() * (1.0 + largest(g)) * (1.0 + largest(&inverse)).powi(2);
+        if largest(&(self.group.hat(&x) - hat)) <= allowed {
+            Ok(x)
+        } else {
+            Err(fail("the matrix is not in the group"))
+        }
+    }
+
+    fn at<S: Scalar<Base = T>>(&self, x: &Vector<S, N>) -> Result<CayleyPoint<T, S, N>, RetractionError> {
+        let fail = || refuse(x, Self::NAME, Self::SINGULAR);
+        let even = Sum::of(Matrix::<S, N>::identity()).plus(&(self.products.sandwich(x) * S::exact(-0.25)));
+        let odd = self.products.ad(x) * S::half();
+        let (d_inv, d_neg_inv) = (even.clone().plus(&odd), even.plus(&-odd));
+        let d = d_inv.invert(1.0).ok_or_else(fail)?;
+        let d_neg = d_neg_inv.invert(1.0).ok_or_else(fail)?;
+        let (d_inv, d_neg_inv) = (*d_inv.value(), *d_neg_inv.value());
+        if d.iter().chain(d_neg.iter()).any(|v| !v.all_finite()) {
+            return Err(fail());
+        }
+        Ok(CayleyPoint { products: Arc::clone(&self.products), x: *x, d, d_inv, d_neg, d_neg_inv })
+    }
+}
+
+/// The tangents of [`Cayley`] at x.
+#[derive(Clone, Debug)]
+pub struct CayleyPoint<T: Real, S: Scalar<Base = T>, const N: usize> {
+    products: Arc<Products<T>>,
+    x: Vector<S, N>,
+    d: Matrix<S, N>,
+    d_inv: Matrix<S, N>,
+    d_neg: Matrix<S, N>,
+    d_neg_inv: Matrix<S, N>,
+}
+
+impl<T: Real, S: Scalar<Base = T>, const N: usize> TangentPoint<S, N> for CayleyPoint<T, S, N> {
+    fn d(&self) -> &Matrix<S, N> {
+        &self.d
+    }
+
+    fn d_inv(&self) -> &Matrix<S, N> {
+        &self.d_inv
+    }
+
+    fn d_neg(&self) -> Matrix<S, N> {
+        self.d_neg
+    }
+
+    fn ad(&self) -> Matrix<S, N> {
+        self.d_neg * self.d_inv
+    }
+
+    fn ad_inv(&self) -> Matrix<S, N> {
+        self.d * self.d_neg_inv
+    }
+
+    /// δ ↦ ½[v, δ] + ½ T(x, v, δ), v = dτ_x y.
+    fn dd(&self, y: &Vector<S, N>) -> Matrix<S, N> {
+        let v = self.d * y;
+        let mut matrix = self.products.ad(&v);
+        for &([a, b, c, d], value) in &self.products.triple {
+            matrix[(d, c)] += S::lift(value) * (self.x[a] * v[b]);
+        }
+        matrix * S::half()
+    }
+
+    /// ½ p ad_v + ½ p T(x, v, ·).
+    fn pull_dd(&self, p: &Covector<S, N>, _m: &Covector<S, N>, y: &Vector<S, N>) -> Covector<S, N> {
+        let v = self.d * y;
+        let mut row = Covector::<S, N>::zeros();
+        for &([a, b, c], value) in &self.products.bracket {
+            row[b] += S::lift(value) * (p[c] * v[a]);
+        }
+        for &([a, b, c, d], value) in &self.products.triple {
+            row[c] += S::lift(value) * (p[d] * (self.x[a] * v[b]));
+        }
+        row * S::half()
+    }
+}

@@ -1,0 +1,383 @@
+//! The exponential on any Lie algebra, from structure constants alone; with a group, τ and τ⁻¹ too.
+
+use super::linear::{Sum, balanced_norm, norm};
+use super::{Retraction, RetractionError, TangentPoint};
+use crate::algebra::{Covector, LieAlgebra, Matrix, Vector};
+use crate::group::{LieGroup, MatrixGroup};
+use crate::scalar::{Real, Scalar};
+
+/// Terms of a series that the row form of ∂(dτ) keeps on the stack: enough for 40 digits at norm 1.
+const MAX_TERMS: usize = 40;
+
+/// τ = exp on a Lie algebra of dimension N.
+///
+/// dτ_x = φ(−ad_x), φ(z) = (eᶻ − 1)/z, by its series at x/2^k and k doublings. dτ is singular iff ad_x has an
+/// eigenvalue 2πik, k ≠ 0 (`SingularTangent`). The tangents need structure constants alone; τ and τ⁻¹ need the group
+/// (`NoGroup` without). τ⁻¹ is the principal logarithm: g must have no eigenvalue on the closed negative real axis.
+/// (Iserles et al. 2000, §2; Martín de Diego and Sato Martín de Almagro 2019, §5.2.)
+#[derive(Clone, Debug)]
+pub struct Exponential<T: Real, const N: usize, const D: usize, G = MatrixGroup<T, N, D>> {
+    algebra: LieAlgebra<T, N>,
+    group: Option<G>,
+}
+
+/// How a series is to be summed: at x/2^`levels`, with `terms` terms.
+#[derive(Clone, Copy, Debug, PartialEq)]
+struct Plan {
+    levels: u32,
+    terms: usize,
+}
+
+impl Plan {
+    /// For a matrix that the series is in powers of; `None` if it is so large that scaling it cannot help.
+    fn of<S: Scalar, const M: usize>(matrix: &Matrix<S, M>) -> Option<Self> {
+        let mut size = norm(matrix);
+        if size > 1.0 {
+            size = balanced_norm(matrix);
+        }
+        // Also false for NaN. Beyond 10³⁰ nothing that depends on the size of x has a digit left.
+        if !(size < 1e30) {
+            return None;
+        }
+        let mut levels = 0;
+        while size > 1.0 {
+            size *= 0.5;
+            levels += 1;
+        }
+        // size^K/K! below the round-off; three spare terms for what derivatives by dual numbers multiply by K.
+        let unit = S::unit_roundoff().to_f64();
+        let (mut terms, mut bound) = (1, size);
+        while bound > 0.125 * unit {
+            terms += 1;
+            bound *= size / terms as f64;
+        }
+        Some(Self { levels, terms: terms + 3 })
+    }
+
+    /// 2^−levels, exactly.
+    fn scale<S: Scalar>(self) -> S {
+        S::exact(0.5f64.powi(self.levels as i32))
+    }
+}
+
+/// dτ_{±x} and e^{∓ad_x}.
+#[derive(Clone, Debug, PartialEq)]
+struct Pair<S: Scalar, const N: usize> {
+    d: Matrix<S, N>,
+    d_neg: Matrix<S, N>,
+    ad_inv: Matrix<S, N>,
+    ad: Matrix<S, N>,
+}
+
+impl<S: Scalar, const N: usize> Pair<S, N> {
+    /// By the even and the odd part of Σ (−ad)^k/(k+1)!, both in powers of ad².
+    fn series(ad: &Matrix<S, N>, terms: usize) -> Self {
+        let one = Matrix::<S, N>::identity();
+        let square = ad * ad;
+        let (mut even, mut odd) = (one, one);
+        for k in (1..=terms as i64 / 2 + 1).rev() {
+            even = one + (square * even) / S::int(2 * k * (2 * k + 1));
+            odd = one + (square * odd) / S::int((2 * k + 1) * (2 * k + 2));
+        }
+        let odd = ad * odd * S::half();
+        let (d, d_neg) = (even - odd, even + odd);
+        Self { d, d_neg, ad_inv: one - ad * d, ad: one + ad * d_neg }
+    }
+
+    /// From x to 2x.
+    fn double(&mut self) {
+        self.d = (self.d + self.ad_inv * self.d) * S::half();
+        self.d_neg = (self.d_neg + self.ad * self.d_neg) * S::half();
+        self.ad_inv = self.ad_inv * self.ad_inv;
+        self.ad = self.ad * self.ad;
+    }
+}
+
+impl<T: Real, const N: usize, const D: usize, G: LieGroup<T, N, D>> Exponential<T, N, D, G> {
+    /// The exponential of a matrix group.
+    pub fn of_group(group: G) -> Self {
+        Self { algebra: group.algebra().clone(), group: Some(group) }
+    }
+}
+
+impl<T: Real, const N: usize, const D: usize, G> Exponential<T, N, D, G> {
+    const NAME: &'static str = "exp";
+
+    /// The exponential of an algebra given by constants alone: `tau` and `tau_inv` say `NoGroup`.
+    pub fn of_algebra(algebra: LieAlgebra<T, N>) -> Self {
+        Self { algebra, group: None }
+    }
+
+    /// The group, if there is one.
+    pub fn group(&self) -> Option<&G> {
+        self.group.as_ref()
+    }
+
+    fn too_large<S: Scalar>(x: &Vector<S, N>) -> RetractionError {
+        super::refuse(x, Self::NAME, "the exponential overflows")
+    }
+
+    /// dτ_x⁻¹ = ½ ad_x + H(ad_x/2), H(z) = z coth z, doubled by H(2z) = H(z) + z² H(z)⁻¹ from x/2^levels.
+    ///
+    /// Each H(z)⁻¹ in the chain fails only where dτ is singular, and real eigenvalues, however large, leave H well
+    /// conditioned, which dτ itself is not.
+    fn inverse_tangent<S: Scalar>(ad: &Matrix<S, N>, d: &Matrix<S, N>, levels: u32) -> Option<Matrix<S, N>> {
+        let mut z = ad * S::half();
+        let mut h = Sum::of(Sum::of(*d).invert(1.0)?).plus(&-z);
+        // Errors at most double with x, so what is singular at x to working precision is noisy by 2^levels on the way.
+        let noise = 2.0f64.powi(levels as i32);
+        for _ in 0..levels {
+            h = Sum::of(*h.value()).plus(&(z * z * h.invert(noise)?));
+            z *= S::int(2);
+        }
+        Some(h.value() + z)
+    }
+}
+
+/// e^X by its Taylor series at X/2^k and k squarings, in any scalar.
+fn exponential<S: Scalar, const M: usize>(matrix: &Matrix<S, M>) -> Option<Matrix<S, M>> {
+    let plan = Plan::of(matrix)?;
+    let one = Matrix::<S, M>::identity();
+    let small = matrix * plan.scale::<S>();
+    let mut sum = one;
+    for k in (1..=plan.terms as i64).rev() {
+        sum = one + (small * sum) / S::int(k);
+    }
+    for _ in 0..plan.levels {
+        sum = sum * sum;
+    }
+    sum.iter().all(|v| v.all_finite()).then_some(sum)
+}
+
+/// The principal square root by the product form of Denman and Beavers' iteration (Higham 2008, §6.3), or `None` if
+/// it does not converge.
+fn square_root<T: Real, const M: usize>(matrix: &Matrix<T, M>) -> Option<Matrix<T, M>> {
+    let one = Matrix::<T, M>::identity();
+    let (mut product, mut root) = (Sum::of(*matrix), *matrix);
+    let tolerance = (T::int(64) * T::unit_roundoff()).to_f64();
+    let mut last = f64::INFINITY;
+    for _ in 0..200 {
+        let inverse = product.invert(1.0)?;
+        root = (root + root * inverse) * T::half();
+        let quarter = T::exact(0.25);
+        product = Sum::of(one * T::half()).plus(&(product.value() * quarter)).plus(&(inverse * quarter));
+        let defect = norm(&(product.value() - one));
+        if defect <= tolerance || (defect < 1e-6 && defect >= 0.5 * last) {
+            return Some(root);
+        }
+        last = defect;
+    }
+    None
+}
+
+/// A few digits of the principal logarithm: square roots down to 1 + Y with |Y| ≤ ¼, then 2 artanh(Y/(2 + Y)).
+fn rough_logarithm<T: Real, const M: usize>(matrix: &Matrix<T, M>) -> Option<Matrix<T, M>> {
+    let one = Matrix::<T, M>::identity();
+    let (mut root, mut scale) = (*matrix, T::int(2));
+    while norm(&(root - one)) > 0.25 {
+        if scale > T::exact(1e15) {
+            return None;
+        }
+        root = square_root(&root)?;
+        scale *= T::int(2);
+    }
+    let y = root - one;
+    let z = y * Sum::of(one * T::int(2)).plus(&y).invert(1.0)?;
+    let square = z * z;
+    Some(z * (one + square * (one / T::int(3) + square / T::int(5))) * scale)
+}
+
+impl<T: Real, const N: usize, const D: usize, G: LieGroup<T, N, D>> Exponential<T, N, D, G> {
+    /// dτ_x⁻¹ (τ(−x) g − 1)^∨ and the size of τ(−x) g − 1: Newton's correction to x in τ(x) = g.
+    fn correction<S: Scalar<Base = T>>(
+        &self,
+        group: &G,
+        g: &Matrix<S, D>,
+        x: &Vector<S, N>,
+        d_inv: &Matrix<S, N>,
+    ) -> Option<(Vector<S, N>, f64)> {
+        let y = exponential(&group.hat(&-x))? * g - Matrix::<S, D>::identity();
+        Some((d_inv * group.vee(&(y - y * y * S::half())), y.iter().fold(0.0, |m: f64, v| m.max(v.to_f64().abs()))))
+    }
+
+    /// The logarithm of a base matrix to full precision, and dτ⁻¹ there.
+    fn base_logarithm(&self, group: &G, g: &Matrix<T, D>) -> Result<(Vector<T, N>, Matrix<T, N>), RetractionError> {
+        let fail = |why| RetractionError::NoPreimage { retraction: Self::NAME, why };
+        let log = rough_logarithm(g).ok_or(fail("an eigenvalue lies on the closed negative real axis"))?;
+        let mut x = group.vee(&log);
+        let mut last = f64::INFINITY;
+        for _ in 0..20 {
+            let d_inv = self.at(&x)?.d_inv;
+            let (step, residual) = self.correction(group, g, &x, &d_inv).ok_or(fail("the logarithm overflows"))?;
+            let size = step.iter().fold(0.0, |m: f64, v| m.max(v.to_f64().abs()));
+            let settled = size >= 0.5 * last || size == 0.0;
+            if settled {
+                let scale = 1.0 + g.iter().fold(0.0, |m: f64, v| m.max(v.to_f64().abs()));
+                let inside = residual <= scale * scale * T::unit_roundoff().to_f64().sqrt();
+                return if inside { Ok((x, d_inv)) } else { Err(fail("the matrix is not in the group")) };
+            }
+            x += step;
+            last = size;
+        }
+        Err(fail("the iteration for the logarithm does not converge"))
+    }
+}
+
+impl<T: Real, const N: usize, const D: usize, G: LieGroup<T, N, D>> Retraction<T, N, D> for Exponential<T, N, D, G> {
+    type Point<S: Scalar<Base = T>> = ExponentialPoint<T, S, N>;
+
+    fn name(&self) -> &'static str {
+        Self::NAME
+    }
+
+    fn algebra(&self) -> &LieAlgebra<T, N> {
+        &self.algebra
+    }
+
+    fn tau<S: Scalar<Base = T>>(&self, x: &Vector<S, N>) -> Result<Matrix<S, D>, RetractionError> {
+        let group = self.group.as_ref().ok_or(RetractionError::NoGroup { retraction: Self::NAME })?;
+        exponential(&group.hat(x)).ok_or_else(|| Self::too_large(x))
+    }
+
+    /// By inverse scaling and squaring for a few digits, then Newton's iteration x ← x + dτ_x⁻¹ (τ(−x) g − 1)^∨ to
+    /// full precision.
+    fn tau_inv<S: Scalar<Base = T>>(&self, g: &Matrix<S, D>) -> Result<Vector<S, N>, RetractionError> {
+        let group = self.group.as_ref().ok_or(RetractionError::NoGroup { retraction: Self::NAME })?;
+        if g.iter().any(|v| !v.all_finite()) {
+            return Err(RetractionError::NotFinite { retraction: Self::NAME });
+        }
+        let (x, d_inv) = self.base_logarithm(group, &g.map(|v| v.base()))?;
+        let (mut x, d_inv) = (x.map(S::lift), d_inv.map(S::lift));
+        // One more correction for each level of nesting of dual numbers (each level doubles the size).
+        let mut parts = size_of::<T>();
+        while parts < size_of::<S>() {
+            let why = "the logarithm overflows";
+            let step = self.correction(group, g, &x, &d_inv);
+            x += step.ok_or(RetractionError::NoPreimage { retraction: Self::NAME, why })?.0;
+            parts *= 2;
+        }
+        Ok(x)
+    }
+
+    fn at<S: Scalar<Base = T>>(&self, x: &Vector<S, N>) -> Result<ExponentialPoint<T, S, N>, RetractionError> {
+        let ad = self.algebra.ad(x);
+        let plan = Plan::of(&ad).ok_or_else(|| Self::too_large(x))?;
+        let small = ad * plan.scale::<S>();
+        let mut pair = Pair::series(&small, plan.terms);
+        let d_inv = Self::inverse_tangent(&small, &pair.d, plan.levels);
+        for _ in 0..plan.levels {
+            pair.double();
+        }
+        if pair.d.iter().chain(pair.d_neg.iter()).any(|v| !v.all_finite()) {
+            return Err(Self::too_large(x));
+        }
+        let Some(d_inv) = d_inv else {
+            let size = x.iter().fold(0.0, |m: f64, v| m.max(v.to_f64().abs()));
+            return Err(RetractionError::SingularTangent { retraction: Self::NAME, size });
+        };
+        Ok(ExponentialPoint { algebra: self.algebra.clone(), small, plan, pair, d_inv })
+    }
+}
+
+/// The tangents of [`Exponential`] at x.
+#[derive(Clone, Debug)]
+pub struct ExponentialPoint<T: Real, S: Scalar<Base = T>, const N: usize> {
+    algebra: LieAlgebra<T, N>,
+    /// ad_x/2^levels.
+    small: Matrix<S, N>,
+    plan: Plan,
+    pair: Pair<S, N>,
+    d_inv: Matrix<S, N>,
+}
+
+impl<T: Real, S: Scalar<Base = T>, const N: usize> ExponentialPoint<T, S, N> {
+    /// W_x(y) = ∂_x(dτ_x y) as a matrix: at x/2^levels by W = Σ_{k≥1} Z_k/(k+1)!, Z_k = ad_{w_{k−1}} − ad_x Z_{k−1},
+    /// w_k = (−ad_x)^k y; then W_{2x}(y) = ¼[ad_{e^{−ad_x} dτ_x y} dτ_x + (1 + e^{−ad_x}) W_x(y)].
+    fn derivative(&self, y: &Vector<S, N>) -> Matrix<S, N> {
+        let mut w = *y;
+        let mut z = self.algebra.ad(&w);
+        let mut coefficient = S::half();
+        let mut sum = z * coefficient;
+        for k in 2..=self.plan.terms as i64 {
+            w = -(self.small * w);
+            z = self.algebra.ad(&w) - self.small * z;
+            coefficient /= S::int(k + 1);
+            sum += z * coefficient;
+        }
+        if self.plan.levels > 0 {
+            let mut pair = Pair::series(&self.small, self.plan.terms);
+            for _ in 0..self.plan.levels {
+                let moved = self.algebra.ad(&(pair.ad_inv * (pair.d * y)));
+                sum = (moved * pair.d + sum + pair.ad_inv * sum) * S::exact(0.25);
+                pair.double();
+            }
+        }
+        sum
+    }
+
+    /// m W_x(y) without doublings: Σ_ij m_i ad_{w_j}/(i+j+2)!, with m_i = m (−ad_x)^i and w_j = (−ad_x)^j y.
+    fn pull_derivative(&self, m: &Covector<S, N>, y: &Vector<S, N>) -> Covector<S, N> {
+        let terms = self.plan.terms;
+        let mut rows = [Covector::<S, N>::zeros(); MAX_TERMS];
+        let mut inverse_factorials = [S::half(); MAX_TERMS];
+        rows[0] = *m;
+        for i in 1..terms {
+            rows[i] = -(rows[i - 1] * self.small);
+            inverse_factorials[i] = inverse_factorials[i - 1] / S::int(i as i64 + 2);
+        }
+        // outer = Σ_j w_j q_j with q_j = Σ_i m_i/(i+j+2)!.
+        let mut outer = Matrix::<S, N>::zeros();
+        let mut w = *y;
+        for j in 0..terms {
+            let mut q = rows[0] * inverse_factorials[j];
+            for i in 1..terms - j {
+                q += rows[i] * inverse_factorials[i + j];
+            }
+            outer += w * q;
+            w = -(self.small * w);
+        }
+        Covector::<S, N>::from_fn(|_, b| {
+            let mut sum = S::zero();
+            for a in 0..N {
+                for c in 0..N {
+                    sum += outer[(a, c)] * S::lift(self.algebra.constant(a, b, c));
+                }
+            }
+            sum
+        })
+    }
+}
+
+impl<T: Real, S: Scalar<Base = T>, const N: usize> TangentPoint<S, N> for ExponentialPoint<T, S, N> {
+    fn d(&self) -> &Matrix<S, N> {
+        &self.pair.d
+    }
+
+    fn d_inv(&self) -> &Matrix<S, N> {
+        &self.d_inv
+    }
+
+    fn d_neg(&self) -> Matrix<S, N> {
+        self.pair.d_neg
+    }
+
+    fn ad(&self) -> Matrix<S, N> {
+        self.pair.ad
+    }
+
+    fn ad_inv(&self) -> Matrix<S, N> {
+        self.pair.ad_inv
+    }
+
+    fn dd(&self, y: &Vector<S, N>) -> Matrix<S, N> {
+        self.d_inv * self.derivative(y)
+    }
+
+    fn pull_dd(&self, _p: &Covector<S, N>, m: &Covector<S, N>, y: &Vector<S, N>) -> Covector<S, N> {
+        if self.plan.levels == 0 && self.plan.terms <= MAX_TERMS {
+            self.pull_derivative(m, y)
+        } else {
+            m * self.derivative(y)
+        }
+    }
+}

@@ -1,0 +1,115 @@
+//! Norms of small matrices, and the inverse with its condition judged.
+
+use crate::algebra::Matrix;
+use crate::algebra::elimination::inverse;
+use crate::scalar::Scalar;
+
+/// A sum of matrices to be inverted, with the sizes of what was added: they tell cancellation from bad scaling.
+#[derive(Clone, Debug)]
+pub(super) struct Sum<S: Scalar, const N: usize> {
+    value: Matrix<S, N>,
+    sizes: Matrix<f64, N>,
+}
+
+impl<S: Scalar, const N: usize> Sum<S, N> {
+    /// A sum of one term.
+    pub fn of(term: Matrix<S, N>) -> Self {
+        Self { value: term, sizes: sizes(&term) }
+    }
+
+    /// The sum with one more term.
+    pub fn plus(self, term: &Matrix<S, N>) -> Self {
+        Self { value: self.value + term, sizes: self.sizes + sizes(term) }
+    }
+
+    /// The value.
+    pub fn value(&self) -> &Matrix<S, N> {
+        &self.value
+    }
+
+    /// The inverse, or `None` if the sum is singular to working precision.
+    ///
+    /// With E the sum of the terms' absolute values and A the sum, that is when 64 N u `noise` ρ(|A⁻¹| E) ≥ 1: an
+    /// estimate that scaling rows and columns (E with them) does not change. `noise` is what the terms are off by, in u.
+    pub fn invert(&self, noise: f64) -> Option<Matrix<S, N>> {
+        let inverse = inverse(&self.value)?;
+        let limit = 1.0 / (64.0 * N as f64 * S::unit_roundoff().to_f64() * noise);
+        let plain = norm(&self.sizes) * norm(&inverse);
+        (plain < limit || spectral_radius(sizes(&inverse) * self.sizes) < limit).then_some(inverse)
+    }
+}
+
+/// |A|, entry by entry.
+fn sizes<S: Scalar, const N: usize>(matrix: &Matrix<S, N>) -> Matrix<f64, N> {
+    matrix.map(|v| v.to_f64().abs())
+}
+
+/// The largest absolute column sum; NaN if any entry is.
+pub(super) fn norm<S: Scalar, const N: usize>(matrix: &Matrix<S, N>) -> f64 {
+    let mut largest = 0.0f64;
+    for j in 0..N {
+        let mut sum = 0.0;
+        for i in 0..N {
+            sum += matrix[(i, j)].to_f64().abs();
+        }
+        if sum > largest || sum.is_nan() {
+            largest = sum;
+        }
+    }
+    largest
+}
+
+/// An upper estimate of the spectral radius of a nonnegative matrix, ‖A⁸‖^⅛; infinite when that overflows.
+fn spectral_radius<const N: usize>(mut power: Matrix<f64, N>) -> f64 {
+    for _ in 0..3 {
+        power = power * power;
+    }
+    let estimate = norm(&power).powf(0.125);
+    if estimate.is_finite() { estimate } else { f64::INFINITY }
+}
+
+/// The norm after the best diagonal similarity by powers of two (Osborne 1960; Parlett and Reinsch 1969).
+///
+/// Series and doublings commute exactly with such a similarity, so this is the norm that decides how far to scale
+/// down: a large translation beside a small rotation must not cost digits.
+pub(super) fn balanced_norm<S: Scalar, const N: usize>(matrix: &Matrix<S, N>) -> f64 {
+    let mut work = matrix.map(|v| v.to_f64().abs());
+    for _ in 0..64 {
+        let mut changed = false;
+        for i in 0..N {
+            let (mut row, mut column) = (0.0, 0.0);
+            for j in 0..N {
+                if j != i {
+                    row += work[(i, j)];
+                    column += work[(j, i)];
+                }
+            }
+            let scale = if row > 2.0 * column {
+                0.5
+            } else if column > 2.0 * row {
+                2.0
+            } else {
+                continue;
+            };
+            // Without a partner (row or column zero) the entries can be made as small as is useful.
+            if row + column < 1e-3 * work[(i, i)].max(1.0) {
+                continue;
+            }
+            let gain = row + column - scale * row - column / scale;
+            if gain <= 0.05 * (row + column) {
+                continue;
+            }
+            changed = true;
+            for j in 0..N {
+                if j != i {
+                    work[(i, j)] *= scale;
+                    work[(j, i)] /= scale;
+                }
+            }
+        }
+        if !changed {
+            break;
+        }
+    }
+    norm(&work)
+}
