@@ -1,9 +1,13 @@
 //! Runge–Kutta tableaux as data: (a_ij, b_j, c_i) with every b_i ≠ 0, and the symplectic conjugate.
 
+pub mod description;
 pub mod families;
 pub mod order;
+#[cfg(feature = "harness")]
+pub mod random;
 pub mod trees;
 
+pub use description::{Description, Entries};
 pub use families::{Classic, Family};
 pub use order::{Order, classical_order, variational_order};
 
@@ -96,7 +100,7 @@ impl<T: Real> Tableau<T> {
                 return Err(TableauError::RowLength { row: i + 1, found: row.len(), stages: s });
             }
             if let Some(j) = row.iter().position(|v| !v.all_finite()) {
-                return Err(TableauError::NotFinite { entry: format!("a_{}{}", i + 1, j + 1) });
+                return Err(TableauError::NotFinite { entry: entry_name(i, j) });
             }
         }
         let (mut sum, mut size) = (T::zero(), T::zero());
@@ -145,4 +149,10 @@ impl<T: Real> Tableau<T> {
         let c = DVector::from_fn(s, |i, _| a.row(i).iter().fold(T::zero(), |x, &y| x + y));
         Self { a, b: self.b.clone(), c }
     }
+}
+
+/// `a_12`, with a comma where an index has two digits; indices from 0.
+fn entry_name(i: usize, j: usize) -> String {
+    let comma = if i.max(j) > 8 { "," } else { "" };
+    format!("a_{}{comma}{}", i + 1, j + 1)
 }
