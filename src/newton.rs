@@ -1,1 +1,335 @@
-//! One nonlinear solver with a report.
+//! One nonlinear solver with a report: Newton's method on a workspace, and its continuation in a parameter.
+//!
+//! [`Newton`] owns the Jacobian, its LU factors and the vectors of an iteration, so that solving allocates nothing.
+//! [`Newton::follow`] follows the root that starts at parameter 0 and watches det J: a simple fold is where det J → 0
+//! like a square root (Keller 1977), and there the branch ends.
+
+use crate::scalar::Real;
+use nalgebra::DMatrix;
+
+/// A system of n equations in n unknowns that depends on one parameter (here: the step size).
+pub trait Equations<T: Real> {
+    /// What evaluation can fail with (leaving a domain, for example).
+    type Error;
+
+    /// n.
+    fn dimension(&self) -> usize;
+
+    /// Sets the parameter to `fraction` (0 … 1) of the value wanted.
+    fn set_fraction(&mut self, fraction: T);
+
+    /// The residual at x; returns the size that a residual is to be compared with.
+    fn residual(&mut self, x: &[T], out: &mut [T]) -> Result<T, Self::Error>;
+
+    /// The Jacobian of the residual at x.
+    fn jacobian(&mut self, x: &[T], out: &mut DMatrix<T>) -> Result<(), Self::Error>;
+}
+
+/// When Newton's method stops.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Settings<T> {
+    /// The largest relative residual that counts as solved.
+    pub tolerance: T,
+    /// A stagnating relative residual below this counts as solved too: it is rounding.
+    pub floor: T,
+    /// The most iterations for one solve.
+    pub max_iterations: usize,
+}
+
+/// How a solve went.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Outcome<T> {
+    /// Newton iterations spent (all of them, with a continuation).
+    pub iterations: usize,
+    /// The relative residual reached.
+    pub residual: T,
+}
+
+/// Why a solve failed.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Failure<T, E> {
+    /// The branch ends in a fold.
+    Fold {
+        /// The fraction of the parameter at which det J extrapolates to 0.
+        fraction: T,
+        /// det J / det J(0) at the last point on the branch.
+        determinant: T,
+    },
+    /// The iteration did not contract, or ran out of iterations.
+    NotConverged(Outcome<T>),
+    /// The equations could not be evaluated.
+    Equations(E),
+}
+
+/// The determinant of a factored matrix: sign and natural logarithm of the absolute value.
+#[derive(Clone, Copy, Debug, PartialEq)]
+struct Determinant<T> {
+    negative: bool,
+    log: T,
+}
+
+/// The workspace of Newton's method for systems of a given size.
+#[derive(Clone, Debug)]
+pub struct Newton<T: Real> {
+    jacobian: DMatrix<T>,
+    pivots: Vec<usize>,
+    residual: Vec<T>,
+    trial: Vec<T>,
+    previous: Vec<T>,
+    current: Vec<T>,
+}
+
+/// What one corrected point of the branch looks like.
+struct Corrected<T> {
+    outcome: Outcome<T>,
+    determinant: Determinant<T>,
+}
+
+impl<T: Real> Newton<T> {
+    /// A workspace for `dimension` unknowns.
+    pub fn new(dimension: usize) -> Self {
+        Self {
+            jacobian: DMatrix::zeros(dimension, dimension),
+            pivots: vec![0; dimension],
+            residual: vec![T::zero(); dimension],
+            trial: vec![T::zero(); dimension],
+            previous: vec![T::zero(); dimension],
+            current: vec![T::zero(); dimension],
+        }
+    }
+
+    /// Solves the equations at the full parameter from the start `x`, demanding contraction from the first iteration
+    /// on and det J of the sign that it has at `origin` (the root at parameter 0), so that what it finds is the root
+    /// that continues from there. On failure `x` holds the last iterate.
+    ///
+    /// # Errors
+    /// No contraction, too many iterations, or equations that cannot be evaluated.
+    pub fn solve<E: Equations<T>>(
+        &mut self,
+        equations: &mut E,
+        origin: &[T],
+        x: &mut [T],
+        settings: &Settings<T>,
+    ) -> Result<Outcome<T>, Failure<T, E::Error>> {
+        let start = self.determinant_at_zero(equations, origin)?;
+        equations.set_fraction(T::one());
+        let corrected = self.correct(equations, x, settings)?;
+        if corrected.determinant.negative != start.negative {
+            return Err(Failure::NotConverged(corrected.outcome));
+        }
+        Ok(corrected.outcome)
+    }
+
+    /// Follows the root from parameter 0, where it is `x`, to the full parameter; `x` becomes that root.
+    ///
+    /// # Errors
+    /// [`Failure::Fold`] where det J tends to zero before the parameter is reached; otherwise as [`Newton::solve`].
+    pub fn follow<E: Equations<T>>(
+        &mut self,
+        equations: &mut E,
+        x: &mut [T],
+        settings: &Settings<T>,
+    ) -> Result<Outcome<T>, Failure<T, E::Error>> {
+        let start = self.determinant_at_zero(equations, x)?;
+        let smallest = T::exact(2f64.powi(-20));
+        let mut iterations = 0;
+        let (mut reached, mut step, mut last_step) = (T::zero(), T::exact(0.25), None);
+        // (fraction, (det J / det J(0))²) of the last two points: linear at a simple fold.
+        let mut squares = [(T::zero(), T::one()); 2];
+        let mut current = std::mem::take(&mut self.current);
+        let mut previous = std::mem::take(&mut self.previous);
+        current.copy_from_slice(x);
+        let result = loop {
+            if reached >= T::one() {
+                break None;
+            }
+            let step_now = step.min(T::one() - reached);
+            let target = if T::one() - reached <= step { T::one() } else { reached + step };
+            let slope = last_step.map_or(T::zero(), |last| step_now / last);
+            for i in 0..x.len() {
+                x[i] = current[i] + slope * (current[i] - previous[i]);
+            }
+            equations.set_fraction(target);
+            let corrected = self.correct(equations, x, settings);
+            match corrected {
+                Ok(c) if c.determinant.negative == start.negative => {
+                    iterations += c.outcome.iterations;
+                    std::mem::swap(&mut previous, &mut current);
+                    current.copy_from_slice(x);
+                    reached = target;
+                    last_step = Some(step_now);
+                    let ratio = (c.determinant.log - start.log).exp();
+                    squares = [squares[1], (target, ratio * ratio)];
+                    if reached >= T::one() {
+                        break Some(Ok(Outcome { iterations, residual: c.outcome.residual }));
+                    }
+                    step *= if c.outcome.iterations <= 5 { T::exact(2.0) } else { T::one() };
+                    step = step.min(T::half());
+                }
+                failed => {
+                    step = step_now * T::half();
+                    if step < smallest {
+                        break Some(Err(Self::end_of_branch(failed, squares, start, iterations)));
+                    }
+                    if let Ok(c) = &failed {
+                        iterations += c.outcome.iterations;
+                    }
+                }
+            }
+        };
+        if !matches!(result, Some(Ok(_))) {
+            x.copy_from_slice(&current);
+        }
+        self.current = current;
+        self.previous = previous;
+        result.unwrap_or(Ok(Outcome { iterations, residual: T::zero() }))
+    }
+
+    /// Why the branch could not be followed any further.
+    fn end_of_branch<E>(
+        failed: Result<Corrected<T>, Failure<T, E>>,
+        squares: [(T, T); 2],
+        start: Determinant<T>,
+        iterations: usize,
+    ) -> Failure<T, E> {
+        let [(f0, d0), (f1, d1)] = squares;
+        // det² extrapolates to zero within a few per cent of the last point: a fold.
+        let zero = f1 + d1 * (f1 - f0) / (d0 - d1);
+        let fold = d1 < d0 && zero <= f1 * T::ratio(21, 20) + T::exact(2f64.powi(-10));
+        match failed {
+            Ok(c) if c.determinant.negative != start.negative && !fold => {
+                Failure::Fold { fraction: f1, determinant: d1.sqrt() }
+            }
+            _ if fold => Failure::Fold { fraction: zero, determinant: d1.sqrt() },
+            Ok(c) => Failure::NotConverged(c.outcome),
+            Err(Failure::NotConverged(mut outcome)) => {
+                outcome.iterations += iterations;
+                Failure::NotConverged(outcome)
+            }
+            Err(other) => other,
+        }
+    }
+
+    fn determinant_at_zero<E: Equations<T>>(
+        &mut self,
+        equations: &mut E,
+        origin: &[T],
+    ) -> Result<Determinant<T>, Failure<T, E::Error>> {
+        equations.set_fraction(T::zero());
+        equations.jacobian(origin, &mut self.jacobian).map_err(Failure::Equations)?;
+        self.factor().ok_or(Failure::NotConverged(Outcome { iterations: 0, residual: T::zero() }))
+    }
+
+    /// Newton's iteration at the present parameter; every correction must be at most half the one before.
+    fn correct<E: Equations<T>>(
+        &mut self,
+        equations: &mut E,
+        x: &mut [T],
+        settings: &Settings<T>,
+    ) -> Result<Corrected<T>, Failure<T, E::Error>> {
+        let mut determinant = None;
+        let mut last_correction = None;
+        let mut best = T::zero();
+        for iterations in 0..=settings.max_iterations {
+            let size = equations.residual(x, &mut self.residual).map_err(Failure::Equations)?;
+            let residual = largest(&self.residual);
+            // 0/0 is a residual of zero: a system at rest without forces.
+            let relative = if residual == T::zero() { T::zero() } else { residual / size };
+            let outcome = Outcome { iterations, residual: relative };
+            if !relative.all_finite() {
+                return Err(Failure::NotConverged(outcome));
+            }
+            let stagnates = iterations > 1 && relative * T::exact(2.0) >= best;
+            let solved = relative <= settings.tolerance || (stagnates && relative <= settings.floor);
+            best = if iterations == 0 { relative } else { best.min(relative) };
+            if let (true, Some(determinant)) = (solved, determinant) {
+                return Ok(Corrected { outcome, determinant });
+            }
+            if iterations == settings.max_iterations {
+                return Err(Failure::NotConverged(outcome));
+            }
+            equations.jacobian(x, &mut self.jacobian).map_err(Failure::Equations)?;
+            let Some(factored) = self.factor() else {
+                return Err(Failure::NotConverged(outcome));
+            };
+            determinant = Some(factored);
+            self.trial.copy_from_slice(&self.residual);
+            self.back_substitute();
+            let correction = largest(&self.trial);
+            let allowed = last_correction.map(|last: T| last * T::half());
+            // Corrections at the level of rounding need not contract any more.
+            if allowed.is_some_and(|allowed| !(correction <= allowed)) && relative > settings.floor {
+                return Err(Failure::NotConverged(outcome));
+            }
+            last_correction = Some(correction);
+            for (v, d) in x.iter_mut().zip(&self.trial) {
+                *v -= *d;
+            }
+        }
+        Err(Failure::NotConverged(Outcome { iterations: settings.max_iterations, residual: best }))
+    }
+
+    /// LU factors of the Jacobian, in place, with partial pivoting; `None` when it is singular.
+    fn factor(&mut self) -> Option<Determinant<T>> {
+        let n = self.pivots.len();
+        let m = &mut self.jacobian;
+        let mut determinant = Determinant { negative: false, log: T::zero() };
+        for k in 0..n {
+            let mut p = k;
+            for i in k + 1..n {
+                if m[(i, k)].abs() > m[(p, k)].abs() {
+                    p = i;
+                }
+            }
+            self.pivots[k] = p;
+            if p != k {
+                m.swap_rows(p, k);
+                determinant.negative = !determinant.negative;
+            }
+            let pivot = m[(k, k)];
+            if pivot == T::zero() || !pivot.all_finite() {
+                return None;
+            }
+            determinant.negative ^= pivot < T::zero();
+            determinant.log += pivot.abs().ln();
+            for i in k + 1..n {
+                m[(i, k)] /= pivot;
+            }
+            for j in k + 1..n {
+                let factor = m[(k, j)];
+                for i in k + 1..n {
+                    let lower = m[(i, k)];
+                    m[(i, j)] -= lower * factor;
+                }
+            }
+        }
+        Some(determinant)
+    }
+
+    /// `trial` ← J⁻¹ `trial`.
+    fn back_substitute(&mut self) {
+        let n = self.pivots.len();
+        let (m, x) = (&self.jacobian, &mut self.trial);
+        for k in 0..n {
+            x.swap(k, self.pivots[k]);
+        }
+        for k in 0..n {
+            let value = x[k];
+            for i in k + 1..n {
+                x[i] -= m[(i, k)] * value;
+            }
+        }
+        for k in (0..n).rev() {
+            x[k] /= m[(k, k)];
+            let value = x[k];
+            for i in 0..k {
+                x[i] -= m[(i, k)] * value;
+            }
+        }
+    }
+}
+
+/// The largest absolute value; NaN if there is one.
+fn largest<T: Real>(values: &[T]) -> T {
+    values.iter().fold(T::zero(), |m, v| if v.abs() > m || !v.all_finite() { v.abs() } else { m })
+}

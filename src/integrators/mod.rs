@@ -1,5 +1,17 @@
 //! One-step methods on (g, μ), and the trajectories made of them.
 
+pub mod classical;
+#[cfg(feature = "cli")]
+pub mod comparators;
+pub mod doubled;
+mod stages;
+pub mod trajectory;
+pub mod variational;
+
+pub use classical::Classical;
+pub use doubled::{Doubled, DoubledState};
+pub use variational::Variational;
+
 use crate::algebra::{Covector, Matrix};
 use crate::mechanics::LegendreError;
 use crate::retraction::RetractionError;
@@ -14,6 +26,25 @@ pub struct State<T: Real, const N: usize, const D: usize> {
     pub momentum: Covector<T, N>,
     /// g ∈ G, as its matrix; carried along unchanged where there is no group.
     pub attitude: Matrix<T, D>,
+}
+
+impl<T: Real, const N: usize, const D: usize> State<T, N, D> {
+    /// Refuses NaN and infinity, in the state and in the step size `h`.
+    ///
+    /// # Errors
+    /// [`StepError::NotFinite`] says what was not finite.
+    pub fn check_finite(&self, h: T) -> Result<(), StepError> {
+        let finite = [
+            ("h", h.all_finite()),
+            ("the time", self.time.all_finite()),
+            ("the momentum", self.momentum.iter().all(|v| v.all_finite())),
+            ("the attitude", self.attitude.iter().all(|v| v.all_finite())),
+        ];
+        match finite.into_iter().find(|(_, ok)| !ok) {
+            Some((what, _)) => Err(StepError::NotFinite { what }),
+            None => Ok(()),
+        }
+    }
 }
 
 /// Which iteration solved the stage equations.

@@ -1,1 +1,2 @@
 //! The laws: generators, oracles and planted faults, one file per module that they judge.
+pub mod planted;

@@ -1,7 +1,7 @@
 //! Reduced Lagrangians: the quadratic one of a rigid body, a quartic one, and Newton's inversion of l' for any other.
 
 use super::{Lagrangian, LegendreError};
-use crate::algebra::{Covector, Matrix, Vector};
+use crate::algebra::{AlgebraError, Covector, Matrix, Vector, elimination};
 use crate::scalar::{Real, Scalar};
 
 /// Newton steps on the value; the damped iteration converges in far fewer wherever l is convex.
@@ -12,50 +12,6 @@ const MAX_HALVINGS: usize = 40;
 /// max_i |v_i|.
 fn largest<'a, T: Real>(entries: impl IntoIterator<Item = &'a T>) -> T {
     entries.into_iter().fold(T::zero(), |size, v| size.max(v.abs()))
-}
-
-/// Solves A x = b by elimination with scaled partial pivoting; `None` when a pivot, relative to its row, is at the
-/// level of round-off (8 N u) or not finite.
-pub(super) fn solve<T: Real, S: Scalar<Base = T>, const N: usize>(
-    mut a: Matrix<S, N>,
-    mut b: Vector<S, N>,
-) -> Option<Vector<S, N>> {
-    let mut scale = [T::zero(); N];
-    for row in 0..N {
-        scale[row] = (0..N).fold(T::zero(), |m, c| m.max(a[(row, c)].base().abs()));
-    }
-    let threshold = T::int(8 * N as i64) * S::unit_roundoff();
-    for k in 0..N {
-        let mut pivot = k;
-        let mut best = -T::one();
-        for row in k..N {
-            let ratio = a[(row, k)].base().abs() / scale[row];
-            if ratio > best {
-                (pivot, best) = (row, ratio);
-            }
-        }
-        if !best.all_finite() || best <= threshold {
-            return None;
-        }
-        a.swap_rows(k, pivot);
-        b.swap_rows(k, pivot);
-        scale.swap(k, pivot);
-        for row in k + 1..N {
-            let factor = a[(row, k)] / a[(k, k)];
-            for c in k + 1..N {
-                a[(row, c)] = a[(row, c)] - factor * a[(k, c)];
-            }
-            b[row] = b[row] - factor * b[k];
-        }
-    }
-    for k in (0..N).rev() {
-        let mut sum = b[k];
-        for c in k + 1..N {
-            sum -= a[(k, c)] * b[c];
-        }
-        b[k] = sum / a[(k, k)];
-    }
-    b.iter().all(|v| v.all_finite()).then_some(b)
 }
 
 /// (l')⁻¹(μ) by damped Newton iteration from `guess`: η ← η − l''(η)⁻¹ (l'(η) − μ).
@@ -75,7 +31,7 @@ pub(super) fn newton_velocity<T: Real, S: Scalar<Base = T>, const N: usize>(
     let mut right = 0;
     while right < order {
         let residual = (lagrangian.gradient(&eta) - mu).transpose();
-        eta -= solve(lagrangian.hessian(&eta), residual).ok_or_else(|| singular(&value))?;
+        eta -= elimination::inverse(&lagrangian.hessian(&eta)).ok_or_else(|| singular(&value))? * residual;
         right = 2 * right + 1;
     }
     Ok(eta)
@@ -103,7 +59,7 @@ fn newton_value<T: Real, const N: usize>(
             return Ok(eta);
         }
         let hessian = lagrangian.hessian(&eta);
-        let step = solve(hessian, residual).ok_or_else(|| singular(&eta))?;
+        let step = elimination::inverse(&hessian).ok_or_else(|| singular(&eta))? * residual;
         // Quadratic convergence: once a step is below √u |η|, what it leaves is at the level of round-off.
         let last = largest(&step) <= close * largest(&eta);
         let round_off =
@@ -165,15 +121,14 @@ impl<T: Real, const N: usize> Quadratic<T, N> {
     /// that, the symmetric part is taken); singular to working precision.
     pub fn new(inertia: Matrix<T, N>) -> Result<Self, LegendreError> {
         let inertia = symmetric(&inertia).map_err(|why| LegendreError::BadInertia { why })?;
-        let mut inverse = Matrix::<T, N>::zeros();
-        for a in 0..N {
-            let mut e = Vector::<T, N>::zeros();
-            e[a] = T::one();
-            let column = solve(inertia, e).ok_or_else(|| LegendreError::BadInertia {
-                why: "it is singular to working precision, or its inverse overflows".into(),
-            })?;
-            inverse.set_column(a, &column);
-        }
+        let inverse = elimination::regular_inverse(&inertia).map_err(|refused| LegendreError::BadInertia {
+            why: match refused {
+                AlgebraError::SingularBasis { condition } => {
+                    format!("it is singular to working precision: its condition number is {condition:e}")
+                }
+                other => other.to_string(),
+            },
+        })?;
         Ok(Self { inertia, inverse: (inverse + inverse.transpose()) * T::half() })
     }
 

@@ -3,6 +3,7 @@
 use crate::algebra::{Covector, Matrix, Vector};
 use crate::scalar::{Dual, Real, Scalar};
 
+pub mod doubled;
 pub mod equations;
 pub mod force;
 pub mod lagrangian;

@@ -44,7 +44,7 @@ fn rotations<T: Real>() -> LieAlgebra<T, 3> {
         (1, 0, 2) | (2, 1, 0) | (0, 2, 1) => -T::one(),
         _ => T::zero(),
     };
-    LieAlgebra::new(sign).expect("the cross product is a Lie bracket")
+    LieAlgebra::unchecked(sign)
 }
 
 fn model<T: Real>(

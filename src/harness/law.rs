@@ -1,0 +1,194 @@
+//! What a law is, and what it may answer.
+
+use proptest::strategy::BoxedStrategy;
+use std::fmt;
+
+/// The answer of a law on one case.
+#[derive(Clone, Debug, PartialEq)]
+pub enum Verdict {
+    /// defect ≤ bound.
+    Holds {
+        /// What was measured, ≥ 0.
+        defect: f64,
+        /// What rounding (or the theory) allows.
+        bound: f64,
+    },
+    /// defect > bound, or the defect is not a number.
+    Broken {
+        /// What was measured; infinite where nothing could be measured (a panic, a missing value).
+        defect: f64,
+        /// What rounding (or the theory) allows.
+        bound: f64,
+        /// Where it broke: values a person can read.
+        witness: String,
+    },
+    /// The case admits the law, and the check could not decide.
+    Inconclusive {
+        /// The reason, without numbers of the case: reasons are counted.
+        why: String,
+    },
+    /// The law says nothing about this case.
+    NotApplicable {
+        /// The reason, without numbers of the case: reasons are counted.
+        why: String,
+    },
+}
+
+impl Verdict {
+    /// `Holds` when |defect| ≤ bound, else `Broken`.
+    ///
+    /// A NaN or infinite defect is broken. A zero bound asks for a defect of exactly zero. A bound that is NaN, infinite
+    /// or negative cannot judge a finite defect: inconclusive.
+    pub fn judge(defect: f64, bound: f64, witness: impl FnOnce() -> String) -> Self {
+        let defect = defect.abs();
+        if !defect.is_finite() {
+            Self::Broken { defect, bound, witness: witness() }
+        } else if !(bound.is_finite() && bound >= 0.0) {
+            Self::Inconclusive { why: "the bound is not a finite number ≥ 0".into() }
+        } else if defect <= bound {
+            Self::Holds { defect, bound }
+        } else {
+            Self::Broken { defect, bound, witness: witness() }
+        }
+    }
+
+    /// `Broken` where there is nothing to measure: a value is missing, a panic, an answer of the wrong kind.
+    pub fn broken(witness: impl Into<String>) -> Self {
+        Self::Broken { defect: f64::INFINITY, bound: 0.0, witness: witness.into() }
+    }
+
+    /// `Inconclusive`.
+    pub fn inconclusive(why: impl Into<String>) -> Self {
+        Self::Inconclusive { why: why.into() }
+    }
+
+    /// `NotApplicable`.
+    pub fn not_applicable(why: impl Into<String>) -> Self {
+        Self::NotApplicable { why: why.into() }
+    }
+
+    /// Whether the law is broken on this case.
+    pub fn is_broken(&self) -> bool {
+        matches!(self, Self::Broken { .. })
+    }
+
+    /// Whether the law holds on this case.
+    pub fn holds(&self) -> bool {
+        matches!(self, Self::Holds { .. })
+    }
+
+    /// (defect, bound), where the case was judged.
+    pub fn measured(&self) -> Option<(f64, f64)> {
+        match *self {
+            Self::Holds { defect, bound } | Self::Broken { defect, bound, .. } => Some((defect, bound)),
+            _ => None,
+        }
+    }
+
+    /// defect/bound, never NaN: 0/0 is 0, and ∞ stands for a NaN defect or bound.
+    pub fn ratio(&self) -> Option<f64> {
+        let (defect, bound) = self.measured()?;
+        let ratio = if defect == 0.0 { 0.0 } else { defect / bound };
+        Some(if ratio.is_nan() || bound.is_nan() { f64::INFINITY } else { ratio })
+    }
+
+    /// This verdict and another on the same case: the graver of the two, in the order broken, inconclusive, holds,
+    /// not applicable; of two of a kind the larger ratio, else the first.
+    pub fn and(self, other: Self) -> Self {
+        let weight = |v: &Self| match v {
+            Self::Broken { .. } => 3,
+            Self::Inconclusive { .. } => 2,
+            Self::Holds { .. } => 1,
+            Self::NotApplicable { .. } => 0,
+        };
+        let (mine, theirs) = (weight(&self), weight(&other));
+        if theirs > mine || (theirs == mine && other.ratio() > self.ratio()) { other } else { self }
+    }
+}
+
+impl fmt::Display for Verdict {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Self::Holds { defect, bound } => write!(f, "holds: defect {defect:.3e}, bound {bound:.3e}"),
+            Self::Broken { defect, bound, witness } => {
+                write!(f, "broken: defect {defect:.3e}, bound {bound:.3e}: {witness}")
+            }
+            Self::Inconclusive { why } => write!(f, "inconclusive: {why}"),
+            Self::NotApplicable { why } => write!(f, "not applicable: {why}"),
+        }
+    }
+}
+
+/// A fault that a check can plant in the subject under test, to show that the law is able to fail.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Fault {
+    /// A short name, unique within its law.
+    pub name: &'static str,
+    /// What is wrong with the subject when it is planted.
+    pub what: &'static str,
+    /// On which cases it can be seen: algebras, forces, tableaux, ….
+    pub visible_on: &'static str,
+}
+
+impl Fault {
+    /// Whether the fault called `name` is the one that is planted.
+    pub fn planted(fault: Option<&Fault>, name: &str) -> bool {
+        fault.is_some_and(|fault| fault.name == name)
+    }
+}
+
+/// How many cases of a campaign a law gets.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
+pub enum Cost {
+    /// Every one of the N cases.
+    Cheap,
+    /// max(20, N/50) cases.
+    Expensive,
+}
+
+impl Cost {
+    /// The number of cases of a law of this cost, in a campaign of `cases` per cheap law.
+    pub fn cases(self, cases: usize) -> usize {
+        match self {
+            Self::Cheap => cases,
+            Self::Expensive => (cases / 50).max(20),
+        }
+    }
+}
+
+/// A statement about cases of type `C` that can be checked on each.
+///
+/// A check is a function of the case and the fault alone: no clocks, no randomness, no state.
+pub trait Law<C>: Send + Sync {
+    /// A short unique name, in kebab case.
+    fn name(&self) -> &'static str;
+
+    /// The formula.
+    fn statement(&self) -> &'static str;
+
+    /// The theorem, definition or equation that it comes from: author, year, number.
+    fn source(&self) -> &'static str;
+
+    /// What the subject is compared with, and why that is independent.
+    fn oracle(&self) -> &'static str;
+
+    /// How the bound is derived.
+    fn bound_note(&self) -> &'static str;
+
+    /// The class that decides the number of cases.
+    fn cost(&self) -> Cost;
+
+    /// The faults that `check` knows how to plant.
+    fn faults(&self) -> &'static [Fault];
+
+    /// The strategy that draws cases, valid by construction.
+    fn cases(&self) -> BoxedStrategy<C>;
+
+    /// The verdict on one case. With `fault`, the same check with that fault planted in the subject.
+    fn check(&self, case: &C, fault: Option<&Fault>) -> Verdict;
+
+    /// The fault called `name`.
+    fn fault(&self, name: &str) -> Option<&'static Fault> {
+        self.faults().iter().find(|fault| fault.name == name)
+    }
+}

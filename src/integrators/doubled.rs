@@ -1,0 +1,354 @@
+//! The doubled variational scheme on g*×G×g*, on the units and off them.
+//!
+//! It extremises Σ h b_i **l**(dτ_{Ξ_i}H_i, τ(−Ξ_i) U τ(X_i), dτ_{X_i}Ψ_i) over the stages (Martín de Diego and Sato
+//! Martín de Almagro 2019, §5.2). For (λ, U, μ) = (μ, e, μ) and the doubled Lagrangian of a forced system it stays
+//! there and is the restricted scheme; it is written without regard to that one, so that the two judge each other.
+
+use super::{Report, Solver, StepError};
+use crate::algebra::{Covector, Matrix, Vector};
+use crate::mechanics::doubled::DoubledLagrangian;
+use crate::newton::{Equations, Failure, Newton, Outcome, Settings};
+use crate::retraction::{Retraction, RetractionError, TangentPoint};
+use crate::scalar::{Dual, Real, Scalar};
+use crate::tableau::Tableau;
+use nalgebra::DMatrix;
+
+/// Newton steps per solve; quadratic convergence needs five or six.
+const MAX_ITERATIONS: usize = 40;
+
+/// A state of the doubled system.
+#[derive(Clone, Debug, PartialEq)]
+pub struct DoubledState<T: Real, const N: usize, const D: usize> {
+    /// t.
+    pub time: T,
+    /// λ = −∂l/∂η ∈ g*.
+    pub lambda: Covector<T, N>,
+    /// U = g⁻¹g̃.
+    pub relative: Matrix<T, D>,
+    /// μ = ∂l/∂ψ ∈ g*.
+    pub mu: Covector<T, N>,
+    /// (g, g̃), carried along if given.
+    pub attitudes: Option<(Matrix<T, D>, Matrix<T, D>)>,
+}
+
+impl<T: Real, const N: usize, const D: usize> DoubledState<T, N, D> {
+    /// The unit (μ, e, μ) at time t, without attitudes.
+    pub fn unit(time: T, mu: Covector<T, N>) -> Self {
+        Self { time, lambda: mu, relative: Matrix::identity(), mu, attitudes: None }
+    }
+
+    fn check_finite(&self, h: T) -> Result<(), StepError> {
+        let bad = |what| Err(StepError::NotFinite { what });
+        if !h.all_finite() {
+            return bad("h");
+        }
+        if !self.time.all_finite() {
+            return bad("the time");
+        }
+        if !self.lambda.iter().chain(self.mu.iter()).all(|v| v.all_finite()) {
+            return bad("the momentum");
+        }
+        let mut matrices = [Some(&self.relative), None, None];
+        if let Some((g, partner)) = &self.attitudes {
+            matrices = [Some(&self.relative), Some(g), Some(partner)];
+        }
+        if !matrices.into_iter().flatten().flatten().all(|v| v.all_finite()) {
+            return bad("the attitude");
+        }
+        Ok(())
+    }
+}
+
+/// One copy's stage values in a scalar S: unknown velocities, momenta and forces.
+struct Copy<S: Scalar, const N: usize> {
+    /// H_i (or Ψ_i).
+    unknown: Vec<Vector<S, N>>,
+    /// Π_i (or P_i).
+    momentum: Vec<Covector<S, N>>,
+    /// Π_i ddτ(Ξ_i; H_i) + N_i.
+    slope: Vec<Covector<S, N>>,
+    /// m = λ + h Σ b_j (trivialised ∂l/∂U) Ad_{τ(Ξ_j)}⁻¹.
+    carried: Covector<S, N>,
+    /// ξ = h Σ b_j H_j.
+    increment: Vector<S, N>,
+}
+
+impl<S: Scalar, const N: usize> Copy<S, N> {
+    fn new(stages: usize) -> Self {
+        Self {
+            unknown: vec![Vector::zeros(); stages],
+            momentum: vec![Covector::zeros(); stages],
+            slope: vec![Covector::zeros(); stages],
+            carried: Covector::zeros(),
+            increment: Vector::zeros(),
+        }
+    }
+
+    /// h Σ_j w_j H_j.
+    fn combine<T: Real>(&self, h: S, weight: impl Fn(usize) -> T) -> Vector<S, N>
+    where
+        S: Scalar<Base = T>,
+    {
+        let mut sum = Vector::zeros();
+        for (j, unknown) in self.unknown.iter().enumerate() {
+            sum += unknown * S::lift(weight(j));
+        }
+        sum * h
+    }
+}
+
+/// Both copies' stage values, and the residual: first copy's stages, then the second's.
+struct Stages<S: Scalar, const N: usize> {
+    first: Copy<S, N>,
+    second: Copy<S, N>,
+    residual: Vec<S>,
+}
+
+impl<S: Scalar, const N: usize> Stages<S, N> {
+    fn new(stages: usize) -> Self {
+        Self { first: Copy::new(stages), second: Copy::new(stages), residual: vec![S::zero(); 2 * stages * N] }
+    }
+
+    /// Unknowns from their list: the first copy's stages, then the second's.
+    fn set_unknowns<T: Real>(&mut self, x: &[T], embed: impl Fn(T, usize) -> S) {
+        let stages = self.first.unknown.iter_mut().chain(&mut self.second.unknown);
+        for (k, value) in stages.flat_map(|v| v.iter_mut()).enumerate() {
+            *value = embed(x[k], k);
+        }
+    }
+}
+
+/// The stage that left the domain of a retraction (none: the increment), and why.
+type OutOfDomain = (Option<usize>, RetractionError);
+
+/// The stage equations of one step, as [`Newton`] sees them.
+struct StageEquations<T, L, R, const N: usize, const D: usize>
+where
+    T: Real,
+{
+    lagrangian: L,
+    retraction: R,
+    tableau: Tableau<T>,
+    /// Where the step starts.
+    start: DoubledState<T, N, D>,
+    /// The step wanted, and the one of the moment (a fraction of it).
+    wanted: T,
+    h: T,
+    values: Stages<T, N>,
+    duals: Stages<Dual<T>, N>,
+}
+
+impl<T, L, R, const N: usize, const D: usize> Equations<T> for StageEquations<T, L, R, N, D>
+where
+    T: Real,
+    L: DoubledLagrangian<T, N, D>,
+    R: Retraction<T, N, D>,
+{
+    type Error = OutOfDomain;
+
+    fn dimension(&self) -> usize {
+        2 * self.tableau.stages() * N
+    }
+
+    fn set_fraction(&mut self, fraction: T) {
+        self.h = self.wanted * fraction;
+    }
+
+    fn residual(&mut self, x: &[T], out: &mut [T]) -> Result<T, OutOfDomain> {
+        self.values.set_unknowns(x, |v, _| v);
+        residual(&self.lagrangian, &self.retraction, &self.tableau, &self.start, self.h, &mut self.values)?;
+        out.copy_from_slice(&self.values.residual);
+        let momenta = self.values.first.momentum.iter().chain(&self.values.second.momentum);
+        let entries = momenta.chain([&self.start.lambda, &self.start.mu]).flat_map(|p| p.iter());
+        Ok(entries.fold(T::zero(), |scale, v| scale.max(v.abs())))
+    }
+
+    /// A column for each unknown, by dual numbers.
+    fn jacobian(&mut self, x: &[T], out: &mut DMatrix<T>) -> Result<(), OutOfDomain> {
+        for column in 0..x.len() {
+            let seed = |v, k| if k == column { Dual::variable(v) } else { Dual::constant(v) };
+            self.duals.set_unknowns(x, seed);
+            residual(&self.lagrangian, &self.retraction, &self.tableau, &self.start, self.h, &mut self.duals)?;
+            for (row, value) in self.duals.residual.iter().enumerate() {
+                out[(row, column)] = value.eps;
+            }
+        }
+        Ok(())
+    }
+}
+
+/// The doubled scheme with a tableau, a retraction and a doubled Lagrangian.
+pub struct Doubled<T, L, R, const N: usize, const D: usize>
+where
+    T: Real,
+{
+    equations: StageEquations<T, L, R, N, D>,
+    newton: Newton<T>,
+    origin: Vec<T>,
+    unknowns: Vec<T>,
+}
+
+impl<T, L, R, const N: usize, const D: usize> Doubled<T, L, R, N, D>
+where
+    T: Real,
+    L: DoubledLagrangian<T, N, D>,
+    R: Retraction<T, N, D>,
+{
+    /// The integrator, with its workspace: no step allocates.
+    pub fn new(tableau: Tableau<T>, retraction: R, lagrangian: L) -> Self {
+        let s = tableau.stages();
+        let n = 2 * s * N;
+        let equations = StageEquations {
+            lagrangian,
+            retraction,
+            tableau,
+            start: DoubledState::unit(T::zero(), Covector::zeros()),
+            wanted: T::zero(),
+            h: T::zero(),
+            values: Stages::new(s),
+            duals: Stages::new(s),
+        };
+        Self { equations, newton: Newton::new(n), origin: vec![T::zero(); n], unknowns: vec![T::zero(); n] }
+    }
+
+    /// Replaces `state` by the state after a step of size `h`; on an error `state` is unchanged.
+    ///
+    /// 2sN unknowns; Newton's method from H = η, Ψ = ψ, and where that does not contract, along a continuation in h.
+    ///
+    /// # Errors
+    /// A fold, no convergence, leaving a domain, the Legendre transform, non-finite input.
+    pub fn step(&mut self, state: &mut DoubledState<T, N, D>, h: T) -> Result<Report<T>, StepError> {
+        state.check_finite(h)?;
+        let (eta, psi) = self
+            .equations
+            .lagrangian
+            .velocities(&state.lambda, &state.mu)
+            .map_err(|source| StepError::Legendre { step: h.to_f64(), source })?;
+        self.equations.start.clone_from(state);
+        self.equations.wanted = h;
+        let half = self.origin.len() / 2;
+        for (k, value) in self.origin.iter_mut().enumerate() {
+            *value = if k < half { eta[k % N] } else { psi[k % N] };
+        }
+        let report = self.solve()?;
+        let out = |(stage, source)| StepError::Domain { step: h.to_f64(), stage, source };
+        // The stages of the last residual are those of the root.
+        *state = self.equations.end().map_err(out)?;
+        Ok(report)
+    }
+
+    /// (H_i, Ψ_i) of the last step that succeeded.
+    pub fn stages(&self) -> (&[Vector<T, N>], &[Vector<T, N>]) {
+        (&self.equations.values.first.unknown, &self.equations.values.second.unknown)
+    }
+
+    fn solve(&mut self) -> Result<Report<T>, StepError> {
+        let size = T::int(self.unknowns.len() as i64) * T::unit_roundoff();
+        let settings = Settings { tolerance: size, floor: size * T::int(256), max_iterations: MAX_ITERATIONS };
+        self.unknowns.copy_from_slice(&self.origin);
+        let direct = self.newton.solve(&mut self.equations, &self.origin, &mut self.unknowns, &settings);
+        let (solver, outcome) = match direct {
+            Ok(outcome) => (Solver::Newton, Ok(outcome)),
+            Err(_) => {
+                self.unknowns.copy_from_slice(&self.origin);
+                let followed = self.newton.follow(&mut self.equations, &mut self.unknowns, &settings);
+                (Solver::Continuation, followed)
+            }
+        };
+        let step = self.equations.wanted.to_f64();
+        match outcome {
+            Ok(Outcome { iterations, residual }) => Ok(Report { solver, iterations, residual }),
+            Err(Failure::Fold { fraction, determinant }) => {
+                Err(StepError::Fold { step, fold: step * fraction.to_f64(), determinant: determinant.to_f64() })
+            }
+            Err(Failure::NotConverged(Outcome { iterations, residual })) => Err(StepError::NotConverged {
+                step,
+                residual: residual.to_f64(),
+                tolerance: settings.tolerance.to_f64(),
+                iterations,
+            }),
+            Err(Failure::Equations((stage, source))) => Err(StepError::Domain { step, stage, source }),
+        }
+    }
+}
+
+impl<T, L, R, const N: usize, const D: usize> StageEquations<T, L, R, N, D>
+where
+    T: Real,
+    R: Retraction<T, N, D>,
+{
+    /// λ' = Ad*_{τ(ξ)} m_λ, μ' = Ad*_{τ(χ)} m_μ, U' = τ(−ξ) U τ(χ), g' = g τ(ξ), g̃' = g̃ τ(χ).
+    fn end(&self) -> Result<DoubledState<T, N, D>, OutOfDomain> {
+        let increment = |source| (None, source);
+        let (first, second) = (&self.values.first, &self.values.second);
+        let left = self.retraction.tau(&first.increment).map_err(increment)?;
+        let right = self.retraction.tau(&second.increment).map_err(increment)?;
+        let back = self.retraction.tau(&-first.increment).map_err(increment)?;
+        Ok(DoubledState {
+            time: self.start.time + self.wanted,
+            lambda: first.carried * self.retraction.at(&first.increment).map_err(increment)?.ad(),
+            relative: back * self.start.relative * right,
+            mu: second.carried * self.retraction.at(&second.increment).map_err(increment)?.ad(),
+            attitudes: self.start.attitudes.map(|(g, partner)| (g * left, partner * right)),
+        })
+    }
+}
+
+/// The stage equations at the unknowns in `stages`:
+///
+/// Π_i + h Σ_j (b_j a_ji / b_i) G_j − m_λ dτ_{−ξ} = 0 and P_i + h Σ_j (b_j a_ji / b_i) F_j − m_μ dτ_{−χ} = 0.
+fn residual<T, S, L, R, const N: usize, const D: usize>(
+    lagrangian: &L,
+    retraction: &R,
+    tableau: &Tableau<T>,
+    state: &DoubledState<T, N, D>,
+    h: T,
+    stages: &mut Stages<S, N>,
+) -> Result<(), OutOfDomain>
+where
+    T: Real,
+    S: Scalar<Base = T>,
+    L: DoubledLagrangian<T, N, D>,
+    R: Retraction<T, N, D>,
+{
+    let (a, b, c) = (tableau.a(), tableau.b(), tableau.c());
+    let s = tableau.stages();
+    let relative = state.relative.map(S::lift);
+    let step = S::lift(h);
+    let Stages { first, second, residual } = stages;
+    first.carried = state.lambda.map(S::lift);
+    second.carried = state.mu.map(S::lift);
+    for i in 0..s {
+        let stage = |source| (Some(i), source);
+        let (left, right) = (first.combine(step, |j| a[(i, j)]), second.combine(step, |j| a[(i, j)]));
+        let (here, there) = (retraction.at(&left).map_err(stage)?, retraction.at(&right).map_err(stage)?);
+        let eta = here.d() * first.unknown[i];
+        let psi = there.d() * second.unknown[i];
+        let back = retraction.tau(&-left).map_err(stage)?;
+        let u = back * relative * retraction.tau(&right).map_err(stage)?;
+        let time = S::lift(state.time + c[i] * h);
+        let partials = lagrangian.partials(time, &eta, &u, &psi).map_err(stage)?;
+        first.momentum[i] = -partials.eta * here.d();
+        second.momentum[i] = partials.psi * there.d();
+        first.slope[i] = first.momentum[i] * here.dd(&first.unknown[i]) + partials.right * here.d();
+        second.slope[i] = second.momentum[i] * there.dd(&second.unknown[i]) + partials.left * there.d();
+        let weight = step * S::lift(b[i]);
+        first.carried += partials.right * here.ad_inv() * weight;
+        second.carried += partials.left * there.ad_inv() * weight;
+    }
+    for (copy, offset) in [(first, 0), (second, s * N)] {
+        copy.increment = copy.combine(step, |j| b[j]);
+        let end = retraction.at(&copy.increment).map_err(|source| (None, source))?;
+        let target = copy.carried * end.d_neg();
+        for i in 0..s {
+            let mut row = copy.momentum[i] - target;
+            for j in 0..s {
+                row += copy.slope[j] * (step * S::lift(b[j] * a[(j, i)] / b[i]));
+            }
+            for k in 0..N {
+                residual[offset + i * N + k] = row[k];
+            }
+        }
+    }
+    Ok(())
+}

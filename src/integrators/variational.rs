@@ -1,0 +1,576 @@
+//! The forced variational Runge–Kutta–Munthe-Kaas step, restricted to the units.
+//!
+//! Martín de Diego and Sato Martín de Almagro 2019, §5.2 on (η, e, η). With Ξ_i = h Σ_j a_ij H_j, ξ = h Σ_j b_j H_j,
+//! η_i = dτ(Ξ_i) H_i, and covectors as rows,
+//!
+//! ```text
+//! P_i = l'(η_i) dτ(Ξ_i)          N_i = f(t + c_i h, η_i) dτ(Ξ_i)
+//! G_i = P_i ddτ(Ξ_i; H_i, ·) + N_i
+//! m   = μ + h Σ_j b_j f_j Ad_{τ(Ξ_j)}⁻¹
+//! r_i = P_i + h Σ_j (b_j a_ji / b_i) G_j − m dτ(−ξ) = 0
+//! μ'  = m Ad_{τ(ξ)}              g' = g τ(ξ)
+//! ```
+//!
+//! The default iteration sweeps over (P_i, Ξ_i): with â the conjugate, r_i = 0 reads
+//! P_i = [m dτ(−ξ) − h Σ_j b_j G_j] + h Σ_j â_ij G_j, and the right-hand side is evaluated at the last iterate. Where
+//! sweeps do not contract, Newton's method on r(H), and where that does not contract, a continuation in h from 0.
+
+use super::stages::Stages;
+use super::{OneStep, Report, Solver, State, StepError};
+use crate::algebra::{Covector, Vector};
+use crate::mechanics::{Force, Lagrangian};
+use crate::newton::{self, Equations, Failure, Newton};
+use crate::retraction::{Retraction, RetractionError, TangentPoint};
+use crate::scalar::{Dual, Real, Scalar};
+use crate::tableau::Tableau;
+use nalgebra::DMatrix;
+
+/// When the stage equations count as solved, and how long to try.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Settings<T> {
+    /// The relative residual wanted. Default 16 u.
+    pub tolerance: T,
+    /// A relative residual that no longer falls is accepted below this: it is rounding. Default 2¹⁴ u, the
+    /// amplification of rounding that an inertia of condition 10³ and a stage near the edge of the retraction's
+    /// domain cause.
+    pub floor: T,
+    /// The most sweeps before Newton's method takes over. Default 100.
+    pub max_sweeps: usize,
+    /// The most Newton iterations in one solve. Default 12.
+    pub max_iterations: usize,
+}
+
+impl<T: Real> Default for Settings<T> {
+    fn default() -> Self {
+        let u = T::unit_roundoff();
+        Self { tolerance: T::int(16) * u, floor: T::int(1 << 14) * u, max_sweeps: 100, max_iterations: 12 }
+    }
+}
+
+/// The system and the method: what does not change from step to step.
+#[derive(Clone, Debug)]
+struct Scheme<T: Real, L, F, R> {
+    lagrangian: L,
+    force: F,
+    retraction: R,
+    tableau: Tableau<T>,
+    /// â_ij.
+    conjugate: DMatrix<T>,
+    /// b_j a_ji / b_i.
+    coupling: DMatrix<T>,
+    /// Lagrange weights that carry values at c_j to 1 + c_i; none where nodes coincide.
+    extrapolation: Option<DMatrix<T>>,
+}
+
+/// The step that is being taken.
+#[derive(Clone, Copy, Debug)]
+struct Problem<T: Real, const N: usize> {
+    time: T,
+    step: T,
+    momentum: Covector<T, N>,
+}
+
+/// The quantities of the s stages and of the step, for one scalar.
+#[derive(Clone, Debug)]
+struct Work<S: Scalar, const N: usize> {
+    /// H_i.
+    rates: Stages<S, N>,
+    /// Ξ_i.
+    displacements: Stages<S, N>,
+    /// η_i.
+    velocities: Stages<S, N>,
+    /// P_i.
+    momenta: Stages<S, N>,
+    /// G_i.
+    gradients: Stages<S, N>,
+    /// f_i Ad_{τ(Ξ_i)}⁻¹.
+    impulses: Stages<S, N>,
+    /// The next P_i, or the residual r_i.
+    next_momenta: Stages<S, N>,
+    /// The next Ξ_i, or the extrapolated η_i.
+    next_displacements: Stages<S, N>,
+    /// m.
+    kicked: Covector<S, N>,
+    /// ξ.
+    increment: Vector<S, N>,
+}
+
+impl<S: Scalar, const N: usize> Work<S, N> {
+    fn new(stages: usize) -> Self {
+        let zeros = Stages::zeros(stages);
+        Self {
+            rates: zeros.clone(),
+            displacements: zeros.clone(),
+            velocities: zeros.clone(),
+            momenta: zeros.clone(),
+            gradients: zeros.clone(),
+            impulses: zeros.clone(),
+            next_momenta: zeros.clone(),
+            next_displacements: zeros,
+            kicked: Covector::zeros(),
+            increment: Vector::zeros(),
+        }
+    }
+}
+
+/// The forced variational RKMK integrator of a Lagrangian, a force, a retraction and a tableau.
+///
+/// State (g, μ); the unknowns are the s·N numbers H_i. Nothing is allocated by a step. Source: Martín de Diego and
+/// Sato Martín de Almagro 2019, §5.2, restricted to the identities.
+#[derive(Clone, Debug)]
+pub struct Variational<T: Real, const N: usize, const D: usize, L, F, R> {
+    scheme: Scheme<T, L, F, R>,
+    settings: Settings<T>,
+    work: Work<T, N>,
+    dual: Work<Dual<T>, N>,
+    newton: Newton<T>,
+    unknowns: Vec<T>,
+    origin: Vec<T>,
+    /// Step size and final momentum of the last step, when the stage velocities in `work` are those of that step.
+    last: Option<(T, Covector<T, N>)>,
+}
+
+/// Sweeps (so many) that did not lead to a root that can be trusted: they do not contract, or too slowly to be sure of
+/// the branch, or a stage left the domain on the way.
+struct Unswept(usize);
+
+impl<T, const N: usize, const D: usize, L, F, R> Variational<T, N, D, L, F, R>
+where
+    T: Real,
+    L: Lagrangian<T, N>,
+    F: Force<T, N>,
+    R: Retraction<T, N, D>,
+{
+    /// The integrator for l, f, τ and a tableau, with the default settings.
+    pub fn new(lagrangian: L, force: F, retraction: R, tableau: Tableau<T>) -> Self {
+        Self::with_settings(lagrangian, force, retraction, tableau, Settings::default())
+    }
+
+    /// The same with settings of one's own.
+    pub fn with_settings(lagrangian: L, force: F, retraction: R, tableau: Tableau<T>, settings: Settings<T>) -> Self {
+        let s = tableau.stages();
+        let (a, b) = (tableau.a(), tableau.b());
+        let coupling = DMatrix::from_fn(s, s, |i, j| b[j] * a[(j, i)] / b[i]);
+        let conjugate = tableau.conjugate().a().clone();
+        let extrapolation = extrapolation(tableau.c().as_slice());
+        Self {
+            scheme: Scheme { lagrangian, force, retraction, tableau, conjugate, coupling, extrapolation },
+            settings,
+            work: Work::new(s),
+            dual: Work::new(s),
+            newton: Newton::new(s * N),
+            unknowns: vec![T::zero(); s * N],
+            origin: vec![T::zero(); s * N],
+            last: None,
+        }
+    }
+
+    /// The Lagrangian l.
+    pub fn lagrangian(&self) -> &L {
+        &self.scheme.lagrangian
+    }
+
+    /// The force f.
+    pub fn force(&self) -> &F {
+        &self.scheme.force
+    }
+
+    /// The retraction τ.
+    pub fn retraction(&self) -> &R {
+        &self.scheme.retraction
+    }
+
+    /// The tableau.
+    pub fn tableau(&self) -> &Tableau<T> {
+        &self.scheme.tableau
+    }
+
+    /// η_i of the last step, in the order of the stages; meaningless before the first.
+    pub fn stage_velocities(&self) -> impl Iterator<Item = Vector<T, N>> + '_ {
+        (0..self.scheme.tableau.stages()).map(|i| self.work.velocities.vector(i))
+    }
+
+    /// ξ = h Σ_j b_j H_j of the last step: g' = g τ(ξ).
+    pub fn increment(&self) -> &Vector<T, N> {
+        &self.work.increment
+    }
+
+    /// The residual r_1 … r_s of the stage equations of a step of size h from μ at time t, at H_1 … H_s (`rates`).
+    ///
+    /// For laws and for judging stages found elsewhere; `out` and `rates` hold s vectors.
+    ///
+    /// # Errors
+    /// Leaving the retraction's domain.
+    pub fn residual(
+        &mut self,
+        time: T,
+        step: T,
+        momentum: &Covector<T, N>,
+        rates: &[Vector<T, N>],
+        out: &mut [Covector<T, N>],
+    ) -> Result<(), StepError> {
+        self.last = None;
+        for (i, rate) in rates.iter().enumerate().take(self.scheme.tableau.stages()) {
+            self.work.rates.set_vector(i, rate);
+        }
+        self.scheme.residual::<T, N, D>(&Problem { time, step, momentum: *momentum }, &mut self.work)?;
+        for (i, r) in out.iter_mut().enumerate().take(self.scheme.tableau.stages()) {
+            *r = self.work.next_momenta.covector(i);
+        }
+        Ok(())
+    }
+
+    /// First guess of P_i and Ξ_i: the velocity polynomial of the last step, or a constant velocity.
+    fn start(&mut self, problem: &Problem<T, N>, eta: &Vector<T, N>) {
+        let (scheme, work) = (&self.scheme, &mut self.work);
+        let s = scheme.tableau.stages();
+        let warm = self.last.is_some_and(|(h, mu)| h == problem.step && mu == problem.momentum);
+        match (&scheme.extrapolation, warm) {
+            (Some(weights), true) => {
+                work.next_displacements.combine(weights, &work.velocities);
+                std::mem::swap(&mut work.next_displacements, &mut work.velocities);
+                work.displacements.combine(scheme.tableau.a(), &work.velocities);
+                for i in 0..s {
+                    let x = work.displacements.vector(i) * problem.step;
+                    let p = scheme.lagrangian.gradient(&work.velocities.vector(i));
+                    let p = scheme.retraction.at(&x).map_or(p, |point| p * point.d());
+                    work.displacements.set_vector(i, &x);
+                    work.momenta.set_covector(i, &p);
+                }
+            }
+            _ => {
+                for i in 0..s {
+                    work.velocities.set_vector(i, eta);
+                    work.displacements.set_vector(i, &(eta * (problem.step * scheme.tableau.c()[i])));
+                    work.momenta.set_covector(i, &problem.momentum);
+                }
+            }
+        }
+    }
+
+    /// Sweeps until the residual is at the tolerance or at its floor.
+    fn sweep(&mut self, problem: &Problem<T, N>) -> Result<Report<T>, Unswept> {
+        let settings = self.settings;
+        let (mut first, mut best, mut idle) = (None, T::zero(), 0);
+        for sweeps in 1..=settings.max_sweeps {
+            let residual = self.scheme.sweep::<N, D>(problem, &mut self.work).map_err(|_| Unswept(sweeps))?;
+            if !residual.all_finite() {
+                return Err(Unswept(sweeps));
+            }
+            let start = *first.get_or_insert(residual);
+            idle = if sweeps == 1 || residual * T::exact(2.0) < best { 0 } else { idle + 1 };
+            best = if sweeps == 1 { residual } else { best.min(residual) };
+            if residual <= settings.tolerance || (idle >= 2 && residual <= settings.floor) {
+                // A root reached at a rate slower than 0.6 a sweep may lie beyond a fold: let Newton's method say.
+                let slow = sweeps > 4 && residual > start * T::ratio(3, 5).powi(sweeps as i32 - 1);
+                return if slow && residual < start {
+                    Err(Unswept(sweeps))
+                } else {
+                    Ok(Report { solver: Solver::Sweeps, iterations: sweeps, residual })
+                };
+            }
+            let hopeless = sweeps >= 8 && best > start * T::ratio(4, 5).powi(sweeps as i32);
+            if hopeless {
+                return Err(Unswept(sweeps));
+            }
+            std::mem::swap(&mut self.work.next_momenta, &mut self.work.momenta);
+            std::mem::swap(&mut self.work.next_displacements, &mut self.work.displacements);
+        }
+        Err(Unswept(settings.max_sweeps))
+    }
+
+    /// Newton's method on r(H), first in one go, then along h.
+    fn newton(&mut self, problem: &Problem<T, N>, eta: &Vector<T, N>, spent: usize) -> Result<Report<T>, StepError> {
+        let step = problem.step.to_f64();
+        for (i, v) in self.origin.iter_mut().enumerate() {
+            *v = eta[i % N];
+        }
+        self.unknowns.copy_from_slice(&self.origin);
+        let settings = newton::Settings {
+            tolerance: self.settings.tolerance,
+            floor: self.settings.floor,
+            max_iterations: self.settings.max_iterations,
+        };
+        let mut equations: StageEquations<'_, T, N, D, L, F, R> = StageEquations {
+            scheme: &self.scheme,
+            problem: *problem,
+            work: &mut self.work,
+            dual: &mut self.dual,
+            full: problem.step,
+        };
+        let mut solver = Solver::Newton;
+        let mut outcome = self.newton.solve(&mut equations, &self.origin, &mut self.unknowns, &settings);
+        if outcome.is_err() {
+            solver = Solver::Continuation;
+            self.unknowns.copy_from_slice(&self.origin);
+            outcome = self.newton.follow(&mut equations, &mut self.unknowns, &settings);
+        }
+        let outcome = outcome.map_err(|failure| match failure {
+            Failure::Fold { fraction, determinant } => {
+                StepError::Fold { step, fold: fraction.to_f64() * step, determinant: determinant.to_f64() }
+            }
+            Failure::NotConverged(o) => StepError::NotConverged {
+                step,
+                residual: o.residual.to_f64(),
+                tolerance: settings.tolerance.to_f64(),
+                iterations: o.iterations + spent,
+            },
+            Failure::Equations(error) => error,
+        })?;
+        // Leave the stages of the root in the workspace.
+        equations.set_fraction(T::one());
+        equations.load(&self.unknowns);
+        self.scheme.residual::<T, N, D>(problem, &mut self.work)?;
+        Ok(Report { solver, iterations: outcome.iterations + spent, residual: outcome.residual })
+    }
+}
+
+impl<T: Real, L, F, R> Scheme<T, L, F, R> {
+    /// One sweep: evaluates the stages at (P_i, Ξ_i), leaves m, ξ and the next iterates in the workspace, and returns
+    /// the largest relative change |P_i' − P_i|, |Ξ_i' − Ξ_i|: the residual, since P_i − P_i' = r_i and Ξ_i' = h Σ a_ij H_j.
+    fn sweep<const N: usize, const D: usize>(
+        &self,
+        problem: &Problem<T, N>,
+        work: &mut Work<T, N>,
+    ) -> Result<T, StepError>
+    where
+        L: Lagrangian<T, N>,
+        F: Force<T, N>,
+        R: Retraction<T, N, D>,
+    {
+        let h = problem.step;
+        for i in 0..self.tableau.stages() {
+            let point = self.retraction.at(&work.displacements.vector(i)).map_err(|e| domain(h, Some(i), e))?;
+            let p = work.momenta.covector(i);
+            let m = p * point.d_inv();
+            let eta = self
+                .lagrangian
+                .velocity(&m, &work.velocities.vector(i))
+                .map_err(|source| StepError::Legendre { step: h.to_f64(), source })?;
+            let rate = point.d_inv() * eta;
+            let mut gradient = point.pull_dd(&p, &m, &rate);
+            if !self.force.is_zero() {
+                let f = self.force.force(problem.time + self.tableau.c()[i] * h, &eta);
+                gradient += f * point.d();
+                work.impulses.set_covector(i, &(f * point.ad_inv()));
+            }
+            work.velocities.set_vector(i, &eta);
+            work.rates.set_vector(i, &rate);
+            work.gradients.set_covector(i, &gradient);
+        }
+        let end = self.end_of_step::<T, N, D>(problem, work)?;
+        let total = work.gradients.sum(self.tableau.b().as_slice()).transpose() * h;
+        let base = end - total;
+        work.next_momenta.combine(&self.conjugate, &work.gradients);
+        work.next_displacements.combine(self.tableau.a(), &work.rates);
+        let (mut change, mut size) = (T::zero(), largest(&end).max(largest(&total)));
+        let (mut shift, mut extent) = (T::zero(), T::zero());
+        for i in 0..self.tableau.stages() {
+            let p = work.next_momenta.covector(i) * h + base;
+            change = larger(change, largest(&(p - work.momenta.covector(i))));
+            size = larger(size, largest(&p));
+            work.next_momenta.set_covector(i, &p);
+            let x = work.next_displacements.vector(i) * h;
+            shift = larger(shift, largest(&(x - work.displacements.vector(i)).transpose()));
+            extent = larger(extent, largest(&x.transpose()));
+            work.next_displacements.set_vector(i, &x);
+        }
+        Ok(larger(relative(change, size), relative(shift, extent)))
+    }
+
+    /// ξ and m from the stages, into the workspace; returns m dτ(−ξ).
+    fn end_of_step<S: Scalar<Base = T>, const N: usize, const D: usize>(
+        &self,
+        problem: &Problem<T, N>,
+        work: &mut Work<S, N>,
+    ) -> Result<Covector<S, N>, StepError>
+    where
+        F: Force<T, N>,
+        R: Retraction<T, N, D>,
+    {
+        let h = S::lift(problem.step);
+        let b = self.tableau.b().as_slice();
+        work.increment = work.rates.sum(b) * h;
+        work.kicked = problem.momentum.map(S::lift);
+        if !self.force.is_zero() {
+            work.kicked += work.impulses.sum(b).transpose() * h;
+        }
+        let point = self.retraction.at(&work.increment).map_err(|e| domain(problem.step, None, e))?;
+        Ok(work.kicked * point.d_neg())
+    }
+
+    /// The residual r_i at the rates H_i in the workspace, into `next_momenta`; returns the size to compare it with.
+    fn residual<S: Scalar<Base = T>, const N: usize, const D: usize>(
+        &self,
+        problem: &Problem<T, N>,
+        work: &mut Work<S, N>,
+    ) -> Result<T, StepError>
+    where
+        L: Lagrangian<T, N>,
+        F: Force<T, N>,
+        R: Retraction<T, N, D>,
+    {
+        let h = S::lift(problem.step);
+        work.displacements.combine(self.tableau.a(), &work.rates);
+        for i in 0..self.tableau.stages() {
+            let x = work.displacements.vector(i) * h;
+            let rate = work.rates.vector(i);
+            let point = self.retraction.at(&x).map_err(|e| domain(problem.step, Some(i), e))?;
+            let eta = point.d() * rate;
+            let m = self.lagrangian.gradient(&eta);
+            let p = m * point.d();
+            let mut gradient = point.pull_dd(&p, &m, &rate);
+            if !self.force.is_zero() {
+                let time = S::lift(problem.time) + S::lift(self.tableau.c()[i]) * h;
+                let f = self.force.force(time, &eta);
+                gradient += f * point.d();
+                work.impulses.set_covector(i, &(f * point.ad_inv()));
+            }
+            work.displacements.set_vector(i, &x);
+            work.velocities.set_vector(i, &eta);
+            work.momenta.set_covector(i, &p);
+            work.gradients.set_covector(i, &gradient);
+        }
+        let end = self.end_of_step::<S, N, D>(problem, work)?;
+        work.next_momenta.combine(&self.coupling, &work.gradients);
+        let mut size = largest(&end);
+        for i in 0..self.tableau.stages() {
+            let (p, coupled) = (work.momenta.covector(i), work.next_momenta.covector(i) * h);
+            size = larger(size, larger(largest(&p), largest(&coupled)));
+            work.next_momenta.set_covector(i, &(p + coupled - end));
+        }
+        Ok(size)
+    }
+}
+
+/// r(H) = 0 with the fraction of the step as parameter.
+struct StageEquations<'a, T: Real, const N: usize, const D: usize, L, F, R> {
+    scheme: &'a Scheme<T, L, F, R>,
+    problem: Problem<T, N>,
+    work: &'a mut Work<T, N>,
+    dual: &'a mut Work<Dual<T>, N>,
+    full: T,
+}
+
+impl<T: Real, const N: usize, const D: usize, L, F, R> StageEquations<'_, T, N, D, L, F, R> {
+    fn load(&mut self, x: &[T]) {
+        for i in 0..self.scheme.tableau.stages() {
+            self.work.rates.set_vector(i, &Vector::from_fn(|a, _| x[i * N + a]));
+        }
+    }
+}
+
+impl<T, const N: usize, const D: usize, L, F, R> Equations<T> for StageEquations<'_, T, N, D, L, F, R>
+where
+    T: Real,
+    L: Lagrangian<T, N>,
+    F: Force<T, N>,
+    R: Retraction<T, N, D>,
+{
+    type Error = StepError;
+
+    fn dimension(&self) -> usize {
+        self.scheme.tableau.stages() * N
+    }
+
+    fn set_fraction(&mut self, fraction: T) {
+        self.problem.step = fraction * self.full;
+    }
+
+    fn residual(&mut self, x: &[T], out: &mut [T]) -> Result<T, StepError> {
+        self.load(x);
+        let size = self.scheme.residual::<T, N, D>(&self.problem, self.work)?;
+        for (k, value) in out.iter_mut().enumerate() {
+            *value = self.work.next_momenta.get(k / N, k % N);
+        }
+        Ok(size)
+    }
+
+    fn jacobian(&mut self, x: &[T], out: &mut DMatrix<T>) -> Result<(), StepError> {
+        for column in 0..x.len() {
+            for (k, &value) in x.iter().enumerate() {
+                let value = if k == column { Dual::variable(value) } else { Dual::constant(value) };
+                self.dual.rates.set(k / N, k % N, value);
+            }
+            self.scheme.residual::<Dual<T>, N, D>(&self.problem, self.dual)?;
+            for row in 0..x.len() {
+                out[(row, column)] = self.dual.next_momenta.get(row / N, row % N).eps;
+            }
+        }
+        Ok(())
+    }
+}
+
+impl<T, const N: usize, const D: usize, L, F, R> OneStep<T, N, D> for Variational<T, N, D, L, F, R>
+where
+    T: Real,
+    L: Lagrangian<T, N>,
+    F: Force<T, N>,
+    R: Retraction<T, N, D>,
+{
+    fn step(&mut self, state: &mut State<T, N, D>, h: T) -> Result<Report<T>, StepError> {
+        state.check_finite(h)?;
+        let problem = Problem { time: state.time, step: h, momentum: state.momentum };
+        let guess = if self.last.is_some() { self.work.velocities.vector(0) } else { Vector::zeros() };
+        let eta = self
+            .scheme
+            .lagrangian
+            .velocity(&state.momentum, &guess)
+            .map_err(|source| StepError::Legendre { step: h.to_f64(), source })?;
+        if self.scheme.force.force(problem.time, &eta).iter().any(|v| !v.all_finite()) {
+            return Err(StepError::NotFinite { what: "the force" });
+        }
+        self.start(&problem, &eta);
+        self.last = None;
+        let report = match self.sweep(&problem) {
+            Ok(report) => report,
+            // A stage may have left the domain only because the sweeps diverge: Newton's method decides.
+            Err(Unswept(sweeps)) => self.newton(&problem, &eta, sweeps)?,
+        };
+        let point = self.scheme.retraction.at(&self.work.increment).map_err(|e| domain(h, None, e))?;
+        let momentum = self.work.kicked * point.ad();
+        let attitude = match self.scheme.retraction.tau(&self.work.increment) {
+            Ok(increment) => state.attitude * increment,
+            Err(RetractionError::NoGroup { .. }) => state.attitude,
+            Err(source) => return Err(domain(h, None, source)),
+        };
+        let next = State { time: state.time + h, momentum, attitude };
+        next.check_finite(h)?;
+        *state = next;
+        self.last = Some((h, momentum));
+        Ok(report)
+    }
+}
+
+fn domain<T: Real>(step: T, stage: Option<usize>, source: RetractionError) -> StepError {
+    StepError::Domain { step: step.to_f64(), stage, source }
+}
+
+/// The largest absolute value, without derivative parts; NaN if there is one.
+fn largest<T: Real, S: Scalar<Base = T>, const N: usize>(covector: &Covector<S, N>) -> T {
+    covector.iter().fold(T::zero(), |m, v| larger(m, v.base().abs()))
+}
+
+/// The larger of two, or NaN.
+fn larger<T: Real>(a: T, b: T) -> T {
+    if a > b || !a.all_finite() { a } else { b }
+}
+
+/// change / size, where 0/0 is 0: a system at rest solves its equations.
+fn relative<T: Real>(change: T, size: T) -> T {
+    if change == T::zero() { T::zero() } else { change / size }
+}
+
+/// Lagrange weights E with p(1 + c_i) = Σ_j E_ij p(c_j) for polynomials of degree < s; none where two nodes are closer
+/// than 2⁻¹⁰ or the weights exceed 2²⁰ (the guess would be all rounding).
+fn extrapolation<T: Real>(c: &[T]) -> Option<DMatrix<T>> {
+    let s = c.len();
+    let apart = (0..s).all(|i| (0..i).all(|j| (c[i] - c[j]).abs() > T::exact(2f64.powi(-10))));
+    if !apart {
+        return None;
+    }
+    let weights = DMatrix::from_fn(s, s, |i, j| {
+        (0..s).filter(|&k| k != j).fold(T::one(), |w, k| w * (T::one() + c[i] - c[k]) / (c[j] - c[k]))
+    });
+    weights.iter().all(|w| w.abs() < T::exact(2f64.powi(20))).then_some(weights)
+}

@@ -1,0 +1,279 @@
+//! The variational step with faults planted in it.
+//!
+//! A transcription of the stage equations (Martín de Diego and Sato Martín de Almagro 2019, §5.2 on the units) apart
+//! from the library's integrator: plain loops over the stages, Newton's method on H, no sweeps. Each [`StepFault`] spoils
+//! one term. A law that is checked with a fault judges this step in the place of the library's; without a fault the two
+//! agree to round-off, which is a law of its own.
+
+use crate::algebra::{Covector, Matrix, Vector};
+use crate::integrators::{OneStep, Report, Solver, State, StepError};
+use crate::mechanics::{Force, Lagrangian};
+use crate::newton::{Equations, Failure, Newton, Settings};
+use crate::retraction::{Retraction, RetractionError, TangentPoint};
+use crate::scalar::{Dual, Real, Scalar};
+use crate::tableau::Tableau;
+use nalgebra::DMatrix;
+
+/// One wrong term in the step.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+pub enum StepFault {
+    /// P_i = μ + h Σ â_ij G_j and μ' = (μ + h Σ b_j G_j) dτ(ξ)⁻¹: the partitioned method in the chart, of the same order.
+    ChartTrap,
+    /// The transported force K̂ of stage i in the place of stage j under Σ_j, in the stage equations (§5.2 as printed).
+    ForceIndex,
+    /// a_ij in the place of its conjugate â_ij.
+    Unconjugated,
+    /// ddτ left out of G_i.
+    NoSecondTangent,
+    /// The second tangent of τ⁻¹ in the place of that of τ (§5.2 as printed).
+    InverseSecondTangent,
+    /// The arguments of ddτ exchanged: δ ↦ ddτ(δ, H).
+    SwappedSecondTangent,
+    /// f left out of G_i.
+    NoForceInStages,
+    /// f_j not transported: Ad*_{τ(Ξ_j)⁻¹} left out of m.
+    ForceNotTransported,
+    /// f of the first stage at every stage.
+    ForceOfFirstStage,
+    /// f at time t at every stage.
+    ForceTime,
+    /// dτ(−ξ) left out of the stage equations.
+    NoStepTangent,
+    /// μ' = Ad*_{τ(ξ)⁻¹} m.
+    CoadjointInverted,
+    /// g' = τ(ξ) g.
+    AttitudeFromLeft,
+    /// g' = g τ(h (l')⁻¹((μ + μ')/2)): the momentum is right, the attitude of order 2.
+    AttitudeOrderTwo,
+}
+
+/// The plain step of a system, with or without a fault.
+#[derive(Clone, Debug)]
+pub struct PlantedStep<T: Real, const N: usize, const D: usize, L, F, R> {
+    lagrangian: L,
+    force: F,
+    retraction: R,
+    tableau: Tableau<T>,
+    fault: Option<StepFault>,
+}
+
+/// What the stages determine: m and ξ, the residual and the chart momentum μ + h Σ b_j G_j.
+struct Evaluated<S: Scalar, const N: usize> {
+    kicked: Covector<S, N>,
+    increment: Vector<S, N>,
+    chart: Covector<S, N>,
+    residual: Vec<Covector<S, N>>,
+}
+
+impl<T, const N: usize, const D: usize, L, F, R> PlantedStep<T, N, D, L, F, R>
+where
+    T: Real,
+    L: Lagrangian<T, N>,
+    F: Force<T, N>,
+    R: Retraction<T, N, D>,
+{
+    /// The step for l, f, τ and a tableau, with a fault or without.
+    pub fn new(lagrangian: L, force: F, retraction: R, tableau: Tableau<T>, fault: Option<StepFault>) -> Self {
+        Self { lagrangian, force, retraction, tableau, fault }
+    }
+
+    fn has(&self, fault: StepFault) -> bool {
+        self.fault == Some(fault)
+    }
+
+    /// P ddτ(x; y, ·), or what the fault makes of it.
+    fn second_tangent<S: Scalar<Base = T>>(
+        &self,
+        point: &impl TangentPoint<S, N>,
+        p: &Covector<S, N>,
+        y: &Vector<S, N>,
+    ) -> Covector<S, N> {
+        match self.fault {
+            Some(StepFault::NoSecondTangent) => Covector::zeros(),
+            Some(StepFault::InverseSecondTangent) => -(p * point.d() * point.dd(&(point.d_inv() * y))),
+            Some(StepFault::SwappedSecondTangent) => Covector::from_fn(|_, a| {
+                let delta = Vector::from_fn(|b, _| if a == b { S::one() } else { S::zero() });
+                (p * point.dd(&delta) * y)[0]
+            }),
+            _ => p * point.dd(y),
+        }
+    }
+
+    fn evaluate<S: Scalar<Base = T>>(
+        &self,
+        time: T,
+        step: T,
+        momentum: &Covector<T, N>,
+        rates: &[Vector<S, N>],
+    ) -> Result<Evaluated<S, N>, RetractionError> {
+        let (s, h) = (self.tableau.stages(), S::lift(step));
+        let (a, b, c) = (self.tableau.a(), self.tableau.b(), self.tableau.c());
+        let mu = momentum.map(S::lift);
+        let mut momenta = Vec::with_capacity(s);
+        let mut gradients = Vec::with_capacity(s);
+        let mut impulses = Vec::with_capacity(s);
+        let mut increment = Vector::<S, N>::zeros();
+        let mut first_velocity = None;
+        for i in 0..s {
+            let mut x = Vector::<S, N>::zeros();
+            for j in 0..s {
+                x += rates[j] * (S::lift(a[(i, j)]) * h);
+            }
+            increment += rates[i] * (S::lift(b[i]) * h);
+            let point = self.retraction.at(&x)?;
+            let eta = point.d() * rates[i];
+            let p = self.lagrangian.gradient(&eta) * point.d();
+            let acting = if self.has(StepFault::ForceOfFirstStage) { *first_velocity.get_or_insert(eta) } else { eta };
+            let delay = if self.has(StepFault::ForceTime) { S::zero() } else { S::lift(c[i]) * h };
+            let f = self.force.force(S::lift(time) + delay, &acting);
+            let mut gradient = self.second_tangent(&point, &p, &rates[i]);
+            if !self.has(StepFault::NoForceInStages) {
+                gradient += f * point.d();
+            }
+            impulses.push(if self.has(StepFault::ForceNotTransported) { f } else { f * point.ad_inv() });
+            momenta.push(p);
+            gradients.push(gradient);
+        }
+        let sum = |values: &[Covector<S, N>]| {
+            values.iter().enumerate().fold(Covector::<S, N>::zeros(), |t, (j, v)| t + v * (S::lift(b[j]) * h))
+        };
+        let kicked = mu + sum(&impulses);
+        let chart = mu + sum(&gradients);
+        let end = self.retraction.at(&increment)?.d_neg();
+        let residual = (0..s)
+            .map(|i| {
+                let coupled = |weight: &dyn Fn(usize) -> T| {
+                    (0..s).fold(Covector::<S, N>::zeros(), |t, j| t + gradients[j] * (S::lift(weight(j)) * h))
+                };
+                let conjugate = |j: usize| b[j] - b[j] * a[(j, i)] / b[i];
+                match self.fault {
+                    Some(StepFault::ChartTrap) => momenta[i] - mu - coupled(&conjugate),
+                    Some(StepFault::Unconjugated) => momenta[i] + coupled(&|j| b[j] - a[(i, j)]) - kicked * end,
+                    Some(StepFault::ForceIndex) => {
+                        momenta[i] + coupled(&|j| b[j] - conjugate(j)) - (mu + impulses[i] * h) * end
+                    }
+                    Some(StepFault::NoStepTangent) => momenta[i] + coupled(&|j| b[j] - conjugate(j)) - kicked,
+                    _ => momenta[i] + coupled(&|j| b[j] - conjugate(j)) - kicked * end,
+                }
+            })
+            .collect();
+        Ok(Evaluated { kicked, increment, chart, residual })
+    }
+}
+
+/// The stage equations as equations in the s·N components of H.
+struct StageEquations<'a, T: Real, const N: usize, const D: usize, L, F, R> {
+    method: &'a PlantedStep<T, N, D, L, F, R>,
+    time: T,
+    full: T,
+    step: T,
+    momentum: Covector<T, N>,
+}
+
+impl<T, const N: usize, const D: usize, L, F, R> Equations<T> for StageEquations<'_, T, N, D, L, F, R>
+where
+    T: Real,
+    L: Lagrangian<T, N>,
+    F: Force<T, N>,
+    R: Retraction<T, N, D>,
+{
+    type Error = RetractionError;
+
+    fn dimension(&self) -> usize {
+        self.method.tableau.stages() * N
+    }
+
+    fn set_fraction(&mut self, fraction: T) {
+        self.step = fraction * self.full;
+    }
+
+    fn residual(&mut self, x: &[T], out: &mut [T]) -> Result<T, RetractionError> {
+        let rates: Vec<_> = x.chunks_exact(N).map(Vector::<T, N>::from_column_slice).collect();
+        let evaluated = self.method.evaluate(self.time, self.step, &self.momentum, &rates)?;
+        let mut size = T::zero();
+        for (k, value) in out.iter_mut().enumerate() {
+            *value = evaluated.residual[k / N][k % N];
+            size = size.max(evaluated.kicked[k % N].abs()).max(self.momentum[k % N].abs());
+        }
+        Ok(size)
+    }
+
+    fn jacobian(&mut self, x: &[T], out: &mut DMatrix<T>) -> Result<(), RetractionError> {
+        for column in 0..x.len() {
+            let rates: Vec<_> = (0..x.len() / N)
+                .map(|i| {
+                    Vector::<Dual<T>, N>::from_fn(|a, _| {
+                        let value = x[i * N + a];
+                        if i * N + a == column { Dual::variable(value) } else { Dual::constant(value) }
+                    })
+                })
+                .collect();
+            let evaluated = self.method.evaluate(self.time, self.step, &self.momentum, &rates)?;
+            for row in 0..x.len() {
+                out[(row, column)] = evaluated.residual[row / N][row % N].eps;
+            }
+        }
+        Ok(())
+    }
+}
+
+impl<T, const N: usize, const D: usize, L, F, R> OneStep<T, N, D> for PlantedStep<T, N, D, L, F, R>
+where
+    T: Real,
+    L: Lagrangian<T, N>,
+    F: Force<T, N>,
+    R: Retraction<T, N, D>,
+{
+    fn step(&mut self, state: &mut State<T, N, D>, h: T) -> Result<Report<T>, StepError> {
+        state.check_finite(h)?;
+        let step = h.to_f64();
+        let domain = |source| StepError::Domain { step, stage: None, source };
+        let velocity = |mu: &Covector<T, N>, guess: &Vector<T, N>| {
+            self.lagrangian.velocity(mu, guess).map_err(|source| StepError::Legendre { step, source })
+        };
+        let eta = velocity(&state.momentum, &Vector::zeros())?;
+        let size = self.tableau.stages() * N;
+        let origin: Vec<T> = (0..size).map(|k| eta[k % N]).collect();
+        let mut unknowns = origin.clone();
+        let u = T::unit_roundoff();
+        let settings = Settings { tolerance: u * T::int(16), floor: u * T::int(1 << 14), max_iterations: 20 };
+        let mut equations =
+            StageEquations { method: self, time: state.time, full: h, step: h, momentum: state.momentum };
+        let mut newton = Newton::new(size);
+        let outcome = newton.solve(&mut equations, &origin, &mut unknowns, &settings).map_err(|f| match f {
+            Failure::Equations(source) => domain(source),
+            Failure::Fold { fraction, determinant } => {
+                StepError::Fold { step, fold: step * fraction.to_f64(), determinant: determinant.to_f64() }
+            }
+            Failure::NotConverged(o) => StepError::NotConverged {
+                step,
+                residual: o.residual.to_f64(),
+                tolerance: settings.tolerance.to_f64(),
+                iterations: o.iterations,
+            },
+        })?;
+        let rates: Vec<_> = unknowns.chunks_exact(N).map(Vector::<T, N>::from_column_slice).collect();
+        let end = self.evaluate(state.time, h, &state.momentum, &rates).map_err(domain)?;
+        let point = self.retraction.at(&end.increment).map_err(domain)?;
+        let momentum = match self.fault {
+            Some(StepFault::ChartTrap) => end.chart * point.d_inv(),
+            Some(StepFault::CoadjointInverted) => end.kicked * point.ad_inv(),
+            _ => end.kicked * point.ad(),
+        };
+        let increment = if self.has(StepFault::AttitudeOrderTwo) {
+            velocity(&((state.momentum + momentum) * T::half()), &eta)? * h
+        } else {
+            end.increment
+        };
+        let attitude: Matrix<T, D> = match self.retraction.tau(&increment) {
+            Ok(tau) if self.has(StepFault::AttitudeFromLeft) => tau * state.attitude,
+            Ok(tau) => state.attitude * tau,
+            Err(RetractionError::NoGroup { .. }) => state.attitude,
+            Err(source) => return Err(domain(source)),
+        };
+        let next = State { time: state.time + h, momentum, attitude };
+        next.check_finite(h)?;
+        *state = next;
+        Ok(Report { solver: Solver::Newton, iterations: outcome.iterations, residual: outcome.residual })
+    }
+}

@@ -1,0 +1,224 @@
+//! Doubled Lagrangians on g×G×g and the one that generates a forced system.
+//!
+//! **l**(η, U, ψ), U = g⁻¹g̃, gives d/dt ∂l/∂η = ad*_η ∂l/∂η − R*_U ∂l/∂U, d/dt ∂l/∂ψ = ad*_ψ ∂l/∂ψ + L*_U ∂l/∂U,
+//! U̇ = Uψ − ηU; on (η, e, η) these are two copies of forced Euler–Poincaré (Martín de Diego and Sato Martín de Almagro
+//! 2019, Theorem 3.1 and Proposition 3.2).
+
+use super::{Force, Lagrangian, LegendreError};
+use crate::algebra::{Covector, Matrix, Vector, pair};
+use crate::retraction::{Retraction, RetractionError, TangentPoint};
+use crate::scalar::{Dual, Real, Scalar};
+
+/// The partial derivatives of a function of (η, U, ψ), each a covector of g.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Partials<S: Scalar, const N: usize> {
+    /// ∂l/∂η.
+    pub eta: Covector<S, N>,
+    /// L*_U ∂l/∂U: ξ ↦ d/dε l(η, U exp(εξ), ψ).
+    pub left: Covector<S, N>,
+    /// R*_U ∂l/∂U: ξ ↦ d/dε l(η, exp(εξ) U, ψ).
+    pub right: Covector<S, N>,
+    /// ∂l/∂ψ.
+    pub psi: Covector<S, N>,
+}
+
+/// A Lagrangian on g×G×g, perhaps depending on time; G is represented by D×D matrices.
+pub trait DoubledLagrangian<T: Real, const N: usize, const D: usize> {
+    /// **l**(t; η, U, ψ).
+    ///
+    /// # Errors
+    /// U outside the domain.
+    fn value<S: Scalar<Base = T>>(
+        &self,
+        t: S,
+        eta: &Vector<S, N>,
+        u: &Matrix<S, D>,
+        psi: &Vector<S, N>,
+    ) -> Result<S, RetractionError>;
+
+    /// ξ̂, the matrix of an element of g.
+    ///
+    /// # Errors
+    /// There are no matrices (an algebra without a group).
+    fn hat<S: Scalar<Base = T>>(&self, xi: &Vector<S, N>) -> Result<Matrix<S, D>, RetractionError>;
+
+    /// Velocities (η, ψ) with λ = −∂l/∂η and μ = ∂l/∂ψ on the units U = e: where an iteration for these starts.
+    ///
+    /// # Errors
+    /// Those of the inverse Legendre transform.
+    fn velocities(
+        &self,
+        lambda: &Covector<T, N>,
+        mu: &Covector<T, N>,
+    ) -> Result<(Vector<T, N>, Vector<T, N>), LegendreError>;
+
+    /// All partial derivatives; by dual numbers unless overridden.
+    ///
+    /// # Errors
+    /// As for [`DoubledLagrangian::value`].
+    fn partials<S: Scalar<Base = T>>(
+        &self,
+        t: S,
+        eta: &Vector<S, N>,
+        u: &Matrix<S, D>,
+        psi: &Vector<S, N>,
+    ) -> Result<Partials<S, N>, RetractionError> {
+        partials_by_duals(self, t, eta, u, psi)
+    }
+}
+
+/// The partial derivatives by dual numbers: U is moved to U(1 + ε ê_a) and to (1 + ε ê_a)U, which are exact as ε² = 0.
+///
+/// # Errors
+/// Those of the value and of `hat`.
+pub fn partials_by_duals<T: Real, S: Scalar<Base = T>, const N: usize, const D: usize>(
+    doubled: &(impl DoubledLagrangian<T, N, D> + ?Sized),
+    t: S,
+    eta: &Vector<S, N>,
+    u: &Matrix<S, D>,
+    psi: &Vector<S, N>,
+) -> Result<Partials<S, N>, RetractionError> {
+    let zero = Covector::<S, N>::zeros();
+    let mut partials = Partials { eta: zero, left: zero, right: zero, psi: zero };
+    let time = Dual::constant(t);
+    let (eta0, psi0, u0) = (eta.map(Dual::constant), psi.map(Dual::constant), u.map(Dual::constant));
+    for a in 0..N {
+        let mut e = Vector::<S, N>::zeros();
+        e[a] = S::one();
+        let hat = doubled.hat(&e)?;
+        let along = |direction: Matrix<S, D>| u.zip_map(&direction, |re, eps| Dual { re, eps });
+        let moved = |x: &Vector<S, N>| x.zip_map(&e, |re, eps| Dual { re, eps });
+        partials.eta[a] = doubled.value(time, &moved(eta), &u0, &psi0)?.eps;
+        partials.left[a] = doubled.value(time, &eta0, &along(u * hat), &psi0)?.eps;
+        partials.right[a] = doubled.value(time, &eta0, &along(hat * u), &psi0)?.eps;
+        partials.psi[a] = doubled.value(time, &eta0, &u0, &moved(psi))?.eps;
+    }
+    Ok(partials)
+}
+
+/// l_f(η, U, ψ) = l(ψ) − l(η) − k_f(η, U, ψ), k_f = −½ ⟨f(t, η) + f(t, ψ), τ⁻¹(U)⟩.
+///
+/// Antisymmetric under (η, U, ψ) ↦ (ψ, U⁻¹, η). Domain: U in that of τ⁻¹.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Forced<L, F, R> {
+    /// l.
+    pub lagrangian: L,
+    /// f.
+    pub force: F,
+    /// τ.
+    pub retraction: R,
+}
+
+impl<L, F, R> Forced<L, F, R> {
+    /// The doubled Lagrangian of the system with Lagrangian l and force f, with the retraction τ in its coupling.
+    pub fn new(lagrangian: L, force: F, retraction: R) -> Self {
+        Self { lagrangian, force, retraction }
+    }
+
+    /// k_f(η, U, ψ) = −½ ⟨f(t, η) + f(t, ψ), τ⁻¹(U)⟩.
+    ///
+    /// # Errors
+    /// U outside the domain of τ⁻¹.
+    pub fn coupling<T: Real, S: Scalar<Base = T>, const N: usize, const D: usize>(
+        &self,
+        t: S,
+        eta: &Vector<S, N>,
+        u: &Matrix<S, D>,
+        psi: &Vector<S, N>,
+    ) -> Result<S, RetractionError>
+    where
+        F: Force<T, N>,
+        R: Retraction<T, N, D>,
+    {
+        let total = self.force.force(t, eta) + self.force.force(t, psi);
+        Ok(-S::half() * pair(&total, &self.retraction.tau_inv(u)?))
+    }
+
+    /// The same k_f as it was defined, ½ (⟨f(t, ψ), τ⁻¹(U⁻¹)⟩ − ⟨f(t, η), τ⁻¹(U)⟩).
+    ///
+    /// # Errors
+    /// U singular, U or U⁻¹ outside the domain of τ⁻¹.
+    pub fn coupling_as_defined<T: Real, S: Scalar<Base = T>, const N: usize, const D: usize>(
+        &self,
+        t: S,
+        eta: &Vector<S, N>,
+        u: &Matrix<S, D>,
+        psi: &Vector<S, N>,
+    ) -> Result<S, RetractionError>
+    where
+        F: Force<T, N>,
+        R: Retraction<T, N, D>,
+    {
+        let singular = || RetractionError::NoPreimage { retraction: self.retraction.name(), why: "U is singular" };
+        let inverse = u.try_inverse().ok_or_else(singular)?;
+        let there = pair(&self.force.force(t, psi), &self.retraction.tau_inv(&inverse)?);
+        let here = pair(&self.force.force(t, eta), &self.retraction.tau_inv(u)?);
+        Ok(S::half() * (there - here))
+    }
+}
+
+/// The covector v ↦ ⟨∂f/∂η(t, η) v, x⟩.
+fn force_derivative<T: Real, S: Scalar<Base = T>, const N: usize>(
+    force: &impl Force<T, N>,
+    t: S,
+    eta: &Vector<S, N>,
+    x: &Vector<S, N>,
+) -> Covector<S, N> {
+    Covector::from_fn(|_, a| {
+        let moved = Vector::from_fn(|b, _| if a == b { Dual::variable(eta[b]) } else { Dual::constant(eta[b]) });
+        pair(&force.force(Dual::constant(t), &moved).map(|v| v.eps), x)
+    })
+}
+
+impl<T, L, F, R, const N: usize, const D: usize> DoubledLagrangian<T, N, D> for Forced<L, F, R>
+where
+    T: Real,
+    L: Lagrangian<T, N>,
+    F: Force<T, N>,
+    R: Retraction<T, N, D>,
+{
+    fn value<S: Scalar<Base = T>>(
+        &self,
+        t: S,
+        eta: &Vector<S, N>,
+        u: &Matrix<S, D>,
+        psi: &Vector<S, N>,
+    ) -> Result<S, RetractionError> {
+        Ok(self.lagrangian.value(psi) - self.lagrangian.value(eta) - self.coupling(t, eta, u, psi)?)
+    }
+
+    /// ξ̂ = d/dε τ(εξ) at ε = 0.
+    fn hat<S: Scalar<Base = T>>(&self, xi: &Vector<S, N>) -> Result<Matrix<S, D>, RetractionError> {
+        let along = xi.map(|eps| Dual { re: S::zero(), eps });
+        Ok(self.retraction.tau(&along)?.map(|v| v.eps))
+    }
+
+    fn velocities(
+        &self,
+        lambda: &Covector<T, N>,
+        mu: &Covector<T, N>,
+    ) -> Result<(Vector<T, N>, Vector<T, N>), LegendreError> {
+        let eta = self.lagrangian.velocity(lambda, &Vector::zeros())?;
+        let psi = self.lagrangian.velocity(mu, &eta)?;
+        Ok((eta, psi))
+    }
+
+    /// In closed form, with x = τ⁻¹(U) and F = f(t, η) + f(t, ψ): L*_U ∂l/∂U = ½ F dτ_x⁻¹, R*_U = Ad*_{U⁻¹} L*_U,
+    /// ∂l/∂η = −l'(η) + ½ ⟨f'(η)·, x⟩, ∂l/∂ψ = l'(ψ) + ½ ⟨f'(ψ)·, x⟩.
+    fn partials<S: Scalar<Base = T>>(
+        &self,
+        t: S,
+        eta: &Vector<S, N>,
+        u: &Matrix<S, D>,
+        psi: &Vector<S, N>,
+    ) -> Result<Partials<S, N>, RetractionError> {
+        let x = self.retraction.tau_inv(u)?;
+        let point = self.retraction.at(&x)?;
+        let total = self.force.force(t, eta) + self.force.force(t, psi);
+        let left = total * point.d_inv() * S::half();
+        let right = left * point.ad_inv();
+        let eta = force_derivative(&self.force, t, eta, &x) * S::half() - self.lagrangian.gradient(eta);
+        let psi = force_derivative(&self.force, t, psi, &x) * S::half() + self.lagrangian.gradient(psi);
+        Ok(Partials { eta, left, right, psi })
+    }
+}
