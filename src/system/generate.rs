@@ -318,11 +318,11 @@ pub(super) fn case(draw: &mut Draw<'_>, knobs: &Cases, tableau: crate::tableau::
     let method = super::case::Method { tableau, retraction };
     let mut case = Case { algebra, lagrangian, forces, method, start, step: dyadic(1, 1 << exponent) };
     for _ in 0..40 {
-        let Some(rates) = Rates::of(&case) else {
-            // An attitude outside the domain of τ.
+        let rates = Rates::of(&case)?;
+        if !rates.in_domain() {
             case.start.attitude = case.start.attitude.map(|x| x.iter().map(halved).collect());
             continue;
-        };
+        }
         let calm = |exponent: u32| rates.unrest(0.5_f64.powi(exponent as i32)) <= super::rates::MOST;
         while !calm(exponent) && exponent < limit {
             exponent += 1;

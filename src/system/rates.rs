@@ -18,13 +18,25 @@ pub(super) struct Rates {
     turning: f64,
     /// ‖∂η̇/∂η‖.
     stiffness: f64,
+    /// ‖x̂‖ of the attitude's coordinates where τ works on matrices, else 0.
+    reach: f64,
 }
 
 impl Rates {
     /// Those of a case; `None` when it cannot be built.
+    ///
+    /// Measured with exp: the Cayley map of a large group takes longer to set up than all the rest.
     pub fn of(case: &Case) -> Option<Self> {
         let cayley = case.method.retraction == Tau::Cayley;
-        case.dispatch::<f64, _>(Measure { cayley }).ok()?
+        let attitude = case.start.attitude.iter().flatten().map(|x| x.eval().ok()).collect::<Option<Vec<f64>>>()?;
+        let mut probe = case.clone();
+        probe.method.retraction = Tau::Exponential;
+        probe.dispatch::<f64, _>(Measure { cayley, attitude }).ok()?
+    }
+
+    /// Whether the attitude is safely in the domain of τ: 1 − x̂/2 is regular where ‖x̂‖ < 2.
+    pub fn in_domain(&self) -> bool {
+        self.reach < 1.9
     }
 
     /// h (‖ad_η‖ + h ‖ad_η̇‖ + ‖∂η̇/∂η‖): what the step multiplies.
@@ -35,6 +47,7 @@ impl Rates {
 
 struct Measure {
     cayley: bool,
+    attitude: Vec<f64>,
 }
 
 fn norm<const N: usize>(matrix: &Matrix<f64, N>) -> f64 {
@@ -62,13 +75,14 @@ impl Visitor<f64> for Measure {
             moved[a] = 1.0 / 1024.0;
             slope.set_column(a, &((rate(&(eta + moved)) - rate(&(eta - moved))) * 512.0));
         }
-        // The Cayley map works on matrices: 1 − x/2 must stay away from singular.
-        let matrix = match (self.cayley, &system.group) {
-            (true, Some(group)) => group.hat::<f64>(&eta).amax() * 0.5,
-            _ => 0.0,
-        };
+        // The Cayley map works on matrices: 1 − x̂/2 must stay away from singular.
+        let (mut matrix, mut reach) = (0.0, 0.0);
+        if let (true, Some(group)) = (self.cayley, &system.group) {
+            matrix = group.hat::<f64>(&eta).amax() * 0.5;
+            reach = norm(&group.hat(&Vector::from_fn(|a, _| self.attitude.get(a).copied().unwrap_or(0.0))));
+        }
         let rotation = norm(&algebra.ad(&eta)).max(matrix);
-        let rates = Rates { rotation, turning: norm(&algebra.ad(&rate(&eta))), stiffness: norm(&slope) };
+        let rates = Rates { rotation, turning: norm(&algebra.ad(&rate(&eta))), stiffness: norm(&slope), reach };
         rates.unrest(1.0).is_finite().then_some(rates)
     }
 }

@@ -26,7 +26,8 @@ pub(super) fn vanishes(force: &Force, abelian: bool) -> bool {
 /// Whether a candidate may stand: it can be built, its inertia is positive definite, and its step is small enough.
 pub(super) fn sound(case: &Case) -> bool {
     let Ok(step) = case.step.eval::<f64>() else { return false };
-    positive(&case.lagrangian.inertia) && Rates::of(case).is_some_and(|rates| rates.unrest(step.abs()) <= MOST)
+    let calm = |rates: Rates| rates.in_domain() && rates.unrest(step.abs()) <= MOST;
+    positive(&case.lagrangian.inertia) && step != 0.0 && Rates::of(case).is_some_and(calm)
 }
 
 /// Cholesky's factorisation in `f64`.
