@@ -13,7 +13,7 @@ use crate::system::{Case, System, Visitor, cases};
 use proptest::strategy::Strategy;
 
 const SOURCE: &str = "Martín de Diego and Sato Martín de Almagro 2019, Def 4.1 and §4.3";
-const BOUND: &str = "two precisions; floor 2⁸ D u times the sizes of the group elements";
+const BOUND: &str = "two precisions; floor 2⁵ D u times the sizes of the group elements";
 const FAULTS: &[Fault] = &[
     Fault {
         name: "inverse-keeps-u",
@@ -174,7 +174,7 @@ impl Check<'_> {
             .into_iter()
             .map(|axiom| Measured::Defect {
                 amplification: axiom.defect(&planted, [&chain[0], &chain[1], &chain[2]], distance),
-                floor: 256.0 * D as f64,
+                floor: 32.0 * D as f64,
                 witness: axiom.statement().into(),
             })
             .reduce(Measured::and)

@@ -30,6 +30,9 @@ const COARSEST: usize = 2;
 /// The fewest and the most levels, each with half the step of the one before.
 const LEVELS: (usize, usize) = (5, 7);
 
+/// How often the horizon may be made four times longer, where errors are too near the noise to show an order.
+const STRETCHES: usize = 3;
+
 /// The laws of this file.
 pub const LAWS: &[CaseLaw] = &[
     CaseLaw {
@@ -138,21 +141,40 @@ impl Visitor<Dd> for Study<'_> {
 
     fn visit<const N: usize, const D: usize, R: Retraction<Dd, N, D>>(self, system: System<Dd, N, D, R>) -> Verdict {
         let order = variational_order(&system.tableau, 8).order as u32;
-        let horizon = system.step * Dd::int(COARSEST as i64);
-        let references = (reference(&system, horizon, 4), reference(&system, horizon, 8));
-        let (Ok(rough), Ok(exact)) = references else {
+        let mut horizon = system.step * Dd::int(COARSEST as i64);
+        let mut first = None;
+        for _ in 0..=STRETCHES {
+            let verdict = self.at_horizon(&system, horizon, order);
+            if !matches!(verdict, Verdict::Inconclusive { .. }) {
+                return verdict;
+            }
+            first.get_or_insert(verdict);
+            horizon *= Dd::int(4);
+        }
+        first.unwrap_or_else(|| Verdict::inconclusive("no horizon was tried"))
+    }
+}
+
+impl Study<'_> {
+    fn at_horizon<const N: usize, const D: usize, R: Retraction<Dd, N, D>>(
+        &self,
+        system: &System<Dd, N, D, R>,
+        horizon: Dd,
+        order: u32,
+    ) -> Verdict {
+        let (Ok(rough), Ok(exact)) = (reference(system, horizon, 5), reference(system, horizon, 10)) else {
             return Verdict::inconclusive("the reference did not converge");
         };
         // Rounding: some hundred operations a step, relative to the size of the state; and the reference itself.
-        let sizes =
-            [exact.momentum.amax(), exact.attitude.amax(), energy(&system, &exact).unwrap_or(Dd::exact(1.0)).abs()];
+        let size = energy(system, &exact).unwrap_or(Dd::exact(1.0)).abs();
+        let sizes = [exact.momentum.amax(), exact.attitude.amax(), size];
         let doubt =
             [(exact.momentum - rough.momentum).amax(), (exact.attitude - rough.attitude).amax(), Dd::exact(0.0)];
         let mut levels: [Vec<Level>; 3] = Default::default();
         let mut verdict = Verdict::inconclusive("no levels");
         for k in 0..LEVELS.1 {
             let steps = COARSEST << k;
-            let end = match self.run(&system, horizon, steps) {
+            let end = match self.run(system, horizon, steps) {
                 Ok(end) => end,
                 Err(StepError::Domain { .. }) => {
                     return Verdict::not_applicable("the step leaves the domain of the retraction");
@@ -165,7 +187,7 @@ impl Visitor<Dd> for Study<'_> {
                 end.balance.abs(),
             ];
             for (quantity, levels) in levels.iter_mut().enumerate() {
-                let noise = Dd::unit_roundoff() * Dd::int(256 * steps as i64) * sizes[quantity] + doubt[quantity];
+                let noise = Dd::unit_roundoff() * Dd::int(64 * steps as i64) * sizes[quantity] + doubt[quantity];
                 let h = (horizon / Dd::int(steps as i64)).to_f64().abs();
                 levels.push(Level { h, error: errors[quantity].to_f64(), noise: noise.to_f64() });
             }
