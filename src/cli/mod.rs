@@ -1,14 +1,18 @@
 //! The sub-commands, one file each, and what they share: failures and exit codes.
 
+mod faults;
 pub mod integrate;
 pub mod laws;
 pub mod paper;
+mod progress;
 pub mod replay;
+mod report;
+mod table;
 pub mod verify;
 
-use clap::{Parser, Subcommand};
+use clap::{Parser, Subcommand, ValueEnum};
 use std::fmt::Display;
-use std::io;
+use std::io::{self, Write};
 use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 
@@ -92,6 +96,21 @@ impl Failure {
             Self::Computation(_) | Self::Output(_) => ExitCode::from(1),
         }
     }
+}
+
+/// How results are printed.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
+pub enum Format {
+    /// Tables, at most 100 columns wide.
+    Text,
+    /// One JSON object per line.
+    Json,
+}
+
+/// Writes `text` to standard output.
+pub fn print(text: &str) -> Result<(), Failure> {
+    let mut out = io::stdout().lock();
+    printed(out.write_all(text.as_bytes()).and_then(|()| out.flush()))
 }
 
 /// The outcome of writing to standard output. Who closes the pipe has seen enough: that is no failure.
