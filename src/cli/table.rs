@@ -10,7 +10,6 @@ pub const WIDTH: u16 = 100;
 pub fn table(header: &[&str], numbers: std::ops::Range<usize>) -> Table {
     let mut table = Table::new();
     table.load_style(UTF8_HORIZONTAL_ONLY).set_content_arrangement(ContentArrangement::Dynamic).set_width(WIDTH);
-    // Between groups of laws there is nothing to separate.
     table.style_mut().row_separator = comfy_table::LineStyle::none();
     table.set_header(header.iter().copied());
     for (index, column) in table.column_iter_mut().enumerate() {

@@ -6,6 +6,7 @@ use super::{Failure, Format, faults, print, report};
 use euler_poincare::harness::{BoxedStrategy, Campaign, Cost, Fault, Law, Report, Summary, Verdict};
 use euler_poincare::laws::CaseLaw;
 use euler_poincare::system::{Case, Replay, labels};
+use std::collections::BTreeSet;
 use std::fs;
 use std::path::{Path, PathBuf};
 use std::process::ExitCode;
@@ -117,13 +118,12 @@ impl Law<Case> for Subject {
 /// The laws, or those that know the fault called `plant`, with it.
 fn subjects(laws: Vec<&'static CaseLaw>, plant: Option<&str>) -> Result<Vec<Subject>, Failure> {
     let Some(name) = plant else { return Ok(laws.into_iter().map(|law| Subject { law, fault: None }).collect()) };
-    let known = laws.iter().flat_map(|law| law.faults.iter().map(|fault| format!("{} ({})", fault.name, law.name)));
-    let known: Vec<String> = known.collect();
+    let known: BTreeSet<_> = laws.iter().flat_map(|law| law.faults.iter().map(|fault| fault.name)).collect();
     let fault = |law: &CaseLaw| law.faults.iter().find(|fault| fault.name == name);
     let subjects: Vec<Subject> =
         laws.into_iter().filter_map(|law| Some(Subject { law, fault: Some(fault(law)?) })).collect();
     if subjects.is_empty() {
-        let known = known.join(", ");
+        let known = known.into_iter().collect::<Vec<_>>().join(", ");
         return Err(Failure::Usage(format!("no selected law knows the fault \"{name}\"; the faults are: {known}")));
     }
     Ok(subjects)
