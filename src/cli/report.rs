@@ -9,18 +9,8 @@ use std::collections::BTreeMap;
 use std::fmt;
 use std::path::PathBuf;
 
-const HEADER: [&str; 10] = [
-    "law",
-    "cases",
-    "held",
-    "broken",
-    "incon-\nclusive",
-    "not ap-\nplicable",
-    "worst\ndefect",
-    "its\nbound",
-    "ratio",
-    "time",
-];
+const HEADER: [&str; 10] =
+    ["law", "cases", "held", "broken", "incon-\nclusive", "not\nappl.", "worst\ndefect", "its\nbound", "ratio", "time"];
 
 /// A report, with how it was run.
 pub struct Campaign<'a> {

@@ -13,7 +13,10 @@ pub fn table(header: &[&str], numbers: std::ops::Range<usize>) -> Table {
     table.style_mut().row_separator = comfy_table::LineStyle::none();
     table.set_header(header.iter().copied());
     for (index, column) in table.column_iter_mut().enumerate() {
-        column.set_padding((0, if index + 1 == header.len() { 0 } else { 2 }));
+        column.set_padding((0, u16::from(index + 1 < header.len())));
+        if index == 0 {
+            column.set_constraint(ColumnConstraint::ContentWidth);
+        }
         if numbers.contains(&index) {
             column.set_cell_alignment(CellAlignment::Right);
         }
