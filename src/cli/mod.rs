@@ -21,7 +21,7 @@ use std::process::ExitCode;
 /// Without a sub-command: `verify`.
 #[derive(Parser)]
 #[command(version, args_conflicts_with_subcommands = true, after_help = EXIT_CODES)]
-pub struct Arguments {
+pub struct CommandLine {
     #[command(subcommand)]
     command: Option<Command>,
     #[command(flatten)]
@@ -45,7 +45,7 @@ enum Command {
     Integrate(integrate::Arguments),
 }
 
-impl Arguments {
+impl CommandLine {
     /// Runs the sub-command; failures go to stderr.
     pub fn run(self) -> ExitCode {
         let result = match self.command.unwrap_or(Command::Verify(self.verify)) {
