@@ -28,8 +28,12 @@ pub struct CommandLine {
     verify: verify::Arguments,
 }
 
-const EXIT_CODES: &str = "Exit codes: 0 success, 1 a law is broken or a computation failed, 2 bad usage or a bad file, \
-                          3 (replay) inconclusive or not applicable";
+const EXIT_CODES: &str = "\
+Exit codes:
+  0  success
+  1  a law is broken, or a computation came to no result
+  2  bad usage or a bad file
+  3  replay: the law has no verdict on the case";
 
 #[derive(Subcommand)]
 enum Command {
