@@ -107,7 +107,7 @@ where
             residual = self.pass(state, h)?;
             sweeps += 1;
             // Rounding: no more progress, and far below anything that converges slowly.
-            let idle = residual * T::exact(2.0) > best && residual < T::exact(2f64.powi(12)) * T::unit_roundoff();
+            let idle = residual >= best && residual < T::exact(2f64.powi(12)) * T::unit_roundoff();
             best = best.min(residual);
             solved = residual <= tolerance || (sweeps > 2 && idle);
         }

@@ -258,7 +258,7 @@ where
                 return Err(Unswept(sweeps));
             }
             let start = *first.get_or_insert(residual);
-            idle = if sweeps == 1 || residual * T::exact(2.0) < best { 0 } else { idle + 1 };
+            idle = if sweeps == 1 || residual < best { 0 } else { idle + 1 };
             best = if sweeps == 1 { residual } else { best.min(residual) };
             if residual <= settings.tolerance || (idle >= 2 && residual <= settings.floor) {
                 // A root reached at a rate slower than 0.6 a sweep may lie beyond a fold: let Newton's method say.
