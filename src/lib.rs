@@ -1,6 +1,8 @@
 //! Forced variational integrators on Lie groups, and the harness that verifies them.
 
 pub mod algebra;
+#[cfg(feature = "harness")]
+pub mod experiments;
 pub mod group;
 pub mod groupoid;
 #[cfg(feature = "harness")]
