@@ -18,8 +18,8 @@ pub enum Integrator {
     /// The adaptive pair 5(4) of Dormand and Prince on the same equation.
     #[cfg(feature = "cli")]
     DormandPrince {
-        /// The tolerance of a step.
-        tolerance: crate::integrators::comparators::Tolerance,
+        /// The relative and absolute tolerance of a step.
+        tolerance: f64,
     },
 }
 

@@ -9,22 +9,6 @@ use std::cell::RefCell;
 /// Steps after which the adaptive integrator gives up.
 const MAX_STEPS: usize = 1_000_000;
 
-/// How large the estimated local error of a component may be: absolute + relative · |component|.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Tolerance {
-    /// Relative to the component.
-    pub relative: f64,
-    /// Absolute.
-    pub absolute: f64,
-}
-
-impl Default for Tolerance {
-    /// 10⁻³ and 10⁻⁶, as MATLAB's ode45 has them.
-    fn default() -> Self {
-        Self { relative: 1e-3, absolute: 1e-6 }
-    }
-}
-
 /// Why the adaptive integration stopped early.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
 pub enum AdaptiveError {
@@ -81,7 +65,7 @@ impl<L: Lagrangian<f64, N>, F: Force<f64, N>, const N: usize> FirstOrderSystem f
 
 /// Momenta (t, μ(t)) at `times` by Dormand and Prince's adaptive pair 5(4) on the forced Lie–Poisson equation.
 ///
-/// `times[0]` is the initial time. Values
+/// `times[0]` is the initial time; `tolerance` is used as relative and as absolute tolerance per step. Values
 /// between steps come from the pair's interpolant of order 4 (Dormand and Prince 1980; Hairer, Nørsett and Wanner
 /// 1993, II.6).
 ///
@@ -91,7 +75,7 @@ pub fn dormand_prince<L: Lagrangian<f64, N>, F: Force<f64, N>, const N: usize>(
     system: &EulerPoincare<f64, N, L, F>,
     initial: &Covector<f64, N>,
     times: &[f64],
-    tolerance: Tolerance,
+    tolerance: f64,
 ) -> Result<Vec<(f64, Covector<f64, N>)>, AdaptiveError> {
     let bad = |what| Err(AdaptiveError::BadInput { what });
     let [start, .., end] = *times else {
@@ -103,14 +87,14 @@ pub fn dormand_prince<L: Lagrangian<f64, N>, F: Force<f64, N>, const N: usize>(
     if !initial.iter().all(|v| v.is_finite()) {
         return bad("the momentum is not finite");
     }
-    if ![tolerance.relative, tolerance.absolute].iter().all(|t| t.is_finite() && *t > 0.0) {
-        return bad("the tolerances must be positive and finite");
+    if !(tolerance.is_finite() && tolerance > 0.0) {
+        return bad("the tolerance must be positive and finite");
     }
     let field = VectorField { system, guess: RefCell::new(Vector::zeros()), failure: RefCell::new(None) };
     let solved = Ivp::first_order(&field, start, end, initial.as_slice())
         .method(Method::DOPRI5)
-        .rtol(tolerance.relative)
-        .atol(tolerance.absolute)
+        .rtol(tolerance)
+        .atol(tolerance)
         .max_steps(MAX_STEPS)
         .t_eval(times.to_vec())
         .solve();
