@@ -79,6 +79,8 @@
 //! `default = ["cli"]`; `cli` contains `harness`; with neither, the core needs little more than nalgebra.
 
 pub mod algebra;
+#[cfg(feature = "harness")]
+pub mod experiments;
 pub mod group;
 pub mod groupoid;
 #[cfg(feature = "harness")]
