@@ -1,0 +1,12 @@
+//! `laws`.
+
+use super::Failure;
+use std::process::ExitCode;
+
+/// Options of `laws`.
+#[derive(clap::Args)]
+pub struct Arguments {}
+
+pub fn run(_arguments: Arguments) -> Result<ExitCode, Failure> {
+    Err(Failure::Usage("not implemented".into()))
+}

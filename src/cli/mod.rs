@@ -1,0 +1,103 @@
+//! The sub-commands, one file each, and what they share: failures and exit codes.
+
+pub mod integrate;
+pub mod laws;
+pub mod paper;
+pub mod replay;
+pub mod verify;
+
+use clap::{Parser, Subcommand};
+use std::fmt::Display;
+use std::io;
+use std::path::{Path, PathBuf};
+use std::process::ExitCode;
+
+/// Forced variational integrators on Lie groups, and the harness that verifies them.
+///
+/// Without a sub-command: `verify`.
+#[derive(Parser)]
+#[command(version, args_conflicts_with_subcommands = true, after_help = EXIT_CODES)]
+pub struct Arguments {
+    #[command(subcommand)]
+    command: Option<Command>,
+    #[command(flatten)]
+    verify: verify::Arguments,
+}
+
+const EXIT_CODES: &str = "Exit codes: 0 success, 1 a law is broken or a computation failed, 2 bad usage or a bad file, \
+                          3 (replay) inconclusive or not applicable";
+
+#[derive(Subcommand)]
+enum Command {
+    /// Check the laws on random systems
+    Verify(verify::Arguments),
+    /// Run a saved case again
+    Replay(replay::Arguments),
+    /// List the laws: statement, source, oracle, planted faults
+    Laws(laws::Arguments),
+    /// Reproduce the tables and figures of the paper
+    Paper(paper::Arguments),
+    /// Integrate a system described in a file
+    Integrate(integrate::Arguments),
+}
+
+impl Arguments {
+    /// Runs the sub-command; failures go to stderr.
+    pub fn run(self) -> ExitCode {
+        let result = match self.command.unwrap_or(Command::Verify(self.verify)) {
+            Command::Verify(arguments) => verify::run(arguments),
+            Command::Replay(arguments) => replay::run(arguments),
+            Command::Laws(arguments) => laws::run(arguments),
+            Command::Paper(arguments) => paper::run(arguments),
+            Command::Integrate(arguments) => integrate::run(arguments),
+        };
+        result.unwrap_or_else(|failure| {
+            eprintln!("error: {failure}");
+            failure.exit_code()
+        })
+    }
+}
+
+/// Why a sub-command could not do what it was asked.
+#[derive(Debug, thiserror::Error)]
+pub enum Failure {
+    /// Arguments that mean nothing; the text says what is allowed.
+    #[error("{0}")]
+    Usage(String),
+    /// A file that cannot be read, understood or written.
+    #[error("{}: {reason}", path.display())]
+    File {
+        /// Which.
+        path: PathBuf,
+        /// What is wrong with it.
+        reason: String,
+    },
+    /// A computation that came to no result.
+    #[error("{0}")]
+    Computation(String),
+    /// Standard output failed (a closed pipe is no failure, see [`printed`]).
+    #[error("standard output: {0}")]
+    Output(io::Error),
+}
+
+impl Failure {
+    /// The file `path` is at fault.
+    pub fn file(path: &Path, reason: impl Display) -> Self {
+        Self::File { path: path.to_owned(), reason: reason.to_string() }
+    }
+
+    fn exit_code(&self) -> ExitCode {
+        match self {
+            Self::Usage(_) | Self::File { .. } => ExitCode::from(2),
+            Self::Computation(_) | Self::Output(_) => ExitCode::from(1),
+        }
+    }
+}
+
+/// The outcome of writing to standard output. Who closes the pipe has seen enough: that is no failure.
+pub fn printed(result: io::Result<()>) -> Result<(), Failure> {
+    match result {
+        Err(error) if error.kind() != io::ErrorKind::BrokenPipe => Err(Failure::Output(error)),
+        _ => Ok(()),
+    }
+}
