@@ -171,6 +171,15 @@ fn singular_bases_are_refused_and_graded_ones_are_not() {
     let graded = so3.in_basis(&Matrix::from_diagonal(&grade)).unwrap();
     assert_eq!(graded.constant(0, 1, 2), 2.0_f64.powi(-200));
     assert_eq!(graded.constant(1, 2, 0), 2.0_f64.powi(200));
+    // The lengths of the new basis vectors are no matter, in a skew basis either.
+    let skew = Matrix::<f64, 3>::new(2.0, 1.0, 0.0, 1.0, 3.0, 1.0, 0.0, 1.0, 2.0);
+    let (plain, graded) =
+        (so3.in_basis(&skew).unwrap(), so3.in_basis(&(skew * Matrix::from_diagonal(&grade))).unwrap());
+    for (a, b, c) in [(0, 1, 2), (1, 2, 0), (0, 2, 1), (0, 2, 2), (0, 1, 1)] {
+        let scaled = plain.constant(a, b, c) * (grade[a] * grade[b] / grade[c]);
+        let error = (graded.constant(a, b, c) - scaled).abs();
+        assert!(error <= 1e-14 * scaled.abs(), "C^{c}_{a}{b}: {error:e} of {scaled:e}");
+    }
     let huge = so3.in_basis(&Matrix::from_diagonal(&Vector::<f64, 3>::new(1e-300, 1e200, 1e200)));
     assert!(matches!(huge, Err(AlgebraError::NotFinite { .. } | AlgebraError::SingularBasis { .. })), "{huge:?}");
 }

@@ -1,1 +1,241 @@
-//! Properties of `euler_poincare::command`.
+//! Properties of the command: exit codes, formats, determinism, saved cases.
+
+use euler_poincare::system::{Case, Replay};
+use serde_json::Value;
+use std::fs;
+use std::path::{Path, PathBuf};
+use std::process::{Command, Output, Stdio};
+
+/// A cheap law with one fault; the others are judged elsewhere.
+const LAW: &str = "retraction-adjoint";
+const FAULT: &str = "inverted";
+
+/// An empty directory of this test, to run in.
+fn directory(test: &str) -> PathBuf {
+    let path = Path::new(env!("CARGO_TARGET_TMPDIR")).join("command").join(test);
+    let _ = fs::remove_dir_all(&path);
+    fs::create_dir_all(&path).unwrap();
+    path
+}
+
+fn command(directory: &Path, arguments: &[&str]) -> Command {
+    let mut command = Command::new(env!("CARGO_BIN_EXE_euler-poincare"));
+    command.args(arguments).current_dir(directory).stdin(Stdio::null());
+    command
+}
+
+fn run(directory: &Path, arguments: &[&str]) -> Output {
+    command(directory, arguments).output().unwrap()
+}
+
+fn code(output: &Output) -> i32 {
+    output.status.code().unwrap()
+}
+
+fn stdout(output: &Output) -> &str {
+    std::str::from_utf8(&output.stdout).unwrap()
+}
+
+fn stderr(output: &Output) -> &str {
+    std::str::from_utf8(&output.stderr).unwrap()
+}
+
+/// The lines of standard output as JSON, without what may differ between runs.
+fn objects(output: &Output) -> Vec<Value> {
+    let without_time = |line: &str| {
+        let mut object: Value = serde_json::from_str(line).unwrap();
+        assert!(object.as_object_mut().unwrap().remove("seconds").unwrap().as_f64().unwrap() >= 0.0);
+        object
+    };
+    stdout(output).lines().map(without_time).collect()
+}
+
+/// A saved case of `LAW` on algebra r3 or so3, or on so3 by constants.
+fn replay_file(path: &Path, law: &str, fault: Option<&str>, algebra: &str) {
+    let toml = format!(
+        "format = 1\n[algebra]\n{algebra}\n[method]\ntableau = \"gauss-1\"\nretraction = \"exp\"\n\
+         [state]\nvelocity = [1, 2, \"1/3\"]\n[run]\nstep = \"1/8\"\nsteps = 1\n"
+    );
+    let case = Case::from_toml(&toml).unwrap();
+    let replay = Replay { law: law.into(), seed: 7, index: 4, fault: fault.map(Into::into), case };
+    fs::write(path, replay.to_json().unwrap()).unwrap();
+}
+
+#[test]
+fn json_has_one_object_per_law_with_the_documented_keys() {
+    let here = directory("json");
+    let output = run(&here, &["verify", "--laws", "retraction-*", "--cases", "30", "--seed", "3", "--format", "json"]);
+    assert_eq!(code(&output), 0, "{}", stderr(&output));
+    assert_eq!(stderr(&output), "");
+    const KEYS: [&str; 9] =
+        ["bound", "broken", "cases", "held", "inconclusive", "law", "max_defect", "not_applicable", "seconds"];
+    let mut laws = Vec::new();
+    for line in stdout(&output).lines() {
+        let value: Value = serde_json::from_str(line).unwrap();
+        let object = value.as_object().unwrap();
+        let mut keys: Vec<&str> = object.keys().map(String::as_str).collect();
+        keys.sort_unstable();
+        assert_eq!(keys, KEYS);
+        let count = |key: &str| object[key].as_u64().unwrap();
+        assert_eq!(count("cases"), 30);
+        assert_eq!(count("cases"), ["held", "broken", "inconclusive", "not_applicable"].map(count).iter().sum::<u64>());
+        assert!(object["max_defect"].as_f64().unwrap() <= object["bound"].as_f64().unwrap());
+        laws.push(object["law"].as_str().unwrap().to_owned());
+    }
+    assert!(laws.len() >= 5 && laws.iter().all(|law| law.starts_with("retraction-")), "{laws:?}");
+    assert!(fs::read_dir(&here).unwrap().next().is_none(), "nothing is written where nothing breaks");
+}
+
+#[test]
+fn the_same_seed_gives_the_same_result_at_any_number_of_threads() {
+    let (one, two) = (directory("one-thread"), directory("two-threads"));
+    let laws = "retraction-adjoint,coupling-antisymmetry,groupoid-gauge";
+    let result = |here: &Path, jobs: &str, more: &[&str]| {
+        let arguments = ["verify", "--laws", laws, "--cases", "40", "--seed", "5", "--format", "json", "--jobs", jobs];
+        let output = run(here, &[&arguments, more].concat());
+        (code(&output), objects(&output), stderr(&output).to_owned())
+    };
+    assert_eq!(result(&one, "1", &[]), result(&two, "2", &[]));
+    let broken = result(&one, "1", &["--plant", FAULT]);
+    assert_eq!(broken, result(&two, "2", &["--plant", FAULT]));
+    assert_eq!(broken.0, 1);
+    let files = |here: &Path| {
+        let file = |entry: fs::DirEntry| (entry.file_name(), fs::read_to_string(entry.path()).unwrap());
+        fs::read_dir(here).unwrap().map(|entry| file(entry.unwrap())).collect::<Vec<_>>()
+    };
+    assert_eq!(files(&one).len(), 1);
+    assert_eq!(files(&one), files(&two), "the shrunk cases are the same");
+    let other = run(&one, &["--laws", laws, "--cases", "40", "--seed", "6", "--format", "json"]);
+    assert_ne!(objects(&other), result(&one, "1", &[]).1, "another seed is another campaign");
+}
+
+#[test]
+fn without_a_sub_command_it_verifies() {
+    let here = directory("default");
+    let options = ["--laws", LAW, "--cases", "20", "--format", "json"];
+    let plain = run(&here, &options);
+    assert_eq!(code(&plain), 0, "{}", stderr(&plain));
+    assert_eq!(objects(&plain), objects(&run(&here, &[&["verify"], &options[..]].concat())));
+}
+
+#[test]
+fn bad_usage_is_two_and_says_what_is_allowed() {
+    let here = directory("usage");
+    fs::write(here.join("text.json"), "no JSON").unwrap();
+    fs::write(here.join("part.json"), "{\"law\": \"retraction-adjoint\", \"seed\": 1}").unwrap();
+    replay_file(&here.join("law.json"), "no-such-law", None, "name = \"so3\"");
+    replay_file(&here.join("fault.json"), LAW, Some("no-such-fault"), "name = \"so3\"");
+    let cases: [(&[&str], &str); 17] = [
+        (&["verify", "--laws", "no-such-law"], LAW),
+        (&["verify", "--laws", "retraction-adjoint,no-such-*"], "no-such-*"),
+        (&["verify", "--laws", ""], LAW),
+        (&["verify", "--plant", "no-such-fault"], FAULT),
+        (&["verify", "--plant", FAULT, "--faults"], "cannot be used with"),
+        (&["verify", "--cases", "0"], "1.."),
+        (&["verify", "--cases", "-1"], "--cases"),
+        (&["verify", "--jobs", "0"], "1..=1024"),
+        (&["verify", "--seed", "x"], "--seed"),
+        (&["verify", "--format", "xml"], "json"),
+        (&["laws", "--laws", "no-such-law"], LAW),
+        (&["no-such-command"], "no-such-command"),
+        (&["replay"], "FILE"),
+        (&["replay", "no-such-file.json"], "no-such-file.json"),
+        (&["replay", "text.json"], "line 1"),
+        (&["replay", "law.json"], LAW),
+        (&["replay", "fault.json"], FAULT),
+    ];
+    for (arguments, said) in cases {
+        let output = run(&here, arguments);
+        assert_eq!(code(&output), 2, "{arguments:?}");
+        assert_eq!(stdout(&output), "", "{arguments:?}");
+        assert!(stderr(&output).contains(said), "{arguments:?}: {}", stderr(&output));
+    }
+    assert_eq!(code(&run(&here, &["replay", "part.json"])), 2);
+}
+
+#[test]
+fn a_broken_law_is_one_and_its_case_is_saved_and_reproduces() {
+    let here = directory("broken");
+    let output = run(&here, &["verify", "--laws", "retraction", "--cases", "20", "--plant", FAULT]);
+    assert_eq!(code(&output), 1, "{}", stderr(&output));
+    let text = stdout(&output);
+    let name = text.lines().find_map(|line| line.trim().strip_prefix("euler-poincare replay ")).unwrap();
+    assert!(text.contains(&format!("BROKEN {LAW}")), "{text}");
+
+    let replayed = run(&here, &["replay", name]);
+    assert_eq!(code(&replayed), 1, "{}", stderr(&replayed));
+    let verdict = |text: &str| text.lines().find(|line| line.trim().starts_with("verdict")).unwrap().trim().to_owned();
+    assert_eq!(verdict(stdout(&replayed)), verdict(text));
+    assert!(verdict(text).contains("broken: defect"), "{text}");
+
+    // Without the fault, the same case holds: it was the fault that was seen.
+    let path = here.join(name);
+    let mut saved: Value = serde_json::from_str(&fs::read_to_string(&path).unwrap()).unwrap();
+    assert_eq!(saved.as_object_mut().unwrap().remove("fault"), Some(FAULT.into()));
+    fs::write(&path, saved.to_string()).unwrap();
+    let sound = run(&here, &["replay", name]);
+    assert_eq!(code(&sound), 0, "{}", stderr(&sound));
+    assert!(verdict(stdout(&sound)).contains("holds: defect"), "{}", stdout(&sound));
+}
+
+#[test]
+fn a_replay_without_a_verdict_is_three() {
+    let here = directory("undecided");
+    let constants = "dimension = 3\nconstants = [[1, 2, 3, 1], [2, 3, 1, 1], [3, 1, 2, 1]]";
+    replay_file(&here.join("constants.json"), LAW, None, constants);
+    let output = run(&here, &["replay", "constants.json"]);
+    assert_eq!(code(&output), 3, "{}", stderr(&output));
+    assert!(stdout(&output).contains("not applicable: the algebra has no group"), "{}", stdout(&output));
+    replay_file(&here.join("so3.json"), LAW, None, "name = \"so3\"");
+    assert_eq!(code(&run(&here, &["replay", "so3.json"])), 0);
+}
+
+#[test]
+fn planted_faults_are_caught() {
+    let here = directory("faults");
+    let output = run(&here, &["verify", "--faults", "--laws", "retraction-a*", "--format", "json"]);
+    assert_eq!(code(&output), 0, "{}", stdout(&output));
+    let caught = objects(&output);
+    assert!(caught.iter().any(|object| object["law"] == LAW && object["fault"] == FAULT));
+    assert!(caught.iter().all(|object| (1..=100).contains(&object["caught_after"].as_u64().unwrap())));
+}
+
+#[test]
+fn every_law_is_listed_with_its_faults() {
+    let here = directory("laws");
+    let output = run(&here, &["laws", "--format", "json"]);
+    assert_eq!(code(&output), 0);
+    let listed: Vec<Value> = stdout(&output).lines().map(|line| serde_json::from_str(line).unwrap()).collect();
+    let laws = euler_poincare::laws::all();
+    assert_eq!(listed.len(), laws.len());
+    for (object, law) in listed.iter().zip(laws) {
+        assert_eq!(object["law"], law.name);
+        assert_eq!(object["faults"].as_array().unwrap().len(), law.faults.len());
+    }
+}
+
+#[test]
+fn tables_fit_into_a_hundred_columns() {
+    let here = directory("width");
+    let lines: [&[&str]; 3] = [
+        &["verify", "--laws", "retraction,coupling", "--cases", "10"],
+        &["verify", "--faults", "--laws", LAW],
+        &["laws"],
+    ];
+    for arguments in lines {
+        let output = run(&here, arguments);
+        let widest = stdout(&output).lines().max_by_key(|line| line.chars().count()).unwrap();
+        assert!(widest.chars().count() <= 100, "{arguments:?}: {widest}");
+    }
+}
+
+#[test]
+fn a_closed_pipe_is_no_failure() {
+    let here = directory("pipe");
+    for arguments in [&["laws"][..], &["verify", "--laws", LAW, "--cases", "5"]] {
+        let mut child = command(&here, arguments).stdout(Stdio::piped()).stderr(Stdio::piped()).spawn().unwrap();
+        drop(child.stdout.take());
+        let output = child.wait_with_output().unwrap();
+        assert_eq!((code(&output), stderr(&output)), (0, ""), "{arguments:?}");
+    }
+}

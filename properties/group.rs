@@ -70,11 +70,14 @@ fn random_element<const N: usize, const D: usize, T: Real>(
     exponential(&standard.hat(&random_vector::<N, T>(rng)))
 }
 
+/// A group, the basis it is in, and φ.
+type InBasis<T, const N: usize, const D: usize> = (MatrixGroup<T, N, D>, Matrix<T, N>, T);
+
 /// The standard group and its changes of basis, each with φ ≥ κ(B) times the condition of hat.
 fn in_bases<const N: usize, const D: usize, T: Real>(
     entry: &Entry,
     rng: &mut ChaCha8Rng,
-) -> (MatrixGroup<T, N, D>, Vec<(MatrixGroup<T, N, D>, Matrix<T, N>, T)>) {
+) -> (MatrixGroup<T, N, D>, Vec<InBasis<T, N, D>>) {
     let standard = MatrixGroup::<T, N, D>::from_entry(entry).unwrap();
     let mut bases = vec![Matrix::<T, N>::identity()];
     bases.extend([1.0, 30.0, 1e4].map(|condition| random_basis::<N, T>(rng, condition)));

@@ -10,23 +10,26 @@ use euler_poincare::scalar::{Dual, Scalar};
 use proptest::prelude::*;
 use quickcheck::{Gen, QuickCheck, TestResult, Testable};
 
+/// Three 3×3 matrices, orthogonal in the Frobenius product.
+type Basis = [[[i64; 3]; 3]; 3];
+
 /// A group of 3×3 matrices of determinant 1, whose algebra has the basis of `hat`.
 struct Test {
     algebra: LieAlgebra<f64, 3>,
-    hat: [[[i64; 3]; 3]; 3],
+    hat: Basis,
 }
 
-const HEISENBERG: [[[i64; 3]; 3]; 3] =
+const HEISENBERG: Basis =
     [[[0, 1, 0], [0, 0, 0], [0, 0, 0]], [[0, 0, 0], [0, 0, 1], [0, 0, 0]], [[0, 0, 1], [0, 0, 0], [0, 0, 0]]];
-const ROTATIONS: [[[i64; 3]; 3]; 3] =
+const ROTATIONS: Basis =
     [[[0, 0, 0], [0, 0, -1], [0, 1, 0]], [[0, 0, 1], [0, 0, 0], [-1, 0, 0]], [[0, -1, 0], [1, 0, 0], [0, 0, 0]]];
 /// Hyperbolic motions of the plane: [e₁, e₂] = e₂, [e₁, e₃] = −e₃.
-const MOTIONS: [[[i64; 3]; 3]; 3] =
+const MOTIONS: Basis =
     [[[1, 0, 0], [0, -1, 0], [0, 0, 0]], [[0, 0, 1], [0, 0, 0], [0, 0, 0]], [[0, 0, 0], [0, 0, 1], [0, 0, 0]]];
 
 impl Test {
     /// Structure constants from the commutators of the matrices.
-    fn new(hat: [[[i64; 3]; 3]; 3]) -> Self {
+    fn new(hat: Basis) -> Self {
         let basis = hat.map(|m| Matrix::<f64, 3>::from_fn(|i, j| m[i][j] as f64));
         let vee = |m: Matrix<f64, 3>, c: usize| m.dot(&basis[c]) / basis[c].dot(&basis[c]);
         let algebra = LieAlgebra::new(|a, b, c| vee(basis[a] * basis[b] - basis[b] * basis[a], c)).unwrap();
@@ -257,7 +260,7 @@ fn vector() -> impl Strategy<Value = Vector<f64, 3>> {
 }
 
 /// A point of Γ, for each of the three test groups.
-fn point() -> impl Strategy<Value = ([[[i64; 3]; 3]; 3], Arrow<Covector<f64, 3>, Matrix<f64, 3>>)> {
+fn point() -> impl Strategy<Value = (Basis, Arrow<Covector<f64, 3>, Matrix<f64, 3>>)> {
     let group = prop_oneof![
         quaternion().prop_map(|q| (ROTATIONS, rotation(q))),
         prop::array::uniform3(-3..=3_i8).prop_map(|n| (HEISENBERG, heisenberg(n))),

@@ -1,5 +1,8 @@
 //! Properties of `euler_poincare::integrators`: the restricted step against reference values, and where it must refuse.
 
+#[path = "integrators/doubled.rs"]
+mod doubled;
+
 use euler_poincare::algebra::{Covector, Matrix, Vector};
 use euler_poincare::integrators::{OneStep, Report, Solver, State, StepError, Variational};
 use euler_poincare::mechanics::{Force, Lagrangian};

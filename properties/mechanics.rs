@@ -1,1 +1,477 @@
-//! Properties of `euler_poincare::mechanics`.
+//! Properties of `euler_poincare::mechanics`: derivatives, Legendre transforms, forces, the equations, the doubled
+//! Lagrangian.
+
+use euler_poincare::algebra::{Covector, Entry, LieAlgebra, Matrix, Vector, pair};
+use euler_poincare::group::{LieGroup, MatrixGroup};
+use euler_poincare::mechanics::doubled::{DoubledLagrangian, Forced, partials_by_duals};
+use euler_poincare::mechanics::equations::{EulerPoincare, attitude_rate, lie_poisson_bracket};
+use euler_poincare::mechanics::force::*;
+use euler_poincare::mechanics::lagrangian::{AnyLagrangian, Quadratic, Quartic};
+use euler_poincare::mechanics::models::{Model, landau_lifshitz_gilbert, relaxed_rigid_body};
+use euler_poincare::mechanics::{Force, Lagrangian, LegendreError};
+use euler_poincare::retraction::{Cayley, CayleySo3, Exponential, ExponentialSo3, Retraction, RetractionError};
+use euler_poincare::scalar::{Dd, Dual, Real, Scalar};
+
+const U: f64 = f64::EPSILON / 2.0;
+
+/// Numbers in [−1, 1), the same on every run.
+struct Sequence(u64);
+
+impl Sequence {
+    fn next(&mut self) -> f64 {
+        self.0 = self.0.wrapping_mul(6364136223846793005).wrapping_add(1442695040888963407);
+        (self.0 >> 11) as f64 / (1u64 << 52) as f64 - 1.0
+    }
+    fn vector<const N: usize>(&mut self) -> Vector<f64, N> {
+        Vector::from_fn(|_, _| self.next())
+    }
+    fn covector<const N: usize>(&mut self) -> Covector<f64, N> {
+        Covector::from_fn(|_, _| self.next())
+    }
+    fn matrix<const N: usize>(&mut self) -> Matrix<f64, N> {
+        Matrix::from_fn(|_, _| self.next())
+    }
+    /// BᵀB + 1/4.
+    fn inertia<const N: usize>(&mut self) -> Matrix<f64, N> {
+        let b = self.matrix::<N>();
+        b.transpose() * b + Matrix::identity() * 0.25
+    }
+}
+
+fn size<'a>(entries: impl IntoIterator<Item = &'a f64>) -> f64 {
+    entries.into_iter().fold(0.0, |m, v| if v.abs() > m || v.is_nan() { v.abs() } else { m })
+}
+
+#[track_caller]
+fn close(defect: f64, bound: f64) {
+    assert!(defect <= bound, "defect {defect:e} above {bound:e}");
+}
+
+/// A Lagrangian of which only the value is known.
+struct ValueOnly<L>(L);
+
+impl<L: Lagrangian<f64, N>, const N: usize> Lagrangian<f64, N> for ValueOnly<L> {
+    fn value<S: Scalar<Base = f64>>(&self, eta: &Vector<S, N>) -> S {
+        self.0.value(eta)
+    }
+}
+
+fn derivatives_of_the_quadratic<const N: usize>(seed: u64) {
+    let mut random = Sequence(seed);
+    for _ in 0..20 {
+        let inertia = random.inertia::<N>();
+        let body = Quadratic::new(inertia).unwrap();
+        let blind = ValueOnly(body.clone());
+        let eta = random.vector::<N>() * 10f64.powf(3.0 * random.next());
+        let scale = (8 * N * N) as f64 * U * size(&inertia);
+        close(size(&(body.gradient(&eta) - blind.gradient(&eta))), scale * size(&eta));
+        close(size(&(body.hessian(&eta) - blind.hessian(&eta))), scale);
+        close((body.energy(&eta) - blind.energy(&eta)).abs(), scale * N as f64 * size(&eta).powi(2));
+        let condition = size(&inertia) * size(body.inverse()) * (N * N) as f64;
+        let mu = body.gradient(&eta);
+        for found in [body.velocity(&mu, &random.vector()), blind.velocity(&mu, &random.vector())] {
+            close(size(&(found.unwrap() - eta)), 16.0 * U * condition * size(&eta));
+        }
+        close(size(&(body.inertia() * body.inverse() - Matrix::<f64, N>::identity())), 16.0 * U * condition);
+    }
+}
+
+#[test]
+fn the_quadratic_has_the_derivatives_of_its_value() {
+    derivatives_of_the_quadratic::<1>(1);
+    derivatives_of_the_quadratic::<3>(2);
+    derivatives_of_the_quadratic::<6>(3);
+}
+
+#[test]
+fn the_quartic_is_inverted_from_any_guess_at_any_size() {
+    let mut random = Sequence(4);
+    for k in 0..60 {
+        let inertia = random.inertia::<4>();
+        let kappa = 10f64.powf(2.0 * random.next());
+        let body = Quartic::new(inertia, kappa).unwrap();
+        let eta = random.vector::<4>() * 10f64.powf(6.0 * random.next());
+        let q = eta.dot(&(inertia * eta));
+        let gradient = (inertia * eta * (1.0 + kappa * q)).transpose();
+        let scale = 64.0 * U * size(&inertia) * (1.0 + kappa * q);
+        close(size(&(body.gradient(&eta) - gradient)), 4.0 * scale * size(&eta));
+        let slope = inertia * (1.0 + kappa * q) + inertia * eta * (inertia * eta).transpose() * (2.0 * kappa);
+        close(size(&(body.hessian(&eta) - slope)), 64.0 * scale);
+        let condition = size(&slope) * size(&slope.try_inverse().unwrap()) * 16.0;
+        let guess = match k % 3 {
+            0 => Vector::zeros(),
+            1 => eta * 1e3,
+            _ => random.vector::<4>() * 10f64.powf(4.0 * random.next()),
+        };
+        let found = body.velocity(&gradient, &guess).unwrap();
+        close(size(&(found - eta)), 64.0 * U * condition * size(&eta));
+    }
+    let body = Quartic::new(Matrix::<f64, 2>::identity(), 1.0).unwrap();
+    assert_eq!(body.velocity(&Covector::zeros(), &Vector::zeros()).unwrap(), Vector::<f64, 2>::zeros());
+    close(size(&body.velocity(&Covector::zeros(), &Vector::from([3.0, -2.0])).unwrap()), 1e-100);
+}
+
+/// η + κη³ = μ: η' = 1/p, η'' = −6κη/p³, η''' = (108κ²η²/p − 6κ)/p⁴ with p = 1 + 3κη².
+#[test]
+fn the_inverse_legendre_transform_carries_derivatives_of_any_order() {
+    type Third = Dual<Dual<Dual<f64>>>;
+    let kappa = 0.75;
+    let body = Quartic::new(Matrix::<f64, 1>::identity(), kappa).unwrap();
+    for eta in [-1.5, -0.3, 1e-3, 0.4, 2.0] {
+        let mu: f64 = eta + kappa * eta * eta * eta;
+        let variable = Dual::variable(Dual::variable(Dual::variable(mu)));
+        let found: Third = body.velocity(&Covector::from([variable]), &Vector::zeros()).unwrap()[0];
+        let p = 1.0 + 3.0 * kappa * eta * eta;
+        let third = (108.0 * kappa * kappa * eta * eta / p - 6.0 * kappa) / p.powi(4);
+        close((found.re.re.re - eta).abs(), 16.0 * U * eta.abs());
+        close((found.eps.re.re - 1.0 / p).abs(), 64.0 * U);
+        close((found.eps.eps.re + 6.0 * kappa * eta / p.powi(3)).abs(), 256.0 * U);
+        close((found.re.eps.eps + 6.0 * kappa * eta / p.powi(3)).abs(), 256.0 * U);
+        close((found.eps.eps.eps - third).abs(), 4096.0 * U);
+    }
+}
+
+struct Flat;
+impl Lagrangian<f64, 2> for Flat {
+    fn value<S: Scalar<Base = f64>>(&self, eta: &Vector<S, 2>) -> S {
+        (S::one() + eta.dot(eta)).sqrt()
+    }
+}
+
+struct Degenerate;
+impl Lagrangian<f64, 2> for Degenerate {
+    fn value<S: Scalar<Base = f64>>(&self, eta: &Vector<S, 2>) -> S {
+        eta[0] * eta[0]
+    }
+}
+
+#[test]
+fn bad_lagrangians_and_momenta_are_errors() {
+    let bad = |m: [f64; 4]| Quadratic::new(Matrix::<f64, 2>::from_row_slice(&m));
+    for m in [[1.0, 0.5, 0.4, 1.0], [f64::NAN, 0.0, 0.0, 1.0], [1.0, f64::INFINITY, f64::INFINITY, 1.0]] {
+        assert!(matches!(bad(m), Err(LegendreError::BadInertia { .. })));
+    }
+    assert!(matches!(bad([1.0, 2.0, 2.0, 4.0]), Err(LegendreError::BadInertia { .. })));
+    assert!(matches!(bad([1.0, 0.0, 0.0, 0.0]), Err(LegendreError::BadInertia { .. })));
+    assert!(bad([1e-40, 0.0, 0.0, 1.0]).unwrap().is_positive_definite());
+    let indefinite = bad([1.0, 0.0, 0.0, -1.0]).unwrap();
+    assert!(!indefinite.is_positive_definite());
+    assert!(Quartic::new(*indefinite.inertia(), 1.0).is_err());
+    assert!(Quartic::new(Matrix::<f64, 2>::identity(), -1.0).is_err());
+    assert!(Quartic::new(Matrix::<f64, 2>::identity(), f64::NAN).is_err());
+    let (mu, guess) = (Covector::from([2.0, 0.0]), Vector::from([0.1, 0.2]));
+    assert!(Flat.velocity(&mu, &guess).is_err(), "|l'| < 1 < |μ|");
+    assert!(matches!(Degenerate.velocity(&mu, &guess), Err(LegendreError::Singular { .. })));
+    let quartic = Quartic::new(Matrix::<f64, 2>::identity(), 1.0).unwrap();
+    assert!(quartic.velocity(&Covector::from([f64::NAN, 0.0]), &guess).is_err());
+    assert!(quartic.velocity(&mu, &Vector::from([f64::INFINITY, 0.0])).is_err());
+}
+
+fn algebra<const N: usize>(entry: &Entry) -> LieAlgebra<f64, N> {
+    LieAlgebra::from_catalogue(entry).unwrap()
+}
+
+/// Both dissipative forces on an algebra in a random basis: powers, and the Casimirs that a double bracket keeps.
+fn dissipation<const N: usize>(entry: Entry, seed: u64) {
+    let mut random = Sequence(seed);
+    for _ in 0..10 {
+        let basis = random.matrix::<N>() * 0.5 + Matrix::identity();
+        let algebra = algebra::<N>(&entry).in_basis(&basis).unwrap();
+        let body: AnyLagrangian<f64, N> = Quartic::new(random.inertia(), 0.5).unwrap().into();
+        let eta = random.vector::<N>();
+        let mu = body.gradient(&eta);
+        let ad = algebra.ad(&eta);
+        let rounding = (64 * N * N * N) as f64 * U * size(&mu) * (1.0 + size(&ad)).powi(2) * (1.0 + size(&eta));
+        let relax = Metriplectic::new(algebra.clone(), body.clone(), 0.7).unwrap();
+        close(pair(&relax.force(0.0, &eta), &eta).abs(), rounding);
+        let damp = DoubleBracket::new(algebra.clone(), body.clone(), 0.7).unwrap();
+        let turn = algebra.coad(&eta, &mu);
+        let power = pair(&damp.force(0.0, &eta), &eta);
+        close((power + 0.7 * turn.norm_squared()).abs(), rounding * (1.0 + size(&mu)));
+        for casimir in entry.casimirs::<f64, N>().unwrap() {
+            let casimir = casimir.in_basis(&basis).unwrap();
+            let (force, slope) = (damp.force(0.0, &eta), casimir.gradient(&mu));
+            close(pair(&force, &slope).abs(), rounding * size(&slope) * (1.0 + size(&mu)) * 16.0);
+        }
+    }
+}
+
+#[test]
+fn one_dissipation_keeps_the_energy_and_the_other_the_casimirs() {
+    dissipation::<3>(Entry::So3, 5);
+    dissipation::<3>(Entry::Sl2, 6);
+    dissipation::<3>(Entry::Se2, 7);
+    dissipation::<2>(Entry::Aff1, 8);
+    dissipation::<6>(Entry::Se3, 9);
+}
+
+#[test]
+fn on_rotations_the_forces_are_cross_products() {
+    let mut random = Sequence(10);
+    for _ in 0..50 {
+        let body = Quadratic::new(random.inertia::<3>()).unwrap();
+        let omega = random.vector::<3>();
+        let momentum = body.inertia() * omega;
+        let so3 = algebra::<3>(&Entry::So3);
+        let damp = DoubleBracket::new(so3.clone(), body.clone(), 0.3).unwrap().force(0.0, &omega);
+        let relax = Metriplectic::new(so3, body, 0.2).unwrap().force(0.0, &omega);
+        let tolerance = 64.0 * U * size(&momentum).max(1.0).powi(2);
+        close(size(&(damp.transpose() - momentum.cross(&momentum.cross(&omega)) * 0.3)), tolerance);
+        close(size(&(relax.transpose() - omega.cross(&momentum).cross(&omega) * 0.2)), tolerance);
+    }
+}
+
+#[test]
+fn drags_and_loads_are_their_formulas() {
+    let mut random = Sequence(11);
+    let (r, k) = (random.matrix::<3>(), random.inertia::<3>());
+    let c = random.covector::<3>();
+    let linear = LinearDrag::new(r).unwrap();
+    let quadratic = QuadraticDrag::new(k).unwrap();
+    let load = Constant::new(c).unwrap();
+    let wave = Periodic::new(c, 1.5, 0.25).unwrap();
+    let sum = AnyForce::Sum(vec![linear.clone().into(), quadratic.clone().into(), load.clone().into()]);
+    for _ in 0..20 {
+        let (eta, t) = (random.vector::<3>(), random.next());
+        close((pair(&linear.force(t, &eta), &eta) + eta.dot(&(r * eta))).abs(), 64.0 * U);
+        let power: f64 = -eta.dot(&(k * eta)).powf(1.5);
+        close((pair(&quadratic.force(t, &eta), &eta) - power).abs(), 256.0 * U * power.abs().max(1.0));
+        assert_eq!(load.force(t, &eta), c);
+        close(size(&(wave.force(t, &eta) - c * (1.5 * t + 0.25).cos())), 4.0 * U);
+        let slope = wave.force(Dual::variable(t), &eta.map(Dual::constant)).map(|v| v.eps);
+        close(size(&(slope + c * (1.5 * (1.5 * t + 0.25).sin()))), 16.0 * U);
+        let parts = linear.force(t, &eta) + quadratic.force(t, &eta) + load.force(t, &eta);
+        close(size(&(sum.force(t, &eta) - parts)), 16.0 * U * size(&parts));
+    }
+    assert!(AnyForce::<f64, 3>::from(Zero).is_zero() && AnyForce::<f64, 3>::Sum(vec![]).is_zero());
+    assert!(!sum.is_zero() && !Force::<f64, 3>::is_zero(&wave));
+    assert!(LinearDrag::new(Matrix::<f64, 3>::zeros()).unwrap().is_zero());
+}
+
+#[test]
+fn quadratic_drag_is_differentiable_at_rest() {
+    let singular = Matrix::<f64, 2>::from_row_slice(&[1.0, 1.0, 1.0, 1.0]);
+    for k in [Matrix::identity(), singular, Matrix::zeros()] {
+        let drag = QuadraticDrag::new(k).unwrap();
+        let moving = Vector::from([Dual::variable(Dual::variable(0.0)), Dual::constant(Dual::variable(0.0))]);
+        let force = drag.force(Dual::constant(Dual::constant(0.0)), &moving);
+        assert!(force.iter().all(|v| v.re.re == 0.0 && v.re.eps == 0.0 && v.eps.re == 0.0 && v.eps.eps == 0.0));
+    }
+}
+
+#[test]
+fn bad_forces_are_errors() {
+    let nan = Matrix::<f64, 2>::from_row_slice(&[1.0, 0.0, f64::NAN, 1.0]);
+    let body = Quadratic::diagonal([1.0, 2.0, 3.0]).unwrap();
+    assert!(DoubleBracket::new(algebra::<3>(&Entry::So3), body.clone(), f64::NAN).is_err());
+    assert!(Metriplectic::new(algebra::<3>(&Entry::So3), body, f64::INFINITY).is_err());
+    assert!(matches!(LinearDrag::new(nan), Err(ForceError::NotFinite { .. })));
+    assert!(QuadraticDrag::new(nan).is_err());
+    let indefinite = Matrix::<f64, 2>::from_row_slice(&[1.0, 0.0, 0.0, -1e-3]);
+    assert!(matches!(QuadraticDrag::new(indefinite), Err(ForceError::BadMatrix { .. })));
+    assert!(QuadraticDrag::new(Matrix::<f64, 2>::from_row_slice(&[1.0, 0.1, 0.0, 1.0])).is_err());
+    assert!(Constant::new(Covector::from([f64::NAN])).is_err());
+    assert!(Periodic::new(Covector::from([1.0]), f64::INFINITY, 0.0).is_err());
+}
+
+/// dh/dt along the vector field is the power of the force; without a force Ad*_{g⁻¹} μ is constant along (μ, g).
+fn balances<const N: usize, const D: usize>(entry: Entry, seed: u64) {
+    let mut random = Sequence(seed);
+    let group = MatrixGroup::<f64, N, D>::from_entry(&entry).unwrap();
+    for _ in 0..10 {
+        let body = Quartic::new(random.inertia::<N>(), 0.5).unwrap();
+        let drag = AnyForce::Sum(vec![
+            LinearDrag::new(random.matrix()).unwrap().into(),
+            Periodic::new(random.covector(), 2.0, 0.5).unwrap().into(),
+        ]);
+        let system = EulerPoincare::new(algebra::<N>(&entry), body.clone(), drag);
+        let (mu, t) = (random.covector::<N>(), random.next());
+        let rates = system.rates(t, &mu, &Vector::zeros()).unwrap();
+        let moving = mu.zip_map(&rates.momentum, |re, eps| Dual { re, eps });
+        let energy = system.hamiltonian(&moving, &Vector::zeros()).unwrap();
+        close((energy.eps - system.power(t, &rates.velocity)).abs(), 1024.0 * U * (1.0 + size(&rates.momentum)));
+        close((energy.re - body.energy(&rates.velocity)).abs(), 256.0 * U * (1.0 + energy.re.abs()));
+
+        let free = EulerPoincare::new(algebra::<N>(&entry), body, Zero);
+        let rates = free.rates(t, &mu, &Vector::zeros()).unwrap();
+        let attitude = Exponential::of_group(group.clone()).tau(&random.vector()).unwrap();
+        let turn = attitude_rate(&group, &attitude, &rates.velocity);
+        let moving = attitude.zip_map(&turn, |re, eps| Dual { re, eps });
+        let momentum = mu.zip_map(&rates.momentum, |re, eps| Dual { re, eps });
+        let back = group.inverse(&moving).unwrap();
+        let spatial = group.coadjoint(&back, &momentum).unwrap().map(|v| v.eps);
+        let scale = size(&attitude).powi(4) * size(&rates.velocity) * size(&mu);
+        close(size(&spatial), 1024.0 * U * scale);
+        // {C, K} = 0 for Casimirs, and {F, h} = dF/dt.
+        let (df, dh) = (random.vector::<N>(), rates.velocity);
+        let bracket = lie_poisson_bracket(&free.algebra, &mu, &df, &dh);
+        close((bracket - pair(&rates.momentum, &df)).abs(), 256.0 * U * size(&rates.velocity));
+    }
+}
+
+#[test]
+fn the_equations_balance_energy_and_keep_spatial_momentum() {
+    balances::<3, 3>(Entry::So3, 12);
+    balances::<3, 2>(Entry::Sl2, 13);
+    balances::<3, 3>(Entry::Se2, 14);
+    balances::<2, 2>(Entry::Aff1, 15);
+    balances::<6, 4>(Entry::Se3, 16);
+}
+
+/// Kutta's method, written out.
+fn kutta(model: &Model<f64>, steps: usize) -> Covector<f64, 3> {
+    let h = model.horizon / steps as f64;
+    let slope = |mu: &Covector<f64, 3>| model.system.rates(0.0, mu, &Vector::zeros()).unwrap().momentum;
+    let mut mu = model.momentum;
+    for _ in 0..steps {
+        let k1 = slope(&mu);
+        let k2 = slope(&(mu + k1 * (h / 2.0)));
+        let k3 = slope(&(mu + k2 * (h / 2.0)));
+        let k4 = slope(&(mu + k3 * h));
+        mu += (k1 + k2 * 2.0 + k3 * 2.0 + k4) * (h / 6.0);
+    }
+    mu
+}
+
+#[test]
+fn the_models_reach_their_reference_at_fourth_order() {
+    for model in [landau_lifshitz_gilbert::<f64>(), relaxed_rigid_body::<f64>()] {
+        let reference = model.reference_momentum().unwrap();
+        let error = |steps| (kutta(&model, steps) - reference).norm();
+        let (coarse, fine) = (error(32), error(64));
+        assert!((14.5..18.5).contains(&(coarse / fine)), "{}: {coarse:e} / {fine:e}", model.name);
+        // Truncation at fourth order, and a few roundings in each of 1024 steps.
+        close(error(1024), 2.0 * fine / 16f64.powi(4) + 4.0 * 1024.0 * U);
+        let start = model.system.lagrangian.gradient(&model.velocity());
+        close(size(&(start - model.momentum)), 2.0 * U);
+    }
+    let energy = |m: &Model<f64>| m.system.hamiltonian(&m.reference_momentum().unwrap(), &Vector::zeros()).unwrap();
+    let (llg, relaxed) = (landau_lifshitz_gilbert(), relaxed_rigid_body());
+    close((energy(&llg) - 0.325558583767277337).abs(), 4.0 * U);
+    close((llg.reference_momentum().unwrap().norm_squared() - 0.625).abs(), 4.0 * U);
+    close((energy(&relaxed) - 0.375).abs(), 4.0 * U);
+    close((relaxed.reference_momentum().unwrap().norm_squared() - 0.639208655351581981).abs(), 4.0 * U);
+}
+
+/// k_f and l_f at random points: symmetry, both forms of k_f, derivatives in closed form against duals, the units.
+fn doubled<const N: usize, const D: usize>(retraction: impl Retraction<f64, N, D>, seed: u64) {
+    let mut random = Sequence(seed);
+    for _ in 0..10 {
+        let body = Quartic::new(random.inertia::<N>(), 0.5).unwrap();
+        let force = AnyForce::Sum(vec![
+            QuadraticDrag::new(random.inertia()).unwrap().into(),
+            LinearDrag::new(random.matrix()).unwrap().into(),
+            Metriplectic::new(retraction.algebra().clone(), body.clone(), 0.3).unwrap().into(),
+            Periodic::new(random.covector(), 1.5, 0.5).unwrap().into(),
+        ]);
+        let doubled = Forced::new(body, force, Borrowed(&retraction));
+        let (t, eta, psi) = (random.next(), random.vector::<N>(), random.vector::<N>());
+        let x = random.vector::<N>() * 0.7;
+        let u = retraction.tau(&x).unwrap();
+        let back = u.try_inverse().unwrap();
+        let forces = size(&doubled.force.force(t, &eta)) + size(&doubled.force.force(t, &psi));
+        let scale = (256 * N) as f64 * U * (1.0 + forces);
+
+        let k = doubled.coupling(t, &eta, &u, &psi).unwrap();
+        close((doubled.coupling(t, &psi, &back, &eta).unwrap() + k).abs(), scale);
+        close((doubled.coupling_as_defined(t, &eta, &u, &psi).unwrap() - k).abs(), scale);
+        let value = doubled.value(t, &eta, &u, &psi).unwrap();
+        close((doubled.value(t, &psi, &back, &eta).unwrap() + value).abs(), scale * (1.0 + value.abs()));
+
+        let closed = doubled.partials(t, &eta, &u, &psi).unwrap();
+        let dual = partials_by_duals(&doubled, t, &eta, &u, &psi).unwrap();
+        let larger = scale * (16 * N) as f64;
+        close(size(&(closed.eta - dual.eta)), larger);
+        close(size(&(closed.psi - dual.psi)), larger);
+        close(size(&(closed.left - dual.left)), larger);
+        close(size(&(closed.right - dual.right)), larger);
+
+        let unit = doubled.partials(t, &eta, &Matrix::identity(), &eta).unwrap();
+        let load = doubled.force.force(t, &eta);
+        close(size(&(unit.left - load)), scale);
+        close(size(&(unit.right - load)), scale);
+        close(size(&(unit.psi - doubled.lagrangian.gradient(&eta))), scale);
+        close(size(&(unit.eta + unit.psi)), scale);
+    }
+}
+
+/// A retraction by reference.
+struct Borrowed<'a, R>(&'a R);
+
+impl<const N: usize, const D: usize, R: Retraction<f64, N, D>> Retraction<f64, N, D> for Borrowed<'_, R> {
+    type Point<S: Scalar<Base = f64>> = R::Point<S>;
+    fn name(&self) -> &'static str {
+        self.0.name()
+    }
+    fn algebra(&self) -> &LieAlgebra<f64, N> {
+        self.0.algebra()
+    }
+    fn tau<S: Scalar<Base = f64>>(&self, x: &Vector<S, N>) -> Result<Matrix<S, D>, RetractionError> {
+        self.0.tau(x)
+    }
+    fn tau_inv<S: Scalar<Base = f64>>(&self, g: &Matrix<S, D>) -> Result<Vector<S, N>, RetractionError> {
+        self.0.tau_inv(g)
+    }
+    fn at<S: Scalar<Base = f64>>(&self, x: &Vector<S, N>) -> Result<Self::Point<S>, RetractionError> {
+        self.0.at(x)
+    }
+}
+
+fn group<const N: usize, const D: usize>(entry: Entry) -> MatrixGroup<f64, N, D> {
+    MatrixGroup::from_entry(&entry).unwrap()
+}
+
+#[test]
+fn the_doubled_lagrangian_is_antisymmetric_and_differentiated_rightly() {
+    doubled::<3, 3>(CayleySo3::new(), 20);
+    doubled::<3, 3>(ExponentialSo3::new(), 21);
+    doubled(Cayley::new(group::<3, 2>(Entry::Sl2)).unwrap(), 22);
+    doubled(Exponential::of_group(group::<3, 2>(Entry::Sl2)), 23);
+    doubled(Exponential::of_group(group::<3, 3>(Entry::Se2)), 24);
+    doubled(Cayley::new(group::<2, 2>(Entry::Aff1)).unwrap(), 25);
+    doubled(Exponential::of_group(group::<2, 2>(Entry::Aff1)), 26);
+}
+
+/// The digits of the models and of Newton's Legendre inverse in 32-digit arithmetic.
+#[test]
+fn thirty_two_digits_are_right() {
+    let model = landau_lifshitz_gilbert::<Dd>();
+    let reference = model.reference_momentum().unwrap();
+    let energy = model.system.hamiltonian(&reference, &Vector::zeros()).unwrap();
+    let expected = Dd::parse_decimal("0.325558583767277337311226297454719051018832743").unwrap();
+    close((energy - expected).to_f64().abs(), 1e-31);
+    close((reference.norm_squared() - Dd::ratio(5, 8)).to_f64().abs(), 1e-31);
+    let reference = relaxed_rigid_body::<Dd>().reference_momentum().unwrap();
+    let expected = Dd::parse_decimal("0.639208655351581980652366160171253173860125946").unwrap();
+    close((reference.norm_squared() - expected).to_f64().abs(), 1e-31);
+
+    let mut random = Sequence(30);
+    for _ in 0..10 {
+        let body = Quartic::new(random.inertia::<3>().map(Dd::exact), Dd::ratio(1, 3)).unwrap();
+        let eta = random.vector::<3>().map(Dd::exact) / Dd::int(3);
+        let found = body.velocity(&body.gradient(&eta), &Vector::zeros()).unwrap();
+        close(size(&(found - eta).map(|v| v.to_f64())), 1e-29);
+    }
+}
+
+/// The inverse of the modified Legendre transform returns the velocities it came from.
+#[test]
+fn doubled_velocities_are_recovered_off_the_units() {
+    let mut random = Sequence(31);
+    for _ in 0..20 {
+        let body = Quartic::new(Matrix::<f64, 3>::identity() + random.inertia(), 0.5).unwrap();
+        let force = Metriplectic::new(algebra::<3>(&Entry::So3), body.clone(), 0.1).unwrap();
+        let doubled = Forced::new(body, force, CayleySo3::new());
+        let (eta, psi) = (random.vector::<3>() * 0.5, random.vector::<3>() * 0.5);
+        let u = doubled.retraction.tau(&(random.vector() * 0.2)).unwrap();
+        let partials = doubled.partials(0.0, &eta, &u, &psi).unwrap();
+        let (left, right) = doubled.velocities(0.0, &-partials.eta, &u, &partials.psi).unwrap();
+        let unit = doubled.unit_velocities(&-partials.eta, &partials.psi).unwrap();
+        assert!(size(&(unit.0 - eta)) > 1e-6, "the coupling does nothing");
+        close(size(&(left - eta)).max(size(&(right - psi))), 256.0 * U);
+    }
+    let body = Quadratic::diagonal([1.0, 2.0, 3.0]).unwrap();
+    let doubled = Forced::new(body, Zero, CayleySo3::new());
+    let half_turn = Matrix::from_diagonal(&Vector::from([1.0, -1.0, -1.0]));
+    assert!(doubled.velocities(0.0, &Covector::zeros(), &half_turn, &Covector::from([1.0, 0.0, 0.0])).is_err());
+}

@@ -1,1 +1,463 @@
 //! Properties of `euler_poincare::system`.
+
+use euler_poincare::algebra::catalogue::Entry;
+use euler_poincare::mechanics::Force as _;
+use euler_poincare::retraction::Retraction;
+use euler_poincare::scalar::{Dd, Number, Real};
+use euler_poincare::system::case::{Inertia, Motion, Structure, Tau};
+use euler_poincare::system::file::{Horizon, example};
+use euler_poincare::system::{Case, Cases, Replay, System, SystemFile, Visitor, cases, labels};
+use euler_poincare::tableau::{Description, Family};
+use proptest::strategy::{Strategy, ValueTree};
+use proptest::test_runner::{Config, RngAlgorithm, TestRng, TestRunner};
+use std::collections::BTreeMap;
+
+fn runner(seed: u8) -> TestRunner {
+    TestRunner::new_with_rng(Config::default(), TestRng::from_seed(RngAlgorithm::ChaCha, &[seed; 32]))
+}
+
+fn sample(knobs: &Cases, seed: u8, count: usize) -> Vec<Case> {
+    let mut runner = runner(seed);
+    (0..count).map(|_| knobs.new_tree(&mut runner).expect("the knobs admit cases").current()).collect()
+}
+
+/// What two scalars must agree on: momentum, attitude, step, force at a velocity, all structure constants.
+struct Numbers;
+
+impl<T: Real> Visitor<T> for Numbers {
+    type Output = Vec<f64>;
+
+    fn visit<const N: usize, const D: usize, R: Retraction<T, N, D>>(self, system: System<T, N, D, R>) -> Vec<f64> {
+        let mut values: Vec<T> = system.state.momentum.iter().copied().collect();
+        values.extend(system.state.attitude.iter());
+        values.extend([system.step, system.state.time]);
+        let eta = euler_poincare::algebra::Vector::<T, N>::from_fn(|a, _| T::ratio(1 + a as i64, 8));
+        values.extend(system.force.force(system.state.time, &eta).iter());
+        for a in 0..N {
+            for b in 0..N {
+                values.extend((0..N).map(|c| system.algebra.constant(a, b, c)));
+            }
+        }
+        values.extend(system.tableau.a().iter());
+        values.extend(system.casimirs.iter().map(|casimir| casimir.value(&system.state.momentum)));
+        values.into_iter().map(|v| v.to_f64()).collect()
+    }
+}
+
+#[test]
+fn every_case_builds_in_both_scalars_and_means_the_same() {
+    for case in sample(&cases(), 1, 300) {
+        let short = case.dispatch::<f64, _>(Numbers).unwrap_or_else(|e| panic!("{e}\n{case}"));
+        let long = case.dispatch::<Dd, _>(Numbers).unwrap_or_else(|e| panic!("{e}\n{case}"));
+        let size = long.iter().fold(1.0, |m: f64, v| m.max(v.abs()));
+        for (x, y) in short.iter().zip(&long) {
+            // A few hundred roundings, amplified by the condition of a basis change (some tens) at most.
+            assert!((x - y).abs() <= 1e4 * f64::EPSILON * size, "{x} {y}\n{case}");
+        }
+    }
+}
+
+/// A shorter file than the example, without comments.
+const PLAIN: &str = r#"format = 1
+
+[algebra]
+name = "so3"
+
+[lagrangian]
+inertia = ["1/2", 2, 1]
+
+[[force]]
+kind = "double-bracket"
+alpha = 1
+
+[[force]] # the second
+kind = "linear-drag"
+coefficient = 0.1
+
+[method]
+tableau = "gauss-2"
+retraction = "cayley"
+
+[state]
+velocity = ["1/sqrt(2)", 0, "1/sqrt(2)"]
+attitude = [0, 0.5, 0]
+
+[run]
+step = "1/8"
+horizon = 1
+
+[output]
+every = 2
+"#;
+
+/// The file with one text replaced, the text in the line that must be named, and what the message must contain.
+const BAD: &[(&str, &str, &str, &[&str])] = &[
+    // Syntax and keys.
+    ("format = 1", "format = ", "format =", &[]),
+    ("format = 1", "format = 2", "format = 2", &["is 2", "allowed: 1"]),
+    ("format = 1\n\n", "", "[algebra]", &["missing field `format`", "format = 1"]),
+    ("format = 1", "format = 1\ncolour = 3", "colour", &["unknown field `colour`", "`algebra`", "`run`"]),
+    ("alpha = 1", "alfa = 1", "alfa", &["unknown field `alfa`", "`alpha`"]),
+    ("[state]", "[states]", "[states]", &["unknown field `states`", "`state`"]),
+    ("[lagrangian]", "[algebra]", "[algebra]", &["duplicate key"]),
+    ("step = \"1/8\"\n", "", "[run]", &["missing field `step`", "allowed"]),
+    ("retraction = \"cayley\"\n", "", "[method]", &["missing field `retraction`", "\"exp\"", "\"cayley\""]),
+    // Numbers.
+    ("\"1/2\", 2, 1", "\"1/2\", \"two\", 1", "inertia", &["`two` is not a number", "number"]),
+    ("\"1/2\", 2, 1", "\"1/2\", nan, 1", "inertia", &["NaN is not finite"]),
+    ("\"1/2\", 2, 1", "\"1/0\", 2, 1", "inertia", &["lagrangian.inertia[1]", "zero", "finite numbers"]),
+    ("0, \"1/sqrt(2)\"", "inf, 0", "velocity", &["inf is not finite"]),
+    ("1/sqrt(2)\", 0", "sqrt(-2)\", 0", "velocity", &["state.velocity[1]", "negative", "allowed"]),
+    ("step = \"1/8\"", "step = true", "step = true", &["boolean", "a finite number, or a text such as \"1/3\""]),
+    ("alpha = 1", "alpha = \"1e999\"", "alpha", &["force[1].alpha", "out of the range of f64"]),
+    // The algebra.
+    ("name = \"so3\"", "name = \"so5\"", "name", &["unknown algebra \"so5\"", "so3, se2, se3", "so3+r2"]),
+    ("name = \"so3\"", "name = \"so3+se3\"", "name", &["dimension 9", "1 to 8"]),
+    ("name = \"so3\"", "name = \"r9\"", "name", &["dimension 9", "1 to 8"]),
+    ("name = \"so3\"", "name = \"r1+r1+r1\"", "name", &["r1+r1+r1", "5×5"]),
+    ("name = \"so3\"", "", "[algebra]", &["is missing", "`name`, or `dimension` and `constants`"]),
+    ("name = \"so3\"", "name = \"so3\"\ndimension = 3", "dimension", &["either `name`, or"]),
+    ("name = \"so3\"", "dimension = 3", "[algebra]", &["`constants` is missing", "[a, b, c, value]"]),
+    ("name = \"so3\"", "dimension = 9\nconstants = []", "dimension = 9", &["dimension 9", "1 to 8", "compiled in"]),
+    ("name = \"so3\"", "dimension = -1\nconstants = []", "dimension = -1", &["1 to 8"]),
+    (
+        "name = \"so3\"",
+        "dimension = 3\nconstants = [[1, 2, 4, 1]]",
+        "constants",
+        &["constants[1][3]", "index 4", "1 to 3"],
+    ),
+    ("name = \"so3\"", "dimension = 3\nconstants = [[1, 2, 3]]", "constants", &["invalid length 3", "size 4"]),
+    ("name = \"so3\"", "dimension = 3\nconstants = [[2, 2, 3, 1]]", "constants", &["[e_2, e_2]", "two different"]),
+    (
+        "name = \"so3\"",
+        "dimension = 3\nconstants = [\n[1, 2, 3, 1],\n[2, 1, 3, -1]]",
+        "[2, 1, 3, -1]",
+        &["constants[2]", "a second time"],
+    ),
+    (
+        "name = \"so3\"",
+        "dimension = 3\nconstants = [[1, 2, 3, 1], [2, 3, 1, 1], [1, 3, 1, 1]]",
+        "constants",
+        &["algebra.constants", "Jacobi"],
+    ),
+    (
+        "name = \"so3\"",
+        "dimension = 3\nconstants = [[1, 2, 3, 1]]",
+        "retraction",
+        &["not applicable", "allowed: \"exp\""],
+    ),
+    ("name = \"so3\"", "name = \"so3\"\nbasis = [[1, 0, 0]]", "basis", &["1 entries", "allowed: 3"]),
+    (
+        "name = \"so3\"",
+        "name = \"so3\"\nbasis = [[1, 0, 0],\n[0, 1],\n[0, 0, 1]]",
+        "[0, 1],",
+        &["algebra.basis[2]", "2 entries", "allowed: 3"],
+    ),
+    ("name = \"so3\"", "name = \"so3\"\nbasis = [[1, 0, 0], [0, 1, 0], [1, 1, 0]]", "basis", &["singular"]),
+    // The Lagrangian.
+    ("\"1/2\", 2, 1", "\"1/2\", 2", "inertia", &["2 entries", "allowed: 3 (the dimension of the algebra)"]),
+    ("\"1/2\", 2, 1", "\"1/2\", 0, 1", "inertia", &["inertia[2]", "not 0"]),
+    (
+        "[\"1/2\", 2, 1]",
+        "[[1, 0, 0],\n[\"1/3\", 1, 0],\n[0, 0, 1]]",
+        "[\"1/3\", 1, 0]",
+        &["inertia[2][1]", "not symmetric", "[2][1] = 1/3", "[1][2] = 0", "allowed"],
+    ),
+    ("[\"1/2\", 2, 1]", "[[1, 1, 0], [1, 1, 0], [0, 0, 1]]", "inertia", &["singular"]),
+    ("[\"1/2\", 2, 1]", "[[1, 0, 0], 1, [0, 0, 1]]", "inertia", &["inertia[2]", "not a mixture"]),
+    ("[\"1/2\", 2, 1]", "[1, 1, 1]\nquartic = -1", "quartic", &["lagrangian.quartic", "is -1", "0 or more"]),
+    // Forces.
+    ("kind = \"double-bracket\"", "kind = \"friction\"", "friction", &["unknown variant `friction`", "`linear-drag`"]),
+    ("alpha = 1\n", "", "[[force]]", &["force[1]", "`alpha` is missing"]),
+    ("alpha = 1", "alpha = 1\nbeta = 1", "beta", &["force[1].beta", "takes `alpha`"]),
+    ("coefficient = 0.1", "", "# the second", &["force[2]", "`coefficient` (a number) or `matrix`"]),
+    ("coefficient = 0.1", "coefficient = 1\nmatrix = []", "matrix", &["not both"]),
+    ("coefficient = 0.1", "matrix = [[1]]", "matrix", &["force[2].matrix", "1 entries", "allowed: 3"]),
+    (
+        "linear-drag\"\ncoefficient = 0.1",
+        "quadratic-drag\"\ncoefficient = -1",
+        "coefficient = -1",
+        &["force[2].coefficient", "positive"],
+    ),
+    ("linear-drag\"\ncoefficient = 0.1", "constant\"\nvalue = [1, 2]", "value", &["force[2].value", "allowed: 3"]),
+    ("linear-drag\"\ncoefficient = 0.1", "periodic\"\nvalue = [1, 2, 3]", "# the second", &["`frequency` is missing"]),
+    // The method.
+    ("tableau = \"gauss-2\"", "tableau = \"gaus-2\"", "tableau", &["gaus-2", "allowed are gauss-S", "rk4"]),
+    ("tableau = \"gauss-2\"", "tableau = \"gauss-999\"", "tableau", &["from 1 to 64"]),
+    ("tableau = \"gauss-2\"", "tableau = \"lobatto-iiia-1\"", "tableau", &["from 2 to 64"]),
+    ("tableau = \"gauss-2\"", "", "[method]", &["the tableau is missing", "`a` and `b`"]),
+    ("tableau = \"gauss-2\"", "tableau = \"gauss-2\"\na = [[1]]", "a = [[1]]", &["not both"]),
+    ("tableau = \"gauss-2\"", "a = [[0, 0], [1, 0]]", "[method]", &["`b` is missing"]),
+    ("tableau = \"gauss-2\"", "a = [[0, 0], [\"1/2\", 0]]\nb = [0, 1]", "b = ", &["b[1]", "b_1 = 0", "non-zero"]),
+    ("tableau = \"gauss-2\"", "a = [[0, 0]]\nb = [\"1/2\", \"1/2\"]", "a = ", &["1 rows", "2×2"]),
+    ("tableau = \"gauss-2\"", "a = [[0, 0],\n[1]]\nb = [\"1/2\", \"1/2\"]", "[1]]", &["row 2", "2×2"]),
+    (
+        "tableau = \"gauss-2\"",
+        "a = [[0, 0],\n[1, \"1/0\"]]\nb = [\"1/2\", \"1/2\"]",
+        "[1, \"1/0\"]]",
+        &["a_22", "zero"],
+    ),
+    ("tableau = \"gauss-2\"", "a = [[0, 0], [1, 0]]\nb = [\"1/2\", \"1/3\"]", "b = ", &["sum to", "not to 1"]),
+    ("retraction = \"cayley\"", "retraction = \"cay\"", "retraction", &["unknown variant `cay`", "`exp`", "`cayley`"]),
+    // The state.
+    ("attitude = [0, 0.5, 0]", "attitude = [0, 0.5]", "attitude", &["state.attitude", "allowed: 3"]),
+    ("attitude = [0, 0.5, 0]", "momentum = [0, 0, 1]", "momentum", &["either `velocity` or `momentum`"]),
+    ("velocity = [\"1/sqrt(2)\", 0, \"1/sqrt(2)\"]\n", "", "[state]", &["`velocity` or `momentum`"]),
+    ("velocity = [\"1/sqrt(2)\", 0", "velocity = [\"1e300\", \"1e308\"", "velocity", &["finite momentum"]),
+    // The run.
+    ("step = \"1/8\"", "step = 0", "step", &["run.step", "is 0", "any number but 0"]),
+    ("horizon = 1\n", "", "[run]", &["`horizon`", "`steps`"]),
+    ("horizon = 1", "horizon = 1\nsteps = 8", "steps", &["not both"]),
+    ("horizon = 1", "steps = 0", "steps", &["is 0", "1 to 1000000000"]),
+    ("horizon = 1", "horizon = -1", "horizon", &["is -1", "the sign of the step"]),
+    ("horizon = 1", "horizon = 1e12", "horizon", &["at most 1000000000 steps"]),
+    ("horizon = 1", "horizon = 1\nscalar = \"f32\"", "scalar", &["`f64`", "`dd`"]),
+    ("every = 2", "every = 0", "every", &["output.every", "from 1"]),
+    ("every = 2", "csv = \" \"", "csv", &["a file name"]),
+];
+
+#[test]
+fn bad_files_are_refused_with_the_line_and_what_is_allowed() {
+    SystemFile::parse(PLAIN).unwrap_or_else(|e| panic!("{e}"));
+    let mut failures = Vec::new();
+    for (from, to, marker, wanted) in BAD {
+        assert!(PLAIN.contains(from), "{from}");
+        let text = PLAIN.replacen(from, to, 1);
+        let lines = || text.lines().enumerate().filter(|(_, line)| line.contains(marker)).map(|(i, _)| i + 1);
+        match SystemFile::parse(&text) {
+            Ok(_) => failures.push(format!("accepted: {to:?}")),
+            Err(error) => {
+                if !lines().any(|line| line == error.line) || !error.excerpt.contains(marker) {
+                    failures.push(format!("{to:?}: wanted the line of {marker:?}, got {error}"));
+                }
+                if let Some(missing) = wanted.iter().find(|part| !error.message.contains(*part)) {
+                    failures.push(format!("{to:?}: wanted {missing:?} in {error}"));
+                }
+            }
+        }
+    }
+    assert!(failures.is_empty(), "{}", failures.join("\n"));
+}
+
+#[test]
+fn no_truncated_or_garbled_file_panics() {
+    let text = example();
+    for end in (0..text.len()).filter(|end| text.is_char_boundary(*end)).step_by(7) {
+        let _ = SystemFile::parse(&text[..end]).map_err(|e| e.to_string());
+    }
+    // Every token replaced by things of another type.
+    for (start, _) in PLAIN.match_indices(['=', '[', '"', ',', '\n']) {
+        for garbage in ["[[[", "\"\"", "-9223372036854775808", "1e400", "{}", "é", "\u{0}", "]"] {
+            let text = format!("{}{garbage}{}", &PLAIN[..start], &PLAIN[start + 1..]);
+            let _ = SystemFile::parse(&text).map_err(|e| e.to_string());
+        }
+    }
+    assert!(SystemFile::parse(&"[".repeat(100_000)).is_err());
+    assert!(SystemFile::parse(&format!("a = {}", "[".repeat(100_000))).is_err());
+    assert!(SystemFile::parse(&" ".repeat(2 << 20)).is_err_and(|e| e.message.contains("at most 1048576")));
+    let long = PLAIN.replace("so3", &vec!["so3"; 1000].join("+"));
+    assert!(SystemFile::parse(&long).is_err_and(|e| e.message.contains("3000")));
+}
+
+#[test]
+fn the_example_is_the_damped_body_of_the_paper() {
+    let file = SystemFile::parse(example()).unwrap_or_else(|e| panic!("{e}"));
+    assert_eq!(file.case.algebra.structure, Structure::Named(Entry::So3));
+    assert_eq!(file.case.method.tableau, Description::Family(Family::LobattoIIIA, 3));
+    assert_eq!(file.horizon, Horizon::Duration(Number::from(1)));
+    assert_eq!(file.plan::<f64>(), Ok((8, None)));
+    let values = file.case.dispatch::<Dd, _>(Numbers).unwrap_or_else(|e| panic!("{e}"));
+    let root = std::f64::consts::FRAC_1_SQRT_2;
+    assert_eq!(values[..3], [root / 2.0, 0.0, root]);
+    // Every commented-out key of the example is one that the schema knows: each parses, or contradicts another key.
+    for line in example().lines().filter(|line| line.starts_with("# ") && line.contains(" = ")) {
+        let text = example().replacen(line, &line[2..], 1);
+        let message = SystemFile::parse(&text).map_or_else(|e| e.message, |_| String::new());
+        assert!(!message.contains("unknown"), "{line}: {message}");
+    }
+}
+
+#[test]
+fn plans_end_where_the_horizon_says() {
+    let plan = |step: &str, horizon: &str| {
+        let text = PLAIN.replace("step = \"1/8\"", &format!("step = \"{step}\""));
+        let text = text.replace("horizon = 1", &format!("horizon = \"{horizon}\""));
+        SystemFile::parse(&text).map(|file| file.plan::<f64>().unwrap_or_else(|e| panic!("{e}")))
+    };
+    assert_eq!(plan("0.1", "0.3"), Ok((3, None)));
+    assert_eq!(plan("1/3", "1"), Ok((3, None)));
+    assert_eq!(plan("1/8", "5/16"), Ok((2, Some(0.0625))));
+    assert_eq!(plan("1", "1/4"), Ok((0, Some(0.25))));
+    assert_eq!(plan("-1/8", "-1"), Ok((8, None)));
+}
+
+#[test]
+fn cases_and_files_round_trip() {
+    for (index, case) in sample(&cases(), 3, 200).into_iter().enumerate() {
+        let toml = case.to_toml().unwrap_or_else(|e| panic!("{e}"));
+        assert_eq!(Case::from_toml(&toml).unwrap_or_else(|e| panic!("{e}\n{toml}")), case, "{toml}");
+        let json = case.to_json().unwrap_or_else(|e| panic!("{e}"));
+        assert_eq!(serde_json::from_str::<Case>(&json).unwrap_or_else(|e| panic!("{e}\n{json}")), case);
+        // A saved case becomes a run when a horizon is added.
+        let file =
+            SystemFile::parse(&toml.replace("[run]", "[run]\nsteps = 3")).unwrap_or_else(|e| panic!("{e}\n{toml}"));
+        let again = SystemFile::parse(&file.to_toml().unwrap_or_else(|e| panic!("{e}")));
+        assert_eq!(again.unwrap_or_else(|e| panic!("{e}")), file);
+        let fault = (index % 2 == 0).then(|| "wrong-index".to_string());
+        let replay = Replay { law: "casimirs".into(), seed: u64::MAX, index: index as u64, fault, case };
+        let json = replay.to_json().unwrap_or_else(|e| panic!("{e}"));
+        assert_eq!(Replay::from_json(&json).as_ref(), Ok(&replay));
+        assert!(Replay::from_json(&json.replacen("\"law\"", "\"lav\"", 1)).is_err());
+    }
+}
+
+#[test]
+fn a_case_prints_in_a_few_lines() {
+    for case in sample(&cases(), 4, 50) {
+        let text = case.to_string();
+        assert_eq!(text.lines().count(), 6, "{text}");
+        assert!(text.contains(case.method.retraction.name()) && text.contains(&case.step.to_string()));
+    }
+}
+
+/// Percentages of each label.
+fn shares(list: &[Case]) -> BTreeMap<(&'static str, String), f64> {
+    let mut counts = BTreeMap::new();
+    for label in list.iter().flat_map(labels) {
+        *counts.entry(label).or_insert(0.0) += 100.0 / list.len() as f64;
+    }
+    counts
+}
+
+#[test]
+fn every_kind_of_case_is_common_enough() {
+    let list = sample(&cases(), 5, 3000);
+    let shares = shares(&list);
+    let share = |name: &'static str, value: &str| shares.get(&(name, value.to_string())).copied().unwrap_or(0.0);
+    let wanted: &[(&'static str, &[&str])] = &[
+        ("algebra", &["rn", "so3", "se2", "se3", "sl2", "aff1", "heisenberg", "so4", "product", "constants"]),
+        ("retraction", &["exp", "cayley"]),
+        ("tableau", &["gauss", "lobatto", "radau", "classic", "explicit", "diagonally-implicit", "fully-implicit"]),
+        ("class", &["abelian", "nilpotent", "solvable", "semisimple", "mixed"]),
+        ("unimodular", &["yes", "no"]),
+        ("basis", &["standard", "changed"]),
+        ("inertia", &["diagonal", "full"]),
+        ("lagrangian", &["quadratic", "quartic"]),
+        ("force", &["none", "double-bracket", "metriplectic", "linear-drag", "quadratic-drag", "constant", "periodic"]),
+    ];
+    for (name, values) in wanted {
+        for value in *values {
+            // 5 % are asked for; 3000 draws scatter by 0.4 %.
+            assert!(share(name, value) >= 5.0, "{name} {value}: {:.1} %", share(name, value));
+        }
+    }
+    for n in 1..=8 {
+        assert!(share("dimension", &n.to_string()) > 0.3, "dimension {n}");
+    }
+}
+
+#[test]
+fn knobs_hold_for_generated_and_for_shrunk_cases() {
+    let order = || cases().forced_nonabelian().smooth().with_group().retraction(Tau::Cayley).dimension_at_most(6);
+    let gauss =
+        proptest::sample::select(vec![Description::Family(Family::Gauss, 2), Description::Family(Family::Gauss, 3)]);
+    let all = [
+        order(),
+        cases().force_free().quadratic().changed_basis(true),
+        cases().algebras(&[Entry::Se3, Entry::Sl2]).changed_basis(false).with_tableaux(gauss).steps(3, 4),
+        cases().forced().retraction(Tau::Exponential),
+    ];
+    for (i, knobs) in all.into_iter().enumerate() {
+        let mut runner = runner(6 + i as u8);
+        for _ in 0..30 {
+            let mut tree = knobs.new_tree(&mut runner).unwrap_or_else(|e| panic!("{i}: {e}"));
+            let mut moves = 0;
+            loop {
+                let case = tree.current();
+                assert!(knobs.admits(&case), "{i}\n{case}");
+                assert_eq!(case.check(), Ok(()), "{i}\n{case}");
+                if i == 2 {
+                    assert!(matches!(case.method.tableau, Description::Family(Family::Gauss, 2 | 3)));
+                    assert!([8.0, 16.0].contains(&(1.0 / case.step.eval::<f64>().unwrap_or(0.0))));
+                }
+                moves += 1;
+                // Walk down, refusing every third candidate.
+                if moves > 60 || !(if moves % 3 == 0 { tree.complicate() } else { tree.simplify() }) {
+                    break;
+                }
+            }
+        }
+    }
+}
+
+/// Shrinks while `broken`, as a harness does.
+fn shrunk(tree: &mut impl ValueTree<Value = Case>, broken: impl Fn(&Case) -> bool) -> (Case, usize) {
+    let (mut best, mut checks) = (tree.current(), 0);
+    let mut moved = tree.simplify();
+    while moved {
+        let case = tree.current();
+        checks += 1;
+        let is_broken = broken(&case);
+        if is_broken {
+            best = case;
+        }
+        moved = if is_broken { tree.simplify() } else { tree.complicate() };
+        assert!(checks < 20_000, "shrinking does not end");
+    }
+    (best, checks)
+}
+
+#[test]
+fn shrinking_reaches_the_simplest_case() {
+    let mut runner = runner(11);
+    for _ in 0..40 {
+        let mut tree = cases().new_tree(&mut runner).unwrap_or_else(|e| panic!("{e}"));
+        let (case, _) = shrunk(&mut tree, |_| true);
+        let text = case.to_toml().unwrap_or_else(|e| panic!("{e}"));
+        assert_eq!(case.algebra.structure, Structure::Named(Entry::Abelian(1)), "{text}");
+        assert_eq!(case.algebra.basis, None);
+        assert_eq!(case.lagrangian.inertia, Inertia::Diagonal(vec![Number::from(1)]));
+        assert!(case.forces.is_empty() && case.lagrangian.quartic.is_none() && case.start.attitude.is_none());
+        assert_eq!(case.method.tableau, Description::Family(Family::Gauss, 1));
+        assert_eq!(case.method.retraction, Tau::Exponential);
+        assert_eq!(case.start.motion, Motion::Momentum(vec![Number::from(0)]));
+        assert_eq!(case.step, Number::ratio(1, 64));
+    }
+}
+
+#[test]
+fn shrinking_keeps_what_breaks_and_drops_the_rest() {
+    let mut runner = runner(12);
+    // A fault that needs a non-abelian algebra, a force and two stages.
+    let stages = |case: &Case| case.method.tableau.stages() >= 2;
+    let nonabelian = |case: &Case| labels(case).iter().any(|(name, value)| *name == "class" && value != "abelian");
+    let broken = |case: &Case| stages(case) && nonabelian(case) && !case.forces.is_empty();
+    let mut seen = 0;
+    while seen < 15 {
+        let mut tree = cases().new_tree(&mut runner).unwrap_or_else(|e| panic!("{e}"));
+        if !broken(&tree.current()) {
+            continue;
+        }
+        seen += 1;
+        let (case, _) = shrunk(&mut tree, broken);
+        assert_eq!(case.algebra.structure, Structure::Named(Entry::Aff1), "{case}");
+        assert_eq!((case.forces.len(), case.algebra.basis.is_none()), (1, true), "{case}");
+        assert_eq!(case.lagrangian.inertia, Inertia::Diagonal(vec![Number::from(1); 2]), "{case}");
+    }
+}
+
+#[test]
+fn generated_numbers_are_dyadic() {
+    for case in sample(&cases(), 13, 300) {
+        let (Motion::Velocity(list) | Motion::Momentum(list)) = &case.start.motion;
+        let diagonal: Vec<&Number> = match &case.lagrangian.inertia {
+            Inertia::Diagonal(list) => list.iter().collect(),
+            Inertia::Full(rows) => rows.iter().flatten().collect(),
+        };
+        for x in list.iter().chain(diagonal).chain([&case.step]).chain(case.algebra.basis.iter().flatten().flatten()) {
+            let value = x.eval::<f64>().unwrap_or(f64::NAN);
+            assert_eq!((value * 65_536.0 * 65_536.0).fract(), 0.0, "{x}\n{case}");
+            assert_eq!(x.eval::<Dd>().map(|v| (v.hi(), v.lo())), Ok((value, 0.0)), "{x}\n{case}");
+        }
+    }
+}

@@ -2,7 +2,7 @@
 
 use euler_poincare::scalar::{Dd, Number, Real, Scalar};
 use euler_poincare::tableau::random::{self, Kind};
-use euler_poincare::tableau::trees::Catalogue;
+use euler_poincare::tableau::trees::{Catalogue, Tree};
 use euler_poincare::tableau::{
     Classic, Description, Entries, Family, Tableau, TableauError, classical_order, order, variational_order,
 };
@@ -10,7 +10,7 @@ use nalgebra::{ComplexField, DMatrix};
 use proptest::prelude::*;
 use proptest::strategy::ValueTree;
 use proptest::test_runner::TestRunner;
-use std::collections::HashMap;
+use std::collections::{HashMap, HashSet};
 
 /// Every family with the numbers of stages that the exhaustive tests run over.
 fn members(largest: usize) -> impl Iterator<Item = (Family, usize)> {
@@ -363,7 +363,7 @@ fn numbers_of_trees_follow_the_generating_functions() {
 #[test]
 fn trees_are_distinct_and_have_their_density() {
     let catalogue = Catalogue::up_to(2, 7);
-    let mut seen = std::collections::HashSet::new();
+    let mut seen = HashSet::new();
     for tree in catalogue.trees() {
         assert!(seen.insert(catalogue.show(tree)), "{} twice", catalogue.show(tree));
         assert!(tree.branches().windows(2).all(|pair| pair[0] >= pair[1]));
@@ -376,6 +376,49 @@ fn trees_are_distinct_and_have_their_density() {
         assert!(densities.iter().all(|g| factorial.is_multiple_of(*g)));
         assert_eq!(densities.iter().max(), Some(&factorial));
         assert_eq!(densities.iter().min(), Some(&(n as u64)));
+    }
+}
+
+/// The edges (from, to) of a tree with its root at vertex `root`: colour 0 points away from the root, colour 1 towards it.
+fn arrows(catalogue: &Catalogue, tree: &Tree, root: usize, next: &mut usize, edges: &mut Vec<(usize, usize)>) {
+    for branch in tree.branches() {
+        let child = *next;
+        *next += 1;
+        edges.push(if branch.colour == 0 { (root, child) } else { (child, root) });
+        arrows(catalogue, &catalogue.trees()[branch.tree], child, next, edges);
+    }
+}
+
+/// The same text for the same oriented tree, whatever its root: the least over all roots of the sorted nested brackets.
+fn without_root(catalogue: &Catalogue, tree: &Tree) -> String {
+    fn hang(edges: &[(usize, usize)], vertex: usize, parent: usize) -> String {
+        let mut parts: Vec<String> = Vec::new();
+        for &(from, to) in edges {
+            if from == vertex && to != parent {
+                parts.push(format!(">{}", hang(edges, to, vertex)));
+            } else if to == vertex && from != parent {
+                parts.push(format!("<{}", hang(edges, from, vertex)));
+            }
+        }
+        parts.sort();
+        format!("({})", parts.concat())
+    }
+    let (mut next, mut edges) = (1, Vec::new());
+    arrows(catalogue, tree, 0, &mut next, &mut edges);
+    (0..next).map(|root| hang(&edges, root, usize::MAX)).min().unwrap()
+}
+
+#[test]
+fn oriented_trees_are_the_rooted_ones_without_their_roots() {
+    let catalogue = Catalogue::up_to(2, 7);
+    for n in 1..=7 {
+        let all: HashSet<String> = catalogue.of_order(n).iter().map(|tree| without_root(&catalogue, tree)).collect();
+        let representatives: Vec<Tree> = catalogue.oriented(n).collect();
+        let classes: HashSet<String> = representatives.iter().map(|tree| without_root(&catalogue, tree)).collect();
+        assert_eq!((representatives.len(), &classes), (all.len(), &all), "order {n}");
+        // Each is a tree of the catalogue, density and all.
+        let rooted: HashSet<&Tree> = catalogue.of_order(n).iter().collect();
+        assert!(representatives.iter().all(|tree| rooted.contains(tree)), "order {n}");
     }
 }
 

@@ -54,7 +54,7 @@ pub enum AlgebraError {
         /// C^c_ab + C^c_ba.
         defect: f64,
     },
-    /// [e_a,[e_b,e_c]] + cyclic ≠ 0.
+    /// \[e_a, \[e_b, e_c\]\] + cyclic ≠ 0.
     #[error(
         "structure constants break the Jacobi identity for (e_{a}, e_{b}, e_{c}): relative defect {defect:e} (indices from 0)"
     )]

@@ -1,12 +1,120 @@
-//! `laws`.
+//! `laws`: what is checked; and the patterns that select laws.
 
-use super::Failure;
+use super::table::entries;
+use super::{Failure, Format, print};
+use euler_poincare::harness::{Cost, Fault};
+use euler_poincare::laws::{self, CaseLaw};
+use serde_json::json;
+use std::fmt::Write;
 use std::process::ExitCode;
 
 /// Options of `laws`.
 #[derive(clap::Args)]
-pub struct Arguments {}
+pub struct Arguments {
+    /// Only these laws: names, globs (`*`, `?`) or parts of names, separated by commas
+    #[arg(long, value_name = "PATTERN")]
+    laws: Option<String>,
+    /// Text, or one JSON object per law and line
+    #[arg(long, value_enum, default_value_t = Format::Text)]
+    format: Format,
+}
 
-pub fn run(_arguments: Arguments) -> Result<ExitCode, Failure> {
-    Err(Failure::Usage("not implemented".into()))
+pub fn run(arguments: Arguments) -> Result<ExitCode, Failure> {
+    let laws = select(arguments.laws.as_deref())?;
+    let mut text = String::new();
+    for law in laws {
+        // Writing to a String cannot fail.
+        let _ = match arguments.format {
+            Format::Text => writeln!(text, "{} ({})\n{}\n", law.name, cost(law.cost), describe(law)),
+            Format::Json => writeln!(text, "{}", object(law)),
+        };
+    }
+    print(text.strip_suffix("\n\n").map(|text| format!("{text}\n")).as_deref().unwrap_or(&text))?;
+    Ok(ExitCode::SUCCESS)
+}
+
+fn cost(cost: Cost) -> &'static str {
+    match cost {
+        Cost::Cheap => "cheap",
+        Cost::Expensive => "expensive",
+    }
+}
+
+fn describe(law: &CaseLaw) -> String {
+    let mut rows = vec![
+        ("statement", law.statement.to_owned()),
+        ("source", law.source.to_owned()),
+        ("oracle", law.oracle.to_owned()),
+        ("bound", law.bound.to_owned()),
+    ];
+    let fault = |fault: &Fault| format!("{}: {}; visible on {}", fault.name, fault.what, fault.visible_on);
+    rows.extend(law.faults.iter().map(|f| ("fault", fault(f))));
+    entries(2, rows)
+}
+
+fn object(law: &CaseLaw) -> serde_json::Value {
+    let fault = |f: &Fault| json!({ "name": f.name, "what": f.what, "visible_on": f.visible_on });
+    json!({
+        "law": law.name,
+        "cost": cost(law.cost),
+        "statement": law.statement,
+        "source": law.source,
+        "oracle": law.oracle,
+        "bound": law.bound,
+        "faults": law.faults.iter().map(fault).collect::<Vec<_>>(),
+    })
+}
+
+/// The names of all laws, for messages.
+pub fn names() -> String {
+    laws::all().iter().map(|law| law.name).collect::<Vec<_>>().join(", ")
+}
+
+/// The laws that any of the comma-separated patterns selects, in the order of [`laws::all`]; all without a pattern.
+///
+/// A pattern is a name, else a glob (with `*` or `?`), else a part of names. One that selects nothing is bad usage.
+pub fn select(patterns: Option<&str>) -> Result<Vec<&'static CaseLaw>, Failure> {
+    let all = laws::all();
+    let Some(patterns) = patterns else { return Ok(all) };
+    let mut selected = vec![false; all.len()];
+    for pattern in patterns.split(',').map(str::trim) {
+        let exact = laws::named(pattern).is_some();
+        let matches = |name: &str| match pattern {
+            "" => false,
+            _ if exact => name == pattern,
+            _ if pattern.contains(['*', '?']) => glob(pattern.as_bytes(), name.as_bytes()),
+            _ => name.contains(pattern),
+        };
+        let hits: Vec<usize> = (0..all.len()).filter(|i| matches(all[*i].name)).collect();
+        if hits.is_empty() {
+            return Err(Failure::Usage(format!("no law matches \"{pattern}\"; the laws are: {}", names())));
+        }
+        hits.into_iter().for_each(|i| selected[i] = true);
+    }
+    Ok(all.into_iter().zip(selected).filter_map(|(law, selected)| selected.then_some(law)).collect())
+}
+
+/// Whether all of `text` matches: `*` is any run of bytes, `?` any one byte.
+///
+/// The last `*` met takes one byte more whenever what follows it does not fit: linear in each star.
+fn glob(pattern: &[u8], text: &[u8]) -> bool {
+    let (mut p, mut t) = (0, 0);
+    let mut star: Option<(usize, usize)> = None;
+    while t < text.len() {
+        match pattern.get(p) {
+            Some(b'*') => {
+                star = Some((p, t));
+                p += 1;
+            }
+            Some(&byte) if byte == b'?' || byte == text[t] => (p, t) = (p + 1, t + 1),
+            _ => match star {
+                Some((at, taken)) => {
+                    star = Some((at, taken + 1));
+                    (p, t) = (at + 1, taken + 1);
+                }
+                None => return false,
+            },
+        }
+    }
+    pattern[p..].iter().all(|byte| *byte == b'*')
 }

@@ -1,14 +1,18 @@
 //! The sub-commands, one file each, and what they share: failures and exit codes.
 
+mod faults;
 pub mod integrate;
 pub mod laws;
 pub mod paper;
+mod progress;
 pub mod replay;
+mod report;
+mod table;
 pub mod verify;
 
-use clap::{Parser, Subcommand};
+use clap::{Parser, Subcommand, ValueEnum};
 use std::fmt::Display;
-use std::io;
+use std::io::{self, Write};
 use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 
@@ -17,15 +21,19 @@ use std::process::ExitCode;
 /// Without a sub-command: `verify`.
 #[derive(Parser)]
 #[command(version, args_conflicts_with_subcommands = true, after_help = EXIT_CODES)]
-pub struct Arguments {
+pub struct CommandLine {
     #[command(subcommand)]
     command: Option<Command>,
     #[command(flatten)]
     verify: verify::Arguments,
 }
 
-const EXIT_CODES: &str = "Exit codes: 0 success, 1 a law is broken or a computation failed, 2 bad usage or a bad file, \
-                          3 (replay) inconclusive or not applicable";
+const EXIT_CODES: &str = "\
+Exit codes:
+  0  success
+  1  a law is broken, or a computation came to no result
+  2  bad usage or a bad file
+  3  replay: the law has no verdict on the case";
 
 #[derive(Subcommand)]
 enum Command {
@@ -41,7 +49,7 @@ enum Command {
     Integrate(integrate::Arguments),
 }
 
-impl Arguments {
+impl CommandLine {
     /// Runs the sub-command; failures go to stderr.
     pub fn run(self) -> ExitCode {
         let result = match self.command.unwrap_or(Command::Verify(self.verify)) {
@@ -92,6 +100,21 @@ impl Failure {
             Self::Computation(_) | Self::Output(_) => ExitCode::from(1),
         }
     }
+}
+
+/// How results are printed.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
+pub enum Format {
+    /// Tables, at most 100 columns wide.
+    Text,
+    /// One JSON object per line.
+    Json,
+}
+
+/// Writes `text` to standard output.
+pub fn print(text: &str) -> Result<(), Failure> {
+    let mut out = io::stdout().lock();
+    printed(out.write_all(text.as_bytes()).and_then(|()| out.flush()))
 }
 
 /// The outcome of writing to standard output. Who closes the pipe has seen enough: that is no failure.

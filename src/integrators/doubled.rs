@@ -6,7 +6,7 @@
 
 use super::{Report, Solver, StepError};
 use crate::algebra::{Covector, Matrix, Vector};
-use crate::mechanics::doubled::DoubledLagrangian;
+use crate::mechanics::doubled::{DoubledLagrangian, VelocityError};
 use crate::newton::{Equations, Failure, Newton, Outcome, Settings};
 use crate::retraction::{Retraction, RetractionError, TangentPoint};
 use crate::scalar::{Dual, Real, Scalar};
@@ -219,11 +219,12 @@ where
     /// A fold, no convergence, leaving a domain, the Legendre transform, non-finite input.
     pub fn step(&mut self, state: &mut DoubledState<T, N, D>, h: T) -> Result<Report<T>, StepError> {
         state.check_finite(h)?;
-        let (eta, psi) = self
-            .equations
-            .lagrangian
-            .velocities(&state.lambda, &state.mu)
-            .map_err(|source| StepError::Legendre { step: h.to_f64(), source })?;
+        let step = h.to_f64();
+        let velocities = self.equations.lagrangian.velocities(state.time, &state.lambda, &state.relative, &state.mu);
+        let (eta, psi) = velocities.map_err(|refused| match refused {
+            VelocityError::Legendre(source) => StepError::Legendre { step, source },
+            VelocityError::Domain(source) => StepError::Domain { step, stage: None, source },
+        })?;
         self.equations.start.clone_from(state);
         self.equations.wanted = h;
         let half = self.origin.len() / 2;
@@ -231,7 +232,7 @@ where
             *value = if k < half { eta[k % N] } else { psi[k % N] };
         }
         let report = self.solve()?;
-        let out = |(stage, source)| StepError::Domain { step: h.to_f64(), stage, source };
+        let out = |(stage, source)| StepError::Domain { step, stage, source };
         // The stages of the last residual are those of the root.
         *state = self.equations.end().map_err(out)?;
         Ok(report)

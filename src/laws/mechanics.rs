@@ -13,7 +13,7 @@ use crate::scalar::Real;
 use crate::system::{Case, System, Visitor, cases};
 use proptest::strategy::Strategy;
 
-const BOUND: &str = "two precisions; floor 2¹⁰ N u relative to the terms of l_f";
+const BOUND: &str = "two precisions; floor 2⁶ N u relative to the terms of l_f";
 
 /// The laws of this file.
 pub const LAWS: &[CaseLaw] = &[
@@ -163,7 +163,7 @@ impl Check<'_> {
         let defined = doubled.coupling_as_defined(p.time, &p.eta, &p.u, &p.psi)?;
         let total = doubled.force.force(p.time, &p.eta).amax() + doubled.force.force(p.time, &p.psi).amax();
         let size = total * p.u.amax().max(T::one()) * p.inverse.amax().max(T::one());
-        let floor = 1024.0 * N as f64;
+        let floor = 64.0 * N as f64;
         let inverse = Measured::defect((here + there).abs(), size, floor, || {
             format!("k_f(η, U, ψ) = {:e}, k_f(ψ, U⁻¹, η) = {:e}", here.to_f64(), there.to_f64())
         });
@@ -195,7 +195,7 @@ impl Check<'_> {
         let size = doubled.lagrangian.value(&p.eta).abs()
             + doubled.lagrangian.value(&p.psi).abs()
             + forces * p.u.amax().max(T::one()) * p.inverse.amax().max(T::one());
-        Ok(Measured::defect((here + there).abs(), size, 1024.0 * N as f64, || {
+        Ok(Measured::defect((here + there).abs(), size, 64.0 * N as f64, || {
             format!("l_f(η, U, ψ) = {:e}, l_f(ψ, U⁻¹, η) = {:e}", here.to_f64(), there.to_f64())
         }))
     }
@@ -233,7 +233,7 @@ impl Check<'_> {
         let scale = p.u.amax().max(T::one()) * p.inverse.amax().max(T::one());
         let size = (momentum.amax() + f.amax() + oracle.eta.amax() + oracle.psi.amax() + oracle.left.amax()) * scale;
         let near = |what: &'static str, a: &Covector<T, N>, b: &Covector<T, N>| {
-            Measured::defect((a - b).amax(), size, 1024.0 * N as f64, || what.into())
+            Measured::defect((a - b).amax(), size, 64.0 * N as f64, || what.into())
         };
         Ok([
             near("∂l_f/∂η", &mine.eta, &oracle.eta),

@@ -1,1 +1,294 @@
-pub const LAWS: &[super::CaseLaw] = &[];
+//! Laws of convergence: the order that the coefficients predict is the order that is measured, from both sides.
+//!
+//! All in 32 digits, on forced systems of non-abelian groups: there no tableau is better than its order conditions. The
+//! reference is a classical Gauss collocation method on the vector field of (μ, g), of order 16, at two resolutions; it
+//! knows neither retractions nor the variational equations.
+
+use super::CaseLaw;
+use super::integrators::{Subject, subject};
+use crate::algebra::Vector;
+use crate::harness::convergence::{Estimate, Level, estimate};
+use crate::harness::{Cost, Fault, Verdict};
+use crate::integrators::{Classical, OneStep, State, StepError};
+use crate::mechanics::equations::EulerPoincare;
+use crate::mechanics::{Force, Lagrangian};
+use crate::retraction::Retraction;
+use crate::scalar::{Dd, Scalar};
+use crate::system::{Case, System, Visitor, cases};
+use crate::tableau::{Description, Family, variational_order};
+use nalgebra::ComplexField;
+use proptest::strategy::{BoxedStrategy, Strategy};
+
+const NONABELIAN: &str = "non-abelian algebras, motions that are not steady";
+const FORCED: &str = "forced systems";
+
+const BOUND: &str = "a quarter: half the way to the point that is as near to the next integer";
+
+/// Steps over the horizon at the coarsest level.
+const COARSEST: usize = 2;
+
+/// The fewest and the most levels, each with half the step of the one before.
+const LEVELS: (usize, usize) = (5, 7);
+
+/// How often the horizon may be made four times longer, where errors are too near the noise to show an order.
+const STRETCHES: usize = 3;
+
+/// The laws of this file.
+pub const LAWS: &[CaseLaw] = &[
+    CaseLaw {
+        name: "order-momentum-attitude",
+        statement: "Gauss 1–3 and Lobatto IIIA, IIIB 2–3 converge in μ and in g at the order of the pair (a, â)",
+        source: "Martín de Diego and Sato Martín de Almagro 2019, Thm 5.4; Murua 1999 for the order conditions",
+        oracle: "a classical Gauss method of order 16 on the vector field; the order computed from the bicoloured trees",
+        bound: BOUND,
+        cost: Cost::Expensive,
+        faults: &[
+            Fault {
+                name: "inverse-second-tangent",
+                what: "the second tangent of τ⁻¹ in the place of that of τ (as printed)",
+                visible_on: NONABELIAN,
+            },
+            Fault { name: "no-second-tangent", what: "ddτ left out of G_i", visible_on: NONABELIAN },
+            Fault { name: "swapped-second-tangent", what: "ddτ(δ, H) for ddτ(H, δ)", visible_on: NONABELIAN },
+            Fault {
+                name: "force-index",
+                what: "K̂ of stage i for stage j in the stage equations (as printed)",
+                visible_on: "forced systems, orders above 3",
+            },
+            Fault { name: "no-force-in-stages", what: "f left out of G_i", visible_on: FORCED },
+            Fault {
+                name: "force-not-transported",
+                what: "Ad*_{τ(Ξ_j)⁻¹} left out of m",
+                visible_on: "forced systems on non-abelian algebras",
+            },
+            Fault {
+                name: "force-of-first-stage",
+                what: "f(η_1) at every stage",
+                visible_on: "velocity-dependent forces, s ≥ 2",
+            },
+            Fault { name: "coadjoint-inverted", what: "μ' = Ad*_{τ(ξ)⁻¹} m", visible_on: NONABELIAN },
+            Fault { name: "attitude-from-left", what: "g' = τ(ξ) g", visible_on: "non-abelian groups" },
+            Fault {
+                name: "attitude-order-two",
+                what: "the momentum is right, g' = g τ(h (l')⁻¹((μ + μ')/2))",
+                visible_on: "orders above 2",
+            },
+        ],
+        cases: forced,
+        check: |case, fault| judge(case, fault, Which::Order),
+    },
+    CaseLaw {
+        name: "energy-balance",
+        statement: "E(T) − E(0) − h Σ b_i ⟨f_i, η_i⟩ → 0 at least at the order of the method",
+        source: "Martín de Diego and Sato Martín de Almagro 2019, §2.2: dE/dt = ⟨f(η), η⟩",
+        oracle: "the energy of the state; the work from the stages",
+        bound: BOUND,
+        cost: Cost::Expensive,
+        faults: &[
+            Fault { name: "no-force-in-stages", what: "f left out of G_i", visible_on: FORCED },
+            Fault {
+                name: "force-not-transported",
+                what: "Ad*_{τ(Ξ_j)⁻¹} left out of m",
+                visible_on: "forced systems on non-abelian algebras",
+            },
+            Fault { name: "no-second-tangent", what: "ddτ left out of G_i", visible_on: NONABELIAN },
+        ],
+        cases: forced,
+        check: |case, fault| judge(case, fault, Which::Balance),
+    },
+];
+
+fn forced() -> BoxedStrategy<Case> {
+    let methods = [
+        (Family::Gauss, 1),
+        (Family::Gauss, 2),
+        (Family::Gauss, 3),
+        (Family::LobattoIIIA, 2),
+        (Family::LobattoIIIA, 3),
+        (Family::LobattoIIIB, 2),
+        (Family::LobattoIIIB, 3),
+    ];
+    let methods = methods.map(|(family, stages)| Description::Family(family, stages)).to_vec();
+    cases().forced_nonabelian().smooth().with_group().with_tableaux(proptest::sample::select(methods)).boxed()
+}
+
+#[derive(Clone, Copy)]
+enum Which {
+    Order,
+    Balance,
+}
+
+fn judge(case: &Case, fault: Option<&Fault>, which: Which) -> Verdict {
+    match case.dispatch::<Dd, _>(Study { fault, which }) {
+        Ok(verdict) => verdict,
+        Err(e) => Verdict::broken(format!("a generated case cannot be built: {e}")),
+    }
+}
+
+struct Study<'a> {
+    fault: Option<&'a Fault>,
+    which: Which,
+}
+
+/// What one run over the horizon left.
+struct End<const N: usize, const D: usize> {
+    state: State<Dd, N, D>,
+    balance: Dd,
+}
+
+impl Visitor<Dd> for Study<'_> {
+    type Output = Verdict;
+
+    fn visit<const N: usize, const D: usize, R: Retraction<Dd, N, D>>(self, system: System<Dd, N, D, R>) -> Verdict {
+        let order = variational_order(&system.tableau, 8).order as u32;
+        let mut horizon = system.step * Dd::int(COARSEST as i64);
+        let mut first = None;
+        for _ in 0..=STRETCHES {
+            let verdict = self.at_horizon(&system, horizon, order);
+            if !matches!(verdict, Verdict::Inconclusive { .. }) {
+                return verdict;
+            }
+            first.get_or_insert(verdict);
+            horizon *= Dd::int(4);
+        }
+        first.unwrap_or_else(|| Verdict::inconclusive("no horizon was tried"))
+    }
+}
+
+impl Study<'_> {
+    fn at_horizon<const N: usize, const D: usize, R: Retraction<Dd, N, D>>(
+        &self,
+        system: &System<Dd, N, D, R>,
+        horizon: Dd,
+        order: u32,
+    ) -> Verdict {
+        let (Ok(rough), Ok(exact)) = (reference(system, horizon, 5), reference(system, horizon, 10)) else {
+            return Verdict::inconclusive("the reference did not converge");
+        };
+        // Rounding: some hundred operations a step, relative to the size of the state; and the reference itself.
+        let size = energy(system, &exact).unwrap_or(Dd::exact(1.0)).abs();
+        let sizes = [exact.momentum.amax(), exact.attitude.amax(), size];
+        let doubt =
+            [(exact.momentum - rough.momentum).amax(), (exact.attitude - rough.attitude).amax(), Dd::exact(0.0)];
+        let mut levels: [Vec<Level>; 3] = Default::default();
+        let mut verdict = Verdict::inconclusive("no levels");
+        for k in 0..LEVELS.1 {
+            let steps = COARSEST << k;
+            let end = match self.run(system, horizon, steps) {
+                Ok(end) => end,
+                Err(StepError::Domain { .. }) => {
+                    return Verdict::not_applicable("the step leaves the domain of the retraction");
+                }
+                Err(_) => return Verdict::inconclusive("a step was refused"),
+            };
+            let errors = [
+                (end.state.momentum - exact.momentum).amax(),
+                (end.state.attitude - exact.attitude).amax(),
+                end.balance.abs(),
+            ];
+            for (quantity, levels) in levels.iter_mut().enumerate() {
+                let noise = Dd::unit_roundoff() * Dd::int(64 * steps as i64) * sizes[quantity] + doubt[quantity];
+                let h = (horizon / Dd::int(steps as i64)).to_f64().abs();
+                levels.push(Level { h, error: errors[quantity].to_f64(), noise: noise.to_f64() });
+            }
+            if k + 1 < LEVELS.0 {
+                continue;
+            }
+            verdict = match self.which {
+                Which::Order => {
+                    let judged = |what: &str, levels: &[Level]| name(estimate(levels).judge(order), what);
+                    judged("momentum", &levels[0]).and(judged("attitude", &levels[1]))
+                }
+                Which::Balance => at_least(&estimate(&levels[2]), order),
+            };
+            if !matches!(verdict, Verdict::Inconclusive { .. }) {
+                return verdict;
+            }
+        }
+        verdict
+    }
+}
+
+/// The slope may be above the order: some forces and tableaux do better in the energy.
+fn at_least(estimate: &Estimate, order: u32) -> Verdict {
+    match *estimate {
+        Estimate::Slope { low, .. } if low > f64::from(order) => Verdict::Holds { defect: 0.0, bound: 0.25 },
+        _ => name(estimate.judge(order), "energy balance"),
+    }
+}
+
+fn name(verdict: Verdict, what: &str) -> Verdict {
+    match verdict {
+        Verdict::Broken { defect, bound, witness } => {
+            Verdict::Broken { defect, bound, witness: format!("{what}: {witness}") }
+        }
+        Verdict::Inconclusive { why } => Verdict::inconclusive(format!("{what}: {why}")),
+        other => other,
+    }
+}
+
+/// The solution at the horizon by `steps` steps of a classical Gauss method with 8 stages.
+fn reference<const N: usize, const D: usize, R>(
+    system: &System<Dd, N, D, R>,
+    horizon: Dd,
+    steps: usize,
+) -> Result<State<Dd, N, D>, StepError> {
+    let equations = EulerPoincare::new(system.algebra.clone(), &system.lagrangian, &system.force);
+    let Ok(gauss) = Family::Gauss.tableau::<Dd>(8) else {
+        return Err(StepError::NotFinite { what: "the reference tableau" });
+    };
+    let mut method = Classical::new(equations, system.group.clone(), gauss);
+    let mut state = system.state.clone();
+    let h = horizon / Dd::int(steps as i64);
+    for _ in 0..steps {
+        method.step(&mut state, h)?;
+    }
+    Ok(state)
+}
+
+fn energy<const N: usize, const D: usize, R>(
+    system: &System<Dd, N, D, R>,
+    state: &State<Dd, N, D>,
+) -> Result<Dd, StepError> {
+    let velocity = system.lagrangian.velocity(&state.momentum, &Vector::zeros());
+    let velocity = velocity.map_err(|source| StepError::Legendre { step: system.step.to_f64(), source })?;
+    Ok(system.lagrangian.energy(&velocity))
+}
+
+impl Study<'_> {
+    fn run<const N: usize, const D: usize, R: Retraction<Dd, N, D>>(
+        &self,
+        system: &System<Dd, N, D, R>,
+        horizon: Dd,
+        steps: usize,
+    ) -> Result<End<N, D>, StepError> {
+        let mut method = subject(system, self.fault);
+        let mut state = system.state.clone();
+        let h = horizon / Dd::int(steps as i64);
+        let mut work = Dd::exact(0.0);
+        for _ in 0..steps {
+            let start = state.time;
+            method.step(&mut state, h)?;
+            if matches!(self.which, Which::Balance) {
+                work += stage_work(system, &method, start, h);
+            }
+        }
+        let balance = energy(system, &state)? - energy(system, &system.state)? - work;
+        Ok(End { state, balance })
+    }
+}
+
+/// h Σ b_i ⟨f(t + c_i h, η_i), η_i⟩ of the last step.
+fn stage_work<const N: usize, const D: usize, R: Retraction<Dd, N, D>>(
+    system: &System<Dd, N, D, R>,
+    method: &Subject<'_, Dd, N, D, R>,
+    start: Dd,
+    h: Dd,
+) -> Dd {
+    let (b, c) = (system.tableau.b(), system.tableau.c());
+    let mut work = Dd::exact(0.0);
+    for (i, eta) in method.stage_velocities().into_iter().enumerate() {
+        work += b[i] * h * (system.force.force(start + c[i] * h, &eta) * eta)[0];
+    }
+    work
+}

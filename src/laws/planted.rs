@@ -57,6 +57,7 @@ pub struct PlantedStep<T: Real, const N: usize, const D: usize, L, F, R> {
     retraction: R,
     tableau: Tableau<T>,
     fault: Option<StepFault>,
+    velocities: Vec<Vector<T, N>>,
 }
 
 /// What the stages determine: m and ξ, the residual and the chart momentum μ + h Σ b_j G_j.
@@ -65,6 +66,7 @@ struct Evaluated<S: Scalar, const N: usize> {
     increment: Vector<S, N>,
     chart: Covector<S, N>,
     residual: Vec<Covector<S, N>>,
+    velocities: Vec<Vector<S, N>>,
 }
 
 impl<T, const N: usize, const D: usize, L, F, R> PlantedStep<T, N, D, L, F, R>
@@ -76,7 +78,12 @@ where
 {
     /// The step for l, f, τ and a tableau, with a fault or without.
     pub fn new(lagrangian: L, force: F, retraction: R, tableau: Tableau<T>, fault: Option<StepFault>) -> Self {
-        Self { lagrangian, force, retraction, tableau, fault }
+        Self { lagrangian, force, retraction, tableau, fault, velocities: Vec::new() }
+    }
+
+    /// η_i of the last step; empty before the first.
+    pub fn stage_velocities(&self) -> &[Vector<T, N>] {
+        &self.velocities
     }
 
     fn has(&self, fault: StepFault) -> bool {
@@ -116,6 +123,7 @@ where
         let mut impulses = Vec::with_capacity(s);
         let mut increment = Vector::<S, N>::zeros();
         let mut first_velocity = None;
+        let mut velocities = Vec::with_capacity(s);
         for i in 0..s {
             let mut x = Vector::<S, N>::zeros();
             for j in 0..s {
@@ -134,6 +142,7 @@ where
             }
             impulses.push(if self.has(StepFault::ForceNotTransported) { f } else { f * point.ad_inv() });
             momenta.push(p);
+            velocities.push(eta);
             gradients.push(gradient);
         }
         let sum = |values: &[Covector<S, N>]| {
@@ -159,7 +168,7 @@ where
                 }
             })
             .collect();
-        Ok(Evaluated { kicked, increment, chart, residual })
+        Ok(Evaluated { kicked, increment, chart, residual, velocities })
     }
 }
 
@@ -277,6 +286,7 @@ where
         let next = State { time: state.time + h, momentum, attitude };
         next.check_finite(h)?;
         *state = next;
+        self.velocities = end.velocities;
         Ok(Report { solver: Solver::Newton, iterations: outcome.iterations, residual: outcome.residual })
     }
 }

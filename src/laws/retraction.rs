@@ -7,7 +7,7 @@ use super::precision::{Measured, settle};
 use super::probe::Probe;
 use crate::algebra::{Matrix, Vector};
 use crate::group::LieGroup;
-use crate::harness::{Cost, Fault, Verdict};
+use crate::harness::{Cost, Fault};
 use crate::retraction::{Retraction, RetractionError, TangentPoint};
 use crate::scalar::dual::derivative;
 use crate::scalar::{Real, Scalar};
@@ -281,12 +281,4 @@ fn near<T: Real, const N: usize, const A: usize, const B: usize>(
         let x: Vec<String> = x.iter().map(|v| format!("{:e}", v.to_f64())).collect();
         format!("at ξ = ({})", x.join(", "))
     })
-}
-
-/// A verdict helper for laws of other files on the same errors.
-pub(super) fn outside(error: &RetractionError) -> Verdict {
-    match error {
-        RetractionError::NoGroup { .. } => Verdict::not_applicable("the algebra has no group"),
-        _ => Verdict::not_applicable("a group element is outside the domain of the retraction"),
-    }
 }

@@ -5,7 +5,7 @@
 //! 2019, Theorem 3.1 and Proposition 3.2).
 
 use super::{Force, Lagrangian, LegendreError};
-use crate::algebra::{Covector, Matrix, Vector, pair};
+use crate::algebra::{Covector, Matrix, Vector, elimination, pair};
 use crate::retraction::{Retraction, RetractionError, TangentPoint};
 use crate::scalar::{Dual, Real, Scalar};
 
@@ -20,6 +20,17 @@ pub struct Partials<S: Scalar, const N: usize> {
     pub right: Covector<S, N>,
     /// ∂l/∂ψ.
     pub psi: Covector<S, N>,
+}
+
+/// Why a modified Legendre transform could not be inverted.
+#[derive(Clone, Debug, PartialEq, thiserror::Error)]
+pub enum VelocityError {
+    /// The second derivatives are singular, or Newton's method did not converge.
+    #[error(transparent)]
+    Legendre(#[from] LegendreError),
+    /// U is outside the domain of the Lagrangian.
+    #[error(transparent)]
+    Domain(#[from] RetractionError),
 }
 
 /// A Lagrangian on g×G×g, perhaps depending on time; G is represented by D×D matrices.
@@ -42,15 +53,30 @@ pub trait DoubledLagrangian<T: Real, const N: usize, const D: usize> {
     /// There are no matrices (an algebra without a group).
     fn hat<S: Scalar<Base = T>>(&self, xi: &Vector<S, N>) -> Result<Matrix<S, D>, RetractionError>;
 
-    /// Velocities (η, ψ) with λ = −∂l/∂η and μ = ∂l/∂ψ on the units U = e: where an iteration for these starts.
+    /// The velocities (η, ψ) with λ = −∂l/∂η and μ = ∂l/∂ψ on the units U = e.
     ///
     /// # Errors
     /// Those of the inverse Legendre transform.
-    fn velocities(
+    fn unit_velocities(
         &self,
         lambda: &Covector<T, N>,
         mu: &Covector<T, N>,
     ) -> Result<(Vector<T, N>, Vector<T, N>), LegendreError>;
+
+    /// The velocities (η, ψ) with λ = −∂l/∂η(η, U, ψ) and μ = ∂l/∂ψ(η, U, ψ): the inverse of the modified Legendre
+    /// transform, by Newton's method from the velocities on the units.
+    ///
+    /// # Errors
+    /// No convergence, singular second derivatives, U outside the domain.
+    fn velocities(
+        &self,
+        t: T,
+        lambda: &Covector<T, N>,
+        u: &Matrix<T, D>,
+        mu: &Covector<T, N>,
+    ) -> Result<(Vector<T, N>, Vector<T, N>), VelocityError> {
+        newton_velocities(self, t, lambda, u, mu)
+    }
 
     /// All partial derivatives; by dual numbers unless overridden.
     ///
@@ -94,6 +120,75 @@ pub fn partials_by_duals<T: Real, S: Scalar<Base = T>, const N: usize, const D: 
         partials.psi[a] = doubled.value(time, &eta0, &u0, &moved(psi))?.eps;
     }
     Ok(partials)
+}
+
+/// Newton steps for the velocities; the coupling is a small perturbation near the units.
+const MAX_ITERATIONS: usize = 40;
+
+/// The first and the second copy's components.
+type Both<V> = (V, V);
+
+fn newton_velocities<T: Real, const N: usize, const D: usize>(
+    doubled: &(impl DoubledLagrangian<T, N, D> + ?Sized),
+    t: T,
+    lambda: &Covector<T, N>,
+    u: &Matrix<T, D>,
+    mu: &Covector<T, N>,
+) -> Result<Both<Vector<T, N>>, VelocityError> {
+    let largest = |v: &Both<Vector<T, N>>| v.0.iter().chain(&v.1).fold(T::zero(), |m, x| m.max(x.abs()));
+    let unit = T::unit_roundoff();
+    let (mut eta, mut psi) = doubled.unit_velocities(lambda, mu)?;
+    let momenta = largest(&(lambda.transpose(), mu.transpose()));
+    let (mut size, mut close) = (T::zero(), false);
+    for _ in 0..MAX_ITERATIONS {
+        let partials = doubled.partials(t, &eta, u, &psi)?;
+        let residual = ((-partials.eta - lambda).transpose(), (partials.psi - mu).transpose());
+        size = largest(&residual);
+        if close || size <= T::int(4 * N as i64) * unit * momenta {
+            return Ok((eta, psi));
+        }
+        let step = newton_step(doubled, t, &eta, u, &psi, residual)?;
+        // A step below √u leaves an error of the order of round-off.
+        close = largest(&step) <= unit.sqrt() * largest(&(eta, psi));
+        eta -= step.0;
+        psi -= step.1;
+        if !eta.iter().chain(&psi).all(|v| v.all_finite()) {
+            break;
+        }
+    }
+    Err(LegendreError::NotConverged { residual: size.to_f64(), iterations: MAX_ITERATIONS }.into())
+}
+
+/// The solution of J (δη, δψ) = r by blocks, J the Jacobian of (−∂l/∂η, ∂l/∂ψ).
+fn newton_step<T: Real, const N: usize, const D: usize>(
+    doubled: &(impl DoubledLagrangian<T, N, D> + ?Sized),
+    t: T,
+    eta: &Vector<T, N>,
+    u: &Matrix<T, D>,
+    psi: &Vector<T, N>,
+    (r, s): Both<Vector<T, N>>,
+) -> Result<Both<Vector<T, N>>, VelocityError> {
+    let columns = |which: bool| -> Result<Both<Matrix<T, N>>, RetractionError> {
+        let (mut first, mut second) = (Matrix::<T, N>::zeros(), Matrix::<T, N>::zeros());
+        for a in 0..N {
+            let (mut left, mut right) = (eta.map(Dual::constant), psi.map(Dual::constant));
+            if which {
+                left[a].eps = T::one()
+            } else {
+                right[a].eps = T::one()
+            }
+            let moved = doubled.partials(Dual::constant(t), &left, &u.map(Dual::constant), &right)?;
+            first.set_column(a, &moved.eta.map(|v| -v.eps).transpose());
+            second.set_column(a, &moved.psi.map(|v| v.eps).transpose());
+        }
+        Ok((first, second))
+    };
+    let ((a, c), (b, d)) = (columns(true)?, columns(false)?);
+    let singular = || LegendreError::Singular { velocity: eta.iter().chain(psi).map(|v| v.to_f64()).collect() };
+    let inverse = elimination::inverse(&a).ok_or_else(singular)?;
+    let schur = elimination::inverse(&(d - c * inverse * b)).ok_or_else(singular)?;
+    let second = schur * (s - c * inverse * r);
+    Ok((inverse * (r - b * second), second))
 }
 
 /// l_f(η, U, ψ) = l(ψ) − l(η) − k_f(η, U, ψ), k_f = −½ ⟨f(t, η) + f(t, ψ), τ⁻¹(U)⟩.
@@ -193,7 +288,7 @@ where
         Ok(self.retraction.tau(&along)?.map(|v| v.eps))
     }
 
-    fn velocities(
+    fn unit_velocities(
         &self,
         lambda: &Covector<T, N>,
         mu: &Covector<T, N>,

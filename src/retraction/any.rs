@@ -2,12 +2,12 @@
 
 use super::{Cayley, CayleyPoint, Exponential, ExponentialPoint, Retraction, RetractionError, TangentPoint};
 use crate::algebra::{Covector, LieAlgebra, Matrix, Vector};
-use crate::group::LieGroup;
+use crate::group::{LieGroup, MatrixGroup};
 use crate::scalar::{Real, Scalar};
 
 /// [`Exponential`] or [`Cayley`].
 #[derive(Clone, Debug)]
-pub enum AnyRetraction<T: Real, const N: usize, const D: usize, G> {
+pub enum AnyRetraction<T: Real, const N: usize, const D: usize, G = MatrixGroup<T, N, D>> {
     /// τ = exp.
     Exponential(Exponential<T, N, D, G>),
     /// τ = cay.

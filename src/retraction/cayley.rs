@@ -3,7 +3,7 @@
 use super::linear::Sum;
 use super::{Retraction, RetractionError, TangentPoint, refuse};
 use crate::algebra::{Covector, LieAlgebra, Matrix, Vector};
-use crate::group::LieGroup;
+use crate::group::{LieGroup, MatrixGroup};
 use crate::scalar::{Real, Scalar};
 use std::sync::Arc;
 
@@ -53,7 +53,7 @@ impl<T: Real> Products<T> {
                     let defect = (product - group.hat(&part)).amax();
                     // Rounding of hat and vee scales with the coordinates; a true defect with the product.
                     let scale = (size * size).max(part.amax()) * size;
-                    if !(defect <= tolerance * scale) {
+                    if defect > tolerance * scale || !defect.all_finite() {
                         return Err(NotQuadratic { a, b, c, defect: defect.to_f64() });
                     }
                     for (d, value) in part.iter().enumerate() {
@@ -94,7 +94,7 @@ impl<T: Real> Products<T> {
 /// Domain: 1 − x/2 and 1 + x/2 regular (`OutsideDomain`). τ⁻¹(g) = 2(g − 1)(g + 1)⁻¹ needs g + 1 regular.
 /// (Bou-Rabee and Marsden 2009; Hairer, Lubich and Wanner 2006, §IV.8.3.)
 #[derive(Clone, Debug)]
-pub struct Cayley<T: Real, const N: usize, const D: usize, G> {
+pub struct Cayley<T: Real, const N: usize, const D: usize, G = MatrixGroup<T, N, D>> {
     group: G,
     products: Arc<Products<T>>,
 }

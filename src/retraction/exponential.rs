@@ -3,7 +3,7 @@
 use super::linear::{Sum, balanced_norm, norm};
 use super::{Retraction, RetractionError, TangentPoint};
 use crate::algebra::{Covector, LieAlgebra, Matrix, Vector};
-use crate::group::LieGroup;
+use crate::group::{LieGroup, MatrixGroup};
 use crate::scalar::{Real, Scalar};
 
 /// Terms of a series that the row form of ∂(dτ) keeps on the stack: enough for 40 digits at norm 1.
@@ -16,7 +16,7 @@ const MAX_TERMS: usize = 40;
 /// (`NoGroup` without). τ⁻¹ is the principal logarithm: g must have no eigenvalue on the closed negative real axis.
 /// (Iserles et al. 2000, §2; Martín de Diego and Sato Martín de Almagro 2019, §5.2.)
 #[derive(Clone, Debug)]
-pub struct Exponential<T: Real, const N: usize, const D: usize, G> {
+pub struct Exponential<T: Real, const N: usize, const D: usize, G = MatrixGroup<T, N, D>> {
     algebra: LieAlgebra<T, N>,
     group: Option<G>,
 }
@@ -35,8 +35,8 @@ impl Plan {
         if size > 1.0 {
             size = balanced_norm(matrix);
         }
-        // Also false for NaN. Beyond 10³⁰ nothing that depends on the size of x has a digit left.
-        if !(size < 1e30) {
+        // Beyond 10³⁰ nothing that depends on the size of x has a digit left.
+        if size.is_nan() || size > 1e30 {
             return None;
         }
         let mut levels = 0;

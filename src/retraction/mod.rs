@@ -1,7 +1,14 @@
 //! Retractions τ: g → G with τ(0) = e, T₀τ = Id and τ(−ξ) = τ(ξ)⁻¹, and their left-trivialised tangents.
 //!
-//! T_ξ τ(η) = τ(ξ) dτ_ξ η and ∂_ξ(dτ_ξ η) δ = dτ_ξ ddτ_ξ(η, δ) (spec: Bou-Rabee and Marsden 2009; Martín de Diego and
-//! Sato Martín de Almagro 2019, §5.2).
+//! T_ξ τ(η) = τ(ξ) dτ_ξ η and ∂_ξ(dτ_ξ η) δ = dτ_ξ ddτ_ξ(η, δ) (Bou-Rabee and Marsden 2009; Martín de Diego and Sato
+//! Martín de Almagro 2019, §5.2).
+//!
+//! | | any algebra or group | SO(3), closed form |
+//! |---|---|---|
+//! | exp | [`Exponential`] | [`ExponentialSo3`] |
+//! | Cayley | [`Cayley`] | [`CayleySo3`] |
+//!
+//! [`AnyRetraction`] is either of the general two.
 
 use crate::algebra::{Covector, LieAlgebra, Matrix, Vector};
 use crate::scalar::{Real, Scalar};
@@ -74,13 +81,22 @@ pub trait Retraction<T: Real, const N: usize, const D: usize> {
     /// The algebra on whose coordinates this retraction works.
     fn algebra(&self) -> &LieAlgebra<T, N>;
 
-    /// τ(x).
+    /// τ(x), a D×D matrix.
+    ///
+    /// # Errors
+    /// x outside the domain or not finite; no group.
     fn tau<S: Scalar<Base = T>>(&self, x: &Vector<S, N>) -> Result<Matrix<S, D>, RetractionError>;
 
-    /// τ⁻¹(g).
+    /// τ⁻¹(g), the preimage next to 0.
+    ///
+    /// # Errors
+    /// g without a (unique) preimage to working precision, not in the group, or not finite; no group.
     fn tau_inv<S: Scalar<Base = T>>(&self, g: &Matrix<S, D>) -> Result<Vector<S, N>, RetractionError>;
 
     /// dτ_x, dτ_x⁻¹ and what follows from them, at x.
+    ///
+    /// # Errors
+    /// x outside the domain or not finite; dτ_x singular to working precision.
     fn at<S: Scalar<Base = T>>(&self, x: &Vector<S, N>) -> Result<Self::Point<S>, RetractionError>;
 }
 

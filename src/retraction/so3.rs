@@ -3,17 +3,8 @@
 use super::coefficients::{Coefficients, Values};
 use super::{Retraction, RetractionError, TangentPoint, refuse};
 use crate::algebra::{Covector, LieAlgebra, Matrix, Vector};
+use crate::group::{LieGroup, So3};
 use crate::scalar::{Real, Scalar};
-
-/// so(3) in the basis of the three rotations about the axes: C^c_ab = ε_abc.
-fn rotations<T: Real>() -> LieAlgebra<T, 3> {
-    LieAlgebra::new(|a, b, c| match (3 + b - a) % 3 {
-        1 if c == (b + 1) % 3 => T::one(),
-        2 if c == (a + 1) % 3 => -T::one(),
-        _ => T::zero(),
-    })
-    .expect("the Levi-Civita symbol is antisymmetric and satisfies the Jacobi identity")
-}
 
 #[inline]
 fn dot<S: Scalar>(x: &Vector<S, 3>, y: &Vector<S, 3>) -> S {
@@ -103,7 +94,7 @@ impl<T: Real> CayleySo3<T> {
 
     /// The Cayley map on SO(3).
     pub fn new() -> Self {
-        Self { algebra: rotations() }
+        Self { algebra: So3::new().algebra().clone() }
     }
 
     /// 2/q.
@@ -241,7 +232,7 @@ impl<T: Real> ExponentialSo3<T> {
 
     /// The exponential on SO(3).
     pub fn new() -> Self {
-        Self { algebra: rotations(), coefficients: Coefficients::new() }
+        Self { algebra: So3::new().algebra().clone(), coefficients: Coefficients::new() }
     }
 
     fn values<S: Scalar<Base = T>>(&self, x: &Vector<S, 3>) -> Result<Values<S>, RetractionError> {

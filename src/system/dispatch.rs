@@ -297,7 +297,8 @@ fn force_term<T: Real, const N: usize>(
             if let Drag::Matrix(rows) = drag {
                 symmetric(&matrix, rows, &place.key("matrix"))?;
             }
-            QuadraticDrag::new(matrix).map_err(refused)?.into()
+            let key = if matches!(drag, Drag::Matrix(_)) { "matrix" } else { "coefficient" };
+            QuadraticDrag::new(matrix).map_err(|e| place.key(key).error(e))?.into()
         }
         ForceTerm::Constant { value: list } => Constant::new(value(list)?).map_err(refused)?.into(),
         ForceTerm::Periodic { value: list, frequency, phase } => {

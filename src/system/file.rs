@@ -5,7 +5,7 @@
 //! the text.
 
 use super::case::Case;
-use super::document::{Document, FORMAT, OutputTable, RunTable, ScalarName};
+use super::document::{Document, OutputTable, RunTable, ScalarName};
 use super::error::{CaseError, Place, Problem, Segment};
 use crate::scalar::{Number, Real};
 use std::fmt;
@@ -272,6 +272,5 @@ fn output(table: OutputTable, place: &Place) -> Result<Output, CaseError> {
 /// A complete file with comments on every key: the first example of Martín de Diego and Sato Martín de Almagro 2019,
 /// §5.3 (Landau–Lifshitz–Gilbert damping of a rigid body).
 pub fn example() -> &'static str {
-    debug_assert!(FORMAT == 1);
     include_str!("example.toml")
 }

@@ -2,6 +2,7 @@
 
 use super::case::{Algebra, Case, Constant, Drag, Force, Inertia, Lagrangian, Motion, Start, Structure, Tau};
 use super::random::{Cases, Forcing};
+use super::rates::Rates;
 use crate::algebra::catalogue::Entry;
 use crate::scalar::Number;
 use proptest::prelude::Rng;
@@ -170,8 +171,11 @@ fn erased(entry: &Entry) -> Structure {
     Structure::Constants { dimension, constants: list }
 }
 
-/// L U with unit triangular factors of entries p/8: determinant 1, and a condition number of a few tens at most.
+/// L U with unit triangular factors of entries p/8: determinant 1, and a condition number of a few tens at most (n = 1: a scale).
 pub(super) fn basis(draw: &mut Draw<'_>, n: usize) -> Vec<Vec<Number>> {
+    if n == 1 {
+        return vec![vec![dyadic(draw.pick(&[2, 3, 5, 6, 8]), 4)]];
+    }
     let most = if n <= 3 { 4 } else { 2 };
     // lower[i][k] in eighths, upper[k][j] in eighths: products in sixty-fourths.
     let mut triangular = |below: bool| -> Vec<Vec<i64>> {
@@ -309,17 +313,25 @@ pub(super) fn case(draw: &mut Draw<'_>, knobs: &Cases, tableau: crate::tableau::
     let start = start(draw, n, named);
     let (largest, smallest) = knobs.exponents;
     let mut exponent = draw.int(i64::from(largest), i64::from(smallest)) as u32;
+    // Beyond this the motion is slowed down instead: large steps are wanted too.
+    let limit = draw.int(i64::from(exponent), i64::from(smallest)) as u32;
     let method = super::case::Method { tableau, retraction };
-    let mut case = Case { algebra, lagrangian, forces, method, start, step: Number::default() };
+    let mut case = Case { algebra, lagrangian, forces, method, start, step: dyadic(1, 1 << exponent) };
     for _ in 0..40 {
-        case.step = dyadic(1, 1 << exponent);
-        match super::rates::unrest(&case) {
-            Some(unrest) if unrest <= super::rates::MOST => return Some(case),
-            Some(_) if exponent < smallest => exponent += 1,
-            Some(_) => slower(&mut case),
-            // An attitude outside the domain of τ.
-            None => case.start.attitude = case.start.attitude.map(|x| x.iter().map(halved).collect()),
+        let rates = Rates::of(&case)?;
+        if !rates.in_domain() {
+            case.start.attitude = case.start.attitude.map(|x| x.iter().map(halved).collect());
+            continue;
         }
+        let calm = |exponent: u32| rates.unrest(0.5_f64.powi(exponent as i32)) <= super::rates::MOST;
+        while !calm(exponent) && exponent < limit {
+            exponent += 1;
+        }
+        if calm(exponent) {
+            case.step = dyadic(1, 1 << exponent);
+            return Some(case);
+        }
+        slower(&mut case);
     }
     None
 }

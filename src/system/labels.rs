@@ -60,7 +60,10 @@ impl Visitor<f64> for Class {
 /// Label names and values; `force` occurs once for each kind of term, or once as `none`.
 pub fn labels(case: &Case) -> Vec<(&'static str, String)> {
     let mut labels = vec![("algebra", kind(&case.algebra)), ("dimension", case.dimension().to_string())];
-    if let Ok((class, unimodular)) = case.dispatch::<f64, _>(Class) {
+    let mut probe = case.clone();
+    // Whatever the retraction: exp is the quickest to set up.
+    probe.method.retraction = super::case::Tau::Exponential;
+    if let Ok((class, unimodular)) = probe.dispatch::<f64, _>(Class) {
         labels.push(("class", class.into()));
         labels.push(("unimodular", if unimodular { "yes" } else { "no" }.into()));
     }

@@ -59,9 +59,16 @@ pub fn cases() -> Cases {
 }
 
 /// Any tableau, with the classical ones (a twentieth of the named) at a fair share.
+///
+/// Built once for each thread: the list of collocation tableaux behind it takes longer than a case.
 fn tableaux() -> BoxedStrategy<Description> {
-    let classic = proptest::sample::select(Classic::ALL.to_vec()).prop_map(Description::Classic);
-    Union::new_weighted(vec![(24, crate::tableau::random::any()), (1, classic.boxed())]).boxed()
+    thread_local! {
+        static ANY: BoxedStrategy<Description> = {
+            let classic = proptest::sample::select(Classic::ALL.to_vec()).prop_map(Description::Classic);
+            Union::new_weighted(vec![(24, crate::tableau::random::any()), (1, classic.boxed())]).boxed()
+        };
+    }
+    ANY.with(Clone::clone)
 }
 
 impl Cases {

@@ -2,38 +2,66 @@
 
 use super::case::{Case, Tau};
 use super::dispatch::{System, Visitor};
-use crate::algebra::{LieAlgebra, Vector};
+use crate::algebra::{LieAlgebra, Matrix, Vector};
+use crate::group::LieGroup;
 use crate::mechanics::{Force, Lagrangian};
 use crate::retraction::Retraction;
 
 /// The largest unrest of generated cases: well below where stage equations fold (about 1) and τ leaves its domain.
 pub(super) const MOST: f64 = 0.5;
 
-/// h (‖ad_η‖ + h ‖ad_η̇‖ + ‖∂η̇/∂η‖) at the initial state, with row-sum norms: the larger of 1/h's competitors.
-///
-/// `None` when the case cannot be built.
-pub(super) fn unrest(case: &Case) -> Option<f64> {
-    let cayley = case.method.retraction == Tau::Cayley;
-    case.dispatch::<f64, _>(Unrest { cayley }).ok()?
+/// Row-sum norms at the initial state.
+pub(super) struct Rates {
+    /// ‖ad_η‖, or half the largest entry of η̂ where τ works on matrices, if that is larger.
+    rotation: f64,
+    /// ‖ad_η̇‖.
+    turning: f64,
+    /// ‖∂η̇/∂η‖.
+    stiffness: f64,
+    /// ‖x̂‖ of the attitude's coordinates where τ works on matrices, else 0.
+    reach: f64,
 }
 
-struct Unrest {
+impl Rates {
+    /// Those of a case; `None` when it cannot be built.
+    ///
+    /// Measured with exp: the Cayley map of a large group takes longer to set up than all the rest.
+    pub fn of(case: &Case) -> Option<Self> {
+        let cayley = case.method.retraction == Tau::Cayley;
+        let attitude = case.start.attitude.iter().flatten().map(|x| x.eval().ok()).collect::<Option<Vec<f64>>>()?;
+        let mut probe = case.clone();
+        probe.method.retraction = Tau::Exponential;
+        probe.dispatch::<f64, _>(Measure { cayley, attitude }).ok()?
+    }
+
+    /// Whether the attitude is safely in the domain of τ: 1 − x̂/2 is regular where ‖x̂‖ < 2.
+    pub fn in_domain(&self) -> bool {
+        self.reach < 1.9
+    }
+
+    /// h (‖ad_η‖ + h ‖ad_η̇‖ + ‖∂η̇/∂η‖): what the step multiplies.
+    pub fn unrest(&self, h: f64) -> f64 {
+        h * (self.rotation + h * self.turning + self.stiffness)
+    }
+}
+
+struct Measure {
     cayley: bool,
+    attitude: Vec<f64>,
 }
 
-fn norm<const N: usize>(matrix: &crate::algebra::Matrix<f64, N>) -> f64 {
+fn norm<const N: usize>(matrix: &Matrix<f64, N>) -> f64 {
     (0..N).map(|row| (0..N).map(|c| matrix[(row, c)].abs()).sum()).fold(0.0, f64::max)
 }
 
-impl Visitor<f64> for Unrest {
-    type Output = Option<f64>;
+impl Visitor<f64> for Measure {
+    type Output = Option<Rates>;
 
     fn visit<const N: usize, const D: usize, R: Retraction<f64, N, D>>(
         self,
         system: System<f64, N, D, R>,
-    ) -> Option<f64> {
+    ) -> Option<Rates> {
         let algebra: &LieAlgebra<f64, N> = &system.algebra;
-        let h = system.step.abs();
         let eta = system.lagrangian.velocity(&system.state.momentum, &Vector::zeros()).ok()?;
         let inverse = system.lagrangian.hessian(&eta).try_inverse()?;
         let rate = |eta: &Vector<f64, N>| {
@@ -41,22 +69,20 @@ impl Visitor<f64> for Unrest {
             let rate = algebra.coad(eta, &mu) + system.force.force(system.state.time, eta);
             inverse * rate.transpose()
         };
-        let mut slope = crate::algebra::Matrix::<f64, N>::zeros();
+        let mut slope = Matrix::<f64, N>::zeros();
         for a in 0..N {
             let mut moved = Vector::zeros();
             moved[a] = 1.0 / 1024.0;
             slope.set_column(a, &((rate(&(eta + moved)) - rate(&(eta - moved))) * 512.0));
         }
-        let rotation = norm(&algebra.ad(&eta)) + h * norm(&algebra.ad(&rate(&eta)));
-        // The Cayley map works on matrices: 1 − x/2 must stay away from singular.
-        let matrix = match (self.cayley, &system.group) {
-            (true, Some(group)) => {
-                use crate::group::LieGroup;
-                group.hat::<f64>(&eta).amax() * 0.5
-            }
-            _ => 0.0,
-        };
-        let unrest = h * (rotation.max(matrix) + norm(&slope));
-        unrest.is_finite().then_some(unrest)
+        // The Cayley map works on matrices: 1 − x̂/2 must stay away from singular.
+        let (mut matrix, mut reach) = (0.0, 0.0);
+        if let (true, Some(group)) = (self.cayley, &system.group) {
+            matrix = group.hat::<f64>(&eta).amax() * 0.5;
+            reach = norm(&group.hat(&Vector::from_fn(|a, _| self.attitude.get(a).copied().unwrap_or(0.0))));
+        }
+        let rotation = norm(&algebra.ad(&eta)).max(matrix);
+        let rates = Rates { rotation, turning: norm(&algebra.ad(&rate(&eta))), stiffness: norm(&slope), reach };
+        rates.unrest(1.0).is_finite().then_some(rates)
     }
 }

@@ -5,7 +5,7 @@ use super::document::Document;
 use super::error::{CaseError, Place, Problem};
 use serde::{Deserialize, Serialize};
 
-/// What `replay` runs again. In JSON (one object) or TOML (with the case as the table `[case]`).
+/// What `replay` runs again: one JSON object, with the case in the shape of a system file.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Replay {

@@ -5,6 +5,7 @@
 
 use super::case::{Algebra, Case, Drag, Force, Inertia, Motion, Structure, Tau};
 use super::generate::dyadic;
+use super::rates::{MOST, Rates};
 use crate::algebra::catalogue::Entry;
 use crate::scalar::Number;
 
@@ -24,7 +25,9 @@ pub(super) fn vanishes(force: &Force, abelian: bool) -> bool {
 
 /// Whether a candidate may stand: it can be built, its inertia is positive definite, and its step is small enough.
 pub(super) fn sound(case: &Case) -> bool {
-    positive(&case.lagrangian.inertia) && super::rates::unrest(case).is_some_and(|unrest| unrest <= super::rates::MOST)
+    let Ok(step) = case.step.eval::<f64>() else { return false };
+    let calm = |rates: Rates| rates.in_domain() && rates.unrest(step.abs()) <= MOST;
+    positive(&case.lagrangian.inertia) && step != 0.0 && Rates::of(case).is_some_and(calm)
 }
 
 /// Cholesky's factorisation in `f64`.

@@ -1,0 +1,424 @@
+//! The doubled scheme, on the units and off them; trajectories; the adaptive comparator.
+
+use euler_poincare::algebra::{Covector, Entry, Matrix, Vector};
+use euler_poincare::group::{LieGroup, MatrixGroup, So3};
+use euler_poincare::integrators::trajectory::integrate;
+use euler_poincare::integrators::{Classical, Doubled, DoubledState, OneStep, State, StepError, Variational};
+use euler_poincare::mechanics::Lagrangian;
+use euler_poincare::mechanics::doubled::{DoubledLagrangian, Forced};
+use euler_poincare::mechanics::force::{AnyForce, LinearDrag, Metriplectic, Periodic};
+use euler_poincare::mechanics::lagrangian::{AnyLagrangian, Quadratic, Quartic};
+use euler_poincare::mechanics::models::{Model, landau_lifshitz_gilbert, relaxed_rigid_body};
+use euler_poincare::retraction::{Cayley, CayleySo3, Exponential, ExponentialSo3, Retraction, TangentPoint};
+use euler_poincare::scalar::{Dd, Dual, Scalar};
+use euler_poincare::tableau::Tableau;
+use euler_poincare::tableau::families::{Classic, Family};
+
+const U: f64 = f64::EPSILON / 2.0;
+
+struct Sequence(u64);
+
+impl Sequence {
+    fn next(&mut self) -> f64 {
+        self.0 = self.0.wrapping_mul(6364136223846793005).wrapping_add(1442695040888963407);
+        (self.0 >> 11) as f64 / (1u64 << 52) as f64 - 1.0
+    }
+    fn vector<const N: usize>(&mut self) -> Vector<f64, N> {
+        Vector::from_fn(|_, _| self.next())
+    }
+    fn covector<const N: usize>(&mut self) -> Covector<f64, N> {
+        Covector::from_fn(|_, _| self.next())
+    }
+    fn matrix<const N: usize>(&mut self) -> Matrix<f64, N> {
+        Matrix::from_fn(|_, _| self.next())
+    }
+}
+
+fn size<'a>(entries: impl IntoIterator<Item = &'a f64>) -> f64 {
+    entries.into_iter().fold(0.0, |m, v| if v.abs() > m || v.is_nan() { v.abs() } else { m })
+}
+
+#[track_caller]
+fn close(defect: f64, bound: f64) {
+    assert!(defect <= bound, "defect {defect:e} above {bound:e}");
+}
+
+fn of(family: Family, stages: usize) -> Tableau<f64> {
+    family.tableau(stages).unwrap()
+}
+
+type Paper = Doubled<f64, Forced<AnyLagrangian<f64, 3>, AnyForce<f64, 3>, CayleySo3<f64>>, CayleySo3<f64>, 3, 3>;
+
+fn paper(model: &Model<f64>, tableau: Tableau<f64>) -> Paper {
+    let forced = Forced::new(model.system.lagrangian.clone(), model.system.force.clone(), CayleySo3::new());
+    Doubled::new(tableau, CayleySo3::new(), forced)
+}
+
+/// One step of 1/8, computed in 150-bit arithmetic.
+#[test]
+fn on_the_units_one_step_of_the_papers_systems_is_the_reference() {
+    let (llg, relaxed) = (landau_lifshitz_gilbert(), relaxed_rigid_body());
+    let rows = [
+        (&llg, Family::Gauss, 1, [0.3325523603683159, 0.0312710753139576, 0.7165415190785951]),
+        (&llg, Family::Gauss, 2, [0.3325020802648156, 0.0313526763021243, 0.7165607981817258]),
+        (&llg, Family::LobattoIIIA, 3, [0.3325020242605735, 0.0313527332683193, 0.7165608236605989]),
+        (&llg, Family::LobattoIIIB, 3, [0.3325021449851981, 0.0313526299631130, 0.7165607678834958]),
+        (&relaxed, Family::Gauss, 2, [0.3520359408350419, 0.0313280374056840, 0.7082730193270272]),
+    ];
+    for (model, family, stages, expected) in rows {
+        let mut state = DoubledState::unit(0.0, model.momentum);
+        paper(model, of(family, stages)).step(&mut state, 0.125).unwrap();
+        close(size(&(state.mu - Covector::from(expected))), 1e-15);
+        close(size(&(state.lambda - state.mu)), 16.0 * U);
+        close(size(&(state.relative - Matrix::<f64, 3>::identity())), 16.0 * U);
+    }
+}
+
+/// A random forced system, with forces of every kind of dependence.
+fn system<const N: usize, const D: usize>(
+    retraction: &impl Retraction<f64, N, D>,
+    random: &mut Sequence,
+) -> (AnyLagrangian<f64, N>, AnyForce<f64, N>) {
+    let b = random.matrix::<N>();
+    let inertia = b.transpose() * b + Matrix::identity();
+    let body: AnyLagrangian<f64, N> = if random.next() > 0.0 {
+        Quadratic::new(inertia).unwrap().into()
+    } else {
+        Quartic::new(inertia, 0.5).unwrap().into()
+    };
+    let force = AnyForce::Sum(vec![
+        LinearDrag::new(random.matrix() * 0.5).unwrap().into(),
+        Metriplectic::new(retraction.algebra().clone(), body.clone(), 0.3).unwrap().into(),
+        Periodic::new(random.covector(), 1.5, 0.5).unwrap().into(),
+    ]);
+    (body, force)
+}
+
+/// A random tableau with s stages and weights away from 0.
+fn tableau(random: &mut Sequence, stages: usize) -> Tableau<f64> {
+    let weights: Vec<f64> = (0..stages).map(|_| 1.0 + 0.5 * random.next()).collect();
+    let sum: f64 = weights.iter().sum();
+    let b: Vec<f64> = weights.iter().map(|w| w / sum).collect();
+    let a: Vec<Vec<f64>> = (0..stages).map(|_| (0..stages).map(|_| 0.5 * random.next()).collect()).collect();
+    Tableau::new(&a, &b).unwrap()
+}
+
+fn tableaux(random: &mut Sequence) -> Vec<Tableau<f64>> {
+    let mut all = vec![of(Family::Gauss, 2), of(Family::RadauIA, 2), of(Family::LobattoIIIC, 3)];
+    all.push(Classic::Rk4.tableau().unwrap());
+    all.extend([1, 2, 3].map(|s| tableau(random, s)));
+    all
+}
+
+/// Restricted and doubled step from the same unit, with both attitudes.
+fn restricts<R, const N: usize, const D: usize>(retraction: R, seed: u64)
+where
+    R: Retraction<f64, N, D> + Clone,
+{
+    let mut random = Sequence(seed);
+    for tableau in tableaux(&mut random) {
+        let (body, force) = system(&retraction, &mut random);
+        let g = retraction.tau(&random.vector()).unwrap();
+        let mut single = State { time: 0.3, momentum: random.covector(), attitude: g };
+        let mut double = DoubledState::unit(0.3, single.momentum);
+        double.attitudes = Some((g, g));
+        let forced = Forced::new(body.clone(), force.clone(), retraction.clone());
+        let mut doubled = Doubled::new(tableau.clone(), retraction.clone(), forced);
+        let mut restricted = Variational::new(body, force, retraction.clone(), tableau);
+        for _ in 0..5 {
+            restricted.step(&mut single, 0.05).unwrap();
+            doubled.step(&mut double, 0.05).unwrap();
+        }
+        // Five steps, each to a few units of its 2sN equations.
+        let rounding = 5.0 * 64.0 * U * (1.0 + size(&single.momentum)) * (1.0 + size(&g));
+        close(size(&(double.mu - single.momentum)), rounding);
+        close(size(&(double.lambda - single.momentum)), rounding);
+        close(size(&(double.relative - Matrix::<f64, D>::identity())), rounding);
+        let (here, there) = double.attitudes.unwrap();
+        close(size(&(here - single.attitude)), rounding);
+        close(size(&(there - single.attitude)), rounding);
+    }
+}
+
+#[test]
+fn in_thirty_two_digits_too() {
+    let model = relaxed_rigid_body::<Dd>();
+    let (body, force) = (model.system.lagrangian.clone(), model.system.force.clone());
+    let tableau = Family::Gauss.tableau::<Dd>(2).unwrap();
+    let forced = Forced::new(body.clone(), force.clone(), CayleySo3::new());
+    let mut double = DoubledState::<Dd, 3, 3>::unit(Dd::int(0), model.momentum);
+    let mut single = State { time: Dd::int(0), momentum: model.momentum, attitude: Matrix::<Dd, 3>::identity() };
+    let h = Dd::ratio(1, 8);
+    Doubled::new(tableau.clone(), CayleySo3::new(), forced).step(&mut double, h).unwrap();
+    Variational::new(body, force, CayleySo3::new(), tableau).step(&mut single, h).unwrap();
+    close(size(&(double.mu - single.momentum).map(|v| v.to_f64())), 1e-30);
+    close(size(&(double.relative - Matrix::<Dd, 3>::identity()).map(|v| v.to_f64())), 1e-30);
+}
+
+fn group<const N: usize, const D: usize>(entry: Entry) -> MatrixGroup<f64, N, D> {
+    MatrixGroup::from_entry(&entry).unwrap()
+}
+
+#[test]
+fn on_the_units_it_is_the_restricted_scheme() {
+    restricts::<_, 3, 3>(CayleySo3::new(), 1);
+    restricts::<_, 3, 3>(ExponentialSo3::new(), 2);
+    restricts(Cayley::new(group::<3, 2>(Entry::Sl2)).unwrap(), 3);
+    restricts(Exponential::of_group(group::<2, 2>(Entry::Aff1)), 4);
+}
+
+/// (λ, U, μ) off the units and in the image of the modified Legendre transform. That transform is regular only while
+/// ½ f''(η) τ⁻¹(U) is small beside l'' ≥ 1, hence the sizes.
+fn off_units<const N: usize, const D: usize>(
+    doubled: &impl DoubledLagrangian<f64, N, D>,
+    retraction: &impl Retraction<f64, N, D>,
+    random: &mut Sequence,
+) -> DoubledState<f64, N, D> {
+    let relative = retraction.tau(&(random.vector() * 0.1)).unwrap();
+    let partials = doubled.partials(0.0, &(random.vector() * 0.5), &relative, &(random.vector() * 0.5)).unwrap();
+    DoubledState { time: 0.0, lambda: -partials.eta, relative, mu: partials.psi, attitudes: None }
+}
+
+/// Off the units: Ad*_{g̃⁻¹} μ − Ad*_{g⁻¹} λ is constant (Noether), and U stays g⁻¹g̃.
+fn noether<R, const N: usize, const D: usize>(retraction: R, group: impl LieGroup<f64, N, D>, seed: u64)
+where
+    R: Retraction<f64, N, D> + Clone,
+{
+    let mut random = Sequence(seed);
+    for tableau in tableaux(&mut random) {
+        let (body, force) = system(&retraction, &mut random);
+        let g = retraction.tau(&random.vector()).unwrap();
+        let forced = Forced::new(body, force, retraction.clone());
+        let mut state = off_units(&forced, &retraction, &mut random);
+        state.attitudes = Some((g, g * state.relative));
+        let spatial = |state: &DoubledState<f64, N, D>| {
+            let (g, partner) = state.attitudes.unwrap();
+            group.coadjoint(&group.inverse(&partner).unwrap(), &state.mu).unwrap()
+                - group.coadjoint(&group.inverse(&g).unwrap(), &state.lambda).unwrap()
+        };
+        let before = spatial(&state);
+        let mu = state.mu;
+        let mut doubled = Doubled::new(tableau, retraction.clone(), forced);
+        for _ in 0..10 {
+            doubled.step(&mut state, 0.05).unwrap();
+        }
+        let (g, partner) = state.attitudes.unwrap();
+        let turns = size(&g).max(size(&partner)).powi(4).max(1.0);
+        close(size(&(spatial(&state) - before)), 10.0 * 64.0 * U * turns * (1.0 + size(&before)));
+        close(size(&(g * state.relative - partner)), 10.0 * 16.0 * U * turns);
+        assert!(size(&(state.mu - mu)) > 1e-3, "nothing moves");
+    }
+}
+
+#[test]
+fn off_the_units_the_noether_momentum_is_kept() {
+    noether(CayleySo3::new(), So3::new(), 11);
+    noether(ExponentialSo3::new(), So3::new(), 12);
+    noether(Cayley::new(group::<3, 2>(Entry::Sl2)).unwrap(), group(Entry::Sl2), 13);
+    noether(Exponential::of_group(group::<2, 2>(Entry::Aff1)), group(Entry::Aff1), 14);
+}
+
+/// The discrete action h Σ b_i l(dτ_{Ξ_i}H_i, τ(−Ξ_i) U τ(X_i), dτ_{X_i}Ψ_i) of given stages.
+fn action<L, R, const N: usize, const D: usize>(
+    lagrangian: &L,
+    retraction: &R,
+    tableau: &Tableau<f64>,
+    h: f64,
+    first: &[Vector<Dual<f64>, N>],
+    u: &Matrix<Dual<f64>, D>,
+    second: &[Vector<Dual<f64>, N>],
+) -> Dual<f64>
+where
+    L: DoubledLagrangian<f64, N, D>,
+    R: Retraction<f64, N, D>,
+{
+    let mut sum = Dual::constant(0.0);
+    for i in 0..tableau.stages() {
+        let stage = |unknown: &[Vector<Dual<f64>, N>]| {
+            let mut total = Vector::<Dual<f64>, N>::zeros();
+            for (j, v) in unknown.iter().enumerate() {
+                total += v * Dual::constant(h * tableau.a()[(i, j)]);
+            }
+            total
+        };
+        let (left, right) = (stage(first), stage(second));
+        let eta = retraction.at(&left).unwrap().d() * first[i];
+        let psi = retraction.at(&right).unwrap().d() * second[i];
+        let between = retraction.tau(&-left).unwrap() * u * retraction.tau(&right).unwrap();
+        let time = Dual::constant(h * tableau.c()[i]);
+        sum += lagrangian.value(time, &eta, &between, &psi).unwrap() * Dual::constant(h * tableau.b()[i]);
+    }
+    sum
+}
+
+/// The stages of a step off the units extremise the action, and its derivatives are the momenta at both ends:
+/// dS = −λ' dτ_ξ δξ + μ' dτ_χ δχ for every variation of the stages, λ = λ' Ad_{τ(ξ)}⁻¹ − R*_U dS, and likewise for μ.
+fn extremises<R, const N: usize, const D: usize>(retraction: R, seed: u64)
+where
+    R: Retraction<f64, N, D> + Clone,
+{
+    let mut random = Sequence(seed);
+    let h = 0.1;
+    for tableau in tableaux(&mut random) {
+        let (body, force) = system(&retraction, &mut random);
+        let forced = Forced::new(body, force, retraction.clone());
+        let mut state = off_units(&forced, &retraction, &mut random);
+        let (lambda, u, mu) = (state.lambda, state.relative, state.mu);
+        let mut doubled = Doubled::new(tableau.clone(), retraction.clone(), forced.clone());
+        doubled.step(&mut state, h).unwrap();
+        let (first, second) = doubled.stages();
+        let total = |v: &[Vector<f64, N>]| v.iter().zip(tableau.b().iter()).map(|(v, b)| v * (h * b)).sum();
+        let (xi, chi): (Vector<f64, N>, Vector<f64, N>) = (total(first), total(second));
+        let (left, right) = (retraction.at::<f64>(&xi).unwrap(), retraction.at::<f64>(&chi).unwrap());
+        let constant = |v: &[Vector<f64, N>]| v.iter().map(|v| v.map(Dual::constant)).collect::<Vec<_>>();
+        let (first, second, still) = (constant(first), constant(second), u.map(Dual::constant));
+        let scale = 256.0 * N as f64 * U * (1.0 + size(&mu) + size(&state.mu) + size(&lambda) + size(&state.lambda));
+        for a in 0..N {
+            for i in 0..tableau.stages() {
+                let weight = h * tableau.b()[i];
+                let mut moved = first.clone();
+                moved[i][a].eps = 1.0;
+                let slope = action(&forced, &retraction, &tableau, h, &moved, &still, &second).eps / weight;
+                close((slope + (state.lambda * left.d())[a]).abs(), scale * 4.0);
+                let mut moved = second.clone();
+                moved[i][a].eps = 1.0;
+                let slope = action(&forced, &retraction, &tableau, h, &first, &still, &moved).eps / weight;
+                close((slope - (state.mu * right.d())[a]).abs(), scale * 4.0);
+            }
+            let mut e = Vector::<f64, N>::zeros();
+            e[a] = 1.0;
+            let hat = forced.hat(&e).unwrap();
+            let along = |direction: Matrix<f64, D>| u.zip_map(&direction, |re, eps| Dual { re, eps });
+            let slope = |u| action(&forced, &retraction, &tableau, h, &first, &u, &second).eps;
+            let start = (state.lambda * left.ad_inv())[a] - slope(along(hat * u));
+            close((start - lambda[a]).abs(), scale);
+            let start = (state.mu * right.ad_inv())[a] - slope(along(u * hat));
+            close((start - mu[a]).abs(), scale);
+        }
+        let end = retraction.tau(&-xi).unwrap() * u * retraction.tau(&chi).unwrap();
+        close(size(&(end - state.relative)), 64.0 * U * size(&u));
+    }
+}
+
+#[test]
+fn off_the_units_a_step_extremises_the_action() {
+    extremises::<_, 3, 3>(CayleySo3::new(), 21);
+    extremises(Cayley::new(group::<3, 2>(Entry::Sl2)).unwrap(), 22);
+    extremises(Exponential::of_group(group::<3, 3>(Entry::Se2)), 23);
+    extremises(Exponential::of_group(group::<2, 2>(Entry::Aff1)), 24);
+}
+
+#[test]
+fn a_refused_doubled_step_leaves_the_state() {
+    let model = landau_lifshitz_gilbert();
+    let mut doubled = paper(&model, of(Family::Gauss, 2));
+    let good = DoubledState::unit(0.0, model.momentum);
+    let mut state = good.clone();
+    assert_eq!(doubled.step(&mut state, f64::NAN), Err(StepError::NotFinite { what: "h" }));
+    assert_eq!(state, good);
+    state.mu[1] = f64::INFINITY;
+    assert_eq!(doubled.step(&mut state, 0.1), Err(StepError::NotFinite { what: "the momentum" }));
+    // A half turn has no preimage under Cayley's map.
+    let mut state = good.clone();
+    state.relative = Matrix::from_diagonal(&Vector::from([1.0, -1.0, -1.0]));
+    assert!(matches!(doubled.step(&mut state, 0.1), Err(StepError::Domain { .. })));
+    // Past the fold near h = 0.797.
+    let mut state = good.clone();
+    let refused = paper(&model, of(Family::LobattoIIIA, 2)).step(&mut state, 1.0);
+    assert!(matches!(refused, Err(StepError::Fold { .. } | StepError::NotConverged { .. })), "{refused:?}");
+    assert_eq!(state, good);
+}
+
+struct Refusing(usize);
+
+impl OneStep<f64, 3, 3> for Refusing {
+    fn step(
+        &mut self,
+        state: &mut State<f64, 3, 3>,
+        h: f64,
+    ) -> Result<euler_poincare::integrators::Report<f64>, StepError> {
+        if self.0 == 0 {
+            return Err(StepError::NotFinite { what: "the force" });
+        }
+        self.0 -= 1;
+        state.time += h;
+        Ok(euler_poincare::integrators::Report {
+            solver: euler_poincare::integrators::Solver::Explicit,
+            iterations: self.0,
+            residual: 0.5 / (1.0 + self.0 as f64),
+        })
+    }
+}
+
+#[test]
+fn a_trajectory_counts_and_says_where_it_stopped() {
+    let start = State { time: 1.0, momentum: Covector::zeros(), attitude: Matrix::identity() };
+    let mut state = start.clone();
+    let mut seen = Vec::new();
+    let totals = integrate(&mut Refusing(4), &mut state, 0.1, 4, |k, state, _| seen.push((k, state.time))).unwrap();
+    assert_eq!((totals.steps, totals.iterations, totals.most_iterations, totals.residual), (4, 6, 3, 0.5));
+    assert_eq!(seen, (1..=4).map(|k| (k, 1.0 + 0.1 * k as f64)).collect::<Vec<_>>());
+    let mut state = start.clone();
+    let stopped = integrate(&mut Refusing(2), &mut state, 0.5, 4, |_, _, _| ()).unwrap_err();
+    assert_eq!((stopped.index, stopped.time), (2, 2.0));
+    assert_eq!(stopped.source, StepError::NotFinite { what: "the force" });
+}
+
+#[test]
+fn kuttas_method_reaches_the_reference() {
+    let model = relaxed_rigid_body::<f64>();
+    let tableau = Classic::Rk4.tableau().unwrap();
+    let error = |steps: usize| {
+        let mut method = Classical::new(model.system.clone(), Some(So3::new()), tableau.clone());
+        let mut state = State { time: 0.0, momentum: model.momentum, attitude: Matrix::identity() };
+        integrate(&mut method, &mut state, 1.0 / steps as f64, steps, |_, _, _| ()).unwrap();
+        (state.momentum - model.reference_momentum().unwrap()).norm()
+    };
+    let ratio = error(32) / error(64);
+    assert!((14.5..18.5).contains(&ratio), "{ratio}");
+}
+
+#[cfg(feature = "cli")]
+#[test]
+fn the_adaptive_pair_reaches_the_reference() {
+    use euler_poincare::integrators::comparators::{AdaptiveError, dormand_prince};
+    for model in [landau_lifshitz_gilbert::<f64>(), relaxed_rigid_body::<f64>()] {
+        let times: Vec<f64> = (0..=8).map(|k| k as f64 / 8.0).collect();
+        let error = |tolerance| {
+            let samples = dormand_prince(&model.system, &model.momentum, &times, tolerance).unwrap();
+            assert_eq!(samples.iter().map(|s| s.0).collect::<Vec<_>>(), times);
+            assert_eq!(samples[0].1, model.momentum);
+            (samples[8].1 - model.reference_momentum().unwrap()).norm()
+        };
+        // Local errors are held to the tolerance; over a unit of time they gather to a small multiple.
+        close(error(1e-6), 1e-4);
+        close(error(1e-11), 1e-9);
+    }
+    let model = landau_lifshitz_gilbert::<f64>();
+    let bad = |times: &[f64], tolerance| {
+        matches!(dormand_prince(&model.system, &model.momentum, times, tolerance), Err(AdaptiveError::BadInput { .. }))
+    };
+    assert!(bad(&[0.0], 1e-6) && bad(&[0.0, f64::NAN], 1e-6) && bad(&[0.0, 0.0], 1e-6));
+    assert!(bad(&[0.0, 1.0], 0.0) && bad(&[0.0, 1.0], f64::NAN));
+    let _ = model.system.lagrangian.energy(&model.velocity());
+}
+
+/// The inverse Legendre transform of a bounded gradient fails on the way, and that is what is reported.
+#[cfg(feature = "cli")]
+#[test]
+fn the_adaptive_pair_reports_a_failing_legendre_transform() {
+    use euler_poincare::integrators::comparators::{AdaptiveError, dormand_prince};
+    use euler_poincare::mechanics::equations::EulerPoincare;
+    use euler_poincare::mechanics::force::Constant;
+
+    struct Bounded;
+    impl Lagrangian<f64, 1> for Bounded {
+        fn value<S: Scalar<Base = f64>>(&self, eta: &Vector<S, 1>) -> S {
+            (S::one() + eta[0] * eta[0]).sqrt()
+        }
+    }
+    let line = euler_poincare::algebra::LieAlgebra::<f64, 1>::from_catalogue(&Entry::Abelian(1)).unwrap();
+    let system = EulerPoincare::new(line, Bounded, Constant::new(Covector::from([1.0])).unwrap());
+    let failed = dormand_prince(&system, &Covector::from([0.0]), &[0.0, 2.0], 1e-6);
+    assert!(matches!(failed, Err(AdaptiveError::Legendre { time, .. }) if time >= 0.99), "{failed:?}");
+}

@@ -1,0 +1,71 @@
+//! `verify --faults`: every planted fault must be caught.
+
+use super::progress::Bar;
+use super::table::{seconds, table};
+use super::verify::weight;
+use super::{Failure, Format, print};
+use euler_poincare::harness::{Fault, catch_fault};
+use euler_poincare::laws::CaseLaw;
+use rayon::prelude::*;
+use serde_json::json;
+use std::process::ExitCode;
+use std::time::Instant;
+
+/// A fault that this many cases do not show is not caught.
+const CASES: usize = 100;
+
+struct Catch {
+    law: &'static str,
+    fault: &'static Fault,
+    /// After how many cases.
+    after: Option<usize>,
+    seconds: f64,
+}
+
+/// Plants each fault of `laws`, and prints after how many cases it is caught.
+pub fn run(laws: &[&'static CaseLaw], seed: u64, format: Format) -> Result<ExitCode, Failure> {
+    let groups: Vec<_> = laws.iter().map(|law| (law.name, law.faults.len(), weight(law.cost))).collect();
+    let bar = Bar::new(&groups);
+    let mut faults: Vec<_> =
+        laws.iter().flat_map(|law| law.faults.iter().map(move |fault| (*law, fault))).enumerate().collect();
+    // Expensive laws first, so that no long piece is left for the end.
+    faults.sort_by_key(|(_, (law, _))| std::cmp::Reverse(law.cost));
+    let caught = |(index, (law, fault)): &(usize, (&'static CaseLaw, &'static Fault))| {
+        let start = Instant::now();
+        let after = catch_fault(*law, fault, seed, CASES);
+        bar.advance(law.name);
+        (*index, Catch { law: law.name, fault, after, seconds: start.elapsed().as_secs_f64() })
+    };
+    let mut catches: Vec<_> = faults.par_iter().with_max_len(1).map(caught).collect();
+    bar.clear();
+    catches.sort_by_key(|(index, _)| *index);
+    let catches: Vec<Catch> = catches.into_iter().map(|(_, catch)| catch).collect();
+    print(&match format {
+        Format::Text => text(&catches),
+        Format::Json => catches.iter().map(|catch| format!("{}\n", object(catch))).collect(),
+    })?;
+    Ok(if catches.iter().all(|catch| catch.after.is_some()) { ExitCode::SUCCESS } else { ExitCode::from(1) })
+}
+
+fn text(catches: &[Catch]) -> String {
+    let mut table = table(&["law", "fault", "caught\nafter", "time", "visible on"], 2..4);
+    for catch in catches {
+        table.add_row([
+            catch.law.to_owned(),
+            catch.fault.name.to_owned(),
+            catch.after.map_or("never".to_owned(), |cases| cases.to_string()),
+            seconds(catch.seconds),
+            catch.fault.visible_on.to_owned(),
+        ]);
+    }
+    let missed = catches.iter().filter(|catch| catch.after.is_none()).count();
+    let outcome = match missed {
+        0 => format!("each caught within {CASES} cases"),
+        missed => format!("{missed} NOT caught within {CASES} cases"),
+    };
+    format!("{}\n\n{} faults: {outcome}\n", table.trim_fmt(), catches.len())
+}
+
+fn object(catch: &Catch) -> serde_json::Value {
+    json!({ "law": catch.law, "fault": catch.fault.name, "caught_after": catch.after, "seconds": catch.seconds })
+}
