@@ -55,7 +55,7 @@ pub fn run(arguments: Arguments) -> Result<ExitCode, Failure> {
     let Some(path) = arguments.system.as_deref() else {
         return printed(io::stdout().write_all(example().as_bytes())).map(|()| ExitCode::SUCCESS);
     };
-    let mut file = SystemFile::parse(&read(path)?).map_err(|refused| Failure::file(path, refused))?;
+    let mut file = SystemFile::parse(&read(path)?).map_err(|refused| Failure::file(name(path), refused))?;
     if let Some(steps) = arguments.steps {
         file.horizon = Horizon::Steps(steps);
     }
@@ -76,6 +76,11 @@ pub fn run(arguments: Arguments) -> Result<ExitCode, Failure> {
     }
 }
 
+/// The path for messages.
+fn name(path: &Path) -> &Path {
+    if path == Path::new("-") { Path::new("standard input") } else { path }
+}
+
 /// The text of the file, or of standard input; not more of it than any system file has.
 fn read(path: &Path) -> Result<String, Failure> {
     let mut text = String::new();
@@ -85,7 +90,7 @@ fn read(path: &Path) -> Result<String, Failure> {
     } else {
         File::open(path).and_then(|file| file.take(limit).read_to_string(&mut text))
     };
-    result.map(|_| text).map_err(|error| Failure::file(path, error))
+    result.map(|_| text).map_err(|error| Failure::file(name(path), error))
 }
 
 /// Refuses to write over what is read, and two outputs to one file.
@@ -134,7 +139,8 @@ fn integrate<T: Real>(
     match ended {
         Ended::Failed(reason) => {
             let place = csv.map_or("on standard output".into(), |csv| format!("in {}", csv.display()));
-            Err(Failure::Computation(format!("{reason}\nthe {rows} rows up to there are {place}")))
+            let rows = if rows == 1 { "row".into() } else { format!("{rows} rows") };
+            Err(Failure::Computation(format!("{reason}\nkept {place}: the {rows} up to there")))
         }
         Ended::Whole(summary) => {
             if let Some(csv) = csv {
