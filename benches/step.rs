@@ -10,7 +10,7 @@ use euler_poincare::mechanics::force::{AnyForce, LinearDrag, QuadraticDrag};
 use euler_poincare::mechanics::lagrangian::Quadratic;
 use euler_poincare::mechanics::models::{Model, landau_lifshitz_gilbert, relaxed_rigid_body};
 use euler_poincare::retraction::{Cayley, CayleySo3, Exponential, ExponentialSo3, Retraction};
-use euler_poincare::scalar::{Dd, Real};
+use euler_poincare::scalar::{Dd, Real, Scalar};
 use euler_poincare::tableau::{Description, Tableau};
 use std::hint::black_box;
 
@@ -143,7 +143,7 @@ fn so3(criterion: &mut Criterion) {
     }
     let model = landau_lifshitz_gilbert::<Dd>();
     let mut method = on_so3(&model, "gauss-2", CayleySo3::new());
-    warm(&mut group, "gauss-2 cayley, 32 digits", &mut method, &initial(&model), Dd::ratio(1, 10));
+    warm(&mut group, "gauss-2 cayley, 32 digits", &mut method, &initial(&model), Scalar::ratio(1, 10));
     group.finish();
 }
 

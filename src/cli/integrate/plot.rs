@@ -11,6 +11,18 @@ use std::path::Path;
 /// Points of a curve: when there are more, every second one goes.
 const MOST: usize = 4096;
 
+/// Colours that can be told apart on white, also by the colour-blind (Okabe and Ito 2008).
+const COLOURS: [RGBColor; 8] = [
+    RGBColor(0, 114, 178),
+    RGBColor(213, 94, 0),
+    RGBColor(0, 158, 115),
+    RGBColor(204, 121, 167),
+    RGBColor(86, 180, 233),
+    RGBColor(230, 159, 0),
+    RGBColor(110, 110, 110),
+    RGBColor(0, 0, 0),
+];
+
 /// Samples of a run, evenly spaced, never more than [`MOST`].
 pub struct Trace {
     columns: Columns,
@@ -96,7 +108,8 @@ fn panel(area: &DrawingArea<SVGBackend<'_>, Shift>, title: &str, curves: &[Curve
     let (times, values) = (range(points().map(|p| p.0), 0.0), range(points().map(|p| p.1), 0.08));
     let size = values.start.abs().max(values.end.abs());
     let spread = values.end - values.start;
-    let mut chart = ChartBuilder::on(area)
+    let (area, names) = area.split_horizontally(730);
+    let mut chart = ChartBuilder::on(&area)
         .caption(title, ("sans-serif", 20))
         .margin(10)
         .margin_right(30)
@@ -123,20 +136,14 @@ fn panel(area: &DrawingArea<SVGBackend<'_>, Shift>, title: &str, curves: &[Curve
         .label_style(("sans-serif", 14))
         .draw()?;
     for (index, (name, curve)) in curves.iter().enumerate() {
-        // On top of a thick curve a thin one is seen, and sees it.
-        let style = Palette99::pick(index).stroke_width(if index == 0 { 3 } else { 1 });
-        chart
-            .draw_series(LineSeries::new(curve.iter().copied(), style))?
-            .label(name)
-            .legend(move |(x, y)| PathElement::new([(x, y), (x + 18, y)], style));
+        let colour = COLOURS[index % COLOURS.len()];
+        // A curve that others may cover is drawn wide, so that it shows on both sides of them.
+        let style = colour.stroke_width(if index == 0 && curves.len() == 2 { 5 } else { 2 });
+        chart.draw_series(LineSeries::new(curve.iter().copied(), style))?;
+        let y = 50 + 20 * index as i32;
+        names.draw(&PathElement::new([(0, y), (20, y)], style))?;
+        names.draw(&Text::new(name.as_str(), (26, y - 6), ("sans-serif", 14)))?;
     }
-    chart
-        .configure_series_labels()
-        .position(SeriesLabelPosition::UpperRight)
-        .background_style(WHITE.mix(0.8))
-        .border_style(BLACK.mix(0.3))
-        .label_font(("sans-serif", 14))
-        .draw()?;
     Ok(())
 }
 
