@@ -1,7 +1,22 @@
 //! A step allocates nothing: counted by the allocator itself, in a test target of its own.
 
+use euler_poincare::algebra::catalogue::Entry;
+use euler_poincare::algebra::{Covector, Matrix, Vector};
+use euler_poincare::group::{LieGroup, MatrixGroup, So3};
+use euler_poincare::integrators::variational::Settings;
+use euler_poincare::integrators::{Classical, Doubled, DoubledState, OneStep, Solver, State, Variational};
+use euler_poincare::mechanics::doubled::Forced;
+use euler_poincare::mechanics::force::{AnyForce, DoubleBracket, LinearDrag, QuadraticDrag};
+use euler_poincare::mechanics::lagrangian::{AnyLagrangian, Quadratic, Quartic};
+use euler_poincare::mechanics::models::{Model, landau_lifshitz_gilbert};
+use euler_poincare::retraction::{AnyRetraction, Cayley, CayleySo3, Exponential, ExponentialSo3, Retraction};
+use euler_poincare::scalar::{Dd, Real};
+use euler_poincare::tableau::{Classic, Family};
 use std::alloc::{GlobalAlloc, Layout, System};
 use std::cell::Cell;
+
+/// Steps that are counted, after the first.
+const STEPS: usize = 8;
 
 thread_local! {
     static ALLOCATIONS: Cell<usize> = const { Cell::new(0) };
@@ -36,4 +51,162 @@ fn allocations(f: impl FnOnce()) -> usize {
 #[test]
 fn the_counter_counts() {
     assert!(allocations(|| drop(std::hint::black_box(vec![1u8; 100]))) > 0);
+}
+
+/// Allocations of `steps` steps after a first one, each from a copy of `start` if `again`, else one after the other.
+///
+/// Also the solvers that were at work.
+fn count<T: Real, const N: usize, const D: usize>(
+    method: &mut impl OneStep<T, N, D>,
+    start: &State<T, N, D>,
+    h: T,
+    again: bool,
+) -> (usize, Vec<Solver>) {
+    let mut state = start.clone();
+    let first = method.step(&mut state, h).expect("the first step succeeds").solver;
+    let mut solvers = Vec::with_capacity(STEPS + 1);
+    solvers.push(first);
+    let allocated = allocations(|| {
+        for _ in 0..STEPS {
+            if again {
+                state = start.clone();
+            }
+            solvers.push(method.step(&mut state, h).expect("every step succeeds").solver);
+        }
+    });
+    (allocated, solvers)
+}
+
+fn body<T: Real>() -> (Model<T>, State<T, 3, 3>) {
+    let model = landau_lifshitz_gilbert::<T>();
+    let state = State { time: T::zero(), momentum: model.momentum, attitude: Matrix::identity() };
+    (model, state)
+}
+
+fn so3_sweeps<T: Real>(retraction: impl Retraction<T, 3, 3>) {
+    let (model, state) = body::<T>();
+    for family in [Family::Gauss, Family::LobattoIIIA, Family::LobattoIIIB, Family::RadauIIA] {
+        for stages in 2..=3 {
+            let tableau = family.tableau::<T>(stages).unwrap();
+            let (lagrangian, force) = (&model.system.lagrangian, &model.system.force);
+            let mut method = Variational::new(lagrangian, force, &retraction, tableau);
+            let (allocated, solvers) = count(&mut method, &state, T::ratio(1, 16), false);
+            assert_eq!(allocated, 0, "{family:?} {stages} {} {}", retraction.name(), T::NAME);
+            assert!(solvers.iter().all(|s| *s == Solver::Sweeps), "{family:?} {stages} {solvers:?}");
+        }
+    }
+}
+
+#[test]
+fn sweeps_on_so3_allocate_nothing() {
+    so3_sweeps::<f64>(CayleySo3::new());
+    so3_sweeps::<f64>(ExponentialSo3::new());
+    so3_sweeps::<Dd>(CayleySo3::new());
+    so3_sweeps::<Dd>(ExponentialSo3::new());
+}
+
+/// Just before the fold of the first step sweeps do not contract; with few iterations allowed, nor does Newton's method.
+fn near_the_fold<T: Real>(retraction: impl Retraction<T, 3, 3>, max_iterations: usize, expected: Solver) {
+    let (model, state) = body::<T>();
+    let tableau = Family::LobattoIIIA.tableau::<T>(2).unwrap();
+    let settings = Settings { max_iterations, ..Settings::default() };
+    let (lagrangian, force) = (&model.system.lagrangian, &model.system.force);
+    let mut method = Variational::with_settings(lagrangian, force, &retraction, tableau, settings);
+    let (allocated, solvers) = count(&mut method, &state, T::ratio(79, 100), true);
+    assert_eq!(allocated, 0, "{expected:?} {} {}", retraction.name(), T::NAME);
+    assert!(solvers.iter().all(|s| *s == expected), "{expected:?} {solvers:?}");
+}
+
+#[test]
+fn newton_and_continuation_allocate_nothing() {
+    near_the_fold::<f64>(CayleySo3::new(), 12, Solver::Newton);
+    near_the_fold::<f64>(CayleySo3::new(), 6, Solver::Continuation);
+    near_the_fold::<Dd>(CayleySo3::new(), 12, Solver::Newton);
+}
+
+type Group<T> = MatrixGroup<T, 6, 4>;
+
+fn se3<T: Real>() -> (Group<T>, AnyLagrangian<T, 6>, AnyForce<T, 6>, State<T, 6, 4>) {
+    let group = Group::<T>::from_entry(&Entry::Se3).unwrap();
+    let inertia = [(1, 2), (2, 1), (1, 1), (3, 1), (3, 2), (5, 4)].map(|(p, q)| T::ratio(p, q));
+    let lagrangian = AnyLagrangian::from(Quadratic::diagonal(inertia).unwrap());
+    let terms = vec![
+        LinearDrag::new(Matrix::from_diagonal_element(T::ratio(1, 8))).unwrap().into(),
+        QuadraticDrag::new(Matrix::from_diagonal_element(T::ratio(1, 4))).unwrap().into(),
+        DoubleBracket::new(group.algebra().clone(), lagrangian.clone(), T::ratio(1, 4)).unwrap().into(),
+    ];
+    let momentum = Covector::from([(1, 2), (-1, 4), (1, 1), (1, 1), (1, 2), (-1, 2)].map(|(p, q)| T::ratio(p, q)));
+    (group, lagrangian, AnyForce::Sum(terms), State { time: T::zero(), momentum, attitude: Matrix::identity() })
+}
+
+fn general_algebra<T: Real>(cayley: bool, settings: Settings<T>, expected: Solver) {
+    let (group, lagrangian, force, state) = se3::<T>();
+    let retraction = if cayley {
+        AnyRetraction::Cayley(Cayley::new(group).unwrap())
+    } else {
+        AnyRetraction::Exponential(Exponential::of_group(group))
+    };
+    let tableau = Family::Gauss.tableau::<T>(2).unwrap();
+    let mut method = Variational::with_settings(&lagrangian, &force, &retraction, tableau, settings);
+    let (allocated, solvers) = count(&mut method, &state, T::ratio(1, 16), false);
+    assert_eq!(allocated, 0, "{} {} {expected:?}", retraction.name(), T::NAME);
+    assert!(solvers.iter().all(|s| *s == expected), "{} {solvers:?}", retraction.name());
+}
+
+#[test]
+fn a_general_algebra_allocates_nothing() {
+    for cayley in [false, true] {
+        general_algebra::<f64>(cayley, Settings::default(), Solver::Sweeps);
+        general_algebra::<Dd>(cayley, Settings::default(), Solver::Sweeps);
+        let settings = Settings { max_sweeps: 1, ..Settings::default() };
+        general_algebra::<f64>(cayley, settings, Solver::Newton);
+    }
+}
+
+#[test]
+fn a_lagrangian_without_closed_form_allocates_nothing() {
+    let (model, state) = body::<f64>();
+    let inertia = Matrix::from_diagonal(&Vector::from([0.5, 2.0, 1.0]));
+    let lagrangian = Quartic::new(inertia, 0.25).unwrap();
+    let mut method =
+        Variational::new(&lagrangian, &model.system.force, CayleySo3::new(), Family::Gauss.tableau(2).unwrap());
+    assert_eq!(count(&mut method, &state, 1.0 / 16.0, false).0, 0);
+}
+
+#[test]
+fn the_doubled_scheme_allocates_nothing() {
+    fn check<T: Real, const N: usize, const D: usize>(
+        retraction: impl Retraction<T, N, D>,
+        lagrangian: &AnyLagrangian<T, N>,
+        force: &AnyForce<T, N>,
+        start: &State<T, N, D>,
+    ) {
+        let forced = Forced::new(lagrangian, force, &retraction);
+        let mut method = Doubled::new(Family::Gauss.tableau::<T>(2).unwrap(), &retraction, forced);
+        let mut state = DoubledState::unit(start.time, start.momentum);
+        state.attitudes = Some((Matrix::identity(), Matrix::identity()));
+        let h = T::ratio(1, 16);
+        method.step(&mut state, h).expect("the first step succeeds");
+        let allocated = allocations(|| {
+            for _ in 0..2 {
+                method.step(&mut state, h).expect("every step succeeds");
+            }
+        });
+        assert_eq!(allocated, 0, "{} {}", retraction.name(), T::NAME);
+    }
+    let (model, state) = body::<f64>();
+    check(CayleySo3::new(), &model.system.lagrangian, &model.system.force, &state);
+    check(ExponentialSo3::new(), &model.system.lagrangian, &model.system.force, &state);
+    let (group, lagrangian, force, state) = se3::<f64>();
+    check(Exponential::of_group(group.clone()), &lagrangian, &force, &state);
+    check(Cayley::new(group).unwrap(), &lagrangian, &force, &state);
+}
+
+#[test]
+fn the_classical_method_allocates_nothing() {
+    let (model, state) = body::<f64>();
+    for tableau in [Family::Gauss.tableau(3).unwrap(), Classic::Rk4.tableau().unwrap()] {
+        let mut method = Classical::new(model.system.clone(), Some(So3::new()), tableau);
+        assert_eq!(count(&mut method, &state, 1.0 / 16.0, false).0, 0);
+    }
 }

@@ -2,6 +2,7 @@
 
 use super::{OneStep, Report, State, StepError};
 use crate::scalar::Real;
+use std::ops::ControlFlow;
 
 /// What a trajectory cost in all.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -55,6 +56,23 @@ pub fn integrate<T: Real, const N: usize, const D: usize>(
     steps: usize,
     mut observe: impl FnMut(usize, &State<T, N, D>, &Report<T>),
 ) -> Result<Totals<T>, TrajectoryError> {
+    integrate_until(method, state, h, steps, |index, state, report| {
+        observe(index, state, report);
+        ControlFlow::Continue(())
+    })
+}
+
+/// The same, until the observer breaks off: then [`Totals::steps`] is how many steps were taken.
+///
+/// # Errors
+/// The first failing step, with its index and time.
+pub fn integrate_until<T: Real, const N: usize, const D: usize>(
+    method: &mut impl OneStep<T, N, D>,
+    state: &mut State<T, N, D>,
+    h: T,
+    steps: usize,
+    mut observe: impl FnMut(usize, &State<T, N, D>, &Report<T>) -> ControlFlow<()>,
+) -> Result<Totals<T>, TrajectoryError> {
     let start = state.time;
     let mut totals = Totals::none();
     for index in 0..steps {
@@ -62,7 +80,9 @@ pub fn integrate<T: Real, const N: usize, const D: usize>(
             method.step(state, h).map_err(|source| TrajectoryError { index, time: state.time.to_f64(), source })?;
         state.time = start + T::int(index as i64 + 1) * h;
         totals.add(&report);
-        observe(index + 1, state, &report);
+        if observe(index + 1, state, &report).is_break() {
+            break;
+        }
     }
     Ok(totals)
 }
