@@ -30,8 +30,9 @@ const COARSEST: usize = 2;
 /// The fewest and the most levels, each with half the step of the one before.
 const LEVELS: (usize, usize) = (5, 7);
 
-/// How often the horizon may be made four times longer, where errors are too near the noise to show an order.
-const STRETCHES: usize = 3;
+/// Relative errors at the coarsest level that the horizon is changed for, where that of the case shows no order: too near
+/// the noise, or too coarse. 32 digits leave room for five levels of order 6 below each.
+const TARGETS: [f64; 3] = [1e-7, 1e-10, 1e-13];
 
 /// The laws of this file.
 pub const LAWS: &[CaseLaw] = &[
@@ -141,29 +142,35 @@ impl Visitor<Dd> for Study<'_> {
 
     fn visit<const N: usize, const D: usize, R: Retraction<Dd, N, D>>(self, system: System<Dd, N, D, R>) -> Verdict {
         let order = variational_order(&system.tableau, 8).order as u32;
-        let mut horizon = system.step * Dd::int(COARSEST as i64);
-        let mut first = None;
-        for _ in 0..=STRETCHES {
-            let verdict = self.at_horizon(&system, horizon, order);
-            if !matches!(verdict, Verdict::Inconclusive { .. }) {
+        let horizon = system.step * Dd::int(COARSEST as i64);
+        let (first, error) = self.at_horizon(&system, horizon, order);
+        if !matches!(first, Verdict::Inconclusive { .. }) {
+            return first;
+        }
+        for target in TARGETS {
+            // The error over a fixed number of steps goes as h^{p+1}.
+            let stretch = (target / error).powf(1.0 / f64::from(order + 1)).clamp(2f64.powi(-8), 2f64.powi(24));
+            let stretch =
+                if stretch.is_finite() { Dd::exact(2f64.powi(stretch.log2().round() as i32)) } else { Dd::int(64) };
+            let (verdict, _) = self.at_horizon(&system, horizon * stretch, order);
+            if matches!(verdict, Verdict::Holds { .. } | Verdict::Broken { .. }) {
                 return verdict;
             }
-            first.get_or_insert(verdict);
-            horizon *= Dd::int(4);
         }
-        first.unwrap_or_else(|| Verdict::inconclusive("no horizon was tried"))
+        first
     }
 }
 
 impl Study<'_> {
+    /// The verdict from one horizon, and the relative error in the momentum at the coarsest level.
     fn at_horizon<const N: usize, const D: usize, R: Retraction<Dd, N, D>>(
         &self,
         system: &System<Dd, N, D, R>,
         horizon: Dd,
         order: u32,
-    ) -> Verdict {
+    ) -> (Verdict, f64) {
         let (Ok(rough), Ok(exact)) = (reference(system, horizon, 5), reference(system, horizon, 10)) else {
-            return Verdict::inconclusive("the reference did not converge");
+            return (Verdict::inconclusive("the reference did not converge"), f64::NAN);
         };
         // Rounding: some hundred operations a step, relative to the size of the state; and the reference itself.
         let size = energy(system, &exact).unwrap_or(Dd::exact(1.0)).abs();
@@ -172,20 +179,24 @@ impl Study<'_> {
             [(exact.momentum - rough.momentum).amax(), (exact.attitude - rough.attitude).amax(), Dd::exact(0.0)];
         let mut levels: [Vec<Level>; 3] = Default::default();
         let mut verdict = Verdict::inconclusive("no levels");
+        let mut coarsest = f64::NAN;
         for k in 0..LEVELS.1 {
             let steps = COARSEST << k;
             let end = match self.run(system, horizon, steps) {
                 Ok(end) => end,
                 Err(StepError::Domain { .. }) => {
-                    return Verdict::not_applicable("the step leaves the domain of the retraction");
+                    return (Verdict::not_applicable("the step leaves the domain of the retraction"), coarsest);
                 }
-                Err(_) => return Verdict::inconclusive("a step was refused"),
+                Err(_) => return (Verdict::inconclusive("a step was refused"), coarsest),
             };
             let errors = [
                 (end.state.momentum - exact.momentum).amax(),
                 (end.state.attitude - exact.attitude).amax(),
                 end.balance.abs(),
             ];
+            if k == 0 {
+                coarsest = (errors[0] / sizes[0]).to_f64();
+            }
             for (quantity, levels) in levels.iter_mut().enumerate() {
                 let noise = Dd::unit_roundoff() * Dd::int(64 * steps as i64) * sizes[quantity] + doubt[quantity];
                 let h = (horizon / Dd::int(steps as i64)).to_f64().abs();
@@ -202,10 +213,10 @@ impl Study<'_> {
                 Which::Balance => at_least(&estimate(&levels[2]), order),
             };
             if !matches!(verdict, Verdict::Inconclusive { .. }) {
-                return verdict;
+                break;
             }
         }
-        verdict
+        (verdict, coarsest)
     }
 }
 

@@ -32,7 +32,7 @@ pub const LAWS: &[CaseLaw] = &[
             what: "τ(ξ) replaced by τ(ξ + ½|ξ|² e_1): still a retraction, but τ(−ξ) ≠ τ(ξ)⁻¹",
             visible_on: "every group",
         }],
-        cases: || cases().boxed(),
+        cases: || cases().with_group().boxed(),
         check: |case, fault| settle(case, Check { case, fault, which: Which::Inverse }),
     },
     CaseLaw {
@@ -47,7 +47,7 @@ pub const LAWS: &[CaseLaw] = &[
             what: "τ⁻¹(g) replaced by (½(g − g⁻¹))^∨",
             visible_on: "groups whose algebra is not two-step nilpotent in the representation",
         }],
-        cases: || cases().boxed(),
+        cases: || cases().with_group().boxed(),
         check: |case, fault| settle(case, Check { case, fault, which: Which::Logarithm }),
     },
     CaseLaw {
@@ -62,7 +62,7 @@ pub const LAWS: &[CaseLaw] = &[
             what: "dτ_ξ replaced by dτ_{−ξ}, the right-trivialised tangent",
             visible_on: "non-abelian algebras",
         }],
-        cases: || cases().boxed(),
+        cases: || cases().with_group().boxed(),
         check: |case, fault| settle(case, Check { case, fault, which: Which::Tangent }),
     },
     CaseLaw {
@@ -114,7 +114,7 @@ pub const LAWS: &[CaseLaw] = &[
             what: "Ad_{τ(ξ)} and its inverse exchanged",
             visible_on: "non-abelian algebras",
         }],
-        cases: || cases().boxed(),
+        cases: || cases().with_group().boxed(),
         check: |case, fault| settle(case, Check { case, fault, which: Which::Adjoint }),
     },
 ];
