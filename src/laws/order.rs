@@ -7,7 +7,7 @@
 use super::CaseLaw;
 use super::integrators::{Subject, subject};
 use crate::algebra::Vector;
-use crate::harness::convergence::{Estimate, Level, estimate};
+use crate::harness::convergence::{CLEAR_OF_NOISE, Estimate, Level, estimate};
 use crate::harness::{Cost, Fault, Verdict};
 use crate::integrators::{Classical, OneStep, State, StepError};
 use crate::mechanics::equations::EulerPoincare;
@@ -131,6 +131,12 @@ struct Study<'a> {
     which: Which,
 }
 
+/// Stretches of the horizon, as powers of two, where the coarsest error is rounding.
+const BLIND: [f64; 3] = [6.0, 4.0, 2.0];
+
+/// Why a case has no order: a motion that is a polynomial of low degree, on a nilpotent algebra for instance.
+const EXACT: &str = "the method is exact on this motion";
+
 /// What one run over the horizon left.
 struct End<const N: usize, const D: usize> {
     state: State<Dd, N, D>,
@@ -144,20 +150,26 @@ impl Visitor<Dd> for Study<'_> {
         let order = variational_order(&system.tableau, 8).order as u32;
         let horizon = system.step * Dd::int(COARSEST as i64);
         let (first, error) = self.at_horizon(&system, horizon, order);
-        if !matches!(first, Verdict::Inconclusive { .. }) {
+        if !matches!(first, Verdict::Inconclusive { .. } | Verdict::NotApplicable { .. }) {
             return first;
         }
-        for target in TARGETS {
-            // The error over a fixed number of steps goes as h^{p+1}.
-            let stretch = (target / error).powf(1.0 / f64::from(order + 1)).clamp(2f64.powi(-8), 2f64.powi(24));
-            let stretch =
-                if stretch.is_finite() { Dd::exact(2f64.powi(stretch.log2().round() as i32)) } else { Dd::int(64) };
-            let (verdict, _) = self.at_horizon(&system, horizon * stretch, order);
-            if matches!(verdict, Verdict::Holds { .. } | Verdict::Broken { .. }) {
-                return verdict;
+        for k in 0..TARGETS.len() {
+            // The error over a fixed number of steps goes as h^{p+1}; where there is none, any horizon may show one.
+            let stretch = match error {
+                Some(error) => (TARGETS[k] / error).powf(1.0 / f64::from(order + 1)).log2().clamp(-8.0, 24.0).round(),
+                None => BLIND[k],
+            };
+            let (verdict, _) = self.at_horizon(&system, horizon * Dd::exact(2f64.powf(stretch)), order);
+            match verdict {
+                Verdict::Inconclusive { .. } => {}
+                Verdict::NotApplicable { ref why } if why != EXACT => {}
+                _ => return verdict,
             }
         }
-        first
+        match first {
+            Verdict::NotApplicable { ref why } if why == EXACT => Verdict::inconclusive("no horizon shows an order"),
+            _ => first,
+        }
     }
 }
 
@@ -168,18 +180,19 @@ impl Study<'_> {
         system: &System<Dd, N, D, R>,
         horizon: Dd,
         order: u32,
-    ) -> (Verdict, f64) {
+    ) -> (Verdict, Option<f64>) {
         let (Ok(rough), Ok(exact)) = (reference(system, horizon, 5), reference(system, horizon, 10)) else {
-            return (Verdict::inconclusive("the reference did not converge"), f64::NAN);
+            return (Verdict::inconclusive("the reference did not converge"), None);
         };
         // Rounding: some hundred operations a step, relative to the size of the state; and the reference itself.
         let size = energy(system, &exact).unwrap_or(Dd::exact(1.0)).abs();
         let sizes = [exact.momentum.amax(), exact.attitude.amax(), size];
         let doubt =
             [(exact.momentum - rough.momentum).amax(), (exact.attitude - rough.attitude).amax(), Dd::exact(0.0)];
+        let known = doubt.iter().zip(&sizes).all(|(doubt, size)| *doubt <= *size * Dd::exact(1e-24));
         let mut levels: [Vec<Level>; 3] = Default::default();
         let mut verdict = Verdict::inconclusive("no levels");
-        let mut coarsest = f64::NAN;
+        let mut coarsest = None;
         for k in 0..LEVELS.1 {
             let steps = COARSEST << k;
             let end = match self.run(system, horizon, steps) {
@@ -195,7 +208,7 @@ impl Study<'_> {
                 end.balance.abs(),
             ];
             if k == 0 {
-                coarsest = (errors[0] / sizes[0]).to_f64();
+                coarsest = Some((errors[0] / sizes[0]).to_f64()).filter(|e| *e > 1e-27);
             }
             for (quantity, levels) in levels.iter_mut().enumerate() {
                 let noise = Dd::unit_roundoff() * Dd::int(64 * steps as i64) * sizes[quantity] + doubt[quantity];
@@ -207,9 +220,13 @@ impl Study<'_> {
             }
             verdict = match self.which {
                 Which::Order => {
-                    let judged = |what: &str, levels: &[Level]| name(estimate(levels).judge(order), what);
+                    let judged = |what: &str, levels: &[Level]| match known && exact_at(levels) {
+                        true => Verdict::not_applicable(EXACT),
+                        false => name(estimate(levels).judge(order), what),
+                    };
                     judged("momentum", &levels[0]).and(judged("attitude", &levels[1]))
                 }
+                Which::Balance if known && exact_at(&levels[2]) => Verdict::not_applicable(EXACT),
                 Which::Balance => at_least(&estimate(&levels[2]), order),
             };
             if !matches!(verdict, Verdict::Inconclusive { .. }) {
@@ -218,6 +235,11 @@ impl Study<'_> {
         }
         (verdict, coarsest)
     }
+}
+
+/// Whether every error is rounding, with the margin below which no slope is read off.
+fn exact_at(levels: &[Level]) -> bool {
+    levels.iter().all(|level| level.error <= CLEAR_OF_NOISE * level.noise)
 }
 
 /// The slope may be above the order: some forces and tableaux do better in the energy.
