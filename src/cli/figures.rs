@@ -16,6 +16,9 @@ const GAUSS3: Integrator = Integrator::Variational(Method::new(Family::Gauss, 3)
 /// The relative tolerance that general-purpose solvers start with.
 const ADAPTIVE: Integrator = Integrator::DormandPrince { tolerance: 1e-3 };
 
+/// Steps in [0, 1] of the references, with h = 0.01.
+const FINE: usize = 100;
+
 /// The five figures with their file names, from the rows of both problems.
 pub fn all(rows: &[Row]) -> Result<Vec<(&'static str, Figure)>, ExperimentError> {
     Ok(vec![
@@ -45,7 +48,7 @@ fn style(integrator: Integrator) -> Style {
     Style { name: name.into(), colour, dashed, marker }
 }
 
-/// The curve of a quantity minus its initial value, or minus `reference` at the same times.
+/// The curve of a quantity minus its initial value, or minus `reference` on the grid of step 0.01.
 fn difference(
     problem: Problem,
     integrator: Integrator,
@@ -54,9 +57,11 @@ fn difference(
     reference: Option<&[f64]>,
     absolute: bool,
 ) -> Result<Curve, ExperimentError> {
+    // The adaptive integrator takes its own steps: its curve is sampled more finely.
+    let steps = if integrator == ADAPTIVE { steps.max(FINE) } else { steps };
     let samples = evolve(problem, integrator, steps)?;
     let values = samples.iter().map(|(_, m)| quantity(m)).collect::<Result<Vec<_>, _>>()?;
-    let against = |k: usize| reference.map_or(values[0], |r| r[k]);
+    let against = |k: usize| reference.map_or(values[0], |r| r[k * (FINE / steps)]);
     let sign = |d: f64| if absolute { d.abs() } else { d };
     let points = samples.iter().enumerate().map(|(k, (t, _))| (*t, sign(values[k] - against(k)))).collect();
     Ok(Curve { style: style(integrator), points })
@@ -87,7 +92,7 @@ fn casimir_llg() -> Result<Figure, ExperimentError> {
     let pair = [Integrator::RungeKutta4, IIIA3, IIIB3];
     let y = ["C(t) - C(0)", "|C(t) - C(0)|"];
     let panel = |list: &[Integrator], title, absolute| {
-        evolution(Problem::Llg, list, 100, title, y, absolute, |m| Ok(casimir(m)))
+        evolution(Problem::Llg, list, FINE, title, y, absolute, |m| Ok(casimir(m)))
     };
     Ok(Figure {
         title: "LLG: drift of the Casimir C = |M|², h = 0.01".into(),
@@ -110,8 +115,8 @@ fn energy_relaxed() -> Result<Figure, ExperimentError> {
 }
 
 fn casimir_relaxed() -> Result<Figure, ExperimentError> {
-    let fine = evolve(Problem::Relaxed, GAUSS3, 100)?;
-    let reference: Vec<f64> = fine.iter().step_by(10).map(|(_, m)| casimir(m)).collect();
+    let fine = evolve(Problem::Relaxed, GAUSS3, FINE)?;
+    let reference: Vec<f64> = fine.iter().map(|(_, m)| casimir(m)).collect();
     let curves = |list: &[Integrator], absolute| {
         let curve =
             |&i: &Integrator| difference(Problem::Relaxed, i, 10, |m| Ok(casimir(m)), Some(&reference), absolute);
@@ -148,7 +153,7 @@ fn errors(rows: &[Row], problem: Problem, methods: &[(Method, &str)], order: i32
     if finest.1.is_finite() && finest.1 > 0.0 {
         let line = |h: f64| (h, finest.1 / 4.0 * (h / finest.0).powi(order));
         let style = Style { name: "slope of the order".into(), colour: 7, dashed: true, marker: Marker::None };
-        curves.push(Curve { style, points: vec![line(0.5), line(finest.0)] });
+        curves.push(Curve { style, points: vec![line(0.25), line(finest.0)] });
     }
     Panel { title: title.into(), x: "step size h", y: "error at T = 1", axes: Axes::LogLog, curves }
 }

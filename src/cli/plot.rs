@@ -1,8 +1,7 @@
 //! Figures of panels side by side with one legend below them, as SVG.
 
-use plotters::chart::ChartContext;
 use plotters::coord::Shift;
-use plotters::coord::ranged1d::ValueFormatter;
+use plotters::coord::ranged1d::{DefaultFormatting, KeyPointHint};
 use plotters::prelude::*;
 use std::error::Error;
 use std::ops::Range;
@@ -132,45 +131,38 @@ impl Panel {
     fn draw(&self, area: &Area<'_>) -> Outcome {
         let (log_x, log_y) = (self.axes == Axes::LogLog, self.axes != Axes::Linear);
         let shown = |&(x, y): &(f64, f64)| x.is_finite() && y.is_finite() && (!log_x || x > 0.0) && (!log_y || y > 0.0);
-        let points = || self.curves.iter().flat_map(|c| &c.points).filter(|p| shown(p));
-        let x = extent(points().map(|p| p.0), false, log_x);
-        let y = extent(points().map(|p| p.1), log_y, log_y);
+        // Logarithms on linear axes with ticks of our own: plotters' logarithmic axis has none below 1e-14.
+        let scaled = |p: &(f64, f64)| (if log_x { p.0.log10() } else { p.0 }, if log_y { p.1.log10() } else { p.1 });
+        let curves: Vec<Vec<(f64, f64)>> =
+            self.curves.iter().map(|c| c.points.iter().filter(|p| shown(p)).map(scaled).collect()).collect();
+        let x = extent(curves.iter().flatten().map(|p| p.0), log_x, false);
+        let y = extent(curves.iter().flatten().map(|p| p.1), log_y, log_y);
+        let ticks = [ticks(&x, log_x), ticks(&y, log_y)];
+        let (smallest, [x_ticks, y_ticks]) = (1e-9 * (y.end - y.start), ticks);
         let mut chart = ChartBuilder::on(area);
         chart.margin(12).margin_right(28).caption(&self.title, ("sans-serif", 20));
         chart.x_label_area_size(52).y_label_area_size(88);
-        match self.axes {
-            Axes::Linear => self.fill(chart.build_cartesian_2d(x, y)?, &shown),
-            Axes::LogY => self.fill(chart.build_cartesian_2d(x, y.log_scale())?, &shown),
-            Axes::LogLog => self.fill(chart.build_cartesian_2d(x.log_scale(), y.log_scale())?, &shown),
-        }
-    }
-
-    fn fill<X, Y>(
-        &self,
-        mut chart: ChartContext<'_, SVGBackend<'_>, Cartesian2d<X, Y>>,
-        shown: &impl Fn(&(f64, f64)) -> bool,
-    ) -> Outcome
-    where
-        X: Ranged<ValueType = f64> + ValueFormatter<f64>,
-        Y: Ranged<ValueType = f64> + ValueFormatter<f64>,
-    {
-        let log_x = self.axes == Axes::LogLog;
+        let mut chart =
+            chart.build_cartesian_2d(Axis { range: x, ticks: x_ticks }, Axis { range: y, ticks: y_ticks })?;
         chart
             .configure_mesh()
             .x_desc(self.x)
             .y_desc(self.y)
             .axis_desc_style(("sans-serif", 19))
             .label_style(("sans-serif", 16))
-            .light_line_style(RGBColor(246, 246, 246))
+            .x_label_formatter(&|v| if log_x { format!("1e{v:.0}") } else { format!("{v:.1}") })
+            .y_label_formatter(&|v| match *v {
+                v if log_y => format!("1e{v:.0}"),
+                v if v.abs() < smallest => "0".into(),
+                v => format!("{v:.1e}").replace(".0e", "e"),
+            })
             .bold_line_style(RGBColor(222, 222, 222))
-            .x_labels(6)
-            .y_labels(8)
-            .x_label_formatter(&move |v| if log_x { scientific(*v) } else { format!("{v:.1}") })
-            .y_label_formatter(&|v| scientific(*v))
+            .light_line_style(TRANSPARENT)
+            .x_max_light_lines(0)
+            .y_max_light_lines(0)
             .draw()?;
-        for curve in &self.curves {
+        for (curve, points) in self.curves.iter().zip(curves) {
             let colour = COLOURS[curve.style.colour % COLOURS.len()];
-            let points: Vec<(f64, f64)> = curve.points.iter().copied().filter(|p| shown(p)).collect();
             let line = colour.stroke_width(2);
             if curve.style.dashed {
                 chart.draw_series(DashedLineSeries::new(points.iter().copied(), 8, 5, line))?;
@@ -178,43 +170,64 @@ impl Panel {
                 chart.draw_series(LineSeries::new(points.iter().copied(), line))?;
             }
             // Some ten markers at most: more would hide the line.
-            let every = points.len().div_ceil(14).max(1);
-            let marked = points.iter().copied().step_by(every);
+            let marked = points.iter().copied().step_by(points.len().div_ceil(14).max(1));
             match curve.style.marker {
-                Marker::None => {}
-                Marker::Circle => drop(chart.draw_series(marked.map(|p| Circle::new(p, 4, colour.filled())))?),
-                Marker::Triangle => {
-                    drop(chart.draw_series(marked.map(|p| TriangleMarker::new(p, 5, colour.filled())))?)
-                }
-                Marker::Cross => drop(chart.draw_series(marked.map(|p| Cross::new(p, 4, colour.stroke_width(2))))?),
-            }
+                Marker::None => continue,
+                Marker::Circle => chart.draw_series(marked.map(|p| Circle::new(p, 4, colour.filled())))?,
+                Marker::Triangle => chart.draw_series(marked.map(|p| TriangleMarker::new(p, 5, colour.filled())))?,
+                Marker::Cross => chart.draw_series(marked.map(|p| Cross::new(p, 4, colour.stroke_width(2))))?,
+            };
         }
         Ok(())
     }
 }
 
-/// The range of an axis: whole decades if `decades`; linear ranges get a margin of 5 %, unless they start at 0.
-fn extent(values: impl Iterator<Item = f64>, decades: bool, log: bool) -> Range<f64> {
-    let (low, high) = values.fold((f64::INFINITY, f64::NEG_INFINITY), |(l, h), v| (l.min(v), h.max(v)));
-    if low > high {
-        return if log { 0.1..1.0 } else { 0.0..1.0 };
-    }
-    if decades {
-        let (low, high) = (low.log10().floor(), high.log10().ceil());
-        return 10f64.powf(low)..10f64.powf(high.max(low + 1.0));
-    }
-    if log {
-        return low / 1.3..high * 1.3;
-    }
-    let margin = 0.05 * (high - low).max(f64::MIN_POSITIVE);
-    if low == 0.0 && high == 1.0 { 0.0..1.0 } else { low - margin..high + margin }
+/// An axis with its ticks chosen.
+struct Axis {
+    range: Range<f64>,
+    ticks: Vec<f64>,
 }
 
-/// `1e-5`, `2.5e-9`, `0`.
-fn scientific(value: f64) -> String {
-    if value == 0.0 {
-        return "0".into();
+impl Ranged for Axis {
+    type FormatOption = DefaultFormatting;
+    type ValueType = f64;
+
+    fn map(&self, value: &f64, limit: (i32, i32)) -> i32 {
+        let fraction = (value - self.range.start) / (self.range.end - self.range.start);
+        limit.0 + (fraction * f64::from(limit.1 - limit.0)).round() as i32
     }
-    let text = format!("{value:.1e}");
-    text.replace(".0e", "e")
+
+    fn key_points<Hint: KeyPointHint>(&self, _: Hint) -> Vec<f64> {
+        self.ticks.clone()
+    }
+
+    fn range(&self) -> Range<f64> {
+        self.range.clone()
+    }
+}
+
+/// The range of an axis: out to whole numbers if `whole`; else with a margin, unless it is [0, 1].
+fn extent(values: impl Iterator<Item = f64>, log: bool, whole: bool) -> Range<f64> {
+    let (low, high) = values.fold((f64::INFINITY, f64::NEG_INFINITY), |(l, h), v| (l.min(v), h.max(v)));
+    if low > high || (low == 0.0 && high == 1.0 && !log) {
+        return 0.0..1.0;
+    }
+    if whole {
+        return low.floor()..high.ceil().max(low.floor() + 1.0);
+    }
+    let margin = 0.05 * (high - low).max(f64::MIN_POSITIVE);
+    low - margin..high + margin
+}
+
+/// Whole numbers if `log`, else multiples of 1, 2 or 5 times a power of ten: seven or so.
+fn ticks(range: &Range<f64>, log: bool) -> Vec<f64> {
+    let raw = (range.end - range.start) / 7.0;
+    let unit = 10f64.powf(raw.log10().floor());
+    let step = if log {
+        raw.ceil().max(1.0)
+    } else {
+        [1.0, 2.0, 5.0, 10.0].map(|m| m * unit).into_iter().find(|s| *s >= raw).unwrap_or(raw)
+    };
+    let (first, last) = ((range.start / step).ceil() as i64, (range.end / step + 1e-9).floor() as i64);
+    (first..=last).map(|k| k as f64 * step).collect()
 }
