@@ -6,7 +6,7 @@ mod doubled;
 use euler_poincare::algebra::{Covector, Matrix, Vector};
 use euler_poincare::integrators::{OneStep, Report, Solver, State, StepError, Variational};
 use euler_poincare::mechanics::{Force, Lagrangian};
-use euler_poincare::retraction::so3::CayleySo3;
+use euler_poincare::retraction::{CayleySo3, ExponentialSo3, Retraction, TangentPoint};
 use euler_poincare::scalar::{Real, Scalar};
 use euler_poincare::tableau::Tableau;
 
@@ -88,35 +88,171 @@ fn one_step_reference_values() {
         (gauss2(), Torque::Relaxed, [0.3520359408350419, 0.0313280374056840, 0.7082730193270272]),
     ];
     for (tableau, torque, expected) in rows {
-        let (state, report) = first_step(tableau, torque, 0.125).unwrap();
-        println!("{report:?}");
+        let (state, _) = first_step(tableau, torque, 0.125).unwrap();
         for a in 0..3 {
             assert!((state.momentum[a] - expected[a]).abs() < 1e-13, "{:?} {expected:?}", state.momentum);
         }
     }
 }
 
+/// Where the branch that continues from h = 0 ends on LLG, first step, Cayley: the largest |h| are known to three digits.
 #[test]
 fn folds_are_found() {
-    for (name, tableau, h) in [
-        ("a2", lobatto('a', 2), 0.79),
-        ("a2", lobatto('a', 2), 0.796),
-        ("a2", lobatto('a', 2), 0.80),
-        ("a2", lobatto('a', 2), 1.0),
-        ("b2", lobatto('b', 2), 1.0),
-        ("b2", lobatto('b', 2), 1.01),
-        ("a3", lobatto('a', 3), 1.94),
-        ("a3", lobatto('a', 3), 1.96),
-        ("b3", lobatto('b', 3), 2.06),
-        ("b3", lobatto('b', 3), 2.09),
-        ("g1", gauss1(), 1.71),
-        ("g1", gauss1(), 1.73),
-        ("g2", gauss2(), 2.04),
-        ("g2", gauss2(), 2.06),
-        ("g2", gauss2(), 3.0),
-        ("g2", gauss2(), -1.0),
+    for (name, tableau, fold) in [
+        ("Lobatto IIIA-2", lobatto('a', 2), 0.797),
+        ("Lobatto IIIB-2", lobatto('b', 2), 1.003),
+        ("Lobatto IIIA-3", lobatto('a', 3), 1.95),
+        ("Lobatto IIIB-3", lobatto('b', 3), 2.07),
+        ("Gauss-1", gauss1(), 1.72),
+        ("Gauss-2", gauss2(), 2.05),
     ] {
-        println!("{name} {h} {:?}", first_step(tableau, Torque::Llg, h).map(|x| (x.0.momentum, x.1)));
+        for beyond in [1.01, 1.2, 1.5] {
+            match first_step(tableau.clone(), Torque::Llg, fold * beyond) {
+                Err(StepError::Fold { fold: found, determinant, .. }) => {
+                    assert!((found - fold).abs() < 0.006, "{name} at {beyond}: {found} {fold}");
+                    assert!(determinant.abs() < 0.01, "{name} at {beyond}: det {determinant}");
+                }
+                other => panic!("{name} at {beyond} of its fold: {other:?}"),
+            }
+        }
+        let before = first_step(tableau, Torque::Llg, fold * 0.99);
+        assert!(before.is_ok(), "{name} before its fold: {before:?}");
     }
-    let _ = Solver::Newton;
+    assert!(first_step(lobatto('a', 2), Torque::Llg, 0.79).is_ok());
+    assert!(matches!(first_step(lobatto('a', 2), Torque::Llg, 0.80), Err(StepError::Fold { .. })));
+    assert!(matches!(first_step(lobatto('a', 2), Torque::Llg, 1.0), Err(StepError::Fold { .. })));
+    assert!(first_step(lobatto('b', 2), Torque::Llg, 1.0).is_ok());
+}
+
+/// The root that a large step finds is the one that small steps lead to: along h, the momentum is continuous.
+#[test]
+fn the_root_continues_from_zero() {
+    for tableau in [lobatto('a', 2), lobatto('b', 2), lobatto('a', 3), gauss2()] {
+        let mut last = initial().momentum;
+        for k in 1..=400 {
+            let h = 0.005 * f64::from(k);
+            let Ok((state, report)) = first_step(tableau.clone(), Torque::Llg, h) else { break };
+            let jump = (state.momentum - last).amax();
+            // Near a fold the root moves like a square root: by √0.005 at the most.
+            assert!(jump < 0.08, "h = {h}: {jump}, {report:?}");
+            last = state.momentum;
+        }
+    }
+}
+
+#[test]
+fn what_is_not_finite_is_refused_and_the_state_kept() {
+    let mut method = Variational::new(Body, Torque::Llg, CayleySo3::new(), gauss2());
+    let spoil: [(&str, fn(&mut State<f64, 3, 3>)); 3] = [
+        ("the momentum", |state| state.momentum[1] = f64::NAN),
+        ("the attitude", |state| state.attitude[(0, 2)] = f64::INFINITY),
+        ("the time", |state| state.time = f64::NAN),
+    ];
+    for (expected, spoil) in spoil {
+        let mut state = initial();
+        spoil(&mut state);
+        let before = format!("{state:?}");
+        match method.step(&mut state, 0.1) {
+            Err(StepError::NotFinite { what }) => assert_eq!(what, expected),
+            other => panic!("{expected}: {other:?}"),
+        }
+        assert_eq!(format!("{state:?}"), before);
+    }
+    for h in [f64::NAN, f64::INFINITY] {
+        let mut state = initial();
+        assert_eq!(method.step(&mut state, h), Err(StepError::NotFinite { what: "h" }));
+        assert_eq!(state, initial());
+    }
+    let mut state = initial();
+    assert!(Variational::new(Body, Torque::Llg, CayleySo3::new(), lobatto('a', 2)).step(&mut state, 1.0).is_err());
+    assert_eq!(state, initial(), "a fold left the state changed");
+}
+
+#[test]
+fn rest_stays_rest_and_a_zero_step_changes_nothing() {
+    let mut method = Variational::new(Body, Torque::Llg, CayleySo3::new(), gauss2());
+    let mut state = State { momentum: Covector::zeros(), ..initial() };
+    method.step(&mut state, 0.5).unwrap();
+    assert_eq!(state.momentum, Covector::<f64, 3>::zeros());
+    assert_eq!(state.attitude, Matrix::<f64, 3>::identity());
+    let mut state = initial();
+    method.step(&mut state, 0.0).unwrap();
+    assert!((state.momentum - initial().momentum).amax() < 1e-15);
+}
+
+/// A symmetric tableau gives a symmetric method: Φ_{−h} ∘ Φ_h = 1.
+#[test]
+fn a_step_back_undoes_a_step() {
+    for tableau in [gauss1(), gauss2(), lobatto('a', 3), lobatto('b', 3)] {
+        for torque in [Torque::Llg, Torque::Relaxed] {
+            let mut method = Variational::new(Body, torque, CayleySo3::new(), tableau.clone());
+            let mut state = initial();
+            method.step(&mut state, 0.2).unwrap();
+            method.step(&mut state, -0.2).unwrap();
+            assert!((state.momentum - initial().momentum).amax() < 1e-14, "{:?}", state.momentum);
+            assert!((state.attitude - initial().attitude).amax() < 1e-14);
+            assert_eq!(state.time, 0.0);
+        }
+    }
+}
+
+/// The guess from the last step changes the work, not the answer.
+#[test]
+fn a_warm_start_finds_the_same_root_in_fewer_sweeps() {
+    let mut warm = Variational::new(Body, Torque::Llg, CayleySo3::new(), gauss2());
+    let mut state = initial();
+    let mut work = [0, 0];
+    for _ in 0..20 {
+        let mut cold_state = state.clone();
+        let mut cold = Variational::new(Body, Torque::Llg, CayleySo3::new(), gauss2());
+        work[0] += cold.step(&mut cold_state, 0.05).unwrap().iterations;
+        work[1] += warm.step(&mut state, 0.05).unwrap().iterations;
+        assert!((state.momentum - cold_state.momentum).amax() < 1e-14);
+    }
+    assert!(work[1] < work[0], "{work:?}");
+}
+
+/// With the exponential a steady rotation is exact at any step.
+#[test]
+fn a_steady_rotation_is_exact_with_exp() {
+    struct Free;
+    impl<T: Real> Force<T, 3> for Free {
+        fn force<S: Scalar<Base = T>>(&self, _: S, _: &Vector<S, 3>) -> Covector<S, 3> {
+            Covector::zeros()
+        }
+
+        fn is_zero(&self) -> bool {
+            true
+        }
+    }
+    let mut method = Variational::new(Body, Free, ExponentialSo3::new(), lobatto('a', 3));
+    let mut state = State { momentum: Covector::<f64, 3>::new(0.0, 2.0, 0.0), ..initial() };
+    method.step(&mut state, 2.5).unwrap();
+    let (sin, cos) = 2.5f64.sin_cos();
+    let expected = Matrix::<f64, 3>::new(cos, 0.0, sin, 0.0, 1.0, 0.0, -sin, 0.0, cos);
+    assert!((state.attitude - expected).amax() < 1e-15, "{}", state.attitude);
+    assert!((state.momentum[1] - 2.0).abs() < 1e-15);
+}
+
+/// Newton's method and the continuation solve the same equations as the sweeps: the residual says so.
+#[test]
+fn every_solver_leaves_a_small_true_residual() {
+    let mut seen = Vec::new();
+    for h in [0.1, 0.4, 0.7, 0.79, 0.796] {
+        let mut method = Variational::new(Body, Torque::Llg, CayleySo3::new(), lobatto('a', 2));
+        let mut state = initial();
+        let report = method.step(&mut state, h).unwrap();
+        assert!(report.residual < 1e-14, "{h}: {report:?}");
+        seen.push(report.solver);
+        // H_i of the step from η_i = dτ(Ξ_i) H_i, with Ξ_1 = 0 and Ξ_2 = ξ (Lobatto IIIA-2).
+        let velocities: Vec<_> = method.stage_velocities().collect();
+        let end = CayleySo3::new().at(method.increment()).unwrap();
+        let rates = [velocities[0], end.d_inv() * velocities[1]];
+        let mut residual = [Covector::<f64, 3>::zeros(); 2];
+        method.residual(0.0, h, &initial().momentum, &rates, &mut residual).unwrap();
+        assert!(residual.iter().all(|r| r.amax() < 1e-13), "{h}: {residual:?}");
+    }
+    for solver in [Solver::Sweeps, Solver::Newton, Solver::Continuation] {
+        assert!(seen.contains(&solver), "{solver:?} was never used: {seen:?}");
+    }
 }

@@ -6,5 +6,5 @@ use clap::Parser;
 use std::process::ExitCode;
 
 fn main() -> ExitCode {
-    cli::Arguments::parse().run()
+    cli::CommandLine::parse().run()
 }

@@ -258,7 +258,8 @@ impl<T: Real> Newton<T> {
             let correction = largest(&self.trial);
             let allowed = last_correction.map(|last: T| last * T::half());
             // Corrections at the level of rounding need not contract any more.
-            if allowed.is_some_and(|allowed| !(correction <= allowed)) && relative > settings.floor {
+            let grows = allowed.is_some_and(|allowed| correction > allowed) || !correction.all_finite();
+            if grows && relative > settings.floor {
                 return Err(Failure::NotConverged(outcome));
             }
             last_correction = Some(correction);

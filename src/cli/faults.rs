@@ -4,7 +4,7 @@ use super::progress::Bar;
 use super::table::{seconds, table};
 use super::verify::weight;
 use super::{Failure, Format, print};
-use euler_poincare::harness::{Fault, catch_fault};
+use euler_poincare::harness::{Fault, Law, catch_fault, draw, verdict_on};
 use euler_poincare::laws::CaseLaw;
 use rayon::prelude::*;
 use serde_json::json;
@@ -19,6 +19,8 @@ struct Catch {
     fault: &'static Fault,
     /// After how many cases.
     after: Option<usize>,
+    /// How clearly: defect/bound of that case.
+    ratio: Option<f64>,
     seconds: f64,
 }
 
@@ -34,7 +36,9 @@ pub fn run(laws: &[&'static CaseLaw], seed: u64, format: Format) -> Result<ExitC
         let start = Instant::now();
         let after = catch_fault(*law, fault, seed, CASES);
         bar.advance(law.name);
-        (*index, Catch { law: law.name, fault, after, seconds: start.elapsed().as_secs_f64() })
+        let seconds = start.elapsed().as_secs_f64();
+        let ratio = after.and_then(|after| ratio(law, fault, seed, after - 1));
+        (*index, Catch { law: law.name, fault, after, ratio, seconds })
     };
     let mut catches: Vec<_> = faults.par_iter().with_max_len(1).map(caught).collect();
     bar.clear();
@@ -47,13 +51,20 @@ pub fn run(laws: &[&'static CaseLaw], seed: u64, format: Format) -> Result<ExitC
     Ok(if catches.iter().all(|catch| catch.after.is_some()) { ExitCode::SUCCESS } else { ExitCode::from(1) })
 }
 
+/// defect/bound of case `index` with the fault; infinite where the check found nothing to measure.
+fn ratio(law: &CaseLaw, fault: &Fault, seed: u64, index: usize) -> Option<f64> {
+    let (case, _) = draw(&law.cases(), seed, law.name, index).case.ok()?;
+    verdict_on(law, &case, Some(fault)).ratio()
+}
+
 fn text(catches: &[Catch]) -> String {
-    let mut table = table(&["law", "fault", "caught\nafter", "time", "visible on"], 2..4);
+    let mut table = table(&["law", "fault", "caught\nafter", "ratio", "time", "visible on"], 2..5);
     for catch in catches {
         table.add_row([
             catch.law.to_owned(),
             catch.fault.name.to_owned(),
             catch.after.map_or("never".to_owned(), |cases| cases.to_string()),
+            catch.ratio.map(|ratio| format!("{ratio:.1e}")).unwrap_or_default(),
             seconds(catch.seconds),
             catch.fault.visible_on.to_owned(),
         ]);
@@ -67,5 +78,11 @@ fn text(catches: &[Catch]) -> String {
 }
 
 fn object(catch: &Catch) -> serde_json::Value {
-    json!({ "law": catch.law, "fault": catch.fault.name, "caught_after": catch.after, "seconds": catch.seconds })
+    json!({
+        "law": catch.law,
+        "fault": catch.fault.name,
+        "caught_after": catch.after,
+        "ratio": catch.ratio,
+        "seconds": catch.seconds,
+    })
 }

@@ -23,15 +23,19 @@ use std::process::ExitCode;
 /// Without a sub-command: `verify`.
 #[derive(Parser)]
 #[command(version, args_conflicts_with_subcommands = true, after_help = EXIT_CODES)]
-pub struct Arguments {
+pub struct CommandLine {
     #[command(subcommand)]
     command: Option<Command>,
     #[command(flatten)]
     verify: verify::Arguments,
 }
 
-const EXIT_CODES: &str = "Exit codes: 0 success, 1 a law is broken or a computation failed, 2 bad usage or a bad file, \
-                          3 (replay) inconclusive or not applicable";
+const EXIT_CODES: &str = "\
+Exit codes:
+  0  success
+  1  a law is broken, or a computation came to no result
+  2  bad usage or a bad file
+  3  replay: the law has no verdict on the case";
 
 #[derive(Subcommand)]
 enum Command {
@@ -47,7 +51,7 @@ enum Command {
     Integrate(integrate::Arguments),
 }
 
-impl Arguments {
+impl CommandLine {
     /// Runs the sub-command; failures go to stderr.
     pub fn run(self) -> ExitCode {
         let result = match self.command.unwrap_or(Command::Verify(self.verify)) {

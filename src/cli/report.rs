@@ -32,13 +32,14 @@ impl fmt::Display for Campaign<'_> {
             writeln!(f, "Without a verdict on any case: {}\n", unjudged.join(", "))?;
         }
         let broken = self.report.laws.iter().filter(|law| !law.broken.is_empty()).count();
-        let outcome = if broken == 0 { "nothing broken".to_owned() } else { format!("{broken} broken") };
-        let threads = if self.threads == 1 { "1 thread".to_owned() } else { format!("{} threads", self.threads) };
+        let outcome =
+            if broken == 0 { "nothing broken".to_owned() } else { format!("{} broken", count(broken, "law")) };
+        let threads = count(self.threads, "thread");
         writeln!(
             f,
-            "{} laws, {} cases, seed {}, {threads}, {}: {outcome}, {:.2} % inconclusive",
-            self.report.laws.len(),
-            line.cases,
+            "{}, {}, seed {}, {threads}, {}: {outcome}, {:.2} % inconclusive",
+            count(self.report.laws.len(), "law"),
+            count(line.cases, "case"),
             self.report.seed,
             seconds(self.seconds),
             percent(line.inconclusive, line.cases),
@@ -48,6 +49,11 @@ impl fmt::Display for Campaign<'_> {
 
 fn percent(part: usize, whole: usize) -> f64 {
     100.0 * part as f64 / whole.max(1) as f64
+}
+
+/// `1 law`, `2 laws`.
+fn count(number: usize, noun: &str) -> String {
+    format!("{number} {noun}{}", if number == 1 { "" } else { "s" })
 }
 
 /// Cases that the law has something to say about.

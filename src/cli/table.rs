@@ -6,6 +6,9 @@ use comfy_table::{CellAlignment, ColumnConstraint, ContentArrangement, Table, Wi
 /// The width that every table keeps to.
 pub const WIDTH: u16 = 100;
 
+/// Lists align the texts of names shorter than this.
+const NAMES: usize = 9;
+
 /// A table with a header; the columns listed in `numbers` are aligned to the right.
 pub fn table(header: &[&str], numbers: std::ops::Range<usize>) -> Table {
     let mut table = Table::new();
@@ -30,7 +33,7 @@ pub fn entries<A: Into<String>>(indent: u16, rows: impl IntoIterator<Item = (A, 
     if rows.is_empty() {
         return String::new();
     }
-    let names = rows.iter().map(|[name, _]| name.chars().count()).max().unwrap_or(0);
+    let names = rows.iter().map(|[name, _]| name.chars().count()).max().unwrap_or(0).max(NAMES);
     let mut table = Table::new();
     table.load_style(NOTHING).set_content_arrangement(ContentArrangement::Dynamic).set_width(WIDTH);
     table.add_rows(rows);

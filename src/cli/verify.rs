@@ -23,10 +23,11 @@ const SHRINK_CHECKS: usize = 200;
 #[derive(clap::Args)]
 pub struct Arguments {
     /// Cases per cheap law; an expensive law gets max(20, N/50)
-    #[arg(long, value_name = "N", default_value_t = 200, value_parser = clap::value_parser!(u32).range(1..))]
+    #[arg(long, value_name = "N", default_value_t = 200, allow_negative_numbers = true)]
+    #[arg(value_parser = clap::value_parser!(u32).range(1..))]
     cases: u32,
     /// Seed of the campaign: the same seed gives the same result at any number of threads
-    #[arg(long, value_name = "S", default_value_t = 1)]
+    #[arg(long, value_name = "S", default_value_t = 1, allow_negative_numbers = true)]
     seed: u64,
     /// Only these laws: names, globs (`*`, `?`) or parts of names, separated by commas
     #[arg(long, value_name = "PATTERN")]
@@ -35,7 +36,8 @@ pub struct Arguments {
     #[arg(long, value_enum, default_value_t = Format::Text)]
     format: Format,
     /// Threads [default: one per core]
-    #[arg(long, value_name = "J", value_parser = clap::value_parser!(u16).range(1..=1024))]
+    #[arg(long, value_name = "J", allow_negative_numbers = true)]
+    #[arg(value_parser = clap::value_parser!(u16).range(1..=1024))]
     jobs: Option<u16>,
     /// Instead of the campaign: plant each fault of the selected laws; each must be caught within 100 cases
     #[arg(long)]

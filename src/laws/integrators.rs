@@ -158,7 +158,7 @@ pub const LAWS: &[CaseLaw] = &[
 /// The step under test: the library's, or the plain one with a fault planted in it.
 pub(super) enum Subject<'a, T: Real, const N: usize, const D: usize, R> {
     /// The library's integrator.
-    Library(Variational<T, N, D, &'a AnyLagrangian<T, N>, &'a AnyForce<T, N>, &'a R>),
+    Library(Box<Variational<T, N, D, &'a AnyLagrangian<T, N>, &'a AnyForce<T, N>, &'a R>>),
     /// The plain step, spoilt.
     Planted(PlantedStep<T, N, D, &'a AnyLagrangian<T, N>, &'a AnyForce<T, N>, &'a R>),
 }
@@ -191,7 +191,7 @@ pub(super) fn subject<'a, T: Real, const N: usize, const D: usize, R: Retraction
     let (l, f, r) = (&system.lagrangian, &system.force, &system.retraction);
     match planted {
         Some((_, fault)) => Subject::Planted(PlantedStep::new(l, f, r, system.tableau.clone(), Some(*fault))),
-        None => Subject::Library(Variational::new(l, f, r, system.tableau.clone())),
+        None => Subject::Library(Box::new(Variational::new(l, f, r, system.tableau.clone()))),
     }
 }
 

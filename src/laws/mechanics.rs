@@ -1,7 +1,7 @@
 //! Laws of the doubled Lagrangian l_f and its coupling k_f, off the units.
 
 use super::CaseLaw;
-use super::precision::{Measured, settle};
+use super::precision::{Measured, settle, settle_small};
 use super::probe::Probe;
 use crate::algebra::{Covector, Matrix, Vector};
 use crate::group::LieGroup;
@@ -76,7 +76,7 @@ pub const LAWS: &[CaseLaw] = &[
             Fault { name: "half-force", what: "∂l_f/∂U halved", visible_on: "forced systems" },
         ],
         cases: || cases().with_group().boxed(),
-        check: |case, fault| settle(case, Check { case, fault, which: Which::Partials }),
+        check: |case, fault| settle_small(case, Check { case, fault, which: Which::Partials }, 9),
     },
 ];
 

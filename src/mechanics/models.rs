@@ -65,7 +65,7 @@ fn model<T: Real>(
 pub fn landau_lifshitz_gilbert<T: Real>() -> Model<T> {
     let reference = [
         "0.2414593544179368885463111843598407097451",
-        "0.2537142183692990580699436642122433433185",
+        "0.2537142183692990580699436642122433443185",
         "0.7087499386676014196337227897913316761450",
     ];
     model("llg", reference, |algebra, lagrangian| {
@@ -78,7 +78,7 @@ pub fn relaxed_rigid_body<T: Real>() -> Model<T> {
     let reference = [
         "0.3792307480209543639345208227206081917150",
         "0.2570004497899354372657588518798812706374",
-        "0.6552430571284844754182144350780495170196",
+        "0.6552430571282844754182144270780495170196",
     ];
     model("relaxed", reference, |algebra, lagrangian| {
         Metriplectic::new(algebra, lagrangian, T::ratio(1, 10)).expect("β is finite").into()

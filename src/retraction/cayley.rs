@@ -41,6 +41,8 @@ impl<T: Real> Products<T> {
         let tolerance = T::int(1024 * (N * D * D) as i64) * T::unit_roundoff();
         let mut bracket = Vec::new();
         let mut triple = Vec::new();
+        let used = used(&basis);
+        let pairs: Vec<Matrix<T, D>> = (0..N * N).map(|k| product(&basis[k / N], &basis[k % N], &used)).collect();
         for a in 0..N {
             for b in 0..N {
                 for c in 0..N {
@@ -48,7 +50,12 @@ impl<T: Real> Products<T> {
                     if constant != T::zero() {
                         bracket.push(([a, b, c], constant));
                     }
-                    let product = (basis[a] * basis[b] * basis[c] + basis[c] * basis[b] * basis[a]) * T::half();
+                    // T(x, y, z) = T(z, y, x).
+                    if c > a {
+                        continue;
+                    }
+                    let there = product(&pairs[a * N + b], &basis[c], &used);
+                    let product = (there + product(&pairs[c * N + b], &basis[a], &used)) * T::half();
                     let part = group.vee(&product);
                     let defect = (product - group.hat(&part)).amax();
                     // Rounding of hat and vee scales with the coordinates; a true defect with the product.
@@ -59,6 +66,9 @@ impl<T: Real> Products<T> {
                     for (d, value) in part.iter().enumerate() {
                         if value.abs() * size > tolerance * size * size * size {
                             triple.push(([a, b, c, d], *value));
+                            if a != c {
+                                triple.push(([c, b, a, d], *value));
+                            }
                         }
                     }
                 }
@@ -84,6 +94,29 @@ impl<T: Real> Products<T> {
         }
         matrix
     }
+}
+
+/// The rows and columns in which any of the matrices has an entry: a padded representation leaves most empty.
+fn used<T: Real, const N: usize, const D: usize>(basis: &[Matrix<T, D>; N]) -> Vec<usize> {
+    let empty = |i: usize| basis.iter().all(|e| e.row(i).amax() == T::zero() && e.column(i).amax() == T::zero());
+    (0..D).filter(|&i| !empty(i)).collect()
+}
+
+/// The product of two matrices that have entries in the rows and columns `used` alone.
+fn product<T: Real, const D: usize>(x: &Matrix<T, D>, y: &Matrix<T, D>, used: &[usize]) -> Matrix<T, D> {
+    let mut product = Matrix::zeros();
+    for &j in used {
+        for &k in used {
+            let factor = y[(k, j)];
+            if factor == T::zero() {
+                continue;
+            }
+            for &i in used {
+                product[(i, j)] += x[(i, k)] * factor;
+            }
+        }
+    }
+    product
 }
 
 /// The Cayley map on a matrix group: τ(x) = (1 − x/2)⁻¹(1 + x/2).
