@@ -1,46 +1,127 @@
-//! scratch
-use euler_poincare::experiments::*;
+//! Error tables, reference trajectories and work counts of `euler_poincare::experiments`, pinned.
+
+use euler_poincare::experiments::evolution::evolve;
+use euler_poincare::experiments::reference::{casimir, energy};
+use euler_poincare::experiments::{Integrator, Method, Problem, Reference, errors, expected};
+use euler_poincare::integrators::trajectory;
+use euler_poincare::scalar::{Dd, Real, Scalar};
+use euler_poincare::tableau::families::Family;
+use std::fmt::Write;
+
+/// The finest step of the pinned tables is 2⁻⁵.
+const FINEST: u32 = 5;
+
+fn pin(name: &str, text: &str) {
+    let mut settings = insta::Settings::clone_current();
+    settings.set_snapshot_path("../snapshots");
+    settings.set_prepend_module_to_snapshot(false);
+    settings.set_omit_expression(true);
+    settings.bind(|| insta::assert_snapshot!(name, text));
+}
+
+/// Three digits; in f64 nothing below 10⁻¹¹, where rounding reaches the third digit.
+fn rounded(value: f64, scalar: &str) -> String {
+    if scalar == f64::NAME && value < 1e-11 { "< 1e-11".into() } else { expected::shown(value) }
+}
+
+fn error_table(problem: Problem) {
+    let reference = Reference::compute(problem).unwrap();
+    let rows = errors::table(&reference, &Method::TABULATED, FINEST, || {}).unwrap();
+    let mut text = String::new();
+    for row in rows {
+        let [m, e, c] = [row.errors.momentum, row.errors.energy, row.errors.casimir].map(|v| rounded(v, row.scalar));
+        let (method, inverse) = (row.method, 1 << row.level);
+        writeln!(text, "{method:<14} {:<4} 1/h = {inverse:<3} {m:>10} {e:>10} {c:>10}", row.scalar).unwrap();
+    }
+    pin(&format!("errors-{}", problem.name()), &text);
+}
+
 #[test]
-fn scratch() {
-    for p in Problem::ALL {
-        let t = std::time::Instant::now();
-        let r = Reference::compute(p).unwrap();
-        println!(
-            "ref {:?} {:.3e} {:.3e} {:.3e}",
-            t.elapsed(),
-            r.momentum[0] - r.model.reference_momentum().unwrap()[0],
-            r.momentum[1] - r.model.reference_momentum().unwrap()[1],
-            r.momentum[2] - r.model.reference_momentum().unwrap()[2]
-        );
-        for m in Method::TABULATED {
-            let t = std::time::Instant::now();
-            let rows = errors::table(&r, &[m], 8, || {});
-            match rows {
-                Ok(rows) => {
-                    println!("{} {m} {:?}", p.name(), t.elapsed());
-                    for s in ["f64", "dd"] {
-                        println!(
-                            "  {s} {}",
-                            rows.iter()
-                                .filter(|r| r.scalar == s)
-                                .map(|r| format!("{}:{:.2e}({})", r.level, r.errors.momentum, r.errors.iterations))
-                                .collect::<Vec<_>>()
-                                .join(" ")
-                        );
-                    }
-                }
-                Err(e) => println!("{e}"),
-            }
+fn errors_of_llg() {
+    error_table(Problem::Llg);
+}
+
+#[test]
+fn errors_of_the_relaxed_body() {
+    error_table(Problem::Relaxed);
+}
+
+fn expected_errors(problem: Problem) {
+    let reference = Reference::compute(problem).unwrap();
+    let mut compared = 0;
+    for column in expected::TABLE.iter().filter(|c| c.problem == problem) {
+        for level in 0..=FINEST {
+            let found = errors::errors::<Dd>(&reference, column.method, level).unwrap();
+            let found = found.map(|e| expected::shown(e.momentum));
+            let wanted = column.error(level).map(expected::shown);
+            assert_eq!(found, wanted, "{} {} at h = 2^-{level}", problem.name(), column.method);
+            compared += 1;
         }
     }
-    for c in expected::TABLE {
-        let r = Reference::compute(c.problem).unwrap();
-        for k in 0..7 {
-            let e = errors::errors::<euler_poincare::scalar::Dd>(&r, c.method, k).unwrap();
-            let (a, b) = (e.map(|e| expected::shown(e.momentum)), c.error(k).map(expected::shown));
-            if a != b {
-                println!("DIFF {:?} {} {k} {a:?} {b:?} {e:?}", c.problem, c.method);
-            }
+    assert_eq!(compared, 24);
+}
+
+#[test]
+fn llg_errors_are_those_of_another_implementation() {
+    expected_errors(Problem::Llg);
+}
+
+#[test]
+fn relaxed_errors_are_those_of_another_implementation() {
+    expected_errors(Problem::Relaxed);
+}
+
+#[test]
+fn references_keep_what_the_flow_keeps() {
+    // |M(0)|² = 1/8 + 1/2 for LLG, E(0) = 3/8 for the relaxed body.
+    for problem in Problem::ALL {
+        let model = problem.model::<Dd>();
+        let stored = model.reference_momentum().unwrap();
+        let defect = match problem {
+            Problem::Llg => casimir(&stored) - Dd::ratio(5, 8),
+            Problem::Relaxed => energy(&model.system, &stored).unwrap() - Dd::ratio(3, 8),
+        };
+        assert!(defect.hi().abs() < 1e-30, "{}: {defect:e}", problem.name());
+    }
+}
+
+#[test]
+fn reference_trajectories() {
+    for (problem, method) in
+        [(Problem::Llg, Method::new(Family::Gauss, 2)), (Problem::Relaxed, Method::new(Family::Gauss, 3))]
+    {
+        let mut text = String::new();
+        for (t, m) in evolve(problem, Integrator::Variational(method), 8).unwrap() {
+            writeln!(text, "{t:<6} {:>15.12} {:>15.12} {:>15.12}", m[0], m[1], m[2]).unwrap();
         }
+        pin(&format!("trajectory-{}-{method}", problem.name()), &text);
+    }
+}
+
+#[test]
+fn work_per_step() {
+    let mut text = String::new();
+    for problem in Problem::ALL {
+        for method in Method::TABULATED {
+            let mut state = problem.state::<f64>();
+            let mut counts = Vec::new();
+            let mut integrator = method.on::<f64>(problem).unwrap();
+            trajectory::integrate(&mut integrator, &mut state, 0.125, 8, |_, _, r| counts.push(r.iterations)).unwrap();
+            // The last sweeps are decided by rounding: a mean to the nearest whole number holds everywhere.
+            let mean = (counts.iter().sum::<usize>() + 4) / 8;
+            writeln!(text, "{:<8} {method:<14} {mean} iterations a step", problem.name()).unwrap();
+        }
+    }
+    pin("work-h-0.125", &text);
+}
+
+#[test]
+#[cfg(feature = "cli")]
+fn dormand_prince_keeps_its_tolerance() {
+    for problem in Problem::ALL {
+        let wanted = problem.model::<f64>().reference_momentum().unwrap();
+        let samples = evolve(problem, Integrator::DormandPrince { tolerance: 1e-10 }, 4).unwrap();
+        let error = (samples[4].1 - wanted).norm();
+        assert!(error < 1e-8, "{}: {error:e}", problem.name());
     }
 }

@@ -1,9 +1,11 @@
 //! The sub-commands, one file each, and what they share: failures and exit codes.
 
 mod faults;
+mod figures;
 pub mod integrate;
 pub mod laws;
 pub mod paper;
+mod plot;
 mod progress;
 pub mod replay;
 mod report;

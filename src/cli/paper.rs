@@ -1,12 +1,101 @@
-//! `paper`.
+//! `paper`: the table of errors and the figures of Martín de Diego and Sato Martín de Almagro 2019, §5.3.
 
-use super::Failure;
+use super::progress::Bar;
+use super::{Failure, figures, print, table};
+use euler_poincare::experiments::{Method, Problem, Reference, Row, errors, expected};
+use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 
 /// Options of `paper`.
 #[derive(clap::Args)]
-pub struct Arguments {}
+pub struct Arguments {
+    /// The directory for errors.csv and figure-5.1.svg to figure-5.5.svg; created if it is missing
+    #[arg(long, value_name = "DIR", default_value = "paper")]
+    out: PathBuf,
+}
 
-pub fn run(_arguments: Arguments) -> Result<ExitCode, Failure> {
-    Err(Failure::Usage("not implemented".into()))
+/// Measures, writes the files, and prints the comparison with the expected errors.
+pub fn run(arguments: Arguments) -> Result<ExitCode, Failure> {
+    let out = &arguments.out;
+    // First, so that a directory that cannot be written is found before the work is done.
+    let target = out.join("errors.csv");
+    std::fs::create_dir_all(out).map_err(|e| Failure::file(out, e))?;
+    let mut writer = csv::Writer::from_path(&target).map_err(|e| Failure::file(&target, e))?;
+    let rows = measure()?;
+    write_rows(&mut writer, &rows).map_err(|e| Failure::file(&target, e))?;
+    let failed = |e: &dyn std::fmt::Display| Failure::Computation(e.to_string());
+    for (name, figure) in figures::all(&rows).map_err(|e| failed(&e))? {
+        let path = out.join(name);
+        let svg = figure.svg().map_err(|e| failed(&e))?;
+        std::fs::write(&path, svg).map_err(|e| Failure::file(&path, e))?;
+    }
+    print(&summary(&rows, out))?;
+    Ok(ExitCode::SUCCESS)
+}
+
+fn measure() -> Result<Vec<Row>, Failure> {
+    let runs = 2 * Method::TABULATED.len() * (errors::FINEST as usize + 1);
+    let bar = Bar::new(&[("llg", runs, 1), ("relaxed", runs, 1)]);
+    let rows = Problem::ALL.map(|problem| {
+        let reference = Reference::compute(problem)?;
+        errors::table(&reference, &Method::TABULATED, errors::FINEST, || bar.advance(problem.name()))
+    });
+    bar.clear();
+    let rows: Result<Vec<_>, _> = rows.into_iter().collect();
+    Ok(rows.map_err(|e| Failure::Computation(e.to_string()))?.concat())
+}
+
+fn write_rows<W: std::io::Write>(writer: &mut csv::Writer<W>, rows: &[Row]) -> csv::Result<()> {
+    writer.write_record([
+        "problem",
+        "method",
+        "retraction",
+        "scalar",
+        "h",
+        "error_momentum",
+        "error_energy",
+        "error_casimir",
+    ])?;
+    for row in rows {
+        writer.write_record([
+            row.problem.name().into(),
+            row.method.to_string(),
+            "cayley".into(),
+            row.scalar.into(),
+            row.step().to_string(),
+            format!("{:.9e}", row.errors.momentum),
+            format!("{:.9e}", row.errors.energy),
+            format!("{:.9e}", row.errors.casimir),
+        ])?;
+    }
+    Ok(writer.flush()?)
+}
+
+/// The momentum errors in 32 digits, each with the ratio to the expected one.
+fn summary(rows: &[Row], out: &Path) -> String {
+    let mut table = table::table(&["problem", "method", "1/h", "|M - M(1)|", "expected", "ratio"], 2..6);
+    let (mut agree, mut count) = (0, 0);
+    for column in &expected::TABLE {
+        for level in 0..=errors::FINEST {
+            let found = rows
+                .iter()
+                .find(|r| (r.problem, r.method, r.level, r.scalar) == (column.problem, column.method, level, "dd"));
+            let (found, wanted) = (found.map(|r| r.errors.momentum), column.error(level));
+            let text = |value: Option<f64>| value.map_or("none".into(), expected::shown);
+            let ratio = found.zip(wanted).map_or(String::new(), |(f, w)| format!("{:.4}", f / w));
+            if wanted.is_some() {
+                count += 1;
+                agree += usize::from(text(found) == text(wanted));
+            }
+            let wanted = if found.is_some() && wanted.is_none() { String::new() } else { text(wanted) };
+            let (problem, method) = (column.problem.name().into(), column.method.to_string());
+            table.add_row([problem, method, (1u32 << level).to_string(), text(found), wanted, ratio]);
+        }
+    }
+    format!(
+        "{table}\n\n{agree} of {count} expected errors reproduced to the three digits shown.\n\
+         {} rows in {}; figures 5.1 to 5.5 beside it.\n",
+        rows.len(),
+        out.join("errors.csv").display()
+    )
 }

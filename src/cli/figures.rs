@@ -1,0 +1,179 @@
+//! Figures 5.1 to 5.5 of Martín de Diego and Sato Martín de Almagro 2019.
+
+use super::plot::{Axes, Curve, Figure, Marker, Panel, Style};
+use euler_poincare::experiments::evolution::evolve;
+use euler_poincare::experiments::reference::{casimir, energy};
+use euler_poincare::experiments::{ExperimentError, Integrator, Method, Problem, Row};
+use euler_poincare::tableau::families::Family;
+
+const IIIA2: Integrator = Integrator::Variational(Method::new(Family::LobattoIIIA, 2));
+const IIIB2: Integrator = Integrator::Variational(Method::new(Family::LobattoIIIB, 2));
+const IIIA3: Integrator = Integrator::Variational(Method::new(Family::LobattoIIIA, 3));
+const IIIB3: Integrator = Integrator::Variational(Method::new(Family::LobattoIIIB, 3));
+const GAUSS1: Integrator = Integrator::Variational(Method::new(Family::Gauss, 1));
+const GAUSS2: Integrator = Integrator::Variational(Method::new(Family::Gauss, 2));
+const GAUSS3: Integrator = Integrator::Variational(Method::new(Family::Gauss, 3));
+/// The relative tolerance that general-purpose solvers start with.
+const ADAPTIVE: Integrator = Integrator::DormandPrince { tolerance: 1e-3 };
+
+/// Steps in [0, 1] of the references, with h = 0.01.
+const FINE: usize = 100;
+
+/// The five figures with their file names, from the rows of both problems.
+pub fn all(rows: &[Row]) -> Result<Vec<(&'static str, Figure)>, ExperimentError> {
+    Ok(vec![
+        ("figure-5.1.svg", casimir_llg()?),
+        ("figure-5.2.svg", errors_llg(rows)),
+        ("figure-5.3.svg", energy_relaxed()?),
+        ("figure-5.4.svg", casimir_relaxed()?),
+        ("figure-5.5.svg", errors_relaxed(rows)),
+    ])
+}
+
+/// One look for each integrator, in every figure.
+fn style(integrator: Integrator) -> Style {
+    let looks = [
+        (ADAPTIVE, "Dormand-Prince 5(4)", 0, false, Marker::None),
+        (Integrator::RungeKutta4, "RK4", 1, false, Marker::Cross),
+        (IIIA2, "Lobatto IIIA-2", 2, false, Marker::Circle),
+        (IIIB2, "Lobatto IIIB-2", 5, true, Marker::Circle),
+        (IIIA3, "Lobatto IIIA-3", 3, false, Marker::Triangle),
+        (IIIB3, "Lobatto IIIB-3", 6, true, Marker::Triangle),
+        (GAUSS1, "Gauss-1", 4, false, Marker::Circle),
+        (GAUSS2, "Gauss-2", 2, true, Marker::Triangle),
+        (GAUSS3, "Gauss-3", 3, true, Marker::Cross),
+    ];
+    let (_, name, colour, dashed, marker) =
+        looks.into_iter().find(|(i, ..)| *i == integrator).unwrap_or((integrator, "other", 7, false, Marker::None));
+    Style { name: name.into(), colour, dashed, marker }
+}
+
+/// The curve of a quantity minus its initial value, or minus `reference` on the grid of step 0.01.
+fn difference(
+    problem: Problem,
+    integrator: Integrator,
+    steps: usize,
+    quantity: impl Fn(&euler_poincare::algebra::Covector<f64, 3>) -> Result<f64, ExperimentError>,
+    reference: Option<&[f64]>,
+    absolute: bool,
+) -> Result<Curve, ExperimentError> {
+    // The adaptive integrator takes its own steps: its curve is sampled more finely.
+    let steps = if integrator == ADAPTIVE { steps.max(FINE) } else { steps };
+    let samples = evolve(problem, integrator, steps)?;
+    let values = samples.iter().map(|(_, m)| quantity(m)).collect::<Result<Vec<_>, _>>()?;
+    let against = |k: usize| reference.map_or(values[0], |r| r[k * (FINE / steps)]);
+    let sign = |d: f64| if absolute { d.abs() } else { d };
+    let points = samples.iter().enumerate().map(|(k, (t, _))| (*t, sign(values[k] - against(k)))).collect();
+    Ok(Curve { style: style(integrator), points })
+}
+
+/// A panel of such curves: absolute values on a logarithmic axis, or signed ones on a linear axis.
+fn evolution(
+    problem: Problem,
+    integrators: &[Integrator],
+    steps: usize,
+    title: &str,
+    y: [&'static str; 2],
+    absolute: bool,
+    quantity: impl Fn(&euler_poincare::algebra::Covector<f64, 3>) -> Result<f64, ExperimentError>,
+) -> Result<Panel, ExperimentError> {
+    let curves = integrators.iter().map(|&i| difference(problem, i, steps, &quantity, None, absolute));
+    Ok(Panel {
+        title: title.into(),
+        x: "time t",
+        y: y[usize::from(absolute)],
+        axes: if absolute { Axes::LogY } else { Axes::Linear },
+        curves: curves.collect::<Result<_, _>>()?,
+    })
+}
+
+fn casimir_llg() -> Result<Figure, ExperimentError> {
+    let battery = [ADAPTIVE, Integrator::RungeKutta4, IIIA2, IIIB2, IIIA3, IIIB3, GAUSS1, GAUSS2];
+    let pair = [Integrator::RungeKutta4, IIIA3, IIIB3];
+    let y = ["C(t) - C(0)", "|C(t) - C(0)|"];
+    let panel = |list: &[Integrator], title, absolute| {
+        evolution(Problem::Llg, list, FINE, title, y, absolute, |m| Ok(casimir(m)))
+    };
+    Ok(Figure {
+        title: "LLG: drift of the Casimir C = |M|², h = 0.01".into(),
+        panels: vec![panel(&battery, "all integrators", true)?, panel(&pair, "order 4, signed", false)?],
+    })
+}
+
+fn energy_relaxed() -> Result<Figure, ExperimentError> {
+    let battery = [ADAPTIVE, Integrator::RungeKutta4, GAUSS1, GAUSS2, GAUSS3];
+    let pair = [Integrator::RungeKutta4, GAUSS2];
+    let y = ["E(t) - E(0)", "|E(t) - E(0)|"];
+    let system = Problem::Relaxed.model::<f64>().system;
+    let panel = |list: &[Integrator], title, absolute| {
+        evolution(Problem::Relaxed, list, 10, title, y, absolute, |m| Ok(energy(&system, m)?))
+    };
+    Ok(Figure {
+        title: "Relaxed rigid body: drift of the energy E, h = 0.1".into(),
+        panels: vec![panel(&battery, "all integrators", true)?, panel(&pair, "order 4, signed", false)?],
+    })
+}
+
+fn casimir_relaxed() -> Result<Figure, ExperimentError> {
+    let fine = evolve(Problem::Relaxed, GAUSS3, FINE)?;
+    let reference: Vec<f64> = fine.iter().map(|(_, m)| casimir(m)).collect();
+    let curves = |list: &[Integrator], absolute| {
+        let curve =
+            |&i: &Integrator| difference(Problem::Relaxed, i, 10, |m| Ok(casimir(m)), Some(&reference), absolute);
+        list.iter().map(curve).collect::<Result<Vec<_>, _>>()
+    };
+    let battery = [ADAPTIVE, Integrator::RungeKutta4, GAUSS1, GAUSS2, GAUSS3];
+    let pair = [Integrator::RungeKutta4, GAUSS2];
+    let panel = |title: &str, y, axes, curves| Panel { title: title.into(), x: "time t", y, axes, curves };
+    Ok(Figure {
+        title: "Relaxed rigid body: C = |M|² against Gauss-3 with h = 0.01; h = 0.1".into(),
+        panels: vec![
+            panel("all integrators", "|C(t) - C_ref(t)|", Axes::LogY, curves(&battery, true)?),
+            panel("order 4, signed", "C(t) - C_ref(t)", Axes::Linear, curves(&pair, false)?),
+        ],
+    })
+}
+
+/// Errors against h of some methods: a colour for each magnitude, dashed for the second method.
+fn errors(rows: &[Row], problem: Problem, methods: &[(Method, &str)], order: i32, title: &str) -> Panel {
+    let mut curves = Vec::new();
+    for (k, (method, name)) in methods.iter().enumerate() {
+        let chosen = || rows.iter().filter(|r| r.problem == problem && r.method == *method && r.scalar == "dd");
+        let mut curve = |what: &str, colour, marker, value: fn(&Row) -> f64| {
+            let style = Style { name: format!("{what}{name}"), colour, dashed: k > 0, marker };
+            curves.push(Curve { style, points: chosen().map(|r| (r.step(), value(r))).collect() });
+        };
+        curve("momentum", 2, Marker::Circle, |r| r.errors.momentum);
+        curve("energy", 1, Marker::Triangle, |r| r.errors.energy);
+        curve("Casimir", 3, Marker::Cross, |r| r.errors.casimir);
+    }
+    // A line of the method's order through a point below the finest errors.
+    let finest =
+        curves.iter().filter_map(|c| c.points.last()).fold((1.0, f64::INFINITY), |(_, y), p| (p.0, p.1.min(y)));
+    if finest.1.is_finite() && finest.1 > 0.0 {
+        let line = |h: f64| (h, finest.1 / 4.0 * (h / finest.0).powi(order));
+        let style = Style { name: "slope of the order".into(), colour: 7, dashed: true, marker: Marker::None };
+        curves.push(Curve { style, points: vec![line(0.25), line(finest.0)] });
+    }
+    Panel { title: title.into(), x: "step size h", y: "error at T = 1", axes: Axes::LogLog, curves }
+}
+
+fn errors_llg(rows: &[Row]) -> Figure {
+    let pair = |s| [(Method::new(Family::LobattoIIIA, s), ", IIIA"), (Method::new(Family::LobattoIIIB, s), ", IIIB")];
+    Figure {
+        title: "LLG: errors of the Lobatto methods (32 digits)".into(),
+        panels: vec![
+            errors(rows, Problem::Llg, &pair(2), 2, "2 stages, order 2"),
+            errors(rows, Problem::Llg, &pair(3), 4, "3 stages, order 4"),
+        ],
+    }
+}
+
+fn errors_relaxed(rows: &[Row]) -> Figure {
+    let panel =
+        |s: usize, title| errors(rows, Problem::Relaxed, &[(Method::new(Family::Gauss, s), "")], 2 * s as i32, title);
+    Figure {
+        title: "Relaxed rigid body: errors of the Gauss methods (32 digits)".into(),
+        panels: vec![panel(1, "1 stage, order 2"), panel(2, "2 stages, order 4"), panel(3, "3 stages, order 6")],
+    }
+}
