@@ -116,9 +116,9 @@ fn initial<T: Real>(model: &Model<T>) -> State<T, 3, 3> {
     State { time: T::zero(), momentum: model.momentum, attitude: Matrix::identity() }
 }
 
-fn on_so3<T: Real, R: Retraction<T, 3, 3>>(model: &Model<T>, name: &str, retraction: R) -> impl OneStep<T, 3, 3> + Clone
+fn on_so3<T: Real, R>(model: &Model<T>, name: &str, retraction: R) -> impl OneStep<T, 3, 3> + Clone
 where
-    R: Clone,
+    R: Retraction<T, 3, 3> + Clone,
 {
     let system = &model.system;
     Variational::new(system.lagrangian.clone(), system.force.clone(), retraction, tableau(name))

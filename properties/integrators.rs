@@ -143,7 +143,8 @@ fn the_root_continues_from_zero() {
 #[test]
 fn what_is_not_finite_is_refused_and_the_state_kept() {
     let mut method = Variational::new(Body, Torque::Llg, CayleySo3::new(), gauss2());
-    let spoil: [(&str, fn(&mut State<f64, 3, 3>)); 3] = [
+    type Spoil = fn(&mut State<f64, 3, 3>);
+    let spoil: [(&str, Spoil); 3] = [
         ("the momentum", |state| state.momentum[1] = f64::NAN),
         ("the attitude", |state| state.attitude[(0, 2)] = f64::INFINITY),
         ("the time", |state| state.time = f64::NAN),

@@ -347,10 +347,10 @@ fn the_models_reach_their_reference_at_fourth_order() {
     }
     let energy = |m: &Model<f64>| m.system.hamiltonian(&m.reference_momentum().unwrap(), &Vector::zeros()).unwrap();
     let (llg, relaxed) = (landau_lifshitz_gilbert(), relaxed_rigid_body());
-    close((energy(&llg) - 0.325558583767277337).abs(), 4.0 * U);
+    close((energy(&llg) - 0.325_558_583_767_277_3).abs(), 4.0 * U);
     close((llg.reference_momentum().unwrap().norm_squared() - 0.625).abs(), 4.0 * U);
     close((energy(&relaxed) - 0.375).abs(), 4.0 * U);
-    close((relaxed.reference_momentum().unwrap().norm_squared() - 0.639208655351581981).abs(), 4.0 * U);
+    close((relaxed.reference_momentum().unwrap().norm_squared() - 0.639_208_655_351_582).abs(), 4.0 * U);
 }
 
 /// k_f and l_f at random points: symmetry, both forms of k_f, derivatives in closed form against duals, the units.

@@ -3,8 +3,10 @@
 use euler_poincare::experiments::evolution::evolve;
 use euler_poincare::experiments::reference::{casimir, energy};
 use euler_poincare::experiments::{Integrator, Method, Problem, Reference, errors, expected};
-use euler_poincare::integrators::trajectory;
+use euler_poincare::integrators::{Variational, trajectory};
+use euler_poincare::retraction::Retraction;
 use euler_poincare::scalar::{Dd, Real, Scalar};
+use euler_poincare::system::{Case, System, Visitor};
 use euler_poincare::tableau::families::Family;
 use std::fmt::Write;
 
@@ -123,5 +125,40 @@ fn dormand_prince_keeps_its_tolerance() {
         let samples = evolve(problem, Integrator::DormandPrince { tolerance: 1e-10 }, 4).unwrap();
         let error = (samples[4].1 - wanted).norm();
         assert!(error < 1e-8, "{}: {error:e}", problem.name());
+    }
+}
+
+/// Carries a case on for so many steps, and writes t and μ.
+struct Momenta(usize);
+
+impl<T: Real> Visitor<T> for Momenta {
+    type Output = String;
+
+    fn visit<const N: usize, const D: usize, R: Retraction<T, N, D>>(self, system: System<T, N, D, R>) -> String {
+        let (mut state, h) = (system.state.clone(), system.step);
+        let mut method = Variational::new(system.lagrangian, system.force, system.retraction, system.tableau);
+        let mut text = String::new();
+        trajectory::integrate(&mut method, &mut state, h, self.0, |_, state, _| {
+            write!(text, "{:<6}", state.time.to_f64()).unwrap();
+            state.momentum.iter().for_each(|m| write!(text, " {:>15.12}", m.to_f64()).unwrap());
+            writeln!(text).unwrap();
+        })
+        .unwrap();
+        text
+    }
+}
+
+#[test]
+fn a_body_with_drag_on_se3() {
+    for retraction in ["exp", "cayley"] {
+        let file = format!(
+            "format = 1\n[algebra]\nname = \"se3\"\n[lagrangian]\ninertia = [1, 2, 3, 2, 2, \"5/2\"]\n\
+             [[force]]\nkind = \"linear-drag\"\ncoefficient = \"1/10\"\n\
+             [method]\ntableau = \"gauss-2\"\nretraction = \"{retraction}\"\n\
+             [state]\nvelocity = [\"1/2\", \"1/5\", \"-1/3\", 1, 0, \"1/4\"]\n\
+             [run]\nstep = \"1/8\"\nsteps = 8\n"
+        );
+        let case = Case::from_toml(&file).unwrap();
+        pin(&format!("trajectory-se3-{retraction}"), &case.dispatch::<f64, _>(Momenta(8)).unwrap());
     }
 }

@@ -66,7 +66,7 @@ pub fn errors<T: Real>(reference: &Reference, method: Method, level: u32) -> Res
         Err(failed) if matches!(failed.source, StepError::Fold { .. }) => return Ok(None),
         Err(source) => {
             let (problem, method) = (problem.name(), method.to_string());
-            return Err(ExperimentError::Run { problem, method, scalar: T::NAME, step: h, source });
+            return Err(ExperimentError::Run { problem, method, scalar: T::NAME, step: h, source: source.into() });
         }
     };
     let momentum = state.momentum.map(widen);

@@ -79,7 +79,7 @@ fn run<T: Real>(
         method: integrator.to_string(),
         scalar: T::NAME,
         step: h.to_f64(),
-        source,
+        source: source.into(),
     })?;
     Ok(samples)
 }

@@ -1,7 +1,7 @@
 //! The numerical experiments of Martín de Diego and Sato Martín de Almagro 2019, §5.3.
 //!
 //! Two systems ([`Problem`]), the methods that they are integrated with ([`Method`], [`Integrator`]), and what is
-//! measured: errors at T = 1 against a reference of 30 digits ([`errors`], [`reference`]), and the evolution of
+//! measured: errors at T = 1 against a reference of 30 digits ([`errors`], [`mod@reference`]), and the evolution of
 //! energy and Casimir ([`evolution`]). Every method uses the Cayley map.
 
 pub mod errors;
@@ -124,7 +124,7 @@ pub enum ExperimentError {
         /// h.
         step: f64,
         /// Which step failed, and why.
-        source: TrajectoryError,
+        source: Box<TrajectoryError>,
     },
     /// The reference computed here is not what it has to be.
     #[error("the reference of {problem} is off by {defect:e} {against}, more than {bound:e}")]

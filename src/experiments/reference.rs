@@ -62,7 +62,7 @@ fn solve(problem: Problem, model: &Model<Dd>, steps: usize) -> Result<Covector<D
         method: format!("Gauss's method with {STAGES} stages"),
         scalar: Dd::NAME,
         step: h.to_f64(),
-        source,
+        source: source.into(),
     })?;
     Ok(state.momentum)
 }

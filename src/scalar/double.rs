@@ -5,30 +5,37 @@ use super::{Real, Scalar};
 impl Scalar for f64 {
     type Base = f64;
 
+    #[inline]
     fn lift(value: f64) -> f64 {
         value
     }
 
+    #[inline]
     fn base(self) -> f64 {
         self
     }
 
+    #[inline]
     fn unit_roundoff() -> f64 {
         f64::EPSILON / 2.0
     }
 
+    #[inline]
     fn exact(x: f64) -> f64 {
         x
     }
 
+    #[inline]
     fn int(n: i64) -> f64 {
         n as f64
     }
 
+    #[inline]
     fn to_f64(self) -> f64 {
         self
     }
 
+    #[inline]
     fn all_finite(self) -> bool {
         self.is_finite()
     }
@@ -37,6 +44,7 @@ impl Scalar for f64 {
 impl Real for f64 {
     const NAME: &'static str = "f64";
 
+    #[inline]
     fn parse_decimal(text: &str) -> Option<f64> {
         text.parse().ok().filter(|x: &f64| x.is_finite())
     }

@@ -1,6 +1,6 @@
 //! The case: one plain value that describes algebra, inertia, force, tableau, retraction, state and step.
 //!
-//! The same value is generated ([`random`]), shrunk, printed, saved ([`replay`]) and read from a file ([`file`]); it
+//! The same value is generated ([`random`]), shrunk, printed, saved ([`replay`]) and read from a file ([`mod@file`]); it
 //! becomes typed in one place ([`dispatch`]).
 
 pub mod case;

@@ -57,7 +57,7 @@ impl Trace {
         for (value, initial) in casimirs.iter().zip(&self.initial) {
             point.push((*value - initial.downcast_ref::<T>().copied().unwrap_or(*value)).to_f64());
         }
-        if self.seen % self.stride == 0 {
+        if self.seen.is_multiple_of(self.stride) {
             self.points.push(point.clone());
             if self.points.len() > MOST {
                 let mut index = 0;
@@ -121,7 +121,7 @@ fn panel(area: &DrawingArea<SVGBackend<'_>, Shift>, title: &str, curves: &[Curve
     let label = |value: &f64| {
         if value.abs() < spread * 1e-9 {
             "0".to_string()
-        } else if size < 1e-3 || size >= 1e5 {
+        } else if !(1e-3..1e5).contains(&size) {
             format!("{value:.1e}")
         } else {
             format!("{value:.digits$}")

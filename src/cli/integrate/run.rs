@@ -91,7 +91,7 @@ impl Recorder {
     }
 
     fn progress(&mut self, done: u64, total: u64) {
-        if !self.shows_progress || done % 32 != 0 {
+        if !self.shows_progress || !done.is_multiple_of(32) {
             return;
         }
         if let Some(bar) = &self.bar {
@@ -233,7 +233,7 @@ impl<T: Real> Visitor<T> for Run<'_, T> {
             let outcome = integrate_until(&mut method, &mut state, h, count as usize, |index, state, report| {
                 let index = first + index as u64;
                 row.count(report);
-                if index % file.output.every == 0 || index == total {
+                if index.is_multiple_of(file.output.every) || index == total {
                     refused = row.write(state, recorder).err();
                     written = index;
                 }
