@@ -239,3 +239,77 @@ fn a_closed_pipe_is_no_failure() {
         assert_eq!((code(&output), stderr(&output)), (0, ""), "{arguments:?}");
     }
 }
+
+#[test]
+fn the_example_integrates_to_the_reference_and_draws() {
+    let here = directory("integrate");
+    let example = run(&here, &["integrate", "--example"]);
+    assert_eq!(code(&example), 0, "{}", stderr(&example));
+    fs::write(here.join("system.toml"), stdout(&example)).unwrap();
+    let output = run(&here, &["integrate", "system.toml", "--out", "t.csv", "--plot", "t.svg"]);
+    assert_eq!(code(&output), 0, "{}", stderr(&output));
+    let rows = fs::read_to_string(here.join("t.csv")).unwrap();
+    let header: Vec<&str> = rows.lines().next().unwrap().split(',').collect();
+    for name in ["t", "mu_1", "eta_1", "energy", "work", "balance", "casimir_1", "residual", "iterations"] {
+        assert!(header.contains(&name), "{name} is not in {header:?}");
+    }
+    let value = |line: &str, name: &str| -> f64 {
+        let column = header.iter().position(|h| *h == name).unwrap();
+        line.split(',').nth(column).unwrap().parse().unwrap()
+    };
+    // The paper's LLG system: |M|² is kept and the energy falls along the motion.
+    let (first, last) = (rows.lines().nth(1).unwrap(), rows.lines().last().unwrap());
+    assert!((value(last, "casimir_1") - value(first, "casimir_1")).abs() < 1e-3);
+    assert!(value(last, "energy") < value(first, "energy"));
+    assert!(value(last, "balance").abs() < 1e-3);
+    assert!(fs::read_to_string(here.join("t.svg")).unwrap().contains("</svg>"));
+}
+
+#[test]
+fn a_fold_keeps_the_rows_so_far_and_bad_files_name_the_line() {
+    let here = directory("integrate-refused");
+    let example = run(&here, &["integrate", "--example"]);
+    let file = |name: &str, tableau: &str, step: &str, more: &str| {
+        let text = format!(
+            "format = 1\n[algebra]\nname = \"so3\"\n[lagrangian]\ninertia = [\"1/2\", 2, 1]\n\
+             [[force]]\nkind = \"double-bracket\"\nalpha = 1\n\
+             [method]\ntableau = \"{tableau}\"\nretraction = \"cayley\"\n\
+             [state]\nvelocity = [\"1/sqrt(2)\", 0, \"1/sqrt(2)\"]\n[run]\nstep = {step}\nsteps = 2\n{more}"
+        );
+        fs::write(here.join(name), text).unwrap();
+    };
+    assert_eq!(code(&example), 0);
+    file("fold.toml", "lobatto-iiia-2", "1", "");
+    let output = run(&here, &["integrate", "fold.toml"]);
+    assert_eq!(code(&output), 1);
+    assert!(stderr(&output).contains("fold near h = 0.79"), "{}", stderr(&output));
+    assert_eq!(stdout(&output).lines().count(), 2, "the header and the initial state");
+    file("steps.toml", "lobatto-iiib-2", "1", "");
+    assert_eq!(code(&run(&here, &["integrate", "steps.toml", "--steps", "1"])), 0);
+    file("key.toml", "gauss-2", "\"1/8\"", "stride = 3\n");
+    let output = run(&here, &["integrate", "key.toml"]);
+    assert_eq!(code(&output), 2);
+    assert!(stderr(&output).contains("line 17") && stderr(&output).contains("stride"), "{}", stderr(&output));
+    file("tableau.toml", "gauss-0", "\"1/8\"", "");
+    let output = run(&here, &["integrate", "tableau.toml"]);
+    assert_eq!(code(&output), 2);
+    assert!(stderr(&output).contains("line 10"), "{}", stderr(&output));
+    assert_eq!(code(&run(&here, &["integrate", "missing.toml"])), 2);
+}
+
+#[test]
+fn the_paper_is_reproduced() {
+    let here = directory("paper");
+    let output = run(&here, &["paper", "--out", "out"]);
+    assert_eq!(code(&output), 0, "{}", stderr(&output));
+    let rows = fs::read_to_string(here.join("out/errors.csv")).unwrap();
+    let header = "problem,method,retraction,scalar,h,error_momentum,error_energy,error_casimir";
+    assert_eq!(rows.lines().next(), Some(header));
+    // Two problems, eight methods, two scalars, nine steps; Lobatto IIIA-2 has no root at h = 1.
+    assert_eq!(rows.lines().count() - 1, 2 * 8 * 2 * 9 - 4);
+    for figure in 1..=5 {
+        let svg = fs::read_to_string(here.join(format!("out/figure-5.{figure}.svg"))).unwrap();
+        assert!(svg.starts_with("<svg") && svg.trim_end().ends_with("</svg>"));
+    }
+    assert_eq!(code(&run(&here, &["paper", "--out", "/dev/null/x"])), 2);
+}

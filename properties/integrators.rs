@@ -8,7 +8,7 @@ use euler_poincare::integrators::{OneStep, Report, Solver, State, StepError, Var
 use euler_poincare::mechanics::{Force, Lagrangian};
 use euler_poincare::retraction::{CayleySo3, ExponentialSo3, Retraction, TangentPoint};
 use euler_poincare::scalar::{Real, Scalar};
-use euler_poincare::tableau::Tableau;
+use euler_poincare::tableau::{Family, Tableau};
 
 /// l = ½ Ω·IΩ with I = diag(1/2, 2, 1), by its value alone.
 struct Body;
@@ -105,6 +105,8 @@ fn folds_are_found() {
         ("Lobatto IIIB-3", lobatto('b', 3), 2.07),
         ("Gauss-1", gauss1(), 1.72),
         ("Gauss-2", gauss2(), 2.05),
+        ("Radau IIA-2", Family::RadauIIA.tableau(2).unwrap(), 1.37),
+        ("Lobatto IIIC-2", Family::LobattoIIIC.tableau(2).unwrap(), 0.76),
     ] {
         for beyond in [1.01, 1.2, 1.5] {
             match first_step(tableau.clone(), Torque::Llg, fold * beyond) {

@@ -147,7 +147,7 @@ pub const LAWS: &[CaseLaw] = &[
         statement: "without force J Π(μ) Jᵀ = Π(Φ(μ)) with J = Φ'(μ), Π_ab = −C^d_ab μ_d",
         source: "Martín de Diego and Sato Martín de Almagro 2019, §2.2 and §2.3",
         oracle: "J by fourth-order differences of whole steps, Π from the structure constants",
-        bound: "ε⁴ + u/ε at ε = 2⁻¹⁰ (f64) or 2⁻²⁰ (dd), times 2¹²; in dd only up to s N = 6",
+        bound: "ε⁴ + u/ε at ε = 2⁻¹⁰ (f64) or 2⁻²⁰ (dd), times 2¹⁴ for the fifth derivative of a step; in dd only up to s N = 6",
         cost: Cost::Cheap,
         faults: &[CHART, UNCONJUGATED, NO_SECOND, INVERSE_SECOND, SWAPPED_SECOND, NO_STEP, HALVED],
         cases: || cases().force_free().nonabelian().boxed(),
@@ -422,7 +422,7 @@ impl<T: Real> Visitor<T> for PoissonMap<'_> {
         let defect = jacobian * poisson(&mu) * jacobian.transpose() - poisson(&end);
         let size = jacobian.amax() * jacobian.amax() * poisson(&mu).amax();
         let noise = (relative.powi(4) / T::unit_roundoff() + T::one() / relative).to_f64();
-        Measured::defect(size_of(defect.iter().copied()), size, 4096.0 * noise, || {
+        Measured::defect(size_of(defect.iter().copied()), size, 16384.0 * noise, || {
             format!("Φ(μ) = {}, |J Π Jᵀ − Π(Φ)| = {:.3e}", show(&end), defect.amax().to_f64())
         })
     }
