@@ -282,7 +282,11 @@ fn a_fold_keeps_the_rows_so_far_and_bad_files_name_the_line() {
     file("fold.toml", "lobatto-iiia-2", "1", "");
     let output = run(&here, &["integrate", "fold.toml"]);
     assert_eq!(code(&output), 1);
-    assert!(stderr(&output).contains("fold: the solution that continues from h = 0 ends near h = 0.7966"), "{}", stderr(&output));
+    assert!(
+        stderr(&output).contains("fold: the solution that continues from h = 0 ends near h = 0.7966"),
+        "{}",
+        stderr(&output)
+    );
     assert_eq!(stdout(&output).lines().count(), 2, "the header and the initial state");
     file("steps.toml", "lobatto-iiib-2", "1", "");
     assert_eq!(code(&run(&here, &["integrate", "steps.toml", "--steps", "1"])), 0);

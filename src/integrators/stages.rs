@@ -58,11 +58,12 @@ impl<S: Scalar, const N: usize> Stages<S, N> {
     where
         S: Scalar<Base = T>,
     {
-        let s = self.stages;
-        for (sums, values) in self.values.chunks_exact_mut(s).zip(x.values.chunks_exact(s)) {
+        let (s, weights) = (self.stages, matrix.as_slice());
+        for a in 0..N {
+            let (sums, values) = (&mut self.values[a * s..(a + 1) * s], &x.values[a * s..(a + 1) * s]);
             sums.fill(S::zero());
-            for (column, value) in matrix.as_slice().chunks_exact(s).zip(values) {
-                for (sum, weight) in sums.iter_mut().zip(column) {
+            for (j, value) in values.iter().enumerate() {
+                for (sum, weight) in sums.iter_mut().zip(&weights[j * s..(j + 1) * s]) {
                     *sum += S::lift(*weight) * *value;
                 }
             }
@@ -75,12 +76,10 @@ impl<S: Scalar, const N: usize> Stages<S, N> {
     where
         S: Scalar<Base = T>,
     {
-        let mut total = SVector::<S, N>::zeros();
-        for (sum, values) in total.iter_mut().zip(self.values.chunks_exact(self.stages)) {
-            for (weight, value) in weights.iter().zip(values) {
-                *sum += S::lift(*weight) * *value;
-            }
-        }
-        total
+        let s = self.stages;
+        SVector::from_fn(|a, _| {
+            let values = &self.values[a * s..(a + 1) * s];
+            weights.iter().zip(values).fold(S::zero(), |sum, (weight, value)| sum + S::lift(*weight) * *value)
+        })
     }
 }
