@@ -39,7 +39,7 @@ pub const LAWS: &[CaseLaw] = &[
     CaseLaw {
         name: "order-momentum-attitude",
         statement: "Gauss 1–3 and Lobatto IIIA, IIIB 2–3 converge in μ and in g at the order of the pair (a, â)",
-        source: "Martín de Diego and Sato Martín de Almagro 2019, Thm 5.4; Murua 1999 for the order conditions",
+        source: "Martín de Diego and Sato Martín de Almagro 2019, Thm 5.4",
         oracle: "a classical Gauss method of order 16 on the vector field; the order computed from the bicoloured trees",
         bound: BOUND,
         cost: Cost::Expensive,
