@@ -1,54 +1,50 @@
 //! Stage arrays: s vectors of N components, stage index contiguous.
 
 use crate::scalar::{Real, Scalar};
-use nalgebra::{DMatrix, RowSVector, SVector};
+use nalgebra::{Const, DMatrix, Dyn, OMatrix, RowSVector, SVector};
 
-/// s vectors (or covectors) of N components each. The stages of one component are adjacent, so that a combination
-/// Σ_j a_ij x_j runs along them.
+/// s vectors (or covectors) of N components each: an s×N matrix, column-major, so that the stages of one component are
+/// adjacent and a combination Σ_j a_ij x_j runs along them.
 #[derive(Clone, Debug)]
-pub(super) struct Stages<S, const N: usize> {
-    stages: usize,
-    /// Component a of stage i at a s + i.
-    values: Vec<S>,
-}
+pub(super) struct Stages<S: Scalar, const N: usize>(OMatrix<S, Dyn, Const<N>>);
 
 impl<S: Scalar, const N: usize> Stages<S, N> {
     pub(super) fn zeros(stages: usize) -> Self {
-        Self { stages, values: vec![S::zero(); stages * N] }
+        Self(OMatrix::<S, Dyn, Const<N>>::zeros(stages))
     }
 
     /// Component a of stage i.
     #[inline]
     pub(super) fn get(&self, i: usize, a: usize) -> S {
-        self.values[a * self.stages + i]
+        self.0[(i, a)]
     }
 
     #[inline]
     pub(super) fn set(&mut self, i: usize, a: usize, value: S) {
-        self.values[a * self.stages + i] = value;
+        self.0[(i, a)] = value;
     }
 
     #[inline]
     pub(super) fn vector(&self, i: usize) -> SVector<S, N> {
-        SVector::from_fn(|a, _| self.get(i, a))
+        SVector::from_fn(|a, _| self.0[(i, a)])
     }
 
     #[inline]
     pub(super) fn covector(&self, i: usize) -> RowSVector<S, N> {
-        RowSVector::from_fn(|_, a| self.get(i, a))
+        RowSVector::from_fn(|_, a| self.0[(i, a)])
     }
 
     #[inline]
     pub(super) fn set_vector(&mut self, i: usize, value: &SVector<S, N>) {
         for a in 0..N {
-            self.set(i, a, value[a]);
+            self.0[(i, a)] = value[a];
         }
     }
 
     #[inline]
     pub(super) fn set_covector(&mut self, i: usize, value: &RowSVector<S, N>) {
         for a in 0..N {
-            self.set(i, a, value[a]);
+            self.0[(i, a)] = value[a];
         }
     }
 
@@ -58,13 +54,15 @@ impl<S: Scalar, const N: usize> Stages<S, N> {
     where
         S: Scalar<Base = T>,
     {
-        let (s, weights) = (self.stages, matrix.as_slice());
+        let s = x.0.nrows();
         for a in 0..N {
-            let (sums, values) = (&mut self.values[a * s..(a + 1) * s], &x.values[a * s..(a + 1) * s]);
-            sums.fill(S::zero());
-            for (j, value) in values.iter().enumerate() {
-                for (sum, weight) in sums.iter_mut().zip(&weights[j * s..(j + 1) * s]) {
-                    *sum += S::lift(*weight) * *value;
+            for i in 0..s {
+                self.0[(i, a)] = S::zero();
+            }
+            for j in 0..s {
+                let value = x.0[(j, a)];
+                for i in 0..s {
+                    self.0[(i, a)] += S::lift(matrix[(i, j)]) * value;
                 }
             }
         }
@@ -76,10 +74,12 @@ impl<S: Scalar, const N: usize> Stages<S, N> {
     where
         S: Scalar<Base = T>,
     {
-        let s = self.stages;
         SVector::from_fn(|a, _| {
-            let values = &self.values[a * s..(a + 1) * s];
-            weights.iter().zip(values).fold(S::zero(), |sum, (weight, value)| sum + S::lift(*weight) * *value)
+            let mut sum = S::zero();
+            for (j, &w) in weights.iter().enumerate() {
+                sum += S::lift(w) * self.0[(j, a)];
+            }
+            sum
         })
     }
 }
