@@ -52,7 +52,7 @@ impl<T: Real, const N: usize, const D: usize> State<T, N, D> {
 pub enum Solver {
     /// Explicit: nothing to solve.
     Explicit,
-    /// Sweeps of the iterated form (spec §5, "a form that iterates well").
+    /// Sweeps over the stage momenta and displacements.
     Sweeps,
     /// Newton's method with the Jacobian from dual numbers.
     Newton,
