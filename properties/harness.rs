@@ -51,8 +51,8 @@ fn integers() -> BoxedStrategy<i64> {
     (-1000_i64..=1000).boxed()
 }
 
-const TOO_LARGE: Fault = Fault { name: "too-large", what: "adds 1 above 900", visible_on: "cases above 900" };
-const INVISIBLE: Fault = Fault { name: "invisible", what: "nothing", visible_on: "no case" };
+const TOO_LARGE: Fault = Fault::new("too-large", "adds 1 above 900", "cases above 900");
+const INVISIBLE: Fault = Fault::new("invisible", "nothing", "no case");
 
 fn square(case: i64, fault: Option<&Fault>) -> Verdict {
     let subject = case * case + i64::from(Fault::planted(fault, "too-large") && case > 900);

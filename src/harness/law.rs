@@ -120,17 +120,37 @@ impl fmt::Display for Verdict {
 }
 
 /// A fault that a check can plant in the subject under test, to show that the law is able to fail.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+///
+/// It has a size ε in (0, 1]: the subject's value is right + ε (wrong − right), so that 1 is the fault as it is
+/// described, and the smallest ε that a law still sees says how sharp the law is.
+#[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Fault {
-    /// A short name, unique within its law.
+    /// A short name. Laws that know a fault of the same name plant the same fault.
     pub name: &'static str,
     /// What is wrong with the subject when it is planted.
     pub what: &'static str,
     /// On which cases it can be seen: algebras, forces, tableaux, ….
     pub visible_on: &'static str,
+    /// ε, in (0, 1].
+    pub size: f64,
 }
 
 impl Fault {
+    /// A fault of size 1.
+    pub const fn new(name: &'static str, what: &'static str, visible_on: &'static str) -> Self {
+        Self { name, what, visible_on, size: 1.0 }
+    }
+
+    /// The same fault, of another size.
+    pub const fn with_size(self, size: f64) -> Self {
+        Self { size, ..self }
+    }
+
+    /// The size of the fault called `name`, if it is the one that is planted; else 0.
+    pub fn size_of(fault: Option<&Fault>, name: &str) -> f64 {
+        fault.filter(|fault| fault.name == name).map_or(0.0, |fault| fault.size)
+    }
+
     /// Whether the fault called `name` is the one that is planted.
     pub fn planted(fault: Option<&Fault>, name: &str) -> bool {
         fault.is_some_and(|fault| fault.name == name)

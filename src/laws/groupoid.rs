@@ -15,14 +15,14 @@ use proptest::strategy::Strategy;
 const SOURCE: &str = "Martín de Diego and Sato Martín de Almagro 2019, Def 4.1 and §4.3";
 const BOUND: &str = "two precisions; floor 2⁵ D u times the sizes of the group elements";
 const FAULTS: &[Fault] = &[
-    Fault {
-        name: "inverse-keeps-u",
-        what: "ι(λ, U, μ) = (μ, U, λ), without the inverse of U (as printed in (4.4))",
-        visible_on: "every group, U ≠ U⁻¹",
-    },
+    Fault::new(
+        "inverse-keeps-u",
+        "ι(λ, U, μ) = (μ, U, λ), without the inverse of U (as printed in (4.4))",
+        "every group, U ≠ U⁻¹",
+    ),
     // (λ, VU, κ) is none: it is the groupoid of the opposite group.
-    Fault { name: "second-inverted", what: "(λ, U, μ)(μ, V, κ) = (λ, UV⁻¹, κ)", visible_on: "every group" },
-    Fault { name: "ends-kept", what: "ι(λ, U, μ) = (λ, U⁻¹, μ)", visible_on: "every group" },
+    Fault::new("second-inverted", "(λ, U, μ)(μ, V, κ) = (λ, UV⁻¹, κ)", "every group"),
+    Fault::new("ends-kept", "ι(λ, U, μ) = (λ, U⁻¹, μ)", "every group"),
 ];
 
 /// The laws of this file.

@@ -41,7 +41,7 @@ const STEP_FAULTS: &[(&str, StepFault)] = &[
 
 macro_rules! fault {
     ($name:literal, $what:literal, $visible:expr) => {
-        Fault { name: $name, what: $what, visible_on: $visible }
+        Fault::new($name, $what, $visible)
     };
 }
 

@@ -25,14 +25,12 @@ pub const LAWS: &[CaseLaw] = &[
         bound: BOUND,
         cost: Cost::Cheap,
         faults: &[
-            Fault {
-                name: "first-copy-only", what: "k_f = −⟨f(η), τ⁻¹(U)⟩", visible_on: "velocity-dependent forces"
-            },
-            Fault {
-                name: "sum",
-                what: "k_f = ½(⟨f(ψ), τ⁻¹(U⁻¹)⟩ + ⟨f(η), τ⁻¹(U)⟩), the sign of the second term flipped",
-                visible_on: "forced systems",
-            },
+            Fault::new("first-copy-only", "k_f = −⟨f(η), τ⁻¹(U)⟩", "velocity-dependent forces"),
+            Fault::new(
+                "sum",
+                "k_f = ½(⟨f(ψ), τ⁻¹(U⁻¹)⟩ + ⟨f(η), τ⁻¹(U)⟩), the sign of the second term flipped",
+                "forced systems",
+            ),
         ],
         cases: || cases().with_group().forced().boxed(),
         check: |case, fault| settle(case, Check { case, fault, which: Which::Coupling }),
@@ -45,12 +43,8 @@ pub const LAWS: &[CaseLaw] = &[
         bound: BOUND,
         cost: Cost::Cheap,
         faults: &[
-            Fault { name: "plus", what: "l(ψ) + l(η) − k_f", visible_on: "every system" },
-            Fault {
-                name: "time-shift",
-                what: "k_f of the inverse arrow at t + ¼",
-                visible_on: "time-dependent forces",
-            },
+            Fault::new("plus", "l(ψ) + l(η) − k_f", "every system"),
+            Fault::new("time-shift", "k_f of the inverse arrow at t + ¼", "time-dependent forces"),
         ],
         cases: || cases().with_group().boxed(),
         check: |case, fault| settle(case, Check { case, fault, which: Which::Doubled }),
@@ -63,17 +57,9 @@ pub const LAWS: &[CaseLaw] = &[
         bound: BOUND,
         cost: Cost::Cheap,
         faults: &[
-            Fault {
-                name: "left-for-right",
-                what: "R*_U ∂l/∂U replaced by L*_U ∂l/∂U",
-                visible_on: "non-abelian groups",
-            },
-            Fault {
-                name: "no-force-derivative",
-                what: "∂l_f/∂η without the derivative of f",
-                visible_on: "velocity-dependent forces",
-            },
-            Fault { name: "half-force", what: "∂l_f/∂U halved", visible_on: "forced systems" },
+            Fault::new("left-for-right", "R*_U ∂l/∂U replaced by L*_U ∂l/∂U", "non-abelian groups"),
+            Fault::new("no-force-derivative", "∂l_f/∂η without the derivative of f", "velocity-dependent forces"),
+            Fault::new("half-force", "∂l_f/∂U halved", "forced systems"),
         ],
         cases: || cases().with_group().boxed(),
         check: |case, fault| settle_small(case, Check { case, fault, which: Which::Partials }, 9),

@@ -12,7 +12,26 @@ use crate::newton::{Equations, Failure, Newton, Settings};
 use crate::retraction::{Retraction, RetractionError, TangentPoint};
 use crate::scalar::{Dual, Real, Scalar};
 use crate::tableau::Tableau;
-use nalgebra::DMatrix;
+use nalgebra::{DMatrix, SMatrix};
+
+/// right + ε (wrong − right), the value of a subject with a fault of size ε planted in it; exactly `wrong` at ε = 1 and
+/// exactly `right` at ε = 0.
+pub fn blend<S: Scalar, const R: usize, const C: usize>(
+    right: SMatrix<S, R, C>,
+    wrong: SMatrix<S, R, C>,
+    size: f64,
+) -> SMatrix<S, R, C> {
+    right.zip_map(&wrong, |right, wrong| blend_scalar(right, wrong, size))
+}
+
+/// The same for one number.
+pub fn blend_scalar<S: Scalar>(right: S, wrong: S, size: f64) -> S {
+    match size {
+        0.0 => right,
+        1.0 => wrong,
+        _ => right + (wrong - right) * S::exact(size),
+    }
+}
 
 /// One wrong term in the step.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
