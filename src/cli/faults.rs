@@ -4,7 +4,7 @@ use super::progress::Bar;
 use super::table::{seconds, table};
 use super::verify::weight;
 use super::{Failure, Format, print};
-use euler_poincare::harness::{Fault, Law, catch_fault, draw, verdict_on};
+use euler_poincare::harness::{Cost, Fault, Law, catch_fault, catch_smallest, draw, verdict_on};
 use euler_poincare::laws::CaseLaw;
 use rayon::prelude::*;
 use serde_json::json;
@@ -14,6 +14,14 @@ use std::time::Instant;
 /// A fault that this many cases do not show is not caught.
 const CASES: usize = 100;
 
+/// How many cases of a law of this cost may show a fault of a smaller size.
+fn cases_for_size(cost: Cost) -> usize {
+    match cost {
+        Cost::Cheap => CASES,
+        Cost::Expensive => 5,
+    }
+}
+
 struct Catch {
     law: &'static str,
     fault: &'static Fault,
@@ -21,11 +29,13 @@ struct Catch {
     after: Option<usize>,
     /// How clearly: defect/bound of that case.
     ratio: Option<f64>,
+    /// k, where 10⁻ᵏ is the smallest size that is still caught; only if it was asked for.
+    smallest: Option<u32>,
     seconds: f64,
 }
 
 /// Plants each fault of `laws`, and prints after how many cases it is caught.
-pub fn run(laws: &[&'static CaseLaw], seed: u64, format: Format) -> Result<ExitCode, Failure> {
+pub fn run(laws: &[&'static CaseLaw], seed: u64, sizes: bool, format: Format) -> Result<ExitCode, Failure> {
     let groups: Vec<_> = laws.iter().map(|law| (law.name, law.faults.len(), weight(law.cost))).collect();
     let bar = Bar::new(&groups);
     let mut faults: Vec<_> =
@@ -35,10 +45,11 @@ pub fn run(laws: &[&'static CaseLaw], seed: u64, format: Format) -> Result<ExitC
     let caught = |(index, (law, fault)): &(usize, (&'static CaseLaw, &'static Fault))| {
         let start = Instant::now();
         let after = catch_fault(*law, fault, seed, CASES);
+        let smallest = if sizes { catch_smallest(*law, fault, seed, cases_for_size(law.cost)) } else { None };
         bar.advance(law.name);
         let seconds = start.elapsed().as_secs_f64();
         let ratio = after.and_then(|after| ratio(law, fault, seed, after - 1));
-        (*index, Catch { law: law.name, fault, after, ratio, seconds })
+        (*index, Catch { law: law.name, fault, after, ratio, smallest, seconds })
     };
     let mut catches: Vec<_> = faults.par_iter().with_max_len(1).map(caught).collect();
     bar.clear();
@@ -58,13 +69,14 @@ fn ratio(law: &CaseLaw, fault: &Fault, seed: u64, index: usize) -> Option<f64> {
 }
 
 fn text(catches: &[Catch]) -> String {
-    let mut table = table(&["law", "fault", "caught\nafter", "ratio", "time", "visible on"], 2..5);
+    let mut table = table(&["law", "fault", "caught\nafter", "ratio", "smallest", "time", "visible on"], 2..6);
     for catch in catches {
         table.add_row([
             catch.law.to_owned(),
             catch.fault.name.to_owned(),
             catch.after.map_or("never".to_owned(), |cases| cases.to_string()),
             catch.ratio.map(|ratio| format!("{ratio:.1e}")).unwrap_or_default(),
+            catch.smallest.map(|k| format!("1e-{k}")).unwrap_or_default(),
             seconds(catch.seconds),
             catch.fault.visible_on.to_owned(),
         ]);
@@ -83,6 +95,7 @@ fn object(catch: &Catch) -> serde_json::Value {
         "fault": catch.fault.name,
         "caught_after": catch.after,
         "ratio": catch.ratio,
+        "smallest_size": catch.smallest.map(|k| 10f64.powi(-(k as i32))),
         "seconds": catch.seconds,
     })
 }

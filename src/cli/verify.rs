@@ -42,6 +42,9 @@ pub struct Arguments {
     /// Instead of the campaign: plant each fault of the selected laws; each must be caught within 100 cases
     #[arg(long)]
     faults: bool,
+    /// With --faults: also find the smallest size of each fault, a power of ten, that is still caught
+    #[arg(long, requires = "faults")]
+    sizes: bool,
     /// Plant the fault FAULT in the selected laws that know it, to see them broken
     #[arg(long, value_name = "FAULT", conflicts_with = "faults")]
     plant: Option<String>,
@@ -52,7 +55,7 @@ pub fn run(arguments: Arguments) -> Result<ExitCode, Failure> {
     let pool = rayon::ThreadPoolBuilder::new().num_threads(arguments.jobs.map_or(0, usize::from)).build();
     let pool = pool.map_err(|error| Failure::Computation(format!("cannot start the threads: {error}")))?;
     if arguments.faults {
-        return pool.install(|| faults::run(&laws, arguments.seed, arguments.format));
+        return pool.install(|| faults::run(&laws, arguments.seed, arguments.sizes, arguments.format));
     }
     let subjects = subjects(laws, arguments.plant.as_deref())?;
     let start = Instant::now();

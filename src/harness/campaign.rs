@@ -153,3 +153,18 @@ pub fn catch_fault<C: Debug>(law: &dyn Law<C>, fault: &Fault, seed: u64, max_cas
         })
         .map(|index| index + 1)
 }
+
+/// The largest k ≤ 16 for which the fault of size 10⁻ᵏ is still caught within `max_cases`, by bisection; `None` if the
+/// whole fault is not.
+pub fn catch_smallest<C: Debug>(law: &dyn Law<C>, fault: &Fault, seed: u64, max_cases: usize) -> Option<u32> {
+    let caught = |k: u32| catch_fault(law, &fault.with_size(10f64.powi(-(k as i32))), seed, max_cases).is_some();
+    if !caught(0) {
+        return None;
+    }
+    let (mut caught_at, mut missed_at) = (0, 17);
+    while missed_at - caught_at > 1 {
+        let k = (caught_at + missed_at) / 2;
+        if caught(k) { caught_at = k } else { missed_at = k }
+    }
+    Some(caught_at)
+}

@@ -12,7 +12,7 @@ mod law;
 mod shrink;
 mod summary;
 
-pub use campaign::{Campaign, Progress, catch_fault};
+pub use campaign::{Campaign, Progress, catch_fault, catch_smallest};
 pub use draw::{Drawn, Tree, case_seed, draw};
 pub use guard::verdict_on;
 pub use law::{Cost, Fault, Law, Verdict};

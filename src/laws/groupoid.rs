@@ -36,7 +36,7 @@ pub const LAWS: &[CaseLaw] = &[
         cost: Cost::Cheap,
         faults: FAULTS,
         cases: || cases().with_group().boxed(),
-        check: |case, fault| settle(case, Check { case, fault, poisson: false }),
+        check: |case, fault| settle(case, fault, Check { case, fault, poisson: false }),
     },
     CaseLaw {
         name: "groupoid-poisson",
@@ -47,7 +47,7 @@ pub const LAWS: &[CaseLaw] = &[
         cost: Cost::Cheap,
         faults: FAULTS,
         cases: || cases().with_group().boxed(),
-        check: |case, fault| settle(case, Check { case, fault, poisson: true }),
+        check: |case, fault| settle(case, fault, Check { case, fault, poisson: true }),
     },
 ];
 

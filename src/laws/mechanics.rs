@@ -33,7 +33,7 @@ pub const LAWS: &[CaseLaw] = &[
             ),
         ],
         cases: || cases().with_group().forced().boxed(),
-        check: |case, fault| settle(case, Check { case, fault, which: Which::Coupling }),
+        check: |case, fault| settle(case, fault, Check { case, fault, which: Which::Coupling }),
     },
     CaseLaw {
         name: "doubled-antisymmetry",
@@ -47,7 +47,7 @@ pub const LAWS: &[CaseLaw] = &[
             Fault::new("time-shift", "k_f of the inverse arrow at t + ¼", "time-dependent forces"),
         ],
         cases: || cases().with_group().boxed(),
-        check: |case, fault| settle(case, Check { case, fault, which: Which::Doubled }),
+        check: |case, fault| settle(case, fault, Check { case, fault, which: Which::Doubled }),
     },
     CaseLaw {
         name: "doubled-partials",
@@ -62,7 +62,7 @@ pub const LAWS: &[CaseLaw] = &[
             Fault::new("half-force", "∂l_f/∂U halved", "forced systems"),
         ],
         cases: || cases().with_group().boxed(),
-        check: |case, fault| settle_small(case, Check { case, fault, which: Which::Partials }, 9),
+        check: |case, fault| settle_small(case, fault, Check { case, fault, which: Which::Partials }, 9),
     },
 ];
 

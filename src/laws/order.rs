@@ -6,6 +6,11 @@
 
 use super::CaseLaw;
 use super::integrators::{Subject, subject};
+use super::planted::retraction::Plant;
+use super::planted::step::{
+    FIRST_STAGE, FORCE_INDEX, FROM_LEFT, INVERSE_SECOND, INVERTED, NO_FORCE, NO_SECOND, NOT_TRANSPORTED, ORDER_TWO,
+    SWAPPED_SECOND,
+};
 use crate::algebra::Vector;
 use crate::harness::convergence::{CLEAR_OF_NOISE, Estimate, Level, estimate};
 use crate::harness::{Cost, Fault, Verdict};
@@ -18,9 +23,6 @@ use crate::system::{Case, System, Visitor, cases};
 use crate::tableau::{Description, Family, variational_order};
 use nalgebra::ComplexField;
 use proptest::strategy::{BoxedStrategy, Strategy};
-
-const NONABELIAN: &str = "non-abelian algebras, motions that are not steady";
-const FORCED: &str = "forced systems";
 
 const BOUND: &str = "a quarter: half the way to the point that is as near to the next integer";
 
@@ -44,28 +46,16 @@ pub const LAWS: &[CaseLaw] = &[
         bound: BOUND,
         cost: Cost::Expensive,
         faults: &[
-            Fault::new(
-                "inverse-second-tangent",
-                "the second tangent of τ⁻¹ in the place of that of τ (as printed)",
-                NONABELIAN,
-            ),
-            Fault::new("no-second-tangent", "ddτ left out of G_i", NONABELIAN),
-            Fault::new("swapped-second-tangent", "ddτ(δ, H) for ddτ(H, δ)", NONABELIAN),
-            Fault::new(
-                "force-index",
-                "K̂ of stage i for stage j in the stage equations (as printed)",
-                "forced systems, orders above 3",
-            ),
-            Fault::new("no-force-in-stages", "f left out of G_i", FORCED),
-            Fault::new(
-                "force-not-transported",
-                "Ad*_{τ(Ξ_j)⁻¹} left out of m",
-                "forced systems on non-abelian algebras",
-            ),
-            Fault::new("force-of-first-stage", "f(η_1) at every stage", "velocity-dependent forces, s ≥ 2"),
-            Fault::new("coadjoint-inverted", "μ' = Ad*_{τ(ξ)⁻¹} m", NONABELIAN),
-            Fault::new("attitude-from-left", "g' = τ(ξ) g", "non-abelian groups"),
-            Fault::new("attitude-order-two", "the momentum is right, g' = g τ(h (l')⁻¹((μ + μ')/2))", "orders above 2"),
+            INVERSE_SECOND,
+            NO_SECOND,
+            SWAPPED_SECOND,
+            FORCE_INDEX,
+            NO_FORCE,
+            NOT_TRANSPORTED,
+            FIRST_STAGE,
+            INVERTED,
+            FROM_LEFT,
+            ORDER_TWO,
         ],
         cases: forced,
         check: |case, fault| judge(case, fault, Which::Order),
@@ -77,15 +67,7 @@ pub const LAWS: &[CaseLaw] = &[
         oracle: "the energy of the state; the work from the stages",
         bound: BOUND,
         cost: Cost::Expensive,
-        faults: &[
-            Fault::new("no-force-in-stages", "f left out of G_i", FORCED),
-            Fault::new(
-                "force-not-transported",
-                "Ad*_{τ(Ξ_j)⁻¹} left out of m",
-                "forced systems on non-abelian algebras",
-            ),
-            Fault::new("no-second-tangent", "ddτ left out of G_i", NONABELIAN),
-        ],
+        faults: &[NO_FORCE, NOT_TRANSPORTED, NO_SECOND],
         cases: forced,
         check: |case, fault| judge(case, fault, Which::Balance),
     },
@@ -112,7 +94,7 @@ enum Which {
 }
 
 fn judge(case: &Case, fault: Option<&Fault>, which: Which) -> Verdict {
-    match case.dispatch::<Dd, _>(Study { fault, which }) {
+    match case.dispatch_with::<Dd, _>(&Plant(fault), Study { fault, which }) {
         Ok(verdict) => verdict,
         Err(e) => Verdict::broken(format!("a generated case cannot be built: {e}")),
     }

@@ -6,7 +6,8 @@
 //! allows. A defect that does not shrink with u is an error: if it is ε in both scalars then a32 / a64 = 2⁵¹. An error in
 //! one scalar only (a series cut too early, a switch at the wrong place) shows as well.
 
-use crate::harness::Verdict;
+use super::planted::retraction::Plant;
+use crate::harness::{Fault, Verdict};
 use crate::retraction::Retraction;
 use crate::scalar::{Dd, Real};
 use crate::system::{Case, System, Visitor};
@@ -56,13 +57,14 @@ impl Measured {
     }
 }
 
-/// The verdict from the two evaluations of `visitor` on `case`.
-pub fn settle<V>(case: &Case, visitor: V) -> Verdict
+/// The verdict from the two evaluations of `visitor` on `case`, with the fault planted in its retraction if it is one of
+/// [`retraction::ALL`](super::planted::retraction::ALL).
+pub fn settle<V>(case: &Case, fault: Option<&Fault>, visitor: V) -> Verdict
 where
     V: Visitor<f64, Output = Measured> + Visitor<Dd, Output = Measured> + Clone,
 {
-    let double = case.dispatch::<f64, V>(visitor.clone());
-    let quad = case.dispatch::<Dd, V>(visitor);
+    let double = case.dispatch_with::<f64, V>(&Plant(fault), visitor.clone());
+    let quad = case.dispatch_with::<Dd, V>(&Plant(fault), visitor);
     match (double, quad) {
         (Ok(double), Ok(quad)) => compare(double, quad),
         (Err(e), _) | (_, Err(e)) => Verdict::broken(format!("a generated case cannot be built: {e}")),
@@ -89,13 +91,13 @@ fn compare(double: Measured, quad: Measured) -> Verdict {
 
 /// The same, with the 32 digits left out when s N, the number of unknowns of a step, is above `most`: there a step in
 /// 32 digits costs too much for a law that runs on every case, and the floor alone is the bound.
-pub fn settle_small<V>(case: &Case, visitor: V, most: usize) -> Verdict
+pub fn settle_small<V>(case: &Case, fault: Option<&Fault>, visitor: V, most: usize) -> Verdict
 where
     V: Visitor<f64, Output = Measured> + Visitor<Dd, Output = Measured> + Clone,
 {
     match case.dispatch::<f64, _>(Unknowns) {
-        Ok(unknowns) if unknowns <= most => settle(case, visitor),
-        Ok(_) => match case.dispatch::<f64, V>(visitor) {
+        Ok(unknowns) if unknowns <= most => settle(case, fault, visitor),
+        Ok(_) => match case.dispatch_with::<f64, V>(&Plant(fault), visitor) {
             Ok(double) => alone(double),
             Err(e) => Verdict::broken(format!("a generated case cannot be built: {e}")),
         },

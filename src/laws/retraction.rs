@@ -3,11 +3,15 @@
 //! The oracle of every tangent is the derivative of τ (or of the tangent below it) on dual numbers.
 
 use super::CaseLaw;
+use super::planted::retraction::{
+    ADJOINT_INVERTED, BERNOULLI, CUT_INVERSE, RIGHT_TANGENT, SECOND_MISSING, SECOND_OF_INVERSE, SECOND_SIGN,
+    SECOND_SWAPPED, SHIFTED,
+};
 use super::precision::{Measured, settle};
 use super::probe::Probe;
 use crate::algebra::{Matrix, Vector};
 use crate::group::LieGroup;
-use crate::harness::{Cost, Fault};
+use crate::harness::Cost;
 use crate::retraction::{Retraction, RetractionError, TangentPoint};
 use crate::scalar::dual::derivative;
 use crate::scalar::{Real, Scalar};
@@ -27,13 +31,9 @@ pub const LAWS: &[CaseLaw] = &[
         oracle: "the matrix product",
         bound: BOUND,
         cost: Cost::Cheap,
-        faults: &[Fault::new(
-            "shifted-argument",
-            "τ(ξ) replaced by τ(ξ + ½|ξ|² e_1): still a retraction, but τ(−ξ) ≠ τ(ξ)⁻¹",
-            "every group",
-        )],
+        faults: &[SHIFTED],
         cases: || cases().with_group().boxed(),
-        check: |case, fault| settle(case, Check { case, fault, which: Which::Inverse }),
+        check: |case, fault| settle(case, fault, Check { case, which: Which::Inverse }),
     },
     CaseLaw {
         name: "retraction-logarithm",
@@ -42,13 +42,9 @@ pub const LAWS: &[CaseLaw] = &[
         oracle: "composition of two separate algorithms",
         bound: BOUND,
         cost: Cost::Cheap,
-        faults: &[Fault::new(
-            "first-order-inverse",
-            "τ⁻¹(g) replaced by (½(g − g⁻¹))^∨",
-            "groups whose algebra is not two-step nilpotent in the representation",
-        )],
+        faults: &[CUT_INVERSE],
         cases: || cases().with_group().boxed(),
-        check: |case, fault| settle(case, Check { case, fault, which: Which::Logarithm }),
+        check: |case, fault| settle(case, fault, Check { case, which: Which::Logarithm }),
     },
     CaseLaw {
         name: "retraction-tangent",
@@ -57,13 +53,9 @@ pub const LAWS: &[CaseLaw] = &[
         oracle: DUALS,
         bound: BOUND,
         cost: Cost::Cheap,
-        faults: &[Fault::new(
-            "right-trivialised",
-            "dτ_ξ replaced by dτ_{−ξ}, the right-trivialised tangent",
-            "non-abelian algebras",
-        )],
+        faults: &[SHIFTED, RIGHT_TANGENT],
         cases: || cases().with_group().boxed(),
-        check: |case, fault| settle(case, Check { case, fault, which: Which::Tangent }),
+        check: |case, fault| settle(case, fault, Check { case, which: Which::Tangent }),
     },
     CaseLaw {
         name: "retraction-inverse-tangent",
@@ -72,13 +64,9 @@ pub const LAWS: &[CaseLaw] = &[
         oracle: "the matrix product",
         bound: BOUND,
         cost: Cost::Cheap,
-        faults: &[Fault::new(
-            "truncated-bernoulli",
-            "dτ⁻¹ replaced by 1 + ½ ad + ad²/12, the Bernoulli series of exp cut after B₂",
-            "algebras that are not three-step nilpotent",
-        )],
+        faults: &[RIGHT_TANGENT, BERNOULLI],
         cases: || cases().boxed(),
-        check: |case, fault| settle(case, Check { case, fault, which: Which::InverseTangent }),
+        check: |case, fault| settle(case, fault, Check { case, which: Which::InverseTangent }),
     },
     CaseLaw {
         name: "retraction-second-tangent",
@@ -87,18 +75,9 @@ pub const LAWS: &[CaseLaw] = &[
         oracle: DUALS,
         bound: BOUND,
         cost: Cost::Cheap,
-        faults: &[
-            Fault::new("missing", "ddτ replaced by 0", "non-abelian algebras"),
-            Fault::new("sign", "ddτ replaced by −ddτ", "non-abelian algebras"),
-            Fault::new("swapped", "ddτ(η, δ) replaced by ddτ(δ, η)", "non-abelian algebras"),
-            Fault::new(
-                "of-the-inverse",
-                "the second tangent of τ⁻¹ in its place (erratum to §5.2)",
-                "non-abelian algebras",
-            ),
-        ],
+        faults: &[SECOND_MISSING, SECOND_SIGN, SECOND_SWAPPED, SECOND_OF_INVERSE],
         cases: || cases().boxed(),
-        check: |case, fault| settle(case, Check { case, fault, which: Which::SecondTangent }),
+        check: |case, fault| settle(case, fault, Check { case, which: Which::SecondTangent }),
     },
     CaseLaw {
         name: "retraction-adjoint",
@@ -107,9 +86,9 @@ pub const LAWS: &[CaseLaw] = &[
         oracle: "conjugation of the basis by the matrix τ(ξ)",
         bound: BOUND,
         cost: Cost::Cheap,
-        faults: &[Fault::new("inverted", "Ad_{τ(ξ)} and its inverse exchanged", "non-abelian algebras")],
+        faults: &[SHIFTED, ADJOINT_INVERTED],
         cases: || cases().with_group().boxed(),
-        check: |case, fault| settle(case, Check { case, fault, which: Which::Adjoint }),
+        check: |case, fault| settle(case, fault, Check { case, which: Which::Adjoint }),
     },
 ];
 
@@ -126,7 +105,6 @@ enum Which {
 #[derive(Clone, Copy)]
 struct Check<'a> {
     case: &'a Case,
-    fault: Option<&'a Fault>,
     which: Which,
 }
 
@@ -135,7 +113,7 @@ impl<T: Real> Visitor<T> for Check<'_> {
 
     fn visit<const N: usize, const D: usize, R: Retraction<T, N, D>>(self, system: System<T, N, D, R>) -> Measured {
         let mut probe = Probe::new(self.case, 1);
-        let subject = Subject { system: &system, fault: self.fault };
+        let subject = Subject { system: &system };
         let size = probe.power_of_two::<T>(-30, if matches!(self.which, Which::Logarithm) { -3 } else { 2 });
         let x = probe.vector::<T, N>() * size;
         let (y, delta) = (probe.vector::<T, N>(), probe.vector::<T, N>());
@@ -157,21 +135,11 @@ impl<T: Real> Visitor<T> for Check<'_> {
 
 struct Subject<'a, T: Real, const N: usize, const D: usize, R> {
     system: &'a System<T, N, D, R>,
-    fault: Option<&'a Fault>,
 }
 
 impl<T: Real, const N: usize, const D: usize, R: Retraction<T, N, D>> Subject<'_, T, N, D, R> {
-    fn planted(&self, name: &str) -> bool {
-        Fault::planted(self.fault, name)
-    }
-
     fn tau<S: Scalar<Base = T>>(&self, x: &Vector<S, N>) -> Result<Matrix<S, D>, RetractionError> {
-        let mut x = *x;
-        if self.planted("shifted-argument") {
-            let shift = x.dot(&x) * S::half();
-            x[0] += shift;
-        }
-        self.system.retraction.tau(&x)
+        self.system.retraction.tau(x)
     }
 
     fn inverse(&self, x: &Vector<T, N>) -> Result<Measured, RetractionError> {
@@ -181,15 +149,7 @@ impl<T: Real, const N: usize, const D: usize, R: Retraction<T, N, D>> Subject<'_
 
     fn logarithm(&self, x: &Vector<T, N>) -> Result<Measured, RetractionError> {
         let g = self.tau(x)?;
-        let Some(group) = &self.system.group else {
-            return Err(RetractionError::NoGroup { retraction: "law" });
-        };
-        let back = if self.planted("first-order-inverse") {
-            let inverse = group.inverse(&g).ok_or(RetractionError::NoGroup { retraction: "law" })?;
-            group.vee(&((g - inverse) * T::half()))
-        } else {
-            self.system.retraction.tau_inv(&g)?
-        };
+        let back = self.system.retraction.tau_inv(&g)?;
         // g − 1 carries an absolute error u; x is recovered to u relative to 1, not to |x|.
         Ok(near(&back, x, x.amax().max(T::one()), x))
     }
@@ -199,7 +159,7 @@ impl<T: Real, const N: usize, const D: usize, R: Retraction<T, N, D>> Subject<'_
             return Err(RetractionError::NoGroup { retraction: "law" });
         };
         let point = self.system.retraction.at(x)?;
-        let d = if self.planted("right-trivialised") { point.d_neg() } else { *point.d() };
+        let d = point.d();
         let oracle = derivative(|x| self.tau(x), x, delta)?;
         let g = self.tau(x)?;
         let velocity = d * delta;
@@ -209,12 +169,7 @@ impl<T: Real, const N: usize, const D: usize, R: Retraction<T, N, D>> Subject<'_
 
     fn inverse_tangent(&self, x: &Vector<T, N>) -> Result<Measured, RetractionError> {
         let point = self.system.retraction.at(x)?;
-        let inverse = if self.planted("truncated-bernoulli") {
-            let ad = self.system.algebra.ad(x);
-            Matrix::identity() + ad * T::half() + ad * ad * T::ratio(1, 12)
-        } else {
-            *point.d_inv()
-        };
+        let inverse = point.d_inv();
         let product = inverse * point.d();
         Ok(near(&product, &Matrix::identity(), inverse.amax() * point.d().amax(), x))
     }
@@ -226,13 +181,7 @@ impl<T: Real, const N: usize, const D: usize, R: Retraction<T, N, D>> Subject<'_
         delta: &Vector<T, N>,
     ) -> Result<Measured, RetractionError> {
         let point = self.system.retraction.at(x)?;
-        let column = match self.fault.map(|f| f.name) {
-            Some("missing") => Vector::zeros(),
-            Some("sign") => -(point.dd(y) * delta),
-            Some("swapped") => point.dd(delta) * y,
-            Some("of-the-inverse") => -(point.d() * point.dd(&(point.d_inv() * y)) * delta),
-            _ => point.dd(y) * delta,
-        };
+        let column = point.dd(y) * delta;
         let oracle = derivative(
             |x| Ok::<_, RetractionError>(self.system.retraction.at(x)?.d() * y.map(crate::scalar::Dual::constant)),
             x,
@@ -256,8 +205,7 @@ impl<T: Real, const N: usize, const D: usize, R: Retraction<T, N, D>> Subject<'_
         let (Some(ad), Some(ad_inv)) = (group.adjoint(&g), group.adjoint(&back)) else {
             return Ok(Measured::Broken("τ(ξ) is a singular matrix".into()));
         };
-        let (mine, mine_inv) =
-            if self.planted("inverted") { (point.ad_inv(), point.ad()) } else { (point.ad(), point.ad_inv()) };
+        let (mine, mine_inv) = (point.ad(), point.ad_inv());
         let size = g.amax() * back.amax();
         Ok(near(&mine, &ad, size.max(ad.amax()), x).and(near(&mine_inv, &ad_inv, size.max(ad_inv.amax()), x)))
     }

@@ -52,6 +52,29 @@ pub trait Visitor<T: Real> {
     fn visit<const N: usize, const D: usize, R: Retraction<T, N, D>>(self, system: System<T, N, D, R>) -> Self::Output;
 }
 
+/// What is done to the retraction of a system before it is handed on: laws put a spoilt one in its place.
+pub trait Wrap {
+    /// The type of the result.
+    type Wrapped<T: Real, const N: usize, const D: usize, R: Retraction<T, N, D>>: Retraction<T, N, D>;
+
+    /// Does it.
+    fn wrap<T: Real, const N: usize, const D: usize, R: Retraction<T, N, D>>(
+        &self,
+        retraction: R,
+    ) -> Self::Wrapped<T, N, D, R>;
+}
+
+/// Nothing.
+struct AsItIs;
+
+impl Wrap for AsItIs {
+    type Wrapped<T: Real, const N: usize, const D: usize, R: Retraction<T, N, D>> = R;
+
+    fn wrap<T: Real, const N: usize, const D: usize, R: Retraction<T, N, D>>(&self, retraction: R) -> R {
+        retraction
+    }
+}
+
 /// Builds and does nothing.
 struct Build;
 
@@ -67,14 +90,29 @@ impl Case {
     /// # Errors
     /// A [`CaseError`] that says where and what is allowed, when any part cannot be built.
     pub fn dispatch<T: Real, V: Visitor<T>>(&self, visitor: V) -> Result<V::Output, CaseError> {
+        self.dispatch_with(&AsItIs, visitor)
+    }
+
+    /// The same with the retraction wrapped.
+    ///
+    /// # Errors
+    /// Those of [`Case::dispatch`].
+    pub fn dispatch_with<T: Real, V: Visitor<T>>(&self, wrap: &impl Wrap, visitor: V) -> Result<V::Output, CaseError> {
         if self.algebra.structure == Structure::Named(Entry::So3) && self.algebra.basis.is_none() {
-            let retraction = |_: &LieAlgebra<T, 3>, _: &Option<MatrixGroup<T, 3, 3>>, tau| Ok(So3Retraction::new(tau));
+            let retraction = |_: &LieAlgebra<T, 3>, _: &Option<MatrixGroup<T, 3, 3>>, tau| {
+                Ok(wrap.wrap::<T, 3, 3, _>(So3Retraction::new(tau)))
+            };
             return self.assemble::<T, 3, 3, _>(retraction).map(|system| visitor.visit(system));
         }
         macro_rules! door {
             ($($n:literal => $d:literal),*) => {
                 match self.dimension() {
-                    $($n => self.assemble::<T, $n, $d, _>(general).map(|system| visitor.visit(system)),)*
+                    $($n => {
+                        let retraction = |algebra: &_, group: &_, tau| {
+                            Ok(wrap.wrap::<T, $n, $d, _>(general(algebra, group, tau)?))
+                        };
+                        self.assemble::<T, $n, $d, _>(retraction).map(|system| visitor.visit(system))
+                    })*
                     n => Err(Place::root().key("algebra").error(Problem::Range {
                         found: format!("of dimension {n}"),
                         allowed: format!("dimension 1 to {MAX_DIMENSION}"),

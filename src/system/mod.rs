@@ -17,7 +17,7 @@ mod shrink;
 mod so3;
 
 pub use case::Case;
-pub use dispatch::{System, Visitor};
+pub use dispatch::{System, Visitor, Wrap};
 pub use document::ScalarName;
 pub use error::{CaseError, Place, Problem};
 pub use file::{FileError, SystemFile};

@@ -6,32 +6,14 @@
 //! agree to round-off, which is a law of its own.
 
 use crate::algebra::{Covector, Matrix, Vector};
+use crate::harness::Fault;
 use crate::integrators::{OneStep, Report, Solver, State, StepError};
 use crate::mechanics::{Force, Lagrangian};
 use crate::newton::{Equations, Failure, Newton, Settings};
 use crate::retraction::{Retraction, RetractionError, TangentPoint};
 use crate::scalar::{Dual, Real, Scalar};
 use crate::tableau::Tableau;
-use nalgebra::{DMatrix, SMatrix};
-
-/// right + ε (wrong − right), the value of a subject with a fault of size ε planted in it; exactly `wrong` at ε = 1 and
-/// exactly `right` at ε = 0.
-pub fn blend<S: Scalar, const R: usize, const C: usize>(
-    right: SMatrix<S, R, C>,
-    wrong: SMatrix<S, R, C>,
-    size: f64,
-) -> SMatrix<S, R, C> {
-    right.zip_map(&wrong, |right, wrong| blend_scalar(right, wrong, size))
-}
-
-/// The same for one number.
-pub fn blend_scalar<S: Scalar>(right: S, wrong: S, size: f64) -> S {
-    match size {
-        0.0 => right,
-        1.0 => wrong,
-        _ => right + (wrong - right) * S::exact(size),
-    }
-}
+use nalgebra::DMatrix;
 
 /// One wrong term in the step.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
@@ -67,6 +49,86 @@ pub enum StepFault {
     /// g' = g τ(h (l')⁻¹((μ + μ')/2)): the momentum is right, the attitude of order 2.
     AttitudeOrderTwo,
 }
+
+const NONABELIAN: &str = "non-abelian algebras, motions that are not steady";
+const FORCED: &str = "forced systems";
+
+/// [`StepFault::ChartTrap`].
+pub const CHART: Fault = Fault::new(
+    "chart-trap",
+    "the partitioned method in the chart, μ' = (μ + h Σ b G) dτ(ξ)⁻¹: same order, another method",
+    NONABELIAN,
+);
+/// [`StepFault::ForceIndex`].
+pub const FORCE_INDEX: Fault = Fault::new(
+    "force-index",
+    "K̂ of stage i for stage j in the stage equations (as printed)",
+    "forced systems, s ≥ 2; in the order, orders above 3",
+);
+/// [`StepFault::Unconjugated`].
+pub const UNCONJUGATED: Fault = Fault::new(
+    "unconjugated",
+    "a_ij for its conjugate",
+    "tableaux that are not symplectic; forced or non-abelian systems",
+);
+/// [`StepFault::NoSecondTangent`].
+pub const NO_SECOND: Fault = Fault::new("no-second-tangent", "ddτ left out of G_i", NONABELIAN);
+/// [`StepFault::InverseSecondTangent`].
+pub const INVERSE_SECOND: Fault = Fault::new(
+    "inverse-second-tangent",
+    "the second tangent of τ⁻¹ in the place of that of τ (as printed)",
+    NONABELIAN,
+);
+/// [`StepFault::SwappedSecondTangent`].
+pub const SWAPPED_SECOND: Fault = Fault::new("swapped-second-tangent", "ddτ(δ, H) for ddτ(H, δ)", NONABELIAN);
+/// [`StepFault::NoForceInStages`].
+pub const NO_FORCE: Fault = Fault::new("no-force-in-stages", "f left out of G_i", FORCED);
+/// [`StepFault::ForceNotTransported`].
+pub const NOT_TRANSPORTED: Fault =
+    Fault::new("force-not-transported", "Ad*_{τ(Ξ_j)⁻¹} left out of m", "forced systems on non-abelian algebras");
+/// [`StepFault::ForceOfFirstStage`].
+pub const FIRST_STAGE: Fault =
+    Fault::new("force-of-first-stage", "f(η_1) at every stage", "velocity-dependent forces, s ≥ 2");
+/// [`StepFault::ForceTime`].
+pub const FORCE_TIME: Fault =
+    Fault::new("force-time", "f at the time of the step's start at every stage", "time-dependent forces");
+/// [`StepFault::NoStepTangent`].
+pub const NO_STEP: Fault = Fault::new("no-step-tangent", "dτ(−ξ) left out of the stage equations", NONABELIAN);
+/// [`StepFault::CoadjointInverted`].
+pub const INVERTED: Fault = Fault::new("coadjoint-inverted", "μ' = Ad*_{τ(ξ)⁻¹} m", NONABELIAN);
+/// [`StepFault::CoadjointHalved`].
+pub const HALVED: Fault = Fault::new("coadjoint-halved", "μ' = m dτ(−ξ), without dτ(ξ)⁻¹", NONABELIAN);
+/// [`StepFault::AttitudeFromLeft`].
+pub const FROM_LEFT: Fault = Fault::new(
+    "attitude-from-left",
+    "g' = τ(ξ) g",
+    "non-abelian groups, after a step or from an attitude that is not e",
+);
+/// [`StepFault::AttitudeOrderTwo`].
+pub const ORDER_TWO: Fault = Fault::new(
+    "attitude-order-two",
+    "g' = g τ(h (l')⁻¹((μ + μ')/2))",
+    "motions that are not steady; in the order, orders above 2",
+);
+
+/// What each of these faults spoils.
+pub const ALL: [(Fault, StepFault); 15] = [
+    (CHART, StepFault::ChartTrap),
+    (FORCE_INDEX, StepFault::ForceIndex),
+    (UNCONJUGATED, StepFault::Unconjugated),
+    (NO_SECOND, StepFault::NoSecondTangent),
+    (INVERSE_SECOND, StepFault::InverseSecondTangent),
+    (SWAPPED_SECOND, StepFault::SwappedSecondTangent),
+    (NO_FORCE, StepFault::NoForceInStages),
+    (NOT_TRANSPORTED, StepFault::ForceNotTransported),
+    (FIRST_STAGE, StepFault::ForceOfFirstStage),
+    (FORCE_TIME, StepFault::ForceTime),
+    (NO_STEP, StepFault::NoStepTangent),
+    (INVERTED, StepFault::CoadjointInverted),
+    (HALVED, StepFault::CoadjointHalved),
+    (FROM_LEFT, StepFault::AttitudeFromLeft),
+    (ORDER_TWO, StepFault::AttitudeOrderTwo),
+];
 
 /// The plain step of a system, with or without a fault.
 #[derive(Clone, Debug)]
