@@ -78,6 +78,21 @@ pub trait DoubledLagrangian<T: Real, const N: usize, const D: usize> {
         newton_velocities(self, t, lambda, u, mu)
     }
 
+    /// The second derivatives in the velocities, N×N blocks by columns: of (∂l/∂η, ∂l/∂ψ) along η, then along ψ; by dual
+    /// numbers unless overridden.
+    ///
+    /// # Errors
+    /// As for [`DoubledLagrangian::value`].
+    fn velocity_hessian(
+        &self,
+        t: T,
+        eta: &Vector<T, N>,
+        u: &Matrix<T, D>,
+        psi: &Vector<T, N>,
+    ) -> Result<Both<Both<Matrix<T, N>>>, RetractionError> {
+        velocity_hessian_by_duals(self, t, eta, u, psi)
+    }
+
     /// All partial derivatives; by dual numbers unless overridden.
     ///
     /// # Errors
@@ -126,7 +141,7 @@ pub fn partials_by_duals<T: Real, S: Scalar<Base = T>, const N: usize, const D: 
 const MAX_ITERATIONS: usize = 40;
 
 /// The first and the second copy's components.
-type Both<V> = (V, V);
+pub type Both<V> = (V, V);
 
 fn newton_velocities<T: Real, const N: usize, const D: usize>(
     doubled: &(impl DoubledLagrangian<T, N, D> + ?Sized),
@@ -159,8 +174,11 @@ fn newton_velocities<T: Real, const N: usize, const D: usize>(
     Err(LegendreError::NotConverged { residual: size.to_f64(), iterations: MAX_ITERATIONS }.into())
 }
 
-/// The second derivatives of **l** in the velocities, N×N blocks by columns: of (∂l/∂η, ∂l/∂ψ) along η, then along ψ.
-pub(super) fn velocity_hessian<T: Real, const N: usize, const D: usize>(
+/// [`DoubledLagrangian::velocity_hessian`] from the partial derivatives on dual numbers.
+///
+/// # Errors
+/// Those of the partial derivatives.
+pub fn velocity_hessian_by_duals<T: Real, const N: usize, const D: usize>(
     doubled: &(impl DoubledLagrangian<T, N, D> + ?Sized),
     t: T,
     eta: &Vector<T, N>,
@@ -194,7 +212,7 @@ fn newton_step<T: Real, const N: usize, const D: usize>(
     psi: &Vector<T, N>,
     (r, s): Both<Vector<T, N>>,
 ) -> Result<Both<Vector<T, N>>, VelocityError> {
-    let ((a, c), (b, d)) = velocity_hessian(doubled, t, eta, u, psi)?;
+    let ((a, c), (b, d)) = doubled.velocity_hessian(t, eta, u, psi)?;
     let (a, b) = (-a, -b);
     let singular = || LegendreError::Singular { velocity: eta.iter().chain(psi).map(|v| v.to_f64()).collect() };
     let inverse = elimination::inverse(&a).ok_or_else(singular)?;
@@ -308,6 +326,30 @@ where
         let eta = self.lagrangian.velocity(lambda, &Vector::zeros())?;
         let psi = self.lagrangian.velocity(mu, &eta)?;
         Ok((eta, psi))
+    }
+
+    /// The two velocities do not mix: ∂²l/∂η² = −l''(η) + ½ ⟨f''(η)(·,·), x⟩, ∂²l/∂ψ² = l''(ψ) + ½ ⟨f''(ψ)(·,·), x⟩.
+    fn velocity_hessian(
+        &self,
+        t: T,
+        eta: &Vector<T, N>,
+        u: &Matrix<T, D>,
+        psi: &Vector<T, N>,
+    ) -> Result<Both<Both<Matrix<T, N>>>, RetractionError> {
+        let x = self.retraction.tau_inv(u)?;
+        let lifted = x.map(Dual::constant);
+        let second = |eta: &Vector<T, N>| {
+            let mut second = Matrix::<T, N>::zeros();
+            for a in 0..N {
+                let mut moved = eta.map(Dual::constant);
+                moved[a].eps = T::one();
+                let column = force_derivative(&self.force, Dual::constant(t), &moved, &lifted);
+                second.set_column(a, &column.map(|v| v.eps * T::half()).transpose());
+            }
+            second
+        };
+        let (first, last) = (second(eta) - self.lagrangian.hessian(eta), second(psi) + self.lagrangian.hessian(psi));
+        Ok(((first, Matrix::zeros()), (Matrix::zeros(), last)))
     }
 
     /// In closed form, with x = τ⁻¹(U) and F = f(t, η) + f(t, ψ): L*_U ∂l/∂U = ½ F dτ_x⁻¹, R*_U = Ad*_{U⁻¹} L*_U,

@@ -4,7 +4,7 @@
 //! (Martín de Diego and Sato Martín de Almagro 2019, Theorem 3.1).
 
 use super::LegendreError;
-use super::doubled::{DoubledLagrangian, VelocityError, velocity_hessian};
+use super::doubled::{DoubledLagrangian, VelocityError};
 use crate::algebra::elimination::power_of_two;
 use crate::algebra::{Covector, LieAlgebra, Matrix, Vector};
 use crate::retraction::RetractionError;
@@ -83,7 +83,7 @@ pub fn rates<T: Real, const N: usize, const D: usize>(
 ) -> Result<EulerLagrangeRates<T, N, D>, VelocityError> {
     let zero = Vector::zeros();
     let (first, second) = residual(doubled, algebra, t, eta, u, psi, &zero, &zero)?;
-    let ((a, c), (b, d)) = velocity_hessian(doubled, t, eta, u, psi)?;
+    let ((a, c), (b, d)) = doubled.velocity_hessian(t, eta, u, psi)?;
     let hessian = DMatrix::from_fn(2 * N, 2 * N, |i, j| {
         let block = [[&a, &b], [&c, &d]][i / N][j / N];
         block[(i % N, j % N)]

@@ -1,0 +1,200 @@
+//! The exact discrete Lagrangian, l_d^e(V, U, W) = ∫₀ʰ **l**(t; η, U, ψ) dt along a solution.
+//!
+//! Where the solution starts is given, not where it ends: from (η₀, U₀, ψ₀) the Euler–Lagrange equations, both
+//! reconstructions V = τ(X), Ẋ = dτ_X⁻¹η, W = τ(Y), Ẏ = dτ_Y⁻¹ψ and the action are integrated together, and l_d^e is
+//! known at (V(h), U₀, W(h)) without a boundary-value problem (Martín de Diego and Sato Martín de Almagro 2019, §5.1).
+
+use crate::algebra::{LieAlgebra, Matrix, Vector};
+use crate::mechanics::doubled::{DoubledLagrangian, VelocityError};
+use crate::mechanics::euler_lagrange::rates;
+use crate::retraction::{Retraction, RetractionError, TangentPoint};
+use crate::scalar::Real;
+use crate::tableau::{Family, Tableau, TableauError};
+
+/// Sweeps of the collocation equations.
+const MAX_SWEEPS: usize = 200;
+
+/// Why a solution could not be followed.
+#[derive(Clone, Debug, PartialEq, thiserror::Error)]
+pub enum ExactError {
+    /// The equations could not be evaluated.
+    #[error("the Euler–Lagrange equations at t = {time:e}: {source}")]
+    Equations {
+        /// The time of the point.
+        time: f64,
+        /// What failed.
+        source: VelocityError,
+    },
+    /// The collocation equations did not contract to round-off.
+    #[error("the collocation equations over {step:e} did not converge: change {change:e} after {sweeps} sweeps")]
+    NotConverged {
+        /// The step.
+        step: f64,
+        /// The last change, relative to the solution.
+        change: f64,
+        /// Sweeps done.
+        sweeps: usize,
+    },
+    /// There are no collocation nodes for this number of stages.
+    #[error(transparent)]
+    Tableau(#[from] TableauError),
+}
+
+/// A point of a solution, with what has been gathered since it started.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Reached<T: Real, const N: usize, const D: usize> {
+    /// t.
+    pub time: T,
+    /// η.
+    pub eta: Vector<T, N>,
+    /// U = g⁻¹g̃ = V⁻¹U₀W.
+    pub u: Matrix<T, D>,
+    /// ψ.
+    pub psi: Vector<T, N>,
+    /// X = τ⁻¹(V).
+    pub x: Vector<T, N>,
+    /// Y = τ⁻¹(W).
+    pub y: Vector<T, N>,
+    /// V = g(t₀)⁻¹ g(t).
+    pub v: Matrix<T, D>,
+    /// W = g̃(t₀)⁻¹ g̃(t).
+    pub w: Matrix<T, D>,
+    /// ∫ **l** dt since t₀.
+    pub action: T,
+}
+
+/// Where a solution starts.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Start<T: Real, const N: usize, const D: usize> {
+    /// t₀.
+    pub time: T,
+    /// η₀.
+    pub eta: Vector<T, N>,
+    /// U₀ = g̃₀ relative to g₀.
+    pub u: Matrix<T, D>,
+    /// ψ₀.
+    pub psi: Vector<T, N>,
+}
+
+/// Follows solutions of a doubled Lagrangian by Gauss collocation of order 2s, iterated to round-off.
+#[derive(Clone, Debug)]
+pub struct ExactSolution<T: Real, const N: usize, L, R> {
+    doubled: L,
+    retraction: R,
+    gauss: Tableau<T>,
+    algebra: LieAlgebra<T, N>,
+}
+
+impl<T: Real, const N: usize, L, R> ExactSolution<T, N, L, R> {
+    /// Solutions of `doubled`, by collocation with `stages` nodes a step; τ is the chart for V and W.
+    ///
+    /// # Errors
+    /// No Gauss tableau with that many stages.
+    pub fn new<const D: usize>(doubled: L, retraction: R, stages: usize) -> Result<Self, ExactError>
+    where
+        R: Retraction<T, N, D>,
+    {
+        let algebra = retraction.algebra().clone();
+        Ok(Self { doubled, retraction, gauss: Family::Gauss.tableau(stages)?, algebra })
+    }
+
+    /// The points of the solution at the times t₀ + h for each of `times`, one step between neighbours.
+    ///
+    /// # Errors
+    /// The equations cannot be evaluated on the way, V or W leaves the domain of the chart, or a step is too long for
+    /// the iteration to contract.
+    pub fn at<const D: usize>(&self, start: &Start<T, N, D>, times: &[T]) -> Result<Vec<Reached<T, N, D>>, ExactError>
+    where
+        L: DoubledLagrangian<T, N, D>,
+        R: Retraction<T, N, D>,
+    {
+        let velocities = start.eta.iter().chain(&start.psi).copied();
+        let mut state: Vec<T> = velocities.chain(std::iter::repeat_n(T::zero(), 2 * N + 1)).collect();
+        let mut passed = T::zero();
+        let mut reached = Vec::with_capacity(times.len());
+        for &time in times {
+            let rate = &mut |t: T, state: &[T]| self.rate(start, t, state);
+            collocate(&self.gauss, start.time + passed, time - passed, &mut state, rate)?;
+            passed = time;
+            reached.push(self.point(start, start.time + time, &state)?.0);
+        }
+        Ok(reached)
+    }
+
+    /// The point with the coordinates (η, ψ, X, Y, action), and dτ⁻¹ at X and Y.
+    fn point<const D: usize>(
+        &self,
+        start: &Start<T, N, D>,
+        t: T,
+        state: &[T],
+    ) -> Result<(Reached<T, N, D>, [Matrix<T, N>; 2]), ExactError>
+    where
+        R: Retraction<T, N, D>,
+    {
+        let fail = |source: RetractionError| ExactError::Equations { time: t.to_f64(), source: source.into() };
+        let part = |k: usize| Vector::<T, N>::from_column_slice(&state[k * N..(k + 1) * N]);
+        let (eta, psi, x, y) = (part(0), part(1), part(2), part(3));
+        let tau = |x: &Vector<T, N>| self.retraction.tau(x).map_err(fail);
+        let tangent = |x: &Vector<T, N>| self.retraction.at(x).map(|point| *point.d_inv()).map_err(fail);
+        let u = tau(&-x)? * start.u * tau(&y)?;
+        let reached = Reached { time: t, eta, u, psi, x, y, v: tau(&x)?, w: tau(&y)?, action: state[4 * N] };
+        Ok((reached, [tangent(&x)?, tangent(&y)?]))
+    }
+
+    fn rate<const D: usize>(&self, start: &Start<T, N, D>, t: T, state: &[T]) -> Result<Vec<T>, ExactError>
+    where
+        L: DoubledLagrangian<T, N, D>,
+        R: Retraction<T, N, D>,
+    {
+        let fail = |source: VelocityError| ExactError::Equations { time: t.to_f64(), source };
+        let (at, [d_inv_x, d_inv_y]) = self.point(start, t, state)?;
+        let rate = rates(&self.doubled, &self.algebra, t, &at.eta, &at.u, &at.psi).map_err(fail)?;
+        let action = self.doubled.value(t, &at.eta, &at.u, &at.psi).map_err(|e| fail(e.into()))?;
+        let parts = [rate.eta, rate.psi, d_inv_x * at.eta, d_inv_y * at.psi];
+        Ok(parts.iter().flat_map(|v| v.iter().copied()).chain([action]).collect())
+    }
+}
+
+/// One step of y' = f(t, y) by collocation, the stages iterated until the change is rounding.
+fn collocate<T: Real>(
+    gauss: &Tableau<T>,
+    start: T,
+    h: T,
+    y: &mut [T],
+    rate: &mut dyn FnMut(T, &[T]) -> Result<Vec<T>, ExactError>,
+) -> Result<(), ExactError> {
+    let (s, a, b, c) = (gauss.stages(), gauss.a(), gauss.b(), gauss.c());
+    let mut slopes = vec![rate(start, y)?; s];
+    let size = y.iter().fold(T::one(), |size, v| size.max(v.abs()));
+    let (mut change, mut best) = (T::zero(), None::<T>);
+    for _ in 0..MAX_SWEEPS {
+        let stages: Vec<Vec<T>> = (0..s)
+            .map(|i| {
+                (0..y.len()).map(|m| y[m] + h * (0..s).fold(T::zero(), |t, j| t + a[(i, j)] * slopes[j][m])).collect()
+            })
+            .collect();
+        change = T::zero();
+        for (i, stage) in stages.iter().enumerate() {
+            let slope = rate(start + c[i] * h, stage)?;
+            for (new, old) in slope.iter().zip(&slopes[i]) {
+                change = change.max(((*new - *old) * h).abs());
+            }
+            slopes[i] = slope;
+        }
+        let rounding = change <= size * T::unit_roundoff() * T::int(4);
+        // Near round-off the change stops shrinking; above it, it has to shrink.
+        let stagnant = best.is_some_and(|best| change >= best) && change <= size * T::unit_roundoff() * T::int(1 << 12);
+        if rounding || stagnant {
+            for (m, value) in y.iter_mut().enumerate() {
+                *value += h * (0..s).fold(T::zero(), |t, j| t + b[j] * slopes[j][m]);
+            }
+            return Ok(());
+        }
+        if !change.all_finite() {
+            break;
+        }
+        best = Some(best.map_or(change, |best| best.min(change)));
+    }
+    let change = (change / size).to_f64();
+    Err(ExactError::NotConverged { step: h.to_f64(), change, sweeps: MAX_SWEEPS })
+}
