@@ -9,7 +9,7 @@ use super::{DiscreteError, DiscreteLagrangian, Slopes, Triple};
 use crate::algebra::{Covector, Matrix, Vector, basis_vector, pair};
 use crate::mechanics::doubled::DoubledLagrangian;
 use crate::retraction::{Retraction, RetractionError, TangentPoint};
-use crate::scalar::{Dual, Real, Scalar};
+use crate::scalar::{Dual, Real};
 use crate::tableau::Tableau;
 use nalgebra::{DMatrix, DVector};
 
@@ -42,15 +42,15 @@ pub struct Extremal<T: Real, const N: usize> {
 }
 
 /// (Ξ, H, X, Ψ) of one stage.
-type Stage<S, const N: usize> = [Vector<S, N>; 4];
+type Stage<T, const N: usize> = [Vector<T, N>; 4];
 
 /// The derivatives of **l** at a stage.
-struct StageSlopes<S: Scalar, const N: usize> {
+struct StageSlopes<T: Real, const N: usize> {
     /// By (Ξ, H, X, Ψ).
-    local: [Covector<S, N>; 4],
+    local: [Covector<T, N>; 4],
     /// By U in τ(−Ξ) U τ(X): L*_U and R*_U.
-    left: Covector<S, N>,
-    right: Covector<S, N>,
+    left: Covector<T, N>,
+    right: Covector<T, N>,
 }
 
 impl<T, L, R, const N: usize, const D: usize> StageLagrangian<T, L, R, N, D>
@@ -98,15 +98,18 @@ where
             None => self.start(&eta, u, &psi)?,
         };
         let weight = self.weight(&eta, &psi, &x);
-        let mut conditions = Conditions { l_d: self, u, eta, psi, weight };
-        let solved = chord::solve(&mut conditions, &mut x, guess.and_then(|guess| guess.factors.clone()))?;
+        let mut conditions = Conditions { l_d: self, u, eta, psi, weight, certified: false };
+        let factors = guess.and_then(|guess| guess.factors.clone());
+        let near = chord::solve(&mut conditions, &mut x, factors)?;
+        conditions.certified = true;
+        let solved = chord::solve(&mut conditions, &mut x, near.factors)?;
         let rates = |copy: usize| (0..s).map(|i| block(&x, copy * s + i)).collect();
         Ok(Extremal {
             first: rates(0),
             second: rates(1),
             theta: block::<T, N>(&x, 2 * s).transpose(),
             phi: block::<T, N>(&x, 2 * s + 1).transpose(),
-            iterations: solved.iterations,
+            iterations: near.iterations + solved.iterations,
             residual: solved.residual,
             factors: solved.factors,
         })
@@ -152,32 +155,32 @@ where
     }
 
     /// τ(−Ξ) U τ(X).
-    fn relative<S: Scalar<Base = T>>(
+    fn relative(
         &self,
-        xi: &Vector<S, N>,
+        xi: &Vector<T, N>,
         u: &Matrix<T, D>,
-        chi: &Vector<S, N>,
-    ) -> Result<Matrix<S, D>, RetractionError> {
-        Ok(self.retraction.tau(&-xi)? * u.map(S::lift) * self.retraction.tau(chi)?)
+        chi: &Vector<T, N>,
+    ) -> Result<Matrix<T, D>, RetractionError> {
+        Ok(self.retraction.tau(&-xi)? * u * self.retraction.tau(chi)?)
     }
 
     /// The derivatives of **l** at stage i. `bend` gives δ ↦ p ∂_x(dτ_x y) δ at a point x.
-    fn stage_slopes<S: Scalar<Base = T>>(
+    fn stage_slopes(
         &self,
         i: usize,
         u: &Matrix<T, D>,
-        [xi, rate, chi, partner]: &Stage<S, N>,
+        [xi, rate, chi, partner]: &Stage<T, N>,
         bend: impl Fn(
-            &Covector<S, N>,
-            &Vector<S, N>,
-            &R::Point<S>,
-            &Vector<S, N>,
-        ) -> Result<Covector<S, N>, RetractionError>,
-    ) -> Result<StageSlopes<S, N>, RetractionError> {
+            &Covector<T, N>,
+            &Vector<T, N>,
+            &R::Point<T>,
+            &Vector<T, N>,
+        ) -> Result<Covector<T, N>, RetractionError>,
+    ) -> Result<StageSlopes<T, N>, RetractionError> {
         let (here, there) = (self.retraction.at(xi)?, self.retraction.at(chi)?);
         let (eta, psi) = (here.d() * rate, there.d() * partner);
         let relative = self.relative(xi, u, chi)?;
-        let by = self.lagrangian.partials(S::lift(self.stage_time(i)), &eta, &relative, &psi)?;
+        let by = self.lagrangian.partials(self.stage_time(i), &eta, &relative, &psi)?;
         Ok(StageSlopes {
             local: [
                 bend(&by.eta, xi, &here, rate)? - by.right * here.d(),
@@ -190,8 +193,8 @@ where
         })
     }
 
-    /// The same with ∂_x(dτ_x y) from dτ on dual numbers.
-    fn exact_slopes(
+    /// The derivatives at stage i, with ∂_x(dτ_x y) from dτ on dual numbers.
+    fn certified_slopes(
         &self,
         i: usize,
         u: &Matrix<T, D>,
@@ -206,6 +209,17 @@ where
             }
             Ok(row)
         };
+        self.stage_slopes(i, u, stage, bend).map_err(DiscreteError::domain("a stage"))
+    }
+
+    /// The same with ∂_x(dτ_x y) = dτ_x ddτ_x(y, ·).
+    fn quick_slopes(
+        &self,
+        i: usize,
+        u: &Matrix<T, D>,
+        stage: &Stage<T, N>,
+    ) -> Result<StageSlopes<T, N>, DiscreteError> {
+        let bend = |p: &Covector<T, N>, _: &_, point: &R::Point<T>, y: &_| Ok(p * point.d() * point.dd(y));
         self.stage_slopes(i, u, stage, bend).map_err(DiscreteError::domain("a stage"))
     }
 
@@ -250,6 +264,8 @@ struct Conditions<'a, T: Real, L, R, const N: usize, const D: usize> {
     eta: Vector<T, N>,
     psi: Vector<T, N>,
     weight: T,
+    /// Whether derivatives of dτ are taken by dual numbers; else ddτ stands for them, which is several times cheaper.
+    certified: bool,
 }
 
 impl<T, L, R, const N: usize, const D: usize> Equations<T> for Conditions<'_, T, L, R, N, D>
@@ -268,7 +284,11 @@ where
         let (first, second) = (rates(0), rates(1));
         let mut gradient = DMatrix::zeros(s, 4 * N);
         for i in 0..s {
-            let slopes = self.l_d.exact_slopes(i, self.u, &self.l_d.stage(i, &first, &second))?;
+            let stage = self.l_d.stage(i, &first, &second);
+            let slopes = match self.certified {
+                true => self.l_d.certified_slopes(i, self.u, &stage)?,
+                false => self.l_d.quick_slopes(i, self.u, &stage)?,
+            };
             for (k, row) in slopes.local.iter().enumerate() {
                 (0..N).for_each(|a| gradient[(i, k * N + a)] = row[a]);
             }
@@ -277,23 +297,30 @@ where
         Ok(assemble_residual(&self.l_d.tableau, self.l_d.step, &gradient, x, &mean, self.weight))
     }
 
-    /// With the second tangent ddτ in the place of dual numbers twice.
+    /// By forward differences: near enough.
     fn jacobian(&mut self, x: &DVector<T>) -> Result<DMatrix<T>, DiscreteError> {
         let s = self.l_d.tableau.stages();
         let rates = |copy: usize| (0..s).map(|i| block(x, copy * s + i)).collect::<Vec<Vector<T, N>>>();
         let (first, second) = (rates(0), rates(1));
-        let bend = |p: &Covector<Dual<T>, N>, _: &_, point: &R::Point<Dual<T>>, y: &_| Ok(p * point.d() * point.dd(y));
+        let velocity = x.rows(0, 2 * s * N).amax();
+        // Of positions in the group, and of velocities.
+        let unit = T::unit_roundoff().sqrt();
+        let steps = [unit, if velocity > T::zero() { unit * velocity } else { unit }];
         let mut second_derivatives = Vec::with_capacity(s);
         for i in 0..s {
-            let still = self.l_d.stage(i, &first, &second).map(|v| v.map(Dual::constant));
+            let here = self.l_d.stage(i, &first, &second);
+            let gradient = |stage: &Stage<T, N>| {
+                let slopes = self.l_d.quick_slopes(i, self.u, stage)?;
+                let entries = slopes.local.iter().flat_map(|row| row.iter()).copied();
+                Ok::<_, DiscreteError>(DVector::from_iterator(4 * N, entries))
+            };
+            let start = gradient(&here)?;
             let mut hessian = DMatrix::zeros(4 * N, 4 * N);
             for column in 0..4 * N {
-                let mut stage = still;
-                stage[column / N][column % N].eps = T::one();
-                let slopes = self.l_d.stage_slopes(i, self.u, &stage, bend);
-                for (k, row) in slopes.map_err(DiscreteError::domain("a stage"))?.local.iter().enumerate() {
-                    (0..N).for_each(|a| hessian[(k * N + a, column)] = row[a].eps);
-                }
+                let (slot, step) = (column / N, steps[column / N % 2]);
+                let mut moved = here;
+                moved[slot][column % N] += step;
+                hessian.set_column(column, &((gradient(&moved)? - &start) / step));
             }
             second_derivatives.push(hessian);
         }
@@ -405,7 +432,7 @@ where
         let (mut u_left, mut u_right) = (Covector::zeros(), Covector::zeros());
         for i in 0..self.tableau.stages() {
             let stage = self.stage(i, &extremal.first, &extremal.second);
-            let slopes = self.exact_slopes(i, &x.u, &stage)?;
+            let slopes = self.quick_slopes(i, &x.u, &stage)?;
             let weight = self.step * self.tableau.b()[i];
             u_left += slopes.left * weight;
             u_right += slopes.right * weight;
