@@ -69,6 +69,7 @@
 //! | [`group`] | matrix groups, SO(3) |
 //! | [`retraction`], [`groupoid`] | exp and Cayley with their tangents; axioms, G×G×G, g*×G×g* and its bracket |
 //! | [`mechanics`] | Lagrangians, forces, equations, the doubled Lagrangian, the paper's models |
+//! | [`discrete`] | discrete Lagrangians on G×G×G, G⁴ and G: Legendre transforms, equations, flows |
 //! | [`integrators`] | the variational step, the doubled scheme, comparators, trajectories |
 //! | `experiments` | the paper's numerical experiments |
 //! | `harness` | laws, verdicts, campaigns, order estimates; knows no Lie theory |
@@ -79,6 +80,7 @@
 //! `default = ["cli"]`; `cli` contains `harness`; with neither, the core needs little more than nalgebra.
 
 pub mod algebra;
+pub mod discrete;
 #[cfg(feature = "harness")]
 pub mod experiments;
 pub mod group;

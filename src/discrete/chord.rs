@@ -1,0 +1,118 @@
+//! Newton's method with a Jacobian that is kept while it serves.
+//!
+//! Evaluating a Jacobian here costs many residuals (each column solves an inner problem, or runs on dual numbers), so the
+//! factors are kept, also from one problem to the next nearby, as long as an iteration gains at least two digits.
+
+use super::DiscreteError;
+use crate::scalar::Real;
+use nalgebra::{DMatrix, DVector, Dyn, LU};
+
+/// The factors of a Jacobian.
+pub(super) type Factors<T> = LU<T, Dyn, Dyn>;
+
+/// A residual and the size that it is to be compared with.
+pub(super) type Residual<T> = (DVector<T>, T);
+
+/// n equations in n unknowns.
+pub(super) trait Equations<T: Real> {
+    /// What they are, in the plural, for messages.
+    fn name(&self) -> &'static str;
+
+    /// The residual at x, and the size of the terms in it.
+    fn residual(&mut self, x: &DVector<T>) -> Result<Residual<T>, DiscreteError>;
+
+    /// The Jacobian at x, or near it: it decides how fast the iteration is, not where it ends.
+    fn jacobian(&mut self, x: &DVector<T>) -> Result<DMatrix<T>, DiscreteError>;
+}
+
+/// How a solve went.
+pub(super) struct Solved<T: Real> {
+    /// The factors last used; `None` if the start solved the equations.
+    pub factors: Option<Factors<T>>,
+    /// The relative residual reached.
+    pub residual: T,
+    /// Iterations.
+    pub iterations: usize,
+}
+
+/// Iterations of one solve.
+const MAX_ITERATIONS: usize = 60;
+
+/// An iteration that gains less than this asks for another Jacobian.
+const WANTED_GAIN: f64 = 1.0 / 64.0;
+
+/// Solves from x, which becomes the root, with `factors` from nearby if there are any.
+pub(super) fn solve<T: Real>(
+    equations: &mut dyn Equations<T>,
+    x: &mut DVector<T>,
+    mut factors: Option<Factors<T>>,
+) -> Result<Solved<T>, DiscreteError> {
+    let what = equations.name();
+    let tolerance = T::int(x.len() as i64) * T::unit_roundoff();
+    let floor = tolerance * T::int(256);
+    let (mut last, mut fresh) = (None::<T>, false);
+    for iterations in 0..=MAX_ITERATIONS {
+        let (residual, size) = equations.residual(x)?;
+        let largest = residual.amax();
+        // 0/0 is a residual of zero: a system at rest without forces.
+        let relative = if largest == T::zero() { T::zero() } else { largest / size };
+        let failed = DiscreteError::NotConverged { what, residual: relative.to_f64(), iterations };
+        if !relative.all_finite() || !residual.iter().all(|v| v.all_finite()) {
+            return Err(failed);
+        }
+        let stagnates = last.is_some_and(|last| relative > last * T::half());
+        if relative <= tolerance || (stagnates && relative <= floor) {
+            return Ok(Solved { factors, residual: relative, iterations });
+        }
+        // A Jacobian from the point before that does not even reduce the residual.
+        if iterations == MAX_ITERATIONS || (fresh && last.is_some_and(|last| relative > last)) {
+            return Err(failed);
+        }
+        fresh = last.is_some_and(|last| relative > last * T::exact(WANTED_GAIN));
+        let kept = factors.take().filter(|_| !fresh);
+        fresh = kept.is_none();
+        let used = match kept {
+            Some(kept) => kept,
+            None => equations.jacobian(x)?.lu(),
+        };
+        let mut correction = residual;
+        if !used.solve_mut(&mut correction) {
+            return Err(DiscreteError::Singular { what });
+        }
+        *x -= correction;
+        factors = Some(used);
+        last = Some(relative);
+    }
+    Err(DiscreteError::Singular { what })
+}
+
+/// Equations given by their residual alone; the Jacobian by forward differences.
+pub(super) struct Differences<'a, T: Real> {
+    /// What they are.
+    pub name: &'static str,
+    /// The residual, with unknowns of the order of 1 (displacements in a group).
+    pub residual: &'a mut dyn FnMut(&DVector<T>) -> Result<Residual<T>, DiscreteError>,
+}
+
+impl<T: Real> Equations<T> for Differences<'_, T> {
+    fn name(&self) -> &'static str {
+        self.name
+    }
+
+    fn residual(&mut self, x: &DVector<T>) -> Result<Residual<T>, DiscreteError> {
+        (self.residual)(x)
+    }
+
+    fn jacobian(&mut self, x: &DVector<T>) -> Result<DMatrix<T>, DiscreteError> {
+        let (here, _) = (self.residual)(x)?;
+        let epsilon = T::unit_roundoff().sqrt();
+        let mut jacobian = DMatrix::zeros(here.len(), x.len());
+        for column in 0..x.len() {
+            let mut moved = x.clone();
+            moved[column] += epsilon;
+            let (there, _) = (self.residual)(&moved)?;
+            jacobian.set_column(column, &((there - &here) / epsilon));
+        }
+        Ok(jacobian)
+    }
+}

@@ -1,0 +1,164 @@
+//! Discrete mechanics on G×G×G, on G⁴ and on G.
+//!
+//! With V_k = g_k⁻¹g_{k+1}, U_k = g_k⁻¹g̃_k, W_k = g̃_k⁻¹g̃_{k+1}, a discrete Lagrangian l_d(V, U, W) gives the discrete
+//! Euler–Lagrange equations, two Legendre transforms F± to g*×G×g* and the flow F_{l_d} with F⁻(k) = F⁺(k−1) (Martín de
+//! Diego and Sato Martín de Almagro 2019, §5). Everything is derived from values of l_d, on the units (V, e, V) and off
+//! them; nothing is shared with the integrators.
+//!
+//! | | holds |
+//! |---|---|
+//! | [`DiscreteLagrangian`] | value and trivialised slopes of any l_d |
+//! | [`Smooth`] | the slopes of a value that runs on dual numbers |
+//! | [`StageLagrangian`] | l_d of a tableau: the action sum, extremised over its stages |
+//! | [`legendre`] | F±, the equations, the flow |
+//! | [`quadruple`] | the same on G⁴, lift and projection |
+//! | [`group`] | discrete Euler–Poincaré and Lie–Poisson on G |
+
+mod chord;
+pub mod group;
+pub mod legendre;
+pub mod quadruple;
+mod smooth;
+mod stages;
+
+pub use group::GroupLagrangian;
+pub use legendre::{Momenta, flow, legendre_minus, legendre_plus};
+pub use quadruple::{Lift, Quadruple, UnreducedLagrangian};
+pub use smooth::{Sampled, Smooth, SmoothLagrangian};
+pub use stages::{Extremal, StageLagrangian};
+
+use crate::algebra::{Covector, Matrix, elimination};
+use crate::retraction::RetractionError;
+use crate::scalar::{Real, Scalar};
+
+/// (V, U, W) in G×G×G: V = g₀⁻¹g₁, U = g₀⁻¹g̃₀, W = g̃₀⁻¹g̃₁.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Triple<S: Scalar, const D: usize> {
+    /// V, the displacement of the first copy.
+    pub v: Matrix<S, D>,
+    /// U, the second copy seen from the first.
+    pub u: Matrix<S, D>,
+    /// W, the displacement of the second copy.
+    pub w: Matrix<S, D>,
+}
+
+impl<S: Scalar, const D: usize> Triple<S, D> {
+    /// ε̌_d(V) = (V, e, V).
+    pub fn unit(v: Matrix<S, D>) -> Self {
+        Self { v, u: Matrix::identity(), w: v }
+    }
+
+    /// ι̌_d(V, U, W) = (W, U⁻¹, V); `None` when U is singular.
+    pub fn inverse(&self) -> Option<Self> {
+        Some(Self { v: self.w, u: elimination::inverse(&self.u)?, w: self.v })
+    }
+
+    /// U at the end of the step, V⁻¹UW; `None` when V is singular.
+    pub fn next_u(&self) -> Option<Matrix<S, D>> {
+        Some(elimination::inverse(&self.v)? * self.u * self.w)
+    }
+}
+
+/// The derivatives of l_d(V, U, W), each as a covector of g: L*_g F' is ξ ↦ d/dε F(g exp(εξ)), R*_g F' is
+/// ξ ↦ d/dε F(exp(εξ) g).
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Slopes<T: Scalar, const N: usize> {
+    /// L*_V D₁l_d.
+    pub v_left: Covector<T, N>,
+    /// R*_V D₁l_d.
+    pub v_right: Covector<T, N>,
+    /// L*_U D₂l_d.
+    pub u_left: Covector<T, N>,
+    /// R*_U D₂l_d.
+    pub u_right: Covector<T, N>,
+    /// L*_W D₃l_d.
+    pub w_left: Covector<T, N>,
+    /// R*_W D₃l_d.
+    pub w_right: Covector<T, N>,
+}
+
+/// Why a discrete Lagrangian, a Legendre transform or a flow could not be evaluated.
+#[derive(Clone, Debug, PartialEq, thiserror::Error)]
+pub enum DiscreteError {
+    /// A point is outside the domain of the retraction or of the Lagrangian.
+    #[error("{what}: {source}")]
+    Domain {
+        /// Which point.
+        what: &'static str,
+        /// Why.
+        source: RetractionError,
+    },
+    /// The iteration did not converge.
+    #[error("{what} did not converge: relative residual {residual:e} after {iterations} iterations")]
+    NotConverged {
+        /// Which equations.
+        what: &'static str,
+        /// The largest residual relative to the terms of the equations.
+        residual: f64,
+        /// Iterations spent.
+        iterations: usize,
+    },
+    /// The equations have a singular Jacobian: l_d is not regular there.
+    #[error("{what} are singular to working precision")]
+    Singular {
+        /// Which equations.
+        what: &'static str,
+    },
+    /// The matrix of a group element is singular.
+    #[error("the matrix of {what} is singular")]
+    NotInvertible {
+        /// Which element.
+        what: &'static str,
+    },
+    /// A number is NaN or infinite.
+    #[error("{what} is not finite")]
+    NotFinite {
+        /// Which one.
+        what: &'static str,
+    },
+}
+
+impl DiscreteError {
+    /// Names the point that left a domain.
+    fn domain(what: &'static str) -> impl Fn(RetractionError) -> Self {
+        move |source| Self::Domain { what, source }
+    }
+}
+
+/// l_d: G×G×G → ℝ, for a group of dimension N in D×D matrices.
+pub trait DiscreteLagrangian<T: Real, const N: usize, const D: usize> {
+    /// What an evaluation leaves behind to make the next one nearby cheaper.
+    type Memory: Default;
+
+    /// l_d(V, U, W).
+    ///
+    /// # Errors
+    /// A point outside the domain; an inner iteration that fails.
+    fn value(&self, x: &Triple<T, D>) -> Result<T, DiscreteError>;
+
+    /// All six trivialised derivatives, helped by an evaluation nearby.
+    ///
+    /// # Errors
+    /// Those of [`DiscreteLagrangian::value`].
+    fn slopes_from(&self, x: &Triple<T, D>, memory: &mut Self::Memory) -> Result<Slopes<T, N>, DiscreteError>;
+
+    /// All six trivialised derivatives.
+    ///
+    /// # Errors
+    /// Those of [`DiscreteLagrangian::value`].
+    fn slopes(&self, x: &Triple<T, D>) -> Result<Slopes<T, N>, DiscreteError> {
+        self.slopes_from(x, &mut Self::Memory::default())
+    }
+}
+
+impl<T: Real, const N: usize, const D: usize, L: DiscreteLagrangian<T, N, D>> DiscreteLagrangian<T, N, D> for &L {
+    type Memory = L::Memory;
+
+    fn value(&self, x: &Triple<T, D>) -> Result<T, DiscreteError> {
+        (**self).value(x)
+    }
+
+    fn slopes_from(&self, x: &Triple<T, D>, memory: &mut L::Memory) -> Result<Slopes<T, N>, DiscreteError> {
+        (**self).slopes_from(x, memory)
+    }
+}

@@ -1,0 +1,131 @@
+//! Discrete mechanics on G⁴, before reduction.
+//!
+//! L_d(g₀, g₁, g̃₀, g̃₁) is invariant under (g₀, g₁, g̃₀, g̃₁) ↦ (g g₀, g g₁, g g̃₀, g g̃₁) if and only if it is the lift of
+//! l_d(V, U, W) along π(g₀, g₁, g̃₀, g̃₁) = (g₀⁻¹g₁, g₀⁻¹g̃₀, g̃₀⁻¹g̃₁) (Martín de Diego and Sato Martín de Almagro 2019, §5).
+
+use super::chord::{self, Differences};
+use super::smooth::{SmoothLagrangian, moved};
+use super::{DiscreteError, Triple};
+use crate::algebra::{Covector, Matrix, Vector, elimination};
+use crate::group::LieGroup;
+use crate::retraction::{Retraction, RetractionError};
+use crate::scalar::{Dual, Real, Scalar};
+use nalgebra::DVector;
+
+/// (g₀, g₁, g̃₀, g̃₁) in G⁴.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Quadruple<S: Scalar, const D: usize> {
+    /// (g₀, g₁).
+    pub first: [Matrix<S, D>; 2],
+    /// (g̃₀, g̃₁).
+    pub second: [Matrix<S, D>; 2],
+}
+
+impl<S: Scalar, const D: usize> Quadruple<S, D> {
+    /// π(g₀, g₁, g̃₀, g̃₁) = (g₀⁻¹g₁, g₀⁻¹g̃₀, g̃₀⁻¹g̃₁); `None` when g₀ or g̃₀ is singular.
+    pub fn project(&self) -> Option<Triple<S, D>> {
+        let back = elimination::inverse(&self.first[0])?;
+        let w = elimination::inverse(&self.second[0])? * self.second[1];
+        Some(Triple { v: back * self.first[1], u: back * self.second[0], w })
+    }
+
+    /// ι_d(g₀, g₁, g̃₀, g̃₁) = (g̃₀, g̃₁, g₀, g₁).
+    pub fn exchange(&self) -> Self {
+        Self { first: self.second, second: self.first }
+    }
+}
+
+/// L_d: G⁴ → ℝ in any scalar.
+pub trait UnreducedLagrangian<T: Real, const D: usize> {
+    /// L_d(g₀, g₁, g̃₀, g̃₁).
+    ///
+    /// # Errors
+    /// A point outside the domain.
+    fn value<S: Scalar<Base = T>>(&self, x: &Quadruple<S, D>) -> Result<S, RetractionError>;
+}
+
+/// L_d = l_d ∘ π.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Lift<L>(
+    /// l_d.
+    pub L,
+);
+
+impl<T: Real, const D: usize, L: SmoothLagrangian<T, D>> UnreducedLagrangian<T, D> for Lift<L> {
+    fn value<S: Scalar<Base = T>>(&self, x: &Quadruple<S, D>) -> Result<S, RetractionError> {
+        let why = "g₀ or g̃₀ is singular";
+        let reduced = x.project().ok_or(RetractionError::NoPreimage { retraction: "the projection of G⁴", why })?;
+        self.0.value(&reduced)
+    }
+}
+
+/// The left-trivialised derivatives of L_d by g₀, g₁, g̃₀, g̃₁, by dual numbers at g(1 + ε ê_a).
+///
+/// # Errors
+/// Those of the value.
+pub fn slopes<T: Real, const N: usize, const D: usize>(
+    lagrangian: &impl UnreducedLagrangian<T, D>,
+    group: &impl LieGroup<T, N, D>,
+    x: &Quadruple<T, D>,
+) -> Result<[Covector<T, N>; 4], DiscreteError> {
+    let still =
+        Quadruple { first: x.first.map(|g| g.map(Dual::constant)), second: x.second.map(|g| g.map(Dual::constant)) };
+    let mut slopes = [Covector::zeros(); 4];
+    for (k, slope) in slopes.iter_mut().enumerate() {
+        for a in 0..N {
+            let mut along = still;
+            let (copy, here) =
+                if k < 2 { (&mut along.first, &x.first[k]) } else { (&mut along.second, &x.second[k - 2]) };
+            copy[k % 2] = moved(group, here, a).0;
+            slope[a] = lagrangian.value(&along).map_err(DiscreteError::domain("(g₀, g₁, g̃₀, g̃₁)"))?.eps;
+        }
+    }
+    Ok(slopes)
+}
+
+/// The discrete flow on G⁴: (g₀, g₁, g̃₀, g̃₁) ↦ (g₁, g₂, g̃₁, g̃₂) with ∂L_d(k−1)/∂g₁ + ∂L_d(k)/∂g₁ = 0 and the same for g̃₁,
+/// found from g₂ = g₁g₀⁻¹g₁, g̃₂ = g̃₁g̃₀⁻¹g̃₁.
+///
+/// `previous` is L_d of step k−1 and `next` that of step k.
+///
+/// # Errors
+/// No convergence; a singular Jacobian; leaving a domain; a singular matrix.
+pub fn flow<T: Real, L, R, const N: usize, const D: usize>(
+    previous: &L,
+    next: &L,
+    group: &impl LieGroup<T, N, D>,
+    retraction: &R,
+    x: &Quadruple<T, D>,
+) -> Result<Quadruple<T, D>, DiscreteError>
+where
+    L: UnreducedLagrangian<T, D>,
+    R: Retraction<T, N, D>,
+{
+    let [_, ended, _, partner_ended] = slopes(previous, group, x)?;
+    let guess = |[before, here]: &[Matrix<T, D>; 2]| {
+        let back = elimination::inverse(before).ok_or(DiscreteError::NotInvertible { what: "g₀ or g̃₀" })?;
+        Ok::<_, DiscreteError>(here * back * here)
+    };
+    let (ahead, partner_ahead) = (guess(&x.first)?, guess(&x.second)?);
+    let place = |d: &DVector<T>| {
+        let tau = |offset: usize| {
+            let x = Vector::<T, N>::from_fn(|a, _| d[offset + a]);
+            retraction.tau(&x).map_err(DiscreteError::domain("a displacement"))
+        };
+        Ok::<_, DiscreteError>(Quadruple {
+            first: [x.first[1], ahead * tau(0)?],
+            second: [x.second[1], partner_ahead * tau(N)?],
+        })
+    };
+    let mut residual = |d: &DVector<T>| {
+        let [begun, _, partner_begun, _] = slopes(next, group, &place(d)?)?;
+        let (sum, partner) = (ended + begun, partner_ended + partner_begun);
+        let size = [ended, partner_ended, begun, partner_begun].iter().fold(T::zero(), |m, v| m.max(v.amax()));
+        Ok((DVector::from_iterator(2 * N, sum.iter().chain(partner.iter()).copied()), size))
+    };
+    let mut unknowns = DVector::zeros(2 * N);
+    let mut equations =
+        Differences { name: "the discrete Euler–Lagrange equations on G⁴", residual: &mut residual };
+    chord::solve(&mut equations, &mut unknowns, None)?;
+    place(&unknowns)
+}

@@ -1,0 +1,114 @@
+//! Discrete Lagrangians given by a value that runs on dual numbers.
+
+use super::{DiscreteError, DiscreteLagrangian, Slopes, Triple};
+use crate::algebra::{Covector, Matrix, basis_vector};
+use crate::group::LieGroup;
+use crate::mechanics::doubled::DoubledLagrangian;
+use crate::retraction::{Retraction, RetractionError};
+use crate::scalar::{Dual, Real, Scalar};
+
+/// l_d(V, U, W) in any scalar.
+pub trait SmoothLagrangian<T: Real, const D: usize> {
+    /// l_d(V, U, W).
+    ///
+    /// # Errors
+    /// A group element outside the domain.
+    fn value<S: Scalar<Base = T>>(&self, x: &Triple<S, D>) -> Result<S, RetractionError>;
+}
+
+impl<T: Real, const D: usize, L: SmoothLagrangian<T, D>> SmoothLagrangian<T, D> for &L {
+    fn value<S: Scalar<Base = T>>(&self, x: &Triple<S, D>) -> Result<S, RetractionError> {
+        (**self).value(x)
+    }
+}
+
+/// A smooth l_d with its derivatives by dual numbers, at V(1 + ε ê_a) and (1 + ε ê_a)V: exact, as ε² = 0.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Smooth<L, G> {
+    /// l_d.
+    pub lagrangian: L,
+    /// G.
+    pub group: G,
+}
+
+/// g(1 + ε ê_a) and (1 + ε ê_a)g.
+pub(super) fn moved<T: Real, S: Scalar<Base = T>, const N: usize, const D: usize>(
+    group: &impl LieGroup<T, N, D>,
+    g: &Matrix<S, D>,
+    a: usize,
+) -> (Matrix<Dual<S>, D>, Matrix<Dual<S>, D>) {
+    let hat = group.hat(&basis_vector::<S, N>(a));
+    let along = |direction: Matrix<S, D>| g.zip_map(&direction, |re, eps| Dual { re, eps });
+    (along(g * hat), along(hat * g))
+}
+
+impl<L, G> Smooth<L, G> {
+    /// l_d on the group G.
+    pub fn new(lagrangian: L, group: G) -> Self {
+        Self { lagrangian, group }
+    }
+}
+
+impl<T, L, G, const N: usize, const D: usize> DiscreteLagrangian<T, N, D> for Smooth<L, G>
+where
+    T: Real,
+    L: SmoothLagrangian<T, D>,
+    G: LieGroup<T, N, D>,
+{
+    type Memory = ();
+
+    fn value(&self, x: &Triple<T, D>) -> Result<T, DiscreteError> {
+        self.lagrangian.value(x).map_err(DiscreteError::domain("(V, U, W)"))
+    }
+
+    fn slopes_from(&self, x: &Triple<T, D>, (): &mut ()) -> Result<Slopes<T, N>, DiscreteError> {
+        let still = Triple { v: x.v.map(Dual::constant), u: x.u.map(Dual::constant), w: x.w.map(Dual::constant) };
+        let slope = |x: Triple<Dual<T>, D>| {
+            let value = self.lagrangian.value(&x).map_err(DiscreteError::domain("(V, U, W)"))?;
+            Ok::<T, DiscreteError>(value.eps)
+        };
+        let zero = Covector::zeros();
+        let mut slopes =
+            Slopes { v_left: zero, v_right: zero, u_left: zero, u_right: zero, w_left: zero, w_right: zero };
+        for a in 0..N {
+            let (left, right) = moved(&self.group, &x.v, a);
+            slopes.v_left[a] = slope(Triple { v: left, ..still })?;
+            slopes.v_right[a] = slope(Triple { v: right, ..still })?;
+            let (left, right) = moved(&self.group, &x.u, a);
+            slopes.u_left[a] = slope(Triple { u: left, ..still })?;
+            slopes.u_right[a] = slope(Triple { u: right, ..still })?;
+            let (left, right) = moved(&self.group, &x.w, a);
+            slopes.w_left[a] = slope(Triple { w: left, ..still })?;
+            slopes.w_right[a] = slope(Triple { w: right, ..still })?;
+        }
+        Ok(slopes)
+    }
+}
+
+/// l_d(V, U, W) = h **l**(t; τ⁻¹(V)/h, U, τ⁻¹(W)/h): one value of the Lagrangian for the step.
+///
+/// As antisymmetric as **l** is under (η, U, ψ) ↦ (ψ, U⁻¹, η). Domain: V and W in that of τ⁻¹, U in that of **l**.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Sampled<T: Real, L, R, const N: usize> {
+    /// **l**.
+    pub lagrangian: L,
+    /// τ.
+    pub retraction: R,
+    /// h.
+    pub step: T,
+    /// t.
+    pub time: T,
+}
+
+impl<T, L, R, const N: usize, const D: usize> SmoothLagrangian<T, D> for Sampled<T, L, R, N>
+where
+    T: Real,
+    L: DoubledLagrangian<T, N, D>,
+    R: Retraction<T, N, D>,
+{
+    fn value<S: Scalar<Base = T>>(&self, x: &Triple<S, D>) -> Result<S, RetractionError> {
+        let h = S::lift(self.step);
+        let (v, w) = (self.retraction.tau_inv(&x.v)?, self.retraction.tau_inv(&x.w)?);
+        Ok(self.lagrangian.value(S::lift(self.time), &(v / h), &x.u, &(w / h))? * h)
+    }
+}

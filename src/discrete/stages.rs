@@ -1,0 +1,451 @@
+//! The discrete Lagrangian of a tableau: the action sum over the stages, extremised.
+//!
+//! l_d(V, U, W) = ext Σ_i h b_i **l**(t + c_i h; dτ_{Ξ_i}H_i, τ(−Ξ_i) U τ(X_i), dτ_{X_i}Ψ_i) over H and Ψ, with
+//! Ξ_i = h Σ_j a_ij H_j, X_i = h Σ_j a_ij Ψ_j, subject to h Σ_j b_j H_j = τ⁻¹(V) and h Σ_j b_j Ψ_j = τ⁻¹(W) (Martín de
+//! Diego and Sato Martín de Almagro 2019, §5.2). The extremum is a saddle; its multipliers are the slopes of l_d.
+
+use super::chord::{self, Equations, Factors, Residual};
+use super::{DiscreteError, DiscreteLagrangian, Slopes, Triple};
+use crate::algebra::{Covector, Matrix, Vector, basis_vector, pair};
+use crate::mechanics::doubled::DoubledLagrangian;
+use crate::retraction::{Retraction, RetractionError, TangentPoint};
+use crate::scalar::{Dual, Real};
+use crate::tableau::Tableau;
+use nalgebra::{DMatrix, DVector};
+
+/// l_d of a tableau, for a doubled Lagrangian **l**, a retraction τ, a step h and a time t.
+#[derive(Clone, Debug, PartialEq)]
+pub struct StageLagrangian<T: Real, L, R, const N: usize, const D: usize> {
+    lagrangian: L,
+    retraction: R,
+    tableau: Tableau<T>,
+    step: T,
+    time: T,
+}
+
+/// The extremal stages of an action sum and the multipliers of its two constraints.
+#[derive(Clone, Debug)]
+pub struct Extremal<T: Real, const N: usize> {
+    /// H_i.
+    pub first: Vec<Vector<T, N>>,
+    /// Ψ_i.
+    pub second: Vec<Vector<T, N>>,
+    /// θ = ∂l_d/∂v with V = τ(v).
+    pub theta: Covector<T, N>,
+    /// φ = ∂l_d/∂w with W = τ(w).
+    pub phi: Covector<T, N>,
+    /// Iterations spent.
+    pub iterations: usize,
+    /// The residual of the stationarity conditions, relative to the momenta.
+    pub residual: T,
+    factors: Option<Factors<T>>,
+}
+
+/// (Ξ, H, X, Ψ) of one stage.
+type Stage<T, const N: usize> = [Vector<T, N>; 4];
+
+/// The derivatives of **l** at a stage.
+struct StageSlopes<T: Real, const N: usize> {
+    /// By (Ξ, H, X, Ψ).
+    local: [Covector<T, N>; 4],
+    /// By U in τ(−Ξ) U τ(X): L*_U and R*_U.
+    left: Covector<T, N>,
+    right: Covector<T, N>,
+}
+
+impl<T, L, R, const N: usize, const D: usize> StageLagrangian<T, L, R, N, D>
+where
+    T: Real,
+    L: DoubledLagrangian<T, N, D>,
+    R: Retraction<T, N, D>,
+{
+    /// l_d for a step `h` from time 0.
+    pub fn new(lagrangian: L, retraction: R, tableau: Tableau<T>, h: T) -> Self {
+        Self { lagrangian, retraction, tableau, step: h, time: T::zero() }
+    }
+
+    /// The same for a step from time t.
+    pub fn at_time(self, t: T) -> Self {
+        Self { time: t, ..self }
+    }
+
+    /// The extremal stages for V = τ(v), U, W = τ(w), by Newton's method from H_i = v/h, Ψ_i = w/h or from a `guess`.
+    ///
+    /// # Errors
+    /// No convergence; singular conditions; a stage outside a domain; numbers that are not finite, h = 0 among them.
+    pub fn extremise(
+        &self,
+        v: &Vector<T, N>,
+        u: &Matrix<T, D>,
+        w: &Vector<T, N>,
+        guess: Option<&Extremal<T, N>>,
+    ) -> Result<Extremal<T, N>, DiscreteError> {
+        let s = self.tableau.stages();
+        let (eta, psi) = (v / self.step, w / self.step);
+        if !eta.iter().chain(&psi).all(|x| x.all_finite()) {
+            return Err(DiscreteError::NotFinite { what: "a mean velocity v/h or w/h" });
+        }
+        if !u.iter().all(|x| x.all_finite()) {
+            return Err(DiscreteError::NotFinite { what: "U" });
+        }
+        let guess = guess.filter(|guess| guess.first.len() == s);
+        let mut x = match guess {
+            Some(guess) => {
+                let rates = guess.first.iter().chain(&guess.second).flat_map(|rate| rate.iter());
+                let list = rates.chain(guess.theta.iter()).chain(guess.phi.iter()).copied();
+                DVector::from_iterator(2 * (s + 1) * N, list)
+            }
+            None => self.start(&eta, u, &psi)?,
+        };
+        let weight = self.weight(&eta, &psi, &x);
+        let mut conditions = Conditions { l_d: self, u, eta, psi, weight, certified: false };
+        let factors = guess.and_then(|guess| guess.factors.clone());
+        let near = chord::solve(&mut conditions, &mut x, factors)?;
+        conditions.certified = true;
+        let solved = chord::solve(&mut conditions, &mut x, near.factors)?;
+        let rates = |copy: usize| (0..s).map(|i| block(&x, copy * s + i)).collect();
+        Ok(Extremal {
+            first: rates(0),
+            second: rates(1),
+            theta: block::<T, N>(&x, 2 * s).transpose(),
+            phi: block::<T, N>(&x, 2 * s + 1).transpose(),
+            iterations: near.iterations + solved.iterations,
+            residual: solved.residual,
+            factors: solved.factors,
+        })
+    }
+
+    /// Σ_i h b_i **l** at the stages of an extremal.
+    ///
+    /// # Errors
+    /// A stage outside a domain.
+    pub fn action(&self, u: &Matrix<T, D>, extremal: &Extremal<T, N>) -> Result<T, DiscreteError> {
+        let out = DiscreteError::domain("a stage");
+        let mut sum = T::zero();
+        for i in 0..self.tableau.stages() {
+            let [xi, rate, chi, partner] = self.stage(i, &extremal.first, &extremal.second);
+            let eta = self.retraction.at(&xi).map_err(&out)?.d() * rate;
+            let psi = self.retraction.at(&chi).map_err(&out)?.d() * partner;
+            let relative = self.relative(&xi, u, &chi).map_err(&out)?;
+            let value = self.lagrangian.value(self.stage_time(i), &eta, &relative, &psi).map_err(&out)?;
+            sum += value * (self.step * self.tableau.b()[i]);
+        }
+        Ok(sum)
+    }
+
+    /// v = τ⁻¹(V), w = τ⁻¹(W).
+    fn coordinates(&self, x: &Triple<T, D>) -> Result<(Vector<T, N>, Vector<T, N>), DiscreteError> {
+        let v = self.retraction.tau_inv(&x.v).map_err(DiscreteError::domain("V"))?;
+        let w = self.retraction.tau_inv(&x.w).map_err(DiscreteError::domain("W"))?;
+        Ok((v, w))
+    }
+
+    /// t + c_i h.
+    fn stage_time(&self, i: usize) -> T {
+        self.time + self.tableau.c()[i] * self.step
+    }
+
+    /// (Ξ_i, H_i, X_i, Ψ_i).
+    fn stage(&self, i: usize, first: &[Vector<T, N>], second: &[Vector<T, N>]) -> Stage<T, N> {
+        let sum = |rates: &[Vector<T, N>]| {
+            let terms = rates.iter().enumerate().map(|(j, rate)| rate * self.tableau.a()[(i, j)]);
+            terms.fold(Vector::<T, N>::zeros(), |sum, term| sum + term) * self.step
+        };
+        [sum(first), first[i], sum(second), second[i]]
+    }
+
+    /// τ(−Ξ) U τ(X).
+    fn relative(
+        &self,
+        xi: &Vector<T, N>,
+        u: &Matrix<T, D>,
+        chi: &Vector<T, N>,
+    ) -> Result<Matrix<T, D>, RetractionError> {
+        Ok(self.retraction.tau(&-xi)? * u * self.retraction.tau(chi)?)
+    }
+
+    /// The derivatives of **l** at stage i. `bend` gives δ ↦ p ∂_x(dτ_x y) δ at a point x.
+    fn stage_slopes(
+        &self,
+        i: usize,
+        u: &Matrix<T, D>,
+        [xi, rate, chi, partner]: &Stage<T, N>,
+        bend: impl Fn(
+            &Covector<T, N>,
+            &Vector<T, N>,
+            &R::Point<T>,
+            &Vector<T, N>,
+        ) -> Result<Covector<T, N>, RetractionError>,
+    ) -> Result<StageSlopes<T, N>, RetractionError> {
+        let (here, there) = (self.retraction.at(xi)?, self.retraction.at(chi)?);
+        let (eta, psi) = (here.d() * rate, there.d() * partner);
+        let relative = self.relative(xi, u, chi)?;
+        let by = self.lagrangian.partials(self.stage_time(i), &eta, &relative, &psi)?;
+        Ok(StageSlopes {
+            local: [
+                bend(&by.eta, xi, &here, rate)? - by.right * here.d(),
+                by.eta * here.d(),
+                bend(&by.psi, chi, &there, partner)? + by.left * there.d(),
+                by.psi * there.d(),
+            ],
+            left: by.left * there.ad_inv(),
+            right: by.right * here.ad_inv(),
+        })
+    }
+
+    /// The derivatives at stage i, with ∂_x(dτ_x y) from dτ on dual numbers.
+    fn certified_slopes(
+        &self,
+        i: usize,
+        u: &Matrix<T, D>,
+        stage: &Stage<T, N>,
+    ) -> Result<StageSlopes<T, N>, DiscreteError> {
+        let bend = |p: &Covector<T, N>, x: &Vector<T, N>, _: &R::Point<T>, y: &Vector<T, N>| {
+            let mut row = Covector::zeros();
+            for a in 0..N {
+                let along = x.zip_map(&basis_vector::<T, N>(a), |re, eps| Dual { re, eps });
+                let moved = (self.retraction.at(&along)?.d() * y.map(Dual::constant)).map(|v| v.eps);
+                row[a] = pair(p, &moved);
+            }
+            Ok(row)
+        };
+        self.stage_slopes(i, u, stage, bend).map_err(DiscreteError::domain("a stage"))
+    }
+
+    /// The same with ∂_x(dτ_x y) = dτ_x ddτ_x(y, ·).
+    fn quick_slopes(
+        &self,
+        i: usize,
+        u: &Matrix<T, D>,
+        stage: &Stage<T, N>,
+    ) -> Result<StageSlopes<T, N>, DiscreteError> {
+        let bend = |p: &Covector<T, N>, _: &_, point: &R::Point<T>, y: &_| Ok(p * point.d() * point.dd(y));
+        self.stage_slopes(i, u, stage, bend).map_err(DiscreteError::domain("a stage"))
+    }
+
+    /// H_i = v/h, Ψ_i = w/h and the multipliers that make them stationary for h → 0: those at V = W = e.
+    fn start(&self, eta: &Vector<T, N>, u: &Matrix<T, D>, psi: &Vector<T, N>) -> Result<DVector<T>, DiscreteError> {
+        let out = DiscreteError::domain("U");
+        let by = self.lagrangian.partials(self.time, eta, u, psi).map_err(out)?;
+        let s = self.tableau.stages();
+        let blocks = (0..2 * s + 2).flat_map(|k| {
+            let values: Vec<T> = match k {
+                k if k < s => eta.iter().copied().collect(),
+                k if k < 2 * s => psi.iter().copied().collect(),
+                k if k == 2 * s => by.eta.iter().copied().collect(),
+                _ => by.psi.iter().copied().collect(),
+            };
+            values
+        });
+        Ok(DVector::from_iterator(2 * (s + 1) * N, blocks))
+    }
+
+    /// What turns a velocity into a momentum, for the constraints to be measured like the conditions.
+    fn weight(&self, eta: &Vector<T, N>, psi: &Vector<T, N>, x: &DVector<T>) -> T {
+        let momentum = x.rows(2 * self.tableau.stages() * N, 2 * N).amax();
+        let velocity = eta.amax().max(psi.amax());
+        if momentum > T::zero() && velocity > T::zero() { momentum / velocity } else { T::one() }
+    }
+}
+
+/// The k-th run of N entries.
+fn block<T: Real, const N: usize>(x: &DVector<T>, k: usize) -> Vector<T, N> {
+    Vector::from_fn(|a, _| x[k * N + a])
+}
+
+/// The conditions for an extremum, in the unknowns (H, Ψ, θ, φ): for each k
+///
+/// ∂_H l_k + h Σ_i (b_i a_ik / b_k) ∂_Ξ l_i = θ and ∂_Ψ l_k + h Σ_i (b_i a_ik / b_k) ∂_X l_i = φ,
+///
+/// the derivatives of the action sum divided by h b_k, and the two constraints.
+struct Conditions<'a, T: Real, L, R, const N: usize, const D: usize> {
+    l_d: &'a StageLagrangian<T, L, R, N, D>,
+    u: &'a Matrix<T, D>,
+    eta: Vector<T, N>,
+    psi: Vector<T, N>,
+    weight: T,
+    /// Whether derivatives of dτ are taken by dual numbers; else ddτ stands for them, which is several times cheaper.
+    certified: bool,
+}
+
+impl<T, L, R, const N: usize, const D: usize> Equations<T> for Conditions<'_, T, L, R, N, D>
+where
+    T: Real,
+    L: DoubledLagrangian<T, N, D>,
+    R: Retraction<T, N, D>,
+{
+    fn name(&self) -> &'static str {
+        "the conditions for extremal stages"
+    }
+
+    fn residual(&mut self, x: &DVector<T>) -> Result<Residual<T>, DiscreteError> {
+        let s = self.l_d.tableau.stages();
+        let rates = |copy: usize| (0..s).map(|i| block(x, copy * s + i)).collect::<Vec<Vector<T, N>>>();
+        let (first, second) = (rates(0), rates(1));
+        let mut gradient = DMatrix::zeros(s, 4 * N);
+        for i in 0..s {
+            let stage = self.l_d.stage(i, &first, &second);
+            let slopes = match self.certified {
+                true => self.l_d.certified_slopes(i, self.u, &stage)?,
+                false => self.l_d.quick_slopes(i, self.u, &stage)?,
+            };
+            for (k, row) in slopes.local.iter().enumerate() {
+                (0..N).for_each(|a| gradient[(i, k * N + a)] = row[a]);
+            }
+        }
+        let mean: Vec<T> = self.eta.iter().chain(&self.psi).copied().collect();
+        Ok(assemble_residual(&self.l_d.tableau, self.l_d.step, &gradient, x, &mean, self.weight))
+    }
+
+    /// By forward differences: near enough.
+    fn jacobian(&mut self, x: &DVector<T>) -> Result<DMatrix<T>, DiscreteError> {
+        let s = self.l_d.tableau.stages();
+        let rates = |copy: usize| (0..s).map(|i| block(x, copy * s + i)).collect::<Vec<Vector<T, N>>>();
+        let (first, second) = (rates(0), rates(1));
+        let velocity = x.rows(0, 2 * s * N).amax();
+        // Of positions in the group, and of velocities.
+        let unit = T::unit_roundoff().sqrt();
+        let steps = [unit, if velocity > T::zero() { unit * velocity } else { unit }];
+        let mut second_derivatives = Vec::with_capacity(s);
+        for i in 0..s {
+            let here = self.l_d.stage(i, &first, &second);
+            let gradient = |stage: &Stage<T, N>| {
+                let slopes = self.l_d.quick_slopes(i, self.u, stage)?;
+                let entries = slopes.local.iter().flat_map(|row| row.iter()).copied();
+                Ok::<_, DiscreteError>(DVector::from_iterator(4 * N, entries))
+            };
+            let start = gradient(&here)?;
+            let mut hessian = DMatrix::zeros(4 * N, 4 * N);
+            for column in 0..4 * N {
+                let (slot, step) = (column / N, steps[column / N % 2]);
+                let mut moved = here;
+                moved[slot][column % N] += step;
+                hessian.set_column(column, &((gradient(&moved)? - &start) / step));
+            }
+            second_derivatives.push(hessian);
+        }
+        Ok(assemble_jacobian(&self.l_d.tableau, self.l_d.step, &second_derivatives, self.weight))
+    }
+}
+
+/// The residual of the conditions from the local gradients (a row for each stage), and the size of their terms.
+fn assemble_residual<T: Real>(
+    tableau: &Tableau<T>,
+    h: T,
+    gradient: &DMatrix<T>,
+    x: &DVector<T>,
+    mean: &[T],
+    weight: T,
+) -> Residual<T> {
+    let (s, n) = (tableau.stages(), mean.len() / 2);
+    let (a, b) = (tableau.a(), tableau.b());
+    let mut residual = DVector::zeros(x.len());
+    let mut size = T::zero();
+    for copy in 0..2 {
+        for component in 0..n {
+            let (place, rate) = ((2 * copy) * n + component, (2 * copy + 1) * n + component);
+            let multiplier = x[(2 * s + copy) * n + component];
+            for k in 0..s {
+                let mut sum = gradient[(k, rate)] - multiplier;
+                size = size.max(gradient[(k, rate)].abs()).max(multiplier.abs());
+                for i in 0..s {
+                    let term = gradient[(i, place)] * (h * b[i] * a[(i, k)] / b[k]);
+                    size = size.max(term.abs());
+                    sum += term;
+                }
+                residual[(copy * s + k) * n + component] = sum;
+            }
+            let mut constraint = -mean[copy * n + component];
+            for k in 0..s {
+                let term = x[(copy * s + k) * n + component] * b[k];
+                size = size.max((term * weight).abs());
+                constraint += term;
+            }
+            residual[(2 * s + copy) * n + component] = constraint * weight;
+        }
+    }
+    (residual, size)
+}
+
+/// The Jacobian of the conditions from the Hessians of the stages by (Ξ, H, X, Ψ).
+fn assemble_jacobian<T: Real>(tableau: &Tableau<T>, h: T, hessians: &[DMatrix<T>], weight: T) -> DMatrix<T> {
+    let (s, n) = (tableau.stages(), hessians[0].nrows() / 4);
+    let (a, b) = (tableau.a(), tableau.b());
+    let mut jacobian = DMatrix::zeros(2 * (s + 1) * n, 2 * (s + 1) * n);
+    // (slot, factor) of what stage i contributes to, or takes from, the unknown of stage k: H_k is H_i and moves Ξ_i.
+    let slots = |copy: usize, same: bool, factor: T| {
+        [(2 * copy, factor), (2 * copy + 1, if same { T::one() } else { T::zero() })]
+    };
+    for (i, hessian) in hessians.iter().enumerate() {
+        for (p, q) in [(0, 0), (0, 1), (1, 0), (1, 1)] {
+            for k in 0..s {
+                for m in 0..s {
+                    for (row, outer) in slots(p, i == k, h * b[i] * a[(i, k)] / b[k]) {
+                        for (column, inner) in slots(q, i == m, h * a[(i, m)]) {
+                            let factor = outer * inner;
+                            if factor == T::zero() {
+                                continue;
+                            }
+                            let mut target = jacobian.view_mut(((p * s + k) * n, (q * s + m) * n), (n, n));
+                            target += hessian.view((row * n, column * n), (n, n)) * factor;
+                        }
+                    }
+                }
+            }
+        }
+    }
+    for copy in 0..2 {
+        for k in 0..s {
+            for component in 0..n {
+                let (unknown, multiplier) = ((copy * s + k) * n + component, (2 * s + copy) * n + component);
+                jacobian[(unknown, multiplier)] = -T::one();
+                jacobian[(multiplier, unknown)] = b[k] * weight;
+            }
+        }
+    }
+    jacobian
+}
+
+impl<T, L, R, const N: usize, const D: usize> DiscreteLagrangian<T, N, D> for StageLagrangian<T, L, R, N, D>
+where
+    T: Real,
+    L: DoubledLagrangian<T, N, D>,
+    R: Retraction<T, N, D>,
+{
+    type Memory = Option<Extremal<T, N>>;
+
+    fn value(&self, x: &Triple<T, D>) -> Result<T, DiscreteError> {
+        let (v, w) = self.coordinates(x)?;
+        self.action(&x.u, &self.extremise(&v, &x.u, &w, None)?)
+    }
+
+    /// By the envelope theorem, at fixed stages: L*_V D₁ = θ dτ_v⁻¹, R*_V D₁ = θ dτ_{−v}⁻¹, likewise φ for W, and U is
+    /// moved inside **l** alone.
+    fn slopes_from(&self, x: &Triple<T, D>, memory: &mut Self::Memory) -> Result<Slopes<T, N>, DiscreteError> {
+        let (v, w) = self.coordinates(x)?;
+        let extremal = self.extremise(&v, &x.u, &w, memory.as_ref())?;
+        let ends = |v: &Vector<T, N>, what| {
+            let at = |v: &Vector<T, N>| self.retraction.at(v).map_err(DiscreteError::domain(what));
+            Ok::<_, DiscreteError>((at(v)?, at(&-v)?))
+        };
+        let ((v, v_back), (w, w_back)) = (ends(&v, "V")?, ends(&w, "W")?);
+        let (mut u_left, mut u_right) = (Covector::zeros(), Covector::zeros());
+        for i in 0..self.tableau.stages() {
+            let stage = self.stage(i, &extremal.first, &extremal.second);
+            let slopes = self.quick_slopes(i, &x.u, &stage)?;
+            let weight = self.step * self.tableau.b()[i];
+            u_left += slopes.left * weight;
+            u_right += slopes.right * weight;
+        }
+        let slopes = Slopes {
+            v_left: extremal.theta * v.d_inv(),
+            v_right: extremal.theta * v_back.d_inv(),
+            u_left,
+            u_right,
+            w_left: extremal.phi * w.d_inv(),
+            w_right: extremal.phi * w_back.d_inv(),
+        };
+        *memory = Some(extremal);
+        Ok(slopes)
+    }
+}
