@@ -37,6 +37,7 @@ fn cost(cost: Cost) -> &'static str {
     match cost {
         Cost::Cheap => "cheap",
         Cost::Expensive => "expensive",
+        Cost::Heavy => "heavy",
     }
 }
 

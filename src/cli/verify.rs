@@ -139,6 +139,7 @@ pub fn weight(cost: Cost) -> u64 {
     match cost {
         Cost::Cheap => 1,
         Cost::Expensive => 50,
+        Cost::Heavy => 1000,
     }
 }
 

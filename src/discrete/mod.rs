@@ -15,6 +15,7 @@
 //! | [`group`] | discrete Euler–Poincaré and Lie–Poisson on G |
 
 mod chord;
+pub mod exact;
 pub mod group;
 pub mod legendre;
 pub mod quadruple;

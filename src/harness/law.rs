@@ -164,6 +164,8 @@ pub enum Cost {
     Cheap,
     /// max(20, N/50) cases.
     Expensive,
+    /// max(8, N/100) cases.
+    Heavy,
 }
 
 impl Cost {
@@ -172,6 +174,7 @@ impl Cost {
         match self {
             Self::Cheap => cases,
             Self::Expensive => (cases / 50).max(20),
+            Self::Heavy => (cases / 100).max(8),
         }
     }
 }

@@ -10,6 +10,7 @@
 //! | [`mechanics`] | [`crate::mechanics`] |
 //! | [`integrators`] | [`crate::integrators`], one step or a few |
 //! | [`order`] | [`crate::integrators`], convergence |
+//! | [`variational_error`] | [`crate::discrete`] and [`crate::integrators`]: one order for three things |
 //! | [`planted`] | nothing: the plain step in which faults are planted |
 
 pub mod groupoid;
@@ -20,6 +21,7 @@ pub mod planted;
 pub mod precision;
 pub mod probe;
 pub mod retraction;
+pub mod variational_error;
 
 use crate::harness::{Cost, Fault, Law, Verdict};
 use crate::system::Case;
@@ -87,7 +89,10 @@ impl Law<Case> for CaseLaw {
 
 /// Every law, in the order of the modules that they judge.
 pub fn all() -> Vec<&'static CaseLaw> {
-    [retraction::LAWS, groupoid::LAWS, mechanics::LAWS, integrators::LAWS, order::LAWS].into_iter().flatten().collect()
+    [retraction::LAWS, groupoid::LAWS, mechanics::LAWS, integrators::LAWS, order::LAWS, variational_error::LAWS]
+        .into_iter()
+        .flatten()
+        .collect()
 }
 
 /// The law called `name`.

@@ -1,0 +1,241 @@
+//! The variational error theorem, measured: the order of l_d is the order of both flows.
+//!
+//! Three local errors against solutions of the continuous equations, in 32 digits, each O(h^{r+1}): of the discrete
+//! Lagrangian in its value, of the doubled step in (λ, U, μ), both off the units, where neither vanishes identically, and
+//! of the restricted step in μ. Their orders r are measured apart and compared with the order of the pair (a, â).
+
+use super::CaseLaw;
+use super::integrators::subject;
+use super::planted::retraction::{Plant, SECOND_MISSING, SECOND_OF_INVERSE, SECOND_SIGN, SECOND_SWAPPED};
+use super::planted::step::{FIRST_STAGE, INVERSE_SECOND, NO_FORCE, NO_SECOND, NOT_TRANSPORTED};
+use super::probe::Probe;
+use crate::algebra::{Covector, Matrix, Vector};
+use crate::discrete::StageLagrangian;
+use crate::discrete::exact::{ExactSolution, Start};
+use crate::group::MatrixGroup;
+use crate::harness::convergence::{CLEAR_OF_NOISE, Level, estimate};
+use crate::harness::{Cost, Fault, Verdict};
+use crate::integrators::doubled::{Doubled, DoubledState};
+use crate::integrators::{Classical, OneStep, State, StepError};
+use crate::mechanics::Lagrangian;
+use crate::mechanics::doubled::{DoubledLagrangian, Forced};
+use crate::mechanics::equations::EulerPoincare;
+use crate::retraction::Retraction;
+use crate::scalar::{Dd, Scalar};
+use crate::system::{Case, System, Visitor, cases};
+use crate::tableau::random::{Kind, of_kind};
+use crate::tableau::{Description, Family, variational_order};
+use nalgebra::{ComplexField, RealField};
+use proptest::strategy::{BoxedStrategy, Strategy, Union};
+
+/// The laws of this file.
+pub const LAWS: &[CaseLaw] = &[CaseLaw {
+    name: "variational-error",
+    statement: "l_d − l_d^e = O(h^{r+1}) along solutions; then the doubled and the restricted flow are of order r",
+    source: "Martín de Diego and Sato Martín de Almagro 2019, Thm 5.4",
+    oracle: "solutions of the reduced Euler–Lagrange equations and of forced Lie–Poisson by collocation of order 16, \
+             with their action; the order r computed from the bicoloured trees",
+    bound: "a quarter: half the way to the point that is as near to the next integer; for each of the three numbers",
+    cost: Cost::Heavy,
+    faults: &[
+        SECOND_MISSING,
+        SECOND_SIGN,
+        SECOND_SWAPPED,
+        SECOND_OF_INVERSE,
+        NO_SECOND,
+        INVERSE_SECOND,
+        NO_FORCE,
+        NOT_TRANSPORTED,
+        FIRST_STAGE,
+    ],
+    cases: generator,
+    check: |case, fault| match case.dispatch_with::<Dd, _>(&Plant(fault), Study { case, fault }) {
+        Ok(verdict) => verdict,
+        Err(e) => Verdict::broken(format!("a generated case cannot be built: {e}")),
+    },
+}];
+
+/// The families that the theorem is measured on, and random tableaux.
+fn generator() -> BoxedStrategy<Case> {
+    let families = [
+        (Family::Gauss, 1),
+        (Family::Gauss, 2),
+        (Family::Gauss, 3),
+        (Family::LobattoIIIA, 2),
+        (Family::LobattoIIIA, 3),
+        (Family::LobattoIIIB, 2),
+        (Family::LobattoIIIB, 3),
+        (Family::RadauIIA, 2),
+    ];
+    let families = families.map(|(family, stages)| Description::Family(family, stages)).to_vec();
+    let tableaux = Union::new_weighted(vec![
+        (2, proptest::sample::select(families).boxed()),
+        (1, proptest::sample::select(RANDOM.to_vec()).prop_flat_map(of_kind).boxed()),
+    ]);
+    cases().forced_nonabelian().smooth().with_group().with_tableaux(tableaux).boxed()
+}
+
+/// Random tableaux of orders 1 to 3, symplectic or not.
+const RANDOM: [Kind; 4] = [Kind::Collocation, Kind::OrderTwo, Kind::Full, Kind::DiagonallyImplicit];
+
+/// Levels, each with half the step of the one before.
+const LEVELS: usize = 6;
+
+/// Relative errors of the doubled step at the coarsest level that the step is changed for, where that of the case shows
+/// no order.
+const TARGETS: [f64; 3] = [1e-8, 1e-11, 1e-14];
+
+/// How far off the units the doubled motion starts: x in U₀ = τ(x), and ψ₀ − η₀ relative to η₀.
+const OFF: (f64, f64) = (1.0 / 16.0, 0.125);
+
+/// What is measured, in the order of [`Errors`].
+const QUANTITIES: [&str; 3] = ["the discrete Lagrangian", "the doubled flow", "the restricted flow"];
+
+/// The local errors at each level, coarsest first.
+type Errors = [Vec<Level>; 3];
+
+struct Study<'a> {
+    case: &'a Case,
+    fault: Option<&'a Fault>,
+}
+
+impl Visitor<Dd> for Study<'_> {
+    type Output = Verdict;
+
+    fn visit<const N: usize, const D: usize, R: Retraction<Dd, N, D>>(self, system: System<Dd, N, D, R>) -> Verdict {
+        let order = variational_order(&system.tableau, 8).order as u32;
+        let mut probe = Probe::new(self.case, 40);
+        let (x, shift) = (probe.vector::<Dd, N>(), probe.vector::<Dd, N>());
+        judge(system.step, order, |h| self.errors(&system, &x, &shift, h))
+    }
+}
+
+/// The verdict on the errors at the case's step, or at one where an order shows.
+fn judge(step: Dd, order: u32, mut errors: impl FnMut(Dd) -> Result<Errors, String>) -> Verdict {
+    let mut verdict = Verdict::inconclusive("no step was tried");
+    let mut coarsest = None::<f64>;
+    for attempt in 0..=TARGETS.len() {
+        let h = match (attempt, coarsest) {
+            (0, _) => step,
+            (_, None) => step * Dd::exact(0.25f64.powi(attempt as i32)),
+            (_, Some(error)) => {
+                let stretch: f64 = (TARGETS[attempt - 1] / error).powf(1.0 / f64::from(order + 1));
+                step * Dd::exact(2f64.powf(stretch.log2().clamp(-10.0, 2.0).round()))
+            }
+        };
+        verdict = match errors(h) {
+            Err(why) => Verdict::inconclusive(why),
+            Ok(errors) => {
+                if attempt == 0 {
+                    coarsest = errors[1].first().map(|level| level.error).filter(|e| *e > 1e-27);
+                }
+                let judged = QUANTITIES.iter().zip(&errors).map(|(what, levels)| one(what, levels, order));
+                judged.reduce(Verdict::and).unwrap_or(verdict)
+            }
+        };
+        if !matches!(verdict, Verdict::Inconclusive { .. }) {
+            break;
+        }
+    }
+    verdict
+}
+
+/// The order of one local error is one more than that of the method.
+fn one(what: &str, levels: &[Level], order: u32) -> Verdict {
+    if levels.iter().all(|level| level.error <= CLEAR_OF_NOISE * level.noise) {
+        return Verdict::not_applicable(format!("{what} is exact on this motion"));
+    }
+    match estimate(levels).judge(order + 1) {
+        Verdict::Broken { defect, bound, witness } => {
+            Verdict::Broken { defect, bound, witness: format!("{what}, local error: {witness}") }
+        }
+        Verdict::Inconclusive { why } => Verdict::inconclusive(format!("{what}: {why}")),
+        other => other,
+    }
+}
+
+impl Study<'_> {
+    fn errors<const N: usize, const D: usize, R: Retraction<Dd, N, D>>(
+        &self,
+        system: &System<Dd, N, D, R>,
+        x: &Vector<Dd, N>,
+        shift: &Vector<Dd, N>,
+        h: Dd,
+    ) -> Result<Errors, String> {
+        let tell = |what: &str| format!("{what} could not be computed");
+        let steps: Vec<Dd> = (0..LEVELS).rev().map(|k| h / Dd::int(1 << k)).collect();
+        let (l, f, r) = (&system.lagrangian, &system.force, &system.retraction);
+        let doubled = Forced::new(l, f, r);
+        let eta = l.velocity(&system.state.momentum, &Vector::zeros()).map_err(|_| tell("the velocity"))?;
+        let psi = eta + shift * (eta.amax().max(Dd::exact(0.25)) * Dd::exact(OFF.1));
+        let u = r.tau(&(x * Dd::exact(OFF.0))).map_err(|_| tell("U₀"))?;
+        let start = Start { time: system.state.time, eta, u, psi };
+        let exact = ExactSolution::new::<D>(doubled.clone(), r, 8).map_err(|_| tell("the solution off the units"))?;
+        let points = exact.at(&start, &steps).map_err(|_| tell("the solution off the units"))?;
+        let begin = legendre(&doubled, start.time, &eta, &u, &psi).ok_or(tell("the Legendre transform"))?;
+        let restricted = momenta(system, &steps).map_err(|_| tell("the solution on the units"))?;
+        let mut errors: Errors = Default::default();
+        let mut flow = Doubled::<Dd, _, _, N, D>::new(system.tableau.clone(), r, doubled.clone());
+        for (k, step) in steps.iter().enumerate().rev() {
+            let point = &points[k];
+            let l_d = StageLagrangian::new(doubled.clone(), r, system.tableau.clone(), *step).at_time(start.time);
+            let stages = l_d.extremise(&point.x, &u, &point.y, None).map_err(|_| tell("l_d"))?;
+            let value = l_d.action(&u, &stages).map_err(|_| tell("l_d"))?;
+            let terms = *step * (l.value(&point.eta).abs() + l.value(&point.psi).abs());
+            errors[0].push(level(*step, (value - point.action).abs(), terms, 4096));
+
+            let (lambda, mu) = begin;
+            let mut state = DoubledState { time: start.time, lambda, relative: u, mu, attitudes: None };
+            flow.step(&mut state, *step).map_err(|_| tell("the doubled step"))?;
+            let end = legendre(&doubled, point.time, &point.eta, &point.u, &point.psi)
+                .ok_or(tell("the Legendre transform"))?;
+            let off = (state.lambda - end.0).amax().max((state.mu - end.1).amax());
+            let off = off.max((state.relative - point.u).amax() * end.1.amax());
+            errors[1].push(level(*step, off, end.0.amax() + end.1.amax(), 4096));
+
+            let mut state = system.state.clone();
+            let mut method = subject(system, self.fault);
+            method.step(&mut state, *step).map_err(|_| tell("the restricted step"))?;
+            let off = (state.momentum - restricted[k]).amax();
+            errors[2].push(level(*step, off, restricted[k].amax(), 4096));
+        }
+        Ok(errors)
+    }
+}
+
+/// λ = −∂l/∂η, μ = ∂l/∂ψ.
+fn legendre<const N: usize, const D: usize>(
+    doubled: &impl DoubledLagrangian<Dd, N, D>,
+    t: Dd,
+    eta: &Vector<Dd, N>,
+    u: &Matrix<Dd, D>,
+    psi: &Vector<Dd, N>,
+) -> Option<(Covector<Dd, N>, Covector<Dd, N>)> {
+    let partials = doubled.partials(t, eta, u, psi).ok()?;
+    Some((-partials.eta, partials.psi))
+}
+
+/// μ of forced Lie–Poisson at each of the times, by a classical Gauss method with 8 stages.
+fn momenta<const N: usize, const D: usize, R>(
+    system: &System<Dd, N, D, R>,
+    times: &[Dd],
+) -> Result<Vec<Covector<Dd, N>>, StepError> {
+    let equations = EulerPoincare::new(system.algebra.clone(), &system.lagrangian, &system.force);
+    let Ok(gauss) = Family::Gauss.tableau::<Dd>(8) else {
+        return Err(StepError::NotFinite { what: "the reference tableau" });
+    };
+    let mut method = Classical::<Dd, N, D, _, _, MatrixGroup<Dd, N, D>>::new(equations, None, gauss);
+    let mut state = State { attitude: Matrix::identity(), ..system.state.clone() };
+    let mut passed = Dd::exact(0.0);
+    let advance = |time: &Dd| {
+        method.step(&mut state, *time - passed)?;
+        passed = *time;
+        Ok(state.momentum)
+    };
+    times.iter().map(advance).collect()
+}
+
+fn level(h: Dd, error: Dd, size: Dd, operations: i64) -> Level {
+    let noise = Dd::unit_roundoff() * Dd::int(operations) * size;
+    Level { h: h.to_f64(), error: error.to_f64(), noise: noise.to_f64() }
+}
