@@ -128,6 +128,6 @@ fn larger<S: Scalar>(size: f64, entry: S) -> f64 {
 }
 
 /// 2^−k with 2^k ≤ size < 2^(k+1), kept inside ±500 so that products of two of them are exact.
-pub(super) fn power_of_two(size: f64) -> Option<f64> {
+pub(crate) fn power_of_two(size: f64) -> Option<f64> {
     (size > 0.0 && size.is_finite()).then(|| 2.0_f64.powi(-(size.log2().floor().clamp(-500.0, 500.0) as i32)))
 }

@@ -159,15 +159,14 @@ fn newton_velocities<T: Real, const N: usize, const D: usize>(
     Err(LegendreError::NotConverged { residual: size.to_f64(), iterations: MAX_ITERATIONS }.into())
 }
 
-/// The solution of J (δη, δψ) = r by blocks, J the Jacobian of (−∂l/∂η, ∂l/∂ψ).
-fn newton_step<T: Real, const N: usize, const D: usize>(
+/// The second derivatives of **l** in the velocities, N×N blocks by columns: of (∂l/∂η, ∂l/∂ψ) along η, then along ψ.
+pub(super) fn velocity_hessian<T: Real, const N: usize, const D: usize>(
     doubled: &(impl DoubledLagrangian<T, N, D> + ?Sized),
     t: T,
     eta: &Vector<T, N>,
     u: &Matrix<T, D>,
     psi: &Vector<T, N>,
-    (r, s): Both<Vector<T, N>>,
-) -> Result<Both<Vector<T, N>>, VelocityError> {
+) -> Result<Both<Both<Matrix<T, N>>>, RetractionError> {
     let columns = |which: bool| -> Result<Both<Matrix<T, N>>, RetractionError> {
         let (mut first, mut second) = (Matrix::<T, N>::zeros(), Matrix::<T, N>::zeros());
         for a in 0..N {
@@ -178,12 +177,25 @@ fn newton_step<T: Real, const N: usize, const D: usize>(
                 right[a].eps = T::one()
             }
             let moved = doubled.partials(Dual::constant(t), &left, &u.map(Dual::constant), &right)?;
-            first.set_column(a, &moved.eta.map(|v| -v.eps).transpose());
+            first.set_column(a, &moved.eta.map(|v| v.eps).transpose());
             second.set_column(a, &moved.psi.map(|v| v.eps).transpose());
         }
         Ok((first, second))
     };
-    let ((a, c), (b, d)) = (columns(true)?, columns(false)?);
+    Ok((columns(true)?, columns(false)?))
+}
+
+/// The solution of J (δη, δψ) = r by blocks, J the Jacobian of (−∂l/∂η, ∂l/∂ψ).
+fn newton_step<T: Real, const N: usize, const D: usize>(
+    doubled: &(impl DoubledLagrangian<T, N, D> + ?Sized),
+    t: T,
+    eta: &Vector<T, N>,
+    u: &Matrix<T, D>,
+    psi: &Vector<T, N>,
+    (r, s): Both<Vector<T, N>>,
+) -> Result<Both<Vector<T, N>>, VelocityError> {
+    let ((a, c), (b, d)) = velocity_hessian(doubled, t, eta, u, psi)?;
+    let (a, b) = (-a, -b);
     let singular = || LegendreError::Singular { velocity: eta.iter().chain(psi).map(|v| v.to_f64()).collect() };
     let inverse = elimination::inverse(&a).ok_or_else(singular)?;
     let schur = elimination::inverse(&(d - c * inverse * b)).ok_or_else(singular)?;

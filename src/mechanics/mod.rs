@@ -5,6 +5,7 @@ use crate::scalar::{Dual, Real, Scalar};
 
 pub mod doubled;
 pub mod equations;
+pub mod euler_lagrange;
 pub mod force;
 pub mod lagrangian;
 pub mod models;
