@@ -93,6 +93,50 @@ pub trait DoubledLagrangian<T: Real, const N: usize, const D: usize> {
     }
 }
 
+impl<T: Real, L: DoubledLagrangian<T, N, D>, const N: usize, const D: usize> DoubledLagrangian<T, N, D> for &L {
+    fn value<S: Scalar<Base = T>>(
+        &self,
+        t: S,
+        eta: &Vector<S, N>,
+        u: &Matrix<S, D>,
+        psi: &Vector<S, N>,
+    ) -> Result<S, RetractionError> {
+        (**self).value(t, eta, u, psi)
+    }
+
+    fn hat<S: Scalar<Base = T>>(&self, xi: &Vector<S, N>) -> Result<Matrix<S, D>, RetractionError> {
+        (**self).hat(xi)
+    }
+
+    fn unit_velocities(
+        &self,
+        lambda: &Covector<T, N>,
+        mu: &Covector<T, N>,
+    ) -> Result<(Vector<T, N>, Vector<T, N>), LegendreError> {
+        (**self).unit_velocities(lambda, mu)
+    }
+
+    fn velocities(
+        &self,
+        t: T,
+        lambda: &Covector<T, N>,
+        u: &Matrix<T, D>,
+        mu: &Covector<T, N>,
+    ) -> Result<(Vector<T, N>, Vector<T, N>), VelocityError> {
+        (**self).velocities(t, lambda, u, mu)
+    }
+
+    fn partials<S: Scalar<Base = T>>(
+        &self,
+        t: S,
+        eta: &Vector<S, N>,
+        u: &Matrix<S, D>,
+        psi: &Vector<S, N>,
+    ) -> Result<Partials<S, N>, RetractionError> {
+        (**self).partials(t, eta, u, psi)
+    }
+}
+
 /// The partial derivatives by dual numbers: U is moved to U(1 + ε ê_a) and to (1 + ε ê_a)U, which are exact as ε² = 0.
 ///
 /// # Errors
@@ -161,13 +205,17 @@ fn newton_velocities<T: Real, const N: usize, const D: usize>(
 }
 
 /// The second derivatives of **l** in the velocities, N×N blocks by columns: of (∂l/∂η, ∂l/∂ψ) along η, then along ψ.
-pub(super) fn velocity_hessian<T: Real, const N: usize, const D: usize>(
+///
+/// # Errors
+/// U outside the domain of the Lagrangian.
+#[allow(clippy::type_complexity)]
+pub fn velocity_hessian<T: Real, const N: usize, const D: usize>(
     doubled: &(impl DoubledLagrangian<T, N, D> + ?Sized),
     t: T,
     eta: &Vector<T, N>,
     u: &Matrix<T, D>,
     psi: &Vector<T, N>,
-) -> Result<Both<Both<Matrix<T, N>>>, RetractionError> {
+) -> Result<((Matrix<T, N>, Matrix<T, N>), (Matrix<T, N>, Matrix<T, N>)), RetractionError> {
     let columns = |which: bool| -> Result<Both<Matrix<T, N>>, RetractionError> {
         let (mut first, mut second) = (Matrix::<T, N>::zeros(), Matrix::<T, N>::zeros());
         for a in 0..N {
@@ -199,7 +247,7 @@ pub(super) fn inverse_velocity_hessian<T: Real, const N: usize, const D: usize>(
     let inverse = elimination::inverse(&-a).ok_or_else(singular)?;
     let (lower, upper) = (c * inverse, -(inverse * b));
     let schur = elimination::inverse(&(d - c * upper)).ok_or_else(singular)?;
-    Ok([[inverse + upper * schur * -lower, -(upper * schur)], [-(schur * lower), schur]])
+    Ok([[inverse + upper * schur * lower, -(upper * schur)], [-(schur * lower), schur]])
 }
 
 /// l_f(η, U, ψ) = l(ψ) − l(η) − k_f(η, U, ψ), k_f = −½ ⟨f(t, η) + f(t, ψ), τ⁻¹(U)⟩.
