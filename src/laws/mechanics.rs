@@ -3,10 +3,13 @@
 use super::CaseLaw;
 use super::precision::{Measured, settle, settle_small};
 use super::probe::Probe;
+use super::subjects::{
+    COUPLING_SUM, FIRST_COPY_ONLY, HALF_FORCE, LEFT_FOR_RIGHT, NO_FORCE_DERIVATIVE, PLUS, PlantedForced, TIME_SHIFT,
+};
 use crate::algebra::{Covector, Matrix, Vector};
 use crate::group::LieGroup;
 use crate::harness::{Cost, Fault};
-use crate::mechanics::doubled::{DoubledLagrangian, Forced, Partials, partials_by_duals};
+use crate::mechanics::doubled::{DoubledLagrangian, Forced, partials_by_duals};
 use crate::mechanics::{Force, Lagrangian};
 use crate::retraction::{Retraction, RetractionError};
 use crate::scalar::Real;
@@ -24,14 +27,7 @@ pub const LAWS: &[CaseLaw] = &[
         oracle: "the same function at the inverse arrow, and the form with τ⁻¹(U⁻¹)",
         bound: BOUND,
         cost: Cost::Cheap,
-        faults: &[
-            Fault::new("first-copy-only", "k_f = −⟨f(η), τ⁻¹(U)⟩", "velocity-dependent forces"),
-            Fault::new(
-                "sum",
-                "k_f = ½(⟨f(ψ), τ⁻¹(U⁻¹)⟩ + ⟨f(η), τ⁻¹(U)⟩), the sign of the second term flipped",
-                "forced systems",
-            ),
-        ],
+        faults: &[FIRST_COPY_ONLY, COUPLING_SUM, TIME_SHIFT],
         cases: || cases().with_group().forced().boxed(),
         check: |case, fault| settle(case, fault, Check { case, fault, which: Which::Coupling }),
     },
@@ -42,10 +38,7 @@ pub const LAWS: &[CaseLaw] = &[
         oracle: "the same function at the inverse arrow",
         bound: BOUND,
         cost: Cost::Cheap,
-        faults: &[
-            Fault::new("plus", "l(ψ) + l(η) − k_f", "every system"),
-            Fault::new("time-shift", "k_f of the inverse arrow at t + ¼", "time-dependent forces"),
-        ],
+        faults: &[FIRST_COPY_ONLY, COUPLING_SUM, PLUS],
         cases: || cases().with_group().boxed(),
         check: |case, fault| settle(case, fault, Check { case, fault, which: Which::Doubled }),
     },
@@ -56,11 +49,7 @@ pub const LAWS: &[CaseLaw] = &[
         oracle: "the derivatives of the value of l_f on dual numbers, and f itself on the units",
         bound: BOUND,
         cost: Cost::Cheap,
-        faults: &[
-            Fault::new("left-for-right", "R*_U ∂l/∂U replaced by L*_U ∂l/∂U", "non-abelian groups"),
-            Fault::new("no-force-derivative", "∂l_f/∂η without the derivative of f", "velocity-dependent forces"),
-            Fault::new("half-force", "∂l_f/∂U halved", "forced systems"),
-        ],
+        faults: &[PLUS, TIME_SHIFT, LEFT_FOR_RIGHT, NO_FORCE_DERIVATIVE, HALF_FORCE],
         cases: || cases().with_group().boxed(),
         check: |case, fault| settle_small(case, fault, Check { case, fault, which: Which::Partials }, 9),
     },
@@ -119,10 +108,6 @@ impl<T: Real> Visitor<T> for Check<'_> {
 }
 
 impl Check<'_> {
-    fn planted(&self, name: &str) -> bool {
-        Fault::planted(self.fault, name)
-    }
-
     fn coupling<T, const N: usize, const D: usize, L, F, R>(
         &self,
         doubled: &Forced<L, F, R>,
@@ -133,19 +118,9 @@ impl Check<'_> {
         F: Force<T, N>,
         R: Retraction<T, N, D>,
     {
-        let k = |eta: &Vector<T, N>, u: &Matrix<T, D>, inverse: &Matrix<T, D>, psi: &Vector<T, N>| {
-            let force = |eta: &Vector<T, N>| doubled.force.force(p.time, eta);
-            if self.planted("first-copy-only") {
-                return Ok(-(force(eta) * doubled.retraction.tau_inv(u)?)[0]);
-            }
-            if self.planted("sum") {
-                let (back, there) = (doubled.retraction.tau_inv(inverse)?, doubled.retraction.tau_inv(u)?);
-                return Ok(T::half() * ((force(psi) * back)[0] + (force(eta) * there)[0]));
-            }
-            doubled.coupling(p.time, eta, u, psi)
-        };
-        let here = k(&p.eta, &p.u, &p.inverse, &p.psi)?;
-        let there = k(&p.psi, &p.inverse, &p.u, &p.eta)?;
+        let planted = PlantedForced { doubled, fault: self.fault };
+        let here = planted.coupling(p.time, &p.eta, &p.u, &p.psi)?;
+        let there = planted.coupling(p.time, &p.psi, &p.inverse, &p.eta)?;
         let defined = doubled.coupling_as_defined(p.time, &p.eta, &p.u, &p.psi)?;
         let total = doubled.force.force(p.time, &p.eta).amax() + doubled.force.force(p.time, &p.psi).amax();
         let size = total * p.u.amax().max(T::one()) * p.inverse.amax().max(T::one());
@@ -170,13 +145,9 @@ impl Check<'_> {
         F: Force<T, N>,
         R: Retraction<T, N, D>,
     {
-        let shift = if self.planted("time-shift") { T::exact(0.25) } else { T::zero() };
-        let value = |time: T, eta: &Vector<T, N>, u: &Matrix<T, D>, psi: &Vector<T, N>| {
-            let twice = doubled.lagrangian.value(eta) * T::int(2);
-            Ok(doubled.value(time, eta, u, psi)? + if self.planted("plus") { twice } else { T::zero() })
-        };
-        let here = value(p.time, &p.eta, &p.u, &p.psi)?;
-        let there = value(p.time + shift, &p.psi, &p.inverse, &p.eta)?;
+        let planted = PlantedForced { doubled, fault: self.fault };
+        let here = planted.value(p.time, &p.eta, &p.u, &p.psi)?;
+        let there = planted.value(p.time, &p.psi, &p.inverse, &p.eta)?;
         let forces = doubled.force.force(p.time, &p.eta).amax() + doubled.force.force(p.time, &p.psi).amax();
         let size = doubled.lagrangian.value(&p.eta).abs()
             + doubled.lagrangian.value(&p.psi).abs()
@@ -197,23 +168,10 @@ impl Check<'_> {
         F: Force<T, N>,
         R: Retraction<T, N, D>,
     {
-        let subject = |u: &Matrix<T, D>, psi: &Vector<T, N>| {
-            let mut mine: Partials<T, N> = doubled.partials(p.time, &p.eta, u, psi)?;
-            if self.planted("left-for-right") {
-                mine.right = mine.left;
-            }
-            if self.planted("no-force-derivative") {
-                mine.eta = -doubled.lagrangian.gradient(&p.eta);
-            }
-            if self.planted("half-force") {
-                mine.left *= T::half();
-                mine.right *= T::half();
-            }
-            Ok(mine)
-        };
-        let mine = subject(&p.u, &p.psi)?;
-        let oracle = partials_by_duals(doubled, p.time, &p.eta, &p.u, &p.psi)?;
-        let unit = subject(&Matrix::identity(), &p.eta)?;
+        let planted = PlantedForced { doubled, fault: self.fault };
+        let mine = planted.partials(p.time, &p.eta, &p.u, &p.psi)?;
+        let oracle = partials_by_duals(&planted, p.time, &p.eta, &p.u, &p.psi)?;
+        let unit = planted.partials(p.time, &p.eta, &Matrix::identity(), &p.eta)?;
         let (f, momentum) = (doubled.force.force(p.time, &p.eta), doubled.lagrangian.gradient(&p.eta));
         // f and f' are of the size of the terms they are made of; the partials show it.
         let scale = p.u.amax().max(T::one()) * p.inverse.amax().max(T::one());

@@ -7,20 +7,31 @@
 //! |---|---|
 //! | [`retraction`] | [`crate::retraction`] |
 //! | [`groupoid`] | [`crate::groupoid`] |
-//! | [`mechanics`] | [`crate::mechanics`] |
+//! | [`lie_poisson`], [`orbits`] | [`crate::mechanics::lie_poisson`], [`crate::mechanics::equations`] |
+//! | [`mechanics`], [`euler_lagrange`], [`legendre`] | [`crate::mechanics::doubled`], its equations, its Legendre transform |
+//! | [`hamiltonian`], [`two_hamiltonians`] | [`crate::mechanics::hamiltonian`], [`crate::mechanics::forced_hamiltonian`] |
 //! | [`integrators`] | [`crate::integrators`], one step or a few |
 //! | [`order`] | [`crate::integrators`], convergence |
 //! | [`variational_error`] | [`crate::discrete`] and [`crate::integrators`]: one order for three things |
-//! | [`planted`] | nothing: the plain step in which faults are planted |
+//! | [`planted`], [`subjects`] | nothing: the plain step and the continuous theory in which faults are planted |
+//! | [`polynomial`] | nothing: random functions |
 
+pub mod euler_lagrange;
 pub mod groupoid;
+pub mod hamiltonian;
 pub mod integrators;
+pub mod legendre;
+pub mod lie_poisson;
 pub mod mechanics;
+pub mod orbits;
 pub mod order;
 pub mod planted;
+pub mod polynomial;
 pub mod precision;
 pub mod probe;
 pub mod retraction;
+pub mod subjects;
+pub mod two_hamiltonians;
 pub mod variational_error;
 
 use crate::harness::{Cost, Fault, Law, Verdict};
@@ -89,10 +100,23 @@ impl Law<Case> for CaseLaw {
 
 /// Every law, in the order of the modules that they judge.
 pub fn all() -> Vec<&'static CaseLaw> {
-    [retraction::LAWS, groupoid::LAWS, mechanics::LAWS, integrators::LAWS, order::LAWS, variational_error::LAWS]
-        .into_iter()
-        .flatten()
-        .collect()
+    [
+        retraction::LAWS,
+        groupoid::LAWS,
+        lie_poisson::LAWS,
+        orbits::LAWS,
+        mechanics::LAWS,
+        euler_lagrange::LAWS,
+        legendre::LAWS,
+        hamiltonian::LAWS,
+        two_hamiltonians::LAWS,
+        integrators::LAWS,
+        order::LAWS,
+        variational_error::LAWS,
+    ]
+    .into_iter()
+    .flatten()
+    .collect()
 }
 
 /// The law called `name`.

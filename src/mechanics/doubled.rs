@@ -108,6 +108,60 @@ pub trait DoubledLagrangian<T: Real, const N: usize, const D: usize> {
     }
 }
 
+impl<T: Real, L: DoubledLagrangian<T, N, D>, const N: usize, const D: usize> DoubledLagrangian<T, N, D> for &L {
+    fn value<S: Scalar<Base = T>>(
+        &self,
+        t: S,
+        eta: &Vector<S, N>,
+        u: &Matrix<S, D>,
+        psi: &Vector<S, N>,
+    ) -> Result<S, RetractionError> {
+        (**self).value(t, eta, u, psi)
+    }
+
+    fn hat<S: Scalar<Base = T>>(&self, xi: &Vector<S, N>) -> Result<Matrix<S, D>, RetractionError> {
+        (**self).hat(xi)
+    }
+
+    fn unit_velocities(
+        &self,
+        lambda: &Covector<T, N>,
+        mu: &Covector<T, N>,
+    ) -> Result<(Vector<T, N>, Vector<T, N>), LegendreError> {
+        (**self).unit_velocities(lambda, mu)
+    }
+
+    fn velocities(
+        &self,
+        t: T,
+        lambda: &Covector<T, N>,
+        u: &Matrix<T, D>,
+        mu: &Covector<T, N>,
+    ) -> Result<(Vector<T, N>, Vector<T, N>), VelocityError> {
+        (**self).velocities(t, lambda, u, mu)
+    }
+
+    fn velocity_hessian(
+        &self,
+        t: T,
+        eta: &Vector<T, N>,
+        u: &Matrix<T, D>,
+        psi: &Vector<T, N>,
+    ) -> Result<Both<Both<Matrix<T, N>>>, RetractionError> {
+        (**self).velocity_hessian(t, eta, u, psi)
+    }
+
+    fn partials<S: Scalar<Base = T>>(
+        &self,
+        t: S,
+        eta: &Vector<S, N>,
+        u: &Matrix<S, D>,
+        psi: &Vector<S, N>,
+    ) -> Result<Partials<S, N>, RetractionError> {
+        (**self).partials(t, eta, u, psi)
+    }
+}
+
 /// The partial derivatives by dual numbers: U is moved to U(1 + ε ê_a) and to (1 + ε ê_a)U, which are exact as ε² = 0.
 ///
 /// # Errors
@@ -162,7 +216,8 @@ fn newton_velocities<T: Real, const N: usize, const D: usize>(
         if close || size <= T::int(4 * N as i64) * unit * momenta {
             return Ok((eta, psi));
         }
-        let step = newton_step(doubled, t, &eta, u, &psi, residual)?;
+        let [[a, b], [c, d]] = inverse_velocity_hessian(doubled, t, &eta, u, &psi)?;
+        let step = (a * residual.0 + b * residual.1, c * residual.0 + d * residual.1);
         // A step below √u leaves an error of the order of round-off.
         close = largest(&step) <= unit.sqrt() * largest(&(eta, psi));
         eta -= step.0;
@@ -203,22 +258,20 @@ pub fn velocity_hessian_by_duals<T: Real, const N: usize, const D: usize>(
     Ok((columns(true)?, columns(false)?))
 }
 
-/// The solution of J (δη, δψ) = r by blocks, J the Jacobian of (−∂l/∂η, ∂l/∂ψ).
-fn newton_step<T: Real, const N: usize, const D: usize>(
+/// J⁻¹ by blocks, J the Jacobian of (−∂l/∂η, ∂l/∂ψ) in (η, ψ).
+pub(super) fn inverse_velocity_hessian<T: Real, const N: usize, const D: usize>(
     doubled: &(impl DoubledLagrangian<T, N, D> + ?Sized),
     t: T,
     eta: &Vector<T, N>,
     u: &Matrix<T, D>,
     psi: &Vector<T, N>,
-    (r, s): Both<Vector<T, N>>,
-) -> Result<Both<Vector<T, N>>, VelocityError> {
+) -> Result<[[Matrix<T, N>; 2]; 2], VelocityError> {
     let ((a, c), (b, d)) = doubled.velocity_hessian(t, eta, u, psi)?;
-    let (a, b) = (-a, -b);
     let singular = || LegendreError::Singular { velocity: eta.iter().chain(psi).map(|v| v.to_f64()).collect() };
-    let inverse = elimination::inverse(&a).ok_or_else(singular)?;
-    let schur = elimination::inverse(&(d - c * inverse * b)).ok_or_else(singular)?;
-    let second = schur * (s - c * inverse * r);
-    Ok((inverse * (r - b * second), second))
+    let inverse = elimination::inverse(&-a).ok_or_else(singular)?;
+    let (lower, upper) = (c * inverse, -(inverse * b));
+    let schur = elimination::inverse(&(d - c * upper)).ok_or_else(singular)?;
+    Ok([[inverse + upper * schur * lower, -(upper * schur)], [-(schur * lower), schur]])
 }
 
 /// l_f(η, U, ψ) = l(ψ) − l(η) − k_f(η, U, ψ), k_f = −½ ⟨f(t, η) + f(t, ψ), τ⁻¹(U)⟩.
@@ -282,8 +335,17 @@ impl<L, F, R> Forced<L, F, R> {
     }
 }
 
+/// ξ̂ = d/dε τ(εξ) at ε = 0.
+pub(super) fn hat<T: Real, S: Scalar<Base = T>, const N: usize, const D: usize>(
+    retraction: &impl Retraction<T, N, D>,
+    xi: &Vector<S, N>,
+) -> Result<Matrix<S, D>, RetractionError> {
+    let along = xi.map(|eps| Dual { re: S::zero(), eps });
+    Ok(retraction.tau(&along)?.map(|v| v.eps))
+}
+
 /// The covector v ↦ ⟨∂f/∂η(t, η) v, x⟩.
-fn force_derivative<T: Real, S: Scalar<Base = T>, const N: usize>(
+pub(super) fn force_derivative<T: Real, S: Scalar<Base = T>, const N: usize>(
     force: &impl Force<T, N>,
     t: S,
     eta: &Vector<S, N>,
@@ -312,10 +374,8 @@ where
         Ok(self.lagrangian.value(psi) - self.lagrangian.value(eta) - self.coupling(t, eta, u, psi)?)
     }
 
-    /// ξ̂ = d/dε τ(εξ) at ε = 0.
     fn hat<S: Scalar<Base = T>>(&self, xi: &Vector<S, N>) -> Result<Matrix<S, D>, RetractionError> {
-        let along = xi.map(|eps| Dual { re: S::zero(), eps });
-        Ok(self.retraction.tau(&along)?.map(|v| v.eps))
+        hat(&self.retraction, xi)
     }
 
     fn unit_velocities(

@@ -83,19 +83,33 @@ pub fn rates<T: Real, const N: usize, const D: usize>(
 ) -> Result<EulerLagrangeRates<T, N, D>, VelocityError> {
     let zero = Vector::zeros();
     let (first, second) = residual(doubled, algebra, t, eta, u, psi, &zero, &zero)?;
+    let (eta_rate, psi_rate) = accelerations(doubled, t, eta, u, psi, &-first, &-second)?;
+    Ok(EulerLagrangeRates { eta: eta_rate, u: arrow_rate(doubled, eta, u, psi)?, psi: psi_rate })
+}
+
+/// The (η̇, ψ̇) that change (∂l/∂η, ∂l/∂ψ) at the given rates while t and U stand still: one linear system with the
+/// second derivatives of **l**.
+///
+/// # Errors
+/// U outside the domain of the Lagrangian; second derivatives that are singular to working precision.
+pub fn accelerations<T: Real, const N: usize, const D: usize>(
+    doubled: &impl DoubledLagrangian<T, N, D>,
+    t: T,
+    eta: &Vector<T, N>,
+    u: &Matrix<T, D>,
+    psi: &Vector<T, N>,
+    first: &Covector<T, N>,
+    second: &Covector<T, N>,
+) -> Result<(Vector<T, N>, Vector<T, N>), VelocityError> {
     let ((a, c), (b, d)) = doubled.velocity_hessian(t, eta, u, psi)?;
     let hessian = DMatrix::from_fn(2 * N, 2 * N, |i, j| {
         let block = [[&a, &b], [&c, &d]][i / N][j / N];
         block[(i % N, j % N)]
     });
-    let right = DVector::from_fn(2 * N, |i, _| if i < N { -first[i] } else { -second[i - N] });
+    let right = DVector::from_fn(2 * N, |i, _| if i < N { first[i] } else { second[i - N] });
     let solution = solve(hessian, &right)
         .ok_or_else(|| LegendreError::Singular { velocity: eta.iter().chain(psi).map(|v| v.to_f64()).collect() })?;
-    Ok(EulerLagrangeRates {
-        eta: Vector::from_fn(|a, _| solution[a]),
-        u: arrow_rate(doubled, eta, u, psi)?,
-        psi: Vector::from_fn(|a, _| solution[N + a]),
-    })
+    Ok((Vector::from_fn(|a, _| solution[a]), Vector::from_fn(|a, _| solution[N + a])))
 }
 
 /// A⁻¹b by elimination with complete pivoting, rows and columns scaled by powers of two; `None` when the last pivot is

@@ -7,7 +7,10 @@ pub mod doubled;
 pub mod equations;
 pub mod euler_lagrange;
 pub mod force;
+pub mod forced_hamiltonian;
+pub mod hamiltonian;
 pub mod lagrangian;
+pub mod lie_poisson;
 pub mod models;
 
 /// Why the Legendre transform could not be inverted.

@@ -16,7 +16,7 @@ pub mod replay;
 mod shrink;
 mod so3;
 
-pub use case::Case;
+pub use case::{Case, Force as ForceTerm, Motion};
 pub use dispatch::{System, Visitor, Wrap};
 pub use document::ScalarName;
 pub use error::{CaseError, Place, Problem};

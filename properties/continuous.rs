@@ -1,0 +1,215 @@
+//! Properties of the continuous theory: Euler–Lagrange equations on g×G×g, Hamiltonians on g*×G×g*, Lie–Poisson functions.
+
+use euler_poincare::algebra::{Covector, LieAlgebra, Matrix, Vector, pair};
+use euler_poincare::mechanics::doubled::{DoubledLagrangian, Forced, VelocityError, velocity_hessian};
+use euler_poincare::mechanics::euler_lagrange::{accelerations, rates, residual};
+use euler_poincare::mechanics::force::{DoubleBracket, LinearDrag, Zero};
+use euler_poincare::mechanics::forced_hamiltonian::ForcedHamiltonian;
+use euler_poincare::mechanics::hamiltonian::{
+    LegendreHamiltonian, hamilton_rates, hamiltonian_legendre, hamiltonian_legendre_jacobian, hamiltonian_momenta,
+    modified_legendre,
+};
+use euler_poincare::mechanics::lagrangian::{Quadratic, Quartic};
+use euler_poincare::mechanics::lie_poisson::{OrbitField, OrbitForce};
+use euler_poincare::mechanics::{Force, Lagrangian, LegendreError};
+use euler_poincare::retraction::{CayleySo3, Retraction, RetractionError};
+use euler_poincare::scalar::Scalar;
+
+const TIGHT: f64 = 1e-13;
+
+fn so3() -> LieAlgebra<f64, 3> {
+    Retraction::<f64, 3, 3>::algebra(&CayleySo3::<f64>::new()).clone()
+}
+
+fn body() -> Quadratic<f64, 3> {
+    Quadratic::diagonal([0.5, 2.0, 1.0]).unwrap()
+}
+
+fn drag() -> LinearDrag<f64, 3> {
+    LinearDrag::new(Matrix::<f64, 3>::new(0.3, 0.1, 0.0, -0.2, 0.4, 0.1, 0.0, 0.3, 0.2)).unwrap()
+}
+
+fn point() -> (Vector<f64, 3>, Matrix<f64, 3>, Vector<f64, 3>) {
+    let u = CayleySo3::new().tau(&Vector::<f64, 3>::new(0.3, -0.2, 0.4)).unwrap();
+    (Vector::<f64, 3>::new(0.7, -0.3, 0.5), u, Vector::<f64, 3>::new(0.2, 0.6, -0.4))
+}
+
+/// I η̇ = Iη × η on SO(3).
+fn free_acceleration(eta: &Vector<f64, 3>) -> Vector<f64, 3> {
+    let body = body();
+    body.inverse() * (body.inertia() * eta).cross(eta)
+}
+
+#[test]
+fn without_a_force_the_copies_are_two_free_bodies() {
+    let (eta, u, psi) = point();
+    let doubled = Forced::new(body(), Zero, CayleySo3::new());
+    let found = rates(&doubled, &so3(), 0.0, &eta, &u, &psi).unwrap();
+    assert!((found.eta - free_acceleration(&eta)).amax() < TIGHT);
+    assert!((found.psi - free_acceleration(&psi)).amax() < TIGHT);
+    let expected = u * psi.cross_matrix() - eta.cross_matrix() * u;
+    assert!((found.u - expected).amax() < TIGHT);
+}
+
+#[test]
+fn the_rates_leave_no_residual_off_the_units() {
+    let (eta, u, psi) = point();
+    let inertia = Matrix::<f64, 3>::new(1.0, 0.2, 0.0, 0.2, 2.0, 0.1, 0.0, 0.1, 1.5);
+    let doubled = Forced::new(Quartic::new(inertia, 0.25).unwrap(), drag(), CayleySo3::new());
+    let found = rates(&doubled, &so3(), 0.5, &eta, &u, &psi).unwrap();
+    let (first, second) = residual(&doubled, &so3(), 0.5, &eta, &u, &psi, &found.eta, &found.psi).unwrap();
+    assert!(first.amax().max(second.amax()) < TIGHT);
+    assert!((found.eta - found.psi).amax() > 1e-3);
+}
+
+/// Only the first velocity enters.
+struct Half(Quadratic<f64, 3>);
+
+impl DoubledLagrangian<f64, 3, 3> for Half {
+    fn value<S: Scalar<Base = f64>>(
+        &self,
+        _t: S,
+        eta: &Vector<S, 3>,
+        _u: &Matrix<S, 3>,
+        _psi: &Vector<S, 3>,
+    ) -> Result<S, RetractionError> {
+        Ok(self.0.value(eta))
+    }
+
+    fn hat<S: Scalar<Base = f64>>(&self, xi: &Vector<S, 3>) -> Result<Matrix<S, 3>, RetractionError> {
+        Ok(xi.cross_matrix())
+    }
+
+    fn unit_velocities(
+        &self,
+        _lambda: &Covector<f64, 3>,
+        _mu: &Covector<f64, 3>,
+    ) -> Result<(Vector<f64, 3>, Vector<f64, 3>), LegendreError> {
+        Ok((Vector::zeros(), Vector::zeros()))
+    }
+}
+
+/// ⟨η, Cψ⟩: regular, although neither diagonal block of the second derivatives is.
+struct Crossed;
+
+impl DoubledLagrangian<f64, 3, 3> for Crossed {
+    fn value<S: Scalar<Base = f64>>(
+        &self,
+        _t: S,
+        eta: &Vector<S, 3>,
+        _u: &Matrix<S, 3>,
+        psi: &Vector<S, 3>,
+    ) -> Result<S, RetractionError> {
+        Ok(eta[0] * psi[1] + eta[1] * psi[2] * S::int(2) + eta[2] * psi[0] * S::exact(1e-30))
+    }
+
+    fn hat<S: Scalar<Base = f64>>(&self, xi: &Vector<S, 3>) -> Result<Matrix<S, 3>, RetractionError> {
+        Ok(xi.cross_matrix())
+    }
+
+    fn unit_velocities(
+        &self,
+        _lambda: &Covector<f64, 3>,
+        _mu: &Covector<f64, 3>,
+    ) -> Result<(Vector<f64, 3>, Vector<f64, 3>), LegendreError> {
+        Ok((Vector::zeros(), Vector::zeros()))
+    }
+}
+
+#[test]
+fn accelerations_need_regularity_and_nothing_else() {
+    let (eta, u, psi) = point();
+    let singular = rates(&Half(body()), &so3(), 0.0, &eta, &u, &psi);
+    assert!(matches!(singular, Err(VelocityError::Legendre(LegendreError::Singular { .. }))));
+    let (first, second) = (Covector::<f64, 3>::new(1.0, 2.0, 3e-30), Covector::<f64, 3>::new(4e-30, 5.0, 6.0));
+    let (x, y) = accelerations(&Crossed, 0.0, &eta, &u, &psi, &first, &second).unwrap();
+    assert!((x - Vector::<f64, 3>::new(5.0, 3.0, 4.0)).amax() < TIGHT);
+    assert!((y - Vector::<f64, 3>::new(3.0, 1.0, 1.0)).amax() < TIGHT);
+}
+
+#[test]
+fn what_is_outside_the_domain_is_an_error() {
+    let (eta, _, psi) = point();
+    let half_turn = Matrix::<f64, 3>::from_diagonal(&Vector::<f64, 3>::new(1.0, -1.0, -1.0));
+    let doubled = Forced::new(body(), drag(), CayleySo3::new());
+    let found = rates(&doubled, &so3(), 0.0, &eta, &half_turn, &psi);
+    assert!(matches!(found, Err(VelocityError::Domain(_))));
+    let h = ForcedHamiltonian::new(body(), drag(), CayleySo3::new());
+    let (lambda, mu) = (Covector::<f64, 3>::new(0.1, 0.2, 0.3), Covector::<f64, 3>::new(0.3, 0.2, 0.1));
+    assert!(hamilton_rates(&h, &so3(), 0.0, &lambda, &half_turn, &mu).is_err());
+    let nan = Vector::<f64, 3>::new(f64::NAN, 0.0, 0.0);
+    assert!(rates(&doubled, &so3(), 0.0, &nan, &Matrix::identity(), &psi).is_err());
+    assert!(hamiltonian_momenta(&h, 0.0, &nan, &Matrix::identity(), &psi, (&lambda, &mu)).is_err());
+}
+
+/// On the units, μ̇ = μ × Ω + f.
+#[test]
+fn the_forced_hamiltonian_moves_a_body_with_drag() {
+    let h = ForcedHamiltonian::new(body(), drag(), CayleySo3::new());
+    let mu = Covector::<f64, 3>::new(0.4, -0.7, 0.3);
+    let omega = body().inverse() * mu.transpose();
+    let expected = mu.transpose().cross(&omega) + drag().force(0.0, &omega).transpose();
+    let found = hamilton_rates(&h, &so3(), 0.0, &mu, &Matrix::identity(), &mu).unwrap();
+    assert!((found.lambda.transpose() - expected).amax() < TIGHT);
+    assert!((found.mu.transpose() - expected).amax() < TIGHT);
+    assert!(found.u.amax() < TIGHT);
+}
+
+#[test]
+fn the_velocities_of_the_hamiltonian_can_be_inverted_near_the_units() {
+    let inertia = Matrix::<f64, 3>::new(1.0, 0.2, 0.0, 0.2, 2.0, 0.1, 0.0, 0.1, 1.5);
+    let h = ForcedHamiltonian::new(Quartic::new(inertia, 0.25).unwrap(), drag(), CayleySo3::new());
+    let (lambda, mu) = (Covector::<f64, 3>::new(0.5, 0.2, -0.3), Covector::<f64, 3>::new(0.3, 0.4, -0.1));
+    let u = CayleySo3::new().tau(&Vector::<f64, 3>::new(0.02, -0.01, 0.03)).unwrap();
+    let (eta, psi) = hamiltonian_legendre(&h, 0.0, &lambda, &u, &mu).unwrap();
+    let back = hamiltonian_momenta(&h, 0.0, &eta, &u, &psi, (&mu, &lambda)).unwrap();
+    assert!((back.0 - lambda).amax().max((back.1 - mu).amax()) < TIGHT);
+}
+
+/// The Jacobian of Fh̃× is the inverse of that of FL×: derivatives pass through the inverse transform.
+#[test]
+fn the_legendre_hamiltonian_carries_derivatives() {
+    let (eta, u, psi) = point();
+    let inertia = Matrix::<f64, 3>::new(1.0, 0.2, 0.0, 0.2, 2.0, 0.1, 0.0, 0.1, 1.5);
+    let lagrangian: euler_poincare::mechanics::lagrangian::AnyLagrangian<f64, 3> =
+        Quartic::new(inertia, 0.25).unwrap().into();
+    let damping = DoubleBracket::new(so3(), lagrangian.clone(), 0.25).unwrap();
+    let h = LegendreHamiltonian::new(Forced::new(lagrangian, damping, CayleySo3::new()));
+    let (lambda, mu) = modified_legendre(&h.doubled, 0.0, &eta, &u, &psi).unwrap();
+    let jacobian = hamiltonian_legendre_jacobian(&h, 0.0, &lambda, &u, &mu).unwrap();
+    let ((a, c), (b, d)) = velocity_hessian(&h.doubled, 0.0, &eta, &u, &psi).unwrap();
+    for column in 0..3 {
+        for row in 0..3 {
+            let entry = |r: usize, block: &dyn Fn(usize) -> (f64, f64)| {
+                (0..3).map(|k| jacobian[(r, k)] * block(k).0 + jacobian[(r, 3 + k)] * block(k).1).sum::<f64>()
+            };
+            let first = |k: usize| (-a[(k, column)], c[(k, column)]);
+            let second = |k: usize| (-b[(k, column)], d[(k, column)]);
+            let one = f64::from(u8::from(row == column));
+            assert!((entry(row, &first) - one).abs() < 1e-12);
+            assert!(entry(3 + row, &first).abs() < 1e-12);
+            assert!(entry(row, &second).abs() < 1e-12);
+            assert!((entry(3 + row, &second) - one).abs() < 1e-12);
+        }
+    }
+}
+
+/// ζ = α (ad*_η M)ᵀ.
+struct Damping<L>(LieAlgebra<f64, 3>, L, f64);
+
+impl<L: Lagrangian<f64, 3>> OrbitField<f64, 3> for Damping<L> {
+    fn zeta<S: Scalar<Base = f64>>(&self, _t: S, eta: &Vector<S, 3>) -> Vector<S, 3> {
+        self.0.coad(eta, &self.1.gradient(eta)).transpose() * S::lift(self.2)
+    }
+}
+
+#[test]
+fn the_double_bracket_is_an_orbit_force() {
+    let damping = DoubleBracket::new(so3(), body(), 0.75).unwrap();
+    let orbit = OrbitForce::new(so3(), body(), Damping(so3(), body(), 0.75));
+    let (eta, _, _) = point();
+    let difference = damping.force(0.0, &eta) - orbit.force(0.0, &eta);
+    assert!(difference.amax() < TIGHT);
+    let momentum = body().gradient(&eta);
+    assert!(pair(&orbit.force(0.0, &eta), &momentum.transpose()).abs() < TIGHT);
+}

@@ -1,0 +1,344 @@
+//! Laws of the reduced Euler–Lagrange equations on g×G×g, for l_f and for random Lagrangians of no symmetry.
+
+use super::CaseLaw;
+use super::planted::retraction::Plant;
+use super::polynomial::Polynomial;
+use super::precision::{Measured, settle_small};
+use super::probe::Probe;
+use super::subjects::*;
+use crate::algebra::{Matrix, Vector, pair};
+use crate::group::{LieGroup, MatrixGroup};
+use crate::harness::{Cost, Fault, Verdict};
+use crate::mechanics::doubled::{DoubledLagrangian, Forced, VelocityError};
+use crate::mechanics::equations::EulerPoincare;
+use crate::mechanics::{Force, Lagrangian};
+use crate::retraction::Retraction;
+use crate::scalar::{Dual, Real, Scalar};
+use crate::system::{Case, System, Visitor, cases};
+use proptest::strategy::Strategy;
+
+const SOURCE: &str = "Martín de Diego and Sato Martín de Almagro 2019, Thm 3.1";
+
+/// The laws of this file.
+pub const LAWS: &[CaseLaw] = &[
+    CaseLaw {
+        name: "first-variation",
+        statement: "d/dε l(η_ε, U_ε, ψ_ε) = −⟨residual, (φσ, φσ̃)⟩ + d/dt(⟨∂l/∂η, φσ⟩ + ⟨∂l/∂ψ, φσ̃⟩) along any curve",
+        source: SOURCE,
+        oracle: "the value of l along curves of matrices g(t)(1 + εφσ), differentiated by nested duals in t and ε; \
+                 η_ε = g_ε⁻¹ġ_ε is computed from the matrices, without a formula for δη; l is l_f or, in half of the \
+                 cases, a random polynomial of no symmetry",
+        bound: "two precisions; floor 2⁸ N u relative to the terms",
+        cost: Cost::Cheap,
+        faults: &[EL_BRACKET_SIGN, EL_SIDES, EL_POTENTIAL_SIGN, LEFT_FOR_RIGHT, NO_FORCE_DERIVATIVE, HALF_FORCE],
+        cases: || cases().with_group().boxed(),
+        check: |case, fault| settle_small(case, fault, Check { case, fault, which: Which::FirstVariation }, 9),
+    },
+    CaseLaw {
+        name: "units-carry-forced-euler-poincare",
+        statement: "on (η, e, η) both Euler–Lagrange equations of l_f hold with the η̇ of forced Euler–Poincaré; U̇ = 0",
+        source: "Martín de Diego and Sato Martín de Almagro 2019, Prop 3.2",
+        oracle: "the equations on g* of (l, f), through the Legendre transform of l",
+        bound: "two precisions; floor 2⁸ N u relative to the terms",
+        cost: Cost::Cheap,
+        faults: &[EL_BRACKET_SIGN, EL_POTENTIAL_SIGN, HALF_FORCE],
+        cases: || cases().with_group().boxed(),
+        check: |case, fault| settle_small(case, fault, Check { case, fault, which: Which::Units }, 9),
+    },
+    CaseLaw {
+        name: "stationary-action",
+        statement: "along solutions, dS/dε = 0 for the action S of curves g(1 + εφσ), g̃(1 + εφσ̃) with fixed ends",
+        source: SOURCE,
+        oracle: "the action of varied curves of matrices, by Simpson's rule at the nodes of a Runge–Kutta solution",
+        bound: "the largest change of dS/dε when the step is halved, twice (both rules are of order 4)",
+        cost: Cost::Expensive,
+        faults: &[EL_BRACKET_SIGN, EL_SIDES, EL_POTENTIAL_SIGN, ARROW_SIDES],
+        cases: || cases().with_group().smooth().boxed(),
+        check: |case, fault| match case.dispatch_with::<f64, _>(&Plant(fault), Stationary { case, fault }) {
+            Ok(verdict) => verdict,
+            Err(e) => Verdict::broken(format!("a generated case cannot be built: {e}")),
+        },
+    },
+];
+
+#[derive(Clone, Copy)]
+enum Which {
+    FirstVariation,
+    Units,
+}
+
+#[derive(Clone, Copy)]
+struct Check<'a> {
+    case: &'a Case,
+    fault: Option<&'a Fault>,
+    which: Which,
+}
+
+impl<T: Real> Visitor<T> for Check<'_> {
+    type Output = Measured;
+
+    fn visit<const N: usize, const D: usize, R: Retraction<T, N, D>>(self, system: System<T, N, D, R>) -> Measured {
+        let Some(group) = &system.group else {
+            return Measured::NotApplicable("the algebra has no group".into());
+        };
+        let mut probe = Probe::new(self.case, 11);
+        let l_f = Forced::new(&system.lagrangian, &system.force, &system.retraction);
+        let planted = PlantedForced { doubled: &l_f, fault: self.fault };
+        let measured = match self.which {
+            Which::Units => self.units(&system, &planted),
+            Which::FirstVariation => {
+                if probe.integer(0, 1) == 0 {
+                    self.first_variation(&system, group, &planted, &mut probe)
+                } else {
+                    let polynomial = Polynomial::new(group, &mut probe);
+                    self.first_variation(&system, group, &polynomial, &mut probe)
+                }
+            }
+        };
+        measured.unwrap_or_else(refused)
+    }
+}
+
+/// A number with a second derivative: the outer dual is time.
+type Jet<T> = Dual<Dual<T>>;
+
+/// base (1 + X + ½X²) with X = sξ̂ + s²ζ̂: on the group to second order in s.
+fn curve<T: Real, const N: usize, const D: usize>(
+    group: &MatrixGroup<T, N, D>,
+    base: &Matrix<T, D>,
+    [xi, zeta]: &[Vector<T, N>; 2],
+    s: Jet<T>,
+) -> Matrix<Jet<T>, D> {
+    let x = group.hat(&xi.map(Jet::lift)) * s + group.hat(&zeta.map(Jet::lift)) * (s * s);
+    base.map(Jet::lift) * (Matrix::identity() + x + x * x * Jet::half())
+}
+
+/// g, g⁻¹ and (g⁻¹ġ)^∨, the outer dual being time; `None` where g is singular.
+#[allow(clippy::type_complexity)]
+fn velocity<T: Real, const N: usize, const D: usize>(
+    group: &MatrixGroup<T, N, D>,
+    g: &Matrix<Jet<T>, D>,
+) -> Option<(Matrix<Dual<T>, D>, Matrix<Dual<T>, D>, Vector<Dual<T>, N>)> {
+    let (value, rate) = (g.map(|v| v.re), g.map(|v| v.eps));
+    let inverse = group.inverse(&value)?;
+    Some((value, inverse, group.vee(&(inverse * rate))))
+}
+
+impl Check<'_> {
+    fn first_variation<T: Real, const N: usize, const D: usize, R: Retraction<T, N, D>>(
+        &self,
+        system: &System<T, N, D, R>,
+        group: &MatrixGroup<T, N, D>,
+        doubled: &impl DoubledLagrangian<T, N, D>,
+        probe: &mut Probe,
+    ) -> Result<Measured, VelocityError> {
+        let time = system.state.time;
+        let base = system.retraction.tau(&(probe.vector::<T, N>() * T::exact(0.25)))?;
+        let other = base * system.retraction.tau(&(probe.vector::<T, N>() * T::exact(0.25)))?;
+        let mut two = || [probe.vector::<T, N>(), probe.vector::<T, N>() * T::half()];
+        let (one, tilde) = (two(), two());
+        let [sigma, sigma_tilde] = two();
+        let (phi, phi_rate) = (probe.unit::<T>(), probe.unit::<T>());
+
+        // The curves at s = 0, with two derivatives in time.
+        let both = Jet { re: Dual::variable(T::zero()), eps: Dual::constant(T::one()) };
+        let here = velocity(group, &curve(group, &base, &one, both));
+        let there = velocity(group, &curve(group, &other, &tilde, both));
+        // The varied curves, with one derivative in time (outer) and one in ε.
+        let s = Jet { re: Dual::constant(T::zero()), eps: Dual::constant(T::one()) };
+        let bump = (Jet::lift(phi) + s * Jet::lift(phi_rate)) * Jet::constant(Dual::variable(T::zero()));
+        let varied = |base: &Matrix<T, D>, through: &[Vector<T, N>; 2], sigma: &Vector<T, N>| {
+            let factor = Matrix::identity() + group.hat(&sigma.map(Jet::lift)) * bump;
+            velocity(group, &(curve(group, base, through, s) * factor))
+        };
+        let (moved, moved_tilde) = (varied(&base, &one, &sigma), varied(&other, &tilde, &sigma_tilde));
+        let (
+            Some((_, inverse, eta)),
+            Some((g, _, psi)),
+            Some((_, inverse_moved, eta_moved)),
+            Some((g_moved, _, psi_moved)),
+        ) = (here, there, moved, moved_tilde)
+        else {
+            return Ok(Measured::Broken("τ(x) is a singular matrix".into()));
+        };
+        let u = inverse * g;
+        let varied = doubled.value(Dual::constant(time), &eta_moved, &(inverse_moved * g_moved), &psi_moved)?.eps;
+
+        // d/dt d/dε of l with the velocities moved along φσ, φσ̃: the outer dual is ε here.
+        let weight = Dual { re: phi, eps: phi_rate };
+        let along = |v: &Vector<Dual<T>, N>, sigma: &Vector<T, N>| {
+            v.zip_map(sigma, |re, sigma| Jet { re, eps: weight * Dual::constant(sigma) })
+        };
+        let clock = Jet::constant(Dual::variable(time));
+        let boundary = doubled.value(clock, &along(&eta, &sigma), &u.map(Jet::constant), &along(&psi, &sigma_tilde))?;
+
+        let (value, rate) = (|v: Dual<T>| v.re, |v: Dual<T>| v.eps);
+        let (eta0, psi0, u0) = (eta.map(value), psi.map(value), u.map(value));
+        let rates = (&eta.map(rate), &psi.map(rate));
+        let (first, second) = residual(doubled, &system.algebra, time, &eta0, &u0, &psi0, rates, self.fault)?;
+        let work = pair(&first, &sigma) + pair(&second, &sigma_tilde);
+        let defect = varied + work * phi - boundary.eps.eps;
+        let p = doubled.partials(time, &eta0, &u0, &psi0)?;
+        let forces = turning(&system.algebra, &eta0, &p.eta) + turning(&system.algebra, &psi0, &p.psi);
+        let size = varied.abs() + boundary.eps.eps.abs() + forces + p.left.amax() + p.right.amax();
+        Ok(Measured::defect(defect.abs(), size * u0.amax().max(T::one()), 256.0 * N as f64, || {
+            let [varied, boundary] = [varied, boundary.eps.eps].map(Scalar::to_f64);
+            format!("δl = {varied:e}, −⟨residual, φσ⟩ = {:e}, boundary {boundary:e}", -(work * phi).to_f64())
+        }))
+    }
+
+    fn units<T, const N: usize, const D: usize, R, L, F, Q>(
+        &self,
+        system: &System<T, N, D, R>,
+        planted: &PlantedForced<'_, L, F, Q>,
+    ) -> Result<Measured, VelocityError>
+    where
+        T: Real,
+        R: Retraction<T, N, D>,
+        L: Lagrangian<T, N>,
+        F: Force<T, N>,
+        Q: Retraction<T, N, D>,
+    {
+        let (time, algebra) = (system.state.time, &system.algebra);
+        let flow = EulerPoincare::new(algebra.clone(), &system.lagrangian, &system.force);
+        let found = flow.rates(time, &system.state.momentum, &Vector::zeros())?;
+        let eta = found.velocity;
+        // η̇ through η(μ) on dual numbers.
+        let moving = system.state.momentum.zip_map(&found.momentum, |re, eps| Dual { re, eps });
+        let eta_rate = system.lagrangian.velocity(&moving, &eta.map(Dual::constant))?.map(|v| v.eps);
+        let unit = Matrix::identity();
+        let left = residual(planted, algebra, time, &eta, &unit, &eta, (&eta_rate, &eta_rate), self.fault)?;
+        let right = rates(planted, algebra, time, &eta, &unit, &eta, self.fault)?;
+        let size = turning(algebra, &eta, &system.state.momentum) + found.force.amax();
+        let floor = 256.0 * N as f64;
+        let equations = Measured::defect(left.0.amax().max(left.1.amax()), size, floor, || {
+            format!("the equations leave {:e} and {:e}", left.0.amax().to_f64(), left.1.amax().to_f64())
+        });
+        // In momenta, where sizes are known.
+        let hessian = system.lagrangian.hessian(&eta);
+        let off = (hessian * (right.eta - eta_rate)).amax().max((hessian * (right.psi - eta_rate)).amax());
+        let solved = Measured::defect(off, size, floor, || "the accelerations are not those of η̇".into());
+        let arrow = Measured::defect(right.u.amax(), eta.amax(), floor, || "U̇ ≠ 0".into());
+        Ok(equations.and(solved).and(arrow))
+    }
+}
+
+/// dS/dε at three resolutions.
+struct Stationary<'a> {
+    case: &'a Case,
+    fault: Option<&'a Fault>,
+}
+
+/// (η, U, ψ).
+type Point<const N: usize, const D: usize> = (Vector<f64, N>, Matrix<f64, D>, Vector<f64, N>);
+
+impl Visitor<f64> for Stationary<'_> {
+    type Output = Verdict;
+
+    fn visit<const N: usize, const D: usize, R: Retraction<f64, N, D>>(self, system: System<f64, N, D, R>) -> Verdict {
+        let Some(group) = &system.group else {
+            return Verdict::not_applicable("the algebra has no group");
+        };
+        let mut probe = Probe::new(self.case, 12);
+        let l_f = Forced::new(&system.lagrangian, &system.force, &system.retraction);
+        let polynomial = Polynomial::new(group, &mut probe);
+        let one = self.judge(&system, group, &l_f, &mut probe);
+        let two = self.judge(&system, group, &polynomial, &mut probe);
+        let settled = |verdict: Result<Verdict, VelocityError>| {
+            verdict.unwrap_or_else(|error| match refused(error) {
+                Measured::NotApplicable(why) => Verdict::not_applicable(why),
+                other => Verdict::broken(format!("{other:?}")),
+            })
+        };
+        settled(one).and(settled(two))
+    }
+}
+
+impl Stationary<'_> {
+    fn judge<const N: usize, const D: usize, R: Retraction<f64, N, D>>(
+        &self,
+        system: &System<f64, N, D, R>,
+        group: &MatrixGroup<f64, N, D>,
+        doubled: &impl DoubledLagrangian<f64, N, D>,
+        probe: &mut Probe,
+    ) -> Result<Verdict, VelocityError> {
+        let start = system.state.time;
+        let flow = |t: f64, (eta, u, psi): &Point<N, D>| -> Result<Point<N, D>, VelocityError> {
+            let found = rates(doubled, &system.algebra, t, eta, u, psi, self.fault)?;
+            Ok((found.eta, found.u, found.psi))
+        };
+        let eta = system.lagrangian.velocity(&system.state.momentum, &Vector::zeros())?;
+        let psi = eta + probe.vector::<f64, N>() * 0.25 * eta.amax();
+        let u = system.retraction.tau(&(probe.vector::<f64, N>() * 0.125))?;
+        let initial = (eta, u, psi);
+        let (eta_rate, u_rate, psi_rate) = flow(start, &initial)?;
+        // A time in which nothing changes by more than a fraction of itself.
+        let unrest = 1.0 + eta.amax() + psi.amax() + u_rate.amax() + eta_rate.amax() + psi_rate.amax();
+        let horizon = 0.25 / unrest;
+        let directions = [probe.vector::<f64, N>(), probe.vector::<f64, N>()];
+        let mut derivatives = [(0.0, 0.0); 3];
+        for (level, found) in derivatives.iter_mut().enumerate() {
+            let steps = 4 << level;
+            let h = horizon / steps as f64;
+            let mut point = initial;
+            for node in 0..=steps {
+                let t = node as f64 * h;
+                let weight = h / 3.0 * if node == 0 || node == steps { 1.0 } else { (2 + 2 * (node % 2)) as f64 };
+                let bump = 4.0 * t * (horizon - t) / (horizon * horizon);
+                let bump_rate = 4.0 * (horizon - 2.0 * t) / (horizon * horizon);
+                let rate = flow(start + t, &point)?.1;
+                let varied = varied(group, doubled, start + t, &point, &rate, &directions, (bump, bump_rate))?;
+                found.0 += weight * varied;
+                found.1 += weight * varied.abs();
+                if node < steps {
+                    point = runge_kutta(&flow, start + t, h, &point)?;
+                }
+            }
+        }
+        let [(s1, _), (s2, _), (s3, size)] = derivatives;
+        let bound = (s2 - s1).abs().max((s3 - s2).abs()) + 1024.0 * N as f64 * f64::EPSILON * size;
+        Ok(Verdict::judge(s3.abs() / size, bound / size, || {
+            format!("dS/dε = {s1:e}, {s2:e}, {s3:e} with 4, 8, 16 steps; ∫|dl/dε| = {size:e}")
+        }))
+    }
+}
+
+/// One step of the classical method of order 4.
+fn runge_kutta<const N: usize, const D: usize>(
+    flow: &dyn Fn(f64, &Point<N, D>) -> Result<Point<N, D>, VelocityError>,
+    t: f64,
+    h: f64,
+    at: &Point<N, D>,
+) -> Result<Point<N, D>, VelocityError> {
+    let moved = |by: &Point<N, D>, h: f64| (at.0 + by.0 * h, at.1 + by.1 * h, at.2 + by.2 * h);
+    let k1 = flow(t, at)?;
+    let k2 = flow(t + h / 2.0, &moved(&k1, h / 2.0))?;
+    let k3 = flow(t + h / 2.0, &moved(&k2, h / 2.0))?;
+    let k4 = flow(t + h, &moved(&k3, h))?;
+    let sum = (k1.0 + (k2.0 + k3.0) * 2.0 + k4.0, k1.1 + (k2.1 + k3.1) * 2.0 + k4.1, k1.2 + (k2.2 + k3.2) * 2.0 + k4.2);
+    Ok(moved(&sum, h / 6.0))
+}
+
+/// dl/dε along g(1 + εφσ), g̃(1 + εφσ̃), from the matrices at g = e: ġ = η̂, g̃ = U, and d/dt g̃ = η̂U + U̇.
+fn varied<const N: usize, const D: usize>(
+    group: &MatrixGroup<f64, N, D>,
+    doubled: &impl DoubledLagrangian<f64, N, D>,
+    t: f64,
+    (eta, u, _): &Point<N, D>,
+    u_rate: &Matrix<f64, D>,
+    [sigma, sigma_tilde]: &[Vector<f64, N>; 2],
+    (bump, bump_rate): (f64, f64),
+) -> Result<f64, VelocityError> {
+    let lift = |m: Matrix<f64, D>| m.map(Dual::constant);
+    let small = |m: Matrix<f64, D>| m.map(|eps| Dual { re: 0.0, eps });
+    let one = Matrix::<Dual<f64>, D>::identity();
+    let (hat, first, second) = (group.hat(eta), group.hat(sigma), group.hat(sigma_tilde));
+    let (a, b) = (one + small(first * bump), one + small(second * bump));
+    let inverse = one - small(first * bump);
+    let back = group.inverse(u).map_or(Matrix::zeros(), |inverse| inverse);
+    let rate = lift(hat) * a + small(first * bump_rate);
+    let rate_tilde = lift(hat * u + u_rate) * b + small(u * second * bump_rate);
+    let inverse_tilde = (one - small(second * bump)) * lift(back);
+    let (eta, psi) = (group.vee(&(inverse * rate)), group.vee(&(inverse_tilde * rate_tilde)));
+    Ok(doubled.value(Dual::constant(t), &eta, &(inverse * lift(*u) * b), &psi)?.eps)
+}

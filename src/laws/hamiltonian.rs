@@ -1,0 +1,340 @@
+//! Laws of Hamiltonians on g*×G×g*: their equations, h_f on and off the units, its regularity, and the Hamiltonian that
+//! the Legendre transform of l_f defines.
+
+use super::CaseLaw;
+use super::polynomial::Polynomial;
+use super::precision::{Measured, settle, settle_small};
+use super::probe::Probe;
+use super::subjects::*;
+use crate::algebra::{Covector, Matrix, Vector, elimination};
+use crate::group::{LieGroup, MatrixGroup};
+use crate::groupoid::{Arrow, Differential, poisson_bivector};
+use crate::harness::{Cost, Fault};
+use crate::mechanics::doubled::VelocityError;
+use crate::mechanics::equations::EulerPoincare;
+use crate::mechanics::forced_hamiltonian::ForcedHamiltonian;
+use crate::mechanics::hamiltonian::{
+    DoubledHamiltonian, HamiltonRates, MomentumPartials, hamiltonian_legendre_jacobian, hamiltonian_momenta,
+};
+use crate::mechanics::{Force, Lagrangian};
+use crate::retraction::Retraction;
+use crate::scalar::{Dual, Real};
+use crate::system::{Case, System, Visitor, cases};
+use nalgebra::DMatrix;
+use proptest::strategy::Strategy;
+
+const BOUND: &str = "two precisions; floor 2⁸ N u relative to the terms";
+
+/// The laws of this file.
+pub const LAWS: &[CaseLaw] = &[
+    CaseLaw {
+        name: "hamilton-equations",
+        statement: "Ḟ = {F, h} along λ̇, U̇, μ̇, for any functions F and h on g*×G×g*",
+        source: "Martín de Diego and Sato Martín de Almagro 2019, §4.3, (4.5)",
+        oracle: "the bracket as a bivector; Ḟ by the value of F on dual numbers along the rates; F and h are random \
+                 polynomials of no symmetry",
+        bound: BOUND,
+        cost: Cost::Cheap,
+        faults: &[HAMILTON_SIGN, HAMILTON_SIDES, HAMILTON_ARROW],
+        cases: || cases().with_group().boxed(),
+        check: |case, fault| settle(case, fault, Check { case, fault, which: Which::Equations }),
+    },
+    CaseLaw {
+        name: "hamiltonian-conserved",
+        statement: "dh_f/dt = ∂h_f/∂t along its own equations, off the units",
+        source: "Martín de Diego and Sato Martín de Almagro 2019, §4.3",
+        oracle: "the value of h_f on dual numbers along the rates, with and without the rate of time",
+        bound: BOUND,
+        cost: Cost::Cheap,
+        faults: &[HAMILTON_SIDES, HAMILTON_ARROW, H_NO_FORCE_DERIVATIVE],
+        cases: || cases().with_group().forced().boxed(),
+        check: |case, fault| settle(case, fault, Check { case, fault, which: Which::Conserved }),
+    },
+    CaseLaw {
+        name: "forced-hamiltonian-partials",
+        statement: "∂h_f/∂λ, L*_U ∂h_f/∂U, R*_U ∂h_f/∂U, ∂h_f/∂μ in closed form",
+        source: "Martín de Diego and Sato Martín de Almagro 2019, Thm 4.11",
+        oracle: "the value of h_f on dual numbers along a random direction, with U moved from either side",
+        bound: BOUND,
+        cost: Cost::Cheap,
+        faults: &[H_FORCE_ONCE, H_SIGN, H_PLUS, H_NO_FORCE_DERIVATIVE],
+        cases: || cases().with_group().boxed(),
+        check: |case, fault| settle(case, fault, Check { case, fault, which: Which::Partials }),
+    },
+    CaseLaw {
+        name: "free-hamiltonian-units",
+        statement: "h = h(μ) − h(λ): h∘ι = −h, and on (μ, e, μ) its vector field is (ad*_η μ, 0, ad*_η μ), η = h'(μ)",
+        source: "Martín de Diego and Sato Martín de Almagro 2019, Prop 4.9 and Lemma 4.10",
+        oracle: "the free Lie–Poisson equations on g*; the value at the inverse arrow",
+        bound: BOUND,
+        cost: Cost::Cheap,
+        faults: &[HAMILTON_SIGN, HAMILTON_ARROW, H_PLUS],
+        cases: || cases().with_group().force_free().boxed(),
+        check: |case, fault| settle(case, fault, Check { case, fault, which: Which::Units }),
+    },
+    CaseLaw {
+        name: "forced-hamiltonian-units",
+        statement: "h_f∘ι = −h_f, both forms of k_f̃ agree, and on (μ, e, μ) the vector field of h_f is forced Lie–Poisson",
+        source: "Martín de Diego and Sato Martín de Almagro 2019, Thm 4.11",
+        oracle: "the forced equations on g*; the value at the inverse arrow and the form with τ⁻¹(U⁻¹)",
+        bound: BOUND,
+        cost: Cost::Cheap,
+        faults: &[HAMILTON_SIGN, HAMILTON_ARROW, H_FORCE_ONCE, H_SIGN, H_PLUS],
+        cases: || cases().with_group().forced().boxed(),
+        check: |case, fault| settle(case, fault, Check { case, fault, which: Which::Units }),
+    },
+    CaseLaw {
+        name: "hamiltonian-regularity",
+        statement: "the Jacobian of Fh_f× on (μ, e, μ) is diag(h'', h''); near the units Fh_f× has an inverse",
+        source: "Martín de Diego and Sato Martín de Almagro 2019, Prop 4.12",
+        oracle: "the inverse of l''; the momenta that the velocities were made from, where U is so close to e that the \
+                 Jacobian changes by less than 1/16 of itself",
+        bound: "two precisions; floor 2¹⁴ N u (where Newton's method may stop) relative to the terms",
+        cost: Cost::Expensive,
+        faults: &[FIBRE_SIGN],
+        cases: || cases().with_group().boxed(),
+        check: |case, fault| settle_small(case, fault, Check { case, fault, which: Which::Regularity }, 6),
+    },
+];
+
+#[derive(Clone, Copy)]
+enum Which {
+    Equations,
+    Conserved,
+    Partials,
+    Units,
+    Regularity,
+}
+
+#[derive(Clone, Copy)]
+struct Check<'a> {
+    case: &'a Case,
+    fault: Option<&'a Fault>,
+    which: Which,
+}
+
+/// (t; λ, U, μ), with U⁻¹.
+struct Point<T: Real, const N: usize, const D: usize> {
+    time: T,
+    lambda: Covector<T, N>,
+    u: Matrix<T, D>,
+    inverse: Matrix<T, D>,
+    mu: Covector<T, N>,
+}
+
+impl<T: Real> Visitor<T> for Check<'_> {
+    type Output = Measured;
+
+    fn visit<const N: usize, const D: usize, R: Retraction<T, N, D>>(self, system: System<T, N, D, R>) -> Measured {
+        let Some(group) = &system.group else {
+            return Measured::NotApplicable("the algebra has no group".into());
+        };
+        let mut probe = Probe::new(self.case, 14);
+        let momentum = system.state.momentum;
+        let lambda = momentum + probe.covector::<T, N>() * (T::exact(0.25) * momentum.amax());
+        let x = probe.vector::<T, N>() * T::exact(0.25);
+        let h_f = ForcedHamiltonian::new(&system.lagrangian, &system.force, &system.retraction);
+        let mut judge = || -> Result<Measured, VelocityError> {
+            let u = system.retraction.tau(&x)?;
+            let Some(inverse) = group.inverse(&u) else {
+                return Ok(Measured::Broken("τ(x) is a singular matrix".into()));
+            };
+            let point = Point { time: system.state.time, lambda, u, inverse, mu: momentum };
+            let planted = PlantedHamiltonian { hamiltonian: &h_f, fault: self.fault };
+            match self.which {
+                Which::Equations => self.equations(group, &point, &mut probe),
+                Which::Conserved => self.conserved(&system, &planted, &point),
+                Which::Partials => self.partials(&planted, &point, &mut probe),
+                Which::Units => self.units(&system, &planted, &point),
+                Which::Regularity => self.regularity(&system, &h_f, &point, x),
+            }
+        };
+        judge().unwrap_or_else(refused)
+    }
+}
+
+/// The value on dual numbers: at a point, along a direction.
+fn slope<T: Real, const N: usize, const D: usize>(
+    h: &impl DoubledHamiltonian<T, N, D>,
+    p: &Point<T, N, D>,
+    direction: (T, &Covector<T, N>, &Matrix<T, D>, &Covector<T, N>),
+) -> Result<T, VelocityError> {
+    let dual = |re: T, eps: T| Dual { re, eps };
+    let (rate, lambda, u, mu) = direction;
+    let (lambda, u, mu) = (p.lambda.zip_map(lambda, dual), p.u.zip_map(u, dual), p.mu.zip_map(mu, dual));
+    Ok(h.value(dual(p.time, rate), &lambda, &u, &mu)?.eps)
+}
+
+impl Check<'_> {
+    fn floor<const N: usize>(&self) -> f64 {
+        256.0 * N as f64
+    }
+
+    fn equations<T: Real, const N: usize, const D: usize>(
+        &self,
+        group: &MatrixGroup<T, N, D>,
+        p: &Point<T, N, D>,
+        probe: &mut Probe,
+    ) -> Result<Measured, VelocityError> {
+        let (f, h) = (Polynomial::new(group, probe), Polynomial::new(group, probe));
+        let rates = hamilton_rates(&h, group.algebra(), p.time, &p.lambda, &p.u, &p.mu, self.fault)?;
+        let along = slope(&f, p, (T::zero(), &rates.lambda, &rates.u, &rates.mu))?;
+        let differential = |of: MomentumPartials<T, N>| Differential { lambda: of.lambda, group: of.left, mu: of.mu };
+        let at = |of: &Polynomial<'_, T, N, D>| of.partials(p.time, &p.lambda, &p.u, &p.mu).map(differential);
+        let (df, dh) = (at(&f)?, at(&h)?);
+        let arrow = Arrow { source: p.lambda, group: p.u, target: p.mu };
+        let Some(bivector) = poisson_bivector(group, &arrow) else {
+            return Ok(Measured::Broken("τ(x) is a singular matrix".into()));
+        };
+        let bracket = bivector.bracket(&df, &dh);
+        let size = rates.lambda.amax() * df.lambda.amax()
+            + rates.mu.amax() * df.mu.amax()
+            + df.group.amax() * (dh.lambda.amax() + dh.mu.amax());
+        let size = size * p.u.amax().max(T::one()) * p.inverse.amax().max(T::one());
+        Ok(Measured::defect((along - bracket).abs(), size, self.floor::<N>(), || {
+            format!("Ḟ = {:e}, {{F, h}} = {:e}", along.to_f64(), bracket.to_f64())
+        }))
+    }
+
+    fn conserved<T: Real, const N: usize, const D: usize, R: Retraction<T, N, D>>(
+        &self,
+        system: &System<T, N, D, R>,
+        h: &impl DoubledHamiltonian<T, N, D>,
+        p: &Point<T, N, D>,
+    ) -> Result<Measured, VelocityError> {
+        let HamiltonRates { lambda, u, mu } =
+            hamilton_rates(h, &system.algebra, p.time, &p.lambda, &p.u, &p.mu, self.fault)?;
+        let total = slope(h, p, (T::one(), &lambda, &u, &mu))?;
+        let zero = Covector::zeros();
+        let explicit = slope(h, p, (T::one(), &zero, &Matrix::zeros(), &zero))?;
+        let partials = h.partials(p.time, &p.lambda, &p.u, &p.mu)?;
+        let size = lambda.amax() * partials.lambda.amax()
+            + mu.amax() * partials.mu.amax()
+            + (partials.left.amax() + partials.right.amax()) * (partials.lambda.amax() + partials.mu.amax())
+            + total.abs();
+        Ok(Measured::defect((total - explicit).abs(), size, self.floor::<N>(), || {
+            format!("dh_f/dt = {:e}, ∂h_f/∂t = {:e}", total.to_f64(), explicit.to_f64())
+        }))
+    }
+
+    fn partials<T, L, F, Q, const N: usize, const D: usize>(
+        &self,
+        planted: &PlantedHamiltonian<'_, L, F, Q>,
+        p: &Point<T, N, D>,
+        probe: &mut Probe,
+    ) -> Result<Measured, VelocityError>
+    where
+        T: Real,
+        L: Lagrangian<T, N>,
+        F: Force<T, N>,
+        Q: Retraction<T, N, D>,
+    {
+        let h = planted.hamiltonian;
+        let (first, second, xi) = (probe.covector::<T, N>(), probe.covector::<T, N>(), probe.vector::<T, N>());
+        let hat = h.hat(&xi)?;
+        let mine = planted.partials(p.time, &p.lambda, &p.u, &p.mu)?;
+        let ends = first * mine.lambda + second * mine.mu;
+        let size = mine.lambda.amax() + mine.mu.amax() + mine.left.amax() + mine.right.amax();
+        let size = size * p.u.amax().max(T::one()) * p.inverse.amax().max(T::one());
+        let side = |what: &'static str, mine: T, direction: Matrix<T, D>| -> Result<Measured, VelocityError> {
+            let oracle = slope(h, p, (T::zero(), &first, &direction, &second))?;
+            Ok(Measured::defect((mine - oracle).abs(), size, self.floor::<N>(), || {
+                format!("{what}: {:e}, by dual numbers {:e}", mine.to_f64(), oracle.to_f64())
+            }))
+        };
+        let left = side("dh_f with L*_U ∂h_f/∂U", (ends + mine.left * xi)[0], p.u * hat)?;
+        Ok(left.and(side("dh_f with R*_U ∂h_f/∂U", (ends + mine.right * xi)[0], hat * p.u)?))
+    }
+
+    fn units<T, R, L, F, Q, const N: usize, const D: usize>(
+        &self,
+        system: &System<T, N, D, R>,
+        planted: &PlantedHamiltonian<'_, L, F, Q>,
+        p: &Point<T, N, D>,
+    ) -> Result<Measured, VelocityError>
+    where
+        T: Real,
+        R: Retraction<T, N, D>,
+        L: Lagrangian<T, N>,
+        F: Force<T, N>,
+        Q: Retraction<T, N, D>,
+    {
+        let flow = EulerPoincare::new(system.algebra.clone(), &system.lagrangian, &system.force);
+        let on_base = flow.rates(p.time, &p.mu, &Vector::zeros())?;
+        let field = hamilton_rates(planted, &system.algebra, p.time, &p.mu, &Matrix::identity(), &p.mu, self.fault)?;
+        let size = turning(&system.algebra, &on_base.velocity, &p.mu) + on_base.force.amax();
+        let near = |what: &'static str, off: T, size: T| Measured::defect(off, size, self.floor::<N>(), || what.into());
+        let tangent = near("λ̇ on a unit", (field.lambda - on_base.momentum).amax(), size)
+            .and(near("μ̇ on a unit", (field.mu - on_base.momentum).amax(), size))
+            .and(near("U̇ on a unit", field.u.amax(), on_base.velocity.amax()));
+
+        let here = planted.value(p.time, &p.lambda, &p.u, &p.mu)?;
+        let there = planted.value(p.time, &p.mu, &p.inverse, &p.lambda)?;
+        let free = flow.hamiltonian(&p.mu, &on_base.velocity)?;
+        let other = flow.hamiltonian(&p.lambda, &on_base.velocity)?;
+        let defined = planted.hamiltonian.coupling_as_defined(p.time, &p.lambda, &p.u, &p.mu)?;
+        let scale = p.u.amax().max(T::one()) * p.inverse.amax().max(T::one());
+        let size = free.abs() + other.abs() + on_base.force.amax() * scale + defined.abs();
+        let inverse = near("h_f at the inverse arrow", (here + there).abs(), size);
+        let forms = near("h(μ) − h(λ) + k_f̃ as defined", (here - (free - other + defined)).abs(), size);
+        Ok(tangent.and(inverse).and(forms))
+    }
+
+    fn regularity<T, R, L, F, Q, const N: usize, const D: usize>(
+        &self,
+        system: &System<T, N, D, R>,
+        h: &ForcedHamiltonian<L, F, Q>,
+        p: &Point<T, N, D>,
+        mut x: Vector<T, N>,
+    ) -> Result<Measured, VelocityError>
+    where
+        T: Real,
+        R: Retraction<T, N, D>,
+        L: Lagrangian<T, N>,
+        F: Force<T, N>,
+        Q: Retraction<T, N, D>,
+    {
+        let unit = Matrix::identity();
+        let floor = 16.0 * 1024.0 * N as f64;
+        let eta = system.lagrangian.velocity(&p.mu, &Vector::zeros())?;
+        let hessian = system.lagrangian.hessian(&eta);
+        let Some(inverse) = elimination::inverse(&hessian) else {
+            return Ok(Measured::Inconclusive("l'' is singular".into()));
+        };
+        let sign = T::one() - T::int(2) * T::exact(Fault::size_of(self.fault, FIBRE_SIGN.name));
+        let jacobian = |lambda: &Covector<T, N>, u: &Matrix<T, D>| -> Result<DMatrix<T>, VelocityError> {
+            let mut jacobian = hamiltonian_legendre_jacobian(h, p.time, lambda, u, &p.mu)?;
+            jacobian.rows_mut(0, N).scale_mut(sign);
+            Ok(jacobian)
+        };
+        let on_units = jacobian(&p.mu, &unit)?;
+        let expected =
+            DMatrix::from_fn(2 * N, 2 * N, |i, j| if i / N == j / N { inverse[(i % N, j % N)] } else { T::zero() });
+        let blocks = Measured::defect((&on_units - &expected).amax(), inverse.amax(), floor, || {
+            "the Jacobian on a unit is not diag(h'', h'')".into()
+        });
+
+        let at_e = jacobian(&p.lambda, &unit)?;
+        let scale = at_e.clone().try_inverse().map_or(T::zero(), |m| m.amax()) * T::int(32 * N as i64);
+        let mut u = p.u;
+        loop {
+            let change = (jacobian(&p.lambda, &u)? - &at_e).amax() * scale;
+            if change <= T::one() || x.amax() < T::unit_roundoff() {
+                break;
+            }
+            // The change is about proportional to x.
+            x *= T::half() / change;
+            u = system.retraction.tau(&x)?;
+        }
+        let (eta, psi) = hamiltonian_legendre(h, p.time, &p.lambda, &u, &p.mu, self.fault)?;
+        let guess = (system.lagrangian.gradient(&eta), system.lagrangian.gradient(&psi));
+        let (lambda, mu) = match hamiltonian_momenta(h, p.time, &eta, &u, &psi, (&guess.0, &guess.1)) {
+            Ok(found) => found,
+            Err(error) => return Ok(refused(error)),
+        };
+        let off = (lambda - p.lambda).amax().max((mu - p.mu).amax());
+        Ok(blocks.and(Measured::defect(off, p.lambda.amax().max(p.mu.amax()), floor, || {
+            format!("the momenta of the velocities are off by {:e}", off.to_f64())
+        })))
+    }
+}

@@ -1,0 +1,246 @@
+//! Laws of the modified Legendre transforms between g×G×g and g*×G×g*, off the units.
+
+use super::CaseLaw;
+use super::polynomial::Polynomial;
+use super::precision::{Measured, settle_small};
+use super::probe::Probe;
+use super::subjects::*;
+use crate::algebra::{Matrix, Vector, elimination, pair};
+use crate::harness::{Cost, Fault};
+use crate::mechanics::Lagrangian;
+use crate::mechanics::doubled::{DoubledLagrangian, Forced, VelocityError};
+use crate::mechanics::hamiltonian::{DoubledHamiltonian, LegendreHamiltonian, modified_pairing};
+use crate::retraction::Retraction;
+use crate::scalar::{Dual, Real};
+use crate::system::{Case, System, Visitor, cases};
+use proptest::strategy::Strategy;
+
+const SOURCE: &str = "Martín de Diego and Sato Martín de Almagro 2019, §4.3 and Thm 4.13";
+const BOUND: &str = "two precisions; floor 2¹⁰ N u relative to the terms; U so close to e that the second derivatives \
+                     change by less than 1/16";
+
+/// The laws of this file.
+pub const LAWS: &[CaseLaw] = &[
+    CaseLaw {
+        name: "legendre-round-trip",
+        statement: "velocities(FL×(η, U, ψ)) = (η, ψ); ⟨FL×(v), v⟩_× = d/ds l(sη, U, sψ) at s = 1",
+        source: SOURCE,
+        oracle: "the velocities that the momenta were made from; the value of l on dual numbers, for l_f or, in half of the \
+                 cases, a random polynomial",
+        bound: BOUND,
+        cost: Cost::Cheap,
+        faults: &[LEGENDRE_SIGN, LEGENDRE_ON_UNITS],
+        cases: || cases().with_group().boxed(),
+        check: |case, fault| settle_small(case, fault, Check { case, fault, which: Which::RoundTrip }, 9),
+    },
+    CaseLaw {
+        name: "legendre-intertwines",
+        statement: "FL× carries the Euler–Lagrange vector field of l to the Hamiltonian one of h̃ = E_l∘(FL×)⁻¹",
+        source: SOURCE,
+        oracle: "each vector field against the other: one solves for accelerations, the other is that of a bracket; for \
+                 l_f or, in half of the cases, a random polynomial",
+        bound: BOUND,
+        cost: Cost::Cheap,
+        faults: &[
+            EL_BRACKET_SIGN,
+            EL_SIDES,
+            EL_POTENTIAL_SIGN,
+            ARROW_SIDES,
+            LEGENDRE_SIGN,
+            LEGENDRE_ON_UNITS,
+            HAMILTON_SIGN,
+            HAMILTON_SIDES,
+            HAMILTON_ARROW,
+        ],
+        cases: || cases().with_group().boxed(),
+        check: |case, fault| settle_small(case, fault, Check { case, fault, which: Which::Intertwines }, 9),
+    },
+    CaseLaw {
+        name: "legendre-hamiltonian",
+        statement: "at FL×(v): h̃ = E_l(v), Fh̃×(FL×(v)) = v and dh̃ = −⟨dλ, η⟩ − ∂l/∂U dU + ⟨dμ, ψ⟩",
+        source: SOURCE,
+        oracle: "E_l on dual numbers at the velocities that the momenta were made from; the value of h̃ on dual numbers, \
+                 through the inverse transform, along a random direction",
+        bound: BOUND,
+        cost: Cost::Cheap,
+        faults: &[FIBRE_SIGN, LEGENDRE_SIGN, LEGENDRE_ON_UNITS],
+        cases: || cases().with_group().boxed(),
+        check: |case, fault| settle_small(case, fault, Check { case, fault, which: Which::Hamiltonian }, 6),
+    },
+];
+
+#[derive(Clone, Copy)]
+enum Which {
+    RoundTrip,
+    Intertwines,
+    Hamiltonian,
+}
+
+#[derive(Clone, Copy)]
+struct Check<'a> {
+    case: &'a Case,
+    fault: Option<&'a Fault>,
+    which: Which,
+}
+
+/// (t; η, U, ψ).
+struct Point<T: Real, const N: usize, const D: usize> {
+    time: T,
+    eta: Vector<T, N>,
+    u: Matrix<T, D>,
+    psi: Vector<T, N>,
+}
+
+impl<T: Real> Visitor<T> for Check<'_> {
+    type Output = Measured;
+
+    fn visit<const N: usize, const D: usize, R: Retraction<T, N, D>>(self, system: System<T, N, D, R>) -> Measured {
+        let Some(group) = &system.group else {
+            return Measured::NotApplicable("the algebra has no group".into());
+        };
+        let mut probe = Probe::new(self.case, 13);
+        let measured = if probe.integer(0, 1) == 0 {
+            let l_f = Forced::new(&system.lagrangian, &system.force, &system.retraction);
+            near_the_units(&system, &l_f, &mut probe).and_then(|point| self.judge(&system, &l_f, &point, &mut probe))
+        } else {
+            let polynomial = Polynomial::new(group, &mut probe);
+            anywhere(&system, &mut probe).and_then(|point| self.judge(&system, &polynomial, &point, &mut probe))
+        };
+        measured.unwrap_or_else(refused)
+    }
+}
+
+impl Check<'_> {
+    fn judge<T: Real, const N: usize, const D: usize, R: Retraction<T, N, D>>(
+        &self,
+        system: &System<T, N, D, R>,
+        doubled: &impl DoubledLagrangian<T, N, D>,
+        point: &Point<T, N, D>,
+        probe: &mut Probe,
+    ) -> Result<Measured, VelocityError> {
+        match self.which {
+            Which::RoundTrip => self.round_trip(doubled, point),
+            Which::Intertwines => self.intertwines(system, doubled, point),
+            Which::Hamiltonian => self.hamiltonian(doubled, point, probe),
+        }
+    }
+
+    fn round_trip<T: Real, const N: usize, const D: usize>(
+        &self,
+        doubled: &impl DoubledLagrangian<T, N, D>,
+        p: &Point<T, N, D>,
+    ) -> Result<Measured, VelocityError> {
+        let (lambda, mu) = legendre(doubled, p.time, &p.eta, &p.u, &p.psi, self.fault)?;
+        let (eta, psi) = doubled.velocities(p.time, &lambda, &p.u, &mu)?;
+        let off = (eta - p.eta).amax().max((psi - p.psi).amax());
+        let floor = 1024.0 * N as f64;
+        let trip = Measured::defect(off, p.eta.amax().max(p.psi.amax()), floor, || {
+            format!("the velocities of the momenta are off by {:e}", off.to_f64())
+        });
+        let scaled = |v: &Vector<T, N>| v.map(|v| Dual { re: v, eps: v });
+        let value =
+            doubled.value(Dual::constant(p.time), &scaled(&p.eta), &p.u.map(Dual::constant), &scaled(&p.psi))?;
+        let paired = modified_pairing((&lambda, &mu), (&p.eta, &p.psi));
+        let size = pair(&lambda.abs(), &p.eta.abs()) + pair(&mu.abs(), &p.psi.abs());
+        Ok(trip.and(Measured::defect((paired - value.eps).abs(), size, floor, || {
+            format!("⟨FL×(v), v⟩_× = {:e}, d/ds l(sη, U, sψ) = {:e}", paired.to_f64(), value.eps.to_f64())
+        })))
+    }
+
+    fn intertwines<T: Real, const N: usize, const D: usize, R: Retraction<T, N, D>>(
+        &self,
+        system: &System<T, N, D, R>,
+        doubled: &impl DoubledLagrangian<T, N, D>,
+        p: &Point<T, N, D>,
+    ) -> Result<Measured, VelocityError> {
+        let algebra = &system.algebra;
+        let found = rates(doubled, algebra, p.time, &p.eta, &p.u, &p.psi, self.fault)?;
+        let dual = |re: T, eps: T| Dual { re, eps };
+        let (eta, psi) = (p.eta.zip_map(&found.eta, dual), p.psi.zip_map(&found.psi, dual));
+        let u = p.u.zip_map(&found.u, dual);
+        let (lambda, mu) = legendre(doubled, Dual::variable(p.time), &eta, &u, &psi, self.fault)?;
+        let (value, rate) = (|v: Dual<T>| v.re, |v: Dual<T>| v.eps);
+        let (at, to) = (lambda.map(value), mu.map(value));
+        let h = LegendreHamiltonian::new(doubled);
+        let field = hamilton_rates(&h, algebra, p.time, &at, &p.u, &to, self.fault)?;
+        let size =
+            turning(algebra, &p.eta, &at) + turning(algebra, &p.psi, &to) + field.lambda.amax() + field.mu.amax();
+        let floor = 1024.0 * N as f64;
+        let near = |what: &'static str, off: T, size: T| Measured::defect(off, size, floor, || what.into());
+        let arrow = p.u.amax() * (p.eta.amax() + p.psi.amax());
+        Ok(near("λ̇", (lambda.map(rate) - field.lambda).amax(), size)
+            .and(near("μ̇", (mu.map(rate) - field.mu).amax(), size))
+            .and(near("U̇", (found.u - field.u).amax(), arrow)))
+    }
+
+    fn hamiltonian<T: Real, const N: usize, const D: usize>(
+        &self,
+        doubled: &impl DoubledLagrangian<T, N, D>,
+        p: &Point<T, N, D>,
+        probe: &mut Probe,
+    ) -> Result<Measured, VelocityError> {
+        let (lambda, mu) = legendre(doubled, p.time, &p.eta, &p.u, &p.psi, self.fault)?;
+        let h = LegendreHamiltonian::new(doubled);
+        let (eta, psi) = hamiltonian_legendre(&h, p.time, &lambda, &p.u, &mu, self.fault)?;
+        let floor = 1024.0 * N as f64;
+        let back = (eta - p.eta).amax().max((psi - p.psi).amax());
+        let back = Measured::defect(back, p.eta.amax().max(p.psi.amax()), floor, || "Fh̃×(FL×(v)) ≠ v".into());
+
+        // h̃ and its derivative along (δλ, U δ̂u, δμ), by its value alone.
+        let (d_lambda, d_mu, d_u) = (probe.covector::<T, N>(), probe.covector::<T, N>(), probe.vector::<T, N>());
+        let dual = |re: T, eps: T| Dual { re, eps };
+        let moved = p.u.zip_map(&(p.u * h.hat(&d_u)?), dual);
+        let (first, second) = (lambda.zip_map(&d_lambda, dual), mu.zip_map(&d_mu, dual));
+        let value = h.value(Dual::constant(p.time), &first, &moved, &second)?;
+        let scaled = |v: &Vector<T, N>| v.map(|v| Dual { re: v, eps: v });
+        let l = doubled.value(Dual::constant(p.time), &scaled(&p.eta), &p.u.map(Dual::constant), &scaled(&p.psi))?;
+        let energy = l.eps - l.re;
+        let size = pair(&lambda.abs(), &p.eta.abs()) + pair(&mu.abs(), &p.psi.abs()) + l.re.abs();
+        let energy = Measured::defect((value.re - energy).abs(), size, floor, || {
+            format!("h̃ = {:e}, E_l = {:e}", value.re.to_f64(), energy.to_f64())
+        });
+        let left = doubled.partials(p.time, &p.eta, &p.u, &p.psi)?.left;
+        let expected = pair(&d_mu, &p.psi) - pair(&d_lambda, &p.eta) - pair(&left, &d_u);
+        let size = p.psi.amax() + p.eta.amax() + left.amax();
+        let slope = Measured::defect((value.eps - expected).abs(), size, floor, || {
+            format!("dh̃ = {:e}, from the velocities {:e}", value.eps.to_f64(), expected.to_f64())
+        });
+        Ok(back.and(energy).and(slope))
+    }
+}
+
+/// A point with velocities about those of the case, off the units.
+fn anywhere<T: Real, const N: usize, const D: usize, R: Retraction<T, N, D>>(
+    system: &System<T, N, D, R>,
+    probe: &mut Probe,
+) -> Result<Point<T, N, D>, VelocityError> {
+    let eta = system.lagrangian.velocity(&system.state.momentum, &Vector::zeros())?;
+    let psi = eta + probe.vector::<T, N>() * (T::exact(0.25) * eta.amax());
+    let u = system.retraction.tau(&(probe.vector::<T, N>() * T::exact(0.25)))?;
+    Ok(Point { time: system.state.time, eta, u, psi })
+}
+
+/// The same, with x = τ⁻¹(U) halved until the second derivatives of l differ from those on the units by less than 1/16 of
+/// themselves, so that Newton's method contracts.
+fn near_the_units<T: Real, const N: usize, const D: usize, R: Retraction<T, N, D>>(
+    system: &System<T, N, D, R>,
+    doubled: &impl DoubledLagrangian<T, N, D>,
+    probe: &mut Probe,
+) -> Result<Point<T, N, D>, VelocityError> {
+    let mut point = anywhere(system, probe)?;
+    let Point { time, eta, psi, .. } = point;
+    let mut x = system.retraction.tau_inv(&point.u)?;
+    let ((a, c), (b, d)) = doubled.velocity_hessian(time, &eta, &Matrix::identity(), &psi)?;
+    let size = |m: Option<Matrix<T, N>>| m.map_or(T::zero(), |m| m.amax());
+    let scale = (size(elimination::inverse(&a)) + size(elimination::inverse(&d))) * T::int(16 * N as i64);
+    loop {
+        let ((a1, c1), (b1, d1)) = doubled.velocity_hessian(time, &eta, &point.u, &psi)?;
+        let change = (a1 - a).amax().max((b1 - b).amax()).max((c1 - c).amax()).max((d1 - d).amax());
+        if change * scale <= T::one() || x.amax() < T::unit_roundoff() {
+            return Ok(point);
+        }
+        // The change is about proportional to x.
+        x *= T::half() / (change * scale);
+        point.u = system.retraction.tau(&x)?;
+    }
+}

@@ -1,0 +1,350 @@
+//! Laws of g*: the Lie–Poisson bracket, the forced equations, energy and Casimirs.
+
+use super::CaseLaw;
+use super::planted::{blend, blend_scalar};
+use super::polynomial::Cubic;
+use super::precision::{Measured, settle};
+use super::probe::Probe;
+use super::subjects::turning;
+use crate::algebra::{Covector, Entry, LieAlgebra, Vector, pair};
+use crate::group::LieGroup;
+use crate::harness::{Cost, Fault};
+use crate::mechanics::equations::{EulerPoincare, Rates};
+use crate::mechanics::lie_poisson::{Bracket, MomentumFunction, hamiltonian_field};
+use crate::mechanics::{Force, Lagrangian, LegendreError};
+use crate::retraction::Retraction;
+use crate::scalar::{Dual, Real, Scalar};
+use crate::system::{Case, Cases, System, Visitor, cases};
+use proptest::strategy::Strategy;
+
+const BOUND: &str = "two precisions; floor 2⁸ N u relative to the terms";
+
+const BRACKET_SIGN: Fault = Fault::new("lie-poisson-sign", "{F, K} = +⟨μ, [F', K']⟩", "non-abelian algebras");
+const BRACKET_SYMMETRIC: Fault =
+    Fault::new("lie-poisson-symmetric", "{F, K} = −⟨μ, [F', K']⟩ + ⟨μ, F'⟩⟨μ, K'⟩", "every algebra");
+const NO_FORCE: Fault = Fault::new("rates-no-force", "μ̇ = ad*_η μ", "forced systems");
+/// The Lie–Poisson equations with a wrong sign.
+pub const COAD_SIGN: Fault = Fault::new("rates-coad-sign", "μ̇ = −ad*_η μ + f", "non-abelian algebras");
+const TRANSPOSED: Fault = Fault::new(
+    "rates-transposed",
+    "μ̇ = (ad_η μᵀ)ᵀ + f, the transpose of ad* left out",
+    "algebras and bases in which ad_η is not antisymmetric",
+);
+const ENERGY_SUM: Fault = Fault::new("energy-sum", "h = ⟨μ, η⟩ + l(η)", "every system");
+/// Algebras with Casimirs of degree one or two, in standard and in random bases.
+pub fn with_casimirs() -> Cases {
+    let plane = Entry::Product(vec![Entry::Se2, Entry::Heisenberg]);
+    let mixed = Entry::Product(vec![Entry::Sl2, Entry::Abelian(1)]);
+    cases().algebras(&[Entry::So3, Entry::So4, Entry::Se2, Entry::Se3, Entry::Sl2, Entry::Heisenberg, plane, mixed])
+}
+
+/// The laws of this file.
+pub const LAWS: &[CaseLaw] = &[
+    CaseLaw {
+        name: "lie-poisson-bracket",
+        statement: "{F, K} = −⟨μ, [F', K']⟩ is antisymmetric, a derivation, obeys Jacobi, and is dF along μ̇ = ad*_{K'} μ; \
+                    {⟨·, ξ⟩, ⟨·, ζ⟩} \
+                    = −⟨·, ξζ − ζξ⟩",
+        source: "Martín de Diego and Sato Martín de Almagro 2019, (2.7)",
+        oracle: "the identities, for random cubic polynomials and nested dual numbers; commutators of matrices (structure \
+                 constants where there is no group)",
+        bound: BOUND,
+        cost: Cost::Cheap,
+        faults: &[BRACKET_SIGN, BRACKET_SYMMETRIC],
+        cases: || cases().nonabelian().boxed(),
+        check: |case, fault| settle(case, fault, Check { case, fault, which: Which::Bracket }),
+    },
+    CaseLaw {
+        name: "lie-poisson-equations",
+        statement: "Ḟ = {F, h} + ⟨f̃, F'⟩ along μ̇ = ad*_η μ + f, for any function F",
+        source: "Martín de Diego and Sato Martín de Almagro 2019, §2.2, (2.5) and (2.8)",
+        oracle: "the bracket of F with the Legendre transform h of l, differentiated on dual numbers",
+        bound: BOUND,
+        cost: Cost::Cheap,
+        faults: &[BRACKET_SIGN, BRACKET_SYMMETRIC, NO_FORCE, COAD_SIGN, TRANSPOSED, ENERGY_SUM],
+        cases: || cases().forced_nonabelian().boxed(),
+        check: |case, fault| settle(case, fault, Check { case, fault, which: Which::Equations }),
+    },
+    CaseLaw {
+        name: "energy-rate",
+        statement: "h'(μ) = η, h(l'(η)) = E(η), and dE/dt = ⟨f, η⟩",
+        source: "Martín de Diego and Sato Martín de Almagro 2019, §2.2",
+        oracle: "h on dual numbers, through the inverse Legendre transform",
+        bound: BOUND,
+        cost: Cost::Cheap,
+        faults: &[NO_FORCE, TRANSPOSED, ENERGY_SUM],
+        cases: || cases().forced().boxed(),
+        check: |case, fault| settle(case, fault, Check { case, fault, which: Which::Energy }),
+    },
+    CaseLaw {
+        name: "casimir-rate",
+        statement: "ad*_{C'(μ)} μ = 0, and dC/dt = ⟨f, C'⟩ along forced motion, for every Casimir C",
+        source: "Martín de Diego and Sato Martín de Almagro 2019, §2.2",
+        oracle: "the value of C on dual numbers along the rates, and along ad*_ξ μ for random ξ",
+        bound: BOUND,
+        cost: Cost::Cheap,
+        faults: &[NO_FORCE, TRANSPOSED],
+        cases: || with_casimirs().forced().boxed(),
+        check: |case, fault| settle(case, fault, Check { case, fault, which: Which::Casimirs }),
+    },
+];
+
+#[derive(Clone, Copy)]
+enum Which {
+    Bracket,
+    Equations,
+    Energy,
+    Casimirs,
+}
+
+#[derive(Clone, Copy)]
+struct Check<'a> {
+    case: &'a Case,
+    fault: Option<&'a Fault>,
+    which: Which,
+}
+
+impl<T: Real> Visitor<T> for Check<'_> {
+    type Output = Measured;
+
+    fn visit<const N: usize, const D: usize, R: Retraction<T, N, D>>(self, system: System<T, N, D, R>) -> Measured {
+        let mut probe = Probe::new(self.case, 15);
+        let flow = EulerPoincare::new(system.algebra.clone(), &system.lagrangian, &system.force);
+        let measured = match self.which {
+            Which::Bracket => Ok(self.bracket(&system, &mut probe)),
+            Which::Equations => self.equations(&flow, &system, &mut probe),
+            Which::Energy => self.energy(&flow, &system, &mut probe),
+            Which::Casimirs => self.casimirs(&flow, &system, &mut probe),
+        };
+        measured.unwrap_or_else(|error| Measured::Broken(error.to_string()))
+    }
+}
+
+/// {F, K}, with a fault or without.
+struct Subject<'a, T: Real, const N: usize, F, K> {
+    bracket: Bracket<'a, T, N, F, K>,
+    fault: Option<&'a Fault>,
+}
+
+impl<T: Real, const N: usize, F: MomentumFunction<T, N>, K: MomentumFunction<T, N>> MomentumFunction<T, N>
+    for Subject<'_, T, N, F, K>
+{
+    fn value<S: Scalar<Base = T>>(&self, mu: &Covector<S, N>) -> S {
+        let right = self.bracket.value(mu);
+        let size = |planted: Fault| Fault::size_of(self.fault, planted.name);
+        if self.fault.is_none() {
+            return right;
+        }
+        let along = pair(mu, &self.bracket.first.differential(mu)) * pair(mu, &self.bracket.second.differential(mu));
+        let value = blend_scalar(right, -right, size(BRACKET_SIGN));
+        blend_scalar(value, value + along, size(BRACKET_SYMMETRIC))
+    }
+}
+
+/// F K.
+struct Product<'a, F, K>(&'a F, &'a K);
+
+impl<T: Real, const N: usize, F: MomentumFunction<T, N>, K: MomentumFunction<T, N>> MomentumFunction<T, N>
+    for Product<'_, F, K>
+{
+    fn value<S: Scalar<Base = T>>(&self, mu: &Covector<S, N>) -> S {
+        self.0.value(mu) * self.1.value(mu)
+    }
+}
+
+/// μ ↦ ⟨μ, ξ⟩.
+struct Linear<T: Real, const N: usize>(Vector<T, N>);
+
+impl<T: Real, const N: usize> MomentumFunction<T, N> for Linear<T, N> {
+    fn value<S: Scalar<Base = T>>(&self, mu: &Covector<S, N>) -> S {
+        pair(mu, &self.0.map(S::lift))
+    }
+}
+
+/// [`EulerPoincare::rates`], with a fault or without.
+pub fn rates<T: Real, const N: usize, L: Lagrangian<T, N>, F: Force<T, N>>(
+    flow: &EulerPoincare<T, N, L, F>,
+    t: T,
+    mu: &Covector<T, N>,
+    fault: Option<&Fault>,
+) -> Result<Rates<T, N>, LegendreError> {
+    let mut rates = flow.rates(t, mu, &Vector::zeros())?;
+    if fault.is_some() {
+        let size = |planted: Fault| Fault::size_of(fault, planted.name);
+        let free = flow.algebra.coad(&rates.velocity, mu);
+        let transposed = flow.algebra.bracket(&rates.velocity, &mu.transpose()).transpose() + rates.force;
+        rates.momentum = blend(rates.momentum, free, size(NO_FORCE));
+        rates.momentum = blend(rates.momentum, rates.force - free, size(COAD_SIGN));
+        rates.momentum = blend(rates.momentum, transposed, size(TRANSPOSED));
+    }
+    Ok(rates)
+}
+
+type Flow<'a, T, const N: usize, L, F> = EulerPoincare<T, N, &'a L, &'a F>;
+
+impl Check<'_> {
+    fn size_of(&self, fault: Fault) -> f64 {
+        Fault::size_of(self.fault, fault.name)
+    }
+
+    /// [`EulerPoincare::hamiltonian`] and its derivative along a covector.
+    fn hamiltonian<T: Real, const N: usize, L: Lagrangian<T, N>, F: Force<T, N>>(
+        &self,
+        flow: &EulerPoincare<T, N, L, F>,
+        mu: &Covector<T, N>,
+        along: &Covector<T, N>,
+        eta: &Vector<T, N>,
+    ) -> Result<Dual<T>, LegendreError> {
+        let moved = mu.zip_map(along, |re, eps| Dual { re, eps });
+        let guess = eta.map(Dual::constant);
+        let mut value = flow.hamiltonian(&moved, &guess)?;
+        let wrong = self.size_of(ENERGY_SUM);
+        if wrong != 0.0 {
+            let velocity = flow.lagrangian.velocity(&moved, &guess)?;
+            value += flow.lagrangian.value(&velocity) * Dual::exact(2.0 * wrong);
+        }
+        Ok(value)
+    }
+
+    fn bracket<T: Real, const N: usize, const D: usize, R>(
+        &self,
+        system: &System<T, N, D, R>,
+        probe: &mut Probe,
+    ) -> Measured {
+        let algebra = &system.algebra;
+        let mu = probe.covector::<T, N>();
+        let [a, b, c] = [Cubic::<T, N>::new(probe), Cubic::new(probe), Cubic::new(probe)];
+        let ones = (Vector::from_element(T::one()), Covector::from_element(T::one()));
+        let scale = turning(algebra, &ones.0, &ones.1).max(T::one());
+        let size = |functions: &[&Vector<T, N>]| functions.iter().fold(scale, |size, v| size * v.amax()) * mu.amax();
+        let near = |what: &'static str, defect: T, size: T| {
+            Measured::defect(defect.abs(), size, 256.0 * N as f64, || what.into())
+        };
+        let (ab, ba) = (self.of(algebra, &a, &b), self.of(algebra, &b, &a));
+        let moving = mu.zip_map(&hamiltonian_field(algebra, &b, &mu), |re, eps| Dual { re, eps });
+        let [da, db, dc] = [&a, &b, &c].map(|f| f.differential(&mu));
+        let antisymmetric = near("{A, B} + {B, A}", ab.value(&mu) + ba.value(&mu), size(&[&da, &db]));
+
+        let along = near("{A, B} − dA(X_B)", ab.value(&mu) - a.value(&moving).eps, size(&[&da, &db]));
+
+        let (bc, ac) = (Product(&b, &c), self.of(algebra, &a, &c));
+        let whole = self.of(algebra, &a, &bc).value(&mu);
+        let parts = ab.value(&mu) * c.value(&mu) + b.value(&mu) * ac.value(&mu);
+        let weight = b.value(&mu).abs() + c.value(&mu).abs();
+        let leibniz =
+            near("{A, BC} − {A, B}C − B{A, C}", whole - parts, size(&[&da]) * (db.amax() + dc.amax()) * weight);
+
+        let (b_c, c_a) = (self.of(algebra, &b, &c), self.of(algebra, &c, &a));
+        let cyclic = [
+            self.of(algebra, &a, &b_c).value(&mu),
+            self.of(algebra, &b, &c_a).value(&mu),
+            self.of(algebra, &c, &ab).value(&mu),
+        ];
+        let terms = cyclic.iter().fold(T::zero(), |sum, v| sum + v.abs());
+        let sum = cyclic.iter().fold(T::zero(), |sum, v| sum + *v);
+        let jacobi = near("{A, {B, C}} + cyclic", sum, terms + size(&[&da, &db, &dc]) * scale);
+
+        let (xi, zeta) = (probe.vector::<T, N>(), probe.vector::<T, N>());
+        let commutator = match &system.group {
+            Some(group) => {
+                let (x, z) = (group.hat(&xi), group.hat(&zeta));
+                group.vee(&(x * z - z * x))
+            }
+            None => Vector::from_fn(|d, _| {
+                let pairs = (0..N).flat_map(|a| (0..N).map(move |b| (a, b)));
+                pairs.fold(T::zero(), |sum, (a, b)| sum + algebra.constant(a, b, d) * xi[a] * zeta[b])
+            }),
+        };
+        let linear = self.of(algebra, &Linear(xi), &Linear(zeta)).value(&mu) + pair(&mu, &commutator);
+        let linear = near("{⟨·, ξ⟩, ⟨·, ζ⟩} + ⟨·, ξζ − ζξ⟩", linear, size(&[&xi, &zeta]));
+        antisymmetric.and(along).and(leibniz).and(jacobi).and(linear)
+    }
+
+    fn of<'a, T: Real, const N: usize, F, K>(
+        &'a self,
+        algebra: &'a LieAlgebra<T, N>,
+        first: &'a F,
+        second: &'a K,
+    ) -> Subject<'a, T, N, F, K> {
+        Subject { bracket: Bracket { algebra, first, second }, fault: self.fault }
+    }
+
+    fn equations<T: Real, L: Lagrangian<T, N>, F: Force<T, N>, R, const N: usize, const D: usize>(
+        &self,
+        flow: &Flow<'_, T, N, L, F>,
+        system: &System<T, N, D, R>,
+        probe: &mut Probe,
+    ) -> Result<Measured, LegendreError> {
+        let (mu, function) = (system.state.momentum, Cubic::<T, N>::new(probe));
+        let rates = rates(flow, system.state.time, &mu, self.fault)?;
+        let along = function.value(&mu.zip_map(&rates.momentum, |re, eps| Dual { re, eps })).eps;
+        let mut slope = Vector::<T, N>::zeros();
+        for a in 0..N {
+            let e = Covector::from_fn(|_, b| if a == b { T::one() } else { T::zero() });
+            slope[a] = self.hamiltonian(flow, &mu, &e, &rates.velocity)?.eps;
+        }
+        let bracket = self.of(&system.algebra, &function, &Linear(slope)).value(&mu);
+        let differential = function.differential(&mu);
+        let expected = bracket + pair(&rates.force, &differential);
+        let turn = turning(&system.algebra, &rates.velocity, &mu);
+        let size = (turn + rates.force.amax()) * differential.amax() * T::int(N as i64);
+        Ok(Measured::defect((along - expected).abs(), size, 256.0 * N as f64, || {
+            format!("Ḟ = {:e}, {{F, h}} + ⟨f̃, F'⟩ = {:e}", along.to_f64(), expected.to_f64())
+        }))
+    }
+
+    fn energy<T: Real, L: Lagrangian<T, N>, F: Force<T, N>, R, const N: usize, const D: usize>(
+        &self,
+        flow: &Flow<'_, T, N, L, F>,
+        system: &System<T, N, D, R>,
+        probe: &mut Probe,
+    ) -> Result<Measured, LegendreError> {
+        let (time, mu) = (system.state.time, system.state.momentum);
+        let rates = rates(flow, time, &mu, self.fault)?;
+        let eta = rates.velocity;
+        let floor = 256.0 * N as f64;
+        let near = |what: &'static str, defect: T, size: T| Measured::defect(defect.abs(), size, floor, || what.into());
+        let energy = self.hamiltonian(flow, &mu, &rates.momentum, &eta)?;
+        let turn = turning(&system.algebra, &eta, &mu) * eta.amax() * T::int(N as i64);
+        let power = flow.power(time, &eta);
+        let terms = turn + pair(&rates.force.abs(), &eta.abs());
+        let balance = near("dE/dt − ⟨f, η⟩", energy.eps - power, terms);
+        let along = probe.covector::<T, N>();
+        let slope = self.hamiltonian(flow, &mu, &along, &eta)?;
+        let velocity = near("h'(μ) − η", slope.eps - pair(&along, &eta), eta.amax());
+        let size = pair(&mu.abs(), &eta.abs());
+        let value = near("h(l'(η)) − E(η)", energy.re - flow.lagrangian.energy(&eta), size);
+        Ok(balance.and(velocity).and(value))
+    }
+
+    fn casimirs<T: Real, L: Lagrangian<T, N>, F: Force<T, N>, R, const N: usize, const D: usize>(
+        &self,
+        flow: &Flow<'_, T, N, L, F>,
+        system: &System<T, N, D, R>,
+        probe: &mut Probe,
+    ) -> Result<Measured, LegendreError> {
+        let mu = system.state.momentum;
+        let rates = rates(flow, system.state.time, &mu, self.fault)?;
+        let xi = probe.vector::<T, N>();
+        let along = |to: &Covector<T, N>| mu.zip_map(to, |re, eps| Dual { re, eps });
+        let floor = 256.0 * N as f64;
+        let mut found = Measured::NotApplicable("the algebra has no Casimirs".into());
+        for casimir in &system.casimirs {
+            let slope = casimir.gradient(&mu);
+            let free = system.algebra.coad(&slope, &mu).amax();
+            let size = turning(&system.algebra, &slope, &mu);
+            let free = Measured::defect(free, size, floor, || "ad*_{C'} μ ≠ 0".into());
+            let turn = casimir.value(&along(&system.algebra.coad(&xi, &mu))).eps;
+            let size = turning(&system.algebra, &xi, &mu) * slope.amax();
+            let still = Measured::defect(turn.abs(), size, floor, || "dC(ad*_ξ μ) ≠ 0".into());
+            let rate = casimir.value(&along(&rates.momentum)).eps;
+            let expected = pair(&rates.force, &slope);
+            let size = turning(&system.algebra, &rates.velocity, &mu) + rates.force.amax();
+            let moved = Measured::defect((rate - expected).abs(), size * slope.amax(), floor, || {
+                format!("dC/dt = {:e}, ⟨f, C'⟩ = {:e}", rate.to_f64(), expected.to_f64())
+            });
+            found = [free, still, moved].into_iter().fold(found, Measured::and);
+        }
+        Ok(found)
+    }
+}

@@ -1,0 +1,380 @@
+//! The continuous theory with faults planted in it: what the laws of [`super::mechanics`], [`super::euler_lagrange`],
+//! [`super::legendre`] and [`super::hamiltonian`] judge. Without a fault each is the library's function.
+
+use super::planted::{blend, blend_scalar};
+use super::precision::Measured;
+use crate::algebra::{Covector, LieAlgebra, Matrix, Vector, pair};
+use crate::harness::Fault;
+use crate::mechanics::doubled::{DoubledLagrangian, Forced, Partials, VelocityError};
+use crate::mechanics::euler_lagrange::{self, EulerLagrangeRates};
+use crate::mechanics::forced_hamiltonian::ForcedHamiltonian;
+use crate::mechanics::hamiltonian::{
+    self, DoubledHamiltonian, HamiltonRates, MomentumPartials, modified_legendre, momentum_partials_by_duals,
+};
+use crate::mechanics::{Force, Lagrangian, LegendreError};
+use crate::retraction::{Retraction, RetractionError};
+use crate::scalar::{Real, Scalar};
+
+/// k_f with the force of the first copy alone.
+pub const FIRST_COPY_ONLY: Fault = Fault::new("first-copy-only", "k_f = −⟨f(η), τ⁻¹(U)⟩", "velocity-dependent forces");
+/// k_f with a wrong sign.
+pub const COUPLING_SUM: Fault = Fault::new(
+    "sum",
+    "k_f = ½(⟨f(ψ), τ⁻¹(U⁻¹)⟩ + ⟨f(η), τ⁻¹(U)⟩), the sign of the second term flipped",
+    "forced systems",
+);
+/// k_f with two times.
+pub const TIME_SHIFT: Fault =
+    Fault::new("time-shift", "k_f with f(t + ¼, ψ) in the place of f(t, ψ)", "time-dependent forces");
+/// l_f with a wrong sign.
+pub const PLUS: Fault = Fault::new("plus", "l(ψ) + l(η) − k_f", "every system");
+/// ∂l_f/∂U on one side.
+pub const LEFT_FOR_RIGHT: Fault =
+    Fault::new("left-for-right", "R*_U ∂l_f/∂U replaced by L*_U ∂l_f/∂U", "forced systems on non-abelian groups");
+/// ∂l_f/∂η incomplete.
+pub const NO_FORCE_DERIVATIVE: Fault =
+    Fault::new("no-force-derivative", "∂l_f/∂η without the derivative of f", "velocity-dependent forces");
+/// ∂l_f/∂U halved.
+pub const HALF_FORCE: Fault = Fault::new("half-force", "∂l_f/∂U halved", "forced systems");
+
+/// l_f, with a fault or without.
+#[derive(Clone, Copy)]
+pub struct PlantedForced<'a, L, F, R> {
+    /// l_f.
+    pub doubled: &'a Forced<L, F, R>,
+    /// What is planted.
+    pub fault: Option<&'a Fault>,
+}
+
+impl<L, F, R> PlantedForced<'_, L, F, R> {
+    fn size(&self, fault: Fault) -> f64 {
+        Fault::size_of(self.fault, fault.name)
+    }
+
+    /// k_f.
+    pub fn coupling<T: Real, S: Scalar<Base = T>, const N: usize, const D: usize>(
+        &self,
+        t: S,
+        eta: &Vector<S, N>,
+        u: &Matrix<S, D>,
+        psi: &Vector<S, N>,
+    ) -> Result<S, RetractionError>
+    where
+        F: Force<T, N>,
+        R: Retraction<T, N, D>,
+    {
+        let right = self.doubled.coupling(t, eta, u, psi)?;
+        if self.fault.is_none() {
+            return Ok(right);
+        }
+        let x = self.doubled.retraction.tau_inv(u)?;
+        let force = |t: S, eta: &Vector<S, N>| pair(&self.doubled.force.force(t, eta), &x);
+        let (here, there) = (force(t, eta), force(t, psi));
+        let late = force(t + S::exact(0.25), psi);
+        let value = blend_scalar(right, -here, self.size(FIRST_COPY_ONLY));
+        let value = blend_scalar(value, (here - there) * S::half(), self.size(COUPLING_SUM));
+        Ok(blend_scalar(value, -(here + late) * S::half(), self.size(TIME_SHIFT)))
+    }
+}
+
+impl<T, L, F, R, const N: usize, const D: usize> DoubledLagrangian<T, N, D> for PlantedForced<'_, L, F, R>
+where
+    T: Real,
+    L: Lagrangian<T, N>,
+    F: Force<T, N>,
+    R: Retraction<T, N, D>,
+{
+    fn value<S: Scalar<Base = T>>(
+        &self,
+        t: S,
+        eta: &Vector<S, N>,
+        u: &Matrix<S, D>,
+        psi: &Vector<S, N>,
+    ) -> Result<S, RetractionError> {
+        if self.fault.is_none() {
+            return self.doubled.value(t, eta, u, psi);
+        }
+        let first = self.doubled.lagrangian.value(eta);
+        let first = blend_scalar(-first, first, self.size(PLUS));
+        Ok(self.doubled.lagrangian.value(psi) + first - self.coupling(t, eta, u, psi)?)
+    }
+
+    fn hat<S: Scalar<Base = T>>(&self, xi: &Vector<S, N>) -> Result<Matrix<S, D>, RetractionError> {
+        self.doubled.hat(xi)
+    }
+
+    fn unit_velocities(
+        &self,
+        lambda: &Covector<T, N>,
+        mu: &Covector<T, N>,
+    ) -> Result<(Vector<T, N>, Vector<T, N>), LegendreError> {
+        self.doubled.unit_velocities(lambda, mu)
+    }
+
+    fn partials<S: Scalar<Base = T>>(
+        &self,
+        t: S,
+        eta: &Vector<S, N>,
+        u: &Matrix<S, D>,
+        psi: &Vector<S, N>,
+    ) -> Result<Partials<S, N>, RetractionError> {
+        let mut partials = self.doubled.partials(t, eta, u, psi)?;
+        if self.fault.is_none() {
+            return Ok(partials);
+        }
+        let half = self.size(HALF_FORCE);
+        partials.right = blend(partials.right, partials.left, self.size(LEFT_FOR_RIGHT));
+        partials.eta = blend(partials.eta, -self.doubled.lagrangian.gradient(eta), self.size(NO_FORCE_DERIVATIVE));
+        partials.left = blend(partials.left, partials.left * S::half(), half);
+        partials.right = blend(partials.right, partials.right * S::half(), half);
+        Ok(partials)
+    }
+}
+
+/// The Euler–Lagrange equations with ad* of the wrong sign.
+pub const EL_BRACKET_SIGN: Fault =
+    Fault::new("euler-lagrange-bracket-sign", "−ad*_η ∂l/∂η in the place of ad*_η ∂l/∂η", "non-abelian groups");
+/// The Euler–Lagrange equations with the sides of ∂l/∂U exchanged.
+pub const EL_SIDES: Fault = Fault::new(
+    "euler-lagrange-sides",
+    "L*_U ∂l/∂U in the first equation, R*_U ∂l/∂U in the second",
+    "non-abelian groups, off the units",
+);
+/// The Euler–Lagrange equations with one term of the wrong sign.
+pub const EL_POTENTIAL_SIGN: Fault =
+    Fault::new("euler-lagrange-potential-sign", "+R*_U ∂l/∂U in the first equation", "every group");
+/// The arrow equation from the other side.
+pub const ARROW_SIDES: Fault = Fault::new("arrow-sides", "U̇ = ψU − Uη", "non-abelian groups, off the units");
+
+/// [`euler_lagrange::residual`].
+#[allow(clippy::too_many_arguments)]
+pub fn residual<T: Real, const N: usize, const D: usize>(
+    doubled: &impl DoubledLagrangian<T, N, D>,
+    algebra: &LieAlgebra<T, N>,
+    t: T,
+    eta: &Vector<T, N>,
+    u: &Matrix<T, D>,
+    psi: &Vector<T, N>,
+    rates: (&Vector<T, N>, &Vector<T, N>),
+    fault: Option<&Fault>,
+) -> Result<(Covector<T, N>, Covector<T, N>), RetractionError> {
+    let (mut first, mut second) = euler_lagrange::residual(doubled, algebra, t, eta, u, psi, rates.0, rates.1)?;
+    if fault.is_some() {
+        let p = doubled.partials(t, eta, u, psi)?;
+        let size = |planted: Fault| T::exact(Fault::size_of(fault, planted.name));
+        let sign = size(EL_BRACKET_SIGN) * T::int(2);
+        first += algebra.coad(eta, &p.eta) * sign + (p.left - p.right) * size(EL_SIDES);
+        first -= p.right * (size(EL_POTENTIAL_SIGN) * T::int(2));
+        second += algebra.coad(psi, &p.psi) * sign + (p.left - p.right) * size(EL_SIDES);
+    }
+    Ok((first, second))
+}
+
+/// [`euler_lagrange::rates`].
+pub fn rates<T: Real, const N: usize, const D: usize>(
+    doubled: &impl DoubledLagrangian<T, N, D>,
+    algebra: &LieAlgebra<T, N>,
+    t: T,
+    eta: &Vector<T, N>,
+    u: &Matrix<T, D>,
+    psi: &Vector<T, N>,
+    fault: Option<&Fault>,
+) -> Result<EulerLagrangeRates<T, N, D>, VelocityError> {
+    if fault.is_none() {
+        return euler_lagrange::rates(doubled, algebra, t, eta, u, psi);
+    }
+    let zero = Vector::zeros();
+    let (first, second) = residual(doubled, algebra, t, eta, u, psi, (&zero, &zero), fault)?;
+    let (eta_rate, psi_rate) = euler_lagrange::accelerations(doubled, t, eta, u, psi, &-first, &-second)?;
+    let wrong = doubled.hat(psi)? * u - u * doubled.hat(eta)?;
+    let u_rate =
+        blend(euler_lagrange::arrow_rate(doubled, eta, u, psi)?, wrong, Fault::size_of(fault, ARROW_SIDES.name));
+    Ok(EulerLagrangeRates { eta: eta_rate, u: u_rate, psi: psi_rate })
+}
+
+/// The modified Legendre transform with a wrong sign.
+pub const LEGENDRE_SIGN: Fault = Fault::new("legendre-first-sign", "λ = +∂l/∂η", "every system");
+/// The modified Legendre transform without the coupling.
+pub const LEGENDRE_ON_UNITS: Fault = Fault::new(
+    "legendre-on-units",
+    "the derivatives taken at U = e",
+    "velocity-dependent forces and potentials, off the units",
+);
+
+/// [`modified_legendre`].
+pub fn legendre<T: Real, S: Scalar<Base = T>, const N: usize, const D: usize>(
+    doubled: &impl DoubledLagrangian<T, N, D>,
+    t: S,
+    eta: &Vector<S, N>,
+    u: &Matrix<S, D>,
+    psi: &Vector<S, N>,
+    fault: Option<&Fault>,
+) -> Result<(Covector<S, N>, Covector<S, N>), RetractionError> {
+    let (lambda, mu) = modified_legendre(doubled, t, eta, u, psi)?;
+    if fault.is_none() {
+        return Ok((lambda, mu));
+    }
+    let size = |planted: Fault| Fault::size_of(fault, planted.name);
+    let lambda = blend(lambda, -lambda, size(LEGENDRE_SIGN));
+    let unit = modified_legendre(doubled, t, eta, &Matrix::identity(), psi)?;
+    Ok((blend(lambda, unit.0, size(LEGENDRE_ON_UNITS)), blend(mu, unit.1, size(LEGENDRE_ON_UNITS))))
+}
+
+/// Hamilton's equations with a wrong sign.
+pub const HAMILTON_SIGN: Fault =
+    Fault::new("hamilton-lambda-sign", "λ̇ = +ad*_{∂h/∂λ} λ − R*_U ∂h/∂U", "non-abelian groups");
+/// Hamilton's equations with the sides of ∂h/∂U exchanged.
+pub const HAMILTON_SIDES: Fault = Fault::new(
+    "hamilton-sides",
+    "L*_U ∂h/∂U in the first equation, R*_U ∂h/∂U in the second",
+    "non-abelian groups, off the units",
+);
+/// Hamilton's equations with a wrong arrow.
+pub const HAMILTON_ARROW: Fault = Fault::new("hamilton-arrow", "U̇ = U(∂h/∂μ − Ad_{U⁻¹} ∂h/∂λ)", "every group");
+
+/// [`hamiltonian::hamilton_rates`].
+pub fn hamilton_rates<T: Real, const N: usize, const D: usize>(
+    h: &impl DoubledHamiltonian<T, N, D>,
+    algebra: &LieAlgebra<T, N>,
+    t: T,
+    lambda: &Covector<T, N>,
+    u: &Matrix<T, D>,
+    mu: &Covector<T, N>,
+    fault: Option<&Fault>,
+) -> Result<HamiltonRates<T, N, D>, VelocityError> {
+    let mut rates = hamiltonian::hamilton_rates(h, algebra, t, lambda, u, mu)?;
+    if fault.is_some() {
+        let p = h.partials(t, lambda, u, mu)?;
+        let size = |planted: Fault| T::exact(Fault::size_of(fault, planted.name));
+        rates.lambda += algebra.coad(&p.lambda, lambda) * (size(HAMILTON_SIGN) * T::int(2));
+        rates.lambda += (p.right - p.left) * size(HAMILTON_SIDES);
+        rates.mu += (p.left - p.right) * size(HAMILTON_SIDES);
+        rates.u -= h.hat(&p.lambda)? * u * (size(HAMILTON_ARROW) * T::int(2));
+    }
+    Ok(rates)
+}
+
+/// Fh× with a wrong sign.
+pub const FIBRE_SIGN: Fault = Fault::new("hamiltonian-legendre-sign", "Fh× = (+∂h/∂λ, U, ∂h/∂μ)", "every system");
+
+/// [`hamiltonian::hamiltonian_legendre`].
+pub fn hamiltonian_legendre<T: Real, S: Scalar<Base = T>, const N: usize, const D: usize>(
+    h: &impl DoubledHamiltonian<T, N, D>,
+    t: S,
+    lambda: &Covector<S, N>,
+    u: &Matrix<S, D>,
+    mu: &Covector<S, N>,
+    fault: Option<&Fault>,
+) -> Result<(Vector<S, N>, Vector<S, N>), VelocityError> {
+    let (eta, psi) = hamiltonian::hamiltonian_legendre(h, t, lambda, u, mu)?;
+    Ok((blend(eta, -eta, Fault::size_of(fault, FIBRE_SIGN.name)), psi))
+}
+
+/// k_f̃ with the force of the first copy alone.
+pub const H_FORCE_ONCE: Fault =
+    Fault::new("forced-hamiltonian-force-once", "k_f̃ = −⟨f̃(λ), τ⁻¹(U)⟩", "velocity-dependent forces, λ ≠ μ");
+/// k_f̃ with the wrong sign.
+pub const H_SIGN: Fault = Fault::new("forced-hamiltonian-sign", "h_f = h(μ) − h(λ) − k_f̃", "forced systems");
+/// h_f with a wrong sign.
+pub const H_PLUS: Fault = Fault::new("forced-hamiltonian-plus", "h_f = h(μ) + h(λ) + k_f̃", "every system");
+/// ∂h_f/∂λ incomplete.
+pub const H_NO_FORCE_DERIVATIVE: Fault = Fault::new(
+    "forced-hamiltonian-no-force-derivative",
+    "∂h_f/∂λ without the derivative of f̃",
+    "velocity-dependent forces, off the units",
+);
+
+/// h_f, with a fault or without.
+#[derive(Clone, Copy)]
+pub struct PlantedHamiltonian<'a, L, F, R> {
+    /// h_f.
+    pub hamiltonian: &'a ForcedHamiltonian<L, F, R>,
+    /// What is planted.
+    pub fault: Option<&'a Fault>,
+}
+
+impl<L, F, R> PlantedHamiltonian<'_, L, F, R> {
+    fn size(&self, fault: Fault) -> f64 {
+        Fault::size_of(self.fault, fault.name)
+    }
+}
+
+impl<T, L, F, R, const N: usize, const D: usize> DoubledHamiltonian<T, N, D> for PlantedHamiltonian<'_, L, F, R>
+where
+    T: Real,
+    L: Lagrangian<T, N>,
+    F: Force<T, N>,
+    R: Retraction<T, N, D>,
+{
+    fn value<S: Scalar<Base = T>>(
+        &self,
+        t: S,
+        lambda: &Covector<S, N>,
+        u: &Matrix<S, D>,
+        mu: &Covector<S, N>,
+    ) -> Result<S, VelocityError> {
+        let right = self.hamiltonian.value(t, lambda, u, mu)?;
+        if self.fault.is_none() {
+            return Ok(right);
+        }
+        let k = self.hamiltonian.coupling(t, lambda, u, mu)?;
+        let system = &self.hamiltonian.system;
+        let eta = system.lagrangian.velocity(lambda, &Vector::zeros())?;
+        let once = -pair(&system.force.force(t, &eta), &system.retraction.tau_inv(u)?);
+        let energy = pair(lambda, &eta) - system.lagrangian.value(&eta);
+        let value = blend_scalar(right, right - k + once, self.size(H_FORCE_ONCE));
+        let value = blend_scalar(value, value - k - k, self.size(H_SIGN));
+        Ok(blend_scalar(value, value + energy + energy, self.size(H_PLUS)))
+    }
+
+    fn hat<S: Scalar<Base = T>>(&self, xi: &Vector<S, N>) -> Result<Matrix<S, D>, RetractionError> {
+        self.hamiltonian.hat(xi)
+    }
+
+    /// In closed form; with a fault in the value, by dual numbers from it.
+    fn partials<S: Scalar<Base = T>>(
+        &self,
+        t: S,
+        lambda: &Covector<S, N>,
+        u: &Matrix<S, D>,
+        mu: &Covector<S, N>,
+    ) -> Result<MomentumPartials<S, N>, VelocityError> {
+        if [H_FORCE_ONCE, H_SIGN, H_PLUS].into_iter().any(|fault| self.size(fault) != 0.0) {
+            return momentum_partials_by_duals(self, t, lambda, u, mu);
+        }
+        let mut partials = self.hamiltonian.partials(t, lambda, u, mu)?;
+        let incomplete = self.size(H_NO_FORCE_DERIVATIVE);
+        if incomplete != 0.0 {
+            let eta = self.hamiltonian.system.lagrangian.velocity(lambda, &Vector::zeros())?;
+            partials.lambda = blend(partials.lambda, -eta, incomplete);
+        }
+        Ok(partials)
+    }
+}
+
+/// What an error means for a law near the units: a group element off the domain says nothing, a Legendre transform that
+/// cannot be inverted is a failure.
+pub fn refused(error: VelocityError) -> Measured {
+    match error {
+        VelocityError::Legendre(error) => Measured::Broken(error.to_string()),
+        VelocityError::Domain(RetractionError::NoGroup { .. }) => {
+            Measured::NotApplicable("the algebra has no group".into())
+        }
+        VelocityError::Domain(_) => {
+            Measured::NotApplicable("a group element is outside the domain of the retraction".into())
+        }
+    }
+}
+
+/// N max|C| |ξ| |μ|, which ad*_ξ μ does not exceed: the size of its terms, also where they cancel.
+pub fn turning<T: Real, const N: usize>(algebra: &LieAlgebra<T, N>, xi: &Vector<T, N>, mu: &Covector<T, N>) -> T {
+    let mut largest = T::zero();
+    for a in 0..N {
+        for b in 0..N {
+            for c in 0..N {
+                largest = largest.max(algebra.constant(a, b, c).abs());
+            }
+        }
+    }
+    largest * xi.amax() * mu.amax() * T::int(N as i64)
+}

@@ -1,0 +1,198 @@
+//! Laws of the two Hamiltonians of a forced system: h_f, and h̃_f = E∘(FL×)⁻¹ from the Legendre transform of l_f.
+
+use super::CaseLaw;
+use super::planted::retraction::Plant;
+use super::precision::{Measured, settle_small};
+use super::probe::Probe;
+use super::subjects::*;
+use crate::algebra::{Covector, Matrix, Vector, elimination, pair};
+use crate::harness::{Cost, Fault, Verdict};
+use crate::mechanics::doubled::VelocityError;
+use crate::mechanics::forced_hamiltonian::ForcedHamiltonian;
+use crate::mechanics::hamiltonian::{DoubledHamiltonian, LegendreHamiltonian};
+use crate::mechanics::{Force, Lagrangian, LegendreError};
+use crate::retraction::Retraction;
+use crate::scalar::{Dd, Real, Scalar, dual};
+use crate::system::{Case, ForceTerm, Motion, System, Visitor, cases};
+use proptest::strategy::Strategy;
+
+const SOURCE: &str = "Martín de Diego and Sato Martín de Almagro 2019, Thm 4.13";
+
+/// The laws of this file.
+pub const LAWS: &[CaseLaw] = &[
+    CaseLaw {
+        name: "two-hamiltonians-units",
+        statement: "on (μ, e, μ): dh_f = dh̃_f = (−η, −f, η), and the two vector fields are equal",
+        source: SOURCE,
+        oracle: "each Hamiltonian against the other: one is built on the Legendre transform of l, the other on that of l_f",
+        bound: "two precisions; floor 2⁸ N u relative to the terms",
+        cost: Cost::Cheap,
+        faults: &[H_SIGN, H_PLUS],
+        cases: || cases().with_group().forced().boxed(),
+        check: |case, fault| settle_small(case, fault, Check { case, fault, units: true }, 9),
+    },
+    CaseLaw {
+        name: "two-hamiltonians-load",
+        statement: "h_f = h̃_f everywhere, with their vector fields, when f does not depend on the velocity",
+        source: SOURCE,
+        oracle: "each Hamiltonian against the other, off the units",
+        bound: "two precisions; floor 2⁸ N u relative to the terms",
+        cost: Cost::Cheap,
+        faults: &[H_SIGN, H_PLUS],
+        cases: || cases().with_group().forced().prop_map(loaded).boxed(),
+        check: |case, fault| settle_small(case, fault, Check { case, fault, units: false }, 9),
+    },
+    CaseLaw {
+        name: "two-hamiltonians",
+        statement: "off the units, U = τ(x): h̃_f − h_f = ⅛(a_ψ l''(ψ)⁻¹ a_ψᵀ − a_η l''(η)⁻¹ a_ηᵀ) + O(|x|³), a = ⟨f'·, x⟩",
+        source: SOURCE,
+        oracle: "second-order perturbation of the Legendre transform; 32 digits at two sizes of x",
+        bound: "the remainder shrinks by more than 16^2.5 from x to x/16 (theory: 16³), or is below 2¹² N u",
+        cost: Cost::Expensive,
+        faults: &[H_FORCE_ONCE, H_SIGN, H_PLUS],
+        cases: || cases().with_group().forced().boxed(),
+        check: |case, fault| match case.dispatch_with::<Dd, _>(&Plant(fault), Difference { case, fault }) {
+            Ok(verdict) => verdict,
+            Err(e) => Verdict::broken(format!("a generated case cannot be built: {e}")),
+        },
+    },
+];
+
+/// The case with those of its forces that do not depend on the velocity; a constant one if there are none.
+fn loaded(mut case: Case) -> Case {
+    case.forces.retain(is_load);
+    if case.forces.is_empty() {
+        let (Motion::Velocity(list) | Motion::Momentum(list)) = &case.start.motion;
+        case.forces.push(ForceTerm::Constant { value: list.clone() });
+    }
+    case
+}
+
+fn is_load(force: &ForceTerm) -> bool {
+    matches!(force, ForceTerm::Constant { .. } | ForceTerm::Periodic { .. })
+}
+
+#[derive(Clone, Copy)]
+struct Check<'a> {
+    case: &'a Case,
+    fault: Option<&'a Fault>,
+    units: bool,
+}
+
+impl<T: Real> Visitor<T> for Check<'_> {
+    type Output = Measured;
+
+    fn visit<const N: usize, const D: usize, R: Retraction<T, N, D>>(self, system: System<T, N, D, R>) -> Measured {
+        self.judge(&system).unwrap_or_else(refused)
+    }
+}
+
+impl Check<'_> {
+    fn judge<T: Real, const N: usize, const D: usize, R: Retraction<T, N, D>>(
+        &self,
+        system: &System<T, N, D, R>,
+    ) -> Result<Measured, VelocityError> {
+        let mut probe = Probe::new(self.case, 16);
+        let (time, mu) = (system.state.time, system.state.momentum);
+        let h_f = ForcedHamiltonian::new(&system.lagrangian, &system.force, &system.retraction);
+        let planted = PlantedHamiltonian { hamiltonian: &h_f, fault: self.fault };
+        let other = LegendreHamiltonian::new(&h_f.system);
+        let (lambda, u) = if self.units {
+            (mu, Matrix::identity())
+        } else {
+            let off = probe.covector::<T, N>() * (T::exact(0.25) * mu.amax());
+            (mu + off, system.retraction.tau(&(probe.vector::<T, N>() * T::exact(0.25)))?)
+        };
+        let mine = planted.partials(time, &lambda, &u, &mu)?;
+        let theirs = other.partials(time, &lambda, &u, &mu)?;
+        let force = system.force.force(time, &theirs.mu);
+        let floor = 256.0 * N as f64;
+        let near = |what: &'static str, off: T, size: T| Measured::defect(off, size, floor, || what.into());
+        let velocity = theirs.lambda.amax() + theirs.mu.amax();
+        let push = theirs.left.amax() + theirs.right.amax() + force.amax();
+        let mut found = near("∂h/∂λ", (mine.lambda - theirs.lambda).amax(), velocity)
+            .and(near("∂h/∂μ", (mine.mu - theirs.mu).amax(), velocity))
+            .and(near("L*_U ∂h/∂U", (mine.left - theirs.left).amax(), push))
+            .and(near("R*_U ∂h/∂U", (mine.right - theirs.right).amax(), push));
+        let fields = (
+            hamilton_rates(&planted, &system.algebra, time, &lambda, &u, &mu, self.fault)?,
+            hamilton_rates(&other, &system.algebra, time, &lambda, &u, &mu, None)?,
+        );
+        let turn = turning(&system.algebra, &theirs.mu, &mu) + turning(&system.algebra, &theirs.lambda, &lambda);
+        let size = push + turn;
+        let difference = (fields.0.lambda - fields.1.lambda).amax().max((fields.0.mu - fields.1.mu).amax());
+        found = found.and(near("the vector fields", difference, size));
+        if self.units {
+            let expected = [(theirs.left + force).amax(), (theirs.lambda + theirs.mu).amax()];
+            found = found.and(near("∂h̃/∂U + f", expected[0], push)).and(near("∂h̃/∂λ + η", expected[1], velocity));
+        } else {
+            let (here, there) = (planted.value(time, &lambda, &u, &mu)?, other.value(time, &lambda, &u, &mu)?);
+            let size = pair(&mu.abs(), &theirs.mu.abs()) + pair(&lambda.abs(), &theirs.lambda.abs()) + push;
+            found = found.and(near("the values", (here - there).abs(), size));
+        }
+        Ok(found)
+    }
+}
+
+/// h̃_f − h_f and its prediction at two sizes of x.
+struct Difference<'a> {
+    case: &'a Case,
+    fault: Option<&'a Fault>,
+}
+
+impl Visitor<Dd> for Difference<'_> {
+    type Output = Verdict;
+
+    fn visit<const N: usize, const D: usize, R: Retraction<Dd, N, D>>(self, system: System<Dd, N, D, R>) -> Verdict {
+        self.judge(&system).unwrap_or_else(|error| match refused(error) {
+            Measured::NotApplicable(why) => Verdict::not_applicable(why),
+            other => Verdict::broken(format!("{other:?}")),
+        })
+    }
+}
+
+impl Difference<'_> {
+    fn judge<const N: usize, const D: usize, R: Retraction<Dd, N, D>>(
+        &self,
+        system: &System<Dd, N, D, R>,
+    ) -> Result<Verdict, VelocityError> {
+        let mut probe = Probe::new(self.case, 17);
+        let (time, mu) = (system.state.time, system.state.momentum);
+        let lambda = mu + probe.covector::<Dd, N>() * (Dd::exact(0.5) * mu.amax());
+        let h_f = ForcedHamiltonian::new(&system.lagrangian, &system.force, &system.retraction);
+        let planted = PlantedHamiltonian { hamiltonian: &h_f, fault: self.fault };
+        let other = LegendreHamiltonian::new(&h_f.system);
+        let eta = system.lagrangian.velocity(&lambda, &Vector::zeros())?;
+        let psi = system.lagrangian.velocity(&mu, &Vector::zeros())?;
+        let direction = probe.vector::<Dd, N>();
+        // ½ k' (L'')⁻¹ k' at the velocities of h_f, with k' = −½ (a_η, a_ψ) and L'' = diag(−l''(η), l''(ψ)).
+        let term = |eta: &Vector<Dd, N>, x: &Vector<Dd, N>| -> Result<Dd, LegendreError> {
+            let hessian = system.lagrangian.hessian(eta);
+            let inverse = elimination::inverse(&hessian)
+                .ok_or_else(|| LegendreError::Singular { velocity: eta.iter().map(|v| v.to_f64()).collect() })?;
+            let mut a = Covector::<Dd, N>::zeros();
+            for b in 0..N {
+                let e = Vector::from_fn(|c, _| Dd::int(i64::from(b == c)));
+                let slope: Result<Covector<Dd, N>, LegendreError> =
+                    dual::derivative(|eta| Ok(system.force.force(Scalar::lift(time), eta)), eta, &e);
+                a[b] = pair(&slope?, x);
+            }
+            Ok(pair(&a, &(inverse * a.transpose())) * Dd::exact(0.125))
+        };
+        let remainder = |exponent: i32| -> Result<(Dd, Dd), VelocityError> {
+            let x = direction * Dd::exact(2f64.powi(exponent));
+            let u = system.retraction.tau(&x)?;
+            let difference = other.value(time, &lambda, &u, &mu)? - planted.value(time, &lambda, &u, &mu)?;
+            let predicted = term(&psi, &x)? - term(&eta, &x)?;
+            Ok((difference - predicted, predicted))
+        };
+        let ((large, predicted), (small, _)) = (remainder(-20)?, remainder(-24)?);
+        let size = pair(&mu.abs(), &psi.abs()) + pair(&lambda.abs(), &eta.abs());
+        let relative = |v: Dd| (v / size).to_f64().abs();
+        let floor = Dd::unit_roundoff().to_f64() * 4096.0 * N as f64;
+        Ok(Verdict::judge(relative(small), floor.max(relative(large) / 1024.0), || {
+            let [large, small, predicted] = [large, small, predicted].map(Scalar::to_f64);
+            format!("off the prediction {predicted:e} by {large:e}, and by {small:e} at x/16")
+        }))
+    }
+}

@@ -1,0 +1,136 @@
+//! The Hamiltonian h_f on g*×G×g* that generates a forced Lie–Poisson system.
+
+use super::doubled::{Forced, VelocityError, force_derivative, hat};
+use super::hamiltonian::{DoubledHamiltonian, MomentumPartials};
+use super::{Force, Lagrangian, LegendreError};
+use crate::algebra::{Covector, Matrix, Vector, elimination, pair};
+use crate::retraction::{Retraction, RetractionError, TangentPoint};
+use crate::scalar::{Real, Scalar};
+
+/// h_f(λ, U, μ) = h(μ) − h(λ) + k_f̃(λ, U, μ), k_f̃ = −½ ⟨f̃(t, λ) + f̃(t, μ), τ⁻¹(U)⟩, f̃(t, μ) = f(t, (l')⁻¹(μ)),
+/// with h the Legendre transform of l.
+///
+/// On the units (μ, e, μ) its vector field is two copies of forced Lie–Poisson; it is antisymmetric under
+/// (λ, U, μ) ↦ (μ, U⁻¹, λ) (Martín de Diego and Sato Martín de Almagro 2019, Theorem 4.11). Domain: U in that of τ⁻¹.
+#[derive(Clone, Debug, PartialEq)]
+pub struct ForcedHamiltonian<L, F, R> {
+    /// l, f and τ.
+    pub system: Forced<L, F, R>,
+}
+
+/// One copy: η = (l')⁻¹(μ) and f(t, η).
+struct Copy<S: Scalar, const N: usize> {
+    velocity: Vector<S, N>,
+    force: Covector<S, N>,
+}
+
+impl<L, F, R> ForcedHamiltonian<L, F, R> {
+    /// The doubled Hamiltonian of the system with Lagrangian l and force f, with the retraction τ in its coupling.
+    pub fn new(lagrangian: L, force: F, retraction: R) -> Self {
+        Self { system: Forced::new(lagrangian, force, retraction) }
+    }
+
+    fn copy<T: Real, S: Scalar<Base = T>, const N: usize>(
+        &self,
+        t: S,
+        mu: &Covector<S, N>,
+    ) -> Result<Copy<S, N>, LegendreError>
+    where
+        L: Lagrangian<T, N>,
+        F: Force<T, N>,
+    {
+        let velocity = self.system.lagrangian.velocity(mu, &Vector::zeros())?;
+        Ok(Copy { velocity, force: self.system.force.force(t, &velocity) })
+    }
+
+    /// k_f̃(λ, U, μ) = −½ ⟨f̃(t, λ) + f̃(t, μ), τ⁻¹(U)⟩.
+    ///
+    /// # Errors
+    /// Those of the inverse Legendre transform; U outside the domain of τ⁻¹.
+    pub fn coupling<T: Real, S: Scalar<Base = T>, const N: usize, const D: usize>(
+        &self,
+        t: S,
+        lambda: &Covector<S, N>,
+        u: &Matrix<S, D>,
+        mu: &Covector<S, N>,
+    ) -> Result<S, VelocityError>
+    where
+        L: Lagrangian<T, N>,
+        F: Force<T, N>,
+        R: Retraction<T, N, D>,
+    {
+        let total = self.copy(t, lambda)?.force + self.copy(t, mu)?.force;
+        Ok(-S::half() * pair(&total, &self.system.retraction.tau_inv(u)?))
+    }
+
+    /// The same k_f̃ as it was defined, ½ (⟨f̃(t, μ), τ⁻¹(U⁻¹)⟩ − ⟨f̃(t, λ), τ⁻¹(U)⟩).
+    ///
+    /// # Errors
+    /// Those of the inverse Legendre transform; U singular, U or U⁻¹ outside the domain of τ⁻¹.
+    pub fn coupling_as_defined<T: Real, S: Scalar<Base = T>, const N: usize, const D: usize>(
+        &self,
+        t: S,
+        lambda: &Covector<S, N>,
+        u: &Matrix<S, D>,
+        mu: &Covector<S, N>,
+    ) -> Result<S, VelocityError>
+    where
+        L: Lagrangian<T, N>,
+        F: Force<T, N>,
+        R: Retraction<T, N, D>,
+    {
+        let (eta, psi) = (self.copy(t, lambda)?.velocity, self.copy(t, mu)?.velocity);
+        Ok(self.system.coupling_as_defined(t, &eta, u, &psi)?)
+    }
+}
+
+impl<T, L, F, R, const N: usize, const D: usize> DoubledHamiltonian<T, N, D> for ForcedHamiltonian<L, F, R>
+where
+    T: Real,
+    L: Lagrangian<T, N>,
+    F: Force<T, N>,
+    R: Retraction<T, N, D>,
+{
+    fn value<S: Scalar<Base = T>>(
+        &self,
+        t: S,
+        lambda: &Covector<S, N>,
+        u: &Matrix<S, D>,
+        mu: &Covector<S, N>,
+    ) -> Result<S, VelocityError> {
+        let (first, second) = (self.copy(t, lambda)?, self.copy(t, mu)?);
+        let energy = |p: &Covector<S, N>, eta: &Vector<S, N>| pair(p, eta) - self.system.lagrangian.value(eta);
+        let coupling = pair(&(first.force + second.force), &self.system.retraction.tau_inv(u)?) * -S::half();
+        Ok(energy(mu, &second.velocity) - energy(lambda, &first.velocity) + coupling)
+    }
+
+    fn hat<S: Scalar<Base = T>>(&self, xi: &Vector<S, N>) -> Result<Matrix<S, D>, RetractionError> {
+        hat(&self.system.retraction, xi)
+    }
+
+    /// In closed form, with x = τ⁻¹(U), η = (l')⁻¹(λ), ψ = (l')⁻¹(μ): ∂h/∂λ = −η − ½ l''(η)⁻¹ ⟨f'(η)·, x⟩ᵀ,
+    /// ∂h/∂μ = ψ − ½ l''(ψ)⁻¹ ⟨f'(ψ)·, x⟩ᵀ, L*_U ∂h/∂U = −½ (f̃(λ) + f̃(μ)) dτ_x⁻¹, R*_U = Ad*_{U⁻¹} L*_U.
+    fn partials<S: Scalar<Base = T>>(
+        &self,
+        t: S,
+        lambda: &Covector<S, N>,
+        u: &Matrix<S, D>,
+        mu: &Covector<S, N>,
+    ) -> Result<MomentumPartials<S, N>, VelocityError> {
+        let (first, second) = (self.copy(t, lambda)?, self.copy(t, mu)?);
+        let x = self.system.retraction.tau_inv(u)?;
+        let point = self.system.retraction.at(&x)?;
+        let left = (first.force + second.force) * point.d_inv() * -S::half();
+        let right = left * point.ad_inv();
+        let slope = |copy: &Copy<S, N>| -> Result<Vector<S, N>, LegendreError> {
+            let hessian = self.system.lagrangian.hessian(&copy.velocity);
+            let inverse = elimination::inverse(&hessian).ok_or_else(|| LegendreError::Singular {
+                velocity: copy.velocity.iter().map(|v| v.to_f64()).collect(),
+            })?;
+            let derivative = force_derivative(&self.system.force, t, &copy.velocity, &x);
+            Ok(inverse * derivative.transpose() * -S::half())
+        };
+        let (lambda, mu) = (slope(&first)? - first.velocity, slope(&second)? + second.velocity);
+        Ok(MomentumPartials { lambda, left, right, mu })
+    }
+}

@@ -1,0 +1,92 @@
+//! The Lie–Poisson bracket on g* for functions, and forces that keep the coadjoint orbits.
+//!
+//! {F, K}(μ) = −⟨μ, [F'(μ), K'(μ)]⟩ (Martín de Diego and Sato Martín de Almagro 2019, (2.7) and §2.2).
+
+use super::equations::lie_poisson_bracket;
+use super::{Force, Lagrangian};
+use crate::algebra::{Casimir, Covector, LieAlgebra, Vector};
+use crate::scalar::{Dual, Real, Scalar};
+
+/// A function on g*. Only `value` is required: the differential comes from dual numbers.
+pub trait MomentumFunction<T: Real, const N: usize> {
+    /// F(μ).
+    fn value<S: Scalar<Base = T>>(&self, mu: &Covector<S, N>) -> S;
+
+    /// F'(μ), a vector of g.
+    fn differential<S: Scalar<Base = T>>(&self, mu: &Covector<S, N>) -> Vector<S, N> {
+        Vector::from_fn(|a, _| {
+            let part = |b| if a == b { S::one() } else { S::zero() };
+            self.value(&Covector::from_fn(|_, b| Dual { re: mu[b], eps: part(b) })).eps
+        })
+    }
+}
+
+impl<T: Real, const N: usize> MomentumFunction<T, N> for Casimir<T, N> {
+    fn value<S: Scalar<Base = T>>(&self, mu: &Covector<S, N>) -> S {
+        Casimir::value(self, mu)
+    }
+
+    fn differential<S: Scalar<Base = T>>(&self, mu: &Covector<S, N>) -> Vector<S, N> {
+        self.gradient(mu)
+    }
+}
+
+/// {F, K}, a function on g* again.
+#[derive(Clone, Debug)]
+pub struct Bracket<'a, T: Real, const N: usize, F, K> {
+    /// g.
+    pub algebra: &'a LieAlgebra<T, N>,
+    /// F.
+    pub first: &'a F,
+    /// K.
+    pub second: &'a K,
+}
+
+impl<T: Real, const N: usize, F: MomentumFunction<T, N>, K: MomentumFunction<T, N>> MomentumFunction<T, N>
+    for Bracket<'_, T, N, F, K>
+{
+    fn value<S: Scalar<Base = T>>(&self, mu: &Covector<S, N>) -> S {
+        lie_poisson_bracket(self.algebra, mu, &self.first.differential(mu), &self.second.differential(mu))
+    }
+}
+
+/// The Hamiltonian vector field of H on g*: μ̇ = ad*_{H'(μ)} μ, so that Ḟ = {F, H} for every F
+/// (Martín de Diego and Sato Martín de Almagro 2019, (2.5)).
+pub fn hamiltonian_field<T: Real, S: Scalar<Base = T>, const N: usize>(
+    algebra: &LieAlgebra<T, N>,
+    hamiltonian: &impl MomentumFunction<T, N>,
+    mu: &Covector<S, N>,
+) -> Covector<S, N> {
+    algebra.coad(&hamiltonian.differential(mu), mu)
+}
+
+/// ζ(t, η), any map into g.
+pub trait OrbitField<T: Real, const N: usize> {
+    /// ζ(t, η).
+    fn zeta<S: Scalar<Base = T>>(&self, t: S, eta: &Vector<S, N>) -> Vector<S, N>;
+}
+
+/// f(t, η) = ad*_ζ l'(η) with ζ = ζ(t, η): the momentum stays on its coadjoint orbit, μ(t) = Ad*_{k(t)} (Ad*_{k(0)⁻¹} μ(0))
+/// with k̇ = k (η + ζ), and every Casimir is kept (Martín de Diego and Sato Martín de Almagro 2019, §2.2).
+#[derive(Clone, Debug, PartialEq)]
+pub struct OrbitForce<T: Real, const N: usize, L, Z> {
+    /// g.
+    pub algebra: LieAlgebra<T, N>,
+    /// l.
+    pub lagrangian: L,
+    /// ζ.
+    pub field: Z,
+}
+
+impl<T: Real, const N: usize, L, Z> OrbitForce<T, N, L, Z> {
+    /// The force of a field ζ, on an algebra, for a Lagrangian.
+    pub fn new(algebra: LieAlgebra<T, N>, lagrangian: L, field: Z) -> Self {
+        Self { algebra, lagrangian, field }
+    }
+}
+
+impl<T: Real, const N: usize, L: Lagrangian<T, N>, Z: OrbitField<T, N>> Force<T, N> for OrbitForce<T, N, L, Z> {
+    fn force<S: Scalar<Base = T>>(&self, t: S, eta: &Vector<S, N>) -> Covector<S, N> {
+        self.algebra.coad(&self.field.zeta(t, eta), &self.lagrangian.gradient(eta))
+    }
+}
