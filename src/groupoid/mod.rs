@@ -35,7 +35,10 @@ pub use lie::{
 };
 pub use manifold::{DenseSpace, Group, GroupManifold, Manifold, Singleton, Space, Sphere};
 pub use pair::{ManifoldPair, PairGroupoid};
-pub use poisson::{Bivector, Differential, lie_poisson_bivector, poisson_bivector};
+pub use poisson::{
+    Bivector, Differential, Phase, PhaseFunction, bracket, differential, generator_brackets, lie_poisson_bivector,
+    poisson_bivector,
+};
 pub use trivial::{Arrow, GaugeGroupoid, PointGroupoid, PoissonGroupoid, TrivialGroupoid};
 
 use std::fmt::Debug;

@@ -6,17 +6,21 @@
 //! | file | judges |
 //! |---|---|
 //! | [`retraction`] | [`crate::retraction`] |
-//! | [`groupoid`] | [`crate::groupoid`] |
+//! | [`groupoid`], [`algebroid`], [`poisson`] | [`crate::groupoid`] |
+//! | [`instances`] | nothing: the groupoids of a case, in which faults are planted |
 //! | [`mechanics`] | [`crate::mechanics`] |
 //! | [`integrators`] | [`crate::integrators`], one step or a few |
 //! | [`order`] | [`crate::integrators`], convergence |
 //! | [`planted`] | nothing: the plain step in which faults are planted |
 
+pub mod algebroid;
 pub mod groupoid;
+pub mod instances;
 pub mod integrators;
 pub mod mechanics;
 pub mod order;
 pub mod planted;
+pub mod poisson;
 pub mod precision;
 pub mod probe;
 pub mod retraction;
@@ -87,7 +91,9 @@ impl Law<Case> for CaseLaw {
 
 /// Every law, in the order of the modules that they judge.
 pub fn all() -> Vec<&'static CaseLaw> {
-    [retraction::LAWS, groupoid::LAWS, mechanics::LAWS, integrators::LAWS, order::LAWS].into_iter().flatten().collect()
+    let groupoids = [groupoid::LAWS, algebroid::LAWS, poisson::LAWS];
+    let others = [mechanics::LAWS, integrators::LAWS, order::LAWS];
+    [retraction::LAWS].into_iter().chain(groupoids).chain(others).flatten().collect()
 }
 
 /// The law called `name`.

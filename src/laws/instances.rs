@@ -1,0 +1,468 @@
+//! The groupoids of a case, each in its coordinates, with the faults that can be planted in their structure.
+
+use super::planted::blend_scalar;
+use super::probe::Probe;
+use crate::algebra::Matrix;
+use crate::groupoid::calculus::{constant, values};
+use crate::groupoid::{
+    Action, ActionGroupoid, AtiyahGroupoid, Coadjoint, DenseGroup, DenseSpace, Embedded, Group, Groupoid, LieAlgebroid,
+    LieGroupoid, Linear, Manifold, ManifoldPair, NotComposable, PrincipalBundle, ProductBundle, Singleton,
+    SphereFrames, TrivialGroupoid,
+};
+use crate::harness::Fault;
+use crate::retraction::{CayleySo3, Retraction};
+use crate::scalar::{Dual, Real, Scalar};
+use nalgebra::{DMatrix, DVector};
+
+/// Everything is evaluated on these: mixed second derivatives are what brackets of invariant fields need.
+pub type Second<T> = Dual<Dual<T>>;
+
+/// A Lie groupoid whose elements are vectors of coordinates.
+pub type Flat<'a, S> = dyn LieGroupoid<S, Element = DVector<S>, Base = DVector<S>> + 'a;
+
+/// ι without the inverse.
+pub const INVERSE_KEEPS_U: Fault = Fault::new(
+    "inverse-keeps-u",
+    "ι(λ, U, μ) = (μ, U, λ), without the inverse of U (as printed in (4.4))",
+    "every groupoid with a group part, U ≠ U⁻¹",
+);
+/// ι without the exchange.
+pub const ENDS_KEPT: Fault =
+    Fault::new("ends-kept", "ι(λ, U, μ) = (λ, U⁻¹, μ)", "every groupoid over more than a point");
+// (λ, VU, κ) is none: it is the groupoid of the opposite group.
+/// ν with an inverse too many.
+pub const SECOND_INVERTED: Fault =
+    Fault::new("second-inverted", "(λ, U, μ)(μ, V, κ) = (λ, UV⁻¹, κ)", "every groupoid with a group part");
+/// ν with the wrong end.
+pub const PRODUCT_KEEPS_END: Fault =
+    Fault::new("product-keeps-end", "(λ, U, μ)(μ, V, κ) = (λ, UV, μ)", "every groupoid over more than a point");
+/// ν without its domain.
+pub const UNCHECKED: Fault = Fault::new(
+    "composed-unchecked",
+    "pairs whose ends differ by at most 8 are taken for composable",
+    "every groupoid over more than a point",
+);
+/// The product of classes without matching.
+pub const UNMATCHED: Fault =
+    Fault::new("atiyah-unmatched", "[p, q][p', q'] = [p, q'], without the k that takes p' to q", "Atiyah groupoids");
+/// A left action in the place of a right one.
+pub const ACTION_INVERTED: Fault =
+    Fault::new("action-inverted", "x·g⁻¹ in the place of x·g", "action groupoids, where g acts by more than a sign");
+/// ρ with the wrong sign.
+pub const ANCHOR_SIGN: Fault = Fault::new("algebroid-anchor-sign", "ρ replaced by −ρ", "anchors other than 0");
+/// The bracket of constant sections with the wrong sign.
+pub const STRUCTURE_SIGN: Fault =
+    Fault::new("algebroid-structure-sign", "⟦s_i, s_j⟧ replaced by ⟦s_j, s_i⟧", "non-abelian algebras");
+
+/// right + ε (wrong − right) of two vectors.
+pub fn blend_vector<S: Scalar>(right: &DVector<S>, wrong: &DVector<S>, size: f64) -> DVector<S> {
+    right.zip_map(wrong, |right, wrong| blend_scalar(right, wrong, size))
+}
+
+/// A product with a fault of its own.
+type Wrong<'a, S> = Box<dyn Fn(&DVector<S>, &DVector<S>) -> DVector<S> + 'a>;
+
+/// A groupoid with a fault planted in its structure.
+pub struct Planted<'a, S: Scalar> {
+    groupoid: Box<Flat<'a, S>>,
+    fault: Option<&'a Fault>,
+    unmatched: Option<Wrong<'a, S>>,
+}
+
+impl<'a, S: Scalar> Planted<'a, S> {
+    /// The groupoid with a fault or without.
+    pub fn new<Q: LieGroupoid<S> + 'a>(groupoid: Q, fault: Option<&'a Fault>) -> Self
+    where
+        S: 'a,
+    {
+        Self { groupoid: Box::new(Embedded::new(groupoid)), fault, unmatched: None }
+    }
+
+    fn size(&self, fault: &Fault) -> f64 {
+        Fault::size_of(self.fault, fault.name)
+    }
+
+    /// The coordinates of g, with those of the group part from `middle` and those of the ends from `ends`.
+    fn assembled(&self, ends: &DVector<S>, middle: &DVector<S>) -> DVector<S> {
+        let end = self.groupoid.source(ends).len();
+        DVector::from_fn(ends.len(), |i, _| if i < end || i >= ends.len() - end { ends[i] } else { middle[i] })
+    }
+}
+
+impl<S: Scalar> Groupoid for Planted<'_, S> {
+    type Element = DVector<S>;
+    type Base = DVector<S>;
+
+    fn source(&self, g: &DVector<S>) -> DVector<S> {
+        self.groupoid.source(g)
+    }
+
+    fn target(&self, g: &DVector<S>) -> DVector<S> {
+        self.groupoid.target(g)
+    }
+
+    fn unit(&self, x: &DVector<S>) -> DVector<S> {
+        self.groupoid.unit(x)
+    }
+
+    fn inverse(&self, g: &DVector<S>) -> Option<DVector<S>> {
+        let right = self.groupoid.inverse(g)?;
+        let (u, ends) = (self.size(&INVERSE_KEEPS_U), self.size(&ENDS_KEPT));
+        if u > 0.0 {
+            return Some(blend_vector(&right, &self.assembled(&right, g), u));
+        }
+        Some(if ends > 0.0 { blend_vector(&right, &self.assembled(g, &right), ends) } else { right })
+    }
+
+    fn product(&self, first: &DVector<S>, second: &DVector<S>) -> DVector<S> {
+        let right = self.groupoid.product(first, second);
+        let (inverted, end) = (self.size(&SECOND_INVERTED), self.size(&PRODUCT_KEEPS_END));
+        if let (true, Some(inverse)) = (inverted > 0.0, self.groupoid.inverse(second)) {
+            let wrong = self.groupoid.product(first, &self.assembled(second, &inverse));
+            return blend_vector(&right, &wrong, inverted);
+        }
+        if let (true, Some(unmatched)) = (self.size(&UNMATCHED) > 0.0, &self.unmatched) {
+            return blend_vector(&right, &unmatched(first, second), self.size(&UNMATCHED));
+        }
+        if end > 0.0 {
+            let kept = self.groupoid.target(first).len();
+            let wrong = DVector::from_fn(right.len(), |i, _| if i < right.len() - kept { right[i] } else { first[i] });
+            return blend_vector(&right, &wrong, end);
+        }
+        right
+    }
+
+    fn compose(&self, first: &DVector<S>, second: &DVector<S>) -> Result<DVector<S>, NotComposable<DVector<S>>> {
+        let (target, source_of_second) = (self.target(first), self.source(second));
+        let tolerance = S::exact(8.0 * self.size(&UNCHECKED));
+        let near = tolerance > S::zero() && (&target - &source_of_second).amax() <= tolerance;
+        if target == source_of_second || near {
+            Ok(self.product(first, second))
+        } else {
+            self.groupoid.compose(first, second)
+        }
+    }
+}
+
+impl<S: Scalar> LieAlgebroid<S> for Planted<'_, S> {
+    fn rank(&self) -> usize {
+        self.groupoid.rank()
+    }
+
+    fn anchor(&self, x: &DVector<S>, a: &DVector<S>) -> DVector<S> {
+        let right = self.groupoid.anchor(x, a);
+        blend_vector(&right, &-&right, self.size(&ANCHOR_SIGN))
+    }
+
+    fn structure(&self, x: &DVector<S>, a: &DVector<S>, b: &DVector<S>) -> DVector<S> {
+        let right = self.groupoid.structure(x, a, b);
+        blend_vector(&right, &-&right, self.size(&STRUCTURE_SIGN))
+    }
+}
+
+impl<S: Scalar> LieGroupoid<S> for Planted<'_, S> {
+    fn coordinates(&self, g: &DVector<S>) -> DVector<S> {
+        g.clone()
+    }
+
+    fn element(&self, z: &DVector<S>) -> DVector<S> {
+        z.clone()
+    }
+
+    fn base_coordinates(&self, x: &DVector<S>) -> DVector<S> {
+        x.clone()
+    }
+
+    fn base_point(&self, z: &DVector<S>) -> DVector<S> {
+        z.clone()
+    }
+
+    fn base_dimension(&self) -> usize {
+        self.groupoid.base_dimension()
+    }
+
+    fn near_point(&self, x: &DVector<S>, v: &DVector<S>) -> DVector<S> {
+        self.groupoid.near_point(x, v)
+    }
+
+    fn near_unit(&self, x: &DVector<S>, a: &DVector<S>) -> DVector<S> {
+        self.groupoid.near_unit(x, a)
+    }
+
+    fn fibre(&self, x: &DVector<S>, tangent: &DVector<S>) -> Option<DVector<S>> {
+        self.groupoid.fibre(x, tangent)
+    }
+}
+
+/// An action, part of it with the group element inverted.
+struct Turned<A> {
+    action: A,
+    size: f64,
+}
+
+impl<S: Scalar, A: Action<S>> Action<S> for Turned<A> {
+    type Group = A::Group;
+    type Space = A::Space;
+
+    fn group(&self) -> &A::Group {
+        self.action.group()
+    }
+
+    fn space(&self) -> &A::Space {
+        self.action.space()
+    }
+
+    fn act(&self, x: &DVector<S>, g: &<A::Group as Manifold<S>>::Point) -> Option<DVector<S>> {
+        let right = self.action.act(x, g)?;
+        if self.size == 0.0 {
+            return Some(right);
+        }
+        Some(blend_vector(&right, &self.action.act(x, &self.group().inverse(g)?)?, self.size))
+    }
+
+    fn generator(&self, x: &DVector<S>, xi: &DVector<S>) -> DVector<S> {
+        self.action.generator(x, xi)
+    }
+}
+
+/// The groupoids.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Kind {
+    /// Q×Q for Q = G.
+    Pair,
+    /// G over a point.
+    Point,
+    /// G×G×G.
+    Gauge,
+    /// g*×G×g*.
+    Poisson,
+    /// (SO(3)×SO(3))/SO(2) over the sphere.
+    Sphere,
+    /// ((g*×G)×(g*×G))/G over g*.
+    Product,
+    /// g*⋊G by the coadjoint action.
+    Coadjoint,
+    /// ℝᴰ⋊G by the linear action.
+    Linear,
+}
+
+impl Kind {
+    /// All of them.
+    pub const ALL: [Self; 8] = [
+        Self::Pair,
+        Self::Point,
+        Self::Gauge,
+        Self::Poisson,
+        Self::Sphere,
+        Self::Product,
+        Self::Coadjoint,
+        Self::Linear,
+    ];
+}
+
+/// y − x·g of an element of an action groupoid.
+type Excess<'a, T> = Box<dyn Fn(&DVector<Second<T>>) -> Option<DVector<Second<T>>> + 'a>;
+
+/// A groupoid with elements to check it on.
+pub struct Instance<'a, T: Real> {
+    /// Which.
+    pub kind: Kind,
+    /// The groupoid.
+    pub groupoid: Planted<'a, Second<T>>,
+    /// g₁, g₂, g₃ with β(g₁) = α(g₂) and β(g₂) = α(g₃).
+    pub chain: [DVector<T>; 3],
+    /// The product of |U| and |U⁻¹| over the group parts, and of the size of the rest: what rounding is amplified by.
+    pub scale: T,
+    /// For action groupoids.
+    pub excess: Option<Excess<'a, T>>,
+}
+
+/// Group elements of a case: what all groupoids over its group are made from.
+pub struct Material<T: Real> {
+    /// G.
+    pub group: DenseGroup<T>,
+    /// Seven elements of G.
+    pub elements: [DMatrix<T>; 7],
+}
+
+impl<T: Real> Material<T> {
+    /// Seven elements τ(x) of a group.
+    ///
+    /// # Errors
+    /// Those of τ.
+    pub fn draw<const N: usize, const D: usize, R: Retraction<T, N, D>>(
+        group: &impl crate::group::LieGroup<T, N, D>,
+        retraction: &R,
+        probe: &mut Probe,
+    ) -> Result<Self, crate::retraction::RetractionError> {
+        let mut elements: [DMatrix<T>; 7] = std::array::from_fn(|_| DMatrix::zeros(0, 0));
+        for element in &mut elements {
+            let tau = retraction.tau(&(probe.vector::<T, N>() * T::half()))?;
+            *element = DMatrix::from_fn(D, D, |r, c| tau[(r, c)]);
+        }
+        Ok(Self { group: DenseGroup::of(group), elements })
+    }
+
+    /// max(1, |U|) max(1, |U⁻¹|) of an element.
+    pub fn size_of(&self, u: &DMatrix<T>) -> T {
+        let inverse = self.group.inverse(u).map_or(T::one(), |inverse| inverse.amax());
+        u.amax().max(T::one()) * inverse.max(T::one())
+    }
+
+    /// The dimension of G.
+    pub fn dimension(&self) -> usize {
+        Manifold::<T>::dimension(&self.group)
+    }
+
+    /// One of the groupoids, with a fault or without; `None` when an element is singular.
+    pub fn instance<'a>(&'a self, kind: Kind, fault: Option<&'a Fault>, probe: &mut Probe) -> Option<Instance<'a, T>> {
+        let (group, space) = (&self.group, DenseSpace { dimension: self.dimension() });
+        let [u, v, w, ends @ ..] = &self.elements;
+        let groups = [u, v, w].map(|u| u.map(Second::<T>::lift));
+        let points = |probe: &mut Probe, length: usize| -> [DVector<Second<T>>; 4] {
+            std::array::from_fn(|_| DVector::from_fn(length, |_, _| probe.unit()))
+        };
+        let mut scale = [u, v, w].iter().fold(T::one(), |size, u| size * self.size_of(u));
+        let (mut excess, mut unmatched): (Option<Excess<'a, T>>, Option<Wrong<'a, Second<T>>>) = (None, None);
+        let (groupoid, chain) = match kind {
+            Kind::Pair => {
+                let pair = ManifoldPair::new(group);
+                let [a, b, c, d] = std::array::from_fn(|i| ends[i].map(Second::<T>::lift));
+                let chain = [(a, b.clone()), (b, c.clone()), (c, d)].map(|g| pair.coordinates(&g));
+                (Planted::new(pair, fault), chain)
+            }
+            Kind::Point => {
+                let point = TrivialGroupoid::over(Singleton, group);
+                let chain = groups.map(|u| Manifold::<Second<T>>::coordinates(group, &u));
+                (Planted::new(point, fault), chain)
+            }
+            Kind::Gauge => {
+                scale = ends.iter().fold(scale, |size, u| size * self.size_of(u));
+                let ends = std::array::from_fn(|i| flat(&ends[i].map(Second::<T>::lift)));
+                (Planted::new(TrivialGroupoid::over(group, group), fault), chain_of(&ends, &groups.map(|u| flat(&u))))
+            }
+            Kind::Poisson => {
+                let ends = points(probe, self.dimension());
+                (Planted::new(TrivialGroupoid::over(space, group), fault), chain_of(&ends, &groups.map(|u| flat(&u))))
+            }
+            Kind::Sphere => {
+                let atiyah = || AtiyahGroupoid::<_, Second<T>>::new(SphereFrames);
+                let mut rotation = || {
+                    let turn = CayleySo3::<T>::new().tau(&(probe.vector::<T, 3>() * T::int(2))).ok()?;
+                    Some(turn.map(Second::<T>::lift))
+                };
+                let (q, r) = (atiyah(), [rotation()?, rotation()?, rotation()?, rotation()?, rotation()?, rotation()?]);
+                let [a, b, b1, c, c1, d] = r;
+                // Other representatives over the same points: b·k and c·k.
+                let turned = |p: &Matrix<Second<T>, 3>, k: &Matrix<Second<T>, 3>| {
+                    SphereFrames.act(p, &SphereFrames.divide(&Matrix::identity(), k))
+                };
+                let chain = [(a, b), (turned(&b, &b1), c), (turned(&c, &c1), d)].map(|g| q.coordinates(&g));
+                let other = atiyah();
+                unmatched = Some(Box::new(move |g, h| other.coordinates(&(other.element(g).0, other.element(h).1))));
+                scale = T::one();
+                (Planted::new(q, fault), chain)
+            }
+            Kind::Product => {
+                let atiyah = || AtiyahGroupoid::<_, Second<T>>::new(ProductBundle::new(space, group));
+                let bundle = ProductBundle::new(space, group);
+                let x = points(probe, self.dimension());
+                let point = |x: &DVector<Second<T>>, u: &DMatrix<T>| bundle.point(x, &u.map(Second::<T>::lift));
+                let [d, e, f, ..] = ends;
+                scale = ends.iter().fold(scale, |size, u| size * self.size_of(u));
+                let chain = [
+                    (point(&x[0], u)?, point(&x[1], v)?),
+                    (point(&x[1], w)?, point(&x[2], d)?),
+                    (point(&x[2], e)?, point(&x[3], f)?),
+                ];
+                let (q, other) = (atiyah(), atiyah());
+                unmatched = Some(Box::new(move |g, h| other.coordinates(&(other.element(g).0, other.element(h).1))));
+                let chain = chain.map(|g| q.coordinates(&g));
+                (Planted::new(q, fault), chain)
+            }
+            Kind::Coadjoint => {
+                let size = Fault::size_of(fault, ACTION_INVERTED.name);
+                let action = || Turned { action: Coadjoint::new(group, self.dimension()), size };
+                let [x, ..] = points(probe, self.dimension());
+                acting(&action, x, &groups, fault, &mut excess)?
+            }
+            Kind::Linear => {
+                let size = Fault::size_of(fault, ACTION_INVERTED.name);
+                let action = || Turned { action: Linear::new(group, group.matrix_size()), size };
+                let [x, ..] = points(probe, group.matrix_size());
+                acting(&action, x, &groups, fault, &mut excess)?
+            }
+        };
+        let chain = chain.map(|g| values(&values(&g)));
+        let largest = chain.iter().fold(T::one(), |size, g| size.max(g.amax()));
+        let groupoid = Planted { unmatched, ..groupoid };
+        Some(Instance { kind, groupoid, chain, scale: scale * largest, excess })
+    }
+}
+
+fn flat<S: Scalar>(matrix: &DMatrix<S>) -> DVector<S> {
+    DVector::from_column_slice(matrix.as_slice())
+}
+
+/// (x₀, u, x₁), (x₁, v, x₂), (x₂, w, x₃).
+fn chain_of<S: Scalar>(ends: &[DVector<S>; 4], groups: &[DVector<S>; 3]) -> [DVector<S>; 3] {
+    std::array::from_fn(|k| {
+        let parts = [&ends[k], &groups[k], &ends[k + 1]];
+        let entries: Vec<S> = parts.iter().flat_map(|part| part.iter().copied()).collect();
+        DVector::from_vec(entries)
+    })
+}
+
+/// The groupoid of an action with a chain of arrows that starts at x.
+fn acting<'a, T: Real, A>(
+    action: &impl Fn() -> A,
+    x: DVector<Second<T>>,
+    groups: &[DMatrix<Second<T>>; 3],
+    fault: Option<&'a Fault>,
+    excess: &mut Option<Excess<'a, T>>,
+) -> Option<(Planted<'a, Second<T>>, [DVector<Second<T>>; 3])>
+where
+    A: Action<Second<T>, Group = &'a DenseGroup<T>, Space = DenseSpace> + 'a,
+{
+    let groupoid = ActionGroupoid::<_, Second<T>>::new(action());
+    let one = groupoid.arrow(&x, &groups[0])?;
+    let two = groupoid.arrow(&one.target, &groups[1])?;
+    let three = groupoid.arrow(&two.target, &groups[2])?;
+    let chain = [&one, &two, &three].map(|g| groupoid.coordinates(g));
+    let other = ActionGroupoid::<_, Second<T>>::new(action());
+    *excess = Some(Box::new(move |g| other.excess(&other.element(g))));
+    Some((Planted::new(groupoid, fault), chain))
+}
+
+/// z over the duals of duals.
+pub fn lifted<T: Real>(z: &DVector<T>) -> DVector<Second<T>> {
+    constant(&constant(z))
+}
+
+/// A quadratic map c + p (k·x) + q (k·x)(m·x) with random coefficients: a section in a frame, or a function.
+#[derive(Clone, Debug)]
+pub struct Polynomial<T: Real> {
+    coefficients: [DVector<T>; 3],
+    forms: [DVector<T>; 2],
+}
+
+impl<T: Real> Polynomial<T> {
+    /// From ℝ^`from` to ℝ^`to`; k·x and m·x are about 1 for x of entries about 1.
+    pub fn new(probe: &mut Probe, from: usize, to: usize) -> Self {
+        let scale = 2f64.powi(-((from.max(1) as f64).log2() / 2.0).ceil() as i32);
+        let mut vector = |length, scale| DVector::from_fn(length, |_, _| probe.unit::<T>() * T::exact(scale));
+        let coefficients = std::array::from_fn(|_| vector(to, 1.0));
+        Self { coefficients, forms: std::array::from_fn(|_| vector(from, scale)) }
+    }
+
+    /// Its value.
+    pub fn at<S: Scalar<Base = T>>(&self, x: &DVector<S>) -> DVector<S> {
+        let form = |k: usize| {
+            let terms = self.forms[k].iter().zip(x.iter());
+            terms.fold(S::zero(), |sum, (c, x)| sum + S::lift(*c) * *x)
+        };
+        let (one, two) = (form(0), form(1));
+        let [c, p, q] = &self.coefficients;
+        DVector::from_fn(c.len(), |i, _| S::lift(c[i]) + S::lift(p[i]) * one + S::lift(q[i]) * one * two)
+    }
+}

@@ -1,0 +1,4 @@
+//! x
+use super::CaseLaw;
+/// x
+pub const LAWS: &[CaseLaw] = &[];
