@@ -3,7 +3,6 @@
 use super::planted::blend_scalar;
 use super::probe::Probe;
 use crate::algebra::Matrix;
-use crate::groupoid::calculus::{constant, values};
 use crate::groupoid::{
     Action, ActionGroupoid, AtiyahGroupoid, Coadjoint, DenseGroup, DenseSpace, Embedded, Group, Groupoid, LieAlgebroid,
     LieGroupoid, Linear, Manifold, ManifoldPair, NotComposable, PrincipalBundle, ProductBundle, Singleton,
@@ -14,7 +13,7 @@ use crate::retraction::{CayleySo3, Retraction};
 use crate::scalar::{Dual, Real, Scalar};
 use nalgebra::{DMatrix, DVector};
 
-/// Everything is evaluated on these: mixed second derivatives are what brackets of invariant fields need.
+/// Mixed second derivatives, which brackets of invariant fields need.
 pub type Second<T> = Dual<Dual<T>>;
 
 /// A Lie groupoid whose elements are vectors of coordinates.
@@ -258,23 +257,29 @@ impl Kind {
         Self::Coadjoint,
         Self::Linear,
     ];
+
+    /// Two of them, for laws that are too dear for all in each case.
+    pub fn two(probe: &mut Probe) -> [Self; 2] {
+        let first = probe.integer(0, 3) as usize;
+        [Self::ALL[first], Self::ALL[first + 4]]
+    }
 }
 
 /// y − x·g of an element of an action groupoid.
-type Excess<'a, T> = Box<dyn Fn(&DVector<Second<T>>) -> Option<DVector<Second<T>>> + 'a>;
+type Excess<'a, S> = Box<dyn Fn(&DVector<S>) -> Option<DVector<S>> + 'a>;
 
-/// A groupoid with elements to check it on.
-pub struct Instance<'a, T: Real> {
+/// A groupoid over S with elements to check it on.
+pub struct Instance<'a, S: Scalar> {
     /// Which.
     pub kind: Kind,
     /// The groupoid.
-    pub groupoid: Planted<'a, Second<T>>,
+    pub groupoid: Planted<'a, S>,
     /// g₁, g₂, g₃ with β(g₁) = α(g₂) and β(g₂) = α(g₃).
-    pub chain: [DVector<T>; 3],
+    pub chain: [DVector<S::Base>; 3],
     /// The product of |U| and |U⁻¹| over the group parts, and of the size of the rest: what rounding is amplified by.
-    pub scale: T,
+    pub scale: S::Base,
     /// For action groupoids.
-    pub excess: Option<Excess<'a, T>>,
+    pub excess: Option<Excess<'a, S>>,
 }
 
 /// Group elements of a case: what all groupoids over its group are made from.
@@ -286,7 +291,7 @@ pub struct Material<T: Real> {
 }
 
 impl<T: Real> Material<T> {
-    /// Seven elements τ(x) of a group.
+    /// Three elements τ(x) of a group and products of two of them.
     ///
     /// # Errors
     /// Those of τ.
@@ -295,12 +300,14 @@ impl<T: Real> Material<T> {
         retraction: &R,
         probe: &mut Probe,
     ) -> Result<Self, crate::retraction::RetractionError> {
-        let mut elements: [DMatrix<T>; 7] = std::array::from_fn(|_| DMatrix::zeros(0, 0));
-        for element in &mut elements {
+        let mut element = || {
             let tau = retraction.tau(&(probe.vector::<T, N>() * T::half()))?;
-            *element = DMatrix::from_fn(D, D, |r, c| tau[(r, c)]);
-        }
-        Ok(Self { group: DenseGroup::of(group), elements })
+            Ok(DMatrix::from_fn(D, D, |r, c| tau[(r, c)]))
+        };
+        let [u, v, w]: [DMatrix<T>; 3] = [element()?, element()?, element()?];
+        let products = [&u * &v, &v * &w, &w * &u, &u * &w];
+        let [a, b, c, d] = products;
+        Ok(Self { group: DenseGroup::of(group), elements: [u, v, w, a, b, c, d] })
     }
 
     /// max(1, |U|) max(1, |U⁻¹|) of an element.
@@ -315,30 +322,35 @@ impl<T: Real> Material<T> {
     }
 
     /// One of the groupoids, with a fault or without; `None` when an element is singular.
-    pub fn instance<'a>(&'a self, kind: Kind, fault: Option<&'a Fault>, probe: &mut Probe) -> Option<Instance<'a, T>> {
+    pub fn instance<'a, S: Scalar<Base = T> + 'a>(
+        &'a self,
+        kind: Kind,
+        fault: Option<&'a Fault>,
+        probe: &mut Probe,
+    ) -> Option<Instance<'a, S>> {
         let (group, space) = (&self.group, DenseSpace { dimension: self.dimension() });
         let [u, v, w, ends @ ..] = &self.elements;
-        let groups = [u, v, w].map(|u| u.map(Second::<T>::lift));
-        let points = |probe: &mut Probe, length: usize| -> [DVector<Second<T>>; 4] {
+        let groups = [u, v, w].map(|u| u.map(S::lift));
+        let points = |probe: &mut Probe, length: usize| -> [DVector<S>; 4] {
             std::array::from_fn(|_| DVector::from_fn(length, |_, _| probe.unit()))
         };
         let mut scale = [u, v, w].iter().fold(T::one(), |size, u| size * self.size_of(u));
-        let (mut excess, mut unmatched): (Option<Excess<'a, T>>, Option<Wrong<'a, Second<T>>>) = (None, None);
+        let (mut excess, mut unmatched): (Option<Excess<'a, S>>, Option<Wrong<'a, S>>) = (None, None);
         let (groupoid, chain) = match kind {
             Kind::Pair => {
                 let pair = ManifoldPair::new(group);
-                let [a, b, c, d] = std::array::from_fn(|i| ends[i].map(Second::<T>::lift));
+                let [a, b, c, d] = std::array::from_fn(|i| ends[i].map(S::lift));
                 let chain = [(a, b.clone()), (b, c.clone()), (c, d)].map(|g| pair.coordinates(&g));
                 (Planted::new(pair, fault), chain)
             }
             Kind::Point => {
                 let point = TrivialGroupoid::over(Singleton, group);
-                let chain = groups.map(|u| Manifold::<Second<T>>::coordinates(group, &u));
+                let chain = groups.map(|u| Manifold::<S>::coordinates(group, &u));
                 (Planted::new(point, fault), chain)
             }
             Kind::Gauge => {
                 scale = ends.iter().fold(scale, |size, u| size * self.size_of(u));
-                let ends = std::array::from_fn(|i| flat(&ends[i].map(Second::<T>::lift)));
+                let ends = std::array::from_fn(|i| flat(&ends[i].map(S::lift)));
                 (Planted::new(TrivialGroupoid::over(group, group), fault), chain_of(&ends, &groups.map(|u| flat(&u))))
             }
             Kind::Poisson => {
@@ -346,15 +358,15 @@ impl<T: Real> Material<T> {
                 (Planted::new(TrivialGroupoid::over(space, group), fault), chain_of(&ends, &groups.map(|u| flat(&u))))
             }
             Kind::Sphere => {
-                let atiyah = || AtiyahGroupoid::<_, Second<T>>::new(SphereFrames);
+                let atiyah = || AtiyahGroupoid::<_, S>::new(SphereFrames);
                 let mut rotation = || {
                     let turn = CayleySo3::<T>::new().tau(&(probe.vector::<T, 3>() * T::int(2))).ok()?;
-                    Some(turn.map(Second::<T>::lift))
+                    Some(turn.map(S::lift))
                 };
                 let (q, r) = (atiyah(), [rotation()?, rotation()?, rotation()?, rotation()?, rotation()?, rotation()?]);
                 let [a, b, b1, c, c1, d] = r;
                 // Other representatives over the same points: b·k and c·k.
-                let turned = |p: &Matrix<Second<T>, 3>, k: &Matrix<Second<T>, 3>| {
+                let turned = |p: &Matrix<S, 3>, k: &Matrix<S, 3>| {
                     SphereFrames.act(p, &SphereFrames.divide(&Matrix::identity(), k))
                 };
                 let chain = [(a, b), (turned(&b, &b1), c), (turned(&c, &c1), d)].map(|g| q.coordinates(&g));
@@ -364,10 +376,10 @@ impl<T: Real> Material<T> {
                 (Planted::new(q, fault), chain)
             }
             Kind::Product => {
-                let atiyah = || AtiyahGroupoid::<_, Second<T>>::new(ProductBundle::new(space, group));
+                let atiyah = || AtiyahGroupoid::<_, S>::new(ProductBundle::new(space, group));
                 let bundle = ProductBundle::new(space, group);
                 let x = points(probe, self.dimension());
-                let point = |x: &DVector<Second<T>>, u: &DMatrix<T>| bundle.point(x, &u.map(Second::<T>::lift));
+                let point = |x: &DVector<S>, u: &DMatrix<T>| bundle.point(x, &u.map(S::lift));
                 let [d, e, f, ..] = ends;
                 scale = ends.iter().fold(scale, |size, u| size * self.size_of(u));
                 let chain = [
@@ -393,7 +405,7 @@ impl<T: Real> Material<T> {
                 acting(&action, x, &groups, fault, &mut excess)?
             }
         };
-        let chain = chain.map(|g| values(&values(&g)));
+        let chain = chain.map(|g| g.map(|v| v.base()));
         let largest = chain.iter().fold(T::one(), |size, g| size.max(g.amax()));
         let groupoid = Planted { unmatched, ..groupoid };
         Some(Instance { kind, groupoid, chain, scale: scale * largest, excess })
@@ -414,29 +426,29 @@ fn chain_of<S: Scalar>(ends: &[DVector<S>; 4], groups: &[DVector<S>; 3]) -> [DVe
 }
 
 /// The groupoid of an action with a chain of arrows that starts at x.
-fn acting<'a, T: Real, A>(
+fn acting<'a, S: Scalar + 'a, A>(
     action: &impl Fn() -> A,
-    x: DVector<Second<T>>,
-    groups: &[DMatrix<Second<T>>; 3],
+    x: DVector<S>,
+    groups: &[DMatrix<S>; 3],
     fault: Option<&'a Fault>,
-    excess: &mut Option<Excess<'a, T>>,
-) -> Option<(Planted<'a, Second<T>>, [DVector<Second<T>>; 3])>
+    excess: &mut Option<Excess<'a, S>>,
+) -> Option<(Planted<'a, S>, [DVector<S>; 3])>
 where
-    A: Action<Second<T>, Group = &'a DenseGroup<T>, Space = DenseSpace> + 'a,
+    A: Action<S, Group = &'a DenseGroup<S::Base>, Space = DenseSpace> + 'a,
 {
-    let groupoid = ActionGroupoid::<_, Second<T>>::new(action());
+    let groupoid = ActionGroupoid::<_, S>::new(action());
     let one = groupoid.arrow(&x, &groups[0])?;
     let two = groupoid.arrow(&one.target, &groups[1])?;
     let three = groupoid.arrow(&two.target, &groups[2])?;
     let chain = [&one, &two, &three].map(|g| groupoid.coordinates(g));
-    let other = ActionGroupoid::<_, Second<T>>::new(action());
+    let other = ActionGroupoid::<_, S>::new(action());
     *excess = Some(Box::new(move |g| other.excess(&other.element(g))));
     Some((Planted::new(groupoid, fault), chain))
 }
 
-/// z over the duals of duals.
-pub fn lifted<T: Real>(z: &DVector<T>) -> DVector<Second<T>> {
-    constant(&constant(z))
+/// z over S.
+pub fn lifted<S: Scalar>(z: &DVector<S::Base>) -> DVector<S> {
+    z.map(S::lift)
 }
 
 /// A quadratic map c + p (k·x) + q (k·x)(m·x) with random coefficients: a section in a frame, or a function.
