@@ -1,14 +1,44 @@
-//! Lie groupoids: the abstraction, and the instances of the doubled theory.
+//! Groupoids and Lie groupoids: the abstraction, the instances, their Lie algebroids, and the Poisson groupoid.
 //!
 //! An element g is an arrow from its source α(g) to its target β(g); g₁g₂ exists iff β(g₁) = α(g₂), compared exactly.
-//! Source: Martín de Diego and Sato Martín de Almagro 2019, Definition 4.1.
+//! [`Groupoid`] has the structure maps, [`LieGroupoid`] adds coordinates over a scalar, so that tangent maps and invariant
+//! vector fields come from dual numbers, and [`LieAlgebroid`] has anchor and bracket in closed form.
+//!
+//! | groupoid | elements | base | Lie algebroid |
+//! |---|---|---|---|
+//! | [`PairGroupoid`], [`ManifoldPair`] | (q, r) | Q | TQ |
+//! | [`PointGroupoid`] | U | a point | g |
+//! | [`GaugeGroupoid`], [`PoissonGroupoid`] | (x, U, y) in B×G×B | B = G, B = g* | B×g ⊕ TB |
+//! | [`ActionGroupoid`] | (x, g, x·g) | Q | Q×g |
+//! | [`AtiyahGroupoid`] | classes \[p, q\] in (P×P)/K | P/K | TP/K |
+//!
+//! Source: Martín de Diego and Sato Martín de Almagro 2019, §4.1 and §4.2.
 
+mod action;
+mod algebroid;
+mod atiyah;
+pub mod calculus;
+mod dense;
+mod lie;
+mod manifold;
 mod pair;
 mod poisson;
 mod trivial;
 
-pub use pair::PairGroupoid;
-pub use poisson::{Bivector, Differential, lie_poisson_bivector, poisson_bivector};
+pub use action::{Action, ActionGroupoid, Coadjoint, Linear};
+pub use algebroid::{LieAlgebroid, Lowered, Section, section_bracket};
+pub use atiyah::{AtiyahGroupoid, Fibred, PrincipalBundle, ProductBundle, SphereFrames, Turn};
+pub use dense::DenseGroup;
+pub use lie::{
+    Embedded, Field, LieGroupoid, at_unit, bracket_of_fields, commutator, left_field, left_translation, push_inverse,
+    push_left, push_product, push_right, push_source, push_target, push_unit, right_field, right_translation,
+};
+pub use manifold::{DenseSpace, Group, GroupManifold, Manifold, Singleton, Space, Sphere};
+pub use pair::{ManifoldPair, PairGroupoid};
+pub use poisson::{
+    Bivector, Differential, Phase, PhaseFunction, bracket, differential, generator_brackets, lie_poisson_bivector,
+    poisson_bivector,
+};
 pub use trivial::{Arrow, GaugeGroupoid, PointGroupoid, PoissonGroupoid, TrivialGroupoid};
 
 use std::fmt::Debug;

@@ -1,10 +1,12 @@
 //! The trivial groupoid B×G×B ⇉ B: of it are a Lie group (B a point), G×G×G (B = G) and g*×G×g* (B = g*).
 
 use super::Groupoid;
-use crate::algebra::{Covector, Matrix};
-use crate::group::LieGroup;
+use super::algebroid::LieAlgebroid;
+use super::calculus::join;
+use super::lie::LieGroupoid;
+use super::manifold::{Group, GroupManifold, Manifold, Singleton, Space};
 use crate::scalar::Scalar;
-use std::fmt::Debug;
+use nalgebra::DVector;
 use std::marker::PhantomData;
 
 /// (x, U, y), an arrow from x to y.
@@ -19,48 +21,71 @@ pub struct Arrow<B, U> {
 }
 
 /// B×G×B ⇉ B: α(x, U, y) = x, β(x, U, y) = y, ε(x) = (x, e, x), ι(x, U, y) = (y, U⁻¹, x), (x, U, y)(y, V, z) = (x, UV, z).
-#[derive(Debug)]
-pub struct TrivialGroupoid<'a, G, B, S, const N: usize, const D: usize> {
-    group: &'a G,
-    marker: PhantomData<fn() -> (B, S)>,
+///
+/// Its Lie algebroid is B×g ⊕ TB: sections (u, v) with u(x) in g and v a vector field, ρ(u, v) = v and
+/// ⟦(u, v), (u', v')⟧ = (\[u, u'\] + v(u') − v'(u), \[v, v'\]).
+#[derive(Clone, Copy, Debug)]
+pub struct TrivialGroupoid<B, G, S> {
+    base: B,
+    group: G,
+    marker: PhantomData<fn() -> S>,
 }
 
 /// A Lie group over a point.
-pub type PointGroupoid<'a, G, S, const N: usize, const D: usize> = TrivialGroupoid<'a, G, (), S, N, D>;
+pub type PointGroupoid<'a, G, S, const N: usize, const D: usize> =
+    TrivialGroupoid<Singleton, GroupManifold<'a, G, N, D>, S>;
 
 /// G×G×G ⇉ G, elements (V, U, W): the quotient of the pair groupoid of G×G by the diagonal action of G.
-pub type GaugeGroupoid<'a, G, S, const N: usize, const D: usize> = TrivialGroupoid<'a, G, Matrix<S, D>, S, N, D>;
+pub type GaugeGroupoid<'a, G, S, const N: usize, const D: usize> =
+    TrivialGroupoid<GroupManifold<'a, G, N, D>, GroupManifold<'a, G, N, D>, S>;
 
 /// Γ = g*×G×g* ⇉ g*, elements (λ, U, μ); its bracket is [`poisson_bivector`](super::poisson_bivector).
 ///
 /// The published ι (Martín de Diego and Sato Martín de Almagro 2019, (4.4)) lacks the inverse on U.
-pub type PoissonGroupoid<'a, G, S, const N: usize, const D: usize> = TrivialGroupoid<'a, G, Covector<S, N>, S, N, D>;
+pub type PoissonGroupoid<'a, G, S, const N: usize, const D: usize> =
+    TrivialGroupoid<Space<N>, GroupManifold<'a, G, N, D>, S>;
 
-impl<'a, G, B, S, const N: usize, const D: usize> TrivialGroupoid<'a, G, B, S, N, D> {
-    /// B×G×B for the group G.
-    pub fn new(group: &'a G) -> Self {
-        Self { group, marker: PhantomData }
+impl<B, G, S> TrivialGroupoid<B, G, S> {
+    /// B×G×B.
+    pub fn over(base: B, group: G) -> Self {
+        Self { base, group, marker: PhantomData }
     }
 }
 
-impl<G, B, S, const N: usize, const D: usize> Groupoid for TrivialGroupoid<'_, G, B, S, N, D>
-where
-    S: Scalar,
-    G: LieGroup<S::Base, N, D>,
-    B: Clone + Debug + PartialEq,
-{
-    type Element = Arrow<B, Matrix<S, D>>;
-    type Base = B;
+impl<'a, G, S, const N: usize, const D: usize> PointGroupoid<'a, G, S, N, D> {
+    /// G over a point.
+    pub fn new(group: &'a G) -> Self {
+        Self::over(Singleton, GroupManifold(group))
+    }
+}
 
-    fn source(&self, g: &Self::Element) -> B {
+impl<'a, G, S, const N: usize, const D: usize> GaugeGroupoid<'a, G, S, N, D> {
+    /// G×G×G.
+    pub fn new(group: &'a G) -> Self {
+        Self::over(GroupManifold(group), GroupManifold(group))
+    }
+}
+
+impl<'a, G, S, const N: usize, const D: usize> PoissonGroupoid<'a, G, S, N, D> {
+    /// g*×G×g*.
+    pub fn new(group: &'a G) -> Self {
+        Self::over(Space, GroupManifold(group))
+    }
+}
+
+impl<S: Scalar, B: Manifold<S>, G: Group<S>> Groupoid for TrivialGroupoid<B, G, S> {
+    type Element = Arrow<B::Point, G::Point>;
+    type Base = B::Point;
+
+    fn source(&self, g: &Self::Element) -> B::Point {
         g.source.clone()
     }
 
-    fn target(&self, g: &Self::Element) -> B {
+    fn target(&self, g: &Self::Element) -> B::Point {
         g.target.clone()
     }
 
-    fn unit(&self, x: &B) -> Self::Element {
+    fn unit(&self, x: &B::Point) -> Self::Element {
         Arrow { source: x.clone(), group: self.group.identity(), target: x.clone() }
     }
 
@@ -71,5 +96,73 @@ where
     fn product(&self, first: &Self::Element, second: &Self::Element) -> Self::Element {
         let group = self.group.compose(&first.group, &second.group);
         Arrow { source: first.source.clone(), group, target: second.target.clone() }
+    }
+}
+
+/// The first n numbers and the others.
+fn split<S: Scalar>(a: &DVector<S>, n: usize) -> (DVector<S>, DVector<S>) {
+    (a.rows(0, n).into_owned(), a.rows(n, a.len() - n).into_owned())
+}
+
+impl<S: Scalar, B: Manifold<S>, G: Group<S>> LieAlgebroid<S> for TrivialGroupoid<B, G, S> {
+    fn rank(&self) -> usize {
+        self.group.dimension() + self.base.dimension()
+    }
+
+    fn anchor(&self, x: &DVector<S>, a: &DVector<S>) -> DVector<S> {
+        self.base.frame(x, &split(a, self.group.dimension()).1)
+    }
+
+    fn structure(&self, _: &DVector<S>, a: &DVector<S>, b: &DVector<S>) -> DVector<S> {
+        let n = self.group.dimension();
+        let ((u, v), (u1, v1)) = (split(a, n), split(b, n));
+        join(&[&self.group.structure(&u, &u1), &self.base.structure(&v, &v1)])
+    }
+}
+
+impl<S: Scalar, B: Manifold<S>, G: Group<S>> LieGroupoid<S> for TrivialGroupoid<B, G, S> {
+    fn coordinates(&self, g: &Self::Element) -> DVector<S> {
+        let ends = (self.base.coordinates(&g.source), self.base.coordinates(&g.target));
+        join(&[&ends.0, &self.group.coordinates(&g.group), &ends.1])
+    }
+
+    fn element(&self, z: &DVector<S>) -> Self::Element {
+        let (middle, end) = (self.group.size(), self.base.size());
+        let part = |from, length| z.rows(from, length).into_owned();
+        Arrow {
+            source: self.base.point(&part(0, end)),
+            group: self.group.point(&part(end, middle)),
+            target: self.base.point(&part(end + middle, end)),
+        }
+    }
+
+    fn base_coordinates(&self, x: &B::Point) -> DVector<S> {
+        self.base.coordinates(x)
+    }
+
+    fn base_point(&self, z: &DVector<S>) -> B::Point {
+        self.base.point(z)
+    }
+
+    fn base_dimension(&self) -> usize {
+        self.base.dimension()
+    }
+
+    fn near_point(&self, x: &B::Point, v: &DVector<S>) -> B::Point {
+        self.base.near(x, v)
+    }
+
+    fn near_unit(&self, x: &B::Point, a: &DVector<S>) -> Self::Element {
+        let (u, v) = split(a, self.group.dimension());
+        let group = self.group.near(&self.group.identity(), &u);
+        Arrow { source: x.clone(), group, target: self.base.near(x, &v) }
+    }
+
+    fn fibre(&self, x: &B::Point, tangent: &DVector<S>) -> Option<DVector<S>> {
+        let (unit, end) = (self.group.coordinates(&self.group.identity()), self.base.coordinates(x));
+        let moved = tangent.rows(end.len(), unit.len()).into_owned();
+        let u = self.group.velocity(&unit, &moved)?;
+        let v = self.base.velocity(&end, &tangent.rows(end.len() + unit.len(), end.len()).into_owned())?;
+        Some(join(&[&u, &v]))
     }
 }

@@ -1,118 +1,136 @@
-//! Laws of groupoids: the axioms of Definition 4.1 on G×G×G ⇉ G and on g*×G×g* ⇉ g*.
+//! Laws of groupoids: the axioms of Definition 4.1 on every instance, and translations.
 
 use super::CaseLaw;
+use super::algebroid::{self, Question};
+use super::instances::{
+    ACTION_INVERTED, ENDS_KEPT, INVERSE_KEEPS_U, Instance, Kind, Material, PRODUCT_KEEPS_END, SECOND_INVERTED, Second,
+    UNCHECKED, UNMATCHED, blend_vector,
+};
 use super::precision::{Measured, settle};
 use super::probe::Probe;
-use crate::algebra::{Covector, Matrix};
-use crate::group::{LieGroup, MatrixGroup};
-use crate::groupoid::{Arrow, Axiom, GaugeGroupoid, Groupoid, PoissonGroupoid};
+use crate::algebra::Matrix;
+use crate::groupoid::{
+    AtiyahGroupoid, Axiom, Groupoid, LieGroupoid, PrincipalBundle, SphereFrames, left_translation, right_translation,
+};
 use crate::harness::{Cost, Fault};
-use crate::retraction::{Retraction, RetractionError};
+use crate::retraction::{CayleySo3, Retraction, RetractionError};
 use crate::scalar::Real;
 use crate::system::{Case, System, Visitor, cases};
+use nalgebra::DVector;
 use proptest::strategy::Strategy;
 
-const SOURCE: &str = "Martín de Diego and Sato Martín de Almagro 2019, Def 4.1 and §4.3";
-const BOUND: &str = "two precisions; floor 2⁵ D u times the sizes of the group elements";
-const FAULTS: &[Fault] = &[
-    Fault::new(
-        "inverse-keeps-u",
-        "ι(λ, U, μ) = (μ, U, λ), without the inverse of U (as printed in (4.4))",
-        "every group, U ≠ U⁻¹",
-    ),
-    // (λ, VU, κ) is none: it is the groupoid of the opposite group.
-    Fault::new("second-inverted", "(λ, U, μ)(μ, V, κ) = (λ, UV⁻¹, κ)", "every group"),
-    Fault::new("ends-kept", "ι(λ, U, μ) = (λ, U⁻¹, μ)", "every group"),
-];
+const SOURCE: &str = "Martín de Diego and Sato Martín de Almagro 2019, Def 4.1";
+const SOURCE_43: &str = "Martín de Diego and Sato Martín de Almagro 2019, Def 4.1 and (4.4)";
+const ORACLE: &str = "the axioms, each comparing two different products of three random composable elements; pairs that \
+                      are not composable, one of them by one unit of round-off, have to be refused";
+const BOUND: &str = "two precisions; floor 2⁵ D u times the sizes of the group elements; ends exact";
+
+macro_rules! axioms {
+    ($name:literal, $statement:literal, $source:expr, $kinds:expr, $faults:expr) => {
+        CaseLaw {
+            name: $name,
+            statement: $statement,
+            source: $source,
+            oracle: ORACLE,
+            bound: BOUND,
+            cost: Cost::Cheap,
+            faults: $faults,
+            cases: || cases().with_group().boxed(),
+            check: |case, fault| settle(case, Check { case, fault, kinds: Some($kinds), which: Which::Axioms }),
+        }
+    };
+}
 
 /// The laws of this file.
 pub const LAWS: &[CaseLaw] = &[
+    axioms!(
+        "groupoid-pair",
+        "the groupoid axioms on Q×Q, Q = G: (q,r)(r,s) = (q,s), ι(q,r) = (r,q)",
+        SOURCE,
+        &[Kind::Pair],
+        &[ENDS_KEPT, PRODUCT_KEEPS_END, UNCHECKED]
+    ),
+    axioms!(
+        "groupoid-point",
+        "the groupoid axioms on a Lie group over a point",
+        SOURCE,
+        &[Kind::Point],
+        &[INVERSE_KEEPS_U, SECOND_INVERTED]
+    ),
+    axioms!(
+        "groupoid-gauge",
+        "the groupoid axioms on G×G×G: (V,U,W)(W,U',X) = (V,UU',X), ι(V,U,W) = (W,U⁻¹,V)",
+        SOURCE,
+        &[Kind::Gauge],
+        &[INVERSE_KEEPS_U, SECOND_INVERTED, ENDS_KEPT, PRODUCT_KEEPS_END, UNCHECKED]
+    ),
+    axioms!(
+        "groupoid-poisson",
+        "the groupoid axioms on g*×G×g*: (λ,U,μ)(μ,V,κ) = (λ,UV,κ), ι(λ,U,μ) = (μ,U⁻¹,λ)",
+        SOURCE_43,
+        &[Kind::Poisson],
+        &[INVERSE_KEEPS_U, SECOND_INVERTED, ENDS_KEPT, PRODUCT_KEEPS_END, UNCHECKED]
+    ),
+    axioms!(
+        "groupoid-atiyah",
+        "the groupoid axioms on (P×P)/K, for SO(3) over the sphere and for g*×G over g*: [p,q][p',q'] = [p,q'k], p'k = q, \
+         whatever the pairs that represent the classes",
+        SOURCE,
+        &[Kind::Sphere, Kind::Product],
+        &[INVERSE_KEEPS_U, SECOND_INVERTED, ENDS_KEPT, PRODUCT_KEEPS_END, UNCHECKED, UNMATCHED]
+    ),
+    axioms!(
+        "groupoid-action",
+        "the groupoid axioms on Q⋊G, for the coadjoint and the linear action: (x,g,y)(y,h,z) = (x,gh,z), and z = x·(gh)",
+        SOURCE,
+        &[Kind::Coadjoint, Kind::Linear],
+        &[INVERSE_KEEPS_U, SECOND_INVERTED, ENDS_KEPT, PRODUCT_KEEPS_END, UNCHECKED, ACTION_INVERTED]
+    ),
     CaseLaw {
-        name: "groupoid-gauge",
-        statement: "the groupoid axioms on G×G×G: (V,U,W)(W,U',X) = (V,UU',X), ι(V,U,W) = (W,U⁻¹,V)",
-        source: SOURCE,
-        oracle: "the axioms",
+        name: "groupoid-translations",
+        statement: "L_g and R_g are inverse to L_{g⁻¹} and R_{g⁻¹}, take α-fibres to α-fibres and β-fibres to β-fibres, \
+                    and L_g L_h = L_{gh}, R_h R_g = R_{gh}",
+        source: "Martín de Diego and Sato Martín de Almagro 2019, Def 4.2",
+        oracle: "the element translated there and back, on two groupoids of the case",
         bound: BOUND,
         cost: Cost::Cheap,
-        faults: FAULTS,
+        faults: &[INVERSE_KEEPS_U, SECOND_INVERTED, ENDS_KEPT, PRODUCT_KEEPS_END, UNMATCHED],
         cases: || cases().with_group().boxed(),
-        check: |case, fault| settle(case, fault, Check { case, fault, poisson: false }),
-    },
-    CaseLaw {
-        name: "groupoid-poisson",
-        statement: "the groupoid axioms on g*×G×g*: (λ,U,μ)(μ,V,κ) = (λ,UV,κ), ι(λ,U,μ) = (μ,U⁻¹,λ)",
-        source: SOURCE,
-        oracle: "the axioms",
-        bound: BOUND,
-        cost: Cost::Cheap,
-        faults: FAULTS,
-        cases: || cases().with_group().boxed(),
-        check: |case, fault| settle(case, fault, Check { case, fault, poisson: true }),
+        check: |case, fault| settle(case, Check { case, fault, kinds: None, which: Which::Translations }),
     },
 ];
 
-/// A groupoid of arrows with a fault planted in it.
-struct Planted<'a, G> {
-    groupoid: G,
-    fault: Option<&'a Fault>,
-}
-
-impl<B, U, G> Groupoid for Planted<'_, G>
-where
-    B: Clone + std::fmt::Debug + PartialEq,
-    U: Clone + std::fmt::Debug,
-    G: Groupoid<Element = Arrow<B, U>, Base = B>,
-{
-    type Element = Arrow<B, U>;
-    type Base = B;
-
-    fn source(&self, g: &Arrow<B, U>) -> B {
-        self.groupoid.source(g)
-    }
-
-    fn target(&self, g: &Arrow<B, U>) -> B {
-        self.groupoid.target(g)
-    }
-
-    fn unit(&self, x: &B) -> Arrow<B, U> {
-        self.groupoid.unit(x)
-    }
-
-    fn inverse(&self, g: &Arrow<B, U>) -> Option<Arrow<B, U>> {
-        let inverse = self.groupoid.inverse(g)?;
-        Some(match self.fault.map(|fault| fault.name) {
-            Some("inverse-keeps-u") => Arrow { group: g.group.clone(), ..inverse },
-            Some("ends-kept") => Arrow { source: inverse.target, target: inverse.source, ..inverse },
-            _ => inverse,
-        })
-    }
-
-    fn product(&self, first: &Arrow<B, U>, second: &Arrow<B, U>) -> Arrow<B, U> {
-        match self.groupoid.inverse(second) {
-            Some(inverse) if Fault::planted(self.fault, "second-inverted") => {
-                self.groupoid.product(first, &Arrow { group: inverse.group, ..second.clone() })
-            }
-            _ => self.groupoid.product(first, second),
-        }
-    }
-}
-
+/// What is judged.
 #[derive(Clone, Copy)]
-struct Check<'a> {
-    case: &'a Case,
-    fault: Option<&'a Fault>,
-    poisson: bool,
+pub(super) enum Which {
+    /// Definition 4.1.
+    Axioms,
+    /// Definition 4.2.
+    Translations,
+    /// Fields and algebroids.
+    Algebroid(Question),
+}
+
+/// One question about some of the groupoids of a case.
+#[derive(Clone, Copy)]
+pub(super) struct Check<'a> {
+    pub case: &'a Case,
+    pub fault: Option<&'a Fault>,
+    /// Which groupoids; two that are drawn, if not these.
+    pub kinds: Option<&'a [Kind]>,
+    pub which: Which,
 }
 
 impl<T: Real> Visitor<T> for Check<'_> {
     type Output = Measured;
 
     fn visit<const N: usize, const D: usize, R: Retraction<T, N, D>>(self, system: System<T, N, D, R>) -> Measured {
+        let mut probe = Probe::new(self.case, 2);
         let Some(group) = &system.group else {
             return Measured::NotApplicable("the algebra has no group".into());
         };
-        match self.axioms(group, &system.retraction) {
-            Ok(measured) => measured,
+        match Material::draw(group, &system.retraction, &mut probe) {
+            Ok(material) => self.judge(&material, &mut probe),
             Err(RetractionError::NoGroup { .. }) => Measured::NotApplicable("the algebra has no group".into()),
             Err(_) => Measured::NotApplicable("a group element is outside the domain of the retraction".into()),
         }
@@ -120,64 +138,166 @@ impl<T: Real> Visitor<T> for Check<'_> {
 }
 
 impl Check<'_> {
-    fn axioms<T: Real, const N: usize, const D: usize, R: Retraction<T, N, D>>(
-        &self,
-        group: &MatrixGroup<T, N, D>,
-        retraction: &R,
-    ) -> Result<Measured, RetractionError> {
-        let mut probe = Probe::new(self.case, 2);
-        let mut element = || retraction.tau(&(probe.vector::<T, N>() * T::half()));
-        let [u, v, w] = [element()?, element()?, element()?];
-        if self.poisson {
-            let mut point = || probe.covector::<T, N>();
-            let ends: [Covector<T, N>; 4] = [point(), point(), point(), point()];
-            let groupoid = PoissonGroupoid::<_, T, N, D>::new(group);
-            Ok(self.judge(groupoid, ends, [u, v, w], group))
-        } else {
-            let ends: [Matrix<T, D>; 4] = [element()?, element()?, element()?, element()?];
-            let groupoid = GaugeGroupoid::<_, T, N, D>::new(group);
-            Ok(self.judge(groupoid, ends, [u, v, w], group))
+    fn judge<T: Real>(&self, material: &Material<T>, probe: &mut Probe) -> Measured {
+        let two = Kind::two(probe);
+        let mut measured = Measured::NotApplicable("no groupoid".into());
+        for kind in self.kinds.unwrap_or(&two) {
+            let judged = match self.which {
+                Which::Axioms => {
+                    material.instance::<T>(*kind, self.fault, probe).map(|i| axioms(&i, self.fault, probe))
+                }
+                Which::Translations => material.instance::<T>(*kind, self.fault, probe).map(|i| translations(&i)),
+                Which::Algebroid(question) => {
+                    let instance = material.instance::<Second<T>>(*kind, self.fault, probe);
+                    instance.map(|i| algebroid::judge(&i, question, self.fault, probe))
+                }
+            };
+            let singular = || Measured::Broken(format!("{kind:?}: an element is singular"));
+            measured = measured.and(judged.unwrap_or_else(singular));
+        }
+        measured
+    }
+}
+
+/// The distance of two elements in units of u times the scale; infinite where the ends are not equal exactly.
+fn distance<T: Real>(instance: &Instance<'_, T>, g: &DVector<T>, h: &DVector<T>) -> f64 {
+    let q = &instance.groupoid;
+    if q.source(g) != q.source(h) || q.target(g) != q.target(h) {
+        return f64::INFINITY;
+    }
+    ((g - h).amax() / (instance.scale * T::unit_roundoff())).to_f64()
+}
+
+/// 2⁵ D, with D² the number of the coordinates between the ends or at an end.
+fn floor<T: Real>(instance: &Instance<'_, T>) -> f64 {
+    32.0 * (instance.chain[0].len() as f64).sqrt()
+}
+
+fn amplified(amplification: f64, floor: f64, witness: String) -> Measured {
+    Measured::Defect { amplification, floor, witness }
+}
+
+fn axioms<T: Real>(instance: &Instance<'_, T>, fault: Option<&Fault>, probe: &mut Probe) -> Measured {
+    let chain = instance.chain.each_ref();
+    let (q, floor) = (&instance.groupoid, floor(instance));
+    let mut measured = Axiom::ALL
+        .into_iter()
+        .map(|axiom| {
+            let defect = axiom.defect(q, chain, |g, h| distance(instance, g, h));
+            amplified(defect, floor, format!("{:?}: {}", instance.kind, axiom.statement()))
+        })
+        .fold(refusal(instance, chain), Measured::and);
+    if let Some(excess) = &instance.excess {
+        measured = measured.and(membership(instance, chain, excess, floor));
+    }
+    if instance.kind == Kind::Sphere {
+        measured = measured.and(representatives::<T>(fault, probe));
+    }
+    measured
+}
+
+/// Pairs that are not composable are refused, with both points.
+fn refusal<T: Real>(instance: &Instance<'_, T>, [g, h, k]: [&DVector<T>; 3]) -> Measured {
+    let q = &instance.groupoid;
+    let mut nudged = h.clone();
+    let ulp = T::one() + T::unit_roundoff() * T::int(2);
+    let end = q.source(h).len();
+    nudged.rows_mut(0, end).apply(|v| *v *= ulp);
+    for second in [&nudged, k] {
+        let (target, source_of_second) = (q.target(g), q.source(second));
+        let composed = q.compose(g, second);
+        if target == source_of_second {
+            continue;
+        }
+        match composed {
+            Err(refused) if refused.target == target && refused.source_of_second == source_of_second => {}
+            Err(_) => return Measured::Broken(format!("{:?}: refused with other points", instance.kind)),
+            Ok(_) => {
+                let by = (target - source_of_second).amax().to_f64();
+                return Measured::Broken(format!("{:?}: ends that differ by {by:e} were composed", instance.kind));
+            }
         }
     }
+    Measured::NotApplicable("every pair is composable".into())
+}
 
-    fn judge<T: Real, B, G, const N: usize, const D: usize>(
-        &self,
-        groupoid: G,
-        ends: [B; 4],
-        elements: [Matrix<T, D>; 3],
-        group: &MatrixGroup<T, N, D>,
-    ) -> Measured
-    where
-        B: Clone + std::fmt::Debug + PartialEq,
-        G: Groupoid<Element = Arrow<B, Matrix<T, D>>, Base = B>,
-    {
-        let size = elements.iter().fold(T::one(), |size, u| {
-            let inverse = group.inverse(u).map_or(T::one(), |inverse| inverse.amax());
-            size * u.amax().max(T::one()) * inverse.max(T::one())
-        });
-        let [u, v, w] = elements;
-        let [a, b, c, d] = ends;
-        let chain = [
-            Arrow { source: a, group: u, target: b.clone() },
-            Arrow { source: b, group: v, target: c.clone() },
-            Arrow { source: c, group: w, target: d },
-        ];
-        let planted = Planted { groupoid, fault: self.fault };
-        let distance = |g: &Arrow<B, Matrix<T, D>>, h: &Arrow<B, Matrix<T, D>>| {
-            if g.source != h.source || g.target != h.target {
-                return f64::INFINITY;
-            }
-            // In units of u already here: the subtraction is done in T.
-            (group.distance(&g.group, &h.group) / (size * T::unit_roundoff())).to_f64()
+/// y = x·g, and so for products and inverses.
+fn membership<T: Real>(
+    instance: &Instance<'_, T>,
+    [g, h, k]: [&DVector<T>; 3],
+    excess: &dyn Fn(&DVector<T>) -> Option<DVector<T>>,
+    floor: f64,
+) -> Measured {
+    let q = &instance.groupoid;
+    let product = q.product(&q.product(g, h), k);
+    let mut measured = Measured::NotApplicable("no element".into());
+    for (element, name) in [(Some(g.clone()), "g"), (Some(product), "ghk"), (q.inverse(g), "g⁻¹")] {
+        let Some(excess) = element.and_then(|element| excess(&element)) else {
+            return Measured::Broken(format!("{name} is singular"));
         };
-        Axiom::ALL
-            .into_iter()
-            .map(|axiom| Measured::Defect {
-                amplification: axiom.defect(&planted, [&chain[0], &chain[1], &chain[2]], distance),
-                floor: 32.0 * D as f64,
-                witness: axiom.statement().into(),
-            })
-            .reduce(Measured::and)
-            .unwrap_or(Measured::Broken("there are no axioms".into()))
+        let defect = excess.amax();
+        // The action takes g or Ad_g once more.
+        let size = instance.scale * instance.scale;
+        measured =
+            measured.and(Measured::defect(defect, size, floor, || format!("{:?}: y − x·g of {name}", instance.kind)));
     }
+    measured
+}
+
+/// The class of a product does not depend on the pairs that represent the factors.
+fn representatives<T: Real>(fault: Option<&Fault>, probe: &mut Probe) -> Measured {
+    let mut rotation = || CayleySo3::<T>::new().tau(&(probe.vector::<T, 3>() * T::int(2)));
+    let mut six = || -> Result<[Matrix<T, 3>; 6], RetractionError> {
+        Ok([rotation()?, rotation()?, rotation()?, rotation()?, rotation()?, rotation()?])
+    };
+    let [p, q, r, a, b, c] = match six() {
+        Ok(six) => six,
+        Err(error) => return Measured::Broken(error.to_string()),
+    };
+    let (bundle, atiyah) = (SphereFrames, AtiyahGroupoid::<_, T>::new(SphereFrames));
+    let turn = |k: &Matrix<T, 3>| bundle.divide(&Matrix::identity(), k);
+    let class = |(p, q): &(Matrix<T, 3>, Matrix<T, 3>), k: &Matrix<T, 3>| (bundle.act(p, k), bundle.act(q, k));
+    let (first, second) = ((p, q), (bundle.act(&q, &turn(&a)), r));
+    let size = Fault::size_of(fault, UNMATCHED.name);
+    let product = |g: &(Matrix<T, 3>, Matrix<T, 3>), h: &(Matrix<T, 3>, Matrix<T, 3>)| {
+        let right = atiyah.coordinates(&atiyah.compose(g, h).ok()?);
+        Some(blend_vector(&right, &atiyah.coordinates(&(g.0, h.1)), size))
+    };
+    let one = product(&first, &second);
+    let other = product(&class(&first, &turn(&b)), &class(&second, &turn(&c)));
+    match (one, other) {
+        (Some(one), Some(other)) => {
+            Measured::defect((one - other).amax(), T::one(), 128.0, || "other representatives of the classes".into())
+        }
+        _ => Measured::Broken("other representatives of composable classes were refused".into()),
+    }
+}
+
+fn translations<T: Real>(instance: &Instance<'_, T>) -> Measured {
+    let [g, h, k] = instance.chain.each_ref();
+    let q = &instance.groupoid;
+    let left = |g: &DVector<T>, h: &DVector<T>| left_translation(q, g, h).ok();
+    let right = |g: &DVector<T>, h: &DVector<T>| right_translation(q, g, h).ok();
+    let compared = || {
+        let (inverse, inverse_h) = (q.inverse(g)?, q.inverse(h)?);
+        let (gh, hk) = (left(g, h)?, right(k, h)?);
+        if q.source(&gh) != q.source(g) || q.target(&hk) != q.target(k) {
+            return None;
+        }
+        Some([
+            ("L_{g⁻¹} L_g h = h", left(&inverse, &gh)?, h.clone()),
+            ("R_{h⁻¹} R_h g = g", right(&inverse_h, &right(h, g)?)?, g.clone()),
+            ("L_g L_h k = L_{gh} k", left(g, &left(h, k)?)?, left(&gh, k)?),
+            ("R_k R_h g = R_{hk} g", right(k, &right(h, g)?)?, right(&hk, g)?),
+        ])
+    };
+    let Some(pairs) = compared() else {
+        return Measured::Broken(format!("{:?}: a translation leaves its fibre", instance.kind));
+    };
+    pairs
+        .into_iter()
+        .map(|(what, one, other)| {
+            amplified(distance(instance, &one, &other), floor(instance), format!("{:?}: {what}", instance.kind))
+        })
+        .fold(Measured::NotApplicable(String::new()), Measured::and)
 }

@@ -6,7 +6,7 @@
 //! | file | judges |
 //! |---|---|
 //! | [`retraction`] | [`crate::retraction`] |
-//! | [`groupoid`] | [`crate::groupoid`] |
+//! | [`groupoid`], [`algebroid`], [`poisson`] | [`crate::groupoid`] |
 //! | [`lie_poisson`], [`orbits`] | [`crate::mechanics::lie_poisson`], [`crate::mechanics::equations`] |
 //! | [`mechanics`], [`euler_lagrange`], [`legendre`] | [`crate::mechanics::doubled`], its equations, its Legendre transform |
 //! | [`hamiltonian`], [`two_hamiltonians`] | [`crate::mechanics::hamiltonian`], [`crate::mechanics::forced_hamiltonian`] |
@@ -14,11 +14,14 @@
 //! | [`order`] | [`crate::integrators`], convergence |
 //! | [`variational_error`] | [`crate::discrete`] and [`crate::integrators`]: one order for three things |
 //! | [`planted`], [`subjects`] | nothing: the plain step and the continuous theory in which faults are planted |
+//! | [`instances`] | nothing: the groupoids of a case, in which faults are planted |
 //! | [`polynomial`] | nothing: random functions |
 
+pub mod algebroid;
 pub mod euler_lagrange;
 pub mod groupoid;
 pub mod hamiltonian;
+pub mod instances;
 pub mod integrators;
 pub mod legendre;
 pub mod lie_poisson;
@@ -27,6 +30,7 @@ pub mod orbits;
 pub mod order;
 pub mod planted;
 pub mod polynomial;
+pub mod poisson;
 pub mod precision;
 pub mod probe;
 pub mod retraction;
@@ -103,6 +107,8 @@ pub fn all() -> Vec<&'static CaseLaw> {
     [
         retraction::LAWS,
         groupoid::LAWS,
+        algebroid::LAWS,
+        poisson::LAWS,
         lie_poisson::LAWS,
         orbits::LAWS,
         mechanics::LAWS,

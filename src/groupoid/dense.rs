@@ -1,0 +1,150 @@
+//! A matrix group whose sizes are known at run time.
+
+use super::manifold::{Group, Manifold};
+use crate::group::LieGroup;
+use crate::scalar::{Real, Scalar};
+use nalgebra::linalg::LU;
+use nalgebra::{DMatrix, DVector};
+
+/// A group of D×D matrices with an algebra of dimension N, both known at run time; a copy of a [`LieGroup`].
+///
+/// It serves where one compiled function is to run on groups of every size.
+#[derive(Clone, Debug, PartialEq)]
+pub struct DenseGroup<T: Real> {
+    size: usize,
+    /// ê_a.
+    basis: Vec<DMatrix<T>>,
+    /// `dual[a]` pairs with the entries of a matrix to give coordinate a.
+    dual: Vec<DMatrix<T>>,
+    /// The matrices of ad_{e_a}.
+    ad: Vec<DMatrix<T>>,
+}
+
+impl<T: Real> DenseGroup<T> {
+    /// The copy of a group, by its `hat`, its `vee` and its structure constants.
+    pub fn of<G: LieGroup<T, N, D>, const N: usize, const D: usize>(group: &G) -> Self {
+        let basis = (0..N).map(|a| {
+            let hat = group.hat(&crate::algebra::basis_vector::<T, N>(a));
+            DMatrix::from_fn(D, D, |r, c| hat[(r, c)])
+        });
+        let mut dual = vec![DMatrix::zeros(D, D); N];
+        for r in 0..D {
+            for c in 0..D {
+                let mut entry = crate::algebra::Matrix::<T, D>::zeros();
+                entry[(r, c)] = T::one();
+                let coordinates = group.vee(&entry);
+                for a in 0..N {
+                    dual[a][(r, c)] = coordinates[a];
+                }
+            }
+        }
+        let ad = (0..N).map(|a| DMatrix::from_fn(N, N, |c, b| group.algebra().constant(a, b, c)));
+        Self { size: D, basis: basis.collect(), dual, ad: ad.collect() }
+    }
+
+    /// D.
+    pub fn matrix_size(&self) -> usize {
+        self.size
+    }
+
+    /// The coordinates of a matrix of the algebra.
+    pub fn vee<S: Scalar<Base = T>>(&self, matrix: &DMatrix<S>) -> DVector<S> {
+        DVector::from_fn(self.dual.len(), |a, _| {
+            let entries = matrix.iter().zip(self.dual[a].iter());
+            entries.fold(S::zero(), |sum, (entry, f)| sum + *entry * S::lift(*f))
+        })
+    }
+
+    fn square<S: Scalar>(&self, z: &DVector<S>) -> DMatrix<S> {
+        DMatrix::from_column_slice(self.size, self.size, z.as_slice())
+    }
+}
+
+fn flat<S: Scalar>(matrix: &DMatrix<S>) -> DVector<S> {
+    DVector::from_column_slice(matrix.as_slice())
+}
+
+/// A⁻¹ by elimination with partial pivoting; `None` when a pivot vanishes or the result is not finite.
+fn inverse<S: Scalar>(matrix: &DMatrix<S>) -> Option<DMatrix<S>> {
+    LU::new(matrix.clone()).try_inverse().filter(|inverse| inverse.iter().all(|v| v.all_finite()))
+}
+
+impl<T: Real, S: Scalar<Base = T>> Manifold<S> for DenseGroup<T> {
+    type Point = DMatrix<S>;
+
+    fn dimension(&self) -> usize {
+        self.basis.len()
+    }
+
+    fn size(&self) -> usize {
+        self.size * self.size
+    }
+
+    fn coordinates(&self, x: &DMatrix<S>) -> DVector<S> {
+        flat(x)
+    }
+
+    fn point(&self, z: &DVector<S>) -> DMatrix<S> {
+        self.square(z)
+    }
+
+    fn frame(&self, x: &DVector<S>, v: &DVector<S>) -> DVector<S> {
+        flat(&(self.square(x) * self.hat(v)))
+    }
+
+    fn velocity(&self, x: &DVector<S>, tangent: &DVector<S>) -> Option<DVector<S>> {
+        Some(self.vee(&(inverse(&self.square(x))? * self.square(tangent))))
+    }
+
+    fn structure(&self, v: &DVector<S>, w: &DVector<S>) -> DVector<S> {
+        let n = self.ad.len();
+        DVector::from_fn(n, |c, _| {
+            let mut sum = S::zero();
+            for a in 0..n {
+                for b in 0..n {
+                    sum += v[a] * w[b] * S::lift(self.ad[a][(c, b)]);
+                }
+            }
+            sum
+        })
+    }
+}
+
+impl<T: Real, S: Scalar<Base = T>> Group<S> for DenseGroup<T> {
+    fn identity(&self) -> DMatrix<S> {
+        DMatrix::identity(self.size, self.size)
+    }
+
+    fn compose(&self, g: &DMatrix<S>, h: &DMatrix<S>) -> DMatrix<S> {
+        g * h
+    }
+
+    fn inverse(&self, g: &DMatrix<S>) -> Option<DMatrix<S>> {
+        inverse(g)
+    }
+
+    fn adjoint(&self, g: &DMatrix<S>) -> Option<DMatrix<S>> {
+        let inverse = inverse(g)?;
+        let n = self.basis.len();
+        let mut ad = DMatrix::zeros(n, n);
+        for a in 0..n {
+            let conjugate = g * self.basis[a].map(S::lift) * &inverse;
+            ad.set_column(a, &self.vee(&conjugate));
+        }
+        Some(ad)
+    }
+
+    fn matrix(&self, g: &DMatrix<S>) -> DMatrix<S> {
+        g.clone()
+    }
+
+    fn hat(&self, xi: &DVector<S>) -> DMatrix<S> {
+        let mut sum = DMatrix::zeros(self.size, self.size);
+        for (matrix, x) in self.basis.iter().zip(xi.iter()) {
+            for (entry, m) in sum.iter_mut().zip(matrix.iter()) {
+                *entry += *x * S::lift(*m);
+            }
+        }
+        sum
+    }
+}

@@ -1,0 +1,286 @@
+//! Lie groupoids: translations, invariant vector fields, and the Lie algebroid by its definition.
+//!
+//! Elements have coordinates in an ambient ℝᵐ; tangent vectors are vectors there. The structure maps are evaluated on
+//! dual numbers, so every tangent map is exact to round-off. Source: Martín de Diego and Sato Martín de Almagro 2019,
+//! Definitions 4.2, 4.3 and 4.5.
+
+use super::algebroid::{LieAlgebroid, Section};
+use super::calculus::{along, constant, derivatives, infinitesimal, values};
+use super::{Groupoid, NotComposable};
+use crate::scalar::{Dual, Scalar};
+use nalgebra::DVector;
+use std::marker::PhantomData;
+
+/// A Lie groupoid over the scalar S, with its Lie algebroid in closed form.
+///
+/// Tangent maps and invariant fields over S come from the groupoid over `Dual<S>`, brackets from that over
+/// `Dual<Dual<S>>`. A fibre of AG is the kernel of Tα at a unit, with coordinates a in the frame of [`LieAlgebroid`].
+pub trait LieGroupoid<S: Scalar>: Groupoid + LieAlgebroid<S> {
+    /// The coordinates of g: those of α(g) first, those of β(g) last.
+    fn coordinates(&self, g: &Self::Element) -> DVector<S>;
+
+    /// The element with these coordinates.
+    fn element(&self, z: &DVector<S>) -> Self::Element;
+
+    /// The coordinates of x.
+    fn base_coordinates(&self, x: &Self::Base) -> DVector<S>;
+
+    /// The point of the base with these coordinates.
+    fn base_point(&self, z: &DVector<S>) -> Self::Base;
+
+    /// The number of vector fields that span the tangent spaces of the base.
+    fn base_dimension(&self) -> usize;
+
+    /// x displaced by v in these fields, to first order.
+    fn near_point(&self, x: &Self::Base, v: &DVector<S>) -> Self::Base;
+
+    /// An element with source x, displaced from ε(x) by a^i s_i(x) to first order; for a of order ε only.
+    fn near_unit(&self, x: &Self::Base, a: &DVector<S>) -> Self::Element;
+
+    /// The a with a^i s_i(x) = `tangent`, for a vector at ε(x) with Tα = 0; `None` where x is not a point of the base.
+    fn fibre(&self, x: &Self::Base, tangent: &DVector<S>) -> Option<DVector<S>>;
+}
+
+/// L_g(g') = g g', from the α-fibre of β(g) to that of α(g) (Def 4.2).
+///
+/// # Errors
+/// α(g') ≠ β(g).
+pub fn left_translation<Q: Groupoid + ?Sized>(
+    groupoid: &Q,
+    g: &Q::Element,
+    other: &Q::Element,
+) -> Result<Q::Element, NotComposable<Q::Base>> {
+    groupoid.compose(g, other)
+}
+
+/// R_g(g') = g' g, from the β-fibre of α(g) to that of β(g) (Def 4.2).
+///
+/// # Errors
+/// β(g') ≠ α(g).
+pub fn right_translation<Q: Groupoid + ?Sized>(
+    groupoid: &Q,
+    g: &Q::Element,
+    other: &Q::Element,
+) -> Result<Q::Element, NotComposable<Q::Base>> {
+    groupoid.compose(other, g)
+}
+
+/// The derivative of the product at (g, h) along (δg, δh); `None` if they are not composable.
+pub fn push_product<S: Scalar, Q: LieGroupoid<Dual<S>> + ?Sized>(
+    groupoid: &Q,
+    (g, along_g): (&DVector<S>, &DVector<S>),
+    (h, along_h): (&DVector<S>, &DVector<S>),
+) -> Option<DVector<S>> {
+    let (g, h) = (groupoid.element(&along(g, along_g)), groupoid.element(&along(h, along_h)));
+    Some(derivatives(&groupoid.coordinates(&groupoid.compose(&g, &h).ok()?)))
+}
+
+/// T_{g'} L_g of a vector with Tα = 0; `None` if g and g' are not composable.
+pub fn push_left<S: Scalar, Q: LieGroupoid<Dual<S>> + ?Sized>(
+    groupoid: &Q,
+    g: &DVector<S>,
+    other: &DVector<S>,
+    tangent: &DVector<S>,
+) -> Option<DVector<S>> {
+    push_product(groupoid, (g, &DVector::zeros(g.len())), (other, tangent))
+}
+
+/// T_{g'} R_g of a vector with Tβ = 0; `None` if g' and g are not composable.
+pub fn push_right<S: Scalar, Q: LieGroupoid<Dual<S>> + ?Sized>(
+    groupoid: &Q,
+    g: &DVector<S>,
+    other: &DVector<S>,
+    tangent: &DVector<S>,
+) -> Option<DVector<S>> {
+    push_product(groupoid, (other, tangent), (g, &DVector::zeros(g.len())))
+}
+
+/// T_g ι of a vector, or `None` where g has no inverse.
+pub fn push_inverse<S: Scalar, Q: LieGroupoid<Dual<S>> + ?Sized>(
+    groupoid: &Q,
+    g: &DVector<S>,
+    tangent: &DVector<S>,
+) -> Option<DVector<S>> {
+    let inverse = groupoid.inverse(&groupoid.element(&along(g, tangent)))?;
+    Some(derivatives(&groupoid.coordinates(&inverse)))
+}
+
+/// T_g α of a vector.
+pub fn push_source<S: Scalar, Q: LieGroupoid<Dual<S>> + ?Sized>(
+    groupoid: &Q,
+    g: &DVector<S>,
+    tangent: &DVector<S>,
+) -> DVector<S> {
+    derivatives(&groupoid.base_coordinates(&groupoid.source(&groupoid.element(&along(g, tangent)))))
+}
+
+/// T_g β of a vector.
+pub fn push_target<S: Scalar, Q: LieGroupoid<Dual<S>> + ?Sized>(
+    groupoid: &Q,
+    g: &DVector<S>,
+    tangent: &DVector<S>,
+) -> DVector<S> {
+    derivatives(&groupoid.base_coordinates(&groupoid.target(&groupoid.element(&along(g, tangent)))))
+}
+
+/// T_x ε of a vector.
+pub fn push_unit<S: Scalar, Q: LieGroupoid<Dual<S>> + ?Sized>(
+    groupoid: &Q,
+    x: &DVector<S>,
+    tangent: &DVector<S>,
+) -> DVector<S> {
+    derivatives(&groupoid.coordinates(&groupoid.unit(&groupoid.base_point(&along(x, tangent)))))
+}
+
+/// a^i s_i(x), a vector at ε(x).
+pub fn at_unit<S: Scalar, Q: LieGroupoid<Dual<S>> + ?Sized>(
+    groupoid: &Q,
+    x: &DVector<S>,
+    a: &DVector<S>,
+) -> DVector<S> {
+    let element = groupoid.near_unit(&groupoid.base_point(&constant(x)), &infinitesimal(a));
+    derivatives(&groupoid.coordinates(&element))
+}
+
+/// X←(g) = (T L_g) X(β(g)), the left-invariant field of a section given by its fibre coordinates.
+///
+/// Source: Martín de Diego and Sato Martín de Almagro 2019, (4.1).
+pub fn left_field<S: Scalar, Q: LieGroupoid<Dual<S>> + ?Sized>(
+    groupoid: &Q,
+    section: impl FnOnce(&DVector<S>) -> DVector<S>,
+    g: &DVector<S>,
+) -> Option<DVector<S>> {
+    let g = groupoid.element(&constant(g));
+    let x = groupoid.target(&g);
+    let a = section(&values(&groupoid.base_coordinates(&x)));
+    let product = groupoid.compose(&g, &groupoid.near_unit(&x, &infinitesimal(&a))).ok()?;
+    Some(derivatives(&groupoid.coordinates(&product)))
+}
+
+/// X→(g) = −(T R_g Tι) X(α(g)), the right-invariant field of a section given by its fibre coordinates.
+///
+/// Source: Martín de Diego and Sato Martín de Almagro 2019, (4.3).
+pub fn right_field<S: Scalar, Q: LieGroupoid<Dual<S>> + ?Sized>(
+    groupoid: &Q,
+    section: impl FnOnce(&DVector<S>) -> DVector<S>,
+    g: &DVector<S>,
+) -> Option<DVector<S>> {
+    let g = groupoid.element(&constant(g));
+    let x = groupoid.source(&g);
+    let a = section(&values(&groupoid.base_coordinates(&x)));
+    let inverse = groupoid.inverse(&groupoid.near_unit(&x, &infinitesimal(&a)))?;
+    Some(-derivatives(&groupoid.coordinates(&groupoid.compose(&inverse, &g).ok()?)))
+}
+
+/// A vector field on duals; `None` outside its domain.
+pub type Field<'a, S> = dyn Fn(&DVector<Dual<S>>) -> Option<DVector<Dual<S>>> + 'a;
+
+/// \[X, Y\](g) = DY·X − DX·Y for vector fields on ℝᵐ, by duals.
+pub fn commutator<S: Scalar>(first: &Field<'_, S>, second: &Field<'_, S>, g: &DVector<S>) -> Option<DVector<S>> {
+    let (x, y) = (values(&first(&constant(g))?), values(&second(&constant(g))?));
+    Some(derivatives(&second(&along(g, &x))?) - derivatives(&first(&along(g, &y))?))
+}
+
+/// ⟦X, Y⟧(x) by its definition, the commutator of X← and Y← at ε(x), in fibre coordinates.
+///
+/// Source: Martín de Diego and Sato Martín de Almagro 2019, (4.2).
+pub fn bracket_of_fields<S: Scalar, Q: LieGroupoid<Dual<Dual<S>>> + ?Sized>(
+    groupoid: &Q,
+    first: &Section<'_, S>,
+    second: &Section<'_, S>,
+    x: &DVector<S>,
+) -> Option<DVector<S>> {
+    let point = groupoid.base_point(&constant(&constant(x)));
+    let unit = values(&values(&groupoid.coordinates(&groupoid.unit(&point))));
+    let left = |section: &Section<'_, S>, g: &DVector<Dual<S>>| left_field(groupoid, section, g);
+    let tangent = commutator(&|g| left(first, g), &|g| left(second, g), &unit)?;
+    Some(values(&values(&groupoid.fibre(&point, &constant(&constant(&tangent)))?)))
+}
+
+/// A Lie groupoid in its coordinates: elements and points of the base are vectors.
+#[derive(Clone, Copy, Debug)]
+pub struct Embedded<Q, S> {
+    groupoid: Q,
+    marker: PhantomData<fn() -> S>,
+}
+
+impl<Q, S> Embedded<Q, S> {
+    /// `groupoid` in its coordinates.
+    pub fn new(groupoid: Q) -> Self {
+        Self { groupoid, marker: PhantomData }
+    }
+}
+
+impl<S: Scalar, Q: LieGroupoid<S>> Groupoid for Embedded<Q, S> {
+    type Element = DVector<S>;
+    type Base = DVector<S>;
+
+    fn source(&self, g: &DVector<S>) -> DVector<S> {
+        self.groupoid.base_coordinates(&self.groupoid.source(&self.groupoid.element(g)))
+    }
+
+    fn target(&self, g: &DVector<S>) -> DVector<S> {
+        self.groupoid.base_coordinates(&self.groupoid.target(&self.groupoid.element(g)))
+    }
+
+    fn unit(&self, x: &DVector<S>) -> DVector<S> {
+        self.groupoid.coordinates(&self.groupoid.unit(&self.groupoid.base_point(x)))
+    }
+
+    fn inverse(&self, g: &DVector<S>) -> Option<DVector<S>> {
+        Some(self.groupoid.coordinates(&self.groupoid.inverse(&self.groupoid.element(g))?))
+    }
+
+    fn product(&self, first: &DVector<S>, second: &DVector<S>) -> DVector<S> {
+        let (first, second) = (self.groupoid.element(first), self.groupoid.element(second));
+        self.groupoid.coordinates(&self.groupoid.product(&first, &second))
+    }
+}
+
+impl<S: Scalar, Q: LieAlgebroid<S>> LieAlgebroid<S> for Embedded<Q, S> {
+    fn rank(&self) -> usize {
+        self.groupoid.rank()
+    }
+
+    fn anchor(&self, x: &DVector<S>, a: &DVector<S>) -> DVector<S> {
+        self.groupoid.anchor(x, a)
+    }
+
+    fn structure(&self, x: &DVector<S>, a: &DVector<S>, b: &DVector<S>) -> DVector<S> {
+        self.groupoid.structure(x, a, b)
+    }
+}
+
+impl<S: Scalar, Q: LieGroupoid<S>> LieGroupoid<S> for Embedded<Q, S> {
+    fn coordinates(&self, g: &DVector<S>) -> DVector<S> {
+        g.clone()
+    }
+
+    fn element(&self, z: &DVector<S>) -> DVector<S> {
+        z.clone()
+    }
+
+    fn base_coordinates(&self, x: &DVector<S>) -> DVector<S> {
+        x.clone()
+    }
+
+    fn base_point(&self, z: &DVector<S>) -> DVector<S> {
+        z.clone()
+    }
+
+    fn base_dimension(&self) -> usize {
+        self.groupoid.base_dimension()
+    }
+
+    fn near_point(&self, x: &DVector<S>, v: &DVector<S>) -> DVector<S> {
+        self.groupoid.base_coordinates(&self.groupoid.near_point(&self.groupoid.base_point(x), v))
+    }
+
+    fn near_unit(&self, x: &DVector<S>, a: &DVector<S>) -> DVector<S> {
+        self.groupoid.coordinates(&self.groupoid.near_unit(&self.groupoid.base_point(x), a))
+    }
+
+    fn fibre(&self, x: &DVector<S>, tangent: &DVector<S>) -> Option<DVector<S>> {
+        self.groupoid.fibre(&self.groupoid.base_point(x), tangent)
+    }
+}

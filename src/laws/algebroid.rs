@@ -1,0 +1,329 @@
+//! Laws of invariant vector fields and of Lie algebroids, on two groupoids of each case.
+
+use super::CaseLaw;
+use super::groupoid::{Check, Which};
+use super::instances::{
+    ACTION_INVERTED, ANCHOR_SIGN, ENDS_KEPT, INVERSE_KEEPS_U, Instance, PRODUCT_KEEPS_END, Planted, Polynomial,
+    SECOND_INVERTED, STRUCTURE_SIGN, Second, blend_vector, lifted,
+};
+use super::precision::{Measured, settle};
+use super::probe::Probe;
+use crate::groupoid::calculus::{along, constant, derivatives, infinitesimal, values};
+use crate::groupoid::{
+    Groupoid, LieAlgebroid, LieGroupoid, Lowered, at_unit, bracket_of_fields, left_field, push_inverse, push_left,
+    push_right, push_source, push_target, push_unit, right_field, section_bracket,
+};
+use crate::harness::{Cost, Fault};
+use crate::scalar::{Dual, Real};
+use crate::system::cases;
+use nalgebra::DVector;
+use proptest::strategy::Strategy;
+
+const BOUND: &str = "two precisions; floor 2⁶ m u relative to the terms, m the number of coordinates of an element";
+const FIELDS: &str = "random quadratic sections, the invariant fields and their derivatives on dual numbers through the \
+                      structure maps of the groupoid";
+
+const LEFT_AT_SOURCE: Fault = Fault::new(
+    "left-field-at-source",
+    "X←(g) with the value of X at α(g) in the place of β(g)",
+    "groupoids over more than a point",
+);
+const RIGHT_SIGN: Fault =
+    Fault::new("right-field-sign", "X→(g) = +T(R_g ι) X(α(g)), without the sign of (4.3)", "every groupoid");
+const NO_DERIVATIVES: Fault = Fault::new(
+    "bracket-no-derivatives",
+    "⟦X, Y⟧ without ρ(X)(Y) − ρ(Y)(X), as if sections were constant",
+    "anchors other than 0",
+);
+
+macro_rules! law {
+    ($name:literal, $statement:literal, $source:literal, $oracle:expr, $question:expr, $faults:expr) => {
+        CaseLaw {
+            name: $name,
+            statement: $statement,
+            source: concat!("Martín de Diego and Sato Martín de Almagro 2019, ", $source),
+            oracle: $oracle,
+            bound: BOUND,
+            cost: Cost::Cheap,
+            faults: $faults,
+            cases: || cases().with_group().boxed(),
+            check: |case, fault| settle(case, Check { case, fault, kinds: None, which: Which::Algebroid($question) }),
+        }
+    };
+}
+
+/// The laws of this file.
+pub const LAWS: &[CaseLaw] = &[
+    law!(
+        "invariant-fields",
+        "Tα X← = 0, Tβ X→ = 0, X←(gh) = T L_g X←(h), X→(gh) = T R_h X→(g), [X←, Y→] = 0",
+        "Def 4.3, (4.1) and (4.3)",
+        FIELDS,
+        Question::Fields,
+        &[LEFT_AT_SOURCE, SECOND_INVERTED, PRODUCT_KEEPS_END]
+    ),
+    law!(
+        "algebroid-bracket",
+        "[X←, Y←] = ⟦X, Y⟧← off the units, ⟦X, Y⟧ in closed form; ⟦X, Y⟧ = −⟦Y, X⟧; Jacobi",
+        "Defs 4.4 and 4.5, (4.2)",
+        "the commutator of the invariant fields by duals, against structure constants and anchor in closed form",
+        Question::Bracket,
+        &[STRUCTURE_SIGN, ANCHOR_SIGN, NO_DERIVATIVES, LEFT_AT_SOURCE, SECOND_INVERTED]
+    ),
+    law!(
+        "algebroid-anchor",
+        "ρ = Tβ on the fibres of AG, ρ⟦X, Y⟧ = [ρX, ρY], ⟦X, fY⟧ = f⟦X, Y⟧ + ρ(X)(f) Y",
+        "Defs 4.4 and 4.5, (4.2)",
+        "Tβ and the commutator of vector fields on the base by duals; ⟦X, fY⟧ from the commutator of invariant fields",
+        Question::Anchor,
+        &[ANCHOR_SIGN, STRUCTURE_SIGN, NO_DERIVATIVES, ACTION_INVERTED]
+    ),
+    law!(
+        "algebroid-right-fields",
+        "⟦X, Y⟧→ = −[X→, Y→]",
+        "§4.1, after (4.3)",
+        "the commutator of the right-invariant fields by duals, against the bracket in closed form",
+        Question::Right,
+        &[RIGHT_SIGN, STRUCTURE_SIGN, ANCHOR_SIGN, NO_DERIVATIVES, ACTION_INVERTED]
+    ),
+    law!(
+        "inversion-invariant-field",
+        "Z = W + ι_*W has Tι Z(g) = Z(g⁻¹) and is tangent to the units there, for random W; so is X← − X→",
+        "Prop 4.6",
+        "Z against Tε Tα Z, by duals of ι, α and ε",
+        Question::Inversion,
+        &[INVERSE_KEEPS_U, ENDS_KEPT, RIGHT_SIGN]
+    ),
+];
+
+/// Which law.
+#[derive(Clone, Copy)]
+pub(super) enum Question {
+    /// Definition 4.3.
+    Fields,
+    /// The bracket of (4.2).
+    Bracket,
+    /// The anchor of (4.2).
+    Anchor,
+    /// Right-invariant fields.
+    Right,
+    /// Proposition 4.6.
+    Inversion,
+}
+
+type Point<T> = DVector<Dual<T>>;
+
+/// The invariant fields of sections of a groupoid, over duals; faults may be planted in them.
+struct Fields<'a, T: Real> {
+    instance: &'a Instance<'a, Second<T>>,
+    fault: Option<&'a Fault>,
+}
+
+impl<'a, T: Real> Fields<'a, T> {
+    fn groupoid(&self) -> &'a Planted<'a, Second<T>> {
+        &self.instance.groupoid
+    }
+
+    fn size(&self, fault: &Fault) -> f64 {
+        Fault::size_of(self.fault, fault.name)
+    }
+
+    /// X←(g).
+    fn left(&self, section: &dyn Fn(&Point<T>) -> Point<T>, g: &Point<T>) -> Option<Point<T>> {
+        let source = || values(&self.groupoid().source(&constant(g)));
+        let wrong = self.size(&LEFT_AT_SOURCE);
+        let value = |y: &Point<T>| {
+            if wrong > 0.0 { blend_vector(&section(y), &section(&source()), wrong) } else { section(y) }
+        };
+        left_field(self.groupoid(), value, g)
+    }
+
+    /// X→(g).
+    fn right(&self, section: &dyn Fn(&Point<T>) -> Point<T>, g: &Point<T>) -> Option<Point<T>> {
+        let right = right_field(self.groupoid(), section, g)?;
+        Some(blend_vector(&right, &-&right, self.size(&RIGHT_SIGN)))
+    }
+
+    /// ⟦X, Y⟧(x) in closed form, over duals.
+    fn bracket(&self, x: &Polynomial<T>, y: &Polynomial<T>, at: &Point<T>) -> Point<T> {
+        let algebroid = Lowered(self.groupoid());
+        let right = section_bracket(&algebroid, &|z| x.at(z), &|z| y.at(z), at);
+        match self.size(&NO_DERIVATIVES) {
+            0.0 => right,
+            size => blend_vector(&right, &algebroid.structure(at, &x.at(at), &y.at(at)), size),
+        }
+    }
+}
+
+/// DY·X and DX·Y at g, with X(g) and Y(g): the terms of a commutator.
+fn crossed<T: Real>(
+    x: &dyn Fn(&Point<T>) -> Option<Point<T>>,
+    y: &dyn Fn(&Point<T>) -> Option<Point<T>>,
+    g: &DVector<T>,
+) -> Option<(DVector<T>, DVector<T>)> {
+    let (at_x, at_y) = (values(&x(&constant(g))?), values(&y(&constant(g))?));
+    Some((derivatives(&y(&along(g, &at_x))?), derivatives(&x(&along(g, &at_y))?)))
+}
+
+/// Defects of the parts of one law on one groupoid.
+struct Judge<'a, T: Real> {
+    instance: &'a Instance<'a, Second<T>>,
+    measured: Measured,
+}
+
+impl<T: Real> Judge<'_, T> {
+    /// a = b, as vectors of which the terms are of size `terms`.
+    fn equal(&mut self, what: &str, a: &DVector<T>, b: &DVector<T>, terms: &[&DVector<T>]) {
+        let largest =
+            terms.iter().fold(T::one(), |size, term| if term.is_empty() { size } else { size.max(term.amax()) });
+        if a.is_empty() {
+            return;
+        }
+        let floor = 64.0 * self.instance.chain[0].len().max(4) as f64;
+        let kind = self.instance.kind;
+        let judged =
+            Measured::defect((a - b).amax(), largest * self.instance.scale, floor, || format!("{kind:?}: {what}"));
+        self.measured = std::mem::replace(&mut self.measured, Measured::NotApplicable(String::new())).and(judged);
+    }
+}
+
+/// The verdict on one groupoid.
+pub(super) fn judge<T: Real>(
+    instance: &Instance<'_, Second<T>>,
+    question: Question,
+    fault: Option<&Fault>,
+    probe: &mut Probe,
+) -> Measured {
+    let (q, fields) = (&instance.groupoid, Fields { instance, fault });
+    let base = q.source(&lifted(&instance.chain[0])).len();
+    let mut section = || Polynomial::<T>::new(probe, base, q.rank());
+    let sections = [section(), section(), section()];
+    let mut judge = Judge { instance, measured: Measured::NotApplicable("nothing to compare".into()) };
+    let done = match question {
+        Question::Fields => invariance(&mut judge, &fields, &sections),
+        Question::Bracket => bracket(&mut judge, &fields, &sections),
+        Question::Anchor => anchor(&mut judge, &fields, &sections, probe),
+        Question::Right => right(&mut judge, &fields, &sections),
+        Question::Inversion => inversion(&mut judge, &fields, &sections, probe),
+    };
+    match done {
+        Some(()) => judge.measured,
+        None => Measured::Broken(format!("{:?}: a product or an inverse does not exist", instance.kind)),
+    }
+}
+
+fn invariance<T: Real>(judge: &mut Judge<'_, T>, fields: &Fields<'_, T>, [x, y, _]: &[Polynomial<T>; 3]) -> Option<()> {
+    let q = fields.groupoid();
+    let [g, h, _] = judge.instance.chain.each_ref().map(constant);
+    let gh = values(&q.compose(&constant(&g), &constant(&h)).ok()?);
+    let (left_h, right_g) = (fields.left(&|z| x.at(z), &h)?, fields.right(&|z| y.at(z), &g)?);
+    let zero = DVector::zeros(0);
+    let small = |v: &Point<T>| (v.map(|v| v.re), DVector::zeros(v.len()));
+    let (down, none) = small(&push_source(q, &h, &left_h));
+    judge.equal("Tα X← = 0", &down, &none, &[&values(&left_h)]);
+    let (down, none) = small(&push_target(q, &g, &right_g));
+    judge.equal("Tβ X→ = 0", &down, &none, &[&values(&right_g)]);
+    let (there, pushed) = (values(&fields.left(&|z| x.at(z), &gh)?), values(&push_left(q, &g, &h, &left_h)?));
+    judge.equal("X←(gh) = T L_g X←(h)", &there, &pushed, &[&there]);
+    let (there, pushed) = (values(&fields.right(&|z| y.at(z), &gh)?), values(&push_right(q, &h, &g, &right_g)?));
+    judge.equal("X→(gh) = T R_h X→(g)", &there, &pushed, &[&there]);
+    let g = &judge.instance.chain[0];
+    let (one, two) = crossed(&|g| fields.left(&|z| x.at(z), g), &|g| fields.right(&|z| y.at(z), g), g)?;
+    judge.equal("[X←, Y→] = 0", &one, &two, &[&one, &two, &zero]);
+    Some(())
+}
+
+fn bracket<T: Real>(judge: &mut Judge<'_, T>, fields: &Fields<'_, T>, [x, y, z]: &[Polynomial<T>; 3]) -> Option<()> {
+    let q = fields.groupoid();
+    let g = &judge.instance.chain[0];
+    let (one, two) = crossed(&|g| fields.left(&|p| x.at(p), g), &|g| fields.left(&|p| y.at(p), g), g)?;
+    let closed = values(&fields.left(&|p| fields.bracket(x, y, p), &constant(g))?);
+    judge.equal("[X←, Y←] = ⟦X, Y⟧←", &(&one - &two), &closed, &[&one, &two]);
+    let at = values(&values(&q.source(&lifted(g))));
+    let point = constant(&at);
+    let (forth, back) = (values(&fields.bracket(x, y, &point)), values(&fields.bracket(y, x, &point)));
+    judge.equal("⟦X, Y⟧ = −⟦Y, X⟧", &forth, &-&back, &[&forth]);
+    let algebroid = Lowered(q);
+    let lower = Lowered(&algebroid);
+    let nested = |a: &Polynomial<T>, b: &Polynomial<T>, c: &Polynomial<T>| {
+        section_bracket(&lower, &|p| a.at(p), &|p| fields.bracket(b, c, p), &at)
+    };
+    let (one, two, three) = (nested(x, y, z), nested(y, z, x), nested(z, x, y));
+    judge.equal("Jacobi", &(&one + &two), &-&three, &[&one, &two, &three]);
+    Some(())
+}
+
+fn anchor<T: Real>(
+    judge: &mut Judge<'_, T>,
+    fields: &Fields<'_, T>,
+    [x, y, _]: &[Polynomial<T>; 3],
+    probe: &mut Probe,
+) -> Option<()> {
+    let q = fields.groupoid();
+    let at = values(&values(&q.target(&lifted(&judge.instance.chain[0]))));
+    let point = constant(&at);
+    let algebroid = Lowered(q);
+    let unit = values(&q.unit(&constant(&point)));
+    let a = x.at(&point);
+    let closed = values(&algebroid.anchor(&point, &a));
+    let by_definition = values(&push_target(q, &unit, &at_unit(q, &point, &a)));
+    judge.equal("ρ = Tβ", &closed, &by_definition, &[&closed]);
+    let of_bracket = values(&algebroid.anchor(&point, &fields.bracket(x, y, &point)));
+    let field = |section: &Polynomial<T>, z: &Point<T>| Some(algebroid.anchor(z, &section.at(z)));
+    let (one, two) = crossed(&|z| field(x, z), &|z| field(y, z), &at)?;
+    judge.equal("ρ⟦X, Y⟧ = [ρX, ρY]", &of_bracket, &(&one - &two), &[&one, &two]);
+    let f = Polynomial::<T>::new(probe, at.len(), 1);
+    let scaled = |z: &Point<T>| y.at(z) * f.at(z)[0];
+    let by_fields = bracket_of_fields(q, &|z| x.at(z), &scaled, &at)?;
+    let value = f.at(&at)[0];
+    let slope = f.at(&along(&at, &closed))[0].eps;
+    let plain = values(&fields.bracket(x, y, &point)) * value;
+    let other = y.at(&at) * slope;
+    judge.equal("⟦X, fY⟧ = f⟦X, Y⟧ + ρ(X)(f) Y", &by_fields, &(&plain + &other), &[&plain, &other]);
+    Some(())
+}
+
+fn right<T: Real>(judge: &mut Judge<'_, T>, fields: &Fields<'_, T>, [x, y, _]: &[Polynomial<T>; 3]) -> Option<()> {
+    let g = &judge.instance.chain[0];
+    let (one, two) = crossed(&|g| fields.right(&|p| x.at(p), g), &|g| fields.right(&|p| y.at(p), g), g)?;
+    let closed = values(&fields.right(&|p| fields.bracket(x, y, p), &constant(g))?);
+    judge.equal("⟦X, Y⟧→ = −[X→, Y→]", &closed, &(&two - &one), &[&one, &two]);
+    Some(())
+}
+
+fn inversion<T: Real>(
+    judge: &mut Judge<'_, T>,
+    fields: &Fields<'_, T>,
+    [x, y, _]: &[Polynomial<T>; 3],
+    probe: &mut Probe,
+) -> Option<()> {
+    let q = fields.groupoid();
+    // Z = W + ι_*W with W = X← + Y→, at g and at g⁻¹.
+    let field = |g: &Point<T>| -> Option<Point<T>> {
+        let w = |g: &Point<T>| Some(fields.left(&|p| x.at(p), g)? + fields.right(&|p| y.at(p), g)?);
+        let inverse = values(&q.inverse(&constant(g))?);
+        Some(w(g)? + push_inverse(q, &inverse, &w(&inverse)?)?)
+    };
+    let g = constant(&judge.instance.chain[0]);
+    let inverse = values(&q.inverse(&constant(&g))?);
+    let (moved, there) = (values(&push_inverse(q, &g, &field(&g)?)?), values(&field(&inverse)?));
+    judge.equal("Tι Z(g) = Z(g⁻¹)", &moved, &there, &[&moved, &there]);
+    // At a unit, with any W there is.
+    let at = q.target(&constant(&g));
+    let (v, a) = (random(probe, q.base_dimension()), random(probe, q.rank()));
+    let element = q.near_unit(&q.near_point(&at, &infinitesimal(&v)), &infinitesimal(&a));
+    let w = derivatives(&element);
+    let unit = values(&q.unit(&at));
+    let z = &w + push_inverse(q, &unit, &w)?;
+    let point = values(&at);
+    let projected = |z: &Point<T>| values(&push_unit(q, &point, &push_source(q, &unit, z)));
+    judge.equal("Z is tangent to the units", &values(&z), &projected(&z), &[&values(&z), &values(&w)]);
+    let difference = fields.left(&|p| x.at(p), &unit)? - fields.right(&|p| x.at(p), &unit)?;
+    let size = values(&difference);
+    judge.equal("X← − X→ is tangent to the units", &size, &projected(&difference), &[&size]);
+    Some(())
+}
+
+fn random<T: Real>(probe: &mut Probe, length: usize) -> Point<T> {
+    DVector::from_fn(length, |_, _| probe.unit())
+}

@@ -1,0 +1,278 @@
+//! The groupoids of a case, each in its coordinates, with the faults that can be planted in their structure.
+
+mod structure;
+
+pub use structure::{
+    ACTION_INVERTED, ANCHOR_SIGN, ENDS_KEPT, Flat, INVERSE_KEEPS_U, PRODUCT_KEEPS_END, Planted, SECOND_INVERTED,
+    STRUCTURE_SIGN, UNCHECKED, UNMATCHED, blend_vector,
+};
+
+use self::structure::{Turned, Wrong};
+use super::probe::Probe;
+use crate::algebra::Matrix;
+use crate::groupoid::{
+    Action, ActionGroupoid, AtiyahGroupoid, Coadjoint, DenseGroup, DenseSpace, Group, LieGroupoid, Linear, Manifold,
+    ManifoldPair, PrincipalBundle, ProductBundle, Singleton, SphereFrames, TrivialGroupoid,
+};
+use crate::harness::Fault;
+use crate::retraction::{CayleySo3, Retraction};
+use crate::scalar::{Dual, Real, Scalar};
+use nalgebra::{DMatrix, DVector};
+
+/// Mixed second derivatives, which brackets of invariant fields need.
+pub type Second<T> = Dual<Dual<T>>;
+
+/// The groupoids.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Kind {
+    /// Q×Q for Q = G.
+    Pair,
+    /// G over a point.
+    Point,
+    /// G×G×G.
+    Gauge,
+    /// g*×G×g*.
+    Poisson,
+    /// (SO(3)×SO(3))/SO(2) over the sphere.
+    Sphere,
+    /// ((g*×G)×(g*×G))/G over g*.
+    Product,
+    /// g*⋊G by the coadjoint action.
+    Coadjoint,
+    /// ℝᴰ⋊G by the linear action.
+    Linear,
+}
+
+impl Kind {
+    /// All of them.
+    pub const ALL: [Self; 8] = [
+        Self::Pair,
+        Self::Point,
+        Self::Gauge,
+        Self::Poisson,
+        Self::Sphere,
+        Self::Product,
+        Self::Coadjoint,
+        Self::Linear,
+    ];
+
+    /// Two of them, for laws that are too dear for all in each case.
+    pub fn two(probe: &mut Probe) -> [Self; 2] {
+        let first = probe.integer(0, 3) as usize;
+        [Self::ALL[first], Self::ALL[first + 4]]
+    }
+}
+
+/// y − x·g of an element of an action groupoid.
+type Excess<'a, S> = Box<dyn Fn(&DVector<S>) -> Option<DVector<S>> + 'a>;
+
+/// A groupoid over S with elements to check it on.
+pub struct Instance<'a, S: Scalar> {
+    /// Which.
+    pub kind: Kind,
+    /// The groupoid.
+    pub groupoid: Planted<'a, S>,
+    /// g₁, g₂, g₃ with β(g₁) = α(g₂) and β(g₂) = α(g₃).
+    pub chain: [DVector<S::Base>; 3],
+    /// The product of |U| and |U⁻¹| over the group parts, and of the size of the rest: what rounding is amplified by.
+    pub scale: S::Base,
+    /// For action groupoids.
+    pub excess: Option<Excess<'a, S>>,
+}
+
+/// Group elements of a case: what all groupoids over its group are made from.
+pub struct Material<T: Real> {
+    /// G.
+    pub group: DenseGroup<T>,
+    /// Seven elements of G.
+    pub elements: [DMatrix<T>; 7],
+}
+
+impl<T: Real> Material<T> {
+    /// Three elements τ(x) of a group and products of two of them.
+    ///
+    /// # Errors
+    /// Those of τ.
+    pub fn draw<const N: usize, const D: usize, R: Retraction<T, N, D>>(
+        group: &impl crate::group::LieGroup<T, N, D>,
+        retraction: &R,
+        probe: &mut Probe,
+    ) -> Result<Self, crate::retraction::RetractionError> {
+        let mut element = || {
+            let tau = retraction.tau(&(probe.vector::<T, N>() * T::half()))?;
+            Ok(DMatrix::from_fn(D, D, |r, c| tau[(r, c)]))
+        };
+        let [u, v, w]: [DMatrix<T>; 3] = [element()?, element()?, element()?];
+        let products = [&u * &v, &v * &w, &w * &u, &u * &w];
+        let [a, b, c, d] = products;
+        Ok(Self { group: DenseGroup::of(group), elements: [u, v, w, a, b, c, d] })
+    }
+
+    /// max(1, |U|) max(1, |U⁻¹|) of an element.
+    pub fn size_of(&self, u: &DMatrix<T>) -> T {
+        let inverse = self.group.inverse(u).map_or(T::one(), |inverse| inverse.amax());
+        u.amax().max(T::one()) * inverse.max(T::one())
+    }
+
+    /// The dimension of G.
+    pub fn dimension(&self) -> usize {
+        Manifold::<T>::dimension(&self.group)
+    }
+
+    /// One of the groupoids, with a fault or without; `None` when an element is singular.
+    pub fn instance<'a, S: Scalar<Base = T> + 'a>(
+        &'a self,
+        kind: Kind,
+        fault: Option<&'a Fault>,
+        probe: &mut Probe,
+    ) -> Option<Instance<'a, S>> {
+        let (group, space) = (&self.group, DenseSpace { dimension: self.dimension() });
+        let [u, v, w, ends @ ..] = &self.elements;
+        let groups = [u, v, w].map(|u| u.map(S::lift));
+        let points = |probe: &mut Probe, length: usize| -> [DVector<S>; 4] {
+            std::array::from_fn(|_| DVector::from_fn(length, |_, _| probe.unit()))
+        };
+        let mut scale = [u, v, w].iter().fold(T::one(), |size, u| size * self.size_of(u));
+        let (mut excess, mut unmatched): (Option<Excess<'a, S>>, Option<Wrong<'a, S>>) = (None, None);
+        let (groupoid, chain) = match kind {
+            Kind::Pair => {
+                let pair = ManifoldPair::new(group);
+                let [a, b, c, d] = std::array::from_fn(|i| ends[i].map(S::lift));
+                let chain = [(a, b.clone()), (b, c.clone()), (c, d)].map(|g| pair.coordinates(&g));
+                (Planted::new(pair, fault), chain)
+            }
+            Kind::Point => {
+                let point = TrivialGroupoid::over(Singleton, group);
+                let chain = groups.map(|u| Manifold::<S>::coordinates(group, &u));
+                (Planted::new(point, fault), chain)
+            }
+            Kind::Gauge => {
+                scale = ends.iter().fold(scale, |size, u| size * self.size_of(u));
+                let ends = std::array::from_fn(|i| flat(&ends[i].map(S::lift)));
+                (Planted::new(TrivialGroupoid::over(group, group), fault), chain_of(&ends, &groups.map(|u| flat(&u))))
+            }
+            Kind::Poisson => {
+                let ends = points(probe, self.dimension());
+                (Planted::new(TrivialGroupoid::over(space, group), fault), chain_of(&ends, &groups.map(|u| flat(&u))))
+            }
+            Kind::Sphere => {
+                let atiyah = || AtiyahGroupoid::<_, S>::new(SphereFrames);
+                let mut rotation = || {
+                    let turn = CayleySo3::<T>::new().tau(&(probe.vector::<T, 3>() * T::int(2))).ok()?;
+                    Some(turn.map(S::lift))
+                };
+                let (q, r) = (atiyah(), [rotation()?, rotation()?, rotation()?, rotation()?, rotation()?, rotation()?]);
+                let [a, b, b1, c, c1, d] = r;
+                // Other representatives over the same points: b·k and c·k.
+                let turned = |p: &Matrix<S, 3>, k: &Matrix<S, 3>| {
+                    SphereFrames.act(p, &SphereFrames.divide(&Matrix::identity(), k))
+                };
+                let chain = [(a, b), (turned(&b, &b1), c), (turned(&c, &c1), d)].map(|g| q.coordinates(&g));
+                let other = atiyah();
+                unmatched = Some(Box::new(move |g, h| other.coordinates(&(other.element(g).0, other.element(h).1))));
+                scale = T::one();
+                (Planted::new(q, fault), chain)
+            }
+            Kind::Product => {
+                let atiyah = || AtiyahGroupoid::<_, S>::new(ProductBundle::new(space, group));
+                let bundle = ProductBundle::new(space, group);
+                let x = points(probe, self.dimension());
+                let point = |x: &DVector<S>, u: &DMatrix<T>| bundle.point(x, &u.map(S::lift));
+                let [d, e, f, ..] = ends;
+                scale = ends.iter().fold(scale, |size, u| size * self.size_of(u));
+                let chain = [
+                    (point(&x[0], u)?, point(&x[1], v)?),
+                    (point(&x[1], w)?, point(&x[2], d)?),
+                    (point(&x[2], e)?, point(&x[3], f)?),
+                ];
+                let (q, other) = (atiyah(), atiyah());
+                unmatched = Some(Box::new(move |g, h| other.coordinates(&(other.element(g).0, other.element(h).1))));
+                let chain = chain.map(|g| q.coordinates(&g));
+                (Planted::new(q, fault), chain)
+            }
+            Kind::Coadjoint => {
+                let size = Fault::size_of(fault, ACTION_INVERTED.name);
+                let action = || Turned { action: Coadjoint::new(group, self.dimension()), size };
+                let [x, ..] = points(probe, self.dimension());
+                acting(&action, x, &groups, fault, &mut excess)?
+            }
+            Kind::Linear => {
+                let size = Fault::size_of(fault, ACTION_INVERTED.name);
+                let action = || Turned { action: Linear::new(group, group.matrix_size()), size };
+                let [x, ..] = points(probe, group.matrix_size());
+                acting(&action, x, &groups, fault, &mut excess)?
+            }
+        };
+        let chain = chain.map(|g| g.map(|v| v.base()));
+        let largest = chain.iter().fold(T::one(), |size, g| size.max(g.amax()));
+        let groupoid = groupoid.with_product(unmatched);
+        Some(Instance { kind, groupoid, chain, scale: scale * largest, excess })
+    }
+}
+
+fn flat<S: Scalar>(matrix: &DMatrix<S>) -> DVector<S> {
+    DVector::from_column_slice(matrix.as_slice())
+}
+
+/// (x₀, u, x₁), (x₁, v, x₂), (x₂, w, x₃).
+fn chain_of<S: Scalar>(ends: &[DVector<S>; 4], groups: &[DVector<S>; 3]) -> [DVector<S>; 3] {
+    std::array::from_fn(|k| {
+        let parts = [&ends[k], &groups[k], &ends[k + 1]];
+        let entries: Vec<S> = parts.iter().flat_map(|part| part.iter().copied()).collect();
+        DVector::from_vec(entries)
+    })
+}
+
+/// The groupoid of an action with a chain of arrows that starts at x.
+fn acting<'a, S: Scalar + 'a, A>(
+    action: &impl Fn() -> A,
+    x: DVector<S>,
+    groups: &[DMatrix<S>; 3],
+    fault: Option<&'a Fault>,
+    excess: &mut Option<Excess<'a, S>>,
+) -> Option<(Planted<'a, S>, [DVector<S>; 3])>
+where
+    A: Action<S, Group = &'a DenseGroup<S::Base>, Space = DenseSpace> + 'a,
+{
+    let groupoid = ActionGroupoid::<_, S>::new(action());
+    let one = groupoid.arrow(&x, &groups[0])?;
+    let two = groupoid.arrow(&one.target, &groups[1])?;
+    let three = groupoid.arrow(&two.target, &groups[2])?;
+    let chain = [&one, &two, &three].map(|g| groupoid.coordinates(g));
+    let other = ActionGroupoid::<_, S>::new(action());
+    *excess = Some(Box::new(move |g| other.excess(&other.element(g))));
+    Some((Planted::new(groupoid, fault), chain))
+}
+
+/// z over S.
+pub fn lifted<S: Scalar>(z: &DVector<S::Base>) -> DVector<S> {
+    z.map(S::lift)
+}
+
+/// A quadratic map c + p (k·x) + q (k·x)(m·x) with random coefficients: a section in a frame, or a function.
+#[derive(Clone, Debug)]
+pub struct Polynomial<T: Real> {
+    coefficients: [DVector<T>; 3],
+    forms: [DVector<T>; 2],
+}
+
+impl<T: Real> Polynomial<T> {
+    /// From ℝ^`from` to ℝ^`to`; k·x and m·x are about 1 for x of entries about 1.
+    pub fn new(probe: &mut Probe, from: usize, to: usize) -> Self {
+        let scale = 2f64.powi(-((from.max(1) as f64).log2() / 2.0).ceil() as i32);
+        let mut vector = |length, scale| DVector::from_fn(length, |_, _| probe.unit::<T>() * T::exact(scale));
+        let coefficients = std::array::from_fn(|_| vector(to, 1.0));
+        Self { coefficients, forms: std::array::from_fn(|_| vector(from, scale)) }
+    }
+
+    /// Its value.
+    pub fn at<S: Scalar<Base = T>>(&self, x: &DVector<S>) -> DVector<S> {
+        let form = |k: usize| {
+            let terms = self.forms[k].iter().zip(x.iter());
+            terms.fold(S::zero(), |sum, (c, x)| sum + S::lift(*c) * *x)
+        };
+        let (one, two) = (form(0), form(1));
+        let [c, p, q] = &self.coefficients;
+        DVector::from_fn(c.len(), |i, _| S::lift(c[i]) + S::lift(p[i]) * one + S::lift(q[i]) * one * two)
+    }
+}

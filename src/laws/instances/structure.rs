@@ -1,0 +1,220 @@
+//! The structure maps of a groupoid with faults planted in them.
+
+use crate::groupoid::{Action, Embedded, Group, Groupoid, LieAlgebroid, LieGroupoid, Manifold, NotComposable};
+use crate::harness::Fault;
+use crate::laws::planted::blend_scalar;
+use crate::scalar::Scalar;
+use nalgebra::DVector;
+
+/// A Lie groupoid whose elements are vectors of coordinates.
+pub type Flat<'a, S> = dyn LieGroupoid<S, Element = DVector<S>, Base = DVector<S>> + 'a;
+
+/// ι without the inverse.
+pub const INVERSE_KEEPS_U: Fault = Fault::new(
+    "inverse-keeps-u",
+    "ι(λ, U, μ) = (μ, U, λ), without the inverse of U (as printed in (4.4))",
+    "every groupoid with a group part, U ≠ U⁻¹",
+);
+/// ι without the exchange.
+pub const ENDS_KEPT: Fault =
+    Fault::new("ends-kept", "ι(λ, U, μ) = (λ, U⁻¹, μ)", "every groupoid over more than a point");
+// (λ, VU, κ) is none: it is the groupoid of the opposite group.
+/// ν with an inverse too many.
+pub const SECOND_INVERTED: Fault =
+    Fault::new("second-inverted", "(λ, U, μ)(μ, V, κ) = (λ, UV⁻¹, κ)", "every groupoid with a group part");
+/// ν with the wrong end.
+pub const PRODUCT_KEEPS_END: Fault =
+    Fault::new("product-keeps-end", "(λ, U, μ)(μ, V, κ) = (λ, UV, μ)", "every groupoid over more than a point");
+/// ν without its domain.
+pub const UNCHECKED: Fault = Fault::new(
+    "composed-unchecked",
+    "pairs whose ends differ by at most 8 are taken for composable",
+    "every groupoid over more than a point",
+);
+/// The product of classes without matching.
+pub const UNMATCHED: Fault =
+    Fault::new("atiyah-unmatched", "[p, q][p', q'] = [p, q'], without the k that takes p' to q", "Atiyah groupoids");
+/// A left action in the place of a right one.
+pub const ACTION_INVERTED: Fault =
+    Fault::new("action-inverted", "x·g⁻¹ in the place of x·g", "action groupoids, where g acts by more than a sign");
+/// ρ with the wrong sign.
+pub const ANCHOR_SIGN: Fault = Fault::new("algebroid-anchor-sign", "ρ replaced by −ρ", "anchors other than 0");
+/// The bracket of constant sections with the wrong sign.
+pub const STRUCTURE_SIGN: Fault =
+    Fault::new("algebroid-structure-sign", "⟦s_i, s_j⟧ replaced by ⟦s_j, s_i⟧", "non-abelian algebras");
+
+/// right + ε (wrong − right) of two vectors.
+pub fn blend_vector<S: Scalar>(right: &DVector<S>, wrong: &DVector<S>, size: f64) -> DVector<S> {
+    right.zip_map(wrong, |right, wrong| blend_scalar(right, wrong, size))
+}
+
+/// A product with a fault of its own.
+pub(super) type Wrong<'a, S> = Box<dyn Fn(&DVector<S>, &DVector<S>) -> DVector<S> + 'a>;
+
+/// A groupoid with a fault planted in its structure.
+pub struct Planted<'a, S: Scalar> {
+    groupoid: Box<Flat<'a, S>>,
+    fault: Option<&'a Fault>,
+    unmatched: Option<Wrong<'a, S>>,
+}
+
+impl<'a, S: Scalar> Planted<'a, S> {
+    /// The groupoid with a fault or without.
+    pub fn new<Q: LieGroupoid<S> + 'a>(groupoid: Q, fault: Option<&'a Fault>) -> Self
+    where
+        S: 'a,
+    {
+        Self { groupoid: Box::new(Embedded::new(groupoid)), fault, unmatched: None }
+    }
+
+    /// The same, with the product that [`UNMATCHED`] has.
+    pub(super) fn with_product(self, unmatched: Option<Wrong<'a, S>>) -> Self {
+        Self { unmatched, ..self }
+    }
+
+    fn size(&self, fault: &Fault) -> f64 {
+        Fault::size_of(self.fault, fault.name)
+    }
+
+    /// The coordinates of the ends from `ends`, those between them from `middle`.
+    fn assembled(&self, ends: &DVector<S>, middle: &DVector<S>) -> DVector<S> {
+        let end = self.groupoid.source(ends).len();
+        DVector::from_fn(ends.len(), |i, _| if i < end || i >= ends.len() - end { ends[i] } else { middle[i] })
+    }
+}
+
+impl<S: Scalar> Groupoid for Planted<'_, S> {
+    type Element = DVector<S>;
+    type Base = DVector<S>;
+
+    fn source(&self, g: &DVector<S>) -> DVector<S> {
+        self.groupoid.source(g)
+    }
+
+    fn target(&self, g: &DVector<S>) -> DVector<S> {
+        self.groupoid.target(g)
+    }
+
+    fn unit(&self, x: &DVector<S>) -> DVector<S> {
+        self.groupoid.unit(x)
+    }
+
+    fn inverse(&self, g: &DVector<S>) -> Option<DVector<S>> {
+        let right = self.groupoid.inverse(g)?;
+        let (u, ends) = (self.size(&INVERSE_KEEPS_U), self.size(&ENDS_KEPT));
+        if u > 0.0 {
+            return Some(blend_vector(&right, &self.assembled(&right, g), u));
+        }
+        Some(if ends > 0.0 { blend_vector(&right, &self.assembled(g, &right), ends) } else { right })
+    }
+
+    fn product(&self, first: &DVector<S>, second: &DVector<S>) -> DVector<S> {
+        let right = self.groupoid.product(first, second);
+        let (inverted, end) = (self.size(&SECOND_INVERTED), self.size(&PRODUCT_KEEPS_END));
+        if let (true, Some(inverse)) = (inverted > 0.0, self.groupoid.inverse(second)) {
+            let wrong = self.groupoid.product(first, &self.assembled(second, &inverse));
+            return blend_vector(&right, &wrong, inverted);
+        }
+        if let (true, Some(unmatched)) = (self.size(&UNMATCHED) > 0.0, &self.unmatched) {
+            return blend_vector(&right, &unmatched(first, second), self.size(&UNMATCHED));
+        }
+        if end > 0.0 {
+            let kept = self.groupoid.target(first).len();
+            let wrong = DVector::from_fn(right.len(), |i, _| if i < right.len() - kept { right[i] } else { first[i] });
+            return blend_vector(&right, &wrong, end);
+        }
+        right
+    }
+
+    fn compose(&self, first: &DVector<S>, second: &DVector<S>) -> Result<DVector<S>, NotComposable<DVector<S>>> {
+        let (target, source_of_second) = (self.target(first), self.source(second));
+        let tolerance = S::exact(8.0 * self.size(&UNCHECKED));
+        let near = tolerance > S::zero() && (&target - &source_of_second).amax() <= tolerance;
+        if target == source_of_second || near {
+            Ok(self.product(first, second))
+        } else {
+            self.groupoid.compose(first, second)
+        }
+    }
+}
+
+impl<S: Scalar> LieAlgebroid<S> for Planted<'_, S> {
+    fn rank(&self) -> usize {
+        self.groupoid.rank()
+    }
+
+    fn anchor(&self, x: &DVector<S>, a: &DVector<S>) -> DVector<S> {
+        let right = self.groupoid.anchor(x, a);
+        blend_vector(&right, &-&right, self.size(&ANCHOR_SIGN))
+    }
+
+    fn structure(&self, x: &DVector<S>, a: &DVector<S>, b: &DVector<S>) -> DVector<S> {
+        let right = self.groupoid.structure(x, a, b);
+        blend_vector(&right, &-&right, self.size(&STRUCTURE_SIGN))
+    }
+}
+
+impl<S: Scalar> LieGroupoid<S> for Planted<'_, S> {
+    fn coordinates(&self, g: &DVector<S>) -> DVector<S> {
+        g.clone()
+    }
+
+    fn element(&self, z: &DVector<S>) -> DVector<S> {
+        z.clone()
+    }
+
+    fn base_coordinates(&self, x: &DVector<S>) -> DVector<S> {
+        x.clone()
+    }
+
+    fn base_point(&self, z: &DVector<S>) -> DVector<S> {
+        z.clone()
+    }
+
+    fn base_dimension(&self) -> usize {
+        self.groupoid.base_dimension()
+    }
+
+    fn near_point(&self, x: &DVector<S>, v: &DVector<S>) -> DVector<S> {
+        self.groupoid.near_point(x, v)
+    }
+
+    fn near_unit(&self, x: &DVector<S>, a: &DVector<S>) -> DVector<S> {
+        self.groupoid.near_unit(x, a)
+    }
+
+    fn fibre(&self, x: &DVector<S>, tangent: &DVector<S>) -> Option<DVector<S>> {
+        self.groupoid.fibre(x, tangent)
+    }
+}
+
+/// An action, part of it with the group element inverted.
+pub(super) struct Turned<A> {
+    pub action: A,
+    pub size: f64,
+}
+
+impl<S: Scalar, A: Action<S>> Action<S> for Turned<A> {
+    type Group = A::Group;
+    type Space = A::Space;
+
+    fn group(&self) -> &A::Group {
+        self.action.group()
+    }
+
+    fn space(&self) -> &A::Space {
+        self.action.space()
+    }
+
+    fn act(&self, x: &DVector<S>, g: &<A::Group as Manifold<S>>::Point) -> Option<DVector<S>> {
+        let right = self.action.act(x, g)?;
+        if self.size == 0.0 {
+            return Some(right);
+        }
+        Some(blend_vector(&right, &self.action.act(x, &self.group().inverse(g)?)?, self.size))
+    }
+
+    fn generator(&self, x: &DVector<S>, xi: &DVector<S>) -> DVector<S> {
+        self.action.generator(x, xi)
+    }
+}

@@ -1,0 +1,311 @@
+//! Laws of the Poisson groupoid Γ = g*×G×g* ⇉ g*: its bracket, its structure maps, and Hamiltonians odd under inversion.
+
+mod gamma;
+
+use self::gamma::{
+    ADJOINT_MISSING, EVEN_PART, GROUP_SIGN, Gamma, LAMBDA_FLIPPED, LAST_SIGN, MU_FLIPPED, ONE_SIDED, absolute,
+    absolute_matrix, basis, column, library, stack,
+};
+use super::CaseLaw;
+use super::instances::{ENDS_KEPT, INVERSE_KEEPS_U, Kind, Material, Polynomial, SECOND_INVERTED};
+use super::precision::{Measured, settle};
+use super::probe::Probe;
+use crate::groupoid::calculus::{along, constant, derivatives};
+use crate::groupoid::{Group, Groupoid, push_inverse, push_product, push_source, push_target, push_unit};
+use crate::harness::{Cost, Fault};
+use crate::retraction::{Retraction, RetractionError};
+use crate::scalar::{Dual, Real, Scalar};
+use crate::system::{Case, System, Visitor, cases};
+use nalgebra::{DMatrix, DVector};
+use proptest::strategy::Strategy;
+
+const BOUND: &str = "two precisions; floor 2⁸ n u relative to the terms, n = dim g";
+
+macro_rules! law {
+    ($name:literal, $statement:literal, $source:literal, $oracle:literal, $question:expr, $faults:expr) => {
+        CaseLaw {
+            name: $name,
+            statement: $statement,
+            source: concat!("Martín de Diego and Sato Martín de Almagro 2019, ", $source),
+            oracle: $oracle,
+            bound: BOUND,
+            cost: Cost::Cheap,
+            faults: $faults,
+            cases: || cases().with_group().boxed(),
+            check: |case, fault| settle(case, Check { case, fault, question: $question }),
+        }
+    };
+}
+
+/// The laws of this file.
+pub const LAWS: &[CaseLaw] = &[
+    law!(
+        "poisson-bivector",
+        "the intrinsic bracket of Γ is that of the generators, {Ξ₁,Ξ'₁} = ⟨λ,[ξ,ξ']⟩, {Ξ₂,Ξ'₂} = −⟨μ,[ξ,ξ']⟩, \
+         {Ξ₁,F} = −ξ→F, {Ξ₂,F} = −ξ←F, for all entries of (λ, U, μ) and for random functions",
+        "(4.5) and the bracket after it",
+        "the definition (4.5) with commutators and invariant fields of matrices, without Ad or structure constants",
+        Question::Generators,
+        &[LAMBDA_FLIPPED, MU_FLIPPED, ADJOINT_MISSING, GROUP_SIGN, ONE_SIDED]
+    ),
+    law!(
+        "poisson-bracket",
+        "{f + cg, h} = {f, h} + c{g, h}, {f, g} = −{g, f}, {fg, h} = f{g, h} + g{f, h}, {f, {g, h}} + cyclic = 0",
+        "Def 4.7 (1)",
+        "the axioms, for random quadratic functions of the entries of (λ, U, μ); differentials and the derivative of \
+         {g, h} along the Hamiltonian field of f by duals",
+        Question::Axioms,
+        &[LAMBDA_FLIPPED, MU_FLIPPED, ADJOINT_MISSING, GROUP_SIGN, ONE_SIDED]
+    ),
+    law!(
+        "inversion-anti-poisson",
+        "Tι Π Tιᵀ = −Π∘ι, and the graph of ι is coisotropic in Γ×Γ",
+        "Thm 4.8 (2)",
+        "Tι by duals of ι; the graph by the null space of its tangent vectors",
+        Question::Inversion,
+        &[INVERSE_KEEPS_U, ENDS_KEPT, LAMBDA_FLIPPED, MU_FLIPPED, ADJOINT_MISSING, LAST_SIGN]
+    ),
+    law!(
+        "units-coisotropic",
+        "the units are coisotropic: NᵀΠN = 0 for a basis N of the conormal space at (λ, e, λ)",
+        "Thm 4.8 (1)",
+        "the null space of the tangent vectors of ε by duals",
+        Question::Units,
+        &[LAMBDA_FLIPPED, MU_FLIPPED]
+    ),
+    law!(
+        "product-coisotropic",
+        "the graph of ν is coisotropic in Γ×Γ×Γ⁻",
+        "Def 4.7 (2)",
+        "the null space of the tangent vectors of the graph, by duals of ν",
+        Question::Product,
+        &[LAST_SIGN, SECOND_INVERTED, LAMBDA_FLIPPED, MU_FLIPPED, ADJOINT_MISSING, GROUP_SIGN]
+    ),
+    law!(
+        "ends-poisson",
+        "α is Poisson and β anti-Poisson onto g* with the bracket +⟨μ, [·,·]⟩",
+        "Thm 4.8 (3)",
+        "commutators of the matrices of the algebra; Tα and Tβ by duals",
+        Question::Ends,
+        &[LAMBDA_FLIPPED, MU_FLIPPED]
+    ),
+    law!(
+        "odd-hamiltonian-invariant",
+        "Tι X_E(g) = X_E(g⁻¹) for E∘ι = −E, X_E(F) = {F, E}",
+        "Prop 4.9, proof",
+        "the field at the inverse, and Tι by duals; E is the odd part of a random quadratic function",
+        Question::Invariant,
+        &[EVEN_PART, INVERSE_KEEPS_U, ENDS_KEPT, LAMBDA_FLIPPED, ADJOINT_MISSING]
+    ),
+    law!(
+        "odd-hamiltonian-tangent",
+        "X_E is tangent to the units there, for E∘ι = −E, X_E(F) = {F, E}",
+        "Prop 4.9",
+        "X_E against Tε Tα X_E, by duals of ε and α; E is the odd part of a random quadratic function",
+        Question::Tangent,
+        &[EVEN_PART, LAMBDA_FLIPPED, MU_FLIPPED, GROUP_SIGN]
+    ),
+];
+
+#[derive(Clone, Copy)]
+enum Question {
+    Generators,
+    Axioms,
+    Inversion,
+    Units,
+    Product,
+    Ends,
+    Invariant,
+    Tangent,
+}
+
+#[derive(Clone, Copy)]
+struct Check<'a> {
+    case: &'a Case,
+    fault: Option<&'a Fault>,
+    question: Question,
+}
+
+impl<T: Real> Visitor<T> for Check<'_> {
+    type Output = Measured;
+
+    fn visit<const N: usize, const D: usize, R: Retraction<T, N, D>>(self, system: System<T, N, D, R>) -> Measured {
+        let mut probe = Probe::new(self.case, 11);
+        let Some(group) = &system.group else {
+            return Measured::NotApplicable("the algebra has no group".into());
+        };
+        let material = match Material::draw(group, &system.retraction, &mut probe) {
+            Ok(material) => material,
+            Err(RetractionError::NoGroup { .. }) => {
+                return Measured::NotApplicable("the algebra has no group".into());
+            }
+            Err(_) => return Measured::NotApplicable("a group element is outside the domain of the retraction".into()),
+        };
+        let library = library::<T, N, D>(group);
+        let Some(instance) = material.instance::<Dual<T>>(Kind::Poisson, self.fault, &mut probe) else {
+            return Measured::Broken("an element is singular".into());
+        };
+        Gamma { group: &material.group, instance, library: &library, fault: self.fault }
+            .judge(self.question, &mut probe)
+            .unwrap_or_else(|| Measured::Broken("a product, an inverse or a null space does not exist".into()))
+    }
+}
+
+impl<T: Real> Gamma<'_, T> {
+    fn judge(&self, question: Question, probe: &mut Probe) -> Option<Measured> {
+        let entries = self.instance.chain[0].len();
+        let mut polynomial = || Polynomial::new(probe, entries, 1);
+        let functions = [polynomial(), polynomial(), polynomial()];
+        match question {
+            Question::Generators => self.generators(&functions),
+            Question::Axioms => self.axioms(&functions),
+            Question::Inversion => self.inversion(),
+            Question::Units => self.units(),
+            Question::Product => self.product(),
+            Question::Ends => self.ends(),
+            Question::Invariant => self.invariant(&functions[0]),
+            Question::Tangent => self.tangent(&functions[0]),
+        }
+    }
+
+    fn generators(&self, [f, g, _]: &[Polynomial<T>; 3]) -> Option<Measured> {
+        let z = &self.instance.chain[0];
+        let (pi, size) = (self.bivector(z)?, 3 * self.dimension());
+        let columns: Vec<_> = (0..size).map(|i| self.push(z, &basis(size, i))).collect();
+        let frame = DMatrix::from_columns(&columns);
+        let intrinsic = &frame * &pi * frame.transpose();
+        let defined = (self.library.generators)(z);
+        let largest = frame.amax().max(T::one());
+        let entries = self.near("the brackets of the entries", &intrinsic, &defined, largest * largest * pi.amax());
+        let (df, dg) = (self.differential(&|z| f.at(z)[0], z), self.differential(&|z| g.at(z)[0], z));
+        let here = df.dot(&(&pi * &dg));
+        let terms = absolute(&df).dot(&(absolute_matrix(&pi) * absolute(&dg)));
+        // By the chain rule on the entries.
+        let gradient = |f: &Polynomial<T>| DVector::from_fn(z.len(), |i, _| f.at(&along(z, &basis(z.len(), i)))[0].eps);
+        let chained = gradient(f).dot(&(defined * gradient(g)));
+        let functions = self.number("{f, g}", here, chained, &[terms]);
+        let of_library = self.number("{f, g} of the library", here, (self.library.bracket)(f, g, z)?, &[terms]);
+        Some(entries.and(functions).and(of_library))
+    }
+
+    fn axioms(&self, [f, g, h]: &[Polynomial<T>; 3]) -> Option<Measured> {
+        let z = &self.instance.chain[0];
+        let pi = self.bivector(z)?;
+        let d = |function: &dyn Fn(&DVector<Dual<T>>) -> Dual<T>| self.differential(function, z);
+        let [df, dg, dh] = [d(&|z| f.at(z)[0]), d(&|z| g.at(z)[0]), d(&|z| h.at(z)[0])];
+        let bracket = |a: &DVector<T>, b: &DVector<T>| a.dot(&(&pi * b));
+        let terms = |a: &DVector<T>, b: &DVector<T>| absolute(a).dot(&(absolute_matrix(&pi) * absolute(b)));
+        let c = T::exact(1.5);
+        let sum = d(&|z| f.at(z)[0] + g.at(z)[0] * Dual::lift(c));
+        let (fh, gh) = (bracket(&df, &dh), bracket(&dg, &dh));
+        let (size_fh, size_gh) = (terms(&df, &dh), terms(&dg, &dh));
+        let linear = self.number("bilinear", bracket(&sum, &dh), fh + c * gh, &[size_fh + c * size_gh]);
+        let sizes = &[terms(&df, &dg)];
+        let antisymmetric = self.number("antisymmetric", bracket(&df, &dg), -bracket(&dg, &df), sizes);
+        let product = d(&|z| f.at(z)[0] * g.at(z)[0]);
+        let (at_f, at_g) = (f.at(z)[0], g.at(z)[0]);
+        let sizes = &[at_f.abs() * size_gh + at_g.abs() * size_fh];
+        let leibniz = self.number("Leibniz", bracket(&product, &dh), at_f * gh + at_g * fh, sizes);
+        // {f, k} is the derivative of k along Πᵀ df.
+        let nested = |df: &DVector<T>, g: &Polynomial<T>, h: &Polynomial<T>| {
+            let direction = self.push(z, &pi.tr_mul(df));
+            Some(self.bracket_at(g, h, &along(z, &direction))?.eps)
+        };
+        let (one, two, three) = (nested(&df, g, h)?, nested(&dg, h, f)?, nested(&dh, f, g)?);
+        // The terms of a term: df Π (dΠ) dg and df Π d²g Π, with entries of the functions about 1.
+        let size = absolute_matrix(&pi).row_sum().amax().max(T::one());
+        let inner = [&df, &dg, &dh].iter().fold(T::one(), |size, d| size.max(d.amax()));
+        let terms = size * size * inner * inner * inner;
+        let jacobi = self.number("Jacobi", one + two, -three, &[one, two, three, terms]);
+        Some(linear.and(antisymmetric).and(leibniz).and(jacobi))
+    }
+
+    fn inversion(&self) -> Option<Measured> {
+        let z = &self.instance.chain[0];
+        let inverse = self.inverse(z)?;
+        let (here, there) = (self.bivector(z)?, self.bivector(&inverse)?);
+        let tangent = self.inversion_tangent(z, &inverse)?;
+        let mapped = &tangent * &here * tangent.transpose();
+        let bound = absolute_matrix(&tangent);
+        let size = (&bound * absolute_matrix(&here) * bound.transpose()).amax().max(T::one());
+        let anti = self.near("Tι Π Tιᵀ = −Π∘ι", &mapped, &-&there, size);
+        let n = here.nrows();
+        let graph = stack(&[&DMatrix::identity(n, n), &tangent]);
+        let graph =
+            self.coisotropic("graph(ι) in Γ×Γ", &graph, &[(&here, T::one()), (&there, self.last_sign(T::one()))])?;
+        Some(anti.and(graph))
+    }
+
+    fn units(&self) -> Option<Measured> {
+        let q = self.groupoid();
+        let z = &self.instance.chain[0];
+        let lambda = q.source(&constant(z));
+        let unit = q.unit(&lambda).map(|v| v.re);
+        let (lambda, n) = (lambda.map(|v| v.re), self.dimension());
+        let column = |i| self.pull(&unit, &push_unit(q, &lambda, &basis(n, i)));
+        let tangent = DMatrix::from_columns(&(0..n).map(column).collect::<Option<Vec<_>>>()?);
+        self.coisotropic("units", &tangent, &[(&self.bivector(&unit)?, T::one())])
+    }
+
+    fn product(&self) -> Option<Measured> {
+        let q = self.groupoid();
+        let [g, h, _] = &self.instance.chain;
+        let gh = q.compose(&constant(g), &constant(h)).ok()?.map(|v| v.re);
+        let n = self.dimension();
+        let column = |i: usize| {
+            // (δλ, u, δμ) and (δμ, v, δκ) of (δλ, u, δμ, v, δκ).
+            let all = basis(5 * n, i);
+            let part = |from: usize| all.rows(from, 3 * n).into_owned();
+            let (along_g, along_h) = (part(0), part(2 * n));
+            let moved = push_product(q, (g, &self.push(g, &along_g)), (h, &self.push(h, &along_h)))?;
+            let moved = self.pull(&gh, &moved)?;
+            let entries = along_g.iter().chain(along_h.iter()).chain(moved.iter()).copied().collect();
+            Some(DVector::from_vec(entries))
+        };
+        let tangent = DMatrix::from_columns(&(0..5 * n).map(column).collect::<Option<Vec<_>>>()?);
+        let (of_g, of_h, of_gh) = (self.bivector(g)?, self.bivector(h)?, self.bivector(&gh)?);
+        let factors = [(&of_g, T::one()), (&of_h, T::one()), (&of_gh, self.last_sign(-T::one()))];
+        self.coisotropic("graph(ν) in Γ×Γ×Γ⁻", &tangent, &factors)
+    }
+
+    fn ends(&self) -> Option<Measured> {
+        let q = self.groupoid();
+        let z = &self.instance.chain[0];
+        let (pi, n) = (self.bivector(z)?, self.dimension());
+        let columns = |map: &dyn Fn(&DVector<T>) -> DVector<T>| {
+            DMatrix::from_columns(&(0..3 * n).map(|i| map(&self.push(z, &basis(3 * n, i)))).collect::<Vec<_>>())
+        };
+        let source = columns(&|tangent| push_source(q, z, tangent));
+        let target = columns(&|tangent| push_target(q, z, tangent));
+        let hats: Vec<DMatrix<T>> = (0..n).map(|a| self.group.hat(&basis(n, a))).collect();
+        let commutators = |point: &DVector<T>| {
+            DMatrix::from_fn(n, n, |a, b| point.dot(&self.group.vee(&(&hats[a] * &hats[b] - &hats[b] * &hats[a]))))
+        };
+        let value = |point: DVector<Dual<T>>| point.map(|v| v.re);
+        let (lambda, mu) = (value(q.source(&constant(z))), value(q.target(&constant(z))));
+        let size = pi.amax().max(T::one());
+        let alpha = self.near("α is Poisson", &(&source * &pi * source.transpose()), &commutators(&lambda), size);
+        let beta = self.near("β is anti-Poisson", &(&target * &pi * target.transpose()), &-commutators(&mu), size);
+        Some(alpha.and(beta))
+    }
+
+    fn invariant(&self, f: &Polynomial<T>) -> Option<Measured> {
+        let z = &self.instance.chain[0];
+        let inverse = self.inverse(z)?;
+        let (here, there) = (self.hamiltonian_field(f, z)?, self.hamiltonian_field(f, &inverse)?);
+        let mapped = push_inverse(self.groupoid(), z, &here)?;
+        let size = here.amax().max(there.amax()).max(T::one());
+        Some(self.near("Tι X_E(g) = X_E(g⁻¹)", &column(mapped), &column(there), size))
+    }
+
+    fn tangent(&self, f: &Polynomial<T>) -> Option<Measured> {
+        let q = self.groupoid();
+        let lambda = q.source(&constant(&self.instance.chain[0]));
+        let unit = q.unit(&lambda).map(|v| v.re);
+        let field = self.hamiltonian_field(f, &unit)?;
+        let down = push_source(q, &unit, &field);
+        let back = derivatives(&q.unit(&along(&lambda.map(|v| v.re), &down)));
+        let size = field.amax().max(T::one());
+        Some(self.near("X_E = Tε Tα X_E", &column(field), &column(back), size))
+    }
+}

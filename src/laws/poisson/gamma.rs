@@ -1,0 +1,293 @@
+//! Γ on coordinates, with the faults that can be planted in its bivector, and the tests of coisotropy.
+
+use crate::algebra::{Covector, Matrix};
+use crate::group::MatrixGroup;
+use crate::groupoid::calculus::{along, constant};
+use crate::groupoid::{
+    Arrow, DenseGroup, Group, Groupoid, Manifold, Phase, PhaseFunction, bracket, generator_brackets, poisson_bivector,
+    push_inverse,
+};
+use crate::harness::Fault;
+use crate::laws::instances::{Instance, Planted, Polynomial};
+use crate::laws::planted::blend_scalar;
+use crate::laws::precision::Measured;
+use crate::scalar::{Dual, Real, Scalar};
+use nalgebra::{DMatrix, DVector};
+
+pub(super) const LAMBDA_FLIPPED: Fault =
+    Fault::new("bivector-lambda-flipped", "−⟨λ, [A_λ, B_λ]⟩, the sign of the λ term flipped", "non-abelian algebras");
+pub(super) const MU_FLIPPED: Fault =
+    Fault::new("bivector-mu-flipped", "+⟨μ, [A_μ, B_μ]⟩, the sign of the μ term flipped", "non-abelian algebras");
+pub(super) const ADJOINT_MISSING: Fault =
+    Fault::new("bivector-adjoint-missing", "B_λ in the place of Ad_{U⁻¹} B_λ", "non-abelian algebras");
+pub(super) const GROUP_SIGN: Fault = Fault::new(
+    "bivector-group-sign",
+    "{Ξ₂, F} = +ξ←F: the sign of ⟨L*_U A_U, B_μ⟩ and of its mirror flipped",
+    "every algebra",
+);
+pub(super) const ONE_SIDED: Fault =
+    Fault::new("bivector-one-sided", "⟨L*_U A_U, B_μ⟩ left out, but not its mirror", "every algebra");
+pub(super) const LAST_SIGN: Fault = Fault::new(
+    "product-last-sign",
+    "the sign of the last factor flipped: Γ×Γ×Γ in the place of Γ×Γ×Γ⁻, Γ×Γ⁻ in the place of Γ×Γ",
+    "every algebra",
+);
+pub(super) const EVEN_PART: Fault =
+    Fault::new("hamiltonian-even-part", "E = f in the place of f − f∘ι, its even part left in", "every algebra");
+
+/// (λ, U, μ) of its coordinates.
+pub(super) fn phase<S: Scalar, const N: usize, const D: usize>(z: &DVector<S>) -> Phase<S, N, D> {
+    Arrow {
+        source: Covector::from_fn(|_, a| z[a]),
+        group: Matrix::from_fn(|r, c| z[N + c * D + r]),
+        target: Covector::from_fn(|_, a| z[N + D * D + a]),
+    }
+}
+
+/// A function of the coordinates.
+pub(super) struct OfEntries<'a, T: Real>(&'a Polynomial<T>);
+
+impl<T: Real, const N: usize, const D: usize> PhaseFunction<T, N, D> for OfEntries<'_, T> {
+    fn value<S: Scalar<Base = T>>(&self, point: &Phase<S, N, D>) -> S {
+        let entries = point.source.iter().chain(point.group.iter()).chain(point.target.iter());
+        self.0.at(&DVector::from_iterator(2 * N + D * D, entries.copied()))[0]
+    }
+}
+
+type OnDuals<'a, T> = dyn Fn(&DVector<Dual<T>>) -> Option<DMatrix<Dual<T>>> + 'a;
+type Brackets<'a, T> = dyn Fn(&DVector<T>) -> DMatrix<T> + 'a;
+type OfFunctions<'a, T> = dyn Fn(&Polynomial<T>, &Polynomial<T>, &DVector<T>) -> Option<T> + 'a;
+
+/// What the library says about Γ of a group, on coordinates.
+pub(super) struct Library<'a, T: Real> {
+    /// Π in the coordinates (λ, u, μ) of `Differential`.
+    pub(super) bivector: Box<OnDuals<'a, T>>,
+    /// The brackets of the entries.
+    pub(super) generators: Box<Brackets<'a, T>>,
+    /// {f, g}.
+    pub(super) bracket: Box<OfFunctions<'a, T>>,
+}
+
+pub(super) fn library<T: Real, const N: usize, const D: usize>(group: &MatrixGroup<T, N, D>) -> Library<'_, T> {
+    Library {
+        bivector: Box::new(|z| Some(poisson_bivector(group, &phase::<_, N, D>(z))?.dense())),
+        generators: Box::new(|z| generator_brackets(group, &phase::<_, N, D>(z))),
+        bracket: Box::new(|f, g, z| bracket(group, &OfEntries(f), &OfEntries(g), &phase::<T, N, D>(z))),
+    }
+}
+
+/// Γ with its bivector, in which faults may be planted. Vectors of 3n components are in the coordinates (λ, u, μ) of
+/// `Differential`, others in the ambient ones.
+pub(super) struct Gamma<'a, T: Real> {
+    pub(super) group: &'a DenseGroup<T>,
+    pub(super) instance: Instance<'a, Dual<T>>,
+    pub(super) library: &'a Library<'a, T>,
+    pub(super) fault: Option<&'a Fault>,
+}
+
+impl<'a, T: Real> Gamma<'a, T> {
+    pub(super) fn groupoid(&self) -> &Planted<'a, Dual<T>> {
+        &self.instance.groupoid
+    }
+
+    pub(super) fn size(&self, fault: &Fault) -> f64 {
+        Fault::size_of(self.fault, fault.name)
+    }
+
+    pub(super) fn dimension(&self) -> usize {
+        Manifold::<T>::dimension(self.group)
+    }
+
+    /// U of (λ, U, μ).
+    pub(super) fn matrix<S: Scalar<Base = T>>(&self, z: &DVector<S>) -> DMatrix<S> {
+        let (n, d) = (self.dimension(), self.group.matrix_size());
+        DMatrix::from_fn(d, d, |r, c| z[n + c * d + r])
+    }
+
+    /// (δλ, Uû, δμ) of (δλ, u, δμ).
+    pub(super) fn push<S: Scalar<Base = T>>(&self, z: &DVector<S>, w: &DVector<S>) -> DVector<S> {
+        let n = self.dimension();
+        let moved = self.matrix(z) * self.group.hat(&w.rows(n, n).into_owned());
+        let entries = w.rows(0, n).iter().chain(moved.iter()).chain(w.rows(2 * n, n).iter()).copied().collect();
+        DVector::from_vec(entries)
+    }
+
+    /// (δλ, u, δμ) of (δλ, Uû, δμ).
+    pub(super) fn pull(&self, z: &DVector<T>, tangent: &DVector<T>) -> Option<DVector<T>> {
+        let n = self.dimension();
+        let u = self.group.vee(&(self.group.inverse(&self.matrix(z))? * self.matrix(tangent)));
+        let end = tangent.rows(tangent.len() - n, n).into_owned();
+        Some(DVector::from_fn(3 * n, |i, _| {
+            if i < n {
+                tangent[i]
+            } else if i < 2 * n {
+                u[i - n]
+            } else {
+                end[i - 2 * n]
+            }
+        }))
+    }
+
+    /// Π, over duals.
+    pub(super) fn bivector_at(&self, z: &DVector<Dual<T>>) -> Option<DMatrix<Dual<T>>> {
+        let right = (self.library.bivector)(z)?;
+        let n = self.dimension();
+        let block = |i: usize, j: usize, i0: usize, j0: usize| i / n == i0 && j / n == j0;
+        let wrong = |fault: &Fault, entry: &dyn Fn(usize, usize, Dual<T>) -> Dual<T>| {
+            let size = self.size(fault);
+            (size > 0.0).then(|| right.map_with_location(|i, j, v| blend_scalar(v, entry(i, j, v), size)))
+        };
+        let spoiled = wrong(&LAMBDA_FLIPPED, &|i, j, v| if block(i, j, 0, 0) { -v } else { v })
+            .or_else(|| wrong(&MU_FLIPPED, &|i, j, v| if block(i, j, 2, 2) { -v } else { v }))
+            .or_else(|| wrong(&GROUP_SIGN, &|i, j, v| if block(i, j, 1, 2) || block(i, j, 2, 1) { -v } else { v }))
+            .or_else(|| wrong(&ONE_SIDED, &|i, j, v| if block(i, j, 1, 2) { Dual::lift(T::zero()) } else { v }))
+            .or_else(|| {
+                let unit = |i: usize, j: usize| Dual::lift(if i % n == j % n { T::one() } else { T::zero() });
+                wrong(&ADJOINT_MISSING, &|i, j, v| {
+                    if block(i, j, 1, 0) {
+                        unit(i, j)
+                    } else if block(i, j, 0, 1) {
+                        -unit(i, j)
+                    } else {
+                        v
+                    }
+                })
+            });
+        Some(spoiled.unwrap_or(right))
+    }
+
+    /// Π.
+    pub(super) fn bivector(&self, z: &DVector<T>) -> Option<DMatrix<T>> {
+        Some(self.bivector_at(&constant(z))?.map(|v| v.re))
+    }
+
+    /// dF at z, in the 3n directions.
+    pub(super) fn differential<S: Scalar<Base = T>>(
+        &self,
+        function: &dyn Fn(&DVector<Dual<S>>) -> Dual<S>,
+        z: &DVector<S>,
+    ) -> DVector<S> {
+        let size = 3 * self.dimension();
+        DVector::from_fn(size, |i, _| function(&along(z, &self.push(z, &basis(size, i)))).eps)
+    }
+
+    /// {f, g}(z) over duals.
+    pub(super) fn bracket_at(&self, f: &Polynomial<T>, g: &Polynomial<T>, z: &DVector<Dual<T>>) -> Option<Dual<T>> {
+        let (df, dg) = (self.differential(&|z| f.at(z)[0], z), self.differential(&|z| g.at(z)[0], z));
+        Some(df.dot(&(self.bivector_at(z)? * dg)))
+    }
+
+    pub(super) fn near(&self, what: &'static str, a: &DMatrix<T>, b: &DMatrix<T>, size: T) -> Measured {
+        let floor = 256.0 * self.dimension() as f64;
+        Measured::defect((a - b).amax(), size * self.instance.scale, floor, || what.into())
+    }
+
+    pub(super) fn number(&self, what: &'static str, a: T, b: T, terms: &[T]) -> Measured {
+        let size = terms.iter().fold(T::one(), |size, term| size.max(term.abs()));
+        self.near(what, &DMatrix::from_element(1, 1, a), &DMatrix::from_element(1, 1, b), size)
+    }
+
+    /// Tι at z, from 3n coordinates to 3n coordinates.
+    pub(super) fn inversion_tangent(&self, z: &DVector<T>, inverse: &DVector<T>) -> Option<DMatrix<T>> {
+        let size = 3 * self.dimension();
+        let column = |i| self.pull(inverse, &push_inverse(self.groupoid(), z, &self.push(z, &basis(size, i)))?);
+        Some(DMatrix::from_columns(&(0..size).map(column).collect::<Option<Vec<_>>>()?))
+    }
+
+    pub(super) fn inverse(&self, z: &DVector<T>) -> Option<DVector<T>> {
+        Some(self.groupoid().inverse(&constant(z))?.map(|v| v.re))
+    }
+
+    pub(super) fn last_sign(&self, sign: T) -> T {
+        blend_scalar(sign, -sign, self.size(&LAST_SIGN))
+    }
+
+    /// NᵀΠN = 0 for a basis N of the conormal space of the columns, Π block-diagonal.
+    pub(super) fn coisotropic(
+        &self,
+        what: &'static str,
+        tangent: &DMatrix<T>,
+        factors: &[(&DMatrix<T>, T)],
+    ) -> Option<Measured> {
+        let conormal = null_space(tangent)?;
+        let size = factors[0].0.nrows();
+        let mut all = DMatrix::zeros(size * factors.len(), size * factors.len());
+        for (k, (bivector, sign)) in factors.iter().enumerate() {
+            all.view_mut((k * size, k * size), (size, size)).copy_from(&(*bivector * *sign));
+        }
+        let product = conormal.tr_mul(&(&all * &conormal));
+        let bound = absolute_matrix(&conormal);
+        let terms = bound.tr_mul(&(absolute_matrix(&all) * &bound)).amax();
+        Some(self.near(what, &product, &DMatrix::zeros(product.nrows(), product.ncols()), terms))
+    }
+
+    /// X_E(z) = Π dE for E = f − f∘ι, in ambient coordinates.
+    pub(super) fn hamiltonian_field(&self, f: &Polynomial<T>, z: &DVector<T>) -> Option<DVector<T>> {
+        self.groupoid().inverse(&constant(z))?;
+        let size = self.size(&EVEN_PART);
+        let energy = |z: &DVector<Dual<T>>| {
+            let here = f.at(z)[0];
+            // It exists at z and so near z.
+            let there = self.groupoid().inverse(z).map_or(here, |inverse| f.at(&inverse)[0]);
+            blend_scalar(here - there, here, size)
+        };
+        Some(self.push(z, &(self.bivector(z)? * self.differential(&energy, z))))
+    }
+}
+
+pub(super) fn basis<S: Scalar>(size: usize, i: usize) -> DVector<S> {
+    DVector::from_fn(size, |j, _| if i == j { S::one() } else { S::zero() })
+}
+
+pub(super) fn column<T: Real>(v: DVector<T>) -> DMatrix<T> {
+    DMatrix::from_columns(&[v])
+}
+
+pub(super) fn absolute<T: Real>(v: &DVector<T>) -> DVector<T> {
+    v.map(|v| v.abs())
+}
+
+pub(super) fn absolute_matrix<T: Real>(m: &DMatrix<T>) -> DMatrix<T> {
+    m.map(|v| v.abs())
+}
+
+/// The matrices one below the other.
+pub(super) fn stack<T: Real>(parts: &[&DMatrix<T>]) -> DMatrix<T> {
+    let rows: Vec<_> = parts.iter().flat_map(|part| part.row_iter().map(|row| row.into_owned())).collect();
+    DMatrix::from_rows(&rows)
+}
+
+/// A basis N of the vectors with `columns`ᵀ N = 0, by elimination with complete pivoting; `None` where the columns are
+/// dependent.
+pub(super) fn null_space<T: Real>(columns: &DMatrix<T>) -> Option<DMatrix<T>> {
+    let mut left = columns.transpose();
+    let (rank, size) = left.shape();
+    let mut pivots = Vec::new();
+    for k in 0..rank {
+        let (mut at, mut largest) = ((k, 0), T::zero());
+        for j in (0..size).filter(|j| !pivots.contains(j)) {
+            for i in k..rank {
+                if left[(i, j)].abs() > largest {
+                    (at, largest) = ((i, j), left[(i, j)].abs());
+                }
+            }
+        }
+        if largest <= T::unit_roundoff() {
+            return None;
+        }
+        left.swap_rows(k, at.0);
+        pivots.push(at.1);
+        let scaled = left.row(k) / left[(k, at.1)];
+        left.set_row(k, &scaled);
+        for i in (0..rank).filter(|i| *i != k) {
+            let reduced = left.row(i) - &scaled * left[(i, at.1)];
+            left.set_row(i, &reduced);
+        }
+    }
+    let free: Vec<usize> = (0..size).filter(|j| !pivots.contains(j)).collect();
+    Some(DMatrix::from_fn(size, free.len(), |i, c| match pivots.iter().position(|pivot| *pivot == i) {
+        Some(k) => -left[(k, free[c])],
+        None if free[c] == i => T::one(),
+        None => T::zero(),
+    }))
+}
