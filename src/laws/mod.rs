@@ -6,12 +6,14 @@
 //! | file | judges |
 //! |---|---|
 //! | [`retraction`] | [`crate::retraction`] |
+//! | [`discrete`] | [`crate::discrete`] |
 //! | [`groupoid`] | [`crate::groupoid`] |
 //! | [`mechanics`] | [`crate::mechanics`] |
 //! | [`integrators`] | [`crate::integrators`], one step or a few |
 //! | [`order`] | [`crate::integrators`], convergence |
 //! | [`planted`] | nothing: the plain step in which faults are planted |
 
+pub mod discrete;
 pub mod groupoid;
 pub mod integrators;
 pub mod mechanics;
@@ -87,7 +89,19 @@ impl Law<Case> for CaseLaw {
 
 /// Every law, in the order of the modules that they judge.
 pub fn all() -> Vec<&'static CaseLaw> {
-    [retraction::LAWS, groupoid::LAWS, mechanics::LAWS, integrators::LAWS, order::LAWS].into_iter().flatten().collect()
+    [
+        retraction::LAWS,
+        groupoid::LAWS,
+        mechanics::LAWS,
+        integrators::LAWS,
+        order::LAWS,
+        discrete::action::LAWS,
+        discrete::equations::LAWS,
+        discrete::group::LAWS,
+    ]
+    .into_iter()
+    .flatten()
+    .collect()
 }
 
 /// The law called `name`.
