@@ -29,7 +29,7 @@ impl<T: Real, const D: usize, L: GroupLagrangian<T, D>> GroupLagrangian<T, D> fo
 
 /// l_d(W) = h l(τ⁻¹(W)/h).
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Midpoint<T: Real, L, R, const N: usize> {
+pub struct Sampled<T: Real, L, R, const N: usize> {
     /// l.
     pub lagrangian: L,
     /// τ.
@@ -38,7 +38,7 @@ pub struct Midpoint<T: Real, L, R, const N: usize> {
     pub step: T,
 }
 
-impl<T, L, R, const N: usize, const D: usize> GroupLagrangian<T, D> for Midpoint<T, L, R, N>
+impl<T, L, R, const N: usize, const D: usize> GroupLagrangian<T, D> for Sampled<T, L, R, N>
 where
     T: Real,
     L: Lagrangian<T, N>,

@@ -24,11 +24,11 @@ impl<T: Real, const D: usize, L: SmoothLagrangian<T, D>> SmoothLagrangian<T, D> 
 
 /// A smooth l_d with its derivatives by dual numbers, at V(1 + ε ê_a) and (1 + ε ê_a)V: exact, as ε² = 0.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Smooth<L, G> {
+pub struct Smooth<'a, L, G> {
     /// l_d.
     pub lagrangian: L,
     /// G.
-    pub group: G,
+    pub group: &'a G,
 }
 
 /// g(1 + ε ê_a) and (1 + ε ê_a)g.
@@ -42,14 +42,14 @@ pub(super) fn moved<T: Real, S: Scalar<Base = T>, const N: usize, const D: usize
     (along(g * hat), along(hat * g))
 }
 
-impl<L, G> Smooth<L, G> {
+impl<'a, L, G> Smooth<'a, L, G> {
     /// l_d on the group G.
-    pub fn new(lagrangian: L, group: G) -> Self {
+    pub fn new(lagrangian: L, group: &'a G) -> Self {
         Self { lagrangian, group }
     }
 }
 
-impl<T, L, G, const N: usize, const D: usize> DiscreteLagrangian<T, N, D> for Smooth<L, G>
+impl<T, L, G, const N: usize, const D: usize> DiscreteLagrangian<T, N, D> for Smooth<'_, L, G>
 where
     T: Real,
     L: SmoothLagrangian<T, D>,
@@ -71,13 +71,13 @@ where
         let mut slopes =
             Slopes { v_left: zero, v_right: zero, u_left: zero, u_right: zero, w_left: zero, w_right: zero };
         for a in 0..N {
-            let (left, right) = moved(&self.group, &x.v, a);
+            let (left, right) = moved(self.group, &x.v, a);
             slopes.v_left[a] = slope(Triple { v: left, ..still })?;
             slopes.v_right[a] = slope(Triple { v: right, ..still })?;
-            let (left, right) = moved(&self.group, &x.u, a);
+            let (left, right) = moved(self.group, &x.u, a);
             slopes.u_left[a] = slope(Triple { u: left, ..still })?;
             slopes.u_right[a] = slope(Triple { u: right, ..still })?;
-            let (left, right) = moved(&self.group, &x.w, a);
+            let (left, right) = moved(self.group, &x.w, a);
             slopes.w_left[a] = slope(Triple { w: left, ..still })?;
             slopes.w_right[a] = slope(Triple { w: right, ..still })?;
         }

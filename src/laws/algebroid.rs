@@ -47,7 +47,9 @@ macro_rules! law {
             cost: Cost::Cheap,
             faults: $faults,
             cases: || cases().with_group().boxed(),
-            check: |case, fault| settle(case, Check { case, fault, kinds: None, which: Which::Algebroid($question) }),
+            check: |case, fault| {
+                settle(case, fault, Check { case, fault, kinds: None, which: Which::Algebroid($question) })
+            },
         }
     };
 }

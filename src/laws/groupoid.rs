@@ -36,7 +36,7 @@ macro_rules! axioms {
             cost: Cost::Cheap,
             faults: $faults,
             cases: || cases().with_group().boxed(),
-            check: |case, fault| settle(case, Check { case, fault, kinds: Some($kinds), which: Which::Axioms }),
+            check: |case, fault| settle(case, fault, Check { case, fault, kinds: Some($kinds), which: Which::Axioms }),
         }
     };
 }
@@ -96,7 +96,7 @@ pub const LAWS: &[CaseLaw] = &[
         cost: Cost::Cheap,
         faults: &[INVERSE_KEEPS_U, SECOND_INVERTED, ENDS_KEPT, PRODUCT_KEEPS_END, UNMATCHED],
         cases: || cases().with_group().boxed(),
-        check: |case, fault| settle(case, Check { case, fault, kinds: None, which: Which::Translations }),
+        check: |case, fault| settle(case, fault, Check { case, fault, kinds: None, which: Which::Translations }),
     },
 ];
 

@@ -10,6 +10,7 @@
 //! | [`lie_poisson`], [`orbits`] | [`crate::mechanics::lie_poisson`], [`crate::mechanics::equations`] |
 //! | [`mechanics`], [`euler_lagrange`], [`legendre`] | [`crate::mechanics::doubled`], its equations, its Legendre transform |
 //! | [`hamiltonian`], [`two_hamiltonians`] | [`crate::mechanics::hamiltonian`], [`crate::mechanics::forced_hamiltonian`] |
+//! | [`discrete`] | [`crate::discrete`] |
 //! | [`integrators`] | [`crate::integrators`], one step or a few |
 //! | [`order`] | [`crate::integrators`], convergence |
 //! | [`variational_error`] | [`crate::discrete`] and [`crate::integrators`]: one order for three things |
@@ -18,6 +19,7 @@
 //! | [`polynomial`] | nothing: random functions |
 
 pub mod algebroid;
+pub mod discrete;
 pub mod euler_lagrange;
 pub mod groupoid;
 pub mod hamiltonian;
@@ -29,8 +31,8 @@ pub mod mechanics;
 pub mod orbits;
 pub mod order;
 pub mod planted;
-pub mod polynomial;
 pub mod poisson;
+pub mod polynomial;
 pub mod precision;
 pub mod probe;
 pub mod retraction;
@@ -116,6 +118,9 @@ pub fn all() -> Vec<&'static CaseLaw> {
         legendre::LAWS,
         hamiltonian::LAWS,
         two_hamiltonians::LAWS,
+        discrete::action::LAWS,
+        discrete::equations::LAWS,
+        discrete::group::LAWS,
         integrators::LAWS,
         order::LAWS,
         variational_error::LAWS,

@@ -32,7 +32,7 @@ macro_rules! law {
             cost: Cost::Cheap,
             faults: $faults,
             cases: || cases().with_group().boxed(),
-            check: |case, fault| settle(case, Check { case, fault, question: $question }),
+            check: |case, fault| settle(case, fault, Check { case, fault, question: $question }),
         }
     };
 }

@@ -1,0 +1,221 @@
+//! Laws of the discrete equations and flows, for random polynomials of the entries of V, U and W.
+
+use super::super::CaseLaw;
+use super::super::precision::{Measured, settle, settle_small};
+use super::super::probe::Probe;
+use super::{DOUBLED, KEEPS_U, NO_U, Planted, U_SIGN, compare, inverse, outside, refused};
+use crate::algebra::{Matrix, Vector, pair};
+use crate::discrete::legendre::{euler_lagrange, flow};
+use crate::discrete::{DiscreteLagrangian, Lift, Quadruple, Smooth, SmoothLagrangian, Triple, quadruple};
+use crate::group::{LieGroup, MatrixGroup};
+use crate::harness::{Cost, Fault};
+use crate::retraction::{Retraction, RetractionError};
+use crate::scalar::{Dual, Real, Scalar};
+use crate::system::{Case, System, Visitor, cases};
+use proptest::strategy::Strategy;
+
+/// The laws of this file.
+pub const LAWS: &[CaseLaw] = &[
+    CaseLaw {
+        name: "discrete-euler-lagrange",
+        statement: "the first variation of two steps is ⟨F⁻(k) − F⁺(k−1), (P, Σ)⟩, with U_k = V_{k−1}⁻¹U_{k−1}W_{k−1}",
+        source: "Martín de Diego and Sato Martín de Almagro 2019, Prop 5.1, (5.1) and (5.2)",
+        oracle: "the action of four group elements, their middle ones moved on dual numbers; not at a solution",
+        bound: "two precisions; floor 2⁵ N D u of the slopes and group elements",
+        cost: Cost::Cheap,
+        faults: &[NO_U, U_SIGN],
+        cases: || cases().with_group().boxed(),
+        check: |case, fault| settle(case, fault, Check { case, fault, which: Which::Variation }),
+    },
+    CaseLaw {
+        name: "discrete-units",
+        statement: "if l_d ∘ ι̌_d = −l_d then F_{l_d} takes units (V, e, V) to units",
+        source: "Martín de Diego and Sato Martín de Almagro 2019, Thm 5.3",
+        oracle: "the units themselves; l_d is ½(L − L ∘ ι̌_d) of a random polynomial L",
+        bound: "two precisions; floor 2⁸ N D u of the group elements",
+        cost: Cost::Expensive,
+        faults: &[NO_U, U_SIGN, DOUBLED],
+        cases: || cases().with_group().boxed(),
+        check: |case, fault| settle_small(case, fault, Check { case, fault, which: Which::Units }, 12),
+    },
+    CaseLaw {
+        name: "discrete-reduction",
+        statement: "π ∘ F_{L_d} = F_{l_d} ∘ π for L_d = l_d ∘ π on G⁴, and π ∘ ι_d = ι̌_d ∘ π",
+        source: "Martín de Diego and Sato Martín de Almagro 2019, Thm 5.4 (its proof) and §5",
+        oracle: "the flow on G⁴, from the derivatives of L_d by the four group elements",
+        bound: "two precisions; floor 2⁸ N D u of the group elements",
+        cost: Cost::Expensive,
+        faults: &[NO_U, U_SIGN, KEEPS_U],
+        cases: || cases().with_group().boxed(),
+        check: |case, fault| settle_small(case, fault, Check { case, fault, which: Which::Reduction }, 12),
+    },
+];
+
+#[derive(Clone, Copy)]
+enum Which {
+    Variation,
+    Units,
+    Reduction,
+}
+
+#[derive(Clone, Copy)]
+struct Check<'a> {
+    case: &'a Case,
+    fault: Option<&'a Fault>,
+    which: Which,
+}
+
+/// l_d(V, U, W) = (‖W − 1‖² − ‖V − 1‖²)/(2h) + Σ_m f_m(V) g_m(U) k_m(W), with affine functions of the entries: regular
+/// for small h, as the matrices ê_a are linearly independent.
+struct Polynomial<T: Real, const D: usize> {
+    step: T,
+    terms: [[Matrix<T, D>; 3]; 2],
+}
+
+impl<T: Real, const D: usize> Polynomial<T, D> {
+    fn random(probe: &mut Probe) -> Self {
+        let mut matrix = || Matrix::<T, D>::from_fn(|_, _| probe.unit::<T>() * T::exact(0.125));
+        let terms = [[matrix(), matrix(), matrix()], [matrix(), matrix(), matrix()]];
+        Self { step: T::exact(2f64.powi(-6)), terms }
+    }
+}
+
+impl<T: Real, const D: usize> SmoothLagrangian<T, D> for Polynomial<T, D> {
+    fn value<S: Scalar<Base = T>>(&self, x: &Triple<S, D>) -> Result<S, RetractionError> {
+        let square = |g: &Matrix<S, D>| (g - Matrix::<S, D>::identity()).iter().fold(S::zero(), |sum, v| sum + *v * *v);
+        let kinetic = (square(&x.w) - square(&x.v)) * (S::half() / S::lift(self.step));
+        let affine = |c: &Matrix<T, D>, g: &Matrix<S, D>| {
+            c.iter().zip(g.iter()).fold(S::one(), |sum, (c, v)| sum + S::lift(*c) * *v)
+        };
+        let product = |[f, g, k]: &[Matrix<T, D>; 3]| affine(f, &x.v) * affine(g, &x.u) * affine(k, &x.w);
+        Ok(kinetic + product(&self.terms[0]) + product(&self.terms[1]))
+    }
+}
+
+/// ½(L − L ∘ ι̌_d).
+struct Antisymmetrised<L>(L);
+
+impl<T: Real, const D: usize, L: SmoothLagrangian<T, D>> SmoothLagrangian<T, D> for Antisymmetrised<L> {
+    fn value<S: Scalar<Base = T>>(&self, x: &Triple<S, D>) -> Result<S, RetractionError> {
+        let singular = RetractionError::NoPreimage { retraction: "the inverse", why: "U is singular" };
+        Ok((self.0.value(x)? - self.0.value(&x.inverse().ok_or(singular)?)?) * S::half())
+    }
+}
+
+impl<T: Real> Visitor<T> for Check<'_> {
+    type Output = Measured;
+
+    fn visit<const N: usize, const D: usize, R: Retraction<T, N, D>>(self, system: System<T, N, D, R>) -> Measured {
+        let Some(group) = &system.group else {
+            return Measured::NotApplicable("the algebra has no group".into());
+        };
+        let judged = self.elements(&system.retraction).and_then(|elements| match self.which {
+            Which::Variation => self.variation(group, &elements),
+            Which::Units => self.units(group, &system.retraction, &elements),
+            Which::Reduction => self.reduction(group, &system.retraction, &elements),
+        });
+        judged.unwrap_or_else(|refused| refused)
+    }
+}
+
+impl Check<'_> {
+    /// Six random elements near e.
+    fn elements<T: Real, R, const N: usize, const D: usize>(&self, tau: &R) -> Result<[Matrix<T, D>; 6], Measured>
+    where
+        R: Retraction<T, N, D>,
+    {
+        let mut probe = Probe::new(self.case, 54);
+        let mut elements = [Matrix::<T, D>::identity(); 6];
+        for element in &mut elements {
+            *element = tau.tau(&(probe.vector::<T, N>() * T::exact(0.0625))).map_err(outside)?;
+        }
+        Ok(elements)
+    }
+
+    fn polynomial<T: Real, const D: usize>(&self) -> Polynomial<T, D> {
+        Polynomial::random(&mut Probe::new(self.case, 55))
+    }
+
+    fn variation<T: Real, const N: usize, const D: usize>(
+        &self,
+        group: &MatrixGroup<T, N, D>,
+        [g0, g1, g2, p0, p1, p2]: &[Matrix<T, D>; 6],
+    ) -> Result<Measured, Measured> {
+        let polynomial = self.polynomial::<T, D>();
+        let mut probe = Probe::new(self.case, 56);
+        let (first, second) = (probe.vector::<T, N>(), probe.vector::<T, N>());
+        let still = |g: &Matrix<T, D>| g.map(Dual::constant);
+        let moved =
+            |g: &Matrix<T, D>, along: &Vector<T, N>| g.zip_map(&(g * group.hat(along)), |re, eps| Dual { re, eps });
+        let (h1, q1) = (moved(g1, &first), moved(p1, &second));
+        let lift = Lift(&polynomial);
+        let step = |first, second| {
+            let quadruple = Quadruple { first, second };
+            quadruple::UnreducedLagrangian::value(&lift, &quadruple).map_err(outside)
+        };
+        let action = step([still(g0), h1], [still(p0), q1])? + step([h1, still(g2)], [q1, still(p2)])?;
+        let reduced = |first, second| {
+            Quadruple { first, second }.project().ok_or(Measured::Broken("a group element is a singular matrix".into()))
+        };
+        let (x, y) = (reduced([*g0, *g1], [*p0, *p1])?, reduced([*g1, *g2], [*p1, *p2])?);
+        let l_d = Planted { l_d: Smooth::new(&polynomial, group), fault: self.fault };
+        let (row, partner) = euler_lagrange((&l_d, &x), (&l_d, &y)).map_err(refused)?;
+        let found = pair(&row, &first) + pair(&partner, &second);
+        let expected = action.eps;
+        let mut size = T::zero();
+        for point in [&x, &y] {
+            let slopes = l_d.slopes(point).map_err(refused)?;
+            for slope in [slopes.v_left, slopes.v_right, slopes.u_left, slopes.u_right, slopes.w_left, slopes.w_right] {
+                size = size.max(slope.amax());
+            }
+        }
+        // The two steps meet: U at the end of the first is that of the second.
+        let next = x.next_u().ok_or(Measured::Broken("V is a singular matrix".into()))?;
+        let scale = [g0, g1, g2, p0, p1, p2].into_iter().fold(T::one(), |scale, g| scale.max(g.amax()));
+        let floor = 32.0 * (N * D) as f64;
+        let varied = Measured::defect((found - expected).abs(), size * scale, floor, || {
+            format!("⟨residual, (P, Σ)⟩ = {:.17e}, δ action = {:.17e}", found.to_f64(), expected.to_f64())
+        });
+        Ok(varied.and(Measured::defect((next - y.u).amax(), scale * scale, floor, || "U_k ≠ V⁻¹UW".into())))
+    }
+
+    fn units<T: Real, R, const N: usize, const D: usize>(
+        &self,
+        group: &MatrixGroup<T, N, D>,
+        tau: &R,
+        elements: &[Matrix<T, D>; 6],
+    ) -> Result<Measured, Measured>
+    where
+        R: Retraction<T, N, D>,
+    {
+        let antisymmetric = Antisymmetrised(self.polynomial::<T, D>());
+        let l_d = Planted { l_d: Smooth::new(&antisymmetric, group), fault: self.fault };
+        let found = flow(&l_d, &l_d, tau, &Triple::unit(elements[0])).map_err(refused)?;
+        Ok(compare(&found, &Triple::unit(found.v), T::one(), 256.0 * (N * D) as f64))
+    }
+
+    fn reduction<T: Real, R, const N: usize, const D: usize>(
+        &self,
+        group: &MatrixGroup<T, N, D>,
+        tau: &R,
+        [v, u, w, start, ..]: &[Matrix<T, D>; 6],
+    ) -> Result<Measured, Measured>
+    where
+        R: Retraction<T, N, D>,
+    {
+        let polynomial = self.polynomial::<T, D>();
+        let lift = Lift(&polynomial);
+        let partner = start * u;
+        let above = Quadruple { first: [*start, start * v], second: [partner, partner * w] };
+        let project =
+            |x: &Quadruple<T, D>| x.project().ok_or(Measured::Broken("a group element is a singular matrix".into()));
+        let below = project(&above)?;
+        let l_d = Planted { l_d: Smooth::new(&polynomial, group), fault: self.fault };
+        let expected = project(&quadruple::flow(&lift, &lift, group, tau, &above).map_err(refused)?)?;
+        let found = flow(&l_d, &l_d, tau, &below).map_err(refused)?;
+        let floor = 256.0 * (N * D) as f64;
+        let flows = compare(&found, &expected, T::one(), floor);
+        let exchanged = compare(&inverse(&below, self.fault)?, &project(&above.exchange())?, T::one(), floor);
+        Ok(flows.and(exchanged))
+    }
+}

@@ -1,0 +1,248 @@
+//! Laws of discrete Lagrangians on G itself, without force.
+
+use super::super::CaseLaw;
+use super::super::integrators::refused as step_refused;
+use super::super::planted::blend;
+use super::super::precision::{Measured, settle, settle_small};
+use super::super::probe::Probe;
+use super::{outside, refused};
+use crate::algebra::{Covector, Matrix, Vector, elimination, pair};
+use crate::discrete::group::{GroupLagrangian, Sampled, euler_poincare, legendre, lie_poisson};
+use crate::group::{LieGroup, MatrixGroup};
+use crate::harness::{Cost, Fault};
+use crate::integrators::{OneStep, Variational};
+use crate::retraction::{Retraction, RetractionError};
+use crate::scalar::{Dual, Real, Scalar};
+use crate::system::{Case, System, Visitor, cases};
+use crate::tableau::Tableau;
+use proptest::strategy::Strategy;
+
+const LEFT: Fault = Fault::new("group-minus-left", "F⁻l_d(W) = L*_W l_d'", "non-abelian groups");
+const INVERTED: Fault = Fault::new("lie-poisson-inverse", "μ₂ = Ad*_{W₁⁻¹} μ₁", "non-abelian groups");
+
+/// The laws of this file.
+pub const LAWS: &[CaseLaw] = &[
+    CaseLaw {
+        name: "discrete-euler-poincare",
+        statement: "the derivative of l_d(W₁) + l_d(W₂) at W₁W₂ fixed is ⟨L*_{W₁}l_d' − R*_{W₂}l_d', ζ⟩",
+        source: "Martín de Diego and Sato Martín de Almagro 2019, Def 2.1 and (2.10)",
+        oracle: "the sum on dual numbers along (W₁(1 + εζ̂), (1 − εζ̂)W₂), at points that are not solutions",
+        bound: "two precisions; floor 2⁵ N D u of the slopes",
+        cost: Cost::Cheap,
+        faults: &[LEFT],
+        cases: || cases().with_group().nonabelian().boxed(),
+        check: |case, fault| settle(case, fault, Check { case, fault, which: Which::Variation }),
+    },
+    CaseLaw {
+        name: "discrete-lie-poisson",
+        statement: "l_d(W) = h l(τ⁻¹(W)/h): F⁻(W₁) = μ₁, μ₂ = Ad*_{W₁}μ₁ = F⁺(W₁) are the free step of one stage, a = 0",
+        source: "Martín de Diego and Sato Martín de Almagro 2019, §2.3, after (2.10)",
+        oracle: "the variational integrator with that tableau, from its stage equations",
+        bound: "two precisions; floor 2⁸ N D u, of momenta that rounding of W moves by p u/|w|",
+        cost: Cost::Cheap,
+        faults: &[LEFT, INVERTED],
+        cases: || cases().with_group().force_free().nonabelian().boxed(),
+        check: |case, fault| settle_small(case, fault, Check { case, fault, which: Which::Step }, 3),
+    },
+    CaseLaw {
+        name: "discrete-lie-poisson-map",
+        statement: "μ₁ ↦ μ₂ = Ad*_{W₁}μ₁, μ₁ = F⁻l_d(W₁), preserves the Lie–Poisson bracket: J Π(μ₁) Jᵀ = Π(μ₂)",
+        source: "Martín de Diego and Sato Martín de Almagro 2019, §2.3 and §2.2",
+        oracle: "J = ∂μ₂/∂W₁ (∂μ₁/∂W₁)⁻¹ on nested dual numbers, Π from the structure constants; l_d a random polynomial",
+        bound: "two precisions; floor 2⁶ N D u of the terms of J Π Jᵀ times the condition of ∂μ₁/∂W₁",
+        cost: Cost::Cheap,
+        faults: &[LEFT, INVERTED],
+        cases: || cases().with_group().nonabelian().boxed(),
+        check: |case, fault| settle_small(case, fault, Check { case, fault, which: Which::Poisson }, 12),
+    },
+];
+
+#[derive(Clone, Copy)]
+enum Which {
+    Variation,
+    Step,
+    Poisson,
+}
+
+#[derive(Clone, Copy)]
+struct Check<'a> {
+    case: &'a Case,
+    fault: Option<&'a Fault>,
+    which: Which,
+}
+
+/// l_d(W) = ‖W − 1‖²/(2h) + f(W) g(W), with affine functions of the entries.
+struct Polynomial<T: Real, const D: usize> {
+    step: T,
+    terms: [Matrix<T, D>; 2],
+}
+
+impl<T: Real, const D: usize> Polynomial<T, D> {
+    fn random(probe: &mut Probe) -> Self {
+        let mut matrix = || Matrix::<T, D>::from_fn(|_, _| probe.unit::<T>() * T::exact(0.125));
+        Self { step: T::exact(2f64.powi(-4)), terms: [matrix(), matrix()] }
+    }
+}
+
+impl<T: Real, const D: usize> GroupLagrangian<T, D> for Polynomial<T, D> {
+    fn value<S: Scalar<Base = T>>(&self, w: &Matrix<S, D>) -> Result<S, RetractionError> {
+        let square = (w - Matrix::<S, D>::identity()).iter().fold(S::zero(), |sum, v| sum + *v * *v);
+        let affine = |c: &Matrix<T, D>| c.iter().zip(w.iter()).fold(S::one(), |sum, (c, v)| sum + S::lift(*c) * *v);
+        Ok(square * (S::half() / S::lift(self.step)) + affine(&self.terms[0]) * affine(&self.terms[1]))
+    }
+}
+
+impl<T: Real> Visitor<T> for Check<'_> {
+    type Output = Measured;
+
+    fn visit<const N: usize, const D: usize, R: Retraction<T, N, D>>(self, system: System<T, N, D, R>) -> Measured {
+        let Some(group) = &system.group else {
+            return Measured::NotApplicable("the algebra has no group".into());
+        };
+        let judged = match self.which {
+            Which::Variation => self.variation(&system, group),
+            Which::Step => self.step(&system, group),
+            Which::Poisson => self.poisson(&system, group),
+        };
+        judged.unwrap_or_else(|refused| refused)
+    }
+}
+
+impl Check<'_> {
+    fn size(&self, fault: Fault) -> f64 {
+        Fault::size_of(self.fault, fault.name)
+    }
+
+    /// (F⁺, F⁻), with the fault planted.
+    fn legendre<T: Real, S: Scalar<Base = T>, const N: usize, const D: usize>(
+        &self,
+        l_d: &impl GroupLagrangian<T, D>,
+        group: &MatrixGroup<T, N, D>,
+        w: &Matrix<S, D>,
+    ) -> Result<(Covector<S, N>, Covector<S, N>), Measured> {
+        let (plus, minus) = legendre(l_d, group, w).map_err(refused)?;
+        Ok((plus, blend(minus, plus, self.size(LEFT))))
+    }
+
+    /// Ad*_W μ, or what the fault makes of it.
+    fn carried<T: Real, S: Scalar<Base = T>, const N: usize, const D: usize>(
+        &self,
+        group: &MatrixGroup<T, N, D>,
+        w: &Matrix<S, D>,
+        mu: &Covector<S, N>,
+        right: Covector<S, N>,
+    ) -> Result<Covector<S, N>, Measured> {
+        let size = self.size(INVERTED);
+        if size == 0.0 {
+            return Ok(right);
+        }
+        let wrong = group.inverse(w).and_then(|back| group.coadjoint(&back, mu));
+        Ok(blend(right, wrong.ok_or_else(singular)?, size))
+    }
+
+    fn variation<T: Real, R: Retraction<T, N, D>, const N: usize, const D: usize>(
+        &self,
+        system: &System<T, N, D, R>,
+        group: &MatrixGroup<T, N, D>,
+    ) -> Result<Measured, Measured> {
+        let mut probe = Probe::new(self.case, 57);
+        let mut element = || system.retraction.tau(&(probe.vector::<T, N>() * T::exact(0.125))).map_err(outside);
+        let (first, second) = (element()?, element()?);
+        let zeta = probe.vector::<T, N>();
+        let l_d = Polynomial::random(&mut probe);
+        let hat = group.hat(&zeta);
+        let along = |g: &Matrix<T, D>, direction: Matrix<T, D>| g.zip_map(&direction, |re, eps| Dual { re, eps });
+        let value = |w: Matrix<Dual<T>, D>| l_d.value(&w).map_err(outside);
+        let expected = (value(along(&first, first * hat))? + value(along(&second, -hat * second))?).eps;
+        let right = euler_poincare(&l_d, group, &first, &second).map_err(refused)?;
+        let (plus, _) = self.legendre(&l_d, group, &first)?;
+        let (_, minus) = self.legendre(&l_d, group, &second)?;
+        let found = pair(&blend(right, plus - minus, self.size(LEFT).ceil()), &zeta);
+        let size = plus.amax().max(minus.amax());
+        Ok(Measured::defect((found - expected).abs(), size, 32.0 * (N * D) as f64, || {
+            format!("⟨residual, ζ⟩ = {:.17e}, δ sum = {:.17e}", found.to_f64(), expected.to_f64())
+        }))
+    }
+
+    fn step<T: Real, R: Retraction<T, N, D>, const N: usize, const D: usize>(
+        &self,
+        system: &System<T, N, D, R>,
+        group: &MatrixGroup<T, N, D>,
+    ) -> Result<Measured, Measured> {
+        let tau = &system.retraction;
+        let one = Tableau::new(&[vec![T::zero()]], &[T::one()]).map_err(|e| Measured::Broken(e.to_string()))?;
+        let mut start = system.state.clone();
+        start.attitude = Matrix::identity();
+        let mut end = start.clone();
+        let mut method = Variational::new(&system.lagrangian, &system.force, tau, one);
+        method.step(&mut end, system.step).map_err(|error| step_refused(&error))?;
+        let (mu, w) = (start.momentum, end.attitude);
+        let l_d = Sampled { lagrangian: &system.lagrangian, retraction: tau, step: system.step };
+        let (plus, minus) = self.legendre(&l_d, group, &w)?;
+        let x = tau.tau_inv(&w).map_err(outside)?;
+        // From a displacement that is not yet the right one.
+        let guess = tau.tau(&(x * T::exact(0.875))).map_err(outside)?;
+        let (next, found) = lie_poisson(&l_d, group, tau, &mu, &guess).map_err(refused)?;
+        let next = self.carried(group, &w, &mu, next)?;
+        let floor = 256.0 * (N * D) as f64;
+        let size = mu.amax().max(end.momentum.amax()) / x.amax().min(T::one());
+        let near = |what: &'static str, mine: &Covector<T, N>, theirs: &Covector<T, N>| {
+            Measured::defect((mine - theirs).amax(), size, floor, || what.into())
+        };
+        Ok([
+            near("F⁻(W₁)", &minus, &mu),
+            near("F⁺(W₁)", &plus, &end.momentum),
+            near("μ₂", &next, &end.momentum),
+            Measured::defect((found - w).amax(), w.amax().max(T::one()), floor, || "W₁".into()),
+        ]
+        .into_iter()
+        .fold(Measured::NotApplicable("nothing".into()), Measured::and))
+    }
+
+    fn poisson<T: Real, R: Retraction<T, N, D>, const N: usize, const D: usize>(
+        &self,
+        system: &System<T, N, D, R>,
+        group: &MatrixGroup<T, N, D>,
+    ) -> Result<Measured, Measured> {
+        let mut probe = Probe::new(self.case, 58);
+        let w = system.retraction.tau(&(probe.vector::<T, N>() * T::exact(0.125))).map_err(outside)?;
+        let l_d = Polynomial::random(&mut probe);
+        let (mut before, mut after) = (Matrix::<T, N>::zeros(), Matrix::<T, N>::zeros());
+        let (mut mu, mut image) = (Covector::<T, N>::zeros(), Covector::<T, N>::zeros());
+        for a in 0..N {
+            let direction = w * group.hat(&Vector::<T, N>::from_fn(|b, _| if a == b { T::one() } else { T::zero() }));
+            let moved = w.zip_map(&direction, |re, eps| Dual { re, eps });
+            let (_, minus) = self.legendre(&l_d, group, &moved)?;
+            let right = group.coadjoint(&moved, &minus).ok_or_else(singular)?;
+            let next = self.carried(group, &moved, &minus, right)?;
+            before.set_column(a, &minus.map(|v| v.eps).transpose());
+            after.set_column(a, &next.map(|v| v.eps).transpose());
+            (mu, image) = (minus.map(|v| v.re), next.map(|v| v.re));
+        }
+        let inverse = elimination::inverse(&before)
+            .ok_or(Measured::Inconclusive("the discrete Lagrangian is not regular".into()))?;
+        let jacobian = after * inverse;
+        let poisson = |mu: &Covector<T, N>| {
+            Matrix::<T, N>::from_fn(|a, b| {
+                (0..N).fold(T::zero(), |sum, d| sum - system.algebra.constant(a, b, d) * mu[d])
+            })
+        };
+        let defect = jacobian * poisson(&mu) * jacobian.transpose() - poisson(&image);
+        let terms = |mu: &Covector<T, N>| {
+            let constants = (0..N).fold(T::zero(), |size, a| {
+                (0..N * N).fold(size, |size, k| size.max(system.algebra.constant(a, k / N, k % N).abs()))
+            });
+            constants * mu.amax()
+        };
+        let condition = before.amax() * inverse.amax();
+        let stretch = jacobian.amax().max(T::one());
+        let size = stretch * stretch * terms(&mu).max(terms(&image)) * condition;
+        Ok(Measured::defect(defect.amax(), size, 64.0 * (N * D) as f64, || {
+            format!("|J Π Jᵀ − Π(μ₂)| = {:.3e}", defect.amax().to_f64())
+        }))
+    }
+}
+
+fn singular() -> Measured {
+    Measured::Broken("a group element is a singular matrix".into())
+}

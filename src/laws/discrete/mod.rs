@@ -1,0 +1,103 @@
+//! Laws of discrete mechanics: on G×G×G, on G⁴ and on G.
+//!
+//! | file | judges |
+//! |---|---|
+//! | [`action`] | the extremal action of a tableau, against its values and against the doubled integrator |
+//! | [`equations`] | the equations and flows of any l_d, here of random polynomials |
+//! | [`group`] | discrete Euler–Poincaré and Lie–Poisson on G |
+
+pub mod action;
+pub mod equations;
+pub mod group;
+
+use super::planted::{blend, blend_scalar};
+use super::precision::Measured;
+use crate::algebra::Matrix;
+use crate::discrete::{DiscreteError, DiscreteLagrangian, Slopes, Triple};
+use crate::harness::Fault;
+use crate::retraction::RetractionError;
+use crate::scalar::Real;
+
+const VALUE: Fault = Fault::new("discrete-value", "the sum of the entries of V added to l_d", "every group");
+const V_RIGHT: Fault = Fault::new("discrete-v-right", "L*_V D₁l_d for R*_V D₁l_d", "non-abelian groups");
+const U_RIGHT: Fault =
+    Fault::new("discrete-u-right", "L*_U D₂l_d for R*_U D₂l_d", "forced systems on non-abelian groups, off the units");
+const NO_U: Fault = Fault::new("legendre-no-u", "F⁻ without R*_U D₂l_d", "forced systems");
+const U_SIGN: Fault = Fault::new("legendre-u-sign", "F⁻ with + L*_U D₂l_d", "forced systems");
+const DOUBLED: Fault = Fault::new("discrete-w-doubled", "D₃l_d doubled", "every group; flows of forced systems");
+const CONJUGATE: Fault = Fault::new(
+    "discrete-conjugate",
+    "the extremal action of the conjugate tableau",
+    "tableaux that are not symplectic; forced or non-abelian systems",
+);
+const KEEPS_U: Fault = Fault::new("discrete-inverse-keeps-u", "ι̌_d(V, U, W) = (W, U, V)", "every group, U ≠ U⁻¹");
+
+/// A discrete Lagrangian with a fault planted in its value or its slopes.
+///
+/// U enters F⁻ alone: a Legendre transform without R*_U D₂l_d, or with the other sign of L*_U D₂l_d, is one of these slopes.
+struct Planted<'a, L> {
+    l_d: L,
+    fault: Option<&'a Fault>,
+}
+
+impl<L> Planted<'_, L> {
+    fn size(&self, fault: Fault) -> f64 {
+        Fault::size_of(self.fault, fault.name)
+    }
+}
+
+impl<T: Real, L, const N: usize, const D: usize> DiscreteLagrangian<T, N, D> for Planted<'_, L>
+where
+    L: DiscreteLagrangian<T, N, D>,
+{
+    type Memory = L::Memory;
+
+    fn value(&self, x: &Triple<T, D>) -> Result<T, DiscreteError> {
+        let right = self.l_d.value(x)?;
+        Ok(blend_scalar(right, right + x.v.sum(), self.size(VALUE)))
+    }
+
+    fn slopes_from(&self, x: &Triple<T, D>, memory: &mut L::Memory) -> Result<Slopes<T, N>, DiscreteError> {
+        let right = self.l_d.slopes_from(x, memory)?;
+        let no_u = blend(right.u_right, right.u_right * T::zero(), self.size(NO_U));
+        Ok(Slopes {
+            v_left: right.v_left,
+            v_right: blend(right.v_right, right.v_left, self.size(V_RIGHT)),
+            u_left: blend(right.u_left, -right.u_left, self.size(U_SIGN)),
+            u_right: blend(no_u, right.u_left, self.size(U_RIGHT)),
+            w_left: blend(right.w_left, right.w_left * T::int(2), self.size(DOUBLED)),
+            w_right: blend(right.w_right, right.w_right * T::int(2), self.size(DOUBLED)),
+        })
+    }
+}
+
+/// ι̌_d, or what the fault makes of it.
+fn inverse<T: Real, const D: usize>(x: &Triple<T, D>, fault: Option<&Fault>) -> Result<Triple<T, D>, Measured> {
+    let right = x.inverse().ok_or(Measured::Broken("U is a singular matrix".into()))?;
+    Ok(Triple { u: blend(right.u, x.u, Fault::size_of(fault, KEEPS_U.name)), ..right })
+}
+
+/// What an error means for a law.
+fn refused(error: DiscreteError) -> Measured {
+    match error {
+        DiscreteError::Domain { source, .. } => outside(source),
+        DiscreteError::NotConverged { .. } => Measured::Inconclusive("the discrete equations did not converge".into()),
+        DiscreteError::Singular { .. } => Measured::Inconclusive("the discrete Lagrangian is not regular".into()),
+        DiscreteError::NotInvertible { .. } | DiscreteError::NotFinite { .. } => Measured::Broken(error.to_string()),
+    }
+}
+
+fn outside(error: RetractionError) -> Measured {
+    match error {
+        RetractionError::NoGroup { .. } => Measured::NotApplicable("the algebra has no group".into()),
+        _ => Measured::NotApplicable("a group element is outside the domain of the retraction".into()),
+    }
+}
+
+/// The distance of two triples relative to the sizes of their entries.
+fn compare<T: Real, const D: usize>(mine: &Triple<T, D>, expected: &Triple<T, D>, size: T, floor: f64) -> Measured {
+    let near = |what: &'static str, a: &Matrix<T, D>, b: &Matrix<T, D>| {
+        Measured::defect((a - b).amax(), size * b.amax().max(T::one()), floor, || format!("{what} differs"))
+    };
+    near("V", &mine.v, &expected.v).and(near("U", &mine.u, &expected.u)).and(near("W", &mine.w, &expected.w))
+}
