@@ -94,8 +94,7 @@ fn object(catch: &Catch) -> serde_json::Value {
         "law": catch.law,
         "fault": catch.fault.name,
         "caught_after": catch.after,
-        "ratio": catch.ratio,
+        "ratio": catch.ratio.map(|ratio| format!("{ratio:.0e}")),
         "smallest_size": catch.smallest.map(|k| 10f64.powi(-(k as i32))),
-        "seconds": catch.seconds,
     })
 }

@@ -2,9 +2,12 @@
 
 use super::table::entries;
 use super::{Failure, Format, print};
-use euler_poincare::harness::{Cost, Fault};
+use euler_poincare::harness::{Cost, Fault, draw};
 use euler_poincare::laws::{self, CaseLaw};
+use euler_poincare::system::labels;
+use rayon::prelude::*;
 use serde_json::json;
+use std::collections::BTreeSet;
 use std::fmt::Write;
 use std::process::ExitCode;
 
@@ -21,16 +24,41 @@ pub struct Arguments {
 
 pub fn run(arguments: Arguments) -> Result<ExitCode, Failure> {
     let laws = select(arguments.laws.as_deref())?;
+    let covered: Vec<Covered> = laws.par_iter().map(|law| covered(law)).collect();
     let mut text = String::new();
-    for law in laws {
+    for (law, covered) in laws.into_iter().zip(covered) {
         // Writing to a String cannot fail.
         let _ = match arguments.format {
-            Format::Text => writeln!(text, "{} ({})\n{}\n", law.name, cost(law.cost), describe(law)),
-            Format::Json => writeln!(text, "{}", object(law)),
+            Format::Text => writeln!(text, "{} ({})\n{}\n", law.name, cost(law.cost), describe(law, &covered)),
+            Format::Json => writeln!(text, "{}", object(law, covered)),
         };
     }
     print(text.strip_suffix("\n\n").map(|text| format!("{text}\n")).as_deref().unwrap_or(&text))?;
     Ok(ExitCode::SUCCESS)
+}
+
+/// Cases that are drawn to see what a law is run on; an algebra with a share of 4 % is missed once in 10⁷ times.
+const DRAWS: usize = 400;
+
+/// The names that a law's cases have, in a sample that is the same each time.
+struct Covered {
+    algebras: BTreeSet<String>,
+    bases: BTreeSet<String>,
+    retractions: BTreeSet<String>,
+}
+
+fn covered(law: &CaseLaw) -> Covered {
+    let strategy = (law.cases)();
+    let cases = (0..DRAWS).filter_map(|index| draw(&strategy, 0, law.name, index).case.ok());
+    let seen: Vec<(&str, String)> = cases.flat_map(|(case, _)| labels(&case)).collect();
+    let of = |category: &str| {
+        seen.iter().filter(|(name, _)| *name == category).map(|(_, label)| label.clone()).collect::<BTreeSet<_>>()
+    };
+    Covered { algebras: of("algebra"), bases: of("basis"), retractions: of("retraction") }
+}
+
+fn list(names: &BTreeSet<String>) -> String {
+    names.iter().map(String::as_str).collect::<Vec<_>>().join(", ")
 }
 
 fn cost(cost: Cost) -> &'static str {
@@ -41,23 +69,28 @@ fn cost(cost: Cost) -> &'static str {
     }
 }
 
-fn describe(law: &CaseLaw) -> String {
+fn describe(law: &CaseLaw, covered: &Covered) -> String {
     let mut rows = vec![
         ("statement", law.statement.to_owned()),
         ("source", law.source.to_owned()),
         ("oracle", law.oracle.to_owned()),
         ("bound", law.bound.to_owned()),
+        ("algebras", format!("{}; bases: {}", list(&covered.algebras), list(&covered.bases))),
+        ("retraction", list(&covered.retractions)),
     ];
     let fault = |fault: &Fault| format!("{}: {}; visible on {}", fault.name, fault.what, fault.visible_on);
     rows.extend(law.faults.iter().map(|f| ("fault", fault(f))));
     entries(2, rows)
 }
 
-fn object(law: &CaseLaw) -> serde_json::Value {
+fn object(law: &CaseLaw, covered: Covered) -> serde_json::Value {
     let fault = |f: &Fault| json!({ "name": f.name, "what": f.what, "visible_on": f.visible_on });
     json!({
         "law": law.name,
         "cost": cost(law.cost),
+        "algebras": covered.algebras,
+        "bases": covered.bases,
+        "retractions": covered.retractions,
         "statement": law.statement,
         "source": law.source,
         "oracle": law.oracle,

@@ -22,7 +22,7 @@ const SHRINK_CHECKS: usize = 200;
 /// Options of `verify`.
 #[derive(clap::Args)]
 pub struct Arguments {
-    /// Cases per cheap law; an expensive law gets max(20, N/50)
+    /// Cases per cheap law; an expensive law gets max(20, N/50), a heavy one max(8, N/100)
     #[arg(long, value_name = "N", default_value_t = 200, allow_negative_numbers = true)]
     #[arg(value_parser = clap::value_parser!(u32).range(1..))]
     cases: u32,

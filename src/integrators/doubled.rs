@@ -238,6 +238,34 @@ where
         Ok(report)
     }
 
+    /// The Jacobian of the stage equations of a step of size `h` from `state` in (H_1, …, H_s, Ψ_1, …, Ψ_s), 2sN×2sN.
+    ///
+    /// On a unit (μ, e, μ) with H = Ψ it is [[A, B], [B, A]]: A + B is the Jacobian of the restricted scheme, A − B that of
+    /// what leaves the units.
+    ///
+    /// # Errors
+    /// Leaving a domain; other numbers of stages than the tableau's.
+    pub fn stage_jacobian(
+        &mut self,
+        state: &DoubledState<T, N, D>,
+        h: T,
+        first: &[Vector<T, N>],
+        second: &[Vector<T, N>],
+    ) -> Result<DMatrix<T>, StepError> {
+        let s = self.equations.tableau.stages();
+        if first.len() != s || second.len() != s {
+            return Err(StepError::Stages { found: first.len().min(second.len()), needed: s });
+        }
+        self.equations.start.clone_from(state);
+        self.equations.h = h;
+        let unknowns: Vec<T> = first.iter().chain(second).flat_map(|v| v.iter().copied()).collect();
+        let mut jacobian = DMatrix::zeros(unknowns.len(), unknowns.len());
+        let step = h.to_f64();
+        let out = |(stage, source)| StepError::Domain { step, stage, source };
+        self.equations.jacobian(&unknowns, &mut jacobian).map_err(out)?;
+        Ok(jacobian)
+    }
+
     /// (H_i, Ψ_i) of the last step that succeeded.
     pub fn stages(&self) -> (&[Vector<T, N>], &[Vector<T, N>]) {
         (&self.equations.values.first.unknown, &self.equations.values.second.unknown)

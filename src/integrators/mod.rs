@@ -116,6 +116,14 @@ pub enum StepError {
         /// What the Lagrangian said.
         source: LegendreError,
     },
+    /// A list of stage values of another length than the tableau.
+    #[error("{found} stage values, where the tableau has {needed} stages")]
+    Stages {
+        /// How many there are.
+        found: usize,
+        /// How many there must be.
+        needed: usize,
+    },
     /// A NaN or an infinity in the input.
     #[error("{what} is not finite")]
     NotFinite {

@@ -220,6 +220,31 @@ where
         Ok(())
     }
 
+    /// The Jacobian of [`Variational::residual`] in (H_1, …, H_s), sN×sN, by dual numbers.
+    ///
+    /// # Errors
+    /// Leaving the retraction's domain; another number of stages than the tableau's.
+    pub fn stage_jacobian(
+        &mut self,
+        time: T,
+        step: T,
+        momentum: &Covector<T, N>,
+        rates: &[Vector<T, N>],
+    ) -> Result<DMatrix<T>, StepError> {
+        let needed = self.scheme.tableau.stages();
+        if rates.len() != needed {
+            return Err(StepError::Stages { found: rates.len(), needed });
+        }
+        self.last = None;
+        let problem = Problem { time, step, momentum: *momentum };
+        let mut equations: StageEquations<'_, T, N, D, L, F, R> =
+            StageEquations { scheme: &self.scheme, problem, work: &mut self.work, dual: &mut self.dual, full: step };
+        let unknowns: Vec<T> = rates.iter().flat_map(|v| v.iter().copied()).collect();
+        let mut jacobian = DMatrix::zeros(unknowns.len(), unknowns.len());
+        equations.jacobian(&unknowns, &mut jacobian)?;
+        Ok(jacobian)
+    }
+
     /// First guess of P_i and Ξ_i: the velocity polynomial of the last step, or a constant velocity.
     fn start(&mut self, problem: &Problem<T, N>, eta: &Vector<T, N>) {
         let (scheme, work) = (&self.scheme, &mut self.work);

@@ -55,7 +55,7 @@ macro_rules! law {
 }
 
 /// The laws of this file.
-pub const LAWS: &[CaseLaw] = &[
+pub static LAWS: &[CaseLaw] = &[
     law!(
         "invariant-fields",
         "Tα X← = 0, Tβ X→ = 0, X←(gh) = T L_g X←(h), X→(gh) = T R_h X→(g), [X←, Y→] = 0",

@@ -20,7 +20,7 @@ use proptest::strategy::Strategy;
 const SOURCE: &str = "Martín de Diego and Sato Martín de Almagro 2019, Thm 3.1";
 
 /// The laws of this file.
-pub const LAWS: &[CaseLaw] = &[
+pub static LAWS: &[CaseLaw] = &[
     CaseLaw {
         name: "first-variation",
         statement: "d/dε l(η_ε, U_ε, ψ_ε) = −⟨residual, (φσ, φσ̃)⟩ + d/dt(⟨∂l/∂η, φσ⟩ + ⟨∂l/∂ψ, φσ̃⟩) along any curve",

@@ -42,7 +42,7 @@ macro_rules! axioms {
 }
 
 /// The laws of this file.
-pub const LAWS: &[CaseLaw] = &[
+pub static LAWS: &[CaseLaw] = &[
     axioms!(
         "groupoid-pair",
         "the groupoid axioms on Q×Q, Q = G: (q,r)(r,s) = (q,s), ι(q,r) = (r,q)",

@@ -26,7 +26,7 @@ use proptest::strategy::Strategy;
 const BOUND: &str = "two precisions; floor 2⁸ N u relative to the terms";
 
 /// The laws of this file.
-pub const LAWS: &[CaseLaw] = &[
+pub static LAWS: &[CaseLaw] = &[
     CaseLaw {
         name: "hamilton-equations",
         statement: "Ḟ = {F, h} along λ̇, U̇, μ̇, for any functions F and h on g*×G×g*",

@@ -3,7 +3,7 @@
 use super::CaseLaw;
 use super::planted::blend;
 use super::planted::retraction::{
-    ADJOINT_INVERTED, BERNOULLI, RIGHT_TANGENT, SECOND_MISSING, SECOND_OF_INVERSE, SECOND_SIGN, SECOND_SWAPPED, SHIFTED,
+    ADJOINT_INVERTED, BERNOULLI, SECOND_MISSING, SECOND_OF_INVERSE, SECOND_SIGN, SECOND_SWAPPED, SHIFTED,
 };
 use super::planted::step::{
     self, CHART, FIRST_STAGE, FORCE_INDEX, FORCE_TIME, FROM_LEFT, HALVED, INVERSE_SECOND, INVERTED, NO_FORCE,
@@ -13,9 +13,7 @@ use super::precision::{Measured, settle, settle_small};
 use crate::algebra::{Casimir, Covector, Matrix, Vector};
 use crate::group::LieGroup;
 use crate::harness::{Cost, Fault};
-use crate::integrators::doubled::{Doubled, DoubledState};
 use crate::integrators::{OneStep, Report, State, StepError, Variational};
-use crate::mechanics::doubled::Forced;
 use crate::mechanics::force::AnyForce;
 use crate::mechanics::lagrangian::AnyLagrangian;
 use crate::retraction::Retraction;
@@ -25,7 +23,7 @@ use proptest::strategy::Strategy;
 
 const SCHEME: &str = "Martín de Diego and Sato Martín de Almagro 2019, §5.2";
 /// The laws of this file.
-pub const LAWS: &[CaseLaw] = &[
+pub static LAWS: &[CaseLaw] = &[
     CaseLaw {
         name: "plain-step",
         statement: "the integrator's step solves the stage equations r_i = 0 as they are written down",
@@ -52,17 +50,6 @@ pub const LAWS: &[CaseLaw] = &[
         ],
         cases: || cases().boxed(),
         check: |case, fault| settle_small(case, fault, PlainStep { fault }, 9),
-    },
-    CaseLaw {
-        name: "doubled-restriction",
-        statement: "the doubled step started on a unit (μ, e, μ) ends on one, and its μ is the restricted step's",
-        source: "Martín de Diego and Sato Martín de Almagro 2019, §5.2 and Thm 5.3",
-        oracle: "the doubled scheme on (λ, U, μ), which shares no residual with the restricted one",
-        bound: "two precisions; floor 2⁹ s N u: two solves, the doubled one of twice the size",
-        cost: Cost::Cheap,
-        faults: &[CHART, FORCE_INDEX, UNCONJUGATED, NO_FORCE, NOT_TRANSPORTED, FIRST_STAGE, FORCE_TIME, RIGHT_TANGENT],
-        cases: || cases().with_group().boxed(),
-        check: |case, fault| settle_small(case, fault, DoubledRestriction { fault }, 6),
     },
     CaseLaw {
         name: "free-casimirs",
@@ -170,15 +157,15 @@ pub(super) fn refused(error: &StepError) -> Measured {
         StepError::Fold { .. } => Measured::Inconclusive("the step is beyond a fold".into()),
         StepError::NotConverged { .. } => Measured::Inconclusive("the stage equations did not converge".into()),
         StepError::Legendre { .. } => Measured::Inconclusive("the Legendre transform could not be inverted".into()),
-        StepError::NotFinite { .. } => Measured::Broken(error.to_string()),
+        StepError::NotFinite { .. } | StepError::Stages { .. } => Measured::Broken(error.to_string()),
     }
 }
 
-fn size_of<T: Real>(values: impl IntoIterator<Item = T>) -> T {
+pub(super) fn size_of<T: Real>(values: impl IntoIterator<Item = T>) -> T {
     values.into_iter().fold(T::zero(), |m, v| if v.abs() > m || !v.all_finite() { v.abs() } else { m })
 }
 
-fn show<T: Real, const N: usize>(mu: &Covector<T, N>) -> String {
+pub(super) fn show<T: Real, const N: usize>(mu: &Covector<T, N>) -> String {
     let list: Vec<String> = mu.iter().map(|v| format!("{:.17e}", v.to_f64())).collect();
     format!("({})", list.join(", "))
 }
@@ -221,37 +208,6 @@ impl<T: Real> Visitor<T> for PlainStep<'_> {
             return refused(&error);
         }
         compare(&mine, &theirs, 256.0 * (system.tableau.stages() * N) as f64)
-    }
-}
-
-#[derive(Clone, Copy)]
-struct DoubledRestriction<'a> {
-    fault: Option<&'a Fault>,
-}
-
-impl<T: Real> Visitor<T> for DoubledRestriction<'_> {
-    type Output = Measured;
-
-    fn visit<const N: usize, const D: usize, R: Retraction<T, N, D>>(self, system: System<T, N, D, R>) -> Measured {
-        let floor = 512.0 * (system.tableau.stages() * N) as f64;
-        let (l, f, r) = (&system.lagrangian, &system.force, &system.retraction);
-        let mut doubled = Doubled::<T, _, _, N, D>::new(system.tableau.clone(), r, Forced::new(l, f, r));
-        let mut unit = DoubledState::unit(system.state.time, system.state.momentum);
-        let mut restricted = system.state.clone();
-        let outcome = subject(&system, self.fault).step(&mut restricted, system.step);
-        if let Err(error) = outcome.and_then(|_| doubled.step(&mut unit, system.step)) {
-            return refused(&error);
-        }
-        let size = size_of(restricted.momentum.iter().copied());
-        let relative = unit.relative - Matrix::<T, D>::identity();
-        let off = Measured::defect(size_of(relative.iter().copied()), T::one(), floor, || "U' ≠ e".into());
-        let split = Measured::defect(size_of((unit.lambda - unit.mu).iter().copied()), size, floor, || {
-            format!("λ' = {}, μ' = {}", show(&unit.lambda), show(&unit.mu))
-        });
-        let same = Measured::defect(size_of((unit.mu - restricted.momentum).iter().copied()), size, floor, || {
-            format!("restricted μ' = {}, doubled μ' = {}", show(&restricted.momentum), show(&unit.mu))
-        });
-        off.and(split).and(same)
     }
 }
 

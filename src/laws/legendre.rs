@@ -20,7 +20,7 @@ const BOUND: &str = "two precisions; floor 2¹⁰ N u relative to the terms; U s
                      change by less than 1/16";
 
 /// The laws of this file.
-pub const LAWS: &[CaseLaw] = &[
+pub static LAWS: &[CaseLaw] = &[
     CaseLaw {
         name: "legendre-round-trip",
         statement: "velocities(FL×(η, U, ψ)) = (η, ψ); ⟨FL×(v), v⟩_× = d/ds l(sη, U, sψ) at s = 1",

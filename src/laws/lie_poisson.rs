@@ -39,7 +39,7 @@ pub fn with_casimirs() -> Cases {
 }
 
 /// The laws of this file.
-pub const LAWS: &[CaseLaw] = &[
+pub static LAWS: &[CaseLaw] = &[
     CaseLaw {
         name: "lie-poisson-bracket",
         statement: "{F, K} = −⟨μ, [F', K']⟩ is antisymmetric, a derivation, obeys Jacobi, and is dF along μ̇ = ad*_{K'} μ; \

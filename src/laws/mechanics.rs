@@ -19,7 +19,7 @@ use proptest::strategy::Strategy;
 const BOUND: &str = "two precisions; floor 2⁶ N u relative to the terms of l_f";
 
 /// The laws of this file.
-pub const LAWS: &[CaseLaw] = &[
+pub static LAWS: &[CaseLaw] = &[
     CaseLaw {
         name: "coupling-antisymmetry",
         statement: "k_f(ψ, U⁻¹, η) = −k_f(η, U, ψ), and both forms of k_f agree",

@@ -11,7 +11,7 @@
 //! | [`mechanics`], [`euler_lagrange`], [`legendre`] | [`crate::mechanics::doubled`], its equations, its Legendre transform |
 //! | [`hamiltonian`], [`two_hamiltonians`] | [`crate::mechanics::hamiltonian`], [`crate::mechanics::forced_hamiltonian`] |
 //! | [`discrete`] | [`crate::discrete`] |
-//! | [`integrators`] | [`crate::integrators`], one step or a few |
+//! | [`integrators`], [`doubled`] | [`crate::integrators`], one step or a few |
 //! | [`order`] | [`crate::integrators`], convergence |
 //! | [`variational_error`] | [`crate::discrete`] and [`crate::integrators`]: one order for three things |
 //! | [`planted`], [`subjects`] | nothing: the plain step and the continuous theory in which faults are planted |
@@ -20,6 +20,7 @@
 
 pub mod algebroid;
 pub mod discrete;
+pub mod doubled;
 pub mod euler_lagrange;
 pub mod groupoid;
 pub mod hamiltonian;
@@ -121,7 +122,9 @@ pub fn all() -> Vec<&'static CaseLaw> {
         discrete::action::LAWS,
         discrete::equations::LAWS,
         discrete::group::LAWS,
+        discrete::exact::LAWS,
         integrators::LAWS,
+        doubled::LAWS,
         order::LAWS,
         variational_error::LAWS,
     ]

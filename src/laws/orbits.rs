@@ -24,7 +24,7 @@ const ORBIT_TRANSPOSED: Fault =
 const ORBIT_OTHER: Fault = Fault::new("orbit-force-other", "f = ad*_ζ l'(ζ)", "non-abelian algebras");
 
 /// The laws of this file.
-pub const LAWS: &[CaseLaw] = &[
+pub static LAWS: &[CaseLaw] = &[
     CaseLaw {
         name: "coadjoint-orbit-force",
         statement: "with f = ad*_ζ μ: d/dt (Ad*_{k⁻¹} μ) = 0 for k̇ = k(η + ζ); with another force f₂ added, Ad*_{k⁻¹} f₂",

@@ -37,7 +37,7 @@ const LEVELS: (usize, usize) = (5, 7);
 const TARGETS: [f64; 3] = [1e-7, 1e-10, 1e-13];
 
 /// The laws of this file.
-pub const LAWS: &[CaseLaw] = &[
+pub static LAWS: &[CaseLaw] = &[
     CaseLaw {
         name: "order-momentum-attitude",
         statement: "Gauss 1–3 and Lobatto IIIA, IIIB 2–3 converge in μ and in g at the order of the pair (a, â)",

@@ -38,7 +38,7 @@ macro_rules! law {
 }
 
 /// The laws of this file.
-pub const LAWS: &[CaseLaw] = &[
+pub static LAWS: &[CaseLaw] = &[
     law!(
         "poisson-bivector",
         "the intrinsic bracket of Γ is that of the generators, {Ξ₁,Ξ'₁} = ⟨λ,[ξ,ξ']⟩, {Ξ₂,Ξ'₂} = −⟨μ,[ξ,ξ']⟩, \

@@ -8,9 +8,8 @@
 
 use super::planted::retraction::Plant;
 use crate::harness::{Fault, Verdict};
-use crate::retraction::Retraction;
 use crate::scalar::{Dd, Real};
-use crate::system::{Case, System, Visitor};
+use crate::system::{Case, CaseError, Visitor};
 
 /// How far the amplification of rounding may differ between the two precisions: both are samples of one distribution,
 /// whose spread over the operation orders of a case has been about 30.
@@ -64,8 +63,11 @@ where
     V: Visitor<f64, Output = Measured> + Visitor<Dd, Output = Measured> + Clone,
 {
     let double = case.dispatch_with::<f64, V>(&Plant(fault), visitor.clone());
-    let quad = case.dispatch_with::<Dd, V>(&Plant(fault), visitor);
-    match (double, quad) {
+    both(double, || case.dispatch_with::<Dd, V>(&Plant(fault), visitor))
+}
+
+fn both(double: Result<Measured, CaseError>, quad: impl FnOnce() -> Result<Measured, CaseError>) -> Verdict {
+    match (double, quad()) {
         (Ok(double), Ok(quad)) => compare(double, quad),
         (Err(e), _) | (_, Err(e)) => Verdict::broken(format!("a generated case cannot be built: {e}")),
     }
@@ -89,18 +91,43 @@ fn compare(double: Measured, quad: Measured) -> Verdict {
     }
 }
 
+/// The same for the dimensions of [`Case::dispatch_main_with`], which is half as much to compile.
+pub fn settle_main<V>(case: &Case, fault: Option<&Fault>, visitor: V) -> Verdict
+where
+    V: Visitor<f64, Output = Measured> + Visitor<Dd, Output = Measured> + Clone,
+{
+    let double = case.dispatch_main_with::<f64, V>(&Plant(fault), visitor.clone());
+    both(double, || case.dispatch_main_with::<Dd, V>(&Plant(fault), visitor))
+}
+
 /// The same, with the 32 digits left out when s N, the number of unknowns of a step, is above `most`: there a step in
 /// 32 digits costs too much for a law that runs on every case, and the floor alone is the bound.
 pub fn settle_small<V>(case: &Case, fault: Option<&Fault>, visitor: V, most: usize) -> Verdict
 where
     V: Visitor<f64, Output = Measured> + Visitor<Dd, Output = Measured> + Clone,
 {
-    match case.dispatch::<f64, _>(Unknowns) {
+    match case.unknowns() {
         Ok(unknowns) if unknowns <= most => settle(case, fault, visitor),
-        Ok(_) => match case.dispatch_with::<f64, V>(&Plant(fault), visitor) {
-            Ok(double) => alone(double),
-            Err(e) => Verdict::broken(format!("a generated case cannot be built: {e}")),
-        },
+        Ok(_) => only(case.dispatch_with::<f64, V>(&Plant(fault), visitor)),
+        Err(e) => Verdict::broken(format!("a generated case cannot be built: {e}")),
+    }
+}
+
+/// [`settle_small`] for the dimensions of [`Case::dispatch_main_with`].
+pub fn settle_main_small<V>(case: &Case, fault: Option<&Fault>, visitor: V, most: usize) -> Verdict
+where
+    V: Visitor<f64, Output = Measured> + Visitor<Dd, Output = Measured> + Clone,
+{
+    match case.unknowns() {
+        Ok(unknowns) if unknowns <= most => settle_main(case, fault, visitor),
+        Ok(_) => only(case.dispatch_main_with::<f64, V>(&Plant(fault), visitor)),
+        Err(e) => Verdict::broken(format!("a generated case cannot be built: {e}")),
+    }
+}
+
+fn only(double: Result<Measured, CaseError>) -> Verdict {
+    match double {
+        Ok(double) => alone(double),
         Err(e) => Verdict::broken(format!("a generated case cannot be built: {e}")),
     }
 }
@@ -113,16 +140,5 @@ fn alone(double: Measured) -> Verdict {
         Measured::Defect { amplification, floor, witness } => Verdict::judge(amplification, AGREEMENT * floor, || {
             format!("f64: {amplification:.3e} units of round-off; {witness}")
         }),
-    }
-}
-
-/// s N of a case.
-struct Unknowns;
-
-impl Visitor<f64> for Unknowns {
-    type Output = usize;
-
-    fn visit<const N: usize, const D: usize, R: Retraction<f64, N, D>>(self, system: System<f64, N, D, R>) -> usize {
-        system.tableau.stages() * N
     }
 }

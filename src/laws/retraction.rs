@@ -23,7 +23,7 @@ const DUALS: &str = "the derivative on dual numbers";
 const BOUND: &str = "two precisions; floor 64 N u, the operations of an N×N product with safety 64/N";
 
 /// The laws of this file.
-pub const LAWS: &[CaseLaw] = &[
+pub static LAWS: &[CaseLaw] = &[
     CaseLaw {
         name: "retraction-inverse",
         statement: "τ(−ξ) τ(ξ) = e",

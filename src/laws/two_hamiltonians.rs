@@ -19,7 +19,7 @@ use proptest::strategy::Strategy;
 const SOURCE: &str = "Martín de Diego and Sato Martín de Almagro 2019, Thm 4.13";
 
 /// The laws of this file.
-pub const LAWS: &[CaseLaw] = &[
+pub static LAWS: &[CaseLaw] = &[
     CaseLaw {
         name: "two-hamiltonians-units",
         statement: "on (μ, e, μ): dh_f = dh̃_f = (−η, −f, η), and the two vector fields are equal",

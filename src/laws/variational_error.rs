@@ -29,7 +29,7 @@ use nalgebra::{ComplexField, RealField};
 use proptest::strategy::{BoxedStrategy, Strategy, Union};
 
 /// The laws of this file.
-pub const LAWS: &[CaseLaw] = &[CaseLaw {
+pub static LAWS: &[CaseLaw] = &[CaseLaw {
     name: "variational-error",
     statement: "l_d − l_d^e = O(h^{r+1}) along solutions; then the doubled and the restricted flow are of order r",
     source: "Martín de Diego and Sato Martín de Almagro 2019, Thm 5.4",

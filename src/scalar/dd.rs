@@ -80,9 +80,11 @@ impl PartialOrd for Dd {
     }
 }
 
+// Calls, not inlined: laws instantiate their formulas for many sizes, and 20 operations in each place of an addition make
+// the compiler's work several times longer; a call costs less than the operation.
 impl Add for Dd {
     type Output = Self;
-    #[inline]
+    #[inline(never)]
     fn add(self, other: Self) -> Self {
         Self(self.0 + other.0)
     }
@@ -90,7 +92,7 @@ impl Add for Dd {
 
 impl Sub for Dd {
     type Output = Self;
-    #[inline]
+    #[inline(never)]
     fn sub(self, other: Self) -> Self {
         Self(self.0 - other.0)
     }
@@ -106,7 +108,7 @@ impl Neg for Dd {
 
 impl Mul for Dd {
     type Output = Self;
-    #[inline]
+    #[inline(never)]
     fn mul(self, other: Self) -> Self {
         Self(self.0 * other.0)
     }

@@ -4,7 +4,7 @@
 //! (constants, inertia, forces, state) refers to the basis of the case: the catalogue's, or the changed one.
 
 use super::document::Document;
-use super::error::CaseError;
+use super::error::{CaseError, Place};
 use crate::algebra::catalogue::Entry;
 use crate::scalar::Number;
 use crate::tableau::Description;
@@ -13,6 +13,9 @@ use std::fmt;
 
 /// The largest algebra dimension that is compiled in.
 pub const MAX_DIMENSION: usize = 8;
+
+/// The dimensions of the catalogue and of most of its products: what code that takes the compiler long is compiled for.
+pub const MAIN_DIMENSIONS: [usize; 4] = [2, 3, 4, 6];
 
 /// C^c_ab = value, indices from 1; C^c_ba = −value follows.
 #[derive(Clone, Debug, PartialEq)]
@@ -192,6 +195,16 @@ impl Case {
     /// n = dim g.
     pub fn dimension(&self) -> usize {
         self.algebra.dimension()
+    }
+
+    /// s N, the number of unknowns of a step.
+    ///
+    /// # Errors
+    /// A tableau that cannot be built.
+    pub fn unknowns(&self) -> Result<usize, CaseError> {
+        let tableau = self.method.tableau.build::<f64>();
+        let tableau = tableau.map_err(|e| Place::root().key("method").key("tableau").error(e))?;
+        Ok(tableau.stages() * self.dimension())
     }
 
     /// The case as a TOML system file (without a horizon).

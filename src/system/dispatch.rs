@@ -84,6 +84,32 @@ impl<T: Real> Visitor<T> for Build {
     fn visit<const N: usize, const D: usize, R: Retraction<T, N, D>>(self, _: System<T, N, D, R>) {}
 }
 
+/// so(3) in its standard basis by itself, and the dimensions listed.
+macro_rules! door {
+    ($case:ident, $wrap:ident, $visitor:ident, $($n:literal => $d:literal),*) => {{
+        if $case.algebra.structure == Structure::Named(Entry::So3) && $case.algebra.basis.is_none() {
+            let retraction = |_: &LieAlgebra<T, 3>, _: &Option<MatrixGroup<T, 3, 3>>, tau| {
+                Ok($wrap.wrap::<T, 3, 3, _>(So3Retraction::new(tau)))
+            };
+            return $case.assemble::<T, 3, 3, _>(retraction).map(|system| $visitor.visit(system));
+        }
+        match $case.dimension() {
+            $($n => {
+                let retraction =
+                    |algebra: &_, group: &_, tau| Ok($wrap.wrap::<T, $n, $d, _>(general(algebra, group, tau)?));
+                $case.assemble::<T, $n, $d, _>(retraction).map(|system| $visitor.visit(system))
+            })*
+            n => {
+                let allowed: Vec<_> = [$($n),*].iter().map(usize::to_string).collect();
+                Err(Place::root().key("algebra").error(Problem::Range {
+                    found: format!("of dimension {n}"),
+                    allowed: format!("dimension {}", allowed.join(", ")),
+                }))
+            }
+        }
+    }};
+}
+
 impl Case {
     /// Builds the case over `T` and hands it to `visitor`.
     ///
@@ -98,29 +124,19 @@ impl Case {
     /// # Errors
     /// Those of [`Case::dispatch`].
     pub fn dispatch_with<T: Real, V: Visitor<T>>(&self, wrap: &impl Wrap, visitor: V) -> Result<V::Output, CaseError> {
-        if self.algebra.structure == Structure::Named(Entry::So3) && self.algebra.basis.is_none() {
-            let retraction = |_: &LieAlgebra<T, 3>, _: &Option<MatrixGroup<T, 3, 3>>, tau| {
-                Ok(wrap.wrap::<T, 3, 3, _>(So3Retraction::new(tau)))
-            };
-            return self.assemble::<T, 3, 3, _>(retraction).map(|system| visitor.visit(system));
-        }
-        macro_rules! door {
-            ($($n:literal => $d:literal),*) => {
-                match self.dimension() {
-                    $($n => {
-                        let retraction = |algebra: &_, group: &_, tau| {
-                            Ok(wrap.wrap::<T, $n, $d, _>(general(algebra, group, tau)?))
-                        };
-                        self.assemble::<T, $n, $d, _>(retraction).map(|system| visitor.visit(system))
-                    })*
-                    n => Err(Place::root().key("algebra").error(Problem::Range {
-                        found: format!("of dimension {n}"),
-                        allowed: format!("dimension 1 to {MAX_DIMENSION}"),
-                    })),
-                }
-            };
-        }
-        door!(1 => 3, 2 => 4, 3 => 5, 4 => 6, 5 => 7, 6 => 8, 7 => 9, 8 => 10)
+        door!(self, wrap, visitor, 1 => 3, 2 => 4, 3 => 5, 4 => 6, 5 => 7, 6 => 8, 7 => 9, 8 => 10)
+    }
+
+    /// The same for the dimensions 2, 3, 4 and 6 alone: half as much to compile.
+    ///
+    /// # Errors
+    /// Those of [`Case::dispatch`]; another dimension.
+    pub fn dispatch_main_with<T: Real, V: Visitor<T>>(
+        &self,
+        wrap: &impl Wrap,
+        visitor: V,
+    ) -> Result<V::Output, CaseError> {
+        door!(self, wrap, visitor, 2 => 4, 3 => 5, 4 => 6, 6 => 8)
     }
 
     /// Whether the case can be built (in `f64`).

@@ -294,7 +294,7 @@ pub(super) fn case(draw: &mut Draw<'_>, knobs: &Cases, tableau: crate::tableau::
         algebra.basis = Some(basis(draw, n));
     }
     let abelian = super::labels::abelian(&algebra);
-    if n == 0 || n > knobs.most || (knobs.nonabelian && abelian) {
+    if !knobs.admits_dimension(n) || (knobs.nonabelian && abelian) {
         return None;
     }
     let retraction = match (named, knobs.retraction) {

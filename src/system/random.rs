@@ -31,6 +31,7 @@ pub struct Cases {
     pub(super) with_group: bool,
     pub(super) nonabelian: bool,
     pub(super) most: usize,
+    pub(super) main_dimensions: bool,
     pub(super) changed_basis: Option<bool>,
     pub(super) forcing: Forcing,
     pub(super) smooth: bool,
@@ -48,6 +49,7 @@ pub fn cases() -> Cases {
         with_group: false,
         nonabelian: false,
         most: super::case::MAX_DIMENSION,
+        main_dimensions: false,
         changed_basis: None,
         forcing: Forcing::Any,
         smooth: false,
@@ -94,6 +96,18 @@ impl Cases {
     pub fn dimension_at_most(mut self, n: usize) -> Self {
         self.most = n.clamp(1, super::case::MAX_DIMENSION);
         self
+    }
+
+    /// Only algebras of dimension 2, 3, 4 and 6 ([`MAIN_DIMENSIONS`](super::case::MAIN_DIMENSIONS)), which
+    /// [`Case::dispatch_main_with`] admits.
+    pub fn main_dimensions(mut self) -> Self {
+        self.main_dimensions = true;
+        self
+    }
+
+    /// Whether the knobs admit this dimension.
+    pub(super) fn admits_dimension(&self, n: usize) -> bool {
+        (1..=self.most).contains(&n) && (!self.main_dimensions || super::case::MAIN_DIMENSIONS.contains(&n))
     }
 
     /// Only standard bases (`false`), or only changed ones (`true`).
@@ -161,7 +175,7 @@ impl Cases {
         self.algebras.as_ref().is_none_or(|allowed| entry.is_some_and(|entry| allowed.contains(entry)))
             && (!self.with_group || entry.is_some())
             && !(self.nonabelian && abelian)
-            && case.dimension() <= self.most
+            && self.admits_dimension(case.dimension())
             && self.changed_basis.is_none_or(|changed| changed == case.algebra.basis.is_some())
             && (self.forcing != Forcing::Free || case.forces.is_empty())
             && (self.forcing != Forcing::Forced || forced)

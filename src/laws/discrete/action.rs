@@ -25,7 +25,7 @@ use crate::tableau::Tableau;
 use proptest::strategy::Strategy;
 
 /// The laws of this file.
-pub const LAWS: &[CaseLaw] = &[
+pub static LAWS: &[CaseLaw] = &[
     CaseLaw {
         name: "discrete-slopes",
         statement: "the slopes of the extremal action are its derivatives: ∂l_d/∂v = θ, ∂l_d/∂U at fixed stages; L* = Ad* R*",

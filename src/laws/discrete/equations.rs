@@ -15,7 +15,7 @@ use crate::system::{Case, System, Visitor, cases};
 use proptest::strategy::Strategy;
 
 /// The laws of this file.
-pub const LAWS: &[CaseLaw] = &[
+pub static LAWS: &[CaseLaw] = &[
     CaseLaw {
         name: "discrete-euler-lagrange",
         statement: "the first variation of two steps is ⟨F⁻(k) − F⁺(k−1), (P, Σ)⟩, with U_k = V_{k−1}⁻¹U_{k−1}W_{k−1}",

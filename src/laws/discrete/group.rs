@@ -21,7 +21,7 @@ const LEFT: Fault = Fault::new("group-minus-left", "F⁻l_d(W) = L*_W l_d'", "no
 const INVERTED: Fault = Fault::new("lie-poisson-inverse", "μ₂ = Ad*_{W₁⁻¹} μ₁", "non-abelian groups");
 
 /// The laws of this file.
-pub const LAWS: &[CaseLaw] = &[
+pub static LAWS: &[CaseLaw] = &[
     CaseLaw {
         name: "discrete-euler-poincare",
         statement: "the derivative of l_d(W₁) + l_d(W₂) at W₁W₂ fixed is ⟨L*_{W₁}l_d' − R*_{W₂}l_d', ζ⟩",

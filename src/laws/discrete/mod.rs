@@ -8,6 +8,7 @@
 
 pub mod action;
 pub mod equations;
+pub mod exact;
 pub mod group;
 
 use super::planted::{blend, blend_scalar};

@@ -1,0 +1,237 @@
+//! Laws of the doubled scheme on g*×G×g*: on the units it is the restricted scheme, off them it keeps its momentum map.
+
+use super::CaseLaw;
+use super::integrators::{refused, show, size_of, subject};
+use super::planted::retraction::{ADJOINT_INVERTED, RIGHT_TANGENT, SHIFTED};
+use super::planted::step::{CHART, FIRST_STAGE, FORCE_INDEX, FORCE_TIME, NO_FORCE, NOT_TRANSPORTED, UNCONJUGATED};
+use super::precision::{Measured, settle_small};
+use super::probe::Probe;
+use super::subjects::{HALF_FORCE, LEFT_FOR_RIGHT, NO_FORCE_DERIVATIVE, PlantedForced};
+use crate::algebra::{Covector, Matrix, Vector};
+use crate::group::LieGroup;
+use crate::harness::{Cost, Fault};
+use crate::integrators::doubled::{Doubled, DoubledState};
+use crate::integrators::{OneStep, StepError, Variational};
+use crate::mechanics::Lagrangian;
+use crate::mechanics::doubled::{DoubledLagrangian, Forced};
+use crate::retraction::{Retraction, RetractionError};
+use crate::scalar::Real;
+use crate::system::{Case, System, Visitor, cases};
+use nalgebra::DMatrix;
+use proptest::strategy::Strategy;
+
+/// Above this many unknowns s N of the restricted step, 32 digits cost too much for a law that runs on every case.
+const MOST: usize = 6;
+
+/// The laws of this file.
+pub static LAWS: &[CaseLaw] = &[
+    CaseLaw {
+        name: "doubled-restriction",
+        statement: "the doubled step started on a unit (μ, e, μ) ends on one, and its μ is the restricted step's",
+        source: "Martín de Diego and Sato Martín de Almagro 2019, §5.2 and Thm 5.3",
+        oracle: "the doubled scheme on (λ, U, μ), which shares no residual with the restricted one",
+        bound: "two precisions; floor 2⁹ s N u: two solves, the doubled one of twice the size",
+        cost: Cost::Cheap,
+        faults: &[
+            CHART,
+            FORCE_INDEX,
+            UNCONJUGATED,
+            NO_FORCE,
+            NOT_TRANSPORTED,
+            FIRST_STAGE,
+            FORCE_TIME,
+            RIGHT_TANGENT,
+            HALF_FORCE,
+        ],
+        cases: || cases().with_group().boxed(),
+        check: |case, fault| settle_small(case, fault, Check { case, fault, which: Which::Restriction }, MOST),
+    },
+    CaseLaw {
+        name: "doubled-splitting",
+        statement: "on a unit the Jacobian of the doubled stage equations is [[A, B], [B, A]], and A + B is that of the \
+                    restricted ones",
+        source: "Martín de Diego and Sato Martín de Almagro 2019, §5.2, proof of Thm 5.3",
+        oracle: "the Jacobian of the restricted scheme, which shares no residual with the doubled one",
+        bound: "two precisions; floor 2⁸ s N u relative to the largest entry",
+        cost: Cost::Cheap,
+        faults: &[HALF_FORCE, NO_FORCE_DERIVATIVE, LEFT_FOR_RIGHT],
+        cases: || cases().with_group().forced().boxed(),
+        check: |case, fault| settle_small(case, fault, Check { case, fault, which: Which::Splitting }, MOST),
+    },
+    CaseLaw {
+        name: "doubled-momentum-map",
+        statement: "Ad*_{g̃⁻¹} μ − Ad*_{g⁻¹} λ is constant along the doubled flow, off the units too",
+        source: "Martín de Diego and Sato Martín de Almagro 2019, §3 and §5: the diagonal action on G×G and Noether's \
+                 theorem",
+        oracle: "Ad by conjugation with the attitude matrices g and g̃, which the momenta do not see",
+        bound: "two precisions; floor 2⁹ s N u a step",
+        cost: Cost::Cheap,
+        faults: &[LEFT_FOR_RIGHT, ADJOINT_INVERTED, SHIFTED],
+        cases: || cases().with_group().forced_nonabelian().boxed(),
+        check: |case, fault| settle_small(case, fault, Check { case, fault, which: Which::MomentumMap }, MOST),
+    },
+];
+
+#[derive(Clone, Copy)]
+enum Which {
+    Restriction,
+    Splitting,
+    MomentumMap,
+}
+
+#[derive(Clone, Copy)]
+struct Check<'a> {
+    case: &'a Case,
+    fault: Option<&'a Fault>,
+    which: Which,
+}
+
+impl<T: Real> Visitor<T> for Check<'_> {
+    type Output = Measured;
+
+    fn visit<const N: usize, const D: usize, R: Retraction<T, N, D>>(self, system: System<T, N, D, R>) -> Measured {
+        let (l, f, r) = (&system.lagrangian, &system.force, &system.retraction);
+        let forced = Forced::new(l, f, r);
+        let planted = PlantedForced { doubled: &forced, fault: self.fault };
+        let mut doubled = Doubled::new(system.tableau.clone(), r, planted);
+        let measured = match self.which {
+            Which::Restriction => self.restriction(&system, &mut doubled),
+            Which::Splitting => self.splitting(&system, &mut doubled),
+            Which::MomentumMap => self.momentum_map(&system, &planted, &mut doubled),
+        };
+        measured.unwrap_or_else(|error| refused(&error))
+    }
+}
+
+impl Check<'_> {
+    fn restriction<T, L, R, const N: usize, const D: usize>(
+        &self,
+        system: &System<T, N, D, R>,
+        doubled: &mut Doubled<T, L, &R, N, D>,
+    ) -> Result<Measured, StepError>
+    where
+        T: Real,
+        L: DoubledLagrangian<T, N, D>,
+        R: Retraction<T, N, D>,
+    {
+        let floor = 512.0 * (system.tableau.stages() * N) as f64;
+        let mut unit = DoubledState::unit(system.state.time, system.state.momentum);
+        let mut restricted = system.state.clone();
+        subject(system, self.fault).step(&mut restricted, system.step)?;
+        doubled.step(&mut unit, system.step)?;
+        let size = size_of(restricted.momentum.iter().copied());
+        let relative = unit.relative - Matrix::<T, D>::identity();
+        let off = Measured::defect(size_of(relative.iter().copied()), T::one(), floor, || "U' ≠ e".into());
+        let split = Measured::defect(size_of((unit.lambda - unit.mu).iter().copied()), size, floor, || {
+            format!("λ' = {}, μ' = {}", show(&unit.lambda), show(&unit.mu))
+        });
+        let same = Measured::defect(size_of((unit.mu - restricted.momentum).iter().copied()), size, floor, || {
+            format!("restricted μ' = {}, doubled μ' = {}", show(&restricted.momentum), show(&unit.mu))
+        });
+        Ok(off.and(split).and(same))
+    }
+
+    /// At stage values that need not solve the equations: the identity holds there too.
+    fn splitting<T, L, R, const N: usize, const D: usize>(
+        &self,
+        system: &System<T, N, D, R>,
+        doubled: &mut Doubled<T, L, &R, N, D>,
+    ) -> Result<Measured, StepError>
+    where
+        T: Real,
+        L: DoubledLagrangian<T, N, D>,
+        R: Retraction<T, N, D>,
+    {
+        let (start, h) = (&system.state, system.step);
+        let legendre = |source| StepError::Legendre { step: h.to_f64(), source };
+        let eta = system.lagrangian.velocity(&start.momentum, &Vector::zeros()).map_err(legendre)?;
+        let mut probe = Probe::new(self.case, 51);
+        let spread = eta.amax() * T::exact(0.125);
+        let rates: Vec<Vector<T, N>> =
+            (0..system.tableau.stages()).map(|_| eta + probe.vector::<T, N>() * spread).collect();
+        let unit = DoubledState::unit(start.time, start.momentum);
+        let both = doubled.stage_jacobian(&unit, h, &rates, &rates)?;
+        let (l, f, r) = (&system.lagrangian, &system.force, &system.retraction);
+        let mut scheme = Variational::<T, N, D, _, _, _>::new(l, f, r, system.tableau.clone());
+        let restricted = scheme.stage_jacobian(start.time, h, &start.momentum, &rates)?;
+        Ok(split(&both, &restricted))
+    }
+
+    fn momentum_map<T, L, R, const N: usize, const D: usize>(
+        &self,
+        system: &System<T, N, D, R>,
+        lagrangian: &L,
+        doubled: &mut Doubled<T, L, &R, N, D>,
+    ) -> Result<Measured, StepError>
+    where
+        T: Real,
+        L: DoubledLagrangian<T, N, D>,
+        R: Retraction<T, N, D>,
+    {
+        let Some(group) = &system.group else {
+            return Ok(Measured::NotApplicable("the algebra has no group".into()));
+        };
+        let h = system.step;
+        let mut probe = Probe::new(self.case, 52);
+        let legendre = |source| StepError::Legendre { step: h.to_f64(), source };
+        let domain = |source: RetractionError| StepError::Domain { step: h.to_f64(), stage: None, source };
+        let eta = system.lagrangian.velocity(&system.state.momentum, &Vector::zeros()).map_err(legendre)?;
+        let psi = eta + probe.vector::<T, N>() * (eta.amax() * T::exact(0.125));
+        let relative = system.retraction.tau(&(probe.vector::<T, N>() * T::exact(1.0 / 32.0))).map_err(domain)?;
+        let partials = lagrangian.partials(system.state.time, &eta, &relative, &psi).map_err(domain)?;
+        let attitude = system.state.attitude;
+        let mut state = DoubledState {
+            time: system.state.time,
+            lambda: -partials.eta,
+            relative,
+            mu: partials.psi,
+            attitudes: Some((attitude, attitude * relative)),
+        };
+        let Some((before, size)) = noether(group, &state) else {
+            return Ok(Measured::Broken("an attitude is a singular matrix".into()));
+        };
+        for _ in 0..STEPS {
+            doubled.step(&mut state, h)?;
+        }
+        let Some((after, other)) = noether(group, &state) else {
+            return Ok(Measured::Broken("an attitude is a singular matrix".into()));
+        };
+        let floor = 512.0 * (STEPS * system.tableau.stages() * N) as f64;
+        Ok(Measured::defect(size_of((after - before).iter().copied()), size + other, floor, || {
+            format!("Ad*_(g̃⁻¹) μ − Ad*_(g⁻¹) λ went from {} to {}", show(&before), show(&after))
+        }))
+    }
+}
+
+/// Steps of a doubled trajectory.
+const STEPS: usize = 2;
+
+/// Ad*_{g̃⁻¹} μ − Ad*_{g⁻¹} λ, and the size of its terms.
+fn noether<T: Real, const N: usize, const D: usize>(
+    group: &impl LieGroup<T, N, D>,
+    state: &DoubledState<T, N, D>,
+) -> Option<(Covector<T, N>, T)> {
+    let (g, partner) = state.attitudes.as_ref()?;
+    let spatial = |g: &Matrix<T, D>, mu: &Covector<T, N>| {
+        let ad = group.adjoint(&group.inverse(g)?)?;
+        Some((mu * ad, mu.amax() * ad.amax()))
+    };
+    let ((first, a), (second, b)) = (spatial(g, &state.lambda)?, spatial(partner, &state.mu)?);
+    Some((second - first, a + b))
+}
+
+/// Whether `both` is [[A, B], [B, A]] with A + B = `restricted`.
+fn split<T: Real>(both: &DMatrix<T>, restricted: &DMatrix<T>) -> Measured {
+    let n = restricted.nrows();
+    let block = |i: usize, j: usize| both.view((i * n, j * n), (n, n)).into_owned();
+    let [[a, b], [c, d]] = [[block(0, 0), block(0, 1)], [block(1, 0), block(1, 1)]];
+    let size = size_of(both.iter().chain(restricted).copied());
+    let near = |what: &'static str, x: &DMatrix<T>, y: &DMatrix<T>| {
+        Measured::defect(size_of((x - y).iter().copied()), size, 256.0 * n as f64, || what.into())
+    };
+    near("∂r_λ/∂H ≠ ∂r_μ/∂Ψ", &a, &d).and(near("∂r_λ/∂Ψ ≠ ∂r_μ/∂H", &b, &c)).and(near(
+        "A + B is not the restricted Jacobian",
+        &(&c + &d),
+        restricted,
+    ))
+}
