@@ -208,10 +208,11 @@ impl Check<'_> {
         let zero = Covector::zeros();
         let explicit = slope(h, p, (T::one(), &zero, &Matrix::zeros(), &zero))?;
         let partials = h.partials(p.time, &p.lambda, &p.u, &p.mu)?;
-        let terms = forcing(&system.force, p.time, &partials.mu) + forcing(&system.force, p.time, &-partials.lambda);
+        let on_lambda = forcing(&system.algebra, &partials.right, &partials.lambda, &p.lambda);
+        let terms = on_lambda + forcing(&system.algebra, &partials.left, &partials.mu, &p.mu);
         let size = lambda.amax() * partials.lambda.amax()
             + mu.amax() * partials.mu.amax()
-            + (partials.left.amax() + partials.right.amax() + terms) * (partials.lambda.amax() + partials.mu.amax())
+            + terms * (partials.lambda.amax() + partials.mu.amax())
             + total.abs();
         Ok(Measured::defect((total - explicit).abs(), size, self.floor::<N>(), || {
             format!("dh_f/dt = {:e}, ∂h_f/∂t = {:e}", total.to_f64(), explicit.to_f64())

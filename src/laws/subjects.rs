@@ -13,7 +13,7 @@ use crate::mechanics::hamiltonian::{
 };
 use crate::mechanics::{Force, Lagrangian, LegendreError};
 use crate::retraction::{Retraction, RetractionError};
-use crate::scalar::{Dual, Real, Scalar};
+use crate::scalar::{Real, Scalar};
 
 /// k_f with the force of the first copy alone.
 pub const FIRST_COPY_ONLY: Fault = Fault::new("first-copy-only", "k_f = −⟨f(η), τ⁻¹(U)⟩", "velocity-dependent forces");
@@ -379,13 +379,16 @@ pub fn turning<T: Real, const N: usize>(algebra: &LieAlgebra<T, N>, xi: &Vector<
     largest * xi.amax() * mu.amax() * T::int(N as i64)
 }
 
-/// |f(t, η)| + |f'(t, η)| |η|: the size of the terms of a force, also where they cancel (what a relative change of η makes
-/// of it).
-pub fn forcing<T: Real, const N: usize>(force: &impl Force<T, N>, t: T, eta: &Vector<T, N>) -> T {
-    let mut size = force.force(t, eta).amax();
-    for a in 0..N {
-        let moved = Vector::from_fn(|b, _| Dual { re: eta[b], eps: if a == b { eta.amax() } else { T::zero() } });
-        size += force.force(Dual::constant(t), &moved).iter().fold(T::zero(), |m: T, v| m.max(v.eps.abs()));
-    }
-    size
+/// |f| + |ad*_η μ| (1 + |ad_η| + |ad*_· μ|), by their [`turning`]: the size of a force f and of the terms that it is made
+/// of. Forces of one or two brackets with coefficients up to 1 may vanish identically (an isotropic body on so(3)), and
+/// are then rounding of terms of this size.
+pub fn forcing<T: Real, const N: usize>(
+    algebra: &LieAlgebra<T, N>,
+    force: &Covector<T, N>,
+    eta: &Vector<T, N>,
+    mu: &Covector<T, N>,
+) -> T {
+    let ones = (Vector::from_element(T::one()), Covector::from_element(T::one()));
+    let further = turning(algebra, eta, &ones.1) + turning(algebra, &ones.0, mu);
+    force.amax() + turning(algebra, eta, mu) * (T::one() + further)
 }

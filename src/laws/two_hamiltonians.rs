@@ -108,7 +108,8 @@ impl Check<'_> {
         let floor = 256.0 * N as f64;
         let near = |what: &'static str, off: T, size: T| Measured::defect(off, size, floor, || what.into());
         let velocity = theirs.lambda.amax() + theirs.mu.amax();
-        let terms = forcing(&system.force, time, &theirs.mu) + forcing(&system.force, time, &-theirs.lambda);
+        let terms = forcing(&system.algebra, &force, &theirs.mu, &mu)
+            + forcing(&system.algebra, &force, &theirs.lambda, &lambda);
         let push = theirs.left.amax() + theirs.right.amax() + terms;
         let mut found = near("∂h/∂λ", (mine.lambda - theirs.lambda).amax(), velocity)
             .and(near("∂h/∂μ", (mine.mu - theirs.mu).amax(), velocity))
