@@ -53,6 +53,7 @@
 //! | â_ij | b_j − b_j a_ji / b_i, the symplectic conjugate | `conjugate` |
 //! | l, l', f | reduced Lagrangian, its gradient, force | [`mechanics::Lagrangian`], [`mechanics::Force`] |
 //! | l_f, k_f | doubled Lagrangian on g×G×g and its coupling | [`mechanics::doubled`] |
+//! | h_f, h̃_f | Hamiltonians on g*×G×g* of a forced system | [`mechanics::forced_hamiltonian`], [`mechanics::hamiltonian`] |
 //! | u | unit round-off of the scalar | `unit_roundoff` |
 //!
 //! Bases: so(3) the three rotations, \[e_1, e_2\] = e_3; se(3) and so(4) rotations first; the rest in
@@ -68,7 +69,7 @@
 //! | [`algebra`], [`tableau`], [`newton`] | structure constants and catalogue; coefficients, families, trees, orders; one solver |
 //! | [`group`] | matrix groups, SO(3) |
 //! | [`retraction`], [`groupoid`] | exp and Cayley with their tangents; axioms, G×G×G, g*×G×g* and its bracket |
-//! | [`mechanics`] | Lagrangians, forces, equations, the doubled Lagrangian, the paper's models |
+//! | [`mechanics`] | Lagrangians, forces, equations, doubled Lagrangians and Hamiltonians, the paper's models |
 //! | [`discrete`] | discrete Lagrangians on G×G×G, G⁴ and G: Legendre transforms, equations, flows |
 //! | [`integrators`] | the variational step, the doubled scheme, comparators, trajectories |
 //! | `experiments` | the paper's numerical experiments |

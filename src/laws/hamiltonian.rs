@@ -48,7 +48,7 @@ pub static LAWS: &[CaseLaw] = &[
         cost: Cost::Cheap,
         faults: &[HAMILTON_SIDES, HAMILTON_ARROW, H_NO_FORCE_DERIVATIVE],
         cases: || cases().with_group().forced().boxed(),
-        check: |case, fault| settle(case, fault, Check { case, fault, which: Which::Conserved }),
+        check: |case, fault| settle_small(case, fault, Check { case, fault, which: Which::Conserved }, 12),
     },
     CaseLaw {
         name: "forced-hamiltonian-partials",
@@ -59,7 +59,7 @@ pub static LAWS: &[CaseLaw] = &[
         cost: Cost::Cheap,
         faults: &[H_FORCE_ONCE, H_SIGN, H_PLUS, H_NO_FORCE_DERIVATIVE],
         cases: || cases().with_group().boxed(),
-        check: |case, fault| settle(case, fault, Check { case, fault, which: Which::Partials }),
+        check: |case, fault| settle_small(case, fault, Check { case, fault, which: Which::Partials }, 12),
     },
     CaseLaw {
         name: "free-hamiltonian-units",
@@ -70,7 +70,7 @@ pub static LAWS: &[CaseLaw] = &[
         cost: Cost::Cheap,
         faults: &[HAMILTON_SIGN, HAMILTON_ARROW, H_PLUS],
         cases: || cases().with_group().force_free().boxed(),
-        check: |case, fault| settle(case, fault, Check { case, fault, which: Which::Units }),
+        check: |case, fault| settle_small(case, fault, Check { case, fault, which: Which::Units }, 12),
     },
     CaseLaw {
         name: "forced-hamiltonian-units",
@@ -81,7 +81,7 @@ pub static LAWS: &[CaseLaw] = &[
         cost: Cost::Cheap,
         faults: &[HAMILTON_SIGN, HAMILTON_ARROW, H_FORCE_ONCE, H_SIGN, H_PLUS],
         cases: || cases().with_group().forced().boxed(),
-        check: |case, fault| settle(case, fault, Check { case, fault, which: Which::Units }),
+        check: |case, fault| settle_small(case, fault, Check { case, fault, which: Which::Units }, 12),
     },
     CaseLaw {
         name: "hamiltonian-regularity",
@@ -93,7 +93,7 @@ pub static LAWS: &[CaseLaw] = &[
         cost: Cost::Expensive,
         faults: &[FIBRE_SIGN],
         cases: || cases().with_group().boxed(),
-        check: |case, fault| settle_small(case, fault, Check { case, fault, which: Which::Regularity }, 6),
+        check: |case, fault| settle_small(case, fault, Check { case, fault, which: Which::Regularity }, 5),
     },
 ];
 
@@ -208,9 +208,11 @@ impl Check<'_> {
         let zero = Covector::zeros();
         let explicit = slope(h, p, (T::one(), &zero, &Matrix::zeros(), &zero))?;
         let partials = h.partials(p.time, &p.lambda, &p.u, &p.mu)?;
+        let on_lambda = forcing(&system.algebra, &partials.right, &partials.lambda, &p.lambda);
+        let terms = on_lambda + forcing(&system.algebra, &partials.left, &partials.mu, &p.mu);
         let size = lambda.amax() * partials.lambda.amax()
             + mu.amax() * partials.mu.amax()
-            + (partials.left.amax() + partials.right.amax()) * (partials.lambda.amax() + partials.mu.amax())
+            + terms * (partials.lambda.amax() + partials.mu.amax())
             + total.abs();
         Ok(Measured::defect((total - explicit).abs(), size, self.floor::<N>(), || {
             format!("dh_f/dt = {:e}, ∂h_f/∂t = {:e}", total.to_f64(), explicit.to_f64())

@@ -31,7 +31,7 @@ pub static LAWS: &[CaseLaw] = &[
         cost: Cost::Cheap,
         faults: &[LEGENDRE_SIGN, LEGENDRE_ON_UNITS],
         cases: || cases().with_group().boxed(),
-        check: |case, fault| settle_small(case, fault, Check { case, fault, which: Which::RoundTrip }, 9),
+        check: |case, fault| settle_small(case, fault, Check { case, fault, which: Which::RoundTrip }, 5),
     },
     CaseLaw {
         name: "legendre-intertwines",
@@ -53,7 +53,7 @@ pub static LAWS: &[CaseLaw] = &[
             HAMILTON_ARROW,
         ],
         cases: || cases().with_group().boxed(),
-        check: |case, fault| settle_small(case, fault, Check { case, fault, which: Which::Intertwines }, 9),
+        check: |case, fault| settle_small(case, fault, Check { case, fault, which: Which::Intertwines }, 5),
     },
     CaseLaw {
         name: "legendre-hamiltonian",
@@ -65,7 +65,7 @@ pub static LAWS: &[CaseLaw] = &[
         cost: Cost::Cheap,
         faults: &[FIBRE_SIGN, LEGENDRE_SIGN, LEGENDRE_ON_UNITS],
         cases: || cases().with_group().boxed(),
-        check: |case, fault| settle_small(case, fault, Check { case, fault, which: Which::Hamiltonian }, 6),
+        check: |case, fault| settle_small(case, fault, Check { case, fault, which: Which::Hamiltonian }, 5),
     },
 ];
 

@@ -378,3 +378,17 @@ pub fn turning<T: Real, const N: usize>(algebra: &LieAlgebra<T, N>, xi: &Vector<
     }
     largest * xi.amax() * mu.amax() * T::int(N as i64)
 }
+
+/// |f| + |ad*_η μ| (1 + |ad_η| + |ad*_· μ|), by their [`turning`]: the size of a force f and of the terms that it is made
+/// of. Forces of one or two brackets with coefficients up to 1 may vanish identically (an isotropic body on so(3)), and
+/// are then rounding of terms of this size.
+pub fn forcing<T: Real, const N: usize>(
+    algebra: &LieAlgebra<T, N>,
+    force: &Covector<T, N>,
+    eta: &Vector<T, N>,
+    mu: &Covector<T, N>,
+) -> T {
+    let ones = (Vector::from_element(T::one()), Covector::from_element(T::one()));
+    let further = turning(algebra, eta, &ones.1) + turning(algebra, &ones.0, mu);
+    force.amax() + turning(algebra, eta, mu) * (T::one() + further)
+}

@@ -109,7 +109,9 @@ impl Check<'_> {
         let floor = 256.0 * N as f64;
         let near = |what: &'static str, off: T, size: T| Measured::defect(off, size, floor, || what.into());
         let velocity = theirs.lambda.amax() + theirs.mu.amax();
-        let push = theirs.left.amax() + theirs.right.amax() + force.amax();
+        let terms = forcing(&system.algebra, &force, &theirs.mu, &mu)
+            + forcing(&system.algebra, &force, &theirs.lambda, &lambda);
+        let push = theirs.left.amax() + theirs.right.amax() + terms;
         let mut found = near("∂h/∂λ", (mine.lambda - theirs.lambda).amax(), velocity)
             .and(near("∂h/∂μ", (mine.mu - theirs.mu).amax(), velocity))
             .and(near("L*_U ∂h/∂U", (mine.left - theirs.left).amax(), push))
