@@ -3,7 +3,7 @@
 use super::CaseLaw;
 use super::planted::retraction::Plant;
 use super::polynomial::Polynomial;
-use super::precision::{Measured, settle_small};
+use super::precision::{Measured, settle_main_small};
 use super::probe::Probe;
 use super::subjects::*;
 use crate::algebra::{Matrix, Vector, pair};
@@ -31,8 +31,8 @@ pub static LAWS: &[CaseLaw] = &[
         bound: "two precisions; floor 2⁸ N u relative to the terms",
         cost: Cost::Cheap,
         faults: &[EL_BRACKET_SIGN, EL_SIDES, EL_POTENTIAL_SIGN, LEFT_FOR_RIGHT, NO_FORCE_DERIVATIVE, HALF_FORCE],
-        cases: || cases().with_group().boxed(),
-        check: |case, fault| settle_small(case, fault, Check { case, fault, which: Which::FirstVariation }, 9),
+        cases: || cases().main_dimensions().with_group().boxed(),
+        check: |case, fault| settle_main_small(case, fault, Check { case, fault, which: Which::FirstVariation }, 9),
     },
     CaseLaw {
         name: "units-carry-forced-euler-poincare",
@@ -42,8 +42,8 @@ pub static LAWS: &[CaseLaw] = &[
         bound: "two precisions; floor 2⁸ N u relative to the terms",
         cost: Cost::Cheap,
         faults: &[EL_BRACKET_SIGN, EL_POTENTIAL_SIGN, HALF_FORCE],
-        cases: || cases().with_group().boxed(),
-        check: |case, fault| settle_small(case, fault, Check { case, fault, which: Which::Units }, 9),
+        cases: || cases().main_dimensions().with_group().boxed(),
+        check: |case, fault| settle_main_small(case, fault, Check { case, fault, which: Which::Units }, 9),
     },
     CaseLaw {
         name: "stationary-action",
@@ -53,8 +53,8 @@ pub static LAWS: &[CaseLaw] = &[
         bound: "the largest change of dS/dε when the step is halved, twice (both rules are of order 4)",
         cost: Cost::Expensive,
         faults: &[EL_BRACKET_SIGN, EL_SIDES, EL_POTENTIAL_SIGN, ARROW_SIDES],
-        cases: || cases().with_group().smooth().boxed(),
-        check: |case, fault| match case.dispatch_with::<f64, _>(&Plant(fault), Stationary { case, fault }) {
+        cases: || cases().main_dimensions().with_group().smooth().boxed(),
+        check: |case, fault| match case.dispatch_main_with::<f64, _>(&Plant(fault), Stationary { case, fault }) {
             Ok(verdict) => verdict,
             Err(e) => Verdict::broken(format!("a generated case cannot be built: {e}")),
         },

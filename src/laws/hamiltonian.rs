@@ -3,7 +3,7 @@
 
 use super::CaseLaw;
 use super::polynomial::Polynomial;
-use super::precision::{Measured, settle, settle_small};
+use super::precision::{Measured, settle_main, settle_main_small};
 use super::probe::Probe;
 use super::subjects::*;
 use crate::algebra::{Covector, Matrix, Vector, elimination};
@@ -36,8 +36,8 @@ pub static LAWS: &[CaseLaw] = &[
         bound: BOUND,
         cost: Cost::Cheap,
         faults: &[HAMILTON_SIGN, HAMILTON_SIDES, HAMILTON_ARROW],
-        cases: || cases().with_group().boxed(),
-        check: |case, fault| settle(case, fault, Check { case, fault, which: Which::Equations }),
+        cases: || cases().main_dimensions().with_group().boxed(),
+        check: |case, fault| settle_main(case, fault, Check { case, fault, which: Which::Equations }),
     },
     CaseLaw {
         name: "hamiltonian-conserved",
@@ -47,8 +47,8 @@ pub static LAWS: &[CaseLaw] = &[
         bound: BOUND,
         cost: Cost::Cheap,
         faults: &[HAMILTON_SIDES, HAMILTON_ARROW, H_NO_FORCE_DERIVATIVE],
-        cases: || cases().with_group().forced().boxed(),
-        check: |case, fault| settle_small(case, fault, Check { case, fault, which: Which::Conserved }, 12),
+        cases: || cases().main_dimensions().with_group().forced().boxed(),
+        check: |case, fault| settle_main_small(case, fault, Check { case, fault, which: Which::Conserved }, 12),
     },
     CaseLaw {
         name: "forced-hamiltonian-partials",
@@ -58,8 +58,8 @@ pub static LAWS: &[CaseLaw] = &[
         bound: BOUND,
         cost: Cost::Cheap,
         faults: &[H_FORCE_ONCE, H_SIGN, H_PLUS, H_NO_FORCE_DERIVATIVE],
-        cases: || cases().with_group().boxed(),
-        check: |case, fault| settle_small(case, fault, Check { case, fault, which: Which::Partials }, 12),
+        cases: || cases().main_dimensions().with_group().boxed(),
+        check: |case, fault| settle_main_small(case, fault, Check { case, fault, which: Which::Partials }, 12),
     },
     CaseLaw {
         name: "free-hamiltonian-units",
@@ -69,8 +69,8 @@ pub static LAWS: &[CaseLaw] = &[
         bound: BOUND,
         cost: Cost::Cheap,
         faults: &[HAMILTON_SIGN, HAMILTON_ARROW, H_PLUS],
-        cases: || cases().with_group().force_free().boxed(),
-        check: |case, fault| settle_small(case, fault, Check { case, fault, which: Which::Units }, 12),
+        cases: || cases().main_dimensions().with_group().force_free().boxed(),
+        check: |case, fault| settle_main_small(case, fault, Check { case, fault, which: Which::Units }, 12),
     },
     CaseLaw {
         name: "forced-hamiltonian-units",
@@ -80,8 +80,8 @@ pub static LAWS: &[CaseLaw] = &[
         bound: BOUND,
         cost: Cost::Cheap,
         faults: &[HAMILTON_SIGN, HAMILTON_ARROW, H_FORCE_ONCE, H_SIGN, H_PLUS],
-        cases: || cases().with_group().forced().boxed(),
-        check: |case, fault| settle_small(case, fault, Check { case, fault, which: Which::Units }, 12),
+        cases: || cases().main_dimensions().with_group().forced().boxed(),
+        check: |case, fault| settle_main_small(case, fault, Check { case, fault, which: Which::Units }, 12),
     },
     CaseLaw {
         name: "hamiltonian-regularity",
@@ -92,8 +92,8 @@ pub static LAWS: &[CaseLaw] = &[
         bound: "two precisions; floor 2¹⁴ N u (where Newton's method may stop) relative to the terms",
         cost: Cost::Expensive,
         faults: &[FIBRE_SIGN],
-        cases: || cases().with_group().boxed(),
-        check: |case, fault| settle_small(case, fault, Check { case, fault, which: Which::Regularity }, 5),
+        cases: || cases().main_dimensions().with_group().boxed(),
+        check: |case, fault| settle_main_small(case, fault, Check { case, fault, which: Which::Regularity }, 5),
     },
 ];
 

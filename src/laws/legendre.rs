@@ -2,7 +2,7 @@
 
 use super::CaseLaw;
 use super::polynomial::Polynomial;
-use super::precision::{Measured, settle_small};
+use super::precision::{Measured, settle_main_small};
 use super::probe::Probe;
 use super::subjects::*;
 use crate::algebra::{Matrix, Vector, elimination, pair};
@@ -30,8 +30,8 @@ pub static LAWS: &[CaseLaw] = &[
         bound: BOUND,
         cost: Cost::Cheap,
         faults: &[LEGENDRE_SIGN, LEGENDRE_ON_UNITS],
-        cases: || cases().with_group().boxed(),
-        check: |case, fault| settle_small(case, fault, Check { case, fault, which: Which::RoundTrip }, 5),
+        cases: || cases().main_dimensions().with_group().boxed(),
+        check: |case, fault| settle_main_small(case, fault, Check { case, fault, which: Which::RoundTrip }, 5),
     },
     CaseLaw {
         name: "legendre-intertwines",
@@ -52,8 +52,8 @@ pub static LAWS: &[CaseLaw] = &[
             HAMILTON_SIDES,
             HAMILTON_ARROW,
         ],
-        cases: || cases().with_group().boxed(),
-        check: |case, fault| settle_small(case, fault, Check { case, fault, which: Which::Intertwines }, 5),
+        cases: || cases().main_dimensions().with_group().boxed(),
+        check: |case, fault| settle_main_small(case, fault, Check { case, fault, which: Which::Intertwines }, 5),
     },
     CaseLaw {
         name: "legendre-hamiltonian",
@@ -64,8 +64,8 @@ pub static LAWS: &[CaseLaw] = &[
         bound: BOUND,
         cost: Cost::Cheap,
         faults: &[FIBRE_SIGN, LEGENDRE_SIGN, LEGENDRE_ON_UNITS],
-        cases: || cases().with_group().boxed(),
-        check: |case, fault| settle_small(case, fault, Check { case, fault, which: Which::Hamiltonian }, 5),
+        cases: || cases().main_dimensions().with_group().boxed(),
+        check: |case, fault| settle_main_small(case, fault, Check { case, fault, which: Which::Hamiltonian }, 5),
     },
 ];
 

@@ -3,7 +3,7 @@
 use super::CaseLaw;
 use super::planted::{blend, blend_scalar};
 use super::polynomial::Cubic;
-use super::precision::{Measured, settle};
+use super::precision::{Measured, settle_main};
 use super::probe::Probe;
 use super::subjects::turning;
 use crate::algebra::{Covector, Entry, LieAlgebra, Vector, pair};
@@ -35,7 +35,16 @@ const ENERGY_SUM: Fault = Fault::new("energy-sum", "h = ⟨μ, η⟩ + l(η)", "
 pub fn with_casimirs() -> Cases {
     let plane = Entry::Product(vec![Entry::Se2, Entry::Heisenberg]);
     let mixed = Entry::Product(vec![Entry::Sl2, Entry::Abelian(1)]);
-    cases().algebras(&[Entry::So3, Entry::So4, Entry::Se2, Entry::Se3, Entry::Sl2, Entry::Heisenberg, plane, mixed])
+    cases().main_dimensions().algebras(&[
+        Entry::So3,
+        Entry::So4,
+        Entry::Se2,
+        Entry::Se3,
+        Entry::Sl2,
+        Entry::Heisenberg,
+        plane,
+        mixed,
+    ])
 }
 
 /// The laws of this file.
@@ -51,8 +60,8 @@ pub static LAWS: &[CaseLaw] = &[
         bound: BOUND,
         cost: Cost::Cheap,
         faults: &[BRACKET_SIGN, BRACKET_SYMMETRIC],
-        cases: || cases().nonabelian().boxed(),
-        check: |case, fault| settle(case, fault, Check { case, fault, which: Which::Bracket }),
+        cases: || cases().main_dimensions().nonabelian().boxed(),
+        check: |case, fault| settle_main(case, fault, Check { case, fault, which: Which::Bracket }),
     },
     CaseLaw {
         name: "lie-poisson-equations",
@@ -62,8 +71,8 @@ pub static LAWS: &[CaseLaw] = &[
         bound: BOUND,
         cost: Cost::Cheap,
         faults: &[BRACKET_SIGN, BRACKET_SYMMETRIC, NO_FORCE, COAD_SIGN, TRANSPOSED, ENERGY_SUM],
-        cases: || cases().forced_nonabelian().boxed(),
-        check: |case, fault| settle(case, fault, Check { case, fault, which: Which::Equations }),
+        cases: || cases().main_dimensions().forced_nonabelian().boxed(),
+        check: |case, fault| settle_main(case, fault, Check { case, fault, which: Which::Equations }),
     },
     CaseLaw {
         name: "energy-rate",
@@ -73,8 +82,8 @@ pub static LAWS: &[CaseLaw] = &[
         bound: BOUND,
         cost: Cost::Cheap,
         faults: &[NO_FORCE, TRANSPOSED, ENERGY_SUM],
-        cases: || cases().forced().boxed(),
-        check: |case, fault| settle(case, fault, Check { case, fault, which: Which::Energy }),
+        cases: || cases().main_dimensions().forced().boxed(),
+        check: |case, fault| settle_main(case, fault, Check { case, fault, which: Which::Energy }),
     },
     CaseLaw {
         name: "casimir-rate",
@@ -85,7 +94,7 @@ pub static LAWS: &[CaseLaw] = &[
         cost: Cost::Cheap,
         faults: &[NO_FORCE, TRANSPOSED],
         cases: || with_casimirs().forced().boxed(),
-        check: |case, fault| settle(case, fault, Check { case, fault, which: Which::Casimirs }),
+        check: |case, fault| settle_main(case, fault, Check { case, fault, which: Which::Casimirs }),
     },
 ];
 

@@ -3,7 +3,7 @@
 use super::CaseLaw;
 use super::lie_poisson::{COAD_SIGN, rates, with_casimirs};
 use super::planted::blend;
-use super::precision::{Measured, settle};
+use super::precision::{Measured, settle_main};
 use super::probe::Probe;
 use super::subjects::turning;
 use crate::algebra::{Covector, Matrix, Vector};
@@ -33,8 +33,8 @@ pub static LAWS: &[CaseLaw] = &[
         bound: BOUND,
         cost: Cost::Cheap,
         faults: &[ORBIT_TRANSPOSED, ORBIT_OTHER, COAD_SIGN],
-        cases: || cases().with_group().nonabelian().boxed(),
-        check: |case, fault| settle(case, fault, Check { case, fault, casimirs: false }),
+        cases: || cases().main_dimensions().with_group().nonabelian().boxed(),
+        check: |case, fault| settle_main(case, fault, Check { case, fault, casimirs: false }),
     },
     CaseLaw {
         name: "orbit-force-casimirs",
@@ -45,7 +45,7 @@ pub static LAWS: &[CaseLaw] = &[
         cost: Cost::Cheap,
         faults: &[ORBIT_TRANSPOSED, ORBIT_OTHER],
         cases: || with_casimirs().boxed(),
-        check: |case, fault| settle(case, fault, Check { case, fault, casimirs: true }),
+        check: |case, fault| settle_main(case, fault, Check { case, fault, casimirs: true }),
     },
 ];
 

@@ -2,7 +2,7 @@
 
 use super::CaseLaw;
 use super::planted::retraction::Plant;
-use super::precision::{Measured, settle_small};
+use super::precision::{Measured, settle_main_small};
 use super::probe::Probe;
 use super::subjects::*;
 use crate::algebra::{Covector, Matrix, Vector, elimination, pair};
@@ -28,8 +28,8 @@ pub static LAWS: &[CaseLaw] = &[
         bound: "two precisions; floor 2⁸ N u relative to the terms",
         cost: Cost::Cheap,
         faults: &[H_SIGN, H_PLUS],
-        cases: || cases().with_group().forced().boxed(),
-        check: |case, fault| settle_small(case, fault, Check { case, fault, units: true }, 9),
+        cases: || cases().main_dimensions().with_group().forced().boxed(),
+        check: |case, fault| settle_main_small(case, fault, Check { case, fault, units: true }, 9),
     },
     CaseLaw {
         name: "two-hamiltonians-load",
@@ -39,8 +39,8 @@ pub static LAWS: &[CaseLaw] = &[
         bound: "two precisions; floor 2⁸ N u relative to the terms",
         cost: Cost::Cheap,
         faults: &[H_SIGN, H_PLUS],
-        cases: || cases().with_group().forced().prop_map(loaded).boxed(),
-        check: |case, fault| settle_small(case, fault, Check { case, fault, units: false }, 9),
+        cases: || cases().main_dimensions().with_group().forced().prop_map(loaded).boxed(),
+        check: |case, fault| settle_main_small(case, fault, Check { case, fault, units: false }, 9),
     },
     CaseLaw {
         name: "two-hamiltonians",
@@ -50,8 +50,8 @@ pub static LAWS: &[CaseLaw] = &[
         bound: "the remainder shrinks by more than 16^2.5 from x to x/16 (theory: 16³), or is below 2¹² N u",
         cost: Cost::Expensive,
         faults: &[H_FORCE_ONCE, H_SIGN, H_PLUS],
-        cases: || cases().with_group().forced().boxed(),
-        check: |case, fault| match case.dispatch_with::<Dd, _>(&Plant(fault), Difference { case, fault }) {
+        cases: || cases().main_dimensions().with_group().forced().boxed(),
+        check: |case, fault| match case.dispatch_main_with::<Dd, _>(&Plant(fault), Difference { case, fault }) {
             Ok(verdict) => verdict,
             Err(e) => Verdict::broken(format!("a generated case cannot be built: {e}")),
         },

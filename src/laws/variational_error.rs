@@ -49,7 +49,7 @@ pub static LAWS: &[CaseLaw] = &[CaseLaw {
         FIRST_STAGE,
     ],
     cases: generator,
-    check: |case, fault| match case.dispatch_with::<Dd, _>(&Plant(fault), Study { case, fault }) {
+    check: |case, fault| match case.dispatch_main_with::<Dd, _>(&Plant(fault), Study { case, fault }) {
         Ok(verdict) => verdict,
         Err(e) => Verdict::broken(format!("a generated case cannot be built: {e}")),
     },
@@ -72,7 +72,7 @@ fn generator() -> BoxedStrategy<Case> {
         (2, proptest::sample::select(families).boxed()),
         (1, proptest::sample::select(RANDOM.to_vec()).prop_flat_map(of_kind).boxed()),
     ]);
-    cases().forced_nonabelian().smooth().with_group().with_tableaux(tableaux).boxed()
+    cases().main_dimensions().forced_nonabelian().smooth().with_group().with_tableaux(tableaux).boxed()
 }
 
 /// Random tableaux of orders 1 to 3, symplectic or not.

@@ -4,7 +4,7 @@
 //! padded) and one retraction type; so(3) in its standard basis goes to D = 3 and the closed forms. A [`Visitor`] is
 //! compiled once for each of the nine, and for each scalar: keep visitors small.
 
-use super::case::{Case, Drag, Force as ForceTerm, Inertia, MAX_DIMENSION, Motion, Structure, Tau};
+use super::case::{Case, Drag, Force as ForceTerm, Inertia, Motion, Structure, Tau};
 use super::error::{CaseError, Place, Problem};
 use super::so3::So3Retraction;
 use crate::algebra::catalogue::Entry;

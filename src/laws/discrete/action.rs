@@ -3,7 +3,7 @@
 use super::super::CaseLaw;
 use super::super::integrators::refused as step_refused;
 use super::super::planted::blend_scalar;
-use super::super::precision::{Measured, settle_small};
+use super::super::precision::{Measured, settle_main_small};
 use super::super::probe::Probe;
 use super::{
     CONJUGATE, DOUBLED, KEEPS_U, NO_U, Planted, U_RIGHT, U_SIGN, V_RIGHT, VALUE, compare, inverse, outside, refused,
@@ -34,8 +34,8 @@ pub static LAWS: &[CaseLaw] = &[
         bound: "u p/(ε |v|), p a slope, |v| the step: rounding of differences over ε = 2⁻¹² (f64), 2⁻²⁴ (dd); floor 2⁶ s N",
         cost: Cost::Cheap,
         faults: &[VALUE, V_RIGHT, U_RIGHT, DOUBLED],
-        cases: || cases().with_group().forced().boxed(),
-        check: |case, fault| settle_small(case, fault, Check { case, fault, which: Which::Slopes }, 3),
+        cases: || cases().main_dimensions().with_group().forced().boxed(),
+        check: |case, fault| settle_main_small(case, fault, Check { case, fault, which: Which::Slopes }, 3),
     },
     CaseLaw {
         name: "doubled-step-generated",
@@ -45,8 +45,8 @@ pub static LAWS: &[CaseLaw] = &[
         bound: "two precisions; floor 2⁹ s N u: two solves, of momenta that rounding of V moves by p u/|v|",
         cost: Cost::Cheap,
         faults: &[V_RIGHT, U_RIGHT, NO_U, U_SIGN, DOUBLED, CONJUGATE],
-        cases: || cases().with_group().forced().boxed(),
-        check: |case, fault| settle_small(case, fault, Check { case, fault, which: Which::Generated }, 4),
+        cases: || cases().main_dimensions().with_group().forced().boxed(),
+        check: |case, fault| settle_main_small(case, fault, Check { case, fault, which: Which::Generated }, 4),
     },
     CaseLaw {
         name: "discrete-antisymmetry",
@@ -56,8 +56,8 @@ pub static LAWS: &[CaseLaw] = &[
         bound: "two precisions; floor 2⁶ s N u of the momenta, which rounding of V and W is multiplied by",
         cost: Cost::Cheap,
         faults: &[KEEPS_U, VALUE],
-        cases: || cases().with_group().forced().boxed(),
-        check: |case, fault| settle_small(case, fault, Check { case, fault, which: Which::Antisymmetry }, 4),
+        cases: || cases().main_dimensions().with_group().forced().boxed(),
+        check: |case, fault| settle_main_small(case, fault, Check { case, fault, which: Which::Antisymmetry }, 4),
     },
     CaseLaw {
         name: "discrete-flow",
@@ -67,8 +67,8 @@ pub static LAWS: &[CaseLaw] = &[
         bound: "two precisions; floor 2¹⁰ s N u of the displacements: nested solves, and two steps",
         cost: Cost::Expensive,
         faults: &[NO_U, U_SIGN, CONJUGATE],
-        cases: || cases().with_group().forced().boxed(),
-        check: |case, fault| settle_small(case, fault, Check { case, fault, which: Which::Flow }, 2),
+        cases: || cases().main_dimensions().with_group().forced().boxed(),
+        check: |case, fault| settle_main_small(case, fault, Check { case, fault, which: Which::Flow }, 2),
     },
     CaseLaw {
         name: "discrete-restricted-step",
@@ -78,8 +78,8 @@ pub static LAWS: &[CaseLaw] = &[
         bound: "two precisions; floor 2¹⁰ s N u of the displacements: nested solves, and two steps",
         cost: Cost::Expensive,
         faults: &[NO_U, U_SIGN, DOUBLED, CONJUGATE],
-        cases: || cases().with_group().forced().boxed(),
-        check: |case, fault| settle_small(case, fault, Check { case, fault, which: Which::Restricted }, 2),
+        cases: || cases().main_dimensions().with_group().forced().boxed(),
+        check: |case, fault| settle_main_small(case, fault, Check { case, fault, which: Which::Restricted }, 2),
     },
 ];
 

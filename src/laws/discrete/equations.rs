@@ -1,7 +1,7 @@
 //! Laws of the discrete equations and flows, for random polynomials of the entries of V, U and W.
 
 use super::super::CaseLaw;
-use super::super::precision::{Measured, settle, settle_small};
+use super::super::precision::{Measured, settle_main, settle_main_small};
 use super::super::probe::Probe;
 use super::{DOUBLED, KEEPS_U, NO_U, Planted, U_SIGN, compare, inverse, outside, refused};
 use crate::algebra::{Matrix, Vector, pair};
@@ -24,8 +24,8 @@ pub static LAWS: &[CaseLaw] = &[
         bound: "two precisions; floor 2⁵ N D u of the slopes and group elements",
         cost: Cost::Cheap,
         faults: &[NO_U, U_SIGN],
-        cases: || cases().with_group().boxed(),
-        check: |case, fault| settle(case, fault, Check { case, fault, which: Which::Variation }),
+        cases: || cases().main_dimensions().with_group().boxed(),
+        check: |case, fault| settle_main(case, fault, Check { case, fault, which: Which::Variation }),
     },
     CaseLaw {
         name: "discrete-units",
@@ -35,8 +35,8 @@ pub static LAWS: &[CaseLaw] = &[
         bound: "two precisions; floor 2⁸ N D u of the group elements",
         cost: Cost::Expensive,
         faults: &[NO_U, U_SIGN, DOUBLED],
-        cases: || cases().with_group().boxed(),
-        check: |case, fault| settle_small(case, fault, Check { case, fault, which: Which::Units }, 12),
+        cases: || cases().main_dimensions().with_group().boxed(),
+        check: |case, fault| settle_main_small(case, fault, Check { case, fault, which: Which::Units }, 12),
     },
     CaseLaw {
         name: "discrete-reduction",
@@ -46,8 +46,8 @@ pub static LAWS: &[CaseLaw] = &[
         bound: "two precisions; floor 2⁸ N D u of the group elements",
         cost: Cost::Expensive,
         faults: &[NO_U, U_SIGN, KEEPS_U],
-        cases: || cases().with_group().boxed(),
-        check: |case, fault| settle_small(case, fault, Check { case, fault, which: Which::Reduction }, 12),
+        cases: || cases().main_dimensions().with_group().boxed(),
+        check: |case, fault| settle_main_small(case, fault, Check { case, fault, which: Which::Reduction }, 12),
     },
 ];
 

@@ -1,7 +1,7 @@
 //! The exact discrete Lagrangian is antisymmetric.
 
 use super::super::CaseLaw;
-use super::super::precision::{Measured, settle_small};
+use super::super::precision::{Measured, settle_main_small};
 use super::super::probe::Probe;
 use super::super::subjects::{COUPLING_SUM, FIRST_COPY_ONLY, PLUS, PlantedForced, TIME_SHIFT};
 use crate::algebra::{Vector, elimination};
@@ -24,8 +24,8 @@ pub static LAWS: &[CaseLaw] = &[CaseLaw {
     bound: "two precisions; floor 2¹¹ N u: 8 stages of a collocation iterated to a few u",
     cost: Cost::Expensive,
     faults: &[PLUS, FIRST_COPY_ONLY, COUPLING_SUM, TIME_SHIFT],
-    cases: || cases().forced().with_group().boxed(),
-    check: |case, fault| settle_small(case, fault, Check { case, fault }, 6),
+    cases: || cases().main_dimensions().forced().with_group().boxed(),
+    check: |case, fault| settle_main_small(case, fault, Check { case, fault }, 6),
 }];
 
 #[derive(Clone, Copy)]

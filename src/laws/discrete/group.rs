@@ -3,7 +3,7 @@
 use super::super::CaseLaw;
 use super::super::integrators::refused as step_refused;
 use super::super::planted::blend;
-use super::super::precision::{Measured, settle, settle_small};
+use super::super::precision::{Measured, settle_main, settle_main_small};
 use super::super::probe::Probe;
 use super::{outside, refused};
 use crate::algebra::{Covector, Matrix, Vector, elimination, pair};
@@ -30,8 +30,8 @@ pub static LAWS: &[CaseLaw] = &[
         bound: "two precisions; floor 2⁵ N D u of the slopes",
         cost: Cost::Cheap,
         faults: &[LEFT],
-        cases: || cases().with_group().nonabelian().boxed(),
-        check: |case, fault| settle(case, fault, Check { case, fault, which: Which::Variation }),
+        cases: || cases().main_dimensions().with_group().nonabelian().boxed(),
+        check: |case, fault| settle_main(case, fault, Check { case, fault, which: Which::Variation }),
     },
     CaseLaw {
         name: "discrete-lie-poisson",
@@ -41,8 +41,8 @@ pub static LAWS: &[CaseLaw] = &[
         bound: "two precisions; floor 2⁸ N D u, of momenta that rounding of W moves by p u/|w|",
         cost: Cost::Cheap,
         faults: &[LEFT, INVERTED],
-        cases: || cases().with_group().force_free().nonabelian().boxed(),
-        check: |case, fault| settle_small(case, fault, Check { case, fault, which: Which::Step }, 3),
+        cases: || cases().main_dimensions().with_group().force_free().nonabelian().boxed(),
+        check: |case, fault| settle_main_small(case, fault, Check { case, fault, which: Which::Step }, 3),
     },
     CaseLaw {
         name: "discrete-lie-poisson-map",
@@ -52,8 +52,8 @@ pub static LAWS: &[CaseLaw] = &[
         bound: "two precisions; floor 2⁶ N D u of the terms of J Π Jᵀ times the condition of ∂μ₁/∂W₁",
         cost: Cost::Cheap,
         faults: &[LEFT, INVERTED],
-        cases: || cases().with_group().nonabelian().boxed(),
-        check: |case, fault| settle_small(case, fault, Check { case, fault, which: Which::Poisson }, 12),
+        cases: || cases().main_dimensions().with_group().nonabelian().boxed(),
+        check: |case, fault| settle_main_small(case, fault, Check { case, fault, which: Which::Poisson }, 12),
     },
 ];
 
