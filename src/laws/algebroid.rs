@@ -6,7 +6,7 @@ use super::instances::{
     ACTION_INVERTED, ANCHOR_SIGN, ENDS_KEPT, INVERSE_KEEPS_U, Instance, PRODUCT_KEEPS_END, Planted, Polynomial,
     SECOND_INVERTED, STRUCTURE_SIGN, Second, blend_vector, lifted,
 };
-use super::precision::{Measured, settle_main};
+use super::precision::{Measured, settle};
 use super::probe::Probe;
 use crate::groupoid::calculus::{along, constant, derivatives, infinitesimal, values};
 use crate::groupoid::{
@@ -46,9 +46,9 @@ macro_rules! law {
             bound: BOUND,
             cost: Cost::Cheap,
             faults: $faults,
-            cases: || cases().main_dimensions().with_group().boxed(),
+            cases: || cases().with_group().boxed(),
             check: |case, fault| {
-                settle_main(case, fault, Check { case, fault, kinds: None, which: Which::Algebroid($question) })
+                settle(case, fault, Check { case, fault, kinds: None, which: Which::Algebroid($question) })
             },
         }
     };

@@ -8,7 +8,7 @@ use self::gamma::{
 };
 use super::CaseLaw;
 use super::instances::{ENDS_KEPT, INVERSE_KEEPS_U, Kind, Material, Polynomial, SECOND_INVERTED};
-use super::precision::{Measured, settle_main};
+use super::precision::{Measured, settle};
 use super::probe::Probe;
 use crate::groupoid::calculus::{along, constant, derivatives};
 use crate::groupoid::{Group, Groupoid, push_inverse, push_product, push_source, push_target, push_unit};
@@ -31,8 +31,8 @@ macro_rules! law {
             bound: BOUND,
             cost: Cost::Cheap,
             faults: $faults,
-            cases: || cases().main_dimensions().with_group().boxed(),
-            check: |case, fault| settle_main(case, fault, Check { case, fault, question: $question }),
+            cases: || cases().with_group().boxed(),
+            check: |case, fault| settle(case, fault, Check { case, fault, question: $question }),
         }
     };
 }
