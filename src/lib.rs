@@ -67,7 +67,7 @@
 //! | [`scalar`] | `f64`, ~32 digits, duals; exact number expressions |
 //! | [`algebra`], [`tableau`], [`newton`] | structure constants and catalogue; coefficients, families, trees, orders; one solver |
 //! | [`group`] | matrix groups, SO(3) |
-//! | [`retraction`], [`groupoid`] | exp and Cayley with their tangents; axioms, G×G×G, g*×G×g* and its bracket |
+//! | [`retraction`], [`groupoid`] | exp and Cayley with their tangents; Lie groupoids and algebroids, G×G×G, g*×G×g* and its bracket |
 //! | [`mechanics`] | Lagrangians, forces, equations, the doubled Lagrangian, the paper's models |
 //! | [`integrators`] | the variational step, the doubled scheme, comparators, trajectories |
 //! | `experiments` | the paper's numerical experiments |
