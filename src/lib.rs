@@ -68,7 +68,7 @@
 //! | [`scalar`] | `f64`, ~32 digits, duals; exact number expressions |
 //! | [`algebra`], [`tableau`], [`newton`] | structure constants and catalogue; coefficients, families, trees, orders; one solver |
 //! | [`group`] | matrix groups, SO(3) |
-//! | [`retraction`], [`groupoid`] | exp and Cayley with their tangents; axioms, G×G×G, g*×G×g* and its bracket |
+//! | [`retraction`], [`groupoid`] | exp and Cayley with their tangents; Lie groupoids and algebroids, G×G×G, g*×G×g* and its bracket |
 //! | [`mechanics`] | Lagrangians, forces, equations, doubled Lagrangians and Hamiltonians, the paper's models |
 //! | [`discrete`] | discrete Lagrangians on G×G×G, G⁴ and G: Legendre transforms, equations, flows |
 //! | [`integrators`] | the variational step, the doubled scheme, comparators, trajectories |
