@@ -23,6 +23,11 @@ pub(super) trait Equations<T: Real> {
 
     /// The Jacobian at x, or near it: it decides how fast the iteration is, not where it ends.
     fn jacobian(&mut self, x: &DVector<T>) -> Result<DMatrix<T>, DiscreteError>;
+
+    /// What a residual gains by rounding beyond its own terms, in units of round-off; known after a Jacobian.
+    fn rounding(&self) -> T {
+        T::zero()
+    }
 }
 
 /// How a solve went.
@@ -61,7 +66,7 @@ pub(super) fn solve<T: Real>(
             return Err(failed);
         }
         let stagnates = last.is_some_and(|last| relative > last * T::half());
-        if relative <= tolerance || (stagnates && relative <= floor) {
+        if relative <= tolerance || (stagnates && largest <= floor * (size + equations.rounding())) {
             return Ok(Solved { factors, residual: relative, iterations });
         }
         // A Jacobian from the point before that does not even reduce the residual.
@@ -86,12 +91,21 @@ pub(super) fn solve<T: Real>(
     Err(DiscreteError::Singular { what })
 }
 
-/// Equations given by their residual alone; the Jacobian by forward differences.
+/// Equations for displacements in a group, given by their residual alone; the Jacobian by forward differences.
 pub(super) struct Differences<'a, T: Real> {
-    /// What they are.
-    pub name: &'static str,
-    /// The residual, with unknowns of the order of 1 (displacements in a group).
-    pub residual: &'a mut dyn FnMut(&DVector<T>) -> Result<Residual<T>, DiscreteError>,
+    name: &'static str,
+    residual: &'a mut dyn FnMut(&DVector<T>) -> Result<Residual<T>, DiscreteError>,
+    slope: T,
+}
+
+impl<'a, T: Real> Differences<'a, T> {
+    /// The equations called `name`.
+    pub fn new(
+        name: &'static str,
+        residual: &'a mut dyn FnMut(&DVector<T>) -> Result<Residual<T>, DiscreteError>,
+    ) -> Self {
+        Self { name, residual, slope: T::zero() }
+    }
 }
 
 impl<T: Real> Equations<T> for Differences<'_, T> {
@@ -113,6 +127,12 @@ impl<T: Real> Equations<T> for Differences<'_, T> {
             let (there, _) = (self.residual)(&moved)?;
             jacobian.set_column(column, &((there - &here) / epsilon));
         }
+        self.slope = jacobian.amax();
         Ok(jacobian)
+    }
+
+    /// Group elements are of size 1 and rounded like that, however small the displacement.
+    fn rounding(&self) -> T {
+        self.slope
     }
 }

@@ -41,6 +41,9 @@ pub struct Extremal<T: Real, const N: usize> {
     factors: Option<Factors<T>>,
 }
 
+/// Steps of the continuation in the positions Ξ and X of the stages.
+const CONTINUATION: i64 = 4;
+
 /// (Ξ, H, X, Ψ) of one stage.
 type Stage<T, const N: usize> = [Vector<T, N>; 4];
 
@@ -71,6 +74,8 @@ where
 
     /// The extremal stages for V = τ(v), U, W = τ(w), by Newton's method from H_i = v/h, Ψ_i = w/h or from a `guess`.
     ///
+    /// The start is the extremum for Ξ = X = 0; where Newton's method fails, Ξ and X are turned on in four steps.
+    ///
     /// # Errors
     /// No convergence; singular conditions; a stage outside a domain; numbers that are not finite, h = 0 among them.
     pub fn extremise(
@@ -88,19 +93,26 @@ where
         if !u.iter().all(|x| x.all_finite()) {
             return Err(DiscreteError::NotFinite { what: "U" });
         }
-        let guess = guess.filter(|guess| guess.first.len() == s);
-        let mut x = match guess {
+        let start = self.start(&eta, u, &psi)?;
+        let (mut x, factors) = match guess.filter(|guess| guess.first.len() == s) {
             Some(guess) => {
                 let rates = guess.first.iter().chain(&guess.second).flat_map(|rate| rate.iter());
                 let list = rates.chain(guess.theta.iter()).chain(guess.phi.iter()).copied();
-                DVector::from_iterator(2 * (s + 1) * N, list)
+                (DVector::from_iterator(2 * (s + 1) * N, list), guess.factors.clone())
             }
-            None => self.start(&eta, u, &psi)?,
+            None => (start.clone(), None),
         };
-        let weight = self.weight(&eta, &psi, &x);
-        let mut conditions = Conditions { l_d: self, u, eta, psi, weight, certified: false };
-        let factors = guess.and_then(|guess| guess.factors.clone());
-        let near = chord::solve(&mut conditions, &mut x, factors)?;
+        let weight = self.weight(&eta, &psi, &start);
+        let mut conditions = Conditions { l_d: self, u, eta, psi, weight, h: self.step, certified: false };
+        let mut near = chord::solve(&mut conditions, &mut x, factors);
+        if matches!(near, Err(DiscreteError::NotConverged { .. })) {
+            x = start;
+            for k in 1..=CONTINUATION {
+                conditions.h = self.step * T::ratio(k, CONTINUATION);
+                near = chord::solve(&mut conditions, &mut x, None);
+            }
+        }
+        let near = near?;
         conditions.certified = true;
         let solved = chord::solve(&mut conditions, &mut x, near.factors)?;
         let rates = |copy: usize| (0..s).map(|i| block(&x, copy * s + i)).collect();
@@ -123,7 +135,7 @@ where
         let out = DiscreteError::domain("a stage");
         let mut sum = T::zero();
         for i in 0..self.tableau.stages() {
-            let [xi, rate, chi, partner] = self.stage(i, &extremal.first, &extremal.second);
+            let [xi, rate, chi, partner] = self.stage(i, self.step, &extremal.first, &extremal.second);
             let eta = self.retraction.at(&xi).map_err(&out)?.d() * rate;
             let psi = self.retraction.at(&chi).map_err(&out)?.d() * partner;
             let relative = self.relative(&xi, u, &chi).map_err(&out)?;
@@ -145,11 +157,11 @@ where
         self.time + self.tableau.c()[i] * self.step
     }
 
-    /// (Ξ_i, H_i, X_i, Ψ_i).
-    fn stage(&self, i: usize, first: &[Vector<T, N>], second: &[Vector<T, N>]) -> Stage<T, N> {
+    /// (Ξ_i, H_i, X_i, Ψ_i), the positions for a step h.
+    fn stage(&self, i: usize, h: T, first: &[Vector<T, N>], second: &[Vector<T, N>]) -> Stage<T, N> {
         let sum = |rates: &[Vector<T, N>]| {
             let terms = rates.iter().enumerate().map(|(j, rate)| rate * self.tableau.a()[(i, j)]);
-            terms.fold(Vector::<T, N>::zeros(), |sum, term| sum + term) * self.step
+            terms.fold(Vector::<T, N>::zeros(), |sum, term| sum + term) * h
         };
         [sum(first), first[i], sum(second), second[i]]
     }
@@ -264,6 +276,8 @@ struct Conditions<'a, T: Real, L, R, const N: usize, const D: usize> {
     eta: Vector<T, N>,
     psi: Vector<T, N>,
     weight: T,
+    /// The step, or the part of it that has been turned on.
+    h: T,
     /// Whether derivatives of dτ are taken by dual numbers; else ddτ stands for them, which is several times cheaper.
     certified: bool,
 }
@@ -284,7 +298,7 @@ where
         let (first, second) = (rates(0), rates(1));
         let mut gradient = DMatrix::zeros(s, 4 * N);
         for i in 0..s {
-            let stage = self.l_d.stage(i, &first, &second);
+            let stage = self.l_d.stage(i, self.h, &first, &second);
             let slopes = match self.certified {
                 true => self.l_d.certified_slopes(i, self.u, &stage)?,
                 false => self.l_d.quick_slopes(i, self.u, &stage)?,
@@ -294,7 +308,7 @@ where
             }
         }
         let mean: Vec<T> = self.eta.iter().chain(&self.psi).copied().collect();
-        Ok(assemble_residual(&self.l_d.tableau, self.l_d.step, &gradient, x, &mean, self.weight))
+        Ok(assemble_residual(&self.l_d.tableau, self.h, &gradient, x, &mean, self.weight))
     }
 
     /// By forward differences: near enough.
@@ -308,7 +322,7 @@ where
         let steps = [unit, if velocity > T::zero() { unit * velocity } else { unit }];
         let mut second_derivatives = Vec::with_capacity(s);
         for i in 0..s {
-            let here = self.l_d.stage(i, &first, &second);
+            let here = self.l_d.stage(i, self.h, &first, &second);
             let gradient = |stage: &Stage<T, N>| {
                 let slopes = self.l_d.quick_slopes(i, self.u, stage)?;
                 let entries = slopes.local.iter().flat_map(|row| row.iter()).copied();
@@ -324,7 +338,7 @@ where
             }
             second_derivatives.push(hessian);
         }
-        Ok(assemble_jacobian(&self.l_d.tableau, self.l_d.step, &second_derivatives, self.weight))
+        Ok(assemble_jacobian(&self.l_d.tableau, self.h, &second_derivatives, self.weight))
     }
 }
 
@@ -356,6 +370,7 @@ fn assemble_residual<T: Real>(
                 residual[(copy * s + k) * n + component] = sum;
             }
             let mut constraint = -mean[copy * n + component];
+            size = size.max((constraint * weight).abs());
             for k in 0..s {
                 let term = x[(copy * s + k) * n + component] * b[k];
                 size = size.max((term * weight).abs());
@@ -431,7 +446,7 @@ where
         let ((v, v_back), (w, w_back)) = (ends(&v, "V")?, ends(&w, "W")?);
         let (mut u_left, mut u_right) = (Covector::zeros(), Covector::zeros());
         for i in 0..self.tableau.stages() {
-            let stage = self.stage(i, &extremal.first, &extremal.second);
+            let stage = self.stage(i, self.step, &extremal.first, &extremal.second);
             let slopes = self.quick_slopes(i, &x.u, &stage)?;
             let weight = self.step * self.tableau.b()[i];
             u_left += slopes.left * weight;

@@ -155,9 +155,9 @@ impl Check<'_> {
         let value = |w: Matrix<Dual<T>, D>| l_d.value(&w).map_err(outside);
         let expected = (value(along(&first, first * hat))? + value(along(&second, -hat * second))?).eps;
         let right = euler_poincare(&l_d, group, &first, &second).map_err(refused)?;
-        let (plus, _) = self.legendre(&l_d, group, &first)?;
-        let (_, minus) = self.legendre(&l_d, group, &second)?;
-        let found = pair(&blend(right, plus - minus, self.size(LEFT).ceil()), &zeta);
+        let (plus, _) = legendre(&l_d, group, &first).map_err(refused)?;
+        let (wrong, minus) = legendre(&l_d, group, &second).map_err(refused)?;
+        let found = pair(&blend(right, plus - wrong, self.size(LEFT)), &zeta);
         let size = plus.amax().max(minus.amax());
         Ok(Measured::defect((found - expected).abs(), size, 32.0 * (N * D) as f64, || {
             format!("⟨residual, ζ⟩ = {:.17e}, δ sum = {:.17e}", found.to_f64(), expected.to_f64())
