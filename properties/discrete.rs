@@ -27,7 +27,7 @@ fn tableau<T: Real>(name: &str) -> Tableau<T> {
 /// Landau–Lifshitz–Gilbert damping with the Cayley map.
 fn damped<T: Real>() -> Llg<T> {
     let model = landau_lifshitz_gilbert::<T>();
-    Forced::new(model.system.lagrangian.into(), model.system.force.into(), CayleySo3::new())
+    Forced::new(model.system.lagrangian, model.system.force, CayleySo3::new())
 }
 
 fn damped_action(name: &str, h: f64) -> StageLagrangian<f64, Llg<f64>, CayleySo3<f64>, 3, 3> {

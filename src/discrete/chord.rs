@@ -55,8 +55,8 @@ pub(super) fn solve<T: Real>(
     let what = equations.name();
     let tolerance = T::int(x.len() as i64) * T::unit_roundoff();
     let floor = tolerance * T::int(256);
-    let (mut last, mut fresh) = (None::<T>, false);
-    for iterations in 0..=MAX_ITERATIONS {
+    let (mut last, mut fresh, mut iterations) = (None::<T>, false, 0);
+    loop {
         let (residual, size) = equations.residual(x)?;
         let largest = residual.amax();
         // 0/0 is a residual of zero: a system at rest without forces.
@@ -87,23 +87,23 @@ pub(super) fn solve<T: Real>(
         *x -= correction;
         factors = Some(used);
         last = Some(relative);
+        iterations += 1;
     }
-    Err(DiscreteError::Singular { what })
 }
+
+/// A residual as a function of the unknowns.
+type Function<'a, T> = dyn FnMut(&DVector<T>) -> Result<Residual<T>, DiscreteError> + 'a;
 
 /// Equations for displacements in a group, given by their residual alone; the Jacobian by forward differences.
 pub(super) struct Differences<'a, T: Real> {
     name: &'static str,
-    residual: &'a mut dyn FnMut(&DVector<T>) -> Result<Residual<T>, DiscreteError>,
+    residual: &'a mut Function<'a, T>,
     slope: T,
 }
 
 impl<'a, T: Real> Differences<'a, T> {
     /// The equations called `name`.
-    pub fn new(
-        name: &'static str,
-        residual: &'a mut dyn FnMut(&DVector<T>) -> Result<Residual<T>, DiscreteError>,
-    ) -> Self {
+    pub fn new(name: &'static str, residual: &'a mut Function<'a, T>) -> Self {
         Self { name, residual, slope: T::zero() }
     }
 }
