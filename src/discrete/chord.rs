@@ -1,7 +1,7 @@
 //! Newton's method with a Jacobian that is kept while it serves.
 //!
-//! Evaluating a Jacobian here costs many residuals (each column solves an inner problem, or runs on dual numbers), so the
-//! factors are kept, also from one problem to the next nearby, as long as an iteration gains at least two digits.
+//! A Jacobian here costs many residuals (by differences, each column perhaps with an inner problem to solve), so the
+//! factors are kept, also from one problem to the next nearby, as long as an iteration gains a factor of 64.
 
 use super::DiscreteError;
 use crate::scalar::Real;

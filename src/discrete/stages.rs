@@ -5,7 +5,7 @@
 //! Diego and Sato Martín de Almagro 2019, §5.2). The extremum is a saddle; its multipliers are the slopes of l_d.
 
 use super::chord::{self, Equations, Factors, Residual};
-use super::{DiscreteError, DiscreteLagrangian, Slopes, Triple};
+use super::{DiscreteError, DiscreteLagrangian, Slopes, Triple, assembly};
 use crate::algebra::{Covector, Matrix, Vector, basis_vector, pair};
 use crate::mechanics::doubled::DoubledLagrangian;
 use crate::retraction::{Retraction, RetractionError, TangentPoint};
@@ -105,11 +105,14 @@ where
         let weight = self.weight(&eta, &psi, &start);
         let mut conditions = Conditions { l_d: self, u, eta, psi, weight, h: self.step, certified: false };
         let mut near = chord::solve(&mut conditions, &mut x, factors);
-        if matches!(near, Err(DiscreteError::NotConverged { .. })) {
+        if near.is_err() {
             x = start;
             for k in 1..=CONTINUATION {
                 conditions.h = self.step * T::ratio(k, CONTINUATION);
                 near = chord::solve(&mut conditions, &mut x, None);
+                if near.is_err() {
+                    break;
+                }
             }
         }
         let near = near?;
@@ -308,7 +311,7 @@ where
             }
         }
         let mean: Vec<T> = self.eta.iter().chain(&self.psi).copied().collect();
-        Ok(assemble_residual(&self.l_d.tableau, self.h, &gradient, x, &mean, self.weight))
+        Ok(assembly::residual(&self.l_d.tableau, self.h, &gradient, x, &mean, self.weight))
     }
 
     /// By forward differences: near enough.
@@ -338,87 +341,8 @@ where
             }
             second_derivatives.push(hessian);
         }
-        Ok(assemble_jacobian(&self.l_d.tableau, self.h, &second_derivatives, self.weight))
+        Ok(assembly::jacobian(&self.l_d.tableau, self.h, &second_derivatives, self.weight))
     }
-}
-
-/// The residual of the conditions from the local gradients (a row for each stage), and the size of their terms.
-fn assemble_residual<T: Real>(
-    tableau: &Tableau<T>,
-    h: T,
-    gradient: &DMatrix<T>,
-    x: &DVector<T>,
-    mean: &[T],
-    weight: T,
-) -> Residual<T> {
-    let (s, n) = (tableau.stages(), mean.len() / 2);
-    let (a, b) = (tableau.a(), tableau.b());
-    let mut residual = DVector::zeros(x.len());
-    let mut size = T::zero();
-    for copy in 0..2 {
-        for component in 0..n {
-            let (place, rate) = ((2 * copy) * n + component, (2 * copy + 1) * n + component);
-            let multiplier = x[(2 * s + copy) * n + component];
-            for k in 0..s {
-                let mut sum = gradient[(k, rate)] - multiplier;
-                size = size.max(gradient[(k, rate)].abs()).max(multiplier.abs());
-                for i in 0..s {
-                    let term = gradient[(i, place)] * (h * b[i] * a[(i, k)] / b[k]);
-                    size = size.max(term.abs());
-                    sum += term;
-                }
-                residual[(copy * s + k) * n + component] = sum;
-            }
-            let mut constraint = -mean[copy * n + component];
-            size = size.max((constraint * weight).abs());
-            for k in 0..s {
-                let term = x[(copy * s + k) * n + component] * b[k];
-                size = size.max((term * weight).abs());
-                constraint += term;
-            }
-            residual[(2 * s + copy) * n + component] = constraint * weight;
-        }
-    }
-    (residual, size)
-}
-
-/// The Jacobian of the conditions from the Hessians of the stages by (Ξ, H, X, Ψ).
-fn assemble_jacobian<T: Real>(tableau: &Tableau<T>, h: T, hessians: &[DMatrix<T>], weight: T) -> DMatrix<T> {
-    let (s, n) = (tableau.stages(), hessians[0].nrows() / 4);
-    let (a, b) = (tableau.a(), tableau.b());
-    let mut jacobian = DMatrix::zeros(2 * (s + 1) * n, 2 * (s + 1) * n);
-    // (slot, factor) of what stage i contributes to, or takes from, the unknown of stage k: H_k is H_i and moves Ξ_i.
-    let slots = |copy: usize, same: bool, factor: T| {
-        [(2 * copy, factor), (2 * copy + 1, if same { T::one() } else { T::zero() })]
-    };
-    for (i, hessian) in hessians.iter().enumerate() {
-        for (p, q) in [(0, 0), (0, 1), (1, 0), (1, 1)] {
-            for k in 0..s {
-                for m in 0..s {
-                    for (row, outer) in slots(p, i == k, h * b[i] * a[(i, k)] / b[k]) {
-                        for (column, inner) in slots(q, i == m, h * a[(i, m)]) {
-                            let factor = outer * inner;
-                            if factor == T::zero() {
-                                continue;
-                            }
-                            let mut target = jacobian.view_mut(((p * s + k) * n, (q * s + m) * n), (n, n));
-                            target += hessian.view((row * n, column * n), (n, n)) * factor;
-                        }
-                    }
-                }
-            }
-        }
-    }
-    for copy in 0..2 {
-        for k in 0..s {
-            for component in 0..n {
-                let (unknown, multiplier) = ((copy * s + k) * n + component, (2 * s + copy) * n + component);
-                jacobian[(unknown, multiplier)] = -T::one();
-                jacobian[(multiplier, unknown)] = b[k] * weight;
-            }
-        }
-    }
-    jacobian
 }
 
 impl<T, L, R, const N: usize, const D: usize> DiscreteLagrangian<T, N, D> for StageLagrangian<T, L, R, N, D>

@@ -28,10 +28,10 @@ use proptest::strategy::Strategy;
 pub const LAWS: &[CaseLaw] = &[
     CaseLaw {
         name: "discrete-slopes",
-        statement: "the slopes of the extremal action are its derivatives: ∂l_d/∂v = θ, ∂l_d/∂U at fixed stages; L* = Ad* R*",
+        statement: "the slopes of the extremal action: ∂l_d/∂v = θ, ∂l_d/∂w = φ, ∂l_d/∂U at fixed stages; L* = Ad* R*",
         source: "Martín de Diego and Sato Martín de Almagro 2019, §5, before (5.2), and §5.2",
         oracle: "differences of the extremal values, each with its own stages, and Ad by conjugation of matrices",
-        bound: "two precisions; floor 2⁶ s N u p/ε, p a slope: differences over ε = 2⁻¹² (f64), 2⁻²⁴ (dd) of values that rounding of V moves by p u",
+        bound: "two precisions; rounding of V moves values by p u, p a slope: floor 2⁶ s N p u/ε, ε = 2⁻¹² (f64), 2⁻²⁴ (dd)",
         cost: Cost::Cheap,
         faults: &[VALUE, V_RIGHT, U_RIGHT, DOUBLED],
         cases: || cases().with_group().forced().boxed(),
