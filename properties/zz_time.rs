@@ -13,7 +13,7 @@ fn run() {
         if law.cost != Cost::Cheap && only.is_none() {
             continue;
         }
-        let st = law.cases();
+        let st = (law.cases)();
         let (mut t, mut h, mut na, mut bad) = (0.0, 0, 0, vec![]);
         for i in 0..n {
             let c = draw(&st, 1, law.name, i).case.unwrap().0;

@@ -1,7 +1,7 @@
 //! Newton's method with a Jacobian that is kept while it serves.
 //!
-//! Evaluating a Jacobian here costs many residuals (each column solves an inner problem, or runs on dual numbers), so the
-//! factors are kept, also from one problem to the next nearby, as long as an iteration gains at least two digits.
+//! A Jacobian here costs many residuals (by differences, each column perhaps with an inner problem to solve), so the
+//! factors are kept, also from one problem to the next nearby, as long as an iteration gains a factor of 64.
 
 use super::DiscreteError;
 use crate::scalar::Real;
@@ -23,6 +23,11 @@ pub(super) trait Equations<T: Real> {
 
     /// The Jacobian at x, or near it: it decides how fast the iteration is, not where it ends.
     fn jacobian(&mut self, x: &DVector<T>) -> Result<DMatrix<T>, DiscreteError>;
+
+    /// What a residual gains by rounding beyond its own terms, in units of round-off; known after a Jacobian.
+    fn rounding(&self) -> T {
+        T::zero()
+    }
 }
 
 /// How a solve went.
@@ -50,8 +55,8 @@ pub(super) fn solve<T: Real>(
     let what = equations.name();
     let tolerance = T::int(x.len() as i64) * T::unit_roundoff();
     let floor = tolerance * T::int(256);
-    let (mut last, mut fresh) = (None::<T>, false);
-    for iterations in 0..=MAX_ITERATIONS {
+    let (mut last, mut fresh, mut iterations) = (None::<T>, false, 0);
+    loop {
         let (residual, size) = equations.residual(x)?;
         let largest = residual.amax();
         // 0/0 is a residual of zero: a system at rest without forces.
@@ -61,7 +66,7 @@ pub(super) fn solve<T: Real>(
             return Err(failed);
         }
         let stagnates = last.is_some_and(|last| relative > last * T::half());
-        if relative <= tolerance || (stagnates && relative <= floor) {
+        if relative <= tolerance || (stagnates && largest <= floor * (size + equations.rounding())) {
             return Ok(Solved { factors, residual: relative, iterations });
         }
         // A Jacobian from the point before that does not even reduce the residual.
@@ -82,16 +87,25 @@ pub(super) fn solve<T: Real>(
         *x -= correction;
         factors = Some(used);
         last = Some(relative);
+        iterations += 1;
     }
-    Err(DiscreteError::Singular { what })
 }
 
-/// Equations given by their residual alone; the Jacobian by forward differences.
+/// A residual as a function of the unknowns.
+type Function<'a, T> = dyn FnMut(&DVector<T>) -> Result<Residual<T>, DiscreteError> + 'a;
+
+/// Equations for displacements in a group, given by their residual alone; the Jacobian by forward differences.
 pub(super) struct Differences<'a, T: Real> {
-    /// What they are.
-    pub name: &'static str,
-    /// The residual, with unknowns of the order of 1 (displacements in a group).
-    pub residual: &'a mut dyn FnMut(&DVector<T>) -> Result<Residual<T>, DiscreteError>,
+    name: &'static str,
+    residual: &'a mut Function<'a, T>,
+    slope: T,
+}
+
+impl<'a, T: Real> Differences<'a, T> {
+    /// The equations called `name`.
+    pub fn new(name: &'static str, residual: &'a mut Function<'a, T>) -> Self {
+        Self { name, residual, slope: T::zero() }
+    }
 }
 
 impl<T: Real> Equations<T> for Differences<'_, T> {
@@ -113,6 +127,12 @@ impl<T: Real> Equations<T> for Differences<'_, T> {
             let (there, _) = (self.residual)(&moved)?;
             jacobian.set_column(column, &((there - &here) / epsilon));
         }
+        self.slope = jacobian.amax();
         Ok(jacobian)
+    }
+
+    /// Group elements are of size 1 and rounded like that, however small the displacement.
+    fn rounding(&self) -> T {
+        self.slope
     }
 }

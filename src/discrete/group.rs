@@ -107,7 +107,7 @@ where
         Ok((DVector::from_iterator(N, (minus - mu).iter().copied()), size))
     };
     let mut x = DVector::zeros(N);
-    let mut equations = Differences { name: "the discrete Euler–Poincaré equations", residual: &mut residual };
+    let mut equations = Differences::new("the discrete Euler–Poincaré equations", &mut residual);
     chord::solve(&mut equations, &mut x, None)?;
     place(&x)
 }

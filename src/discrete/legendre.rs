@@ -113,7 +113,7 @@ where
         Ok((DVector::from_iterator(2 * N, lambda.iter().chain(mu.iter()).copied()), size))
     };
     let mut x = DVector::zeros(2 * N);
-    let mut equations = Differences { name: "the discrete Euler–Lagrange equations", residual: &mut residual };
+    let mut equations = Differences::new("the discrete Euler–Lagrange equations", &mut residual);
     chord::solve(&mut equations, &mut x, None)?;
     place(&x)
 }

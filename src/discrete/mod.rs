@@ -14,6 +14,7 @@
 //! | [`quadruple`] | the same on G⁴, lift and projection |
 //! | [`group`] | discrete Euler–Poincaré and Lie–Poisson on G |
 
+mod assembly;
 mod chord;
 pub mod exact;
 pub mod group;

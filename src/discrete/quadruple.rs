@@ -124,8 +124,7 @@ where
         Ok((DVector::from_iterator(2 * N, sum.iter().chain(partner.iter()).copied()), size))
     };
     let mut unknowns = DVector::zeros(2 * N);
-    let mut equations =
-        Differences { name: "the discrete Euler–Lagrange equations on G⁴", residual: &mut residual };
+    let mut equations = Differences::new("the discrete Euler–Lagrange equations on G⁴", &mut residual);
     chord::solve(&mut equations, &mut unknowns, None)?;
     place(&unknowns)
 }

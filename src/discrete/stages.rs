@@ -5,7 +5,7 @@
 //! Diego and Sato Martín de Almagro 2019, §5.2). The extremum is a saddle; its multipliers are the slopes of l_d.
 
 use super::chord::{self, Equations, Factors, Residual};
-use super::{DiscreteError, DiscreteLagrangian, Slopes, Triple};
+use super::{DiscreteError, DiscreteLagrangian, Slopes, Triple, assembly};
 use crate::algebra::{Covector, Matrix, Vector, basis_vector, pair};
 use crate::mechanics::doubled::DoubledLagrangian;
 use crate::retraction::{Retraction, RetractionError, TangentPoint};
@@ -41,6 +41,9 @@ pub struct Extremal<T: Real, const N: usize> {
     factors: Option<Factors<T>>,
 }
 
+/// Steps of the continuation in the positions Ξ and X of the stages.
+const CONTINUATION: i64 = 4;
+
 /// (Ξ, H, X, Ψ) of one stage.
 type Stage<T, const N: usize> = [Vector<T, N>; 4];
 
@@ -71,6 +74,8 @@ where
 
     /// The extremal stages for V = τ(v), U, W = τ(w), by Newton's method from H_i = v/h, Ψ_i = w/h or from a `guess`.
     ///
+    /// The start is the extremum for Ξ = X = 0; where Newton's method fails, Ξ and X are turned on in four steps.
+    ///
     /// # Errors
     /// No convergence; singular conditions; a stage outside a domain; numbers that are not finite, h = 0 among them.
     pub fn extremise(
@@ -88,19 +93,29 @@ where
         if !u.iter().all(|x| x.all_finite()) {
             return Err(DiscreteError::NotFinite { what: "U" });
         }
-        let guess = guess.filter(|guess| guess.first.len() == s);
-        let mut x = match guess {
+        let start = self.start(&eta, u, &psi)?;
+        let (mut x, factors) = match guess.filter(|guess| guess.first.len() == s) {
             Some(guess) => {
                 let rates = guess.first.iter().chain(&guess.second).flat_map(|rate| rate.iter());
                 let list = rates.chain(guess.theta.iter()).chain(guess.phi.iter()).copied();
-                DVector::from_iterator(2 * (s + 1) * N, list)
+                (DVector::from_iterator(2 * (s + 1) * N, list), guess.factors.clone())
             }
-            None => self.start(&eta, u, &psi)?,
+            None => (start.clone(), None),
         };
-        let weight = self.weight(&eta, &psi, &x);
-        let mut conditions = Conditions { l_d: self, u, eta, psi, weight, certified: false };
-        let factors = guess.and_then(|guess| guess.factors.clone());
-        let near = chord::solve(&mut conditions, &mut x, factors)?;
+        let weight = self.weight(&eta, &psi, &start);
+        let mut conditions = Conditions { l_d: self, u, eta, psi, weight, h: self.step, certified: false };
+        let mut near = chord::solve(&mut conditions, &mut x, factors);
+        if near.is_err() {
+            x = start;
+            for k in 1..=CONTINUATION {
+                conditions.h = self.step * T::ratio(k, CONTINUATION);
+                near = chord::solve(&mut conditions, &mut x, None);
+                if near.is_err() {
+                    break;
+                }
+            }
+        }
+        let near = near?;
         conditions.certified = true;
         let solved = chord::solve(&mut conditions, &mut x, near.factors)?;
         let rates = |copy: usize| (0..s).map(|i| block(&x, copy * s + i)).collect();
@@ -123,7 +138,7 @@ where
         let out = DiscreteError::domain("a stage");
         let mut sum = T::zero();
         for i in 0..self.tableau.stages() {
-            let [xi, rate, chi, partner] = self.stage(i, &extremal.first, &extremal.second);
+            let [xi, rate, chi, partner] = self.stage(i, self.step, &extremal.first, &extremal.second);
             let eta = self.retraction.at(&xi).map_err(&out)?.d() * rate;
             let psi = self.retraction.at(&chi).map_err(&out)?.d() * partner;
             let relative = self.relative(&xi, u, &chi).map_err(&out)?;
@@ -145,11 +160,11 @@ where
         self.time + self.tableau.c()[i] * self.step
     }
 
-    /// (Ξ_i, H_i, X_i, Ψ_i).
-    fn stage(&self, i: usize, first: &[Vector<T, N>], second: &[Vector<T, N>]) -> Stage<T, N> {
+    /// (Ξ_i, H_i, X_i, Ψ_i), the positions for a step h.
+    fn stage(&self, i: usize, h: T, first: &[Vector<T, N>], second: &[Vector<T, N>]) -> Stage<T, N> {
         let sum = |rates: &[Vector<T, N>]| {
             let terms = rates.iter().enumerate().map(|(j, rate)| rate * self.tableau.a()[(i, j)]);
-            terms.fold(Vector::<T, N>::zeros(), |sum, term| sum + term) * self.step
+            terms.fold(Vector::<T, N>::zeros(), |sum, term| sum + term) * h
         };
         [sum(first), first[i], sum(second), second[i]]
     }
@@ -264,6 +279,8 @@ struct Conditions<'a, T: Real, L, R, const N: usize, const D: usize> {
     eta: Vector<T, N>,
     psi: Vector<T, N>,
     weight: T,
+    /// The step, or the part of it that has been turned on.
+    h: T,
     /// Whether derivatives of dτ are taken by dual numbers; else ddτ stands for them, which is several times cheaper.
     certified: bool,
 }
@@ -284,7 +301,7 @@ where
         let (first, second) = (rates(0), rates(1));
         let mut gradient = DMatrix::zeros(s, 4 * N);
         for i in 0..s {
-            let stage = self.l_d.stage(i, &first, &second);
+            let stage = self.l_d.stage(i, self.h, &first, &second);
             let slopes = match self.certified {
                 true => self.l_d.certified_slopes(i, self.u, &stage)?,
                 false => self.l_d.quick_slopes(i, self.u, &stage)?,
@@ -294,7 +311,7 @@ where
             }
         }
         let mean: Vec<T> = self.eta.iter().chain(&self.psi).copied().collect();
-        Ok(assemble_residual(&self.l_d.tableau, self.l_d.step, &gradient, x, &mean, self.weight))
+        Ok(assembly::residual(&self.l_d.tableau, self.h, &gradient, x, &mean, self.weight))
     }
 
     /// By forward differences: near enough.
@@ -308,7 +325,7 @@ where
         let steps = [unit, if velocity > T::zero() { unit * velocity } else { unit }];
         let mut second_derivatives = Vec::with_capacity(s);
         for i in 0..s {
-            let here = self.l_d.stage(i, &first, &second);
+            let here = self.l_d.stage(i, self.h, &first, &second);
             let gradient = |stage: &Stage<T, N>| {
                 let slopes = self.l_d.quick_slopes(i, self.u, stage)?;
                 let entries = slopes.local.iter().flat_map(|row| row.iter()).copied();
@@ -324,86 +341,8 @@ where
             }
             second_derivatives.push(hessian);
         }
-        Ok(assemble_jacobian(&self.l_d.tableau, self.l_d.step, &second_derivatives, self.weight))
+        Ok(assembly::jacobian(&self.l_d.tableau, self.h, &second_derivatives, self.weight))
     }
-}
-
-/// The residual of the conditions from the local gradients (a row for each stage), and the size of their terms.
-fn assemble_residual<T: Real>(
-    tableau: &Tableau<T>,
-    h: T,
-    gradient: &DMatrix<T>,
-    x: &DVector<T>,
-    mean: &[T],
-    weight: T,
-) -> Residual<T> {
-    let (s, n) = (tableau.stages(), mean.len() / 2);
-    let (a, b) = (tableau.a(), tableau.b());
-    let mut residual = DVector::zeros(x.len());
-    let mut size = T::zero();
-    for copy in 0..2 {
-        for component in 0..n {
-            let (place, rate) = ((2 * copy) * n + component, (2 * copy + 1) * n + component);
-            let multiplier = x[(2 * s + copy) * n + component];
-            for k in 0..s {
-                let mut sum = gradient[(k, rate)] - multiplier;
-                size = size.max(gradient[(k, rate)].abs()).max(multiplier.abs());
-                for i in 0..s {
-                    let term = gradient[(i, place)] * (h * b[i] * a[(i, k)] / b[k]);
-                    size = size.max(term.abs());
-                    sum += term;
-                }
-                residual[(copy * s + k) * n + component] = sum;
-            }
-            let mut constraint = -mean[copy * n + component];
-            for k in 0..s {
-                let term = x[(copy * s + k) * n + component] * b[k];
-                size = size.max((term * weight).abs());
-                constraint += term;
-            }
-            residual[(2 * s + copy) * n + component] = constraint * weight;
-        }
-    }
-    (residual, size)
-}
-
-/// The Jacobian of the conditions from the Hessians of the stages by (Ξ, H, X, Ψ).
-fn assemble_jacobian<T: Real>(tableau: &Tableau<T>, h: T, hessians: &[DMatrix<T>], weight: T) -> DMatrix<T> {
-    let (s, n) = (tableau.stages(), hessians[0].nrows() / 4);
-    let (a, b) = (tableau.a(), tableau.b());
-    let mut jacobian = DMatrix::zeros(2 * (s + 1) * n, 2 * (s + 1) * n);
-    // (slot, factor) of what stage i contributes to, or takes from, the unknown of stage k: H_k is H_i and moves Ξ_i.
-    let slots = |copy: usize, same: bool, factor: T| {
-        [(2 * copy, factor), (2 * copy + 1, if same { T::one() } else { T::zero() })]
-    };
-    for (i, hessian) in hessians.iter().enumerate() {
-        for (p, q) in [(0, 0), (0, 1), (1, 0), (1, 1)] {
-            for k in 0..s {
-                for m in 0..s {
-                    for (row, outer) in slots(p, i == k, h * b[i] * a[(i, k)] / b[k]) {
-                        for (column, inner) in slots(q, i == m, h * a[(i, m)]) {
-                            let factor = outer * inner;
-                            if factor == T::zero() {
-                                continue;
-                            }
-                            let mut target = jacobian.view_mut(((p * s + k) * n, (q * s + m) * n), (n, n));
-                            target += hessian.view((row * n, column * n), (n, n)) * factor;
-                        }
-                    }
-                }
-            }
-        }
-    }
-    for copy in 0..2 {
-        for k in 0..s {
-            for component in 0..n {
-                let (unknown, multiplier) = ((copy * s + k) * n + component, (2 * s + copy) * n + component);
-                jacobian[(unknown, multiplier)] = -T::one();
-                jacobian[(multiplier, unknown)] = b[k] * weight;
-            }
-        }
-    }
-    jacobian
 }
 
 impl<T, L, R, const N: usize, const D: usize> DiscreteLagrangian<T, N, D> for StageLagrangian<T, L, R, N, D>
@@ -431,7 +370,7 @@ where
         let ((v, v_back), (w, w_back)) = (ends(&v, "V")?, ends(&w, "W")?);
         let (mut u_left, mut u_right) = (Covector::zeros(), Covector::zeros());
         for i in 0..self.tableau.stages() {
-            let stage = self.stage(i, &extremal.first, &extremal.second);
+            let stage = self.stage(i, self.step, &extremal.first, &extremal.second);
             let slopes = self.quick_slopes(i, &x.u, &stage)?;
             let weight = self.step * self.tableau.b()[i];
             u_left += slopes.left * weight;

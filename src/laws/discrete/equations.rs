@@ -6,7 +6,7 @@ use super::super::probe::Probe;
 use super::{DOUBLED, KEEPS_U, NO_U, Planted, U_SIGN, compare, inverse, outside, refused};
 use crate::algebra::{Matrix, Vector, pair};
 use crate::discrete::legendre::{euler_lagrange, flow};
-use crate::discrete::{DiscreteLagrangian, Lift, Quadruple, Smooth, SmoothLagrangian, Triple, quadruple};
+use crate::discrete::{Lift, Quadruple, Smooth, SmoothLagrangian, Triple, quadruple};
 use crate::group::{LieGroup, MatrixGroup};
 use crate::harness::{Cost, Fault};
 use crate::retraction::{Retraction, RetractionError};
@@ -162,13 +162,7 @@ impl Check<'_> {
         let (row, partner) = euler_lagrange((&l_d, &x), (&l_d, &y)).map_err(refused)?;
         let found = pair(&row, &first) + pair(&partner, &second);
         let expected = action.eps;
-        let mut size = T::zero();
-        for point in [&x, &y] {
-            let slopes = l_d.slopes(point).map_err(refused)?;
-            for slope in [slopes.v_left, slopes.v_right, slopes.u_left, slopes.u_right, slopes.w_left, slopes.w_right] {
-                size = size.max(slope.amax());
-            }
-        }
+        let size = row.amax().max(partner.amax()).max(T::one());
         // The two steps meet: U at the end of the first is that of the second.
         let next = x.next_u().ok_or(Measured::Broken("V is a singular matrix".into()))?;
         let scale = [g0, g1, g2, p0, p1, p2].into_iter().fold(T::one(), |scale, g| scale.max(g.amax()));

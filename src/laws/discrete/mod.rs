@@ -35,7 +35,8 @@ const KEEPS_U: Fault = Fault::new("discrete-inverse-keeps-u", "ι̌_d(V, U, W) =
 
 /// A discrete Lagrangian with a fault planted in its value or its slopes.
 ///
-/// U enters F⁻ alone: a Legendre transform without R*_U D₂l_d, or with the other sign of L*_U D₂l_d, is one of these slopes.
+/// U enters F⁻ alone, so a wrong slope by U is a wrong Legendre transform: one without R*_U D₂l_d, or with the other sign
+/// of L*_U D₂l_d.
 struct Planted<'a, L> {
     l_d: L,
     fault: Option<&'a Fault>,
