@@ -211,6 +211,18 @@ fn every_law_is_listed_with_its_faults() {
     for (object, law) in listed.iter().zip(laws) {
         assert_eq!(object["law"], law.name);
         assert_eq!(object["faults"].as_array().unwrap().len(), law.faults.len());
+        for key in ["statement", "source"] {
+            assert!(object[key].as_str().is_some_and(|text| !text.is_empty()), "{object}");
+        }
+        let list = |key: &str| -> Vec<&str> {
+            object[key].as_array().unwrap().iter().map(|name| name.as_str().unwrap()).collect()
+        };
+        let algebras = list("algebras");
+        for algebra in ["aff1", "heisenberg", "product", "se2", "se3", "sl2", "so3", "so4"] {
+            assert!(algebras.contains(&algebra), "{} is not run on {algebra}: {algebras:?}", law.name);
+        }
+        assert_eq!(list("bases"), ["changed", "standard"], "{}", law.name);
+        assert_eq!(list("retractions"), ["cayley", "exp"], "{}", law.name);
     }
 }
 

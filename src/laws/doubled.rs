@@ -68,7 +68,7 @@ pub static LAWS: &[CaseLaw] = &[
         cost: Cost::Cheap,
         faults: &[LEFT_FOR_RIGHT, ADJOINT_INVERTED, SHIFTED],
         cases: || cases().with_group().forced_nonabelian().boxed(),
-        check: |case, fault| settle_small(case, fault, Check { case, fault, which: Which::MomentumMap }, MOST),
+        check: |case, fault| settle_small(case, fault, Check { case, fault, which: Which::MomentumMap }, 3),
     },
 ];
 

@@ -170,7 +170,8 @@ fn square_root<T: Real, const M: usize>(matrix: &Matrix<T, M>) -> Option<Matrix<
     None
 }
 
-/// A few digits of the principal logarithm: square roots down to 1 + Y with |Y| ≤ ¼, then 2 artanh(Y/(2 + Y)).
+/// The principal logarithm: square roots down to 1 + Y with |Y| ≤ ¼, then 2 artanh(Z), Z = Y/(2 + Y), by its series; each
+/// square root loses a digit or so.
 fn rough_logarithm<T: Real, const M: usize>(matrix: &Matrix<T, M>) -> Option<Matrix<T, M>> {
     let one = Matrix::<T, M>::identity();
     let (mut root, mut scale) = (*matrix, T::int(2));
@@ -184,7 +185,14 @@ fn rough_logarithm<T: Real, const M: usize>(matrix: &Matrix<T, M>) -> Option<Mat
     let y = root - one;
     let z = y * Sum::of(one * T::int(2)).plus(&y).invert(1.0)?;
     let square = z * z;
-    Some(z * (one + square * (one / T::int(3) + square / T::int(5))) * scale)
+    // |Z²|^terms is below rounding; |Z²| ≤ 1/49.
+    let rate = norm(&square).max(T::unit_roundoff().to_f64());
+    let terms = (T::unit_roundoff().to_f64().ln() / rate.ln()).ceil() as i64;
+    let mut sum = one / T::int(2 * terms + 1);
+    for k in (0..terms).rev() {
+        sum = one / T::int(2 * k + 1) + square * sum;
+    }
+    Some(z * sum * scale)
 }
 
 impl<T: Real, const N: usize, const D: usize, G: LieGroup<T, N, D>> Exponential<T, N, D, G> {
@@ -211,7 +219,11 @@ impl<T: Real, const N: usize, const D: usize, G: LieGroup<T, N, D>> Exponential<
             let (step, residual) = self.correction(group, g, &x, &d_inv).ok_or(fail("the logarithm overflows"))?;
             let size = step.iter().fold(0.0, |m: f64, v| m.max(v.to_f64().abs()));
             let settled = size >= 0.5 * last || size == 0.0;
-            if settled {
+            let rounding = !settled && size <= 8.0 * T::unit_roundoff().to_f64() * (1.0 + x.amax().to_f64());
+            if rounding {
+                x += step;
+            }
+            if settled || rounding {
                 let scale = 1.0 + g.iter().fold(0.0, |m: f64, v| m.max(v.to_f64().abs()));
                 let inside = residual <= scale * scale * T::unit_roundoff().to_f64().sqrt();
                 return if inside { Ok((x, d_inv)) } else { Err(fail("the matrix is not in the group")) };
@@ -239,7 +251,7 @@ impl<T: Real, const N: usize, const D: usize, G: LieGroup<T, N, D>> Retraction<T
         exponential(&group.hat(x)).ok_or_else(|| Self::too_large(x))
     }
 
-    /// By inverse scaling and squaring for a few digits, then Newton's iteration x ← x + dτ_x⁻¹ (τ(−x) g − 1)^∨ to
+    /// By inverse scaling and squaring, then Newton's iteration x ← x + dτ_x⁻¹ (τ(−x) g − 1)^∨ to
     /// full precision.
     fn tau_inv<S: Scalar<Base = T>>(&self, g: &Matrix<S, D>) -> Result<Vector<S, N>, RetractionError> {
         let group = self.group.as_ref().ok_or(RetractionError::NoGroup { retraction: Self::NAME })?;
