@@ -219,7 +219,9 @@ fn every_law_is_listed_with_its_faults() {
         };
         let algebras = list("algebras");
         for algebra in ["aff1", "heisenberg", "product", "se2", "se3", "sl2", "so3", "so4"] {
-            assert!(algebras.contains(&algebra), "{} is not run on {algebra}: {algebras:?}", law.name);
+            // No polynomial is constant on the orbits of aff(1), which are open.
+            let none = algebra == "aff1" && law.name.contains("casimir");
+            assert!(none || algebras.contains(&algebra), "{} is not run on {algebra}: {algebras:?}", law.name);
         }
         assert_eq!(list("bases"), ["changed", "standard"], "{}", law.name);
         assert_eq!(list("retractions"), ["cayley", "exp"], "{}", law.name);

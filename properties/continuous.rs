@@ -1,7 +1,7 @@
 //! Properties of the continuous theory: Euler–Lagrange equations on g×G×g, Hamiltonians on g*×G×g*, Lie–Poisson functions.
 
 use euler_poincare::algebra::{Covector, LieAlgebra, Matrix, Vector, pair};
-use euler_poincare::mechanics::doubled::{DoubledLagrangian, Forced, VelocityError, velocity_hessian};
+use euler_poincare::mechanics::doubled::{DoubledLagrangian, Forced, VelocityError, velocity_hessian_by_duals};
 use euler_poincare::mechanics::euler_lagrange::{accelerations, rates, residual};
 use euler_poincare::mechanics::force::{DoubleBracket, LinearDrag, Zero};
 use euler_poincare::mechanics::forced_hamiltonian::ForcedHamiltonian;
@@ -177,7 +177,7 @@ fn the_legendre_hamiltonian_carries_derivatives() {
     let h = LegendreHamiltonian::new(Forced::new(lagrangian, damping, CayleySo3::new()));
     let (lambda, mu) = modified_legendre(&h.doubled, 0.0, &eta, &u, &psi).unwrap();
     let jacobian = hamiltonian_legendre_jacobian(&h, 0.0, &lambda, &u, &mu).unwrap();
-    let ((a, c), (b, d)) = velocity_hessian(&h.doubled, 0.0, &eta, &u, &psi).unwrap();
+    let ((a, c), (b, d)) = velocity_hessian_by_duals(&h.doubled, 0.0, &eta, &u, &psi).unwrap();
     for column in 0..3 {
         for row in 0..3 {
             let entry = |r: usize, block: &dyn Fn(usize) -> (f64, f64)| {

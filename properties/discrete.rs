@@ -2,6 +2,7 @@
 
 use euler_poincare::algebra::catalogue::Entry;
 use euler_poincare::algebra::{Covector, Matrix, Vector};
+use euler_poincare::discrete::exact::{ExactError, ExactSolution, Start};
 use euler_poincare::discrete::legendre::{legendre_minus_inverse, momentum_step};
 use euler_poincare::discrete::{
     DiscreteError, DiscreteLagrangian, Lift, Quadruple, Sampled, Smooth, SmoothLagrangian, StageLagrangian, Triple,
@@ -9,13 +10,15 @@ use euler_poincare::discrete::{
 };
 use euler_poincare::group::{MatrixGroup, So3};
 use euler_poincare::integrators::{Doubled, DoubledState};
+use euler_poincare::mechanics::Lagrangian;
 use euler_poincare::mechanics::doubled::{DoubledLagrangian, Forced};
 use euler_poincare::mechanics::force::{AnyForce, LinearDrag, Periodic, QuadraticDrag, Zero};
 use euler_poincare::mechanics::lagrangian::{AnyLagrangian, Quadratic};
 use euler_poincare::mechanics::models::landau_lifshitz_gilbert;
 use euler_poincare::retraction::{CayleySo3, Exponential, ExponentialSo3, Retraction, RetractionError};
-use euler_poincare::scalar::{Dd, Real, Scalar};
+use euler_poincare::scalar::{Dd, Number, Real, Scalar};
 use euler_poincare::tableau::{Description, Tableau};
+use nalgebra::ComplexField;
 
 type Llg<T> = Forced<AnyLagrangian<T, 3>, AnyForce<T, 3>, CayleySo3<T>>;
 
@@ -268,4 +271,55 @@ fn what_cannot_be_evaluated_is_an_error() {
     let momenta = legendre_minus(&l_d, &x).expect("F⁻");
     let refused = legendre_minus_inverse(&flat, &tau, &momenta, &x);
     assert!(matches!(refused, Err(DiscreteError::Singular { .. } | DiscreteError::NotConverged { .. })), "{refused:?}");
+}
+
+#[test]
+fn the_exact_action_of_two_free_bodies_is_the_difference_of_their_energies() {
+    let inertia = Quadratic::<f64, 3>::diagonal([0.5, 2.0, 1.0]).unwrap();
+    let (eta, psi) = (Vector::from([0.7, -0.3, 0.5]), Vector::from([0.2, 0.6, -0.4]));
+    let u = rotation([0.3, -0.2, 0.4]);
+    let exact = ExactSolution::new::<3>(Forced::new(inertia.clone(), Zero, CayleySo3::new()), CayleySo3::new(), 8);
+    let start = Start { time: 0.0, eta, u, psi };
+    let points = exact.unwrap().at(&start, &[0.25, 0.5]).unwrap();
+    for point in points {
+        let expected = point.time * (inertia.value(&psi) - inertia.value(&eta));
+        assert!((point.action - expected).abs() < 1e-15, "{:e}", point.action - expected);
+        assert!((point.v * point.u - u * point.w).amax() < 1e-15);
+        // Spatial momentum: V and W are the attitudes.
+        let spatial = |g: &Matrix<f64, 3>, omega: &Vector<f64, 3>| g * inertia.inertia() * omega;
+        assert!((spatial(&point.v, &point.eta) - inertia.inertia() * eta).amax() < 1e-15);
+        assert!((spatial(&point.w, &point.psi) - inertia.inertia() * psi).amax() < 1e-15);
+    }
+}
+
+#[test]
+fn the_exact_solution_on_the_units_is_the_reference_of_the_damped_body() {
+    let exact = ExactSolution::new::<3>(damped::<Dd>(), CayleySo3::new(), 10).unwrap();
+    let half = Dd::ratio(1, 2);
+    let omega = Vector::<Dd, 3>::new(half.sqrt(), Dd::int(0), half.sqrt());
+    let start = Start { time: Dd::int(0), eta: omega, u: Matrix::identity(), psi: omega };
+    let times: Vec<Dd> = (1..=8).map(|k| Dd::ratio(k, 8)).collect();
+    let last = exact.at(&start, &times).unwrap().pop().unwrap();
+    // M(1) to 22 digits, from 150-bit runs.
+    let reference = ["0.2414593544179368885463", "0.2537142183692990580699", "0.7087499386676014196337"];
+    let momentum = Quadratic::<Dd, 3>::diagonal([half, Dd::int(2), Dd::int(1)]).unwrap().inertia() * last.eta;
+    for (found, expected) in momentum.iter().zip(reference) {
+        let expected: Dd = expected.parse::<Number>().unwrap().eval().unwrap();
+        assert!((*found - expected).abs().to_f64() < 1e-21, "{found:?}");
+    }
+    assert!((last.u - Matrix::identity()).amax().to_f64() < 1e-30);
+    assert!(last.action.abs().to_f64() < 1e-30);
+}
+
+#[test]
+fn an_exact_solution_that_cannot_be_followed_is_an_error() {
+    let exact = ExactSolution::new::<3>(damped::<f64>(), CayleySo3::new(), 4).unwrap();
+    let (eta, psi) = (Vector::from([0.7, -0.3, 0.5]), Vector::from([0.2, 0.6, -0.4]));
+    let start = Start { time: 0.0, eta, u: rotation([0.1, 0.0, 0.0]), psi };
+    let far = exact.at(&start, &[1e6]);
+    assert!(matches!(far, Err(ExactError::NotConverged { .. } | ExactError::Equations { .. })), "{far:?}");
+    let nowhere = exact.at(&Start { eta: Vector::from([f64::NAN, 0.0, 0.0]), ..start }, &[0.1]);
+    assert!(nowhere.is_err(), "{nowhere:?}");
+    let none = ExactSolution::<f64, 3, _, _>::new::<3>(damped::<f64>(), CayleySo3::new(), 0);
+    assert!(matches!(none, Err(ExactError::Tableau(_))), "{none:?}");
 }

@@ -329,6 +329,25 @@ fn a_refused_doubled_step_leaves_the_state() {
     assert_eq!(state, good);
 }
 
+#[test]
+fn a_jacobian_at_another_number_of_stages_is_refused() {
+    let model = landau_lifshitz_gilbert();
+    let rates = vec![Vector::from([1.0, 0.0, 1.0]); 3];
+    let wrong = StepError::Stages { found: 3, needed: 2 };
+    let unit = DoubledState::unit(0.0, model.momentum);
+    let mut doubled = paper(&model, of(Family::Gauss, 2));
+    assert_eq!(doubled.stage_jacobian(&unit, 0.1, &rates, &rates[..2]).unwrap_err(), wrong);
+    assert_eq!(doubled.stage_jacobian(&unit, 0.1, &rates[..2], &rates[..2]).unwrap().nrows(), 12);
+    let (l, f) = (&model.system.lagrangian, &model.system.force);
+    let mut scheme = Variational::<f64, 3, 3, _, _, _>::new(l, f, CayleySo3::new(), of(Family::Gauss, 2));
+    assert_eq!(scheme.stage_jacobian(0.0, 0.1, &model.momentum, &rates).unwrap_err(), wrong);
+    // h → 0: blockdiag(l'', l'').
+    let jacobian = scheme.stage_jacobian(0.0, 0.0, &model.momentum, &rates[..2]).unwrap();
+    for (k, entry) in jacobian.diagonal().iter().enumerate() {
+        assert_eq!(*entry, [0.5, 2.0, 1.0][k % 3]);
+    }
+}
+
 struct Refusing(usize);
 
 impl OneStep<f64, 3, 3> for Refusing {

@@ -155,13 +155,16 @@ impl<T: Real, const N: usize, L, R> ExactSolution<T, N, L, R> {
     }
 }
 
+/// f in y' = f(t, y).
+type Rate<'a, T> = dyn FnMut(T, &[T]) -> Result<Vec<T>, ExactError> + 'a;
+
 /// One step of y' = f(t, y) by collocation, the stages iterated until the change is rounding.
 fn collocate<T: Real>(
     gauss: &Tableau<T>,
     start: T,
     h: T,
     y: &mut [T],
-    rate: &mut dyn FnMut(T, &[T]) -> Result<Vec<T>, ExactError>,
+    rate: &mut Rate<'_, T>,
 ) -> Result<(), ExactError> {
     let (s, a, b, c) = (gauss.stages(), gauss.a(), gauss.b(), gauss.c());
     let mut slopes = vec![rate(start, y)?; s];

@@ -254,7 +254,8 @@ where
     ) -> Result<DMatrix<T>, StepError> {
         let s = self.equations.tableau.stages();
         if first.len() != s || second.len() != s {
-            return Err(StepError::Stages { found: first.len().min(second.len()), needed: s });
+            let found = if first.len() == s { second.len() } else { first.len() };
+            return Err(StepError::Stages { found, needed: s });
         }
         self.equations.start.clone_from(state);
         self.equations.h = h;

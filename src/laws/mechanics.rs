@@ -1,6 +1,7 @@
 //! Laws of the doubled Lagrangian l_f and its coupling k_f, off the units.
 
 use super::CaseLaw;
+use super::planted::retraction::{ADJOINT_INVERTED, BERNOULLI, CUT_INVERSE};
 use super::precision::{Measured, settle, settle_small};
 use super::probe::Probe;
 use super::subjects::{
@@ -9,7 +10,7 @@ use super::subjects::{
 use crate::algebra::{Covector, Matrix, Vector};
 use crate::group::LieGroup;
 use crate::harness::{Cost, Fault};
-use crate::mechanics::doubled::{DoubledLagrangian, Forced, partials_by_duals};
+use crate::mechanics::doubled::{DoubledLagrangian, Forced, partials_by_duals, velocity_hessian_by_duals};
 use crate::mechanics::{Force, Lagrangian};
 use crate::retraction::{Retraction, RetractionError};
 use crate::scalar::Real;
@@ -44,12 +45,22 @@ pub static LAWS: &[CaseLaw] = &[
     },
     CaseLaw {
         name: "doubled-partials",
-        statement: "∂l_f/∂η, L*_U ∂l_f/∂U, R*_U ∂l_f/∂U, ∂l_f/∂ψ in closed form; on units L*∂l_f/∂U = R*∂l_f/∂U = f(η)",
+        statement: "∂l_f/∂η, L*_U ∂l_f/∂U, R*_U ∂l_f/∂U, ∂l_f/∂ψ and the second derivatives in the velocities in closed \
+                    form; on units L*∂l_f/∂U = R*∂l_f/∂U = f(η)",
         source: "Martín de Diego and Sato Martín de Almagro 2019, Thm 3.1 and Prop 3.2",
         oracle: "the derivatives of the value of l_f on dual numbers, and f itself on the units",
         bound: BOUND,
         cost: Cost::Cheap,
-        faults: &[PLUS, TIME_SHIFT, LEFT_FOR_RIGHT, NO_FORCE_DERIVATIVE, HALF_FORCE],
+        faults: &[
+            PLUS,
+            TIME_SHIFT,
+            LEFT_FOR_RIGHT,
+            NO_FORCE_DERIVATIVE,
+            HALF_FORCE,
+            CUT_INVERSE,
+            BERNOULLI,
+            ADJOINT_INVERTED,
+        ],
         cases: || cases().with_group().boxed(),
         check: |case, fault| settle_small(case, fault, Check { case, fault, which: Which::Partials }, 9),
     },
@@ -179,7 +190,16 @@ impl Check<'_> {
         let near = |what: &'static str, a: &Covector<T, N>, b: &Covector<T, N>| {
             Measured::defect((a - b).amax(), size, 64.0 * N as f64, || what.into())
         };
+        let ((first, cross), (other, second)) = doubled.velocity_hessian(p.time, &p.eta, &p.u, &p.psi)?;
+        let ((a, c), (b, d)) = velocity_hessian_by_duals(&planted, p.time, &p.eta, &p.u, &p.psi)?;
+        let bent = |what: &'static str, mine: &Matrix<T, N>, oracle: &Matrix<T, N>| {
+            Measured::defect((mine - oracle).amax(), size + a.amax() + d.amax(), 64.0 * N as f64, || what.into())
+        };
         Ok([
+            bent("∂²l_f/∂η²", &first, &a),
+            bent("∂²l_f/∂ψ²", &second, &d),
+            bent("∂²l_f/∂ψ∂η", &cross, &c),
+            bent("∂²l_f/∂η∂ψ", &other, &b),
             near("∂l_f/∂η", &mine.eta, &oracle.eta),
             near("L*_U ∂l_f/∂U", &mine.left, &oracle.left),
             near("R*_U ∂l_f/∂U", &mine.right, &oracle.right),
