@@ -8,7 +8,7 @@ use std::process::{Command, Output, Stdio};
 
 /// A cheap law with one fault; the others are judged elsewhere.
 const LAW: &str = "retraction-adjoint";
-const FAULT: &str = "inverted";
+const FAULT: &str = "adjoint-inverted";
 
 /// An empty directory of this test, to run in.
 fn directory(test: &str) -> PathBuf {
@@ -195,7 +195,7 @@ fn planted_faults_are_caught() {
     let here = directory("faults");
     let output = run(&here, &["verify", "--faults", "--laws", "retraction-a*", "--format", "json"]);
     assert_eq!(code(&output), 0, "{}", stdout(&output));
-    let caught = objects(&output);
+    let caught: Vec<Value> = stdout(&output).lines().map(|line| serde_json::from_str(line).unwrap()).collect();
     assert!(caught.iter().any(|object| object["law"] == LAW && object["fault"] == FAULT));
     assert!(caught.iter().all(|object| (1..=100).contains(&object["caught_after"].as_u64().unwrap())));
 }
@@ -238,8 +238,10 @@ fn tables_fit_into_a_hundred_columns() {
     ];
     for arguments in lines {
         let output = run(&here, arguments);
-        let widest = stdout(&output).lines().max_by_key(|line| line.chars().count()).unwrap();
-        assert!(widest.chars().count() <= 100, "{arguments:?}: {widest}");
+        // Tildes and carons above letters take no column.
+        let width = |line: &str| line.chars().filter(|c| !('\u{300}'..='\u{36f}').contains(c)).count();
+        let widest = stdout(&output).lines().max_by_key(|line| width(line)).unwrap();
+        assert!(width(widest) <= 100, "{arguments:?}: {widest}");
     }
 }
 

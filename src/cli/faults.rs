@@ -19,7 +19,7 @@ fn cases_for_size(cost: Cost) -> usize {
     match cost {
         Cost::Cheap => CASES,
         Cost::Expensive => 5,
-        Cost::Heavy => 2,
+        Cost::Heavy => 1,
     }
 }
 

@@ -12,6 +12,7 @@
 //! | [`StageLagrangian`] | l_d of a tableau: the action sum, extremised over its stages |
 //! | [`legendre`] | F±, the equations, the flow |
 //! | [`quadruple`] | the same on G⁴, lift and projection |
+//! | [`exact`] | the exact discrete Lagrangian along solutions of the continuous equations |
 //! | [`group`] | discrete Euler–Poincaré and Lie–Poisson on G |
 
 mod assembly;

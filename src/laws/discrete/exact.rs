@@ -3,7 +3,7 @@
 use super::super::CaseLaw;
 use super::super::precision::{Measured, settle_main_small};
 use super::super::probe::Probe;
-use super::super::subjects::{COUPLING_SUM, FIRST_COPY_ONLY, PLUS, PlantedForced, TIME_SHIFT};
+use super::super::subjects::{COUPLING_SUM, FIRST_COPY_ONLY, PLUS, PlantedForced};
 use crate::algebra::{Vector, elimination};
 use crate::discrete::exact::{ExactError, ExactSolution, Start};
 use crate::harness::{Cost, Fault};
@@ -23,7 +23,7 @@ pub static LAWS: &[CaseLaw] = &[CaseLaw {
     oracle: "a second solution, from the inverse arrow",
     bound: "two precisions; floor 2¹¹ N u: 8 stages of a collocation iterated to a few u",
     cost: Cost::Expensive,
-    faults: &[PLUS, FIRST_COPY_ONLY, COUPLING_SUM, TIME_SHIFT],
+    faults: &[PLUS, FIRST_COPY_ONLY, COUPLING_SUM],
     cases: || cases().main_dimensions().forced().with_group().boxed(),
     check: |case, fault| settle_main_small(case, fault, Check { case, fault }, 6),
 }];
