@@ -18,8 +18,8 @@ const CASES: usize = 100;
 fn cases_for_size(cost: Cost) -> usize {
     match cost {
         Cost::Cheap => CASES,
-        Cost::Expensive => 5,
-        Cost::Heavy => 1,
+        // One of these takes a second or more.
+        Cost::Expensive | Cost::Heavy => 1,
     }
 }
 
@@ -46,7 +46,10 @@ pub fn run(laws: &[&'static CaseLaw], seed: u64, sizes: bool, format: Format) ->
     let caught = |(index, (law, fault)): &(usize, (&'static CaseLaw, &'static Fault))| {
         let start = Instant::now();
         let after = catch_fault(*law, fault, seed, CASES);
-        let smallest = if sizes { catch_smallest(*law, fault, seed, cases_for_size(law.cost)) } else { None };
+        let smallest = after.filter(|_| sizes).and_then(|after| {
+            // As many cases as the whole fault needed, at least.
+            catch_smallest(*law, fault, seed, cases_for_size(law.cost).max(after))
+        });
         bar.advance(law.name);
         let seconds = start.elapsed().as_secs_f64();
         let ratio = after.and_then(|after| ratio(law, fault, seed, after - 1));
@@ -95,7 +98,6 @@ fn object(catch: &Catch) -> serde_json::Value {
         "law": catch.law,
         "fault": catch.fault.name,
         "caught_after": catch.after,
-        "ratio": catch.ratio.map(|ratio| format!("{ratio:.0e}")),
         "smallest_size": catch.smallest.map(|k| 10f64.powi(-(k as i32))),
     })
 }
