@@ -295,6 +295,23 @@ impl Force {
             Self::Periodic { .. } => "periodic",
         }
     }
+
+    /// The largest coefficient in absolute value; NaN where it is no number.
+    pub(super) fn strength(&self) -> f64 {
+        let largest = |list: &[Number]| {
+            list.iter()
+                .map(|x| x.eval::<f64>().map_or(f64::NAN, f64::abs))
+                .fold(0.0, |m, x| if x > m || x.is_nan() { x } else { m })
+        };
+        match self {
+            Self::DoubleBracket { alpha: k } | Self::Metriplectic { beta: k } => largest(std::slice::from_ref(k)),
+            Self::LinearDrag(Drag::Coefficient(k)) | Self::QuadraticDrag(Drag::Coefficient(k)) => {
+                largest(std::slice::from_ref(k))
+            }
+            Self::LinearDrag(Drag::Matrix(rows)) | Self::QuadraticDrag(Drag::Matrix(rows)) => largest(&rows.concat()),
+            Self::Constant { value } | Self::Periodic { value, .. } => largest(value),
+        }
+    }
 }
 
 impl fmt::Display for Case {

@@ -5,6 +5,7 @@
 
 use super::case::{Case, Force, Structure, Tau};
 use super::generate::{self, Draw};
+use super::rates::Rates;
 use super::shrink;
 use crate::algebra::catalogue::Entry;
 use crate::tableau::{Classic, Description};
@@ -182,6 +183,7 @@ impl Cases {
             && !(self.smooth && case.forces.iter().any(|force| matches!(force, Force::QuadraticDrag(_))))
             && !(self.quadratic && case.lagrangian.quartic.is_some())
             && (self.retraction.is_none_or(|tau| tau == case.method.retraction) || entry.is_none())
+            && (self.forcing != Forcing::Forced || Rates::of(case).is_some_and(|rates| rates.driven()))
     }
 }
 

@@ -1,10 +1,10 @@
 //! How fast a case moves, relative to its step.
 
-use super::case::{Case, Tau};
+use super::case::{Case, Force, Tau};
 use super::dispatch::{System, Visitor};
 use crate::algebra::{LieAlgebra, Matrix, Vector};
 use crate::group::LieGroup;
-use crate::mechanics::{Force, Lagrangian};
+use crate::mechanics::{Force as _, Lagrangian};
 use crate::retraction::Retraction;
 
 /// The largest unrest of generated cases: well below where stage equations fold (about 1) and τ leaves its domain.
@@ -20,6 +20,8 @@ pub(super) struct Rates {
     stiffness: f64,
     /// ‖x̂‖ of the attitude's coordinates where τ works on matrices, else 0.
     reach: f64,
+    /// Whether the force is more than rounding at one of a few velocities.
+    driven: bool,
 }
 
 impl Rates {
@@ -31,12 +33,19 @@ impl Rates {
         let attitude = case.start.attitude.iter().flatten().map(|x| x.eval().ok()).collect::<Option<Vec<f64>>>()?;
         let mut probe = case.clone();
         probe.method.retraction = Tau::Exponential;
-        probe.dispatch::<f64, _>(Measure { cayley, attitude }).ok()?
+        let strength = case.forces.iter().map(Force::strength).fold(0.0, f64::max);
+        probe.dispatch::<f64, _>(Measure { cayley, attitude, strength }).ok()?
     }
 
     /// Whether the attitude is safely in the domain of τ: 1 − x̂/2 is regular where ‖x̂‖ < 2.
     pub fn in_domain(&self) -> bool {
         self.reach < 1.9
+    }
+
+    /// Whether there is a force that does not vanish identically. −β ad*_η ad*_η M does on nilpotent algebras of two steps,
+    /// and both brackets do where l'(η) is fixed by η, as on so(3) with a multiple of the identity for inertia.
+    pub fn driven(&self) -> bool {
+        self.driven
     }
 
     /// h (‖ad_η‖ + h ‖ad_η̇‖ + ‖∂η̇/∂η‖): what the step multiplies.
@@ -48,6 +57,17 @@ impl Rates {
 struct Measure {
     cayley: bool,
     attitude: Vec<f64>,
+    /// The largest coefficient of the forces.
+    strength: f64,
+}
+
+/// Whether f is more than rounding somewhere: its terms are of the size strength (1 + |l'(η)|)³ at most, up to the basis.
+fn driven<const N: usize, const D: usize, R>(system: &System<f64, N, D, R>, strength: f64) -> bool {
+    (0..4).any(|k| {
+        let eta = Vector::<f64, N>::from_fn(|a, _| ((7 * a + 3 * k + 1) % 11) as f64 / 8.0 - 0.5);
+        let size = strength * (1.0 + system.lagrangian.gradient(&eta).amax()).powi(3);
+        system.force.force(system.state.time + 0.375 * k as f64, &eta).amax() > 2f64.powi(-35) * size
+    })
 }
 
 fn norm<const N: usize>(matrix: &Matrix<f64, N>) -> f64 {
@@ -82,7 +102,8 @@ impl Visitor<f64> for Measure {
             reach = norm(&group.hat(&Vector::from_fn(|a, _| self.attitude.get(a).copied().unwrap_or(0.0))));
         }
         let rotation = norm(&algebra.ad(&eta)).max(matrix);
-        let rates = Rates { rotation, turning: norm(&algebra.ad(&rate(&eta))), stiffness: norm(&slope), reach };
+        let driven = driven(&system, self.strength);
+        let rates = Rates { rotation, turning: norm(&algebra.ad(&rate(&eta))), stiffness: norm(&slope), reach, driven };
         rates.unrest(1.0).is_finite().then_some(rates)
     }
 }
