@@ -357,6 +357,25 @@ fn every_kind_of_case_is_common_enough() {
 }
 
 #[test]
+fn a_force_that_vanishes_on_the_case_is_none() {
+    let case = |algebra: &str, inertia: &str, kind: &str| {
+        let text = format!(
+            "format = 1\n[algebra]\nname = \"{algebra}\"\n[lagrangian]\ninertia = {inertia}\n[[force]]\n{kind}\n[method]\n\
+             tableau = \"gauss-1\"\nretraction = \"exp\"\n[state]\nmomentum = [1, 1, 1]\n[run]\nstep = \"1/8\"\nsteps = 1\n"
+        );
+        Case::from_toml(&text).unwrap()
+    };
+    let (double, metriplectic) = ("kind = \"double-bracket\"\nalpha = 1", "kind = \"metriplectic\"\nbeta = 1");
+    let forced = |case: Case| cases().forced().admits(&case);
+    // −β ad*_η ad*_η M = 0 on a nilpotent algebra of two steps; Ω×M = 0 on an isotropic body.
+    assert!(!forced(case("heisenberg", "[1, 2, 1]", metriplectic)));
+    assert!(!forced(case("so3", "[1, 1, 1]", metriplectic)));
+    assert!(!forced(case("so3", "[1, 1, 1]", double)));
+    assert!(forced(case("heisenberg", "[1, 2, 1]", double)));
+    assert!(forced(case("so3", "[1, 2, 1]", metriplectic)));
+}
+
+#[test]
 fn knobs_hold_for_generated_and_for_shrunk_cases() {
     let order = || cases().forced_nonabelian().smooth().with_group().retraction(Tau::Cayley).dimension_at_most(6);
     let gauss =

@@ -8,7 +8,7 @@ use crate::algebra::{LieAlgebra, Matrix, Vector};
 use crate::mechanics::doubled::{DoubledLagrangian, VelocityError};
 use crate::mechanics::euler_lagrange::rates;
 use crate::retraction::{Retraction, RetractionError, TangentPoint};
-use crate::scalar::Real;
+use crate::scalar::{Real, Scalar};
 use crate::tableau::{Family, Tableau, TableauError};
 
 /// Sweeps of the collocation equations.
@@ -169,8 +169,9 @@ fn collocate<T: Real>(
     let (s, a, b, c) = (gauss.stages(), gauss.a(), gauss.b(), gauss.c());
     let mut slopes = vec![rate(start, y)?; s];
     let size = y.iter().fold(T::one(), |size, v| size.max(v.abs()));
-    let (mut change, mut best) = (T::zero(), None::<T>);
-    for _ in 0..MAX_SWEEPS {
+    let (mut change, mut best, mut sweeps) = (T::zero(), None::<T>, 0);
+    while sweeps < MAX_SWEEPS {
+        sweeps += 1;
         let stages: Vec<Vec<T>> = (0..s)
             .map(|i| {
                 (0..y.len()).map(|m| y[m] + h * (0..s).fold(T::zero(), |t, j| t + a[(i, j)] * slopes[j][m])).collect()
@@ -179,6 +180,10 @@ fn collocate<T: Real>(
         change = T::zero();
         for (i, stage) in stages.iter().enumerate() {
             let slope = rate(start + c[i] * h, stage)?;
+            // A maximum does not see a NaN.
+            if !slope.iter().all(|v| v.all_finite()) {
+                return Err(ExactError::NotConverged { step: h.to_f64(), change: f64::NAN, sweeps });
+            }
             for (new, old) in slope.iter().zip(&slopes[i]) {
                 change = change.max(((*new - *old) * h).abs());
             }
@@ -199,5 +204,5 @@ fn collocate<T: Real>(
         best = Some(best.map_or(change, |best| best.min(change)));
     }
     let change = (change / size).to_f64();
-    Err(ExactError::NotConverged { step: h.to_f64(), change, sweeps: MAX_SWEEPS })
+    Err(ExactError::NotConverged { step: h.to_f64(), change, sweeps })
 }
