@@ -8,7 +8,7 @@ use crate::algebra::{LieAlgebra, Matrix, Vector};
 use crate::mechanics::doubled::{DoubledLagrangian, VelocityError};
 use crate::mechanics::euler_lagrange::rates;
 use crate::retraction::{Retraction, RetractionError, TangentPoint};
-use crate::scalar::{Real, Scalar};
+use crate::scalar::Real;
 use crate::tableau::{Family, Tableau, TableauError};
 
 /// Sweeps of the collocation equations.
