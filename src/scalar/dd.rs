@@ -3,8 +3,8 @@
 //! The four operations are those of `multidouble`; the elementary functions are our own. A value whose size is
 //! between 2⁻⁹⁰⁰ and 2¹⁰⁰⁰ (1e-270 and 1e300) has all its digits; below, the second part runs out of exponents.
 
-use super::field::{Elementary, real_field};
-use super::{Real, Scalar};
+use super::field::{Elementary, conventional_angle, real_field};
+use super::{Real, Scalar, decimal};
 use multidouble::dd::{DD, quick_two_sum, two_prod};
 use multidouble::qd::QD;
 use std::cmp::Ordering;
@@ -47,19 +47,13 @@ impl Dd {
 
     /// x × 2^n, exactly (barring overflow and underflow).
     fn times_power_of_two(self, n: i32) -> Self {
-        // In two steps: the power alone can be out of range where the result is not.
-        let (first, second) = (2f64.powi(n / 2), 2f64.powi(n - n / 2));
-        let hi = self.hi() * first * second;
-        Self::parts((hi, if hi.is_finite() { self.lo() * first * second } else { 0.0 }))
+        let hi = times_power_of_two(self.hi(), n);
+        Self::parts((hi, if hi.is_finite() { times_power_of_two(self.lo(), n) } else { 0.0 }))
     }
 
     /// f × 2^n with 1 ≤ |f| < 2; for finite x ≠ 0, and lossless for 0.
     fn fraction_exponent(self) -> (Self, i32) {
-        let exponent = |x: f64| ((x.to_bits() >> 52) & 0x7ff) as i32;
-        let n = match exponent(self.hi()) {
-            0 => exponent(self.hi() * 2f64.powi(64)) - 64 - 1023,
-            biased => biased - 1023,
-        };
+        let n = exponent(self.hi());
         (self.times_power_of_two(-n), n)
     }
 
@@ -125,67 +119,15 @@ impl Div for Dd {
 impl fmt::Display for Dd {
     /// 32 digits, trailing zeros dropped; with a precision, that many digits after the point.
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        if !self.finite_parts() || (self.hi() == 0.0) {
-            return fmt::Display::fmt(&self.nearest(), f);
-        }
-        let (digits, exponent) = self.decimal(32);
-        let Some(precision) = f.precision() else {
-            let digits = digits.trim_end_matches('0');
-            let text =
-                if (-5..32).contains(&exponent) { positional(digits, exponent) } else { scientific(digits, exponent) };
-            return f.pad_integral(self.hi() > 0.0, "", &text);
-        };
-        let significant = exponent + 1 + precision as i32;
-        if significant < 1 {
-            // Less than one digit is left, and the leading part decides it.
-            return fmt::Display::fmt(&self.hi(), f);
-        }
-        let (mut digits, exponent) = self.decimal(significant as usize);
-        // 9.99 can have become 10.0, which takes one digit more.
-        let missing = (exponent + 1 + precision as i32).max(0) as usize;
-        digits.extend(std::iter::repeat_n('0', missing.saturating_sub(digits.len())));
-        f.pad_integral(self.hi() > 0.0, "", &positional(&digits, exponent))
+        decimal::display(QD::from_dd(self.0), 32, f)
     }
 }
 
 impl fmt::LowerExp for Dd {
     /// 32 digits, trailing zeros dropped; with a precision, that many digits after the point.
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        if !self.finite_parts() || (self.hi() == 0.0) {
-            return fmt::LowerExp::fmt(&self.nearest(), f);
-        }
-        let (digits, exponent) = self.decimal(f.precision().map_or(32, |p| p + 1));
-        let kept = if f.precision().is_some() { &digits } else { digits.trim_end_matches('0') };
-        f.pad_integral(self.hi() > 0.0, "", &scientific(kept, exponent))
+        decimal::lower_exp(QD::from_dd(self.0), 32, f)
     }
-}
-
-impl Dd {
-    /// (digits, e) with |x| = d.ddd × 10^e rounded to `count` digits; x finite, not 0.
-    fn decimal(self, count: usize) -> (String, i32) {
-        let text = QD::from_dd(self.0).to_sci(count);
-        let (mantissa, exponent) = text.split_once('e').unwrap_or((&text, "0"));
-        (mantissa.chars().filter(char::is_ascii_digit).collect(), exponent.parse().unwrap_or(0))
-    }
-}
-
-/// d.ddd × 10^exponent without an exponent.
-fn positional(digits: &str, exponent: i32) -> String {
-    let point = exponent + 1;
-    if point <= 0 {
-        format!("0.{}{digits}", "0".repeat(-point as usize))
-    } else if digits.len() <= point as usize {
-        format!("{digits}{}", "0".repeat(point as usize - digits.len()))
-    } else {
-        format!("{}.{}", &digits[..point as usize], &digits[point as usize..])
-    }
-}
-
-/// d.ddd × 10^exponent.
-fn scientific(digits: &str, exponent: i32) -> String {
-    let (first, rest) = digits.split_at(1.min(digits.len()));
-    let point = if rest.is_empty() { "" } else { "." };
-    format!("{first}{point}{rest}e{exponent}")
 }
 
 impl Elementary for Dd {
@@ -310,9 +252,7 @@ impl Elementary for Dd {
         let (y, x) = (self, other);
         let start = y.hi().atan2(x.hi());
         if y.hi() == 0.0 || x.hi() == 0.0 || !(y.finite_parts() && x.finite_parts()) {
-            // A multiple of π/4 (or NaN), by the conventions of f64; +0 and -0 as they are.
-            let eighths = (start / std::f64::consts::FRAC_PI_4).round();
-            return if start == 0.0 { Self::exact(start) } else { Self::circle() * Self::exact(0.25 * eighths) };
+            return conventional_angle(start);
         }
         // The larger of the two becomes about 1.
         let larger = if x.hi().abs() > y.hi().abs() { x } else { y };
@@ -394,13 +334,20 @@ impl Real for Dd {
 
     /// Correctly rounded to two parts (2⁻¹⁰⁶ relative).
     fn parse_decimal(text: &str) -> Option<Self> {
-        // The f64 first: what is finite there and not 0 has an exponent that the exact parser can work with.
-        let nearest = text.parse().ok().filter(|x: &f64| x.is_finite())?;
-        if nearest == 0.0 {
-            return Some(Self::exact(nearest));
-        }
-        QD::parse(text).ok().map(|x| Self(x.to_dd())).filter(|x| x.finite_parts())
+        decimal::parse(text).map(|x| Self(x.to_dd())).filter(|x| x.finite_parts())
     }
+}
+
+/// x × 2^n, exactly (barring overflow and underflow).
+pub(super) fn times_power_of_two(x: f64, n: i32) -> f64 {
+    // In two steps: the power alone can be out of range where the result is not.
+    x * 2f64.powi(n / 2) * 2f64.powi(n - n / 2)
+}
+
+/// n with 2ⁿ ≤ |x| < 2ⁿ⁺¹, for finite x ≠ 0.
+pub(super) fn exponent(x: f64) -> i32 {
+    let biased = |x: f64| ((x.to_bits() >> 52) & 0x7ff) as i32;
+    if biased(x) == 0 { biased(x * 2f64.powi(64)) - 64 - 1023 } else { biased(x) - 1023 }
 }
 
 /// Σ cⱼ zʲ by Horner's rule: the first `precise` terms in double-double, and those after, which have to be below 2⁻⁵⁴

@@ -36,6 +36,13 @@ pub trait Elementary: Copy {
     fn finite(self) -> bool;
 }
 
+/// The angle on or between the axes that the `f64` angle `start` stands for, a multiple of π/4 (or NaN); +0 and −0 as
+/// they are.
+pub(super) fn conventional_angle<T: Elementary + std::ops::Mul<Output = T>>(start: f64) -> T {
+    let eighths = (start / std::f64::consts::FRAC_PI_4).round();
+    if start == 0.0 { T::exact(start) } else { T::circle() * T::exact(0.25 * eighths) }
+}
+
 macro_rules! real_field {
     ([$($gen:tt)*] $ty:ty) => {
         impl<$($gen)*> std::ops::AddAssign for $ty {
@@ -341,7 +348,7 @@ macro_rules! real_field {
                 // Of |x|, because e^x - 1 has lost the digits of e^x where x is negative.
                 let a = num_traits::Signed::abs(&self);
                 let half = <Self as Elementary>::exact(0.5);
-                let value = if a.nearest() > 40.0 {
+                let value = if a.nearest() > 80.0 {
                     let root = (a * half).exponential();
                     root * half * root
                 } else {
@@ -365,8 +372,8 @@ macro_rules! real_field {
             fn asinh(self) -> Self {
                 let one = <Self as num_traits::One>::one();
                 let a = num_traits::Signed::abs(&self);
-                // Beyond 2^60 the difference from ln 2a is below round-off, and a² could overflow.
-                let value = if a.nearest() > 1152921504606846976.0 {
+                // The difference from ln 2a is 1/4a²: below round-off, where a² could overflow.
+                let value = if a.nearest() > 1e35 {
                     a.logarithm() + Self::log_two()
                 } else {
                     (a + a * a / (one + (one + a * a).square_root())).logarithm_one_plus()
@@ -374,7 +381,7 @@ macro_rules! real_field {
                 if self.nearest().is_sign_negative() { -value } else { value }
             }
             fn acosh(self) -> Self {
-                if self.nearest() > 1152921504606846976.0 {
+                if self.nearest() > 1e35 {
                     return self.logarithm() + Self::log_two();
                 }
                 let one = <Self as num_traits::One>::one();

@@ -2,13 +2,20 @@
 //!
 //! [`Scalar`] is what a formula needs; [`Real`] is a scalar that carries no derivatives. Data (structure constants,
 //! inertias, tableaux) are stored over a [`Real`] `T`; methods that evaluate a formula are generic over
-//! `S: Scalar<Base = T>`, so the same line runs on `f64`, on ~32 digits (`Dd`), and on dual numbers over either
-//! ([`Dual`], for derivatives that are exact to round-off).
+//! `S: Scalar<Base = T>`, so the same line runs on `f64`, on ~32 digits ([`Dd`]), on ~64 digits ([`Qd`]), and on dual
+//! numbers over any of them ([`Dual`], for derivatives that are exact to round-off).
+//!
+//! | scalar | digits | u | all digits for sizes between |
+//! |---|---|---|---|
+//! | `f64` | 16 | 2⁻⁵³ | 2⁻¹⁰²² and 2¹⁰²⁴ |
+//! | [`Dd`], two `f64` | 32 | 2⁻¹⁰³ | 2⁻⁹⁰⁰ and 2¹⁰⁰⁰ |
+//! | [`Qd`], four `f64` | 64 | 2⁻²⁰⁹ | 2⁻⁸⁰⁰ and 2¹⁰⁰⁰ |
+//! | [`Dual<T>`](Dual), two `T` | those of `T` | that of `T` | those of `T` |
 
 use nalgebra::RealField;
 use std::fmt::{Debug, Display, LowerExp};
 
-/// A real number type: `f64`, double-double, or duals over them.
+/// A real number type: `f64`, double-double, quad-double, or duals over them.
 ///
 /// Comparisons look at the value only, never at a derivative part.
 pub trait Scalar: RealField + Copy + Default + Debug + Display + LowerExp + Send + Sync {
@@ -47,9 +54,9 @@ pub trait Scalar: RealField + Copy + Default + Debug + Display + LowerExp + Send
     fn all_finite(self) -> bool;
 }
 
-/// A scalar that is its own base: `f64`, `Dd`. Everything that is stored is stored over a `Real`.
+/// A scalar that is its own base: `f64`, `Dd`, `Qd`. Everything that is stored is stored over a `Real`.
 pub trait Real: Scalar<Base = Self> {
-    /// A short name for tables and files: `f64`, `dd`.
+    /// A short name for tables and files: `f64`, `dd`, `qd`.
     const NAME: &'static str;
 
     /// The decimal number that `text` spells, correct to working precision (a few units of round-off at most).
@@ -57,11 +64,14 @@ pub trait Real: Scalar<Base = Self> {
 }
 
 pub mod dd;
+mod decimal;
 mod double;
 pub mod dual;
 mod field;
 pub mod number;
+pub mod qd;
 
 pub use dd::Dd;
 pub use dual::Dual;
 pub use number::{Number, NumberError};
+pub use qd::Qd;
