@@ -2,6 +2,10 @@
 //!
 //! Products and quotients are those of `multidouble`; sums and the elementary functions are our own. A value whose size
 //! is between 2⁻⁸⁰⁰ and 2¹⁰⁰⁰ (1e-240 and 1e300) has all its digits; below, the last parts run out of exponents.
+//!
+//! Accuracy of the functions, in units of 2⁻²¹² (an eighth of u) relative to the value: √ and the cube root 0.2, exp, ln,
+//! sin, cos, tan, atan2 0.3, exp_m1, ln_1p and those made of them (sinh, …, atanh) 0.6: the worst against mpmath of some
+//! thousand arguments each, over that range, next to 0, 1 and multiples of π/2.
 
 use super::dd::{Dd, exponent, times_power_of_two};
 use super::field::{Elementary, conventional_angle, real_field};
@@ -14,7 +18,7 @@ use std::fmt;
 use std::ops::{Add, Div, Mul, Neg, Sub};
 use std::sync::LazyLock;
 
-/// x₀ + x₁ + x₂ + x₃ with |xᵢ₊₁| ≤ ulp(xᵢ) or so.
+/// x₀ + x₁ + x₂ + x₃ with |xᵢ₊₁| ≤ ¾ ulp(xᵢ).
 ///
 /// An operation that overflows, divides by zero or meets an infinity gives NaN, which [`Scalar::all_finite`] sees.
 #[derive(Clone, Copy, Debug, Default)]
@@ -44,7 +48,7 @@ impl Qd {
         Dd::new(a, b + (c + d))
     }
 
-    /// A sum of four parts that hardly overlap.
+    /// A sum of four parts that overlap by a bit at most.
     const fn of(parts: [f64; 4]) -> Self {
         Self(QD { x: parts })
     }
@@ -373,7 +377,9 @@ impl Scalar for Qd {
         self
     }
 
-    /// 2⁻²⁰⁹.
+    /// 2⁻²⁰⁹ = 8 × 2⁻²¹². No theorem covers × and /; against exact arithmetic the worst relative errors of 4 million pairs
+    /// each were 1.13 units of 2⁻²¹² for + and −, 0.49 for × and 0.50 for /. Among the pairs were sums that cancel to any
+    /// depth, parts that are powers of two, missing or far apart, and results of other operations.
     fn unit_roundoff() -> Self {
         Self::exact(2f64.powi(-209))
     }
