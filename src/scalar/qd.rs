@@ -3,9 +3,10 @@
 //! Products and quotients are those of `multidouble`; sums and the elementary functions are our own. A value whose size
 //! is between 2⁻⁸⁰⁰ and 2¹⁰⁰⁰ (1e-240 and 1e300) has all its digits; below, the last parts run out of exponents.
 //!
-//! Accuracy of the functions, in units of 2⁻²¹² (an eighth of u) relative to the value: √ and the cube root 0.2, exp, ln,
-//! sin, cos, tan, atan2 0.3, exp_m1, ln_1p and those made of them (sinh, …, atanh) 0.6: the worst against mpmath of some
-//! thousand arguments each, over that range, next to 0, 1 and multiples of π/2.
+//! Accuracy of the functions relative to the value, in units of 2⁻²¹² (an eighth of u): 0.2 for √, the cube root and hypot;
+//! 0.4 for exp, ln and the circular functions and their inverses; 1 for exp_m1, ln_1p and the hyperbolic functions and their
+//! inverses. These are the worst against mpmath of 3000 arguments and more each, over that range, next to 0, to 1 and to
+//! multiples of π/2.
 
 use super::dd::{Dd, exponent, times_power_of_two};
 use super::field::{Elementary, conventional_angle, real_field};
@@ -75,8 +76,8 @@ impl Qd {
         self.parts().iter().all(|x| x.is_finite())
     }
 
-    /// x − n c for finite x and a constant c of eight parts, without error before the result is rounded.
-    fn reduced(self, n: f64, constant: &[f64; 8]) -> Self {
+    /// x − n c for finite x and a constant c of many parts, without error before the result is rounded.
+    fn reduced(self, n: f64, constant: &[f64]) -> Self {
         Self::of(Dy::sum(&self.parts()).sub(&Dy::from_f64(n).mul(&Dy::sum(constant))).greedy4())
     }
 }
@@ -453,10 +454,10 @@ static INVERSE_FACTORIAL: LazyLock<[Qd; 50]> = LazyLock::new(|| {
     })
 });
 
-/// π/2 to 2⁻⁴⁴⁰: each part the nearest `f64` to what those before it leave (mpmath with 3000 bits). The last four are the
+/// π/2 to 2⁻⁵⁴⁰: each part the nearest `f64` to what those before it leave (mpmath with 3000 bits). The last six are the
 /// guard digits of arguments next to multiples of π/2.
 #[allow(clippy::approx_constant)]
-const HALF_PI: [f64; 8] = [
+const HALF_PI: [f64; 10] = [
     1.5707963267948966,
     6.123233995736766e-17,
     -1.4973849048591698e-33,
@@ -465,17 +466,16 @@ const HALF_PI: [f64; 8] = [
     8.724931080676243e-84,
     3.01468636612477e-100,
     9.55061773439995e-117,
+    1.5219890826721466e-133,
+    -2.3571500154735144e-150,
 ];
 
-/// ln 2 to 2⁻⁴⁴⁰, likewise.
+/// ln 2 to 2⁻²⁷⁰, likewise.
 #[allow(clippy::approx_constant)]
-const LN_2: [f64; 8] = [
+const LN_2: [f64; 5] = [
     0.6931471805599453,
     2.3190468138462996e-17,
     5.707708438416212e-34,
     -3.5824322106018114e-50,
     -1.352169675798863e-66,
-    6.080638740240814e-83,
-    2.8955024332347147e-99,
-    2.351386712145641e-116,
 ];
