@@ -8,7 +8,7 @@
 
 use super::dice::Dice;
 use super::fraction::{Equations, Fraction, power, sum};
-use super::{Class, LARGEST_DENOMINATOR, LEAST_WEIGHT, Means, Shape};
+use super::{Class, LARGEST_DENOMINATOR, LEAST_COLLOCATION_WEIGHT, LEAST_WEIGHT, Means, Shape};
 
 /// a and b.
 pub struct Raw {
@@ -44,6 +44,38 @@ const WEIGHTS: [(i64, i64); 14] = [
     (-1, 1),
 ];
 
+/// Weights of four stages or more.
+const SMALL_WEIGHTS: [(i64, i64); 14] = [
+    (1, 6),
+    (1, 3),
+    (1, 8),
+    (1, 4),
+    (1, 5),
+    (1, 12),
+    (1, 10),
+    (3, 8),
+    (1, 2),
+    (-1, 4),
+    (-1, 6),
+    (-1, 2),
+    (-1, 3),
+    (-1, 1),
+];
+
+/// n_i with Σ n_i³ = 0: the weights b_i = n_i/Σn of lower triangular symplectic tableaux of order 3.
+const CUBES: [&[i64]; 10] = [
+    &[3, 4, 5, -6],
+    &[1, 6, 8, -9],
+    &[9, 10, -1, -12],
+    &[7, 14, 17, -20],
+    &[3, 10, 18, -19],
+    &[4, 17, 22, -25],
+    &[11, 15, 27, -29],
+    &[18, 19, 21, -28],
+    &[1, 1, 5, 6, -7],
+    &[4, 4, 6, -1, -7],
+];
+
 /// Entries of a that the equations leave free: 0 in three of twelve.
 const ENTRIES: [(i64, i64); 12] =
     [(0, 1), (0, 1), (0, 1), (1, 2), (1, 4), (-1, 4), (1, 3), (1, 6), (-1, 2), (1, 1), (-1, 3), (2, 3)];
@@ -54,7 +86,9 @@ const DEFECTS: [(i64, i64); 10] =
 
 /// A tableau of a class but for what [`super::accept`] looks at; `None` if the choices do not lead to one.
 pub fn draw(class: Class, dice: &mut Dice) -> Option<Raw> {
-    let s = least_stages(class) + dice.few(2);
+    // Positive weights that are not small are rare with many stages.
+    let least = least_stages(class);
+    let s = least + dice.few(if least < 4 { 2 } else { 1 });
     match class.means {
         Means::Free => free(class, s, dice),
         Means::Symplectic => symplectic(class, s, dice),
@@ -120,6 +154,10 @@ fn quadrature(class: Class, s: usize, dice: &mut Dice) -> Option<(Vec<Fraction>,
             solved = s.saturating_sub(2);
         }
     }
+    // The second stage of an explicit tableau would be the first one again.
+    if class.shape == Shape::Explicit && s > 1 && c[1].is_zero() {
+        return None;
+    }
     let b = weights(&mut c, class.orders.classical, solved, dice)?;
     Some((c, b))
 }
@@ -134,9 +172,10 @@ fn weights(c: &mut [Fraction], p: usize, solved: usize, dice: &mut Dice) -> Opti
     for k in 1..=p {
         equations.add(c.iter().map(|&x| power(x, k - 1)).collect(), Fraction::new(1, k as i64));
     }
-    let b = equations.solve(&dice.picks(s, &WEIGHTS), &dice.permutation(s))?;
+    let list = if s < 4 { &WEIGHTS } else { &SMALL_WEIGHTS };
+    let b = equations.solve(&dice.picks(s, list), &dice.permutation(s))?;
     // What cannot be accepted is not worth a solution for a.
-    b.iter().all(|x| fits(x) && x.size() >= LEAST_WEIGHT).then_some(b)
+    (dice.accepts(&b) && b.iter().all(|x| fits(x) && x.size() >= LEAST_WEIGHT)).then_some(b)
 }
 
 /// The node x that makes ∫₀¹ (t − x) Π_{k ≠ solved} (t − c_k) dt vanish.
@@ -215,8 +254,9 @@ fn pair(class: Class, s: usize, dice: &mut Dice) -> Option<Raw> {
 }
 
 /// a_ij = b_j/2 + w_ij/b_i with w antisymmetric: b_i a_ij + b_j a_ji = b_i b_j. Its row sums are the nodes; B(p), p ≤ 4, is
-/// then all of order p, since for a symplectic tableau the conditions of trees that differ by the root are equivalent
-/// (Sanz-Serna and Abia 1991) and Σ c_i w_ij c_j = 0. Lower triangular: w_ij = −b_i b_j/2 above the diagonal.
+/// then all that order p asks for, since for a symplectic tableau the conditions of trees that differ by the root are equivalent
+/// (Sanz-Serna and Abia 1991) and Σ c_i w_ij c_j = 0. Lower triangular: w_ij = −b_i b_j/2 above the diagonal, steps b_i of the
+/// midpoint rule one after the other, of order 3 if and only if Σ b_i³ = 0.
 fn symplectic(class: Class, s: usize, dice: &mut Dice) -> Option<Raw> {
     let half = Fraction::new(1, 2);
     let mut w = vec![vec![Fraction::ZERO; s]; s];
@@ -243,9 +283,9 @@ fn symplectic(class: Class, s: usize, dice: &mut Dice) -> Option<Raw> {
             (w[i][j], w[j][i]) = (x, -x);
         }
     } else {
-        let mut drawn = dice.picks(s - 1, &WEIGHTS);
-        drawn.push(Fraction::ONE - sum(drawn.iter().copied()));
-        b = drawn;
+        b = if class.orders.classical == 3 { cubes(dice) } else { closed(s, dice) };
+        let s = b.len();
+        w = vec![vec![Fraction::ZERO; s]; s];
         for i in 0..s {
             for j in i + 1..s {
                 w[i][j] = -half * b[i] * b[j];
@@ -253,8 +293,23 @@ fn symplectic(class: Class, s: usize, dice: &mut Dice) -> Option<Raw> {
             }
         }
     }
+    let s = b.len();
     let a = (0..s).map(|i| (0..s).map(|j| half * b[j] + w[i][j] / b[i]).collect()).collect();
     Some(Raw { a, b })
+}
+
+/// Weights that sum to 1.
+fn closed(s: usize, dice: &mut Dice) -> Vec<Fraction> {
+    let mut b = dice.picks(s - 1, &WEIGHTS);
+    b.push(Fraction::ONE - sum(b.iter().copied()));
+    b
+}
+
+/// Weights that sum to 1, their cubes to 0, in any order.
+fn cubes(dice: &mut Dice) -> Vec<Fraction> {
+    let n = CUBES[dice.below(CUBES.len())];
+    let total = n.iter().sum();
+    dice.permutation(n.len()).into_iter().map(|i| Fraction::new(n[i], total)).collect()
 }
 
 /// The entries of a that a shape leaves open, and equations for them.
@@ -319,10 +374,13 @@ fn spread(s: usize, dice: &mut Dice) -> Vec<Fraction> {
         .collect()
 }
 
-/// Collocation at the nodes c: Σ_j a_ij c_j^{k−1} = c_i^k/k and B(s), k ≤ s.
+/// Collocation at the nodes c: Σ_j a_ij c_j^{k−1} = c_i^k/k and Σ_j b_j c_j^{k−1} = 1/k, k ≤ s.
 fn at_nodes(c: &[Fraction]) -> Option<Raw> {
     let s = c.len();
-    // ℓ_j in powers of t, from the Vandermonde equations: Σ_j ℓ_j c_j^k = t^k.
+    // Equal nodes leave the equations without a solution, except for special right-hand sides.
+    if (0..s).any(|i| c[..i].contains(&c[i])) {
+        return None;
+    }
     let integrals = |to: Fraction| {
         let mut equations = Equations::default();
         for k in 1..=s {
@@ -332,8 +390,9 @@ fn at_nodes(c: &[Fraction]) -> Option<Raw> {
         equations.solve(&vec![Fraction::ZERO; s], &(0..s).collect::<Vec<_>>())
     };
     let b = integrals(Fraction::ONE)?;
+    if b.iter().any(|x| x.size() < LEAST_COLLOCATION_WEIGHT || x.size() > 2.0) {
+        return None;
+    }
     let a = c.iter().map(|&to| integrals(to)).collect::<Option<Vec<_>>>()?;
-    // Equal nodes leave the equations for some t without a solution, except for special t.
-    let distinct = (0..s).all(|i| (0..i).all(|j| c[i] != c[j]));
-    distinct.then_some(Raw { a, b })
+    Some(Raw { a, b })
 }

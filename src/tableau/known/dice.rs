@@ -16,23 +16,30 @@ pub struct Dice<'a> {
     source: Source<'a>,
     /// Whether to stay with the first third of every list.
     narrow: bool,
+    /// Whether negative weights will not do.
+    positive: bool,
     tape: Vec<usize>,
 }
 
 impl<'a> Dice<'a> {
-    /// Random choices.
-    pub fn random(rng: &'a mut TestRng) -> Self {
-        Self { source: Source::Random(rng), narrow: false, tape: Vec::new() }
+    /// Random choices, with positive weights if so asked.
+    pub fn random(rng: &'a mut TestRng, positive: bool) -> Self {
+        Self { source: Source::Random(rng), narrow: false, positive, tape: Vec::new() }
     }
 
     /// Random choices of simple things.
-    pub fn narrow(rng: &'a mut TestRng) -> Self {
-        Self { source: Source::Random(rng), narrow: true, tape: Vec::new() }
+    pub fn narrow(rng: &'a mut TestRng, positive: bool) -> Self {
+        Self { source: Source::Random(rng), narrow: true, positive, tape: Vec::new() }
     }
 
     /// The choices of a tape.
     pub fn replay(tape: &'a [usize]) -> Self {
-        Self { source: Source::Tape(tape), narrow: false, tape: Vec::new() }
+        Self { source: Source::Tape(tape), narrow: false, positive: false, tape: Vec::new() }
+    }
+
+    /// Whether these weights will do as far as their signs go.
+    pub fn accepts(&self, b: &[Fraction]) -> bool {
+        !self.positive || b.iter().all(|b| b.numerator() > 0)
     }
 
     /// The choices made.

@@ -12,20 +12,22 @@
 //! | (3, 2) | no D(1) | 3 | 3 | 3 |
 //! | (3, 3) | D(1) | 3 | 2 | 2 |
 //! | (3, 3) | opposite weights | 4 | 4 | 4 |
-//! | (3, 3) | symplectic | | | 2 |
+//! | (3, 3) | symplectic | | 4 | 2 |
 //! | (4, 2) | no D(1) | 5 | 4 | 4 |
 //! | (4, 3) | opposite weights | 6 | 5 | 5 |
 //! | (4, 4) | D(1) | 4 | 3 | 3 |
 //! | (4, 4) | symplectic | | | 3 |
 //!
-//! with the least number of stages. D(1) is Σ_i b_i a_ij = b_j(1 − c_j). For positive weights the variational order is at
+//! with the least number of stages of the tableaux drawn. No two stages are the same, and a full tableau is not triangular in
+//! another order of its stages. Explicit tableaux of order 4 with 4 stages all have D(1) (Butcher 1963); with 5 they need
+//! not, and fall to order 2 as variational ones. D(1) is Σ_i b_i a_ij = b_j(1 − c_j). For positive weights the variational order is at
 //! least 3 if and only if the classical one is and D(1) holds; weights of both signs can hide a defect of D(1). Collocation at
 //! random nodes goes higher: see [`collocation_of_order`].
 //!
 //! Every tableau satisfies all conditions of its orders exactly, and of the next order, classical and variational,
 //! some condition fails by at least [`VISIBLE`], so that the order shows in a convergence study. |a_ij|, |b_j| ≤ 2,
 //! |â_ij| ≤ 4 and |b_j| ≥ [`LEAST_WEIGHT`]: the stage equations of moderate steps can be solved. Denominators are at most
-//! [`LARGEST_DENOMINATOR`].
+//! [`LARGEST_DENOMINATOR`]. (Weights and denominators of collocation have bounds of their own.)
 //!
 //! A strategy shrinks within its class: first to the simplest tableau of the class, then to ever less simple ones, then to
 //! simpler choices in the construction of the one that was drawn.
@@ -35,12 +37,15 @@ mod dice;
 mod fraction;
 
 use super::order::Conditions;
+use super::trees::Tree;
 use super::{Description, Family, Tableau};
 use construct::Raw;
 use dice::Dice;
 use fraction::Fraction;
+use proptest::prelude::Rng;
 use proptest::strategy::{BoxedStrategy, Just, NewTree, Strategy, Union, ValueTree};
 use proptest::test_runner::{RngAlgorithm, TestRng, TestRunner};
+use std::collections::HashMap;
 use std::fmt;
 use std::sync::{Arc, Mutex, OnceLock, PoisonError};
 
@@ -57,7 +62,7 @@ pub const LARGEST_DENOMINATOR: i64 = 10_000;
 pub const LARGEST_COLLOCATION_DENOMINATOR: i64 = 1_000_000;
 
 /// The least |b_j| of the [`classes`].
-pub const LEAST_WEIGHT: f64 = 1.0 / 8.0;
+pub const LEAST_WEIGHT: f64 = 1.0 / 12.0;
 
 /// The least |b_j| of collocation, whose weights become smaller as stages become more.
 pub const LEAST_COLLOCATION_WEIGHT: f64 = 1.0 / 20.0;
@@ -195,9 +200,10 @@ pub fn classes() -> Vec<Class> {
     let mut classes = Vec::new();
     for (classical, variational, means) in means {
         for shape in Shape::ALL {
-            // An explicit tableau is not symplectic (0 = b_i²), and a lower triangular one that is has Σ b_i³ = 0 at order 3.
+            // An explicit tableau is not symplectic (0 = b_i²); a lower triangular one that is has Σ b_i³ = 0 at order 3, and
+            // at order 4 irrational weights, as far as known.
             let none = means == Means::Symplectic
-                && (shape == Shape::Explicit || (shape == Shape::DiagonallyImplicit && classical > 2));
+                && (shape == Shape::Explicit || (shape == Shape::DiagonallyImplicit && classical > 3));
             if !none {
                 classes.push(Class { orders: Orders { classical, variational }, shape, means });
             }
@@ -217,7 +223,17 @@ enum Recipe {
     },
 }
 
-/// Tableaux of one class.
+/// Tableaux of one class, with positive weights in at least half of the draws where the class has such; they take two more stages
+/// than the least at most.
+///
+/// Shrinks to the simplest tableau of the class: the fewest stages, then the fewest negative weights, then the smallest
+/// numerators and denominators (of a few thousand tableaux from the simplest nodes and weights). That is
+/// for (1, 1) the explicit and the implicit Euler tableau; for (2, 2) `heun2` and the midpoint rule; for (3, 3) by D(1)
+/// Kutta's tableau with the weights (1, 4, 1)/6 and Radau I's a = \[\[1/3, 0\], \[1, 0\]\], b = (3, 1)/4; for (3, 2) explicit
+/// a_21 = 2/3, a_31 = −1/3, a_32 = 1, b = (1, 2, 1)/4; for (4, 4) `rk4` and the lower triangular Lobatto tableau with
+/// a_21 = a_22 = 1/4, a_32 = 1. The tests list all.
+///
+/// A draw takes 10 to 400 µs, and 1 to 3 ms in the full and explicit classes (4, 2) and (4, 3).
 pub fn of_class(class: Class) -> BoxedStrategy<KnownOrder> {
     Known(Recipe::Class(class)).boxed()
 }
@@ -235,7 +251,7 @@ pub fn of_order(orders: Orders, shape: Option<Shape>) -> Option<BoxedStrategy<Kn
 /// order p. `None` unless 1 ≤ p ≤ [`MAX_COLLOCATION`].
 ///
 /// The three have weights 2, 2 and 1. With s nodes, C(s) and B(s + r) one has D(r), and the conjugate C(r) and D(s); so
-/// the variational order is min(s + r, 2 r + 2). (Two nodes that r = 2 needs solve a quadratic equation, and no rational
+/// the variational order is min(s + r, 2 r + 2), which every draw is checked for. (Two nodes that r = 2 needs solve a quadratic equation, and no rational
 /// solution with small denominators was found.) Shrinks to one of fewer nodes, then to simpler nodes.
 pub fn collocation_of_order(p: usize) -> Option<BoxedStrategy<KnownOrder>> {
     if !(1..=MAX_COLLOCATION).contains(&p) {
@@ -285,6 +301,18 @@ impl Recipe {
         }
     }
 
+    /// Whether there are tableaux with positive weights.
+    fn may_be_positive(self) -> bool {
+        match self {
+            Recipe::Class(Class { means: Means::Pair, .. }) => false,
+            // Σ b_i³ = 0.
+            Recipe::Class(Class { means: Means::Symplectic, shape: Shape::DiagonallyImplicit, orders }) => {
+                orders.classical < 3
+            }
+            _ => true,
+        }
+    }
+
     /// What these choices lead to.
     fn make(self, mut dice: Dice) -> Option<Drawn> {
         let raw = match self {
@@ -296,37 +324,40 @@ impl Recipe {
             Recipe::Collocation { .. } => (LARGEST_COLLOCATION_DENOMINATOR, LEAST_COLLOCATION_WEIGHT),
         };
         let entries = raw.a.iter().flatten().all(|x| fits(x, largest));
-        let weights = raw.b.iter().all(|x| fits(x, largest) && x.size() >= least);
+        let weights = raw.b.iter().all(|x| fits(x, largest) && x.size() >= least) && dice.accepts(&raw.b);
         let distinct = raw.a.iter().enumerate().all(|(i, row)| raw.a[..i].iter().all(|other| row != other));
         let other_shape = matches!(self, Recipe::Class(class) if Shape::of(&raw.a) != Some(class.shape));
         if !entries || !weights || !distinct || other_shape {
             return None;
         }
         let known = KnownOrder { description: accept(&raw, self.orders())?, orders: self.orders() };
-        Some(Drawn { known, height: height(&raw), tape: dice.into_tape() })
+        Some(Drawn { height: height(&raw, &known.description), known, tape: dice.into_tape() })
     }
 
     /// The simplest tableaux, from narrow choices with fixed seeds; made once.
     fn ladder(self) -> Arc<Vec<Drawn>> {
-        static LADDERS: OnceLock<Mutex<Vec<(Recipe, Arc<Vec<Drawn>>)>>> = OnceLock::new();
+        static LADDERS: OnceLock<Mutex<HashMap<Recipe, Arc<Vec<Drawn>>>>> = OnceLock::new();
         let ladders = LADDERS.get_or_init(Mutex::default);
         let mut ladders = ladders.lock().unwrap_or_else(PoisonError::into_inner);
-        if let Some((_, ladder)) = ladders.iter().find(|(recipe, _)| *recipe == self) {
+        if let Some(ladder) = ladders.get(&self) {
             return ladder.clone();
         }
         let mut rng = TestRng::from_seed(RngAlgorithm::ChaCha, &[0; 32]);
-        let mut rungs: Vec<Drawn> = (0..NARROW_DRAWS).filter_map(|_| self.make(Dice::narrow(&mut rng))).collect();
-        rungs.sort_by_cached_key(|drawn| (drawn.height, drawn.known.description.to_string()));
+        let narrow = |_| self.make(Dice::narrow(&mut rng, self.may_be_positive()));
+        let draws = if matches!(self, Recipe::Class(_)) { NARROW_DRAWS } else { NARROW_DRAWS / 5 };
+        let mut rungs: Vec<Drawn> = (0..draws).filter_map(narrow).collect();
+        rungs.sort_by(|x, y| x.height.cmp(&y.height));
         rungs.dedup_by(|x, y| x.known == y.known);
         rungs.truncate(RUNGS);
         let ladder = Arc::new(rungs);
-        ladders.push((self, ladder.clone()));
+        ladders.insert(self, ladder.clone());
         ladder
     }
 }
 
-/// How often narrow choices are tried for the simplest tableaux of a class.
-const NARROW_DRAWS: usize = 2000;
+/// How often narrow choices are tried for the simplest tableaux of a class. (Twelve times as many find smaller digits in four
+/// of the 29 classes, and nowhere fewer stages.)
+const NARROW_DRAWS: usize = 5000;
 
 /// How many of them are kept.
 const RUNGS: usize = 16;
@@ -356,34 +387,38 @@ fn exactly(tableau: &Tableau<f64>, colours: usize, order: usize) -> bool {
     if colours == 1 {
         catalogue.extend_to(order + 1);
     }
-    (1..=order + 1).all(|n| {
-        let mut visible = false;
-        let mut look = |tree: &super::trees::Tree| {
-            let (defect, tolerance) = conditions.defect(tree);
-            let least = if n <= 5 { VISIBLE } else { VISIBLE_RELATIVE / tree.density() as f64 };
-            visible |= defect >= least;
-            defect <= tolerance
-        };
-        let hold = if colours == 1 {
-            // No short circuit: the worst condition counts.
-            catalogue.of_order(n).iter().fold(true, |hold, tree| look(tree) && hold)
-        } else {
-            catalogue.oriented(n).fold(true, |hold, tree| look(&tree) && hold)
-        };
-        if n <= order { hold } else { visible }
-    })
+    let holds = |tree: &Tree| {
+        let (defect, tolerance) = conditions.defect(tree);
+        defect <= tolerance
+    };
+    let visible = |tree: &Tree| {
+        let least = if tree.order() <= 5 { VISIBLE } else { VISIBLE_RELATIVE / tree.density() as f64 };
+        conditions.defect(tree).0 >= least
+    };
+    let hold = |n: usize| match colours {
+        1 => catalogue.of_order(n).iter().all(holds),
+        _ => catalogue.oriented(n).all(|tree| holds(&tree)),
+    };
+    let next = order + 1;
+    (1..=order).all(hold)
+        && match colours {
+            1 => catalogue.of_order(next).iter().any(visible),
+            _ => catalogue.oriented(next).any(|tree| visible(&tree)),
+        }
 }
 
-/// What makes a tableau less simple: stages, then negative weights, then digits and signs of the entries.
-type Height = (usize, usize, u64);
+/// What makes a tableau less simple: stages, then negative weights, then Σ (|p| + q) over the entries p/q that are not 0, one
+/// more for each sign; the text decides between equals.
+type Height = (usize, usize, u64, String);
 
-fn height(raw: &Raw) -> Height {
+fn height(raw: &Raw, description: &Description) -> Height {
     let entry = |x: &Fraction| match x.numerator() {
         0 => 0,
         p => p.unsigned_abs() + x.denominator().unsigned_abs() + u64::from(p < 0),
     };
     let negative = raw.b.iter().filter(|b| b.numerator() < 0).count();
-    (raw.b.len(), negative, raw.a.iter().flatten().chain(&raw.b).map(entry).sum())
+    let digits = raw.a.iter().flatten().chain(&raw.b).map(entry).sum();
+    (raw.b.len(), negative, digits, description.to_string())
 }
 
 /// A tableau with the choices that led to it.
@@ -406,8 +441,9 @@ impl Strategy for Known {
     type Value = KnownOrder;
 
     fn new_tree(&self, runner: &mut TestRunner) -> NewTree<Self> {
+        let positive = self.0.may_be_positive() && runner.rng().next_u64().is_multiple_of(2);
         for _ in 0..ATTEMPTS {
-            if let Some(best) = self.0.make(Dice::random(runner.rng())) {
+            if let Some(best) = self.0.make(Dice::random(runner.rng(), positive)) {
                 return Ok(KnownTree { recipe: self.0, current: best.clone(), best, stage: Stage::Fresh });
             }
         }
@@ -448,14 +484,16 @@ impl KnownTree {
                 found.extend(self.recipe.make(Dice::replay(&tape)).filter(|drawn| drawn.height < self.best.height));
             }
         }
-        found.sort_by_key(|drawn| drawn.height);
+        found.sort_by(|x, y| x.height.cmp(&y.height));
         found.dedup_by(|x, y| x.known == y.known);
         found
     }
 
     fn rung(&mut self, number: usize) -> bool {
         let ladder = self.recipe.ladder();
-        if let Some(rung) = ladder.get(number).filter(|rung| rung.height < self.best.height) {
+        // The first one is what the class shrinks to, even should the narrow draws have missed a simpler one.
+        let next = |rung: &&Drawn| rung.height < self.best.height || (number == 0 && rung.height != self.best.height);
+        if let Some(rung) = ladder.get(number).filter(next) {
             self.current = rung.clone();
             self.stage = Stage::Ladder(number);
             return true;
@@ -472,11 +510,11 @@ impl KnownTree {
     }
 
     fn next(&mut self) -> bool {
-        if let Stage::Tape(candidates) = &mut self.stage {
-            if let Some(drawn) = candidates.pop() {
-                self.current = drawn;
-                return true;
-            }
+        if let Stage::Tape(candidates) = &mut self.stage
+            && let Some(drawn) = candidates.pop()
+        {
+            self.current = drawn;
+            return true;
         }
         self.current = self.best.clone();
         self.stage = Stage::Done;
