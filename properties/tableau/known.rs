@@ -283,6 +283,16 @@ fn shrinking_reaches_the_simplest_of_the_class() {
     }
 }
 
+#[test]
+fn the_mixture_shrinks_to_the_explicit_euler_tableau() {
+    let (strategy, mut runner) = (known::any_of_known_order(), TestRunner::deterministic());
+    for _ in 0..30 {
+        let mut tree = strategy.new_tree(&mut runner).unwrap();
+        while tree.simplify() {}
+        assert_eq!(tree.current().description.to_string(), SIMPLEST[0].1);
+    }
+}
+
 /// Whatever fails, all that is tried is of the class, simpler than what failed before, and what is left fails.
 #[test]
 fn shrinking_stays_in_the_class() {
