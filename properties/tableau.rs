@@ -1,5 +1,8 @@
 //! Properties of `euler_poincare::tableau`.
 
+#[path = "tableau/known.rs"]
+mod known;
+
 use euler_poincare::scalar::{Dd, Number, Real, Scalar};
 use euler_poincare::tableau::random::{self, Kind};
 use euler_poincare::tableau::trees::{Catalogue, Tree};

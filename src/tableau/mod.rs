@@ -2,6 +2,8 @@
 
 pub mod description;
 pub mod families;
+#[cfg(feature = "harness")]
+pub mod known;
 pub mod order;
 #[cfg(feature = "harness")]
 pub mod random;

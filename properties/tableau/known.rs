@@ -1,0 +1,404 @@
+//! Random tableaux of known order: every one that is drawn has exactly the orders it claims, by exact rational arithmetic.
+
+use dashu_int::{IBig, UBig};
+use dashu_ratio::RBig;
+use euler_poincare::tableau::known::{
+    self, Class, KnownOrder, LARGEST_COLLOCATION_DENOMINATOR, LARGEST_DENOMINATOR, LEAST_COLLOCATION_WEIGHT,
+    LEAST_WEIGHT, MAX_COLLOCATION, Means, Orders, Shape, VISIBLE, VISIBLE_RELATIVE,
+};
+use euler_poincare::tableau::trees::{Catalogue, Tree};
+use euler_poincare::tableau::{Description, Entries, classical_order, variational_order};
+use proptest::strategy::{BoxedStrategy, Strategy, ValueTree};
+use proptest::test_runner::TestRunner;
+use std::collections::HashMap;
+
+fn draw(strategy: &BoxedStrategy<KnownOrder>, count: usize) -> Vec<KnownOrder> {
+    let mut runner = TestRunner::deterministic();
+    (0..count).map(|_| strategy.new_tree(&mut runner).unwrap().current()).collect()
+}
+
+/// All strategies of a single kind, with their names.
+fn all() -> Vec<(String, BoxedStrategy<KnownOrder>)> {
+    let classes = known::classes().into_iter().map(|class| (class.to_string(), known::of_class(class)));
+    let order = |p| Some((format!("collocation of order {p}"), known::collocation_of_order(p)?));
+    classes.chain((1..=MAX_COLLOCATION).filter_map(order)).collect()
+}
+
+// Exact order conditions.
+
+/// A tableau over the rationals with its conjugate, straight from the definition.
+struct Exact {
+    colours: [Vec<Vec<RBig>>; 2],
+    b: Vec<RBig>,
+}
+
+fn rational(text: &str) -> RBig {
+    let (p, q) = text.split_once('/').unwrap_or((text, "1"));
+    let (p, q): (IBig, UBig) = (p.parse().unwrap(), q.parse().unwrap());
+    RBig::from_parts(p, q)
+}
+
+fn whole(n: u64) -> RBig {
+    RBig::from(UBig::from(n))
+}
+
+impl Exact {
+    fn new(entries: &Entries) -> Self {
+        let row =
+            |row: &Vec<_>| row.iter().map(|x: &euler_poincare::scalar::Number| rational(&x.to_string())).collect();
+        let a: Vec<Vec<RBig>> = entries.a.iter().map(row).collect();
+        let b: Vec<RBig> = row(&entries.b);
+        let s = b.len();
+        let hat = |i: usize, j: usize| b[j].clone() - b[j].clone() * a[j][i].clone() / b[i].clone();
+        let conjugate = (0..s).map(|i| (0..s).map(|j| hat(i, j)).collect()).collect();
+        Self { colours: [a, conjugate], b }
+    }
+
+    /// Φ_i of each tree of the catalogue, in order.
+    fn stages(&self, catalogue: &Catalogue) -> Vec<Vec<RBig>> {
+        let mut all: Vec<Vec<RBig>> = Vec::new();
+        for tree in catalogue.trees() {
+            let phi = self.of(tree, &all);
+            all.push(phi);
+        }
+        all
+    }
+
+    fn of(&self, tree: &Tree, all: &[Vec<RBig>]) -> Vec<RBig> {
+        let s = self.b.len();
+        let mut phi = vec![RBig::ONE; s];
+        for edge in tree.branches() {
+            for (i, value) in phi.iter_mut().enumerate() {
+                let row = &self.colours[edge.colour][i];
+                *value *= row.iter().zip(&all[edge.tree]).fold(RBig::ZERO, |sum, (x, y)| sum + x * y);
+            }
+        }
+        phi
+    }
+
+    fn defect(&self, tree: &Tree, phi: &[RBig]) -> RBig {
+        let weight = self.b.iter().zip(phi).fold(RBig::ZERO, |sum, (x, y)| sum + x * y);
+        weight - RBig::ONE / whole(tree.density())
+    }
+
+    /// The largest order all of whose conditions hold, and whether the next fails as visibly as promised.
+    fn order(&self, colours: usize) -> (usize, bool) {
+        for n in 1.. {
+            let catalogue = Catalogue::up_to(colours, n);
+            let all = self.stages(&catalogue);
+            let first = catalogue.trees().len() - catalogue.of_order(n).len();
+            let (mut holds, mut visible) = (true, false);
+            for (tree, phi) in catalogue.trees().iter().zip(&all).skip(first) {
+                let defect = self.defect(tree, phi);
+                holds &= defect == RBig::ZERO;
+                let size = defect.to_f64().value().abs();
+                visible |= size >= if n <= 5 { VISIBLE } else { VISIBLE_RELATIVE / tree.density() as f64 } * 0.999;
+            }
+            if !holds {
+                return (n - 1, visible);
+            }
+        }
+        unreachable!()
+    }
+}
+
+#[test]
+fn exact_conditions_know_the_classical_tableaux() {
+    let entries = |a: &[&[&str]], b: &[&str]| {
+        let row = |row: &[&str]| row.iter().map(|x| x.parse().unwrap()).collect::<Vec<_>>();
+        Exact::new(&Entries { a: a.iter().map(|x| row(x)).collect(), b: row(b), c: None })
+    };
+    let order = |exact: Exact| (exact.order(1).0, exact.order(2).0);
+    let weights = ["1/6", "1/3", "1/3", "1/6"];
+    let third = ["0", "1/2", "0", "0"];
+    let (first, second, last) = (["0"; 4], ["1/2", "0", "0", "0"], ["0", "0", "1", "0"]);
+    assert_eq!(order(entries(&[&first, &second, &third, &last], &weights)), (4, 4));
+    // The same row sums, but one entry moved.
+    let moved = ["1/100", "49/100", "0", "0"];
+    assert_eq!(order(entries(&[&first, &second, &moved, &last], &weights)), (2, 2));
+    // Ralston's tableau of order 3 has no D(1).
+    let rows: [&[&str]; 3] = [&["0", "0", "0"], &["1/2", "0", "0"], &["0", "3/4", "0"]];
+    assert_eq!(order(entries(&rows, &["2/9", "1/3", "4/9"])), (3, 2));
+}
+
+#[test]
+fn the_orders_are_exactly_as_claimed() {
+    for (name, strategy) in all() {
+        for known in draw(&strategy, 100) {
+            let KnownOrder { description, orders } = &known;
+            let t = description.build::<f64>().unwrap();
+            assert_eq!(classical_order(&t, orders.classical + 1).order, orders.classical, "{name}: {description}");
+            assert_eq!(
+                variational_order(&t, orders.variational + 1).order,
+                orders.variational,
+                "{name}: {description}"
+            );
+            let Description::Entries(entries) = description else { continue };
+            let exact = Exact::new(entries);
+            assert_eq!(exact.order(1), (orders.classical, true), "{name}: {description}");
+            assert_eq!(exact.order(2), (orders.variational, true), "{name}: {description}");
+        }
+    }
+}
+/// D(1), exactly.
+fn d1(exact: &Exact) -> bool {
+    let (a, b, s) = (&exact.colours[0], &exact.b, exact.b.len());
+    let sum = |terms: &mut dyn Iterator<Item = RBig>| terms.fold(RBig::ZERO, |sum, x| sum + x);
+    (0..s).all(|j| {
+        let node = sum(&mut a[j].iter().cloned());
+        sum(&mut (0..s).map(|i| &b[i] * &a[i][j])) == &b[j] * (RBig::ONE - node)
+    })
+}
+
+#[test]
+fn a_class_is_what_it_says() {
+    for class in known::classes() {
+        let (mut negative, mut stages) = (0, HashMap::new());
+        for KnownOrder { description, orders } in draw(&known::of_class(class), 100) {
+            assert_eq!(orders, class.orders);
+            assert_eq!(description.kind(), class.shape.name(), "{class}: {description}");
+            let t = description.build::<f64>().unwrap();
+            let least = t.b().iter().fold(f64::MAX, |least, b| least.min(b.abs()));
+            assert!(
+                least > LEAST_WEIGHT - 1e-9 && t.b().amax() <= 2.0 && t.a().amax() <= 2.0,
+                "{class}: {description}"
+            );
+            assert!(t.conjugate().a().amax() < 4.0 + 1e-6, "{class}: {description}");
+            let Description::Entries(entries) = &description else { panic!("{class}: {description}") };
+            let exact = Exact::new(entries);
+            let largest = exact.colours[0].iter().flatten().chain(&exact.b).map(|x| x.denominator().clone()).max();
+            assert!(largest.unwrap() <= UBig::from(LARGEST_DENOMINATOR as u64), "{class}: {description}");
+            let symplectic = exact.colours[0] == exact.colours[1];
+            match class.means {
+                Means::D1 => assert!(d1(&exact), "{class}: {description}"),
+                Means::NotD1 | Means::Pair => assert!(!d1(&exact) && !symplectic, "{class}: {description}"),
+                Means::Symplectic => assert!(symplectic, "{class}: {description}"),
+                Means::Free => {}
+            }
+            negative += usize::from(t.b().min() < 0.0);
+            *stages.entry(t.stages()).or_insert(0) += 1;
+        }
+        let always = class.means == Means::Pair
+            || (class.means == Means::Symplectic
+                && class.shape == Shape::DiagonallyImplicit
+                && class.orders.classical == 3);
+        let allowed = if always { 100..=100 } else { 2..=60 };
+        assert!(allowed.contains(&negative), "{class}: {negative} of 100 with a negative weight");
+        assert!(stages.len() >= 2, "{class}: {stages:?}");
+    }
+}
+
+#[test]
+fn collocation_is_collocation() {
+    for p in 1..=MAX_COLLOCATION {
+        let mut variational = HashMap::new();
+        for KnownOrder { description, orders } in draw(&known::collocation_of_order(p).unwrap(), 100) {
+            assert_eq!(orders.classical, p);
+            *variational.entry(orders.variational).or_insert(0) += 1;
+            let Description::Entries(entries) = &description else { continue };
+            let exact = Exact::new(entries);
+            let (a, s) = (&exact.colours[0], exact.b.len());
+            let c: Vec<RBig> = a.iter().map(|row| row.iter().fold(RBig::ZERO, |sum, x| sum + x)).collect();
+            for (row, to) in a.iter().zip(&c).chain([(&exact.b, &RBig::ONE)]) {
+                for k in 1..=s {
+                    let moment = row.iter().zip(&c).fold(RBig::ZERO, |sum, (x, c)| sum + x * c.pow(k as isize - 1));
+                    assert_eq!(moment, to.pow(k as isize) / whole(k as u64), "{description}");
+                }
+            }
+            let largest = a.iter().flatten().chain(&exact.b).map(|x| x.denominator().clone()).max().unwrap();
+            assert!(largest <= UBig::from(LARGEST_COLLOCATION_DENOMINATOR as u64), "{description}");
+            assert!(
+                exact.b.iter().all(|b| b.to_f64().value().abs() > LEAST_COLLOCATION_WEIGHT - 1e-9),
+                "{description}"
+            );
+        }
+        let expected: &[usize] = [&[1][..], &[2], &[2, 3], &[2, 4], &[2, 4, 5], &[2, 4, 6]][p - 1];
+        assert!(expected.iter().all(|v| variational[v] >= 5) && variational.len() == expected.len(), "{variational:?}");
+    }
+    assert!(known::collocation_of_order(0).is_none() && known::collocation_of_order(MAX_COLLOCATION + 1).is_none());
+}
+
+#[test]
+fn every_order_and_shape_turns_up() {
+    let mut counts: HashMap<(Orders, &str), usize> = HashMap::new();
+    let (mut negative, mut symplectic, count) = (0, 0, 3000);
+    for KnownOrder { description, orders } in draw(&known::any_of_known_order(), count) {
+        let t = description.build::<f64>().unwrap();
+        negative += usize::from(t.b().min() < 0.0);
+        symplectic += usize::from((t.a() - t.conjugate().a()).amax() < 1e-12);
+        let kind = description.kind();
+        let full = Shape::ALL.into_iter().all(|shape| shape.name() != kind);
+        *counts.entry((orders, if full { Shape::Full.name() } else { kind })).or_default() += 1;
+    }
+    // One class in thirty has 100 of 3000; 60 is four standard deviations below.
+    for Class { orders, shape, .. } in known::classes() {
+        assert!(counts[&(orders, shape.name())] >= 60, "{orders} {}: {counts:?}", shape.name());
+    }
+    let third = count / 3..2 * count / 3;
+    assert!(third.contains(&negative), "{negative} of {count} with a negative weight");
+    assert!((count / 10..count / 3).contains(&symplectic), "{symplectic} of {count} symplectic");
+}
+
+#[test]
+fn orders_and_shapes_can_be_asked_for() {
+    let orders = |classical, variational| Orders { classical, variational };
+    for shape in Shape::ALL {
+        for (p, v) in [(1, 1), (2, 2), (3, 2), (3, 3), (4, 2), (4, 3), (4, 4)] {
+            for known in draw(&known::of_order(orders(p, v), Some(shape)).unwrap(), 10) {
+                assert_eq!((known.orders, known.description.kind()), (orders(p, v), shape.name()));
+            }
+        }
+    }
+    for (p, v) in [(0, 0), (2, 1), (3, 1), (4, 1), (5, 5)] {
+        assert!(known::of_order(orders(p, v), None).is_none(), "({p}, {v})");
+    }
+    let mut runner = TestRunner::deterministic();
+    let plain = known::descriptions(known::of_order(orders(3, 2), None).unwrap());
+    let t = plain.new_tree(&mut runner).unwrap().current().build::<f64>().unwrap();
+    assert_eq!(variational_order(&t, 4).order, 2);
+}
+
+#[test]
+fn a_seed_decides() {
+    for (name, strategy) in all() {
+        assert_eq!(draw(&strategy, 10), draw(&strategy, 10), "{name}");
+    }
+}
+
+#[test]
+fn shrinking_reaches_the_simplest_of_the_class() {
+    for class in known::classes() {
+        let strategy = known::of_class(class);
+        let mut runner = TestRunner::deterministic();
+        let mut simplest = Vec::new();
+        for _ in 0..20 {
+            let mut tree = strategy.new_tree(&mut runner).unwrap();
+            while tree.simplify() {}
+            simplest.push(tree.current().description.to_string());
+        }
+        simplest.dedup();
+        assert_eq!(simplest.len(), 1, "{class}: {simplest:?}");
+        let expected = SIMPLEST.iter().find(|(name, _)| *name == class.to_string()).map(|(_, text)| *text);
+        assert_eq!(Some(simplest[0].as_str()), expected, "{class}");
+    }
+}
+
+#[test]
+fn the_mixture_shrinks_to_the_explicit_euler_tableau() {
+    let (strategy, mut runner) = (known::any_of_known_order(), TestRunner::deterministic());
+    for _ in 0..30 {
+        let mut tree = strategy.new_tree(&mut runner).unwrap();
+        while tree.simplify() {}
+        assert_eq!(tree.current().description.to_string(), SIMPLEST[0].1);
+    }
+}
+
+/// Whatever fails, all that is tried is of the class, simpler than what failed before, and what is left fails.
+#[test]
+fn shrinking_stays_in_the_class() {
+    let failing: [fn(&Description) -> bool; 3] = [
+        |d| d.build::<f64>().is_ok_and(|t| t.b().min() < 0.0),
+        |d| d.build::<f64>().is_ok_and(|t| t.a().amax() > 0.7),
+        |d| d.build::<f64>().is_ok_and(|t| t.b()[0] < 0.4 && t.b()[0] > 0.0),
+    ];
+    for (name, strategy) in all() {
+        let mut runner = TestRunner::deterministic();
+        for fails in failing {
+            let mut tree = strategy.new_tree(&mut runner).unwrap();
+            let first = tree.current();
+            if !fails(&first.description) {
+                continue;
+            }
+            let (mut best, mut steps) = (first.description.clone(), 0);
+            let mut go_on = tree.simplify();
+            while go_on {
+                let KnownOrder { description, orders } = tree.current();
+                let t = description.build::<f64>().unwrap();
+                assert_eq!(classical_order(&t, 7).order, orders.classical, "{name}: {description}");
+                assert_eq!(variational_order(&t, 7).order, orders.variational, "{name}: {description}");
+                assert_eq!(orders.classical, first.orders.classical, "{name}: {description}");
+                if !name.starts_with("collocation") {
+                    assert_eq!((orders, description.kind()), (first.orders, first.description.kind()), "{name}");
+                }
+                let broken = fails(&description);
+                if broken {
+                    best = description;
+                }
+                go_on = if broken { tree.simplify() } else { tree.complicate() };
+                steps += 1;
+                assert!(steps < 5000, "{name}: no end");
+            }
+            assert!(fails(&tree.current().description), "{name}: {}", tree.current().description);
+            assert_eq!(tree.current().description, best, "{name}");
+        }
+    }
+}
+
+/// What each class shrinks to.
+const SIMPLEST: &[(&str, &str)] = &[
+    ("(1, 1) explicit by row sums", "a = [[0]], b = [1]"),
+    ("(1, 1) diagonally-implicit by row sums", "a = [[1]], b = [1]"),
+    ("(1, 1) fully-implicit by row sums", "a = [[0, 1], [1, 0]], b = [1/2, 1/2]"),
+    ("(2, 2) explicit by row sums", "a = [[0, 0], [1, 0]], b = [1/2, 1/2]"),
+    ("(2, 2) diagonally-implicit by row sums", "a = [[1/2]], b = [1]"),
+    ("(2, 2) fully-implicit by row sums", "a = [[0, 1/2], [1/2, 0]], b = [1/2, 1/2]"),
+    ("(2, 2) diagonally-implicit by symplectic", "a = [[1/2]], b = [1]"),
+    ("(2, 2) fully-implicit by symplectic", "a = [[1/4, -1/4], [3/4, 1/4]], b = [1/2, 1/2]"),
+    ("(3, 2) explicit by no D(1)", "a = [[0, 0, 0], [2/3, 0, 0], [-1/3, 1, 0]], b = [1/4, 1/2, 1/4]"),
+    ("(3, 2) diagonally-implicit by no D(1)", "a = [[1/3, 0, 0], [0, 1/3, 0], [0, 1, 0]], b = [1/2, 1/4, 1/4]"),
+    ("(3, 2) fully-implicit by no D(1)", "a = [[0, 0, 1/3], [1, 0, 0], [1/3, 0, 0]], b = [1/4, 1/4, 1/2]"),
+    ("(3, 3) explicit by D(1)", "a = [[0, 0, 0], [1/2, 0, 0], [-1, 2, 0]], b = [1/6, 2/3, 1/6]"),
+    ("(3, 3) diagonally-implicit by D(1)", "a = [[1/3, 0], [1, 0]], b = [3/4, 1/4]"),
+    ("(3, 3) fully-implicit by D(1)", "a = [[-1, 1], [2/3, 0]], b = [1/4, 3/4]"),
+    (
+        "(3, 3) explicit by opposite weights",
+        "a = [[0, 0, 0, 0], [1/3, 0, 0, 0], [-1, 1, 0, 0], [0, 1, 0, 0]], b = [-1/4, 3/4, 1/4, 1/4]",
+    ),
+    (
+        "(3, 3) diagonally-implicit by opposite weights",
+        "a = [[0, 0, 0, 0], [0, 2/3, 0, 0], [1/2, 0, 0, 0], [0, 1/2, 0, 0]], b = [1/4, 3/4, 1/2, -1/2]",
+    ),
+    (
+        "(3, 3) fully-implicit by opposite weights",
+        "a = [[0, 0, -2, 2], [1, 0, 0, 0], [0, 0, 0, 0], [1/3, 0, 0, 0]], b = [1/4, 1/4, -1/4, 3/4]",
+    ),
+    (
+        "(3, 3) diagonally-implicit by symplectic",
+        "a = [[-1/2, 0, 0, 0], [-1, 1/4, 0, 0], [-1, 1/2, 1/3, 0], [-1, 1/2, 2/3, 5/12]], b = [-1, 1/2, 2/3, 5/6]",
+    ),
+    ("(3, 3) fully-implicit by symplectic", "a = [[1/8, -1/8], [7/24, 3/8]], b = [1/4, 3/4]"),
+    (
+        "(4, 2) explicit by no D(1)",
+        "a = [[0, 0, 0, 0, 0], [1/2, 0, 0, 0, 0], [0, 1/2, 0, 0, 0], [1/2, -1, 1, 0, 0], [0, -1, 0, 2, 0]], b = [1/6, 1/6, 1/3, 1/6, 1/6]",
+    ),
+    (
+        "(4, 2) diagonally-implicit by no D(1)",
+        "a = [[1/2, 0, 0, 0], [0, 1/2, 0, 0], [-1, 1/2, 1/2, 0], [0, 1/2, 1/2, 0]], b = [1/3, 1/3, 1/6, 1/6]",
+    ),
+    (
+        "(4, 2) fully-implicit by no D(1)",
+        "a = [[0, 1/2, 0, 0], [1/2, 0, 0, 0], [0, -1/2, 1/2, 0], [1/2, 0, 1/2, 0]], b = [1/6, 1/2, 1/6, 1/6]",
+    ),
+    (
+        "(4, 3) explicit by opposite weights",
+        "a = [[0, 0, 0, 0, 0, 0], [1/2, 0, 0, 0, 0, 0], [0, 1/2, 0, 0, 0, 0], [0, 0, 1/2, 0, 0, 0], [0, 0, 0, 1/2, 0, 0], [0, 0, 0, 1, 0, 0]], b = [1/6, 1/3, 1/3, 1/3, -1/3, 1/6]",
+    ),
+    (
+        "(4, 3) diagonally-implicit by opposite weights",
+        "a = [[0, 0, 0, 0, 0], [1/4, 1/4, 0, 0, 0], [0, 1/2, 0, 0, 0], [0, 0, 0, 1/2, 0], [0, 0, 0, 1, 0]], b = [1/6, 2/3, 1/3, -1/3, 1/6]",
+    ),
+    (
+        "(4, 3) fully-implicit by opposite weights",
+        "a = [[0, 0, 0, 1, 0], [0, 0, 0, 0, 0], [0, 1/4, 1/2, 0, -1/4], [0, 0, 0, 0, 1/2], [0, 0, 0, -1/2, 1]], b = [1/6, 1/6, 2/3, 1/2, -1/2]",
+    ),
+    (
+        "(4, 4) explicit by D(1)",
+        "a = [[0, 0, 0, 0], [1/2, 0, 0, 0], [0, 1/2, 0, 0], [0, 0, 1, 0]], b = [1/6, 1/3, 1/3, 1/6]",
+    ),
+    ("(4, 4) diagonally-implicit by D(1)", "a = [[0, 0, 0], [1/4, 1/4, 0], [0, 1, 0]], b = [1/6, 2/3, 1/6]"),
+    ("(4, 4) fully-implicit by D(1)", "a = [[0, -1, 1], [1, 0, 0], [0, 1/4, 1/4]], b = [1/6, 1/6, 2/3]"),
+    (
+        "(4, 4) fully-implicit by symplectic",
+        "a = [[1/12, -5/12, 1/3], [7/12, 1/12, 1/3], [1/12, 1/12, 1/3]], b = [1/6, 1/6, 2/3]",
+    ),
+];
