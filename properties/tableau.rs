@@ -493,10 +493,7 @@ fn brute_force_order(t: &Tableau<f64>, max: usize) -> usize {
     let mut conditions = order::Conditions::new(t, 2);
     for n in 1..=max {
         conditions.prepare(n);
-        let holds = conditions.catalogue().of_order(n).iter().all(|tree| {
-            let (defect, tolerance) = conditions.defect(tree);
-            defect <= tolerance
-        });
+        let holds = conditions.catalogue().of_order(n).iter().all(|tree| conditions.verdict(tree).holds);
         if !holds {
             return n - 1;
         }

@@ -3,6 +3,7 @@
 pub mod description;
 pub mod families;
 pub mod order;
+pub mod quantity;
 #[cfg(feature = "harness")]
 pub mod random;
 pub mod trees;
