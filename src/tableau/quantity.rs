@@ -101,13 +101,19 @@ impl<T: Real> Quantity for Ball<T> {
 
 /// Six significant digits, without zeros at the end.
 pub(super) fn decimal(x: f64) -> String {
+    digits(x, 6)
+}
+
+/// So many significant digits (at most 17), without zeros at the end.
+pub(super) fn digits(x: f64, count: i32) -> String {
     if x == 0.0 {
         return "0".into();
     }
+    let count = count.clamp(2, 17);
     if !(1e-4..1e6).contains(&x.abs()) {
-        return format!("{x:.3e}");
+        return format!("{x:.0$e}", (count - 1).min(3) as usize);
     }
-    let places = (5 - x.abs().log10().floor() as i32).max(0) as usize;
+    let places = (count - 1 - x.abs().log10().floor() as i32).max(0) as usize;
     let text = format!("{x:.places$}");
     if text.contains('.') { text.trim_end_matches('0').trim_end_matches('.').into() } else { text }
 }

@@ -1,0 +1,262 @@
+//! Everything that can be said about a tableau from its coefficients, exactly where they are rational.
+
+use super::assumptions::Assumptions;
+use super::exact::RationalTableau;
+use super::failing::{Failing, failing};
+use super::order::{Arithmetic, Conditions};
+use super::quantity::{Ball, Coefficients, Quantity};
+use super::stability::Stability;
+use super::structure::{Shape, Symmetry, is_symplectic};
+use super::{Description, Order, Tableau, TableauError};
+use crate::scalar::Real;
+
+/// What [`analyse`] finds.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Analysis {
+    /// The tableau as text.
+    pub description: String,
+    /// The number of stages.
+    pub stages: usize,
+    /// Whether everything was decided in exact rational arithmetic; otherwise to the round-off of [`Analysis::scalar`].
+    pub exact: bool,
+    /// The name of the scalar that irrational coefficients were computed in.
+    pub scalar: &'static str,
+    /// The order as a plain Runge–Kutta method that the name, or the file, claims.
+    pub declared: Option<usize>,
+    /// For the coefficients as they stand.
+    pub exactly: Findings,
+    /// If some entries are rounded decimals: what may hold for a tableau whose entries round to these digits.
+    ///
+    /// A condition is counted as fulfilled if its defect is no larger than what moving every rounded entry by its
+    /// [uncertainty](crate::scalar::Number::uncertainty) can make, by ball arithmetic: a tableau of order p that is typed
+    /// with rounding has order at least p here.
+    pub to_digits: Option<Findings>,
+    /// The zeros of a.
+    pub shape: Shape,
+    /// Whether the method is its own adjoint.
+    pub symmetry: Symmetry,
+    /// Whether b_i a_ij + b_j a_ji = b_i b_j: a = â.
+    pub symplectic: bool,
+    /// A-stability.
+    pub stability: Stability,
+    /// Whether all weights are positive, as Hager's lemma on D(1) asks.
+    pub positive_weights: bool,
+    /// The sum of the weights as given, if they were divided by it.
+    pub normalised: Option<f64>,
+    /// The name of the first entry that is a rounded decimal.
+    pub first_rounded: Option<String>,
+}
+
+/// The orders of a tableau with what they rest on.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Findings {
+    /// The order as a Runge–Kutta method.
+    pub classical: Order,
+    /// The order of the pair (a, â): of the forced variational integrator on a general Lie group.
+    pub variational: Order,
+    /// The rooted trees of the next classical order that fail.
+    pub failing_classical: Option<Failing>,
+    /// The oriented free trees of the next variational order that fail, each rooted at its centroid.
+    pub failing_variational: Option<Failing>,
+    /// B(p), C(q), D(r).
+    pub assumptions: Assumptions,
+}
+
+/// Analyses a tableau: in exact arithmetic if it is rational, else in `T`; orders are checked up to `max` (and at most
+/// [`MAX_CLASSICAL`](super::order::MAX_CLASSICAL), [`MAX_VARIATIONAL`](super::order::MAX_VARIATIONAL)).
+///
+/// ```
+/// use euler_poincare::scalar::Dd;
+/// use euler_poincare::tableau::analyse;
+/// let ralston = analyse::<Dd>(&"ralston3".parse()?, 6)?;
+/// assert_eq!((ralston.exactly.classical.order, ralston.exactly.variational.order), (3, 2));
+/// let failing = ralston.exactly.failing_variational.unwrap();
+/// assert_eq!(failing.conditions[0].to_string(), "Σ b_i ĉ_i^2 = 1/3, is 11/24 (off by 1/8 = 1.25e-1)");
+/// # Ok::<(), euler_poincare::tableau::TableauError>(())
+/// ```
+///
+/// # Errors
+/// Those of [`Description::build`] and [`Description::rational`].
+pub fn analyse<T: Real>(description: &Description, max: usize) -> Result<Analysis, TableauError> {
+    let tableau = description.build::<T>()?;
+    let rational = description.rational()?;
+    let exact = rational.as_ref().and_then(|rational| in_rationals(rational, max));
+    let mut analysis = exact.unwrap_or_else(|| in_scalar(&tableau, max));
+    analysis.description = description.to_string();
+    analysis.declared = description.declared();
+    analysis.scalar = T::NAME;
+    analysis.normalised = rational.and_then(|rational| rational.normalised().map(Quantity::to_f64));
+    if let Description::Entries(entries) = description {
+        analysis.first_rounded = entries.first_rounded();
+        analysis.to_digits = analysis.first_rounded.as_ref().map(|_| {
+            let coefficients = Coefficients::to_digits(&tableau, entries);
+            in_balls(&coefficients, max)
+        });
+    }
+    Ok(analysis)
+}
+
+fn in_rationals(tableau: &RationalTableau, max: usize) -> Option<Analysis> {
+    let coefficients = tableau.coefficients();
+    let (one, two) = (tableau.conditions(1)?, tableau.conditions(2)?);
+    let findings = Findings::of(one, two, &coefficients, max);
+    Some(Analysis::of(&coefficients, findings, Stability::of_rational(tableau), true))
+}
+
+fn in_scalar<T: Real>(tableau: &Tableau<T>, max: usize) -> Analysis {
+    let coefficients = Coefficients::of(tableau);
+    Analysis::of(&coefficients, in_balls(&coefficients, max), Stability::of(tableau), false)
+}
+
+fn in_balls<T: Real>(coefficients: &Coefficients<Ball<T>>, max: usize) -> Findings {
+    let conditions = |colours: usize| Conditions::in_balls(coefficients, colours);
+    Findings::of(conditions(1), conditions(2), coefficients, max)
+}
+
+impl Findings {
+    fn of<A: Arithmetic, Q: Quantity>(
+        mut one: Conditions<A>,
+        mut two: Conditions<A>,
+        coefficients: &Coefficients<Q>,
+        max: usize,
+    ) -> Self {
+        let (classical, variational) = (one.order(max), two.order(max));
+        Self {
+            failing_classical: failing(&mut one, &classical),
+            failing_variational: failing(&mut two, &variational),
+            classical,
+            variational,
+            assumptions: Assumptions::of(coefficients),
+        }
+    }
+
+    /// The simplifying assumptions that explain the orders, where one does.
+    ///
+    /// B(p + 1) for a classical order p. For the pair: D(1), which for positive weights is necessary and (with classical
+    /// order 3) sufficient for order 3 (Hager 2000); beyond, the first of C(q) and D(r) that fail.
+    pub fn hints(&self) -> Vec<String> {
+        let Assumptions { b, c, d } = &self.assumptions;
+        let mut hints = Vec::new();
+        if self.classical.broken.is_some() {
+            let quadrature = b.fails.as_ref().filter(|_| b.holds == self.classical.order);
+            let stages = [&c.fails, &d.fails].into_iter().flatten();
+            match quadrature {
+                Some(failure) => hints.push(failure.to_string()),
+                None => hints.extend(stages.map(ToString::to_string)),
+            }
+        }
+        if self.variational.order < self.classical.order {
+            let failures = if d.holds == 0 { vec![&d.fails] } else { vec![&d.fails, &c.fails] };
+            hints.extend(failures.into_iter().flatten().map(ToString::to_string));
+        }
+        let mut seen = Vec::new();
+        hints.retain(|hint| {
+            let new = !seen.contains(hint);
+            seen.push(hint.clone());
+            new
+        });
+        hints
+    }
+}
+
+impl Analysis {
+    fn of<Q: Quantity>(coefficients: &Coefficients<Q>, exactly: Findings, stability: Stability, exact: bool) -> Self {
+        Self {
+            description: String::new(),
+            stages: coefficients.stages(),
+            exact,
+            scalar: "",
+            declared: None,
+            exactly,
+            to_digits: None,
+            shape: Shape::of(coefficients),
+            symmetry: Symmetry::of(coefficients),
+            symplectic: is_symplectic(coefficients),
+            stability,
+            positive_weights: coefficients.b.iter().all(|b| b.to_f64() > 0.0),
+            normalised: None,
+            first_rounded: None,
+        }
+    }
+
+    /// What is to be relied on: to the digits given if entries are rounded, else exactly.
+    pub fn findings(&self) -> &Findings {
+        self.to_digits.as_ref().unwrap_or(&self.exactly)
+    }
+
+    /// Why the orders are what they are, in plain sentences; empty if there is nothing to explain.
+    pub fn notes(&self) -> Vec<String> {
+        let mut notes = Vec::new();
+        notes.extend(self.normalised.map(|sum| format!("The weights b sum to {sum}; they were divided by their sum.")));
+        notes.extend(self.note_on_digits());
+        notes.extend(self.note_on_declared());
+        notes.extend(self.note_on_the_pair());
+        notes.extend(self.note_on_precision());
+        notes
+    }
+
+    fn note_on_digits(&self) -> Option<String> {
+        let (digits, entry) = (self.to_digits.as_ref()?, self.first_rounded.as_ref()?);
+        let given = [&digits.classical, &digits.variational];
+        let exact = [&self.exactly.classical, &self.exactly.variational];
+        let which = format!("{entry} is a rounded decimal (half a unit of its last digit is allowed for)");
+        if given.map(|order| order.order) == exact.map(|order| order.order) {
+            return Some(format!("{which}; the orders are the same without the allowance."));
+        }
+        let [classical, variational] = given;
+        let pair = format!("classical {classical}, variational {variational}");
+        let mut note = format!("{which}: the orders {pair} hold only to the digits given. ");
+        let (name, failing) = match (&self.exactly.failing_classical, &self.exactly.failing_variational) {
+            (Some(failing), _) if given[0].order != exact[0].order => ("classical", Some(failing)),
+            (_, failing) => ("variational", failing.as_ref()),
+        };
+        if let Some(failing) = failing {
+            note += &format!("The exact {name} order of these digits is {}", failing.order - 1);
+            note += &failing.conditions.first().map_or_else(String::new, |worst| format!(": {worst}"));
+            note += ".";
+        }
+        Some(note)
+    }
+
+    fn note_on_declared(&self) -> Option<String> {
+        let (declared, found) = (self.declared?, self.findings());
+        let classical = &found.classical;
+        if declared == classical.order || (declared > classical.order && classical.broken.is_none()) {
+            return None;
+        }
+        let mut note = format!("The declared order is {declared}, but the classical order is {classical}");
+        if declared > classical.order {
+            let worst = found.failing_classical.as_ref().and_then(|failing| failing.conditions.first());
+            note += &worst.map_or_else(String::new, |worst| format!(": {worst}"));
+        }
+        Some(note + ".")
+    }
+
+    fn note_on_the_pair(&self) -> Option<String> {
+        let found = self.findings();
+        let (classical, variational) = (&found.classical, &found.variational);
+        if variational.order >= classical.order {
+            return None;
+        }
+        let mut note = format!(
+            "The variational order is {variational} although the classical order is {classical}, because the forced \
+             integrator uses a and its conjugate â together"
+        );
+        let d = &found.assumptions.d;
+        if let (0, Some(failure)) = (d.holds, &d.fails) {
+            note += &format!(": {failure}");
+            if self.positive_weights && variational.order == 2 {
+                note += "; with positive weights D(1) is necessary for variational order 3";
+            }
+        } else if let Some(worst) = found.failing_variational.as_ref().and_then(|failing| failing.conditions.first()) {
+            note += &format!(": {worst}");
+        }
+        Some(note + ".")
+    }
+
+    fn note_on_precision(&self) -> Option<String> {
+        let scalar = self.scalar;
+        (!self.exact)
+            .then(|| format!("Some coefficients are irrational: conditions are decided to the round-off of {scalar}."))
+    }
+}
