@@ -1,5 +1,12 @@
 //! Properties of `euler_poincare::tableau`.
 
+#[path = "tableau/analysis.rs"]
+mod analysis;
+#[path = "tableau/files.rs"]
+mod files;
+#[path = "tableau/trees.rs"]
+mod trees;
+
 use euler_poincare::scalar::{Dd, Number, Real, Scalar};
 use euler_poincare::tableau::random::{self, Kind};
 use euler_poincare::tableau::trees::{Catalogue, Tree};
