@@ -201,6 +201,16 @@ proptest! {
     }
 
     #[test]
+    fn order_2k_plus_1_of_the_pair_is_b_c_and_d_for_positive_weights(description in random::any()) {
+        let analysis = analyse::<Dd>(&description, 8).unwrap();
+        let assumptions = &analysis.exactly.assumptions;
+        for k in (1..=3).filter(|_| analysis.positive_weights) {
+            let hold = assumptions.b.holds > 2 * k && assumptions.c.holds >= k && assumptions.d.holds >= k;
+            prop_assert_eq!(orders(&analysis).1 > 2 * k, hold, "{}, k = {}", description, k);
+        }
+    }
+
+    #[test]
     fn what_fails_is_what_the_formula_says(description in random::any()) {
         let t = description.build::<f64>().unwrap();
         let analysis = analyse::<Dd>(&description, 5).unwrap();
@@ -347,6 +357,46 @@ fn ralstons_method_is_explained() {
     ] {
         assert!(notes[0].contains(part), "{part}: {notes:?}");
     }
+}
+
+/// Collocation at a fifth-order set of nodes: B(6), C(5), and D(1) only.
+fn boole() -> Description {
+    let a: &[&[&str]] = &[
+        &["0", "0", "0", "0", "0"],
+        &["251/2880", "323/1440", "-11/120", "53/1440", "-19/2880"],
+        &["29/360", "31/90", "1/15", "1/90", "-1/360"],
+        &["27/320", "51/160", "9/40", "21/160", "-3/320"],
+        &["7/90", "16/45", "2/15", "16/45", "7/90"],
+    ];
+    entries(a, &["7/90", "16/45", "2/15", "16/45", "7/90"])
+}
+
+#[test]
+fn order_six_with_d1_alone_is_order_four_for_the_pair() {
+    let analysis = analyse::<Dd>(&boole(), 8).unwrap();
+    let assumptions = &analysis.exactly.assumptions;
+    let found = [&assumptions.b, &assumptions.c, &assumptions.d].map(ToString::to_string);
+    assert_eq!((orders(&analysis), found), ((6, 4), ["B(6)", "C(5)", "D(1)"].map(String::from)));
+    let failing = analysis.exactly.failing_variational.as_ref().unwrap();
+    let texts: Vec<String> = failing.conditions.iter().map(ToString::to_string).collect();
+    assert_eq!((failing.count, failing.total), (3, 27));
+    assert_eq!(texts[2], "Σ b_i â_ij ĉ_j â_ik ĉ_k = 1/20, is 89/1680 (off by 1/336 = 2.98e-3)");
+    let notes = analysis.notes();
+    assert!(notes[0].contains("D(2) fails at j = ") && notes[0].contains("for variational order 5"), "{notes:?}");
+}
+
+#[test]
+fn a_negative_weight_can_give_order_three_without_d1() {
+    // a = 2 c dᵀ with d = b (1 − c) + e, where Σe = Σec = Σe²/b = 0: what D(1) lacks does not show in any condition.
+    let a: &[&[&str]] = &[
+        &["0", "0", "0", "0"],
+        &["1/2", "-1", "1/4", "1/2"],
+        &["2/3", "-4/3", "1/3", "2/3"],
+        &["1", "-2", "1/2", "1"],
+    ];
+    let analysis = analyse::<Dd>(&entries(a, &["3/4", "-2", "3/4", "3/2"]), 6).unwrap();
+    assert_eq!((orders(&analysis), analysis.exactly.assumptions.d.holds), ((3, 3), 0));
+    assert!(analysis.exact && !analysis.positive_weights);
 }
 
 // Cost.

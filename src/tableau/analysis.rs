@@ -1,8 +1,8 @@
 //! Everything that can be said about a tableau from its coefficients, exactly where they are rational.
 
-use super::assumptions::Assumptions;
+use super::assumptions::{Assumptions, Failure};
 use super::exact::RationalTableau;
-use super::failing::{Failing, failing};
+use super::failing::Failing;
 use super::order::{Arithmetic, Conditions};
 use super::quantity::{Ball, Coefficients, Quantity};
 use super::stability::Stability;
@@ -122,40 +122,47 @@ impl Findings {
     ) -> Self {
         let (classical, variational) = (one.order(max), two.order(max));
         Self {
-            failing_classical: failing(&mut one, &classical),
-            failing_variational: failing(&mut two, &variational),
+            failing_classical: Failing::of(&mut one, &classical),
+            failing_variational: Failing::of(&mut two, &variational),
             classical,
             variational,
             assumptions: Assumptions::of(coefficients),
         }
     }
 
-    /// The simplifying assumptions that explain the orders, where one does.
-    ///
-    /// B(p + 1) for a classical order p. For the pair: D(1), which for positive weights is necessary and (with classical
-    /// order 3) sufficient for order 3 (Hager 2000); beyond, the first of C(q) and D(r) that fail.
+    /// The simplifying assumptions that explain the orders, where one does: B(p + 1) for a classical order p, and for a
+    /// smaller variational order those of [`Findings::missing`].
     pub fn hints(&self) -> Vec<String> {
         let Assumptions { b, c, d } = &self.assumptions;
-        let mut hints = Vec::new();
+        let mut hints: Vec<String> = Vec::new();
+        let mut add = |failure: &Failure| {
+            let hint = failure.to_string();
+            if !hints.contains(&hint) {
+                hints.push(hint);
+            }
+        };
         if self.classical.broken.is_some() {
-            let quadrature = b.fails.as_ref().filter(|_| b.holds == self.classical.order);
-            let stages = [&c.fails, &d.fails].into_iter().flatten();
-            match quadrature {
-                Some(failure) => hints.push(failure.to_string()),
-                None => hints.extend(stages.map(ToString::to_string)),
+            match b.fails.as_ref().filter(|_| b.holds == self.classical.order) {
+                Some(failure) => add(failure),
+                None => [&c.fails, &d.fails].into_iter().flatten().for_each(&mut add),
             }
         }
         if self.variational.order < self.classical.order {
-            let failures = if d.holds == 0 { vec![&d.fails] } else { vec![&d.fails, &c.fails] };
-            hints.extend(failures.into_iter().flatten().map(ToString::to_string));
+            self.missing().into_iter().for_each(&mut add);
         }
-        let mut seen = Vec::new();
-        hints.retain(|hint| {
-            let new = !seen.contains(hint);
-            seen.push(hint.clone());
-            new
-        });
         hints
+    }
+
+    /// What of C(k) and D(k) fails, with k half the variational order.
+    ///
+    /// With positive weights the variational order is at least 2k + 1 if and only if B(2k + 1), C(k) and D(k) hold. They are
+    /// sufficient as in Butcher's theorem, because the conjugate has C and D exchanged. They are necessary, because
+    /// Σ_i b_i (Σ_j a_ij c_j^{k−1} − c_i^k/k)² is a combination of weights of order 2k + 1 that vanishes if these are 1/γ, and
+    /// the same for â. (k = 1 is the lemma on D(1) of Hager 2000.)
+    pub fn missing(&self) -> Vec<&Failure> {
+        let k = self.variational.order / 2;
+        let Assumptions { c, d, .. } = &self.assumptions;
+        [d, c].into_iter().filter(|assumption| assumption.holds < k).filter_map(|x| x.fails.as_ref()).collect()
     }
 }
 
@@ -242,11 +249,13 @@ impl Analysis {
             "The variational order is {variational} although the classical order is {classical}, because the forced \
              integrator uses a and its conjugate â together"
         );
-        let d = &found.assumptions.d;
-        if let (0, Some(failure)) = (d.holds, &d.fails) {
+        let missing = found.missing();
+        if let Some(failure) = missing.first() {
             note += &format!(": {failure}");
-            if self.positive_weights && variational.order == 2 {
-                note += "; with positive weights D(1) is necessary for variational order 3";
+            if self.positive_weights {
+                let (kind, k) = (failure.kind, variational.order / 2);
+                note +=
+                    &format!("; with positive weights {kind:?}({k}) is necessary for variational order {}", 2 * k + 1);
             }
         } else if let Some(worst) = found.failing_variational.as_ref().and_then(|failing| failing.conditions.first()) {
             note += &format!(": {worst}");

@@ -41,29 +41,40 @@ pub struct Condition {
     pub exact: Option<[String; 2]>,
 }
 
-/// The conditions of the first order that fails; `None` if no condition that was checked does.
-pub(super) fn failing<A: Arithmetic>(conditions: &mut Conditions<A>, order: &Order) -> Option<Failing> {
-    order.broken.as_ref()?;
-    let n = order.order + 1;
-    let mut found = Failing { order: n, count: 0, total: 0, conditions: Vec::new() };
-    // Two passes: which are off by most, from numbers alone, and then the texts of those.
-    let mut sizes = Vec::new();
-    for (holds, defect) in conditions.visit(n, |conditions, tree| {
-        let verdict = conditions.verdict(tree);
-        Some((verdict.holds, verdict.defect))
-    }) {
-        found.total += 1;
-        if !holds {
-            found.count += 1;
-            sizes.push(size(defect));
+impl Failing {
+    /// The conditions of the first order that fails; `None` if no condition that was checked does.
+    pub fn of<A: Arithmetic>(conditions: &mut Conditions<A>, order: &Order) -> Option<Failing> {
+        order.broken.as_ref()?;
+        let n = order.order + 1;
+        let mut found = Failing { order: n, count: 0, total: 0, conditions: Vec::new() };
+        // Two passes: which are off by most, from numbers alone, and then the texts of those.
+        let mut sizes = Vec::new();
+        for (holds, defect) in conditions.visit(n, look) {
+            found.total += 1;
+            if !holds {
+                found.count += 1;
+                sizes.push(size(defect));
+            }
         }
+        sizes.sort_by(|x, y| y.total_cmp(x));
+        sizes.truncate(MOST_LISTED);
+        let least = sizes.last().copied().unwrap_or(0.0);
+        let mut room = sizes.iter().filter(|&&size| size == least).count();
+        let failing = conditions.visit(n, |conditions, tree| {
+            let (holds, defect) = look(conditions, tree)?;
+            (!holds && size(defect) >= least).then(|| (size(defect), tree.clone()))
+        });
+        let mut listed = |size: f64| {
+            // Of those that are off by as much as the last, the first.
+            let fits = size > least || room > 0;
+            room -= usize::from(size == least && fits);
+            fits
+        };
+        let trees: Vec<Tree> = failing.filter(|(size, _)| listed(*size)).map(|(_, tree)| tree).collect();
+        found.conditions = trees.iter().map(|tree| condition(conditions, tree)).collect();
+        found.conditions.sort_by(by_size);
+        Some(found)
     }
-    sizes.sort_by(|x, y| y.total_cmp(x));
-    let least = sizes.get(MOST_LISTED).copied().unwrap_or(-1.0);
-    found.conditions = conditions.visit(n, |conditions, tree| condition(conditions, tree, least)).collect();
-    found.conditions.sort_by(by_size);
-    found.conditions.truncate(MOST_LISTED);
-    Some(found)
 }
 
 /// |x|, with what is not a number before everything else.
@@ -75,9 +86,15 @@ fn by_size(x: &Condition, y: &Condition) -> Ordering {
     size(y.defect).total_cmp(&size(x.defect))
 }
 
-fn condition<A: Arithmetic>(conditions: &Conditions<A>, tree: &Tree, least: f64) -> Option<Condition> {
+/// Whether the condition of a tree holds, and the defect.
+fn look<A: Arithmetic>(conditions: &Conditions<A>, tree: &Tree) -> Option<(bool, f64)> {
     let verdict = conditions.verdict(tree);
-    (!verdict.holds && size(verdict.defect) >= least).then(|| Condition {
+    Some((verdict.holds, verdict.defect))
+}
+
+fn condition<A: Arithmetic>(conditions: &Conditions<A>, tree: &Tree) -> Condition {
+    let verdict = conditions.verdict(tree);
+    Condition {
         tree: conditions.catalogue().show(tree),
         formula: formula(conditions.catalogue(), tree),
         density: tree.density(),
@@ -85,7 +102,7 @@ fn condition<A: Arithmetic>(conditions: &Conditions<A>, tree: &Tree, least: f64)
         weight: verdict.weight,
         defect: verdict.defect,
         exact: conditions.fractions(tree),
-    })
+    }
 }
 
 /// Σ b Φ of a tree as on paper: `Σ b_i c_i a_ij ĉ_j`.

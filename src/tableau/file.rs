@@ -179,7 +179,7 @@ impl<'de> Visitor<'de> for CellVisitor {
     }
 
     fn visit_u64<E>(self, n: u64) -> Result<Cell, E> {
-        Ok(Cell::Text(n.to_string()))
+        Ok(i64::try_from(n).map_or_else(|_| Cell::Text(n.to_string()), |n| Cell::Number(Number::from(n))))
     }
 
     fn visit_f64<E>(self, x: f64) -> Result<Cell, E> {
