@@ -4,11 +4,12 @@ use super::assumptions::{Assumptions, Failure};
 use super::exact::RationalTableau;
 use super::failing::Failing;
 use super::order::{Arithmetic, Conditions};
-use super::quantity::{Ball, Coefficients, Quantity};
+use super::quantity::{Ball, Coefficients, Quantity, decimal};
 use super::stability::Stability;
 use super::structure::{Shape, Symmetry, is_symplectic};
 use super::{Description, Order, Tableau, TableauError};
 use crate::scalar::Real;
+use dashu_ratio::RBig;
 
 /// What [`analyse`] finds.
 #[derive(Clone, Debug, PartialEq)]
@@ -41,7 +42,7 @@ pub struct Analysis {
     pub stability: Stability,
     /// Whether all weights are positive, as Hager's lemma on D(1) asks.
     pub positive_weights: bool,
-    /// The sum of the weights as given, if they were divided by it.
+    /// Σb − 1 of the weights as given, if they were divided by their sum.
     pub normalised: Option<f64>,
     /// The name of the first entry that is a rounded decimal.
     pub first_rounded: Option<String>,
@@ -85,11 +86,13 @@ pub fn analyse<T: Real>(description: &Description, max: usize) -> Result<Analysi
     analysis.description = description.to_string();
     analysis.declared = description.declared();
     analysis.scalar = T::NAME;
-    analysis.normalised = rational.and_then(|rational| rational.normalised().map(Quantity::to_f64));
+    analysis.normalised =
+        rational.and_then(|rational| rational.normalised().map(|sum| (sum - RBig::ONE).to_f64_fast()));
     if let Description::Entries(entries) = description {
         analysis.first_rounded = entries.first_rounded();
         analysis.to_digits = analysis.first_rounded.as_ref().map(|_| {
             let coefficients = Coefficients::to_digits(&tableau, entries);
+            analysis.stability = analysis.stability.clone().within_digits(&coefficients);
             in_balls(&coefficients, max)
         });
     }
@@ -194,7 +197,10 @@ impl Analysis {
     /// Why the orders are what they are, in plain sentences; empty if there is nothing to explain.
     pub fn notes(&self) -> Vec<String> {
         let mut notes = Vec::new();
-        notes.extend(self.normalised.map(|sum| format!("The weights b sum to {sum}; they were divided by their sum.")));
+        notes.extend(self.normalised.map(|excess| {
+            let (sign, size) = (if excess < 0.0 { '−' } else { '+' }, decimal(excess.abs()));
+            format!("The weights b sum to 1 {sign} {size}; they were divided by their sum.")
+        }));
         notes.extend(self.note_on_digits());
         notes.extend(self.note_on_declared());
         notes.extend(self.note_on_the_pair());

@@ -11,11 +11,15 @@ use super::exact::RationalTableau;
 use super::quantity::{Ball, Coefficients, Quantity, digits};
 use super::structure::Shape;
 use crate::scalar::Real;
+use dashu_int::ops::BitTest;
 use dashu_ratio::RBig;
 use std::fmt;
 
 /// Tableaux with more stages are not decided.
 pub const MOST_STAGES: usize = 10;
+
+/// Tableaux with s times as many bits in a denominator are not decided.
+pub const MOST_BITS: usize = 4096;
 
 /// Whether the method is A-stable.
 #[derive(Clone, Debug, PartialEq)]
@@ -45,6 +49,10 @@ impl Stability {
         if s > MOST_STAGES {
             return too_many(s);
         }
+        let bits = tableau.a().iter().flatten().chain(tableau.b()).map(|x| x.denominator().bit_len()).max();
+        if s * bits.unwrap_or(0) > MOST_BITS {
+            return Stability::Undecided("the fractions are too long".into());
+        }
         let below = |i: usize, j: usize| &tableau.a()[i][j] - &tableau.b()[j];
         let p = reversed_characteristic(s, below);
         let q = reversed_characteristic(s, |i, j| tableau.a()[i][j].clone());
@@ -72,6 +80,30 @@ impl Stability {
             (Some(p), Some(q)) => decide(&p, &q),
             _ => triangular(&coefficients, &p, &q),
         }
+    }
+}
+
+impl Stability {
+    /// The answer for a tableau of rounded decimals, from that for exactly these digits: a "no" that rests on the digits
+    /// that are not there becomes undecided.
+    pub(super) fn within_digits<T: Real>(self, coefficients: &Coefficients<Ball<T>>) -> Self {
+        let Stability::Not(why) = self else { return self };
+        let (a, b, s) = (&coefficients.a, &coefficients.b, coefficients.stages());
+        let p = reversed_characteristic(s, |i, j| a[i][j].minus(&b[j]));
+        let q = reversed_characteristic(s, |i, j| a[i][j]);
+        let excess = excess(&p, &q);
+        let clear = (-16..=16).any(|k| {
+            // E(y) at y² = 2^k, by Horner's rule.
+            let square = Ball::new(T::int(2).powi(k), 2f64.powi(k));
+            let value = excess.iter().rev().fold(Ball::fraction(0, 1), |sum, x| sum.times(&square).plus(x));
+            value.value < T::zero() && !value.vanishes(4 * operations(s))
+        });
+        if clear {
+            return Stability::Not(why);
+        }
+        Stability::Undecided(format!(
+            "it is not A-stable with exactly these digits ({why}), but may be within rounding"
+        ))
     }
 }
 
