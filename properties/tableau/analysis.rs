@@ -104,6 +104,34 @@ fn symmetry_is_found_whatever_the_order_of_the_stages() {
     assert_eq!(found, Symmetry::Symmetric(expected.to_vec()));
 }
 
+#[test]
+fn rational_members_are_those_in_floating_point() {
+    let families = Family::ALL.into_iter().flat_map(|f| (f.least_stages()..=4).map(move |s| Description::Family(f, s)));
+    let mut rational = 0;
+    for description in families.chain(Classic::ALL.map(Description::Classic)) {
+        let Some(exact) = description.rational().unwrap() else { continue };
+        rational += 1;
+        let t = description.build::<f64>().unwrap();
+        for (i, row) in exact.a().iter().enumerate() {
+            for (j, x) in row.iter().enumerate() {
+                assert!((x.to_f64_fast() - t.a()[(i, j)]).abs() <= 4.0 * f64::EPSILON, "{description}");
+            }
+            assert!((exact.b()[i].to_f64_fast() - t.b()[i]).abs() <= 4.0 * f64::EPSILON, "{description}");
+        }
+    }
+    // Gauss 1, five families of Lobatto with 2 and 3, two of Radau with 1 and 2, and the four explicit tableaux.
+    assert_eq!(rational, 1 + 10 + 4 + 4);
+}
+
+#[test]
+fn an_analysis_can_be_written_as_json() {
+    let analysis = named("ralston3", 4);
+    let json: serde_json::Value = serde_json::to_value(&analysis).unwrap();
+    assert_eq!(json["exactly"]["variational"]["order"], 2);
+    assert_eq!(json["exactly"]["failing_variational"]["conditions"][0]["formula"], "Σ b_i ĉ_i^2");
+    assert_eq!((&json["shape"], &json["symmetry"]), (&"explicit".into(), &"none".into()));
+}
+
 // Sharp limits of A-stability.
 
 proptest! {

@@ -12,7 +12,7 @@ use crate::scalar::Real;
 use dashu_ratio::RBig;
 
 /// What [`analyse`] finds.
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Clone, Debug, PartialEq, serde::Serialize)]
 pub struct Analysis {
     /// The tableau as text.
     pub description: String,
@@ -49,7 +49,7 @@ pub struct Analysis {
 }
 
 /// The orders of a tableau with what they rest on.
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Clone, Debug, PartialEq, serde::Serialize)]
 pub struct Findings {
     /// The order as a Runge–Kutta method.
     pub classical: Order,

@@ -13,6 +13,7 @@ use std::fmt;
 
 /// One of the three.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+#[cfg_attr(feature = "harness", derive(serde::Serialize))]
 pub enum Kind {
     /// The quadrature formula (b, c) has order p.
     B,
@@ -24,6 +25,7 @@ pub enum Kind {
 
 /// How far an assumption holds.
 #[derive(Clone, Debug, PartialEq)]
+#[cfg_attr(feature = "harness", derive(serde::Serialize))]
 pub struct Assumption {
     /// Which.
     pub kind: Kind,
@@ -35,6 +37,7 @@ pub struct Assumption {
 
 /// An equation of an assumption that does not hold.
 #[derive(Clone, Debug, PartialEq)]
+#[cfg_attr(feature = "harness", derive(serde::Serialize))]
 pub struct Failure {
     /// Which assumption.
     pub kind: Kind,
@@ -52,6 +55,7 @@ pub struct Failure {
 
 /// All three.
 #[derive(Clone, Debug, PartialEq)]
+#[cfg_attr(feature = "harness", derive(serde::Serialize))]
 pub struct Assumptions {
     /// B(p).
     pub b: Assumption,

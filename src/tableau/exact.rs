@@ -258,7 +258,7 @@ impl Integers {
 }
 
 fn integers(coefficients: &Coefficients<RBig>, colours: usize) -> Option<Conditions<Integers>> {
-    let matrices: Vec<_> = [&coefficients.a, &coefficients.hat].into_iter().take(colours).collect();
+    let matrices: Vec<_> = [&coefficients.a, &coefficients.hat].into_iter().take(colours.max(1)).collect();
     let mut denominator = UBig::ONE;
     for x in matrices.iter().copied().flatten().flatten().chain(&coefficients.b) {
         let shared = (&denominator).gcd(x.denominator());

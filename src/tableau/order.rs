@@ -19,6 +19,7 @@ pub const MAX_VARIATIONAL: usize = 12;
 
 /// What the order conditions say.
 #[derive(Clone, Debug, PartialEq)]
+#[cfg_attr(feature = "harness", derive(serde::Serialize))]
 pub struct Order {
     /// Every condition up to this order holds.
     pub order: usize,
@@ -29,6 +30,7 @@ pub struct Order {
 
 /// An order condition that does not hold.
 #[derive(Clone, Debug, PartialEq)]
+#[cfg_attr(feature = "harness", derive(serde::Serialize))]
 pub struct Broken {
     /// The tree, as in [`Catalogue::show`]: edges of â carry a tick.
     pub tree: String,
@@ -163,7 +165,7 @@ pub struct Conditions<A: Arithmetic> {
 }
 
 impl<T: Real> Conditions<Balls<T>> {
-    /// For trees with edges of `colours` colours: 1 for a alone, 2 for a and â.
+    /// For trees with edges of `colours` colours: 1 for a alone, 2 (or more) for a and â.
     pub fn new(tableau: &Tableau<T>, colours: usize) -> Self {
         Self::in_balls(&Coefficients::of(tableau), colours)
     }
@@ -171,7 +173,7 @@ impl<T: Real> Conditions<Balls<T>> {
     /// For coefficients that are known to some digits.
     pub fn in_balls(coefficients: &Coefficients<Ball<T>>, colours: usize) -> Self {
         let arithmetic = Balls { stages: coefficients.stages(), scalar: PhantomData };
-        let matrices = [&coefficients.a, &coefficients.hat].into_iter().take(colours).cloned().collect();
+        let matrices = [&coefficients.a, &coefficients.hat].into_iter().take(colours.max(1)).cloned().collect();
         Self::with(arithmetic, matrices, coefficients.b.clone())
     }
 }
@@ -243,13 +245,16 @@ impl<A: Arithmetic> Conditions<A> {
     }
 
     /// What `look` finds at the trees whose conditions make up order n: all rooted trees for one colour, else one for each
-    /// oriented free tree.
+    /// oriented free tree; nothing beyond [`MAX_CLASSICAL`] and [`MAX_VARIATIONAL`].
     pub fn visit<'c, R: 'c>(
         &'c mut self,
         n: usize,
         look: impl Fn(&Self, &Tree) -> Option<R> + 'c,
     ) -> Box<dyn Iterator<Item = R> + 'c> {
         let oriented = self.matrices.len() == 2;
+        if !(1..=self.most()).contains(&n) {
+            return Box::new(std::iter::empty());
+        }
         self.prepare(if oriented { n / 2 } else { n - 1 });
         if !oriented {
             self.catalogue.extend_to(n);

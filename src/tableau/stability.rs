@@ -22,7 +22,8 @@ pub const MOST_STAGES: usize = 10;
 pub const MOST_BITS: usize = 4096;
 
 /// Whether the method is A-stable.
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Clone, Debug, PartialEq, serde::Serialize)]
+#[serde(rename_all = "kebab-case")]
 pub enum Stability {
     /// |R(z)| ≤ 1 for all Re z ≤ 0.
     AStable,
