@@ -2,6 +2,7 @@
 
 use euler_poincare::scalar::Dd;
 use euler_poincare::tableau::{FileError, TableauFile};
+use proptest::prelude::*;
 
 #[test]
 fn both_formats_are_read() {
@@ -62,6 +63,32 @@ fn bad_files_are_refused_by_the_name_of_the_entry() {
     for (text, expected) in cases {
         let error = TableauFile::parse(text).unwrap_err().to_string();
         assert!(error.contains(expected), "{text:?}: {error}");
+    }
+}
+
+#[test]
+fn digits_that_would_be_lost_must_be_in_quotes() {
+    let file = |c: &str| {
+        TableauFile::parse(&format!("# 1.23456789012345678901\na = [[0.25, {c}],\n[\"1/4\", 0]]\nb = [0.5, 0.5]"))
+    };
+    let error = file("0.1234567890123456789012").unwrap_err();
+    assert_eq!(error, FileError::Digits { line: 2, digits: 22 });
+    for text in
+        ["\"0.1234567890123456789012\"", "0.12345678901234567", "0.500000000000000000000000", "1e-100", "1_000.5"]
+    {
+        assert!(file(text).is_ok(), "{text}: {:?}", file(text));
+    }
+    let json = "{\"a\": [[\"0.1234567890123456789012\"]],\n\"b\": [1.000000000000000000001]}";
+    assert_eq!(TableauFile::parse(json).unwrap_err(), FileError::Digits { line: 2, digits: 22 });
+}
+
+proptest! {
+    #[test]
+    fn nothing_panics(text in "[ab = \\[\\],.0-9e\"'{}:#\\n-]{0,60}", cut in 0usize..200) {
+        let _ = TableauFile::parse(&text);
+        let whole = "{\"a\": [[\"5/12\", -0.0833], [0.75, 0.25]], \"b\": [0.75, \"1/4\"], \"c\": [\"1/3\", 1], \"name\": \"π\"}";
+        let cut = (0..=cut.min(whole.len())).rev().find(|&at| whole.is_char_boundary(at)).unwrap();
+        let _ = TableauFile::parse(&format!("{}{text}", &whole[..cut]));
     }
 }
 

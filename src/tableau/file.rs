@@ -55,6 +55,14 @@ pub enum FileError {
         /// What is wrong.
         message: String,
     },
+    /// A number that is not in quotes has more digits than an `f64` keeps.
+    #[error("line {line}: a number with {digits} digits loses some of them (more than 17): put it in quotes")]
+    Digits {
+        /// From 1.
+        line: usize,
+        /// How many significant digits it has.
+        digits: usize,
+    },
     /// The order that is declared is none.
     #[error("order: {found}; allowed is a whole number from 1 to {LARGEST_ORDER}")]
     Order {
@@ -78,6 +86,7 @@ impl TableauFile {
         }
         let text = text.strip_prefix('\u{feff}').unwrap_or(text);
         let raw = if text.trim_start().starts_with('{') { from_json(text)? } else { from_toml(text)? };
+        check_digits(text)?;
         let order = raw.order.map(order).transpose()?;
         let entries = Entries {
             b: list(raw.b, "b", |j| format!("b_{}", j + 1))?,
@@ -132,6 +141,46 @@ fn from_toml(text: &str) -> Result<Raw, FileError> {
         let column = before.chars().rev().take_while(|&c| c != '\n').count() + 1;
         FileError::Syntax { line, column, message: error.message().replace('\n', ", ") }
     })
+}
+
+/// Refuses numbers outside quotes (and TOML comments) that have more than 17 significant digits.
+fn check_digits(text: &str) -> Result<(), FileError> {
+    let lines = text.lines().enumerate();
+    for (line, content) in lines {
+        let (mut quote, mut escaped, mut token) = (None, false, String::new());
+        for c in content.chars().chain([' ']) {
+            match quote {
+                Some(_) if escaped => escaped = false,
+                Some('"') if c == '\\' => escaped = true,
+                Some(end) if c == end => quote = None,
+                Some(_) => {}
+                None if c.is_ascii_alphanumeric() || matches!(c, '.' | '_') => token.push(c),
+                None => {
+                    let digits = significant_digits(&token);
+                    if digits > 17 {
+                        return Err(FileError::Digits { line: line + 1, digits });
+                    }
+                    token.clear();
+                    match c {
+                        '#' => break,
+                        '"' | '\'' => quote = Some(c),
+                        _ => {}
+                    }
+                }
+            }
+        }
+    }
+    Ok(())
+}
+
+/// Of a decimal, without its exponent; 0 for what is no number.
+fn significant_digits(token: &str) -> usize {
+    if !token.starts_with(|c: char| c.is_ascii_digit()) {
+        return 0;
+    }
+    let mantissa = token.split(['e', 'E']).next().unwrap_or(token);
+    let digits: String = mantissa.chars().filter(char::is_ascii_digit).collect();
+    digits.trim_matches('0').len()
 }
 
 /// Anything that a file may hold, so that what does not belong there can be named.
