@@ -7,6 +7,7 @@ use euler_poincare::tableau::stability::Stability;
 use euler_poincare::tableau::structure::{Shape, Symmetry};
 use euler_poincare::tableau::{Analysis, Classic, Description, Entries, Family, Tableau, analyse};
 use euler_poincare::tableau::{classical_order, variational_order};
+use nalgebra::{Complex, DMatrix};
 use proptest::prelude::*;
 use std::collections::HashMap;
 use std::time::Instant;
@@ -134,8 +135,42 @@ fn an_analysis_can_be_written_as_json() {
 
 // Sharp limits of A-stability.
 
+/// |R(z)| by solving (1 − z a) k = 𝟙; `None` near a pole.
+fn growth(t: &Tableau<f64>, z: Complex<f64>) -> Option<f64> {
+    let s = t.stages();
+    let one = |i, j| Complex::from(if i == j { 1.0 } else { 0.0 });
+    let matrix = DMatrix::from_fn(s, s, |i, j| one(i, j) - z * t.a()[(i, j)]);
+    let k = matrix.lu().solve(&DMatrix::from_element(s, 1, Complex::from(1.0)))?;
+    let sum: Complex<f64> = (0..s).map(|i| k[(i, 0)] * t.b()[i]).sum();
+    Some((Complex::from(1.0) + z * sum).norm()).filter(|r| r.is_finite())
+}
+
 proptest! {
-    #![proptest_config(ProptestConfig { cases: 256, ..ProptestConfig::default() })]
+    #![proptest_config(ProptestConfig { cases: 512, ..ProptestConfig::default() })]
+
+    #[test]
+    fn a_stable_methods_do_not_grow_in_the_left_half_plane(description in random::any()) {
+        let t = description.build::<f64>().unwrap();
+        let analysis = analyse::<Dd>(&description, 1).unwrap();
+        let mut largest = 0.0f64;
+        for radius in (-12..=12).map(|k| 2f64.powf(f64::from(k) / 2.0)) {
+            for angle in (0..=8).map(|k| std::f64::consts::PI * (0.5 + f64::from(k) / 16.0)) {
+                largest = largest.max(growth(&t, Complex::from_polar(radius, angle)).unwrap_or(0.0));
+            }
+        }
+        match &analysis.stability {
+            Stability::AStable => prop_assert!(largest <= 1.0 + 1e-8, "{}: {}", description, largest),
+            Stability::Not(why) => {
+                // The grid need not see it; what is named on the imaginary axis is true.
+                if let Some((r, y)) = why.strip_prefix("|R(iy)| = ").and_then(|rest| rest.split_once(" at y = ")) {
+                    let (r, y): (f64, f64) = (r.parse().unwrap(), y.parse().unwrap());
+                    let found = growth(&t, Complex::new(0.0, y)).unwrap();
+                    prop_assert!(r > 1.0 && (found - r).abs() <= 0.05 * r, "{}: {} and {}", why, found, r);
+                }
+            }
+            Stability::Undecided(why) => prop_assert!(false, "{}: {}", description, why),
+        }
+    }
 
     #[test]
     fn the_theta_method_is_a_stable_from_one_half(p in -20i64..40, q in 1i64..20) {
@@ -331,6 +366,22 @@ fn gauss_three_rounded_to_eight_digits() {
     assert!(matches!(analysis.stability, Stability::Undecided(_)), "{}", analysis.stability);
     let explicit = analyse::<Dd>(&rounded(&"ralston3".parse().unwrap(), 8), 2).unwrap();
     assert!(matches!(explicit.stability, Stability::Not(_)), "{}", explicit.stability);
+}
+
+#[test]
+fn three_digits_are_enough_to_see_order_four() {
+    let rk4 = |b: &[&str]| {
+        let a: &[&[&str]] =
+            &[&["0", "0", "0", "0"], &["0.5", "0", "0", "0"], &["0", "0.5", "0", "0"], &["0", "0", "1", "0"]];
+        analyse::<Dd>(&entries(a, b), 8).unwrap()
+    };
+    let analysis = rk4(&["0.167", "0.333", "0.333", "0.167"]);
+    // With symmetric weights Σ b_i c_i = 1/2 holds exactly; Σ b_i c_i² does not.
+    assert_eq!((orders(&analysis), digit_orders(&analysis)), ((2, 2), Some((4, 4))));
+    assert_eq!((analysis.normalised, analysis.first_rounded.as_deref()), (None, Some("b_1")));
+    let irrational = rk4(&["1/6", "sqrt(3)/6*sqrt(3)*2/3", "0.333", "0.167"]);
+    assert!(!irrational.exact);
+    assert_eq!((orders(&irrational).1, digit_orders(&irrational)), (1, Some((4, 4))));
 }
 
 #[test]
