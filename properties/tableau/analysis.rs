@@ -264,12 +264,10 @@ proptest! {
     }
 
     #[test]
-    fn order_2k_plus_1_of_the_pair_is_b_c_and_d_for_positive_weights(description in random::any()) {
-        let analysis = analyse::<Dd>(&description, 8).unwrap();
-        let assumptions = &analysis.exactly.assumptions;
-        for k in (1..=3).filter(|_| analysis.positive_weights) {
-            let hold = assumptions.b.holds > 2 * k && assumptions.c.holds >= k && assumptions.d.holds >= k;
-            prop_assert_eq!(orders(&analysis).1 > 2 * k, hold, "{}, k = {}", description, k);
+    fn simplifying_assumptions_decide_the_order_of_the_pair_for_positive_weights(description in random::any()) {
+        let analysis = analyse::<Dd>(&description, 9).unwrap();
+        if analysis.positive_weights {
+            prop_assert_eq!(orders(&analysis).1, order_without_trees(&analysis, &description, 9), "{}", description);
         }
     }
 
@@ -497,6 +495,34 @@ fn ralstons_method_is_explained() {
     ] {
         assert!(notes[0].contains(part), "{part}: {notes:?}");
     }
+}
+
+/// The order of the pair for positive weights, from B, C, D and one condition for each even order.
+fn order_without_trees(analysis: &Analysis, description: &Description, max: usize) -> usize {
+    let (t, s) = (description.build::<f64>().unwrap(), analysis.stages);
+    let assumptions = &analysis.exactly.assumptions;
+    let holds = |p: usize| {
+        let k = (p - 1) / 2;
+        let power = |i: usize| t.c()[i].powi(k as i32);
+        let term = |i: usize, j: usize| t.b()[i] * power(i) * t.a()[(i, j)] * power(j);
+        let sum: f64 = (0..s * s).map(|at| term(at / s, at % s)).sum();
+        let even = p % 2 == 1 || (sum - 0.5 / ((k + 1) * (k + 1)) as f64).abs() < 1e-13;
+        assumptions.b.holds >= p && assumptions.c.holds >= k && assumptions.d.holds >= k && even
+    };
+    (1..=max).take_while(|&p| holds(p)).last().unwrap_or(0)
+}
+
+#[test]
+fn the_order_of_named_pairs_needs_no_trees() {
+    for family in Family::ALL {
+        for s in family.least_stages()..=4 {
+            let description = Description::Family(family, s);
+            let analysis = named(&description.to_string(), 9);
+            let expected = order_without_trees(&analysis, &description, 9);
+            assert_eq!(orders(&analysis).1, expected, "{description}");
+        }
+    }
+    assert_eq!(order_without_trees(&analyse::<Dd>(&boole(), 9).unwrap(), &boole(), 9), 4);
 }
 
 /// Collocation at a fifth-order set of nodes: B(6), C(5), and D(1) only.

@@ -158,10 +158,14 @@ impl Findings {
 
     /// What of C(k) and D(k) fails, with k half the variational order.
     ///
-    /// With positive weights the variational order is at least 2k + 1 if and only if B(2k + 1), C(k) and D(k) hold. They are
-    /// sufficient as in Butcher's theorem, because the conjugate has C and D exchanged. They are necessary, because
-    /// Σ_i b_i (Σ_j a_ij c_j^{k−1} − c_i^k/k)² is a combination of weights of order 2k + 1 that vanishes if these are 1/γ, and
-    /// the same for â. (k = 1 is the lemma on D(1) of Hager 2000.)
+    /// With positive weights the variational order is at least 2k + 1 if and only if B(2k + 1), C(k) and D(k) hold, and at
+    /// least 2k + 2 if and only if besides B(2k + 2) and Σ b_i c_i^k a_ij c_j^k = 1/(2 (k + 1)²).
+    ///
+    /// Sufficient: the conjugate has C and D exchanged, so for k ≥ 1 both matrices have C(k), with the same c by D(1). An
+    /// oriented tree of order 2k + 1, rooted at its centroid, has branches of order at most k, each of which is a power
+    /// of c by C(k): what is left is B(2k + 1). With 2k + 2 vertices the trees with two centroids reduce to the one
+    /// condition more. Necessary: Σ_i b_i (Σ_j a_ij c_j^{k−1} − c_i^k/k)² is a combination of weights of order
+    /// 2k + 1 that vanishes if these are 1/γ, and the same for â. (k = 1 is the lemma on D(1) of Hager 2000.)
     pub fn missing(&self) -> Vec<&Failure> {
         let k = self.variational.order / 2;
         let Assumptions { c, d, .. } = &self.assumptions;
