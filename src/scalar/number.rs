@@ -4,6 +4,12 @@
 //! [`Number`] keeps the description instead and evaluates it in the scalar at hand.
 
 use super::Real;
+#[cfg(feature = "harness")]
+use dashu_int::ops::{Abs, BitTest, SquareRoot};
+#[cfg(feature = "harness")]
+use dashu_int::{IBig, UBig};
+#[cfg(feature = "harness")]
+use dashu_ratio::RBig;
 use std::fmt;
 use std::str::FromStr;
 
@@ -13,6 +19,15 @@ pub const LONGEST: usize = 1000;
 pub const DEEPEST: usize = 50;
 /// The largest decimal exponent in absolute value; anything beyond is out of range in every scalar anyway.
 const LARGEST_EXPONENT: i32 = 9999;
+
+/// A decimal with at least this many places after the point counts as rounded, unless it is dyadic; one with fewer as exact.
+///
+/// So 0.5 + 0.4 is a mistake, not a rounded 1, while tables printed with 3, 10 or 16 digits can be typed in.
+pub const ROUNDED_PLACES: i32 = 3;
+
+/// A numerator or denominator longer than this is not computed by [`Number::rational`].
+#[cfg(feature = "harness")]
+pub const MOST_BITS: usize = 8192;
 
 /// An exact description of a real number.
 ///
@@ -155,6 +170,68 @@ impl Number {
     pub fn eval<T: Real>(&self) -> Result<T, NumberError> {
         self.tree.eval()
     }
+
+    /// The exact value, if it is rational as written: no π, and roots of perfect squares only.
+    ///
+    /// `None` also for a number that has no value, and for one that needs more than [`MOST_BITS`] bits on the way.
+    #[cfg(feature = "harness")]
+    pub fn rational(&self) -> Option<RBig> {
+        self.tree.rational()
+    }
+
+    /// How far the number may be from what the writer meant, if it is a decimal that counts as rounded; else 0.
+    ///
+    /// A decimal counts as rounded if it has at least [`ROUNDED_PLACES`] places after the point and is no dyadic rational
+    /// (0.125 and 0.4 are exact, 0.167 is not). Then it is half a unit of its last non-zero place, and for 16 or 17
+    /// significant digits, which is how an `f64` is printed, at least half a unit in the last place of an `f64`.
+    pub fn uncertainty<T: Real>(&self) -> T {
+        let Some(decimal) = self.rounded() else { return T::zero() };
+        let half_unit = T::half() / T::int(10).powi(-decimal.exponent);
+        let printed = matches!(decimal.digits.len(), 16 | 17);
+        let size = self.eval().map_or(T::zero(), |x: T| x.abs());
+        if printed { half_unit.max(size * T::exact(f64::EPSILON / 2.0)) } else { half_unit }
+    }
+
+    /// [`Number::uncertainty`], exactly.
+    #[cfg(feature = "harness")]
+    pub fn exact_uncertainty(&self) -> RBig {
+        let Some(decimal) = self.rounded() else { return RBig::ZERO };
+        let half = RBig::from_parts(IBig::ONE, UBig::from(2u8));
+        let half_unit = power_of_ten(decimal.exponent) * half;
+        match self.rational() {
+            Some(x) if matches!(decimal.digits.len(), 16 | 17) => {
+                let ulp = x.abs() / RBig::from(UBig::ONE << 53);
+                if ulp > half_unit { ulp } else { half_unit }
+            }
+            _ => half_unit,
+        }
+    }
+
+    /// The decimal, if it counts as rounded.
+    fn rounded(&self) -> Option<&Decimal> {
+        let mut tree = &self.tree;
+        while let Tree::Minus(x) = tree {
+            tree = x;
+        }
+        match tree {
+            Tree::Decimal(decimal) if -decimal.exponent >= ROUNDED_PLACES && !decimal.is_dyadic() => Some(decimal),
+            _ => None,
+        }
+    }
+}
+
+#[cfg(feature = "harness")]
+fn power_of_ten(exponent: i32) -> RBig {
+    let power = UBig::from(10u8).pow(exponent.unsigned_abs() as usize);
+    if exponent < 0 { RBig::from_parts(IBig::ONE, power) } else { RBig::from(power) }
+}
+
+/// √x, if x is a square.
+#[cfg(feature = "harness")]
+fn exact_root(x: &RBig) -> Option<RBig> {
+    let numerator = UBig::try_from(x.numerator().clone()).ok()?;
+    let (p, q) = (numerator.sqrt(), x.denominator().sqrt());
+    (&p * &p == numerator && &q * &q == *x.denominator()).then(|| RBig::from_parts(IBig::from(p), q))
 }
 
 impl Default for Number {
@@ -266,6 +343,28 @@ impl Tree {
             .filter(|x| x.all_finite())
             .ok_or_else(|| NumberError::OutOfRange { text: self.to_string(), scalar: T::NAME })
     }
+
+    #[cfg(feature = "harness")]
+    fn rational(&self) -> Option<RBig> {
+        let value = match self {
+            Tree::Pi => return None,
+            Tree::Minus(x) => -x.rational()?,
+            Tree::Root(x) => exact_root(&x.rational()?)?,
+            Tree::Decimal(decimal) => decimal.rational()?,
+            Tree::Binary(x, operation, y) => {
+                let (a, b) = (x.rational()?, y.rational()?);
+                match operation {
+                    Operation::Add => a + b,
+                    Operation::Sub => a - b,
+                    Operation::Mul => a * b,
+                    Operation::Div if b.is_zero() => return None,
+                    Operation::Div => a / b,
+                }
+            }
+        };
+        let length = value.numerator().bit_len().max(value.denominator().bit_len());
+        (length <= MOST_BITS).then_some(value)
+    }
 }
 
 impl fmt::Display for Tree {
@@ -302,6 +401,32 @@ impl Decimal {
         let digits = digits.trim_start_matches('0').to_string();
         let exponent = if digits.is_empty() { 0 } else { exponent };
         Self { digits, exponent }
+    }
+
+    #[cfg(feature = "harness")]
+    fn rational(&self) -> Option<RBig> {
+        if self.digits.is_empty() {
+            return Some(RBig::ZERO);
+        }
+        let digits: UBig = self.digits.parse().ok()?;
+        // A larger power has more than MOST_BITS bits.
+        (self.exponent.unsigned_abs() < 2500).then(|| RBig::from(digits) * power_of_ten(self.exponent))
+    }
+
+    /// Whether the value is an integer over a power of 2: 5^places divides the digits.
+    fn is_dyadic(&self) -> bool {
+        let mut digits: Vec<u8> = self.digits.bytes().map(|digit| digit - b'0').collect();
+        for _ in 0..-self.exponent {
+            let mut rest = 0;
+            for digit in &mut digits {
+                let value = 10 * rest + *digit;
+                (*digit, rest) = (value / 5, value % 5);
+            }
+            if rest != 0 {
+                return false;
+            }
+        }
+        true
     }
 
     /// The value, if it is an integer of 63 bits.

@@ -90,8 +90,8 @@ pub fn labels(case: &Case) -> Vec<(&'static str, String)> {
 fn tableau_kind(tableau: &Description) -> &'static str {
     match tableau {
         Description::Family(Family::Gauss, _) => "gauss",
-        Description::Family(Family::LobattoIIIA | Family::LobattoIIIB | Family::LobattoIIIC, _) => "lobatto",
         Description::Family(Family::RadauIA | Family::RadauIIA, _) => "radau",
+        Description::Family(_, _) => "lobatto",
         Description::Classic(_) => "classic",
         Description::Entries(_) => tableau.kind(),
     }

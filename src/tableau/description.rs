@@ -6,16 +6,11 @@ use crate::scalar::{Number, Real};
 use std::fmt;
 use std::str::FromStr;
 
-/// A decimal with at least this many places after the point counts as rounded, one with fewer as exact.
-///
-/// So 0.5 + 0.4 is a mistake, not a rounded 1, while tables printed with 10 or 16 digits can be typed in.
-pub const ROUNDED_PLACES: i32 = 8;
-
 /// Which tableau; [`Description::build`] makes it, at the full precision of any scalar.
 ///
-/// As text: `gauss-S`, `lobatto-iiia-S`, `lobatto-iiib-S`, `lobatto-iiic-S`, `radau-ia-S`, `radau-iia-S` with the number of
-/// stages S, or `heun2`, `ralston3`, `rk4`, `kutta38`, `sdirk2`. With the feature `harness`, (de)serialised as that
-/// text, or as a table `{ a = [[…], …], b = […] }` with an optional `c`.
+/// As text: `gauss-S`, `lobatto-iiia-S` to `lobatto-iiie-S`, `radau-ia-S`, `radau-iia-S` with the number of stages S, or
+/// `heun2`, `ralston3`, `rk4`, `kutta38`, `sdirk2`, `sdirk3`, `alexander2`, `alexander3`. With the feature `harness`,
+/// (de)serialised as that text, or as a table `{ a = [[…], …], b = […] }` with an optional `c`.
 ///
 /// ```
 /// use euler_poincare::tableau::{Description, variational_order};
@@ -70,10 +65,17 @@ impl Description {
     pub fn stages(&self) -> usize {
         match self {
             Description::Family(_, stages) => *stages,
-            Description::Classic(Classic::Heun2 | Classic::Sdirk2) => 2,
-            Description::Classic(Classic::Ralston3) => 3,
-            Description::Classic(Classic::Rk4 | Classic::Kutta38) => 4,
+            Description::Classic(classic) => classic.stages(),
             Description::Entries(entries) => entries.b.len(),
+        }
+    }
+
+    /// The order as a plain Runge–Kutta method that the literature gives for this name; `None` for entries.
+    pub fn declared(&self) -> Option<usize> {
+        match self {
+            Description::Family(family, stages) => Some(family.declared(*stages)),
+            Description::Classic(classic) => Some(classic.declared()),
+            Description::Entries(_) => None,
         }
     }
 
@@ -91,10 +93,10 @@ impl Description {
 impl Entries {
     /// The tableau in `T`.
     ///
-    /// Σb = 1 must hold to round-off, or to the digits given: each b_j that is a decimal with at least
-    /// [`ROUNDED_PLACES`] places may be off by half a unit of its last non-zero place, and everything else is exact. If
-    /// the sum is off by no more than that, b is divided by its sum. The same allowance is made in comparing c with
-    /// the row sums of a; a itself is never changed.
+    /// Σb = 1 must hold to round-off, or to the digits given: each b_j that is a rounded decimal may be off
+    /// by its [uncertainty](Number::uncertainty), and everything else is exact. If the sum is off by no more than
+    /// that, b is divided by its sum. The same allowance is made in comparing c with the row sums of a; a itself is
+    /// never changed.
     ///
     /// # Errors
     /// [`TableauError::BadEntry`] for an entry without a value in `T` or a c_i that is not the row sum, and those of
@@ -107,7 +109,8 @@ impl Entries {
         let mut b = vector(&self.b, "b")?;
         let sum = b.iter().fold(T::zero(), |sum, &x| sum + x);
         let off = (sum - T::one()).abs();
-        if off > roundoff(&b) && off <= self.b.iter().fold(T::zero(), |slack, x| slack + half_unit(x)) {
+        let noise = roundoff(&b);
+        if off > noise && off <= self.b.iter().fold(noise, |slack, x| slack + x.uncertainty()) {
             b.iter_mut().for_each(|x| *x /= sum);
         }
         let tableau = Tableau::new(&a, &b)?;
@@ -125,7 +128,7 @@ impl Entries {
         for i in 0..c.len() {
             let mut terms = self.a[i].iter().map(|x| value(x, String::new)).collect::<Result<Vec<T>, _>>()?;
             terms.push(c[i]);
-            let slack = self.a[i].iter().fold(half_unit(&given[i]), |slack: T, x| slack + half_unit(x));
+            let slack = self.a[i].iter().fold(given[i].uncertainty(), |slack: T, x| slack + x.uncertainty());
             let sum = tableau.c()[i];
             if (c[i] - sum).abs() > roundoff(&terms) + slack {
                 let row = i + 1;
@@ -161,19 +164,6 @@ fn vector<T: Real>(values: &[Number], name: &str) -> Result<Vec<T>, TableauError
 /// What summing the terms may lose: 64 n u Σ|x|, as in [`Tableau::new`].
 fn roundoff<T: Real>(terms: &[T]) -> T {
     T::int(64 * terms.len() as i64) * T::unit_roundoff() * terms.iter().fold(T::zero(), |size, x| size + x.abs())
-}
-
-/// Half a unit of the last non-zero place of a decimal with at least [`ROUNDED_PLACES`] places, else 0.
-fn half_unit<T: Real>(x: &Number) -> T {
-    let text = x.to_string();
-    let text = text.strip_prefix('-').unwrap_or(&text);
-    let (mantissa, exponent) = text.split_once('e').unwrap_or((text, "0"));
-    let (whole, fraction) = mantissa.split_once('.').unwrap_or((mantissa, ""));
-    let decimal = [whole, fraction].iter().all(|part| part.bytes().all(|digit| digit.is_ascii_digit()));
-    let Some(places) = exponent.parse::<i32>().ok().filter(|_| decimal).map(|e| fraction.len() as i32 - e) else {
-        return T::zero();
-    };
-    if places < ROUNDED_PLACES { T::zero() } else { T::half() / T::int(10).powi(places) }
 }
 
 impl fmt::Display for Description {

@@ -1,16 +1,38 @@
 //! Runge–Kutta tableaux as data: (a_ij, b_j, c_i) with every b_i ≠ 0, and the symplectic conjugate.
+//!
+//! [`Description`] is what a person writes, [`Tableau`] the numbers in some scalar. The orders are computed from the
+//! coefficients: [`order`] over [`trees`]. With the feature `harness`, [`analyse`](analysis::analyse) says everything
+//! that can be decided about a tableau, in exact rationals where its entries are rational, and why.
 
+#[cfg(feature = "harness")]
+pub mod analysis;
+pub mod assumptions;
 pub mod description;
+#[cfg(feature = "harness")]
+pub mod exact;
+pub mod failing;
 pub mod families;
+#[cfg(feature = "harness")]
+pub mod file;
 #[cfg(feature = "harness")]
 pub mod known;
 pub mod order;
+pub mod quantity;
 #[cfg(feature = "harness")]
 pub mod random;
+#[cfg(feature = "harness")]
+pub mod stability;
+pub mod structure;
 pub mod trees;
 
+#[cfg(feature = "harness")]
+pub use analysis::{Analysis, analyse};
 pub use description::{Description, Entries};
+#[cfg(feature = "harness")]
+pub use exact::RationalTableau;
 pub use families::{Classic, Family};
+#[cfg(feature = "harness")]
+pub use file::{FileError, TableauFile};
 pub use order::{Order, classical_order, variational_order};
 
 use crate::scalar::Real;

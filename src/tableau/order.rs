@@ -5,10 +5,11 @@
 //! de Almagro 2019): every bicoloured rooted tree counts.
 
 use super::Tableau;
+use super::quantity::{Ball, Coefficients, Quantity};
 use super::trees::{Catalogue, Tree};
 use crate::scalar::Real;
-use nalgebra::DMatrix;
 use std::fmt;
+use std::marker::PhantomData;
 
 /// The highest order that [`classical_order`] checks (235 381 trees of order 16).
 pub const MAX_CLASSICAL: usize = 16;
@@ -18,6 +19,7 @@ pub const MAX_VARIATIONAL: usize = 12;
 
 /// What the order conditions say.
 #[derive(Clone, Debug, PartialEq)]
+#[cfg_attr(feature = "harness", derive(serde::Serialize))]
 pub struct Order {
     /// Every condition up to this order holds.
     pub order: usize,
@@ -28,6 +30,7 @@ pub struct Order {
 
 /// An order condition that does not hold.
 #[derive(Clone, Debug, PartialEq)]
+#[cfg_attr(feature = "harness", derive(serde::Serialize))]
 pub struct Broken {
     /// The tree, as in [`Catalogue::show`]: edges of â carry a tick.
     pub tree: String,
@@ -53,17 +56,12 @@ impl fmt::Display for Order {
 /// The order of (a, b) as a Runge–Kutta method, checked up to `max` (at most [`MAX_CLASSICAL`]).
 ///
 /// A condition counts as violated if its defect exceeds 8 n (s + 2) u Σ|b||Φ|, where |Φ| is formed with the magnitudes
-/// |a_ij| + |b_j|, n is the order of the tree and u the unit round-off: a bound on what rounding the coefficients and
+/// |a_ij| + |b_j|, n is the order of the tree and u the unit round-off of `T`: a bound on what rounding the coefficients and
 /// evaluating the sum can do. So the order of coefficients known to fewer digits than `T` has is that of the rounded ones.
 ///
 /// Source: Butcher 1963; Hairer, Nørsett and Wanner, *Solving Ordinary Differential Equations I*, theorem II.2.13.
 pub fn classical_order<T: Real>(tableau: &Tableau<T>, max: usize) -> Order {
-    let mut conditions = Conditions::new(tableau, 1);
-    check(max.min(MAX_CLASSICAL), |n| {
-        conditions.prepare(n - 1);
-        conditions.catalogue.extend_to(n);
-        conditions.first_broken(conditions.catalogue.of_order(n).iter())
-    })
+    Conditions::new(tableau, 1).order(max)
 }
 
 /// The order of the pair (a, â) of a tableau and its conjugate, checked up to `max` (at most [`MAX_VARIATIONAL`]): the
@@ -77,59 +75,114 @@ pub fn classical_order<T: Real>(tableau: &Tableau<T>, max: usize) -> Order {
 /// 1/γ satisfy the same identity. So, given the conditions of lower order, moving the root along an edge while its
 /// colour changes leaves the truth of a condition as it was: what counts is the tree without its root, its edges oriented.
 pub fn variational_order<T: Real>(tableau: &Tableau<T>, max: usize) -> Order {
-    let mut conditions = Conditions::new(tableau, 2);
-    check(max.min(MAX_VARIATIONAL), |n| {
-        conditions.prepare(n / 2);
-        conditions.first_broken(conditions.catalogue.oriented(n))
-    })
+    Conditions::new(tableau, 2).order(max)
 }
 
-fn check(max: usize, mut broken_at: impl FnMut(usize) -> Option<Broken>) -> Order {
-    for n in 1..=max {
-        if let Some(broken) = broken_at(n) {
-            return Order { order: n - 1, broken: Some(broken) };
-        }
+/// What elementary weights are computed in.
+pub trait Arithmetic {
+    /// A component of a stage vector, or a weight.
+    type Value: Clone;
+
+    /// 0.
+    fn zero(&self) -> Self::Value;
+
+    /// Φ_i of the tree with one vertex.
+    fn one(&self) -> Self::Value;
+
+    /// x ← x y.
+    fn multiply(&self, x: &mut Self::Value, y: &Self::Value);
+
+    /// sum ← sum + x y.
+    fn accumulate(&self, sum: &mut Self::Value, x: &Self::Value, y: &Self::Value);
+
+    /// Whether Σ b Φ, given as `weight`, is 1/γ.
+    fn verdict(&self, weight: &Self::Value, tree: &Tree) -> Verdict;
+
+    /// Σ b Φ and Σ b Φ − 1/γ as fractions, where they are exact.
+    fn fractions(&self, _weight: &Self::Value, _tree: &Tree) -> Option<[String; 2]> {
+        None
     }
-    Order { order: max, broken: None }
 }
 
-/// A stage vector of a tree and the bound on its terms.
-struct Stages<T> {
-    value: Vec<T>,
-    size: Vec<T>,
+/// What one order condition says.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Verdict {
+    /// |defect| ≤ tolerance.
+    pub holds: bool,
+    /// Σ b Φ.
+    pub weight: f64,
+    /// Σ b Φ − 1/γ.
+    pub defect: f64,
+    /// The bound on what round-off and the digits given can make; 0 in exact arithmetic.
+    pub tolerance: f64,
+}
+
+/// [`Ball`]s over a scalar: holds if the defect is within 8 n (s + 2) u Σ|b||Φ| and the radius.
+#[derive(Clone, Copy, Debug)]
+pub struct Balls<T> {
+    stages: usize,
+    scalar: PhantomData<T>,
+}
+
+impl<T: Real> Arithmetic for Balls<T> {
+    type Value = Ball<T>;
+
+    fn zero(&self) -> Ball<T> {
+        Ball::new(T::zero(), 0.0)
+    }
+
+    fn one(&self) -> Ball<T> {
+        Ball::new(T::one(), 1.0)
+    }
+
+    fn multiply(&self, x: &mut Ball<T>, y: &Ball<T>) {
+        *x = x.times(y);
+    }
+
+    fn accumulate(&self, sum: &mut Ball<T>, x: &Ball<T>, y: &Ball<T>) {
+        *sum = sum.plus(&x.times(y));
+    }
+
+    fn verdict(&self, weight: &Ball<T>, tree: &Tree) -> Verdict {
+        let defect = (weight.value - T::ratio(1, tree.density() as i64)).to_f64();
+        // A weight that is not a number (overflow) fulfils no condition.
+        let tolerance = weight.tolerance(8 * tree.order() * (self.stages + 2));
+        let holds = tolerance.is_some_and(|bound| defect.abs() <= bound);
+        Verdict { holds, weight: weight.value.to_f64(), defect, tolerance: tolerance.unwrap_or(f64::INFINITY) }
+    }
 }
 
 /// The elementary weights of a tableau, with what the trees have in common computed once.
-pub struct Conditions<'t, T: Real> {
-    tableau: &'t Tableau<T>,
-    /// The matrix of each colour, and the magnitudes that its entries are computed from.
-    matrices: Vec<(DMatrix<T>, DMatrix<T>)>,
+#[derive(Clone, Debug)]
+pub struct Conditions<A: Arithmetic> {
+    arithmetic: A,
+    /// The matrix of each colour, by rows.
+    matrices: Vec<Vec<Vec<A::Value>>>,
+    weights: Vec<A::Value>,
     catalogue: Catalogue,
-    /// Σ_j a^{(colour)}_ij Φ_j(tree), at tree · colours + colour.
-    branches: Vec<Stages<T>>,
+    /// Σ_j a^{(colour)}_ij Φ_j(tree), at (tree · colours + colour) · stages + i.
+    branches: Vec<A::Value>,
 }
 
-/// Σ b Φ and the same sum over magnitudes.
-#[derive(Clone, Copy, Debug)]
-pub struct Weight<T> {
-    /// Σ_i b_i Φ_i.
-    pub value: T,
-    /// Σ_i |b_i| |Φ_i|, |Φ| formed with magnitudes: round-off is this times a modest multiple of u.
-    pub size: T,
+impl<T: Real> Conditions<Balls<T>> {
+    /// For trees with edges of `colours` colours: 1 for a alone, 2 (or more) for a and â.
+    pub fn new(tableau: &Tableau<T>, colours: usize) -> Self {
+        Self::in_balls(&Coefficients::of(tableau), colours)
+    }
+
+    /// For coefficients that are known to some digits.
+    pub fn in_balls(coefficients: &Coefficients<Ball<T>>, colours: usize) -> Self {
+        let arithmetic = Balls { stages: coefficients.stages(), scalar: PhantomData };
+        let matrices = [&coefficients.a, &coefficients.hat].into_iter().take(colours.max(1)).cloned().collect();
+        Self::with(arithmetic, matrices, coefficients.b.clone())
+    }
 }
 
-impl<'t, T: Real> Conditions<'t, T> {
-    /// For trees with edges of `colours` colours: 1 for a alone, 2 for a and â.
-    pub fn new(tableau: &'t Tableau<T>, colours: usize) -> Self {
-        let (s, b) = (tableau.stages(), tableau.b());
-        let magnitude = |a: &DMatrix<T>| DMatrix::from_fn(s, s, |i, j| a[(i, j)].abs() + b[j].abs());
-        let first = (tableau.a().clone(), magnitude(tableau.a()));
-        let conjugate = tableau.conjugate().a().clone();
-        // â_ij = b_j − b_j a_ji/b_i: an error u b_i of a_ji becomes one of u b_j, so b_j again measures it.
-        let size = magnitude(&conjugate);
-        let matrices = if colours == 1 { vec![first] } else { vec![first, (conjugate, size)] };
+impl<A: Arithmetic> Conditions<A> {
+    /// For trees with an edge colour for each of the matrices.
+    pub(super) fn with(arithmetic: A, matrices: Vec<Vec<Vec<A::Value>>>, weights: Vec<A::Value>) -> Self {
         let catalogue = Catalogue::new(matrices.len());
-        Self { tableau, matrices, catalogue, branches: Vec::new() }
+        Self { arithmetic, matrices, weights, catalogue, branches: Vec::new() }
     }
 
     /// The trees known so far.
@@ -140,63 +193,93 @@ impl<'t, T: Real> Conditions<'t, T> {
     /// Makes the trees up to `order` available as branches.
     pub fn prepare(&mut self, order: usize) {
         self.catalogue.extend_to(order);
-        for number in self.branches.len() / self.matrices.len()..self.catalogue.trees().len() {
-            let phi = self.stages(&self.catalogue.trees()[number]);
-            for (a, size) in &self.matrices {
-                self.branches.push(Stages { value: product(a, &phi.value), size: product(size, &phi.size) });
+        let s = self.weights.len();
+        for number in self.branches.len() / (self.matrices.len() * s)..self.catalogue.trees().len() {
+            let tree = &self.catalogue.trees()[number];
+            let phi: Vec<_> = (0..s).map(|i| self.stage(tree, i, self.arithmetic.one())).collect();
+            for row in self.matrices.iter().flatten() {
+                let mut sum = self.arithmetic.zero();
+                row.iter().zip(&phi).for_each(|(a, phi)| self.arithmetic.accumulate(&mut sum, a, phi));
+                self.branches.push(sum);
             }
         }
     }
 
-    fn stages(&self, tree: &Tree) -> Stages<T> {
-        let s = self.tableau.stages();
-        let mut phi = Stages { value: vec![T::one(); s], size: vec![T::one(); s] };
-        for edge in tree.branches() {
-            let branch = &self.branches[edge.tree * self.matrices.len() + edge.colour];
-            for i in 0..s {
-                phi.value[i] *= branch.value[i];
-                phi.size[i] *= branch.size[i];
-            }
-        }
-        phi
+    /// `start` Φ_i.
+    fn stage(&self, tree: &Tree, i: usize, start: A::Value) -> A::Value {
+        let (colours, s) = (self.matrices.len(), self.weights.len());
+        tree.branches().iter().fold(start, |mut phi, edge| {
+            self.arithmetic.multiply(&mut phi, &self.branches[(edge.tree * colours + edge.colour) * s + i]);
+            phi
+        })
     }
 
     /// Σ b Φ of a tree whose branches are [prepared](Conditions::prepare).
-    pub fn weight(&self, tree: &Tree) -> Weight<T> {
-        let phi = self.stages(tree);
-        let mut sum = Weight { value: T::zero(), size: T::zero() };
-        for (i, &b) in self.tableau.b().iter().enumerate() {
-            sum.value += b * phi.value[i];
-            sum.size += b.abs() * phi.size[i];
+    pub fn weight(&self, tree: &Tree) -> A::Value {
+        let mut sum = self.arithmetic.zero();
+        for (i, b) in self.weights.iter().enumerate() {
+            self.arithmetic.accumulate(&mut sum, b, &self.stage(tree, i, self.arithmetic.one()));
         }
         sum
     }
 
-    /// The defect |Σ b Φ − 1/γ| and the bound on its round-off.
-    pub fn defect(&self, tree: &Tree) -> (T, T) {
-        let weight = self.weight(tree);
-        let steps = 8 * tree.order() * (self.tableau.stages() + 2);
-        let tolerance = T::int(steps as i64) * T::unit_roundoff() * weight.size;
-        ((weight.value - T::ratio(1, tree.density() as i64)).abs(), tolerance)
+    /// Whether the condition of a tree whose branches are [prepared](Conditions::prepare) holds.
+    pub fn verdict(&self, tree: &Tree) -> Verdict {
+        self.arithmetic.verdict(&self.weight(tree), tree)
     }
 
-    fn first_broken<R: std::borrow::Borrow<Tree>>(&self, mut trees: impl Iterator<Item = R>) -> Option<Broken> {
-        trees.find_map(|tree| {
-            let tree = tree.borrow();
-            let (defect, tolerance) = self.defect(tree);
-            // A defect that is not a number (overflow) is no fulfilled condition.
-            let holds = defect <= tolerance;
-            (!holds).then(|| Broken {
-                tree: self.catalogue.show(tree),
-                weight: self.weight(tree).value.to_f64(),
-                expected: 1.0 / tree.density() as f64,
-                defect: defect.to_f64(),
-                tolerance: tolerance.to_f64(),
-            })
+    /// The highest order that [`Conditions::order`] checks.
+    fn most(&self) -> usize {
+        if self.matrices.len() == 1 { MAX_CLASSICAL } else { MAX_VARIATIONAL }
+    }
+
+    /// The order, checked up to `max`: that of [`classical_order`] with one colour, of [`variational_order`] with two.
+    pub fn order(&mut self, max: usize) -> Order {
+        let max = max.min(self.most());
+        for n in 1..=max {
+            if let Some(broken) = self.visit(n, |conditions, tree| conditions.broken(tree)).next() {
+                return Order { order: n - 1, broken: Some(broken) };
+            }
+        }
+        Order { order: max, broken: None }
+    }
+
+    /// What `look` finds at the trees whose conditions make up order n: all rooted trees for one colour, else one for each
+    /// oriented free tree; nothing beyond [`MAX_CLASSICAL`] and [`MAX_VARIATIONAL`].
+    pub fn visit<'c, R: 'c>(
+        &'c mut self,
+        n: usize,
+        look: impl Fn(&Self, &Tree) -> Option<R> + 'c,
+    ) -> Box<dyn Iterator<Item = R> + 'c> {
+        let oriented = self.matrices.len() == 2;
+        if !(1..=self.most()).contains(&n) {
+            return Box::new(std::iter::empty());
+        }
+        self.prepare(if oriented { n / 2 } else { n - 1 });
+        if !oriented {
+            self.catalogue.extend_to(n);
+        }
+        let conditions = &*self;
+        if oriented {
+            Box::new(conditions.catalogue.oriented(n).filter_map(move |tree| look(conditions, &tree)))
+        } else {
+            Box::new(conditions.catalogue.of_order(n).iter().filter_map(move |tree| look(conditions, tree)))
+        }
+    }
+
+    fn broken(&self, tree: &Tree) -> Option<Broken> {
+        let verdict = self.verdict(tree);
+        (!verdict.holds).then(|| Broken {
+            tree: self.catalogue.show(tree),
+            weight: verdict.weight,
+            expected: 1.0 / tree.density() as f64,
+            defect: verdict.defect.abs(),
+            tolerance: verdict.tolerance,
         })
     }
-}
 
-fn product<T: Real>(a: &DMatrix<T>, v: &[T]) -> Vec<T> {
-    (0..a.nrows()).map(|i| (0..v.len()).fold(T::zero(), |sum, j| sum + a[(i, j)] * v[j])).collect()
+    /// Σ b Φ and its distance from 1/γ as fractions, where they are exact.
+    pub fn fractions(&self, tree: &Tree) -> Option<[String; 2]> {
+        self.arithmetic.fractions(&self.weight(tree), tree)
+    }
 }

@@ -53,7 +53,7 @@ pub fn of_kind(kind: Kind) -> BoxedStrategy<Description> {
 fn named() -> BoxedStrategy<Description> {
     let mut choices = Vec::new();
     for (rank, weight) in [8, 4, 2, 1].into_iter().enumerate() {
-        for family in Family::ALL {
+        for family in Family::DRAWN {
             // Gauss is the reference method: twice as often, and with one more number of stages.
             let (stages, weight) =
                 (family.least_stages() + rank, if family == Family::Gauss { 2 * weight } else { weight });
@@ -61,7 +61,7 @@ fn named() -> BoxedStrategy<Description> {
         }
     }
     choices.push((1, Just(Description::Family(Family::Gauss, 5)).boxed()));
-    choices.extend(Classic::ALL.map(|classic| (4, Just(Description::Classic(classic)).boxed())));
+    choices.extend(Classic::DRAWN.map(|classic| (4, Just(Description::Classic(classic)).boxed())));
     Union::new_weighted(choices).boxed()
 }
 

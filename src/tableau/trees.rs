@@ -20,6 +20,7 @@ pub struct Branch {
 pub struct Tree {
     order: usize,
     density: u64,
+    symmetry: u64,
     branches: Vec<Branch>,
 }
 
@@ -32,6 +33,12 @@ impl Tree {
     /// γ: the order times the product of the densities of the subtrees (Butcher 1963); colours do not matter.
     pub fn density(&self) -> u64 {
         self.density
+    }
+
+    /// σ: the number of automorphisms that keep the root and the colours, Π m! σ(u)^m over the distinct branches with their
+    /// multiplicities m (Butcher 1963); at most 19!, for a bush of order 20.
+    pub fn symmetry(&self) -> u64 {
+        self.symmetry
     }
 
     /// The branches at the root, in non-increasing order.
@@ -100,7 +107,13 @@ impl Catalogue {
     fn grow(&self, branches: Vec<Branch>) -> Tree {
         let order = 1 + branches.iter().map(|e| self.trees[e.tree].order).sum::<usize>();
         let density = branches.iter().map(|e| self.trees[e.tree].density).product::<u64>() * order as u64;
-        Tree { order, density, branches }
+        // Equal branches are neighbours: the m-th of a kind contributes m σ(u).
+        let (mut symmetry, mut equal) = (1, 0);
+        for (at, edge) in branches.iter().enumerate() {
+            equal = if at > 0 && branches[at - 1] == *edge { equal + 1 } else { 1 };
+            symmetry *= equal * self.trees[edge.tree].symmetry;
+        }
+        Tree { order, density, symmetry, branches }
     }
 
     /// The trees of order `n` all of whose branches have order at most `limit`, which the catalogue must hold.

@@ -382,29 +382,18 @@ fn accept(raw: &Raw, orders: Orders) -> Option<Description> {
 /// Whether all conditions up to `order` hold, and one of the next fails visibly; trees of one or two colours.
 fn exactly(tableau: &Tableau<f64>, colours: usize, order: usize) -> bool {
     let mut conditions = Conditions::new(tableau, colours);
-    conditions.prepare(if colours == 1 { order } else { order.div_ceil(2) });
-    let mut catalogue = conditions.catalogue().clone();
-    if colours == 1 {
-        catalogue.extend_to(order + 1);
+    let mut holds = |n: usize| {
+        let fails = |conditions: &Conditions<_>, tree: &Tree| (!conditions.verdict(tree).holds).then_some(());
+        conditions.visit(n, fails).next().is_none()
+    };
+    if !(1..=order).all(&mut holds) {
+        return false;
     }
-    let holds = |tree: &Tree| {
-        let (defect, tolerance) = conditions.defect(tree);
-        defect <= tolerance
-    };
-    let visible = |tree: &Tree| {
+    let visible = |conditions: &Conditions<_>, tree: &Tree| {
         let least = if tree.order() <= 5 { VISIBLE } else { VISIBLE_RELATIVE / tree.density() as f64 };
-        conditions.defect(tree).0 >= least
+        (conditions.verdict(tree).defect.abs() >= least).then_some(())
     };
-    let hold = |n: usize| match colours {
-        1 => catalogue.of_order(n).iter().all(holds),
-        _ => catalogue.oriented(n).all(|tree| holds(&tree)),
-    };
-    let next = order + 1;
-    (1..=order).all(hold)
-        && match colours {
-            1 => catalogue.of_order(next).iter().any(visible),
-            _ => catalogue.oriented(next).any(|tree| visible(&tree)),
-        }
+    conditions.visit(order + 1, visible).next().is_some()
 }
 
 /// What makes a tableau less simple: stages, then negative weights, then Σ (|p| + q) over the entries p/q that are not 0, one

@@ -1,0 +1,107 @@
+//! Tableau files, good and bad.
+
+use euler_poincare::scalar::Dd;
+use euler_poincare::tableau::{FileError, TableauFile};
+use proptest::prelude::*;
+
+#[test]
+fn both_formats_are_read() {
+    let toml = "# Radau\nname = \"two stages\"\norder = 3\na = [[\"5/12\", \"-1/12\"], [0.75, 0.25]]\nb = [0.75, \"1/4\"]\nc = [\"1/3\", 1]\n";
+    let json = r#" {"name": "two stages", "order": 3, "a": [["5/12", "-1/12"], [0.75, 0.25]], "b": [0.75, "1/4"], "c": ["1/3", 1]}"#;
+    let (toml, json) = (TableauFile::parse(toml).unwrap(), TableauFile::parse(json).unwrap());
+    assert_eq!(toml, json);
+    let analysis = toml.analyse::<Dd>(8).unwrap();
+    assert_eq!((analysis.declared, analysis.description.as_str(), analysis.exact), (Some(3), "two stages", true));
+    assert_eq!((analysis.exactly.classical.order, analysis.exactly.variational.order), (3, 3));
+    assert_eq!(analysis.notes(), Vec::<String>::new());
+}
+
+#[test]
+fn a_wrong_declaration_is_noted() {
+    let file = TableauFile::parse("order = 4\na = [[0, 0], [1, 0]]\nb = [0.5, 0.5]").unwrap();
+    let notes = file.analyse::<Dd>(8).unwrap().notes();
+    assert_eq!(notes.len(), 1);
+    assert!(notes[0].starts_with("The declared order is 4, but the classical order is 2: Σ b_i"), "{notes:?}");
+}
+
+#[test]
+fn bad_files_are_refused_by_the_name_of_the_entry() {
+    let cases = [
+        ("a = [[0, 0], [1, 0]]\nb = [0.5, 0]", "b_2 = 0"),
+        ("a = [[0, 0], [1, 0]]\nb = [0.5, 0.4]", "sum to 0.9"),
+        ("a = [[0, 0], [1, 0]]\nb = [0.5, 0.498]", "sum to 0.998"),
+        ("a = [[0, 0], [1]]\nb = [0.5, 0.5]", "row 2 of a has 1"),
+        ("a = [[0, 0]]\nb = [0.5, 0.5]", "a has 1 rows"),
+        ("a = [[0, 0], [1, nan]]\nb = [0.5, 0.5]", "entry a_22: the number NaN is no number; allowed are"),
+        ("a = [[0, inf], [1, 0]]\nb = [0.5, 0.5]", "entry a_12: the number inf"),
+        ("a = [[0, 0], [true, 0]]\nb = [0.5, 0.5]", "entry a_21: `true` is no number"),
+        ("a = [[0, 0], [\"one\", 0]]\nb = [0.5, 0.5]", "entry a_21: `one` is not a number"),
+        ("a = [[0, 0], [[1], 0]]\nb = [0.5, 0.5]", "entry a_21: a list is no number"),
+        ("a = [[0, 0], [1979-05-27, 0]]\nb = [0.5, 0.5]", "entry a_21: a table or a date"),
+        ("a = [[0, 0], [\"1/0\", 0]]\nb = [0.5, 0.5]", "entry a_21: division by `0`"),
+        ("a = [[0, 0], 1]\nb = [0.5, 0.5]", "entry row 2 of a: must be a list of numbers, and is the number 1"),
+        ("a = 0\nb = [1]", "entry a: must be a list of rows"),
+        ("a = [[0]]\nb = 1", "entry b: must be a list of numbers"),
+        ("a = [[0]]\nb = [1]\nc = [0.5]", "c_1"),
+        ("a = [[0]]\nb = [1]\nc = [0, 0]", "entry c: has 2 entries"),
+        ("a = [[0]]\nb = [1]\norder = 0", "order: the number 0"),
+        ("a = [[0]]\nb = [1]\norder = 1.5", "order: the number 1.5"),
+        ("a = [[0]]\nb = [1]\norder = \"two\"", "order: the text `two`"),
+        ("a = []\nb = []", "at least one stage"),
+        ("a = [[0]]\nb = [1]\nd = [1]", "line 3, column 1: unknown field `d`"),
+        ("a = [[0]]", "missing field `b`"),
+        ("a = [[0]]\nb = [1", "line 2"),
+        ("a = [[0]]\nb = [1]\nb = [1]", "line 3"),
+        ("{\"a\": [[0]],\n\"b\": [1],\n\"b\": [1]}", "line 3, column 3: duplicate field `b`"),
+        ("{\"a\": [[0]],\n\"b\": [1,]}", "line 2"),
+        ("{\"a\": [[null]],\n\"b\": [1]}", "entry a_11: `null` is no number"),
+        ("{\"a\": [[0]],\n\"b\": [1e999]}", "line 2"),
+        ("", "missing field `a`"),
+        ("[[[", "line 1"),
+        ("\u{0}", "line 1"),
+    ];
+    for (text, expected) in cases {
+        let error = TableauFile::parse(text).unwrap_err().to_string();
+        assert!(error.contains(expected), "{text:?}: {error}");
+    }
+}
+
+#[test]
+fn digits_that_would_be_lost_must_be_in_quotes() {
+    let file = |c: &str| {
+        TableauFile::parse(&format!("# 1.23456789012345678901\na = [[0.25, {c}],\n[\"1/4\", 0]]\nb = [0.5, 0.5]"))
+    };
+    let error = file("0.1234567890123456789012").unwrap_err();
+    assert_eq!(error, FileError::Digits { line: 2, digits: 22 });
+    for text in
+        ["\"0.1234567890123456789012\"", "0.12345678901234567", "0.500000000000000000000000", "1e-100", "1_000.5"]
+    {
+        assert!(file(text).is_ok(), "{text}: {:?}", file(text));
+    }
+    let json = "{\"a\": [[\"0.1234567890123456789012\"]],\n\"b\": [1.000000000000000000001]}";
+    assert_eq!(TableauFile::parse(json).unwrap_err(), FileError::Digits { line: 2, digits: 22 });
+}
+
+proptest! {
+    #[test]
+    fn nothing_panics(text in "[ab = \\[\\],.0-9e\"'{}:#\\n-]{0,60}", cut in 0usize..200) {
+        let _ = TableauFile::parse(&text);
+        let whole = "{\"a\": [[\"5/12\", -0.0833], [0.75, 0.25]], \"b\": [0.75, \"1/4\"], \"c\": [\"1/3\", 1], \"name\": \"π\"}";
+        let cut = (0..=cut.min(whole.len())).rev().find(|&at| whole.is_char_boundary(at)).unwrap();
+        let _ = TableauFile::parse(&format!("{}{text}", &whole[..cut]));
+    }
+}
+
+#[test]
+fn large_files_are_refused() {
+    let row = format!("[{}]", vec!["0"; 65].join(","));
+    let wide = format!("a = [{}]\nb = {row}", vec![row.clone(); 65].join(","));
+    assert!(
+        TableauFile::parse(&wide).unwrap_err().to_string().contains("entry b: has 65 entries; allowed are at most 64")
+    );
+    let long = format!("a = [[0]]\nb = [1]\n#{}", "x".repeat(64 * 1024));
+    assert!(matches!(TableauFile::parse(&long), Err(FileError::TooLong { .. })));
+    let deep = format!("{{\"a\": {}", "[".repeat(60_000));
+    assert!(TableauFile::parse(&deep).is_err());
+    assert!(TableauFile::parse(&format!("a = {}", "[".repeat(60_000))).is_err());
+}

@@ -1,0 +1,275 @@
+//! Tableaux of exact rationals, and their order conditions in integers.
+//!
+//! With D a common denominator of a, â and b, the numbers D^{n−1} Φ_i(t) and D^n Σ b Φ(t) of a tree of order n are integers
+//! formed from D a, D â and D b, and the condition is γ D^n Σ b Φ = D^n: no fractions to reduce on the way.
+
+use super::order::{Arithmetic, Conditions, Verdict};
+use super::quantity::{Coefficients, Quantity, decimal};
+use super::trees::Tree;
+use super::{Description, Entries, Order, TableauError, entry_name};
+use crate::scalar::Number;
+use dashu_int::ops::{Abs, BitTest, Gcd};
+use dashu_int::{IBig, UBig};
+use dashu_ratio::RBig;
+
+/// Tableaux whose common denominator has more bits are analysed in floating point only.
+pub const MOST_BITS: usize = 16384;
+
+/// A Runge–Kutta tableau of exact rationals, Σb = 1 exactly.
+#[derive(Clone, Debug, PartialEq)]
+pub struct RationalTableau {
+    a: Vec<Vec<RBig>>,
+    b: Vec<RBig>,
+    /// Σb of the weights as given, if they were divided by it.
+    normalised: Option<RBig>,
+}
+
+impl RationalTableau {
+    /// The tableau with coefficients `a` (by rows) and weights `b`.
+    ///
+    /// # Errors
+    /// Wrong shape, b_i = 0, Σb ≠ 1.
+    pub fn new(a: Vec<Vec<RBig>>, b: Vec<RBig>) -> Result<Self, TableauError> {
+        check_shape(&a, &b)?;
+        let sum = total(&b);
+        if sum != RBig::ONE {
+            return Err(TableauError::Inconsistent { sum: sum.to_f64_fast() });
+        }
+        Ok(Self { a, b, normalised: None })
+    }
+
+    /// a_ij, by rows.
+    pub fn a(&self) -> &[Vec<RBig>] {
+        &self.a
+    }
+
+    /// b_j.
+    pub fn b(&self) -> &[RBig] {
+        &self.b
+    }
+
+    /// Σb of the weights as given, if they were rounded decimals that do not sum to 1 and have been divided by their sum.
+    pub fn normalised(&self) -> Option<&RBig> {
+        self.normalised.as_ref()
+    }
+
+    /// With the conjugate and the row sums.
+    pub fn coefficients(&self) -> Coefficients<RBig> {
+        let (a, b, s) = (&self.a, &self.b, self.b.len());
+        let entry = |i: usize, j: usize| &b[j] - &b[j] * &a[j][i] / &b[i];
+        let hat = (0..s).map(|i| (0..s).map(|j| entry(i, j)).collect()).collect();
+        Coefficients::new(a.clone(), hat, b.clone())
+    }
+
+    /// The order conditions, for trees with edges of 1 or 2 `colours`; `None` if a common denominator is too long.
+    pub fn conditions(&self, colours: usize) -> Option<Conditions<Integers>> {
+        integers(&self.coefficients(), colours)
+    }
+
+    /// The exact [`classical_order`](super::classical_order); `None` if a common denominator is too long.
+    pub fn classical_order(&self, max: usize) -> Option<Order> {
+        Some(self.conditions(1)?.order(max))
+    }
+
+    /// The exact [`variational_order`](super::variational_order); `None` if a common denominator is too long.
+    pub fn variational_order(&self, max: usize) -> Option<Order> {
+        Some(self.conditions(2)?.order(max))
+    }
+}
+
+impl Description {
+    /// The tableau in exact arithmetic, if all its entries are rational as written; the members of families with few
+    /// stages and the explicit classical tableaux are.
+    ///
+    /// Σb = 1 must hold exactly or to the digits given, as in [`Entries::build`].
+    ///
+    /// # Errors
+    /// Those of [`Entries::build`].
+    pub fn rational(&self) -> Result<Option<RationalTableau>, TableauError> {
+        let (a, b) = match self {
+            Description::Entries(entries) => return entries.rational(),
+            Description::Family(family, stages) => match family.rational(*stages) {
+                Some(coefficients) => coefficients,
+                None => return Ok(None),
+            },
+            Description::Classic(classic) => match classic.rational() {
+                Some(coefficients) => coefficients,
+                None => return Ok(None),
+            },
+        };
+        RationalTableau::new(a, b).map(Some)
+    }
+}
+
+impl Entries {
+    fn rational(&self) -> Result<Option<RationalTableau>, TableauError> {
+        let row = |numbers: &[Number]| numbers.iter().map(Number::rational).collect::<Option<Vec<_>>>();
+        let a: Option<Vec<Vec<RBig>>> = self.a.iter().map(|numbers| row(numbers)).collect();
+        let (Some(a), Some(mut b)) = (a, row(&self.b)) else { return Ok(None) };
+        check_shape(&a, &b)?;
+        let sum = total(&b);
+        let off = (&sum - RBig::ONE).abs();
+        let slack = total(&self.b.iter().map(Number::exact_uncertainty).collect::<Vec<_>>());
+        if off > slack {
+            return Err(TableauError::Inconsistent { sum: sum.to_f64_fast() });
+        }
+        b.iter_mut().for_each(|x| *x /= &sum);
+        let normalised = (!off.is_zero()).then_some(sum);
+        let tableau = RationalTableau { a, b, normalised };
+        self.check_exact_row_sums(&tableau)?;
+        Ok(Some(tableau))
+    }
+
+    fn check_exact_row_sums(&self, tableau: &RationalTableau) -> Result<(), TableauError> {
+        let (found, s) = (self.c.as_ref().map_or(tableau.b.len(), Vec::len), tableau.b.len());
+        if found != s {
+            return Err(TableauError::BadEntry {
+                entry: "c".into(),
+                why: format!("has {found} entries, but b has {s}"),
+            });
+        }
+        let given = self.c.iter().flatten();
+        for (i, (given, sum)) in given.zip(tableau.coefficients().c).enumerate() {
+            let slack = total(&self.a[i].iter().map(Number::exact_uncertainty).collect::<Vec<_>>());
+            let Some(c) = given.rational() else { continue };
+            if (&c - &sum).abs() > slack + given.exact_uncertainty() {
+                let (c, sum, row) = (c.show(), sum.show(), i + 1);
+                let why = format!("is {c}, but row {row} of a sums to {sum} (c may be left out: it is the row sum)");
+                return Err(TableauError::BadEntry { entry: format!("c_{row}"), why });
+            }
+        }
+        Ok(())
+    }
+
+    /// Whether some entry of a or b is a rounded decimal.
+    pub fn are_rounded(&self) -> bool {
+        self.a.iter().flatten().chain(&self.b).any(|x| !x.exact_uncertainty().is_zero())
+    }
+
+    /// The name of the first entry of a or b that is a rounded decimal.
+    pub fn first_rounded(&self) -> Option<String> {
+        let rounded = |x: &Number| !x.exact_uncertainty().is_zero();
+        let of_a =
+            self.a.iter().enumerate().find_map(|(i, row)| row.iter().position(rounded).map(|j| entry_name(i, j)));
+        of_a.or_else(|| self.b.iter().position(rounded).map(|j| format!("b_{}", j + 1)))
+    }
+}
+
+fn check_shape(a: &[Vec<RBig>], b: &[RBig]) -> Result<(), TableauError> {
+    let s = b.len();
+    if s == 0 {
+        return Err(TableauError::Empty);
+    }
+    if a.len() != s {
+        return Err(TableauError::RowCount { found: a.len(), stages: s });
+    }
+    if let Some(i) = a.iter().position(|row| row.len() != s) {
+        return Err(TableauError::RowLength { row: i + 1, found: a[i].len(), stages: s });
+    }
+    match b.iter().position(RBig::is_zero) {
+        Some(j) => Err(TableauError::ZeroWeight { stage: j + 1 }),
+        None => Ok(()),
+    }
+}
+
+fn total(terms: &[RBig]) -> RBig {
+    terms.iter().fold(RBig::ZERO, |sum, x| sum + x)
+}
+
+impl Quantity for RBig {
+    fn fraction(p: i64, q: i64) -> Self {
+        RBig::from_parts_signed(p.into(), q.into())
+    }
+
+    fn plus(&self, other: &Self) -> Self {
+        self + other
+    }
+
+    fn minus(&self, other: &Self) -> Self {
+        self - other
+    }
+
+    fn times(&self, other: &Self) -> Self {
+        self * other
+    }
+
+    fn vanishes(&self, _operations: usize) -> bool {
+        self.is_zero()
+    }
+
+    fn to_f64(&self) -> f64 {
+        self.to_f64_fast()
+    }
+
+    /// The fraction while it is short, else a decimal.
+    fn show(&self) -> String {
+        let text = self.to_string();
+        if text.len() <= 24 { text } else { decimal(self.to_f64_fast()) }
+    }
+}
+
+/// Integers D^{n−1} Φ_i and D^n Σ b Φ for trees of order n.
+#[derive(Clone, Debug)]
+pub struct Integers {
+    denominator: IBig,
+}
+
+impl Arithmetic for Integers {
+    type Value = IBig;
+
+    fn zero(&self) -> IBig {
+        IBig::ZERO
+    }
+
+    fn one(&self) -> IBig {
+        IBig::ONE
+    }
+
+    fn multiply(&self, x: &mut IBig, y: &IBig) {
+        *x *= y;
+    }
+
+    fn accumulate(&self, sum: &mut IBig, x: &IBig, y: &IBig) {
+        *sum += x * y;
+    }
+
+    fn verdict(&self, weight: &IBig, tree: &Tree) -> Verdict {
+        let one = self.denominator.pow(tree.order());
+        if weight * IBig::from(tree.density()) == one {
+            let weight = 1.0 / tree.density() as f64;
+            return Verdict { holds: true, weight, defect: 0.0, tolerance: 0.0 };
+        }
+        let [weight, defect] = self.exactly(weight, tree).map(|x| x.to_f64_fast());
+        Verdict { holds: false, weight, defect, tolerance: 0.0 }
+    }
+
+    fn fractions(&self, weight: &IBig, tree: &Tree) -> Option<[String; 2]> {
+        Some(self.exactly(weight, tree).map(|x| x.to_string()))
+    }
+}
+
+impl Integers {
+    /// Σ b Φ and Σ b Φ − 1/γ.
+    fn exactly(&self, weight: &IBig, tree: &Tree) -> [RBig; 2] {
+        let weight = RBig::from_parts_signed(weight.clone(), self.denominator.pow(tree.order()));
+        let expected = RBig::from_parts(IBig::ONE, UBig::from(tree.density()));
+        [weight.clone(), weight - expected]
+    }
+}
+
+fn integers(coefficients: &Coefficients<RBig>, colours: usize) -> Option<Conditions<Integers>> {
+    let matrices: Vec<_> = [&coefficients.a, &coefficients.hat].into_iter().take(colours.max(1)).collect();
+    let mut denominator = UBig::ONE;
+    for x in matrices.iter().copied().flatten().flatten().chain(&coefficients.b) {
+        let shared = (&denominator).gcd(x.denominator());
+        denominator = denominator / shared * x.denominator();
+        if denominator.bit_len() > MOST_BITS {
+            return None;
+        }
+    }
+    let scaled = |x: &RBig| (x * &denominator).numerator().clone();
+    let row = |row: &Vec<RBig>| row.iter().map(scaled).collect::<Vec<IBig>>();
+    let matrices = matrices.iter().map(|matrix| matrix.iter().map(row).collect()).collect();
+    let weights = row(&coefficients.b);
+    Some(Conditions::with(Integers { denominator: IBig::from(denominator) }, matrices, weights))
+}

@@ -1,0 +1,176 @@
+//! The order conditions that fail, written so that a person can act on them.
+
+use super::order::{Arithmetic, Conditions, Order};
+use super::quantity::digits;
+use super::trees::{Catalogue, Tree};
+use std::cmp::Ordering;
+use std::fmt;
+
+/// So many failing conditions are listed, those that are off by most; [`Failing::count`] counts all.
+pub const MOST_LISTED: usize = 1000;
+
+/// The conditions of one order that fail.
+#[derive(Clone, Debug, PartialEq)]
+#[cfg_attr(feature = "harness", derive(serde::Serialize))]
+pub struct Failing {
+    /// The order: one more than the order of the tableau.
+    pub order: usize,
+    /// How many fail.
+    pub count: usize,
+    /// How many there are.
+    pub total: usize,
+    /// Those that fail, by decreasing |defect|; at most [`MOST_LISTED`].
+    pub conditions: Vec<Condition>,
+}
+
+/// A condition that fails.
+#[derive(Clone, Debug, PartialEq)]
+#[cfg_attr(feature = "harness", derive(serde::Serialize))]
+pub struct Condition {
+    /// The tree as brackets, see [`Catalogue::show`].
+    pub tree: String,
+    /// Σ b Φ as in [`formula`].
+    pub formula: String,
+    /// γ, and the value that the sum should have is 1/γ.
+    pub density: u64,
+    /// σ, the number of automorphisms of the tree with its colours.
+    pub symmetry: u64,
+    /// Σ b Φ.
+    pub weight: f64,
+    /// Σ b Φ − 1/γ.
+    pub defect: f64,
+    /// Σ b Φ and Σ b Φ − 1/γ as fractions, where the tableau is rational.
+    pub exact: Option<[String; 2]>,
+}
+
+impl Failing {
+    /// The conditions of the first order that fails; `None` if no condition that was checked does.
+    pub fn of<A: Arithmetic>(conditions: &mut Conditions<A>, order: &Order) -> Option<Failing> {
+        order.broken.as_ref()?;
+        let n = order.order + 1;
+        let mut found = Failing { order: n, count: 0, total: 0, conditions: Vec::new() };
+        // Two passes: which are off by most, from numbers alone, and then the texts of those.
+        let mut sizes = Vec::new();
+        for (holds, defect) in conditions.visit(n, look) {
+            found.total += 1;
+            if !holds {
+                found.count += 1;
+                sizes.push(size(defect));
+            }
+        }
+        sizes.sort_by(|x, y| y.total_cmp(x));
+        sizes.truncate(MOST_LISTED);
+        let least = sizes.last().copied().unwrap_or(0.0);
+        let mut room = sizes.iter().filter(|&&size| size == least).count();
+        let failing = conditions.visit(n, |conditions, tree| {
+            let (holds, defect) = look(conditions, tree)?;
+            (!holds && size(defect) >= least).then(|| (size(defect), tree.clone()))
+        });
+        let mut listed = |size: f64| {
+            // Of those that are off by as much as the last, the first.
+            let fits = size > least || room > 0;
+            room -= usize::from(size == least && fits);
+            fits
+        };
+        let trees: Vec<Tree> = failing.filter(|(size, _)| listed(*size)).map(|(_, tree)| tree).collect();
+        found.conditions = trees.iter().map(|tree| condition(conditions, tree)).collect();
+        found.conditions.sort_by(by_size);
+        Some(found)
+    }
+}
+
+/// |x|, with what is not a number before everything else.
+fn size(x: f64) -> f64 {
+    if x.is_nan() { f64::INFINITY } else { x.abs() }
+}
+
+fn by_size(x: &Condition, y: &Condition) -> Ordering {
+    size(y.defect).total_cmp(&size(x.defect))
+}
+
+/// Whether the condition of a tree holds, and the defect.
+fn look<A: Arithmetic>(conditions: &Conditions<A>, tree: &Tree) -> Option<(bool, f64)> {
+    let verdict = conditions.verdict(tree);
+    Some((verdict.holds, verdict.defect))
+}
+
+fn condition<A: Arithmetic>(conditions: &Conditions<A>, tree: &Tree) -> Condition {
+    let verdict = conditions.verdict(tree);
+    Condition {
+        tree: conditions.catalogue().show(tree),
+        formula: formula(conditions.catalogue(), tree),
+        density: tree.density(),
+        symmetry: tree.symmetry(),
+        weight: verdict.weight,
+        defect: verdict.defect,
+        exact: conditions.fractions(tree),
+    }
+}
+
+/// Σ b Φ of a tree as on paper: `Σ b_i c_i a_ij ĉ_j`.
+///
+/// An index for every vertex with branches, i for the root; an edge to such a vertex is a_ij, or â_ij of colour 1; a leaf is
+/// c_i = Σ_j a_ij, or ĉ_i = Σ_j â_ij. Of more than two colours the further ones are named by their number.
+pub fn formula(catalogue: &Catalogue, tree: &Tree) -> String {
+    let mut text = String::from("Σ b_i");
+    let mut indices = 0;
+    write_factors(catalogue, tree, &mut indices, &mut text);
+    text
+}
+
+/// i, j, k, …, z, then i1, j1, …
+fn letter(number: usize) -> String {
+    let round = number / 18;
+    let letter = char::from(b'i' + (number % 18) as u8);
+    if round == 0 { letter.into() } else { format!("{letter}{round}") }
+}
+
+fn write_factors(catalogue: &Catalogue, tree: &Tree, indices: &mut usize, text: &mut String) {
+    let here = letter(*indices);
+    *indices += 1;
+    let is_leaf = |tree: usize| catalogue.trees()[tree].branches().is_empty();
+    for colour in 0..catalogue.colours() {
+        let leaves = tree.branches().iter().filter(|edge| edge.colour == colour && is_leaf(edge.tree)).count();
+        let power = if leaves > 1 { format!("^{leaves}") } else { String::new() };
+        if leaves > 0 {
+            *text += &format!(" {}_{here}{power}", name(colour, ["c", "ĉ"]));
+        }
+    }
+    for edge in tree.branches().iter().filter(|edge| !is_leaf(edge.tree)) {
+        *text += &format!(" {}_{here}{}", name(edge.colour, ["a", "â"]), letter(*indices));
+        write_factors(catalogue, &catalogue.trees()[edge.tree], indices, text);
+    }
+}
+
+fn name(colour: usize, names: [&str; 2]) -> String {
+    names.get(colour).map_or_else(|| format!("{}{colour}", names[0]), |name| name.to_string())
+}
+
+impl fmt::Display for Condition {
+    /// `Σ b_i c_i a_ij ĉ_j = 1/8, is 0.1203 (off by -4.7e-3)`.
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        // Enough digits to see the difference, as far as an `f64` has them.
+        let count = 2.0 + (self.weight / self.defect).abs().max(1e4).log10().ceil();
+        let (mut weight, mut defect) = (digits(self.weight, count as i32), format!("{:.2e}", self.defect));
+        if let Some([exact_weight, exact_defect]) = self.exact.as_ref().filter(|exact| exact[1].len() <= 24) {
+            weight.clone_from(exact_weight);
+            defect = format!("{exact_defect} = {defect}");
+        }
+        let expected = if self.density == 1 { "1".into() } else { format!("1/{}", self.density) };
+        write!(f, "{} = {expected}, is {weight} (off by {defect})", self.formula)
+    }
+}
+
+impl fmt::Display for Failing {
+    /// The count, and a line for each of the first ten.
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let Failing { order, count, total, .. } = self;
+        let fail = if *count == 1 { "fails" } else { "fail" };
+        write!(f, "{count} of the {total} conditions of order {order} {fail}:")?;
+        for condition in self.conditions.iter().take(10) {
+            write!(f, "\n  {condition}")?;
+        }
+        let more = count.saturating_sub(10);
+        if more > 0 { write!(f, "\n  and {more} more") } else { Ok(()) }
+    }
+}

@@ -1,0 +1,306 @@
+//! Tableau files: `a`, `b`, and optionally `c`, `order` and `name`, in TOML or JSON.
+
+use super::analysis::{Analysis, analyse};
+use super::families::MAX_STAGES;
+use super::{Description, Entries, TableauError, entry_name};
+use crate::scalar::{Number, Real};
+use serde::de::{Deserialize, Deserializer, IgnoredAny, MapAccess, SeqAccess, Visitor};
+use std::fmt;
+
+/// The longest file that is read, in bytes.
+pub const LONGEST: usize = 64 * 1024;
+
+/// The largest order that a file may declare.
+pub const LARGEST_ORDER: i64 = 200;
+
+/// What may stand for an entry.
+const ALLOWED: &str = "allowed are finite numbers and texts such as \"1/3\", \"0.2113\" or \"1/2 - sqrt(3)/6\"";
+
+/// A tableau as a file.
+///
+/// ```
+/// use euler_poincare::tableau::TableauFile;
+/// let file = TableauFile::parse("name = \"Heun\"\norder = 2\na = [[0, 0], [1, 0]]\nb = [\"1/2\", 0.5]")?;
+/// assert_eq!((file.name.as_deref(), file.order, file.description().stages()), (Some("Heun"), Some(2), 2));
+/// let error = TableauFile::parse("a = [[0, \"x\"], [1, 0]]\nb = [0.5, 0.5]").unwrap_err();
+/// assert!(error.to_string().starts_with("entry a_12: `x` is not a number"));
+/// # Ok::<(), euler_poincare::tableau::FileError>(())
+/// ```
+#[derive(Clone, Debug, PartialEq)]
+pub struct TableauFile {
+    /// What the writer calls it.
+    pub name: Option<String>,
+    /// The order as a plain Runge–Kutta method that the writer claims.
+    pub order: Option<usize>,
+    /// a, b and c.
+    pub entries: Entries,
+}
+
+/// Why a tableau file was refused.
+#[derive(Clone, Debug, PartialEq, thiserror::Error)]
+pub enum FileError {
+    /// The text is longer than [`LONGEST`].
+    #[error("a tableau file of {bytes} bytes is too long (at most {LONGEST})")]
+    TooLong {
+        /// Its length.
+        bytes: usize,
+    },
+    /// The text is no TOML or JSON, or has other keys than a tableau.
+    #[error("line {line}, column {column}: {message}")]
+    Syntax {
+        /// From 1.
+        line: usize,
+        /// From 1.
+        column: usize,
+        /// What is wrong.
+        message: String,
+    },
+    /// A number that is not in quotes has more digits than an `f64` keeps.
+    #[error("line {line}: a number with {digits} digits loses some of them (more than 17): put it in quotes")]
+    Digits {
+        /// From 1.
+        line: usize,
+        /// How many significant digits it has.
+        digits: usize,
+    },
+    /// The order that is declared is none.
+    #[error("order: {found}; allowed is a whole number from 1 to {LARGEST_ORDER}")]
+    Order {
+        /// What stands there.
+        found: String,
+    },
+    /// The entries are no tableau.
+    #[error(transparent)]
+    Tableau(#[from] TableauError),
+}
+
+impl TableauFile {
+    /// Reads a file: JSON if it begins with `{`, else TOML.
+    ///
+    /// # Errors
+    /// [`FileError`], with the line of what cannot be read or the name of the entry that is wrong; the tableau is built
+    /// in `f64`, so that the errors of [`Entries::build`] are among them.
+    pub fn parse(text: &str) -> Result<Self, FileError> {
+        if text.len() > LONGEST {
+            return Err(FileError::TooLong { bytes: text.len() });
+        }
+        let text = text.strip_prefix('\u{feff}').unwrap_or(text);
+        let raw = if text.trim_start().starts_with('{') { from_json(text)? } else { from_toml(text)? };
+        check_digits(text)?;
+        let order = raw.order.map(order).transpose()?;
+        let entries = Entries {
+            b: list(raw.b, "b", |j| format!("b_{}", j + 1))?,
+            a: matrix(raw.a)?,
+            c: raw.c.map(|c| list(c, "c", |i| format!("c_{}", i + 1))).transpose()?,
+        };
+        entries.build::<f64>()?;
+        Ok(Self { name: raw.name, order, entries })
+    }
+
+    /// The tableau.
+    pub fn description(&self) -> Description {
+        Description::Entries(self.entries.clone())
+    }
+
+    /// [`analyse`], with the declared order and the name of the file.
+    ///
+    /// # Errors
+    /// Those of [`analyse`].
+    pub fn analyse<T: Real>(&self, max: usize) -> Result<Analysis, TableauError> {
+        let mut analysis = analyse::<T>(&self.description(), max)?;
+        analysis.declared = self.order;
+        if let Some(name) = &self.name {
+            analysis.description.clone_from(name);
+        }
+        Ok(analysis)
+    }
+}
+
+#[derive(serde::Deserialize)]
+#[serde(deny_unknown_fields)]
+struct Raw {
+    a: Cell,
+    b: Cell,
+    c: Option<Cell>,
+    order: Option<Cell>,
+    name: Option<String>,
+}
+
+fn from_json(text: &str) -> Result<Raw, FileError> {
+    serde_json::from_str(text).map_err(|error| {
+        let place = format!(" at line {} column {}", error.line(), error.column());
+        let message = error.to_string().replace(&place, "");
+        FileError::Syntax { line: error.line(), column: error.column(), message }
+    })
+}
+
+fn from_toml(text: &str) -> Result<Raw, FileError> {
+    toml::from_str(text).map_err(|error| {
+        let before = error.span().and_then(|span| text.get(..span.start)).unwrap_or("");
+        let line = before.matches('\n').count() + 1;
+        let column = before.chars().rev().take_while(|&c| c != '\n').count() + 1;
+        FileError::Syntax { line, column, message: error.message().replace('\n', ", ") }
+    })
+}
+
+/// Refuses numbers outside quotes (and TOML comments) that have more than 17 significant digits.
+fn check_digits(text: &str) -> Result<(), FileError> {
+    let lines = text.lines().enumerate();
+    for (line, content) in lines {
+        let (mut quote, mut escaped, mut token) = (None, false, String::new());
+        for c in content.chars().chain([' ']) {
+            match quote {
+                Some(_) if escaped => escaped = false,
+                Some('"') if c == '\\' => escaped = true,
+                Some(end) if c == end => quote = None,
+                Some(_) => {}
+                None if c.is_ascii_alphanumeric() || matches!(c, '.' | '_') => token.push(c),
+                None => {
+                    let digits = significant_digits(&token);
+                    if digits > 17 {
+                        return Err(FileError::Digits { line: line + 1, digits });
+                    }
+                    token.clear();
+                    match c {
+                        '#' => break,
+                        '"' | '\'' => quote = Some(c),
+                        _ => {}
+                    }
+                }
+            }
+        }
+    }
+    Ok(())
+}
+
+/// Of a decimal, without its exponent; 0 for what is no number.
+fn significant_digits(token: &str) -> usize {
+    if !token.starts_with(|c: char| c.is_ascii_digit()) {
+        return 0;
+    }
+    let mantissa = token.split(['e', 'E']).next().unwrap_or(token);
+    let digits: String = mantissa.chars().filter(char::is_ascii_digit).collect();
+    digits.trim_matches('0').len()
+}
+
+/// Anything that a file may hold, so that what does not belong there can be named.
+enum Cell {
+    Number(Number),
+    Real(f64),
+    Text(String),
+    List(Vec<Cell>),
+    Other(&'static str),
+}
+
+impl Cell {
+    fn show(&self) -> String {
+        match self {
+            Cell::Number(x) => format!("the number {x}"),
+            Cell::Real(x) => format!("the number {x}"),
+            Cell::Text(text) => format!("the text `{}`", text.chars().take(40).collect::<String>()),
+            Cell::List(_) => "a list".into(),
+            Cell::Other(what) => (*what).into(),
+        }
+    }
+}
+
+impl<'de> Deserialize<'de> for Cell {
+    fn deserialize<D: Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
+        deserializer.deserialize_any(CellVisitor)
+    }
+}
+
+struct CellVisitor;
+
+impl<'de> Visitor<'de> for CellVisitor {
+    type Value = Cell;
+
+    fn expecting(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.write_str("a number, a text or a list of them")
+    }
+
+    fn visit_bool<E>(self, x: bool) -> Result<Cell, E> {
+        Ok(Cell::Other(if x { "`true`" } else { "`false`" }))
+    }
+
+    fn visit_i64<E>(self, n: i64) -> Result<Cell, E> {
+        Ok(Cell::Number(Number::from(n)))
+    }
+
+    fn visit_u64<E>(self, n: u64) -> Result<Cell, E> {
+        Ok(i64::try_from(n).map_or_else(|_| Cell::Text(n.to_string()), |n| Cell::Number(Number::from(n))))
+    }
+
+    fn visit_f64<E>(self, x: f64) -> Result<Cell, E> {
+        Ok(Cell::Real(x))
+    }
+
+    fn visit_str<E>(self, text: &str) -> Result<Cell, E> {
+        Ok(Cell::Text(text.into()))
+    }
+
+    fn visit_unit<E>(self) -> Result<Cell, E> {
+        Ok(Cell::Other("`null`"))
+    }
+
+    fn visit_seq<A: SeqAccess<'de>>(self, mut items: A) -> Result<Cell, A::Error> {
+        let mut list = Vec::new();
+        while let Some(item) = items.next_element()? {
+            list.push(item);
+        }
+        Ok(Cell::List(list))
+    }
+
+    fn visit_map<A: MapAccess<'de>>(self, mut items: A) -> Result<Cell, A::Error> {
+        while items.next_entry::<IgnoredAny, IgnoredAny>()?.is_some() {}
+        Ok(Cell::Other("a table or a date"))
+    }
+}
+
+fn bad(entry: String, why: String) -> FileError {
+    FileError::Tableau(TableauError::BadEntry { entry, why })
+}
+
+fn number(cell: Cell, entry: String) -> Result<Number, FileError> {
+    match cell {
+        Cell::Number(x) => Ok(x),
+        Cell::Real(x) if x.is_finite() => Ok(Number::from(x)),
+        Cell::Text(text) => Number::parse(&text).map_err(|why| bad(entry, format!("{why}; {ALLOWED}"))),
+        other => Err(bad(entry, format!("{} is no number; {ALLOWED}", other.show()))),
+    }
+}
+
+fn list(cell: Cell, what: &str, entry: impl Fn(usize) -> String) -> Result<Vec<Number>, FileError> {
+    let Cell::List(cells) = cell else {
+        return Err(bad(what.into(), format!("must be a list of numbers, and is {}", cell.show())));
+    };
+    if cells.len() > MAX_STAGES {
+        let why = format!("has {} entries; allowed are at most {MAX_STAGES} stages", cells.len());
+        return Err(bad(what.into(), why));
+    }
+    cells.into_iter().enumerate().map(|(j, cell)| number(cell, entry(j))).collect()
+}
+
+fn matrix(cell: Cell) -> Result<Vec<Vec<Number>>, FileError> {
+    let Cell::List(rows) = cell else {
+        return Err(bad("a".into(), format!("must be a list of rows, and is {}", cell.show())));
+    };
+    if rows.len() > MAX_STAGES {
+        let why = format!("has {} rows; allowed are at most {MAX_STAGES} stages", rows.len());
+        return Err(bad("a".into(), why));
+    }
+    let row = |(i, row)| list(row, &format!("row {} of a", i + 1), |j| entry_name(i, j));
+    rows.into_iter().enumerate().map(row).collect()
+}
+
+fn order(cell: Cell) -> Result<usize, FileError> {
+    let found = cell.show();
+    let whole = match cell {
+        Cell::Number(x) => x.eval::<f64>().ok(),
+        _ => None,
+    };
+    match whole {
+        Some(n) if (1.0..=LARGEST_ORDER as f64).contains(&n) => Ok(n as usize),
+        _ => Err(FileError::Order { found }),
+    }
+}
