@@ -4,12 +4,14 @@ pub mod classical;
 #[cfg(feature = "cli")]
 pub mod comparators;
 pub mod doubled;
+pub mod munthe_kaas;
 mod stages;
 pub mod trajectory;
 pub mod variational;
 
 pub use classical::Classical;
 pub use doubled::{Doubled, DoubledState};
+pub use munthe_kaas::MuntheKaas;
 pub use variational::Variational;
 
 use crate::algebra::{Covector, Matrix};

@@ -1,0 +1,155 @@
+//! The classical Runge–Kutta–Munthe-Kaas methods: a comparator with the order of its tableau as it stands.
+//!
+//! The attitude is written g = g_k τ(Ξ), so that ġ = g η becomes Ξ̇ = dτ_Ξ⁻¹ η, and the tableau is applied to (μ, Ξ) as
+//! to any differential equation:
+//!
+//! M_i = μ + h Σ_j a_ij κ_j, Ξ_i = h Σ_j a_ij K_j, η_i = (l')⁻¹(M_i), κ_i = ad*_{η_i} M_i + f(t + c_i h, η_i),
+//! K_i = dτ_{Ξ_i}⁻¹ η_i; μ' = μ + h Σ b_j κ_j, g' = g τ(h Σ b_j K_j).
+//!
+//! Source: Munthe-Kaas 1999, algorithm 3; Iserles, Munthe-Kaas, Nørsett and Zanna 2000, §4. The order is the classical
+//! one, [`classical_order`](crate::tableau::classical_order), for any retraction; no structure is kept but g ∈ G.
+
+use super::{OneStep, Report, Solver, State, StepError};
+use crate::algebra::{Covector, Vector};
+use crate::mechanics::equations::EulerPoincare;
+use crate::mechanics::{Force, Lagrangian};
+use crate::retraction::{Retraction, RetractionError, TangentPoint};
+use crate::scalar::Real;
+use crate::tableau::Tableau;
+
+/// A Runge–Kutta–Munthe-Kaas method; where the algebra has no group the attitude is left alone.
+///
+/// ```
+/// use euler_poincare::algebra::{Covector, LieAlgebra, Matrix, catalogue::Entry};
+/// use euler_poincare::integrators::{MuntheKaas, OneStep, State};
+/// use euler_poincare::mechanics::{equations::EulerPoincare, force::LinearDrag, lagrangian::Quadratic};
+/// use euler_poincare::retraction::ExponentialSo3;
+/// use euler_poincare::tableau::Classic;
+///
+/// # fn main() -> Result<(), Box<dyn std::error::Error>> {
+/// let drag = LinearDrag::new(Matrix::<f64, 3>::from_diagonal_element(0.1))?;
+/// let so3 = LieAlgebra::from_catalogue(&Entry::So3)?;
+/// let body = EulerPoincare::new(so3, Quadratic::diagonal([0.5, 2.0, 1.0])?, drag);
+/// let mut rkmk4 = MuntheKaas::new(body, ExponentialSo3::new(), Classic::Rk4.tableau()?);
+/// let momentum = Covector::<f64, 3>::new(0.4, 0.1, 0.7);
+/// let mut state = State { time: 0.0, momentum, attitude: Matrix::<f64, 3>::identity() };
+/// rkmk4.step(&mut state, 0.1)?;
+/// assert!((state.attitude.transpose() * state.attitude - Matrix::<f64, 3>::identity()).amax() < 1e-15);
+/// # Ok(())
+/// # }
+/// ```
+#[derive(Clone, Debug)]
+pub struct MuntheKaas<T: Real, const N: usize, L, F, R> {
+    system: EulerPoincare<T, N, L, F>,
+    retraction: R,
+    tableau: Tableau<T>,
+    explicit: bool,
+    slopes: Vec<Covector<T, N>>,
+    rates: Vec<Vector<T, N>>,
+    velocities: Vec<Vector<T, N>>,
+}
+
+impl<T: Real, const N: usize, L, F, R> MuntheKaas<T, N, L, F, R> {
+    /// The most Picard sweeps of an implicit step.
+    const SWEEPS: usize = 200;
+
+    /// The method of a tableau on a system, with a retraction of its group.
+    pub fn new(system: EulerPoincare<T, N, L, F>, retraction: R, tableau: Tableau<T>) -> Self {
+        let s = tableau.stages();
+        let explicit = (0..s).all(|i| (i..s).all(|j| tableau.a()[(i, j)] == T::zero()));
+        let (slopes, rates, velocities) =
+            (vec![Covector::zeros(); s], vec![Vector::zeros(); s], vec![Vector::zeros(); s]);
+        Self { system, retraction, tableau, explicit, slopes, rates, velocities }
+    }
+
+    /// (κ_i, K_i, η_i) of the last step, stage by stage; zero before the first.
+    pub fn stages(&self) -> impl Iterator<Item = (&Covector<T, N>, &Vector<T, N>, &Vector<T, N>)> {
+        self.slopes
+            .iter()
+            .zip(&self.rates)
+            .zip(&self.velocities)
+            .map(|((slope, rate), velocity)| (slope, rate, velocity))
+    }
+
+    /// h Σ_j w_j (κ_j, K_j).
+    fn sums(&self, h: T, weight: impl Fn(usize) -> T) -> (Covector<T, N>, Vector<T, N>) {
+        let mut sums = (Covector::zeros(), Vector::zeros());
+        for (j, (slope, rate)) in self.slopes.iter().zip(&self.rates).enumerate() {
+            let weight = h * weight(j);
+            sums.0 += slope * weight;
+            sums.1 += rate * weight;
+        }
+        sums
+    }
+}
+
+impl<T: Real, const N: usize, L: Lagrangian<T, N>, F: Force<T, N>, R> MuntheKaas<T, N, L, F, R> {
+    /// Evaluates every stage with the slopes at hand; returns the largest relative change of a slope.
+    fn pass<const D: usize>(&mut self, state: &State<T, N, D>, h: T) -> Result<T, StepError>
+    where
+        R: Retraction<T, N, D>,
+    {
+        let step = h.to_f64();
+        let (mut change, mut size) = (T::zero(), T::zero());
+        for i in 0..self.tableau.stages() {
+            let (kick, displacement) = self.sums(h, |j| self.tableau.a()[(i, j)]);
+            let time = state.time + self.tableau.c()[i] * h;
+            let rates = self.system.rates(time, &(state.momentum + kick), &self.velocities[i]);
+            let rates = rates.map_err(|source| StepError::Legendre { step, source })?;
+            let point = self.retraction.at(&displacement);
+            let point = point.map_err(|source| StepError::Domain { step, stage: Some(i), source })?;
+            let rate = point.d_inv() * rates.velocity;
+            let new = rates.momentum.iter().chain(rate.iter());
+            for (new, old) in new.zip(self.slopes[i].iter().chain(self.rates[i].iter())) {
+                change = change.max((*new - *old).abs());
+                size = size.max(new.abs());
+            }
+            (self.slopes[i], self.rates[i], self.velocities[i]) = (rates.momentum, rate, rates.velocity);
+        }
+        Ok(if change == T::zero() { change } else { change / size })
+    }
+}
+
+impl<T, const N: usize, const D: usize, L, F, R> OneStep<T, N, D> for MuntheKaas<T, N, L, F, R>
+where
+    T: Real,
+    L: Lagrangian<T, N>,
+    F: Force<T, N>,
+    R: Retraction<T, N, D>,
+{
+    fn step(&mut self, state: &mut State<T, N, D>, h: T) -> Result<Report<T>, StepError> {
+        state.check_finite(h)?;
+        self.slopes.fill(Covector::zeros());
+        self.rates.fill(Vector::zeros());
+        let tolerance = T::int(4) * T::unit_roundoff();
+        let (mut residual, mut best, mut sweeps) = (T::zero(), T::one(), 0);
+        let mut solved = self.explicit;
+        if solved {
+            self.pass(state, h)?;
+        }
+        while !solved && sweeps < Self::SWEEPS {
+            residual = self.pass(state, h)?;
+            sweeps += 1;
+            // Rounding: no more progress, and far below anything that converges slowly.
+            let idle = residual >= best && residual < T::exact(4096.0) * T::unit_roundoff();
+            best = best.min(residual);
+            solved = residual <= tolerance || (sweeps > 2 && idle);
+        }
+        let step = h.to_f64();
+        if !solved {
+            let (residual, tolerance) = (residual.to_f64(), tolerance.to_f64());
+            return Err(StepError::NotConverged { step, residual, tolerance, iterations: sweeps });
+        }
+        let (kick, increment) = self.sums(h, |j| self.tableau.b()[j]);
+        let attitude = match self.retraction.tau(&increment) {
+            Ok(tau) => state.attitude * tau,
+            Err(RetractionError::NoGroup { .. }) => state.attitude,
+            Err(source) => return Err(StepError::Domain { step, stage: None, source }),
+        };
+        let next = State { time: state.time + h, momentum: state.momentum + kick, attitude };
+        next.check_finite(h)?;
+        *state = next;
+        let solver = if self.explicit { Solver::Explicit } else { Solver::Sweeps };
+        Ok(Report { solver, iterations: sweeps, residual })
+    }
+}
