@@ -66,6 +66,26 @@ pub enum Estimate {
 }
 
 impl Estimate {
+    /// The slope at h = 0, where there is one.
+    pub fn slope(&self) -> Option<f64> {
+        match self {
+            Self::Slope { value, .. } => Some(*value),
+            Self::Inconclusive { .. } => None,
+        }
+    }
+
+    /// The same with `by` less: errors of single steps show the order plus one.
+    pub fn lowered(self, by: f64) -> Self {
+        match self {
+            Self::Slope { value, low, high, window } => {
+                Self::Slope { value: value - by, low: low - by, high: high - by, window }
+            }
+            Self::Inconclusive { why, slopes } => {
+                Self::Inconclusive { why, slopes: slopes.into_iter().map(|slope| slope - by).collect() }
+            }
+        }
+    }
+
     /// Holds when the whole interval is within [`TOLERANCE`] of `order`, on both sides; broken when all of it is farther
     /// away; inconclusive between. The defect is the distance of the end that decides.
     pub fn judge(&self, order: u32) -> Verdict {
@@ -89,6 +109,49 @@ impl Estimate {
             }
         }
     }
+}
+
+/// What a level is to an estimate.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Kind {
+    /// Coarser than where the slope is that of the estimate.
+    PreAsymptotic,
+    /// On the line.
+    Asymptotic,
+    /// Not clear of the noise.
+    Noise,
+}
+
+/// What each of the levels (any sequence) is, in their sequence: noise where the error is not clear of it; asymptotic from the
+/// finest level of the window back to where a local slope leaves the estimate by more than [`TOLERANCE`]; all pre-asymptotic where
+/// there is no estimate.
+pub fn kinds(levels: &[Level], estimate: &Estimate) -> Vec<Kind> {
+    let mut sequence: Vec<usize> = (0..levels.len()).collect();
+    sequence.sort_by(|&a, &b| levels[a].h.total_cmp(&levels[b].h));
+    let mut kinds = vec![Kind::Noise; levels.len()];
+    let clear = |level: &Level| level.error > 0.0 && level.error >= CLEAR_OF_NOISE * level.noise;
+    let Some(slope) = estimate.slope() else {
+        levels
+            .iter()
+            .zip(&mut kinds)
+            .filter(|(level, _)| clear(level))
+            .for_each(|(_, kind)| *kind = Kind::PreAsymptotic);
+        return kinds;
+    };
+    // From the finest to the coarsest.
+    let (mut on_line, mut finer) = (true, None::<&Level>);
+    for k in sequence {
+        let level = &levels[k];
+        if !clear(level) {
+            continue;
+        }
+        if let Some(finer) = finer {
+            on_line &= (Slope::between(level, finer).value - slope).abs() <= TOLERANCE;
+        }
+        kinds[k] = if on_line { Kind::Asymptotic } else { Kind::PreAsymptotic };
+        finer = Some(level);
+    }
+    kinds
 }
 
 /// The slope between two neighbouring levels.
