@@ -127,7 +127,15 @@ impl Case {
         door!(self, wrap, visitor, 1 => 3, 2 => 4, 3 => 5, 4 => 6, 5 => 7, 6 => 8, 7 => 9, 8 => 10)
     }
 
-    /// The same for the dimensions 2, 3, 4 and 6 alone: half as much to compile.
+    /// [`Case::dispatch`] for the dimensions 2, 3, 4 and 6 alone: half as much to compile.
+    ///
+    /// # Errors
+    /// Those of [`Case::dispatch`]; another dimension.
+    pub fn dispatch_main<T: Real, V: Visitor<T>>(&self, visitor: V) -> Result<V::Output, CaseError> {
+        self.dispatch_main_with(&AsItIs, visitor)
+    }
+
+    /// [`Case::dispatch_with`] for the dimensions 2, 3, 4 and 6 alone: half as much to compile.
     ///
     /// # Errors
     /// Those of [`Case::dispatch`]; another dimension.
