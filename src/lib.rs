@@ -65,7 +65,7 @@
 //!
 //! | module | holds |
 //! |---|---|
-//! | [`scalar`] | `f64`, ~32 digits, duals; exact number expressions |
+//! | [`scalar`] | `f64`, ~32 and ~64 digits, duals; exact number expressions |
 //! | [`algebra`], [`tableau`], [`newton`] | structure constants and catalogue; coefficients, families, trees, orders; one solver |
 //! | [`group`] | matrix groups, SO(3) |
 //! | [`retraction`], [`groupoid`] | exp and Cayley with their tangents; Lie groupoids and algebroids, G×G×G, g*×G×g* and its bracket |
@@ -74,7 +74,8 @@
 //! | [`integrators`] | the variational step, the doubled scheme, comparators, trajectories |
 //! | `experiments` | the paper's numerical experiments |
 //! | `harness` | laws, verdicts, campaigns, order estimates; knows no Lie theory |
-//! | `system`, `laws` | the case as a plain value; what is promised, with planted faults |
+//! | `system`, `study` | the case as a plain value; convergence studies, of any one-step method |
+//! | `laws` | what is promised, with planted faults |
 //!
 //! # Features
 //!
@@ -95,6 +96,8 @@ pub mod mechanics;
 pub mod newton;
 pub mod retraction;
 pub mod scalar;
+#[cfg(feature = "harness")]
+pub mod study;
 #[cfg(feature = "harness")]
 pub mod system;
 pub mod tableau;

@@ -1,0 +1,229 @@
+//! What a study found: rows of errors, the line of each quantity, and how they compare with an order.
+
+use super::Row;
+use crate::harness::Verdict;
+use crate::harness::convergence::{Estimate, Level, TOLERANCE, estimate};
+
+/// The order that the errors of one quantity show.
+#[derive(Clone, Debug, PartialEq)]
+pub enum Line {
+    /// Every error is rounding: the method is exact on this motion.
+    Exact,
+    /// A slope with an interval, or the reason why there is none.
+    Read(Estimate),
+}
+
+impl Line {
+    /// The interval of the slope.
+    fn interval(&self) -> Option<(f64, f64)> {
+        match self {
+            Line::Read(Estimate::Slope { low, high, .. }) => Some((*low, *high)),
+            _ => None,
+        }
+    }
+}
+
+/// The errors of a study, level by level.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Findings {
+    quantities: Vec<String>,
+    /// How many of them judge the order: the momentum and the attitude.
+    judged: usize,
+    rows: Vec<Row>,
+    /// The slopes of errors are orders plus this.
+    excess: u32,
+}
+
+/// How an order that was predicted compares with what was found.
+///
+/// The order of a method is the least that any part of the state shows on any system. So a part that does better proves
+/// nothing, and a part that does worse settles it.
+#[derive(Clone, Debug, PartialEq)]
+pub enum Comparison {
+    /// No part of the state is below the order, and one is at it.
+    As {
+        /// The slope of that part.
+        slope: f64,
+        /// The distance of its interval from the order.
+        distance: f64,
+    },
+    /// A part of the state is below the order.
+    Below {
+        /// Which part, its slope and its interval.
+        witness: String,
+        /// The distance of its interval from the order.
+        distance: f64,
+    },
+    /// Every part is above the order: the order is higher, or the system hides an error.
+    Above {
+        /// Which part comes nearest, its slope and its interval.
+        witness: String,
+        /// The distance of its interval from the order.
+        distance: f64,
+    },
+    /// The method is exact on this motion.
+    Exact,
+    /// Nothing can be read off.
+    Unknown {
+        /// The reason; without numbers, so that reasons can be counted.
+        why: String,
+    },
+}
+
+impl Comparison {
+    /// As a verdict: above the order counts as broken, and exact as inconclusive.
+    pub fn verdict(self) -> Verdict {
+        match self {
+            Comparison::As { distance, .. } => Verdict::Holds { defect: distance, bound: TOLERANCE },
+            Comparison::Below { witness, distance } | Comparison::Above { witness, distance } => {
+                Verdict::Broken { defect: distance, bound: TOLERANCE, witness }
+            }
+            Comparison::Exact => Verdict::inconclusive("the method is exact on this motion"),
+            Comparison::Unknown { why } => Verdict::inconclusive(why),
+        }
+    }
+}
+
+impl Findings {
+    /// Nothing yet; the first `judged` quantities are parts of the state.
+    pub fn new(quantities: Vec<String>, judged: usize) -> Self {
+        Self { quantities, judged, rows: Vec::new(), excess: 0 }
+    }
+
+    /// The same, of errors that go as h^{p+1}: those of a fixed number of steps.
+    pub fn local(mut self) -> Self {
+        self.excess = 1;
+        self
+    }
+
+    /// By how much the slopes of the errors exceed the order: 0, or 1 for errors of single steps.
+    pub fn excess(&self) -> f64 {
+        f64::from(self.excess)
+    }
+
+    /// Adds a level.
+    pub fn push(&mut self, row: Row) {
+        self.rows.push(row);
+    }
+
+    /// The levels, as they were added.
+    pub fn rows(&self) -> &[Row] {
+        &self.rows
+    }
+
+    /// The names of the quantities.
+    pub fn quantities(&self) -> &[String] {
+        &self.quantities
+    }
+
+    /// Whether a level shows nothing but noise in the state.
+    pub fn is_noise(&self, row: &Row) -> bool {
+        row.readings.as_ref().is_ok_and(|list| list.iter().take(self.judged).all(|reading| !reading.is_clear()))
+    }
+
+    /// Whether the last `count` levels show nothing but noise.
+    pub fn in_noise(&self, count: usize) -> bool {
+        self.rows.len() >= count && self.rows[self.rows.len() - count..].iter().all(|row| self.is_noise(row))
+    }
+
+    /// The same with the largest step first.
+    pub fn sorted(mut self) -> Self {
+        self.rows.sort_by(|a, b| b.h.abs().total_cmp(&a.h.abs()));
+        self
+    }
+
+    /// The levels of one quantity that were reached.
+    pub fn levels(&self, quantity: usize) -> Vec<Level> {
+        let level = |row: &Row| {
+            let reading = row.readings.as_ref().ok()?.get(quantity)?;
+            Some(Level { h: row.h.abs(), error: reading.error, noise: reading.noise })
+        };
+        self.rows.iter().filter_map(level).collect()
+    }
+
+    /// The order of one quantity.
+    ///
+    /// Coarse levels at which a step was refused are left out (they stay in [`Findings::rows`]); where a level was refused
+    /// after a coarser one was reached there is no order.
+    pub fn line(&self, quantity: usize) -> Line {
+        let reached = self.rows.iter().position(|row| row.readings.is_ok());
+        let refused = self.rows.iter().rposition(|row| row.readings.is_err());
+        if let (Some(reached), Some(refused)) = (reached, refused)
+            && refused > reached
+        {
+            let why = "a step was refused at a finer level than one that was reached";
+            return Line::Read(Estimate::Inconclusive { why: why.into(), slopes: Vec::new() });
+        }
+        let levels = self.levels(quantity);
+        let unclear = |level: &Level| level.error <= crate::harness::convergence::CLEAR_OF_NOISE * level.noise;
+        if !levels.is_empty() && levels.iter().all(unclear) {
+            return Line::Exact;
+        }
+        Line::Read(estimate(&levels).lowered(f64::from(self.excess)))
+    }
+
+    /// The lines of all quantities.
+    pub fn lines(&self) -> Vec<Line> {
+        (0..self.quantities.len()).map(|quantity| self.line(quantity)).collect()
+    }
+
+    /// The part of the state with the lowest slope, and its estimate; the first reason where a part has none.
+    pub fn limiting(&self) -> Result<(usize, Estimate), String> {
+        let mut limiting: Option<(usize, Estimate)> = None;
+        for quantity in 0..self.judged {
+            match self.line(quantity) {
+                Line::Exact => {}
+                Line::Read(Estimate::Inconclusive { why, .. }) => {
+                    return Err(format!("{}: {why}", self.quantities[quantity]));
+                }
+                Line::Read(found) => {
+                    let value = |estimate: &Estimate| estimate.slope().unwrap_or(f64::INFINITY);
+                    if limiting.as_ref().is_none_or(|(_, least)| value(&found) < value(least)) {
+                        limiting = Some((quantity, found));
+                    }
+                }
+            }
+        }
+        limiting.ok_or_else(|| "the method is exact on this motion".into())
+    }
+
+    /// How the order compares with what was found.
+    pub fn compare(&self, order: u32) -> Comparison {
+        let wanted = f64::from(order);
+        let lines: Vec<(usize, Line)> = (0..self.judged).map(|quantity| (quantity, self.line(quantity))).collect();
+        let intervals = || lines.iter().filter_map(|(quantity, line)| Some((*quantity, line.interval()?)));
+        let tell = |quantity: usize, (low, high): (f64, f64)| {
+            format!("{}: slope in [{low:.3}, {high:.3}], predicted {order}", self.quantities[quantity])
+        };
+        if let Some((quantity, interval)) = intervals().find(|(_, (_, high))| *high < wanted - TOLERANCE) {
+            return Comparison::Below { witness: tell(quantity, interval), distance: wanted - interval.1 };
+        }
+        let unknown = lines.iter().find_map(|(quantity, line)| match line {
+            Line::Read(Estimate::Inconclusive { why, .. }) => Some(format!("{}: {why}", self.quantities[*quantity])),
+            _ => None,
+        });
+        if let Some(why) = unknown {
+            return Comparison::Unknown { why };
+        }
+        let nearest = intervals().min_by(|(_, a), (_, b)| a.0.total_cmp(&b.0));
+        let Some((quantity, interval)) = nearest else { return Comparison::Exact };
+        if interval.0 > wanted + TOLERANCE {
+            return Comparison::Above { witness: tell(quantity, interval), distance: interval.0 - wanted };
+        }
+        let distance = |(low, high): (f64, f64)| (high - wanted).max(wanted - low);
+        let at = intervals().map(|(quantity, i)| (quantity, distance(i))).min_by(|(_, a), (_, b)| a.total_cmp(b));
+        let low = intervals().any(|(_, (low, _))| low < wanted - TOLERANCE);
+        match at {
+            Some((quantity, distance)) if distance <= TOLERANCE && !low => {
+                let slope = match self.line(quantity) {
+                    Line::Read(found) => found.slope().unwrap_or(wanted),
+                    Line::Exact => wanted,
+                };
+                Comparison::As { slope, distance }
+            }
+            _ => Comparison::Unknown {
+                why: "the interval of the slope is too wide to confirm or refute the order".into(),
+            },
+        }
+    }
+}

@@ -1,0 +1,224 @@
+//! Convergence studies: what errors a one-step method makes at a sequence of step sizes, and what order they show.
+//!
+//! A [`Study`] starts from a state and compares what a method makes of it with [`Target`]s: momentum, attitude, and any
+//! functions of the state, energy and Casimirs for instance. The method is anything that implements [`OneStep`], of this
+//! crate or of its user. Two plans of steps:
+//!
+//! * [`Rung::over`]: n steps over a fixed horizon. The error goes as h^p: the textbook's study.
+//! * [`Rung::shrinking`]: a fixed number of steps, of sizes that go to 0. The error goes as h^{p+1}, a level costs a few steps,
+//!   and the line goes down to round-off: a lower-order term that is small, such as that of a coefficient wrong in its
+//!   ninth digit, has nowhere to hide.
+//!
+//! The order is read off by [`convergence`](crate::harness::convergence), with true step ratios. [`Findings::compare`] holds it
+//! against an order that was predicted, from both sides.
+//!
+//! ```
+//! use euler_poincare::algebra::{Covector, LieAlgebra, Matrix, catalogue::Entry};
+//! use euler_poincare::group::So3;
+//! use euler_poincare::integrators::{MuntheKaas, State};
+//! use euler_poincare::mechanics::{equations::EulerPoincare, force::LinearDrag, lagrangian::Quadratic};
+//! use euler_poincare::retraction::ExponentialSo3;
+//! use euler_poincare::scalar::{Dd, Scalar};
+//! use euler_poincare::study::{Comparison, Rung, Study, reference};
+//! use euler_poincare::tableau::Classic;
+//!
+//! # fn main() -> Result<(), Box<dyn std::error::Error>> {
+//! let ratio = |p, q| Dd::ratio(p, q);
+//! let drag = LinearDrag::new(Matrix::<Dd, 3>::from_diagonal_element(ratio(1, 10)))?;
+//! let inertia = Quadratic::diagonal([ratio(1, 2), ratio(2, 1), ratio(1, 1)])?;
+//! let body = EulerPoincare::new(LieAlgebra::from_catalogue(&Entry::So3)?, inertia, drag);
+//! let momentum = Covector::<Dd, 3>::new(ratio(2, 5), ratio(1, 10), ratio(7, 10));
+//! let start = State { time: ratio(0, 1), momentum, attitude: Matrix::<Dd, 3>::identity() };
+//!
+//! let rungs = Rung::shrinking(ratio(1, 8), 2, 16);
+//! let times: Vec<Dd> = rungs.iter().map(Rung::duration).collect();
+//! let targets = reference::at(&body, Some(&So3::new()), &start, &times, 6)?;
+//! let study = Study::new(start).with_attitude();
+//! let method = || MuntheKaas::new(body.clone(), ExponentialSo3::new(), Classic::Rk4.tableau().unwrap());
+//! let findings = study.descend(method, &rungs, &targets).local();
+//! assert!(matches!(findings.compare(4), Comparison::As { .. }));
+//! # Ok(())
+//! # }
+//! ```
+
+mod findings;
+pub mod guard;
+pub mod problem;
+pub mod reference;
+pub mod trial;
+
+pub use findings::{Comparison, Findings, Line};
+pub use reference::Target;
+pub use trial::{Digits, Judged, Trial, TrialError};
+
+use crate::harness::convergence::CLEAR_OF_NOISE;
+use crate::integrators::{OneStep, State, StepError};
+use crate::scalar::Real;
+
+/// One level of a study: so many steps of one size.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Rung<T> {
+    /// The number of steps.
+    pub steps: usize,
+    /// Their size.
+    pub h: T,
+}
+
+impl<T: Real> Rung<T> {
+    /// Each of these numbers of steps over the same horizon.
+    pub fn over(horizon: T, counts: impl IntoIterator<Item = usize>) -> Vec<Self> {
+        counts.into_iter().map(|steps| Self { steps, h: horizon / T::int(steps as i64) }).collect()
+    }
+
+    /// `steps` steps of size h, h/2, h/4, …: so many levels.
+    pub fn shrinking(h: T, steps: usize, levels: usize) -> Vec<Self> {
+        let mut h = h;
+        let mut next = || {
+            let rung = Self { steps, h };
+            h *= T::half();
+            rung
+        };
+        (0..levels).map(|_| next()).collect()
+    }
+
+    /// The time that the level covers.
+    pub fn duration(&self) -> T {
+        self.h * T::int(self.steps as i64)
+    }
+}
+
+/// The error of one quantity at one level.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Reading {
+    /// The largest component of the difference.
+    pub error: f64,
+    /// How much of it may be rounding, or error of the target.
+    pub noise: f64,
+}
+
+impl Reading {
+    /// Whether it is far enough above the noise to carry a slope.
+    pub fn is_clear(&self) -> bool {
+        self.error > CLEAR_OF_NOISE * self.noise
+    }
+}
+
+/// What a level gave.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Row {
+    /// The number of steps.
+    pub steps: usize,
+    /// Their size.
+    pub h: f64,
+    /// A reading of each quantity, or why the run stopped.
+    pub readings: Result<Vec<Reading>, StepError>,
+}
+
+/// A function of the state; `None` where it has no value.
+type Function<'a, T, const N: usize, const D: usize> = Box<dyn Fn(&State<T, N, D>) -> Option<T> + 'a>;
+
+/// A start, and what is compared at the end of each run.
+pub struct Study<'a, T: Real, const N: usize, const D: usize> {
+    start: State<T, N, D>,
+    attitude: bool,
+    functions: Vec<(String, Function<'a, T, N, D>)>,
+}
+
+impl<'a, T: Real, const N: usize, const D: usize> Study<'a, T, N, D> {
+    /// From a state; the momentum is compared.
+    pub fn new(start: State<T, N, D>) -> Self {
+        Self { start, attitude: false, functions: Vec::new() }
+    }
+
+    /// The attitude is compared too.
+    pub fn with_attitude(mut self) -> Self {
+        self.attitude = true;
+        self
+    }
+
+    /// A function of the state is compared too, such as the energy. It is shown; orders are judged by the state alone, because
+    /// a function of it may do better.
+    pub fn with_function(mut self, name: &str, function: impl Fn(&State<T, N, D>) -> Option<T> + 'a) -> Self {
+        self.functions.push((name.to_owned(), Box::new(function)));
+        self
+    }
+
+    /// Where it starts.
+    pub fn start(&self) -> &State<T, N, D> {
+        &self.start
+    }
+
+    /// The names of what is compared: `momentum`, `attitude`, and the functions.
+    pub fn quantities(&self) -> Vec<String> {
+        let state = ["momentum", "attitude"].into_iter().take(1 + usize::from(self.attitude)).map(str::to_owned);
+        state.chain(self.functions.iter().map(|(name, _)| name.clone())).collect()
+    }
+
+    /// How many of the quantities are parts of the state.
+    fn judged(&self) -> usize {
+        1 + usize::from(self.attitude)
+    }
+
+    /// The errors of a run.
+    pub fn measure(&self, method: &mut impl OneStep<T, N, D>, rung: &Rung<T>, target: &Target<T, N, D>) -> Row {
+        let (steps, h) = (rung.steps, rung.h.to_f64());
+        let mut state = self.start.clone();
+        let run = (0..steps).try_for_each(|_| method.step(&mut state, rung.h).map(drop));
+        Row { steps, h, readings: run.and_then(|()| self.compare(&state, target, steps)) }
+    }
+
+    /// Rounding: some 64 operations a step on the way of each number, relative to the size of the state.
+    fn compare(&self, end: &State<T, N, D>, target: &Target<T, N, D>, steps: usize) -> Result<Vec<Reading>, StepError> {
+        let unit = T::unit_roundoff() * T::int(64 * steps as i64);
+        let reading = |error: T, size: T, doubt: T| {
+            // What is not a number is no small error.
+            let error = if error.all_finite() { error.to_f64() } else { f64::INFINITY };
+            Reading { error, noise: (unit * size + doubt).to_f64() }
+        };
+        let exact = &target.state;
+        let mut readings = vec![reading(
+            (end.momentum - exact.momentum).amax(),
+            exact.momentum.amax().max(self.start.momentum.amax()),
+            target.doubt.0,
+        )];
+        if self.attitude {
+            let error = (end.attitude - exact.attitude).amax();
+            readings.push(reading(error, exact.attitude.amax(), target.doubt.1));
+        }
+        // How much a function moves with the momentum is not known: the doubt of the momentum, relative, stands for it.
+        let relative = target.doubt.0 / exact.momentum.amax().max(T::unit_roundoff());
+        for (name, function) in &self.functions {
+            let missing = || StepError::NotFinite {
+                what: if name == "energy" { "the energy" } else { "a function of the state" },
+            };
+            let (mine, theirs) = (function(end).ok_or_else(missing)?, function(exact).ok_or_else(missing)?);
+            let size = theirs.abs().max(function(&self.start).map_or(T::zero(), |x| x.abs()));
+            readings.push(reading((mine - theirs).abs(), size, size * relative));
+        }
+        Ok(readings)
+    }
+
+    /// No levels yet.
+    pub fn findings(&self) -> Findings {
+        Findings::new(self.quantities(), self.judged())
+    }
+
+    /// Level after level, each with a fresh method, until two in a row show nothing but noise or the rungs end.
+    ///
+    /// `targets[k]` belongs to `rungs[k]`.
+    pub fn descend<M: OneStep<T, N, D>>(
+        &self,
+        mut method: impl FnMut() -> M,
+        rungs: &[Rung<T>],
+        targets: &[Target<T, N, D>],
+    ) -> Findings {
+        let mut findings = self.findings();
+        for (rung, target) in rungs.iter().zip(targets) {
+            findings.push(self.measure(&mut method(), rung, target));
+            if findings.rows().len() >= 4 && findings.in_noise(2) {
+                break;
+            }
+        }
+        findings
+    }
+}

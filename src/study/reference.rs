@@ -1,0 +1,119 @@
+//! Where a motion goes: states at given times, accurate to round-off.
+//!
+//! By a classical Gauss collocation method on the vector field of (μ, g), of order 2s with s stages. It knows neither retractions
+//! nor the variational equations.
+
+use crate::group::LieGroup;
+use crate::integrators::{Classical, OneStep, State, StepError};
+use crate::mechanics::equations::EulerPoincare;
+use crate::mechanics::{Force, Lagrangian};
+use crate::scalar::Real;
+use crate::tableau::{Family, Tableau};
+
+/// A state, and how much its momentum and its attitude may be off.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Target<T: Real, const N: usize, const D: usize> {
+    /// The state.
+    pub state: State<T, N, D>,
+    /// Bounds on the errors of μ and g, largest components; rounding not included.
+    pub doubt: (T, T),
+}
+
+fn gauss<T: Real>(stages: usize) -> Result<Tableau<T>, StepError> {
+    Family::Gauss.tableau(stages).map_err(|_| StepError::NotFinite { what: "the reference tableau" })
+}
+
+/// The state after a time, by so many equal steps.
+fn run<T, L, F, G, const N: usize, const D: usize>(
+    method: &mut Classical<T, N, D, L, F, G>,
+    start: &State<T, N, D>,
+    duration: T,
+    steps: usize,
+) -> Result<State<T, N, D>, StepError>
+where
+    T: Real,
+    L: Lagrangian<T, N>,
+    F: Force<T, N>,
+    G: LieGroup<T, N, D>,
+{
+    let mut state = start.clone();
+    let h = duration / T::int(steps as i64);
+    for _ in 0..steps {
+        method.step(&mut state, h)?;
+    }
+    Ok(state)
+}
+
+fn difference<T: Real, const N: usize, const D: usize>(a: &State<T, N, D>, b: &State<T, N, D>) -> (T, T) {
+    ((a.momentum - b.momentum).amax(), (a.attitude - b.attitude).amax())
+}
+
+/// The states after each of these times, in the same sequence, with so many stages (at least 4: the doubt relies on it); the
+/// attitude is left alone without a group.
+///
+/// The times are passed in increasing order (of size), one step from each to the next, so that times in a ratio of two cost one
+/// step each. The doubt is the difference to two steps in place of the last, and falls at least as the eighth power of the time
+/// before it.
+///
+/// # Errors
+/// Those of a step: the Picard iteration does not converge where the last step is large.
+pub fn at<T, L, F, G, const N: usize, const D: usize>(
+    system: &EulerPoincare<T, N, L, F>,
+    group: Option<&G>,
+    start: &State<T, N, D>,
+    times: &[T],
+    stages: usize,
+) -> Result<Vec<Target<T, N, D>>, StepError>
+where
+    T: Real,
+    L: Lagrangian<T, N> + Clone,
+    F: Force<T, N> + Clone,
+    G: LieGroup<T, N, D> + Clone,
+{
+    let mut method = Classical::new(system.clone(), group.cloned(), gauss(stages.max(4))?);
+    let mut sequence: Vec<usize> = (0..times.len()).collect();
+    sequence.sort_by(|a, b| times[*a].abs().to_f64().total_cmp(&times[*b].abs().to_f64()));
+    let mut targets: Vec<Option<Target<T, N, D>>> = vec![None; times.len()];
+    let (mut state, mut passed, mut doubt) = (start.clone(), T::zero(), (T::zero(), T::zero()));
+    for (rank, &k) in sequence.iter().enumerate() {
+        let duration = times[k] - passed;
+        let next = if duration == T::zero() { state.clone() } else { run(&mut method, &state, duration, 1)? };
+        if rank + 1 == sequence.len() && duration != T::zero() {
+            doubt = difference(&next, &run(&mut method, &state, duration, 2)?);
+        }
+        (state, passed) = (next, times[k]);
+        targets[k] = Some(Target { state: state.clone(), doubt: (T::zero(), T::zero()) });
+    }
+    let last = passed;
+    let fill = |(k, target): (usize, Option<Target<T, N, D>>)| {
+        let share = (times[k] / last).abs().powi(8);
+        target.map(|target| Target { doubt: (doubt.0 * share, doubt.1 * share), ..target })
+    };
+    Ok(targets.into_iter().enumerate().filter_map(fill).collect())
+}
+
+/// The state after a time, the same for all levels of a study over a horizon: by `steps` and by 2 `steps` steps with so many
+/// stages.
+///
+/// # Errors
+/// Those of a step.
+pub fn after<T, L, F, G, const N: usize, const D: usize>(
+    system: &EulerPoincare<T, N, L, F>,
+    group: Option<&G>,
+    start: &State<T, N, D>,
+    horizon: T,
+    steps: usize,
+    stages: usize,
+) -> Result<Target<T, N, D>, StepError>
+where
+    T: Real,
+    L: Lagrangian<T, N> + Clone,
+    F: Force<T, N> + Clone,
+    G: LieGroup<T, N, D> + Clone,
+{
+    let mut method = Classical::new(system.clone(), group.cloned(), gauss(stages)?);
+    let rough = run(&mut method, start, horizon, steps.max(1))?;
+    let state = run(&mut method, start, horizon, 2 * steps.max(1))?;
+    let doubt = difference(&rough, &state);
+    Ok(Target { state, doubt })
+}

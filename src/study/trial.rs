@@ -1,0 +1,393 @@
+//! A tableau on trial: its order measured on a case, over a horizon and down to round-off, in 16, 32 or 64 digits.
+
+use super::guard::{Warning, warnings};
+use super::problem::{generic, varied};
+use super::reference::{self, Target};
+use super::{Comparison, Findings, Rung, Study};
+use crate::algebra::{Covector, Matrix, Vector};
+use crate::harness::Verdict;
+use crate::harness::convergence::{Estimate, TOLERANCE};
+use crate::integrators::{State, StepError, Variational};
+use crate::mechanics::Lagrangian;
+use crate::mechanics::equations::EulerPoincare;
+use crate::retraction::Retraction;
+use crate::scalar::{Dd, Qd, Real};
+use crate::system::{Case, CaseError, System, Visitor};
+
+/// The arithmetic of a trial.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
+pub enum Digits {
+    /// `f64`; the reference in 32 digits, and of higher order.
+    Sixteen,
+    /// Double-double; the reference likewise, of higher order and with more steps.
+    ThirtyTwo,
+    /// Quad-double; the reference likewise. For algebras of dimension 2, 3, 4 and 6.
+    SixtyFour,
+}
+
+impl Digits {
+    /// 16, 32 or 64.
+    pub fn number(self) -> u32 {
+        match self {
+            Self::Sixteen => 16,
+            Self::ThirtyTwo => 32,
+            Self::SixtyFour => 64,
+        }
+    }
+
+    /// The most steps that all levels of a study over a horizon take together.
+    fn budget(self) -> usize {
+        match self {
+            Self::Sixteen => 1 << 16,
+            Self::ThirtyTwo => 1 << 11,
+            Self::SixtyFour => 1 << 8,
+        }
+    }
+
+    /// The most levels on the way down to round-off.
+    fn levels(self) -> usize {
+        match self {
+            Self::Sixteen => 16,
+            Self::ThirtyTwo => 28,
+            Self::SixtyFour => 32,
+        }
+    }
+}
+
+/// How many steps of the horizon's study are the levels: 1, 2, 4, …; where these are too few, 3, 6, 12, … between them.
+const STEPS: usize = 2;
+
+/// An interval of the slope narrower than this, at eight levels or more, needs no finer level.
+const NARROW: f64 = 0.05;
+
+/// What a trial found.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Trial {
+    /// Errors after the same time, with more and more steps.
+    pub horizon: Findings,
+    /// Errors after two steps that shrink to where rounding is all that is left; slopes are lowered to the order.
+    pub descent: Findings,
+    /// What makes the case a poor test.
+    pub warnings: Vec<Warning>,
+}
+
+/// Why there was no trial.
+#[derive(Clone, Debug, PartialEq, thiserror::Error)]
+pub enum TrialError {
+    /// The case cannot be built.
+    #[error("{0}")]
+    Case(CaseError),
+    /// The reference solution was not reached: the motion is too fast for the horizon.
+    #[error("the reference solution over the horizon was not reached: {0}")]
+    Reference(StepError),
+}
+
+impl Trial {
+    /// The trial of a case's tableau and retraction on its system, over `horizon`.
+    ///
+    /// `order` is what is expected: it decides how accurate a reference is needed, and nothing else.
+    ///
+    /// # Errors
+    /// See [`TrialError`].
+    pub fn of(case: &Case, digits: Digits, horizon: f64, order: u32) -> Result<Self, TrialError> {
+        let plan = Plan::new(case, digits, horizon, order);
+        match digits {
+            Digits::Sixteen => plan.run(|v| case.dispatch::<Dd, _>(v), |v| case.dispatch::<f64, _>(v)),
+            Digits::ThirtyTwo => plan.run(|v| case.dispatch::<Dd, _>(v), |v| case.dispatch::<Dd, _>(v)),
+            Digits::SixtyFour => plan.run(|v| case.dispatch_main::<Qd, _>(v), |v| case.dispatch_main::<Qd, _>(v)),
+        }
+    }
+
+    /// How an order compares with both studies: below in one of them is below; else as in one of them is as; and above only where
+    /// neither says otherwise. The order of a method is the least that it shows.
+    pub fn compare(&self, order: u32) -> Comparison {
+        let rank = |comparison: &Comparison| match comparison {
+            Comparison::Below { .. } => 0,
+            Comparison::As { .. } => 1,
+            Comparison::Above { .. } => 2,
+            Comparison::Unknown { .. } => 3,
+            // Of few digits all may be rounding, where more of them, or a longer run, show an error.
+            Comparison::Exact => 4,
+        };
+        let (over, down) = (self.horizon.compare(order), self.descent.compare(order));
+        match (over, down) {
+            (Comparison::Unknown { why: over }, Comparison::Unknown { why: down }) => Comparison::Unknown {
+                why: if over == down {
+                    over
+                } else {
+                    format!("over the horizon, {over}; with shrinking steps, {down}")
+                },
+            },
+            (over, down) => {
+                if rank(&down) < rank(&over) {
+                    down
+                } else {
+                    over
+                }
+            }
+        }
+    }
+
+    /// The slope that decides about an order, with the part of the state that limits it: that of the study which
+    /// [`Trial::compare`] follows.
+    pub fn slope(&self, order: u32) -> Option<(&'static str, usize, Estimate)> {
+        let decided = self.compare(order);
+        let follows = |findings: &Findings| findings.compare(order) == decided;
+        let studies = [("horizon", &self.horizon), ("descent", &self.descent)];
+        let chosen = studies.into_iter().find(|(_, findings)| follows(findings) && findings.limiting().is_ok());
+        let (name, findings) =
+            chosen.or_else(|| studies.into_iter().find(|(_, findings)| findings.limiting().is_ok()))?;
+        let (quantity, estimate) = findings.limiting().ok()?;
+        Some((name, quantity, estimate))
+    }
+}
+
+/// How many variations of a case are asked, where it shows a higher order than predicted.
+const VARIATIONS: i64 = 3;
+
+/// A trial, with its verdict on an order.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Judged {
+    /// The trial.
+    pub trial: Trial,
+    /// `Holds` where the order is as predicted, `Broken` where it is another, else inconclusive with the reason.
+    pub verdict: Verdict,
+    /// What else was tried, where the case alone did not decide.
+    pub explanation: Option<String>,
+}
+
+impl Judged {
+    /// Whether `order`, or (`at_least`) a higher one, is what the case shows.
+    ///
+    /// As predicted or below decides. Above, the case may hide an error, or the order be higher: then variations of the case
+    /// ([`varied`]) and a body without symmetry ([`generic`]) are asked. The order of a method is the least that it shows on any
+    /// system: where one of them shows it, the case is special, and the verdict inconclusive.
+    ///
+    /// # Errors
+    /// Those of [`Trial::of`].
+    pub fn of(case: &Case, digits: Digits, horizon: f64, order: u32, at_least: bool) -> Result<Self, TrialError> {
+        let mut trial = Trial::of(case, digits, horizon, order)?;
+        let first = trial.compare(order);
+        let plain = |trial, verdict| Ok(Self { trial, verdict, explanation: None });
+        match first {
+            Comparison::Above { .. } if at_least => {
+                return plain(trial, Verdict::Holds { defect: 0.0, bound: TOLERANCE });
+            }
+            Comparison::Above { .. } | Comparison::Exact => {}
+            decided => return plain(trial, decided.verdict()),
+        }
+        let others = (1..=VARIATIONS).map(|k| (format!("variation {k} of the system"), varied(case, k)));
+        let body = generic().ok().map(|file| {
+            let method = case.method.clone();
+            ("a rigid body without symmetry".to_owned(), Case { method, ..file.case })
+        });
+        for (name, other) in others.chain(body) {
+            // A variation can be too fast for the horizon; the next one may not be.
+            let Ok(found) = Trial::of(&other, digits, horizon, order) else { continue };
+            match found.compare(order) {
+                Comparison::As { slope, .. } => {
+                    trial.warnings.push(Warning::SuperConvergence);
+                    let verdict = Verdict::inconclusive("the system hides the order: errors fall faster on it");
+                    let explanation = Some(format!("{name} shows the order: its slope is {slope:.3}"));
+                    return Ok(Self { trial, verdict, explanation });
+                }
+                below @ Comparison::Below { .. } => {
+                    let explanation = Some(format!("{name} shows less than the order"));
+                    return Ok(Self { trial, verdict: below.verdict(), explanation });
+                }
+                _ => {}
+            }
+        }
+        let explanation = matches!(first, Comparison::Above { .. })
+            .then(|| "no variation of the system, and no body without symmetry, shows the order either".to_owned());
+        Ok(Self { trial, verdict: first.verdict(), explanation })
+    }
+}
+
+/// x in another scalar, to all digits that both have.
+fn convert<W: Real, T: Real>(x: W) -> T {
+    let (mut rest, mut sum) = (x, T::zero());
+    for _ in 0..4 {
+        let part = rest.to_f64();
+        sum += T::exact(part);
+        rest -= W::exact(part);
+    }
+    sum
+}
+
+/// A target without its type: the components of μ and g.
+struct Loose<W> {
+    momentum: Vec<W>,
+    attitude: Vec<W>,
+    doubt: (W, W),
+}
+
+impl<W: Real> Loose<W> {
+    fn new<const N: usize, const D: usize>(target: &Target<W, N, D>) -> Self {
+        let (momentum, attitude) = (target.state.momentum.iter(), target.state.attitude.iter());
+        Self { momentum: momentum.copied().collect(), attitude: attitude.copied().collect(), doubt: target.doubt }
+    }
+
+    fn typed<T: Real, const N: usize, const D: usize>(&self, time: T) -> Target<T, N, D> {
+        let momentum = Covector::from_iterator(self.momentum.iter().map(|x| convert(*x)));
+        let attitude = Matrix::from_iterator(self.attitude.iter().map(|x| convert(*x)));
+        Target { state: State { time, momentum, attitude }, doubt: (convert(self.doubt.0), convert(self.doubt.1)) }
+    }
+}
+
+/// The solution at the horizon, and after each of some times.
+struct References {
+    horizon: f64,
+    times: Vec<f64>,
+    order: u32,
+}
+
+/// What [`References`] gives.
+struct Found<W> {
+    horizon: Loose<W>,
+    times: Vec<Loose<W>>,
+    warnings: Vec<Warning>,
+}
+
+/// Steps to the horizon are doubled up to here.
+const MOST_REFERENCE_STEPS: usize = 1 << 10;
+
+impl<W: Real> Visitor<W> for References {
+    type Output = Result<Found<W>, StepError>;
+
+    fn visit<const N: usize, const D: usize, R: Retraction<W, N, D>>(self, system: System<W, N, D, R>) -> Self::Output {
+        let body = EulerPoincare::new(system.algebra.clone(), &system.lagrangian, &system.force);
+        let (group, start) = (system.group.as_ref(), &system.state);
+        let stages = 6 + self.order as usize;
+        let mut steps = 2;
+        let horizon = loop {
+            let target = reference::after(&body, group, start, W::exact(self.horizon), steps, stages);
+            let sure = |target: &Target<W, N, D>| {
+                let wanted = W::unit_roundoff() * W::exact(1024.0);
+                target.doubt.0 <= wanted * target.state.momentum.amax()
+                    && target.doubt.1 <= wanted * target.state.attitude.amax()
+            };
+            match target {
+                Ok(target) if sure(&target) || steps >= 64 => break target,
+                Err(error) if steps >= MOST_REFERENCE_STEPS => return Err(error),
+                _ => steps *= 2,
+            }
+        };
+        let times: Vec<W> = self.times.iter().map(|time| W::exact(*time)).collect();
+        let times = reference::at(&body, group, start, &times, 6 + self.order as usize / 2)?;
+        let warnings = warnings(&body, start);
+        Ok(Found { horizon: Loose::new(&horizon), times: times.iter().map(Loose::new).collect(), warnings })
+    }
+}
+
+/// Both studies in `T`.
+struct Studies<'a, W> {
+    budget: usize,
+    horizon: f64,
+    first: f64,
+    references: &'a Found<W>,
+}
+
+impl<T: Real, W: Real> Visitor<T> for Studies<'_, W> {
+    type Output = (Findings, Findings);
+
+    fn visit<const N: usize, const D: usize, R: Retraction<T, N, D>>(self, system: System<T, N, D, R>) -> Self::Output {
+        let (l, f, r) = (&system.lagrangian, &system.force, &system.retraction);
+        let method = || Variational::new(l, f, r, system.tableau.clone());
+        let mut study = Study::new(system.state.clone());
+        if system.group.is_some() {
+            study = study.with_attitude();
+        }
+        let energy = |state: &State<T, N, D>| {
+            let velocity = l.velocity(&state.momentum, &Vector::zeros()).ok()?;
+            Some(l.energy(&velocity))
+        };
+        study = study.with_function("energy", energy);
+        for (k, casimir) in system.casimirs.iter().enumerate() {
+            let name = if system.casimirs.len() == 1 { "Casimir".into() } else { format!("Casimir {}", k + 1) };
+            study = study.with_function(&name, |state| Some(casimir.value(&state.momentum)));
+        }
+        let end = self.references.horizon.typed(system.state.time + T::exact(self.horizon));
+        let horizon = over_horizon(&study, method, T::exact(self.horizon), &end, self.budget);
+        let rungs = Rung::shrinking(T::exact(self.first), STEPS, self.references.times.len());
+        let targets: Vec<Target<T, N, D>> = rungs
+            .iter()
+            .zip(&self.references.times)
+            .map(|(rung, target)| target.typed(system.state.time + rung.duration()))
+            .collect();
+        (horizon, study.descend(method, &rungs, &targets).local())
+    }
+}
+
+/// 1, 2, 4, … steps over the horizon until the slope is known well or rounding is all that is left; then, if that was too
+/// coarse to tell, 3, 6, 12, … steps as well. Levels are sorted by their step, the largest first.
+fn over_horizon<'m, T: Real, const N: usize, const D: usize, M>(
+    study: &Study<'_, T, N, D>,
+    mut method: impl FnMut() -> M + 'm,
+    horizon: T,
+    target: &Target<T, N, D>,
+    budget: usize,
+) -> Findings
+where
+    M: crate::integrators::OneStep<T, N, D>,
+{
+    let mut findings = study.findings();
+    let known = |findings: &Findings| match findings.limiting() {
+        Ok((_, Estimate::Slope { low, high, .. })) => high - low < NARROW,
+        _ => false,
+    };
+    let mut spent = 0;
+    for first in [1, 3] {
+        if first == 3 && known(&findings) {
+            break;
+        }
+        let mut quiet = 0;
+        let mut steps = first;
+        while spent + steps <= budget && quiet < 2 {
+            for rung in Rung::over(horizon, [steps]) {
+                let row = study.measure(&mut method(), &rung, target);
+                quiet = if findings.is_noise(&row) { quiet + 1 } else { 0 };
+                findings.push(row);
+            }
+            (spent, steps) = (spent + steps, 2 * steps);
+            if findings.rows().len() >= 8 && known(&findings) {
+                break;
+            }
+        }
+    }
+    findings.sorted()
+}
+
+/// Which studies there are.
+struct Plan {
+    digits: Digits,
+    horizon: f64,
+    /// The first step of those that shrink.
+    first: f64,
+    order: u32,
+}
+
+impl Plan {
+    fn new(case: &Case, digits: Digits, horizon: f64, order: u32) -> Self {
+        let step = case.step.eval::<f64>().unwrap_or(0.125).abs().min(horizon.abs() / STEPS as f64);
+        // A power of two, so that every step is exact in every arithmetic.
+        let first = 2f64.powf(step.log2().floor()).copysign(horizon);
+        Self { digits, horizon, first, order }
+    }
+
+    fn run<W: Real>(
+        &self,
+        refer: impl FnOnce(References) -> Result<Result<Found<W>, StepError>, CaseError>,
+        study: impl FnOnce(Studies<'_, W>) -> Result<(Findings, Findings), CaseError>,
+    ) -> Result<Trial, TrialError> {
+        let time = |k: usize| STEPS as f64 * self.first * 0.5f64.powi(k as i32);
+        let times = (0..self.digits.levels()).map(time).collect();
+        let references =
+            refer(References { horizon: self.horizon, times, order: self.order }).map_err(TrialError::Case)?;
+        let references = references.map_err(TrialError::Reference)?;
+        let studies =
+            Studies { budget: self.digits.budget(), horizon: self.horizon, first: self.first, references: &references };
+        let (horizon, descent) = study(studies).map_err(TrialError::Case)?;
+        Ok(Trial { horizon, descent, warnings: references.warnings })
+    }
+}
