@@ -9,6 +9,7 @@ use super::planted::step::{
     self, CHART, FIRST_STAGE, FORCE_INDEX, FORCE_TIME, FROM_LEFT, HALVED, INVERSE_SECOND, INVERTED, NO_FORCE,
     NO_SECOND, NO_STEP, NOT_TRANSPORTED, ORDER_TWO, PlantedStep, SWAPPED_SECOND, UNCONJUGATED,
 };
+use super::planted::tableau::{self, COEFFICIENT};
 use super::precision::{Measured, settle, settle_small};
 use crate::algebra::{Casimir, Covector, Matrix, Vector};
 use crate::group::LieGroup;
@@ -47,6 +48,7 @@ pub static LAWS: &[CaseLaw] = &[
             HALVED,
             FROM_LEFT,
             ORDER_TWO,
+            COEFFICIENT,
         ],
         cases: || cases().boxed(),
         check: |case, fault| settle_small(case, fault, PlainStep { fault }, 9),
@@ -137,7 +139,7 @@ impl<T: Real, const N: usize, const D: usize, R: Retraction<T, N, D>> OneStep<T,
     }
 }
 
-/// The integrator of a system, with the fault planted in it if it is one of [`step::ALL`].
+/// The integrator of a system, with the fault planted in it if it is one of [`step::ALL`], or in its tableau.
 pub(super) fn subject<'a, T: Real, const N: usize, const D: usize, R: Retraction<T, N, D>>(
     system: &'a System<T, N, D, R>,
     fault: Option<&Fault>,
@@ -145,7 +147,7 @@ pub(super) fn subject<'a, T: Real, const N: usize, const D: usize, R: Retraction
     let planted = fault.and_then(|fault| Some((fault.size, step::ALL.iter().find(|(f, _)| f.name == fault.name)?.1)));
     let (l, f, r) = (&system.lagrangian, &system.force, &system.retraction);
     Subject {
-        library: Variational::new(l, f, r, system.tableau.clone()),
+        library: Variational::new(l, f, r, tableau::planted(&system.tableau, fault)),
         planted: planted.map(|(size, fault)| (PlantedStep::new(l, f, r, system.tableau.clone(), Some(fault)), size)),
     }
 }

@@ -12,7 +12,8 @@
 //! | [`hamiltonian`], [`two_hamiltonians`] | [`crate::mechanics::hamiltonian`], [`crate::mechanics::forced_hamiltonian`] |
 //! | [`discrete`] | [`crate::discrete`] |
 //! | [`integrators`], [`doubled`] | [`crate::integrators`], one step or a few |
-//! | [`order`] | [`crate::integrators`], convergence |
+//! | [`order`], [`predicted`] | [`crate::integrators`], convergence |
+//! | [`munthe_kaas`] | [`crate::integrators::MuntheKaas`], one step |
 //! | [`variational_error`] | [`crate::discrete`] and [`crate::integrators`]: one order for three things |
 //! | [`planted`], [`subjects`] | nothing: the plain step and the continuous theory in which faults are planted |
 //! | [`instances`] | nothing: the groupoids of a case, in which faults are planted |
@@ -29,12 +30,14 @@ pub mod integrators;
 pub mod legendre;
 pub mod lie_poisson;
 pub mod mechanics;
+pub mod munthe_kaas;
 pub mod orbits;
 pub mod order;
 pub mod planted;
 pub mod poisson;
 pub mod polynomial;
 pub mod precision;
+pub mod predicted;
 pub mod probe;
 pub mod retraction;
 pub mod subjects;
@@ -126,6 +129,8 @@ pub fn all() -> Vec<&'static CaseLaw> {
         integrators::LAWS,
         doubled::LAWS,
         order::LAWS,
+        munthe_kaas::LAWS,
+        predicted::LAWS,
         variational_error::LAWS,
     ]
     .into_iter()

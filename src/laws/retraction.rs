@@ -4,8 +4,8 @@
 
 use super::CaseLaw;
 use super::planted::retraction::{
-    ADJOINT_INVERTED, BERNOULLI, CUT_INVERSE, RIGHT_TANGENT, SECOND_MISSING, SECOND_OF_INVERSE, SECOND_SIGN,
-    SECOND_SWAPPED, SHIFTED,
+    ADJOINT_INVERTED, BERNOULLI, CUT_INVERSE, INVERSE_MISSING, RIGHT_TANGENT, SECOND_MISSING, SECOND_OF_INVERSE,
+    SECOND_SIGN, SECOND_SWAPPED, SHIFTED,
 };
 use super::precision::{Measured, settle};
 use super::probe::Probe;
@@ -64,7 +64,7 @@ pub static LAWS: &[CaseLaw] = &[
         oracle: "the matrix product",
         bound: BOUND,
         cost: Cost::Cheap,
-        faults: &[RIGHT_TANGENT, BERNOULLI],
+        faults: &[RIGHT_TANGENT, BERNOULLI, INVERSE_MISSING],
         cases: || cases().boxed(),
         check: |case, fault| settle(case, fault, Check { case, which: Which::InverseTangent }),
     },

@@ -5,6 +5,7 @@
 
 pub mod retraction;
 pub mod step;
+pub mod tableau;
 
 pub use retraction::PlantedRetraction;
 pub use step::{PlantedStep, StepFault};

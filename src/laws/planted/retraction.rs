@@ -27,6 +27,8 @@ pub const BERNOULLI: Fault = Fault::new(
     "dτ⁻¹ replaced by 1 + ½ ad + ad²/12, the Bernoulli series of exp cut after B₂",
     "algebras that are not three-step nilpotent",
 );
+/// 1 for dτ⁻¹.
+pub const INVERSE_MISSING: Fault = Fault::new("inverse-tangent-missing", "dτ⁻¹ replaced by 1", NONABELIAN);
 /// 0 for ddτ.
 pub const SECOND_MISSING: Fault = Fault::new("second-tangent-missing", "ddτ replaced by 0", NONABELIAN);
 /// −ddτ for ddτ.
@@ -43,11 +45,12 @@ pub const SECOND_OF_INVERSE: Fault = Fault::new(
 pub const ADJOINT_INVERTED: Fault = Fault::new("adjoint-inverted", "Ad_{τ(ξ)} and its inverse exchanged", NONABELIAN);
 
 /// All of them.
-pub const ALL: [Fault; 9] = [
+pub const ALL: [Fault; 10] = [
     SHIFTED,
     CUT_INVERSE,
     RIGHT_TANGENT,
     BERNOULLI,
+    INVERSE_MISSING,
     SECOND_MISSING,
     SECOND_SIGN,
     SECOND_SWAPPED,
@@ -110,7 +113,11 @@ impl<T: Real, const N: usize, const D: usize, R: Retraction<T, N, D>> Retraction
             Box::new(Spoilt {
                 fault,
                 d: blend(*point.d(), point.d_neg(), self.size(&RIGHT_TANGENT)),
-                d_inv: blend(*point.d_inv(), series, self.size(&BERNOULLI)),
+                d_inv: blend(
+                    blend(*point.d_inv(), series, self.size(&BERNOULLI)),
+                    Matrix::identity(),
+                    self.size(&INVERSE_MISSING),
+                ),
             })
         });
         Ok(PlantedPoint { point, spoilt })

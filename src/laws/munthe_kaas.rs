@@ -1,0 +1,77 @@
+//! Laws of the Runge–Kutta–Munthe-Kaas step: its equations hold as they are written down.
+
+use super::CaseLaw;
+use super::integrators::{refused, size_of};
+use super::planted::retraction::{INVERSE_MISSING, RIGHT_TANGENT};
+use super::planted::tableau::{WRONG_STAGE, planted};
+use super::precision::{Measured, settle_main_small};
+use crate::algebra::{Covector, Vector};
+use crate::harness::{Cost, Fault};
+use crate::integrators::{MuntheKaas, OneStep};
+use crate::mechanics::equations::EulerPoincare;
+use crate::mechanics::{Force, Lagrangian};
+use crate::retraction::{Retraction, TangentPoint};
+use crate::scalar::Real;
+use crate::system::{System, Visitor, cases};
+use proptest::strategy::Strategy;
+
+/// The laws of this file.
+pub static LAWS: &[CaseLaw] = &[CaseLaw {
+    name: "munthe-kaas-step",
+    statement: "dτ_{Ξ_i} K_i = η_i, κ_i = ad*_{η_i} M_i + f_i, l'(η_i) = M_i, μ' = μ + h Σ b_j κ_j, with Ξ_i, M_i of the tableau",
+    source: "Munthe-Kaas 1999, algorithm 3",
+    oracle: "the equations, multiplied out with dτ; the step solves with dτ⁻¹",
+    bound: "two precisions; floor 2⁸ s N u: the sweeps stop at a relative change of a few u in s N equations",
+    cost: Cost::Cheap,
+    faults: &[WRONG_STAGE, INVERSE_MISSING, RIGHT_TANGENT],
+    cases: || cases().main_dimensions().boxed(),
+    check: |case, fault| settle_main_small(case, fault, Check { fault }, 12),
+}];
+
+#[derive(Clone, Copy)]
+struct Check<'a> {
+    fault: Option<&'a Fault>,
+}
+
+impl<T: Real> Visitor<T> for Check<'_> {
+    type Output = Measured;
+
+    fn visit<const N: usize, const D: usize, R: Retraction<T, N, D>>(self, system: System<T, N, D, R>) -> Measured {
+        let (l, f, r, h) = (&system.lagrangian, &system.force, &system.retraction, system.step);
+        let body = EulerPoincare::new(system.algebra.clone(), l, f);
+        let mut method = MuntheKaas::new(body, r, planted(&system.tableau, self.fault));
+        let (start, mut end) = (&system.state, system.state.clone());
+        if let Err(error) = method.step(&mut end, h) {
+            return refused(&error);
+        }
+        let s = system.tableau.stages();
+        let (a, b, c) = (system.tableau.a(), system.tableau.b(), system.tableau.c());
+        let floor = 256.0 * (s * N) as f64;
+        let sum = |weight: &dyn Fn(usize) -> T| {
+            method.stages().enumerate().fold((start.momentum, Vector::zeros()), |(mu, xi), (j, (slope, rate, _))| {
+                (mu + slope * (h * weight(j)), xi + rate * (h * weight(j)))
+            })
+        };
+        let same = |lhs: &Covector<T, N>, rhs: &Covector<T, N>, size: T, what: &str, i: usize| {
+            let size = size.max(size_of(rhs.iter().copied())).max(T::unit_roundoff() * T::unit_roundoff());
+            Measured::defect(size_of((lhs - rhs).iter().copied()), size, floor, || format!("{what} of stage {}", i + 1))
+        };
+        let (momentum, _) = sum(&|j| b[j]);
+        let mut worst = same(&end.momentum, &momentum, start.momentum.amax(), "μ'", s);
+        for (i, (slope, rate, velocity)) in method.stages().enumerate() {
+            let (m, xi) = sum(&|j| a[(i, j)]);
+            let point = match r.at(&xi) {
+                Ok(point) => point,
+                Err(_) => return Measured::NotApplicable("the step leaves the domain of the retraction".into()),
+            };
+            let force = f.force(start.time + c[i] * h, velocity);
+            let free = system.algebra.coad(velocity, &m);
+            let rates = velocity.amax().max(rate.amax());
+            worst = worst
+                .and(same(&l.gradient(velocity), &m, start.momentum.amax(), "l'(η) − M", i))
+                .and(same(slope, &(free + force), free.amax() + force.amax(), "κ", i))
+                .and(same(&(point.d() * rate).transpose(), &velocity.transpose(), rates, "dτ K − η", i));
+        }
+        worst
+    }
+}

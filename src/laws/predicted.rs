@@ -1,0 +1,184 @@
+//! The order that the coefficients predict is the order that is measured, from both sides, for random tableaux.
+//!
+//! In 32 digits, on steps that shrink to where nothing but rounding is left ([`Rung::shrinking`]): a term of lower order shows
+//! however small its coefficient. The reference is a classical Gauss method on the vector field of (μ, g).
+
+use super::CaseLaw;
+use super::integrators::subject;
+use super::planted::retraction::{INVERSE_MISSING, Plant};
+use super::planted::step::{
+    FIRST_STAGE, FORCE_INDEX, FROM_LEFT, INVERSE_SECOND, INVERTED, NO_FORCE, NO_SECOND, NOT_TRANSPORTED, ORDER_TWO,
+    SWAPPED_SECOND, UNCONJUGATED,
+};
+use super::planted::tableau::{COEFFICIENT, WRONG_STAGE, planted};
+use crate::harness::{Cost, Fault, Verdict};
+use crate::integrators::MuntheKaas;
+use crate::mechanics::equations::EulerPoincare;
+use crate::retraction::Retraction;
+use crate::scalar::Dd;
+use crate::study::{Comparison, Rung, Study, problem, reference};
+use crate::system::{Case, Cases, System, Visitor, cases};
+use crate::tableau::{Classic, Description, Family, Order, Tableau, classical_order, known, variational_order};
+use proptest::sample::select;
+use proptest::strategy::{BoxedStrategy, Strategy, Union};
+
+const BOUND: &str = "a quarter: half the way to the point that is as near to the next integer";
+const ORACLE: &str = "a classical Gauss method of order 16 on the vector field; the order computed from the trees";
+
+/// Steps of each level: two, so that what a step does to the state it hands on counts.
+const STEPS: usize = 2;
+
+/// The most levels, each with half the step of the one before.
+const LEVELS: usize = 16;
+
+/// How many variations of a case are asked, where it shows a higher order than predicted.
+const VARIATIONS: i64 = 3;
+
+/// The highest order that is checked; the generators stay below.
+const HIGHEST: usize = 10;
+
+/// The laws of this file.
+pub static LAWS: &[CaseLaw] = &[
+    CaseLaw {
+        name: "order-predicted",
+        statement: "the variational integrator has the order of the pair (a, â) in (μ, g), neither more nor less, for any tableau",
+        source: "Martín de Diego and Sato Martín de Almagro 2019, Thm 5.4",
+        oracle: ORACLE,
+        bound: BOUND,
+        cost: Cost::Cheap,
+        faults: &[
+            INVERSE_SECOND,
+            NO_SECOND,
+            SWAPPED_SECOND,
+            FORCE_INDEX,
+            UNCONJUGATED,
+            NO_FORCE,
+            NOT_TRANSPORTED,
+            FIRST_STAGE,
+            INVERTED,
+            FROM_LEFT,
+            ORDER_TWO,
+            COEFFICIENT,
+        ],
+        cases: || smooth().with_tableaux(tableaux()).boxed(),
+        check: |case, fault| check(case, fault, Which::Variational),
+    },
+    CaseLaw {
+        name: "order-munthe-kaas",
+        statement: "a Runge–Kutta–Munthe-Kaas method has the classical order of its tableau in (μ, g)",
+        source: "Munthe-Kaas 1999, Thm 3.3",
+        oracle: ORACLE,
+        bound: BOUND,
+        cost: Cost::Expensive,
+        faults: &[WRONG_STAGE, INVERSE_MISSING],
+        cases: || smooth().with_tableaux(tableaux()).boxed(),
+        check: |case, fault| check(case, fault, Which::MuntheKaas),
+    },
+];
+
+fn smooth() -> Cases {
+    cases().forced_nonabelian().smooth().with_group().main_dimensions()
+}
+
+/// Tableaux of known order 1 to 6, every class of them; one in five has a name, its order at most 6 too.
+///
+/// Built once for each thread: the lists behind it take longer than a case.
+fn tableaux() -> BoxedStrategy<Description> {
+    thread_local! {
+        static KNOWN: BoxedStrategy<Description> = {
+            let mut named: Vec<Description> = Classic::DRAWN.map(Description::Classic).to_vec();
+            for family in Family::DRAWN {
+                let least = family.least_stages();
+                named.extend((least..least + 3).map(|stages| Description::Family(family, stages)));
+            }
+            let random = known::descriptions(known::any_of_known_order());
+            Union::new_weighted(vec![(4, random), (1, select(named).boxed())]).boxed()
+        };
+    }
+    KNOWN.with(Clone::clone)
+}
+
+/// Which method.
+#[derive(Clone, Copy)]
+enum Which {
+    Variational,
+    MuntheKaas,
+}
+
+impl Which {
+    /// Its order by the coefficients.
+    fn order(self, tableau: &Tableau<Dd>) -> Order {
+        match self {
+            Which::Variational => variational_order(tableau, HIGHEST),
+            Which::MuntheKaas => classical_order(tableau, HIGHEST),
+        }
+    }
+}
+
+/// As predicted or below decides. Above, the case may be special: then its variations are asked, and a body without symmetry;
+/// if the order shows on one of them, it is the order of the method, which is the least that any system shows.
+fn check(case: &Case, fault: Option<&Fault>, which: Which) -> Verdict {
+    let compare = |case: &Case| match case.dispatch_main_with::<Dd, _>(&Plant(fault), Descent { fault, which }) {
+        Ok(comparison) => Ok(comparison),
+        Err(e) => Err(Verdict::broken(format!("a generated case cannot be built: {e}"))),
+    };
+    let first = match compare(case) {
+        Ok(comparison) => comparison,
+        Err(verdict) => return verdict,
+    };
+    if !matches!(first, Comparison::Above { .. } | Comparison::Exact) {
+        return first.verdict();
+    }
+    let mut above = matches!(first, Comparison::Above { .. });
+    for k in 1..=VARIATIONS {
+        match compare(&problem::varied(case, k)) {
+            Ok(Comparison::Above { .. }) => above = true,
+            Ok(Comparison::Exact | Comparison::Unknown { .. }) => {}
+            Ok(decided) => return decided.verdict(),
+            Err(verdict) => return verdict,
+        }
+    }
+    let generic = problem::generic().map(|file| {
+        let mut generic = file.case;
+        generic.method = case.method.clone();
+        compare(&generic)
+    });
+    match generic {
+        Ok(Ok(Comparison::As { .. })) => Verdict::inconclusive("the algebra hides the order: it shows on so(3)"),
+        Ok(Ok(Comparison::Above { .. })) if above => first.verdict(),
+        Ok(Ok(other)) => other.verdict(),
+        Ok(Err(verdict)) => verdict,
+        Err(e) => Verdict::broken(e.to_string()),
+    }
+}
+
+/// The errors of a method on a system, down to round-off.
+struct Descent<'a> {
+    fault: Option<&'a Fault>,
+    which: Which,
+}
+
+impl Visitor<Dd> for Descent<'_> {
+    type Output = Comparison;
+
+    fn visit<const N: usize, const D: usize, R: Retraction<Dd, N, D>>(self, system: System<Dd, N, D, R>) -> Comparison {
+        let order = self.which.order(&system.tableau).order as u32;
+        let (l, f, r) = (&system.lagrangian, &system.force, &system.retraction);
+        let body = EulerPoincare::new(system.algebra.clone(), l, f);
+        // Down to where an error of this order is 2⁻⁹⁰ of what it was, and no further than it takes to see a wrong coefficient.
+        let levels = (90 / (order as usize + 1) + 3).min(LEVELS);
+        let rungs = Rung::shrinking(system.step, STEPS, levels);
+        let times: Vec<Dd> = rungs.iter().map(Rung::duration).collect();
+        let Ok(targets) = reference::at(&body, system.group.as_ref(), &system.state, &times, 4 + order as usize / 2)
+        else {
+            return Comparison::Unknown { why: "the reference did not converge".into() };
+        };
+        let study = Study::new(system.state.clone()).with_attitude();
+        let spoilt = planted(&system.tableau, self.fault);
+        let findings = match self.which {
+            Which::Variational => study.descend(|| subject(&system, self.fault), &rungs, &targets),
+            Which::MuntheKaas => study.descend(|| MuntheKaas::new(body.clone(), r, spoilt.clone()), &rungs, &targets),
+        };
+        findings.local().compare(order)
+    }
+}
