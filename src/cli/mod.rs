@@ -4,6 +4,7 @@ mod faults;
 mod figures;
 pub mod integrate;
 pub mod laws;
+pub mod order;
 pub mod paper;
 mod plot;
 mod progress;
@@ -33,9 +34,9 @@ pub struct CommandLine {
 const EXIT_CODES: &str = "\
 Exit codes:
   0  success
-  1  a law is broken, or a computation came to no result
+  1  a law is broken, an order is refuted, or a computation came to no result
   2  bad usage or a bad file
-  3  replay: the law has no verdict on the case";
+  3  replay, order: no verdict";
 
 #[derive(Subcommand)]
 enum Command {
@@ -45,6 +46,8 @@ enum Command {
     Replay(replay::Arguments),
     /// List the laws: statement, source, oracle, planted faults
     Laws(laws::Arguments),
+    /// The orders of a tableau: declared, computed from its coefficients, measured
+    Order(order::Arguments),
     /// Reproduce the tables and figures of the paper
     Paper(paper::Arguments),
     /// Integrate a system described in a file
@@ -58,6 +61,7 @@ impl CommandLine {
             Command::Verify(arguments) => verify::run(arguments),
             Command::Replay(arguments) => replay::run(arguments),
             Command::Laws(arguments) => laws::run(arguments),
+            Command::Order(arguments) => order::run(arguments),
             Command::Paper(arguments) => paper::run(arguments),
             Command::Integrate(arguments) => integrate::run(arguments),
         };

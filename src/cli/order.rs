@@ -1,0 +1,221 @@
+//! `order`: the orders of a tableau, declared, computed and measured, side by side.
+
+mod figure;
+mod text;
+
+use super::{Failure, Format, print};
+use clap::builder::PossibleValuesParser;
+use euler_poincare::harness::Verdict;
+use euler_poincare::scalar::{Dd, Qd};
+use euler_poincare::study::guard::Warning;
+use euler_poincare::study::{Digits, Judged, TrialError, problem};
+use euler_poincare::system::{Case, SystemFile};
+use euler_poincare::tableau::order::MAX_VARIATIONAL;
+use euler_poincare::tableau::{Analysis, Description, TableauError, TableauFile, analyse};
+use std::fs::File;
+use std::io::Read;
+use std::path::{Path, PathBuf};
+use std::process::ExitCode;
+
+const EXPLANATION: &str = "\
+declared     what the name or the file claims, as a Runge-Kutta method
+classical    the order conditions of rooted trees, from the coefficients
+variational  those of the pair (a, a-hat), from the coefficients: the order of the variational integrator
+empirical    the slope of the errors in momentum and attitude, over a horizon and with steps that shrink to round-off
+
+The verdict compares empirical and variational order. Exit codes: 0 confirmed, 1 refuted, 3 inconclusive, 2 bad usage or
+a bad file. A tableau file has a = [[...], ...], b = [...] and, if wanted, c, order and name, in TOML or JSON; entries are
+numbers or texts such as \"1/2 - sqrt(3)/6\"; decimals with three or more places count as rounded unless they are dyadic.";
+
+/// Options of `order`.
+#[derive(clap::Args)]
+#[command(after_help = EXPLANATION)]
+pub struct Arguments {
+    /// A name (rk4, kutta38, heun2, ralston3, sdirk2, gauss-S, lobatto-iiia-S, ..., radau-iia-S) or a tableau file
+    #[arg(long, value_name = "NAME|FILE")]
+    tableau: String,
+    /// The system that is integrated [default: a rigid body without symmetry, with drag and a torque that varies in time]
+    #[arg(long, value_name = "SYSTEM.toml")]
+    system: Option<PathBuf>,
+    /// The digits of the arithmetic
+    #[arg(long, default_value = "32", value_parser = PossibleValuesParser::new(["16", "32", "64"]))]
+    digits: String,
+    /// The order that is claimed, in place of that of the name or the file
+    #[arg(long, value_name = "P", value_parser = clap::value_parser!(u32).range(1..=200))]
+    declared: Option<u32>,
+    /// A work plot: errors against the step, with the fitted line and its window
+    #[arg(long, value_name = "FILE.svg")]
+    plot: Option<PathBuf>,
+    /// How the result is printed
+    #[arg(long, value_enum, default_value = "text")]
+    format: Format,
+}
+
+/// What is known of the tableau on the system.
+pub struct Outcome {
+    /// The name, or the file's path.
+    pub tableau: String,
+    /// What is claimed.
+    pub declared: Option<usize>,
+    pub analysis: Analysis,
+    /// The file of the system, if not the standard one.
+    pub system: Option<PathBuf>,
+    pub digits: Digits,
+    pub horizon: f64,
+    /// The order that the measurement is held against, and whether it is the exact one rather than that to the digits given.
+    pub predicted: (usize, bool),
+    pub judged: Judged,
+    pub notes: Vec<String>,
+}
+
+/// `confirmed`, `refuted`, `inconclusive`.
+pub fn word(verdict: &Verdict) -> &'static str {
+    match verdict {
+        Verdict::Holds { .. } => "confirmed",
+        Verdict::Broken { .. } => "refuted",
+        Verdict::Inconclusive { .. } | Verdict::NotApplicable { .. } => "inconclusive",
+    }
+}
+
+impl Outcome {
+    /// Whether the claim is the order that the coefficients give in this scheme; `None` without a claim.
+    pub fn declared_holds(&self) -> Option<bool> {
+        let order = &self.analysis.exactly.variational;
+        self.declared.map(|declared| declared == order.order || (order.broken.is_none() && declared > order.order))
+    }
+}
+
+pub fn run(arguments: Arguments) -> Result<ExitCode, Failure> {
+    let digits = match arguments.digits.as_str() {
+        "16" => Digits::Sixteen,
+        "64" => Digits::SixtyFour,
+        _ => Digits::ThirtyTwo,
+    };
+    let (description, mut analysis) = tableau(&arguments.tableau, digits)?;
+    if let Some(declared) = arguments.declared {
+        analysis.declared = Some(declared as usize);
+    }
+    let (mut case, horizon, mut notes) = system(arguments.system.as_deref())?;
+    case.method.tableau = description;
+    if let Some(path) = &arguments.plot {
+        // A path that cannot be written is known before the run, not after it.
+        File::create(path).map_err(|error| Failure::file(path, error))?;
+    }
+    let (judged, predicted) = judge(&case, digits, horizon, &analysis, arguments.system.as_deref(), &mut notes)?;
+    let outcome = Outcome {
+        tableau: arguments.tableau,
+        declared: analysis.declared,
+        analysis,
+        system: arguments.system,
+        digits,
+        horizon,
+        predicted,
+        judged,
+        notes,
+    };
+    if let Some(path) = &arguments.plot {
+        figure::draw(&outcome, path).map_err(|reason| Failure::file(path, reason))?;
+    }
+    match arguments.format {
+        Format::Text => print(&text::text(&outcome))?,
+        Format::Json => print(&format!("{}\n", text::json(&outcome)))?,
+    }
+    Ok(match outcome.judged.verdict {
+        Verdict::Holds { .. } => ExitCode::SUCCESS,
+        Verdict::Broken { .. } => ExitCode::from(1),
+        Verdict::Inconclusive { .. } | Verdict::NotApplicable { .. } => ExitCode::from(3),
+    })
+}
+
+/// The tableau of a name or a file, analysed at the working precision or better.
+fn tableau(argument: &str, digits: Digits) -> Result<(Description, Analysis), Failure> {
+    let unknown = match argument.parse::<Description>() {
+        Ok(description) => {
+            let analysis = analysed(&description, digits).map_err(|error| Failure::Usage(error.to_string()))?;
+            return Ok((description, analysis));
+        }
+        Err(error) => error,
+    };
+    let path = Path::new(argument);
+    if !path.exists() && !argument.contains(['/', '\\', '.']) {
+        return Err(Failure::Usage(unknown.to_string()));
+    }
+    let mut text = String::new();
+    let limit = euler_poincare::tableau::file::LONGEST as u64 + 1;
+    File::open(path)
+        .and_then(|file| file.take(limit).read_to_string(&mut text))
+        .map_err(|error| Failure::file(path, error))?;
+    let file = TableauFile::parse(&text).map_err(|error| Failure::file(path, error))?;
+    let description = file.description();
+    let mut analysis = analysed(&description, digits).map_err(|error| Failure::file(path, error))?;
+    analysis.declared = file.order;
+    if let Some(name) = file.name {
+        analysis.description = name;
+    }
+    Ok((description, analysis))
+}
+
+fn analysed(description: &Description, digits: Digits) -> Result<Analysis, TableauError> {
+    match digits {
+        Digits::SixtyFour => analyse::<Qd>(description, MAX_VARIATIONAL),
+        _ => analyse::<Dd>(description, MAX_VARIATIONAL),
+    }
+}
+
+/// The most steps of a system's file that the horizon of a study covers.
+const MOST_STEPS: f64 = 128.0;
+
+/// The case of a file, or the standard one; the horizon; what was changed.
+fn system(path: Option<&Path>) -> Result<(Case, f64, Vec<String>), Failure> {
+    let file = match path {
+        None => problem::generic().map_err(|error| Failure::Computation(error.to_string()))?,
+        Some(path) => {
+            let mut text = String::new();
+            let limit = euler_poincare::system::file::MAX_BYTES as u64 + 1;
+            let read = File::open(path).and_then(|file| file.take(limit).read_to_string(&mut text));
+            read.map_err(|error| Failure::file(path, error))?;
+            SystemFile::parse(&text).map_err(|refused| Failure::file(path, refused))?
+        }
+    };
+    let step = file.case.step.eval::<f64>().unwrap_or(0.125);
+    let (steps, last) = file.plan::<f64>().unwrap_or((8, None));
+    let horizon = steps as f64 * step + last.unwrap_or(0.0);
+    let longest = MOST_STEPS * step;
+    if horizon.abs() > longest.abs() {
+        let note = format!("The horizon of the system, {horizon}, was cut to {MOST_STEPS} of its steps, {longest}.");
+        return Ok((file.case, longest, vec![note]));
+    }
+    Ok((file.case, horizon, Vec::new()))
+}
+
+/// The verdict on the exact order; where the digits given make another and the arithmetic cannot tell them apart, on that one.
+fn judge(
+    case: &Case,
+    digits: Digits,
+    horizon: f64,
+    analysis: &Analysis,
+    system: Option<&Path>,
+    notes: &mut Vec<String>,
+) -> Result<(Judged, (usize, bool)), Failure> {
+    let failed = |error: TrialError| match (error, system) {
+        (TrialError::Case(error), Some(path)) => Failure::file(path, error),
+        (error, _) => Failure::Computation(error.to_string()),
+    };
+    let exact = &analysis.exactly.variational;
+    let judged = Judged::of(case, digits, horizon, exact.order as u32, exact.broken.is_none()).map_err(failed)?;
+    let given = analysis.to_digits.as_ref().map(|digits| &digits.variational);
+    let Some(given) = given.filter(|given| given.order != exact.order && !judged.verdict.holds()) else {
+        return Ok((judged, (exact.order, true)));
+    };
+    let number = digits.number();
+    let mut again = Judged::of(case, digits, horizon, given.order as u32, given.broken.is_none()).map_err(failed)?;
+    if again.verdict.holds() {
+        notes.push(format!(
+            "In {number} digits the errors show the order {given} of the digits given; the exact order of these digits, \
+             {exact}, shows at smaller errors than {number} digits can tell."
+        ));
+        return Ok((again, (given.order, false)));
+    }
+    again.trial.warnings.retain(|warning| *warning != Warning::SuperConvergence);
+    Ok((judged, (exact.order, true)))
+}

@@ -1,0 +1,240 @@
+//! What `order` prints.
+
+use super::super::table::{entries, table};
+use super::{Outcome, word};
+use euler_poincare::harness::Verdict;
+use euler_poincare::harness::convergence::{Estimate, Kind, kinds};
+use euler_poincare::study::{Findings, Line};
+use euler_poincare::tableau::analysis::Findings as Orders;
+use euler_poincare::tableau::failing::Failing;
+use serde_json::{Value, json};
+
+/// Failing conditions that are printed; the JSON has all that were found.
+const SHOWN: usize = 6;
+
+/// The three numbers, what is behind them, the table of errors.
+pub fn text(outcome: &Outcome) -> String {
+    let analysis = &outcome.analysis;
+    let orders = &analysis.exactly;
+    let how = if analysis.exact { "exact, in rationals" } else { "from the coefficients" };
+    let mut rows = vec![("tableau", tableau(outcome))];
+    rows.push(("declared", declared(outcome)));
+    rows.push(("classical", format!("{}  ({how}){}", orders.classical, to_digits(outcome, |o| &o.classical))));
+    rows.push(("variational", format!("{}  ({how}){}", orders.variational, to_digits(outcome, |o| &o.variational))));
+    rows.push(("empirical", empirical(outcome)));
+    rows.push(("verdict", verdict(outcome)));
+    rows.push(("assumed", assumptions(outcome)));
+    let mut text = entries(0, rows) + "\n";
+    let mut notes: Vec<String> = analysis.notes();
+    notes.extend(outcome.notes.iter().cloned());
+    notes.extend(outcome.judged.explanation.clone());
+    notes.extend(outcome.judged.trial.warnings.iter().map(|warning| format!("Warning: {warning}.")));
+    if !notes.is_empty() {
+        text += &format!("\n{}\n", entries(0, notes.into_iter().map(|note| ("note", note))));
+    }
+    for (name, failing) in [("classical", &orders.failing_classical), ("variational", &orders.failing_variational)] {
+        if let Some(failing) = failing {
+            text += &format!("\n{}", conditions(name, failing));
+        }
+    }
+    let hints = orders.hints();
+    if !hints.is_empty() {
+        text += &format!("{}\n", entries(2, hints.into_iter().map(|hint| ("because", hint))));
+    }
+    let trial = &outcome.judged.trial;
+    text += &format!(
+        "\nErrors at t = {}, {} digits\n{}\n",
+        outcome.horizon,
+        outcome.digits.number(),
+        errors(&trial.horizon)
+    );
+    text += &format!("\nErrors after two steps (slopes less one)\n{}\n", errors(&trial.descent));
+    text
+}
+
+fn tableau(outcome: &Outcome) -> String {
+    let analysis = &outcome.analysis;
+    let stages = if analysis.stages == 1 { "1 stage".into() } else { format!("{} stages", analysis.stages) };
+    let name = match analysis.description == outcome.tableau || analysis.description.starts_with("a = ") {
+        true => outcome.tableau.clone(),
+        false => format!("{} ({})", outcome.tableau, analysis.description),
+    };
+    let symplectic = if analysis.symplectic { ", symplectic" } else { "" };
+    let symmetric = if matches!(analysis.symmetry, euler_poincare::tableau::structure::Symmetry::Symmetric(_)) {
+        ", symmetric"
+    } else {
+        ""
+    };
+    format!("{name}: {stages}, {}{symmetric}{symplectic}, {}", analysis.shape, analysis.stability)
+}
+
+fn declared(outcome: &Outcome) -> String {
+    let Some(declared) = outcome.declared else { return "none".into() };
+    let classical = &outcome.analysis.exactly.classical;
+    let how = match outcome.declared_holds() {
+        Some(true) => "holds".to_owned(),
+        _ if declared == classical.order => "holds for a Runge-Kutta method, not for this scheme".into(),
+        _ => "does not hold".into(),
+    };
+    format!("{declared}  ({how})")
+}
+
+fn to_digits(outcome: &Outcome, of: impl Fn(&Orders) -> &euler_poincare::tableau::Order) -> String {
+    match &outcome.analysis.to_digits {
+        Some(digits) => format!("; to the digits given {}", of(digits)),
+        None => String::new(),
+    }
+}
+
+fn empirical(outcome: &Outcome) -> String {
+    let trial = &outcome.judged.trial;
+    match trial.slope(outcome.predicted.0 as u32) {
+        Some((study, quantity, Estimate::Slope { value, low, high, window })) => {
+            let what = &trial.horizon.quantities()[quantity];
+            let study = if study == "horizon" { "over the horizon" } else { "after two steps, less one" };
+            format!(
+                "{value:.3} in [{low:.3}, {high:.3}]  ({what}, {study}, steps {:.2e} to {:.2e})",
+                window.0, window.1
+            )
+        }
+        _ => "none".into(),
+    }
+}
+
+fn verdict(outcome: &Outcome) -> String {
+    let (order, exact) = outcome.predicted;
+    let whose = if exact { "" } else { " (to the digits given)" };
+    match &outcome.judged.verdict {
+        Verdict::Holds { .. } => format!("confirmed: the order is {order}{whose}"),
+        Verdict::Broken { witness, .. } => format!("refuted: {witness}"),
+        Verdict::Inconclusive { why } | Verdict::NotApplicable { why } => format!("inconclusive: {why}"),
+    }
+}
+
+fn assumptions(outcome: &Outcome) -> String {
+    let assumed = &outcome.analysis.exactly.assumptions;
+    [&assumed.b, &assumed.c, &assumed.d].map(ToString::to_string).join(", ")
+}
+
+fn conditions(name: &str, failing: &Failing) -> String {
+    let title =
+        format!("Conditions of {name} order {} that fail: {} of {}\n", failing.order, failing.count, failing.total);
+    let mut rows: Vec<(String, String)> =
+        failing.conditions.iter().take(SHOWN).map(|c| (c.tree.clone(), c.to_string())).collect();
+    if failing.count > SHOWN {
+        rows.push(("…".into(), format!("{} more (--format json lists them)", failing.count - rows.len())));
+    }
+    title + &entries(2, rows) + "\n"
+}
+
+/// One row for each level: steps, h, and the error of each quantity with the local slope; `~` marks noise, `·` levels before the
+/// window.
+fn errors(findings: &Findings) -> String {
+    let mut header = vec!["steps".to_owned(), "h".to_owned()];
+    for quantity in findings.quantities() {
+        header.extend([quantity.clone(), "slope".into()]);
+    }
+    let header: Vec<&str> = header.iter().map(String::as_str).collect();
+    let mut table = table(&header, 0..header.len());
+    let marks: Vec<Vec<Kind>> = (0..findings.quantities().len())
+        .map(|quantity| match findings.line(quantity) {
+            Line::Exact => vec![Kind::Noise; findings.rows().len()],
+            Line::Read(estimate) => kinds(&findings.levels(quantity), &estimate.lowered(-findings.excess())),
+        })
+        .collect();
+    let (mut reached, mut last) = (0, None::<&euler_poincare::study::Row>);
+    for row in findings.rows() {
+        let mut cells = vec![row.steps.to_string(), format!("{:.3e}", row.h)];
+        match &row.readings {
+            Err(error) => cells.push(format!("{error}").chars().take(60).collect()),
+            Ok(readings) => {
+                for (quantity, reading) in readings.iter().enumerate() {
+                    let mark = match marks[quantity].get(reached) {
+                        Some(Kind::Noise) => "~",
+                        Some(Kind::PreAsymptotic) => "·",
+                        _ => "",
+                    };
+                    let before = last.and_then(|row| Some((row.h, row.readings.as_ref().ok()?.get(quantity)?.error)));
+                    let slope = before
+                        .filter(|(_, error)| *error > 0.0 && reading.error > 0.0)
+                        .map(|(h, error)| (error / reading.error).ln() / (h / row.h).ln() - findings.excess())
+                        .map_or(String::new(), |slope| format!("{slope:.3}"));
+                    cells.extend([format!("{mark}{:.3e}", reading.error), slope]);
+                }
+                reached += 1;
+                last = Some(row);
+            }
+        }
+        table.add_row(cells);
+    }
+    let mut legend = Vec::new();
+    if marks.iter().flatten().any(|kind| *kind == Kind::Noise) {
+        legend.push("~ within the noise");
+    }
+    if marks.iter().flatten().any(|kind| *kind == Kind::PreAsymptotic) {
+        legend.push("· not on the line (yet)");
+    }
+    let legend = if legend.is_empty() { String::new() } else { format!("\n{}", legend.join(", ")) };
+    table.trim_fmt() + &legend
+}
+
+/// One object.
+pub fn json(outcome: &Outcome) -> Value {
+    let (analysis, trial) = (&outcome.analysis, &outcome.judged.trial);
+    let orders = &analysis.exactly;
+    let empirical = match trial.slope(outcome.predicted.0 as u32) {
+        Some((study, quantity, Estimate::Slope { value, low, high, window })) => json!({
+            "slope": value, "low": low, "high": high,
+            "study": study, "quantity": trial.horizon.quantities()[quantity], "window": [window.0, window.1],
+        }),
+        _ => json!({ "slope": null, "low": null, "high": null }),
+    };
+    let why = match &outcome.judged.verdict {
+        Verdict::Holds { .. } => None,
+        Verdict::Broken { witness, .. } => Some(witness.clone()),
+        Verdict::Inconclusive { why } | Verdict::NotApplicable { why } => Some(why.clone()),
+    };
+    let digits = analysis
+        .to_digits
+        .as_ref()
+        .map(|digits| json!({ "classical": digits.classical.order, "variational": digits.variational.order }));
+    let mut notes = analysis.notes();
+    notes.extend(outcome.notes.iter().cloned());
+    notes.extend(outcome.judged.explanation.clone());
+    let failing = orders.failing_variational.as_ref().map_or(json!([]), |failing| json!(failing.conditions));
+    json!({
+        "tableau": outcome.tableau,
+        "declared": outcome.declared,
+        "declared_holds": outcome.declared_holds(),
+        "classical": orders.classical.order,
+        "variational": orders.variational.order,
+        "at_least": orders.variational.broken.is_none(),
+        "to_digits_given": digits,
+        "empirical": empirical,
+        "verdict": word(&outcome.judged.verdict),
+        "why": why,
+        "failing_trees": failing,
+        "failing_classical_trees": orders.failing_classical.as_ref().map_or(json!([]), |f| json!(f.conditions)),
+        "because": orders.hints(),
+        "notes": notes,
+        "warnings": trial.warnings.iter().map(|warning| warning.name()).collect::<Vec<_>>(),
+        "digits": outcome.digits.number(),
+        "system": outcome.system,
+        "horizon": outcome.horizon,
+        "levels": { "horizon": levels(&trial.horizon), "descent": levels(&trial.descent) },
+    })
+}
+
+fn levels(findings: &Findings) -> Value {
+    let row = |row: &euler_poincare::study::Row| {
+        let readings = match &row.readings {
+            Err(error) => json!({ "refused": error.to_string() }),
+            Ok(readings) => {
+                let named = findings.quantities().iter().zip(readings);
+                named.map(|(name, r)| (name.clone(), json!({ "error": r.error, "noise": r.noise }))).collect()
+            }
+        };
+        json!({ "steps": row.steps, "h": row.h, "readings": readings })
+    };
+    findings.rows().iter().map(row).collect()
+}
