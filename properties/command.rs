@@ -1,5 +1,8 @@
 //! Properties of the command: exit codes, formats, determinism, saved cases.
 
+#[path = "command/order.rs"]
+mod order;
+
 use euler_poincare::system::{Case, Replay};
 use serde_json::Value;
 use std::fs;

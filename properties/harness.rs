@@ -1,6 +1,7 @@
 //! Properties of `euler_poincare::harness`, on toy laws.
 
-use euler_poincare::harness::convergence::{Estimate, Level, estimate, estimate_pairs};
+use euler_poincare::harness::convergence::{Estimate, Kind, Level, estimate, estimate_pairs, kinds};
+use euler_poincare::harness::ladder::{Cause, Rung, cause};
 use euler_poincare::harness::{
     BoxedStrategy, Campaign, Cost, Count, Fault, Law, Progress, Report, Verdict, case_seed, catch_fault, draw, shrink,
     verdict_on,
@@ -534,4 +535,75 @@ fn lines_that_say_nothing() {
     assert!(estimate_pairs(&pairs, 0.0).judge(2).holds());
     pairs[2].1 = 0.0;
     assert!(matches!(estimate_pairs(&pairs, 0.0).judge(2), Verdict::Inconclusive { .. }));
+}
+
+proptest! {
+    /// Rounding of any amplification, at two or three precisions, is told from an error that stays, however small.
+    #[test]
+    fn the_ladder_tells_rounding_from_error(
+        size in 0.0..6.0_f64, wobble in prop::collection::vec(-1.0..1.0_f64, 3), fault in -20.0..-3.0_f64, three in any::<bool>(),
+    ) {
+        let units = [1.1e-16, 1e-31, 1.2e-63];
+        let units = &units[..if three { 3 } else { 2 }];
+        let rounding = |k: usize| 10_f64.powf(size + wobble[k]) * units[k];
+        let rungs = |extra: f64| {
+            let rung = |k: usize| Rung { unit_roundoff: units[k], defect: rounding(k) + extra };
+            (0..units.len()).map(rung).collect::<Vec<_>>()
+        };
+        prop_assert!(matches!(cause(&rungs(0.0)), Cause::Rounding { .. }), "{:?}", cause(&rungs(0.0)));
+        let fault = 10_f64.powf(fault);
+        let found = cause(&rungs(fault));
+        if fault > 1e12 * units[units.len() - 1] {
+            prop_assert!(!matches!(found, Cause::Rounding { .. }), "{found:?}");
+        }
+        if fault > rounding(0) || three {
+            prop_assert!(matches!(found, Cause::Error { .. }), "{found:?}");
+        }
+    }
+}
+
+#[test]
+fn ladders_that_say_nothing() {
+    let rung = |unit_roundoff, defect| Rung { unit_roundoff, defect };
+    let unclear = |rungs: &[Rung]| matches!(cause(rungs), Cause::Unclear { .. });
+    assert!(unclear(&[]) && unclear(&[rung(1e-16, 1e-15)]) && unclear(&[rung(1e-16, 1e-15), rung(1e-16, 1e-15)]));
+    assert!(unclear(&[rung(1e-16, f64::NAN), rung(1e-31, 0.0)]) && unclear(&[rung(0.0, 1.0), rung(1e-31, 0.0)]));
+    // Half the digits lost to a square root.
+    assert!(unclear(&[rung(1e-16, 1e-8), rung(1e-32, 1e-16)]));
+    assert_eq!(cause(&[rung(1e-31, 0.0), rung(1e-16, 0.0)]), Cause::Rounding { amplification: 0.0 });
+    assert!(matches!(cause(&[rung(1e-31, 1e-4), rung(1e-16, 0.0)]), Cause::Error { .. }));
+}
+
+#[test]
+fn every_level_is_accounted_for() {
+    // A bump before the order shows, then order 3, then noise.
+    let noise = 1e-13;
+    let f = |h: f64| h.powi(3) * (1.0 + 200.0 * (-0.2 / h).exp() * h) + 0.0;
+    let mut levels: Vec<Level> =
+        line(1.0, 2.0, 18, f).iter().map(|&(h, error)| Level { h, error: error.max(noise), noise }).collect();
+    let read = estimate(&levels);
+    assert!(read.judge(3).holds(), "{read:?}");
+    let found = kinds(&levels, &read);
+    let sequence = [Kind::PreAsymptotic, Kind::Asymptotic, Kind::Noise];
+    let counts = sequence.map(|kind| found.iter().filter(|k| **k == kind).count());
+    assert!(counts[0] >= 2 && counts[1] >= 4 && counts[2] >= 3, "{found:?}");
+    let mut sorted = found.clone();
+    sorted.sort_by_key(|kind| sequence.iter().position(|k| k == kind));
+    assert_eq!(found, sorted);
+    // In any sequence of the levels.
+    levels.reverse();
+    let mut reversed = kinds(&levels, &read);
+    reversed.reverse();
+    assert_eq!(found, reversed);
+    // Without an estimate nothing is on a line.
+    let none = Estimate::Inconclusive { why: "none".into(), slopes: Vec::new() };
+    assert!(kinds(&levels, &none).iter().all(|kind| *kind != Kind::Asymptotic));
+}
+
+#[test]
+fn local_slopes_are_lowered_by_one() {
+    let read = estimate_pairs(&line(0.5, 2.0, 6, |h| h.powi(5)), 0.0);
+    assert!(read.clone().lowered(1.0).judge(4).holds() && read.judge(5).holds());
+    assert!((read.slope().unwrap() - 5.0).abs() < 1e-12);
+    assert!((read.lowered(1.0).slope().unwrap() - 4.0).abs() < 1e-12);
 }

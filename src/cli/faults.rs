@@ -18,7 +18,8 @@ const CASES: usize = 100;
 fn cases_for_size(cost: Cost) -> usize {
     match cost {
         Cost::Cheap => CASES,
-        // One of these takes a second or more.
+        // One of these takes a second or more with most faults.
+        Cost::Moderate => 2,
         Cost::Expensive | Cost::Heavy => 1,
     }
 }

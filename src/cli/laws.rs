@@ -64,6 +64,7 @@ fn list(names: &BTreeSet<String>) -> String {
 fn cost(cost: Cost) -> &'static str {
     match cost {
         Cost::Cheap => "cheap",
+        Cost::Moderate => "moderate",
         Cost::Expensive => "expensive",
         Cost::Heavy => "heavy",
     }

@@ -138,6 +138,7 @@ fn subjects(laws: Vec<&'static CaseLaw>, plant: Option<&str>) -> Result<Vec<Subj
 pub fn weight(cost: Cost) -> u64 {
     match cost {
         Cost::Cheap => 1,
+        Cost::Moderate => 20,
         Cost::Expensive => 50,
         Cost::Heavy => 1000,
     }

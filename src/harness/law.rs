@@ -162,6 +162,8 @@ impl Fault {
 pub enum Cost {
     /// Every one of the N cases.
     Cheap,
+    /// Every one of the N cases too, at a tenth of a second or more each.
+    Moderate,
     /// max(20, N/50) cases.
     Expensive,
     /// max(8, N/100) cases.
@@ -172,7 +174,7 @@ impl Cost {
     /// The number of cases of a law of this cost, in a campaign of `cases` per cheap law.
     pub fn cases(self, cases: usize) -> usize {
         match self {
-            Self::Cheap => cases,
+            Self::Cheap | Self::Moderate => cases,
             Self::Expensive => (cases / 50).max(20),
             Self::Heavy => (cases / 100).max(8),
         }

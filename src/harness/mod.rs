@@ -8,6 +8,7 @@ mod campaign;
 pub mod convergence;
 mod draw;
 mod guard;
+pub mod ladder;
 mod law;
 mod shrink;
 mod summary;

@@ -45,7 +45,7 @@ pub static LAWS: &[CaseLaw] = &[
         source: "Martín de Diego and Sato Martín de Almagro 2019, Thm 5.4",
         oracle: ORACLE,
         bound: BOUND,
-        cost: Cost::Cheap,
+        cost: Cost::Moderate,
         faults: &[
             INVERSE_SECOND,
             NO_SECOND,

@@ -7,7 +7,9 @@ use crate::algebra::{Covector, Vector};
 use crate::integrators::State;
 use crate::mechanics::equations::EulerPoincare;
 use crate::mechanics::{Force, Lagrangian};
+use crate::retraction::Retraction;
 use crate::scalar::Real;
+use crate::system::{Case, CaseError, System, Visitor};
 use std::fmt;
 
 /// Why a system is a poor test of an order.
@@ -142,4 +144,26 @@ where
     }
     found.sort();
     found
+}
+
+/// [`warnings`] about a case, in `f64`.
+///
+/// # Errors
+/// A case that cannot be built.
+pub fn of(case: &Case) -> Result<Vec<Warning>, CaseError> {
+    case.dispatch::<f64, _>(Look)
+}
+
+struct Look;
+
+impl Visitor<f64> for Look {
+    type Output = Vec<Warning>;
+
+    fn visit<const N: usize, const D: usize, R: Retraction<f64, N, D>>(
+        self,
+        system: System<f64, N, D, R>,
+    ) -> Vec<Warning> {
+        let body = EulerPoincare::new(system.algebra.clone(), &system.lagrangian, &system.force);
+        warnings(&body, &system.state)
+    }
 }

@@ -1,0 +1,236 @@
+//! Properties of `euler_poincare::study` and of the laws of order: bad methods are refuted every time, good ones never, and a
+//! table of all named tableaux.
+
+use euler_poincare::algebra::catalogue::Entry;
+use euler_poincare::harness::{Fault, Law, Verdict, draw};
+use euler_poincare::laws;
+use euler_poincare::laws::planted::step::{
+    FIRST_STAGE, FORCE_INDEX, INVERSE_SECOND, NO_SECOND, ORDER_TWO, UNCONJUGATED,
+};
+use euler_poincare::laws::planted::{retraction, tableau};
+use euler_poincare::scalar::{Dd, Number};
+use euler_poincare::study::guard::{self, Warning};
+use euler_poincare::study::{Comparison, Digits, Judged, Trial, problem};
+use euler_poincare::system::{Case, cases};
+use euler_poincare::tableau::{Description, Family, analyse};
+use proptest::sample::select;
+use proptest::strategy::Strategy;
+use std::fmt::Write;
+
+/// Random problems of each bad method.
+const PROBLEMS: usize = 20;
+
+/// Forced motions without warnings, on algebras that are not nilpotent, with one of these tableaux.
+fn problems(seed: u64, tableaux: &[&str], count: usize) -> Vec<Case> {
+    let tableaux: Vec<Description> = tableaux.iter().map(|name| name.parse().unwrap()).collect();
+    let algebras = [Entry::So3, Entry::Sl2, Entry::Se2, Entry::Se3, Entry::So4];
+    let strategy = cases().algebras(&algebras).forced_nonabelian().smooth().with_tableaux(select(tableaux)).boxed();
+    let mut found = Vec::new();
+    for index in 0.. {
+        let (case, _) = draw(&strategy, seed, "zoo", index).case.unwrap();
+        if guard::of(&case).unwrap().is_empty() {
+            found.push(case);
+        }
+        if found.len() == count {
+            break;
+        }
+    }
+    found
+}
+
+/// Every one of the problems refutes the method with the fault, and none the method without it.
+fn refuted(law: &str, fault: &Fault, tableaux: &[&str]) {
+    let law = laws::named(law).unwrap();
+    for (index, case) in problems(11, tableaux, PROBLEMS).iter().enumerate() {
+        let bad = law.check(case, Some(fault));
+        assert!(bad.is_broken(), "{}, problem {index}: {bad}\n{case}", fault.name);
+        if index < 4 {
+            let good = law.check(case, None);
+            assert!(good.holds(), "{}, problem {index}: {good}\n{case}", law.name);
+        }
+    }
+}
+
+#[test]
+fn rkmk4_with_the_wrong_stage() {
+    refuted("order-munthe-kaas", &tableau::WRONG_STAGE, &["rk4", "kutta38", "ralston3"]);
+}
+
+#[test]
+fn munthe_kaas_without_the_inverse_tangent() {
+    refuted("order-munthe-kaas", &retraction::INVERSE_MISSING, &["rk4", "kutta38", "ralston3"]);
+}
+
+#[test]
+fn the_second_tangent_of_the_inverse() {
+    refuted("order-predicted", &INVERSE_SECOND, &["gauss-2", "gauss-3", "rk4", "lobatto-iiib-3"]);
+}
+
+#[test]
+fn no_second_tangent() {
+    refuted("order-predicted", &NO_SECOND, &["gauss-2", "gauss-3", "rk4", "lobatto-iiia-3"]);
+}
+
+#[test]
+fn the_transported_force_with_the_wrong_index() {
+    refuted("order-predicted", &FORCE_INDEX, &["gauss-3", "radau-iia-3", "lobatto-iiib-4"]);
+}
+
+#[test]
+fn a_coefficient_off_by_a_millionth() {
+    refuted("order-predicted", &tableau::COEFFICIENT, &["rk4", "gauss-2", "gauss-3", "radau-ia-2", "lobatto-iiic-3"]);
+}
+
+#[test]
+fn a_for_its_conjugate() {
+    refuted("order-predicted", &UNCONJUGATED, &["ralston3"]);
+}
+
+#[test]
+fn momentum_right_and_attitude_of_order_two() {
+    refuted("order-predicted", &ORDER_TWO, &["gauss-2", "gauss-3", "rk4", "sdirk2"]);
+}
+
+#[test]
+fn the_force_of_the_first_stage() {
+    refuted("order-predicted", &FIRST_STAGE, &["gauss-2", "gauss-3", "rk4", "lobatto-iiia-3"]);
+}
+
+/// The entries of a Gauss method to so many decimals.
+fn rounded(stages: usize, places: usize) -> Description {
+    let tableau = Family::Gauss.tableau::<f64>(stages).unwrap();
+    let number = |x: f64| format!("{x:.places$}").parse::<Number>().unwrap();
+    let a = (0..stages).map(|i| (0..stages).map(|j| number(tableau.a()[(i, j)])).collect()).collect();
+    Description::entries(a, tableau.b().iter().map(|&b| number(b)).collect())
+}
+
+#[test]
+fn gauss_3_to_eight_digits() {
+    let description = rounded(3, 8);
+    let analysis = analyse::<Dd>(&description, 8).unwrap();
+    assert!(analysis.exactly.variational.order <= 2, "{:?}", analysis.exactly.variational);
+    assert_eq!(analysis.to_digits.as_ref().unwrap().variational.order, 6);
+    let exact = analysis.exactly.variational.order as u32;
+    for mut case in problems(12, &["gauss-3"], PROBLEMS) {
+        case.method.tableau = description.clone();
+        let horizon = 4.0 * case.step.eval::<f64>().unwrap();
+        let trial = Trial::of(&case, Digits::ThirtyTwo, horizon, 6).unwrap();
+        assert!(matches!(trial.compare(6), Comparison::Below { .. }), "{:?}\n{case}", trial.compare(6));
+        assert!(matches!(trial.compare(exact), Comparison::As { .. }), "{:?}\n{case}", trial.compare(exact));
+        // In 16 digits it cannot be seen, and nothing is claimed to be.
+        let blind = Trial::of(&case, Digits::Sixteen, horizon, 6).unwrap();
+        assert!(!matches!(blind.compare(6), Comparison::Below { .. }), "{:?}\n{case}", blind.compare(6));
+    }
+}
+
+#[test]
+fn labels_that_are_off_are_refuted() {
+    for (name, order) in [("heun2", 2_u32), ("sdirk2", 3), ("rk4", 4), ("radau-iia-3", 5)] {
+        for case in problems(13, &[name], 5) {
+            let horizon = 4.0 * case.step.eval::<f64>().unwrap();
+            let trial = Trial::of(&case, Digits::ThirtyTwo, horizon, order).unwrap();
+            assert!(
+                matches!(trial.compare(order), Comparison::As { .. }),
+                "{name}: {:?}\n{case}",
+                trial.compare(order)
+            );
+            assert!(matches!(trial.compare(order + 1), Comparison::Below { .. }), "{name}\n{case}");
+            assert!(matches!(trial.compare(order - 1), Comparison::Above { .. }), "{name}\n{case}");
+        }
+    }
+}
+
+#[test]
+fn the_guard_warns_of_problems_that_hide() {
+    let generic = problem::generic().unwrap().case;
+    assert_eq!(guard::of(&generic).unwrap(), Vec::new());
+    let with = |from: &str, to: &str| {
+        let text = problem::generic_text().replace(from, to);
+        assert_ne!(text, problem::generic_text(), "{from}");
+        guard::of(&Case::from_toml(&text).unwrap()).unwrap()
+    };
+    let forces = {
+        let text = problem::generic_text();
+        let (start, end) = (text.find("[[force]]").unwrap(), text.find("[method]").unwrap());
+        text[start..end].to_owned()
+    };
+    let drag = "[[force]]\nkind = \"linear-drag\"\ncoefficient = \"1/4\"\n";
+    let inertia = "inertia = [[\"1/2\", \"1/8\", 0], [\"1/8\", 2, \"-1/4\"], [0, \"-1/4\", 1]]";
+    assert_eq!(with(&forces, ""), [Warning::NoForce]);
+    assert_eq!(with(&forces, "[[force]]\nkind = \"constant\"\nvalue = [1, 2, 3]\n"), [Warning::ForceIgnoresVelocity]);
+    assert_eq!(with("\"so3\"", "\"r3\""), [Warning::Commuting, Warning::LinearField]);
+    let body = problem::generic_text().replace(&forces, drag).replace(inertia, "inertia = [1, 1, 1]");
+    let isotropic = guard::of(&Case::from_toml(&body).unwrap()).unwrap();
+    assert_eq!(isotropic, [Warning::LinearField, Warning::Isotropic]);
+    let text = problem::generic_text().replace(&forces, "").replace(inertia, "inertia = [1, 2, 3]");
+    let steady = text.replace("velocity = [\"3/4\", \"1/4\", \"5/8\"]", "velocity = [0, 1, 0]");
+    assert_eq!(guard::of(&Case::from_toml(&steady).unwrap()).unwrap(), [Warning::NoForce, Warning::ConstantVelocity]);
+}
+
+#[test]
+fn a_system_that_hides_the_order_is_inconclusive() {
+    // Free motion in the basis of the axes: SDIRK-2 has order 4 there with Cayley, and 3 in general.
+    let text = problem::generic_text();
+    let (start, end) = (text.find("[[force]]").unwrap(), text.find("[method]").unwrap());
+    let mut case = Case::from_toml(&text.replace(&text[start..end], "")).unwrap();
+    case.method.tableau = "sdirk2".parse().unwrap();
+    let judged = Judged::of(&case, Digits::ThirtyTwo, 1.0, 3, false).unwrap();
+    assert!(matches!(judged.verdict, Verdict::Inconclusive { .. }), "{:?}", judged.verdict);
+    assert!(judged.trial.warnings.contains(&Warning::NoForce));
+    assert!(judged.trial.warnings.contains(&Warning::SuperConvergence));
+    assert!(judged.explanation.is_some());
+}
+
+/// The names that the command knows, with stages up to those of the table.
+fn named() -> Vec<String> {
+    let mut names: Vec<String> =
+        ["rk4", "kutta38", "ralston3", "heun2", "sdirk2", "sdirk3", "alexander2", "alexander3"]
+            .map(str::to_owned)
+            .to_vec();
+    let families =
+        [("gauss", 1..=6), ("radau-ia", 1..=3), ("radau-iia", 1..=3), ("lobatto-iiia", 2..=4), ("lobatto-iiib", 2..=4)];
+    for (family, stages) in families {
+        names.extend(stages.map(|s| format!("{family}-{s}")));
+    }
+    for family in ["lobatto-iiic", "lobatto-iiid", "lobatto-iiie"] {
+        names.extend((2..=4).map(|s| format!("{family}-{s}")));
+    }
+    names
+}
+
+#[test]
+fn the_table_of_named_tableaux() {
+    let mut table =
+        String::from("tableau          declared classical variational empirical verdict      assumptions\n");
+    for name in named() {
+        let description: Description = name.parse().unwrap();
+        let analysis = analyse::<Dd>(&description, 12).unwrap();
+        let (orders, assumed) = (&analysis.exactly, &analysis.exactly.assumptions);
+        let order = orders.variational.order as u32;
+        let mut file = problem::generic().unwrap();
+        file.case.method.tableau = description;
+        let judged =
+            Judged::of(&file.case, Digits::ThirtyTwo, 1.0, order, orders.variational.broken.is_none()).unwrap();
+        assert!(judged.verdict.holds(), "{name}: {}", judged.verdict);
+        let (_, _, estimate) = judged.trial.slope(order).unwrap();
+        let slope = estimate.slope().unwrap();
+        let symplectic = if analysis.symplectic { " symplectic" } else { "" };
+        writeln!(
+            table,
+            "{name:16} {:>8} {:>9} {:>11} {slope:>9.1} confirmed    B({}) C({}) D({}), {}{symplectic}, {}",
+            analysis.declared.unwrap(),
+            orders.classical.order,
+            orders.variational.order,
+            assumed.b.holds,
+            assumed.c.holds,
+            assumed.d.holds,
+            analysis.shape,
+            analysis.stability,
+        )
+        .unwrap();
+    }
+    let mut settings = insta::Settings::clone_current();
+    settings.set_snapshot_path("../snapshots");
+    settings.set_prepend_module_to_snapshot(false);
+    settings.bind(|| insta::assert_snapshot!("orders", table));
+}

@@ -1,0 +1,84 @@
+//! The precision ladder: the same defect at several precisions tells rounding from error.
+//!
+//! Rounding shrinks with the unit round-off u, an error stays. With defects d_k at u_1 > u_2 > …, the exponent
+//! s = ln(d_1/d_n)/ln(u_1/u_n) is 1 for rounding and 0 for an error, and a half where a square root halved the digits.
+
+/// A defect at one precision.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Rung {
+    /// u, > 0.
+    pub unit_roundoff: f64,
+    /// |lhs − rhs|, relative to the size of the terms, ≥ 0.
+    pub defect: f64,
+}
+
+/// What a defect is.
+#[derive(Clone, Debug, PartialEq)]
+pub enum Cause {
+    /// It shrinks with u: defect ≤ `amplification` u at every precision.
+    Rounding {
+        /// The largest defect/u.
+        amplification: f64,
+    },
+    /// It stays: this much of it is left at the highest precision.
+    Error {
+        /// The defect there.
+        remains: f64,
+    },
+    /// Neither.
+    Unclear {
+        /// The exponent s, where there is one.
+        exponent: Option<f64>,
+        /// The reason.
+        why: &'static str,
+    },
+}
+
+/// How far the amplifications of rounding at different precisions may be apart: they are samples of one distribution.
+pub const SPREAD: f64 = 256.0;
+
+/// The cause of a defect, from the same evaluation at two precisions or more, in any sequence.
+///
+/// Rounding: the amplifications defect/u agree within [`SPREAD`], or are below it. Error: from the lowest to the highest
+/// precision the defect loses less than a quarter of the digits that it would lose as rounding, or one in the middle does not
+/// go on shrinking.
+///
+/// ```
+/// use euler_poincare::harness::ladder::{Cause, Rung, cause};
+/// let rung = |unit_roundoff, defect| Rung { unit_roundoff, defect };
+/// assert!(matches!(cause(&[rung(1e-16, 3e-15), rung(1e-31, 8e-30)]), Cause::Rounding { .. }));
+/// assert!(matches!(cause(&[rung(1e-16, 3e-9), rung(1e-31, 3e-9)]), Cause::Error { .. }));
+/// ```
+pub fn cause(rungs: &[Rung]) -> Cause {
+    let unclear = |exponent, why| Cause::Unclear { exponent, why };
+    let valid = |rung: &Rung| {
+        rung.unit_roundoff > 0.0 && rung.unit_roundoff.is_finite() && rung.defect >= 0.0 && rung.defect.is_finite()
+    };
+    if !rungs.iter().all(valid) {
+        return unclear(None, "a defect or a unit round-off is not a number in its range");
+    }
+    let mut rungs = rungs.to_vec();
+    rungs.sort_by(|a, b| b.unit_roundoff.total_cmp(&a.unit_roundoff));
+    let ([first, ..], [.., last]) = (rungs.as_slice(), rungs.as_slice()) else {
+        return unclear(None, "there are no precisions");
+    };
+    if first.unit_roundoff < 1e3 * last.unit_roundoff {
+        return unclear(None, "two precisions are needed, three digits or more apart");
+    }
+    let amplifications = || rungs.iter().map(|rung| rung.defect / rung.unit_roundoff);
+    let largest = amplifications().fold(0.0, f64::max);
+    let least = amplifications().fold(f64::INFINITY, f64::min);
+    if largest <= SPREAD * least.max(1.0) {
+        return Cause::Rounding { amplification: largest };
+    }
+    // How much of the digits between two rungs the defect followed; a defect of 0 has followed them all.
+    let exponent = |coarse: &Rung, fine: &Rung| {
+        let least = fine.unit_roundoff.min(coarse.unit_roundoff) * 1e-3;
+        (coarse.defect.max(least) / fine.defect.max(least)).ln() / (coarse.unit_roundoff / fine.unit_roundoff).ln()
+    };
+    let (whole, tail) = (exponent(first, last), exponent(&rungs[rungs.len() - 2], last));
+    if whole.min(tail) < 0.25 {
+        return Cause::Error { remains: last.defect };
+    }
+    unclear(Some(whole), "the defect shrinks with the precision, but not in proportion")
+}
