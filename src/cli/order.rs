@@ -155,10 +155,11 @@ fn tableau(argument: &str, digits: Digits) -> Result<(Description, Analysis), Fa
     Ok((description, analysis))
 }
 
+/// One order more than is checked for the pair: where the classical order ends there, that of the pair does.
 fn analysed(description: &Description, digits: Digits) -> Result<Analysis, TableauError> {
     match digits {
-        Digits::SixtyFour => analyse::<Qd>(description, MAX_VARIATIONAL),
-        _ => analyse::<Dd>(description, MAX_VARIATIONAL),
+        Digits::SixtyFour => analyse::<Qd>(description, MAX_VARIATIONAL + 1),
+        _ => analyse::<Dd>(description, MAX_VARIATIONAL + 1),
     }
 }
 

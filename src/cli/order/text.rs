@@ -12,6 +12,9 @@ use serde_json::{Value, json};
 /// Failing conditions that are printed; the JSON has all that were found.
 const SHOWN: usize = 6;
 
+/// The first and the last rows of a long table that are printed; the JSON has all.
+const ROWS: (usize, usize) = (4, 10);
+
 /// The three numbers, what is behind them, the table of errors.
 pub fn text(outcome: &Outcome) -> String {
     let analysis = &outcome.analysis;
@@ -143,7 +146,12 @@ fn errors(findings: &Findings) -> String {
         })
         .collect();
     let (mut reached, mut last) = (0, None::<&euler_poincare::study::Row>);
-    for row in findings.rows() {
+    let count = findings.rows().len();
+    for (index, row) in findings.rows().iter().enumerate() {
+        let hidden = count > ROWS.0 + ROWS.1 + 1 && (ROWS.0..count - ROWS.1).contains(&index);
+        if hidden && index == ROWS.0 {
+            table.add_row(["…".to_owned(), format!("{} levels", count - ROWS.0 - ROWS.1)]);
+        }
         let mut cells = vec![row.steps.to_string(), format!("{:.3e}", row.h)];
         match &row.readings {
             Err(error) => cells.push(format!("{error}").chars().take(60).collect()),
@@ -165,7 +173,9 @@ fn errors(findings: &Findings) -> String {
                 last = Some(row);
             }
         }
-        table.add_row(cells);
+        if !hidden {
+            table.add_row(cells);
+        }
     }
     let mut legend = Vec::new();
     if marks.iter().flatten().any(|kind| *kind == Kind::Noise) {
