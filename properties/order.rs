@@ -20,11 +20,15 @@ use std::fmt::Write;
 /// Random problems of each bad method.
 const PROBLEMS: usize = 20;
 
-/// Forced motions without warnings, on algebras that are not nilpotent, with one of these tableaux.
-fn problems(seed: u64, tableaux: &[&str], count: usize) -> Vec<Case> {
+/// Algebras that are not nilpotent. The step in which faults are planted solves dense equations by Newton's method: dimension 6
+/// takes it seconds, and has its turn in the campaigns of the command.
+const ALGEBRAS: [Entry; 5] = [Entry::So3, Entry::Sl2, Entry::Se2, Entry::Se3, Entry::So4];
+const SMALL: usize = 3;
+
+/// Forced motions without warnings, on these algebras, with one of these tableaux.
+fn problems(seed: u64, algebras: &[Entry], tableaux: &[&str], count: usize) -> Vec<Case> {
     let tableaux: Vec<Description> = tableaux.iter().map(|name| name.parse().unwrap()).collect();
-    let algebras = [Entry::So3, Entry::Sl2, Entry::Se2, Entry::Se3, Entry::So4];
-    let strategy = cases().algebras(&algebras).forced_nonabelian().smooth().with_tableaux(select(tableaux)).boxed();
+    let strategy = cases().algebras(algebras).forced_nonabelian().smooth().with_tableaux(select(tableaux)).boxed();
     let mut found = Vec::new();
     for index in 0.. {
         let (case, _) = draw(&strategy, seed, "zoo", index).case.unwrap();
@@ -41,7 +45,9 @@ fn problems(seed: u64, tableaux: &[&str], count: usize) -> Vec<Case> {
 /// Every one of the problems refutes the method with the fault, and none the method without it.
 fn refuted(law: &str, fault: &Fault, tableaux: &[&str]) {
     let law = laws::named(law).unwrap();
-    for (index, case) in problems(11, tableaux, PROBLEMS).iter().enumerate() {
+    let planted = laws::planted::step::ALL.iter().any(|(known, _)| known.name == fault.name);
+    let algebras = if planted { &ALGEBRAS[..SMALL] } else { &ALGEBRAS };
+    for (index, case) in problems(11, algebras, tableaux, PROBLEMS).iter().enumerate() {
         let bad = law.check(case, Some(fault));
         assert!(bad.is_broken(), "{}, problem {index}: {bad}\n{case}", fault.name);
         if index < 4 {
@@ -111,22 +117,19 @@ fn gauss_3_to_eight_digits() {
     assert!(analysis.exactly.variational.order <= 2, "{:?}", analysis.exactly.variational);
     assert_eq!(analysis.to_digits.as_ref().unwrap().variational.order, 6);
     let exact = analysis.exactly.variational.order as u32;
-    for mut case in problems(12, &["gauss-3"], PROBLEMS) {
+    for mut case in problems(12, &ALGEBRAS, &["gauss-3"], PROBLEMS) {
         case.method.tableau = description.clone();
         let horizon = 4.0 * case.step.eval::<f64>().unwrap();
         let trial = Trial::of(&case, Digits::ThirtyTwo, horizon, 6).unwrap();
         assert!(matches!(trial.compare(6), Comparison::Below { .. }), "{:?}\n{case}", trial.compare(6));
         assert!(matches!(trial.compare(exact), Comparison::As { .. }), "{:?}\n{case}", trial.compare(exact));
-        // In 16 digits it cannot be seen, and nothing is claimed to be.
-        let blind = Trial::of(&case, Digits::Sixteen, horizon, 6).unwrap();
-        assert!(!matches!(blind.compare(6), Comparison::Below { .. }), "{:?}\n{case}", blind.compare(6));
     }
 }
 
 #[test]
 fn labels_that_are_off_are_refuted() {
     for (name, order) in [("heun2", 2_u32), ("sdirk2", 3), ("rk4", 4), ("radau-iia-3", 5)] {
-        for case in problems(13, &[name], 5) {
+        for case in problems(13, &ALGEBRAS, &[name], 5) {
             let horizon = 4.0 * case.step.eval::<f64>().unwrap();
             let trial = Trial::of(&case, Digits::ThirtyTwo, horizon, order).unwrap();
             assert!(
@@ -232,5 +235,6 @@ fn the_table_of_named_tableaux() {
     let mut settings = insta::Settings::clone_current();
     settings.set_snapshot_path("../snapshots");
     settings.set_prepend_module_to_snapshot(false);
+    settings.set_omit_expression(true);
     settings.bind(|| insta::assert_snapshot!("orders", table));
 }
