@@ -113,12 +113,29 @@ fn files_are_judged_by_what_they_hold() {
         "order = 4\na = [[0.25, -0.0386751346], [0.5386751346, 0.25]]\nb = [0.5, 0.5]\nc = [0.2113248654, 0.7886751346]\n",
     );
     let (found, code) = order(&here, &["--tableau", "gauss.toml"]);
-    assert_eq!(code, 0, "{found}");
-    assert_eq!(found["to_digits_given"]["variational"].as_i64(), Some(4));
-    assert!(found["variational"].as_i64().unwrap() < 4);
+    assert_eq!((code, numbers(&found)), (0, [Some(4); 3]), "{found}");
+    assert_eq!(found["exact"]["variational"].as_i64(), Some(2), "{found}");
+    assert_eq!(found["declared_holds"].as_bool(), Some(true));
     let (found, code) = order(&here, &["--tableau", "gauss.toml", "--digits", "16"]);
     assert_eq!(code, 0, "{found}");
     assert!((found["empirical"]["slope"].as_f64().unwrap() - 4.0).abs() < 0.1, "{found}");
+    // Gauss-3 to eight digits: 32 digits see that it is none, 16 do not confirm it wrongly either.
+    write(
+        "gauss-3.toml",
+        "order = 6\na = [[0.13888889, -0.03597667, 0.00978944], [0.30026319, 0.22222222, -0.02248542],\n\
+         [0.26798833, 0.48042111, 0.13888889]]\nb = [0.27777778, 0.44444444, 0.27777778]\n",
+    );
+    let (found, code) = order(&here, &["--tableau", "gauss-3.toml"]);
+    assert_eq!((code, numbers(&found)), (1, [Some(6); 3]), "{found}");
+    assert!(found["exact"]["variational"].as_i64().unwrap() <= 2, "{found}");
+    assert!(found["notes"].to_string().contains("their rounding shows"), "{found}");
+    let (found, code) = order(&here, &["--tableau", "gauss-3.toml", "--digits", "16"]);
+    assert_ne!(code, 2, "{found}");
+    // The digits of an f64 are judged in f64, unless another arithmetic is asked for.
+    let digits = "a = [[0.25, -0.03867513459481288], [0.5386751345948129, 0.25]]\nb = [0.5, 0.5]\n";
+    write("double.toml", digits);
+    let (found, code) = order(&here, &["--tableau", "double.toml"]);
+    assert_eq!((code, found["digits"].as_i64(), found["variational"].as_i64()), (0, Some(16), Some(4)), "{found}");
     // Weights that sum to 1 to the digits given.
     write("thirds.toml", "a = [[0, 0, 0], [0.5, 0, 0], [0, 1, 0]]\nb = [0.3333, 0.3333, 0.3333]\n");
     let (found, _) = order(&here, &["--tableau", "thirds.toml"]);

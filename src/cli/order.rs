@@ -6,9 +6,9 @@ mod text;
 use super::{Failure, Format, print};
 use clap::builder::PossibleValuesParser;
 use euler_poincare::harness::Verdict;
-use euler_poincare::scalar::{Dd, Qd};
-use euler_poincare::study::guard::Warning;
-use euler_poincare::study::{Digits, Judged, TrialError, problem};
+use euler_poincare::laws::trial::{Digits, Judged, TrialError};
+use euler_poincare::scalar::Dd;
+use euler_poincare::study::{Comparison, problem};
 use euler_poincare::system::{Case, SystemFile};
 use euler_poincare::tableau::order::MAX_VARIATIONAL;
 use euler_poincare::tableau::{Analysis, Description, TableauError, TableauFile, analyse};
@@ -37,9 +37,9 @@ pub struct Arguments {
     /// The system that is integrated [default: a rigid body without symmetry, with drag and a torque that varies in time]
     #[arg(long, value_name = "SYSTEM.toml")]
     system: Option<PathBuf>,
-    /// The digits of the arithmetic
-    #[arg(long, default_value = "32", value_parser = PossibleValuesParser::new(["16", "32", "64"]))]
-    digits: String,
+    /// The digits of the arithmetic [default: 32; 16 where entries are decimals with the digits of an f64]
+    #[arg(long, value_parser = PossibleValuesParser::new(["16", "32", "64"]))]
+    digits: Option<String>,
     /// The order that is claimed, in place of that of the name or the file
     #[arg(long, value_name = "P", value_parser = clap::value_parser!(u32).range(1..=200))]
     declared: Option<u32>,
@@ -62,8 +62,6 @@ pub struct Outcome {
     pub system: Option<PathBuf>,
     pub digits: Digits,
     pub horizon: f64,
-    /// The order that the measurement is held against, and whether it is the exact one rather than that to the digits given.
-    pub predicted: (usize, bool),
     pub judged: Judged,
     pub notes: Vec<String>,
 }
@@ -78,30 +76,36 @@ pub fn word(verdict: &Verdict) -> &'static str {
 }
 
 impl Outcome {
-    /// Whether the claim is the order that the coefficients give in this scheme; `None` without a claim.
+    /// The order that the measurement is held against.
+    pub fn predicted(&self) -> u32 {
+        self.analysis.findings().variational.order as u32
+    }
+
+    /// Whether the claim is the order that the coefficients give in this scheme, to the digits given; `None` without a claim.
     pub fn declared_holds(&self) -> Option<bool> {
-        let order = &self.analysis.exactly.variational;
+        let order = &self.analysis.findings().variational;
         self.declared.map(|declared| declared == order.order || (order.broken.is_none() && declared > order.order))
     }
 }
 
 pub fn run(arguments: Arguments) -> Result<ExitCode, Failure> {
-    let digits = match arguments.digits.as_str() {
-        "16" => Digits::Sixteen,
-        "64" => Digits::SixtyFour,
-        _ => Digits::ThirtyTwo,
+    let (description, mut analysis) = tableau(&arguments.tableau)?;
+    let digits = match arguments.digits.as_deref() {
+        Some("16") => Digits::Sixteen,
+        Some("64") => Digits::SixtyFour,
+        Some(_) => Digits::ThirtyTwo,
+        None => enough(&description),
     };
-    let (description, mut analysis) = tableau(&arguments.tableau, digits)?;
     if let Some(declared) = arguments.declared {
         analysis.declared = Some(declared as usize);
     }
-    let (mut case, horizon, mut notes) = system(arguments.system.as_deref())?;
+    let (mut case, horizon, notes) = system(arguments.system.as_deref())?;
     case.method.tableau = description;
     if let Some(path) = &arguments.plot {
         // A path that cannot be written is known before the run, not after it.
         File::create(path).map_err(|error| Failure::file(path, error))?;
     }
-    let (judged, predicted) = judge(&case, digits, horizon, &analysis, arguments.system.as_deref(), &mut notes)?;
+    let judged = judge(&case, digits, horizon, &analysis, arguments.system.as_deref())?;
     let outcome = Outcome {
         tableau: arguments.tableau,
         declared: analysis.declared,
@@ -109,7 +113,6 @@ pub fn run(arguments: Arguments) -> Result<ExitCode, Failure> {
         system: arguments.system,
         digits,
         horizon,
-        predicted,
         judged,
         notes,
     };
@@ -127,11 +130,11 @@ pub fn run(arguments: Arguments) -> Result<ExitCode, Failure> {
     })
 }
 
-/// The tableau of a name or a file, analysed at the working precision or better.
-fn tableau(argument: &str, digits: Digits) -> Result<(Description, Analysis), Failure> {
+/// The tableau of a name or a file, analysed.
+fn tableau(argument: &str) -> Result<(Description, Analysis), Failure> {
     let unknown = match argument.parse::<Description>() {
         Ok(description) => {
-            let analysis = analysed(&description, digits).map_err(|error| Failure::Usage(error.to_string()))?;
+            let analysis = analysed(&description).map_err(|error| Failure::Usage(error.to_string()))?;
             return Ok((description, analysis));
         }
         Err(error) => error,
@@ -147,7 +150,7 @@ fn tableau(argument: &str, digits: Digits) -> Result<(Description, Analysis), Fa
         .map_err(|error| Failure::file(path, error))?;
     let file = TableauFile::parse(&text).map_err(|error| Failure::file(path, error))?;
     let description = file.description();
-    let mut analysis = analysed(&description, digits).map_err(|error| Failure::file(path, error))?;
+    let mut analysis = analysed(&description).map_err(|error| Failure::file(path, error))?;
     analysis.declared = file.order;
     if let Some(name) = file.name {
         analysis.description = name;
@@ -156,11 +159,16 @@ fn tableau(argument: &str, digits: Digits) -> Result<(Description, Analysis), Fa
 }
 
 /// One order more than is checked for the pair: where the classical order ends there, that of the pair does.
-fn analysed(description: &Description, digits: Digits) -> Result<Analysis, TableauError> {
-    match digits {
-        Digits::SixtyFour => analyse::<Qd>(description, MAX_VARIATIONAL + 1),
-        _ => analyse::<Dd>(description, MAX_VARIATIONAL + 1),
-    }
+fn analysed(description: &Description) -> Result<Analysis, TableauError> {
+    analyse::<Dd>(description, MAX_VARIATIONAL + 1)
+}
+
+/// 32 digits; 16 for decimals that are as good as those of an `f64` and no better: 32 would show their rounding, and no more.
+fn enough(description: &Description) -> Digits {
+    let Description::Entries(entries) = description else { return Digits::ThirtyTwo };
+    let numbers = entries.a.iter().flatten().chain(&entries.b);
+    let off = numbers.map(|x| x.uncertainty::<f64>()).fold(0.0, f64::max);
+    if off > 1e-26 && off < 2e-15 { Digits::Sixteen } else { Digits::ThirtyTwo }
 }
 
 /// The most steps of a system's file that the horizon of a study covers.
@@ -189,34 +197,28 @@ fn system(path: Option<&Path>) -> Result<(Case, f64, Vec<String>), Failure> {
     Ok((file.case, horizon, Vec::new()))
 }
 
-/// The verdict on the exact order; where the digits given make another and the arithmetic cannot tell them apart, on that one.
+/// The verdict on the order that the digits given have; where only the exact order of these digits shows, an explanation.
 fn judge(
     case: &Case,
     digits: Digits,
     horizon: f64,
     analysis: &Analysis,
     system: Option<&Path>,
-    notes: &mut Vec<String>,
-) -> Result<(Judged, (usize, bool)), Failure> {
+) -> Result<Judged, Failure> {
     let failed = |error: TrialError| match (error, system) {
         (TrialError::Case(error), Some(path)) => Failure::file(path, error),
         (error, _) => Failure::Computation(error.to_string()),
     };
+    let given = &analysis.findings().variational;
+    let mut judged = Judged::of(case, digits, horizon, given.order as u32, given.broken.is_none()).map_err(failed)?;
     let exact = &analysis.exactly.variational;
-    let judged = Judged::of(case, digits, horizon, exact.order as u32, exact.broken.is_none()).map_err(failed)?;
-    let given = analysis.to_digits.as_ref().map(|digits| &digits.variational);
-    let Some(given) = given.filter(|given| given.order != exact.order && !judged.verdict.holds()) else {
-        return Ok((judged, (exact.order, true)));
-    };
-    let number = digits.number();
-    let mut again = Judged::of(case, digits, horizon, given.order as u32, given.broken.is_none()).map_err(failed)?;
-    if again.verdict.holds() {
-        notes.push(format!(
-            "In {number} digits the errors show the order {given} of the digits given; the exact order of these digits, \
-             {exact}, shows at smaller errors than {number} digits can tell."
+    let shows = || matches!(judged.trial.compare(exact.order as u32), Comparison::As { .. });
+    if exact.order < given.order && !judged.verdict.holds() && shows() {
+        judged.explanation = Some(format!(
+            "What is measured is {exact}, the exact order of the digits given: in {} digits their rounding shows. Type the \
+             entries exactly, such as \"1/2 - sqrt(15)/10\", or with more digits, or use fewer digits of arithmetic.",
+            digits.number()
         ));
-        return Ok((again, (given.order, false)));
     }
-    again.trial.warnings.retain(|warning| *warning != Warning::SuperConvergence);
-    Ok((judged, (exact.order, true)))
+    Ok(judged)
 }

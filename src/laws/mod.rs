@@ -15,6 +15,7 @@
 //! | [`order`], [`predicted`] | [`crate::integrators`], convergence |
 //! | [`munthe_kaas`] | [`crate::integrators::MuntheKaas`], one step |
 //! | [`variational_error`] | [`crate::discrete`] and [`crate::integrators`]: one order for three things |
+//! | [`trial`] | nothing: the order of one tableau on one case, for the command |
 //! | [`planted`], [`subjects`] | nothing: the plain step and the continuous theory in which faults are planted |
 //! | [`instances`] | nothing: the groupoids of a case, in which faults are planted |
 //! | [`polynomial`] | nothing: random functions |
@@ -41,6 +42,7 @@ pub mod predicted;
 pub mod probe;
 pub mod retraction;
 pub mod subjects;
+pub mod trial;
 pub mod two_hamiltonians;
 pub mod variational_error;
 

@@ -45,11 +45,9 @@ mod findings;
 pub mod guard;
 pub mod problem;
 pub mod reference;
-pub mod trial;
 
 pub use findings::{Comparison, Findings, Line};
 pub use reference::Target;
-pub use trial::{Digits, Judged, Trial, TrialError};
 
 use crate::harness::convergence::CLEAR_OF_NOISE;
 use crate::integrators::{OneStep, State, StepError};

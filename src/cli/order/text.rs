@@ -18,12 +18,16 @@ const ROWS: (usize, usize) = (4, 10);
 /// The three numbers, what is behind them, the table of errors.
 pub fn text(outcome: &Outcome) -> String {
     let analysis = &outcome.analysis;
-    let orders = &analysis.exactly;
-    let how = if analysis.exact { "exact, in rationals" } else { "from the coefficients" };
+    let orders = analysis.findings();
+    let how = match (&analysis.to_digits, analysis.exact) {
+        (Some(_), _) => "to the digits given",
+        (None, true) => "exact, in rationals",
+        (None, false) => "from the coefficients",
+    };
     let mut rows = vec![("tableau", tableau(outcome))];
     rows.push(("declared", declared(outcome)));
-    rows.push(("classical", format!("{}  ({how}){}", orders.classical, to_digits(outcome, |o| &o.classical))));
-    rows.push(("variational", format!("{}  ({how}){}", orders.variational, to_digits(outcome, |o| &o.variational))));
+    rows.push(("classical", format!("{}  ({how}){}", orders.classical, exactly(outcome, |o| &o.classical))));
+    rows.push(("variational", format!("{}  ({how}){}", orders.variational, exactly(outcome, |o| &o.variational))));
     rows.push(("empirical", empirical(outcome)));
     rows.push(("verdict", verdict(outcome)));
     rows.push(("assumed", assumptions(outcome)));
@@ -35,6 +39,8 @@ pub fn text(outcome: &Outcome) -> String {
     if !notes.is_empty() {
         text += &format!("\n{}\n", entries(0, notes.into_iter().map(|note| ("note", note))));
     }
+    // Those of the exact orders: where rounded digits break a condition, that one is to be mended.
+    let orders = &analysis.exactly;
     for (name, failing) in [("classical", &orders.failing_classical), ("variational", &orders.failing_variational)] {
         if let Some(failing) = failing {
             text += &format!("\n{}", conditions(name, failing));
@@ -73,7 +79,7 @@ fn tableau(outcome: &Outcome) -> String {
 
 fn declared(outcome: &Outcome) -> String {
     let Some(declared) = outcome.declared else { return "none".into() };
-    let classical = &outcome.analysis.exactly.classical;
+    let classical = &outcome.analysis.findings().classical;
     let how = match outcome.declared_holds() {
         Some(true) => "holds".to_owned(),
         _ if declared == classical.order => "holds for a Runge-Kutta method, not for this scheme".into(),
@@ -82,16 +88,16 @@ fn declared(outcome: &Outcome) -> String {
     format!("{declared}  ({how})")
 }
 
-fn to_digits(outcome: &Outcome, of: impl Fn(&Orders) -> &euler_poincare::tableau::Order) -> String {
+fn exactly(outcome: &Outcome, of: impl Fn(&Orders) -> &euler_poincare::tableau::Order) -> String {
     match &outcome.analysis.to_digits {
-        Some(digits) => format!("; to the digits given {}", of(digits)),
+        Some(_) => format!("; exactly {}", of(&outcome.analysis.exactly)),
         None => String::new(),
     }
 }
 
 fn empirical(outcome: &Outcome) -> String {
     let trial = &outcome.judged.trial;
-    match trial.slope(outcome.predicted.0 as u32) {
+    match trial.slope(outcome.predicted()) {
         Some((study, quantity, Estimate::Slope { value, low, high, window })) => {
             let what = &trial.horizon.quantities()[quantity];
             let study = if study == "horizon" { "over the horizon" } else { "after two steps, less one" };
@@ -105,8 +111,8 @@ fn empirical(outcome: &Outcome) -> String {
 }
 
 fn verdict(outcome: &Outcome) -> String {
-    let (order, exact) = outcome.predicted;
-    let whose = if exact { "" } else { " (to the digits given)" };
+    let order = &outcome.analysis.findings().variational;
+    let whose = if outcome.analysis.to_digits.is_some() { " (to the digits given)" } else { "" };
     match &outcome.judged.verdict {
         Verdict::Holds { .. } => format!("confirmed: the order is {order}{whose}"),
         Verdict::Broken { witness, .. } => format!("refuted: {witness}"),
@@ -115,7 +121,7 @@ fn verdict(outcome: &Outcome) -> String {
 }
 
 fn assumptions(outcome: &Outcome) -> String {
-    let assumed = &outcome.analysis.exactly.assumptions;
+    let assumed = &outcome.analysis.findings().assumptions;
     [&assumed.b, &assumed.c, &assumed.d].map(ToString::to_string).join(", ")
 }
 
@@ -191,8 +197,8 @@ fn errors(findings: &Findings) -> String {
 /// One object.
 pub fn json(outcome: &Outcome) -> Value {
     let (analysis, trial) = (&outcome.analysis, &outcome.judged.trial);
-    let orders = &analysis.exactly;
-    let empirical = match trial.slope(outcome.predicted.0 as u32) {
+    let (orders, exact) = (analysis.findings(), &analysis.exactly);
+    let empirical = match trial.slope(outcome.predicted()) {
         Some((study, quantity, Estimate::Slope { value, low, high, window })) => json!({
             "slope": value, "low": low, "high": high,
             "study": study, "quantity": trial.horizon.quantities()[quantity], "window": [window.0, window.1],
@@ -204,10 +210,6 @@ pub fn json(outcome: &Outcome) -> Value {
         Verdict::Broken { witness, .. } => Some(witness.clone()),
         Verdict::Inconclusive { why } | Verdict::NotApplicable { why } => Some(why.clone()),
     };
-    let digits = analysis
-        .to_digits
-        .as_ref()
-        .map(|digits| json!({ "classical": digits.classical.order, "variational": digits.variational.order }));
     let mut notes = analysis.notes();
     notes.extend(outcome.notes.iter().cloned());
     notes.extend(outcome.judged.explanation.clone());
@@ -219,7 +221,12 @@ pub fn json(outcome: &Outcome) -> Value {
         "classical": orders.classical.order,
         "variational": orders.variational.order,
         "at_least": orders.variational.broken.is_none(),
-        "to_digits_given": digits,
+        "to_the_digits_given": analysis.to_digits.is_some(),
+        "exact": {
+            "classical": exact.classical.order,
+            "variational": exact.variational.order,
+            "failing_trees": exact.failing_variational.as_ref().map_or(json!([]), |failing| json!(failing.conditions)),
+        },
         "empirical": empirical,
         "verdict": word(&outcome.judged.verdict),
         "why": why,

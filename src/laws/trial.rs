@@ -1,9 +1,6 @@
 //! A tableau on trial: its order measured on a case, over a horizon and down to round-off, in 16, 32 or 64 digits.
 
-use super::guard::{Warning, warnings};
-use super::problem::{generic, varied};
-use super::reference::{self, Target};
-use super::{Comparison, Findings, Rung, Study};
+use super::planted::retraction::Plant;
 use crate::algebra::{Covector, Matrix, Vector};
 use crate::harness::Verdict;
 use crate::harness::convergence::{Estimate, TOLERANCE};
@@ -12,6 +9,10 @@ use crate::mechanics::Lagrangian;
 use crate::mechanics::equations::EulerPoincare;
 use crate::retraction::Retraction;
 use crate::scalar::{Dd, Qd, Real};
+use crate::study::guard::{Warning, warnings};
+use crate::study::problem::{generic, varied};
+use crate::study::reference::{self, Target};
+use crate::study::{Comparison, Findings, Rung, Study};
 use crate::system::{Case, CaseError, System, Visitor};
 
 /// The arithmetic of a trial.
@@ -91,40 +92,38 @@ impl Trial {
     /// See [`TrialError`].
     pub fn of(case: &Case, digits: Digits, horizon: f64, order: u32) -> Result<Self, TrialError> {
         let plan = Plan::new(case, digits, horizon, order);
+        // Without a fault: but then the step is the same type as in the laws, and is compiled once.
+        let plain = Plant(None);
         match digits {
-            Digits::Sixteen => plan.run(|v| case.dispatch::<Dd, _>(v), |v| case.dispatch::<f64, _>(v)),
-            Digits::ThirtyTwo => plan.run(|v| case.dispatch::<Dd, _>(v), |v| case.dispatch::<Dd, _>(v)),
+            Digits::Sixteen => {
+                plan.run(|v| case.dispatch_with::<Dd, _>(&plain, v), |v| case.dispatch_with::<f64, _>(&plain, v))
+            }
+            Digits::ThirtyTwo => {
+                plan.run(|v| case.dispatch_with::<Dd, _>(&plain, v), |v| case.dispatch_with::<Dd, _>(&plain, v))
+            }
             Digits::SixtyFour => plan.run(|v| case.dispatch_main::<Qd, _>(v), |v| case.dispatch_main::<Qd, _>(v)),
         }
     }
 
-    /// How an order compares with both studies: below in one of them is below; else as in one of them is as; and above only where
-    /// neither says otherwise. The order of a method is the least that it shows.
+    /// How an order compares with both studies: below in one of them is below; else as in one of them is as; above only where
+    /// both are above. The order of a method is the least that it shows.
     pub fn compare(&self, order: u32) -> Comparison {
-        let rank = |comparison: &Comparison| match comparison {
-            Comparison::Below { .. } => 0,
-            Comparison::As { .. } => 1,
-            Comparison::Above { .. } => 2,
-            Comparison::Unknown { .. } => 3,
-            // Of few digits all may be rounding, where more of them, or a longer run, show an error.
-            Comparison::Exact => 4,
-        };
-        let (over, down) = (self.horizon.compare(order), self.descent.compare(order));
+        let both = [self.horizon.compare(order), self.descent.compare(order)];
+        if let Some(below) = both.iter().find(|one| matches!(one, Comparison::Below { .. })) {
+            return below.clone();
+        }
+        if let Some(at) = both.iter().find(|one| matches!(one, Comparison::As { .. })) {
+            return at.clone();
+        }
+        let [over, down] = both;
         match (over, down) {
-            (Comparison::Unknown { why: over }, Comparison::Unknown { why: down }) => Comparison::Unknown {
-                why: if over == down {
-                    over
-                } else {
-                    format!("over the horizon, {over}; with shrinking steps, {down}")
-                },
-            },
-            (over, down) => {
-                if rank(&down) < rank(&over) {
-                    down
-                } else {
-                    over
-                }
+            (Comparison::Unknown { why: over }, Comparison::Unknown { why: down }) if over != down => {
+                Comparison::Unknown { why: format!("over the horizon, {over}; with shrinking steps, {down}") }
             }
+            // Of few digits all may be rounding, where more of them, or a longer run, show an error.
+            (Comparison::Unknown { why }, _) | (_, Comparison::Unknown { why }) => Comparison::Unknown { why },
+            (Comparison::Exact, Comparison::Exact) => Comparison::Exact,
+            (above @ Comparison::Above { .. }, _) | (_, above) => above,
         }
     }
 
