@@ -1,7 +1,7 @@
 //! Properties of `euler_poincare::harness`, on toy laws.
 
 use euler_poincare::harness::convergence::{Estimate, Kind, Level, estimate, estimate_pairs, kinds};
-use euler_poincare::harness::ladder::{Cause, Rung, cause};
+use euler_poincare::harness::ladder::{Cause, Sample, cause};
 use euler_poincare::harness::{
     BoxedStrategy, Campaign, Cost, Count, Fault, Law, Progress, Report, Verdict, case_seed, catch_fault, draw, shrink,
     verdict_on,
@@ -547,7 +547,7 @@ proptest! {
         let units = &units[..if three { 3 } else { 2 }];
         let rounding = |k: usize| 10_f64.powf(size + wobble[k]) * units[k];
         let rungs = |extra: f64| {
-            let rung = |k: usize| Rung { unit_roundoff: units[k], defect: rounding(k) + extra };
+            let rung = |k: usize| Sample { unit_roundoff: units[k], defect: rounding(k) + extra };
             (0..units.len()).map(rung).collect::<Vec<_>>()
         };
         prop_assert!(matches!(cause(&rungs(0.0)), Cause::Rounding { .. }), "{:?}", cause(&rungs(0.0)));
@@ -564,8 +564,8 @@ proptest! {
 
 #[test]
 fn ladders_that_say_nothing() {
-    let rung = |unit_roundoff, defect| Rung { unit_roundoff, defect };
-    let unclear = |rungs: &[Rung]| matches!(cause(rungs), Cause::Unclear { .. });
+    let rung = |unit_roundoff, defect| Sample { unit_roundoff, defect };
+    let unclear = |samples: &[Sample]| matches!(cause(samples), Cause::Unclear { .. });
     assert!(unclear(&[]) && unclear(&[rung(1e-16, 1e-15)]) && unclear(&[rung(1e-16, 1e-15), rung(1e-16, 1e-15)]));
     assert!(unclear(&[rung(1e-16, f64::NAN), rung(1e-31, 0.0)]) && unclear(&[rung(0.0, 1.0), rung(1e-31, 0.0)]));
     // Half the digits lost to a square root.

@@ -1,6 +1,7 @@
 //! Properties of `order`: what it prints and with which code it ends, for names, files, systems and bad input.
 
 use super::{code, directory, run, stderr, stdout};
+use euler_poincare::study::problem;
 use serde_json::Value;
 use std::fs;
 use std::path::Path;
@@ -167,6 +168,49 @@ fn systems_that_hide_are_named() {
 }
 
 #[test]
+fn what_cannot_be_seen_is_not_refuted() {
+    let here = directory("order-unseen");
+    let write = |name: &str, text: &str| fs::write(here.join(name), text).unwrap();
+    let exit = |arguments: &[&str]| {
+        let (found, code) = order(&here, arguments);
+        assert_eq!((code, found["verdict"].as_str()), (3, Some("inconclusive")), "{arguments:?}: {found}");
+        found
+    };
+    // A coefficient off by 1e-20, as a fraction: the exact order is 1, and nothing less than 40 digits shows it.
+    write(
+        "tiny.toml",
+        "a = [[0,0,0],[\"1/2\",0,0],[\"-1+1/100000000000000000000\",2,0]]\nb = [\"1/6\",\"2/3\",\"1/6\"]\n",
+    );
+    let found = exit(&["--tableau", "tiny.toml"]);
+    assert_eq!(found["variational"].as_i64(), Some(1));
+    let (found, code) = order(&here, &["--tableau", "tiny.toml", "--digits", "64"]);
+    assert_eq!(code, 0, "{found}");
+    // A time at which an f64 has lost the digits of a step.
+    let late = problem::generic_text().replace("[state]\n", "[state]\ntime = 1e9\n");
+    write("late.toml", &late);
+    exit(&["--tableau", "rk4", "--digits", "16", "--system", "late.toml"]);
+    assert_eq!(order(&here, &["--tableau", "rk4", "--system", "late.toml"]).1, 0);
+    // A motion too fast for the reference, and one too slow for its horizon.
+    let matrix = "matrix = [[\"1/4\", \"1/8\", 0], [\"-1/16\", \"3/8\", \"1/8\"], [\"1/16\", 0, \"1/8\"]]";
+    write("stiff.toml", &problem::generic_text().replace(matrix, "coefficient = 20000"));
+    let found = exit(&["--tableau", "gauss-1", "--system", "stiff.toml"]);
+    assert_eq!((found["classical"].as_i64(), found["variational"].as_i64()), (Some(2), Some(2)));
+    write("short.toml", &problem::generic_text().replace("step = \"1/8\"\nhorizon = 1", "step = 1e-9\nsteps = 8"));
+    exit(&["--tableau", "rk4", "--system", "short.toml"]);
+}
+
+#[test]
+fn the_plot_spares_what_is_read() {
+    let here = directory("order-plot");
+    fs::write(here.join("body.toml"), problem::generic_text()).unwrap();
+    let output = run(&here, &["order", "--tableau", "rk4", "--system", "body.toml", "--plot", "body.toml"]);
+    assert_eq!(code(&output), 2, "{}", stderr(&output));
+    assert_eq!(fs::read_to_string(here.join("body.toml")).unwrap(), problem::generic_text());
+    let output = run(&here, &["order", "--tableau", "rk4", "--plot", "missing/work.svg"]);
+    assert_eq!((code(&output), stdout(&output)), (2, ""));
+}
+
+#[test]
 fn bad_input_is_named() {
     let here = directory("order-bad");
     let refused = |arguments: &[&str], parts: &[&str]| {
@@ -181,6 +225,12 @@ fn bad_input_is_named() {
     refused(&["--tableau", "rk5"], &["rk5", "rk4"]);
     refused(&["--tableau", "missing.toml"], &["missing.toml"]);
     refused(&["--tableau", "rk4", "--digits", "20"], &["16", "32", "64"]);
+    let line = problem::generic_text().replace("\"so3\"", "\"r1\"");
+    let (start, end) = (line.find("[lagrangian]").unwrap(), line.find("[method]").unwrap());
+    let line = line.replace(&line[start..end], "[lagrangian]\ninertia = [1]\n");
+    let (start, end) = (line.find("velocity").unwrap(), line.find("[run]").unwrap());
+    fs::write(here.join("line.toml"), line.replace(&line[start..end], "velocity = [1]\n")).unwrap();
+    refused(&["--tableau", "rk4", "--digits", "64", "--system", "line.toml"], &["--digits 32", "dimension"]);
     refused(&["--tableau", "rk4", "--declared", "0"], &["--declared"]);
     refused(&["--tableau", "rk4", "--system", "missing.toml"], &["missing.toml"]);
     let files: [(&str, &str, &[&str]); 9] = [

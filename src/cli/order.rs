@@ -6,13 +6,15 @@ mod text;
 use super::{Failure, Format, print};
 use clap::builder::PossibleValuesParser;
 use euler_poincare::harness::Verdict;
-use euler_poincare::laws::trial::{Digits, Judged, TrialError};
+use euler_poincare::harness::convergence::{Estimate, TOLERANCE};
+use euler_poincare::laws::trial::{Digits, Judged};
 use euler_poincare::scalar::Dd;
-use euler_poincare::study::{Comparison, problem};
+use euler_poincare::study::{Comparison, Findings, problem};
+use euler_poincare::system::case::MAIN_DIMENSIONS;
 use euler_poincare::system::{Case, SystemFile};
 use euler_poincare::tableau::order::MAX_VARIATIONAL;
 use euler_poincare::tableau::{Analysis, Description, TableauError, TableauFile, analyse};
-use std::fs::File;
+use std::fs::{File, OpenOptions};
 use std::io::Read;
 use std::path::{Path, PathBuf};
 use std::process::ExitCode;
@@ -81,10 +83,25 @@ impl Outcome {
         self.analysis.findings().variational.order as u32
     }
 
-    /// Whether the claim is the order that the coefficients give in this scheme, to the digits given; `None` without a claim.
+    /// What the measurement shows: study, part of the state, estimate.
+    pub fn empirical(&self) -> Option<(&'static str, usize, Estimate)> {
+        let order = self.predicted();
+        if self.judged.verdict.holds() && matches!(self.judged.trial.compare(order), Comparison::Below { .. }) {
+            return self.judged.trial.horizon.deciding(order).map(|(quantity, found)| ("horizon", quantity, found));
+        }
+        self.judged.trial.slope(order)
+    }
+
+    /// Whether the claim is the order that the coefficients give in this scheme, to the digits given; `None` without a claim, and
+    /// where it is higher than what was checked and nothing speaks against it.
     pub fn declared_holds(&self) -> Option<bool> {
-        let order = &self.analysis.findings().variational;
-        self.declared.map(|declared| declared == order.order || (order.broken.is_none() && declared > order.order))
+        let (declared, orders) = (self.declared?, self.analysis.findings());
+        let order = &orders.variational;
+        if declared == order.order || order.broken.is_some() || declared < order.order {
+            return Some(declared == order.order);
+        }
+        let quadrature = &orders.assumptions.b;
+        (quadrature.fails.is_some() && declared > quadrature.holds).then_some(false)
     }
 }
 
@@ -101,9 +118,14 @@ pub fn run(arguments: Arguments) -> Result<ExitCode, Failure> {
     }
     let (mut case, horizon, notes) = system(arguments.system.as_deref())?;
     case.method.tableau = description;
+    if digits == Digits::SixtyFour && !MAIN_DIMENSIONS.contains(&case.dimension()) {
+        let dimension = case.dimension();
+        return Err(Failure::Usage(format!(
+            "--digits 64 is for algebras of dimension 2, 3, 4 and 6, and this one has {dimension}: use --digits 32"
+        )));
+    }
     if let Some(path) = &arguments.plot {
-        // A path that cannot be written is known before the run, not after it.
-        File::create(path).map_err(|error| Failure::file(path, error))?;
+        writable(path, [Path::new(&arguments.tableau)].into_iter().chain(arguments.system.as_deref()))?;
     }
     let judged = judge(&case, digits, horizon, &analysis, arguments.system.as_deref())?;
     let outcome = Outcome {
@@ -116,18 +138,28 @@ pub fn run(arguments: Arguments) -> Result<ExitCode, Failure> {
         judged,
         notes,
     };
-    if let Some(path) = &arguments.plot {
-        figure::draw(&outcome, path).map_err(|reason| Failure::file(path, reason))?;
-    }
     match arguments.format {
         Format::Text => print(&text::text(&outcome))?,
         Format::Json => print(&format!("{}\n", text::json(&outcome)))?,
+    }
+    if let Some(path) = &arguments.plot {
+        figure::draw(&outcome, path).map_err(|reason| Failure::file(path, reason))?;
     }
     Ok(match outcome.judged.verdict {
         Verdict::Holds { .. } => ExitCode::SUCCESS,
         Verdict::Broken { .. } => ExitCode::from(1),
         Verdict::Inconclusive { .. } | Verdict::NotApplicable { .. } => ExitCode::from(3),
     })
+}
+
+/// Whether a figure can be written to `path`: known before the run, not after it, and without touching what is there.
+fn writable<'a>(path: &Path, read: impl Iterator<Item = &'a Path>) -> Result<(), Failure> {
+    let place = |path: &Path| path.canonicalize().ok();
+    if read.into_iter().any(|other| place(other).is_some() && place(other) == place(path)) {
+        return Err(Failure::Usage(format!("{} is read: the plot needs another file", path.display())));
+    }
+    let open = OpenOptions::new().append(true).create(true).open(path);
+    open.map(drop).map_err(|error| Failure::file(path, error))
 }
 
 /// The tableau of a name or a file, analysed.
@@ -205,20 +237,51 @@ fn judge(
     analysis: &Analysis,
     system: Option<&Path>,
 ) -> Result<Judged, Failure> {
-    let failed = |error: TrialError| match (error, system) {
-        (TrialError::Case(error), Some(path)) => Failure::file(path, error),
-        (error, _) => Failure::Computation(error.to_string()),
-    };
     let given = &analysis.findings().variational;
-    let mut judged = Judged::of(case, digits, horizon, given.order as u32, given.broken.is_none()).map_err(failed)?;
+    let judged = Judged::of(case, digits, horizon, given.order as u32, given.broken.is_none());
+    let mut judged = judged.map_err(|error| match system {
+        Some(path) => Failure::file(path, error),
+        None => Failure::Computation(error.to_string()),
+    })?;
     let exact = &analysis.exactly.variational;
-    let shows = || matches!(judged.trial.compare(exact.order as u32), Comparison::As { .. });
-    if exact.order < given.order && !judged.verdict.holds() && shows() {
+    let shows = |findings: &Findings, order: usize| matches!(findings.compare(order as u32), Comparison::As { .. });
+    let (over, down) = (&judged.trial.horizon, &judged.trial.descent);
+    let less = !matches!(down.compare(exact.order as u32), Comparison::Below { .. });
+    if exact.order < given.order && !judged.verdict.holds() && shows(over, given.order) && less {
+        // Both orders, each where theory has it.
+        judged.verdict = Verdict::Holds { defect: 0.0, bound: TOLERANCE };
+        judged.explanation = Some(format!(
+            "The order to the digits given shows over the horizon; with steps that shrink, the exact order of these digits, {exact}."
+        ));
+    } else if exact.order < given.order
+        && !judged.verdict.holds()
+        && (shows(over, exact.order) || shows(down, exact.order))
+    {
         judged.explanation = Some(format!(
             "What is measured is {exact}, the exact order of the digits given: in {} digits their rounding shows. Type the \
              entries exactly, such as \"1/2 - sqrt(15)/10\", or with more digits, or use fewer digits of arithmetic.",
             digits.number()
         ));
     }
+    if judged.verdict.is_broken() && too_small_to_show(analysis, &judged) {
+        judged.verdict = Verdict::inconclusive("the conditions that fail are off by less than these digits can show");
+        judged.explanation = Some("The measured order is that of the conditions that hold in these digits.".into());
+    }
     Ok(judged)
+}
+
+/// Whether more than the order shows because the conditions that fail are off by very little: at the finest step that carries
+/// a slope, their part of the error, defect × h^{p+1}, is below the error itself.
+fn too_small_to_show(analysis: &Analysis, judged: &Judged) -> bool {
+    let orders = analysis.findings();
+    let order = orders.variational.order as u32;
+    let Some(failing) = &orders.failing_variational else { return false };
+    let defect = failing.conditions.iter().map(|condition| condition.defect.abs()).fold(0.0, f64::max);
+    let descent = &judged.trial.descent;
+    let finest = descent.rows().iter().rev().filter(|row| !descent.is_noise(row)).find_map(|row| {
+        let error = row.readings.as_ref().ok()?.iter().take(1).map(|reading| reading.error).next()?;
+        Some((row.h.abs(), error))
+    });
+    let above = matches!(judged.trial.compare(order), Comparison::Above { .. });
+    above && finest.is_some_and(|(h, error)| defect * h.powi(order as i32 + 1) < error)
 }

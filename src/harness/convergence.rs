@@ -199,6 +199,9 @@ pub fn estimate(levels: &[Level]) -> Estimate {
         return inconclusive("two steps are nearly the same", Vec::new());
     }
     let clear = |l: &Level| l.error > 0.0 && l.error >= CLEAR_OF_NOISE * l.noise;
+    // Coarse levels may be noise too, where the reference is worst there.
+    let first = levels.iter().position(clear).unwrap_or(levels.len());
+    let levels = &levels[first..];
     let count = levels.iter().take_while(|level| clear(level)).count();
     let (line, rest) = levels.split_at(count);
     let slopes: Vec<_> = line.windows(2).map(|pair| Slope::between(&pair[0], &pair[1])).collect();

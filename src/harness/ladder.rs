@@ -5,7 +5,7 @@
 
 /// A defect at one precision.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Rung {
+pub struct Sample {
     /// u, > 0.
     pub unit_roundoff: f64,
     /// |lhs − rhs|, relative to the size of the terms, ≥ 0.
@@ -44,39 +44,42 @@ pub const SPREAD: f64 = 256.0;
 /// go on shrinking.
 ///
 /// ```
-/// use euler_poincare::harness::ladder::{Cause, Rung, cause};
-/// let rung = |unit_roundoff, defect| Rung { unit_roundoff, defect };
-/// assert!(matches!(cause(&[rung(1e-16, 3e-15), rung(1e-31, 8e-30)]), Cause::Rounding { .. }));
-/// assert!(matches!(cause(&[rung(1e-16, 3e-9), rung(1e-31, 3e-9)]), Cause::Error { .. }));
+/// use euler_poincare::harness::ladder::{Cause, Sample, cause};
+/// let sample = |unit_roundoff, defect| Sample { unit_roundoff, defect };
+/// assert!(matches!(cause(&[sample(1e-16, 3e-15), sample(1e-31, 8e-30)]), Cause::Rounding { .. }));
+/// assert!(matches!(cause(&[sample(1e-16, 3e-9), sample(1e-31, 3e-9)]), Cause::Error { .. }));
 /// ```
-pub fn cause(rungs: &[Rung]) -> Cause {
+pub fn cause(samples: &[Sample]) -> Cause {
     let unclear = |exponent, why| Cause::Unclear { exponent, why };
-    let valid = |rung: &Rung| {
-        rung.unit_roundoff > 0.0 && rung.unit_roundoff.is_finite() && rung.defect >= 0.0 && rung.defect.is_finite()
+    let valid = |sample: &Sample| {
+        sample.unit_roundoff > 0.0
+            && sample.unit_roundoff.is_finite()
+            && sample.defect >= 0.0
+            && sample.defect.is_finite()
     };
-    if !rungs.iter().all(valid) {
+    if !samples.iter().all(valid) {
         return unclear(None, "a defect or a unit round-off is not a number in its range");
     }
-    let mut rungs = rungs.to_vec();
-    rungs.sort_by(|a, b| b.unit_roundoff.total_cmp(&a.unit_roundoff));
-    let ([first, ..], [.., last]) = (rungs.as_slice(), rungs.as_slice()) else {
+    let mut samples = samples.to_vec();
+    samples.sort_by(|a, b| b.unit_roundoff.total_cmp(&a.unit_roundoff));
+    let ([first, ..], [.., last]) = (samples.as_slice(), samples.as_slice()) else {
         return unclear(None, "there are no precisions");
     };
     if first.unit_roundoff < 1e3 * last.unit_roundoff {
         return unclear(None, "two precisions are needed, three digits or more apart");
     }
-    let amplifications = || rungs.iter().map(|rung| rung.defect / rung.unit_roundoff);
+    let amplifications = || samples.iter().map(|sample| sample.defect / sample.unit_roundoff);
     let largest = amplifications().fold(0.0, f64::max);
     let least = amplifications().fold(f64::INFINITY, f64::min);
     if largest <= SPREAD * least.max(1.0) {
         return Cause::Rounding { amplification: largest };
     }
-    // How much of the digits between two rungs the defect followed; a defect of 0 has followed them all.
-    let exponent = |coarse: &Rung, fine: &Rung| {
+    // How much of the digits between two samples the defect followed; a defect of 0 has followed them all.
+    let exponent = |coarse: &Sample, fine: &Sample| {
         let least = fine.unit_roundoff.min(coarse.unit_roundoff) * 1e-3;
         (coarse.defect.max(least) / fine.defect.max(least)).ln() / (coarse.unit_roundoff / fine.unit_roundoff).ln()
     };
-    let (whole, tail) = (exponent(first, last), exponent(&rungs[rungs.len() - 2], last));
+    let (whole, tail) = (exponent(first, last), exponent(&samples[samples.len() - 2], last));
     if whole.min(tail) < 0.25 {
         return Cause::Error { remains: last.defect };
     }

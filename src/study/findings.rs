@@ -1,8 +1,11 @@
 //! What a study found: rows of errors, the line of each quantity, and how they compare with an order.
 
-use super::Row;
+use super::{Reading, Row};
 use crate::harness::Verdict;
-use crate::harness::convergence::{Estimate, Level, TOLERANCE, estimate};
+use crate::harness::convergence::{Estimate, Kind, Level, TOLERANCE, estimate, kinds};
+
+const EXACT: &str =
+    "every error is rounding: the method is exact on this motion, or the steps are too small for the digits";
 
 /// The order that the errors of one quantity show.
 #[derive(Clone, Debug, PartialEq)]
@@ -78,7 +81,7 @@ impl Comparison {
             Comparison::Below { witness, distance } | Comparison::Above { witness, distance } => {
                 Verdict::Broken { defect: distance, bound: TOLERANCE, witness }
             }
-            Comparison::Exact => Verdict::inconclusive("the method is exact on this motion"),
+            Comparison::Exact => Verdict::inconclusive(EXACT),
             Comparison::Unknown { why } => Verdict::inconclusive(why),
         }
     }
@@ -132,34 +135,49 @@ impl Findings {
         self
     }
 
-    /// The levels of one quantity that were reached.
+    /// The first of the rows that count: those finer than any at which a step was refused.
+    fn first(&self) -> usize {
+        self.rows.iter().rposition(|row| row.readings.is_err()).map_or(0, |refused| refused + 1)
+    }
+
+    /// The reading of a quantity in a row, if it counts and has a value.
+    fn reading(&self, row: usize, quantity: usize) -> Option<&Reading> {
+        let reading = self.rows[row].readings.as_ref().ok()?.get(quantity)?;
+        (row >= self.first() && !reading.error.is_nan()).then_some(reading)
+    }
+
+    /// The levels of one quantity that count: finer than any at which a step was refused, and where it has a value.
     pub fn levels(&self, quantity: usize) -> Vec<Level> {
-        let level = |row: &Row| {
-            let reading = row.readings.as_ref().ok()?.get(quantity)?;
-            Some(Level { h: row.h.abs(), error: reading.error, noise: reading.noise })
+        let level = |row: usize| {
+            let reading = self.reading(row, quantity)?;
+            Some(Level { h: self.rows[row].h.abs(), error: reading.error, noise: reading.noise })
         };
-        self.rows.iter().filter_map(level).collect()
+        (0..self.rows.len()).filter_map(level).collect()
     }
 
     /// The order of one quantity.
-    ///
-    /// Coarse levels at which a step was refused are left out (they stay in [`Findings::rows`]); where a level was refused
-    /// after a coarser one was reached there is no order.
     pub fn line(&self, quantity: usize) -> Line {
-        let reached = self.rows.iter().position(|row| row.readings.is_ok());
-        let refused = self.rows.iter().rposition(|row| row.readings.is_err());
-        if let (Some(reached), Some(refused)) = (reached, refused)
-            && refused > reached
-        {
-            let why = "a step was refused at a finer level than one that was reached";
-            return Line::Read(Estimate::Inconclusive { why: why.into(), slopes: Vec::new() });
-        }
         let levels = self.levels(quantity);
-        let unclear = |level: &Level| level.error <= crate::harness::convergence::CLEAR_OF_NOISE * level.noise;
-        if !levels.is_empty() && levels.iter().all(unclear) {
+        let readings = || (0..self.rows.len()).filter_map(|row| self.reading(row, quantity));
+        if levels.is_empty() || readings().any(Reading::is_clear) {
+            return Line::Read(estimate(&levels).lowered(f64::from(self.excess)));
+        }
+        if readings().all(|reading| reading.doubt <= 0.5 * reading.noise) {
             return Line::Exact;
         }
-        Line::Read(estimate(&levels).lowered(f64::from(self.excess)))
+        let why = "the errors are below those of the reference";
+        Line::Read(Estimate::Inconclusive { why: why.into(), slopes: Vec::new() })
+    }
+
+    /// What each of the rows is to the order of a quantity; `None` where it does not count.
+    pub fn kinds(&self, quantity: usize) -> Vec<Option<Kind>> {
+        let levels = self.levels(quantity);
+        let found = match self.line(quantity) {
+            Line::Exact => vec![Kind::Noise; levels.len()],
+            Line::Read(estimate) => kinds(&levels, &estimate.lowered(-f64::from(self.excess))),
+        };
+        let mut found = found.into_iter();
+        (0..self.rows.len()).map(|row| self.reading(row, quantity).and_then(|_| found.next())).collect()
     }
 
     /// The lines of all quantities.
@@ -184,31 +202,54 @@ impl Findings {
                 }
             }
         }
-        limiting.ok_or_else(|| "the method is exact on this motion".into())
+        limiting.ok_or_else(|| EXACT.into())
     }
 
     /// How the order compares with what was found.
     pub fn compare(&self, order: u32) -> Comparison {
+        self.decide(order).0
+    }
+
+    /// The part of the state that decides how the order compares, and its estimate; the one with the lowest slope where none
+    /// does.
+    pub fn deciding(&self, order: u32) -> Option<(usize, Estimate)> {
+        let estimated = |quantity| match self.line(quantity) {
+            Line::Read(estimate @ Estimate::Slope { .. }) => Some((quantity, estimate)),
+            _ => None,
+        };
+        match self.decide(order).1 {
+            Some(quantity) => estimated(quantity),
+            None => {
+                let slope = |found: &(usize, Estimate)| found.1.slope().unwrap_or(f64::INFINITY);
+                (0..self.judged).filter_map(estimated).min_by(|a, b| slope(a).total_cmp(&slope(b)))
+            }
+        }
+    }
+
+    fn decide(&self, order: u32) -> (Comparison, Option<usize>) {
         let wanted = f64::from(order);
         let lines: Vec<(usize, Line)> = (0..self.judged).map(|quantity| (quantity, self.line(quantity))).collect();
         let intervals = || lines.iter().filter_map(|(quantity, line)| Some((*quantity, line.interval()?)));
         let tell = |quantity: usize, (low, high): (f64, f64)| {
             format!("{}: slope in [{low:.3}, {high:.3}], predicted {order}", self.quantities[quantity])
         };
-        if let Some((quantity, interval)) = intervals().find(|(_, (_, high))| *high < wanted - TOLERANCE) {
-            return Comparison::Below { witness: tell(quantity, interval), distance: wanted - interval.1 };
+        let lowest = intervals().min_by(|(_, a), (_, b)| a.1.total_cmp(&b.1));
+        if let Some((quantity, interval)) = lowest.filter(|(_, (_, high))| *high < wanted - TOLERANCE) {
+            let below = Comparison::Below { witness: tell(quantity, interval), distance: wanted - interval.1 };
+            return (below, Some(quantity));
         }
         let unknown = lines.iter().find_map(|(quantity, line)| match line {
             Line::Read(Estimate::Inconclusive { why, .. }) => Some(format!("{}: {why}", self.quantities[*quantity])),
             _ => None,
         });
         if let Some(why) = unknown {
-            return Comparison::Unknown { why };
+            return (Comparison::Unknown { why }, None);
         }
         let nearest = intervals().min_by(|(_, a), (_, b)| a.0.total_cmp(&b.0));
-        let Some((quantity, interval)) = nearest else { return Comparison::Exact };
+        let Some((quantity, interval)) = nearest else { return (Comparison::Exact, None) };
         if interval.0 > wanted + TOLERANCE {
-            return Comparison::Above { witness: tell(quantity, interval), distance: interval.0 - wanted };
+            let above = Comparison::Above { witness: tell(quantity, interval), distance: interval.0 - wanted };
+            return (above, Some(quantity));
         }
         let distance = |(low, high): (f64, f64)| (high - wanted).max(wanted - low);
         let at = intervals().map(|(quantity, i)| (quantity, distance(i))).min_by(|(_, a), (_, b)| a.total_cmp(b));
@@ -219,11 +260,12 @@ impl Findings {
                     Line::Read(found) => found.slope().unwrap_or(wanted),
                     Line::Exact => wanted,
                 };
-                Comparison::As { slope, distance }
+                (Comparison::As { slope, distance }, Some(quantity))
             }
-            _ => Comparison::Unknown {
-                why: "the interval of the slope is too wide to confirm or refute the order".into(),
-            },
+            _ => {
+                let why = "the interval of the slope is too wide to confirm or refute the order";
+                (Comparison::Unknown { why: why.into() }, None)
+            }
         }
     }
 }

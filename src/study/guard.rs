@@ -84,12 +84,13 @@ fn velocity<T: Real, const N: usize>(k: usize, scale: T) -> Vector<T, N> {
     Vector::from_fn(|a, _| T::ratio(((7 * a + 5 * k + 3) % 13) as i64 - 6, 8) * scale)
 }
 
-/// What is wrong with a system as a test problem, as far as a look at its vector field tells; sorted.
+/// What is wrong with a system as a test problem over some duration, as far as a look at its vector field tells; sorted.
 ///
 /// Differences count as none below 2⁻²⁰ of the size of the terms, far above rounding, far below what a chosen coefficient does.
 pub fn warnings<T, L, F, const N: usize, const D: usize>(
     system: &EulerPoincare<T, N, L, F>,
     start: &State<T, N, D>,
+    duration: T,
 ) -> Vec<Warning>
 where
     T: Real,
@@ -111,8 +112,9 @@ where
     let momenta: Vec<Covector<T, N>> = velocities.iter().map(|eta| system.lagrangian.gradient(eta)).collect();
     let forces: Vec<Covector<T, N>> = velocities.iter().map(|eta| system.force.force(start.time, eta)).collect();
     let size = momenta.iter().fold(T::zero(), |m, mu| m.max(mu.amax())).max(T::unit_roundoff());
-    let later = |k: usize| system.force.force(start.time + T::ratio(3, 8) * n(k), &velocities[k]);
-    if (0..5).all(|k| small(forces[k].amax().max(later(k).amax()), size)) {
+    let later = |k: usize| system.force.force(start.time + duration * T::ratio(3, 8) * n(k), &velocities[k]);
+    let span = duration.abs();
+    if (0..5).all(|k| small(span * forces[k].amax().max(later(k).amax()), size)) {
         found.push(Warning::NoForce);
     } else if (1..5).all(|k| small((forces[k] - forces[0]).amax(), forces[k].amax().max(forces[0].amax()))) {
         found.push(Warning::ForceIgnoresVelocity);
@@ -136,17 +138,17 @@ where
         found.push(Warning::LinearField);
     }
     let steady = |time: T| match system.rates(time, &start.momentum, &Vector::zeros()) {
-        Ok(rates) => small(rates.momentum.amax(), start.momentum.amax().max(T::unit_roundoff())),
+        Ok(rates) => small(span * rates.momentum.amax(), start.momentum.amax().max(T::unit_roundoff())),
         Err(_) => false,
     };
-    if (0..3).all(|k| steady(start.time + T::ratio(3, 8) * n(k))) {
+    if (0..3).all(|k| steady(start.time + duration * T::ratio(3, 8) * n(k))) {
         found.push(Warning::ConstantVelocity);
     }
     found.sort();
     found
 }
 
-/// [`warnings`] about a case, in `f64`.
+/// [`warnings`] about a case over eight of its steps, in `f64`.
 ///
 /// # Errors
 /// A case that cannot be built.
@@ -164,6 +166,6 @@ impl Visitor<f64> for Look {
         system: System<f64, N, D, R>,
     ) -> Vec<Warning> {
         let body = EulerPoincare::new(system.algebra.clone(), &system.lagrangian, &system.force);
-        warnings(&body, &system.state)
+        warnings(&body, &system.state, 8.0 * system.step)
     }
 }

@@ -92,6 +92,8 @@ pub struct Reading {
     pub error: f64,
     /// How much of it may be rounding, or error of the target.
     pub noise: f64,
+    /// How much of the noise is error of the target.
+    pub doubt: f64,
 }
 
 impl Reading {
@@ -108,7 +110,7 @@ pub struct Row {
     pub steps: usize,
     /// Their size.
     pub h: f64,
-    /// A reading of each quantity, or why the run stopped.
+    /// A reading of each quantity (NaN where a function has no value), or why the run stopped.
     pub readings: Result<Vec<Reading>, StepError>,
 }
 
@@ -161,17 +163,21 @@ impl<'a, T: Real, const N: usize, const D: usize> Study<'a, T, N, D> {
     pub fn measure(&self, method: &mut impl OneStep<T, N, D>, rung: &Rung<T>, target: &Target<T, N, D>) -> Row {
         let (steps, h) = (rung.steps, rung.h.to_f64());
         let mut state = self.start.clone();
-        let run = (0..steps).try_for_each(|_| method.step(&mut state, rung.h).map(drop));
-        Row { steps, h, readings: run.and_then(|()| self.compare(&state, target, steps)) }
+        let run = (0..steps).try_for_each(|_| {
+            method.step(&mut state, rung.h)?;
+            // A maximum does not see a NaN.
+            state.check_finite(rung.h)
+        });
+        Row { steps, h, readings: run.map(|()| self.compare(&state, target, steps)) }
     }
 
     /// Rounding: some 64 operations a step on the way of each number, relative to the size of the state.
-    fn compare(&self, end: &State<T, N, D>, target: &Target<T, N, D>, steps: usize) -> Result<Vec<Reading>, StepError> {
+    fn compare(&self, end: &State<T, N, D>, target: &Target<T, N, D>, steps: usize) -> Vec<Reading> {
         let unit = T::unit_roundoff() * T::int(64 * steps as i64);
-        let reading = |error: T, size: T, doubt: T| {
-            // What is not a number is no small error.
-            let error = if error.all_finite() { error.to_f64() } else { f64::INFINITY };
-            Reading { error, noise: (unit * size + doubt).to_f64() }
+        let reading = |error: T, size: T, doubt: T| Reading {
+            error: error.to_f64(),
+            noise: (unit * size + doubt).to_f64(),
+            doubt: doubt.to_f64(),
         };
         let exact = &target.state;
         let mut readings = vec![reading(
@@ -180,20 +186,20 @@ impl<'a, T: Real, const N: usize, const D: usize> Study<'a, T, N, D> {
             target.doubt.0,
         )];
         if self.attitude {
-            let error = (end.attitude - exact.attitude).amax();
-            readings.push(reading(error, exact.attitude.amax(), target.doubt.1));
+            let size = exact.attitude.amax().max(self.start.attitude.amax());
+            readings.push(reading((end.attitude - exact.attitude).amax(), size, target.doubt.1));
         }
         // How much a function moves with the momentum is not known: the doubt of the momentum, relative, stands for it.
         let relative = target.doubt.0 / exact.momentum.amax().max(T::unit_roundoff());
-        for (name, function) in &self.functions {
-            let missing = || StepError::NotFinite {
-                what: if name == "energy" { "the energy" } else { "a function of the state" },
+        for (_, function) in &self.functions {
+            let (Some(mine), Some(theirs)) = (function(end), function(exact)) else {
+                readings.push(Reading { error: f64::NAN, noise: f64::NAN, doubt: f64::NAN });
+                continue;
             };
-            let (mine, theirs) = (function(end).ok_or_else(missing)?, function(exact).ok_or_else(missing)?);
             let size = theirs.abs().max(function(&self.start).map_or(T::zero(), |x| x.abs()));
             readings.push(reading((mine - theirs).abs(), size, size * relative));
         }
-        Ok(readings)
+        readings
     }
 
     /// No levels yet.

@@ -19,8 +19,8 @@ pub fn generic_text() -> &'static str {
     include_str!("generic.toml")
 }
 
-/// The k-th variation (k = 1, 2, …) of a case: the same algebra, retraction, tableau and step, with another motion, inertia
-/// and more force, none with a symmetry. Where a case shows a higher order than its tableau has because an elementary
+/// The k-th variation (k = 1, 2, …) of a case: the same algebra, retraction, tableau and step, with another motion, a full
+/// inertia without quartic term, and other forces, none with a symmetry. Where a case shows a higher order than its tableau has because an elementary
 /// differential happens to vanish on it, its variations do not.
 pub fn varied(case: &Case, k: i64) -> Case {
     let n = case.dimension();

@@ -52,8 +52,8 @@ fn difference<T: Real, const N: usize, const D: usize>(a: &State<T, N, D>, b: &S
 /// attitude is left alone without a group.
 ///
 /// The times are passed in increasing order (of size), one step from each to the next, so that times in a ratio of two cost one
-/// step each. The doubt is the difference to two steps in place of the last, and falls at least as the eighth power of the time
-/// before it.
+/// step each. The doubt is the difference to two steps in place of the last, and falls at least as the power s of the time before
+/// it, half the order.
 ///
 /// # Errors
 /// Those of a step: the Picard iteration does not converge where the last step is large.
@@ -74,6 +74,7 @@ where
     let mut sequence: Vec<usize> = (0..times.len()).collect();
     sequence.sort_by(|a, b| times[*a].abs().to_f64().total_cmp(&times[*b].abs().to_f64()));
     let mut targets: Vec<Option<Target<T, N, D>>> = vec![None; times.len()];
+    let power = stages.max(4) as i32;
     let (mut state, mut passed, mut doubt) = (start.clone(), T::zero(), (T::zero(), T::zero()));
     for (rank, &k) in sequence.iter().enumerate() {
         let duration = times[k] - passed;
@@ -86,7 +87,7 @@ where
     }
     let last = passed;
     let fill = |(k, target): (usize, Option<Target<T, N, D>>)| {
-        let share = (times[k] / last).abs().powi(8);
+        let share = (times[k] / last).abs().powi(power);
         target.map(|target| Target { doubt: (doubt.0 * share, doubt.1 * share), ..target })
     };
     Ok(targets.into_iter().enumerate().filter_map(fill).collect())

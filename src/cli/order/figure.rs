@@ -3,26 +3,26 @@
 use super::super::plot::{Axes, Curve, Figure, Marker, Panel, Style};
 use super::Outcome;
 use euler_poincare::harness::convergence::Estimate;
-use euler_poincare::study::{Findings, Line};
+use euler_poincare::study::Findings;
 use std::error::Error;
 use std::fs;
 use std::path::Path;
 
 /// Writes the figure.
 pub fn draw(outcome: &Outcome, path: &Path) -> Result<(), Box<dyn Error>> {
-    let trial = &outcome.judged.trial;
+    let (trial, order) = (&outcome.judged.trial, outcome.predicted());
     let figure = Figure {
         title: format!("{}: {}", outcome.tableau, super::word(&outcome.judged.verdict)),
         panels: vec![
-            panel(format!("errors at t = {}", outcome.horizon), &trial.horizon),
-            panel("errors after two steps".into(), &trial.descent),
+            panel(format!("errors after {}", outcome.horizon), &trial.horizon, order),
+            panel("errors after two steps".into(), &trial.descent, order),
         ],
     };
     fs::write(path, figure.svg()?)?;
     Ok(())
 }
 
-fn panel(title: String, findings: &Findings) -> Panel {
+fn panel(title: String, findings: &Findings, order: u32) -> Panel {
     let mut curves = Vec::new();
     for (quantity, name) in findings.quantities().iter().enumerate() {
         let markers = [Marker::Circle, Marker::Triangle, Marker::Cross, Marker::None];
@@ -30,7 +30,7 @@ fn panel(title: String, findings: &Findings) -> Panel {
         let points = findings.levels(quantity).iter().map(|level| (level.h, level.error)).collect();
         curves.push(Curve { style, points });
     }
-    if let Some((points, name)) = fitted(findings) {
+    if let Some((points, name)) = fitted(findings, order) {
         let style = Style { name, colour: 0, dashed: true, marker: Marker::None };
         curves.push(Curve { style, points });
     }
@@ -38,9 +38,9 @@ fn panel(title: String, findings: &Findings) -> Panel {
 }
 
 /// The line of the limiting part of the state, drawn over its window, which it ends with.
-fn fitted(findings: &Findings) -> Option<(Vec<(f64, f64)>, String)> {
-    let (quantity, _) = findings.limiting().ok()?;
-    let Line::Read(Estimate::Slope { value, window, .. }) = findings.line(quantity) else { return None };
+fn fitted(findings: &Findings, order: u32) -> Option<(Vec<(f64, f64)>, String)> {
+    let (quantity, estimate) = findings.deciding(order)?;
+    let Estimate::Slope { value, window, .. } = estimate else { return None };
     let finest = findings.levels(quantity).into_iter().find(|level| level.h == window.1)?;
     let error = |h: f64| finest.error * (h / finest.h).powf(value + findings.excess());
     let what = &findings.quantities()[quantity];

@@ -3,8 +3,8 @@
 use super::super::table::{entries, table};
 use super::{Outcome, word};
 use euler_poincare::harness::Verdict;
-use euler_poincare::harness::convergence::{Estimate, Kind, kinds};
-use euler_poincare::study::{Findings, Line};
+use euler_poincare::harness::convergence::{Estimate, Kind};
+use euler_poincare::study::Findings;
 use euler_poincare::tableau::analysis::Findings as Orders;
 use euler_poincare::tableau::failing::Failing;
 use serde_json::{Value, json};
@@ -41,10 +41,12 @@ pub fn text(outcome: &Outcome) -> String {
     }
     // Those of the exact orders: where rounded digits break a condition, that one is to be mended.
     let orders = &analysis.exactly;
-    for (name, failing) in [("classical", &orders.failing_classical), ("variational", &orders.failing_variational)] {
-        if let Some(failing) = failing {
-            text += &format!("\n{}", conditions(name, failing));
-        }
+    let (classical, variational) = (&orders.failing_classical, &orders.failing_variational);
+    if let Some(failing) = classical {
+        text += &format!("\n{}", conditions("classical", failing));
+    }
+    if let Some(failing) = variational.as_ref().filter(|_| variational != classical) {
+        text += &format!("\n{}", conditions("variational", failing));
     }
     let hints = orders.hints();
     if !hints.is_empty() {
@@ -52,7 +54,7 @@ pub fn text(outcome: &Outcome) -> String {
     }
     let trial = &outcome.judged.trial;
     text += &format!(
-        "\nErrors at t = {}, {} digits\n{}\n",
+        "\nErrors after {}, {} digits\n{}\n",
         outcome.horizon,
         outcome.digits.number(),
         errors(&trial.horizon)
@@ -82,6 +84,7 @@ fn declared(outcome: &Outcome) -> String {
     let classical = &outcome.analysis.findings().classical;
     let how = match outcome.declared_holds() {
         Some(true) => "holds".to_owned(),
+        None => "not checked so far".into(),
         _ if declared == classical.order => "holds for a Runge-Kutta method, not for this scheme".into(),
         _ => "does not hold".into(),
     };
@@ -97,7 +100,7 @@ fn exactly(outcome: &Outcome, of: impl Fn(&Orders) -> &euler_poincare::tableau::
 
 fn empirical(outcome: &Outcome) -> String {
     let trial = &outcome.judged.trial;
-    match trial.slope(outcome.predicted()) {
+    match outcome.empirical() {
         Some((study, quantity, Estimate::Slope { value, low, high, window })) => {
             let what = &trial.horizon.quantities()[quantity];
             let study = if study == "horizon" { "over the horizon" } else { "after two steps, less one" };
@@ -145,13 +148,8 @@ fn errors(findings: &Findings) -> String {
     }
     let header: Vec<&str> = header.iter().map(String::as_str).collect();
     let mut table = table(&header, 0..header.len());
-    let marks: Vec<Vec<Kind>> = (0..findings.quantities().len())
-        .map(|quantity| match findings.line(quantity) {
-            Line::Exact => vec![Kind::Noise; findings.rows().len()],
-            Line::Read(estimate) => kinds(&findings.levels(quantity), &estimate.lowered(-findings.excess())),
-        })
-        .collect();
-    let (mut reached, mut last) = (0, None::<&euler_poincare::study::Row>);
+    let marks: Vec<Vec<Option<Kind>>> = (0..findings.quantities().len()).map(|q| findings.kinds(q)).collect();
+    let mut last = None::<&euler_poincare::study::Row>;
     let count = findings.rows().len();
     for (index, row) in findings.rows().iter().enumerate() {
         let hidden = count > ROWS.0 + ROWS.1 + 1 && (ROWS.0..count - ROWS.1).contains(&index);
@@ -163,10 +161,10 @@ fn errors(findings: &Findings) -> String {
             Err(error) => cells.push(format!("{error}").chars().take(60).collect()),
             Ok(readings) => {
                 for (quantity, reading) in readings.iter().enumerate() {
-                    let mark = match marks[quantity].get(reached) {
+                    let mark = match marks[quantity][index] {
                         Some(Kind::Noise) => "~",
-                        Some(Kind::PreAsymptotic) => "·",
-                        _ => "",
+                        Some(Kind::Asymptotic) => "",
+                        Some(Kind::PreAsymptotic) | None => "·",
                     };
                     let before = last.and_then(|row| Some((row.h, row.readings.as_ref().ok()?.get(quantity)?.error)));
                     let slope = before
@@ -175,7 +173,6 @@ fn errors(findings: &Findings) -> String {
                         .map_or(String::new(), |slope| format!("{slope:.3}"));
                     cells.extend([format!("{mark}{:.3e}", reading.error), slope]);
                 }
-                reached += 1;
                 last = Some(row);
             }
         }
@@ -184,10 +181,10 @@ fn errors(findings: &Findings) -> String {
         }
     }
     let mut legend = Vec::new();
-    if marks.iter().flatten().any(|kind| *kind == Kind::Noise) {
+    if marks.iter().flatten().any(|kind| *kind == Some(Kind::Noise)) {
         legend.push("~ within the noise");
     }
-    if marks.iter().flatten().any(|kind| *kind == Kind::PreAsymptotic) {
+    if marks.iter().flatten().any(|kind| !matches!(kind, Some(Kind::Noise | Kind::Asymptotic))) {
         legend.push("· not on the line (yet)");
     }
     let legend = if legend.is_empty() { String::new() } else { format!("\n{}", legend.join(", ")) };
@@ -198,7 +195,7 @@ fn errors(findings: &Findings) -> String {
 pub fn json(outcome: &Outcome) -> Value {
     let (analysis, trial) = (&outcome.analysis, &outcome.judged.trial);
     let (orders, exact) = (analysis.findings(), &analysis.exactly);
-    let empirical = match trial.slope(outcome.predicted()) {
+    let empirical = match outcome.empirical() {
         Some((study, quantity, Estimate::Slope { value, low, high, window })) => json!({
             "slope": value, "low": low, "high": high,
             "study": study, "quantity": trial.horizon.quantities()[quantity], "window": [window.0, window.1],
@@ -231,6 +228,7 @@ pub fn json(outcome: &Outcome) -> Value {
         "verdict": word(&outcome.judged.verdict),
         "why": why,
         "failing_trees": failing,
+        "failing_count": orders.failing_variational.as_ref().map_or(0, |failing| failing.count),
         "failing_classical_trees": orders.failing_classical.as_ref().map_or(json!([]), |f| json!(f.conditions)),
         "because": orders.hints(),
         "notes": notes,
