@@ -4,7 +4,7 @@ use euler_poincare::algebra::catalogue::Entry;
 use euler_poincare::algebra::{Covector, Matrix, Vector};
 use euler_poincare::group::{LieGroup, MatrixGroup, So3};
 use euler_poincare::integrators::variational::Settings;
-use euler_poincare::integrators::{Classical, Doubled, DoubledState, OneStep, Solver, State, Variational};
+use euler_poincare::integrators::{Classical, Doubled, DoubledState, MuntheKaas, OneStep, Solver, State, Variational};
 use euler_poincare::mechanics::doubled::Forced;
 use euler_poincare::mechanics::force::{AnyForce, DoubleBracket, LinearDrag, QuadraticDrag};
 use euler_poincare::mechanics::lagrangian::{AnyLagrangian, Quadratic, Quartic};
@@ -103,6 +103,17 @@ fn sweeps_on_so3_allocate_nothing() {
     so3_sweeps::<f64>(ExponentialSo3::new());
     so3_sweeps::<Dd>(CayleySo3::new());
     so3_sweeps::<Dd>(ExponentialSo3::new());
+}
+
+#[test]
+fn munthe_kaas_allocates_nothing() {
+    let (model, state) = body::<f64>();
+    for (tableau, solver) in [(Classic::Rk4.tableau(), Solver::Explicit), (Family::Gauss.tableau(2), Solver::Sweeps)] {
+        let mut method = MuntheKaas::new(model.system.clone(), ExponentialSo3::new(), tableau.unwrap());
+        let (allocated, solvers) = count(&mut method, &state, 0.0625, false);
+        assert_eq!(allocated, 0, "{solver:?}");
+        assert!(solvers.iter().all(|s| *s == solver), "{solvers:?}");
+    }
 }
 
 /// Just before the fold of the first step sweeps do not contract; with few iterations allowed, nor does Newton's method.

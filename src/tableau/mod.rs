@@ -1,7 +1,7 @@
 //! Runge–Kutta tableaux as data: (a_ij, b_j, c_i) with every b_i ≠ 0, and the symplectic conjugate.
 //!
 //! [`Description`] is what a person writes, [`Tableau`] the numbers in some scalar. The orders are computed from the
-//! coefficients: [`order`] over [`trees`]. With the feature `harness`, [`analyse`](analysis::analyse) says everything
+//! coefficients: [`order`] over [`trees`]. With the feature `harness`, `analyse` says everything
 //! that can be decided about a tableau, in exact rationals where its entries are rational, and why.
 
 #[cfg(feature = "harness")]
