@@ -9,7 +9,7 @@ mod known;
 #[path = "tableau/trees.rs"]
 mod trees;
 
-use euler_poincare::scalar::{Dd, Number, Real, Scalar};
+use euler_poincare::scalar::{Dd, Number, Qd, Real, Scalar};
 use euler_poincare::tableau::random::{self, Kind};
 use euler_poincare::tableau::trees::{Catalogue, Tree};
 use euler_poincare::tableau::{
@@ -113,6 +113,11 @@ fn families_satisfy_their_simplifying_assumptions_in_f64() {
 #[test]
 fn families_satisfy_their_simplifying_assumptions_in_dd() {
     families_satisfy_their_simplifying_assumptions::<Dd>(16);
+}
+
+#[test]
+fn families_satisfy_their_simplifying_assumptions_in_qd() {
+    families_satisfy_their_simplifying_assumptions::<Qd>(16);
 }
 
 /// b_2, a_37, a_73, a_11,2 for s = 12, from the defining linear systems in 80-digit arithmetic.

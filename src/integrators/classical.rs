@@ -5,7 +5,8 @@
 //! Gauss tableaux of many stages it is the reference that orders are measured against: it shares no formula with the
 //! variational integrator, neither a retraction nor its tangents.
 
-use super::{OneStep, Report, Solver, State, StepError};
+use super::picard::sweep;
+use super::{OneStep, Report, State, StepError};
 use crate::algebra::{Covector, Matrix, Vector};
 use crate::group::LieGroup;
 use crate::mechanics::equations::EulerPoincare;
@@ -32,9 +33,6 @@ where
     F: Force<T, N>,
     G: LieGroup<T, N, D>,
 {
-    /// The most Picard sweeps of a step: at a contraction of ½ they reach 10⁻³⁰.
-    const SWEEPS: usize = 200;
-
     /// The method of a tableau on a system; `group` supplies ξ ↦ ξ̂ for the attitude.
     pub fn new(system: EulerPoincare<T, N, L, F>, group: Option<G>, tableau: Tableau<T>) -> Self {
         let s = tableau.stages();
@@ -97,30 +95,7 @@ where
         state.check_finite(h)?;
         self.slopes.fill(Covector::zeros());
         self.rates.fill(Matrix::zeros());
-        let tolerance = T::int(4) * T::unit_roundoff();
-        let (mut residual, mut best, mut sweeps) = (T::zero(), T::one(), 0);
-        let mut solved = self.explicit;
-        if solved {
-            self.pass(state, h)?;
-        }
-        while !solved && sweeps < Self::SWEEPS {
-            residual = self.pass(state, h)?;
-            sweeps += 1;
-            // Rounding: no more progress, and far below anything that converges slowly.
-            let idle = residual >= best && residual < T::exact(2f64.powi(12)) * T::unit_roundoff();
-            best = best.min(residual);
-            solved = residual <= tolerance || (sweeps > 2 && idle);
-        }
-        // Rounding can keep the sweeps moving by a few units for ever.
-        solved |= residual < T::exact(64.0) * T::unit_roundoff();
-        if !solved {
-            return Err(StepError::NotConverged {
-                step: h.to_f64(),
-                residual: residual.to_f64(),
-                tolerance: tolerance.to_f64(),
-                iterations: sweeps,
-            });
-        }
+        let (solver, iterations, residual) = sweep(self.explicit, h, || self.pass(state, h))?;
         let mut next = state.clone();
         for (j, (slope, rate)) in self.slopes.iter().zip(&self.rates).enumerate() {
             let weight = h * self.tableau.b()[j];
@@ -130,7 +105,6 @@ where
         next.time += h;
         next.check_finite(h)?;
         *state = next;
-        let solver = if self.explicit { Solver::Explicit } else { Solver::Sweeps };
-        Ok(Report { solver, iterations: sweeps, residual })
+        Ok(Report { solver, iterations, residual })
     }
 }

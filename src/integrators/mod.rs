@@ -5,6 +5,7 @@ pub mod classical;
 pub mod comparators;
 pub mod doubled;
 pub mod munthe_kaas;
+mod picard;
 mod stages;
 pub mod trajectory;
 pub mod variational;

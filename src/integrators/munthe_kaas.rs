@@ -9,7 +9,8 @@
 //! Source: Munthe-Kaas 1999, algorithm 3; Iserles, Munthe-Kaas, Nørsett and Zanna 2000, §4. The order is the classical
 //! one, [`classical_order`](crate::tableau::classical_order), for any retraction; no structure is kept but g ∈ G.
 
-use super::{OneStep, Report, Solver, State, StepError};
+use super::picard::sweep;
+use super::{OneStep, Report, State, StepError};
 use crate::algebra::{Covector, Vector};
 use crate::mechanics::equations::EulerPoincare;
 use crate::mechanics::{Force, Lagrangian};
@@ -50,9 +51,6 @@ pub struct MuntheKaas<T: Real, const N: usize, L, F, R> {
 }
 
 impl<T: Real, const N: usize, L, F, R> MuntheKaas<T, N, L, F, R> {
-    /// The most Picard sweeps of an implicit step.
-    const SWEEPS: usize = 200;
-
     /// The method of a tableau on a system, with a retraction of its group.
     pub fn new(system: EulerPoincare<T, N, L, F>, retraction: R, tableau: Tableau<T>) -> Self {
         let s = tableau.stages();
@@ -121,27 +119,8 @@ where
         state.check_finite(h)?;
         self.slopes.fill(Covector::zeros());
         self.rates.fill(Vector::zeros());
-        let tolerance = T::int(4) * T::unit_roundoff();
-        let (mut residual, mut best, mut sweeps) = (T::zero(), T::one(), 0);
-        let mut solved = self.explicit;
-        if solved {
-            self.pass(state, h)?;
-        }
-        while !solved && sweeps < Self::SWEEPS {
-            residual = self.pass(state, h)?;
-            sweeps += 1;
-            // Rounding: no more progress, and far below anything that converges slowly.
-            let idle = residual >= best && residual < T::exact(4096.0) * T::unit_roundoff();
-            best = best.min(residual);
-            solved = residual <= tolerance || (sweeps > 2 && idle);
-        }
-        // Rounding can keep the sweeps moving by a few units for ever.
-        solved |= residual < T::exact(64.0) * T::unit_roundoff();
+        let (solver, iterations, residual) = sweep(self.explicit, h, || self.pass(state, h))?;
         let step = h.to_f64();
-        if !solved {
-            let (residual, tolerance) = (residual.to_f64(), tolerance.to_f64());
-            return Err(StepError::NotConverged { step, residual, tolerance, iterations: sweeps });
-        }
         let (kick, increment) = self.sums(h, |j| self.tableau.b()[j]);
         let attitude = match self.retraction.tau(&increment) {
             Ok(tau) => state.attitude * tau,
@@ -151,7 +130,6 @@ where
         let next = State { time: state.time + h, momentum: state.momentum + kick, attitude };
         next.check_finite(h)?;
         *state = next;
-        let solver = if self.explicit { Solver::Explicit } else { Solver::Sweeps };
-        Ok(Report { solver, iterations: sweeps, residual })
+        Ok(Report { solver, iterations, residual })
     }
 }
