@@ -191,18 +191,23 @@ pub(super) fn basis(draw: &mut Draw<'_>, n: usize) -> Vec<Vec<Number>> {
     (0..n).map(|i| (0..n).map(|j| dyadic(product(i, j), 64)).collect()).collect()
 }
 
+/// Weights out of 100: the identity; diagonal; full; diagonal with one small moment; nearly the identity.
+const INERTIAS: [usize; 5] = [10, 35, 30, 15, 10];
+
 /// A symmetric positive definite inertia, and a quartic coefficient unless the knobs forbid it.
 pub(super) fn lagrangian(draw: &mut Draw<'_>, n: usize, knobs: &Cases) -> Lagrangian {
-    let inertia = match draw.weighted(&[10, 40, 35, 15]) {
+    let inertia = match draw.weighted(&INERTIAS) {
         0 => Inertia::Diagonal(vec![Number::from(1); n]),
         1 => Inertia::Diagonal((0..n).map(|_| dyadic(draw.pick(&[1, 2, 3, 4, 5, 6, 8, 12, 16]), 4)).collect()),
         2 => Inertia::Full(positive(draw, n, 2, 8)),
-        _ => {
+        3 => {
             // One moment far below the others.
-            let thin = draw.below(n);
-            let moment = |a: usize, draw: &mut Draw<'_>| if a == thin { (1, 16) } else { (draw.int(4, 12), 4) };
+            let (thin, small) = (draw.below(n), [16, 64, 256][draw.weighted(&[60, 25, 15])]);
+            let moment = |a: usize, draw: &mut Draw<'_>| if a == thin { (1, small) } else { (draw.int(4, 12), 4) };
             Inertia::Diagonal((0..n).map(|a| moment(a, draw)).map(|(p, q)| dyadic(p, q)).collect())
         }
+        // Nearly a multiple of the identity: moments in 1 ± 4/1024.
+        _ => Inertia::Diagonal((0..n).map(|_| dyadic(1024 + draw.int(-4, 4), 1024)).collect()),
     };
     let quartic = (!knobs.quadratic && draw.chance(20)).then(|| dyadic(draw.int(1, 4), 8));
     Lagrangian { inertia, quartic }
@@ -281,6 +286,49 @@ pub(super) fn start(draw: &mut Draw<'_>, n: usize, group: bool) -> Start {
     Start { motion, attitude, time }
 }
 
+/// Weights out of 100 of the attitudes that are not e: of components to 1/2; tiny; turned by an angle near π.
+const ATTITUDES: [usize; 3] = [60, 15, 25];
+
+/// Makes an attitude tiny, or scales it so that it turns something by nearly π, where τ⁻¹ is nearly singular.
+fn turn(draw: &mut Draw<'_>, case: &mut Case) {
+    let scale = |case: &mut Case, factor: f64, grid: f64| {
+        let moved = |x: &Number| {
+            let x = (x.eval::<f64>().ok()? * factor * grid).round() / grid;
+            super::shrink::from_dyadic(x)
+        };
+        case.start.attitude = case.start.attitude.as_ref().map(|list| {
+            let scaled: Option<Vec<Number>> = list.iter().map(moved).collect();
+            scaled.unwrap_or_else(|| list.clone())
+        });
+    };
+    if case.start.attitude.is_none() {
+        return;
+    }
+    match draw.weighted(&ATTITUDES) {
+        0 => {}
+        1 => scale(case, 0.5_f64.powi(16), f64::from(1 << 20)),
+        _ => {
+            let Some(rates) = Rates::of(case) else { return };
+            let frequency = rates.frequency();
+            // Below π by 2^−k of it; Cayley reaches π at infinity only.
+            let (most, grid) = if case.method.retraction == Tau::Cayley { (6, 256.0) } else { (10, 4096.0) };
+            let angle = std::f64::consts::PI * (1.0 - 0.5_f64.powi(draw.int(4, most) as i32));
+            let wanted = match case.method.retraction {
+                Tau::Exponential => angle,
+                Tau::Cayley => 2.0 * (angle / 2.0).tan(),
+            };
+            // Without a rotation, or with one among much faster boosts, the attitude stays as it is.
+            if frequency >= 0.125 {
+                let old = case.start.attitude.clone();
+                scale(case, wanted / frequency, grid);
+                if !Rates::of(case).is_some_and(|rates| rates.in_domain()) {
+                    case.start.attitude = old;
+                }
+            }
+        }
+    }
+}
+
 /// A whole case but for the tableau; its step is made small enough for its rates, and its motion slower if need be.
 pub(super) fn case(draw: &mut Draw<'_>, knobs: &Cases, tableau: crate::tableau::Description) -> Option<Case> {
     let structure = match &knobs.algebras {
@@ -317,6 +365,7 @@ pub(super) fn case(draw: &mut Draw<'_>, knobs: &Cases, tableau: crate::tableau::
     let limit = draw.int(i64::from(exponent), i64::from(smallest)) as u32;
     let method = super::case::Method { tableau, retraction };
     let mut case = Case { algebra, lagrangian, forces, method, start, step: dyadic(1, 1 << exponent) };
+    turn(draw, &mut case);
     for _ in 0..40 {
         let rates = Rates::of(&case)?;
         if !rates.in_domain() {

@@ -49,7 +49,8 @@ impl Visitor<f64> for Class {
         } else if algebra.is_solvable() {
             "solvable"
         } else if algebra.is_semisimple() {
-            "semisimple"
+            // The least is of dimension 3, and there is none of 4 or 5: below 6 it is not a sum of two.
+            if N < 6 { "simple" } else { "semisimple" }
         } else {
             "mixed"
         };
@@ -68,11 +69,7 @@ pub fn labels(case: &Case) -> Vec<(&'static str, String)> {
         labels.push(("unimodular", if unimodular { "yes" } else { "no" }.into()));
     }
     labels.push(("basis", if case.algebra.basis.is_some() { "changed" } else { "standard" }.into()));
-    let inertia = match &case.lagrangian.inertia {
-        Inertia::Diagonal(_) => "diagonal",
-        Inertia::Full(_) => "full",
-    };
-    labels.push(("inertia", inertia.into()));
+    labels.push(("inertia", inertia(&case.lagrangian.inertia).into()));
     labels.push(("lagrangian", if case.lagrangian.quartic.is_some() { "quartic" } else { "quadratic" }.into()));
     let mut kinds: Vec<&str> = case.forces.iter().map(|force| force.kind()).collect();
     kinds.sort_unstable();
@@ -81,9 +78,43 @@ pub fn labels(case: &Case) -> Vec<(&'static str, String)> {
         kinds.push("none");
     }
     labels.extend(kinds.into_iter().map(|kind| ("force", kind.to_string())));
+    labels.push(("angle", angle(case).into()));
     labels.push(("retraction", case.method.retraction.name().into()));
     labels.push(("tableau", tableau_kind(&case.method.tableau).into()));
     labels
+}
+
+/// `unit`, `thin` (one moment at most a sixteenth of the largest), `nearly-unit` (equal to a hundredth), `diagonal`, `full`.
+fn inertia(inertia: &Inertia) -> &'static str {
+    let Inertia::Diagonal(list) = inertia else { return "full" };
+    let moments = list.iter().map(|x| x.eval::<f64>().unwrap_or(f64::NAN).abs());
+    let (least, most) = moments.fold((f64::INFINITY, 0.0_f64), |(a, b), x| (a.min(x), b.max(x)));
+    if list.iter().all(|x| *x == Number::from(1)) {
+        "unit"
+    } else if 16.0 * least <= most {
+        "thin"
+    } else if list.len() > 1 && most - least <= 0.01 * most {
+        "nearly-unit"
+    } else {
+        "diagonal"
+    }
+}
+
+/// How far the attitude turns: `none` (g = e), `tiny` (below 2⁻⁸), `moderate`, `near-pi` (π by an eighth at most: τ⁻¹ is
+/// nearly singular).
+fn angle(case: &Case) -> &'static str {
+    if case.start.attitude.is_none() {
+        return "none";
+    }
+    let angle = super::rates::Rates::of(case).map_or(0.0, |rates| rates.angle(case.method.retraction));
+    let tiny = |x: &Number| x.eval::<f64>().is_ok_and(|x| x.abs() < 1.0 / 256.0);
+    if case.start.attitude.iter().flatten().all(tiny) {
+        "tiny"
+    } else if (angle - std::f64::consts::PI).abs() <= std::f64::consts::PI / 8.0 {
+        "near-pi"
+    } else {
+        "moderate"
+    }
 }
 
 /// `gauss`, `lobatto`, `radau` or `classic` for named tableaux, the shape of the others by their entries.

@@ -18,8 +18,10 @@ pub(super) struct Rates {
     turning: f64,
     /// ‖∂η̇/∂η‖.
     stiffness: f64,
-    /// ‖x̂‖ of the attitude's coordinates where τ works on matrices, else 0.
+    /// ‖(1 − x̂/2)⁻¹‖ at the attitude's coordinates where τ works on matrices (infinite where there is none), else 0.
     reach: f64,
+    /// The largest frequency of x̂: |Im λ| over its eigenvalues; 0 without a group or an attitude.
+    frequency: f64,
     /// Whether the force is more than rounding at one of a few velocities.
     driven: bool,
 }
@@ -37,9 +39,23 @@ impl Rates {
         probe.dispatch::<f64, _>(Measure { cayley, attitude, strength }).ok()?
     }
 
-    /// Whether the attitude is safely in the domain of τ: 1 − x̂/2 is regular where ‖x̂‖ < 2.
+    /// Whether the attitude is safely in the domain of τ: 1 − x̂/2 is regular, and not nearly singular.
     pub fn in_domain(&self) -> bool {
-        self.reach < 1.9
+        self.reach < 20.0
+    }
+
+    /// The largest angle by which g = τ(x) turns anything: ω for exp and 2 arctan(ω/2) for Cayley, ±iω the fastest
+    /// pair of eigenvalues of x̂. At π the logarithm of g ceases to be unique, and −1 is an eigenvalue of g.
+    pub fn angle(&self, tau: Tau) -> f64 {
+        match tau {
+            Tau::Exponential => self.frequency,
+            Tau::Cayley => 2.0 * (self.frequency / 2.0).atan(),
+        }
+    }
+
+    /// ω, see [`Rates::angle`].
+    pub fn frequency(&self) -> f64 {
+        self.frequency
     }
 
     /// Whether there is a force that does not vanish identically. −β ad*_η ad*_η M does on nilpotent algebras of two steps,
@@ -74,6 +90,14 @@ fn norm<const N: usize>(matrix: &Matrix<f64, N>) -> f64 {
     (0..N).map(|row| (0..N).map(|c| matrix[(row, c)].abs()).sum()).fold(0.0, f64::max)
 }
 
+/// max |Im λ|; 0 where the eigenvalues are not found.
+fn frequency<const D: usize>(matrix: &Matrix<f64, D>) -> f64 {
+    // Of run-time size, so that this is compiled once.
+    let matrix = nalgebra::DMatrix::from_fn(D, D, |r, c| matrix[(r, c)]);
+    let found = nalgebra::Schur::try_new(matrix, f64::EPSILON, 1000);
+    found.map_or(0.0, |schur| schur.complex_eigenvalues().iter().fold(0.0, |m: f64, z| m.max(z.im.abs())))
+}
+
 impl Visitor<f64> for Measure {
     type Output = Option<Rates>;
 
@@ -96,14 +120,28 @@ impl Visitor<f64> for Measure {
             slope.set_column(a, &((rate(&(eta + moved)) - rate(&(eta - moved))) * 512.0));
         }
         // The Cayley map works on matrices: 1 − x̂/2 must stay away from singular.
-        let (mut matrix, mut reach) = (0.0, 0.0);
-        if let (true, Some(group)) = (self.cayley, &system.group) {
-            matrix = group.hat::<f64>(&eta).amax() * 0.5;
-            reach = norm(&group.hat(&Vector::from_fn(|a, _| self.attitude.get(a).copied().unwrap_or(0.0))));
+        let (mut matrix, mut reach, mut turns) = (0.0, 0.0, 0.0);
+        if let Some(group) = &system.group {
+            let x: Matrix<f64, D> = group.hat(&Vector::from_fn(|a, _| self.attitude.get(a).copied().unwrap_or(0.0)));
+            if !self.attitude.is_empty() {
+                turns = frequency(&x);
+            }
+            if self.cayley {
+                matrix = group.hat::<f64>(&eta).amax() * 0.5;
+                let inverse = (Matrix::identity() - x * 0.5).try_inverse();
+                reach = inverse.map_or(f64::INFINITY, |inverse| norm(&inverse));
+            }
         }
         let rotation = norm(&algebra.ad(&eta)).max(matrix);
         let driven = driven(&system, self.strength);
-        let rates = Rates { rotation, turning: norm(&algebra.ad(&rate(&eta))), stiffness: norm(&slope), reach, driven };
+        let rates = Rates {
+            rotation,
+            turning: norm(&algebra.ad(&rate(&eta))),
+            stiffness: norm(&slope),
+            reach,
+            frequency: turns,
+            driven,
+        };
         rates.unrest(1.0).is_finite().then_some(rates)
     }
 }
