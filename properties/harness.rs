@@ -1,5 +1,8 @@
 //! Properties of `euler_poincare::harness`, on toy laws.
 
+#[path = "harness/evidence.rs"]
+mod evidence;
+
 use euler_poincare::harness::convergence::{Estimate, Kind, Level, estimate, estimate_pairs, kinds};
 use euler_poincare::harness::ladder::{Cause, Sample, cause};
 use euler_poincare::harness::{

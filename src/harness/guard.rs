@@ -29,7 +29,7 @@ fn quiet_hook() {
 }
 
 /// The value of `f`, or the message and place of its panic.
-pub(super) fn guarded<R>(f: impl FnOnce() -> R) -> Result<R, String> {
+pub(crate) fn guarded<R>(f: impl FnOnce() -> R) -> Result<R, String> {
     quiet_hook();
     GUARDS.set(GUARDS.get() + 1);
     // What `f` touches is dropped with it or, like a value tree, not used again after a panic.

@@ -2,11 +2,13 @@
 //!
 //! A [`Law`] is a statement about cases of a type `C`, with a strategy that draws them, a check that answers with a
 //! [`Verdict`] (numbers, never a bare yes or no), and planted faults that the check demonstrably catches. A
-//! [`Campaign`] runs laws on random cases; [`convergence`] reads the order of a method off its errors.
+//! [`Campaign`] runs laws on random cases; [`convergence`] reads the order of a method off its errors; [`evidence`] is what a
+//! check measured beyond what its verdict says.
 
 mod campaign;
 pub mod convergence;
 mod draw;
+pub mod evidence;
 mod guard;
 pub mod ladder;
 mod law;
@@ -15,6 +17,7 @@ mod summary;
 
 pub use campaign::{Campaign, Progress, catch_fault, catch_smallest};
 pub use draw::{Drawn, Tree, case_seed, draw};
+pub(crate) use guard::guarded;
 pub use guard::verdict_on;
 pub use law::{Cost, Fault, Law, Verdict};
 pub use shrink::{Failure, shrink};

@@ -3,12 +3,12 @@
 use super::CaseLaw;
 use super::planted::retraction::Plant;
 use super::polynomial::Polynomial;
-use super::precision::{Measured, settle_main_small};
+use super::precision::{Measured, of_relative, settle_main_small};
 use super::probe::Probe;
 use super::subjects::*;
 use crate::algebra::{Matrix, Vector, pair};
 use crate::group::{LieGroup, MatrixGroup};
-use crate::harness::{Cost, Fault, Verdict};
+use crate::harness::{Cost, Fault, Verdict, evidence};
 use crate::mechanics::doubled::{DoubledLagrangian, Forced, VelocityError};
 use crate::mechanics::equations::EulerPoincare;
 use crate::mechanics::{Force, Lagrangian};
@@ -297,9 +297,9 @@ impl Stationary<'_> {
         }
         let [(s1, _), (s2, _), (s3, size)] = derivatives;
         let bound = (s2 - s1).abs().max((s3 - s2).abs()) + 1024.0 * N as f64 * f64::EPSILON * size;
-        Ok(Verdict::judge(s3.abs() / size, bound / size, || {
-            format!("dS/dε = {s1:e}, {s2:e}, {s3:e} with 4, 8, 16 steps; ∫|dl/dε| = {size:e}")
-        }))
+        let witness = || format!("dS/dε = {s1:e}, {s2:e}, {s3:e} with 4, 8, 16 steps; ∫|dl/dε| = {size:e}");
+        evidence::note(|| of_relative::<f64>(16, s3.abs() / size, bound / size, witness()));
+        Ok(Verdict::judge(s3.abs() / size, bound / size, witness))
     }
 }
 

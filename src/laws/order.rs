@@ -13,6 +13,7 @@ use super::planted::step::{
 };
 use crate::algebra::Vector;
 use crate::harness::convergence::{CLEAR_OF_NOISE, Estimate, Level, estimate};
+use crate::harness::evidence::{self, Evidence};
 use crate::harness::{Cost, Fault, Verdict};
 use crate::integrators::{Classical, OneStep, State, StepError};
 use crate::mechanics::equations::EulerPoincare;
@@ -111,6 +112,12 @@ const BLIND: [f64; 3] = [6.0, 4.0, 2.0];
 /// Why a case has no order: a motion that is a polynomial of low degree, on a nilpotent algebra for instance.
 const EXACT: &str = "the method is exact on this motion";
 
+/// What is measured.
+const QUANTITIES: [&str; 3] = ["momentum", "attitude", "energy balance"];
+
+/// Its errors at each level, coarsest first.
+type Errors = [Vec<Level>; 3];
+
 /// What one run over the horizon left.
 struct End<const N: usize, const D: usize> {
     state: State<Dd, N, D>,
@@ -123,8 +130,9 @@ impl Visitor<Dd> for Study<'_> {
     fn visit<const N: usize, const D: usize, R: Retraction<Dd, N, D>>(self, system: System<Dd, N, D, R>) -> Verdict {
         let order = variational_order(&system.tableau, 8).order as u32;
         let horizon = system.step * Dd::int(COARSEST as i64);
-        let (first, error) = self.at_horizon(&system, horizon, order);
+        let (first, error, levels) = self.at_horizon(&system, horizon, order);
         if !matches!(first, Verdict::Inconclusive { .. } | Verdict::NotApplicable { .. }) {
+            self.note(&levels, order);
             return first;
         }
         for k in 0..TARGETS.len() {
@@ -133,13 +141,17 @@ impl Visitor<Dd> for Study<'_> {
                 Some(error) => (TARGETS[k] / error).powf(1.0 / f64::from(order + 1)).log2().clamp(-8.0, 24.0).round(),
                 None => BLIND[k],
             };
-            let (verdict, _) = self.at_horizon(&system, horizon * Dd::exact(2f64.powf(stretch)), order);
+            let (verdict, _, levels) = self.at_horizon(&system, horizon * Dd::exact(2f64.powf(stretch)), order);
             match verdict {
                 Verdict::Inconclusive { .. } => {}
                 Verdict::NotApplicable { ref why } if why != EXACT => {}
-                _ => return verdict,
+                _ => {
+                    self.note(&levels, order);
+                    return verdict;
+                }
             }
         }
+        self.note(&levels, order);
         match first {
             Verdict::NotApplicable { ref why } if why == EXACT => Verdict::inconclusive("no horizon shows an order"),
             _ => first,
@@ -148,15 +160,30 @@ impl Visitor<Dd> for Study<'_> {
 }
 
 impl Study<'_> {
-    /// The verdict from one horizon, and the relative error in the momentum at the coarsest level.
+    /// Tells the errors that decided.
+    fn note(&self, levels: &Errors, order: u32) {
+        let quantities = match self.which {
+            Which::Order => 0..2,
+            Which::Balance => 2..3,
+        };
+        evidence::note_all(|| {
+            quantities.filter(|quantity| !levels[*quantity].is_empty()).map(|quantity| {
+                let levels = levels[quantity].clone();
+                let estimate = estimate(&levels);
+                Evidence::levels(32, QUANTITIES[quantity], levels, estimate, Some(order))
+            })
+        });
+    }
+
+    /// The verdict from one horizon, the relative error in the momentum at the coarsest level, and the errors.
     fn at_horizon<const N: usize, const D: usize, R: Retraction<Dd, N, D>>(
         &self,
         system: &System<Dd, N, D, R>,
         horizon: Dd,
         order: u32,
-    ) -> (Verdict, Option<f64>) {
+    ) -> (Verdict, Option<f64>, Errors) {
         let (Ok(rough), Ok(exact)) = (reference(system, horizon, 5), reference(system, horizon, 10)) else {
-            return (Verdict::inconclusive("the reference did not converge"), None);
+            return (Verdict::inconclusive("the reference did not converge"), None, Errors::default());
         };
         // Rounding: some hundred operations a step, relative to the size of the state; and the reference itself.
         let size = energy(system, &exact).unwrap_or(Dd::exact(1.0)).abs();
@@ -164,7 +191,7 @@ impl Study<'_> {
         let doubt =
             [(exact.momentum - rough.momentum).amax(), (exact.attitude - rough.attitude).amax(), Dd::exact(0.0)];
         let known = doubt.iter().zip(&sizes).all(|(doubt, size)| *doubt <= *size * Dd::exact(1e-24));
-        let mut levels: [Vec<Level>; 3] = Default::default();
+        let mut levels = Errors::default();
         let mut verdict = Verdict::inconclusive("no levels");
         let mut coarsest = None;
         for k in 0..LEVELS.1 {
@@ -172,9 +199,10 @@ impl Study<'_> {
             let end = match self.run(system, horizon, steps) {
                 Ok(end) => end,
                 Err(StepError::Domain { .. }) => {
-                    return (Verdict::not_applicable("the step leaves the domain of the retraction"), coarsest);
+                    let verdict = Verdict::not_applicable("the step leaves the domain of the retraction");
+                    return (verdict, coarsest, levels);
                 }
-                Err(_) => return (Verdict::inconclusive("a step was refused"), coarsest),
+                Err(_) => return (Verdict::inconclusive("a step was refused"), coarsest, levels),
             };
             let errors = [
                 (end.state.momentum - exact.momentum).amax(),
@@ -198,7 +226,7 @@ impl Study<'_> {
                         true => Verdict::not_applicable(EXACT),
                         false => name(estimate(levels).judge(order), what),
                     };
-                    judged("momentum", &levels[0]).and(judged("attitude", &levels[1]))
+                    judged(QUANTITIES[0], &levels[0]).and(judged(QUANTITIES[1], &levels[1]))
                 }
                 Which::Balance if known && exact_at(&levels[2]) => Verdict::not_applicable(EXACT),
                 Which::Balance => at_least(&estimate(&levels[2]), order),
@@ -207,7 +235,7 @@ impl Study<'_> {
                 break;
             }
         }
-        (verdict, coarsest)
+        (verdict, coarsest, levels)
     }
 }
 
@@ -220,7 +248,7 @@ fn exact_at(levels: &[Level]) -> bool {
 fn at_least(estimate: &Estimate, order: u32) -> Verdict {
     match *estimate {
         Estimate::Slope { low, .. } if low > f64::from(order) => Verdict::Holds { defect: 0.0, bound: 0.25 },
-        _ => name(estimate.judge(order), "energy balance"),
+        _ => name(estimate.judge(order), QUANTITIES[2]),
     }
 }
 

@@ -7,7 +7,8 @@
 //! one scalar only (a series cut too early, a switch at the wrong place) shows as well.
 
 use super::planted::retraction::Plant;
-use crate::harness::{Fault, Verdict};
+use crate::harness::evidence::{self, Evidence, Wanted};
+use crate::harness::{Fault, Verdict, guarded};
 use crate::scalar::{Dd, Real};
 use crate::system::{Case, CaseError, Visitor};
 
@@ -67,6 +68,11 @@ where
 }
 
 fn both(double: Result<Measured, CaseError>, quad: impl FnOnce() -> Result<Measured, CaseError>) -> Verdict {
+    match evidence::wanted() {
+        Wanted::Only(16) => return only(double),
+        Wanted::Only(32) => return only_in(32, quad()),
+        _ => {}
+    }
     match (double, quad()) {
         (Ok(double), Ok(quad)) => compare(double, quad),
         (Err(e), _) | (_, Err(e)) => Verdict::broken(format!("a generated case cannot be built: {e}")),
@@ -81,6 +87,10 @@ fn compare(double: Measured, quad: Measured) -> Verdict {
         (NotApplicable(why), _) | (_, NotApplicable(why)) => Verdict::not_applicable(why),
         (Inconclusive(why), _) | (_, Inconclusive(why)) => Verdict::inconclusive(why),
         (Defect { amplification: a64, floor, witness: w64 }, Defect { amplification: a32, floor: _, witness: w32 }) => {
+            evidence::note_all(|| {
+                [(16, a64, a32, w64.clone()), (32, a32, a64, w32.clone())]
+                    .map(|(digits, mine, other, witness)| noted(digits, mine, floor.max(AGREEMENT * other), witness))
+            });
             let judge = |mine: f64, other: f64, scalar: &str, witness: String| {
                 Verdict::judge(mine, floor.max(AGREEMENT * other), || {
                     format!("{scalar}: {mine:.3e} units of round-off (the other scalar: {other:.3e}); {witness}")
@@ -108,7 +118,10 @@ where
 {
     match case.unknowns() {
         Ok(unknowns) if unknowns <= most => settle(case, fault, visitor),
-        Ok(_) => only(case.dispatch_with::<f64, V>(&Plant(fault), visitor)),
+        Ok(_) => small(
+            || case.dispatch_with::<f64, V>(&Plant(fault), visitor.clone()),
+            || case.dispatch_with::<Dd, V>(&Plant(fault), visitor.clone()),
+        ),
         Err(e) => Verdict::broken(format!("a generated case cannot be built: {e}")),
     }
 }
@@ -120,25 +133,70 @@ where
 {
     match case.unknowns() {
         Ok(unknowns) if unknowns <= most => settle_main(case, fault, visitor),
-        Ok(_) => only(case.dispatch_main_with::<f64, V>(&Plant(fault), visitor)),
+        Ok(_) => small(
+            || case.dispatch_main_with::<f64, V>(&Plant(fault), visitor.clone()),
+            || case.dispatch_main_with::<Dd, V>(&Plant(fault), visitor.clone()),
+        ),
         Err(e) => Verdict::broken(format!("a generated case cannot be built: {e}")),
     }
+}
+
+/// The verdict from `double` alone; the 32 digits are evaluated when they are asked for, and judge when they alone are.
+fn small(
+    double: impl FnOnce() -> Result<Measured, CaseError>,
+    quad: impl FnOnce() -> Result<Measured, CaseError>,
+) -> Verdict {
+    if evidence::wanted() == Wanted::Only(32) {
+        return only_in(32, quad());
+    }
+    let double = double();
+    let beside = match &double {
+        Ok(Measured::Defect { amplification, .. }) => Some(*amplification),
+        _ => None,
+    };
+    let verdict = only(double);
+    // Beside the verdict: not even a panic may change it.
+    if evidence::wanted() == Wanted::AllDigits
+        && let (Some(a64), Ok(Ok(Measured::Defect { amplification, floor, witness }))) = (beside, guarded(quad))
+    {
+        evidence::note(|| noted(32, amplification, floor.max(AGREEMENT * a64), witness));
+    }
+    verdict
 }
 
 fn only(double: Result<Measured, CaseError>) -> Verdict {
-    match double {
-        Ok(double) => alone(double),
+    only_in(16, double)
+}
+
+fn only_in(digits: u32, measured: Result<Measured, CaseError>) -> Verdict {
+    match measured {
+        Ok(measured) => alone(digits, measured),
         Err(e) => Verdict::broken(format!("a generated case cannot be built: {e}")),
     }
 }
 
-fn alone(double: Measured) -> Verdict {
-    match double {
+/// The verdict from one precision: without another to compare with, the floor has the margin.
+fn alone(digits: u32, measured: Measured) -> Verdict {
+    match measured {
         Measured::Broken(why) => Verdict::broken(why),
         Measured::NotApplicable(why) => Verdict::not_applicable(why),
         Measured::Inconclusive(why) => Verdict::inconclusive(why),
-        Measured::Defect { amplification, floor, witness } => Verdict::judge(amplification, AGREEMENT * floor, || {
-            format!("f64: {amplification:.3e} units of round-off; {witness}")
-        }),
+        Measured::Defect { amplification, floor, witness } => {
+            evidence::note(|| noted(digits, amplification, AGREEMENT * floor, witness.clone()));
+            let scalar = if digits == 16 { "f64" } else { "dd" };
+            Verdict::judge(amplification, AGREEMENT * floor, || {
+                format!("{scalar}: {amplification:.3e} units of round-off; {witness}")
+            })
+        }
     }
+}
+
+fn noted(digits: u32, defect: f64, bound: f64, witness: String) -> Evidence {
+    Evidence::Defect { digits, defect, bound, witness }
+}
+
+/// The evidence of a defect and a bound that are relative, not in units of round-off, in the scalar of so many digits.
+pub(super) fn of_relative<T: Real>(digits: u32, defect: f64, bound: f64, witness: String) -> Evidence {
+    let unit = T::unit_roundoff().to_f64();
+    noted(digits, defect / unit, bound / unit, witness)
 }

@@ -11,12 +11,12 @@ use super::planted::step::{
     SWAPPED_SECOND, UNCONJUGATED,
 };
 use super::planted::tableau::{COEFFICIENT, WRONG_STAGE, planted};
-use crate::harness::{Cost, Fault, Verdict};
+use crate::harness::{Cost, Fault, Verdict, evidence};
 use crate::integrators::MuntheKaas;
 use crate::mechanics::equations::EulerPoincare;
 use crate::retraction::Retraction;
 use crate::scalar::Dd;
-use crate::study::{Comparison, Rung, Study, problem, reference};
+use crate::study::{Comparison, Findings, Rung, Study, problem, reference};
 use crate::system::{Case, Cases, System, Visitor, cases};
 use crate::tableau::{Classic, Description, Family, Order, Tableau, classical_order, known, variational_order};
 use proptest::sample::select;
@@ -115,38 +115,65 @@ impl Which {
     }
 }
 
+/// What the body without symmetry adds to the names of what is measured on it.
+const GENERIC: &str = " of a body without symmetry";
+
+/// The order of a method on a system, compared.
+struct Measured {
+    comparison: Comparison,
+    order: u32,
+    /// The errors; none where there was no reference.
+    findings: Option<Findings>,
+}
+
+impl Measured {
+    /// The verdict; `of` says for the evidence whose errors decide.
+    fn verdict(self, of: &str) -> Verdict {
+        evidence::note_all(|| {
+            let of = format!("{of}, after {STEPS} steps");
+            self.findings.iter().flat_map(|findings| findings.evidence(self.order, 32, &of)).collect::<Vec<_>>()
+        });
+        self.comparison.verdict()
+    }
+}
+
 /// As predicted or below decides. Above, the case may be special: then its variations are asked, and a body without symmetry;
 /// if the order shows on one of them, it is the order of the method, which is the least that any system shows.
 fn check(case: &Case, fault: Option<&Fault>, which: Which) -> Verdict {
-    let compare = |case: &Case| match case.dispatch_main_with::<Dd, _>(&Plant(fault), Descent { fault, which }) {
-        Ok(comparison) => Ok(comparison),
+    let measure = |case: &Case| match case.dispatch_main_with::<Dd, _>(&Plant(fault), Descent { fault, which }) {
+        Ok(measured) => Ok(measured),
         Err(e) => Err(Verdict::broken(format!("a generated case cannot be built: {e}"))),
     };
-    let first = match compare(case) {
-        Ok(comparison) => comparison,
+    let first = match measure(case) {
+        Ok(measured) => measured,
         Err(verdict) => return verdict,
     };
-    if !matches!(first, Comparison::Above { .. } | Comparison::Exact) {
-        return first.verdict();
+    if !matches!(first.comparison, Comparison::Above { .. } | Comparison::Exact) {
+        return first.verdict("");
     }
-    let mut above = matches!(first, Comparison::Above { .. });
+    let mut above = matches!(first.comparison, Comparison::Above { .. });
     for k in 1..=VARIATIONS {
-        match compare(&problem::varied(case, k)) {
-            Ok(Comparison::Above { .. }) => above = true,
-            Ok(Comparison::Exact | Comparison::Unknown { .. }) => {}
-            Ok(decided) => return decided.verdict(),
+        match measure(&problem::varied(case, k)) {
+            Ok(Measured { comparison: Comparison::Above { .. }, .. }) => above = true,
+            Ok(Measured { comparison: Comparison::Exact | Comparison::Unknown { .. }, .. }) => {}
+            Ok(decided) => return decided.verdict(&format!(" of variation {k} of the system")),
             Err(verdict) => return verdict,
         }
     }
     let generic = problem::generic().map(|file| {
         let mut generic = file.case;
         generic.method = case.method.clone();
-        compare(&generic)
+        measure(&generic)
     });
     match generic {
-        Ok(Ok(Comparison::As { .. })) => Verdict::inconclusive("the algebra hides the order: it shows on so(3)"),
-        Ok(Ok(Comparison::Above { .. })) if above => first.verdict(),
-        Ok(Ok(other)) => other.verdict(),
+        Ok(Ok(other)) => match other.comparison {
+            Comparison::As { .. } => {
+                other.verdict(GENERIC);
+                Verdict::inconclusive("the algebra hides the order: it shows on so(3)")
+            }
+            Comparison::Above { .. } if above => first.verdict(""),
+            _ => other.verdict(GENERIC),
+        },
         Ok(Err(verdict)) => verdict,
         Err(e) => Verdict::broken(e.to_string()),
     }
@@ -159,9 +186,9 @@ struct Descent<'a> {
 }
 
 impl Visitor<Dd> for Descent<'_> {
-    type Output = Comparison;
+    type Output = Measured;
 
-    fn visit<const N: usize, const D: usize, R: Retraction<Dd, N, D>>(self, system: System<Dd, N, D, R>) -> Comparison {
+    fn visit<const N: usize, const D: usize, R: Retraction<Dd, N, D>>(self, system: System<Dd, N, D, R>) -> Measured {
         let order = self.which.order(&system.tableau).order as u32;
         let (l, f, r) = (&system.lagrangian, &system.force, &system.retraction);
         let body = EulerPoincare::new(system.algebra.clone(), l, f);
@@ -171,7 +198,8 @@ impl Visitor<Dd> for Descent<'_> {
         let times: Vec<Dd> = rungs.iter().map(Rung::duration).collect();
         let Ok(targets) = reference::at(&body, system.group.as_ref(), &system.state, &times, 4 + order as usize / 2)
         else {
-            return Comparison::Unknown { why: "the reference did not converge".into() };
+            let comparison = Comparison::Unknown { why: "the reference did not converge".into() };
+            return Measured { comparison, order, findings: None };
         };
         let study = Study::new(system.state.clone()).with_attitude();
         let spoilt = planted(&system.tableau, self.fault);
@@ -179,6 +207,7 @@ impl Visitor<Dd> for Descent<'_> {
             Which::Variational => study.descend(|| subject(&system, self.fault), &rungs, &targets),
             Which::MuntheKaas => study.descend(|| MuntheKaas::new(body.clone(), r, spoilt.clone()), &rungs, &targets),
         };
-        findings.local().compare(order)
+        let findings = findings.local();
+        Measured { comparison: findings.compare(order), order, findings: Some(findings) }
     }
 }

@@ -2,11 +2,11 @@
 
 use super::CaseLaw;
 use super::planted::retraction::Plant;
-use super::precision::{Measured, settle_main_small};
+use super::precision::{Measured, of_relative, settle_main_small};
 use super::probe::Probe;
 use super::subjects::*;
 use crate::algebra::{Covector, Matrix, Vector, elimination, pair};
-use crate::harness::{Cost, Fault, Verdict};
+use crate::harness::{Cost, Fault, Verdict, evidence};
 use crate::mechanics::doubled::VelocityError;
 use crate::mechanics::forced_hamiltonian::ForcedHamiltonian;
 use crate::mechanics::hamiltonian::{DoubledHamiltonian, LegendreHamiltonian};
@@ -192,9 +192,12 @@ impl Difference<'_> {
         let size = pair(&mu.abs(), &psi.abs()) + pair(&lambda.abs(), &eta.abs());
         let relative = |v: Dd| (v / size).to_f64().abs();
         let floor = Dd::unit_roundoff().to_f64() * 4096.0 * N as f64;
-        Ok(Verdict::judge(relative(small), floor.max(relative(large) / 1024.0), || {
+        let (defect, bound) = (relative(small), floor.max(relative(large) / 1024.0));
+        let witness = || {
             let [large, small, predicted] = [large, small, predicted].map(Scalar::to_f64);
             format!("off the prediction {predicted:e} by {large:e}, and by {small:e} at x/16")
-        }))
+        };
+        evidence::note(|| of_relative::<Dd>(32, defect, bound, witness()));
+        Ok(Verdict::judge(defect, bound, witness))
     }
 }

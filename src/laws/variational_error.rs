@@ -14,6 +14,7 @@ use crate::discrete::StageLagrangian;
 use crate::discrete::exact::{ExactSolution, Start};
 use crate::group::MatrixGroup;
 use crate::harness::convergence::{CLEAR_OF_NOISE, Level, estimate};
+use crate::harness::evidence::{self, Evidence};
 use crate::harness::{Cost, Fault, Verdict};
 use crate::integrators::doubled::{Doubled, DoubledState};
 use crate::integrators::{Classical, OneStep, State, StepError};
@@ -114,6 +115,7 @@ impl Visitor<Dd> for Study<'_> {
 fn judge(step: Dd, order: u32, mut errors: impl FnMut(Dd) -> Result<Errors, String>) -> Verdict {
     let mut verdict = Verdict::inconclusive("no step was tried");
     let mut coarsest = None::<f64>;
+    let mut measured = None;
     for attempt in 0..=TARGETS.len() {
         let h = match (attempt, coarsest) {
             (0, _) => step,
@@ -130,13 +132,22 @@ fn judge(step: Dd, order: u32, mut errors: impl FnMut(Dd) -> Result<Errors, Stri
                     coarsest = errors[1].first().map(|level| level.error).filter(|e| *e > 1e-27);
                 }
                 let judged = QUANTITIES.iter().zip(&errors).map(|(what, levels)| one(what, levels, order));
-                judged.reduce(Verdict::and).unwrap_or(verdict)
+                let judged = judged.reduce(Verdict::and).unwrap_or(verdict);
+                measured = Some(errors);
+                judged
             }
         };
         if !matches!(verdict, Verdict::Inconclusive { .. }) {
             break;
         }
     }
+    evidence::note_all(|| {
+        let levels = measured.into_iter().flatten().zip(QUANTITIES);
+        levels.map(|(levels, what)| {
+            let estimate = estimate(&levels);
+            Evidence::levels(32, format!("{what}, after one step"), levels, estimate, Some(order + 1))
+        })
+    });
     verdict
 }
 

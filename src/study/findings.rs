@@ -3,6 +3,7 @@
 use super::{Reading, Row};
 use crate::harness::Verdict;
 use crate::harness::convergence::{Estimate, Kind, Level, TOLERANCE, estimate, kinds};
+use crate::harness::evidence::Evidence;
 
 const EXACT: &str =
     "every error is rounding: the method is exact on this motion, or the steps are too small for the digits";
@@ -224,6 +225,23 @@ impl Findings {
                 (0..self.judged).filter_map(estimated).min_by(|a, b| slope(a).total_cmp(&slope(b)))
             }
         }
+    }
+
+    /// The errors of each part of the state, the deciding one first, and their slopes beside what `order` predicts for them.
+    ///
+    /// `digits` are those of the arithmetic, and `of` is said with the name of the part.
+    pub fn evidence(&self, order: u32, digits: u32, of: &str) -> Vec<Evidence> {
+        let first = self.deciding(order).map(|(quantity, _)| quantity);
+        let rest = (0..self.judged).filter(|quantity| Some(*quantity) != first);
+        let tell = |quantity: usize| {
+            let estimate = match self.line(quantity) {
+                Line::Exact => Estimate::Inconclusive { why: EXACT.into(), slopes: Vec::new() },
+                Line::Read(estimate) => estimate.lowered(-self.excess()),
+            };
+            let name = format!("{}{of}", self.quantities[quantity]);
+            Evidence::levels(digits, name, self.levels(quantity), estimate, Some(order + self.excess))
+        };
+        first.into_iter().chain(rest).map(tell).collect()
     }
 
     fn decide(&self, order: u32) -> (Comparison, Option<usize>) {

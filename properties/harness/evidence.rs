@@ -1,0 +1,91 @@
+//! The channel by which a check tells its numbers.
+
+use euler_poincare::harness::convergence::{Level, estimate};
+use euler_poincare::harness::evidence::{Evidence, Wanted, gather, gather_with, note, note_all, wanted};
+use std::cell::Cell;
+use std::panic::catch_unwind;
+
+fn defect(defect: f64) -> Evidence {
+    Evidence::Defect { digits: 16, defect, bound: 1.0, witness: "here".into() }
+}
+
+#[test]
+fn nothing_is_made_where_nobody_gathers() {
+    let made = Cell::new(0);
+    let check = || {
+        note(|| {
+            made.set(made.get() + 1);
+            defect(1.0)
+        });
+        7
+    };
+    assert_eq!((check(), made.get()), (7, 0));
+    assert_eq!(gather(check), (7, vec![defect(1.0)]));
+    assert_eq!((check(), made.get()), (7, 1));
+    assert_eq!(gather(|| ()), ((), vec![]));
+}
+
+#[test]
+fn the_innermost_gathers() {
+    let (inner, outer) = gather(|| {
+        note(|| defect(1.0));
+        let inner = gather_with(Wanted::Only(32), || {
+            note_all(|| [defect(2.0), defect(3.0)]);
+            wanted()
+        });
+        assert_eq!(wanted(), Wanted::AsJudged);
+        // A note that takes notes.
+        note(|| {
+            note(|| defect(4.0));
+            defect(5.0)
+        });
+        inner
+    });
+    assert_eq!(inner, (Wanted::Only(32), vec![defect(2.0), defect(3.0)]));
+    assert_eq!(outer, [1.0, 4.0, 5.0].map(defect));
+}
+
+#[test]
+fn a_panic_leaves_nothing_behind() {
+    let caught = catch_unwind(|| gather_with(Wanted::AllDigits, || panic!("as intended")));
+    assert!(caught.is_err());
+    assert_eq!(wanted(), Wanted::AsJudged);
+    note(|| panic!("nobody gathers"));
+    let (_, outer) = gather(|| {
+        note(|| defect(1.0));
+        let caught = catch_unwind(|| {
+            gather(|| {
+                note(|| defect(2.0));
+                panic!("as intended")
+            })
+        });
+        assert!(caught.is_err());
+        note(|| defect(3.0));
+    });
+    assert_eq!(outer, [1.0, 3.0].map(defect));
+}
+
+#[test]
+fn threads_gather_apart() {
+    let ((), here) = gather(|| {
+        std::thread::scope(|scope| {
+            scope.spawn(|| note(|| panic!("nobody gathers here")));
+            scope.spawn(|| assert_eq!(gather(|| note(|| defect(2.0))).1, [defect(2.0)]));
+        });
+        note(|| defect(1.0));
+    });
+    assert_eq!(here, [defect(1.0)]);
+}
+
+#[test]
+fn levels_know_what_they_are() {
+    let levels: Vec<Level> = (0..8).map(|k| 0.5_f64.powi(k)).map(|h| Level { h, error: h * h, noise: 1e-16 }).collect();
+    let read = estimate(&levels);
+    let Evidence::Levels { kinds, estimate, expected, .. } =
+        Evidence::levels(32, "momentum", levels.clone(), read.clone(), Some(2))
+    else {
+        panic!("levels")
+    };
+    assert_eq!(kinds, euler_poincare::harness::convergence::kinds(&levels, &read));
+    assert!(estimate.judge(expected.unwrap()).holds());
+}

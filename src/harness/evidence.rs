@@ -1,0 +1,144 @@
+//! What a check measured, told when somebody asks: a [`Verdict`](super::Verdict) keeps the numbers that decided, the evidence
+//! all of them.
+//!
+//! A check [`note`]s its numbers while it runs; [`gather`] collects those of one call, on its own thread. Where nobody gathers, a
+//! note is neither made nor kept. The verdict is the same with and without, unless one precision alone is asked for
+//! ([`Wanted::Only`]).
+//!
+//! ```
+//! use euler_poincare::harness::evidence::{Evidence, gather, note};
+//! let check = || {
+//!     note(|| Evidence::Defect { digits: 16, defect: 3.0, bound: 256.0, witness: "e_1".into() });
+//!     true
+//! };
+//! assert!(check());
+//! let (holds, evidence) = gather(check);
+//! assert!(holds && evidence.len() == 1);
+//! ```
+
+use super::convergence::{Estimate, Kind, Level, kinds};
+use std::cell::{Cell, RefCell};
+
+/// Something that was measured.
+#[derive(Clone, Debug, PartialEq)]
+pub enum Evidence {
+    /// The defect of an identity in one arithmetic.
+    Defect {
+        /// Decimal digits of the arithmetic: 16, 32 or 64.
+        digits: u32,
+        /// |lhs − rhs| relative to the size of its terms, in units of round-off; infinite for NaN.
+        defect: f64,
+        /// What it may be, in the same units.
+        bound: f64,
+        /// The worst place.
+        witness: String,
+    },
+    /// The errors of one quantity at a sequence of steps.
+    Levels {
+        /// Decimal digits of the arithmetic.
+        digits: u32,
+        /// What it is the error of.
+        quantity: String,
+        /// The errors, as they were measured.
+        levels: Vec<Level>,
+        /// What each level is to the estimate.
+        kinds: Vec<Kind>,
+        /// The slope of these errors.
+        estimate: Estimate,
+        /// The slope that was predicted for these errors: the order, or the order plus one where they are those of a fixed
+        /// number of steps.
+        expected: Option<u32>,
+    },
+}
+
+impl Evidence {
+    /// The errors of `quantity`, with what each level is to `estimate`.
+    pub fn levels(
+        digits: u32,
+        quantity: impl Into<String>,
+        levels: Vec<Level>,
+        estimate: Estimate,
+        expected: Option<u32>,
+    ) -> Self {
+        Self::Levels { digits, quantity: quantity.into(), kinds: kinds(&levels, &estimate), levels, estimate, expected }
+    }
+
+    /// The digits of the arithmetic in which it was measured.
+    pub fn digits(&self) -> u32 {
+        match self {
+            Self::Defect { digits, .. } | Self::Levels { digits, .. } => *digits,
+        }
+    }
+}
+
+/// In which arithmetics a law is asked to measure.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum Wanted {
+    /// In those that it judges by.
+    #[default]
+    AsJudged,
+    /// In all that it can, also where it leaves one out for its cost; what is evaluated in addition is noted and does not judge.
+    AllDigits,
+    /// In this many decimal digits alone, and judged by them alone. A law that is not measured in them judges as it does.
+    Only(u32),
+}
+
+thread_local! {
+    /// The notes of the innermost `gather` of this thread.
+    static NOTES: RefCell<Option<Vec<Evidence>>> = const { RefCell::new(None) };
+    static WANTED: Cell<Wanted> = const { Cell::new(Wanted::AsJudged) };
+}
+
+/// Puts back, also after a panic, what was there before.
+struct Scope {
+    notes: Option<Vec<Evidence>>,
+    wanted: Wanted,
+}
+
+impl Scope {
+    fn open(wanted: Wanted) -> Self {
+        Self { notes: NOTES.replace(Some(Vec::new())), wanted: WANTED.replace(wanted) }
+    }
+}
+
+impl Drop for Scope {
+    fn drop(&mut self) {
+        NOTES.set(self.notes.take());
+        WANTED.set(self.wanted);
+    }
+}
+
+/// The value of `check`, and what was noted while it ran, in that sequence.
+pub fn gather<R>(check: impl FnOnce() -> R) -> (R, Vec<Evidence>) {
+    gather_with(Wanted::AsJudged, check)
+}
+
+/// [`gather`], asking for certain arithmetics.
+pub fn gather_with<R>(wanted: Wanted, check: impl FnOnce() -> R) -> (R, Vec<Evidence>) {
+    let _scope = Scope::open(wanted);
+    let value = check();
+    (value, NOTES.take().unwrap_or_default())
+}
+
+/// Keeps what `evidence` says if somebody gathers; else it is not called.
+pub fn note(evidence: impl FnOnce() -> Evidence) {
+    note_all(|| [evidence()]);
+}
+
+/// [`note`], for several.
+pub fn note_all<I: IntoIterator<Item = Evidence>>(evidence: impl FnOnce() -> I) {
+    if NOTES.with_borrow(Option::is_some) {
+        // Made before the notes are borrowed: it may note as well.
+        let made: Vec<Evidence> = evidence().into_iter().collect();
+        NOTES.with_borrow_mut(|notes| {
+            if let Some(notes) = notes {
+                notes.extend(made);
+            }
+        });
+    }
+}
+
+/// The arithmetics that are asked for here; [`Wanted::AsJudged`] where nobody gathers.
+pub fn wanted() -> Wanted {
+    WANTED.get()
+}
