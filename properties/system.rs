@@ -1,7 +1,7 @@
 //! Properties of `euler_poincare::system`.
 
 use euler_poincare::algebra::catalogue::Entry;
-use euler_poincare::mechanics::Force as _;
+use euler_poincare::mechanics::{Force, Lagrangian};
 use euler_poincare::retraction::Retraction;
 use euler_poincare::scalar::{Dd, Number, Real};
 use euler_poincare::system::case::{Inertia, Motion, Structure, Tau};
@@ -27,7 +27,10 @@ struct Numbers;
 impl<T: Real> Visitor<T> for Numbers {
     type Output = Vec<f64>;
 
-    fn visit<const N: usize, const D: usize, R: Retraction<T, N, D>>(self, system: System<T, N, D, R>) -> Vec<f64> {
+    fn visit<const N: usize, const D: usize, R: Retraction<T, N, D>, L: Lagrangian<T, N>, F: Force<T, N>>(
+        self,
+        system: System<T, N, D, R, L, F>,
+    ) -> Vec<f64> {
         let mut values: Vec<T> = system.state.momentum.iter().copied().collect();
         values.extend(system.state.attitude.iter());
         values.extend([system.step, system.state.time]);

@@ -2,7 +2,7 @@
 
 use super::table::entries;
 use super::{Failure, Format, print};
-use euler_poincare::harness::{Cost, Fault, draw};
+use euler_poincare::harness::{Cost, Fault, Law, draw};
 use euler_poincare::laws::{self, CaseLaw};
 use euler_poincare::system::labels;
 use rayon::prelude::*;
@@ -48,7 +48,7 @@ struct Covered {
 }
 
 fn covered(law: &CaseLaw) -> Covered {
-    let strategy = (law.cases)();
+    let strategy = law.cases();
     let cases = (0..DRAWS).filter_map(|index| draw(&strategy, 0, law.name, index).case.ok());
     let seen: Vec<(&str, String)> = cases.flat_map(|(case, _)| labels(&case)).collect();
     let of = |category: &str| {

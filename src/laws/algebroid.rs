@@ -1,6 +1,5 @@
 //! Laws of invariant vector fields and of Lie algebroids, on two groupoids of each case.
 
-use super::CaseLaw;
 use super::groupoid::{Check, Which};
 use super::instances::{
     ACTION_INVERTED, ANCHOR_SIGN, ENDS_KEPT, INVERSE_KEEPS_U, Instance, PRODUCT_KEEPS_END, Planted, Polynomial,
@@ -8,6 +7,7 @@ use super::instances::{
 };
 use super::precision::{Measured, settle};
 use super::probe::Probe;
+use super::{CaseLaw, Source};
 use crate::groupoid::calculus::{along, constant, derivatives, infinitesimal, values};
 use crate::groupoid::{
     Groupoid, LieAlgebroid, LieGroupoid, Lowered, at_unit, bracket_of_fields, left_field, push_inverse, push_left,
@@ -15,7 +15,6 @@ use crate::groupoid::{
 };
 use crate::harness::{Cost, Fault};
 use crate::scalar::{Dual, Real};
-use crate::system::cases;
 use nalgebra::DVector;
 use proptest::strategy::Strategy;
 
@@ -46,7 +45,7 @@ macro_rules! law {
             bound: BOUND,
             cost: Cost::Cheap,
             faults: $faults,
-            cases: || cases().with_group().boxed(),
+            cases: |cases| cases.with_group().boxed(),
             check: |case, fault| {
                 settle(case, fault, Check { case, fault, kinds: None, which: Which::Algebroid($question) })
             },
@@ -55,48 +54,52 @@ macro_rules! law {
 }
 
 /// The laws of this file.
-pub static LAWS: &[CaseLaw] = &[
-    law!(
-        "invariant-fields",
-        "Tα X← = 0, Tβ X→ = 0, X←(gh) = T L_g X←(h), X→(gh) = T R_h X→(g), [X←, Y→] = 0",
-        "Def 4.3, (4.1) and (4.3)",
-        FIELDS,
-        Question::Fields,
-        &[LEFT_AT_SOURCE, SECOND_INVERTED, PRODUCT_KEEPS_END]
-    ),
-    law!(
-        "algebroid-bracket",
-        "[X←, Y←] = ⟦X, Y⟧← off the units, ⟦X, Y⟧ in closed form; ⟦X, Y⟧ = −⟦Y, X⟧; Jacobi",
-        "Defs 4.4 and 4.5, (4.2)",
-        "the commutator of the invariant fields by duals, against structure constants and anchor in closed form",
-        Question::Bracket,
-        &[STRUCTURE_SIGN, ANCHOR_SIGN, NO_DERIVATIVES, LEFT_AT_SOURCE, SECOND_INVERTED]
-    ),
-    law!(
-        "algebroid-anchor",
-        "ρ = Tβ on the fibres of AG, ρ⟦X, Y⟧ = [ρX, ρY], ⟦X, fY⟧ = f⟦X, Y⟧ + ρ(X)(f) Y",
-        "Defs 4.4 and 4.5, (4.2)",
-        "Tβ and the commutator of vector fields on the base by duals; ⟦X, fY⟧ from the commutator of invariant fields",
-        Question::Anchor,
-        &[ANCHOR_SIGN, STRUCTURE_SIGN, NO_DERIVATIVES, ACTION_INVERTED]
-    ),
-    law!(
-        "algebroid-right-fields",
-        "⟦X, Y⟧→ = −[X→, Y→]",
-        "§4.1, after (4.3)",
-        "the commutator of the right-invariant fields by duals, against the bracket in closed form",
-        Question::Right,
-        &[RIGHT_SIGN, STRUCTURE_SIGN, ANCHOR_SIGN, NO_DERIVATIVES, ACTION_INVERTED]
-    ),
-    law!(
-        "inversion-invariant-field",
-        "Z = W + ι_*W has Tι Z(g) = Z(g⁻¹) and is tangent to the units there, for random W; so is X← − X→",
-        "Prop 4.6",
-        "Z against Tε Tα Z, by duals of ι, α and ε",
-        Question::Inversion,
-        &[INVERSE_KEEPS_U, ENDS_KEPT, RIGHT_SIGN]
-    ),
-];
+pub const fn laws<S: Source>() -> &'static [CaseLaw<S>] {
+    const {
+        &[
+            law!(
+                "invariant-fields",
+                "Tα X← = 0, Tβ X→ = 0, X←(gh) = T L_g X←(h), X→(gh) = T R_h X→(g), [X←, Y→] = 0",
+                "Def 4.3, (4.1) and (4.3)",
+                FIELDS,
+                Question::Fields,
+                &[LEFT_AT_SOURCE, SECOND_INVERTED, PRODUCT_KEEPS_END]
+            ),
+            law!(
+                "algebroid-bracket",
+                "[X←, Y←] = ⟦X, Y⟧← off the units, ⟦X, Y⟧ in closed form; ⟦X, Y⟧ = −⟦Y, X⟧; Jacobi",
+                "Defs 4.4 and 4.5, (4.2)",
+                "the commutator of the invariant fields by duals, against structure constants and anchor in closed form",
+                Question::Bracket,
+                &[STRUCTURE_SIGN, ANCHOR_SIGN, NO_DERIVATIVES, LEFT_AT_SOURCE, SECOND_INVERTED]
+            ),
+            law!(
+                "algebroid-anchor",
+                "ρ = Tβ on the fibres of AG, ρ⟦X, Y⟧ = [ρX, ρY], ⟦X, fY⟧ = f⟦X, Y⟧ + ρ(X)(f) Y",
+                "Defs 4.4 and 4.5, (4.2)",
+                "Tβ and the commutator of vector fields on the base by duals; ⟦X, fY⟧ from the commutator of invariant fields",
+                Question::Anchor,
+                &[ANCHOR_SIGN, STRUCTURE_SIGN, NO_DERIVATIVES, ACTION_INVERTED]
+            ),
+            law!(
+                "algebroid-right-fields",
+                "⟦X, Y⟧→ = −[X→, Y→]",
+                "§4.1, after (4.3)",
+                "the commutator of the right-invariant fields by duals, against the bracket in closed form",
+                Question::Right,
+                &[RIGHT_SIGN, STRUCTURE_SIGN, ANCHOR_SIGN, NO_DERIVATIVES, ACTION_INVERTED]
+            ),
+            law!(
+                "inversion-invariant-field",
+                "Z = W + ι_*W has Tι Z(g) = Z(g⁻¹) and is tangent to the units there, for random W; so is X← − X→",
+                "Prop 4.6",
+                "Z against Tε Tα Z, by duals of ι, α and ε",
+                Question::Inversion,
+                &[INVERSE_KEEPS_U, ENDS_KEPT, RIGHT_SIGN]
+            ),
+        ]
+    }
+}
 
 /// Which law.
 #[derive(Clone, Copy)]

@@ -1,76 +1,82 @@
 //! Laws of the doubled scheme on g*×G×g*: on the units it is the restricted scheme, off them it keeps its momentum map.
 
-use super::CaseLaw;
 use super::integrators::{refused, show, size_of, subject};
 use super::planted::retraction::{ADJOINT_INVERTED, RIGHT_TANGENT, SHIFTED};
 use super::planted::step::{CHART, FIRST_STAGE, FORCE_INDEX, FORCE_TIME, NO_FORCE, NOT_TRANSPORTED, UNCONJUGATED};
 use super::precision::{Measured, settle_small};
 use super::probe::Probe;
 use super::subjects::{HALF_FORCE, LEFT_FOR_RIGHT, NO_FORCE_DERIVATIVE, PlantedForced};
+use super::{CaseLaw, Source};
 use crate::algebra::{Covector, Matrix, Vector};
 use crate::group::LieGroup;
 use crate::harness::{Cost, Fault};
 use crate::integrators::doubled::{Doubled, DoubledState};
 use crate::integrators::{OneStep, StepError, Variational};
+use crate::mechanics::Force;
 use crate::mechanics::Lagrangian;
 use crate::mechanics::doubled::{DoubledLagrangian, Forced};
 use crate::retraction::{Retraction, RetractionError};
 use crate::scalar::Real;
-use crate::system::{Case, System, Visitor, cases};
+use crate::system::{System, Visitor};
 use nalgebra::DMatrix;
 use proptest::strategy::Strategy;
+use std::fmt::Debug;
 
 /// Above this many unknowns s N of the restricted step, 32 digits cost too much for a law that runs on every case.
 const MOST: usize = 6;
 
 /// The laws of this file.
-pub static LAWS: &[CaseLaw] = &[
-    CaseLaw {
-        name: "doubled-restriction",
-        statement: "the doubled step started on a unit (μ, e, μ) ends on one, and its μ is the restricted step's",
-        source: "Martín de Diego and Sato Martín de Almagro 2019, §5.2 and Thm 5.3",
-        oracle: "the doubled scheme on (λ, U, μ), which shares no residual with the restricted one",
-        bound: "two precisions; floor 2⁹ s N u: two solves, the doubled one of twice the size",
-        cost: Cost::Cheap,
-        faults: &[
-            CHART,
-            FORCE_INDEX,
-            UNCONJUGATED,
-            NO_FORCE,
-            NOT_TRANSPORTED,
-            FIRST_STAGE,
-            FORCE_TIME,
-            RIGHT_TANGENT,
-            HALF_FORCE,
-        ],
-        cases: || cases().with_group().boxed(),
-        check: |case, fault| settle_small(case, fault, Check { case, fault, which: Which::Restriction }, MOST),
-    },
-    CaseLaw {
-        name: "doubled-splitting",
-        statement: "on a unit the Jacobian of the doubled stage equations is [[A, B], [B, A]], and A + B is that of the \
+pub const fn laws<S: Source>() -> &'static [CaseLaw<S>] {
+    const {
+        &[
+            CaseLaw {
+                name: "doubled-restriction",
+                statement: "the doubled step started on a unit (μ, e, μ) ends on one, and its μ is the restricted step's",
+                source: "Martín de Diego and Sato Martín de Almagro 2019, §5.2 and Thm 5.3",
+                oracle: "the doubled scheme on (λ, U, μ), which shares no residual with the restricted one",
+                bound: "two precisions; floor 2⁹ s N u: two solves, the doubled one of twice the size",
+                cost: Cost::Cheap,
+                faults: &[
+                    CHART,
+                    FORCE_INDEX,
+                    UNCONJUGATED,
+                    NO_FORCE,
+                    NOT_TRANSPORTED,
+                    FIRST_STAGE,
+                    FORCE_TIME,
+                    RIGHT_TANGENT,
+                    HALF_FORCE,
+                ],
+                cases: |cases| cases.with_group().boxed(),
+                check: |case, fault| settle_small(case, fault, Check { case, fault, which: Which::Restriction }, MOST),
+            },
+            CaseLaw {
+                name: "doubled-splitting",
+                statement: "on a unit the Jacobian of the doubled stage equations is [[A, B], [B, A]], and A + B is that of the \
                     restricted ones",
-        source: "Martín de Diego and Sato Martín de Almagro 2019, §5.2, proof of Thm 5.3",
-        oracle: "the Jacobian of the restricted scheme, which shares no residual with the doubled one",
-        bound: "two precisions; floor 2⁸ s N u relative to the largest entry",
-        cost: Cost::Cheap,
-        faults: &[HALF_FORCE, NO_FORCE_DERIVATIVE, LEFT_FOR_RIGHT],
-        cases: || cases().with_group().forced().boxed(),
-        check: |case, fault| settle_small(case, fault, Check { case, fault, which: Which::Splitting }, MOST),
-    },
-    CaseLaw {
-        name: "doubled-momentum-map",
-        statement: "Ad*_{g̃⁻¹} μ − Ad*_{g⁻¹} λ is constant along the doubled flow, off the units too",
-        source: "Martín de Diego and Sato Martín de Almagro 2019, §3 and §5: the diagonal action on G×G and Noether's \
+                source: "Martín de Diego and Sato Martín de Almagro 2019, §5.2, proof of Thm 5.3",
+                oracle: "the Jacobian of the restricted scheme, which shares no residual with the doubled one",
+                bound: "two precisions; floor 2⁸ s N u relative to the largest entry",
+                cost: Cost::Cheap,
+                faults: &[HALF_FORCE, NO_FORCE_DERIVATIVE, LEFT_FOR_RIGHT],
+                cases: |cases| cases.with_group().forced().boxed(),
+                check: |case, fault| settle_small(case, fault, Check { case, fault, which: Which::Splitting }, MOST),
+            },
+            CaseLaw {
+                name: "doubled-momentum-map",
+                statement: "Ad*_{g̃⁻¹} μ − Ad*_{g⁻¹} λ is constant along the doubled flow, off the units too",
+                source: "Martín de Diego and Sato Martín de Almagro 2019, §3 and §5: the diagonal action on G×G and Noether's \
                  theorem",
-        oracle: "Ad by conjugation with the attitude matrices g and g̃, which the momenta do not see",
-        bound: "two precisions; floor 2⁹ s N u a step",
-        cost: Cost::Cheap,
-        faults: &[LEFT_FOR_RIGHT, ADJOINT_INVERTED, SHIFTED],
-        cases: || cases().with_group().forced_nonabelian().boxed(),
-        check: |case, fault| settle_small(case, fault, Check { case, fault, which: Which::MomentumMap }, 3),
-    },
-];
+                oracle: "Ad by conjugation with the attitude matrices g and g̃, which the momenta do not see",
+                bound: "two precisions; floor 2⁹ s N u a step",
+                cost: Cost::Cheap,
+                faults: &[LEFT_FOR_RIGHT, ADJOINT_INVERTED, SHIFTED],
+                cases: |cases| cases.with_group().forced_nonabelian().boxed(),
+                check: |case, fault| settle_small(case, fault, Check { case, fault, which: Which::MomentumMap }, 3),
+            },
+        ]
+    }
+}
 
 #[derive(Clone, Copy)]
 enum Which {
@@ -81,7 +87,7 @@ enum Which {
 
 #[derive(Clone, Copy)]
 struct Check<'a> {
-    case: &'a Case,
+    case: &'a dyn Debug,
     fault: Option<&'a Fault>,
     which: Which,
 }
@@ -89,7 +95,10 @@ struct Check<'a> {
 impl<T: Real> Visitor<T> for Check<'_> {
     type Output = Measured;
 
-    fn visit<const N: usize, const D: usize, R: Retraction<T, N, D>>(self, system: System<T, N, D, R>) -> Measured {
+    fn visit<const N: usize, const D: usize, R: Retraction<T, N, D>, L: Lagrangian<T, N>, F: Force<T, N>>(
+        self,
+        system: System<T, N, D, R, L, F>,
+    ) -> Measured {
         let (l, f, r) = (&system.lagrangian, &system.force, &system.retraction);
         let forced = Forced::new(l, f, r);
         let planted = PlantedForced { doubled: &forced, fault: self.fault };
@@ -104,15 +113,17 @@ impl<T: Real> Visitor<T> for Check<'_> {
 }
 
 impl Check<'_> {
-    fn restriction<T, L, R, const N: usize, const D: usize>(
+    fn restriction<T, P, R, L, F, const N: usize, const D: usize>(
         &self,
-        system: &System<T, N, D, R>,
-        doubled: &mut Doubled<T, L, &R, N, D>,
+        system: &System<T, N, D, R, L, F>,
+        doubled: &mut Doubled<T, P, &R, N, D>,
     ) -> Result<Measured, StepError>
     where
         T: Real,
-        L: DoubledLagrangian<T, N, D>,
+        P: DoubledLagrangian<T, N, D>,
         R: Retraction<T, N, D>,
+        L: Lagrangian<T, N>,
+        F: Force<T, N>,
     {
         let floor = 512.0 * (system.tableau.stages() * N) as f64;
         let mut unit = DoubledState::unit(system.state.time, system.state.momentum);
@@ -132,15 +143,17 @@ impl Check<'_> {
     }
 
     /// At stage values that need not solve the equations: the identity holds there too.
-    fn splitting<T, L, R, const N: usize, const D: usize>(
+    fn splitting<T, P, R, L, F, const N: usize, const D: usize>(
         &self,
-        system: &System<T, N, D, R>,
-        doubled: &mut Doubled<T, L, &R, N, D>,
+        system: &System<T, N, D, R, L, F>,
+        doubled: &mut Doubled<T, P, &R, N, D>,
     ) -> Result<Measured, StepError>
     where
         T: Real,
-        L: DoubledLagrangian<T, N, D>,
+        P: DoubledLagrangian<T, N, D>,
         R: Retraction<T, N, D>,
+        L: Lagrangian<T, N>,
+        F: Force<T, N>,
     {
         let (start, h) = (&system.state, system.step);
         let legendre = |source| StepError::Legendre { step: h.to_f64(), source };
@@ -157,16 +170,18 @@ impl Check<'_> {
         Ok(split(&both, &restricted))
     }
 
-    fn momentum_map<T, L, R, const N: usize, const D: usize>(
+    fn momentum_map<T, P, R, L, F, const N: usize, const D: usize>(
         &self,
-        system: &System<T, N, D, R>,
-        lagrangian: &L,
-        doubled: &mut Doubled<T, L, &R, N, D>,
+        system: &System<T, N, D, R, L, F>,
+        lagrangian: &P,
+        doubled: &mut Doubled<T, P, &R, N, D>,
     ) -> Result<Measured, StepError>
     where
         T: Real,
-        L: DoubledLagrangian<T, N, D>,
+        P: DoubledLagrangian<T, N, D>,
         R: Retraction<T, N, D>,
+        L: Lagrangian<T, N>,
+        F: Force<T, N>,
     {
         let Some(group) = &system.group else {
             return Ok(Measured::NotApplicable("the algebra has no group".into()));

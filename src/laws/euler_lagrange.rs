@@ -1,11 +1,11 @@
 //! Laws of the reduced Euler–Lagrange equations on g×G×g, for l_f and for random Lagrangians of no symmetry.
 
-use super::CaseLaw;
 use super::planted::retraction::Plant;
 use super::polynomial::Polynomial;
 use super::precision::{Measured, of_relative, settle_main_small};
 use super::probe::Probe;
 use super::subjects::*;
+use super::{CaseLaw, Source};
 use crate::algebra::{Matrix, Vector, pair};
 use crate::group::{LieGroup, MatrixGroup};
 use crate::harness::{Cost, Fault, Verdict, evidence};
@@ -14,52 +14,66 @@ use crate::mechanics::equations::EulerPoincare;
 use crate::mechanics::{Force, Lagrangian};
 use crate::retraction::Retraction;
 use crate::scalar::{Dual, Real, Scalar};
-use crate::system::{Case, System, Visitor, cases};
+use crate::system::{System, Visitor};
 use proptest::strategy::Strategy;
+use std::fmt::Debug;
 
 const SOURCE: &str = "Martín de Diego and Sato Martín de Almagro 2019, Thm 3.1";
 
 /// The laws of this file.
-pub static LAWS: &[CaseLaw] = &[
-    CaseLaw {
-        name: "first-variation",
-        statement: "d/dε l(η_ε, U_ε, ψ_ε) = −⟨residual, (φσ, φσ̃)⟩ + d/dt(⟨∂l/∂η, φσ⟩ + ⟨∂l/∂ψ, φσ̃⟩) along any curve",
-        source: SOURCE,
-        oracle: "the value of l along curves of matrices g(t)(1 + εφσ), differentiated by nested duals in t and ε; \
+pub const fn laws<S: Source>() -> &'static [CaseLaw<S>] {
+    const {
+        &[
+            CaseLaw {
+                name: "first-variation",
+                statement: "d/dε l(η_ε, U_ε, ψ_ε) = −⟨residual, (φσ, φσ̃)⟩ + d/dt(⟨∂l/∂η, φσ⟩ + ⟨∂l/∂ψ, φσ̃⟩) along any curve",
+                source: SOURCE,
+                oracle: "the value of l along curves of matrices g(t)(1 + εφσ), differentiated by nested duals in t and ε; \
                  η_ε = g_ε⁻¹ġ_ε is computed from the matrices, without a formula for δη; l is l_f or, in half of the \
                  cases, a random polynomial of no symmetry",
-        bound: "two precisions; floor 2⁸ N u relative to the terms",
-        cost: Cost::Cheap,
-        faults: &[EL_BRACKET_SIGN, EL_SIDES, EL_POTENTIAL_SIGN, LEFT_FOR_RIGHT, NO_FORCE_DERIVATIVE, HALF_FORCE],
-        cases: || cases().main_dimensions().with_group().boxed(),
-        check: |case, fault| settle_main_small(case, fault, Check { case, fault, which: Which::FirstVariation }, 9),
-    },
-    CaseLaw {
-        name: "units-carry-forced-euler-poincare",
-        statement: "on (η, e, η) both Euler–Lagrange equations of l_f hold with the η̇ of forced Euler–Poincaré; U̇ = 0",
-        source: "Martín de Diego and Sato Martín de Almagro 2019, Prop 3.2",
-        oracle: "the equations on g* of (l, f), through the Legendre transform of l",
-        bound: "two precisions; floor 2⁸ N u relative to the terms",
-        cost: Cost::Cheap,
-        faults: &[EL_BRACKET_SIGN, EL_POTENTIAL_SIGN, HALF_FORCE],
-        cases: || cases().main_dimensions().with_group().boxed(),
-        check: |case, fault| settle_main_small(case, fault, Check { case, fault, which: Which::Units }, 9),
-    },
-    CaseLaw {
-        name: "stationary-action",
-        statement: "along solutions, dS/dε = 0 for the action S of curves g(1 + εφσ), g̃(1 + εφσ̃) with fixed ends",
-        source: SOURCE,
-        oracle: "the action of varied curves of matrices, by Simpson's rule at the nodes of a Runge–Kutta solution",
-        bound: "the largest change of dS/dε when the step is halved, twice (both rules are of order 4)",
-        cost: Cost::Expensive,
-        faults: &[EL_BRACKET_SIGN, EL_SIDES, EL_POTENTIAL_SIGN, ARROW_SIDES],
-        cases: || cases().main_dimensions().with_group().smooth().boxed(),
-        check: |case, fault| match case.dispatch_main_with::<f64, _>(&Plant(fault), Stationary { case, fault }) {
-            Ok(verdict) => verdict,
-            Err(e) => Verdict::broken(format!("a generated case cannot be built: {e}")),
-        },
-    },
-];
+                bound: "two precisions; floor 2⁸ N u relative to the terms",
+                cost: Cost::Cheap,
+                faults: &[
+                    EL_BRACKET_SIGN,
+                    EL_SIDES,
+                    EL_POTENTIAL_SIGN,
+                    LEFT_FOR_RIGHT,
+                    NO_FORCE_DERIVATIVE,
+                    HALF_FORCE,
+                ],
+                cases: |cases| cases.main_dimensions().with_group().boxed(),
+                check: |case, fault| {
+                    settle_main_small(case, fault, Check { case, fault, which: Which::FirstVariation }, 9)
+                },
+            },
+            CaseLaw {
+                name: "units-carry-forced-euler-poincare",
+                statement: "on (η, e, η) both Euler–Lagrange equations of l_f hold with the η̇ of forced Euler–Poincaré; U̇ = 0",
+                source: "Martín de Diego and Sato Martín de Almagro 2019, Prop 3.2",
+                oracle: "the equations on g* of (l, f), through the Legendre transform of l",
+                bound: "two precisions; floor 2⁸ N u relative to the terms",
+                cost: Cost::Cheap,
+                faults: &[EL_BRACKET_SIGN, EL_POTENTIAL_SIGN, HALF_FORCE],
+                cases: |cases| cases.main_dimensions().with_group().boxed(),
+                check: |case, fault| settle_main_small(case, fault, Check { case, fault, which: Which::Units }, 9),
+            },
+            CaseLaw {
+                name: "stationary-action",
+                statement: "along solutions, dS/dε = 0 for the action S of curves g(1 + εφσ), g̃(1 + εφσ̃) with fixed ends",
+                source: SOURCE,
+                oracle: "the action of varied curves of matrices, by Simpson's rule at the nodes of a Runge–Kutta solution",
+                bound: "the largest change of dS/dε when the step is halved, twice (both rules are of order 4)",
+                cost: Cost::Expensive,
+                faults: &[EL_BRACKET_SIGN, EL_SIDES, EL_POTENTIAL_SIGN, ARROW_SIDES],
+                cases: |cases| cases.main_dimensions().with_group().smooth().boxed(),
+                check: |case, fault| match case.visit_main::<f64, _>(&Plant(fault), Stationary { case, fault }) {
+                    Ok(verdict) => verdict,
+                    Err(e) => Verdict::broken(format!("a generated case cannot be built: {e}")),
+                },
+            },
+        ]
+    }
+}
 
 #[derive(Clone, Copy)]
 enum Which {
@@ -69,7 +83,7 @@ enum Which {
 
 #[derive(Clone, Copy)]
 struct Check<'a> {
-    case: &'a Case,
+    case: &'a dyn Debug,
     fault: Option<&'a Fault>,
     which: Which,
 }
@@ -77,7 +91,10 @@ struct Check<'a> {
 impl<T: Real> Visitor<T> for Check<'_> {
     type Output = Measured;
 
-    fn visit<const N: usize, const D: usize, R: Retraction<T, N, D>>(self, system: System<T, N, D, R>) -> Measured {
+    fn visit<const N: usize, const D: usize, R: Retraction<T, N, D>, L: Lagrangian<T, N>, F: Force<T, N>>(
+        self,
+        system: System<T, N, D, R, L, F>,
+    ) -> Measured {
         let Some(group) = &system.group else {
             return Measured::NotApplicable("the algebra has no group".into());
         };
@@ -125,9 +142,16 @@ fn velocity<T: Real, const N: usize, const D: usize>(
 }
 
 impl Check<'_> {
-    fn first_variation<T: Real, const N: usize, const D: usize, R: Retraction<T, N, D>>(
+    fn first_variation<
+        T: Real,
+        const N: usize,
+        const D: usize,
+        R: Retraction<T, N, D>,
+        L: Lagrangian<T, N>,
+        F: Force<T, N>,
+    >(
         &self,
-        system: &System<T, N, D, R>,
+        system: &System<T, N, D, R, L, F>,
         group: &MatrixGroup<T, N, D>,
         doubled: &impl DoubledLagrangian<T, N, D>,
         probe: &mut Probe,
@@ -189,12 +213,14 @@ impl Check<'_> {
 
     fn units<T, const N: usize, const D: usize, R, L, F, Q>(
         &self,
-        system: &System<T, N, D, R>,
-        planted: &PlantedForced<'_, L, F, Q>,
+        system: &System<T, N, D, R, L, F>,
+        planted: &PlantedForced<'_, &L, &F, Q>,
     ) -> Result<Measured, VelocityError>
     where
         T: Real,
         R: Retraction<T, N, D>,
+        L: Lagrangian<T, N>,
+        F: Force<T, N>,
         L: Lagrangian<T, N>,
         F: Force<T, N>,
         Q: Retraction<T, N, D>,
@@ -225,7 +251,7 @@ impl Check<'_> {
 
 /// dS/dε at three resolutions.
 struct Stationary<'a> {
-    case: &'a Case,
+    case: &'a dyn Debug,
     fault: Option<&'a Fault>,
 }
 
@@ -235,7 +261,10 @@ type Point<const N: usize, const D: usize> = (Vector<f64, N>, Matrix<f64, D>, Ve
 impl Visitor<f64> for Stationary<'_> {
     type Output = Verdict;
 
-    fn visit<const N: usize, const D: usize, R: Retraction<f64, N, D>>(self, system: System<f64, N, D, R>) -> Verdict {
+    fn visit<const N: usize, const D: usize, R: Retraction<f64, N, D>, L: Lagrangian<f64, N>, F: Force<f64, N>>(
+        self,
+        system: System<f64, N, D, R, L, F>,
+    ) -> Verdict {
         let Some(group) = &system.group else {
             return Verdict::not_applicable("the algebra has no group");
         };
@@ -255,9 +284,9 @@ impl Visitor<f64> for Stationary<'_> {
 }
 
 impl Stationary<'_> {
-    fn judge<const N: usize, const D: usize, R: Retraction<f64, N, D>>(
+    fn judge<const N: usize, const D: usize, R: Retraction<f64, N, D>, L: Lagrangian<f64, N>, F: Force<f64, N>>(
         &self,
-        system: &System<f64, N, D, R>,
+        system: &System<f64, N, D, R, L, F>,
         group: &MatrixGroup<f64, N, D>,
         doubled: &impl DoubledLagrangian<f64, N, D>,
         probe: &mut Probe,

@@ -1,6 +1,5 @@
 //! Laws of groupoids: the axioms of Definition 4.1 on every instance, and translations.
 
-use super::CaseLaw;
 use super::algebroid::{self, Question};
 use super::instances::{
     ACTION_INVERTED, ENDS_KEPT, INVERSE_KEEPS_U, Instance, Kind, Material, PRODUCT_KEEPS_END, SECOND_INVERTED, Second,
@@ -8,16 +7,19 @@ use super::instances::{
 };
 use super::precision::{Measured, settle};
 use super::probe::Probe;
+use super::{CaseLaw, Source};
 use crate::algebra::Matrix;
 use crate::groupoid::{
     AtiyahGroupoid, Axiom, Groupoid, LieGroupoid, PrincipalBundle, SphereFrames, left_translation, right_translation,
 };
 use crate::harness::{Cost, Fault};
+use crate::mechanics::{Force, Lagrangian};
 use crate::retraction::{CayleySo3, Retraction, RetractionError};
 use crate::scalar::Real;
-use crate::system::{Case, System, Visitor, cases};
+use crate::system::{System, Visitor};
 use nalgebra::DVector;
 use proptest::strategy::Strategy;
+use std::fmt::Debug;
 
 const SOURCE: &str = "Martín de Diego and Sato Martín de Almagro 2019, Def 4.1";
 const SOURCE_43: &str = "Martín de Diego and Sato Martín de Almagro 2019, Def 4.1 and (4.4)";
@@ -35,70 +37,76 @@ macro_rules! axioms {
             bound: BOUND,
             cost: Cost::Cheap,
             faults: $faults,
-            cases: || cases().with_group().boxed(),
+            cases: |cases| cases.with_group().boxed(),
             check: |case, fault| settle(case, fault, Check { case, fault, kinds: Some($kinds), which: Which::Axioms }),
         }
     };
 }
 
 /// The laws of this file.
-pub static LAWS: &[CaseLaw] = &[
-    axioms!(
-        "groupoid-pair",
-        "the groupoid axioms on Q×Q, Q = G: (q,r)(r,s) = (q,s), ι(q,r) = (r,q)",
-        SOURCE,
-        &[Kind::Pair],
-        &[ENDS_KEPT, PRODUCT_KEEPS_END, UNCHECKED]
-    ),
-    axioms!(
-        "groupoid-point",
-        "the groupoid axioms on a Lie group over a point",
-        SOURCE,
-        &[Kind::Point],
-        &[INVERSE_KEEPS_U, SECOND_INVERTED]
-    ),
-    axioms!(
-        "groupoid-gauge",
-        "the groupoid axioms on G×G×G: (V,U,W)(W,U',X) = (V,UU',X), ι(V,U,W) = (W,U⁻¹,V)",
-        SOURCE,
-        &[Kind::Gauge],
-        &[INVERSE_KEEPS_U, SECOND_INVERTED, ENDS_KEPT, PRODUCT_KEEPS_END, UNCHECKED]
-    ),
-    axioms!(
-        "groupoid-poisson",
-        "the groupoid axioms on g*×G×g*: (λ,U,μ)(μ,V,κ) = (λ,UV,κ), ι(λ,U,μ) = (μ,U⁻¹,λ)",
-        SOURCE_43,
-        &[Kind::Poisson],
-        &[INVERSE_KEEPS_U, SECOND_INVERTED, ENDS_KEPT, PRODUCT_KEEPS_END, UNCHECKED]
-    ),
-    axioms!(
-        "groupoid-atiyah",
-        "the groupoid axioms on (P×P)/K, for SO(3) over the sphere and for g*×G over g*: [p,q][p',q'] = [p,q'k], p'k = q, \
+pub const fn laws<S: Source>() -> &'static [CaseLaw<S>] {
+    const {
+        &[
+            axioms!(
+                "groupoid-pair",
+                "the groupoid axioms on Q×Q, Q = G: (q,r)(r,s) = (q,s), ι(q,r) = (r,q)",
+                SOURCE,
+                &[Kind::Pair],
+                &[ENDS_KEPT, PRODUCT_KEEPS_END, UNCHECKED]
+            ),
+            axioms!(
+                "groupoid-point",
+                "the groupoid axioms on a Lie group over a point",
+                SOURCE,
+                &[Kind::Point],
+                &[INVERSE_KEEPS_U, SECOND_INVERTED]
+            ),
+            axioms!(
+                "groupoid-gauge",
+                "the groupoid axioms on G×G×G: (V,U,W)(W,U',X) = (V,UU',X), ι(V,U,W) = (W,U⁻¹,V)",
+                SOURCE,
+                &[Kind::Gauge],
+                &[INVERSE_KEEPS_U, SECOND_INVERTED, ENDS_KEPT, PRODUCT_KEEPS_END, UNCHECKED]
+            ),
+            axioms!(
+                "groupoid-poisson",
+                "the groupoid axioms on g*×G×g*: (λ,U,μ)(μ,V,κ) = (λ,UV,κ), ι(λ,U,μ) = (μ,U⁻¹,λ)",
+                SOURCE_43,
+                &[Kind::Poisson],
+                &[INVERSE_KEEPS_U, SECOND_INVERTED, ENDS_KEPT, PRODUCT_KEEPS_END, UNCHECKED]
+            ),
+            axioms!(
+                "groupoid-atiyah",
+                "the groupoid axioms on (P×P)/K, for SO(3) over the sphere and for g*×G over g*: [p,q][p',q'] = [p,q'k], p'k = q, \
          whatever the pairs that represent the classes",
-        SOURCE,
-        &[Kind::Sphere, Kind::Product],
-        &[INVERSE_KEEPS_U, SECOND_INVERTED, ENDS_KEPT, PRODUCT_KEEPS_END, UNCHECKED, UNMATCHED]
-    ),
-    axioms!(
-        "groupoid-action",
-        "the groupoid axioms on Q⋊G, for the coadjoint and the linear action: (x,g,y)(y,h,z) = (x,gh,z), and z = x·(gh)",
-        SOURCE,
-        &[Kind::Coadjoint, Kind::Linear],
-        &[INVERSE_KEEPS_U, SECOND_INVERTED, ENDS_KEPT, PRODUCT_KEEPS_END, UNCHECKED, ACTION_INVERTED]
-    ),
-    CaseLaw {
-        name: "groupoid-translations",
-        statement: "L_g and R_g are inverse to L_{g⁻¹} and R_{g⁻¹}, take α-fibres to α-fibres and β-fibres to β-fibres, \
+                SOURCE,
+                &[Kind::Sphere, Kind::Product],
+                &[INVERSE_KEEPS_U, SECOND_INVERTED, ENDS_KEPT, PRODUCT_KEEPS_END, UNCHECKED, UNMATCHED]
+            ),
+            axioms!(
+                "groupoid-action",
+                "the groupoid axioms on Q⋊G, for the coadjoint and the linear action: (x,g,y)(y,h,z) = (x,gh,z), and z = x·(gh)",
+                SOURCE,
+                &[Kind::Coadjoint, Kind::Linear],
+                &[INVERSE_KEEPS_U, SECOND_INVERTED, ENDS_KEPT, PRODUCT_KEEPS_END, UNCHECKED, ACTION_INVERTED]
+            ),
+            CaseLaw {
+                name: "groupoid-translations",
+                statement: "L_g and R_g are inverse to L_{g⁻¹} and R_{g⁻¹}, take α-fibres to α-fibres and β-fibres to β-fibres, \
                     and L_g L_h = L_{gh}, R_h R_g = R_{gh}",
-        source: "Martín de Diego and Sato Martín de Almagro 2019, Def 4.2",
-        oracle: "the element translated there and back, on two groupoids of the case",
-        bound: BOUND,
-        cost: Cost::Cheap,
-        faults: &[INVERSE_KEEPS_U, SECOND_INVERTED, ENDS_KEPT, PRODUCT_KEEPS_END, UNMATCHED],
-        cases: || cases().with_group().boxed(),
-        check: |case, fault| settle(case, fault, Check { case, fault, kinds: None, which: Which::Translations }),
-    },
-];
+                source: "Martín de Diego and Sato Martín de Almagro 2019, Def 4.2",
+                oracle: "the element translated there and back, on two groupoids of the case",
+                bound: BOUND,
+                cost: Cost::Cheap,
+                faults: &[INVERSE_KEEPS_U, SECOND_INVERTED, ENDS_KEPT, PRODUCT_KEEPS_END, UNMATCHED],
+                cases: |cases| cases.with_group().boxed(),
+                check: |case, fault| {
+                    settle(case, fault, Check { case, fault, kinds: None, which: Which::Translations })
+                },
+            },
+        ]
+    }
+}
 
 /// What is judged.
 #[derive(Clone, Copy)]
@@ -114,7 +122,7 @@ pub(super) enum Which {
 /// One question about some of the groupoids of a case.
 #[derive(Clone, Copy)]
 pub(super) struct Check<'a> {
-    pub case: &'a Case,
+    pub case: &'a dyn Debug,
     pub fault: Option<&'a Fault>,
     /// Which groupoids; two that are drawn, if not these.
     pub kinds: Option<&'a [Kind]>,
@@ -124,7 +132,10 @@ pub(super) struct Check<'a> {
 impl<T: Real> Visitor<T> for Check<'_> {
     type Output = Measured;
 
-    fn visit<const N: usize, const D: usize, R: Retraction<T, N, D>>(self, system: System<T, N, D, R>) -> Measured {
+    fn visit<const N: usize, const D: usize, R: Retraction<T, N, D>, L: Lagrangian<T, N>, F: Force<T, N>>(
+        self,
+        system: System<T, N, D, R, L, F>,
+    ) -> Measured {
         let mut probe = Probe::new(self.case, 2);
         let Some(group) = &system.group else {
             return Measured::NotApplicable("the algebra has no group".into());

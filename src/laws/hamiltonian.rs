@@ -1,11 +1,11 @@
 //! Laws of Hamiltonians on g*×G×g*: their equations, h_f on and off the units, its regularity, and the Hamiltonian that
 //! the Legendre transform of l_f defines.
 
-use super::CaseLaw;
 use super::polynomial::Polynomial;
 use super::precision::{Measured, settle_main, settle_main_small};
 use super::probe::Probe;
 use super::subjects::*;
+use super::{CaseLaw, Source};
 use crate::algebra::{Covector, Matrix, Vector, elimination};
 use crate::group::{LieGroup, MatrixGroup};
 use crate::groupoid::{Arrow, Differential, poisson_bivector};
@@ -19,83 +19,88 @@ use crate::mechanics::hamiltonian::{
 use crate::mechanics::{Force, Lagrangian};
 use crate::retraction::Retraction;
 use crate::scalar::{Dual, Real};
-use crate::system::{Case, System, Visitor, cases};
+use crate::system::{System, Visitor};
 use nalgebra::DMatrix;
 use proptest::strategy::Strategy;
+use std::fmt::Debug;
 
 const BOUND: &str = "two precisions; floor 2⁸ N u relative to the terms";
 
 /// The laws of this file.
-pub static LAWS: &[CaseLaw] = &[
-    CaseLaw {
-        name: "hamilton-equations",
-        statement: "Ḟ = {F, h} along λ̇, U̇, μ̇, for any functions F and h on g*×G×g*",
-        source: "Martín de Diego and Sato Martín de Almagro 2019, §4.3, (4.5)",
-        oracle: "the bracket as a bivector; Ḟ by the value of F on dual numbers along the rates; F and h are random \
+pub const fn laws<S: Source>() -> &'static [CaseLaw<S>] {
+    const {
+        &[
+            CaseLaw {
+                name: "hamilton-equations",
+                statement: "Ḟ = {F, h} along λ̇, U̇, μ̇, for any functions F and h on g*×G×g*",
+                source: "Martín de Diego and Sato Martín de Almagro 2019, §4.3, (4.5)",
+                oracle: "the bracket as a bivector; Ḟ by the value of F on dual numbers along the rates; F and h are random \
                  polynomials of no symmetry",
-        bound: BOUND,
-        cost: Cost::Cheap,
-        faults: &[HAMILTON_SIGN, HAMILTON_SIDES, HAMILTON_ARROW],
-        cases: || cases().main_dimensions().with_group().boxed(),
-        check: |case, fault| settle_main(case, fault, Check { case, fault, which: Which::Equations }),
-    },
-    CaseLaw {
-        name: "hamiltonian-conserved",
-        statement: "dh_f/dt = ∂h_f/∂t along its own equations, off the units",
-        source: "Martín de Diego and Sato Martín de Almagro 2019, §4.3",
-        oracle: "the value of h_f on dual numbers along the rates, with and without the rate of time",
-        bound: BOUND,
-        cost: Cost::Cheap,
-        faults: &[HAMILTON_SIDES, HAMILTON_ARROW, H_NO_FORCE_DERIVATIVE],
-        cases: || cases().main_dimensions().with_group().forced().boxed(),
-        check: |case, fault| settle_main_small(case, fault, Check { case, fault, which: Which::Conserved }, 12),
-    },
-    CaseLaw {
-        name: "forced-hamiltonian-partials",
-        statement: "∂h_f/∂λ, L*_U ∂h_f/∂U, R*_U ∂h_f/∂U, ∂h_f/∂μ in closed form",
-        source: "Martín de Diego and Sato Martín de Almagro 2019, Thm 4.11",
-        oracle: "the value of h_f on dual numbers along a random direction, with U moved from either side",
-        bound: BOUND,
-        cost: Cost::Cheap,
-        faults: &[H_FORCE_ONCE, H_SIGN, H_PLUS, H_NO_FORCE_DERIVATIVE],
-        cases: || cases().main_dimensions().with_group().boxed(),
-        check: |case, fault| settle_main_small(case, fault, Check { case, fault, which: Which::Partials }, 12),
-    },
-    CaseLaw {
-        name: "free-hamiltonian-units",
-        statement: "h = h(μ) − h(λ): h∘ι = −h, and on (μ, e, μ) its vector field is (ad*_η μ, 0, ad*_η μ), η = h'(μ)",
-        source: "Martín de Diego and Sato Martín de Almagro 2019, Prop 4.9 and Lemma 4.10",
-        oracle: "the free Lie–Poisson equations on g*; the value at the inverse arrow",
-        bound: BOUND,
-        cost: Cost::Cheap,
-        faults: &[HAMILTON_SIGN, HAMILTON_ARROW, H_PLUS],
-        cases: || cases().main_dimensions().with_group().force_free().boxed(),
-        check: |case, fault| settle_main_small(case, fault, Check { case, fault, which: Which::Units }, 12),
-    },
-    CaseLaw {
-        name: "forced-hamiltonian-units",
-        statement: "h_f∘ι = −h_f, both forms of k_f̃ agree, and on (μ, e, μ) the vector field of h_f is forced Lie–Poisson",
-        source: "Martín de Diego and Sato Martín de Almagro 2019, Thm 4.11",
-        oracle: "the forced equations on g*; the value at the inverse arrow and the form with τ⁻¹(U⁻¹)",
-        bound: BOUND,
-        cost: Cost::Cheap,
-        faults: &[HAMILTON_SIGN, HAMILTON_ARROW, H_FORCE_ONCE, H_SIGN, H_PLUS],
-        cases: || cases().main_dimensions().with_group().forced().boxed(),
-        check: |case, fault| settle_main_small(case, fault, Check { case, fault, which: Which::Units }, 12),
-    },
-    CaseLaw {
-        name: "hamiltonian-regularity",
-        statement: "the Jacobian of Fh_f× on (μ, e, μ) is diag(h'', h''); near the units Fh_f× has an inverse",
-        source: "Martín de Diego and Sato Martín de Almagro 2019, Prop 4.12",
-        oracle: "the inverse of l''; the momenta that the velocities were made from, where U is so close to e that the \
+                bound: BOUND,
+                cost: Cost::Cheap,
+                faults: &[HAMILTON_SIGN, HAMILTON_SIDES, HAMILTON_ARROW],
+                cases: |cases| cases.main_dimensions().with_group().boxed(),
+                check: |case, fault| settle_main(case, fault, Check { case, fault, which: Which::Equations }),
+            },
+            CaseLaw {
+                name: "hamiltonian-conserved",
+                statement: "dh_f/dt = ∂h_f/∂t along its own equations, off the units",
+                source: "Martín de Diego and Sato Martín de Almagro 2019, §4.3",
+                oracle: "the value of h_f on dual numbers along the rates, with and without the rate of time",
+                bound: BOUND,
+                cost: Cost::Cheap,
+                faults: &[HAMILTON_SIDES, HAMILTON_ARROW, H_NO_FORCE_DERIVATIVE],
+                cases: |cases| cases.main_dimensions().with_group().forced().boxed(),
+                check: |case, fault| settle_main_small(case, fault, Check { case, fault, which: Which::Conserved }, 12),
+            },
+            CaseLaw {
+                name: "forced-hamiltonian-partials",
+                statement: "∂h_f/∂λ, L*_U ∂h_f/∂U, R*_U ∂h_f/∂U, ∂h_f/∂μ in closed form",
+                source: "Martín de Diego and Sato Martín de Almagro 2019, Thm 4.11",
+                oracle: "the value of h_f on dual numbers along a random direction, with U moved from either side",
+                bound: BOUND,
+                cost: Cost::Cheap,
+                faults: &[H_FORCE_ONCE, H_SIGN, H_PLUS, H_NO_FORCE_DERIVATIVE],
+                cases: |cases| cases.main_dimensions().with_group().boxed(),
+                check: |case, fault| settle_main_small(case, fault, Check { case, fault, which: Which::Partials }, 12),
+            },
+            CaseLaw {
+                name: "free-hamiltonian-units",
+                statement: "h = h(μ) − h(λ): h∘ι = −h, and on (μ, e, μ) its vector field is (ad*_η μ, 0, ad*_η μ), η = h'(μ)",
+                source: "Martín de Diego and Sato Martín de Almagro 2019, Prop 4.9 and Lemma 4.10",
+                oracle: "the free Lie–Poisson equations on g*; the value at the inverse arrow",
+                bound: BOUND,
+                cost: Cost::Cheap,
+                faults: &[HAMILTON_SIGN, HAMILTON_ARROW, H_PLUS],
+                cases: |cases| cases.main_dimensions().with_group().force_free().boxed(),
+                check: |case, fault| settle_main_small(case, fault, Check { case, fault, which: Which::Units }, 12),
+            },
+            CaseLaw {
+                name: "forced-hamiltonian-units",
+                statement: "h_f∘ι = −h_f, both forms of k_f̃ agree, and on (μ, e, μ) the vector field of h_f is forced Lie–Poisson",
+                source: "Martín de Diego and Sato Martín de Almagro 2019, Thm 4.11",
+                oracle: "the forced equations on g*; the value at the inverse arrow and the form with τ⁻¹(U⁻¹)",
+                bound: BOUND,
+                cost: Cost::Cheap,
+                faults: &[HAMILTON_SIGN, HAMILTON_ARROW, H_FORCE_ONCE, H_SIGN, H_PLUS],
+                cases: |cases| cases.main_dimensions().with_group().forced().boxed(),
+                check: |case, fault| settle_main_small(case, fault, Check { case, fault, which: Which::Units }, 12),
+            },
+            CaseLaw {
+                name: "hamiltonian-regularity",
+                statement: "the Jacobian of Fh_f× on (μ, e, μ) is diag(h'', h''); near the units Fh_f× has an inverse",
+                source: "Martín de Diego and Sato Martín de Almagro 2019, Prop 4.12",
+                oracle: "the inverse of l''; the momenta that the velocities were made from, where U is so close to e that the \
                  Jacobian changes by less than 1/16 of itself",
-        bound: "two precisions; floor 2¹⁴ N u (where Newton's method may stop) relative to the terms",
-        cost: Cost::Expensive,
-        faults: &[FIBRE_SIGN],
-        cases: || cases().main_dimensions().with_group().boxed(),
-        check: |case, fault| settle_main_small(case, fault, Check { case, fault, which: Which::Regularity }, 5),
-    },
-];
+                bound: "two precisions; floor 2¹⁴ N u (where Newton's method may stop) relative to the terms",
+                cost: Cost::Expensive,
+                faults: &[FIBRE_SIGN],
+                cases: |cases| cases.main_dimensions().with_group().boxed(),
+                check: |case, fault| settle_main_small(case, fault, Check { case, fault, which: Which::Regularity }, 5),
+            },
+        ]
+    }
+}
 
 #[derive(Clone, Copy)]
 enum Which {
@@ -108,7 +113,7 @@ enum Which {
 
 #[derive(Clone, Copy)]
 struct Check<'a> {
-    case: &'a Case,
+    case: &'a dyn Debug,
     fault: Option<&'a Fault>,
     which: Which,
 }
@@ -125,7 +130,10 @@ struct Point<T: Real, const N: usize, const D: usize> {
 impl<T: Real> Visitor<T> for Check<'_> {
     type Output = Measured;
 
-    fn visit<const N: usize, const D: usize, R: Retraction<T, N, D>>(self, system: System<T, N, D, R>) -> Measured {
+    fn visit<const N: usize, const D: usize, R: Retraction<T, N, D>, L: Lagrangian<T, N>, F: Force<T, N>>(
+        self,
+        system: System<T, N, D, R, L, F>,
+    ) -> Measured {
         let Some(group) = &system.group else {
             return Measured::NotApplicable("the algebra has no group".into());
         };
@@ -196,9 +204,16 @@ impl Check<'_> {
         }))
     }
 
-    fn conserved<T: Real, const N: usize, const D: usize, R: Retraction<T, N, D>>(
+    fn conserved<
+        T: Real,
+        const N: usize,
+        const D: usize,
+        R: Retraction<T, N, D>,
+        L: Lagrangian<T, N>,
+        F: Force<T, N>,
+    >(
         &self,
-        system: &System<T, N, D, R>,
+        system: &System<T, N, D, R, L, F>,
         h: &impl DoubledHamiltonian<T, N, D>,
         p: &Point<T, N, D>,
     ) -> Result<Measured, VelocityError> {
@@ -221,7 +236,7 @@ impl Check<'_> {
 
     fn partials<T, L, F, Q, const N: usize, const D: usize>(
         &self,
-        planted: &PlantedHamiltonian<'_, L, F, Q>,
+        planted: &PlantedHamiltonian<'_, &L, &F, Q>,
         p: &Point<T, N, D>,
         probe: &mut Probe,
     ) -> Result<Measured, VelocityError>
@@ -250,13 +265,15 @@ impl Check<'_> {
 
     fn units<T, R, L, F, Q, const N: usize, const D: usize>(
         &self,
-        system: &System<T, N, D, R>,
-        planted: &PlantedHamiltonian<'_, L, F, Q>,
+        system: &System<T, N, D, R, L, F>,
+        planted: &PlantedHamiltonian<'_, &L, &F, Q>,
         p: &Point<T, N, D>,
     ) -> Result<Measured, VelocityError>
     where
         T: Real,
         R: Retraction<T, N, D>,
+        L: Lagrangian<T, N>,
+        F: Force<T, N>,
         L: Lagrangian<T, N>,
         F: Force<T, N>,
         Q: Retraction<T, N, D>,
@@ -284,14 +301,16 @@ impl Check<'_> {
 
     fn regularity<T, R, L, F, Q, const N: usize, const D: usize>(
         &self,
-        system: &System<T, N, D, R>,
-        h: &ForcedHamiltonian<L, F, Q>,
+        system: &System<T, N, D, R, L, F>,
+        h: &ForcedHamiltonian<&L, &F, Q>,
         p: &Point<T, N, D>,
         mut x: Vector<T, N>,
     ) -> Result<Measured, VelocityError>
     where
         T: Real,
         R: Retraction<T, N, D>,
+        L: Lagrangian<T, N>,
+        F: Force<T, N>,
         L: Lagrangian<T, N>,
         F: Force<T, N>,
         Q: Retraction<T, N, D>,

@@ -1,6 +1,5 @@
 //! Laws of one step, or of a few: what holds to round-off at any step size and for any tableau.
 
-use super::CaseLaw;
 use super::planted::blend;
 use super::planted::retraction::{
     ADJOINT_INVERTED, BERNOULLI, SECOND_MISSING, SECOND_OF_INVERSE, SECOND_SIGN, SECOND_SWAPPED, SHIFTED,
@@ -11,108 +10,116 @@ use super::planted::step::{
 };
 use super::planted::tableau::{self, COEFFICIENT};
 use super::precision::{Measured, settle, settle_small};
+use super::{CaseLaw, Source};
 use crate::algebra::{Casimir, Covector, Matrix, Vector};
 use crate::group::LieGroup;
 use crate::harness::{Cost, Fault};
 use crate::integrators::{OneStep, Report, State, StepError, Variational};
-use crate::mechanics::force::AnyForce;
-use crate::mechanics::lagrangian::AnyLagrangian;
+use crate::mechanics::{Force, Lagrangian};
 use crate::retraction::Retraction;
 use crate::scalar::Real;
-use crate::system::{System, Visitor, cases};
+use crate::system::{System, Visitor};
 use proptest::strategy::Strategy;
 
 const SCHEME: &str = "Martín de Diego and Sato Martín de Almagro 2019, §5.2";
 /// The laws of this file.
-pub static LAWS: &[CaseLaw] = &[
-    CaseLaw {
-        name: "plain-step",
-        statement: "the integrator's step solves the stage equations r_i = 0 as they are written down",
-        source: SCHEME,
-        oracle: "a transcription of the equations with its own loops and Newton's method on H",
-        bound: "two precisions; floor 2⁸ s N u: both stop at a relative residual of a few u in s N equations",
-        cost: Cost::Cheap,
-        faults: &[
-            CHART,
-            FORCE_INDEX,
-            UNCONJUGATED,
-            NO_SECOND,
-            INVERSE_SECOND,
-            SWAPPED_SECOND,
-            NO_FORCE,
-            NOT_TRANSPORTED,
-            FIRST_STAGE,
-            FORCE_TIME,
-            NO_STEP,
-            INVERTED,
-            HALVED,
-            FROM_LEFT,
-            ORDER_TWO,
-            COEFFICIENT,
-        ],
-        cases: || cases().boxed(),
-        check: |case, fault| settle_small(case, fault, PlainStep { fault }, 9),
-    },
-    CaseLaw {
-        name: "free-casimirs",
-        statement: "without force C(μ_n) = C(μ_0) for every Casimir C, any tableau, any step",
-        source: "Martín de Diego and Sato Martín de Almagro 2019, §5.3.1, where it is only observed; μ' = Ad*_{τ(ξ)} μ",
-        oracle: "the Casimir, a polynomial that the integrator does not know",
-        bound: "two precisions; floor 2⁵ N² u a step",
-        cost: Cost::Cheap,
-        faults: &[CHART, HALVED],
-        cases: || cases().force_free().nonabelian().boxed(),
-        check: |case, fault| settle(case, fault, Free { fault, which: FreeLaw::Casimirs }),
-    },
-    CaseLaw {
-        name: "free-coadjoint-orbit",
-        statement: "without force the spatial momentum Ad*_{g⁻¹} μ is constant",
-        source: "Martín de Diego and Sato Martín de Almagro 2019, §2.2; Noether's theorem for left translations",
-        oracle: "Ad by conjugation with the attitude matrix; the step has it from dτ",
-        bound: "two precisions; floor 2⁵ N² u a step",
-        cost: Cost::Cheap,
-        faults: &[CHART, HALVED, INVERTED, FROM_LEFT, ORDER_TWO, SHIFTED, ADJOINT_INVERTED],
-        cases: || cases().force_free().with_group().nonabelian().boxed(),
-        check: |case, fault| settle(case, fault, Free { fault, which: FreeLaw::Orbit }),
-    },
-    CaseLaw {
-        name: "free-poisson-map",
-        statement: "without force J Π(μ) Jᵀ = Π(Φ(μ)) with J = Φ'(μ), Π_ab = −C^d_ab μ_d",
-        source: "Martín de Diego and Sato Martín de Almagro 2019, §2.2 and §2.3",
-        oracle: "J by fourth-order differences of whole steps, Π from the structure constants",
-        bound: "u/ε at ε = 2⁻¹² (f64) or 2⁻²⁴ (dd), times 2¹² for the residual of a step; in dd only up to s N = 6",
-        cost: Cost::Cheap,
-        faults: &[
-            CHART,
-            UNCONJUGATED,
-            NO_SECOND,
-            INVERSE_SECOND,
-            SWAPPED_SECOND,
-            NO_STEP,
-            HALVED,
-            SECOND_MISSING,
-            SECOND_SIGN,
-            SECOND_SWAPPED,
-            SECOND_OF_INVERSE,
-            BERNOULLI,
-        ],
-        cases: || cases().force_free().nonabelian().boxed(),
-        check: |case, fault| settle_small(case, fault, PoissonMap { fault }, 6),
-    },
-];
-
-/// The step under test: the library's, with what the plain one makes of a fault blended in.
-pub(super) struct Subject<'a, T: Real, const N: usize, const D: usize, R> {
-    library: Library<'a, T, N, D, R>,
-    planted: Option<(Plain<'a, T, N, D, R>, f64)>,
+pub const fn laws<S: Source>() -> &'static [CaseLaw<S>] {
+    const {
+        &[
+            CaseLaw {
+                name: "plain-step",
+                statement: "the integrator's step solves the stage equations r_i = 0 as they are written down",
+                source: SCHEME,
+                oracle: "a transcription of the equations with its own loops and Newton's method on H",
+                bound: "two precisions; floor 2⁸ s N u: both stop at a relative residual of a few u in s N equations",
+                cost: Cost::Cheap,
+                faults: &[
+                    CHART,
+                    FORCE_INDEX,
+                    UNCONJUGATED,
+                    NO_SECOND,
+                    INVERSE_SECOND,
+                    SWAPPED_SECOND,
+                    NO_FORCE,
+                    NOT_TRANSPORTED,
+                    FIRST_STAGE,
+                    FORCE_TIME,
+                    NO_STEP,
+                    INVERTED,
+                    HALVED,
+                    FROM_LEFT,
+                    ORDER_TWO,
+                    COEFFICIENT,
+                ],
+                cases: |cases| cases.boxed(),
+                check: |case, fault| settle_small(case, fault, PlainStep { fault }, 9),
+            },
+            CaseLaw {
+                name: "free-casimirs",
+                statement: "without force C(μ_n) = C(μ_0) for every Casimir C, any tableau, any step",
+                source: "Martín de Diego and Sato Martín de Almagro 2019, §5.3.1, where it is only observed; μ' = Ad*_{τ(ξ)} μ",
+                oracle: "the Casimir, a polynomial that the integrator does not know",
+                bound: "two precisions; floor 2⁵ N² u a step",
+                cost: Cost::Cheap,
+                faults: &[CHART, HALVED],
+                cases: |cases| cases.force_free().nonabelian().boxed(),
+                check: |case, fault| settle(case, fault, Free { fault, which: FreeLaw::Casimirs }),
+            },
+            CaseLaw {
+                name: "free-coadjoint-orbit",
+                statement: "without force the spatial momentum Ad*_{g⁻¹} μ is constant",
+                source: "Martín de Diego and Sato Martín de Almagro 2019, §2.2; Noether's theorem for left translations",
+                oracle: "Ad by conjugation with the attitude matrix; the step has it from dτ",
+                bound: "two precisions; floor 2⁵ N² u a step",
+                cost: Cost::Cheap,
+                faults: &[CHART, HALVED, INVERTED, FROM_LEFT, ORDER_TWO, SHIFTED, ADJOINT_INVERTED],
+                cases: |cases| cases.force_free().with_group().nonabelian().boxed(),
+                check: |case, fault| settle(case, fault, Free { fault, which: FreeLaw::Orbit }),
+            },
+            CaseLaw {
+                name: "free-poisson-map",
+                statement: "without force J Π(μ) Jᵀ = Π(Φ(μ)) with J = Φ'(μ), Π_ab = −C^d_ab μ_d",
+                source: "Martín de Diego and Sato Martín de Almagro 2019, §2.2 and §2.3",
+                oracle: "J by fourth-order differences of whole steps, Π from the structure constants",
+                bound: "u/ε at ε = 2⁻¹² (f64) or 2⁻²⁴ (dd), times 2¹² for the residual of a step; in dd only up to s N = 6",
+                cost: Cost::Cheap,
+                faults: &[
+                    CHART,
+                    UNCONJUGATED,
+                    NO_SECOND,
+                    INVERSE_SECOND,
+                    SWAPPED_SECOND,
+                    NO_STEP,
+                    HALVED,
+                    SECOND_MISSING,
+                    SECOND_SIGN,
+                    SECOND_SWAPPED,
+                    SECOND_OF_INVERSE,
+                    BERNOULLI,
+                ],
+                cases: |cases| cases.force_free().nonabelian().boxed(),
+                check: |case, fault| settle_small(case, fault, PoissonMap { fault }, 6),
+            },
+        ]
+    }
 }
 
-type Library<'a, T, const N: usize, const D: usize, R> =
-    Variational<T, N, D, &'a AnyLagrangian<T, N>, &'a AnyForce<T, N>, &'a R>;
-type Plain<'a, T, const N: usize, const D: usize, R> =
-    PlantedStep<T, N, D, &'a AnyLagrangian<T, N>, &'a AnyForce<T, N>, &'a R>;
+/// The step under test: the library's, with what the plain one makes of a fault blended in.
+pub(super) struct Subject<'a, T: Real, const N: usize, const D: usize, R, L, F> {
+    library: Library<'a, T, N, D, R, L, F>,
+    planted: Option<(Plain<'a, T, N, D, R, L, F>, f64)>,
+}
 
-impl<T: Real, const N: usize, const D: usize, R: Retraction<T, N, D>> Subject<'_, T, N, D, R> {
+type Library<'a, T, const N: usize, const D: usize, R, L, F> = Variational<T, N, D, &'a L, &'a F, &'a R>;
+type Plain<'a, T, const N: usize, const D: usize, R, L, F> = PlantedStep<T, N, D, &'a L, &'a F, &'a R>;
+
+impl<T, const N: usize, const D: usize, R, L, F> Subject<'_, T, N, D, R, L, F>
+where
+    T: Real,
+    R: Retraction<T, N, D>,
+    L: Lagrangian<T, N>,
+    F: Force<T, N>,
+{
     /// η_i of the last step.
     pub(super) fn stage_velocities(&self) -> Vec<Vector<T, N>> {
         let right = self.library.stage_velocities();
@@ -124,7 +131,13 @@ impl<T: Real, const N: usize, const D: usize, R: Retraction<T, N, D>> Subject<'_
     }
 }
 
-impl<T: Real, const N: usize, const D: usize, R: Retraction<T, N, D>> OneStep<T, N, D> for Subject<'_, T, N, D, R> {
+impl<T, const N: usize, const D: usize, R, L, F> OneStep<T, N, D> for Subject<'_, T, N, D, R, L, F>
+where
+    T: Real,
+    R: Retraction<T, N, D>,
+    L: Lagrangian<T, N>,
+    F: Force<T, N>,
+{
     fn step(&mut self, state: &mut State<T, N, D>, h: T) -> Result<Report<T>, StepError> {
         let Some((planted, size)) = &mut self.planted else { return self.library.step(state, h) };
         let mut wrong = state.clone();
@@ -140,10 +153,18 @@ impl<T: Real, const N: usize, const D: usize, R: Retraction<T, N, D>> OneStep<T,
 }
 
 /// The integrator of a system, with the fault planted in it if it is one of [`step::ALL`], or in its tableau.
-pub(super) fn subject<'a, T: Real, const N: usize, const D: usize, R: Retraction<T, N, D>>(
-    system: &'a System<T, N, D, R>,
+pub(super) fn subject<
+    'a,
+    T: Real,
+    const N: usize,
+    const D: usize,
+    R: Retraction<T, N, D>,
+    L: Lagrangian<T, N>,
+    F: Force<T, N>,
+>(
+    system: &'a System<T, N, D, R, L, F>,
     fault: Option<&Fault>,
-) -> Subject<'a, T, N, D, R> {
+) -> Subject<'a, T, N, D, R, L, F> {
     let planted = fault.and_then(|fault| Some((fault.size, step::ALL.iter().find(|(f, _)| f.name == fault.name)?.1)));
     let (l, f, r) = (&system.lagrangian, &system.force, &system.retraction);
     Subject {
@@ -201,7 +222,10 @@ struct PlainStep<'a> {
 impl<T: Real> Visitor<T> for PlainStep<'_> {
     type Output = Measured;
 
-    fn visit<const N: usize, const D: usize, R: Retraction<T, N, D>>(self, system: System<T, N, D, R>) -> Measured {
+    fn visit<const N: usize, const D: usize, R: Retraction<T, N, D>, L: Lagrangian<T, N>, F: Force<T, N>>(
+        self,
+        system: System<T, N, D, R, L, F>,
+    ) -> Measured {
         let (l, f, r) = (&system.lagrangian, &system.force, &system.retraction);
         let mut oracle = PlantedStep::new(l, f, r, system.tableau.clone(), None);
         let (mut mine, mut theirs) = (system.state.clone(), system.state.clone());
@@ -231,7 +255,10 @@ const FREE_STEPS: usize = 3;
 impl<T: Real> Visitor<T> for Free<'_> {
     type Output = Measured;
 
-    fn visit<const N: usize, const D: usize, R: Retraction<T, N, D>>(self, system: System<T, N, D, R>) -> Measured {
+    fn visit<const N: usize, const D: usize, R: Retraction<T, N, D>, L: Lagrangian<T, N>, F: Force<T, N>>(
+        self,
+        system: System<T, N, D, R, L, F>,
+    ) -> Measured {
         match (self.which, &system.group) {
             (FreeLaw::Casimirs, _) if system.casimirs.is_empty() => {
                 return Measured::NotApplicable("no Casimir of the algebra is known".into());
@@ -306,7 +333,10 @@ struct PoissonMap<'a> {
 impl<T: Real> Visitor<T> for PoissonMap<'_> {
     type Output = Measured;
 
-    fn visit<const N: usize, const D: usize, R: Retraction<T, N, D>>(self, system: System<T, N, D, R>) -> Measured {
+    fn visit<const N: usize, const D: usize, R: Retraction<T, N, D>, L: Lagrangian<T, N>, F: Force<T, N>>(
+        self,
+        system: System<T, N, D, R, L, F>,
+    ) -> Measured {
         let mut method = subject(&system, self.fault);
         let mut image = |mu: &Covector<T, N>| {
             let mut state = State { momentum: *mu, ..system.state.clone() };

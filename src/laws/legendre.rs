@@ -1,73 +1,83 @@
 //! Laws of the modified Legendre transforms between g×G×g and g*×G×g*, off the units.
 
-use super::CaseLaw;
 use super::polynomial::Polynomial;
 use super::precision::{Measured, settle_main_small};
 use super::probe::Probe;
 use super::subjects::*;
+use super::{CaseLaw, Source};
 use crate::algebra::{Matrix, Vector, elimination, pair};
 use crate::harness::{Cost, Fault};
+use crate::mechanics::Force;
 use crate::mechanics::Lagrangian;
 use crate::mechanics::doubled::{DoubledLagrangian, Forced, VelocityError};
 use crate::mechanics::hamiltonian::{DoubledHamiltonian, LegendreHamiltonian, modified_pairing};
 use crate::retraction::Retraction;
 use crate::scalar::{Dual, Real};
-use crate::system::{Case, System, Visitor, cases};
+use crate::system::{System, Visitor};
 use proptest::strategy::Strategy;
+use std::fmt::Debug;
 
 const SOURCE: &str = "Martín de Diego and Sato Martín de Almagro 2019, §4.3 and Thm 4.13";
 const BOUND: &str = "two precisions; floor 2¹⁰ N u relative to the terms; U so close to e that the second derivatives \
                      change by less than 1/16";
 
 /// The laws of this file.
-pub static LAWS: &[CaseLaw] = &[
-    CaseLaw {
-        name: "legendre-round-trip",
-        statement: "velocities(FL×(η, U, ψ)) = (η, ψ); ⟨FL×(v), v⟩_× = d/ds l(sη, U, sψ) at s = 1",
-        source: SOURCE,
-        oracle: "the velocities that the momenta were made from; the value of l on dual numbers, for l_f or, in half of the \
+pub const fn laws<S: Source>() -> &'static [CaseLaw<S>] {
+    const {
+        &[
+            CaseLaw {
+                name: "legendre-round-trip",
+                statement: "velocities(FL×(η, U, ψ)) = (η, ψ); ⟨FL×(v), v⟩_× = d/ds l(sη, U, sψ) at s = 1",
+                source: SOURCE,
+                oracle: "the velocities that the momenta were made from; the value of l on dual numbers, for l_f or, in half of the \
                  cases, a random polynomial",
-        bound: BOUND,
-        cost: Cost::Cheap,
-        faults: &[LEGENDRE_SIGN, LEGENDRE_ON_UNITS],
-        cases: || cases().main_dimensions().with_group().boxed(),
-        check: |case, fault| settle_main_small(case, fault, Check { case, fault, which: Which::RoundTrip }, 5),
-    },
-    CaseLaw {
-        name: "legendre-intertwines",
-        statement: "FL× carries the Euler–Lagrange vector field of l to the Hamiltonian one of h̃ = E_l∘(FL×)⁻¹",
-        source: SOURCE,
-        oracle: "each vector field against the other: one solves for accelerations, the other is that of a bracket; for \
+                bound: BOUND,
+                cost: Cost::Cheap,
+                faults: &[LEGENDRE_SIGN, LEGENDRE_ON_UNITS],
+                cases: |cases| cases.main_dimensions().with_group().boxed(),
+                check: |case, fault| settle_main_small(case, fault, Check { case, fault, which: Which::RoundTrip }, 5),
+            },
+            CaseLaw {
+                name: "legendre-intertwines",
+                statement: "FL× carries the Euler–Lagrange vector field of l to the Hamiltonian one of h̃ = E_l∘(FL×)⁻¹",
+                source: SOURCE,
+                oracle: "each vector field against the other: one solves for accelerations, the other is that of a bracket; for \
                  l_f or, in half of the cases, a random polynomial",
-        bound: BOUND,
-        cost: Cost::Cheap,
-        faults: &[
-            EL_BRACKET_SIGN,
-            EL_SIDES,
-            EL_POTENTIAL_SIGN,
-            ARROW_SIDES,
-            LEGENDRE_SIGN,
-            LEGENDRE_ON_UNITS,
-            HAMILTON_SIGN,
-            HAMILTON_SIDES,
-            HAMILTON_ARROW,
-        ],
-        cases: || cases().main_dimensions().with_group().boxed(),
-        check: |case, fault| settle_main_small(case, fault, Check { case, fault, which: Which::Intertwines }, 5),
-    },
-    CaseLaw {
-        name: "legendre-hamiltonian",
-        statement: "at FL×(v): h̃ = E_l(v), Fh̃×(FL×(v)) = v and dh̃ = −⟨dλ, η⟩ − ∂l/∂U dU + ⟨dμ, ψ⟩",
-        source: SOURCE,
-        oracle: "E_l on dual numbers at the velocities that the momenta were made from; the value of h̃ on dual numbers, \
+                bound: BOUND,
+                cost: Cost::Cheap,
+                faults: &[
+                    EL_BRACKET_SIGN,
+                    EL_SIDES,
+                    EL_POTENTIAL_SIGN,
+                    ARROW_SIDES,
+                    LEGENDRE_SIGN,
+                    LEGENDRE_ON_UNITS,
+                    HAMILTON_SIGN,
+                    HAMILTON_SIDES,
+                    HAMILTON_ARROW,
+                ],
+                cases: |cases| cases.main_dimensions().with_group().boxed(),
+                check: |case, fault| {
+                    settle_main_small(case, fault, Check { case, fault, which: Which::Intertwines }, 5)
+                },
+            },
+            CaseLaw {
+                name: "legendre-hamiltonian",
+                statement: "at FL×(v): h̃ = E_l(v), Fh̃×(FL×(v)) = v and dh̃ = −⟨dλ, η⟩ − ∂l/∂U dU + ⟨dμ, ψ⟩",
+                source: SOURCE,
+                oracle: "E_l on dual numbers at the velocities that the momenta were made from; the value of h̃ on dual numbers, \
                  through the inverse transform, along a random direction",
-        bound: BOUND,
-        cost: Cost::Cheap,
-        faults: &[FIBRE_SIGN, LEGENDRE_SIGN, LEGENDRE_ON_UNITS],
-        cases: || cases().main_dimensions().with_group().boxed(),
-        check: |case, fault| settle_main_small(case, fault, Check { case, fault, which: Which::Hamiltonian }, 5),
-    },
-];
+                bound: BOUND,
+                cost: Cost::Cheap,
+                faults: &[FIBRE_SIGN, LEGENDRE_SIGN, LEGENDRE_ON_UNITS],
+                cases: |cases| cases.main_dimensions().with_group().boxed(),
+                check: |case, fault| {
+                    settle_main_small(case, fault, Check { case, fault, which: Which::Hamiltonian }, 5)
+                },
+            },
+        ]
+    }
+}
 
 #[derive(Clone, Copy)]
 enum Which {
@@ -78,7 +88,7 @@ enum Which {
 
 #[derive(Clone, Copy)]
 struct Check<'a> {
-    case: &'a Case,
+    case: &'a dyn Debug,
     fault: Option<&'a Fault>,
     which: Which,
 }
@@ -94,7 +104,10 @@ struct Point<T: Real, const N: usize, const D: usize> {
 impl<T: Real> Visitor<T> for Check<'_> {
     type Output = Measured;
 
-    fn visit<const N: usize, const D: usize, R: Retraction<T, N, D>>(self, system: System<T, N, D, R>) -> Measured {
+    fn visit<const N: usize, const D: usize, R: Retraction<T, N, D>, L: Lagrangian<T, N>, F: Force<T, N>>(
+        self,
+        system: System<T, N, D, R, L, F>,
+    ) -> Measured {
         let Some(group) = &system.group else {
             return Measured::NotApplicable("the algebra has no group".into());
         };
@@ -111,9 +124,9 @@ impl<T: Real> Visitor<T> for Check<'_> {
 }
 
 impl Check<'_> {
-    fn judge<T: Real, const N: usize, const D: usize, R: Retraction<T, N, D>>(
+    fn judge<T: Real, const N: usize, const D: usize, R: Retraction<T, N, D>, L: Lagrangian<T, N>, F: Force<T, N>>(
         &self,
-        system: &System<T, N, D, R>,
+        system: &System<T, N, D, R, L, F>,
         doubled: &impl DoubledLagrangian<T, N, D>,
         point: &Point<T, N, D>,
         probe: &mut Probe,
@@ -147,9 +160,16 @@ impl Check<'_> {
         })))
     }
 
-    fn intertwines<T: Real, const N: usize, const D: usize, R: Retraction<T, N, D>>(
+    fn intertwines<
+        T: Real,
+        const N: usize,
+        const D: usize,
+        R: Retraction<T, N, D>,
+        L: Lagrangian<T, N>,
+        F: Force<T, N>,
+    >(
         &self,
-        system: &System<T, N, D, R>,
+        system: &System<T, N, D, R, L, F>,
         doubled: &impl DoubledLagrangian<T, N, D>,
         p: &Point<T, N, D>,
     ) -> Result<Measured, VelocityError> {
@@ -210,8 +230,8 @@ impl Check<'_> {
 }
 
 /// A point with velocities about those of the case, off the units.
-fn anywhere<T: Real, const N: usize, const D: usize, R: Retraction<T, N, D>>(
-    system: &System<T, N, D, R>,
+fn anywhere<T: Real, const N: usize, const D: usize, R: Retraction<T, N, D>, L: Lagrangian<T, N>, F: Force<T, N>>(
+    system: &System<T, N, D, R, L, F>,
     probe: &mut Probe,
 ) -> Result<Point<T, N, D>, VelocityError> {
     let eta = system.lagrangian.velocity(&system.state.momentum, &Vector::zeros())?;
@@ -222,8 +242,15 @@ fn anywhere<T: Real, const N: usize, const D: usize, R: Retraction<T, N, D>>(
 
 /// The same, with x = τ⁻¹(U) halved until the second derivatives of l differ from those on the units by less than 1/16 of
 /// themselves, so that Newton's method contracts.
-fn near_the_units<T: Real, const N: usize, const D: usize, R: Retraction<T, N, D>>(
-    system: &System<T, N, D, R>,
+fn near_the_units<
+    T: Real,
+    const N: usize,
+    const D: usize,
+    R: Retraction<T, N, D>,
+    L: Lagrangian<T, N>,
+    F: Force<T, N>,
+>(
+    system: &System<T, N, D, R, L, F>,
     doubled: &impl DoubledLagrangian<T, N, D>,
     probe: &mut Probe,
 ) -> Result<Point<T, N, D>, VelocityError> {

@@ -1,11 +1,11 @@
 //! Laws of g*: the Lie–Poisson bracket, the forced equations, energy and Casimirs.
 
-use super::CaseLaw;
 use super::planted::{blend, blend_scalar};
 use super::polynomial::Cubic;
 use super::precision::{Measured, settle_main};
 use super::probe::Probe;
 use super::subjects::turning;
+use super::{CaseLaw, Source};
 use crate::algebra::{Covector, Entry, LieAlgebra, Vector, pair};
 use crate::group::LieGroup;
 use crate::harness::{Cost, Fault};
@@ -14,8 +14,9 @@ use crate::mechanics::lie_poisson::{Bracket, MomentumFunction, hamiltonian_field
 use crate::mechanics::{Force, Lagrangian, LegendreError};
 use crate::retraction::Retraction;
 use crate::scalar::{Dual, Real, Scalar};
-use crate::system::{Case, Cases, System, Visitor, cases};
+use crate::system::{Cases, System, Visitor};
 use proptest::strategy::Strategy;
+use std::fmt::Debug;
 
 const BOUND: &str = "two precisions; floor 2⁸ N u relative to the terms";
 
@@ -32,10 +33,10 @@ const TRANSPOSED: Fault = Fault::new(
 );
 const ENERGY_SUM: Fault = Fault::new("energy-sum", "h = ⟨μ, η⟩ + l(η)", "every system");
 /// Algebras with Casimirs of degree one or two, in standard and in random bases.
-pub fn with_casimirs() -> Cases {
+pub fn with_casimirs(cases: Cases) -> Cases {
     let plane = Entry::Product(vec![Entry::Se2, Entry::Heisenberg]);
     let mixed = Entry::Product(vec![Entry::Sl2, Entry::Abelian(1)]);
-    cases().main_dimensions().algebras(&[
+    cases.main_dimensions().algebras(&[
         Entry::So3,
         Entry::So4,
         Entry::Se2,
@@ -48,55 +49,59 @@ pub fn with_casimirs() -> Cases {
 }
 
 /// The laws of this file.
-pub static LAWS: &[CaseLaw] = &[
-    CaseLaw {
-        name: "lie-poisson-bracket",
-        statement: "{F, K} = −⟨μ, [F', K']⟩ is antisymmetric, a derivation, obeys Jacobi, and is dF along μ̇ = ad*_{K'} μ; \
+pub const fn laws<S: Source>() -> &'static [CaseLaw<S>] {
+    const {
+        &[
+            CaseLaw {
+                name: "lie-poisson-bracket",
+                statement: "{F, K} = −⟨μ, [F', K']⟩ is antisymmetric, a derivation, obeys Jacobi, and is dF along μ̇ = ad*_{K'} μ; \
                     {⟨·, ξ⟩, ⟨·, ζ⟩} \
                     = −⟨·, ξζ − ζξ⟩",
-        source: "Martín de Diego and Sato Martín de Almagro 2019, (2.7)",
-        oracle: "the identities, for random cubic polynomials and nested dual numbers; commutators of matrices (structure \
+                source: "Martín de Diego and Sato Martín de Almagro 2019, (2.7)",
+                oracle: "the identities, for random cubic polynomials and nested dual numbers; commutators of matrices (structure \
                  constants where there is no group)",
-        bound: BOUND,
-        cost: Cost::Cheap,
-        faults: &[BRACKET_SIGN, BRACKET_SYMMETRIC],
-        cases: || cases().main_dimensions().nonabelian().boxed(),
-        check: |case, fault| settle_main(case, fault, Check { case, fault, which: Which::Bracket }),
-    },
-    CaseLaw {
-        name: "lie-poisson-equations",
-        statement: "Ḟ = {F, h} + ⟨f̃, F'⟩ along μ̇ = ad*_η μ + f, for any function F",
-        source: "Martín de Diego and Sato Martín de Almagro 2019, §2.2, (2.5) and (2.8)",
-        oracle: "the bracket of F with the Legendre transform h of l, differentiated on dual numbers",
-        bound: BOUND,
-        cost: Cost::Cheap,
-        faults: &[BRACKET_SIGN, BRACKET_SYMMETRIC, NO_FORCE, COAD_SIGN, TRANSPOSED, ENERGY_SUM],
-        cases: || cases().main_dimensions().forced_nonabelian().boxed(),
-        check: |case, fault| settle_main(case, fault, Check { case, fault, which: Which::Equations }),
-    },
-    CaseLaw {
-        name: "energy-rate",
-        statement: "h'(μ) = η, h(l'(η)) = E(η), and dE/dt = ⟨f, η⟩",
-        source: "Martín de Diego and Sato Martín de Almagro 2019, §2.2",
-        oracle: "h on dual numbers, through the inverse Legendre transform",
-        bound: BOUND,
-        cost: Cost::Cheap,
-        faults: &[NO_FORCE, TRANSPOSED, ENERGY_SUM],
-        cases: || cases().main_dimensions().forced().boxed(),
-        check: |case, fault| settle_main(case, fault, Check { case, fault, which: Which::Energy }),
-    },
-    CaseLaw {
-        name: "casimir-rate",
-        statement: "ad*_{C'(μ)} μ = 0, and dC/dt = ⟨f, C'⟩ along forced motion, for every Casimir C",
-        source: "Martín de Diego and Sato Martín de Almagro 2019, §2.2",
-        oracle: "the value of C on dual numbers along the rates, and along ad*_ξ μ for random ξ",
-        bound: BOUND,
-        cost: Cost::Cheap,
-        faults: &[NO_FORCE, TRANSPOSED],
-        cases: || with_casimirs().forced().boxed(),
-        check: |case, fault| settle_main(case, fault, Check { case, fault, which: Which::Casimirs }),
-    },
-];
+                bound: BOUND,
+                cost: Cost::Cheap,
+                faults: &[BRACKET_SIGN, BRACKET_SYMMETRIC],
+                cases: |cases| cases.main_dimensions().nonabelian().boxed(),
+                check: |case, fault| settle_main(case, fault, Check { case, fault, which: Which::Bracket }),
+            },
+            CaseLaw {
+                name: "lie-poisson-equations",
+                statement: "Ḟ = {F, h} + ⟨f̃, F'⟩ along μ̇ = ad*_η μ + f, for any function F",
+                source: "Martín de Diego and Sato Martín de Almagro 2019, §2.2, (2.5) and (2.8)",
+                oracle: "the bracket of F with the Legendre transform h of l, differentiated on dual numbers",
+                bound: BOUND,
+                cost: Cost::Cheap,
+                faults: &[BRACKET_SIGN, BRACKET_SYMMETRIC, NO_FORCE, COAD_SIGN, TRANSPOSED, ENERGY_SUM],
+                cases: |cases| cases.main_dimensions().forced_nonabelian().boxed(),
+                check: |case, fault| settle_main(case, fault, Check { case, fault, which: Which::Equations }),
+            },
+            CaseLaw {
+                name: "energy-rate",
+                statement: "h'(μ) = η, h(l'(η)) = E(η), and dE/dt = ⟨f, η⟩",
+                source: "Martín de Diego and Sato Martín de Almagro 2019, §2.2",
+                oracle: "h on dual numbers, through the inverse Legendre transform",
+                bound: BOUND,
+                cost: Cost::Cheap,
+                faults: &[NO_FORCE, TRANSPOSED, ENERGY_SUM],
+                cases: |cases| cases.main_dimensions().forced().boxed(),
+                check: |case, fault| settle_main(case, fault, Check { case, fault, which: Which::Energy }),
+            },
+            CaseLaw {
+                name: "casimir-rate",
+                statement: "ad*_{C'(μ)} μ = 0, and dC/dt = ⟨f, C'⟩ along forced motion, for every Casimir C",
+                source: "Martín de Diego and Sato Martín de Almagro 2019, §2.2",
+                oracle: "the value of C on dual numbers along the rates, and along ad*_ξ μ for random ξ",
+                bound: BOUND,
+                cost: Cost::Cheap,
+                faults: &[NO_FORCE, TRANSPOSED],
+                cases: |cases| with_casimirs(cases).forced().boxed(),
+                check: |case, fault| settle_main(case, fault, Check { case, fault, which: Which::Casimirs }),
+            },
+        ]
+    }
+}
 
 #[derive(Clone, Copy)]
 enum Which {
@@ -108,7 +113,7 @@ enum Which {
 
 #[derive(Clone, Copy)]
 struct Check<'a> {
-    case: &'a Case,
+    case: &'a dyn Debug,
     fault: Option<&'a Fault>,
     which: Which,
 }
@@ -116,7 +121,10 @@ struct Check<'a> {
 impl<T: Real> Visitor<T> for Check<'_> {
     type Output = Measured;
 
-    fn visit<const N: usize, const D: usize, R: Retraction<T, N, D>>(self, system: System<T, N, D, R>) -> Measured {
+    fn visit<const N: usize, const D: usize, R: Retraction<T, N, D>, L: Lagrangian<T, N>, F: Force<T, N>>(
+        self,
+        system: System<T, N, D, R, L, F>,
+    ) -> Measured {
         let mut probe = Probe::new(self.case, 15);
         let flow = EulerPoincare::new(system.algebra.clone(), &system.lagrangian, &system.force);
         let measured = match self.which {
@@ -215,9 +223,9 @@ impl Check<'_> {
         Ok(value)
     }
 
-    fn bracket<T: Real, const N: usize, const D: usize, R>(
+    fn bracket<T: Real, const N: usize, const D: usize, R, L: Lagrangian<T, N>, F: Force<T, N>>(
         &self,
-        system: &System<T, N, D, R>,
+        system: &System<T, N, D, R, L, F>,
         probe: &mut Probe,
     ) -> Measured {
         let algebra = &system.algebra;
@@ -281,7 +289,7 @@ impl Check<'_> {
     fn equations<T: Real, L: Lagrangian<T, N>, F: Force<T, N>, R, const N: usize, const D: usize>(
         &self,
         flow: &Flow<'_, T, N, L, F>,
-        system: &System<T, N, D, R>,
+        system: &System<T, N, D, R, L, F>,
         probe: &mut Probe,
     ) -> Result<Measured, LegendreError> {
         let (mu, function) = (system.state.momentum, Cubic::<T, N>::new(probe));
@@ -305,7 +313,7 @@ impl Check<'_> {
     fn energy<T: Real, L: Lagrangian<T, N>, F: Force<T, N>, R, const N: usize, const D: usize>(
         &self,
         flow: &Flow<'_, T, N, L, F>,
-        system: &System<T, N, D, R>,
+        system: &System<T, N, D, R, L, F>,
         probe: &mut Probe,
     ) -> Result<Measured, LegendreError> {
         let (time, mu) = (system.state.time, system.state.momentum);
@@ -329,7 +337,7 @@ impl Check<'_> {
     fn casimirs<T: Real, L: Lagrangian<T, N>, F: Force<T, N>, R, const N: usize, const D: usize>(
         &self,
         flow: &Flow<'_, T, N, L, F>,
-        system: &System<T, N, D, R>,
+        system: &System<T, N, D, R, L, F>,
         probe: &mut Probe,
     ) -> Result<Measured, LegendreError> {
         let mu = system.state.momentum;

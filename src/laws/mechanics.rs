@@ -1,12 +1,12 @@
 //! Laws of the doubled Lagrangian l_f and its coupling k_f, off the units.
 
-use super::CaseLaw;
 use super::planted::retraction::{ADJOINT_INVERTED, BERNOULLI, CUT_INVERSE};
 use super::precision::{Measured, settle, settle_small};
 use super::probe::Probe;
 use super::subjects::{
     COUPLING_SUM, FIRST_COPY_ONLY, HALF_FORCE, LEFT_FOR_RIGHT, NO_FORCE_DERIVATIVE, PLUS, PlantedForced, TIME_SHIFT,
 };
+use super::{CaseLaw, Source};
 use crate::algebra::{Covector, Matrix, Vector};
 use crate::group::LieGroup;
 use crate::harness::{Cost, Fault};
@@ -14,57 +14,62 @@ use crate::mechanics::doubled::{DoubledLagrangian, Forced, partials_by_duals, ve
 use crate::mechanics::{Force, Lagrangian};
 use crate::retraction::{Retraction, RetractionError};
 use crate::scalar::Real;
-use crate::system::{Case, System, Visitor, cases};
+use crate::system::{System, Visitor};
 use proptest::strategy::Strategy;
+use std::fmt::Debug;
 
 const BOUND: &str = "two precisions; floor 2⁶ N u relative to the terms of l_f";
 
 /// The laws of this file.
-pub static LAWS: &[CaseLaw] = &[
-    CaseLaw {
-        name: "coupling-antisymmetry",
-        statement: "k_f(ψ, U⁻¹, η) = −k_f(η, U, ψ), and both forms of k_f agree",
-        source: "Martín de Diego and Sato Martín de Almagro 2019, §3, before Prop 3.2",
-        oracle: "the same function at the inverse arrow, and the form with τ⁻¹(U⁻¹)",
-        bound: BOUND,
-        cost: Cost::Cheap,
-        faults: &[FIRST_COPY_ONLY, COUPLING_SUM, TIME_SHIFT],
-        cases: || cases().with_group().forced().boxed(),
-        check: |case, fault| settle(case, fault, Check { case, fault, which: Which::Coupling }),
-    },
-    CaseLaw {
-        name: "doubled-antisymmetry",
-        statement: "l_f(ψ, U⁻¹, η) = −l_f(η, U, ψ)",
-        source: "Martín de Diego and Sato Martín de Almagro 2019, §3 and Thm 5.3",
-        oracle: "the same function at the inverse arrow",
-        bound: BOUND,
-        cost: Cost::Cheap,
-        faults: &[FIRST_COPY_ONLY, COUPLING_SUM, PLUS],
-        cases: || cases().with_group().boxed(),
-        check: |case, fault| settle(case, fault, Check { case, fault, which: Which::Doubled }),
-    },
-    CaseLaw {
-        name: "doubled-partials",
-        statement: "∂l_f/∂η, L*_U ∂l_f/∂U, R*_U ∂l_f/∂U, ∂l_f/∂ψ and the second derivatives in the velocities in closed \
+pub const fn laws<S: Source>() -> &'static [CaseLaw<S>] {
+    const {
+        &[
+            CaseLaw {
+                name: "coupling-antisymmetry",
+                statement: "k_f(ψ, U⁻¹, η) = −k_f(η, U, ψ), and both forms of k_f agree",
+                source: "Martín de Diego and Sato Martín de Almagro 2019, §3, before Prop 3.2",
+                oracle: "the same function at the inverse arrow, and the form with τ⁻¹(U⁻¹)",
+                bound: BOUND,
+                cost: Cost::Cheap,
+                faults: &[FIRST_COPY_ONLY, COUPLING_SUM, TIME_SHIFT],
+                cases: |cases| cases.with_group().forced().boxed(),
+                check: |case, fault| settle(case, fault, Check { case, fault, which: Which::Coupling }),
+            },
+            CaseLaw {
+                name: "doubled-antisymmetry",
+                statement: "l_f(ψ, U⁻¹, η) = −l_f(η, U, ψ)",
+                source: "Martín de Diego and Sato Martín de Almagro 2019, §3 and Thm 5.3",
+                oracle: "the same function at the inverse arrow",
+                bound: BOUND,
+                cost: Cost::Cheap,
+                faults: &[FIRST_COPY_ONLY, COUPLING_SUM, PLUS],
+                cases: |cases| cases.with_group().boxed(),
+                check: |case, fault| settle(case, fault, Check { case, fault, which: Which::Doubled }),
+            },
+            CaseLaw {
+                name: "doubled-partials",
+                statement: "∂l_f/∂η, L*_U ∂l_f/∂U, R*_U ∂l_f/∂U, ∂l_f/∂ψ and the second derivatives in the velocities in closed \
                     form; on units L*∂l_f/∂U = R*∂l_f/∂U = f(η)",
-        source: "Martín de Diego and Sato Martín de Almagro 2019, Thm 3.1 and Prop 3.2",
-        oracle: "the derivatives of the value of l_f on dual numbers, and f itself on the units",
-        bound: BOUND,
-        cost: Cost::Cheap,
-        faults: &[
-            PLUS,
-            TIME_SHIFT,
-            LEFT_FOR_RIGHT,
-            NO_FORCE_DERIVATIVE,
-            HALF_FORCE,
-            CUT_INVERSE,
-            BERNOULLI,
-            ADJOINT_INVERTED,
-        ],
-        cases: || cases().with_group().boxed(),
-        check: |case, fault| settle_small(case, fault, Check { case, fault, which: Which::Partials }, 9),
-    },
-];
+                source: "Martín de Diego and Sato Martín de Almagro 2019, Thm 3.1 and Prop 3.2",
+                oracle: "the derivatives of the value of l_f on dual numbers, and f itself on the units",
+                bound: BOUND,
+                cost: Cost::Cheap,
+                faults: &[
+                    PLUS,
+                    TIME_SHIFT,
+                    LEFT_FOR_RIGHT,
+                    NO_FORCE_DERIVATIVE,
+                    HALF_FORCE,
+                    CUT_INVERSE,
+                    BERNOULLI,
+                    ADJOINT_INVERTED,
+                ],
+                cases: |cases| cases.with_group().boxed(),
+                check: |case, fault| settle_small(case, fault, Check { case, fault, which: Which::Partials }, 9),
+            },
+        ]
+    }
+}
 
 #[derive(Clone, Copy)]
 enum Which {
@@ -75,7 +80,7 @@ enum Which {
 
 #[derive(Clone, Copy)]
 struct Check<'a> {
-    case: &'a Case,
+    case: &'a dyn Debug,
     fault: Option<&'a Fault>,
     which: Which,
 }
@@ -92,7 +97,10 @@ struct Point<T: Real, const N: usize, const D: usize> {
 impl<T: Real> Visitor<T> for Check<'_> {
     type Output = Measured;
 
-    fn visit<const N: usize, const D: usize, R: Retraction<T, N, D>>(self, system: System<T, N, D, R>) -> Measured {
+    fn visit<const N: usize, const D: usize, R: Retraction<T, N, D>, L: Lagrangian<T, N>, F: Force<T, N>>(
+        self,
+        system: System<T, N, D, R, L, F>,
+    ) -> Measured {
         let mut probe = Probe::new(self.case, 3);
         let (eta, psi) = (probe.vector::<T, N>(), probe.vector::<T, N>());
         let x = probe.vector::<T, N>() * T::exact(0.25);

@@ -19,6 +19,7 @@
 //! | [`planted`], [`subjects`] | nothing: the plain step and the continuous theory in which faults are planted |
 //! | [`instances`] | nothing: the groupoids of a case, in which faults are planted |
 //! | [`polynomial`] | nothing: random functions |
+//! | [`source`] | nothing: where the systems come from that laws judge |
 
 pub mod algebroid;
 pub mod discrete;
@@ -41,17 +42,20 @@ pub mod precision;
 pub mod predicted;
 pub mod probe;
 pub mod retraction;
+pub mod source;
 pub mod subjects;
 pub mod trial;
 pub mod two_hamiltonians;
 pub mod variational_error;
 
+pub use source::Source;
+
 use crate::harness::{Cost, Fault, Law, Verdict};
-use crate::system::Case;
+use crate::system::{Case, Cases, cases};
 use proptest::strategy::BoxedStrategy;
 
 /// A law on cases: its description, its generator and its check.
-pub struct CaseLaw {
+pub struct CaseLaw<S = Case> {
     /// Short unique name, kebab case.
     pub name: &'static str,
     /// The formula.
@@ -66,10 +70,10 @@ pub struct CaseLaw {
     pub cost: Cost,
     /// What can be planted.
     pub faults: &'static [Fault],
-    /// Draws cases.
-    pub cases: fn() -> BoxedStrategy<Case>,
+    /// Draws cases from all, or from those that somebody has restricted further.
+    pub cases: fn(Cases) -> BoxedStrategy<Case>,
     /// Judges one.
-    pub check: fn(&Case, Option<&Fault>) -> Verdict,
+    pub check: fn(&S, Option<&Fault>) -> Verdict,
 }
 
 impl Law<Case> for CaseLaw {
@@ -102,7 +106,7 @@ impl Law<Case> for CaseLaw {
     }
 
     fn cases(&self) -> BoxedStrategy<Case> {
-        (self.cases)()
+        (self.cases)(cases())
     }
 
     fn check(&self, case: &Case, fault: Option<&Fault>) -> Verdict {
@@ -113,27 +117,27 @@ impl Law<Case> for CaseLaw {
 /// Every law, in the order of the modules that they judge.
 pub fn all() -> Vec<&'static CaseLaw> {
     [
-        retraction::LAWS,
-        groupoid::LAWS,
-        algebroid::LAWS,
-        poisson::LAWS,
-        lie_poisson::LAWS,
-        orbits::LAWS,
-        mechanics::LAWS,
-        euler_lagrange::LAWS,
-        legendre::LAWS,
-        hamiltonian::LAWS,
-        two_hamiltonians::LAWS,
-        discrete::action::LAWS,
-        discrete::equations::LAWS,
-        discrete::group::LAWS,
-        discrete::exact::LAWS,
-        integrators::LAWS,
-        doubled::LAWS,
-        order::LAWS,
-        munthe_kaas::LAWS,
-        predicted::LAWS,
-        variational_error::LAWS,
+        retraction::laws(),
+        groupoid::laws(),
+        algebroid::laws(),
+        poisson::laws(),
+        lie_poisson::laws(),
+        orbits::laws(),
+        mechanics::laws(),
+        euler_lagrange::laws(),
+        legendre::laws(),
+        hamiltonian::laws(),
+        two_hamiltonians::laws(),
+        discrete::action::laws(),
+        discrete::equations::laws(),
+        discrete::group::laws(),
+        discrete::exact::laws(),
+        integrators::laws(),
+        doubled::laws(),
+        order::laws(),
+        munthe_kaas::laws(),
+        predicted::laws(),
+        variational_error::laws(),
     ]
     .into_iter()
     .flatten()

@@ -1,10 +1,10 @@
 //! Laws of the Runge–Kutta–Munthe-Kaas step: its equations hold as they are written down.
 
-use super::CaseLaw;
 use super::integrators::{refused, size_of};
 use super::planted::retraction::{INVERSE_MISSING, RIGHT_TANGENT};
 use super::planted::tableau::{WRONG_STAGE, planted};
 use super::precision::{Measured, settle_main_small};
+use super::{CaseLaw, Source};
 use crate::algebra::{Covector, Vector};
 use crate::harness::{Cost, Fault};
 use crate::integrators::{MuntheKaas, OneStep};
@@ -12,21 +12,25 @@ use crate::mechanics::equations::EulerPoincare;
 use crate::mechanics::{Force, Lagrangian};
 use crate::retraction::{Retraction, TangentPoint};
 use crate::scalar::Real;
-use crate::system::{System, Visitor, cases};
+use crate::system::{System, Visitor};
 use proptest::strategy::Strategy;
 
 /// The laws of this file.
-pub static LAWS: &[CaseLaw] = &[CaseLaw {
-    name: "munthe-kaas-step",
-    statement: "dτ_{Ξ_i} K_i = η_i, κ_i = ad*_{η_i} M_i + f_i, l'(η_i) = M_i, μ' = μ + h Σ b_j κ_j, with Ξ_i, M_i of the tableau",
-    source: "Munthe-Kaas 1999, algorithm 3",
-    oracle: "the equations, multiplied out with dτ; the step solves with dτ⁻¹",
-    bound: "two precisions; floor 2⁸ s N u: the sweeps stop at a relative change of a few u in s N equations",
-    cost: Cost::Cheap,
-    faults: &[WRONG_STAGE, INVERSE_MISSING, RIGHT_TANGENT],
-    cases: || cases().main_dimensions().boxed(),
-    check: |case, fault| settle_main_small(case, fault, Check { fault }, 12),
-}];
+pub const fn laws<S: Source>() -> &'static [CaseLaw<S>] {
+    const {
+        &[CaseLaw {
+            name: "munthe-kaas-step",
+            statement: "dτ_{Ξ_i} K_i = η_i, κ_i = ad*_{η_i} M_i + f_i, l'(η_i) = M_i, μ' = μ + h Σ b_j κ_j, with Ξ_i, M_i of the tableau",
+            source: "Munthe-Kaas 1999, algorithm 3",
+            oracle: "the equations, multiplied out with dτ; the step solves with dτ⁻¹",
+            bound: "two precisions; floor 2⁸ s N u: the sweeps stop at a relative change of a few u in s N equations",
+            cost: Cost::Cheap,
+            faults: &[WRONG_STAGE, INVERSE_MISSING, RIGHT_TANGENT],
+            cases: |cases| cases.main_dimensions().boxed(),
+            check: |case, fault| settle_main_small(case, fault, Check { fault }, 12),
+        }]
+    }
+}
 
 #[derive(Clone, Copy)]
 struct Check<'a> {
@@ -36,7 +40,10 @@ struct Check<'a> {
 impl<T: Real> Visitor<T> for Check<'_> {
     type Output = Measured;
 
-    fn visit<const N: usize, const D: usize, R: Retraction<T, N, D>>(self, system: System<T, N, D, R>) -> Measured {
+    fn visit<const N: usize, const D: usize, R: Retraction<T, N, D>, L: Lagrangian<T, N>, F: Force<T, N>>(
+        self,
+        system: System<T, N, D, R, L, F>,
+    ) -> Measured {
         let (l, f, r, h) = (&system.lagrangian, &system.force, &system.retraction, system.step);
         let body = EulerPoincare::new(system.algebra.clone(), l, f);
         let mut method = MuntheKaas::new(body, r, planted(&system.tableau, self.fault));

@@ -1,11 +1,11 @@
 //! Laws of forces that keep the coadjoint orbits.
 
-use super::CaseLaw;
 use super::lie_poisson::{COAD_SIGN, rates, with_casimirs};
 use super::planted::blend;
 use super::precision::{Measured, settle_main};
 use super::probe::Probe;
 use super::subjects::turning;
+use super::{CaseLaw, Source};
 use crate::algebra::{Covector, Matrix, Vector};
 use crate::group::LieGroup;
 use crate::harness::{Cost, Fault};
@@ -14,8 +14,9 @@ use crate::mechanics::lie_poisson::{OrbitField, OrbitForce};
 use crate::mechanics::{Force, Lagrangian, LegendreError};
 use crate::retraction::Retraction;
 use crate::scalar::{Dual, Real, Scalar};
-use crate::system::{Case, System, Visitor, cases};
+use crate::system::{System, Visitor};
 use proptest::strategy::Strategy;
+use std::fmt::Debug;
 
 const BOUND: &str = "two precisions; floor 2⁸ N u relative to the terms";
 
@@ -24,34 +25,38 @@ const ORBIT_TRANSPOSED: Fault =
 const ORBIT_OTHER: Fault = Fault::new("orbit-force-other", "f = ad*_ζ l'(ζ)", "non-abelian algebras");
 
 /// The laws of this file.
-pub static LAWS: &[CaseLaw] = &[
-    CaseLaw {
-        name: "coadjoint-orbit-force",
-        statement: "with f = ad*_ζ μ: d/dt (Ad*_{k⁻¹} μ) = 0 for k̇ = k(η + ζ); with another force f₂ added, Ad*_{k⁻¹} f₂",
-        source: "Martín de Diego and Sato Martín de Almagro 2019, §2.2",
-        oracle: "Ad of matrices of the group, on dual numbers",
-        bound: BOUND,
-        cost: Cost::Cheap,
-        faults: &[ORBIT_TRANSPOSED, ORBIT_OTHER, COAD_SIGN],
-        cases: || cases().main_dimensions().with_group().nonabelian().boxed(),
-        check: |case, fault| settle_main(case, fault, Check { case, fault, casimirs: false }),
-    },
-    CaseLaw {
-        name: "orbit-force-casimirs",
-        statement: "with f = ad*_ζ μ every Casimir is kept: dC/dt = 0",
-        source: "Martín de Diego and Sato Martín de Almagro 2019, §2.2",
-        oracle: "the value of C on dual numbers along the rates",
-        bound: BOUND,
-        cost: Cost::Cheap,
-        faults: &[ORBIT_TRANSPOSED, ORBIT_OTHER],
-        cases: || with_casimirs().boxed(),
-        check: |case, fault| settle_main(case, fault, Check { case, fault, casimirs: true }),
-    },
-];
+pub const fn laws<S: Source>() -> &'static [CaseLaw<S>] {
+    const {
+        &[
+            CaseLaw {
+                name: "coadjoint-orbit-force",
+                statement: "with f = ad*_ζ μ: d/dt (Ad*_{k⁻¹} μ) = 0 for k̇ = k(η + ζ); with another force f₂ added, Ad*_{k⁻¹} f₂",
+                source: "Martín de Diego and Sato Martín de Almagro 2019, §2.2",
+                oracle: "Ad of matrices of the group, on dual numbers",
+                bound: BOUND,
+                cost: Cost::Cheap,
+                faults: &[ORBIT_TRANSPOSED, ORBIT_OTHER, COAD_SIGN],
+                cases: |cases| cases.main_dimensions().with_group().nonabelian().boxed(),
+                check: |case, fault| settle_main(case, fault, Check { case, fault, casimirs: false }),
+            },
+            CaseLaw {
+                name: "orbit-force-casimirs",
+                statement: "with f = ad*_ζ μ every Casimir is kept: dC/dt = 0",
+                source: "Martín de Diego and Sato Martín de Almagro 2019, §2.2",
+                oracle: "the value of C on dual numbers along the rates",
+                bound: BOUND,
+                cost: Cost::Cheap,
+                faults: &[ORBIT_TRANSPOSED, ORBIT_OTHER],
+                cases: |cases| with_casimirs(cases).boxed(),
+                check: |case, fault| settle_main(case, fault, Check { case, fault, casimirs: true }),
+            },
+        ]
+    }
+}
 
 #[derive(Clone, Copy)]
 struct Check<'a> {
-    case: &'a Case,
+    case: &'a dyn Debug,
     fault: Option<&'a Fault>,
     casimirs: bool,
 }
@@ -59,7 +64,10 @@ struct Check<'a> {
 impl<T: Real> Visitor<T> for Check<'_> {
     type Output = Measured;
 
-    fn visit<const N: usize, const D: usize, R: Retraction<T, N, D>>(self, system: System<T, N, D, R>) -> Measured {
+    fn visit<const N: usize, const D: usize, R: Retraction<T, N, D>, L: Lagrangian<T, N>, F: Force<T, N>>(
+        self,
+        system: System<T, N, D, R, L, F>,
+    ) -> Measured {
         let measured = self.orbit(&system, &mut Probe::new(self.case, 18));
         measured.unwrap_or_else(|error| Measured::Broken(error.to_string()))
     }
@@ -103,9 +111,9 @@ impl<T: Real, const N: usize, L: Lagrangian<T, N>, F: Force<T, N>> Force<T, N> f
 }
 
 impl Check<'_> {
-    fn orbit<T: Real, R: Retraction<T, N, D>, const N: usize, const D: usize>(
+    fn orbit<T: Real, R: Retraction<T, N, D>, L: Lagrangian<T, N>, F: Force<T, N>, const N: usize, const D: usize>(
         &self,
-        system: &System<T, N, D, R>,
+        system: &System<T, N, D, R, L, F>,
         probe: &mut Probe,
     ) -> Result<Measured, LegendreError> {
         let (time, mu) = (system.state.time, system.state.momentum);

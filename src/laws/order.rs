@@ -4,13 +4,13 @@
 //! reference is a classical Gauss collocation method on the vector field of (μ, g), of order 16, at two resolutions; it
 //! knows neither retractions nor the variational equations.
 
-use super::CaseLaw;
 use super::integrators::{Subject, subject};
 use super::planted::retraction::Plant;
 use super::planted::step::{
     FIRST_STAGE, FORCE_INDEX, FROM_LEFT, INVERSE_SECOND, INVERTED, NO_FORCE, NO_SECOND, NOT_TRANSPORTED, ORDER_TWO,
     SWAPPED_SECOND,
 };
+use super::{CaseLaw, Source};
 use crate::algebra::Vector;
 use crate::harness::convergence::{CLEAR_OF_NOISE, Estimate, Level, estimate};
 use crate::harness::evidence::{self, Evidence};
@@ -20,7 +20,7 @@ use crate::mechanics::equations::EulerPoincare;
 use crate::mechanics::{Force, Lagrangian};
 use crate::retraction::Retraction;
 use crate::scalar::{Dd, Scalar};
-use crate::system::{Case, System, Visitor, cases};
+use crate::system::{Case, Cases, System, Visitor};
 use crate::tableau::{Description, Family, variational_order};
 use nalgebra::ComplexField;
 use proptest::strategy::{BoxedStrategy, Strategy};
@@ -38,43 +38,47 @@ const LEVELS: (usize, usize) = (5, 7);
 const TARGETS: [f64; 3] = [1e-7, 1e-10, 1e-13];
 
 /// The laws of this file.
-pub static LAWS: &[CaseLaw] = &[
-    CaseLaw {
-        name: "order-momentum-attitude",
-        statement: "Gauss 1–3 and Lobatto IIIA, IIIB 2–3 converge in μ and in g at the order of the pair (a, â)",
-        source: "Martín de Diego and Sato Martín de Almagro 2019, Thm 5.4",
-        oracle: "a classical Gauss method of order 16 on the vector field; the order computed from the bicoloured trees",
-        bound: BOUND,
-        cost: Cost::Expensive,
-        faults: &[
-            INVERSE_SECOND,
-            NO_SECOND,
-            SWAPPED_SECOND,
-            FORCE_INDEX,
-            NO_FORCE,
-            NOT_TRANSPORTED,
-            FIRST_STAGE,
-            INVERTED,
-            FROM_LEFT,
-            ORDER_TWO,
-        ],
-        cases: forced,
-        check: |case, fault| judge(case, fault, Which::Order),
-    },
-    CaseLaw {
-        name: "energy-balance",
-        statement: "E(T) − E(0) − h Σ b_i ⟨f_i, η_i⟩ → 0 at least at the order of the method",
-        source: "Martín de Diego and Sato Martín de Almagro 2019, §2.2: dE/dt = ⟨f(η), η⟩",
-        oracle: "the energy of the state; the work from the stages",
-        bound: BOUND,
-        cost: Cost::Expensive,
-        faults: &[NO_FORCE, NOT_TRANSPORTED, NO_SECOND],
-        cases: forced,
-        check: |case, fault| judge(case, fault, Which::Balance),
-    },
-];
+pub const fn laws<S: Source>() -> &'static [CaseLaw<S>] {
+    const {
+        &[
+            CaseLaw {
+                name: "order-momentum-attitude",
+                statement: "Gauss 1–3 and Lobatto IIIA, IIIB 2–3 converge in μ and in g at the order of the pair (a, â)",
+                source: "Martín de Diego and Sato Martín de Almagro 2019, Thm 5.4",
+                oracle: "a classical Gauss method of order 16 on the vector field; the order computed from the bicoloured trees",
+                bound: BOUND,
+                cost: Cost::Expensive,
+                faults: &[
+                    INVERSE_SECOND,
+                    NO_SECOND,
+                    SWAPPED_SECOND,
+                    FORCE_INDEX,
+                    NO_FORCE,
+                    NOT_TRANSPORTED,
+                    FIRST_STAGE,
+                    INVERTED,
+                    FROM_LEFT,
+                    ORDER_TWO,
+                ],
+                cases: forced,
+                check: |case, fault| judge(case, fault, Which::Order),
+            },
+            CaseLaw {
+                name: "energy-balance",
+                statement: "E(T) − E(0) − h Σ b_i ⟨f_i, η_i⟩ → 0 at least at the order of the method",
+                source: "Martín de Diego and Sato Martín de Almagro 2019, §2.2: dE/dt = ⟨f(η), η⟩",
+                oracle: "the energy of the state; the work from the stages",
+                bound: BOUND,
+                cost: Cost::Expensive,
+                faults: &[NO_FORCE, NOT_TRANSPORTED, NO_SECOND],
+                cases: forced,
+                check: |case, fault| judge(case, fault, Which::Balance),
+            },
+        ]
+    }
+}
 
-fn forced() -> BoxedStrategy<Case> {
+fn forced(cases: Cases) -> BoxedStrategy<Case> {
     let methods = [
         (Family::Gauss, 1),
         (Family::Gauss, 2),
@@ -85,7 +89,7 @@ fn forced() -> BoxedStrategy<Case> {
         (Family::LobattoIIIB, 3),
     ];
     let methods = methods.map(|(family, stages)| Description::Family(family, stages)).to_vec();
-    cases().forced_nonabelian().smooth().with_group().with_tableaux(proptest::sample::select(methods)).boxed()
+    cases.forced_nonabelian().smooth().with_group().with_tableaux(proptest::sample::select(methods)).boxed()
 }
 
 #[derive(Clone, Copy)]
@@ -94,8 +98,8 @@ enum Which {
     Balance,
 }
 
-fn judge(case: &Case, fault: Option<&Fault>, which: Which) -> Verdict {
-    match case.dispatch_with::<Dd, _>(&Plant(fault), Study { fault, which }) {
+fn judge<S: Source>(case: &S, fault: Option<&Fault>, which: Which) -> Verdict {
+    match case.visit::<Dd, _>(&Plant(fault), Study { fault, which }) {
         Ok(verdict) => verdict,
         Err(e) => Verdict::broken(format!("a generated case cannot be built: {e}")),
     }
@@ -127,7 +131,10 @@ struct End<const N: usize, const D: usize> {
 impl Visitor<Dd> for Study<'_> {
     type Output = Verdict;
 
-    fn visit<const N: usize, const D: usize, R: Retraction<Dd, N, D>>(self, system: System<Dd, N, D, R>) -> Verdict {
+    fn visit<const N: usize, const D: usize, R: Retraction<Dd, N, D>, L: Lagrangian<Dd, N>, F: Force<Dd, N>>(
+        self,
+        system: System<Dd, N, D, R, L, F>,
+    ) -> Verdict {
         let order = variational_order(&system.tableau, 8).order as u32;
         let horizon = system.step * Dd::int(COARSEST as i64);
         let (first, error, levels) = self.at_horizon(&system, horizon, order);
@@ -176,9 +183,9 @@ impl Study<'_> {
     }
 
     /// The verdict from one horizon, the relative error in the momentum at the coarsest level, and the errors.
-    fn at_horizon<const N: usize, const D: usize, R: Retraction<Dd, N, D>>(
+    fn at_horizon<const N: usize, const D: usize, R: Retraction<Dd, N, D>, L: Lagrangian<Dd, N>, F: Force<Dd, N>>(
         &self,
-        system: &System<Dd, N, D, R>,
+        system: &System<Dd, N, D, R, L, F>,
         horizon: Dd,
         order: u32,
     ) -> (Verdict, Option<f64>, Errors) {
@@ -263,8 +270,8 @@ fn name(verdict: Verdict, what: &str) -> Verdict {
 }
 
 /// The solution at the horizon by `steps` steps of a classical Gauss method with 8 stages.
-fn reference<const N: usize, const D: usize, R>(
-    system: &System<Dd, N, D, R>,
+fn reference<const N: usize, const D: usize, R, L: Lagrangian<Dd, N>, F: Force<Dd, N>>(
+    system: &System<Dd, N, D, R, L, F>,
     horizon: Dd,
     steps: usize,
 ) -> Result<State<Dd, N, D>, StepError> {
@@ -281,8 +288,8 @@ fn reference<const N: usize, const D: usize, R>(
     Ok(state)
 }
 
-fn energy<const N: usize, const D: usize, R>(
-    system: &System<Dd, N, D, R>,
+fn energy<const N: usize, const D: usize, R, L: Lagrangian<Dd, N>, F: Force<Dd, N>>(
+    system: &System<Dd, N, D, R, L, F>,
     state: &State<Dd, N, D>,
 ) -> Result<Dd, StepError> {
     let velocity = system.lagrangian.velocity(&state.momentum, &Vector::zeros());
@@ -291,9 +298,9 @@ fn energy<const N: usize, const D: usize, R>(
 }
 
 impl Study<'_> {
-    fn run<const N: usize, const D: usize, R: Retraction<Dd, N, D>>(
+    fn run<const N: usize, const D: usize, R: Retraction<Dd, N, D>, L: Lagrangian<Dd, N>, F: Force<Dd, N>>(
         &self,
-        system: &System<Dd, N, D, R>,
+        system: &System<Dd, N, D, R, L, F>,
         horizon: Dd,
         steps: usize,
     ) -> Result<End<N, D>, StepError> {
@@ -314,9 +321,9 @@ impl Study<'_> {
 }
 
 /// h Σ b_i ⟨f(t + c_i h, η_i), η_i⟩ of the last step.
-fn stage_work<const N: usize, const D: usize, R: Retraction<Dd, N, D>>(
-    system: &System<Dd, N, D, R>,
-    method: &Subject<'_, Dd, N, D, R>,
+fn stage_work<const N: usize, const D: usize, R: Retraction<Dd, N, D>, L: Lagrangian<Dd, N>, F: Force<Dd, N>>(
+    system: &System<Dd, N, D, R, L, F>,
+    method: &Subject<'_, Dd, N, D, R, L, F>,
     start: Dd,
     h: Dd,
 ) -> Dd {

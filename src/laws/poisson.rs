@@ -6,18 +6,20 @@ use self::gamma::{
     ADJOINT_MISSING, EVEN_PART, GROUP_SIGN, Gamma, LAMBDA_FLIPPED, LAST_SIGN, MU_FLIPPED, ONE_SIDED, absolute,
     absolute_matrix, basis, column, library, stack,
 };
-use super::CaseLaw;
 use super::instances::{ENDS_KEPT, INVERSE_KEEPS_U, Kind, Material, Polynomial, SECOND_INVERTED};
 use super::precision::{Measured, settle};
 use super::probe::Probe;
+use super::{CaseLaw, Source};
 use crate::groupoid::calculus::{along, constant, derivatives};
 use crate::groupoid::{Group, Groupoid, push_inverse, push_product, push_source, push_target, push_unit};
 use crate::harness::{Cost, Fault};
+use crate::mechanics::{Force, Lagrangian};
 use crate::retraction::{Retraction, RetractionError};
 use crate::scalar::{Dual, Real, Scalar};
-use crate::system::{Case, System, Visitor, cases};
+use crate::system::{System, Visitor};
 use nalgebra::{DMatrix, DVector};
 use proptest::strategy::Strategy;
+use std::fmt::Debug;
 
 const BOUND: &str = "two precisions; floor 2⁸ n u relative to the terms, n = dim g";
 
@@ -31,81 +33,85 @@ macro_rules! law {
             bound: BOUND,
             cost: Cost::Cheap,
             faults: $faults,
-            cases: || cases().with_group().boxed(),
+            cases: |cases| cases.with_group().boxed(),
             check: |case, fault| settle(case, fault, Check { case, fault, question: $question }),
         }
     };
 }
 
 /// The laws of this file.
-pub static LAWS: &[CaseLaw] = &[
-    law!(
-        "poisson-bivector",
-        "the intrinsic bracket of Γ is that of the generators, {Ξ₁,Ξ'₁} = ⟨λ,[ξ,ξ']⟩, {Ξ₂,Ξ'₂} = −⟨μ,[ξ,ξ']⟩, \
+pub const fn laws<S: Source>() -> &'static [CaseLaw<S>] {
+    const {
+        &[
+            law!(
+                "poisson-bivector",
+                "the intrinsic bracket of Γ is that of the generators, {Ξ₁,Ξ'₁} = ⟨λ,[ξ,ξ']⟩, {Ξ₂,Ξ'₂} = −⟨μ,[ξ,ξ']⟩, \
          {Ξ₁,F} = −ξ→F, {Ξ₂,F} = −ξ←F, for all entries of (λ, U, μ) and for random functions",
-        "(4.5) and the bracket after it",
-        "the definition (4.5) with commutators and invariant fields of matrices, without Ad or structure constants",
-        Question::Generators,
-        &[LAMBDA_FLIPPED, MU_FLIPPED, ADJOINT_MISSING, GROUP_SIGN, ONE_SIDED]
-    ),
-    law!(
-        "poisson-bracket",
-        "{f + cg, h} = {f, h} + c{g, h}, {f, g} = −{g, f}, {fg, h} = f{g, h} + g{f, h}, {f, {g, h}} + cyclic = 0",
-        "Def 4.7 (1)",
-        "the axioms, for random quadratic functions of the entries of (λ, U, μ); differentials and the derivative of \
+                "(4.5) and the bracket after it",
+                "the definition (4.5) with commutators and invariant fields of matrices, without Ad or structure constants",
+                Question::Generators,
+                &[LAMBDA_FLIPPED, MU_FLIPPED, ADJOINT_MISSING, GROUP_SIGN, ONE_SIDED]
+            ),
+            law!(
+                "poisson-bracket",
+                "{f + cg, h} = {f, h} + c{g, h}, {f, g} = −{g, f}, {fg, h} = f{g, h} + g{f, h}, {f, {g, h}} + cyclic = 0",
+                "Def 4.7 (1)",
+                "the axioms, for random quadratic functions of the entries of (λ, U, μ); differentials and the derivative of \
          {g, h} along the Hamiltonian field of f by duals",
-        Question::Axioms,
-        &[LAMBDA_FLIPPED, MU_FLIPPED, ADJOINT_MISSING, GROUP_SIGN, ONE_SIDED]
-    ),
-    law!(
-        "inversion-anti-poisson",
-        "Tι Π Tιᵀ = −Π∘ι, and the graph of ι is coisotropic in Γ×Γ",
-        "Thm 4.8 (2)",
-        "Tι by duals of ι; the graph by the null space of its tangent vectors",
-        Question::Inversion,
-        &[INVERSE_KEEPS_U, ENDS_KEPT, LAMBDA_FLIPPED, MU_FLIPPED, ADJOINT_MISSING, LAST_SIGN]
-    ),
-    law!(
-        "units-coisotropic",
-        "the units are coisotropic: NᵀΠN = 0 for a basis N of the conormal space at (λ, e, λ)",
-        "Thm 4.8 (1)",
-        "the null space of the tangent vectors of ε by duals",
-        Question::Units,
-        &[LAMBDA_FLIPPED, MU_FLIPPED]
-    ),
-    law!(
-        "product-coisotropic",
-        "the graph of ν is coisotropic in Γ×Γ×Γ⁻",
-        "Def 4.7 (2)",
-        "the null space of the tangent vectors of the graph, by duals of ν",
-        Question::Product,
-        &[LAST_SIGN, SECOND_INVERTED, LAMBDA_FLIPPED, MU_FLIPPED, ADJOINT_MISSING, GROUP_SIGN]
-    ),
-    law!(
-        "ends-poisson",
-        "α is Poisson and β anti-Poisson onto g* with the bracket +⟨μ, [·,·]⟩",
-        "Thm 4.8 (3)",
-        "commutators of the matrices of the algebra; Tα and Tβ by duals",
-        Question::Ends,
-        &[LAMBDA_FLIPPED, MU_FLIPPED]
-    ),
-    law!(
-        "odd-hamiltonian-invariant",
-        "Tι X_E(g) = X_E(g⁻¹) for E∘ι = −E, X_E(F) = {F, E}",
-        "Prop 4.9, proof",
-        "the field at the inverse, and Tι by duals; E is the odd part of a random quadratic function",
-        Question::Invariant,
-        &[EVEN_PART, INVERSE_KEEPS_U, ENDS_KEPT, LAMBDA_FLIPPED, ADJOINT_MISSING]
-    ),
-    law!(
-        "odd-hamiltonian-tangent",
-        "X_E is tangent to the units there, for E∘ι = −E, X_E(F) = {F, E}",
-        "Prop 4.9",
-        "X_E against Tε Tα X_E, by duals of ε and α; E is the odd part of a random quadratic function",
-        Question::Tangent,
-        &[EVEN_PART, LAMBDA_FLIPPED, MU_FLIPPED, GROUP_SIGN]
-    ),
-];
+                Question::Axioms,
+                &[LAMBDA_FLIPPED, MU_FLIPPED, ADJOINT_MISSING, GROUP_SIGN, ONE_SIDED]
+            ),
+            law!(
+                "inversion-anti-poisson",
+                "Tι Π Tιᵀ = −Π∘ι, and the graph of ι is coisotropic in Γ×Γ",
+                "Thm 4.8 (2)",
+                "Tι by duals of ι; the graph by the null space of its tangent vectors",
+                Question::Inversion,
+                &[INVERSE_KEEPS_U, ENDS_KEPT, LAMBDA_FLIPPED, MU_FLIPPED, ADJOINT_MISSING, LAST_SIGN]
+            ),
+            law!(
+                "units-coisotropic",
+                "the units are coisotropic: NᵀΠN = 0 for a basis N of the conormal space at (λ, e, λ)",
+                "Thm 4.8 (1)",
+                "the null space of the tangent vectors of ε by duals",
+                Question::Units,
+                &[LAMBDA_FLIPPED, MU_FLIPPED]
+            ),
+            law!(
+                "product-coisotropic",
+                "the graph of ν is coisotropic in Γ×Γ×Γ⁻",
+                "Def 4.7 (2)",
+                "the null space of the tangent vectors of the graph, by duals of ν",
+                Question::Product,
+                &[LAST_SIGN, SECOND_INVERTED, LAMBDA_FLIPPED, MU_FLIPPED, ADJOINT_MISSING, GROUP_SIGN]
+            ),
+            law!(
+                "ends-poisson",
+                "α is Poisson and β anti-Poisson onto g* with the bracket +⟨μ, [·,·]⟩",
+                "Thm 4.8 (3)",
+                "commutators of the matrices of the algebra; Tα and Tβ by duals",
+                Question::Ends,
+                &[LAMBDA_FLIPPED, MU_FLIPPED]
+            ),
+            law!(
+                "odd-hamiltonian-invariant",
+                "Tι X_E(g) = X_E(g⁻¹) for E∘ι = −E, X_E(F) = {F, E}",
+                "Prop 4.9, proof",
+                "the field at the inverse, and Tι by duals; E is the odd part of a random quadratic function",
+                Question::Invariant,
+                &[EVEN_PART, INVERSE_KEEPS_U, ENDS_KEPT, LAMBDA_FLIPPED, ADJOINT_MISSING]
+            ),
+            law!(
+                "odd-hamiltonian-tangent",
+                "X_E is tangent to the units there, for E∘ι = −E, X_E(F) = {F, E}",
+                "Prop 4.9",
+                "X_E against Tε Tα X_E, by duals of ε and α; E is the odd part of a random quadratic function",
+                Question::Tangent,
+                &[EVEN_PART, LAMBDA_FLIPPED, MU_FLIPPED, GROUP_SIGN]
+            ),
+        ]
+    }
+}
 
 #[derive(Clone, Copy)]
 enum Question {
@@ -121,7 +127,7 @@ enum Question {
 
 #[derive(Clone, Copy)]
 struct Check<'a> {
-    case: &'a Case,
+    case: &'a dyn Debug,
     fault: Option<&'a Fault>,
     question: Question,
 }
@@ -129,7 +135,10 @@ struct Check<'a> {
 impl<T: Real> Visitor<T> for Check<'_> {
     type Output = Measured;
 
-    fn visit<const N: usize, const D: usize, R: Retraction<T, N, D>>(self, system: System<T, N, D, R>) -> Measured {
+    fn visit<const N: usize, const D: usize, R: Retraction<T, N, D>, L: Lagrangian<T, N>, F: Force<T, N>>(
+        self,
+        system: System<T, N, D, R, L, F>,
+    ) -> Measured {
         let mut probe = Probe::new(self.case, 11);
         let Some(group) = &system.group else {
             return Measured::NotApplicable("the algebra has no group".into());

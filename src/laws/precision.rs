@@ -7,10 +7,11 @@
 //! one scalar only (a series cut too early, a switch at the wrong place) shows as well.
 
 use super::planted::retraction::Plant;
+use super::source::Source;
 use crate::harness::evidence::{self, Evidence, Wanted};
 use crate::harness::{Fault, Verdict, guarded};
 use crate::scalar::{Dd, Real};
-use crate::system::{Case, CaseError, Visitor};
+use crate::system::{CaseError, Visitor};
 
 /// How far the amplification of rounding may differ between the two precisions: both are samples of one distribution,
 /// whose spread over the operation orders of a case has been about 30.
@@ -59,12 +60,12 @@ impl Measured {
 
 /// The verdict from the two evaluations of `visitor` on `case`, with the fault planted in its retraction if it is one of
 /// [`retraction::ALL`](super::planted::retraction::ALL).
-pub fn settle<V>(case: &Case, fault: Option<&Fault>, visitor: V) -> Verdict
+pub fn settle<S: Source, V>(case: &S, fault: Option<&Fault>, visitor: V) -> Verdict
 where
     V: Visitor<f64, Output = Measured> + Visitor<Dd, Output = Measured> + Clone,
 {
-    let double = case.dispatch_with::<f64, V>(&Plant(fault), visitor.clone());
-    both(double, || case.dispatch_with::<Dd, V>(&Plant(fault), visitor))
+    let double = case.visit::<f64, _>(&Plant(fault), visitor.clone());
+    both(double, || case.visit::<Dd, _>(&Plant(fault), visitor))
 }
 
 fn both(double: Result<Measured, CaseError>, quad: impl FnOnce() -> Result<Measured, CaseError>) -> Verdict {
@@ -101,41 +102,41 @@ fn compare(double: Measured, quad: Measured) -> Verdict {
     }
 }
 
-/// The same for the dimensions of [`Case::dispatch_main_with`], which is half as much to compile.
-pub fn settle_main<V>(case: &Case, fault: Option<&Fault>, visitor: V) -> Verdict
+/// The same for the dimensions of [`Source::visit_main`], which is half as much to compile.
+pub fn settle_main<S: Source, V>(case: &S, fault: Option<&Fault>, visitor: V) -> Verdict
 where
     V: Visitor<f64, Output = Measured> + Visitor<Dd, Output = Measured> + Clone,
 {
-    let double = case.dispatch_main_with::<f64, V>(&Plant(fault), visitor.clone());
-    both(double, || case.dispatch_main_with::<Dd, V>(&Plant(fault), visitor))
+    let double = case.visit_main::<f64, _>(&Plant(fault), visitor.clone());
+    both(double, || case.visit_main::<Dd, _>(&Plant(fault), visitor))
 }
 
 /// The same, with the 32 digits left out when s N, the number of unknowns of a step, is above `most`: there a step in
 /// 32 digits costs too much for a law that runs on every case, and the floor alone is the bound.
-pub fn settle_small<V>(case: &Case, fault: Option<&Fault>, visitor: V, most: usize) -> Verdict
+pub fn settle_small<S: Source, V>(case: &S, fault: Option<&Fault>, visitor: V, most: usize) -> Verdict
 where
     V: Visitor<f64, Output = Measured> + Visitor<Dd, Output = Measured> + Clone,
 {
-    match case.unknowns() {
+    match case.case().unknowns() {
         Ok(unknowns) if unknowns <= most => settle(case, fault, visitor),
         Ok(_) => small(
-            || case.dispatch_with::<f64, V>(&Plant(fault), visitor.clone()),
-            || case.dispatch_with::<Dd, V>(&Plant(fault), visitor.clone()),
+            || case.visit::<f64, _>(&Plant(fault), visitor.clone()),
+            || case.visit::<Dd, _>(&Plant(fault), visitor.clone()),
         ),
         Err(e) => Verdict::broken(format!("a generated case cannot be built: {e}")),
     }
 }
 
-/// [`settle_small`] for the dimensions of [`Case::dispatch_main_with`].
-pub fn settle_main_small<V>(case: &Case, fault: Option<&Fault>, visitor: V, most: usize) -> Verdict
+/// [`settle_small`] for the dimensions of [`Source::visit_main`].
+pub fn settle_main_small<S: Source, V>(case: &S, fault: Option<&Fault>, visitor: V, most: usize) -> Verdict
 where
     V: Visitor<f64, Output = Measured> + Visitor<Dd, Output = Measured> + Clone,
 {
-    match case.unknowns() {
+    match case.case().unknowns() {
         Ok(unknowns) if unknowns <= most => settle_main(case, fault, visitor),
         Ok(_) => small(
-            || case.dispatch_main_with::<f64, V>(&Plant(fault), visitor.clone()),
-            || case.dispatch_main_with::<Dd, V>(&Plant(fault), visitor.clone()),
+            || case.visit_main::<f64, _>(&Plant(fault), visitor.clone()),
+            || case.visit_main::<Dd, _>(&Plant(fault), visitor.clone()),
         ),
         Err(e) => Verdict::broken(format!("a generated case cannot be built: {e}")),
     }

@@ -3,7 +3,6 @@
 //! In 32 digits, on steps that shrink to where nothing but rounding is left ([`Rung::shrinking`]): a term of lower order shows
 //! however small its coefficient. The reference is a classical Gauss method on the vector field of (μ, g).
 
-use super::CaseLaw;
 use super::integrators::subject;
 use super::planted::retraction::{INVERSE_MISSING, Plant};
 use super::planted::step::{
@@ -11,13 +10,16 @@ use super::planted::step::{
     SWAPPED_SECOND, UNCONJUGATED,
 };
 use super::planted::tableau::{COEFFICIENT, WRONG_STAGE, planted};
+use super::{CaseLaw, Source};
 use crate::harness::{Cost, Fault, Verdict, evidence};
 use crate::integrators::MuntheKaas;
 use crate::mechanics::equations::EulerPoincare;
+use crate::mechanics::{Force, Lagrangian};
 use crate::retraction::Retraction;
 use crate::scalar::Dd;
 use crate::study::{Comparison, Findings, Rung, Study, problem, reference};
-use crate::system::{Case, Cases, System, Visitor, cases};
+use crate::system::case::Method;
+use crate::system::{Cases, FileError, System, Visitor};
 use crate::tableau::{Classic, Description, Family, Order, Tableau, classical_order, known, variational_order};
 use proptest::sample::select;
 use proptest::strategy::{BoxedStrategy, Strategy, Union};
@@ -38,46 +40,50 @@ const VARIATIONS: i64 = 3;
 const HIGHEST: usize = 10;
 
 /// The laws of this file.
-pub static LAWS: &[CaseLaw] = &[
-    CaseLaw {
-        name: "order-predicted",
-        statement: "the variational integrator has the order of the pair (a, â) in (μ, g), neither more nor less, for any tableau",
-        source: "Martín de Diego and Sato Martín de Almagro 2019, Thm 5.4",
-        oracle: ORACLE,
-        bound: BOUND,
-        cost: Cost::Moderate,
-        faults: &[
-            INVERSE_SECOND,
-            NO_SECOND,
-            SWAPPED_SECOND,
-            FORCE_INDEX,
-            UNCONJUGATED,
-            NO_FORCE,
-            NOT_TRANSPORTED,
-            FIRST_STAGE,
-            INVERTED,
-            FROM_LEFT,
-            ORDER_TWO,
-            COEFFICIENT,
-        ],
-        cases: || smooth().with_tableaux(tableaux()).boxed(),
-        check: |case, fault| check(case, fault, Which::Variational),
-    },
-    CaseLaw {
-        name: "order-munthe-kaas",
-        statement: "a Runge–Kutta–Munthe-Kaas method has the classical order of its tableau in (μ, g)",
-        source: "Munthe-Kaas 1999, Thm 3.3",
-        oracle: ORACLE,
-        bound: BOUND,
-        cost: Cost::Expensive,
-        faults: &[WRONG_STAGE, INVERSE_MISSING],
-        cases: || smooth().with_tableaux(tableaux()).boxed(),
-        check: |case, fault| check(case, fault, Which::MuntheKaas),
-    },
-];
+pub const fn laws<S: Source>() -> &'static [CaseLaw<S>] {
+    const {
+        &[
+            CaseLaw {
+                name: "order-predicted",
+                statement: "the variational integrator has the order of the pair (a, â) in (μ, g), neither more nor less, for any tableau",
+                source: "Martín de Diego and Sato Martín de Almagro 2019, Thm 5.4",
+                oracle: ORACLE,
+                bound: BOUND,
+                cost: Cost::Moderate,
+                faults: &[
+                    INVERSE_SECOND,
+                    NO_SECOND,
+                    SWAPPED_SECOND,
+                    FORCE_INDEX,
+                    UNCONJUGATED,
+                    NO_FORCE,
+                    NOT_TRANSPORTED,
+                    FIRST_STAGE,
+                    INVERTED,
+                    FROM_LEFT,
+                    ORDER_TWO,
+                    COEFFICIENT,
+                ],
+                cases: |cases| smooth(cases).with_tableaux(tableaux()).boxed(),
+                check: |case, fault| check(case, fault, Which::Variational),
+            },
+            CaseLaw {
+                name: "order-munthe-kaas",
+                statement: "a Runge–Kutta–Munthe-Kaas method has the classical order of its tableau in (μ, g)",
+                source: "Munthe-Kaas 1999, Thm 3.3",
+                oracle: ORACLE,
+                bound: BOUND,
+                cost: Cost::Expensive,
+                faults: &[WRONG_STAGE, INVERSE_MISSING],
+                cases: |cases| smooth(cases).with_tableaux(tableaux()).boxed(),
+                check: |case, fault| check(case, fault, Which::MuntheKaas),
+            },
+        ]
+    }
+}
 
-fn smooth() -> Cases {
-    cases().forced_nonabelian().smooth().with_group().main_dimensions()
+fn smooth(cases: Cases) -> Cases {
+    cases.forced_nonabelian().smooth().with_group().main_dimensions()
 }
 
 /// Tableaux of known order 1 to 6, every class of them; one in five has a name, its order at most 6 too.
@@ -139,11 +145,8 @@ impl Measured {
 
 /// As predicted or below decides. Above, the case may be special: then its variations are asked, and a body without symmetry;
 /// if the order shows on one of them, it is the order of the method, which is the least that any system shows.
-fn check(case: &Case, fault: Option<&Fault>, which: Which) -> Verdict {
-    let measure = |case: &Case| match case.dispatch_main_with::<Dd, _>(&Plant(fault), Descent { fault, which }) {
-        Ok(measured) => Ok(measured),
-        Err(e) => Err(Verdict::broken(format!("a generated case cannot be built: {e}"))),
-    };
+fn check<S: Source>(case: &S, fault: Option<&Fault>, which: Which) -> Verdict {
+    let measure = |case: &S| measure(case, fault, which);
     let first = match measure(case) {
         Ok(measured) => measured,
         Err(verdict) => return verdict,
@@ -153,19 +156,14 @@ fn check(case: &Case, fault: Option<&Fault>, which: Which) -> Verdict {
     }
     let mut above = matches!(first.comparison, Comparison::Above { .. });
     for k in 1..=VARIATIONS {
-        match measure(&problem::varied(case, k)) {
+        match measure(&case.with_case(problem::varied(case.case(), k))) {
             Ok(Measured { comparison: Comparison::Above { .. }, .. }) => above = true,
             Ok(Measured { comparison: Comparison::Exact | Comparison::Unknown { .. }, .. }) => {}
             Ok(decided) => return decided.verdict(&format!(" of variation {k} of the system")),
             Err(verdict) => return verdict,
         }
     }
-    let generic = problem::generic().map(|file| {
-        let mut generic = file.case;
-        generic.method = case.method.clone();
-        measure(&generic)
-    });
-    match generic {
+    match on_generic(&case.case().method, fault, which) {
         Ok(Ok(other)) => match other.comparison {
             Comparison::As { .. } => {
                 other.verdict(GENERIC);
@@ -179,6 +177,20 @@ fn check(case: &Case, fault: Option<&Fault>, which: Which) -> Verdict {
     }
 }
 
+fn measure<S: Source>(case: &S, fault: Option<&Fault>, which: Which) -> Result<Measured, Verdict> {
+    let measured = case.visit_main::<Dd, _>(&Plant(fault), Descent { fault, which });
+    measured.map_err(|e| Verdict::broken(format!("a generated case cannot be built: {e}")))
+}
+
+/// The same on a body without symmetry; compiled here once, whatever the source.
+fn on_generic(method: &Method, fault: Option<&Fault>, which: Which) -> Result<Result<Measured, Verdict>, FileError> {
+    problem::generic().map(|file| {
+        let mut generic = file.case;
+        generic.method = method.clone();
+        measure(&generic, fault, which)
+    })
+}
+
 /// The errors of a method on a system, down to round-off.
 struct Descent<'a> {
     fault: Option<&'a Fault>,
@@ -188,7 +200,10 @@ struct Descent<'a> {
 impl Visitor<Dd> for Descent<'_> {
     type Output = Measured;
 
-    fn visit<const N: usize, const D: usize, R: Retraction<Dd, N, D>>(self, system: System<Dd, N, D, R>) -> Measured {
+    fn visit<const N: usize, const D: usize, R: Retraction<Dd, N, D>, L: Lagrangian<Dd, N>, F: Force<Dd, N>>(
+        self,
+        system: System<Dd, N, D, R, L, F>,
+    ) -> Measured {
         let order = self.which.order(&system.tableau).order as u32;
         let (l, f, r) = (&system.lagrangian, &system.force, &system.retraction);
         let body = EulerPoincare::new(system.algebra.clone(), l, f);

@@ -5,7 +5,7 @@
 
 use crate::algebra::{Covector, Vector};
 use crate::scalar::Scalar;
-use crate::system::Case;
+use std::fmt::Debug;
 
 /// The stream of a case.
 #[derive(Clone, Debug)]
@@ -13,7 +13,7 @@ pub struct Probe(u64);
 
 impl Probe {
     /// The stream of `case`; `salt` tells the uses within a law apart.
-    pub fn new(case: &Case, salt: u64) -> Self {
+    pub fn new(case: &dyn Debug, salt: u64) -> Self {
         let text = format!("{case:?}");
         let hash = text
             .bytes()

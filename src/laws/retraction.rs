@@ -2,95 +2,101 @@
 //!
 //! The oracle of every tangent is the derivative of τ (or of the tangent below it) on dual numbers.
 
-use super::CaseLaw;
 use super::planted::retraction::{
     ADJOINT_INVERTED, BERNOULLI, CUT_INVERSE, INVERSE_MISSING, RIGHT_TANGENT, SECOND_MISSING, SECOND_OF_INVERSE,
     SECOND_SIGN, SECOND_SWAPPED, SHIFTED,
 };
 use super::precision::{Measured, settle};
 use super::probe::Probe;
+use super::{CaseLaw, Source};
 use crate::algebra::{Matrix, Vector};
 use crate::group::LieGroup;
 use crate::harness::Cost;
+use crate::mechanics::{Force, Lagrangian};
 use crate::retraction::{Retraction, RetractionError, TangentPoint};
 use crate::scalar::dual::derivative;
 use crate::scalar::{Real, Scalar};
-use crate::system::{Case, System, Visitor, cases};
+use crate::system::{System, Visitor};
 use proptest::strategy::Strategy;
+use std::fmt::Debug;
 
 const SOURCE: &str = "Martín de Diego and Sato Martín de Almagro 2019, §5.2";
 const DUALS: &str = "the derivative on dual numbers";
 const BOUND: &str = "two precisions; floor 64 N u, the operations of an N×N product with safety 64/N";
 
 /// The laws of this file.
-pub static LAWS: &[CaseLaw] = &[
-    CaseLaw {
-        name: "retraction-inverse",
-        statement: "τ(−ξ) τ(ξ) = e",
-        source: SOURCE,
-        oracle: "the matrix product",
-        bound: BOUND,
-        cost: Cost::Cheap,
-        faults: &[SHIFTED],
-        cases: || cases().with_group().boxed(),
-        check: |case, fault| settle(case, fault, Check { case, which: Which::Inverse }),
-    },
-    CaseLaw {
-        name: "retraction-logarithm",
-        statement: "τ⁻¹(τ(ξ)) = ξ for |ξ| ≤ 1",
-        source: SOURCE,
-        oracle: "composition of two separate algorithms",
-        bound: BOUND,
-        cost: Cost::Cheap,
-        faults: &[CUT_INVERSE],
-        cases: || cases().with_group().boxed(),
-        check: |case, fault| settle(case, fault, Check { case, which: Which::Logarithm }),
-    },
-    CaseLaw {
-        name: "retraction-tangent",
-        statement: "T_ξ τ(δ) = τ(ξ) dτ_ξ δ",
-        source: SOURCE,
-        oracle: DUALS,
-        bound: BOUND,
-        cost: Cost::Cheap,
-        faults: &[SHIFTED, RIGHT_TANGENT],
-        cases: || cases().with_group().boxed(),
-        check: |case, fault| settle(case, fault, Check { case, which: Which::Tangent }),
-    },
-    CaseLaw {
-        name: "retraction-inverse-tangent",
-        statement: "dτ_ξ⁻¹ dτ_ξ = 1",
-        source: SOURCE,
-        oracle: "the matrix product",
-        bound: BOUND,
-        cost: Cost::Cheap,
-        faults: &[RIGHT_TANGENT, BERNOULLI, INVERSE_MISSING],
-        cases: || cases().boxed(),
-        check: |case, fault| settle(case, fault, Check { case, which: Which::InverseTangent }),
-    },
-    CaseLaw {
-        name: "retraction-second-tangent",
-        statement: "∂_ξ(dτ_ξ η) δ = dτ_ξ ddτ_ξ(η, δ), and p ddτ_ξ(η, ·) agrees with its adjoint form",
-        source: SOURCE,
-        oracle: DUALS,
-        bound: BOUND,
-        cost: Cost::Cheap,
-        faults: &[SECOND_MISSING, SECOND_SIGN, SECOND_SWAPPED, SECOND_OF_INVERSE],
-        cases: || cases().boxed(),
-        check: |case, fault| settle(case, fault, Check { case, which: Which::SecondTangent }),
-    },
-    CaseLaw {
-        name: "retraction-adjoint",
-        statement: "Ad_{τ(ξ)} = dτ_{−ξ} dτ_ξ⁻¹, Ad_{τ(ξ)}⁻¹ = dτ_ξ dτ_{−ξ}⁻¹",
-        source: SOURCE,
-        oracle: "conjugation of the basis by the matrix τ(ξ)",
-        bound: BOUND,
-        cost: Cost::Cheap,
-        faults: &[SHIFTED, ADJOINT_INVERTED],
-        cases: || cases().with_group().boxed(),
-        check: |case, fault| settle(case, fault, Check { case, which: Which::Adjoint }),
-    },
-];
+pub const fn laws<S: Source>() -> &'static [CaseLaw<S>] {
+    const {
+        &[
+            CaseLaw {
+                name: "retraction-inverse",
+                statement: "τ(−ξ) τ(ξ) = e",
+                source: SOURCE,
+                oracle: "the matrix product",
+                bound: BOUND,
+                cost: Cost::Cheap,
+                faults: &[SHIFTED],
+                cases: |cases| cases.with_group().boxed(),
+                check: |case, fault| settle(case, fault, Check { case, which: Which::Inverse }),
+            },
+            CaseLaw {
+                name: "retraction-logarithm",
+                statement: "τ⁻¹(τ(ξ)) = ξ for |ξ| ≤ 1",
+                source: SOURCE,
+                oracle: "composition of two separate algorithms",
+                bound: BOUND,
+                cost: Cost::Cheap,
+                faults: &[CUT_INVERSE],
+                cases: |cases| cases.with_group().boxed(),
+                check: |case, fault| settle(case, fault, Check { case, which: Which::Logarithm }),
+            },
+            CaseLaw {
+                name: "retraction-tangent",
+                statement: "T_ξ τ(δ) = τ(ξ) dτ_ξ δ",
+                source: SOURCE,
+                oracle: DUALS,
+                bound: BOUND,
+                cost: Cost::Cheap,
+                faults: &[SHIFTED, RIGHT_TANGENT],
+                cases: |cases| cases.with_group().boxed(),
+                check: |case, fault| settle(case, fault, Check { case, which: Which::Tangent }),
+            },
+            CaseLaw {
+                name: "retraction-inverse-tangent",
+                statement: "dτ_ξ⁻¹ dτ_ξ = 1",
+                source: SOURCE,
+                oracle: "the matrix product",
+                bound: BOUND,
+                cost: Cost::Cheap,
+                faults: &[RIGHT_TANGENT, BERNOULLI, INVERSE_MISSING],
+                cases: |cases| cases.boxed(),
+                check: |case, fault| settle(case, fault, Check { case, which: Which::InverseTangent }),
+            },
+            CaseLaw {
+                name: "retraction-second-tangent",
+                statement: "∂_ξ(dτ_ξ η) δ = dτ_ξ ddτ_ξ(η, δ), and p ddτ_ξ(η, ·) agrees with its adjoint form",
+                source: SOURCE,
+                oracle: DUALS,
+                bound: BOUND,
+                cost: Cost::Cheap,
+                faults: &[SECOND_MISSING, SECOND_SIGN, SECOND_SWAPPED, SECOND_OF_INVERSE],
+                cases: |cases| cases.boxed(),
+                check: |case, fault| settle(case, fault, Check { case, which: Which::SecondTangent }),
+            },
+            CaseLaw {
+                name: "retraction-adjoint",
+                statement: "Ad_{τ(ξ)} = dτ_{−ξ} dτ_ξ⁻¹, Ad_{τ(ξ)}⁻¹ = dτ_ξ dτ_{−ξ}⁻¹",
+                source: SOURCE,
+                oracle: "conjugation of the basis by the matrix τ(ξ)",
+                bound: BOUND,
+                cost: Cost::Cheap,
+                faults: &[SHIFTED, ADJOINT_INVERTED],
+                cases: |cases| cases.with_group().boxed(),
+                check: |case, fault| settle(case, fault, Check { case, which: Which::Adjoint }),
+            },
+        ]
+    }
+}
 
 #[derive(Clone, Copy)]
 enum Which {
@@ -104,14 +110,17 @@ enum Which {
 
 #[derive(Clone, Copy)]
 struct Check<'a> {
-    case: &'a Case,
+    case: &'a dyn Debug,
     which: Which,
 }
 
 impl<T: Real> Visitor<T> for Check<'_> {
     type Output = Measured;
 
-    fn visit<const N: usize, const D: usize, R: Retraction<T, N, D>>(self, system: System<T, N, D, R>) -> Measured {
+    fn visit<const N: usize, const D: usize, R: Retraction<T, N, D>, L: Lagrangian<T, N>, F: Force<T, N>>(
+        self,
+        system: System<T, N, D, R, L, F>,
+    ) -> Measured {
         let mut probe = Probe::new(self.case, 1);
         let subject = Subject { system: &system };
         let size = probe.power_of_two::<T>(-30, if matches!(self.which, Which::Logarithm) { -3 } else { 2 });
@@ -133,11 +142,11 @@ impl<T: Real> Visitor<T> for Check<'_> {
     }
 }
 
-struct Subject<'a, T: Real, const N: usize, const D: usize, R> {
-    system: &'a System<T, N, D, R>,
+struct Subject<'a, T: Real, const N: usize, const D: usize, R, L, F> {
+    system: &'a System<T, N, D, R, L, F>,
 }
 
-impl<T: Real, const N: usize, const D: usize, R: Retraction<T, N, D>> Subject<'_, T, N, D, R> {
+impl<T: Real, const N: usize, const D: usize, R: Retraction<T, N, D>, L, F> Subject<'_, T, N, D, R, L, F> {
     fn tau<S: Scalar<Base = T>>(&self, x: &Vector<S, N>) -> Result<Matrix<S, D>, RetractionError> {
         self.system.retraction.tau(x)
     }

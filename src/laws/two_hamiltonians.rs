@@ -1,10 +1,10 @@
 //! Laws of the two Hamiltonians of a forced system: h_f, and h̃_f = E∘(FL×)⁻¹ from the Legendre transform of l_f.
 
-use super::CaseLaw;
 use super::planted::retraction::Plant;
 use super::precision::{Measured, of_relative, settle_main_small};
 use super::probe::Probe;
 use super::subjects::*;
+use super::{CaseLaw, Source};
 use crate::algebra::{Covector, Matrix, Vector, elimination, pair};
 use crate::harness::{Cost, Fault, Verdict, evidence};
 use crate::mechanics::doubled::VelocityError;
@@ -13,50 +13,55 @@ use crate::mechanics::hamiltonian::{DoubledHamiltonian, LegendreHamiltonian};
 use crate::mechanics::{Force, Lagrangian, LegendreError};
 use crate::retraction::Retraction;
 use crate::scalar::{Dd, Real, Scalar, dual};
-use crate::system::{Case, ForceTerm, Motion, System, Visitor, cases};
+use crate::system::{Case, ForceTerm, Motion, System, Visitor};
 use proptest::strategy::Strategy;
+use std::fmt::Debug;
 
 const SOURCE: &str = "Martín de Diego and Sato Martín de Almagro 2019, Thm 4.13";
 
 /// The laws of this file.
-pub static LAWS: &[CaseLaw] = &[
-    CaseLaw {
-        name: "two-hamiltonians-units",
-        statement: "on (μ, e, μ): dh_f = dh̃_f = (−η, −f, η), and the two vector fields are equal",
-        source: SOURCE,
-        oracle: "each Hamiltonian against the other: one is built on the Legendre transform of l, the other on that of l_f",
-        bound: "two precisions; floor 2⁸ N u relative to the terms",
-        cost: Cost::Cheap,
-        faults: &[H_SIGN, H_PLUS],
-        cases: || cases().main_dimensions().with_group().forced().boxed(),
-        check: |case, fault| settle_main_small(case, fault, Check { case, fault, units: true }, 9),
-    },
-    CaseLaw {
-        name: "two-hamiltonians-load",
-        statement: "h_f = h̃_f everywhere, with their vector fields, when f does not depend on the velocity",
-        source: SOURCE,
-        oracle: "each Hamiltonian against the other, off the units",
-        bound: "two precisions; floor 2⁸ N u relative to the terms",
-        cost: Cost::Cheap,
-        faults: &[H_SIGN, H_PLUS],
-        cases: || cases().main_dimensions().with_group().forced().prop_map(loaded).boxed(),
-        check: |case, fault| settle_main_small(case, fault, Check { case, fault, units: false }, 9),
-    },
-    CaseLaw {
-        name: "two-hamiltonians",
-        statement: "off the units, U = τ(x): h̃_f − h_f = ⅛(a_ψ l''(ψ)⁻¹ a_ψᵀ − a_η l''(η)⁻¹ a_ηᵀ) + O(|x|³), a = ⟨f'·, x⟩",
-        source: SOURCE,
-        oracle: "second-order perturbation of the Legendre transform; 32 digits at two sizes of x",
-        bound: "the remainder shrinks by more than 16^2.5 from x to x/16 (theory: 16³), or is below 2¹² N u",
-        cost: Cost::Expensive,
-        faults: &[H_FORCE_ONCE, H_SIGN, H_PLUS],
-        cases: || cases().main_dimensions().with_group().forced().boxed(),
-        check: |case, fault| match case.dispatch_main_with::<Dd, _>(&Plant(fault), Difference { case, fault }) {
-            Ok(verdict) => verdict,
-            Err(e) => Verdict::broken(format!("a generated case cannot be built: {e}")),
-        },
-    },
-];
+pub const fn laws<S: Source>() -> &'static [CaseLaw<S>] {
+    const {
+        &[
+            CaseLaw {
+                name: "two-hamiltonians-units",
+                statement: "on (μ, e, μ): dh_f = dh̃_f = (−η, −f, η), and the two vector fields are equal",
+                source: SOURCE,
+                oracle: "each Hamiltonian against the other: one is built on the Legendre transform of l, the other on that of l_f",
+                bound: "two precisions; floor 2⁸ N u relative to the terms",
+                cost: Cost::Cheap,
+                faults: &[H_SIGN, H_PLUS],
+                cases: |cases| cases.main_dimensions().with_group().forced().boxed(),
+                check: |case, fault| settle_main_small(case, fault, Check { case, fault, units: true }, 9),
+            },
+            CaseLaw {
+                name: "two-hamiltonians-load",
+                statement: "h_f = h̃_f everywhere, with their vector fields, when f does not depend on the velocity",
+                source: SOURCE,
+                oracle: "each Hamiltonian against the other, off the units",
+                bound: "two precisions; floor 2⁸ N u relative to the terms",
+                cost: Cost::Cheap,
+                faults: &[H_SIGN, H_PLUS],
+                cases: |cases| cases.main_dimensions().with_group().forced().prop_map(loaded).boxed(),
+                check: |case, fault| settle_main_small(case, fault, Check { case, fault, units: false }, 9),
+            },
+            CaseLaw {
+                name: "two-hamiltonians",
+                statement: "off the units, U = τ(x): h̃_f − h_f = ⅛(a_ψ l''(ψ)⁻¹ a_ψᵀ − a_η l''(η)⁻¹ a_ηᵀ) + O(|x|³), a = ⟨f'·, x⟩",
+                source: SOURCE,
+                oracle: "second-order perturbation of the Legendre transform; 32 digits at two sizes of x",
+                bound: "the remainder shrinks by more than 16^2.5 from x to x/16 (theory: 16³), or is below 2¹² N u",
+                cost: Cost::Expensive,
+                faults: &[H_FORCE_ONCE, H_SIGN, H_PLUS],
+                cases: |cases| cases.main_dimensions().with_group().forced().boxed(),
+                check: |case, fault| match case.visit_main::<Dd, _>(&Plant(fault), Difference { case, fault }) {
+                    Ok(verdict) => verdict,
+                    Err(e) => Verdict::broken(format!("a generated case cannot be built: {e}")),
+                },
+            },
+        ]
+    }
+}
 
 /// The case with those of its forces that do not depend on the velocity; a constant one if there are none.
 fn loaded(mut case: Case) -> Case {
@@ -74,7 +79,7 @@ fn is_load(force: &ForceTerm) -> bool {
 
 #[derive(Clone, Copy)]
 struct Check<'a> {
-    case: &'a Case,
+    case: &'a dyn Debug,
     fault: Option<&'a Fault>,
     units: bool,
 }
@@ -82,15 +87,18 @@ struct Check<'a> {
 impl<T: Real> Visitor<T> for Check<'_> {
     type Output = Measured;
 
-    fn visit<const N: usize, const D: usize, R: Retraction<T, N, D>>(self, system: System<T, N, D, R>) -> Measured {
+    fn visit<const N: usize, const D: usize, R: Retraction<T, N, D>, L: Lagrangian<T, N>, F: Force<T, N>>(
+        self,
+        system: System<T, N, D, R, L, F>,
+    ) -> Measured {
         self.judge(&system).unwrap_or_else(refused)
     }
 }
 
 impl Check<'_> {
-    fn judge<T: Real, const N: usize, const D: usize, R: Retraction<T, N, D>>(
+    fn judge<T: Real, const N: usize, const D: usize, R: Retraction<T, N, D>, L: Lagrangian<T, N>, F: Force<T, N>>(
         &self,
-        system: &System<T, N, D, R>,
+        system: &System<T, N, D, R, L, F>,
     ) -> Result<Measured, VelocityError> {
         let mut probe = Probe::new(self.case, 16);
         let (time, mu) = (system.state.time, system.state.momentum);
@@ -138,14 +146,17 @@ impl Check<'_> {
 
 /// h̃_f − h_f and its prediction at two sizes of x.
 struct Difference<'a> {
-    case: &'a Case,
+    case: &'a dyn Debug,
     fault: Option<&'a Fault>,
 }
 
 impl Visitor<Dd> for Difference<'_> {
     type Output = Verdict;
 
-    fn visit<const N: usize, const D: usize, R: Retraction<Dd, N, D>>(self, system: System<Dd, N, D, R>) -> Verdict {
+    fn visit<const N: usize, const D: usize, R: Retraction<Dd, N, D>, L: Lagrangian<Dd, N>, F: Force<Dd, N>>(
+        self,
+        system: System<Dd, N, D, R, L, F>,
+    ) -> Verdict {
         self.judge(&system).unwrap_or_else(|error| match refused(error) {
             Measured::NotApplicable(why) => Verdict::not_applicable(why),
             other => Verdict::broken(format!("{other:?}")),
@@ -154,9 +165,9 @@ impl Visitor<Dd> for Difference<'_> {
 }
 
 impl Difference<'_> {
-    fn judge<const N: usize, const D: usize, R: Retraction<Dd, N, D>>(
+    fn judge<const N: usize, const D: usize, R: Retraction<Dd, N, D>, L: Lagrangian<Dd, N>, F: Force<Dd, N>>(
         &self,
-        system: &System<Dd, N, D, R>,
+        system: &System<Dd, N, D, R, L, F>,
     ) -> Result<Verdict, VelocityError> {
         let mut probe = Probe::new(self.case, 17);
         let (time, mu) = (system.state.time, system.state.momentum);

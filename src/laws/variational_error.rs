@@ -4,11 +4,11 @@
 //! Lagrangian in its value, of the doubled step in (λ, U, μ), both off the units, where neither vanishes identically, and
 //! of the restricted step in μ. Their orders r are measured apart and compared with the order of the pair (a, â).
 
-use super::CaseLaw;
 use super::integrators::subject;
 use super::planted::retraction::{Plant, SECOND_MISSING, SECOND_OF_INVERSE, SECOND_SIGN, SECOND_SWAPPED};
 use super::planted::step::{FIRST_STAGE, INVERSE_SECOND, NO_FORCE, NO_SECOND, NOT_TRANSPORTED};
 use super::probe::Probe;
+use super::{CaseLaw, Source};
 use crate::algebra::{Covector, Matrix, Vector};
 use crate::discrete::StageLagrangian;
 use crate::discrete::exact::{ExactSolution, Start};
@@ -18,46 +18,52 @@ use crate::harness::evidence::{self, Evidence};
 use crate::harness::{Cost, Fault, Verdict};
 use crate::integrators::doubled::{Doubled, DoubledState};
 use crate::integrators::{Classical, OneStep, State, StepError};
+use crate::mechanics::Force;
 use crate::mechanics::Lagrangian;
 use crate::mechanics::doubled::{DoubledLagrangian, Forced};
 use crate::mechanics::equations::EulerPoincare;
 use crate::retraction::Retraction;
 use crate::scalar::{Dd, Scalar};
-use crate::system::{Case, System, Visitor, cases};
+use crate::system::{Case, Cases, System, Visitor};
 use crate::tableau::random::{Kind, of_kind};
 use crate::tableau::{Description, Family, variational_order};
 use nalgebra::{ComplexField, RealField};
 use proptest::strategy::{BoxedStrategy, Strategy, Union};
+use std::fmt::Debug;
 
 /// The laws of this file.
-pub static LAWS: &[CaseLaw] = &[CaseLaw {
-    name: "variational-error",
-    statement: "l_d − l_d^e = O(h^{r+1}) along solutions; then the doubled and the restricted flow are of order r",
-    source: "Martín de Diego and Sato Martín de Almagro 2019, Thm 5.4",
-    oracle: "solutions of the reduced Euler–Lagrange equations and of forced Lie–Poisson by collocation of order 16, \
+pub const fn laws<S: Source>() -> &'static [CaseLaw<S>] {
+    const {
+        &[CaseLaw {
+            name: "variational-error",
+            statement: "l_d − l_d^e = O(h^{r+1}) along solutions; then the doubled and the restricted flow are of order r",
+            source: "Martín de Diego and Sato Martín de Almagro 2019, Thm 5.4",
+            oracle: "solutions of the reduced Euler–Lagrange equations and of forced Lie–Poisson by collocation of order 16, \
              with their action; the order r computed from the bicoloured trees",
-    bound: "a quarter: half the way to the point that is as near to the next integer; for each of the three numbers",
-    cost: Cost::Heavy,
-    faults: &[
-        SECOND_MISSING,
-        SECOND_SIGN,
-        SECOND_SWAPPED,
-        SECOND_OF_INVERSE,
-        NO_SECOND,
-        INVERSE_SECOND,
-        NO_FORCE,
-        NOT_TRANSPORTED,
-        FIRST_STAGE,
-    ],
-    cases: generator,
-    check: |case, fault| match case.dispatch_main_with::<Dd, _>(&Plant(fault), Study { case, fault }) {
-        Ok(verdict) => verdict,
-        Err(e) => Verdict::broken(format!("a generated case cannot be built: {e}")),
-    },
-}];
+            bound: "a quarter: half the way to the point that is as near to the next integer; for each of the three numbers",
+            cost: Cost::Heavy,
+            faults: &[
+                SECOND_MISSING,
+                SECOND_SIGN,
+                SECOND_SWAPPED,
+                SECOND_OF_INVERSE,
+                NO_SECOND,
+                INVERSE_SECOND,
+                NO_FORCE,
+                NOT_TRANSPORTED,
+                FIRST_STAGE,
+            ],
+            cases: generator,
+            check: |case, fault| match case.visit_main::<Dd, _>(&Plant(fault), Study { case, fault }) {
+                Ok(verdict) => verdict,
+                Err(e) => Verdict::broken(format!("a generated case cannot be built: {e}")),
+            },
+        }]
+    }
+}
 
 /// The families that the theorem is measured on, and random tableaux.
-fn generator() -> BoxedStrategy<Case> {
+fn generator(cases: Cases) -> BoxedStrategy<Case> {
     let families = [
         (Family::Gauss, 1),
         (Family::Gauss, 2),
@@ -73,7 +79,7 @@ fn generator() -> BoxedStrategy<Case> {
         (2, proptest::sample::select(families).boxed()),
         (1, proptest::sample::select(RANDOM.to_vec()).prop_flat_map(of_kind).boxed()),
     ]);
-    cases().main_dimensions().forced_nonabelian().smooth().with_group().with_tableaux(tableaux).boxed()
+    cases.main_dimensions().forced_nonabelian().smooth().with_group().with_tableaux(tableaux).boxed()
 }
 
 /// Random tableaux of orders 1 to 3, symplectic or not.
@@ -96,14 +102,17 @@ const QUANTITIES: [&str; 3] = ["the discrete Lagrangian", "the doubled flow", "t
 type Errors = [Vec<Level>; 3];
 
 struct Study<'a> {
-    case: &'a Case,
+    case: &'a dyn Debug,
     fault: Option<&'a Fault>,
 }
 
 impl Visitor<Dd> for Study<'_> {
     type Output = Verdict;
 
-    fn visit<const N: usize, const D: usize, R: Retraction<Dd, N, D>>(self, system: System<Dd, N, D, R>) -> Verdict {
+    fn visit<const N: usize, const D: usize, R: Retraction<Dd, N, D>, L: Lagrangian<Dd, N>, F: Force<Dd, N>>(
+        self,
+        system: System<Dd, N, D, R, L, F>,
+    ) -> Verdict {
         let order = variational_order(&system.tableau, 8).order as u32;
         let mut probe = Probe::new(self.case, 40);
         let (x, shift) = (probe.vector::<Dd, N>(), probe.vector::<Dd, N>());
@@ -166,9 +175,9 @@ fn one(what: &str, levels: &[Level], order: u32) -> Verdict {
 }
 
 impl Study<'_> {
-    fn errors<const N: usize, const D: usize, R: Retraction<Dd, N, D>>(
+    fn errors<const N: usize, const D: usize, R: Retraction<Dd, N, D>, L: Lagrangian<Dd, N>, F: Force<Dd, N>>(
         &self,
-        system: &System<Dd, N, D, R>,
+        system: &System<Dd, N, D, R, L, F>,
         x: &Vector<Dd, N>,
         shift: &Vector<Dd, N>,
         h: Dd,
@@ -227,8 +236,8 @@ fn legendre<const N: usize, const D: usize>(
 }
 
 /// μ of forced Lie–Poisson at each of the times, by a classical Gauss method with 8 stages.
-fn momenta<const N: usize, const D: usize, R>(
-    system: &System<Dd, N, D, R>,
+fn momenta<const N: usize, const D: usize, R, L: Lagrangian<Dd, N>, F: Force<Dd, N>>(
+    system: &System<Dd, N, D, R, L, F>,
     times: &[Dd],
 ) -> Result<Vec<Covector<Dd, N>>, StepError> {
     let equations = EulerPoincare::new(system.algebra.clone(), &system.lagrangian, &system.force);

@@ -161,9 +161,9 @@ struct Look;
 impl Visitor<f64> for Look {
     type Output = Vec<Warning>;
 
-    fn visit<const N: usize, const D: usize, R: Retraction<f64, N, D>>(
+    fn visit<const N: usize, const D: usize, R: Retraction<f64, N, D>, L: Lagrangian<f64, N>, F: Force<f64, N>>(
         self,
-        system: System<f64, N, D, R>,
+        system: System<f64, N, D, R, L, F>,
     ) -> Vec<Warning> {
         let body = EulerPoincare::new(system.algebra.clone(), &system.lagrangian, &system.force);
         warnings(&body, &system.state, 8.0 * system.step)

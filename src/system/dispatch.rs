@@ -11,10 +11,10 @@ use crate::algebra::catalogue::Entry;
 use crate::algebra::{Casimir, Covector, LieAlgebra, Matrix, Vector};
 use crate::group::{LieGroup, MatrixGroup};
 use crate::integrators::State;
-use crate::mechanics::Lagrangian;
 use crate::mechanics::force::ForceError;
 use crate::mechanics::force::{AnyForce, Constant, DoubleBracket, LinearDrag, Metriplectic, Periodic, QuadraticDrag};
 use crate::mechanics::lagrangian::{AnyLagrangian, Quadratic, Quartic};
+use crate::mechanics::{Force, Lagrangian};
 use crate::retraction::{AnyRetraction, Cayley, Exponential, Retraction};
 use crate::scalar::{Number, Real};
 use crate::tableau::families::MAX_STAGES;
@@ -22,15 +22,15 @@ use crate::tableau::{Description, Entries, Tableau, TableauError};
 
 /// A case, built: every part typed, every number in `T`.
 #[derive(Clone, Debug)]
-pub struct System<T: Real, const N: usize, const D: usize, R> {
+pub struct System<T: Real, const N: usize, const D: usize, R, L = AnyLagrangian<T, N>, F = AnyForce<T, N>> {
     /// g, in the case's basis.
     pub algebra: LieAlgebra<T, N>,
     /// G; `None` when the algebra is given by structure constants alone.
     pub group: Option<MatrixGroup<T, N, D>>,
     /// l.
-    pub lagrangian: AnyLagrangian<T, N>,
+    pub lagrangian: L,
     /// f.
-    pub force: AnyForce<T, N>,
+    pub force: F,
     /// τ.
     pub retraction: R,
     /// (a, b).
@@ -43,13 +43,16 @@ pub struct System<T: Real, const N: usize, const D: usize, R> {
     pub casimirs: Vec<Casimir<T, N>>,
 }
 
-/// What is done with a system, whatever its dimension.
+/// What is done with a system, whatever its dimension, retraction, Lagrangian and force.
 pub trait Visitor<T: Real> {
     /// The result.
     type Output;
 
     /// Does it.
-    fn visit<const N: usize, const D: usize, R: Retraction<T, N, D>>(self, system: System<T, N, D, R>) -> Self::Output;
+    fn visit<const N: usize, const D: usize, R: Retraction<T, N, D>, L: Lagrangian<T, N>, F: Force<T, N>>(
+        self,
+        system: System<T, N, D, R, L, F>,
+    ) -> Self::Output;
 }
 
 /// What is done to the retraction of a system before it is handed on: laws put a spoilt one in its place.
@@ -81,7 +84,11 @@ struct Build;
 impl<T: Real> Visitor<T> for Build {
     type Output = ();
 
-    fn visit<const N: usize, const D: usize, R: Retraction<T, N, D>>(self, _: System<T, N, D, R>) {}
+    fn visit<const N: usize, const D: usize, R: Retraction<T, N, D>, L: Lagrangian<T, N>, F: Force<T, N>>(
+        self,
+        _: System<T, N, D, R, L, F>,
+    ) {
+    }
 }
 
 /// so(3) in its standard basis by itself, and the dimensions listed.

@@ -3,6 +3,7 @@
 use super::case::{Algebra, Case, Inertia, Structure};
 use super::dispatch::{System, Visitor};
 use crate::algebra::catalogue::Entry;
+use crate::mechanics::{Force, Lagrangian};
 use crate::retraction::Retraction;
 use crate::scalar::Number;
 use crate::tableau::{Description, Family};
@@ -37,9 +38,9 @@ struct Class;
 impl Visitor<f64> for Class {
     type Output = (&'static str, bool);
 
-    fn visit<const N: usize, const D: usize, R: Retraction<f64, N, D>>(
+    fn visit<const N: usize, const D: usize, R: Retraction<f64, N, D>, L: Lagrangian<f64, N>, F: Force<f64, N>>(
         self,
-        system: System<f64, N, D, R>,
+        system: System<f64, N, D, R, L, F>,
     ) -> Self::Output {
         let algebra = &system.algebra;
         let class = if algebra.is_abelian() {

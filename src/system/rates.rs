@@ -4,7 +4,7 @@ use super::case::{Case, Force, Tau};
 use super::dispatch::{System, Visitor};
 use crate::algebra::{LieAlgebra, Matrix, Vector};
 use crate::group::LieGroup;
-use crate::mechanics::{Force as _, Lagrangian};
+use crate::mechanics::Lagrangian;
 use crate::retraction::Retraction;
 
 /// The largest unrest of generated cases: well below where stage equations fold (about 1) and τ leaves its domain.
@@ -78,7 +78,11 @@ struct Measure {
 }
 
 /// Whether f is more than rounding somewhere: its terms are of the size strength (1 + |l'(η)|)³ at most, up to the basis.
-fn driven<const N: usize, const D: usize, R>(system: &System<f64, N, D, R>, strength: f64) -> bool {
+fn driven<const N: usize, const D: usize, R, L, F>(system: &System<f64, N, D, R, L, F>, strength: f64) -> bool
+where
+    L: Lagrangian<f64, N>,
+    F: crate::mechanics::Force<f64, N>,
+{
     (0..4).any(|k| {
         let eta = Vector::<f64, N>::from_fn(|a, _| ((7 * a + 3 * k + 1) % 11) as f64 / 8.0 - 0.5);
         let size = strength * (1.0 + system.lagrangian.gradient(&eta).amax()).powi(3);
@@ -101,9 +105,15 @@ fn frequency<const D: usize>(matrix: &Matrix<f64, D>) -> f64 {
 impl Visitor<f64> for Measure {
     type Output = Option<Rates>;
 
-    fn visit<const N: usize, const D: usize, R: Retraction<f64, N, D>>(
+    fn visit<
+        const N: usize,
+        const D: usize,
+        R: Retraction<f64, N, D>,
+        L: Lagrangian<f64, N>,
+        F: crate::mechanics::Force<f64, N>,
+    >(
         self,
-        system: System<f64, N, D, R>,
+        system: System<f64, N, D, R, L, F>,
     ) -> Option<Rates> {
         let algebra: &LieAlgebra<f64, N> = &system.algebra;
         let eta = system.lagrangian.velocity(&system.state.momentum, &Vector::zeros()).ok()?;

@@ -204,7 +204,10 @@ impl<T: Real, const N: usize, L: Lagrangian<T, N>> Row<'_, T, N, L> {
 impl<T: Real> Visitor<T> for Run<'_, T> {
     type Output = Ended;
 
-    fn visit<const N: usize, const D: usize, R: Retraction<T, N, D>>(self, system: System<T, N, D, R>) -> Ended {
+    fn visit<const N: usize, const D: usize, R: Retraction<T, N, D>, L: Lagrangian<T, N>, F: Force<T, N>>(
+        self,
+        system: System<T, N, D, R, L, F>,
+    ) -> Ended {
         let Self { file, steps, last, recorder } = self;
         let System { lagrangian, force, retraction, tableau, mut state, step, casimirs, .. } = system;
         let columns = Columns::new(&file.case, casimirs.len());

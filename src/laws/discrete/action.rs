@@ -1,10 +1,10 @@
 //! Laws of the extremal action of a tableau.
 
-use super::super::CaseLaw;
 use super::super::integrators::refused as step_refused;
 use super::super::planted::blend_scalar;
 use super::super::precision::{Measured, settle_main_small};
 use super::super::probe::Probe;
+use super::super::{CaseLaw, Source};
 use super::{
     CONJUGATE, DOUBLED, KEEPS_U, NO_U, Planted, U_RIGHT, U_SIGN, V_RIGHT, VALUE, compare, inverse, outside, refused,
 };
@@ -14,74 +14,80 @@ use crate::discrete::{DiscreteLagrangian, StageLagrangian, Triple};
 use crate::group::LieGroup;
 use crate::harness::{Cost, Fault};
 use crate::integrators::{Doubled, DoubledState, OneStep, Variational};
+use crate::mechanics::Force;
 use crate::mechanics::Lagrangian;
 use crate::mechanics::doubled::Forced;
-use crate::mechanics::force::AnyForce;
-use crate::mechanics::lagrangian::AnyLagrangian;
 use crate::retraction::Retraction;
 use crate::scalar::Real;
-use crate::system::{Case, System, Visitor, cases};
+use crate::system::{System, Visitor};
 use crate::tableau::Tableau;
 use proptest::strategy::Strategy;
+use std::fmt::Debug;
 
 /// The laws of this file.
-pub static LAWS: &[CaseLaw] = &[
-    CaseLaw {
-        name: "discrete-slopes",
-        statement: "the slopes of the extremal action: ∂l_d/∂v = θ, ∂l_d/∂w = φ, ∂l_d/∂U at fixed stages; L* = Ad* R*",
-        source: "Martín de Diego and Sato Martín de Almagro 2019, §5, before (5.2), and §5.2",
-        oracle: "differences of the extremal values, each with its own stages, and Ad by conjugation of matrices",
-        bound: "two precisions; rounding of V moves values by p u, p a slope: floor 2⁶ s N p u/ε, ε = 2⁻¹² (f64), 2⁻²⁴ (dd)",
-        cost: Cost::Cheap,
-        faults: &[VALUE, V_RIGHT, U_RIGHT, DOUBLED],
-        cases: || cases().main_dimensions().with_group().forced().boxed(),
-        check: |case, fault| settle_main_small(case, fault, Check { case, fault, which: Which::Slopes }, 3),
-    },
-    CaseLaw {
-        name: "doubled-step-generated",
-        statement: "along a doubled step off the units F⁻l_d(V, U, W) = (λ, U, μ) and F⁺l_d(V, U, W) = (λ', U', μ')",
-        source: "Martín de Diego and Sato Martín de Almagro 2019, §5, F± after Prop 5.1, and §5.2",
-        oracle: "the doubled integrator, from the stage equations; l_d has only values, τ and dτ",
-        bound: "two precisions; floor 2⁹ s N u: two solves, of momenta that rounding of V moves by p u/|v|",
-        cost: Cost::Cheap,
-        faults: &[V_RIGHT, U_RIGHT, NO_U, U_SIGN, DOUBLED, CONJUGATE],
-        cases: || cases().main_dimensions().with_group().forced().boxed(),
-        check: |case, fault| settle_main_small(case, fault, Check { case, fault, which: Which::Generated }, 4),
-    },
-    CaseLaw {
-        name: "discrete-antisymmetry",
-        statement: "the extremal action satisfies l_d ∘ ι̌_d = −l_d off the units, ι̌_d(V, U, W) = (W, U⁻¹, V)",
-        source: "Martín de Diego and Sato Martín de Almagro 2019, §5.1, after Prop 5.2, and Thm 5.4",
-        oracle: "the same function at the inverse triple, with its own stages",
-        bound: "two precisions; floor 2⁶ s N u of the momenta, which rounding of V and W is multiplied by",
-        cost: Cost::Cheap,
-        faults: &[KEEPS_U, VALUE],
-        cases: || cases().main_dimensions().with_group().forced().boxed(),
-        check: |case, fault| settle_main_small(case, fault, Check { case, fault, which: Which::Antisymmetry }, 4),
-    },
-    CaseLaw {
-        name: "discrete-flow",
-        statement: "the flow F_{l_d} takes the displacements of one doubled step off the units to those of the next",
-        source: "Martín de Diego and Sato Martín de Almagro 2019, (5.2) and §5.2",
-        oracle: "the doubled integrator; the flow knows momenta only through F±",
-        bound: "two precisions; floor 2¹⁰ s N u of the displacements: nested solves, and two steps",
-        cost: Cost::Expensive,
-        faults: &[NO_U, U_SIGN, CONJUGATE],
-        cases: || cases().main_dimensions().with_group().forced().boxed(),
-        check: |case, fault| settle_main_small(case, fault, Check { case, fault, which: Which::Flow }, 2),
-    },
-    CaseLaw {
-        name: "discrete-restricted-step",
-        statement: "F_{l_d} takes (V, e, V) to a unit, and there it is the restricted step",
-        source: "Martín de Diego and Sato Martín de Almagro 2019, Thm 5.3 and §5.2",
-        oracle: "two steps of the restricted integrator, which knows neither U nor the second copy",
-        bound: "two precisions; floor 2¹⁰ s N u of the displacements: nested solves, and two steps",
-        cost: Cost::Expensive,
-        faults: &[NO_U, U_SIGN, DOUBLED, CONJUGATE],
-        cases: || cases().main_dimensions().with_group().forced().boxed(),
-        check: |case, fault| settle_main_small(case, fault, Check { case, fault, which: Which::Restricted }, 2),
-    },
-];
+pub const fn laws<S: Source>() -> &'static [CaseLaw<S>] {
+    const {
+        &[
+            CaseLaw {
+                name: "discrete-slopes",
+                statement: "the slopes of the extremal action: ∂l_d/∂v = θ, ∂l_d/∂w = φ, ∂l_d/∂U at fixed stages; L* = Ad* R*",
+                source: "Martín de Diego and Sato Martín de Almagro 2019, §5, before (5.2), and §5.2",
+                oracle: "differences of the extremal values, each with its own stages, and Ad by conjugation of matrices",
+                bound: "two precisions; rounding of V moves values by p u, p a slope: floor 2⁶ s N p u/ε, ε = 2⁻¹² (f64), 2⁻²⁴ (dd)",
+                cost: Cost::Cheap,
+                faults: &[VALUE, V_RIGHT, U_RIGHT, DOUBLED],
+                cases: |cases| cases.main_dimensions().with_group().forced().boxed(),
+                check: |case, fault| settle_main_small(case, fault, Check { case, fault, which: Which::Slopes }, 3),
+            },
+            CaseLaw {
+                name: "doubled-step-generated",
+                statement: "along a doubled step off the units F⁻l_d(V, U, W) = (λ, U, μ) and F⁺l_d(V, U, W) = (λ', U', μ')",
+                source: "Martín de Diego and Sato Martín de Almagro 2019, §5, F± after Prop 5.1, and §5.2",
+                oracle: "the doubled integrator, from the stage equations; l_d has only values, τ and dτ",
+                bound: "two precisions; floor 2⁹ s N u: two solves, of momenta that rounding of V moves by p u/|v|",
+                cost: Cost::Cheap,
+                faults: &[V_RIGHT, U_RIGHT, NO_U, U_SIGN, DOUBLED, CONJUGATE],
+                cases: |cases| cases.main_dimensions().with_group().forced().boxed(),
+                check: |case, fault| settle_main_small(case, fault, Check { case, fault, which: Which::Generated }, 4),
+            },
+            CaseLaw {
+                name: "discrete-antisymmetry",
+                statement: "the extremal action satisfies l_d ∘ ι̌_d = −l_d off the units, ι̌_d(V, U, W) = (W, U⁻¹, V)",
+                source: "Martín de Diego and Sato Martín de Almagro 2019, §5.1, after Prop 5.2, and Thm 5.4",
+                oracle: "the same function at the inverse triple, with its own stages",
+                bound: "two precisions; floor 2⁶ s N u of the momenta, which rounding of V and W is multiplied by",
+                cost: Cost::Cheap,
+                faults: &[KEEPS_U, VALUE],
+                cases: |cases| cases.main_dimensions().with_group().forced().boxed(),
+                check: |case, fault| {
+                    settle_main_small(case, fault, Check { case, fault, which: Which::Antisymmetry }, 4)
+                },
+            },
+            CaseLaw {
+                name: "discrete-flow",
+                statement: "the flow F_{l_d} takes the displacements of one doubled step off the units to those of the next",
+                source: "Martín de Diego and Sato Martín de Almagro 2019, (5.2) and §5.2",
+                oracle: "the doubled integrator; the flow knows momenta only through F±",
+                bound: "two precisions; floor 2¹⁰ s N u of the displacements: nested solves, and two steps",
+                cost: Cost::Expensive,
+                faults: &[NO_U, U_SIGN, CONJUGATE],
+                cases: |cases| cases.main_dimensions().with_group().forced().boxed(),
+                check: |case, fault| settle_main_small(case, fault, Check { case, fault, which: Which::Flow }, 2),
+            },
+            CaseLaw {
+                name: "discrete-restricted-step",
+                statement: "F_{l_d} takes (V, e, V) to a unit, and there it is the restricted step",
+                source: "Martín de Diego and Sato Martín de Almagro 2019, Thm 5.3 and §5.2",
+                oracle: "two steps of the restricted integrator, which knows neither U nor the second copy",
+                bound: "two precisions; floor 2¹⁰ s N u of the displacements: nested solves, and two steps",
+                cost: Cost::Expensive,
+                faults: &[NO_U, U_SIGN, DOUBLED, CONJUGATE],
+                cases: |cases| cases.main_dimensions().with_group().forced().boxed(),
+                check: |case, fault| settle_main_small(case, fault, Check { case, fault, which: Which::Restricted }, 2),
+            },
+        ]
+    }
+}
 
 #[derive(Clone, Copy)]
 enum Which {
@@ -94,14 +100,14 @@ enum Which {
 
 #[derive(Clone, Copy)]
 struct Check<'a> {
-    case: &'a Case,
+    case: &'a dyn Debug,
     fault: Option<&'a Fault>,
     which: Which,
 }
 
 /// l_d of a system.
-type Action<'a, T, R, const N: usize, const D: usize> =
-    Planted<'a, StageLagrangian<T, Forced<&'a AnyLagrangian<T, N>, &'a AnyForce<T, N>, &'a R>, &'a R, N, D>>;
+type Action<'a, T, R, L, F, const N: usize, const D: usize> =
+    Planted<'a, StageLagrangian<T, Forced<&'a L, &'a F, &'a R>, &'a R, N, D>>;
 
 /// A point off the units near the motion of a system: V = τ(v), U = τ(x), W = τ(w).
 struct Point<T: Real, const N: usize, const D: usize> {
@@ -113,7 +119,10 @@ struct Point<T: Real, const N: usize, const D: usize> {
 impl<T: Real> Visitor<T> for Check<'_> {
     type Output = Measured;
 
-    fn visit<const N: usize, const D: usize, R: Retraction<T, N, D>>(self, system: System<T, N, D, R>) -> Measured {
+    fn visit<const N: usize, const D: usize, R: Retraction<T, N, D>, L: Lagrangian<T, N>, F: Force<T, N>>(
+        self,
+        system: System<T, N, D, R, L, F>,
+    ) -> Measured {
         let judged = match self.which {
             Which::Slopes => self.slopes(&system),
             Which::Generated => self.generated(&system),
@@ -127,11 +136,11 @@ impl<T: Real> Visitor<T> for Check<'_> {
 
 impl<'a> Check<'a> {
     /// l_d of the step from time t, with the fault planted.
-    fn action<T: Real, const N: usize, const D: usize, R: Retraction<T, N, D>>(
+    fn action<T: Real, const N: usize, const D: usize, R: Retraction<T, N, D>, L: Lagrangian<T, N>, F: Force<T, N>>(
         &self,
-        system: &'a System<T, N, D, R>,
+        system: &'a System<T, N, D, R, L, F>,
         time: T,
-    ) -> Action<'a, T, R, N, D> {
+    ) -> Action<'a, T, R, L, F, N, D> {
         let (l, f, r) = (&system.lagrangian, &system.force, &system.retraction);
         let (here, there) = (&system.tableau, system.tableau.conjugate());
         let size = Fault::size_of(self.fault, CONJUGATE.name);
@@ -145,9 +154,9 @@ impl<'a> Check<'a> {
 }
 
 impl Check<'_> {
-    fn point<T: Real, const N: usize, const D: usize, R: Retraction<T, N, D>>(
+    fn point<T: Real, const N: usize, const D: usize, R: Retraction<T, N, D>, L: Lagrangian<T, N>, F: Force<T, N>>(
         &self,
-        system: &System<T, N, D, R>,
+        system: &System<T, N, D, R, L, F>,
     ) -> Result<Point<T, N, D>, Measured> {
         let mut probe = Probe::new(self.case, 51);
         let eta = system.lagrangian.velocity(&system.state.momentum, &Vector::zeros());
@@ -160,9 +169,9 @@ impl Check<'_> {
         Ok(Point { triple: Triple { v: tau(&v)?, u: tau(&x)?, w: tau(&w)? }, v, w })
     }
 
-    fn slopes<T: Real, const N: usize, const D: usize, R: Retraction<T, N, D>>(
+    fn slopes<T: Real, const N: usize, const D: usize, R: Retraction<T, N, D>, L: Lagrangian<T, N>, F: Force<T, N>>(
         &self,
-        system: &System<T, N, D, R>,
+        system: &System<T, N, D, R, L, F>,
     ) -> Result<Measured, Measured> {
         let point = self.point(system)?;
         let l_d = self.action(system, system.state.time);
@@ -194,9 +203,16 @@ impl Check<'_> {
             .and(sides(system, &mine.w_left, &mine.w_right, &x.w, largest, "W")?))
     }
 
-    fn generated<T: Real, const N: usize, const D: usize, R: Retraction<T, N, D>>(
+    fn generated<
+        T: Real,
+        const N: usize,
+        const D: usize,
+        R: Retraction<T, N, D>,
+        L: Lagrangian<T, N>,
+        F: Force<T, N>,
+    >(
         &self,
-        system: &System<T, N, D, R>,
+        system: &System<T, N, D, R, L, F>,
     ) -> Result<Measured, Measured> {
         let (start, end, x) = &self.doubled_steps(system, 1)?[0];
         let l_d = self.action(system, system.state.time);
@@ -224,9 +240,16 @@ impl Check<'_> {
 
     /// Doubled steps from momenta off the units: start, end and (V, U, W) of each.
     #[allow(clippy::type_complexity)]
-    fn doubled_steps<T: Real, const N: usize, const D: usize, R: Retraction<T, N, D>>(
+    fn doubled_steps<
+        T: Real,
+        const N: usize,
+        const D: usize,
+        R: Retraction<T, N, D>,
+        L: Lagrangian<T, N>,
+        F: Force<T, N>,
+    >(
         &self,
-        system: &System<T, N, D, R>,
+        system: &System<T, N, D, R, L, F>,
         count: usize,
     ) -> Result<Vec<(DoubledState<T, N, D>, DoubledState<T, N, D>, Triple<T, D>)>, Measured> {
         let mut probe = Probe::new(self.case, 53);
@@ -254,9 +277,16 @@ impl Check<'_> {
         Ok(steps)
     }
 
-    fn antisymmetry<T: Real, const N: usize, const D: usize, R: Retraction<T, N, D>>(
+    fn antisymmetry<
+        T: Real,
+        const N: usize,
+        const D: usize,
+        R: Retraction<T, N, D>,
+        L: Lagrangian<T, N>,
+        F: Force<T, N>,
+    >(
         &self,
-        system: &System<T, N, D, R>,
+        system: &System<T, N, D, R, L, F>,
     ) -> Result<Measured, Measured> {
         let point = self.point(system)?;
         let l_d = self.action(system, system.state.time);
@@ -275,9 +305,9 @@ impl Check<'_> {
         }))
     }
 
-    fn flow<T: Real, const N: usize, const D: usize, R: Retraction<T, N, D>>(
+    fn flow<T: Real, const N: usize, const D: usize, R: Retraction<T, N, D>, L: Lagrangian<T, N>, F: Force<T, N>>(
         &self,
-        system: &System<T, N, D, R>,
+        system: &System<T, N, D, R, L, F>,
     ) -> Result<Measured, Measured> {
         let steps = self.doubled_steps(system, 2)?;
         let (previous, next) =
@@ -286,9 +316,16 @@ impl Check<'_> {
         Ok(compare(&found, &steps[1].2, T::one(), 1024.0 * (system.tableau.stages() * N) as f64))
     }
 
-    fn restricted<T: Real, const N: usize, const D: usize, R: Retraction<T, N, D>>(
+    fn restricted<
+        T: Real,
+        const N: usize,
+        const D: usize,
+        R: Retraction<T, N, D>,
+        L: Lagrangian<T, N>,
+        F: Force<T, N>,
+    >(
         &self,
-        system: &System<T, N, D, R>,
+        system: &System<T, N, D, R, L, F>,
     ) -> Result<Measured, Measured> {
         let (l, f, r) = (&system.lagrangian, &system.force, &system.retraction);
         let mut method = Variational::new(l, f, r, system.tableau.clone());
@@ -308,8 +345,8 @@ impl Check<'_> {
 }
 
 /// L*_g F' = Ad*_g R*_g F'.
-fn sides<T: Real, const N: usize, const D: usize, R: Retraction<T, N, D>>(
-    system: &System<T, N, D, R>,
+fn sides<T: Real, const N: usize, const D: usize, R: Retraction<T, N, D>, L: Lagrangian<T, N>, F: Force<T, N>>(
+    system: &System<T, N, D, R, L, F>,
     left: &Covector<T, N>,
     right: &Covector<T, N>,
     element: &Matrix<T, D>,

@@ -1,55 +1,61 @@
 //! Laws of the discrete equations and flows, for random polynomials of the entries of V, U and W.
 
-use super::super::CaseLaw;
 use super::super::precision::{Measured, settle_main, settle_main_small};
 use super::super::probe::Probe;
+use super::super::{CaseLaw, Source};
 use super::{DOUBLED, KEEPS_U, NO_U, Planted, U_SIGN, compare, inverse, outside, refused};
 use crate::algebra::{Matrix, Vector, pair};
 use crate::discrete::legendre::{euler_lagrange, flow};
 use crate::discrete::{Lift, Quadruple, Smooth, SmoothLagrangian, Triple, quadruple};
 use crate::group::{LieGroup, MatrixGroup};
 use crate::harness::{Cost, Fault};
+use crate::mechanics::{Force, Lagrangian};
 use crate::retraction::{Retraction, RetractionError};
 use crate::scalar::{Dual, Real, Scalar};
-use crate::system::{Case, System, Visitor, cases};
+use crate::system::{System, Visitor};
 use proptest::strategy::Strategy;
+use std::fmt::Debug;
 
 /// The laws of this file.
-pub static LAWS: &[CaseLaw] = &[
-    CaseLaw {
-        name: "discrete-euler-lagrange",
-        statement: "the first variation of two steps is ⟨F⁻(k) − F⁺(k−1), (P, Σ)⟩, with U_k = V_{k−1}⁻¹U_{k−1}W_{k−1}",
-        source: "Martín de Diego and Sato Martín de Almagro 2019, Prop 5.1, (5.1) and (5.2)",
-        oracle: "the action of four group elements, their middle ones moved on dual numbers; not at a solution",
-        bound: "two precisions; floor 2⁵ N D u of the slopes and group elements",
-        cost: Cost::Cheap,
-        faults: &[NO_U, U_SIGN],
-        cases: || cases().main_dimensions().with_group().boxed(),
-        check: |case, fault| settle_main(case, fault, Check { case, fault, which: Which::Variation }),
-    },
-    CaseLaw {
-        name: "discrete-units",
-        statement: "if l_d ∘ ι̌_d = −l_d then F_{l_d} takes units (V, e, V) to units",
-        source: "Martín de Diego and Sato Martín de Almagro 2019, Thm 5.3",
-        oracle: "the units themselves; l_d is ½(L − L ∘ ι̌_d) of a random polynomial L",
-        bound: "two precisions; floor 2⁸ N D u of the group elements",
-        cost: Cost::Expensive,
-        faults: &[NO_U, U_SIGN, DOUBLED],
-        cases: || cases().main_dimensions().with_group().boxed(),
-        check: |case, fault| settle_main_small(case, fault, Check { case, fault, which: Which::Units }, 12),
-    },
-    CaseLaw {
-        name: "discrete-reduction",
-        statement: "π ∘ F_{L_d} = F_{l_d} ∘ π for L_d = l_d ∘ π on G⁴, and π ∘ ι_d = ι̌_d ∘ π",
-        source: "Martín de Diego and Sato Martín de Almagro 2019, Thm 5.4 (its proof) and §5",
-        oracle: "the flow on G⁴, from the derivatives of L_d by the four group elements",
-        bound: "two precisions; floor 2⁸ N D u of the group elements",
-        cost: Cost::Expensive,
-        faults: &[NO_U, U_SIGN, KEEPS_U],
-        cases: || cases().main_dimensions().with_group().boxed(),
-        check: |case, fault| settle_main_small(case, fault, Check { case, fault, which: Which::Reduction }, 12),
-    },
-];
+pub const fn laws<S: Source>() -> &'static [CaseLaw<S>] {
+    const {
+        &[
+            CaseLaw {
+                name: "discrete-euler-lagrange",
+                statement: "the first variation of two steps is ⟨F⁻(k) − F⁺(k−1), (P, Σ)⟩, with U_k = V_{k−1}⁻¹U_{k−1}W_{k−1}",
+                source: "Martín de Diego and Sato Martín de Almagro 2019, Prop 5.1, (5.1) and (5.2)",
+                oracle: "the action of four group elements, their middle ones moved on dual numbers; not at a solution",
+                bound: "two precisions; floor 2⁵ N D u of the slopes and group elements",
+                cost: Cost::Cheap,
+                faults: &[NO_U, U_SIGN],
+                cases: |cases| cases.main_dimensions().with_group().boxed(),
+                check: |case, fault| settle_main(case, fault, Check { case, fault, which: Which::Variation }),
+            },
+            CaseLaw {
+                name: "discrete-units",
+                statement: "if l_d ∘ ι̌_d = −l_d then F_{l_d} takes units (V, e, V) to units",
+                source: "Martín de Diego and Sato Martín de Almagro 2019, Thm 5.3",
+                oracle: "the units themselves; l_d is ½(L − L ∘ ι̌_d) of a random polynomial L",
+                bound: "two precisions; floor 2⁸ N D u of the group elements",
+                cost: Cost::Expensive,
+                faults: &[NO_U, U_SIGN, DOUBLED],
+                cases: |cases| cases.main_dimensions().with_group().boxed(),
+                check: |case, fault| settle_main_small(case, fault, Check { case, fault, which: Which::Units }, 12),
+            },
+            CaseLaw {
+                name: "discrete-reduction",
+                statement: "π ∘ F_{L_d} = F_{l_d} ∘ π for L_d = l_d ∘ π on G⁴, and π ∘ ι_d = ι̌_d ∘ π",
+                source: "Martín de Diego and Sato Martín de Almagro 2019, Thm 5.4 (its proof) and §5",
+                oracle: "the flow on G⁴, from the derivatives of L_d by the four group elements",
+                bound: "two precisions; floor 2⁸ N D u of the group elements",
+                cost: Cost::Expensive,
+                faults: &[NO_U, U_SIGN, KEEPS_U],
+                cases: |cases| cases.main_dimensions().with_group().boxed(),
+                check: |case, fault| settle_main_small(case, fault, Check { case, fault, which: Which::Reduction }, 12),
+            },
+        ]
+    }
+}
 
 #[derive(Clone, Copy)]
 enum Which {
@@ -60,7 +66,7 @@ enum Which {
 
 #[derive(Clone, Copy)]
 struct Check<'a> {
-    case: &'a Case,
+    case: &'a dyn Debug,
     fault: Option<&'a Fault>,
     which: Which,
 }
@@ -105,7 +111,10 @@ impl<T: Real, const D: usize, L: SmoothLagrangian<T, D>> SmoothLagrangian<T, D> 
 impl<T: Real> Visitor<T> for Check<'_> {
     type Output = Measured;
 
-    fn visit<const N: usize, const D: usize, R: Retraction<T, N, D>>(self, system: System<T, N, D, R>) -> Measured {
+    fn visit<const N: usize, const D: usize, R: Retraction<T, N, D>, L: Lagrangian<T, N>, F: Force<T, N>>(
+        self,
+        system: System<T, N, D, R, L, F>,
+    ) -> Measured {
         let Some(group) = &system.group else {
             return Measured::NotApplicable("the algebra has no group".into());
         };

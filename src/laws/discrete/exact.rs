@@ -1,43 +1,52 @@
 //! The exact discrete Lagrangian is antisymmetric.
 
-use super::super::CaseLaw;
 use super::super::precision::{Measured, settle_main_small};
 use super::super::probe::Probe;
 use super::super::subjects::{COUPLING_SUM, FIRST_COPY_ONLY, PLUS, PlantedForced};
+use super::super::{CaseLaw, Source};
 use crate::algebra::{Vector, elimination};
 use crate::discrete::exact::{ExactError, ExactSolution, Start};
 use crate::harness::{Cost, Fault};
+use crate::mechanics::Force;
 use crate::mechanics::Lagrangian;
 use crate::mechanics::doubled::{DoubledLagrangian, Forced, VelocityError};
 use crate::retraction::Retraction;
 use crate::scalar::Real;
-use crate::system::{Case, System, Visitor, cases};
+use crate::system::{System, Visitor};
 use proptest::strategy::Strategy;
+use std::fmt::Debug;
 
 /// The laws of this file.
-pub static LAWS: &[CaseLaw] = &[CaseLaw {
-    name: "exact-antisymmetry",
-    statement: "l_d^e(W, U⁻¹, V) = −l_d^e(V, U, W) along solutions: from (ψ, U⁻¹, η) they have V and W exchanged and the \
+pub const fn laws<S: Source>() -> &'static [CaseLaw<S>] {
+    const {
+        &[CaseLaw {
+            name: "exact-antisymmetry",
+            statement: "l_d^e(W, U⁻¹, V) = −l_d^e(V, U, W) along solutions: from (ψ, U⁻¹, η) they have V and W exchanged and the \
                 opposite action",
-    source: "Martín de Diego and Sato Martín de Almagro 2019, Prop 5.2",
-    oracle: "a second solution, from the inverse arrow",
-    bound: "two precisions; floor 2¹¹ N u: 8 stages of a collocation iterated to a few u",
-    cost: Cost::Expensive,
-    faults: &[PLUS, FIRST_COPY_ONLY, COUPLING_SUM],
-    cases: || cases().main_dimensions().forced().with_group().boxed(),
-    check: |case, fault| settle_main_small(case, fault, Check { case, fault }, 6),
-}];
+            source: "Martín de Diego and Sato Martín de Almagro 2019, Prop 5.2",
+            oracle: "a second solution, from the inverse arrow",
+            bound: "two precisions; floor 2¹¹ N u: 8 stages of a collocation iterated to a few u",
+            cost: Cost::Expensive,
+            faults: &[PLUS, FIRST_COPY_ONLY, COUPLING_SUM],
+            cases: |cases| cases.main_dimensions().forced().with_group().boxed(),
+            check: |case, fault| settle_main_small(case, fault, Check { case, fault }, 6),
+        }]
+    }
+}
 
 #[derive(Clone, Copy)]
 struct Check<'a> {
-    case: &'a Case,
+    case: &'a dyn Debug,
     fault: Option<&'a Fault>,
 }
 
 impl<T: Real> Visitor<T> for Check<'_> {
     type Output = Measured;
 
-    fn visit<const N: usize, const D: usize, R: Retraction<T, N, D>>(self, system: System<T, N, D, R>) -> Measured {
+    fn visit<const N: usize, const D: usize, R: Retraction<T, N, D>, L: Lagrangian<T, N>, F: Force<T, N>>(
+        self,
+        system: System<T, N, D, R, L, F>,
+    ) -> Measured {
         match self.antisymmetry(&system) {
             Ok(measured) => measured,
             Err(ExactError::Equations { source: VelocityError::Domain(_), .. }) => {
@@ -53,9 +62,16 @@ impl<T: Real> Visitor<T> for Check<'_> {
 }
 
 impl Check<'_> {
-    fn antisymmetry<T: Real, const N: usize, const D: usize, R: Retraction<T, N, D>>(
+    fn antisymmetry<
+        T: Real,
+        const N: usize,
+        const D: usize,
+        R: Retraction<T, N, D>,
+        L: Lagrangian<T, N>,
+        F: Force<T, N>,
+    >(
         &self,
-        system: &System<T, N, D, R>,
+        system: &System<T, N, D, R, L, F>,
     ) -> Result<Measured, ExactError> {
         let (l, f, r) = (&system.lagrangian, &system.force, &system.retraction);
         let time = system.state.time;

@@ -1,61 +1,67 @@
 //! Laws of discrete Lagrangians on G itself, without force.
 
-use super::super::CaseLaw;
 use super::super::integrators::refused as step_refused;
 use super::super::planted::blend;
 use super::super::precision::{Measured, settle_main, settle_main_small};
 use super::super::probe::Probe;
+use super::super::{CaseLaw, Source};
 use super::{outside, refused};
 use crate::algebra::{Covector, Matrix, Vector, elimination, pair};
 use crate::discrete::group::{GroupLagrangian, Sampled, euler_poincare, legendre, lie_poisson};
 use crate::group::{LieGroup, MatrixGroup};
 use crate::harness::{Cost, Fault};
 use crate::integrators::{OneStep, Variational};
+use crate::mechanics::{Force, Lagrangian};
 use crate::retraction::{Retraction, RetractionError};
 use crate::scalar::{Dual, Real, Scalar};
-use crate::system::{Case, System, Visitor, cases};
+use crate::system::{System, Visitor};
 use crate::tableau::Tableau;
 use proptest::strategy::Strategy;
+use std::fmt::Debug;
 
 const LEFT: Fault = Fault::new("group-minus-left", "F⁻l_d(W) = L*_W l_d'", "non-abelian groups");
 const INVERTED: Fault = Fault::new("lie-poisson-inverse", "μ₂ = Ad*_{W₁⁻¹} μ₁", "non-abelian groups");
 
 /// The laws of this file.
-pub static LAWS: &[CaseLaw] = &[
-    CaseLaw {
-        name: "discrete-euler-poincare",
-        statement: "the derivative of l_d(W₁) + l_d(W₂) at W₁W₂ fixed is ⟨L*_{W₁}l_d' − R*_{W₂}l_d', ζ⟩",
-        source: "Martín de Diego and Sato Martín de Almagro 2019, Def 2.1 and (2.10)",
-        oracle: "the sum on dual numbers along (W₁(1 + εζ̂), (1 − εζ̂)W₂), at points that are not solutions",
-        bound: "two precisions; floor 2⁵ N D u of the slopes",
-        cost: Cost::Cheap,
-        faults: &[LEFT],
-        cases: || cases().main_dimensions().with_group().nonabelian().boxed(),
-        check: |case, fault| settle_main(case, fault, Check { case, fault, which: Which::Variation }),
-    },
-    CaseLaw {
-        name: "discrete-lie-poisson",
-        statement: "l_d(W) = h l(τ⁻¹(W)/h): F⁻(W₁) = μ₁ ↦ μ₂ = Ad*_{W₁}μ₁ = F⁺(W₁) is the free step of one stage, a = 0",
-        source: "Martín de Diego and Sato Martín de Almagro 2019, §2.3, after (2.10)",
-        oracle: "the variational integrator with that tableau, from its stage equations",
-        bound: "two precisions; floor 2⁸ N D u, of momenta that rounding of W moves by p u/|w|",
-        cost: Cost::Cheap,
-        faults: &[LEFT, INVERTED],
-        cases: || cases().main_dimensions().with_group().force_free().nonabelian().boxed(),
-        check: |case, fault| settle_main_small(case, fault, Check { case, fault, which: Which::Step }, 3),
-    },
-    CaseLaw {
-        name: "discrete-lie-poisson-map",
-        statement: "μ₁ ↦ μ₂ = Ad*_{W₁}μ₁, μ₁ = F⁻l_d(W₁), preserves the Lie–Poisson bracket: J Π(μ₁) Jᵀ = Π(μ₂)",
-        source: "Martín de Diego and Sato Martín de Almagro 2019, §2.3 and §2.2",
-        oracle: "J = ∂μ₂/∂W₁ (∂μ₁/∂W₁)⁻¹ on nested duals, Π from the structure constants; l_d a random polynomial",
-        bound: "two precisions; floor 2⁶ N D u of the terms of J Π Jᵀ times the condition of ∂μ₁/∂W₁",
-        cost: Cost::Cheap,
-        faults: &[LEFT, INVERTED],
-        cases: || cases().main_dimensions().with_group().nonabelian().boxed(),
-        check: |case, fault| settle_main_small(case, fault, Check { case, fault, which: Which::Poisson }, 12),
-    },
-];
+pub const fn laws<S: Source>() -> &'static [CaseLaw<S>] {
+    const {
+        &[
+            CaseLaw {
+                name: "discrete-euler-poincare",
+                statement: "the derivative of l_d(W₁) + l_d(W₂) at W₁W₂ fixed is ⟨L*_{W₁}l_d' − R*_{W₂}l_d', ζ⟩",
+                source: "Martín de Diego and Sato Martín de Almagro 2019, Def 2.1 and (2.10)",
+                oracle: "the sum on dual numbers along (W₁(1 + εζ̂), (1 − εζ̂)W₂), at points that are not solutions",
+                bound: "two precisions; floor 2⁵ N D u of the slopes",
+                cost: Cost::Cheap,
+                faults: &[LEFT],
+                cases: |cases| cases.main_dimensions().with_group().nonabelian().boxed(),
+                check: |case, fault| settle_main(case, fault, Check { case, fault, which: Which::Variation }),
+            },
+            CaseLaw {
+                name: "discrete-lie-poisson",
+                statement: "l_d(W) = h l(τ⁻¹(W)/h): F⁻(W₁) = μ₁ ↦ μ₂ = Ad*_{W₁}μ₁ = F⁺(W₁) is the free step of one stage, a = 0",
+                source: "Martín de Diego and Sato Martín de Almagro 2019, §2.3, after (2.10)",
+                oracle: "the variational integrator with that tableau, from its stage equations",
+                bound: "two precisions; floor 2⁸ N D u, of momenta that rounding of W moves by p u/|w|",
+                cost: Cost::Cheap,
+                faults: &[LEFT, INVERTED],
+                cases: |cases| cases.main_dimensions().with_group().force_free().nonabelian().boxed(),
+                check: |case, fault| settle_main_small(case, fault, Check { case, fault, which: Which::Step }, 3),
+            },
+            CaseLaw {
+                name: "discrete-lie-poisson-map",
+                statement: "μ₁ ↦ μ₂ = Ad*_{W₁}μ₁, μ₁ = F⁻l_d(W₁), preserves the Lie–Poisson bracket: J Π(μ₁) Jᵀ = Π(μ₂)",
+                source: "Martín de Diego and Sato Martín de Almagro 2019, §2.3 and §2.2",
+                oracle: "J = ∂μ₂/∂W₁ (∂μ₁/∂W₁)⁻¹ on nested duals, Π from the structure constants; l_d a random polynomial",
+                bound: "two precisions; floor 2⁶ N D u of the terms of J Π Jᵀ times the condition of ∂μ₁/∂W₁",
+                cost: Cost::Cheap,
+                faults: &[LEFT, INVERTED],
+                cases: |cases| cases.main_dimensions().with_group().nonabelian().boxed(),
+                check: |case, fault| settle_main_small(case, fault, Check { case, fault, which: Which::Poisson }, 12),
+            },
+        ]
+    }
+}
 
 #[derive(Clone, Copy)]
 enum Which {
@@ -66,7 +72,7 @@ enum Which {
 
 #[derive(Clone, Copy)]
 struct Check<'a> {
-    case: &'a Case,
+    case: &'a dyn Debug,
     fault: Option<&'a Fault>,
     which: Which,
 }
@@ -95,7 +101,10 @@ impl<T: Real, const D: usize> GroupLagrangian<T, D> for Polynomial<T, D> {
 impl<T: Real> Visitor<T> for Check<'_> {
     type Output = Measured;
 
-    fn visit<const N: usize, const D: usize, R: Retraction<T, N, D>>(self, system: System<T, N, D, R>) -> Measured {
+    fn visit<const N: usize, const D: usize, R: Retraction<T, N, D>, L: Lagrangian<T, N>, F: Force<T, N>>(
+        self,
+        system: System<T, N, D, R, L, F>,
+    ) -> Measured {
         let Some(group) = &system.group else {
             return Measured::NotApplicable("the algebra has no group".into());
         };
@@ -140,9 +149,16 @@ impl Check<'_> {
         Ok(blend(right, wrong.ok_or_else(singular)?, size))
     }
 
-    fn variation<T: Real, R: Retraction<T, N, D>, const N: usize, const D: usize>(
+    fn variation<
+        T: Real,
+        R: Retraction<T, N, D>,
+        L: Lagrangian<T, N>,
+        F: Force<T, N>,
+        const N: usize,
+        const D: usize,
+    >(
         &self,
-        system: &System<T, N, D, R>,
+        system: &System<T, N, D, R, L, F>,
         group: &MatrixGroup<T, N, D>,
     ) -> Result<Measured, Measured> {
         let mut probe = Probe::new(self.case, 57);
@@ -164,9 +180,9 @@ impl Check<'_> {
         }))
     }
 
-    fn step<T: Real, R: Retraction<T, N, D>, const N: usize, const D: usize>(
+    fn step<T: Real, R: Retraction<T, N, D>, L: Lagrangian<T, N>, F: Force<T, N>, const N: usize, const D: usize>(
         &self,
-        system: &System<T, N, D, R>,
+        system: &System<T, N, D, R, L, F>,
         group: &MatrixGroup<T, N, D>,
     ) -> Result<Measured, Measured> {
         let tau = &system.retraction;
@@ -199,9 +215,9 @@ impl Check<'_> {
         .fold(Measured::NotApplicable("nothing".into()), Measured::and))
     }
 
-    fn poisson<T: Real, R: Retraction<T, N, D>, const N: usize, const D: usize>(
+    fn poisson<T: Real, R: Retraction<T, N, D>, L: Lagrangian<T, N>, F: Force<T, N>, const N: usize, const D: usize>(
         &self,
-        system: &System<T, N, D, R>,
+        system: &System<T, N, D, R, L, F>,
         group: &MatrixGroup<T, N, D>,
     ) -> Result<Measured, Measured> {
         let mut probe = Probe::new(self.case, 58);

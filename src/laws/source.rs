@@ -1,0 +1,50 @@
+//! Where the systems come from that laws judge: the catalogue, or somebody's own types.
+
+use crate::scalar::Real;
+use crate::system::{Case, CaseError, Visitor, Wrap};
+use std::fmt::Debug;
+
+/// A description of a system, and the way from it to types.
+///
+/// A [`Case`] is one, by [`Case::dispatch`]; [`own::Own`](super::own::Own) is one, where the description fills in what
+/// the user's types leave open. The `Debug` text determines the numbers that a law draws beyond the case
+/// ([`Probe`](super::probe::Probe)).
+pub trait Source: Clone + Debug + Send + Sync + 'static {
+    /// The description: tableau, state, step, and all else that is not fixed by types.
+    fn case(&self) -> &Case;
+
+    /// The same source with another description.
+    fn with_case(&self, case: Case) -> Self;
+
+    /// Builds the system over `T`, with its retraction wrapped, and hands it to `visitor`.
+    ///
+    /// # Errors
+    /// A [`CaseError`] that says which part cannot be built.
+    fn visit<T: Real, V: Visitor<T>>(&self, wrap: &impl Wrap, visitor: V) -> Result<V::Output, CaseError>;
+
+    /// The same where the catalogue is compiled for few dimensions alone ([`Case::dispatch_main`]).
+    ///
+    /// # Errors
+    /// Those of [`Source::visit`]; for a case of the catalogue, another dimension.
+    fn visit_main<T: Real, V: Visitor<T>>(&self, wrap: &impl Wrap, visitor: V) -> Result<V::Output, CaseError> {
+        self.visit(wrap, visitor)
+    }
+}
+
+impl Source for Case {
+    fn case(&self) -> &Case {
+        self
+    }
+
+    fn with_case(&self, case: Case) -> Self {
+        case
+    }
+
+    fn visit<T: Real, V: Visitor<T>>(&self, wrap: &impl Wrap, visitor: V) -> Result<V::Output, CaseError> {
+        self.dispatch_with(wrap, visitor)
+    }
+
+    fn visit_main<T: Real, V: Visitor<T>>(&self, wrap: &impl Wrap, visitor: V) -> Result<V::Output, CaseError> {
+        self.dispatch_main_with(wrap, visitor)
+    }
+}
