@@ -30,6 +30,18 @@ pub fn shrink<C: Debug>(
     index: usize,
     max_checks: usize,
 ) -> Option<Failure<C>> {
+    shrink_while(law, fault, seed, index, max_checks, &|| true)
+}
+
+/// As [`shrink`], no further than `go_on` lets it.
+pub(super) fn shrink_while<C: Debug>(
+    law: &dyn Law<C>,
+    fault: Option<&Fault>,
+    seed: u64,
+    index: usize,
+    max_checks: usize,
+    go_on: &dyn Fn() -> bool,
+) -> Option<Failure<C>> {
     let (case, mut tree) = draw(&law.cases(), seed, law.name(), index).case.ok()?;
     let verdict = verdict_on(law, &case, fault);
     if !verdict.is_broken() {
@@ -37,8 +49,8 @@ pub fn shrink<C: Debug>(
     }
     let mut best = Failure { seed, index, case, verdict, checks: 0 };
     // A strategy with filters may panic while it moves; what was found until then stands.
-    let mut moved = guarded(|| tree.simplify()).unwrap_or(false);
-    while moved && best.checks < max_checks {
+    let mut moved = max_checks > 0 && guarded(|| tree.simplify()).unwrap_or(false);
+    while moved && best.checks < max_checks && go_on() {
         let Ok(case) = guarded(|| tree.current()) else { break };
         let verdict = verdict_on(law, &case, fault);
         best.checks += 1;
