@@ -3,10 +3,13 @@
 mod faults;
 mod figures;
 pub mod integrate;
+mod interrupt;
 pub mod laws;
+pub mod merge;
 pub mod order;
 pub mod paper;
 mod plot;
+mod program;
 mod progress;
 pub mod replay;
 mod report;
@@ -14,6 +17,7 @@ mod table;
 pub mod verify;
 
 use clap::{Parser, Subcommand, ValueEnum};
+use euler_poincare::harness::store::StoreError;
 use std::fmt::Display;
 use std::io::{self, Write};
 use std::path::{Path, PathBuf};
@@ -36,12 +40,15 @@ Exit codes:
   0  success
   1  a law is broken, an order is refuted, or a computation came to no result
   2  bad usage or a bad file
-  3  replay, order: no verdict";
+  3  replay, order: no verdict
+  130  verify: interrupted; what was learnt so far is printed";
 
 #[derive(Subcommand)]
 enum Command {
     /// Check the laws on random systems
     Verify(verify::Arguments),
+    /// Put the shards of a campaign together
+    Merge(merge::Arguments),
     /// Run a saved case again
     Replay(replay::Arguments),
     /// List the laws: statement, source, oracle, planted faults
@@ -59,6 +66,7 @@ impl CommandLine {
     pub fn run(self) -> ExitCode {
         let result = match self.command.unwrap_or(Command::Verify(self.verify)) {
             Command::Verify(arguments) => verify::run(arguments),
+            Command::Merge(arguments) => merge::run(arguments),
             Command::Replay(arguments) => replay::run(arguments),
             Command::Laws(arguments) => laws::run(arguments),
             Command::Order(arguments) => order::run(arguments),
@@ -86,6 +94,9 @@ pub enum Failure {
         /// What is wrong with it.
         reason: String,
     },
+    /// A campaign's directory that cannot be used.
+    #[error(transparent)]
+    Store(#[from] StoreError),
     /// A computation that came to no result.
     #[error("{0}")]
     Computation(String),
@@ -102,7 +113,7 @@ impl Failure {
 
     fn exit_code(&self) -> ExitCode {
         match self {
-            Self::Usage(_) | Self::File { .. } => ExitCode::from(2),
+            Self::Usage(_) | Self::File { .. } | Self::Store(_) => ExitCode::from(2),
             Self::Computation(_) | Self::Output(_) => ExitCode::from(1),
         }
     }

@@ -167,12 +167,7 @@ impl<'a, C: Clone + Debug + Send + 'static> Campaign<'a, C> {
         Report { seed: self.seed, cases: self.cases, ending, laws: summaries }
     }
 
-    fn shrink_failures(
-        &self,
-        laws: &[&dyn Law<C>],
-        summaries: &mut [Summary<C>],
-        go_on: &(dyn Fn() -> bool + Sync),
-    ) {
+    fn shrink_failures(&self, laws: &[&dyn Law<C>], summaries: &mut [Summary<C>], go_on: &(dyn Fn() -> bool + Sync)) {
         let broken: Vec<(usize, usize)> = (0..laws.len().min(summaries.len()))
             .flat_map(|law| summaries[law].broken.iter().take(self.failures).map(move |index| (law, *index)))
             .collect();

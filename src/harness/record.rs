@@ -68,7 +68,9 @@ impl Record {
 
     /// The labels one by one: (category, label).
     pub fn each_label(&self) -> impl Iterator<Item = (&str, &str)> {
-        self.labels.iter().flat_map(|(category, joined)| joined.split(JOIN).map(move |label| (category.as_str(), label)))
+        self.labels
+            .iter()
+            .flat_map(|(category, joined)| joined.split(JOIN).map(move |label| (category.as_str(), label)))
     }
 }
 

@@ -70,7 +70,8 @@ fn add_places(path: &Path, file: usize, positions: &Positions, places: &mut Vec<
     each_line(path, |line, text| {
         let damaged = |reason: String| StoreError::Damaged { path: path.to_owned(), line, reason };
         let key: Key = serde_json::from_slice(text).map_err(|error| damaged(error.to_string()))?;
-        let law = positions.get(&*key.law).ok_or_else(|| damaged(format!("the campaign has no law \"{}\"", key.law)))?;
+        let law =
+            positions.get(&*key.law).ok_or_else(|| damaged(format!("the campaign has no law \"{}\"", key.law)))?;
         let length = text.len() + 1;
         places.push(Place { law: *law, index: key.index, file, offset, length });
         offset += length as u64;
