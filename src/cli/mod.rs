@@ -12,7 +12,7 @@ mod plot;
 mod program;
 mod progress;
 pub mod replay;
-mod report;
+mod summary;
 mod table;
 pub mod verify;
 

@@ -3,7 +3,7 @@
 use super::interrupt::Interrupt;
 use super::laws::select;
 use super::progress::Bar;
-use super::{Failure, Format, faults, print, program, report};
+use super::{Failure, Format, faults, print, program, summary};
 use euler_poincare::harness::store::{Manifest, Store, StoreError};
 use euler_poincare::harness::{
     BoxedStrategy, Campaign, Cost, Done, Ending, Fault, Halt, Law, Recorded, Report, Shard, Summary, Verdict,
@@ -106,7 +106,7 @@ pub fn run(arguments: Arguments) -> Result<ExitCode, Failure> {
     let end = plan.end(&report, store.as_ref());
     match arguments.format {
         Format::Text => {
-            let campaign = report::Campaign { report: &report, threads: pool.current_num_threads(), seconds };
+            let campaign = summary::Campaign { report: &report, threads: pool.current_num_threads(), seconds };
             print(&format!("{campaign}{end}{}", broken.concat()))?;
         }
         Format::Json => {
@@ -344,9 +344,9 @@ fn broken_text(subject: &Subject, summary: &Summary<Case>, place: &Place) -> Str
             fault: subject.fault.map(|fault| fault.name.into()),
             case: failure.case.clone(),
         };
-        report::failure(failure, write(&replay, place))
+        summary::failure(failure, write(&replay, place))
     });
-    format!("\n{}{}", report::broken(subject, summary), saved.collect::<String>())
+    format!("\n{}{}", summary::broken(subject, summary), saved.collect::<String>())
 }
 
 /// Writes the record; the path, or why not.
