@@ -12,6 +12,7 @@ mod plot;
 mod program;
 mod progress;
 pub mod replay;
+pub mod report;
 mod summary;
 mod table;
 pub mod verify;
@@ -51,6 +52,8 @@ enum Command {
     Merge(merge::Arguments),
     /// Run a saved case again
     Replay(replay::Arguments),
+    /// Make a page for a browser out of a campaign
+    Report(report::Arguments),
     /// List the laws: statement, source, oracle, planted faults
     Laws(laws::Arguments),
     /// The orders of a tableau: declared, computed from its coefficients, measured
@@ -68,6 +71,7 @@ impl CommandLine {
             Command::Verify(arguments) => verify::run(arguments),
             Command::Merge(arguments) => merge::run(arguments),
             Command::Replay(arguments) => replay::run(arguments),
+            Command::Report(arguments) => report::run(arguments),
             Command::Laws(arguments) => laws::run(arguments),
             Command::Order(arguments) => order::run(arguments),
             Command::Paper(arguments) => paper::run(arguments),

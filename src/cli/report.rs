@@ -1,0 +1,45 @@
+//! `report DIR`: a campaign as one page for a browser.
+
+mod again;
+mod chart;
+mod files;
+mod numbers;
+mod page;
+mod sections;
+mod tally;
+
+use super::{Failure, print};
+use files::Found;
+use page::Totals;
+use std::fs;
+use std::path::PathBuf;
+use std::process::ExitCode;
+
+/// Options of `report`.
+#[derive(clap::Args)]
+pub struct Arguments {
+    /// A directory that `verify --out DIR` wrote; the campaign need not be complete
+    #[arg(value_name = "DIR")]
+    directory: PathBuf,
+    /// Where the page goes; `-` is standard output [default: DIR/report.html]
+    #[arg(long, value_name = "FILE")]
+    output: Option<PathBuf>,
+    /// Cases of each law of orders that are run again to plot their errors
+    #[arg(long, value_name = "N", default_value_t = 3, allow_negative_numbers = true)]
+    #[arg(value_parser = clap::value_parser!(u16).range(0..=100))]
+    plots: u16,
+}
+
+pub fn run(arguments: Arguments) -> Result<ExitCode, Failure> {
+    let found = Found::read(&arguments.directory)?;
+    let (orders, failures) = again::run(&found, usize::from(arguments.plots));
+    let page = page::page(&found, &orders, &failures);
+    let output = arguments.output.unwrap_or_else(|| arguments.directory.join("report.html"));
+    if output.as_os_str() == "-" {
+        print(&page)?;
+    } else {
+        fs::write(&output, &page).map_err(|error| Failure::file(&output, error))?;
+        print(&format!("{}\n{}\n", Totals::of(&found).outcome(), output.display()))?;
+    }
+    Ok(ExitCode::SUCCESS)
+}
