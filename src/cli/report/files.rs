@@ -1,65 +1,17 @@
 //! The files of a campaign, as they are: what is damaged, repeated or not there is counted and told.
 
 use super::super::Failure;
-use super::tally::{Outcome, Tally};
+use super::tally::Tally;
+use euler_poincare::harness::Record;
+use euler_poincare::harness::store::{FAILURES, MANIFEST, Manifest, ManifestLaw, RESULTS, Store, StoreError, TIMINGS, Timing};
 use euler_poincare::system::Replay;
 use serde::Deserialize;
-use std::borrow::Cow;
 use std::collections::{BTreeMap, HashMap};
 use std::fs::{self, File};
 use std::io::{self, BufRead, BufReader};
 use std::path::Path;
 
-/// The file that makes a directory a campaign.
-const MANIFEST: &str = "campaign.json";
-const RESULTS: &str = "results.jsonl";
-const TIMINGS: &str = "timings.jsonl";
 const FAULTS: &str = "faults.jsonl";
-const FAILURES: &str = "failures";
-
-/// What the campaign is.
-#[derive(Debug, Deserialize)]
-pub struct Manifest {
-    /// Of the program that ran it.
-    pub version: String,
-    /// A hash of that program.
-    pub binary: String,
-    /// Of the cases.
-    pub seed: u64,
-    /// Per cheap law; `None`: as many as the time allowed.
-    pub cases: Option<usize>,
-    /// In their order.
-    pub laws: Vec<Planned>,
-    /// The fault that is planted.
-    #[serde(default)]
-    pub plant: Option<String>,
-    /// i of n.
-    #[serde(default)]
-    pub shard: Option<[usize; 2]>,
-}
-
-impl Manifest {
-    /// How many of the cases of a law are in this shard.
-    pub fn planned(&self, law: &Planned) -> Option<usize> {
-        let [index, count] = self.shard.unwrap_or([0, 1]);
-        Some(law.cases?.saturating_sub(index).div_ceil(count.max(1)))
-    }
-
-    /// Whether the case is one of the campaign's.
-    fn owns(&self, law: &Planned, index: usize) -> bool {
-        let [i, n] = self.shard.unwrap_or([0, 1]);
-        index % n.max(1) == i && law.cases.is_none_or(|cases| index < cases)
-    }
-}
-
-/// A law of the campaign.
-#[derive(Debug, Deserialize)]
-pub struct Planned {
-    /// Its name.
-    pub name: String,
-    /// How many cases it has, in all shards.
-    pub cases: Option<usize>,
-}
 
 /// Lines that cannot be used.
 #[derive(Clone, Debug, Default)]
@@ -120,6 +72,8 @@ pub struct Saved {
 pub struct Found {
     /// The campaign.
     pub manifest: Manifest,
+    /// Whether another process is writing.
+    pub running: bool,
     /// What each of its laws showed, in its order.
     pub tallies: Vec<Tally>,
     /// Whether there are results at all.
@@ -148,8 +102,17 @@ impl Found {
             let reason = if directory.exists() { "is not a directory" } else { "there is no such directory" };
             return Err(Failure::file(directory, reason));
         }
-        let manifest = manifest(directory)?;
-        let mut tallies: Vec<Tally> = manifest.laws.iter().map(|_| Tally::new()).collect();
+        let manifest = Manifest::read(directory).map_err(|error| match error {
+            StoreError::NoCampaign { .. } => {
+                Failure::file(directory, format!("no campaign: there is no {MANIFEST}; `verify --out DIR` makes one"))
+            }
+            StoreError::Io { path, error } => Failure::file(&path, error),
+            StoreError::Damaged { path, reason, .. } => Failure::file(&path, reason),
+            other => Failure::Usage(other.to_string()),
+        })?;
+        // The lock is let go at once.
+        let running = matches!(Store::open(directory), Err(StoreError::InUse { .. }));
+        let mut tallies: Vec<Tally> = manifest.laws.iter().map(|_| Tally::new(manifest.shard())).collect();
         let results = results(&directory.join(RESULTS), &manifest, &mut tallies)?;
         let times = times(&directory.join(TIMINGS))?;
         let faults = faults(&directory.join(FAULTS))?;
@@ -157,6 +120,7 @@ impl Found {
         let (faults, fault_damage) =
             faults.map_or((None, Damage::default()), |(faults, damage)| (Some(faults), damage));
         Ok(Self {
+            running,
             tallies,
             started: results.is_some(),
             damage: results.unwrap_or_default(),
@@ -171,7 +135,7 @@ impl Found {
 
     /// How many cases there should be; `None` where no number was asked for.
     pub fn planned(&self) -> Option<usize> {
-        self.manifest.laws.iter().map(|law| self.manifest.planned(law)).sum()
+        self.manifest.laws.iter().map(|law| planned(&self.manifest, law)).sum()
     }
 
     /// How many there are.
@@ -180,20 +144,14 @@ impl Found {
     }
 
     /// Laws with what they showed.
-    pub fn laws(&self) -> impl Iterator<Item = (&Planned, &Tally)> {
+    pub fn laws(&self) -> impl Iterator<Item = (&ManifestLaw, &Tally)> {
         self.manifest.laws.iter().zip(&self.tallies)
     }
 }
 
-fn manifest(directory: &Path) -> Result<Manifest, Failure> {
-    let path = directory.join(MANIFEST);
-    let text = fs::read_to_string(&path).map_err(|error| match error.kind() {
-        io::ErrorKind::NotFound => {
-            Failure::file(directory, format!("no campaign: there is no {MANIFEST}; `verify --out DIR` makes one"))
-        }
-        _ => Failure::file(&path, error),
-    })?;
-    serde_json::from_str(&text).map_err(|error| Failure::file(&path, error))
+/// How many of the cases of a law are in the campaign; `None` where no number was asked for.
+pub fn planned(manifest: &Manifest, law: &ManifestLaw) -> Option<usize> {
+    Some(manifest.shard().size(law.cases?))
 }
 
 /// A file that may not be there.
@@ -226,66 +184,20 @@ fn lines(path: &Path, mut take: impl FnMut(&[u8], &mut Damage) -> Result<(), Str
     }
 }
 
-/// Text that is borrowed from its line wherever it can be.
-#[derive(Deserialize, PartialEq, Eq, PartialOrd, Ord)]
-struct Text<'a>(#[serde(borrow)] Cow<'a, str>);
-
-/// A line of the results.
-#[derive(Deserialize)]
-struct Row<'a> {
-    #[serde(borrow)]
-    law: Cow<'a, str>,
-    index: usize,
-    #[serde(borrow)]
-    verdict: Cow<'a, str>,
-    defect: Option<f64>,
-    bound: Option<f64>,
-    #[serde(borrow)]
-    why: Option<Text<'a>>,
-    #[serde(borrow)]
-    witness: Option<Text<'a>>,
-    #[serde(borrow, default)]
-    labels: BTreeMap<Text<'a>, Text<'a>>,
-    #[serde(borrow, default)]
-    rejections: BTreeMap<Text<'a>, usize>,
-}
-
-impl Row<'_> {
-    fn outcome(&self) -> Result<Outcome<'_>, String> {
-        let why = || self.why.as_ref().map(|why| why.0.as_ref()).ok_or("a verdict without a reason");
-        // JSON has no other way to write what is not finite.
-        let (defect, bound) = (self.defect.unwrap_or(f64::INFINITY), self.bound.unwrap_or(f64::NAN));
-        Ok(match self.verdict.as_ref() {
-            "holds" if self.defect.is_none() || self.bound.is_none() => return Err("holds without numbers".into()),
-            "holds" => Outcome::Holds(defect, bound),
-            "broken" => Outcome::Broken(defect, bound, self.witness.as_ref().map_or("", |witness| witness.0.as_ref())),
-            "inconclusive" => Outcome::Inconclusive(why()?),
-            "not applicable" => Outcome::NotApplicable(why()?),
-            other => return Err(format!("no such verdict: {other:?}")),
-        })
-    }
-}
-
 fn results(path: &Path, manifest: &Manifest, tallies: &mut [Tally]) -> Result<Option<Damage>, Failure> {
-    let places: HashMap<&str, usize> = manifest.laws.iter().enumerate().map(|(k, law)| (law.name.as_str(), k)).collect();
+    let places: HashMap<&str, usize> =
+        manifest.laws.iter().enumerate().map(|(k, law)| (law.name.as_str(), k)).collect();
+    let shard = manifest.shard();
     let damage = lines(path, |line, damage| {
-        let row: Row<'_> = serde_json::from_slice(line).map_err(|error| error.to_string())?;
-        let place = *places.get(row.law.as_ref()).ok_or_else(|| format!("the campaign has no law {:?}", row.law))?;
-        let (tally, outcome) = (&mut tallies[place], row.outcome()?);
-        if !manifest.owns(&manifest.laws[place], row.index) {
-            return Err(format!("case {} of {} is not one of the campaign", row.index, row.law));
+        let record: Record = serde_json::from_slice(line).map_err(|error| error.to_string())?;
+        let (law, index) = (record.law.as_str(), record.index);
+        let place = *places.get(law).ok_or_else(|| format!("the campaign has no law {law:?}"))?;
+        if manifest.laws[place].cases.is_some_and(|cases| index >= cases) || !shard.owns(index) {
+            return Err(format!("case {index} of {law} is none of this campaign"));
         }
-        if !tally.visit(row.index) {
+        if !tallies[place].add(&record) {
             damage.repeated += 1;
-            return Ok(());
         }
-        tally.add(row.index, &outcome);
-        let judged = matches!(outcome, Outcome::Holds(..) | Outcome::Broken(..));
-        for (category, labels) in &row.labels {
-            // Several forces are one text.
-            labels.0.split('+').for_each(|label| tally.label(&category.0, label, judged));
-        }
-        row.rejections.iter().for_each(|(reason, number)| tally.reject(&reason.0, *number));
         Ok(())
     })?;
     if let Some(damage) = &damage
@@ -301,23 +213,13 @@ fn results(path: &Path, manifest: &Manifest, tallies: &mut [Tally]) -> Result<Op
 type Times = BTreeMap<String, Time>;
 
 fn times(path: &Path) -> Result<Option<(Times, Damage)>, Failure> {
-    #[derive(Deserialize)]
-    struct Line<'a> {
-        #[serde(borrow)]
-        law: Cow<'a, str>,
-        seconds: f64,
-    }
     let mut times = Times::new();
     let damage = lines(path, |line, _| {
-        let Line { law, seconds } = serde_json::from_slice(line).map_err(|error| error.to_string())?;
-        if !times.contains_key(law.as_ref()) {
-            times.insert(law.to_string(), Time::default());
-        }
-        if let Some(time) = times.get_mut(law.as_ref()) {
-            time.checks += 1;
-            time.total += seconds;
-            time.longest = time.longest.max(seconds);
-        }
+        let timing: Timing = serde_json::from_slice(line).map_err(|error| error.to_string())?;
+        let time = times.entry(timing.law).or_default();
+        time.checks += 1;
+        time.total += timing.seconds;
+        time.longest = time.longest.max(timing.seconds);
         Ok(())
     })?;
     Ok(damage.map(|damage| (times, damage)))

@@ -1,10 +1,11 @@
 //! The page: its head, the table of verdicts, and the sections in their order.
 
 use super::again::{Failures, Order};
-use super::files::{Damage, Found, Planned};
+use super::files::{Damage, Found, planned};
 use super::sections;
 use super::tally::Tally;
 use super::{chart, numbers::*};
+use euler_poincare::harness::store::ManifestLaw;
 use euler_poincare::laws::{self, CaseLaw};
 use maud::{DOCTYPE, Markup, PreEscaped, html};
 
@@ -174,7 +175,7 @@ fn head(found: &Found, totals: &Totals) -> Markup {
                 dt { "program" }
                 dd { "euler-poincare " (manifest.version) ", " code { (manifest.binary.chars().take(16).collect::<String>()) } }
             }
-            @if let Some([i, n]) = manifest.shard { div { dt { "shard" } dd { (i) "/" (n) " (from 0)" } } }
+            @if manifest.shard.is_some() { div { dt { "shard" } dd { (manifest.shard().to_string()) } } }
             @if let Some(fault) = &manifest.plant { div { dt { "planted fault" } dd { code { (fault) } } } }
             div { dt { "judged" } dd { (percent(judged, totals.done)) " % of the cases" } }
         }
@@ -184,6 +185,9 @@ fn head(found: &Found, totals: &Totals) -> Markup {
 /// What a reader must know before believing the rest.
 fn notes(found: &Found, totals: &Totals, orders: &[Order]) -> Markup {
     let mut notes: Vec<Markup> = Vec::new();
+    if found.running {
+        notes.push(html! { "Another process was writing here when the page was made: the numbers are those of that moment." });
+    }
     if !found.started {
         notes.push(html! { "There are no results: " code { "results.jsonl" } " is not there." });
     }
@@ -250,13 +254,13 @@ fn damage(file: &str, damage: &Damage) -> Vec<Markup> {
 
 fn verdicts(found: &Found) -> Markup {
     let heads = ["cases", "held", "broken", "inconclusive", "not applicable", "worst defect", "its bound", "ratio"];
-    let row = |(planned, tally): (&Planned, &Tally)| {
-        let law = laws::named(&planned.name);
+    let row = |(law, tally): (&ManifestLaw, &Tally)| {
+        let (name, known) = (&law.name, laws::named(&law.name));
         let worst = tally.worst.as_ref();
-        let missing = found.manifest.planned(planned).map_or(0, |planned| planned.saturating_sub(tally.cases));
+        let missing = planned(&found.manifest, law).map_or(0, |planned| planned.saturating_sub(tally.cases));
         html! {
-            tr role="row" id=(format!("law-{}", planned.name)) class=(if tally.broken > 0 { "broken" } else { "" }) {
-                th role="rowheader" scope="row" { (described(&planned.name, law)) }
+            tr role="row" id=(format!("law-{name}")) class=(if tally.broken > 0 { "broken" } else { "" }) {
+                th role="rowheader" scope="row" { (described(name, known)) }
                 (cell("cases", html! {
                     (integer(tally.cases))
                     @if missing > 0 { small.warn { (integer(missing)) " missing" } }
@@ -268,7 +272,7 @@ fn verdicts(found: &Found) -> Markup {
                 (cell("worst defect", html! { (worst.map_or("–".into(), |worst| scientific(worst.defect))) }))
                 (cell("its bound", html! { (worst.map_or("–".into(), |worst| scientific(worst.bound))) }))
                 (cell("ratio", html! { (worst.map_or("–".into(), |worst| scientific(worst.ratio()))) }))
-                td.chart role="cell" { (chart::histogram(&planned.name, &tally.histogram)) }
+                td.chart role="cell" { (chart::histogram(name, &tally.histogram)) }
             }
         }
     };

@@ -1,7 +1,7 @@
 //! What the rows of a campaign add up to, law by law; no row is kept.
 
-use euler_poincare::harness::Verdict;
-use std::collections::{BTreeMap, BTreeSet, HashSet};
+use euler_poincare::harness::{Done, Record, Shard, Verdict};
+use std::collections::{BTreeMap, BTreeSet};
 
 /// log₁₀(defect/bound) in bins; with one below for smaller ratios and zero, and one above for all larger ones.
 #[derive(Clone, Debug)]
@@ -78,18 +78,6 @@ impl std::ops::AddAssign for Count {
 /// By category, then by label.
 pub type Coverage = BTreeMap<String, BTreeMap<String, Count>>;
 
-/// The outcome of one case, as a row tells it.
-pub enum Outcome<'a> {
-    /// defect and bound.
-    Holds(f64, f64),
-    /// defect, bound and witness.
-    Broken(f64, f64, &'a str),
-    /// The reason.
-    Inconclusive(&'a str),
-    /// The reason.
-    NotApplicable(&'a str),
-}
-
 /// What the rows of one law say.
 #[derive(Clone, Debug)]
 pub struct Tally {
@@ -117,15 +105,15 @@ pub struct Tally {
     pub first_undecided: Option<usize>,
     /// What the cases are examples of.
     pub coverage: Coverage,
-    seen: HashSet<usize>,
+    seen: Done,
 }
 
 /// How many of the first cases of a kind are remembered.
 const FIRST: usize = 10;
 
 impl Tally {
-    /// Of no rows.
-    pub fn new() -> Self {
+    /// Of no rows, for the cases of a shard.
+    pub fn new(shard: Shard) -> Self {
         Self {
             cases: 0,
             held: 0,
@@ -139,47 +127,57 @@ impl Tally {
             first_held: BTreeSet::new(),
             first_undecided: None,
             coverage: Coverage::new(),
-            seen: HashSet::new(),
+            seen: Done::new(shard),
         }
     }
 
-    /// Whether the case is new.
-    pub fn visit(&mut self, index: usize) -> bool {
-        let new = self.seen.insert(index);
-        self.cases += usize::from(new);
-        new
-    }
-
-    /// Adds what a new case showed.
-    pub fn add(&mut self, index: usize, outcome: &Outcome<'_>) {
-        match *outcome {
-            Outcome::Holds(defect, bound) => {
+    /// Adds a row; false where its case is there already.
+    pub fn add(&mut self, record: &Record) -> bool {
+        let index = record.index;
+        if !self.seen.insert(index) {
+            return false;
+        }
+        self.cases += 1;
+        match &record.verdict {
+            Verdict::Holds { .. } => {
                 self.held += 1;
                 keep_first(&mut self.first_held, index);
-                self.measured(Judged { index, defect, bound });
             }
-            Outcome::Broken(defect, bound, witness) => {
+            Verdict::Broken { defect, bound, witness } => {
                 self.broken += 1;
-                let judged = Judged { index, defect, bound };
-                let last = self.broken_cases.last_key_value().map_or(usize::MAX, |(last, _)| *last);
-                if self.broken_cases.len() < FIRST || index < last {
-                    self.broken_cases.insert(index, (judged.clone(), witness.to_owned()));
-                    if self.broken_cases.len() > FIRST {
-                        self.broken_cases.pop_last();
-                    }
-                }
-                self.measured(judged);
+                self.keep_broken(Judged { index, defect: *defect, bound: *bound }, witness);
             }
-            Outcome::Inconclusive(why) => {
+            Verdict::Inconclusive { why } => {
                 count(&mut self.inconclusive, why, 1);
                 self.first_undecided = Some(self.first_undecided.map_or(index, |first| first.min(index)));
             }
-            Outcome::NotApplicable(why) => count(&mut self.not_applicable, why, 1),
+            Verdict::NotApplicable { why } => count(&mut self.not_applicable, why, 1),
+        }
+        let measured = record.verdict.measured();
+        if let Some((defect, bound)) = measured {
+            self.measured(Judged { index, defect, bound });
+        }
+        for (category, label) in record.each_label() {
+            self.label(category, label, measured.is_some());
+        }
+        for (reason, number) in &record.rejections {
+            count(&mut self.rejections, reason, *number);
+        }
+        true
+    }
+
+    fn keep_broken(&mut self, judged: Judged, witness: &str) {
+        let last = self.broken_cases.last_key_value().map_or(0, |(last, _)| *last);
+        if self.broken_cases.len() < FIRST || judged.index < last {
+            self.broken_cases.insert(judged.index, (judged, witness.to_owned()));
+            if self.broken_cases.len() > FIRST {
+                self.broken_cases.pop_last();
+            }
         }
     }
 
-    /// Adds a label of a case.
-    pub fn label(&mut self, category: &str, label: &str, judged: bool) {
+    fn label(&mut self, category: &str, label: &str, judged: bool) {
+        // Looked up first: a text is made only for what is new.
         if !self.coverage.contains_key(category) {
             self.coverage.insert(category.to_owned(), BTreeMap::new());
         }
@@ -189,11 +187,6 @@ impl Tally {
             Some(count) => *count += more,
             None => drop(labels.insert(label.to_owned(), more)),
         }
-    }
-
-    /// Adds values that the generator threw away.
-    pub fn reject(&mut self, reason: &str, number: usize) {
-        count(&mut self.rejections, reason, number);
     }
 
     fn measured(&mut self, judged: Judged) {
