@@ -2,6 +2,8 @@
 
 #[path = "command/order.rs"]
 mod order;
+#[path = "command/page.rs"]
+mod page;
 
 use euler_poincare::system::{Case, Replay};
 use serde_json::Value;

@@ -1,10 +1,10 @@
 //! The files of a campaign, as they are: what is damaged, repeated or not there is counted and told.
 
-use super::super::Failure;
+use super::super::{Failure, program};
 use super::tally::Tally;
 use euler_poincare::harness::Record;
-use euler_poincare::harness::store::{FAILURES, MANIFEST, Manifest, ManifestLaw, RESULTS, Store, StoreError, TIMINGS, Timing};
-use euler_poincare::system::Replay;
+use euler_poincare::harness::store::{FAILURES, Manifest, ManifestLaw, RESULTS, Store, StoreError, TIMINGS, Timing};
+use euler_poincare::system::{Case, Replay};
 use serde::Deserialize;
 use std::collections::{BTreeMap, HashMap};
 use std::fs::{self, File};
@@ -72,6 +72,8 @@ pub struct Saved {
 pub struct Found {
     /// The campaign.
     pub manifest: Manifest,
+    /// Whether it was not run by this program.
+    pub another_program: bool,
     /// Whether another process is writing.
     pub running: bool,
     /// What each of its laws showed, in its order.
@@ -102,14 +104,8 @@ impl Found {
             let reason = if directory.exists() { "is not a directory" } else { "there is no such directory" };
             return Err(Failure::file(directory, reason));
         }
-        let manifest = Manifest::read(directory).map_err(|error| match error {
-            StoreError::NoCampaign { .. } => {
-                Failure::file(directory, format!("no campaign: there is no {MANIFEST}; `verify --out DIR` makes one"))
-            }
-            StoreError::Io { path, error } => Failure::file(&path, error),
-            StoreError::Damaged { path, reason, .. } => Failure::file(&path, reason),
-            other => Failure::Usage(other.to_string()),
-        })?;
+        let manifest = Manifest::read(directory)?;
+        let here = program::manifest::<Case>(manifest.seed, None, &[])?;
         // The lock is let go at once.
         let running = matches!(Store::open(directory), Err(StoreError::InUse { .. }));
         let mut tallies: Vec<Tally> = manifest.laws.iter().map(|_| Tally::new(manifest.shard())).collect();
@@ -120,6 +116,7 @@ impl Found {
         let (faults, fault_damage) =
             faults.map_or((None, Damage::default()), |(faults, damage)| (Some(faults), damage));
         Ok(Self {
+            another_program: !manifest.program_differences(&here).is_empty(),
             running,
             tallies,
             started: results.is_some(),

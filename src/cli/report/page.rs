@@ -173,13 +173,18 @@ fn head(found: &Found, totals: &Totals) -> Markup {
             @if let Some(cases) = manifest.cases { div { dt { "cases per cheap law" } dd { (integer(cases)) } } }
             div {
                 dt { "program" }
-                dd { "euler-poincare " (manifest.version) ", " code { (manifest.binary.chars().take(16).collect::<String>()) } }
+                dd { "euler-poincare " (manifest.version) ", " code { (short(&manifest.binary)) } }
             }
             @if manifest.shard.is_some() { div { dt { "shard" } dd { (manifest.shard().to_string()) } } }
             @if let Some(fault) = &manifest.plant { div { dt { "planted fault" } dd { code { (fault) } } } }
             div { dt { "judged" } dd { (percent(judged, totals.done)) " % of the cases" } }
         }
     }
+}
+
+/// The first digits of a hash.
+fn short(hash: &str) -> String {
+    hash.chars().take(12).collect()
 }
 
 /// What a reader must know before believing the rest.
@@ -194,10 +199,10 @@ fn notes(found: &Found, totals: &Totals, orders: &[Order]) -> Markup {
     if let Some(fault) = &found.manifest.plant {
         notes.push(html! { "The fault " code { (fault) } " was planted in the subjects of the laws: what is broken was meant to break." });
     }
-    if found.manifest.version != env!("CARGO_PKG_VERSION") {
+    if found.another_program {
         notes.push(html! {
-            "The campaign ran with version " (found.manifest.version) ", this page was made by version " (env!("CARGO_PKG_VERSION"))
-            ": statements, sources and plots are those of the latter."
+            "The campaign was run by another program (version " (found.manifest.version) ", " code { (short(&found.manifest.binary)) }
+            "): statements, sources and plots are those of the program that made this page."
         });
     }
     notes.extend(damage("results.jsonl", &found.damage));
