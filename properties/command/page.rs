@@ -178,8 +178,11 @@ fn text_is_escaped() {
         line(2, &format!(r#""verdict":"not applicable","why":"{evil}","rejections":{{"{evil}":3}}"#)),
     ];
     let campaign = made_up(&here, &[(evil, 3)], Some(&results.concat()));
-    fs::write(campaign.join("faults.jsonl"), format!(r#"{{"law":"{evil}","fault":"{evil}","caught_after":null}}"#) + "\n")
-        .unwrap();
+    fs::write(
+        campaign.join("faults.jsonl"),
+        format!(r#"{{"law":"{evil}","fault":"{evil}","caught_after":null}}"#) + "\n",
+    )
+    .unwrap();
     fs::write(campaign.join("timings.jsonl"), format!(r#"{{"law":"{evil}","index":0,"seconds":1.5}}"#) + "\n").unwrap();
     fs::create_dir(campaign.join("failures")).unwrap();
     fs::write(campaign.join("failures/<b>.json"), evil).unwrap();

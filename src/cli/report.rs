@@ -2,11 +2,16 @@
 
 mod again;
 mod chart;
+mod coverage;
+mod failures;
+mod faults;
 mod files;
 mod numbers;
+mod orders;
 mod page;
-mod sections;
 mod tally;
+mod timings;
+mod undecided;
 
 use super::{Failure, print};
 use files::Found;

@@ -77,7 +77,8 @@ pub struct Failures<'a> {
 
 /// Runs what is needed: so many cases of each order law, and the failing cases on file.
 pub fn run(found: &Found, plots: usize) -> (Vec<Order>, Failures<'_>) {
-    let wanted: Vec<(&CaseLaw, Vec<Choice>)> = order_laws(found).map(|(law, tally)| (law, chosen(tally, plots))).collect();
+    let wanted: Vec<(&CaseLaw, Vec<Choice>)> =
+        order_laws(found).map(|(law, tally)| (law, chosen(tally, plots))).collect();
     let jobs: Vec<(&'static CaseLaw, Choice)> =
         wanted.iter().flat_map(|(law, choices)| choices.iter().map(|choice| (*law, *choice))).collect();
     let (known, refused, rest) = sorted(&found.failures);
@@ -107,8 +108,9 @@ pub fn run(found: &Found, plots: usize) -> (Vec<Order>, Failures<'_>) {
         .collect();
     bar.clear();
     let mut shown = shown.into_iter();
-    let orders = wanted.into_iter().map(|(law, choices)| Order { law, cases: shown.by_ref().take(choices.len()).collect() });
-    (orders.filter(|order| !order.cases.is_empty()).collect(), Failures { shown: failing, refused, rest })
+    let orders =
+        wanted.into_iter().map(|(law, choices)| Order { law, cases: shown.by_ref().take(choices.len()).collect() });
+    (orders.filter(|order| order.cases.iter().any(|case| !case.curves.is_empty())).collect(), Failures { shown: failing, refused, rest })
 }
 
 const PLOTS: &str = "order plots";
@@ -176,7 +178,12 @@ fn sorted(saved: &[Saved]) -> (Vec<Known<'_>>, Refused<'_>, Vec<&str>) {
     let (mut known, mut refused, mut rest) = (Vec::new(), Vec::new(), Vec::new());
     for saved in saved {
         let file = saved.file.as_str();
-        match saved.replay.as_ref().map_err(String::clone).and_then(|replay| subject(replay).map(|found| (replay, found))) {
+        match saved
+            .replay
+            .as_ref()
+            .map_err(String::clone)
+            .and_then(|replay| subject(replay).map(|found| (replay, found)))
+        {
             Err(why) => refused.push((file, why)),
             Ok(_) if known.len() == FAILURES => rest.push(file),
             Ok((replay, (law, fault))) => known.push(((file, replay), law, fault)),

@@ -29,7 +29,8 @@ pub fn histogram(law: &str, histogram: &Histogram) -> Markup {
     let bound = Histogram::above_bound();
     let all = || counts.iter().enumerate().map(|(bin, count)| (bin, if *count > 0 { height(*count) } else { 0.0 }));
     let (below, above) = (bars(all().take(bound), WIDTH, HEIGHT + 2.0), bars(all().skip(bound), WIDTH, HEIGHT + 2.0));
-    let place = |exponent: i32| WIDTH + (f64::from(exponent) - Histogram::LOWEST) * WIDTH * Histogram::PER_DECADE as f64;
+    let place =
+        |exponent: i32| WIDTH + (f64::from(exponent) - Histogram::LOWEST) * WIDTH * Histogram::PER_DECADE as f64;
     let full = counts.len() as f64 * WIDTH;
     html! {
         svg.histogram viewBox=(format!("0 0 {full} 50")) role="img" aria-label=(told(law, histogram)) {
@@ -143,7 +144,7 @@ pub fn order(label: &str, curves: &[Curve]) -> Markup {
 }
 
 /// The class that gives a curve its colour.
-pub fn series(k: usize) -> &'static str {
+fn series(k: usize) -> &'static str {
     ["series-0", "series-1", "series-2", "series-3"][k.min(3)]
 }
 
@@ -172,7 +173,7 @@ fn predicted(x: &Axis, y: &Axis, line: &[(f64, f64, Kind)], slope: u32) -> Marku
 }
 
 /// A mark whose shape tells the quantity, and whose filling what the level is.
-pub fn mark(x: f64, y: f64, kind: Kind, k: usize) -> Markup {
+fn mark(x: f64, y: f64, kind: Kind, k: usize) -> Markup {
     let class = match kind {
         Kind::Asymptotic => "asymptotic",
         Kind::PreAsymptotic => "pre-asymptotic",
@@ -186,4 +187,9 @@ pub fn mark(x: f64, y: f64, kind: Kind, k: usize) -> Markup {
         1 => html! { path class=(class) d=(format!("M{:.1} {:.1}h7v7h-7z", x - 3.5, y - 3.5)) {} },
         _ => html! { path class=(class) d=(format!("M{:.1} {:.1}l4.2 7.4h-8.4z", x, y - 4.6)) {} },
     }
+}
+
+/// A mark by itself, for a legend.
+pub fn key(kind: Kind, k: usize) -> Markup {
+    html! { svg.key class=(series(k)) viewBox="0 0 14 14" aria-hidden="true" { (mark(7.0, 7.0, kind, k)) } }
 }

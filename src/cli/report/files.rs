@@ -161,7 +161,10 @@ fn open(path: &Path) -> Result<Option<BufReader<File>>, Failure> {
 }
 
 /// Gives each line of a file to `take`, which says what is wrong with it; `None` without a file.
-fn lines(path: &Path, mut take: impl FnMut(&[u8], &mut Damage) -> Result<(), String>) -> Result<Option<Damage>, Failure> {
+fn lines(
+    path: &Path,
+    mut take: impl FnMut(&[u8], &mut Damage) -> Result<(), String>,
+) -> Result<Option<Damage>, Failure> {
     let Some(mut file) = open(path)? else { return Ok(None) };
     let (mut damage, mut line, mut number) = (Damage::default(), Vec::new(), 0);
     loop {

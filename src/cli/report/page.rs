@@ -2,9 +2,10 @@
 
 use super::again::{Failures, Order};
 use super::files::{Damage, Found, planned};
-use super::sections;
 use super::tally::Tally;
-use super::{chart, numbers::*};
+use super::numbers::*;
+use super::{chart, coverage, failures, faults, orders, timings, undecided};
+use euler_poincare::harness::Verdict;
 use euler_poincare::harness::store::ManifestLaw;
 use euler_poincare::laws::{self, CaseLaw};
 use maud::{DOCTYPE, Markup, PreEscaped, html};
@@ -58,7 +59,9 @@ impl Totals {
         let judged = self.held + self.broken;
         let found = match self.broken_laws.as_slice() {
             _ if judged == 0 => "No case has been judged".to_owned(),
-            [] => format!("Nothing is broken: every law holds on every one of the {} that could be judged", cases(judged)),
+            [] => {
+                format!("Nothing is broken: every law holds on every one of the {} that could be judged", cases(judged))
+            }
             [law] => format!("One law is broken, {law}, on {} of the {} judged", integer(self.broken), cases(judged)),
             broken => format!(
                 "{} laws are broken, on {} of the {} judged",
@@ -78,7 +81,7 @@ impl Totals {
 }
 
 /// The page as text.
-pub fn page(found: &Found, orders: &[Order], failures: &Failures<'_>) -> String {
+pub fn page(found: &Found, plotted: &[Order], failing: &Failures<'_>) -> String {
     let totals = Totals::of(found);
     let title = format!("Campaign of seed {}", found.manifest.seed);
     let contents = [
@@ -108,19 +111,19 @@ pub fn page(found: &Found, orders: &[Order], failures: &Failures<'_>) -> String 
                         (totals.outcome())
                     }
                     (head(found, &totals))
-                    (notes(found, &totals, orders))
+                    (notes(found, &totals, plotted))
                     nav aria-label="Sections" {
                         @for (id, name) in contents { a href=(format!("#{id}")) { (name) } }
                     }
                 }
                 main {
                     (verdicts(found))
-                    (sections::undecided(found))
-                    (sections::coverage(found))
-                    (sections::orders(orders))
-                    (sections::faults(found))
-                    (sections::failures(found, failures))
-                    (sections::timings(found))
+                    (undecided::section(found))
+                    (coverage::section(found))
+                    (orders::section(plotted))
+                    (faults::section(found))
+                    (failures::section(found, failing))
+                    (timings::section(found))
                 }
                 footer { p { "Made by euler-poincare " (env!("CARGO_PKG_VERSION")) "." } }
             }
@@ -142,6 +145,49 @@ pub fn section(id: &str, title: &str, body: Markup) -> Markup {
 /// A table that scrolls in a frame of its own, which the keyboard reaches.
 pub fn scrolling(label: &str, table: Markup) -> Markup {
     html! { div.scroll role="region" tabindex="0" aria-label=(label) { (table) } }
+}
+
+/// A column of a table.
+pub enum Column<'a> {
+    /// Of words.
+    Text(&'a str),
+    /// Of numbers.
+    Number(&'a str),
+}
+
+/// The head of a table.
+pub fn header(columns: &[Column<'_>]) -> Markup {
+    html! {
+        thead {
+            tr {
+                @for column in columns {
+                    @match column {
+                        Column::Text(name) => th scope="col" { (name) },
+                        Column::Number(name) => th.number scope="col" { (name) },
+                    }
+                }
+            }
+        }
+    }
+}
+
+/// A bar as long as `part` of `whole`.
+pub fn gauge(part: f64, whole: f64) -> Markup {
+    html! { span style=(format!("width:{:.1}%", 100.0 * part / whole.max(f64::MIN_POSITIVE))) {} }
+}
+
+/// A verdict in a line.
+pub fn verdict(verdict: &Verdict) -> Markup {
+    let numbers = |defect: f64, bound: f64| {
+        let ratio = verdict.ratio().unwrap_or(f64::NAN);
+        format!("defect {}, bound {}, ratio {}", scientific(defect), scientific(bound), scientific(ratio))
+    };
+    match verdict {
+        Verdict::Holds { defect, bound } => html! { "holds, " (numbers(*defect, *bound)) },
+        Verdict::Broken { defect, bound, .. } => html! { span.alarm { "broken" } ", " (numbers(*defect, *bound)) },
+        Verdict::Inconclusive { why } => html! { "inconclusive: " (why) },
+        Verdict::NotApplicable { why } => html! { "not applicable: " (why) },
+    }
 }
 
 fn head(found: &Found, totals: &Totals) -> Markup {
@@ -191,25 +237,34 @@ fn short(hash: &str) -> String {
 fn notes(found: &Found, totals: &Totals, orders: &[Order]) -> Markup {
     let mut notes: Vec<Markup> = Vec::new();
     if found.running {
-        notes.push(html! { "Another process was writing here when the page was made: the numbers are those of that moment." });
+        notes.push(
+            html! { "Another process was writing here when the page was made: the numbers are those of that moment." },
+        );
     }
     if !found.started {
         notes.push(html! { "There are no results: " code { "results.jsonl" } " is not there." });
     }
     if let Some(fault) = &found.manifest.plant {
-        notes.push(html! { "The fault " code { (fault) } " was planted in the subjects of the laws: what is broken was meant to break." });
+        notes.push(html! {
+            "The fault " code { (fault) } " was planted in the subjects of the laws: what is broken was meant to break."
+        });
     }
     if found.another_program {
         notes.push(html! {
-            "The campaign was run by another program (version " (found.manifest.version) ", " code { (short(&found.manifest.binary)) }
-            "): statements, sources and plots are those of the program that made this page."
+            "The campaign was run by another program (version " (found.manifest.version) ", "
+            code { (short(&found.manifest.binary)) } "): statements, sources and plots are those of the program that made this page."
         });
     }
     notes.extend(damage("results.jsonl", &found.damage));
     notes.extend(damage("timings.jsonl", &found.time_damage));
     notes.extend(damage("faults.jsonl", &found.fault_damage));
-    let unknown: Vec<&str> =
-        found.manifest.laws.iter().filter(|law| laws::named(&law.name).is_none()).map(|law| law.name.as_str()).collect();
+    let unknown: Vec<&str> = found
+        .manifest
+        .laws
+        .iter()
+        .filter(|law| laws::named(&law.name).is_none())
+        .map(|law| law.name.as_str())
+        .collect();
     if !unknown.is_empty() {
         notes.push(html! { "Laws that this program does not know: " (unknown.join(", ")) "." });
     }
@@ -285,7 +340,8 @@ fn verdicts(found: &Found) -> Markup {
         table.verdicts role="table" {
             caption {
                 "Defects of identities are in units of round-off, those of orders are distances of slopes. The bars count cases by "
-                "log₁₀(defect/bound), on a logarithmic scale; the line at 1 is the bound, the leftmost bar is for all that is smaller."
+                "log₁₀(defect/bound), on a logarithmic scale; the line at 1 is the bound, the leftmost bar is for all that is "
+                "smaller."
             }
             thead role="rowgroup" {
                 tr role="row" {
