@@ -1,5 +1,7 @@
 //! Properties of the command: exit codes, formats, determinism, saved cases.
 
+#[path = "command/campaign.rs"]
+mod campaign;
 #[path = "command/order.rs"]
 mod order;
 #[path = "command/page.rs"]

@@ -2,6 +2,8 @@
 
 #[path = "harness/evidence.rs"]
 mod evidence;
+#[path = "harness/store.rs"]
+mod store;
 
 use euler_poincare::harness::convergence::{Estimate, Kind, Level, estimate, estimate_pairs, kinds};
 use euler_poincare::harness::ladder::{Cause, Sample, cause};
