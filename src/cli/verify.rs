@@ -2,19 +2,18 @@
 
 use super::laws::select;
 use super::progress::Bar;
-use super::{Failure, Format, faults, print, report};
+use super::{Failure, Format, failure, faults, print, report};
 use euler_poincare::harness::{BoxedStrategy, Campaign, Cost, Fault, Law, Report, Summary, Verdict};
 use euler_poincare::laws::CaseLaw;
+use euler_poincare::laws::replay::{REGRESSIONS, save};
 use euler_poincare::system::{Case, Replay, labels};
 use std::collections::BTreeSet;
-use std::fs;
 use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 use std::time::Instant;
 
 /// Where saved cases belong, where it is there: next to the other snapshots.
 const SNAPSHOTS: &str = "snapshots";
-const REGRESSIONS: &str = "snapshots/regressions";
 
 /// Of each broken law one case is shrunk, with so many checks. A number, not a time: the same case on every machine.
 const SHRINK_CHECKS: usize = 200;
@@ -58,11 +57,13 @@ pub fn run(arguments: Arguments) -> Result<ExitCode, Failure> {
         return pool.install(|| faults::run(&laws, arguments.seed, arguments.sizes, arguments.format));
     }
     let subjects = subjects(laws, arguments.plant.as_deref())?;
+    let regressions = || failure::regressions(arguments.format, |law| subjects.iter().any(|s| s.law.name == law));
+    let kept = pool.install(regressions)?;
     let start = Instant::now();
     let report = pool.install(|| campaign(&subjects, arguments.seed, arguments.cases as usize));
     let time = start.elapsed().as_secs_f64();
     // Saved before anything is printed, so that a closed pipe loses nothing.
-    let broken = save(&subjects, &report);
+    let broken = saved(&subjects, &report);
     match arguments.format {
         Format::Text => {
             let campaign = report::Campaign { report: &report, threads: pool.current_num_threads(), seconds: time };
@@ -73,7 +74,7 @@ pub fn run(arguments: Arguments) -> Result<ExitCode, Failure> {
             eprint!("{}", broken.concat());
         }
     }
-    Ok(if report.holds() { ExitCode::SUCCESS } else { ExitCode::from(1) })
+    Ok(if report.holds() && kept { ExitCode::SUCCESS } else { ExitCode::from(1) })
 }
 
 /// A law with a fault planted in its subject, or with none.
@@ -158,7 +159,7 @@ fn json(report: &Report<Case>) -> Result<String, Failure> {
 }
 
 /// Saves the shrunk cases; a text for each broken law that tells what and where.
-fn save(subjects: &[Subject], report: &Report<Case>) -> Vec<String> {
+fn saved(subjects: &[Subject], report: &Report<Case>) -> Vec<String> {
     let broken = subjects.iter().zip(&report.laws).filter(|(_, summary)| !summary.broken.is_empty());
     broken.map(|(subject, summary)| broken_text(subject, summary)).collect()
 }
@@ -172,22 +173,16 @@ fn broken_text(subject: &Subject, summary: &Summary<Case>) -> String {
             fault: subject.fault.map(|fault| fault.name.into()),
             case: failure.case.clone(),
         };
-        report::failure(failure, write(&replay))
+        let saved = write(&replay);
+        failure::campaign(&replay, failure.checks, saved.as_deref().map_err(String::as_str))
     });
     format!("\n{}{}", report::broken(subject, summary), saved.collect::<String>())
 }
 
 /// Writes the record; the path, or why not.
 fn write(replay: &Replay) -> Result<PathBuf, String> {
-    let text = replay.to_json().map_err(|error| error.to_string())?;
     // A failure that was planted is no regression.
     let regressions = replay.fault.is_none() && Path::new(SNAPSHOTS).is_dir();
     let directory = Path::new(if regressions { REGRESSIONS } else { "" });
-    if regressions {
-        fs::create_dir_all(directory).map_err(|error| format!("{}: {error}", directory.display()))?;
-    }
-    let fault = replay.fault.as_ref().map(|fault| format!("-{fault}")).unwrap_or_default();
-    let path = directory.join(format!("{}{fault}-seed{}-case{}.json", replay.law, replay.seed, replay.index));
-    fs::write(&path, text + "\n").map_err(|error| format!("{}: {error}", path.display()))?;
-    Ok(path)
+    save(directory, replay).map_err(|error| format!("{}: {error}", directory.display()))
 }

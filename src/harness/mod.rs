@@ -20,7 +20,7 @@ pub use draw::{Drawn, Tree, case_seed, draw};
 pub(crate) use guard::guarded;
 pub use guard::verdict_on;
 pub use law::{Cost, Fault, Law, Verdict};
-pub use shrink::{Failure, shrink};
+pub use shrink::{Failure, Shrunk, shrink, shrink_from};
 pub use summary::{Count, Line, Report, Summary, Worst};
 
 pub use proptest::strategy::BoxedStrategy;

@@ -14,6 +14,8 @@ pub mod random;
 mod rates;
 pub mod replay;
 mod shrink;
+pub mod simpler;
+mod snippet;
 mod so3;
 
 pub use case::{Case, Force as ForceTerm, Motion};
@@ -23,4 +25,5 @@ pub use error::{CaseError, Place, Problem};
 pub use file::{FileError, SystemFile};
 pub use random::{Cases, cases, labels};
 pub use replay::Replay;
+pub use snippet::snippet;
 pub use so3::So3Retraction;

@@ -39,7 +39,7 @@ pub struct Cases {
     pub(super) quadratic: bool,
     pub(super) retraction: Option<Tau>,
     pub(super) exponents: (u32, u32),
-    tableaux: BoxedStrategy<Description>,
+    pub(super) tableaux: BoxedStrategy<Description>,
 }
 
 /// All cases: every algebra of the catalogue, products and algebras by constants; bases; inertias; forces; tableaux;
@@ -195,6 +195,9 @@ impl Strategy for Cases {
     type Value = Case;
 
     fn new_tree(&self, runner: &mut TestRunner) -> NewTree<Self> {
+        if let Some(answer) = super::simpler::answer(self) {
+            return answer;
+        }
         let tableau = self.tableaux.new_tree(runner)?;
         for _ in 0..ATTEMPTS {
             let drawn = generate::case(&mut Draw(runner.rng()), self, tableau.current());
@@ -225,6 +228,13 @@ pub struct CaseTree {
 }
 
 impl CaseTree {
+    /// A case as it is: its tableau does not move.
+    pub(super) fn fixed(knobs: Cases, case: Case) -> Self {
+        let tableau: Box<dyn ValueTree<Value = Description>> = Box::new(Fixed(case.method.tableau.clone()));
+        let best = case.clone();
+        Self { knobs, best, current: case, tableau, tableau_done: true, candidates: Vec::new().into_iter() }
+    }
+
     fn with_tableau(&self) -> Case {
         let mut case = self.best.clone();
         case.method.tableau = self.tableau.current();
@@ -275,5 +285,24 @@ impl ValueTree for CaseTree {
             return true;
         }
         self.restart()
+    }
+}
+
+/// A tableau that does not shrink.
+struct Fixed(Description);
+
+impl ValueTree for Fixed {
+    type Value = Description;
+
+    fn current(&self) -> Description {
+        self.0.clone()
+    }
+
+    fn simplify(&mut self) -> bool {
+        false
+    }
+
+    fn complicate(&mut self) -> bool {
+        false
     }
 }
