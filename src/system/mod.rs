@@ -3,16 +3,19 @@
 //! The same value is generated ([`random`]), shrunk, printed, saved ([`replay`]) and read from a file ([`mod@file`]); it
 //! becomes typed in one place ([`dispatch`]).
 
+mod arbitrary;
 pub mod case;
 pub mod dispatch;
 mod document;
 pub mod error;
 pub mod file;
+mod fixed;
 mod generate;
 mod labels;
 pub mod random;
 mod rates;
 pub mod replay;
+pub mod shares;
 mod shrink;
 pub mod simpler;
 mod snippet;

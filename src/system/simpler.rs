@@ -65,7 +65,7 @@ fn size(tableau: &Description) -> (usize, bool, usize, String) {
 
 impl Cases {
     /// Simpler tableaux than `tableau` that are drawn often enough to be seen, the simplest first.
-    fn simpler_tableaux(&self, tableau: &Description) -> Vec<Description> {
+    pub(super) fn simpler_tableaux(&self, tableau: &Description) -> Vec<Description> {
         let mut runner = fixed_runner();
         let mut found = Vec::new();
         for draw in 0..DRAWS {
@@ -87,7 +87,7 @@ impl Cases {
 
     /// Cases that are simpler than `case` and that the knobs admit, the boldest first: a pure function of both, whoever drew the
     /// case. Each can be built, its inertia is positive definite and its step is small enough for its motion.
-    pub fn simpler(&self, case: &Case) -> impl Iterator<Item = Case> {
+    pub fn simpler(&self, case: &Case) -> impl Iterator<Item = Case> + use<> {
         let tableaux = self.simpler_tableaux(&case.method.tableau);
         let exchanged = tableaux.into_iter().map({
             let case = case.clone();
