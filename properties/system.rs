@@ -4,10 +4,10 @@ use euler_poincare::algebra::catalogue::Entry;
 use euler_poincare::mechanics::{Force, Lagrangian};
 use euler_poincare::retraction::Retraction;
 use euler_poincare::scalar::{Dd, Number, Real};
-use euler_poincare::system::case::{Algebra, Constant, Inertia, Lagrangian, Motion, Start, Structure, Tau};
+use euler_poincare::system::case::{Algebra, Constant, Inertia, Motion, Start, Structure, Tau};
 use euler_poincare::system::file::{Horizon, example};
 use euler_poincare::system::shares::{SHARES, Share};
-use euler_poincare::system::{Case, Cases, Replay, System, SystemFile, Visitor, cases, labels};
+use euler_poincare::system::{Case, Cases, Replay, System, SystemFile, Visitor, case, cases, labels};
 use euler_poincare::tableau::{Description, Family};
 use proptest::strategy::{Strategy, ValueTree};
 use proptest::test_runner::{Config, RngAlgorithm, TestRng, TestRunner};
@@ -649,7 +649,7 @@ fn quickcheck_shrinks_cases_and_parts() {
         }
     }
     for _ in 0..40 {
-        let (mut algebra, mut lagrangian) = (Algebra::arbitrary(&mut g), Lagrangian::arbitrary(&mut g));
+        let (mut algebra, mut lagrangian) = (Algebra::arbitrary(&mut g), case::Lagrangian::arbitrary(&mut g));
         let (n, mut tableau) = (lagrangian.dimension(), Description::arbitrary(&mut g));
         while let Some(next) = algebra.shrink().next() {
             algebra = next;
@@ -661,7 +661,10 @@ fn quickcheck_shrinks_cases_and_parts() {
             tableau = next;
         }
         assert_eq!(algebra.structure, Structure::Named(Entry::Abelian(1)));
-        assert_eq!(lagrangian, Lagrangian { inertia: Inertia::Diagonal(vec![Number::from(1); n]), quartic: None });
+        assert_eq!(
+            lagrangian,
+            case::Lagrangian { inertia: Inertia::Diagonal(vec![Number::from(1); n]), quartic: None }
+        );
         assert_eq!(tableau, Description::Family(Family::Gauss, 1));
     }
 }

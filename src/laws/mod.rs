@@ -53,8 +53,8 @@ pub mod variational_error;
 pub use source::Source;
 
 use crate::harness::{Cost, Fault, Law, Verdict};
-use crate::system::{Case, Cases, cases};
 use crate::system::simpler::simpler;
+use crate::system::{Case, Cases, cases};
 use proptest::strategy::BoxedStrategy;
 
 /// A law on cases: its description, its generator and its check.
