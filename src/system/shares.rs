@@ -40,7 +40,8 @@ impl Share {
     }
 }
 
-/// Every label, with its share. A force counts once for each kind of term that it has.
+/// Every label, with its share; the intervals are those of a second program that draws the same, half a point to each side (of the
+/// angles, which need the system, as they were found). A force counts once for each kind of term that it has.
 pub const SHARES: &[Share] = &[
     Share::exact("algebra", "rn", 8.0),
     Share::exact("algebra", "so3", 15.0),
@@ -60,5 +61,44 @@ pub const SHARES: &[Share] = &[
     Share::exact("retraction", "cayley", 44.0),
     Share::exact("retraction", "exp", 56.0),
     Share::exact("angle", "none", 56.0),
+    Share::within("angle", "tiny", 6.4, 7.4),
+    Share::within("angle", "moderate", 28.0, 33.0),
+    Share::within("angle", "near-pi", 4.5, 8.5),
     Share::exact("force", "none", 25.0),
+    // Some forces vanish on abelian algebras: they are never the only one there.
+    Share::within("force", "double-bracket", 22.7, 23.7),
+    Share::within("force", "metriplectic", 22.7, 23.7),
+    Share::within("force", "linear-drag", 17.2, 18.2),
+    Share::within("force", "quadratic-drag", 15.1, 16.1),
+    Share::within("force", "constant", 12.0, 13.0),
+    Share::within("force", "periodic", 12.0, 13.0),
+    Share::within("class", "abelian", 8.2, 9.2),
+    Share::within("class", "nilpotent", 13.1, 14.1),
+    Share::within("class", "solvable", 24.8, 25.8),
+    Share::within("class", "simple", 23.6, 24.6),
+    Share::within("class", "semisimple", 10.0, 11.0),
+    Share::within("class", "mixed", 17.3, 18.3),
+    Share::within("unimodular", "yes", 82.8, 83.8),
+    Share::within("unimodular", "no", 16.2, 17.2),
+    Share::within("dimension", "1", 1.8, 2.8),
+    Share::within("dimension", "2", 9.9, 10.9),
+    Share::within("dimension", "3", 45.6, 46.6),
+    Share::within("dimension", "4", 6.9, 7.9),
+    Share::within("dimension", "5", 6.5, 7.5),
+    Share::within("dimension", "6", 22.8, 23.8),
+    Share::within("dimension", "7", 0.8, 1.8),
+    Share::within("dimension", "8", 1.8, 2.8),
+    Share::within("inertia", "unit", 9.7, 10.7),
+    Share::within("inertia", "diagonal", 30.1, 31.1),
+    Share::within("inertia", "full", 29.6, 30.6),
+    Share::within("inertia", "thin", 18.3, 19.3),
+    Share::within("inertia", "nearly-unit", 9.7, 10.7),
+    // Weights out of 126 for the named ones, which are four of nine, and so on.
+    Share::exact("tableau", "gauss", 100.0 * 992.0 / 9450.0),
+    Share::exact("tableau", "lobatto", 100.0 * 1440.0 / 9450.0),
+    Share::exact("tableau", "radau", 100.0 * 960.0 / 9450.0),
+    Share::exact("tableau", "classic", 100.0 * 1018.0 / 9450.0),
+    Share::within("tableau", "explicit", 11.1, 12.1),
+    Share::within("tableau", "diagonally-implicit", 16.2, 17.2),
+    Share::within("tableau", "fully-implicit", 24.5, 25.5),
 ];
