@@ -16,12 +16,13 @@ use super::replay::Replay;
 /// ```
 pub fn snippet(replay: &Replay) -> String {
     let (law, seed, index) = (&replay.law, replay.seed, replay.index);
-    let (planted, fault, passed) = match &replay.fault {
-        None => (String::new(), String::new(), "None"),
+    let (planted, fault, passed, imported) = match &replay.fault {
+        None => (String::new(), String::new(), "None", ""),
         Some(name) => (
             format!(", with the fault {name} planted in what it judges"),
             format!("    let fault = law.fault({name:?}).ok_or(\"the law knows no such fault\")?;\n"),
             "Some(fault)",
+            "Law, ",
         ),
     };
     let case = match replay.case.to_toml() {
@@ -35,7 +36,7 @@ pub fn snippet(replay: &Replay) -> String {
 // The system is case {index} of seed {seed}, shrunk. In Cargo.toml:
 //     euler-poincare = {{ version = "{version}", default-features = false, features = ["harness"] }}
 
-use euler_poincare::harness::{{Law, Verdict, verdict_on}};
+use euler_poincare::harness::{{{imported}Verdict, verdict_on}};
 use euler_poincare::laws;
 use euler_poincare::system::Case;
 use std::error::Error;
