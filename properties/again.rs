@@ -46,7 +46,6 @@ fn records_are_saved_replayed_in_sequence_and_judged() {
         record("retraction-inverse", None),
         record("retraction-adjoint", None),
         record("retraction-adjoint", Some("adjoint-inverted")),
-        // The inverse law does not see this one at all: planted, and not caught.
         record("no-such-law", None),
         record("retraction-adjoint", Some("no-such-fault")),
     ] {

@@ -56,7 +56,7 @@ fn the_printed_program_compiles_and_gives_the_verdict() {
 #[test]
 fn programs_hold_any_text() {
     let mut replay = record();
-    replay.case.method.tableau = Description::entries(vec![vec!["1/2 ".parse().unwrap()]], vec![1.into()]);
+    replay.case.method.tableau = Description::entries(vec![vec!["1/2".parse().unwrap()]], vec![1.into()]);
     let program = snippet(&replay);
     let toml = program.split("r#\"\n").nth(1).unwrap().split("\"#;").next().unwrap();
     assert_eq!(Case::from_toml(toml).unwrap(), replay.case);

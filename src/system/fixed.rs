@@ -56,7 +56,7 @@ impl Cases {
     /// use euler_poincare::system::{Case, cases};
     /// use proptest::strategy::{Strategy, ValueTree};
     ///
-    /// // Bianchi VII_a: [e_1, e_2] = −e_3/2 + e_2, [e_1, e_3] = e_2 + e_3/2 up to a change of basis.
+    /// // Bianchi VII with parameter 1/2: [e_1, e_2] = e_2/2 + e_3, [e_1, e_3] = −e_2 + e_3/2.
     /// let constant = |a, b, c, value| Constant { a, b, c, value };
     /// let half = || Number::ratio(1, 2);
     /// let constants = vec![
