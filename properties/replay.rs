@@ -84,7 +84,7 @@ fn evidence_has_both_precisions_and_changes_no_verdict() {
             let worst = evidence.iter().any(|one| match one {
                 Evidence::Defect { defect: told, digits, .. } => {
                     // Two laws are judged by relative defects, told in units of round-off.
-                    let unit = if *digits == 16 { 0.5_f64.powi(53) } else { 0.5_f64.powi(104) };
+                    let unit = if *digits == 16 { 0.5_f64.powi(53) } else { 0.5_f64.powi(103) };
                     *told == defect || (told * unit - defect).abs() <= 1e-12 * defect
                 }
                 Evidence::Levels { .. } => true,
