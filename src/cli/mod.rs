@@ -1,5 +1,6 @@
 //! The sub-commands, one file each, and what they share: failures and exit codes.
 
+mod failure;
 mod faults;
 mod figures;
 pub mod integrate;

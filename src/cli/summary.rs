@@ -1,13 +1,11 @@
 //! What a campaign found, for people.
 
-use super::replay::{indented, verdict};
 use super::table::{entries, seconds, table};
 use super::verify::Subject;
-use euler_poincare::harness::{Failure, Line, Report, Summary};
+use euler_poincare::harness::{Line, Report, Summary};
 use euler_poincare::system::Case;
 use std::collections::BTreeMap;
 use std::fmt;
-use std::path::PathBuf;
 
 const HEADER: [&str; 10] =
     ["law", "cases", "held", "broken", "incon-\nclusive", "not\nappl.", "worst\ndefect", "its\nbound", "ratio", "time"];
@@ -158,19 +156,4 @@ pub fn broken(subject: &Subject, summary: &Summary<Case>) -> String {
     }
     let (count, cases) = (summary.broken.len(), summary.cases);
     format!("BROKEN {}: {count} of {cases} cases ({})\n{}\n", law.name, indices.join(", "), entries(2, rows))
-}
-
-/// A shrunk case, and where it was saved.
-pub fn failure(failure: &Failure<Case>, saved: Result<PathBuf, String>) -> String {
-    let rows = entries(2, verdict(&failure.verdict));
-    let case = indented(&indented(&failure.case.to_string()));
-    let checks = failure.checks;
-    let saved = match saved {
-        Ok(path) => {
-            let path = path.display();
-            format!("  saved in {path}; run it again with\n    euler-poincare replay {path}\n")
-        }
-        Err(reason) => format!("  not saved: {reason}\n"),
-    };
-    format!("{rows}\n  case {}, shrunk by {checks} checks\n{case}\n{saved}", failure.index)
 }

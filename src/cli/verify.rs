@@ -3,12 +3,13 @@
 use super::interrupt::Interrupt;
 use super::laws::select;
 use super::progress::Bar;
-use super::{Failure, Format, faults, print, program, summary};
+use super::{Failure, Format, failure, faults, print, program, summary};
 use euler_poincare::harness::store::{Manifest, Store, StoreError};
 use euler_poincare::harness::{
     BoxedStrategy, Campaign, Cost, Done, Ending, Fault, Halt, Law, Recorded, Report, Shard, Summary, Verdict,
 };
 use euler_poincare::laws::CaseLaw;
+use euler_poincare::laws::replay::{REGRESSIONS, save};
 use euler_poincare::system::{Case, Replay, labels};
 use std::collections::BTreeSet;
 use std::path::{Path, PathBuf};
@@ -18,7 +19,6 @@ use std::{fs, io};
 
 /// Where saved cases belong, where it is there: next to the other snapshots.
 const SNAPSHOTS: &str = "snapshots";
-const REGRESSIONS: &str = "snapshots/regressions";
 
 /// Of each broken law one case is shrunk, with so many checks. A number, not a time: the same case on every machine.
 const SHRINK_CHECKS: usize = 200;
@@ -87,6 +87,8 @@ pub fn run(arguments: Arguments) -> Result<ExitCode, Failure> {
         return pool.install(|| table.run(&laws, &interrupt));
     }
     let subjects = subjects(laws, arguments.plant.as_deref())?;
+    let regressions = || failure::regressions(arguments.format, |law| subjects.iter().any(|s| s.law.name == law));
+    let kept = pool.install(regressions)?;
     let cases = match (arguments.cases, arguments.minutes) {
         (None, None) => Some(CASES),
         (cases, _) => cases.map(|cases| cases as usize),
@@ -102,7 +104,7 @@ pub fn run(arguments: Arguments) -> Result<ExitCode, Failure> {
         (Some(_), Ending::Interrupted) => Place::Nowhere("the run was interrupted; --resume shrinks it"),
         (Some(store), _) => Place::Store(store.failures()),
     };
-    let broken = save(&subjects, &report, &place)?;
+    let broken = saved(&subjects, &report, &place)?;
     let end = plan.end(&report, store.as_ref());
     match arguments.format {
         Format::Text => {
@@ -116,7 +118,7 @@ pub fn run(arguments: Arguments) -> Result<ExitCode, Failure> {
     }
     Ok(match report.ending {
         Ending::Interrupted => Interrupt::exit_code(),
-        _ if report.holds() => ExitCode::SUCCESS,
+        _ if report.holds() && kept => ExitCode::SUCCESS,
         _ => ExitCode::from(1),
     })
 }
@@ -310,7 +312,7 @@ enum Place {
 }
 
 /// Saves the shrunk cases; a text for each broken law that tells what and where.
-fn save(subjects: &[Subject], report: &Report<Case>, place: &Place) -> Result<Vec<String>, Failure> {
+fn saved(subjects: &[Subject], report: &Report<Case>, place: &Place) -> Result<Vec<String>, Failure> {
     if let Place::Store(directory) = place {
         remove_failures(subjects, directory).map_err(|error| Failure::file(directory, error))?;
     }
@@ -344,28 +346,31 @@ fn broken_text(subject: &Subject, summary: &Summary<Case>, place: &Place) -> Str
             fault: subject.fault.map(|fault| fault.name.into()),
             case: failure.case.clone(),
         };
-        summary::failure(failure, write(&replay, place))
+        let saved = write(&replay, place);
+        failure::campaign(&replay, failure.checks, saved.as_deref().map_err(String::as_str))
     });
     format!("\n{}{}", summary::broken(subject, summary), saved.collect::<String>())
 }
 
 /// Writes the record; the path, or why not.
 fn write(replay: &Replay, place: &Place) -> Result<PathBuf, String> {
-    let text = replay.to_json().map_err(|error| error.to_string())?;
-    let Replay { law, seed, index, fault, .. } = replay;
     // A failure that was planted is no regression.
-    let regressions = fault.is_none() && Path::new(SNAPSHOTS).is_dir();
-    let (directory, fault) = match place {
-        Place::Nowhere(why) => return Err((*why).into()),
-        Place::Store(directory) => (directory.clone(), String::new()),
-        Place::Here if regressions => (REGRESSIONS.into(), String::new()),
-        Place::Here => (PathBuf::new(), fault.as_ref().map(|fault| format!("-{fault}")).unwrap_or_default()),
-    };
+    let regressions = replay.fault.is_none() && Path::new(SNAPSHOTS).is_dir();
     let failed = |path: &Path, error: io::Error| format!("{}: {error}", path.display());
-    if !directory.as_os_str().is_empty() {
-        fs::create_dir_all(&directory).map_err(|error| failed(&directory, error))?;
+    match place {
+        Place::Nowhere(why) => Err((*why).into()),
+        Place::Store(directory) => {
+            // The whole campaign has one fault planted, or none: the name need not say so.
+            let name = format!("{}-seed{}-case{}.json", replay.law, replay.seed, replay.index);
+            let text = replay.to_json().map_err(|error| error.to_string())?;
+            fs::create_dir_all(directory).map_err(|error| failed(directory, error))?;
+            let path = directory.join(name);
+            fs::write(&path, text + "\n").map_err(|error| failed(&path, error))?;
+            Ok(path)
+        }
+        Place::Here => {
+            let directory = Path::new(if regressions { REGRESSIONS } else { "" });
+            save(directory, replay).map_err(|error| failed(directory, error))
+        }
     }
-    let path = directory.join(format!("{law}{fault}-seed{seed}-case{index}.json"));
-    fs::write(&path, text + "\n").map_err(|error| failed(&path, error))?;
-    Ok(path)
 }

@@ -224,6 +224,10 @@ pub trait Law<C>: Send + Sync {
     /// The verdict on one case. With `fault`, the same check with that fault planted in the subject.
     fn check(&self, case: &C, fault: Option<&Fault>) -> Verdict;
 
+    /// Tells `visit` cases that are simpler than `case` and that [`Law::cases`] could have drawn, the boldest first, until it
+    /// answers `true`: how a case is shrunk that was not drawn but read. None are known unless a law says otherwise.
+    fn simpler(&self, _case: &C, _visit: &mut dyn FnMut(C) -> bool) {}
+
     /// The fault called `name`.
     fn fault(&self, name: &str) -> Option<&'static Fault> {
         self.faults().iter().find(|fault| fault.name == name)

@@ -26,7 +26,7 @@ pub use guard::verdict_on;
 pub use law::{Cost, Fault, Law, Verdict};
 pub use plan::{Done, NoShard, Shard};
 pub use record::Record;
-pub use shrink::{Failure, shrink};
+pub use shrink::{Failure, Shrunk, shrink, shrink_from};
 pub use summary::{Count, Ending, Line, Report, Summary, Worst};
 
 pub use proptest::strategy::BoxedStrategy;

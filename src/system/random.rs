@@ -4,6 +4,7 @@
 //! algebra that the knobs admit, its standard basis, unit inertia, no force, one stage and the smallest step.
 
 use super::case::{Case, Force, Structure, Tau};
+use super::fixed::Fixed;
 use super::generate::{self, Draw};
 use super::rates::Rates;
 use super::shrink;
@@ -39,7 +40,8 @@ pub struct Cases {
     pub(super) quadratic: bool,
     pub(super) retraction: Option<Tau>,
     pub(super) exponents: (u32, u32),
-    tableaux: BoxedStrategy<Description>,
+    pub(super) fixed: Fixed,
+    pub(super) tableaux: BoxedStrategy<Description>,
 }
 
 /// All cases: every algebra of the catalogue, products and algebras by constants; bases; inertias; forces; tableaux;
@@ -57,6 +59,7 @@ pub fn cases() -> Cases {
         quadratic: false,
         retraction: None,
         exponents: (2, 6),
+        fixed: Fixed::default(),
         tableaux: tableaux(),
     }
 }
@@ -72,6 +75,13 @@ fn tableaux() -> BoxedStrategy<Description> {
         };
     }
     ANY.with(Clone::clone)
+}
+
+/// All cases, see [`cases`].
+impl Default for Cases {
+    fn default() -> Self {
+        cases()
+    }
 }
 
 impl Cases {
@@ -108,7 +118,9 @@ impl Cases {
 
     /// Whether the knobs admit this dimension.
     pub(super) fn admits_dimension(&self, n: usize) -> bool {
-        (1..=self.most).contains(&n) && (!self.main_dimensions || super::case::MAIN_DIMENSIONS.contains(&n))
+        self.fixed.fits(n)
+            && (1..=self.most).contains(&n)
+            && (!self.main_dimensions || super::case::MAIN_DIMENSIONS.contains(&n))
     }
 
     /// Only standard bases (`false`), or only changed ones (`true`).
@@ -175,6 +187,7 @@ impl Cases {
         let forced = case.forces.iter().any(|force| !shrink::vanishes(force, abelian));
         self.algebras.as_ref().is_none_or(|allowed| entry.is_some_and(|entry| allowed.contains(entry)))
             && (!self.with_group || entry.is_some())
+            && self.fixed.admits(case)
             && !(self.nonabelian && abelian)
             && self.admits_dimension(case.dimension())
             && self.changed_basis.is_none_or(|changed| changed == case.algebra.basis.is_some())
@@ -188,13 +201,16 @@ impl Cases {
 }
 
 /// How many draws are tried before the knobs are declared to exclude everything.
-const ATTEMPTS: usize = 200;
+const ATTEMPTS: usize = 1000;
 
 impl Strategy for Cases {
     type Tree = CaseTree;
     type Value = Case;
 
     fn new_tree(&self, runner: &mut TestRunner) -> NewTree<Self> {
+        if let Some(answer) = super::simpler::answer(self) {
+            return answer;
+        }
         let tableau = self.tableaux.new_tree(runner)?;
         for _ in 0..ATTEMPTS {
             let drawn = generate::case(&mut Draw(runner.rng()), self, tableau.current());
@@ -225,6 +241,13 @@ pub struct CaseTree {
 }
 
 impl CaseTree {
+    /// A case as it is: its tableau does not move.
+    pub(super) fn fixed(knobs: Cases, case: Case) -> Self {
+        let tableau: Box<dyn ValueTree<Value = Description>> = Box::new(Still(case.method.tableau.clone()));
+        let best = case.clone();
+        Self { knobs, best, current: case, tableau, tableau_done: true, candidates: Vec::new().into_iter() }
+    }
+
     fn with_tableau(&self) -> Case {
         let mut case = self.best.clone();
         case.method.tableau = self.tableau.current();
@@ -275,5 +298,24 @@ impl ValueTree for CaseTree {
             return true;
         }
         self.restart()
+    }
+}
+
+/// A tableau that does not shrink.
+struct Still(Description);
+
+impl ValueTree for Still {
+    type Value = Description;
+
+    fn current(&self) -> Description {
+        self.0.clone()
+    }
+
+    fn simplify(&mut self) -> bool {
+        false
+    }
+
+    fn complicate(&mut self) -> bool {
+        false
     }
 }
