@@ -110,7 +110,10 @@ pub fn run(found: &Found, plots: usize) -> (Vec<Order>, Failures<'_>) {
     let mut shown = shown.into_iter();
     let orders =
         wanted.into_iter().map(|(law, choices)| Order { law, cases: shown.by_ref().take(choices.len()).collect() });
-    (orders.filter(|order| order.cases.iter().any(|case| !case.curves.is_empty())).collect(), Failures { shown: failing, refused, rest })
+    (
+        orders.filter(|order| order.cases.iter().any(|case| !case.curves.is_empty())).collect(),
+        Failures { shown: failing, refused, rest },
+    )
 }
 
 const PLOTS: &str = "order plots";

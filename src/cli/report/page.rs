@@ -2,8 +2,8 @@
 
 use super::again::{Failures, Order};
 use super::files::{Damage, Found, planned};
-use super::tally::Tally;
 use super::numbers::*;
+use super::tally::Tally;
 use super::{chart, coverage, failures, faults, orders, timings, undecided};
 use euler_poincare::harness::Verdict;
 use euler_poincare::harness::store::ManifestLaw;
