@@ -138,9 +138,10 @@ impl fmt::Display for Replayed {
     }
 }
 
-/// `text` with every line two columns in.
+/// `text` with every line two columns in, but for empty ones.
 pub fn indented(text: &str) -> String {
-    text.lines().map(|line| format!("  {line}")).collect::<Vec<_>>().join("\n")
+    let moved = |line: &str| if line.is_empty() { String::new() } else { format!("  {line}") };
+    text.lines().map(moved).collect::<Vec<_>>().join("\n")
 }
 
 /// What a verdict says, as named lines.
