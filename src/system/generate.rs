@@ -2,7 +2,6 @@
 
 use super::case::{Algebra, Case, Constant, Drag, Force, Inertia, Lagrangian, Motion, Start, Structure, Tau};
 use super::random::{Cases, Forcing};
-use super::rates::Rates;
 use crate::algebra::catalogue::Entry;
 use crate::scalar::Number;
 use proptest::prelude::Rng;
@@ -236,9 +235,15 @@ pub(super) fn forces(draw: &mut Draw<'_>, n: usize, abelian: bool, knobs: &Cases
         Forcing::Any if draw.chance(25) => return Vec::new(),
         _ => {}
     }
+    let given = knobs.given.as_ref();
+    if given.is_some_and(|given| given.force) {
+        return vec![Force::Given];
+    }
+    // A bracket is made of the Lagrangian; it does not know one that is given.
+    let no_brackets = given.is_some_and(|given| given.lagrangian);
     let count = 1 + draw.weighted(&[60, 30, 10]);
     // The first term does not vanish identically: brackets do on abelian algebras.
-    (0..count).map(|i| force(draw, n, abelian && i == 0, knobs.smooth)).collect()
+    (0..count).map(|i| force(draw, n, no_brackets || (abelian && i == 0), knobs.smooth)).collect()
 }
 
 fn force(draw: &mut Draw<'_>, n: usize, no_bracket: bool, smooth: bool) -> Force {
@@ -290,7 +295,7 @@ pub(super) fn start(draw: &mut Draw<'_>, n: usize, group: bool) -> Start {
 const ATTITUDES: [usize; 3] = [60, 15, 25];
 
 /// Makes an attitude tiny, or scales it so that it turns something by nearly π, where τ⁻¹ is nearly singular.
-fn turn(draw: &mut Draw<'_>, case: &mut Case) {
+fn turn(draw: &mut Draw<'_>, case: &mut Case, knobs: &Cases) {
     let scale = |case: &mut Case, factor: f64, grid: f64| {
         let moved = |x: &Number| {
             let x = (x.eval::<f64>().ok()? * factor * grid).round() / grid;
@@ -308,7 +313,7 @@ fn turn(draw: &mut Draw<'_>, case: &mut Case) {
         0 => {}
         1 => scale(case, 0.5_f64.powi(16), f64::from(1 << 20)),
         _ => {
-            let Some(rates) = Rates::of(case) else { return };
+            let Some(rates) = knobs.rates(case) else { return };
             let frequency = rates.frequency();
             // Below π by 2^−k of it; Cayley reaches π at infinity only.
             let (most, grid) = if case.method.retraction == Tau::Cayley { (6, 256.0) } else { (10, 4096.0) };
@@ -321,7 +326,7 @@ fn turn(draw: &mut Draw<'_>, case: &mut Case) {
             if frequency >= 0.125 {
                 let old = case.start.attitude.clone();
                 scale(case, wanted / frequency, grid);
-                if !Rates::of(case).is_some_and(|rates| rates.in_domain()) {
+                if !knobs.rates(case).is_some_and(|rates| rates.in_domain()) {
                     case.start.attitude = old;
                 }
             }
@@ -331,21 +336,24 @@ fn turn(draw: &mut Draw<'_>, case: &mut Case) {
 
 /// A whole case but for the tableau; its step is made small enough for its rates, and its motion slower if need be.
 pub(super) fn case(draw: &mut Draw<'_>, knobs: &Cases, tableau: crate::tableau::Description) -> Option<Case> {
+    let given = knobs.given.as_ref();
     let structure = match &knobs.algebras {
+        _ if given.is_some() => given?.structure.clone(),
         Some(entries) if entries.is_empty() => return None,
         Some(entries) => Structure::Named(draw.pick(entries)),
         None => structure(draw, knobs),
     };
-    let (named, mut algebra) = (matches!(structure, Structure::Named(_)), Algebra { structure, basis: None });
+    let (named, mut algebra) = (!matches!(structure, Structure::Constants { .. }), Algebra { structure, basis: None });
     let n = algebra.dimension();
-    if knobs.changed_basis.unwrap_or_else(|| draw.chance(50)) {
+    if given.is_none() && knobs.changed_basis.unwrap_or_else(|| draw.chance(50)) {
         algebra.basis = Some(basis(draw, n));
     }
     let abelian = super::labels::abelian(&algebra);
-    if !knobs.admits_dimension(n) || (knobs.nonabelian && abelian) {
+    if !(given.is_some() || knobs.admits_dimension(n)) || (knobs.nonabelian && abelian) {
         return None;
     }
     let retraction = match (named, knobs.retraction) {
+        _ if given.is_some() => Tau::Exponential,
         (false, _) => Tau::Exponential,
         (true, Some(tau)) => tau,
         (true, None) => {
@@ -356,7 +364,8 @@ pub(super) fn case(draw: &mut Draw<'_>, knobs: &Cases, tableau: crate::tableau::
             }
         }
     };
-    let lagrangian = lagrangian(draw, n, knobs);
+    let drawn = lagrangian(draw, n, knobs);
+    let lagrangian = if given.is_some_and(|given| given.lagrangian) { super::random::unit(n) } else { drawn };
     let forces = forces(draw, n, abelian, knobs);
     let start = start(draw, n, named);
     let (largest, smallest) = knobs.exponents;
@@ -365,9 +374,9 @@ pub(super) fn case(draw: &mut Draw<'_>, knobs: &Cases, tableau: crate::tableau::
     let limit = draw.int(i64::from(exponent), i64::from(smallest)) as u32;
     let method = super::case::Method { tableau, retraction };
     let mut case = Case { algebra, lagrangian, forces, method, start, step: dyadic(1, 1 << exponent) };
-    turn(draw, &mut case);
-    for _ in 0..40 {
-        let rates = Rates::of(&case)?;
+    turn(draw, &mut case, knobs);
+    for attempt in 0..40 {
+        let rates = knobs.rates(&case)?;
         if !rates.in_domain() {
             case.start.attitude = case.start.attitude.map(|x| x.iter().map(halved).collect());
             continue;
@@ -381,6 +390,10 @@ pub(super) fn case(draw: &mut Draw<'_>, knobs: &Cases, tableau: crate::tableau::
             return Some(case);
         }
         slower(&mut case);
+        // What is given cannot be slowed down.
+        if given.is_some() && attempt >= 8 {
+            exponent += 1;
+        }
     }
     None
 }
@@ -399,6 +412,7 @@ fn slower(case: &mut Case) {
                 rows.iter_mut().for_each(half);
             }
             Force::Constant { value } | Force::Periodic { value, .. } => half(value),
+            Force::Given => {}
         }
     }
 }
