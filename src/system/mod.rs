@@ -11,7 +11,7 @@ pub mod file;
 mod generate;
 mod labels;
 pub mod random;
-mod rates;
+pub(crate) mod rates;
 pub mod replay;
 mod shrink;
 mod so3;
