@@ -34,6 +34,7 @@ pub mod mechanics;
 pub mod munthe_kaas;
 pub mod orbits;
 pub mod order;
+pub mod own;
 pub mod planted;
 pub mod poisson;
 pub mod polynomial;

@@ -73,7 +73,7 @@ fn both(double: Result<Measured, CaseError>, quad: impl FnOnce() -> Result<Measu
     }
 }
 
-fn compare(double: Measured, quad: Measured) -> Verdict {
+pub(super) fn compare(double: Measured, quad: Measured) -> Verdict {
     use Measured::{Broken, Defect, Inconclusive, NotApplicable};
     match (double, quad) {
         (Broken(why), _) => Verdict::broken(format!("f64: {why}")),
@@ -132,7 +132,7 @@ fn only(double: Result<Measured, CaseError>) -> Verdict {
     }
 }
 
-fn alone(double: Measured) -> Verdict {
+pub(super) fn alone(double: Measured) -> Verdict {
     match double {
         Measured::Broken(why) => Verdict::broken(why),
         Measured::NotApplicable(why) => Verdict::not_applicable(why),
