@@ -6,6 +6,7 @@
 use crate::algebra::{Covector, Vector};
 use crate::scalar::Scalar;
 use crate::system::Case;
+use std::fmt::Debug;
 
 /// The stream of a case.
 #[derive(Clone, Debug)]
@@ -14,6 +15,11 @@ pub struct Probe(u64);
 impl Probe {
     /// The stream of `case`; `salt` tells the uses within a law apart.
     pub fn new(case: &Case, salt: u64) -> Self {
+        Self::of(case, salt)
+    }
+
+    /// The same of any value that prints.
+    pub fn of(case: &dyn Debug, salt: u64) -> Self {
         let text = format!("{case:?}");
         let hash = text
             .bytes()

@@ -1,5 +1,10 @@
 //! Laws on a user's own types.
 
+pub mod algebra;
+mod differences;
+pub mod force;
 pub mod group;
+pub mod groupoid;
+pub mod lagrangian;
 pub mod part;
 pub mod values;

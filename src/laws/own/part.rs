@@ -163,6 +163,19 @@ impl<A, B> Pair<A, B> {
             None => precision::alone(first),
         }
     }
+
+    /// The graver of the verdicts in each scalar: for measurements that are not in units of round-off.
+    pub fn each(
+        &self,
+        double: impl FnOnce(&A) -> Result<Measured, Measured>,
+        quad: impl FnOnce(&B) -> Result<Measured, Measured>,
+    ) -> Verdict {
+        let first = precision::alone(double(&self.double).unwrap_or_else(|refused| refused));
+        match &self.quad {
+            Some(part) => first.and(precision::alone(quad(part).unwrap_or_else(|refused| refused))),
+            None => first,
+        }
+    }
 }
 
 /// Stands for the part in 32 digits where there is none. It has no values.
