@@ -2,6 +2,7 @@
 
 pub mod algebra;
 mod differences;
+pub mod discrete;
 pub mod force;
 pub mod group;
 pub mod groupoid;
