@@ -80,7 +80,7 @@ fn both(double: Result<Measured, CaseError>, quad: impl FnOnce() -> Result<Measu
     }
 }
 
-fn compare(double: Measured, quad: Measured) -> Verdict {
+pub(super) fn compare(double: Measured, quad: Measured) -> Verdict {
     use Measured::{Broken, Defect, Inconclusive, NotApplicable};
     match (double, quad) {
         (Broken(why), _) => Verdict::broken(format!("f64: {why}")),
@@ -177,7 +177,7 @@ fn only_in(digits: u32, measured: Result<Measured, CaseError>) -> Verdict {
 }
 
 /// The verdict from one precision: without another to compare with, the floor has the margin.
-fn alone(digits: u32, measured: Measured) -> Verdict {
+pub(super) fn alone(digits: u32, measured: Measured) -> Verdict {
     match measured {
         Measured::Broken(why) => Verdict::broken(why),
         Measured::NotApplicable(why) => Verdict::not_applicable(why),
