@@ -9,8 +9,11 @@ pub mod groupoid;
 pub mod lagrangian;
 pub mod map;
 pub mod part;
+pub mod suite;
 pub mod system;
+mod tests;
 pub mod values;
 
 pub use map::{FromMap, Map};
+pub use suite::{Broken, Outcome, Settings, Site, Suite};
 pub use system::{Own, Parts, Types};

@@ -6,12 +6,13 @@
 //! `vee`, `inverse` or `adjoint`; these are judged by [`super::group`].
 
 use super::super::{CaseLaw, Source};
-use crate::algebra::{Casimir, Covector, Vector, basis_vector};
+use super::algebra::Bracket;
+use crate::algebra::{Casimir, Covector, LieAlgebra, Matrix, Vector, basis_vector};
 use crate::group::{LieGroup, MatrixGroup};
 use crate::harness::{Cost, Fault, Law, Verdict};
 use crate::laws::planted::retraction::Plant;
-use crate::mechanics::force::AnyForce;
-use crate::mechanics::lagrangian::AnyLagrangian;
+use crate::mechanics::force::{AnyForce, Zero};
+use crate::mechanics::lagrangian::{AnyLagrangian, Quadratic};
 use crate::mechanics::{Force, Lagrangian};
 use crate::retraction::{Exponential, Retraction};
 use crate::scalar::{Real, Scalar};
@@ -31,7 +32,7 @@ pub trait Types<const N: usize, const D: usize>: Send + Sync + 'static {
     const OWN: Parts = Parts::NONE;
 
     /// G.
-    fn group<T: Real>() -> impl LieGroup<T, N, D>;
+    fn group<T: Real>() -> impl LieGroup<T, N, D> + Send + Sync + 'static;
 
     /// τ; exp of the group unless it is one's own.
     fn retraction<T: Real>(group: MatrixGroup<T, N, D>) -> impl Retraction<T, N, D> {
@@ -39,12 +40,12 @@ pub trait Types<const N: usize, const D: usize>: Send + Sync + 'static {
     }
 
     /// l; the one that was drawn unless it is one's own.
-    fn lagrangian<T: Real>(drawn: AnyLagrangian<T, N>) -> impl Lagrangian<T, N> {
+    fn lagrangian<T: Real>(drawn: AnyLagrangian<T, N>) -> impl Lagrangian<T, N> + Send + Sync + 'static {
         drawn
     }
 
     /// f; the one that was drawn unless it is one's own.
-    fn force<T: Real>(drawn: AnyForce<T, N>) -> impl Force<T, N> {
+    fn force<T: Real>(drawn: AnyForce<T, N>) -> impl Force<T, N> + Send + Sync + 'static {
         drawn
     }
 
@@ -126,6 +127,52 @@ fn matrices<P: Types<N, D>, T: Real, const N: usize, const D: usize>()
 fn rates<P: Types<N, D>, const N: usize, const D: usize>(case: &Case) -> Option<Rates> {
     let own = Own::<P, N, D>::new(case.clone());
     Rates::by(case, true, |measure| own.visit::<f64, _>(&Plant(None), measure).ok().flatten())
+}
+
+/// The algebra of a group of one's own, with its Casimirs.
+#[derive(Clone, Debug)]
+pub struct WithCasimirs<T: Real, const N: usize> {
+    algebra: LieAlgebra<T, N>,
+    casimirs: Vec<Casimir<T, N>>,
+}
+
+impl<T: Real, const N: usize> Bracket<T, N> for WithCasimirs<T, N> {
+    fn bracket<S: Scalar<Base = T>>(&self, x: &Vector<S, N>, y: &Vector<S, N>) -> Vector<S, N> {
+        self.algebra.bracket(x, y)
+    }
+
+    fn ad<S: Scalar<Base = T>>(&self, x: &Vector<S, N>) -> Matrix<S, N> {
+        self.algebra.ad(x)
+    }
+
+    fn coad<S: Scalar<Base = T>>(&self, x: &Vector<S, N>, mu: &Covector<S, N>) -> Covector<S, N> {
+        self.algebra.coad(x, mu)
+    }
+
+    fn casimirs(&self) -> usize {
+        self.casimirs.len()
+    }
+
+    fn casimir<S: Scalar<Base = T>>(&self, k: usize, mu: &Covector<S, N>) -> S {
+        self.casimirs[k].value(mu)
+    }
+}
+
+/// The algebra that a group of one's own says it has, with its Casimirs.
+pub fn constants<P: Types<N, D>, T: Real, const N: usize, const D: usize>() -> WithCasimirs<T, N> {
+    WithCasimirs { algebra: P::group::<T>().algebra().clone(), casimirs: P::casimirs() }
+}
+
+/// A Lagrangian of one's own.
+pub fn lagrangian<P: Types<N, D>, T: Real, const N: usize, const D: usize>()
+-> impl Lagrangian<T, N> + Send + Sync + 'static {
+    let unit = Quadratic::new(Matrix::identity()).expect("the identity is regular");
+    P::lagrangian::<T>(unit.into())
+}
+
+/// A force of one's own.
+pub fn force<P: Types<N, D>, T: Real, const N: usize, const D: usize>() -> impl Force<T, N> + Send + Sync + 'static {
+    P::force::<T>(AnyForce::Zero(Zero))
 }
 
 /// A force that is one's own, or the one of the case.
