@@ -153,6 +153,17 @@ impl Program {
         Self { command: command.to_vec(), limits, running: None, failures: 0, log: Vec::new() }
     }
 
+    /// Starts it, where it is not running.
+    ///
+    /// # Errors
+    /// [`Silence::NotStarted`].
+    pub fn start(&mut self) -> Result<(), Silence> {
+        if self.running.is_none() {
+            self.running = Some(start(&self.command, self.limits.bytes)?);
+        }
+        Ok(())
+    }
+
     /// How often it failed.
     pub fn failures(&self) -> usize {
         self.failures

@@ -23,6 +23,14 @@ impl Foreign {
         self.program.lock().unwrap_or_else(PoisonError::into_inner)
     }
 
+    /// Starts the program, where it is not running.
+    ///
+    /// # Errors
+    /// [`Silence::NotStarted`].
+    pub fn start(&self) -> Result<(), Silence> {
+        self.program().start()
+    }
+
     /// How often the program failed: hung, died, or answered with something else than a state.
     pub fn failures(&self) -> usize {
         self.program().failures()
