@@ -3,6 +3,7 @@
 use euler_poincare::algebra::Covector;
 use euler_poincare::foreign::{Described, Foreign, ForeignStepper, Limits, Program, Record, Silence, parse};
 use euler_poincare::integrators::{OneStep, State, StepError, Variational};
+use euler_poincare::mechanics::{self, Lagrangian};
 use euler_poincare::retraction::Retraction;
 use euler_poincare::study::problem;
 use euler_poincare::system::{Case, System, Visitor, cases};
@@ -342,10 +343,12 @@ struct Gauss1;
 impl Visitor<f64> for Gauss1 {
     type Output = Result<(Vec<f64>, Vec<f64>), StepError>;
 
-    fn visit<const N: usize, const D: usize, R: Retraction<f64, N, D> + 'static>(
-        self,
-        system: System<f64, N, D, R>,
-    ) -> Self::Output {
+    fn visit<const N: usize, const D: usize, R, L, F>(self, system: System<f64, N, D, R, L, F>) -> Self::Output
+    where
+        R: Retraction<f64, N, D> + 'static,
+        L: Lagrangian<f64, N> + 'static,
+        F: mechanics::Force<f64, N> + 'static,
+    {
         let System { lagrangian, force, retraction, tableau, mut state, step, .. } = system;
         Variational::new(lagrangian, force, retraction, tableau).step(&mut state, step)?;
         Ok((state.momentum.iter().copied().collect(), state.attitude.iter().copied().collect()))
@@ -377,10 +380,12 @@ struct Start;
 impl Visitor<f64> for Start {
     type Output = State<f64, 3, 3>;
 
-    fn visit<const N: usize, const D: usize, R: Retraction<f64, N, D> + 'static>(
-        self,
-        system: System<f64, N, D, R>,
-    ) -> Self::Output {
+    fn visit<const N: usize, const D: usize, R, L, F>(self, system: System<f64, N, D, R, L, F>) -> Self::Output
+    where
+        R: Retraction<f64, N, D> + 'static,
+        L: Lagrangian<f64, N> + 'static,
+        F: mechanics::Force<f64, N> + 'static,
+    {
         let momentum = Covector::from_fn(|_, a| system.state.momentum[a]);
         let attitude = euler_poincare::algebra::Matrix::from_fn(|r, c| system.state.attitude[(r, c)]);
         State { time: system.state.time, momentum, attitude }

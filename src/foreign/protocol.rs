@@ -2,7 +2,7 @@
 
 use super::program::shown;
 use crate::laws::method::Point;
-use crate::mechanics::Lagrangian as _;
+use crate::mechanics::{self, Lagrangian};
 use crate::retraction::Retraction;
 use crate::scalar::Number;
 use crate::system::case::{Case, Drag, Force};
@@ -60,10 +60,12 @@ struct Numbers(usize);
 impl Visitor<f64> for Numbers {
     type Output = [Vec<f64>; 3];
 
-    fn visit<const N: usize, const D: usize, R: Retraction<f64, N, D> + 'static>(
-        self,
-        system: System<f64, N, D, R>,
-    ) -> Self::Output {
+    fn visit<const N: usize, const D: usize, R, L, F>(self, system: System<f64, N, D, R, L, F>) -> Self::Output
+    where
+        R: Retraction<f64, N, D> + 'static,
+        L: Lagrangian<f64, N> + 'static,
+        F: mechanics::Force<f64, N> + 'static,
+    {
         let m = self.0;
         let constant = |k: usize| system.algebra.constant(k / (N * N), k / N % N, k % N);
         let basis = system.group.iter().flat_map(|group| group.basis().iter());

@@ -11,9 +11,10 @@ use crate::laws::planted::step::{
     ORDER_TWO,
 };
 use crate::laws::planted::tableau::COEFFICIENT;
+use crate::mechanics::{Force, Lagrangian};
 use crate::retraction::Retraction;
 use crate::scalar::{Dd, Real};
-use crate::system::{Case, Cases, System, Visitor, cases};
+use crate::system::{Case, Cases, System, Visitor};
 use crate::tableau::{Classic, Description, Family, variational_order};
 use proptest::sample::select;
 use proptest::strategy::{BoxedStrategy, Strategy};
@@ -29,12 +30,18 @@ pub const SEES_ATTITUDE: Fault =
     Fault::new("sees-attitude", "μ' multiplied by 1 + h g_11: the momentum sees the attitude", "every group");
 
 /// The step of a system that it owns.
-struct Owned<T: Real, const N: usize, const D: usize, R> {
-    system: System<T, N, D, R>,
+struct Owned<T: Real, const N: usize, const D: usize, R, L, F> {
+    system: System<T, N, D, R, L, F>,
     fault: Option<Fault>,
 }
 
-impl<T: Real, const N: usize, const D: usize, R: Retraction<T, N, D>> OneStep<T, N, D> for Owned<T, N, D, R> {
+impl<T, const N: usize, const D: usize, R, L, F> OneStep<T, N, D> for Owned<T, N, D, R, L, F>
+where
+    T: Real,
+    R: Retraction<T, N, D>,
+    L: Lagrangian<T, N>,
+    F: Force<T, N>,
+{
     fn step(&mut self, state: &mut State<T, N, D>, h: T) -> Result<Report<T>, StepError> {
         let (time, corner) = (state.time, state.attitude[(0, 0)]);
         let report = subject(&self.system, self.fault.as_ref()).step(state, h)?;
@@ -51,10 +58,12 @@ struct Build(Option<Fault>);
 impl<T: Real> Visitor<T> for Build {
     type Output = Box<dyn Stepper<T>>;
 
-    fn visit<const N: usize, const D: usize, R: Retraction<T, N, D> + 'static>(
-        self,
-        system: System<T, N, D, R>,
-    ) -> Self::Output {
+    fn visit<const N: usize, const D: usize, R, L, F>(self, system: System<T, N, D, R, L, F>) -> Self::Output
+    where
+        R: Retraction<T, N, D> + 'static,
+        L: Lagrangian<T, N> + 'static,
+        F: Force<T, N> + 'static,
+    {
         Box::new(Untyped::<_, N, D>(Owned { system, fault: self.0 }))
     }
 }
@@ -103,13 +112,13 @@ fn judge(name: &str, case: &Case, fault: Option<&Fault>) -> Verdict {
     }
 }
 
-fn drawn(name: &str) -> BoxedStrategy<Case> {
-    let base = base();
+fn drawn(name: &str, cases: Cases) -> BoxedStrategy<Case> {
+    let base = base(cases);
     named(name).map_or(base.clone(), |law| law.cases(base)).boxed()
 }
 
 /// Groups of the main dimensions, with tableaux of few stages.
-fn base() -> Cases {
+fn base(cases: Cases) -> Cases {
     let mut tableaux: Vec<Description> = vec![
         Description::Family(Family::Gauss, 1),
         Description::Family(Family::Gauss, 2),
@@ -118,7 +127,7 @@ fn base() -> Cases {
         Description::Family(Family::RadauIIA, 2),
     ];
     tableaux.extend([Classic::Rk4, Classic::Heun2].map(Description::Classic));
-    cases().with_group().main_dimensions().with_tableaux(select(tableaux))
+    cases.with_group().main_dimensions().with_tableaux(select(tableaux))
 }
 
 macro_rules! law {
@@ -131,14 +140,18 @@ macro_rules! law {
             bound: super::LAWS[$index].bound,
             cost: super::LAWS[$index].cost,
             faults: $faults,
-            cases: || drawn($name),
+            cases: |cases| drawn($name, cases),
             check: |case, fault| judge($name, case, fault),
         }
     };
 }
 
 /// The laws of methods on this crate's integrator, with the claims of the theory: its order and its Casimirs.
-pub static LAWS: &[CaseLaw] = &[
+pub fn laws() -> &'static [CaseLaw] {
+    LAWS
+}
+
+static LAWS: &[CaseLaw] = &[
     law!(
         "method-order",
         0,

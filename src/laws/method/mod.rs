@@ -28,6 +28,8 @@ use super::precision::{AGREEMENT, Measured, alone, compare};
 use crate::harness::convergence::Estimate;
 use crate::harness::{Cost, Verdict};
 use crate::integrators::StepError;
+use crate::mechanics::{Force, Lagrangian};
+use crate::retraction::Retraction;
 use crate::scalar::{Dd, Real, Scalar};
 use crate::study::problem;
 use crate::system::case::Structure;
@@ -227,10 +229,12 @@ struct Build(usize);
 impl<T: Real> Visitor<T> for Build {
     type Output = Box<dyn Theory<T>>;
 
-    fn visit<const N: usize, const D: usize, R: crate::retraction::Retraction<T, N, D> + 'static>(
-        self,
-        system: System<T, N, D, R>,
-    ) -> Self::Output {
+    fn visit<const N: usize, const D: usize, R, L, F>(self, system: System<T, N, D, R, L, F>) -> Self::Output
+    where
+        R: Retraction<T, N, D> + 'static,
+        L: Lagrangian<T, N> + 'static,
+        F: Force<T, N> + 'static,
+    {
         Box::new(SystemParts::of(system, self.0))
     }
 }
@@ -310,7 +314,7 @@ impl<'a> Setup<'a> {
         let double = look.look(&View { setup: self, side: &self.double, tolerance });
         match &self.quad {
             Some(side) => compare(double, look.look(&View { setup: self, side, tolerance: 0.0 })),
-            None => alone(double),
+            None => alone(16, double),
         }
     }
 }

@@ -4,8 +4,6 @@ use crate::algebra::{Casimir, Covector, LieAlgebra, Matrix, Vector, pair};
 use crate::group::{LieGroup, MatrixGroup};
 use crate::integrators::{OneStep, State, StepError};
 use crate::mechanics::equations::EulerPoincare;
-use crate::mechanics::force::AnyForce;
-use crate::mechanics::lagrangian::AnyLagrangian;
 use crate::mechanics::{Force, Lagrangian};
 use crate::retraction::Retraction;
 use crate::scalar::Real;
@@ -178,12 +176,11 @@ pub struct Parts<T: Real, const N: usize, const D: usize, L, F, G> {
 }
 
 /// The parts of a described system.
-pub type SystemParts<T, const N: usize, const D: usize> =
-    Parts<T, N, D, AnyLagrangian<T, N>, AnyForce<T, N>, MatrixGroup<T, N, D>>;
+pub type SystemParts<T, const N: usize, const D: usize, L, F> = Parts<T, N, D, L, F, MatrixGroup<T, N, D>>;
 
-impl<T: Real, const N: usize, const D: usize> SystemParts<T, N, D> {
+impl<T: Real, const N: usize, const D: usize, L, F> SystemParts<T, N, D, L, F> {
     /// Those of a system, whose matrices are of size m without the padding.
-    pub fn of<R: Retraction<T, N, D>>(system: System<T, N, D, R>, size: usize) -> Self {
+    pub fn of<R: Retraction<T, N, D>>(system: System<T, N, D, R, L, F>, size: usize) -> Self {
         let element = system.group.as_ref().and_then(|_| system.retraction.tau(&coordinates::<T, N>()).ok());
         let size = if system.group.is_some() { size } else { 0 };
         let System { algebra, group, lagrangian, force, state, step, casimirs, .. } = system;
