@@ -7,6 +7,7 @@ pub mod laws;
 pub mod order;
 pub mod paper;
 mod plot;
+pub mod probe;
 mod progress;
 pub mod replay;
 mod report;
@@ -36,7 +37,7 @@ Exit codes:
   0  success
   1  a law is broken, an order is refuted, or a computation came to no result
   2  bad usage or a bad file
-  3  replay, order: no verdict";
+  3  replay, order, probe: no verdict";
 
 #[derive(Subcommand)]
 enum Command {
@@ -46,6 +47,8 @@ enum Command {
     Replay(replay::Arguments),
     /// List the laws: statement, source, oracle, planted faults
     Laws(laws::Arguments),
+    /// Check the laws of methods on a stepper that is another program
+    Probe(probe::Arguments),
     /// The orders of a tableau: declared, computed from its coefficients, measured
     Order(order::Arguments),
     /// Reproduce the tables and figures of the paper
@@ -61,6 +64,7 @@ impl CommandLine {
             Command::Verify(arguments) => verify::run(arguments),
             Command::Replay(arguments) => replay::run(arguments),
             Command::Laws(arguments) => laws::run(arguments),
+            Command::Probe(arguments) => probe::run(arguments),
             Command::Order(arguments) => order::run(arguments),
             Command::Paper(arguments) => paper::run(arguments),
             Command::Integrate(arguments) => integrate::run(arguments),

@@ -15,6 +15,7 @@
 //! | [`order`], [`predicted`] | [`crate::integrators`], convergence |
 //! | [`munthe_kaas`] | [`crate::integrators::MuntheKaas`], one step |
 //! | [`variational_error`] | [`crate::discrete`] and [`crate::integrators`]: one order for three things |
+//! | [`method`] | any one-step method: of this crate, of its user, of another program |
 //! | [`trial`] | nothing: the order of one tableau on one case, for the command |
 //! | [`planted`], [`subjects`] | nothing: the plain step and the continuous theory in which faults are planted |
 //! | [`instances`] | nothing: the groupoids of a case, in which faults are planted |
@@ -32,6 +33,7 @@ pub mod integrators;
 pub mod legendre;
 pub mod lie_poisson;
 pub mod mechanics;
+pub mod method;
 pub mod munthe_kaas;
 pub mod orbits;
 pub mod order;
@@ -139,6 +141,7 @@ pub fn all() -> Vec<&'static CaseLaw> {
         munthe_kaas::laws(),
         predicted::laws(),
         variational_error::laws(),
+        method::library::laws(),
     ]
     .into_iter()
     .flatten()

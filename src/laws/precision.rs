@@ -80,6 +80,7 @@ fn both(double: Result<Measured, CaseError>, quad: impl FnOnce() -> Result<Measu
     }
 }
 
+/// The verdict from an identity evaluated in `f64` and in 32 digits.
 pub(super) fn compare(double: Measured, quad: Measured) -> Verdict {
     use Measured::{Broken, Defect, Inconclusive, NotApplicable};
     match (double, quad) {

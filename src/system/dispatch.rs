@@ -49,19 +49,21 @@ pub trait Visitor<T: Real> {
     type Output;
 
     /// Does it.
-    fn visit<const N: usize, const D: usize, R: Retraction<T, N, D>, L: Lagrangian<T, N>, F: Force<T, N>>(
-        self,
-        system: System<T, N, D, R, L, F>,
-    ) -> Self::Output;
+    fn visit<const N: usize, const D: usize, R, L, F>(self, system: System<T, N, D, R, L, F>) -> Self::Output
+    where
+        R: Retraction<T, N, D> + 'static,
+        L: Lagrangian<T, N> + 'static,
+        F: Force<T, N> + 'static;
 }
 
 /// What is done to the retraction of a system before it is handed on: laws put a spoilt one in its place.
 pub trait Wrap {
     /// The type of the result.
-    type Wrapped<T: Real, const N: usize, const D: usize, R: Retraction<T, N, D>>: Retraction<T, N, D>;
+    type Wrapped<T: Real, const N: usize, const D: usize, R: Retraction<T, N, D> + 'static>: Retraction<T, N, D>
+        + 'static;
 
     /// Does it.
-    fn wrap<T: Real, const N: usize, const D: usize, R: Retraction<T, N, D>>(
+    fn wrap<T: Real, const N: usize, const D: usize, R: Retraction<T, N, D> + 'static>(
         &self,
         retraction: R,
     ) -> Self::Wrapped<T, N, D, R>;
@@ -71,9 +73,9 @@ pub trait Wrap {
 struct AsItIs;
 
 impl Wrap for AsItIs {
-    type Wrapped<T: Real, const N: usize, const D: usize, R: Retraction<T, N, D>> = R;
+    type Wrapped<T: Real, const N: usize, const D: usize, R: Retraction<T, N, D> + 'static> = R;
 
-    fn wrap<T: Real, const N: usize, const D: usize, R: Retraction<T, N, D>>(&self, retraction: R) -> R {
+    fn wrap<T: Real, const N: usize, const D: usize, R: Retraction<T, N, D> + 'static>(&self, retraction: R) -> R {
         retraction
     }
 }

@@ -10,6 +10,7 @@ pub mod error;
 pub mod file;
 mod generate;
 mod labels;
+mod presentation;
 pub mod random;
 pub(crate) mod rates;
 pub mod replay;
