@@ -92,7 +92,9 @@ impl Described {
             Drag::Coefficient(k) => (0..n * n).map(|e| if e / n == e % n { number(k) } else { 0.0 }).collect(),
             Drag::Matrix(rows) => rows.iter().flatten().map(number).collect(),
         };
-        let term = |force: &Force| match force {
+        let term = |force: &Force| Some(match force {
+            // A case with such a force has not been built.
+            Force::Given => return None,
             Force::DoubleBracket { alpha } => Term::DoubleBracket { alpha: number(alpha) },
             Force::Metriplectic { beta } => Term::Metriplectic { beta: number(beta) },
             Force::LinearDrag(drag) => Term::LinearDrag { matrix: matrix(drag) },
@@ -101,7 +103,7 @@ impl Described {
             Force::Periodic { value, frequency, phase } => {
                 Term::Periodic { value: list(value), frequency: number(frequency), phase: number(phase) }
             }
-        };
+        });
         Ok(Self {
             version: VERSION,
             dimension: n,
@@ -110,7 +112,7 @@ impl Described {
             basis,
             inertia,
             quartic: case.lagrangian.quartic.as_ref().map(number),
-            force: case.forces.iter().map(term).collect(),
+            force: case.forces.iter().filter_map(term).collect(),
         })
     }
 

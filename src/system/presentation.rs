@@ -111,7 +111,7 @@ impl Case {
         case.lagrangian.inertia = Inertia::Full(change.form(&inertia));
         for force in &mut case.forces {
             match force {
-                Force::DoubleBracket { .. } | Force::Metriplectic { .. } => {}
+                Force::DoubleBracket { .. } | Force::Metriplectic { .. } | Force::Given => {}
                 Force::LinearDrag(drag) | Force::QuadraticDrag(drag) => *drag = change.drag(drag, n),
                 Force::Constant { value } | Force::Periodic { value, .. } => *value = change.covector(value),
             }

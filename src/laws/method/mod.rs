@@ -251,7 +251,7 @@ pub fn theory_of<T: Real>(case: &Case) -> Result<Box<dyn Theory<T>>, CaseError> 
 pub fn matrix_size(case: &Case) -> usize {
     match &case.algebra.structure {
         Structure::Named(entry) => entry.matrix_size(),
-        Structure::Constants { .. } => 0,
+        Structure::Constants { .. } | Structure::Given { .. } => 0,
     }
 }
 

@@ -451,6 +451,17 @@ impl Suite {
         }
     }
 
+    /// Adds the laws of the one-step method of these types.
+    pub fn method<P: Types<N, D>, const N: usize, const D: usize>(mut self) -> Self {
+        match super::system::method_laws::<P, N, D>() {
+            Ok(laws) => laws.into_iter().fold(self, |suite, law| suite.law(law, |case| shown(case, P::OWN))),
+            Err(why) => {
+                self.refused = Some(why);
+                self
+            }
+        }
+    }
+
     /// The names of the laws, in order.
     pub fn names(&self) -> Vec<&'static str> {
         self.laws.iter().map(|law| law.name()).collect()

@@ -19,8 +19,12 @@ use crate::scalar::{Real, Scalar};
 use crate::system::case::Structure;
 use crate::system::random::Given;
 use crate::system::rates::Rates;
-use crate::system::{Case, CaseError, Cases, ForceTerm, Visitor, Wrap, cases};
-use proptest::strategy::BoxedStrategy;
+use crate::system::{Case, CaseError, Cases, ForceTerm, Place, Problem, System, Visitor, Wrap, cases};
+use crate::integrators::{OneStep, Report, State, StepError, Variational};
+use crate::laws::method::{self, Claims, MethodLaw, Other, Setup, Side, SystemParts, Untyped};
+use crate::study::problem;
+use proptest::strategy::{BoxedStrategy, Strategy};
+use std::cell::RefCell;
 use std::fmt;
 use std::marker::PhantomData;
 
@@ -35,7 +39,7 @@ pub trait Types<const N: usize, const D: usize>: Send + Sync + 'static {
     fn group<T: Real>() -> impl LieGroup<T, N, D> + Send + Sync + 'static;
 
     /// τ; exp of the group unless it is one's own.
-    fn retraction<T: Real>(group: MatrixGroup<T, N, D>) -> impl Retraction<T, N, D> {
+    fn retraction<T: Real>(group: MatrixGroup<T, N, D>) -> impl Retraction<T, N, D> + Send + Sync + 'static {
         Exponential::of_group(group)
     }
 
@@ -47,6 +51,21 @@ pub trait Types<const N: usize, const D: usize>: Send + Sync + 'static {
     /// f; the one that was drawn unless it is one's own.
     fn force<T: Real>(drawn: AnyForce<T, N>) -> impl Force<T, N> + Send + Sync + 'static {
         drawn
+    }
+
+    /// The one-step method on a system; the library's unless it is one's own.
+    fn method<'s, T: Real, R, L, F>(system: &'s System<T, N, D, R, L, F>) -> impl OneStep<T, N, D> + 's
+    where
+        R: Retraction<T, N, D>,
+        L: Lagrangian<T, N>,
+        F: Force<T, N>,
+    {
+        Variational::new(&system.lagrangian, &system.force, &system.retraction, system.tableau.clone())
+    }
+
+    /// What is claimed of the method.
+    fn claims() -> Claims {
+        Claims::default()
     }
 
     /// Casimirs of the algebra; none are known unless they are given.
@@ -70,12 +89,14 @@ pub struct Parts {
     pub casimirs: bool,
     /// A one-step method.
     pub method: bool,
+    /// What is claimed of it.
+    pub claims: bool,
 }
 
 impl Parts {
     /// The group alone.
     pub const NONE: Self =
-        Self { retraction: false, map: false, lagrangian: false, force: false, casimirs: false, method: false };
+        Self { retraction: false, map: false, lagrangian: false, force: false, casimirs: false, method: false, claims: false };
 }
 
 /// A system of somebody's own types, with a case for what they leave open.
@@ -218,16 +239,141 @@ impl<P: Types<N, D>, const N: usize, const D: usize> Source for Own<P, N, D> {
     }
 
     fn visit<T: Real, V: Visitor<T>>(&self, wrap: &impl Wrap, visitor: V) -> Result<V::Output, CaseError> {
-        let place = crate::system::Place::root().key("algebra");
-        let group = matrices::<P, T, N, D>().map_err(|e| place.error(crate::system::Problem::Algebra(e)))?;
+        let group = self.group::<T>()?;
         let retraction = wrap.wrap::<T, N, D, _>(P::retraction::<T>(group.clone()));
+        Ok(visitor.visit(self.with(group, retraction)?))
+    }
+}
+
+impl<P: Types<N, D>, const N: usize, const D: usize> Own<P, N, D> {
+    fn group<T: Real>(&self) -> Result<MatrixGroup<T, N, D>, CaseError> {
+        matrices::<P, T, N, D>().map_err(|e| Place::root().key("algebra").error(Problem::Algebra(e)))
+    }
+
+    fn with<T: Real, R: Retraction<T, N, D>>(
+        &self,
+        group: MatrixGroup<T, N, D>,
+        retraction: R,
+    ) -> Result<Typed<T, N, D, R, impl Lagrangian<T, N> + 'static + use<P, T, R, N, D>, impl Force<T, N> + 'static + use<P, T, R, N, D>>, CaseError>
+    {
         let parts = (group.algebra().clone(), Some(group), P::casimirs::<T>());
         let given = self.case.forces.contains(&ForceTerm::Given);
         let force = |drawn: AnyForce<T, N>| match given {
             true => Chosen::Own(P::force::<T>(drawn)),
             false => Chosen::Drawn(drawn),
         };
-        Ok(visitor.visit(self.case.complete(parts, retraction, P::lagrangian::<T>, force)?))
+        self.case.complete(parts, retraction, P::lagrangian::<T>, force)
+    }
+
+    /// What the theory knows about the system, and the method on it.
+    fn side<'a, T: Real>(&self) -> Result<Side<'a, T>, CaseError> {
+        let group = self.group::<T>()?;
+        let known = self.with(group.clone(), P::retraction::<T>(group.clone()))?;
+        let stepped = self.with(group.clone(), P::retraction::<T>(group))?;
+        Ok(Side {
+            theory: Box::new(SystemParts::of(known, D)),
+            method: RefCell::new(Box::new(Untyped(Stepping { system: stepped, types: PhantomData::<fn() -> P> }))),
+        })
+    }
+}
+
+/// A system, typed.
+type Typed<T, const N: usize, const D: usize, R, L, F> = System<T, N, D, R, L, F>;
+
+/// The method of one's own on a system that it owns.
+struct Stepping<P, T: Real, const N: usize, const D: usize, R, L, F> {
+    system: System<T, N, D, R, L, F>,
+    types: PhantomData<fn() -> P>,
+}
+
+impl<P, T, const N: usize, const D: usize, R, L, F> OneStep<T, N, D> for Stepping<P, T, N, D, R, L, F>
+where
+    P: Types<N, D>,
+    T: Real,
+    R: Retraction<T, N, D>,
+    L: Lagrangian<T, N>,
+    F: Force<T, N>,
+{
+    fn step(&mut self, state: &mut State<T, N, D>, h: T) -> Result<Report<T>, StepError> {
+        P::method(&self.system).step(state, h)
+    }
+}
+
+/// What `f` makes of `a`: so that a closure in a macro knows what it is given.
+pub fn applied<'s, A, B>(a: &'s A, f: impl FnOnce(&'s A) -> B) -> B {
+    f(a)
+}
+
+/// A law on a one-step method of one's own.
+pub struct OwnMethodLaw<P: 'static, const N: usize, const D: usize> {
+    law: &'static MethodLaw,
+    given: Given,
+    types: PhantomData<fn() -> P>,
+}
+
+/// Every law on a one-step method but `method-presentation`, which needs the method in another basis.
+///
+/// # Errors
+/// The matrices of the group do not span an algebra, as text.
+pub fn method_laws<P: Types<N, D>, const N: usize, const D: usize>() -> Result<Vec<OwnMethodLaw<P, N, D>>, String> {
+    let given = given::<P, N, D>()?;
+    let laws = method::LAWS.iter().filter(|law| law.name != "method-presentation");
+    Ok(laws.map(|law| OwnMethodLaw { law, given: given.clone(), types: PhantomData }).collect())
+}
+
+/// How many variations of a case there are.
+const VARIATIONS: i64 = 3;
+
+fn setup<P: Types<N, D>, const N: usize, const D: usize>(own: &Own<P, N, D>) -> Result<Setup<'static>, CaseError> {
+    let again = own.clone();
+    let others = move |other: Other| match other {
+        Other::Variation(k) if (1..=VARIATIONS).contains(&k) => {
+            let varied = again.with_case(problem::varied(again.case(), k));
+            Ok(setup(&varied).ok().map(|setup| (setup, Vec::new())))
+        }
+        _ => Ok(None),
+    };
+    Ok(Setup { double: own.side()?, quad: Some(own.side()?), reference: None, others: Box::new(others) })
+}
+
+impl<P: Types<N, D>, const N: usize, const D: usize> Law<Case> for OwnMethodLaw<P, N, D> {
+    fn name(&self) -> &'static str {
+        self.law.name
+    }
+
+    fn statement(&self) -> &'static str {
+        self.law.statement
+    }
+
+    fn source(&self) -> &'static str {
+        self.law.source
+    }
+
+    fn oracle(&self) -> &'static str {
+        self.law.oracle
+    }
+
+    fn bound_note(&self) -> &'static str {
+        self.law.bound
+    }
+
+    fn cost(&self) -> Cost {
+        self.law.cost
+    }
+
+    fn faults(&self) -> &'static [Fault] {
+        &[]
+    }
+
+    fn cases(&self) -> BoxedStrategy<Case> {
+        self.law.cases(cases().given(self.given.clone())).boxed()
+    }
+
+    fn check(&self, case: &Case, _: Option<&Fault>) -> Verdict {
+        match setup(&Own::<P, N, D>::new(case.clone())) {
+            Ok(setup) => method::check(self.law, &setup, &P::claims()).verdict,
+            Err(e) => Verdict::broken(format!("the case cannot be built: {e}")),
+        }
     }
 }
 

@@ -14,6 +14,8 @@
 /// | `lagrangian` | a [`Lagrangian`](crate::mechanics::Lagrangian) | random inertias |
 /// | `force` | a [`Force`](crate::mechanics::Force) | random forces |
 /// | `casimirs` | a `Vec` of [`Casimir`](crate::algebra::Casimir)s | none are known |
+/// | `method` | a closure from the [`System`](crate::system::System) to a [`OneStep`](crate::integrators::OneStep) | |
+/// | `claims` | the [`Claims`](crate::laws::method::Claims) that the method makes | none |
 ///
 /// A test of a law that needs a key is ignored without it, and says what it needs. Single parts: `mod NAME<T, N> { algebra:
 /// VALUE }`, `{ lagrangian: VALUE }` and `{ force: VALUE }`; `mod NAME<T> { groupoid: VALUE }` and `{ lie_groupoid: VALUE }`;
@@ -122,14 +124,14 @@ macro_rules! __own_key {
     (item retraction $t:ident $n:literal $d:literal $value:expr) => {
         fn retraction<$t: $crate::scalar::Real>(
             _: $crate::group::MatrixGroup<$t, $n, $d>,
-        ) -> impl $crate::retraction::Retraction<$t, $n, $d> {
+        ) -> impl $crate::retraction::Retraction<$t, $n, $d> + Send + Sync + 'static {
             $value
         }
     };
     (item map $t:ident $n:literal $d:literal $value:expr) => {
         fn retraction<$t: $crate::scalar::Real>(
             _: $crate::group::MatrixGroup<$t, $n, $d>,
-        ) -> impl $crate::retraction::Retraction<$t, $n, $d> {
+        ) -> impl $crate::retraction::Retraction<$t, $n, $d> + Send + Sync + 'static {
             $crate::laws::own::FromMap::new($value, Self::group::<$t>())
         }
     };
@@ -152,11 +154,28 @@ macro_rules! __own_key {
             $value
         }
     };
+    (item method $t:ident $n:literal $d:literal $value:expr) => {
+        fn method<'s, $t: $crate::scalar::Real, R, L, F>(
+            system: &'s $crate::system::System<$t, $n, $d, R, L, F>,
+        ) -> impl $crate::integrators::OneStep<$t, $n, $d> + 's
+        where
+            R: $crate::retraction::Retraction<$t, $n, $d>,
+            L: $crate::mechanics::Lagrangian<$t, $n>,
+            F: $crate::mechanics::Force<$t, $n>,
+        {
+            $crate::laws::own::system::applied(system, $value)
+        }
+    };
+    (item claims $t:ident $n:literal $d:literal $value:expr) => {
+        fn claims() -> $crate::laws::method::Claims {
+            $value
+        }
+    };
     (item $key:ident $($rest:tt)*) => {
         compile_error!(concat!(
             "there is no key `",
             stringify!($key),
-            "`; the keys are group, retraction, map, lagrangian, force, casimirs"
+            "`; the keys are group, retraction, map, lagrangian, force, casimirs, method, claims"
         ));
     };
 
@@ -171,6 +190,9 @@ macro_rules! __own_key {
             $crate::laws::own::system::force::<Own, f64, $n, $d>(),
             $crate::laws::own::system::force::<Own, Dd, $n, $d>(),
         ))
+    };
+    (part $suite:ident method $n:literal $d:literal) => {
+        $suite.method::<Own, $n, $d>()
     };
     (part $suite:ident $key:ident $n:literal $d:literal) => {
         $suite
@@ -225,6 +247,14 @@ macro_rules! __own_lists {
             { $crate::__own_tests! { { ignore = "needs `lagrangian`" }
                 lagrangian_value lagrangian_gradient lagrangian_hessian lagrangian_regular lagrangian_velocity
                 lagrangian_energy
+            } }
+        }
+        $crate::__own_when! { method [$($key)*]
+            { $crate::__own_tests! { {}
+                method_order method_casimirs method_energy method_reversibility method_equivariance
+            } }
+            { $crate::__own_tests! { { ignore = "needs `method`" }
+                method_order method_casimirs method_energy method_reversibility method_equivariance
             } }
         }
         $crate::__own_when! { force [$($key)*]
