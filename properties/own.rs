@@ -5,19 +5,21 @@ mod own {
 }
 
 use euler_poincare::laws;
+use euler_poincare::laws::method::Claims;
 use euler_poincare::laws::own::{Outcome, Settings, Suite};
-use own::bianchi::{Bianchi, Split, SplitMap, Stiff, Wind};
+use euler_poincare::suite;
+use own::bianchi::{Bianchi, Midpoint, Split, SplitMap, Stiff, Wind};
+use std::path::{Path, PathBuf};
+use std::process::Command;
 
 laws! {
-    mod group<T, 3, 3> { group: Bianchi::<T>::new() }
-}
-
-laws! {
-    mod everything<T, 3, 3> {
+    mod bianchi<T, 3, 3> {
         group: Bianchi::<T>::new(),
         retraction: Split::<T>::new(),
         lagrangian: Stiff::<false>,
         force: Wind::<false>,
+        method: |system| Midpoint::<_, _, _, _, false>(system),
+        claims: Claims { order: Some(2), ..Claims::default() },
     }
 }
 
@@ -26,4 +28,138 @@ laws! {
         group: Bianchi::<T>::new(),
         map: SplitMap::<false>,
     }
+}
+
+laws! {
+    mod wind<T, 3> { force: Wind::<false> }
+}
+
+suite! {
+    mod wrong_group<T, 3, 3> { group: Bianchi::<T, true>::new() }
+}
+
+suite! {
+    mod wrong_retraction<T, 3, 3> {
+        group: Bianchi::<T>::new(),
+        retraction: Split::<T, true>::new(),
+    }
+}
+
+suite! {
+    mod wrong_map<T, 3, 3> {
+        group: Bianchi::<T>::new(),
+        map: SplitMap::<true>,
+    }
+}
+
+suite! {
+    mod wrong_lagrangian<T, 3> { lagrangian: Stiff::<true> }
+}
+
+suite! {
+    mod wrong_force<T, 3> { force: Wind::<true> }
+}
+
+suite! {
+    mod wrong_method<T, 3, 3> {
+        group: Bianchi::<T>::new(),
+        force: Wind::<false>,
+        method: |system| Midpoint::<_, _, _, _, true>(system),
+        claims: Claims { order: Some(2), ..Claims::default() },
+    }
+}
+
+/// A folder of its own for the saved cases of one test.
+fn folder(name: &str) -> PathBuf {
+    let folder = Path::new(env!("CARGO_TARGET_TMPDIR")).join(format!("own-{name}"));
+    let _ = std::fs::remove_dir_all(&folder);
+    folder
+}
+
+/// The law is broken; the report says what a person needs, the case is saved, and replayed first.
+fn found(suite: &Suite, law: &str) {
+    let folder = folder(law);
+    let settings = Settings { regressions: Some(folder.clone()), ..Settings::new() };
+    let broken = |settings: &Settings| match suite.run(law, settings) {
+        Outcome::Broken(broken) => *broken,
+        other => panic!("{law} does not see the mistake: {other:?}"),
+    };
+    let first = broken(&settings);
+    let report = first.to_string();
+    let replay = format!("{law}-");
+    for part in [law, first.statement, first.source, "16 digits", "32 digits", "EULER_POINCARE_REPLAY=", &replay] {
+        assert!(report.contains(part), "{part} is not in the report:\n{report}");
+    }
+    assert!(first.snippet.contains("euler_poincare::suite! {"), "{}", first.snippet);
+    assert!((1..12).contains(&first.case.lines().count()), "{}", first.case);
+    let files: Vec<_> = std::fs::read_dir(&folder).unwrap().map(|file| file.unwrap().path()).collect();
+    assert_eq!(files.len(), 1, "{files:?}");
+    let again = broken(&Settings { cases: 0, ..settings.clone() });
+    assert!(again.origin.starts_with("as saved in"), "{}", again.origin);
+    assert_eq!((again.verdict, again.case), (first.verdict.clone(), first.case.clone()));
+    let alone = Settings { replay: Some(files[0].clone()), regressions: None, ..settings };
+    assert_eq!(broken(&alone).verdict, first.verdict);
+    for other in suite.names().into_iter().filter(|name| *name != law) {
+        assert!(matches!(suite.run(other, &alone), Outcome::Skipped), "{other}");
+    }
+}
+
+#[test]
+fn a_wrong_inverse_is_found() {
+    found(&wrong_group::suite(), "group-inverse");
+}
+
+#[test]
+fn a_wrong_second_tangent_is_found() {
+    found(&wrong_retraction::suite(), "retraction-second-tangent");
+}
+
+#[test]
+fn a_map_without_its_symmetry_is_found() {
+    found(&wrong_map::suite(), "retraction-inverse");
+}
+
+#[test]
+fn a_wrong_gradient_is_found() {
+    found(&wrong_lagrangian::suite(), "lagrangian-gradient");
+}
+
+#[test]
+fn a_force_that_loses_its_derivative_is_found() {
+    found(&wrong_force::suite(), "force-derivatives");
+}
+
+#[test]
+fn a_force_at_the_wrong_time_is_found() {
+    // An order has levels in 32 digits alone.
+    let outcome = wrong_method::suite().run("method-order", &Settings::new());
+    let Outcome::Broken(broken) = outcome else { panic!("{outcome:?}") };
+    let report = broken.to_string();
+    assert!(report.contains("method-order") && report.contains("32 digits"), "{report}");
+}
+
+#[test]
+fn every_law_of_a_suite_is_a_test() {
+    let list = Command::new(std::env::current_exe().unwrap()).arg("--list").output().unwrap();
+    let list = String::from_utf8(list.stdout).unwrap();
+    for (module, suite) in [("bianchi", bianchi::suite()), ("from_map", from_map::suite())] {
+        for law in suite.names() {
+            let test = format!("{module}::{}: test", law.replace('-', "_"));
+            let claimed = ["force-dissipates", "force-workless", "force-keeps-casimirs"].contains(&law);
+            assert!(claimed || list.lines().any(|line| line == test), "{test}");
+        }
+    }
+}
+
+#[test]
+fn what_is_no_case_of_a_law_is_refused() {
+    let folder = folder("refused");
+    std::fs::create_dir_all(&folder).unwrap();
+    let file = folder.join("group-inverse-00000000.json");
+    std::fs::write(&file, "{\"law\": \"group-inverse\"}").unwrap();
+    let settings = Settings { regressions: Some(folder), ..Settings::new() };
+    let Outcome::Broken(broken) = bianchi::suite().run("group-inverse", &settings) else { panic!() };
+    assert!(broken.to_string().contains("is no case of this law: missing field"), "{broken}");
+    let Outcome::Undecided { why } = bianchi::suite().run("group-law", &settings) else { panic!() };
+    assert_eq!(why, "there is no law called `group-law` on these types");
 }

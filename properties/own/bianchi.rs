@@ -5,10 +5,12 @@
 
 use euler_poincare::algebra::{Covector, LieAlgebra, Matrix, Vector};
 use euler_poincare::group::LieGroup;
+use euler_poincare::integrators::{OneStep, Report, Solver, State, StepError};
 use euler_poincare::laws::own::Map;
 use euler_poincare::mechanics::{Force, Lagrangian};
 use euler_poincare::retraction::{Retraction, RetractionError, TangentPoint};
 use euler_poincare::scalar::{Real, Scalar};
+use euler_poincare::system::System;
 use nalgebra::{Matrix2, Vector2};
 
 /// The group. Wrong: the inverse turns back and does not scale back.
@@ -45,11 +47,8 @@ impl<T: Real, const WRONG: bool> LieGroup<T, 3, 3> for Bianchi<T, WRONG> {
     fn inverse<S: Scalar<Base = T>>(&self, g: &Matrix<S, 3>) -> Option<Matrix<S, 3>> {
         let a = linear(g);
         let square = if WRONG { S::one() } else { a[(0, 0)] * a[(0, 0)] + a[(1, 0)] * a[(1, 0)] };
-        if !(square > S::zero()) {
-            return None;
-        }
         let inverse = a.transpose() / square;
-        Some(affine(&inverse, &-(inverse * shift(g))))
+        (square > S::zero()).then(|| affine(&inverse, &-(inverse * shift(g))))
     }
 }
 
@@ -204,5 +203,35 @@ impl<T: Real, const WRONG: bool> Force<T, 3> for Wind<WRONG> {
         let wind = Vector::<S, 3>::new(S::ratio(1, 4), S::ratio(-1, 2), S::ratio(1, 8)) * t.cos();
         let v = if WRONG { v.map(|x| S::lift(x.base())) } else { *v };
         ((wind - v) * S::half()).transpose()
+    }
+}
+
+/// The explicit midpoint rule, of order 2. Wrong: the force at the start of the step, whatever the stage.
+pub struct Midpoint<'s, T: Real, R, L, F, const WRONG: bool>(pub &'s System<T, 3, 3, R, L, F>);
+
+impl<T, R, L, F, const WRONG: bool> OneStep<T, 3, 3> for Midpoint<'_, T, R, L, F, WRONG>
+where
+    T: Real,
+    R: Retraction<T, 3, 3>,
+    L: Lagrangian<T, 3>,
+    F: Force<T, 3>,
+{
+    fn step(&mut self, state: &mut State<T, 3, 3>, h: T) -> Result<Report<T>, StepError> {
+        let (system, step, half) = (self.0, h.to_f64(), h * T::half());
+        let velocity = |mu: &Covector<T, 3>| {
+            let eta = system.lagrangian.velocity(mu, &Vector::zeros());
+            eta.map_err(|source| StepError::Legendre { step, source })
+        };
+        let rate = |t: T, eta: &Vector<T, 3>, mu: &Covector<T, 3>| {
+            system.algebra.coad(eta, mu) + system.force.force(if WRONG { state.time } else { t }, eta)
+        };
+        let eta = velocity(&state.momentum)?;
+        let middle = state.momentum + rate(state.time, &eta, &state.momentum) * half;
+        let eta = velocity(&middle)?;
+        let end = state.momentum + rate(state.time + half, &eta, &middle) * h;
+        let turn = system.retraction.tau(&(eta * h));
+        let turn = turn.map_err(|source| StepError::Domain { step, stage: None, source })?;
+        *state = State { time: state.time + h, momentum: end, attitude: state.attitude * turn };
+        Ok(Report { solver: Solver::Explicit, iterations: 1, residual: T::zero() })
     }
 }

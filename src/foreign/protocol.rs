@@ -92,18 +92,20 @@ impl Described {
             Drag::Coefficient(k) => (0..n * n).map(|e| if e / n == e % n { number(k) } else { 0.0 }).collect(),
             Drag::Matrix(rows) => rows.iter().flatten().map(number).collect(),
         };
-        let term = |force: &Force| Some(match force {
-            // A case with such a force has not been built.
-            Force::Given => return None,
-            Force::DoubleBracket { alpha } => Term::DoubleBracket { alpha: number(alpha) },
-            Force::Metriplectic { beta } => Term::Metriplectic { beta: number(beta) },
-            Force::LinearDrag(drag) => Term::LinearDrag { matrix: matrix(drag) },
-            Force::QuadraticDrag(drag) => Term::QuadraticDrag { matrix: matrix(drag) },
-            Force::Constant { value } => Term::Constant { value: list(value) },
-            Force::Periodic { value, frequency, phase } => {
-                Term::Periodic { value: list(value), frequency: number(frequency), phase: number(phase) }
-            }
-        });
+        let term = |force: &Force| {
+            Some(match force {
+                // A case with such a force has not been built.
+                Force::Given => return None,
+                Force::DoubleBracket { alpha } => Term::DoubleBracket { alpha: number(alpha) },
+                Force::Metriplectic { beta } => Term::Metriplectic { beta: number(beta) },
+                Force::LinearDrag(drag) => Term::LinearDrag { matrix: matrix(drag) },
+                Force::QuadraticDrag(drag) => Term::QuadraticDrag { matrix: matrix(drag) },
+                Force::Constant { value } => Term::Constant { value: list(value) },
+                Force::Periodic { value, frequency, phase } => {
+                    Term::Periodic { value: list(value), frequency: number(frequency), phase: number(phase) }
+                }
+            })
+        };
         Ok(Self {
             version: VERSION,
             dimension: n,
@@ -123,8 +125,7 @@ impl Described {
 
     /// The request for a step of size h from `point`: one line, without its newline.
     pub fn request(&self, point: &Point<f64>, h: f64) -> String {
-        let request =
-            Request { system: self, time: point.time, step: h, mu: &point.momentum, g: &point.attitude };
+        let request = Request { system: self, time: point.time, step: h, mu: &point.momentum, g: &point.attitude };
         serde_json::to_string(&request).unwrap_or_default()
     }
 }
@@ -182,7 +183,8 @@ pub fn parse(line: &[u8], n: usize, entries: usize) -> Result<Reply, String> {
             return Err(format!("\"{key}\" in the stepper's answer has {found} numbers, not {wanted}: {}", said()));
         }
         let number = |(k, entry): (usize, &Value)| {
-            let place = || format!("\"{key}\"[{k}] in the stepper's answer is {entry}, not a finite number: {}", said());
+            let place =
+                || format!("\"{key}\"[{k}] in the stepper's answer is {entry}, not a finite number: {}", said());
             entry.as_f64().filter(|x| x.is_finite()).ok_or_else(place)
         };
         list.iter().enumerate().map(number).collect::<Result<Vec<f64>, String>>()

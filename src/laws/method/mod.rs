@@ -390,7 +390,9 @@ impl<T: Real> Side<'_, T> {
         let alike = (next.momentum.len(), next.attitude.len()) == (point.momentum.len(), point.attitude.len());
         match alike && next.is_finite() {
             true => Ok(next),
-            false => Err(StepError::NoAnswer { why: "the state after the step is not finite, or not of its size".into() }),
+            false => {
+                Err(StepError::NoAnswer { why: "the state after the step is not finite, or not of its size".into() })
+            }
         }
     }
 }

@@ -1,4 +1,14 @@
 //! Laws on a user's own types.
+//!
+//! [`laws!`](crate::laws!) makes a `#[test]` of each law, [`suite!`](crate::suite!) a [`Suite`] to run in one's own way.
+//!
+//! | file | holds |
+//! |---|---|
+//! | [`group`], [`algebra`], [`lagrangian`], [`force`], [`groupoid`], [`discrete`] | the laws of one part |
+//! | [`part`], [`values`] | what these have in common: parts at two precisions, and their cases |
+//! | [`system`] | the laws of whole systems and of one-step methods on one's own types |
+//! | [`map`] | a retraction from τ alone |
+//! | [`suite`] | running: cases, shrinking, saving, replaying, printing |
 
 pub mod algebra;
 mod differences;

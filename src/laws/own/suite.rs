@@ -14,6 +14,7 @@
 use super::part::{self, Subject};
 use super::system::{Parts, Types};
 use super::values::Values;
+use crate::harness::convergence::Estimate;
 use crate::harness::evidence::{Evidence, Wanted, gather_with};
 use crate::harness::{Cost, Law, Verdict, draw, shrink, verdict_on};
 use crate::system::Case;
@@ -181,7 +182,11 @@ impl Display for Broken {
                 }
                 Evidence::Levels { digits, quantity, estimate, expected, .. } => {
                     let expected = expected.map_or(String::new(), |order| format!(", expected {order}"));
-                    writeln!(f, "  {digits} digits: {quantity}: {estimate:?}{expected}")?;
+                    let slope = match estimate {
+                        Estimate::Slope { value, low, high, .. } => format!("slope {value:.2} ({low:.2} to {high:.2})"),
+                        other => format!("{other:?}"),
+                    };
+                    writeln!(f, "  {digits} digits: {quantity}: {slope}{expected}")?;
                 }
             }
         }
@@ -243,7 +248,7 @@ impl<L: Law<C>, C: Clone + Debug + Serialize + DeserializeOwned + 'static> Entry
         format!("EULER_POINCARE_REPLAY={path} cargo test {}::{}", site.path(), self.law.name().replace('-', "_"))
     }
 
-    fn save(&self, site: &Site, folder: &Path, record: &Record<C>) -> Result<PathBuf, String> {
+    fn save(&self, folder: &Path, record: &Record<C>) -> Result<PathBuf, String> {
         let text = serde_json::to_string_pretty(record).map_err(|e| e.to_string())?;
         let case = serde_json::to_string(&record.case).map_err(|e| e.to_string())?;
         let hash = case
@@ -252,7 +257,6 @@ impl<L: Law<C>, C: Clone + Debug + Serialize + DeserializeOwned + 'static> Entry
         let path = folder.join(format!("{}-{:08x}.json", self.law.name(), hash >> 32));
         std::fs::create_dir_all(folder).map_err(|e| format!("{}: {e}", folder.display()))?;
         std::fs::write(&path, text + "\n").map_err(|e| format!("{}: {e}", path.display()))?;
-        let _ = site;
         Ok(path)
     }
 
@@ -343,7 +347,7 @@ impl<L: Law<C>, C: Clone + Debug + Serialize + DeserializeOwned + 'static> Entry
         };
         let replay = || match &settings.regressions {
             None => "not saved".into(),
-            Some(folder) => match self.save(site, folder, &record) {
+            Some(folder) => match self.save(folder, &record) {
                 Ok(path) => format!("{}\n           (saved; replayed first from now on)", self.command(site, &path)),
                 Err(why) => format!("could not be saved: {why}"),
             },

@@ -10,19 +10,19 @@ use super::algebra::Bracket;
 use crate::algebra::{Casimir, Covector, LieAlgebra, Matrix, Vector, basis_vector};
 use crate::group::{LieGroup, MatrixGroup};
 use crate::harness::{Cost, Fault, Law, Verdict};
+use crate::integrators::{OneStep, Report, State, StepError, Variational};
+use crate::laws::method::{self, Claims, MethodLaw, Other, Setup, Side, SystemParts, Untyped};
 use crate::laws::planted::retraction::Plant;
 use crate::mechanics::force::{AnyForce, Zero};
 use crate::mechanics::lagrangian::{AnyLagrangian, Quadratic};
 use crate::mechanics::{Force, Lagrangian};
 use crate::retraction::{Exponential, Retraction};
 use crate::scalar::{Real, Scalar};
+use crate::study::problem;
 use crate::system::case::Structure;
 use crate::system::random::Given;
 use crate::system::rates::Rates;
 use crate::system::{Case, CaseError, Cases, ForceTerm, Place, Problem, System, Visitor, Wrap, cases};
-use crate::integrators::{OneStep, Report, State, StepError, Variational};
-use crate::laws::method::{self, Claims, MethodLaw, Other, Setup, Side, SystemParts, Untyped};
-use crate::study::problem;
 use proptest::strategy::{BoxedStrategy, Strategy};
 use std::cell::RefCell;
 use std::fmt;
@@ -95,8 +95,15 @@ pub struct Parts {
 
 impl Parts {
     /// The group alone.
-    pub const NONE: Self =
-        Self { retraction: false, map: false, lagrangian: false, force: false, casimirs: false, method: false, claims: false };
+    pub const NONE: Self = Self {
+        retraction: false,
+        map: false,
+        lagrangian: false,
+        force: false,
+        casimirs: false,
+        method: false,
+        claims: false,
+    };
 }
 
 /// A system of somebody's own types, with a case for what they leave open.
@@ -250,12 +257,22 @@ impl<P: Types<N, D>, const N: usize, const D: usize> Own<P, N, D> {
         matrices::<P, T, N, D>().map_err(|e| Place::root().key("algebra").error(Problem::Algebra(e)))
     }
 
+    #[allow(clippy::type_complexity, reason = "an opaque type cannot be named")]
     fn with<T: Real, R: Retraction<T, N, D>>(
         &self,
         group: MatrixGroup<T, N, D>,
         retraction: R,
-    ) -> Result<Typed<T, N, D, R, impl Lagrangian<T, N> + 'static + use<P, T, R, N, D>, impl Force<T, N> + 'static + use<P, T, R, N, D>>, CaseError>
-    {
+    ) -> Result<
+        System<
+            T,
+            N,
+            D,
+            R,
+            impl Lagrangian<T, N> + 'static + use<P, T, R, N, D>,
+            impl Force<T, N> + 'static + use<P, T, R, N, D>,
+        >,
+        CaseError,
+    > {
         let parts = (group.algebra().clone(), Some(group), P::casimirs::<T>());
         let given = self.case.forces.contains(&ForceTerm::Given);
         let force = |drawn: AnyForce<T, N>| match given {
@@ -276,9 +293,6 @@ impl<P: Types<N, D>, const N: usize, const D: usize> Own<P, N, D> {
         })
     }
 }
-
-/// A system, typed.
-type Typed<T, const N: usize, const D: usize, R, L, F> = System<T, N, D, R, L, F>;
 
 /// The method of one's own on a system that it owns.
 struct Stepping<P, T: Real, const N: usize, const D: usize, R, L, F> {
@@ -383,12 +397,13 @@ pub struct SystemLaw<P: 'static, const N: usize, const D: usize> {
     given: Given,
 }
 
-/// Every law that judges systems of one's own types, those among them that a part that is not one's own switches off.
+/// The laws that judge systems of one's own types.
 ///
-/// Not among them, of the laws of [`all`](crate::laws::all): those of groupoids, algebroids and the Poisson groupoid, and
-/// discrete equations of random polynomials, which judge the library on any group; those of orbits, which need the library's
-/// brackets; `discrete-euler-poincare` and its kin, which need a discrete Lagrangian ([`super::discrete`]);
-/// `variational-error`, whose subjects are judged apart by the others and which takes minutes.
+/// Of the laws of [`all`](crate::laws::all) these are left out: those of groupoids, algebroids and the Poisson groupoid, of
+/// discrete equations of random polynomials, of the discrete Euler–Poincaré equations and `lie-poisson-bracket`, because they
+/// judge the library on any group, and nothing that one has written; those of orbits and `casimir-rate`, because they draw
+/// algebras of the catalogue or need the library's brackets; and `variational-error`, because it takes minutes, and what it
+/// compares is judged apart by `order-predicted` and the laws of discrete actions.
 ///
 /// # Errors
 /// The matrices of the group do not span an algebra, as text.

@@ -28,6 +28,7 @@
 /// laws! {
 ///     mod rotations<T, 3, 3> { group: So3::<T>::new() }
 /// }
+/// # fn main() {}
 /// ```
 #[macro_export]
 macro_rules! laws {
