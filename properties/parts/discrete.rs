@@ -140,16 +140,15 @@ impl<T: Real> DiscreteLagrangian<T, 3, 3> for Irregular {
     type Memory = ();
 
     fn value(&self, x: &Triple<T, 3>) -> Result<T, DiscreteError> {
-        Ok(x.v.trace())
+        Ok(x.v[(0, 0)])
     }
 
     fn slopes_from(&self, x: &Triple<T, 3>, (): &mut ()) -> Result<Slopes<T, 3>, DiscreteError> {
-        let zero = Covector::zeros();
-        let slope = Covector::from_fn(|_, a| {
-            let e = Vector::<T, 3>::from_fn(|b, _| if a == b { T::one() } else { T::zero() });
-            (x.v * euler_poincare::group::so3::hat(&e)).trace()
-        });
-        Ok(Slopes { v_left: slope, v_right: slope, u_left: zero, u_right: zero, w_left: zero, w_right: zero })
+        let (hat, zero) = (euler_poincare::group::so3::hat::<T>, Covector::zeros());
+        let e = |a: usize| Vector::<T, 3>::from_fn(|b, _| if a == b { T::one() } else { T::zero() });
+        let v_left = Covector::from_fn(|_, a| (x.v * hat(&e(a)))[(0, 0)]);
+        let v_right = Covector::from_fn(|_, a| (hat(&e(a)) * x.v)[(0, 0)]);
+        Ok(Slopes { v_left, v_right, u_left: zero, u_right: zero, w_left: zero, w_right: zero })
     }
 }
 

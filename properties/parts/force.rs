@@ -9,7 +9,6 @@ use euler_poincare::mechanics::force::{
 };
 use euler_poincare::mechanics::lagrangian::Quadratic;
 use euler_poincare::scalar::{Dd, Real, Scalar};
-use std::cell::Cell;
 use std::collections::BTreeSet;
 use std::sync::Mutex;
 
@@ -85,13 +84,6 @@ impl<T: Real> Force<T, 3> for Wing {
             "lost" => drag = S::lift(drag.base()),
             "nan" => drag = drag + (eta.dot(eta).sqrt() - S::one()).sqrt() * S::zero(),
             "sign" => drag = -drag,
-            "static" => {
-                // A cache that forgets to look at η.
-                thread_local!(static FIRST: Cell<Option<f64>> = const { Cell::new(None) });
-                let first = FIRST.get().unwrap_or(drag.to_f64());
-                FIRST.set(if FIRST.get().is_some() { None } else { Some(first) });
-                drag = drag + S::exact(first);
-            }
             _ => {}
         }
         let mut f = -eta.transpose() * drag;

@@ -140,15 +140,22 @@ impl Values {
         for i in 0..self.entries.len() {
             push(&|at, _, x| if at == i { Number::default() } else { x.clone() });
         }
+        let longest = self.entries.iter().map(|(_, list)| list.len()).max().unwrap_or(0);
+        for k in 0..longest {
+            push(&|at, entry, x| {
+                let all = self.entries[at].1.len() == longest && entry == k;
+                if all { Number::default() } else { x.clone() }
+            });
+        }
         push(&|_, _, x| simpler(x).into_iter().nth(1).unwrap_or_else(|| x.clone()));
         for (i, (_, list)) in self.entries.iter().enumerate() {
             for (k, x) in list.iter().enumerate() {
                 for simple in simpler(x) {
                     push(&|at, entry, y| if (at, entry) == (i, k) { simple.clone() } else { y.clone() });
                     // Vectors that are equal or opposite stay so.
-                    push(&|_, _, y| match float(y) {
-                        y if y == float(x) => simple.clone(),
-                        y if y == -float(x) => dyadic(-float(&simple)).unwrap_or_default(),
+                    push(&|_, entry, y| match float(y) {
+                        value if entry == k && value == float(x) => simple.clone(),
+                        value if entry == k && value == -float(x) => dyadic(-float(&simple)).unwrap_or_default(),
                         _ => y.clone(),
                     });
                 }
