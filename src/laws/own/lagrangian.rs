@@ -312,11 +312,11 @@ impl<T: Real, L: Lagrangian<T, N>, const N: usize> Judge<'_, T, L, N> {
         let direction = self.case.vector::<T, N>("along").map_err(misfit)?;
         let dual = self.l.value(&along(&self.eta, &direction));
         let same = self.l.value(&along(&self.eta, &Vector::zeros()));
-        let (scale, length) = (self.eta.amax(), direction.amax());
+        let (scale, length) = (self.eta.amax().max(self.typical), direction.amax());
         let constant = same.eps == T::zero() && same.re == value && dual.re == value;
         if !constant {
             let near = (dual.re - value).abs().max((same.re - value).abs()).max(same.eps.abs());
-            let size = value.abs().max(self.size(&self.eta) * (scale + self.typical));
+            let size = value.abs().max(self.size(&self.eta) * scale);
             let allowed = T::exact(self.floor()) * T::unit_roundoff() * size;
             if !(near <= allowed) {
                 return Ok(Measured::Broken("l differs on dual numbers, or has a derivative on constants".into()));
@@ -325,9 +325,8 @@ impl<T: Real, L: Lagrangian<T, N>, const N: usize> Judge<'_, T, L, N> {
         if length == T::zero() {
             return Ok(Measured::Defect { amplification: 0.0, floor: 1.0, witness: String::new() });
         }
-        let scale = if scale > T::zero() { scale / length } else { T::one() / length };
         let value = |s: T| Some(self.l.lagrangian.value(&(self.eta + direction * s))).filter(|v| v.all_finite());
-        let slope = slope(value, scale).ok_or(Measured::NotApplicable("l is not finite nearby".into()))?;
+        let slope = slope(value, scale / length).ok_or(Measured::NotApplicable("l is not finite nearby".into()))?;
         let size = self.size(&self.eta) * length;
         Ok(compared(dual.eps, &slope, size, self.floor(), "l along a direction"))
     }
