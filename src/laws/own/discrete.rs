@@ -92,7 +92,7 @@ pub const U_SIGN: Fault = Fault::new("ld-u-sign", "L*_U D₂l_d with the other s
 /// A factor.
 pub const W_DOUBLED: Fault = Fault::new("ld-w-doubled", "D₃l_d doubled", EVERY);
 /// Not regular.
-pub const W_CONSTANT: Fault = Fault::new("ld-w-constant", "D₃l_d replaced by 1 in every component", EVERY);
+pub const SLOPES_CONSTANT: Fault = Fault::new("ld-constant", "every slope replaced by 1 in every component", EVERY);
 /// State.
 pub const MEMORY_STALE: Fault =
     Fault::new("ld-memory-stale", "the slopes of the evaluation before are given again", EVERY);
@@ -146,7 +146,7 @@ pub static LAWS: &[About] = &[
         oracle: "elimination with pivoting, in Newton's method for the flow",
         bound: "none: regular or not",
         needs: "",
-        faults: &[W_CONSTANT],
+        faults: &[SLOPES_CONSTANT],
         cost: Cost::Expensive,
     },
     About {
@@ -283,16 +283,16 @@ where
     fn slopes_from(&self, x: &Triple<T, D>, memory: &mut Self::Memory) -> Result<Slopes<T, N>, DiscreteError> {
         let right = self.l_d.slopes_from(x, &mut memory.memory)?;
         let before = memory.slopes.replace(right).unwrap_or(right);
-        let (doubled, constant) = (self.size(&W_DOUBLED), self.size(&W_CONSTANT));
+        let constant = |p: Covector<T, N>| blend(p, Covector::repeat(T::one()), self.size(&SLOPES_CONSTANT));
         let third = |p: Covector<T, N>, stale: Covector<T, N>| {
-            let p = blend(blend(p, p * T::int(2), doubled), Covector::repeat(T::one()), constant);
-            blend(p, stale, self.size(&MEMORY_STALE))
+            let p = blend(p, p * T::int(2), self.size(&W_DOUBLED));
+            constant(blend(p, stale, self.size(&MEMORY_STALE)))
         };
         Ok(Slopes {
-            v_left: right.v_left,
-            v_right: blend(right.v_right, right.v_left, self.size(&V_SIDES)),
-            u_left: blend(right.u_left, -right.u_left, self.size(&U_SIGN)),
-            u_right: right.u_right,
+            v_left: constant(right.v_left),
+            v_right: constant(blend(right.v_right, right.v_left, self.size(&V_SIDES))),
+            u_left: constant(blend(right.u_left, -right.u_left, self.size(&U_SIGN))),
+            u_right: constant(right.u_right),
             w_left: third(right.w_left, before.w_left),
             w_right: third(right.w_right, before.w_right),
         })

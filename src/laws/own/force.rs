@@ -213,8 +213,9 @@ where
 
     fn check(&self, law: &About, case: &Values, fault: Option<&Fault>) -> Verdict {
         let kept = self.kept.as_ref();
-        let double = |f: &A| judge::<f64, A, N>(f, law.name, case, fault, kept.map(|kept| &kept.0));
-        let quad = |f: &B| judge::<Dd, B, N>(f, law.name, case, fault, kept.and_then(|kept| kept.1.as_ref()));
+        let double = |f: &A| judge::<f64, A, N>(f, law.name, case, fault, kept.map(|kept| &kept.0), self.largest);
+        let quad =
+            |f: &B| judge::<Dd, B, N>(f, law.name, case, fault, kept.and_then(|kept| kept.1.as_ref()), self.largest);
         match law.name {
             "force-derivatives" => self.parts.each(double, quad),
             _ => self.parts.settle(double, quad),
@@ -260,6 +261,7 @@ fn judge<T: Real, F: Force<T, N>, const N: usize>(
     case: &Values,
     fault: Option<&Fault>,
     kept: Option<&Gradients<T, N>>,
+    largest: f64,
 ) -> Result<Measured, Measured> {
     let (t, eta) = (case.number::<T>("t").map_err(misfit)?, case.vector::<T, N>("eta").map_err(misfit)?);
     let planted = Planted { force, fault, evaluations: Cell::new(0) };
@@ -283,7 +285,12 @@ fn judge<T: Real, F: Force<T, N>, const N: usize>(
         }
         "force-derivatives" => {
             let along = (case.number::<T>("dt").map_err(misfit)?, case.vector::<T, N>("along").map_err(misfit)?);
-            derivatives(&planted, (t, &eta), &f, (along.0, &along.1))
+            let judged = |scale: T| derivatives(&planted, (t, &eta), &f, (along.0, &along.1), scale);
+            // Steps for a smooth force, and small against η for one that is not smooth at 0.
+            match judged(T::exact(largest / 4.0).max(eta.amax()))? {
+                Measured::Inconclusive(_) if eta.amax() > T::zero() => judged(eta.amax()),
+                measured => Ok(measured),
+            }
         }
         "force-zero" => match planted.is_zero() && f.amax() > T::zero() {
             true => Ok(Measured::Broken(format!("`is_zero()`, and f(t, η) = {}", list(f.iter())))),
@@ -317,6 +324,7 @@ fn derivatives<T: Real, F: Force<T, N>, const N: usize>(
     (t, eta): (T, &Vector<T, N>),
     value: &Covector<T, N>,
     (dt, along): (T, &Vector<T, N>),
+    typical: T,
 ) -> Result<Measured, Measured> {
     let dual = |re: T, eps: T| Dual { re, eps };
     let floor = 64.0 * N as f64;
@@ -342,10 +350,9 @@ fn derivatives<T: Real, F: Force<T, N>, const N: usize>(
     if length == T::zero() && dt == T::zero() {
         return Ok(fine);
     }
-    // A step that is small against η and against a time of 1.
-    let by_eta = if length == T::zero() { T::one() } else { eta.amax() / length };
-    let scale = if by_eta > T::zero() { by_eta } else { T::one() / length.max(T::exact(0.25)) };
-    let scale = if dt == T::zero() { scale } else { scale.min(T::one() / dt.abs()) };
+    // A step that is small against the typical velocity and against a time of 1.
+    let by_eta = if length == T::zero() { T::one() } else { typical / length };
+    let scale = if dt == T::zero() { by_eta } else { by_eta.min(T::one() / dt.abs()) };
     let mut measured = fine;
     for a in 0..N {
         let along = |s: T| {

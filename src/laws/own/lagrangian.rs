@@ -26,7 +26,8 @@ use proptest::strategy::{BoxedStrategy, Strategy};
 
 const EVERY: &str = "every Lagrangian";
 const SOURCE: &str = "definition of the Legendre transform; Martín de Diego and Sato Martín de Almagro 2019, §2";
-const BOUND: &str = "two precisions; floor 2⁶ N u relative to |l'| + |l''| |η|, times |l''⁻¹| |l''| for velocities";
+const BOUND: &str = "two precisions; floor 2⁶ N u relative to |l'| + N |l''| (|η| + v), v a quarter of the largest velocity; times \
+                     N |l''⁻¹| for velocities";
 const DIFFERENCES: &str = "2⁸ times the estimated error of the differences, and 2⁶ N u; in each precision by itself";
 
 /// Duals lost.
@@ -181,8 +182,8 @@ where
     }
 
     fn check(&self, law: &About, case: &Values, fault: Option<&Fault>) -> Verdict {
-        let double = |l: &A| judge::<f64, A, N>(l, law.name, case, fault);
-        let quad = |l: &B| judge::<Dd, B, N>(l, law.name, case, fault);
+        let double = |l: &A| judge::<f64, A, N>(l, law.name, case, fault, self.largest);
+        let quad = |l: &B| judge::<Dd, B, N>(l, law.name, case, fault, self.largest);
         match law.name {
             "lagrangian-value" => self.parts.each(double, quad),
             _ => self.parts.settle(double, quad),
@@ -258,8 +259,10 @@ fn judge<T: Real, L: Lagrangian<T, N>, const N: usize>(
     law: &str,
     case: &Values,
     fault: Option<&Fault>,
+    largest: f64,
 ) -> Result<Measured, Measured> {
-    let judge = Judge { l: Planted { lagrangian, fault }, case, eta: case.vector("eta").map_err(misfit)? };
+    let eta = case.vector("eta").map_err(misfit)?;
+    let judge = Judge { l: Planted { lagrangian, fault }, case, eta, typical: T::exact(largest / 4.0) };
     match law {
         "lagrangian-value" => judge.value(),
         "lagrangian-gradient" => judge.gradient(),
@@ -277,6 +280,8 @@ struct Judge<'a, T: Real, L, const N: usize> {
     l: Planted<'a, L>,
     case: &'a Values,
     eta: Vector<T, N>,
+    /// A velocity of the middle of the domain.
+    typical: T,
 }
 
 /// η + s δ on duals.
@@ -293,11 +298,10 @@ impl<T: Real, L: Lagrangian<T, N>, const N: usize> Judge<'_, T, L, N> {
         Measured::defect(off, size, self.floor(), witness)
     }
 
-    /// |l'| + N |l''| |η|, with a little of l'' where both vanish.
+    /// |l'| + N |l''| (|η| + v), v typical: what cancels in l for small η (as in 1 − √(1 − |η|²)) is of this size.
     fn size(&self, eta: &Vector<T, N>) -> T {
-        let little = T::exact(2f64.powi(-20));
         let raw = self.l.lagrangian;
-        raw.gradient(eta).amax() + raw.hessian(eta).amax() * (eta.amax() + little) * T::int(N as i64)
+        raw.gradient(eta).amax() + raw.hessian(eta).amax() * (eta.amax() + self.typical) * T::int(N as i64)
     }
 
     fn value(&self) -> Answer {
@@ -308,7 +312,7 @@ impl<T: Real, L: Lagrangian<T, N>, const N: usize> Judge<'_, T, L, N> {
         let direction = self.case.vector::<T, N>("along").map_err(misfit)?;
         let dual = self.l.value(&along(&self.eta, &direction));
         let same = self.l.value(&along(&self.eta, &Vector::zeros()));
-        let (scale, length) = (self.eta.amax(), direction.amax());
+        let (scale, length) = (self.eta.amax().max(self.typical), direction.amax());
         let constant = same.eps == T::zero() && same.re == value && dual.re == value;
         if !constant {
             let near = (dual.re - value).abs().max((same.re - value).abs()).max(same.eps.abs());
@@ -321,9 +325,8 @@ impl<T: Real, L: Lagrangian<T, N>, const N: usize> Judge<'_, T, L, N> {
         if length == T::zero() {
             return Ok(Measured::Defect { amplification: 0.0, floor: 1.0, witness: String::new() });
         }
-        let scale = if scale > T::zero() { scale / length } else { T::one() / length };
         let value = |s: T| Some(self.l.lagrangian.value(&(self.eta + direction * s))).filter(|v| v.all_finite());
-        let slope = slope(value, scale).ok_or(Measured::NotApplicable("l is not finite nearby".into()))?;
+        let slope = slope(value, scale / length).ok_or(Measured::NotApplicable("l is not finite nearby".into()))?;
         let size = self.size(&self.eta) * length;
         Ok(compared(dual.eps, &slope, size, self.floor(), "l along a direction"))
     }
@@ -397,7 +400,7 @@ impl<T: Real, L: Lagrangian<T, N>, const N: usize> Judge<'_, T, L, N> {
         let mine = self.l.energy(&self.eta);
         let scaled = self.l.value(&along(&self.eta, &self.eta));
         let terms = pair(&self.l.lagrangian.gradient(&self.eta).abs(), &self.eta.abs());
-        let size = terms + scaled.re.abs();
+        let size = terms + scaled.re.abs() + self.size(&self.eta) * (self.eta.amax() + self.typical);
         let expected = scaled.eps - scaled.re;
         Ok(self.defect((mine - expected).abs(), size, || {
             format!("energy {:e}, by duals {:e}", mine.to_f64(), expected.to_f64())

@@ -14,7 +14,7 @@ use serde::ser::{SerializeMap, Serializer};
 use serde::{Deserialize, Serialize};
 use std::fmt;
 
-/// Named vectors of numbers, in order.
+/// Named vectors of numbers, in order; equal whatever the order.
 ///
 /// ```
 /// use euler_poincare::laws::own::values::Values;
@@ -24,9 +24,15 @@ use std::fmt;
 /// assert_eq!(serde_json::to_string(&case)?, text);
 /// # Ok::<(), serde_json::Error>(())
 /// ```
-#[derive(Clone, Debug, Default, PartialEq)]
+#[derive(Clone, Debug, Default)]
 pub struct Values {
     entries: Vec<(String, Vec<Number>)>,
+}
+
+impl PartialEq for Values {
+    fn eq(&self, other: &Self) -> bool {
+        self.entries.len() == other.entries.len() && self.entries.iter().all(|entry| other.entries.contains(entry))
+    }
 }
 
 /// Why a case does not fit a part.
@@ -140,15 +146,22 @@ impl Values {
         for i in 0..self.entries.len() {
             push(&|at, _, x| if at == i { Number::default() } else { x.clone() });
         }
+        let longest = self.entries.iter().map(|(_, list)| list.len()).max().unwrap_or(0);
+        for k in 0..longest {
+            push(&|at, entry, x| {
+                let all = self.entries[at].1.len() == longest && entry == k;
+                if all { Number::default() } else { x.clone() }
+            });
+        }
         push(&|_, _, x| simpler(x).into_iter().nth(1).unwrap_or_else(|| x.clone()));
         for (i, (_, list)) in self.entries.iter().enumerate() {
             for (k, x) in list.iter().enumerate() {
                 for simple in simpler(x) {
                     push(&|at, entry, y| if (at, entry) == (i, k) { simple.clone() } else { y.clone() });
                     // Vectors that are equal or opposite stay so.
-                    push(&|_, _, y| match float(y) {
-                        y if y == float(x) => simple.clone(),
-                        y if y == -float(x) => dyadic(-float(&simple)).unwrap_or_default(),
+                    push(&|_, entry, y| match float(y) {
+                        value if entry == k && value == float(x) => simple.clone(),
+                        value if entry == k && value == -float(x) => dyadic(-float(&simple)).unwrap_or_default(),
                         _ => y.clone(),
                     });
                 }
@@ -251,7 +264,8 @@ fn simpler(x: &Number) -> Vec<Number> {
     let rank_now = if exact { rank(value) } else { (u32::MAX, u64::MAX, true) };
     let on = |bits: i32| (value * 2f64.powi(bits)).trunc() / 2f64.powi(bits);
     let nearest = value.round();
-    let tries = [0.0, value.signum(), on(0), nearest, on(1), on(2), on(3), on(6), on(12), value.abs()];
+    let (half, closer) = ((value * 0.5).trunc(), on(0) - value.signum());
+    let tries = [0.0, value.signum(), half, closer, on(0), nearest, on(1), on(2), on(3), on(6), on(12), value.abs()];
     let mut found: Vec<Number> = Vec::new();
     for simple in tries {
         if let (true, Some(simple)) = (rank(simple) < rank_now, dyadic(simple)) {
