@@ -1,7 +1,11 @@
 //! Properties of the command: exit codes, formats, determinism, saved cases.
 
+#[path = "command/campaign.rs"]
+mod campaign;
 #[path = "command/order.rs"]
 mod order;
+#[path = "command/page.rs"]
+mod page;
 
 use euler_poincare::system::{Case, Replay};
 use serde_json::Value;
@@ -126,9 +130,13 @@ fn bad_usage_is_two_and_says_what_is_allowed() {
     let here = directory("usage");
     fs::write(here.join("text.json"), "no JSON").unwrap();
     fs::write(here.join("part.json"), "{\"law\": \"retraction-adjoint\", \"seed\": 1}").unwrap();
+    replay_file(&here.join("sound.json"), LAW, None, "name = \"so3\"");
+    let sound = fs::read_to_string(here.join("sound.json")).unwrap();
+    fs::write(here.join("algebra.json"), sound.replace("so3", "so5")).unwrap();
+    fs::write(here.join("step.json"), sound.replace("1/8", "0")).unwrap();
     replay_file(&here.join("law.json"), "no-such-law", None, "name = \"so3\"");
     replay_file(&here.join("fault.json"), LAW, Some("no-such-fault"), "name = \"so3\"");
-    let cases: [(&[&str], &str); 17] = [
+    let cases: [(&[&str], &str); 20] = [
         (&["verify", "--laws", "no-such-law"], LAW),
         (&["verify", "--laws", "retraction-adjoint,no-such-*"], "no-such-*"),
         (&["verify", "--laws", ""], LAW),
@@ -146,6 +154,9 @@ fn bad_usage_is_two_and_says_what_is_allowed() {
         (&["replay", "text.json"], "line 1"),
         (&["replay", "law.json"], LAW),
         (&["replay", "fault.json"], FAULT),
+        (&["replay", "algebra.json"], "so3, se2, se3"),
+        (&["replay", "algebra.json", "--digits", "64"], "16, 32"),
+        (&["replay", "step.json"], "any number but 0"),
     ];
     for (arguments, said) in cases {
         let output = run(&here, arguments);
@@ -179,6 +190,116 @@ fn a_broken_law_is_one_and_its_case_is_saved_and_reproduces() {
     let sound = run(&here, &["replay", name]);
     assert_eq!(code(&sound), 0, "{}", stderr(&sound));
     assert!(verdict(stdout(&sound)).contains("holds: defect"), "{}", stdout(&sound));
+}
+
+#[test]
+fn a_broken_law_prints_both_precisions_the_case_and_a_program() {
+    let here = directory("printed");
+    let output = run(&here, &["verify", "--laws", LAW, "--cases", "20", "--plant", FAULT]);
+    let text = stdout(&output);
+    let name = text.lines().find_map(|line| line.trim().strip_prefix("euler-poincare replay ")).unwrap();
+    let replayed = run(&here, &["replay", name]);
+    let record = Replay::from_json(&fs::read_to_string(here.join(name)).unwrap()).unwrap();
+    let program = euler_poincare::system::snippet(&record);
+    for said in [text, stdout(&replayed)] {
+        for part in
+            [LAW, "Sato Martín de Almagro", "16 digits", "32 digits", "ABOVE the bound", "algebra    ", "step       "]
+        {
+            assert!(said.contains(part), "{part:?} is not in\n{said}");
+        }
+        assert!(said.contains(&format!("euler-poincare replay {name}")));
+        let line = |line: &str| said.lines().any(|printed| printed.trim() == line.trim());
+        assert!(program.lines().all(line), "the program is not in\n{said}");
+    }
+}
+
+#[test]
+fn a_saved_case_is_shrunk_into_a_new_file() {
+    let here = directory("shrunk");
+    let toml = "format = 1\n[algebra]\nname = \"se3\"\n[[force]]\nkind = \"linear-drag\"\ncoefficient = \"1/8\"\n[method]\n\
+                tableau = \"gauss-2\"\nretraction = \"cayley\"\n[state]\nmomentum = [1, 0, \"1/2\", 0, 1, 0]\n[run]\nstep = \"1/8\"\n";
+    let case = Case::from_toml(toml).unwrap();
+    let record = |fault: Option<&str>| Replay {
+        law: LAW.into(),
+        seed: 7,
+        index: 4,
+        fault: fault.map(Into::into),
+        case: case.clone(),
+    };
+    let path = here.join("case.json");
+    fs::write(&path, record(Some(FAULT)).to_json().unwrap()).unwrap();
+    let output = run(&here, &["replay", "case.json", "--shrink"]);
+    assert_eq!(code(&output), 1, "{}", stderr(&output));
+    assert!(stdout(&output).contains("saved in case-smaller.json"), "{}", stdout(&output));
+    let smaller = Replay::from_json(&fs::read_to_string(here.join("case-smaller.json")).unwrap()).unwrap();
+    assert!(smaller.case.dimension() < 6 && smaller.case.forces.is_empty(), "{}", smaller.case);
+    assert_eq!(Replay { case: case.clone(), ..smaller }, record(Some(FAULT)), "nothing but the case changes");
+    assert_eq!(code(&run(&here, &["replay", "case-smaller.json"])), 1);
+    // Never over a file that is there; and no file where there is nothing simpler, or nothing broken.
+    let again = run(&here, &["replay", "case.json", "--shrink"]);
+    assert!(stdout(&again).contains("saved in case-smaller-2.json"), "{}", stdout(&again));
+    let least = run(&here, &["replay", "case-smaller.json", "--shrink"]);
+    assert!(code(&least) == 1 && stdout(&least).contains("none of "), "{}", stdout(&least));
+    fs::write(&path, record(None).to_json().unwrap()).unwrap();
+    let sound = run(&here, &["replay", "case.json", "--shrink"]);
+    assert!(code(&sound) == 0 && stdout(&sound).contains("nothing to shrink"), "{}", stdout(&sound));
+    assert_eq!(fs::read_dir(&here).unwrap().count(), 3);
+}
+
+#[test]
+fn a_replay_by_one_precision_tells_that_one() {
+    let here = directory("digits");
+    for (fault, expected) in [(None, 0), (Some(FAULT), 1)] {
+        replay_file(&here.join("case.json"), LAW, fault, "name = \"so3\"");
+        for (digits, other) in [("16", "32"), ("32", "16")] {
+            let output = run(&here, &["replay", "case.json", "--digits", digits]);
+            assert_eq!(code(&output), expected, "{}", stderr(&output));
+            let row = |digits: &str| stdout(&output).contains(&format!("{digits} digits "));
+            assert!(row(digits) && !row(other), "{}", stdout(&output));
+        }
+    }
+    // An order is measured in 32 digits; a trial measures it in 16.
+    replay_file(
+        &here.join("order.json"),
+        "order-predicted",
+        None,
+        "name = \"so3\"\n[[force]]\nkind = \"linear-drag\"\ncoefficient = \"1/4\"",
+    );
+    for digits in ["16", "32"] {
+        let output = run(&here, &["replay", "order.json", "--digits", digits]);
+        assert!([0, 3].contains(&code(&output)), "{}{}", stdout(&output), stderr(&output));
+        assert!(stdout(&output).contains(&format!("{digits} digits  momentum")), "{}", stdout(&output));
+    }
+    // The work without attitude is measured in 32 digits alone.
+    replay_file(&here.join("balance.json"), "energy-balance", None, "name = \"so3\"");
+    let output = run(&here, &["replay", "balance.json", "--digits", "16"]);
+    assert!(code(&output) == 3 && stdout(&output).contains("measured in 32 digits alone"), "{}", stdout(&output));
+}
+
+#[test]
+fn kept_cases_are_replayed_before_a_campaign() {
+    let here = directory("kept");
+    let kept = here.join("snapshots/regressions");
+    fs::create_dir_all(&kept).unwrap();
+    replay_file(&kept.join("sound.json"), LAW, None, "name = \"so3\"");
+    replay_file(&kept.join("planted.json"), LAW, Some(FAULT), "name = \"so3\"");
+    replay_file(&kept.join("other.json"), "retraction-inverse", None, "name = \"so3\"");
+    let verify = |format: &str| run(&here, &["verify", "--laws", LAW, "--cases", "5", "--format", format]);
+    let output = verify("text");
+    assert_eq!(code(&output), 0, "{}", stderr(&output));
+    assert!(stdout(&output).contains("2 of 2 records in snapshots/regressions as expected"), "{}", stdout(&output));
+    // One that cannot be read, and one whose fault is not seen, fail the run.
+    fs::write(kept.join("garbage.json"), "{}").unwrap();
+    let output = verify("text");
+    assert_eq!(code(&output), 1);
+    assert!(
+        stdout(&output).contains("2 of 3 records") && stdout(&output).contains("garbage.json"),
+        "{}",
+        stdout(&output)
+    );
+    let output = verify("json");
+    assert_eq!((code(&output), stdout(&output).lines().count()), (1, 1));
+    assert!(stderr(&output).contains("REGRESSION"), "{}", stderr(&output));
 }
 
 #[test]

@@ -2,6 +2,8 @@
 
 #[path = "harness/evidence.rs"]
 mod evidence;
+#[path = "harness/store.rs"]
+mod store;
 
 use euler_poincare::harness::convergence::{Estimate, Kind, Level, estimate, estimate_pairs, kinds};
 use euler_poincare::harness::ladder::{Cause, Sample, cause};
@@ -277,8 +279,8 @@ struct Counter {
 }
 
 impl Progress for Counter {
-    fn start(&self, checks: usize) {
-        self.announced.fetch_add(checks, Ordering::Relaxed);
+    fn start(&self, checks: Option<usize>) {
+        self.announced.fetch_add(checks.unwrap(), Ordering::Relaxed);
     }
     fn case(&self, _: &'static str, _: &Verdict) {
         self.cases.fetch_add(1, Ordering::Relaxed);

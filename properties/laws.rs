@@ -1,11 +1,14 @@
 //! Properties of `euler_poincare::laws`: every law holds on random systems, and catches every fault planted for it.
 
+use euler_poincare::harness::evidence::Wanted;
 use euler_poincare::harness::{Campaign, Cost, Law, catch_fault};
 use euler_poincare::laws;
-use euler_poincare::system::Case;
+use euler_poincare::laws::replay::{REGRESSIONS, Replayed, save};
+use euler_poincare::system::{Case, Replay};
 use rayon::prelude::*;
 use serde_json::Value;
 use std::collections::BTreeSet;
+use std::path::Path;
 
 /// Cases per law: the campaigns of the command go further; a test has to be short.
 const CASES: usize = 60;
@@ -21,7 +24,13 @@ fn every_law_holds() {
         assert!(inconclusive * 20 <= law.cases, "{}: {:?}", law.law, law.inconclusive);
         assert!(law.held * 2 > law.cases, "{} hardly applies: {:?}", law.law, law.not_applicable);
         for failure in &law.failures {
-            println!("{failure:?}");
+            // From now on it is replayed before everything else.
+            let (law, case) = (law.law.to_string(), failure.case.clone());
+            let replay = Replay { law, seed: failure.seed, index: failure.index as u64, fault: None, case };
+            let kept = save(&Path::new(env!("CARGO_MANIFEST_DIR")).join(REGRESSIONS), &replay);
+            let again =
+                Replayed::of(replay, Wanted::AllDigits).map_or_else(|e| e.to_string(), |again| again.to_string());
+            println!("{again}\nkept: {kept:?}\n");
         }
     }
     assert!(report.holds());

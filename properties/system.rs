@@ -4,13 +4,17 @@ use euler_poincare::algebra::catalogue::Entry;
 use euler_poincare::mechanics::{Force, Lagrangian};
 use euler_poincare::retraction::Retraction;
 use euler_poincare::scalar::{Dd, Number, Real};
-use euler_poincare::system::case::{Inertia, Motion, Structure, Tau};
+use euler_poincare::system::case::{Algebra, Constant, Inertia, Motion, Start, Structure, Tau};
 use euler_poincare::system::file::{Horizon, example};
-use euler_poincare::system::{Case, Cases, Replay, System, SystemFile, Visitor, cases, labels};
+use euler_poincare::system::shares::{SHARES, Share};
+use euler_poincare::system::{Case, Cases, Replay, System, SystemFile, Visitor, case, cases, labels};
 use euler_poincare::tableau::{Description, Family};
 use proptest::strategy::{Strategy, ValueTree};
 use proptest::test_runner::{Config, RngAlgorithm, TestRng, TestRunner};
-use std::collections::BTreeMap;
+use quickcheck::{Arbitrary as _, Gen};
+use rand::SeedableRng;
+use rand::distr::{Distribution, StandardUniform};
+use std::collections::{BTreeMap, BTreeSet};
 
 fn runner(seed: u8) -> TestRunner {
     TestRunner::new_with_rng(Config::default(), TestRng::from_seed(RngAlgorithm::ChaCha, &[seed; 32]))
@@ -323,41 +327,108 @@ fn a_case_prints_in_a_few_lines() {
     }
 }
 
-/// Percentages of each label.
-fn shares(list: &[Case]) -> BTreeMap<(&'static str, String), f64> {
+/// How many cases have each label.
+fn counts(list: &[Case]) -> BTreeMap<(&'static str, String), usize> {
     let mut counts = BTreeMap::new();
     for label in list.iter().flat_map(labels) {
-        *counts.entry(label).or_insert(0.0) += 100.0 / list.len() as f64;
+        *counts.entry(label).or_insert(0) += 1;
     }
     counts
 }
 
-#[test]
-fn every_kind_of_case_is_common_enough() {
-    let list = sample(&cases(), 5, 3000);
-    let shares = shares(&list);
-    let share = |name: &'static str, value: &str| shares.get(&(name, value.to_string())).copied().unwrap_or(0.0);
-    let wanted: &[(&'static str, &[&str])] = &[
-        ("algebra", &["rn", "so3", "se2", "se3", "sl2", "aff1", "heisenberg", "so4", "product", "constants"]),
-        ("retraction", &["exp", "cayley"]),
-        ("tableau", &["gauss", "lobatto", "radau", "classic", "explicit", "diagonally-implicit", "fully-implicit"]),
-        ("class", &["abelian", "nilpotent", "solvable", "simple", "semisimple", "mixed"]),
-        ("unimodular", &["yes", "no"]),
-        ("basis", &["standard", "changed"]),
-        ("inertia", &["unit", "diagonal", "full", "thin", "nearly-unit"]),
-        ("angle", &["none", "tiny", "moderate", "near-pi"]),
-        ("lagrangian", &["quadratic", "quartic"]),
-        ("force", &["none", "double-bracket", "metriplectic", "linear-drag", "quadratic-drag", "constant", "periodic"]),
-    ];
-    for (name, values) in wanted {
-        for value in *values {
-            // 4 % are asked for; 3000 draws scatter by 0.4 %.
-            assert!(share(name, value) >= 4.0, "{name} {value}: {:.1} %", share(name, value));
+/// The largest probability with which a sound generator fails the test of one label.
+const ERROR: f64 = 1e-8;
+
+/// Holds a sample against the declared shares. A generator that has them fails with a probability of at most [`ERROR`] for each
+/// label, 10⁻⁶ in all; the seeds are fixed, so that it fails never or always.
+fn has_the_declared_shares(list: &[Case], who: &str) {
+    let counts = counts(list);
+    let seen = |share: &Share| counts.get(&(share.category, share.label.to_string())).copied().unwrap_or(0);
+    let mut failing = Vec::new();
+    for share in SHARES {
+        if share.surprise(seen(share), list.len()) <= ERROR {
+            failing.push(format!("{share:?}: {:.2} %", 100.0 * seen(share) as f64 / list.len() as f64));
         }
     }
-    for n in 1..=8 {
-        assert!(share("dimension", &n.to_string()) > 0.3, "dimension {n}");
+    for (category, label) in counts.keys() {
+        if !SHARES.iter().any(|share| (share.category, share.label) == (*category, label.as_str())) {
+            let count = counts[&(*category, label.clone())];
+            failing
+                .push(format!("{category} {label} is not declared: {:.2} %", 100.0 * count as f64 / list.len() as f64));
+        }
     }
+    assert!(failing.is_empty(), "{who}, {} cases:\n{}", list.len(), failing.join("\n"));
+}
+
+#[test]
+fn every_kind_of_case_has_its_declared_share_in_proptest() {
+    has_the_declared_shares(&sample(&cases(), 5, 6000), "proptest");
+}
+
+#[test]
+fn every_kind_of_case_has_its_declared_share_in_rand() {
+    let mut rng = rand_chacha::ChaCha8Rng::seed_from_u64(5);
+    let list: Vec<Case> = cases().sample_iter(&mut rng).take(2000).collect();
+    has_the_declared_shares(&list, "rand, Cases");
+    let list: Vec<Case> = StandardUniform.sample_iter(&mut rng).take(2000).collect();
+    has_the_declared_shares(&list, "rand, StandardUniform");
+}
+
+#[test]
+fn every_kind_of_case_has_its_declared_share_in_quickcheck() {
+    let mut g = Gen::from_size_and_seed(100, 5);
+    let list: Vec<Case> = (0..2000).map(|_| Case::arbitrary(&mut g)).collect();
+    has_the_declared_shares(&list, "quickcheck");
+    // Special integers are frequent in quickcheck; they do not make cases repeat.
+    let distinct: BTreeSet<String> = list.iter().map(|case| format!("{case:?}")).collect();
+    assert!(distinct.len() >= 1950, "{} of 2000 are distinct", distinct.len());
+}
+
+#[test]
+fn what_matters_is_common_enough() {
+    // In 100 cases, none of a kind with at least 4 % is missed once in sixty times, in 1000 cases never.
+    let wanted: &[(&str, &[&str])] = &[
+        ("class", &["abelian", "nilpotent", "solvable", "simple", "semisimple", "mixed"]),
+        ("unimodular", &["yes", "no"]),
+        ("inertia", &["unit", "diagonal", "full", "thin", "nearly-unit"]),
+        ("angle", &["none", "tiny", "moderate", "near-pi"]),
+        ("tableau", &["gauss", "lobatto", "radau", "classic", "explicit", "diagonally-implicit", "fully-implicit"]),
+        ("force", &["none", "double-bracket", "metriplectic", "linear-drag", "quadratic-drag", "constant", "periodic"]),
+    ];
+    for (category, labels) in wanted {
+        for label in *labels {
+            let share = SHARES.iter().find(|share| (share.category, share.label) == (*category, *label));
+            assert!(share.is_some_and(|share| share.least >= 4.0), "{category} {label}: {share:?}");
+        }
+    }
+    let mut pairs: Vec<_> = SHARES.iter().map(|share| (share.category, share.label)).collect();
+    pairs.sort_unstable();
+    pairs.dedup();
+    assert_eq!(pairs.len(), SHARES.len(), "a share is declared twice");
+    // Shares of a category in which a case has one label sum to 100.
+    let categories: BTreeSet<_> = SHARES.iter().map(|share| share.category).filter(|name| *name != "force").collect();
+    for category in categories {
+        let of =
+            |end: fn(&Share) -> f64| SHARES.iter().filter(|share| share.category == category).map(end).sum::<f64>();
+        let (least, most) = (of(|share| share.least), of(|share| share.most));
+        assert!(least <= 100.0 && 100.0 <= most, "{category}: {least} to {most}");
+    }
+}
+
+#[test]
+fn wrong_shares_are_noticed() {
+    let share = |share: f64| Share { category: "", label: "", least: share, most: share };
+    // 4 % instead of 8 %, 44 % instead of 50 %; and 8 % for 8.1 %.
+    assert!(share(8.0).surprise(240, 6000) < ERROR && share(50.0).surprise(2640, 6000) < ERROR);
+    assert!(share(8.0).surprise(486, 6000) > 0.5 && share(8.0).surprise(480, 6000) == 1.0);
+    assert!(share(8.0).surprise(0, 6000) < ERROR && share(8.0).surprise(6000, 6000) < ERROR);
+    assert_eq!(share(0.0).surprise(1, 6000), 0.0);
+    // The bound is one: the binomial tail P(S ≥ 20) of n = 100, p = 0.1 is 0.0020.
+    let bound = share(10.0).surprise(20, 100);
+    assert!((0.0020..0.05).contains(&bound), "{bound}");
+    // An interval explains what is in it, and all that is near its ends.
+    let wide = Share { least: 5.0, most: 10.0, ..share(0.0) };
+    assert_eq!((wide.surprise(7, 100), wide.surprise(20, 100)), (1.0, bound));
 }
 
 #[test]
@@ -482,5 +553,167 @@ fn generated_numbers_are_dyadic() {
             assert_eq!((value * 65_536.0 * 65_536.0).fract(), 0.0, "{x}\n{case}");
             assert_eq!(x.eval::<Dd>().map(|v| (v.hi(), v.lo())), Ok((value, 0.0)), "{x}\n{case}");
         }
+    }
+}
+
+/// A part of each kind, on so(3).
+fn parts() -> Case {
+    let text = "format = 1\n[algebra]\nname = \"so3\"\nbasis = [[1, 0, 0], [0, 2, 0], [\"1/2\", 0, 1]]\n[lagrangian]\n\
+                inertia = [[2, \"1/3\", 0], [\"1/3\", 1, 0], [0, 0, 3]]\n[[force]]\nkind = \"constant\"\nvalue = [1, 0, \"1/7\"]\n\
+                [method]\ntableau = \"radau-iia-2\"\nretraction = \"cayley\"\n[state]\nvelocity = [3, 0, \"sqrt(2)\"]\n\
+                attitude = [\"1/2\", 0, 0]\ntime = 1\n[run]\nstep = \"1/5\"\n";
+    Case::from_toml(text).unwrap_or_else(|e| panic!("{e}"))
+}
+
+#[test]
+fn a_chosen_part_stays_and_the_rest_is_random() {
+    let mine = parts();
+    let constants = vec![
+        Constant { a: 1, b: 2, c: 2, value: Number::ratio(1, 2) },
+        Constant { a: 1, b: 2, c: 3, value: Number::from(1) },
+        Constant { a: 1, b: 3, c: 2, value: Number::from(-1) },
+        Constant { a: 1, b: 3, c: 3, value: Number::ratio(1, 2) },
+    ];
+    let bianchi = Algebra { structure: Structure::Constants { dimension: 3, constants }, basis: None };
+    type Part = fn(&Case, &Case) -> bool;
+    let fixed: [(Cases, Part); 8] = [
+        (cases().algebra(mine.algebra.clone()), |a, b| a.algebra == b.algebra),
+        (cases().lagrangian(mine.lagrangian.clone()), |a, b| a.lagrangian == b.lagrangian),
+        (cases().forces(mine.forces.clone()), |a, b| a.forces == b.forces),
+        (cases().forces(Vec::new()).nonabelian(), |a, _| a.forces.is_empty()),
+        (cases().tableau(mine.method.tableau.clone()), |a, b| a.method.tableau == b.method.tableau),
+        (cases().start(mine.start.clone()), |a, b| a.start == b.start),
+        (cases().step(mine.step.clone()), |a, b| a.step == b.step),
+        (cases().algebra(bianchi.clone()).forced(), |a, _| a.algebra.basis.is_none() && a.dimension() == 3),
+    ];
+    for (i, (knobs, same)) in fixed.iter().enumerate() {
+        let mut runner = runner(20 + i as u8);
+        let mut seen = BTreeSet::new();
+        for _ in 0..25 {
+            let mut tree = knobs.new_tree(&mut runner).unwrap_or_else(|e| panic!("{i}: {e}"));
+            let case = tree.current();
+            assert!(same(&case, &mine) && knobs.admits(&case), "{i}\n{case}");
+            assert_eq!(case.check(), Ok(()), "{i}\n{case}");
+            seen.insert(case.to_string());
+            // It stays on the way down too.
+            for _ in 0..6 {
+                if !tree.simplify() {
+                    break;
+                }
+                assert!(same(&tree.current(), &mine), "{i}\n{}", tree.current());
+            }
+            for simpler in knobs.simpler(&case).take(10) {
+                assert!(same(&simpler, &mine), "{i}\n{simpler}");
+            }
+        }
+        assert!(seen.len() > 20, "{i}: the rest is not random");
+    }
+    // All parts at once are one case, however fast it is; and parts that do not fit are none.
+    let all = cases().algebra(mine.algebra.clone()).lagrangian(mine.lagrangian.clone()).forces(mine.forces.clone());
+    let all = all.start(mine.start.clone()).step(mine.step.clone()).tableau(mine.method.tableau.clone());
+    assert_eq!(sample(&all.retraction(Tau::Cayley), 30, 1)[0], mine);
+    for none in [
+        cases().algebra(bianchi).with_group(),
+        cases().algebra(mine.algebra.clone()).dimension_at_most(2),
+        cases().lagrangian(mine.lagrangian.clone()).algebras(&[Entry::Se3]),
+        cases().forces(mine.forces.clone()).force_free(),
+        cases().lagrangian(mine.lagrangian.clone()).start(plain_start(2)),
+    ] {
+        assert!(none.new_tree(&mut runner(31)).is_err());
+        assert!(none.try_sample(&mut rand_chacha::ChaCha8Rng::seed_from_u64(1)).is_err());
+    }
+}
+
+fn plain_start(n: usize) -> Start {
+    Start { motion: Motion::Momentum(vec![Number::from(1); n]), attitude: None, time: Number::default() }
+}
+
+#[test]
+fn quickcheck_shrinks_cases_and_parts() {
+    let mut g = Gen::from_size_and_seed(100, 9);
+    let smallest = |case: Case, broken: &dyn Fn(&Case) -> bool| {
+        let mut case = case;
+        while let Some(next) = case.shrink().find(broken) {
+            case = next;
+        }
+        case
+    };
+    let nonabelian = |case: &Case| labels(case).iter().any(|(name, value)| *name == "class" && value != "abelian");
+    for _ in 0..5 {
+        let case = Case::arbitrary(&mut g);
+        let shrunk = smallest(case.clone(), &|_| true);
+        assert_eq!(shrunk.algebra.structure, Structure::Named(Entry::Abelian(1)), "{shrunk}");
+        assert_eq!(shrunk.method.tableau, Description::Family(Family::Gauss, 1), "{shrunk}");
+        if nonabelian(&case) {
+            assert_eq!(smallest(case, &nonabelian).algebra.structure, Structure::Named(Entry::Aff1));
+        }
+    }
+    for _ in 0..40 {
+        let (mut algebra, mut lagrangian) = (Algebra::arbitrary(&mut g), case::Lagrangian::arbitrary(&mut g));
+        let (n, mut tableau) = (lagrangian.dimension(), Description::arbitrary(&mut g));
+        while let Some(next) = algebra.shrink().next() {
+            algebra = next;
+        }
+        while let Some(next) = lagrangian.shrink().next() {
+            lagrangian = next;
+        }
+        while let Some(next) = tableau.shrink().next() {
+            tableau = next;
+        }
+        assert_eq!(algebra.structure, Structure::Named(Entry::Abelian(1)));
+        assert_eq!(
+            lagrangian,
+            case::Lagrangian { inertia: Inertia::Diagonal(vec![Number::from(1); n]), quartic: None }
+        );
+        assert_eq!(tableau, Description::Family(Family::Gauss, 1));
+    }
+}
+
+proptest::proptest! {
+    #![proptest_config(Config::with_cases(20))]
+
+    /// The strategies behind proptest's `any`.
+    #[test]
+    fn any_case_and_any_part(
+        case in proptest::arbitrary::any::<Case>(),
+        forced in proptest::arbitrary::any_with::<Case>(cases().forced()),
+        algebra in proptest::arbitrary::any_with::<Algebra>(cases().nonabelian()),
+        tableau in proptest::arbitrary::any::<Description>(),
+    ) {
+        proptest::prop_assert_eq!(case.check(), Ok(()));
+        proptest::prop_assert!(!forced.forces.is_empty());
+        proptest::prop_assert!(algebra.structure != Structure::Named(Entry::Abelian(1)));
+        proptest::prop_assert!(tableau.build::<f64>().is_ok());
+    }
+}
+
+/// The example of the README.
+mod readme {
+    use euler_poincare::system::{Case, cases};
+    use proptest::prelude::*;
+    use rand::{RngExt, SeedableRng};
+
+    proptest! {
+        #![proptest_config(ProptestConfig::with_cases(20))]
+
+        #[test]
+        fn my_property(case in cases().forced().nonabelian().tableau("gauss-2".parse().unwrap())) {
+            prop_assert_eq!(case.check(), Ok(()));
+        }
+    }
+
+    quickcheck::quickcheck! {
+        fn the_same_for_quickcheck(case: Case) -> bool {
+            case.check().is_ok()
+        }
+    }
+
+    fn and_for_rand() -> Case {
+        rand_chacha::ChaCha8Rng::seed_from_u64(1).random()
+    }
+
+    #[test]
+    fn rand_gives_a_case() {
+        assert_eq!(and_for_rand().check(), Ok(()));
     }
 }

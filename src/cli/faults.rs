@@ -1,13 +1,18 @@
 //! `verify --faults`: every planted fault must be caught.
 
+use super::interrupt::Interrupt;
 use super::progress::Bar;
 use super::table::{seconds, table};
 use super::verify::weight;
-use super::{Failure, Format, print};
+use super::{Failure, Format, print, program};
+use euler_poincare::harness::store::{Manifest, StoreError};
 use euler_poincare::harness::{Cost, Fault, Law, catch_fault, catch_smallest, draw, verdict_on};
 use euler_poincare::laws::CaseLaw;
+use euler_poincare::system::Case;
 use rayon::prelude::*;
 use serde_json::json;
+use std::fs;
+use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 use std::time::Instant;
 
@@ -36,35 +41,81 @@ struct Catch {
     seconds: f64,
 }
 
-/// Plants each fault of `laws`, and prints after how many cases it is caught.
-pub fn run(laws: &[&'static CaseLaw], seed: u64, sizes: bool, format: Format) -> Result<ExitCode, Failure> {
-    let groups: Vec<_> = laws.iter().map(|law| (law.name, law.faults.len(), weight(law.cost))).collect();
-    let bar = Bar::new(&groups);
-    let mut faults: Vec<_> =
-        laws.iter().flat_map(|law| law.faults.iter().map(move |fault| (*law, fault))).enumerate().collect();
-    // Expensive laws first, so that no long piece is left for the end.
-    faults.sort_by_key(|(_, (law, _))| std::cmp::Reverse(law.cost));
-    let caught = |(index, (law, fault)): &(usize, (&'static CaseLaw, &'static Fault))| {
-        let start = Instant::now();
-        let after = catch_fault(*law, fault, seed, CASES);
-        let smallest = after.filter(|_| sizes).and_then(|after| {
+/// What is asked of the planted faults.
+pub struct Table<'a> {
+    pub seed: u64,
+    pub sizes: bool,
+    pub format: Format,
+    /// A campaign's directory, or what becomes one.
+    pub out: Option<&'a Path>,
+}
+
+impl Table<'_> {
+    /// Plants each fault of `laws`, and prints after how many cases it is caught.
+    pub fn run(&self, laws: &[&'static CaseLaw], interrupt: &Interrupt) -> Result<ExitCode, Failure> {
+        let file = self.out.map(|out| self.file(out)).transpose()?;
+        let groups: Vec<_> = laws.iter().map(|law| (law.name, Some(law.faults.len()), weight(law.cost))).collect();
+        let bar = Bar::until(&groups, None, Some(interrupt.clone()));
+        let mut faults: Vec<_> =
+            laws.iter().flat_map(|law| law.faults.iter().map(move |fault| (*law, fault))).enumerate().collect();
+        // Expensive laws first, so that no long piece is left for the end.
+        faults.sort_by_key(|(_, (law, _))| std::cmp::Reverse(law.cost));
+        let caught = |(index, (law, fault)): &(usize, (&'static CaseLaw, &'static Fault))| {
+            let catch = (!interrupt.is_set()).then(|| self.catch(law, fault));
+            bar.advance(law.name);
+            Some((*index, catch?))
+        };
+        let mut catches: Vec<_> = faults.par_iter().with_max_len(1).filter_map(caught).collect();
+        bar.clear();
+        catches.sort_by_key(|(index, _)| *index);
+        let catches: Vec<Catch> = catches.into_iter().map(|(_, catch)| catch).collect();
+        let interrupted = catches.len() < faults.len();
+        let objects: String = catches.iter().map(|catch| format!("{}\n", object(catch))).collect();
+        if let Some(file) = file.filter(|_| !interrupted) {
+            fs::write(&file, &objects).map_err(|error| Failure::file(&file, error))?;
+        }
+        print(&match self.format {
+            Format::Text => text(&catches),
+            Format::Json => objects,
+        })?;
+        if interrupted {
+            let lost = if self.out.is_some() { "; nothing is kept in --out" } else { "" };
+            eprintln!("INTERRUPTED after {} of {} faults{lost}", catches.len(), faults.len());
+            return Ok(Interrupt::exit_code());
+        }
+        Ok(if catches.iter().all(|catch| catch.after.is_some()) { ExitCode::SUCCESS } else { ExitCode::from(1) })
+    }
+
+    /// Where the rows go: a new file, in a directory that holds no campaign of another program or seed.
+    fn file(&self, out: &Path) -> Result<PathBuf, Failure> {
+        match Manifest::read(out) {
+            Err(StoreError::NoCampaign { .. }) => {}
+            there => {
+                let differences = there?.program_differences(&program::manifest::<Case>(self.seed, None, &[])?);
+                if !differences.is_empty() {
+                    return Err(StoreError::Differs { path: out.to_owned(), differences }.into());
+                }
+            }
+        }
+        let file = out.join("faults.jsonl");
+        if file.exists() {
+            return Err(Failure::Usage(format!("{}: is there already", file.display())));
+        }
+        fs::create_dir_all(out).map_err(|error| Failure::file(out, error))?;
+        Ok(file)
+    }
+
+    fn catch(&self, law: &'static CaseLaw, fault: &'static Fault) -> Catch {
+        let (seed, start) = (self.seed, Instant::now());
+        let after = catch_fault(law, fault, seed, CASES);
+        let smallest = after.filter(|_| self.sizes).and_then(|after| {
             // As many cases as the whole fault needed, at least.
-            catch_smallest(*law, fault, seed, cases_for_size(law.cost).max(after))
+            catch_smallest(law, fault, seed, cases_for_size(law.cost).max(after))
         });
-        bar.advance(law.name);
         let seconds = start.elapsed().as_secs_f64();
         let ratio = after.and_then(|after| ratio(law, fault, seed, after - 1));
-        (*index, Catch { law: law.name, fault, after, ratio, smallest, seconds })
-    };
-    let mut catches: Vec<_> = faults.par_iter().with_max_len(1).map(caught).collect();
-    bar.clear();
-    catches.sort_by_key(|(index, _)| *index);
-    let catches: Vec<Catch> = catches.into_iter().map(|(_, catch)| catch).collect();
-    print(&match format {
-        Format::Text => text(&catches),
-        Format::Json => catches.iter().map(|catch| format!("{}\n", object(catch))).collect(),
-    })?;
-    Ok(if catches.iter().all(|catch| catch.after.is_some()) { ExitCode::SUCCESS } else { ExitCode::from(1) })
+        Catch { law: law.name, fault, after, ratio, smallest, seconds }
+    }
 }
 
 /// defect/bound of case `index` with the fault; infinite where the check found nothing to measure.

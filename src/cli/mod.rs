@@ -1,20 +1,26 @@
 //! The sub-commands, one file each, and what they share: failures and exit codes.
 
+mod failure;
 mod faults;
 mod figures;
 pub mod integrate;
+mod interrupt;
 pub mod laws;
+pub mod merge;
 pub mod order;
 pub mod paper;
 mod plot;
 pub mod probe;
+mod program;
 mod progress;
 pub mod replay;
-mod report;
+pub mod report;
+mod summary;
 mod table;
 pub mod verify;
 
 use clap::{Parser, Subcommand, ValueEnum};
+use euler_poincare::harness::store::StoreError;
 use std::fmt::Display;
 use std::io::{self, Write};
 use std::path::{Path, PathBuf};
@@ -37,14 +43,19 @@ Exit codes:
   0  success
   1  a law is broken, an order is refuted, or a computation came to no result
   2  bad usage or a bad file
-  3  replay, order, probe: no verdict";
+  3  replay, order, probe: no verdict
+  130  verify: interrupted; what was learnt so far is printed";
 
 #[derive(Subcommand)]
 enum Command {
     /// Check the laws on random systems
     Verify(verify::Arguments),
+    /// Put the shards of a campaign together
+    Merge(merge::Arguments),
     /// Run a saved case again
     Replay(replay::Arguments),
+    /// Make a page for a browser out of a campaign
+    Report(report::Arguments),
     /// List the laws: statement, source, oracle, planted faults
     Laws(laws::Arguments),
     /// Check the laws of methods on a stepper that is another program
@@ -62,7 +73,9 @@ impl CommandLine {
     pub fn run(self) -> ExitCode {
         let result = match self.command.unwrap_or(Command::Verify(self.verify)) {
             Command::Verify(arguments) => verify::run(arguments),
+            Command::Merge(arguments) => merge::run(arguments),
             Command::Replay(arguments) => replay::run(arguments),
+            Command::Report(arguments) => report::run(arguments),
             Command::Laws(arguments) => laws::run(arguments),
             Command::Probe(arguments) => probe::run(arguments),
             Command::Order(arguments) => order::run(arguments),
@@ -90,6 +103,9 @@ pub enum Failure {
         /// What is wrong with it.
         reason: String,
     },
+    /// A campaign's directory that cannot be used.
+    #[error(transparent)]
+    Store(#[from] StoreError),
     /// A computation that came to no result.
     #[error("{0}")]
     Computation(String),
@@ -106,7 +122,7 @@ impl Failure {
 
     fn exit_code(&self) -> ExitCode {
         match self {
-            Self::Usage(_) | Self::File { .. } => ExitCode::from(2),
+            Self::Usage(_) | Self::File { .. } | Self::Store(_) => ExitCode::from(2),
             Self::Computation(_) | Self::Output(_) => ExitCode::from(1),
         }
     }

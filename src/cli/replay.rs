@@ -1,31 +1,57 @@
 //! `replay FILE`: a saved case under its law.
 
-use super::table::entries;
-use super::{Failure, laws as selection, print};
-use euler_poincare::harness::{Fault, Verdict, verdict_on};
-use euler_poincare::laws::{self, CaseLaw};
+use super::failure::text;
+use super::{Failure, print};
+use euler_poincare::harness::Verdict;
+use euler_poincare::harness::evidence::Wanted;
+use euler_poincare::laws::replay::Replayed;
 use euler_poincare::system::Replay;
 use std::fs;
-use std::path::PathBuf;
+use std::io::{ErrorKind, Write};
+use std::path::{Path, PathBuf};
 use std::process::ExitCode;
+
+/// A smaller case is looked for with so many checks. A number, not a time: the same case on every machine.
+const SHRINK_CHECKS: usize = 2000;
 
 /// Options of `replay`.
 #[derive(clap::Args)]
 pub struct Arguments {
     /// A file that `verify` saved
     file: PathBuf,
+    /// Look for a simpler case on which the law is still broken, and save it next to FILE
+    #[arg(long)]
+    shrink: bool,
+    /// Judge by the evaluation in 16 or in 32 digits alone [default: by those that the law is judged by]
+    #[arg(long, value_name = "16|32", value_parser = ["16", "32"])]
+    digits: Option<String>,
 }
 
 pub fn run(arguments: Arguments) -> Result<ExitCode, Failure> {
     let path = &arguments.file;
-    let text = fs::read_to_string(path).map_err(|error| Failure::file(path, error))?;
-    let replay = Replay::from_json(&text).map_err(|error| Failure::file(path, error))?;
-    let law = laws::named(&replay.law)
-        .ok_or_else(|| Failure::file(path, format!("law: is \"{}\"; allowed: {}", replay.law, selection::names())))?;
-    let fault = replay.fault.as_deref().map(|name| fault(law, name)).transpose();
-    let fault = fault.map_err(|reason| Failure::file(path, reason))?;
-    let verdict = verdict_on(law, &replay.case, fault);
-    print(&format!("{}\n{}\n", entries(0, rows(law, fault, &replay, &verdict)), indented(&replay.case.to_string())))?;
+    let wanted = match arguments.digits.as_deref() {
+        Some("16") => Wanted::Only(16),
+        Some(_) => Wanted::Only(32),
+        None => Wanted::AllDigits,
+    };
+    let json = fs::read_to_string(path).map_err(|error| Failure::file(path, error))?;
+    let replayed = Replayed::from_json(&json, wanted).map_err(|error| Failure::file(path, error))?;
+    let verdict = replayed.verdict.clone();
+    if !arguments.shrink {
+        print(&text(&replayed, Some(path)))?;
+    } else if let Some((smaller, found)) = replayed.shrunk(wanted, SHRINK_CHECKS) {
+        if found.steps == 0 {
+            let none = format!("none of {} simpler cases breaks the law\n", found.checks);
+            print(&format!("{}\n{none}", text(&replayed, Some(path))))?;
+        } else {
+            // Saved before it is printed, so that a closed pipe loses nothing.
+            let saved = save(path, &smaller.replay)?;
+            let steps = format!("simpler in {} steps, found with {} checks; saved in", found.steps, found.checks);
+            print(&format!("{}\n{steps} {}\n", text(&smaller, Some(&saved)), saved.display()))?;
+        }
+    } else {
+        print(&format!("{}\nthe law is not broken on this case: nothing to shrink\n", text(&replayed, Some(path))))?;
+    }
     Ok(match verdict {
         Verdict::Holds { .. } => ExitCode::SUCCESS,
         Verdict::Broken { .. } => ExitCode::from(1),
@@ -33,44 +59,22 @@ pub fn run(arguments: Arguments) -> Result<ExitCode, Failure> {
     })
 }
 
-fn fault(law: &CaseLaw, name: &str) -> Result<&'static Fault, String> {
-    law.faults.iter().find(|fault| fault.name == name).ok_or_else(|| {
-        let names: Vec<_> = law.faults.iter().map(|fault| fault.name).collect();
-        let allowed = if names.is_empty() { "none".into() } else { names.join(", ") };
-        format!("fault: is \"{name}\"; allowed for {}: {allowed}", law.name)
-    })
-}
-
-fn rows(
-    law: &CaseLaw,
-    fault: Option<&Fault>,
-    replay: &Replay,
-    verdict: &Verdict,
-) -> impl Iterator<Item = (&'static str, String)> {
-    let mut rows = vec![("law", format!("{}: {}", law.name, law.statement)), ("source", law.source.to_owned())];
-    rows.extend(fault.map(|fault| ("planted", format!("{}: {}", fault.name, fault.what))));
-    rows.extend(self::verdict(verdict));
-    rows.push(("case", format!("from case {} of seed {}", replay.index, replay.seed)));
-    rows.into_iter()
-}
-
-/// What a verdict says, as named lines.
-pub fn verdict(verdict: &Verdict) -> Vec<(&'static str, String)> {
-    let numbers = |word: &str, defect: f64, bound: f64| {
-        let ratio = verdict.ratio().unwrap_or(f64::INFINITY);
-        ("verdict", format!("{word}: defect {defect:.3e}, bound {bound:.3e}, ratio {ratio:.2e}"))
-    };
-    match verdict {
-        Verdict::Holds { defect, bound } => vec![numbers("holds", *defect, *bound)],
-        Verdict::Broken { defect, bound, witness } => {
-            vec![numbers("broken", *defect, *bound), ("witness", witness.clone())]
+/// Writes the record next to `path`, under a name that is not taken.
+fn save(path: &Path, replay: &Replay) -> Result<PathBuf, Failure> {
+    let stem = path.file_stem().map(|stem| stem.to_string_lossy().into_owned()).unwrap_or_default();
+    let json = replay.to_json().map_err(|error| Failure::Computation(error.to_string()))? + "\n";
+    let mut k = 1;
+    loop {
+        let name = if k == 1 { format!("{stem}-smaller.json") } else { format!("{stem}-smaller-{k}.json") };
+        let saved = path.with_file_name(name);
+        // Never over a file that is there.
+        match fs::OpenOptions::new().write(true).create_new(true).open(&saved) {
+            Ok(mut file) => {
+                file.write_all(json.as_bytes()).map_err(|error| Failure::file(&saved, error))?;
+                return Ok(saved);
+            }
+            Err(error) if error.kind() == ErrorKind::AlreadyExists && k < 1000 => k += 1,
+            Err(error) => return Err(Failure::file(&saved, error)),
         }
-        Verdict::Inconclusive { why } => vec![("verdict", format!("inconclusive: {why}"))],
-        Verdict::NotApplicable { why } => vec![("verdict", format!("not applicable: {why}"))],
     }
-}
-
-/// `text` with every line two columns in.
-pub fn indented(text: &str) -> String {
-    text.lines().map(|line| format!("  {line}")).collect::<Vec<_>>().join("\n")
 }

@@ -1,176 +1,50 @@
-//! What a campaign found, for people.
+//! `report DIR`: a campaign as one page for a browser.
 
-use super::replay::{indented, verdict};
-use super::table::{entries, seconds, table};
-use super::verify::Subject;
-use euler_poincare::harness::{Failure, Line, Report, Summary};
-use euler_poincare::system::Case;
-use std::collections::BTreeMap;
-use std::fmt;
+mod again;
+mod chart;
+mod coverage;
+mod failures;
+mod faults;
+mod files;
+mod numbers;
+mod orders;
+mod page;
+mod tally;
+mod timings;
+mod undecided;
+
+use super::{Failure, print};
+use files::Found;
+use page::Totals;
+use std::fs;
 use std::path::PathBuf;
+use std::process::ExitCode;
 
-const HEADER: [&str; 10] =
-    ["law", "cases", "held", "broken", "incon-\nclusive", "not\nappl.", "worst\ndefect", "its\nbound", "ratio", "time"];
-
-/// A report, with how it was run.
-pub struct Campaign<'a> {
-    pub report: &'a Report<Case>,
-    pub threads: usize,
-    pub seconds: f64,
+/// Options of `report`.
+#[derive(clap::Args)]
+pub struct Arguments {
+    /// A directory that `verify --out DIR` wrote; the campaign need not be complete
+    #[arg(value_name = "DIR")]
+    directory: PathBuf,
+    /// Where the page goes; `-` is standard output [default: DIR/report.html]
+    #[arg(long, value_name = "FILE")]
+    output: Option<PathBuf>,
+    /// Cases of each law of orders that are run again to plot their errors
+    #[arg(long, value_name = "N", default_value_t = 3, allow_negative_numbers = true)]
+    #[arg(value_parser = clap::value_parser!(u16).range(0..=100))]
+    plots: u16,
 }
 
-impl fmt::Display for Campaign<'_> {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        writeln!(f, "{}\n", laws(self.report))?;
-        let judged: usize = self.report.laws.iter().map(admitted).sum();
-        writeln!(f, "Coverage: % of the {judged} cases that admit their law\n{}\n", coverage(self.report, judged))?;
-        reasons(f, "Inconclusive", self.report, |law| &law.inconclusive)?;
-        reasons(f, "Not applicable", self.report, |law| &law.not_applicable)?;
-        let line = total(self.report);
-        let unjudged: Vec<_> = self.report.laws.iter().filter(|law| law.worst.is_none()).map(|law| law.law).collect();
-        if !unjudged.is_empty() {
-            writeln!(f, "Without a verdict on any case: {}\n", unjudged.join(", "))?;
-        }
-        let broken = self.report.laws.iter().filter(|law| !law.broken.is_empty()).count();
-        let outcome =
-            if broken == 0 { "nothing broken".to_owned() } else { format!("{} broken", count(broken, "law")) };
-        let threads = count(self.threads, "thread");
-        writeln!(
-            f,
-            "{}, {}, seed {}, {threads}, {}: {outcome}, {:.2} % inconclusive",
-            count(self.report.laws.len(), "law"),
-            count(line.cases, "case"),
-            self.report.seed,
-            seconds(self.seconds),
-            percent(line.inconclusive, line.cases),
-        )
+pub fn run(arguments: Arguments) -> Result<ExitCode, Failure> {
+    let found = Found::read(&arguments.directory)?;
+    let (orders, failures) = again::run(&found, usize::from(arguments.plots));
+    let page = page::page(&found, &orders, &failures);
+    let output = arguments.output.unwrap_or_else(|| arguments.directory.join("report.html"));
+    if output.as_os_str() == "-" {
+        print(&page)?;
+    } else {
+        fs::write(&output, &page).map_err(|error| Failure::file(&output, error))?;
+        print(&format!("{}\n{}\n", Totals::of(&found).outcome(), output.display()))?;
     }
-}
-
-fn percent(part: usize, whole: usize) -> f64 {
-    100.0 * part as f64 / whole.max(1) as f64
-}
-
-/// `1 law`, `2 laws`.
-fn count(number: usize, noun: &str) -> String {
-    format!("{number} {noun}{}", if number == 1 { "" } else { "s" })
-}
-
-/// Cases that the law has something to say about.
-fn admitted(law: &Summary<Case>) -> usize {
-    law.cases - law.not_applicable.values().sum::<usize>()
-}
-
-fn total(report: &Report<Case>) -> Line {
-    let lines = report.laws.iter().map(Summary::line);
-    let zero = Line {
-        law: "all",
-        cases: 0,
-        held: 0,
-        broken: 0,
-        inconclusive: 0,
-        not_applicable: 0,
-        max_defect: None,
-        bound: None,
-        seconds: 0.0,
-    };
-    lines.fold(zero, |sum, line| Line {
-        cases: sum.cases + line.cases,
-        held: sum.held + line.held,
-        broken: sum.broken + line.broken,
-        inconclusive: sum.inconclusive + line.inconclusive,
-        not_applicable: sum.not_applicable + line.not_applicable,
-        seconds: sum.seconds + line.seconds,
-        ..sum
-    })
-}
-
-fn laws(report: &Report<Case>) -> String {
-    let mut table = table(&HEADER, 1..HEADER.len());
-    for law in &report.laws {
-        table.add_row(row(&law.line(), law.worst.map(|worst| worst.ratio())));
-    }
-    if report.laws.len() > 1 {
-        table.add_row(row(&total(report), None));
-    }
-    table.trim_fmt()
-}
-
-fn row(line: &Line, ratio: Option<f64>) -> Vec<String> {
-    let number = |number: Option<f64>| number.map(|x| format!("{x:.1e}")).unwrap_or_default();
-    vec![
-        line.law.to_owned(),
-        line.cases.to_string(),
-        line.held.to_string(),
-        line.broken.to_string(),
-        line.inconclusive.to_string(),
-        line.not_applicable.to_string(),
-        number(line.max_defect),
-        number(line.bound),
-        number(ratio),
-        seconds(line.seconds),
-    ]
-}
-
-/// One line per category, the labels by frequency.
-fn coverage(report: &Report<Case>, judged: usize) -> String {
-    let mut categories = BTreeMap::<&str, Vec<(&str, usize)>>::new();
-    for ((category, label), count) in report.total_coverage() {
-        categories.entry(category).or_default().push((label, count.applicable));
-    }
-    let rows = categories.into_iter().map(|(category, mut labels)| {
-        // Numbers (dimensions) in their order, names by frequency.
-        if labels.iter().any(|(label, _)| label.parse::<usize>().is_err()) {
-            labels.sort_by_key(|(label, count)| (std::cmp::Reverse(*count), *label));
-        }
-        // Non-breaking space: a label and its number stay on one line.
-        let share = |(label, count): (&str, usize)| format!("{label}\u{a0}{:.1}", percent(count, judged));
-        (category, labels.into_iter().map(share).collect::<Vec<_>>().join(", "))
-    });
-    entries(2, rows).replace('\u{a0}', " ")
-}
-
-fn reasons(
-    f: &mut fmt::Formatter<'_>,
-    title: &str,
-    report: &Report<Case>,
-    of: impl Fn(&Summary<Case>) -> &BTreeMap<String, usize>,
-) -> fmt::Result {
-    let mut rows = Vec::new();
-    for law in &report.laws {
-        rows.extend(of(law).iter().map(|(why, count)| (law.law, format!("{count} × {why}"))));
-    }
-    if rows.is_empty() { Ok(()) } else { writeln!(f, "{title}\n{}\n", entries(2, rows)) }
-}
-
-/// The heading for a broken law.
-pub fn broken(subject: &Subject, summary: &Summary<Case>) -> String {
-    let mut indices: Vec<String> = summary.broken.iter().take(10).map(ToString::to_string).collect();
-    if summary.broken.len() > 10 {
-        indices.push("…".into());
-    }
-    let law = subject.law;
-    let mut rows = vec![("statement", law.statement.to_owned()), ("source", law.source.to_owned())];
-    rows.extend(subject.fault.map(|fault| ("planted", format!("{}: {}", fault.name, fault.what))));
-    if !summary.irreproducible.is_empty() {
-        let indices: Vec<_> = summary.irreproducible.iter().map(ToString::to_string).collect();
-        rows.push(("not again", format!("case {} held when checked a second time", indices.join(", "))));
-    }
-    let (count, cases) = (summary.broken.len(), summary.cases);
-    format!("BROKEN {}: {count} of {cases} cases ({})\n{}\n", law.name, indices.join(", "), entries(2, rows))
-}
-
-/// A shrunk case, and where it was saved.
-pub fn failure(failure: &Failure<Case>, saved: Result<PathBuf, String>) -> String {
-    let rows = entries(2, verdict(&failure.verdict));
-    let case = indented(&indented(&failure.case.to_string()));
-    let checks = failure.checks;
-    let saved = match saved {
-        Ok(path) => {
-            let path = path.display();
-            format!("  saved in {path}; run it again with\n    euler-poincare replay {path}\n")
-        }
-        Err(reason) => format!("  not saved: {reason}\n"),
-    };
-    format!("{rows}\n  case {}, shrunk by {checks} checks\n{case}\n{saved}", failure.index)
+    Ok(ExitCode::SUCCESS)
 }

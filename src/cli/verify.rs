@@ -1,20 +1,24 @@
 //! `verify`: the laws on random systems.
 
+use super::interrupt::Interrupt;
 use super::laws::select;
 use super::progress::Bar;
-use super::{Failure, Format, faults, print, report};
-use euler_poincare::harness::{BoxedStrategy, Campaign, Cost, Fault, Law, Report, Summary, Verdict};
+use super::{Failure, Format, failure, faults, print, program, summary};
+use euler_poincare::harness::store::{Manifest, Store, StoreError};
+use euler_poincare::harness::{
+    BoxedStrategy, Campaign, Cost, Done, Ending, Fault, Halt, Law, Recorded, Report, Shard, Summary, Verdict,
+};
 use euler_poincare::laws::CaseLaw;
+use euler_poincare::laws::replay::{REGRESSIONS, save};
 use euler_poincare::system::{Case, Replay, labels};
 use std::collections::BTreeSet;
-use std::fs;
 use std::path::{Path, PathBuf};
 use std::process::ExitCode;
-use std::time::Instant;
+use std::time::{Duration, Instant};
+use std::{fs, io};
 
 /// Where saved cases belong, where it is there: next to the other snapshots.
 const SNAPSHOTS: &str = "snapshots";
-const REGRESSIONS: &str = "snapshots/regressions";
 
 /// Of each broken law one case is shrunk, with so many checks. A number, not a time: the same case on every machine.
 const SHRINK_CHECKS: usize = 200;
@@ -22,10 +26,14 @@ const SHRINK_CHECKS: usize = 200;
 /// Options of `verify`.
 #[derive(clap::Args)]
 pub struct Arguments {
-    /// Cases per cheap law; an expensive law gets max(20, N/50), a heavy one max(8, N/100)
-    #[arg(long, value_name = "N", default_value_t = 200, allow_negative_numbers = true)]
+    /// Cases per cheap law; an expensive law gets max(20, N/50), a heavy one max(8, N/100) [default: 200, or as many as
+    /// fit into --minutes]
+    #[arg(long, value_name = "N", allow_negative_numbers = true, conflicts_with = "faults")]
     #[arg(value_parser = clap::value_parser!(u32).range(1..))]
-    cases: u32,
+    cases: Option<u32>,
+    /// Begin no further case after so many minutes
+    #[arg(long, value_name = "M", allow_negative_numbers = true, conflicts_with = "faults", value_parser = minutes)]
+    minutes: Option<Duration>,
     /// Seed of the campaign: the same seed gives the same result at any number of threads
     #[arg(long, value_name = "S", default_value_t = 1, allow_negative_numbers = true)]
     seed: u64,
@@ -39,6 +47,15 @@ pub struct Arguments {
     #[arg(long, value_name = "J", allow_negative_numbers = true)]
     #[arg(value_parser = clap::value_parser!(u16).range(1..=1024))]
     jobs: Option<u16>,
+    /// Only part i of n, from 0: of each law the cases whose index is i modulo n
+    #[arg(long, value_name = "I/N", conflicts_with = "faults")]
+    shard: Option<Shard>,
+    /// Keep every verdict in this directory, as it comes; with --faults: what was caught
+    #[arg(long, value_name = "DIR")]
+    out: Option<PathBuf>,
+    /// Go on with the campaign in --out, which must be the same; begin it where there is none
+    #[arg(long, requires = "out", conflicts_with = "faults")]
+    resume: bool,
     /// Instead of the campaign: plant each fault of the selected laws; each must be caught within 100 cases
     #[arg(long)]
     faults: bool,
@@ -50,30 +67,164 @@ pub struct Arguments {
     plant: Option<String>,
 }
 
+/// Cases per cheap law where nothing is said.
+const CASES: usize = 200;
+
+fn minutes(text: &str) -> Result<Duration, String> {
+    let minutes = text.parse::<f64>().ok().filter(|minutes| *minutes > 0.0);
+    let duration = minutes.and_then(|minutes| Duration::try_from_secs_f64(60.0 * minutes).ok());
+    duration.filter(|duration| !duration.is_zero()).ok_or_else(|| "a number of minutes, above 0".into())
+}
+
 pub fn run(arguments: Arguments) -> Result<ExitCode, Failure> {
     let laws = select(arguments.laws.as_deref())?;
     let pool = rayon::ThreadPoolBuilder::new().num_threads(arguments.jobs.map_or(0, usize::from)).build();
     let pool = pool.map_err(|error| Failure::Computation(format!("cannot start the threads: {error}")))?;
+    let interrupt = Interrupt::catch()?;
     if arguments.faults {
-        return pool.install(|| faults::run(&laws, arguments.seed, arguments.sizes, arguments.format));
+        let Arguments { seed, sizes, format, out, .. } = arguments;
+        let table = faults::Table { seed, sizes, format, out: out.as_deref() };
+        return pool.install(|| table.run(&laws, &interrupt));
     }
     let subjects = subjects(laws, arguments.plant.as_deref())?;
+    let regressions = || failure::regressions(arguments.format, |law| subjects.iter().any(|s| s.law.name == law));
+    let kept = pool.install(regressions)?;
+    let cases = match (arguments.cases, arguments.minutes) {
+        (None, None) => Some(CASES),
+        (cases, _) => cases.map(|cases| cases as usize),
+    };
+    let plan = Plan { subjects: &subjects, cases, limit: arguments.minutes, interrupt, arguments: &arguments };
+    let store = arguments.out.as_deref().map(|out| plan.store(out)).transpose()?;
     let start = Instant::now();
-    let report = pool.install(|| campaign(&subjects, arguments.seed, arguments.cases as usize));
-    let time = start.elapsed().as_secs_f64();
+    let report = pool.install(|| plan.run(store.as_ref()))?;
+    let seconds = start.elapsed().as_secs_f64();
     // Saved before anything is printed, so that a closed pipe loses nothing.
-    let broken = save(&subjects, &report);
+    let place = match (&store, report.ending) {
+        (None, _) => Place::Here,
+        (Some(_), Ending::Interrupted) => Place::Nowhere("the run was interrupted; --resume shrinks it"),
+        (Some(store), _) => Place::Store(store.failures()),
+    };
+    let broken = saved(&subjects, &report, &place)?;
+    let end = plan.end(&report, store.as_ref());
     match arguments.format {
         Format::Text => {
-            let campaign = report::Campaign { report: &report, threads: pool.current_num_threads(), seconds: time };
-            print(&format!("{campaign}{}", broken.concat()))?;
+            let campaign = summary::Campaign { report: &report, threads: pool.current_num_threads(), seconds };
+            print(&format!("{campaign}{end}{}", broken.concat()))?;
         }
         Format::Json => {
             print(&json(&report)?)?;
-            eprint!("{}", broken.concat());
+            eprint!("{end}{}", broken.concat());
         }
     }
-    Ok(if report.holds() { ExitCode::SUCCESS } else { ExitCode::from(1) })
+    Ok(match report.ending {
+        Ending::Interrupted => Interrupt::exit_code(),
+        _ if report.holds() && kept => ExitCode::SUCCESS,
+        _ => ExitCode::from(1),
+    })
+}
+
+/// What is to be run, and when it ends.
+struct Plan<'a> {
+    subjects: &'a [Subject],
+    cases: Option<usize>,
+    limit: Option<Duration>,
+    interrupt: Interrupt,
+    arguments: &'a Arguments,
+}
+
+impl Plan<'_> {
+    fn shard(&self) -> Shard {
+        self.arguments.shard.unwrap_or(Shard::WHOLE)
+    }
+
+    fn laws(&self) -> Vec<&dyn Law<Case>> {
+        self.subjects.iter().map(|subject| subject as _).collect()
+    }
+
+    /// The campaign's directory, new or taken up again.
+    fn store(&self, out: &Path) -> Result<Store, Failure> {
+        let Arguments { seed, plant, shard, resume, .. } = self.arguments;
+        let manifest = Manifest {
+            plant: plant.clone(),
+            shard: shard.map(|shard| [shard.index(), shard.count()]),
+            ..program::manifest(*seed, self.cases, &self.laws())?
+        };
+        if *resume {
+            return Ok(Store::resume(out, manifest)?);
+        }
+        Store::create(out, manifest).map_err(|error| match error {
+            StoreError::Occupied { .. } => Failure::Usage(format!("{error}; --resume goes on with it")),
+            error => error.into(),
+        })
+    }
+
+    fn run(&self, store: Option<&Store>) -> Result<Report<Case>, Failure> {
+        let (laws, seed) = (self.laws(), self.arguments.seed);
+        let recorded = match store {
+            Some(store) => store.recorded(&laws)?,
+            None => Recorded::none(&laws, self.shard()),
+        };
+        let writer = store.map(Store::writer).transpose()?;
+        let report = {
+            let bar = self.bar(&recorded);
+            let start = Instant::now();
+            let halt = || match self.limit {
+                _ if self.interrupt.is_set() => Halt::All,
+                Some(limit) if start.elapsed() >= limit => Halt::Cases,
+                _ => Halt::No,
+            };
+            let campaign = match self.cases {
+                Some(cases) => Campaign::new(seed, cases).halt(&halt),
+                None => Campaign::until(seed, &halt),
+            };
+            let campaign = campaign.labels(&labels).progress(&bar).shrinking(1, SHRINK_CHECKS).shard(self.shard());
+            match &writer {
+                Some(writer) => campaign.sink(writer).resume(&laws, recorded),
+                None => campaign.resume(&laws, recorded),
+            }
+        };
+        if let Some(writer) = writer {
+            writer.finish()?;
+        }
+        if let Some(store) = store
+            && report.ending != Ending::Interrupted
+        {
+            store.sort()?;
+        }
+        Ok(report)
+    }
+
+    fn bar(&self, recorded: &Recorded<Case>) -> Bar {
+        let group = |(subject, done): (&Subject, &Done)| {
+            let cost = subject.law.cost;
+            let left = self.cases.map(|cases| self.shard().size(cost.cases(cases)).saturating_sub(done.len()));
+            (subject.law.name, left, weight(cost))
+        };
+        let groups: Vec<_> = self.subjects.iter().zip(&recorded.done).map(group).collect();
+        Bar::until(&groups, self.limit, Some(self.interrupt.clone()))
+    }
+
+    /// How the run ended, where that is not plain, and where its records are.
+    fn end(&self, report: &Report<Case>, store: Option<&Store>) -> String {
+        let planned = |cases| self.subjects.iter().map(|s| self.shard().size(s.law.cost.cases(cases))).sum::<usize>();
+        let checked: usize = report.laws.iter().map(|law| law.cases).sum();
+        let of = self.cases.map(|cases| format!(" of {}", planned(cases))).unwrap_or_default();
+        let ended = match (report.ending, self.limit) {
+            (Ending::Interrupted, _) => format!("INTERRUPTED after {checked}{of} cases"),
+            (Ending::Stopped, Some(limit)) if self.cases.is_some() => {
+                format!("stopped by --minutes {} after {checked}{of} cases", limit.as_secs_f64() / 60.0)
+            }
+            _ => String::new(),
+        };
+        let go_on = if ended.is_empty() || store.is_none() { "" } else { "; --resume goes on" };
+        let ended = if ended.is_empty() { ended } else { format!("{ended}{go_on}\n") };
+        match store {
+            Some(store) if self.arguments.format == Format::Text => {
+                format!("{ended}results in {}\n", store.path().display())
+            }
+            _ => ended,
+        }
+    }
 }
 
 /// A law with a fault planted in its subject, or with none.
@@ -144,26 +295,49 @@ pub fn weight(cost: Cost) -> u64 {
     }
 }
 
-fn campaign(subjects: &[Subject], seed: u64, cases: usize) -> Report<Case> {
-    let groups: Vec<_> = subjects.iter().map(|s| (s.law.name, s.law.cost.cases(cases), weight(s.law.cost))).collect();
-    let bar = Bar::new(&groups);
-    let laws: Vec<&dyn Law<Case>> = subjects.iter().map(|subject| subject as _).collect();
-    Campaign::new(seed, cases).labels(&labels).progress(&bar).shrinking(1, SHRINK_CHECKS).run(&laws)
-}
-
 fn json(report: &Report<Case>) -> Result<String, Failure> {
     let lines: Result<Vec<_>, _> = report.laws.iter().map(|law| serde_json::to_string(&law.line())).collect();
     let lines = lines.map_err(|error| Failure::Computation(error.to_string()))?;
     Ok(lines.join("\n") + "\n")
 }
 
-/// Saves the shrunk cases; a text for each broken law that tells what and where.
-fn save(subjects: &[Subject], report: &Report<Case>) -> Vec<String> {
-    let broken = subjects.iter().zip(&report.laws).filter(|(_, summary)| !summary.broken.is_empty());
-    broken.map(|(subject, summary)| broken_text(subject, summary)).collect()
+/// Where shrunk cases go.
+enum Place {
+    /// Next to the snapshots, or into the working directory.
+    Here,
+    /// The failures of a campaign's directory.
+    Store(PathBuf),
+    /// Nowhere, and why.
+    Nowhere(&'static str),
 }
 
-fn broken_text(subject: &Subject, summary: &Summary<Case>) -> String {
+/// Saves the shrunk cases; a text for each broken law that tells what and where.
+fn saved(subjects: &[Subject], report: &Report<Case>, place: &Place) -> Result<Vec<String>, Failure> {
+    if let Place::Store(directory) = place {
+        remove_failures(subjects, directory).map_err(|error| Failure::file(directory, error))?;
+    }
+    let broken = subjects.iter().zip(&report.laws).filter(|(_, summary)| !summary.broken.is_empty());
+    Ok(broken.map(|(subject, summary)| broken_text(subject, summary, place)).collect())
+}
+
+/// Removes what an earlier part of the campaign has saved: cases of lower index may be broken by now.
+fn remove_failures(subjects: &[Subject], directory: &Path) -> io::Result<()> {
+    let entries = match fs::read_dir(directory) {
+        Err(error) if error.kind() == io::ErrorKind::NotFound => return Ok(()),
+        entries => entries?,
+    };
+    for entry in entries {
+        let path = entry?.path();
+        let name = path.file_name().and_then(|name| name.to_str()).unwrap_or_default();
+        let ours = |s: &Subject| name.strip_prefix(s.law.name).is_some_and(|rest| rest.starts_with("-seed"));
+        if name.ends_with(".json") && subjects.iter().any(ours) {
+            fs::remove_file(&path)?;
+        }
+    }
+    Ok(())
+}
+
+fn broken_text(subject: &Subject, summary: &Summary<Case>, place: &Place) -> String {
     let saved = summary.failures.iter().map(|failure| {
         let replay = Replay {
             law: subject.law.name.into(),
@@ -172,22 +346,31 @@ fn broken_text(subject: &Subject, summary: &Summary<Case>) -> String {
             fault: subject.fault.map(|fault| fault.name.into()),
             case: failure.case.clone(),
         };
-        report::failure(failure, write(&replay))
+        let saved = write(&replay, place);
+        failure::campaign(&replay, failure.checks, saved.as_deref().map_err(String::as_str))
     });
-    format!("\n{}{}", report::broken(subject, summary), saved.collect::<String>())
+    format!("\n{}{}", summary::broken(subject, summary), saved.collect::<String>())
 }
 
 /// Writes the record; the path, or why not.
-fn write(replay: &Replay) -> Result<PathBuf, String> {
-    let text = replay.to_json().map_err(|error| error.to_string())?;
+fn write(replay: &Replay, place: &Place) -> Result<PathBuf, String> {
     // A failure that was planted is no regression.
     let regressions = replay.fault.is_none() && Path::new(SNAPSHOTS).is_dir();
-    let directory = Path::new(if regressions { REGRESSIONS } else { "" });
-    if regressions {
-        fs::create_dir_all(directory).map_err(|error| format!("{}: {error}", directory.display()))?;
+    let failed = |path: &Path, error: io::Error| format!("{}: {error}", path.display());
+    match place {
+        Place::Nowhere(why) => Err((*why).into()),
+        Place::Store(directory) => {
+            // The whole campaign has one fault planted, or none: the name need not say so.
+            let name = format!("{}-seed{}-case{}.json", replay.law, replay.seed, replay.index);
+            let text = replay.to_json().map_err(|error| error.to_string())?;
+            fs::create_dir_all(directory).map_err(|error| failed(directory, error))?;
+            let path = directory.join(name);
+            fs::write(&path, text + "\n").map_err(|error| failed(&path, error))?;
+            Ok(path)
+        }
+        Place::Here => {
+            let directory = Path::new(if regressions { REGRESSIONS } else { "" });
+            save(directory, replay).map_err(|error| failed(directory, error))
+        }
     }
-    let fault = replay.fault.as_ref().map(|fault| format!("-{fault}")).unwrap_or_default();
-    let path = directory.join(format!("{}{fault}-seed{}-case{}.json", replay.law, replay.seed, replay.index));
-    fs::write(&path, text + "\n").map_err(|error| format!("{}: {error}", path.display()))?;
-    Ok(path)
 }

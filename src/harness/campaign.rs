@@ -2,18 +2,22 @@
 
 use super::draw::draw;
 use super::guard::{guarded, verdict_on};
-use super::law::{Cost, Fault, Law, Verdict};
-use super::shrink::{Failure, shrink};
-use super::summary::{Report, Summary};
+use super::law::{Fault, Law, Verdict};
+use super::plan::{Done, Queue, Shard};
+use super::record::Record;
+use super::shrink::{Failure, shrink_while};
+use super::summary::{Ending, Report, Summary};
+use proptest::strategy::BoxedStrategy;
 use rayon::prelude::*;
 use std::fmt::Debug;
-use std::ops::Range;
+use std::sync::atomic::{AtomicBool, Ordering};
+use std::sync::{Mutex, PoisonError};
 use std::time::Instant;
 
 /// What a campaign tells while it runs. Called from the worker threads, in no particular order.
 pub trait Progress: Sync {
-    /// Before the first case: how many checks there will be, shrinking apart.
-    fn start(&self, _checks: usize) {}
+    /// Before the first case: how many checks there will be, shrinking apart; `None` where that depends on the time.
+    fn start(&self, _checks: Option<usize>) {}
     /// After each case.
     fn case(&self, _law: &'static str, _verdict: &Verdict) {}
     /// A broken case is going to be shrunk.
@@ -25,34 +29,105 @@ pub trait Progress: Sync {
 /// Silence.
 impl Progress for () {}
 
+/// Whether a campaign may go on.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Halt {
+    /// It may.
+    No,
+    /// No further case is begun; those that are begun are finished, and what broke is shrunk.
+    Cases,
+    /// Neither cases nor shrinking: checks that are begun are finished, and that is all.
+    All,
+}
+
+/// Who keeps what a campaign finds, case by case. Called from the worker threads, in no particular order.
+pub trait Sink: Sync {
+    /// A case was judged, in so many seconds; `None` where the strategy gave no case. False: nothing can be kept any
+    /// more, the campaign shall end as with [`Halt::All`].
+    fn record(&self, record: &Record, seconds: Option<f64>) -> bool;
+}
+
+/// What an earlier part of the same campaign has found: where a resumed one begins.
+#[derive(Clone, Debug)]
+pub struct Recorded<C> {
+    /// Of each law, the cases that were judged.
+    pub done: Vec<Done>,
+    /// Of each law, what they have shown, without failures.
+    pub laws: Vec<Summary<C>>,
+}
+
+impl<C> Recorded<C> {
+    /// Nothing yet.
+    pub fn none(laws: &[&dyn Law<C>], shard: Shard) -> Self {
+        Self {
+            done: laws.iter().map(|_| Done::new(shard)).collect(),
+            laws: laws.iter().map(|law| Summary::new(law.name(), law.cost())).collect(),
+        }
+    }
+}
+
 type Labels<'a, C> = &'a (dyn Fn(&C) -> Vec<(&'static str, String)> + Sync);
+type Halts<'a> = &'a (dyn Fn() -> Halt + Sync);
 
 /// A campaign over cases of type `C`: its size, its seed, and what watches it.
 ///
-/// It runs in the rayon pool from which it is called.
+/// It runs in the rayon pool from which it is called, on all of its threads.
 pub struct Campaign<'a, C> {
     seed: u64,
-    cases: usize,
+    cases: Option<usize>,
+    shard: Shard,
     failures: usize,
     shrink_checks: usize,
     labels: Labels<'a, C>,
     progress: &'a dyn Progress,
+    sink: Option<&'a dyn Sink>,
+    halt: Halts<'a>,
 }
 
 impl<'a, C: Clone + Debug + Send + 'static> Campaign<'a, C> {
-    /// `cases` cases per cheap law; see [`Cost::cases`] for the expensive ones.
+    /// `cases` cases per cheap law; see [`Cost::cases`](super::Cost::cases) for the expensive ones.
     pub fn new(seed: u64, cases: usize) -> Self {
-        Self { seed, cases, failures: 3, shrink_checks: 500, labels: &|_| Vec::new(), progress: &() }
+        Self { cases: Some(cases), ..Self::until(seed, &|| Halt::No) }
     }
 
-    /// The (category, label) pairs of a case, for the coverage.
-    pub fn labels(self, labels: Labels<'a, C>) -> Self {
+    /// Case after case until `halt` says that it is enough: it is asked before each of them.
+    pub fn until(seed: u64, halt: &'a (dyn Fn() -> Halt + Sync)) -> Self {
+        Self {
+            seed,
+            cases: None,
+            shard: Shard::WHOLE,
+            failures: 3,
+            shrink_checks: 500,
+            labels: &|_| Vec::new(),
+            progress: &(),
+            sink: None,
+            halt,
+        }
+    }
+
+    /// The (category, label) pairs of a case, for the coverage. A `+` in a label divides it.
+    pub fn labels(self, labels: &'a (dyn Fn(&C) -> Vec<(&'static str, String)> + Sync)) -> Self {
         Self { labels, ..self }
     }
 
     /// Who is told what happens.
     pub fn progress(self, progress: &'a dyn Progress) -> Self {
         Self { progress, ..self }
+    }
+
+    /// Who keeps the records.
+    pub fn sink(self, sink: &'a dyn Sink) -> Self {
+        Self { sink: Some(sink), ..self }
+    }
+
+    /// Asked before each case, and before each check of the shrinking.
+    pub fn halt(self, halt: &'a (dyn Fn() -> Halt + Sync)) -> Self {
+        Self { halt, ..self }
+    }
+
+    /// Only the cases of this shard.
+    pub fn shard(self, shard: Shard) -> Self {
+        Self { shard, ..self }
     }
 
     /// How many of a law's broken cases are shrunk (default 3, those of lowest index), with how many checks each
@@ -63,65 +138,37 @@ impl<'a, C: Clone + Debug + Send + 'static> Campaign<'a, C> {
 
     /// Runs every law on its cases.
     pub fn run(&self, laws: &[&dyn Law<C>]) -> Report<C> {
-        self.progress.start(laws.iter().map(|law| law.cost().cases(self.cases)).sum());
-        let blocks = self.blocks(laws);
-        let parts: Vec<_> = blocks
-            .par_iter()
-            .with_max_len(1)
-            .map(|(law, range)| (*law, range.start, self.run_block(laws[*law], range.clone())))
-            .collect();
-        let mut summaries: Vec<_> = laws.iter().map(|law| Summary::new(law.name(), law.cost())).collect();
-        // Blocks of one law are in ascending order, whatever the order of the laws.
-        for (law, _, part) in parts {
-            summaries[law].append(part);
-        }
-        self.shrink_failures(laws, &mut summaries);
-        self.progress.finish();
-        Report { seed: self.seed, cases: self.cases, laws: summaries }
+        self.resume(laws, Recorded::none(laws, self.shard))
     }
 
-    /// The work in pieces, expensive laws first so that no long piece is left for the end. A strategy cannot be shared
-    /// between threads: each block builds it once.
-    fn blocks(&self, laws: &[&dyn Law<C>]) -> Vec<(usize, Range<usize>)> {
-        let mut order: Vec<usize> = (0..laws.len()).collect();
-        order.sort_by_key(|law| std::cmp::Reverse(laws[*law].cost()));
-        let mut blocks = Vec::new();
-        for law in order {
-            let cost = laws[law].cost();
-            let (cases, size) = (cost.cases(self.cases), if cost == Cost::Cheap { 16 } else { 1 });
-            blocks.extend((0..cases).step_by(size).map(|start| (law, start..(start + size).min(cases))));
-        }
-        blocks
-    }
-
-    fn run_block(&self, law: &dyn Law<C>, range: Range<usize>) -> Summary<C> {
-        let mut summary = Summary::new(law.name(), law.cost());
-        let strategy = law.cases();
-        for index in range {
-            let drawn = draw(&strategy, self.seed, law.name(), index);
-            for (reason, count) in drawn.rejections {
-                *summary.rejections.entry(reason).or_default() += count;
+    /// Runs every law on those of its cases that are not recorded, and reports on all: the report is that of a campaign
+    /// that was never interrupted. `recorded` has an entry for each law; its shard is that of the campaign.
+    pub fn resume(&self, laws: &[&dyn Law<C>], recorded: Recorded<C>) -> Report<C> {
+        let costs: Vec<_> = laws.iter().map(|law| law.cost()).collect();
+        let Recorded { done, laws: mut summaries } = recorded;
+        let queue = Queue::new(&costs, self.cases, self.shard, done);
+        self.progress.start(queue.left());
+        let (halted, lost) = (AtomicBool::new(false), AtomicBool::new(false));
+        let run = Run { campaign: self, laws, queue: Mutex::new(queue), halted, lost };
+        for found in rayon::broadcast(|_| run.work()) {
+            for (summary, found) in summaries.iter_mut().zip(found) {
+                summary.append(found);
             }
-            let verdict = match drawn.case {
-                Err(why) => Verdict::Inconclusive { why },
-                Ok((case, _)) => {
-                    let start = Instant::now();
-                    let verdict = verdict_on(law, &case, None);
-                    summary.seconds += start.elapsed().as_secs_f64();
-                    let applicable = !matches!(verdict, Verdict::NotApplicable { .. });
-                    let labels = guarded(|| (self.labels)(&case));
-                    summary.record_labels(labels.unwrap_or_else(|why| vec![("labels panicked", why)]), applicable);
-                    verdict
-                }
-            };
-            summary.record(index, &verdict);
-            self.progress.case(law.name(), &verdict);
         }
-        summary
+        let lost = run.lost.into_inner();
+        let go_on = || !lost && (self.halt)() != Halt::All;
+        self.shrink_failures(laws, &mut summaries, &go_on);
+        let ending = match run.halted.into_inner() {
+            _ if !go_on() => Ending::Interrupted,
+            true => Ending::Stopped,
+            false => Ending::Complete,
+        };
+        self.progress.finish();
+        Report { seed: self.seed, cases: self.cases, ending, laws: summaries }
     }
 
-    fn shrink_failures(&self, laws: &[&dyn Law<C>], summaries: &mut [Summary<C>]) {
-        let broken: Vec<(usize, usize)> = (0..laws.len())
+    fn shrink_failures(&self, laws: &[&dyn Law<C>], summaries: &mut [Summary<C>], go_on: &(dyn Fn() -> bool + Sync)) {
+        let broken: Vec<(usize, usize)> = (0..laws.len().min(summaries.len()))
             .flat_map(|law| summaries[law].broken.iter().take(self.failures).map(move |index| (law, *index)))
             .collect();
         let shrunk: Vec<Option<Failure<C>>> = broken
@@ -129,7 +176,7 @@ impl<'a, C: Clone + Debug + Send + 'static> Campaign<'a, C> {
             .with_max_len(1)
             .map(|(law, index)| {
                 self.progress.shrinking(laws[*law].name(), *index);
-                shrink(laws[*law], None, self.seed, *index, self.shrink_checks)
+                shrink_while(laws[*law], None, self.seed, *index, self.shrink_checks, go_on)
             })
             .collect();
         for ((law, index), failure) in broken.into_iter().zip(shrunk) {
@@ -138,6 +185,71 @@ impl<'a, C: Clone + Debug + Send + 'static> Campaign<'a, C> {
                 None => summaries[law].irreproducible.push(index),
             }
         }
+    }
+}
+
+/// A campaign under way, shared by its threads.
+struct Run<'a, C> {
+    campaign: &'a Campaign<'a, C>,
+    laws: &'a [&'a dyn Law<C>],
+    queue: Mutex<Queue>,
+    /// Whether a case was left out.
+    halted: AtomicBool,
+    /// Whether a record was.
+    lost: AtomicBool,
+}
+
+impl<C: Clone + Debug + Send + 'static> Run<'_, C> {
+    /// Case after case, until none is left or it is told to stop; what this thread has found, by law.
+    fn work(&self) -> Vec<Summary<C>> {
+        let mut summaries: Vec<_> = self.laws.iter().map(|law| Summary::new(law.name(), law.cost())).collect();
+        // A strategy cannot be shared between threads: each builds it once.
+        let mut strategies: Vec<Option<BoxedStrategy<C>>> = self.laws.iter().map(|_| None).collect();
+        while let Some((law, indices)) = self.next() {
+            let strategy = strategies[law].get_or_insert_with(|| self.laws[law].cases());
+            for index in indices {
+                if self.halted() {
+                    return summaries;
+                }
+                self.case(law, index, strategy, &mut summaries[law]);
+            }
+        }
+        summaries
+    }
+
+    fn next(&self) -> Option<(usize, Vec<usize>)> {
+        // Nothing that is done under the lock panics.
+        self.queue.lock().unwrap_or_else(PoisonError::into_inner).next()
+    }
+
+    fn halted(&self) -> bool {
+        if self.lost.load(Ordering::Relaxed) || (self.campaign.halt)() != Halt::No {
+            self.halted.store(true, Ordering::Relaxed);
+        }
+        self.halted.load(Ordering::Relaxed)
+    }
+
+    /// One case: drawn, judged, recorded.
+    fn case(&self, law: usize, index: usize, strategy: &BoxedStrategy<C>, summary: &mut Summary<C>) {
+        let Campaign { seed, labels, progress, sink, .. } = *self.campaign;
+        let law = self.laws[law];
+        let drawn = draw(strategy, seed, law.name(), index);
+        let (verdict, labels, seconds) = match drawn.case {
+            Err(why) => (Verdict::Inconclusive { why }, Vec::new(), None),
+            Ok((case, _)) => {
+                let start = Instant::now();
+                let verdict = verdict_on(law, &case, None);
+                let seconds = start.elapsed().as_secs_f64();
+                let labels = guarded(|| labels(&case)).unwrap_or_else(|why| vec![("labels panicked", why)]);
+                (verdict, labels, Some(seconds))
+            }
+        };
+        let record = Record::new(law.name(), index, verdict, labels, drawn.rejections);
+        if !sink.is_none_or(|sink| sink.record(&record, seconds)) {
+            self.lost.store(true, Ordering::Relaxed);
+        }
+        summary.record(&record, seconds.unwrap_or(0.0));
+        progress.case(law.name(), &record.verdict);
     }
 }
 

@@ -1,6 +1,7 @@
 //! What a law is, and what it may answer.
 
 use proptest::strategy::BoxedStrategy;
+use serde::{Deserialize, Serialize};
 use std::fmt;
 
 /// The answer of a law on one case.
@@ -65,6 +66,16 @@ impl Verdict {
     /// `NotApplicable`.
     pub fn not_applicable(why: impl Into<String>) -> Self {
         Self::NotApplicable { why: why.into() }
+    }
+
+    /// `holds`, `broken`, `inconclusive` or `not applicable`.
+    pub fn word(&self) -> &'static str {
+        match self {
+            Self::Holds { .. } => "holds",
+            Self::Broken { .. } => "broken",
+            Self::Inconclusive { .. } => "inconclusive",
+            Self::NotApplicable { .. } => "not applicable",
+        }
     }
 
     /// Whether the law is broken on this case.
@@ -158,7 +169,8 @@ impl Fault {
 }
 
 /// How many cases of a campaign a law gets.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Serialize, Deserialize)]
+#[serde(rename_all = "lowercase")]
 pub enum Cost {
     /// Every one of the N cases.
     Cheap,
@@ -211,6 +223,10 @@ pub trait Law<C>: Send + Sync {
 
     /// The verdict on one case. With `fault`, the same check with that fault planted in the subject.
     fn check(&self, case: &C, fault: Option<&Fault>) -> Verdict;
+
+    /// Tells `visit` cases that are simpler than `case` and that [`Law::cases`] could have drawn, the boldest first, until it
+    /// answers `true`: how a case is shrunk that was not drawn but read. None are known unless a law says otherwise.
+    fn simpler(&self, _case: &C, _visit: &mut dyn FnMut(C) -> bool) {}
 
     /// The fault called `name`.
     fn fault(&self, name: &str) -> Option<&'static Fault> {

@@ -2,7 +2,8 @@
 //!
 //! A [`Law`] is a statement about cases of a type `C`, with a strategy that draws them, a check that answers with a
 //! [`Verdict`] (numbers, never a bare yes or no), and planted faults that the check demonstrably catches. A
-//! [`Campaign`] runs laws on random cases; [`convergence`] reads the order of a method off its errors; [`evidence`] is what a
+//! [`Campaign`] runs laws on random cases, in one piece or in shards, and a [`store`] keeps each verdict as it comes as a
+//! [`Record`]; [`convergence`] reads the order of a method off its errors; [`evidence`] is what a
 //! check measured beyond what its verdict says.
 
 mod campaign;
@@ -12,15 +13,20 @@ pub mod evidence;
 mod guard;
 pub mod ladder;
 mod law;
+mod plan;
+mod record;
 mod shrink;
+pub mod store;
 mod summary;
 
-pub use campaign::{Campaign, Progress, catch_fault, catch_smallest};
+pub use campaign::{Campaign, Halt, Progress, Recorded, Sink, catch_fault, catch_smallest};
 pub use draw::{Drawn, Tree, case_seed, draw};
 pub(crate) use guard::guarded;
 pub use guard::verdict_on;
 pub use law::{Cost, Fault, Law, Verdict};
-pub use shrink::{Failure, shrink};
-pub use summary::{Count, Line, Report, Summary, Worst};
+pub use plan::{Done, NoShard, Shard};
+pub use record::Record;
+pub use shrink::{Failure, Shrunk, shrink, shrink_from};
+pub use summary::{Count, Ending, Line, Report, Summary, Worst};
 
 pub use proptest::strategy::BoxedStrategy;

@@ -3,6 +3,7 @@
 use super::draw::draw;
 use super::guard::{guarded, verdict_on};
 use super::law::{Fault, Law, Verdict};
+use std::collections::HashSet;
 use std::fmt::Debug;
 
 /// A case on which a law is broken, shrunk.
@@ -30,6 +31,18 @@ pub fn shrink<C: Debug>(
     index: usize,
     max_checks: usize,
 ) -> Option<Failure<C>> {
+    shrink_while(law, fault, seed, index, max_checks, &|| true)
+}
+
+/// As [`shrink`], no further than `go_on` lets it.
+pub(super) fn shrink_while<C: Debug>(
+    law: &dyn Law<C>,
+    fault: Option<&Fault>,
+    seed: u64,
+    index: usize,
+    max_checks: usize,
+    go_on: &dyn Fn() -> bool,
+) -> Option<Failure<C>> {
     let (case, mut tree) = draw(&law.cases(), seed, law.name(), index).case.ok()?;
     let verdict = verdict_on(law, &case, fault);
     if !verdict.is_broken() {
@@ -37,8 +50,8 @@ pub fn shrink<C: Debug>(
     }
     let mut best = Failure { seed, index, case, verdict, checks: 0 };
     // A strategy with filters may panic while it moves; what was found until then stands.
-    let mut moved = guarded(|| tree.simplify()).unwrap_or(false);
-    while moved && best.checks < max_checks {
+    let mut moved = max_checks > 0 && guarded(|| tree.simplify()).unwrap_or(false);
+    while moved && best.checks < max_checks && go_on() {
         let Ok(case) = guarded(|| tree.current()) else { break };
         let verdict = verdict_on(law, &case, fault);
         best.checks += 1;
@@ -49,4 +62,64 @@ pub fn shrink<C: Debug>(
         moved = guarded(|| if broken { tree.simplify() } else { tree.complicate() }).unwrap_or(false);
     }
     Some(best)
+}
+
+/// A case that was given, shrunk.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Shrunk<C> {
+    /// The simplest case found that is still broken; the given one where there is none.
+    pub case: C,
+    /// The verdict on it.
+    pub verdict: Verdict,
+    /// How many times a simpler case was found.
+    pub steps: usize,
+    /// How many checks were spent.
+    pub checks: usize,
+}
+
+/// `case`, shrunk with at most `max_checks` further checks; `None` where the law is not broken on it.
+///
+/// It need not have been drawn: simpler cases are those of [`Law::simpler`], so what is found is a function of the law, the fault
+/// and the case.
+pub fn shrink_from<C: Clone + Debug>(
+    law: &dyn Law<C>,
+    fault: Option<&Fault>,
+    case: &C,
+    max_checks: usize,
+) -> Option<Shrunk<C>> {
+    let verdict = verdict_on(law, case, fault);
+    if !verdict.is_broken() {
+        return None;
+    }
+    let mut best = Shrunk { case: case.clone(), verdict, steps: 0, checks: 0 };
+    let mut seen = HashSet::from([format!("{case:?}")]);
+    loop {
+        let (now, mut checks) = (best.case.clone(), best.checks);
+        let mut next = None;
+        let mut visit = |candidate: C| {
+            if checks >= max_checks {
+                return true;
+            }
+            if !seen.insert(format!("{candidate:?}")) {
+                return false;
+            }
+            checks += 1;
+            let verdict = verdict_on(law, &candidate, fault);
+            let broken = verdict.is_broken();
+            if broken {
+                next = Some((candidate, verdict));
+            }
+            broken
+        };
+        // A strategy may panic where it is asked; what was found until then stands.
+        let asked = guarded(|| law.simpler(&now, &mut visit));
+        best.checks = checks;
+        match (asked, next) {
+            (Ok(()), Some((case, verdict))) => {
+                (best.case, best.verdict) = (case, verdict);
+                best.steps += 1;
+            }
+            _ => return Some(best),
+        }
+    }
 }

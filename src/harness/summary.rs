@@ -1,6 +1,7 @@
 //! What a campaign found.
 
 use super::law::{Cost, Verdict};
+use super::record::Record;
 use super::shrink::Failure;
 use serde::Serialize;
 use std::collections::BTreeMap;
@@ -58,13 +59,14 @@ pub struct Summary<C> {
     /// Broken cases that were not broken when checked again: the check is not a function of the case.
     pub irreproducible: Vec<usize>,
     /// By (category, label).
-    pub coverage: BTreeMap<(&'static str, String), Count>,
+    pub coverage: BTreeMap<(String, String), Count>,
     /// Time spent in the checks, summed over the threads. The only number here that is not a function of the seed.
     pub seconds: f64,
 }
 
 impl<C> Summary<C> {
-    pub(super) fn new(law: &'static str, cost: Cost) -> Self {
+    /// Of no case.
+    pub fn new(law: &'static str, cost: Cost) -> Self {
         Self {
             law,
             cost,
@@ -82,25 +84,31 @@ impl<C> Summary<C> {
         }
     }
 
-    pub(super) fn record(&mut self, index: usize, verdict: &Verdict) {
+    /// Adds one case, with the time its check took.
+    pub fn record(&mut self, record: &Record, seconds: f64) {
         self.cases += 1;
-        match verdict {
+        match &record.verdict {
             Verdict::Holds { .. } => self.held += 1,
-            Verdict::Broken { .. } => self.broken.push(index),
+            Verdict::Broken { .. } => {
+                let at = self.broken.partition_point(|index| *index < record.index);
+                self.broken.insert(at, record.index);
+            }
             Verdict::Inconclusive { why } => *self.inconclusive.entry(why.clone()).or_default() += 1,
             Verdict::NotApplicable { why } => *self.not_applicable.entry(why.clone()).or_default() += 1,
         }
-        if let Some((defect, bound)) = verdict.measured() {
-            self.record_worst(Worst { defect, bound, index });
+        if let Some((defect, bound)) = record.verdict.measured() {
+            self.record_worst(Worst { defect, bound, index: record.index });
         }
-    }
-
-    pub(super) fn record_labels(&mut self, labels: Vec<(&'static str, String)>, applicable: bool) {
-        for key in labels {
-            let count = self.coverage.entry(key).or_default();
+        let applicable = !matches!(record.verdict, Verdict::NotApplicable { .. });
+        for (category, label) in record.each_label() {
+            let count = self.coverage.entry((category.to_owned(), label.to_owned())).or_default();
             count.all += 1;
             count.applicable += usize::from(applicable);
         }
+        for (reason, count) in &record.rejections {
+            *self.rejections.entry(reason.clone()).or_default() += count;
+        }
+        self.seconds += seconds;
     }
 
     fn record_worst(&mut self, new: Worst) {
@@ -110,8 +118,8 @@ impl<C> Summary<C> {
         }
     }
 
-    /// Adds what another part of the same law's cases, all of larger index, has found.
-    pub(super) fn append(&mut self, other: Self) {
+    /// Adds what other cases of the same law have shown.
+    pub fn append(&mut self, other: Self) {
         let add = |into: &mut BTreeMap<String, usize>, from: BTreeMap<String, usize>| {
             for (reason, count) in from {
                 *into.entry(reason).or_default() += count;
@@ -120,6 +128,7 @@ impl<C> Summary<C> {
         self.cases += other.cases;
         self.held += other.held;
         self.broken.extend(other.broken);
+        self.broken.sort_unstable();
         add(&mut self.inconclusive, other.inconclusive);
         add(&mut self.not_applicable, other.not_applicable);
         add(&mut self.rejections, other.rejections);
@@ -175,13 +184,26 @@ pub struct Line {
     pub seconds: f64,
 }
 
+/// How a campaign ended.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Ending {
+    /// Every case of the plan was checked.
+    Complete,
+    /// It was told to begin no further case; what broke is shrunk.
+    Stopped,
+    /// It was told to end at once: cases are missing, or what broke is not shrunk, or not to the end.
+    Interrupted,
+}
+
 /// What a campaign found, in the order of its laws.
 #[derive(Clone, Debug)]
 pub struct Report<C> {
     /// The campaign's seed.
     pub seed: u64,
-    /// Cases per cheap law.
-    pub cases: usize,
+    /// Cases per cheap law, over all shards; `None` where no number was asked for.
+    pub cases: Option<usize>,
+    /// How it ended.
+    pub ending: Ending,
     /// One summary per law.
     pub laws: Vec<Summary<C>>,
 }
@@ -193,15 +215,15 @@ impl<C> Report<C> {
     }
 
     /// The counts by (law, category, label).
-    pub fn coverage(&self) -> BTreeMap<(&'static str, &'static str, &str), Count> {
+    pub fn coverage(&self) -> BTreeMap<(&'static str, &str, &str), Count> {
         let entries = self.laws.iter().flat_map(|law| {
-            law.coverage.iter().map(|((category, label), count)| ((law.law, *category, label.as_str()), *count))
+            law.coverage.iter().map(|((category, label), count)| ((law.law, category.as_str(), label.as_str()), *count))
         });
         entries.collect()
     }
 
     /// The counts by (category, label), summed over the laws.
-    pub fn total_coverage(&self) -> BTreeMap<(&'static str, &str), Count> {
+    pub fn total_coverage(&self) -> BTreeMap<(&str, &str), Count> {
         let mut total = BTreeMap::<_, Count>::new();
         for ((_, category, label), count) in self.coverage() {
             let sum = total.entry((category, label)).or_default();

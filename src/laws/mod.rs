@@ -16,6 +16,7 @@
 //! | [`munthe_kaas`] | [`crate::integrators::MuntheKaas`], one step |
 //! | [`variational_error`] | [`crate::discrete`] and [`crate::integrators`]: one order for three things |
 //! | [`method`] | any one-step method: of this crate, of its user, of another program |
+//! | [`replay`] | nothing: a saved case under its law again |
 //! | [`trial`] | nothing: the order of one tableau on one case, for the command |
 //! | [`planted`], [`subjects`] | nothing: the plain step and the continuous theory in which faults are planted |
 //! | [`instances`] | nothing: the groupoids of a case, in which faults are planted |
@@ -44,6 +45,7 @@ pub mod polynomial;
 pub mod precision;
 pub mod predicted;
 pub mod probe;
+pub mod replay;
 pub mod retraction;
 pub mod source;
 pub mod subjects;
@@ -54,6 +56,7 @@ pub mod variational_error;
 pub use source::Source;
 
 use crate::harness::{Cost, Fault, Law, Verdict};
+use crate::system::simpler::simpler;
 use crate::system::{Case, Cases, cases};
 use proptest::strategy::BoxedStrategy;
 
@@ -114,6 +117,10 @@ impl Law<Case> for CaseLaw {
 
     fn check(&self, case: &Case, fault: Option<&Fault>) -> Verdict {
         (self.check)(case, fault)
+    }
+
+    fn simpler(&self, case: &Case, visit: &mut dyn FnMut(Case) -> bool) {
+        simpler(&self.cases(), case, visit);
     }
 }
 

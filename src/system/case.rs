@@ -88,6 +88,16 @@ pub struct Lagrangian {
     pub quartic: Option<Number>,
 }
 
+impl Lagrangian {
+    /// n, of the algebras that it is for.
+    pub fn dimension(&self) -> usize {
+        match &self.inertia {
+            Inertia::Diagonal(list) => list.len(),
+            Inertia::Full(rows) => rows.len(),
+        }
+    }
+}
+
 /// The matrix K of a drag.
 #[derive(Clone, Debug, PartialEq)]
 pub enum Drag {
@@ -305,6 +315,15 @@ impl Force {
             Self::Constant { .. } => "constant",
             Self::Periodic { .. } => "periodic",
             Self::Given => "given",
+        }
+    }
+
+    /// The dimension that it is for; `None`: any.
+    pub(super) fn dimension(&self) -> Option<usize> {
+        match self {
+            Self::LinearDrag(Drag::Matrix(rows)) | Self::QuadraticDrag(Drag::Matrix(rows)) => Some(rows.len()),
+            Self::Constant { value } | Self::Periodic { value, .. } => Some(value.len()),
+            _ => None,
         }
     }
 

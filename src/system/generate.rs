@@ -1,6 +1,7 @@
 //! Random parts of a case, valid by construction, with dyadic numbers of few digits.
 
 use super::case::{Algebra, Case, Constant, Drag, Force, Inertia, Lagrangian, Motion, Start, Structure, Tau};
+use super::fixed::Fixed;
 use super::random::{Cases, Forcing};
 use crate::algebra::catalogue::Entry;
 use crate::scalar::Number;
@@ -337,15 +338,19 @@ fn turn(draw: &mut Draw<'_>, case: &mut Case, knobs: &Cases) {
 /// A whole case but for the tableau; its step is made small enough for its rates, and its motion slower if need be.
 pub(super) fn case(draw: &mut Draw<'_>, knobs: &Cases, tableau: crate::tableau::Description) -> Option<Case> {
     let given = knobs.given.as_ref();
+    let fixed = &knobs.fixed;
     let structure = match &knobs.algebras {
         _ if given.is_some() => given?.structure.clone(),
+        _ if fixed.algebra.is_some() => fixed.algebra.as_ref()?.structure.clone(),
         Some(entries) if entries.is_empty() => return None,
         Some(entries) => Structure::Named(draw.pick(entries)),
         None => structure(draw, knobs),
     };
     let (named, mut algebra) = (!matches!(structure, Structure::Constants { .. }), Algebra { structure, basis: None });
     let n = algebra.dimension();
-    if given.is_none() && knobs.changed_basis.unwrap_or_else(|| draw.chance(50)) {
+    if let Some(fixed) = &fixed.algebra {
+        algebra.basis.clone_from(&fixed.basis);
+    } else if given.is_none() && knobs.changed_basis.unwrap_or_else(|| draw.chance(50)) {
         algebra.basis = Some(basis(draw, n));
     }
     let abelian = super::labels::abelian(&algebra);
@@ -364,20 +369,28 @@ pub(super) fn case(draw: &mut Draw<'_>, knobs: &Cases, tableau: crate::tableau::
             }
         }
     };
-    let drawn = lagrangian(draw, n, knobs);
-    let lagrangian = if given.is_some_and(|given| given.lagrangian) { super::random::unit(n) } else { drawn };
-    let forces = forces(draw, n, abelian, knobs);
-    let start = start(draw, n, named);
+    let unit = || given.is_some_and(|given| given.lagrangian).then(|| super::random::unit(n));
+    let lagrangian = fixed.lagrangian.clone().or_else(unit).unwrap_or_else(|| lagrangian(draw, n, knobs));
+    let forces = fixed.forces.clone().unwrap_or_else(|| forces(draw, n, abelian, knobs));
+    let start = fixed.start.clone().unwrap_or_else(|| start(draw, n, named));
     let (largest, smallest) = knobs.exponents;
     let mut exponent = draw.int(i64::from(largest), i64::from(smallest)) as u32;
     // Beyond this the motion is slowed down instead: large steps are wanted too.
-    let limit = draw.int(i64::from(exponent), i64::from(smallest)) as u32;
+    let mut limit = draw.int(i64::from(exponent), i64::from(smallest)) as u32;
     let method = super::case::Method { tableau, retraction };
     let mut case = Case { algebra, lagrangian, forces, method, start, step: dyadic(1, 1 << exponent) };
-    turn(draw, &mut case, knobs);
+    match &fixed.start {
+        None => turn(draw, &mut case, knobs),
+        // The step is all that can be smaller.
+        Some(_) if fixed.forces.is_some() => limit = 30,
+        Some(_) => {}
+    }
     for attempt in 0..40 {
         let rates = knobs.rates(&case)?;
         if !rates.in_domain() {
+            if fixed.start.is_some() {
+                return None;
+            }
             case.start.attitude = case.start.attitude.map(|x| x.iter().map(halved).collect());
             continue;
         }
@@ -385,24 +398,39 @@ pub(super) fn case(draw: &mut Draw<'_>, knobs: &Cases, tableau: crate::tableau::
         while !calm(exponent) && exponent < limit {
             exponent += 1;
         }
-        if calm(exponent) {
-            case.step = dyadic(1, 1 << exponent);
+        let calm = match &fixed.step {
+            None => {
+                case.step = dyadic(1, 1 << exponent);
+                calm(exponent)
+            }
+            Some(step) => {
+                case.step = step.clone();
+                rates.unrest(step.eval::<f64>().ok()?.abs()) <= super::rates::MOST
+            }
+        };
+        if calm {
             return Some(case);
         }
-        slower(&mut case);
+        slower(&mut case, fixed);
         // What is given cannot be slowed down.
         if given.is_some() && attempt >= 8 {
             exponent += 1;
         }
     }
-    None
+    // What was chosen may be as fast as it likes.
+    fixed.any().then_some(case)
 }
 
-/// Half the motion and half of every force coefficient.
-fn slower(case: &mut Case) {
+/// Half the motion and half of every force coefficient, of what is not fixed.
+fn slower(case: &mut Case, fixed: &Fixed) {
     let half = |list: &mut Vec<Number>| list.iter_mut().for_each(|v| *v = halved(v));
-    match &mut case.start.motion {
-        Motion::Velocity(list) | Motion::Momentum(list) => half(list),
+    if fixed.start.is_none() {
+        match &mut case.start.motion {
+            Motion::Velocity(list) | Motion::Momentum(list) => half(list),
+        }
+    }
+    if fixed.forces.is_some() {
+        return;
     }
     for force in &mut case.forces {
         match force {

@@ -3,25 +3,33 @@
 //! The same value is generated ([`random`]), shrunk, printed, saved ([`replay`]) and read from a file ([`mod@file`]); it
 //! becomes typed in one place ([`dispatch`]).
 
+mod arbitrary;
 pub mod case;
 pub mod dispatch;
 mod document;
 pub mod error;
+mod families;
 pub mod file;
+mod fixed;
 mod generate;
 mod labels;
 mod presentation;
 pub mod random;
 pub(crate) mod rates;
 pub mod replay;
+pub mod shares;
 mod shrink;
+pub mod simpler;
+mod snippet;
 mod so3;
 
 pub use case::{Case, Force as ForceTerm, Motion};
 pub use dispatch::{System, Visitor, Wrap};
 pub use document::ScalarName;
 pub use error::{CaseError, Place, Problem};
+pub use families::FAMILIES;
 pub use file::{FileError, SystemFile};
 pub use random::{Cases, cases, labels};
 pub use replay::Replay;
+pub use snippet::snippet;
 pub use so3::So3Retraction;

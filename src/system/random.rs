@@ -4,6 +4,7 @@
 //! algebra that the knobs admit, its standard basis, unit inertia, no force, one stage and the smallest step.
 
 use super::case::{Case, Force, Inertia, Lagrangian, Structure, Tau};
+use super::fixed::Fixed;
 use super::generate::{self, Draw};
 use super::rates::Rates;
 use super::shrink;
@@ -54,7 +55,8 @@ pub struct Cases {
     pub(super) retraction: Option<Tau>,
     pub(super) exponents: (u32, u32),
     pub(super) given: Option<Given>,
-    tableaux: BoxedStrategy<Description>,
+    pub(super) fixed: Fixed,
+    pub(super) tableaux: BoxedStrategy<Description>,
 }
 
 /// All cases: every algebra of the catalogue, products and algebras by constants; bases; inertias; forces; tableaux;
@@ -73,6 +75,7 @@ pub fn cases() -> Cases {
         retraction: None,
         exponents: (2, 6),
         given: None,
+        fixed: Fixed::default(),
         tableaux: tableaux(),
     }
 }
@@ -88,6 +91,13 @@ fn tableaux() -> BoxedStrategy<Description> {
         };
     }
     ANY.with(Clone::clone)
+}
+
+/// All cases, see [`cases`].
+impl Default for Cases {
+    fn default() -> Self {
+        cases()
+    }
 }
 
 impl Cases {
@@ -135,7 +145,9 @@ impl Cases {
 
     /// Whether the knobs admit this dimension.
     pub(super) fn admits_dimension(&self, n: usize) -> bool {
-        (1..=self.most).contains(&n) && (!self.main_dimensions || super::case::MAIN_DIMENSIONS.contains(&n))
+        self.fixed.fits(n)
+            && (1..=self.most).contains(&n)
+            && (!self.main_dimensions || super::case::MAIN_DIMENSIONS.contains(&n))
     }
 
     /// Only standard bases (`false`), or only changed ones (`true`).
@@ -212,6 +224,7 @@ impl Cases {
             }
         };
         algebra
+            && self.fixed.admits(case)
             && !(self.nonabelian && abelian)
             && (self.forcing != Forcing::Free || case.forces.is_empty())
             && (self.forcing != Forcing::Forced || forced)
@@ -236,13 +249,16 @@ pub(super) fn unit(n: usize) -> Lagrangian {
 }
 
 /// How many draws are tried before the knobs are declared to exclude everything.
-const ATTEMPTS: usize = 200;
+const ATTEMPTS: usize = 1000;
 
 impl Strategy for Cases {
     type Tree = CaseTree;
     type Value = Case;
 
     fn new_tree(&self, runner: &mut TestRunner) -> NewTree<Self> {
+        if let Some(answer) = super::simpler::answer(self) {
+            return answer;
+        }
         let tableau = self.tableaux.new_tree(runner)?;
         for _ in 0..ATTEMPTS {
             let drawn = generate::case(&mut Draw(runner.rng()), self, tableau.current());
@@ -273,6 +289,13 @@ pub struct CaseTree {
 }
 
 impl CaseTree {
+    /// A case as it is: its tableau does not move.
+    pub(super) fn fixed(knobs: Cases, case: Case) -> Self {
+        let tableau: Box<dyn ValueTree<Value = Description>> = Box::new(Still(case.method.tableau.clone()));
+        let best = case.clone();
+        Self { knobs, best, current: case, tableau, tableau_done: true, candidates: Vec::new().into_iter() }
+    }
+
     fn with_tableau(&self) -> Case {
         let mut case = self.best.clone();
         case.method.tableau = self.tableau.current();
@@ -323,5 +346,24 @@ impl ValueTree for CaseTree {
             return true;
         }
         self.restart()
+    }
+}
+
+/// A tableau that does not shrink.
+struct Still(Description);
+
+impl ValueTree for Still {
+    type Value = Description;
+
+    fn current(&self) -> Description {
+        self.0.clone()
+    }
+
+    fn simplify(&mut self) -> bool {
+        false
+    }
+
+    fn complicate(&mut self) -> bool {
+        false
     }
 }

@@ -1,0 +1,328 @@
+//! Campaigns on disk: shards in processes of their own, kills, interrupts, refusals.
+
+use super::{FAULT, LAW, code, command, directory, objects, run, stderr, stdout};
+use serde_json::Value;
+use std::collections::BTreeMap;
+use std::fs;
+use std::path::Path;
+use std::process::{Child, Command, Output, Stdio};
+use std::thread::sleep;
+use std::time::{Duration, Instant};
+
+/// Quick laws.
+const LAWS: &str = "retraction-adjoint,retraction-inverse,retraction-tangent";
+
+fn verify(here: &Path, arguments: &str) -> Output {
+    run(here, &[&["verify", "--laws", LAWS], &arguments.split(' ').collect::<Vec<_>>()[..]].concat())
+}
+
+fn start(here: &Path, arguments: &str) -> Child {
+    let arguments: Vec<_> = arguments.split(' ').collect();
+    let mut command = command(here, &[&["verify", "--laws", LAWS], &arguments[..]].concat());
+    command.stdout(Stdio::piped()).stderr(Stdio::piped()).spawn().unwrap()
+}
+
+fn results(campaign: &Path) -> Vec<u8> {
+    fs::read(campaign.join("results.jsonl")).unwrap_or_default()
+}
+
+/// (law, index) of the lines of a file.
+fn keys(campaign: &Path, file: &str) -> Vec<(String, u64)> {
+    let key = |line: &str| {
+        let object: Value = serde_json::from_str(line).unwrap();
+        (object["law"].as_str().unwrap().to_owned(), object["index"].as_u64().unwrap())
+    };
+    fs::read_to_string(campaign.join(file)).unwrap().lines().map(key).collect()
+}
+
+/// The files of a directory and below, by name.
+fn files(directory: &Path) -> BTreeMap<String, String> {
+    let Ok(entries) = fs::read_dir(directory) else { return BTreeMap::new() };
+    let entries = entries.map(|entry| entry.unwrap().path());
+    entries.map(|path| (path.file_name().unwrap().display().to_string(), fs::read_to_string(&path).unwrap())).collect()
+}
+
+/// Everything that may not differ between two campaigns that are the same.
+fn assert_same(a: &Path, b: &Path) {
+    assert!(!results(a).is_empty());
+    assert!(results(a) == results(b), "{} and {}", a.display(), b.display());
+    assert_eq!(fs::read(a.join("campaign.json")).unwrap(), fs::read(b.join("campaign.json")).unwrap());
+    assert_eq!(files(&a.join("failures")), files(&b.join("failures")));
+    assert_eq!(keys(a, "timings.jsonl"), keys(b, "timings.jsonl"));
+    assert_eq!(keys(a, "timings.jsonl"), keys(a, "results.jsonl"));
+}
+
+/// Waits until the campaign has begun to record.
+fn wait_for_records(campaign: &Path, child: &mut Child) {
+    let start = Instant::now();
+    while results(campaign).iter().filter(|byte| **byte == b'\n').count() < 20 {
+        assert!(start.elapsed() < Duration::from_secs(60), "no records after a minute");
+        assert!(child.try_wait().unwrap().is_none(), "it has ended by itself");
+        sleep(Duration::from_millis(1));
+    }
+}
+
+#[test]
+fn two_shards_in_two_processes_merged_are_the_serial_run() {
+    let here = directory("shards");
+    for plant in ["", &format!(" --plant {FAULT}")] {
+        let path = |name: &str| here.join(format!("{name}{}", plant.len()));
+        let name = |name: &str| path(name).display().to_string();
+        let campaign = format!("--cases 61 --seed 9 --format json{plant} --out");
+        let shards = [("0/2", "1", name("part-0")), ("1/2", "3", name("part-1"))];
+        let children =
+            shards.map(|(shard, jobs, out)| start(&here, &format!("{campaign} {out} --shard {shard} --jobs {jobs}")));
+        let expected = i32::from(!plant.is_empty());
+        for child in children {
+            let output = child.wait_with_output().unwrap();
+            assert_eq!(code(&output), expected, "{}", stderr(&output));
+        }
+        let serial = verify(&here, &format!("{campaign} {} --jobs 2", name("serial")));
+        assert_eq!(code(&serial), expected, "{}", stderr(&serial));
+        let merged = run(&here, &["merge", &name("part-1"), &name("part-0"), "--out", &name("whole")]);
+        assert_eq!(code(&merged), 0, "{}", stderr(&merged));
+        assert_eq!(stdout(&merged).contains("BROKEN"), !plant.is_empty(), "{}", stdout(&merged));
+        assert_same(&path("whole"), &path("serial"));
+        assert_eq!(files(&path("whole").join("failures")).is_empty(), plant.is_empty());
+        // Nothing is left to do, and the table is the same.
+        let again = verify(&here, &format!("{campaign} {} --resume", name("whole")));
+        assert_eq!((code(&again), objects(&again)), (expected, objects(&serial)));
+        assert_same(&path("whole"), &path("serial"));
+    }
+}
+
+#[test]
+fn killed_and_resumed_is_the_uninterrupted_run() {
+    let here = directory("killed");
+    let campaign = "--cases 3000 --format json --out";
+    let mut child = start(&here, &format!("{campaign} killed --jobs 2"));
+    let killed = here.join("killed");
+    wait_for_records(&killed, &mut child);
+    child.kill().unwrap();
+    assert!(child.wait_with_output().unwrap().status.code().is_none(), "it was ended by the signal");
+    // What a full disk or a power failure may do as well: both files end within a line.
+    for (file, cut) in [("results.jsonl", 30), ("timings.jsonl", 5)] {
+        let path = killed.join(file);
+        let text = fs::read(&path).unwrap();
+        fs::write(path, &text[..text.len() - cut]).unwrap();
+    }
+    assert!(keys_of_whole_lines(&killed) < 9000);
+    let resumed = verify(&here, &format!("{campaign} killed --jobs 3 --resume"));
+    assert_eq!(code(&resumed), 0, "{}", stderr(&resumed));
+    let serial = verify(&here, &format!("{campaign} serial --jobs 1"));
+    assert_eq!(objects(&resumed), objects(&serial));
+    assert!(results(&killed) == results(&here.join("serial")));
+    assert_eq!(keys(&killed, "results.jsonl").len(), 9000);
+}
+
+fn keys_of_whole_lines(campaign: &Path) -> usize {
+    results(campaign).iter().filter(|byte| **byte == b'\n').count()
+}
+
+#[cfg(unix)]
+#[test]
+fn an_interrupt_ends_with_what_was_learnt() {
+    let here = directory("interrupted");
+    for (signal, out) in [("-INT", "first"), ("-TERM", "second")] {
+        let campaign = format!("--cases 1000000 --plant {FAULT} --out {out}");
+        let mut child = start(&here, &campaign);
+        let path = here.join(out);
+        wait_for_records(&path, &mut child);
+        assert!(Command::new("kill").args([signal, &child.id().to_string()]).status().unwrap().success());
+        let output = child.wait_with_output().unwrap();
+        assert_eq!(code(&output), 130, "{}", stderr(&output));
+        let text = stdout(&output);
+        assert!(text.contains("INTERRUPTED after ") && text.contains(" of 1000000 cases; --resume goes on"), "{text}");
+        assert!(text.contains(&format!("BROKEN {LAW}")), "{text}");
+        assert!(text.contains("not saved: the run was interrupted"), "{text}");
+        assert!(results(&path).ends_with(b"\n"));
+        // It can be taken up again; the failures are shrunk then.
+        let output = verify(&here, &format!("{campaign} --resume --minutes 0.002"));
+        assert_eq!(code(&output), 1, "{}", stderr(&output));
+        assert!(stdout(&output).contains("stopped by --minutes 0.002 after"), "{}", stdout(&output));
+        assert_eq!(files(&path.join("failures")).len(), 1);
+        let sorted = keys(&path, "results.jsonl");
+        assert!(sorted.is_sorted() && sorted.windows(2).all(|pair| pair[0] != pair[1]));
+    }
+}
+
+#[test]
+fn a_limit_of_minutes_gives_each_law_its_share() {
+    let here = directory("minutes");
+    let start = Instant::now();
+    let output = verify(&here, "--minutes 0.01 --format json --out open");
+    assert!(start.elapsed() < Duration::from_secs(20));
+    assert_eq!((code(&output), stderr(&output)), (0, ""));
+    let counts: Vec<u64> = objects(&output).iter().map(|object| object["cases"].as_u64().unwrap()).collect();
+    assert_eq!(counts.len(), 3);
+    // Laws are given blocks of 16 in turn; the last ones may be begun or not, by each thread.
+    let threads = std::thread::available_parallelism().unwrap().get() as u64;
+    let (least, most) = (*counts.iter().min().unwrap(), *counts.iter().max().unwrap());
+    assert!(most > 0 && most - least <= 16 * (threads + 1), "{counts:?}");
+    let manifest: Value = serde_json::from_slice(&fs::read(here.join("open/campaign.json")).unwrap()).unwrap();
+    assert!(manifest["cases"].is_null() && manifest["laws"][0]["cases"].is_null());
+    // More of the same: every case that was there is there still.
+    let before = keys(&here.join("open"), "results.jsonl");
+    assert_eq!(code(&verify(&here, "--minutes 0.005 --out open --resume")), 0);
+    let after = keys(&here.join("open"), "results.jsonl");
+    assert!(after.len() > before.len() && before.iter().all(|key| after.contains(key)));
+    // A number of cases is only cut short.
+    let output = verify(&here, "--minutes 5 --cases 4");
+    assert!(code(&output) == 0 && !stdout(&output).contains("stopped"), "{}", stdout(&output));
+}
+
+#[test]
+fn what_is_not_the_same_campaign_is_refused() {
+    let here = directory("refused");
+    assert_eq!(code(&verify(&here, "--cases 20 --out whole")), 0);
+    let before = files(&here.join("whole"));
+    let same = "--cases 20 --out whole";
+    for (arguments, said) in [
+        ("--cases 20 --out whole", "--resume goes on"),
+        ("--cases 21 --out whole --resume", "cases is 20 there, 21 here"),
+        ("--minutes 1 --out whole --resume", "cases is 20 there, not given here"),
+        ("--cases 20 --seed 2 --out whole --resume", "seed is 1 there, 2 here"),
+        ("--cases 20 --shard 1/2 --out whole --resume", "shard is none there, 1/2 here"),
+        ("--cases 20 --plant right-tangent --out whole --resume", "plant is none there, right-tangent here"),
+        ("--cases 20 --resume", "--out"),
+        ("--cases 20 --out whole/campaign.json", "campaign.json"),
+        ("--shard 2/2", "0 ≤ i < n"),
+        ("--shard 0/0", "0 ≤ i < n"),
+        ("--shard -1/2", "--shard"),
+        ("--shard 1", "0 ≤ i < n"),
+        ("--minutes 0", "above 0"),
+        ("--minutes nan", "above 0"),
+        ("--minutes 1e400", "above 0"),
+        ("--minutes -1", "above 0"),
+        ("--faults --shard 0/2", "cannot be used with"),
+        ("--faults --resume --out new", "cannot be used with"),
+        ("--faults --cases 3", "cannot be used with"),
+    ] {
+        let output = verify(&here, arguments);
+        assert_eq!((code(&output), stdout(&output)), (2, ""), "{arguments}");
+        assert!(stderr(&output).contains(said), "{arguments}: {}", stderr(&output));
+    }
+    let laws = run(&here, &["verify", "--laws", LAW, "--cases", "20", "--out", "whole", "--resume"]);
+    assert_eq!(code(&laws), 2);
+    let said = "laws are 3 there, 1 here; only there: retraction-inverse, retraction-tangent; only here: none";
+    assert!(stderr(&laws).contains(said), "{}", stderr(&laws));
+    assert_eq!(files(&here.join("whole")), before, "a refusal changes nothing");
+    let another = |field: &str, value: &str, said: &str| {
+        let path = here.join("whole/campaign.json");
+        let text = fs::read_to_string(&path).unwrap();
+        let mut manifest: Value = serde_json::from_str(&text).unwrap();
+        manifest[field] = value.into();
+        fs::write(&path, manifest.to_string()).unwrap();
+        let output = verify(&here, &format!("{same} --resume"));
+        assert_eq!(code(&output), 2);
+        assert!(stderr(&output).contains(said), "{}", stderr(&output));
+        fs::write(&path, text).unwrap();
+    };
+    another("version", "0.0.1", "version is 0.0.1 there");
+    another("binary", "c0ffee", "binary is c0ffee there");
+    another("colour", "red", "unknown field `colour`");
+    // Lines that no campaign writes.
+    let path = here.join("whole/results.jsonl");
+    let text = fs::read_to_string(&path).unwrap();
+    let first = text.lines().next().unwrap();
+    for (damaged, said) in [
+        (text.replacen("\"index\":7", "\"index\":\"7\"", 1), "line 8"),
+        (text.replacen("\"index\":7", "\"index\":20", 1), "line 8: case 20 of retraction-"),
+        (format!("{text}{first}\n"), "line 61: case 0 of retraction-"),
+        (text.replacen(LAW, "no-such-law", 1), "no law \"no-such-law\""),
+        (text.replacen("\"holds\"", "\"maybe\"", 1), "\"maybe\" is no verdict"),
+        (text.replacen('\n', "\n\n", 1), "line 2"),
+    ] {
+        fs::write(&path, damaged).unwrap();
+        let output = verify(&here, &format!("{same} --resume"));
+        assert_eq!(code(&output), 2, "{said}");
+        assert!(stderr(&output).contains(said), "{said}: {}", stderr(&output));
+    }
+    fs::write(&path, text).unwrap();
+    assert_eq!(code(&verify(&here, &format!("{same} --resume"))), 0);
+    // A directory with results of nobody knows what.
+    fs::remove_file(here.join("whole/campaign.json")).unwrap();
+    let output = verify(&here, &format!("{same} --resume"));
+    assert_eq!(code(&output), 2);
+    assert!(stderr(&output).contains("campaign.json is missing"), "{}", stderr(&output));
+}
+
+#[test]
+fn shards_that_are_no_whole_are_refused() {
+    let here = directory("no-whole");
+    for (out, arguments) in [
+        ("a", "--cases 20 --shard 0/3"),
+        ("b", "--cases 20 --shard 1/3"),
+        ("b2", "--cases 20 --shard 1/3"),
+        ("c", "--cases 20 --shard 2/3"),
+        ("half", "--cases 20 --shard 1/2"),
+        ("seed", "--cases 20 --shard 2/3 --seed 2"),
+        ("more", "--cases 21 --shard 2/3"),
+    ] {
+        assert_eq!(code(&verify(&here, &format!("{arguments} --out {out}"))), 0);
+    }
+    // As a killed run leaves it: less, and without an end.
+    let cut = |name: &str, lines: usize, more: &str| {
+        fs::create_dir(here.join(name)).unwrap();
+        fs::copy(here.join("c/campaign.json"), here.join(name).join("campaign.json")).unwrap();
+        let text = fs::read_to_string(here.join("c/results.jsonl")).unwrap();
+        let kept: String = text.lines().take(lines).map(|line| format!("{line}\n")).collect();
+        fs::write(here.join(name).join("results.jsonl"), kept + more).unwrap();
+    };
+    cut("short", 8, "");
+    cut("torn", 8, "{\"law\":\"retr");
+    for (shards, said) in [
+        (&["a", "b"][..], "1 of 3 shards are missing: 2/3"),
+        (&["c"], "2 of 3 shards are missing: 0/3, 1/3"),
+        (&["a", "b", "c", "b2"], "is shard 1/3, as b: they overlap"),
+        (&["a", "a", "b", "c"], "a: "),
+        (&["a", "b", "half"], "is one of 2 shards, but a is one of 3"),
+        (&["a", "b", "seed"], "seed is 2 there, 1 here"),
+        (&["a", "b", "more"], "cases is 21 there, 20 here"),
+        // Of 3 laws the shard 2/3 has 6 cases each: 2, 5, …, 17.
+        (&["a", "b", "short"], "short: 10 cases are missing, the first is case 8 of"),
+        (&["a", "b", "torn"], "line 9: it does not end"),
+        (&["a", "b", "nowhere"], "nowhere: holds no campaign"),
+    ] {
+        let output = run(&here, &[&["merge"], shards, &["--out", "whole"]].concat());
+        assert_eq!((code(&output), stdout(&output)), (2, ""), "{shards:?}");
+        assert!(stderr(&output).contains(said), "{shards:?}: {}", stderr(&output));
+        assert!(!here.join("whole").exists(), "{shards:?}");
+    }
+    assert_eq!(code(&run(&here, &["merge", "a", "b", "c"])), 2);
+    assert_eq!(code(&run(&here, &["merge", "c", "a", "b", "--out", "whole"])), 0);
+    assert_eq!(code(&run(&here, &["merge", "c", "a", "b", "--out", "whole"])), 2, "there is a campaign already");
+    assert_eq!(keys(&here.join("whole"), "results.jsonl").len(), 60);
+}
+
+#[test]
+fn a_directory_has_one_writer() {
+    let here = directory("one-writer");
+    let campaign = "--cases 1000000 --out busy";
+    let mut child = start(&here, campaign);
+    wait_for_records(&here.join("busy"), &mut child);
+    let output = verify(&here, &format!("{campaign} --resume"));
+    child.kill().unwrap();
+    child.wait().unwrap();
+    assert_eq!(code(&output), 2);
+    assert!(stderr(&output).contains("another run is writing there"), "{}", stderr(&output));
+}
+
+#[test]
+fn what_faults_needed_is_kept_beside_the_campaign() {
+    let here = directory("kept-faults");
+    let faults = |more: &str| {
+        let arguments = ["verify", "--faults", "--laws", LAW, "--format", "json", "--out", "whole"];
+        run(&here, &[&arguments[..], &more.split(' ').filter(|s| !s.is_empty()).collect::<Vec<_>>()].concat())
+    };
+    assert_eq!(code(&verify(&here, "--cases 5 --out whole")), 0);
+    let other = faults("--seed 2");
+    assert_eq!(code(&other), 2);
+    assert!(stderr(&other).contains("seed is 1 there, 2 here"), "{}", stderr(&other));
+    let output = faults("");
+    assert_eq!(code(&output), 0, "{}", stderr(&output));
+    let kept = fs::read_to_string(here.join("whole/faults.jsonl")).unwrap();
+    assert_eq!(kept, stdout(&output));
+    assert!(kept.lines().all(|line| serde_json::from_str::<Value>(line).unwrap()["caught_after"].is_u64()));
+    assert_eq!(code(&faults("")), 2, "it is there already");
+}

@@ -1,0 +1,205 @@
+//! Cases run again, to gather what a row does not hold: the errors behind an order, a defect at two precisions.
+
+use super::super::progress::Bar;
+use super::files::{Found, Saved};
+use super::tally::Tally;
+use euler_poincare::harness::convergence::{Estimate, Kind, Level, TOLERANCE};
+use euler_poincare::harness::evidence::{Evidence, Wanted, gather_with};
+use euler_poincare::harness::{Fault, Law, Verdict, draw, verdict_on};
+use euler_poincare::laws::{self, CaseLaw};
+use euler_poincare::system::{Case, Replay};
+use rayon::prelude::*;
+
+/// Failing cases that are run again; the others are named.
+const FAILURES: usize = 40;
+
+/// An order law, with some of its cases.
+pub struct Order {
+    /// The law.
+    pub law: &'static CaseLaw,
+    /// Its cases, that of the largest ratio first.
+    pub cases: Vec<Shown>,
+}
+
+/// A case of an order law.
+pub struct Shown {
+    /// Its index.
+    pub index: usize,
+    /// Why it was chosen.
+    pub chosen: &'static str,
+    /// The case; or why there is none.
+    pub case: Result<Case, String>,
+    /// What the law says of it now.
+    pub verdict: Verdict,
+    /// Whether that is what the campaign has.
+    pub agrees: bool,
+    /// The errors.
+    pub curves: Vec<Curve>,
+}
+
+/// The errors of one quantity.
+pub struct Curve {
+    /// What it is the error of.
+    pub quantity: String,
+    /// Step and error, with what each is to the estimate.
+    pub levels: Vec<(Level, Kind)>,
+    /// What they show.
+    pub estimate: Estimate,
+    /// The slope that was predicted.
+    pub expected: Option<u32>,
+}
+
+/// A failing case, run again.
+pub struct Failing<'a> {
+    /// Its file.
+    pub file: &'a str,
+    /// What is in it.
+    pub replay: &'a Replay,
+    /// Its law.
+    pub law: &'static CaseLaw,
+    /// The fault that is planted in it.
+    pub fault: Option<&'static Fault>,
+    /// What the law says of it now.
+    pub verdict: Verdict,
+    /// What was measured.
+    pub evidence: Vec<Evidence>,
+}
+
+/// Failing cases on file.
+pub struct Failures<'a> {
+    /// Run again.
+    pub shown: Vec<Failing<'a>>,
+    /// Files that cannot be: name and reason.
+    pub refused: Vec<(&'a str, String)>,
+    /// Files of failing cases that were not run again.
+    pub rest: Vec<&'a str>,
+}
+
+/// Runs what is needed: so many cases of each order law, and the failing cases on file.
+pub fn run(found: &Found, plots: usize) -> (Vec<Order>, Failures<'_>) {
+    let wanted: Vec<(&CaseLaw, Vec<Choice>)> =
+        order_laws(found).map(|(law, tally)| (law, chosen(tally, plots))).collect();
+    let jobs: Vec<(&'static CaseLaw, Choice)> =
+        wanted.iter().flat_map(|(law, choices)| choices.iter().map(|choice| (*law, *choice))).collect();
+    let (known, refused, rest) = sorted(&found.failures);
+    let bar = Bar::new(&[(PLOTS, jobs.len(), 50), (FAILING, known.len(), 1)]);
+    let fault = |law: &CaseLaw| {
+        let name = found.manifest.plant.as_deref()?;
+        law.faults.iter().find(|fault| fault.name == name)
+    };
+    let shown: Vec<Shown> = jobs
+        .par_iter()
+        .with_max_len(1)
+        .map(|(law, choice)| {
+            let shown = show(law, fault(law), found.manifest.seed, choice);
+            bar.advance(PLOTS);
+            shown
+        })
+        .collect();
+    let failing = known
+        .par_iter()
+        .with_max_len(1)
+        .map(|(saved, law, fault)| {
+            let check = || verdict_on(*law, &saved.1.case, *fault);
+            let (verdict, evidence) = gather_with(Wanted::AllDigits, check);
+            bar.advance(FAILING);
+            Failing { file: saved.0, replay: saved.1, law, fault: *fault, verdict, evidence }
+        })
+        .collect();
+    bar.clear();
+    let mut shown = shown.into_iter();
+    let orders =
+        wanted.into_iter().map(|(law, choices)| Order { law, cases: shown.by_ref().take(choices.len()).collect() });
+    (
+        orders.filter(|order| order.cases.iter().any(|case| !case.curves.is_empty())).collect(),
+        Failures { shown: failing, refused, rest },
+    )
+}
+
+const PLOTS: &str = "order plots";
+const FAILING: &str = "failing cases";
+
+/// The laws whose bound is that of orders.
+fn order_laws(found: &Found) -> impl Iterator<Item = (&'static CaseLaw, &Tally)> {
+    let judged = found.laws().filter(|(_, tally)| tally.worst.as_ref().is_some_and(|worst| worst.bound == TOLERANCE));
+    judged.filter_map(|(planned, tally)| Some((laws::named(&planned.name)?, tally)))
+}
+
+/// A case to be shown, and what the campaign has of it: (defect, bound), where it was judged.
+#[derive(Clone, Copy)]
+struct Choice {
+    index: usize,
+    why: &'static str,
+    recorded: Option<(f64, f64)>,
+    judged: bool,
+}
+
+/// The case of largest ratio, the first that was not decided, and the first ones that held.
+fn chosen(tally: &Tally, most: usize) -> Vec<Choice> {
+    let worst = tally.worst.as_ref().map(|worst| Choice {
+        index: worst.index,
+        why: "largest ratio",
+        recorded: Some((worst.defect, worst.bound)),
+        judged: true,
+    });
+    let undecided =
+        tally.first_undecided.map(|index| Choice { index, why: "first undecided", recorded: None, judged: false });
+    let held = tally.first_held.iter().filter(|index| worst.is_none_or(|worst| worst.index != **index));
+    let held = held.map(|&index| Choice { index, why: "one of the first", recorded: None, judged: true });
+    worst.into_iter().chain(undecided).chain(held).take(most).collect()
+}
+
+fn show(law: &'static CaseLaw, fault: Option<&'static Fault>, seed: u64, choice: &Choice) -> Shown {
+    let drawn = draw(&law.cases(), seed, law.name, choice.index);
+    let (case, verdict, evidence) = match drawn.case {
+        Ok((case, _)) => {
+            let (verdict, evidence) = gather_with(Wanted::AsJudged, || verdict_on(law, &case, fault));
+            (Ok(case), verdict, evidence)
+        }
+        Err(why) => (Err(why.clone()), Verdict::inconclusive(why), Vec::new()),
+    };
+    let agrees = verdict.measured().is_some() == choice.judged
+        && choice.recorded.is_none_or(|recorded| verdict.measured() == Some(recorded));
+    let curves = evidence.into_iter().filter_map(curve).collect();
+    Shown { index: choice.index, chosen: choice.why, case, verdict, agrees, curves }
+}
+
+fn curve(evidence: Evidence) -> Option<Curve> {
+    match evidence {
+        Evidence::Levels { quantity, levels, kinds, estimate, expected, .. } => {
+            Some(Curve { quantity, levels: levels.into_iter().zip(kinds).collect(), estimate, expected })
+        }
+        Evidence::Defect { .. } => None,
+    }
+}
+
+type Known<'a> = ((&'a str, &'a Replay), &'static CaseLaw, Option<&'static Fault>);
+type Refused<'a> = Vec<(&'a str, String)>;
+
+/// Failing cases that can be run again, those that cannot, and those that are too many.
+fn sorted(saved: &[Saved]) -> (Vec<Known<'_>>, Refused<'_>, Vec<&str>) {
+    let (mut known, mut refused, mut rest) = (Vec::new(), Vec::new(), Vec::new());
+    for saved in saved {
+        let file = saved.file.as_str();
+        match saved
+            .replay
+            .as_ref()
+            .map_err(String::clone)
+            .and_then(|replay| subject(replay).map(|found| (replay, found)))
+        {
+            Err(why) => refused.push((file, why)),
+            Ok(_) if known.len() == FAILURES => rest.push(file),
+            Ok((replay, (law, fault))) => known.push(((file, replay), law, fault)),
+        }
+    }
+    (known, refused, rest)
+}
+
+fn subject(replay: &Replay) -> Result<(&'static CaseLaw, Option<&'static Fault>), String> {
+    let law = laws::named(&replay.law).ok_or_else(|| format!("this program has no law {:?}", replay.law))?;
+    let fault = |name: &str| {
+        let fault = law.faults.iter().find(|fault| fault.name == name);
+        fault.ok_or_else(|| format!("{} knows no fault {name:?}", law.name))
+    };
+    Ok((law, replay.fault.as_deref().map(fault).transpose()?))
+}

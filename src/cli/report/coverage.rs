@@ -1,0 +1,124 @@
+//! Which families of cases were judged, in total and by each law.
+
+use super::files::Found;
+use super::numbers::*;
+use super::page::{self, Column::*, gauge, header, scrolling};
+use super::tally::{Count, Coverage, Tally};
+use euler_poincare::system::FAMILIES;
+use maud::{Markup, html};
+use std::collections::BTreeSet;
+use std::iter;
+
+/// The labels of each category: those that there should be, then those that there are besides.
+fn families(found: &Found) -> Vec<(String, Vec<String>)> {
+    let mut families: Vec<(String, Vec<String>)> = FAMILIES
+        .iter()
+        .map(|(category, labels)| ((*category).to_owned(), labels.iter().map(|label| (*label).to_owned()).collect()))
+        .collect();
+    let seen: BTreeSet<(&str, &str)> = found
+        .tallies
+        .iter()
+        .flat_map(|tally| &tally.coverage)
+        .flat_map(|(category, labels)| labels.keys().map(move |label| (category.as_str(), label.as_str())))
+        .collect();
+    for (category, label) in seen {
+        match families.iter_mut().find(|(name, _)| name == category) {
+            Some((_, labels)) if labels.iter().any(|known| known == label) => {}
+            Some((_, labels)) => labels.push(label.to_owned()),
+            None => families.push((category.to_owned(), vec![label.to_owned()])),
+        }
+    }
+    families
+}
+
+fn count(coverage: &Coverage, category: &str, label: &str) -> Count {
+    coverage.get(category).and_then(|labels| labels.get(label)).copied().unwrap_or_default()
+}
+
+/// The section.
+pub fn section(found: &Found) -> Markup {
+    let families = families(found);
+    let total = |category: &str, label: &str| {
+        found.tallies.iter().map(|tally| count(&tally.coverage, category, label)).fold(
+            Count::default(),
+            |mut sum, count| {
+                sum += count;
+                sum
+            },
+        )
+    };
+    let judged: usize = found.tallies.iter().map(Tally::judged).sum();
+    let absent: Vec<String> = families
+        .iter()
+        .flat_map(|(category, labels)| labels.iter().map(move |label| (category, label)))
+        .filter(|(category, label)| total(category, label).judged == 0)
+        .map(|(category, label)| format!("{category} {label}"))
+        .collect();
+    let body = html! {
+        p {
+            "Cases that were judged, by what they are examples of. A case with several forces counts for each. "
+            @if absent.is_empty() { "Every family has a judged case." }
+        }
+        @if !absent.is_empty() {
+            p.flag {
+                (integer(absent.len())) @if absent.len() == 1 { " family" } @else { " families" } " without a judged case: "
+                (absent.join(", ")) "."
+            }
+        }
+        div.families {
+            @for (category, labels) in &families {
+                @let counts: Vec<(&String, Count)> = labels.iter().map(|label| (label, total(category, label))).collect();
+                div.family { h3 { (category) } (gauges(&counts, judged)) }
+            }
+        }
+        h3 { "By law" }
+        p.muted { "A dash: no judged case. Laws do not ask for every family: orders for instance need a group and a force." }
+        @for (category, labels) in &families {
+            details {
+                summary { (category) }
+                (scrolling(category, by_law(found, category, labels)))
+            }
+        }
+    };
+    page::section("coverage", "Coverage of families", body)
+}
+
+/// How many cases carry each label, as bars.
+fn gauges(counts: &[(&String, Count)], judged: usize) -> Markup {
+    let most = counts.iter().map(|(_, count)| count.judged).max().unwrap_or(0);
+    let told = |count: &Count| format!("{} drawn, {} judged", integer(count.drawn), integer(count.judged));
+    html! {
+        table {
+            thead.hidden { tr { th scope="col" { "label" } th {} th scope="col" { "judged" } th scope="col" { "share" } } }
+            tbody {
+                @for (label, count) in counts {
+                    tr.(if count.judged == 0 { "absent" } else { "" }) title=(told(count)) {
+                        th scope="row" { (label) }
+                        td.gauge { (gauge(count.judged as f64, most as f64)) }
+                        td.number { @if count.judged == 0 { "none" } @else { (integer(count.judged)) } }
+                        td.number { (percent(count.judged, judged)) " %" }
+                    }
+                }
+            }
+        }
+    }
+}
+
+fn by_law(found: &Found, category: &str, labels: &[String]) -> Markup {
+    html! {
+        table.compact {
+            (header(&iter::once(Text("law")).chain(labels.iter().map(|label| Number(label))).collect::<Vec<_>>()))
+            tbody {
+                @for (planned, tally) in found.laws() {
+                    tr {
+                        th scope="row" { (planned.name) }
+                        @for label in labels {
+                            @let judged = count(&tally.coverage, category, label).judged;
+                            @if judged == 0 { td.number.none { "–" } } @else { td.number { (integer(judged)) } }
+                        }
+                    }
+                }
+            }
+        }
+    }
+}

@@ -1,0 +1,82 @@
+//! After how many cases each planted fault was caught.
+
+use super::files::{Caught, Found};
+use super::numbers::*;
+use super::page::{self, Column::*, header, scrolling};
+use euler_poincare::harness::Fault;
+use euler_poincare::laws;
+use maud::{Markup, html};
+use std::collections::BTreeSet;
+
+/// The section.
+pub fn section(found: &Found) -> Markup {
+    let body = match &found.faults {
+        None => html! {
+            p {
+                "Not tried here. " code { "euler-poincare verify --faults --out DIR" }
+                " plants each fault that the laws know, and writes after how many cases each was caught."
+            }
+        },
+        Some(faults) => html! {
+            (outcome(faults))
+            (untried(found, faults))
+            @if !faults.is_empty() { (scrolling("Planted faults", table(faults))) }
+        },
+    };
+    page::section("faults", "Planted faults", body)
+}
+
+fn outcome(faults: &[Caught]) -> Markup {
+    let missed = faults.iter().filter(|fault| fault.caught_after.is_none()).count();
+    let most = faults.iter().filter_map(|fault| fault.caught_after).max().unwrap_or(0);
+    html! {
+        p {
+            (counted(faults.len(), "planted fault")) ": "
+            @if missed == 0 { "each was caught, the last after " (cases(most)) "." }
+            @else { strong.alarm { (integer(missed)) " missed" } "." }
+        }
+    }
+}
+
+/// The faults that were left out.
+fn untried(found: &Found, faults: &[Caught]) -> Markup {
+    let tried: BTreeSet<(&str, &str)> = faults.iter().map(|row| (row.law.as_str(), row.fault.as_str())).collect();
+    let known = found.manifest.laws.iter().filter_map(|law| laws::named(&law.name));
+    let untried: Vec<String> = known
+        .flat_map(|law| law.faults.iter().map(move |fault| (law.name, fault.name)))
+        .filter(|row| !tried.contains(row))
+        .map(|(law, fault)| format!("{fault} in {law}"))
+        .collect();
+    html! {
+        @if !untried.is_empty() {
+            p.flag { "Known to the laws of this campaign and not tried: " (untried.join(", ")) "." }
+        }
+    }
+}
+
+fn table(faults: &[Caught]) -> Markup {
+    let sizes = faults.iter().any(|fault| fault.smallest_size.is_some());
+    let known = |row: &Caught| -> Option<&'static Fault> {
+        laws::named(&row.law)?.faults.iter().find(|fault| fault.name == row.fault)
+    };
+    let mut columns = vec![Text("law"), Text("fault"), Number("caught after"), Number("smallest size")];
+    columns.truncate(if sizes { 4 } else { 3 });
+    columns.extend([Text("what is wrong"), Text("visible on")]);
+    html! {
+        table {
+            (header(&columns))
+            tbody {
+                @for row in faults {
+                    tr.(if row.caught_after.is_none() { "broken" } else { "" }) {
+                        th scope="row" { (row.law) }
+                        td { (row.fault) }
+                        td.number { @match row.caught_after { Some(n) => (integer(n)), None => span.alarm { "missed" } } }
+                        @if sizes { td.number { @if let Some(size) = row.smallest_size { (format!("{size:.0e}")) } } }
+                        td.text { (known(row).map_or("", |fault| fault.what)) }
+                        td.text { (known(row).map_or("", |fault| fault.visible_on)) }
+                    }
+                }
+            }
+        }
+    }
+}

@@ -1,0 +1,259 @@
+//! The files of a campaign, as they are: what is damaged, repeated or not there is counted and told.
+
+use super::super::{Failure, program};
+use super::tally::Tally;
+use euler_poincare::harness::Record;
+use euler_poincare::harness::store::{FAILURES, Manifest, ManifestLaw, RESULTS, Store, StoreError, TIMINGS, Timing};
+use euler_poincare::system::{Case, Replay};
+use serde::Deserialize;
+use std::collections::{BTreeMap, HashMap};
+use std::fs::{self, File};
+use std::io::{self, BufRead, BufReader};
+use std::path::Path;
+
+const FAULTS: &str = "faults.jsonl";
+
+/// Lines that cannot be used.
+#[derive(Clone, Debug, Default)]
+pub struct Damage {
+    /// How many.
+    pub lines: usize,
+    /// The first of them: number and reason.
+    pub first: Vec<(usize, String)>,
+    /// Rows of cases that were there already.
+    pub repeated: usize,
+    /// Whether the last line has no end: the writer was killed, or is still at it.
+    pub torn: bool,
+}
+
+impl Damage {
+    fn add(&mut self, line: usize, reason: impl ToString) {
+        self.lines += 1;
+        if self.first.len() < 5 {
+            self.first.push((line, reason.to_string()));
+        }
+    }
+}
+
+/// Seconds that the checks of a law took.
+#[derive(Clone, Copy, Debug, Default)]
+pub struct Time {
+    /// Checks that were timed.
+    pub checks: usize,
+    /// Their sum.
+    pub total: f64,
+    /// The longest.
+    pub longest: f64,
+}
+
+/// A planted fault, and after how many cases it was caught.
+#[derive(Debug, Deserialize)]
+pub struct Caught {
+    /// The law that should see it.
+    pub law: String,
+    /// Its name.
+    pub fault: String,
+    /// `None`: not at all.
+    pub caught_after: Option<usize>,
+    /// The smallest size at which it still is.
+    #[serde(default)]
+    pub smallest_size: Option<f64>,
+}
+
+/// A failing case on file.
+pub struct Saved {
+    /// The file, within the campaign's directory.
+    pub file: String,
+    /// What is in it, or why it cannot be used.
+    pub replay: Result<Replay, String>,
+}
+
+/// What a directory holds.
+pub struct Found {
+    /// The campaign.
+    pub manifest: Manifest,
+    /// Whether it was not run by this program.
+    pub another_program: bool,
+    /// Whether another process is writing.
+    pub running: bool,
+    /// What each of its laws showed, in its order.
+    pub tallies: Vec<Tally>,
+    /// Whether there are results at all.
+    pub started: bool,
+    /// Of the results.
+    pub damage: Damage,
+    /// By law, if there are timings.
+    pub times: Option<BTreeMap<String, Time>>,
+    /// Of the timings.
+    pub time_damage: Damage,
+    /// The planted faults, if they were tried.
+    pub faults: Option<Vec<Caught>>,
+    /// Of the faults.
+    pub fault_damage: Damage,
+    /// The failing cases on file, by name.
+    pub failures: Vec<Saved>,
+}
+
+impl Found {
+    /// Reads a campaign's directory.
+    ///
+    /// # Errors
+    /// No such directory, no campaign in it, a file that cannot be read, or results of which no line is a result.
+    pub fn read(directory: &Path) -> Result<Self, Failure> {
+        if !directory.is_dir() {
+            let reason = if directory.exists() { "is not a directory" } else { "there is no such directory" };
+            return Err(Failure::file(directory, reason));
+        }
+        let manifest = Manifest::read(directory)?;
+        let here = program::manifest::<Case>(manifest.seed, None, &[])?;
+        // The lock is let go at once.
+        let running = matches!(Store::open(directory), Err(StoreError::InUse { .. }));
+        let mut tallies: Vec<Tally> = manifest.laws.iter().map(|_| Tally::new(manifest.shard())).collect();
+        let results = results(&directory.join(RESULTS), &manifest, &mut tallies)?;
+        let times = times(&directory.join(TIMINGS))?;
+        let faults = faults(&directory.join(FAULTS))?;
+        let (times, time_damage) = times.map_or((None, Damage::default()), |(times, damage)| (Some(times), damage));
+        let (faults, fault_damage) =
+            faults.map_or((None, Damage::default()), |(faults, damage)| (Some(faults), damage));
+        Ok(Self {
+            another_program: !manifest.program_differences(&here).is_empty(),
+            running,
+            tallies,
+            started: results.is_some(),
+            damage: results.unwrap_or_default(),
+            times,
+            time_damage,
+            faults,
+            fault_damage,
+            failures: failures(&directory.join(FAILURES))?,
+            manifest,
+        })
+    }
+
+    /// How many cases there should be; `None` where no number was asked for.
+    pub fn planned(&self) -> Option<usize> {
+        self.manifest.laws.iter().map(|law| planned(&self.manifest, law)).sum()
+    }
+
+    /// How many there are.
+    pub fn done(&self) -> usize {
+        self.tallies.iter().map(|tally| tally.cases).sum()
+    }
+
+    /// Laws with what they showed.
+    pub fn laws(&self) -> impl Iterator<Item = (&ManifestLaw, &Tally)> {
+        self.manifest.laws.iter().zip(&self.tallies)
+    }
+}
+
+/// How many of the cases of a law are in the campaign; `None` where no number was asked for.
+pub fn planned(manifest: &Manifest, law: &ManifestLaw) -> Option<usize> {
+    Some(manifest.shard().size(law.cases?))
+}
+
+/// A file that may not be there.
+fn open(path: &Path) -> Result<Option<BufReader<File>>, Failure> {
+    match File::open(path) {
+        Ok(file) => Ok(Some(BufReader::with_capacity(1 << 18, file))),
+        Err(error) if error.kind() == io::ErrorKind::NotFound => Ok(None),
+        Err(error) => Err(Failure::file(path, error)),
+    }
+}
+
+/// Gives each line of a file to `take`, which says what is wrong with it; `None` without a file.
+fn lines(
+    path: &Path,
+    mut take: impl FnMut(&[u8], &mut Damage) -> Result<(), String>,
+) -> Result<Option<Damage>, Failure> {
+    let Some(mut file) = open(path)? else { return Ok(None) };
+    let (mut damage, mut line, mut number) = (Damage::default(), Vec::new(), 0);
+    loop {
+        line.clear();
+        if file.read_until(b'\n', &mut line).map_err(|error| Failure::file(path, error))? == 0 {
+            return Ok(Some(damage));
+        }
+        number += 1;
+        if line.last() != Some(&b'\n') {
+            // Even if it reads well: what a writer has not ended is not said.
+            damage.torn = true;
+        } else if !line.trim_ascii().is_empty()
+            && let Err(reason) = take(&line, &mut damage)
+        {
+            damage.add(number, reason);
+        }
+    }
+}
+
+fn results(path: &Path, manifest: &Manifest, tallies: &mut [Tally]) -> Result<Option<Damage>, Failure> {
+    let places: HashMap<&str, usize> =
+        manifest.laws.iter().enumerate().map(|(k, law)| (law.name.as_str(), k)).collect();
+    let shard = manifest.shard();
+    let damage = lines(path, |line, damage| {
+        let record: Record = serde_json::from_slice(line).map_err(|error| error.to_string())?;
+        let (law, index) = (record.law.as_str(), record.index);
+        let place = *places.get(law).ok_or_else(|| format!("the campaign has no law {law:?}"))?;
+        if manifest.laws[place].cases.is_some_and(|cases| index >= cases) || !shard.owns(index) {
+            return Err(format!("case {index} of {law} is none of this campaign"));
+        }
+        if !tallies[place].add(&record) {
+            damage.repeated += 1;
+        }
+        Ok(())
+    })?;
+    if let Some(damage) = &damage
+        && damage.lines > 0
+        && tallies.iter().all(|tally| tally.cases == 0)
+    {
+        let (line, reason) = damage.first.first().cloned().unwrap_or_default();
+        return Err(Failure::file(path, format!("no line is a result of this campaign; line {line}: {reason}")));
+    }
+    Ok(damage)
+}
+
+type Times = BTreeMap<String, Time>;
+
+fn times(path: &Path) -> Result<Option<(Times, Damage)>, Failure> {
+    let mut times = Times::new();
+    let damage = lines(path, |line, _| {
+        let timing: Timing = serde_json::from_slice(line).map_err(|error| error.to_string())?;
+        let time = times.entry(timing.law).or_default();
+        time.checks += 1;
+        time.total += timing.seconds;
+        time.longest = time.longest.max(timing.seconds);
+        Ok(())
+    })?;
+    Ok(damage.map(|damage| (times, damage)))
+}
+
+fn faults(path: &Path) -> Result<Option<(Vec<Caught>, Damage)>, Failure> {
+    let mut faults = Vec::new();
+    let damage = lines(path, |line, _| {
+        faults.push(serde_json::from_slice(line).map_err(|error| error.to_string())?);
+        Ok(())
+    })?;
+    Ok(damage.map(|damage| (faults, damage)))
+}
+
+fn failures(directory: &Path) -> Result<Vec<Saved>, Failure> {
+    let entries = match fs::read_dir(directory) {
+        Ok(entries) => entries,
+        Err(error) if error.kind() == io::ErrorKind::NotFound => return Ok(Vec::new()),
+        Err(error) => return Err(Failure::file(directory, error)),
+    };
+    let mut names = Vec::new();
+    for entry in entries {
+        let name = entry.map_err(|error| Failure::file(directory, error))?.file_name();
+        let name = name.to_string_lossy().into_owned();
+        // Not what a writer has not put in its place yet.
+        if name.ends_with(".json") && !name.starts_with('.') {
+            names.push(name);
+        }
+    }
+    names.sort_unstable();
+    let saved = |name: String| {
+        let text = fs::read_to_string(directory.join(&name)).map_err(|error| error.to_string());
+        let replay = text.and_then(|text| Replay::from_json(&text).map_err(|error| error.to_string()));
+        Saved { file: format!("{FAILURES}/{name}"), replay }
+    };
+    Ok(names.into_iter().map(saved).collect())
+}

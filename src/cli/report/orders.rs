@@ -1,0 +1,86 @@
+//! Error against step of some cases of the laws of orders.
+
+use super::again::{Curve, Order, Shown};
+use super::numbers::*;
+use super::{chart, page};
+use euler_poincare::harness::convergence::{Estimate, Kind};
+use maud::{Markup, html};
+
+/// The section.
+pub fn section(orders: &[Order]) -> Markup {
+    let body = html! {
+        @if orders.is_empty() {
+            p { "No law of orders has a judged case here, or no plots were asked for." }
+        } @else {
+            p {
+                "Errors against the step, in 32 digits, of cases drawn again from the seed and measured by this program. "
+                "The dashed lines have the slopes that were predicted."
+            }
+            (legend())
+            @for order in orders {
+                h3 { (order.law.name) }
+                p.muted { (order.law.statement) " (" (order.law.source) ")" }
+                div.plots { @for case in &order.cases { (figure(order.law.name, case)) } }
+            }
+        }
+    };
+    page::section("orders", "Orders", body)
+}
+
+fn legend() -> Markup {
+    let kinds = [
+        (Kind::Asymptotic, "on the line: asymptotic"),
+        (Kind::PreAsymptotic, "too coarse: pre-asymptotic"),
+        (Kind::Noise, "not clear of round-off: noise"),
+    ];
+    html! {
+        ul.legend {
+            @for (kind, text) in kinds {
+                li { (chart::key(kind, 0)) (text) }
+            }
+        }
+    }
+}
+
+fn figure(law: &str, shown: &Shown) -> Markup {
+    let title = format!("{law}, case {}", shown.index);
+    html! {
+        figure {
+            figcaption {
+                b { "Case " (shown.index) } ", " (shown.chosen) ": " (page::verdict(&shown.verdict))
+                @if !shown.agrees { span.flag { "The campaign has another verdict." } }
+            }
+            @if shown.curves.is_empty() {
+                p.muted { "The check measured no errors." }
+            } @else {
+                (chart::order(&format!("{title}: error against step"), &shown.curves))
+                ul.curves {
+                    @for (k, curve) in shown.curves.iter().enumerate() {
+                        li {
+                            (chart::key(Kind::Asymptotic, k)) (slope(curve))
+                        }
+                    }
+                }
+            }
+            @match &shown.case {
+                Ok(case) => details { summary { "the case" } pre { (case) } },
+                Err(why) => p.flag { (why) },
+            }
+        }
+    }
+}
+
+fn slope(curve: &Curve) -> Markup {
+    let noughts = curve.levels.iter().filter(|(level, _)| level.error.is_nan() || level.error <= 0.0).count();
+    html! {
+        (curve.quantity) ": "
+        @match &curve.estimate {
+            Estimate::Slope { value, low, high, .. } => {
+                "slope " b { (format!("{value:.3}")) } (format!(" in [{low:.3}, {high:.3}]"))
+            }
+            Estimate::Inconclusive { why, .. } => { "no slope: " (why) }
+        }
+        @if let Some(expected) = curve.expected { ", predicted " b { (expected) } }
+        @if noughts > 0 { "; " (counted(noughts, "level")) " without an error cannot be drawn" }
+    }
+}

@@ -1,0 +1,379 @@
+//! The page: its head, the table of verdicts, and the sections in their order.
+
+use super::again::{Failures, Order};
+use super::files::{Damage, Found, planned};
+use super::numbers::*;
+use super::tally::Tally;
+use super::{chart, coverage, failures, faults, orders, timings, undecided};
+use euler_poincare::harness::Verdict;
+use euler_poincare::harness::store::ManifestLaw;
+use euler_poincare::laws::{self, CaseLaw};
+use maud::{DOCTYPE, Markup, PreEscaped, html};
+
+/// What the whole campaign adds up to.
+pub struct Totals {
+    /// Cases that there should be; `None` where no number was asked for.
+    pub planned: Option<usize>,
+    /// Cases that there are.
+    pub done: usize,
+    /// On which their law holds.
+    pub held: usize,
+    /// On which it is broken.
+    pub broken: usize,
+    /// Undecided.
+    pub undecided: usize,
+    /// About which their law says nothing.
+    pub inapplicable: usize,
+    /// Laws that are broken.
+    pub broken_laws: Vec<String>,
+    /// Laws with cases of which none was judged.
+    pub unjudged: Vec<String>,
+}
+
+impl Totals {
+    /// Of a campaign.
+    pub fn of(found: &Found) -> Self {
+        let sum = |of: fn(&Tally) -> usize| found.tallies.iter().map(of).sum();
+        let names = |wanted: fn(&Tally) -> bool| {
+            found.laws().filter(|(_, tally)| wanted(tally)).map(|(law, _)| law.name.clone()).collect()
+        };
+        Self {
+            planned: found.planned(),
+            done: found.done(),
+            held: sum(|tally| tally.held),
+            broken: sum(|tally| tally.broken),
+            undecided: sum(Tally::undecided),
+            inapplicable: sum(Tally::inapplicable),
+            broken_laws: names(|tally| tally.broken > 0),
+            unjudged: names(|tally| tally.cases > 0 && tally.judged() == 0),
+        }
+    }
+
+    /// Cases that there should be and are not.
+    fn missing(&self) -> usize {
+        self.planned.map_or(0, |planned| planned.saturating_sub(self.done))
+    }
+
+    /// What came out, in a sentence.
+    pub fn outcome(&self) -> String {
+        let judged = self.held + self.broken;
+        let found = match self.broken_laws.as_slice() {
+            _ if judged == 0 => "No case has been judged".to_owned(),
+            [] => {
+                format!("Nothing is broken: every law holds on every one of the {} that could be judged", cases(judged))
+            }
+            [law] => format!("One law is broken, {law}, on {} of the {} judged", integer(self.broken), cases(judged)),
+            broken => format!(
+                "{} laws are broken, on {} of the {} judged",
+                integer(broken.len()),
+                integer(self.broken),
+                cases(judged)
+            ),
+        };
+        let missing = match (self.planned, self.missing()) {
+            (Some(planned), missing) if missing > 0 => {
+                format!("; {} of {} are missing", integer(missing), cases(planned))
+            }
+            _ => String::new(),
+        };
+        format!("{found}{missing}.")
+    }
+}
+
+/// The page as text.
+pub fn page(found: &Found, plotted: &[Order], failing: &Failures<'_>) -> String {
+    let totals = Totals::of(found);
+    let title = format!("Campaign of seed {}", found.manifest.seed);
+    let contents = [
+        ("verdicts", "Verdicts"),
+        ("undecided", "Undecided and rejected"),
+        ("coverage", "Coverage"),
+        ("orders", "Orders"),
+        ("faults", "Planted faults"),
+        ("failures", "Failing cases"),
+        ("timings", "Timings"),
+    ];
+    let page = html! {
+        (DOCTYPE)
+        html lang="en" {
+            head {
+                meta charset="utf-8";
+                meta name="viewport" content="width=device-width, initial-scale=1";
+                meta name="color-scheme" content="light dark";
+                meta http-equiv="Content-Security-Policy" content="default-src 'none'; style-src 'unsafe-inline'";
+                title { (title) " · euler-poincare" }
+                style { (PreEscaped(include_str!("style.css"))) }
+            }
+            body {
+                header {
+                    h1 { (title) }
+                    p.outcome.(if totals.broken > 0 { "broken" } else if totals.held == 0 { "empty" } else { "held" }) {
+                        (totals.outcome())
+                    }
+                    (head(found, &totals))
+                    (notes(found, &totals, plotted))
+                    nav aria-label="Sections" {
+                        @for (id, name) in contents { a href=(format!("#{id}")) { (name) } }
+                    }
+                }
+                main {
+                    (verdicts(found))
+                    (undecided::section(found))
+                    (coverage::section(found))
+                    (orders::section(plotted))
+                    (faults::section(found))
+                    (failures::section(found, failing))
+                    (timings::section(found))
+                }
+                footer { p { "Made by euler-poincare " (env!("CARGO_PKG_VERSION")) "." } }
+            }
+        }
+    };
+    page.into_string()
+}
+
+/// A section with its heading.
+pub fn section(id: &str, title: &str, body: Markup) -> Markup {
+    html! {
+        section id=(id) aria-labelledby=(format!("{id}-title")) {
+            h2 id=(format!("{id}-title")) { (title) }
+            (body)
+        }
+    }
+}
+
+/// A table that scrolls in a frame of its own, which the keyboard reaches.
+pub fn scrolling(label: &str, table: Markup) -> Markup {
+    html! { div.scroll role="region" tabindex="0" aria-label=(label) { (table) } }
+}
+
+/// A column of a table.
+pub enum Column<'a> {
+    /// Of words.
+    Text(&'a str),
+    /// Of numbers.
+    Number(&'a str),
+}
+
+/// The head of a table.
+pub fn header(columns: &[Column<'_>]) -> Markup {
+    html! {
+        thead {
+            tr {
+                @for column in columns {
+                    @match column {
+                        Column::Text(name) => th scope="col" { (name) },
+                        Column::Number(name) => th.number scope="col" { (name) },
+                    }
+                }
+            }
+        }
+    }
+}
+
+/// A bar as long as `part` of `whole`.
+pub fn gauge(part: f64, whole: f64) -> Markup {
+    html! { span style=(format!("width:{:.1}%", 100.0 * part / whole.max(f64::MIN_POSITIVE))) {} }
+}
+
+/// A verdict in a line.
+pub fn verdict(verdict: &Verdict) -> Markup {
+    let numbers = |defect: f64, bound: f64| {
+        let ratio = verdict.ratio().unwrap_or(f64::NAN);
+        format!("defect {}, bound {}, ratio {}", scientific(defect), scientific(bound), scientific(ratio))
+    };
+    match verdict {
+        Verdict::Holds { defect, bound } => html! { "holds, " (numbers(*defect, *bound)) },
+        Verdict::Broken { defect, bound, .. } => html! { span.alarm { "broken" } ", " (numbers(*defect, *bound)) },
+        Verdict::Inconclusive { why } => html! { "inconclusive: " (why) },
+        Verdict::NotApplicable { why } => html! { "not applicable: " (why) },
+    }
+}
+
+fn head(found: &Found, totals: &Totals) -> Markup {
+    let manifest = &found.manifest;
+    let judged = totals.held + totals.broken;
+    let state = match totals.planned {
+        None => "as many cases as the time allowed".to_owned(),
+        Some(_) if totals.missing() == 0 => "complete".to_owned(),
+        Some(_) if totals.done == 0 => "nothing done".to_owned(),
+        Some(planned) => {
+            format!("incomplete: {} missing of {}", integer(totals.missing()), integer(planned))
+        }
+    };
+    html! {
+        dl.figures {
+            div { dt { "cases" } dd { (integer(totals.done)) } }
+            div { dt { "held" } dd { (integer(totals.held)) } }
+            div.(if totals.broken > 0 { "bad" } else { "" }) { dt { "broken" } dd { (integer(totals.broken)) } }
+            div { dt { "inconclusive" } dd { (integer(totals.undecided)) small { (percent(totals.undecided, totals.done)) " %" } } }
+            div {
+                dt { "not applicable" }
+                dd { (integer(totals.inapplicable)) small { (percent(totals.inapplicable, totals.done)) " %" } }
+            }
+            div { dt { "laws" } dd { (integer(manifest.laws.len())) } }
+        }
+        dl.facts {
+            div { dt { "state" } dd { (state) } }
+            div { dt { "seed" } dd { (manifest.seed) } }
+            @if let Some(cases) = manifest.cases { div { dt { "cases per cheap law" } dd { (integer(cases)) } } }
+            div {
+                dt { "program" }
+                dd { "euler-poincare " (manifest.version) ", " code { (short(&manifest.binary)) } }
+            }
+            @if manifest.shard.is_some() { div { dt { "shard" } dd { (manifest.shard().to_string()) } } }
+            @if let Some(fault) = &manifest.plant { div { dt { "planted fault" } dd { code { (fault) } } } }
+            div { dt { "judged" } dd { (percent(judged, totals.done)) " % of the cases" } }
+        }
+    }
+}
+
+/// The first digits of a hash.
+fn short(hash: &str) -> String {
+    hash.chars().take(12).collect()
+}
+
+/// What a reader must know before believing the rest.
+fn notes(found: &Found, totals: &Totals, orders: &[Order]) -> Markup {
+    let mut notes: Vec<Markup> = Vec::new();
+    if found.running {
+        notes.push(
+            html! { "Another process was writing here when the page was made: the numbers are those of that moment." },
+        );
+    }
+    if !found.started {
+        notes.push(html! { "There are no results: " code { "results.jsonl" } " is not there." });
+    }
+    if let Some(fault) = &found.manifest.plant {
+        notes.push(html! {
+            "The fault " code { (fault) } " was planted in the subjects of the laws: what is broken was meant to break."
+        });
+    }
+    if found.another_program {
+        notes.push(html! {
+            "The campaign was run by another program (version " (found.manifest.version) ", "
+            code { (short(&found.manifest.binary)) } "): statements, sources and plots are those of the program that made this page."
+        });
+    }
+    notes.extend(damage("results.jsonl", &found.damage));
+    notes.extend(damage("timings.jsonl", &found.time_damage));
+    notes.extend(damage("faults.jsonl", &found.fault_damage));
+    let unknown: Vec<&str> = found
+        .manifest
+        .laws
+        .iter()
+        .filter(|law| laws::named(&law.name).is_none())
+        .map(|law| law.name.as_str())
+        .collect();
+    if !unknown.is_empty() {
+        notes.push(html! { "Laws that this program does not know: " (unknown.join(", ")) "." });
+    }
+    if !totals.unjudged.is_empty() {
+        notes.push(html! { "Laws without a verdict on any case: " (totals.unjudged.join(", ")) "." });
+    }
+    let others: Vec<String> = orders
+        .iter()
+        .flat_map(|order| order.cases.iter().filter(|case| !case.agrees).map(move |case| (order.law.name, case.index)))
+        .map(|(law, index)| format!("case {index} of {law}"))
+        .collect();
+    if !others.is_empty() {
+        notes.push(html! {
+            "This program does not give the campaign's verdict on " (others.join(", "))
+            ": it is not the program that ran the campaign, and its plots may show other cases."
+        });
+    }
+    html! {
+        @if !notes.is_empty() {
+            ul.notes { @for note in &notes { li { (note) } } }
+        }
+    }
+}
+
+fn damage(file: &str, damage: &Damage) -> Vec<Markup> {
+    let mut notes = Vec::new();
+    if damage.lines > 0 {
+        notes.push(html! {
+            code { (file) } ": " (counted(damage.lines, "line")) " cannot be used and "
+            @if damage.lines == 1 { "is" } @else { "are" } " left out:"
+            ul { @for (line, reason) in &damage.first { li { "line " (line) ": " (reason) } } }
+            @if damage.lines > damage.first.len() { p { "… and " (damage.lines - damage.first.len()) " more." } }
+        });
+    }
+    if damage.repeated > 0 {
+        notes.push(html! {
+            code { (file) } ": " (counted(damage.repeated, "line")) " of cases that were there already: the first counts."
+        });
+    }
+    if damage.torn {
+        notes.push(html! {
+            code { (file) } " ends within a line, which is left out: the campaign was killed, or is still running."
+        });
+    }
+    notes
+}
+
+fn verdicts(found: &Found) -> Markup {
+    let heads = ["cases", "held", "broken", "inconclusive", "not applicable", "worst defect", "its bound", "ratio"];
+    let row = |(law, tally): (&ManifestLaw, &Tally)| {
+        let (name, known) = (&law.name, laws::named(&law.name));
+        let worst = tally.worst.as_ref();
+        let missing = planned(&found.manifest, law).map_or(0, |planned| planned.saturating_sub(tally.cases));
+        html! {
+            tr role="row" id=(format!("law-{name}")) class=(if tally.broken > 0 { "broken" } else { "" }) {
+                th role="rowheader" scope="row" { (described(name, known)) }
+                (cell("cases", html! {
+                    (integer(tally.cases))
+                    @if missing > 0 { small.warn { (integer(missing)) " missing" } }
+                }))
+                (cell("held", html! { (integer(tally.held)) }))
+                (cell("broken", html! { span.(if tally.broken > 0 { "alarm" } else { "muted" }) { (integer(tally.broken)) } }))
+                (cell("inconclusive", html! { (integer(tally.undecided())) }))
+                (cell("not applicable", html! { (integer(tally.inapplicable())) }))
+                (cell("worst defect", html! { (worst.map_or("–".into(), |worst| scientific(worst.defect))) }))
+                (cell("its bound", html! { (worst.map_or("–".into(), |worst| scientific(worst.bound))) }))
+                (cell("ratio", html! { (worst.map_or("–".into(), |worst| scientific(worst.ratio()))) }))
+                td.chart role="cell" { (chart::histogram(name, &tally.histogram)) }
+            }
+        }
+    };
+    let table = html! {
+        table.verdicts role="table" {
+            caption {
+                "Defects of identities are in units of round-off, those of orders are distances of slopes. The bars count cases by "
+                "log₁₀(defect/bound), on a logarithmic scale; the line at 1 is the bound, the leftmost bar is for all that is "
+                "smaller."
+            }
+            thead role="rowgroup" {
+                tr role="row" {
+                    th role="columnheader" scope="col" { "law, statement, source" }
+                    @for head in heads { th.number role="columnheader" scope="col" { (head) } }
+                    th role="columnheader" scope="col" { "defect/bound" }
+                }
+            }
+            tbody role="rowgroup" { @for law in found.laws() { (row(law)) } }
+        }
+    };
+    section("verdicts", "Verdicts", table)
+}
+
+fn cell(label: &str, value: Markup) -> Markup {
+    html! { td.number role="cell" data-label=(label) { span { (value) } } }
+}
+
+/// A law's name with what it says.
+fn described(name: &str, law: Option<&CaseLaw>) -> Markup {
+    html! {
+        span.law { (name) }
+        @if let Some(law) = law {
+            span.statement { (law.statement) }
+            span.source { (law.source) }
+            details {
+                summary { "oracle and bound" }
+                p { b { "Oracle: " } (law.oracle) }
+                p { b { "Bound: " } (law.bound) }
+            }
+        } @else {
+            span.source { "not known to this program" }
+        }
+    }
+}

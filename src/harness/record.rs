@@ -1,0 +1,179 @@
+//! One judged case as a line of JSON.
+
+use super::law::Verdict;
+use serde::de::{self, MapAccess, Visitor};
+use serde::ser::SerializeMap;
+use serde::{Deserialize, Deserializer, Serialize, Serializer};
+use std::collections::BTreeMap;
+use std::fmt;
+
+/// Between several labels of one category.
+const JOIN: char = '+';
+
+/// What a campaign found on one case: a function of (seed, law, index) and of the code, without any time.
+///
+/// In JSON the keys are, in this order, `law`, `index`, `verdict` (`holds`, `broken`, `inconclusive` or
+/// `not applicable`), `defect` and `bound` where the case was judged (`null` stands for a number that is not finite),
+/// `witness` of a broken case or `why` of one that was not judged, `labels` and `rejections`. Keys without a value are
+/// left out; unknown keys are refused.
+///
+/// ```
+/// use euler_poincare::harness::{Record, Verdict};
+///
+/// let verdict = Verdict::judge(1.25, 256.0, String::new);
+/// let labels = vec![("algebra", "so3".into()), ("force", "drag".into()), ("force", "gravity".into())];
+/// let record = Record::new("free-casimirs", 17, verdict, labels, Default::default());
+/// let line = concat!(
+///     r#"{"law":"free-casimirs","index":17,"verdict":"holds","defect":1.25,"bound":256.0,"#,
+///     r#""labels":{"algebra":"so3","force":"drag+gravity"}}"#
+/// );
+/// assert_eq!(serde_json::to_string(&record).unwrap(), line);
+/// assert_eq!(serde_json::from_str::<Record>(line).unwrap(), record);
+/// ```
+#[derive(Clone, Debug, PartialEq)]
+pub struct Record {
+    /// Name of the law.
+    pub law: String,
+    /// Index of the case.
+    pub index: usize,
+    /// The verdict; its numbers are finite or +∞.
+    pub verdict: Verdict,
+    /// The labels by category, several of one category joined by `+`; none where the strategy gave no case.
+    pub labels: Vec<(String, String)>,
+    /// How many values the strategy rejected before it gave this case, by reason.
+    pub rejections: BTreeMap<String, usize>,
+}
+
+impl Record {
+    /// A record. Numbers that are not finite become +∞, as JSON has one word for all of them.
+    pub fn new(
+        law: &str,
+        index: usize,
+        verdict: Verdict,
+        labels: Vec<(&'static str, String)>,
+        rejections: BTreeMap<String, usize>,
+    ) -> Self {
+        let mut joined: Vec<(String, String)> = Vec::with_capacity(labels.len());
+        for (category, label) in labels {
+            match joined.iter_mut().find(|(known, _)| known == category) {
+                Some((_, joined)) => {
+                    joined.push(JOIN);
+                    joined.push_str(&label);
+                }
+                None => joined.push((category.to_owned(), label)),
+            }
+        }
+        Self { law: law.to_owned(), index, verdict: finite(verdict), labels: joined, rejections }
+    }
+
+    /// The labels one by one: (category, label).
+    pub fn each_label(&self) -> impl Iterator<Item = (&str, &str)> {
+        self.labels
+            .iter()
+            .flat_map(|(category, joined)| joined.split(JOIN).map(move |label| (category.as_str(), label)))
+    }
+}
+
+fn finite(verdict: Verdict) -> Verdict {
+    let number = |x: f64| if x.is_finite() { x } else { f64::INFINITY };
+    match verdict {
+        Verdict::Holds { defect, bound } => Verdict::Holds { defect: number(defect), bound: number(bound) },
+        Verdict::Broken { defect, bound, witness } => {
+            Verdict::Broken { defect: number(defect), bound: number(bound), witness }
+        }
+        other => other,
+    }
+}
+
+impl Serialize for Record {
+    fn serialize<S: Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
+        let mut map = serializer.serialize_map(None)?;
+        map.serialize_entry("law", &self.law)?;
+        map.serialize_entry("index", &self.index)?;
+        map.serialize_entry("verdict", self.verdict.word())?;
+        if let Some((defect, bound)) = self.verdict.measured() {
+            let number = |x: f64| x.is_finite().then_some(x);
+            map.serialize_entry("defect", &number(defect))?;
+            map.serialize_entry("bound", &number(bound))?;
+        }
+        match &self.verdict {
+            Verdict::Broken { witness, .. } => map.serialize_entry("witness", witness)?,
+            Verdict::Inconclusive { why } | Verdict::NotApplicable { why } => map.serialize_entry("why", why)?,
+            Verdict::Holds { .. } => {}
+        }
+        if !self.labels.is_empty() {
+            map.serialize_entry("labels", &InOrder(&self.labels))?;
+        }
+        if !self.rejections.is_empty() {
+            map.serialize_entry("rejections", &self.rejections)?;
+        }
+        map.end()
+    }
+}
+
+/// An object with its keys in the order of the list.
+struct InOrder<'a>(&'a [(String, String)]);
+
+impl Serialize for InOrder<'_> {
+    fn serialize<S: Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
+        serializer.collect_map(self.0.iter().map(|(key, value)| (key, value)))
+    }
+}
+
+fn in_order<'de, D: Deserializer<'de>>(deserializer: D) -> Result<Vec<(String, String)>, D::Error> {
+    struct Pairs;
+    impl<'de> Visitor<'de> for Pairs {
+        type Value = Vec<(String, String)>;
+
+        fn expecting(&self, f: &mut fmt::Formatter) -> fmt::Result {
+            f.write_str("an object of texts")
+        }
+
+        fn visit_map<A: MapAccess<'de>>(self, mut map: A) -> Result<Self::Value, A::Error> {
+            let mut pairs = Vec::new();
+            while let Some(pair) = map.next_entry()? {
+                pairs.push(pair);
+            }
+            Ok(pairs)
+        }
+    }
+    deserializer.deserialize_map(Pairs)
+}
+
+/// A key that is there, be it `null`.
+fn there<'de, D: Deserializer<'de>>(deserializer: D) -> Result<Option<f64>, D::Error> {
+    Ok(Some(Option::<f64>::deserialize(deserializer)?.unwrap_or(f64::INFINITY)))
+}
+
+#[derive(Deserialize)]
+#[serde(deny_unknown_fields)]
+struct Keys {
+    law: String,
+    index: usize,
+    verdict: String,
+    #[serde(default, deserialize_with = "there")]
+    defect: Option<f64>,
+    #[serde(default, deserialize_with = "there")]
+    bound: Option<f64>,
+    witness: Option<String>,
+    why: Option<String>,
+    #[serde(default, deserialize_with = "in_order")]
+    labels: Vec<(String, String)>,
+    #[serde(default)]
+    rejections: BTreeMap<String, usize>,
+}
+
+impl<'de> Deserialize<'de> for Record {
+    fn deserialize<D: Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
+        let keys = Keys::deserialize(deserializer)?;
+        let verdict = match (keys.verdict.as_str(), keys.defect, keys.bound, keys.witness, keys.why) {
+            ("holds", Some(defect), Some(bound), None, None) => Verdict::Holds { defect, bound },
+            ("broken", Some(defect), Some(bound), Some(witness), None) => Verdict::Broken { defect, bound, witness },
+            ("inconclusive", None, None, None, Some(why)) => Verdict::Inconclusive { why },
+            ("not applicable", None, None, None, Some(why)) => Verdict::NotApplicable { why },
+            (word, ..) => return Err(de::Error::custom(format!("\"{word}\" is no verdict, or not with these keys"))),
+        };
+        let Keys { law, index, labels, rejections, .. } = keys;
+        Ok(Self { law, index, verdict, labels, rejections })
+    }
+}

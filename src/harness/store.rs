@@ -1,0 +1,408 @@
+//! A campaign in a directory: every verdict on disk as it comes, so that a killed run loses nothing but the cases in
+//! flight.
+//!
+//! | file | holds |
+//! |---|---|
+//! | `campaign.json` | the [`Manifest`]: what was asked, and of which program |
+//! | `results.jsonl` | a [`Record`] a line: while the campaign runs as they come, afterwards in canonical order |
+//! | `timings.jsonl` | a [`Timing`] a line; no time stands anywhere else |
+//! | `failures/` | the shrunk cases, `LAW-seedS-caseI.json`; who knows the case writes them |
+//!
+//! The canonical order is that of the laws in the manifest, then of the indices. The records of a finished campaign are
+//! a function of the manifest alone: the same bytes at any number of threads, interrupted and resumed or not, in one
+//! piece or merged from shards. (The same program on the same machine: another compiler may round otherwise.)
+
+mod canonical;
+mod manifest;
+mod merge;
+
+pub use manifest::{Manifest, ManifestLaw};
+pub use merge::{Merged, merge};
+
+use super::campaign::{Recorded, Sink};
+use super::law::Law;
+use super::plan::Done;
+use super::record::Record;
+use super::summary::Summary;
+use serde::{Deserialize, Serialize};
+use std::collections::BTreeMap;
+use std::fs::{self, File, OpenOptions, TryLockError};
+use std::io::{self, BufRead, BufReader, Read, Seek, SeekFrom, Write};
+use std::path::{Path, PathBuf};
+use std::sync::{Mutex, PoisonError};
+
+/// The manifest's file.
+pub const MANIFEST: &str = "campaign.json";
+/// The records' file.
+pub const RESULTS: &str = "results.jsonl";
+/// The file of times.
+pub const TIMINGS: &str = "timings.jsonl";
+/// The directory of shrunk cases.
+pub const FAILURES: &str = "failures";
+
+/// The time that the check of one case took.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Timing {
+    /// Name of the law.
+    pub law: String,
+    /// Index of the case.
+    pub index: usize,
+    /// Seconds of one thread.
+    pub seconds: f64,
+}
+
+/// Why a campaign's directory cannot be used.
+#[derive(Debug, thiserror::Error)]
+pub enum StoreError {
+    /// The system's answer.
+    #[error("{}: {error}", path.display())]
+    Io {
+        /// The file or directory.
+        path: PathBuf,
+        /// What went wrong.
+        error: io::Error,
+    },
+    /// A new campaign where there is one.
+    #[error("{}: holds a campaign already", path.display())]
+    Occupied {
+        /// The directory.
+        path: PathBuf,
+    },
+    /// No manifest.
+    #[error("{}: holds no campaign ({MANIFEST} is missing)", path.display())]
+    NoCampaign {
+        /// The directory.
+        path: PathBuf,
+    },
+    /// Another process writes there.
+    #[error("{}: another run is writing there", path.display())]
+    InUse {
+        /// The directory.
+        path: PathBuf,
+    },
+    /// Not the campaign that it should be.
+    #[error("{}: another campaign: {}", path.display(), differences.join("; "))]
+    Differs {
+        /// The directory.
+        path: PathBuf,
+        /// What is different, each as `NAME is X there, Y here`.
+        differences: Vec<String>,
+    },
+    /// A file that a campaign cannot have written.
+    #[error("{}: line {line}: {reason}", path.display())]
+    Damaged {
+        /// The file.
+        path: PathBuf,
+        /// The line, from 1.
+        line: usize,
+        /// What is wrong with it.
+        reason: String,
+    },
+    /// Shards that do not make a whole.
+    #[error("{reason}")]
+    Shards {
+        /// Which are missing, or there twice.
+        reason: String,
+    },
+    /// A shard that is not finished.
+    #[error("{}: {missing} cases are missing, the first is case {index} of {law}", path.display())]
+    Incomplete {
+        /// The directory.
+        path: PathBuf,
+        /// How many cases.
+        missing: usize,
+        /// The law of the first.
+        law: String,
+        /// Its index.
+        index: usize,
+    },
+}
+
+impl StoreError {
+    fn io(path: &Path) -> impl Fn(io::Error) -> Self {
+        |error| Self::Io { path: path.to_owned(), error }
+    }
+}
+
+/// A campaign's directory, held by this process until it is dropped.
+#[derive(Debug)]
+pub struct Store {
+    path: PathBuf,
+    manifest: Manifest,
+    /// The manifest's file, locked.
+    _lock: File,
+}
+
+impl Store {
+    /// A new campaign; the directory is made where it is missing.
+    ///
+    /// # Errors
+    /// Where there is a campaign already, or what the system says.
+    pub fn create(path: &Path, manifest: Manifest) -> Result<Self, StoreError> {
+        Self::start(path, manifest, false)
+    }
+
+    /// The campaign in the directory, to go on with it; a new one where there is none. Lines that were torn when it was
+    /// killed are cut off.
+    ///
+    /// # Errors
+    /// Where the campaign in it is another one, where another process is writing, or what the system says.
+    pub fn resume(path: &Path, manifest: Manifest) -> Result<Self, StoreError> {
+        Self::start(path, manifest, true)
+    }
+
+    fn start(path: &Path, manifest: Manifest, resume: bool) -> Result<Self, StoreError> {
+        fs::create_dir_all(path).map_err(StoreError::io(path))?;
+        let file = path.join(MANIFEST);
+        let new = !file.exists();
+        if new && [RESULTS, TIMINGS].iter().any(|name| path.join(name).exists()) {
+            return Err(StoreError::NoCampaign { path: path.to_owned() });
+        }
+        // Whoever locks the file first fills it: of two runs with one directory the other is refused.
+        let options = OpenOptions::new().read(true).write(true).create(true).truncate(false).clone();
+        let mut lock = options.open(&file).map_err(StoreError::io(&file))?;
+        try_lock(&lock, path)?;
+        let mut text = String::new();
+        lock.read_to_string(&mut text).map_err(StoreError::io(&file))?;
+        if text.is_empty() {
+            // New, or killed before a word was written.
+            lock.write_all(manifest.to_json().as_bytes()).map_err(StoreError::io(&file))?;
+        } else if !resume {
+            return Err(StoreError::Occupied { path: path.to_owned() });
+        } else {
+            let differences = Manifest::from_json(&text, &file)?.differences(&manifest);
+            if !differences.is_empty() {
+                return Err(StoreError::Differs { path: path.to_owned(), differences });
+            }
+            for name in [RESULTS, TIMINGS] {
+                cut_torn_line(&path.join(name))?;
+            }
+        }
+        Ok(Self { path: path.to_owned(), manifest, _lock: lock })
+    }
+
+    /// The campaign in the directory as it is.
+    ///
+    /// # Errors
+    /// Where there is none, where another process is writing, or what the system says.
+    pub fn open(path: &Path) -> Result<Self, StoreError> {
+        let manifest = Manifest::read(path)?;
+        let file = path.join(MANIFEST);
+        let lock = File::open(&file).map_err(StoreError::io(&file))?;
+        try_lock(&lock, path)?;
+        Ok(Self { path: path.to_owned(), manifest, _lock: lock })
+    }
+
+    /// The directory.
+    pub fn path(&self) -> &Path {
+        &self.path
+    }
+
+    /// What was asked.
+    pub fn manifest(&self) -> &Manifest {
+        &self.manifest
+    }
+
+    /// The directory of the shrunk cases; it need not exist.
+    pub fn failures(&self) -> PathBuf {
+        self.path.join(FAILURES)
+    }
+
+    /// Every record so far, in the order of the file. Each is a case of the manifest, and none comes twice.
+    ///
+    /// # Errors
+    /// At the first line that is not so.
+    pub fn each_record(&self, mut each: impl FnMut(usize, Record)) -> Result<Vec<Done>, StoreError> {
+        let path = self.path.join(RESULTS);
+        let positions = self.manifest.positions();
+        let shard = self.manifest.shard();
+        let mut done = vec![Done::new(shard); positions.len()];
+        each_line(&path, |line, text| {
+            let damaged = |reason: String| StoreError::Damaged { path: path.clone(), line, reason };
+            let record: Record = serde_json::from_slice(text).map_err(|error| damaged(error.to_string()))?;
+            let (law, index) = (&record.law, record.index);
+            let Some(&position) = positions.get(law.as_str()) else {
+                return Err(damaged(format!("the campaign has no law \"{law}\"")));
+            };
+            if self.manifest.laws[position].cases.is_some_and(|cases| index >= cases) || !shard.owns(index) {
+                return Err(damaged(format!("case {index} of {law} is none of this campaign")));
+            }
+            if !done[position].insert(index) {
+                return Err(damaged(format!("case {index} of {law} for the second time")));
+            }
+            each(position, record);
+            Ok(())
+        })?;
+        Ok(done)
+    }
+
+    /// What is known so far, for [`Campaign::resume`](super::Campaign::resume) with the same laws.
+    ///
+    /// # Errors
+    /// Where the laws are not those of the manifest, or at the first line that a campaign cannot have written.
+    pub fn recorded<C>(&self, laws: &[&dyn Law<C>]) -> Result<Recorded<C>, StoreError> {
+        let names: Vec<&str> = laws.iter().map(|law| law.name()).collect();
+        if !self.manifest.laws.iter().map(|law| law.name.as_str()).eq(names.iter().copied()) {
+            let differences = vec![format!("the laws here are {}", names.join(", "))];
+            return Err(StoreError::Differs { path: self.path.clone(), differences });
+        }
+        let mut summaries: Vec<_> = laws.iter().map(|law| Summary::new(law.name(), law.cost())).collect();
+        let done = self.each_record(|law, record| summaries[law].record(&record, 0.0))?;
+        let positions = self.manifest.positions();
+        let path = self.path.join(TIMINGS);
+        each_line(&path, |line, text| {
+            let damaged = |reason: String| StoreError::Damaged { path: path.clone(), line, reason };
+            let timing: Timing = serde_json::from_slice(text).map_err(|error| damaged(error.to_string()))?;
+            let law = positions.get(timing.law.as_str());
+            let law = *law.ok_or_else(|| damaged(format!("the campaign has no law \"{}\"", timing.law)))?;
+            summaries[law].seconds += timing.seconds;
+            Ok(())
+        })?;
+        Ok(Recorded { done, laws: summaries })
+    }
+
+    /// Appends to the campaign.
+    ///
+    /// # Errors
+    /// What the system says.
+    pub fn writer(&self) -> Result<Writer, StoreError> {
+        let open = |name: &str| {
+            let path = self.path.join(name);
+            let file = OpenOptions::new().append(true).create(true).open(&path).map_err(StoreError::io(&path))?;
+            Ok(Output { path, file })
+        };
+        let outputs = Outputs { results: open(RESULTS)?, timings: open(TIMINGS)?, error: None };
+        Ok(Writer { outputs: Mutex::new(outputs) })
+    }
+
+    /// Puts the records and the times into canonical order, each file by one atomic replacement.
+    ///
+    /// # Errors
+    /// Lines that are no records of the campaign, or what the system says.
+    pub fn sort(&self) -> Result<(), StoreError> {
+        let positions = self.manifest.positions();
+        for (name, repeats) in [(RESULTS, canonical::Repeats::Refused), (TIMINGS, canonical::Repeats::LastCounts)] {
+            let path = self.path.join(name);
+            if path.exists() {
+                canonical::write(std::slice::from_ref(&path), &positions, repeats, &path)?;
+            }
+        }
+        Ok(())
+    }
+}
+
+fn try_lock(file: &File, path: &Path) -> Result<(), StoreError> {
+    match file.try_lock() {
+        Err(TryLockError::WouldBlock) => Err(StoreError::InUse { path: path.to_owned() }),
+        // Some network file systems know no locks: there nobody is kept out.
+        Ok(()) | Err(TryLockError::Error(_)) => Ok(()),
+    }
+}
+
+/// Every line with its number from 1; none where there is no file. A last line that does not end is one too.
+fn each_line(path: &Path, mut each: impl FnMut(usize, &[u8]) -> Result<(), StoreError>) -> Result<(), StoreError> {
+    let file = match File::open(path) {
+        Err(error) if error.kind() == io::ErrorKind::NotFound => return Ok(()),
+        file => file.map_err(StoreError::io(path))?,
+    };
+    let (mut reader, mut text, mut line) = (BufReader::with_capacity(1 << 16, file), Vec::new(), 0);
+    loop {
+        text.clear();
+        if reader.read_until(b'\n', &mut text).map_err(StoreError::io(path))? == 0 {
+            return Ok(());
+        }
+        line += 1;
+        let Some(text) = text.strip_suffix(b"\n") else {
+            let reason = "it does not end: a run was killed there, --resume goes on".to_owned();
+            return Err(StoreError::Damaged { path: path.to_owned(), line, reason });
+        };
+        each(line, text)?;
+    }
+}
+
+/// Cuts off what follows the last line's end. A line is written with its end at once, so that is what a kill may leave.
+fn cut_torn_line(path: &Path) -> Result<(), StoreError> {
+    let mut file = match OpenOptions::new().read(true).write(true).open(path) {
+        Err(error) if error.kind() == io::ErrorKind::NotFound => return Ok(()),
+        file => file.map_err(StoreError::io(path))?,
+    };
+    let kept = whole_lines(&mut file).map_err(StoreError::io(path))?;
+    file.set_len(kept).map_err(StoreError::io(path))
+}
+
+/// The length of the file up to the last line's end, found from behind.
+fn whole_lines(file: &mut File) -> io::Result<u64> {
+    let mut end = file.seek(SeekFrom::End(0))?;
+    let mut chunk = Vec::new();
+    while end > 0 {
+        let start = end.saturating_sub(1 << 16);
+        file.seek(SeekFrom::Start(start))?;
+        chunk.clear();
+        file.take(end - start).read_to_end(&mut chunk)?;
+        if let Some(at) = chunk.iter().rposition(|byte| *byte == b'\n') {
+            return Ok(start + at as u64 + 1);
+        }
+        end = start;
+    }
+    Ok(0)
+}
+
+struct Output {
+    path: PathBuf,
+    file: File,
+}
+
+impl Output {
+    fn append(&mut self, line: &[u8]) -> Result<(), StoreError> {
+        self.file.write_all(line).map_err(StoreError::io(&self.path))
+    }
+}
+
+struct Outputs {
+    results: Output,
+    timings: Output,
+    error: Option<StoreError>,
+}
+
+/// Appends records, each in one piece; the first failure is kept and ends the campaign.
+pub struct Writer {
+    outputs: Mutex<Outputs>,
+}
+
+impl Writer {
+    /// Waits until everything is on the disk.
+    ///
+    /// # Errors
+    /// The first that was met, while writing or now.
+    pub fn finish(self) -> Result<(), StoreError> {
+        let Outputs { results, timings, error } = self.outputs.into_inner().unwrap_or_else(PoisonError::into_inner);
+        error.map_or(Ok(()), Err)?;
+        [results, timings].iter().try_for_each(|output| output.file.sync_all().map_err(StoreError::io(&output.path)))
+    }
+}
+
+impl Sink for Writer {
+    fn record(&self, record: &Record, seconds: Option<f64>) -> bool {
+        // The lines are made before the lock is taken. A record of texts and numbers serialises.
+        let line = json_line(record);
+        let time = seconds.map(|seconds| json_line(&Timing { law: record.law.clone(), index: record.index, seconds }));
+        let mut outputs = self.outputs.lock().unwrap_or_else(PoisonError::into_inner);
+        if outputs.error.is_some() {
+            return false;
+        }
+        // The time second: without it a record still counts.
+        let written = outputs.results.append(&line);
+        let written = written.and_then(|()| time.map_or(Ok(()), |time| outputs.timings.append(&time)));
+        outputs.error = written.err();
+        outputs.error.is_none()
+    }
+}
+
+fn json_line(value: &impl Serialize) -> Vec<u8> {
+    let mut line = serde_json::to_vec(value).unwrap_or_default();
+    line.push(b'\n');
+    line
+}
+
+type Positions<'a> = BTreeMap<&'a str, usize>;

@@ -1,0 +1,380 @@
+//! A saved case under its law again: the verdict, what was measured at each precision, and all of it as text.
+//!
+//! A [`Replay`] is the record of a failure. [`Replayed`] judges it; records kept in a directory are replayed by [`replay_all`],
+//! and a directory of them is a list of regressions: a case that once broke a law must not break it again, and a case on which a
+//! planted fault was caught must still show it.
+
+use super::trial::{Digits, Judged};
+use super::{CaseLaw, all, named};
+use crate::harness::convergence::{Estimate, Kind};
+use crate::harness::evidence::{Evidence, Wanted, gather_with};
+use crate::harness::{Fault, Law, Shrunk, Verdict, shrink_from, verdict_on};
+use crate::scalar::{Dd, Qd, Scalar};
+use crate::system::{Case, CaseError, Replay, snippet};
+use crate::tableau::variational_order;
+use rayon::prelude::*;
+use std::path::{Path, PathBuf};
+use std::{fmt, fs, io};
+
+/// Where records are kept, in a checkout of this crate.
+pub const REGRESSIONS: &str = "snapshots/regressions";
+
+/// Why a record cannot be replayed.
+#[derive(Clone, Debug, PartialEq, thiserror::Error)]
+pub enum ReplayError {
+    /// It is malformed, or its case cannot be built.
+    #[error("{0}")]
+    Case(CaseError),
+    /// There is no such law.
+    #[error("law: is \"{found}\"; allowed: {allowed}")]
+    Law {
+        /// The name in the record.
+        found: String,
+        /// The laws.
+        allowed: String,
+    },
+    /// The law knows no such fault.
+    #[error("fault: is \"{found}\"; allowed for {law}: {allowed}")]
+    Fault {
+        /// The name in the record.
+        found: String,
+        /// The law.
+        law: &'static str,
+        /// The faults that it knows.
+        allowed: String,
+    },
+}
+
+/// A record, judged.
+#[derive(Clone)]
+pub struct Replayed {
+    /// The law.
+    pub law: &'static CaseLaw,
+    /// The fault that was planted.
+    pub fault: Option<&'static Fault>,
+    /// The record.
+    pub replay: Replay,
+    /// The verdict.
+    pub verdict: Verdict,
+    /// What was measured; at two precisions where the law is an identity.
+    pub evidence: Vec<Evidence>,
+}
+
+/// The law and the fault that a record names.
+fn parts(replay: &Replay) -> Result<(&'static CaseLaw, Option<&'static Fault>), ReplayError> {
+    let law = named(&replay.law).ok_or_else(|| {
+        let allowed = all().iter().map(|law| law.name).collect::<Vec<_>>().join(", ");
+        ReplayError::Law { found: replay.law.clone(), allowed }
+    })?;
+    let fault = replay.fault.as_deref().map(|found| {
+        law.fault(found).ok_or_else(|| {
+            let names: Vec<_> = law.faults.iter().map(|fault| fault.name).collect();
+            let allowed = if names.is_empty() { "none".into() } else { names.join(", ") };
+            ReplayError::Fault { found: found.into(), law: law.name, allowed }
+        })
+    });
+    Ok((law, fault.transpose()?))
+}
+
+impl Replayed {
+    /// The record in a JSON text, judged.
+    ///
+    /// # Errors
+    /// A text that is no record, a case that cannot be built, an unknown law or fault.
+    pub fn from_json(text: &str, wanted: Wanted) -> Result<Self, ReplayError> {
+        Self::of(Replay::from_json(text).map_err(ReplayError::Case)?, wanted)
+    }
+
+    /// The record, judged in the arithmetics that are wanted; with [`Wanted::Only`] by that one alone.
+    ///
+    /// # Errors
+    /// An unknown law or fault.
+    pub fn of(replay: Replay, wanted: Wanted) -> Result<Self, ReplayError> {
+        let (law, fault) = parts(&replay)?;
+        let (verdict, evidence) = judged(law, fault, &replay.case, wanted);
+        Ok(Self { law, fault, replay, verdict, evidence })
+    }
+
+    /// The same law on the simplest case that still breaks it, found with at most `checks` checks; `None` where it holds on
+    /// this one. Of the record nothing changes but the case.
+    pub fn shrunk(&self, wanted: Wanted, checks: usize) -> Option<(Self, Shrunk<Case>)> {
+        let subject = Asked { law: self.law, wanted };
+        let shrunk = shrink_from(&subject, self.fault, &self.replay.case, checks)?;
+        let replay = Replay { case: shrunk.case.clone(), ..self.replay.clone() };
+        Some((Self::of(replay, wanted).ok()?, shrunk))
+    }
+
+    /// Whether a kept record is as it should be: the law not broken, or broken where a fault is planted.
+    pub fn passes(&self) -> bool {
+        self.verdict.is_broken() == self.fault.is_some()
+    }
+
+    /// What there is to say but for the case itself: names and texts.
+    pub fn rows(&self) -> Vec<(&'static str, String)> {
+        let law = self.law;
+        let mut rows = vec![("law", format!("{}: {}", law.name, law.statement)), ("source", law.source.to_owned())];
+        rows.extend(self.fault.map(|fault| ("planted", format!("{}: {}", fault.name, fault.what))));
+        rows.extend(self.measured());
+        rows.push(("case", format!("from case {} of seed {}", self.replay.index, self.replay.seed)));
+        rows
+    }
+
+    /// The verdict and what was measured: names and texts.
+    pub fn measured(&self) -> Vec<(&'static str, String)> {
+        let mut rows = verdict_rows(&self.verdict);
+        rows.extend(self.evidence.iter().map(evidence_row));
+        rows
+    }
+}
+
+/// The whole of it: what was judged and measured, the case, and a program that shows it.
+impl fmt::Display for Replayed {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        for (name, text) in self.rows() {
+            writeln!(f, "{name:<11}{text}")?;
+        }
+        let case = self.replay.case.to_string();
+        write!(f, "{}\n\n{}", indented(&case), snippet(&self.replay))
+    }
+}
+
+/// `text` with every line two columns in.
+pub fn indented(text: &str) -> String {
+    text.lines().map(|line| format!("  {line}")).collect::<Vec<_>>().join("\n")
+}
+
+/// What a verdict says, as named lines.
+pub fn verdict_rows(verdict: &Verdict) -> Vec<(&'static str, String)> {
+    let numbers = |word: &str, defect: f64, bound: f64| {
+        let ratio = verdict.ratio().unwrap_or(f64::INFINITY);
+        ("verdict", format!("{word}: defect {defect:.3e}, bound {bound:.3e}, ratio {ratio:.2e}"))
+    };
+    match verdict {
+        Verdict::Holds { defect, bound } => vec![numbers("holds", *defect, *bound)],
+        Verdict::Broken { defect, bound, witness } => {
+            vec![numbers("broken", *defect, *bound), ("witness", witness.clone())]
+        }
+        Verdict::Inconclusive { why } => vec![("verdict", format!("inconclusive: {why}"))],
+        Verdict::NotApplicable { why } => vec![("verdict", format!("not applicable: {why}"))],
+    }
+}
+
+/// The unit round-off of the arithmetic with so many digits.
+fn unit(digits: u32) -> f64 {
+    match digits {
+        16 => f64::unit_roundoff(),
+        32 => Dd::unit_roundoff().to_f64(),
+        _ => Qd::unit_roundoff().to_f64(),
+    }
+}
+
+/// What was measured, as a named line.
+fn evidence_row(evidence: &Evidence) -> (&'static str, String) {
+    let name = match evidence.digits() {
+        16 => "16 digits",
+        32 => "32 digits",
+        _ => "64 digits",
+    };
+    let text = match evidence {
+        Evidence::Defect { digits, defect, bound, .. } => {
+            let (u, above) = (unit(*digits), if defect > bound { "ABOVE" } else { "within" });
+            format!("defect {defect:.3e} u, {above} the bound {bound:.3e} u (u = {u:.1e}: {:.1e} relative)", defect * u)
+        }
+        Evidence::Levels { quantity, levels, kinds, estimate, expected, .. } => {
+            let slope = match estimate {
+                Estimate::Slope { value, low, high, .. } => format!("slope {value:.3} in [{low:.3}, {high:.3}]"),
+                Estimate::Inconclusive { why, .. } => format!("no slope ({why})"),
+            };
+            let predicted = expected.map(|order| format!(", predicted {order}")).unwrap_or_default();
+            let count = |kind: Kind| kinds.iter().filter(|k| **k == kind).count();
+            let coarsest = levels.iter().map(|level| level.h).fold(0.0, f64::max);
+            let finest = levels.iter().map(|level| level.h).fold(f64::INFINITY, f64::min);
+            format!(
+                "{quantity}: {slope}{predicted}; steps {coarsest:.1e} to {finest:.1e}: {} before the line, {} on it, {} noise",
+                count(Kind::PreAsymptotic),
+                count(Kind::Asymptotic),
+                count(Kind::Noise),
+            )
+        }
+    };
+    (name, text)
+}
+
+/// The verdict of `law` in the arithmetics that are wanted, and what was measured.
+pub fn judged(law: &CaseLaw, fault: Option<&'static Fault>, case: &Case, wanted: Wanted) -> (Verdict, Vec<Evidence>) {
+    let (verdict, evidence) = gather_with(wanted, || verdict_on(law, case, fault));
+    let Wanted::Only(digits) = wanted else { return (verdict, evidence) };
+    let other = evidence.iter().map(Evidence::digits).find(|measured| *measured != digits);
+    match other {
+        Some(measured) => elsewhere(law, fault, case, digits, measured),
+        None => (verdict, evidence),
+    }
+}
+
+/// The laws that a trial of the case's tableau judges as well, and whether a higher order will do.
+const TRIED: [&str; 2] = ["order-momentum-attitude", "order-predicted"];
+
+/// The verdict in digits in which the law itself is not measured: of an order, by a trial over 8 steps.
+fn elsewhere(
+    law: &CaseLaw,
+    fault: Option<&Fault>,
+    case: &Case,
+    digits: u32,
+    measured: u32,
+) -> (Verdict, Vec<Evidence>) {
+    let arithmetic = match digits {
+        16 => Some(Digits::Sixteen),
+        32 => Some(Digits::ThirtyTwo),
+        64 => Some(Digits::SixtyFour),
+        _ => None,
+    };
+    let (Some(arithmetic), true, None) = (arithmetic, TRIED.contains(&law.name), fault) else {
+        return (Verdict::inconclusive(format!("this law is measured in {measured} digits alone")), Vec::new());
+    };
+    let tried = || -> Result<(Verdict, Vec<Evidence>), String> {
+        let tableau = case.method.tableau.build::<Dd>().map_err(|error| error.to_string())?;
+        let order = variational_order(&tableau, 10).order as u32;
+        let horizon = 8.0 * case.step.eval::<f64>().map_err(|error| error.to_string())?;
+        let judged = Judged::of(case, arithmetic, horizon, order, false).map_err(|error| error.to_string())?;
+        let (over, down) = (&judged.trial.horizon, &judged.trial.descent);
+        let mut evidence = over.evidence(order, digits, ", over the horizon");
+        evidence.extend(down.evidence(order, digits, ", with steps that shrink"));
+        Ok((judged.verdict, evidence))
+    };
+    tried().unwrap_or_else(|why| (Verdict::broken(why), Vec::new()))
+}
+
+/// A law that is asked for certain arithmetics alone, so that shrinking goes by them too.
+struct Asked {
+    law: &'static CaseLaw,
+    wanted: Wanted,
+}
+
+impl Law<Case> for Asked {
+    fn name(&self) -> &'static str {
+        self.law.name
+    }
+
+    fn statement(&self) -> &'static str {
+        self.law.statement
+    }
+
+    fn source(&self) -> &'static str {
+        self.law.source
+    }
+
+    fn oracle(&self) -> &'static str {
+        self.law.oracle
+    }
+
+    fn bound_note(&self) -> &'static str {
+        self.law.bound
+    }
+
+    fn cost(&self) -> crate::harness::Cost {
+        self.law.cost
+    }
+
+    fn faults(&self) -> &'static [Fault] {
+        self.law.faults
+    }
+
+    fn cases(&self) -> crate::harness::BoxedStrategy<Case> {
+        self.law.cases()
+    }
+
+    fn check(&self, case: &Case, fault: Option<&Fault>) -> Verdict {
+        match self.wanted {
+            Wanted::Only(_) => {
+                let fault = fault.and_then(|fault| self.law.fault(fault.name));
+                judged(self.law, fault, case, self.wanted).0
+            }
+            _ => self.law.check(case, fault),
+        }
+    }
+
+    fn simpler(&self, case: &Case, visit: &mut dyn FnMut(Case) -> bool) {
+        self.law.simpler(case, visit);
+    }
+}
+
+/// The name of a record's file: law, planted fault, seed, index.
+pub fn file_name(replay: &Replay) -> String {
+    let fault = replay.fault.as_ref().map(|fault| format!("-{fault}")).unwrap_or_default();
+    format!("{}{fault}-seed{}-case{}.json", replay.law, replay.seed, replay.index)
+}
+
+/// Writes the record into `directory`, which is made if it is not there; the path of the file.
+///
+/// # Errors
+/// Those of the file system.
+pub fn save(directory: &Path, replay: &Replay) -> io::Result<PathBuf> {
+    let text = replay.to_json().map_err(|error| io::Error::new(io::ErrorKind::InvalidData, error))?;
+    if !directory.as_os_str().is_empty() {
+        fs::create_dir_all(directory)?;
+    }
+    let path = directory.join(file_name(replay));
+    fs::write(&path, text + "\n")?;
+    Ok(path)
+}
+
+/// A record that is kept, replayed.
+pub struct Kept {
+    /// Its file.
+    pub path: PathBuf,
+    /// What it shows now; the reason where it cannot be read.
+    pub outcome: Result<Replayed, String>,
+}
+
+impl Kept {
+    /// Whether it can be read and is as it should be, see [`Replayed::passes`].
+    pub fn passes(&self) -> bool {
+        self.outcome.as_ref().is_ok_and(Replayed::passes)
+    }
+}
+
+/// The file, and all that there is to say of what is in it.
+impl fmt::Display for Kept {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        writeln!(f, "{}", self.path.display())?;
+        match &self.outcome {
+            Ok(replayed) if replayed.fault.is_some() && !replayed.passes() => {
+                write!(f, "the planted fault is no longer caught\n{replayed}")
+            }
+            Ok(replayed) => write!(f, "{replayed}"),
+            Err(reason) => writeln!(f, "{reason}"),
+        }
+    }
+}
+
+/// Replays the records (`*.json`) in `directory` whose law `wanted` names, in the order of their names, on the threads of the
+/// rayon pool; none where there is no such directory.
+///
+/// # Errors
+/// A directory that cannot be listed. A record that cannot be read is an outcome.
+pub fn replay_all(directory: &Path, wanted: impl Fn(&str) -> bool + Sync) -> io::Result<Vec<Kept>> {
+    if !directory.is_dir() {
+        return Ok(Vec::new());
+    }
+    let mut paths = Vec::new();
+    for entry in fs::read_dir(directory)? {
+        let path = entry?.path();
+        if path.extension().is_some_and(|extension| extension == "json") {
+            paths.push(path);
+        }
+    }
+    paths.sort();
+    let read = |path: &Path| -> Result<Replay, String> {
+        let text = fs::read_to_string(path).map_err(|error| error.to_string())?;
+        Replay::from_json(&text).map_err(|error| error.to_string())
+    };
+    let replayed = |path: PathBuf| {
+        let replay = read(&path);
+        if replay.as_ref().is_ok_and(|replay| named(&replay.law).is_some() && !wanted(&replay.law)) {
+            return None;
+        }
+        let judged = |replay| Replayed::of(replay, Wanted::AsJudged).map_err(|error| error.to_string());
+        Some(Kept { path, outcome: replay.and_then(judged) })
+    };
+    Ok(paths.into_par_iter().with_max_len(1).filter_map(replayed).collect())
+}
