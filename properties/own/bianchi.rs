@@ -169,13 +169,13 @@ impl<S: Scalar, const WRONG: bool> TangentPoint<S, 3> for SplitPoint<S, WRONG> {
     }
 }
 
-/// The same τ and no more. Wrong: all of the translation first, so that τ(−x) is not τ(x)⁻¹.
-pub struct SplitMap<const WRONG: bool = false>;
+/// The same τ and no more.
+pub struct SplitMap;
 
-impl<T: Real, const WRONG: bool> Map<T, 3, 3> for SplitMap<WRONG> {
+impl<T: Real> Map<T, 3, 3> for SplitMap {
     fn map<S: Scalar<Base = T>>(&self, x: &Vector<S, 3>) -> Option<Matrix<S, 3>> {
-        let (a, p) = (turned(x[2]), Vector2::new(x[0], x[1]));
-        Some(affine(&a, &if WRONG { p } else { (p + a * p) * S::half() }))
+        let (a, p) = (turned(x[2]), Vector2::new(x[0], x[1]) * S::half());
+        Some(affine(&a, &(p + a * p)))
     }
 }
 
