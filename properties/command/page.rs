@@ -1,10 +1,7 @@
 //! Properties of `report`: the page of a campaign.
 
 use super::{FAULT, LAW, code, directory, run, stderr, stdout};
-use euler_poincare::harness::draw;
 use euler_poincare::laws;
-use euler_poincare::system::{FAMILIES, cases, labels};
-use proptest::strategy::Strategy;
 use std::collections::BTreeSet;
 use std::fs;
 use std::io::Write;
@@ -137,6 +134,7 @@ fn a_broken_case_is_shown_with_its_numbers_and_how_to_see_it_again() {
     let file = format!("failures/{}.json", command.split_once(".json").unwrap().0);
     let replayed = run(&here.join("campaign"), &["replay", &file]);
     assert_eq!(code(&replayed), 1, "{}", stderr(&replayed));
+    assert!(text.contains("As a program") && text.contains("use euler_poincare::system::Case;"));
     // One row for each arithmetic.
     let details = page.split_once("<details class=\"failure\">").unwrap().1;
     let rows = |digits: &str| details.matches(&format!("<th scope=\"row\">{digits}</th>")).count();
@@ -276,18 +274,6 @@ fn a_large_campaign_makes_a_small_page() {
     let page = page(&here);
     sound(&page);
     assert!(page.len() < 100_000, "{} bytes", page.len());
-}
-
-#[test]
-fn families_are_those_that_are_drawn() {
-    let strategy = cases().boxed();
-    let drawn = (0..3000).filter_map(|index| draw(&strategy, 1, "families", index).case.ok());
-    let drawn: BTreeSet<(&str, String)> = drawn.flat_map(|(case, _)| labels(&case)).collect();
-    let known: BTreeSet<(&str, String)> = FAMILIES
-        .iter()
-        .flat_map(|(category, labels)| labels.iter().map(move |label| (*category, (*label).to_owned())))
-        .collect();
-    assert_eq!(drawn, known);
 }
 
 /// Chromium's document after its scripts, if it is there and answers.

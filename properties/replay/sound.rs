@@ -28,7 +28,6 @@ retraction = "cayley"
 [state]
 momentum = [1, 0, "-1/2"]
 attitude = ["1/2", 0, 0]
-time = 0
 
 [run]
 step = "1/8"

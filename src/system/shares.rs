@@ -61,9 +61,9 @@ pub const SHARES: &[Share] = &[
     Share::exact("retraction", "cayley", 44.0),
     Share::exact("retraction", "exp", 56.0),
     Share::exact("angle", "none", 56.0),
-    Share::within("angle", "tiny", 6.4, 7.4),
-    Share::within("angle", "moderate", 28.0, 33.0),
-    Share::within("angle", "near-pi", 4.5, 8.5),
+    Share::within("angle", "tiny", 6.3, 7.3),
+    Share::within("angle", "moderate", 30.6, 31.6),
+    Share::within("angle", "near-pi", 5.4, 6.4),
     Share::exact("force", "none", 25.0),
     // Some forces vanish on abelian algebras: they are never the only one there.
     Share::within("force", "double-bracket", 22.7, 23.7),

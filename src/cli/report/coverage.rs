@@ -4,24 +4,21 @@ use super::files::Found;
 use super::numbers::*;
 use super::page::{self, Column::*, gauge, header, scrolling};
 use super::tally::{Count, Coverage, Tally};
-use euler_poincare::system::FAMILIES;
+use euler_poincare::system::shares::SHARES;
 use maud::{Markup, html};
 use std::collections::BTreeSet;
 use std::iter;
 
 /// The labels of each category: those that there should be, then those that there are besides.
 fn families(found: &Found) -> Vec<(String, Vec<String>)> {
-    let mut families: Vec<(String, Vec<String>)> = FAMILIES
-        .iter()
-        .map(|(category, labels)| ((*category).to_owned(), labels.iter().map(|label| (*label).to_owned()).collect()))
-        .collect();
-    let seen: BTreeSet<(&str, &str)> = found
+    let mut families: Vec<(String, Vec<String>)> = Vec::new();
+    let declared = SHARES.iter().map(|share| (share.category, share.label));
+    let seen = found
         .tallies
         .iter()
         .flat_map(|tally| &tally.coverage)
-        .flat_map(|(category, labels)| labels.keys().map(move |label| (category.as_str(), label.as_str())))
-        .collect();
-    for (category, label) in seen {
+        .flat_map(|(category, labels)| labels.keys().map(move |label| (category.as_str(), label.as_str())));
+    for (category, label) in declared.chain(seen.collect::<BTreeSet<_>>()) {
         match families.iter_mut().find(|(name, _)| name == category) {
             Some((_, labels)) if labels.iter().any(|known| known == label) => {}
             Some((_, labels)) => labels.push(label.to_owned()),

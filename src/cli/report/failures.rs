@@ -7,6 +7,7 @@ use super::page::{self, Column::*, header, scrolling};
 use super::tally::Tally;
 use euler_poincare::harness::Verdict;
 use euler_poincare::harness::evidence::Evidence;
+use euler_poincare::system::snippet;
 use maud::{Markup, html};
 
 /// The section.
@@ -93,6 +94,8 @@ fn failing_case(failing: &Failing<'_>) -> Markup {
             pre { (replay.case) }
             h4 { "Run it again, in the campaign's directory" }
             pre { "euler-poincare replay " (failing.file) }
+            h4 { "As a program" }
+            pre { (snippet(replay)) }
         }
     }
 }

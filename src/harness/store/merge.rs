@@ -30,6 +30,11 @@ pub struct Merged {
 /// Where shards are missing, there twice, not finished, or of different campaigns; where `out` holds a campaign; at lines
 /// that a campaign cannot have written; and what the system says. Nothing is written but after all this is known.
 pub fn merge(parts: &[PathBuf], out: &Path) -> Result<Merged, StoreError> {
+    for (at, path) in parts.iter().enumerate() {
+        if parts[..at].iter().any(|other| same(path, other)) {
+            return Err(StoreError::Shards { reason: format!("{}: is given twice", path.display()) });
+        }
+    }
     let stores: Vec<Store> = parts.iter().map(|path| Store::open(path)).collect::<Result<_, _>>()?;
     let manifest = whole(&stores)?;
     let (mut records, mut broken) = (0, BTreeMap::<String, usize>::new());
@@ -62,6 +67,11 @@ pub fn merge(parts: &[PathBuf], out: &Path) -> Result<Merged, StoreError> {
         }
     }
     Ok(Merged { store: merged, records, broken, unshrunk })
+}
+
+/// Whether two paths are one directory.
+fn same(a: &Path, b: &Path) -> bool {
+    a == b || matches!((a.canonicalize(), b.canonicalize()), (Ok(a), Ok(b)) if a == b)
 }
 
 /// The manifest of the whole, where the shards are exactly its shards.
