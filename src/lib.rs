@@ -75,7 +75,8 @@
 //! | `experiments` | the paper's numerical experiments |
 //! | `harness` | laws, verdicts, campaigns, order estimates; knows no Lie theory |
 //! | `system`, `study` | the case as a plain value; convergence studies, of any one-step method |
-//! | `laws` | what is promised, with planted faults |
+//! | `laws` | what is promised, with planted faults; laws of any one-step method |
+//! | `foreign` | steppers that are other programs, over standard input and output |
 //!
 //! # Features
 //!
@@ -85,6 +86,8 @@ pub mod algebra;
 pub mod discrete;
 #[cfg(feature = "harness")]
 pub mod experiments;
+#[cfg(feature = "harness")]
+pub mod foreign;
 pub mod group;
 pub mod groupoid;
 #[cfg(feature = "harness")]

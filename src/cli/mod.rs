@@ -10,6 +10,7 @@ pub mod merge;
 pub mod order;
 pub mod paper;
 mod plot;
+pub mod probe;
 mod program;
 mod progress;
 pub mod replay;
@@ -42,7 +43,7 @@ Exit codes:
   0  success
   1  a law is broken, an order is refuted, or a computation came to no result
   2  bad usage or a bad file
-  3  replay, order: no verdict
+  3  replay, order, probe: no verdict
   130  verify: interrupted; what was learnt so far is printed";
 
 #[derive(Subcommand)]
@@ -57,6 +58,8 @@ enum Command {
     Report(report::Arguments),
     /// List the laws: statement, source, oracle, planted faults
     Laws(laws::Arguments),
+    /// Check the laws of methods on a stepper that is another program
+    Probe(probe::Arguments),
     /// The orders of a tableau: declared, computed from its coefficients, measured
     Order(order::Arguments),
     /// Reproduce the tables and figures of the paper
@@ -74,6 +77,7 @@ impl CommandLine {
             Command::Replay(arguments) => replay::run(arguments),
             Command::Report(arguments) => report::run(arguments),
             Command::Laws(arguments) => laws::run(arguments),
+            Command::Probe(arguments) => probe::run(arguments),
             Command::Order(arguments) => order::run(arguments),
             Command::Paper(arguments) => paper::run(arguments),
             Command::Integrate(arguments) => integrate::run(arguments),

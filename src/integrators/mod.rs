@@ -133,6 +133,26 @@ pub enum StepError {
         /// `"h"`, `"the momentum"`, `"the attitude"`, `"the time"`, `"the force"`.
         what: &'static str,
     },
+    /// A method outside this crate says that it does not apply to the system or the state.
+    #[error("unsupported: {why}")]
+    Unsupported {
+        /// Its reason.
+        why: String,
+    },
+    /// A method outside this crate says that it could not take the step.
+    #[error("the method refused a step of h = {step}: {why}")]
+    Refused {
+        /// The step asked for.
+        step: f64,
+        /// Its reason.
+        why: String,
+    },
+    /// What a method outside this crate answered is no state: it hung, died, or answered with something else.
+    #[error("{why}")]
+    NoAnswer {
+        /// What it did.
+        why: String,
+    },
 }
 
 /// A one-step method: the core trait; trajectories, order studies and laws are derived from it.

@@ -22,14 +22,14 @@ const BOUND: &str = "two precisions; floor 2⁶ m u relative to the terms, m the
 const FIELDS: &str = "random quadratic sections, the invariant fields and their derivatives on dual numbers through the \
                       structure maps of the groupoid";
 
-const LEFT_AT_SOURCE: Fault = Fault::new(
+pub(super) const LEFT_AT_SOURCE: Fault = Fault::new(
     "left-field-at-source",
     "X←(g) with the value of X at α(g) in the place of β(g)",
     "groupoids over more than a point",
 );
-const RIGHT_SIGN: Fault =
+pub(super) const RIGHT_SIGN: Fault =
     Fault::new("right-field-sign", "X→(g) = +T(R_g ι) X(α(g)), without the sign of (4.3)", "every groupoid");
-const NO_DERIVATIVES: Fault = Fault::new(
+pub(super) const NO_DERIVATIVES: Fault = Fault::new(
     "bracket-no-derivatives",
     "⟦X, Y⟧ without ρ(X)(Y) − ρ(Y)(X), as if sections were constant",
     "anchors other than 0",

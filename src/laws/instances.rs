@@ -41,10 +41,12 @@ pub enum Kind {
     Coadjoint,
     /// ℝᴰ⋊G by the linear action.
     Linear,
+    /// One that a user brings; not drawn.
+    Own,
 }
 
 impl Kind {
-    /// All of them.
+    /// All that are drawn.
     pub const ALL: [Self; 8] = [
         Self::Pair,
         Self::Point,
@@ -196,6 +198,7 @@ impl<T: Real> Material<T> {
                 let [x, ..] = points(probe, self.dimension());
                 acting(&action, x, &groups, fault, &mut excess)?
             }
+            Kind::Own => return None,
             Kind::Linear => {
                 let size = Fault::size_of(fault, ACTION_INVERTED.name);
                 let action = || Turned { action: Linear::new(group, group.matrix_size()), size };

@@ -180,7 +180,11 @@ pub(super) fn refused(error: &StepError) -> Measured {
         StepError::Fold { .. } => Measured::Inconclusive("the step is beyond a fold".into()),
         StepError::NotConverged { .. } => Measured::Inconclusive("the stage equations did not converge".into()),
         StepError::Legendre { .. } => Measured::Inconclusive("the Legendre transform could not be inverted".into()),
-        StepError::NotFinite { .. } | StepError::Stages { .. } => Measured::Broken(error.to_string()),
+        StepError::Unsupported { why } => Measured::NotApplicable(format!("unsupported: {why}")),
+        StepError::Refused { why, .. } => Measured::Inconclusive(format!("the method refused a step: {why}")),
+        StepError::NotFinite { .. } | StepError::Stages { .. } | StepError::NoAnswer { .. } => {
+            Measured::Broken(error.to_string())
+        }
     }
 }
 

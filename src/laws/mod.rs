@@ -15,6 +15,7 @@
 //! | [`order`], [`predicted`] | [`crate::integrators`], convergence |
 //! | [`munthe_kaas`] | [`crate::integrators::MuntheKaas`], one step |
 //! | [`variational_error`] | [`crate::discrete`] and [`crate::integrators`]: one order for three things |
+//! | [`method`] | any one-step method: of this crate, of its user, of another program |
 //! | [`replay`] | nothing: a saved case under its law again |
 //! | [`trial`] | nothing: the order of one tableau on one case, for the command |
 //! | [`planted`], [`subjects`] | nothing: the plain step and the continuous theory in which faults are planted |
@@ -33,9 +34,11 @@ pub mod integrators;
 pub mod legendre;
 pub mod lie_poisson;
 pub mod mechanics;
+pub mod method;
 pub mod munthe_kaas;
 pub mod orbits;
 pub mod order;
+pub mod own;
 pub mod planted;
 pub mod poisson;
 pub mod polynomial;
@@ -145,6 +148,7 @@ pub fn all() -> Vec<&'static CaseLaw> {
         munthe_kaas::laws(),
         predicted::laws(),
         variational_error::laws(),
+        method::library::laws(),
     ]
     .into_iter()
     .flatten()

@@ -80,7 +80,8 @@ fn both(double: Result<Measured, CaseError>, quad: impl FnOnce() -> Result<Measu
     }
 }
 
-fn compare(double: Measured, quad: Measured) -> Verdict {
+/// The verdict from an identity evaluated in `f64` and in 32 digits.
+pub(super) fn compare(double: Measured, quad: Measured) -> Verdict {
     use Measured::{Broken, Defect, Inconclusive, NotApplicable};
     match (double, quad) {
         (Broken(why), _) => Verdict::broken(format!("f64: {why}")),
@@ -177,7 +178,7 @@ fn only_in(digits: u32, measured: Result<Measured, CaseError>) -> Verdict {
 }
 
 /// The verdict from one precision: without another to compare with, the floor has the margin.
-fn alone(digits: u32, measured: Measured) -> Verdict {
+pub(super) fn alone(digits: u32, measured: Measured) -> Verdict {
     match measured {
         Measured::Broken(why) => Verdict::broken(why),
         Measured::NotApplicable(why) => Verdict::not_applicable(why),

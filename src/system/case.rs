@@ -42,6 +42,13 @@ pub enum Structure {
         /// The non-zero constants, one of each antisymmetric pair.
         constants: Vec<Constant>,
     },
+    /// An algebra and a group of somebody's own types ([`crate::laws::own`]), which the case does not describe.
+    Given {
+        /// n.
+        dimension: usize,
+        /// Whether all brackets vanish.
+        abelian: bool,
+    },
 }
 
 /// The algebra g, in its basis.
@@ -58,7 +65,7 @@ impl Algebra {
     pub fn dimension(&self) -> usize {
         match &self.structure {
             Structure::Named(entry) => entry.dimension(),
-            Structure::Constants { dimension, .. } => *dimension,
+            Structure::Constants { dimension, .. } | Structure::Given { dimension, .. } => *dimension,
         }
     }
 }
@@ -131,6 +138,8 @@ pub enum Force {
         /// φ.
         phase: Number,
     },
+    /// A force of somebody's own type ([`crate::laws::own`]), which the case does not describe.
+    Given,
 }
 
 /// Which retraction.
@@ -248,6 +257,7 @@ impl fmt::Display for Algebra {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         match &self.structure {
             Structure::Named(entry) => write!(f, "{entry}")?,
+            Structure::Given { dimension, .. } => write!(f, "given, of dimension {dimension}")?,
             Structure::Constants { dimension, constants } => {
                 write!(f, "dimension {dimension} with")?;
                 if constants.is_empty() {
@@ -289,6 +299,7 @@ impl fmt::Display for Force {
             Self::LinearDrag(Drag::Matrix(k)) | Self::QuadraticDrag(Drag::Matrix(k)) => write!(f, " K = {}", rows(k)),
             Self::Constant { value } => write!(f, " {}", list(value)),
             Self::Periodic { value, frequency, phase } => write!(f, " {} cos({frequency} t + {phase})", list(value)),
+            Self::Given => Ok(()),
         }
     }
 }
@@ -303,6 +314,7 @@ impl Force {
             Self::QuadraticDrag(_) => "quadratic-drag",
             Self::Constant { .. } => "constant",
             Self::Periodic { .. } => "periodic",
+            Self::Given => "given",
         }
     }
 
@@ -329,6 +341,8 @@ impl Force {
             }
             Self::LinearDrag(Drag::Matrix(rows)) | Self::QuadraticDrag(Drag::Matrix(rows)) => largest(&rows.concat()),
             Self::Constant { value } | Self::Periodic { value, .. } => largest(value),
+            // Its size is not known here.
+            Self::Given => 0.0,
         }
     }
 }

@@ -49,19 +49,21 @@ pub trait Visitor<T: Real> {
     type Output;
 
     /// Does it.
-    fn visit<const N: usize, const D: usize, R: Retraction<T, N, D>, L: Lagrangian<T, N>, F: Force<T, N>>(
-        self,
-        system: System<T, N, D, R, L, F>,
-    ) -> Self::Output;
+    fn visit<const N: usize, const D: usize, R, L, F>(self, system: System<T, N, D, R, L, F>) -> Self::Output
+    where
+        R: Retraction<T, N, D> + 'static,
+        L: Lagrangian<T, N> + 'static,
+        F: Force<T, N> + 'static;
 }
 
 /// What is done to the retraction of a system before it is handed on: laws put a spoilt one in its place.
 pub trait Wrap {
     /// The type of the result.
-    type Wrapped<T: Real, const N: usize, const D: usize, R: Retraction<T, N, D>>: Retraction<T, N, D>;
+    type Wrapped<T: Real, const N: usize, const D: usize, R: Retraction<T, N, D> + 'static>: Retraction<T, N, D>
+        + 'static;
 
     /// Does it.
-    fn wrap<T: Real, const N: usize, const D: usize, R: Retraction<T, N, D>>(
+    fn wrap<T: Real, const N: usize, const D: usize, R: Retraction<T, N, D> + 'static>(
         &self,
         retraction: R,
     ) -> Self::Wrapped<T, N, D, R>;
@@ -71,9 +73,9 @@ pub trait Wrap {
 struct AsItIs;
 
 impl Wrap for AsItIs {
-    type Wrapped<T: Real, const N: usize, const D: usize, R: Retraction<T, N, D>> = R;
+    type Wrapped<T: Real, const N: usize, const D: usize, R: Retraction<T, N, D> + 'static> = R;
 
-    fn wrap<T: Real, const N: usize, const D: usize, R: Retraction<T, N, D>>(&self, retraction: R) -> R {
+    fn wrap<T: Real, const N: usize, const D: usize, R: Retraction<T, N, D> + 'static>(&self, retraction: R) -> R {
         retraction
     }
 }
@@ -90,6 +92,10 @@ impl<T: Real> Visitor<T> for Build {
     ) {
     }
 }
+
+/// g, G if there is one, and the Casimirs that are known.
+pub(crate) type Parts<T, const N: usize, const D: usize> =
+    (LieAlgebra<T, N>, Option<MatrixGroup<T, N, D>>, Vec<Casimir<T, N>>);
 
 /// so(3) in its standard basis by itself, and the dimensions listed.
 macro_rules! door {
@@ -167,12 +173,31 @@ impl Case {
         retraction: impl FnOnce(&LieAlgebra<T, N>, &Option<MatrixGroup<T, N, D>>, Tau) -> Result<R, Problem>,
     ) -> Result<System<T, N, D, R>, CaseError> {
         let (algebra, group, casimirs) = self.structure::<T, N, D>()?;
-        let lagrangian = self.lagrangian::<T, N>()?;
-        let force = self.force(&algebra, &lagrangian)?;
         let method = Place::root().key("method");
         let retraction = retraction(&algebra, &group, self.method.retraction)
             .map_err(|problem| method.key("retraction").error(problem))?;
-        let tableau = self.tableau::<T>(&method)?;
+        if let Some(i) = self.forces.iter().position(|term| *term == ForceTerm::Given) {
+            return Err(Place::root().key("force").index(i).error(given("the force")));
+        }
+        self.complete((algebra, group, casimirs), retraction, |l| l, |f| f)
+    }
+
+    /// The system of these parts, with the Lagrangian and the force of the case or what is put in their place.
+    pub(crate) fn complete<T: Real, const N: usize, const D: usize, R: Retraction<T, N, D>, L, F>(
+        &self,
+        (algebra, group, casimirs): Parts<T, N, D>,
+        retraction: R,
+        lagrangian: impl FnOnce(AnyLagrangian<T, N>) -> L,
+        force: impl FnOnce(AnyForce<T, N>) -> F,
+    ) -> Result<System<T, N, D, R, L, F>, CaseError>
+    where
+        L: Lagrangian<T, N>,
+        F: Force<T, N>,
+    {
+        let drawn = self.lagrangian::<T, N>()?;
+        let force = force(self.force(&algebra, &drawn)?);
+        let lagrangian = lagrangian(drawn);
+        let tableau = self.tableau::<T>(&Place::root().key("method"))?;
         let state = self.state(&lagrangian, &retraction)?;
         let place = Place::root().key("run").key("step");
         let step = number::<T>(&self.step, &place)?;
@@ -183,10 +208,7 @@ impl Case {
         Ok(System { algebra, group, lagrangian, force, retraction, tableau, state, step, casimirs })
     }
 
-    #[allow(clippy::type_complexity)]
-    fn structure<T: Real, const N: usize, const D: usize>(
-        &self,
-    ) -> Result<(LieAlgebra<T, N>, Option<MatrixGroup<T, N, D>>, Vec<Casimir<T, N>>), CaseError> {
+    fn structure<T: Real, const N: usize, const D: usize>(&self) -> Result<Parts<T, N, D>, CaseError> {
         let place = Place::root().key("algebra");
         let basis_place = place.key("basis");
         let basis = self.algebra.basis.as_ref();
@@ -200,6 +222,7 @@ impl Case {
                 (group.algebra().clone(), Some(group), casimirs)
             }
             Structure::Constants { .. } => (self.constants::<T, N>(&place.key("constants"))?, None, Vec::new()),
+            Structure::Given { .. } => return Err(place.error(given("the algebra"))),
         };
         if let Some(basis) = basis {
             let refused = |e| basis_place.error(Problem::Algebra(e));
@@ -265,7 +288,7 @@ impl Case {
         lagrangian: &AnyLagrangian<T, N>,
     ) -> Result<AnyForce<T, N>, CaseError> {
         let place = Place::root().key("force");
-        let terms = self.forces.iter().enumerate();
+        let terms = self.forces.iter().enumerate().filter(|(_, term)| **term != ForceTerm::Given);
         let terms = terms.map(|(i, term)| force_term(term, algebra, lagrangian, &place.index(i)));
         let mut terms = terms.collect::<Result<Vec<_>, _>>()?;
         Ok(match terms.len() {
@@ -292,7 +315,7 @@ impl Case {
 
     fn state<T: Real, const N: usize, const D: usize>(
         &self,
-        lagrangian: &AnyLagrangian<T, N>,
+        lagrangian: &impl Lagrangian<T, N>,
         retraction: &impl Retraction<T, N, D>,
     ) -> Result<State<T, N, D>, CaseError> {
         let place = Place::root().key("state");
@@ -318,6 +341,13 @@ impl Case {
         let time = number(&self.start.time, &place.key("time"))?;
         Ok(State { time, momentum, attitude })
     }
+}
+
+/// A part that is no part of the case.
+fn given(what: &'static str) -> Problem {
+    let why = "it is of somebody's own type, which the case does not describe; `cargo test` replays such cases, in the crate \
+               that has the type";
+    Problem::NotApplicable { what, why: why.into() }
 }
 
 /// The retraction of a general algebra.
@@ -375,6 +405,7 @@ fn force_term<T: Real, const N: usize>(
             let phase = number(phase, &place.key("phase"))?;
             Periodic::new(value(list)?, frequency, phase).map_err(refused)?.into()
         }
+        ForceTerm::Given => return Err(place.error(given("the force"))),
     })
 }
 

@@ -46,6 +46,17 @@ pub(crate) struct AlgebraTable {
     pub constants: Option<Vec<(i64, i64, i64, Number)>>,
     #[serde(skip_serializing_if = "Option::is_none")]
     pub basis: Option<Vec<Vec<Number>>>,
+    /// In the record of a failure on somebody's own types, which has the dimension alone.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub given: Option<Given>,
+}
+
+/// What is known of an algebra of somebody's own types.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "lowercase")]
+pub(crate) enum Given {
+    Abelian,
+    Nonabelian,
 }
 
 /// `[lagrangian]`.
@@ -68,6 +79,8 @@ pub(crate) enum ForceKind {
     QuadraticDrag,
     Constant,
     Periodic,
+    /// In the record of a failure on somebody's own types.
+    Given,
 }
 
 /// One `[[force]]`.
@@ -245,6 +258,17 @@ fn excess(allowed: impl Into<String>) -> Problem {
 
 impl AlgebraTable {
     fn algebra(self, place: &Place) -> Result<Algebra, CaseError> {
+        if let (Some(given), None, Some(dimension), None, None) =
+            (self.given, &self.name, self.dimension, &self.constants, &self.basis)
+        {
+            let dimension =
+                usize::try_from(dimension).map_err(|_| place.key("dimension").error(missing("n", "0 or more")))?;
+            let structure = Structure::Given { dimension, abelian: given == Given::Abelian };
+            return Ok(Algebra { structure, basis: None });
+        }
+        if self.given.is_some() {
+            return Err(place.key("given").error(excess("with `dimension`, and with nothing else")));
+        }
         let structure = match (self.name, self.dimension, self.constants) {
             (Some(name), None, None) => Structure::Named(entry(&name, &place.key("name"))?),
             (None, Some(dimension), Some(constants)) => from_constants(dimension, constants, place)?,
@@ -352,6 +376,7 @@ impl ForceKind {
             Self::Metriplectic => &["beta"],
             Self::LinearDrag | Self::QuadraticDrag => &["coefficient", "matrix"],
             Self::Constant => &["value"],
+            Self::Given => &[],
             Self::Periodic => &["value", "frequency", "phase"],
         }
     }
@@ -412,6 +437,7 @@ impl ForceTable {
             ForceKind::LinearDrag => Force::LinearDrag(drag(self.coefficient, self.matrix, place)?),
             ForceKind::QuadraticDrag => Force::QuadraticDrag(drag(self.coefficient, self.matrix, place)?),
             ForceKind::Constant => Force::Constant { value: many(self.value)? },
+            ForceKind::Given => Force::Given,
             ForceKind::Periodic => Force::Periodic {
                 value: many(self.value)?,
                 frequency: one("`frequency`", self.frequency)?,
@@ -474,6 +500,11 @@ impl From<Case> for Document {
                 constants: Some(constants.into_iter().map(|k| (k.a as i64, k.b as i64, k.c as i64, k.value)).collect()),
                 ..AlgebraTable::default()
             },
+            Structure::Given { dimension, abelian } => AlgebraTable {
+                dimension: Some(dimension as i64),
+                given: Some(if abelian { Given::Abelian } else { Given::Nonabelian }),
+                ..AlgebraTable::default()
+            },
         };
         let inertia = match case.lagrangian.inertia {
             Inertia::Diagonal(diagonal) => diagonal.into_iter().map(Row::One).collect(),
@@ -516,6 +547,7 @@ impl From<Force> for ForceTable {
             Force::LinearDrag(drag) => Self::drag(ForceKind::LinearDrag, drag),
             Force::QuadraticDrag(drag) => Self::drag(ForceKind::QuadraticDrag, drag),
             Force::Constant { value } => Self { value: Some(value), ..Self::bare(ForceKind::Constant) },
+            Force::Given => Self::bare(ForceKind::Given),
             Force::Periodic { value, frequency, phase } => Self {
                 value: Some(value),
                 frequency: Some(frequency),

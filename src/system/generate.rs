@@ -3,7 +3,6 @@
 use super::case::{Algebra, Case, Constant, Drag, Force, Inertia, Lagrangian, Motion, Start, Structure, Tau};
 use super::fixed::Fixed;
 use super::random::{Cases, Forcing};
-use super::rates::Rates;
 use crate::algebra::catalogue::Entry;
 use crate::scalar::Number;
 use proptest::prelude::Rng;
@@ -237,9 +236,15 @@ pub(super) fn forces(draw: &mut Draw<'_>, n: usize, abelian: bool, knobs: &Cases
         Forcing::Any if draw.chance(25) => return Vec::new(),
         _ => {}
     }
+    let given = knobs.given.as_ref();
+    if given.is_some_and(|given| given.force) {
+        return vec![Force::Given];
+    }
+    // A bracket is made of the Lagrangian; it does not know one that is given.
+    let no_brackets = given.is_some_and(|given| given.lagrangian);
     let count = 1 + draw.weighted(&[60, 30, 10]);
     // The first term does not vanish identically: brackets do on abelian algebras.
-    (0..count).map(|i| force(draw, n, abelian && i == 0, knobs.smooth)).collect()
+    (0..count).map(|i| force(draw, n, no_brackets || (abelian && i == 0), knobs.smooth)).collect()
 }
 
 fn force(draw: &mut Draw<'_>, n: usize, no_bracket: bool, smooth: bool) -> Force {
@@ -291,7 +296,7 @@ pub(super) fn start(draw: &mut Draw<'_>, n: usize, group: bool) -> Start {
 const ATTITUDES: [usize; 3] = [60, 15, 25];
 
 /// Makes an attitude tiny, or scales it so that it turns something by nearly π, where τ⁻¹ is nearly singular.
-fn turn(draw: &mut Draw<'_>, case: &mut Case) {
+fn turn(draw: &mut Draw<'_>, case: &mut Case, knobs: &Cases) {
     let scale = |case: &mut Case, factor: f64, grid: f64| {
         let moved = |x: &Number| {
             let x = (x.eval::<f64>().ok()? * factor * grid).round() / grid;
@@ -309,7 +314,7 @@ fn turn(draw: &mut Draw<'_>, case: &mut Case) {
         0 => {}
         1 => scale(case, 0.5_f64.powi(16), f64::from(1 << 20)),
         _ => {
-            let Some(rates) = Rates::of(case) else { return };
+            let Some(rates) = knobs.rates(case) else { return };
             let frequency = rates.frequency();
             // Below π by 2^−k of it; Cayley reaches π at infinity only.
             let (most, grid) = if case.method.retraction == Tau::Cayley { (6, 256.0) } else { (10, 4096.0) };
@@ -322,7 +327,7 @@ fn turn(draw: &mut Draw<'_>, case: &mut Case) {
             if frequency >= 0.125 {
                 let old = case.start.attitude.clone();
                 scale(case, wanted / frequency, grid);
-                if !Rates::of(case).is_some_and(|rates| rates.in_domain()) {
+                if !knobs.rates(case).is_some_and(|rates| rates.in_domain()) {
                     case.start.attitude = old;
                 }
             }
@@ -332,25 +337,28 @@ fn turn(draw: &mut Draw<'_>, case: &mut Case) {
 
 /// A whole case but for the tableau; its step is made small enough for its rates, and its motion slower if need be.
 pub(super) fn case(draw: &mut Draw<'_>, knobs: &Cases, tableau: crate::tableau::Description) -> Option<Case> {
+    let given = knobs.given.as_ref();
     let fixed = &knobs.fixed;
     let structure = match &knobs.algebras {
+        _ if given.is_some() => given?.structure.clone(),
         _ if fixed.algebra.is_some() => fixed.algebra.as_ref()?.structure.clone(),
         Some(entries) if entries.is_empty() => return None,
         Some(entries) => Structure::Named(draw.pick(entries)),
         None => structure(draw, knobs),
     };
-    let (named, mut algebra) = (matches!(structure, Structure::Named(_)), Algebra { structure, basis: None });
+    let (named, mut algebra) = (!matches!(structure, Structure::Constants { .. }), Algebra { structure, basis: None });
     let n = algebra.dimension();
     if let Some(fixed) = &fixed.algebra {
         algebra.basis.clone_from(&fixed.basis);
-    } else if knobs.changed_basis.unwrap_or_else(|| draw.chance(50)) {
+    } else if given.is_none() && knobs.changed_basis.unwrap_or_else(|| draw.chance(50)) {
         algebra.basis = Some(basis(draw, n));
     }
     let abelian = super::labels::abelian(&algebra);
-    if !knobs.admits_dimension(n) || (knobs.nonabelian && abelian) {
+    if !(given.is_some() || knobs.admits_dimension(n)) || (knobs.nonabelian && abelian) {
         return None;
     }
     let retraction = match (named, knobs.retraction) {
+        _ if given.is_some() => Tau::Exponential,
         (false, _) => Tau::Exponential,
         (true, Some(tau)) => tau,
         (true, None) => {
@@ -361,7 +369,8 @@ pub(super) fn case(draw: &mut Draw<'_>, knobs: &Cases, tableau: crate::tableau::
             }
         }
     };
-    let lagrangian = fixed.lagrangian.clone().unwrap_or_else(|| lagrangian(draw, n, knobs));
+    let unit = || given.is_some_and(|given| given.lagrangian).then(|| super::random::unit(n));
+    let lagrangian = fixed.lagrangian.clone().or_else(unit).unwrap_or_else(|| lagrangian(draw, n, knobs));
     let forces = fixed.forces.clone().unwrap_or_else(|| forces(draw, n, abelian, knobs));
     let start = fixed.start.clone().unwrap_or_else(|| start(draw, n, named));
     let (largest, smallest) = knobs.exponents;
@@ -371,13 +380,13 @@ pub(super) fn case(draw: &mut Draw<'_>, knobs: &Cases, tableau: crate::tableau::
     let method = super::case::Method { tableau, retraction };
     let mut case = Case { algebra, lagrangian, forces, method, start, step: dyadic(1, 1 << exponent) };
     match &fixed.start {
-        None => turn(draw, &mut case),
+        None => turn(draw, &mut case, knobs),
         // The step is all that can be smaller.
         Some(_) if fixed.forces.is_some() => limit = 30,
         Some(_) => {}
     }
-    for _ in 0..40 {
-        let rates = Rates::of(&case)?;
+    for attempt in 0..40 {
+        let rates = knobs.rates(&case)?;
         if !rates.in_domain() {
             if fixed.start.is_some() {
                 return None;
@@ -403,6 +412,10 @@ pub(super) fn case(draw: &mut Draw<'_>, knobs: &Cases, tableau: crate::tableau::
             return Some(case);
         }
         slower(&mut case, fixed);
+        // What is given cannot be slowed down.
+        if given.is_some() && attempt >= 8 {
+            exponent += 1;
+        }
     }
     // What was chosen may be as fast as it likes.
     fixed.any().then_some(case)
@@ -427,6 +440,7 @@ fn slower(case: &mut Case, fixed: &Fixed) {
                 rows.iter_mut().for_each(half);
             }
             Force::Constant { value } | Force::Periodic { value, .. } => half(value),
+            Force::Given => {}
         }
     }
 }

@@ -19,6 +19,7 @@ pub(super) fn abelian(algebra: &Algebra) -> bool {
     }
     match &algebra.structure {
         Structure::Named(entry) => entry_is(entry),
+        Structure::Given { abelian, .. } => *abelian,
         Structure::Constants { constants, .. } => constants.iter().all(|k| k.value == Number::default()),
     }
 }
@@ -30,6 +31,7 @@ fn kind(algebra: &Algebra) -> String {
         Structure::Named(Entry::Product(_)) => "product".into(),
         Structure::Named(entry) => entry.to_string(),
         Structure::Constants { .. } => "constants".into(),
+        Structure::Given { .. } => "given".into(),
     }
 }
 

@@ -3,12 +3,13 @@
 //! Cases are valid by construction, with steps small enough for their rates, and shrink towards ℝ¹ or the smallest
 //! algebra that the knobs admit, its standard basis, unit inertia, no force, one stage and the smallest step.
 
-use super::case::{Case, Force, Structure, Tau};
+use super::case::{Case, Force, Inertia, Lagrangian, Structure, Tau};
 use super::fixed::Fixed;
 use super::generate::{self, Draw};
 use super::rates::Rates;
 use super::shrink;
 use crate::algebra::catalogue::Entry;
+use crate::scalar::Number;
 use crate::tableau::{Classic, Description};
 use proptest::strategy::{BoxedStrategy, NewTree, Strategy, Union, ValueTree};
 use proptest::test_runner::TestRunner;
@@ -26,6 +27,19 @@ pub(super) enum Forcing {
     Forced,
 }
 
+/// What is not drawn, because somebody's own types give it.
+#[derive(Clone, Debug)]
+pub(crate) struct Given {
+    /// The algebra: [`Structure::Given`].
+    pub structure: Structure,
+    /// Whether the Lagrangian is given.
+    pub lagrangian: bool,
+    /// Whether the force is given.
+    pub force: bool,
+    /// The rates of a case on these types.
+    pub rates: fn(&Case) -> Option<Rates>,
+}
+
 /// The strategy for cases; each method fixes a part. Build one with [`cases`].
 #[derive(Clone, Debug)]
 pub struct Cases {
@@ -40,6 +54,7 @@ pub struct Cases {
     pub(super) quadratic: bool,
     pub(super) retraction: Option<Tau>,
     pub(super) exponents: (u32, u32),
+    pub(super) given: Option<Given>,
     pub(super) fixed: Fixed,
     pub(super) tableaux: BoxedStrategy<Description>,
 }
@@ -59,6 +74,7 @@ pub fn cases() -> Cases {
         quadratic: false,
         retraction: None,
         exponents: (2, 6),
+        given: None,
         fixed: Fixed::default(),
         tableaux: tableaux(),
     }
@@ -89,6 +105,17 @@ impl Cases {
     pub fn algebras(mut self, entries: &[Entry]) -> Self {
         self.algebras = Some(entries.to_vec());
         self
+    }
+
+    /// Somebody's own algebra and group, and what else is given; the knobs on algebras and on τ do nothing then.
+    pub(crate) fn given(mut self, given: Given) -> Self {
+        self.given = Some(given);
+        self
+    }
+
+    /// The rates of a case.
+    pub(super) fn rates(&self, case: &Case) -> Option<Rates> {
+        self.given.as_ref().map_or(Rates::of as fn(&Case) -> _, |given| given.rates)(case)
     }
 
     /// Only algebras with a group: no algebras by constants alone.
@@ -182,22 +209,43 @@ impl Cases {
         let abelian = super::labels::abelian(&case.algebra);
         let entry = match &case.algebra.structure {
             Structure::Named(entry) => Some(entry),
-            Structure::Constants { .. } => None,
+            Structure::Constants { .. } | Structure::Given { .. } => None,
         };
         let forced = case.forces.iter().any(|force| !shrink::vanishes(force, abelian));
-        self.algebras.as_ref().is_none_or(|allowed| entry.is_some_and(|entry| allowed.contains(entry)))
-            && (!self.with_group || entry.is_some())
+        let algebra = match &self.given {
+            Some(given) => {
+                given.structure == case.algebra.structure && case.algebra.basis.is_none() && given.admits(case)
+            }
+            None => {
+                self.algebras.as_ref().is_none_or(|allowed| entry.is_some_and(|entry| allowed.contains(entry)))
+                    && (!self.with_group || entry.is_some())
+                    && self.admits_dimension(case.dimension())
+                    && self.changed_basis.is_none_or(|changed| changed == case.algebra.basis.is_some())
+            }
+        };
+        algebra
             && self.fixed.admits(case)
             && !(self.nonabelian && abelian)
-            && self.admits_dimension(case.dimension())
-            && self.changed_basis.is_none_or(|changed| changed == case.algebra.basis.is_some())
             && (self.forcing != Forcing::Free || case.forces.is_empty())
             && (self.forcing != Forcing::Forced || forced)
             && !(self.smooth && case.forces.iter().any(|force| matches!(force, Force::QuadraticDrag(_))))
             && !(self.quadratic && case.lagrangian.quartic.is_some())
             && (self.retraction.is_none_or(|tau| tau == case.method.retraction) || entry.is_none())
-            && (self.forcing != Forcing::Forced || Rates::of(case).is_some_and(|rates| rates.driven()))
+            && (self.forcing != Forcing::Forced || self.rates(case).is_some_and(|rates| rates.driven()))
     }
+}
+
+impl Given {
+    /// Whether what is given is the only one of its kind in the case.
+    fn admits(&self, case: &Case) -> bool {
+        (!self.force || case.forces.is_empty() || case.forces == [Force::Given])
+            && (!self.lagrangian || case.lagrangian == self::unit(case.dimension()))
+    }
+}
+
+/// l(η) = ½|η|².
+pub(super) fn unit(n: usize) -> Lagrangian {
+    Lagrangian { inertia: Inertia::Diagonal(vec![Number::from(1); n]), quartic: None }
 }
 
 /// How many draws are tried before the knobs are declared to exclude everything.
@@ -257,7 +305,7 @@ impl CaseTree {
     /// The next candidate, or back to the best case.
     fn next(&mut self) -> bool {
         for candidate in self.candidates.by_ref() {
-            if self.knobs.admits(&candidate) && shrink::sound(&candidate) {
+            if self.knobs.admits(&candidate) && shrink::sound(&candidate, |case| self.knobs.rates(case)) {
                 self.current = candidate;
                 return true;
             }

@@ -11,7 +11,7 @@ use crate::retraction::Retraction;
 pub(super) const MOST: f64 = 0.5;
 
 /// Row-sum norms at the initial state.
-pub(super) struct Rates {
+pub(crate) struct Rates {
     /// ‖ad_η‖, or half the largest entry of η̂ where τ works on matrices, if that is larger.
     rotation: f64,
     /// ‖ad_η̇‖.
@@ -31,12 +31,17 @@ impl Rates {
     ///
     /// Measured with exp: the Cayley map of a large group takes longer to set up than all the rest.
     pub fn of(case: &Case) -> Option<Self> {
-        let cayley = case.method.retraction == Tau::Cayley;
-        let attitude = case.start.attitude.iter().flatten().map(|x| x.eval().ok()).collect::<Option<Vec<f64>>>()?;
         let mut probe = case.clone();
         probe.method.retraction = Tau::Exponential;
+        let cayley = case.method.retraction == Tau::Cayley;
+        Self::by(case, cayley, |measure| probe.dispatch::<f64, _>(measure).ok().flatten())
+    }
+
+    /// Those that `visit` finds for a case; `matrices`: where τ works on matrices.
+    pub(crate) fn by(case: &Case, matrices: bool, visit: impl FnOnce(Measure) -> Option<Self>) -> Option<Self> {
+        let attitude = case.start.attitude.iter().flatten().map(|x| x.eval().ok()).collect::<Option<Vec<f64>>>()?;
         let strength = case.forces.iter().map(Force::strength).fold(0.0, f64::max);
-        probe.dispatch::<f64, _>(Measure { cayley, attitude, strength }).ok()?
+        visit(Measure { matrices, attitude, strength })
     }
 
     /// Whether the attitude is safely in the domain of τ: 1 − x̂/2 is regular, and not nearly singular.
@@ -70,8 +75,9 @@ impl Rates {
     }
 }
 
-struct Measure {
-    cayley: bool,
+/// Measures the rates of a system.
+pub(crate) struct Measure {
+    matrices: bool,
     attitude: Vec<f64>,
     /// The largest coefficient of the forces.
     strength: f64,
@@ -136,7 +142,7 @@ impl Visitor<f64> for Measure {
             if !self.attitude.is_empty() {
                 turns = frequency(&x);
             }
-            if self.cayley {
+            if self.matrices {
                 matrix = group.hat::<f64>(&eta).amax() * 0.5;
                 let inverse = (Matrix::identity() - x * 0.5).try_inverse();
                 reach = inverse.map_or(f64::INFINITY, |inverse| norm(&inverse));

@@ -20,14 +20,15 @@ pub(super) fn vanishes(force: &Force, abelian: bool) -> bool {
         Force::DoubleBracket { alpha: k } | Force::Metriplectic { beta: k } => abelian || zero(k),
         Force::LinearDrag(k) | Force::QuadraticDrag(k) => drag(k),
         Force::Constant { value } | Force::Periodic { value, .. } => value.iter().all(zero),
+        Force::Given => false,
     }
 }
 
 /// Whether a candidate may stand: it can be built, its inertia is positive definite, and its step is small enough.
-pub(super) fn sound(case: &Case) -> bool {
+pub(super) fn sound(case: &Case, rates: impl FnOnce(&Case) -> Option<Rates>) -> bool {
     let Ok(step) = case.step.eval::<f64>() else { return false };
     let calm = |rates: Rates| rates.in_domain() && rates.unrest(step.abs()) <= MOST;
-    positive(&case.lagrangian.inertia) && step != 0.0 && Rates::of(case).is_some_and(calm)
+    positive(&case.lagrangian.inertia) && step != 0.0 && rates(case).is_some_and(calm)
 }
 
 /// Cholesky's factorisation in `f64`.
@@ -138,7 +139,7 @@ fn with(case: &Case, change: impl FnOnce(&mut Case)) -> Case {
 fn rank(structure: &Structure) -> usize {
     match structure {
         Structure::Named(entry) => LADDER.iter().position(|known| known == entry).unwrap_or(LADDER.len()),
-        Structure::Constants { .. } => LADDER.len() + 1,
+        Structure::Constants { .. } | Structure::Given { .. } => LADDER.len() + 1,
     }
 }
 
@@ -148,7 +149,7 @@ fn algebra(case: &Case, found: &mut Vec<Case>) {
         let structure = Structure::Named(entry);
         let m = match &structure {
             Structure::Named(entry) => entry.dimension(),
-            Structure::Constants { dimension, .. } => *dimension,
+            Structure::Constants { dimension, .. } | Structure::Given { dimension, .. } => *dimension,
         };
         if m < n || (m == n && rank(&structure) < rank_now) {
             found.push(with(case, |case| {
@@ -161,7 +162,7 @@ fn algebra(case: &Case, found: &mut Vec<Case>) {
     match &case.algebra.structure {
         Structure::Named(Entry::Abelian(n)) => (3..*n).for_each(|m| replace(Entry::Abelian(m))),
         Structure::Named(Entry::Product(factors)) => factors.iter().cloned().for_each(replace),
-        Structure::Named(_) => {}
+        Structure::Named(_) | Structure::Given { .. } => {}
         Structure::Constants { constants, .. } => {
             for i in 0..constants.len() {
                 found.push(with(case, |case| {
@@ -315,6 +316,7 @@ fn simpler_force(force: &Force) -> Vec<Force> {
         }
     };
     match force {
+        Force::Given => Vec::new(),
         Force::DoubleBracket { alpha } => {
             towards(alpha, 1).into_iter().map(|alpha| Force::DoubleBracket { alpha }).collect()
         }

@@ -99,7 +99,9 @@ impl Cases {
         });
         let finest = 1 << self.exponents.1;
         let knobs = self.clone();
-        exchanged.chain(candidates(case, finest)).filter(move |case| knobs.admits(case) && sound(case))
+        exchanged
+            .chain(candidates(case, finest))
+            .filter(move |case| knobs.admits(case) && sound(case, |case| knobs.rates(case)))
     }
 }
 

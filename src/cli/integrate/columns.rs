@@ -22,7 +22,7 @@ impl Columns {
     pub fn new(case: &Case, casimirs: usize) -> Self {
         let attitude = match &case.algebra.structure {
             Structure::Named(entry) => Entry::matrix_size(entry),
-            Structure::Constants { .. } => 0,
+            Structure::Constants { .. } | Structure::Given { .. } => 0,
         };
         Self { dimension: case.dimension(), casimirs, attitude }
     }

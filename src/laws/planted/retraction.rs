@@ -63,9 +63,12 @@ pub const ALL: [Fault; 10] = [
 pub struct Plant<'a>(pub Option<&'a Fault>);
 
 impl Wrap for Plant<'_> {
-    type Wrapped<T: Real, const N: usize, const D: usize, R: Retraction<T, N, D>> = PlantedRetraction<R>;
+    type Wrapped<T: Real, const N: usize, const D: usize, R: Retraction<T, N, D> + 'static> = PlantedRetraction<R>;
 
-    fn wrap<T: Real, const N: usize, const D: usize, R: Retraction<T, N, D>>(&self, inner: R) -> PlantedRetraction<R> {
+    fn wrap<T: Real, const N: usize, const D: usize, R: Retraction<T, N, D> + 'static>(
+        &self,
+        inner: R,
+    ) -> PlantedRetraction<R> {
         PlantedRetraction { inner, fault: self.0.copied().filter(|fault| ALL.iter().any(|f| f.name == fault.name)) }
     }
 }

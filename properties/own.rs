@@ -1,0 +1,164 @@
+//! `euler_poincare::laws!` on types of a user's own: they hold, and each mistake is found by a law that names it.
+
+mod own {
+    pub mod bianchi;
+}
+
+use euler_poincare::algebra::{Matrix, Vector};
+use euler_poincare::laws;
+use euler_poincare::laws::method::Claims;
+use euler_poincare::laws::own::{FromMap, Outcome, Settings, Suite};
+use euler_poincare::retraction::{Retraction, RetractionError, TangentPoint};
+use euler_poincare::suite;
+use own::bianchi::{Bianchi, Midpoint, Split, SplitMap, Stiff, Wind};
+use std::path::{Path, PathBuf};
+use std::process::Command;
+
+laws! {
+    mod bianchi<T, 3, 3> {
+        group: Bianchi::<T>::new(),
+        retraction: Split::<T>::new(),
+        lagrangian: Stiff::<false>,
+        force: Wind::<false>,
+        method: |system| Midpoint::<_, _, _, _, false>(system),
+        claims: Claims { order: Some(2), ..Claims::default() },
+    }
+}
+
+laws! {
+    mod from_map<T, 3, 3> {
+        group: Bianchi::<T>::new(),
+        map: SplitMap,
+    }
+}
+
+laws! {
+    mod wind<T, 3> { force: Wind::<false> }
+}
+
+// The same with a mistake in each.
+suite! {
+    mod wrong<T, 3, 3> {
+        group: Bianchi::<T, true>::new(),
+        retraction: Split::<T, true>::new(),
+        lagrangian: Stiff::<true>,
+        force: Wind::<true>,
+        method: |system| Midpoint::<_, _, _, _, true>(system),
+        claims: Claims { order: Some(2), ..Claims::default() },
+    }
+}
+
+/// A folder of its own for the saved cases of one test.
+fn folder(name: &str) -> PathBuf {
+    let folder = Path::new(env!("CARGO_TARGET_TMPDIR")).join(format!("own-{name}"));
+    let _ = std::fs::remove_dir_all(&folder);
+    folder
+}
+
+/// The law is broken; the report says what a person needs, the case is saved, and replayed first.
+fn found(suite: &Suite, law: &str) {
+    let folder = folder(law);
+    let settings = Settings { regressions: Some(folder.clone()), ..Settings::new() };
+    let broken = |settings: &Settings| match suite.run(law, settings) {
+        Outcome::Broken(broken) => *broken,
+        other => panic!("{law} does not see the mistake: {other:?}"),
+    };
+    let first = broken(&settings);
+    let report = first.to_string();
+    let replay = format!("{law}-");
+    for part in [law, first.statement, first.source, "16 digits", "32 digits", "EULER_POINCARE_REPLAY=", &replay] {
+        assert!(report.contains(part), "{part} is not in the report:\n{report}");
+    }
+    assert!(first.snippet.contains("euler_poincare::suite! {"), "{}", first.snippet);
+    assert!((1..12).contains(&first.case.lines().count()), "{}", first.case);
+    let files: Vec<_> = std::fs::read_dir(&folder).unwrap().map(|file| file.unwrap().path()).collect();
+    assert_eq!(files.len(), 1, "{files:?}");
+    let again = broken(&Settings { cases: 0, ..settings.clone() });
+    assert!(again.origin.starts_with("as saved in"), "{}", again.origin);
+    assert_eq!((again.verdict, again.case), (first.verdict.clone(), first.case.clone()));
+    let alone = Settings { replay: Some(files[0].clone()), regressions: None, ..settings };
+    assert_eq!(broken(&alone).verdict, first.verdict);
+    for other in suite.names().into_iter().filter(|name| *name != law) {
+        assert!(matches!(suite.run(other, &alone), Outcome::Skipped), "{other}");
+    }
+}
+
+#[test]
+fn a_wrong_inverse_is_found() {
+    found(&wrong::suite(), "group-inverse");
+}
+
+#[test]
+fn a_wrong_second_tangent_is_found() {
+    found(&wrong::suite(), "retraction-second-tangent");
+}
+
+#[test]
+fn a_wrong_gradient_is_found() {
+    found(&wrong::suite(), "lagrangian-gradient");
+}
+
+#[test]
+fn a_force_that_loses_its_derivative_is_found() {
+    found(&wrong::suite(), "force-derivatives");
+}
+
+#[test]
+fn a_force_at_the_wrong_time_is_found() {
+    // An order has levels, in 32 digits alone.
+    let outcome = wrong::suite().run("method-order", &Settings::new());
+    let Outcome::Broken(broken) = outcome else { panic!("{outcome:?}") };
+    let report = broken.to_string();
+    assert!(report.contains("method-order") && report.contains("32 digits"), "{report}");
+}
+
+#[test]
+fn a_map_has_the_tangents_and_the_inverse_of_the_closed_form() {
+    let (closed, derived) = (Split::<f64>::new(), FromMap::new(SplitMap, Bianchi::<f64>::new()));
+    for x in [[0.0, 0.0, 0.0], [0.5, -0.25, 0.75], [1e-6, 2e-6, -1e-6], [-2.0, 1.0, 2.5]].map(Vector::<f64, 3>::from) {
+        let y = Vector::<f64, 3>::new(0.25, -1.0, 0.5);
+        let (mine, theirs) = (derived.at(&x).unwrap(), closed.at(&x).unwrap());
+        let pairs = [
+            (*mine.d(), *theirs.d()),
+            (*mine.d_inv(), *theirs.d_inv()),
+            (mine.d_neg(), theirs.d_neg()),
+            (mine.ad(), theirs.ad()),
+            (mine.ad_inv(), theirs.ad_inv()),
+            (mine.dd(&y), theirs.dd(&y)),
+        ];
+        for (mine, theirs) in pairs {
+            assert!((mine - theirs).amax() < 1e-13 * (1.0 + theirs.amax()), "{mine} {theirs}");
+        }
+        let g = closed.tau(&x).unwrap();
+        let back: Vector<f64, 3> = derived.tau_inv(&g).unwrap();
+        assert!((back - x).amax() < 1e-12, "{back} {x}");
+    }
+    let error = Retraction::<f64, 3, 3>::tau_inv(&derived, &Matrix::<f64, 3>::zeros()).unwrap_err();
+    assert!(matches!(error, RetractionError::NoPreimage { .. } | RetractionError::SingularTangent { .. }), "{error}");
+}
+
+#[test]
+fn every_law_of_a_suite_is_a_test() {
+    let list = Command::new(std::env::current_exe().unwrap()).arg("--list").output().unwrap();
+    let list = String::from_utf8(list.stdout).unwrap();
+    for (module, suite) in [("bianchi", bianchi::suite()), ("from_map", from_map::suite())] {
+        for law in suite.names() {
+            let test = format!("{module}::{}: test", law.replace('-', "_"));
+            let claimed = ["force-dissipates", "force-workless", "force-keeps-casimirs"].contains(&law);
+            assert!(claimed || list.lines().any(|line| line == test), "{test}");
+        }
+    }
+}
+
+#[test]
+fn what_is_no_case_of_a_law_is_refused() {
+    let folder = folder("refused");
+    std::fs::create_dir_all(&folder).unwrap();
+    let file = folder.join("group-inverse-00000000.json");
+    std::fs::write(&file, "{\"law\": \"group-inverse\"}").unwrap();
+    let settings = Settings { regressions: Some(folder), ..Settings::new() };
+    let Outcome::Broken(broken) = bianchi::suite().run("group-inverse", &settings) else { panic!() };
+    assert!(broken.to_string().contains("is no case of this law: missing field"), "{broken}");
+    let Outcome::Undecided { why } = bianchi::suite().run("group-law", &settings) else { panic!() };
+    assert_eq!(why, "there is no law called `group-law` on these types");
+}

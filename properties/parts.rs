@@ -1,0 +1,105 @@
+//! Properties of `euler_poincare::laws::own`, laws on single parts: they hold on the library's parts, see every fault that
+//! can be planted, and name mistakes made by hand in types like those of a user.
+
+use euler_poincare::harness::{Law, Report, catch_fault, verdict_on};
+use euler_poincare::laws::own::part::{self, Subject};
+use euler_poincare::laws::own::values::Values;
+use std::collections::BTreeSet;
+
+#[path = "parts/algebra.rs"]
+mod algebra;
+#[path = "parts/discrete.rs"]
+mod discrete;
+#[path = "parts/force.rs"]
+mod force;
+#[path = "parts/group.rs"]
+mod group;
+#[path = "parts/groupoid.rs"]
+mod groupoid;
+#[path = "parts/lagrangian.rs"]
+mod lagrangian;
+#[path = "parts/values.rs"]
+mod values;
+
+const SEED: u64 = 20261122;
+
+/// Every law on a part holds or does not apply, and is decided in four cases of five where it applies.
+fn clean<S: Subject>(name: &str, subject: S, cases: usize) -> Report<Values> {
+    let report = part::run(subject, SEED, cases);
+    for law in &report.laws {
+        for failure in &law.failures {
+            panic!("{name}, {}: {}\n{}", law.law, failure.verdict, failure.case);
+        }
+        assert!(law.broken.is_empty() && law.irreproducible.is_empty(), "{name}, {}", law.law);
+        let undecided: usize = law.inconclusive.values().sum();
+        assert!(undecided * 5 <= law.held + undecided, "{name}, {}: {:?}", law.law, law.inconclusive);
+    }
+    report
+}
+
+/// The laws that apply to none of a part's cases.
+fn switched_off(report: &Report<Values>) -> Vec<&'static str> {
+    report.laws.iter().filter(|law| law.held == 0).map(|law| law.law).collect()
+}
+
+/// The (law, fault) that a number of cases of a part do not show.
+fn missed<S: Subject>(subject: S, cases: usize) -> BTreeSet<(&'static str, &'static str)> {
+    let mut missed = BTreeSet::new();
+    for law in part::laws(subject) {
+        for fault in law.faults() {
+            if catch_fault(&law, fault, SEED, cases).is_none() {
+                missed.insert((law.name(), fault.name));
+            }
+        }
+    }
+    missed
+}
+
+/// The laws that a part breaks, with a shrunk case on which each is broken still.
+fn broken<S: Subject>(subject: impl Fn() -> S, cases: usize) -> Vec<(&'static str, Values)> {
+    let report = part::run(subject(), SEED, cases);
+    let mut found = Vec::new();
+    for law in report.laws {
+        if let Some(failure) = law.failures.into_iter().next() {
+            let again = part::law(subject(), law.law).expect("a law of the list");
+            assert_eq!(verdict_on(&again, &failure.case, None), failure.verdict, "{}", law.law);
+            assert!(failure.verdict.is_broken());
+            // A saved case is the same case.
+            let text = serde_json::to_string(&failure.case).expect("a case is written");
+            assert_eq!(serde_json::from_str::<Values>(&text).expect("a case is read"), failure.case);
+            found.push((law.law, failure.case));
+        }
+    }
+    found
+}
+
+fn names(found: &[(&'static str, Values)]) -> Vec<&'static str> {
+    found.iter().map(|(name, _)| *name).collect()
+}
+
+/// Names are unique over all parts, and every law says what it needs to say.
+#[test]
+fn every_law_is_described() {
+    use euler_poincare::laws::own;
+    let lists = [
+        own::algebra::LAWS,
+        own::group::LAWS,
+        own::lagrangian::LAWS,
+        own::force::LAWS,
+        own::groupoid::LAWS,
+        own::groupoid::LIE_LAWS,
+        own::discrete::LAWS,
+    ];
+    let mut known = BTreeSet::new();
+    for about in lists.into_iter().flatten() {
+        assert!(known.insert(about.name), "{} is there twice", about.name);
+        assert!(about.name.bytes().all(|b| b.is_ascii_lowercase() || b == b'-'), "{}", about.name);
+        for text in [about.statement, about.source, about.oracle, about.bound] {
+            assert!(!text.is_empty(), "{}", about.name);
+        }
+        assert!(!about.faults.is_empty(), "{} cannot be shown to fail", about.name);
+    }
+    for law in euler_poincare::laws::all() {
+        assert!(!known.contains(law.name), "{} is a law on systems as well", law.name);
+    }
+}

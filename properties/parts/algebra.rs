@@ -1,0 +1,74 @@
+//! Algebras.
+
+use super::{broken, clean, missed, names, switched_off};
+use euler_poincare::algebra::catalogue::Entry;
+use euler_poincare::algebra::{Casimir, LieAlgebra, Matrix, Vector};
+use euler_poincare::laws::own::algebra::{Constants, OwnAlgebra};
+use euler_poincare::scalar::{Dd, Real};
+use std::collections::BTreeSet;
+
+fn constants<T: Real, const N: usize>(name: &str) -> Constants<T, N> {
+    let entry: Entry = name.parse().unwrap();
+    Constants::new(|a, b, c| entry.constant(a, b, c)).casimirs(entry.casimirs().unwrap())
+}
+
+fn both<const N: usize>(name: &str) -> OwnAlgebra<Constants<f64, N>, Constants<Dd, N>, N> {
+    OwnAlgebra::at_both(constants(name), constants(name))
+}
+
+fn validated<T: Real, const N: usize>(name: &str) -> LieAlgebra<T, N> {
+    let skew = Matrix::<T, N>::from_fn(|r, c| if r == c { T::one() } else { T::ratio((r + 2 * c) as i64 % 3, 8) });
+    LieAlgebra::from_catalogue(&name.parse().unwrap()).unwrap().in_basis(&skew).unwrap()
+}
+
+#[test]
+fn the_laws_hold_on_the_algebras_of_the_catalogue() {
+    for name in ["so3", "se2", "heisenberg", "sl2", "r3"] {
+        let report = clean(name, both::<3>(name), 150);
+        assert!(switched_off(&report).is_empty(), "{name}: {:?}", switched_off(&report));
+        clean(name, OwnAlgebra::at_both(validated::<f64, 3>(name), validated::<Dd, 3>(name)), 100);
+    }
+    assert_eq!(switched_off(&clean("aff1", both::<2>("aff1"), 150)), ["algebra-casimirs"]);
+    clean("r1", both::<1>("r1"), 150);
+    for name in ["se3", "so4", "so3+heisenberg"] {
+        clean(name, both::<6>(name), 60);
+        clean(name, OwnAlgebra::at_both(validated::<f64, 6>(name), validated::<Dd, 6>(name)), 60);
+    }
+    clean("so3 in f64", OwnAlgebra::in_double(constants::<f64, 3>("so3")), 150);
+}
+
+#[test]
+fn every_fault_is_seen() {
+    assert_eq!(missed(both::<3>("so3"), 40), BTreeSet::from([]));
+    assert_eq!(missed(both::<3>("sl2"), 40), BTreeSet::from([]));
+    assert_eq!(missed(both::<6>("se3"), 40), BTreeSet::from([]));
+}
+
+/// so(3) with mistakes in the table of constants.
+fn wrong<T: Real>(kind: &str) -> Constants<T, 3> {
+    let sign = |a: usize, b: usize, c: usize| (b as i64 - a as i64) * (c as i64 - b as i64) * (c as i64 - a as i64) / 2;
+    let table = Constants::new(|a, b, c| match (kind, (a, b, c)) {
+        // [e_3, e_1] = e_1.
+        ("index", (2, 0, 1) | (0, 2, 1)) => T::zero(),
+        ("index", (2, 0, 0)) => T::one(),
+        ("index", (0, 2, 0)) => -T::one(),
+        // [e_2, e_1] forgotten.
+        ("half", (1, 0, 2)) => T::zero(),
+        _ => T::int(sign(a, b, c)),
+    });
+    let casimir = if kind == "casimir" { [1, 1, 2] } else { [1, 1, 1] };
+    table.casimirs(vec![Casimir::Quadratic(Matrix::from_diagonal(&Vector::<T, 3>::from_fn(|a, _| T::int(casimir[a]))))])
+}
+
+#[test]
+fn mistakes_by_hand_are_named() {
+    let found = |kind| {
+        let found = broken(|| OwnAlgebra::at_both(wrong::<f64>(kind), wrong::<Dd>(kind)), 60);
+        found.iter().for_each(|(law, case)| assert!(!case.to_string().contains('/'), "{law}: {case}"));
+        names(&found)
+    };
+    assert!(found("nothing").is_empty());
+    assert_eq!(found("index"), ["algebra-jacobi", "algebra-ad", "algebra-casimirs"]);
+    assert_eq!(found("half"), ["algebra-antisymmetric", "algebra-jacobi", "algebra-ad", "algebra-casimirs"]);
+    assert_eq!(found("casimir"), ["algebra-casimirs"]);
+}

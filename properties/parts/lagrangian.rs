@@ -1,0 +1,138 @@
+//! Lagrangians.
+
+use super::{broken, clean, missed, names, switched_off};
+use euler_poincare::algebra::{Covector, Matrix, Vector};
+use euler_poincare::laws::own::lagrangian::OwnLagrangian;
+use euler_poincare::mechanics::lagrangian::{AnyLagrangian, Quadratic, Quartic};
+use euler_poincare::mechanics::{Lagrangian, LegendreError};
+use euler_poincare::scalar::{Dd, Real, Scalar};
+use std::collections::BTreeSet;
+
+fn inertia<T: Real, const N: usize>() -> Matrix<T, N> {
+    Matrix::from_fn(|r, c| if r == c { T::ratio(2 + r as i64, 2) } else { T::ratio(1, 4 + (r + c) as i64) })
+}
+
+fn quadratic<T: Real, const N: usize>() -> Quadratic<T, N> {
+    Quadratic::new(inertia()).unwrap()
+}
+
+fn quartic<T: Real, const N: usize>() -> Quartic<T, N> {
+    Quartic::new(inertia(), T::ratio(1, 2)).unwrap()
+}
+
+#[test]
+fn the_laws_hold_on_the_lagrangians_of_the_library() {
+    let report = clean("quadratic", OwnLagrangian::at_both(quadratic::<f64, 3>(), quadratic::<Dd, 3>()), 150);
+    assert!(switched_off(&report).is_empty());
+    clean("quadratic 6", OwnLagrangian::at_both(quadratic::<f64, 6>(), quadratic::<Dd, 6>()), 40);
+    clean("quartic", OwnLagrangian::at_both(quartic::<f64, 3>(), quartic::<Dd, 3>()), 100);
+    clean("quartic 1", OwnLagrangian::at_both(quartic::<f64, 1>(), quartic::<Dd, 1>()), 100);
+    let any = OwnLagrangian::at_both(AnyLagrangian::from(quartic::<f64, 2>()), AnyLagrangian::from(quartic::<Dd, 2>()));
+    clean("any", any, 60);
+    // One large and one negative moment.
+    fn thin<T: Real>() -> Quadratic<T, 3> {
+        Quadratic::diagonal([T::int(64), -T::ratio(1, 64), T::one()]).unwrap()
+    }
+    clean("thin", OwnLagrangian::at_both(thin::<f64>(), thin::<Dd>()), 100);
+    clean("quartic in f64", OwnLagrangian::in_double(quartic::<f64, 3>()), 100);
+}
+
+#[test]
+fn every_fault_is_seen() {
+    let none = BTreeSet::new();
+    assert_eq!(missed(OwnLagrangian::at_both(quartic::<f64, 3>(), quartic::<Dd, 3>()), 30), none);
+    assert_eq!(missed(OwnLagrangian::at_both(quadratic::<f64, 2>(), quadratic::<Dd, 2>()), 30), none);
+}
+
+/// l = 2 − 2√(1 − |η|²/4) + w·η: a particle in special relativity (c = 2) with a linear term, and mistakes.
+#[derive(Clone, Copy, Debug)]
+struct Relativistic(&'static str);
+
+impl<T: Real> Lagrangian<T, 3> for Relativistic {
+    fn value<S: Scalar<Base = T>>(&self, eta: &Vector<S, 3>) -> S {
+        let two = S::int(2);
+        let mut root = (S::one() - eta.dot(eta) * S::exact(0.25)).sqrt();
+        if self.0 == "digits" {
+            root = root * S::exact(1.0 + 1e-9) - S::exact(1e-9);
+        }
+        if self.0 == "lost" {
+            root = S::lift(root.base());
+        }
+        two - two * root + eta[0] * S::exact(0.5)
+    }
+
+    fn gradient<S: Scalar<Base = T>>(&self, eta: &Vector<S, 3>) -> Covector<S, 3> {
+        let root = (S::one() - eta.dot(eta) * S::exact(0.25)).sqrt();
+        let factor = if self.0 == "factor" { S::one() } else { S::half() };
+        let mut row = eta.transpose() * (factor / root);
+        row[0] += S::exact(0.5);
+        row
+    }
+
+    fn energy<S: Scalar<Base = T>>(&self, eta: &Vector<S, 3>) -> S {
+        let root = (S::one() - eta.dot(eta) * S::exact(0.25)).sqrt();
+        let energy = S::int(2) / root - S::int(2);
+        if self.0 == "energy" { energy + eta[0] * S::exact(0.5) } else { energy }
+    }
+}
+
+#[test]
+fn mistakes_by_hand_are_named() {
+    let own = |mistake| move || OwnLagrangian::at_both(Relativistic(mistake), Relativistic(mistake)).within(1.0);
+    clean("relativistic", own("nothing")(), 100);
+    clean("relativistic in f64", OwnLagrangian::in_double(Relativistic("nothing")).within(1.0), 100);
+    let found = |mistake| names(&broken(own(mistake), 60));
+    let factor = found("factor");
+    assert!(factor.starts_with(&["lagrangian-gradient", "lagrangian-hessian"]), "{factor:?}");
+    assert_eq!(found("energy"), ["lagrangian-energy"]);
+    assert_eq!(found("digits"), ["lagrangian-gradient", "lagrangian-hessian", "lagrangian-energy"]);
+    assert!(found("lost").starts_with(&["lagrangian-value", "lagrangian-gradient"]), "{:?}", found("lost"));
+    // In f64 alone the ninth digit shows as well.
+    let alone = broken(|| OwnLagrangian::in_double(Relativistic("digits")).within(1.0), 60);
+    assert!(names(&alone).contains(&"lagrangian-gradient"));
+}
+
+/// Homogeneous of degree 1: the Hessian is singular along η.
+#[derive(Clone, Copy)]
+struct Length;
+
+impl<T: Real> Lagrangian<T, 2> for Length {
+    fn value<S: Scalar<Base = T>>(&self, eta: &Vector<S, 2>) -> S {
+        (S::exact(0.25) + eta[0] * eta[0]).sqrt() + eta[1]
+    }
+}
+
+#[test]
+fn regularity_is_reported_or_switched_off() {
+    let found = names(&broken(|| OwnLagrangian::at_both(Length, Length), 60));
+    assert_eq!(found, ["lagrangian-regular"]);
+    let report = clean("not regular", OwnLagrangian::at_both(Length, Length).not_regular(), 60);
+    assert_eq!(switched_off(&report), ["lagrangian-regular", "lagrangian-velocity"]);
+}
+
+/// An inverse Legendre transform of one's own: the signs and derivatives of it are looked at.
+struct Body(bool);
+
+impl<T: Real> Lagrangian<T, 2> for Body {
+    fn value<S: Scalar<Base = T>>(&self, eta: &Vector<S, 2>) -> S {
+        eta.dot(eta) * S::half() + eta[0] * eta[1] * S::exact(0.5)
+    }
+
+    fn velocity<S: Scalar<Base = T>>(
+        &self,
+        mu: &Covector<S, 2>,
+        _: &Vector<S, 2>,
+    ) -> Result<Vector<S, 2>, LegendreError> {
+        let sign = if self.0 { S::one() } else { -S::one() };
+        let (a, b, d) = (S::one(), S::half(), S::exact(0.75));
+        Ok(Vector::<S, 2>::new((a * mu[0] + sign * b * mu[1]) / d, (sign * b * mu[0] + a * mu[1]) / d))
+    }
+}
+
+#[test]
+fn a_wrong_inverse_is_named() {
+    clean("body", OwnLagrangian::at_both(Body(false), Body(false)), 60);
+    let found = broken(|| OwnLagrangian::at_both(Body(true), Body(true)), 60);
+    assert_eq!(names(&found), ["lagrangian-velocity"]);
+    assert!(!found[0].1.to_string().contains('/'), "{}", found[0].1);
+}

@@ -1,0 +1,183 @@
+//! The cases: sizes, directions and relations in their proportions; shrinking; printing.
+
+use super::SEED;
+use euler_poincare::harness::{Cost, Fault, Law, Verdict, draw, shrink};
+use euler_poincare::laws::own::values::{Points, Values, ValuesError, ValuesTree, coordinates};
+use euler_poincare::scalar::{Dd, Number};
+use proptest::strategy::{BoxedStrategy, Strategy, ValueTree};
+use proptest::test_runner::TestRunner;
+use std::collections::BTreeMap;
+
+/// The shares, in percent, of each label over many cases of two vectors.
+fn shares(strategy: Points, cases: usize) -> BTreeMap<(&'static str, String), f64> {
+    let strategy = strategy.boxed();
+    let mut counts = BTreeMap::new();
+    let mut totals: BTreeMap<&'static str, usize> = BTreeMap::new();
+    for index in 0..cases {
+        let (case, _) = draw(&strategy, SEED, "shares", index).case.unwrap();
+        for (category, label) in case.labels() {
+            *totals.entry(category).or_default() += 1;
+            *counts.entry((category, label)).or_default() += 1;
+        }
+    }
+    counts
+        .into_iter()
+        .map(|(key, count): (_, usize)| (key.clone(), 100.0 * count as f64 / totals[key.0] as f64))
+        .collect()
+}
+
+#[test]
+fn the_proportions_are_as_documented() {
+    for length in [2, 3, 6] {
+        let shares = shares(Points::new().vectors(&["x", "y"], length), 4000);
+        let near = |category: &'static str, label: &str, percent: f64| {
+            let share = shares.get(&(category, label.to_owned())).copied().unwrap_or(0.0);
+            // Five standard deviations of 4000 pairs, and one for what depends on the length.
+            let tolerance = 5.0 * (percent * (100.0 - percent) / 4000.0).sqrt() + 1.0;
+            assert!((share - percent).abs() <= tolerance, "{length}: {category} {label}: {share} %, not {percent} %");
+        };
+        near("size", "zero", 8.0);
+        near("size", "near a quarter turn", 9.2);
+        near("size", "large", 7.5);
+        near("size", "tiny", 15.5);
+        near("direction", "zero", 8.0);
+        near("pair", "equal", 4.6);
+        near("pair", "opposite", 4.6);
+        near("pair", "nearly equal", 3.8);
+        let share = |label: &str| shares[&("size", label.to_owned())];
+        assert!(share("about one") > 25.0 && share("small") > 12.0);
+        assert!(shares[&("direction", "axis".to_owned())] > 12.0 && shares[&("direction", "full".to_owned())] > 40.0);
+    }
+}
+
+#[test]
+fn a_domain_is_kept_and_everything_is_drawn_in_it() {
+    let strategy = Points::new().vectors(&["x", "y"], 3).number("t").within(0.25).boxed();
+    for index in 0..1000 {
+        let (case, _) = draw(&strategy, SEED, "within", index).case.unwrap();
+        for name in ["x", "y"] {
+            assert!(case.list::<f64>(name, 3).unwrap().iter().all(|x| x.abs() <= 0.25), "{case}");
+        }
+        assert!(case.number::<f64>("t").unwrap().abs() <= 2.0);
+    }
+}
+
+#[test]
+fn values_are_the_same_in_both_precisions_and_saved() {
+    let strategy = Points::new().vectors(&["x", "y"], 3).number("t").boxed();
+    for index in 0..500 {
+        let (case, _) = draw(&strategy, SEED, "saved", index).case.unwrap();
+        let text = serde_json::to_string(&case).unwrap();
+        assert_eq!(serde_json::from_str::<Values>(&text).unwrap(), case);
+        assert_eq!(toml::from_str::<Values>(&toml::to_string(&case).unwrap()).unwrap(), case);
+        for name in ["x", "y"] {
+            let (double, quad) = (case.list::<f64>(name, 3).unwrap(), case.list::<Dd>(name, 3).unwrap());
+            for (double, quad) in double.into_iter().zip(quad) {
+                use euler_poincare::scalar::Scalar;
+                let off = (quad - Dd::exact(double)).to_f64().abs();
+                assert!(off <= double.abs() * 1e-15, "{case}");
+            }
+        }
+    }
+}
+
+#[test]
+fn errors_say_what_does_not_fit() {
+    let case = Values::new([("x", vec![Number::from(1)])]);
+    assert_eq!(case.list::<f64>("y", 1), Err(ValuesError::NoVector { name: "y".into() }));
+    assert_eq!(case.list::<f64>("x", 2), Err(ValuesError::Length { name: "x".into(), found: 1, expected: 2 }));
+    assert_eq!(case.number::<f64>("x"), Ok(1.0));
+}
+
+/// Broken where |x|² > 1, or where x and y are parallel and not zero.
+struct Toy(bool);
+
+impl Law<Values> for Toy {
+    fn name(&self) -> &'static str {
+        "toy"
+    }
+    fn statement(&self) -> &'static str {
+        "as written"
+    }
+    fn source(&self) -> &'static str {
+        "none"
+    }
+    fn oracle(&self) -> &'static str {
+        "none"
+    }
+    fn bound_note(&self) -> &'static str {
+        "none"
+    }
+    fn cost(&self) -> Cost {
+        Cost::Cheap
+    }
+    fn faults(&self) -> &'static [Fault] {
+        &[]
+    }
+    fn cases(&self) -> BoxedStrategy<Values> {
+        Points::new().vectors(&["x", "y"], 3).boxed()
+    }
+    fn check(&self, case: &Values, _: Option<&Fault>) -> Verdict {
+        let (x, y) = (case.vector::<f64, 3>("x").unwrap(), case.vector::<f64, 3>("y").unwrap());
+        let parallel = x.cross(&y).norm() == 0.0 && x.dot(&y) != 0.0;
+        let broken = if self.0 { parallel } else { x.norm_squared() > 1.0 };
+        Verdict::judge(f64::from(u8::from(broken)), 0.5, || "as it should be".into())
+    }
+}
+
+#[test]
+fn shrinking_ends_at_cases_of_few_digits() {
+    for parallel in [false, true] {
+        let law = Toy(parallel);
+        let mut seen = 0;
+        for index in 0..400 {
+            let Some(failure) = shrink(&law, None, SEED, index, 2000) else { continue };
+            seen += 1;
+            assert!(failure.checks < 2000);
+            let text = failure.case.to_string();
+            let simple = if parallel {
+                ["x = [1, 0, 0]\ny = [1, 0, 0]", "x = [0, 1, 0]\ny = [0, 1, 0]", "x = [0, 0, 1]\ny = [0, 0, 1]"]
+                    .contains(&text.as_str())
+            } else {
+                failure.case.vector::<f64, 3>("y").unwrap().norm() == 0.0
+                    && failure
+                        .case
+                        .vector::<f64, 3>("x")
+                        .unwrap()
+                        .iter()
+                        .all(|x| x.fract() == 0.0 && (0.0..=2.0).contains(x))
+            };
+            assert!(simple, "{text}");
+        }
+        assert!(seen > 10, "{seen}");
+    }
+}
+
+#[test]
+fn every_case_shrinks_to_zeros_in_the_end() {
+    let strategy = Points::new().vectors(&["x", "y"], 3).number("t").boxed();
+    for index in 0..300 {
+        let (case, _) = draw(&strategy, SEED, "zeros", index).case.unwrap();
+        let mut tree = ValuesTree::new(case, 1.0);
+        let mut steps = 0;
+        while tree.simplify() {
+            steps += 1;
+            assert!(steps < 1000);
+        }
+        let zero = tree.current().entries().all(|(_, list)| list.iter().all(|x| *x == Number::default()));
+        assert!(zero, "{}", tree.current());
+    }
+}
+
+/// A strategy of one's own from the coordinates.
+#[test]
+fn strategies_compose() {
+    let own = (coordinates(2), coordinates(4)).prop_map(|(x, y)| Values::new([("x", x), ("y", y)]));
+    let mut runner = TestRunner::deterministic();
+    for _ in 0..100 {
+        let mut tree = own.new_tree(&mut runner).unwrap();
+        assert!(tree.current().list::<f64>("y", 4).is_ok());
+        while tree.simplify() {}
+        assert!(tree.current().list::<f64>("x", 2).unwrap().iter().all(|x| *x == 0.0));
+    }
+}

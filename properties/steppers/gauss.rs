@@ -1,0 +1,111 @@
+//! A stepper in Rust that speaks the protocol of `PROTOCOL.md`: the variational Gauss method with two stages and exp, order 4.
+//!
+//! `cargo build --release --example gauss`, then `euler-poincare probe --order 4 --conserves casimirs -- target/release/examples/gauss`.
+
+use euler_poincare::algebra::{Covector, LieAlgebra, Matrix};
+use euler_poincare::group::MatrixGroup;
+use euler_poincare::integrators::{OneStep, State, Variational};
+use euler_poincare::mechanics::force::{
+    AnyForce, Constant, DoubleBracket, LinearDrag, Metriplectic, Periodic, QuadraticDrag,
+};
+use euler_poincare::mechanics::lagrangian::{AnyLagrangian, Quadratic, Quartic};
+use euler_poincare::retraction::Exponential;
+use euler_poincare::tableau::Family;
+use serde::Deserialize;
+use serde_json::{Value, json};
+use std::error::Error;
+use std::io::{BufRead, Write, stdin, stdout};
+
+#[derive(Deserialize)]
+struct Request {
+    dimension: usize,
+    constants: Vec<f64>,
+    size: usize,
+    #[serde(default)]
+    basis: Vec<f64>,
+    inertia: Vec<f64>,
+    #[serde(default)]
+    quartic: f64,
+    force: Vec<Term>,
+    time: f64,
+    step: f64,
+    mu: Vec<f64>,
+    #[serde(default)]
+    g: Vec<f64>,
+}
+
+#[derive(Deserialize)]
+#[serde(tag = "kind", rename_all = "kebab-case")]
+enum Term {
+    DoubleBracket { alpha: f64 },
+    Metriplectic { beta: f64 },
+    LinearDrag { matrix: Vec<f64> },
+    QuadraticDrag { matrix: Vec<f64> },
+    Constant { value: Vec<f64> },
+    Periodic { value: Vec<f64>, frequency: f64, phase: f64 },
+}
+
+/// A step on an algebra of dimension N, with matrices padded to D×D.
+fn step<const N: usize, const D: usize>(q: &Request) -> Result<Value, Box<dyn Error>> {
+    let m = q.size;
+    let algebra = LieAlgebra::<f64, N>::new(|a, b, c| q.constants[(a * N + b) * N + c])?;
+    let inertia = Matrix::<f64, N>::from_row_slice(&q.inertia);
+    let body: AnyLagrangian<f64, N> =
+        if q.quartic == 0.0 { Quadratic::new(inertia)?.into() } else { Quartic::new(inertia, q.quartic)?.into() };
+    let term = |term: &Term| -> Result<AnyForce<f64, N>, Box<dyn Error>> {
+        Ok(match term {
+            Term::DoubleBracket { alpha } => DoubleBracket::new(algebra.clone(), body.clone(), *alpha)?.into(),
+            Term::Metriplectic { beta } => Metriplectic::new(algebra.clone(), body.clone(), *beta)?.into(),
+            Term::LinearDrag { matrix } => LinearDrag::new(Matrix::from_row_slice(matrix))?.into(),
+            Term::QuadraticDrag { matrix } => QuadraticDrag::new(Matrix::from_row_slice(matrix))?.into(),
+            Term::Constant { value } => Constant::new(Covector::from_row_slice(value))?.into(),
+            Term::Periodic { value, frequency, phase } => {
+                Periodic::new(Covector::from_row_slice(value), *frequency, *phase)?.into()
+            }
+        })
+    };
+    let force = AnyForce::Sum(q.force.iter().map(term).collect::<Result<_, _>>()?);
+    // A padded matrix is zero outside its block in the algebra, and the identity there in the group.
+    let block = |list: &[f64], outside: f64| {
+        Matrix::<f64, D>::from_fn(|r, c| match (r < m && c < m, r == c) {
+            (true, _) => list[r * m + c],
+            (false, true) => outside,
+            (false, false) => 0.0,
+        })
+    };
+    let exp = if m == 0 {
+        Exponential::of_algebra(algebra.clone())
+    } else {
+        Exponential::of_group(MatrixGroup::new(std::array::from_fn(|a| block(&q.basis[a * m * m..], 0.0)))?)
+    };
+    let mut method = Variational::new(body, force, exp, Family::Gauss.tableau::<f64>(2)?);
+    let momentum = Covector::<f64, N>::from_row_slice(&q.mu);
+    let attitude = if m == 0 { Matrix::identity() } else { block(&q.g, 1.0) };
+    let mut state = State { time: q.time, momentum, attitude };
+    if let Err(error) = method.step(&mut state, q.step) {
+        return Ok(json!({ "error": error.to_string() }));
+    }
+    let mu: Vec<f64> = state.momentum.iter().copied().collect();
+    let g: Vec<f64> = (0..m * m).map(|k| state.attitude[(k / m, k % m)]).collect();
+    Ok(if m == 0 { json!({ "mu": mu }) } else { json!({ "mu": mu, "g": g }) })
+}
+
+fn answer(line: &str) -> Result<Value, Box<dyn Error>> {
+    let q: Request = serde_json::from_str(line)?;
+    match q.dimension {
+        2 => step::<2, 4>(&q),
+        3 => step::<3, 5>(&q),
+        6 => step::<6, 8>(&q),
+        n => Ok(json!({ "unsupported": format!("dimension {n}: compiled for 2, 3 and 6") })),
+    }
+}
+
+fn main() -> Result<(), Box<dyn Error>> {
+    for line in stdin().lock().lines() {
+        let answer = answer(&line?).unwrap_or_else(|error| json!({ "error": error.to_string() }));
+        let mut out = stdout().lock();
+        writeln!(out, "{answer}")?;
+        out.flush()?;
+    }
+    Ok(())
+}

@@ -1,0 +1,93 @@
+#!/usr/bin/env python3
+"""The classical Runge-Kutta method on (mu, g), order 4: the shortest useful stepper. Standard library only.
+
+d/dt mu_a = C^d_ba eta^b mu_d + f_a(t, eta),   dg/dt = g eta^a E_a,   eta = I^-1 mu.
+"""
+import json
+import math
+import sys
+
+
+def solve(matrix, right):
+    """Gaussian elimination with pivoting; the matrix by rows."""
+    n = len(right)
+    rows = [matrix[a * n:(a + 1) * n] + [right[a]] for a in range(n)]
+    for k in range(n):
+        pivot = max(range(k, n), key=lambda r: abs(rows[r][k]))
+        rows[k], rows[pivot] = rows[pivot], rows[k]
+        for r in range(k + 1, n):
+            factor = rows[r][k] / rows[k][k]
+            rows[r] = [x - factor * y for x, y in zip(rows[r], rows[k])]
+    x = [0.0] * n
+    for k in reversed(range(n)):
+        x[k] = (rows[k][n] - sum(rows[k][j] * x[j] for j in range(k + 1, n))) / rows[k][k]
+    return x
+
+
+def force(q, time, eta, mu, coad):
+    """The sum of the terms of the force, a covector."""
+    n = q["dimension"]
+    total = [0.0] * n
+    for term in q["force"]:
+        kind = term["kind"]
+        if kind == "linear-drag":
+            f = [-sum(term["matrix"][a * n + b] * eta[b] for b in range(n)) for a in range(n)]
+        elif kind == "quadratic-drag":
+            f = [sum(term["matrix"][a * n + b] * eta[b] for b in range(n)) for a in range(n)]
+            size = math.sqrt(max(0.0, sum(x * y for x, y in zip(f, eta))))
+            f = [-size * x for x in f]
+        elif kind == "double-bracket":
+            f = [term["alpha"] * x for x in coad(coad(eta, mu), mu)]
+        elif kind == "metriplectic":
+            f = [-term["beta"] * x for x in coad(eta, coad(eta, mu))]
+        elif kind == "constant":
+            f = term["value"]
+        elif kind == "periodic":
+            factor = math.cos(term["frequency"] * time + term["phase"])
+            f = [factor * x for x in term["value"]]
+        else:
+            raise NotImplementedError("force " + kind)
+        total = [x + y for x, y in zip(total, f)]
+    return total
+
+
+def step(q):
+    if q.get("quartic"):
+        raise NotImplementedError("a quartic term")
+    n, m, h = q["dimension"], q["size"], q["step"]
+    bracket = q["constants"]  # C^c_ab at (a n + b) n + c
+    nonzero = [(a, b, c, bracket[(a * n + b) * n + c]) for a in range(n) for b in range(n) for c in range(n)
+               if bracket[(a * n + b) * n + c] != 0.0]
+
+    def coad(xi, mu):  # (ad*_xi mu)_a = C^d_ba xi^b mu_d
+        out = [0.0] * n
+        for b, a, d, value in nonzero:
+            out[a] += value * xi[b] * mu[d]
+        return out
+
+    def rate(time, mu, g):
+        eta = solve(q["inertia"], mu)
+        hat = [sum(eta[a] * q["basis"][a * m * m + k] for a in range(n)) for k in range(m * m)] if g else []
+        dg = [sum(g[r * m + j] * hat[j * m + c] for j in range(m)) for r in range(m) for c in range(m)] if g else []
+        dmu = [x + y for x, y in zip(coad(eta, mu), force(q, time, eta, mu, coad))]
+        return dmu, dg
+
+    def shifted(x, k, factor):
+        return [a + factor * b for a, b in zip(x, k)]
+
+    t, mu, g = q["time"], q["mu"], q.get("g", [])
+    k1 = rate(t, mu, g)
+    k2 = rate(t + h / 2, shifted(mu, k1[0], h / 2), shifted(g, k1[1], h / 2))
+    k3 = rate(t + h / 2, shifted(mu, k2[0], h / 2), shifted(g, k2[1], h / 2))
+    k4 = rate(t + h, shifted(mu, k3[0], h), shifted(g, k3[1], h))
+    for k, factor in ((k1, h / 6), (k2, h / 3), (k3, h / 3), (k4, h / 6)):
+        mu, g = shifted(mu, k[0], factor), shifted(g, k[1], factor)
+    return {"mu": mu, "g": g}
+
+
+for line in sys.stdin:
+    try:
+        answer = step(json.loads(line))
+    except NotImplementedError as reason:
+        answer = {"unsupported": str(reason)}
+    print(json.dumps(answer), flush=True)

@@ -1,0 +1,421 @@
+//! A command that is asked and answers, a line each, within a time limit and with bounded memory.
+
+use std::collections::VecDeque;
+use std::io::{Read, Write};
+use std::process::{Child, ChildStdin, Command, Stdio};
+use std::sync::atomic::{AtomicUsize, Ordering};
+use std::sync::mpsc::{Receiver, RecvTimeoutError, Sender, SyncSender, TryRecvError, channel, sync_channel};
+use std::sync::{Arc, Mutex};
+use std::thread;
+use std::time::{Duration, Instant};
+
+/// What a program may take.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Limits {
+    /// For one answer.
+    pub timeout: Duration,
+    /// Of one answer, in bytes; and of what it writes to standard error while it is asked.
+    pub bytes: usize,
+    /// How often it is started again after it failed.
+    pub restarts: usize,
+}
+
+impl Default for Limits {
+    fn default() -> Self {
+        Self { timeout: Duration::from_secs(10), bytes: 1 << 20, restarts: 5 }
+    }
+}
+
+/// A request, and what came back (cut where it is long).
+#[derive(Clone, Debug, PartialEq, Eq, serde::Serialize, serde::Deserialize)]
+pub struct Exchange {
+    /// The line that was written.
+    pub request: String,
+    /// The line that was read; empty where none came.
+    pub answer: String,
+}
+
+/// Why there is no answer.
+#[derive(Clone, Debug, PartialEq, thiserror::Error)]
+pub enum Silence {
+    /// The command cannot be started.
+    #[error("the stepper cannot be started: {why}")]
+    NotStarted {
+        /// The system's reason.
+        why: String,
+    },
+    /// No line within the time limit.
+    #[error("the stepper hangs: no answer within {seconds} s{}{}", heard(heard_so_far), errors(stderr))]
+    Hung {
+        /// The time limit.
+        seconds: f64,
+        /// What it had written of a line, without a newline.
+        heard_so_far: String,
+        /// The end of its standard error.
+        stderr: String,
+    },
+    /// It ended.
+    #[error("the stepper died ({status}){}{}", heard(heard_so_far), errors(stderr))]
+    Died {
+        /// How.
+        status: String,
+        /// What it had written of a line, without a newline.
+        heard_so_far: String,
+        /// The end of its standard error.
+        stderr: String,
+    },
+    /// A line without end, or errors without end.
+    #[error("the stepper floods its standard {stream}: more than {bytes} bytes for one request")]
+    Flooded {
+        /// `output` or `error`.
+        stream: &'static str,
+        /// The limit.
+        bytes: usize,
+    },
+    /// A line before it was asked.
+    #[error("the stepper answers before it is asked: {line}")]
+    Unasked {
+        /// The line, cut where it is long.
+        line: String,
+    },
+    /// It failed too often.
+    #[error("not run: the stepper failed {failures} times and is not started again")]
+    GivenUp {
+        /// How often.
+        failures: usize,
+    },
+}
+
+fn heard(text: &str) -> String {
+    if text.is_empty() { String::new() } else { format!("; it had written, without a newline: {text}") }
+}
+
+fn errors(text: &str) -> String {
+    if text.is_empty() { String::new() } else { format!("; its standard error ends with: {text}") }
+}
+
+/// The beginning of a text, as one line without control characters.
+pub(super) fn shown(bytes: &[u8], most: usize) -> String {
+    let text = String::from_utf8_lossy(&bytes[..bytes.len().min(4 * most)]);
+    let mut line: String = text.chars().take(most).map(|c| if c.is_control() { ' ' } else { c }).collect();
+    if text.chars().count() > most || bytes.len() > 4 * most {
+        line.push('…');
+    }
+    line.trim_end().to_owned()
+}
+
+/// The most of a text that is shown.
+const SHOWN: usize = 200;
+
+/// The most of a line that is kept in an exchange.
+const KEPT: usize = 20_000;
+
+/// How much of the end of standard error is kept.
+const TAIL: usize = 1000;
+
+/// How many exchanges are kept: the first ones, and the last.
+const EXCHANGES: usize = 4;
+
+enum Event {
+    Line(Vec<u8>),
+    TooLong,
+    End(Vec<u8>),
+    Errors,
+}
+
+/// Standard error, as far as it is kept.
+#[derive(Default)]
+struct Errors {
+    tail: Mutex<VecDeque<u8>>,
+    since_asked: AtomicUsize,
+}
+
+struct Running {
+    child: Child,
+    requests: Option<Sender<String>>,
+    events: Receiver<Event>,
+    errors: Arc<Errors>,
+    partial: Arc<Mutex<Vec<u8>>>,
+}
+
+/// A command with its limits: started when it is first asked.
+pub struct Program {
+    command: Vec<String>,
+    limits: Limits,
+    running: Option<Running>,
+    failures: usize,
+    log: Vec<Exchange>,
+}
+
+impl Program {
+    /// A program and its arguments. Nothing is started yet.
+    pub fn new(command: &[String], limits: Limits) -> Self {
+        Self { command: command.to_vec(), limits, running: None, failures: 0, log: Vec::new() }
+    }
+
+    /// Starts it, where it is not running.
+    ///
+    /// # Errors
+    /// [`Silence::NotStarted`].
+    pub fn start(&mut self) -> Result<(), Silence> {
+        if self.running.is_none() {
+            self.running = Some(start(&self.command, self.limits.bytes)?);
+        }
+        Ok(())
+    }
+
+    /// How often it failed.
+    pub fn failures(&self) -> usize {
+        self.failures
+    }
+
+    /// Whether it failed too often to be started again.
+    pub fn is_given_up(&self) -> bool {
+        self.failures > self.limits.restarts
+    }
+
+    /// Forgets the exchanges.
+    pub fn forget(&mut self) {
+        self.log.clear();
+    }
+
+    /// The first exchanges since they were forgotten, and the last.
+    pub fn exchanges(&self) -> &[Exchange] {
+        &self.log
+    }
+
+    /// Writes a line, and waits for the line that answers it.
+    ///
+    /// # Errors
+    /// See [`Silence`]; the program is then killed, and started again for the next request.
+    pub fn ask(&mut self, request: &str) -> Result<Vec<u8>, Silence> {
+        if self.is_given_up() {
+            return Err(Silence::GivenUp { failures: self.failures });
+        }
+        let answer = self.exchange(request);
+        let line = match &answer {
+            Ok(line) => shown(line, KEPT),
+            Err(_) => String::new(),
+        };
+        self.note(Exchange { request: request.to_owned(), answer: line });
+        if answer.is_err() {
+            self.failed();
+        }
+        answer
+    }
+
+    /// What it answered is no state: it is killed, and that counts as a failure.
+    pub fn failed(&mut self) {
+        self.failures += 1;
+        self.stop(Duration::ZERO);
+    }
+
+    fn note(&mut self, exchange: Exchange) {
+        if self.log.len() == EXCHANGES {
+            self.log.pop();
+        }
+        self.log.push(exchange);
+    }
+
+    fn exchange(&mut self, request: &str) -> Result<Vec<u8>, Silence> {
+        let limits = self.limits;
+        let running = match self.running.take() {
+            Some(running) => running,
+            None => start(&self.command, limits.bytes)?,
+        };
+        let running = self.running.insert(running);
+        match running.events.try_recv() {
+            Ok(event) => return running.answered(event, &limits, true),
+            Err(TryRecvError::Empty) => {}
+            Err(TryRecvError::Disconnected) => return Err(running.died(Vec::new())),
+        }
+        running.errors.since_asked.store(0, Ordering::Relaxed);
+        if let Some(requests) = &running.requests {
+            // Where the writer has ended the program has too: the events say so.
+            let _ = requests.send(format!("{request}\n"));
+        }
+        match running.events.recv_timeout(limits.timeout) {
+            Ok(event) => running.answered(event, &limits, false),
+            Err(RecvTimeoutError::Disconnected) => Err(running.died(Vec::new())),
+            Err(RecvTimeoutError::Timeout) => Err(Silence::Hung {
+                seconds: limits.timeout.as_secs_f64(),
+                heard_so_far: running.partial.lock().map(|partial| shown(&partial, SHOWN)).unwrap_or_default(),
+                stderr: running.stderr(),
+            }),
+        }
+    }
+
+    /// Ends the process: a while to end by itself when its input closes, then killed with its group. It is always waited for.
+    fn stop(&mut self, patience: Duration) {
+        let Some(mut running) = self.running.take() else { return };
+        running.requests = None;
+        let deadline = Instant::now() + patience;
+        while Instant::now() < deadline {
+            if !matches!(running.child.try_wait(), Ok(None)) {
+                break;
+            }
+            thread::sleep(Duration::from_millis(2));
+        }
+        kill_group(&running.child);
+        let _ = running.child.kill();
+        let _ = running.child.wait();
+    }
+}
+
+impl Drop for Program {
+    fn drop(&mut self) {
+        self.stop(Duration::from_millis(200));
+    }
+}
+
+/// Kills what the command has started as well: a shell's child would go on, and hold the pipes open.
+fn kill_group(child: &Child) {
+    #[cfg(unix)]
+    if let Some(group) = i32::try_from(child.id()).ok().and_then(rustix::process::Pid::from_raw) {
+        let _ = rustix::process::kill_process_group(group, rustix::process::Signal::KILL);
+    }
+    #[cfg(not(unix))]
+    let _ = child;
+}
+
+impl Running {
+    fn answered(&mut self, event: Event, limits: &Limits, unasked: bool) -> Result<Vec<u8>, Silence> {
+        match event {
+            Event::Line(line) if unasked => Err(Silence::Unasked { line: shown(&line, SHOWN) }),
+            Event::Line(line) => Ok(line),
+            Event::TooLong => Err(Silence::Flooded { stream: "output", bytes: limits.bytes }),
+            Event::Errors => Err(Silence::Flooded { stream: "error", bytes: limits.bytes }),
+            Event::End(partial) => Err(self.died(partial)),
+        }
+    }
+
+    fn died(&mut self, partial: Vec<u8>) -> Silence {
+        // Its output has ended; the process may need a moment more, or go on without output.
+        let deadline = Instant::now() + Duration::from_millis(500);
+        let status = loop {
+            match self.child.try_wait() {
+                Ok(Some(status)) => break status.to_string(),
+                Ok(None) if Instant::now() < deadline => thread::sleep(Duration::from_millis(5)),
+                Ok(None) => break "it closed its standard output and goes on".into(),
+                Err(error) => break error.to_string(),
+            }
+        };
+        Silence::Died { status, heard_so_far: shown(&partial, SHOWN), stderr: self.stderr() }
+    }
+
+    fn stderr(&self) -> String {
+        // What it wrote last may be on its way.
+        thread::sleep(Duration::from_millis(20));
+        let tail = self.errors.tail.lock();
+        tail.map(|tail| shown(&tail.iter().copied().collect::<Vec<_>>(), TAIL)).unwrap_or_default()
+    }
+}
+
+fn start(command: &[String], bytes: usize) -> Result<Running, Silence> {
+    let not_started = |why: String| Silence::NotStarted { why };
+    let (name, arguments) = command.split_first().ok_or_else(|| not_started("there is no command".into()))?;
+    let mut process = Command::new(name);
+    process.args(arguments).stdin(Stdio::piped()).stdout(Stdio::piped()).stderr(Stdio::piped());
+    #[cfg(unix)]
+    std::os::unix::process::CommandExt::process_group(&mut process, 0);
+    let mut child = process.spawn().map_err(|error| not_started(format!("{name}: {error}")))?;
+    let (Some(input), Some(output), Some(stderr)) = (child.stdin.take(), child.stdout.take(), child.stderr.take())
+    else {
+        return Err(not_started(format!("{name}: it has no pipes")));
+    };
+    let (requests, lines) = channel();
+    // Bounded: who floods waits.
+    let (events, received) = sync_channel(4);
+    let (errors, partial) = (Arc::new(Errors::default()), Arc::new(Mutex::new(Vec::new())));
+    let spawned = [
+        spawn(move || write_requests(input, &lines)),
+        spawn({
+            let (events, partial) = (events.clone(), partial.clone());
+            move || read_answers(output, bytes, &events, &partial)
+        }),
+        spawn({
+            let errors = errors.clone();
+            move || read_errors(stderr, bytes, &events, &errors)
+        }),
+    ];
+    let running = Running { child, requests: Some(requests), events: received, errors, partial };
+    if let Some(error) = spawned.into_iter().find_map(Result::err) {
+        let mut half = Program::new(&[], Limits::default());
+        half.running = Some(running);
+        half.stop(Duration::ZERO);
+        return Err(not_started(format!("no thread for it: {error}")));
+    }
+    Ok(running)
+}
+
+fn spawn(body: impl FnOnce() + Send + 'static) -> std::io::Result<()> {
+    thread::Builder::new().name("stepper".into()).spawn(body).map(drop)
+}
+
+/// Until the program or the other end of the channel is gone.
+fn write_requests(mut input: ChildStdin, lines: &Receiver<String>) {
+    while let Ok(line) = lines.recv() {
+        if input.write_all(line.as_bytes()).and_then(|()| input.flush()).is_err() {
+            return;
+        }
+    }
+}
+
+fn read_answers(mut output: impl Read, most: usize, events: &SyncSender<Event>, partial: &Mutex<Vec<u8>>) {
+    let mut chunk = [0; 8192];
+    loop {
+        let read = match output.read(&mut chunk) {
+            Err(error) if error.kind() == std::io::ErrorKind::Interrupted => continue,
+            read => read.unwrap_or(0),
+        };
+        let Ok(mut line) = partial.lock() else { return };
+        if read == 0 {
+            let rest = std::mem::take(&mut *line);
+            drop(line);
+            let _ = events.send(Event::End(rest));
+            return;
+        }
+        let mut complete = Vec::new();
+        for piece in chunk[..read].split_inclusive(|byte| *byte == b'\n') {
+            line.extend_from_slice(piece);
+            if line.len() > most {
+                line.clear();
+                complete.push(Event::TooLong);
+                break;
+            }
+            if line.ends_with(b"\n") {
+                line.pop();
+                complete.push(Event::Line(std::mem::take(&mut *line)));
+            }
+        }
+        drop(line);
+        for event in complete {
+            let last = matches!(event, Event::TooLong);
+            if events.send(event).is_err() || last {
+                return;
+            }
+        }
+    }
+}
+
+fn read_errors(mut stderr: impl Read, most: usize, events: &SyncSender<Event>, errors: &Errors) {
+    let mut chunk = [0; 8192];
+    loop {
+        let read = match stderr.read(&mut chunk) {
+            Err(error) if error.kind() == std::io::ErrorKind::Interrupted => continue,
+            read => read.unwrap_or(0),
+        };
+        if read == 0 {
+            return;
+        }
+        if let Ok(mut tail) = errors.tail.lock() {
+            tail.extend(&chunk[..read]);
+            let excess = tail.len().saturating_sub(TAIL);
+            tail.drain(..excess);
+        }
+        if errors.since_asked.fetch_add(read, Ordering::Relaxed) + read > most {
+            let _ = events.send(Event::Errors);
+            return;
+        }
+    }
+}

@@ -1,0 +1,195 @@
+//! The lines of the protocol: what is asked, and how an answer is read.
+
+use super::program::shown;
+use crate::laws::method::Point;
+use crate::mechanics::{self, Lagrangian};
+use crate::retraction::Retraction;
+use crate::scalar::Number;
+use crate::system::case::{Case, Drag, Force};
+use crate::system::{CaseError, System, Visitor};
+use serde::Serialize;
+use serde_json::Value;
+
+/// The version of the protocol.
+pub const VERSION: u32 = 1;
+
+/// One term of the force, in numbers. Every matrix is a list of n² numbers by rows.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+#[serde(tag = "kind", rename_all = "kebab-case")]
+enum Term {
+    DoubleBracket { alpha: f64 },
+    Metriplectic { beta: f64 },
+    LinearDrag { matrix: Vec<f64> },
+    QuadraticDrag { matrix: Vec<f64> },
+    Constant { value: Vec<f64> },
+    Periodic { value: Vec<f64>, frequency: f64, phase: f64 },
+}
+
+/// A system in the numbers of the protocol: what the requests on it have in common.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct Described {
+    version: u32,
+    dimension: usize,
+    /// C^c_ab at (a n + b) n + c.
+    constants: Vec<f64>,
+    /// m; 0 without a group.
+    size: usize,
+    /// ê_a, n·m·m numbers.
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    basis: Vec<f64>,
+    inertia: Vec<f64>,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    quartic: Option<f64>,
+    force: Vec<Term>,
+}
+
+#[derive(Serialize)]
+struct Request<'a> {
+    #[serde(flatten)]
+    system: &'a Described,
+    time: f64,
+    step: f64,
+    mu: &'a [f64],
+    #[serde(skip_serializing_if = "<[f64]>::is_empty")]
+    g: &'a [f64],
+}
+
+/// Constants, matrices of the basis and inertia.
+struct Numbers(usize);
+
+impl Visitor<f64> for Numbers {
+    type Output = [Vec<f64>; 3];
+
+    fn visit<const N: usize, const D: usize, R, L, F>(self, system: System<f64, N, D, R, L, F>) -> Self::Output
+    where
+        R: Retraction<f64, N, D> + 'static,
+        L: Lagrangian<f64, N> + 'static,
+        F: mechanics::Force<f64, N> + 'static,
+    {
+        let m = self.0;
+        let constant = |k: usize| system.algebra.constant(k / (N * N), k / N % N, k % N);
+        let basis = system.group.iter().flat_map(|group| group.basis().iter());
+        let basis = basis.flat_map(|matrix| (0..m * m).map(|k| matrix[(k / m, k % m)])).collect();
+        // At rest the Hessian is the inertia, with a quartic term or without.
+        let inertia = system.lagrangian.hessian(&crate::algebra::Vector::<f64, N>::zeros());
+        let inertia = (0..N * N).map(|k| inertia[(k / N, k % N)]).collect();
+        [(0..N * N * N).map(constant).collect(), basis, inertia]
+    }
+}
+
+impl Described {
+    /// The description of a case.
+    ///
+    /// # Errors
+    /// A case that cannot be built.
+    pub fn of(case: &Case) -> Result<Self, CaseError> {
+        let (n, size) = (case.dimension(), crate::laws::method::matrix_size(case));
+        let [constants, basis, inertia] = case.dispatch::<f64, _>(Numbers(size))?;
+        // A case that can be built has finite numbers.
+        let number = |x: &Number| x.eval::<f64>().unwrap_or(f64::NAN);
+        let list = |list: &[Number]| list.iter().map(number).collect::<Vec<f64>>();
+        let matrix = |drag: &Drag| match drag {
+            Drag::Coefficient(k) => (0..n * n).map(|e| if e / n == e % n { number(k) } else { 0.0 }).collect(),
+            Drag::Matrix(rows) => rows.iter().flatten().map(number).collect(),
+        };
+        let term = |force: &Force| {
+            Some(match force {
+                // A case with such a force has not been built.
+                Force::Given => return None,
+                Force::DoubleBracket { alpha } => Term::DoubleBracket { alpha: number(alpha) },
+                Force::Metriplectic { beta } => Term::Metriplectic { beta: number(beta) },
+                Force::LinearDrag(drag) => Term::LinearDrag { matrix: matrix(drag) },
+                Force::QuadraticDrag(drag) => Term::QuadraticDrag { matrix: matrix(drag) },
+                Force::Constant { value } => Term::Constant { value: list(value) },
+                Force::Periodic { value, frequency, phase } => {
+                    Term::Periodic { value: list(value), frequency: number(frequency), phase: number(phase) }
+                }
+            })
+        };
+        Ok(Self {
+            version: VERSION,
+            dimension: n,
+            constants,
+            size,
+            basis,
+            inertia,
+            quartic: case.lagrangian.quartic.as_ref().map(number),
+            force: case.forces.iter().filter_map(term).collect(),
+        })
+    }
+
+    /// m: the size of the group's matrices; 0 where there is no group.
+    pub fn size(&self) -> usize {
+        self.size
+    }
+
+    /// The request for a step of size h from `point`: one line, without its newline.
+    pub fn request(&self, point: &Point<f64>, h: f64) -> String {
+        let request = Request { system: self, time: point.time, step: h, mu: &point.momentum, g: &point.attitude };
+        serde_json::to_string(&request).unwrap_or_default()
+    }
+}
+
+/// What an answer says.
+#[derive(Clone, Debug, PartialEq)]
+pub enum Reply {
+    /// μ and g.
+    State {
+        /// n numbers.
+        mu: Vec<f64>,
+        /// m² numbers by rows; none where none were sent.
+        g: Vec<f64>,
+    },
+    /// The method does not apply, and why.
+    Unsupported(String),
+    /// The method could not take the step, and why.
+    Error(String),
+}
+
+/// Reads an answer to a request with n numbers of μ and so many of g.
+///
+/// # Errors
+/// What is wrong with it, with its beginning.
+pub fn parse(line: &[u8], n: usize, entries: usize) -> Result<Reply, String> {
+    let said = || shown(line, 200);
+    let value: Value = serde_json::from_slice(line).map_err(|error| {
+        let text = String::from_utf8_lossy(line).to_lowercase();
+        match ["nan", "infinity", "inf"].iter().any(|word| text.contains(word)) {
+            true => format!("the stepper answers NaN or infinity, which are no JSON: {}", said()),
+            false => format!("the stepper's answer is not JSON ({error}): {}", said()),
+        }
+    })?;
+    let Value::Object(object) = &value else {
+        return Err(format!("the stepper's answer is not a JSON object: {}", said()));
+    };
+    let reason = |key: &str| {
+        let text = object.get(key).map(|value| value.as_str().map_or_else(|| value.to_string(), str::to_owned));
+        text.map(|text| shown(text.as_bytes(), 120))
+    };
+    if let Some(why) = reason("unsupported") {
+        return Ok(Reply::Unsupported(why));
+    }
+    if let Some(why) = reason("error") {
+        return Ok(Reply::Error(why));
+    }
+    let numbers = |key: &str, wanted: usize| {
+        let list = match object.get(key) {
+            None => return Err(format!("the stepper's answer has no \"{key}\": {}", said())),
+            Some(Value::Array(list)) => list,
+            Some(_) => return Err(format!("\"{key}\" in the stepper's answer is not a list of numbers: {}", said())),
+        };
+        if list.len() != wanted {
+            let found = list.len();
+            return Err(format!("\"{key}\" in the stepper's answer has {found} numbers, not {wanted}: {}", said()));
+        }
+        let number = |(k, entry): (usize, &Value)| {
+            let place =
+                || format!("\"{key}\"[{k}] in the stepper's answer is {entry}, not a finite number: {}", said());
+            entry.as_f64().filter(|x| x.is_finite()).ok_or_else(place)
+        };
+        list.iter().enumerate().map(number).collect::<Result<Vec<f64>, String>>()
+    };
+    let mu = numbers("mu", n)?;
+    let g = if entries == 0 { Vec::new() } else { numbers("g", entries)? };
+    Ok(Reply::State { mu, g })
+}

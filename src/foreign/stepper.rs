@@ -1,0 +1,134 @@
+//! Methods made of a program.
+
+use super::program::{Exchange, Limits, Program, Silence};
+use super::protocol::{Described, Reply, parse};
+use crate::integrators::{OneStep, Report, Solver, State, StepError};
+use crate::laws::method::{Point, Stepper, Subject, matrix_size};
+use crate::system::{Case, CaseError, Place, Problem};
+use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
+
+/// A program that takes steps, to be asked on any described system.
+#[derive(Clone)]
+pub struct Foreign {
+    program: Arc<Mutex<Program>>,
+}
+
+impl Foreign {
+    /// The program and its arguments; it is started when it is first asked.
+    pub fn new(command: &[String], limits: Limits) -> Self {
+        Self { program: Arc::new(Mutex::new(Program::new(command, limits))) }
+    }
+
+    fn program(&self) -> MutexGuard<'_, Program> {
+        self.program.lock().unwrap_or_else(PoisonError::into_inner)
+    }
+
+    /// Starts the program, where it is not running.
+    ///
+    /// # Errors
+    /// [`Silence::NotStarted`].
+    pub fn start(&self) -> Result<(), Silence> {
+        self.program().start()
+    }
+
+    /// How often the program failed: hung, died, or answered with something else than a state.
+    pub fn failures(&self) -> usize {
+        self.program().failures()
+    }
+
+    /// Whether it failed too often to be started again.
+    pub fn is_given_up(&self) -> bool {
+        self.program().is_given_up()
+    }
+
+    /// Forgets the exchanges.
+    pub fn forget(&self) {
+        self.program().forget();
+    }
+
+    /// The first exchanges since they were forgotten, and the last.
+    pub fn exchanges(&self) -> Vec<Exchange> {
+        self.program().exchanges().to_vec()
+    }
+
+    /// One request and what came of it.
+    ///
+    /// # Errors
+    /// [`StepError::Unsupported`], [`StepError::Refused`] and [`StepError::NoAnswer`], as the program answers.
+    fn ask(&self, system: &Described, point: &Point<f64>, h: f64) -> Result<Point<f64>, StepError> {
+        let mut program = self.program();
+        let line = match program.ask(&system.request(point, h)) {
+            Ok(line) => line,
+            Err(Silence::GivenUp { failures }) => {
+                let why = Silence::GivenUp { failures }.to_string();
+                return Err(StepError::Refused { step: h, why });
+            }
+            Err(silence) => return Err(StepError::NoAnswer { why: silence.to_string() }),
+        };
+        match parse(&line, point.momentum.len(), point.attitude.len()) {
+            Ok(Reply::State { mu, g }) => Ok(Point { time: point.time + h, momentum: mu, attitude: g }),
+            Ok(Reply::Unsupported(why)) => Err(StepError::Unsupported { why }),
+            Ok(Reply::Error(why)) => Err(StepError::Refused { step: h, why }),
+            Err(why) => {
+                program.failed();
+                Err(StepError::NoAnswer { why })
+            }
+        }
+    }
+
+    /// The program as a method on a described system, whatever its dimension.
+    ///
+    /// # Errors
+    /// A case that cannot be built.
+    pub fn on(&self, case: &Case) -> Result<impl Stepper<f64> + use<>, CaseError> {
+        Ok(Steps { foreign: self.clone(), system: Described::of(case)? })
+    }
+}
+
+impl Subject for Foreign {
+    fn double<'a>(&'a self, case: &Case) -> Result<Box<dyn Stepper<f64> + 'a>, StepError> {
+        match self.on(case) {
+            Ok(steps) => Ok(Box::new(steps)),
+            Err(error) => Err(StepError::Unsupported { why: error.to_string() }),
+        }
+    }
+}
+
+struct Steps {
+    foreign: Foreign,
+    system: Described,
+}
+
+impl Stepper<f64> for Steps {
+    fn step(&mut self, point: &Point<f64>, h: f64) -> Result<Point<f64>, StepError> {
+        self.foreign.ask(&self.system, point, h)
+    }
+}
+
+/// The program as a one-step method on one described system.
+pub struct ForeignStepper<const N: usize, const D: usize>(Steps);
+
+impl<const N: usize, const D: usize> ForeignStepper<N, D> {
+    /// The program on the system of a case. N is the dimension of its algebra; D is at least the size of its matrices.
+    ///
+    /// # Errors
+    /// A case that cannot be built, or is not of these dimensions.
+    pub fn new(foreign: &Foreign, case: &Case) -> Result<Self, CaseError> {
+        let (n, m) = (case.dimension(), matrix_size(case));
+        if n != N || m > D {
+            let found = format!("of dimension {n}, with matrices of size {m}");
+            let allowed = format!("dimension {N}, with matrices of size at most {D}");
+            return Err(Place::root().key("algebra").error(Problem::Range { found, allowed }));
+        }
+        Ok(Self(Steps { foreign: foreign.clone(), system: Described::of(case)? }))
+    }
+}
+
+impl<const N: usize, const D: usize> OneStep<f64, N, D> for ForeignStepper<N, D> {
+    fn step(&mut self, state: &mut State<f64, N, D>, h: f64) -> Result<Report<f64>, StepError> {
+        state.check_finite(h)?;
+        let point = Point::of(state, self.0.system.size());
+        *state = self.0.step(&point, h)?.state();
+        Ok(Report { solver: Solver::Explicit, iterations: 0, residual: 0.0 })
+    }
+}

@@ -1,0 +1,184 @@
+//! The laws of methods, of this crate's integrator: with planted faults.
+
+use super::{Claims, Stepper, Subject, Untyped, check_case, named};
+use crate::harness::{Fault, Verdict};
+use crate::integrators::{OneStep, Report, State, StepError};
+use crate::laws::CaseLaw;
+use crate::laws::integrators::subject;
+use crate::laws::planted::retraction::{Plant, SHIFTED};
+use crate::laws::planted::step::{
+    CHART, FIRST_STAGE, FORCE_INDEX, FORCE_TIME, FROM_LEFT, HALVED, INVERTED, NO_FORCE, NO_SECOND, NOT_TRANSPORTED,
+    ORDER_TWO,
+};
+use crate::laws::planted::tableau::COEFFICIENT;
+use crate::mechanics::{Force, Lagrangian};
+use crate::retraction::Retraction;
+use crate::scalar::{Dd, Real};
+use crate::system::{Case, Cases, System, Visitor};
+use crate::tableau::{Classic, Description, Family, variational_order};
+use proptest::sample::select;
+use proptest::strategy::{BoxedStrategy, Strategy};
+
+/// μ'_1 (1 + h) for μ'_1.
+pub const FAVOURED: Fault = Fault::new(
+    "favoured-axis",
+    "μ'_1 multiplied by 1 + h: the first basis vector is not like the others",
+    "every system",
+);
+/// μ' (1 + h t) for μ'.
+pub const SEES_TIME: Fault = Fault::new(
+    "sees-time",
+    "μ' multiplied by 1 + h t: t is seen where the force does not depend on it",
+    "every system",
+);
+/// μ' (1 + h g_11) for μ'.
+pub const SEES_ATTITUDE: Fault =
+    Fault::new("sees-attitude", "μ' multiplied by 1 + h g_11: the momentum sees the attitude", "every group");
+
+/// The step of a system that it owns.
+struct Owned<T: Real, const N: usize, const D: usize, R, L, F> {
+    system: System<T, N, D, R, L, F>,
+    fault: Option<Fault>,
+}
+
+impl<T, const N: usize, const D: usize, R, L, F> OneStep<T, N, D> for Owned<T, N, D, R, L, F>
+where
+    T: Real,
+    R: Retraction<T, N, D>,
+    L: Lagrangian<T, N>,
+    F: Force<T, N>,
+{
+    fn step(&mut self, state: &mut State<T, N, D>, h: T) -> Result<Report<T>, StepError> {
+        let (time, corner) = (state.time, state.attitude[(0, 0)]);
+        let report = subject(&self.system, self.fault.as_ref()).step(state, h)?;
+        let size = |fault: &Fault| T::exact(Fault::size_of(self.fault.as_ref(), fault.name));
+        state.momentum[0] *= T::one() + h * size(&FAVOURED);
+        state.momentum *= T::one() + h * time * size(&SEES_TIME);
+        state.momentum *= T::one() + h * corner * size(&SEES_ATTITUDE);
+        Ok(report)
+    }
+}
+
+struct Build(Option<Fault>);
+
+impl<T: Real> Visitor<T> for Build {
+    type Output = Box<dyn Stepper<T>>;
+
+    fn visit<const N: usize, const D: usize, R, L, F>(self, system: System<T, N, D, R, L, F>) -> Self::Output
+    where
+        R: Retraction<T, N, D> + 'static,
+        L: Lagrangian<T, N> + 'static,
+        F: Force<T, N> + 'static,
+    {
+        Box::new(Untyped::<_, N, D>(Owned { system, fault: self.0 }))
+    }
+}
+
+/// This crate's variational integrator, with a fault planted in it or without. For algebras of dimension 2, 3, 4 and 6.
+pub struct Library {
+    /// The fault.
+    pub fault: Option<Fault>,
+    /// Whether it is judged in 32 digits too.
+    pub quad: bool,
+}
+
+impl Library {
+    fn build<T: Real>(&self, case: &Case) -> Result<Box<dyn Stepper<T>>, StepError> {
+        let plant = Plant(self.fault.as_ref());
+        let built = case.dispatch_main_with::<T, _>(&plant, Build(self.fault));
+        built.map_err(|error| StepError::Unsupported { why: error.to_string() })
+    }
+}
+
+impl Subject for Library {
+    fn double<'a>(&'a self, case: &Case) -> Result<Box<dyn Stepper<f64> + 'a>, StepError> {
+        self.build::<f64>(case)
+    }
+
+    fn quad<'a>(&'a self, case: &Case) -> Option<Result<Box<dyn Stepper<Dd> + 'a>, StepError>> {
+        self.quad.then(|| self.build::<Dd>(case).map(|stepper| stepper as _))
+    }
+}
+
+/// The highest order of a tableau that is drawn here, and one more.
+const HIGHEST: usize = 6;
+
+/// What the theory claims of the integrator of a case.
+pub fn claims(case: &Case) -> Claims {
+    let tableau = case.method.tableau.build::<Dd>();
+    let order = tableau.map(|tableau| variational_order(&tableau, HIGHEST).order as u32).ok();
+    Claims { order, casimirs: true, ..Claims::default() }
+}
+
+fn judge(name: &str, case: &Case, fault: Option<&Fault>) -> Verdict {
+    let library = Library { fault: fault.copied(), quad: true };
+    match named(name) {
+        Some(law) => check_case(law, &library, case, &claims(case)).verdict,
+        None => Verdict::broken(format!("there is no law {name}")),
+    }
+}
+
+fn drawn(name: &str, cases: Cases) -> BoxedStrategy<Case> {
+    let base = base(cases);
+    named(name).map_or(base.clone(), |law| law.cases(base)).boxed()
+}
+
+/// Groups of the main dimensions, with tableaux of few stages.
+fn base(cases: Cases) -> Cases {
+    let mut tableaux: Vec<Description> = vec![
+        Description::Family(Family::Gauss, 1),
+        Description::Family(Family::Gauss, 2),
+        Description::Family(Family::LobattoIIIA, 2),
+        Description::Family(Family::LobattoIIIB, 2),
+        Description::Family(Family::RadauIIA, 2),
+    ];
+    tableaux.extend([Classic::Rk4, Classic::Heun2].map(Description::Classic));
+    cases.with_group().main_dimensions().with_tableaux(select(tableaux))
+}
+
+macro_rules! law {
+    ($name:literal, $index:literal, $faults:expr) => {
+        CaseLaw {
+            name: $name,
+            statement: super::LAWS[$index].statement,
+            source: super::LAWS[$index].source,
+            oracle: super::LAWS[$index].oracle,
+            bound: super::LAWS[$index].bound,
+            cost: super::LAWS[$index].cost,
+            faults: $faults,
+            cases: |cases| drawn($name, cases),
+            check: |case, fault| judge($name, case, fault),
+        }
+    };
+}
+
+/// The laws of methods on this crate's integrator, with the claims of the theory: its order and its Casimirs.
+pub fn laws() -> &'static [CaseLaw] {
+    LAWS
+}
+
+static LAWS: &[CaseLaw] = &[
+    law!(
+        "method-order",
+        0,
+        &[
+            NO_FORCE,
+            NOT_TRANSPORTED,
+            FIRST_STAGE,
+            FORCE_INDEX,
+            FORCE_TIME,
+            INVERTED,
+            FROM_LEFT,
+            ORDER_TWO,
+            COEFFICIENT,
+            FAVOURED,
+            SEES_TIME,
+            SEES_ATTITUDE
+        ]
+    ),
+    law!("method-casimirs", 1, &[CHART, HALVED, NOT_TRANSPORTED, FAVOURED]),
+    law!("method-energy", 2, &[NO_FORCE, NOT_TRANSPORTED, NO_SECOND, FAVOURED]),
+    law!("method-reversibility", 3, &[FORCE_TIME, NOT_TRANSPORTED, FROM_LEFT, INVERTED, SEES_ATTITUDE]),
+    law!("method-equivariance", 4, &[FROM_LEFT, SEES_TIME, SEES_ATTITUDE]),
+    law!("method-presentation", 5, &[SHIFTED, FAVOURED]),
+];

@@ -1,0 +1,454 @@
+//! Laws of any one-step method for a described system: of this crate, of its user, or of another program.
+//!
+//! The subject is a [`Setup`]: a system as the theory knows it ([`Theory`]) and a method that steps on it ([`Stepper`]). A
+//! method that has 16 digits only is judged in these; one that has 32 as well is judged by them, identities by both. What is
+//! asked beyond consistency are [`Claims`]: where nothing is claimed, a defect need only be of the method's order.
+//!
+//! | law | without a claim | with it |
+//! |---|---|---|
+//! | `method-order` | at least 1; the slope is reported | as claimed, on both sides |
+//! | `method-casimirs` | the drift falls at the order | without force: none but rounding |
+//! | `method-energy` | the balance closes at the order | without force: no drift but rounding |
+//! | `method-reversibility` | Φ_{−h}∘Φ_h − 1 falls at the order | nothing but rounding |
+//! | `method-equivariance` | left translations, time translations, repetition: nothing but rounding | |
+//! | `method-presentation` | a change of basis of the algebra: nothing but rounding | |
+//!
+//! [`LAWS`] has them by name, [`check`] judges one on a setup, [`check_case`] on a described system. [`library`] has the same
+//! laws as [`CaseLaw`](super::CaseLaw)s of this crate's integrator, with planted faults.
+
+pub mod library;
+mod slopes;
+mod symmetry;
+mod theory;
+
+pub use theory::{Parts, Point, Quantity, Solved, Stepper, SystemParts, Theory, Untyped, Value, coordinates};
+
+use super::integrators::refused;
+use super::precision::{AGREEMENT, Measured, alone, compare};
+use crate::harness::convergence::Estimate;
+use crate::harness::{Cost, Verdict};
+use crate::integrators::StepError;
+use crate::mechanics::{Force, Lagrangian};
+use crate::retraction::Retraction;
+use crate::scalar::{Dd, Real, Scalar};
+use crate::study::problem;
+use crate::system::case::Structure;
+use crate::system::{Case, CaseError, Cases, System, Visitor};
+use serde::{Deserialize, Serialize};
+use std::cell::RefCell;
+
+/// What is claimed of a method.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Claims {
+    /// Its order, neither more nor less. `None`: at least 1.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub order: Option<u32>,
+    /// Without force it keeps Casimirs to round-off.
+    #[serde(default)]
+    pub casimirs: bool,
+    /// Without force it keeps the energy to round-off.
+    #[serde(default)]
+    pub energy: bool,
+    /// Φ_{−h}∘Φ_h = 1 to round-off.
+    #[serde(default)]
+    pub reversible: bool,
+    /// How well a step solves its equations, relative to the state; 0: to round-off.
+    #[serde(default)]
+    pub tolerance: f64,
+}
+
+impl Claims {
+    /// The order that every defect must fall at.
+    fn least_order(&self) -> u32 {
+        self.order.unwrap_or(1).max(1)
+    }
+}
+
+/// Which law.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+enum Kind {
+    Order,
+    Casimirs,
+    Energy,
+    Reversibility,
+    Equivariance,
+    Presentation,
+}
+
+/// A law of one-step methods.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct MethodLaw {
+    /// Short unique name, kebab case.
+    pub name: &'static str,
+    /// The formula.
+    pub statement: &'static str,
+    /// Where it is stated.
+    pub source: &'static str,
+    /// What the method is compared with.
+    pub oracle: &'static str,
+    /// How the bound is derived.
+    pub bound: &'static str,
+    /// Cheap or expensive.
+    pub cost: Cost,
+    kind: Kind,
+}
+
+const SLOPE: &str = "a quarter off the order: half the way to the point that is as near to the next integer";
+const ROUNDING: &str = "two precisions, or in f64 alone 2¹⁴ u of the size of the terms, what a solver of stage equations may \
+                        leave; 16 times the tolerance that is claimed";
+
+/// The laws.
+pub const LAWS: &[MethodLaw] = &[
+    MethodLaw {
+        name: "method-order",
+        statement: "the method converges to the solution, in μ and in g, at the order that it claims (at least at 1)",
+        source: "Hairer, Nørsett and Wanner 1993, II.3, Thm 3.4; Martín de Diego and Sato Martín de Almagro 2019, §3",
+        oracle: "a classical Gauss method of order 16 or more on the vector field of (μ, g), in 32 digits",
+        bound: SLOPE,
+        cost: Cost::Moderate,
+        kind: Kind::Order,
+    },
+    MethodLaw {
+        name: "method-casimirs",
+        statement: "C(μ_n) − C(μ_0) − ∫⟨f, C'(μ)⟩dt is 0 up to the order of the method; without force, if claimed, to round-off",
+        source: "Martín de Diego and Sato Martín de Almagro 2019, §2.2: dC/dt = ⟨f, C'(μ)⟩ for every Casimir C",
+        oracle: "Casimirs from the catalogue of algebras; the integral by the closed Newton–Cotes formula with nine points",
+        bound: SLOPE,
+        cost: Cost::Moderate,
+        kind: Kind::Casimirs,
+    },
+    MethodLaw {
+        name: "method-energy",
+        statement: "E(μ_n) − E(μ_0) − ∫⟨f, η⟩dt is 0 up to the order of the method; without force, if claimed, to round-off",
+        source: "Martín de Diego and Sato Martín de Almagro 2019, §2.2: dE/dt = ⟨f(η), η⟩",
+        oracle: "the energy; the work of the force by the closed Newton–Cotes formula with nine points",
+        bound: SLOPE,
+        cost: Cost::Moderate,
+        kind: Kind::Energy,
+    },
+    MethodLaw {
+        name: "method-reversibility",
+        statement: "Φ_{−h}∘Φ_h = 1 up to O(h^{p+1}) for a method of order p; if claimed, to round-off",
+        source: "Hairer, Lubich and Wanner 2006, II.3, Thm 3.1 and V.1; consistency at h and at −h",
+        oracle: "the state itself",
+        bound: SLOPE,
+        cost: Cost::Moderate,
+        kind: Kind::Reversibility,
+    },
+    MethodLaw {
+        name: "method-equivariance",
+        statement: "Φ(kg, μ) = (k g', μ') for k ∈ G; without explicit time Φ does not see t; asked again, Φ answers the same",
+        source: "Marsden and Ratiu 1999, §13.5: reduction by left translations; equations on g* do not know g",
+        oracle: "the method's own answer from the translated state",
+        bound: ROUNDING,
+        cost: Cost::Cheap,
+        kind: Kind::Equivariance,
+    },
+    MethodLaw {
+        name: "method-presentation",
+        statement: "in another basis e'_a = e_b B^b_a of g the same step: Φ'(μ B) = Φ(μ) B, and the same g",
+        source: "the equations have no preferred basis: Marsden and Ratiu 1999, §13.1 and §13.5",
+        oracle: "the method's own answer on the transformed description",
+        bound: ROUNDING,
+        cost: Cost::Cheap,
+        kind: Kind::Presentation,
+    },
+];
+
+impl MethodLaw {
+    /// The cases that the law is checked on, of those that `base` admits.
+    pub fn cases(&self, base: Cases) -> Cases {
+        match self.kind {
+            Kind::Order => base.forced_nonabelian().smooth(),
+            Kind::Casimirs | Kind::Reversibility => base.nonabelian().smooth(),
+            Kind::Energy => base.smooth(),
+            Kind::Equivariance | Kind::Presentation => base,
+        }
+    }
+}
+
+/// The law called `name`.
+pub fn named(name: &str) -> Option<&'static MethodLaw> {
+    LAWS.iter().find(|law| law.name == name)
+}
+
+/// A method, to be made for described systems.
+pub trait Subject {
+    /// The method on the system of a case.
+    ///
+    /// # Errors
+    /// [`StepError::Unsupported`] where it does not apply: that switches the case off.
+    fn double<'a>(&'a self, case: &Case) -> Result<Box<dyn Stepper<f64> + 'a>, StepError>;
+
+    /// The same in 32 digits, where the method has them.
+    fn quad<'a>(&'a self, _case: &Case) -> Option<Result<Box<dyn Stepper<Dd> + 'a>, StepError>> {
+        None
+    }
+}
+
+/// A system and the method on it, in one precision.
+pub struct Side<'a, T> {
+    /// The system.
+    pub theory: Box<dyn Theory<T> + 'a>,
+    /// The method.
+    pub method: RefCell<Box<dyn Stepper<T> + 'a>>,
+}
+
+/// Other setups of the same method.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Other {
+    /// The same system in another basis.
+    Presentation,
+    /// The k-th other system that such a method is asked on, where this one hides its order.
+    Variation(i64),
+}
+
+/// Another setup, with B (by rows) if it is a change of basis.
+pub type OtherSetup<'a> = (Setup<'a>, Vec<Vec<f64>>);
+
+/// What a law of methods is checked on.
+pub struct Setup<'a> {
+    /// In 16 digits.
+    pub double: Side<'a, f64>,
+    /// In 32 digits, where the method has them.
+    pub quad: Option<Side<'a, Dd>>,
+    /// The system in 32 digits, for the solution; without it and without `quad`, in 16.
+    pub reference: Option<Box<dyn Theory<Dd> + 'a>>,
+    /// Other setups: `None` where there are none of a kind.
+    #[allow(clippy::type_complexity)]
+    pub others: Box<dyn Fn(Other) -> Result<Option<OtherSetup<'a>>, StepError> + 'a>,
+}
+
+/// How many variations of a case are asked, where it shows a higher order than claimed; after them a body without symmetry.
+const VARIATIONS: i64 = 3;
+
+/// Builds the [`Theory`] of a case.
+struct Build(usize);
+
+impl<T: Real> Visitor<T> for Build {
+    type Output = Box<dyn Theory<T>>;
+
+    fn visit<const N: usize, const D: usize, R, L, F>(self, system: System<T, N, D, R, L, F>) -> Self::Output
+    where
+        R: Retraction<T, N, D> + 'static,
+        L: Lagrangian<T, N> + 'static,
+        F: Force<T, N> + 'static,
+    {
+        Box::new(SystemParts::of(system, self.0))
+    }
+}
+
+/// What the theory knows about a case.
+///
+/// # Errors
+/// A case that cannot be built.
+pub fn theory_of<T: Real>(case: &Case) -> Result<Box<dyn Theory<T>>, CaseError> {
+    case.dispatch::<T, _>(Build(matrix_size(case)))
+}
+
+/// m: the size of the group's matrices, without padding; 0 where there is no group.
+pub fn matrix_size(case: &Case) -> usize {
+    match &case.algebra.structure {
+        Structure::Named(entry) => entry.matrix_size(),
+        Structure::Constants { .. } | Structure::Given { .. } => 0,
+    }
+}
+
+/// Why there is no setup.
+#[derive(Clone, Debug, PartialEq, thiserror::Error)]
+pub enum SetupError {
+    /// The case cannot be built.
+    #[error("{0}")]
+    Case(CaseError),
+    /// The method does not apply.
+    #[error("{0}")]
+    Method(StepError),
+}
+
+impl<'a> Setup<'a> {
+    /// The setup of a method on a case. Its presentation and its variations are those of the case.
+    ///
+    /// # Errors
+    /// A case that cannot be built, a method that does not apply.
+    pub fn of(case: &Case, subject: &'a dyn Subject) -> Result<Self, SetupError> {
+        let double = Side {
+            theory: theory_of::<f64>(case).map_err(SetupError::Case)?,
+            method: RefCell::new(subject.double(case).map_err(SetupError::Method)?),
+        };
+        let theory = theory_of::<Dd>(case).map_err(SetupError::Case)?;
+        let (quad, reference) = match subject.quad(case).transpose().map_err(SetupError::Method)? {
+            Some(method) => (Some(Side { theory, method: RefCell::new(method) }), None),
+            None => (None, Some(theory)),
+        };
+        let case = case.clone();
+        let others = move |other: Other| {
+            let (other, basis) = match other {
+                Other::Presentation => case.presented(),
+                Other::Variation(k) if (1..=VARIATIONS).contains(&k) => (problem::varied(&case, k), Vec::new()),
+                Other::Variation(k) if k == VARIATIONS + 1 => match problem::generic() {
+                    Ok(file) => (Case { method: case.method.clone(), ..file.case }, Vec::new()),
+                    Err(_) => return Ok(None),
+                },
+                Other::Variation(_) => return Ok(None),
+            };
+            match Setup::of(&other, subject) {
+                Ok(setup) => Ok(Some((setup, basis))),
+                Err(SetupError::Method(error)) => Err(error),
+                Err(SetupError::Case(_)) => Ok(None),
+            }
+        };
+        Ok(Self { double, quad, reference, others: Box::new(others) })
+    }
+
+    /// A judgement in the sharper of the precisions that the method has.
+    fn sharp<L: Look>(&self, look: L, tolerance: f64) -> L::Output {
+        match &self.quad {
+            Some(side) => look.look(&View { setup: self, side, tolerance: 0.0 }),
+            None => look.look(&View { setup: self, side: &self.double, tolerance }),
+        }
+    }
+
+    /// An identity in the precisions that the method has, judged by how its defect scales with round-off.
+    fn settle<L: Look<Output = Measured> + Copy>(&self, look: L, tolerance: f64) -> Verdict {
+        let double = look.look(&View { setup: self, side: &self.double, tolerance });
+        match &self.quad {
+            Some(side) => compare(double, look.look(&View { setup: self, side, tolerance: 0.0 })),
+            None => alone(16, double),
+        }
+    }
+}
+
+/// The side of a setup in a precision.
+trait Precision: Real {
+    fn side<'s, 'a>(setup: &'s Setup<'a>) -> Option<&'s Side<'a, Self>>;
+}
+
+impl Precision for f64 {
+    fn side<'s, 'a>(setup: &'s Setup<'a>) -> Option<&'s Side<'a, Self>> {
+        Some(&setup.double)
+    }
+}
+
+impl Precision for Dd {
+    fn side<'s, 'a>(setup: &'s Setup<'a>) -> Option<&'s Side<'a, Self>> {
+        setup.quad.as_ref()
+    }
+}
+
+/// What is done with one side of a setup, in either precision.
+trait Look {
+    type Output;
+
+    fn look<T: Precision>(&self, view: &View<'_, '_, T>) -> Self::Output;
+}
+
+/// One side of a setup.
+struct View<'s, 'a, T> {
+    setup: &'s Setup<'a>,
+    side: &'s Side<'a, T>,
+    tolerance: f64,
+}
+
+impl<T: Precision> View<'_, '_, T> {
+    fn theory(&self) -> &dyn Theory<T> {
+        &*self.side.theory
+    }
+
+    /// A step of the method.
+    fn step(&self, point: &Point<T>, h: T) -> Result<Point<T>, StepError> {
+        self.side.step(point, h)
+    }
+
+    /// The solution after each of these times.
+    fn solution(&self, times: &[T], stages: usize) -> Result<Vec<Solved<T>>, StepError> {
+        let reference = match (&self.setup.reference, &self.setup.quad) {
+            (Some(theory), _) => theory,
+            (None, Some(quad)) => &quad.theory,
+            (None, None) => return self.theory().solution(times, stages),
+        };
+        let list = Point { time: T::zero(), momentum: times.to_vec(), attitude: Vec::new() };
+        let solved = reference.solution(&list.convert::<Dd>().momentum, stages)?;
+        let doubt = |x: Dd| T::exact(x.to_f64());
+        Ok(solved.iter().map(|(point, (m, a))| (point.convert(), (doubt(*m), doubt(*a)))).collect())
+    }
+
+    /// What rounding, or the claimed tolerance, may do in so many steps, relative.
+    fn noise(&self, steps: usize) -> T {
+        T::int(steps as i64) * (T::unit_roundoff() * T::int(64)).max(T::exact(self.tolerance))
+    }
+
+    /// A floor in units of u that leaves room for the claimed tolerance.
+    fn floor(&self, floor: f64) -> f64 {
+        floor.max(16.0 * self.tolerance / T::unit_roundoff().to_f64() / AGREEMENT)
+    }
+}
+
+impl<T: Real> Side<'_, T> {
+    fn step(&self, point: &Point<T>, h: T) -> Result<Point<T>, StepError> {
+        let next = self.method.borrow_mut().step(point, h)?;
+        let alike = (next.momentum.len(), next.attitude.len()) == (point.momentum.len(), point.attitude.len());
+        match alike && next.is_finite() {
+            true => Ok(next),
+            false => {
+                Err(StepError::NoAnswer { why: "the state after the step is not finite, or not of its size".into() })
+            }
+        }
+    }
+}
+
+/// The largest |x − y|, and the largest |x|, |y|.
+fn difference<T: Real>(x: &[T], y: &[T]) -> (T, T) {
+    let larger = |m: T, v: T| if v > m || !v.all_finite() { v } else { m };
+    x.iter().zip(y).fold((T::zero(), T::zero()), |(defect, size), (x, y)| {
+        (larger(defect, (*x - *y).abs()), larger(larger(size, x.abs()), y.abs()))
+    })
+}
+
+/// A verdict, and the order that was measured where one was.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Outcome {
+    /// The verdict.
+    pub verdict: Verdict,
+    /// The slope that decides, less what local errors have in excess.
+    pub slope: Option<Estimate>,
+}
+
+impl From<Verdict> for Outcome {
+    fn from(verdict: Verdict) -> Self {
+        Self { verdict, slope: None }
+    }
+}
+
+/// What a step error means to a law that asks for a slope.
+fn without(error: &StepError) -> Verdict {
+    match refused(error) {
+        Measured::NotApplicable(why) => Verdict::not_applicable(why),
+        Measured::Inconclusive(why) => Verdict::inconclusive(why),
+        Measured::Broken(why) => Verdict::broken(why),
+        Measured::Defect { .. } => Verdict::inconclusive("a step was refused"),
+    }
+}
+
+/// Judges a method on a system by a law.
+pub fn check(law: &MethodLaw, setup: &Setup<'_>, claims: &Claims) -> Outcome {
+    let tolerance = claims.tolerance;
+    match law.kind {
+        Kind::Order => slopes::order(setup, claims),
+        Kind::Casimirs => slopes::casimirs(setup, claims),
+        Kind::Energy => slopes::energy(setup, claims),
+        Kind::Reversibility if claims.reversible => setup.settle(symmetry::Reversibility, tolerance).into(),
+        Kind::Reversibility => slopes::reversibility(setup, claims),
+        Kind::Equivariance => setup.settle(symmetry::Equivariance, tolerance).into(),
+        Kind::Presentation => setup.settle(symmetry::Presentation, tolerance).into(),
+    }
+}
+
+/// The same on a described system.
+pub fn check_case(law: &MethodLaw, subject: &dyn Subject, case: &Case, claims: &Claims) -> Outcome {
+    match Setup::of(case, subject) {
+        Ok(setup) => check(law, &setup, claims),
+        Err(SetupError::Method(error)) => without(&error).into(),
+        Err(SetupError::Case(error)) => Verdict::broken(format!("the case cannot be built: {error}")).into(),
+    }
+}

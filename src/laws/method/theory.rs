@@ -1,0 +1,263 @@
+//! What the theory says about one system, without the types of its dimensions: start, solution, energy, Casimirs.
+
+use crate::algebra::{Casimir, Covector, LieAlgebra, Matrix, Vector, pair};
+use crate::group::{LieGroup, MatrixGroup};
+use crate::integrators::{OneStep, State, StepError};
+use crate::mechanics::equations::EulerPoincare;
+use crate::mechanics::{Force, Lagrangian};
+use crate::retraction::Retraction;
+use crate::scalar::Real;
+use crate::study::reference;
+use crate::system::System;
+
+/// A state whatever its dimensions.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Point<T> {
+    /// t.
+    pub time: T,
+    /// μ, n numbers.
+    pub momentum: Vec<T>,
+    /// g, m×m numbers by rows; none where there is no group.
+    pub attitude: Vec<T>,
+}
+
+impl<T: Real> Point<T> {
+    /// A typed state, with the leading m×m block of its attitude (the rest of a padded matrix is that of the identity);
+    /// m = 0: without an attitude.
+    pub fn of<const N: usize, const D: usize>(state: &State<T, N, D>, size: usize) -> Self {
+        let size = size.min(D);
+        let attitude = (0..size * size).map(|k| state.attitude[(k / size, k % size)]).collect();
+        Self { time: state.time, momentum: state.momentum.iter().copied().collect(), attitude }
+    }
+
+    /// The typed state; a missing or smaller attitude is filled up with that of the identity.
+    pub fn state<const N: usize, const D: usize>(&self) -> State<T, N, D> {
+        let size = matrix_size(&self.attitude);
+        let attitude = Matrix::<T, D>::from_fn(|r, c| match (r < size && c < size, r == c) {
+            (true, _) => self.attitude[r * size + c],
+            (false, true) => T::one(),
+            (false, false) => T::zero(),
+        });
+        let momentum = Covector::from_fn(|_, a| self.momentum.get(a).copied().unwrap_or_else(T::zero));
+        State { time: self.time, momentum, attitude }
+    }
+
+    /// Whether every number is finite.
+    pub fn is_finite(&self) -> bool {
+        self.time.all_finite() && self.momentum.iter().chain(&self.attitude).all(|x| x.all_finite())
+    }
+
+    /// The same in another scalar, to all digits that both have.
+    pub fn convert<W: Real>(&self) -> Point<W> {
+        let list = |list: &[T]| list.iter().map(|x| convert(*x)).collect();
+        Point { time: convert(self.time), momentum: list(&self.momentum), attitude: list(&self.attitude) }
+    }
+}
+
+/// m of a list of m×m numbers.
+pub(super) fn matrix_size<T>(list: &[T]) -> usize {
+    list.len().isqrt()
+}
+
+/// The product of two m×m matrices by rows.
+pub(super) fn product<T: Real>(a: &[T], b: &[T]) -> Vec<T> {
+    let m = matrix_size(a);
+    let entry = |k: usize| (0..m).fold(T::zero(), |sum, j| sum + a[k / m * m + j] * b[j * m + k % m]);
+    (0..m * m).map(entry).collect()
+}
+
+/// x in another scalar, to all digits that both have.
+fn convert<W: Real, T: Real>(x: W) -> T {
+    let (mut rest, mut sum) = (x, T::zero());
+    for _ in 0..4 {
+        let part = rest.to_f64();
+        sum += T::exact(part);
+        rest -= W::exact(part);
+    }
+    sum
+}
+
+/// A one-step method on a system that it knows, whatever the dimensions.
+pub trait Stepper<T: Real> {
+    /// The state after a step of size h from `point`.
+    ///
+    /// # Errors
+    /// See [`StepError`]; [`StepError::Unsupported`] where the method has nothing to say, [`StepError::NoAnswer`] where
+    /// what it said is no state.
+    fn step(&mut self, point: &Point<T>, h: T) -> Result<Point<T>, StepError>;
+}
+
+/// A typed one-step method without its types.
+#[derive(Clone, Debug)]
+pub struct Untyped<M, const N: usize, const D: usize>(pub M);
+
+impl<T: Real, M: OneStep<T, N, D>, const N: usize, const D: usize> Stepper<T> for Untyped<M, N, D> {
+    fn step(&mut self, point: &Point<T>, h: T) -> Result<Point<T>, StepError> {
+        let mut state = point.state::<N, D>();
+        self.0.step(&mut state, h)?;
+        Ok(Point::of(&state, matrix_size(&point.attitude)))
+    }
+}
+
+/// A function on g* that the theory knows the rate of.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Quantity {
+    /// E; dE/dt = ⟨f, η⟩.
+    Energy,
+    /// The k-th Casimir C; dC/dt = ⟨f, C'(μ)⟩.
+    Casimir(usize),
+}
+
+/// A [`Quantity`] at a state.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Value<T> {
+    /// Its value.
+    pub value: T,
+    /// Its rate of change along the motion.
+    pub rate: T,
+    /// The size of the terms that cancel in the value.
+    pub size: T,
+}
+
+/// A point of the solution, and how much its momentum and its attitude may be off, rounding apart.
+pub type Solved<T> = (Point<T>, (T, T));
+
+/// One system, whatever its dimensions.
+pub trait Theory<T: Real> {
+    /// Where it starts.
+    fn start(&self) -> Point<T>;
+
+    /// h.
+    fn step(&self) -> T;
+
+    /// Whether there is no force.
+    fn is_free(&self) -> bool;
+
+    /// Whether the force does not depend on time, as far as a few looks tell.
+    fn is_autonomous(&self) -> bool;
+
+    /// How many Casimirs are known.
+    fn casimirs(&self) -> usize;
+
+    /// A quantity and its rate; `None` where it has no value.
+    fn value(&self, quantity: Quantity, point: &Point<T>) -> Option<Value<T>>;
+
+    /// The solution after each of these times, by a classical Gauss method with so many stages.
+    ///
+    /// # Errors
+    /// Those of [`reference::at`].
+    fn solution(&self, times: &[T], stages: usize) -> Result<Vec<Solved<T>>, StepError>;
+
+    /// An element k of the group that is not the identity; `None` where there is no group.
+    fn element(&self) -> Option<Vec<T>>;
+}
+
+/// The parts of a system, typed: a [`Theory`] for any group, Lagrangian and force.
+#[derive(Clone, Debug)]
+pub struct Parts<T: Real, const N: usize, const D: usize, L, F, G> {
+    /// g.
+    pub algebra: LieAlgebra<T, N>,
+    /// l.
+    pub lagrangian: L,
+    /// f.
+    pub force: F,
+    /// G, if there is one.
+    pub group: Option<G>,
+    /// Casimirs that are known.
+    pub casimirs: Vec<Casimir<T, N>>,
+    /// Where it starts.
+    pub state: State<T, N, D>,
+    /// h.
+    pub step: T,
+    /// m: how much of the matrices D×D is the group's, the rest being padding; 0 without a group.
+    pub size: usize,
+    /// An element of the group, to translate with.
+    pub element: Option<Matrix<T, D>>,
+}
+
+/// The parts of a described system.
+pub type SystemParts<T, const N: usize, const D: usize, L, F> = Parts<T, N, D, L, F, MatrixGroup<T, N, D>>;
+
+impl<T: Real, const N: usize, const D: usize, L, F> SystemParts<T, N, D, L, F> {
+    /// Those of a system, whose matrices are of size m without the padding.
+    pub fn of<R: Retraction<T, N, D>>(system: System<T, N, D, R, L, F>, size: usize) -> Self {
+        let element = system.group.as_ref().and_then(|_| system.retraction.tau(&coordinates::<T, N>()).ok());
+        let size = if system.group.is_some() { size } else { 0 };
+        let System { algebra, group, lagrangian, force, state, step, casimirs, .. } = system;
+        Self { algebra, lagrangian, force, group, casimirs, state, step, size, element }
+    }
+}
+
+/// Small fixed coordinates without symmetry.
+pub fn coordinates<T: Real, const N: usize>() -> Vector<T, N> {
+    Vector::from_fn(|a, _| T::ratio(((7 * a + 3) % 11) as i64 - 5, 16))
+}
+
+impl<T: Real, const N: usize, const D: usize, L: Lagrangian<T, N>, F: Force<T, N>, G> Parts<T, N, D, L, F, G> {
+    fn momentum(&self, point: &Point<T>) -> Covector<T, N> {
+        Covector::from_fn(|_, a| point.momentum.get(a).copied().unwrap_or_else(T::zero))
+    }
+}
+
+impl<T, const N: usize, const D: usize, L, F, G> Theory<T> for Parts<T, N, D, L, F, G>
+where
+    T: Real,
+    L: Lagrangian<T, N>,
+    F: Force<T, N>,
+    G: LieGroup<T, N, D> + Clone,
+{
+    fn start(&self) -> Point<T> {
+        Point::of(&self.state, self.size)
+    }
+
+    fn step(&self) -> T {
+        self.step
+    }
+
+    fn is_free(&self) -> bool {
+        self.force.is_zero()
+    }
+
+    fn is_autonomous(&self) -> bool {
+        let velocity = |k: usize| Vector::<T, N>::from_fn(|a, _| T::ratio(((5 * a + 3 * k) % 7) as i64 - 3, 4));
+        let at = |time: T, k: usize| self.force.force(time, &velocity(k));
+        let time = |k: usize| self.state.time + T::ratio(5 + 4 * k as i64, 8);
+        (0..3).all(|k| (0..3).all(|j| at(self.state.time, j) == at(time(k), j)))
+    }
+
+    fn casimirs(&self) -> usize {
+        self.casimirs.len()
+    }
+
+    fn value(&self, quantity: Quantity, point: &Point<T>) -> Option<Value<T>> {
+        let mu = self.momentum(point);
+        let eta = self.lagrangian.velocity(&mu, &Vector::zeros()).ok()?;
+        let force = self.force.force::<T>(point.time, &eta);
+        Some(match quantity {
+            Quantity::Energy => Value {
+                value: self.lagrangian.energy(&eta),
+                rate: pair(&force, &eta),
+                size: mu.iter().zip(eta.iter()).fold(T::zero(), |sum, (m, e)| sum + (*m * *e).abs()),
+            },
+            Quantity::Casimir(k) => {
+                let casimir = self.casimirs.get(k)?;
+                let size = match casimir {
+                    Casimir::Linear(z) => z.amax() * mu.amax(),
+                    Casimir::Quadratic(q) => q.amax() * mu.amax() * mu.amax(),
+                };
+                Value { value: casimir.value(&mu), rate: pair(&force, &casimir.gradient(&mu)), size }
+            }
+        })
+    }
+
+    fn solution(&self, times: &[T], stages: usize) -> Result<Vec<Solved<T>>, StepError> {
+        let body = EulerPoincare::new(self.algebra.clone(), &self.lagrangian, &self.force);
+        let targets = reference::at(&body, self.group.as_ref(), &self.state, times, stages)?;
+        Ok(targets.iter().map(|target| (Point::of(&target.state, self.size), target.doubt)).collect())
+    }
+
+    fn element(&self) -> Option<Vec<T>> {
+        let state = State { attitude: self.element?, ..self.state.clone() };
+        (self.size > 0).then(|| Point::of(&state, self.size).attitude)
+    }
+}

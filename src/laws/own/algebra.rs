@@ -1,0 +1,416 @@
+//! Laws of one Lie algebra: a bracket in code, or structure constants that nothing has validated yet.
+//!
+//! ```
+//! use euler_poincare::laws::own::{algebra::{Constants, OwnAlgebra}, part};
+//!
+//! // so(3) with a wrong index: [e_3, e_1] = e_1 in the place of e_2.
+//! let wrong = Constants::<f64, 3>::new(|a, b, c| match (a, b, c) {
+//!     (0, 1, 2) | (1, 2, 0) | (2, 0, 0) => 1.0,
+//!     (1, 0, 2) | (2, 1, 0) | (0, 2, 0) => -1.0,
+//!     _ => 0.0,
+//! });
+//! let report = part::run(OwnAlgebra::in_double(wrong), 1, 20);
+//! let broken: Vec<_> = report.laws.iter().filter(|law| !law.broken.is_empty()).map(|law| law.law).collect();
+//! assert_eq!(broken, ["algebra-jacobi", "algebra-ad"]);
+//! ```
+
+use super::super::planted::{blend, blend_scalar};
+use super::super::precision::Measured;
+use super::group::misfit;
+use super::part::{About, Missing, Pair, Precisions, Subject, off};
+use super::values::{Points, Values};
+use crate::algebra::{Casimir, Covector, LieAlgebra, Matrix, Vector, basis_vector, pair};
+use crate::harness::{Cost, Fault, Verdict};
+use crate::scalar::{Dd, Dual, Real, Scalar};
+use proptest::strategy::{BoxedStrategy, Strategy};
+
+/// A Lie algebra by its bracket, with whatever else is known about it. Nothing is validated: that is what the laws are for.
+pub trait Bracket<T: Real, const N: usize> {
+    /// [x, y].
+    fn bracket<S: Scalar<Base = T>>(&self, x: &Vector<S, N>, y: &Vector<S, N>) -> Vector<S, N>;
+
+    /// The matrix of ad_x; by default from `bracket`, a basis vector at a time.
+    fn ad<S: Scalar<Base = T>>(&self, x: &Vector<S, N>) -> Matrix<S, N> {
+        let mut ad = Matrix::<S, N>::zeros();
+        for b in 0..N {
+            ad.set_column(b, &self.bracket(x, &basis_vector(b)));
+        }
+        ad
+    }
+
+    /// ad*_x μ = μ ad_x.
+    fn coad<S: Scalar<Base = T>>(&self, x: &Vector<S, N>, mu: &Covector<S, N>) -> Covector<S, N> {
+        mu * self.ad(x)
+    }
+
+    /// How many Casimir functions are declared.
+    fn casimirs(&self) -> usize {
+        0
+    }
+
+    /// The k-th declared Casimir function, k < `casimirs()`.
+    fn casimir<S: Scalar<Base = T>>(&self, k: usize, mu: &Covector<S, N>) -> S {
+        let _ = (k, mu);
+        S::zero()
+    }
+}
+
+impl<T: Real, const N: usize> Bracket<T, N> for LieAlgebra<T, N> {
+    fn bracket<S: Scalar<Base = T>>(&self, x: &Vector<S, N>, y: &Vector<S, N>) -> Vector<S, N> {
+        self.bracket(x, y)
+    }
+
+    fn ad<S: Scalar<Base = T>>(&self, x: &Vector<S, N>) -> Matrix<S, N> {
+        self.ad(x)
+    }
+
+    fn coad<S: Scalar<Base = T>>(&self, x: &Vector<S, N>, mu: &Covector<S, N>) -> Covector<S, N> {
+        self.coad(x, mu)
+    }
+}
+
+/// Structure constants as they are given, not antisymmetrised and not validated, with declared Casimir functions.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Constants<T: Real, const N: usize> {
+    /// Entry (c, b) of the a-th is C^c_ab.
+    ad_basis: [Matrix<T, N>; N],
+    casimirs: Vec<Casimir<T, N>>,
+}
+
+impl<T: Real, const N: usize> Constants<T, N> {
+    /// [e_a, e_b] = C^c_ab e_c with C^c_ab = `constants(a, b, c)`.
+    pub fn new(constants: impl Fn(usize, usize, usize) -> T) -> Self {
+        let ad_basis = std::array::from_fn(|a| Matrix::from_fn(|c, b| constants(a, b, c)));
+        Self { ad_basis, casimirs: Vec::new() }
+    }
+
+    /// Declares Casimir functions.
+    pub fn casimirs(self, casimirs: Vec<Casimir<T, N>>) -> Self {
+        Self { casimirs, ..self }
+    }
+}
+
+impl<T: Real, const N: usize> Bracket<T, N> for Constants<T, N> {
+    fn bracket<S: Scalar<Base = T>>(&self, x: &Vector<S, N>, y: &Vector<S, N>) -> Vector<S, N> {
+        let mut sum = Vector::<S, N>::zeros();
+        for a in 0..N {
+            for b in 0..N {
+                for c in 0..N {
+                    sum[c] += x[a] * y[b] * S::lift(self.ad_basis[a][(c, b)]);
+                }
+            }
+        }
+        sum
+    }
+
+    fn casimirs(&self) -> usize {
+        self.casimirs.len()
+    }
+
+    fn casimir<S: Scalar<Base = T>>(&self, k: usize, mu: &Covector<S, N>) -> S {
+        self.casimirs.get(k).map_or(S::zero(), |casimir| casimir.value(mu))
+    }
+}
+
+impl<const N: usize> Bracket<Dd, N> for Missing {
+    fn bracket<S: Scalar<Base = Dd>>(&self, _: &Vector<S, N>, _: &Vector<S, N>) -> Vector<S, N> {
+        match *self {}
+    }
+}
+
+const SOURCE: &str = "definition of a Lie algebra; Martín de Diego and Sato Martín de Almagro 2019, §2";
+const BOUND: &str =
+    "two precisions; floor 2⁶ N² u relative to max|C|, its square where brackets are nested, and the vectors";
+const NONABELIAN: &str = "non-abelian algebras";
+
+/// Not bilinear.
+pub const BRACKET_QUADRATIC: Fault = Fault::new("bracket-quadratic", "[x, y] with |x|²y added", "every algebra");
+/// Not antisymmetric.
+pub const BRACKET_SYMMETRIC: Fault = Fault::new("bracket-symmetric", "[x, y] with x_1 y_1 e_1 added", "every algebra");
+/// No Jacobi identity.
+pub const BRACKET_EXTRA: Fault = Fault::new(
+    "bracket-extra",
+    "[x, y] with Σ_{a<b} (x_a y_b − x_b y_a) (e_1 + … + (a + 2b) e_a + …) added",
+    "algebras of dimension 3 and more",
+);
+/// Rows for columns.
+pub const AD_TRANSPOSED: Fault = Fault::new("ad-transposed", "ad_x replaced by its transpose", NONABELIAN);
+/// The other convention.
+pub const COAD_SIGN: Fault = Fault::new("coad-sign", "ad*_x μ = −μ ad_x", NONABELIAN);
+/// Not invariant.
+pub const CASIMIR_EXTRA: Fault =
+    Fault::new("casimir-extra", "(μ_1 + … + N μ_N)² added to each Casimir function", NONABELIAN);
+
+macro_rules! law {
+    ($name:literal, $statement:literal, $oracle:literal, $needs:literal, $faults:expr) => {
+        About {
+            name: $name,
+            statement: $statement,
+            source: SOURCE,
+            oracle: $oracle,
+            bound: BOUND,
+            needs: $needs,
+            faults: $faults,
+            cost: Cost::Cheap,
+        }
+    };
+}
+
+/// The laws of this file.
+pub static LAWS: &[About] = &[
+    law!(
+        "algebra-bilinear",
+        "[a x + y, z] = a[x, z] + [y, z], and the same in the second place",
+        "the bracket itself, at other vectors",
+        "",
+        &[BRACKET_QUADRATIC]
+    ),
+    law!(
+        "algebra-antisymmetric",
+        "[x, y] = −[y, x] and [x, x] = 0",
+        "the bracket itself",
+        "",
+        &[BRACKET_SYMMETRIC, BRACKET_QUADRATIC]
+    ),
+    law!(
+        "algebra-jacobi",
+        "[x, [y, z]] + [y, [z, x]] + [z, [x, y]] = 0",
+        "the bracket itself, nested",
+        "",
+        &[BRACKET_EXTRA]
+    ),
+    law!(
+        "algebra-ad",
+        "ad_x y = [x, y], and ad_{[x, y]} = ad_x ad_y − ad_y ad_x",
+        "the bracket, and the commutator of matrices",
+        "",
+        &[AD_TRANSPOSED, BRACKET_EXTRA]
+    ),
+    law!("algebra-coad", "⟨ad*_x μ, y⟩ = ⟨μ, [x, y]⟩", "the bracket", "", &[COAD_SIGN, AD_TRANSPOSED]),
+    law!(
+        "algebra-derivatives",
+        "[x + ε y, z] has the derivative [y, z]",
+        "the bracket on values; the bracket on dual numbers",
+        "",
+        &[BRACKET_QUADRATIC]
+    ),
+    law!(
+        "algebra-casimirs",
+        "d/ds C(μ + s μ ad_x) = 0 for each declared C",
+        "C on dual numbers, along coadjoint orbits by the bracket",
+        "Casimir functions: `Bracket::casimirs` and `Bracket::casimir`",
+        &[CASIMIR_EXTRA]
+    ),
+];
+
+/// A user's algebra, at both precisions or in `f64` alone.
+#[derive(Clone, Debug)]
+pub struct OwnAlgebra<A, B, const N: usize> {
+    parts: Pair<A, B>,
+}
+
+impl<A: Bracket<f64, N>, const N: usize> OwnAlgebra<A, Missing, N> {
+    /// The algebra in `f64` alone.
+    pub fn in_double(algebra: A) -> Self {
+        Self { parts: Pair { double: algebra, quad: None } }
+    }
+}
+
+impl<A: Bracket<f64, N>, B: Bracket<Dd, N>, const N: usize> OwnAlgebra<A, B, N> {
+    /// The same algebra in `f64` and in 32 digits.
+    pub fn at_both(double: A, quad: B) -> Self {
+        Self { parts: Pair { double, quad: Some(quad) } }
+    }
+}
+
+impl<A, B, const N: usize> Subject for OwnAlgebra<A, B, N>
+where
+    A: Bracket<f64, N> + Send + Sync + 'static,
+    B: Bracket<Dd, N> + Send + Sync + 'static,
+{
+    const LAWS: &'static [About] = LAWS;
+
+    fn precisions(&self) -> Precisions {
+        self.parts.precisions()
+    }
+
+    fn missing(&self, law: &About) -> Option<&'static str> {
+        let none = law.name == "algebra-casimirs" && self.parts.double.casimirs() == 0;
+        none.then_some("no Casimir functions are declared")
+    }
+
+    fn cases(&self, law: &About) -> BoxedStrategy<Values> {
+        match law.name {
+            "algebra-bilinear" => Points::new().number("a").vectors(&["x", "y", "z"], N),
+            "algebra-antisymmetric" => Points::new().vectors(&["x", "y"], N),
+            "algebra-coad" => Points::new().vectors(&["x", "y", "mu"], N),
+            "algebra-casimirs" => Points::new().vectors(&["x", "mu"], N),
+            _ => Points::new().vectors(&["x", "y", "z"], N),
+        }
+        .boxed()
+    }
+
+    fn check(&self, law: &About, case: &Values, fault: Option<&Fault>) -> Verdict {
+        self.parts.settle(
+            |algebra| judge::<f64, A, N>(algebra, law.name, case, fault),
+            |algebra| judge::<Dd, B, N>(algebra, law.name, case, fault),
+        )
+    }
+}
+
+/// An algebra with a fault planted in it.
+struct Planted<'a, G> {
+    algebra: &'a G,
+    fault: Option<&'a Fault>,
+}
+
+impl<G> Planted<'_, G> {
+    fn size(&self, fault: &Fault) -> f64 {
+        Fault::size_of(self.fault, fault.name)
+    }
+}
+
+/// Antisymmetric, and no Lie bracket together with another.
+fn extra<S: Scalar, const N: usize>(x: &Vector<S, N>, y: &Vector<S, N>) -> Vector<S, N> {
+    let mut sum = Vector::<S, N>::zeros();
+    for a in 0..N {
+        for b in a + 1..N {
+            let area = x[a] * y[b] - x[b] * y[a];
+            sum += Vector::from_fn(|c, _| if c == a { area * S::int((a + 2 * b) as i64) } else { area });
+        }
+    }
+    sum
+}
+
+impl<T: Real, G: Bracket<T, N>, const N: usize> Bracket<T, N> for Planted<'_, G> {
+    fn bracket<S: Scalar<Base = T>>(&self, x: &Vector<S, N>, y: &Vector<S, N>) -> Vector<S, N> {
+        let right = self.algebra.bracket(x, y);
+        let right = blend(right, right + y * x.dot(x), self.size(&BRACKET_QUADRATIC));
+        let symmetric = right + basis_vector::<S, N>(0) * (x[0] * y[0]);
+        let right = blend(right, symmetric, self.size(&BRACKET_SYMMETRIC));
+        blend(right, right + extra(x, y), self.size(&BRACKET_EXTRA))
+    }
+
+    fn ad<S: Scalar<Base = T>>(&self, x: &Vector<S, N>) -> Matrix<S, N> {
+        let right = self.algebra.ad(x);
+        blend(right, right.transpose(), self.size(&AD_TRANSPOSED))
+    }
+
+    fn coad<S: Scalar<Base = T>>(&self, x: &Vector<S, N>, mu: &Covector<S, N>) -> Covector<S, N> {
+        let right = self.algebra.coad(x, mu);
+        let right = blend(right, mu * self.algebra.ad(x).transpose(), self.size(&AD_TRANSPOSED));
+        blend(right, -right, self.size(&COAD_SIGN))
+    }
+
+    fn casimirs(&self) -> usize {
+        self.algebra.casimirs()
+    }
+
+    fn casimir<S: Scalar<Base = T>>(&self, k: usize, mu: &Covector<S, N>) -> S {
+        let right = self.algebra.casimir(k, mu);
+        let sum = (0..N).fold(S::zero(), |sum, a| sum + mu[a] * S::int(a as i64 + 1));
+        blend_scalar(right, right + sum * sum, self.size(&CASIMIR_EXTRA))
+    }
+}
+
+fn judge<T: Real, G: Bracket<T, N>, const N: usize>(
+    algebra: &G,
+    law: &str,
+    case: &Values,
+    fault: Option<&Fault>,
+) -> Result<Measured, Measured> {
+    let right = algebra;
+    let algebra = Planted { algebra: right, fault };
+    let vector = |name: &str| case.vector::<T, N>(name).map_err(misfit);
+    // max |C^c_ab|, by the bracket and not less than by ad.
+    let mut constants = T::zero();
+    for a in 0..N {
+        let e = basis_vector::<T, N>(a);
+        constants = constants.max(right.ad(&e).amax());
+        for b in 0..N {
+            constants = constants.max(right.bracket(&e, &basis_vector(b)).amax());
+        }
+    }
+    let floor = 64.0 * (N * N) as f64;
+    let defect = |off: T, size: T, what: &'static str| Measured::defect(off, size, floor, || what.into());
+    let by = |x: &Vector<T, N>, y: &Vector<T, N>| algebra.bracket(x, y);
+    match law {
+        "algebra-bilinear" => {
+            let a = case.number::<T>("a").map_err(misfit)?;
+            let (x, y, z) = (vector("x")?, vector("y")?, vector("z")?);
+            let sum = x * a + y;
+            let size = constants * z.amax() * (a.abs() * x.amax() + y.amax());
+            let first = off(&by(&sum, &z), &(by(&x, &z) * a + by(&y, &z)));
+            let second = off(&by(&z, &sum), &(by(&z, &x) * a + by(&z, &y)));
+            Ok(defect(first, size, "[a x + y, z] ≠ a[x, z] + [y, z]").and(defect(
+                second,
+                size,
+                "[z, a x + y] ≠ a[z, x] + [z, y]",
+            )))
+        }
+        "algebra-antisymmetric" => {
+            let (x, y) = (vector("x")?, vector("y")?);
+            let swapped = defect(off(&by(&x, &y), &-by(&y, &x)), constants * x.amax() * y.amax(), "[x, y] ≠ −[y, x]");
+            let itself = off(&by(&x, &x), &Vector::zeros());
+            Ok(swapped.and(defect(itself, constants * x.amax() * x.amax(), "[x, x] ≠ 0")))
+        }
+        "algebra-jacobi" => {
+            let (x, y, z) = (vector("x")?, vector("y")?, vector("z")?);
+            let sum = by(&x, &by(&y, &z)) + by(&y, &by(&z, &x)) + by(&z, &by(&x, &y));
+            let size = constants * constants * x.amax() * y.amax() * z.amax();
+            Ok(defect(off(&sum, &Vector::zeros()), size, "[x, [y, z]] + [y, [z, x]] + [z, [x, y]] ≠ 0"))
+        }
+        "algebra-ad" => {
+            let (x, y) = (vector("x")?, vector("y")?);
+            let (ad_x, ad_y) = (algebra.ad(&x), algebra.ad(&y));
+            let size = constants * x.amax() * y.amax();
+            let applied = defect(off(&(ad_x * y), &by(&x, &y)), size, "ad_x y ≠ [x, y]");
+            let commutator = ad_x * ad_y - ad_y * ad_x;
+            let of_bracket = algebra.ad(&by(&x, &y));
+            Ok(applied.and(defect(off(&of_bracket, &commutator), size * constants, "ad_{[x, y]} ≠ [ad_x, ad_y]")))
+        }
+        "algebra-coad" => {
+            let (x, y) = (vector("x")?, vector("y")?);
+            let mu = case.covector::<T, N>("mu").map_err(misfit)?;
+            let (mine, expected) = (pair(&algebra.coad(&x, &mu), &y), pair(&mu, &right.bracket(&x, &y)));
+            Ok(Measured::defect((mine - expected).abs(), constants * x.amax() * y.amax() * mu.amax(), floor, || {
+                format!("⟨ad*_x μ, y⟩ = {:e}, ⟨μ, [x, y]⟩ = {:e}", mine.to_f64(), expected.to_f64())
+            }))
+        }
+        "algebra-derivatives" => {
+            let (x, y, z) = (vector("x")?, vector("y")?, vector("z")?);
+            let moved = x.zip_map(&y, |re, eps| Dual { re, eps });
+            let still = z.map(Dual::constant);
+            let size = constants * y.amax() * z.amax();
+            let (first, second) = (algebra.bracket(&moved, &still), algebra.bracket(&still, &moved));
+            let first = off(&first.map(|v| v.eps), &right.bracket(&y, &z));
+            let second = off(&second.map(|v| v.eps), &right.bracket(&z, &y));
+            Ok(defect(first, size, "the derivative of [x, z] along y").and(defect(
+                second,
+                size,
+                "the derivative of [z, x] along y",
+            )))
+        }
+        "algebra-casimirs" => {
+            let x = vector("x")?;
+            let mu = case.covector::<T, N>("mu").map_err(misfit)?;
+            let velocity = Covector::<T, N>::from_fn(|_, b| pair(&mu, &right.bracket(&x, &basis_vector(b))));
+            let moved = mu.zip_map(&velocity, |re, eps| Dual { re, eps });
+            let mut measured = Measured::NotApplicable("no Casimir functions are declared".into());
+            for k in 0..algebra.casimirs() {
+                let slopes = Covector::<T, N>::from_fn(|_, a| {
+                    let along = mu.transpose().zip_map(&basis_vector::<T, N>(a), |re, eps| Dual { re, eps });
+                    right.casimir(k, &along.transpose()).eps
+                });
+                // The terms of the velocity may cancel.
+                let size = slopes.abs().sum() * mu.amax() * x.amax() * constants;
+                let slope = algebra.casimir(k, &moved).eps;
+                measured = measured.and(Measured::defect(slope.abs(), size, floor, || {
+                    format!("Casimir function {k} changes along its orbit at {:e}", slope.to_f64())
+                }));
+            }
+            Ok(measured)
+        }
+        other => Err(Measured::Broken(format!("there is no law `{other}` of algebras"))),
+    }
+}

@@ -1,0 +1,49 @@
+//! Derivatives by differences, with an estimate of their error: what derivatives by dual numbers are compared with.
+
+use super::super::precision::Measured;
+use crate::scalar::Real;
+
+/// The derivative at 0 of a function of a step, with what truncation and rounding may have done to it.
+pub(super) struct Slope<T> {
+    pub value: T,
+    pub error: T,
+}
+
+/// F'(0) by central differences at h, h/2 and h/4, extrapolated twice to fourth order, for h ≈ u^{1/5} `scale`.
+///
+/// The error is the distance of the two extrapolated values, and the rounding 4 u |F|/h. `None` where F is not defined.
+pub(super) fn slope<T: Real>(mut f: impl FnMut(T) -> Option<T>, scale: T) -> Option<Slope<T>> {
+    let exponent = (T::unit_roundoff().to_f64().log2() / 5.0).round() as i32;
+    let h = scale * T::exact(2f64.powi(exponent));
+    let mut size = T::zero();
+    let mut central = |h: T| {
+        let (above, below) = (f(h)?, f(-h)?);
+        size = size.max(above.abs()).max(below.abs());
+        Some((above - below) / (h + h))
+    };
+    let (one, two, four) = (central(h)?, central(h * T::half())?, central(h * T::exact(0.25))?);
+    let extrapolated = |coarse: T, fine: T| (fine * T::int(4) - coarse) / T::int(3);
+    let (coarse, fine) = (extrapolated(one, two), extrapolated(two, four));
+    let rounding = T::int(16) * T::unit_roundoff() * size / h;
+    Some(Slope { value: fine, error: (coarse - fine).abs() + rounding })
+}
+
+/// A derivative against its differences, in units of their error and of `floor` u of the size; not in units of round-off.
+///
+/// Inconclusive where the differences do not converge: the error is above 1/64 of the derivative and of `size`.
+pub(super) fn compared<T: Real>(found: T, slope: &Slope<T>, size: T, floor: f64, witness: &str) -> Measured {
+    if !found.all_finite() {
+        return Measured::Broken(format!("{witness}: the derivative by duals is not finite"));
+    }
+    let largest = size.max(slope.value.abs()).max(found.abs());
+    if !(slope.error * T::int(64) <= largest) && slope.error > T::zero() {
+        return Measured::Inconclusive("differences do not converge here".into());
+    }
+    let allowed = slope.error + T::exact(floor) * T::unit_roundoff() * largest;
+    let defect = (found - slope.value).abs();
+    let amplification = if defect == T::zero() { 0.0 } else { (defect / allowed).to_f64() };
+    let amplification = if amplification.is_nan() { f64::INFINITY } else { amplification };
+    let witness = format!("{witness}: by duals {:e}, by differences {:e}", found.to_f64(), slope.value.to_f64());
+    // Judged alone, at 256 times this.
+    Measured::Defect { amplification, floor: 1.0, witness }
+}

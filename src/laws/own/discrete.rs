@@ -1,0 +1,496 @@
+//! Laws of one discrete Lagrangian on G×G×G: any [`DiscreteLagrangian`] that a user writes, with its group and a retraction.
+//!
+//! A value that runs on dual numbers gets its slopes from [`Smooth`](crate::discrete::Smooth); then it is a discrete
+//! Lagrangian like any other.
+
+use super::super::planted::{blend, blend_scalar};
+use super::super::precision::Measured;
+use super::differences::{compared, slope};
+use super::group::{exponential, misfit};
+use super::part::{About, Missing, Pair, Precisions, Subject, off};
+use super::values::{Points, Values};
+use crate::algebra::{Covector, Matrix, Vector, pair};
+use crate::discrete::legendre::flow;
+use crate::discrete::{DiscreteError, DiscreteLagrangian, Slopes, Triple};
+use crate::group::{LieGroup, MatrixGroup};
+use crate::harness::{Cost, Fault, Verdict};
+use crate::retraction::{Exponential, Retraction};
+use crate::scalar::{Dd, Real};
+use proptest::strategy::{BoxedStrategy, Strategy};
+
+/// A discrete Lagrangian with the group on which it lives and a retraction, by which flows are found.
+#[derive(Clone, Debug)]
+pub struct OnGroup<L, G, R> {
+    /// l_d.
+    pub lagrangian: L,
+    /// G.
+    pub group: G,
+    /// τ.
+    pub retraction: R,
+}
+
+/// What [`OnGroup`] is, and [`Missing`] in its place.
+pub trait Discrete<T: Real, const N: usize, const D: usize> {
+    /// l_d.
+    type Lagrangian: DiscreteLagrangian<T, N, D>;
+    /// G.
+    type Group: LieGroup<T, N, D>;
+    /// τ.
+    type Retraction: Retraction<T, N, D>;
+
+    /// l_d, G and τ.
+    fn parts(&self) -> (&Self::Lagrangian, &Self::Group, &Self::Retraction);
+}
+
+impl<T, L, G, R, const N: usize, const D: usize> Discrete<T, N, D> for OnGroup<L, G, R>
+where
+    T: Real,
+    L: DiscreteLagrangian<T, N, D>,
+    G: LieGroup<T, N, D>,
+    R: Retraction<T, N, D>,
+{
+    type Lagrangian = L;
+    type Group = G;
+    type Retraction = R;
+
+    fn parts(&self) -> (&L, &G, &R) {
+        (&self.lagrangian, &self.group, &self.retraction)
+    }
+}
+
+impl<const N: usize, const D: usize> DiscreteLagrangian<Dd, N, D> for Missing {
+    type Memory = ();
+
+    fn value(&self, _: &Triple<Dd, D>) -> Result<Dd, DiscreteError> {
+        match *self {}
+    }
+
+    fn slopes_from(&self, _: &Triple<Dd, D>, (): &mut ()) -> Result<Slopes<Dd, N>, DiscreteError> {
+        match *self {}
+    }
+}
+
+impl<const N: usize, const D: usize> Discrete<Dd, N, D> for Missing {
+    type Lagrangian = Self;
+    type Group = Self;
+    type Retraction = Exponential<Dd, N, D, MatrixGroup<Dd, N, D>>;
+
+    fn parts(&self) -> (&Self, &Self, &Self::Retraction) {
+        match *self {}
+    }
+}
+
+const EVERY: &str = "every discrete Lagrangian";
+const DIFFERENCES: &str = "2⁸ times the estimated error of the differences, and 2⁶ N D u; in each precision by itself";
+
+/// A value of something else.
+pub const VALUE_SHIFTED: Fault = Fault::new("ld-value", "the sum of the entries of V added to the value", EVERY);
+/// A side.
+pub const V_SIDES: Fault = Fault::new("ld-v-sides", "L*_V D₁l_d for R*_V D₁l_d", "non-abelian groups");
+/// A sign.
+pub const U_SIGN: Fault = Fault::new("ld-u-sign", "L*_U D₂l_d with the other sign", "forced systems");
+/// A factor.
+pub const W_DOUBLED: Fault = Fault::new("ld-w-doubled", "D₃l_d doubled", EVERY);
+/// Not regular.
+pub const SLOPES_CONSTANT: Fault = Fault::new("ld-constant", "every slope replaced by 1 in every component", EVERY);
+/// State.
+pub const MEMORY_STALE: Fault =
+    Fault::new("ld-memory-stale", "the slopes of the evaluation before are given again", EVERY);
+
+/// The laws of this file.
+pub static LAWS: &[About] = &[
+    About {
+        name: "own-discrete-slopes",
+        statement: "L* and R* of D₁, D₂ and D₃l_d are the derivatives of the value along g exp(s ξ̂) and exp(s ξ̂) g",
+        source: "Martín de Diego and Sato Martín de Almagro 2019, §5",
+        oracle: "differences of the value, extrapolated to fourth order",
+        bound: DIFFERENCES,
+        needs: "",
+        faults: &[VALUE_SHIFTED, V_SIDES, U_SIGN, W_DOUBLED],
+        cost: Cost::Cheap,
+    },
+    About {
+        name: "own-discrete-memory",
+        statement: "the slopes do not depend on what was evaluated before",
+        source: "the contract of `slopes_from`",
+        oracle: "the slopes without a memory",
+        bound: "two precisions; floor 2⁸ N D u of the slopes",
+        needs: "",
+        faults: &[MEMORY_STALE],
+        cost: Cost::Cheap,
+    },
+    About {
+        name: "own-discrete-antisymmetric",
+        statement: "l_d(W, U⁻¹, V) = −l_d(V, U, W)",
+        source: "Martín de Diego and Sato Martín de Almagro 2019, Thm 5.3",
+        oracle: "the value at the inverse arrow",
+        bound: "two precisions; floor 2⁸ N D u of the value and of slopes times displacements",
+        needs: "the claim `antisymmetric`: l_d comes from a forced system",
+        faults: &[VALUE_SHIFTED],
+        cost: Cost::Cheap,
+    },
+    About {
+        name: "own-discrete-units",
+        statement: "the flow takes units (V, e, V) to units",
+        source: "Martín de Diego and Sato Martín de Almagro 2019, Thm 5.3: it depends on the derivatives on the units alone",
+        oracle: "the units themselves",
+        bound: "two precisions; floor 2⁸ N D u of the group elements",
+        needs: "the claim `antisymmetric` or `keeps_units`",
+        faults: &[U_SIGN, W_DOUBLED],
+        cost: Cost::Expensive,
+    },
+    About {
+        name: "own-discrete-regular",
+        statement: "the discrete Euler–Lagrange equations have a regular Jacobian at (V, e, V)",
+        source: "Martín de Diego and Sato Martín de Almagro 2019, §5",
+        oracle: "elimination with pivoting, in Newton's method for the flow",
+        bound: "none: regular or not",
+        needs: "",
+        faults: &[SLOPES_CONSTANT],
+        cost: Cost::Expensive,
+    },
+    About {
+        name: "own-discrete-equations",
+        statement: "along the flow the action of two steps is stationary: d/ds of l_d(V₁e^{sξ}, U₁, W₁e^{sσ}) + \
+                    l_d(e^{−sξ}V₂, e^{−sξ}U₂e^{sσ}, e^{−sσ}W₂) is 0 at s = 0",
+        source: "Martín de Diego and Sato Martín de Almagro 2019, Prop 5.1 and (5.2)",
+        oracle: "differences of the value; the flow is found from the slopes",
+        bound: DIFFERENCES,
+        needs: "",
+        faults: &[V_SIDES, W_DOUBLED, VALUE_SHIFTED],
+        cost: Cost::Expensive,
+    },
+];
+
+/// A user's discrete Lagrangian, at both precisions or in `f64` alone, with claims.
+#[derive(Clone, Debug)]
+pub struct OwnDiscrete<A, B, const N: usize, const D: usize> {
+    parts: Pair<A, B>,
+    largest: f64,
+    antisymmetric: bool,
+    units: bool,
+}
+
+impl<A: Discrete<f64, N, D>, const N: usize, const D: usize> OwnDiscrete<A, Missing, N, D> {
+    /// The discrete Lagrangian in `f64` alone.
+    pub fn in_double(part: A) -> Self {
+        Self { parts: Pair { double: part, quad: None }, largest: 0.25, antisymmetric: false, units: false }
+    }
+}
+
+impl<A, B, const N: usize, const D: usize> OwnDiscrete<A, B, N, D>
+where
+    A: Discrete<f64, N, D>,
+    B: Discrete<Dd, N, D>,
+{
+    /// The same discrete Lagrangian in `f64` and in 32 digits.
+    pub fn at_both(double: A, quad: B) -> Self {
+        Self { parts: Pair { double, quad: Some(quad) }, largest: 0.25, antisymmetric: false, units: false }
+    }
+
+    /// Only V, U and W that are exp of vectors with components of at most `largest` (default ¼).
+    pub fn within(self, largest: f64) -> Self {
+        Self { largest, ..self }
+    }
+
+    /// Claims l_d(W, U⁻¹, V) = −l_d(V, U, W), and with it that the flow keeps the units.
+    pub fn antisymmetric(self) -> Self {
+        Self { antisymmetric: true, ..self }
+    }
+
+    /// Claims that the flow keeps the units, for an l_d that is antisymmetric to first order on them alone.
+    pub fn keeps_units(self) -> Self {
+        Self { units: true, ..self }
+    }
+}
+
+impl<A, B, const N: usize, const D: usize> Subject for OwnDiscrete<A, B, N, D>
+where
+    A: Discrete<f64, N, D> + Send + Sync + 'static,
+    B: Discrete<Dd, N, D> + Send + Sync + 'static,
+{
+    const LAWS: &'static [About] = LAWS;
+
+    fn precisions(&self) -> Precisions {
+        self.parts.precisions()
+    }
+
+    fn missing(&self, law: &About) -> Option<&'static str> {
+        match law.name {
+            "own-discrete-antisymmetric" if !self.antisymmetric => Some("it is not said to be antisymmetric"),
+            "own-discrete-units" if !(self.antisymmetric || self.units) => Some("it is not said to keep the units"),
+            _ => None,
+        }
+    }
+
+    fn cases(&self, law: &About) -> BoxedStrategy<Values> {
+        let points = Points::new().within(self.largest);
+        match law.name {
+            "own-discrete-slopes" => points.vectors(&["v", "u", "w"], N).vectors(&["along"], N),
+            "own-discrete-memory" => points.vectors(&["v", "u", "w", "before"], N),
+            "own-discrete-antisymmetric" => points.vectors(&["v", "u", "w"], N),
+            "own-discrete-equations" => points.vectors(&["v", "along", "partner"], N),
+            _ => points.vectors(&["v"], N),
+        }
+        .boxed()
+    }
+
+    fn check(&self, law: &About, case: &Values, fault: Option<&Fault>) -> Verdict {
+        let double = |part: &A| judge::<f64, A, N, D>(part, law.name, case, fault);
+        let quad = |part: &B| judge::<Dd, B, N, D>(part, law.name, case, fault);
+        match law.name {
+            "own-discrete-slopes" | "own-discrete-equations" => self.parts.each(double, quad),
+            _ => self.parts.settle(double, quad),
+        }
+    }
+}
+
+/// A discrete Lagrangian with a fault planted in it.
+struct Planted<'a, L> {
+    l_d: &'a L,
+    fault: Option<&'a Fault>,
+}
+
+impl<L> Planted<'_, L> {
+    fn size(&self, fault: &Fault) -> f64 {
+        Fault::size_of(self.fault, fault.name)
+    }
+}
+
+/// What an evaluation leaves behind, with the slopes for [`MEMORY_STALE`].
+struct Kept<M, T: Real, const N: usize> {
+    memory: M,
+    slopes: Option<Slopes<T, N>>,
+}
+
+impl<M: Default, T: Real, const N: usize> Default for Kept<M, T, N> {
+    fn default() -> Self {
+        Self { memory: M::default(), slopes: None }
+    }
+}
+
+impl<T: Real, L, const N: usize, const D: usize> DiscreteLagrangian<T, N, D> for Planted<'_, L>
+where
+    L: DiscreteLagrangian<T, N, D>,
+{
+    type Memory = Kept<L::Memory, T, N>;
+
+    fn value(&self, x: &Triple<T, D>) -> Result<T, DiscreteError> {
+        let right = self.l_d.value(x)?;
+        Ok(blend_scalar(right, right + x.v.sum(), self.size(&VALUE_SHIFTED)))
+    }
+
+    fn slopes_from(&self, x: &Triple<T, D>, memory: &mut Self::Memory) -> Result<Slopes<T, N>, DiscreteError> {
+        let right = self.l_d.slopes_from(x, &mut memory.memory)?;
+        let before = memory.slopes.replace(right).unwrap_or(right);
+        let constant = |p: Covector<T, N>| blend(p, Covector::repeat(T::one()), self.size(&SLOPES_CONSTANT));
+        let third = |p: Covector<T, N>, stale: Covector<T, N>| {
+            let p = blend(p, p * T::int(2), self.size(&W_DOUBLED));
+            constant(blend(p, stale, self.size(&MEMORY_STALE)))
+        };
+        Ok(Slopes {
+            v_left: constant(right.v_left),
+            v_right: constant(blend(right.v_right, right.v_left, self.size(&V_SIDES))),
+            u_left: constant(blend(right.u_left, -right.u_left, self.size(&U_SIGN))),
+            u_right: constant(right.u_right),
+            w_left: third(right.w_left, before.w_left),
+            w_right: third(right.w_right, before.w_right),
+        })
+    }
+}
+
+fn refused(error: DiscreteError) -> Measured {
+    match error {
+        DiscreteError::Domain { .. } => Measured::NotApplicable("a point is outside the domain".into()),
+        DiscreteError::NotConverged { .. } => Measured::Inconclusive("an iteration did not converge".into()),
+        DiscreteError::Singular { .. } => Measured::Inconclusive("the equations are singular".into()),
+        DiscreteError::NotInvertible { .. } | DiscreteError::NotFinite { .. } => Measured::Broken(error.to_string()),
+    }
+}
+
+type Answer = Result<Measured, Measured>;
+
+struct Judge<'a, T: Real, S: Discrete<T, N, D>, const N: usize, const D: usize> {
+    l_d: Planted<'a, S::Lagrangian>,
+    group: &'a S::Group,
+    retraction: &'a S::Retraction,
+    case: &'a Values,
+    floor: f64,
+}
+
+fn judge<T: Real, S: Discrete<T, N, D>, const N: usize, const D: usize>(
+    part: &S,
+    law: &str,
+    case: &Values,
+    fault: Option<&Fault>,
+) -> Answer {
+    let (l_d, group, retraction) = part.parts();
+    let l_d = Planted { l_d, fault };
+    let judge = Judge::<T, S, N, D> { l_d, group, retraction, case, floor: 256.0 * (N * D) as f64 };
+    match law {
+        "own-discrete-slopes" => judge.slopes(),
+        "own-discrete-memory" => judge.memory(),
+        "own-discrete-antisymmetric" => judge.antisymmetric(),
+        "own-discrete-units" => judge.units(),
+        "own-discrete-regular" => judge.regular(),
+        "own-discrete-equations" => judge.equations(),
+        other => Err(Measured::Broken(format!("there is no law `{other}` of discrete Lagrangians"))),
+    }
+}
+
+fn fine() -> Measured {
+    Measured::Defect { amplification: 0.0, floor: 1.0, witness: String::new() }
+}
+
+/// The largest slope.
+fn largest<T: Real, const N: usize>(slopes: &Slopes<T, N>) -> T {
+    let all = [slopes.v_left, slopes.v_right, slopes.u_left, slopes.u_right, slopes.w_left, slopes.w_right];
+    all.iter().fold(T::zero(), |size, row| size.max(row.amax()))
+}
+
+impl<T: Real, S: Discrete<T, N, D>, const N: usize, const D: usize> Judge<'_, T, S, N, D> {
+    fn vector(&self, name: &str) -> Result<Vector<T, N>, Measured> {
+        self.case.vector(name).map_err(misfit)
+    }
+
+    /// exp(x̂).
+    fn exp(&self, x: &Vector<T, N>) -> Matrix<T, D> {
+        exponential(&self.group.hat(x))
+    }
+
+    fn triple(&self) -> Result<Triple<T, D>, Measured> {
+        let element = |name: &str| Ok::<_, Measured>(self.exp(&self.vector(name)?));
+        Ok(Triple { v: element("v")?, u: element("u")?, w: element("w")? })
+    }
+
+    /// The value of the part itself: with the faults of the value, and with none of the slopes.
+    fn value(&self, x: &Triple<T, D>) -> Result<T, Measured> {
+        let value = DiscreteLagrangian::<T, N, D>::value(&self.l_d, x).map_err(refused)?;
+        match value.all_finite() {
+            true => Ok(value),
+            false => Err(Measured::Broken(format!("l_d = {}", value.to_f64()))),
+        }
+    }
+
+    fn slopes_at(&self, x: &Triple<T, D>) -> Result<Slopes<T, N>, Measured> {
+        let slopes = self.l_d.slopes(x).map_err(refused)?;
+        match largest(&slopes).all_finite() {
+            true => Ok(slopes),
+            false => Err(Measured::Broken("a slope is not finite".into())),
+        }
+    }
+
+    fn slopes(&self) -> Answer {
+        let (x, along) = (self.triple()?, self.vector("along")?);
+        let length = along.amax();
+        self.value(&x)?;
+        let slopes = self.slopes_at(&x)?;
+        if length == T::zero() {
+            return Ok(fine());
+        }
+        // A step of at most 1/16.
+        let scale = T::exact(0.0625) / length;
+        let size = largest(&slopes) * length;
+        let mut measured = fine();
+        let names = ["L*D₁", "R*D₁", "L*D₂", "R*D₂", "L*D₃", "R*D₃"];
+        let rows = [slopes.v_left, slopes.v_right, slopes.u_left, slopes.u_right, slopes.w_left, slopes.w_right];
+        for (k, (name, row)) in names.iter().zip(rows).enumerate() {
+            let value = |s: T| {
+                let turn = self.exp(&(along * s));
+                let side = |g: &Matrix<T, D>| if k % 2 == 0 { g * turn } else { turn * g };
+                let moved = match k / 2 {
+                    0 => Triple { v: side(&x.v), ..x },
+                    1 => Triple { u: side(&x.u), ..x },
+                    _ => Triple { w: side(&x.w), ..x },
+                };
+                self.value(&moved).ok()
+            };
+            let slope = slope(value, scale).ok_or(Measured::NotApplicable("a point is outside the domain".into()))?;
+            measured = measured.and(compared(pair(&row, &along), &slope, size, self.floor, name));
+        }
+        Ok(measured)
+    }
+
+    fn memory(&self) -> Answer {
+        let x = self.triple()?;
+        let turn = self.exp(&self.vector("before")?);
+        let before = Triple { v: x.v * turn, u: x.u, w: x.w * turn };
+        let fresh = self.slopes_at(&x)?;
+        let mut memory = <Planted<'_, S::Lagrangian> as DiscreteLagrangian<T, N, D>>::Memory::default();
+        self.l_d.slopes_from(&before, &mut memory).map_err(refused)?;
+        let again = self.l_d.slopes_from(&x, &mut memory).map_err(refused)?;
+        let size = largest(&fresh).max(largest(&again));
+        let pairs = [
+            ("L*D₁", fresh.v_left, again.v_left),
+            ("R*D₁", fresh.v_right, again.v_right),
+            ("L*D₂", fresh.u_left, again.u_left),
+            ("R*D₂", fresh.u_right, again.u_right),
+            ("L*D₃", fresh.w_left, again.w_left),
+            ("R*D₃", fresh.w_right, again.w_right),
+        ];
+        let measured = pairs.iter().map(|(name, a, b)| {
+            Measured::defect(off(a, b), size, self.floor, || format!("{name} differs with a memory"))
+        });
+        Ok(measured.fold(fine(), Measured::and))
+    }
+
+    fn antisymmetric(&self) -> Answer {
+        let x = self.triple()?;
+        let singular = || Measured::Broken("U is a singular matrix".into());
+        let inverse = Triple { v: x.w, u: self.group.inverse(&x.u).ok_or_else(singular)?, w: x.v };
+        let (value, other) = (self.value(&x)?, self.value(&inverse)?);
+        let slopes = self.slopes_at(&x)?;
+        let (v, u, w) = (self.vector("v")?, self.vector("u")?, self.vector("w")?);
+        let size = value.abs() + largest(&slopes) * (v.amax() + u.amax() + w.amax());
+        Ok(Measured::defect((value + other).abs(), size, self.floor, || {
+            format!("l_d(V, U, W) = {:e}, l_d(W, U⁻¹, V) = {:e}", value.to_f64(), other.to_f64())
+        }))
+    }
+
+    /// (V, e, V) and where the flow takes it.
+    fn step(&self) -> Result<(Triple<T, D>, Result<Triple<T, D>, DiscreteError>), Measured> {
+        let x = Triple::unit(self.exp(&self.vector("v")?));
+        self.slopes_at(&x)?;
+        let next = flow(&self.l_d, &self.l_d, self.retraction, &x);
+        Ok((x, next))
+    }
+
+    fn units(&self) -> Answer {
+        let next = self.step()?.1.map_err(refused)?;
+        let near = |what: &'static str, a: &Matrix<T, D>, b: &Matrix<T, D>| {
+            Measured::defect(off(a, b), b.amax().max(T::one()), self.floor, || what.into())
+        };
+        let unit = near("U ≠ e after a step from a unit", &next.u, &Matrix::identity());
+        Ok(unit.and(near("V ≠ W after a step from a unit", &next.v, &next.w)))
+    }
+
+    fn regular(&self) -> Answer {
+        match self.step()?.1 {
+            Err(error @ DiscreteError::Singular { .. }) => Ok(Measured::Broken(error.to_string())),
+            Err(error) => Err(refused(error)),
+            Ok(_) => Ok(fine()),
+        }
+    }
+
+    fn equations(&self) -> Answer {
+        let (x, next) = self.step()?;
+        let y = next.map_err(refused)?;
+        let (first, second) = (self.vector("along")?, self.vector("partner")?);
+        let length = first.amax().max(second.amax());
+        if length == T::zero() {
+            return Ok(fine());
+        }
+        let action = |s: T| {
+            let turns = [&first, &second].map(|x| (self.exp(&(x * s)), self.exp(&(x * -s))));
+            let [(p, p_back), (q, q_back)] = &turns;
+            let one = Triple { v: x.v * p, u: x.u, w: x.w * q };
+            let two = Triple { v: p_back * y.v, u: p_back * y.u * q, w: q_back * y.w };
+            Some(self.value(&one).ok()? + self.value(&two).ok()?)
+        };
+        let slope = slope(action, T::exact(0.0625) / length);
+        let slope = slope.ok_or(Measured::NotApplicable("a point is outside the domain".into()))?;
+        // The equations are solved to rounding: slopes that cancel.
+        let size = (largest(&self.slopes_at(&x)?) + largest(&self.slopes_at(&y)?)) * length;
+        Ok(compared(T::zero(), &slope, size, self.floor, "the variation of the action of two steps"))
+    }
+}

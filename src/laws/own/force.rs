@@ -1,0 +1,366 @@
+//! Laws of one force: any [`Force`] that a user writes, with the properties that the user claims for it.
+//!
+//! ```
+//! use euler_poincare::algebra::Matrix;
+//! use euler_poincare::laws::own::{force::OwnForce, part};
+//! use euler_poincare::mechanics::force::LinearDrag;
+//!
+//! let drag = LinearDrag::new(Matrix::<f64, 3>::identity())?;
+//! let report = part::run(OwnForce::in_double(drag).dissipates(), 1, 4);
+//! assert!(report.laws.iter().all(|law| law.broken.is_empty()));
+//! # Ok::<(), euler_poincare::mechanics::force::ForceError>(())
+//! ```
+
+use super::super::planted::blend;
+use super::super::precision::Measured;
+use super::differences::{compared, slope};
+use super::group::misfit;
+use super::lagrangian::list;
+use super::part::{About, Missing, Pair, Precisions, Subject, off};
+use super::values::{Points, Values};
+use crate::algebra::{Casimir, Covector, Vector, basis_vector, pair};
+use crate::harness::{Cost, Fault, Verdict};
+use crate::mechanics::{Force, Lagrangian};
+use crate::scalar::{Dd, Dual, Real, Scalar};
+use proptest::strategy::{BoxedStrategy, Strategy};
+use std::cell::Cell;
+use std::sync::Arc;
+
+const EVERY: &str = "every force";
+const NOT_ZERO: &str = "forces other than 0";
+const SOURCE: &str = "Martín de Diego and Sato Martín de Almagro 2019, §2 and (2.12)";
+const EXACT: &str = "none: the same bits";
+const DIFFERENCES: &str = "2⁸ times the estimated error of the differences, and 2⁶ N u; in each precision by itself";
+const BOUND: &str = "two precisions; floor 2⁶ N u relative to Σ|f_a| |η^a|, or Σ|f_a| |dC^a|";
+
+/// Not finite.
+pub const FORCE_NAN: Fault = Fault::new("force-nan", "f is NaN where η_1 > 0", EVERY);
+/// State.
+pub const FORCE_STATE: Fault = Fault::new("force-state", "the number of evaluations so far added to f", EVERY);
+/// Duals lost.
+pub const FORCE_CONSTANT: Fault =
+    Fault::new("force-constant", "f evaluated on values alone: its derivative is 0", "forces that are not constant");
+/// A lie.
+pub const SAYS_ZERO: Fault = Fault::new("says-zero", "`is_zero` where f ≠ 0", NOT_ZERO);
+/// The other sign.
+pub const FORCE_SIGN: Fault = Fault::new("force-sign", "f replaced by −f", "forces that dissipate");
+/// A load.
+pub const FORCE_LOAD: Fault = Fault::new("force-load", "1 added to each component of f", EVERY);
+
+macro_rules! law {
+    ($name:literal, $statement:literal, $oracle:literal, $bound:expr, $needs:literal, $faults:expr) => {
+        About {
+            name: $name,
+            statement: $statement,
+            source: SOURCE,
+            oracle: $oracle,
+            bound: $bound,
+            needs: $needs,
+            faults: $faults,
+            cost: Cost::Cheap,
+        }
+    };
+}
+
+/// The laws of this file.
+pub static LAWS: &[About] = &[
+    law!("force-finite", "f(t, η) is finite", "the numbers themselves", "none: finite or not", "", &[FORCE_NAN]),
+    law!(
+        "force-deterministic",
+        "f(t, η) is the same whenever it is evaluated",
+        "another evaluation, after one elsewhere",
+        EXACT,
+        "",
+        &[FORCE_STATE]
+    ),
+    law!(
+        "force-derivatives",
+        "f on dual numbers has the value of f and the derivative of its values, along t and η; on duals of duals too",
+        "differences of f, extrapolated to fourth order",
+        DIFFERENCES,
+        "",
+        &[FORCE_CONSTANT]
+    ),
+    law!("force-zero", "if `is_zero()` then f(t, η) = 0", "f itself", "none: exactly 0", "", &[SAYS_ZERO]),
+    law!(
+        "force-dissipates",
+        "⟨f(t, η), η⟩ ≤ 0",
+        "the pairing",
+        BOUND,
+        "the claim `dissipates`",
+        &[FORCE_SIGN, FORCE_LOAD]
+    ),
+    law!(
+        "force-workless",
+        "⟨f(t, η), η⟩ = 0: energy is kept",
+        "the pairing",
+        BOUND,
+        "the claim `workless`",
+        &[FORCE_LOAD]
+    ),
+    law!(
+        "force-keeps-casimirs",
+        "⟨f(t, η), dC(l'(η))⟩ = 0 for each Casimir function C that is claimed to be kept",
+        "dC and l' of the claim",
+        BOUND,
+        "the claim `keeps`: a Lagrangian and Casimir functions",
+        &[FORCE_LOAD]
+    ),
+];
+
+/// dC(l'(η)) of each Casimir function.
+type Gradients<T, const N: usize> = Arc<dyn Fn(&Vector<T, N>) -> Vec<Vector<T, N>> + Send + Sync>;
+
+/// A user's force, at both precisions or in `f64` alone, with claims.
+pub struct OwnForce<A, B, const N: usize> {
+    parts: Pair<A, B>,
+    largest: f64,
+    dissipates: bool,
+    workless: bool,
+    kept: Option<(Gradients<f64, N>, Option<Gradients<Dd, N>>)>,
+}
+
+impl<A, B, const N: usize> OwnForce<A, B, N> {
+    fn new(parts: Pair<A, B>) -> Self {
+        Self { parts, largest: 4.0, dissipates: false, workless: false, kept: None }
+    }
+
+    /// Only velocities with components of at most `largest` (default 4): the domain of f.
+    pub fn within(self, largest: f64) -> Self {
+        Self { largest, ..self }
+    }
+
+    /// Claims ⟨f, η⟩ ≤ 0.
+    pub fn dissipates(self) -> Self {
+        Self { dissipates: true, ..self }
+    }
+
+    /// Claims ⟨f, η⟩ = 0.
+    pub fn workless(self) -> Self {
+        Self { workless: true, ..self }
+    }
+}
+
+fn gradients<T: Real, L, const N: usize>(lagrangian: L, casimirs: Vec<Casimir<T, N>>) -> Gradients<T, N>
+where
+    L: Lagrangian<T, N> + Send + Sync + 'static,
+{
+    Arc::new(move |eta| {
+        let momentum = lagrangian.gradient(eta);
+        casimirs.iter().map(|casimir| casimir.gradient(&momentum)).collect()
+    })
+}
+
+impl<A: Force<f64, N>, const N: usize> OwnForce<A, Missing, N> {
+    /// The force in `f64` alone.
+    pub fn in_double(force: A) -> Self {
+        Self::new(Pair { double: force, quad: None })
+    }
+
+    /// Claims that f keeps these Casimir functions, at the momentum l'(η).
+    pub fn keeps<L>(self, lagrangian: L, casimirs: Vec<Casimir<f64, N>>) -> Self
+    where
+        L: Lagrangian<f64, N> + Send + Sync + 'static,
+    {
+        Self { kept: Some((gradients(lagrangian, casimirs), None)), ..self }
+    }
+}
+
+impl<A: Force<f64, N>, B: Force<Dd, N>, const N: usize> OwnForce<A, B, N> {
+    /// The same force in `f64` and in 32 digits.
+    pub fn at_both(double: A, quad: B) -> Self {
+        Self::new(Pair { double, quad: Some(quad) })
+    }
+
+    /// Claims that f keeps these Casimir functions, at the momentum l'(η): Lagrangian and functions in each scalar.
+    pub fn keeps_both<L, M>(self, double: (L, Vec<Casimir<f64, N>>), quad: (M, Vec<Casimir<Dd, N>>)) -> Self
+    where
+        L: Lagrangian<f64, N> + Send + Sync + 'static,
+        M: Lagrangian<Dd, N> + Send + Sync + 'static,
+    {
+        Self { kept: Some((gradients(double.0, double.1), Some(gradients(quad.0, quad.1)))), ..self }
+    }
+}
+
+impl<A, B, const N: usize> Subject for OwnForce<A, B, N>
+where
+    A: Force<f64, N> + Send + Sync + 'static,
+    B: Force<Dd, N> + Send + Sync + 'static,
+{
+    const LAWS: &'static [About] = LAWS;
+
+    fn precisions(&self) -> Precisions {
+        self.parts.precisions()
+    }
+
+    fn missing(&self, law: &About) -> Option<&'static str> {
+        match law.name {
+            "force-dissipates" if !self.dissipates => Some("the force is not said to dissipate"),
+            "force-workless" if !self.workless => Some("the force is not said to do no work"),
+            "force-keeps-casimirs" if self.kept.is_none() => Some("the force is not said to keep Casimir functions"),
+            _ => None,
+        }
+    }
+
+    fn cases(&self, law: &About) -> BoxedStrategy<Values> {
+        let points = Points::new().within(self.largest).number("t").vectors(&["eta"], N);
+        match law.name {
+            "force-derivatives" | "force-deterministic" => points.number("dt").vectors(&["along"], N),
+            _ => points,
+        }
+        .boxed()
+    }
+
+    fn check(&self, law: &About, case: &Values, fault: Option<&Fault>) -> Verdict {
+        let kept = self.kept.as_ref();
+        let double = |f: &A| judge::<f64, A, N>(f, law.name, case, fault, kept.map(|kept| &kept.0), self.largest);
+        let quad =
+            |f: &B| judge::<Dd, B, N>(f, law.name, case, fault, kept.and_then(|kept| kept.1.as_ref()), self.largest);
+        match law.name {
+            "force-derivatives" => self.parts.each(double, quad),
+            _ => self.parts.settle(double, quad),
+        }
+    }
+}
+
+/// A force with a fault planted in it.
+struct Planted<'a, F> {
+    force: &'a F,
+    fault: Option<&'a Fault>,
+    evaluations: Cell<i64>,
+}
+
+impl<F> Planted<'_, F> {
+    fn size(&self, fault: &Fault) -> f64 {
+        Fault::size_of(self.fault, fault.name)
+    }
+}
+
+impl<T: Real, F: Force<T, N>, const N: usize> Force<T, N> for Planted<'_, F> {
+    fn force<S: Scalar<Base = T>>(&self, t: S, eta: &Vector<S, N>) -> Covector<S, N> {
+        let right = self.force.force(t, eta);
+        if self.size(&FORCE_NAN) > 0.0 && eta[0] > S::zero() {
+            return right * S::exact(f64::NAN);
+        }
+        let evaluations = self.evaluations.get();
+        self.evaluations.set(evaluations + 1);
+        let right = blend(right, right.add_scalar(S::int(evaluations)), self.size(&FORCE_STATE));
+        let right = blend(right, right.map(|v| S::lift(v.base())), self.size(&FORCE_CONSTANT));
+        let right = blend(right, -right, self.size(&FORCE_SIGN));
+        blend(right, right.add_scalar(S::one()), self.size(&FORCE_LOAD))
+    }
+
+    fn is_zero(&self) -> bool {
+        self.force.is_zero() || self.size(&SAYS_ZERO) > 0.0
+    }
+}
+
+fn judge<T: Real, F: Force<T, N>, const N: usize>(
+    force: &F,
+    law: &str,
+    case: &Values,
+    fault: Option<&Fault>,
+    kept: Option<&Gradients<T, N>>,
+    largest: f64,
+) -> Result<Measured, Measured> {
+    let (t, eta) = (case.number::<T>("t").map_err(misfit)?, case.vector::<T, N>("eta").map_err(misfit)?);
+    let planted = Planted { force, fault, evaluations: Cell::new(0) };
+    let f = planted.force(t, &eta);
+    let fine = Measured::Defect { amplification: 0.0, floor: 1.0, witness: String::new() };
+    let floor = 64.0 * N as f64;
+    if !f.iter().all(|v| v.all_finite()) {
+        return Ok(Measured::Broken(format!("f(t, η) = {}", list(f.iter()))));
+    }
+    match law {
+        "force-finite" => Ok(fine),
+        "force-deterministic" => {
+            let elsewhere = (case.number::<T>("dt").map_err(misfit)?, case.vector::<T, N>("along").map_err(misfit)?);
+            let _ = planted.force(t + elsewhere.0, &(eta + elsewhere.1));
+            let again = planted.force(t, &eta);
+            if again == f {
+                Ok(fine)
+            } else {
+                Ok(Measured::Broken(format!("f(t, η) = {} and then {}", list(f.iter()), list(again.iter()))))
+            }
+        }
+        "force-derivatives" => {
+            let along = (case.number::<T>("dt").map_err(misfit)?, case.vector::<T, N>("along").map_err(misfit)?);
+            let judged = |scale: T| derivatives(&planted, (t, &eta), &f, (along.0, &along.1), scale);
+            // Steps for a smooth force, and small against η for one that is not smooth at 0.
+            match judged(T::exact(largest / 4.0).max(eta.amax()))? {
+                Measured::Inconclusive(_) if eta.amax() > T::zero() => judged(eta.amax()),
+                measured => Ok(measured),
+            }
+        }
+        "force-zero" => match planted.is_zero() && f.amax() > T::zero() {
+            true => Ok(Measured::Broken(format!("`is_zero()`, and f(t, η) = {}", list(f.iter())))),
+            false => Ok(fine),
+        },
+        "force-dissipates" | "force-workless" => {
+            let power = pair(&f, &eta);
+            let gain = if law == "force-workless" { power.abs() } else { power.max(T::zero()) };
+            let size = pair(&f.abs(), &eta.abs());
+            Ok(Measured::defect(gain, size, floor, || format!("⟨f, η⟩ = {:e}", power.to_f64())))
+        }
+        "force-keeps-casimirs" => {
+            let Some(gradients) = kept else {
+                return Ok(Measured::NotApplicable("the force is not said to keep Casimir functions".into()));
+            };
+            let mut measured = Measured::NotApplicable("no Casimir functions are claimed".into());
+            for (k, gradient) in gradients(&eta).iter().enumerate() {
+                let (rate, size) = (pair(&f, gradient), pair(&f.abs(), &gradient.abs()));
+                measured = measured.and(Measured::defect(rate.abs(), size, floor, || {
+                    format!("Casimir function {k} changes at {:e}", rate.to_f64())
+                }));
+            }
+            Ok(measured)
+        }
+        other => Err(Measured::Broken(format!("there is no law `{other}` of forces"))),
+    }
+}
+
+fn derivatives<T: Real, F: Force<T, N>, const N: usize>(
+    f: &Planted<'_, F>,
+    (t, eta): (T, &Vector<T, N>),
+    value: &Covector<T, N>,
+    (dt, along): (T, &Vector<T, N>),
+    typical: T,
+) -> Result<Measured, Measured> {
+    let dual = |re: T, eps: T| Dual { re, eps };
+    let floor = 64.0 * N as f64;
+    let fine = Measured::Defect { amplification: 0.0, floor: 1.0, witness: String::new() };
+    let found = f.force(dual(t, dt), &eta.zip_map(along, dual));
+    let slopes = found.map(|v| v.eps);
+    // Duals of duals: the value and both derivatives again.
+    let second = f.force(
+        Dual { re: dual(t, dt), eps: dual(dt, T::zero()) },
+        &eta.zip_map(along, |re, eps| Dual { re: dual(re, eps), eps: dual(eps, T::zero()) }),
+    );
+    let near = |what: &'static str, a: Covector<T, N>, b: &Covector<T, N>, size: T| {
+        let allowed = T::exact(256.0 * floor) * T::unit_roundoff() * size;
+        let off = off(&a, b);
+        if off == T::zero() || off <= allowed { Ok(()) } else { Err(Measured::Broken(what.into())) }
+    };
+    let (size, steep) = (value.amax(), slopes.amax() + value.amax());
+    near("f differs on dual numbers", found.map(|v| v.re), value, steep)?;
+    near("f differs on duals of duals", second.map(|v| v.re.re), value, steep)?;
+    near("the derivative differs on duals of duals", second.map(|v| v.re.eps), &slopes, steep)?;
+    near("the derivative differs on duals of duals", second.map(|v| v.eps.re), &slopes, steep)?;
+    let length = along.amax();
+    if length == T::zero() && dt == T::zero() {
+        return Ok(fine);
+    }
+    // A step that is small against the typical velocity and against a time of 1.
+    let by_eta = if length == T::zero() { T::one() } else { typical / length };
+    let scale = if dt == T::zero() { by_eta } else { by_eta.min(T::one() / dt.abs()) };
+    let mut measured = fine;
+    for a in 0..N {
+        let along = |s: T| {
+            let moved = f.force.force(t + dt * s, &(eta + along * s));
+            moved.iter().all(|v| v.all_finite()).then(|| pair(&moved, &basis_vector(a)))
+        };
+        let slope = slope(along, scale).ok_or(Measured::NotApplicable("f is not finite nearby".into()))?;
+        measured = measured.and(compared(slopes[a], &slope, steep.max(size), floor, "f along a direction"));
+    }
+    Ok(measured)
+}

@@ -1,0 +1,607 @@
+//! Laws of one Lie group in matrices: any [`LieGroup`] that a user writes.
+//!
+//! Group elements are exp(x̂), by a series of this file, of vectors x of the case: nothing of the group is trusted but that
+//! `hat` gives matrices of its algebra, and that is a law as well.
+//!
+//! ```
+//! use euler_poincare::group::So3;
+//! use euler_poincare::laws::own::{group::OwnGroup, part};
+//! use euler_poincare::scalar::Dd;
+//!
+//! let report = part::run(OwnGroup::at_both(So3::<f64>::new(), So3::<Dd>::new()), 1, 4);
+//! assert!(report.laws.iter().all(|law| law.broken.is_empty()));
+//! ```
+
+use super::super::planted::blend;
+use super::super::precision::Measured;
+use super::part::{About, Missing, Pair, Precisions, Subject, off};
+use super::values::{Points, Values, ValuesError};
+use crate::algebra::{Covector, LieAlgebra, Matrix, Vector, basis_vector, elimination, pair};
+use crate::group::LieGroup;
+use crate::harness::{Cost, Fault, Verdict};
+use crate::scalar::{Dd, Dual, Real, Scalar};
+use proptest::strategy::{BoxedStrategy, Strategy};
+
+const NONABELIAN: &str = "non-abelian groups";
+const EVERY: &str = "every group";
+const SOURCE: &str = "definition of a matrix Lie group with a basis of its algebra (Hall 2015, ch. 3)";
+const BOUND: &str = "two precisions; floor 2⁶ N D u relative to |g| |g⁻¹| |ê_a| and the largest coefficient of vee";
+
+/// A basis in another order than vee has.
+pub const HAT_INDEX: Fault =
+    Fault::new("hat-index", "x̂ with the first two coordinates exchanged", "groups of dimension 2 and more");
+/// Not linear.
+pub const HAT_QUADRATIC: Fault = Fault::new("hat-quadratic", "x̂ replaced by hat(x + ½|x|² e_1)", EVERY);
+/// Not the inverse of hat.
+pub const VEE_DOUBLED: Fault = Fault::new("vee-doubled", "vee doubled", EVERY);
+/// The opposite algebra.
+pub const CONSTANTS_SIGN: Fault = Fault::new("constants-sign", "C^c_ab replaced by C^c_ba", NONABELIAN);
+/// The inverse of an orthogonal group.
+pub const INVERSE_TRANSPOSED: Fault =
+    Fault::new("inverse-transposed", "g⁻¹ replaced by gᵀ", "groups that are not orthogonal");
+/// No inverse.
+pub const INVERSE_MISSING: Fault = Fault::new("inverse-missing", "g⁻¹ replaced by g", EVERY);
+/// The opposite group.
+pub const PRODUCT_SWAPPED: Fault = Fault::new("product-swapped", "g h replaced by h g", NONABELIAN);
+/// Not associative.
+pub const SECOND_TRANSPOSED: Fault = Fault::new("second-transposed", "g h replaced by g hᵀ", EVERY);
+/// Not neutral.
+pub const IDENTITY_DOUBLED: Fault = Fault::new("identity-doubled", "e replaced by 2e", EVERY);
+/// Rows for columns.
+pub const ADJOINT_TRANSPOSED: Fault = Fault::new("adjoint-transposed", "Ad_g replaced by its transpose", NONABELIAN);
+/// The other convention.
+pub const ADJOINT_INVERTED: Fault = Fault::new("group-adjoint-inverted", "Ad_g replaced by Ad_{g⁻¹}", NONABELIAN);
+/// The other convention.
+pub const COADJOINT_INVERTED: Fault =
+    Fault::new("coadjoint-inverted", "Ad*_g μ = μ Ad_{g⁻¹} in the place of μ Ad_g", NONABELIAN);
+/// Duals lost.
+pub const ADJOINT_CONSTANT: Fault =
+    Fault::new("adjoint-constant", "Ad_g evaluated on values alone: its derivative is 0", NONABELIAN);
+/// Duals lost.
+pub const INVERSE_CONSTANT: Fault =
+    Fault::new("inverse-constant", "g⁻¹ evaluated on values alone: its derivative is 0", EVERY);
+/// Not symmetric.
+pub const DISTANCE_ONE_SIDED: Fault =
+    Fault::new("distance-one-sided", "the largest entry of g − h, not of |g − h|", EVERY);
+/// No triangle inequality.
+pub const DISTANCE_SQUARED: Fault = Fault::new("distance-squared", "the square of the distance", EVERY);
+/// Not definite.
+pub const DISTANCE_ZERO: Fault = Fault::new("distance-zero", "the distance 0 between any two elements", EVERY);
+
+macro_rules! law {
+    ($name:literal, $statement:literal, $oracle:literal, $faults:expr) => {
+        About {
+            name: $name,
+            statement: $statement,
+            source: SOURCE,
+            oracle: $oracle,
+            bound: BOUND,
+            needs: "",
+            faults: $faults,
+            cost: Cost::Cheap,
+        }
+    };
+}
+
+/// The laws of this file.
+pub static LAWS: &[About] = &[
+    law!("group-hat-linear", "hat(a x + y) = a x̂ + ŷ", "hat itself, at other vectors", &[HAT_QUADRATIC]),
+    law!(
+        "group-vee-hat",
+        "vee(x̂) = x",
+        "the vector that the matrix was made from",
+        &[HAT_INDEX, HAT_QUADRATIC, VEE_DOUBLED]
+    ),
+    law!(
+        "group-bracket",
+        "hat([x, y]) = x̂ŷ − ŷx̂",
+        "the commutator of matrices, against the structure constants of `algebra`",
+        &[CONSTANTS_SIGN, HAT_INDEX, HAT_QUADRATIC]
+    ),
+    law!(
+        "group-algebra-invariant",
+        "g⁻¹ŷg = hat(vee(g⁻¹ŷg)) for g = exp(x̂): the span of hat is an algebra, and exp(x̂) normalises it",
+        "conjugation of matrices, the inverse by elimination",
+        &[HAT_QUADRATIC, VEE_DOUBLED]
+    ),
+    law!(
+        "group-product",
+        "compose(g, h) is the matrix product",
+        "the product of nalgebra",
+        &[PRODUCT_SWAPPED, SECOND_TRANSPOSED]
+    ),
+    law!("group-associative", "g(hk) = (gh)k", "compose itself, in another order", &[SECOND_TRANSPOSED]),
+    law!(
+        "group-identity",
+        "e g = g = g e, and e = exp(0)",
+        "the element itself",
+        &[IDENTITY_DOUBLED, SECOND_TRANSPOSED]
+    ),
+    law!(
+        "group-inverse",
+        "g⁻¹g = e = g g⁻¹, (gh)⁻¹ = h⁻¹g⁻¹",
+        "identity and compose",
+        &[INVERSE_TRANSPOSED, INVERSE_MISSING, SECOND_TRANSPOSED]
+    ),
+    law!(
+        "group-adjoint",
+        "Ad_g x = (g x̂ g⁻¹)^∨",
+        "conjugation of matrices, the inverse by elimination",
+        &[ADJOINT_TRANSPOSED, ADJOINT_INVERTED]
+    ),
+    law!(
+        "group-adjoint-product",
+        "Ad_{gh} = Ad_g Ad_h",
+        "the product of matrices N×N",
+        &[ADJOINT_TRANSPOSED, ADJOINT_INVERTED, PRODUCT_SWAPPED]
+    ),
+    law!(
+        "group-adjoint-automorphism",
+        "Ad_g[x, y] = [Ad_g x, Ad_g y]",
+        "the structure constants of `algebra`",
+        &[ADJOINT_TRANSPOSED]
+    ),
+    law!(
+        "group-adjoint-exponential",
+        "Ad_{exp x̂} = exp(ad_x)",
+        "the series of exp in N×N, from the structure constants of `algebra`",
+        &[ADJOINT_TRANSPOSED, ADJOINT_INVERTED, CONSTANTS_SIGN]
+    ),
+    law!("group-coadjoint", "Ad*_g μ = μ Ad_g, and ⟨Ad*_g μ, x⟩ = ⟨μ, Ad_g x⟩", "`adjoint`", &[COADJOINT_INVERTED]),
+    law!(
+        "group-derivatives",
+        "along g(1 + ε x̂): g⁻¹ has the derivative −x̂g⁻¹, Ad_g the derivative Ad_g ad_x, gh the derivative g x̂ h",
+        "these formulas; the group on dual numbers",
+        &[ADJOINT_CONSTANT, INVERSE_CONSTANT, PRODUCT_SWAPPED]
+    ),
+    law!(
+        "group-distance",
+        "d(g, g) = 0 < d(g, h) = d(h, g) ≤ d(g, k) + d(k, h) for g ≠ h",
+        "the axioms of a metric",
+        &[DISTANCE_ONE_SIDED, DISTANCE_SQUARED, DISTANCE_ZERO]
+    ),
+];
+
+/// A user's group, at both precisions or in `f64` alone.
+#[derive(Clone, Debug)]
+pub struct OwnGroup<A, B, const N: usize, const D: usize> {
+    parts: Pair<A, B>,
+    largest: f64,
+}
+
+impl<A: LieGroup<f64, N, D>, const N: usize, const D: usize> OwnGroup<A, Missing, N, D> {
+    /// The group in `f64` alone.
+    pub fn in_double(group: A) -> Self {
+        Self { parts: Pair { double: group, quad: None }, largest: 2.0 * std::f64::consts::PI }
+    }
+}
+
+impl<A: LieGroup<f64, N, D>, B: LieGroup<Dd, N, D>, const N: usize, const D: usize> OwnGroup<A, B, N, D> {
+    /// The same group in `f64` and in 32 digits.
+    pub fn at_both(double: A, quad: B) -> Self {
+        Self { parts: Pair { double, quad: Some(quad) }, largest: 2.0 * std::f64::consts::PI }
+    }
+
+    /// Only elements exp(x̂) with |x_a| ≤ `largest` (default 2π).
+    pub fn within(self, largest: f64) -> Self {
+        Self { largest, ..self }
+    }
+}
+
+impl<A, B, const N: usize, const D: usize> Subject for OwnGroup<A, B, N, D>
+where
+    A: LieGroup<f64, N, D> + Send + Sync + 'static,
+    B: LieGroup<Dd, N, D> + Send + Sync + 'static,
+{
+    const LAWS: &'static [About] = LAWS;
+
+    fn precisions(&self) -> Precisions {
+        self.parts.precisions()
+    }
+
+    fn cases(&self, law: &About) -> BoxedStrategy<Values> {
+        let points = Points::new().within(self.largest);
+        match law.name {
+            "group-hat-linear" => points.number("a").vectors(&["x", "y"], N),
+            "group-vee-hat" => points.vectors(&["x"], N),
+            "group-bracket" => points.vectors(&["x", "y"], N),
+            "group-algebra-invariant" => points.vectors(&["g", "y"], N),
+            "group-associative" | "group-distance" => points.vectors(&["g", "h", "k"], N),
+            "group-product" | "group-inverse" | "group-adjoint-product" => points.vectors(&["g", "h"], N),
+            "group-identity" | "group-adjoint-exponential" => points.vectors(&["g"], N),
+            "group-adjoint" => points.vectors(&["g", "x"], N),
+            "group-adjoint-automorphism" => points.vectors(&["g", "x", "y"], N),
+            "group-coadjoint" => points.vectors(&["g", "mu", "x"], N),
+            _ => points.vectors(&["g", "h", "x", "y"], N),
+        }
+        .boxed()
+    }
+
+    fn check(&self, law: &About, case: &Values, fault: Option<&Fault>) -> Verdict {
+        self.parts.settle(
+            |group| judge::<f64, A, N, D>(group, law.name, case, fault),
+            |group| judge::<Dd, B, N, D>(group, law.name, case, fault),
+        )
+    }
+}
+
+/// What a case that does not fit means: the part has changed since the case was saved.
+pub(super) fn misfit(error: ValuesError) -> Measured {
+    Measured::Broken(format!("the case does not fit the part: {error}"))
+}
+
+/// exp(A) by the Taylor series of A/2ˢ, |A/2ˢ| ≤ ½ in the norm of row sums, squared s times: 24 terms are right to 2⁻¹⁰⁴.
+pub(super) fn exponential<S: Scalar, const D: usize>(matrix: &Matrix<S, D>) -> Matrix<S, D> {
+    let rows = (0..D).map(|r| matrix.row(r).iter().fold(0.0, |sum, v| sum + v.to_f64().abs()));
+    let norm = rows.fold(0.0, f64::max);
+    let squarings = if norm > 0.5 && norm.is_finite() { (2.0 * norm).log2().ceil() as i32 } else { 0 };
+    let small = matrix * S::exact(2f64.powi(-squarings));
+    let one = Matrix::<S, D>::identity();
+    let mut sum = one;
+    for k in (1..=24).rev() {
+        sum = one + small * sum * S::ratio(1, k);
+    }
+    (0..squarings).fold(sum, |power, _| power * power)
+}
+
+/// Elements beyond this size say more about overflow than about the group.
+const LARGEST: f64 = 65536.0;
+
+/// A group with a fault planted in it.
+struct Planted<'a, T: Real, G, const N: usize> {
+    group: &'a G,
+    algebra: LieAlgebra<T, N>,
+    fault: Option<&'a Fault>,
+}
+
+impl<'a, T: Real, G, const N: usize> Planted<'a, T, G, N> {
+    fn new<const D: usize>(group: &'a G, fault: Option<&'a Fault>) -> Self
+    where
+        G: LieGroup<T, N, D>,
+    {
+        let right = group.algebra();
+        let sign = T::one() - T::exact(2.0 * Fault::size_of(fault, CONSTANTS_SIGN.name));
+        let algebra = match Fault::planted(fault, CONSTANTS_SIGN.name) {
+            true => LieAlgebra::unchecked(|a, b, c| right.constant(a, b, c) * sign),
+            false => right.clone(),
+        };
+        Self { group, algebra, fault }
+    }
+
+    fn size(&self, fault: &Fault) -> f64 {
+        Fault::size_of(self.fault, fault.name)
+    }
+}
+
+fn constant<S: Scalar, const R: usize, const C: usize>(m: nalgebra::SMatrix<S, R, C>) -> nalgebra::SMatrix<S, R, C> {
+    m.map(|v| S::lift(v.base()))
+}
+
+impl<T: Real, G: LieGroup<T, N, D>, const N: usize, const D: usize> LieGroup<T, N, D> for Planted<'_, T, G, N> {
+    fn algebra(&self) -> &LieAlgebra<T, N> {
+        &self.algebra
+    }
+
+    fn hat<S: Scalar<Base = T>>(&self, xi: &Vector<S, N>) -> Matrix<S, D> {
+        let right = self.group.hat(xi);
+        let (index, quadratic) = (self.size(&HAT_INDEX), self.size(&HAT_QUADRATIC));
+        if index > 0.0 && N > 1 {
+            let mut swapped = *xi;
+            swapped.swap_rows(0, 1);
+            return blend(right, self.group.hat(&swapped), index);
+        }
+        if quadratic > 0.0 {
+            let shifted = xi + basis_vector::<S, N>(0) * (xi.dot(xi) * S::half());
+            return blend(right, self.group.hat(&shifted), quadratic);
+        }
+        right
+    }
+
+    fn vee<S: Scalar<Base = T>>(&self, matrix: &Matrix<S, D>) -> Vector<S, N> {
+        let right = self.group.vee(matrix);
+        blend(right, right * S::int(2), self.size(&VEE_DOUBLED))
+    }
+
+    fn identity<S: Scalar<Base = T>>(&self) -> Matrix<S, D> {
+        let right = self.group.identity();
+        blend(right, right * S::int(2), self.size(&IDENTITY_DOUBLED))
+    }
+
+    fn compose<S: Scalar<Base = T>>(&self, g: &Matrix<S, D>, h: &Matrix<S, D>) -> Matrix<S, D> {
+        let right = self.group.compose(g, h);
+        let right = blend(right, self.group.compose(h, g), self.size(&PRODUCT_SWAPPED));
+        blend(right, self.group.compose(g, &h.transpose()), self.size(&SECOND_TRANSPOSED))
+    }
+
+    fn inverse<S: Scalar<Base = T>>(&self, g: &Matrix<S, D>) -> Option<Matrix<S, D>> {
+        let right = self.group.inverse(g)?;
+        let right = blend(right, g.transpose(), self.size(&INVERSE_TRANSPOSED));
+        let right = blend(right, *g, self.size(&INVERSE_MISSING));
+        Some(blend(right, constant(right), self.size(&INVERSE_CONSTANT)))
+    }
+
+    fn adjoint<S: Scalar<Base = T>>(&self, g: &Matrix<S, D>) -> Option<Matrix<S, N>> {
+        let right = self.group.adjoint(g)?;
+        let inverted = self.size(&ADJOINT_INVERTED);
+        if inverted > 0.0 {
+            return Some(blend(right, self.group.adjoint(&self.group.inverse(g)?)?, inverted));
+        }
+        let right = blend(right, right.transpose(), self.size(&ADJOINT_TRANSPOSED));
+        Some(blend(right, constant(right), self.size(&ADJOINT_CONSTANT)))
+    }
+
+    fn coadjoint<S: Scalar<Base = T>>(&self, g: &Matrix<S, D>, mu: &Covector<S, N>) -> Option<Covector<S, N>> {
+        let right = self.group.coadjoint(g, mu)?;
+        let inverted = self.size(&COADJOINT_INVERTED);
+        if inverted > 0.0 {
+            return Some(blend(right, self.group.coadjoint(&self.group.inverse(g)?, mu)?, inverted));
+        }
+        Some(right)
+    }
+
+    fn distance<S: Scalar<Base = T>>(&self, g: &Matrix<S, D>, h: &Matrix<S, D>) -> T {
+        let right = self.group.distance(g, h);
+        let mix = |wrong: T, fault: &Fault| (wrong - right) * T::exact(self.size(fault));
+        let one_sided = (g - h).iter().fold(T::zero(), |size, v| size.max(v.base()));
+        right
+            + mix(one_sided, &DISTANCE_ONE_SIDED)
+            + mix(right * right, &DISTANCE_SQUARED)
+            + mix(T::zero(), &DISTANCE_ZERO)
+    }
+}
+
+/// A group under test with the sizes of its maps.
+struct Judge<'a, T: Real, G, const N: usize, const D: usize> {
+    group: Planted<'a, T, G, N>,
+    case: &'a Values,
+    /// |ê_a|.
+    hats: Vector<T, N>,
+    /// max_a Σ_rc |vee(E_rc)_a|.
+    gain: T,
+    floor: f64,
+}
+
+fn judge<T: Real, G: LieGroup<T, N, D>, const N: usize, const D: usize>(
+    group: &G,
+    law: &str,
+    case: &Values,
+    fault: Option<&Fault>,
+) -> Result<Measured, Measured> {
+    let mut gains = Vector::<T, N>::zeros();
+    for entry in 0..D * D {
+        let mut unit = Matrix::<T, D>::zeros();
+        unit[entry] = T::one();
+        gains += group.vee(&unit).abs();
+    }
+    let hats = Vector::<T, N>::from_fn(|a, _| group.hat(&basis_vector::<T, N>(a)).amax());
+    let planted = Planted::new(group, fault);
+    let judge = Judge { group: planted, case, hats, gain: gains.amax(), floor: 64.0 * (N * D) as f64 };
+    match law {
+        "group-hat-linear" => judge.hat_linear(),
+        "group-vee-hat" => judge.vee_hat(),
+        "group-bracket" => judge.bracket(),
+        "group-algebra-invariant" => judge.algebra_invariant(),
+        "group-product" => judge.product(),
+        "group-associative" => judge.associative(),
+        "group-identity" => judge.identity(),
+        "group-inverse" => judge.inverse(),
+        "group-adjoint" => judge.adjoint(),
+        "group-adjoint-product" => judge.adjoint_product(),
+        "group-adjoint-automorphism" => judge.adjoint_automorphism(),
+        "group-adjoint-exponential" => judge.adjoint_exponential(),
+        "group-coadjoint" => judge.coadjoint(),
+        "group-derivatives" => judge.derivatives(),
+        "group-distance" => judge.distance(),
+        other => Err(Measured::Broken(format!("there is no law `{other}` of groups"))),
+    }
+}
+
+type Answer = Result<Measured, Measured>;
+
+impl<T: Real, G: LieGroup<T, N, D>, const N: usize, const D: usize> Judge<'_, T, G, N, D> {
+    fn vector(&self, name: &str) -> Result<Vector<T, N>, Measured> {
+        self.case.vector(name).map_err(misfit)
+    }
+
+    /// exp of the vector called `name`.
+    fn element(&self, name: &str) -> Result<Matrix<T, D>, Measured> {
+        let g = exponential(&self.group.group.hat(&self.vector(name)?));
+        match g.iter().all(|v| v.all_finite()) {
+            true if g.amax() <= T::exact(LARGEST) => Ok(g),
+            true => Err(Measured::NotApplicable("a group element is too large".into())),
+            false => Err(Measured::NotApplicable("a group element is not finite".into())),
+        }
+    }
+
+    /// Σ_a |x_a| |ê_a|.
+    fn hat_size(&self, x: &Vector<T, N>) -> T {
+        x.abs().dot(&self.hats)
+    }
+
+    fn defect(&self, off: T, size: T, witness: impl FnOnce() -> String) -> Measured {
+        Measured::defect(off, size, self.floor, witness)
+    }
+
+    /// g⁻¹ by elimination.
+    fn eliminated(&self, g: &Matrix<T, D>) -> Result<Matrix<T, D>, Measured> {
+        elimination::inverse(g).ok_or_else(|| Measured::Broken("exp(x̂) is a singular matrix".into()))
+    }
+
+    fn inverse_of<S: Scalar<Base = T>>(&self, g: &Matrix<S, D>) -> Result<Matrix<S, D>, Measured> {
+        self.group.inverse(g).ok_or_else(|| Measured::Broken("`inverse` gives None for exp(x̂)".into()))
+    }
+
+    fn adjoint_of<S: Scalar<Base = T>>(&self, g: &Matrix<S, D>) -> Result<Matrix<S, N>, Measured> {
+        self.group.adjoint(g).ok_or_else(|| Measured::Broken("`adjoint` gives None for exp(x̂)".into()))
+    }
+
+    /// |g| |g⁻¹|.
+    fn conditioned(&self, g: &Matrix<T, D>) -> Result<T, Measured> {
+        Ok(g.amax() * self.eliminated(g)?.amax())
+    }
+
+    /// The size of the terms of Ad_g by conjugation.
+    fn adjoint_size(&self, g: &Matrix<T, D>) -> Result<T, Measured> {
+        Ok(self.conditioned(g)? * self.hats.amax() * self.gain)
+    }
+
+    fn hat_linear(&self) -> Answer {
+        let a = self.case.number::<T>("a").map_err(misfit)?;
+        let (x, y) = (self.vector("x")?, self.vector("y")?);
+        let (mine, sum) = (self.group.hat(&(x * a + y)), self.group.hat(&x) * a + self.group.hat(&y));
+        let size = self.hat_size(&x) * a.abs() + self.hat_size(&y);
+        Ok(self.defect(off(&mine, &sum), size, || "hat(a x + y) ≠ a x̂ + ŷ".into()))
+    }
+
+    fn vee_hat(&self) -> Answer {
+        let x = self.vector("x")?;
+        let back = self.group.vee(&self.group.hat(&x));
+        let size = self.hat_size(&x) * self.gain;
+        Ok(self.defect(off(&back, &x), size, || format!("vee(x̂) = {back:.6e}").replace('\n', " ")))
+    }
+
+    fn bracket(&self) -> Answer {
+        let (x, y) = (self.vector("x")?, self.vector("y")?);
+        let (hat_x, hat_y) = (self.group.hat(&x), self.group.hat(&y));
+        let bracket = self.group.algebra().bracket::<T>(&x, &y);
+        let commutator = hat_x * hat_y - hat_y * hat_x;
+        let size = self.hat_size(&x) * self.hat_size(&y) + self.hat_size(&bracket);
+        Ok(self.defect(off(&self.group.hat(&bracket), &commutator), size, || "hat([x, y]) ≠ x̂ŷ − ŷx̂".into()))
+    }
+
+    fn algebra_invariant(&self) -> Answer {
+        let (g, y) = (self.element("g")?, self.vector("y")?);
+        let turned = self.eliminated(&g)? * self.group.hat(&y) * g;
+        let projected = self.group.hat(&self.group.vee(&turned));
+        let size = self.conditioned(&g)? * self.hat_size(&y);
+        let size = size.max(size * self.gain * self.hats.amax());
+        Ok(self.defect(off(&projected, &turned), size, || "g⁻¹ŷg is not in the span of hat".into()))
+    }
+
+    fn product(&self) -> Answer {
+        let (g, h) = (self.element("g")?, self.element("h")?);
+        let off = off(&self.group.compose(&g, &h), &(g * h));
+        Ok(self.defect(off, g.amax() * h.amax(), || "compose(g, h) is not the matrix product".into()))
+    }
+
+    fn associative(&self) -> Answer {
+        let (g, h, k) = (self.element("g")?, self.element("h")?, self.element("k")?);
+        let by = |a: &Matrix<T, D>, b: &Matrix<T, D>| self.group.compose(a, b);
+        let off = off(&by(&g, &by(&h, &k)), &by(&by(&g, &h), &k));
+        Ok(self.defect(off, g.amax() * h.amax() * k.amax(), || "g(hk) ≠ (gh)k".into()))
+    }
+
+    fn identity(&self) -> Answer {
+        let (g, e) = (self.element("g")?, self.group.identity::<T>());
+        let zero = exponential(&self.group.hat(&Vector::<T, N>::zeros()));
+        let near = |m: &Matrix<T, D>, what: &'static str| self.defect(off(m, &g), g.amax(), || what.into());
+        let unit = self.defect(off(&e, &zero), T::one(), || "e ≠ exp(0)".into());
+        Ok(near(&self.group.compose(&e, &g), "e g ≠ g").and(near(&self.group.compose(&g, &e), "g e ≠ g")).and(unit))
+    }
+
+    fn inverse(&self) -> Answer {
+        let (g, h, e) = (self.element("g")?, self.element("h")?, self.group.identity::<T>());
+        let (back, back_h) = (self.inverse_of(&g)?, self.inverse_of(&h)?);
+        let (size, size_h) = (self.conditioned(&g)?, self.conditioned(&h)?);
+        let left = self.defect(off(&self.group.compose(&back, &g), &e), size, || "g⁻¹g ≠ e".into());
+        let right = self.defect(off(&self.group.compose(&g, &back), &e), size, || "g g⁻¹ ≠ e".into());
+        let both = self.inverse_of(&self.group.compose(&g, &h))?;
+        let turned = self.group.compose(&back_h, &back);
+        let terms = back.amax() * back_h.amax() * size * size_h;
+        Ok(left.and(right).and(self.defect(off(&both, &turned), terms, || "(gh)⁻¹ ≠ h⁻¹g⁻¹".into())))
+    }
+
+    fn adjoint(&self) -> Answer {
+        let (g, x) = (self.element("g")?, self.vector("x")?);
+        let conjugated = self.group.vee(&(g * self.group.hat(&x) * self.eliminated(&g)?));
+        let size = self.adjoint_size(&g)? * x.amax();
+        Ok(self.defect(off(&(self.adjoint_of(&g)? * x), &conjugated), size, || "Ad_g x ≠ (g x̂ g⁻¹)^∨".into()))
+    }
+
+    fn adjoint_product(&self) -> Answer {
+        let (g, h) = (self.element("g")?, self.element("h")?);
+        let whole = self.adjoint_of(&self.group.compose(&g, &h))?;
+        let parts = self.adjoint_of(&g)? * self.adjoint_of(&h)?;
+        let size = self.conditioned(&g)? * self.conditioned(&h)? * self.hats.amax() * self.gain;
+        let size = size.max(self.adjoint_size(&g)? * self.adjoint_size(&h)?);
+        Ok(self.defect(off(&whole, &parts), size, || "Ad_{gh} ≠ Ad_g Ad_h".into()))
+    }
+
+    fn adjoint_automorphism(&self) -> Answer {
+        let (g, x, y) = (self.element("g")?, self.vector("x")?, self.vector("y")?);
+        let ad = self.adjoint_of(&g)?;
+        let algebra = self.group.algebra();
+        let (outside, inside) = (ad * algebra.bracket(&x, &y), algebra.bracket(&(ad * x), &(ad * y)));
+        let constants = self.constants();
+        let size = self.adjoint_size(&g)?;
+        let size = constants * x.amax() * y.amax() * (size + size * size);
+        Ok(self.defect(off(&outside, &inside), size, || "Ad_g[x, y] ≠ [Ad_g x, Ad_g y]".into()))
+    }
+
+    /// max |C^c_ab|.
+    fn constants(&self) -> T {
+        (0..N).fold(T::zero(), |size, a| size.max(self.group.algebra().ad(&basis_vector::<T, N>(a)).amax()))
+    }
+
+    fn adjoint_exponential(&self) -> Answer {
+        let (g, x) = (self.element("g")?, self.vector("g")?);
+        let ad = self.group.algebra().ad(&x);
+        let (series, half) = (exponential(&ad), exponential(&(ad * T::half())).amax());
+        let size = self.adjoint_size(&g)? + half * half;
+        Ok(self.defect(off(&self.adjoint_of(&g)?, &series), size, || "Ad_{exp x̂} ≠ exp(ad_x)".into()))
+    }
+
+    fn coadjoint(&self) -> Answer {
+        let (g, x) = (self.element("g")?, self.vector("x")?);
+        let mu = self.case.covector::<T, N>("mu").map_err(misfit)?;
+        let turned = self.group.coadjoint(&g, &mu);
+        let turned = turned.ok_or_else(|| Measured::Broken("`coadjoint` gives None for exp(x̂)".into()))?;
+        let ad = self.adjoint_of(&g)?;
+        let size = self.adjoint_size(&g)? * mu.amax();
+        let paired = (pair(&turned, &x) - pair(&mu, &(ad * x))).abs();
+        let matrix = self.defect(off(&turned, &(mu * ad)), size, || "Ad*_g μ ≠ μ Ad_g".into());
+        Ok(matrix.and(self.defect(paired, size * x.amax(), || "⟨Ad*_g μ, x⟩ ≠ ⟨μ, Ad_g x⟩".into())))
+    }
+
+    fn derivatives(&self) -> Answer {
+        let (g, h, x, y) = (self.element("g")?, self.element("h")?, self.vector("x")?, self.vector("y")?);
+        let hat = self.group.hat(&x);
+        let moved = g.zip_map(&(g * hat), |re, eps| Dual { re, eps });
+        let slope = |m: &Matrix<Dual<T>, D>| m.map(|v| v.eps);
+        let along = self.group.hat(&x.zip_map(&y, |re, eps| Dual { re, eps }));
+        let hats =
+            self.defect(off(&slope(&along), &self.group.hat(&y)), self.hat_size(&y), || "the derivative of hat".into());
+        let back = self.group.vee(&along).map(|v| v.eps);
+        let vees = self.defect(off(&back, &y), self.hat_size(&y) * self.gain, || "the derivative of vee".into());
+        let inverse = self.eliminated(&g)?;
+        let size = self.conditioned(&g)? * inverse.amax() * self.hat_size(&x);
+        let turned = slope(&self.inverse_of(&moved)?);
+        let inverses = self.defect(off(&turned, &-(hat * inverse)), size, || "the derivative of g⁻¹".into());
+        let products = slope(&self.group.compose(&moved, &h.map(Dual::constant)));
+        let size = g.amax() * self.hat_size(&x) * h.amax();
+        let products = self.defect(off(&products, &(g * hat * h)), size, || "the derivative of g h".into());
+        let ad = self.adjoint_of(&moved)?.map(|v| v.eps);
+        let expected = self.adjoint_of(&g)? * self.group.algebra().ad(&x);
+        let size = self.adjoint_size(&g)? * (self.hat_size(&x) + self.constants() * x.amax());
+        let adjoints = self.defect(off(&ad, &expected), size, || "the derivative of Ad_g".into());
+        Ok(hats.and(vees).and(inverses).and(products).and(adjoints))
+    }
+
+    fn distance(&self) -> Answer {
+        let (g, h, k) = (self.element("g")?, self.element("h")?, self.element("k")?);
+        let d = |a: &Matrix<T, D>, b: &Matrix<T, D>| self.group.distance(a, b);
+        let size = g.amax().max(h.amax()).max(k.amax());
+        let (direct, way) = (d(&g, &h), d(&g, &k) + d(&k, &h));
+        let itself = self.defect(d(&g, &g).abs(), size, || "d(g, g) ≠ 0".into());
+        let turned = self.defect((direct - d(&h, &g)).abs(), size + direct, || "d(g, h) ≠ d(h, g)".into());
+        let excess = (direct - way).max(T::zero());
+        let excess = if (direct - way).all_finite() { excess } else { T::exact(f64::INFINITY) };
+        let triangle = self.defect(excess, size + direct, || "d(g, h) > d(g, k) + d(k, h)".into());
+        // Far enough apart for any metric on matrices that is not made to hide it.
+        let apart = off(&g, &h) > size * T::unit_roundoff().sqrt();
+        if direct < T::zero() || (apart && !(direct > T::zero())) {
+            return Ok(Measured::Broken(format!("d(g, h) = {:e} for g ≠ h", direct.to_f64())));
+        }
+        Ok(itself.and(turned).and(triangle))
+    }
+}

@@ -1,0 +1,415 @@
+//! Laws of one reduced Lagrangian: any [`Lagrangian`] that a user writes, with or without derivatives of its own.
+//!
+//! ```
+//! use euler_poincare::laws::own::{lagrangian::OwnLagrangian, part};
+//! use euler_poincare::mechanics::lagrangian::Quadratic;
+//! use euler_poincare::scalar::{Dd, Real};
+//!
+//! fn body<T: Real>() -> Quadratic<T, 3> {
+//!     Quadratic::diagonal([T::half(), T::int(2), T::one()]).expect("regular")
+//! }
+//! let report = part::run(OwnLagrangian::at_both(body::<f64>(), body::<Dd>()), 1, 4);
+//! assert!(report.laws.iter().all(|law| law.broken.is_empty()));
+//! ```
+
+use super::super::planted::{blend, blend_scalar};
+use super::super::precision::Measured;
+use super::differences::{compared, slope};
+use super::group::misfit;
+use super::part::{About, Missing, Pair, Precisions, Subject, off};
+use super::values::{Points, Values};
+use crate::algebra::{Covector, Matrix, Vector, basis_vector, elimination, pair};
+use crate::harness::{Cost, Fault, Verdict};
+use crate::mechanics::{Lagrangian, LegendreError};
+use crate::scalar::{Dd, Dual, Real, Scalar};
+use proptest::strategy::{BoxedStrategy, Strategy};
+
+const EVERY: &str = "every Lagrangian";
+const SOURCE: &str = "definition of the Legendre transform; Martín de Diego and Sato Martín de Almagro 2019, §2";
+const BOUND: &str = "two precisions; floor 2⁶ N u relative to |l'| + N |l''| (|η| + v), v a quarter of the largest velocity; times \
+                     N |l''⁻¹| for velocities";
+const DIFFERENCES: &str = "2⁸ times the estimated error of the differences, and 2⁶ N u; in each precision by itself";
+
+/// Duals lost.
+pub const VALUE_CONSTANT: Fault =
+    Fault::new("value-constant", "l evaluated on values alone: its derivatives by duals are 0", EVERY);
+/// Not finite.
+pub const VALUE_NAN: Fault = Fault::new("value-nan", "l is NaN where η_1 > 0", EVERY);
+/// A factor.
+pub const GRADIENT_DOUBLED: Fault = Fault::new("gradient-doubled", "l' doubled", EVERY);
+/// A wrong index.
+pub const GRADIENT_SWAPPED: Fault =
+    Fault::new("gradient-swapped", "l' with the first two components exchanged", "dimension 2 and more");
+/// A factor.
+pub const HESSIAN_DOUBLED: Fault = Fault::new("hessian-doubled", "l'' doubled", EVERY);
+/// Not symmetric.
+pub const HESSIAN_ASYMMETRIC: Fault =
+    Fault::new("hessian-asymmetric", "|l''| added to the entry (1, 2) of l''", "dimension 2 and more");
+/// Not regular.
+pub const HESSIAN_SINGULAR: Fault =
+    Fault::new("hessian-singular", "the first row and column of l'' replaced by 0", EVERY);
+/// A factor.
+pub const VELOCITY_DOUBLED: Fault = Fault::new("velocity-doubled", "(l')⁻¹ doubled", EVERY);
+/// Duals lost.
+pub const VELOCITY_CONSTANT: Fault =
+    Fault::new("velocity-constant", "(l')⁻¹ evaluated on values alone: its derivative is 0", EVERY);
+/// A sign.
+pub const ENERGY_SIGN: Fault = Fault::new("energy-sign", "⟨l', η⟩ + l in the place of ⟨l', η⟩ − l", EVERY);
+
+macro_rules! law {
+    ($name:literal, $statement:literal, $oracle:literal, $bound:expr, $needs:literal, $faults:expr) => {
+        About {
+            name: $name,
+            statement: $statement,
+            source: SOURCE,
+            oracle: $oracle,
+            bound: $bound,
+            needs: $needs,
+            faults: $faults,
+            cost: Cost::Cheap,
+        }
+    };
+}
+
+/// The laws of this file.
+pub static LAWS: &[About] = &[
+    law!(
+        "lagrangian-value",
+        "l is finite, and the same on dual numbers; its derivative by duals is that of its values",
+        "differences of l, extrapolated to fourth order",
+        DIFFERENCES,
+        "",
+        &[VALUE_CONSTANT, VALUE_NAN]
+    ),
+    law!(
+        "lagrangian-gradient",
+        "`gradient` is l'",
+        "l on dual numbers",
+        BOUND,
+        "",
+        &[GRADIENT_DOUBLED, GRADIENT_SWAPPED, VALUE_CONSTANT]
+    ),
+    law!(
+        "lagrangian-hessian",
+        "`hessian` is l'', and symmetric",
+        "l on dual numbers of dual numbers",
+        BOUND,
+        "",
+        &[HESSIAN_DOUBLED, HESSIAN_ASYMMETRIC, HESSIAN_SINGULAR, VALUE_CONSTANT]
+    ),
+    law!(
+        "lagrangian-regular",
+        "l''(η) is regular to working precision",
+        "elimination with pivoting, by the condition number of Skeel",
+        "none: regular or not",
+        "regular everywhere (unless `not_regular` says otherwise)",
+        &[HESSIAN_SINGULAR]
+    ),
+    law!(
+        "lagrangian-velocity",
+        "velocity(l'(η), η) = η, l'(velocity(μ, 0)) = μ, and the derivative of `velocity` is l''⁻¹",
+        "`gradient` and `hessian`",
+        BOUND,
+        "regular everywhere (unless `not_regular` says otherwise)",
+        &[VELOCITY_DOUBLED, VELOCITY_CONSTANT, GRADIENT_DOUBLED]
+    ),
+    law!(
+        "lagrangian-energy",
+        "`energy` is E(η) = d/ds l(s η) − l(η) at s = 1",
+        "l on dual numbers",
+        BOUND,
+        "",
+        &[ENERGY_SIGN]
+    ),
+];
+
+/// A user's Lagrangian, at both precisions or in `f64` alone.
+#[derive(Clone, Debug)]
+pub struct OwnLagrangian<A, B, const N: usize> {
+    parts: Pair<A, B>,
+    largest: f64,
+    regular: bool,
+}
+
+impl<A: Lagrangian<f64, N>, const N: usize> OwnLagrangian<A, Missing, N> {
+    /// The Lagrangian in `f64` alone.
+    pub fn in_double(lagrangian: A) -> Self {
+        Self { parts: Pair { double: lagrangian, quad: None }, largest: 4.0, regular: true }
+    }
+}
+
+impl<A: Lagrangian<f64, N>, B: Lagrangian<Dd, N>, const N: usize> OwnLagrangian<A, B, N> {
+    /// The same Lagrangian in `f64` and in 32 digits.
+    pub fn at_both(double: A, quad: B) -> Self {
+        Self { parts: Pair { double, quad: Some(quad) }, largest: 4.0, regular: true }
+    }
+
+    /// Only velocities and momenta with components of at most `largest` (default 4): the domain of l.
+    pub fn within(self, largest: f64) -> Self {
+        Self { largest, ..self }
+    }
+
+    /// l'' may be singular: the laws of regularity and of the inverse Legendre transform are switched off.
+    pub fn not_regular(self) -> Self {
+        Self { regular: false, ..self }
+    }
+}
+
+impl<A, B, const N: usize> Subject for OwnLagrangian<A, B, N>
+where
+    A: Lagrangian<f64, N> + Send + Sync + 'static,
+    B: Lagrangian<Dd, N> + Send + Sync + 'static,
+{
+    const LAWS: &'static [About] = LAWS;
+
+    fn precisions(&self) -> Precisions {
+        self.parts.precisions()
+    }
+
+    fn missing(&self, law: &About) -> Option<&'static str> {
+        let needed = matches!(law.name, "lagrangian-regular" | "lagrangian-velocity");
+        (needed && !self.regular).then_some("the Lagrangian is said not to be regular")
+    }
+
+    fn cases(&self, law: &About) -> BoxedStrategy<Values> {
+        let points = Points::new().within(self.largest);
+        match law.name {
+            "lagrangian-value" => points.vectors(&["eta", "along"], N),
+            "lagrangian-velocity" => points.vectors(&["eta", "mu", "along"], N),
+            _ => points.vectors(&["eta"], N),
+        }
+        .boxed()
+    }
+
+    fn check(&self, law: &About, case: &Values, fault: Option<&Fault>) -> Verdict {
+        let double = |l: &A| judge::<f64, A, N>(l, law.name, case, fault, self.largest);
+        let quad = |l: &B| judge::<Dd, B, N>(l, law.name, case, fault, self.largest);
+        match law.name {
+            "lagrangian-value" => self.parts.each(double, quad),
+            _ => self.parts.settle(double, quad),
+        }
+    }
+}
+
+/// A Lagrangian with a fault planted in it.
+struct Planted<'a, L> {
+    lagrangian: &'a L,
+    fault: Option<&'a Fault>,
+}
+
+impl<L> Planted<'_, L> {
+    fn size(&self, fault: &Fault) -> f64 {
+        Fault::size_of(self.fault, fault.name)
+    }
+}
+
+impl<T: Real, L: Lagrangian<T, N>, const N: usize> Lagrangian<T, N> for Planted<'_, L> {
+    fn value<S: Scalar<Base = T>>(&self, eta: &Vector<S, N>) -> S {
+        let right = self.lagrangian.value(eta);
+        if self.size(&VALUE_NAN) > 0.0 && eta[0] > S::zero() {
+            return S::exact(f64::NAN);
+        }
+        blend_scalar(right, S::lift(right.base()), self.size(&VALUE_CONSTANT))
+    }
+
+    fn gradient<S: Scalar<Base = T>>(&self, eta: &Vector<S, N>) -> Covector<S, N> {
+        let right = self.lagrangian.gradient(eta);
+        let right = blend(right, right * S::int(2), self.size(&GRADIENT_DOUBLED));
+        let swapped = self.size(&GRADIENT_SWAPPED);
+        if swapped > 0.0 && N > 1 {
+            let mut wrong = right;
+            wrong.swap_columns(0, 1);
+            return blend(right, wrong, swapped);
+        }
+        right
+    }
+
+    fn hessian<S: Scalar<Base = T>>(&self, eta: &Vector<S, N>) -> Matrix<S, N> {
+        let right = self.lagrangian.hessian(eta);
+        let right = blend(right, right * S::int(2), self.size(&HESSIAN_DOUBLED));
+        let asymmetric = self.size(&HESSIAN_ASYMMETRIC);
+        if asymmetric > 0.0 && N > 1 {
+            let mut wrong = right;
+            wrong[(0, 1)] += right.amax();
+            return blend(right, wrong, asymmetric);
+        }
+        let singular = Matrix::from_fn(|a, b| if a == 0 || b == 0 { S::zero() } else { right[(a, b)] });
+        blend(right, singular, self.size(&HESSIAN_SINGULAR))
+    }
+
+    fn velocity<S: Scalar<Base = T>>(
+        &self,
+        mu: &Covector<S, N>,
+        guess: &Vector<S, N>,
+    ) -> Result<Vector<S, N>, LegendreError> {
+        let right = self.lagrangian.velocity(mu, guess)?;
+        let right = blend(right, right * S::int(2), self.size(&VELOCITY_DOUBLED));
+        Ok(blend(right, right.map(|v| S::lift(v.base())), self.size(&VELOCITY_CONSTANT)))
+    }
+
+    fn energy<S: Scalar<Base = T>>(&self, eta: &Vector<S, N>) -> S {
+        let right = self.lagrangian.energy(eta);
+        let value = self.lagrangian.value(eta);
+        blend_scalar(right, right + value + value, self.size(&ENERGY_SIGN))
+    }
+}
+
+fn judge<T: Real, L: Lagrangian<T, N>, const N: usize>(
+    lagrangian: &L,
+    law: &str,
+    case: &Values,
+    fault: Option<&Fault>,
+    largest: f64,
+) -> Result<Measured, Measured> {
+    let eta = case.vector("eta").map_err(misfit)?;
+    let judge = Judge { l: Planted { lagrangian, fault }, case, eta, typical: T::exact(largest / 4.0) };
+    match law {
+        "lagrangian-value" => judge.value(),
+        "lagrangian-gradient" => judge.gradient(),
+        "lagrangian-hessian" => judge.hessian(),
+        "lagrangian-regular" => judge.regular(),
+        "lagrangian-velocity" => judge.velocity(),
+        "lagrangian-energy" => judge.energy(),
+        other => Err(Measured::Broken(format!("there is no law `{other}` of Lagrangians"))),
+    }
+}
+
+type Answer = Result<Measured, Measured>;
+
+struct Judge<'a, T: Real, L, const N: usize> {
+    l: Planted<'a, L>,
+    case: &'a Values,
+    eta: Vector<T, N>,
+    /// A velocity of the middle of the domain.
+    typical: T,
+}
+
+/// η + s δ on duals.
+fn along<S: Scalar, const N: usize>(eta: &Vector<S, N>, direction: &Vector<S, N>) -> Vector<Dual<S>, N> {
+    eta.zip_map(direction, |re, eps| Dual { re, eps })
+}
+
+impl<T: Real, L: Lagrangian<T, N>, const N: usize> Judge<'_, T, L, N> {
+    fn floor(&self) -> f64 {
+        64.0 * N as f64
+    }
+
+    fn defect(&self, off: T, size: T, witness: impl FnOnce() -> String) -> Measured {
+        Measured::defect(off, size, self.floor(), witness)
+    }
+
+    /// |l'| + N |l''| (|η| + v), v typical: what cancels in l for small η (as in 1 − √(1 − |η|²)) is of this size.
+    fn size(&self, eta: &Vector<T, N>) -> T {
+        let raw = self.l.lagrangian;
+        raw.gradient(eta).amax() + raw.hessian(eta).amax() * (eta.amax() + self.typical) * T::int(N as i64)
+    }
+
+    fn value(&self) -> Answer {
+        let value = self.l.value(&self.eta);
+        if !value.all_finite() {
+            return Ok(Measured::Broken(format!("l(η) = {}", value.to_f64())));
+        }
+        let direction = self.case.vector::<T, N>("along").map_err(misfit)?;
+        let dual = self.l.value(&along(&self.eta, &direction));
+        let same = self.l.value(&along(&self.eta, &Vector::zeros()));
+        let (scale, length) = (self.eta.amax().max(self.typical), direction.amax());
+        let constant = same.eps == T::zero() && same.re == value && dual.re == value;
+        if !constant {
+            let near = (dual.re - value).abs().max((same.re - value).abs()).max(same.eps.abs());
+            let size = value.abs().max(self.size(&self.eta) * scale);
+            let allowed = T::exact(self.floor()) * T::unit_roundoff() * size;
+            if !(near <= allowed) {
+                return Ok(Measured::Broken("l differs on dual numbers, or has a derivative on constants".into()));
+            }
+        }
+        if length == T::zero() {
+            return Ok(Measured::Defect { amplification: 0.0, floor: 1.0, witness: String::new() });
+        }
+        let value = |s: T| Some(self.l.lagrangian.value(&(self.eta + direction * s))).filter(|v| v.all_finite());
+        let slope = slope(value, scale / length).ok_or(Measured::NotApplicable("l is not finite nearby".into()))?;
+        let size = self.size(&self.eta) * length;
+        Ok(compared(dual.eps, &slope, size, self.floor(), "l along a direction"))
+    }
+
+    fn gradient(&self) -> Answer {
+        let mine = self.l.gradient(&self.eta);
+        let expected = Covector::<T, N>::from_fn(|_, a| self.l.value(&along(&self.eta, &basis_vector::<T, N>(a))).eps);
+        Ok(self.defect(off(&mine, &expected), self.size(&self.eta), || {
+            format!("gradient {}, by duals {}", list(mine.iter()), list(expected.iter()))
+        }))
+    }
+
+    fn hessian(&self) -> Answer {
+        let mine = self.l.hessian(&self.eta);
+        let expected = Matrix::<T, N>::from_fn(|a, b| {
+            let inner = along(&self.eta, &basis_vector::<T, N>(a));
+            let outer = basis_vector::<T, N>(b).map(Dual::constant);
+            self.l.value(&along(&inner, &outer)).eps.eps
+        });
+        let size = self.l.lagrangian.hessian(&self.eta).amax();
+        let symmetric = self.defect(off(&mine, &mine.transpose()), size, || "l'' is not symmetric".into());
+        Ok(symmetric.and(self.defect(off(&mine, &expected), size, || "hessian differs from that by duals".into())))
+    }
+
+    fn regular(&self) -> Answer {
+        match elimination::regular_inverse(&self.l.hessian(&self.eta)) {
+            Ok(_) => Ok(Measured::Defect { amplification: 0.0, floor: 1.0, witness: String::new() }),
+            Err(why) => Ok(Measured::Broken(format!("l''(η) is not regular: {why}"))),
+        }
+    }
+
+    fn velocity(&self) -> Answer {
+        let l = &self.l;
+        let refused = |error: LegendreError| match error {
+            LegendreError::Singular { .. } => Measured::Inconclusive("the Hessian is singular".into()),
+            LegendreError::NotConverged { .. } => Measured::Inconclusive("`velocity` did not converge".into()),
+            LegendreError::BadInertia { .. } => Measured::Broken(error.to_string()),
+        };
+        let finite = |v: &Vector<T, N>| match v.iter().all(|v| v.all_finite()) {
+            true => Ok(()),
+            false => Err(Measured::Broken("`velocity` is not finite".into())),
+        };
+        let count = T::int(N as i64);
+        let back = l.velocity(&l.gradient(&self.eta), &self.eta).map_err(refused)?;
+        finite(&back)?;
+        let hessian = l.lagrangian.hessian(&self.eta);
+        let inverse = elimination::inverse(&hessian);
+        let inverse = inverse.ok_or_else(|| Measured::Inconclusive("the Hessian is singular".into()))?;
+        let size = inverse.amax() * self.size(&self.eta) * count;
+        let forth = self.defect(off(&back, &self.eta), size, || format!("velocity(l'(η), η) = {}", list(back.iter())));
+
+        let mu = self.case.covector::<T, N>("mu").map_err(misfit)?;
+        let eta = l.velocity(&mu, &Vector::zeros()).map_err(refused)?;
+        finite(&eta)?;
+        let again = l.gradient(&eta);
+        let size = mu.amax() + self.size(&eta);
+        let round = self.defect(off(&again, &mu), size, || format!("l'(velocity(μ, 0)) = {}", list(again.iter())));
+
+        let direction = self.case.covector::<T, N>("along").map_err(misfit)?;
+        let moved = mu.zip_map(&direction, |re, eps| Dual { re, eps });
+        let slopes = l.velocity(&moved, &eta.map(Dual::constant)).map_err(refused)?.map(|v| v.eps);
+        let hessian = l.lagrangian.hessian(&eta);
+        let turned = (hessian * slopes).transpose();
+        let inverse = elimination::inverse(&hessian).map_or(T::zero(), |inverse| inverse.amax());
+        let size = direction.amax() * (T::one() + count * hessian.amax() * inverse);
+        let slope = self.defect(off(&turned, &direction), size, || "l'' times the derivative of `velocity` ≠ 1".into());
+        Ok(forth.and(round).and(slope))
+    }
+
+    fn energy(&self) -> Answer {
+        let mine = self.l.energy(&self.eta);
+        let scaled = self.l.value(&along(&self.eta, &self.eta));
+        let terms = pair(&self.l.lagrangian.gradient(&self.eta).abs(), &self.eta.abs());
+        let size = terms + scaled.re.abs() + self.size(&self.eta) * (self.eta.amax() + self.typical);
+        let expected = scaled.eps - scaled.re;
+        Ok(self.defect((mine - expected).abs(), size, || {
+            format!("energy {:e}, by duals {:e}", mine.to_f64(), expected.to_f64())
+        }))
+    }
+}
+
+/// Numbers as they are printed in a witness.
+pub(super) fn list<'a, T: Real>(entries: impl Iterator<Item = &'a T>) -> String {
+    let entries: Vec<String> = entries.map(|v| format!("{:.6e}", v.to_f64())).collect();
+    format!("[{}]", entries.join(", "))
+}

@@ -1,0 +1,545 @@
+//! A suite of laws as tests: cases drawn, failures shrunk, saved, printed and replayed.
+//!
+//! [`laws!`](crate::laws!) makes a `#[test]` of each law of a suite. What it does is set by the environment:
+//!
+//! | variable | meaning |
+//! |---|---|
+//! | `EULER_POINCARE_CASES` | cases for a cheap law (default 32); a quarter of that for a moderate one, an eighth for others |
+//! | `EULER_POINCARE_SEED` | the seed of the cases (default 0); a run with the same seed draws the same cases |
+//! | `EULER_POINCARE_REPLAY` | a file: that case alone, for its law; the other laws do nothing |
+//!
+//! A failing case is saved under `snapshots/regressions/` of the crate, in a folder with the name of the module, and replayed
+//! first from then on, until somebody deletes it.
+
+use super::part::{self, Subject};
+use super::system::{Parts, Types};
+use super::values::Values;
+use crate::harness::convergence::Estimate;
+use crate::harness::evidence::{Evidence, Wanted, gather_with};
+use crate::harness::{Cost, Law, Verdict, draw, shrink, verdict_on};
+use crate::system::Case;
+use serde::de::DeserializeOwned;
+use serde::{Deserialize, Serialize};
+use std::fmt::{self, Debug, Display, Write as _};
+use std::io::Write as _;
+use std::path::{Path, PathBuf};
+
+/// Where a suite stands in somebody's code: [`laws!`](crate::laws!) fills it in.
+#[derive(Clone, Copy, Debug)]
+pub struct Site {
+    /// `module_path!()`.
+    pub module: &'static str,
+    /// `env!("CARGO_MANIFEST_DIR")`.
+    pub manifest: &'static str,
+    /// What stood in the macro, as text.
+    pub text: &'static str,
+}
+
+impl Site {
+    /// The module without the crate: what `cargo test` takes.
+    fn path(&self) -> &'static str {
+        self.module.split_once("::").map_or(self.module, |(_, path)| path)
+    }
+
+    fn folder(&self) -> PathBuf {
+        Path::new(self.manifest).join("snapshots").join("regressions").join(self.module.replace("::", "-"))
+    }
+}
+
+/// How a suite runs.
+#[derive(Clone, Debug)]
+pub struct Settings {
+    /// Cases for a cheap law.
+    pub cases: usize,
+    /// The seed.
+    pub seed: u64,
+    /// How many checks the shrinking of a failing case may take.
+    pub shrinking: usize,
+    /// A saved case, to be replayed alone.
+    pub replay: Option<PathBuf>,
+    /// Where failing cases are saved, and replayed from; `None`: nowhere.
+    pub regressions: Option<PathBuf>,
+}
+
+impl Settings {
+    /// 32 cases, seed 0, 300 checks for shrinking; nothing is saved.
+    pub fn new() -> Self {
+        Self { cases: 32, seed: 0, shrinking: 300, replay: None, regressions: None }
+    }
+
+    /// From the environment; failing cases are saved in the crate of the site.
+    ///
+    /// # Errors
+    /// A variable that is no number, as text.
+    pub fn from_env(site: &Site) -> Result<Self, String> {
+        let number = |name: &str, otherwise: u64| match std::env::var(name) {
+            Err(_) => Ok(otherwise),
+            Ok(text) => text.trim().parse().map_err(|_| format!("{name}={text}: expected a whole number, 0 or more")),
+        };
+        let standard = Self::new();
+        Ok(Self {
+            cases: number("EULER_POINCARE_CASES", standard.cases as u64)? as usize,
+            seed: number("EULER_POINCARE_SEED", standard.seed)?,
+            replay: std::env::var_os("EULER_POINCARE_REPLAY").map(PathBuf::from),
+            regressions: Some(site.folder()),
+            ..standard
+        })
+    }
+
+    /// The cases of a law of this cost.
+    fn cases_of(&self, cost: Cost) -> usize {
+        match cost {
+            Cost::Cheap => self.cases,
+            Cost::Moderate => self.cases.div_ceil(4),
+            Cost::Expensive | Cost::Heavy => self.cases.div_ceil(8),
+        }
+    }
+}
+
+impl Default for Settings {
+    fn default() -> Self {
+        Self::new()
+    }
+}
+
+/// A saved case.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+struct Record<C> {
+    module: String,
+    law: String,
+    seed: u64,
+    index: u64,
+    case: C,
+}
+
+/// What a law of a suite came to.
+#[derive(Clone, Debug)]
+pub enum Outcome {
+    /// It holds.
+    Held {
+        /// On so many cases.
+        cases: usize,
+        /// The largest defect relative to its bound.
+        worst: f64,
+        /// So many cases were inconclusive, and so many not applicable.
+        undecided: (usize, usize),
+    },
+    /// Another law's case is replayed.
+    Skipped,
+    /// It says nothing about these types.
+    Off {
+        /// Why.
+        why: String,
+    },
+    /// No case could be decided.
+    Undecided {
+        /// Why.
+        why: String,
+    },
+    /// It is broken.
+    Broken(Box<Broken>),
+}
+
+/// A broken law: all that there is to know.
+#[derive(Clone, Debug)]
+pub struct Broken {
+    /// The law.
+    pub law: &'static str,
+    /// What it says.
+    pub statement: &'static str,
+    /// Where it is stated.
+    pub source: &'static str,
+    /// What the subject was compared with.
+    pub oracle: &'static str,
+    /// The verdict on the case.
+    pub verdict: Verdict,
+    /// What was measured, in each precision.
+    pub evidence: Vec<Evidence>,
+    /// The case, shrunk, as a few lines.
+    pub case: String,
+    /// Where the case comes from.
+    pub origin: String,
+    /// The file that it was saved in, and how to replay it; the reason if it could not be saved.
+    pub replay: String,
+    /// A test that reproduces it.
+    pub snippet: String,
+}
+
+fn indented(text: &str) -> String {
+    text.lines().map(|line| format!("    {line}\n")).collect()
+}
+
+impl Display for Broken {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        writeln!(f, "the law `{}` is broken: {}", self.law, self.statement)?;
+        writeln!(f, "  source   {}", self.source)?;
+        writeln!(f, "  oracle   {}", self.oracle)?;
+        for evidence in &self.evidence {
+            match evidence {
+                Evidence::Defect { digits, defect, bound, .. } => {
+                    writeln!(f, "  {digits} digits: defect {defect:.3e}, bound {bound:.3e}, in units of round-off")?;
+                }
+                Evidence::Levels { digits, quantity, estimate, expected, .. } => {
+                    let expected = expected.map_or(String::new(), |order| format!(", expected {order}"));
+                    let slope = match estimate {
+                        Estimate::Slope { value, low, high, .. } => format!("slope {value:.2} ({low:.2} to {high:.2})"),
+                        other => format!("{other:?}"),
+                    };
+                    writeln!(f, "  {digits} digits: {quantity}: {slope}{expected}")?;
+                }
+            }
+        }
+        writeln!(f, "  verdict  {}", self.verdict)?;
+        writeln!(f, "  case     {}", self.origin)?;
+        f.write_str(&indented(&self.case))?;
+        writeln!(f, "  replay   {}", self.replay)?;
+        writeln!(f, "  as a test, beside the types:")?;
+        f.write_str(&indented(&self.snippet))
+    }
+}
+
+/// A law with its cases, whatever their type.
+trait Runs: Send + Sync {
+    fn name(&self) -> &'static str;
+    fn run(&self, site: &Site, settings: &Settings) -> Outcome;
+    /// The verdict on a case given as JSON.
+    fn replay(&self, site: &Site, case: &str) -> Result<Outcome, String>;
+}
+
+/// How a case prints.
+type Show<C> = Box<dyn Fn(&C) -> String + Send + Sync>;
+
+struct Entry<L, C> {
+    law: L,
+    show: Show<C>,
+}
+
+impl<L: Law<C>, C: Clone + Debug + Serialize + DeserializeOwned + 'static> Entry<L, C> {
+    /// All about a case on which the law is broken; none if it is not.
+    fn judge(
+        &self,
+        site: &Site,
+        case: &C,
+        origin: String,
+        replay: impl FnOnce() -> String,
+    ) -> Result<Verdict, Box<Broken>> {
+        let verdict = verdict_on(&self.law, case, None);
+        if !verdict.is_broken() {
+            return Ok(verdict);
+        }
+        let (_, evidence) = gather_with(Wanted::AllDigits, || verdict_on(&self.law, case, None));
+        Err(Box::new(Broken {
+            law: self.law.name(),
+            statement: self.law.statement(),
+            source: self.law.source(),
+            oracle: self.law.oracle(),
+            verdict,
+            evidence,
+            case: (self.show)(case),
+            origin,
+            replay: replay(),
+            snippet: snippet(site, self.law.name(), &serde_json::to_string(case).unwrap_or_default()),
+        }))
+    }
+
+    fn command(&self, site: &Site, path: &Path) -> String {
+        let path = path.strip_prefix(site.manifest).unwrap_or(path).display();
+        format!("EULER_POINCARE_REPLAY={path} cargo test {}::{}", site.path(), self.law.name().replace('-', "_"))
+    }
+
+    fn save(&self, folder: &Path, record: &Record<C>) -> Result<PathBuf, String> {
+        let text = serde_json::to_string_pretty(record).map_err(|e| e.to_string())?;
+        let case = serde_json::to_string(&record.case).map_err(|e| e.to_string())?;
+        let hash = case
+            .bytes()
+            .fold(0xcbf2_9ce4_8422_2325_u64, |hash, byte| (hash ^ u64::from(byte)).wrapping_mul(0x0000_0100_0000_01b3));
+        let path = folder.join(format!("{}-{:08x}.json", self.law.name(), hash >> 32));
+        std::fs::create_dir_all(folder).map_err(|e| format!("{}: {e}", folder.display()))?;
+        std::fs::write(&path, text + "\n").map_err(|e| format!("{}: {e}", path.display()))?;
+        Ok(path)
+    }
+
+    /// The saved cases of this law, by name of the file.
+    fn saved(&self, folder: &Path) -> Vec<PathBuf> {
+        let Ok(files) = std::fs::read_dir(folder) else { return Vec::new() };
+        let mut files: Vec<PathBuf> = files.filter_map(|file| Some(file.ok()?.path())).collect();
+        files.retain(|path| {
+            let name = path.file_name().and_then(|name| name.to_str()).unwrap_or("");
+            let stem = name.strip_suffix(".json").and_then(|stem| stem.rsplit_once('-'));
+            stem.is_some_and(|(law, hash)| law == self.law.name() && hash.len() == 8)
+        });
+        files.sort();
+        files
+    }
+
+    fn again(&self, site: &Site, path: &Path) -> Result<Verdict, Box<Broken>> {
+        let origin = format!("as saved in {}", path.display());
+        let read = || {
+            let text = std::fs::read_to_string(path).map_err(|e| e.to_string())?;
+            serde_json::from_str::<Record<C>>(&text).map_err(|e| e.to_string())
+        };
+        match read() {
+            Ok(record) => self.judge(site, &record.case, origin, || self.command(site, path)),
+            Err(why) => Err(Box::new(Broken {
+                law: self.law.name(),
+                statement: self.law.statement(),
+                source: self.law.source(),
+                oracle: self.law.oracle(),
+                verdict: Verdict::broken(format!("{} is no case of this law: {why}", path.display())),
+                evidence: Vec::new(),
+                case: String::new(),
+                origin,
+                replay: "correct the file, or delete it".into(),
+                snippet: String::new(),
+            })),
+        }
+    }
+
+    fn random(&self, site: &Site, settings: &Settings) -> Outcome {
+        let strategy = self.law.cases();
+        let (mut held, mut worst, mut undecided) = (0, 0.0_f64, (0, 0));
+        let mut why = String::new();
+        for index in 0..settings.cases_of(self.law.cost()) {
+            let case = match draw(&strategy, settings.seed, self.law.name(), index).case {
+                Ok((case, _)) => case,
+                Err(refused) => {
+                    undecided.0 += 1;
+                    why = refused;
+                    continue;
+                }
+            };
+            match verdict_on(&self.law, &case, None) {
+                Verdict::Broken { .. } => return self.broken(site, settings, index, case),
+                Verdict::Inconclusive { why: reason } => {
+                    undecided.0 += 1;
+                    why = reason;
+                }
+                Verdict::NotApplicable { why: reason } => {
+                    undecided.1 += 1;
+                    if undecided.0 == 0 {
+                        why = reason;
+                    }
+                }
+                verdict => {
+                    held += 1;
+                    worst = worst.max(verdict.ratio().unwrap_or(0.0));
+                }
+            }
+        }
+        match (held, undecided) {
+            (0, (0, _)) => Outcome::Off { why },
+            (0, _) => Outcome::Undecided { why },
+            _ => Outcome::Held { cases: held, worst, undecided },
+        }
+    }
+
+    fn broken(&self, site: &Site, settings: &Settings, index: usize, case: C) -> Outcome {
+        let found = shrink(&self.law, None, settings.seed, index, settings.shrinking);
+        let (case, checks) = found.map_or((case, 0), |failure| (failure.case, failure.checks));
+        let origin = format!("number {index} of seed {}, shrunk with {checks} checks", settings.seed);
+        let record = Record {
+            module: site.module.into(),
+            law: self.law.name().into(),
+            seed: settings.seed,
+            index: index as u64,
+            case: case.clone(),
+        };
+        let replay = || match &settings.regressions {
+            None => "not saved".into(),
+            Some(folder) => match self.save(folder, &record) {
+                Ok(path) => format!("{}\n           (saved; replayed first from now on)", self.command(site, &path)),
+                Err(why) => format!("could not be saved: {why}"),
+            },
+        };
+        match self.judge(site, &case, origin, replay) {
+            Err(broken) => Outcome::Broken(broken),
+            Ok(verdict) => {
+                Outcome::Undecided { why: format!("broken once, and not when it was checked again: {verdict}") }
+            }
+        }
+    }
+}
+
+impl<L: Law<C>, C: Clone + Debug + Serialize + DeserializeOwned + 'static> Runs for Entry<L, C> {
+    fn name(&self) -> &'static str {
+        self.law.name()
+    }
+
+    fn run(&self, site: &Site, settings: &Settings) -> Outcome {
+        if let Some(path) = &settings.replay {
+            return match whose(path) {
+                Ok((module, law)) if module != site.module || law != self.law.name() => Outcome::Skipped,
+                _ => self.again(site, path).map_or_else(Outcome::Broken, held),
+            };
+        }
+        for path in settings.regressions.iter().flat_map(|folder| self.saved(folder)) {
+            if let Err(broken) = self.again(site, &path) {
+                return Outcome::Broken(broken);
+            }
+        }
+        self.random(site, settings)
+    }
+
+    fn replay(&self, site: &Site, case: &str) -> Result<Outcome, String> {
+        let case: C = serde_json::from_str(case).map_err(|e| e.to_string())?;
+        Ok(self.judge(site, &case, "given".into(), || "this test".into()).map_or_else(Outcome::Broken, held))
+    }
+}
+
+/// The outcome of a replayed case on which the law is not broken.
+fn held(verdict: Verdict) -> Outcome {
+    match verdict {
+        Verdict::NotApplicable { why } => Outcome::Off { why },
+        Verdict::Inconclusive { why } => Outcome::Undecided { why },
+        verdict => Outcome::Held { cases: 1, worst: verdict.ratio().unwrap_or(0.0), undecided: (0, 0) },
+    }
+}
+
+/// The module and the law of a saved case.
+fn whose(path: &Path) -> Result<(String, String), String> {
+    let text = std::fs::read_to_string(path).map_err(|e| e.to_string())?;
+    let record: Record<serde_json::Value> = serde_json::from_str(&text).map_err(|e| e.to_string())?;
+    Ok((record.module, record.law))
+}
+
+/// A test that reproduces a verdict.
+fn snippet(site: &Site, law: &str, case: &str) -> String {
+    let name = law.replace('-', "_");
+    let short = site.module.rsplit("::").next().unwrap_or(site.module);
+    let mut text = format!("#[test]\nfn {name}_again() {{\n    euler_poincare::suite! {{\n");
+    for line in site.text.lines() {
+        let _ = writeln!(text, "        {}", line.trim_start());
+    }
+    let _ = write!(text, "    }}\n    {short}::suite().replay(\"{law}\", r#\"{case}\"#);\n}}");
+    text
+}
+
+/// Laws on somebody's own types, by name.
+pub struct Suite {
+    site: Site,
+    laws: Vec<Box<dyn Runs>>,
+    /// Why there are no laws of systems.
+    refused: Option<String>,
+}
+
+impl Suite {
+    /// No laws yet.
+    pub fn new(site: Site) -> Self {
+        Self { site, laws: Vec::new(), refused: None }
+    }
+
+    /// Adds a law; `show` prints its cases.
+    pub fn law<L, C>(mut self, law: L, show: impl Fn(&C) -> String + Send + Sync + 'static) -> Self
+    where
+        L: Law<C> + 'static,
+        C: Clone + Debug + Serialize + DeserializeOwned + 'static,
+    {
+        self.laws.push(Box::new(Entry { law, show: Box::new(show) }));
+        self
+    }
+
+    /// Adds the laws of a single part.
+    pub fn part<S: Subject>(self, subject: S) -> Self {
+        part::laws(subject).into_iter().fold(self, |suite, law| suite.law(law, Values::to_string))
+    }
+
+    /// Adds the laws of systems of these types.
+    pub fn system<P: Types<N, D>, const N: usize, const D: usize>(mut self) -> Self {
+        match super::system::laws::<P, N, D>() {
+            Ok(laws) => laws.into_iter().fold(self, |suite, law| suite.law(law, |case| shown(case, P::OWN))),
+            Err(why) => {
+                self.refused = Some(why);
+                self
+            }
+        }
+    }
+
+    /// Adds the laws of the one-step method of these types.
+    pub fn method<P: Types<N, D>, const N: usize, const D: usize>(mut self) -> Self {
+        match super::system::method_laws::<P, N, D>() {
+            Ok(laws) => laws.into_iter().fold(self, |suite, law| suite.law(law, |case| shown(case, P::OWN))),
+            Err(why) => {
+                self.refused = Some(why);
+                self
+            }
+        }
+    }
+
+    /// The names of the laws, in order.
+    pub fn names(&self) -> Vec<&'static str> {
+        self.laws.iter().map(|law| law.name()).collect()
+    }
+
+    /// Runs the law called `name`; [`Outcome::Undecided`] where there is none.
+    pub fn run(&self, name: &str, settings: &Settings) -> Outcome {
+        match self.laws.iter().find(|law| law.name() == name) {
+            Some(law) => law.run(&self.site, settings),
+            None => {
+                let why =
+                    self.refused.clone().unwrap_or_else(|| format!("there is no law called `{name}` on these types"));
+                Outcome::Undecided { why }
+            }
+        }
+    }
+
+    /// Runs the law whose name has `_` for `-` and panics unless it holds; says, past what the test runner captures, when
+    /// it is off.
+    ///
+    /// # Panics
+    /// The law is broken or could not be decided; a variable of the environment is no number.
+    pub fn test(&self, name: &str) {
+        let name = name.replace('_', "-");
+        let settings = Settings::from_env(&self.site).unwrap_or_else(|why| panic!("{why}"));
+        self.report(&name, self.run(&name, &settings));
+    }
+
+    /// Judges a case given as JSON and panics unless the law holds on it.
+    ///
+    /// # Panics
+    /// The law is broken or could not be decided; the text is no case of it.
+    pub fn replay(&self, name: &str, case: &str) {
+        let law = self.laws.iter().find(|law| law.name() == name);
+        match law.map(|law| law.replay(&self.site, case)) {
+            Some(Ok(outcome)) => self.report(name, outcome),
+            Some(Err(why)) => panic!("no case of the law `{name}`: {why}"),
+            None => panic!("there is no law called `{name}` on these types"),
+        }
+    }
+
+    fn report(&self, name: &str, outcome: Outcome) {
+        match outcome {
+            Outcome::Skipped => {}
+            Outcome::Held { cases, worst, undecided: (inconclusive, off) } => {
+                println!("{name}: holds on {cases} cases, worst defect {worst:.2e} of its bound");
+                if inconclusive + off > 0 {
+                    println!("{name}: {inconclusive} inconclusive, {off} not applicable");
+                }
+            }
+            Outcome::Off { why } => {
+                // Not by eprintln, which the test runner captures: nobody would see what is off.
+                let _ = writeln!(std::io::stderr(), "{}: the law `{name}` is off: {why}", self.site.path());
+            }
+            Outcome::Undecided { why } => panic!("the law `{name}` could not be decided: {why}"),
+            Outcome::Broken(broken) => panic!("{broken}"),
+        }
+    }
+}
+
+/// A case on one's own types as a few lines: what is one's own says so.
+fn shown(case: &Case, own: Parts) -> String {
+    let line = |line: &str| {
+        let key = line.split_whitespace().next().unwrap_or("");
+        match key {
+            "lagrangian" if own.lagrangian => "lagrangian yours".into(),
+            "force" if own.force => line.replace("given", "yours"),
+            "algebra" => line.replace("given", "yours"),
+            "method" if own.retraction || own.map => match line.rsplit_once(',') {
+                Some((tableau, _)) => format!("{tableau}, your retraction"),
+                None => line.into(),
+            },
+            _ => line.to_string(),
+        }
+    };
+    case.to_string().lines().map(line).collect::<Vec<String>>().join("\n")
+}

@@ -1,0 +1,479 @@
+//! The laws of whole systems on somebody's own group, retraction, Lagrangian, force and one-step method.
+//!
+//! [`Types`] says which types; [`Own`] is a [`Source`] of systems made of them, where a [`Case`] fills in the rest: what is
+//! not one's own, the tableau, the state and the step. [`laws`] are the laws of the library that judge such a system. The
+//! group that they see is a [`MatrixGroup`] of the matrices ê_a = `hat(e_a)`, a view of it that does not use its constants,
+//! `vee`, `inverse` or `adjoint`; these are judged by [`super::group`].
+
+use super::super::{CaseLaw, Source};
+use super::algebra::Bracket;
+use crate::algebra::{Casimir, Covector, LieAlgebra, Matrix, Vector, basis_vector};
+use crate::group::{LieGroup, MatrixGroup};
+use crate::harness::{Cost, Fault, Law, Verdict};
+use crate::integrators::{OneStep, Report, State, StepError, Variational};
+use crate::laws::method::{self, Claims, MethodLaw, Other, Setup, Side, SystemParts, Untyped};
+use crate::laws::planted::retraction::Plant;
+use crate::mechanics::force::{AnyForce, Zero};
+use crate::mechanics::lagrangian::{AnyLagrangian, Quadratic};
+use crate::mechanics::{Force, Lagrangian};
+use crate::retraction::{Exponential, Retraction};
+use crate::scalar::{Real, Scalar};
+use crate::study::problem;
+use crate::system::case::Structure;
+use crate::system::random::Given;
+use crate::system::rates::Rates;
+use crate::system::{Case, CaseError, Cases, ForceTerm, Place, Problem, System, Visitor, Wrap, cases};
+use proptest::strategy::{BoxedStrategy, Strategy};
+use std::cell::RefCell;
+use std::fmt;
+use std::marker::PhantomData;
+
+/// Somebody's own types, for every scalar: a group of dimension N, represented by D×D matrices, and what else is one's own.
+///
+/// [`laws!`](crate::laws!) writes the implementation.
+pub trait Types<const N: usize, const D: usize>: Send + Sync + 'static {
+    /// Which parts are one's own, beside the group.
+    const OWN: Parts = Parts::NONE;
+
+    /// G.
+    fn group<T: Real>() -> impl LieGroup<T, N, D> + Send + Sync + 'static;
+
+    /// τ; exp of the group unless it is one's own.
+    fn retraction<T: Real>(group: MatrixGroup<T, N, D>) -> impl Retraction<T, N, D> + Send + Sync + 'static {
+        Exponential::of_group(group)
+    }
+
+    /// l; the one that was drawn unless it is one's own.
+    fn lagrangian<T: Real>(drawn: AnyLagrangian<T, N>) -> impl Lagrangian<T, N> + Send + Sync + 'static {
+        drawn
+    }
+
+    /// f; the one that was drawn unless it is one's own.
+    fn force<T: Real>(drawn: AnyForce<T, N>) -> impl Force<T, N> + Send + Sync + 'static {
+        drawn
+    }
+
+    /// The one-step method on a system; the library's unless it is one's own.
+    fn method<'s, T: Real, R, L, F>(system: &'s System<T, N, D, R, L, F>) -> impl OneStep<T, N, D> + 's
+    where
+        R: Retraction<T, N, D>,
+        L: Lagrangian<T, N>,
+        F: Force<T, N>,
+    {
+        Variational::new(&system.lagrangian, &system.force, &system.retraction, system.tableau.clone())
+    }
+
+    /// What is claimed of the method.
+    fn claims() -> Claims {
+        Claims::default()
+    }
+
+    /// Casimirs of the algebra; none are known unless they are given.
+    fn casimirs<T: Real>() -> Vec<Casimir<T, N>> {
+        Vec::new()
+    }
+}
+
+/// Which parts are one's own, beside the group.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct Parts {
+    /// τ.
+    pub retraction: bool,
+    /// τ, of which dτ, ddτ and τ⁻¹ are derived ([`FromMap`](super::FromMap)).
+    pub map: bool,
+    /// l.
+    pub lagrangian: bool,
+    /// f.
+    pub force: bool,
+    /// Casimirs.
+    pub casimirs: bool,
+    /// A one-step method.
+    pub method: bool,
+    /// What is claimed of it.
+    pub claims: bool,
+}
+
+impl Parts {
+    /// The group alone.
+    pub const NONE: Self = Self {
+        retraction: false,
+        map: false,
+        lagrangian: false,
+        force: false,
+        casimirs: false,
+        method: false,
+        claims: false,
+    };
+}
+
+/// A system of somebody's own types, with a case for what they leave open.
+pub struct Own<P, const N: usize, const D: usize> {
+    case: Case,
+    types: PhantomData<fn() -> P>,
+}
+
+impl<P: Types<N, D>, const N: usize, const D: usize> Own<P, N, D> {
+    /// The system that `case` completes. Its algebra is not looked at.
+    pub fn new(case: Case) -> Self {
+        Self { case, types: PhantomData }
+    }
+
+    /// Random cases for these types; the knobs restrict them further.
+    ///
+    /// # Errors
+    /// The matrices of the group do not span an algebra, as text.
+    pub fn cases() -> Result<Cases, String> {
+        Ok(cases().given(given::<P, N, D>()?))
+    }
+}
+
+fn given<P: Types<N, D>, const N: usize, const D: usize>() -> Result<Given, String> {
+    let group = matrices::<P, f64, N, D>().map_err(|e| format!("the matrices hat(e_a) of the group: {e}"))?;
+    let structure = Structure::Given { dimension: N, abelian: group.algebra().is_abelian() };
+    Ok(Given { structure, lagrangian: P::OWN.lagrangian, force: P::OWN.force, rates: rates::<P, N, D> })
+}
+
+impl<P, const N: usize, const D: usize> Clone for Own<P, N, D> {
+    fn clone(&self) -> Self {
+        Self { case: self.case.clone(), types: PhantomData }
+    }
+}
+
+impl<P, const N: usize, const D: usize> fmt::Debug for Own<P, N, D> {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        // The case alone: the numbers that a law draws beyond it are a function of this text.
+        fmt::Debug::fmt(&self.case, f)
+    }
+}
+
+fn matrices<P: Types<N, D>, T: Real, const N: usize, const D: usize>()
+-> Result<MatrixGroup<T, N, D>, crate::algebra::AlgebraError> {
+    let group = P::group::<T>();
+    MatrixGroup::new(std::array::from_fn(|a| group.hat(&basis_vector::<T, N>(a))))
+}
+
+fn rates<P: Types<N, D>, const N: usize, const D: usize>(case: &Case) -> Option<Rates> {
+    let own = Own::<P, N, D>::new(case.clone());
+    Rates::by(case, true, |measure| own.visit::<f64, _>(&Plant(None), measure).ok().flatten())
+}
+
+/// The algebra of a group of one's own, with its Casimirs.
+#[derive(Clone, Debug)]
+pub struct WithCasimirs<T: Real, const N: usize> {
+    algebra: LieAlgebra<T, N>,
+    casimirs: Vec<Casimir<T, N>>,
+}
+
+impl<T: Real, const N: usize> Bracket<T, N> for WithCasimirs<T, N> {
+    fn bracket<S: Scalar<Base = T>>(&self, x: &Vector<S, N>, y: &Vector<S, N>) -> Vector<S, N> {
+        self.algebra.bracket(x, y)
+    }
+
+    fn ad<S: Scalar<Base = T>>(&self, x: &Vector<S, N>) -> Matrix<S, N> {
+        self.algebra.ad(x)
+    }
+
+    fn coad<S: Scalar<Base = T>>(&self, x: &Vector<S, N>, mu: &Covector<S, N>) -> Covector<S, N> {
+        self.algebra.coad(x, mu)
+    }
+
+    fn casimirs(&self) -> usize {
+        self.casimirs.len()
+    }
+
+    fn casimir<S: Scalar<Base = T>>(&self, k: usize, mu: &Covector<S, N>) -> S {
+        self.casimirs[k].value(mu)
+    }
+}
+
+/// The algebra that a group of one's own says it has, with its Casimirs.
+pub fn constants<P: Types<N, D>, T: Real, const N: usize, const D: usize>() -> WithCasimirs<T, N> {
+    WithCasimirs { algebra: P::group::<T>().algebra().clone(), casimirs: P::casimirs() }
+}
+
+/// A Lagrangian of one's own.
+pub fn lagrangian<P: Types<N, D>, T: Real, const N: usize, const D: usize>()
+-> impl Lagrangian<T, N> + Send + Sync + 'static {
+    let unit = Quadratic::new(Matrix::identity()).expect("the identity is regular");
+    P::lagrangian::<T>(unit.into())
+}
+
+/// A force of one's own.
+pub fn force<P: Types<N, D>, T: Real, const N: usize, const D: usize>() -> impl Force<T, N> + Send + Sync + 'static {
+    P::force::<T>(AnyForce::Zero(Zero))
+}
+
+/// A force that is one's own, or the one of the case.
+#[derive(Clone, Copy, Debug)]
+pub enum Chosen<F, G> {
+    /// One's own.
+    Own(F),
+    /// Of the case.
+    Drawn(G),
+}
+
+impl<T: Real, F: Force<T, N>, G: Force<T, N>, const N: usize> Force<T, N> for Chosen<F, G> {
+    fn force<S: Scalar<Base = T>>(&self, t: S, eta: &Vector<S, N>) -> Covector<S, N> {
+        match self {
+            Self::Own(force) => force.force(t, eta),
+            Self::Drawn(force) => force.force(t, eta),
+        }
+    }
+
+    fn is_zero(&self) -> bool {
+        match self {
+            Self::Own(force) => force.is_zero(),
+            Self::Drawn(force) => force.is_zero(),
+        }
+    }
+}
+
+impl<P: Types<N, D>, const N: usize, const D: usize> Source for Own<P, N, D> {
+    fn case(&self) -> &Case {
+        &self.case
+    }
+
+    /// With what is one's own in the place of what is not.
+    fn with_case(&self, mut case: Case) -> Self {
+        if P::OWN.force && !case.forces.is_empty() {
+            case.forces = vec![ForceTerm::Given];
+        }
+        if P::OWN.lagrangian {
+            case.forces
+                .retain(|force| !matches!(force, ForceTerm::DoubleBracket { .. } | ForceTerm::Metriplectic { .. }));
+        }
+        Self::new(case)
+    }
+
+    fn visit<T: Real, V: Visitor<T>>(&self, wrap: &impl Wrap, visitor: V) -> Result<V::Output, CaseError> {
+        let group = self.group::<T>()?;
+        let retraction = wrap.wrap::<T, N, D, _>(P::retraction::<T>(group.clone()));
+        Ok(visitor.visit(self.with(group, retraction)?))
+    }
+}
+
+impl<P: Types<N, D>, const N: usize, const D: usize> Own<P, N, D> {
+    fn group<T: Real>(&self) -> Result<MatrixGroup<T, N, D>, CaseError> {
+        matrices::<P, T, N, D>().map_err(|e| Place::root().key("algebra").error(Problem::Algebra(e)))
+    }
+
+    #[allow(clippy::type_complexity, reason = "an opaque type cannot be named")]
+    fn with<T: Real, R: Retraction<T, N, D>>(
+        &self,
+        group: MatrixGroup<T, N, D>,
+        retraction: R,
+    ) -> Result<
+        System<
+            T,
+            N,
+            D,
+            R,
+            impl Lagrangian<T, N> + 'static + use<P, T, R, N, D>,
+            impl Force<T, N> + 'static + use<P, T, R, N, D>,
+        >,
+        CaseError,
+    > {
+        let parts = (group.algebra().clone(), Some(group), P::casimirs::<T>());
+        let given = self.case.forces.contains(&ForceTerm::Given);
+        let force = |drawn: AnyForce<T, N>| match given {
+            true => Chosen::Own(P::force::<T>(drawn)),
+            false => Chosen::Drawn(drawn),
+        };
+        self.case.complete(parts, retraction, P::lagrangian::<T>, force)
+    }
+
+    /// What the theory knows about the system, and the method on it.
+    fn side<'a, T: Real>(&self) -> Result<Side<'a, T>, CaseError> {
+        let group = self.group::<T>()?;
+        let known = self.with(group.clone(), P::retraction::<T>(group.clone()))?;
+        let stepped = self.with(group.clone(), P::retraction::<T>(group))?;
+        Ok(Side {
+            theory: Box::new(SystemParts::of(known, D)),
+            method: RefCell::new(Box::new(Untyped(Stepping { system: stepped, types: PhantomData::<fn() -> P> }))),
+        })
+    }
+}
+
+/// The method of one's own on a system that it owns.
+struct Stepping<P, T: Real, const N: usize, const D: usize, R, L, F> {
+    system: System<T, N, D, R, L, F>,
+    types: PhantomData<fn() -> P>,
+}
+
+impl<P, T, const N: usize, const D: usize, R, L, F> OneStep<T, N, D> for Stepping<P, T, N, D, R, L, F>
+where
+    P: Types<N, D>,
+    T: Real,
+    R: Retraction<T, N, D>,
+    L: Lagrangian<T, N>,
+    F: Force<T, N>,
+{
+    fn step(&mut self, state: &mut State<T, N, D>, h: T) -> Result<Report<T>, StepError> {
+        P::method(&self.system).step(state, h)
+    }
+}
+
+/// What `f` makes of `a`: so that a closure in a macro knows what it is given.
+pub fn applied<'s, A, B>(a: &'s A, f: impl FnOnce(&'s A) -> B) -> B {
+    f(a)
+}
+
+/// A law on a one-step method of one's own.
+pub struct OwnMethodLaw<P: 'static, const N: usize, const D: usize> {
+    law: &'static MethodLaw,
+    given: Given,
+    types: PhantomData<fn() -> P>,
+}
+
+/// Every law on a one-step method but `method-presentation`, which needs the method in another basis.
+///
+/// # Errors
+/// The matrices of the group do not span an algebra, as text.
+pub fn method_laws<P: Types<N, D>, const N: usize, const D: usize>() -> Result<Vec<OwnMethodLaw<P, N, D>>, String> {
+    let given = given::<P, N, D>()?;
+    let laws = method::LAWS.iter().filter(|law| law.name != "method-presentation");
+    Ok(laws.map(|law| OwnMethodLaw { law, given: given.clone(), types: PhantomData }).collect())
+}
+
+/// How many variations of a case there are.
+const VARIATIONS: i64 = 3;
+
+fn setup<P: Types<N, D>, const N: usize, const D: usize>(own: &Own<P, N, D>) -> Result<Setup<'static>, CaseError> {
+    let again = own.clone();
+    let others = move |other: Other| match other {
+        Other::Variation(k) if (1..=VARIATIONS).contains(&k) => {
+            let varied = again.with_case(problem::varied(again.case(), k));
+            Ok(setup(&varied).ok().map(|setup| (setup, Vec::new())))
+        }
+        _ => Ok(None),
+    };
+    Ok(Setup { double: own.side()?, quad: Some(own.side()?), reference: None, others: Box::new(others) })
+}
+
+impl<P: Types<N, D>, const N: usize, const D: usize> Law<Case> for OwnMethodLaw<P, N, D> {
+    fn name(&self) -> &'static str {
+        self.law.name
+    }
+
+    fn statement(&self) -> &'static str {
+        self.law.statement
+    }
+
+    fn source(&self) -> &'static str {
+        self.law.source
+    }
+
+    fn oracle(&self) -> &'static str {
+        self.law.oracle
+    }
+
+    fn bound_note(&self) -> &'static str {
+        self.law.bound
+    }
+
+    fn cost(&self) -> Cost {
+        self.law.cost
+    }
+
+    fn faults(&self) -> &'static [Fault] {
+        &[]
+    }
+
+    fn cases(&self) -> BoxedStrategy<Case> {
+        self.law.cases(cases().given(self.given.clone())).boxed()
+    }
+
+    fn check(&self, case: &Case, _: Option<&Fault>) -> Verdict {
+        match setup(&Own::<P, N, D>::new(case.clone())) {
+            Ok(setup) => method::check(self.law, &setup, &P::claims()).verdict,
+            Err(e) => Verdict::broken(format!("the case cannot be built: {e}")),
+        }
+    }
+}
+
+/// A law on systems of one's own types.
+pub struct SystemLaw<P: 'static, const N: usize, const D: usize> {
+    law: &'static CaseLaw<Own<P, N, D>>,
+    given: Given,
+}
+
+/// The laws that judge systems of one's own types.
+///
+/// Of the laws of [`all`](crate::laws::all) these are left out: those of groupoids, algebroids and the Poisson groupoid, of
+/// discrete equations of random polynomials, of the discrete Euler–Poincaré equations and `lie-poisson-bracket`, because they
+/// judge the library on any group, and nothing that one has written; those of orbits and `casimir-rate`, because they draw
+/// algebras of the catalogue or need the library's brackets; and `variational-error`, because it takes minutes, and what it
+/// compares is judged apart by `order-predicted` and the laws of discrete actions.
+///
+/// # Errors
+/// The matrices of the group do not span an algebra, as text.
+pub fn laws<P: Types<N, D>, const N: usize, const D: usize>() -> Result<Vec<SystemLaw<P, N, D>>, String> {
+    let given = given::<P, N, D>()?;
+    let law = |law| SystemLaw { law, given: given.clone() };
+    Ok(table::<P, N, D>().into_iter().map(law).collect())
+}
+
+fn table<P: Types<N, D>, const N: usize, const D: usize>() -> Vec<&'static CaseLaw<Own<P, N, D>>> {
+    use crate::laws::*;
+    [
+        retraction::laws(),
+        integrators::laws(),
+        doubled::laws(),
+        lie_poisson::laws(),
+        mechanics::laws(),
+        euler_lagrange::laws(),
+        legendre::laws(),
+        hamiltonian::laws(),
+        two_hamiltonians::laws(),
+        discrete::action::laws(),
+        discrete::exact::laws(),
+        munthe_kaas::laws(),
+        order::laws(),
+        predicted::laws(),
+    ]
+    .into_iter()
+    .flatten()
+    .filter(|law| !LEFT_OUT.contains(&law.name))
+    .collect()
+}
+
+/// They draw algebras of the catalogue, or say nothing about anybody's types.
+const LEFT_OUT: [&str; 2] = ["casimir-rate", "lie-poisson-bracket"];
+
+impl<P: Types<N, D>, const N: usize, const D: usize> Law<Case> for SystemLaw<P, N, D> {
+    fn name(&self) -> &'static str {
+        self.law.name
+    }
+
+    fn statement(&self) -> &'static str {
+        self.law.statement
+    }
+
+    fn source(&self) -> &'static str {
+        self.law.source
+    }
+
+    fn oracle(&self) -> &'static str {
+        self.law.oracle
+    }
+
+    fn bound_note(&self) -> &'static str {
+        self.law.bound
+    }
+
+    fn cost(&self) -> Cost {
+        self.law.cost
+    }
+
+    fn faults(&self) -> &'static [Fault] {
+        self.law.faults
+    }
+
+    fn cases(&self) -> BoxedStrategy<Case> {
+        (self.law.cases)(cases().given(self.given.clone()))
+    }
+
+    fn check(&self, case: &Case, fault: Option<&Fault>) -> Verdict {
+        (self.law.check)(&Own::new(case.clone()), fault)
+    }
+}

@@ -1,0 +1,399 @@
+//! The macros that make tests of a user's own types.
+
+/// A `#[test]` for each law of somebody's own types, in a module of that name.
+///
+/// `mod NAME<T, N, D> { group: VALUE, … }`: T names the scalar in the values, which have to work for every
+/// [`Real`](crate::scalar::Real); N is the dimension of the group and D the size of its matrices. Every key but the first may
+/// be left out; what is not given is the library's, or drawn:
+///
+/// | key | value | without it |
+/// |---|---|---|
+/// | `group` | a [`LieGroup`](crate::group::LieGroup) | |
+/// | `retraction` | a [`Retraction`](crate::retraction::Retraction) | exp of the group |
+/// | `map` | τ alone, a [`Map`](crate::laws::own::Map); in the place of `retraction` | |
+/// | `lagrangian` | a [`Lagrangian`](crate::mechanics::Lagrangian) | random inertias |
+/// | `force` | a [`Force`](crate::mechanics::Force) | random forces |
+/// | `casimirs` | a `Vec` of [`Casimir`](crate::algebra::Casimir)s | none are known |
+/// | `method` | a closure from the [`System`](crate::system::System) to a [`OneStep`](crate::integrators::OneStep) | |
+/// | `claims` | the [`Claims`](crate::laws::method::Claims) that the method makes | none |
+///
+/// A test of a law that needs a key is ignored without it, and says what it needs. Single parts: `mod NAME<T, N> { algebra:
+/// VALUE }`, `{ lagrangian: VALUE }` and `{ force: VALUE }`; `mod NAME<T> { groupoid: VALUE }` and `{ lie_groupoid: VALUE }`;
+/// `mod NAME<T, N, D> { discrete: VALUE }`, see [`laws::own`](mod@crate::laws::own). How tests run: [`crate::laws::own::suite`].
+///
+/// ```
+/// use euler_poincare::group::So3;
+/// use euler_poincare::laws;
+///
+/// laws! {
+///     mod rotations<T, 3, 3> { group: So3::<T>::new() }
+/// }
+/// # fn main() {}
+/// ```
+#[macro_export]
+macro_rules! laws {
+    ($vis:vis mod $name:ident<$t:ident, $n:literal, $d:literal> { group: $($rest:tt)* }) => {
+        $crate::__own_system! { tests; $vis $name $t $n $d { group: $($rest)* } }
+    };
+    (
+        $vis:vis mod $name:ident<$t:ident $(, $number:literal)*> {
+            $key:ident: $value:expr $(, claims: [$($claim:ident),* $(,)?])? $(,)?
+        }
+    ) => {
+        $crate::__own_part! { tests; $vis $name [$t $(, $number)*] $key $value; $($($claim)*)? }
+    };
+}
+
+/// The same as [`laws!`](crate::laws!) without the tests: a module with `suite()`, to run laws in one's own way.
+#[macro_export]
+macro_rules! suite {
+    ($vis:vis mod $name:ident<$t:ident, $n:literal, $d:literal> { group: $($rest:tt)* }) => {
+        $crate::__own_system! { none; $vis $name $t $n $d { group: $($rest)* } }
+    };
+    (
+        $vis:vis mod $name:ident<$t:ident $(, $number:literal)*> {
+            $key:ident: $value:expr $(, claims: [$($claim:ident),* $(,)?])? $(,)?
+        }
+    ) => {
+        $crate::__own_part! { none; $vis $name [$t $(, $number)*] $key $value; $($($claim)*)? }
+    };
+}
+
+#[doc(hidden)]
+#[macro_export]
+macro_rules! __own_system {
+    ($tests:ident; $vis:vis $name:ident $t:ident $n:literal $d:literal { $($key:ident: $value:expr),+ $(,)? }) => {
+        $vis mod $name {
+            #[allow(unused_imports)]
+            use super::*;
+
+            /// The types of this module.
+            pub struct Own;
+
+            impl $crate::laws::own::Types<$n, $d> for Own {
+                const OWN: $crate::laws::own::Parts = {
+                    #[allow(unused_mut)]
+                    let mut parts = $crate::laws::own::Parts::NONE;
+                    $($crate::__own_key! { mark parts $key })+
+                    parts
+                };
+                $($crate::__own_key! { item $key $t $n $d $value })+
+            }
+
+            /// The laws on them.
+            pub fn suite() -> $crate::laws::own::Suite {
+                use $crate::laws::own::Types as _;
+                use $crate::scalar::Dd;
+                let site = $crate::laws::own::Site {
+                    module: module_path!(),
+                    manifest: env!("CARGO_MANIFEST_DIR"),
+                    text: concat!(
+                        "mod ", stringify!($name), "<", stringify!($t), ", ", $n, ", ", $d, "> {\n",
+                        $("    ", stringify!($key), ": ", stringify!($value), ",\n",)+
+                        "}",
+                    ),
+                };
+                let suite = $crate::laws::own::Suite::new(site)
+                    .part($crate::laws::own::group::OwnGroup::at_both(Own::group::<f64>(), Own::group::<Dd>()))
+                    .part($crate::laws::own::algebra::OwnAlgebra::at_both(
+                        $crate::laws::own::system::constants::<Own, f64, $n, $d>(),
+                        $crate::laws::own::system::constants::<Own, Dd, $n, $d>(),
+                    ));
+                $(let suite = $crate::__own_key! { part suite $key $n $d };)+
+                suite.system::<Own, $n, $d>()
+            }
+
+            $crate::__own_lists! { $tests [$($key)+] }
+        }
+    };
+}
+
+/// What a key adds: its mark, its item of `Types`, the laws of the part.
+#[doc(hidden)]
+#[macro_export]
+macro_rules! __own_key {
+    (mark $parts:ident group) => {};
+    (mark $parts:ident $key:ident) => {
+        $parts.$key = true;
+    };
+
+    (item group $t:ident $n:literal $d:literal $value:expr) => {
+        fn group<$t: $crate::scalar::Real>() -> impl $crate::group::LieGroup<$t, $n, $d> + Send + Sync + 'static {
+            $value
+        }
+    };
+    (item retraction $t:ident $n:literal $d:literal $value:expr) => {
+        fn retraction<$t: $crate::scalar::Real>(
+            _: $crate::group::MatrixGroup<$t, $n, $d>,
+        ) -> impl $crate::retraction::Retraction<$t, $n, $d> + Send + Sync + 'static {
+            $value
+        }
+    };
+    (item map $t:ident $n:literal $d:literal $value:expr) => {
+        fn retraction<$t: $crate::scalar::Real>(
+            _: $crate::group::MatrixGroup<$t, $n, $d>,
+        ) -> impl $crate::retraction::Retraction<$t, $n, $d> + Send + Sync + 'static {
+            $crate::laws::own::FromMap::new($value, Self::group::<$t>())
+        }
+    };
+    (item lagrangian $t:ident $n:literal $d:literal $value:expr) => {
+        fn lagrangian<$t: $crate::scalar::Real>(
+            _: $crate::mechanics::lagrangian::AnyLagrangian<$t, $n>,
+        ) -> impl $crate::mechanics::Lagrangian<$t, $n> + Send + Sync + 'static {
+            $value
+        }
+    };
+    (item force $t:ident $n:literal $d:literal $value:expr) => {
+        fn force<$t: $crate::scalar::Real>(
+            _: $crate::mechanics::force::AnyForce<$t, $n>,
+        ) -> impl $crate::mechanics::Force<$t, $n> + Send + Sync + 'static {
+            $value
+        }
+    };
+    (item casimirs $t:ident $n:literal $d:literal $value:expr) => {
+        fn casimirs<$t: $crate::scalar::Real>() -> Vec<$crate::algebra::Casimir<$t, $n>> {
+            $value
+        }
+    };
+    (item method $t:ident $n:literal $d:literal $value:expr) => {
+        fn method<'s, $t: $crate::scalar::Real, R, L, F>(
+            system: &'s $crate::system::System<$t, $n, $d, R, L, F>,
+        ) -> impl $crate::integrators::OneStep<$t, $n, $d> + 's
+        where
+            R: $crate::retraction::Retraction<$t, $n, $d>,
+            L: $crate::mechanics::Lagrangian<$t, $n>,
+            F: $crate::mechanics::Force<$t, $n>,
+        {
+            $crate::laws::own::system::applied(system, $value)
+        }
+    };
+    (item claims $t:ident $n:literal $d:literal $value:expr) => {
+        fn claims() -> $crate::laws::method::Claims {
+            $value
+        }
+    };
+    (item $key:ident $($rest:tt)*) => {
+        compile_error!(concat!(
+            "there is no key `",
+            stringify!($key),
+            "`; the keys are group, retraction, map, lagrangian, force, casimirs, method, claims"
+        ));
+    };
+
+    (part $suite:ident lagrangian $n:literal $d:literal) => {
+        $suite.part($crate::laws::own::lagrangian::OwnLagrangian::at_both(
+            $crate::laws::own::system::lagrangian::<Own, f64, $n, $d>(),
+            $crate::laws::own::system::lagrangian::<Own, Dd, $n, $d>(),
+        ))
+    };
+    (part $suite:ident force $n:literal $d:literal) => {
+        $suite.part($crate::laws::own::force::OwnForce::at_both(
+            $crate::laws::own::system::force::<Own, f64, $n, $d>(),
+            $crate::laws::own::system::force::<Own, Dd, $n, $d>(),
+        ))
+    };
+    (part $suite:ident method $n:literal $d:literal) => {
+        $suite.method::<Own, $n, $d>()
+    };
+    (part $suite:ident $key:ident $n:literal $d:literal) => {
+        $suite
+    };
+}
+
+/// The tests of laws on systems, by the key that they need.
+#[doc(hidden)]
+#[macro_export]
+macro_rules! __own_lists {
+    (none [$($key:ident)*]) => {};
+    (tests [$($key:ident)*]) => {
+        $crate::__own_tests! { {}
+            group_hat_linear group_vee_hat group_bracket group_algebra_invariant group_product group_associative
+            group_identity group_inverse group_adjoint group_adjoint_product group_adjoint_automorphism
+            group_adjoint_exponential group_coadjoint group_derivatives group_distance
+            algebra_bilinear algebra_antisymmetric algebra_jacobi algebra_ad algebra_coad algebra_derivatives
+            retraction_inverse
+            plain_step free_coadjoint_orbit free_poisson_map
+            doubled_restriction doubled_splitting doubled_momentum_map
+            lie_poisson_equations energy_rate
+            coupling_antisymmetry doubled_antisymmetry doubled_partials
+            first_variation units_carry_forced_euler_poincare stationary_action
+            legendre_round_trip legendre_intertwines legendre_hamiltonian
+            hamilton_equations hamiltonian_conserved forced_hamiltonian_partials free_hamiltonian_units
+            forced_hamiltonian_units hamiltonian_regularity
+            two_hamiltonians_units two_hamiltonians_load two_hamiltonians
+            discrete_slopes doubled_step_generated discrete_antisymmetry discrete_flow discrete_restricted_step
+            exact_antisymmetry munthe_kaas_step
+            order_momentum_attitude energy_balance order_predicted order_munthe_kaas
+        }
+        $crate::__own_when! { map [$($key)*]
+            { $crate::__own_tests! {
+                { ignore = "needs `retraction`: with `map` it would compare a thing with itself" }
+                retraction_logarithm retraction_tangent retraction_inverse_tangent retraction_second_tangent
+                retraction_adjoint
+            } }
+            { $crate::__own_tests! { {}
+                retraction_logarithm retraction_tangent retraction_inverse_tangent retraction_second_tangent
+                retraction_adjoint
+            } }
+        }
+        $crate::__own_when! { casimirs [$($key)*]
+            { $crate::__own_tests! { {} free_casimirs algebra_casimirs } }
+            { $crate::__own_tests! { { ignore = "needs `casimirs`" } free_casimirs algebra_casimirs } }
+        }
+        $crate::__own_when! { lagrangian [$($key)*]
+            { $crate::__own_tests! { {}
+                lagrangian_value lagrangian_gradient lagrangian_hessian lagrangian_regular lagrangian_velocity
+                lagrangian_energy
+            } }
+            { $crate::__own_tests! { { ignore = "needs `lagrangian`" }
+                lagrangian_value lagrangian_gradient lagrangian_hessian lagrangian_regular lagrangian_velocity
+                lagrangian_energy
+            } }
+        }
+        $crate::__own_when! { method [$($key)*]
+            { $crate::__own_tests! { {}
+                method_order method_casimirs method_energy method_reversibility method_equivariance
+            } }
+            { $crate::__own_tests! { { ignore = "needs `method`" }
+                method_order method_casimirs method_energy method_reversibility method_equivariance
+            } }
+        }
+        $crate::__own_when! { force [$($key)*]
+            { $crate::__own_tests! { {} force_finite force_deterministic force_derivatives force_zero } }
+            { $crate::__own_tests! {
+                { ignore = "needs `force`" } force_finite force_deterministic force_derivatives force_zero
+            } }
+        }
+    };
+}
+
+/// The first block if the key is in the list, else the second.
+#[doc(hidden)]
+#[macro_export]
+macro_rules! __own_when {
+    (map [map $($rest:ident)*] { $($yes:tt)* } $no:tt) => { $($yes)* };
+    (casimirs [casimirs $($rest:ident)*] { $($yes:tt)* } $no:tt) => { $($yes)* };
+    (lagrangian [lagrangian $($rest:ident)*] { $($yes:tt)* } $no:tt) => { $($yes)* };
+    (force [force $($rest:ident)*] { $($yes:tt)* } $no:tt) => { $($yes)* };
+    (method [method $($rest:ident)*] { $($yes:tt)* } $no:tt) => { $($yes)* };
+    ($key:ident [$other:ident $($rest:ident)*] $yes:tt $no:tt) => {
+        $crate::__own_when! { $key [$($rest)*] $yes $no }
+    };
+    ($key:ident [] $yes:tt { $($no:tt)* }) => { $($no)* };
+}
+
+#[doc(hidden)]
+#[macro_export]
+macro_rules! __own_tests {
+    ($attributes:tt $($name:ident)*) => { $($crate::__own_test! { $attributes $name })* };
+}
+
+#[doc(hidden)]
+#[macro_export]
+macro_rules! __own_test {
+    ({ $($attribute:meta)? } $name:ident) => {
+        #[test]
+        $(#[$attribute])?
+        fn $name() {
+            suite().test(stringify!($name));
+        }
+    };
+}
+
+/// A suite on a single part.
+#[doc(hidden)]
+#[macro_export]
+macro_rules! __own_part {
+    ($tests:ident; $vis:vis $name:ident [$t:ident, $n:literal] algebra $value:expr; $($claim:ident)*) => {
+        $crate::__own_single! { $tests; $vis $name [$t, $n] algebra [$value] [$($claim)*]
+            { $crate::laws::own::algebra::Bracket<$t, $n> } { $crate::laws::own::algebra::OwnAlgebra }
+            algebra_bilinear algebra_antisymmetric algebra_jacobi algebra_ad algebra_coad algebra_derivatives
+            algebra_casimirs
+        }
+    };
+    ($tests:ident; $vis:vis $name:ident [$t:ident, $n:literal] lagrangian $value:expr; $($claim:ident)*) => {
+        $crate::__own_single! { $tests; $vis $name [$t, $n] lagrangian [$value] [$($claim)*]
+            { $crate::mechanics::Lagrangian<$t, $n> } { $crate::laws::own::lagrangian::OwnLagrangian }
+            lagrangian_value lagrangian_gradient lagrangian_hessian lagrangian_regular lagrangian_velocity
+            lagrangian_energy
+        }
+    };
+    ($tests:ident; $vis:vis $name:ident [$t:ident, $n:literal] force $value:expr; $($claim:ident)*) => {
+        $crate::__own_single! { $tests; $vis $name [$t, $n] force [$value] [$($claim)*]
+            { $crate::mechanics::Force<$t, $n> } { $crate::laws::own::force::OwnForce }
+            force_finite force_deterministic force_derivatives force_zero force_dissipates force_workless
+        }
+    };
+    ($tests:ident; $vis:vis $name:ident [$t:ident] groupoid $value:expr; $($claim:ident)*) => {
+        $crate::__own_single! { $tests; $vis $name [$t] groupoid [$value] [$($claim)*]
+            { $crate::laws::own::groupoid::Chains<Real = $t> } { $crate::laws::own::groupoid::OwnGroupoid }
+            own_groupoid_chain own_groupoid_product_ends own_groupoid_inverse_ends own_groupoid_unit_ends
+            own_groupoid_associativity own_groupoid_left_unit own_groupoid_right_unit own_groupoid_left_inverse
+            own_groupoid_right_inverse own_groupoid_refusal
+        }
+    };
+    ($tests:ident; $vis:vis $name:ident [$t:ident] lie_groupoid $value:expr; $($claim:ident)*) => {
+        $crate::__own_single! { $tests; $vis $name [$t] lie_groupoid [$value] [$($claim)*]
+            { $crate::laws::own::groupoid::LieChains<$t> } { $crate::laws::own::groupoid::OwnLieGroupoid }
+            lie_groupoid_axioms lie_groupoid_coordinates lie_groupoid_fibre lie_groupoid_fields
+            lie_groupoid_bracket lie_groupoid_anchor lie_groupoid_right_fields lie_groupoid_inversion
+        }
+    };
+    ($tests:ident; $vis:vis $name:ident [$t:ident, $n:literal, $d:literal] discrete $value:expr; $($claim:ident)*) => {
+        $crate::__own_single! { $tests; $vis $name [$t, $n, $d] discrete [$value] [$($claim)*]
+            { $crate::laws::own::discrete::Discrete<$t, $n, $d> } { $crate::laws::own::discrete::OwnDiscrete }
+            own_discrete_slopes own_discrete_memory own_discrete_antisymmetric own_discrete_units
+            own_discrete_regular own_discrete_equations
+        }
+    };
+    ($tests:ident; $vis:vis $name:ident $parameters:tt $key:ident $($rest:tt)*) => {
+        compile_error!(concat!(
+            "no suite for the key `", stringify!($key), "` with the parameters ", stringify!($parameters),
+            "; there are <T, N, D> { group: … }, <T, N> { algebra | lagrangian | force: … }, ",
+            "<T> { groupoid | lie_groupoid: … }, <T, N, D> { discrete: … }"
+        ));
+    };
+}
+
+#[doc(hidden)]
+#[macro_export]
+macro_rules! __own_single {
+    (
+        $tests:ident; $vis:vis $name:ident [$t:ident $(, $number:literal)*] $key:ident [$value:expr] [$($claim:ident)*]
+        { $($bound:tt)* } { $($subject:tt)* } $($test:ident)*
+    ) => {
+        $vis mod $name {
+            #[allow(unused_imports)]
+            use super::*;
+
+            fn part<$t: $crate::scalar::Real>() -> impl $($bound)* + Send + Sync + 'static {
+                $value
+            }
+
+            /// The laws on this part.
+            pub fn suite() -> $crate::laws::own::Suite {
+                let site = $crate::laws::own::Site {
+                    module: module_path!(),
+                    manifest: env!("CARGO_MANIFEST_DIR"),
+                    text: concat!(
+                        "mod ", stringify!($name), "<", stringify!($t), $(", ", $number,)* "> {\n",
+                        "    ", stringify!($key), ": ", stringify!($value), ",\n",
+                        "    claims: [", $(stringify!($claim), ", ",)* "],\n",
+                        "}",
+                    ),
+                };
+                let part = $($subject)*::at_both(part::<f64>(), part::<$crate::scalar::Dd>())$(.$claim())*;
+                $crate::laws::own::Suite::new(site).part(part)
+            }
+
+            $crate::__own_single_tests! { $tests $($test)* }
+        }
+    };
+}
+
+#[doc(hidden)]
+#[macro_export]
+macro_rules! __own_single_tests {
+    (none $($test:ident)*) => {};
+    (tests $($test:ident)*) => { $crate::__own_tests! { {} $($test)* } };
+}
