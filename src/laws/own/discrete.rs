@@ -143,7 +143,7 @@ pub static LAWS: &[About] = &[
         name: "own-discrete-regular",
         statement: "the discrete Euler–Lagrange equations have a regular Jacobian at (V, e, V)",
         source: "Martín de Diego and Sato Martín de Almagro 2019, §5",
-        oracle: "elimination with pivoting, in Newton's method for the flow",
+        oracle: "the pivots in Newton's method for the flow: one that vanishes; nearly singular ones are inconclusive",
         bound: "none: regular or not",
         needs: "",
         faults: &[SLOPES_CONSTANT],
