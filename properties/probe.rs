@@ -296,7 +296,11 @@ fn nothing_is_left_running() {
     // Other tests of this process may have one for a moment.
     let first: Vec<String> = zombies.collect();
     std::thread::sleep(Duration::from_millis(300));
-    assert!(!first.iter().any(|stat| fs::read_to_string(format!("/proc/{}/stat", stat.split(' ').next().unwrap())).is_ok_and(|s| s.contains(") Z "))), "{first:?}");
+    assert!(
+        !first.iter().any(|stat| fs::read_to_string(format!("/proc/{}/stat", stat.split(' ').next().unwrap()))
+            .is_ok_and(|s| s.contains(") Z "))),
+        "{first:?}"
+    );
 }
 
 #[test]

@@ -109,17 +109,16 @@ pub fn run(arguments: Arguments) -> Result<ExitCode, Failure> {
     };
     let systems = match &arguments.system {
         Some(path) => Drawn::This(Box::new(case(path)?)),
-        None => Drawn::Random {
-            of: Box::new(systems(&arguments)?),
-            cases: arguments.cases as usize,
-            seed: arguments.seed,
-        },
+        None => {
+            Drawn::Random { of: Box::new(systems(&arguments)?), cases: arguments.cases as usize, seed: arguments.seed }
+        }
     };
     let timeout = arguments.timeout.unwrap_or(Limits::default().timeout.as_secs_f64());
     let foreign = start(&arguments.command, timeout)?;
     let probe = Probe { foreign: &foreign, laws: &laws, systems, claims, shrink_checks: SHRINK_CHECKS };
     let each = probe.checks() / laws.len().max(1);
-    let groups: Vec<_> = laws.iter().map(|law| (law.name, each, if law.cost == Cost::Cheap { 1 } else { 10 })).collect();
+    let groups: Vec<_> =
+        laws.iter().map(|law| (law.name, each, if law.cost == Cost::Cheap { 1 } else { 10 })).collect();
     let bar = Bar::new(&groups);
     let report = probe.run(|law, _| bar.advance(law));
     bar.clear();
@@ -151,7 +150,9 @@ pub fn run(arguments: Arguments) -> Result<ExitCode, Failure> {
 /// The program, started: a command that cannot be is bad usage.
 fn start(command: &[String], timeout: f64) -> Result<Foreign, Failure> {
     if command.is_empty() {
-        return Err(Failure::Usage("no stepper: allowed: its command after `--`, as in `-- python3 stepper.py`".into()));
+        return Err(Failure::Usage(
+            "no stepper: allowed: its command after `--`, as in `-- python3 stepper.py`".into(),
+        ));
     }
     let limits = Limits { timeout: Duration::from_secs_f64(timeout), ..Limits::default() };
     let foreign = Foreign::new(command, limits);

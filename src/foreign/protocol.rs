@@ -121,8 +121,7 @@ impl Described {
 
     /// The request for a step of size h from `point`: one line, without its newline.
     pub fn request(&self, point: &Point<f64>, h: f64) -> String {
-        let request =
-            Request { system: self, time: point.time, step: h, mu: &point.momentum, g: &point.attitude };
+        let request = Request { system: self, time: point.time, step: h, mu: &point.momentum, g: &point.attitude };
         serde_json::to_string(&request).unwrap_or_default()
     }
 }
@@ -180,7 +179,8 @@ pub fn parse(line: &[u8], n: usize, entries: usize) -> Result<Reply, String> {
             return Err(format!("\"{key}\" in the stepper's answer has {found} numbers, not {wanted}: {}", said()));
         }
         let number = |(k, entry): (usize, &Value)| {
-            let place = || format!("\"{key}\"[{k}] in the stepper's answer is {entry}, not a finite number: {}", said());
+            let place =
+                || format!("\"{key}\"[{k}] in the stepper's answer is {entry}, not a finite number: {}", said());
             entry.as_f64().filter(|x| x.is_finite()).ok_or_else(place)
         };
         list.iter().enumerate().map(number).collect::<Result<Vec<f64>, String>>()

@@ -20,11 +20,17 @@ use proptest::sample::select;
 use proptest::strategy::{BoxedStrategy, Strategy};
 
 /// μ'_1 (1 + h) for μ'_1.
-pub const FAVOURED: Fault =
-    Fault::new("favoured-axis", "μ'_1 multiplied by 1 + h: the first basis vector is not like the others", "every system");
+pub const FAVOURED: Fault = Fault::new(
+    "favoured-axis",
+    "μ'_1 multiplied by 1 + h: the first basis vector is not like the others",
+    "every system",
+);
 /// μ' (1 + h t) for μ'.
-pub const SEES_TIME: Fault =
-    Fault::new("sees-time", "μ' multiplied by 1 + h t: t is seen where the force does not depend on it", "every system");
+pub const SEES_TIME: Fault = Fault::new(
+    "sees-time",
+    "μ' multiplied by 1 + h t: t is seen where the force does not depend on it",
+    "every system",
+);
 /// μ' (1 + h g_11) for μ'.
 pub const SEES_ATTITUDE: Fault =
     Fault::new("sees-attitude", "μ' multiplied by 1 + h g_11: the momentum sees the attitude", "every group");

@@ -3,6 +3,7 @@
 use super::{Claims, Look, Other, Outcome, Point, Precision, Quantity, Setup, VARIATIONS, View, difference, without};
 use crate::harness::Verdict;
 use crate::harness::convergence::TOLERANCE;
+use crate::harness::evidence;
 use crate::integrators::StepError;
 use crate::laws::integrators::refused;
 use crate::laws::precision::Measured;
@@ -88,6 +89,12 @@ fn reading<T: Real>(error: T, size: T, noise: T, doubt: T) -> Reading {
     Reading { error: error.to_f64(), noise: (noise * size + doubt).to_f64(), doubt: doubt.to_f64() }
 }
 
+/// Tells the errors to whoever gathers them.
+fn tell(setup: &Setup<'_>, findings: &Findings, order: u32, what: &str) {
+    let digits = if setup.quad.is_some() { 32 } else { 16 };
+    evidence::note_all(|| findings.evidence(order, digits, what));
+}
+
 /// At the order or above it holds.
 fn at_least(findings: &Findings, order: u32) -> Outcome {
     let verdict = match findings.compare(order) {
@@ -158,6 +165,7 @@ pub(super) fn order(setup: &Setup<'_>, claims: &Claims) -> Outcome {
         Ok(findings) => findings,
         Err(error) => return without(&error).into(),
     };
+    tell(setup, &findings, claims.least_order(), ", after two steps");
     let Some(order) = claims.order else { return at_least(&findings, 1) };
     let first = findings.compare(order);
     if !matches!(first, Comparison::Above { .. } | Comparison::Exact) {
@@ -271,7 +279,10 @@ fn balance(setup: &Setup<'_>, claims: &Claims, quantities: &[Quantity], kept: bo
         return Verdict::inconclusive("the quadrature of the work is of order 9").into();
     }
     match setup.sharp(Balance(quantities), claims.tolerance) {
-        Ok(findings) => at_least(&findings, order),
+        Ok(findings) => {
+            tell(setup, &findings, order, ", balance over eight steps");
+            at_least(&findings, order)
+        }
         Err(error) => without(&error).into(),
     }
 }
@@ -326,7 +337,10 @@ impl Look for ForthAndBack {
 /// Φ_{−h}∘Φ_h = 1 + O(h^{p+1}).
 pub(super) fn reversibility(setup: &Setup<'_>, claims: &Claims) -> Outcome {
     match setup.sharp(ForthAndBack, claims.tolerance) {
-        Ok(findings) => at_least(&findings, claims.least_order()),
+        Ok(findings) => {
+            tell(setup, &findings, claims.least_order(), ", after a step forth and back");
+            at_least(&findings, claims.least_order())
+        }
         Err(error) => without(&error).into(),
     }
 }
