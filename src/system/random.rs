@@ -162,6 +162,11 @@ impl Cases {
         self
     }
 
+    /// Whether only systems without force are drawn.
+    pub fn is_force_free(&self) -> bool {
+        self.forcing == Forcing::Free
+    }
+
     /// At least one force that does not vanish identically.
     pub fn forced(mut self) -> Self {
         self.forcing = Forcing::Forced;

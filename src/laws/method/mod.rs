@@ -13,7 +13,8 @@
 //! | `method-equivariance` | left translations, time translations, repetition: nothing but rounding | |
 //! | `method-presentation` | a change of basis of the algebra: nothing but rounding | |
 //!
-//! [`LAWS`] has them by name, [`check`] judges one on a setup, [`check_case`] on a described system. [`library`] has the same
+//! [`LAWS`] has them by name, [`check`] judges one on a setup, [`check_case`] on a described system, [`check_source`] on one of
+//! somebody's own types. [`library`] has the same
 //! laws as [`CaseLaw`](super::CaseLaw)s of this crate's integrator, with planted faults.
 
 pub mod library;
@@ -24,7 +25,9 @@ mod theory;
 pub use theory::{Parts, Point, Quantity, Solved, Stepper, SystemParts, Theory, Untyped, Value, coordinates};
 
 use super::integrators::refused;
+use super::planted::retraction::Plant;
 use super::precision::{AGREEMENT, Measured, alone, compare};
+use super::source::Source;
 use crate::harness::convergence::Estimate;
 use crate::harness::{Cost, Verdict};
 use crate::integrators::StepError;
@@ -160,7 +163,9 @@ impl MethodLaw {
     /// The cases that the law is checked on, of those that `base` admits.
     pub fn cases(&self, base: Cases) -> Cases {
         match self.kind {
-            Kind::Order => base.forced_nonabelian().smooth(),
+            // Forces show more, unless they are excluded.
+            Kind::Order if !base.is_force_free() => base.forced_nonabelian().smooth(),
+            Kind::Order => base.nonabelian().smooth(),
             Kind::Casimirs | Kind::Reversibility => base.nonabelian().smooth(),
             Kind::Energy => base.smooth(),
             Kind::Equivariance | Kind::Presentation => base,
@@ -173,16 +178,18 @@ pub fn named(name: &str) -> Option<&'static MethodLaw> {
     LAWS.iter().find(|law| law.name == name)
 }
 
-/// A method, to be made for described systems.
-pub trait Subject {
-    /// The method on the system of a case.
+/// A method, to be made for the systems of a source: described ones, or those of somebody's own types.
+///
+/// A typed [`OneStep`](crate::integrators::OneStep) becomes a [`Stepper`] by [`Untyped`].
+pub trait Subject<S = Case> {
+    /// The method on a system.
     ///
     /// # Errors
     /// [`StepError::Unsupported`] where it does not apply: that switches the case off.
-    fn double<'a>(&'a self, case: &Case) -> Result<Box<dyn Stepper<f64> + 'a>, StepError>;
+    fn double<'a>(&'a self, system: &S) -> Result<Box<dyn Stepper<f64> + 'a>, StepError>;
 
     /// The same in 32 digits, where the method has them.
-    fn quad<'a>(&'a self, _case: &Case) -> Option<Result<Box<dyn Stepper<Dd> + 'a>, StepError>> {
+    fn quad<'a>(&'a self, _system: &S) -> Option<Result<Box<dyn Stepper<Dd> + 'a>, StepError>> {
         None
     }
 }
@@ -239,19 +246,21 @@ impl<T: Real> Visitor<T> for Build {
     }
 }
 
-/// What the theory knows about a case.
+/// What the theory knows about a system.
 ///
 /// # Errors
-/// A case that cannot be built.
-pub fn theory_of<T: Real>(case: &Case) -> Result<Box<dyn Theory<T>>, CaseError> {
-    case.dispatch::<T, _>(Build(matrix_size(case)))
+/// A system that cannot be built.
+pub fn theory_of<T: Real>(source: &impl Source) -> Result<Box<dyn Theory<T>>, CaseError> {
+    source.visit::<T, _>(&Plant(None), Build(matrix_size(source.case())))
 }
 
-/// m: the size of the group's matrices, without padding; 0 where there is no group.
+/// m: the size of the group's matrices, without padding; 0 where there is no group, the largest where it is not the case that
+/// says.
 pub fn matrix_size(case: &Case) -> usize {
     match &case.algebra.structure {
         Structure::Named(entry) => entry.matrix_size(),
-        Structure::Constants { .. } | Structure::Given { .. } => 0,
+        Structure::Constants { .. } => 0,
+        Structure::Given { .. } => usize::MAX,
     }
 }
 
@@ -266,33 +275,56 @@ pub enum SetupError {
     Method(StepError),
 }
 
+/// The same system in another basis with B by rows, where there is one.
+type Presented<S> = fn(&S) -> Option<(S, Vec<Vec<f64>>)>;
+
 impl<'a> Setup<'a> {
     /// The setup of a method on a case. Its presentation and its variations are those of the case.
     ///
     /// # Errors
     /// A case that cannot be built, a method that does not apply.
     pub fn of(case: &Case, subject: &'a dyn Subject) -> Result<Self, SetupError> {
-        let double = Side {
-            theory: theory_of::<f64>(case).map_err(SetupError::Case)?,
-            method: RefCell::new(subject.double(case).map_err(SetupError::Method)?),
+        let variation = |case: &Case, k: i64| match k {
+            1..=VARIATIONS => Some(problem::varied(case, k)),
+            _ => problem::generic().ok().map(|file| Case { method: case.method.clone(), ..file.case }),
         };
-        let theory = theory_of::<Dd>(case).map_err(SetupError::Case)?;
-        let (quad, reference) = match subject.quad(case).transpose().map_err(SetupError::Method)? {
+        Self::assemble(case, subject, |case| Some(case.presented()), variation)
+    }
+
+    /// The setup of a method on a system of any source, which has no other basis; its variations are those of its case.
+    ///
+    /// # Errors
+    /// A system that cannot be built, a method that does not apply.
+    pub fn of_source<S: Source>(source: &S, subject: &'a dyn Subject<S>) -> Result<Self, SetupError> {
+        let variation = |source: &S, k: i64| {
+            (1..=VARIATIONS).contains(&k).then(|| source.with_case(problem::varied(source.case(), k)))
+        };
+        Self::assemble(source, subject, |_| None, variation)
+    }
+
+    fn assemble<S: Source>(
+        source: &S,
+        subject: &'a dyn Subject<S>,
+        presented: Presented<S>,
+        variation: fn(&S, i64) -> Option<S>,
+    ) -> Result<Self, SetupError> {
+        let double = Side {
+            theory: theory_of::<f64>(source).map_err(SetupError::Case)?,
+            method: RefCell::new(subject.double(source).map_err(SetupError::Method)?),
+        };
+        let theory = theory_of::<Dd>(source).map_err(SetupError::Case)?;
+        let (quad, reference) = match subject.quad(source).transpose().map_err(SetupError::Method)? {
             Some(method) => (Some(Side { theory, method: RefCell::new(method) }), None),
             None => (None, Some(theory)),
         };
-        let case = case.clone();
+        let source = source.clone();
         let others = move |other: Other| {
-            let (other, basis) = match other {
-                Other::Presentation => case.presented(),
-                Other::Variation(k) if (1..=VARIATIONS).contains(&k) => (problem::varied(&case, k), Vec::new()),
-                Other::Variation(k) if k == VARIATIONS + 1 => match problem::generic() {
-                    Ok(file) => (Case { method: case.method.clone(), ..file.case }, Vec::new()),
-                    Err(_) => return Ok(None),
-                },
-                Other::Variation(_) => return Ok(None),
+            let found = match other {
+                Other::Presentation => presented(&source),
+                Other::Variation(k) => variation(&source, k).map(|other| (other, Vec::new())),
             };
-            match Setup::of(&other, subject) {
+            let Some((other, basis)) = found else { return Ok(None) };
+            match Setup::assemble(&other, subject, presented, variation) {
                 Ok(setup) => Ok(Some((setup, basis))),
                 Err(SetupError::Method(error)) => Err(error),
                 Err(SetupError::Case(_)) => Ok(None),
@@ -446,7 +478,16 @@ pub fn check(law: &MethodLaw, setup: &Setup<'_>, claims: &Claims) -> Outcome {
 
 /// The same on a described system.
 pub fn check_case(law: &MethodLaw, subject: &dyn Subject, case: &Case, claims: &Claims) -> Outcome {
-    match Setup::of(case, subject) {
+    judged(law, Setup::of(case, subject), claims)
+}
+
+/// The same on a system of any source.
+pub fn check_source<S: Source>(law: &MethodLaw, subject: &dyn Subject<S>, source: &S, claims: &Claims) -> Outcome {
+    judged(law, Setup::of_source(source, subject), claims)
+}
+
+fn judged(law: &MethodLaw, setup: Result<Setup<'_>, SetupError>, claims: &Claims) -> Outcome {
+    match setup {
         Ok(setup) => check(law, &setup, claims),
         Err(SetupError::Method(error)) => without(&error).into(),
         Err(SetupError::Case(error)) => Verdict::broken(format!("the case cannot be built: {error}")).into(),

@@ -2,12 +2,13 @@
 
 use super::{Claims, Look, Other, Outcome, Point, Precision, Quantity, Setup, VARIATIONS, View, difference, without};
 use crate::harness::Verdict;
-use crate::harness::convergence::TOLERANCE;
+use crate::harness::convergence::{Estimate, TOLERANCE};
+use crate::harness::evidence;
 use crate::integrators::StepError;
 use crate::laws::integrators::refused;
 use crate::laws::precision::Measured;
 use crate::scalar::Real;
-use crate::study::{Comparison, Findings, Reading, Row};
+use crate::study::{Comparison, Findings, Line, Reading, Row};
 
 /// Steps of a level of the order.
 const STEPS: usize = 2;
@@ -29,25 +30,27 @@ const COARSE: f64 = 1e-3;
 /// The stages of the reference: order 16.
 const STAGES: usize = 8;
 
-/// Fewer levels than this are no study.
-const LEAST: usize = 8;
+/// How often the first step is halved, where the reference does not converge.
+const HALVINGS: usize = 8;
 
 /// Whether an error decides about the whole case, not about one level.
 fn is_final(error: &StepError) -> bool {
     matches!(error, StepError::Unsupported { .. } | StepError::NoAnswer { .. })
 }
 
-/// The step sizes from h down: halves in 32 digits, where levels are many; with 3/4 between in 16.
-fn sizes<T: Real>(h: T) -> Vec<T> {
-    let fine = T::unit_roundoff() < T::exact(1e-20);
-    let half = |k: i32| h * T::exact(2f64.powi(-k));
-    match fine {
-        true => (0..20).map(half).collect(),
-        false => (0..16).flat_map(|k| [half(k), half(k) * T::ratio(3, 4)]).collect(),
-    }
+/// How often the step is halved.
+fn levels<T: Real>() -> i32 {
+    if T::unit_roundoff() < T::exact(1e-20) { 20 } else { 16 }
 }
 
-/// Level after level until two in a row show nothing but noise.
+/// The step sizes h, h/2, h/4, …, and then those between them, 3h/4, 3h/8, ….
+fn sizes<T: Real>(h: T) -> Vec<T> {
+    let half = |k: i32| h * T::exact(2f64.powi(-k));
+    (0..levels::<T>()).map(half).chain((0..levels::<T>()).map(|k| half(k) * T::ratio(3, 4))).collect()
+}
+
+/// Level after level until two in a row show nothing but noise; the sizes in between as well, where the others are too few to tell
+/// a slope.
 fn descend<T: Real>(
     names: Vec<String>,
     sizes: &[T],
@@ -55,20 +58,35 @@ fn descend<T: Real>(
     mut level: impl FnMut(usize, T) -> Result<Vec<Reading>, StepError>,
 ) -> Result<Findings, StepError> {
     let judged = names.len();
-    let mut findings = Findings::new(names, judged);
-    for (k, h) in sizes.iter().enumerate() {
-        let readings = level(k, *h);
-        if let Err(error) = &readings
-            && is_final(error)
-        {
-            return Err(error.clone());
-        }
-        findings.push(Row { steps, h: h.to_f64(), readings });
-        if findings.rows().len() >= 4 && findings.in_noise(2) {
+    let mut findings = Findings::new(names, judged).local();
+    let (halves, between) = sizes.split_at(sizes.len() / 2);
+    for (first, part) in [(0, halves), (halves.len(), between)] {
+        let told = |findings: &Findings| (0..judged).all(|quantity| is_told(&findings.line(quantity)));
+        if first > 0 && told(&findings) {
             break;
         }
+        let mut quiet = 0;
+        for (k, h) in part.iter().enumerate() {
+            let readings = level(first + k, *h);
+            if let Err(error) = &readings
+                && is_final(error)
+            {
+                return Err(error.clone());
+            }
+            let row = Row { steps, h: h.to_f64(), readings };
+            quiet = if findings.is_noise(&row) { quiet + 1 } else { 0 };
+            findings.push(row);
+            if k >= 3 && quiet >= 2 {
+                break;
+            }
+        }
     }
-    Ok(findings.local())
+    Ok(findings.sorted())
+}
+
+/// Whether a line has a slope, or nothing but rounding.
+fn is_told(line: &Line) -> bool {
+    matches!(line, Line::Exact | Line::Read(Estimate::Slope { .. }))
 }
 
 /// The largest h 2^k at which the relative defect is small still and nothing is refused.
@@ -86,6 +104,12 @@ fn coarse<T: Real>(h: T, mut defect: impl FnMut(T) -> Result<f64, StepError>) ->
 
 fn reading<T: Real>(error: T, size: T, noise: T, doubt: T) -> Reading {
     Reading { error: error.to_f64(), noise: (noise * size + doubt).to_f64(), doubt: doubt.to_f64() }
+}
+
+/// Tells the errors to whoever gathers them.
+fn tell(setup: &Setup<'_>, findings: &Findings, order: u32, what: &str) {
+    let digits = if setup.quad.is_some() { 32 } else { 16 };
+    evidence::note_all(|| findings.evidence(order, digits, what));
 }
 
 /// At the order or above it holds.
@@ -128,26 +152,29 @@ impl Look for Errors {
             [momentum, attitude].into_iter().take(parts).collect::<Vec<_>>()
         };
         let steps = T::int(STEPS as i64);
-        let relative = |readings: &[Reading]| {
-            let unit = view.noise(STEPS).to_f64();
-            readings.iter().map(|r| r.error / (r.noise / unit).max(f64::MIN_POSITIVE)).fold(0.0, f64::max)
+        let relative = |end: &Point<T>, exact: &Point<T>| {
+            let of = |mine: &[T], theirs: &[T]| match difference(mine, theirs) {
+                (defect, _) if defect == T::zero() => 0.0,
+                (defect, size) => (defect / size).to_f64(),
+            };
+            of(&end.momentum, &exact.momentum).max(of(&end.attitude, &exact.attitude))
         };
         let first = coarse(view.theory().step(), |h| {
             let solved = view.solution(&[h * steps], STAGES)?;
-            Ok(relative(&compare(&run(h)?, &solved[0])))
+            Ok(relative(&run(h)?, &solved[0].0))
         })?;
-        let sizes = sizes(first);
-        // The coarsest times may be too long for the reference's iteration.
-        let mut skipped = 0;
+        // The coarsest times may be too long for the reference's iteration: then from half the step.
+        let (mut sizes, mut failed) = (sizes(first), 0);
         let solved = loop {
-            let times: Vec<T> = sizes[skipped..].iter().map(|h| *h * steps).collect();
+            let times: Vec<T> = sizes.iter().map(|h| *h * steps).collect();
             match view.solution(&times, STAGES) {
                 Ok(solved) => break solved,
-                Err(error) if sizes.len() - skipped <= LEAST => return Err(error),
-                Err(_) => skipped += 1,
+                Err(error) if failed >= HALVINGS => return Err(error),
+                Err(_) => failed += 1,
             }
+            sizes.iter_mut().for_each(|h| *h *= T::half());
         };
-        descend(names, &sizes[skipped..], STEPS, |k, h| Ok(compare(&run(h)?, &solved[k])))
+        descend(names, &sizes, STEPS, |k, h| Ok(compare(&run(h)?, &solved[k])))
     }
 }
 
@@ -158,6 +185,7 @@ pub(super) fn order(setup: &Setup<'_>, claims: &Claims) -> Outcome {
         Ok(findings) => findings,
         Err(error) => return without(&error).into(),
     };
+    tell(setup, &findings, claims.least_order(), ", after two steps");
     let Some(order) = claims.order else { return at_least(&findings, 1) };
     let first = findings.compare(order);
     if !matches!(first, Comparison::Above { .. } | Comparison::Exact) {
@@ -271,7 +299,10 @@ fn balance(setup: &Setup<'_>, claims: &Claims, quantities: &[Quantity], kept: bo
         return Verdict::inconclusive("the quadrature of the work is of order 9").into();
     }
     match setup.sharp(Balance(quantities), claims.tolerance) {
-        Ok(findings) => at_least(&findings, order),
+        Ok(findings) => {
+            tell(setup, &findings, order, ", balance over eight steps");
+            at_least(&findings, order)
+        }
         Err(error) => without(&error).into(),
     }
 }
@@ -326,7 +357,10 @@ impl Look for ForthAndBack {
 /// Φ_{−h}∘Φ_h = 1 + O(h^{p+1}).
 pub(super) fn reversibility(setup: &Setup<'_>, claims: &Claims) -> Outcome {
     match setup.sharp(ForthAndBack, claims.tolerance) {
-        Ok(findings) => at_least(&findings, claims.least_order()),
+        Ok(findings) => {
+            tell(setup, &findings, claims.least_order(), ", after a step forth and back");
+            at_least(&findings, claims.least_order())
+        }
         Err(error) => without(&error).into(),
     }
 }
