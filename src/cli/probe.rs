@@ -1,13 +1,13 @@
 //! `probe`: the laws of methods on a stepper that is another program.
 
 use super::progress::Bar;
-use super::replay::{indented, verdict};
 use super::table::{entries, table};
 use super::{Failure, Format, print};
 use euler_poincare::algebra::Entry;
 use euler_poincare::foreign::{Broken, Drawn, Foreign, LawReport, Limits, Probe, Record, Report};
 use euler_poincare::harness::{Cost, Verdict};
 use euler_poincare::laws::method::{Claims, LAWS, MethodLaw, check_case, named};
+use euler_poincare::laws::replay::{indented, verdict_rows};
 use euler_poincare::system::{Case, Cases, cases};
 use serde_json::json;
 use std::fmt::Write;
@@ -302,7 +302,7 @@ fn failure(law: &LawReport, broken: &Broken, saved: &Result<PathBuf, String>) ->
     let (count, cases) = (law.broken.len(), law.cases);
     let mut text = format!("\nBROKEN {}: {count} of {cases} cases ({})\n", law.law.name, indices.join(", "));
     let mut rows = vec![("statement", law.law.statement.to_owned()), ("source", law.law.source.to_owned())];
-    rows.extend(verdict(&broken.verdict));
+    rows.extend(verdict_rows(&broken.verdict));
     let how = match (broken.failed, broken.checks) {
         (true, _) => "the stepper failed on it; not shrunk".to_owned(),
         (false, 0) => "as it is".to_owned(),
@@ -381,7 +381,7 @@ pub fn replay(path: &Path, command: &[String], timeout: Option<f64>) -> Result<E
         ("source", law.source.to_owned()),
         ("command", command.join(" ")),
     ];
-    rows.extend(verdict(&outcome.verdict));
+    rows.extend(verdict_rows(&outcome.verdict));
     rows.push(("case", format!("from case {} of seed {}", record.index, record.seed)));
     print(&format!("{}\n{}\n", entries(0, rows), indented(&record.case.to_string())))?;
     Ok(match outcome.verdict {
