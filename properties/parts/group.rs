@@ -155,7 +155,8 @@ fn mistakes_by_hand_are_named() {
     assert!(found(Wrong::AdRotates).contains(&"group-adjoint"), "{:?}", found(Wrong::AdRotates));
     assert!(!found(Wrong::AdRotates).contains(&"group-adjoint-product"), "a homomorphism all the same");
     assert!(found(Wrong::ConstantSign).starts_with(&["group-bracket"]), "{:?}", found(Wrong::ConstantSign));
-    assert_eq!(found(Wrong::Nan), ["group-inverse", "group-derivatives"]);
+    // Four cases in a hundred turn by more than a third.
+    assert_eq!(names(&broken(plane(Wrong::Nan), 300)), ["group-inverse", "group-derivatives"]);
     assert!(found(Wrong::SevenDigits).starts_with(&["group-vee-hat"]), "{:?}", found(Wrong::SevenDigits));
     // The counterexamples can be followed by hand.
     for (law, case) in broken(plane(Wrong::HatIndex), 60) {

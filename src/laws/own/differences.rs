@@ -11,11 +11,12 @@ pub(super) struct Slope<T> {
 
 /// F'(0) by central differences at h, h/2 and h/4, extrapolated twice to fourth order, for h ≈ u^{1/5} `scale`.
 ///
-/// The error is the distance of the two extrapolated values, and the rounding 4 u |F|/h. `None` where F is not defined.
-pub(super) fn slope<T: Real>(mut f: impl FnMut(T) -> Option<T>, scale: T) -> Option<Slope<T>> {
+/// The error is the distance of the two extrapolated values, and the rounding 16 u (|F| + s)/h, with s = `typical` `scale` for
+/// what cancels in F; `typical` is a size of the derivative. `None` where F is not defined.
+pub(super) fn slope<T: Real>(mut f: impl FnMut(T) -> Option<T>, scale: T, typical: T) -> Option<Slope<T>> {
     let exponent = (T::unit_roundoff().to_f64().log2() / 5.0).round() as i32;
     let h = scale * T::exact(2f64.powi(exponent));
-    let mut size = T::zero();
+    let mut size = typical * scale;
     let mut central = |h: T| {
         let (above, below) = (f(h)?, f(-h)?);
         size = size.max(above.abs()).max(below.abs());
@@ -36,7 +37,8 @@ pub(super) fn compared<T: Real>(found: T, slope: &Slope<T>, size: T, floor: f64,
         return Measured::Broken(format!("{witness}: the derivative by duals is not finite"));
     }
     let largest = size.max(slope.value.abs()).max(found.abs());
-    if !(slope.error * T::int(64) <= largest) && slope.error > T::zero() {
+    let converged = slope.error == T::zero() || slope.error * T::int(64) <= largest;
+    if !converged {
         return Measured::Inconclusive("differences do not converge here".into());
     }
     let allowed = slope.error + T::exact(floor) * T::unit_roundoff() * largest;

@@ -310,6 +310,12 @@ fn refused(error: DiscreteError) -> Measured {
 
 type Answer = Result<Measured, Measured>;
 
+/// A unit and where the flow takes it.
+struct Step<T: Real, const D: usize> {
+    start: Triple<T, D>,
+    end: Result<Triple<T, D>, DiscreteError>,
+}
+
 struct Judge<'a, T: Real, S: Discrete<T, N, D>, const N: usize, const D: usize> {
     l_d: Planted<'a, S::Lagrangian>,
     group: &'a S::Group,
@@ -405,7 +411,8 @@ impl<T: Real, S: Discrete<T, N, D>, const N: usize, const D: usize> Judge<'_, T,
                 };
                 self.value(&moved).ok()
             };
-            let slope = slope(value, scale).ok_or(Measured::NotApplicable("a point is outside the domain".into()))?;
+            let slope =
+                slope(value, scale, size).ok_or(Measured::NotApplicable("a point is outside the domain".into()))?;
             measured = measured.and(compared(pair(&row, &along), &slope, size, self.floor, name));
         }
         Ok(measured)
@@ -448,15 +455,14 @@ impl<T: Real, S: Discrete<T, N, D>, const N: usize, const D: usize> Judge<'_, T,
     }
 
     /// (V, e, V) and where the flow takes it.
-    fn step(&self) -> Result<(Triple<T, D>, Result<Triple<T, D>, DiscreteError>), Measured> {
-        let x = Triple::unit(self.exp(&self.vector("v")?));
-        self.slopes_at(&x)?;
-        let next = flow(&self.l_d, &self.l_d, self.retraction, &x);
-        Ok((x, next))
+    fn step(&self) -> Result<Step<T, D>, Measured> {
+        let start = Triple::unit(self.exp(&self.vector("v")?));
+        self.slopes_at(&start)?;
+        Ok(Step { start, end: flow(&self.l_d, &self.l_d, self.retraction, &start) })
     }
 
     fn units(&self) -> Answer {
-        let next = self.step()?.1.map_err(refused)?;
+        let next = self.step()?.end.map_err(refused)?;
         let near = |what: &'static str, a: &Matrix<T, D>, b: &Matrix<T, D>| {
             Measured::defect(off(a, b), b.amax().max(T::one()), self.floor, || what.into())
         };
@@ -465,7 +471,7 @@ impl<T: Real, S: Discrete<T, N, D>, const N: usize, const D: usize> Judge<'_, T,
     }
 
     fn regular(&self) -> Answer {
-        match self.step()?.1 {
+        match self.step()?.end {
             Err(error @ DiscreteError::Singular { .. }) => Ok(Measured::Broken(error.to_string())),
             Err(error) => Err(refused(error)),
             Ok(_) => Ok(fine()),
@@ -473,8 +479,8 @@ impl<T: Real, S: Discrete<T, N, D>, const N: usize, const D: usize> Judge<'_, T,
     }
 
     fn equations(&self) -> Answer {
-        let (x, next) = self.step()?;
-        let y = next.map_err(refused)?;
+        let Step { start: x, end } = self.step()?;
+        let y = end.map_err(refused)?;
         let (first, second) = (self.vector("along")?, self.vector("partner")?);
         let length = first.amax().max(second.amax());
         if length == T::zero() {
@@ -487,10 +493,10 @@ impl<T: Real, S: Discrete<T, N, D>, const N: usize, const D: usize> Judge<'_, T,
             let two = Triple { v: p_back * y.v, u: p_back * y.u * q, w: q_back * y.w };
             Some(self.value(&one).ok()? + self.value(&two).ok()?)
         };
-        let slope = slope(action, T::exact(0.0625) / length);
-        let slope = slope.ok_or(Measured::NotApplicable("a point is outside the domain".into()))?;
         // The equations are solved to rounding: slopes that cancel.
         let size = (largest(&self.slopes_at(&x)?) + largest(&self.slopes_at(&y)?)) * length;
+        let slope = slope(action, T::exact(0.0625) / length, size);
+        let slope = slope.ok_or(Measured::NotApplicable("a point is outside the domain".into()))?;
         Ok(compared(T::zero(), &slope, size, self.floor, "the variation of the action of two steps"))
     }
 }

@@ -359,7 +359,7 @@ fn derivatives<T: Real, F: Force<T, N>, const N: usize>(
             let moved = f.force.force(t + dt * s, &(eta + along * s));
             moved.iter().all(|v| v.all_finite()).then(|| pair(&moved, &basis_vector(a)))
         };
-        let slope = slope(along, scale).ok_or(Measured::NotApplicable("f is not finite nearby".into()))?;
+        let slope = slope(along, scale, steep).ok_or(Measured::NotApplicable("f is not finite nearby".into()))?;
         measured = measured.and(compared(slopes[a], &slope, steep.max(size), floor, "f along a direction"));
     }
     Ok(measured)

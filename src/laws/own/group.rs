@@ -599,7 +599,8 @@ impl<T: Real, G: LieGroup<T, N, D>, const N: usize, const D: usize> Judge<'_, T,
         let triangle = self.defect(excess, size + direct, || "d(g, h) > d(g, k) + d(k, h)".into());
         // Far enough apart for any metric on matrices that is not made to hide it.
         let apart = off(&g, &h) > size * T::unit_roundoff().sqrt();
-        if direct < T::zero() || (apart && !(direct > T::zero())) {
+        let positive = direct > T::zero();
+        if direct < T::zero() || (apart && !positive) {
             return Ok(Measured::Broken(format!("d(g, h) = {:e} for g ≠ h", direct.to_f64())));
         }
         Ok(itself.and(turned).and(triangle))

@@ -318,7 +318,8 @@ impl<T: Real, L: Lagrangian<T, N>, const N: usize> Judge<'_, T, L, N> {
             let near = (dual.re - value).abs().max((same.re - value).abs()).max(same.eps.abs());
             let size = value.abs().max(self.size(&self.eta) * scale);
             let allowed = T::exact(self.floor()) * T::unit_roundoff() * size;
-            if !(near <= allowed) {
+            let small = near <= allowed;
+            if !small {
                 return Ok(Measured::Broken("l differs on dual numbers, or has a derivative on constants".into()));
             }
         }
@@ -326,8 +327,9 @@ impl<T: Real, L: Lagrangian<T, N>, const N: usize> Judge<'_, T, L, N> {
             return Ok(Measured::Defect { amplification: 0.0, floor: 1.0, witness: String::new() });
         }
         let value = |s: T| Some(self.l.lagrangian.value(&(self.eta + direction * s))).filter(|v| v.all_finite());
-        let slope = slope(value, scale / length).ok_or(Measured::NotApplicable("l is not finite nearby".into()))?;
         let size = self.size(&self.eta) * length;
+        let slope = slope(value, scale / length, size);
+        let slope = slope.ok_or(Measured::NotApplicable("l is not finite nearby".into()))?;
         Ok(compared(dual.eps, &slope, size, self.floor(), "l along a direction"))
     }
 

@@ -265,14 +265,13 @@ fn simpler(x: &Number) -> Vec<Number> {
     let on = |bits: i32| (value * 2f64.powi(bits)).trunc() / 2f64.powi(bits);
     let nearest = value.round();
     let (half, closer) = ((value * 0.5).trunc(), on(0) - value.signum());
-    let tries = [0.0, value.signum(), half, closer, on(0), nearest, on(1), on(2), on(3), on(6), on(12), value.abs()];
+    let above = value.signum() * value.abs().ceil();
+    let whole = [0.0, value.signum(), half, closer, on(0), nearest, above];
+    let tries = whole.into_iter().chain([on(1), on(2), on(3), on(6), on(12), value.abs()]);
     let mut found: Vec<Number> = Vec::new();
     for simple in tries {
-        if let (true, Some(simple)) = (rank(simple) < rank_now, dyadic(simple)) {
-            if !found.contains(&simple) {
-                found.push(simple);
-            }
-        }
+        let simple = if rank(simple) < rank_now { dyadic(simple) } else { None };
+        found.extend(simple.filter(|simple| !found.contains(simple)));
     }
     found
 }
