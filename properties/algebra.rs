@@ -118,6 +118,18 @@ fn broken(scale: f64, s: f64) -> impl Fn(usize, usize, usize) -> f64 {
     }
 }
 
+/// The defect of Jacobi's identity that is taken for rounding, 64 N² u, is relative to the square of the constants.
+#[test]
+fn jacobi_may_fail_by_rounding_at_any_size() {
+    const U: f64 = f64::EPSILON / 2.0;
+    for scale in [1.0, 1.25, 1.5, 1.9, 1e-200, 1.9e100] {
+        for (units, allowed) in [(400.0, true), (700.0, false)] {
+            let algebra = LieAlgebra::<f64, 3>::new(broken(scale, units * U));
+            assert_eq!(algebra.is_ok(), allowed, "{scale:e}, {units} u: {algebra:?}");
+        }
+    }
+}
+
 #[test]
 fn constants_that_are_no_algebra_are_refused() {
     for scale in [1.0, 1e-200, 1e200, 1e-160, 1e155] {

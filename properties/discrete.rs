@@ -311,6 +311,21 @@ fn the_exact_solution_on_the_units_is_the_reference_of_the_damped_body() {
     assert!(last.action.abs().to_f64() < 1e-30);
 }
 
+/// In one step or in four, with a load that varies in time and from a start away from t = 0.
+#[test]
+fn the_exact_solution_is_the_same_in_fewer_steps() {
+    let body: AnyLagrangian<f64, 3> = Quadratic::diagonal([0.5, 2.0, 1.0]).unwrap().into();
+    let load: AnyForce<f64, 3> = Periodic::new(Covector::from([0.3, -0.2, 0.4]), 2.0, 0.3).unwrap().into();
+    let exact = ExactSolution::new::<3>(Forced::new(body, load, CayleySo3::new()), CayleySo3::new(), 10).unwrap();
+    let (eta, psi) = (Vector::from([0.7, -0.3, 0.5]), Vector::from([0.2, 0.6, -0.4]));
+    let start = Start { time: 0.75, eta, u: rotation([0.1, 0.0, 0.0]), psi };
+    let once = exact.at(&start, &[0.5]).unwrap().pop().unwrap();
+    let four = exact.at(&start, &[0.125, 0.25, 0.375, 0.5]).unwrap().pop().unwrap();
+    assert!((once.eta - four.eta).amax() < 1e-14 && (once.psi - four.psi).amax() < 1e-14, "{once:?} {four:?}");
+    assert!((once.v - four.v).amax() < 1e-14 && (once.w - four.w).amax() < 1e-14, "{once:?} {four:?}");
+    assert!((once.action - four.action).abs() < 1e-14, "{once:?} {four:?}");
+}
+
 #[test]
 fn an_exact_solution_that_cannot_be_followed_is_an_error() {
     let exact = ExactSolution::new::<3>(damped::<f64>(), CayleySo3::new(), 4).unwrap();

@@ -117,6 +117,10 @@ enum Fault {
     Inverse,
     /// ι that does not exchange the ends.
     Ends,
+    /// ι that ends where g does.
+    InverseTarget,
+    /// ι that starts where g does.
+    InverseSource,
     /// (λ, UV⁻¹, κ).
     Product,
     /// The product keeps the wrong end.
@@ -146,6 +150,8 @@ impl Groupoid for Faulty<'_> {
         match self.2 {
             Fault::Inverse => Some(Arrow { group: g.group, ..inverse }),
             Fault::Ends => Some(Arrow { group: inverse.group, ..*g }),
+            Fault::InverseTarget => Some(Arrow { target: g.target, ..inverse }),
+            Fault::InverseSource => Some(Arrow { source: g.source, ..inverse }),
             _ => Some(inverse),
         }
     }
@@ -254,6 +260,14 @@ fn planted_faults_break_the_axioms_they_should() {
         broken_by(Fault::Target, &ends, &groups),
         [ProductEnds, Associativity, LeftUnit, LeftInverse, RightInverse]
     );
+}
+
+#[test]
+fn one_wrong_end_of_the_inverse_is_enough() {
+    let (ends, groups) = ([1, 2, 3, 4, 5, 6, 7, 8, 9, 10, 11, 12], [1, 2, 3, -4, 5, 6, 7, -8, 9]);
+    for fault in [Fault::InverseTarget, Fault::InverseSource] {
+        assert!(broken_by(fault, &ends, &groups).contains(&Axiom::InverseEnds));
+    }
 }
 
 #[test]

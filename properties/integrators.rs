@@ -228,6 +228,53 @@ fn a_warm_start_finds_the_same_root_in_fewer_sweeps() {
     assert!(work[1] < work[0], "{work:?}");
 }
 
+/// Off the root too: its differences are the Jacobian, which dual numbers give.
+#[test]
+fn the_residual_is_not_zero_off_the_root_and_has_the_jacobian() {
+    let mut method = Variational::new(Body, Torque::Llg, CayleySo3::new(), gauss2());
+    let rates = [Vector::<f64, 3>::new(0.3, -0.2, 0.9), Vector::<f64, 3>::new(-0.1, 0.4, 0.7)];
+    let (h, momentum) = (0.3, initial().momentum);
+    let jacobian = method.stage_jacobian(0.0, h, &momentum, &rates).unwrap();
+    let mut residual = |rates: &[Vector<f64, 3>]| {
+        let mut found = [Covector::<f64, 3>::zeros(); 2];
+        method.residual(0.0, h, &momentum, rates, &mut found).unwrap();
+        found
+    };
+    assert!(residual(&rates).iter().all(|r| r.amax() > 1e-2));
+    let move_by = 2f64.powi(-13);
+    for column in 0..6 {
+        let moved = |by: f64| {
+            let mut moved = rates;
+            moved[column / 3][column % 3] += by;
+            moved
+        };
+        let (up, down) = (residual(&moved(move_by)), residual(&moved(-move_by)));
+        for row in 0..6 {
+            let slope = (up[row / 3][row % 3] - down[row / 3][row % 3]) / (2.0 * move_by);
+            // Third derivatives of order one, times 2⁻²⁶.
+            assert!((slope - jacobian[(row, column)]).abs() < 1e-6, "({row}, {column}): {slope}");
+        }
+    }
+}
+
+/// A step depends on what went before only where it goes on from there: a step from elsewhere, or another step, is the
+/// first one of a new method to the last bit.
+#[test]
+fn only_the_next_step_of_the_same_size_remembers_the_last() {
+    let new = || Variational::new(Body, Torque::Llg, CayleySo3::new(), gauss2());
+    let elsewhere = State { momentum: Covector::<f64, 3>::new(0.1, -0.6, 0.3), ..initial() };
+    let mut after = initial();
+    new().step(&mut after, 0.05).unwrap();
+    for (next, h) in [(elsewhere, 0.05), (after, 0.1)] {
+        let (mut method, mut state) = (new(), initial());
+        method.step(&mut state, 0.05).unwrap();
+        let (mut used, mut fresh) = (next.clone(), next);
+        let reports = [method.step(&mut used, h).unwrap(), new().step(&mut fresh, h).unwrap()];
+        assert_eq!((used.momentum, used.attitude), (fresh.momentum, fresh.attitude), "{h}");
+        assert_eq!(reports[0], reports[1], "{h}");
+    }
+}
+
 /// With the exponential a steady rotation is exact at any step.
 #[test]
 fn a_steady_rotation_is_exact_with_exp() {

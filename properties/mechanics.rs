@@ -167,6 +167,17 @@ fn bad_lagrangians_and_momenta_are_errors() {
     assert!(quartic.velocity(&mu, &Vector::from([f64::INFINITY, 0.0])).is_err());
 }
 
+/// The asymmetry that is taken for rounding, 64 N u max|I|, goes with the size of the matrix.
+#[test]
+fn an_inertia_may_be_asymmetric_by_rounding_at_any_size() {
+    for scale in [1e-8, 1.0, 1e8] {
+        for (units, allowed) in [(100.0, true), (150.0, false)] {
+            let inertia = Matrix::<f64, 2>::new(1.0, 0.5 + units * U, 0.5, 1.0) * scale;
+            assert_eq!(Quadratic::new(inertia).is_ok(), allowed, "{scale:e}, {units} u");
+        }
+    }
+}
+
 fn algebra<const N: usize>(entry: &Entry) -> LieAlgebra<f64, N> {
     LieAlgebra::from_catalogue(entry).unwrap()
 }

@@ -750,6 +750,17 @@ fn refusals() {
     }
 }
 
+/// RᵀR = 1 is asked for to less than 2⁻²⁰ by the closed forms.
+#[test]
+fn what_is_a_rotation_has_a_sharp_edge() {
+    let mut sheared = Matrix::<f64, 3>::identity();
+    for (shear, allowed) in [(2f64.powi(-20), false), (2f64.powi(-21), true)] {
+        sheared[(0, 1)] = shear;
+        assert_eq!(CayleySo3::new().tau_inv(&sheared).is_ok(), allowed, "{shear:e}");
+        assert_eq!(ExponentialSo3::new().tau_inv(&sheared).is_ok(), allowed, "{shear:e}");
+    }
+}
+
 /// Which groups admit the Cayley map, in any basis; and half turns to within round-off have no preimage under it.
 #[test]
 fn domain_of_cayley() {

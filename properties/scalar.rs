@@ -359,3 +359,35 @@ mod with_harness {
         }
     }
 }
+
+/// ln 2ⁿ = n ln 2 down to the smallest number there is.
+fn powers_of_two<T: Real>() {
+    for n in [-1074, -1060, -1023, -1022, -1, 1, 1023] {
+        // The power alone would underflow on the way.
+        let x = T::exact(2f64.powi(n / 2) * 2f64.powi(n - n / 2));
+        let expected = T::ln_2() * T::int(n.into());
+        assert!((x.ln() - expected).abs() <= (T::int(8) * T::unit_roundoff() * expected).abs(), "{} 2^{n}", T::NAME);
+    }
+}
+
+#[test]
+fn powers_of_two_have_their_logarithm_to_the_ends_of_the_range() {
+    powers_of_two::<f64>();
+    powers_of_two::<Dd>();
+    powers_of_two::<Qd>();
+}
+
+/// `is_finite` is what nalgebra asks, in its own decompositions.
+#[test]
+fn nalgebra_is_told_what_is_not_finite() {
+    fn check<T: Real>() {
+        for x in [f64::NAN, f64::INFINITY, f64::NEG_INFINITY] {
+            assert!(!ComplexField::is_finite(&T::exact(x)), "{} {x}", T::NAME);
+            assert!(!ComplexField::is_finite(&Dual { re: T::one(), eps: T::exact(x) }), "dual {} {x}", T::NAME);
+        }
+        assert!(ComplexField::is_finite(&T::exact(f64::MAX)), "{}", T::NAME);
+    }
+    check::<f64>();
+    check::<Dd>();
+    check::<Qd>();
+}

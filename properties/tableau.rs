@@ -762,6 +762,20 @@ fn given_nodes_must_be_the_row_sums() {
     assert!(build(&["0.5"]).unwrap_err().contains("entry c:"));
 }
 
+/// c may be off by what the entries of a and c itself are rounded by, all together.
+#[test]
+fn nodes_of_rounded_rows_have_the_allowance_of_each_entry() {
+    let build = |row: [&str; 2], c: &str| {
+        let (a, b) = (vec![row.map(number).to_vec(), vec![number("0"); 2]], vec![number("1/2"); 2]);
+        Entries { a, b, c: Some(vec![number(c), number("0")]) }.build::<f64>()
+    };
+    for c in ["1/3", "0.3334", "0.3326"] {
+        assert!(build(["0.333", "0"], c).is_ok(), "{c}");
+    }
+    assert!(build(["0.333", "0"], "0.3336").is_err() && build(["0.333", "0"], "0.3324").is_err());
+    assert!(build(["0.333", "0.333"], "0.6669").is_ok() && build(["0.333", "0.333"], "0.6671").is_err());
+}
+
 #[test]
 fn files_are_read_strictly() {
     let read =

@@ -3,7 +3,9 @@
 use euler_poincare::algebra::{Covector, Entry, Matrix, Vector};
 use euler_poincare::group::{LieGroup, MatrixGroup, So3};
 use euler_poincare::integrators::trajectory::integrate;
-use euler_poincare::integrators::{Classical, Doubled, DoubledState, OneStep, State, StepError, Variational};
+use euler_poincare::integrators::{
+    Classical, Doubled, DoubledState, MuntheKaas, OneStep, State, StepError, Variational,
+};
 use euler_poincare::mechanics::Lagrangian;
 use euler_poincare::mechanics::doubled::{DoubledLagrangian, Forced};
 use euler_poincare::mechanics::force::{AnyForce, LinearDrag, Metriplectic, Periodic};
@@ -395,6 +397,29 @@ fn kuttas_method_reaches_the_reference() {
     };
     let ratio = error(32) / error(64);
     assert!((14.5..18.5).contains(&ratio), "{ratio}");
+}
+
+/// The stages of the comparators are found by fixed-point iteration: a step too long for that is refused, and every step
+/// that is not has stages that repeat themselves to rounding.
+#[test]
+fn the_comparators_return_only_what_converged() {
+    let mut refused = [0, 0];
+    for model in [landau_lifshitz_gilbert::<f64>(), relaxed_rigid_body::<f64>()] {
+        let gauss = || of(Family::Gauss, 2);
+        let mut munthe_kaas = MuntheKaas::new(model.system.clone(), ExponentialSo3::new(), gauss());
+        let mut classical = Classical::new(model.system.clone(), Some(So3::new()), gauss());
+        let start = State { time: 0.0, momentum: model.momentum, attitude: Matrix::identity() };
+        for h in (1..=40).map(|k| 0.25 * f64::from(k)) {
+            let (mut one, mut two) = (start.clone(), start.clone());
+            for (k, found) in [munthe_kaas.step(&mut one, h), classical.step(&mut two, h)].into_iter().enumerate() {
+                match found {
+                    Ok(report) => assert!(report.residual < 4096.0 * U, "h = {h}: {report:?}"),
+                    Err(_) => refused[k] += 1,
+                }
+            }
+        }
+    }
+    assert!(refused.iter().all(|&count| (8..=72).contains(&count)), "{refused:?} of 80");
 }
 
 #[cfg(feature = "cli")]

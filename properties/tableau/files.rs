@@ -105,3 +105,11 @@ fn large_files_are_refused() {
     assert!(TableauFile::parse(&deep).is_err());
     assert!(TableauFile::parse(&format!("a = {}", "[".repeat(60_000))).is_err());
 }
+
+#[test]
+fn sixty_four_stages_are_the_most() {
+    let row = format!("[{}]", vec!["\"1/64\""; 64].join(","));
+    let tall = |rows: usize| TableauFile::parse(&format!("a = [{}]\nb = {row}", vec![row.clone(); rows].join(",")));
+    assert!(tall(64).is_ok(), "{:?}", tall(64));
+    assert!(tall(65).unwrap_err().to_string().contains("entry a: has 65 rows; allowed are at most 64"));
+}
