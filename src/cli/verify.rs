@@ -212,7 +212,9 @@ impl Plan<'_> {
         let ended = match (report.ending, self.limit) {
             (Ending::Interrupted, _) => format!("INTERRUPTED after {checked}{of} cases"),
             (Ending::Stopped, Some(limit)) if self.cases.is_some() => {
-                format!("stopped by --minutes {} after {checked}{of} cases", limit.as_secs_f64() / 60.0)
+                // As it was typed: what 60 times and a sixtieth round is not shown.
+                let minutes = (limit.as_secs_f64() / 60.0 * 1e6).round() / 1e6;
+                format!("stopped by --minutes {minutes} after {checked}{of} cases")
             }
             _ => String::new(),
         };
