@@ -27,7 +27,7 @@ const SEED: u64 = 20261122;
 fn clean<S: Subject>(name: &str, subject: S, cases: usize) -> Report<Values> {
     let report = part::run(subject, SEED, cases);
     for law in &report.laws {
-        for failure in &law.failures {
+        if let Some(failure) = law.failures.first() {
             panic!("{name}, {}: {}\n{}", law.law, failure.verdict, failure.case);
         }
         assert!(law.broken.is_empty() && law.irreproducible.is_empty(), "{name}, {}", law.law);

@@ -82,7 +82,7 @@ impl<T: Real> Force<T, 3> for Wing {
         let mut drag = eta.dot(eta) + S::one();
         match self.0 {
             "lost" => drag = S::lift(drag.base()),
-            "nan" => drag = drag + (eta.dot(eta).sqrt() - S::one()).sqrt() * S::zero(),
+            "nan" => drag += (eta.dot(eta).sqrt() - S::one()).sqrt() * S::zero(),
             "sign" => drag = -drag,
             _ => {}
         }
