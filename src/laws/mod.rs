@@ -148,7 +148,6 @@ pub fn all() -> Vec<&'static CaseLaw> {
         munthe_kaas::laws(),
         predicted::laws(),
         variational_error::laws(),
-        method::library::laws(),
     ]
     .into_iter()
     .flatten()
