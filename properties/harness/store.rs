@@ -84,7 +84,10 @@ fn records_have_the_documented_keys_in_the_documented_order() {
     let record = |verdict, labels| Record::new("toy", 4, verdict, labels, Default::default());
     let line = |record: &Record| serde_json::to_string(record).unwrap();
     let holds = record(Verdict::Holds { defect: 0.1 + 0.2, bound: 1e300 }, Vec::new());
-    assert_eq!(line(&holds), r#"{"law":"toy","index":4,"verdict":"holds","defect":0.30000000000000004,"bound":1e300}"#);
+    assert_eq!(
+        line(&holds),
+        r#"{"law":"toy","index":4,"verdict":"holds","defect":0.30000000000000004,"bound":1e+300}"#
+    );
     let mut broken =
         record(Verdict::broken("two\nlines"), vec![("z", "1".into()), ("a", "2".into()), ("z", "3".into())]);
     broken.rejections.insert("odd".into(), 2);

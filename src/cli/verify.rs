@@ -48,7 +48,7 @@ pub struct Arguments {
     #[arg(value_parser = clap::value_parser!(u16).range(1..=1024))]
     jobs: Option<u16>,
     /// Only part i of n, from 0: of each law the cases whose index is i modulo n
-    #[arg(long, value_name = "I/N", conflicts_with = "faults")]
+    #[arg(long, value_name = "I/N", allow_hyphen_values = true, conflicts_with = "faults")]
     shard: Option<Shard>,
     /// Keep every verdict in this directory, as it comes; with --faults: what was caught
     #[arg(long, value_name = "DIR")]

@@ -7,6 +7,9 @@ use crate::laws::method::{Point, Stepper, Subject, matrix_size};
 use crate::system::{Case, CaseError, Place, Problem};
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 
+/// The states of the systems that are asked about are of size 10⁻² to 10³: beyond this a run has diverged.
+const BLOWN_UP: f64 = 1e12;
+
 /// A program that takes steps, to be asked on any described system.
 #[derive(Clone)]
 pub struct Foreign {
@@ -69,6 +72,11 @@ impl Foreign {
             Ok(Reply::State { mu, g }) => Ok(Point { time: point.time + h, momentum: mu, attitude: g }),
             Ok(Reply::Unsupported(why)) => Err(StepError::Unsupported { why }),
             Ok(Reply::Error(why)) => Err(StepError::Refused { step: h, why }),
+            // Asked at a state that a step too large has blown up, who answers with infinity is right.
+            Err(_) if is_blown_up(point) && not_finite(&line) => {
+                let why = "the method diverges with this step".into();
+                Err(StepError::Refused { step: h, why })
+            }
             Err(why) => {
                 program.failed();
                 Err(StepError::NoAnswer { why })
@@ -83,6 +91,17 @@ impl Foreign {
     pub fn on(&self, case: &Case) -> Result<impl Stepper<f64> + use<>, CaseError> {
         Ok(Steps { foreign: self.clone(), system: Described::of(case)? })
     }
+}
+
+/// Whether a state is far beyond those of any system that is asked about.
+fn is_blown_up(point: &Point<f64>) -> bool {
+    point.momentum.iter().chain(&point.attitude).any(|x| x.abs() > BLOWN_UP)
+}
+
+/// Whether a line holds a number that is not finite, as programs write it.
+fn not_finite(line: &[u8]) -> bool {
+    let line = String::from_utf8_lossy(line).to_ascii_lowercase();
+    ["nan", "inf", "null"].iter().any(|word| line.contains(word))
 }
 
 impl Subject for Foreign {
