@@ -11,7 +11,7 @@ use super::replay::Replay;
 /// let case = Case::from_toml(example())?;
 /// let replay = Replay { law: "free-casimirs".into(), seed: 1, index: 0, fault: None, case };
 /// let program = snippet(&replay);
-/// assert!(program.contains("fn main()") && program.contains("\"free-casimirs\""));
+/// assert!(program.contains("main()") && program.contains("\"free-casimirs\""));
 /// # Ok::<(), Box<dyn std::error::Error>>(())
 /// ```
 pub fn snippet(replay: &Replay) -> String {
