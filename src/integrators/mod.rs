@@ -4,7 +4,9 @@ pub mod classical;
 #[cfg(feature = "cli")]
 pub mod comparators;
 pub mod doubled;
+pub mod lanes;
 pub mod munthe_kaas;
+pub mod so3;
 mod picard;
 mod stages;
 pub mod trajectory;

@@ -588,7 +588,7 @@ fn relative<T: Real>(change: T, size: T) -> T {
 
 /// Lagrange weights E with p(1 + c_i) = Σ_j E_ij p(c_j) for polynomials of degree < s; none where two nodes are closer
 /// than 2⁻¹⁰ or the weights exceed 2²⁰ (the guess would be all rounding).
-fn extrapolation<T: Real>(c: &[T]) -> Option<DMatrix<T>> {
+pub(super) fn extrapolation<T: Real>(c: &[T]) -> Option<DMatrix<T>> {
     let s = c.len();
     let apart = (0..s).all(|i| (0..i).all(|j| (c[i] - c[j]).abs() > T::exact(2f64.powi(-10))));
     if !apart {

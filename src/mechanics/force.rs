@@ -79,6 +79,16 @@ impl<T: Real, const N: usize> DoubleBracket<T, N> {
     pub fn alpha(&self) -> T {
         self.alpha
     }
+
+    /// The algebra on which the force acts.
+    pub fn algebra(&self) -> &LieAlgebra<T, N> {
+        &self.algebra
+    }
+
+    /// The Lagrangian that makes the momentum of a velocity.
+    pub fn lagrangian(&self) -> &AnyLagrangian<T, N> {
+        &self.lagrangian
+    }
 }
 
 impl<T: Real, const N: usize> Force<T, N> for DoubleBracket<T, N> {
@@ -121,6 +131,16 @@ impl<T: Real, const N: usize> Metriplectic<T, N> {
     pub fn beta(&self) -> T {
         self.beta
     }
+
+    /// The algebra on which the force acts.
+    pub fn algebra(&self) -> &LieAlgebra<T, N> {
+        &self.algebra
+    }
+
+    /// The Lagrangian that makes the momentum of a velocity.
+    pub fn lagrangian(&self) -> &AnyLagrangian<T, N> {
+        &self.lagrangian
+    }
 }
 
 impl<T: Real, const N: usize> Force<T, N> for Metriplectic<T, N> {
@@ -148,6 +168,11 @@ impl<T: Real, const N: usize> LinearDrag<T, N> {
     pub fn new(matrix: Matrix<T, N>) -> Result<Self, ForceError> {
         finite("linear drag", "the matrix", &matrix)?;
         Ok(Self { matrix })
+    }
+
+    /// The matrix D.
+    pub fn matrix(&self) -> &Matrix<T, N> {
+        &self.matrix
     }
 }
 
@@ -183,6 +208,11 @@ impl<T: Real, const N: usize> QuadraticDrag<T, N> {
         }
         Ok(Self { matrix })
     }
+
+    /// The matrix D.
+    pub fn matrix(&self) -> &Matrix<T, N> {
+        &self.matrix
+    }
 }
 
 impl<T: Real, const N: usize> Force<T, N> for QuadraticDrag<T, N> {
@@ -215,6 +245,11 @@ impl<T: Real, const N: usize> Constant<T, N> {
         finite("constant force", "the covector", &covector)?;
         Ok(Self { covector })
     }
+
+    /// The covector.
+    pub fn covector(&self) -> &Covector<T, N> {
+        &self.covector
+    }
 }
 
 impl<T: Real, const N: usize> Force<T, N> for Constant<T, N> {
@@ -244,6 +279,21 @@ impl<T: Real, const N: usize> Periodic<T, N> {
         finite("periodic force", "the amplitude", &covector)?;
         finite("periodic force", "the frequency or the phase", [&frequency, &phase])?;
         Ok(Self { covector, frequency, phase })
+    }
+
+    /// The amplitude.
+    pub fn covector(&self) -> &Covector<T, N> {
+        &self.covector
+    }
+
+    /// The angular frequency ω.
+    pub fn frequency(&self) -> T {
+        self.frequency
+    }
+
+    /// The phase φ.
+    pub fn phase(&self) -> T {
+        self.phase
     }
 }
 

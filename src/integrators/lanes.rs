@@ -1,0 +1,481 @@
+//! Eight `f64` at once, in the widest registers that the processor has.
+//!
+//! The kernels of [`super::so3`] are written once over [`Lanes`] and compiled for AVX-512, for AVX2 with FMA, and for
+//! plain arrays; [`Isa::detect`] chooses at run time, so that a program built without special flags profits too.
+
+use std::ops::{Add, Div, Mul, Neg, Sub};
+
+/// A set of registers that hold eight `f64`.
+pub trait Isa: Copy + Send + Sync + 'static {
+    /// Eight `f64`.
+    type Eight: Copy;
+
+    /// The same number in every lane.
+    fn splat(self, x: f64) -> Self::Eight;
+    /// Reads eight numbers.
+    fn load(self, x: &[f64; 8]) -> Self::Eight;
+    /// Writes eight numbers.
+    fn store(self, x: Self::Eight, out: &mut [f64; 8]);
+    /// a + b.
+    fn add(self, a: Self::Eight, b: Self::Eight) -> Self::Eight;
+    /// a − b.
+    fn sub(self, a: Self::Eight, b: Self::Eight) -> Self::Eight;
+    /// a b.
+    fn mul(self, a: Self::Eight, b: Self::Eight) -> Self::Eight;
+    /// a / b.
+    fn div(self, a: Self::Eight, b: Self::Eight) -> Self::Eight;
+    /// a b + c, rounded once where the processor can.
+    fn mul_add(self, a: Self::Eight, b: Self::Eight, c: Self::Eight) -> Self::Eight;
+    /// c − a b, rounded once where the processor can.
+    fn neg_mul_add(self, a: Self::Eight, b: Self::Eight, c: Self::Eight) -> Self::Eight;
+    /// √a.
+    fn sqrt(self, a: Self::Eight) -> Self::Eight;
+    /// |a|.
+    fn abs(self, a: Self::Eight) -> Self::Eight;
+    /// The larger of each pair; of a NaN and a number, either.
+    fn max(self, a: Self::Eight, b: Self::Eight) -> Self::Eight;
+    /// The sum of the eight.
+    fn sum(self, a: Self::Eight) -> f64;
+    /// The largest of the eight.
+    fn largest(self, a: Self::Eight) -> f64;
+}
+
+/// Numbers of which eight are computed at once: what a stage formula, or a force in a fast kernel, is written over.
+pub trait Lanes:
+    Copy + Add<Output = Self> + Sub<Output = Self> + Mul<Output = Self> + Div<Output = Self> + Neg<Output = Self>
+{
+    /// The number `x` in every lane, in registers of the same kind.
+    fn constant(self, x: f64) -> Self;
+    /// self · b + c.
+    fn mul_add(self, b: Self, c: Self) -> Self;
+    /// c − self · b.
+    fn neg_mul_add(self, b: Self, c: Self) -> Self;
+    /// √self.
+    fn sqrt(self) -> Self;
+    /// |self|.
+    fn abs(self) -> Self;
+    /// The larger of each pair.
+    fn max(self, other: Self) -> Self;
+    /// cos self.
+    fn cos(self) -> Self;
+    /// Eight numbers, in registers of the same kind.
+    fn read(self, x: &[f64; 8]) -> Self;
+}
+
+/// Eight numbers in registers of the kind `I`.
+#[derive(Clone, Copy)]
+pub struct Eight<I: Isa> {
+    isa: I,
+    value: I::Eight,
+}
+
+impl<I: Isa> Eight<I> {
+    /// The same number in every lane.
+    #[inline(always)]
+    pub fn splat(isa: I, x: f64) -> Self {
+        Self { isa, value: isa.splat(x) }
+    }
+
+    /// Reads eight numbers.
+    #[inline(always)]
+    pub fn load(isa: I, x: &[f64; 8]) -> Self {
+        Self { isa, value: isa.load(x) }
+    }
+
+    /// Writes eight numbers.
+    #[inline(always)]
+    pub fn store(self, out: &mut [f64; 8]) {
+        self.isa.store(self.value, out);
+    }
+
+    /// The sum of the lanes.
+    #[inline(always)]
+    pub fn sum(self) -> f64 {
+        self.isa.sum(self.value)
+    }
+
+    /// The largest of the lanes.
+    #[inline(always)]
+    pub fn largest(self) -> f64 {
+        self.isa.largest(self.value)
+    }
+}
+
+macro_rules! operator {
+    ($($trait:ident $name:ident),*) => {$(
+        impl<I: Isa> $trait for Eight<I> {
+            type Output = Self;
+            #[inline(always)]
+            fn $name(self, other: Self) -> Self {
+                Self { isa: self.isa, value: self.isa.$name(self.value, other.value) }
+            }
+        }
+    )*};
+}
+
+operator!(Add add, Sub sub, Mul mul, Div div);
+
+impl<I: Isa> Neg for Eight<I> {
+    type Output = Self;
+    #[inline(always)]
+    fn neg(self) -> Self {
+        Self::splat(self.isa, 0.0) - self
+    }
+}
+
+impl<I: Isa> Lanes for Eight<I> {
+    #[inline(always)]
+    fn constant(self, x: f64) -> Self {
+        Self::splat(self.isa, x)
+    }
+
+    #[inline(always)]
+    fn mul_add(self, b: Self, c: Self) -> Self {
+        Self { isa: self.isa, value: self.isa.mul_add(self.value, b.value, c.value) }
+    }
+
+    #[inline(always)]
+    fn neg_mul_add(self, b: Self, c: Self) -> Self {
+        Self { isa: self.isa, value: self.isa.neg_mul_add(self.value, b.value, c.value) }
+    }
+
+    #[inline(always)]
+    fn sqrt(self) -> Self {
+        Self { isa: self.isa, value: self.isa.sqrt(self.value) }
+    }
+
+    #[inline(always)]
+    fn abs(self) -> Self {
+        Self { isa: self.isa, value: self.isa.abs(self.value) }
+    }
+
+    #[inline(always)]
+    fn max(self, other: Self) -> Self {
+        Self { isa: self.isa, value: self.isa.max(self.value, other.value) }
+    }
+
+    #[inline(always)]
+    fn cos(self) -> Self {
+        let mut lanes = [0.0; 8];
+        self.store(&mut lanes);
+        Self::load(self.isa, &lanes.map(f64::cos))
+    }
+
+    #[inline(always)]
+    fn read(self, x: &[f64; 8]) -> Self {
+        Self::load(self.isa, x)
+    }
+}
+
+/// Plain arrays: for every processor, and what the other kinds are tested against.
+#[derive(Clone, Copy, Debug)]
+pub struct Plain;
+
+#[inline(always)]
+fn fused(a: f64, b: f64, c: f64) -> f64 {
+    // Where the target has no FMA, `mul_add` would be a call of a library.
+    if cfg!(any(target_feature = "fma", target_arch = "aarch64")) { a.mul_add(b, c) } else { a * b + c }
+}
+
+impl Isa for Plain {
+    type Eight = [f64; 8];
+
+    #[inline(always)]
+    fn splat(self, x: f64) -> [f64; 8] {
+        [x; 8]
+    }
+
+    #[inline(always)]
+    fn load(self, x: &[f64; 8]) -> [f64; 8] {
+        *x
+    }
+
+    #[inline(always)]
+    fn store(self, x: [f64; 8], out: &mut [f64; 8]) {
+        *out = x;
+    }
+
+    #[inline(always)]
+    fn add(self, a: [f64; 8], b: [f64; 8]) -> [f64; 8] {
+        std::array::from_fn(|k| a[k] + b[k])
+    }
+
+    #[inline(always)]
+    fn sub(self, a: [f64; 8], b: [f64; 8]) -> [f64; 8] {
+        std::array::from_fn(|k| a[k] - b[k])
+    }
+
+    #[inline(always)]
+    fn mul(self, a: [f64; 8], b: [f64; 8]) -> [f64; 8] {
+        std::array::from_fn(|k| a[k] * b[k])
+    }
+
+    #[inline(always)]
+    fn div(self, a: [f64; 8], b: [f64; 8]) -> [f64; 8] {
+        std::array::from_fn(|k| a[k] / b[k])
+    }
+
+    #[inline(always)]
+    fn mul_add(self, a: [f64; 8], b: [f64; 8], c: [f64; 8]) -> [f64; 8] {
+        std::array::from_fn(|k| fused(a[k], b[k], c[k]))
+    }
+
+    #[inline(always)]
+    fn neg_mul_add(self, a: [f64; 8], b: [f64; 8], c: [f64; 8]) -> [f64; 8] {
+        std::array::from_fn(|k| fused(-a[k], b[k], c[k]))
+    }
+
+    #[inline(always)]
+    fn sqrt(self, a: [f64; 8]) -> [f64; 8] {
+        a.map(f64::sqrt)
+    }
+
+    #[inline(always)]
+    fn abs(self, a: [f64; 8]) -> [f64; 8] {
+        a.map(f64::abs)
+    }
+
+    #[inline(always)]
+    fn max(self, a: [f64; 8], b: [f64; 8]) -> [f64; 8] {
+        std::array::from_fn(|k| if a[k] > b[k] { a[k] } else { b[k] })
+    }
+
+    #[inline(always)]
+    fn sum(self, a: [f64; 8]) -> f64 {
+        ((a[0] + a[4]) + (a[2] + a[6])) + ((a[1] + a[5]) + (a[3] + a[7]))
+    }
+
+    #[inline(always)]
+    fn largest(self, a: [f64; 8]) -> f64 {
+        a.into_iter().fold(a[0], |m, v| if v > m || v.is_nan() { v } else { m })
+    }
+}
+
+#[cfg(target_arch = "x86_64")]
+mod x86 {
+    use super::Isa;
+    use pulp::x86::{V3, V4};
+    use pulp::{Simd, cast, f64x4, f64x8};
+
+    impl Isa for V4 {
+        type Eight = f64x8;
+
+        #[inline(always)]
+        fn splat(self, x: f64) -> f64x8 {
+            self.splat_f64x8(x)
+        }
+
+        #[inline(always)]
+        fn load(self, x: &[f64; 8]) -> f64x8 {
+            cast(*x)
+        }
+
+        #[inline(always)]
+        fn store(self, x: f64x8, out: &mut [f64; 8]) {
+            *out = cast(x);
+        }
+
+        #[inline(always)]
+        fn add(self, a: f64x8, b: f64x8) -> f64x8 {
+            self.add_f64s(a, b)
+        }
+
+        #[inline(always)]
+        fn sub(self, a: f64x8, b: f64x8) -> f64x8 {
+            self.sub_f64s(a, b)
+        }
+
+        #[inline(always)]
+        fn mul(self, a: f64x8, b: f64x8) -> f64x8 {
+            self.mul_f64s(a, b)
+        }
+
+        #[inline(always)]
+        fn div(self, a: f64x8, b: f64x8) -> f64x8 {
+            self.div_f64s(a, b)
+        }
+
+        #[inline(always)]
+        fn mul_add(self, a: f64x8, b: f64x8, c: f64x8) -> f64x8 {
+            self.mul_add_f64x8(a, b, c)
+        }
+
+        #[inline(always)]
+        fn neg_mul_add(self, a: f64x8, b: f64x8, c: f64x8) -> f64x8 {
+            self.negate_mul_add_f64x8(a, b, c)
+        }
+
+        #[inline(always)]
+        fn sqrt(self, a: f64x8) -> f64x8 {
+            self.sqrt_f64x8(a)
+        }
+
+        #[inline(always)]
+        fn abs(self, a: f64x8) -> f64x8 {
+            self.abs_f64x8(a)
+        }
+
+        #[inline(always)]
+        fn max(self, a: f64x8, b: f64x8) -> f64x8 {
+            self.max_f64s(a, b)
+        }
+
+        #[inline(always)]
+        fn sum(self, a: f64x8) -> f64 {
+            self.reduce_sum_f64s(a)
+        }
+
+        #[inline(always)]
+        fn largest(self, a: f64x8) -> f64 {
+            self.reduce_max_f64s(a)
+        }
+    }
+
+    impl Isa for V3 {
+        type Eight = [f64x4; 2];
+
+        #[inline(always)]
+        fn splat(self, x: f64) -> [f64x4; 2] {
+            [self.splat_f64x4(x); 2]
+        }
+
+        #[inline(always)]
+        fn load(self, x: &[f64; 8]) -> [f64x4; 2] {
+            cast(*x)
+        }
+
+        #[inline(always)]
+        fn store(self, x: [f64x4; 2], out: &mut [f64; 8]) {
+            *out = cast(x);
+        }
+
+        #[inline(always)]
+        fn add(self, a: [f64x4; 2], b: [f64x4; 2]) -> [f64x4; 2] {
+            [self.add_f64s(a[0], b[0]), self.add_f64s(a[1], b[1])]
+        }
+
+        #[inline(always)]
+        fn sub(self, a: [f64x4; 2], b: [f64x4; 2]) -> [f64x4; 2] {
+            [self.sub_f64s(a[0], b[0]), self.sub_f64s(a[1], b[1])]
+        }
+
+        #[inline(always)]
+        fn mul(self, a: [f64x4; 2], b: [f64x4; 2]) -> [f64x4; 2] {
+            [self.mul_f64s(a[0], b[0]), self.mul_f64s(a[1], b[1])]
+        }
+
+        #[inline(always)]
+        fn div(self, a: [f64x4; 2], b: [f64x4; 2]) -> [f64x4; 2] {
+            [self.div_f64s(a[0], b[0]), self.div_f64s(a[1], b[1])]
+        }
+
+        #[inline(always)]
+        fn mul_add(self, a: [f64x4; 2], b: [f64x4; 2], c: [f64x4; 2]) -> [f64x4; 2] {
+            [self.mul_add_f64x4(a[0], b[0], c[0]), self.mul_add_f64x4(a[1], b[1], c[1])]
+        }
+
+        #[inline(always)]
+        fn neg_mul_add(self, a: [f64x4; 2], b: [f64x4; 2], c: [f64x4; 2]) -> [f64x4; 2] {
+            [self.negate_mul_add_f64x4(a[0], b[0], c[0]), self.negate_mul_add_f64x4(a[1], b[1], c[1])]
+        }
+
+        #[inline(always)]
+        fn sqrt(self, a: [f64x4; 2]) -> [f64x4; 2] {
+            a.map(|v| self.sqrt_f64x4(v))
+        }
+
+        #[inline(always)]
+        fn abs(self, a: [f64x4; 2]) -> [f64x4; 2] {
+            a.map(|v| self.abs_f64x4(v))
+        }
+
+        #[inline(always)]
+        fn max(self, a: [f64x4; 2], b: [f64x4; 2]) -> [f64x4; 2] {
+            [self.max_f64s(a[0], b[0]), self.max_f64s(a[1], b[1])]
+        }
+
+        #[inline(always)]
+        fn sum(self, a: [f64x4; 2]) -> f64 {
+            self.reduce_sum_f64s(self.add_f64s(a[0], a[1]))
+        }
+
+        #[inline(always)]
+        fn largest(self, a: [f64x4; 2]) -> f64 {
+            self.reduce_max_f64s(self.max_f64s(a[0], a[1]))
+        }
+    }
+}
+
+/// A computation that runs on any kind of registers.
+pub trait Kernel {
+    /// What it returns.
+    type Output;
+
+    /// Runs it. Must be `#[inline(always)]`, and so must all that it calls, down to the arithmetic.
+    fn run<I: Isa>(self, isa: I) -> Self::Output;
+}
+
+/// The kind of registers that this processor has.
+#[derive(Clone, Copy, Debug)]
+pub enum Registers {
+    /// AVX-512: one register for eight numbers.
+    #[cfg(target_arch = "x86_64")]
+    Avx512(pulp::x86::V4),
+    /// AVX2 with FMA: two.
+    #[cfg(target_arch = "x86_64")]
+    Avx2(pulp::x86::V3),
+    /// No assumption.
+    Plain,
+}
+
+impl Registers {
+    /// The widest that this processor has.
+    pub fn detect() -> Self {
+        #[cfg(target_arch = "x86_64")]
+        {
+            if let Some(isa) = pulp::x86::V4::try_new() {
+                return Self::Avx512(isa);
+            }
+            if let Some(isa) = pulp::x86::V3::try_new() {
+                return Self::Avx2(isa);
+            }
+        }
+        Self::Plain
+    }
+
+    /// Every kind that this processor has: for tests that compare them.
+    pub fn all() -> Vec<Self> {
+        #[cfg(target_arch = "x86_64")]
+        let wide = [pulp::x86::V4::try_new().map(Self::Avx512), pulp::x86::V3::try_new().map(Self::Avx2)];
+        #[cfg(not(target_arch = "x86_64"))]
+        let wide: [Option<Self>; 0] = [];
+        wide.into_iter().flatten().chain([Self::Plain]).collect()
+    }
+
+    /// Runs a kernel in these registers.
+    #[inline]
+    pub fn run<K: Kernel>(self, kernel: K) -> K::Output {
+        match self {
+            #[cfg(target_arch = "x86_64")]
+            Self::Avx512(isa) => isa.vectorize(Within { isa, kernel }),
+            #[cfg(target_arch = "x86_64")]
+            Self::Avx2(isa) => isa.vectorize(Within { isa, kernel }),
+            Self::Plain => kernel.run(Plain),
+        }
+    }
+}
+
+/// A kernel inside a function that is compiled for `isa`.
+struct Within<I, K> {
+    isa: I,
+    kernel: K,
+}
+
+impl<I: Isa, K: Kernel> pulp::NullaryFnOnce for Within<I, K> {
+    type Output = K::Output;
+
+    #[inline(always)]
+    fn call(self) -> K::Output {
+        self.kernel.run(self.isa)
+    }
+}

@@ -1,0 +1,399 @@
+//! Forces in lanes: what the fast kernels of SO(3) evaluate for eight stages, or for eight bodies, at once.
+
+use super::retraction::{add_scaled, cross, dot};
+use super::{Row, Vec3};
+use crate::algebra::{Covector, LieAlgebra, Matrix, Vector};
+use crate::integrators::lanes::Lanes;
+use crate::mechanics::force::AnyForce;
+use crate::mechanics::lagrangian::{AnyLagrangian, Quadratic};
+use crate::mechanics::Force;
+use crate::scalar::Scalar;
+
+/// A coefficient: one number for all lanes, or eight numbers.
+pub trait Coefficient: Copy + Send + Sync {
+    /// The coefficient in lanes of the kind of `like`.
+    fn lanes<V: Lanes>(self, like: V) -> V;
+}
+
+impl Coefficient for f64 {
+    #[inline(always)]
+    fn lanes<V: Lanes>(self, like: V) -> V {
+        like.constant(self)
+    }
+}
+
+impl Coefficient for Row {
+    #[inline(always)]
+    fn lanes<V: Lanes>(self, like: V) -> V {
+        like.read(&self.0)
+    }
+}
+
+/// A force f(t, η) ∈ so(3)* in lanes, with covectors as columns.
+///
+/// Implementations must be `#[inline(always)]`: they are compiled into the kernel, for each kind of registers. The same
+/// force as a [`Force`] is what the Newton fallback evaluates; the law `fast-step` compares the two.
+pub trait LaneForce: Clone + Send + Sync {
+    /// sum + f(t, η), where M = l'(η) is at hand.
+    fn add_to<V: Lanes>(&self, t: V, m: Vec3<V>, eta: Vec3<V>, sum: Vec3<V>) -> Vec3<V>;
+
+    /// Whether the force vanishes identically.
+    fn vanishes(&self) -> bool {
+        false
+    }
+}
+
+/// No force.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct Free;
+
+impl LaneForce for Free {
+    #[inline(always)]
+    fn add_to<V: Lanes>(&self, _t: V, _m: Vec3<V>, _eta: Vec3<V>, sum: Vec3<V>) -> Vec3<V> {
+        sum
+    }
+
+    fn vanishes(&self) -> bool {
+        true
+    }
+}
+
+/// α M × (M × Ω): the damping of Landau, Lifshitz and Gilbert, which keeps |M|².
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Damping<C = f64>(pub C);
+
+impl<C: Coefficient> LaneForce for Damping<C> {
+    #[inline(always)]
+    fn add_to<V: Lanes>(&self, _t: V, m: Vec3<V>, eta: Vec3<V>, sum: Vec3<V>) -> Vec3<V> {
+        let alpha = self.0.lanes(m[0]);
+        add_cross(sum, [alpha * m[0], alpha * m[1], alpha * m[2]], cross(m, eta))
+    }
+}
+
+/// β (Ω × M) × Ω: relaxation, which keeps the energy.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Relaxation<C = f64>(pub C);
+
+impl<C: Coefficient> LaneForce for Relaxation<C> {
+    #[inline(always)]
+    fn add_to<V: Lanes>(&self, _t: V, m: Vec3<V>, eta: Vec3<V>, sum: Vec3<V>) -> Vec3<V> {
+        let beta = self.0.lanes(m[0]);
+        add_cross(sum, [beta * eta[0], beta * eta[1], beta * eta[2]], cross(m, eta))
+    }
+}
+
+/// sum + x × y.
+#[inline(always)]
+fn add_cross<V: Lanes>(sum: Vec3<V>, x: Vec3<V>, y: Vec3<V>) -> Vec3<V> {
+    [
+        x[1].mul_add(y[2], x[2].neg_mul_add(y[1], sum[0])),
+        x[2].mul_add(y[0], x[0].neg_mul_add(y[2], sum[1])),
+        x[0].mul_add(y[1], x[1].neg_mul_add(y[0], sum[2])),
+    ]
+}
+
+/// A term of a force of the catalogue, with coefficients `C`.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Term<C = f64> {
+    /// α M × (M × Ω).
+    Damping(C),
+    /// β (Ω × M) × Ω.
+    Relaxation(C),
+    /// −D Ω.
+    LinearDrag([[C; 3]; 3]),
+    /// −√(Ωᵀ D Ω) D Ω.
+    QuadraticDrag([[C; 3]; 3]),
+    /// A given torque.
+    Constant([C; 3]),
+    /// A torque times cos(ω t + φ): torque, ω, φ.
+    Periodic([C; 3], C, C),
+}
+
+impl<C: Coefficient> Term<C> {
+    #[inline(always)]
+    fn add_to<V: Lanes>(&self, t: V, m: Vec3<V>, eta: Vec3<V>, sum: Vec3<V>) -> Vec3<V> {
+        let minus = t.constant(-1.0);
+        match self {
+            Self::Damping(alpha) => Damping(*alpha).add_to(t, m, eta, sum),
+            Self::Relaxation(beta) => Relaxation(*beta).add_to(t, m, eta, sum),
+            Self::LinearDrag(matrix) => add_scaled(sum, minus, apply(matrix, eta)),
+            Self::QuadraticDrag(matrix) => {
+                let drag = apply(matrix, eta);
+                let square = dot(drag, eta).max(t.constant(0.0));
+                add_scaled(sum, -square.sqrt(), drag)
+            }
+            Self::Constant(torque) => std::array::from_fn(|a| sum[a] + torque[a].lanes(t)),
+            Self::Periodic(torque, frequency, phase) => {
+                let factor = frequency.lanes(t).mul_add(t, phase.lanes(t)).cos();
+                std::array::from_fn(|a| torque[a].lanes(t).mul_add(factor, sum[a]))
+            }
+        }
+    }
+}
+
+#[inline(always)]
+fn apply<C: Coefficient, V: Lanes>(matrix: &[[C; 3]; 3], x: Vec3<V>) -> Vec3<V> {
+    std::array::from_fn(|row| {
+        let [c0, c1, c2] = matrix[row];
+        c2.lanes(x[0]).mul_add(x[2], c1.lanes(x[0]).mul_add(x[1], c0.lanes(x[0]) * x[0]))
+    })
+}
+
+/// A force of the catalogue as a list of terms.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Terms<C = f64>(pub Vec<Term<C>>);
+
+impl<C: Coefficient> LaneForce for Terms<C> {
+    #[inline(always)]
+    fn add_to<V: Lanes>(&self, t: V, m: Vec3<V>, eta: Vec3<V>, mut sum: Vec3<V>) -> Vec3<V> {
+        for term in &self.0 {
+            sum = term.add_to(t, m, eta, sum);
+        }
+        sum
+    }
+
+    fn vanishes(&self) -> bool {
+        self.0.is_empty()
+    }
+}
+
+/// Why a force of the catalogue has no form in lanes.
+#[derive(Clone, Debug, PartialEq, thiserror::Error)]
+pub enum LaneForceError {
+    /// The force was built on structure constants other than those of R³ with the cross product.
+    #[error("the {force} force belongs to an algebra other than so(3) with the cross product")]
+    OtherAlgebra {
+        /// Which force.
+        force: &'static str,
+    },
+    /// The force was built with a Lagrangian other than that of the body.
+    #[error("the {force} force was built with another Lagrangian than the body's")]
+    OtherLagrangian {
+        /// Which force.
+        force: &'static str,
+    },
+}
+
+impl Terms {
+    /// The terms of a force of the catalogue that acts on a body of inertia `lagrangian`.
+    ///
+    /// # Errors
+    /// A force that depends on the momentum and was built on another algebra or another Lagrangian.
+    pub fn new(force: &AnyForce<f64, 3>, lagrangian: &Quadratic<f64, 3>) -> Result<Self, LaneForceError> {
+        let mut terms = Vec::new();
+        collect(force, lagrangian, &mut terms)?;
+        Ok(Self(terms))
+    }
+}
+
+fn collect(
+    force: &AnyForce<f64, 3>,
+    lagrangian: &Quadratic<f64, 3>,
+    terms: &mut Vec<Term>,
+) -> Result<(), LaneForceError> {
+    let same = |force, algebra: &LieAlgebra<f64, 3>, other: &AnyLagrangian<f64, 3>| {
+        if algebra != &crate::group::LieGroup::algebra(&crate::group::So3::<f64>::new()).clone() {
+            return Err(LaneForceError::OtherAlgebra { force });
+        }
+        match other {
+            AnyLagrangian::Quadratic(other) if other == lagrangian => Ok(()),
+            _ => Err(LaneForceError::OtherLagrangian { force }),
+        }
+    };
+    if force.is_zero() {
+        return Ok(());
+    }
+    let rows = |m: &Matrix<f64, 3>| std::array::from_fn(|r| std::array::from_fn(|c| m[(r, c)]));
+    let row = |m: &Covector<f64, 3>| std::array::from_fn(|c| m[c]);
+    terms.push(match force {
+        AnyForce::Zero(_) => return Ok(()),
+        AnyForce::Sum(sum) => return sum.iter().try_for_each(|term| collect(term, lagrangian, terms)),
+        AnyForce::DoubleBracket(f) => {
+            same("double bracket", f.algebra(), f.lagrangian())?;
+            Term::Damping(f.alpha())
+        }
+        AnyForce::Metriplectic(f) => {
+            same("metriplectic", f.algebra(), f.lagrangian())?;
+            Term::Relaxation(f.beta())
+        }
+        AnyForce::LinearDrag(f) => Term::LinearDrag(rows(f.matrix())),
+        AnyForce::QuadraticDrag(f) => Term::QuadraticDrag(rows(f.matrix())),
+        AnyForce::Constant(f) => Term::Constant(row(f.covector())),
+        AnyForce::Periodic(f) => Term::Periodic(row(f.covector()), f.frequency(), f.phase()),
+    });
+    Ok(())
+}
+
+/// One lane: the numbers themselves, so that a force in lanes is also a [`Force`] on any scalar.
+#[derive(Clone, Copy)]
+pub(super) struct One<S>(pub S);
+
+macro_rules! operator {
+    ($($trait:ident $name:ident),*) => {$(
+        impl<S: Scalar> std::ops::$trait for One<S> {
+            type Output = Self;
+            #[inline]
+            fn $name(self, other: Self) -> Self {
+                Self(std::ops::$trait::$name(self.0, other.0))
+            }
+        }
+    )*};
+}
+
+operator!(Add add, Sub sub, Mul mul, Div div);
+
+impl<S: Scalar> std::ops::Neg for One<S> {
+    type Output = Self;
+    #[inline]
+    fn neg(self) -> Self {
+        Self(-self.0)
+    }
+}
+
+impl<S: Scalar> Lanes for One<S> {
+    fn constant(self, x: f64) -> Self {
+        Self(S::exact(x))
+    }
+
+    fn mul_add(self, b: Self, c: Self) -> Self {
+        Self(self.0 * b.0 + c.0)
+    }
+
+    fn neg_mul_add(self, b: Self, c: Self) -> Self {
+        Self(c.0 - self.0 * b.0)
+    }
+
+    fn sqrt(self) -> Self {
+        // The derivative of √ at 0 is infinite: there a product with 0 must stay 0.
+        if self.0 <= S::zero() { Self(S::zero()) } else { Self(self.0.sqrt()) }
+    }
+
+    fn abs(self) -> Self {
+        Self(self.0.abs())
+    }
+
+    fn max(self, other: Self) -> Self {
+        if self.0 < other.0 { other } else { self }
+    }
+
+    fn cos(self) -> Self {
+        Self(self.0.cos())
+    }
+
+    fn read(self, x: &[f64; 8]) -> Self {
+        self.constant(x[0])
+    }
+}
+
+/// M × Ω + f, one body: μ̇ there.
+#[inline]
+pub(super) fn slope<F: LaneForce>(force: &F, time: f64, m: [f64; 3], eta: [f64; 3]) -> [f64; 3] {
+    let (m, eta) = (m.map(One), eta.map(One));
+    force.add_to(One(time), m, eta, cross(m, eta)).map(|v| v.0)
+}
+
+/// A force in lanes as a [`Force`] on the body of inertia `lagrangian`: what Newton's method differentiates.
+#[derive(Clone, Debug)]
+pub struct OnBody<F> {
+    /// The force.
+    pub force: F,
+    /// The body.
+    pub lagrangian: Quadratic<f64, 3>,
+}
+
+impl<F: LaneForce> Force<f64, 3> for OnBody<F> {
+    fn force<S: Scalar<Base = f64>>(&self, t: S, eta: &Vector<S, 3>) -> Covector<S, 3> {
+        use crate::mechanics::Lagrangian;
+        let m = self.lagrangian.gradient(eta);
+        let zero = [One(S::zero()); 3];
+        let f = self.force.add_to(One(t), [One(m[0]), One(m[1]), One(m[2])], [One(eta[0]), One(eta[1]), One(eta[2])], zero);
+        Covector::<S, 3>::new(f[0].0, f[1].0, f[2].0)
+    }
+
+    fn is_zero(&self) -> bool {
+        self.force.vanishes()
+    }
+}
+
+/// A force with eight sets of coefficients, for the eight bodies of a group.
+pub trait PackedForce: LaneForce {
+    /// The same force on one body.
+    type One: LaneForce;
+
+    /// The forces of eight bodies.
+    fn pack(forces: [&Self::One; 8]) -> Self;
+}
+
+impl PackedForce for Free {
+    type One = Self;
+
+    fn pack(_: [&Self; 8]) -> Self {
+        Self
+    }
+}
+
+impl PackedForce for Damping<Row> {
+    type One = Damping;
+
+    fn pack(forces: [&Damping; 8]) -> Self {
+        Self(Row(forces.map(|f| f.0)))
+    }
+}
+
+impl PackedForce for Relaxation<Row> {
+    type One = Relaxation;
+
+    fn pack(forces: [&Relaxation; 8]) -> Self {
+        Self(Row(forces.map(|f| f.0)))
+    }
+}
+
+impl<C: Copy> Term<C> {
+    /// The coefficients in a fixed order, and how to make such a term of others.
+    fn coefficients(&self) -> Vec<C> {
+        match self {
+            Self::Damping(c) | Self::Relaxation(c) => vec![*c],
+            Self::LinearDrag(m) | Self::QuadraticDrag(m) => m.iter().flatten().copied().collect(),
+            Self::Constant(v) => v.to_vec(),
+            Self::Periodic(v, frequency, phase) => v.iter().copied().chain([*frequency, *phase]).collect(),
+        }
+    }
+
+    /// A term of this kind with the coefficients `of(0)`, `of(1)`, …
+    fn rebuilt<E>(&self, of: impl Fn(usize) -> E) -> Term<E> {
+        let matrix = || std::array::from_fn(|r| std::array::from_fn(|c| of(3 * r + c)));
+        let vector = || std::array::from_fn(&of);
+        match self {
+            Self::Damping(_) => Term::Damping(of(0)),
+            Self::Relaxation(_) => Term::Relaxation(of(0)),
+            Self::LinearDrag(_) => Term::LinearDrag(matrix()),
+            Self::QuadraticDrag(_) => Term::QuadraticDrag(matrix()),
+            Self::Constant(_) => Term::Constant(vector()),
+            Self::Periodic(..) => Term::Periodic(vector(), of(3), of(4)),
+        }
+    }
+}
+
+impl PackedForce for Terms<Row> {
+    type One = Terms;
+
+    /// A term for each kind that one of the bodies has, as often as it has it; with zeros for bodies that lack it.
+    fn pack(forces: [&Terms; 8]) -> Self {
+        let mut packed = Vec::new();
+        let mut taken = [const { Vec::<usize>::new() }; 8];
+        while let Some(example) = (0..8).find_map(|lane| {
+            forces[lane].0.iter().enumerate().find(|(k, _)| !taken[lane].contains(k)).map(|(_, term)| *term)
+        }) {
+            let same = |term: &Term| std::mem::discriminant(term) == std::mem::discriminant(&example);
+            let lanes: [Vec<f64>; 8] = std::array::from_fn(|lane| {
+                let found = forces[lane].0.iter().enumerate().find(|(k, term)| !taken[lane].contains(k) && same(term));
+                found.map_or_else(Vec::new, |(k, term)| {
+                    taken[lane].push(k);
+                    term.coefficients()
+                })
+            });
+            packed.push(example.rebuilt(|k| Row(std::array::from_fn(|lane| lanes[lane].get(k).copied().unwrap_or(0.0)))));
+        }
+        Self(packed)
+    }
+}

@@ -1,0 +1,358 @@
+//! One step in lanes: the predictor, the sweeps, the end of the step.
+
+use super::force::LaneForce;
+use super::retraction::{LaneRetraction, add_scaled, scale};
+use super::{LANES, Row, Vec3};
+use crate::integrators::lanes::{Eight, Isa, Kernel, Lanes};
+use crate::tableau::Tableau;
+use nalgebra::DMatrix;
+use std::marker::PhantomData;
+
+/// The coefficients of a tableau, a column a row of eight; what lies past the last stage is zero.
+#[derive(Clone, Debug)]
+pub(super) struct Columns {
+    pub stages: usize,
+    /// The columns of a_ij.
+    pub a: [Row; LANES],
+    /// The columns of â_ij.
+    pub conjugate: [Row; LANES],
+    /// Whether they are the same.
+    pub symplectic: bool,
+    pub b: Row,
+    pub c: Row,
+    /// The columns of the weights that carry stage values to the next step of the same size.
+    pub extrapolation: Option<[Row; LANES]>,
+}
+
+fn columns(matrix: &DMatrix<f64>) -> [Row; LANES] {
+    let mut columns = [Row::default(); LANES];
+    for j in 0..matrix.ncols() {
+        for i in 0..matrix.nrows() {
+            columns[j].0[i] = matrix[(i, j)];
+        }
+    }
+    columns
+}
+
+fn row(values: &[f64]) -> Row {
+    let mut row = Row::default();
+    row.0[..values.len()].copy_from_slice(values);
+    row
+}
+
+impl Columns {
+    pub fn new(tableau: &Tableau<f64>, extrapolation: Option<&DMatrix<f64>>) -> Self {
+        let conjugate = tableau.conjugate();
+        let close = |x: f64, y: f64| (x - y).abs() <= 4.0 * f64::EPSILON;
+        let symplectic = tableau.a().iter().zip(conjugate.a().iter()).all(|(x, y)| close(*x, *y));
+        let a = columns(tableau.a());
+        Self {
+            stages: tableau.stages(),
+            conjugate: if symplectic { a } else { columns(conjugate.a()) },
+            a,
+            symplectic,
+            b: row(tableau.b().as_slice()),
+            c: row(tableau.c().as_slice()),
+            extrapolation: extrapolation.map(columns),
+        }
+    }
+}
+
+/// (g, μ) in lanes: component a of the rows of g in lanes 0, 1, 2 and of μ in lane 3, and what rounding has cut off.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub(super) struct Packed {
+    pub value: [Row; 3],
+    pub cut: [Row; 3],
+}
+
+impl Packed {
+    pub fn momentum(&self) -> [f64; 3] {
+        std::array::from_fn(|a| self.value[a].0[3])
+    }
+
+    pub fn is_finite(&self) -> bool {
+        // A sum of products with 0 is 0, unless one of the numbers is not finite.
+        self.value.iter().flat_map(|row| &row.0[..4]).fold(0.0, |sum, v| sum + 0.0 * v) == 0.0
+    }
+}
+
+/// 1 in the lane of μ.
+const MOMENTUM_LANE: Row = Row([0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 0.0]);
+
+/// How far to sweep.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Limits {
+    /// The relative residual wanted.
+    pub tolerance: f64,
+    /// The relative residual accepted where it falls no more.
+    pub floor: f64,
+    /// The relative change at which the predictor has done what it can.
+    pub switch: f64,
+    pub max_sweeps: usize,
+    /// The largest δ, relative to |μ|, that is accepted, and whether to give up where δ needs more than two renewals:
+    /// what a solver that chooses its step asks for.
+    pub strict: Option<f64>,
+}
+
+/// Why no step was taken.
+#[derive(Clone, Copy, Debug)]
+pub(super) enum Refused {
+    /// The sweeps (so many) do not lead to a root that can be trusted.
+    Unswept(usize),
+    /// The root was found, but δ is larger than [`Limits::strict`] allows.
+    Delta(f64),
+}
+
+/// The stage momenta M_i of a step, from which the next one starts.
+#[derive(Clone, Copy, Debug, Default)]
+pub(super) struct Memory {
+    pub momenta: [Row; 3],
+}
+
+/// What a step gave.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Taken {
+    pub residual: f64,
+    /// Sweeps of the predictor, and on (P, Ξ).
+    pub predictor: usize,
+    pub sweeps: usize,
+    /// The relative change of the first sweep on (P, Ξ): how far off the predictor was.
+    pub jump: f64,
+    /// |δ| relative to |μ|: of the size of the local error.
+    pub delta: f64,
+}
+
+/// One step, to be run in the registers at hand; `PAIRS` pairs of stages.
+pub(super) struct Step<'a, F, R, const PAIRS: usize> {
+    pub columns: &'a Columns,
+    pub force: &'a F,
+    /// The inverse inertia, symmetric.
+    pub inverse: &'a [[f64; 3]; 3],
+    pub diagonal: bool,
+    pub time: f64,
+    pub step: f64,
+    /// Replaced on success.
+    pub state: &'a mut Packed,
+    /// The stages of the step before, replaced on success by those of this one.
+    pub memory: &'a mut Memory,
+    /// Whether to start from those.
+    pub warm: bool,
+    pub limits: Limits,
+    pub retraction: PhantomData<R>,
+}
+
+/// Σ_j columns_j x_j + base, for stages in lanes.
+#[inline(always)]
+fn product<I: Isa, const PAIRS: usize>(
+    isa: I,
+    columns: &[[Eight<I>; 2]; PAIRS],
+    x: Vec3<Eight<I>>,
+    base: Vec3<Eight<I>>,
+) -> Vec3<Eight<I>> {
+    let mut buffer = [Row::default(); 3];
+    for a in 0..3 {
+        x[a].store(&mut buffer[a].0);
+    }
+    // Through memory: a load that broadcasts costs less than the shuffles that the compiler would choose.
+    let buffer = std::hint::black_box(&buffer);
+    let entry = |a: usize, j: usize| Eight::splat(isa, buffer[a].0[j]);
+    // Two chains of additions a component: the latency of one would be twice as long.
+    let mut even: Vec3<Eight<I>> = std::array::from_fn(|a| entry(a, 0).mul_add(columns[0][0], base[a]));
+    let mut odd: Vec3<Eight<I>> = std::array::from_fn(|a| entry(a, 1) * columns[0][1]);
+    for j in 1..PAIRS {
+        for a in 0..3 {
+            even[a] = entry(a, 2 * j).mul_add(columns[j][0], even[a]);
+            odd[a] = entry(a, 2 * j + 1).mul_add(columns[j][1], odd[a]);
+        }
+    }
+    std::array::from_fn(|a| even[a] + odd[a])
+}
+
+#[inline(always)]
+fn largest_change<I: Isa>(x: Vec3<Eight<I>>, y: Vec3<Eight<I>>) -> Eight<I> {
+    (x[0] - y[0]).abs().max((x[1] - y[1]).abs()).max((x[2] - y[2]).abs())
+}
+
+#[inline(always)]
+fn largest(x: [f64; 3]) -> f64 {
+    x[0].abs().max(x[1].abs()).max(x[2].abs())
+}
+
+/// value + (increment − cut), and what that sum cuts off.
+#[inline(always)]
+fn compensated<V: Lanes>(value: V, increment: V, cut: V) -> (V, V) {
+    let y = increment - cut;
+    let sum = value + y;
+    (sum, (sum - value) - y)
+}
+
+impl<F: LaneForce, R: LaneRetraction, const PAIRS: usize> Step<'_, F, R, PAIRS> {
+    #[inline(always)]
+    fn velocity<V: Lanes>(&self, m: Vec3<V>) -> Vec3<V> {
+        let inverse = |r: usize, c: usize| m[0].constant(self.inverse[r][c]);
+        let mut eta: Vec3<V> = std::array::from_fn(|r| inverse(r, r) * m[r]);
+        if !self.diagonal {
+            eta[0] = inverse(0, 1).mul_add(m[1], inverse(0, 2).mul_add(m[2], eta[0]));
+            eta[1] = inverse(1, 0).mul_add(m[0], inverse(1, 2).mul_add(m[2], eta[1]));
+            eta[2] = inverse(2, 0).mul_add(m[0], inverse(2, 1).mul_add(m[1], eta[2]));
+        }
+        eta
+    }
+
+    #[inline(always)]
+    fn scaled<I: Isa>(&self, isa: I, columns: &[Row; LANES], factor: Eight<I>) -> [[Eight<I>; 2]; PAIRS] {
+        std::array::from_fn(|j| std::array::from_fn(|k| Eight::load(isa, &columns[2 * j + k].0) * factor))
+    }
+}
+
+impl<F: LaneForce, R: LaneRetraction, const PAIRS: usize> Kernel for Step<'_, F, R, PAIRS> {
+    type Output = Result<Taken, Refused>;
+
+    #[inline(always)]
+    fn run<I: Isa>(self, isa: I) -> Result<Taken, Refused> {
+        let coefficients = self.columns;
+        let h = Eight::splat(isa, self.step);
+        let zero = [Eight::splat(isa, 0.0); 3];
+        let a = self.scaled(isa, &coefficients.a, h);
+        let hb = Eight::load(isa, &coefficients.b.0) * h;
+        let hc = Eight::load(isa, &coefficients.c.0) * h;
+        let time = Eight::splat(isa, self.time) + hc;
+        let momentum = self.state.momentum();
+        let mu: Vec3<Eight<I>> = momentum.map(|v| Eight::splat(isa, v));
+        let eta = self.velocity(mu);
+        let size = largest(momentum);
+        let extent = largest(std::array::from_fn(|r| self.inverse[r][0] * momentum[0] + self.inverse[r][1] * momentum[1] + self.inverse[r][2] * momentum[2])) * self.step.abs();
+        if size == 0.0 || extent == 0.0 {
+            return Err(Refused::Unswept(0));
+        }
+        let (per_size, per_extent) = (Eight::splat(isa, 1.0 / size), Eight::splat(isa, 1.0 / extent));
+
+        // The predictor: plain collocation on (M, Ξ).
+        let (mut m, mut x) = match (self.warm, &coefficients.extrapolation) {
+            (true, Some(weights)) => {
+                let weights = self.scaled(isa, weights, Eight::splat(isa, 1.0));
+                let m = product(isa, &weights, self.memory.momenta.map(|row| Eight::load(isa, &row.0)), zero);
+                (m, product(isa, &a, self.velocity(m), zero))
+            }
+            _ => {
+                let turn = super::retraction::cross(mu, eta);
+                let slope = self.force.add_to(time, mu, eta, turn);
+                (add_scaled(mu, hc, slope), scale(hc, eta))
+            }
+        };
+        let mut predictor = 1;
+        while predictor <= coefficients.stages {
+            predictor += 1;
+            let eta = self.velocity(m);
+            let slope = self.force.add_to(time, m, eta, super::retraction::cross(m, eta));
+            let rate = R::rate(R::at(x), x, eta);
+            let (next_m, next_x) = (product(isa, &a, slope, mu), product(isa, &a, rate, zero));
+            let change = (largest_change(next_m, m) * per_size).max(largest_change(next_x, x) * per_extent).largest();
+            (m, x) = (next_m, next_x);
+            if change <= self.limits.switch {
+                break;
+            }
+        }
+
+        // Sweeps on (P, Ξ).
+        let conjugate = if coefficients.symplectic { a } else { self.scaled(isa, &coefficients.conjugate, h) };
+        let mut eager = coefficients.stages <= 4;
+        let forced = !self.force.vanishes();
+        let mut p = R::pull(R::at(x), x, m);
+        let mut base = mu;
+        // The least residual, and how many judgements ago; the last change with δ frozen; how often δ was renewed.
+        let (mut jump, mut best, mut idle, mut frozen) = (0.0, f64::INFINITY, 0, f64::INFINITY);
+        let (mut renewed, mut judged, mut first) = (0, 0, 0.0);
+        for sweep in 1..=self.limits.max_sweeps {
+            let at = R::at(x);
+            let m = R::unpull(at, x, p);
+            let eta = self.velocity(m);
+            let rate = R::rate(at, x, eta);
+            let mut gradient = R::pull_dd(at, x, p, m, rate);
+            let mut force = zero;
+            if forced {
+                force = self.force.add_to(time, m, eta, zero);
+                let pulled = R::pull(at, x, force);
+                gradient = std::array::from_fn(|k| gradient[k] + pulled[k]);
+            }
+            let mut next_p = product(isa, &conjugate, gradient, base);
+            let next_x = product(isa, &a, rate, zero);
+            let moved = largest_change(next_x, x) * per_extent;
+            let mut change = (largest_change(next_p, p) * per_size).max(moved).largest();
+            let settled = change <= self.limits.tolerance || (change >= frozen && change <= self.limits.floor);
+            frozen = change;
+            if eager || settled {
+                // δ, and with it the true residual.
+                let sum = |v: Vec3<Eight<I>>| -> [f64; 3] { std::array::from_fn(|k| (hb * v[k]).sum()) };
+                let mut kick = [0.0; 3];
+                if forced {
+                    let turned = R::turned(at, x, force);
+                    kick = sum(std::array::from_fn(|k| force[k] + turned[k]));
+                }
+                let increment = sum(rate);
+                let total = sum(gradient);
+                let back: Vec3<Eight<I>> = increment.map(|v| Eight::splat(isa, -v));
+                let at_back = R::at(back);
+                let kicked: [f64; 3] = std::array::from_fn(|k| momentum[k] + kick[k]);
+                let end = R::pull(at_back, back, kicked.map(|v| Eight::splat(isa, v)));
+                let next_base: Vec3<Eight<I>> = std::array::from_fn(|k| end[k] - Eight::splat(isa, total[k]));
+                next_p = std::array::from_fn(|k| next_p[k] + (next_base[k] - base[k]));
+                base = next_base;
+                frozen = f64::INFINITY;
+                renewed += 1;
+                change = (largest_change(next_p, p) * per_size).max(moved).largest();
+                if sweep == 1 {
+                    jump = change;
+                }
+                idle = if change < best { 0 } else { idle + 1 };
+                best = best.min(change);
+                judged += 1;
+                if judged == 1 {
+                    first = change;
+                }
+                if renewed == 2 && !eager {
+                    if self.limits.strict.is_some() {
+                        return Err(Refused::Unswept(predictor + sweep));
+                    }
+                    // Two renewals were not enough: δ is not small.
+                    (eager, best, idle, judged) = (true, f64::INFINITY, 0, 0);
+                }
+                if change <= self.limits.tolerance || (eager && idle >= 2 && change <= self.limits.floor) {
+                    // A root reached at a rate slower than 0.6 a sweep may lie beyond a fold.
+                    if eager && judged > 4 && change < first && change > first * 0.6_f64.powi(judged - 1) {
+                        return Err(Refused::Unswept(predictor + sweep));
+                    }
+                    let square = super::retraction::dot(x, x).largest();
+                    let whole = super::retraction::dot(back, back).largest();
+                    if !R::in_domain(square.max(whole)) {
+                        return Err(Refused::Unswept(predictor + sweep));
+                    }
+                    let delta = largest_change(base, mu).largest() / size;
+                    if self.limits.strict.is_some_and(|most| delta > most) {
+                        return Err(Refused::Delta(delta));
+                    }
+                    // Rows of g, and m, turned by τ(ξ)⁻¹ as columns.
+                    let values: Vec3<Eight<I>> = std::array::from_fn(|k| Eight::load(isa, &self.state.value[k].0));
+                    let kicks: Vec3<Eight<I>> = kick.map(|v| Eight::splat(isa, v) * Eight::load(isa, &MOMENTUM_LANE.0));
+                    let turned = R::turned(at_back, back, std::array::from_fn(|k| values[k] + kicks[k]));
+                    for k in 0..3 {
+                        let cut = Eight::load(isa, &self.state.cut[k].0);
+                        let (value, cut) = compensated(values[k], turned[k] + kicks[k], cut);
+                        value.store(&mut self.state.value[k].0);
+                        cut.store(&mut self.state.cut[k].0);
+                        m[k].store(&mut self.memory.momenta[k].0);
+                    }
+                    return Ok(Taken { residual: change, predictor, sweeps: sweep, jump, delta });
+                }
+            } else if sweep == 1 {
+                jump = change;
+            }
+            // Hopeless: no root, or one that Newton's method must judge.
+            if (eager && judged >= 8 && !(best <= first * 0.8_f64.powi(judged))) || !(change <= 1e3) {
+                return Err(Refused::Unswept(predictor + sweep));
+            }
+            (p, x) = (next_p, next_x);
+        }
+        Err(Refused::Unswept(predictor + self.limits.max_sweeps))
+    }
+}
