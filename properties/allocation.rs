@@ -3,6 +3,7 @@
 use euler_poincare::algebra::catalogue::Entry;
 use euler_poincare::algebra::{Covector, Matrix, Vector};
 use euler_poincare::group::{LieGroup, MatrixGroup, So3};
+use euler_poincare::integrators::so3::{AdaptiveSo3, EnsembleSo3, Member, Row, Terms, VariationalSo3};
 use euler_poincare::integrators::variational::Settings;
 use euler_poincare::integrators::{Classical, Doubled, DoubledState, MuntheKaas, OneStep, Solver, State, Variational};
 use euler_poincare::mechanics::doubled::Forced;
@@ -133,6 +134,42 @@ fn newton_and_continuation_allocate_nothing() {
     near_the_fold::<f64>(CayleySo3::new(), 12, Solver::Newton);
     near_the_fold::<f64>(CayleySo3::new(), 6, Solver::Continuation);
     near_the_fold::<Dd>(CayleySo3::new(), 12, Solver::Newton);
+}
+
+#[test]
+fn the_fast_paths_of_so3_allocate_nothing() {
+    let (model, start) = body::<f64>();
+    let lagrangian = Quadratic::diagonal([0.5, 2.0, 1.0]).unwrap();
+    let force = Terms::new(&model.system.force, &lagrangian).unwrap();
+    for stages in 1..=8 {
+        let tableau = Family::Gauss.tableau(stages).unwrap();
+        let mut method =
+            VariationalSo3::new(lagrangian.clone(), force.clone(), CayleySo3::new(), tableau.clone()).unwrap();
+        assert_eq!(count(&mut method, &start, 0.0625, false).0, 0, "{stages}");
+        let mut method =
+            VariationalSo3::new(lagrangian.clone(), force.clone(), ExponentialSo3::new(), tableau).unwrap();
+        assert_eq!(count(&mut method, &start, 0.0625, false).0, 0, "{stages}");
+    }
+    // Newton's method behind it.
+    let tableau = Family::LobattoIIIA.tableau(2).unwrap();
+    let mut method = VariationalSo3::new(lagrangian.clone(), force.clone(), CayleySo3::new(), tableau).unwrap();
+    let (allocated, solvers) = count(&mut method, &start, 0.79, true);
+    assert_eq!(allocated, 0);
+    assert!(solvers.iter().all(|s| *s != Solver::Sweeps), "{solvers:?}");
+    // A solver that chooses its steps, and an ensemble on this thread.
+    let mut solver = AdaptiveSo3::new(lagrangian.clone(), force.clone());
+    let mut state = start.clone();
+    assert_eq!(allocations(|| drop(solver.solve(&mut state, 20.0, 1e-10).unwrap())), 0);
+    let members = vec![Member { lagrangian, force, state: start }; 8];
+    let tableau = Family::Gauss.tableau(2).unwrap();
+    let mut ensemble = EnsembleSo3::<Terms<Row>, _>::new(&members, CayleySo3::new(), tableau).unwrap();
+    let pool = |steps| {
+        let ensemble = &mut ensemble;
+        allocations(move || ensemble.advance(0.0625, steps).unwrap())
+    };
+    // What a call allocates does not depend on the number of steps.
+    let calls = [8, 80, 800].map(pool);
+    assert!(calls[1] == calls[2], "{calls:?}");
 }
 
 type Group<T> = MatrixGroup<T, 6, 4>;

@@ -71,7 +71,7 @@
 //! | [`retraction`], [`groupoid`] | exp and Cayley with their tangents; Lie groupoids and algebroids, G×G×G, g*×G×g* and its bracket |
 //! | [`mechanics`] | Lagrangians, forces, equations, doubled Lagrangians and Hamiltonians, the paper's models |
 //! | [`discrete`] | discrete Lagrangians on G×G×G, G⁴ and G: Legendre transforms, equations, flows |
-//! | [`integrators`] | the variational step, the doubled scheme, comparators, trajectories |
+//! | [`integrators`] | the variational step, its fast forms on SO(3), the doubled scheme, comparators, trajectories |
 //! | `experiments` | the paper's numerical experiments |
 //! | `harness` | laws, verdicts, campaigns, order estimates; knows no Lie theory |
 //! | `system`, `study` | the case as a plain value; convergence studies, of any one-step method |

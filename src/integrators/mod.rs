@@ -6,8 +6,8 @@ pub mod comparators;
 pub mod doubled;
 pub mod lanes;
 pub mod munthe_kaas;
-pub mod so3;
 mod picard;
+pub mod so3;
 mod stages;
 pub mod trajectory;
 pub mod variational;
@@ -15,6 +15,7 @@ pub mod variational;
 pub use classical::Classical;
 pub use doubled::{Doubled, DoubledState};
 pub use munthe_kaas::MuntheKaas;
+pub use so3::{AdaptiveSo3, EnsembleSo3, VariationalSo3};
 pub use variational::Variational;
 
 use crate::algebra::{Covector, Matrix};

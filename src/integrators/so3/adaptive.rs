@@ -1,13 +1,13 @@
 //! A tolerance in, an answer out: the order and the steps are chosen on the way.
 
 use super::force::{LaneForce, slope};
-use super::kernel::{Limits, Refused};
 use super::kernel::Packed;
+use super::kernel::{Limits, Refused};
 use super::retraction::LaneRetraction;
 use super::step::{FastRetraction, VariationalSo3, pack, unpack};
-use crate::retraction::{CayleySo3, ExponentialSo3};
 use crate::integrators::{State, StepError};
 use crate::mechanics::lagrangian::Quadratic;
+use crate::retraction::{CayleySo3, ExponentialSo3};
 use crate::scalar::Scalar;
 use crate::tableau::families::Family;
 
@@ -70,8 +70,10 @@ pub enum SolveError {
         source: StepError,
     },
     /// The error cannot be kept below the tolerance with steps of a length worth taking.
-    #[error("the tolerance cannot be kept at t = {time}: a step of {step:e} has an estimated relative error of {error:e}, \
-             wanted {wanted:e}")]
+    #[error(
+        "the tolerance cannot be kept at t = {time}: a step of {step:e} has an estimated relative error of {error:e}, \
+             wanted {wanted:e}"
+    )]
     Tolerance {
         /// Where.
         time: f64,
@@ -165,12 +167,7 @@ impl<F: LaneForce> AdaptiveSo3<F> {
     ///
     /// # Errors
     /// See [`SolveError`].
-    pub fn solve(
-        &mut self,
-        state: &mut State<f64, 3, 3>,
-        duration: f64,
-        tolerance: f64,
-    ) -> Result<Solved, SolveError> {
+    pub fn solve(&mut self, state: &mut State<f64, 3, 3>, duration: f64, tolerance: f64) -> Result<Solved, SolveError> {
         self.solve_with(state, duration, tolerance, |_, _| ())
     }
 

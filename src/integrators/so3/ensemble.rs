@@ -149,22 +149,21 @@ impl<F: PackedForce, R: FastRetraction> EnsembleSo3<F, R> {
         R: Sync,
     {
         let Self { columns, tableau, retraction, settings, registers, forces, groups } = self;
-        let (columns, tableau, retraction, settings, forces) = (&*columns, &*tableau, &*retraction, *settings, &*forces);
+        let (columns, tableau, retraction, settings, forces) =
+            (&*columns, &*tableau, &*retraction, *settings, &*forces);
         let registers = *registers;
-        let run = |group: &mut Group<F>| -> Result<(), EnsembleError> {
-            for step in 0..steps {
-                group.advance::<R>(columns, registers, settings, h).or_else(|()| {
-                    let forces = &forces[group.first..group.first + group.filled];
-                    group.one_by_one(forces, retraction, tableau, settings, h).map_err(|(lane, source)| EnsembleError {
-                        member: group.first + lane,
-                        step,
-                        time: group.time.0[lane],
-                        source,
-                    })
-                })?;
-            }
-            Ok(())
-        };
+        let run =
+            |group: &mut Group<F>| -> Result<(), EnsembleError> {
+                for step in 0..steps {
+                    group.advance::<R>(columns, registers, settings, h).or_else(|()| {
+                        let forces = &forces[group.first..group.first + group.filled];
+                        group.one_by_one(forces, retraction, tableau, settings, h).map_err(|(lane, source)| {
+                            EnsembleError { member: group.first + lane, step, time: group.time.0[lane], source }
+                        })
+                    })?;
+                }
+                Ok(())
+            };
         #[cfg(feature = "harness")]
         let outcomes: Vec<Result<(), EnsembleError>> = {
             use rayon::prelude::*;
@@ -415,7 +414,7 @@ impl<F: PackedForce, R: LaneRetraction> Kernel for GroupStep<'_, F, R> {
                 }
                 return self.finish(isa, base, back, at_back, kick, mu);
             }
-            if !(change <= 1e3) || (sweep >= 8 && !(best <= first * 0.8_f64.powi(sweep))) {
+            if change.is_nan() || change > 1e3 || (sweep >= 8 && best > first * 0.8_f64.powi(sweep)) {
                 return Err(());
             }
         }

@@ -4,9 +4,9 @@ use super::retraction::{add_scaled, cross, dot};
 use super::{Row, Vec3};
 use crate::algebra::{Covector, LieAlgebra, Matrix, Vector};
 use crate::integrators::lanes::Lanes;
+use crate::mechanics::Force;
 use crate::mechanics::force::AnyForce;
 use crate::mechanics::lagrangian::{AnyLagrangian, Quadratic};
-use crate::mechanics::Force;
 use crate::scalar::Scalar;
 
 /// A coefficient: one number for all lanes, or eight numbers.
@@ -306,7 +306,8 @@ impl<F: LaneForce> Force<f64, 3> for OnBody<F> {
         use crate::mechanics::Lagrangian;
         let m = self.lagrangian.gradient(eta);
         let zero = [One(S::zero()); 3];
-        let f = self.force.add_to(One(t), [One(m[0]), One(m[1]), One(m[2])], [One(eta[0]), One(eta[1]), One(eta[2])], zero);
+        let f =
+            self.force.add_to(One(t), [One(m[0]), One(m[1]), One(m[2])], [One(eta[0]), One(eta[1]), One(eta[2])], zero);
         Covector::<S, 3>::new(f[0].0, f[1].0, f[2].0)
     }
 
@@ -392,7 +393,8 @@ impl PackedForce for Terms<Row> {
                     term.coefficients()
                 })
             });
-            packed.push(example.rebuilt(|k| Row(std::array::from_fn(|lane| lanes[lane].get(k).copied().unwrap_or(0.0)))));
+            packed
+                .push(example.rebuilt(|k| Row(std::array::from_fn(|lane| lanes[lane].get(k).copied().unwrap_or(0.0)))));
         }
         Self(packed)
     }

@@ -221,7 +221,9 @@ impl<F: LaneForce, R: LaneRetraction, const PAIRS: usize> Kernel for Step<'_, F,
         let mu: Vec3<Eight<I>> = momentum.map(|v| Eight::splat(isa, v));
         let eta = self.velocity(mu);
         let size = largest(momentum);
-        let extent = largest(std::array::from_fn(|r| self.inverse[r][0] * momentum[0] + self.inverse[r][1] * momentum[1] + self.inverse[r][2] * momentum[2])) * self.step.abs();
+        let extent = largest(std::array::from_fn(|r| {
+            self.inverse[r][0] * momentum[0] + self.inverse[r][1] * momentum[1] + self.inverse[r][2] * momentum[2]
+        })) * self.step.abs();
         if size == 0.0 || extent == 0.0 {
             return Err(Refused::Unswept(0));
         }
@@ -348,7 +350,7 @@ impl<F: LaneForce, R: LaneRetraction, const PAIRS: usize> Kernel for Step<'_, F,
                 jump = change;
             }
             // Hopeless: no root, or one that Newton's method must judge.
-            if (eager && judged >= 8 && !(best <= first * 0.8_f64.powi(judged))) || !(change <= 1e3) {
+            if change.is_nan() || change > 1e3 || (eager && judged >= 8 && best > first * 0.8_f64.powi(judged)) {
                 return Err(Refused::Unswept(predictor + sweep));
             }
             (p, x) = (next_p, next_x);

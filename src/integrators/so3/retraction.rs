@@ -10,11 +10,7 @@ pub(super) fn dot<V: Lanes>(x: Vec3<V>, y: Vec3<V>) -> V {
 
 #[inline(always)]
 pub(super) fn cross<V: Lanes>(x: Vec3<V>, y: Vec3<V>) -> Vec3<V> {
-    [
-        x[2].neg_mul_add(y[1], x[1] * y[2]),
-        x[0].neg_mul_add(y[2], x[2] * y[0]),
-        x[1].neg_mul_add(y[0], x[0] * y[1]),
-    ]
+    [x[2].neg_mul_add(y[1], x[1] * y[2]), x[0].neg_mul_add(y[2], x[2] * y[0]), x[1].neg_mul_add(y[0], x[0] * y[1])]
 }
 
 /// x + α y.

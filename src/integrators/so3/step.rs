@@ -96,7 +96,16 @@ impl<F: LaneForce, R: FastRetraction> VariationalSo3<F, R> {
         let columns = Columns::new(&tableau, weights.as_ref());
         let on_body = OnBody { force: force.clone(), lagrangian: lagrangian.clone() };
         let newton = Variational::with_settings(lagrangian, on_body, retraction, tableau, settings);
-        Ok(Self { columns, force, inverse, diagonal, registers: Registers::detect(), settings, newton, last: Last::default() })
+        Ok(Self {
+            columns,
+            force,
+            inverse,
+            diagonal,
+            registers: Registers::detect(),
+            settings,
+            newton,
+            last: Last::default(),
+        })
     }
 
     /// The same in registers of another kind: for tests that compare them.

@@ -56,9 +56,9 @@ pub trait Types<const N: usize, const D: usize>: Send + Sync + 'static {
     /// The one-step method on a system; the library's unless it is one's own.
     fn method<'s, T: Real, R, L, F>(system: &'s System<T, N, D, R, L, F>) -> impl OneStep<T, N, D> + 's
     where
-        R: Retraction<T, N, D>,
-        L: Lagrangian<T, N>,
-        F: Force<T, N>,
+        R: Retraction<T, N, D> + 'static,
+        L: Lagrangian<T, N> + 'static,
+        F: Force<T, N> + 'static,
     {
         Variational::new(&system.lagrangian, &system.force, &system.retraction, system.tableau.clone())
     }
@@ -304,9 +304,9 @@ impl<P, T, const N: usize, const D: usize, R, L, F> OneStep<T, N, D> for Steppin
 where
     P: Types<N, D>,
     T: Real,
-    R: Retraction<T, N, D>,
-    L: Lagrangian<T, N>,
-    F: Force<T, N>,
+    R: Retraction<T, N, D> + 'static,
+    L: Lagrangian<T, N> + 'static,
+    F: Force<T, N> + 'static,
 {
     fn step(&mut self, state: &mut State<T, N, D>, h: T) -> Result<Report<T>, StepError> {
         P::method(&self.system).step(state, h)

@@ -160,9 +160,9 @@ macro_rules! __own_key {
             system: &'s $crate::system::System<$t, $n, $d, R, L, F>,
         ) -> impl $crate::integrators::OneStep<$t, $n, $d> + 's
         where
-            R: $crate::retraction::Retraction<$t, $n, $d>,
-            L: $crate::mechanics::Lagrangian<$t, $n>,
-            F: $crate::mechanics::Force<$t, $n>,
+            R: $crate::retraction::Retraction<$t, $n, $d> + 'static,
+            L: $crate::mechanics::Lagrangian<$t, $n> + 'static,
+            F: $crate::mechanics::Force<$t, $n> + 'static,
         {
             $crate::laws::own::system::applied(system, $value)
         }

@@ -1,0 +1,565 @@
+//! The fast step on SO(3): the same step as the general one, in every kind of registers; the solver that chooses its steps;
+//! ensembles; and how rounding grows.
+
+use euler_poincare::algebra::{Covector, Matrix};
+use euler_poincare::group::So3;
+use euler_poincare::integrators::lanes::Registers;
+use euler_poincare::integrators::so3::{
+    AdaptiveSo3, Damping, EnsembleSo3, FastRetraction, Free, LaneForceError, Member, Relaxation, Row, SolveError, Term,
+    Terms, VariationalSo3,
+};
+use euler_poincare::integrators::{OneStep, Report, Solver, State, StepError, Variational};
+use euler_poincare::laws::method::Claims;
+use euler_poincare::laws::own::{Outcome, Settings};
+use euler_poincare::mechanics::force::{
+    AnyForce, Constant, DoubleBracket, LinearDrag, Metriplectic, Periodic, QuadraticDrag,
+};
+use euler_poincare::mechanics::lagrangian::{AnyLagrangian, Quadratic};
+use euler_poincare::mechanics::models::landau_lifshitz_gilbert;
+use euler_poincare::mechanics::{Force, Lagrangian};
+use euler_poincare::retraction::{CayleySo3, ExponentialSo3, Retraction};
+use euler_poincare::scalar::{Dd, Real, Scalar};
+use euler_poincare::suite;
+use euler_poincare::system::System;
+use euler_poincare::tableau::{Description, Tableau};
+use proptest::prelude::*;
+use std::any::Any;
+use std::sync::atomic::{AtomicUsize, Ordering};
+
+const U: f64 = f64::EPSILON / 2.0;
+
+fn tableau(name: &str) -> Tableau<f64> {
+    name.parse::<Description>().unwrap().build().unwrap()
+}
+
+/// A body, a force of the catalogue on it, and where it is.
+#[derive(Clone, Debug)]
+struct Body {
+    lagrangian: Quadratic<f64, 3>,
+    force: AnyForce<f64, 3>,
+    state: State<f64, 3, 3>,
+}
+
+impl Body {
+    fn terms(&self) -> Terms {
+        Terms::new(&self.force, &self.lagrangian).unwrap()
+    }
+
+    /// |Ω|.
+    fn speed(&self) -> f64 {
+        (self.lagrangian.inverse() * self.state.momentum.transpose()).norm()
+    }
+}
+
+/// A rotation from a unit quaternion.
+fn rotation(q: [f64; 4]) -> Matrix<f64, 3> {
+    nalgebra::UnitQuaternion::from_quaternion(nalgebra::Quaternion::new(q[0], q[1], q[2], q[3]))
+        .to_rotation_matrix()
+        .into_inner()
+}
+
+prop_compose! {
+    fn bodies()(
+        moments in prop::array::uniform3(0.25f64..4.0),
+        turn in prop::array::uniform4(-1.0f64..1.0).prop_filter("a direction", |q| q.iter().map(|v| v * v).sum::<f64>() > 0.01),
+        aligned in any::<bool>(),
+        momentum in prop::array::uniform3(-2.0f64..2.0).prop_filter("a momentum", |m| m.iter().map(|v| v * v).sum::<f64>() > 0.01),
+        attitude in prop::array::uniform4(-1.0f64..1.0).prop_filter("a direction", |q| q.iter().map(|v| v * v).sum::<f64>() > 0.01),
+        kinds in prop::collection::vec(0usize..6, 0..3),
+        strength in 0.0f64..1.0,
+        torque in prop::array::uniform3(-0.5f64..0.5),
+        time in -3.0f64..3.0,
+    ) -> Body {
+        let frame = if aligned { Matrix::identity() } else { rotation(turn) };
+        let lagrangian = Quadratic::new(frame * Matrix::from_diagonal(&moments.into()) * frame.transpose()).unwrap();
+        let drag = frame * Matrix::<f64, 3>::from_diagonal(&(torque.map(f64::abs)).into()) * frame.transpose();
+        let covector = Covector::<f64, 3>::from(torque);
+        let algebra = euler_poincare::group::LieGroup::algebra(&So3::<f64>::new()).clone();
+        let force = AnyForce::Sum(kinds.iter().map(|kind| match kind {
+            0 => DoubleBracket::new(algebra.clone(), lagrangian.clone(), strength).unwrap().into(),
+            1 => Metriplectic::new(algebra.clone(), lagrangian.clone(), strength).unwrap().into(),
+            2 => LinearDrag::new(drag).unwrap().into(),
+            3 => QuadraticDrag::new(drag).unwrap().into(),
+            4 => Constant::new(covector).unwrap().into(),
+            _ => Periodic::new(covector, 1.0 + strength, strength).unwrap().into(),
+        }).collect());
+        let state = State { time, momentum: Covector::<f64, 3>::from(momentum), attitude: rotation(attitude) };
+        Body { lagrangian, force, state }
+    }
+}
+
+const TABLEAUX: [&str; 22] = [
+    "gauss-1",
+    "gauss-2",
+    "gauss-3",
+    "gauss-4",
+    "gauss-5",
+    "gauss-6",
+    "gauss-7",
+    "gauss-8",
+    "lobatto-iiia-2",
+    "lobatto-iiia-3",
+    "lobatto-iiia-5",
+    "lobatto-iiib-2",
+    "lobatto-iiib-4",
+    "lobatto-iiib-5",
+    "lobatto-iiic-2",
+    "lobatto-iiic-4",
+    "radau-ia-2",
+    "radau-ia-3",
+    "radau-iia-2",
+    "radau-iia-4",
+    "rk4",
+    "lobatto-iiia-4",
+];
+
+/// Where two engines that solve to these residuals may differ: both are within |J⁻¹| r of the root, and the sums that
+/// make the new state round in other orders. |J⁻¹| ≤ 16 wherever sweeps contract at 0.8 or faster and |dτ⁻¹| ≤ 2.
+fn allowance(reports: [&Report<f64>; 2], size: f64) -> f64 {
+    let residual: f64 = reports.iter().map(|report| report.residual).sum();
+    (16.0 * residual + 256.0 * U) * (1.0 + size)
+}
+
+fn distance(x: &State<f64, 3, 3>, y: &State<f64, 3, 3>) -> f64 {
+    (x.momentum - y.momentum).amax().max((x.attitude - y.attitude).amax()).max((x.time - y.time).abs())
+}
+
+/// A few steps by both, compared one by one; how many were compared.
+fn agree<R: FastRetraction>(
+    body: &Body,
+    name: &str,
+    retraction: R,
+    h: f64,
+    registers: Registers,
+) -> Result<usize, TestCaseError> {
+    let mut fast = VariationalSo3::new(body.lagrangian.clone(), body.terms(), retraction.clone(), tableau(name))
+        .unwrap()
+        .in_registers(registers);
+    let mut general = Variational::new(body.lagrangian.clone(), body.force.clone(), retraction, tableau(name));
+    let mut state = body.state.clone();
+    let mut compared = 0;
+    for _ in 0..4 {
+        let mut other = state.clone();
+        match (fast.step(&mut state, h), general.step(&mut other, h)) {
+            (Ok(a), Ok(b)) => {
+                let bound = allowance([&a, &b], other.momentum.amax());
+                prop_assert!(distance(&state, &other) <= bound, "{} > {bound}: {a:?} {b:?}", distance(&state, &other));
+                prop_assert!(a.residual <= (1 << 14) as f64 * U);
+                compared += 1;
+            }
+            (Err(a), Err(b)) => {
+                prop_assert_eq!(std::mem::discriminant(&a), std::mem::discriminant(&b), "{} {}", a, b);
+                break;
+            }
+            // Where the branch is nearly folded, one may stop short of the other.
+            (Ok(report), Err(_)) | (Err(_), Ok(report)) => {
+                prop_assert!(report.solver != Solver::Sweeps || report.iterations > 20, "{report:?}");
+                break;
+            }
+        }
+    }
+    Ok(compared)
+}
+
+proptest! {
+    #![proptest_config(ProptestConfig { cases: 192, ..ProptestConfig::default() })]
+
+    #[test]
+    fn the_fast_step_is_the_general_step(
+        body in bodies(), name in prop::sample::select(&TABLEAUX[..]), angle in 0.001f64..1.5, exponential in any::<bool>(), back in any::<bool>(),
+    ) {
+        let h = angle / body.speed() * if back { -1.0 } else { 1.0 };
+        for registers in Registers::all() {
+            if exponential {
+                agree(&body, name, ExponentialSo3::new(), h, registers)?;
+            } else {
+                agree(&body, name, CayleySo3::new(), h, registers)?;
+            }
+        }
+    }
+
+    #[test]
+    fn the_solver_keeps_its_tolerance(body in bodies(), span in 0.5f64..6.0, digits in 3i32..13, back in any::<bool>()) {
+        let span = span / body.speed() * if back { -1.0 } else { 1.0 };
+        let tolerance = 10f64.powi(-digits);
+        let mut solver = AdaptiveSo3::new(body.lagrangian.clone(), body.terms());
+        let mut state = body.state.clone();
+        let solved = solver.solve(&mut state, span, tolerance).map_err(|e| TestCaseError::fail(e.to_string()))?;
+        // Fixed short steps of a high order, by the general engine.
+        let mut general = Variational::new(body.lagrangian.clone(), body.force.clone(), ExponentialSo3::new(), tableau("gauss-6"));
+        let mut reference = body.state.clone();
+        let steps = 64;
+        for _ in 0..steps {
+            general.step(&mut reference, span / f64::from(steps)).unwrap();
+        }
+        // A bound on how much errors grow: forces of the generator have |∂f| ≤ 4 a unit of |Ω|.
+        let error = (state.momentum - reference.momentum).amax() / body.state.momentum.amax().max(reference.momentum.amax());
+        let error = error.max((state.attitude - reference.attitude).amax());
+        prop_assert!(error <= 16.0 * tolerance + 2e-12, "{error:e} at {tolerance:e}: {solved:?}");
+        prop_assert!((state.time - reference.time).abs() <= 64.0 * U * (1.0 + span.abs()));
+        let defect = (state.attitude.transpose() * state.attitude - Matrix::identity()).amax();
+        prop_assert!(defect <= 1e-14, "{defect:e}");
+    }
+}
+
+#[test]
+fn most_steps_are_taken_by_sweeps() {
+    let model = landau_lifshitz_gilbert::<f64>();
+    let lagrangian = Quadratic::diagonal([0.5, 2.0, 1.0]).unwrap();
+    for name in TABLEAUX {
+        let body = Body {
+            lagrangian: lagrangian.clone(),
+            force: model.system.force.clone(),
+            state: State { time: 0.0, momentum: model.momentum, attitude: Matrix::identity() },
+        };
+        for registers in Registers::all() {
+            assert_eq!(agree(&body, name, CayleySo3::new(), 0.125, registers).unwrap(), 4, "{name}");
+            assert_eq!(agree(&body, name, ExponentialSo3::new(), 0.125, registers).unwrap(), 4, "{name}");
+        }
+    }
+}
+
+/// One step of the specification's problems, and its errors at T = 1 (150-bit runs).
+#[test]
+fn the_reference_steps_are_reproduced() {
+    let lagrangian = Quadratic::diagonal([0.5, 2.0, 1.0]).unwrap();
+    let momentum = Covector::<f64, 3>::new(0.5, 0.0, 1.0) / 2f64.sqrt();
+    let start = State { time: 0.0, momentum, attitude: Matrix::identity() };
+    let steps = [
+        ("gauss-1", [0.3325523603683159, 0.0312710753139576, 0.7165415190785951]),
+        ("gauss-2", [0.3325020802648156, 0.0313526763021243, 0.7165607981817258]),
+        ("lobatto-iiia-3", [0.3325020242605735, 0.0313527332683193, 0.7165608236605989]),
+        ("lobatto-iiib-3", [0.3325021449851981, 0.0313526299631130, 0.7165607678834958]),
+    ];
+    for (name, expected) in steps {
+        let mut method =
+            VariationalSo3::new(lagrangian.clone(), Damping(1.0), CayleySo3::new(), tableau(name)).unwrap();
+        let mut state = start.clone();
+        method.step(&mut state, 0.125).unwrap();
+        assert!((state.momentum - Covector::<f64, 3>::from(expected)).amax() < 4e-16, "{name} {}", state.momentum);
+    }
+    let exact = Covector::<f64, 3>::new(0.3792307480209543639345, 0.2570004497899354372658, 0.6552430571284844754182);
+    for (name, steps, error) in
+        [("gauss-2", 8, 2.46e-7), ("gauss-3", 4, 3.65e-9), ("gauss-4", 2, 9.58e-11), ("gauss-1", 64, 1.05e-5)]
+    {
+        let mut method =
+            VariationalSo3::new(lagrangian.clone(), Relaxation(0.1), CayleySo3::new(), tableau(name)).unwrap();
+        let mut state = start.clone();
+        for _ in 0..steps {
+            method.step(&mut state, 1.0 / f64::from(steps)).unwrap();
+        }
+        let found = (state.momentum - exact).norm();
+        assert!((found / error - 1.0).abs() < 0.01, "{name}: {found:e}");
+    }
+}
+
+#[test]
+fn a_fold_is_refused_by_the_fast_step_too() {
+    let lagrangian = Quadratic::diagonal([0.5, 2.0, 1.0]).unwrap();
+    let momentum = Covector::<f64, 3>::new(0.5, 0.0, 1.0) / 2f64.sqrt();
+    let start = State { time: 0.0, momentum, attitude: Matrix::identity() };
+    for (name, fold) in [("lobatto-iiia-2", 0.797), ("radau-ia-1", 0.49), ("lobatto-iiic-2", 0.76)] {
+        let mut method =
+            VariationalSo3::new(lagrangian.clone(), Damping(1.0), CayleySo3::new(), tableau(name)).unwrap();
+        let mut state = start.clone();
+        let error = method.step(&mut state, fold + 0.1).unwrap_err();
+        let StepError::Fold { fold: found, .. } = error else { panic!("{name}: {error}") };
+        assert!((found - fold).abs() < 0.01, "{name}: {found}");
+        assert_eq!(state, start);
+    }
+}
+
+#[test]
+fn bad_input_is_refused() {
+    let lagrangian = Quadratic::diagonal([0.5, 2.0, 1.0]).unwrap();
+    let start = State { time: 0.0, momentum: Covector::<f64, 3>::new(0.5, 0.0, 1.0), attitude: Matrix::identity() };
+    let mut method =
+        VariationalSo3::new(lagrangian.clone(), Damping(1.0), CayleySo3::new(), tableau("gauss-3")).unwrap();
+    for h in [f64::NAN, f64::INFINITY] {
+        let mut state = start.clone();
+        assert!(matches!(method.step(&mut state, h), Err(StepError::NotFinite { .. })));
+        assert_eq!(state, start);
+    }
+    let mut state = State { momentum: Covector::<f64, 3>::new(f64::NAN, 0.0, 0.0), ..start.clone() };
+    assert!(matches!(method.step(&mut state, 0.1), Err(StepError::NotFinite { .. })));
+    // At rest, and a step of no size.
+    let mut state = State { momentum: Covector::zeros(), ..start.clone() };
+    method.step(&mut state, 0.1).unwrap();
+    assert_eq!(state.momentum, Covector::<f64, 3>::zeros());
+    let mut state = start.clone();
+    method.step(&mut state, 0.0).unwrap();
+    assert!(distance(&state, &start) <= 4.0 * U);
+
+    let nine = VariationalSo3::new(lagrangian.clone(), Damping(1.0), CayleySo3::new(), tableau("gauss-9"));
+    assert_eq!(nine.unwrap_err().stages, 9);
+    let other = Quadratic::diagonal([1.0, 2.0, 3.0]).unwrap();
+    let algebra = euler_poincare::group::LieGroup::algebra(&So3::<f64>::new()).clone();
+    let force: AnyForce<f64, 3> = DoubleBracket::new(algebra.clone(), other.clone(), 1.0).unwrap().into();
+    assert!(matches!(Terms::new(&force, &lagrangian), Err(LaneForceError::OtherLagrangian { .. })));
+    let basis = Matrix::<f64, 3>::new(1.0, 1.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 2.0);
+    let force = Metriplectic::new(algebra.in_basis(&basis).unwrap(), lagrangian.clone(), 1.0).unwrap().into();
+    assert!(matches!(Terms::new(&force, &lagrangian), Err(LaneForceError::OtherAlgebra { .. })));
+
+    let mut solver = AdaptiveSo3::new(lagrangian, Damping(1.0));
+    for (span, tolerance) in
+        [(f64::NAN, 1e-8), (f64::INFINITY, 1e-8), (1.0, 0.0), (1.0, f64::NAN), (1.0, 2.0), (1.0, -1.0)]
+    {
+        let mut state = start.clone();
+        assert!(matches!(solver.solve(&mut state, span, tolerance), Err(SolveError::BadInput { .. })));
+        assert_eq!(state, start);
+    }
+    let mut state = start.clone();
+    assert_eq!(solver.solve(&mut state, 0.0, 1e-8).unwrap().steps, 0);
+    let mut state = State { momentum: Covector::zeros(), ..start.clone() };
+    let rest = solver.solve(&mut state, 5.0, 1e-8).unwrap();
+    assert_eq!((state.momentum, state.attitude, rest.steps), (Covector::<f64, 3>::zeros(), Matrix::identity(), 1));
+}
+
+/// A torque that switches on faster than any step resolves cannot be integrated to the tolerance: an error, no wrong answer.
+#[test]
+fn what_cannot_be_kept_is_an_error() {
+    let lagrangian = Quadratic::diagonal([0.5, 2.0, 1.0]).unwrap();
+    let start = State { time: 0.0, momentum: Covector::<f64, 3>::new(0.5, 0.0, 1.0), attitude: Matrix::identity() };
+    let force = Terms(vec![Term::Constant([f64::MAX, 0.0, 0.0])]);
+    let mut solver = AdaptiveSo3::new(lagrangian, force);
+    let mut state = start.clone();
+    let error = solver.solve(&mut state, 1.0, 1e-8).unwrap_err();
+    assert!(matches!(error, SolveError::Stuck { .. } | SolveError::Tolerance { .. }), "{error}");
+    assert_eq!(state, start);
+}
+
+/// 1000 units of time of the relaxed body: attitude, free Casimir and energy.
+#[test]
+fn a_long_run_stays_on_the_group() {
+    let lagrangian = Quadratic::diagonal([0.5, 2.0, 1.0]).unwrap();
+    let momentum = Covector::<f64, 3>::new(0.5, 0.0, 1.0) / 2f64.sqrt();
+    let start = State { time: 0.0, momentum, attitude: Matrix::identity() };
+    let mut worst: f64 = 0.0;
+    let mut see = |state: &State<f64, 3, 3>| {
+        worst = worst.max((state.attitude.transpose() * state.attitude - Matrix::identity()).amax());
+    };
+    let mut solver = AdaptiveSo3::new(lagrangian.clone(), Relaxation(0.1));
+    let mut state = start.clone();
+    let solved = solver.solve_with(&mut state, 1000.0, 1e-10, |state, _| see(state)).unwrap();
+    assert!(solved.steps < 500, "{solved:?}");
+    let mut solver = AdaptiveSo3::new(lagrangian, Free);
+    let mut state = start.clone();
+    let mut casimir: f64 = 0.0;
+    solver
+        .solve_with(&mut state, 1000.0, 1e-10, |state, _| {
+            see(state);
+            casimir = casimir.max((state.momentum.norm_squared() - start.momentum.norm_squared()).abs());
+        })
+        .unwrap();
+    assert!(worst <= 1e-14 && casimir <= 1e-14, "{worst:e} {casimir:e}");
+}
+
+fn member(k: usize) -> Member<Terms> {
+    let x = |n: usize| ((k * 7 + n * 13 + k * k * n) % 101) as f64 / 101.0;
+    let terms = match k % 4 {
+        0 => vec![],
+        1 => vec![Term::Damping(x(1))],
+        2 => vec![Term::Constant([0.1, -0.2, x(2)]), Term::Relaxation(0.5 * x(3)), Term::Damping(0.2)],
+        _ => vec![
+            Term::LinearDrag([[0.2, 0.0, 0.0], [0.0, 0.1, 0.05], [0.0, 0.05, x(4)]]),
+            Term::Periodic([x(5), 0.0, 0.1], 2.0, 0.3),
+        ],
+    };
+    Member {
+        lagrangian: Quadratic::diagonal([0.5 + x(1), 0.75 + x(2), 1.0]).unwrap(),
+        force: Terms(terms),
+        state: State {
+            time: x(6),
+            momentum: Covector::<f64, 3>::new(x(7) - 0.5, 0.25 + x(8), x(9) - 0.5),
+            attitude: rotation([1.0, x(1), x(2), x(3)]),
+        },
+    }
+}
+
+#[test]
+fn an_ensemble_is_its_bodies() {
+    for (name, size) in [("gauss-2", 21), ("gauss-4", 8), ("lobatto-iiia-3", 3), ("radau-iia-2", 1)] {
+        let members: Vec<_> = (0..size).map(member).collect();
+        for registers in Registers::all() {
+            let mut ensemble = EnsembleSo3::<Terms<Row>, _>::new(&members, CayleySo3::new(), tableau(name))
+                .unwrap()
+                .in_registers(registers);
+            assert_eq!(ensemble.len(), size);
+            ensemble.advance(1.0 / 32.0, 40).unwrap();
+            for (k, (member, found)) in members.iter().zip(ensemble.states()).enumerate() {
+                let force = member.force.clone();
+                let mut method =
+                    VariationalSo3::new(member.lagrangian.clone(), force, CayleySo3::new(), tableau(name)).unwrap();
+                let mut state = member.state.clone();
+                for _ in 0..40 {
+                    method.step(&mut state, 1.0 / 32.0).unwrap();
+                }
+                assert!(distance(&state, &found) < 1e-14, "{name} {k}: {:e}", distance(&state, &found));
+                assert_eq!(ensemble.state(k), Some(found));
+            }
+            assert_eq!(ensemble.state(size), None);
+        }
+    }
+}
+
+#[test]
+fn an_ensemble_gives_the_same_bits_on_any_number_of_threads() {
+    let members: Vec<_> = (0..100).map(member).collect();
+    let run = |threads: usize| {
+        let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().unwrap();
+        let mut ensemble =
+            EnsembleSo3::<Terms<Row>, _>::new(&members, ExponentialSo3::new(), tableau("gauss-3")).unwrap();
+        pool.install(|| ensemble.advance(0.05, 50)).unwrap();
+        ensemble.states().collect::<Vec<_>>()
+    };
+    let one = run(1);
+    assert_eq!(one, run(2));
+    assert_eq!(one, run(7));
+}
+
+#[test]
+fn an_ensemble_takes_steps_that_sweeps_do_not_solve_and_names_the_body_that_fails() {
+    let momentum = Covector::<f64, 3>::new(0.5, 0.0, 1.0) / 2f64.sqrt();
+    let lagrangian = Quadratic::diagonal([0.5, 2.0, 1.0]).unwrap();
+    let member = |scale: f64| Member {
+        lagrangian: lagrangian.clone(),
+        force: Damping(scale),
+        state: State { time: 0.0, momentum: momentum * scale, attitude: Matrix::identity() },
+    };
+    // The branch of Lobatto IIIA-2 folds at h = 0.797 for the body 9, at larger steps for the others.
+    let members: Vec<_> = (0..12).map(|k| member(if k == 9 { 1.0 } else { 0.25 })).collect();
+    let mut ensemble =
+        EnsembleSo3::<Damping<Row>, _>::new(&members, CayleySo3::new(), tableau("lobatto-iiia-2")).unwrap();
+    let error = ensemble.advance(0.9, 3).unwrap_err();
+    assert_eq!((error.member, error.step), (9, 0), "{error}");
+    assert!(matches!(error.source, StepError::Fold { .. }), "{error}");
+    // Newton's method steps in: large steps of Gauss-1.
+    let mut ensemble = EnsembleSo3::<Damping<Row>, _>::new(&members, CayleySo3::new(), tableau("gauss-1")).unwrap();
+    ensemble.advance(1.5, 2).unwrap();
+    for (member, found) in members.iter().zip(ensemble.states()) {
+        let mut method =
+            VariationalSo3::new(member.lagrangian.clone(), member.force, CayleySo3::new(), tableau("gauss-1")).unwrap();
+        let mut state = member.state.clone();
+        method.step(&mut state, 1.5).unwrap();
+        method.step(&mut state, 1.5).unwrap();
+        assert!(distance(&state, &found) < 1e-13);
+    }
+}
+
+/// The rounding errors of free bodies over many steps: |μ|² and g μ are kept by the method, so all change is rounding. With
+/// compensated sums it grows like √n.
+#[test]
+fn rounding_grows_like_the_square_root_of_the_steps() {
+    let members: Vec<_> =
+        (0..32).map(|k| Member { force: Free, lagrangian: member(k).lagrangian, state: member(k).state }).collect();
+    let mut ensemble = EnsembleSo3::<Free, _>::new(&members, CayleySo3::new(), tableau("gauss-2")).unwrap();
+    let spatial = |state: &State<f64, 3, 3>| state.attitude * state.momentum.transpose();
+    let mut rms = Vec::new();
+    let mut taken = 0;
+    for steps in [1000, 4000, 16000, 64000] {
+        ensemble.advance(0.1, steps - taken).unwrap();
+        taken = steps;
+        let squares = members.iter().zip(ensemble.states()).map(|(member, state)| {
+            ((spatial(&state) - spatial(&member.state)) / member.state.momentum.norm()).norm_squared()
+        });
+        rms.push((squares.sum::<f64>() / 32.0).sqrt());
+    }
+    let exponent = (rms[3] / rms[0]).ln() / 64f64.ln();
+    assert!(exponent < 0.75, "{exponent} {rms:?}");
+    assert!(rms[3] < 1e-13, "{rms:?}");
+}
+
+/// [`VariationalSo3`] on `f64`, the general engine on other scalars and other Lagrangians: the laws of methods judge both.
+struct Either<'s, T: Real, R, L, F> {
+    fast: Option<VariationalSo3<Terms, CayleySo3<f64>>>,
+    general: Variational<T, 3, 3, &'s L, &'s F, &'s R>,
+}
+
+impl<'s, T: Real, R, L, F> Either<'s, T, R, L, F>
+where
+    R: Retraction<T, 3, 3>,
+    L: Lagrangian<T, 3> + 'static,
+    F: Force<T, 3> + 'static,
+{
+    fn new(system: &'s System<T, 3, 3, R, L, F>) -> Self {
+        let lagrangian = (&system.lagrangian as &dyn Any).downcast_ref::<AnyLagrangian<f64, 3>>();
+        let force = (&system.force as &dyn Any).downcast_ref::<AnyForce<f64, 3>>();
+        let fast = match (lagrangian, force) {
+            (Some(AnyLagrangian::Quadratic(lagrangian)), Some(force)) => {
+                let terms = Terms::new(force, lagrangian).expect("a force on this body");
+                let method = VariationalSo3::new(lagrangian.clone(), terms, CayleySo3::new(), tableau("gauss-3"));
+                Some(method.expect("three stages"))
+            }
+            _ => None,
+        };
+        let tableau = "gauss-3".parse::<Description>().unwrap().build().unwrap();
+        Self { fast, general: Variational::new(&system.lagrangian, &system.force, &system.retraction, tableau) }
+    }
+}
+
+/// Steps that the fast path took in the laws below.
+static FAST: AtomicUsize = AtomicUsize::new(0);
+
+impl<T: Real, R, L, F> OneStep<T, 3, 3> for Either<'_, T, R, L, F>
+where
+    R: Retraction<T, 3, 3>,
+    L: Lagrangian<T, 3>,
+    F: Force<T, 3>,
+{
+    fn step(&mut self, state: &mut State<T, 3, 3>, h: T) -> Result<Report<T>, StepError> {
+        if let Some(fast) = &mut self.fast
+            && let Some(state) = (state as &mut dyn Any).downcast_mut::<State<f64, 3, 3>>()
+        {
+            FAST.fetch_add(1, Ordering::Relaxed);
+            let report = fast.step(state, h.to_f64())?;
+            let Report { solver, iterations, residual } = report;
+            return Ok(Report { solver, iterations, residual: T::exact(residual) });
+        }
+        self.general.step(state, h)
+    }
+}
+
+suite! {
+    mod step<T, 3, 3> {
+        group: So3::<T>::new(),
+        retraction: CayleySo3::<T>::new(),
+        method: |system| Either::new(system),
+        claims: Claims { order: Some(6), casimirs: true, ..Claims::default() },
+    }
+}
+
+/// The laws of methods, with the fast step as the method wherever the case has a quadratic Lagrangian.
+#[test]
+fn the_laws_of_methods_hold_on_the_fast_step() {
+    let suite = step::suite();
+    let names: Vec<_> = suite.names().into_iter().filter(|name| name.starts_with("method-")).collect();
+    assert!(names.len() >= 5, "{names:?}");
+    for name in names {
+        let before = FAST.load(Ordering::Relaxed);
+        match suite.run(name, &Settings::new()) {
+            Outcome::Held { .. } => {}
+            other => panic!("{name}: {other:?}"),
+        }
+        assert!(FAST.load(Ordering::Relaxed) > before + 100, "{name}: the fast step was hardly asked");
+    }
+}
+
+#[test]
+fn the_digits_of_the_general_engine_are_those_of_the_fast_one() {
+    // Gauss-3 in 32 digits against the fast step: the 16 digits agree.
+    let body = Quadratic::diagonal([0.5, 2.0, 1.0]).unwrap();
+    let start = State { time: 0.0, momentum: Covector::<f64, 3>::new(0.5, 0.25, 1.0), attitude: Matrix::identity() };
+    let mut fast = VariationalSo3::new(body, Damping(1.0), CayleySo3::new(), tableau("gauss-3")).unwrap();
+    let mut state = start.clone();
+    fast.step(&mut state, 0.25).unwrap();
+    let algebra = euler_poincare::group::LieGroup::algebra(&So3::<Dd>::new()).clone();
+    let lagrangian = Quadratic::diagonal([0.5, 2.0, 1.0].map(Dd::exact)).unwrap();
+    let force = DoubleBracket::new(algebra, lagrangian.clone(), Dd::exact(1.0)).unwrap();
+    let exact = "gauss-3".parse::<Description>().unwrap().build::<Dd>().unwrap();
+    let mut general = Variational::new(lagrangian, force, CayleySo3::new(), exact);
+    let mut other =
+        State { time: Dd::exact(0.0), momentum: start.momentum.map(Dd::exact), attitude: Matrix::identity() };
+    general.step(&mut other, Dd::exact(0.25)).unwrap();
+    assert!((state.momentum - other.momentum.map(|v| v.to_f64())).amax() <= 4.0 * U);
+    assert!((state.attitude - other.attitude.map(|v| v.to_f64())).amax() <= 4.0 * U);
+}
