@@ -55,9 +55,19 @@ fn arguments() -> Result<Arguments, String> {
     Ok(arguments)
 }
 
-/// The compiler, its flags and the target: other builds have other counts.
+/// The compiler, its flags, the target and the vectors that callgrind can offer: other builds have other counts.
 fn build() -> String {
-    format!("{}, {}", env!("INSTRUCTIONS_BUILD"), env!("INSTRUCTIONS_TARGET"))
+    format!("{}, {}{}", env!("INSTRUCTIONS_BUILD"), env!("INSTRUCTIONS_TARGET"), vectors())
+}
+
+#[cfg(target_arch = "x86_64")]
+fn vectors() -> &'static str {
+    if is_x86_feature_detected!("avx2") && is_x86_feature_detected!("fma") { " with AVX2" } else { "" }
+}
+
+#[cfg(not(target_arch = "x86_64"))]
+fn vectors() -> &'static str {
+    ""
 }
 
 impl Snapshot {
