@@ -66,7 +66,9 @@ impl Method {
 
 /// Equal steps that divide the interval, of the size that the order suggests for the tolerance.
 fn steps(problem: &Problem, tolerance: f64) -> usize {
-    let longest = (5.6 * tolerance.powf(1.0 / (2 * STAGES) as f64)).min(1.0);
+    // Beyond the second number sweeps do not contract, and Newton's method takes over.
+    let (scale, most) = if problem.system == System::Fluid { (2.8, 0.5) } else { (5.6, 1.0) };
+    let longest = (scale * tolerance.powf(1.0 / (2 * STAGES) as f64)).min(most);
     (problem.end / longest).ceil().max(1.0) as usize
 }
 
