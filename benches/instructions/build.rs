@@ -1,0 +1,14 @@
+//! Which compiler: counts are compared only with those of the same one.
+
+use std::process::Command;
+
+fn main() {
+    let rustc = std::env::var("RUSTC").unwrap_or_else(|_| "rustc".into());
+    let version = Command::new(rustc).arg("--version").output().ok().and_then(|o| String::from_utf8(o.stdout).ok());
+    let flags = std::env::var("CARGO_ENCODED_RUSTFLAGS").unwrap_or_default().replace('\u{1f}', " ");
+    let build = format!("{} {flags}", version.as_deref().unwrap_or("rustc of unknown version").trim());
+    println!("cargo::rustc-env=INSTRUCTIONS_BUILD={}", build.trim());
+    println!("cargo::rustc-env=INSTRUCTIONS_TARGET={}", std::env::var("TARGET").unwrap_or_default());
+    println!("cargo::rerun-if-env-changed=CARGO_ENCODED_RUSTFLAGS");
+    println!("cargo::rerun-if-changed=build.rs");
+}

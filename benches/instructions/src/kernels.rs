@@ -1,0 +1,119 @@
+//! The kernels whose instructions are counted: each is one step in a run.
+
+use euler_poincare::algebra::catalogue::Entry;
+use euler_poincare::algebra::{Covector, Matrix};
+use euler_poincare::group::{LieGroup, MatrixGroup};
+use euler_poincare::integrators::{Doubled, DoubledState, MuntheKaas, OneStep, State, Variational};
+use euler_poincare::mechanics::doubled::Forced;
+use euler_poincare::mechanics::force::{AnyForce, LinearDrag, QuadraticDrag};
+use euler_poincare::mechanics::lagrangian::Quadratic;
+use euler_poincare::mechanics::models::{Model, landau_lifshitz_gilbert, relaxed_rigid_body};
+use euler_poincare::retraction::{Cayley, CayleySo3, Exponential, ExponentialSo3, Retraction};
+use euler_poincare::scalar::{Dd, Real};
+use euler_poincare::tableau::{Description, Tableau};
+
+/// Takes the next step.
+pub type Step = Box<dyn FnMut()>;
+
+/// A name, and what makes the kernel.
+pub struct Kernel {
+    /// Its name in the snapshot: no spaces.
+    pub name: &'static str,
+    /// The run at its start.
+    pub start: fn() -> Step,
+}
+
+/// Every kernel: a new one is a line here.
+pub const KERNELS: &[Kernel] = &[
+    Kernel { name: "so3/cayley/gauss-1", start: || llg("gauss-1", CayleySo3::new()) },
+    Kernel { name: "so3/cayley/gauss-2", start: || llg("gauss-2", CayleySo3::new()) },
+    Kernel { name: "so3/cayley/gauss-3", start: || llg("gauss-3", CayleySo3::new()) },
+    Kernel { name: "so3/cayley/gauss-8", start: || llg("gauss-8", CayleySo3::new()) },
+    Kernel { name: "so3/cayley/lobatto-iiib-3", start: || llg("lobatto-iiib-3", CayleySo3::new()) },
+    Kernel {
+        name: "so3/cayley/gauss-2/relaxed",
+        start: || body(&relaxed_rigid_body::<f64>(), "gauss-2", CayleySo3::new()),
+    },
+    Kernel { name: "so3/cayley/gauss-2/first", start: first },
+    Kernel {
+        name: "so3/cayley/gauss-2/32-digits",
+        start: || body(&landau_lifshitz_gilbert::<Dd>(), "gauss-2", CayleySo3::new()),
+    },
+    Kernel { name: "so3/exp/gauss-2", start: || llg("gauss-2", ExponentialSo3::new()) },
+    Kernel { name: "so3/exp/gauss-3", start: || llg("gauss-3", ExponentialSo3::new()) },
+    Kernel { name: "so3/exp/munthe-kaas/gauss-2", start: munthe_kaas },
+    Kernel { name: "so3/cayley/doubled/gauss-2", start: doubled },
+    Kernel { name: "se3/cayley/gauss-2", start: || fluid(Cayley::new(se3()).expect("se(3) admits the Cayley map")) },
+    Kernel { name: "se3/exp/gauss-2", start: || fluid(Exponential::of_group(se3())) },
+];
+
+fn tableau<T: Real>(name: &str) -> Tableau<T> {
+    let description: Description = name.parse().expect("the name of a tableau");
+    description.build().expect("a tableau")
+}
+
+/// Steps of a tenth, one after the other: each starts from the stages of the one before.
+fn steps<T: Real, const N: usize, const D: usize>(
+    mut method: impl OneStep<T, N, D> + 'static,
+    momentum: Covector<T, N>,
+    attitude: Matrix<T, D>,
+) -> Step {
+    let (mut state, h) = (State { time: T::zero(), momentum, attitude }, T::ratio(1, 10));
+    Box::new(move || {
+        method.step(&mut state, h).expect("the step succeeds");
+    })
+}
+
+fn body<T: Real>(model: &Model<T>, name: &str, retraction: impl Retraction<T, 3, 3> + 'static) -> Step {
+    let (lagrangian, force) = (model.system.lagrangian.clone(), model.system.force.clone());
+    let method = Variational::new(lagrangian, force, retraction, tableau(name));
+    steps(method, model.momentum, Matrix::identity())
+}
+
+fn llg(name: &str, retraction: impl Retraction<f64, 3, 3> + 'static) -> Step {
+    body(&landau_lifshitz_gilbert(), name, retraction)
+}
+
+/// Every step is a first one: it starts from another state than the last one ended with.
+fn first() -> Step {
+    let model = landau_lifshitz_gilbert::<f64>();
+    let (lagrangian, force) = (model.system.lagrangian.clone(), model.system.force.clone());
+    let mut method = Variational::new(lagrangian, force, CayleySo3::new(), tableau("gauss-2"));
+    Box::new(move || {
+        let mut state = State { time: 0.0, momentum: model.momentum, attitude: Matrix::identity() };
+        method.step(&mut state, 0.1).expect("the step succeeds");
+    })
+}
+
+fn munthe_kaas() -> Step {
+    let model = landau_lifshitz_gilbert::<f64>();
+    let method = MuntheKaas::new(model.system.clone(), ExponentialSo3::new(), tableau("gauss-2"));
+    steps(method, model.momentum, Matrix::identity())
+}
+
+fn doubled() -> Step {
+    let model = landau_lifshitz_gilbert::<f64>();
+    let (lagrangian, force) = (model.system.lagrangian, model.system.force);
+    let forced = Forced::new(lagrangian, force, CayleySo3::new());
+    let mut method = Doubled::new(tableau("gauss-2"), CayleySo3::new(), forced);
+    let mut state = DoubledState::unit(0.0, model.momentum);
+    Box::new(move || {
+        method.step(&mut state, 0.1).expect("the step succeeds");
+    })
+}
+
+fn se3() -> MatrixGroup<f64, 6, 4> {
+    MatrixGroup::from_entry(&Entry::Se3).expect("se(3) has dimension 6")
+}
+
+/// A rigid body with linear and quadratic drag.
+fn fluid(retraction: impl Retraction<f64, 6, 4> + 'static) -> Step {
+    let lagrangian = Quadratic::diagonal([0.5, 2.0, 1.0, 3.0, 1.5, 1.25]).expect("a regular inertia");
+    let drag = Matrix::from_diagonal_element;
+    let force: AnyForce<f64, 6> = AnyForce::Sum(vec![
+        LinearDrag::new(drag(0.125)).expect("finite").into(),
+        QuadraticDrag::new(drag(0.25)).expect("positive").into(),
+    ]);
+    let method = Variational::new(lagrangian, force, retraction, tableau("gauss-2"));
+    steps(method, Covector::from([0.5, -0.25, 1.0, 1.0, 0.5, -0.5]), se3().identity())
+}

@@ -1,0 +1,67 @@
+//! What takes part.
+
+use crate::problem::{Problem, State};
+use crate::{differential_equations, dop853, ivp, ode_solvers, ours, rk4};
+
+/// The three sorts of contenders.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, serde::Serialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum Kind {
+    /// This crate: told the tolerance, and judged by the run with that tolerance.
+    Ours,
+    /// A solver as published: told the tolerance; judged by its fastest run that turned out to be accurate enough.
+    Packaged,
+    /// Steps of a size that is known to be the right one, because it was tried before.
+    ByHand,
+}
+
+/// The state at T.
+#[derive(Clone, Copy, Debug)]
+pub struct Answer {
+    /// μ and the attitude.
+    pub state: State,
+    /// Steps taken, accepted or not where the solver tells.
+    pub steps: usize,
+}
+
+impl From<(State, usize)> for Answer {
+    fn from((state, steps): (State, usize)) -> Self {
+        Self { state, steps }
+    }
+}
+
+/// Something that solves the problems.
+pub trait Contender {
+    /// Its name in tables and figures.
+    fn name(&self) -> &str;
+
+    /// Its sort.
+    fn kind(&self) -> Kind;
+
+    /// Before the clock runs: whatever does not depend on the initial value.
+    fn prepare(&mut self, _problem: &Problem, _tolerances: &[f64]) {}
+
+    /// From the initial value to the state at T.
+    ///
+    /// # Errors
+    /// Whatever the solver says.
+    fn solve(&mut self, problem: &Problem, tolerance: f64) -> Result<Answer, String>;
+}
+
+/// Everything that takes part, ours first.
+pub fn all() -> Vec<Box<dyn Contender>> {
+    vec![
+        Box::new(ours::EulerPoincare::default()),
+        Box::new(ode_solvers::Dop853),
+        Box::new(ivp::Dop853),
+        Box::new(differential_equations::Dop853),
+        Box::new(differential_equations::Verner98),
+        #[cfg(feature = "russell")]
+        Box::new(crate::russell::DoPri8),
+        #[cfg(feature = "diffsol")]
+        Box::new(crate::diffsol::Tsit45),
+        Box::new(differential_equations::Gauss6),
+        Box::new(dop853::FixedStep::default()),
+        Box::new(rk4::FixedStep::default()),
+    ]
+}

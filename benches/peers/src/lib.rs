@@ -1,0 +1,31 @@
+//! Work against precision, of this crate's integrators and of general-purpose solvers, in one interleaved run.
+//!
+//! | module | holds |
+//! |---|---|
+//! | [`problem`], [`mod@reference`] | the initial value problems and their solutions |
+//! | [`contender`] | the trait, and the list of what takes part |
+//! | [`ours`] | this crate |
+//! | [`ode_solvers`], [`ivp`], [`differential_equations`], `russell`, `diffsol` | packaged solvers, one file a package |
+//! | [`rk4`], [`dop853`], [`hindsight`] | explicit methods by hand, with the best fixed step |
+//! | [`measure`] | errors and times |
+//! | [`machine`] | what it ran on |
+//! | [`report`], [`figure`] | the table, the file and the plot |
+
+pub mod contender;
+pub mod differential_equations;
+#[cfg(feature = "diffsol")]
+pub mod diffsol;
+pub mod dop853;
+pub mod figure;
+pub mod hindsight;
+pub mod ivp;
+pub mod machine;
+pub mod measure;
+pub mod ode_solvers;
+pub mod ours;
+pub mod problem;
+pub mod reference;
+pub mod report;
+pub mod rk4;
+#[cfg(feature = "russell")]
+pub mod russell;
