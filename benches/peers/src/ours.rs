@@ -5,21 +5,21 @@ use crate::problem::{LARGEST, Problem, State, System};
 use euler_poincare::algebra::catalogue::Entry;
 use euler_poincare::algebra::{Covector, Matrix};
 use euler_poincare::group::MatrixGroup;
+use euler_poincare::integrators::so3::{AdaptiveSo3, Damping, LaneForce, Relaxation};
 use euler_poincare::integrators::variational::Settings;
 use euler_poincare::integrators::{self, OneStep, Variational, trajectory};
 use euler_poincare::mechanics::force::{AnyForce, LinearDrag, QuadraticDrag};
-use euler_poincare::mechanics::lagrangian::{AnyLagrangian, Quadratic};
-use euler_poincare::mechanics::models::{landau_lifshitz_gilbert, relaxed_rigid_body};
-use euler_poincare::retraction::{Cayley, CayleySo3};
+use euler_poincare::mechanics::lagrangian::Quadratic;
+use euler_poincare::retraction::Cayley;
 use euler_poincare::tableau::Family;
 
 /// Stages of the Gauss method.
 const STAGES: usize = 8;
 
-type OnSo3 = Variational<f64, 3, 3, AnyLagrangian<f64, 3>, AnyForce<f64, 3>, CayleySo3<f64>>;
 type OnSe3 = Variational<f64, 6, 4, Quadratic<f64, 6>, AnyForce<f64, 6>, Cayley<f64, 6, 4>>;
 
-/// The variational integrator on Gauss's method of order 16, with a step that depends on the tolerance alone.
+/// On SO(3) the solver that chooses its steps; on SE(3) Gauss's method of order 16 with a step that depends on the
+/// tolerance alone.
 #[derive(Default)]
 pub struct EulerPoincare {
     /// What does not depend on the initial value, and for which system and tolerance.
@@ -27,7 +27,8 @@ pub struct EulerPoincare {
 }
 
 enum Method {
-    So3(Box<OnSo3>),
+    Damped(Box<AdaptiveSo3<Damping>>),
+    Relaxed(Box<AdaptiveSo3<Relaxation>>),
     Se3(Box<OnSe3>),
 }
 
@@ -42,33 +43,29 @@ impl EulerPoincare {
 
 impl Method {
     fn new(system: System, tolerance: f64) -> Result<Self, String> {
-        let gauss = Family::Gauss.tableau::<f64>(STAGES).map_err(|e| e.to_string())?;
-        let settings = Settings { tolerance: (0.01 * tolerance).max(1e-15), ..Settings::default() };
-        let model = match system {
-            System::LandauLifshitzGilbert => landau_lifshitz_gilbert::<f64>(),
-            System::Relaxed => relaxed_rigid_body::<f64>(),
+        let body = || Quadratic::diagonal([0.5, 2.0, 1.0]).map_err(|e| e.to_string());
+        Ok(match system {
+            System::LandauLifshitzGilbert => Self::Damped(Box::new(AdaptiveSo3::new(body()?, Damping(1.0)))),
+            System::Relaxed => Self::Relaxed(Box::new(AdaptiveSo3::new(body()?, Relaxation(0.1)))),
             System::Fluid => {
+                let gauss = Family::Gauss.tableau::<f64>(STAGES).map_err(|e| e.to_string())?;
+                let settings = Settings { tolerance: (0.01 * tolerance).max(1e-15), ..Settings::default() };
                 let se3 = MatrixGroup::<f64, 6, 4>::from_entry(&Entry::Se3).map_err(|e| e.to_string())?;
                 let inertia = Quadratic::diagonal([0.5, 2.0, 1.0, 3.0, 1.5, 1.25]).map_err(|e| e.to_string())?;
                 let linear = LinearDrag::new(Matrix::from_diagonal_element(0.125)).map_err(|e| e.to_string())?;
                 let quadratic = QuadraticDrag::new(Matrix::from_diagonal_element(0.25)).map_err(|e| e.to_string())?;
                 let force = AnyForce::Sum(vec![linear.into(), quadratic.into()]);
                 let cayley = Cayley::new(se3).map_err(|e| e.to_string())?;
-                let method = Variational::with_settings(inertia, force, cayley, gauss, settings);
-                return Ok(Self::Se3(Box::new(method)));
+                Self::Se3(Box::new(Variational::with_settings(inertia, force, cayley, gauss, settings)))
             }
-        };
-        let (lagrangian, force) = (model.system.lagrangian, model.system.force);
-        let method = Variational::with_settings(lagrangian, force, CayleySo3::new(), gauss, settings);
-        Ok(Self::So3(Box::new(method)))
+        })
     }
 }
 
 /// Equal steps that divide the interval, of the size that the order suggests for the tolerance.
 fn steps(problem: &Problem, tolerance: f64) -> usize {
     // Beyond the second number sweeps do not contract, and Newton's method takes over.
-    let (scale, most) = if problem.system == System::Fluid { (2.8, 0.5) } else { (5.6, 1.0) };
-    let longest = (scale * tolerance.powf(1.0 / (2 * STAGES) as f64)).min(most);
+    let longest = (2.8 * tolerance.powf(1.0 / (2 * STAGES) as f64)).min(0.5);
     (problem.end / longest).ceil().max(1.0) as usize
 }
 
@@ -90,6 +87,22 @@ fn run<const N: usize, const D: usize>(
     Ok(Answer { state: answer, steps })
 }
 
+/// The same by the solver.
+fn adapt<F: LaneForce>(solver: &mut AdaptiveSo3<F>, problem: &Problem, tolerance: f64) -> Result<Answer, String> {
+    let momentum = Covector::<f64, 3>::from_column_slice(&problem.start[..3]);
+    let attitude = Matrix::<f64, 3>::from_row_slice(&problem.start[3..12]);
+    let mut state = integrators::State { time: 0.0, momentum, attitude };
+    let solved = solver.solve(&mut state, problem.end, tolerance).map_err(|e| e.to_string())?;
+    let mut answer = [0.0; LARGEST];
+    for a in 0..3 {
+        answer[a] = state.momentum[a];
+        for b in 0..3 {
+            answer[3 + 3 * a + b] = state.attitude[(a, b)];
+        }
+    }
+    Ok(Answer { state: answer, steps: solved.steps })
+}
+
 impl Contender for EulerPoincare {
     fn name(&self) -> &str {
         "euler-poincare"
@@ -100,19 +113,13 @@ impl Contender for EulerPoincare {
     }
 
     fn solve(&mut self, problem: &Problem, tolerance: f64) -> Result<Answer, String> {
-        let steps = steps(problem, tolerance);
         match self.method(problem.system, tolerance)? {
-            Method::So3(method) => run(
-                method.as_mut(),
-                problem,
-                steps,
-                |y| Matrix::from_row_slice(&y[3..12]),
-                |g, y| y[3..12].copy_from_slice(g.transpose().as_slice()),
-            ),
+            Method::Damped(solver) => adapt(solver, problem, tolerance),
+            Method::Relaxed(solver) => adapt(solver, problem, tolerance),
             Method::Se3(method) => run(
                 method.as_mut(),
                 problem,
-                steps,
+                steps(problem, tolerance),
                 |y| {
                     Matrix::from_fn(|i, j| match (i, j) {
                         (3, j) => f64::from(j == 3),
