@@ -3,6 +3,9 @@
 use euler_poincare::algebra::catalogue::Entry;
 use euler_poincare::algebra::{Covector, Matrix};
 use euler_poincare::group::{LieGroup, MatrixGroup};
+use euler_poincare::integrators::so3::{
+    AdaptiveSo3, Damping, EnsembleSo3, FastRetraction, Member, Row, VariationalSo3,
+};
 use euler_poincare::integrators::{Doubled, DoubledState, MuntheKaas, OneStep, State, Variational};
 use euler_poincare::mechanics::doubled::Forced;
 use euler_poincare::mechanics::force::{AnyForce, LinearDrag, QuadraticDrag};
@@ -43,6 +46,11 @@ pub const KERNELS: &[Kernel] = &[
     Kernel { name: "so3/exp/gauss-3", start: || llg("gauss-3", ExponentialSo3::new()) },
     Kernel { name: "so3/exp/munthe-kaas/gauss-2", start: munthe_kaas },
     Kernel { name: "so3/cayley/doubled/gauss-2", start: doubled },
+    Kernel { name: "so3/lanes/cayley/gauss-2", start: || in_lanes("gauss-2", CayleySo3::new()) },
+    Kernel { name: "so3/lanes/cayley/gauss-8", start: || in_lanes("gauss-8", CayleySo3::new()) },
+    Kernel { name: "so3/lanes/exp/gauss-8", start: || in_lanes("gauss-8", ExponentialSo3::new()) },
+    Kernel { name: "so3/lanes/solve/1e-10", start: solve },
+    Kernel { name: "so3/lanes/ensemble/gauss-2", start: ensemble },
     Kernel { name: "se3/cayley/gauss-2", start: || fluid(Cayley::new(se3()).expect("se(3) admits the Cayley map")) },
     Kernel { name: "se3/exp/gauss-2", start: || fluid(Exponential::of_group(se3())) },
 ];
@@ -100,6 +108,39 @@ fn doubled() -> Step {
     Box::new(move || {
         method.step(&mut state, 0.1).expect("the step succeeds");
     })
+}
+
+fn diagonal() -> Quadratic<f64, 3> {
+    Quadratic::diagonal([0.5, 2.0, 1.0]).expect("a regular inertia")
+}
+
+fn in_lanes(name: &str, retraction: impl FastRetraction + 'static) -> Step {
+    let method = VariationalSo3::new(diagonal(), Damping(1.0), retraction, tableau(name)).expect("it fits");
+    steps(method, landau_lifshitz_gilbert::<f64>().momentum, Matrix::identity())
+}
+
+/// A unit of time to ten digits.
+fn solve() -> Step {
+    let momentum = landau_lifshitz_gilbert::<f64>().momentum;
+    let mut solver = AdaptiveSo3::new(diagonal(), Damping(1.0));
+    Box::new(move || {
+        let mut state = State { time: 0.0, momentum, attitude: Matrix::identity() };
+        solver.solve(&mut state, 1.0, 1e-10).expect("the run succeeds");
+    })
+}
+
+/// A step of eight bodies.
+fn ensemble() -> Step {
+    let momentum = landau_lifshitz_gilbert::<f64>().momentum;
+    let member = |k: u8| Member {
+        lagrangian: diagonal(),
+        force: Damping(f64::from(k) / 8.0),
+        state: State { time: 0.0, momentum, attitude: Matrix::identity() },
+    };
+    let members: Vec<_> = (0..8).map(member).collect();
+    let ensemble = EnsembleSo3::<Damping<Row>, _>::new(&members, CayleySo3::new(), tableau("gauss-2"));
+    let mut ensemble = ensemble.expect("it fits");
+    Box::new(move || ensemble.advance(0.01, 1).expect("the step succeeds"))
 }
 
 fn se3() -> MatrixGroup<f64, 6, 4> {
