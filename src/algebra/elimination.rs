@@ -5,6 +5,7 @@
 
 use super::{AlgebraError, Matrix};
 use crate::scalar::{Real, Scalar};
+use nalgebra::DMatrix;
 
 /// A⁻¹ by Gauss–Jordan elimination with complete pivoting (Golub and Van Loan, *Matrix Computations*, §3.4); N×N.
 ///
@@ -46,6 +47,17 @@ pub fn inverse<S: Scalar, const N: usize>(matrix: &Matrix<S, N>) -> Option<Matri
         }
     }
     result.iter().all(|v| v.all_finite()).then_some(result)
+}
+
+/// nalgebra's `try_inverse`, compiled once for a scalar: it brings the closed form for 4×4, unrolled, to every size.
+pub(crate) fn quick_inverse<S: Scalar, const N: usize>(matrix: &Matrix<S, N>) -> Option<Matrix<S, N>> {
+    let inverse = dense_inverse(DMatrix::from_column_slice(N, N, matrix.as_slice()))?;
+    Some(Matrix::from_column_slice(inverse.as_slice()))
+}
+
+#[inline(never)]
+fn dense_inverse<S: Scalar>(matrix: DMatrix<S>) -> Option<DMatrix<S>> {
+    matrix.try_inverse()
 }
 
 /// A⁻¹ where it has at least one correct digit.

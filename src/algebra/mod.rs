@@ -239,7 +239,7 @@ impl<T: Real, const N: usize> LieAlgebra<T, N> {
         let inverse = elimination::regular_inverse(basis)?;
         let ad_basis = std::array::from_fn(|a| inverse * self.ad(&basis.column(a).into_owned()) * basis);
         let moved = Self { ad_basis };
-        if moved.ad_basis.iter().flatten().any(|v| !v.all_finite()) {
+        if moved.ad_basis.iter().any(|ad| ad.iter().any(|v| !v.all_finite())) {
             return Err(AlgebraError::NotFinite { what: "a structure constant in the new basis".into() });
         }
         // Jacobi is inherited; antisymmetry would suffer from the rounding of B⁻¹.
@@ -249,5 +249,5 @@ impl<T: Real, const N: usize> LieAlgebra<T, N> {
 
 /// All (a, b, c) below N.
 fn triples<const N: usize>() -> impl Iterator<Item = (usize, usize, usize)> {
-    (0..N).flat_map(|a| (0..N).flat_map(move |b| (0..N).map(move |c| (a, b, c))))
+    (0..N * N * N).map(|k| (k / (N * N), k / N % N, k % N))
 }

@@ -258,6 +258,12 @@ pub fn velocity_hessian_by_duals<T: Real, const N: usize, const D: usize>(
     Ok((columns(true)?, columns(false)?))
 }
 
+/// The error that says that the Lagrangian is singular at these two velocities.
+#[cold]
+pub(super) fn singular<T: Scalar>(eta: &[T], psi: &[T]) -> LegendreError {
+    LegendreError::Singular { velocity: eta.iter().chain(psi).map(|v| v.to_f64()).collect() }
+}
+
 /// J⁻¹ by blocks, J the Jacobian of (−∂l/∂η, ∂l/∂ψ) in (η, ψ).
 pub(super) fn inverse_velocity_hessian<T: Real, const N: usize, const D: usize>(
     doubled: &(impl DoubledLagrangian<T, N, D> + ?Sized),
@@ -267,7 +273,7 @@ pub(super) fn inverse_velocity_hessian<T: Real, const N: usize, const D: usize>(
     psi: &Vector<T, N>,
 ) -> Result<[[Matrix<T, N>; 2]; 2], VelocityError> {
     let ((a, c), (b, d)) = doubled.velocity_hessian(t, eta, u, psi)?;
-    let singular = || LegendreError::Singular { velocity: eta.iter().chain(psi).map(|v| v.to_f64()).collect() };
+    let singular = || singular(eta.as_slice(), psi.as_slice());
     let inverse = elimination::inverse(&-a).ok_or_else(singular)?;
     let (lower, upper) = (c * inverse, -(inverse * b));
     let schur = elimination::inverse(&(d - c * upper)).ok_or_else(singular)?;
@@ -328,7 +334,7 @@ impl<L, F, R> Forced<L, F, R> {
         R: Retraction<T, N, D>,
     {
         let singular = || RetractionError::NoPreimage { retraction: self.retraction.name(), why: "U is singular" };
-        let inverse = u.try_inverse().ok_or_else(singular)?;
+        let inverse = elimination::quick_inverse(u).ok_or_else(singular)?;
         let there = pair(&self.force.force(t, psi), &self.retraction.tau_inv(&inverse)?);
         let here = pair(&self.force.force(t, eta), &self.retraction.tau_inv(u)?);
         Ok(S::half() * (there - here))

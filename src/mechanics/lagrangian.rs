@@ -38,7 +38,7 @@ pub(super) fn newton_velocity<T: Real, S: Scalar<Base = T>, const N: usize>(
 }
 
 fn singular<T: Real, const N: usize>(eta: &Vector<T, N>) -> LegendreError {
-    LegendreError::Singular { velocity: eta.iter().map(|v| v.to_f64()).collect() }
+    LegendreError::Singular { velocity: eta.as_slice().iter().map(|v| v.to_f64()).collect() }
 }
 
 fn newton_value<T: Real, const N: usize>(
