@@ -4,7 +4,7 @@
 //! are rows, so ⟨μ, ξ⟩ = μ ξ and ad*_ξ μ = μ ad_ξ.
 
 use crate::scalar::{Real, Scalar};
-use nalgebra::{RowSVector, SMatrix, SVector};
+use nalgebra::{DVectorView, RowSVector, SMatrix, SVector};
 
 mod casimir;
 pub mod catalogue;
@@ -30,6 +30,16 @@ pub fn pair<S: Scalar, const N: usize>(mu: &Covector<S, N>, xi: &Vector<S, N>) -
         sum += mu[a] * xi[a];
     }
     sum
+}
+
+/// Σ_a x_a y_a in the order of nalgebra's `dot`, which is much to compile in each of the dimensions; this is compiled once.
+pub(crate) fn dot<S: Scalar>(x: &[S], y: &[S]) -> S {
+    match (x, y) {
+        ([a, b], [p, q]) => *a * *p + *b * *q,
+        ([a, b, c], [p, q, r]) => *a * *p + *b * *q + *c * *r,
+        ([a, b, c, d], [p, q, r, s]) => (*a * *p + *c * *r) + (*b * *q + *d * *s),
+        _ => DVectorView::from_slice(x, x.len()).dot(&DVectorView::from_slice(y, y.len())),
+    }
 }
 
 /// e_a, a < N.

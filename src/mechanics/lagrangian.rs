@@ -1,7 +1,7 @@
 //! Reduced Lagrangians: the quadratic one of a rigid body, a quartic one, and Newton's inversion of l' for any other.
 
 use super::{Lagrangian, LegendreError};
-use crate::algebra::{AlgebraError, Covector, Matrix, Vector, elimination};
+use crate::algebra::{AlgebraError, Covector, Matrix, Vector, dot, elimination};
 use crate::scalar::{Real, Scalar};
 
 /// Newton steps on the value; the damped iteration converges in far fewer wherever l is convex.
@@ -245,7 +245,7 @@ impl<T: Real, const N: usize> Quartic<T, N> {
 
 impl<T: Real, const N: usize> Lagrangian<T, N> for Quartic<T, N> {
     fn value<S: Scalar<Base = T>>(&self, eta: &Vector<S, N>) -> S {
-        let q = eta.dot(&(self.inertia.map(S::lift) * eta));
+        let q = dot(eta.as_slice(), (self.inertia.map(S::lift) * eta).as_slice());
         S::half() * q + S::exact(0.25) * S::lift(self.stiffness) * q * q
     }
 }
