@@ -3,7 +3,7 @@
 //! Conventions (crate-wide table in the crate docs): [e_a, e_b] = C^c_ab e_c; vectors of g are columns, covectors of g*
 //! are rows, so ⟨μ, ξ⟩ = μ ξ and ad*_ξ μ = μ ad_ξ.
 
-use crate::scalar::{Real, Scalar};
+use crate::scalar::{Real, Scalar, finite};
 use nalgebra::{DVectorView, RowSVector, SMatrix, SVector};
 
 mod casimir;
@@ -249,7 +249,7 @@ impl<T: Real, const N: usize> LieAlgebra<T, N> {
         let inverse = elimination::regular_inverse(basis)?;
         let ad_basis = std::array::from_fn(|a| inverse * self.ad(&basis.column(a).into_owned()) * basis);
         let moved = Self { ad_basis };
-        if moved.ad_basis.iter().any(|ad| ad.iter().any(|v| !v.all_finite())) {
+        if moved.ad_basis.iter().any(|ad| !finite(ad.as_slice())) {
             return Err(AlgebraError::NotFinite { what: "a structure constant in the new basis".into() });
         }
         // Jacobi is inherited; antisymmetry would suffer from the rounding of B⁻¹.

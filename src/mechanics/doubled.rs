@@ -7,7 +7,7 @@
 use super::{Force, Lagrangian, LegendreError};
 use crate::algebra::{Covector, Matrix, Vector, elimination, pair};
 use crate::retraction::{Retraction, RetractionError, TangentPoint};
-use crate::scalar::{Dual, Real, Scalar};
+use crate::scalar::{Dual, Real, Scalar, finite};
 
 /// The partial derivatives of a function of (η, U, ψ), each a covector of g.
 #[derive(Clone, Debug, PartialEq)]
@@ -204,7 +204,7 @@ fn newton_velocities<T: Real, const N: usize, const D: usize>(
     u: &Matrix<T, D>,
     mu: &Covector<T, N>,
 ) -> Result<Both<Vector<T, N>>, VelocityError> {
-    let largest = |v: &Both<Vector<T, N>>| v.0.iter().chain(&v.1).fold(T::zero(), |m, x| m.max(x.abs()));
+    let largest = |v: &Both<Vector<T, N>>| larger(larger(T::zero(), v.0.as_slice()), v.1.as_slice());
     let unit = T::unit_roundoff();
     let (mut eta, mut psi) = doubled.unit_velocities(lambda, mu)?;
     let momenta = largest(&(lambda.transpose(), mu.transpose()));
@@ -222,7 +222,7 @@ fn newton_velocities<T: Real, const N: usize, const D: usize>(
         close = largest(&step) <= unit.sqrt() * largest(&(eta, psi));
         eta -= step.0;
         psi -= step.1;
-        if !eta.iter().chain(&psi).all(|v| v.all_finite()) {
+        if !finite(eta.as_slice()) || !finite(psi.as_slice()) {
             break;
         }
     }
@@ -256,6 +256,11 @@ pub fn velocity_hessian_by_duals<T: Real, const N: usize, const D: usize>(
         Ok((first, second))
     };
     Ok((columns(true)?, columns(false)?))
+}
+
+/// The largest of m and the absolute values.
+fn larger<T: Real>(m: T, values: &[T]) -> T {
+    values.iter().fold(m, |m, x| m.max(x.abs()))
 }
 
 /// The error that says that the Lagrangian is singular at these two velocities.

@@ -2,7 +2,7 @@
 
 use super::{Lagrangian, LegendreError};
 use crate::algebra::{AlgebraError, Covector, Matrix, Vector, dot, elimination};
-use crate::scalar::{Real, Scalar};
+use crate::scalar::{Real, Scalar, finite};
 
 /// Newton steps on the value; the damped iteration converges in far fewer wherever l is convex.
 const MAX_ITERATIONS: usize = 60;
@@ -80,7 +80,7 @@ fn newton_value<T: Real, const N: usize>(
 
 /// max |r_a|, or NaN if any component is not finite.
 fn residual_size<T: Real, const N: usize>(residual: &Vector<T, N>) -> T {
-    if residual.iter().all(|v| v.all_finite()) { largest(residual) } else { T::exact(f64::NAN) }
+    if finite(residual.as_slice()) { largest(residual) } else { T::exact(f64::NAN) }
 }
 
 /// The longest of the steps 1, ½, ¼, … that lowers the residual, with the residual there.
