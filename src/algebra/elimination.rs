@@ -4,7 +4,8 @@
 //! condition number, and it calls a matrix singular only when the determinant vanishes exactly.
 
 use super::{AlgebraError, Matrix};
-use crate::scalar::{Real, Scalar};
+use crate::scalar::{Real, Scalar, finite};
+use nalgebra::DMatrix;
 
 /// A⁻¹ by Gauss–Jordan elimination with complete pivoting (Golub and Van Loan, *Matrix Computations*, §3.4); N×N.
 ///
@@ -45,7 +46,18 @@ pub fn inverse<S: Scalar, const N: usize>(matrix: &Matrix<S, N>) -> Option<Matri
             result[(column_of[k], c)] = right[(k, c)] * (columns[column_of[k]] * rows[c]);
         }
     }
-    result.iter().all(|v| v.all_finite()).then_some(result)
+    finite(result.as_slice()).then_some(result)
+}
+
+/// nalgebra's `try_inverse`, compiled once for a scalar: it brings the closed form for 4×4, unrolled, to every size.
+pub(crate) fn quick_inverse<S: Scalar, const N: usize>(matrix: &Matrix<S, N>) -> Option<Matrix<S, N>> {
+    let inverse = dense_inverse(DMatrix::from_column_slice(N, N, matrix.as_slice()))?;
+    Some(Matrix::from_column_slice(inverse.as_slice()))
+}
+
+#[inline(never)]
+fn dense_inverse<S: Scalar>(matrix: DMatrix<S>) -> Option<DMatrix<S>> {
+    matrix.try_inverse()
 }
 
 /// A⁻¹ where it has at least one correct digit.
@@ -54,7 +66,7 @@ pub fn inverse<S: Scalar, const N: usize>(matrix: &Matrix<S, N>) -> Option<Matri
 /// [`AlgebraError::NotFinite`] for a NaN or an infinity; [`AlgebraError::SingularBasis`] when no pivot is left, or
 /// when N u ‖|A⁻¹| |A|‖_∞ ≥ 1 (Skeel's condition number, of A with its columns scaled to size 1).
 pub fn regular_inverse<T: Real, const N: usize>(matrix: &Matrix<T, N>) -> Result<Matrix<T, N>, AlgebraError> {
-    if matrix.iter().any(|v| !v.all_finite()) {
+    if !finite(matrix.as_slice()) {
         return Err(AlgebraError::NotFinite { what: "the basis change".into() });
     }
     let singular = |condition: f64| AlgebraError::SingularBasis { condition };

@@ -3,8 +3,8 @@
 //! Conventions (crate-wide table in the crate docs): [e_a, e_b] = C^c_ab e_c; vectors of g are columns, covectors of g*
 //! are rows, so ⟨μ, ξ⟩ = μ ξ and ad*_ξ μ = μ ad_ξ.
 
-use crate::scalar::{Real, Scalar};
-use nalgebra::{RowSVector, SMatrix, SVector};
+use crate::scalar::{Real, Scalar, finite};
+use nalgebra::{DVectorView, RowSVector, SMatrix, SVector};
 
 mod casimir;
 pub mod catalogue;
@@ -30,6 +30,16 @@ pub fn pair<S: Scalar, const N: usize>(mu: &Covector<S, N>, xi: &Vector<S, N>) -
         sum += mu[a] * xi[a];
     }
     sum
+}
+
+/// Σ_a x_a y_a in the order of nalgebra's `dot`, which is much to compile in each of the dimensions; this is compiled once.
+pub(crate) fn dot<S: Scalar>(x: &[S], y: &[S]) -> S {
+    match (x, y) {
+        ([a, b], [p, q]) => *a * *p + *b * *q,
+        ([a, b, c], [p, q, r]) => *a * *p + *b * *q + *c * *r,
+        ([a, b, c, d], [p, q, r, s]) => (*a * *p + *c * *r) + (*b * *q + *d * *s),
+        _ => DVectorView::from_slice(x, x.len()).dot(&DVectorView::from_slice(y, y.len())),
+    }
 }
 
 /// e_a, a < N.
@@ -239,7 +249,7 @@ impl<T: Real, const N: usize> LieAlgebra<T, N> {
         let inverse = elimination::regular_inverse(basis)?;
         let ad_basis = std::array::from_fn(|a| inverse * self.ad(&basis.column(a).into_owned()) * basis);
         let moved = Self { ad_basis };
-        if moved.ad_basis.iter().flatten().any(|v| !v.all_finite()) {
+        if moved.ad_basis.iter().any(|ad| !finite(ad.as_slice())) {
             return Err(AlgebraError::NotFinite { what: "a structure constant in the new basis".into() });
         }
         // Jacobi is inherited; antisymmetry would suffer from the rounding of B⁻¹.
@@ -249,5 +259,5 @@ impl<T: Real, const N: usize> LieAlgebra<T, N> {
 
 /// All (a, b, c) below N.
 fn triples<const N: usize>() -> impl Iterator<Item = (usize, usize, usize)> {
-    (0..N).flat_map(|a| (0..N).flat_map(move |b| (0..N).map(move |c| (a, b, c))))
+    (0..N * N * N).map(|k| (k / (N * N), k / N % N, k % N))
 }

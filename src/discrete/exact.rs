@@ -151,7 +151,10 @@ impl<T: Real, const N: usize, L, R> ExactSolution<T, N, L, R> {
         let rate = rates(&self.doubled, &self.algebra, t, &at.eta, &at.u, &at.psi).map_err(fail)?;
         let action = self.doubled.value(t, &at.eta, &at.u, &at.psi).map_err(|e| fail(e.into()))?;
         let parts = [rate.eta, rate.psi, d_inv_x * at.eta, d_inv_y * at.psi];
-        Ok(parts.iter().flat_map(|v| v.iter().copied()).chain([action]).collect())
+        let mut list = Vec::with_capacity(4 * N + 1);
+        parts.iter().for_each(|part| list.extend_from_slice(part.as_slice()));
+        list.push(action);
+        Ok(list)
     }
 }
 

@@ -96,9 +96,11 @@ where
         let start = self.start(&eta, u, &psi)?;
         let (mut x, factors) = match guess.filter(|guess| guess.first.len() == s) {
             Some(guess) => {
-                let rates = guess.first.iter().chain(&guess.second).flat_map(|rate| rate.iter());
-                let list = rates.chain(guess.theta.iter()).chain(guess.phi.iter()).copied();
-                (DVector::from_iterator(2 * (s + 1) * N, list), guess.factors.clone())
+                let mut list = Vec::with_capacity(2 * (s + 1) * N);
+                guess.first.iter().chain(&guess.second).for_each(|rate| list.extend_from_slice(rate.as_slice()));
+                list.extend_from_slice(guess.theta.as_slice());
+                list.extend_from_slice(guess.phi.as_slice());
+                (DVector::from_vec(list), guess.factors.clone())
             }
             None => (start.clone(), None),
         };
@@ -243,16 +245,17 @@ where
         let out = DiscreteError::domain("U");
         let by = self.lagrangian.partials(self.time, eta, u, psi).map_err(out)?;
         let s = self.tableau.stages();
-        let blocks = (0..2 * s + 2).flat_map(|k| {
-            let values: Vec<T> = match k {
-                k if k < s => eta.iter().copied().collect(),
-                k if k < 2 * s => psi.iter().copied().collect(),
-                k if k == 2 * s => by.eta.iter().copied().collect(),
-                _ => by.psi.iter().copied().collect(),
+        let mut x = DVector::zeros(2 * (s + 1) * N);
+        for k in 0..2 * s + 2 {
+            let values = match k {
+                k if k < s => eta.as_slice(),
+                k if k < 2 * s => psi.as_slice(),
+                k if k == 2 * s => by.eta.as_slice(),
+                _ => by.psi.as_slice(),
             };
-            values
-        });
-        Ok(DVector::from_iterator(2 * (s + 1) * N, blocks))
+            x.as_mut_slice()[k * N..(k + 1) * N].copy_from_slice(values);
+        }
+        Ok(x)
     }
 
     /// What turns a velocity into a momentum, for the constraints to be measured like the conditions.
@@ -328,8 +331,9 @@ where
             let here = self.l_d.stage(i, self.h, &first, &second);
             let gradient = |stage: &Stage<T, N>| {
                 let slopes = self.l_d.quick_slopes(i, self.u, stage)?;
-                let entries = slopes.local.iter().flat_map(|row| row.iter()).copied();
-                Ok::<_, DiscreteError>(DVector::from_iterator(4 * N, entries))
+                let mut entries = Vec::with_capacity(4 * N);
+                slopes.local.iter().for_each(|row| entries.extend_from_slice(row.as_slice()));
+                Ok::<_, DiscreteError>(DVector::from_vec(entries))
             };
             let start = gradient(&here)?;
             let mut hessian = DMatrix::zeros(4 * N, 4 * N);

@@ -2,7 +2,7 @@
 
 use super::LieGroup;
 use crate::algebra::{LieAlgebra, Matrix, Vector};
-use crate::scalar::{Real, Scalar};
+use crate::scalar::{Real, Scalar, finite};
 
 /// SO(3), with g = so(3) in the basis in which the bracket is the cross product.
 #[derive(Clone, Debug, PartialEq)]
@@ -82,7 +82,7 @@ pub fn orthonormalise<S: Scalar>(g: &Matrix<S, 3>) -> Option<Matrix<S, 3>> {
     let first = defect(g).norm_squared();
     let positive = g.row(0).transpose().cross(&g.row(1).transpose()).dot(&g.row(2).transpose()) > S::zero();
     // NaN fails the comparison.
-    if !(positive && first < S::ratio(1, 4) && g.iter().all(|v| v.all_finite())) {
+    if !(positive && first < S::ratio(1, 4) && finite(g.as_slice())) {
         return None;
     }
     let mut x = *g;

@@ -221,8 +221,8 @@ fn flat<S: Scalar>(matrix: &DMatrix<S>) -> DVector<S> {
 fn chain_of<S: Scalar>(ends: &[DVector<S>; 4], groups: &[DVector<S>; 3]) -> [DVector<S>; 3] {
     std::array::from_fn(|k| {
         let parts = [&ends[k], &groups[k], &ends[k + 1]];
-        let entries: Vec<S> = parts.iter().flat_map(|part| part.iter().copied()).collect();
-        DVector::from_vec(entries)
+        let entries: Vec<&[S]> = parts.iter().map(|part| part.as_slice()).collect();
+        DVector::from_vec(entries.concat())
     })
 }
 

@@ -193,7 +193,11 @@ pub(super) fn size_of<T: Real>(values: impl IntoIterator<Item = T>) -> T {
 }
 
 pub(super) fn show<T: Real, const N: usize>(mu: &Covector<T, N>) -> String {
-    let list: Vec<String> = mu.iter().map(|v| format!("{:.17e}", v.to_f64())).collect();
+    show_list(mu.as_slice())
+}
+
+fn show_list<T: Real>(values: &[T]) -> String {
+    let list: Vec<String> = values.iter().map(|v| format!("{:.17e}", v.to_f64())).collect();
     format!("({})", list.join(", "))
 }
 

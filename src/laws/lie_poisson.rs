@@ -268,7 +268,7 @@ impl Check<'_> {
                 group.vee(&(x * z - z * x))
             }
             None => Vector::from_fn(|d, _| {
-                let pairs = (0..N).flat_map(|a| (0..N).map(move |b| (a, b)));
+                let pairs = (0..N * N).map(|k| (k / N, k % N));
                 pairs.fold(T::zero(), |sum, (a, b)| sum + algebra.constant(a, b, d) * xi[a] * zeta[b])
             }),
         };

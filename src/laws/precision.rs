@@ -40,10 +40,7 @@ pub enum Measured {
 impl Measured {
     /// A defect |lhs − rhs| of terms of a size, at a place; a NaN counts as infinite.
     pub fn defect<T: Real>(defect: T, size: T, floor: f64, witness: impl FnOnce() -> String) -> Self {
-        let amplification = if defect == T::zero() { 0.0 } else { (defect / size / T::unit_roundoff()).to_f64() };
-        let amplification = if amplification.is_nan() { f64::INFINITY } else { amplification };
-        let witness = witness();
-        Self::Defect { amplification, floor, witness }
+        Self::Defect { amplification: amplification(defect, size), floor, witness: witness() }
     }
 
     /// The graver of two measurements on the same case.
@@ -56,6 +53,13 @@ impl Measured {
         };
         if weight(&other) > weight(&self) { other } else { self }
     }
+}
+
+/// |lhs − rhs| relative to the size of the terms, in units of u.
+#[inline(never)]
+fn amplification<T: Real>(defect: T, size: T) -> f64 {
+    let amplification = if defect == T::zero() { 0.0 } else { (defect / size / T::unit_roundoff()).to_f64() };
+    if amplification.is_nan() { f64::INFINITY } else { amplification }
 }
 
 /// The verdict from the two evaluations of `visitor` on `case`, with the fault planted in its retraction if it is one of

@@ -227,8 +227,12 @@ fn near<T: Real, const N: usize, const A: usize, const B: usize>(
     size: T,
     x: &Vector<T, N>,
 ) -> Measured {
-    let defect = (lhs - rhs).iter().fold(T::zero(), |m, v| if v.abs() > m || !v.all_finite() { v.abs() } else { m });
-    Measured::defect(defect, size, 64.0 * N as f64, || {
+    at_most((lhs - rhs).as_slice(), size, x.as_slice())
+}
+
+fn at_most<T: Real>(off: &[T], size: T, x: &[T]) -> Measured {
+    let defect = off.iter().fold(T::zero(), |m, v| if v.abs() > m || !v.all_finite() { v.abs() } else { m });
+    Measured::defect(defect, size, 64.0 * x.len() as f64, || {
         let x: Vec<String> = x.iter().map(|v| format!("{:e}", v.to_f64())).collect();
         format!("at ξ = ({})", x.join(", "))
     })

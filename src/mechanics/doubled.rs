@@ -7,7 +7,7 @@
 use super::{Force, Lagrangian, LegendreError};
 use crate::algebra::{Covector, Matrix, Vector, elimination, pair};
 use crate::retraction::{Retraction, RetractionError, TangentPoint};
-use crate::scalar::{Dual, Real, Scalar};
+use crate::scalar::{Dual, Real, Scalar, finite};
 
 /// The partial derivatives of a function of (η, U, ψ), each a covector of g.
 #[derive(Clone, Debug, PartialEq)]
@@ -204,7 +204,7 @@ fn newton_velocities<T: Real, const N: usize, const D: usize>(
     u: &Matrix<T, D>,
     mu: &Covector<T, N>,
 ) -> Result<Both<Vector<T, N>>, VelocityError> {
-    let largest = |v: &Both<Vector<T, N>>| v.0.iter().chain(&v.1).fold(T::zero(), |m, x| m.max(x.abs()));
+    let largest = |v: &Both<Vector<T, N>>| larger(larger(T::zero(), v.0.as_slice()), v.1.as_slice());
     let unit = T::unit_roundoff();
     let (mut eta, mut psi) = doubled.unit_velocities(lambda, mu)?;
     let momenta = largest(&(lambda.transpose(), mu.transpose()));
@@ -222,7 +222,7 @@ fn newton_velocities<T: Real, const N: usize, const D: usize>(
         close = largest(&step) <= unit.sqrt() * largest(&(eta, psi));
         eta -= step.0;
         psi -= step.1;
-        if !eta.iter().chain(&psi).all(|v| v.all_finite()) {
+        if !finite(eta.as_slice()) || !finite(psi.as_slice()) {
             break;
         }
     }
@@ -258,6 +258,17 @@ pub fn velocity_hessian_by_duals<T: Real, const N: usize, const D: usize>(
     Ok((columns(true)?, columns(false)?))
 }
 
+/// The largest of m and the absolute values.
+fn larger<T: Real>(m: T, values: &[T]) -> T {
+    values.iter().fold(m, |m, x| m.max(x.abs()))
+}
+
+/// The error that says that the Lagrangian is singular at these two velocities.
+#[cold]
+pub(super) fn singular<T: Scalar>(eta: &[T], psi: &[T]) -> LegendreError {
+    LegendreError::Singular { velocity: eta.iter().chain(psi).map(|v| v.to_f64()).collect() }
+}
+
 /// J⁻¹ by blocks, J the Jacobian of (−∂l/∂η, ∂l/∂ψ) in (η, ψ).
 pub(super) fn inverse_velocity_hessian<T: Real, const N: usize, const D: usize>(
     doubled: &(impl DoubledLagrangian<T, N, D> + ?Sized),
@@ -267,7 +278,7 @@ pub(super) fn inverse_velocity_hessian<T: Real, const N: usize, const D: usize>(
     psi: &Vector<T, N>,
 ) -> Result<[[Matrix<T, N>; 2]; 2], VelocityError> {
     let ((a, c), (b, d)) = doubled.velocity_hessian(t, eta, u, psi)?;
-    let singular = || LegendreError::Singular { velocity: eta.iter().chain(psi).map(|v| v.to_f64()).collect() };
+    let singular = || singular(eta.as_slice(), psi.as_slice());
     let inverse = elimination::inverse(&-a).ok_or_else(singular)?;
     let (lower, upper) = (c * inverse, -(inverse * b));
     let schur = elimination::inverse(&(d - c * upper)).ok_or_else(singular)?;
@@ -328,7 +339,7 @@ impl<L, F, R> Forced<L, F, R> {
         R: Retraction<T, N, D>,
     {
         let singular = || RetractionError::NoPreimage { retraction: self.retraction.name(), why: "U is singular" };
-        let inverse = u.try_inverse().ok_or_else(singular)?;
+        let inverse = elimination::quick_inverse(u).ok_or_else(singular)?;
         let there = pair(&self.force.force(t, psi), &self.retraction.tau_inv(&inverse)?);
         let here = pair(&self.force.force(t, eta), &self.retraction.tau_inv(u)?);
         Ok(S::half() * (there - here))

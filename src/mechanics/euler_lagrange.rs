@@ -3,8 +3,7 @@
 //! d/dt ∂l/∂η = ad*_η ∂l/∂η − R*_U ∂l/∂U, d/dt ∂l/∂ψ = ad*_ψ ∂l/∂ψ + L*_U ∂l/∂U, U̇ = Uψ̂ − η̂U
 //! (Martín de Diego and Sato Martín de Almagro 2019, Theorem 3.1).
 
-use super::LegendreError;
-use super::doubled::{DoubledLagrangian, VelocityError};
+use super::doubled::{DoubledLagrangian, VelocityError, singular};
 use crate::algebra::elimination::power_of_two;
 use crate::algebra::{Covector, LieAlgebra, Matrix, Vector};
 use crate::retraction::RetractionError;
@@ -107,8 +106,7 @@ pub fn accelerations<T: Real, const N: usize, const D: usize>(
         block[(i % N, j % N)]
     });
     let right = DVector::from_fn(2 * N, |i, _| if i < N { first[i] } else { second[i - N] });
-    let solution = solve(hessian, &right)
-        .ok_or_else(|| LegendreError::Singular { velocity: eta.iter().chain(psi).map(|v| v.to_f64()).collect() })?;
+    let solution = solve(hessian, &right).ok_or_else(|| singular(eta.as_slice(), psi.as_slice()))?;
     Ok((Vector::from_fn(|a, _| solution[a]), Vector::from_fn(|a, _| solution[N + a])))
 }
 

@@ -1,8 +1,8 @@
 //! Reduced Lagrangians: the quadratic one of a rigid body, a quartic one, and Newton's inversion of l' for any other.
 
 use super::{Lagrangian, LegendreError};
-use crate::algebra::{AlgebraError, Covector, Matrix, Vector, elimination};
-use crate::scalar::{Real, Scalar};
+use crate::algebra::{AlgebraError, Covector, Matrix, Vector, dot, elimination};
+use crate::scalar::{Real, Scalar, finite};
 
 /// Newton steps on the value; the damped iteration converges in far fewer wherever l is convex.
 const MAX_ITERATIONS: usize = 60;
@@ -38,7 +38,7 @@ pub(super) fn newton_velocity<T: Real, S: Scalar<Base = T>, const N: usize>(
 }
 
 fn singular<T: Real, const N: usize>(eta: &Vector<T, N>) -> LegendreError {
-    LegendreError::Singular { velocity: eta.iter().map(|v| v.to_f64()).collect() }
+    LegendreError::Singular { velocity: eta.as_slice().iter().map(|v| v.to_f64()).collect() }
 }
 
 fn newton_value<T: Real, const N: usize>(
@@ -80,7 +80,7 @@ fn newton_value<T: Real, const N: usize>(
 
 /// max |r_a|, or NaN if any component is not finite.
 fn residual_size<T: Real, const N: usize>(residual: &Vector<T, N>) -> T {
-    if residual.iter().all(|v| v.all_finite()) { largest(residual) } else { T::exact(f64::NAN) }
+    if finite(residual.as_slice()) { largest(residual) } else { T::exact(f64::NAN) }
 }
 
 /// The longest of the steps 1, ½, ¼, … that lowers the residual, with the residual there.
@@ -245,7 +245,7 @@ impl<T: Real, const N: usize> Quartic<T, N> {
 
 impl<T: Real, const N: usize> Lagrangian<T, N> for Quartic<T, N> {
     fn value<S: Scalar<Base = T>>(&self, eta: &Vector<S, N>) -> S {
-        let q = eta.dot(&(self.inertia.map(S::lift) * eta));
+        let q = dot(eta.as_slice(), (self.inertia.map(S::lift) * eta).as_slice());
         S::half() * q + S::exact(0.25) * S::lift(self.stiffness) * q * q
     }
 }

@@ -4,7 +4,7 @@ use super::linear::Sum;
 use super::{Retraction, RetractionError, TangentPoint, refuse};
 use crate::algebra::{Covector, LieAlgebra, Matrix, Vector};
 use crate::group::{LieGroup, MatrixGroup};
-use crate::scalar::{Real, Scalar};
+use crate::scalar::{Real, Scalar, finite};
 use std::sync::Arc;
 
 /// The group does not admit the Cayley map: a symmetrised triple product leaves the algebra.
@@ -168,12 +168,12 @@ impl<T: Real, const N: usize, const D: usize, G: LieGroup<T, N, D>> Retraction<T
         let (one, hat) = (Matrix::<S, D>::identity(), self.group.hat(x));
         let inverse = Sum::of(one).plus(&(hat * -S::half())).invert(1.0).ok_or_else(fail)?;
         let g = one + inverse * hat;
-        if g.iter().all(|v| v.all_finite()) { Ok(g) } else { Err(fail()) }
+        if finite(g.as_slice()) { Ok(g) } else { Err(fail()) }
     }
 
     fn tau_inv<S: Scalar<Base = T>>(&self, g: &Matrix<S, D>) -> Result<Vector<S, N>, RetractionError> {
         let fail = |why| RetractionError::NoPreimage { retraction: Self::NAME, why };
-        if g.iter().any(|v| !v.all_finite()) {
+        if !finite(g.as_slice()) {
             return Err(RetractionError::NotFinite { retraction: Self::NAME });
         }
         let one = Matrix::<S, D>::identity();
@@ -198,7 +198,7 @@ impl<T: Real, const N: usize, const D: usize, G: LieGroup<T, N, D>> Retraction<T
         let d = d_inv.invert(1.0).ok_or_else(fail)?;
         let d_neg = d_neg_inv.invert(1.0).ok_or_else(fail)?;
         let (d_inv, d_neg_inv) = (*d_inv.value(), *d_neg_inv.value());
-        if d.iter().chain(d_neg.iter()).any(|v| !v.all_finite()) {
+        if !finite(d.as_slice()) || !finite(d_neg.as_slice()) {
             return Err(fail());
         }
         Ok(CayleyPoint { products: Arc::clone(&self.products), x: *x, d, d_inv, d_neg, d_neg_inv })

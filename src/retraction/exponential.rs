@@ -4,7 +4,7 @@ use super::linear::{Sum, balanced_norm, norm};
 use super::{Retraction, RetractionError, TangentPoint};
 use crate::algebra::{Covector, LieAlgebra, Matrix, Vector};
 use crate::group::{LieGroup, MatrixGroup};
-use crate::scalar::{Real, Scalar};
+use crate::scalar::{Real, Scalar, finite};
 
 /// Terms of a series that the row form of ∂(dτ) keeps on the stack: enough for 40 digits at norm 1.
 const MAX_TERMS: usize = 40;
@@ -146,7 +146,7 @@ fn exponential<S: Scalar, const M: usize>(matrix: &Matrix<S, M>) -> Option<Matri
     for _ in 0..plan.levels {
         sum = sum * sum;
     }
-    sum.iter().all(|v| v.all_finite()).then_some(sum)
+    finite(sum.as_slice()).then_some(sum)
 }
 
 /// The principal square root by the product form of Denman and Beavers' iteration (Higham 2008, §6.3), or `None` if
@@ -255,7 +255,7 @@ impl<T: Real, const N: usize, const D: usize, G: LieGroup<T, N, D>> Retraction<T
     /// full precision.
     fn tau_inv<S: Scalar<Base = T>>(&self, g: &Matrix<S, D>) -> Result<Vector<S, N>, RetractionError> {
         let group = self.group.as_ref().ok_or(RetractionError::NoGroup { retraction: Self::NAME })?;
-        if g.iter().any(|v| !v.all_finite()) {
+        if !finite(g.as_slice()) {
             return Err(RetractionError::NotFinite { retraction: Self::NAME });
         }
         let (x, d_inv) = self.base_logarithm(group, &g.map(|v| v.base()))?;
@@ -280,7 +280,7 @@ impl<T: Real, const N: usize, const D: usize, G: LieGroup<T, N, D>> Retraction<T
         for _ in 0..plan.levels {
             pair.double();
         }
-        if pair.d.iter().chain(pair.d_neg.iter()).any(|v| !v.all_finite()) {
+        if !finite(pair.d.as_slice()) || !finite(pair.d_neg.as_slice()) {
             return Err(Self::too_large(x));
         }
         let Some(d_inv) = d_inv else {

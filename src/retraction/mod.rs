@@ -11,7 +11,7 @@
 //! [`AnyRetraction`] is either of the general two.
 
 use crate::algebra::{Covector, LieAlgebra, Matrix, Vector};
-use crate::scalar::{Real, Scalar};
+use crate::scalar::{Real, Scalar, finite};
 
 pub mod any;
 pub mod cayley;
@@ -131,7 +131,7 @@ pub trait TangentPoint<S: Scalar, const N: usize>: Clone {
 /// Why x was refused after a computation overflowed: it is not finite itself, or the stated reason.
 #[cold]
 fn refuse<S: Scalar, const N: usize>(x: &Vector<S, N>, retraction: &'static str, why: &'static str) -> RetractionError {
-    if x.iter().any(|v| !v.all_finite()) {
+    if !finite(x.as_slice()) {
         return RetractionError::NotFinite { retraction };
     }
     let size = x.iter().fold(0.0, |m: f64, v| m.max(v.to_f64().abs()));

@@ -4,7 +4,7 @@ use super::coefficients::{Coefficients, Values};
 use super::{Retraction, RetractionError, TangentPoint, refuse};
 use crate::algebra::{Covector, LieAlgebra, Matrix, Vector};
 use crate::group::{LieGroup, So3};
-use crate::scalar::{Real, Scalar};
+use crate::scalar::{Real, Scalar, finite};
 
 #[inline]
 fn dot<S: Scalar>(x: &Vector<S, 3>, y: &Vector<S, 3>) -> S {
@@ -48,7 +48,7 @@ fn rotation<S: Scalar>(beta: S, gamma: S, x: &Vector<S, 3>) -> Matrix<S, 3> {
 
 /// Refuses what is not finite or not a rotation (RᵀR = 1 to 2⁻²⁰ and det R > 0).
 fn check_rotation<S: Scalar>(g: &Matrix<S, 3>, retraction: &'static str) -> Result<(), RetractionError> {
-    if g.iter().any(|v| !v.all_finite()) {
+    if !finite(g.as_slice()) {
         return Err(RetractionError::NotFinite { retraction });
     }
     let r = g.map(|v| v.to_f64());

@@ -95,6 +95,9 @@ impl<T: Scalar> Mul for Dual<T> {
     type Output = Self;
     #[inline]
     fn mul(self, other: Self) -> Self {
+        if const { heavy::<T>() } {
+            return product(self, other);
+        }
         Self { re: self.re * other.re, eps: self.re * other.eps + self.eps * other.re }
     }
 }
@@ -103,9 +106,28 @@ impl<T: Scalar> Div for Dual<T> {
     type Output = Self;
     #[inline]
     fn div(self, other: Self) -> Self {
+        if const { heavy::<T>() } {
+            return quotient(self, other);
+        }
         let re = self.re / other.re;
         Self { re, eps: (self.eps - re * other.eps) / other.re }
     }
+}
+
+/// Whether T is more than an `f64`: then a product is a call, as it is of [`Dd`](super::Dd), for the compiler's sake.
+const fn heavy<T>() -> bool {
+    size_of::<T>() > size_of::<f64>()
+}
+
+#[inline(never)]
+fn product<T: Scalar>(x: Dual<T>, y: Dual<T>) -> Dual<T> {
+    Dual { re: x.re * y.re, eps: x.re * y.eps + x.eps * y.re }
+}
+
+#[inline(never)]
+fn quotient<T: Scalar>(x: Dual<T>, y: Dual<T>) -> Dual<T> {
+    let re = x.re / y.re;
+    Dual { re, eps: (x.eps - re * y.eps) / y.re }
 }
 
 impl<T: Scalar> Elementary for Dual<T> {

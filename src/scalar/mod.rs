@@ -63,6 +63,11 @@ pub trait Real: Scalar<Base = Self> {
     fn parse_decimal(text: &str) -> Option<Self>;
 }
 
+/// Whether all are: for matrices of every size, compiled once for a scalar.
+pub(crate) fn finite<S: Scalar>(values: &[S]) -> bool {
+    values.iter().all(|v| v.all_finite())
+}
+
 pub mod dd;
 mod decimal;
 mod double;

@@ -19,6 +19,13 @@ pub struct Target<T: Real, const N: usize, const D: usize> {
     pub doubt: (T, T),
 }
 
+/// The indices of the times, the shortest first.
+fn in_sequence<T: Real>(times: &[T]) -> Vec<usize> {
+    let mut sequence: Vec<usize> = (0..times.len()).collect();
+    sequence.sort_by(|a, b| times[*a].abs().to_f64().total_cmp(&times[*b].abs().to_f64()));
+    sequence
+}
+
 fn gauss<T: Real>(stages: usize) -> Result<Tableau<T>, StepError> {
     Family::Gauss.tableau(stages).map_err(|_| StepError::NotFinite { what: "the reference tableau" })
 }
@@ -71,8 +78,7 @@ where
     G: LieGroup<T, N, D> + Clone,
 {
     let mut method = Classical::new(system.clone(), group.cloned(), gauss(stages.max(4))?);
-    let mut sequence: Vec<usize> = (0..times.len()).collect();
-    sequence.sort_by(|a, b| times[*a].abs().to_f64().total_cmp(&times[*b].abs().to_f64()));
+    let sequence = in_sequence(times);
     let mut targets: Vec<Option<Target<T, N, D>>> = vec![None; times.len()];
     let power = stages.max(4) as i32;
     let (mut state, mut passed, mut doubt) = (start.clone(), T::zero(), (T::zero(), T::zero()));

@@ -97,21 +97,18 @@ impl<T: Real> Visitor<T> for Build {
 pub(crate) type Parts<T, const N: usize, const D: usize> =
     (LieAlgebra<T, N>, Option<MatrixGroup<T, N, D>>, Vec<Casimir<T, N>>);
 
+/// How a retraction is made of g and G, for a map τ.
+type Make<T, const N: usize, const D: usize, R> =
+    fn(&LieAlgebra<T, N>, &Option<MatrixGroup<T, N, D>>, Tau) -> Result<R, Problem>;
+
 /// so(3) in its standard basis by itself, and the dimensions listed.
 macro_rules! door {
     ($case:ident, $wrap:ident, $visitor:ident, $($n:literal => $d:literal),*) => {{
         if $case.algebra.structure == Structure::Named(Entry::So3) && $case.algebra.basis.is_none() {
-            let retraction = |_: &LieAlgebra<T, 3>, _: &Option<MatrixGroup<T, 3, 3>>, tau| {
-                Ok($wrap.wrap::<T, 3, 3, _>(So3Retraction::new(tau)))
-            };
-            return $case.assemble::<T, 3, 3, _>(retraction).map(|system| $visitor.visit(system));
+            return Ok($visitor.visit($case.assemble::<T, 3, 3, _, _>($wrap, standard)?));
         }
         match $case.dimension() {
-            $($n => {
-                let retraction =
-                    |algebra: &_, group: &_, tau| Ok($wrap.wrap::<T, $n, $d, _>(general(algebra, group, tau)?));
-                $case.assemble::<T, $n, $d, _>(retraction).map(|system| $visitor.visit(system))
-            })*
+            $($n => Ok($visitor.visit($case.assemble::<T, $n, $d, _, _>($wrap, general)?)),)*
             n => {
                 let allowed: Vec<_> = [$($n),*].iter().map(usize::to_string).collect();
                 Err(Place::root().key("algebra").error(Problem::Range {
@@ -168,14 +165,17 @@ impl Case {
         self.dispatch::<f64, _>(Build)
     }
 
-    fn assemble<T: Real, const N: usize, const D: usize, R: Retraction<T, N, D>>(
+    /// The system of the case, the same for every visitor: no visitor's type is in it, so that it is compiled once.
+    fn assemble<T: Real, const N: usize, const D: usize, R: Retraction<T, N, D> + 'static, W: Wrap>(
         &self,
-        retraction: impl FnOnce(&LieAlgebra<T, N>, &Option<MatrixGroup<T, N, D>>, Tau) -> Result<R, Problem>,
-    ) -> Result<System<T, N, D, R>, CaseError> {
+        wrap: &W,
+        make: Make<T, N, D, R>,
+    ) -> Result<System<T, N, D, W::Wrapped<T, N, D, R>>, CaseError> {
         let (algebra, group, casimirs) = self.structure::<T, N, D>()?;
         let method = Place::root().key("method");
-        let retraction = retraction(&algebra, &group, self.method.retraction)
+        let retraction = make(&algebra, &group, self.method.retraction)
             .map_err(|problem| method.key("retraction").error(problem))?;
+        let retraction = wrap.wrap::<T, N, D, R>(retraction);
         if let Some(i) = self.forces.iter().position(|term| *term == ForceTerm::Given) {
             return Err(Place::root().key("force").index(i).error(given("the force")));
         }
@@ -348,6 +348,15 @@ fn given(what: &'static str) -> Problem {
     let why = "it is of somebody's own type, which the case does not describe; `cargo test` replays such cases, in the crate \
                that has the type";
     Problem::NotApplicable { what, why: why.into() }
+}
+
+/// The retraction of so(3) in its standard basis.
+fn standard<T: Real>(
+    _: &LieAlgebra<T, 3>,
+    _: &Option<MatrixGroup<T, 3, 3>>,
+    tau: Tau,
+) -> Result<So3Retraction<T>, Problem> {
+    Ok(So3Retraction::new(tau))
 }
 
 /// The retraction of a general algebra.

@@ -2,6 +2,7 @@
 
 use super::case::{Case, Force, Tau};
 use super::dispatch::{System, Visitor};
+use crate::algebra::elimination::quick_inverse;
 use crate::algebra::{LieAlgebra, Matrix, Vector};
 use crate::group::LieGroup;
 use crate::mechanics::Lagrangian;
@@ -123,7 +124,7 @@ impl Visitor<f64> for Measure {
     ) -> Option<Rates> {
         let algebra: &LieAlgebra<f64, N> = &system.algebra;
         let eta = system.lagrangian.velocity(&system.state.momentum, &Vector::zeros()).ok()?;
-        let inverse = system.lagrangian.hessian(&eta).try_inverse()?;
+        let inverse = quick_inverse(&system.lagrangian.hessian(&eta))?;
         let rate = |eta: &Vector<f64, N>| {
             let mu = system.lagrangian.gradient(eta);
             let rate = algebra.coad(eta, &mu) + system.force.force(system.state.time, eta);
@@ -144,7 +145,7 @@ impl Visitor<f64> for Measure {
             }
             if self.matrices {
                 matrix = group.hat::<f64>(&eta).amax() * 0.5;
-                let inverse = (Matrix::identity() - x * 0.5).try_inverse();
+                let inverse = quick_inverse(&(Matrix::identity() - x * 0.5));
                 reach = inverse.map_or(f64::INFINITY, |inverse| norm(&inverse));
             }
         }

@@ -1,7 +1,7 @@
 //! A retraction with a fault planted in it.
 
 use super::{blend, blend_scalar};
-use crate::algebra::{Covector, LieAlgebra, Matrix, Vector};
+use crate::algebra::{Covector, LieAlgebra, Matrix, Vector, dot};
 use crate::harness::Fault;
 use crate::retraction::{Retraction, RetractionError, TangentPoint};
 use crate::scalar::{Real, Scalar};
@@ -99,13 +99,13 @@ impl<T: Real, const N: usize, const D: usize, R: Retraction<T, N, D>> Retraction
 
     fn tau<S: Scalar<Base = T>>(&self, x: &Vector<S, N>) -> Result<Matrix<S, D>, RetractionError> {
         let mut moved = *x;
-        moved[0] += blend_scalar(S::zero(), x.dot(x) * S::half(), self.size(&SHIFTED));
+        moved[0] += blend_scalar(S::zero(), dot(x.as_slice(), x.as_slice()) * S::half(), self.size(&SHIFTED));
         self.inner.tau(&moved)
     }
 
     fn tau_inv<S: Scalar<Base = T>>(&self, g: &Matrix<S, D>) -> Result<Vector<S, N>, RetractionError> {
         let x = self.inner.tau_inv(g)?;
-        Ok(blend(x, x + x * (x.dot(&x) * S::ratio(1, 12)), self.size(&CUT_INVERSE)))
+        Ok(blend(x, x + x * (dot(x.as_slice(), x.as_slice()) * S::ratio(1, 12)), self.size(&CUT_INVERSE)))
     }
 
     fn at<S: Scalar<Base = T>>(&self, x: &Vector<S, N>) -> Result<Self::Point<S>, RetractionError> {
