@@ -28,8 +28,8 @@ impl Plan {
         Self {
             tolerances: ladder(),
             longest_end: f64::INFINITY,
-            sample: Duration::from_micros(25),
-            budget: Duration::from_secs(8),
+            sample: Duration::from_micros(250),
+            budget: Duration::from_secs(10),
             longest_solve: Duration::from_millis(400),
         }
     }

@@ -5,6 +5,7 @@ use super::kernel::Packed;
 use super::kernel::{Limits, Refused};
 use super::retraction::LaneRetraction;
 use super::step::{FastRetraction, VariationalSo3, pack, unpack};
+use crate::integrators::lanes::Registers;
 use crate::integrators::{State, StepError};
 use crate::mechanics::lagrangian::Quadratic;
 use crate::retraction::{CayleySo3, ExponentialSo3};
@@ -161,6 +162,13 @@ impl<F: LaneForce> AdaptiveSo3<F> {
             methods: [4, 6, 8].map(|stages| method(&lagrangian, &force, CayleySo3::new(), stages)),
             steady: method(&lagrangian, &force, ExponentialSo3::new(), 8),
         }
+    }
+
+    /// The same in registers of another kind: for tests that compare them.
+    pub fn in_registers(mut self, registers: Registers) -> Self {
+        self.methods = self.methods.map(|method| method.in_registers(registers));
+        self.steady = self.steady.in_registers(registers);
+        self
     }
 
     /// Replaces `state` by the state a time `duration` later (of either sign), to a relative error of about `tolerance`.

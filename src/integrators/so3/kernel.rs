@@ -168,6 +168,12 @@ fn product<I: Isa, const PAIRS: usize>(
     std::array::from_fn(|a| even[a] + odd[a])
 }
 
+/// Σ_i weights_i x_i. A function and no closure: only what is sure to be inlined is compiled for these registers.
+#[inline(always)]
+fn sums<I: Isa>(weights: Eight<I>, x: Vec3<Eight<I>>) -> [f64; 3] {
+    [(weights * x[0]).sum(), (weights * x[1]).sum(), (weights * x[2]).sum()]
+}
+
 #[inline(always)]
 fn largest_change<I: Isa>(x: Vec3<Eight<I>>, y: Vec3<Eight<I>>) -> Eight<I> {
     (x[0] - y[0]).abs().max((x[1] - y[1]).abs()).max((x[2] - y[2]).abs())
@@ -285,14 +291,13 @@ impl<F: LaneForce, R: LaneRetraction, const PAIRS: usize> Kernel for Step<'_, F,
             frozen = change;
             if eager || settled {
                 // δ, and with it the true residual.
-                let sum = |v: Vec3<Eight<I>>| -> [f64; 3] { std::array::from_fn(|k| (hb * v[k]).sum()) };
                 let mut kick = [0.0; 3];
                 if forced {
                     let turned = R::turned(at, x, force);
-                    kick = sum(std::array::from_fn(|k| force[k] + turned[k]));
+                    kick = sums(hb, std::array::from_fn(|k| force[k] + turned[k]));
                 }
-                let increment = sum(rate);
-                let total = sum(gradient);
+                let increment = sums(hb, rate);
+                let total = sums(hb, gradient);
                 let back: Vec3<Eight<I>> = increment.map(|v| Eight::splat(isa, -v));
                 let at_back = R::at(back);
                 let kicked: [f64; 3] = std::array::from_fn(|k| momentum[k] + kick[k]);
