@@ -153,7 +153,8 @@ proptest! {
         let t = description.build::<f64>().unwrap();
         let analysis = analyse::<Dd>(&description, 1).unwrap();
         let mut largest = 0.0f64;
-        for radius in (-12..=12).map(|k| 2f64.powf(f64::from(k) / 2.0)) {
+        // Where Q has a zero that P cancels, often at a z that is a ratio of small numbers, 0/0 is all rounding.
+        for radius in (-12..=12).map(|k| 2f64.powf(f64::from(k) / 2.0 + 0.17)) {
             for angle in (0..=8).map(|k| std::f64::consts::PI * (0.5 + f64::from(k) / 16.0)) {
                 largest = largest.max(growth(&t, Complex::from_polar(radius, angle)).unwrap_or(0.0));
             }
