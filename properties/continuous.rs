@@ -6,8 +6,8 @@ use euler_poincare::mechanics::euler_lagrange::{accelerations, rates, residual};
 use euler_poincare::mechanics::force::{DoubleBracket, LinearDrag, Zero};
 use euler_poincare::mechanics::forced_hamiltonian::ForcedHamiltonian;
 use euler_poincare::mechanics::hamiltonian::{
-    LegendreHamiltonian, hamilton_rates, hamiltonian_legendre, hamiltonian_legendre_jacobian, hamiltonian_momenta,
-    modified_legendre,
+    DoubledHamiltonian, LegendreHamiltonian, hamilton_rates, hamiltonian_legendre, hamiltonian_legendre_jacobian,
+    hamiltonian_momenta, modified_legendre,
 };
 use euler_poincare::mechanics::lagrangian::{Quadratic, Quartic};
 use euler_poincare::mechanics::lie_poisson::{OrbitField, OrbitForce};
@@ -153,6 +153,23 @@ fn the_forced_hamiltonian_moves_a_body_with_drag() {
     assert!((found.lambda.transpose() - expected).amax() < TIGHT);
     assert!((found.mu.transpose() - expected).amax() < TIGHT);
     assert!(found.u.amax() < TIGHT);
+}
+
+/// h_f = h(μ) − h(λ) + k, with k as it was defined: the mean of the forces on the displacement, with the opposite sign.
+#[test]
+fn the_coupling_of_the_forced_hamiltonian_is_the_one_defined() {
+    let h = ForcedHamiltonian::new(body(), drag(), CayleySo3::new());
+    let (eta, u, psi) = point();
+    let (lambda, mu) = (body().gradient(&eta), body().gradient(&psi));
+    let x = CayleySo3::new().tau_inv(&u).unwrap();
+    let expected = -0.5 * pair(&(drag().force(0.0, &eta) + drag().force(0.0, &psi)), &x);
+    assert!(expected.abs() > 1e-2);
+    let found = h.coupling(0.0, &lambda, &u, &mu).unwrap();
+    assert!((found - expected).abs() < TIGHT, "{found} {expected}");
+    assert!((h.coupling_as_defined(0.0, &lambda, &u, &mu).unwrap() - expected).abs() < TIGHT);
+    let energies = body().value(&psi) - body().value(&eta);
+    let value: f64 = h.value(0.0, &lambda, &u, &mu).unwrap();
+    assert!((value - energies - expected).abs() < TIGHT, "{value} {energies} {expected}");
 }
 
 #[test]

@@ -5,20 +5,21 @@ use euler_poincare::algebra::{Covector, Matrix, Vector};
 use euler_poincare::discrete::exact::{ExactError, ExactSolution, Start};
 use euler_poincare::discrete::legendre::{legendre_minus_inverse, momentum_step};
 use euler_poincare::discrete::{
-    DiscreteError, DiscreteLagrangian, Lift, Quadruple, Sampled, Smooth, SmoothLagrangian, StageLagrangian, Triple,
-    flow, group, legendre_minus, legendre_plus, quadruple,
+    DiscreteError, DiscreteLagrangian, GroupLagrangian, Lift, Quadruple, Sampled, Smooth, SmoothLagrangian,
+    StageLagrangian, Triple, flow, group, legendre_minus, legendre_plus, quadruple,
 };
 use euler_poincare::group::{MatrixGroup, So3};
 use euler_poincare::integrators::{Doubled, DoubledState};
-use euler_poincare::mechanics::Lagrangian;
 use euler_poincare::mechanics::doubled::{DoubledLagrangian, Forced};
 use euler_poincare::mechanics::force::{AnyForce, LinearDrag, Periodic, QuadraticDrag, Zero};
 use euler_poincare::mechanics::lagrangian::{AnyLagrangian, Quadratic};
 use euler_poincare::mechanics::models::landau_lifshitz_gilbert;
+use euler_poincare::mechanics::{Force, Lagrangian};
 use euler_poincare::retraction::{CayleySo3, Exponential, ExponentialSo3, Retraction, RetractionError};
 use euler_poincare::scalar::{Dd, Number, Real, Scalar};
 use euler_poincare::tableau::{Description, Tableau};
 use nalgebra::ComplexField;
+use std::sync::atomic::{AtomicUsize, Ordering};
 
 type Llg<T> = Forced<AnyLagrangian<T, 3>, AnyForce<T, 3>, CayleySo3<T>>;
 
@@ -337,4 +338,86 @@ fn an_exact_solution_that_cannot_be_followed_is_an_error() {
     assert!(nowhere.is_err(), "{nowhere:?}");
     let none = ExactSolution::<f64, 3, _, _>::new::<3>(damped::<f64>(), CayleySo3::new(), 0);
     assert!(matches!(none, Err(ExactError::Tableau(_))), "{none:?}");
+}
+
+/// A torque of size 1 that is another one each time.
+struct Restless(AtomicUsize);
+
+impl Force<f64, 3> for Restless {
+    fn force<S: Scalar<Base = f64>>(&self, _: S, _: &Vector<S, 3>) -> Covector<S, 3> {
+        let k = self.0.fetch_add(1, Ordering::Relaxed);
+        Covector::from_fn(|_, a| S::int(((k * 7919 + a * 104_729) % 101) as i64 - 50) / S::int(50))
+    }
+}
+
+/// The change that is reported is relative: of 10³ in size, velocities that jump by the step move by its 10⁻³.
+#[test]
+fn what_does_not_settle_is_told_relative_to_its_size() {
+    let sphere = Quadratic::<f64, 3>::diagonal([1.0; 3]).unwrap();
+    let restless = Forced::new(sphere, Restless(AtomicUsize::new(0)), CayleySo3::new());
+    let exact = ExactSolution::new::<3>(restless, CayleySo3::new(), 2).unwrap();
+    let fast = Vector::from([1e3, 0.0, 0.0]);
+    let start = Start { time: 0.0, eta: fast, u: Matrix::identity(), psi: fast };
+    let step = 2f64.powi(-10);
+    match exact.at(&start, &[step]) {
+        Err(ExactError::NotConverged { step: found, change, sweeps }) => {
+            assert_eq!((found, sweeps), (step, 200));
+            // η̇ = f, at most 1 in size: η changes by at most 2h, and less than 10⁻³ of that is no coincidence any more.
+            assert!((1e-9..=4e-3 * step).contains(&change), "{change:e}");
+        }
+        other => panic!("{other:?}"),
+    }
+}
+
+/// A reference to a Lagrangian on the group is that Lagrangian.
+#[test]
+fn a_borrowed_lagrangian_has_the_same_values() {
+    let body = Quadratic::<f64, 3>::diagonal([0.5, 2.0, 1.0]).unwrap();
+    let l_d =
+        group::Sampled::<f64, _, _, 3> { lagrangian: body.clone(), retraction: CayleySo3::<f64>::new(), step: 0.25 };
+    let x = [0.05, 0.01, 0.09];
+    let (w, expected) = (rotation(x), 0.25 * body.value(&(Vector::from(x) / 0.25)));
+    for found in [l_d.value(&w).unwrap(), GroupLagrangian::value(&&l_d, &w).unwrap()] {
+        assert!((found - expected).abs() < 1e-14, "{found} {expected}");
+    }
+}
+
+/// Whatever the start: the action of a heavy body is rounded by more than its velocities, which keeps the stages moving, and
+/// they count as found.
+#[test]
+fn the_exact_solution_settles_from_every_start() {
+    let body: AnyLagrangian<f64, 3> = Quadratic::diagonal([500.0, 2000.0, 1000.0]).unwrap().into();
+    let drag: AnyForce<f64, 3> = LinearDrag::new(Matrix::<f64, 3>::identity() * 250.0).unwrap().into();
+    let exact = ExactSolution::new::<3>(Forced::new(body, drag, CayleySo3::new()), CayleySo3::new(), 6).unwrap();
+    for k in 0..60 {
+        let part = |phase: f64| (f64::from(k) * phase).sin();
+        let start = Start {
+            time: 0.0,
+            eta: Vector::from([part(0.9), part(1.7), part(2.3)]),
+            u: rotation([0.1 * part(3.1), 0.1 * part(3.7), 0.1 * part(4.3)]),
+            psi: Vector::from([part(1.1), part(1.3), part(2.9)]),
+        };
+        for (speed, step) in [(1.0, 0.5), (2.0, 0.25), (4.0, 0.125)] {
+            let start = Start { eta: start.eta * speed, psi: start.psi * speed, ..start.clone() };
+            let found = exact.at(&start, &[step]);
+            assert!(found.is_ok(), "{k}, {speed}: {found:?}");
+        }
+    }
+}
+
+/// A displacement of any size is found to the rounding of a group element, which has size 1.
+#[test]
+fn a_step_of_any_size_is_solved_to_rounding() {
+    let (so3, tau) = (So3::new(), ExponentialSo3::new());
+    let inertia = Quadratic::<f64, 3>::diagonal([0.5, 2.0, 1.0]).unwrap();
+    for k in 0..24 {
+        let h = 2f64.powi(-k);
+        let l_d = group::Sampled::<f64, _, _, 3> { lagrangian: &inertia, retraction: tau.clone(), step: h };
+        for j in 0..8 {
+            let part = |phase: f64| (f64::from(j + 1) * phase).sin();
+            let w = tau.tau(&(Vector::<f64, 3>::new(part(0.9), part(1.7), part(2.3)) * (0.3 * h))).unwrap();
+            let next = group::flow(&l_d, &so3, &tau, &w);
+            assert!(next.is_ok(), "h = {h:e}, start {j}: {next:?}");
+        }
+    }
 }

@@ -4,7 +4,7 @@ use euler_poincare::algebra::{Covector, LieAlgebra, Matrix, Vector, pair};
 use euler_poincare::group::LieGroup;
 use euler_poincare::groupoid::{
     Action, ActionGroupoid, Arrow, AtiyahGroupoid, Axiom, Coadjoint, DenseGroup, DenseSpace, Differential,
-    GaugeGroupoid, Group, GroupManifold, Groupoid, LieAlgebroid, Linear, Lowered, Manifold, ManifoldPair,
+    GaugeGroupoid, Group, GroupManifold, Groupoid, LieAlgebroid, LieGroupoid, Linear, Lowered, Manifold, ManifoldPair,
     NotComposable, PairGroupoid, Phase, PhaseFunction, PointGroupoid, PoissonGroupoid, PrincipalBundle, ProductBundle,
     Space, Sphere, SphereFrames, bracket, bracket_of_fields, generator_brackets, lie_poisson_bivector,
     poisson_bivector, section_bracket,
@@ -440,6 +440,48 @@ fn vector_fields_on_the_plane_have_their_bracket() {
     let expected = DVector::from_vec(vec![3.0, -5.0]);
     assert_eq!(bracket_of_fields(&pair, &x, &y, &at), Some(expected.clone()));
     assert_eq!(section_bracket(&Lowered(&Lowered(&pair)), &x, &y, &at), expected);
+}
+
+/// (k, m): so many fields on a manifold in ℝᵐ.
+#[test]
+fn manifolds_have_their_numbers_of_fields_and_coordinates() {
+    fn numbers<M: Manifold<f64>>(manifold: &M) -> (usize, usize) {
+        (manifold.dimension(), manifold.size())
+    }
+    let group = Test::new(ROTATIONS);
+    assert_eq!(numbers(&Space::<4>), (4, 4));
+    assert_eq!(numbers(&DenseSpace { dimension: 5 }), (5, 5));
+    assert_eq!(numbers(&Sphere), (3, 3));
+    assert_eq!(numbers(&GroupManifold::<_, 3, 3>(&group)), (3, 9));
+    assert_eq!(numbers(&DenseGroup::of(&group)), (3, 9));
+}
+
+/// (dimension of the base, rank of the algebroid), and that an element is that of its coordinates, which are as many.
+#[test]
+fn elements_are_those_of_their_coordinates() {
+    fn numbers<Q: LieGroupoid<f64>>(q: &Q, g: &Q::Element) -> (usize, usize, usize)
+    where
+        Q::Element: PartialEq + std::fmt::Debug,
+    {
+        let z = q.coordinates(g);
+        assert_eq!(q.element(&z), *g);
+        for x in [q.source(g), q.target(g)] {
+            assert_eq!(q.base_point(&q.base_coordinates(&x)), x);
+        }
+        (q.base_dimension(), q.rank(), z.len())
+    }
+    let group = Test::new(MOTIONS);
+    let (u, v, w) = (motion(0.5, 1.0, 2.0), motion(-0.25, 3.0, 4.0), motion(0.125, 5.0, 6.0));
+    let (x, y) = (Covector::<f64, 3>::new(1.0, 2.0, 3.0), Covector::<f64, 3>::new(4.0, 5.0, 6.0));
+    let manifold = GroupManifold::<_, 3, 3>(&group);
+    assert_eq!(numbers(&PointGroupoid::new(&group), &Arrow { source: (), group: u, target: () }), (0, 3, 9));
+    assert_eq!(numbers(&GaugeGroupoid::new(&group), &Arrow { source: u, group: v, target: w }), (3, 6, 27));
+    assert_eq!(numbers(&PoissonGroupoid::new(&group), &Arrow { source: x, group: v, target: y }), (3, 6, 15));
+    assert_eq!(numbers(&ManifoldPair::new(Space::<3>), &(x, y)), (3, 3, 6));
+    assert_eq!(numbers(&ManifoldPair::new(manifold), &(u, w)), (3, 3, 18));
+    let (start, end) = (DVector::from_vec(vec![1.0, 2.0, 3.0]), DVector::from_vec(vec![4.0, 5.0, 6.0]));
+    let arrow = Arrow { source: start, group: v, target: end };
+    assert_eq!(numbers(&ActionGroupoid::new(Coadjoint::new(manifold, 3)), &arrow), (3, 3, 15));
 }
 
 #[test]

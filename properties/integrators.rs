@@ -6,9 +6,11 @@ mod doubled;
 use euler_poincare::algebra::{Covector, Matrix, Vector};
 use euler_poincare::integrators::{OneStep, Report, Solver, State, StepError, Variational};
 use euler_poincare::mechanics::{Force, Lagrangian};
+use euler_poincare::newton::{self, Equations, Newton};
 use euler_poincare::retraction::{CayleySo3, ExponentialSo3, Retraction, TangentPoint};
 use euler_poincare::scalar::{Real, Scalar};
 use euler_poincare::tableau::{Family, Tableau};
+use nalgebra::DMatrix;
 
 /// l = ½ Ω·IΩ with I = diag(1/2, 2, 1), by its value alone.
 struct Body;
@@ -318,4 +320,55 @@ fn every_solver_leaves_a_small_true_residual() {
     for solver in [Solver::Sweeps, Solver::Newton, Solver::Continuation] {
         assert!(seen.contains(&solver), "{solver:?} was never used: {seen:?}");
     }
+}
+
+/// (x − λ) + (x − λ)³ = 0, compared with 1: the branch is the straight line x = λ. Where each correction started is kept.
+#[derive(Default)]
+struct Straight {
+    fraction: f64,
+    starts: Vec<(f64, f64)>,
+}
+
+impl Equations<f64> for Straight {
+    type Error = ();
+
+    fn dimension(&self) -> usize {
+        1
+    }
+
+    fn set_fraction(&mut self, fraction: f64) {
+        self.fraction = fraction;
+    }
+
+    fn residual(&mut self, x: &[f64], out: &mut [f64]) -> Result<f64, ()> {
+        if self.starts.last().is_none_or(|last| last.0 != self.fraction) {
+            self.starts.push((self.fraction, x[0]));
+        }
+        let u = x[0] - self.fraction;
+        out[0] = u + u.powi(3);
+        Ok(1.0)
+    }
+
+    fn jacobian(&mut self, x: &[f64], out: &mut DMatrix<f64>) -> Result<(), ()> {
+        let u = x[0] - self.fraction;
+        out[(0, 0)] = 1.0 + 3.0 * u * u;
+        Ok(())
+    }
+}
+
+/// As long as an iteration gains Newton's method goes on to its tolerance; the floor is for rounding alone.
+#[test]
+fn a_residual_that_falls_is_not_left_at_the_floor() {
+    let settings = newton::Settings { tolerance: 1e-15, floor: 0.1, max_iterations: 20 };
+    let mut x = [0.5];
+    let outcome = Newton::new(1).solve(&mut Straight::default(), &[0.0], &mut x, &settings).unwrap();
+    assert!(outcome.residual <= 1e-15 && (x[0] - 1.0).abs() <= 1e-15, "{outcome:?} {x:?}");
+    let mut straight = Straight::default();
+    let mut x = [0.0];
+    let outcome = Newton::new(1).follow(&mut straight, &mut x, &settings).unwrap();
+    assert!(outcome.residual <= 1e-15 && (x[0] - 1.0).abs() <= 1e-15, "{outcome:?} {x:?}");
+    // The first point has no direction yet; from then on a straight branch is met at once.
+    assert_eq!((straight.starts[0].1, straight.starts.last().unwrap().0), (0.0, 1.0));
+    assert!(straight.starts.len() > 2, "{:?}", straight.starts);
+    assert!(straight.starts[1..].iter().all(|(fraction, x)| (fraction - x).abs() < 1e-14), "{:?}", straight.starts);
 }

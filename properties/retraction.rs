@@ -648,6 +648,19 @@ fn logarithm_near_half_turns() {
     }
 }
 
+/// The derivative of the logarithm is as accurate as the logarithm, also where its first guess is not.
+#[test]
+fn the_logarithm_is_differentiated_to_full_precision() {
+    let axis = Vector::<f64, 3>::new(2.0, -1.0, 2.0) / 3.0;
+    let across = Vector::<f64, 3>::new(0.5, 0.25, -0.75);
+    let general = Exponential::of_group(so3());
+    for gap in [1.0, 1e-1, 1e-2, 1e-3, 1e-4] {
+        let x = axis * (std::f64::consts::PI - gap);
+        let derived = derivative(|x| general.tau_inv(&general.tau(x)?), &x, &across).unwrap();
+        assert!((derived - across).amax() < 1e-14, "{gap}: {:e}", (derived - across).amax());
+    }
+}
+
 /// A translation of any size beside a small rotation costs no digits.
 #[test]
 fn badly_scaled_motions() {
@@ -687,6 +700,37 @@ fn large_real_eigenvalues() {
         // Relative to the matrix, whose other eigenvalue is 1.
         let bound = 1e-15 * want.abs().max(1.0) * (1.0 + z.abs());
         assert!((point.d_inv()[(1, 1)] - want).abs() <= bound, "{z}: {want}");
+    }
+}
+
+/// e = [[0, 1], [0, 1]] is its own square, so τ(x e) = 1 + (τ(x) − 1) e; its first column is empty and its first row is not.
+#[test]
+fn a_group_whose_matrices_have_an_empty_column() {
+    let group = Basis::<f64, 1, 2>::new(&[(0, 0, 1, 1.0), (0, 1, 1, 1.0)]);
+    let with = |z: f64| Matrix::<f64, 2>::new(1.0, z - 1.0, 0.0, z);
+    let (cayley, exponential) = (Cayley::new(group.clone()).unwrap(), Exponential::of_group(group));
+    for x in [-1.5, -0.25, 0.5, 1.0] {
+        let at = Vector::<f64, 1>::new(x);
+        let (first, second) = (with((1.0 + x / 2.0) / (1.0 - x / 2.0)), with(x.exp()));
+        assert!((cayley.tau(&at).unwrap() - first).amax() <= 8.0 * f64::EPSILON * first.amax(), "{x}");
+        assert!((exponential.tau(&at).unwrap() - second).amax() <= 8.0 * f64::EPSILON * second.amax(), "{x}");
+        assert!((cayley.tau_inv(&first).unwrap() - at).amax() <= 32.0 * f64::EPSILON, "{x}");
+        assert!((exponential.tau_inv(&second).unwrap() - at).amax() <= 32.0 * f64::EPSILON, "{x}");
+    }
+}
+
+/// x² = 0, so τ(x) = 1 + x; but 1 − x/2 of size s has an inverse of size s: what is singular to working precision is refused.
+#[test]
+fn what_cannot_be_inverted_to_working_precision_is_refused() {
+    let cayley = Cayley::new(sl2::<f64>()).unwrap();
+    for k in 0..48 {
+        let s = 0.7 * 10f64.powf(f64::from(k) / 4.0);
+        let exact = Matrix::<f64, 2>::new(1.0 + s, s, -s, 1.0 - s);
+        match cayley.tau(&Vector::<f64, 3>::new(s, s, -s)) {
+            Ok(found) => assert!((found - exact).amax() <= 0.05 * s, "{s:e}: {found}"),
+            Err(RetractionError::OutsideDomain { size, .. }) => assert!(size == s && s > 1e6, "{s:e}"),
+            Err(other) => panic!("{s:e}: {other:?}"),
+        }
     }
 }
 

@@ -391,3 +391,15 @@ fn nalgebra_is_told_what_is_not_finite() {
     check::<Dd>();
     check::<Qd>();
 }
+
+/// Nothing is rounded more, or less, for being differentiated.
+#[test]
+fn a_dual_number_has_the_round_off_of_its_parts() {
+    fn check<T: Real>() {
+        assert_eq!(Dual::<T>::unit_roundoff(), T::unit_roundoff(), "{}", T::NAME);
+        assert_eq!(Dual::<Dual<T>>::unit_roundoff(), T::unit_roundoff(), "{}", T::NAME);
+    }
+    check::<f64>();
+    check::<Dd>();
+    check::<Qd>();
+}

@@ -6,9 +6,10 @@
                                                              that has a row is not run again
 
 A mutant goes through the programs in this order until one fails: the test target of its own module where that comes
-first by FIRST, the laws (examples/mutant.rs, one case of each law; the first to be broken is the killer), the other test
-targets from quick to slow, the laws on more cases. A program that takes more than LIMIT times the processor time that it
-takes without a mutant is stopped: the mutant hangs, which counts as caught ("timeout"), as cargo-mutants counts it.
+first by FIRST, the laws (examples/mutant.rs, one case of each law; the first to be broken is the killer), the test target
+of its module, those of NEAR, then the laws on more cases and the other test targets from quick to slow. A program that
+takes more than LIMIT times the processor time that it takes without a mutant is stopped: the mutant hangs, which counts as
+caught ("timeout"), as cargo-mutants counts it.
 
 The programs are compiled by the caller, with the target directory and profile that the environment sets:
     cargo build --example mutant; cargo test --no-run --tests
@@ -31,6 +32,17 @@ MEMORY = 6 << 30
 OWN = {"newton.rs": "integrators"}
 # Their own tests are quick, and the laws hardly see them.
 FIRST = {"scalar", "algebra", "tableau", "group"}
+# The targets that use a module most, where its own does not see the mutant.
+NEAR = {
+    "scalar": ["tableau", "retraction"],
+    "tableau": ["order", "system", "integrators"],
+    "group": ["retraction"],
+    "retraction": ["continuous", "integrators"],
+    "mechanics": ["integrators", "continuous"],
+    "discrete": ["continuous", "integrators"],
+    "groupoid": ["mechanics"],
+    "newton.rs": ["discrete"],
+}
 
 
 def programs(copy, targets):
@@ -51,7 +63,9 @@ def programs(copy, targets):
 
 def run(command, copy, mutant, limit):
     """(outcome, killer): outcome is "passed", "caught" or "timeout". Stopped at the first test that fails."""
-    environment = {**os.environ, "RAYON_NUM_THREADS": "1", "INSTA_UPDATE": "no", "RUST_BACKTRACE": "0"}
+    # A failure that proptest keeps in the tree would be found again by the next mutant; the same cases for all.
+    environment = {**os.environ, "RAYON_NUM_THREADS": "1", "INSTA_UPDATE": "no", "RUST_BACKTRACE": "0",
+                   "PROPTEST_DISABLE_FAILURE_PERSISTENCE": "1", "PROPTEST_RNG_SEED": SEED}
     environment.pop("MUTANT", None)
     if mutant is not None:
         environment["MUTANT"] = str(mutant)
@@ -60,7 +74,7 @@ def run(command, copy, mutant, limit):
         resource.setrlimit(resource.RLIMIT_AS, (MEMORY, MEMORY))
         resource.setrlimit(resource.RLIMIT_CPU, (int(limit + 1), int(limit + 2)))
 
-    process = subprocess.Popen(command, cwd=copy, env=environment, text=True, errors="replace", start_new_session=True,
+    process = subprocess.Popen(command, cwd=copy, env=environment, text=True, errors="replace", process_group=0,
                                stdout=subprocess.PIPE, stderr=subprocess.STDOUT, preexec_fn=bounded)
     late = threading.Event()
 
@@ -90,17 +104,29 @@ def run(command, copy, mutant, limit):
     return ("passed", "") if code == 0 else ("caught", running or last[:300] or f"exit {code}")
 
 
+def tidy(copy, kept):
+    """Removes the failing cases that a test has saved in the tree: they are replayed by the tests of the next mutant."""
+    for path in saved(copy) - kept:
+        path.unlink()
+
+
+def saved(copy):
+    return set((copy / "snapshots/regressions").glob("*"))
+
+
 def processor():
     """The processor time of the programs that have ended."""
     used = resource.getrusage(resource.RUSAGE_CHILDREN)
     return used.ru_utime + used.ru_stime
 
 
-def baseline(copy, path, targets):
+def baseline(copy, path, targets, words):
     times = json.loads(path.read_text()) if path.exists() else {}
-    for name, command in programs(copy, targets).items():
+    for name, command in programs(copy, [name for name in targets if "cases" not in name]).items():
+        if targets and name not in targets:
+            continue
         start = processor()
-        outcome, killer = run(command, copy, None, 3600)
+        outcome, killer = run(command + (words if "cases" not in name else []), copy, None, 3600)
         seconds = processor() - start
         print(f"{name}: {outcome} {killer} {seconds:.1f} s", flush=True)
         if outcome == "passed":
@@ -110,11 +136,11 @@ def baseline(copy, path, targets):
 
 def order(mutant, times, stages):
     module = re.match(r"src/([\w.]+)", mutant["name"])[1]
-    tests = sorted((name for name in times if "cases" not in name), key=lambda name: times[name]["seconds"])
     own = OWN.get(module, module)
-    tests.sort(key=lambda name: name != own)
-    split = 1 if own in FIRST and own in tests else 0
-    whole = [*tests[:split], "few cases", *tests[split:], "many cases"]
+    near = [own, *NEAR.get(module, [])]
+    rest = sorted((name for name in times if name not in near and name != "few cases"), key=lambda name: times[name]["seconds"])
+    split = 1 if own in FIRST else 0
+    whole = [*near[:split], "few cases", *near[split:], *rest]
     return [name for name in whole if name in times and (not stages or name in stages)]
 
 
@@ -126,6 +152,7 @@ def mutants(copy, times, sample, results, stages, part, words):
         for line in results.read_text().splitlines():
             row = json.loads(line)
             done.setdefault(row["number"], {})[row["program"]] = row["outcome"]
+    kept = saved(copy)
     for k, row in enumerate(rows):
         if k % part[1] != part[0]:
             continue
@@ -139,6 +166,7 @@ def mutants(copy, times, sample, results, stages, part, words):
             limit = max(LEAST, LIMIT * times[name]["seconds"])
             command = times[name]["command"] + (words if "cases" not in name else [])
             outcome, killer = run(command, copy, row["number"], limit)
+            tidy(copy, kept)
             answer = {"number": row["number"], "name": row["name"], "program": name, "outcome": outcome,
                       "killer": killer, "seconds": round(processor() - start, 1)}
             with results.open("a") as out:
@@ -159,12 +187,12 @@ def main():
     parser.add_argument("--without", nargs="*", default=[], help="tests to leave out")
     parser.add_argument("--only", nargs="*", default=[], help="the tests to run")
     given = parser.parse_args()
+    words = [word for name in given.without for word in ("--skip", name)] + ["--exact"] * bool(given.only) + given.only
     if given.what == "baseline":
-        baseline(given.copy, given.baseline, given.programs)
+        baseline(given.copy, given.baseline, given.programs, words)
     else:
         part = [int(word) for word in given.part.split("/")]
         times = json.loads(given.baseline.read_text())
-        words = [word for name in given.without for word in ("--skip", name)] + ["--exact"] * bool(given.only) + given.only
         mutants(given.copy, times, given.sample, given.results, set(given.programs), part, words)
 
 

@@ -82,6 +82,19 @@ fn digits_that_would_be_lost_must_be_in_quotes() {
     assert_eq!(TableauFile::parse(json).unwrap_err(), FileError::Digits { line: 2, digits: 22 });
 }
 
+/// Quotes end where they began, whatever is between them.
+#[test]
+fn digits_in_quotes_are_text() {
+    for name in ["12345678901234567890", "a 'b' 12345678901234567890", "\\\" 12345678901234567890", "# 1"] {
+        let text = format!("name = \"{name}\"\na = [[0.5]]\nb = [1]");
+        assert!(TableauFile::parse(&text).is_ok(), "{text}: {:?}", TableauFile::parse(&text));
+    }
+    let after = "name = 'it is \"so'\na = [[0.5]]\nb = [1.000000000000000000001]";
+    assert_eq!(TableauFile::parse(after).unwrap_err(), FileError::Digits { line: 3, digits: 22 });
+    let behind = "name = \"x\" # 12345678901234567890\na = [[0.5]]\nb = [1]";
+    assert!(TableauFile::parse(behind).is_ok());
+}
+
 proptest! {
     #[test]
     fn nothing_panics(text in "[ab = \\[\\],.0-9e\"'{}:#\\n-]{0,60}", cut in 0usize..200) {

@@ -6,11 +6,13 @@ use euler_poincare::tableau::known::{
     self, Class, KnownOrder, LARGEST_COLLOCATION_DENOMINATOR, LARGEST_DENOMINATOR, LEAST_COLLOCATION_WEIGHT,
     LEAST_WEIGHT, MAX_COLLOCATION, Means, Orders, Shape, VISIBLE, VISIBLE_RELATIVE,
 };
+use euler_poincare::tableau::random::{self, Kind};
 use euler_poincare::tableau::trees::{Catalogue, Tree};
 use euler_poincare::tableau::{Description, Entries, classical_order, variational_order};
 use proptest::strategy::{BoxedStrategy, Strategy, ValueTree};
 use proptest::test_runner::TestRunner;
 use std::collections::HashMap;
+use std::fmt::Write;
 
 fn draw(strategy: &BoxedStrategy<KnownOrder>, count: usize) -> Vec<KnownOrder> {
     let mut runner = TestRunner::deterministic();
@@ -262,6 +264,48 @@ fn orders_and_shapes_can_be_asked_for() {
 fn a_seed_decides() {
     for (name, strategy) in all() {
         assert_eq!(draw(&strategy, 10), draw(&strategy, 10), "{name}");
+    }
+}
+
+/// A case that was written down is drawn again by every later version: the draws are those of the snapshot, and how many
+/// choices they take.
+#[test]
+fn a_seed_draws_what_it_drew() {
+    let mut text = String::new();
+    for kind in Kind::ALL {
+        let (strategy, mut runner) = (random::of_kind(kind), TestRunner::deterministic());
+        for _ in 0..4 {
+            writeln!(text, "{kind:?}: {}", strategy.new_tree(&mut runner).unwrap().current()).unwrap();
+        }
+    }
+    for (name, strategy) in all() {
+        for known in draw(&strategy, 3) {
+            writeln!(text, "{name}: {}", known.description).unwrap();
+        }
+    }
+    let mut settings = insta::Settings::clone_current();
+    settings.set_snapshot_path("../../snapshots");
+    settings.set_prepend_module_to_snapshot(false);
+    settings.set_omit_expression(true);
+    settings.bind(|| insta::assert_snapshot!("tableaux", text));
+}
+
+/// Of each order, the members of the families that have it, and no others.
+#[test]
+fn collocation_of_an_order_has_the_members_of_the_families() {
+    for p in 1..=MAX_COLLOCATION {
+        let mut found: Vec<String> = draw(&known::collocation_of_order(p).unwrap(), 200)
+            .into_iter()
+            .filter(|known| !matches!(known.description, Description::Entries(_)))
+            .map(|known| known.description.to_string())
+            .collect();
+        found.sort();
+        found.dedup();
+        let expected = match p % 2 {
+            0 => vec![format!("gauss-{}", p / 2), format!("lobatto-iiia-{}", p / 2 + 1)],
+            _ => vec![format!("radau-iia-{}", p.div_ceil(2))],
+        };
+        assert_eq!(found, expected, "order {p}");
     }
 }
 
