@@ -1,10 +1,11 @@
 //! What one step costs: every method on so(3), Runge–Kutta 4 by hand beside them, and a body in a fluid on se(3).
 
 use criterion::measurement::WallTime;
-use criterion::{BatchSize, BenchmarkGroup, Criterion, criterion_group, criterion_main};
+use criterion::{BatchSize, BenchmarkGroup, Criterion, Throughput, criterion_group, criterion_main};
 use euler_poincare::algebra::catalogue::Entry;
 use euler_poincare::algebra::{Covector, Matrix};
 use euler_poincare::group::{LieGroup, MatrixGroup};
+use euler_poincare::integrators::so3::{AdaptiveSo3, Damping, EnsembleSo3, Member, Row, VariationalSo3};
 use euler_poincare::integrators::{OneStep, State, Variational};
 use euler_poincare::mechanics::force::{AnyForce, LinearDrag, QuadraticDrag};
 use euler_poincare::mechanics::lagrangian::Quadratic;
@@ -186,5 +187,60 @@ fn se3(criterion: &mut Criterion) {
     group.finish();
 }
 
-criterion_group!(benches, so3, so3_relaxed, se3);
+/// "step/so3 in lanes": the same step, all stages in one register.
+fn so3_in_lanes(criterion: &mut Criterion) {
+    let model = landau_lifshitz_gilbert::<f64>();
+    let mut group = criterion.benchmark_group("step/so3 in lanes");
+    for name in ["gauss-2", "gauss-4", "gauss-8", "lobatto-iiib-3"] {
+        let body = Quadratic::diagonal([0.5, 2.0, 1.0]).expect("a regular inertia");
+        let method = VariationalSo3::new(body.clone(), Damping(1.0), CayleySo3::new(), tableau(name));
+        warm(&mut group, &format!("{name} cayley"), &mut method.expect("it fits"), &initial(&model), 0.1);
+        let method = VariationalSo3::new(body, Damping(1.0), ExponentialSo3::new(), tableau(name));
+        warm(&mut group, &format!("{name} exp"), &mut method.expect("it fits"), &initial(&model), 0.1);
+    }
+    group.finish();
+}
+
+/// "solve/so3": from a tolerance to an answer, with attitude.
+fn solve(criterion: &mut Criterion) {
+    let start = initial(&landau_lifshitz_gilbert::<f64>());
+    let mut group = criterion.benchmark_group("solve/so3");
+    let body = Quadratic::diagonal([0.5, 2.0, 1.0]).expect("a regular inertia");
+    let mut solver = AdaptiveSo3::new(body, Damping(1.0));
+    for (span, tolerance) in [(1.0, 1e-8), (1.0, 1e-10), (1.0, 1e-12), (10.0, 1e-12)] {
+        group.bench_function(format!("T = {span}, {tolerance:e}"), |bencher| {
+            bencher.iter(|| {
+                let mut state = start.clone();
+                solver.solve(black_box(&mut state), black_box(span), black_box(tolerance)).expect("the run succeeds")
+            });
+        });
+    }
+    group.finish();
+}
+
+/// "ensemble/so3": 1000 bodies, 100 steps of a hundredth, all cores.
+fn ensemble(criterion: &mut Criterion) {
+    let start = initial(&landau_lifshitz_gilbert::<f64>());
+    let member = |k: u32| Member {
+        lagrangian: Quadratic::diagonal([0.5 + f64::from(k) / 1000.0, 2.0, 1.0]).expect("a regular inertia"),
+        force: Damping(f64::from(k) / 1000.0),
+        state: start.clone(),
+    };
+    let members: Vec<_> = (0..1000).map(member).collect();
+    let mut group = criterion.benchmark_group("ensemble/so3");
+    group.throughput(Throughput::Elements(1000 * 100));
+    group.sample_size(10);
+    let ensemble = EnsembleSo3::<Damping<Row>, _>::new(&members, CayleySo3::new(), tableau("gauss-2"));
+    let ensemble = ensemble.expect("it fits");
+    group.bench_function("gauss-2 cayley", |bencher| {
+        bencher.iter_batched_ref(
+            || ensemble.clone(),
+            |ensemble| ensemble.advance(0.01, 100).expect("the steps succeed"),
+            BatchSize::LargeInput,
+        );
+    });
+    group.finish();
+}
+
+criterion_group!(benches, so3, so3_relaxed, so3_in_lanes, solve, ensemble, se3);
 criterion_main!(benches);
