@@ -159,7 +159,10 @@ fn the_fast_paths_of_so3_allocate_nothing() {
     // A solver that chooses its steps, and an ensemble on this thread.
     let mut solver = AdaptiveSo3::new(lagrangian.clone(), force.clone());
     let mut state = start.clone();
-    assert_eq!(allocations(|| drop(solver.solve(&mut state, 20.0, 1e-10).unwrap())), 0);
+    let solved = allocations(|| {
+        solver.solve(&mut state, 20.0, 1e-10).unwrap();
+    });
+    assert_eq!(solved, 0);
     let members = vec![Member { lagrangian, force, state: start }; 8];
     let tableau = Family::Gauss.tableau(2).unwrap();
     let mut ensemble = EnsembleSo3::<Terms<Row>, _>::new(&members, CayleySo3::new(), tableau).unwrap();
