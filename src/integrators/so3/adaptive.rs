@@ -206,9 +206,9 @@ impl<F: LaneForce> AdaptiveSo3<F> {
                     observe(state, run.sign * left);
                     break;
                 }
-                advance(&mut self.steady, &mut run, rate, Some(LARGEST_ANGLE), state, &mut observe)?;
+                advance(&mut self.steady, &mut run, rate, STEADILY, state, &mut observe)?;
             } else {
-                advance(method, &mut run, rate, None, state, &mut observe)?;
+                advance(method, &mut run, rate, FREELY, state, &mut observe)?;
             }
         }
         Ok(run.solved)
@@ -248,6 +248,16 @@ impl<const N: usize> Run<N> {
         }))
     }
 
+    /// Whether no step was tried yet.
+    pub fn fresh(&self) -> bool {
+        self.next == f64::INFINITY
+    }
+
+    /// The tolerance a unit of time.
+    pub fn per_time(&self) -> f64 {
+        self.per_time
+    }
+
     pub fn ended(&self) -> bool {
         self.done >= self.span
     }
@@ -272,7 +282,6 @@ impl<const N: usize> Run<N> {
     pub fn time(&self) -> f64 {
         self.start + self.sign * self.done
     }
-
 }
 
 impl Run<3> {
@@ -298,23 +307,37 @@ impl Run<3> {
     }
 }
 
-/// One step, or one that was tried in vain: `rate` is the angle per time by which steps are first judged. A motion that is
-/// nearly steady is followed to its end, in steps of at most the angle `steady`.
+/// How a solver goes about its steps.
+#[derive(Clone, Copy, Debug)]
+pub(in crate::integrators) struct Pace {
+    /// The angle of the first step that is tried.
+    pub first: f64,
+    /// How much longer than the last a step may be.
+    pub growth: f64,
+    /// The largest angle of a step of a motion that is nearly steady, whose residual falls as far as rounding allows.
+    pub steady: Option<f64>,
+}
+
+const FREELY: Pace = Pace { first: FIRST_ANGLE, growth: 1.2, steady: None };
+const STEADILY: Pace = Pace { steady: Some(LARGEST_ANGLE), ..FREELY };
+
+/// One step, or one that was tried in vain; `rate` is the angle per time.
+#[inline]
 pub(in crate::integrators) fn advance<F: LaneForce<N>, R: FastRetraction<N, D>, const N: usize, const D: usize>(
     method: &mut VariationalInLanes<F, R, N, D>,
     run: &mut Run<N>,
     rate: f64,
-    steady: Option<f64>,
+    pace: Pace,
     state: &mut State<f64, N, D>,
     observe: &mut impl FnMut(&State<f64, N, D>, f64),
 ) -> Result<(), SolveError> {
     let stages = method.stages();
     let order = 2 * stages as i32;
-    if run.next == f64::INFINITY {
-        let first = FIRST_ANGLE / rate;
+    if run.fresh() {
+        let first = pace.first / rate;
         run.next = if first.is_finite() { first } else { run.span };
     }
-    if let Some(angle) = steady {
+    if let Some(angle) = pace.steady {
         // Short of the singularity of dτ; there is room for the motion to turn faster.
         run.next = run.next.min(angle / rate);
     }
@@ -325,7 +348,7 @@ pub(in crate::integrators) fn advance<F: LaneForce<N>, R: FastRetraction<N, D>, 
     // Below this, δ is rounding.
     let allowed = (run.per_time * step).max(NOISE * SAFETY * f64::unit_roundoff());
     // What a nearly steady rotation must not lose is that it becomes ever more steady.
-    let tolerance = if steady.is_some() { 0.0 } else { run.per_time * step }.max(16.0 * f64::unit_roundoff());
+    let tolerance = if pace.steady.is_some() { 0.0 } else { run.per_time * step }.max(16.0 * f64::unit_roundoff());
     let limits = Limits {
         tolerance,
         floor: tolerance.max(1024.0 * f64::unit_roundoff()),
@@ -352,7 +375,7 @@ pub(in crate::integrators) fn advance<F: LaneForce<N>, R: FastRetraction<N, D>, 
                 // As long as the error allows, and as long as sweeps contract well.
                 let room = exponent(allowed) - exponent(SAFETY * taken.delta.max(f64::MIN_POSITIVE)) - 1;
                 let wanted = match sweeps {
-                    n if n < 2 * stages => 1.2,
+                    n if n < 2 * stages => pace.growth,
                     n if n <= 2 * stages + 1 => 1.0,
                     _ => 0.8,
                 };

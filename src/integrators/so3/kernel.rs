@@ -20,6 +20,9 @@ pub(super) struct Columns {
     pub symplectic: bool,
     pub b: Row,
     pub c: Row,
+    /// The columns of (2k + 1) b_j P_k(2 c_j − 1): with a Gauss tableau, what gives the coefficients of the Legendre
+    /// polynomials of stage values.
+    pub legendre: [Row; LANES],
     /// The columns of the weights that carry stage values to the next step of the same size.
     pub extrapolation: Option<[Row; LANES]>,
 }
@@ -40,6 +43,20 @@ fn row(values: &[f64]) -> Row {
     row
 }
 
+fn legendre(tableau: &Tableau<f64>) -> [Row; LANES] {
+    let mut columns = [Row::default(); LANES];
+    for j in 0..tableau.stages() {
+        let x = 2.0 * tableau.c()[j] - 1.0;
+        let (mut last, mut this) = (0.0, 1.0);
+        for k in 0..tableau.stages() {
+            let n = k as f64;
+            columns[j].0[k] = (2.0 * n + 1.0) * tableau.b()[j] * this;
+            (last, this) = (this, ((2.0 * n + 1.0) * x * this - n * last) / (n + 1.0));
+        }
+    }
+    columns
+}
+
 impl Columns {
     pub fn new(tableau: &Tableau<f64>, extrapolation: Option<&DMatrix<f64>>) -> Self {
         let conjugate = tableau.conjugate();
@@ -53,6 +70,7 @@ impl Columns {
             symplectic,
             b: row(tableau.b().as_slice()),
             c: row(tableau.c().as_slice()),
+            legendre: legendre(tableau),
             extrapolation: extrapolation.map(columns),
         }
     }
@@ -79,6 +97,9 @@ impl<const N: usize> Packed<N> {
 
 /// The lane of μ in a packed state.
 pub(in crate::integrators) const MOMENTUM: usize = 3;
+
+/// What the error of the quadrature is multiplied with before it is compared to δ, which is smaller than the error.
+const TAIL: f64 = 1.0 / 32.0;
 
 /// 1 in the lane of μ.
 const MOMENTUM_LANE: Row = Row([0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 0.0]);
@@ -219,6 +240,23 @@ impl<F: LaneForce<N>, R: LaneRetraction<N>, const N: usize, const PAIRS: usize> 
             }
         }
         eta
+    }
+
+    /// What the quadrature leaves of Σ h b_j G_j, in units of δ, as the decay of the coefficients of the Legendre
+    /// polynomials of G has it: with C_k of degree k and ρ² = C_{s−1}/C_{s−3}, C_{2s} ≈ C_{s−1} ρ^{s+1}.
+    #[inline(always)]
+    fn tail<I: Isa>(&self, isa: I, gradient: [Eight<I>; N], h: Eight<I>) -> f64 {
+        let zero = [Eight::splat(isa, 0.0); N];
+        let coefficients = product(isa, &self.scaled(isa, &self.columns.legendre, h), gradient, zero);
+        let mut sizes = Row::default();
+        largest_change(coefficients, zero).store(&mut sizes.0);
+        let of = |back: usize| self.columns.stages.checked_sub(back).map_or(0.0, |k| sizes.0[k]);
+        let (last, before) = (of(1).max(of(2)), of(3).max(of(4)));
+        if last >= before {
+            return TAIL * last;
+        }
+        let square = last / before;
+        TAIL * last * square.powi(self.columns.stages as i32 / 2) * square.sqrt()
     }
 
     #[inline(always)]
@@ -362,7 +400,10 @@ where
                     if !R::in_domain(square.max(whole)) {
                         return Err(Refused::Unswept(predictor + sweep));
                     }
-                    let delta = largest_change(base, mu).largest() / size;
+                    let mut delta = largest_change(base, mu).largest() / size;
+                    if R::SPECTRUM && self.limits.strict.is_some() {
+                        delta = delta.max(self.tail(isa, gradient, h) / size);
+                    }
                     if self.limits.strict.is_some_and(|most| delta > most) {
                         return Err(Refused::Delta(delta));
                     }

@@ -26,6 +26,10 @@ pub(in crate::integrators) fn scale<V: Lanes>(alpha: V, x: Vec3<V>) -> Vec3<V> {
 
 /// τ and its tangents on a group of dimension N, as operations on vectors in lanes; covectors are columns here.
 pub trait LaneRetraction<const N: usize = 3>: Copy + Send + Sync + 'static {
+    /// Whether the decay of the stage values is watched besides δ by a solver that chooses its steps: on groups with
+    /// motions of many sorts along which δ vanishes, such as the straight ones in SE(3).
+    const SPECTRUM: bool = false;
+
     /// What the operations at x share.
     type At<V: Lanes>: Copy;
 
