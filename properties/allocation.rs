@@ -3,6 +3,7 @@
 use euler_poincare::algebra::catalogue::Entry;
 use euler_poincare::algebra::{Covector, Matrix, Vector};
 use euler_poincare::group::{LieGroup, MatrixGroup, So3};
+use euler_poincare::integrators::se3::{AdaptiveSe3, CayleySe3, Terms as TermsSe3, VariationalSe3};
 use euler_poincare::integrators::so3::{AdaptiveSo3, EnsembleSo3, Member, Row, Terms, VariationalSo3};
 use euler_poincare::integrators::variational::Settings;
 use euler_poincare::integrators::{Classical, Doubled, DoubledState, MuntheKaas, OneStep, Solver, State, Variational};
@@ -188,6 +189,37 @@ fn se3<T: Real>() -> (Group<T>, AnyLagrangian<T, 6>, AnyForce<T, 6>, State<T, 6,
     ];
     let momentum = Covector::from([(1, 2), (-1, 4), (1, 1), (1, 1), (1, 2), (-1, 2)].map(|(p, q)| T::ratio(p, q)));
     (group, lagrangian, AnyForce::Sum(terms), State { time: T::zero(), momentum, attitude: Matrix::identity() })
+}
+
+#[test]
+fn the_fast_paths_of_se3_allocate_nothing() {
+    let (.., start) = se3::<f64>();
+    let lagrangian = Quadratic::diagonal([0.5, 2.0, 1.0, 3.0, 1.5, 1.25]).unwrap();
+    let drag = |d| Matrix::from_diagonal_element(d);
+    let force: AnyForce<f64, 6> = AnyForce::Sum(vec![
+        LinearDrag::new(drag(0.125)).unwrap().into(),
+        QuadraticDrag::new(drag(0.25)).unwrap().into(),
+    ]);
+    let force = TermsSe3::new(&force).unwrap();
+    for stages in 1..=8 {
+        let tableau = Family::Gauss.tableau(stages).unwrap();
+        let mut method = VariationalSe3::new(lagrangian.clone(), force.clone(), CayleySe3::new(), tableau).unwrap();
+        let (allocated, solvers) = count(&mut method, &start, 0.0625, false);
+        assert_eq!(allocated, 0, "{stages}");
+        assert!(solvers.iter().all(|s| *s == Solver::Sweeps), "{stages} {solvers:?}");
+    }
+    // Newton's method behind it.
+    let settings = Settings { max_sweeps: 1, ..Settings::default() };
+    let tableau = Family::Gauss.tableau(2).unwrap();
+    let mut method =
+        VariationalSe3::with_settings(lagrangian.clone(), force.clone(), CayleySe3::new(), tableau, settings).unwrap();
+    let (allocated, solvers) = count(&mut method, &start, 0.0625, false);
+    assert_eq!(allocated, 0);
+    assert!(solvers.iter().all(|s| *s == Solver::Newton), "{solvers:?}");
+    // A solver that chooses its steps.
+    let mut solver = AdaptiveSe3::new(lagrangian, force);
+    let mut state = start.clone();
+    assert_eq!(allocations(|| drop(solver.solve(&mut state, 20.0, 1e-10).unwrap())), 0);
 }
 
 fn general_algebra<T: Real>(cayley: bool, settings: Settings<T>, expected: Solver) {

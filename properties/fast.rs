@@ -1,12 +1,14 @@
-//! The fast step on SO(3): the same step as the general one, in every kind of registers; the solver that chooses its steps;
-//! ensembles; and how rounding grows.
+//! The fast steps on SO(3) and SE(3): the same steps as the general ones, in every kind of registers; the solvers that
+//! choose their steps; ensembles; and how rounding grows.
 
+use euler_poincare::algebra::catalogue::Entry;
 use euler_poincare::algebra::{Covector, Matrix};
-use euler_poincare::group::So3;
-use euler_poincare::integrators::lanes::Registers;
+use euler_poincare::group::{MatrixGroup, So3};
+use euler_poincare::integrators::lanes::{Lanes, Registers};
+use euler_poincare::integrators::se3::{self, AdaptiveSe3, CayleySe3, Drag, VariationalSe3};
 use euler_poincare::integrators::so3::{
-    AdaptiveSo3, Damping, EnsembleSo3, FastRetraction, Free, LaneForceError, Member, Relaxation, Row, SolveError, Term,
-    Terms, VariationalSo3,
+    AdaptiveSo3, Damping, EnsembleSo3, FastRetraction, Free, LaneForce, LaneForceError, Member, Relaxation, Row,
+    SolveError, Term, Terms, VariationalSo3,
 };
 use euler_poincare::integrators::{OneStep, Report, Solver, State, StepError, Variational};
 use euler_poincare::laws::method::Claims;
@@ -17,7 +19,7 @@ use euler_poincare::mechanics::force::{
 use euler_poincare::mechanics::lagrangian::{AnyLagrangian, Quadratic};
 use euler_poincare::mechanics::models::landau_lifshitz_gilbert;
 use euler_poincare::mechanics::{Force, Lagrangian};
-use euler_poincare::retraction::{CayleySo3, ExponentialSo3, Retraction};
+use euler_poincare::retraction::{Cayley, CayleySo3, ExponentialSo3, Retraction};
 use euler_poincare::scalar::{Dd, Real, Scalar};
 use euler_poincare::suite;
 use euler_poincare::system::System;
@@ -120,7 +122,7 @@ fn allowance(reports: [&Report<f64>; 2], size: f64) -> f64 {
     (16.0 * residual + 256.0 * U) * (1.0 + size)
 }
 
-fn distance(x: &State<f64, 3, 3>, y: &State<f64, 3, 3>) -> f64 {
+fn distance<const N: usize, const D: usize>(x: &State<f64, N, D>, y: &State<f64, N, D>) -> f64 {
     (x.momentum - y.momentum).amax().max((x.attitude - y.attitude).amax()).max((x.time - y.time).abs())
 }
 
@@ -136,13 +138,23 @@ fn agree<R: FastRetraction>(
         .unwrap()
         .in_registers(registers);
     let mut general = Variational::new(body.lagrangian.clone(), body.force.clone(), retraction, tableau(name));
-    let mut state = body.state.clone();
+    agree_on(&mut fast, &mut general, body.state.clone(), h)
+}
+
+/// The same for two methods.
+fn agree_on<const N: usize, const D: usize>(
+    fast: &mut impl OneStep<f64, N, D>,
+    general: &mut impl OneStep<f64, N, D>,
+    mut state: State<f64, N, D>,
+    h: f64,
+) -> Result<usize, TestCaseError> {
     let mut compared = 0;
     for _ in 0..4 {
         let mut other = state.clone();
         match (fast.step(&mut state, h), general.step(&mut other, h)) {
             (Ok(a), Ok(b)) => {
-                let bound = allowance([&a, &b], other.momentum.amax());
+                let positions = if D == 4 { other.attitude.amax() } else { 0.0 };
+                let bound = allowance([&a, &b], other.momentum.amax().max(positions));
                 prop_assert!(distance(&state, &other) <= bound, "{} > {bound}: {a:?} {b:?}", distance(&state, &other));
                 prop_assert!(a.residual <= (1 << 14) as f64 * U);
                 compared += 1;
@@ -562,4 +574,229 @@ fn the_digits_of_the_general_engine_are_those_of_the_fast_one() {
     general.step(&mut other, Dd::exact(0.25)).unwrap();
     assert!((state.momentum - other.momentum.map(|v| v.to_f64())).amax() <= 4.0 * U);
     assert!((state.attitude - other.attitude.map(|v| v.to_f64())).amax() <= 4.0 * U);
+}
+
+/// A body in SE(3), a force of the catalogue on it, and where it is.
+#[derive(Clone, Debug)]
+struct Submerged {
+    lagrangian: Quadratic<f64, 6>,
+    force: AnyForce<f64, 6>,
+    state: State<f64, 6, 4>,
+}
+
+impl Submerged {
+    fn terms(&self) -> se3::Terms {
+        se3::Terms::new(&self.force).unwrap()
+    }
+
+    /// |η|.
+    fn speed(&self) -> f64 {
+        (self.lagrangian.inverse() * self.state.momentum.transpose()).norm()
+    }
+}
+
+fn six() -> impl Strategy<Value = [f64; 6]> {
+    prop::array::uniform6(-1.0f64..1.0).prop_filter("not zero", |v| v.iter().map(|x| x * x).sum::<f64>() > 0.04)
+}
+
+prop_compose! {
+    fn submerged()(
+        moments in prop::array::uniform6(0.5f64..2.0),
+        mixed in six(),
+        aligned in any::<bool>(),
+        momentum in six(),
+        attitude in prop::array::uniform4(-1.0f64..1.0).prop_filter("a direction", |q| q.iter().map(|v| v * v).sum::<f64>() > 0.01),
+        position in prop::array::uniform3(-2.0f64..2.0),
+        kinds in prop::collection::vec(0usize..4, 0..3),
+        load in six(),
+        time in -3.0f64..3.0,
+    ) -> Submerged {
+        let mixed = euler_poincare::algebra::Vector::<f64, 6>::from(mixed);
+        let full = |diagonal: [f64; 6]| {
+            let matrix = Matrix::<f64, 6>::from_diagonal(&diagonal.into());
+            if aligned { matrix } else { matrix + mixed * mixed.transpose() * 0.25 }
+        };
+        let lagrangian = Quadratic::new(full(moments)).unwrap();
+        let drag = full(load.map(|v| 0.25 * v.abs()));
+        let covector = Covector::<f64, 6>::from(load) * 0.5;
+        let force = AnyForce::Sum(kinds.iter().map(|kind| match kind {
+            0 => LinearDrag::new(drag).unwrap().into(),
+            1 => QuadraticDrag::new(drag).unwrap().into(),
+            2 => Constant::new(covector).unwrap().into(),
+            _ => Periodic::new(covector, 1.0 + load[0], load[1]).unwrap().into(),
+        }).collect());
+        let mut pose = Matrix::<f64, 4>::identity();
+        pose.fixed_view_mut::<3, 3>(0, 0).copy_from(&rotation(attitude));
+        pose.fixed_view_mut::<3, 1>(0, 3).copy_from(&nalgebra::Vector3::from(position));
+        Submerged { lagrangian, force, state: State { time, momentum: Covector::from(momentum), attitude: pose } }
+    }
+}
+
+proptest! {
+    #![proptest_config(ProptestConfig { cases: 128, ..ProptestConfig::default() })]
+
+    #[test]
+    fn the_fast_step_on_se3_is_the_general_step(
+        body in submerged(), name in prop::sample::select(&TABLEAUX[..]), angle in 0.001f64..1.0, back in any::<bool>(),
+    ) {
+        let h = angle / body.speed() * if back { -1.0 } else { 1.0 };
+        for registers in Registers::all() {
+            let mut fast = VariationalSe3::new(body.lagrangian.clone(), body.terms(), CayleySe3::new(), tableau(name))
+                .unwrap()
+                .in_registers(registers);
+            let group = MatrixGroup::<f64, 6, 4>::from_entry(&Entry::Se3).unwrap();
+            let cayley = Cayley::new(group).unwrap();
+            let mut general = Variational::new(body.lagrangian.clone(), body.force.clone(), cayley, tableau(name));
+            agree_on(&mut fast, &mut general, body.state.clone(), h)?;
+        }
+    }
+
+    #[test]
+    fn the_solver_on_se3_keeps_its_tolerance(body in submerged(), span in 0.5f64..6.0, digits in 3i32..13, back in any::<bool>()) {
+        let span = span / body.speed() * if back { -1.0 } else { 1.0 };
+        let tolerance = 10f64.powi(-digits);
+        let mut solver = AdaptiveSe3::new(body.lagrangian.clone(), body.terms());
+        let mut state = body.state.clone();
+        let solved = solver.solve(&mut state, span, tolerance).map_err(|e| TestCaseError::fail(e.to_string()))?;
+        // Fixed short steps of a high order, judged against the general engine above.
+        let mut fine = VariationalSe3::new(body.lagrangian.clone(), body.terms(), CayleySe3::new(), tableau("gauss-8")).unwrap();
+        let mut reference = body.state.clone();
+        let steps = 256;
+        for _ in 0..steps {
+            fine.step(&mut reference, span / f64::from(steps)).unwrap();
+        }
+        let size = body.state.momentum.amax().max(reference.momentum.amax());
+        let error = (state.momentum - reference.momentum).amax() / size;
+        let error = error.max((state.attitude - reference.attitude).amax() / (1.0 + reference.attitude.amax()));
+        prop_assert!(error <= 16.0 * tolerance + 4e-12, "{error:e} at {tolerance:e}: {solved:?}");
+        prop_assert!((state.time - reference.time).abs() <= 256.0 * U * (1.0 + span.abs()));
+        let turn = state.attitude.fixed_view::<3, 3>(0, 0);
+        let defect = (turn.transpose() * turn - Matrix::<f64, 3>::identity()).amax();
+        prop_assert!(defect <= 1e-14, "{defect:e}");
+        prop_assert_eq!(state.attitude.row(3), Matrix::<f64, 4>::identity().row(3));
+    }
+}
+
+/// The body in a fluid of the benchmarks, by sweeps throughout, and to ten digits in a few steps.
+#[test]
+fn a_body_in_a_fluid_is_solved_by_sweeps() {
+    let body = Quadratic::diagonal([0.5, 2.0, 1.0, 3.0, 1.5, 1.25]).unwrap();
+    let drag = |d: f64| Matrix::<f64, 6>::from_diagonal_element(d);
+    let force: AnyForce<f64, 6> = AnyForce::Sum(vec![
+        LinearDrag::new(drag(0.125)).unwrap().into(),
+        QuadraticDrag::new(drag(0.25)).unwrap().into(),
+    ]);
+    let terms = se3::Terms::new(&force).unwrap();
+    assert_eq!(terms.0[0], se3::Term::LinearDrag(Drag::Diagonal([0.125; 6])));
+    let momentum = Covector::<f64, 6>::from([0.5, -0.25, 1.0, 1.0, 0.5, -0.5]);
+    let start = State { time: 0.0, momentum, attitude: Matrix::identity() };
+    for name in TABLEAUX {
+        let mut fast = VariationalSe3::new(body.clone(), terms.clone(), CayleySe3::new(), tableau(name)).unwrap();
+        let mut state = start.clone();
+        for _ in 0..10 {
+            assert_eq!(fast.step(&mut state, 0.1).unwrap().solver, Solver::Sweeps, "{name}");
+        }
+    }
+    // π(10), p(10), from the reference solution of the benchmarks.
+    let mut fine = VariationalSe3::new(body.clone(), terms.clone(), CayleySe3::new(), tableau("gauss-8")).unwrap();
+    let mut reference = start.clone();
+    for _ in 0..200 {
+        fine.step(&mut reference, 0.05).unwrap();
+    }
+    let mut solver = AdaptiveSe3::new(body, terms);
+    let mut state = start;
+    let solved = solver.solve(&mut state, 10.0, 1e-10).unwrap();
+    assert!(distance(&state, &reference) < 1e-10, "{:e}", distance(&state, &reference));
+    assert!(solved.steps <= 16, "{solved:?}");
+}
+
+/// Along straight motions δ vanishes: what keeps the error there is how stage values decay.
+#[test]
+fn straight_motions_keep_the_tolerance_too() {
+    let body = Quadratic::diagonal([1.0; 6]).unwrap();
+    let surge = |v: f64| [0.0, 0.0, 0.0, v, 0.0, 0.0];
+    let start = State { time: 0.0, momentum: Covector::from(surge(1.0)), attitude: Matrix::<f64, 4>::identity() };
+    // p' = −p|p|: p = 1/(1 + t), x = ln(1 + t).
+    let drag = se3::Terms(vec![se3::Term::QuadraticDrag(Drag::Diagonal([1.0; 6]))]);
+    // p' = −p|p| − 1: through rest, where |p| has a kink; p = tan(π/4 − t) until then, p = −tanh(t − π/4) from then on.
+    let load = se3::Terms(vec![drag.0[0], se3::Term::Constant(surge(-1.0))]);
+    let quarter = std::f64::consts::FRAC_PI_4;
+    for (force, end, p, x) in [
+        (drag, 20.0, 1.0 / 21.0, 21f64.ln()),
+        (load, 2.0, -(2.0 - quarter).tanh(), -quarter.cos().ln() - (2.0 - quarter).cosh().ln()),
+    ] {
+        for tolerance in [1e-4, 1e-7, 1e-10] {
+            let mut solver = AdaptiveSe3::new(body.clone(), force.clone());
+            let mut state = start.clone();
+            let solved = solver.solve(&mut state, end, tolerance).unwrap();
+            let error = (state.momentum[3] - p).abs().max((state.attitude[(0, 3)] - x).abs());
+            assert!(error <= 16.0 * tolerance, "{error:e} at {tolerance:e}: {solved:?}");
+        }
+    }
+}
+
+/// A force of one's own.
+#[derive(Clone)]
+struct Spring;
+
+impl LaneForce<6> for Spring {
+    #[inline(always)]
+    fn add_to<V: Lanes>(&self, t: V, _m: [V; 6], eta: [V; 6], mut sum: [V; 6]) -> [V; 6] {
+        sum[2] = sum[2] + t.constant(-0.5) * eta[3];
+        sum
+    }
+}
+
+#[test]
+fn bad_input_is_refused_on_se3() {
+    let body = Quadratic::diagonal([0.5, 2.0, 1.0, 3.0, 1.5, 1.25]).unwrap();
+    let momentum = Covector::<f64, 6>::from([0.5, -0.25, 1.0, 1.0, 0.5, -0.5]);
+    let start = State { time: 0.0, momentum, attitude: Matrix::<f64, 4>::identity() };
+    let mut method = VariationalSe3::new(body.clone(), Spring, CayleySe3::new(), tableau("gauss-3")).unwrap();
+    for h in [f64::NAN, f64::INFINITY] {
+        let mut state = start.clone();
+        assert!(matches!(method.step(&mut state, h), Err(StepError::NotFinite { .. })));
+        assert_eq!(state, start);
+    }
+    let mut state = start.clone();
+    state.attitude[(1, 3)] = f64::NAN;
+    assert!(matches!(method.step(&mut state, 0.1), Err(StepError::NotFinite { .. })));
+    let mut state = start.clone();
+    method.step(&mut state, 0.0).unwrap();
+    assert!(distance(&state, &start) <= 4.0 * U);
+    let nine = VariationalSe3::new(body.clone(), Free, CayleySe3::new(), tableau("gauss-9"));
+    assert_eq!(nine.unwrap_err().stages, 9);
+    let algebra = CayleySe3::new().algebra().clone();
+    let bracket: AnyForce<f64, 6> = DoubleBracket::new(algebra, body.clone(), 1.0).unwrap().into();
+    assert_eq!(se3::Terms::new(&bracket).unwrap_err().force, "double bracket");
+
+    let mut solver = AdaptiveSe3::new(body.clone(), Spring);
+    for (span, tolerance) in
+        [(f64::NAN, 1e-8), (f64::INFINITY, 1e-8), (1.0, 0.0), (1.0, f64::NAN), (1.0, 2.0), (1.0, -1.0)]
+    {
+        let mut state = start.clone();
+        assert!(matches!(solver.solve(&mut state, span, tolerance), Err(SolveError::BadInput { .. })));
+        assert_eq!(state, start);
+    }
+    let mut state = start.clone();
+    assert_eq!(solver.solve(&mut state, 0.0, 1e-8).unwrap().steps, 0);
+    solver.solve(&mut state, 1.0, 1e-8).unwrap();
+    solver.solve(&mut state, -1.0, 1e-8).unwrap();
+    assert!(distance(&state, &start) < 1e-7);
+    // At rest, and from rest.
+    let rest = State { momentum: Covector::zeros(), ..start.clone() };
+    let mut state = rest.clone();
+    assert_eq!(solver.solve(&mut state, 5.0, 1e-8).unwrap().steps, 1);
+    assert_eq!((state.momentum, state.attitude, state.time), (rest.momentum, rest.attitude, 5.0));
+    let load = se3::Terms(vec![se3::Term::Constant([0.0, 0.0, 0.0, 3.0, 0.0, 0.0])]);
+    let mut solver = AdaptiveSe3::new(body.clone(), load);
+    let mut state = rest.clone();
+    solver.solve(&mut state, 2.0, 1e-10).unwrap();
+    assert!((state.momentum[3] - 6.0).abs() < 1e-9 && (state.attitude[(0, 3)] - 2.0).abs() < 1e-9, "{state:?}");
+    // What no step can keep.
+    let mut solver = AdaptiveSe3::new(body, se3::Terms(vec![se3::Term::Constant([f64::MAX; 6])]));
+    let mut state = start.clone();
+    let error = solver.solve(&mut state, 1.0, 1e-8).unwrap_err();
+    assert!(matches!(error, SolveError::Stuck { .. } | SolveError::Tolerance { .. }), "{error}");
+    assert_eq!(state, start);
 }

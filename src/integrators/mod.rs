@@ -7,6 +7,7 @@ pub mod doubled;
 pub mod lanes;
 pub mod munthe_kaas;
 mod picard;
+pub mod se3;
 pub mod so3;
 mod stages;
 pub mod trajectory;
@@ -15,6 +16,7 @@ pub mod variational;
 pub use classical::Classical;
 pub use doubled::{Doubled, DoubledState};
 pub use munthe_kaas::MuntheKaas;
+pub use se3::{AdaptiveSe3, VariationalSe3};
 pub use so3::{AdaptiveSo3, EnsembleSo3, VariationalSo3};
 pub use variational::Variational;
 

@@ -3,6 +3,7 @@
 use euler_poincare::algebra::catalogue::Entry;
 use euler_poincare::algebra::{Covector, Matrix};
 use euler_poincare::group::{LieGroup, MatrixGroup};
+use euler_poincare::integrators::se3::{AdaptiveSe3, CayleySe3, Terms, VariationalSe3};
 use euler_poincare::integrators::so3::{
     AdaptiveSo3, Damping, EnsembleSo3, FastRetraction, Member, Row, VariationalSo3,
 };
@@ -53,6 +54,9 @@ pub const KERNELS: &[Kernel] = &[
     Kernel { name: "so3/lanes/ensemble/gauss-2", start: ensemble },
     Kernel { name: "se3/cayley/gauss-2", start: || fluid(Cayley::new(se3()).expect("se(3) admits the Cayley map")) },
     Kernel { name: "se3/exp/gauss-2", start: || fluid(Exponential::of_group(se3())) },
+    Kernel { name: "se3/lanes/cayley/gauss-2", start: || fluid_in_lanes("gauss-2") },
+    Kernel { name: "se3/lanes/cayley/gauss-8", start: || fluid_in_lanes("gauss-8") },
+    Kernel { name: "se3/lanes/solve/1e-10", start: solve_in_a_fluid },
 ];
 
 fn tableau<T: Real>(name: &str) -> Tableau<T> {
@@ -148,13 +152,35 @@ fn se3() -> MatrixGroup<f64, 6, 4> {
 }
 
 /// A rigid body with linear and quadratic drag.
-fn fluid(retraction: impl Retraction<f64, 6, 4> + 'static) -> Step {
+fn submerged() -> (Quadratic<f64, 6>, AnyForce<f64, 6>, Covector<f64, 6>) {
     let lagrangian = Quadratic::diagonal([0.5, 2.0, 1.0, 3.0, 1.5, 1.25]).expect("a regular inertia");
     let drag = Matrix::from_diagonal_element;
     let force: AnyForce<f64, 6> = AnyForce::Sum(vec![
         LinearDrag::new(drag(0.125)).expect("finite").into(),
         QuadraticDrag::new(drag(0.25)).expect("positive").into(),
     ]);
+    (lagrangian, force, Covector::from([0.5, -0.25, 1.0, 1.0, 0.5, -0.5]))
+}
+
+fn fluid(retraction: impl Retraction<f64, 6, 4> + 'static) -> Step {
+    let (lagrangian, force, momentum) = submerged();
     let method = Variational::new(lagrangian, force, retraction, tableau("gauss-2"));
-    steps(method, Covector::from([0.5, -0.25, 1.0, 1.0, 0.5, -0.5]), se3().identity())
+    steps(method, momentum, se3().identity())
+}
+
+fn fluid_in_lanes(name: &str) -> Step {
+    let (lagrangian, force, momentum) = submerged();
+    let force = Terms::new(&force).expect("drag has a form in lanes");
+    let method = VariationalSe3::new(lagrangian, force, CayleySe3::new(), tableau(name)).expect("it fits");
+    steps(method, momentum, Matrix::identity())
+}
+
+/// A unit of time to ten digits.
+fn solve_in_a_fluid() -> Step {
+    let (lagrangian, force, momentum) = submerged();
+    let mut solver = AdaptiveSe3::new(lagrangian, Terms::new(&force).expect("drag has a form in lanes"));
+    Box::new(move || {
+        let mut state = State { time: 0.0, momentum, attitude: Matrix::identity() };
+        solver.solve(&mut state, 1.0, 1e-10).expect("the run succeeds");
+    })
 }

@@ -3,8 +3,8 @@
 use super::force::{LaneForce, slope};
 use super::kernel::Packed;
 use super::kernel::{Limits, Refused};
-use super::retraction::LaneRetraction;
-use super::step::{FastRetraction, VariationalSo3, pack, unpack};
+use super::retraction::{Cayley, LaneRetraction};
+use super::step::{FastRetraction, VariationalInLanes, VariationalSo3};
 use crate::integrators::lanes::Registers;
 use crate::integrators::{State, StepError};
 use crate::mechanics::lagrangian::Quadratic;
@@ -122,14 +122,14 @@ pub struct AdaptiveSo3<F> {
 }
 
 /// Where a run is.
-struct Run {
+pub(in crate::integrators) struct Run<const N: usize> {
     start: f64,
     sign: f64,
     span: f64,
     /// The tolerance a unit of time.
     per_time: f64,
     done: f64,
-    packed: Packed,
+    packed: Packed<N>,
     /// The step to try next; infinite at the start.
     next: f64,
     failures: usize,
@@ -190,6 +190,46 @@ impl<F: LaneForce> AdaptiveSo3<F> {
         tolerance: f64,
         mut observe: impl FnMut(&State<f64, 3, 3>, f64),
     ) -> Result<Solved, SolveError> {
+        let Some(mut run) = Run::start::<CayleySo3<f64>, 3>(state, duration, tolerance)? else {
+            return Ok(Solved::default());
+        };
+        let method = match tolerance {
+            t if t < 1e-6 => &mut self.methods[2],
+            t if t < 1e-4 => &mut self.methods[1],
+            _ => &mut self.methods[0],
+        };
+        while !run.ended() {
+            let momentum = run.packed.momentum();
+            let eta = velocity(&method.inverse, momentum);
+            let (size, rate) = (length(momentum), length(eta));
+            let turning = length(slope::<_, Cayley, 3>(&method.force, run.time(), momentum, eta));
+            if turning <= STEADY * size * rate && tolerance < 1e-6 {
+                // μ may turn by |μ̇| t, and the attitude with it by |μ̇| t²/2 times |Ω|/|μ|.
+                let left = run.span - run.done;
+                let steady = turning * left * (1.0 + 0.5 * rate * left) <= 0.25 * tolerance * size;
+                if steady {
+                    run.rotate(eta, left);
+                    CayleySo3::unpack(&run.packed.value, state);
+                    state.time = run.time();
+                    observe(state, run.sign * left);
+                    break;
+                }
+                advance(&mut self.steady, &mut run, rate, STEADILY, state, &mut observe)?;
+            } else {
+                advance(method, &mut run, rate, FREELY, state, &mut observe)?;
+            }
+        }
+        Ok(run.solved)
+    }
+}
+
+impl<const N: usize> Run<N> {
+    /// A run over `duration` from `state`; none if it is over already.
+    pub fn start<R: FastRetraction<N, D>, const D: usize>(
+        state: &State<f64, N, D>,
+        duration: f64,
+        tolerance: f64,
+    ) -> Result<Option<Self>, SolveError> {
         if !duration.is_finite() {
             return Err(SolveError::BadInput { what: "the duration", value: duration, needed: "finite" });
         }
@@ -197,58 +237,62 @@ impl<F: LaneForce> AdaptiveSo3<F> {
             return Err(SolveError::BadInput { what: "the tolerance", value: tolerance, needed: "between 0 and 1" });
         }
         if duration == 0.0 {
-            return Ok(Solved::default());
+            return Ok(None);
         }
         if let Err(source) = state.check_finite(duration) {
             return Err(SolveError::Stuck { time: state.time, step: duration, source });
         }
         let span = duration.abs();
-        let mut run = Run {
+        Ok(Some(Self {
             start: state.time,
             sign: duration.signum(),
             span,
             per_time: tolerance / span,
             done: 0.0,
-            packed: pack(state),
+            packed: Packed { value: R::pack(state), ..Packed::default() },
             next: f64::INFINITY,
             failures: 0,
             solved: Solved::default(),
-        };
-        let method = match tolerance {
-            t if t < 1e-6 => &mut self.methods[2],
-            t if t < 1e-4 => &mut self.methods[1],
-            _ => &mut self.methods[0],
-        };
-        while run.done < span {
-            let momentum = run.packed.momentum();
-            let eta = velocity(&method.inverse, momentum);
-            let (size, rate) = (length(momentum), length(eta));
-            let turning = length(slope(&method.force, run.time(), momentum, eta));
-            if turning <= STEADY * size * rate && tolerance < 1e-6 {
-                // μ may turn by |μ̇| t, and the attitude with it by |μ̇| t²/2 times |Ω|/|μ|.
-                let left = span - run.done;
-                let steady = turning * left * (1.0 + 0.5 * rate * left) <= 0.25 * tolerance * size;
-                if steady {
-                    run.rotate(eta, left);
-                    unpack(&run.packed, state);
-                    state.time = run.start + duration;
-                    observe(state, run.sign * left);
-                    break;
-                }
-                advance(&mut self.steady, &mut run, rate, true, state, &mut observe)?;
-            } else {
-                advance(method, &mut run, rate, false, state, &mut observe)?;
-            }
-        }
-        Ok(run.solved)
+        }))
+    }
+
+    /// Whether no step was tried yet.
+    pub fn fresh(&self) -> bool {
+        self.next == f64::INFINITY
+    }
+
+    /// The tolerance a unit of time.
+    pub fn per_time(&self) -> f64 {
+        self.per_time
+    }
+
+    pub fn ended(&self) -> bool {
+        self.done >= self.span
+    }
+
+    pub fn momentum(&self) -> [f64; N] {
+        self.packed.momentum()
+    }
+
+    /// The rest of the time passes without any change: how much.
+    pub fn rest(&mut self) -> f64 {
+        let left = self.span - self.done;
+        self.done = self.span;
+        self.solved.steps += 1;
+        self.sign * left
+    }
+
+    /// What it took.
+    pub fn solved(&self) -> Solved {
+        self.solved
+    }
+
+    pub fn time(&self) -> f64 {
+        self.start + self.sign * self.done
     }
 }
 
-impl Run {
-    fn time(&self) -> f64 {
-        self.start + self.sign * self.done
-    }
-
+impl Run<3> {
     /// A steady rotation with the velocity η: g ← g exp(hη).
     fn rotate(&mut self, eta: [f64; 3], left: f64) {
         use super::force::One;
@@ -271,24 +315,39 @@ impl Run {
     }
 }
 
-/// One step, or one that was tried in vain.
-fn advance<F: LaneForce, R: FastRetraction>(
-    method: &mut VariationalSo3<F, R>,
-    run: &mut Run,
+/// How a solver goes about its steps.
+#[derive(Clone, Copy, Debug)]
+pub(in crate::integrators) struct Pace {
+    /// The angle of the first step that is tried.
+    pub first: f64,
+    /// How much longer than the last a step may be.
+    pub growth: f64,
+    /// The largest angle of a step of a motion that is nearly steady, whose residual falls as far as rounding allows.
+    pub steady: Option<f64>,
+}
+
+const FREELY: Pace = Pace { first: FIRST_ANGLE, growth: 1.2, steady: None };
+const STEADILY: Pace = Pace { steady: Some(LARGEST_ANGLE), ..FREELY };
+
+/// One step, or one that was tried in vain; `rate` is the angle per time.
+#[inline]
+pub(in crate::integrators) fn advance<F: LaneForce<N>, R: FastRetraction<N, D>, const N: usize, const D: usize>(
+    method: &mut VariationalInLanes<F, R, N, D>,
+    run: &mut Run<N>,
     rate: f64,
-    steady: bool,
-    state: &mut State<f64, 3, 3>,
-    observe: &mut impl FnMut(&State<f64, 3, 3>, f64),
+    pace: Pace,
+    state: &mut State<f64, N, D>,
+    observe: &mut impl FnMut(&State<f64, N, D>, f64),
 ) -> Result<(), SolveError> {
     let stages = method.stages();
     let order = 2 * stages as i32;
-    if run.next == f64::INFINITY {
-        let first = FIRST_ANGLE / rate;
+    if run.fresh() {
+        let first = pace.first / rate;
         run.next = if first.is_finite() { first } else { run.span };
     }
-    if steady {
+    if let Some(angle) = pace.steady {
         // Short of the singularity of dτ; there is room for the motion to turn faster.
-        run.next = run.next.min(LARGEST_ANGLE / rate);
+        run.next = run.next.min(angle / rate);
     }
     let left = run.span - run.done;
     let last = run.next >= left;
@@ -297,7 +356,7 @@ fn advance<F: LaneForce, R: FastRetraction>(
     // Below this, δ is rounding.
     let allowed = (run.per_time * step).max(NOISE * SAFETY * f64::unit_roundoff());
     // What a nearly steady rotation must not lose is that it becomes ever more steady.
-    let tolerance = if steady { 0.0 } else { run.per_time * step }.max(16.0 * f64::unit_roundoff());
+    let tolerance = if pace.steady.is_some() { 0.0 } else { run.per_time * step }.max(16.0 * f64::unit_roundoff());
     let limits = Limits {
         tolerance,
         floor: tolerance.max(1024.0 * f64::unit_roundoff()),
@@ -307,7 +366,7 @@ fn advance<F: LaneForce, R: FastRetraction>(
     };
     method.last.state = run.packed;
     match method.take(run.time(), run.sign * step, false, limits) {
-        Ok(taken) if method.last.state.is_finite() => {
+        Ok(taken) => {
             run.packed = method.last.state;
             run.done = if last { run.span } else { run.done + step };
             run.failures = 0;
@@ -317,14 +376,14 @@ fn advance<F: LaneForce, R: FastRetraction>(
             solved.sweeps += sweeps;
             solved.residual = solved.residual.max(taken.residual);
             solved.error += SAFETY * taken.delta;
-            unpack(&run.packed, state);
+            R::unpack(&run.packed.value, state);
             state.time = run.time();
             observe(state, run.sign * step);
             if !last {
                 // As long as the error allows, and as long as sweeps contract well.
                 let room = exponent(allowed) - exponent(SAFETY * taken.delta.max(f64::MIN_POSITIVE)) - 1;
                 let wanted = match sweeps {
-                    n if n < 2 * stages => 1.2,
+                    n if n < 2 * stages => pace.growth,
                     n if n <= 2 * stages + 1 => 1.0,
                     _ => 0.8,
                 };
@@ -354,10 +413,10 @@ fn advance<F: LaneForce, R: FastRetraction>(
     }
 }
 
-fn velocity(inverse: &[[f64; 3]; 3], m: [f64; 3]) -> [f64; 3] {
-    std::array::from_fn(|r| inverse[r][0] * m[0] + inverse[r][1] * m[1] + inverse[r][2] * m[2])
+pub(in crate::integrators) fn velocity<const N: usize>(inverse: &[[f64; N]; N], m: [f64; N]) -> [f64; N] {
+    std::array::from_fn(|r| (1..N).fold(inverse[r][0] * m[0], |sum, c| sum + inverse[r][c] * m[c]))
 }
 
-fn length(x: [f64; 3]) -> f64 {
-    (x[0] * x[0] + x[1] * x[1] + x[2] * x[2]).sqrt()
+pub(in crate::integrators) fn length<const N: usize>(x: [f64; N]) -> f64 {
+    x.iter().fold(0.0, |sum, v| sum + v * v).sqrt()
 }

@@ -1,6 +1,6 @@
 //! Forces in lanes: what the fast kernels of SO(3) evaluate for eight stages, or for eight bodies, at once.
 
-use super::retraction::{add_scaled, cross, dot};
+use super::retraction::{LaneRetraction, add_scaled, cross, dot};
 use super::{Row, Vec3};
 use crate::algebra::{Covector, LieAlgebra, Matrix, Vector};
 use crate::integrators::lanes::Lanes;
@@ -29,13 +29,13 @@ impl Coefficient for Row {
     }
 }
 
-/// A force f(t, η) ∈ so(3)* in lanes, with covectors as columns.
+/// A force f(t, η) ∈ g* in lanes, with covectors as columns; so(3)* unless N says otherwise.
 ///
 /// Implementations must be `#[inline(always)]`: they are compiled into the kernel, for each kind of registers. The same
 /// force as a [`Force`] is what the Newton fallback evaluates; the law `fast-step` compares the two.
-pub trait LaneForce: Clone + Send + Sync {
+pub trait LaneForce<const N: usize = 3>: Clone + Send + Sync {
     /// sum + f(t, η), where M = l'(η) is at hand.
-    fn add_to<V: Lanes>(&self, t: V, m: Vec3<V>, eta: Vec3<V>, sum: Vec3<V>) -> Vec3<V>;
+    fn add_to<V: Lanes>(&self, t: V, m: [V; N], eta: [V; N], sum: [V; N]) -> [V; N];
 
     /// Whether the force vanishes identically.
     fn vanishes(&self) -> bool {
@@ -47,9 +47,9 @@ pub trait LaneForce: Clone + Send + Sync {
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Free;
 
-impl LaneForce for Free {
+impl<const N: usize> LaneForce<N> for Free {
     #[inline(always)]
-    fn add_to<V: Lanes>(&self, _t: V, _m: Vec3<V>, _eta: Vec3<V>, sum: Vec3<V>) -> Vec3<V> {
+    fn add_to<V: Lanes>(&self, _t: V, _m: [V; N], _eta: [V; N], sum: [V; N]) -> [V; N] {
         sum
     }
 
@@ -226,7 +226,7 @@ fn collect(
 
 /// One lane: the numbers themselves, so that a force in lanes is also a [`Force`] on any scalar.
 #[derive(Clone, Copy)]
-pub(super) struct One<S>(pub S);
+pub(in crate::integrators) struct One<S>(pub S);
 
 macro_rules! operator {
     ($($trait:ident $name:ident),*) => {$(
@@ -285,30 +285,35 @@ impl<S: Scalar> Lanes for One<S> {
     }
 }
 
-/// M × Ω + f, one body: μ̇ there.
+/// ad*_η m + f, one body: μ̇ there.
 #[inline]
-pub(super) fn slope<F: LaneForce>(force: &F, time: f64, m: [f64; 3], eta: [f64; 3]) -> [f64; 3] {
+pub(in crate::integrators) fn slope<F: LaneForce<N>, R: LaneRetraction<N>, const N: usize>(
+    force: &F,
+    time: f64,
+    m: [f64; N],
+    eta: [f64; N],
+) -> [f64; N] {
     let (m, eta) = (m.map(One), eta.map(One));
-    force.add_to(One(time), m, eta, cross(m, eta)).map(|v| v.0)
+    force.add_to(One(time), m, eta, R::coad(m, eta)).map(|v| v.0)
 }
 
 /// A force in lanes as a [`Force`] on the body of inertia `lagrangian`: what Newton's method differentiates.
 #[derive(Clone, Debug)]
-pub struct OnBody<F> {
+pub struct OnBody<F, const N: usize = 3> {
     /// The force.
     pub force: F,
     /// The body.
-    pub lagrangian: Quadratic<f64, 3>,
+    pub lagrangian: Quadratic<f64, N>,
 }
 
-impl<F: LaneForce> Force<f64, 3> for OnBody<F> {
-    fn force<S: Scalar<Base = f64>>(&self, t: S, eta: &Vector<S, 3>) -> Covector<S, 3> {
+impl<F: LaneForce<N>, const N: usize> Force<f64, N> for OnBody<F, N> {
+    fn force<S: Scalar<Base = f64>>(&self, t: S, eta: &Vector<S, N>) -> Covector<S, N> {
         use crate::mechanics::Lagrangian;
         let m = self.lagrangian.gradient(eta);
-        let zero = [One(S::zero()); 3];
-        let f =
-            self.force.add_to(One(t), [One(m[0]), One(m[1]), One(m[2])], [One(eta[0]), One(eta[1]), One(eta[2])], zero);
-        Covector::<S, 3>::new(f[0].0, f[1].0, f[2].0)
+        let zero = [One(S::zero()); N];
+        let (m, eta) = (std::array::from_fn(|a| One(m[a])), std::array::from_fn(|a| One(eta[a])));
+        let f = self.force.add_to(One(t), m, eta, zero);
+        Covector::<S, N>::from_fn(|_, a| f[a].0)
     }
 
     fn is_zero(&self) -> bool {

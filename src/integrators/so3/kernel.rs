@@ -1,8 +1,8 @@
 //! One step in lanes: the predictor, the sweeps, the end of the step.
 
 use super::force::LaneForce;
-use super::retraction::{LaneRetraction, add_scaled, scale};
-use super::{LANES, Row, Vec3};
+use super::retraction::LaneRetraction;
+use super::{LANES, Row};
 use crate::integrators::lanes::{Eight, Isa, Kernel, Lanes};
 use crate::tableau::Tableau;
 use nalgebra::DMatrix;
@@ -20,6 +20,9 @@ pub(super) struct Columns {
     pub symplectic: bool,
     pub b: Row,
     pub c: Row,
+    /// The columns of (2k + 1) b_j P_k(2 c_j − 1): with a Gauss tableau, what gives the coefficients of the Legendre
+    /// polynomials of stage values.
+    pub legendre: [Row; LANES],
     /// The columns of the weights that carry stage values to the next step of the same size.
     pub extrapolation: Option<[Row; LANES]>,
 }
@@ -40,6 +43,20 @@ fn row(values: &[f64]) -> Row {
     row
 }
 
+fn legendre(tableau: &Tableau<f64>) -> [Row; LANES] {
+    let mut columns = [Row::default(); LANES];
+    for j in 0..tableau.stages() {
+        let x = 2.0 * tableau.c()[j] - 1.0;
+        let (mut last, mut this) = (0.0, 1.0);
+        for k in 0..tableau.stages() {
+            let n = k as f64;
+            columns[j].0[k] = (2.0 * n + 1.0) * tableau.b()[j] * this;
+            (last, this) = (this, ((2.0 * n + 1.0) * x * this - n * last) / (n + 1.0));
+        }
+    }
+    columns
+}
+
 impl Columns {
     pub fn new(tableau: &Tableau<f64>, extrapolation: Option<&DMatrix<f64>>) -> Self {
         let conjugate = tableau.conjugate();
@@ -53,28 +70,36 @@ impl Columns {
             symplectic,
             b: row(tableau.b().as_slice()),
             c: row(tableau.c().as_slice()),
+            legendre: legendre(tableau),
             extrapolation: extrapolation.map(columns),
         }
     }
 }
 
-/// (g, μ) in lanes: component a of the rows of g in lanes 0, 1, 2 and of μ in lane 3, and what rounding has cut off.
-#[derive(Clone, Copy, Debug, Default, PartialEq)]
-pub(super) struct Packed {
-    pub value: [Row; 3],
-    pub cut: [Row; 3],
+/// (g, μ) in lanes: component a of μ in lane 3 of row a, g as the retraction lays it out, and what rounding has cut off.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(in crate::integrators) struct Packed<const N: usize> {
+    pub value: [Row; N],
+    pub cut: [Row; N],
 }
 
-impl Packed {
-    pub fn momentum(&self) -> [f64; 3] {
-        std::array::from_fn(|a| self.value[a].0[3])
-    }
-
-    pub fn is_finite(&self) -> bool {
-        // A sum of products with 0 is 0, unless one of the numbers is not finite.
-        self.value.iter().flat_map(|row| &row.0[..4]).fold(0.0, |sum, v| sum + 0.0 * v) == 0.0
+impl<const N: usize> Default for Packed<N> {
+    fn default() -> Self {
+        Self { value: [Row::default(); N], cut: [Row::default(); N] }
     }
 }
+
+impl<const N: usize> Packed<N> {
+    pub fn momentum(&self) -> [f64; N] {
+        std::array::from_fn(|a| self.value[a].0[MOMENTUM])
+    }
+}
+
+/// The lane of μ in a packed state.
+pub(in crate::integrators) const MOMENTUM: usize = 3;
+
+/// What the error of the quadrature is multiplied with before it is compared to δ, which is smaller than the error.
+const TAIL: f64 = 1.0 / 32.0;
 
 /// 1 in the lane of μ.
 const MOMENTUM_LANE: Row = Row([0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 0.0]);
@@ -104,9 +129,15 @@ pub(super) enum Refused {
 }
 
 /// The stage momenta M_i of a step, from which the next one starts.
-#[derive(Clone, Copy, Debug, Default)]
-pub(super) struct Memory {
-    pub momenta: [Row; 3],
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Memory<const N: usize> {
+    pub momenta: [Row; N],
+}
+
+impl<const N: usize> Default for Memory<N> {
+    fn default() -> Self {
+        Self { momenta: [Row::default(); N] }
+    }
 }
 
 /// What a step gave.
@@ -123,18 +154,18 @@ pub(super) struct Taken {
 }
 
 /// One step, to be run in the registers at hand; `PAIRS` pairs of stages.
-pub(super) struct Step<'a, F, R, const PAIRS: usize> {
+pub(super) struct Step<'a, F, R, const N: usize, const PAIRS: usize> {
     pub columns: &'a Columns,
     pub force: &'a F,
     /// The inverse inertia, symmetric.
-    pub inverse: &'a [[f64; 3]; 3],
+    pub inverse: &'a [[f64; N]; N],
     pub diagonal: bool,
     pub time: f64,
     pub step: f64,
     /// Replaced on success.
-    pub state: &'a mut Packed,
+    pub state: &'a mut Packed<N>,
     /// The stages of the step before, replaced on success by those of this one.
-    pub memory: &'a mut Memory,
+    pub memory: &'a mut Memory<N>,
     /// Whether to start from those.
     pub warm: bool,
     pub limits: Limits,
@@ -143,24 +174,24 @@ pub(super) struct Step<'a, F, R, const PAIRS: usize> {
 
 /// Σ_j columns_j x_j + base, for stages in lanes.
 #[inline(always)]
-fn product<I: Isa, const PAIRS: usize>(
+fn product<I: Isa, const N: usize, const PAIRS: usize>(
     isa: I,
     columns: &[[Eight<I>; 2]; PAIRS],
-    x: Vec3<Eight<I>>,
-    base: Vec3<Eight<I>>,
-) -> Vec3<Eight<I>> {
-    let mut buffer = [Row::default(); 3];
-    for a in 0..3 {
+    x: [Eight<I>; N],
+    base: [Eight<I>; N],
+) -> [Eight<I>; N] {
+    let mut buffer = [Row::default(); N];
+    for a in 0..N {
         x[a].store(&mut buffer[a].0);
     }
     // Through memory: a load that broadcasts costs less than the shuffles that the compiler would choose.
     let buffer = std::hint::black_box(&buffer);
     let entry = |a: usize, j: usize| Eight::splat(isa, buffer[a].0[j]);
     // Two chains of additions a component: the latency of one would be twice as long.
-    let mut even: Vec3<Eight<I>> = std::array::from_fn(|a| entry(a, 0).mul_add(columns[0][0], base[a]));
-    let mut odd: Vec3<Eight<I>> = std::array::from_fn(|a| entry(a, 1) * columns[0][1]);
+    let mut even: [Eight<I>; N] = std::array::from_fn(|a| entry(a, 0).mul_add(columns[0][0], base[a]));
+    let mut odd: [Eight<I>; N] = std::array::from_fn(|a| entry(a, 1) * columns[0][1]);
     for j in 1..PAIRS {
-        for a in 0..3 {
+        for a in 0..N {
             even[a] = entry(a, 2 * j).mul_add(columns[j][0], even[a]);
             odd[a] = entry(a, 2 * j + 1).mul_add(columns[j][1], odd[a]);
         }
@@ -170,18 +201,30 @@ fn product<I: Isa, const PAIRS: usize>(
 
 /// Σ_i weights_i x_i. A function and no closure: only what is sure to be inlined is compiled for these registers.
 #[inline(always)]
-fn sums<I: Isa>(weights: Eight<I>, x: Vec3<Eight<I>>) -> [f64; 3] {
-    [(weights * x[0]).sum(), (weights * x[1]).sum(), (weights * x[2]).sum()]
+fn sums<I: Isa, const N: usize>(weights: Eight<I>, x: [Eight<I>; N]) -> [f64; N] {
+    let mut sums = [0.0; N];
+    for a in 0..N {
+        sums[a] = (weights * x[a]).sum();
+    }
+    sums
 }
 
 #[inline(always)]
-fn largest_change<I: Isa>(x: Vec3<Eight<I>>, y: Vec3<Eight<I>>) -> Eight<I> {
-    (x[0] - y[0]).abs().max((x[1] - y[1]).abs()).max((x[2] - y[2]).abs())
+fn largest_change<I: Isa, const N: usize>(x: [Eight<I>; N], y: [Eight<I>; N]) -> Eight<I> {
+    let mut largest = (x[0] - y[0]).abs();
+    for a in 1..N {
+        largest = largest.max((x[a] - y[a]).abs());
+    }
+    largest
 }
 
 #[inline(always)]
-fn largest(x: [f64; 3]) -> f64 {
-    x[0].abs().max(x[1].abs()).max(x[2].abs())
+fn largest<const N: usize>(x: [f64; N]) -> f64 {
+    let mut largest = x[0].abs();
+    for a in 1..N {
+        largest = largest.max(x[a].abs());
+    }
+    largest
 }
 
 /// value + (increment − cut), and what that sum cuts off.
@@ -192,17 +235,38 @@ fn compensated<V: Lanes>(value: V, increment: V, cut: V) -> (V, V) {
     (sum, (sum - value) - y)
 }
 
-impl<F: LaneForce, R: LaneRetraction, const PAIRS: usize> Step<'_, F, R, PAIRS> {
+impl<F: LaneForce<N>, R: LaneRetraction<N>, const N: usize, const PAIRS: usize> Step<'_, F, R, N, PAIRS> {
     #[inline(always)]
-    fn velocity<V: Lanes>(&self, m: Vec3<V>) -> Vec3<V> {
+    fn velocity<V: Lanes>(&self, m: [V; N]) -> [V; N] {
         let inverse = |r: usize, c: usize| m[0].constant(self.inverse[r][c]);
-        let mut eta: Vec3<V> = std::array::from_fn(|r| inverse(r, r) * m[r]);
+        let mut eta: [V; N] = std::array::from_fn(|r| inverse(r, r) * m[r]);
         if !self.diagonal {
-            eta[0] = inverse(0, 1).mul_add(m[1], inverse(0, 2).mul_add(m[2], eta[0]));
-            eta[1] = inverse(1, 0).mul_add(m[0], inverse(1, 2).mul_add(m[2], eta[1]));
-            eta[2] = inverse(2, 0).mul_add(m[0], inverse(2, 1).mul_add(m[1], eta[2]));
+            for r in 0..N {
+                for c in (0..N).rev() {
+                    if c != r {
+                        eta[r] = inverse(r, c).mul_add(m[c], eta[r]);
+                    }
+                }
+            }
         }
         eta
+    }
+
+    /// What the quadrature leaves of Σ h b_j G_j, in units of δ, as the decay of the coefficients of the Legendre
+    /// polynomials of G has it: with C_k of degree k and ρ² = C_{s−1}/C_{s−3}, C_{2s} ≈ C_{s−1} ρ^{s+1}.
+    #[inline(always)]
+    fn tail<I: Isa>(&self, isa: I, gradient: [Eight<I>; N], h: Eight<I>) -> f64 {
+        let zero = [Eight::splat(isa, 0.0); N];
+        let coefficients = product(isa, &self.scaled(isa, &self.columns.legendre, h), gradient, zero);
+        let mut sizes = Row::default();
+        largest_change(coefficients, zero).store(&mut sizes.0);
+        let of = |back: usize| self.columns.stages.checked_sub(back).map_or(0.0, |k| sizes.0[k]);
+        let (last, before) = (of(1).max(of(2)), of(3).max(of(4)));
+        if last >= before {
+            return TAIL * last;
+        }
+        let square = last / before;
+        TAIL * last * square.powi(self.columns.stages as i32 / 2) * square.sqrt()
     }
 
     #[inline(always)]
@@ -211,48 +275,59 @@ impl<F: LaneForce, R: LaneRetraction, const PAIRS: usize> Step<'_, F, R, PAIRS> 
     }
 }
 
-impl<F: LaneForce, R: LaneRetraction, const PAIRS: usize> Kernel for Step<'_, F, R, PAIRS> {
+impl<F, R, const N: usize, const PAIRS: usize> Kernel for Step<'_, F, R, N, PAIRS>
+where
+    F: LaneForce<N>,
+    R: LaneRetraction<N>,
+{
     type Output = Result<Taken, Refused>;
 
     #[inline(always)]
     fn run<I: Isa>(self, isa: I) -> Result<Taken, Refused> {
         let coefficients = self.columns;
         let h = Eight::splat(isa, self.step);
-        let zero = [Eight::splat(isa, 0.0); 3];
+        let zero = [Eight::splat(isa, 0.0); N];
         let a = self.scaled(isa, &coefficients.a, h);
         let hb = Eight::load(isa, &coefficients.b.0) * h;
         let hc = Eight::load(isa, &coefficients.c.0) * h;
         let time = Eight::splat(isa, self.time) + hc;
         let momentum = self.state.momentum();
-        let mu: Vec3<Eight<I>> = momentum.map(|v| Eight::splat(isa, v));
+        let mu: [Eight<I>; N] = momentum.map(|v| Eight::splat(isa, v));
         let eta = self.velocity(mu);
-        let size = largest(momentum);
-        let extent = largest(std::array::from_fn(|r| {
-            self.inverse[r][0] * momentum[0] + self.inverse[r][1] * momentum[1] + self.inverse[r][2] * momentum[2]
-        })) * self.step.abs();
-        if size == 0.0 || extent == 0.0 {
-            return Err(Refused::Unswept(0));
-        }
-        let (per_size, per_extent) = (Eight::splat(isa, 1.0 / size), Eight::splat(isa, 1.0 / extent));
+        let mut size = largest(momentum);
+        let speeds: [f64; N] = std::array::from_fn(|r| {
+            (1..N).fold(self.inverse[r][0] * momentum[0], |sum, c| sum + self.inverse[r][c] * momentum[c])
+        });
+        let mut extent = largest(speeds) * self.step.abs();
 
         // The predictor: plain collocation on (M, Ξ).
-        let (mut m, mut x) = match (self.warm, &coefficients.extrapolation) {
+        let (mut m, mut x) = match (self.warm && size > 0.0, &coefficients.extrapolation) {
             (true, Some(weights)) => {
                 let weights = self.scaled(isa, weights, Eight::splat(isa, 1.0));
                 let m = product(isa, &weights, self.memory.momenta.map(|row| Eight::load(isa, &row.0)), zero);
                 (m, product(isa, &a, self.velocity(m), zero))
             }
             _ => {
-                let turn = super::retraction::cross(mu, eta);
-                let slope = self.force.add_to(time, mu, eta, turn);
-                (add_scaled(mu, hc, slope), scale(hc, eta))
+                let slope = self.force.add_to(time, mu, eta, R::coad(mu, eta));
+                if size == 0.0 {
+                    // From rest: what the force makes of it.
+                    let gained = slope.map(|v| h * v);
+                    size = largest_change(gained, zero).largest();
+                    extent = (h.abs() * largest_change(self.velocity(gained), zero)).largest();
+                }
+                (std::array::from_fn(|k| hc.mul_add(slope[k], mu[k])), eta.map(|v| hc * v))
             }
         };
+        // Nothing to be relative to, or no number.
+        if !(size > 0.0 && extent > 0.0) {
+            return Err(Refused::Unswept(0));
+        }
+        let (per_size, per_extent) = (Eight::splat(isa, 1.0 / size), Eight::splat(isa, 1.0 / extent));
         let mut predictor = 1;
         while predictor <= coefficients.stages {
             predictor += 1;
             let eta = self.velocity(m);
-            let slope = self.force.add_to(time, m, eta, super::retraction::cross(m, eta));
+            let slope = self.force.add_to(time, m, eta, R::coad(m, eta));
             let rate = R::rate(R::at(x), x, eta);
             let (next_m, next_x) = (product(isa, &a, slope, mu), product(isa, &a, rate, zero));
             let change = (largest_change(next_m, m) * per_size).max(largest_change(next_x, x) * per_extent).largest();
@@ -291,18 +366,18 @@ impl<F: LaneForce, R: LaneRetraction, const PAIRS: usize> Kernel for Step<'_, F,
             frozen = change;
             if eager || settled {
                 // δ, and with it the true residual.
-                let mut kick = [0.0; 3];
+                let mut kick = [0.0; N];
                 if forced {
                     let turned = R::turned(at, x, force);
                     kick = sums(hb, std::array::from_fn(|k| force[k] + turned[k]));
                 }
                 let increment = sums(hb, rate);
                 let total = sums(hb, gradient);
-                let back: Vec3<Eight<I>> = increment.map(|v| Eight::splat(isa, -v));
+                let back: [Eight<I>; N] = increment.map(|v| Eight::splat(isa, -v));
                 let at_back = R::at(back);
-                let kicked: [f64; 3] = std::array::from_fn(|k| momentum[k] + kick[k]);
+                let kicked: [f64; N] = std::array::from_fn(|k| momentum[k] + kick[k]);
                 let end = R::pull(at_back, back, kicked.map(|v| Eight::splat(isa, v)));
-                let next_base: Vec3<Eight<I>> = std::array::from_fn(|k| end[k] - Eight::splat(isa, total[k]));
+                let next_base: [Eight<I>; N] = std::array::from_fn(|k| end[k] - Eight::splat(isa, total[k]));
                 next_p = std::array::from_fn(|k| next_p[k] + (next_base[k] - base[k]));
                 base = next_base;
                 frozen = f64::INFINITY;
@@ -329,24 +404,35 @@ impl<F: LaneForce, R: LaneRetraction, const PAIRS: usize> Kernel for Step<'_, F,
                     if eager && judged > 4 && change < first && change > first * 0.6_f64.powi(judged - 1) {
                         return Err(Refused::Unswept(predictor + sweep));
                     }
-                    let square = super::retraction::dot(x, x).largest();
-                    let whole = super::retraction::dot(back, back).largest();
+                    let square = R::square(x).largest();
+                    let whole = R::square(back).largest();
                     if !R::in_domain(square.max(whole)) {
                         return Err(Refused::Unswept(predictor + sweep));
                     }
-                    let delta = largest_change(base, mu).largest() / size;
+                    let mut delta = largest_change(base, mu).largest() / size;
+                    if R::SPECTRUM && self.limits.strict.is_some() {
+                        delta = delta.max(self.tail(isa, gradient, h) / size);
+                    }
                     if self.limits.strict.is_some_and(|most| delta > most) {
                         return Err(Refused::Delta(delta));
                     }
-                    // Rows of g, and m, turned by τ(ξ)⁻¹ as columns.
-                    let values: Vec3<Eight<I>> = std::array::from_fn(|k| Eight::load(isa, &self.state.value[k].0));
-                    let kicks: Vec3<Eight<I>> = kick.map(|v| Eight::splat(isa, v) * Eight::load(isa, &MOMENTUM_LANE.0));
-                    let turned = R::turned(at_back, back, std::array::from_fn(|k| values[k] + kicks[k]));
-                    for k in 0..3 {
+                    let values: [Eight<I>; N] = std::array::from_fn(|k| Eight::load(isa, &self.state.value[k].0));
+                    let kicks: [Eight<I>; N] = kick.map(|v| Eight::splat(isa, v) * Eight::load(isa, &MOMENTUM_LANE.0));
+                    let increments = R::increments(at_back, back, values, kicks);
+                    let mut next = [(zero[0], zero[0]); N];
+                    let mut finite = zero[0];
+                    for k in 0..N {
                         let cut = Eight::load(isa, &self.state.cut[k].0);
-                        let (value, cut) = compensated(values[k], turned[k] + kicks[k], cut);
-                        value.store(&mut self.state.value[k].0);
-                        cut.store(&mut self.state.cut[k].0);
+                        next[k] = compensated(values[k], increments[k], cut);
+                        finite = next[k].0.mul_add(zero[0], finite);
+                    }
+                    // A sum of products with 0 is 0, unless one of the numbers is not finite.
+                    if finite.sum() != 0.0 {
+                        return Err(Refused::Unswept(predictor + sweep));
+                    }
+                    for k in 0..N {
+                        next[k].0.store(&mut self.state.value[k].0);
+                        next[k].1.store(&mut self.state.cut[k].0);
                         m[k].store(&mut self.memory.momenta[k].0);
                     }
                     return Ok(Taken { residual: change, predictor, sweeps: sweep, jump, delta });

@@ -12,12 +12,12 @@
 //!
 //! Sums g ← g + g(τ(ξ) − 1), μ ← μ + Δμ are compensated (Kahan 1965), so that rounding grows like √n with n steps.
 
-mod adaptive;
+pub(super) mod adaptive;
 mod ensemble;
 pub mod force;
 mod kernel;
 pub mod retraction;
-mod step;
+pub(super) mod step;
 
 pub use adaptive::{AdaptiveSo3, SolveError, Solved};
 pub use ensemble::{EnsembleError, EnsembleSo3, Member};

@@ -4,44 +4,55 @@ use super::Vec3;
 use crate::integrators::lanes::Lanes;
 
 #[inline(always)]
-pub(super) fn dot<V: Lanes>(x: Vec3<V>, y: Vec3<V>) -> V {
+pub(in crate::integrators) fn dot<V: Lanes>(x: Vec3<V>, y: Vec3<V>) -> V {
     x[2].mul_add(y[2], x[1].mul_add(y[1], x[0] * y[0]))
 }
 
 #[inline(always)]
-pub(super) fn cross<V: Lanes>(x: Vec3<V>, y: Vec3<V>) -> Vec3<V> {
+pub(in crate::integrators) fn cross<V: Lanes>(x: Vec3<V>, y: Vec3<V>) -> Vec3<V> {
     [x[2].neg_mul_add(y[1], x[1] * y[2]), x[0].neg_mul_add(y[2], x[2] * y[0]), x[1].neg_mul_add(y[0], x[0] * y[1])]
 }
 
 /// x + α y.
 #[inline(always)]
-pub(super) fn add_scaled<V: Lanes>(x: Vec3<V>, alpha: V, y: Vec3<V>) -> Vec3<V> {
+pub(in crate::integrators) fn add_scaled<V: Lanes>(x: Vec3<V>, alpha: V, y: Vec3<V>) -> Vec3<V> {
     [alpha.mul_add(y[0], x[0]), alpha.mul_add(y[1], x[1]), alpha.mul_add(y[2], x[2])]
 }
 
 #[inline(always)]
-pub(super) fn scale<V: Lanes>(alpha: V, x: Vec3<V>) -> Vec3<V> {
+pub(in crate::integrators) fn scale<V: Lanes>(alpha: V, x: Vec3<V>) -> Vec3<V> {
     [alpha * x[0], alpha * x[1], alpha * x[2]]
 }
 
-/// τ on SO(3) and its tangents, as operations on vectors in lanes; covectors are columns here.
-pub trait LaneRetraction: Copy + Send + Sync + 'static {
+/// τ and its tangents on a group of dimension N, as operations on vectors in lanes; covectors are columns here.
+pub trait LaneRetraction<const N: usize = 3>: Copy + Send + Sync + 'static {
+    /// Whether the decay of the stage values is watched besides δ by a solver that chooses its steps: on groups with
+    /// motions of many sorts along which δ vanishes, such as the straight ones in SE(3).
+    const SPECTRUM: bool = false;
+
     /// What the operations at x share.
     type At<V: Lanes>: Copy;
 
     /// The coefficients at x.
-    fn at<V: Lanes>(x: Vec3<V>) -> Self::At<V>;
+    fn at<V: Lanes>(x: [V; N]) -> Self::At<V>;
     /// p dτ_x⁻¹.
-    fn unpull<V: Lanes>(at: Self::At<V>, x: Vec3<V>, p: Vec3<V>) -> Vec3<V>;
+    fn unpull<V: Lanes>(at: Self::At<V>, x: [V; N], p: [V; N]) -> [V; N];
     /// dτ_x⁻¹ η.
-    fn rate<V: Lanes>(at: Self::At<V>, x: Vec3<V>, eta: Vec3<V>) -> Vec3<V>;
+    fn rate<V: Lanes>(at: Self::At<V>, x: [V; N], eta: [V; N]) -> [V; N];
     /// f dτ_x.
-    fn pull<V: Lanes>(at: Self::At<V>, x: Vec3<V>, f: Vec3<V>) -> Vec3<V>;
-    /// f Ad_{τ(x)}⁻¹ − f: the rotation τ(x) applied to f, less f.
-    fn turned<V: Lanes>(at: Self::At<V>, x: Vec3<V>, f: Vec3<V>) -> Vec3<V>;
+    fn pull<V: Lanes>(at: Self::At<V>, x: [V; N], f: [V; N]) -> [V; N];
+    /// f Ad_{τ(x)}⁻¹ − f; on SO(3) the rotation τ(x) applied to f, less f.
+    fn turned<V: Lanes>(at: Self::At<V>, x: [V; N], f: [V; N]) -> [V; N];
     /// p ddτ_x(y, ·), with m = p dτ_x⁻¹.
-    fn pull_dd<V: Lanes>(at: Self::At<V>, x: Vec3<V>, p: Vec3<V>, m: Vec3<V>, y: Vec3<V>) -> Vec3<V>;
-    /// Whether the formulas hold to round-off up to this |x|².
+    fn pull_dd<V: Lanes>(at: Self::At<V>, x: [V; N], p: [V; N], m: [V; N], y: [V; N]) -> [V; N];
+    /// ad*_η m.
+    fn coad<V: Lanes>(m: [V; N], eta: [V; N]) -> [V; N];
+    /// What τ(ξ), ξ = −`back`, adds to a state of one body: row a of `values` holds component a of μ in lane 3, and g in
+    /// the other lanes. The same row of `kicks` holds the component of m − μ in lane 3, and zeros.
+    fn increments<V: Lanes>(at_back: Self::At<V>, back: [V; N], values: [V; N], kicks: [V; N]) -> [V; N];
+    /// The square of the angle of x.
+    fn square<V: Lanes>(x: [V; N]) -> V;
+    /// Whether the formulas hold to round-off up to this square.
     fn in_domain(largest_square: f64) -> bool;
 }
 
@@ -86,6 +97,23 @@ impl LaneRetraction for Cayley {
     #[inline(always)]
     fn pull_dd<V: Lanes>(at: V, x: Vec3<V>, p: Vec3<V>, m: Vec3<V>, y: Vec3<V>) -> Vec3<V> {
         scale(at, add_scaled(cross(m, y), -dot(p, y), x))
+    }
+
+    #[inline(always)]
+    fn coad<V: Lanes>(m: Vec3<V>, eta: Vec3<V>) -> Vec3<V> {
+        cross(m, eta)
+    }
+
+    /// The rows of g, in lanes 0, 1, 2, are turned as m is.
+    #[inline(always)]
+    fn increments<V: Lanes>(at_back: Self::At<V>, back: Vec3<V>, values: Vec3<V>, kicks: Vec3<V>) -> Vec3<V> {
+        let turned = Self::turned(at_back, back, std::array::from_fn(|k| values[k] + kicks[k]));
+        std::array::from_fn(|k| turned[k] + kicks[k])
+    }
+
+    #[inline(always)]
+    fn square<V: Lanes>(x: Vec3<V>) -> V {
+        dot(x, x)
     }
 
     fn in_domain(largest_square: f64) -> bool {
@@ -223,6 +251,23 @@ impl LaneRetraction for Exponential {
         let u = add_scaled(add_scaled(scale(two * at.b_slope, twice), -(two * at.a_slope), once), -at.b, y);
         let z = add_scaled(scale(at.a, y), -at.b, once);
         add_scaled(add_scaled(cross(m, z), dot(m, u), x), at.b * dot(x, y), m)
+    }
+
+    #[inline(always)]
+    fn coad<V: Lanes>(m: Vec3<V>, eta: Vec3<V>) -> Vec3<V> {
+        cross(m, eta)
+    }
+
+    /// The rows of g, in lanes 0, 1, 2, are turned as m is.
+    #[inline(always)]
+    fn increments<V: Lanes>(at_back: Self::At<V>, back: Vec3<V>, values: Vec3<V>, kicks: Vec3<V>) -> Vec3<V> {
+        let turned = Self::turned(at_back, back, std::array::from_fn(|k| values[k] + kicks[k]));
+        std::array::from_fn(|k| turned[k] + kicks[k])
+    }
+
+    #[inline(always)]
+    fn square<V: Lanes>(x: Vec3<V>) -> V {
+        dot(x, x)
     }
 
     fn in_domain(largest_square: f64) -> bool {

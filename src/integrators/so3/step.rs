@@ -12,18 +12,57 @@ use crate::retraction::{CayleySo3, ExponentialSo3, Retraction};
 use crate::tableau::Tableau;
 use std::marker::PhantomData;
 
-/// A retraction on SO(3) that has a form in lanes.
-pub trait FastRetraction: Retraction<f64, 3, 3> + Clone {
+/// A retraction that has a form in lanes; on SO(3) unless the dimensions say otherwise.
+pub trait FastRetraction<const N: usize = 3, const D: usize = 3>: Retraction<f64, N, D> + Clone {
     /// That form.
-    type Lanes: LaneRetraction;
+    type Lanes: LaneRetraction<N>;
+
+    /// (g, μ) in lanes: component a of μ in lane 3 of row a, g as [`LaneRetraction::increments`] knows it.
+    fn pack(state: &State<f64, N, D>) -> [Row; N];
+
+    /// The state that `rows` hold.
+    fn unpack(rows: &[Row; N], state: &mut State<f64, N, D>);
+}
+
+/// The rows of g in lanes 0, 1, 2.
+#[inline]
+fn pack(state: &State<f64, 3, 3>) -> [Row; 3] {
+    let g = &state.attitude;
+    std::array::from_fn(|a| Row([g[(0, a)], g[(1, a)], g[(2, a)], state.momentum[a], 0.0, 0.0, 0.0, 0.0]))
+}
+
+#[inline]
+fn unpack(rows: &[Row; 3], state: &mut State<f64, 3, 3>) {
+    for a in 0..3 {
+        state.momentum[a] = rows[a].0[3];
+        for r in 0..3 {
+            state.attitude[(r, a)] = rows[a].0[r];
+        }
+    }
 }
 
 impl FastRetraction for CayleySo3<f64> {
     type Lanes = retraction::Cayley;
+
+    fn pack(state: &State<f64, 3, 3>) -> [Row; 3] {
+        pack(state)
+    }
+
+    fn unpack(rows: &[Row; 3], state: &mut State<f64, 3, 3>) {
+        unpack(rows, state);
+    }
 }
 
 impl FastRetraction for ExponentialSo3<f64> {
     type Lanes = retraction::Exponential;
+
+    fn pack(state: &State<f64, 3, 3>) -> [Row; 3] {
+        pack(state)
+    }
+
+    fn unpack(rows: &[Row; 3], state: &mut State<f64, 3, 3>) {
+        unpack(rows, state);
+    }
 }
 
 /// A tableau with more stages than lanes.
@@ -35,39 +74,48 @@ pub struct UnfitTableau {
 }
 
 /// The forced variational step on SO(3) with all stages in the lanes of a register.
+pub type VariationalSo3<F, R> = VariationalInLanes<F, R, 3, 3>;
+
+/// The forced variational step on a group of dimension N with all stages in the lanes of a register.
 ///
 /// The same method as [`Variational`] on a body with a quadratic Lagrangian, to round-off; what it gains is time. Nothing
 /// is allocated by a step. The sums that make (g, μ) are compensated from step to step, as long as each step starts from
 /// the state that the last one left.
 #[derive(Clone, Debug)]
-pub struct VariationalSo3<F, R> {
+pub struct VariationalInLanes<F, R, const N: usize, const D: usize> {
     columns: Columns,
-    pub(super) force: F,
-    pub(super) inverse: [[f64; 3]; 3],
+    pub(in crate::integrators) force: F,
+    pub(in crate::integrators) inverse: [[f64; N]; N],
     diagonal: bool,
     registers: Registers,
     settings: Settings<f64>,
     /// What takes the steps that sweeps do not solve.
-    pub(super) newton: Variational<f64, 3, 3, Quadratic<f64, 3>, OnBody<F>, R>,
-    pub(super) last: Last,
+    pub(super) newton: Variational<f64, N, D, Quadratic<f64, N>, OnBody<F, N>, R>,
+    pub(super) last: Last<N>,
 }
 
 /// What the last step left; of size 0 where there was none.
-#[derive(Clone, Copy, Debug, Default)]
-pub(super) struct Last {
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Last<const N: usize> {
     step: f64,
-    pub state: Packed,
-    memory: Memory,
+    pub state: Packed<N>,
+    memory: Memory<N>,
     jump: f64,
 }
 
-impl<F: LaneForce, R: FastRetraction> VariationalSo3<F, R> {
+impl<const N: usize> Default for Last<N> {
+    fn default() -> Self {
+        Self { step: 0.0, state: Packed::default(), memory: Memory::default(), jump: 0.0 }
+    }
+}
+
+impl<F: LaneForce<N>, R: FastRetraction<N, D>, const N: usize, const D: usize> VariationalInLanes<F, R, N, D> {
     /// The fast step of a body, a force, a retraction and a tableau of up to eight stages.
     ///
     /// # Errors
     /// More stages than that.
     pub fn new(
-        lagrangian: Quadratic<f64, 3>,
+        lagrangian: Quadratic<f64, N>,
         force: F,
         retraction: R,
         tableau: Tableau<f64>,
@@ -78,9 +126,9 @@ impl<F: LaneForce, R: FastRetraction> VariationalSo3<F, R> {
     /// The same with settings of one's own.
     ///
     /// # Errors
-    /// As [`VariationalSo3::new`].
+    /// As [`VariationalInLanes::new`].
     pub fn with_settings(
-        lagrangian: Quadratic<f64, 3>,
+        lagrangian: Quadratic<f64, N>,
         force: F,
         retraction: R,
         tableau: Tableau<f64>,
@@ -91,8 +139,8 @@ impl<F: LaneForce, R: FastRetraction> VariationalSo3<F, R> {
             return Err(UnfitTableau { stages });
         }
         let weights = extrapolation(tableau.c().as_slice());
-        let inverse: [[f64; 3]; 3] = std::array::from_fn(|r| std::array::from_fn(|c| lagrangian.inverse()[(r, c)]));
-        let diagonal = (0..3).all(|r| (0..3).all(|c| r == c || inverse[r][c] == 0.0));
+        let inverse: [[f64; N]; N] = std::array::from_fn(|r| std::array::from_fn(|c| lagrangian.inverse()[(r, c)]));
+        let diagonal = (0..N).all(|r| (0..N).all(|c| r == c || inverse[r][c] == 0.0));
         let columns = Columns::new(&tableau, weights.as_ref());
         let on_body = OnBody { force: force.clone(), lagrangian: lagrangian.clone() };
         let newton = Variational::with_settings(lagrangian, on_body, retraction, tableau, settings);
@@ -125,7 +173,7 @@ impl<F: LaneForce, R: FastRetraction> VariationalSo3<F, R> {
 
     /// What Newton's method and the continuation in h say of a step that sweeps do not solve.
     #[cold]
-    pub(super) fn diagnose(&mut self, state: &State<f64, 3, 3>, step: f64) -> StepError {
+    pub(super) fn diagnose(&mut self, state: &State<f64, N, D>, step: f64) -> StepError {
         match self.newton.step(&mut state.clone(), step) {
             Err(error) => error,
             Ok(report) => StepError::NotConverged {
@@ -141,7 +189,7 @@ impl<F: LaneForce, R: FastRetraction> VariationalSo3<F, R> {
     pub(super) fn take(&mut self, time: f64, step: f64, warm: bool, limits: Limits) -> Result<Taken, Refused> {
         macro_rules! with_pairs {
             ($pairs:literal) => {
-                self.registers.run(Step::<F, R::Lanes, $pairs> {
+                self.registers.run(Step::<F, R::Lanes, N, $pairs> {
                     columns: &self.columns,
                     force: &self.force,
                     inverse: &self.inverse,
@@ -165,30 +213,12 @@ impl<F: LaneForce, R: FastRetraction> VariationalSo3<F, R> {
     }
 }
 
-/// Whether `packed` is this state.
-fn holds(packed: &Packed, state: &State<f64, 3, 3>) -> bool {
-    let value = &packed.value;
-    (0..3).all(|a| value[a].0[3] == state.momentum[a] && (0..3).all(|r| value[a].0[r] == state.attitude[(r, a)]))
-}
-
-/// (g, μ) in lanes, with nothing cut off.
-pub(super) fn pack(state: &State<f64, 3, 3>) -> Packed {
-    let g = &state.attitude;
-    let row = |a: usize| Row([g[(0, a)], g[(1, a)], g[(2, a)], state.momentum[a], 0.0, 0.0, 0.0, 0.0]);
-    Packed { value: [row(0), row(1), row(2)], cut: [Row::default(); 3] }
-}
-
-pub(super) fn unpack(packed: &Packed, state: &mut State<f64, 3, 3>) {
-    for a in 0..3 {
-        state.momentum[a] = packed.value[a].0[3];
-        for r in 0..3 {
-            state.attitude[(r, a)] = packed.value[a].0[r];
-        }
-    }
-}
-
-impl<F: LaneForce, R: FastRetraction> OneStep<f64, 3, 3> for VariationalSo3<F, R> {
-    fn step(&mut self, state: &mut State<f64, 3, 3>, h: f64) -> Result<Report<f64>, StepError> {
+impl<F, R, const N: usize, const D: usize> OneStep<f64, N, D> for VariationalInLanes<F, R, N, D>
+where
+    F: LaneForce<N>,
+    R: FastRetraction<N, D>,
+{
+    fn step(&mut self, state: &mut State<f64, N, D>, h: f64) -> Result<Report<f64>, StepError> {
         let tolerance = self.settings.tolerance;
         let mut limits = Limits {
             tolerance,
@@ -197,23 +227,23 @@ impl<F: LaneForce, R: FastRetraction> OneStep<f64, 3, 3> for VariationalSo3<F, R
             max_sweeps: self.settings.max_sweeps,
             strict: None,
         };
-        let known = self.last.step != 0.0 && holds(&self.last.state, state);
+        let known = self.last.step != 0.0 && R::pack(state) == self.last.state.value;
         let warm = known && self.last.step == h;
         if warm {
             limits.switch = f64::max(0.25 * self.last.jump, tolerance);
         }
         if !known {
             state.check_finite(h)?;
-            self.last.state = pack(state);
+            self.last.state = Packed { value: R::pack(state), ..Packed::default() };
         }
         let mut spent = 0;
         match self.take(state.time, h, warm, limits) {
             Ok(taken) => {
                 spent += taken.predictor + taken.sweeps;
                 let time = state.time + h;
-                if self.last.state.is_finite() && time.is_finite() {
+                if time.is_finite() {
                     (self.last.step, self.last.jump) = (h, taken.jump);
-                    unpack(&self.last.state, state);
+                    R::unpack(&self.last.state.value, state);
                     state.time = time;
                     return Ok(Report { solver: Solver::Sweeps, iterations: spent, residual: taken.residual });
                 }

@@ -1,0 +1,118 @@
+//! A tolerance in, an answer out: order and steps are chosen on the way.
+
+use super::retraction::{Cayley, CayleySe3};
+use super::{LaneForce, SolveError, Solved, VariationalSe3};
+use crate::integrators::State;
+use crate::integrators::so3::adaptive::{Pace, Run, advance, length, velocity};
+use crate::integrators::so3::force::slope;
+use crate::mechanics::lagrangian::Quadratic;
+use crate::tableau::families::Family;
+
+/// The angle of the first step that is tried, where the tolerance for a radian is 1: with order p and the tolerance ε for a
+/// radian it is REACH ε^{1/(p+1)}. On random bodies and forces smaller and larger ones cost more time.
+const REACH: f64 = 7.0;
+
+/// The largest such angle.
+const LARGEST_FIRST_ANGLE: f64 = 3.0;
+
+/// How much longer than the last a step may be.
+const GROWTH: f64 = 1.35;
+
+/// The forced variational step on SE(3) with the Cayley map, with order and step size chosen for a tolerance.
+///
+/// The tolerance is for the whole run: each step of size h may contribute the part h/T of it, relative to |μ| and to the
+/// pose, its translations in units of |v|/|ω|. The local error is estimated from δ, the difference between the variational
+/// scheme and the chart scheme of the same order, which the step computes anyway, and from how the coefficients of the
+/// Legendre polynomials of the stage values decay: δ vanishes along straight motions, and does not see a kink in a force
+/// (a quadratic drag has one at rest). Order: Gauss with eight stages for
+/// tolerances below 10⁻⁶, six below 10⁻⁴, four above.
+///
+/// On 300 random bodies with drag and loads, at tolerances of 10⁻⁴ to 10⁻¹², the error was a hundredth of the tolerance in the
+/// median and twice the tolerance at the worst.
+///
+/// A run is not reversible: the steps differ on the way back. For that, take fixed steps with [`VariationalSe3`].
+///
+/// ```
+/// use euler_poincare::algebra::{Covector, Matrix};
+/// use euler_poincare::integrators::State;
+/// use euler_poincare::integrators::se3::{AdaptiveSe3, Drag, Term, Terms};
+/// use euler_poincare::mechanics::lagrangian::Quadratic;
+///
+/// let body = Quadratic::diagonal([0.5, 2.0, 1.0, 3.0, 1.5, 1.25])?;
+/// let drag = Terms(vec![Term::QuadraticDrag(Drag::Diagonal([0.25; 6]))]);
+/// let mut solver = AdaptiveSe3::new(body, drag);
+/// let momentum = Covector::from([0.5, -0.25, 1.0, 1.0, 0.5, -0.5]);
+/// let mut state = State { time: 0.0, momentum, attitude: Matrix::identity() };
+/// let solved = solver.solve(&mut state, 1.0, 1e-12)?;
+/// assert!(state.momentum.norm() < momentum.norm() && solved.steps < 5);
+/// # Ok::<(), Box<dyn std::error::Error>>(())
+/// ```
+#[derive(Clone, Debug)]
+pub struct AdaptiveSe3<F> {
+    /// Gauss with 4, 6 and 8 stages.
+    methods: [VariationalSe3<F>; 3],
+}
+
+impl<F: LaneForce<6>> AdaptiveSe3<F> {
+    /// The solver of a body and a force.
+    pub fn new(lagrangian: Quadratic<f64, 6>, force: F) -> Self {
+        let retraction = CayleySe3::new();
+        let method = |stages| {
+            let tableau = Family::Gauss.tableau(stages).expect("Gauss has any number of stages");
+            VariationalSe3::new(lagrangian.clone(), force.clone(), retraction.clone(), tableau)
+                .expect("at most eight stages")
+        };
+        Self { methods: [4, 6, 8].map(method) }
+    }
+
+    /// Replaces `state` by the state a time `duration` later (of either sign), to a relative error of about `tolerance`.
+    ///
+    /// # Errors
+    /// See [`SolveError`].
+    pub fn solve(&mut self, state: &mut State<f64, 6, 4>, duration: f64, tolerance: f64) -> Result<Solved, SolveError> {
+        self.solve_with(state, duration, tolerance, |_, _| ())
+    }
+
+    /// The same; `observe` is called after each step with the step's size.
+    ///
+    /// # Errors
+    /// See [`SolveError`].
+    pub fn solve_with(
+        &mut self,
+        state: &mut State<f64, 6, 4>,
+        duration: f64,
+        tolerance: f64,
+        mut observe: impl FnMut(&State<f64, 6, 4>, f64),
+    ) -> Result<Solved, SolveError> {
+        let Some(mut run) = Run::start::<CayleySe3, 4>(state, duration, tolerance)? else {
+            return Ok(Solved::default());
+        };
+        let method = match tolerance {
+            t if t < 1e-6 => &mut self.methods[2],
+            t if t < 1e-4 => &mut self.methods[1],
+            _ => &mut self.methods[0],
+        };
+        let mut pace = Pace { first: LARGEST_FIRST_ANGLE, growth: GROWTH, steady: None };
+        while !run.ended() {
+            let momentum = run.momentum();
+            let eta = velocity(&method.inverse, momentum);
+            let turning = slope::<_, Cayley, 6>(&method.force, run.time(), momentum, eta);
+            let (size, turning) = (length(momentum), length(turning));
+            if size == 0.0 && turning == 0.0 {
+                // At rest, and nothing that moves it.
+                let left = run.rest();
+                state.time = run.time();
+                observe(state, left);
+                break;
+            }
+            let rate = length([eta[0], eta[1], eta[2]]) + if size > 0.0 { turning / size } else { 0.0 };
+            if run.fresh() {
+                let order = 2 * method.tableau().stages();
+                let angle = REACH * (run.per_time() / rate).powf(1.0 / (order + 1) as f64);
+                pace.first = angle.min(LARGEST_FIRST_ANGLE);
+            }
+            advance(method, &mut run, rate, pace, state, &mut observe)?;
+        }
+        Ok(run.solved())
+    }
+}
