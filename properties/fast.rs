@@ -782,7 +782,8 @@ fn bad_input_is_refused_on_se3() {
     assert!(distance(&state, &start) <= 4.0 * U);
     let nine = VariationalSe3::new(body.clone(), Free, CayleySe3::new(), tableau("gauss-9"));
     assert_eq!(nine.unwrap_err().stages, 9);
-    let algebra = CayleySe3::new().algebra().clone();
+    let cayley = CayleySe3::new();
+    let algebra = cayley.algebra().clone();
     let bracket: AnyForce<f64, 6> = DoubleBracket::new(algebra, body.clone(), 1.0).unwrap().into();
     assert_eq!(se3::Terms::new(&bracket).unwrap_err().force, "double bracket");
 
