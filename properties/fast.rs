@@ -349,6 +349,22 @@ fn what_cannot_be_kept_is_an_error() {
     assert_eq!(state, start);
 }
 
+/// A torque that vanishes at the start of a steady rotation, and at rest.
+#[test]
+fn what_is_steady_now_need_not_stay_so() {
+    let ball = Quadratic::diagonal([1.0; 3]).unwrap();
+    // M' = sin t about the axis of M.
+    let force = Terms(vec![Term::Periodic([0.0, 0.0, 1.0], 1.0, -std::f64::consts::FRAC_PI_2)]);
+    for start in [0.0, 1.0] {
+        let mut solver = AdaptiveSo3::new(ball.clone(), force.clone());
+        let momentum = Covector::<f64, 3>::new(0.0, 0.0, start);
+        let mut state = State { time: 0.0, momentum, attitude: Matrix::identity() };
+        solver.solve(&mut state, 2.0, 1e-9).unwrap();
+        let error = state.momentum[2] - start - (1.0 - 2f64.cos());
+        assert!(error.abs() < 1e-8, "{start} {error:e}");
+    }
+}
+
 /// 1000 units of time of the relaxed body: attitude, free Casimir and energy.
 #[test]
 fn a_long_run_stays_on_the_group() {
@@ -786,7 +802,8 @@ fn bad_input_is_refused_on_se3() {
     assert!(distance(&state, &start) <= 4.0 * U);
     let nine = VariationalSe3::new(body.clone(), Free, CayleySe3::new(), tableau("gauss-9"));
     assert_eq!(nine.unwrap_err().stages, 9);
-    let algebra = CayleySe3::new().algebra().clone();
+    let cayley = CayleySe3::new();
+    let algebra = cayley.algebra().clone();
     let bracket: AnyForce<f64, 6> = DoubleBracket::new(algebra, body.clone(), 1.0).unwrap().into();
     assert_eq!(se3::Terms::new(&bracket).unwrap_err().force, "double bracket");
 

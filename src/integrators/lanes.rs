@@ -1,7 +1,8 @@
 //! Eight `f64` at once, in the widest registers that the processor has.
 //!
-//! The kernels of [`super::so3`] and [`super::se3`] are written once over [`Lanes`] and compiled for AVX-512, for AVX2 with FMA, and for
-//! plain arrays; [`Registers::detect`] chooses at run time, so that a program built without special flags profits too.
+//! The kernels of [`super::so3`] and [`super::se3`] are written once over [`Lanes`] and compiled for AVX-512, for AVX2
+//! with FMA, and for plain arrays; [`Registers::detect`] chooses at run time, so that a program built without special flags
+//! profits too.
 
 use std::ops::{Add, Div, Mul, Neg, Sub};
 

@@ -24,8 +24,8 @@ const GROWTH: f64 = 1.35;
 /// pose, its translations in units of |v|/|ω|. The local error is estimated from δ, the difference between the variational
 /// scheme and the chart scheme of the same order, which the step computes anyway, and from how the coefficients of the
 /// Legendre polynomials of the stage values decay: δ vanishes along straight motions, and does not see a kink in a force
-/// (a quadratic drag has one at rest). Order: Gauss with eight stages for
-/// tolerances below 10⁻⁶, six below 10⁻⁴, four above.
+/// (a quadratic drag has one at rest). Order: Gauss with eight stages for tolerances below 10⁻⁶, six below 10⁻⁴, four
+/// above.
 ///
 /// On 300 random bodies with drag and loads, at tolerances of 10⁻⁴ to 10⁻¹², the error was a hundredth of the tolerance in the
 /// median and twice the tolerance at the worst.
@@ -96,16 +96,16 @@ impl<F: LaneForce<6>> AdaptiveSe3<F> {
         while !run.ended() {
             let momentum = run.momentum();
             let eta = velocity(&method.inverse, momentum);
-            let turning = slope::<_, Cayley, 6>(&method.force, run.time(), momentum, eta);
-            let (size, turning) = (length(momentum), length(turning));
-            if size == 0.0 && turning == 0.0 {
-                // At rest, and nothing that moves it.
+            let turning = |t| length(slope::<_, Cayley, 6>(&method.force, t, momentum, eta));
+            let (size, now) = (length(momentum), turning(run.time()));
+            if size == 0.0 && now == 0.0 && run.times(method.tableau()).all(|t| turning(t) == 0.0) {
+                // At rest, and nothing that moves it, now or at the stages of a step to the end.
                 let left = run.rest();
                 state.time = run.time();
                 observe(state, left);
                 break;
             }
-            let rate = length([eta[0], eta[1], eta[2]]) + if size > 0.0 { turning / size } else { 0.0 };
+            let rate = length([eta[0], eta[1], eta[2]]) + if size > 0.0 { now / size } else { 0.0 };
             if run.fresh() {
                 let order = 2 * method.tableau().stages();
                 let angle = REACH * (run.per_time() / rate).powf(1.0 / (order + 1) as f64);

@@ -10,6 +10,7 @@ use crate::integrators::{State, StepError};
 use crate::mechanics::lagrangian::Quadratic;
 use crate::retraction::{CayleySo3, ExponentialSo3};
 use crate::scalar::Scalar;
+use crate::tableau::Tableau;
 use crate::tableau::families::Family;
 
 /// δ, times this, stands for the local error in momentum and attitude: on random bodies and forces the ratio of the error
@@ -204,6 +205,9 @@ impl<F: LaneForce> AdaptiveSo3<F> {
             let (size, rate) = (length(momentum), length(eta));
             let turning = length(slope::<_, Cayley, 3>(&method.force, run.time(), momentum, eta));
             if turning <= STEADY * size * rate && tolerance < 1e-6 {
+                // A force may depend on time: what it is at the stages of a step to the end.
+                let later = run.times(method.tableau()).map(|t| slope::<_, Cayley, 3>(&method.force, t, momentum, eta));
+                let turning = later.fold(turning, |worst, rate| worst.max(length(rate)));
                 // μ may turn by |μ̇| t, and the attitude with it by |μ̇| t²/2 times |Ω|/|μ|.
                 let left = run.span - run.done;
                 let steady = turning * left * (1.0 + 0.5 * rate * left) <= 0.25 * tolerance * size;
@@ -259,6 +263,12 @@ impl<const N: usize> Run<N> {
     /// Whether no step was tried yet.
     pub fn fresh(&self) -> bool {
         self.next == f64::INFINITY
+    }
+
+    /// The times of the stages of a step to the end.
+    pub fn times(&self, tableau: &Tableau<f64>) -> impl Iterator<Item = f64> {
+        let (time, left) = (self.time(), self.sign * (self.span - self.done));
+        tableau.c().iter().map(move |c| left.mul_add(*c, time))
     }
 
     /// The tolerance a unit of time.
