@@ -4,6 +4,7 @@ use super::Vec6;
 use crate::algebra::{Covector, Matrix};
 use crate::integrators::lanes::Lanes;
 use crate::integrators::so3::LaneForce;
+use crate::integrators::so3::each;
 use crate::mechanics::force::AnyForce;
 
 /// A symmetric drag matrix D.
@@ -29,8 +30,8 @@ impl Drag {
     #[inline(always)]
     fn apply<V: Lanes>(&self, x: Vec6<V>) -> Vec6<V> {
         match self {
-            Self::Diagonal(diagonal) => std::array::from_fn(|a| x[a].constant(diagonal[a]) * x[a]),
-            Self::Full(rows) => std::array::from_fn(|r| {
+            Self::Diagonal(diagonal) => each!(6, a => x[a].constant(diagonal[a]) * x[a]),
+            Self::Full(rows) => each!(6, r => {
                 let mut sum = x[0].constant(rows[r][0]) * x[0];
                 for c in 1..6 {
                     sum = x[0].constant(rows[r][c]).mul_add(x[c], sum);
@@ -67,17 +68,17 @@ impl LaneForce<6> for Term {
         match self {
             Self::LinearDrag(matrix) => {
                 let drag = matrix.apply(eta);
-                std::array::from_fn(|a| sum[a] - drag[a])
+                each!(6, a => sum[a] - drag[a])
             }
             Self::QuadraticDrag(matrix) => {
                 let drag = matrix.apply(eta);
                 let size = dot(drag, eta).max(t.constant(0.0)).sqrt();
-                std::array::from_fn(|a| size.neg_mul_add(drag[a], sum[a]))
+                each!(6, a => size.neg_mul_add(drag[a], sum[a]))
             }
-            Self::Constant(load) => std::array::from_fn(|a| sum[a] + t.constant(load[a])),
+            Self::Constant(load) => each!(6, a => sum[a] + t.constant(load[a])),
             Self::Periodic(load, frequency, phase) => {
                 let factor = t.constant(*frequency).mul_add(t, t.constant(*phase)).cos();
-                std::array::from_fn(|a| t.constant(load[a]).mul_add(factor, sum[a]))
+                each!(6, a => t.constant(load[a]).mul_add(factor, sum[a]))
             }
         }
     }

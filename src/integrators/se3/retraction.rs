@@ -6,6 +6,7 @@ use crate::algebra::{LieAlgebra, Matrix, Vector};
 use crate::group::MatrixGroup;
 use crate::integrators::State;
 use crate::integrators::lanes::Lanes;
+use crate::integrators::so3::each;
 use crate::integrators::so3::retraction::{LaneRetraction, add_scaled, cross, dot, scale};
 use crate::integrators::so3::step::FastRetraction;
 use crate::integrators::so3::{Row, Vec3};
@@ -208,7 +209,7 @@ impl LaneRetraction<6> for Cayley {
         let m3 = add_cross(m3, scale(at.s.constant(0.5), v), m_b);
         let first = add_cross(cross(m3, y), b, behind(at.rho, u));
         let twice = dot(a, y) * at.s.constant(2.0);
-        let first = std::array::from_fn(|k| twice.neg_mul_add(at.rho[k], first[k]));
+        let first = each!(3, k => twice.neg_mul_add(at.rho[k], first[k]));
         join(scale(half, first), scale(half, behind(at.rho, cross(b, y))))
     }
 
@@ -222,8 +223,8 @@ impl LaneRetraction<6> for Cayley {
     /// R' = R R_ξ: its rows are turned as a covector (0, b) is. t' = t + R t_ξ, t_ξ = −B v at `back`.
     #[inline(always)]
     fn increments<V: Lanes>(at_back: At<V>, back: Vec6<V>, values: Vec6<V>, kicks: Vec6<V>) -> Vec6<V> {
-        let turned = Self::turned(at_back, back, std::array::from_fn(|k| values[k] + kicks[k]));
-        let mut sum: Vec6<V> = std::array::from_fn(|k| turned[k] + kicks[k]);
+        let turned = Self::turned(at_back, back, each!(6, k => values[k] + kicks[k]));
+        let mut sum: Vec6<V> = each!(6, k => turned[k] + kicks[k]);
         let of_momentum = at_back.s.read(&MOMENTUM);
         for k in 0..3 {
             sum[k] = of_momentum * sum[k];

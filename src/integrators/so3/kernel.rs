@@ -186,17 +186,16 @@ fn product<I: Isa, const N: usize, const PAIRS: usize>(
     }
     // Through memory: a load that broadcasts costs less than the shuffles that the compiler would choose.
     let buffer = std::hint::black_box(&buffer);
-    let entry = |a: usize, j: usize| Eight::splat(isa, buffer[a].0[j]);
     // Two chains of additions a component: the latency of one would be twice as long.
-    let mut even: [Eight<I>; N] = std::array::from_fn(|a| entry(a, 0).mul_add(columns[0][0], base[a]));
-    let mut odd: [Eight<I>; N] = std::array::from_fn(|a| entry(a, 1) * columns[0][1]);
+    let mut even: [Eight<I>; N] = each!(N, a => Eight::splat(isa, buffer[a].0[0]).mul_add(columns[0][0], base[a]));
+    let mut odd: [Eight<I>; N] = each!(N, a => Eight::splat(isa, buffer[a].0[1]) * columns[0][1]);
     for j in 1..PAIRS {
         for a in 0..N {
-            even[a] = entry(a, 2 * j).mul_add(columns[j][0], even[a]);
-            odd[a] = entry(a, 2 * j + 1).mul_add(columns[j][1], odd[a]);
+            even[a] = Eight::splat(isa, buffer[a].0[2 * j]).mul_add(columns[j][0], even[a]);
+            odd[a] = Eight::splat(isa, buffer[a].0[2 * j + 1]).mul_add(columns[j][1], odd[a]);
         }
     }
-    std::array::from_fn(|a| even[a] + odd[a])
+    each!(N, a => even[a] + odd[a])
 }
 
 /// Σ_i weights_i x_i. A function and no closure: only what is sure to be inlined is compiled for these registers.
@@ -238,13 +237,12 @@ fn compensated<V: Lanes>(value: V, increment: V, cut: V) -> (V, V) {
 impl<F: LaneForce<N>, R: LaneRetraction<N>, const N: usize, const PAIRS: usize> Step<'_, F, R, N, PAIRS> {
     #[inline(always)]
     fn velocity<V: Lanes>(&self, m: [V; N]) -> [V; N] {
-        let inverse = |r: usize, c: usize| m[0].constant(self.inverse[r][c]);
-        let mut eta: [V; N] = std::array::from_fn(|r| inverse(r, r) * m[r]);
+        let mut eta: [V; N] = each!(N, r => m[0].constant(self.inverse[r][r]) * m[r]);
         if !self.diagonal {
             for r in 0..N {
                 for c in (0..N).rev() {
                     if c != r {
-                        eta[r] = inverse(r, c).mul_add(m[c], eta[r]);
+                        eta[r] = m[0].constant(self.inverse[r][c]).mul_add(m[c], eta[r]);
                     }
                 }
             }
@@ -271,7 +269,7 @@ impl<F: LaneForce<N>, R: LaneRetraction<N>, const N: usize, const PAIRS: usize> 
 
     #[inline(always)]
     fn scaled<I: Isa>(&self, isa: I, columns: &[Row; LANES], factor: Eight<I>) -> [[Eight<I>; 2]; PAIRS] {
-        std::array::from_fn(|j| std::array::from_fn(|k| Eight::load(isa, &columns[2 * j + k].0) * factor))
+        each!(PAIRS, j => each!(2, k => Eight::load(isa, &columns[2 * j + k].0) * factor))
     }
 }
 
@@ -292,10 +290,10 @@ where
         let hc = Eight::load(isa, &coefficients.c.0) * h;
         let time = Eight::splat(isa, self.time) + hc;
         let momentum = self.state.momentum();
-        let mu: [Eight<I>; N] = momentum.map(|v| Eight::splat(isa, v));
+        let mu: [Eight<I>; N] = each!(N, k => Eight::splat(isa, momentum[k]));
         let eta = self.velocity(mu);
         let mut size = largest(momentum);
-        let speeds: [f64; N] = std::array::from_fn(|r| {
+        let speeds: [f64; N] = each!(N, r => {
             (1..N).fold(self.inverse[r][0] * momentum[0], |sum, c| sum + self.inverse[r][c] * momentum[c])
         });
         let mut extent = largest(speeds) * self.step.abs();
@@ -304,18 +302,18 @@ where
         let (mut m, mut x) = match (self.warm && size > 0.0, &coefficients.extrapolation) {
             (true, Some(weights)) => {
                 let weights = self.scaled(isa, weights, Eight::splat(isa, 1.0));
-                let m = product(isa, &weights, self.memory.momenta.map(|row| Eight::load(isa, &row.0)), zero);
+                let m = product(isa, &weights, each!(N, k => Eight::load(isa, &self.memory.momenta[k].0)), zero);
                 (m, product(isa, &a, self.velocity(m), zero))
             }
             _ => {
                 let slope = self.force.add_to(time, mu, eta, R::coad(mu, eta));
                 if size == 0.0 {
                     // From rest: what the force makes of it.
-                    let gained = slope.map(|v| h * v);
+                    let gained = each!(N, k => h * slope[k]);
                     size = largest_change(gained, zero).largest();
                     extent = (h.abs() * largest_change(self.velocity(gained), zero)).largest();
                 }
-                (std::array::from_fn(|k| hc.mul_add(slope[k], mu[k])), eta.map(|v| hc * v))
+                (each!(N, k => hc.mul_add(slope[k], mu[k])), each!(N, k => hc * eta[k]))
             }
         };
         // Nothing to be relative to, or no number.
@@ -356,7 +354,7 @@ where
             if forced {
                 force = self.force.add_to(time, m, eta, zero);
                 let pulled = R::pull(at, x, force);
-                gradient = std::array::from_fn(|k| gradient[k] + pulled[k]);
+                gradient = each!(N, k => gradient[k] + pulled[k]);
             }
             let mut next_p = product(isa, &conjugate, gradient, base);
             let next_x = product(isa, &a, rate, zero);
@@ -369,16 +367,16 @@ where
                 let mut kick = [0.0; N];
                 if forced {
                     let turned = R::turned(at, x, force);
-                    kick = sums(hb, std::array::from_fn(|k| force[k] + turned[k]));
+                    kick = sums(hb, each!(N, k => force[k] + turned[k]));
                 }
                 let increment = sums(hb, rate);
                 let total = sums(hb, gradient);
-                let back: [Eight<I>; N] = increment.map(|v| Eight::splat(isa, -v));
+                let back: [Eight<I>; N] = each!(N, k => Eight::splat(isa, -increment[k]));
                 let at_back = R::at(back);
-                let kicked: [f64; N] = std::array::from_fn(|k| momentum[k] + kick[k]);
-                let end = R::pull(at_back, back, kicked.map(|v| Eight::splat(isa, v)));
-                let next_base: [Eight<I>; N] = std::array::from_fn(|k| end[k] - Eight::splat(isa, total[k]));
-                next_p = std::array::from_fn(|k| next_p[k] + (next_base[k] - base[k]));
+                let kicked: [f64; N] = each!(N, k => momentum[k] + kick[k]);
+                let end = R::pull(at_back, back, each!(N, k => Eight::splat(isa, kicked[k])));
+                let next_base: [Eight<I>; N] = each!(N, k => end[k] - Eight::splat(isa, total[k]));
+                next_p = each!(N, k => next_p[k] + (next_base[k] - base[k]));
                 base = next_base;
                 frozen = f64::INFINITY;
                 renewed += 1;
@@ -416,8 +414,9 @@ where
                     if self.limits.strict.is_some_and(|most| delta > most) {
                         return Err(Refused::Delta(delta));
                     }
-                    let values: [Eight<I>; N] = std::array::from_fn(|k| Eight::load(isa, &self.state.value[k].0));
-                    let kicks: [Eight<I>; N] = kick.map(|v| Eight::splat(isa, v) * Eight::load(isa, &MOMENTUM_LANE.0));
+                    let values: [Eight<I>; N] = each!(N, k => Eight::load(isa, &self.state.value[k].0));
+                    let kicks: [Eight<I>; N] =
+                        each!(N, k => Eight::splat(isa, kick[k]) * Eight::load(isa, &MOMENTUM_LANE.0));
                     let increments = R::increments(at_back, back, values, kicks);
                     let mut next = [(zero[0], zero[0]); N];
                     let mut finite = zero[0];

@@ -12,6 +12,22 @@
 //!
 //! Sums g ← g + g(τ(ξ) − 1), μ ← μ + Δμ are compensated (Kahan 1965), so that rounding grows like √n with n steps.
 
+/// The array of EXPR for k = 0 … N − 1, by a loop: only what is sure to be inlined is compiled for the registers of a
+/// kernel, and a closure is not.
+macro_rules! each {
+    ($n:expr, $k:ident => $e:expr) => {{
+        let mut values = [{
+            let $k = 0;
+            $e
+        }; $n];
+        for $k in 1..$n {
+            values[$k] = $e;
+        }
+        values
+    }};
+}
+pub(in crate::integrators) use each;
+
 pub(super) mod adaptive;
 mod ensemble;
 pub mod force;

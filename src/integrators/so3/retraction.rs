@@ -107,8 +107,8 @@ impl LaneRetraction for Cayley {
     /// The rows of g, in lanes 0, 1, 2, are turned as m is.
     #[inline(always)]
     fn increments<V: Lanes>(at_back: Self::At<V>, back: Vec3<V>, values: Vec3<V>, kicks: Vec3<V>) -> Vec3<V> {
-        let turned = Self::turned(at_back, back, std::array::from_fn(|k| values[k] + kicks[k]));
-        std::array::from_fn(|k| turned[k] + kicks[k])
+        let turned = Self::turned(at_back, back, each!(3, k => values[k] + kicks[k]));
+        each!(3, k => turned[k] + kicks[k])
     }
 
     #[inline(always)]
@@ -261,8 +261,8 @@ impl LaneRetraction for Exponential {
     /// The rows of g, in lanes 0, 1, 2, are turned as m is.
     #[inline(always)]
     fn increments<V: Lanes>(at_back: Self::At<V>, back: Vec3<V>, values: Vec3<V>, kicks: Vec3<V>) -> Vec3<V> {
-        let turned = Self::turned(at_back, back, std::array::from_fn(|k| values[k] + kicks[k]));
-        std::array::from_fn(|k| turned[k] + kicks[k])
+        let turned = Self::turned(at_back, back, each!(3, k => values[k] + kicks[k]));
+        each!(3, k => turned[k] + kicks[k])
     }
 
     #[inline(always)]
