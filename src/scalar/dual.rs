@@ -114,9 +114,9 @@ impl<T: Scalar> Div for Dual<T> {
     }
 }
 
-/// Whether T is more than an `f64`: then a product is a call, as it is of [`Dd`](super::Dd), for the compiler's sake.
-const fn heavy<T>() -> bool {
-    size_of::<T>() > size_of::<f64>()
+/// Whether T is made of more than `f64`: then a product is a call, as it is of [`Dd`](super::Dd), for the compiler's sake.
+const fn heavy<T: Scalar>() -> bool {
+    size_of::<T::Base>() > size_of::<f64>()
 }
 
 #[inline(never)]
