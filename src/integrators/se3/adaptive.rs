@@ -27,6 +27,9 @@ const GROWTH: f64 = 1.35;
 /// (a quadratic drag has one at rest). Order: Gauss with eight stages for tolerances below 10⁻⁶, six below 10⁻⁴, four
 /// above.
 ///
+/// Where a force has a kink inside a step, the estimates can miss it: a quadratic drag through rest has been seen to give an
+/// error of 6e-5 at a tolerance of 1e-7.
+///
 /// On 300 random bodies with drag and loads, at tolerances of 10⁻⁴ to 10⁻¹², the error was a hundredth of the tolerance in the
 /// median and twice the tolerance at the worst.
 ///
