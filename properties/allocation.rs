@@ -219,7 +219,10 @@ fn the_fast_paths_of_se3_allocate_nothing() {
     // A solver that chooses its steps.
     let mut solver = AdaptiveSe3::new(lagrangian, force);
     let mut state = start.clone();
-    assert_eq!(allocations(|| drop(solver.solve(&mut state, 20.0, 1e-10).unwrap())), 0);
+    let solved = allocations(|| {
+        solver.solve(&mut state, 20.0, 1e-10).unwrap();
+    });
+    assert_eq!(solved, 0);
 }
 
 fn general_algebra<T: Real>(cayley: bool, settings: Settings<T>, expected: Solver) {

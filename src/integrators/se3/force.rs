@@ -9,6 +9,7 @@ use crate::mechanics::force::AnyForce;
 
 /// A symmetric drag matrix D.
 #[derive(Clone, Copy, Debug, PartialEq)]
+#[allow(clippy::large_enum_variant)] // `Copy`, because it is data of a kernel
 pub enum Drag {
     /// Its diagonal; the rest is zero.
     Diagonal([f64; 6]),
@@ -44,6 +45,7 @@ impl Drag {
 
 /// A term of a force of the catalogue.
 #[derive(Clone, Copy, Debug, PartialEq)]
+#[allow(clippy::large_enum_variant)] // `Copy`, because it is data of a kernel
 pub enum Term {
     /// −D η.
     LinearDrag(Drag),
