@@ -251,7 +251,7 @@ fn the_reference_steps_are_reproduced() {
         ("gauss-1", [0.3325523603683159, 0.0312710753139576, 0.7165415190785951]),
         ("gauss-2", [0.3325020802648156, 0.0313526763021243, 0.7165607981817258]),
         ("lobatto-iiia-3", [0.3325020242605735, 0.0313527332683193, 0.7165608236605989]),
-        ("lobatto-iiib-3", [0.3325021449851981, 0.0313526299631130, 0.7165607678834958]),
+        ("lobatto-iiib-3", [0.3325021449851981, 0.031352629963113, 0.7165607678834958]),
     ];
     for (name, expected) in steps {
         let mut method =
@@ -260,7 +260,7 @@ fn the_reference_steps_are_reproduced() {
         method.step(&mut state, 0.125).unwrap();
         assert!((state.momentum - Covector::<f64, 3>::from(expected)).amax() < 4e-16, "{name} {}", state.momentum);
     }
-    let exact = Covector::<f64, 3>::new(0.3792307480209543639345, 0.2570004497899354372658, 0.6552430571284844754182);
+    let exact = Covector::<f64, 3>::new(0.3792307480209544, 0.2570004497899354, 0.6552430571284845);
     for (name, steps, error) in
         [("gauss-2", 8, 2.46e-7), ("gauss-3", 4, 3.65e-9), ("gauss-4", 2, 9.58e-11), ("gauss-1", 64, 1.05e-5)]
     {
