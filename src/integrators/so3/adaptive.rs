@@ -1,8 +1,7 @@
 //! A tolerance in, an answer out: the order and the steps are chosen on the way.
 
 use super::force::{LaneForce, slope};
-use super::kernel::Packed;
-use super::kernel::{Limits, Refused};
+use super::kernel::{Limits, Packed, Refused};
 use super::retraction::{Cayley, LaneRetraction};
 use super::step::{FastRetraction, VariationalInLanes, VariationalSo3};
 use crate::integrators::lanes::Registers;
@@ -137,7 +136,8 @@ pub(in crate::integrators) struct Run<const N: usize> {
     solved: Solved,
 }
 
-/// 2^(k/17) for k = 0 … 67, and so on: a power of two at hand instead of a call of `powf`.
+/// The (p + 1)st root of 2^`exponent`, p = `order`: by what factor a step may change where its error of order h^(p+1) may by
+/// that power of two.
 fn growth(exponent: i32, order: i32) -> f64 {
     f64::exp2(f64::from(exponent) / f64::from(order + 1))
 }

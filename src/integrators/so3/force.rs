@@ -31,8 +31,8 @@ impl Coefficient for Row {
 
 /// A force f(t, η) ∈ g* in lanes, with covectors as columns; so(3)* unless N says otherwise.
 ///
-/// Implementations must be `#[inline(always)]`: they are compiled into the kernel, for each kind of registers. The same
-/// force as a [`Force`] is what the Newton fallback evaluates; the law `fast-step` compares the two.
+/// Implementations must be `#[inline(always)]`: they are compiled into the kernel, for each kind of registers. Newton's
+/// method behind the kernel evaluates the same lines on one lane of any scalar ([`OnBody`]).
 pub trait LaneForce<const N: usize = 3>: Clone + Send + Sync {
     /// sum + f(t, η), where M = l'(η) is at hand.
     fn add_to<V: Lanes>(&self, t: V, m: [V; N], eta: [V; N], sum: [V; N]) -> [V; N];
