@@ -580,9 +580,10 @@ fn the_laws_of_methods_hold_on_the_fast_step() {
             Outcome::Off { .. } if name == "method-casimirs" => continue,
             other => panic!("{name}: {other:?}"),
         }
-        // Orders are judged in 32 digits alone.
+        // What falls with the step is judged in 32 digits alone.
         let asked = FAST.load(Ordering::Relaxed) - before;
-        assert!(name == "method-order" || asked > 100, "{name}: the fast step was asked {asked} times");
+        let slope = ["method-order", "method-energy", "method-reversibility"].contains(&name);
+        assert!(slope || asked > 100, "{name}: the fast step was asked {asked} times");
     }
 }
 
