@@ -25,6 +25,12 @@ pub trait Isa: Copy + Send + Sync + 'static {
     fn mul(self, a: Self::Eight, b: Self::Eight) -> Self::Eight;
     /// a / b.
     fn div(self, a: Self::Eight, b: Self::Eight) -> Self::Eight;
+    /// 1 / a to an ulp or two, without the division where a processor has a fast start for Newton's iteration; a is positive,
+    /// and so far from the ends of the range that 1 / a is normal.
+    #[inline(always)]
+    fn reciprocal(self, a: Self::Eight) -> Self::Eight {
+        self.div(self.splat(1.0), a)
+    }
     /// a b + c, rounded once where the processor can.
     fn mul_add(self, a: Self::Eight, b: Self::Eight, c: Self::Eight) -> Self::Eight;
     /// c − a b, rounded once where the processor can.
@@ -51,6 +57,11 @@ pub trait Lanes:
     fn mul_add(self, b: Self, c: Self) -> Self;
     /// c − self · b.
     fn neg_mul_add(self, b: Self, c: Self) -> Self;
+    /// 1 / self to an ulp or two, for positive numbers far from the ends of the range.
+    #[inline(always)]
+    fn reciprocal(self) -> Self {
+        self.constant(1.0) / self
+    }
     /// √self.
     fn sqrt(self) -> Self;
     /// |self|.
@@ -138,6 +149,11 @@ impl<I: Isa> Lanes for Eight<I> {
     #[inline(always)]
     fn neg_mul_add(self, b: Self, c: Self) -> Self {
         Self { isa: self.isa, value: self.isa.neg_mul_add(self.value, b.value, c.value) }
+    }
+
+    #[inline(always)]
+    fn reciprocal(self) -> Self {
+        Self { isa: self.isa, value: self.isa.reciprocal(self.value) }
     }
 
     #[inline(always)]
@@ -294,6 +310,18 @@ mod x86 {
         #[inline(always)]
         fn div(self, a: f64x8, b: f64x8) -> f64x8 {
             self.div_f64s(a, b)
+        }
+
+        /// Fourteen bits from a table, which two iterations double twice.
+        #[inline(always)]
+        fn reciprocal(self, a: f64x8) -> f64x8 {
+            let one = self.splat_f64x8(1.0);
+            let mut r: f64x8 = cast(self.avx512f._mm512_rcp14_pd(cast(a)));
+            for _ in 0..2 {
+                let rest = self.negate_mul_add_f64x8(a, r, one);
+                r = self.mul_add_f64x8(r, rest, r);
+            }
+            r
         }
 
         #[inline(always)]

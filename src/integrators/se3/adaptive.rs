@@ -3,7 +3,7 @@
 use super::retraction::{Cayley, CayleySe3};
 use super::{LaneForce, SolveError, Solved, VariationalSe3};
 use crate::integrators::State;
-use crate::integrators::so3::adaptive::{Pace, Run, advance, length, velocity};
+use crate::integrators::so3::adaptive::{MOST_STEPS, Pace, Run, advance, length, velocity};
 use crate::integrators::so3::force::slope;
 use crate::mechanics::lagrangian::Quadratic;
 use crate::tableau::families::Family;
@@ -22,16 +22,13 @@ const GROWTH: f64 = 1.35;
 ///
 /// The tolerance is for the whole run: each step of size h may contribute the part h/T of it, relative to |μ| and to the
 /// pose, its translations in units of |v|/|ω|. The local error is estimated from δ, the difference between the variational
-/// scheme and the chart scheme of the same order, which the step computes anyway, and from how the coefficients of the
-/// Legendre polynomials of the stage values decay: δ vanishes along straight motions, and does not see a kink in a force
-/// (a quadratic drag has one at rest). Order: Gauss with eight stages for tolerances below 10⁻⁶, six below 10⁻⁴, four
-/// above.
-///
-/// Where a force has a kink inside a step, the estimates can miss it: a quadratic drag through rest has been seen to give an
-/// error of 6e-5 at a tolerance of 1e-7.
+/// scheme and the chart scheme of the same order, which the step computes anyway; from the Legendre coefficients of μ̇ at the
+/// stages, since δ vanishes along straight motions; and from what their polynomial misses at the ends of the step, which shows
+/// kinks of a force, such as that of a quadratic drag at rest. Order: Gauss with eight stages for tolerances below 10⁻⁶, six
+/// below 10⁻⁴, four above.
 ///
 /// On 300 random bodies with drag and loads, at tolerances of 10⁻⁴ to 10⁻¹², the error was a hundredth of the tolerance in the
-/// median and twice the tolerance at the worst.
+/// median and 1.2 times the tolerance at the worst.
 ///
 /// A run is not reversible: the steps differ on the way back. For that, take fixed steps with [`VariationalSe3`].
 ///
@@ -54,6 +51,7 @@ const GROWTH: f64 = 1.35;
 pub struct AdaptiveSe3<F> {
     /// Gauss with 4, 6 and 8 stages.
     methods: [VariationalSe3<F>; 3],
+    most: usize,
 }
 
 impl<F: LaneForce<6>> AdaptiveSe3<F> {
@@ -65,7 +63,13 @@ impl<F: LaneForce<6>> AdaptiveSe3<F> {
             VariationalSe3::new(lagrangian.clone(), force.clone(), retraction.clone(), tableau)
                 .expect("at most eight stages")
         };
-        Self { methods: [4, 6, 8].map(method) }
+        Self { methods: [4, 6, 8].map(method), most: MOST_STEPS }
+    }
+
+    /// The same with another limit to the steps that a run may try than a million.
+    pub fn with_max_steps(mut self, steps: usize) -> Self {
+        self.most = steps;
+        self
     }
 
     /// Replaces `state` by the state a time `duration` later (of either sign), to a relative error of about `tolerance`.
@@ -90,6 +94,7 @@ impl<F: LaneForce<6>> AdaptiveSe3<F> {
         let Some(mut run) = Run::start::<CayleySe3, 4>(state, duration, tolerance)? else {
             return Ok(Solved::default());
         };
+        run.most = self.most;
         let method = match tolerance {
             t if t < 1e-6 => &mut self.methods[2],
             t if t < 1e-4 => &mut self.methods[1],

@@ -153,8 +153,6 @@ fn rotated<V: Lanes>(at: At<V>, z: Vec3<V>) -> Vec3<V> {
 }
 
 impl LaneRetraction<6> for Cayley {
-    const SPECTRUM: bool = true;
-
     type At<V: Lanes> = At<V>;
 
     #[inline(always)]

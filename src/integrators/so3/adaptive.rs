@@ -85,14 +85,29 @@ pub enum SolveError {
         /// The error wanted of it.
         wanted: f64,
     },
+    /// More steps than allowed: a motion that turns ever faster, or a run much longer than a step can be.
+    #[error("{steps} steps, as many as allowed, lead to t = {time} only; the next is {step:e} long")]
+    TooManySteps {
+        /// Where.
+        time: f64,
+        /// The step that would have been next.
+        step: f64,
+        /// How many were tried.
+        steps: usize,
+    },
 }
+
+/// The steps that a run may try unless it is told otherwise.
+pub(in crate::integrators) const MOST_STEPS: usize = 1_000_000;
 
 /// The forced variational step on SO(3) with order, retraction and step size chosen for a tolerance.
 ///
 /// The tolerance is for the whole run: each step of size h may contribute the part h/T of it, relative to |μ| and to the
 /// attitude. The local error is estimated from δ, the difference between the variational scheme and the chart scheme of
-/// the same order, which the step computes anyway. Order: Gauss with eight stages for tolerances below 10⁻⁶, six below
-/// 10⁻⁴, four above. Retraction: Cayley, and the exponential where the motion is nearly a steady rotation, which it
+/// the same order, which the step computes anyway. δ vanishes where the direction of Ω stays the same: unless such motions are
+/// steady ([`LaneForce::vanishes_when_steady`]), the error is estimated from the Legendre coefficients of μ̇ at the stages,
+/// too, and from what their polynomial misses at the ends of the step, which shows kinks of a force such as that of a
+/// quadratic drag at rest. Order: Gauss with eight stages for tolerances below 10⁻⁶, six below 10⁻⁴, four above. Retraction: Cayley, and the exponential where the motion is nearly a steady rotation, which it
 /// integrates exactly at any step size: there δ vanishes and the steps grow to several radians. A rotation that stays
 /// steady to the tolerance until the end is one step.
 ///
@@ -119,6 +134,7 @@ pub struct AdaptiveSo3<F> {
     methods: [VariationalSo3<F, CayleySo3<f64>>; 3],
     /// Gauss with 8 stages.
     steady: VariationalSo3<F, ExponentialSo3<f64>>,
+    most: usize,
 }
 
 /// Where a run is.
@@ -134,6 +150,8 @@ pub(in crate::integrators) struct Run<const N: usize> {
     next: f64,
     failures: usize,
     solved: Solved,
+    /// The steps that it may try.
+    pub most: usize,
 }
 
 /// The (p + 1)st root of 2^`exponent`, p = `order`: by what factor a step may change where its error of order h^(p+1) may by
@@ -162,7 +180,14 @@ impl<F: LaneForce> AdaptiveSo3<F> {
         Self {
             methods: [4, 6, 8].map(|stages| method(&lagrangian, &force, CayleySo3::new(), stages)),
             steady: method(&lagrangian, &force, ExponentialSo3::new(), 8),
+            most: MOST_STEPS,
         }
+    }
+
+    /// The same with another limit to the steps that a run may try than a million.
+    pub fn with_max_steps(mut self, steps: usize) -> Self {
+        self.most = steps;
+        self
     }
 
     /// The same in registers of another kind: for tests that compare them.
@@ -194,6 +219,7 @@ impl<F: LaneForce> AdaptiveSo3<F> {
         let Some(mut run) = Run::start::<CayleySo3<f64>, 3>(state, duration, tolerance)? else {
             return Ok(Solved::default());
         };
+        run.most = self.most;
         let method = match tolerance {
             t if t < 1e-6 => &mut self.methods[2],
             t if t < 1e-4 => &mut self.methods[1],
@@ -257,6 +283,7 @@ impl<const N: usize> Run<N> {
             next: f64::INFINITY,
             failures: 0,
             solved: Solved::default(),
+            most: MOST_STEPS,
         }))
     }
 
@@ -358,6 +385,10 @@ pub(in crate::integrators) fn advance<F: LaneForce<N>, R: FastRetraction<N, D>, 
     if let Some(angle) = pace.steady {
         // Short of the singularity of dτ; there is room for the motion to turn faster.
         run.next = run.next.min(angle / rate);
+    }
+    let tried = run.solved.steps + run.solved.rejected;
+    if tried >= run.most {
+        return Err(SolveError::TooManySteps { time: run.time(), step: run.sign * run.next, steps: tried });
     }
     let left = run.span - run.done;
     let last = run.next >= left;

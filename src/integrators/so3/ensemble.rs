@@ -1,7 +1,7 @@
 //! Many bodies at once: a lane a body, eight to a group.
 
 use super::force::{OnBody, PackedForce};
-use super::kernel::Columns;
+use super::kernel::{Columns, compensated};
 use super::retraction::{LaneRetraction, dot};
 use super::step::{FastRetraction, UnfitTableau};
 use super::{LANES, Row, Vec3};
@@ -17,6 +17,12 @@ const HISTORY: usize = 6;
 
 /// (−1)^{j+1} (6 over j), j = 1 … 6: what carries a polynomial of degree 5 one step on.
 const EXTRAPOLATION: [f64; HISTORY] = [6.0, -15.0, 20.0, -15.0, 6.0, -1.0];
+
+/// For how many steps the contraction of the sweeps is taken to be at most four times what was measured.
+const TRUST: usize = 15;
+
+/// How many groups advance together.
+const BLOCK: usize = 2;
 
 /// One body of an ensemble.
 #[derive(Clone, Debug)]
@@ -57,22 +63,31 @@ struct Group<F> {
     value: [[Row; 3]; 4],
     /// What rounding has cut off.
     cut: [[Row; 3]; 4],
-    /// δ + μ is not kept: this is δ.
-    delta: [Row; 3],
+    diagonal: bool,
     work: Vec<Stage>,
-    /// (P_i, Ξ_i) and δ of the steps before, a ring: of how many, and where the newest is.
-    history: Vec<[Vec3<Row>; 2]>,
-    deltas: [[Row; 3]; HISTORY],
+    /// The iterates and their like of the steps before, a ring: of how many steps, and where those of this step are.
+    iterates: Vec<Iterate>,
     known: usize,
-    newest: usize,
+    this: usize,
     step: f64,
+    /// What a sweep leaves of an error, four times as much as it was when it was measured; and for how many steps that is
+    /// taken to be so.
+    contraction: f64,
+    trusted: usize,
 }
 
 /// One stage of eight bodies.
 #[derive(Clone, Copy, Debug, Default)]
-struct Stage {
-    p: Vec3<Row>,
+struct Iterate {
+    /// P_i − μ: rounding errors of P_i itself would be magnified by what extrapolates it.
+    d: Vec3<Row>,
+    /// Ξ_i.
     x: Vec3<Row>,
+}
+
+/// What a sweep makes of it.
+#[derive(Clone, Copy, Debug, Default)]
+struct Stage {
     rate: Vec3<Row>,
     gradient: Vec3<Row>,
 }
@@ -152,25 +167,38 @@ impl<F: PackedForce, R: FastRetraction> EnsembleSo3<F, R> {
         let (columns, tableau, retraction, settings, forces) =
             (&*columns, &*tableau, &*retraction, *settings, &*forces);
         let registers = *registers;
-        let run =
-            |group: &mut Group<F>| -> Result<(), EnsembleError> {
-                for step in 0..steps {
-                    group.advance::<R>(columns, registers, settings, h).or_else(|()| {
-                        let forces = &forces[group.first..group.first + group.filled];
-                        group.one_by_one(forces, retraction, tableau, settings, h).map_err(|(lane, source)| {
-                            EnsembleError { member: group.first + lane, step, time: group.time.0[lane], source }
-                        })
-                    })?;
+        // Steps outside, groups inside: what the processor does at one time are steps of several groups.
+        let run = |block: &mut [Group<F>]| -> Result<(), EnsembleError> {
+            let mut outcomes: [Result<(), EnsembleError>; BLOCK] = [const { Ok(()) }; BLOCK];
+            let mut ended = [false; BLOCK];
+            for step in 0..steps {
+                for group in block.iter_mut().filter(|group| group.step != h) {
+                    (group.step, group.known) = (h, 0);
                 }
-                Ok(())
-            };
+                let kernel = BlockStep::<F, R::Lanes> { block, ended, columns, settings, retraction: PhantomData };
+                let refused = registers.run(kernel);
+                for k in (0..block.len()).filter(|&k| refused[k]) {
+                    let group = &mut block[k];
+                    let forces = &forces[group.first..group.first + group.filled];
+                    let taken = group.one_by_one(forces, retraction, tableau, settings, h);
+                    ended[k] = taken.is_err();
+                    outcomes[k] = taken.map_err(|(lane, source)| EnsembleError {
+                        member: group.first + lane,
+                        step,
+                        time: group.time.0[lane],
+                        source,
+                    });
+                }
+            }
+            outcomes.into_iter().collect()
+        };
         #[cfg(feature = "harness")]
         let outcomes: Vec<Result<(), EnsembleError>> = {
             use rayon::prelude::*;
-            groups.par_iter_mut().map(run).collect()
+            groups.par_chunks_mut(BLOCK).map(run).collect()
         };
         #[cfg(not(feature = "harness"))]
-        let outcomes: Vec<Result<(), EnsembleError>> = groups.iter_mut().map(run).collect();
+        let outcomes: Vec<Result<(), EnsembleError>> = groups.chunks_mut(BLOCK).map(run).collect();
         outcomes.into_iter().collect()
     }
 }
@@ -195,13 +223,16 @@ impl<F: PackedForce> Group<F> {
             time: row(&|m| m.state.time),
             value,
             cut: [[Row::default(); 3]; 4],
-            delta: [Row::default(); 3],
+            diagonal: members
+                .iter()
+                .all(|m| (0..3).all(|r| (0..3).all(|c| r == c || m.lagrangian.inverse()[(r, c)] == 0.0))),
             work: vec![Stage::default(); stages],
-            history: vec![[[Row::default(); 3]; 2]; stages * HISTORY],
-            deltas: [[Row::default(); 3]; HISTORY],
+            iterates: vec![Iterate::default(); stages * HISTORY],
             known: 0,
-            newest: 0,
+            this: 0,
             step: 0.0,
+            contraction: 1.0,
+            trusted: 0,
         }
     }
 
@@ -211,19 +242,6 @@ impl<F: PackedForce> Group<F> {
             momentum: crate::algebra::Covector::<f64, 3>::from_fn(|_, a| self.value[0][a].0[lane]),
             attitude: crate::algebra::Matrix::<f64, 3>::from_fn(|r, a| self.value[1 + r][a].0[lane]),
         }
-    }
-
-    fn advance<R: FastRetraction>(
-        &mut self,
-        columns: &Columns,
-        registers: Registers,
-        settings: Settings<f64>,
-        h: f64,
-    ) -> Result<(), ()> {
-        if self.step != h {
-            (self.step, self.known) = (h, 0);
-        }
-        registers.run(GroupStep::<F, R::Lanes> { group: self, columns, settings, retraction: PhantomData })
     }
 
     /// The step by [`Variational`], body by body.
@@ -262,17 +280,33 @@ impl<F: PackedForce> Group<F> {
     }
 }
 
-/// One step of a group.
-struct GroupStep<'a, F, R> {
-    group: &'a mut Group<F>,
+/// One step of the groups of a block, those that have not ended; which of them sweeps do not solve.
+struct BlockStep<'a, F, R> {
+    block: &'a mut [Group<F>],
+    ended: [bool; BLOCK],
     columns: &'a Columns,
     settings: Settings<f64>,
     retraction: PhantomData<R>,
 }
 
+/// Where a group is in its step.
+#[derive(Clone, Copy)]
+struct Progress<I: Isa> {
+    mu: Vec3<Eight<I>>,
+    /// The residual is judged in every lane against its own |μ| and |hΩ|.
+    per_size: Eight<I>,
+    per_extent: Eight<I>,
+    /// The first change, the least, the last; how many sweeps ago the least was.
+    first: f64,
+    best: f64,
+    last: f64,
+    idle: usize,
+    going: bool,
+}
+
 #[inline(always)]
 fn load<I: Isa>(isa: I, rows: &Vec3<Row>) -> Vec3<Eight<I>> {
-    std::array::from_fn(|a| Eight::load(isa, &rows[a].0))
+    each!(3, a => Eight::load(isa, &rows[a].0))
 }
 
 #[inline(always)]
@@ -282,187 +316,250 @@ fn store<I: Isa>(values: Vec3<Eight<I>>, rows: &mut Vec3<Row>) {
     }
 }
 
-impl<F: PackedForce, R: LaneRetraction> GroupStep<'_, F, R> {
+/// The compensated sum of `value` and an increment, and what rounding cuts off it.
+#[inline(always)]
+fn add<I: Isa>(
+    isa: I,
+    value: &Vec3<Row>,
+    cut: &Vec3<Row>,
+    increment: Vec3<Eight<I>>,
+) -> (Vec3<Eight<I>>, Vec3<Eight<I>>) {
+    let sums = each!(3, a => compensated(Eight::load(isa, &value[a].0), increment[a], Eight::load(isa, &cut[a].0)));
+    (each!(3, a => sums[a].0), each!(3, a => sums[a].1))
+}
+
+/// The largest component, lane by lane.
+#[inline(always)]
+fn bound<I: Isa>(v: Vec3<Eight<I>>) -> Eight<I> {
+    v[0].abs().max(v[1].abs()).max(v[2].abs())
+}
+
+impl<F: PackedForce, R: LaneRetraction> Kernel for BlockStep<'_, F, R> {
+    type Output = [bool; BLOCK];
+
+    /// A sweep of each group in turn: while one waits for its divisions the next is on its way.
+    #[inline(always)]
+    fn run<I: Isa>(self, isa: I) -> [bool; BLOCK] {
+        let Self { block, ended, columns, settings, retraction: _ } = self;
+        let mut refused = [false; BLOCK];
+        let zero = Eight::splat(isa, 0.0);
+        let idle = Progress {
+            mu: [zero; 3],
+            per_size: zero,
+            per_extent: zero,
+            first: 0.0,
+            best: f64::INFINITY,
+            last: 0.0,
+            idle: 0,
+            going: false,
+        };
+        let mut progress = [idle; BLOCK];
+        for k in 0..block.len() {
+            if !ended[k] {
+                progress[k] = block[k].start(isa, columns, idle);
+            }
+        }
+        for sweep in 1..=settings.max_sweeps as i32 {
+            let mut going = false;
+            for k in 0..block.len() {
+                if progress[k].going {
+                    refused[k] = !block[k].sweep::<I, R>(isa, columns, settings, &mut progress[k], sweep);
+                    going |= progress[k].going;
+                }
+            }
+            if !going {
+                return refused;
+            }
+        }
+        for k in 0..block.len() {
+            refused[k] |= progress[k].going;
+        }
+        refused
+    }
+}
+
+impl<F: PackedForce> Group<F> {
     #[inline(always)]
     fn velocity<I: Isa>(&self, isa: I, m: Vec3<Eight<I>>) -> Vec3<Eight<I>> {
-        std::array::from_fn(|r| dot(load(isa, &self.group.inverse[r]), m))
+        if self.diagonal {
+            return each!(3, r => Eight::load(isa, &self.inverse[r][r].0) * m[r]);
+        }
+        each!(3, r => dot(load(isa, &self.inverse[r]), m))
     }
 
-    /// The first (P_i, Ξ_i) and δ.
+    /// The first (P_i − μ, Ξ_i).
     #[inline(always)]
-    fn start<I: Isa>(&mut self, isa: I, mu: Vec3<Eight<I>>) {
-        let group = &mut *self.group;
-        let stages = self.columns.stages;
-        if group.known == HISTORY {
-            let slots: [usize; HISTORY] = std::array::from_fn(|j| (group.newest + HISTORY - j) % HISTORY);
+    fn start<I: Isa>(&mut self, isa: I, columns: &Columns, idle: Progress<I>) -> Progress<I> {
+        let stages = columns.stages;
+        let zero = Eight::splat(isa, 0.0);
+        let mu = load(isa, &self.value[0]);
+        let eta = self.velocity(isa, mu);
+        // Over the oldest, once it has been read.
+        self.this = (self.this + 1) % HISTORY;
+        let this = self.this * stages;
+        if self.known == HISTORY {
+            let slots: [usize; HISTORY] = each!(HISTORY, j => (self.this + HISTORY - 1 - j) % HISTORY * stages);
+            let weights: [Eight<I>; HISTORY] = each!(HISTORY, j => Eight::splat(isa, EXTRAPOLATION[j]));
             for i in 0..stages {
                 for a in 0..3 {
-                    let (mut p, mut x) = (Eight::splat(isa, 0.0), Eight::splat(isa, 0.0));
-                    for (j, &slot) in slots.iter().enumerate() {
-                        let weight = Eight::splat(isa, EXTRAPOLATION[j]);
-                        let [old_p, old_x] = &group.history[slot * stages + i];
-                        p = weight.mul_add(Eight::load(isa, &old_p[a].0), p);
-                        x = weight.mul_add(Eight::load(isa, &old_x[a].0), x);
+                    let (mut d, mut x) = (zero, zero);
+                    for j in 0..HISTORY {
+                        let old = &self.iterates[slots[j] + i];
+                        d = weights[j].mul_add(Eight::load(isa, &old.d[a].0), d);
+                        x = weights[j].mul_add(Eight::load(isa, &old.x[a].0), x);
                     }
-                    p.store(&mut group.work[i].p[a].0);
-                    x.store(&mut group.work[i].x[a].0);
+                    d.store(&mut self.iterates[this + i].d[a].0);
+                    x.store(&mut self.iterates[this + i].x[a].0);
                 }
-            }
-            for a in 0..3 {
-                let mut delta = Eight::splat(isa, 0.0);
-                for (j, &slot) in slots.iter().enumerate() {
-                    let old = Eight::load(isa, &group.deltas[slot][a].0);
-                    delta = Eight::splat(isa, EXTRAPOLATION[j]).mul_add(old, delta);
-                }
-                delta.store(&mut group.delta[a].0);
             }
         } else {
-            let eta = self.velocity(isa, mu);
-            let group = &mut *self.group;
+            self.trusted = 0;
             for i in 0..stages {
-                let hc = Eight::splat(isa, self.columns.c.0[i] * group.step);
-                store(mu, &mut group.work[i].p);
-                store(eta.map(|v| hc * v), &mut group.work[i].x);
-            }
-            group.delta = [Row::default(); 3];
-        }
-    }
-}
-
-impl<F: PackedForce, R: LaneRetraction> Kernel for GroupStep<'_, F, R> {
-    type Output = Result<(), ()>;
-
-    #[inline(always)]
-    fn run<I: Isa>(mut self, isa: I) -> Result<(), ()> {
-        let stages = self.columns.stages;
-        let step = self.group.step;
-        let h = Eight::splat(isa, step);
-        let time = Eight::load(isa, &self.group.time.0);
-        let mu = load(isa, &self.group.value[0]);
-        let zero = [Eight::splat(isa, 0.0); 3];
-        let forced = !self.group.force.vanishes();
-        // The residual is judged in every lane against its own |μ| and |hΩ|.
-        let (eta, tiny) = (self.velocity(isa, mu), Eight::splat(isa, f64::MIN_POSITIVE));
-        let bound = |v: Vec3<Eight<I>>| v[0].abs().max(v[1].abs()).max(v[2].abs());
-        let one = Eight::splat(isa, 1.0);
-        let per_size = one / bound(mu).max(tiny);
-        let per_extent = one / (h.abs() * bound(eta)).max(tiny);
-        self.start(isa, mu);
-
-        let (mut best, mut idle, mut first) = (f64::INFINITY, 0, 0.0);
-        for sweep in 1..=self.settings.max_sweeps as i32 {
-            let (mut increment, mut total, mut kick) = (zero, zero, zero);
-            for i in 0..stages {
-                let (p, x) = (load(isa, &self.group.work[i].p), load(isa, &self.group.work[i].x));
-                let at = R::at(x);
-                let m = R::unpull(at, x, p);
-                let eta = self.velocity(isa, m);
-                let rate = R::rate(at, x, eta);
-                let mut gradient = R::pull_dd(at, x, p, m, rate);
-                let hb = Eight::splat(isa, self.columns.b.0[i] * step);
-                if forced {
-                    let t = Eight::splat(isa, self.columns.c.0[i]).mul_add(h, time);
-                    let force = self.group.force.add_to(t, m, eta, zero);
-                    let pulled = R::pull(at, x, force);
-                    gradient = std::array::from_fn(|a| gradient[a] + pulled[a]);
-                    let turned = R::turned(at, x, force);
-                    kick = std::array::from_fn(|a| hb.mul_add(force[a] + turned[a], kick[a]));
-                }
-                increment = std::array::from_fn(|a| hb.mul_add(rate[a], increment[a]));
-                total = std::array::from_fn(|a| hb.mul_add(gradient[a], total[a]));
-                store(rate, &mut self.group.work[i].rate);
-                store(gradient, &mut self.group.work[i].gradient);
-            }
-            let back = increment.map(|v| -v);
-            let at_back = R::at(back);
-            let kicked: Vec3<Eight<I>> = std::array::from_fn(|a| mu[a] + kick[a]);
-            let end = R::pull(at_back, back, kicked);
-            let base: Vec3<Eight<I>> = std::array::from_fn(|a| end[a] - total[a]);
-            let (mut shift, mut turn) = (zero[0], zero[0]);
-            for i in 0..stages {
-                let (mut p, mut x) = (base, zero);
-                for j in 0..stages {
-                    let stage = &self.group.work[j];
-                    let a = Eight::splat(isa, self.columns.a[j].0[i] * step);
-                    let conjugate = Eight::splat(isa, self.columns.conjugate[j].0[i] * step);
-                    let (gradient, rate) = (load(isa, &stage.gradient), load(isa, &stage.rate));
-                    p = std::array::from_fn(|k| conjugate.mul_add(gradient[k], p[k]));
-                    x = std::array::from_fn(|k| a.mul_add(rate[k], x[k]));
-                }
-                let stage = &self.group.work[i];
-                let (old_p, old_x) = (load(isa, &stage.p), load(isa, &stage.x));
-                shift = shift.max(bound(std::array::from_fn(|k| p[k] - old_p[k])));
-                turn = turn.max(bound(std::array::from_fn(|k| x[k] - old_x[k])));
-                store(p, &mut self.group.work[i].p);
-                store(x, &mut self.group.work[i].x);
-            }
-            let change = (shift * per_size).max(turn * per_extent).largest();
-            if sweep == 1 {
-                first = change;
-            }
-            idle = if change < best { 0 } else { idle + 1 };
-            best = best.min(change);
-            if change <= self.settings.tolerance || (idle >= 2 && change <= self.settings.floor) {
-                let slow = sweep > 4 && change < first && change > first * 0.6_f64.powi(sweep - 1);
-                let mut square = dot(back, back);
-                for i in 0..stages {
-                    let x = load(isa, &self.group.work[i].x);
-                    square = square.max(dot(x, x));
-                }
-                if slow || !R::in_domain(square.largest()) {
-                    return Err(());
-                }
-                return self.finish(isa, base, back, at_back, kick, mu);
-            }
-            if change.is_nan() || change > 1e3 || (sweep >= 8 && best > first * 0.8_f64.powi(sweep)) {
-                return Err(());
+                let hc = Eight::splat(isa, columns.c.0[i] * self.step);
+                store([zero; 3], &mut self.iterates[this + i].d);
+                store(each!(3, k => hc * eta[k]), &mut self.iterates[this + i].x);
             }
         }
-        Err(())
+        let tiny = Eight::splat(isa, f64::MIN_POSITIVE);
+        let h = Eight::splat(isa, self.step.abs());
+        Progress {
+            mu,
+            per_size: bound(mu).max(tiny).reciprocal(),
+            per_extent: (h * bound(eta)).max(tiny).reciprocal(),
+            going: true,
+            ..idle
+        }
     }
-}
 
-impl<F: PackedForce, R: LaneRetraction> GroupStep<'_, F, R> {
+    /// One sweep, and the end of the step where it was the last. `false`: sweeps do not solve this step.
     #[inline(always)]
-    fn finish<I: Isa>(
-        self,
+    fn sweep<I: Isa, R: LaneRetraction>(
+        &mut self,
         isa: I,
-        base: Vec3<Eight<I>>,
+        columns: &Columns,
+        settings: Settings<f64>,
+        progress: &mut Progress<I>,
+        sweep: i32,
+    ) -> bool {
+        let stages = columns.stages;
+        let this = self.this * stages;
+        let (step, mu) = (self.step, progress.mu);
+        let (h, time) = (Eight::splat(isa, step), Eight::load(isa, &self.time.0));
+        let zero = [Eight::splat(isa, 0.0); 3];
+        let forced = !self.force.vanishes();
+        let (mut increment, mut total, mut kick) = (zero, zero, zero);
+        for i in 0..stages {
+            let (d, x) = (load(isa, &self.iterates[this + i].d), load(isa, &self.iterates[this + i].x));
+            let p = each!(3, a => mu[a] + d[a]);
+            let at = R::at(x);
+            let m = R::unpull(at, x, p);
+            let eta = self.velocity(isa, m);
+            let rate = R::rate(at, x, eta);
+            let mut gradient = R::pull_dd(at, x, p, m, rate);
+            let hb = Eight::splat(isa, columns.b.0[i] * step);
+            if forced {
+                let t = Eight::splat(isa, columns.c.0[i]).mul_add(h, time);
+                let force = self.force.add_to(t, m, eta, zero);
+                let pulled = R::pull(at, x, force);
+                gradient = each!(3, a => gradient[a] + pulled[a]);
+                let turned = R::turned_from(at, x, force, pulled);
+                kick = each!(3, a => hb.mul_add(force[a] + turned[a], kick[a]));
+            }
+            increment = each!(3, a => hb.mul_add(rate[a], increment[a]));
+            total = each!(3, a => hb.mul_add(gradient[a], total[a]));
+            store(rate, &mut self.work[i].rate);
+            store(gradient, &mut self.work[i].gradient);
+        }
+        let back = each!(3, k => -increment[k]);
+        let at_back = R::at(back);
+        let kicked: Vec3<Eight<I>> = each!(3, a => mu[a] + kick[a]);
+        let end = R::pull_less(at_back, back, kicked);
+        // δ.
+        let base: Vec3<Eight<I>> = each!(3, a => end[a] + (kick[a] - total[a]));
+        let (mut shift, mut turn) = (zero[0], zero[0]);
+        for i in 0..stages {
+            let (mut d, mut x) = (base, zero);
+            for j in 0..stages {
+                let stage = &self.work[j];
+                let a = Eight::splat(isa, columns.a[j].0[i] * step);
+                let conjugate = Eight::splat(isa, columns.conjugate[j].0[i] * step);
+                let (gradient, rate) = (load(isa, &stage.gradient), load(isa, &stage.rate));
+                d = each!(3, k => conjugate.mul_add(gradient[k], d[k]));
+                x = each!(3, k => a.mul_add(rate[k], x[k]));
+            }
+            let old = &self.iterates[this + i];
+            let (old_d, old_x) = (load(isa, &old.d), load(isa, &old.x));
+            shift = shift.max(bound(each!(3, k => d[k] - old_d[k])));
+            turn = turn.max(bound(each!(3, k => x[k] - old_x[k])));
+            store(d, &mut self.iterates[this + i].d);
+            store(x, &mut self.iterates[this + i].x);
+        }
+        let change = (shift * progress.per_size).max(turn * progress.per_extent).largest();
+        if sweep == 1 {
+            progress.first = change;
+        }
+        progress.idle = if change < progress.best { 0 } else { progress.idle + 1 };
+        progress.best = progress.best.min(change);
+        // The residual of the new iterate: what a sweep leaves of a change, as it was in this step or a few steps ago.
+        let left = if sweep > 1 {
+            self.contraction = (4.0 * change / progress.last).min(1.0);
+            self.trusted = TRUST;
+            change * self.contraction
+        } else if self.trusted > 0 {
+            self.trusted -= 1;
+            change * self.contraction
+        } else {
+            change
+        };
+        progress.last = change;
+        let first = progress.first;
+        if left <= settings.tolerance || (progress.idle >= 2 && change <= settings.floor) {
+            progress.going = false;
+            let slow = sweep > 4 && change < first && change > first * 0.6_f64.powi(sweep - 1);
+            let mut square = dot(back, back);
+            for i in 0..stages {
+                let x = load(isa, &self.iterates[this + i].x);
+                square = square.max(dot(x, x));
+            }
+            return !slow
+                && R::in_domain(square.largest())
+                && self.finish::<I, R>(isa, back, at_back, kick, kicked, end);
+        }
+        let hopeless = change.is_nan() || change > 1e3 || (sweep >= 8 && progress.best > first * 0.8_f64.powi(sweep));
+        progress.going = !hopeless;
+        !hopeless
+    }
+
+    /// The new state. `false`: it is not finite, and the old one stays.
+    #[inline(always)]
+    fn finish<I: Isa, R: LaneRetraction>(
+        &mut self,
+        isa: I,
         back: Vec3<Eight<I>>,
         at_back: R::At<Eight<I>>,
         kick: Vec3<Eight<I>>,
-        mu: Vec3<Eight<I>>,
-    ) -> Result<(), ()> {
-        let group = self.group;
-        let zero = [Eight::splat(isa, 0.0); 3];
-        let mut finite = Eight::splat(isa, 0.0);
-        for v in 0..4 {
-            let old = load(isa, &group.value[v]);
-            let kick = if v == 0 { kick } else { zero };
-            let turned = R::turned(at_back, back, std::array::from_fn(|a| old[a] + kick[a]));
-            let cut = load(isa, &group.cut[v]);
-            let (mut value, mut rest) = (zero, zero);
-            for a in 0..3 {
-                let y = (turned[a] + kick[a]) - cut[a];
-                value[a] = old[a] + y;
-                rest[a] = (value[a] - old[a]) - y;
-                finite = value[a].mul_add(zero[0], finite);
-            }
-            if v == 0 && finite.sum() != 0.0 {
-                return Err(());
-            }
-            store(value, &mut group.value[v]);
-            store(rest, &mut group.cut[v]);
+        kicked: Vec3<Eight<I>>,
+        end: Vec3<Eight<I>>,
+    ) -> bool {
+        let zero = Eight::splat(isa, 0.0);
+        // `end` is what dτ adds to μ + kick.
+        let turned = R::turned_from(at_back, back, kicked, each!(3, a => kicked[a] + end[a]));
+        let (value, cut) = add(isa, &self.value[0], &self.cut[0], each!(3, a => turned[a] + kick[a]));
+        // A sum of products with 0 is 0, unless one of the numbers is not finite.
+        if (value[0] * zero + value[1] * zero + value[2] * zero).sum() != 0.0 {
+            return false;
         }
-        (Eight::load(isa, &group.time.0) + Eight::splat(isa, group.step)).store(&mut group.time.0);
+        store(value, &mut self.value[0]);
+        store(cut, &mut self.cut[0]);
+        for v in 1..4 {
+            let turned = R::turned(at_back, back, load(isa, &self.value[v]));
+            let (value, cut) = add(isa, &self.value[v], &self.cut[v], turned);
+            store(value, &mut self.value[v]);
+            store(cut, &mut self.cut[v]);
+        }
+        (Eight::load(isa, &self.time.0) + Eight::splat(isa, self.step)).store(&mut self.time.0);
         // The iterates of the last sweep, one better than those that were judged, are what the next steps start from.
-        group.newest = (group.newest + 1) % HISTORY;
-        group.known = (group.known + 1).min(HISTORY);
-        let stages = self.columns.stages;
-        for i in 0..stages {
-            group.history[group.newest * stages + i] = [group.work[i].p, group.work[i].x];
-        }
-        store(std::array::from_fn(|a| base[a] - mu[a]), &mut group.deltas[group.newest]);
-        Ok(())
+        self.known = (self.known + 1).min(HISTORY);
+        true
     }
 }

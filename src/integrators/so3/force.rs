@@ -41,6 +41,12 @@ pub trait LaneForce<const N: usize = 3>: Clone + Send + Sync {
     fn vanishes(&self) -> bool {
         false
     }
+
+    /// Whether f(t, η) = 0 wherever ad*_η M = 0. With such a force a motion with a constant direction of η is a steady one;
+    /// with others it has errors that δ does not see, and a solver that chooses its steps looks at more than δ.
+    fn vanishes_when_steady(&self) -> bool {
+        self.vanishes()
+    }
 }
 
 /// No force.
@@ -68,6 +74,10 @@ impl<C: Coefficient> LaneForce for Damping<C> {
         let alpha = self.0.lanes(m[0]);
         add_cross(sum, [alpha * m[0], alpha * m[1], alpha * m[2]], cross(m, eta))
     }
+
+    fn vanishes_when_steady(&self) -> bool {
+        true
+    }
 }
 
 /// β (Ω × M) × Ω: relaxation, which keeps the energy.
@@ -79,6 +89,10 @@ impl<C: Coefficient> LaneForce for Relaxation<C> {
     fn add_to<V: Lanes>(&self, _t: V, m: Vec3<V>, eta: Vec3<V>, sum: Vec3<V>) -> Vec3<V> {
         let beta = self.0.lanes(m[0]);
         add_cross(sum, [beta * eta[0], beta * eta[1], beta * eta[2]], cross(m, eta))
+    }
+
+    fn vanishes_when_steady(&self) -> bool {
+        true
     }
 }
 
@@ -154,6 +168,10 @@ impl<C: Coefficient> LaneForce for Terms<C> {
 
     fn vanishes(&self) -> bool {
         self.0.is_empty()
+    }
+
+    fn vanishes_when_steady(&self) -> bool {
+        self.0.iter().all(|term| matches!(term, Term::Damping(_) | Term::Relaxation(_)))
     }
 }
 

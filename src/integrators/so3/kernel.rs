@@ -23,6 +23,9 @@ pub(super) struct Columns {
     /// The columns of (2k + 1) b_j P_k(2 c_j − 1): with a Gauss tableau, what gives the coefficients of the Legendre
     /// polynomials of stage values.
     pub legendre: [Row; LANES],
+    /// The columns of ℓ_j(0), ℓ_j(1) with Lagrange's polynomials on the nodes: what gives values at both ends of the
+    /// step. Zero where nodes coincide.
+    pub ends: [Row; LANES],
     /// The columns of the weights that carry stage values to the next step of the same size.
     pub extrapolation: Option<[Row; LANES]>,
 }
@@ -57,6 +60,21 @@ fn legendre(tableau: &Tableau<f64>) -> [Row; LANES] {
     columns
 }
 
+fn ends(tableau: &Tableau<f64>) -> [Row; LANES] {
+    let mut columns = [Row::default(); LANES];
+    let nodes = tableau.c();
+    if (1..tableau.stages()).any(|j| (0..j).any(|k| nodes[j] == nodes[k])) {
+        return columns;
+    }
+    for j in 0..tableau.stages() {
+        for (lane, end) in [0.0, 1.0].into_iter().enumerate() {
+            let factor = |k: usize| (end - nodes[k]) / (nodes[j] - nodes[k]);
+            columns[j].0[lane] = (0..tableau.stages()).filter(|&k| k != j).map(factor).product();
+        }
+    }
+    columns
+}
+
 impl Columns {
     pub fn new(tableau: &Tableau<f64>, extrapolation: Option<&DMatrix<f64>>) -> Self {
         let conjugate = tableau.conjugate();
@@ -71,6 +89,7 @@ impl Columns {
             b: row(tableau.b().as_slice()),
             c: row(tableau.c().as_slice()),
             legendre: legendre(tableau),
+            ends: ends(tableau),
             extrapolation: extrapolation.map(columns),
         }
     }
@@ -100,6 +119,15 @@ pub(in crate::integrators) const MOMENTUM: usize = 3;
 
 /// What the error of the quadrature is multiplied with before it is compared to δ, which is smaller than the error.
 const TAIL: f64 = 1.0 / 32.0;
+
+/// What quadrature leaves of a kink, of what the polynomial of the stages misses at the ends of the step.
+const KINK: f64 = 1.0 / 16.0;
+
+/// 0 and 1, for values at the two ends of a step.
+const END_LANE: Row = Row([0.0, 1.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0]);
+
+/// 1 in these two lanes.
+const BOTH_ENDS: Row = Row([1.0, 1.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0]);
 
 /// 1 in the lane of μ.
 const MOMENTUM_LANE: Row = Row([0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 0.0]);
@@ -228,7 +256,7 @@ fn largest<const N: usize>(x: [f64; N]) -> f64 {
 
 /// value + (increment − cut), and what that sum cuts off.
 #[inline(always)]
-fn compensated<V: Lanes>(value: V, increment: V, cut: V) -> (V, V) {
+pub(super) fn compensated<V: Lanes>(value: V, increment: V, cut: V) -> (V, V) {
     let y = increment - cut;
     let sum = value + y;
     (sum, (sum - value) - y)
@@ -250,21 +278,36 @@ impl<F: LaneForce<N>, R: LaneRetraction<N>, const N: usize, const PAIRS: usize> 
         eta
     }
 
-    /// What the quadrature leaves of Σ h b_j G_j, in units of δ, as the decay of the coefficients of the Legendre
-    /// polynomials of G has it: with C_k of degree k and ρ² = C_{s−1}/C_{s−3}, C_{2s} ≈ C_{s−1} ρ^{s+1}.
+    /// What the quadrature leaves of h Σ b_j f_j, in units of δ, f = M' at the stages.
+    ///
+    /// With C_k the size of the coefficients of the Legendre polynomials of h f of degree k and ρ² = C_{s−1}/C_{s−3}, smooth
+    /// values have C_{2s} ≈ C_{s−1} ρ^{s+1}. A kink inside the step can hide between the stages, so that the C_k fall as if
+    /// there were none; then the polynomial misses f at the ends of the step by d > C_s ≈ C_{s−1} ρ, and what the quadrature
+    /// leaves is some part of d. On 4000 kinked and nearly kinked scalar problems d/16 (d/C_s)⁶ was exceeded 30-fold by one
+    /// error of a thousand.
     #[inline(always)]
-    fn tail<I: Isa>(&self, isa: I, gradient: [Eight<I>; N], h: Eight<I>) -> f64 {
+    fn tail<I: Isa>(&self, isa: I, slope: [Eight<I>; N], end: [Eight<I>; N], h: Eight<I>) -> f64 {
         let zero = [Eight::splat(isa, 0.0); N];
-        let coefficients = product(isa, &self.scaled(isa, &self.columns.legendre, h), gradient, zero);
+        let coefficients = product(isa, &self.scaled(isa, &self.columns.legendre, h), slope, zero);
         let mut sizes = Row::default();
         largest_change(coefficients, zero).store(&mut sizes.0);
         let of = |back: usize| self.columns.stages.checked_sub(back).map_or(0.0, |k| sizes.0[k]);
         let (last, before) = (of(1).max(of(2)), of(3).max(of(4)));
+
+        let time = Eight::load(isa, &END_LANE.0).mul_add(h, Eight::splat(isa, self.time));
+        let eta = self.velocity(end);
+        let there = self.force.add_to(time, end, eta, R::coad(end, eta));
+        let found = product(isa, &self.scaled(isa, &self.columns.ends, Eight::splat(isa, 1.0)), slope, zero);
+        let missed = (h.abs() * largest_change(found, there) * Eight::load(isa, &BOTH_ENDS.0)).largest();
+
         if last >= before {
-            return TAIL * last;
+            return (TAIL * last).max(KINK * missed);
         }
         let square = last / before;
-        TAIL * last * square.powi(self.columns.stages as i32 / 2) * square.sqrt()
+        let ratio = square.sqrt();
+        let smooth = TAIL * last * square.powi(self.columns.stages as i32 / 2) * ratio;
+        let surprise = (missed / (last * ratio)).min(1.0);
+        smooth.max(KINK * missed * (surprise * surprise * surprise).powi(2))
     }
 
     #[inline(always)]
@@ -339,6 +382,7 @@ where
         let conjugate = if coefficients.symplectic { a } else { self.scaled(isa, &coefficients.conjugate, h) };
         let mut eager = coefficients.stages <= 4;
         let forced = !self.force.vanishes();
+        let watched = !self.force.vanishes_when_steady();
         let mut p = R::pull(R::at(x), x, m);
         let mut base = mu;
         // The least residual, and how many judgements ago; the last change with δ frozen; how often δ was renewed.
@@ -407,13 +451,6 @@ where
                     if !R::in_domain(square.max(whole)) {
                         return Err(Refused::Unswept(predictor + sweep));
                     }
-                    let mut delta = largest_change(base, mu).largest() / size;
-                    if R::SPECTRUM && self.limits.strict.is_some() {
-                        delta = delta.max(self.tail(isa, gradient, h) / size);
-                    }
-                    if self.limits.strict.is_some_and(|most| delta > most) {
-                        return Err(Refused::Delta(delta));
-                    }
                     let values: [Eight<I>; N] = each!(N, k => Eight::load(isa, &self.state.value[k].0));
                     let kicks: [Eight<I>; N] =
                         each!(N, k => Eight::splat(isa, kick[k]) * Eight::load(isa, &MOMENTUM_LANE.0));
@@ -428,6 +465,24 @@ where
                     // A sum of products with 0 is 0, unless one of the numbers is not finite.
                     if finite.sum() != 0.0 {
                         return Err(Refused::Unswept(predictor + sweep));
+                    }
+                    let mut delta = largest_change(base, mu).largest() / size;
+                    if let Some(most) = self.limits.strict {
+                        if watched {
+                            let end: [Eight<I>; N] = each!(N, k => {
+                                let mut row = Row::default();
+                                next[k].0.store(&mut row.0);
+                                // μ at the start, at the end.
+                                let both = Eight::splat(isa, row.0[MOMENTUM]) - mu[k];
+                                Eight::load(isa, &END_LANE.0).mul_add(both, mu[k])
+                            });
+                            let slope = R::coad(m, eta);
+                            let slope: [Eight<I>; N] = each!(N, k => slope[k] + force[k]);
+                            delta = delta.max(self.tail(isa, slope, end, h) / size);
+                        }
+                        if delta > most {
+                            return Err(Refused::Delta(delta));
+                        }
                     }
                     for k in 0..N {
                         next[k].0.store(&mut self.state.value[k].0);

@@ -26,10 +26,6 @@ pub(in crate::integrators) fn scale<V: Lanes>(alpha: V, x: Vec3<V>) -> Vec3<V> {
 
 /// τ and its tangents on a group of dimension N, as operations on vectors in lanes; covectors are columns here.
 pub trait LaneRetraction<const N: usize = 3>: Copy + Send + Sync + 'static {
-    /// Whether the decay of the stage values is watched besides δ by a solver that chooses its steps: on groups with
-    /// motions of many sorts along which δ vanishes, such as the straight ones in SE(3).
-    const SPECTRUM: bool = false;
-
     /// What the operations at x share.
     type At<V: Lanes>: Copy;
 
@@ -41,8 +37,19 @@ pub trait LaneRetraction<const N: usize = 3>: Copy + Send + Sync + 'static {
     fn rate<V: Lanes>(at: Self::At<V>, x: [V; N], eta: [V; N]) -> [V; N];
     /// f dτ_x.
     fn pull<V: Lanes>(at: Self::At<V>, x: [V; N], f: [V; N]) -> [V; N];
+    /// f dτ_x − f, where it can be without the difference.
+    #[inline(always)]
+    fn pull_less<V: Lanes>(at: Self::At<V>, x: [V; N], f: [V; N]) -> [V; N] {
+        let pulled = Self::pull(at, x, f);
+        each!(N, k => pulled[k] - f[k])
+    }
     /// f Ad_{τ(x)}⁻¹ − f; on SO(3) the rotation τ(x) applied to f, less f.
     fn turned<V: Lanes>(at: Self::At<V>, x: [V; N], f: [V; N]) -> [V; N];
+    /// [`turned`](Self::turned), where `pulled` = f dτ_x is known: for both maps on SO(3) Ad_{τ(x)} − 1 = ad_x ∘ dτ_x.
+    #[inline(always)]
+    fn turned_from<V: Lanes>(at: Self::At<V>, x: [V; N], f: [V; N], _pulled: [V; N]) -> [V; N] {
+        Self::turned(at, x, f)
+    }
     /// p ddτ_x(y, ·), with m = p dτ_x⁻¹.
     fn pull_dd<V: Lanes>(at: Self::At<V>, x: [V; N], p: [V; N], m: [V; N], y: [V; N]) -> [V; N];
     /// ad*_η m.
@@ -67,7 +74,7 @@ impl LaneRetraction for Cayley {
     #[inline(always)]
     fn at<V: Lanes>(x: Vec3<V>) -> V {
         let q = x[2].mul_add(x[2], x[1].mul_add(x[1], x[0].mul_add(x[0], x[0].constant(4.0))));
-        q.constant(2.0) / q
+        q.constant(2.0) * q.reciprocal()
     }
 
     #[inline(always)]
@@ -89,9 +96,19 @@ impl LaneRetraction for Cayley {
     }
 
     #[inline(always)]
+    fn pull_less<V: Lanes>(at: V, x: Vec3<V>, f: Vec3<V>) -> Vec3<V> {
+        scale(at, add_scaled(cross(x, f), at.constant(-0.5) * dot(x, x), f))
+    }
+
+    #[inline(always)]
     fn turned<V: Lanes>(at: V, x: Vec3<V>, f: Vec3<V>) -> Vec3<V> {
         let once = cross(x, f);
         scale(at, add_scaled(cross(x, once), at.constant(2.0), once))
+    }
+
+    #[inline(always)]
+    fn turned_from<V: Lanes>(_: V, x: Vec3<V>, _: Vec3<V>, pulled: Vec3<V>) -> Vec3<V> {
+        cross(x, pulled)
     }
 
     #[inline(always)]
@@ -237,9 +254,20 @@ impl LaneRetraction for Exponential {
     }
 
     #[inline(always)]
+    fn pull_less<V: Lanes>(at: Coefficients<V>, x: Vec3<V>, f: Vec3<V>) -> Vec3<V> {
+        let once = cross(x, f);
+        add_scaled(scale(at.a, once), at.b, cross(x, once))
+    }
+
+    #[inline(always)]
     fn turned<V: Lanes>(at: Coefficients<V>, x: Vec3<V>, f: Vec3<V>) -> Vec3<V> {
         let once = cross(x, f);
         add_scaled(scale(at.sinc, once), at.a, cross(x, once))
+    }
+
+    #[inline(always)]
+    fn turned_from<V: Lanes>(_: Coefficients<V>, x: Vec3<V>, _: Vec3<V>, pulled: Vec3<V>) -> Vec3<V> {
+        cross(x, pulled)
     }
 
     /// m ∂_x(dτ_x y) = (m·u) x + m × z + B(x·y) m, u = −2A' x×y + 2B' x×(x×y) − B y, z = A y − B x×y.
