@@ -153,7 +153,6 @@ pub fn all() -> Vec<&'static CaseLaw> {
     ]
     .into_iter()
     .flatten()
-    .chain(method::library::laws())
     .chain(fast::laws())
     .collect()
 }

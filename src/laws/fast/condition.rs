@@ -61,19 +61,37 @@ fn parts(point: &Point<f64>) -> [&[f64]; 2] {
     [&point.momentum, &point.attitude]
 }
 
-/// The case with a torque that differs from stage to stage and gives a momentum of θ `size` in a step of size h.
-fn kicked(case: &Case, size: f64, h: f64, k: usize) -> Case {
-    let amplitude = |a: usize| if (a + k).is_multiple_of(2) { KICK * size / h } else { -0.75 * KICK * size / h };
+/// How a trajectory is kicked.
+#[derive(Clone, Copy)]
+enum Kick {
+    /// By a torque that differs from stage to stage; of two signs.
+    Stages(usize),
+    /// By a torque about one axis throughout.
+    Axis(usize),
+}
+
+/// The case with a torque that gives a momentum of θ `size`: in a step of size h, or about one axis in all of the steps.
+fn kicked(case: &Case, size: f64, h: f64, steps: usize, kick: Kick) -> Case {
+    let (whole, phase) = (KICK * size / h, if let Kick::Stages(k) = kick { k } else { 0 });
+    let amplitude = |a: usize| match kick {
+        Kick::Stages(k) if (a + k).is_multiple_of(2) => whole,
+        Kick::Stages(_) => 0.5 * whole,
+        Kick::Axis(axis) if a == axis => whole / steps as f64,
+        Kick::Axis(_) => 0.0,
+    };
+    let value = (0..case.dimension()).map(|a| Number::from(amplitude(a))).collect();
     let mut kicked = case.clone();
-    kicked.forces.push(Force::Periodic {
-        value: (0..case.dimension()).map(|a| Number::from(amplitude(a))).collect(),
-        frequency: Number::from(5.0 / h.abs()),
-        phase: Number::from(k as f64),
+    kicked.forces.push(match kick {
+        Kick::Axis(_) => Force::Constant { value },
+        Kick::Stages(_) => {
+            Force::Periodic { value, frequency: Number::from(5.0 / h.abs()), phase: Number::from(phase as f64) }
+        }
     });
     kicked
 }
 
-/// The conditions after each of so many steps of size h from `start`.
+/// The conditions after each of so many steps of size h from `start`: the larger of what kicks that differ from stage to stage
+/// show, and what kicks about the axes show together.
 ///
 /// # Errors
 /// Those of the general engine.
@@ -82,16 +100,18 @@ pub(super) fn conditions(case: &Case, start: &Point<f64>, h: f64, steps: usize) 
     let run = |case: &Case| trajectory(&mut *general.double(case)?, start, h, steps);
     let plain = run(case)?;
     let moving = plain.iter().fold(largest(&start.momentum), |m, point| m.max(largest(&point.momentum)));
-    let others = [run(&kicked(case, moving, h, 0))?, run(&kicked(case, moving, h, 1))?];
-    let mut size = parts(start).map(largest);
+    let kicked = |kick: Kick| run(&kicked(case, moving, h, steps, kick));
+    let stages = [kicked(Kick::Stages(0))?, kicked(Kick::Stages(1))?];
+    let axes = (0..case.dimension()).map(|a| kicked(Kick::Axis(a))).collect::<Result<Vec<_>, _>>()?;
+    let (mut size, mut time) = (parts(start).map(largest), start.time.abs());
     let mut found = Vec::with_capacity(steps);
-    let mut time = start.time.abs();
     for (n, point) in plain.iter().enumerate() {
         let mut amplification = [0.0; 2];
         for part in 0..2 {
             size[part] = size[part].max(largest(parts(point)[part]));
-            let moved = others.iter().map(|other| distance(parts(&other[n])[part], parts(point)[part]));
-            amplification[part] = moved.fold(0.0, f64::max) / (KICK * size[part]);
+            let moved = |other: &Vec<Point<f64>>| distance(parts(&other[n])[part], parts(point)[part]);
+            let worst = stages.iter().map(moved).fold(0.0, f64::max).max(axes.iter().map(moved).sum());
+            amplification[part] = worst / (KICK * size[part]);
         }
         time = time.max(point.time.abs());
         found.push(Condition { size, amplification, time });

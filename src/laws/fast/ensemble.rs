@@ -45,7 +45,7 @@ pub(super) static LAWS: &[CaseLaw] = &[
         source: "Martín de Diego and Sato Martín de Almagro 2019, §5.2, on a product of groups without interaction",
         oracle: "the fast step of each body alone, which extrapolates and sweeps in another way",
         bound: BOUND,
-        cost: Cost::Moderate,
+        cost: Cost::Cheap,
         faults: &[NEIGHBOUR, THREADS, TERM_MISSING, OTHER_RETRACTION, COEFFICIENT],
         cases: drawn,
         check: |case, fault| settled(each_alone(case, fault)),

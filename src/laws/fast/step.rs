@@ -25,7 +25,7 @@ use proptest::strategy::Strategy;
 const STEPS: usize = 3;
 
 pub(super) const BOUND: &str = "n (64 + 5 r/u)(1 + κ) u after n steps that leave a residual r: 64 roundings in a stage equation, \
-     r/(1 − 0.8) to the root; κ: how much the general engine amplifies a torque that differs from stage to stage";
+     r/(1 − 0.8) to the root; κ: how much the general engine amplifies small torques, measured";
 
 pub(super) static LAWS: &[CaseLaw] = &[
     CaseLaw {
@@ -34,7 +34,7 @@ pub(super) static LAWS: &[CaseLaw] = &[
         source: "Martín de Diego and Sato Martín de Almagro 2019, §5.2",
         oracle: "the general engine in 32 digits, from the same 16 digits",
         bound: BOUND,
-        cost: Cost::Moderate,
+        cost: Cost::Cheap,
         faults: &[
             TERM_MISSING,
             OTHER_RETRACTION,
