@@ -79,8 +79,10 @@ fn evidence_has_both_precisions_and_changes_no_verdict() {
             let Some((defect, _)) = plain.measured() else { continue };
             assert!(!evidence.is_empty(), "{} tells nothing", law.name);
             let digits: Vec<u32> = evidence.iter().map(Evidence::digits).collect();
-            seen.0 += 1;
-            seen.1 += usize::from(digits.contains(&16) && digits.contains(&32));
+            // The fast steps have 16 digits.
+            let both = !law.name.starts_with("fast-");
+            seen.0 += usize::from(both);
+            seen.1 += usize::from(both && digits.contains(&16) && digits.contains(&32));
             let worst = evidence.iter().any(|one| match one {
                 Evidence::Defect { defect: told, digits, .. } => {
                     // Two laws are judged by relative defects, told in units of round-off.

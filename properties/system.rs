@@ -460,6 +460,7 @@ fn knobs_hold_for_generated_and_for_shrunk_cases() {
         cases().force_free().quadratic().changed_basis(true),
         cases().algebras(&[Entry::Se3, Entry::Sl2]).changed_basis(false).with_tableaux(gauss).steps(3, 4),
         cases().forced().retraction(Tau::Exponential),
+        cases().fast(),
     ];
     for (i, knobs) in all.into_iter().enumerate() {
         let mut runner = runner(6 + i as u8);

@@ -15,6 +15,7 @@
 //! | [`order`], [`predicted`] | [`crate::integrators`], convergence |
 //! | [`munthe_kaas`] | [`crate::integrators::MuntheKaas`], one step |
 //! | [`variational_error`] | [`crate::discrete`] and [`crate::integrators`]: one order for three things |
+//! | [`fast`] | [`crate::integrators::so3`], [`crate::integrators::se3`]: the fast steps, ensembles and solvers |
 //! | [`method`] | any one-step method: of this crate, of its user, of another program |
 //! | [`replay`] | nothing: a saved case under its law again |
 //! | [`trial`] | nothing: the order of one tableau on one case, for the command |
@@ -27,6 +28,7 @@ pub mod algebroid;
 pub mod discrete;
 pub mod doubled;
 pub mod euler_lagrange;
+pub mod fast;
 pub mod groupoid;
 pub mod hamiltonian;
 pub mod instances;
@@ -151,6 +153,7 @@ pub fn all() -> Vec<&'static CaseLaw> {
     ]
     .into_iter()
     .flatten()
+    .chain(fast::laws())
     .collect()
 }
 

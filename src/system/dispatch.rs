@@ -11,6 +11,7 @@ use crate::algebra::catalogue::Entry;
 use crate::algebra::{Casimir, Covector, LieAlgebra, Matrix, Vector};
 use crate::group::{LieGroup, MatrixGroup};
 use crate::integrators::State;
+use crate::integrators::se3::CayleySe3;
 use crate::mechanics::force::ForceError;
 use crate::mechanics::force::{AnyForce, Constant, DoubleBracket, LinearDrag, Metriplectic, Periodic, QuadraticDrag};
 use crate::mechanics::lagrangian::{AnyLagrangian, Quadratic, Quartic};
@@ -163,6 +164,22 @@ impl Case {
     /// Those of [`Case::dispatch`].
     pub fn check(&self) -> Result<(), CaseError> {
         self.dispatch::<f64, _>(Build)
+    }
+
+    /// The system of a case on so(3) in its standard basis.
+    ///
+    /// # Errors
+    /// Those of [`Case::dispatch`].
+    pub(crate) fn on_so3(&self) -> Result<System<f64, 3, 3, So3Retraction<f64>>, CaseError> {
+        self.assemble(&AsItIs, standard)
+    }
+
+    /// The system of a case on se(3) in its standard basis, with the Cayley map.
+    ///
+    /// # Errors
+    /// Those of [`Case::dispatch`].
+    pub(crate) fn on_se3(&self) -> Result<System<f64, 6, 4, CayleySe3>, CaseError> {
+        self.assemble(&AsItIs, |_, _, _| Ok(CayleySe3::new()))
     }
 
     /// The system of the case, the same for every visitor: no visitor's type is in it, so that it is compiled once.

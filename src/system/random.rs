@@ -52,6 +52,7 @@ pub struct Cases {
     pub(super) forcing: Forcing,
     pub(super) smooth: bool,
     pub(super) quadratic: bool,
+    pub(super) fast: bool,
     pub(super) retraction: Option<Tau>,
     pub(super) exponents: (u32, u32),
     pub(super) given: Option<Given>,
@@ -72,6 +73,7 @@ pub fn cases() -> Cases {
         forcing: Forcing::Any,
         smooth: false,
         quadratic: false,
+        fast: false,
         retraction: None,
         exponents: (2, 6),
         given: None,
@@ -190,6 +192,17 @@ impl Cases {
         self
     }
 
+    /// Only what [`integrators::so3`](crate::integrators::so3) and [`integrators::se3`](crate::integrators::se3) have a fast step
+    /// for (up to the stages of the tableau): so(3) or se(3) in its standard basis, a quadratic Lagrangian; on se(3) the Cayley
+    /// map and no brackets.
+    pub fn fast(mut self) -> Self {
+        // One se(3) in two has another retraction, and many a bracket: they are drawn again.
+        self.algebras = Some(vec![Entry::So3, Entry::Se3, Entry::Se3]);
+        self.changed_basis = Some(false);
+        self.fast = true;
+        self.quadratic()
+    }
+
     /// Only this retraction; Cayley implies a group.
     pub fn retraction(mut self, tau: Tau) -> Self {
         self.retraction = Some(tau);
@@ -235,6 +248,7 @@ impl Cases {
             && (self.forcing != Forcing::Forced || forced)
             && !(self.smooth && case.forces.iter().any(|force| matches!(force, Force::QuadraticDrag(_))))
             && !(self.quadratic && case.lagrangian.quartic.is_some())
+            && (!self.fast || entry.is_some_and(|entry| has_fast_step(case, entry)))
             && (self.retraction.is_none_or(|tau| tau == case.method.retraction) || entry.is_none())
             && (self.forcing != Forcing::Forced || self.rates(case).is_some_and(|rates| rates.driven()))
     }
@@ -245,6 +259,16 @@ impl Given {
     fn admits(&self, case: &Case) -> bool {
         (!self.force || case.forces.is_empty() || case.forces == [Force::Given])
             && (!self.lagrangian || case.lagrangian == self::unit(case.dimension()))
+    }
+}
+
+/// Whether the retraction and the forces have a form in lanes on this group.
+fn has_fast_step(case: &Case, entry: &Entry) -> bool {
+    let bracket = |force: &Force| matches!(force, Force::DoubleBracket { .. } | Force::Metriplectic { .. });
+    match entry {
+        Entry::So3 => true,
+        Entry::Se3 => case.method.retraction == Tau::Cayley && !case.forces.iter().any(bracket),
+        _ => false,
     }
 }
 

@@ -83,6 +83,14 @@ pub struct Library {
 }
 
 impl Library {
+    /// It in 16 digits.
+    ///
+    /// # Errors
+    /// [`StepError::Unsupported`] where the case cannot be built.
+    pub(in crate::laws) fn owned(&self, case: &Case) -> Result<Box<dyn Stepper<f64>>, StepError> {
+        self.build(case)
+    }
+
     fn build<T: Real>(&self, case: &Case) -> Result<Box<dyn Stepper<T>>, StepError> {
         let plant = Plant(self.fault.as_ref());
         let built = case.dispatch_main_with::<T, _>(&plant, Build(self.fault));
@@ -136,21 +144,26 @@ fn base(cases: Cases) -> Cases {
     cases.with_group().main_dimensions().with_tableaux(select(tableaux))
 }
 
+/// A law of methods on the subject of `judge`, with the cases of `drawn`, by another name if one is given.
 macro_rules! law {
     ($name:literal, $index:literal, $faults:expr) => {
+        law!($name, $index, $faults, $name)
+    };
+    ($name:literal, $index:literal, $faults:expr, $of:literal) => {
         CaseLaw {
             name: $name,
-            statement: super::LAWS[$index].statement,
-            source: super::LAWS[$index].source,
-            oracle: super::LAWS[$index].oracle,
-            bound: super::LAWS[$index].bound,
-            cost: super::LAWS[$index].cost,
+            statement: crate::laws::method::LAWS[$index].statement,
+            source: crate::laws::method::LAWS[$index].source,
+            oracle: crate::laws::method::LAWS[$index].oracle,
+            bound: crate::laws::method::LAWS[$index].bound,
+            cost: crate::laws::method::LAWS[$index].cost,
             faults: $faults,
-            cases: |cases| drawn($name, cases),
-            check: |case, fault| judge($name, case, fault),
+            cases: |cases| drawn($of, cases),
+            check: |case, fault| judge($of, case, fault),
         }
     };
 }
+pub(in crate::laws) use law;
 
 /// The laws of methods on this crate's integrator, with the claims of the theory: its order and its Casimirs.
 pub fn laws() -> &'static [CaseLaw] {

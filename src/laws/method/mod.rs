@@ -453,7 +453,7 @@ impl From<Verdict> for Outcome {
 }
 
 /// What a step error means to a law that asks for a slope.
-fn without(error: &StepError) -> Verdict {
+pub(super) fn without(error: &StepError) -> Verdict {
     match refused(error) {
         Measured::NotApplicable(why) => Verdict::not_applicable(why),
         Measured::Inconclusive(why) => Verdict::inconclusive(why),

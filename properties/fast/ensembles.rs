@@ -1,0 +1,90 @@
+//! Many bodies at once.
+
+use super::{distance, rigid, tableau};
+use euler_poincare::algebra::{Covector, Matrix};
+use euler_poincare::integrators::so3::{Damping, EnsembleSo3, Free, Member, Row, VariationalSo3};
+use euler_poincare::integrators::{OneStep, State, StepError};
+use euler_poincare::mechanics::lagrangian::Quadratic;
+use euler_poincare::retraction::CayleySo3;
+
+/// Free bodies, no two of them alike.
+fn free(k: usize) -> Member<Free> {
+    let x = |n: usize| ((k * 7 + n * 13 + k * k * n) % 101) as f64 / 101.0;
+    let turn = nalgebra::UnitQuaternion::from_quaternion(nalgebra::Quaternion::new(1.0, x(1), x(2), x(3)));
+    Member {
+        lagrangian: Quadratic::diagonal([0.5 + x(1), 0.75 + x(2), 1.0]).unwrap(),
+        force: Free,
+        state: State {
+            time: x(6),
+            momentum: Covector::<f64, 3>::new(x(7) - 0.5, 0.25 + x(8), x(9) - 0.5),
+            attitude: turn.to_rotation_matrix().into_inner(),
+        },
+    }
+}
+
+#[test]
+fn an_ensemble_knows_its_bodies() {
+    for size in [0, 1, 8, 21] {
+        let members: Vec<_> = (0..size).map(free).collect();
+        let mut ensemble = EnsembleSo3::<Free, _>::new(&members, CayleySo3::new(), tableau("gauss-2")).unwrap();
+        assert_eq!((ensemble.len(), ensemble.is_empty(), ensemble.states().count()), (size, size == 0, size));
+        for (k, member) in members.iter().enumerate() {
+            assert_eq!(ensemble.state(k), Some(member.state.clone()));
+        }
+        ensemble.advance(0.25, 0).unwrap();
+        assert!(ensemble.states().eq(members.iter().map(|member| member.state.clone())));
+        assert_eq!(ensemble.state(size), None);
+    }
+    let nine = EnsembleSo3::<Free, _>::new(&[free(0)], CayleySo3::new(), tableau("gauss-9"));
+    assert_eq!(nine.unwrap_err().stages, 9);
+}
+
+#[test]
+fn an_ensemble_takes_steps_that_sweeps_do_not_solve_and_names_the_body_that_fails() {
+    let (lagrangian, start) = rigid();
+    let member = |scale: f64| Member {
+        lagrangian: lagrangian.clone(),
+        force: Damping(scale),
+        state: State { momentum: start.momentum * scale, ..start.clone() },
+    };
+    // The branch of Lobatto IIIA-2 folds at h = 0.797 for the body 9, at larger steps for the others.
+    let members: Vec<_> = (0..12).map(|k| member(if k == 9 { 1.0 } else { 0.25 })).collect();
+    let mut ensemble =
+        EnsembleSo3::<Damping<Row>, _>::new(&members, CayleySo3::new(), tableau("lobatto-iiia-2")).unwrap();
+    let error = ensemble.advance(0.9, 3).unwrap_err();
+    assert_eq!((error.member, error.step), (9, 0), "{error}");
+    assert!(matches!(error.source, StepError::Fold { .. }), "{error}");
+    // Newton's method steps in: large steps of Gauss-1.
+    let mut ensemble = EnsembleSo3::<Damping<Row>, _>::new(&members, CayleySo3::new(), tableau("gauss-1")).unwrap();
+    ensemble.advance(1.5, 2).unwrap();
+    for (member, found) in members.iter().zip(ensemble.states()) {
+        let mut method =
+            VariationalSo3::new(member.lagrangian.clone(), member.force, CayleySo3::new(), tableau("gauss-1")).unwrap();
+        let mut state = member.state.clone();
+        method.step(&mut state, 1.5).unwrap();
+        method.step(&mut state, 1.5).unwrap();
+        assert!(distance(&state, &found) < 1e-13);
+    }
+}
+
+/// The rounding errors of free bodies over many steps: |μ|² and g μ are kept by the method, so all change is rounding. With
+/// compensated sums it grows like √n.
+#[test]
+fn rounding_grows_like_the_square_root_of_the_steps() {
+    let members: Vec<_> = (0..32).map(free).collect();
+    let mut ensemble = EnsembleSo3::<Free, _>::new(&members, CayleySo3::new(), tableau("gauss-2")).unwrap();
+    let spatial = |state: &State<f64, 3, 3>| state.attitude * state.momentum.transpose();
+    let mut rms = Vec::new();
+    let mut taken = 0;
+    for steps in [1000, 4000, 16000, 64000] {
+        ensemble.advance(0.1, steps - taken).unwrap();
+        taken = steps;
+        let squares = members.iter().zip(ensemble.states()).map(|(member, state)| {
+            ((spatial(&state) - spatial(&member.state)) / member.state.momentum.norm()).norm_squared()
+        });
+        rms.push((squares.sum::<f64>() / 32.0).sqrt());
+    }
+    let exponent = (rms[3] / rms[0]).ln() / 64f64.ln();
+    assert!(exponent < 0.75, "{exponent} {rms:?}");
+    assert!(rms[3] < 1e-13, "{rms:?}");
+}

@@ -1,0 +1,220 @@
+//! The solvers that choose order and steps for a tolerance.
+
+use super::{Spring, distance, rigid, submerged, tableau};
+use euler_poincare::algebra::{Covector, Matrix};
+use euler_poincare::integrators::se3::{self, AdaptiveSe3, CayleySe3, Drag, VariationalSe3};
+use euler_poincare::integrators::so3::{AdaptiveSo3, Damping, Free, Relaxation, SolveError, Solved, Term, Terms};
+use euler_poincare::integrators::{OneStep, State};
+use euler_poincare::mechanics::lagrangian::Quadratic;
+
+/// A solver on one body.
+trait Solve<const N: usize, const D: usize>: FnMut(&mut State<f64, N, D>, f64, f64) -> Result<Solved, SolveError> {}
+
+impl<const N: usize, const D: usize, F: FnMut(&mut State<f64, N, D>, f64, f64) -> Result<Solved, SolveError>>
+    Solve<N, D> for F
+{
+}
+
+/// What makes no sense; no time; forth and back; rest.
+fn judges_its_input<const N: usize, const D: usize>(mut solve: impl Solve<N, D>, start: &State<f64, N, D>) {
+    for (span, tolerance) in
+        [(f64::NAN, 1e-8), (f64::INFINITY, 1e-8), (1.0, 0.0), (1.0, f64::NAN), (1.0, 2.0), (1.0, -1.0)]
+    {
+        let mut state = start.clone();
+        assert!(matches!(solve(&mut state, span, tolerance), Err(SolveError::BadInput { .. })));
+        assert_eq!(&state, start);
+    }
+    let mut state = start.clone();
+    assert_eq!(solve(&mut state, 0.0, 1e-8).unwrap().steps, 0);
+    solve(&mut state, 1.0, 1e-8).unwrap();
+    solve(&mut state, -1.0, 1e-8).unwrap();
+    assert!(distance(&state, start) < 1e-7);
+    let rest = State { momentum: Covector::zeros(), ..start.clone() };
+    let mut state = rest.clone();
+    assert_eq!(solve(&mut state, 5.0, 1e-8).unwrap().steps, 1);
+    assert_eq!((state.momentum, state.attitude, state.time), (rest.momentum, rest.attitude, 5.0));
+}
+
+#[test]
+fn bad_input_is_refused() {
+    let (body, start) = rigid();
+    let mut solver = AdaptiveSo3::new(body, Damping(1.0));
+    judges_its_input(|state: &mut State<f64, 3, 3>, span, tolerance| solver.solve(state, span, tolerance), &start);
+    let (vessel, afloat) = submerged();
+    let mut solver = AdaptiveSe3::new(vessel, Spring);
+    judges_its_input(|state: &mut State<f64, 6, 4>, span, tolerance| solver.solve(state, span, tolerance), &afloat);
+}
+
+/// A load that switches on faster than any step resolves cannot be integrated to the tolerance: an error, no wrong answer.
+fn is_too_much<const N: usize, const D: usize>(mut solve: impl Solve<N, D>, start: &State<f64, N, D>) {
+    let mut state = start.clone();
+    let error = solve(&mut state, 1.0, 1e-8).unwrap_err();
+    assert!(matches!(error, SolveError::Stuck { .. } | SolveError::Tolerance { .. }), "{error}");
+    assert_eq!(&state, start);
+}
+
+#[test]
+fn what_cannot_be_kept_is_an_error() {
+    let (body, start) = rigid();
+    let mut solver = AdaptiveSo3::new(body, Terms(vec![Term::Constant([f64::MAX, 0.0, 0.0])]));
+    is_too_much(|state: &mut State<f64, 3, 3>, span, tolerance| solver.solve(state, span, tolerance), &start);
+    let (vessel, afloat) = submerged();
+    let mut solver = AdaptiveSe3::new(vessel, se3::Terms(vec![se3::Term::Constant([f64::MAX; 6])]));
+    is_too_much(|state: &mut State<f64, 6, 4>, span, tolerance| solver.solve(state, span, tolerance), &afloat);
+}
+
+/// Backward in time a quadratic drag drives the motion, to infinity in a finite time: Ω(t) = Ω(0)/(1 + Ω(0) t √D³/I).
+#[test]
+fn a_motion_that_runs_away_is_followed_until_it_cannot_be() {
+    let body = Quadratic::diagonal([3.0, 0.25, 0.25]).unwrap();
+    let drag = Terms(vec![Term::QuadraticDrag([[0.0; 3], [0.0; 3], [0.0, 0.0, 0.25]])]);
+    let start = State { time: 0.0, momentum: Covector::<f64, 3>::new(0.0, 0.0, 0.25), attitude: Matrix::identity() };
+    let mut state = start.clone();
+    let error = AdaptiveSo3::new(body, drag).solve(&mut state, -4.0, 1e-3).unwrap_err();
+    assert!(matches!(error, SolveError::Stuck { .. } | SolveError::Tolerance { .. }), "{error}");
+    // It is all over at t = −2.
+    assert!(state.momentum[2] > 100.0 * start.momentum[2] && state.time < -1.9, "{state:?}");
+}
+
+/// A torque that vanishes at the start of a steady rotation, and at rest.
+#[test]
+fn what_is_steady_now_need_not_stay_so() {
+    let ball = Quadratic::diagonal([1.0; 3]).unwrap();
+    // M' = sin t about the axis of M.
+    let force = Terms(vec![Term::Periodic([0.0, 0.0, 1.0], 1.0, -std::f64::consts::FRAC_PI_2)]);
+    for start in [0.0, 1.0] {
+        let mut solver = AdaptiveSo3::new(ball.clone(), force.clone());
+        let momentum = Covector::<f64, 3>::new(0.0, 0.0, start);
+        let mut state = State { time: 0.0, momentum, attitude: Matrix::identity() };
+        solver.solve(&mut state, 2.0, 1e-9).unwrap();
+        let error = state.momentum[2] - start - (1.0 - 2f64.cos());
+        assert!(error.abs() < 1e-8, "{start} {error:e}");
+    }
+}
+
+/// 1000 units of time of the relaxed body: attitude, free Casimir and energy.
+#[test]
+fn a_long_run_stays_on_the_group() {
+    let (lagrangian, start) = rigid();
+    let mut worst: f64 = 0.0;
+    let mut see = |state: &State<f64, 3, 3>| {
+        worst = worst.max((state.attitude.transpose() * state.attitude - Matrix::identity()).amax());
+    };
+    let mut solver = AdaptiveSo3::new(lagrangian.clone(), Relaxation(0.1));
+    let mut state = start.clone();
+    let solved = solver.solve_with(&mut state, 1000.0, 1e-10, |state, _| see(state)).unwrap();
+    assert!(solved.steps < 500, "{solved:?}");
+    let mut solver = AdaptiveSo3::new(lagrangian, Free);
+    let mut state = start.clone();
+    let mut casimir: f64 = 0.0;
+    solver
+        .solve_with(&mut state, 1000.0, 1e-10, |state, _| {
+            see(state);
+            casimir = casimir.max((state.momentum.norm_squared() - start.momentum.norm_squared()).abs());
+        })
+        .unwrap();
+    assert!(worst <= 1e-14 && casimir <= 1e-14, "{worst:e} {casimir:e}");
+}
+
+/// π(10), p(10) of the body in a fluid, to ten digits in a few steps.
+#[test]
+fn a_body_in_a_fluid_is_solved_in_a_few_steps() {
+    let (body, start) = submerged();
+    let drags =
+        [se3::Term::LinearDrag(Drag::Diagonal([0.125; 6])), se3::Term::QuadraticDrag(Drag::Diagonal([0.25; 6]))];
+    let terms = se3::Terms(drags.to_vec());
+    let mut fine = VariationalSe3::new(body.clone(), terms.clone(), CayleySe3::new(), tableau("gauss-8")).unwrap();
+    let mut reference = start.clone();
+    for _ in 0..200 {
+        fine.step(&mut reference, 0.05).unwrap();
+    }
+    let mut state = start;
+    let solved = AdaptiveSe3::new(body, terms).solve(&mut state, 10.0, 1e-10).unwrap();
+    assert!(distance(&state, &reference) < 1e-10, "{:e}", distance(&state, &reference));
+    assert!(solved.steps <= 16, "{solved:?}");
+}
+
+/// A constant force, from rest.
+#[test]
+fn what_is_at_rest_is_set_in_motion() {
+    let (body, start) = submerged();
+    let load = se3::Terms(vec![se3::Term::Constant([0.0, 0.0, 0.0, 3.0, 0.0, 0.0])]);
+    let mut state = State { momentum: Covector::zeros(), ..start };
+    AdaptiveSe3::new(body, load).solve(&mut state, 2.0, 1e-10).unwrap();
+    assert!((state.momentum[3] - 6.0).abs() < 1e-9 && (state.attitude[(0, 3)] - 2.0).abs() < 1e-9, "{state:?}");
+}
+
+/// Along straight motions δ vanishes: what keeps the error there is how stage values decay.
+#[test]
+fn straight_motions_keep_the_tolerance_too() {
+    let body = Quadratic::diagonal([1.0; 6]).unwrap();
+    let surge = |v: f64| [0.0, 0.0, 0.0, v, 0.0, 0.0];
+    let start = State { time: 0.0, momentum: Covector::from(surge(1.0)), attitude: Matrix::<f64, 4>::identity() };
+    // p' = −p|p|: p = 1/(1 + t), x = ln(1 + t).
+    let drag = se3::Terms(vec![se3::Term::QuadraticDrag(Drag::Diagonal([1.0; 6]))]);
+    for tolerance in [1e-4, 1e-7, 1e-10] {
+        let mut solver = AdaptiveSe3::new(body.clone(), drag.clone());
+        let mut state = start.clone();
+        let solved = solver.solve(&mut state, 20.0, tolerance).unwrap();
+        let error = (state.momentum[3] - 1.0 / 21.0).abs().max((state.attitude[(0, 3)] - 21f64.ln()).abs());
+        assert!(error <= 16.0 * tolerance, "{error:e} at {tolerance:e}: {solved:?}");
+    }
+}
+
+#[test]
+fn a_drag_through_rest_keeps_the_tolerance() {
+    let body = Quadratic::diagonal([1.0; 6]).unwrap();
+    let surge = |v: f64| [0.0, 0.0, 0.0, v, 0.0, 0.0];
+    let start = State { time: 0.0, momentum: Covector::from(surge(1.0)), attitude: Matrix::<f64, 4>::identity() };
+    // p' = −p|p| − 1: through rest, where |p| has a kink; p = tan(π/4 − t) until then, p = −tanh(t − π/4) from then on.
+    let drag = se3::Term::QuadraticDrag(Drag::Diagonal([1.0; 6]));
+    let load = se3::Terms(vec![drag, se3::Term::Constant(surge(-1.0))]);
+    let quarter = std::f64::consts::FRAC_PI_4;
+    let (p, x) = (-(2.0 - quarter).tanh(), -quarter.cos().ln() - (2.0 - quarter).cosh().ln());
+    for tolerance in [1e-4, 1e-7, 1e-10] {
+        let mut solver = AdaptiveSe3::new(body.clone(), load.clone());
+        let mut state = start.clone();
+        let solved = solver.solve(&mut state, 2.0, tolerance).unwrap();
+        let error = (state.momentum[3] - p).abs().max((state.attitude[(0, 3)] - x).abs());
+        assert!(error <= 16.0 * tolerance, "{error:e} at {tolerance:e}: {solved:?}");
+    }
+}
+
+/// Spin about a principal axis: δ vanishes along it, unless the force does, too.
+#[test]
+fn spin_about_an_axis_keeps_the_tolerance_too() {
+    let body = Quadratic::diagonal([0.5, 2.0, 1.0]).unwrap();
+    let start = State { time: 0.0, momentum: Covector::<f64, 3>::new(0.0, 0.0, 1.0), attitude: Matrix::identity() };
+    let one = [[1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]];
+    let angle = |state: &State<f64, 3, 3>| state.attitude[(1, 0)].atan2(state.attitude[(0, 0)]);
+    for digits in 6..25 {
+        let tolerance = 10f64.powf(-0.5 * f64::from(digits));
+        // As in the two tests above: slowing down, and through rest.
+        let quarter = std::f64::consts::FRAC_PI_4;
+        for (load, span, end, turned) in [
+            (0.0, 20.0, 1.0 / 21.0, 21f64.ln()),
+            (-1.0, 2.0, -(2.0 - quarter).tanh(), -quarter.cos().ln() - (2.0 - quarter).cosh().ln()),
+        ] {
+            let terms = Terms(vec![Term::QuadraticDrag(one), Term::Constant([0.0, 0.0, load])]);
+            let mut solver = AdaptiveSo3::new(body.clone(), terms);
+            let mut state = start.clone();
+            let solved = solver.solve(&mut state, span, tolerance).unwrap();
+            let turn = (angle(&state) - turned).rem_euclid(std::f64::consts::TAU);
+            let error = (state.momentum[2] - end).abs().max(turn.min(std::f64::consts::TAU - turn));
+            assert!(error <= 16.0 * tolerance, "{error:e} at {tolerance:e}: {solved:?}");
+        }
+    }
+}
+
+/// Backward, linear drag drives a body to ever faster rotation: there is no end of steps.
+#[test]
+fn a_run_without_end_is_refused() {
+    let body = Quadratic::diagonal([0.5, 2.0, 1.0]).unwrap();
+    let one = [[1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]];
+    let mut solver = AdaptiveSo3::new(body, Terms(vec![Term::LinearDrag(one)])).with_max_steps(1000);
+    let start = State { time: 0.0, momentum: Covector::<f64, 3>::new(0.5, 0.25, 1.0), attitude: Matrix::identity() };
+    let mut state = start.clone();
+    let error = solver.solve(&mut state, -200.0, 1e-8).unwrap_err();
+    assert!(matches!(error, SolveError::TooManySteps { steps: 1000, .. }), "{error}");
+    assert!(state.time < -1.0 && state.momentum.norm() > start.momentum.norm(), "the state is that of the last step");
+}

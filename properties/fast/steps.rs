@@ -1,0 +1,168 @@
+//! One step.
+
+use super::{Spring, U, distance, rigid, submerged, tableau};
+use euler_poincare::algebra::{Covector, Matrix};
+use euler_poincare::group::{LieGroup, So3};
+use euler_poincare::integrators::lanes::Registers;
+use euler_poincare::integrators::se3::{self, CayleySe3, Drag, VariationalSe3};
+use euler_poincare::integrators::so3::{Damping, Free, LaneForceError, Relaxation, Terms, VariationalSo3};
+use euler_poincare::integrators::{OneStep, Solver, State, StepError};
+use euler_poincare::mechanics::force::{AnyForce, DoubleBracket, LinearDrag, Metriplectic, QuadraticDrag};
+use euler_poincare::mechanics::lagrangian::Quadratic;
+use euler_poincare::retraction::{CayleySo3, ExponentialSo3, Retraction};
+
+const TABLEAUX: [&str; 22] = [
+    "gauss-1",
+    "gauss-2",
+    "gauss-3",
+    "gauss-4",
+    "gauss-5",
+    "gauss-6",
+    "gauss-7",
+    "gauss-8",
+    "lobatto-iiia-2",
+    "lobatto-iiia-3",
+    "lobatto-iiia-5",
+    "lobatto-iiib-2",
+    "lobatto-iiib-4",
+    "lobatto-iiib-5",
+    "lobatto-iiic-2",
+    "lobatto-iiic-4",
+    "radau-ia-2",
+    "radau-ia-3",
+    "radau-iia-2",
+    "radau-iia-4",
+    "rk4",
+    "lobatto-iiia-4",
+];
+
+/// Ten steps, none of which needs Newton's method.
+fn by_sweeps<const N: usize, const D: usize>(
+    method: &mut impl OneStep<f64, N, D>,
+    start: &State<f64, N, D>,
+    h: f64,
+    name: &str,
+) {
+    let mut state = start.clone();
+    for _ in 0..10 {
+        assert_eq!(method.step(&mut state, h).unwrap().solver, Solver::Sweeps, "{name}");
+    }
+}
+
+#[test]
+fn the_bodies_of_the_benchmarks_take_their_steps_by_sweeps() {
+    let (body, start) = rigid();
+    let (vessel, afloat) = submerged();
+    let drag = |d: f64| Matrix::<f64, 6>::from_diagonal_element(d);
+    let force: AnyForce<f64, 6> = AnyForce::Sum(vec![
+        LinearDrag::new(drag(0.125)).unwrap().into(),
+        QuadraticDrag::new(drag(0.25)).unwrap().into(),
+    ]);
+    let terms = se3::Terms::new(&force).unwrap();
+    assert_eq!(terms.0[0], se3::Term::LinearDrag(Drag::Diagonal([0.125; 6])));
+    for name in TABLEAUX {
+        for registers in Registers::all() {
+            let damped = VariationalSo3::new(body.clone(), Damping(1.0), CayleySo3::new(), tableau(name));
+            by_sweeps(&mut damped.unwrap().in_registers(registers), &start, 0.125, name);
+            let damped = VariationalSo3::new(body.clone(), Damping(1.0), ExponentialSo3::new(), tableau(name));
+            by_sweeps(&mut damped.unwrap().in_registers(registers), &start, 0.125, name);
+            let dragged = VariationalSe3::new(vessel.clone(), terms.clone(), CayleySe3::new(), tableau(name));
+            by_sweeps(&mut dragged.unwrap().in_registers(registers), &afloat, 0.1, name);
+        }
+    }
+}
+
+/// One step of the specification's problems, and its errors at T = 1 (150-bit runs).
+#[test]
+fn the_reference_steps_are_reproduced() {
+    let (lagrangian, start) = rigid();
+    let steps = [
+        ("gauss-1", [0.3325523603683159, 0.0312710753139576, 0.7165415190785951]),
+        ("gauss-2", [0.3325020802648156, 0.0313526763021243, 0.7165607981817258]),
+        ("lobatto-iiia-3", [0.3325020242605735, 0.0313527332683193, 0.7165608236605989]),
+        ("lobatto-iiib-3", [0.3325021449851981, 0.031352629963113, 0.7165607678834958]),
+    ];
+    for (name, expected) in steps {
+        let mut method =
+            VariationalSo3::new(lagrangian.clone(), Damping(1.0), CayleySo3::new(), tableau(name)).unwrap();
+        let mut state = start.clone();
+        method.step(&mut state, 0.125).unwrap();
+        assert!((state.momentum - Covector::<f64, 3>::from(expected)).amax() < 4e-16, "{name} {}", state.momentum);
+    }
+    let exact = Covector::<f64, 3>::new(0.3792307480209544, 0.2570004497899354, 0.6552430571284845);
+    for (name, steps, error) in
+        [("gauss-2", 8, 2.46e-7), ("gauss-3", 4, 3.65e-9), ("gauss-4", 2, 9.58e-11), ("gauss-1", 64, 1.05e-5)]
+    {
+        let mut method =
+            VariationalSo3::new(lagrangian.clone(), Relaxation(0.1), CayleySo3::new(), tableau(name)).unwrap();
+        let mut state = start.clone();
+        for _ in 0..steps {
+            method.step(&mut state, 1.0 / f64::from(steps)).unwrap();
+        }
+        let found = (state.momentum - exact).norm();
+        assert!((found / error - 1.0).abs() < 0.01, "{name}: {found:e}");
+    }
+}
+
+#[test]
+fn a_fold_is_refused_by_the_fast_step_too() {
+    let (lagrangian, start) = rigid();
+    for (name, fold) in [("lobatto-iiia-2", 0.797), ("radau-ia-1", 0.49), ("lobatto-iiic-2", 0.76)] {
+        let mut method =
+            VariationalSo3::new(lagrangian.clone(), Damping(1.0), CayleySo3::new(), tableau(name)).unwrap();
+        let mut state = start.clone();
+        let error = method.step(&mut state, fold + 0.1).unwrap_err();
+        let StepError::Fold { fold: found, .. } = error else { panic!("{name}: {error}") };
+        assert!((found - fold).abs() < 0.01, "{name}: {found}");
+        assert_eq!(state, start);
+    }
+}
+
+/// What is not finite, and a step of no size.
+fn refuses<const N: usize, const D: usize>(method: &mut impl OneStep<f64, N, D>, start: &State<f64, N, D>) {
+    for h in [f64::NAN, f64::INFINITY] {
+        let mut state = start.clone();
+        assert!(matches!(method.step(&mut state, h), Err(StepError::NotFinite { .. })));
+        assert_eq!(&state, start);
+    }
+    let mut state = start.clone();
+    state.momentum[0] = f64::NAN;
+    assert!(matches!(method.step(&mut state, 0.1), Err(StepError::NotFinite { .. })));
+    let mut state = start.clone();
+    state.attitude[(1, D - 1)] = f64::NAN;
+    assert!(matches!(method.step(&mut state, 0.1), Err(StepError::NotFinite { .. })));
+    let mut state = start.clone();
+    method.step(&mut state, 0.0).unwrap();
+    assert!(distance(&state, start) <= 4.0 * U);
+}
+
+#[test]
+fn bad_input_is_refused() {
+    let (body, start) = rigid();
+    let mut method = VariationalSo3::new(body.clone(), Damping(1.0), CayleySo3::new(), tableau("gauss-3")).unwrap();
+    refuses(&mut method, &start);
+    let mut state = State { momentum: Covector::zeros(), ..start };
+    method.step(&mut state, 0.1).unwrap();
+    assert_eq!(state.momentum, Covector::<f64, 3>::zeros());
+    let (vessel, afloat) = submerged();
+    refuses(&mut VariationalSe3::new(vessel.clone(), Spring, CayleySe3::new(), tableau("gauss-3")).unwrap(), &afloat);
+    let nine = VariationalSo3::new(body, Damping(1.0), CayleySo3::new(), tableau("gauss-9"));
+    assert_eq!(nine.unwrap_err().stages, 9);
+    let nine = VariationalSe3::new(vessel, Free, CayleySe3::new(), tableau("gauss-9"));
+    assert_eq!(nine.unwrap_err().stages, 9);
+}
+
+#[test]
+fn forces_without_a_form_in_lanes_are_refused() {
+    let (body, _) = rigid();
+    let other = Quadratic::diagonal([1.0, 2.0, 3.0]).unwrap();
+    let algebra = LieGroup::algebra(&So3::<f64>::new()).clone();
+    let force: AnyForce<f64, 3> = DoubleBracket::new(algebra.clone(), other, 1.0).unwrap().into();
+    assert!(matches!(Terms::new(&force, &body), Err(LaneForceError::OtherLagrangian { .. })));
+    let basis = Matrix::<f64, 3>::new(1.0, 1.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 2.0);
+    let force = Metriplectic::new(algebra.in_basis(&basis).unwrap(), body.clone(), 1.0).unwrap().into();
+    assert!(matches!(Terms::new(&force, &body), Err(LaneForceError::OtherAlgebra { .. })));
+    let (vessel, _) = submerged();
+    let force = DoubleBracket::new(CayleySe3::new().algebra().clone(), vessel, 1.0).unwrap().into();
+    assert_eq!(se3::Terms::new(&force).unwrap_err().force, "double bracket");
+}

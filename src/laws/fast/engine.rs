@@ -1,0 +1,241 @@
+//! The fast step of a case, without its types, with a fault planted in it or without.
+
+use crate::harness::Fault;
+use crate::integrators::lanes::Registers;
+use crate::integrators::se3::{self, CayleySe3, VariationalSe3};
+use crate::integrators::so3::{self, VariationalSo3};
+use crate::integrators::{OneStep, Report, State, StepError};
+use crate::laws::method::library::{FAVOURED, Library, SEES_ATTITUDE, SEES_TIME};
+use crate::laws::method::{Point, Stepper, Subject};
+use crate::laws::planted::{blend_scalar, step, tableau};
+use crate::mechanics::lagrangian::{AnyLagrangian, Quadratic};
+use crate::retraction::{CayleySo3, ExponentialSo3};
+use crate::system::Case;
+use crate::system::case::{Structure, Tau};
+use crate::tableau::Tableau;
+
+/// The last term of the force left out.
+pub const TERM_MISSING: Fault =
+    Fault::new("term-missing", "the last term of the force left out of the lanes", "forced systems");
+/// exp for the Cayley map, the Cayley map for exp.
+pub const OTHER_RETRACTION: Fault =
+    Fault::new("other-retraction", "exp in the place of the Cayley map, the Cayley map in that of exp", "SO(3)");
+
+/// The parts of a case, typed.
+#[derive(Clone, Debug)]
+pub(super) struct Parts<const N: usize, const D: usize, F> {
+    pub lagrangian: Quadratic<f64, N>,
+    pub terms: F,
+    pub tableau: Tableau<f64>,
+    pub state: State<f64, N, D>,
+    pub tau: Tau,
+}
+
+/// A case that a fast step is for.
+#[derive(Clone, Debug)]
+pub(super) enum Body {
+    So3(Box<Parts<3, 3, so3::Terms>>),
+    Se3(Box<Parts<6, 4, se3::Terms>>),
+}
+
+fn unsupported(why: impl ToString) -> StepError {
+    StepError::Unsupported { why: why.to_string() }
+}
+
+fn quadratic<const N: usize>(lagrangian: AnyLagrangian<f64, N>) -> Result<Quadratic<f64, N>, StepError> {
+    match lagrangian {
+        AnyLagrangian::Quadratic(lagrangian) => Ok(lagrangian),
+        AnyLagrangian::Quartic(_) => Err(unsupported("the Lagrangian is not quadratic")),
+    }
+}
+
+impl Body {
+    /// The parts of a case.
+    ///
+    /// # Errors
+    /// [`StepError::Unsupported`] where there is no fast step.
+    pub fn of(case: &Case) -> Result<Self, StepError> {
+        use crate::algebra::catalogue::Entry::{Se3, So3};
+        let tau = case.method.retraction;
+        match &case.algebra.structure {
+            Structure::Named(So3) if case.algebra.basis.is_none() => {
+                let system = case.on_so3().map_err(unsupported)?;
+                let lagrangian = quadratic(system.lagrangian)?;
+                let terms = so3::Terms::new(&system.force, &lagrangian).map_err(unsupported)?;
+                Ok(Self::So3(Box::new(Parts { lagrangian, terms, tableau: system.tableau, state: system.state, tau })))
+            }
+            Structure::Named(Se3) if case.algebra.basis.is_none() && tau == Tau::Cayley => {
+                let system = case.on_se3().map_err(unsupported)?;
+                let lagrangian = quadratic(system.lagrangian)?;
+                let terms = se3::Terms::new(&system.force).map_err(unsupported)?;
+                Ok(Self::Se3(Box::new(Parts { lagrangian, terms, tableau: system.tableau, state: system.state, tau })))
+            }
+            _ => Err(unsupported("there is no fast step on this group, in this basis or with this retraction")),
+        }
+    }
+
+    /// Where it starts.
+    pub fn start(&self) -> Point<f64> {
+        match self {
+            Self::So3(parts) => Point::of(&parts.state, 3),
+            Self::Se3(parts) => Point::of(&parts.state, 4),
+        }
+    }
+
+    /// The same without the last term of the force.
+    pub fn without_last_term(mut self) -> Self {
+        match &mut self {
+            Self::So3(parts) => {
+                parts.terms.0.pop();
+            }
+            Self::Se3(parts) => {
+                parts.terms.0.pop();
+            }
+        }
+        self
+    }
+
+    /// The same with the other retraction, where there is one.
+    fn with_other_retraction(mut self) -> Self {
+        if let Self::So3(parts) = &mut self {
+            parts.tau = match parts.tau {
+                Tau::Cayley => Tau::Exponential,
+                Tau::Exponential => Tau::Cayley,
+            };
+        }
+        self
+    }
+
+    fn with_tableau(mut self, planted: Option<&Fault>) -> Self {
+        let tableau = match &mut self {
+            Self::So3(parts) => &mut parts.tableau,
+            Self::Se3(parts) => &mut parts.tableau,
+        };
+        *tableau = tableau::planted(tableau, planted);
+        self
+    }
+
+    /// The fast step.
+    pub fn method(self, registers: Registers) -> Result<Box<dyn Reporting>, StepError> {
+        Ok(match self {
+            Self::So3(parts) => {
+                let Parts { lagrangian, terms, tableau, tau, .. } = *parts;
+                match tau {
+                    Tau::Cayley => {
+                        let method = VariationalSo3::new(lagrangian, terms, CayleySo3::new(), tableau);
+                        Box::new(Typed::<_, 3, 3>(method.map_err(unsupported)?.in_registers(registers)))
+                    }
+                    Tau::Exponential => {
+                        let method = VariationalSo3::new(lagrangian, terms, ExponentialSo3::new(), tableau);
+                        Box::new(Typed::<_, 3, 3>(method.map_err(unsupported)?.in_registers(registers)))
+                    }
+                }
+            }
+            Self::Se3(parts) => {
+                let Parts { lagrangian, terms, tableau, .. } = *parts;
+                let method = VariationalSe3::new(lagrangian, terms, CayleySe3::new(), tableau).map_err(unsupported)?;
+                Box::new(Typed::<_, 6, 4>(method.in_registers(registers)))
+            }
+        })
+    }
+}
+
+/// A step on points that says how well its equations hold.
+pub(super) trait Reporting {
+    fn step(&mut self, point: &Point<f64>, h: f64) -> Result<(Point<f64>, Report<f64>), StepError>;
+}
+
+struct Typed<M, const N: usize, const D: usize>(M);
+
+impl<M: OneStep<f64, N, D>, const N: usize, const D: usize> Reporting for Typed<M, N, D> {
+    fn step(&mut self, point: &Point<f64>, h: f64) -> Result<(Point<f64>, Report<f64>), StepError> {
+        let mut state = point.state::<N, D>();
+        let report = self.0.step(&mut state, h)?;
+        Ok((Point::of(&state, D), report))
+    }
+}
+
+/// Which wrong step is mixed into the right one.
+enum Wrong {
+    Fast(Box<dyn Reporting>),
+    General(Box<dyn Stepper<f64>>),
+}
+
+/// The fast step of a case, in registers of one kind, with a fault or without.
+pub(super) struct Engine {
+    right: Box<dyn Reporting>,
+    wrong: Option<Wrong>,
+    fault: Option<Fault>,
+}
+
+impl Engine {
+    /// The fast step of a case.
+    ///
+    /// # Errors
+    /// [`StepError::Unsupported`] where there is none.
+    pub fn of(case: &Case, registers: Registers, fault: Option<&Fault>) -> Result<Self, StepError> {
+        let body = Body::of(case)?;
+        let fast = |body: Body| body.method(registers).map(|method| Some(Wrong::Fast(method)));
+        let wrong = match fault {
+            Some(fault) if fault.name == TERM_MISSING.name => fast(body.clone().without_last_term())?,
+            Some(fault) if fault.name == OTHER_RETRACTION.name => fast(body.clone().with_other_retraction())?,
+            Some(fault) if step::ALL.iter().any(|(one, _)| one.name == fault.name) => {
+                let planted = Library { fault: Some(fault.with_size(1.0)), quad: false };
+                Some(Wrong::General(planted.owned(case)?))
+            }
+            _ => None,
+        };
+        let right = body.with_tableau(fault).method(registers)?;
+        Ok(Self { right, wrong, fault: fault.copied() })
+    }
+}
+
+impl Reporting for Engine {
+    fn step(&mut self, point: &Point<f64>, h: f64) -> Result<(Point<f64>, Report<f64>), StepError> {
+        let (mut next, report) = self.right.step(point, h)?;
+        let Some(fault) = &self.fault else { return Ok((next, report)) };
+        let wrong = match &mut self.wrong {
+            None => None,
+            Some(Wrong::Fast(method)) => Some(method.step(point, h)?.0),
+            Some(Wrong::General(method)) => Some(method.step(point, h)?),
+        };
+        if let Some(wrong) = wrong {
+            let mix = |right: &mut [f64], wrong: &[f64]| {
+                right
+                    .iter_mut()
+                    .zip(wrong)
+                    .for_each(|(right, wrong)| *right = blend_scalar(*right, *wrong, fault.size));
+            };
+            mix(&mut next.momentum, &wrong.momentum);
+            mix(&mut next.attitude, &wrong.attitude);
+        }
+        spoil(&mut next, point, h, fault);
+        Ok((next, report))
+    }
+}
+
+/// The faults that are planted in the answer: [`FAVOURED`], [`SEES_TIME`], [`SEES_ATTITUDE`].
+pub(super) fn spoil(next: &mut Point<f64>, from: &Point<f64>, h: f64, fault: &Fault) {
+    let size = |planted: Fault| Fault::size_of(Some(fault), planted.name);
+    next.momentum[0] *= 1.0 + h * size(FAVOURED);
+    let factor = (1.0 + h * from.time * size(SEES_TIME)) * (1.0 + h * from.attitude[0] * size(SEES_ATTITUDE));
+    next.momentum.iter_mut().for_each(|m| *m *= factor);
+}
+
+impl Stepper<f64> for Engine {
+    fn step(&mut self, point: &Point<f64>, h: f64) -> Result<Point<f64>, StepError> {
+        Reporting::step(self, point, h).map(|(next, _)| next)
+    }
+}
+
+/// The fast step as the subject of the laws of methods. It has 16 digits.
+pub struct Fast {
+    /// The fault.
+    pub fault: Option<Fault>,
+}
+
+impl Subject for Fast {
+    fn double<'a>(&'a self, case: &Case) -> Result<Box<dyn Stepper<f64> + 'a>, StepError> {
+        Ok(Box::new(Engine::of(case, Registers::detect(), self.fault.as_ref())?))
+    }
+}

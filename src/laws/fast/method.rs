@@ -1,0 +1,70 @@
+//! The laws of methods, of the fast step.
+
+use super::engine::{Fast, OTHER_RETRACTION, TERM_MISSING};
+use crate::harness::{Fault, Verdict};
+use crate::laws::CaseLaw;
+use crate::laws::method::library::{FAVOURED, SEES_ATTITUDE, SEES_TIME, claims, law};
+use crate::laws::method::{check_case, named};
+use crate::laws::planted::step::{
+    CHART, FIRST_STAGE, FORCE_TIME, FROM_LEFT, HALVED, INVERTED, NO_FORCE, NO_SECOND, NOT_TRANSPORTED,
+};
+use crate::system::{Case, Cases};
+use crate::tableau::{Classic, Description, Family};
+use proptest::sample::select;
+use proptest::strategy::{BoxedStrategy, Strategy};
+
+fn judge(name: &str, case: &Case, fault: Option<&Fault>) -> Verdict {
+    match named(name) {
+        Some(law) => check_case(law, &Fast { fault: fault.copied() }, case, &claims(case)).verdict,
+        None => Verdict::broken(format!("there is no law {name}")),
+    }
+}
+
+fn drawn(name: &str, cases: Cases) -> BoxedStrategy<Case> {
+    let base = base(cases);
+    named(name).map_or(base.clone(), |law| law.cases(base)).boxed()
+}
+
+/// Tableaux of order 1 and 2: between 10⁻³ and rounding, 16 digits have too few levels of the slope of a higher order.
+fn base(cases: Cases) -> Cases {
+    let tableaux = vec![
+        Description::Family(Family::Gauss, 1),
+        Description::Family(Family::LobattoIIIA, 2),
+        Description::Family(Family::LobattoIIIB, 2),
+        Description::Family(Family::LobattoIIIC, 2),
+        Description::Family(Family::RadauIA, 1),
+        Description::Family(Family::RadauIIA, 1),
+        Description::Classic(Classic::Heun2),
+    ];
+    cases.fast().with_tableaux(select(tableaux))
+}
+
+pub(super) static LAWS: &[CaseLaw] = &[
+    law!(
+        "fast-order",
+        0,
+        &[
+            TERM_MISSING,
+            OTHER_RETRACTION,
+            NO_FORCE,
+            NOT_TRANSPORTED,
+            FIRST_STAGE,
+            FORCE_TIME,
+            INVERTED,
+            FROM_LEFT,
+            FAVOURED,
+            SEES_TIME,
+            SEES_ATTITUDE
+        ],
+        "method-order"
+    ),
+    law!("fast-casimirs", 1, &[CHART, HALVED, NOT_TRANSPORTED, FAVOURED], "method-casimirs"),
+    law!("fast-energy", 2, &[NO_FORCE, NOT_TRANSPORTED, NO_SECOND, FAVOURED], "method-energy"),
+    law!(
+        "fast-reversibility",
+        3,
+        &[FORCE_TIME, NOT_TRANSPORTED, FROM_LEFT, INVERTED, SEES_ATTITUDE],
+        "method-reversibility"
+    ),
+    law!("fast-equivariance", 4, &[FROM_LEFT, SEES_TIME, SEES_ATTITUDE], "method-equivariance"),
+];

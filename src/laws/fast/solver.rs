@@ -1,0 +1,125 @@
+//! The solvers that choose order and steps for a tolerance.
+
+use super::condition::{Condition, conditions};
+use super::engine::{Body, TERM_MISSING, spoil};
+use super::step::{hopeless, settled, step_of, verdict};
+use crate::harness::{Cost, Fault, Verdict};
+use crate::integrators::so3::{SolveError, Solved};
+use crate::integrators::{AdaptiveSe3, AdaptiveSo3, StepError};
+use crate::laws::CaseLaw;
+use crate::laws::method::library::{FAVOURED, SEES_ATTITUDE};
+use crate::laws::method::{Point, theory_of};
+use crate::laws::planted::blend_scalar;
+use crate::laws::probe::Probe;
+use crate::scalar::{Dd, Scalar};
+use crate::system::Case;
+use crate::tableau::{Description, Family};
+use proptest::strategy::Strategy;
+
+/// The most steps of the case's size that a run takes the time of.
+const LONGEST: i32 = 32;
+
+/// Stages of the reference: with steps of the case's size its errors are below 10⁻²⁰.
+const STAGES: usize = 8;
+
+/// How much the errors of the steps, as they are estimated, may be off: what the solvers are calibrated to.
+const ESTIMATE: f64 = 16.0;
+
+/// |gᵀg − 1|: sums are compensated.
+const OFF_GROUP: f64 = 1e-14;
+
+pub(super) static LAWS: &[CaseLaw] = &[CaseLaw {
+    name: "fast-solver",
+    statement: "a solver told a tolerance is within it of the solution, forward and backward, and on the group to 1e-14",
+    source: "the definition of a tolerance; Hairer, Nørsett and Wanner 1993, II.4",
+    oracle: "a classical Gauss method of order 16 on the vector field of (μ, g), in 32 digits",
+    bound: "(16 tolerance + 64 u a step)(1 + κ): local errors are estimated to a factor of 16; κ: how much the general engine \
+            amplifies small torques, measured",
+    cost: Cost::Moderate,
+    faults: &[TERM_MISSING, FAVOURED, SEES_ATTITUDE],
+    cases: |cases| {
+        // The solvers have their own tableaux.
+        cases.fast().with_tableaux(proptest::strategy::Just(Description::Family(Family::Gauss, 2))).boxed()
+    },
+    check: |case, fault| settled(tolerance(case, fault)),
+}];
+
+/// Where the solver ends.
+fn solve(body: Body, span: f64, tolerance: f64) -> Result<(Point<f64>, Solved), SolveError> {
+    match body {
+        Body::So3(mut parts) => {
+            let solved = AdaptiveSo3::new(parts.lagrangian, parts.terms).solve(&mut parts.state, span, tolerance)?;
+            Ok((Point::of(&parts.state, 3), solved))
+        }
+        Body::Se3(mut parts) => {
+            let solved = AdaptiveSe3::new(parts.lagrangian, parts.terms).solve(&mut parts.state, span, tolerance)?;
+            Ok((Point::of(&parts.state, 4), solved))
+        }
+    }
+}
+
+/// The same with a fault, or without.
+fn planted(body: Body, span: f64, tolerance: f64, fault: Option<&Fault>) -> Result<(Point<f64>, Solved), SolveError> {
+    let start = body.start();
+    let (mut end, solved) = solve(body.clone(), span, tolerance)?;
+    let Some(fault) = fault else { return Ok((end, solved)) };
+    if fault.name == TERM_MISSING.name {
+        let (wrong, _) = solve(body.without_last_term(), span, tolerance)?;
+        for (right, wrong) in end.momentum.iter_mut().zip(&wrong.momentum) {
+            *right = blend_scalar(*right, *wrong, fault.size);
+        }
+    }
+    spoil(&mut end, &start, span, fault);
+    Ok((end, solved))
+}
+
+/// |RᵀR − 1| of the rotation in an attitude.
+fn off_group(attitude: &[f64]) -> f64 {
+    let m = attitude.len().isqrt();
+    let entry = |a: usize, b: usize| (0..3).map(|r| attitude[r * m + a] * attitude[r * m + b]).sum::<f64>();
+    let defect = |k: usize| (entry(k / 3, k % 3) - if k / 3 == k % 3 { 1.0 } else { 0.0 }).abs();
+    (0..9).map(defect).fold(0.0, f64::max)
+}
+
+fn tolerance(case: &Case, fault: Option<&Fault>) -> Result<Verdict, StepError> {
+    let (body, mut probe) = (Body::of(case)?, Probe::new(case, 0));
+    let tolerance = 10f64.powi(-probe.integer(3, 12));
+    let steps = probe.integer(1, LONGEST);
+    let back = probe.integer(0, 3) == 0;
+    let h = if back { -step_of(case)? } else { step_of(case)? };
+    let span = h * f64::from(steps);
+    let Ok(conditions) = conditions(case, &body.start(), h, steps as usize) else {
+        return Ok(Verdict::inconclusive("the motion runs away: the general engine does not follow it"));
+    };
+    if let Some(verdict) = hopeless(&conditions) {
+        return Ok(verdict);
+    }
+    let Some(condition) = conditions.last() else { return Ok(Verdict::inconclusive("no time")) };
+    let theory = theory_of::<Dd>(case).map_err(|error| StepError::Unsupported { why: error.to_string() })?;
+    let times: Vec<Dd> = (1..=i64::from(steps)).map(|k| Dd::exact(h) * Dd::int(k)).collect();
+    let Ok(reference) = theory.solution(&times, STAGES) else {
+        return Ok(Verdict::inconclusive("the motion runs away: the reference solution was not reached"));
+    };
+    let Some((expected, _)) = reference.last() else { return Ok(Verdict::inconclusive("no time")) };
+    let (end, solved) = match planted(body, span, tolerance, fault) {
+        Ok(found) => found,
+        Err(error) => return Ok(Verdict::broken(format!("a tolerance of {tolerance:e} over {span}: {error}"))),
+    };
+    Ok(judge(condition, tolerance, &end, &expected.convert(), &solved, span))
+}
+
+fn judge(
+    condition: &Condition,
+    tolerance: f64,
+    end: &Point<f64>,
+    expected: &Point<f64>,
+    solved: &Solved,
+    span: f64,
+) -> Verdict {
+    let left = ESTIMATE * tolerance / f64::unit_roundoff();
+    let close = verdict(condition.within(solved.steps.max(1), left, end, expected), || {
+        format!("after {span}, at a tolerance of {tolerance:e}: {solved:?}")
+    });
+    let defect = off_group(&end.attitude);
+    close.and(Verdict::judge(defect, OFF_GROUP, || format!("|gᵀg − 1| = {defect:e} after {span}: {solved:?}")))
+}

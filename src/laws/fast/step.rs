@@ -1,0 +1,217 @@
+//! One fast step, or a few: against the general engine, and in another frame.
+
+use super::condition::{Condition, Judged, conditions, exact, trajectory};
+use super::engine::{Body, Engine, OTHER_RETRACTION, Reporting, TERM_MISSING};
+use super::tableaux;
+use crate::harness::{Cost, Fault, Verdict, evidence};
+use crate::integrators::StepError;
+use crate::integrators::lanes::Registers;
+use crate::laws::CaseLaw;
+use crate::laws::method::Point;
+use crate::laws::method::library::{FAVOURED, SEES_ATTITUDE, SEES_TIME};
+use crate::laws::planted::step::{
+    CHART, FIRST_STAGE, FORCE_INDEX, FORCE_TIME, FROM_LEFT, HALVED, INVERSE_SECOND, INVERTED, NO_FORCE, NO_SECOND,
+    NO_STEP, NOT_TRANSPORTED, ORDER_TWO, SWAPPED_SECOND, UNCONJUGATED,
+};
+use crate::laws::planted::tableau::COEFFICIENT;
+use crate::laws::precision::of_relative;
+use crate::laws::probe::Probe;
+use crate::scalar::{Number, Scalar};
+use crate::system::Case;
+use crate::system::case::{Drag, Force, Inertia, Motion};
+use proptest::strategy::Strategy;
+
+/// Steps of a trajectory: the first starts from nothing, the others from the one before.
+const STEPS: usize = 3;
+
+pub(super) const BOUND: &str = "n (64 + 5 r/u)(1 + κ) u after n steps that leave a residual r: 64 roundings in a stage equation, \
+     r/(1 − 0.8) to the root; κ: how much the general engine amplifies small torques, measured";
+
+pub(super) static LAWS: &[CaseLaw] = &[
+    CaseLaw {
+        name: "fast-step",
+        statement: "in every kind of registers the fast step is the step: (g, μ) after n steps agree with the general engine, or both refuse",
+        source: "Martín de Diego and Sato Martín de Almagro 2019, §5.2",
+        oracle: "the general engine in 32 digits, from the same 16 digits",
+        bound: BOUND,
+        cost: Cost::Cheap,
+        faults: &[
+            TERM_MISSING,
+            OTHER_RETRACTION,
+            COEFFICIENT,
+            CHART,
+            FORCE_INDEX,
+            UNCONJUGATED,
+            NO_SECOND,
+            INVERSE_SECOND,
+            SWAPPED_SECOND,
+            NO_FORCE,
+            NOT_TRANSPORTED,
+            FIRST_STAGE,
+            FORCE_TIME,
+            NO_STEP,
+            INVERTED,
+            HALVED,
+            FROM_LEFT,
+            ORDER_TWO,
+            SEES_TIME,
+            SEES_ATTITUDE,
+        ],
+        cases: |cases| cases.fast().with_tableaux(tableaux()).boxed(),
+        check: |case, fault| settled(agreement(case, fault)),
+    },
+    CaseLaw {
+        name: "fast-presentation",
+        statement: "with the axes of the body renamed, 1 → 2 → 3 → 1, the same step: μ'_a = μ_p(a), g'_ab = g_p(a)p(b)",
+        source: "the equations have no preferred basis: Marsden and Ratiu 1999, §13.1 and §13.5",
+        oracle: "the fast step's own answer on the renamed description",
+        bound: BOUND,
+        cost: Cost::Cheap,
+        faults: &[FAVOURED, SEES_ATTITUDE],
+        cases: |cases| cases.fast().with_tableaux(tableaux()).boxed(),
+        check: |case, fault| settled(presentation(case, fault)),
+    },
+];
+
+/// The verdict, where a step of the oracle was refused that of its error.
+pub(super) fn settled(outcome: Result<Verdict, StepError>) -> Verdict {
+    outcome.unwrap_or_else(|error| crate::laws::method::without(&error))
+}
+
+/// Whether some step is too ill-conditioned.
+pub(super) fn hopeless(conditions: &[Condition]) -> Option<Verdict> {
+    let why = "the stage equations are nearly singular";
+    conditions.iter().any(Condition::hopeless).then(|| Verdict::inconclusive(why))
+}
+
+/// The verdict on a defect.
+pub(super) fn verdict((defect, bound, part): Judged, witness: impl Fn() -> String) -> Verdict {
+    let witness = || format!("{part}: {defect:.3e} units of round-off, of {bound:.3e}; {}", witness());
+    let u = f64::unit_roundoff();
+    evidence::note(|| of_relative::<f64>(16, defect * u, bound * u, witness()));
+    Verdict::judge(defect, bound, witness)
+}
+
+/// h.
+pub(super) fn step_of(case: &Case) -> Result<f64, StepError> {
+    case.step.eval().map_err(|error| StepError::Unsupported { why: error.to_string() })
+}
+
+fn show(list: &[f64]) -> String {
+    list.iter().map(|x| format!("{x:.17e}")).collect::<Vec<_>>().join(", ")
+}
+
+/// By what the step of the case is multiplied: generated cases are calm, and a fast step must know when it is too large.
+const STRETCHES: [f64; 4] = [1.0, 1.0, 2.0, 4.0];
+
+fn agreement(case: &Case, fault: Option<&Fault>) -> Result<Verdict, StepError> {
+    let stretch = STRETCHES[Probe::new(case, 0).integer(0, 3) as usize];
+    let (start, h) = (Body::of(case)?.start(), step_of(case)? * stretch);
+    let found = conditions(case, &start, h, STEPS).and_then(|found| Ok((found, exact(case, &start, h, STEPS)?)));
+    let (conditions, exact) = match found {
+        Ok(found) => found,
+        Err(error) => return refusal(case, &start, h, fault, &error),
+    };
+    if let Some(verdict) = hopeless(&conditions) {
+        return Ok(verdict);
+    }
+    let mut worst: Option<Verdict> = None;
+    for registers in Registers::all() {
+        let mut method = Engine::of(case, registers, fault)?;
+        let (mut point, mut residual) = (start.clone(), 0.0);
+        for (n, (condition, expected)) in conditions.iter().zip(&exact).enumerate() {
+            // The general engine takes it: so must the fast one.
+            let (next, report) = match Reporting::step(&mut method, &point, h) {
+                Ok(taken) => taken,
+                Err(error) => return Ok(Verdict::broken(format!("{registers:?}, step {}: {error}", n + 1))),
+            };
+            residual = f64::max(residual, report.residual);
+            if report.residual.is_nan() || report.residual > (1 << 14) as f64 * f64::unit_roundoff() {
+                return Ok(Verdict::broken(format!("{registers:?}, step {}: {report:?}", n + 1)));
+            }
+            let found = verdict(condition.judge(n + 1, residual, &next, expected), || {
+                let momenta = (show(&next.momentum), show(&expected.momentum));
+                format!("{registers:?}, step {} of {h}: μ' = ({}), expected ({})", n + 1, momenta.0, momenta.1)
+            });
+            worst = Some(worst.map_or(found.clone(), |worst| worst.and(found)));
+            point = next;
+        }
+    }
+    Ok(worst.unwrap_or_else(|| Verdict::inconclusive("no registers")))
+}
+
+/// Where the general engine refuses a step, the fast one refuses it for the same kind of reason.
+fn refusal(
+    case: &Case,
+    start: &Point<f64>,
+    h: f64,
+    fault: Option<&Fault>,
+    expected: &StepError,
+) -> Result<Verdict, StepError> {
+    for registers in Registers::all() {
+        let mut method = Engine::of(case, registers, fault)?;
+        match trajectory(&mut method, start, h, STEPS) {
+            Err(error) if std::mem::discriminant(&error) == std::mem::discriminant(expected) => {}
+            _ => return Ok(Verdict::inconclusive("near a fold one solver stops short of the other")),
+        }
+    }
+    evidence::note(|| of_relative::<f64>(16, 0.0, 0.0, "refused by both".into()));
+    Ok(Verdict::Holds { defect: 0.0, bound: 0.0 })
+}
+
+/// p: the axis that is called a afterwards, of ω and of v.
+fn renamed(a: usize) -> usize {
+    a / 3 * 3 + (a + 1) % 3
+}
+
+/// The case with its axes renamed.
+fn rename(case: &Case) -> Case {
+    let n = case.dimension();
+    let list = |list: &[Number]| (0..n).map(|a| list[renamed(a)].clone()).collect::<Vec<_>>();
+    let matrix = |rows: &[Vec<Number>]| (0..n).map(|a| list(&rows[renamed(a)])).collect::<Vec<_>>();
+    let mut other = case.clone();
+    match &mut other.lagrangian.inertia {
+        Inertia::Diagonal(moments) => *moments = list(moments),
+        Inertia::Full(rows) => *rows = matrix(rows),
+    }
+    for force in &mut other.forces {
+        match force {
+            Force::LinearDrag(Drag::Matrix(rows)) | Force::QuadraticDrag(Drag::Matrix(rows)) => *rows = matrix(rows),
+            Force::Constant { value } | Force::Periodic { value, .. } => *value = list(value),
+            _ => {}
+        }
+    }
+    match &mut other.start.motion {
+        Motion::Velocity(x) | Motion::Momentum(x) => *x = list(x),
+    }
+    other.start.attitude = other.start.attitude.as_ref().map(|x| list(x));
+    other
+}
+
+/// A state with its axes renamed.
+fn rename_point(point: &Point<f64>) -> Point<f64> {
+    let size = point.attitude.len().isqrt();
+    // The last row and the last column of a pose are no axes.
+    let of = |a: usize| if a < 3 { renamed(a) } else { a };
+    let attitude = (0..size * size).map(|k| point.attitude[of(k / size) * size + of(k % size)]).collect();
+    let momentum = (0..point.momentum.len()).map(|a| point.momentum[renamed(a)]).collect();
+    Point { time: point.time, momentum, attitude }
+}
+
+fn presentation(case: &Case, fault: Option<&Fault>) -> Result<Verdict, StepError> {
+    let (start, h) = (Body::of(case)?.start(), step_of(case)?);
+    let conditions = conditions(case, &start, h, 1)?;
+    if let Some(verdict) = hopeless(&conditions) {
+        return Ok(verdict);
+    }
+    let step =
+        |case: &Case, start: &Point<f64>| Reporting::step(&mut Engine::of(case, Registers::detect(), fault)?, start, h);
+    let (plain, first) = step(case, &start)?;
+    let (other, second) = step(&rename(case), &rename_point(&start))?;
+    let expected = rename_point(&plain);
+    // Both round: twice what one may.
+    let residual = first.residual.max(second.residual);
+    Ok(verdict(conditions[0].judge(2, residual, &other, &expected), || {
+        format!("μ' = ({}), expected ({})", show(&other.momentum), show(&expected.momentum))
+    }))
+}
