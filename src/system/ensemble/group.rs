@@ -87,8 +87,7 @@ struct Group<'a, T: Real, const N: usize, const D: usize, R> {
 impl<'a, T: Real, const N: usize, const D: usize, R: Retraction<T, N, D> + 'static> Group<'a, T, N, D, R> {
     fn new(members: &[(&'a System<T, N, D, R>, &Origin<T>)], size: usize, may_share: bool) -> Self {
         let systems: Vec<_> = members.iter().map(|(system, _)| *system).collect();
-        let members: Vec<_> =
-            members.iter().map(|(system, origin)| Member::new(&system.state, origin, size)).collect();
+        let members: Vec<_> = members.iter().map(|(system, origin)| Member::new(&system.state, origin, size)).collect();
         let lanes = if may_share { Lanes::new(&systems, &members) } else { None };
         let engine = lanes.map_or_else(|| Engine::General(systems.iter().map(|s| method(s)).collect()), Engine::Lanes);
         Self { systems, members, engine }
@@ -181,12 +180,7 @@ where
     R: Retraction<T, N, D> + Send + Sync + 'static,
 {
     /// Groups of the members in their order, of a case with attitudes of this size.
-    pub fn new(
-        members: &[(&'a System<T, N, D, R>, &Origin<T>)],
-        case: &'a Case,
-        size: usize,
-        may_share: bool,
-    ) -> Self {
+    pub fn new(members: &[(&'a System<T, N, D, R>, &Origin<T>)], case: &'a Case, size: usize, may_share: bool) -> Self {
         let groups = members.par_chunks(WIDTH).map(|members| Group::new(members, size, may_share)).collect();
         Self { groups, case, size }
     }
@@ -214,9 +208,9 @@ where
 
     fn statistics(&self) -> Statistics<T> {
         let parts: Vec<_> = self.groups.par_iter().map(|group| group.statistics(self.case)).collect();
-        let mut all = parts.first().map_or(Statistics::none(N, 0), |part| {
-            Statistics::none(part.momentum.len(), part.casimirs.len())
-        });
+        let mut all = parts
+            .first()
+            .map_or(Statistics::none(N, 0), |part| Statistics::none(part.momentum.len(), part.casimirs.len()));
         parts.iter().for_each(|part| all.merge(part));
         all
     }

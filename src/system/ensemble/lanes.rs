@@ -1,9 +1,9 @@
 //! Members that share the registers of [`EnsembleSo3`].
 
 use super::group::Member;
+use crate::integrators::State;
 use crate::integrators::so3::{EnsembleError, FastRetraction, LANES, Row, Terms, UnfitTableau};
 use crate::integrators::so3::{EnsembleSo3, Member as Body};
-use crate::integrators::State;
 use crate::mechanics::force::AnyForce;
 use crate::mechanics::lagrangian::AnyLagrangian;
 use crate::scalar::Real;

@@ -23,7 +23,9 @@ impl Parameter {
             let keys: &[&str] = match force {
                 Force::DoubleBracket { .. } => &["alpha"],
                 Force::Metriplectic { .. } => &["beta"],
-                Force::LinearDrag(Drag::Coefficient(_)) | Force::QuadraticDrag(Drag::Coefficient(_)) => &["coefficient"],
+                Force::LinearDrag(Drag::Coefficient(_)) | Force::QuadraticDrag(Drag::Coefficient(_)) => {
+                    &["coefficient"]
+                }
                 Force::Periodic { .. } => &["frequency", "phase"],
                 Force::LinearDrag(Drag::Matrix(_))
                 | Force::QuadraticDrag(Drag::Matrix(_))
