@@ -38,7 +38,7 @@ impl Task<'_> {
         let (steps, last) = self.file.plan::<T>().map_err(|refused| Failure::file(self.system, refused))?;
         let step = self.file.case.step.eval::<T>().map_err(|refused| Failure::file(self.system, refused))?;
         let ensemble = Ensemble::new(&self.file.case);
-        let layout = ensemble.layout().map_err(|refused| Failure::file(self.system, refused))?;
+        let layout = ensemble.layout();
         let columns = Columns::new(&self.file.case, layout.casimirs);
         let states = States::open(self.states, self.file, &columns)?;
         let ensemble = ensemble.with_parameters(states.parameters.clone());

@@ -6,6 +6,7 @@ use csv::{Position, Reader, ReaderBuilder, StringRecord, Trim};
 use euler_poincare::scalar::{Number, Real};
 use euler_poincare::system::SystemFile;
 use euler_poincare::system::ensemble::{Ensemble, Origin, Parameter};
+use rayon::prelude::*;
 use std::fs::File;
 use std::io::{self, Read};
 use std::path::{Path, PathBuf};
@@ -144,9 +145,20 @@ impl States {
     pub fn check<T: Real>(&self, ensemble: &Ensemble) -> Result<u64, Failure> {
         let mut members = self.members::<T>()?;
         let mut count = 0;
-        while let Some(origin) = members.next()? {
-            ensemble.check(&origin).map_err(|error| self.refused(members.line(), error))?;
-            count += 1;
+        loop {
+            let mut origins = Vec::new();
+            let most = ensemble.batch();
+            while let Some(origin) = if origins.len() < most { members.next()? } else { None } {
+                origins.push((members.line(), origin));
+            }
+            let outcomes: Vec<_> = origins.par_iter().map(|(_, origin)| ensemble.check(origin)).collect();
+            if let Some(((line, _), Err(error))) = origins.iter().zip(outcomes).find(|(_, outcome)| outcome.is_err()) {
+                return Err(self.refused(*line, error));
+            }
+            count += origins.len() as u64;
+            if origins.len() < most {
+                break;
+            }
         }
         if count == 0 {
             return Err(Failure::file(&self.path, "has a header and no members"));

@@ -180,22 +180,12 @@ impl Ensemble {
     }
 
     /// How many numbers describe a state.
-    ///
-    /// # Errors
-    /// A case that cannot be built.
-    pub fn layout(&self) -> Result<Layout, CaseError> {
-        let casimirs = match &self.case.algebra.structure {
-            Structure::Named(entry) => entry.casimir_count(),
-            Structure::Constants { .. } | Structure::Given { .. } => 0,
+    pub fn layout(&self) -> Layout {
+        let (casimirs, attitude) = match &self.case.algebra.structure {
+            Structure::Named(entry) => (entry.casimir_count(), entry.matrix_size()),
+            Structure::Constants { .. } | Structure::Given { .. } => (0, 0),
         };
-        Ok(Layout { dimension: self.case.dimension(), casimirs, attitude: self.attitude() })
-    }
-
-    fn attitude(&self) -> usize {
-        match &self.case.algebra.structure {
-            Structure::Named(entry) => entry.matrix_size(),
-            Structure::Constants { .. } | Structure::Given { .. } => 0,
-        }
+        Layout { dimension: self.case.dimension(), casimirs, attitude }
     }
 
     /// How many members are worth having at a time: enough for many threads, few enough for some megabytes.
@@ -222,7 +212,7 @@ impl Ensemble {
         finite("momentum", &origin.momentum)?;
         finite("time", origin.time.as_slice())?;
         if let Some(attitude) = &origin.attitude {
-            let size = self.attitude();
+            let size = self.layout().attitude;
             length("attitude", attitude.len(), size * size)?;
             finite("attitude", attitude)?;
             if let Structure::Named(entry) = &self.case.algebra.structure {
@@ -292,7 +282,7 @@ impl<T: Real> Workshop<T> for Run<'_, T> {
         };
         let shared = ensemble.parameters.is_empty();
         let members: Vec<_> = (0..).map(|k| &systems[if shared { 0 } else { k }]).zip(origins).collect();
-        drive(&mut Groups::new(&members, &ensemble.case, ensemble.attitude(), !ensemble.general));
+        drive(&mut Groups::new(&members, &ensemble.case, ensemble.layout().attitude, !ensemble.general));
         Ok(())
     }
 }
