@@ -52,8 +52,8 @@ impl Task<'_> {
         }
         let pool = rayon::ThreadPoolBuilder::new().num_threads(self.jobs.map_or(0, usize::from)).build();
         let pool = pool.map_err(|error| Failure::Computation(format!("cannot start the threads: {error}")))?;
-        let interrupt = Interrupt::catch()?;
         let total = pool.install(|| states.check::<T>(&ensemble))?;
+        let interrupt = Interrupt::catch()?;
         let out: Box<dyn Write + Send> = match self.out {
             Some(out) => Box::new(File::create(out).map_err(|error| Failure::file(out, error))?),
             None => Box::new(io::stdout()),
@@ -138,7 +138,11 @@ enum Stop {
 
 impl From<csv::Error> for Stop {
     fn from(error: csv::Error) -> Self {
-        Self::Output(error.into())
+        // The kind of the cause decides whether it is a closed pipe.
+        Self::Output(match error.into_kind() {
+            csv::ErrorKind::Io(error) => error,
+            other => io::Error::other(format!("{other:?}")),
+        })
     }
 }
 
