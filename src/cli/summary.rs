@@ -13,12 +13,12 @@ const HEADER: [&str; 11] = [
     "cases",
     "held",
     "broken",
-    "incon-\nclusive",
+    "incon-\nclus.",
     "not\nappl.",
     "worst\ndefect",
     "its\nbound",
     "ratio",
-    "time",
+    "time\n[s]",
     "cases\n/s",
 ];
 
@@ -118,7 +118,7 @@ fn row(line: &Line, ratio: Option<f64>) -> Vec<String> {
         number(line.max_defect),
         number(line.bound),
         number(ratio),
-        seconds(line.seconds),
+        seconds(line.seconds).trim_end_matches(" s").to_owned(),
         rates::rate(line).map(rates::text).unwrap_or_default(),
     ]
 }

@@ -57,7 +57,7 @@ pub struct Arguments {
     #[arg(long, requires = "out", conflicts_with = "faults")]
     resume: bool,
     /// Also write cases per second of each law, on a thread, to this file, and name the laws that were 1.5 times as fast
-    /// in the file before
+    /// in the file before; for machines that do nothing else
     #[arg(long, value_name = "FILE.csv", conflicts_with = "faults")]
     rates: Option<PathBuf>,
     /// Instead of the campaign: plant each fault of the selected laws; each must be caught within 100 cases
