@@ -70,7 +70,7 @@ fn determinant<T: Real>(n: usize, g: &dyn Fn(usize, usize) -> T) -> T {
     (0..n).fold(T::zero(), |sum, c| {
         let minor = determinant(n - 1, &|r, k| g(r, if k < c { k } else { k + 1 }));
         let term = g(n - 1, c) * minor;
-        if (n - 1 + c) % 2 == 0 { sum + term } else { sum - term }
+        if (n - 1 + c).is_multiple_of(2) { sum + term } else { sum - term }
     })
 }
 

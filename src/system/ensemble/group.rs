@@ -74,7 +74,7 @@ type Method<'a, T, const N: usize, const D: usize, R> =
 /// Who takes the steps of a group.
 enum Engine<'a, T: Real, const N: usize, const D: usize, R> {
     General(Vec<Method<'a, T, N, D, R>>),
-    Lanes(Lanes),
+    Lanes(Box<Lanes>),
 }
 
 /// At most eight members.
@@ -88,7 +88,7 @@ impl<'a, T: Real, const N: usize, const D: usize, R: Retraction<T, N, D> + 'stat
     fn new(members: &[(&'a System<T, N, D, R>, &Origin<T>)], size: usize, may_share: bool) -> Self {
         let systems: Vec<_> = members.iter().map(|(system, _)| *system).collect();
         let members: Vec<_> = members.iter().map(|(system, origin)| Member::new(&system.state, origin, size)).collect();
-        let lanes = if may_share { Lanes::new(&systems, &members) } else { None };
+        let lanes = if may_share { Lanes::new(&systems, &members).map(Box::new) } else { None };
         let engine = lanes.map_or_else(|| Engine::General(systems.iter().map(|s| method(s)).collect()), Engine::Lanes);
         Self { systems, members, engine }
     }

@@ -26,7 +26,7 @@ use rayon::prelude::*;
 /// Members that share a group.
 pub(super) const WIDTH: usize = crate::integrators::so3::LANES;
 
-/// An attitude is refused that is further than this from its group (see [`departure`]).
+/// An attitude is refused that is further than this from its group (see [`departure()`]).
 pub const FAR_FROM_GROUP: f64 = 1e-8;
 
 /// Where a member starts.

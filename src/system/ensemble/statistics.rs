@@ -78,7 +78,7 @@ pub struct Statistics<T> {
     pub energy: Moments<T>,
     /// Of the Casimirs that are known.
     pub casimirs: Vec<Moments<T>>,
-    /// The largest [`crate::group::departure`] of an attitude: |gᵀg − 1| for rotations. 0 without a group.
+    /// The largest [`crate::group::departure()`] of an attitude: |gᵀg − 1| for rotations. 0 without a group.
     pub departure: T,
 }
 
