@@ -2,6 +2,8 @@
 
 #[path = "command/campaign.rs"]
 mod campaign;
+#[path = "command/ensemble.rs"]
+mod ensemble;
 #[path = "command/order.rs"]
 mod order;
 #[path = "command/page.rs"]

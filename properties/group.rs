@@ -4,7 +4,7 @@
 
 use euler_poincare::algebra::catalogue::Entry;
 use euler_poincare::algebra::{AlgebraError, Covector, LieAlgebra, Matrix, Vector, elimination};
-use euler_poincare::group::{LieGroup, MatrixGroup, So3, so3};
+use euler_poincare::group::{LieGroup, MatrixGroup, So3, departure, so3};
 use euler_poincare::scalar::{Dd, Dual, Real, Scalar};
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
@@ -367,4 +367,46 @@ fn distance_never_hides_a_nan() {
     assert_eq!(general.inverse(&h), None);
     assert_eq!(general.inverse(&Matrix::<f64, 3>::zeros()), None);
     assert_eq!(general.adjoint(&Matrix::<f64, 3>::zeros()), None);
+}
+
+/// Elements of the group have none; what is off by δ in any direction that leaves the tangent space has about δ.
+fn departure_is_that_from_the_group<const N: usize, const D: usize, T: Real>(entry: &Entry) {
+    let mut rng = ChaCha8Rng::seed_from_u64(77);
+    let group = MatrixGroup::<T, N, D>::from_entry(entry).unwrap();
+    let size = entry.matrix_size();
+    let of = |g: &Matrix<T, D>| departure(entry, &|r, c| g[(r, c)]).to_f64();
+    for _ in 0..50 {
+        let g = random_element(&group, &mut rng);
+        assert!(of(&g) < 1e4 * T::unit_roundoff().to_f64(), "{entry:?}: {:e}", of(&g));
+        let delta = 1e-6;
+        let off = Matrix::<T, D>::from_fn(|_, _| uniform::<T>(&mut rng) * T::exact(delta));
+        // What of the change, seen from g, is not in the algebra.
+        let seen = group.inverse(&g).unwrap() * off;
+        let block =
+            |m: Matrix<T, D>| Matrix::<T, D>::from_fn(|r, c| if r < size && c < size { m[(r, c)] } else { T::zero() });
+        let outside = block(seen - group.hat(&group.vee(&seen)));
+        let outside = outside.iter().fold(0.0f64, |most, v| most.max(v.to_f64().abs()));
+        let found = of(&(g + block(off)));
+        assert!(found < 100.0 * delta && found > 0.01 * outside, "{entry:?}: {found:e} {outside:e}");
+        assert_eq!(of(&(g * T::exact(f64::NAN))), f64::INFINITY);
+    }
+}
+
+#[test]
+fn departure_sees_what_is_not_in_the_group() {
+    for_catalogue!(departure_is_that_from_the_group, f64);
+    for_catalogue!(departure_is_that_from_the_group, Dd);
+    for name in ["so3", "so4", "se2", "se3", "aff1"] {
+        let entry: Entry = name.parse().unwrap();
+        let mirror = |r, c| {
+            if r != c {
+                0.0
+            } else if r == 0 {
+                -1.0
+            } else {
+                1.0
+            }
+        };
+        assert_eq!(departure(&entry, &mirror), f64::INFINITY, "{name}");
+    }
 }

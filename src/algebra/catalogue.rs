@@ -203,6 +203,11 @@ impl Entry {
         Ok(self.forms().into_iter().map(form).collect())
     }
 
+    /// How many [`casimirs`](Self::casimirs) there are.
+    pub fn casimir_count(&self) -> usize {
+        self.forms().len()
+    }
+
     fn forms(&self) -> Vec<Form> {
         let squares = |range: std::ops::Range<usize>| Form::Monomials(range.map(|a| (a, a, 1)).collect());
         let mixed = || Form::Monomials((0..3).map(|i| (i, 3 + i, 1)).collect());

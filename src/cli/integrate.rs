@@ -1,11 +1,14 @@
 //! `integrate`: a system described in a file, from its initial state to its horizon, as CSV and as a figure.
 
 mod columns;
+mod ensemble;
 mod plot;
 mod run;
+mod states;
 
 use super::{Failure, printed};
 use clap::builder::PossibleValuesParser;
+use ensemble::Task;
 use euler_poincare::scalar::{Dd, Real};
 use euler_poincare::system::ScalarName;
 use euler_poincare::system::SystemFile;
@@ -22,7 +25,21 @@ balance = energy - initial energy - work; casimir_1 ... (those known for the alg
 (none where the algebra has no group); residual (largest) and iterations (sum) of the steps since the last row.
 
 A step that fails (a fold, a stage outside the retraction's domain) ends the run with exit code 1; the rows up to the last
-state that was reached are written. A file that is refused: exit code 2, with the line and what is allowed there.";
+state that was reached are written. A file that is refused: exit code 2, with the line and what is allowed there.
+
+With --ensemble: STATES.csv has a header and one row a member, with the columns mu_1 ... (all); t; g_11 ... (all or none);
+inertia_1 ... (where the system's inertia is diagonal) and force_1_alpha, force_2_coefficient, ... (the coefficients of the
+terms of the force that are one number: alpha, beta, coefficient, frequency, phase). What has no column is the system file's.
+Other columns that `integrate` writes are ignored, so that the result of one run is the start of another. Numbers as in the
+system file: 0.25, 1/3, sqrt(2). The whole file is checked before the run.
+Final states, a row a member in the order of input: member; t; mu_1 ...; eta_1 ...; energy; casimir_1 ...; g_11 ...; residual
+(largest) and iterations (sum) of all steps, empty where members share registers (so3 with a quadratic Lagrangian, f64, at most
+8 stages, no periodic force; see --general); status: ok, or why the member stopped. A member that fails keeps its last state,
+the others go on, and the exit code is 1.
+--statistics, a row a time (every N steps, the first and the last): elapsed, since the start of each member; members, those
+that have not failed; _mean, _std (divided by the number of members), _min and _max of mu_1 ..., energy, casimir_1 ...;
+g_departure_max, by how much an attitude violates the equations of its group (rotations: |g'g - 1|).
+Ctrl-C writes what is done (exit code 130). The result is the same, byte for byte, for any number of jobs.";
 
 /// Options of `integrate`. What is given here replaces what the file says.
 #[derive(clap::Args)]
@@ -49,6 +66,18 @@ pub struct Arguments {
     /// A row every N steps
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u64).range(1..=MAX_STEPS))]
     every: Option<u64>,
+    /// Many initial states: one row a member, see below
+    #[arg(long, value_name = "STATES.csv", conflicts_with = "plot")]
+    ensemble: Option<PathBuf>,
+    /// Mean, spread and range over the members at every output time, in place of their final states
+    #[arg(long, requires = "ensemble")]
+    statistics: bool,
+    /// The general engine also where members could share registers: slower, but it reports residual and iterations
+    #[arg(long, requires = "ensemble")]
+    general: bool,
+    /// How many threads; default: one per core
+    #[arg(long, value_name = "N", requires = "ensemble", value_parser = clap::value_parser!(u16).range(1..=1024))]
+    jobs: Option<u16>,
 }
 
 pub fn run(arguments: Arguments) -> Result<ExitCode, Failure> {
@@ -67,12 +96,30 @@ pub fn run(arguments: Arguments) -> Result<ExitCode, Failure> {
         Some(_) => file.scalar = ScalarName::F64,
         None => {}
     }
+    if let Some(states) = &arguments.ensemble {
+        return many(&file, path, states, &arguments);
+    }
     let csv = arguments.out.or(file.output.csv.as_ref().map(PathBuf::from)).filter(|out| out != Path::new("-"));
     let svg = arguments.plot.or(file.output.svg.as_ref().map(PathBuf::from));
     distinct(&[Some(path), csv.as_deref(), svg.as_deref()])?;
     match file.scalar {
         ScalarName::F64 => integrate::<f64>(&file, path, csv.as_deref(), svg.as_deref()),
         ScalarName::Dd => integrate::<Dd>(&file, path, csv.as_deref(), svg.as_deref()),
+    }
+}
+
+/// An ensemble. The names of output files in the system file are those of a trajectory, and not used.
+fn many(file: &SystemFile, path: &Path, states: &Path, arguments: &Arguments) -> Result<ExitCode, Failure> {
+    if arguments.every.is_some() && !arguments.statistics {
+        return Err(Failure::Usage("--every with --ensemble is for --statistics: final states have no times".into()));
+    }
+    let out = arguments.out.as_deref().filter(|out| *out != Path::new("-"));
+    distinct(&[Some(path), Some(states), out])?;
+    let Arguments { statistics, general, jobs, .. } = *arguments;
+    let task = Task { file, system: path, states, out, statistics, general, jobs };
+    match file.scalar {
+        ScalarName::F64 => task.run::<f64>(),
+        ScalarName::Dd => task.run::<Dd>(),
     }
 }
 

@@ -13,6 +13,7 @@ mod plot;
 pub mod probe;
 mod program;
 mod progress;
+mod rates;
 pub mod replay;
 pub mod report;
 mod summary;

@@ -1,5 +1,6 @@
 //! What a campaign found, for people.
 
+use super::rates;
 use super::table::{entries, seconds, table};
 use super::verify::Subject;
 use euler_poincare::harness::{Line, Report, Summary};
@@ -7,8 +8,19 @@ use euler_poincare::system::Case;
 use std::collections::BTreeMap;
 use std::fmt;
 
-const HEADER: [&str; 10] =
-    ["law", "cases", "held", "broken", "incon-\nclusive", "not\nappl.", "worst\ndefect", "its\nbound", "ratio", "time"];
+const HEADER: [&str; 11] = [
+    "law",
+    "cases",
+    "held",
+    "broken",
+    "incon-\nclus.",
+    "not\nappl.",
+    "worst\ndefect",
+    "its\nbound",
+    "ratio",
+    "time\n[s]",
+    "cases\n/s",
+];
 
 /// A report, with how it was run.
 pub struct Campaign<'a> {
@@ -106,7 +118,8 @@ fn row(line: &Line, ratio: Option<f64>) -> Vec<String> {
         number(line.max_defect),
         number(line.bound),
         number(ratio),
-        seconds(line.seconds),
+        seconds(line.seconds).trim_end_matches(" s").to_owned(),
+        rates::rate(line).map(rates::text).unwrap_or_default(),
     ]
 }
 

@@ -5,9 +5,11 @@
 use crate::algebra::{Covector, LieAlgebra, Matrix, Vector};
 use crate::scalar::{Real, Scalar};
 
+mod departure;
 mod matrix;
 pub mod so3;
 
+pub use departure::departure;
 pub use matrix::MatrixGroup;
 pub use so3::So3;
 

@@ -81,6 +81,20 @@ impl Wrap for AsItIs {
     }
 }
 
+/// What is done with systems of this crate's own types, of one algebra: they can be shared between threads.
+pub(super) trait Workshop<T: Real> {
+    /// The result.
+    type Output;
+
+    /// Does it; `build` makes a system of a case on the algebra and with the retraction of the first.
+    fn work<const N: usize, const D: usize, R>(
+        self,
+        build: impl Fn(&Case) -> Result<System<T, N, D, R>, CaseError> + Sync,
+    ) -> Self::Output
+    where
+        R: Retraction<T, N, D> + Clone + Send + Sync + 'static;
+}
+
 /// Builds and does nothing.
 struct Build;
 
@@ -102,14 +116,14 @@ pub(crate) type Parts<T, const N: usize, const D: usize> =
 type Make<T, const N: usize, const D: usize, R> =
     fn(&LieAlgebra<T, N>, &Option<MatrixGroup<T, N, D>>, Tau) -> Result<R, Problem>;
 
-/// so(3) in its standard basis by itself, and the dimensions listed.
+/// so(3) in its standard basis by itself, and the dimensions listed: N, D and the retraction's maker, handed to a macro.
 macro_rules! door {
-    ($case:ident, $wrap:ident, $visitor:ident, $($n:literal => $d:literal),*) => {{
+    ($case:ident, $enter:ident, $($n:literal => $d:literal),*) => {{
         if $case.algebra.structure == Structure::Named(Entry::So3) && $case.algebra.basis.is_none() {
-            return Ok($visitor.visit($case.assemble::<T, 3, 3, _, _>($wrap, standard)?));
+            return $enter!(3, 3, standard);
         }
         match $case.dimension() {
-            $($n => Ok($visitor.visit($case.assemble::<T, $n, $d, _, _>($wrap, general)?)),)*
+            $($n => $enter!($n, $d, general),)*
             n => {
                 let allowed: Vec<_> = [$($n),*].iter().map(usize::to_string).collect();
                 Err(Place::root().key("algebra").error(Problem::Range {
@@ -135,7 +149,12 @@ impl Case {
     /// # Errors
     /// Those of [`Case::dispatch`].
     pub fn dispatch_with<T: Real, V: Visitor<T>>(&self, wrap: &impl Wrap, visitor: V) -> Result<V::Output, CaseError> {
-        door!(self, wrap, visitor, 1 => 3, 2 => 4, 3 => 5, 4 => 6, 5 => 7, 6 => 8, 7 => 9, 8 => 10)
+        macro_rules! enter {
+            ($n:literal, $d:literal, $make:ident) => {
+                Ok(visitor.visit(self.assemble::<T, $n, $d, _, _>(wrap, $make)?))
+            };
+        }
+        door!(self, enter, 1 => 3, 2 => 4, 3 => 5, 4 => 6, 5 => 7, 6 => 8, 7 => 9, 8 => 10)
     }
 
     /// [`Case::dispatch`] for the dimensions 2, 3, 4 and 6 alone: half as much to compile.
@@ -155,7 +174,25 @@ impl Case {
         wrap: &impl Wrap,
         visitor: V,
     ) -> Result<V::Output, CaseError> {
-        door!(self, wrap, visitor, 2 => 4, 3 => 5, 4 => 6, 6 => 8)
+        macro_rules! enter {
+            ($n:literal, $d:literal, $make:ident) => {
+                Ok(visitor.visit(self.assemble::<T, $n, $d, _, _>(wrap, $make)?))
+            };
+        }
+        door!(self, enter, 2 => 4, 3 => 5, 4 => 6, 6 => 8)
+    }
+
+    /// The case's dimension and retraction as types, for more cases than this one.
+    ///
+    /// # Errors
+    /// A dimension that is not compiled in.
+    pub(super) fn workshop<T: Real, V: Workshop<T>>(&self, workshop: V) -> Result<V::Output, CaseError> {
+        macro_rules! enter {
+            ($n:literal, $d:literal, $make:ident) => {
+                Ok(workshop.work::<$n, $d, _>(|case| case.assemble(&AsItIs, $make)))
+            };
+        }
+        door!(self, enter, 1 => 3, 2 => 4, 3 => 5, 4 => 6, 5 => 7, 6 => 8, 7 => 9, 8 => 10)
     }
 
     /// Whether the case can be built (in `f64`).

@@ -7,6 +7,7 @@ mod arbitrary;
 pub mod case;
 pub mod dispatch;
 mod document;
+pub mod ensemble;
 pub mod error;
 pub mod file;
 mod fixed;

@@ -10,6 +10,7 @@
 //! | [`measure`] | errors and times |
 //! | [`machine`] | what it ran on |
 //! | [`report`], [`figure`] | the table, the file and the plot |
+//! | [`rounding`] | how rounding errors grow, of this crate alone |
 
 pub mod contender;
 pub mod differential_equations;
@@ -27,5 +28,6 @@ pub mod problem;
 pub mod reference;
 pub mod report;
 pub mod rk4;
+pub mod rounding;
 #[cfg(feature = "russell")]
 pub mod russell;

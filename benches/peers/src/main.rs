@@ -6,18 +6,21 @@ use peers::machine::Machine;
 use peers::measure::{Plan, measure};
 use peers::problem::Problem;
 use peers::report::{Panel, Report};
+use peers::rounding;
 use std::error::Error;
 use std::path::PathBuf;
 use std::process::ExitCode;
 
 const USAGE: &str = "\
 usage: peers [--quick] [--svg PATH] [--json PATH] [--only WORD]...
+       peers --rounding
 
   --quick      a second or two, to see that everything works: it fails if a contender gives no answer, or ours
                misses a tolerance; its times say little
   --svg PATH   the plot (default: work-precision.svg here; with --quick: none)
   --json PATH  every error and time (default: work-precision.json here; with --quick: none)
   --only WORD  only problems and contenders that have the word in their name
+  --rounding   instead: how rounding errors grow over 10^7 steps, in a minute or two; it fails if faster than n^0.6
 ";
 
 #[derive(Default)]
@@ -26,6 +29,7 @@ struct Arguments {
     svg: Option<PathBuf>,
     json: Option<PathBuf>,
     only: Vec<String>,
+    rounding: bool,
 }
 
 fn arguments() -> Result<Arguments, String> {
@@ -38,6 +42,7 @@ fn arguments() -> Result<Arguments, String> {
             "--svg" => arguments.svg = Some(value()?.into()),
             "--json" => arguments.json = Some(value()?.into()),
             "--only" => arguments.only.push(value()?),
+            "--rounding" => arguments.rounding = true,
             _ => return Err(format!("unknown argument {word}\n\n{USAGE}")),
         }
     }
@@ -49,6 +54,9 @@ fn arguments() -> Result<Arguments, String> {
 }
 
 fn run(arguments: &Arguments) -> Result<(), Box<dyn Error>> {
+    if arguments.rounding {
+        return rounding::run();
+    }
     let plan = if arguments.quick { Plan::quick() } else { Plan::full() };
     let mut contenders = contender::all();
     let mut problems = Problem::all();

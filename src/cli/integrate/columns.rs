@@ -40,24 +40,57 @@ impl Columns {
         self.energy() + 3
     }
 
-    /// The names.
+    /// The names of a trajectory's columns.
     pub fn header(&self) -> String {
-        let mut line = String::from("t");
-        let mut add = |name: String| {
-            line.push(',');
-            line.push_str(&name);
-        };
-        (1..=self.dimension).for_each(|a| add(format!("mu_{a}")));
-        (1..=self.dimension).for_each(|a| add(format!("eta_{a}")));
-        ["energy", "work", "balance"].into_iter().for_each(|name| add(name.into()));
-        (1..=self.casimirs).for_each(|k| add(format!("casimir_{k}")));
-        let gap = if self.attitude > 9 { "_" } else { "" };
-        for row in 1..=self.attitude {
-            (1..=self.attitude).for_each(|column| add(format!("g_{row}{gap}{column}")));
+        let own = ["energy", "work", "balance"].map(String::from).to_vec();
+        let ends = ["residual", "iterations"].map(String::from).to_vec();
+        let (eta, casimirs) = (self.velocities(), self.casimir_names());
+        [vec!["t".into()], self.momenta(), eta, own, casimirs, self.attitude_names(), ends].concat().join(",")
+    }
+
+    /// The names of the columns of the final states of an ensemble.
+    pub fn states(&self) -> Vec<String> {
+        let starts = ["member", "t"].map(String::from).to_vec();
+        let ends = ["residual", "iterations", "status"].map(String::from).to_vec();
+        let (eta, energy, casimirs) = (self.velocities(), vec!["energy".into()], self.casimir_names());
+        [starts, self.momenta(), eta, energy, casimirs, self.attitude_names(), ends].concat()
+    }
+
+    /// The names of the columns of an ensemble's statistics.
+    pub fn statistics(&self) -> Vec<String> {
+        let mut names = ["elapsed", "members"].map(String::from).to_vec();
+        for name in [self.momenta(), vec!["energy".into()], self.casimir_names()].concat() {
+            names.extend(["mean", "std", "min", "max"].map(|of| format!("{name}_{of}")));
         }
-        add("residual".into());
-        add("iterations".into());
-        line
+        if self.attitude > 0 {
+            names.push("g_departure_max".into());
+        }
+        names
+    }
+
+    /// `mu_1` … `mu_n`.
+    pub fn momenta(&self) -> Vec<String> {
+        (1..=self.dimension).map(|a| format!("mu_{a}")).collect()
+    }
+
+    /// `g_11` … by rows.
+    pub fn attitude_names(&self) -> Vec<String> {
+        let gap = if self.attitude > 9 { "_" } else { "" };
+        let entries = 0..self.attitude * self.attitude;
+        entries.map(|k| format!("g_{}{gap}{}", k / self.attitude + 1, k % self.attitude + 1)).collect()
+    }
+
+    /// Numbered columns that follow from the state.
+    pub fn derived(&self) -> Vec<String> {
+        [self.velocities(), self.casimir_names()].concat()
+    }
+
+    fn velocities(&self) -> Vec<String> {
+        (1..=self.dimension).map(|a| format!("eta_{a}")).collect()
+    }
+
+    fn casimir_names(&self) -> Vec<String> {
+        (1..=self.casimirs).map(|k| format!("casimir_{k}")).collect()
     }
 }
 

@@ -3,6 +3,7 @@
 use super::files::Found;
 use super::numbers::*;
 use super::page::{self, Column::*, gauge, header, scrolling};
+use crate::cli::rates;
 use maud::{Markup, html};
 
 /// The section.
@@ -21,7 +22,7 @@ pub fn section(found: &Found) -> Markup {
         }
         @if !rows.is_empty() { (scrolling("Timings", html! {
             table.timings {
-                (header(&[Text("law"), Text("share"), Number("total"), Number("checks"), Number("mean"), Number("longest")]))
+                (header(&[Text("law"), Text("share"), Number("total"), Number("checks"), Number("mean"), Number("a second"), Number("longest")]))
                 tbody {
                     @for (law, time) in rows {
                         tr {
@@ -30,6 +31,7 @@ pub fn section(found: &Found) -> Markup {
                             td.number { (duration(time.total)) }
                             td.number { (integer(time.checks)) }
                             td.number { (duration(time.total / time.checks.max(1) as f64)) }
+                            td.number { @if time.total > 0.0 { (rates::text(time.checks as f64 / time.total)) } }
                             td.number { (duration(time.longest)) }
                         }
                     }

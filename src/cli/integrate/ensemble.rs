@@ -1,0 +1,394 @@
+//! `integrate --ensemble`: many members in batches, to final states or to statistics over time.
+
+use super::columns::{Columns, print};
+use super::run::PATIENCE;
+use super::states::{Members, States};
+use crate::cli::interrupt::Interrupt;
+use crate::cli::{Failure, printed};
+use euler_poincare::scalar::Real;
+use euler_poincare::system::SystemFile;
+use euler_poincare::system::ensemble::{Batch, Ensemble, Moments, Origin, Sample, Statistics};
+use indicatif::{ProgressBar, ProgressStyle};
+use std::fs::File;
+use std::io::{self, BufWriter, IsTerminal, Write};
+use std::path::Path;
+use std::process::ExitCode;
+use std::time::{Duration, Instant};
+
+/// The most times of which statistics are kept.
+const MOST_TIMES: u64 = 100_000;
+
+/// How long the members of a batch go on before the keyboard and the progress are looked at.
+const SLICE: Duration = Duration::from_millis(100);
+
+/// What is asked for.
+pub struct Task<'a> {
+    pub file: &'a SystemFile,
+    pub system: &'a Path,
+    pub states: &'a Path,
+    pub out: Option<&'a Path>,
+    pub statistics: bool,
+    pub general: bool,
+    pub jobs: Option<u16>,
+}
+
+impl Task<'_> {
+    /// Does it, in the arithmetic `T`.
+    pub fn run<T: Real>(&self) -> Result<ExitCode, Failure> {
+        let (steps, last) = self.file.plan::<T>().map_err(|refused| Failure::file(self.system, refused))?;
+        let step = self.file.case.step.eval::<T>().map_err(|refused| Failure::file(self.system, refused))?;
+        let ensemble = Ensemble::new(&self.file.case);
+        let layout = ensemble.layout();
+        let columns = Columns::new(&self.file.case, layout.casimirs);
+        let states = States::open(self.states, self.file, &columns)?;
+        let ensemble = ensemble.with_parameters(states.parameters.clone());
+        let ensemble = if self.general { ensemble.general() } else { ensemble };
+        let times = times(steps + u64::from(last.is_some()), self.file.output.every);
+        if self.statistics && times > MOST_TIMES {
+            let every = (steps + 1).div_ceil(MOST_TIMES - 2);
+            return Err(Failure::Usage(format!(
+                "statistics of {times} times are more than {MOST_TIMES}: --every {every} or more is needed"
+            )));
+        }
+        let pool = rayon::ThreadPoolBuilder::new().num_threads(self.jobs.map_or(0, usize::from)).build();
+        let pool = pool.map_err(|error| Failure::Computation(format!("cannot start the threads: {error}")))?;
+        let total = pool.install(|| states.check::<T>(&ensemble))?;
+        let interrupt = Interrupt::catch()?;
+        let out: Box<dyn Write + Send> = match self.out {
+            Some(out) => Box::new(File::create(out).map_err(|error| Failure::file(out, error))?),
+            None => Box::new(io::stdout()),
+        };
+        let shown = io::stderr().is_terminal() && (self.out.is_some() || !io::stdout().is_terminal());
+        let mut run = Run {
+            ensemble: &ensemble,
+            columns: &columns,
+            parts: [(steps, step), (u64::from(last.is_some()), last.unwrap_or(step))],
+            every: self.file.output.every,
+            interrupt,
+            progress: Progress::new(total, steps + u64::from(last.is_some()), shown),
+            out: csv::Writer::from_writer(BufWriter::with_capacity(1 << 16, out)),
+            line: String::new(),
+            ended: Ended::default(),
+        };
+        let members = states.members::<T>()?;
+        let outcome = pool.install(|| {
+            if self.statistics {
+                run.statistics(members, layout.dimension, layout.casimirs)
+            } else {
+                run.states(members)
+            }
+        });
+        run.progress.clear();
+        match outcome {
+            Err(Stop::Output(error)) => match self.out {
+                Some(out) => return Err(Failure::file(out, error)),
+                None => printed(Err(error))?,
+            },
+            Err(Stop::Failure(failure)) => return Err(failure),
+            Ok(()) => {}
+        }
+        self.end(&run.ended, total, run.progress.start.elapsed())
+    }
+
+    fn end(&self, ended: &Ended, total: u64, time: Duration) -> Result<ExitCode, Failure> {
+        let Ended { members, failed, steps, first, interrupted } = ended;
+        let count = |n: u64| if n == 1 { "1 member".to_owned() } else { format!("{n} members") };
+        if let Some(out) = self.out {
+            let seconds = time.as_secs_f64();
+            let rate = *steps as f64 / seconds.max(1e-9);
+            let text = format!("{}: {}, {steps} steps, {rate:.1e} a second", out.display(), count(*members));
+            printed(writeln!(io::stdout(), "{text}"))?;
+        }
+        if *interrupted {
+            eprintln!("interrupted: {} of {total} done", count(*members));
+            return Ok(Interrupt::exit_code());
+        }
+        match first {
+            None => Ok(ExitCode::SUCCESS),
+            Some(first) => {
+                let of = format!("{failed} of {} failed; the first: {first}", count(total));
+                Err(Failure::Computation(of))
+            }
+        }
+    }
+}
+
+/// How many rows of statistics there are: the start, every so many steps, and the end.
+fn times(steps: u64, every: u64) -> u64 {
+    1 + steps.div_ceil(every)
+}
+
+/// What has become of the members.
+#[derive(Debug, Default)]
+struct Ended {
+    /// Whole batches of them.
+    members: u64,
+    failed: u64,
+    steps: u64,
+    /// The first that failed, and why.
+    first: Option<String>,
+    interrupted: bool,
+}
+
+/// Why a run ends early.
+enum Stop {
+    Output(io::Error),
+    Failure(Failure),
+}
+
+impl From<csv::Error> for Stop {
+    fn from(error: csv::Error) -> Self {
+        // The kind of the cause decides whether it is a closed pipe.
+        Self::Output(match error.into_kind() {
+            csv::ErrorKind::Io(error) => error,
+            other => io::Error::other(format!("{other:?}")),
+        })
+    }
+}
+
+impl From<io::Error> for Stop {
+    fn from(error: io::Error) -> Self {
+        Self::Output(error)
+    }
+}
+
+impl From<Failure> for Stop {
+    fn from(failure: Failure) -> Self {
+        Self::Failure(failure)
+    }
+}
+
+struct Run<'a, T> {
+    ensemble: &'a Ensemble,
+    columns: &'a Columns,
+    /// Steps of one size, and a last one of another.
+    parts: [(u64, T); 2],
+    every: u64,
+    interrupt: Interrupt,
+    progress: Progress,
+    out: csv::Writer<BufWriter<Box<dyn Write + Send>>>,
+    line: String,
+    ended: Ended,
+}
+
+impl<T: Real> Run<'_, T> {
+    /// Batch after batch, to the end of their time.
+    fn each(
+        &mut self,
+        mut members: Members<'_, T>,
+        mut drive: impl FnMut(&mut Self, &mut dyn Batch<T>) -> Result<(), Stop>,
+    ) -> Result<(), Stop> {
+        let most = self.ensemble.batch();
+        while !self.interrupt.is_set() {
+            let origins: Vec<Origin<T>> = members.batch(most)?;
+            if origins.is_empty() {
+                return Ok(());
+            }
+            let mut outcome = Ok(());
+            let ensemble = self.ensemble;
+            ensemble
+                .run(&origins, &mut |batch| outcome = drive(self, batch))
+                .map_err(|error| Failure::Computation(format!("after member {}: {error}", self.ended.members)))?;
+            outcome?;
+        }
+        self.ended.interrupted = true;
+        Ok(())
+    }
+
+    /// `steps` steps of a batch of so many members, in slices; whether it came to the end of them.
+    fn advance(&mut self, batch: &mut dyn Batch<T>, h: T, steps: u64) -> bool {
+        let mut left = steps;
+        let mut slice = self.progress.slice.max(1);
+        while left > 0 && batch.going() > 0 {
+            if self.interrupt.is_set() {
+                return false;
+            }
+            let (now, clock) = (left.min(slice), Instant::now());
+            batch.advance(h, now);
+            left -= now;
+            self.progress.add(now * batch.going() as u64);
+            let time = clock.elapsed();
+            if time < SLICE / 2 && now == slice {
+                slice *= 2;
+            } else if time > SLICE * 2 {
+                slice = (slice / 2).max(1);
+            }
+        }
+        self.progress.slice = slice;
+        true
+    }
+
+    /// One row a member.
+    fn states(&mut self, members: Members<'_, T>) -> Result<(), Stop> {
+        self.out.write_record(self.columns.states())?;
+        self.each(members, |run, batch| {
+            let parts = run.parts;
+            let whole = parts.into_iter().all(|(steps, h)| run.advance(batch, h, steps));
+            for sample in batch.samples() {
+                run.row(&sample, whole)?;
+            }
+            run.progress.batch(run.ended.members);
+            Ok(())
+        })?;
+        Ok(self.out.flush()?)
+    }
+
+    fn row(&mut self, sample: &Sample<T>, whole: bool) -> Result<(), Stop> {
+        let member = self.count(sample);
+        self.out.write_field(member.to_string())?;
+        let energy = [sample.energy];
+        let lists: [&[T]; 5] = [&sample.momentum, &sample.velocity, &energy, &sample.casimirs, &sample.attitude];
+        for value in [sample.time].iter().chain(lists.into_iter().flatten()) {
+            self.number(*value)?;
+        }
+        match sample.work {
+            Some((residual, iterations)) => {
+                self.number(residual)?;
+                self.out.write_field(iterations.to_string())?;
+            }
+            None => {
+                self.out.write_field("")?;
+                self.out.write_field("")?;
+            }
+        }
+        match &sample.failure {
+            Some(failure) => self.out.write_field(failure)?,
+            None if whole => self.out.write_field("ok")?,
+            None => self.out.write_field(format!("interrupted after {} steps", sample.steps))?,
+        }
+        Ok(self.out.write_record(None::<&[u8]>)?)
+    }
+
+    /// Notes what has become of a member; its number.
+    fn count(&mut self, sample: &Sample<T>) -> u64 {
+        let ended = &mut self.ended;
+        ended.members += 1;
+        ended.steps += sample.steps;
+        if let Some(failure) = &sample.failure {
+            ended.failed += 1;
+            let member = ended.members;
+            ended.first.get_or_insert_with(|| format!("member {member}, {failure}"));
+        }
+        ended.members
+    }
+
+    fn number(&mut self, value: T) -> Result<(), Stop> {
+        self.line.clear();
+        print(&mut self.line, value);
+        Ok(self.out.write_field(&self.line)?)
+    }
+
+    /// One row a time.
+    fn statistics(&mut self, members: Members<'_, T>, dimension: usize, casimirs: usize) -> Result<(), Stop> {
+        let [(whole, _), (rest, _)] = self.parts;
+        let rows = times(whole + rest, self.every) as usize;
+        let mut table = vec![Statistics::<T>::none(dimension, casimirs); rows];
+        self.each(members, |run, batch| {
+            let mut rows = table.iter_mut();
+            let mut look = |batch: &dyn Batch<T>| rows.next().map(|row| row.merge(&batch.statistics()));
+            look(batch);
+            let (parts, every, mut done) = (run.parts, run.every, 0);
+            'parts: for (steps, h) in parts {
+                let end = done + steps;
+                while done < end {
+                    let next = (done + every - done % every).min(end);
+                    if !run.advance(batch, h, next - done) {
+                        break 'parts;
+                    }
+                    done = next;
+                    if done.is_multiple_of(every) || done == whole + rest {
+                        look(batch);
+                    }
+                }
+            }
+            for sample in batch.samples() {
+                run.count(&sample);
+            }
+            run.progress.batch(run.ended.members);
+            Ok(())
+        })?;
+        self.table(&table)
+    }
+
+    fn table(&mut self, table: &[Statistics<T>]) -> Result<(), Stop> {
+        let [(whole, h), (_, last)] = self.parts;
+        self.out.write_record(self.columns.statistics())?;
+        for (k, row) in table.iter().enumerate() {
+            let step = k as u64 * self.every;
+            // The end, where it is not a multiple.
+            let elapsed = if step <= whole {
+                T::int(step as i64) * h
+            } else {
+                T::int(whole as i64) * h + if self.parts[1].0 > 0 { last } else { T::zero() }
+            };
+            self.number(elapsed)?;
+            self.out.write_field(row.members.to_string())?;
+            let energy = [row.energy];
+            let lists: [&[Moments<T>]; 3] = [&row.momentum, &energy, &row.casimirs];
+            for moments in lists.into_iter().flatten() {
+                for value in [moments.mean(), moments.deviation(), moments.min(), moments.max()] {
+                    if moments.count() > 0 {
+                        self.number(value)?;
+                    } else {
+                        self.out.write_field("")?;
+                    }
+                }
+            }
+            if self.columns.attitude > 0 {
+                self.number(row.departure)?;
+            }
+            self.out.write_record(None::<&[u8]>)?;
+        }
+        Ok(self.out.flush()?)
+    }
+}
+
+/// A bar on a terminal, after two seconds.
+struct Progress {
+    start: Instant,
+    shown: bool,
+    total: u64,
+    /// Steps of all members, those of members that failed too when their batch is done.
+    done: u64,
+    steps: u64,
+    bar: Option<ProgressBar>,
+    /// How many steps a batch takes between two looks at the keyboard.
+    slice: u64,
+}
+
+impl Progress {
+    fn new(members: u64, steps: u64, shown: bool) -> Self {
+        let total = members.saturating_mul(steps);
+        Self { start: Instant::now(), shown, total, done: 0, steps, bar: None, slice: 1 }
+    }
+
+    fn add(&mut self, steps: u64) {
+        self.done += steps;
+        if !self.shown {
+            return;
+        }
+        if let Some(bar) = &self.bar {
+            bar.set_position(self.done);
+        } else if self.start.elapsed() > PATIENCE {
+            let bar = ProgressBar::new(self.total).with_elapsed(self.start.elapsed());
+            let template = "{bar:32} {percent:>3} %  {human_pos}/{human_len} steps, {per_sec}, {eta} left";
+            if let Ok(style) = ProgressStyle::with_template(template) {
+                bar.set_style(style);
+            }
+            bar.set_position(self.done);
+            self.bar = Some(bar);
+        }
+    }
+
+    /// So many members are done.
+    fn batch(&mut self, members: u64) {
+        self.done = members.saturating_mul(self.steps);
+        self.add(0);
+    }
+
+    fn clear(&mut self) {
+        if let Some(bar) = self.bar.take() {
+            bar.finish_and_clear();
+        }
+    }
+}

@@ -1,0 +1,92 @@
+//! How far a matrix is from a group of the catalogue.
+
+use crate::algebra::catalogue::Entry;
+use crate::scalar::Real;
+
+/// The largest violation of the equations of the group of `entry`, in its standard representation, by the matrix g(r, c).
+///
+/// So(n): |gᵀg − 1|; SE(n): that of the rotation and the last row; ℝⁿ, aff(1), Heisenberg: the entries that are fixed;
+/// SL(2): |det g − 1|; products: blocks of these and zeros. Infinite for a NaN, and in another component (det g < 0).
+///
+/// ```
+/// use euler_poincare::algebra::catalogue::Entry;
+/// use euler_poincare::group::departure;
+/// let turned = [[0.0, -1.0, 0.0], [1.0, 0.0, 0.0], [0.0, 0.0, 1.0]];
+/// assert_eq!(departure(&Entry::So3, &|r, c| turned[r][c]), 0.0);
+/// assert_eq!(departure(&Entry::So3, &|r, c| 2.0 * turned[r][c]), 3.0);
+/// assert_eq!(departure(&Entry::So3, &|r, c| -turned[r][c]), f64::INFINITY);
+/// ```
+pub fn departure<T: Real>(entry: &Entry, g: &dyn Fn(usize, usize) -> T) -> T {
+    let size = entry.matrix_size();
+    if (0..size * size).any(|k| !g(k / size, k % size).all_finite()) {
+        return T::exact(f64::INFINITY);
+    }
+    match entry {
+        Entry::So3 => orthogonal(3, g),
+        Entry::So4 => orthogonal(4, g),
+        Entry::Se2 => orthogonal(2, g).max(last_row(3, g)),
+        Entry::Se3 => orthogonal(3, g).max(last_row(4, g)),
+        Entry::Sl2 => (determinant(2, g) - T::one()).abs(),
+        Entry::Aff1 if g(0, 0) <= T::zero() => T::exact(f64::INFINITY),
+        Entry::Aff1 => last_row(2, g),
+        Entry::Heisenberg => fixed(3, g, |r, c| r >= c),
+        Entry::Abelian(n) => fixed(n + 1, g, |_, c| c < *n).max((g(*n, *n) - T::one()).abs()),
+        Entry::Product(factors) => {
+            let (mut corner, mut most) = (0, T::zero());
+            for factor in factors {
+                let end = corner + factor.matrix_size();
+                most = most.max(departure(factor, &|r, c| g(corner + r, corner + c)));
+                for r in corner..end {
+                    let outside = (0..corner).chain(end..size).map(|c| g(r, c).abs());
+                    most = outside.fold(most, |most, v| most.max(v));
+                }
+                corner = end;
+            }
+            most
+        }
+    }
+}
+
+/// |gᵀg − 1| of the first n rows and columns; infinite where they reflect.
+fn orthogonal<T: Real>(n: usize, g: &dyn Fn(usize, usize) -> T) -> T {
+    if determinant(n, g) <= T::zero() {
+        return T::exact(f64::INFINITY);
+    }
+    let mut most = T::zero();
+    for a in 0..n {
+        for b in 0..=a {
+            let start = if a == b { -T::one() } else { T::zero() };
+            most = most.max((0..n).fold(start, |sum, r| sum + g(r, a) * g(r, b)).abs());
+        }
+    }
+    most
+}
+
+/// The determinant of the first n rows and columns, n ≤ 4, by its last row.
+fn determinant<T: Real>(n: usize, g: &dyn Fn(usize, usize) -> T) -> T {
+    if n == 0 {
+        return T::one();
+    }
+    (0..n).fold(T::zero(), |sum, c| {
+        let minor = determinant(n - 1, &|r, k| g(r, if k < c { k } else { k + 1 }));
+        let term = g(n - 1, c) * minor;
+        if (n - 1 + c).is_multiple_of(2) { sum + term } else { sum - term }
+    })
+}
+
+/// The last of n rows against (0 … 0 1).
+fn last_row<T: Real>(n: usize, g: &dyn Fn(usize, usize) -> T) -> T {
+    fixed(n, g, |r, _| r + 1 == n)
+}
+
+/// Entries of the n×n matrix that have to be those of the identity.
+fn fixed<T: Real>(n: usize, g: &dyn Fn(usize, usize) -> T, which: impl Fn(usize, usize) -> bool) -> T {
+    let mut most = T::zero();
+    for r in 0..n {
+        for c in (0..n).filter(|&c| which(r, c)) {
+            let one = if r == c { T::one() } else { T::zero() };
+            most = most.max((g(r, c) - one).abs());
+        }
+    }
+    most
+}

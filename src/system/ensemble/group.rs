@@ -1,0 +1,217 @@
+//! Groups of members, in whatever dimension: by the general engine, or in lanes.
+
+use super::lanes::Lanes;
+use super::{Batch, Origin, Sample, Statistics, WIDTH};
+use crate::algebra::{Covector, Vector};
+use crate::group::departure;
+use crate::integrators::{OneStep, Report, State, Variational};
+use crate::mechanics::Lagrangian;
+use crate::mechanics::force::AnyForce;
+use crate::mechanics::lagrangian::AnyLagrangian;
+use crate::retraction::Retraction;
+use crate::scalar::Real;
+use crate::system::case::{Case, Structure};
+use crate::system::dispatch::System;
+use rayon::prelude::*;
+
+/// The progress of a member.
+#[derive(Clone, Debug)]
+pub struct Member<T: Real, const N: usize, const D: usize> {
+    pub state: State<T, N, D>,
+    /// Where the steps of the present size began: the time is this and a multiple of the step, so that it does not
+    /// gather round-off.
+    anchor: T,
+    step: T,
+    count: u64,
+    pub steps: u64,
+    residual: T,
+    iterations: u64,
+    pub failure: Option<String>,
+}
+
+impl<T: Real, const N: usize, const D: usize> Member<T, N, D> {
+    fn new(system: &State<T, N, D>, origin: &Origin<T>, size: usize) -> Self {
+        let mut state = system.clone();
+        state.time = origin.time.unwrap_or(state.time);
+        state.momentum = Covector::from_fn(|_, a| origin.momentum[a]);
+        if let Some(attitude) = &origin.attitude {
+            for (k, value) in attitude.iter().enumerate() {
+                state.attitude[(k / size, k % size)] = *value;
+            }
+        }
+        let (anchor, zero) = (state.time, T::zero());
+        Self { state, anchor, step: zero, count: 0, steps: 0, residual: zero, iterations: 0, failure: None }
+    }
+
+    /// From now on the steps have this size.
+    fn start(&mut self, h: T) {
+        if self.step != h {
+            (self.anchor, self.step, self.count) = (self.state.time, h, 0);
+        }
+    }
+
+    /// So many steps more have been taken.
+    pub fn took(&mut self, steps: u64) {
+        self.steps += steps;
+        self.count += steps;
+        self.state.time = self.anchor + T::int(self.count as i64) * self.step;
+    }
+
+    fn reported(&mut self, report: &Report<T>) {
+        self.residual = self.residual.max(report.residual);
+        self.iterations += report.iterations as u64;
+    }
+
+    /// The next step failed.
+    pub fn fail(&mut self, why: impl std::fmt::Display) {
+        self.failure = Some(format!("step {}, from t = {}: {why}", self.steps + 1, self.state.time));
+    }
+}
+
+type Method<'a, T, const N: usize, const D: usize, R> =
+    Variational<T, N, D, &'a AnyLagrangian<T, N>, &'a AnyForce<T, N>, &'a R>;
+
+/// Who takes the steps of a group.
+enum Engine<'a, T: Real, const N: usize, const D: usize, R> {
+    General(Vec<Method<'a, T, N, D, R>>),
+    Lanes(Box<Lanes>),
+}
+
+/// At most eight members.
+struct Group<'a, T: Real, const N: usize, const D: usize, R> {
+    systems: Vec<&'a System<T, N, D, R>>,
+    members: Vec<Member<T, N, D>>,
+    engine: Engine<'a, T, N, D, R>,
+}
+
+impl<'a, T: Real, const N: usize, const D: usize, R: Retraction<T, N, D> + 'static> Group<'a, T, N, D, R> {
+    fn new(members: &[(&'a System<T, N, D, R>, &Origin<T>)], size: usize, may_share: bool) -> Self {
+        let systems: Vec<_> = members.iter().map(|(system, _)| *system).collect();
+        let members: Vec<_> = members.iter().map(|(system, origin)| Member::new(&system.state, origin, size)).collect();
+        let lanes = if may_share { Lanes::new(&systems, &members).map(Box::new) } else { None };
+        let engine = lanes.map_or_else(|| Engine::General(systems.iter().map(|s| method(s)).collect()), Engine::Lanes);
+        Self { systems, members, engine }
+    }
+
+    fn advance(&mut self, h: T, steps: u64) {
+        self.members.iter_mut().for_each(|member| member.start(h));
+        let methods = match &mut self.engine {
+            Engine::General(methods) => methods,
+            Engine::Lanes(lanes) => return lanes.advance(&mut self.members, h, steps),
+        };
+        for (member, method) in self.members.iter_mut().zip(methods) {
+            for _ in 0..steps {
+                if member.failure.is_some() {
+                    break;
+                }
+                match method.step(&mut member.state, h) {
+                    Ok(report) => {
+                        member.reported(&report);
+                        member.took(1);
+                    }
+                    Err(error) => member.fail(error),
+                }
+            }
+        }
+    }
+
+    /// η and the energy of member k; NaN where η is not found.
+    fn motion(&self, k: usize) -> (Vector<T, N>, T) {
+        let lagrangian = &self.systems[k].lagrangian;
+        let nan = T::exact(f64::NAN);
+        match lagrangian.velocity(&self.members[k].state.momentum, &Vector::zeros()) {
+            Ok(eta) => (eta, lagrangian.energy(&eta)),
+            Err(_) => (Vector::from_element(nan), nan),
+        }
+    }
+
+    fn sample(&self, k: usize, size: usize) -> Sample<T> {
+        let (member, (velocity, energy)) = (&self.members[k], self.motion(k));
+        let state = &member.state;
+        Sample {
+            time: state.time,
+            momentum: state.momentum.iter().copied().collect(),
+            velocity: velocity.iter().copied().collect(),
+            energy,
+            casimirs: self.systems[k].casimirs.iter().map(|casimir| casimir.value(&state.momentum)).collect(),
+            attitude: (0..size * size).map(|i| state.attitude[(i / size, i % size)]).collect(),
+            steps: member.steps,
+            work: matches!(self.engine, Engine::General(_)).then_some((member.residual, member.iterations)),
+            failure: member.failure.clone(),
+        }
+    }
+
+    fn statistics(&self, case: &Case) -> Statistics<T> {
+        let mut all = Statistics::none(N, self.systems.first().map_or(0, |system| system.casimirs.len()));
+        for (k, member) in self.members.iter().enumerate().filter(|(_, member)| member.failure.is_none()) {
+            let (_, energy) = self.motion(k);
+            let (momentum, attitude) = (&member.state.momentum, &member.state.attitude);
+            all.members += 1;
+            all.momentum.iter_mut().zip(momentum.iter()).for_each(|(moments, value)| moments.add(*value));
+            if energy.all_finite() {
+                all.energy.add(energy);
+            }
+            let casimirs = all.casimirs.iter_mut().zip(&self.systems[k].casimirs);
+            casimirs.for_each(|(moments, casimir)| moments.add(casimir.value(momentum)));
+            if let Structure::Named(entry) = &case.algebra.structure {
+                all.departure = all.departure.max(departure(entry, &|r, c| attitude[(r, c)]));
+            }
+        }
+        all
+    }
+}
+
+fn method<T: Real, const N: usize, const D: usize, R: Retraction<T, N, D>>(
+    system: &System<T, N, D, R>,
+) -> Method<'_, T, N, D, R> {
+    Variational::new(&system.lagrangian, &system.force, &system.retraction, system.tableau.clone())
+}
+
+/// The groups of a batch.
+pub struct Groups<'a, T: Real, const N: usize, const D: usize, R> {
+    groups: Vec<Group<'a, T, N, D, R>>,
+    case: &'a Case,
+    size: usize,
+}
+
+impl<'a, T, const N: usize, const D: usize, R> Groups<'a, T, N, D, R>
+where
+    T: Real,
+    R: Retraction<T, N, D> + Send + Sync + 'static,
+{
+    /// Groups of the members in their order, of a case with attitudes of this size.
+    pub fn new(members: &[(&'a System<T, N, D, R>, &Origin<T>)], case: &'a Case, size: usize, may_share: bool) -> Self {
+        let groups = members.par_chunks(WIDTH).map(|members| Group::new(members, size, may_share)).collect();
+        Self { groups, case, size }
+    }
+}
+
+impl<T, const N: usize, const D: usize, R> Batch<T> for Groups<'_, T, N, D, R>
+where
+    T: Real,
+    R: Retraction<T, N, D> + Send + Sync + 'static,
+{
+    fn advance(&mut self, h: T, steps: u64) {
+        self.groups.par_iter_mut().for_each(|group| group.advance(h, steps));
+    }
+
+    fn going(&self) -> usize {
+        self.groups.iter().flat_map(|group| &group.members).filter(|member| member.failure.is_none()).count()
+    }
+
+    fn samples(&self) -> Vec<Sample<T>> {
+        let all = |group: &Group<'_, T, N, D, R>| {
+            (0..group.members.len()).map(|k| group.sample(k, self.size)).collect::<Vec<_>>()
+        };
+        self.groups.par_iter().map(all).collect::<Vec<_>>().concat()
+    }
+
+    fn statistics(&self) -> Statistics<T> {
+        let parts: Vec<_> = self.groups.par_iter().map(|group| group.statistics(self.case)).collect();
+        let mut all = parts
+            .first()
+            .map_or(Statistics::none(N, 0), |part| Statistics::none(part.momentum.len(), part.casimirs.len()));
+        parts.iter().for_each(|part| all.merge(part));
+        all
+    }
+}

@@ -1,0 +1,120 @@
+//! Members that share the registers of [`EnsembleSo3`].
+
+use super::group::Member;
+use crate::integrators::State;
+use crate::integrators::so3::{EnsembleError, FastRetraction, LANES, Row, Terms, UnfitTableau};
+use crate::integrators::so3::{EnsembleSo3, Member as Body};
+use crate::mechanics::force::AnyForce;
+use crate::mechanics::lagrangian::AnyLagrangian;
+use crate::scalar::Real;
+use crate::system::So3Retraction;
+use crate::system::dispatch::System;
+use crate::tableau::Tableau;
+use std::any::Any;
+
+/// Bodies that are moved on together, with either retraction.
+trait Together: Send + Sync {
+    fn advance(&mut self, h: f64, steps: usize) -> Result<(), EnsembleError>;
+    fn state(&self, lane: usize) -> Option<State<f64, 3, 3>>;
+}
+
+impl<R: FastRetraction + Send + Sync> Together for EnsembleSo3<Terms<Row>, R> {
+    fn advance(&mut self, h: f64, steps: usize) -> Result<(), EnsembleError> {
+        self.advance(h, steps)
+    }
+
+    fn state(&self, lane: usize) -> Option<State<f64, 3, 3>> {
+        self.state(lane)
+    }
+}
+
+/// A group in lanes.
+pub struct Lanes {
+    retraction: So3Retraction<f64>,
+    tableau: Tableau<f64>,
+    /// All members of the group, where they were when they were last put into lanes.
+    bodies: Vec<Body<Terms>>,
+    /// The members that are in the lanes.
+    going: Vec<usize>,
+    together: Box<dyn Together>,
+}
+
+impl Lanes {
+    /// The group in lanes, where that is the same method to round-off: SO(3) in `f64`, a quadratic Lagrangian, at most
+    /// eight stages, and a force that has a form in lanes and does not depend on the time. (The time of a body in a lane is
+    /// a sum of steps, that of a trajectory a multiple of the step: over 10⁷ steps they are far apart.)
+    pub fn new<T: Real, const N: usize, const D: usize, R: 'static>(
+        systems: &[&System<T, N, D, R>],
+        members: &[Member<T, N, D>],
+    ) -> Option<Self> {
+        let mut bodies = Vec::with_capacity(systems.len());
+        for (system, member) in systems.iter().zip(members) {
+            let system = (*system as &dyn Any).downcast_ref::<System<f64, 3, 3, So3Retraction<f64>>>()?;
+            let state = (&member.state as &dyn Any).downcast_ref::<State<f64, 3, 3>>()?.clone();
+            let AnyLagrangian::Quadratic(lagrangian) = &system.lagrangian else { return None };
+            if varies(&system.force) || system.tableau.stages() > LANES {
+                return None;
+            }
+            let force = Terms::new(&system.force, lagrangian).ok()?;
+            bodies.push(Body { lagrangian: lagrangian.clone(), force, state });
+        }
+        let first = (*systems.first()? as &dyn Any).downcast_ref::<System<f64, 3, 3, So3Retraction<f64>>>()?;
+        let (retraction, tableau) = (first.retraction.clone(), first.tableau.clone());
+        let together = together(&bodies, &retraction, &tableau).ok()?;
+        Some(Self { going: (0..bodies.len()).collect(), retraction, tableau, bodies, together })
+    }
+
+    /// So many steps for all members that are going; those that fail leave the lanes, and the others go on.
+    pub fn advance<T: Real, const N: usize, const D: usize>(
+        &mut self,
+        members: &mut [Member<T, N, D>],
+        h: T,
+        mut steps: u64,
+    ) {
+        while steps > 0 && !self.going.is_empty() {
+            let outcome = self.together.advance(h.to_f64(), steps as usize);
+            let done = outcome.as_ref().map_or_else(|error| error.step as u64, |()| steps);
+            for (lane, &k) in self.going.iter().enumerate() {
+                let Some(state) = self.together.state(lane) else { continue };
+                let member = &mut members[k];
+                member.state.momentum.iter_mut().zip(state.momentum.iter()).for_each(|(x, y)| *x = T::exact(*y));
+                member.state.attitude.iter_mut().zip(state.attitude.iter()).for_each(|(x, y)| *x = T::exact(*y));
+                member.took(done);
+                self.bodies[k].state = state;
+            }
+            steps -= done;
+            let Err(error) = outcome else { continue };
+            members[self.going[error.member]].fail(error.source);
+            self.going.remove(error.member);
+            let left: Vec<_> = self.going.iter().map(|&k| self.bodies[k].clone()).collect();
+            match together(&left, &self.retraction, &self.tableau) {
+                Ok(together) => self.together = together,
+                Err(error) => self.going.drain(..).for_each(|k| members[k].fail(error)),
+            }
+        }
+    }
+}
+
+fn together(
+    bodies: &[Body<Terms>],
+    retraction: &So3Retraction<f64>,
+    tableau: &Tableau<f64>,
+) -> Result<Box<dyn Together>, UnfitTableau> {
+    Ok(match retraction {
+        So3Retraction::Cayley(tau) => {
+            Box::new(EnsembleSo3::<Terms<Row>, _>::new(bodies, tau.clone(), tableau.clone())?)
+        }
+        So3Retraction::Exponential(tau) => {
+            Box::new(EnsembleSo3::<Terms<Row>, _>::new(bodies, tau.clone(), tableau.clone())?)
+        }
+    })
+}
+
+/// Whether the force depends on the time.
+fn varies(force: &AnyForce<f64, 3>) -> bool {
+    match force {
+        AnyForce::Periodic(_) => true,
+        AnyForce::Sum(terms) => terms.iter().any(varies),
+        _ => false,
+    }
+}
