@@ -1,10 +1,11 @@
 //! Many bodies at once: a lane a body, eight to a group.
 
 use super::force::{OnBody, PackedForce};
-use super::kernel::{Columns, compensated};
+use super::kernel::{Columns, NOTHING, compensated};
 use super::retraction::{LaneRetraction, dot};
 use super::step::{FastRetraction, UnfitTableau};
 use super::{LANES, Row, Vec3};
+use crate::algebra::Matrix;
 use crate::integrators::lanes::{Eight, Isa, Kernel, Lanes, Registers};
 use crate::integrators::variational::Settings;
 use crate::integrators::{OneStep, State, StepError, Variational};
@@ -20,6 +21,12 @@ const EXTRAPOLATION: [f64; HISTORY] = [6.0, -15.0, 20.0, -15.0, 6.0, -1.0];
 
 /// For how many steps the contraction of the sweeps is taken to be at most four times what was measured.
 const TRUST: usize = 15;
+
+/// After how many steps g gᵀ is restored.
+const STRAIGHTEN: usize = 64;
+
+/// The entries of a symmetric matrix.
+const PAIRS: [(usize, usize); 6] = [(0, 0), (0, 1), (0, 2), (1, 1), (1, 2), (2, 2)];
 
 /// How many groups advance together.
 const BLOCK: usize = 2;
@@ -59,10 +66,16 @@ struct Group<F> {
     force: F,
     inverse: [[Row; 3]; 3],
     time: Row,
+    time_cut: Row,
     /// μ, and the columns of g: component a of μ, entry (r, a) of g at [1 + r][a].
     value: [[Row; 3]; 4],
     /// What rounding has cut off.
     cut: [[Row; 3]; 4],
+    /// g gᵀ as it was, entries (0, 0), (0, 1), (0, 2), (1, 1), (1, 2), (2, 2); ½ where that is nearly 1, otherwise 0; the
+    /// steps since it was restored.
+    product: [Row; 6],
+    restored: Row,
+    since: usize,
     diagonal: bool,
     work: Vec<Stage>,
     /// The iterates and their like of the steps before, a ring: of how many steps, and where those of this step are.
@@ -207,6 +220,7 @@ impl<F: PackedForce> Group<F> {
     fn new(first: usize, members: &[Member<F::One>], stages: usize) -> Self {
         let member = |lane: usize| &members[lane.min(members.len() - 1)];
         let row = |f: &dyn Fn(&Member<F::One>) -> f64| Row(std::array::from_fn(|lane| f(member(lane))));
+        let product = |m: &Member<F::One>| m.state.attitude * m.state.attitude.transpose();
         let mut value = [[Row::default(); 3]; 4];
         for a in 0..3 {
             value[0][a] = row(&|m| m.state.momentum[a]);
@@ -221,8 +235,12 @@ impl<F: PackedForce> Group<F> {
             force: F::pack(std::array::from_fn(|lane| &member(lane).force)),
             inverse: std::array::from_fn(|r| std::array::from_fn(|c| row(&|m| m.lagrangian.inverse()[(r, c)]))),
             time: row(&|m| m.state.time),
+            time_cut: Row::default(),
             value,
             cut: [[Row::default(); 3]; 4],
+            product: PAIRS.map(|(i, j)| row(&|m| product(m)[(i, j)])),
+            restored: row(&|m| if (product(m) - Matrix::identity()).amax() < 1e-3 { 0.5 } else { 0.0 }),
+            since: 0,
             diagonal: members
                 .iter()
                 .all(|m| (0..3).all(|r| (0..3).all(|c| r == c || m.lagrangian.inverse()[(r, c)] == 0.0))),
@@ -275,7 +293,7 @@ impl<F: PackedForce> Group<F> {
                 }
             }
         }
-        self.cut = [[Row::default(); 3]; 4];
+        (self.time_cut, self.cut) = (Row::default(), [[Row::default(); 3]; 4]);
         Ok(())
     }
 }
@@ -549,6 +567,9 @@ impl<F: PackedForce> Group<F> {
         if (value[0] * zero + value[1] * zero + value[2] * zero).sum() != 0.0 {
             return false;
         }
+        // What has decayed to nothing beside |μ| is 0, before it is so small that arithmetic with it is slow.
+        let size = Eight::splat(isa, NOTHING) * bound(value);
+        let value = each!(3, a => (value[a] + size) - size);
         store(value, &mut self.value[0]);
         store(cut, &mut self.cut[0]);
         for v in 1..4 {
@@ -557,9 +578,43 @@ impl<F: PackedForce> Group<F> {
             store(value, &mut self.value[v]);
             store(cut, &mut self.cut[v]);
         }
-        (Eight::load(isa, &self.time.0) + Eight::splat(isa, self.step)).store(&mut self.time.0);
+        let (time, step) = (Eight::load(isa, &self.time.0), Eight::splat(isa, self.step));
+        let (time, time_cut) = compensated(time, step, Eight::load(isa, &self.time_cut.0));
+        time.store(&mut self.time.0);
+        time_cut.store(&mut self.time_cut.0);
+        self.since += 1;
+        if self.since == STRAIGHTEN {
+            self.since = 0;
+            self.straighten(isa);
+        }
         // The iterates of the last sweep, one better than those that were judged, are what the next steps start from.
         self.known = (self.known + 1).min(HISTORY);
         true
+    }
+
+    /// g gᵀ is what it was: V ← V − ½ (V Vᵀ − g gᵀ) V, V = `value` − `cut`. Along a steady rotation every step has the same
+    /// rounding errors, which would add up.
+    #[inline(always)]
+    fn straighten<I: Isa>(&mut self, isa: I) {
+        let zero = Eight::splat(isa, 0.0);
+        let mut rows = [[zero; 3]; 3];
+        for r in 0..3 {
+            let (value, cut) = (load(isa, &self.value[1 + r]), load(isa, &self.cut[1 + r]));
+            rows[r] = each!(3, a => value[a] - cut[a]);
+        }
+        let half = Eight::load(isa, &self.restored.0);
+        let mut error = [[zero; 3]; 3];
+        for k in 0..6 {
+            let (i, j) = PAIRS[k];
+            error[i][j] = half * (dot(rows[i], rows[j]) - Eight::load(isa, &self.product[k].0));
+            error[j][i] = error[i][j];
+        }
+        for i in 0..3 {
+            let mut cut = load(isa, &self.cut[1 + i]);
+            for j in 0..3 {
+                cut = each!(3, a => error[i][j].mul_add(rows[j][a], cut[a]));
+            }
+            store(cut, &mut self.cut[1 + i]);
+        }
     }
 }

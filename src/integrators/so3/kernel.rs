@@ -129,6 +129,10 @@ const END_LANE: Row = Row([0.0, 1.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0]);
 /// 1 in these two lanes.
 const BOTH_ENDS: Row = Row([1.0, 1.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0]);
 
+/// A component of μ that is so small beside |μ| is 0: it has decayed, and would come to numbers below 2⁻¹⁰²², with which
+/// arithmetic is slow.
+pub(super) const NOTHING: f64 = 1e-100;
+
 /// 1 in the lane of μ.
 const MOMENTUM_LANE: Row = Row([0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 0.0]);
 
@@ -474,11 +478,13 @@ where
                     let kicks: [Eight<I>; N] =
                         each!(N, k => Eight::splat(isa, kick[k]) * Eight::load(isa, &MOMENTUM_LANE.0));
                     let increments = R::increments(at_back, back, values, kicks);
+                    let nothing = Eight::splat(isa, NOTHING * size) * Eight::load(isa, &MOMENTUM_LANE.0);
                     let mut next = [(zero[0], zero[0]); N];
                     let mut finite = zero[0];
                     for k in 0..N {
                         let cut = Eight::load(isa, &self.state.cut[k].0);
-                        next[k] = compensated(values[k], increments[k], cut);
+                        let (sum, cut) = compensated(values[k], increments[k], cut);
+                        next[k] = ((sum + nothing) - nothing, cut);
                         finite = next[k].0.mul_add(zero[0], finite);
                     }
                     // A sum of products with 0 is 0, unless one of the numbers is not finite.

@@ -4,7 +4,6 @@ use super::group::Member;
 use crate::integrators::State;
 use crate::integrators::so3::{EnsembleError, FastRetraction, LANES, Row, Terms, UnfitTableau};
 use crate::integrators::so3::{EnsembleSo3, Member as Body};
-use crate::mechanics::force::AnyForce;
 use crate::mechanics::lagrangian::AnyLagrangian;
 use crate::scalar::Real;
 use crate::system::So3Retraction;
@@ -41,8 +40,7 @@ pub struct Lanes {
 
 impl Lanes {
     /// The group in lanes, where that is the same method to round-off: SO(3) in `f64`, a quadratic Lagrangian, at most
-    /// eight stages, and a force that has a form in lanes and does not depend on the time. (The time of a body in a lane is
-    /// a sum of steps, that of a trajectory a multiple of the step: over 10⁷ steps they are far apart.)
+    /// eight stages, and a force that has a form in lanes.
     pub fn new<T: Real, const N: usize, const D: usize, R: 'static>(
         systems: &[&System<T, N, D, R>],
         members: &[Member<T, N, D>],
@@ -52,7 +50,7 @@ impl Lanes {
             let system = (*system as &dyn Any).downcast_ref::<System<f64, 3, 3, So3Retraction<f64>>>()?;
             let state = (&member.state as &dyn Any).downcast_ref::<State<f64, 3, 3>>()?.clone();
             let AnyLagrangian::Quadratic(lagrangian) = &system.lagrangian else { return None };
-            if varies(&system.force) || system.tableau.stages() > LANES {
+            if system.tableau.stages() > LANES {
                 return None;
             }
             let force = Terms::new(&system.force, lagrangian).ok()?;
@@ -108,13 +106,4 @@ fn together(
             Box::new(EnsembleSo3::<Terms<Row>, _>::new(bodies, tau.clone(), tableau.clone())?)
         }
     })
-}
-
-/// Whether the force depends on the time.
-fn varies(force: &AnyForce<f64, 3>) -> bool {
-    match force {
-        AnyForce::Periodic(_) => true,
-        AnyForce::Sum(terms) => terms.iter().any(varies),
-        _ => false,
-    }
 }
