@@ -1,7 +1,7 @@
 //! Many bodies at once.
 
 use super::{distance, rigid, tableau};
-use euler_poincare::algebra::{Covector, Matrix};
+use euler_poincare::algebra::Covector;
 use euler_poincare::integrators::so3::{Damping, EnsembleSo3, Free, Member, Row, VariationalSo3};
 use euler_poincare::integrators::{OneStep, State, StepError};
 use euler_poincare::mechanics::lagrangian::Quadratic;
