@@ -22,6 +22,8 @@ fn judge(name: &str, case: &Case, fault: Option<&Fault>) -> Verdict {
 
 fn drawn(name: &str, cases: Cases) -> BoxedStrategy<Case> {
     let base = base(cases);
+    // Without a force the energy of a nearly steady motion drifts by less than 16 digits tell from rounding.
+    let base = if name == "method-energy" { base.forced() } else { base };
     named(name).map_or(base.clone(), |law| law.cases(base)).boxed()
 }
 
