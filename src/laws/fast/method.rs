@@ -1,6 +1,6 @@
 //! The laws of methods, of the fast step.
 
-use super::engine::{Fast, OTHER_RETRACTION, TERM_MISSING};
+use super::engine::{Fast, TERM_MISSING};
 use crate::harness::{Fault, Verdict};
 use crate::laws::CaseLaw;
 use crate::laws::method::library::{FAVOURED, SEES_ATTITUDE, SEES_TIME, claims, law};
@@ -47,7 +47,6 @@ pub(super) static LAWS: &[CaseLaw] = &[
         0,
         &[
             TERM_MISSING,
-            OTHER_RETRACTION,
             NO_FORCE,
             NOT_TRANSPORTED,
             FIRST_STAGE,
@@ -61,12 +60,7 @@ pub(super) static LAWS: &[CaseLaw] = &[
         "method-order"
     ),
     law!("fast-casimirs", 1, &[CHART, HALVED, NOT_TRANSPORTED, FAVOURED], "method-casimirs"),
-    law!("fast-energy", 2, &[NO_FORCE, NOT_TRANSPORTED, NO_SECOND, FAVOURED], "method-energy"),
-    law!(
-        "fast-reversibility",
-        3,
-        &[FORCE_TIME, NOT_TRANSPORTED, FROM_LEFT, INVERTED, SEES_ATTITUDE],
-        "method-reversibility"
-    ),
+    law!("fast-energy", 2, &[NO_FORCE, NO_SECOND, FAVOURED], "method-energy"),
+    law!("fast-reversibility", 3, &[FORCE_TIME, NOT_TRANSPORTED, INVERTED, SEES_ATTITUDE], "method-reversibility"),
     law!("fast-equivariance", 4, &[FROM_LEFT, SEES_TIME, SEES_ATTITUDE], "method-equivariance"),
 ];
