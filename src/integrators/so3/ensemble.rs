@@ -110,8 +110,11 @@ struct Stage {
 /// A lane of the registers holds a body, so that eight advance at the price of one; with the feature `harness` the groups
 /// of eight are spread over the threads of rayon's pool. Which bodies share a group depends on their order alone, so the
 /// results are the same bits at any number of threads. The step is that of [`Variational`], to round-off: its stages
-/// start from the last six steps, sweeps run until every lane has the residual wanted, and a step whose sweeps do not
-/// contract in some lane is taken by [`Variational`] for each body of the group.
+/// start from the last six steps, and sweeps run until the residual that the last of them leaves is as wanted in every lane.
+/// That residual is estimated: it is the change that the sweep made, which is measured, times the contraction of the sweeps,
+/// which is taken as four times what it was when two sweeps in one step showed it, at most fifteen steps ago. A step whose
+/// sweeps do not contract in some lane is taken by [`Variational`] for each body of the group. Every 64 steps g gᵀ is
+/// restored to what it was at the start, where that was within 10⁻³ of 1.
 #[derive(Clone, Debug)]
 pub struct EnsembleSo3<F: PackedForce, R> {
     columns: Columns,
@@ -592,7 +595,7 @@ impl<F: PackedForce> Group<F> {
         true
     }
 
-    /// g gᵀ is what it was: V ← V − ½ (V Vᵀ − g gᵀ) V, V = `value` − `cut`. Along a steady rotation every step has the same
+    /// g gᵀ is what it was, by a step of Newton's iteration for the polar factor (Higham 1986, §3): V ← V − ½ (V Vᵀ − g gᵀ) V, V = `value` − `cut`. Along a steady rotation every step has the same
     /// rounding errors, which would add up.
     #[inline(always)]
     fn straighten<I: Isa>(&mut self, isa: I) {

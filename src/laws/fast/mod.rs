@@ -24,20 +24,10 @@ const MOST: usize = 8;
 
 /// Any tableau (they have five stages at most), and those of the families up to eight.
 fn tableaux() -> BoxedStrategy<Description> {
-    let families = [
-        Family::Gauss,
-        Family::LobattoIIIA,
-        Family::LobattoIIIB,
-        Family::LobattoIIIC,
-        Family::LobattoIIID,
-        Family::LobattoIIIE,
-        Family::RadauIA,
-        Family::RadauIIA,
-    ];
     let of = |family: Family| (family.least_stages()..=MOST).map(move |stages| Description::Family(family, stages));
     // Gauss is what the solvers are made of.
     let gauss: Vec<_> = of(Family::Gauss).collect();
-    let all: Vec<_> = families.into_iter().flat_map(of).collect();
+    let all: Vec<_> = Family::ALL.into_iter().flat_map(of).collect();
     Union::new([random::any(), select(gauss).boxed(), select(all).boxed()]).boxed()
 }
 
