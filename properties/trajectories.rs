@@ -29,7 +29,7 @@ fn rounded(value: f64, scalar: &str) -> String {
 
 fn error_table(problem: Problem) {
     let reference = Reference::compute(problem).unwrap();
-    let rows = errors::table(&reference, &Method::TABULATED, FINEST, || {}).unwrap();
+    let rows = errors::table(&reference, &Method::TABULATED, FINEST, &|| {}).unwrap();
     let mut text = String::new();
     for row in rows {
         let [m, e, c] = [row.errors.momentum, row.errors.energy, row.errors.casimir].map(|v| rounded(v, row.scalar));

@@ -8,12 +8,13 @@ mod states;
 
 use super::{Failure, printed};
 use clap::builder::PossibleValuesParser;
+use columns::Columns;
 use ensemble::Task;
-use euler_poincare::scalar::{Dd, Real};
-use euler_poincare::system::ScalarName;
-use euler_poincare::system::SystemFile;
+use euler_poincare::scalar::Dd;
 use euler_poincare::system::file::{Horizon, MAX_BYTES, MAX_STEPS, example};
-use run::{Ended, Recorder, Run};
+use euler_poincare::system::trajectory::{Ended, Plan};
+use euler_poincare::system::{Compiled, ScalarName, SystemFile};
+use run::{Recorder, summary};
 use std::fs::File;
 use std::io::{self, BufWriter, IsTerminal, Read, Write};
 use std::path::{Path, PathBuf};
@@ -155,13 +156,13 @@ fn distinct(paths: &[Option<&Path>]) -> Result<(), Failure> {
     Ok(())
 }
 
-fn integrate<T: Real>(
+fn integrate<T: Compiled>(
     file: &SystemFile,
     path: &Path,
     csv: Option<&Path>,
     svg: Option<&Path>,
 ) -> Result<ExitCode, Failure> {
-    let plan = file.plan::<T>().map_err(|refused| Failure::file(path, refused))?;
+    let plan = Plan::<T>::of(file).map_err(|refused| Failure::file(path, refused))?;
     // A path that cannot be written is known before the run, not after it.
     let out: Box<dyn Write> = match csv {
         Some(csv) => Box::new(File::create(csv).map_err(|error| Failure::file(csv, error))?),
@@ -172,8 +173,8 @@ fn integrate<T: Real>(
     }
     let shown = io::stderr().is_terminal() && (csv.is_some() || !io::stdout().is_terminal());
     let mut recorder = Recorder::new(BufWriter::with_capacity(1 << 16, out), svg.is_some(), shown);
-    let run = Run::new(file, plan, &mut recorder);
-    let ended = file.case.dispatch::<T, _>(run).map_err(|refused| Failure::file(path, refused))?;
+    recorder.header(&Columns::new(&file.case));
+    let ended = file.case.trajectory(plan, &mut recorder).map_err(|refused| Failure::file(path, refused))?;
     let rows = recorder.rows();
     let trace = recorder.finish().or_else(|error| match (csv, error.kind()) {
         (Some(csv), _) => Err(Failure::file(csv, error)),
@@ -184,14 +185,14 @@ fn integrate<T: Real>(
         plot::draw(trace, svg).map_err(|reason| Failure::file(svg, reason))?;
     }
     match ended {
-        Ended::Failed(reason) => {
+        Ended::Failed { reason } => {
             let place = csv.map_or("on standard output".into(), |csv| format!("in {}", csv.display()));
             let rows = if rows == 1 { "row".into() } else { format!("{rows} rows") };
             Err(Failure::Computation(format!("{reason}\nkept {place}: the {rows} up to there")))
         }
-        Ended::Whole(summary) => {
+        Ended::Whole { totals } => {
             if let Some(csv) = csv {
-                printed(writeln!(io::stdout(), "{}: {rows} rows; {summary}", csv.display()))?;
+                printed(writeln!(io::stdout(), "{}: {rows} rows; {}", csv.display(), summary(&totals)))?;
             }
             Ok(ExitCode::SUCCESS)
         }

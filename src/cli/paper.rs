@@ -38,7 +38,7 @@ fn measure() -> Result<Vec<Row>, Failure> {
     let bar = Bar::new(&[("llg", runs, 1), ("relaxed", runs, 1)]);
     let rows = Problem::ALL.map(|problem| {
         let reference = Reference::compute(problem)?;
-        errors::table(&reference, &Method::TABULATED, errors::FINEST, || bar.advance(problem.name()))
+        errors::table(&reference, &Method::TABULATED, errors::FINEST, &|| bar.advance(problem.name()))
     });
     bar.clear();
     let rows: Result<Vec<_>, _> = rows.into_iter().collect();

@@ -90,7 +90,7 @@ pub fn table(
     reference: &Reference,
     methods: &[Method],
     finest: u32,
-    tick: impl Fn() + Sync,
+    tick: &(dyn Fn() + Sync),
 ) -> Result<Vec<Row>, ExperimentError> {
     let runs: Vec<_> = methods
         .iter()

@@ -5,6 +5,7 @@
 
 mod arbitrary;
 pub mod case;
+mod compiled;
 pub mod dispatch;
 mod document;
 pub mod ensemble;
@@ -22,8 +23,10 @@ mod shrink;
 pub mod simpler;
 mod snippet;
 mod so3;
+pub mod trajectory;
 
 pub use case::{Case, Force as ForceTerm, Motion};
+pub use compiled::Compiled;
 pub use dispatch::{System, Visitor, Wrap};
 pub use document::ScalarName;
 pub use error::{CaseError, Place, Problem};

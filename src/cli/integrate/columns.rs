@@ -1,9 +1,7 @@
 //! What stands in a row.
 
-use euler_poincare::algebra::catalogue::Entry;
 use euler_poincare::scalar::Real;
 use euler_poincare::system::Case;
-use euler_poincare::system::case::Structure;
 use std::fmt::Write;
 
 /// How many columns there are of each kind.
@@ -18,13 +16,9 @@ pub struct Columns {
 }
 
 impl Columns {
-    /// The columns of a case with so many Casimirs.
-    pub fn new(case: &Case, casimirs: usize) -> Self {
-        let attitude = match &case.algebra.structure {
-            Structure::Named(entry) => Entry::matrix_size(entry),
-            Structure::Constants { .. } | Structure::Given { .. } => 0,
-        };
-        Self { dimension: case.dimension(), casimirs, attitude }
+    /// The columns of a case.
+    pub fn new(case: &Case) -> Self {
+        Self { dimension: case.dimension(), casimirs: case.casimir_count(), attitude: case.matrix_size() }
     }
 
     /// Where the momentum starts.

@@ -5,9 +5,8 @@ use super::run::PATIENCE;
 use super::states::{Members, States};
 use crate::cli::interrupt::Interrupt;
 use crate::cli::{Failure, printed};
-use euler_poincare::scalar::Real;
-use euler_poincare::system::SystemFile;
 use euler_poincare::system::ensemble::{Batch, Ensemble, Moments, Origin, Sample, Statistics};
+use euler_poincare::system::{Compiled, SystemFile};
 use indicatif::{ProgressBar, ProgressStyle};
 use std::fs::File;
 use std::io::{self, BufWriter, IsTerminal, Write};
@@ -34,12 +33,12 @@ pub struct Task<'a> {
 
 impl Task<'_> {
     /// Does it, in the arithmetic `T`.
-    pub fn run<T: Real>(&self) -> Result<ExitCode, Failure> {
+    pub fn run<T: Compiled>(&self) -> Result<ExitCode, Failure> {
         let (steps, last) = self.file.plan::<T>().map_err(|refused| Failure::file(self.system, refused))?;
         let step = self.file.case.step.eval::<T>().map_err(|refused| Failure::file(self.system, refused))?;
         let ensemble = Ensemble::new(&self.file.case);
         let layout = ensemble.layout();
-        let columns = Columns::new(&self.file.case, layout.casimirs);
+        let columns = Columns::new(&self.file.case);
         let states = States::open(self.states, self.file, &columns)?;
         let ensemble = ensemble.with_parameters(states.parameters.clone());
         let ensemble = if self.general { ensemble.general() } else { ensemble };
@@ -171,7 +170,7 @@ struct Run<'a, T> {
     ended: Ended,
 }
 
-impl<T: Real> Run<'_, T> {
+impl<T: Compiled> Run<'_, T> {
     /// Batch after batch, to the end of their time.
     fn each(
         &mut self,

@@ -1,16 +1,10 @@
-//! The run itself: steps, rows, progress. Its memory does not grow with the number of steps.
+//! What a run writes: rows and progress. Its memory does not grow with the number of steps.
 
 use super::columns::{Columns, print};
 use super::plot::Trace;
-use euler_poincare::algebra::{Casimir, Vector, pair};
-use euler_poincare::integrators::trajectory::{Totals, TrajectoryError, integrate_until};
-use euler_poincare::integrators::{OneStep, Report, State, StepError, Variational};
-use euler_poincare::mechanics::{Force, Lagrangian};
-use euler_poincare::retraction::Retraction;
 use euler_poincare::scalar::Real;
-use euler_poincare::system::{System, SystemFile, Visitor};
+use euler_poincare::system::trajectory::{Observer, Row, Totals};
 use indicatif::{ProgressBar, ProgressStyle};
-use std::cell::Cell;
 use std::io::{self, BufWriter, Write};
 use std::ops::ControlFlow;
 use std::time::{Duration, Instant};
@@ -71,23 +65,11 @@ impl Recorder {
         self.line.clear();
     }
 
-    fn header(&mut self, columns: &Columns) {
+    /// Starts a file with these columns.
+    pub fn header(&mut self, columns: &Columns) {
         self.line.push_str(&columns.header());
         self.write_line();
         self.trace = self.wants_trace.then(|| Trace::new(columns.clone()));
-    }
-
-    fn row<T: Real>(&mut self, values: &[T], iterations: usize) {
-        for value in values {
-            print(&mut self.line, *value);
-            self.line.push(',');
-        }
-        self.line.push_str(&iterations.to_string());
-        self.write_line();
-        self.rows += 1;
-        if let Some(trace) = &mut self.trace {
-            trace.add(values);
-        }
     }
 
     fn progress(&mut self, done: u64, total: u64) {
@@ -107,169 +89,28 @@ impl Recorder {
     }
 }
 
-/// How a run ended.
-pub enum Ended {
-    /// At its horizon (or the reader of its rows went away); what it cost.
-    Whole(String),
-    /// Earlier, for this reason.
-    Failed(String),
-}
-
-/// A run, for a system of any dimension.
-pub struct Run<'a, T> {
-    file: &'a SystemFile,
-    steps: u64,
-    last: Option<T>,
-    recorder: &'a mut Recorder,
-}
-
-impl<'a, T: Real> Run<'a, T> {
-    /// The run of `file` in so many steps, and perhaps a last one of another size.
-    pub fn new(file: &'a SystemFile, (steps, last): (u64, Option<T>), recorder: &'a mut Recorder) -> Self {
-        Self { file, steps, last, recorder }
-    }
-}
-
-/// A method that also sums h Σ b_i ⟨f(t + c_i h, η_i), η_i⟩, the work of the force by the method's quadrature.
-struct Metered<'a, T: Real, const N: usize, const D: usize, L, F, R> {
-    method: Variational<T, N, D, L, F, R>,
-    work: &'a Cell<T>,
-}
-
-impl<T, const N: usize, const D: usize, L, F, R> OneStep<T, N, D> for Metered<'_, T, N, D, L, F, R>
-where
-    T: Real,
-    L: Lagrangian<T, N>,
-    F: Force<T, N>,
-    R: Retraction<T, N, D>,
-{
-    fn step(&mut self, state: &mut State<T, N, D>, h: T) -> Result<Report<T>, StepError> {
-        let start = state.time;
-        let report = self.method.step(state, h)?;
-        let (b, c) = (self.method.tableau().b(), self.method.tableau().c());
-        let mut power = T::zero();
-        for (i, eta) in self.method.stage_velocities().enumerate() {
-            power += b[i] * pair(&self.method.force().force(start + c[i] * h, &eta), &eta);
+impl<T: Real> Observer<T> for Recorder {
+    fn row(&mut self, row: &Row<'_, T>) {
+        for value in row.values.iter().chain([&row.residual]) {
+            print(&mut self.line, *value);
+            self.line.push(',');
         }
-        self.work.set(self.work.get() + h * power);
-        Ok(report)
-    }
-}
-
-/// What a row is computed from.
-struct Row<'a, T: Real, const N: usize, L> {
-    lagrangian: &'a L,
-    casimirs: &'a [Casimir<T, N>],
-    columns: &'a Columns,
-    work: &'a Cell<T>,
-    /// The energy of the first row.
-    energy: Option<T>,
-    /// The velocity of the last row, where the next is looked for.
-    velocity: Vector<T, N>,
-    values: Vec<T>,
-    /// Of the steps since the last row.
-    residual: T,
-    iterations: usize,
-}
-
-impl<T: Real, const N: usize, L: Lagrangian<T, N>> Row<'_, T, N, L> {
-    fn count(&mut self, report: &Report<T>) {
-        self.residual = self.residual.max(report.residual);
-        self.iterations += report.iterations;
-    }
-
-    fn write<const D: usize>(&mut self, state: &State<T, N, D>, recorder: &mut Recorder) -> Result<(), String> {
-        self.velocity = self
-            .lagrangian
-            .velocity(&state.momentum, &self.velocity)
-            .map_err(|error| format!("at t = {}: {error}", state.time))?;
-        let energy = self.lagrangian.energy(&self.velocity);
-        let (first, work) = (*self.energy.get_or_insert(energy), self.work.get());
-        self.values.clear();
-        self.values.push(state.time);
-        self.values.extend(state.momentum.iter());
-        self.values.extend(self.velocity.iter());
-        self.values.extend([energy, work, energy - first - work]);
-        self.values.extend(self.casimirs.iter().map(|casimir| casimir.value(&state.momentum)));
-        for row in 0..self.columns.attitude {
-            self.values.extend((0..self.columns.attitude).map(|column| state.attitude[(row, column)]));
+        self.line.push_str(&row.iterations.to_string());
+        self.write_line();
+        self.rows += 1;
+        if let Some(trace) = &mut self.trace {
+            trace.add(row.values);
         }
-        self.values.push(self.residual);
-        recorder.row(&self.values, self.iterations);
-        (self.residual, self.iterations) = (T::zero(), 0);
-        Ok(())
+    }
+
+    fn step(&mut self, done: u64, total: u64) -> ControlFlow<()> {
+        self.progress(done, total);
+        if self.failure.is_some() { ControlFlow::Break(()) } else { ControlFlow::Continue(()) }
     }
 }
 
-impl<T: Real> Visitor<T> for Run<'_, T> {
-    type Output = Ended;
-
-    fn visit<const N: usize, const D: usize, R: Retraction<T, N, D>, L: Lagrangian<T, N>, F: Force<T, N>>(
-        self,
-        system: System<T, N, D, R, L, F>,
-    ) -> Ended {
-        let Self { file, steps, last, recorder } = self;
-        let System { lagrangian, force, retraction, tableau, mut state, step, casimirs, .. } = system;
-        let columns = Columns::new(&file.case, casimirs.len());
-        let work = Cell::new(T::zero());
-        let mut method = Metered { method: Variational::new(&lagrangian, force, retraction, tableau), work: &work };
-        let mut row = Row {
-            lagrangian: &lagrangian,
-            casimirs: &casimirs,
-            columns: &columns,
-            work: &work,
-            energy: None,
-            velocity: Vector::zeros(),
-            values: Vec::new(),
-            residual: T::zero(),
-            iterations: 0,
-        };
-        recorder.header(&columns);
-        if let Err(reason) = row.write(&state, recorder) {
-            return Ended::Failed(reason);
-        }
-        let total = steps + u64::from(last.is_some());
-        let mut written = 0;
-        let mut totals: Vec<Totals<T>> = Vec::with_capacity(2);
-        for (first, count, h) in [(0, steps, step), (steps, total - steps, last.unwrap_or(step))] {
-            let mut refused = None;
-            let outcome = integrate_until(&mut method, &mut state, h, count as usize, |index, state, report| {
-                let index = first + index as u64;
-                row.count(report);
-                if index.is_multiple_of(file.output.every) || index == total {
-                    refused = row.write(state, recorder).err();
-                    written = index;
-                }
-                recorder.progress(index, total);
-                if refused.is_some() || recorder.failure.is_some() {
-                    ControlFlow::Break(())
-                } else {
-                    ControlFlow::Continue(())
-                }
-            });
-            if let Some(reason) = refused {
-                return Ended::Failed(reason);
-            }
-            match outcome {
-                Ok(part) => totals.push(part),
-                Err(TrajectoryError { index, time, source }) => {
-                    let done = first + index as u64;
-                    // The state that was reached is a row, whatever `every` says.
-                    if written < done {
-                        let _ = row.write(&state, recorder);
-                    }
-                    return Ended::Failed(format!("step {} of {total}, from t = {time}: {source}", done + 1));
-                }
-            }
-            if recorder.failure.is_some() {
-                break;
-            }
-        }
-        Ended::Whole(summary(&totals))
-    }
-}
-
-fn summary<T: Real>(parts: &[Totals<T>]) -> String {
+/// What a run cost.
+pub fn summary<T: Real>(parts: &[Totals<T>]) -> String {
     let steps: usize = parts.iter().map(|part| part.steps).sum();
     let iterations: usize = parts.iter().map(|part| part.iterations).sum();
     let most = parts.iter().map(|part| part.most_iterations).max().unwrap_or(0);

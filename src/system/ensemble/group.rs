@@ -167,50 +167,85 @@ fn method<T: Real, const N: usize, const D: usize, R: Retraction<T, N, D>>(
     Variational::new(&system.lagrangian, &system.force, &system.retraction, system.tableau.clone())
 }
 
-/// The groups of a batch.
-pub struct Groups<'a, T: Real, const N: usize, const D: usize, R> {
-    groups: Vec<Group<'a, T, N, D, R>>,
-    case: &'a Case,
-    size: usize,
+/// At most eight members, whatever their dimension and retraction: what rayon sees, so that its machinery is compiled once
+/// for a scalar.
+trait Members<T: Real>: Send + Sync {
+    fn advance(&mut self, h: T, steps: u64);
+    fn going(&self) -> usize;
+    fn samples(&self, size: usize) -> Vec<Sample<T>>;
+    fn statistics(&self, case: &Case) -> Statistics<T>;
 }
 
-impl<'a, T, const N: usize, const D: usize, R> Groups<'a, T, N, D, R>
-where
-    T: Real,
-    R: Retraction<T, N, D> + Send + Sync + 'static,
-{
-    /// Groups of the members in their order, of a case with attitudes of this size.
-    pub fn new(members: &[(&'a System<T, N, D, R>, &Origin<T>)], case: &'a Case, size: usize, may_share: bool) -> Self {
-        let groups = members.par_chunks(WIDTH).map(|members| Group::new(members, size, may_share)).collect();
-        Self { groups, case, size }
-    }
-}
-
-impl<T, const N: usize, const D: usize, R> Batch<T> for Groups<'_, T, N, D, R>
+impl<T, const N: usize, const D: usize, R> Members<T> for Group<'_, T, N, D, R>
 where
     T: Real,
     R: Retraction<T, N, D> + Send + Sync + 'static,
 {
     fn advance(&mut self, h: T, steps: u64) {
+        self.advance(h, steps);
+    }
+
+    fn going(&self) -> usize {
+        self.members.iter().filter(|member| member.failure.is_none()).count()
+    }
+
+    fn samples(&self, size: usize) -> Vec<Sample<T>> {
+        (0..self.members.len()).map(|k| self.sample(k, size)).collect()
+    }
+
+    fn statistics(&self, case: &Case) -> Statistics<T> {
+        self.statistics(case)
+    }
+}
+
+/// The groups of a batch.
+pub struct Groups<'a, T> {
+    groups: Vec<Box<dyn Members<T> + 'a>>,
+    case: &'a Case,
+    size: usize,
+}
+
+impl<'a, T: Real> Groups<'a, T> {
+    /// Groups of the members in their order, of a case with attitudes of this size.
+    pub fn new<const N: usize, const D: usize, R>(
+        members: &[(&'a System<T, N, D, R>, &Origin<T>)],
+        case: &'a Case,
+        size: usize,
+        may_share: bool,
+    ) -> Self
+    where
+        R: Retraction<T, N, D> + Send + Sync + 'static,
+    {
+        let make = |k: usize| -> Box<dyn Members<T> + 'a> {
+            let members = &members[k * WIDTH..members.len().min((k + 1) * WIDTH)];
+            Box::new(Group::new(members, size, may_share))
+        };
+        Self { groups: Self::made(members.len().div_ceil(WIDTH), &make), case, size }
+    }
+
+    fn made(count: usize, make: &(dyn Fn(usize) -> Box<dyn Members<T> + 'a> + Sync)) -> Vec<Box<dyn Members<T> + 'a>> {
+        (0..count).into_par_iter().map(make).collect()
+    }
+}
+
+impl<T: Real> Batch<T> for Groups<'_, T> {
+    fn advance(&mut self, h: T, steps: u64) {
         self.groups.par_iter_mut().for_each(|group| group.advance(h, steps));
     }
 
     fn going(&self) -> usize {
-        self.groups.iter().flat_map(|group| &group.members).filter(|member| member.failure.is_none()).count()
+        self.groups.iter().map(|group| group.going()).sum()
     }
 
     fn samples(&self) -> Vec<Sample<T>> {
-        let all = |group: &Group<'_, T, N, D, R>| {
-            (0..group.members.len()).map(|k| group.sample(k, self.size)).collect::<Vec<_>>()
-        };
-        self.groups.par_iter().map(all).collect::<Vec<_>>().concat()
+        self.groups.par_iter().map(|group| group.samples(self.size)).collect::<Vec<_>>().concat()
     }
 
     fn statistics(&self) -> Statistics<T> {
         let parts: Vec<_> = self.groups.par_iter().map(|group| group.statistics(self.case)).collect();
-        let mut all = parts
-            .first()
-            .map_or(Statistics::none(N, 0), |part| Statistics::none(part.momentum.len(), part.casimirs.len()));
+        let mut all = parts.first().map_or(Statistics::none(self.case.dimension(), 0), |part| {
+            Statistics::none(part.momentum.len(), part.casimirs.len())
+        });
         parts.iter().for_each(|part| all.merge(part));
         all
     }

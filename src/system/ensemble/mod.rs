@@ -15,6 +15,7 @@ pub use parameter::Parameter;
 pub use statistics::{Moments, Statistics};
 
 use super::case::{Case, Structure};
+use super::compiled::Compiled;
 use super::dispatch::{System, Workshop};
 use super::error::CaseError;
 use crate::group::departure;
@@ -22,6 +23,7 @@ use crate::retraction::Retraction;
 use crate::scalar::{Number, Real};
 use group::Groups;
 use rayon::prelude::*;
+use std::sync::OnceLock;
 
 /// Members that share a group.
 pub(super) const WIDTH: usize = crate::integrators::so3::LANES;
@@ -181,11 +183,8 @@ impl Ensemble {
 
     /// How many numbers describe a state.
     pub fn layout(&self) -> Layout {
-        let (casimirs, attitude) = match &self.case.algebra.structure {
-            Structure::Named(entry) => (entry.casimir_count(), entry.matrix_size()),
-            Structure::Constants { .. } | Structure::Given { .. } => (0, 0),
-        };
-        Layout { dimension: self.case.dimension(), casimirs, attitude }
+        let case = &self.case;
+        Layout { dimension: case.dimension(), casimirs: case.casimir_count(), attitude: case.matrix_size() }
     }
 
     /// How many members are worth having at a time: enough for many threads, few enough for some megabytes.
@@ -241,17 +240,31 @@ impl Ensemble {
     ///
     /// # Errors
     /// The first member that is refused.
-    pub fn run<T: Real>(
+    pub fn run<T: Compiled>(
         &self,
         origins: &[Origin<T>],
         drive: &mut dyn FnMut(&mut dyn Batch<T>),
     ) -> Result<(), MemberError> {
-        let refused = |(member, source)| MemberError { member, source };
-        let checked = origins.par_iter().map(|origin| self.check(origin)).enumerate();
-        checked.try_for_each(|(member, check)| check.map_err(|source| refused((member, source))))?;
-        let case = |source: CaseError| refused((0, source.into()));
+        T::ensemble(self, origins, drive)
+    }
+
+    /// [`Ensemble::run`], for every scalar.
+    pub(super) fn run_in<T: Real>(
+        &self,
+        origins: &[Origin<T>],
+        drive: &mut dyn FnMut(&mut dyn Batch<T>),
+    ) -> Result<(), MemberError> {
+        first_refused(origins.len(), &|k| self.check(&origins[k]))?;
+        let case = |source: CaseError| MemberError { member: 0, source: source.into() };
         self.case.workshop(Run { ensemble: self, origins, drive }).map_err(case)?
     }
+}
+
+/// The first refusal of so many members, looked at in parallel.
+fn first_refused(members: usize, check: &(dyn Fn(usize) -> Result<(), OriginError> + Sync)) -> Result<(), MemberError> {
+    let refusals: Vec<_> = (0..members).into_par_iter().map(check).collect();
+    let refused = |(member, check): (usize, Result<(), _>)| check.map_err(|source| MemberError { member, source });
+    refusals.into_iter().enumerate().try_for_each(refused)
 }
 
 /// Builds the members, whatever their dimension, and drives them.
@@ -272,16 +285,17 @@ impl<T: Real> Workshop<T> for Run<'_, T> {
         R: Retraction<T, N, D> + Clone + Send + Sync + 'static,
     {
         let Self { ensemble, origins, drive } = self;
-        let build = |member, case: &Case| build(case).map_err(|e| MemberError { member, source: e.into() });
         // One system for all, unless parameters make one of each.
-        let systems: Vec<System<T, N, D, R>> = if ensemble.parameters.is_empty() {
-            vec![build(0, &ensemble.case)?]
-        } else {
-            let systems = origins.par_iter().enumerate();
-            systems.map(|(k, origin)| build(k, &ensemble.member(origin))).collect::<Result<_, _>>()?
-        };
         let shared = ensemble.parameters.is_empty();
-        let members: Vec<_> = (0..).map(|k| &systems[if shared { 0 } else { k }]).zip(origins).collect();
+        let systems: Vec<OnceLock<System<T, N, D, R>>> =
+            (0..if shared { 1 } else { origins.len() }).map(|_| OnceLock::new()).collect();
+        first_refused(systems.len(), &|k| {
+            let system = if shared { build(&ensemble.case)? } else { build(&ensemble.member(&origins[k]))? };
+            systems[k].get_or_init(|| system);
+            Ok(())
+        })?;
+        let systems: Vec<_> = systems.iter().filter_map(OnceLock::get).collect();
+        let members: Vec<_> = (0..).map(|k| systems[if shared { 0 } else { k }]).zip(origins).collect();
         drive(&mut Groups::new(&members, &ensemble.case, ensemble.layout().attitude, !ensemble.general));
         Ok(())
     }

@@ -1,0 +1,267 @@
+//! One system from its initial state on, whatever its dimension: rows of plain numbers, for who writes or draws them.
+
+use super::case::{Case, Structure};
+use super::dispatch::{System, Visitor};
+use super::error::CaseError;
+use super::{Compiled, SystemFile};
+use crate::algebra::{Casimir, Vector, pair};
+use crate::integrators::trajectory::{TrajectoryError, integrate_until};
+use crate::integrators::{OneStep, Report, State, StepError, Variational};
+use crate::mechanics::{Force, Lagrangian};
+use crate::retraction::Retraction;
+use crate::scalar::Real;
+use std::cell::Cell;
+use std::ops::ControlFlow;
+
+pub use crate::integrators::trajectory::Totals;
+
+/// How far, and at which times there is a row.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Plan<T> {
+    /// Steps of the case's size.
+    pub steps: u64,
+    /// The size of one step more, if there is one.
+    pub last: Option<T>,
+    /// A row every so many steps; and one of the initial state, and one of the last.
+    pub every: u64,
+}
+
+impl<T: Real> Plan<T> {
+    /// What a system file says.
+    ///
+    /// # Errors
+    /// Those of [`SystemFile::plan`].
+    pub fn of(file: &SystemFile) -> Result<Self, CaseError> {
+        let (steps, last) = file.plan()?;
+        Ok(Self { steps, last, every: file.output.every })
+    }
+}
+
+/// A row.
+#[derive(Clone, Copy, Debug)]
+pub struct Row<'a, T> {
+    /// t; μ, n numbers; η, n; the energy; the work of the force, ∫⟨f, η⟩ dt by the method's own quadrature; the energy
+    /// without the initial energy and the work; the Casimirs that are known; g by rows, m×m numbers, where there is a group.
+    pub values: &'a [T],
+    /// The largest relative residual of the steps since the last row.
+    pub residual: T,
+    /// The iterations of these steps.
+    pub iterations: usize,
+}
+
+/// Who sees a trajectory.
+pub trait Observer<T> {
+    /// A row.
+    fn row(&mut self, row: &Row<'_, T>);
+
+    /// A step was taken, after its row if it has one: so many of so many are done. Whether to go on.
+    fn step(&mut self, done: u64, total: u64) -> ControlFlow<()>;
+}
+
+/// How a trajectory ended.
+#[derive(Clone, Debug, PartialEq)]
+pub enum Ended<T> {
+    /// At its horizon, or where its observer broke off.
+    Whole {
+        /// What the steps of each size cost.
+        totals: Vec<Totals<T>>,
+    },
+    /// Earlier: a step failed, or the velocity of a state was not found. There is a row of the last state reached.
+    Failed {
+        /// Where, and why.
+        reason: String,
+    },
+}
+
+impl Case {
+    /// The trajectory of the case.
+    ///
+    /// ```
+    /// use euler_poincare::system::trajectory::{Ended, Observer, Plan, Row};
+    /// use euler_poincare::system::{SystemFile, file};
+    /// use std::ops::ControlFlow;
+    ///
+    /// struct Energies(Vec<f64>);
+    /// impl Observer<f64> for Energies {
+    ///     fn row(&mut self, row: &Row<'_, f64>) {
+    ///         self.0.push(row.values[1 + 3 + 3]); // t, three momenta, three velocities, energy
+    ///     }
+    ///     fn step(&mut self, _: u64, _: u64) -> ControlFlow<()> {
+    ///         ControlFlow::Continue(())
+    ///     }
+    /// }
+    ///
+    /// let case = SystemFile::parse(file::example())?.case; // a damped rigid body
+    /// let mut energies = Energies(Vec::new());
+    /// let ended = case.trajectory(Plan { steps: 100, last: None, every: 10 }, &mut energies)?;
+    /// assert!(matches!(ended, Ended::Whole { .. }) && energies.0.len() == 11);
+    /// assert!(energies.0.is_sorted_by(|earlier, later| earlier > later));
+    /// # Ok::<(), Box<dyn std::error::Error>>(())
+    /// ```
+    ///
+    /// # Errors
+    /// A part of the case that cannot be built. A step that fails is no error of this kind, but [`Ended::Failed`].
+    pub fn trajectory<T: Compiled>(
+        &self,
+        plan: Plan<T>,
+        observer: &mut dyn Observer<T>,
+    ) -> Result<Ended<T>, CaseError> {
+        T::trajectory(self, plan, observer)
+    }
+
+    /// The size of the matrices of the group, without padding; 0 without a group.
+    pub fn matrix_size(&self) -> usize {
+        match &self.algebra.structure {
+            Structure::Named(entry) => entry.matrix_size(),
+            Structure::Constants { .. } | Structure::Given { .. } => 0,
+        }
+    }
+
+    /// How many Casimirs are known.
+    pub fn casimir_count(&self) -> usize {
+        match &self.algebra.structure {
+            Structure::Named(entry) => entry.casimir_count(),
+            Structure::Constants { .. } | Structure::Given { .. } => 0,
+        }
+    }
+}
+
+/// The run, for a system of any dimension.
+pub(super) struct Run<'a, T> {
+    pub plan: Plan<T>,
+    pub observer: &'a mut dyn Observer<T>,
+    pub matrix_size: usize,
+}
+
+/// A method that also sums h Σ b_i ⟨f(t + c_i h, η_i), η_i⟩, the work of the force by the method's quadrature.
+struct Metered<'a, T: Real, const N: usize, const D: usize, L, F, R> {
+    method: Variational<T, N, D, L, F, R>,
+    work: &'a Cell<T>,
+}
+
+impl<T, const N: usize, const D: usize, L, F, R> OneStep<T, N, D> for Metered<'_, T, N, D, L, F, R>
+where
+    T: Real,
+    L: Lagrangian<T, N>,
+    F: Force<T, N>,
+    R: Retraction<T, N, D>,
+{
+    fn step(&mut self, state: &mut State<T, N, D>, h: T) -> Result<Report<T>, StepError> {
+        let start = state.time;
+        let report = self.method.step(state, h)?;
+        let (b, c) = (self.method.tableau().b(), self.method.tableau().c());
+        let mut power = T::zero();
+        for (i, eta) in self.method.stage_velocities().enumerate() {
+            power += b[i] * pair(&self.method.force().force(start + c[i] * h, &eta), &eta);
+        }
+        self.work.set(self.work.get() + h * power);
+        Ok(report)
+    }
+}
+
+/// What a row is computed from.
+struct Rows<'a, T: Real, const N: usize, L> {
+    lagrangian: &'a L,
+    casimirs: &'a [Casimir<T, N>],
+    matrix_size: usize,
+    work: &'a Cell<T>,
+    /// The energy of the first row.
+    energy: Option<T>,
+    /// The velocity of the last row, where the next is looked for.
+    velocity: Vector<T, N>,
+    values: Vec<T>,
+    /// Of the steps since the last row.
+    residual: T,
+    iterations: usize,
+}
+
+impl<T: Real, const N: usize, L: Lagrangian<T, N>> Rows<'_, T, N, L> {
+    fn count(&mut self, report: &Report<T>) {
+        self.residual = self.residual.max(report.residual);
+        self.iterations += report.iterations;
+    }
+
+    fn show<const D: usize>(&mut self, state: &State<T, N, D>, observer: &mut dyn Observer<T>) -> Result<(), String> {
+        self.velocity = self
+            .lagrangian
+            .velocity(&state.momentum, &self.velocity)
+            .map_err(|error| format!("at t = {}: {error}", state.time))?;
+        let energy = self.lagrangian.energy(&self.velocity);
+        let (first, work) = (*self.energy.get_or_insert(energy), self.work.get());
+        self.values.clear();
+        self.values.push(state.time);
+        self.values.extend(state.momentum.iter());
+        self.values.extend(self.velocity.iter());
+        self.values.extend([energy, work, energy - first - work]);
+        self.values.extend(self.casimirs.iter().map(|casimir| casimir.value(&state.momentum)));
+        for row in 0..self.matrix_size {
+            self.values.extend((0..self.matrix_size).map(|column| state.attitude[(row, column)]));
+        }
+        observer.row(&Row { values: &self.values, residual: self.residual, iterations: self.iterations });
+        (self.residual, self.iterations) = (T::zero(), 0);
+        Ok(())
+    }
+}
+
+impl<T: Real> Visitor<T> for Run<'_, T> {
+    type Output = Ended<T>;
+
+    fn visit<const N: usize, const D: usize, R: Retraction<T, N, D>, L: Lagrangian<T, N>, F: Force<T, N>>(
+        self,
+        system: System<T, N, D, R, L, F>,
+    ) -> Ended<T> {
+        let Self { plan: Plan { steps, last, every }, observer, matrix_size } = self;
+        let System { lagrangian, force, retraction, tableau, mut state, step, casimirs, .. } = system;
+        let work = Cell::new(T::zero());
+        let mut method = Metered { method: Variational::new(&lagrangian, force, retraction, tableau), work: &work };
+        let mut rows = Rows {
+            lagrangian: &lagrangian,
+            casimirs: &casimirs,
+            matrix_size,
+            work: &work,
+            energy: None,
+            velocity: Vector::zeros(),
+            values: Vec::new(),
+            residual: T::zero(),
+            iterations: 0,
+        };
+        if let Err(reason) = rows.show(&state, observer) {
+            return Ended::Failed { reason };
+        }
+        let total = steps + u64::from(last.is_some());
+        let mut shown = 0;
+        let mut totals: Vec<Totals<T>> = Vec::with_capacity(2);
+        for (first, count, h) in [(0, steps, step), (steps, total - steps, last.unwrap_or(step))] {
+            let (mut refused, mut stopped) = (None, false);
+            let outcome = integrate_until(&mut method, &mut state, h, count as usize, |index, state, report| {
+                let index = first + index as u64;
+                rows.count(report);
+                if index.is_multiple_of(every) || index == total {
+                    refused = rows.show(state, observer).err();
+                    shown = index;
+                }
+                stopped = observer.step(index, total).is_break();
+                if refused.is_some() || stopped { ControlFlow::Break(()) } else { ControlFlow::Continue(()) }
+            });
+            if let Some(reason) = refused {
+                return Ended::Failed { reason };
+            }
+            match outcome {
+                Ok(part) => totals.push(part),
+                Err(TrajectoryError { index, time, source }) => {
+                    let done = first + index as u64;
+                    // The state that was reached is a row, whatever `every` says.
+                    if shown < done {
+                        let _ = rows.show(&state, observer);
+                    }
+                    let reason = format!("step {} of {total}, from t = {time}: {source}", done + 1);
+                    return Ended::Failed { reason };
+                }
+            }
+            if stopped {
+                break;
+            }
+        }
+        Ended::Whole { totals }
+    }
+}
