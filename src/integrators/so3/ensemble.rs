@@ -143,6 +143,12 @@ impl<F: PackedForce, R: FastRetraction> EnsembleSo3<F, R> {
         Ok(Self { columns, tableau, retraction, settings, registers: Registers::detect(), forces, groups })
     }
 
+    /// The same with settings of one's own: the residual wanted, and when Newton's method takes over.
+    pub fn with_settings(mut self, settings: Settings<f64>) -> Self {
+        self.settings = settings;
+        self
+    }
+
     /// The same in registers of another kind: for tests that compare them.
     pub fn in_registers(mut self, registers: Registers) -> Self {
         self.registers = registers;

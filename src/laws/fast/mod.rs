@@ -12,7 +12,7 @@ mod solver;
 mod step;
 
 pub use engine::{Fast, OTHER_RETRACTION, TERM_MISSING};
-pub use ensemble::{NEIGHBOUR, THREADS};
+pub use ensemble::{BELIEVED, NEIGHBOUR, THREADS};
 
 use crate::laws::CaseLaw;
 use crate::tableau::{Description, Family, random};
