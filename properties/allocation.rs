@@ -4,7 +4,9 @@ use euler_poincare::algebra::catalogue::Entry;
 use euler_poincare::algebra::{Covector, Matrix, Vector};
 use euler_poincare::group::{LieGroup, MatrixGroup, So3};
 use euler_poincare::integrators::se3::{AdaptiveSe3, CayleySe3, Terms as TermsSe3, VariationalSe3};
-use euler_poincare::integrators::so3::{AdaptiveSo3, EnsembleSo3, Member, Row, Terms, VariationalSo3};
+use euler_poincare::integrators::so3::{
+    AdaptiveSo3, EnsembleSo3, Member, QuaternionSo3, QuaternionState, Row, Terms, VariationalSo3,
+};
 use euler_poincare::integrators::variational::Settings;
 use euler_poincare::integrators::{Classical, Doubled, DoubledState, MuntheKaas, OneStep, Solver, State, Variational};
 use euler_poincare::mechanics::doubled::Forced;
@@ -14,6 +16,7 @@ use euler_poincare::mechanics::models::{Model, landau_lifshitz_gilbert};
 use euler_poincare::retraction::{AnyRetraction, Cayley, CayleySo3, Exponential, ExponentialSo3, Retraction};
 use euler_poincare::scalar::{Dd, Real};
 use euler_poincare::tableau::{Classic, Family};
+use nalgebra::UnitQuaternion;
 use std::alloc::{GlobalAlloc, Layout, System};
 use std::cell::Cell;
 
@@ -157,6 +160,17 @@ fn the_fast_paths_of_so3_allocate_nothing() {
     let (allocated, solvers) = count(&mut method, &start, 0.79, true);
     assert_eq!(allocated, 0);
     assert!(solvers.iter().all(|s| *s != Solver::Sweeps), "{solvers:?}");
+    // The quaternion form, by sweeps and by Newton's method.
+    let mut quaternions = QuaternionSo3::of(method);
+    let attitude = UnitQuaternion::identity();
+    let mut state = QuaternionState { time: start.time, momentum: start.momentum, attitude };
+    quaternions.step(&mut state, 0.79).unwrap();
+    let allocated = allocations(|| {
+        for h in [0.0625, 0.79, 0.0625] {
+            quaternions.step(&mut state, h).unwrap();
+        }
+    });
+    assert_eq!(allocated, 0);
     // A solver that chooses its steps, and an ensemble on this thread.
     let mut solver = AdaptiveSo3::new(lagrangian.clone(), force.clone());
     let mut state = start.clone();

@@ -5,11 +5,14 @@ use euler_poincare::algebra::{Covector, Matrix};
 use euler_poincare::group::{LieGroup, So3};
 use euler_poincare::integrators::lanes::Registers;
 use euler_poincare::integrators::se3::{self, CayleySe3, Drag, VariationalSe3};
-use euler_poincare::integrators::so3::{Damping, Free, LaneForceError, Relaxation, Terms, VariationalSo3};
+use euler_poincare::integrators::so3::{
+    Damping, Free, HalfAngle, LaneForceError, QuaternionSo3, QuaternionState, Relaxation, Terms, VariationalSo3,
+};
 use euler_poincare::integrators::{OneStep, Solver, State, StepError};
 use euler_poincare::mechanics::force::{AnyForce, DoubleBracket, LinearDrag, Metriplectic, QuadraticDrag};
 use euler_poincare::mechanics::lagrangian::Quadratic;
 use euler_poincare::retraction::{CayleySo3, ExponentialSo3, Retraction};
+use nalgebra::{Quaternion, UnitQuaternion};
 
 const TABLEAUX: [&str; 22] = [
     "gauss-1",
@@ -165,4 +168,68 @@ fn forces_without_a_form_in_lanes_are_refused() {
     let (vessel, _) = submerged();
     let force = DoubleBracket::new(CayleySe3::new().algebra().clone(), vessel, 1.0).unwrap().into();
     assert_eq!(se3::Terms::new(&force).unwrap_err().force, "double bracket");
+}
+
+/// The quaternion form takes the steps of the matrix form: the same momenta, and the same rotation to round-off, by sweeps and by
+/// Newton's method, when it starts again from a state of one's own, and backwards.
+#[test]
+fn quaternions_turn_as_matrices_do() {
+    fn agree<R: HalfAngle>(retraction: R, name: &str, h: f64, wanted: Solver) {
+        let (lagrangian, start) = rigid();
+        let damped =
+            || VariationalSo3::new(lagrangian.clone(), Damping(0.01), retraction.clone(), tableau(name)).unwrap();
+        let (mut by_matrix, mut by_quaternion) = (damped(), QuaternionSo3::of(damped()));
+        let axis = nalgebra::Vector3::new(0.3, -2.0, 0.7);
+        let attitude = UnitQuaternion::from_scaled_axis(axis);
+        let mut state = QuaternionState { time: start.time, momentum: start.momentum, attitude };
+        let mut matrix = State { attitude: attitude.to_rotation_matrix().into_inner(), ..start };
+        for k in 1..=400_u32 {
+            // From the hundredth step on backwards; from the two hundredth on from a copy with the other sign.
+            let h = if k > 100 { -h } else { h };
+            if k == 200 {
+                state.attitude = UnitQuaternion::new_unchecked(-state.attitude.into_inner());
+            }
+            let report = by_quaternion.step(&mut state, h).unwrap();
+            assert_eq!(by_matrix.step(&mut matrix, h).unwrap(), report);
+            assert_eq!(report.solver, wanted, "{name}");
+            assert_eq!((state.time, state.momentum), (matrix.time, matrix.momentum), "{name}, step {k}");
+            let off = (state.attitude.to_rotation_matrix().into_inner() - matrix.attitude).amax();
+            assert!(off < 8.0 * U * f64::from(k).sqrt() + 8.0 * U, "{name}, step {k}: {off:e}");
+            assert!((state.attitude.as_ref().norm_squared() - 1.0).abs() < 4.0 * U, "{name}, step {k}");
+        }
+    }
+    for name in ["gauss-1", "gauss-2", "gauss-5", "lobatto-iiia-3"] {
+        agree(CayleySo3::new(), name, 0.125, Solver::Sweeps);
+        agree(ExponentialSo3::new(), name, 0.125, Solver::Sweeps);
+    }
+}
+
+/// A quaternion that is none is refused, and a step that fails leaves the state.
+#[test]
+fn a_quaternion_is_of_unit_length() {
+    let (lagrangian, start) = rigid();
+    let method = VariationalSo3::new(lagrangian, Damping(1.0), CayleySo3::new(), tableau("lobatto-iiia-2")).unwrap();
+    let mut method = QuaternionSo3::of(method);
+    let mut with = |w: f64, x: f64| {
+        let attitude = UnitQuaternion::new_unchecked(Quaternion::new(w, x, 0.0, 0.0));
+        method.step(&mut QuaternionState { time: 0.0, momentum: start.momentum, attitude }, 0.1).map(|_| ())
+    };
+    assert_eq!(with(0.0, 0.0), Err(StepError::OffGroup { departure: 1.0 }));
+    assert_eq!(with(1.0, 0.5), Err(StepError::OffGroup { departure: 0.25 }));
+    assert_eq!(with(f64::NAN, 0.0), Err(StepError::NotFinite { what: "the attitude" }));
+    assert_eq!(with(0.6, 0.8), Ok(()));
+    let fresh = QuaternionState { time: 0.0, momentum: start.momentum, attitude: UnitQuaternion::identity() };
+    let mut state = fresh.clone();
+    assert!(matches!(method.step(&mut state, 0.9), Err(StepError::Fold { .. })));
+    assert_eq!(state, fresh);
+    // Newton's method, just before the fold; and a step forth and back by sweeps.
+    let report = method.step(&mut state, 0.79).unwrap();
+    assert_ne!(report.solver, Solver::Sweeps);
+    let mut matrix = start.clone();
+    let (lagrangian, _) = rigid();
+    VariationalSo3::new(lagrangian, Damping(1.0), CayleySo3::new(), tableau("lobatto-iiia-2"))
+        .unwrap()
+        .step(&mut matrix, 0.79)
+        .unwrap();
+    assert!((state.attitude.to_rotation_matrix().into_inner() - matrix.attitude).amax() < 16.0 * U);
 }

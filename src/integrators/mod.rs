@@ -17,7 +17,7 @@ pub use classical::Classical;
 pub use doubled::{Doubled, DoubledState};
 pub use munthe_kaas::MuntheKaas;
 pub use se3::{AdaptiveSe3, VariationalSe3};
-pub use so3::{AdaptiveSo3, EnsembleSo3, VariationalSo3};
+pub use so3::{AdaptiveSo3, EnsembleSo3, QuaternionSo3, VariationalSo3};
 pub use variational::Variational;
 
 use crate::algebra::{Covector, Matrix};
@@ -137,6 +137,12 @@ pub enum StepError {
     NotFinite {
         /// `"h"`, `"the momentum"`, `"the attitude"`, `"the time"`, `"the force"`.
         what: &'static str,
+    },
+    /// An attitude that is not in the group.
+    #[error("the attitude is not in the group: its equations are violated by {departure:e}")]
+    OffGroup {
+        /// By how much; for a quaternion ||q|² − 1|.
+        departure: f64,
     },
     /// A method outside this crate says that it does not apply to the system or the state.
     #[error("unsupported: {why}")]

@@ -182,9 +182,10 @@ pub(super) fn refused(error: &StepError) -> Measured {
         StepError::Legendre { .. } => Measured::Inconclusive("the Legendre transform could not be inverted".into()),
         StepError::Unsupported { why } => Measured::NotApplicable(format!("unsupported: {why}")),
         StepError::Refused { why, .. } => Measured::Inconclusive(format!("the method refused a step: {why}")),
-        StepError::NotFinite { .. } | StepError::Stages { .. } | StepError::NoAnswer { .. } => {
-            Measured::Broken(error.to_string())
-        }
+        StepError::NotFinite { .. }
+        | StepError::Stages { .. }
+        | StepError::OffGroup { .. }
+        | StepError::NoAnswer { .. } => Measured::Broken(error.to_string()),
     }
 }
 

@@ -160,15 +160,18 @@ pub(super) enum Refused {
     Delta(f64),
 }
 
-/// The stage momenta M_i of a step, from which the next one starts.
+/// What a step leaves.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Memory<const N: usize> {
+    /// The stage momenta M_i, from which the next one starts.
     pub momenta: [Row; N],
+    /// ξ = h Σ b_i dτ⁻¹ Ω_i: the step was g ← g τ(ξ).
+    pub increment: [f64; N],
 }
 
 impl<const N: usize> Default for Memory<N> {
     fn default() -> Self {
-        Self { momenta: [Row::default(); N] }
+        Self { momenta: [Row::default(); N], increment: [0.0; N] }
     }
 }
 
@@ -509,6 +512,7 @@ where
                             return Err(Refused::Delta(delta));
                         }
                     }
+                    self.memory.increment = increment;
                     for k in 0..N {
                         next[k].0.store(&mut self.state.value[k].0);
                         next[k].1.store(&mut self.state.cut[k].0);

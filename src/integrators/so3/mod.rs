@@ -10,6 +10,8 @@
 //! with fewer, δ is not small and follows every sweep). What decides is always the true residual r_i, with δ up to date.
 //! Where sweeps do not contract, [`super::Variational`] takes the step: Newton's method and the continuation in h.
 //!
+//! [`QuaternionSo3`] is the same step with a unit quaternion for g.
+//!
 //! Sums g ← g + g(τ(ξ) − 1), μ ← μ + Δμ are compensated (Kahan 1965), so that rounding grows like √n with n steps.
 
 /// The array of EXPR for k = 0 … N − 1, by a loop: only what is sure to be inlined is compiled for the registers of a
@@ -32,12 +34,14 @@ pub(super) mod adaptive;
 mod ensemble;
 pub mod force;
 mod kernel;
+mod quaternion;
 pub mod retraction;
 pub(super) mod step;
 
 pub use adaptive::{AdaptiveSo3, SolveError, Solved};
 pub use ensemble::{EnsembleError, EnsembleSo3, Member};
 pub use force::{Damping, Free, LaneForce, LaneForceError, PackedForce, Relaxation, Term, Terms};
+pub use quaternion::{HalfAngle, QuaternionSo3, QuaternionState};
 pub use retraction::LaneRetraction;
 pub use step::{FastRetraction, UnfitTableau, VariationalSo3};
 

@@ -171,6 +171,11 @@ impl<F: LaneForce<N>, R: FastRetraction<N, D>, const N: usize, const D: usize> V
         self.columns.stages
     }
 
+    /// ξ of the last step, g ← g τ(ξ), if sweeps took it.
+    pub(super) fn last_increment(&self) -> Option<[f64; N]> {
+        (self.last.step != 0.0).then_some(self.last.memory.increment)
+    }
+
     /// What Newton's method and the continuation in h say of a step that sweeps do not solve.
     #[cold]
     pub(super) fn diagnose(&mut self, state: &State<f64, N, D>, step: f64) -> StepError {

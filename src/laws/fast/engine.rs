@@ -4,6 +4,7 @@ use crate::harness::Fault;
 use crate::integrators::lanes::Registers;
 use crate::integrators::se3::{self, CayleySe3, VariationalSe3};
 use crate::integrators::so3::{self, VariationalSo3};
+use crate::integrators::variational::Settings;
 use crate::integrators::{OneStep, Report, State, StepError};
 use crate::laws::method::library::{FAVOURED, Library, SEES_ATTITUDE, SEES_TIME};
 use crate::laws::method::{Point, Stepper, Subject};
@@ -20,6 +21,21 @@ pub const TERM_MISSING: Fault =
 /// exp for the Cayley map, the Cayley map for exp.
 pub const OTHER_RETRACTION: Fault =
     Fault::new("other-retraction", "exp in the place of the Cayley map, the Cayley map in that of exp", "SO(3)");
+
+/// The sweeps end too early. Of an ensemble, whose residual is a change times the contraction of the sweeps, it is the same as a
+/// contraction that is taken to be 2³⁰ times as strong as it is.
+pub const STOPPED: Fault = Fault::new(
+    "stopped-early",
+    "the sweeps end where the residual is 2³⁰ times as large as it may be",
+    "methods that are not explicit",
+);
+
+/// The settings with [`STOPPED`] or without.
+pub(super) fn settings(fault: Option<&Fault>) -> Settings<f64> {
+    let mut settings = Settings::default();
+    settings.tolerance *= 1.0 + 2f64.powi(30) * Fault::size_of(fault, STOPPED.name);
+    settings
+}
 
 /// The parts of a case, typed.
 #[derive(Clone, Debug)]
@@ -117,23 +133,30 @@ impl Body {
 
     /// The fast step.
     pub fn method(self, registers: Registers) -> Result<Box<dyn Reporting>, StepError> {
+        self.method_with(registers, Settings::default())
+    }
+
+    fn method_with(self, registers: Registers, settings: Settings<f64>) -> Result<Box<dyn Reporting>, StepError> {
         Ok(match self {
             Self::So3(parts) => {
                 let Parts { lagrangian, terms, tableau, tau, .. } = *parts;
                 match tau {
                     Tau::Cayley => {
-                        let method = VariationalSo3::new(lagrangian, terms, CayleySo3::new(), tableau);
+                        let method =
+                            VariationalSo3::with_settings(lagrangian, terms, CayleySo3::new(), tableau, settings);
                         Box::new(Typed::<_, 3, 3>(method.map_err(unsupported)?.in_registers(registers)))
                     }
                     Tau::Exponential => {
-                        let method = VariationalSo3::new(lagrangian, terms, ExponentialSo3::new(), tableau);
+                        let method =
+                            VariationalSo3::with_settings(lagrangian, terms, ExponentialSo3::new(), tableau, settings);
                         Box::new(Typed::<_, 3, 3>(method.map_err(unsupported)?.in_registers(registers)))
                     }
                 }
             }
             Self::Se3(parts) => {
                 let Parts { lagrangian, terms, tableau, .. } = *parts;
-                let method = VariationalSe3::new(lagrangian, terms, CayleySe3::new(), tableau).map_err(unsupported)?;
+                let method = VariationalSe3::with_settings(lagrangian, terms, CayleySe3::new(), tableau, settings)
+                    .map_err(unsupported)?;
                 Box::new(Typed::<_, 6, 4>(method.in_registers(registers)))
             }
         })
@@ -185,7 +208,7 @@ impl Engine {
             }
             _ => None,
         };
-        let right = body.with_tableau(fault).method(registers)?;
+        let right = body.with_tableau(fault).method_with(registers, settings(fault))?;
         Ok(Self { right, wrong, fault: fault.copied() })
     }
 }

@@ -1,14 +1,13 @@
 //! Many bodies at once: what each of them would do alone, whoever is next to it and however many threads there are.
 
 use super::condition::conditions;
-use super::engine::{Body, OTHER_RETRACTION, Parts, Reporting, TERM_MISSING};
+use super::engine::{Body, OTHER_RETRACTION, Parts, Reporting, STOPPED, TERM_MISSING, settings};
 use super::step::{BOUND, hopeless, settled, step_of, verdict};
 use super::tableaux;
 use crate::harness::{Cost, Fault, Verdict, evidence};
 use crate::integrators::StepError;
 use crate::integrators::lanes::Registers;
 use crate::integrators::so3::{EnsembleError, EnsembleSo3, FastRetraction, Member, Row, Terms};
-use crate::integrators::variational::Settings;
 use crate::laws::CaseLaw;
 use crate::laws::method::Point;
 use crate::laws::planted::blend_scalar;
@@ -29,13 +28,6 @@ pub const NEIGHBOUR: Fault =
 /// The number of threads shows.
 pub const THREADS: Fault =
     Fault::new("threads-show", "μ' of the last body multiplied by 1 + h times the number of threads", "ensembles");
-/// The sweeps end too early.
-pub const BELIEVED: Fault = Fault::new(
-    "contraction-believed",
-    "the sweeps are taken to contract 2³⁰ times as much as was measured: they end where the residual is as much larger",
-    "ensembles",
-);
-
 /// Steps of a run: more than an ensemble extrapolates from.
 const STEPS: usize = 8;
 
@@ -53,7 +45,7 @@ pub(super) static LAWS: &[CaseLaw] = &[
         oracle: "the fast step of each body alone, which extrapolates and sweeps in another way",
         bound: BOUND,
         cost: Cost::Cheap,
-        faults: &[NEIGHBOUR, THREADS, BELIEVED, TERM_MISSING, OTHER_RETRACTION, COEFFICIENT],
+        faults: &[NEIGHBOUR, THREADS, STOPPED, TERM_MISSING, OTHER_RETRACTION, COEFFICIENT],
         cases: drawn,
         check: |case, fault| settled(each_alone(case, fault)),
     },
@@ -91,14 +83,6 @@ struct Run<'a> {
 }
 
 impl Run<'_> {
-    /// A residual is the change that a sweep makes times the contraction: a contraction that is too small by a factor, and a
-    /// tolerance that is too large by that factor, end the sweeps at the same place.
-    fn settings(&self) -> Settings<f64> {
-        let mut settings = Settings::default();
-        settings.tolerance *= 1.0 + 2f64.powi(30) * Fault::size_of(self.fault, BELIEVED.name);
-        settings
-    }
-
     fn with<R>(&self, retraction: R, members: &[Member<Terms>]) -> Result<Vec<Point<f64>>, EnsembleError>
     where
         R: FastRetraction + Send + Sync,
@@ -112,7 +96,7 @@ impl Run<'_> {
                 source: StepError::Unsupported { why: unfit.to_string() },
             })?
             .in_registers(self.registers)
-            .with_settings(self.settings());
+            .with_settings(settings(self.fault));
         let mut run = || self.calls.iter().try_for_each(|steps| ensemble.advance(self.h, *steps));
         // On a thread of its own: one of a campaign's would take up the next case while it waits.
         match &POOLS[self.threads - 1] {

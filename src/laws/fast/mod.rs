@@ -11,8 +11,8 @@ mod method;
 mod solver;
 mod step;
 
-pub use engine::{Fast, OTHER_RETRACTION, TERM_MISSING};
-pub use ensemble::{BELIEVED, NEIGHBOUR, THREADS};
+pub use engine::{Fast, OTHER_RETRACTION, STOPPED, TERM_MISSING};
+pub use ensemble::{NEIGHBOUR, THREADS};
 
 use crate::laws::CaseLaw;
 use crate::tableau::{Description, Family, random};

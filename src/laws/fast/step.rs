@@ -1,7 +1,7 @@
 //! One fast step, or a few: against the general engine, and in another frame.
 
 use super::condition::{Condition, Judged, conditions, exact, trajectory};
-use super::engine::{Body, Engine, OTHER_RETRACTION, Reporting, TERM_MISSING};
+use super::engine::{Body, Engine, OTHER_RETRACTION, Reporting, STOPPED, TERM_MISSING};
 use super::tableaux;
 use crate::harness::{Cost, Fault, Verdict, evidence};
 use crate::integrators::StepError;
@@ -38,6 +38,7 @@ pub(super) static LAWS: &[CaseLaw] = &[
         faults: &[
             TERM_MISSING,
             OTHER_RETRACTION,
+            STOPPED,
             COEFFICIENT,
             CHART,
             FORCE_INDEX,

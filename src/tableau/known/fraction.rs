@@ -4,6 +4,7 @@
 //! carried to its end and looked at there.
 
 use crate::scalar::Number;
+use num_integer::Integer;
 use std::ops::{Add, Div, Mul, Neg, Sub};
 
 /// p/q in lowest terms with q > 0, or [`Fraction::NONE`] (q = 0).
@@ -30,7 +31,7 @@ impl Fraction {
         if q == 0 {
             return Self::NONE;
         }
-        let g = gcd(p.unsigned_abs(), q.unsigned_abs()) as i128 * q.signum();
+        let g = p.unsigned_abs().gcd(&q.unsigned_abs()) as i128 * q.signum();
         match (i64::try_from(p / g), i64::try_from(q / g)) {
             (Ok(p), Ok(q)) => Self { p, q },
             _ => Self::NONE,
@@ -71,20 +72,6 @@ impl Fraction {
     pub fn number(self) -> Number {
         Number::ratio(self.p, self.q)
     }
-}
-
-/// The greatest common divisor (1 if both are 0), in 64 bits as soon as they suffice.
-fn gcd(mut x: u128, mut y: u128) -> u128 {
-    while y != 0 {
-        if let (Ok(mut small), Ok(mut smaller)) = (u64::try_from(x), u64::try_from(y)) {
-            while smaller != 0 {
-                (small, smaller) = (smaller, small % smaller);
-            }
-            return small.max(1).into();
-        }
-        (x, y) = (y, x % y);
-    }
-    x.max(1)
 }
 
 impl Add for Fraction {
