@@ -195,7 +195,9 @@ fn quaternions_turn_as_matrices_do() {
             assert_eq!((state.time, state.momentum), (matrix.time, matrix.momentum), "{name}, step {k}");
             let off = (state.attitude.to_rotation_matrix().into_inner() - matrix.attitude).amax();
             assert!(off < 8.0 * U * f64::from(k).sqrt() + 8.0 * U, "{name}, step {k}: {off:e}");
-            assert!((state.attitude.as_ref().norm_squared() - 1.0).abs() < 4.0 * U, "{name}, step {k}");
+            // 2 u for the rounding of the components, 4 u for that of |q|² where it is brought back to 1, 4 u for that here.
+            let off = (state.attitude.as_ref().norm_squared() - 1.0).abs();
+            assert!(off <= 10.0 * U, "{name}, step {k}: {off:e}");
         }
     }
     for name in ["gauss-1", "gauss-2", "gauss-5", "lobatto-iiia-3"] {
