@@ -22,7 +22,7 @@ pub struct Plan<T> {
     pub steps: u64,
     /// The size of one step more, if there is one.
     pub last: Option<T>,
-    /// A row every so many steps; and one of the initial state, and one of the last.
+    /// A row every so many steps (0: none of these); and one of the initial state, and one of the last.
     pub every: u64,
 }
 
@@ -66,7 +66,8 @@ pub enum Ended<T> {
         /// What the steps of each size cost.
         totals: Vec<Totals<T>>,
     },
-    /// Earlier: a step failed, or the velocity of a state was not found. There is a row of the last state reached.
+    /// Earlier: a step failed, and there is a row of the last state reached; or the velocity of a state was not found, and the
+    /// last row is of a state before it.
     Failed {
         /// Where, and why.
         reason: String,
@@ -228,7 +229,7 @@ impl<T: Real> Visitor<T> for Run<'_, T> {
         if let Err(reason) = rows.show(&state, observer) {
             return Ended::Failed { reason };
         }
-        let total = steps + u64::from(last.is_some());
+        let total = steps.saturating_add(u64::from(last.is_some()));
         let mut shown = 0;
         let mut totals: Vec<Totals<T>> = Vec::with_capacity(2);
         for (first, count, h) in [(0, steps, step), (steps, total - steps, last.unwrap_or(step))] {

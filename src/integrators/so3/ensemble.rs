@@ -601,8 +601,8 @@ impl<F: PackedForce> Group<F> {
         true
     }
 
-    /// g gᵀ is what it was, by a step of Newton's iteration for the polar factor (Higham 1986, §3): V ← V − ½ (V Vᵀ − g gᵀ) V, V = `value` − `cut`. Along a steady rotation every step has the same
-    /// rounding errors, which would add up.
+    /// g gᵀ is what it was, by a step of Newton's iteration for the polar factor (Higham 1986, §3): V ← V − ½ (V Vᵀ − g gᵀ) V,
+    /// V = `value` − `cut`. Along a steady rotation every step has the same rounding errors, which would add up.
     #[inline(always)]
     fn straighten<I: Isa>(&mut self, isa: I) {
         let zero = Eight::splat(isa, 0.0);

@@ -289,9 +289,10 @@ impl<F: LaneForce<N>, R: LaneRetraction<N>, const N: usize, const PAIRS: usize> 
     ///
     /// With C_k the size of the coefficients of the Legendre polynomials of h f of degree k and ρ² = C_{s−1}/C_{s−3}, smooth
     /// values have C_{2s} ≈ C_{s−1} ρ^{s+1} (geometric decay, as that of Chebyshev's polynomials: Trefethen 2013, Thm 8.1). A
-    /// kink inside the step can hide between the stages, so that the C_k fall as if there were none; then the polynomial misses f at the ends of the step by d > C_s ≈ C_{s−1} ρ, and what the quadrature
-    /// leaves is some part of d: on 4000 kinked, nearly kinked and smooth scalar problems one error of a hundred was more than
-    /// 17 times the larger of C_{s−1} ρ^{s+1}/32 and d/16 (d/C_s)⁸.
+    /// kink inside the step can hide between the stages, so that the C_k fall as if there were none; then the polynomial
+    /// misses f at the ends of the step by d > C_s ≈ C_{s−1} ρ, and what the quadrature leaves is some part of d: on 4000
+    /// kinked, nearly kinked and smooth scalar problems one error of a hundred was more than 17 times the larger of
+    /// C_{s−1} ρ^{s+1}/32 and d/16 (d/C_s)⁸.
     #[inline(always)]
     fn tail<I: Isa>(&self, isa: I, slope: [Eight<I>; N], end: [Eight<I>; N], h: Eight<I>) -> f64 {
         let zero = [Eight::splat(isa, 0.0); N];

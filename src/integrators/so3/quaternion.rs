@@ -19,7 +19,8 @@ pub struct QuaternionState {
     pub attitude: UnitQuaternion<f64>,
 }
 
-/// A retraction of SO(3) in unit quaternions.
+/// A retraction of SO(3) in unit quaternions, or Euler's parameters (Shuster 1993; Hairer, Lubich and Wanner 2006, VII.5.3): the
+/// axis n and the angle φ of τ(ξ) make (cos(φ/2), n sin(φ/2)), with tan(φ/2) = |ξ|/2 for the Cayley map and φ = |ξ| for exp.
 pub trait HalfAngle: FastRetraction {
     /// (w − 1, x, y, z) of the quaternion of τ(ξ), w ≥ 0 up to the angle π: near the unit without the loss of a difference.
     fn quaternion_less_one(xi: [f64; 3]) -> [f64; 4];

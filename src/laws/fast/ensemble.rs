@@ -28,6 +28,7 @@ pub const NEIGHBOUR: Fault =
 /// The number of threads shows.
 pub const THREADS: Fault =
     Fault::new("threads-show", "μ' of the last body multiplied by 1 + h times the number of threads", "ensembles");
+
 /// Steps of a run: more than an ensemble extrapolates from.
 const STEPS: usize = 8;
 
