@@ -130,7 +130,7 @@ def rewrite(text, mutants):
     pieces, done = [], 0
     for (start, end), own in sorted(functions.items()):
         opened, closed = body_of(text, start, end)
-        # A const function cannot read the switch. None of those here is needed at compile time, or `check` says so.
+        # A const function cannot read the switch. Those that are needed at compile time `check` names.
         head, wrap = boxed(re.sub(r"\bconst fn\b", "fn", text[start:opened]))
         pieces.append((None, text[done:start] + head + "{\n"))
         for number, mutant in own:
@@ -181,7 +181,15 @@ def place(path, data):
         path.write_bytes(data)
 
 
-def errors(copy, lines):
+def constant(message, chosen):
+    """The mutants of the function that rustc needs at compile time, where they have taken its `const`."""
+    called = re.search(r"cannot call non-const function `(?:.*::)?(\w+)` in constants", message["message"])
+    file = message["spans"][0]["file_name"]
+    return {number for number, mutant in chosen.items()
+            if called and mutant["file"] == file and mutant["function"]["function_name"].split("::")[-1] == called[1]}
+
+
+def errors(copy, lines, chosen):
     """Numbers of the mutants that rustc refuses, with the codes of the errors; and the errors outside every mutant."""
     command = ["cargo", "check", "--lib", "--message-format=json", "--quiet"]
     out = subprocess.run(command, cwd=copy, capture_output=True, text=True)
@@ -193,6 +201,7 @@ def errors(copy, lines):
         code = (message.get("code") or {}).get("code") or message["message"]
         numbers = {lines.get(s["file_name"], {}).get(k) for s in message["spans"] for k in range(s["line_start"], s["line_end"] + 1)
                    if s["is_primary"]} - {None}
+        numbers = numbers or constant(message, chosen)
         if not numbers:
             strange.append(message["rendered"])
         for number in numbers:
@@ -213,7 +222,7 @@ def sample(tree, listed, path, copy, seed, size):
             drawn += 1
             verdicts[number] = None if listed[number]["function"] else "not in a function"
         viable = {number: listed[number] for number, why in verdicts.items() if why is None}
-        refused, strange = errors(copy, write(tree, copy, viable))
+        refused, strange = errors(copy, write(tree, copy, viable), viable)
         print(f"{drawn} drawn, {len(viable)} viable so far, {len(refused)} refused now, {len(strange)} strange", file=sys.stderr, flush=True)
         for text in strange[:3]:
             print(text, file=sys.stderr)

@@ -41,6 +41,7 @@ impl<T: Real, const N: usize, const D: usize> State<T, N, D> {
     ///
     /// # Errors
     /// [`StepError::NotFinite`] says what was not finite.
+    #[inline]
     pub fn check_finite(&self, h: T) -> Result<(), StepError> {
         let finite = [
             ("h", h.all_finite()),

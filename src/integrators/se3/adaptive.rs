@@ -3,7 +3,7 @@
 use super::retraction::{Cayley, CayleySe3};
 use super::{LaneForce, SolveError, Solved, VariationalSe3};
 use crate::integrators::State;
-use crate::integrators::so3::adaptive::{MOST_STEPS, Pace, Run, advance, length, velocity};
+use crate::integrators::so3::adaptive::{MOST_STEPS, Pace, Place, Run, advance, length, velocity};
 use crate::integrators::so3::force::slope;
 use crate::mechanics::lagrangian::Quadratic;
 use crate::tableau::families::Family;
@@ -91,10 +91,11 @@ impl<F: LaneForce<6>> AdaptiveSe3<F> {
         tolerance: f64,
         mut observe: impl FnMut(&State<f64, 6, 4>, f64),
     ) -> Result<Solved, SolveError> {
-        let Some(mut run) = Run::start::<CayleySe3, 4>(state, duration, tolerance)? else {
+        let Some(mut run) = Run::start(state, duration, tolerance)? else {
             return Ok(Solved::default());
         };
         run.most = self.most;
+        let mut place = Place::new::<CayleySe3>(state);
         let method = match tolerance {
             t if t < 1e-6 => &mut self.methods[2],
             t if t < 1e-4 => &mut self.methods[1],
@@ -102,15 +103,15 @@ impl<F: LaneForce<6>> AdaptiveSe3<F> {
         };
         let mut pace = Pace { first: LARGEST_FIRST_ANGLE, growth: GROWTH, steady: None };
         while !run.ended() {
-            let momentum = run.momentum();
+            let momentum = place.packed.momentum();
             let eta = velocity(&method.inverse, momentum);
             let turning = |t| length(slope::<_, Cayley, 6>(&method.force, t, momentum, eta));
             let (size, now) = (length(momentum), turning(run.time()));
             if size == 0.0 && now == 0.0 && run.times(method.tableau()).all(|t| turning(t) == 0.0) {
                 // At rest, and nothing that moves it, now or at the stages of a step to the end.
                 let left = run.rest();
-                state.time = run.time();
-                observe(state, left);
+                place.state.time = run.time();
+                observe(place.state, left);
                 break;
             }
             let rate = length([eta[0], eta[1], eta[2]]) + if size > 0.0 { now / size } else { 0.0 };
@@ -119,7 +120,7 @@ impl<F: LaneForce<6>> AdaptiveSe3<F> {
                 let angle = REACH * (run.per_time() / rate).powf(1.0 / (order + 1) as f64);
                 pace.first = angle.min(LARGEST_FIRST_ANGLE);
             }
-            advance(method, &mut run, rate, pace, state, &mut observe)?;
+            advance(method, &mut run, &mut place, rate, pace, &mut observe)?;
         }
         Ok(run.solved())
     }

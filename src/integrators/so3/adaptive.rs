@@ -137,21 +137,42 @@ pub struct AdaptiveSo3<F> {
     most: usize,
 }
 
-/// Where a run is.
-pub(in crate::integrators) struct Run<const N: usize> {
+/// Where a run is in time; the state is the caller's.
+pub(in crate::integrators) struct Run {
     start: f64,
     sign: f64,
     span: f64,
     /// The tolerance a unit of time.
     per_time: f64,
     done: f64,
-    packed: Packed<N>,
     /// The step to try next; infinite at the start.
     next: f64,
     failures: usize,
     solved: Solved,
     /// The steps that it may try.
     pub most: usize,
+}
+
+/// The state of a run, as the kernel has it and as its owner sees it.
+pub(in crate::integrators) struct Place<'a, const N: usize, const D: usize> {
+    pub packed: Packed<N>,
+    pub state: &'a mut State<f64, N, D>,
+}
+
+impl<'a, const N: usize, const D: usize> Place<'a, N, D> {
+    /// The place of a run that begins.
+    #[inline]
+    pub fn new<R: FastRetraction<N, D>>(state: &'a mut State<f64, N, D>) -> Self {
+        Self { packed: Packed { value: R::pack(state), ..Packed::default() }, state }
+    }
+
+    /// The state that the kernel has reached.
+    #[inline]
+    fn reach<R: FastRetraction<N, D>>(&mut self, time: f64) -> &State<f64, N, D> {
+        R::unpack(&self.packed.value, self.state);
+        self.state.time = time;
+        self.state
+    }
 }
 
 /// The (p + 1)st root of 2^`exponent`, p = `order`: by what factor a step may change where its error of order h^(p+1) may by
@@ -216,17 +237,18 @@ impl<F: LaneForce> AdaptiveSo3<F> {
         tolerance: f64,
         mut observe: impl FnMut(&State<f64, 3, 3>, f64),
     ) -> Result<Solved, SolveError> {
-        let Some(mut run) = Run::start::<CayleySo3<f64>, 3>(state, duration, tolerance)? else {
+        let Some(mut run) = Run::start(state, duration, tolerance)? else {
             return Ok(Solved::default());
         };
         run.most = self.most;
+        let mut place = Place::new::<CayleySo3<f64>>(state);
         let method = match tolerance {
             t if t < 1e-6 => &mut self.methods[2],
             t if t < 1e-4 => &mut self.methods[1],
             _ => &mut self.methods[0],
         };
         while !run.ended() {
-            let momentum = run.packed.momentum();
+            let momentum = place.packed.momentum();
             let eta = velocity(&method.inverse, momentum);
             let (size, rate) = (length(momentum), length(eta));
             let turning = length(slope::<_, Cayley, 3>(&method.force, run.time(), momentum, eta));
@@ -238,24 +260,23 @@ impl<F: LaneForce> AdaptiveSo3<F> {
                 let left = run.span - run.done;
                 let steady = turning * left * (1.0 + 0.5 * rate * left) <= 0.25 * tolerance * size;
                 if steady {
-                    run.rotate(eta, left);
-                    CayleySo3::unpack(&run.packed.value, state);
-                    state.time = run.time();
-                    observe(state, run.sign * left);
+                    run.rotate(&mut place.packed, eta, left);
+                    observe(place.reach::<CayleySo3<f64>>(run.time()), run.sign * left);
                     break;
                 }
-                advance(&mut self.steady, &mut run, rate, STEADILY, state, &mut observe)?;
+                advance(&mut self.steady, &mut run, &mut place, rate, STEADILY, &mut observe)?;
             } else {
-                advance(method, &mut run, rate, FREELY, state, &mut observe)?;
+                advance(method, &mut run, &mut place, rate, FREELY, &mut observe)?;
             }
         }
         Ok(run.solved)
     }
 }
 
-impl<const N: usize> Run<N> {
+impl Run {
     /// A run over `duration` from `state`; none if it is over already.
-    pub fn start<R: FastRetraction<N, D>, const D: usize>(
+    #[inline]
+    pub fn start<const N: usize, const D: usize>(
         state: &State<f64, N, D>,
         duration: f64,
         tolerance: f64,
@@ -279,7 +300,6 @@ impl<const N: usize> Run<N> {
             span,
             per_time: tolerance / span,
             done: 0.0,
-            packed: Packed { value: R::pack(state), ..Packed::default() },
             next: f64::INFINITY,
             failures: 0,
             solved: Solved::default(),
@@ -307,10 +327,6 @@ impl<const N: usize> Run<N> {
         self.done >= self.span
     }
 
-    pub fn momentum(&self) -> [f64; N] {
-        self.packed.momentum()
-    }
-
     /// The rest of the time passes without any change: how much.
     pub fn rest(&mut self) -> f64 {
         let left = self.span - self.done;
@@ -327,11 +343,9 @@ impl<const N: usize> Run<N> {
     pub fn time(&self) -> f64 {
         self.start + self.sign * self.done
     }
-}
 
-impl Run<3> {
     /// A steady rotation with the velocity η: g ← g exp(hη).
-    fn rotate(&mut self, eta: [f64; 3], left: f64) {
+    fn rotate(&mut self, packed: &mut Packed<3>, eta: [f64; 3], left: f64) {
         use super::force::One;
         use super::retraction::Exponential;
         // The angle modulo 2π: exp has this period along an axis.
@@ -341,10 +355,10 @@ impl Run<3> {
         let back = eta.map(|v| One(-factor * v));
         let at = Exponential::at(back);
         for row in 0..3 {
-            let vector: [One<f64>; 3] = std::array::from_fn(|k| One(self.packed.value[k].0[row]));
+            let vector: [One<f64>; 3] = std::array::from_fn(|k| One(packed.value[k].0[row]));
             let turned = Exponential::turned(at, back, vector);
             for k in 0..3 {
-                self.packed.value[k].0[row] += turned[k].0;
+                packed.value[k].0[row] += turned[k].0;
             }
         }
         self.done = self.span;
@@ -366,14 +380,21 @@ pub(in crate::integrators) struct Pace {
 const FREELY: Pace = Pace { first: FIRST_ANGLE, growth: 1.2, steady: None };
 const STEADILY: Pace = Pace { steady: Some(LARGEST_ANGLE), ..FREELY };
 
+/// A step that is not the last: two equal ones rather than a long and a very short one. No part of the caller, so that the
+/// processor need not wait for it where the step is the last.
+#[inline(never)]
+fn shorter(next: f64, left: f64) -> f64 {
+    next.min(0.5 * left)
+}
+
 /// One step, or one that was tried in vain; `rate` is the angle per time.
 #[inline]
 pub(in crate::integrators) fn advance<F: LaneForce<N>, R: FastRetraction<N, D>, const N: usize, const D: usize>(
     method: &mut VariationalInLanes<F, R, N, D>,
-    run: &mut Run<N>,
+    run: &mut Run,
+    place: &mut Place<'_, N, D>,
     rate: f64,
     pace: Pace,
-    state: &mut State<f64, N, D>,
     observe: &mut impl FnMut(&State<f64, N, D>, f64),
 ) -> Result<(), SolveError> {
     let stages = method.stages();
@@ -392,8 +413,7 @@ pub(in crate::integrators) fn advance<F: LaneForce<N>, R: FastRetraction<N, D>, 
     }
     let left = run.span - run.done;
     let last = run.next >= left;
-    // Two equal steps rather than a long and a very short one.
-    let step = if last { left } else { run.next.min(0.5 * left) };
+    let step = if last { left } else { shorter(run.next, left) };
     // Below this, δ is rounding.
     let allowed = (run.per_time * step).max(NOISE * SAFETY * f64::unit_roundoff());
     // What a nearly steady rotation must not lose is that it becomes ever more steady.
@@ -405,10 +425,8 @@ pub(in crate::integrators) fn advance<F: LaneForce<N>, R: FastRetraction<N, D>, 
         max_sweeps: 30,
         strict: Some(allowed / SAFETY),
     };
-    method.last.state = run.packed;
-    match method.take(run.time(), run.sign * step, false, limits) {
+    match method.take(Some(&mut place.packed), run.time(), run.sign * step, false, limits) {
         Ok(taken) => {
-            run.packed = method.last.state;
             run.done = if last { run.span } else { run.done + step };
             run.failures = 0;
             let sweeps = taken.predictor + taken.sweeps;
@@ -417,9 +435,7 @@ pub(in crate::integrators) fn advance<F: LaneForce<N>, R: FastRetraction<N, D>, 
             solved.sweeps += sweeps;
             solved.residual = solved.residual.max(taken.residual);
             solved.error += SAFETY * taken.delta;
-            R::unpack(&run.packed.value, state);
-            state.time = run.time();
-            observe(state, run.sign * step);
+            observe(place.reach::<R>(run.time()), run.sign * step);
             if !last {
                 // As long as the error allows, and as long as sweeps contract well.
                 let room = exponent(allowed) - exponent(SAFETY * taken.delta.max(f64::MIN_POSITIVE)) - 1;
@@ -448,7 +464,7 @@ pub(in crate::integrators) fn advance<F: LaneForce<N>, R: FastRetraction<N, D>, 
             let time = run.time();
             Err(match error {
                 Some(error) => SolveError::Tolerance { time, step, error, wanted: allowed },
-                None => SolveError::Stuck { time, step, source: method.diagnose(state, run.sign * step) },
+                None => SolveError::Stuck { time, step, source: method.diagnose(place.state, run.sign * step) },
             })
         }
     }

@@ -44,10 +44,12 @@ fn unpack(rows: &[Row; 3], state: &mut State<f64, 3, 3>) {
 impl FastRetraction for CayleySo3<f64> {
     type Lanes = retraction::Cayley;
 
+    #[inline]
     fn pack(state: &State<f64, 3, 3>) -> [Row; 3] {
         pack(state)
     }
 
+    #[inline]
     fn unpack(rows: &[Row; 3], state: &mut State<f64, 3, 3>) {
         unpack(rows, state);
     }
@@ -56,10 +58,12 @@ impl FastRetraction for CayleySo3<f64> {
 impl FastRetraction for ExponentialSo3<f64> {
     type Lanes = retraction::Exponential;
 
+    #[inline]
     fn pack(state: &State<f64, 3, 3>) -> [Row; 3] {
         pack(state)
     }
 
+    #[inline]
     fn unpack(rows: &[Row; 3], state: &mut State<f64, 3, 3>) {
         unpack(rows, state);
     }
@@ -190,8 +194,18 @@ impl<F: LaneForce<N>, R: FastRetraction<N, D>, const N: usize, const D: usize> V
         }
     }
 
-    /// One step in lanes, from `self.last.state`, which it replaces on success.
-    pub(super) fn take(&mut self, time: f64, step: f64, warm: bool, limits: Limits) -> Result<Taken, Refused> {
+    /// One step in lanes, which replaces its state on success: `state`, or the one that the last step left where none is given.
+    #[inline]
+    pub(super) fn take(
+        &mut self,
+        state: Option<&mut Packed<N>>,
+        time: f64,
+        step: f64,
+        warm: bool,
+        limits: Limits,
+    ) -> Result<Taken, Refused> {
+        let Last { state: own, memory, .. } = &mut self.last;
+        let state = state.unwrap_or(own);
         macro_rules! with_pairs {
             ($pairs:literal) => {
                 self.registers.run(Step::<F, R::Lanes, N, $pairs> {
@@ -201,8 +215,8 @@ impl<F: LaneForce<N>, R: FastRetraction<N, D>, const N: usize, const D: usize> V
                     diagonal: self.diagonal,
                     time,
                     step,
-                    state: &mut self.last.state,
-                    memory: &mut self.last.memory,
+                    state,
+                    memory,
                     warm,
                     limits,
                     retraction: PhantomData,
@@ -242,7 +256,7 @@ where
             self.last.state = Packed { value: R::pack(state), ..Packed::default() };
         }
         let mut spent = 0;
-        match self.take(state.time, h, warm, limits) {
+        match self.take(None, state.time, h, warm, limits) {
             Ok(taken) => {
                 spent += taken.predictor + taken.sweeps;
                 let time = state.time + h;

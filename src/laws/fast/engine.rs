@@ -3,7 +3,7 @@
 use crate::harness::Fault;
 use crate::integrators::lanes::Registers;
 use crate::integrators::se3::{self, CayleySe3, VariationalSe3};
-use crate::integrators::so3::{self, VariationalSo3};
+use crate::integrators::so3::{self, HalfAngle, LaneForce, QuaternionSo3, QuaternionState, VariationalSo3};
 use crate::integrators::variational::Settings;
 use crate::integrators::{OneStep, Report, State, StepError};
 use crate::laws::method::library::{FAVOURED, Library, SEES_ATTITUDE, SEES_TIME};
@@ -14,6 +14,7 @@ use crate::retraction::{CayleySo3, ExponentialSo3};
 use crate::system::Case;
 use crate::system::case::{Structure, Tau};
 use crate::tableau::Tableau;
+use nalgebra::{Rotation3, UnitQuaternion};
 
 /// The last term of the force left out.
 pub const TERM_MISSING: Fault =
@@ -35,6 +36,15 @@ pub(super) fn settings(fault: Option<&Fault>) -> Settings<f64> {
     let mut settings = Settings::default();
     settings.tolerance *= 1.0 + 2f64.powi(30) * Fault::size_of(fault, STOPPED.name);
     settings
+}
+
+/// How a fast step holds an attitude.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) enum Form {
+    /// As the matrix g.
+    Matrix,
+    /// As a unit quaternion, on SO(3).
+    Quaternion,
 }
 
 /// The parts of a case, typed.
@@ -133,34 +143,46 @@ impl Body {
 
     /// The fast step.
     pub fn method(self, registers: Registers) -> Result<Box<dyn Reporting>, StepError> {
-        self.method_with(registers, Settings::default())
+        self.method_with(registers, Form::Matrix, Settings::default())
     }
 
-    fn method_with(self, registers: Registers, settings: Settings<f64>) -> Result<Box<dyn Reporting>, StepError> {
-        Ok(match self {
-            Self::So3(parts) => {
-                let Parts { lagrangian, terms, tableau, tau, .. } = *parts;
-                match tau {
-                    Tau::Cayley => {
-                        let method =
-                            VariationalSo3::with_settings(lagrangian, terms, CayleySo3::new(), tableau, settings);
-                        Box::new(Typed::<_, 3, 3>(method.map_err(unsupported)?.in_registers(registers)))
-                    }
-                    Tau::Exponential => {
-                        let method =
-                            VariationalSo3::with_settings(lagrangian, terms, ExponentialSo3::new(), tableau, settings);
-                        Box::new(Typed::<_, 3, 3>(method.map_err(unsupported)?.in_registers(registers)))
-                    }
-                }
-            }
-            Self::Se3(parts) => {
+    fn method_with(
+        self,
+        registers: Registers,
+        form: Form,
+        settings: Settings<f64>,
+    ) -> Result<Box<dyn Reporting>, StepError> {
+        match (self, form) {
+            (Self::So3(parts), _) => match parts.tau {
+                Tau::Cayley => on_so3(*parts, CayleySo3::new(), registers, form, settings),
+                Tau::Exponential => on_so3(*parts, ExponentialSo3::new(), registers, form, settings),
+            },
+            (Self::Se3(parts), Form::Matrix) => {
                 let Parts { lagrangian, terms, tableau, .. } = *parts;
                 let method = VariationalSe3::with_settings(lagrangian, terms, CayleySe3::new(), tableau, settings)
                     .map_err(unsupported)?;
-                Box::new(Typed::<_, 6, 4>(method.in_registers(registers)))
+                Ok(Box::new(Typed::<_, 6, 4>(method.in_registers(registers))))
             }
-        })
+            (Self::Se3(_), Form::Quaternion) => Err(unsupported("there is no quaternion form on SE(3)")),
+        }
     }
+}
+
+fn on_so3<R: HalfAngle + 'static>(
+    parts: Parts<3, 3, so3::Terms>,
+    retraction: R,
+    registers: Registers,
+    form: Form,
+    settings: Settings<f64>,
+) -> Result<Box<dyn Reporting>, StepError> {
+    let Parts { lagrangian, terms, tableau, .. } = parts;
+    let method = VariationalSo3::with_settings(lagrangian, terms, retraction, tableau, settings)
+        .map_err(unsupported)?
+        .in_registers(registers);
+    Ok(match form {
+        Form::Matrix => Box::new(Typed::<_, 3, 3>(method)),
+        Form::Quaternion => Box::new(Turning { method: QuaternionSo3::of(method), left: None }),
+    })
 }
 
 /// A step on points that says how well its equations hold.
@@ -175,6 +197,31 @@ impl<M: OneStep<f64, N, D>, const N: usize, const D: usize> Reporting for Typed<
         let mut state = point.state::<N, D>();
         let report = self.0.step(&mut state, h)?;
         Ok((Point::of(&state, D), report))
+    }
+}
+
+/// The quaternion form, on matrices.
+struct Turning<F, R> {
+    method: QuaternionSo3<F, R>,
+    /// Where the last step ended.
+    left: Option<(Point<f64>, QuaternionState)>,
+}
+
+impl<F: LaneForce, R: HalfAngle> Reporting for Turning<F, R> {
+    fn step(&mut self, point: &Point<f64>, h: f64) -> Result<(Point<f64>, Report<f64>), StepError> {
+        let mut turning = match self.left.take() {
+            Some((left, turning)) if left == *point => turning,
+            _ => {
+                let State { time, momentum, attitude } = point.state::<3, 3>();
+                let attitude = UnitQuaternion::from_rotation_matrix(&Rotation3::from_matrix_unchecked(attitude));
+                QuaternionState { time, momentum, attitude: UnitQuaternion::new_normalize(*attitude.as_ref()) }
+            }
+        };
+        let report = self.method.step(&mut turning, h)?;
+        let attitude = *turning.attitude.to_rotation_matrix().matrix();
+        let next = Point::of(&State { time: turning.time, momentum: turning.momentum, attitude }, 3);
+        self.left = Some((next.clone(), turning));
+        Ok((next, report))
     }
 }
 
@@ -197,6 +244,14 @@ impl Engine {
     /// # Errors
     /// [`StepError::Unsupported`] where there is none.
     pub fn of(case: &Case, registers: Registers, fault: Option<&Fault>) -> Result<Self, StepError> {
+        Self::in_form(Form::Matrix, case, registers, fault)
+    }
+
+    /// The same with the attitude in another form.
+    ///
+    /// # Errors
+    /// As [`Engine::of`].
+    pub fn in_form(form: Form, case: &Case, registers: Registers, fault: Option<&Fault>) -> Result<Self, StepError> {
         let body = Body::of(case)?;
         let fast = |body: Body| body.method(registers).map(|method| Some(Wrong::Fast(method)));
         let wrong = match fault {
@@ -208,7 +263,7 @@ impl Engine {
             }
             _ => None,
         };
-        let right = body.with_tableau(fault).method_with(registers, settings(fault))?;
+        let right = body.with_tableau(fault).method_with(registers, form, settings(fault))?;
         Ok(Self { right, wrong, fault: fault.copied() })
     }
 }
