@@ -398,6 +398,9 @@ fn a_dual_number_has_the_round_off_of_its_parts() {
     fn check<T: Real>() {
         assert_eq!(Dual::<T>::unit_roundoff(), T::unit_roundoff(), "{}", T::NAME);
         assert_eq!(Dual::<Dual<T>>::unit_roundoff(), T::unit_roundoff(), "{}", T::NAME);
+        // A step has no slope.
+        let floor = ComplexField::floor(Dual::variable(T::ratio(-5, 2)));
+        assert_eq!((floor.re, floor.eps), (-T::int(3), T::zero()), "{}", T::NAME);
     }
     check::<f64>();
     check::<Dd>();

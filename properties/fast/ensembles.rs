@@ -3,7 +3,7 @@
 use super::{distance, rigid, tableau};
 use euler_poincare::algebra::Covector;
 use euler_poincare::integrators::so3::{Damping, EnsembleSo3, Free, Member, Row, VariationalSo3};
-use euler_poincare::integrators::{OneStep, State, StepError};
+use euler_poincare::integrators::{OneStep, Solver, State, StepError};
 use euler_poincare::mechanics::lagrangian::Quadratic;
 use euler_poincare::retraction::CayleySo3;
 
@@ -54,16 +54,37 @@ fn an_ensemble_takes_steps_that_sweeps_do_not_solve_and_names_the_body_that_fail
     let error = ensemble.advance(0.9, 3).unwrap_err();
     assert_eq!((error.member, error.step), (9, 0), "{error}");
     assert!(matches!(error.source, StepError::Fold { .. }), "{error}");
-    // Newton's method steps in: large steps of Gauss-1.
-    let mut ensemble = EnsembleSo3::<Damping<Row>, _>::new(&members, CayleySo3::new(), tableau("gauss-1")).unwrap();
-    ensemble.advance(1.5, 2).unwrap();
-    for (member, found) in members.iter().zip(ensemble.states()) {
-        let mut method =
-            VariationalSo3::new(member.lagrangian.clone(), member.force, CayleySo3::new(), tableau("gauss-1")).unwrap();
-        let mut state = member.state.clone();
-        method.step(&mut state, 1.5).unwrap();
-        method.step(&mut state, 1.5).unwrap();
-        assert!(distance(&state, &found) < 1e-13);
+    // Newton's method steps in, in a group that is not full: large steps of Gauss-1.
+    let mut solvers = Vec::new();
+    for (fastest, h) in [(1.0, 1.5), (0.5, 3.0)] {
+        let members: Vec<_> = (0..12).map(|k| member(if k == 9 { fastest } else { 0.25 })).collect();
+        let mut ensemble = EnsembleSo3::<Damping<Row>, _>::new(&members, CayleySo3::new(), tableau("gauss-1")).unwrap();
+        ensemble.advance(h, 2).unwrap();
+        for (member, found) in members.iter().zip(ensemble.states()) {
+            let (body, force) = (member.lagrangian.clone(), member.force);
+            let mut method = VariationalSo3::new(body, force, CayleySo3::new(), tableau("gauss-1")).unwrap();
+            let mut state = member.state.clone();
+            for _ in 0..2 {
+                solvers.push(method.step(&mut state, h).unwrap().solver);
+            }
+            assert!(distance(&state, &found) < 1e-13);
+        }
+    }
+    assert!(solvers.contains(&Solver::Newton) && solvers.contains(&Solver::Sweeps), "{solvers:?}");
+}
+
+/// In a steady rotation every step rounds alike: gᵀg would drift by 5e-19 a step if nothing restored it.
+#[test]
+fn a_steady_rotation_stays_a_rotation() {
+    let momenta = |k: usize| Covector::<f64, 3>::new(0.0, 0.0, 0.5 + 0.1 * k as f64);
+    let member = |k: usize| Member { state: State { momentum: momenta(k), ..free(k).state }, ..free(k) };
+    let members: Vec<_> = (0..8).map(member).collect();
+    let mut ensemble = EnsembleSo3::<Free, _>::new(&members, CayleySo3::new(), tableau("gauss-2")).unwrap();
+    ensemble.advance(0.1, 100_000).unwrap();
+    for (member, state) in members.iter().zip(ensemble.states()) {
+        assert_eq!(state.momentum, member.state.momentum);
+        let departure = (state.attitude.transpose() * state.attitude - nalgebra::Matrix3::identity()).amax();
+        assert!(departure < 4e-15, "{departure:e}");
     }
 }
 

@@ -5,7 +5,7 @@ use euler_poincare::algebra::{Covector, Matrix};
 use euler_poincare::group::{LieGroup, MatrixGroup};
 use euler_poincare::integrators::se3::{AdaptiveSe3, CayleySe3, Terms, VariationalSe3};
 use euler_poincare::integrators::so3::{
-    AdaptiveSo3, Damping, EnsembleSo3, FastRetraction, Member, Row, VariationalSo3,
+    AdaptiveSo3, Damping, EnsembleSo3, FastRetraction, Member, QuaternionSo3, QuaternionState, Row, VariationalSo3,
 };
 use euler_poincare::integrators::{Doubled, DoubledState, MuntheKaas, OneStep, State, Variational};
 use euler_poincare::mechanics::doubled::Forced;
@@ -50,6 +50,7 @@ pub const KERNELS: &[Kernel] = &[
     Kernel { name: "so3/lanes/cayley/gauss-2", start: || in_lanes("gauss-2", CayleySo3::new()) },
     Kernel { name: "so3/lanes/cayley/gauss-8", start: || in_lanes("gauss-8", CayleySo3::new()) },
     Kernel { name: "so3/lanes/exp/gauss-8", start: || in_lanes("gauss-8", ExponentialSo3::new()) },
+    Kernel { name: "so3/lanes/quaternion/gauss-2", start: quaternion },
     Kernel { name: "so3/lanes/solve/1e-10", start: solve },
     Kernel { name: "so3/lanes/ensemble/gauss-2", start: ensemble },
     Kernel { name: "se3/cayley/gauss-2", start: || fluid(Cayley::new(se3()).expect("se(3) admits the Cayley map")) },
@@ -121,6 +122,16 @@ fn diagonal() -> Quadratic<f64, 3> {
 fn in_lanes(name: &str, retraction: impl FastRetraction + 'static) -> Step {
     let method = VariationalSo3::new(diagonal(), Damping(1.0), retraction, tableau(name)).expect("it fits");
     steps(method, landau_lifshitz_gilbert::<f64>().momentum, Matrix::identity())
+}
+
+fn quaternion() -> Step {
+    let momentum = landau_lifshitz_gilbert::<f64>().momentum;
+    let method = VariationalSo3::new(diagonal(), Damping(1.0), CayleySo3::new(), tableau("gauss-2")).expect("it fits");
+    let mut method = QuaternionSo3::of(method);
+    let mut state = QuaternionState::from(State { time: 0.0, momentum, attitude: Matrix::identity() });
+    Box::new(move || {
+        method.step(&mut state, 0.1).expect("the step succeeds");
+    })
 }
 
 /// A unit of time to ten digits.

@@ -440,8 +440,8 @@ pub(in crate::integrators) fn advance<F: LaneForce<N>, R: FastRetraction<N, D>, 
                 // As long as the error allows, and as long as sweeps contract well.
                 let room = exponent(allowed) - exponent(SAFETY * taken.delta.max(f64::MIN_POSITIVE)) - 1;
                 let wanted = match sweeps {
-                    n if n < 2 * stages => pace.growth,
-                    n if n <= 2 * stages + 1 => 1.0,
+                    n if n < 2 * stages + 2 => pace.growth,
+                    n if n <= 2 * stages + 3 => 1.0,
                     _ => 0.8,
                 };
                 run.next = step * growth(room.clamp(-order, order), order).min(wanted);

@@ -19,6 +19,23 @@ pub struct QuaternionState {
     pub attitude: UnitQuaternion<f64>,
 }
 
+/// The unit quaternion of the attitude, which is taken for a rotation.
+impl From<State<f64, 3, 3>> for QuaternionState {
+    fn from(state: State<f64, 3, 3>) -> Self {
+        let State { time, momentum, attitude } = state;
+        let quaternion = UnitQuaternion::from_rotation_matrix(&Rotation3::from_matrix_unchecked(attitude));
+        Self { time, momentum, attitude: UnitQuaternion::new_normalize(quaternion.into_inner()) }
+    }
+}
+
+/// The attitude as the rotation matrix g of q.
+impl From<QuaternionState> for State<f64, 3, 3> {
+    fn from(state: QuaternionState) -> Self {
+        let QuaternionState { time, momentum, attitude } = state;
+        Self { time, momentum, attitude: attitude.to_rotation_matrix().into_inner() }
+    }
+}
+
 /// A retraction of SO(3) in unit quaternions, or Euler's parameters (Shuster 1993; Hairer, Lubich and Wanner 2006, VII.5.3): the
 /// axis n and the angle φ of τ(ξ) make (cos(φ/2), n sin(φ/2)), with tan(φ/2) = |ξ|/2 for the Cayley map and φ = |ξ| for exp.
 pub trait HalfAngle: FastRetraction {
@@ -53,17 +70,17 @@ impl HalfAngle for ExponentialSo3<f64> {
 ///
 /// ```
 /// use euler_poincare::algebra::{Covector, Matrix, Vector};
+/// use euler_poincare::integrators::State;
 /// use euler_poincare::integrators::so3::{Damping, QuaternionSo3, QuaternionState, VariationalSo3};
 /// use euler_poincare::mechanics::lagrangian::Quadratic;
 /// use euler_poincare::retraction::CayleySo3;
 /// use euler_poincare::tableau::Family;
-/// use nalgebra::UnitQuaternion;
 ///
 /// let inertia = Matrix::from_diagonal(&Vector::from([1.0, 2.0, 3.0]));
 /// let (body, gauss) = (Quadratic::new(inertia)?, Family::Gauss.tableau(3)?);
 /// let mut method = QuaternionSo3::of(VariationalSo3::new(body, Damping(0.1), CayleySo3::new(), gauss)?);
 /// let momentum = Covector::from([[0.3], [-0.2], [0.9]]);
-/// let mut state = QuaternionState { time: 0.0, momentum, attitude: UnitQuaternion::identity() };
+/// let mut state = QuaternionState::from(State { time: 0.0, momentum, attitude: Matrix::identity() });
 /// for _ in 0..100 {
 ///     method.step(&mut state, 0.1)?;
 /// }

@@ -14,7 +14,6 @@ use crate::retraction::{CayleySo3, ExponentialSo3};
 use crate::system::Case;
 use crate::system::case::{Structure, Tau};
 use crate::tableau::Tableau;
-use nalgebra::{Rotation3, UnitQuaternion};
 
 /// The last term of the force left out.
 pub const TERM_MISSING: Fault =
@@ -211,15 +210,10 @@ impl<F: LaneForce, R: HalfAngle> Reporting for Turning<F, R> {
     fn step(&mut self, point: &Point<f64>, h: f64) -> Result<(Point<f64>, Report<f64>), StepError> {
         let mut turning = match self.left.take() {
             Some((left, turning)) if left == *point => turning,
-            _ => {
-                let State { time, momentum, attitude } = point.state::<3, 3>();
-                let attitude = UnitQuaternion::from_rotation_matrix(&Rotation3::from_matrix_unchecked(attitude));
-                QuaternionState { time, momentum, attitude: UnitQuaternion::new_normalize(*attitude.as_ref()) }
-            }
+            _ => point.state::<3, 3>().into(),
         };
         let report = self.method.step(&mut turning, h)?;
-        let attitude = *turning.attitude.to_rotation_matrix().matrix();
-        let next = Point::of(&State { time: turning.time, momentum: turning.momentum, attitude }, 3);
+        let next = Point::of(&State::from(turning.clone()), 3);
         self.left = Some((next.clone(), turning));
         Ok((next, report))
     }
