@@ -6,7 +6,7 @@
                                                              that has a row is not run again
 
 A mutant goes through the programs in this order until one fails: the test target of its own module where that comes
-first by FIRST, the laws (examples/mutant.rs, one case of each law; the first to be broken is the killer), the test target
+first by FIRST, the laws (driver.rs, one case of each law; the first to be broken is the killer), the test target
 of its module, those of NEAR, then the laws on more cases and the other test targets from quick to slow. A program that
 takes more than LIMIT times the processor time that it takes without a mutant is stopped: the mutant hangs, which counts as
 caught ("timeout"), as cargo-mutants counts it.

@@ -159,9 +159,7 @@ def write(tree, copy, chosen):
         if name and (tree / name).is_file():
             (copy / name).parent.mkdir(parents=True, exist_ok=True)
             place(copy / name, (tree / name).read_bytes())
-    for name, text in [("src/mutant.rs", SWITCH), ("examples/mutant.rs", DRIVER.read_text())]:
-        (copy / name).parent.mkdir(parents=True, exist_ok=True)
-        place(copy / name, text.encode())
+    place(copy / "src/mutant.rs", SWITCH.encode())
     library = (tree / "src/lib.rs").read_text()
     place(copy / "src/lib.rs", (library + "\n#[doc(hidden)]\npub mod mutant;\n").encode())
     lines = {}
@@ -170,9 +168,6 @@ def write(tree, copy, chosen):
         text, lines[file] = rewrite((tree / file).read_text(), own)
         place(copy / file, text.encode())
     return lines
-
-
-DRIVER = Path(__file__).with_name("driver.rs")
 
 
 def place(path, data):
