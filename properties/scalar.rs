@@ -122,6 +122,9 @@ fn numbers_from_machine_numbers() {
     assert_eq!(Number::from(0.1).to_string(), "0.1");
     assert_eq!(Number::from(-0.375).to_string(), "-0.375");
     assert_eq!(Number::from(5e-324).to_string(), "5e-324");
+    // Four zeros after the point, and no more.
+    assert_eq!(Number::from(1.5e-5).to_string(), "0.000015");
+    assert_eq!(Number::from(1.5e-6).to_string(), "1.5e-6");
     assert_eq!(Number::from(i64::MIN).to_string(), "-9.223372036854775808e18");
     assert_eq!(Number::from(i64::MIN).eval::<f64>(), Ok(-9223372036854775808.0));
     assert_eq!(Number::ratio(-1, 3), Number::parse("-1/3").unwrap());
