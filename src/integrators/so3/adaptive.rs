@@ -107,9 +107,9 @@ pub(in crate::integrators) const MOST_STEPS: usize = 1_000_000;
 /// the same order, which the step computes anyway. δ vanishes where the direction of Ω stays the same: unless such motions are
 /// steady ([`LaneForce::vanishes_when_steady`]), the error is estimated from the Legendre coefficients of μ̇ at the stages,
 /// too, and from what their polynomial misses at the ends of the step, which shows kinks of a force such as that of a
-/// quadratic drag at rest. Order: Gauss with eight stages for tolerances below 10⁻⁶, six below 10⁻⁴, four above. Retraction: Cayley, and the exponential where the motion is nearly a steady rotation, which it
-/// integrates exactly at any step size: there δ vanishes and the steps grow to several radians. A rotation that stays
-/// steady to the tolerance until the end is one step.
+/// quadratic drag at rest. Order: Gauss with eight stages for tolerances below 10⁻⁶, six below 10⁻⁴, four above. Retraction:
+/// Cayley, and the exponential where the motion is nearly a steady rotation, which it integrates exactly at any step size: there
+/// δ vanishes and the steps grow to several radians. A rotation that stays steady to the tolerance until the end is one step.
 ///
 /// A run is not reversible: the steps differ on the way back. For that, take fixed steps with [`VariationalSo3`].
 ///
