@@ -2,10 +2,12 @@
 
 use super::{distance, rigid, tableau};
 use euler_poincare::algebra::Covector;
-use euler_poincare::integrators::so3::{Damping, EnsembleSo3, Free, Member, Row, VariationalSo3};
+use euler_poincare::integrators::so3::{
+    Damping, EnsembleSo3, Free, HalfAngle, Member, Row, Term, Terms, VariationalSo3,
+};
 use euler_poincare::integrators::{OneStep, Solver, State, StepError};
 use euler_poincare::mechanics::lagrangian::Quadratic;
-use euler_poincare::retraction::CayleySo3;
+use euler_poincare::retraction::{CayleySo3, ExponentialSo3};
 
 /// Free bodies, no two of them alike.
 fn free(k: usize) -> Member<Free> {
@@ -73,7 +75,7 @@ fn an_ensemble_takes_steps_that_sweeps_do_not_solve_and_names_the_body_that_fail
     assert!(solvers.contains(&Solver::Newton) && solvers.contains(&Solver::Sweeps), "{solvers:?}");
 }
 
-/// In a steady rotation every step rounds alike: gᵀg would drift by 5e-19 a step if nothing restored it.
+/// In a steady rotation every step rounds alike: gᵀg would drift by 5e-19 a step if g were summed up.
 #[test]
 fn a_steady_rotation_stays_a_rotation() {
     let momenta = |k: usize| Covector::<f64, 3>::new(0.0, 0.0, 0.5 + 0.1 * k as f64);
@@ -108,4 +110,57 @@ fn rounding_grows_like_the_square_root_of_the_steps() {
     let exponent = (rms[3] / rms[0]).ln() / 64f64.ln();
     assert!(exponent < 0.75, "{exponent} {rms:?}");
     assert!(rms[3] < 1e-13, "{rms:?}");
+}
+
+/// The largest distance of an ensemble from bodies that are moved on alone.
+fn apart<R: HalfAngle + Sync>(members: &[Member<Terms>], retraction: R, name: &str, h: f64, steps: usize) -> f64 {
+    let mut ensemble = EnsembleSo3::<Terms<Row>, _>::new(members, retraction.clone(), tableau(name)).unwrap();
+    ensemble.advance(h, steps).unwrap();
+    let alone = members.iter().map(|member| {
+        let (body, force) = (member.lagrangian.clone(), member.force.clone());
+        let mut method = VariationalSo3::new(body, force, retraction.clone(), tableau(name)).unwrap();
+        let mut state = member.state.clone();
+        for _ in 0..steps {
+            method.step(&mut state, h).unwrap();
+        }
+        state
+    });
+    alone.zip(ensemble.states()).map(|(x, y)| distance(&x, &y)).fold(0.0, f64::max)
+}
+
+/// Over many steps, with forces that change from one to the next: what an ensemble extrapolates, and what it takes for granted
+/// of its sweeps, are no part of where it ends.
+#[test]
+fn an_ensemble_goes_with_the_bodies_over_many_steps() {
+    let members: Vec<_> = (0..12)
+        .map(|k| {
+            let Member { lagrangian, state, .. } = free(k);
+            let u = k as f64 / 12.0;
+            let drag = [[0.3, 0.0, 0.0], [0.0, 0.2, 0.0], [0.0, 0.0, 0.1 + u]];
+            let force = Terms(vec![Term::Periodic([5.0 * u, 0.5, -3.0], 1.0 + 5.0 * u, u), Term::QuadraticDrag(drag)]);
+            Member { lagrangian, force, state }
+        })
+        .collect();
+    for name in ["gauss-1", "gauss-2", "gauss-3", "lobatto-iiic-4"] {
+        for (h, steps) in [(0.01, 1000), (0.125, 100)] {
+            let cayley = apart(&members, CayleySo3::new(), name, h, steps);
+            let exponential = apart(&members, ExponentialSo3::new(), name, h, steps);
+            assert!(cayley < 2e-13 && exponential < 2e-13, "{name}, h = {h}: {cayley:e}, {exponential:e}");
+        }
+    }
+}
+
+/// Quaternions may have any length: each of these steps multiplies |q|² by 1.3 or more, which would be infinite after 2700. (Alone, g is a sum, and in a
+/// steady rotation every step rounds alike.)
+#[test]
+fn an_ensemble_turns_far_in_many_steps() {
+    let members: Vec<_> = (0..9)
+        .map(|k| Member {
+            force: Terms(Vec::new()),
+            lagrangian: Quadratic::diagonal([1.0, 1.0, 1.0]).unwrap(),
+            state: State { momentum: Covector::<f64, 3>::new(0.0, 0.1 * k as f64, 1.0), ..free(k).state },
+        })
+        .collect();
+    let found = apart(&members, CayleySo3::new(), "gauss-2", 1.0, 4000);
+    assert!(found < 2e-11, "{found:e}");
 }

@@ -4,6 +4,7 @@
 //! with FMA, and for plain arrays; [`Registers::detect`] chooses at run time, so that a program built without special flags
 //! profits too.
 
+use super::so3::each;
 use std::ops::{Add, Div, Mul, Neg, Sub};
 
 /// A set of registers that hold eight `f64`.
@@ -41,6 +42,13 @@ pub trait Isa: Copy + Send + Sync + 'static {
     fn abs(self, a: Self::Eight) -> Self::Eight;
     /// The larger of each pair; of a NaN and a number, either.
     fn max(self, a: Self::Eight, b: Self::Eight) -> Self::Eight;
+    /// The larger size of each pair; of a NaN and a number, either.
+    #[inline(always)]
+    fn max_abs(self, a: Self::Eight, b: Self::Eight) -> Self::Eight {
+        self.max(self.abs(a), self.abs(b))
+    }
+    /// Whether a ≤ b in every lane: not where one of them is NaN.
+    fn all_le(self, a: Self::Eight, b: Self::Eight) -> bool;
     /// The sum of the eight.
     fn sum(self, a: Self::Eight) -> f64;
     /// The largest of the eight.
@@ -98,6 +106,18 @@ impl<I: Isa> Eight<I> {
     #[inline(always)]
     pub fn store(self, out: &mut [f64; 8]) {
         self.isa.store(self.value, out);
+    }
+
+    /// The larger size of each pair.
+    #[inline(always)]
+    pub fn max_abs(self, other: Self) -> Self {
+        Self { isa: self.isa, value: self.isa.max_abs(self.value, other.value) }
+    }
+
+    /// Whether self ≤ other in every lane: not where one of them is NaN.
+    #[inline(always)]
+    pub fn all_le(self, other: Self) -> bool {
+        self.isa.all_le(self.value, other.value)
     }
 
     /// The sum of the lanes.
@@ -175,12 +195,88 @@ impl<I: Isa> Lanes for Eight<I> {
     fn cos(self) -> Self {
         let mut lanes = [0.0; 8];
         self.store(&mut lanes);
-        Self::load(self.isa, &lanes.map(f64::cos))
+        for lane in &mut lanes {
+            *lane = lane.cos();
+        }
+        Self::load(self.isa, &lanes)
     }
 
     #[inline(always)]
     fn read(self, x: &[f64; 8]) -> Self {
         Self::load(self.isa, x)
+    }
+}
+
+/// Two of a kind, side by side: one operation after the other on independent numbers keeps the processor busy.
+#[derive(Clone, Copy)]
+pub struct Pair<V>(pub V, pub V);
+
+macro_rules! operator_of_pair {
+    ($($trait:ident $name:ident),*) => {$(
+        impl<V: Lanes> $trait for Pair<V> {
+            type Output = Self;
+            #[inline(always)]
+            fn $name(self, other: Self) -> Self {
+                Self(self.0.$name(other.0), self.1.$name(other.1))
+            }
+        }
+    )*};
+}
+
+operator_of_pair!(Add add, Sub sub, Mul mul, Div div);
+
+impl<V: Lanes> Neg for Pair<V> {
+    type Output = Self;
+    #[inline(always)]
+    fn neg(self) -> Self {
+        Self(-self.0, -self.1)
+    }
+}
+
+impl<V: Lanes> Lanes for Pair<V> {
+    #[inline(always)]
+    fn constant(self, x: f64) -> Self {
+        Self(self.0.constant(x), self.1.constant(x))
+    }
+
+    #[inline(always)]
+    fn mul_add(self, b: Self, c: Self) -> Self {
+        Self(self.0.mul_add(b.0, c.0), self.1.mul_add(b.1, c.1))
+    }
+
+    #[inline(always)]
+    fn neg_mul_add(self, b: Self, c: Self) -> Self {
+        Self(self.0.neg_mul_add(b.0, c.0), self.1.neg_mul_add(b.1, c.1))
+    }
+
+    #[inline(always)]
+    fn reciprocal(self) -> Self {
+        Self(self.0.reciprocal(), self.1.reciprocal())
+    }
+
+    #[inline(always)]
+    fn sqrt(self) -> Self {
+        Self(self.0.sqrt(), self.1.sqrt())
+    }
+
+    #[inline(always)]
+    fn abs(self) -> Self {
+        Self(self.0.abs(), self.1.abs())
+    }
+
+    #[inline(always)]
+    fn max(self, other: Self) -> Self {
+        Self(self.0.max(other.0), self.1.max(other.1))
+    }
+
+    #[inline(always)]
+    fn cos(self) -> Self {
+        Self(self.0.cos(), self.1.cos())
+    }
+
+    #[inline(always)]
+    fn read(self, x: &[f64; 8]) -> Self {
+        Self(self.0.read(x), self.1.read(x))
     }
 }
 
@@ -214,47 +310,56 @@ impl Isa for Plain {
 
     #[inline(always)]
     fn add(self, a: [f64; 8], b: [f64; 8]) -> [f64; 8] {
-        std::array::from_fn(|k| a[k] + b[k])
+        each!(8, k => a[k] + b[k])
     }
 
     #[inline(always)]
     fn sub(self, a: [f64; 8], b: [f64; 8]) -> [f64; 8] {
-        std::array::from_fn(|k| a[k] - b[k])
+        each!(8, k => a[k] - b[k])
     }
 
     #[inline(always)]
     fn mul(self, a: [f64; 8], b: [f64; 8]) -> [f64; 8] {
-        std::array::from_fn(|k| a[k] * b[k])
+        each!(8, k => a[k] * b[k])
     }
 
     #[inline(always)]
     fn div(self, a: [f64; 8], b: [f64; 8]) -> [f64; 8] {
-        std::array::from_fn(|k| a[k] / b[k])
+        each!(8, k => a[k] / b[k])
     }
 
     #[inline(always)]
     fn mul_add(self, a: [f64; 8], b: [f64; 8], c: [f64; 8]) -> [f64; 8] {
-        std::array::from_fn(|k| fused(a[k], b[k], c[k]))
+        each!(8, k => fused(a[k], b[k], c[k]))
     }
 
     #[inline(always)]
     fn neg_mul_add(self, a: [f64; 8], b: [f64; 8], c: [f64; 8]) -> [f64; 8] {
-        std::array::from_fn(|k| fused(-a[k], b[k], c[k]))
+        each!(8, k => fused(-a[k], b[k], c[k]))
     }
 
     #[inline(always)]
     fn sqrt(self, a: [f64; 8]) -> [f64; 8] {
-        a.map(f64::sqrt)
+        each!(8, k => a[k].sqrt())
     }
 
     #[inline(always)]
     fn abs(self, a: [f64; 8]) -> [f64; 8] {
-        a.map(f64::abs)
+        each!(8, k => a[k].abs())
     }
 
     #[inline(always)]
     fn max(self, a: [f64; 8], b: [f64; 8]) -> [f64; 8] {
-        std::array::from_fn(|k| if a[k] > b[k] { a[k] } else { b[k] })
+        each!(8, k => if a[k] > b[k] { a[k] } else { b[k] })
+    }
+
+    #[inline(always)]
+    fn all_le(self, a: [f64; 8], b: [f64; 8]) -> bool {
+        let mut all = true;
+        for k in 0..8 {
+            all &= a[k] <= b[k];
+        }
+        all
     }
 
     #[inline(always)]
@@ -312,16 +417,13 @@ mod x86 {
             self.div_f64s(a, b)
         }
 
-        /// Fourteen bits from a table, which two iterations double twice.
+        /// r of fourteen bits from a table; with e = 1 − a r, 1/a is r (1 + e)(1 + e²) to e⁴.
         #[inline(always)]
         fn reciprocal(self, a: f64x8) -> f64x8 {
-            let one = self.splat_f64x8(1.0);
-            let mut r: f64x8 = cast(self.avx512f._mm512_rcp14_pd(cast(a)));
-            for _ in 0..2 {
-                let rest = self.negate_mul_add_f64x8(a, r, one);
-                r = self.mul_add_f64x8(r, rest, r);
-            }
-            r
+            let r: f64x8 = cast(self.avx512f._mm512_rcp14_pd(cast(a)));
+            let e = self.negate_mul_add_f64x8(a, r, self.splat_f64x8(1.0));
+            let once = self.mul_add_f64x8(r, e, r);
+            self.mul_add_f64x8(once, self.mul_f64s(e, e), once)
         }
 
         #[inline(always)]
@@ -347,6 +449,17 @@ mod x86 {
         #[inline(always)]
         fn max(self, a: f64x8, b: f64x8) -> f64x8 {
             self.max_f64s(a, b)
+        }
+
+        /// One instruction: the larger of two absolute values.
+        #[inline(always)]
+        fn max_abs(self, a: f64x8, b: f64x8) -> f64x8 {
+            cast(self.avx512dq._mm512_range_pd::<0b1011>(cast(a), cast(b)))
+        }
+
+        #[inline(always)]
+        fn all_le(self, a: f64x8, b: f64x8) -> bool {
+            self.cmp_le_f64x8(a, b).0 == 0xff
         }
 
         #[inline(always)]
@@ -410,17 +523,23 @@ mod x86 {
 
         #[inline(always)]
         fn sqrt(self, a: [f64x4; 2]) -> [f64x4; 2] {
-            a.map(|v| self.sqrt_f64x4(v))
+            [self.sqrt_f64x4(a[0]), self.sqrt_f64x4(a[1])]
         }
 
         #[inline(always)]
         fn abs(self, a: [f64x4; 2]) -> [f64x4; 2] {
-            a.map(|v| self.abs_f64x4(v))
+            [self.abs_f64x4(a[0]), self.abs_f64x4(a[1])]
         }
 
         #[inline(always)]
         fn max(self, a: [f64x4; 2], b: [f64x4; 2]) -> [f64x4; 2] {
             [self.max_f64s(a[0], b[0]), self.max_f64s(a[1], b[1])]
+        }
+
+        #[inline(always)]
+        fn all_le(self, a: [f64x4; 2], b: [f64x4; 2]) -> bool {
+            let both = self.and_m64s(self.cmp_le_f64x4(a[0], b[0]), self.cmp_le_f64x4(a[1], b[1]));
+            self.avx._mm256_movemask_pd(cast(both)) == 0xf
         }
 
         #[inline(always)]

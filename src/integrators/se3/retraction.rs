@@ -65,7 +65,7 @@ impl FastRetraction<6, 4> for CayleySe3 {
     type Lanes = Cayley;
 
     fn pack(state: &State<f64, 6, 4>) -> [Row; 6] {
-        let mut rows = [Row::default(); 6];
+        let mut rows = [Row::ZERO; 6];
         for a in 0..6 {
             rows[a].0[3] = state.momentum[a];
         }

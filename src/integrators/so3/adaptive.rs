@@ -340,6 +340,7 @@ impl Run {
         self.solved
     }
 
+    #[inline]
     pub fn time(&self) -> f64 {
         self.start + self.sign * self.done
     }
@@ -470,10 +471,12 @@ pub(in crate::integrators) fn advance<F: LaneForce<N>, R: FastRetraction<N, D>, 
     }
 }
 
+#[inline]
 pub(in crate::integrators) fn velocity<const N: usize>(inverse: &[[f64; N]; N], m: [f64; N]) -> [f64; N] {
-    std::array::from_fn(|r| (1..N).fold(inverse[r][0] * m[0], |sum, c| sum + inverse[r][c] * m[c]))
+    each!(N, r => (1..N).fold(inverse[r][0] * m[0], |sum, c| sum + inverse[r][c] * m[c]))
 }
 
+#[inline]
 pub(in crate::integrators) fn length<const N: usize>(x: [f64; N]) -> f64 {
     x.iter().fold(0.0, |sum, v| sum + v * v).sqrt()
 }

@@ -1,35 +1,53 @@
 //! Many bodies at once: a lane a body, eight to a group.
 
 use super::force::{OnBody, PackedForce};
-use super::kernel::{Columns, NOTHING, compensated};
-use super::retraction::{LaneRetraction, dot};
-use super::step::{FastRetraction, UnfitTableau};
+use super::kernel::NOTHING;
+use super::quaternion::HalfAngle;
+use super::retraction::{LaneRotation, add_cross, dot};
+use super::step::UnfitTableau;
 use super::{LANES, Row, Vec3};
-use crate::algebra::Matrix;
-use crate::integrators::lanes::{Eight, Isa, Kernel, Lanes, Registers};
+use crate::algebra::{Covector, Matrix};
+use crate::integrators::lanes::{Eight, Isa, Kernel, Lanes, Pair, Registers};
 use crate::integrators::variational::Settings;
 use crate::integrators::{OneStep, State, StepError, Variational};
 use crate::mechanics::lagrangian::Quadratic;
 use crate::tableau::Tableau;
 use std::marker::PhantomData;
 
-/// The steps back from which the stages of the next are extrapolated: a polynomial of degree one less.
-const HISTORY: usize = 6;
+/// The most steps back from which the stages of the next are extrapolated: a polynomial of degree one less.
+const HISTORY: usize = 8;
 
-/// (−1)^{j+1} (6 over j), j = 1 … 6: what carries a polynomial of degree 5 one step on.
-const EXTRAPOLATION: [f64; HISTORY] = [6.0, -15.0, 20.0, -15.0, 6.0, -1.0];
+/// (−1)^j (r over j + 1), j = 0 … r − 1: what carries a polynomial of degree r − 1 one step on.
+const EXTRAPOLATION: [[f64; HISTORY]; HISTORY + 1] = extrapolation();
 
 /// For how many steps the contraction of the sweeps is taken to be at most four times what was measured.
-const TRUST: usize = 15;
+const TRUST: usize = 31;
 
-/// After how many steps g gᵀ is restored.
-const STRAIGHTEN: usize = 64;
+/// The least contraction that is trusted.
+const LEAST: f64 = 1.0 / 64.0;
 
-/// The entries of a symmetric matrix.
-const PAIRS: [(usize, usize); 6] = [(0, 0), (0, 1), (0, 2), (1, 1), (1, 2), (2, 2)];
+/// A degree of extrapolation is given up where the residual is so many times smaller than it must be, and not before so many
+/// steps after it was found to be needed.
+const SPARE: f64 = 32.0;
+const PATIENCE: usize = 64;
 
-/// How many groups advance together.
-const BLOCK: usize = 2;
+/// After how many steps numbers are brought back to an ordinary size.
+const HOUSEKEEPING: usize = 64;
+
+const fn extrapolation() -> [[f64; HISTORY]; HISTORY + 1] {
+    let mut weights = [[0.0; HISTORY]; HISTORY + 1];
+    let mut r = 1;
+    while r <= HISTORY {
+        let (mut j, mut binomial) = (0, 1.0);
+        while j < r {
+            binomial = -binomial * (r - j) as f64 / (j + 1) as f64;
+            weights[r][j] = -binomial;
+            j += 1;
+        }
+        r += 1;
+    }
+    weights
+}
 
 /// One body of an ensemble.
 #[derive(Clone, Debug)]
@@ -65,44 +83,88 @@ struct Group<F> {
     lagrangians: Vec<Quadratic<f64, 3>>,
     force: F,
     inverse: [[Row; 3]; 3],
-    time: Row,
-    time_cut: Row,
-    /// μ, and the columns of g: component a of μ, entry (r, a) of g at [1 + r][a].
-    value: [[Row; 3]; 4],
-    /// What rounding has cut off.
-    cut: [[Row; 3]; 4],
-    /// g gᵀ as it was, entries (0, 0), (0, 1), (0, 2), (1, 1), (1, 2), (2, 2); ½ where that is nearly 1, otherwise 0; the
-    /// steps since it was restored.
-    product: [Row; 6],
-    restored: Row,
+    /// t where the group started, by lanes, and what has passed since: a sum, and what rounding has cut off it.
+    start: Row,
+    elapsed: [f64; 2],
+    /// μ, and what rounding has cut off it.
+    momentum: [Row; 3],
+    momentum_rest: [Row; 3],
+    /// The attitude is g₀ R(q): g₀ by rows; q = w, x, y, z of any length; and what rounding has cut off q.
+    attitude: [[Row; 3]; 3],
+    turn: [Row; 4],
+    turn_rest: [Row; 4],
+    /// Steps since sizes were seen to.
     since: usize,
     diagonal: bool,
-    work: Vec<Stage>,
-    /// The iterates and their like of the steps before, a ring: of how many steps, and where those of this step are.
+    /// The iterates of the steps before, a ring: of how many steps, and where those of the last step are.
     iterates: Vec<Iterate>,
     known: usize,
-    this: usize,
+    newest: usize,
     step: f64,
+    /// From how many steps the next is extrapolated, and for how many it stays so many at least.
+    reach: usize,
+    patience: usize,
     /// What a sweep leaves of an error, four times as much as it was when it was measured; and for how many steps that is
     /// taken to be so.
     contraction: f64,
     trusted: usize,
 }
 
-/// One stage of eight bodies.
+/// Two stages of eight bodies. Stages go in pairs, one operation on both: neither waits for the other. An odd one has a
+/// companion without weights.
 #[derive(Clone, Copy, Debug, Default)]
 struct Iterate {
     /// P_i − μ: rounding errors of P_i itself would be magnified by what extrapolates it.
-    d: Vec3<Row>,
+    d: Vec3<[Row; 2]>,
     /// Ξ_i.
-    x: Vec3<Row>,
+    x: Vec3<[Row; 2]>,
 }
 
-/// What a sweep makes of it.
-#[derive(Clone, Copy, Debug, Default)]
-struct Stage {
-    rate: Vec3<Row>,
-    gradient: Vec3<Row>,
+/// The most pairs.
+const PAIRS: usize = LANES / 2;
+
+/// A number of two stages.
+type Two<I> = Pair<Eight<I>>;
+
+/// P_i − μ, or Ξ_i, of P pairs of stages.
+type Values<I, const P: usize> = [Vec3<Two<I>>; P];
+
+/// What a sweep makes of stages: Ω_i, dτ⁻¹ Ω_i, G_i, what the force adds to μ, the size of Ξ_i.
+#[derive(Clone, Copy)]
+struct Stage<V> {
+    eta: Vec3<V>,
+    rate: Vec3<V>,
+    gradient: Vec3<V>,
+    kick: Vec3<V>,
+    size: V,
+}
+
+/// The coefficients of a tableau times the step: h b, h c, h a_ij and h â_ij at [i][j].
+#[derive(Clone, Copy, Debug)]
+struct Scaled {
+    pairs: usize,
+    h: f64,
+    b: [f64; LANES],
+    c: [f64; LANES],
+    a: [[f64; LANES]; LANES],
+    conjugate: [[f64; LANES]; LANES],
+}
+
+impl Scaled {
+    fn new(tableau: &Tableau<f64>, h: f64) -> Self {
+        let stages = tableau.stages();
+        let row = |f: &dyn Fn(usize) -> f64| std::array::from_fn(|j| if j < stages { h * f(j) } else { 0.0 });
+        let table =
+            |of: &nalgebra::DMatrix<f64>| std::array::from_fn(|i| row(&|j| if i < stages { of[(i, j)] } else { 0.0 }));
+        Self {
+            pairs: stages.div_ceil(2),
+            h,
+            b: row(&|j| tableau.b()[j]),
+            c: row(&|j| tableau.c()[j]),
+            a: table(tableau.a()),
+            conjugate: table(tableau.conjugate().a()),
+        }
+    }
 }
 
 /// Many bodies on SO(3), each with its own inertia, force and state, with one tableau and one step size.
@@ -110,14 +172,15 @@ struct Stage {
 /// A lane of the registers holds a body, so that eight advance at the price of one; with the feature `harness` the groups
 /// of eight are spread over the threads of rayon's pool. Which bodies share a group depends on their order alone, so the
 /// results are the same bits at any number of threads. The step is that of [`Variational`], to round-off: its stages
-/// start from the last six steps, and sweeps run until the residual that the last of them leaves is as wanted in every lane.
+/// start from the last eight steps, or fewer where these do, and sweeps run until the residual that the last of them leaves is as wanted in every lane.
 /// That residual is estimated: it is the change that the sweep made, which is measured, times the contraction of the sweeps,
-/// which is taken as four times what it was when two sweeps in one step showed it, at most fifteen steps ago. A step whose
-/// sweeps do not contract in some lane is taken by [`Variational`] for each body of the group. Every 64 steps g gᵀ is
-/// restored to what it was at the start, where that was within 10⁻³ of 1.
+/// which is taken as four times what it was when two sweeps in one step showed it, at most 31 steps ago. A step whose
+/// sweeps do not contract in some lane is taken by [`Variational`] for each body of the group.
+///
+/// The attitude is g = g₀ R(q), with g₀ the attitude of the start and a quaternion q of any length: g gᵀ stays what it was to
+/// round-off over any number of steps.
 #[derive(Clone, Debug)]
 pub struct EnsembleSo3<F: PackedForce, R> {
-    columns: Columns,
     tableau: Tableau<f64>,
     retraction: R,
     settings: Settings<f64>,
@@ -126,7 +189,7 @@ pub struct EnsembleSo3<F: PackedForce, R> {
     groups: Vec<Group<F>>,
 }
 
-impl<F: PackedForce, R: FastRetraction> EnsembleSo3<F, R> {
+impl<F: PackedForce, R: HalfAngle> EnsembleSo3<F, R> {
     /// An ensemble.
     ///
     /// # Errors
@@ -138,9 +201,8 @@ impl<F: PackedForce, R: FastRetraction> EnsembleSo3<F, R> {
         }
         let groups = members.chunks(LANES).enumerate().map(|(k, chunk)| Group::new(k * LANES, chunk, stages)).collect();
         let forces = members.iter().map(|member| member.force.clone()).collect();
-        let columns = Columns::new(&tableau, None);
         let settings = Settings::default();
-        Ok(Self { columns, tableau, retraction, settings, registers: Registers::detect(), forces, groups })
+        Ok(Self { tableau, retraction, settings, registers: Registers::detect(), forces, groups })
     }
 
     /// The same with settings of one's own: the residual wanted, and when Newton's method takes over.
@@ -185,42 +247,35 @@ impl<F: PackedForce, R: FastRetraction> EnsembleSo3<F, R> {
         F::One: Sync,
         R: Sync,
     {
-        let Self { columns, tableau, retraction, settings, registers, forces, groups } = self;
-        let (columns, tableau, retraction, settings, forces) =
-            (&*columns, &*tableau, &*retraction, *settings, &*forces);
+        let Self { tableau, retraction, settings, registers, forces, groups } = self;
+        let (tableau, retraction, settings, forces) = (&*tableau, &*retraction, *settings, &*forces);
         let registers = *registers;
-        // Steps outside, groups inside: what the processor does at one time are steps of several groups.
-        let run = |block: &mut [Group<F>]| -> Result<(), EnsembleError> {
-            let mut outcomes: [Result<(), EnsembleError>; BLOCK] = [const { Ok(()) }; BLOCK];
-            let mut ended = [false; BLOCK];
-            for step in 0..steps {
-                for group in block.iter_mut().filter(|group| group.step != h) {
-                    (group.step, group.known) = (h, 0);
-                }
-                let kernel = BlockStep::<F, R::Lanes> { block, ended, columns, settings, retraction: PhantomData };
-                let refused = registers.run(kernel);
-                for k in (0..block.len()).filter(|&k| refused[k]) {
-                    let group = &mut block[k];
+        let scaled = &Scaled::new(tableau, h);
+        let run = |group: &mut Group<F>| -> Result<(), EnsembleError> {
+            if group.step != h {
+                (group.step, group.known) = (h, 0);
+            }
+            let mut step = 0;
+            while step < steps {
+                let left = steps - step;
+                step += registers.run(Steps::<F, R::Lanes> { group, scaled, settings, left, retraction: PhantomData });
+                if step < steps {
                     let forces = &forces[group.first..group.first + group.filled];
-                    let taken = group.one_by_one(forces, retraction, tableau, settings, h);
-                    ended[k] = taken.is_err();
-                    outcomes[k] = taken.map_err(|(lane, source)| EnsembleError {
-                        member: group.first + lane,
-                        step,
-                        time: group.time.0[lane],
-                        source,
-                    });
+                    group.one_by_one(forces, retraction, tableau, settings, h).map_err(|(lane, source)| {
+                        EnsembleError { member: group.first + lane, step, time: group.time(lane), source }
+                    })?;
+                    step += 1;
                 }
             }
-            outcomes.into_iter().collect()
+            Ok(())
         };
         #[cfg(feature = "harness")]
         let outcomes: Vec<Result<(), EnsembleError>> = {
             use rayon::prelude::*;
-            groups.par_chunks_mut(BLOCK).map(run).collect()
+            groups.par_iter_mut().map(run).collect()
         };
         #[cfg(not(feature = "harness"))]
-        let outcomes: Vec<Result<(), EnsembleError>> = groups.chunks_mut(BLOCK).map(run).collect();
+        let outcomes: Vec<Result<(), EnsembleError>> = groups.iter_mut().map(run).collect();
         outcomes.into_iter().collect()
     }
 }
@@ -229,51 +284,73 @@ impl<F: PackedForce> Group<F> {
     fn new(first: usize, members: &[Member<F::One>], stages: usize) -> Self {
         let member = |lane: usize| &members[lane.min(members.len() - 1)];
         let row = |f: &dyn Fn(&Member<F::One>) -> f64| Row(std::array::from_fn(|lane| f(member(lane))));
-        let product = |m: &Member<F::One>| m.state.attitude * m.state.attitude.transpose();
-        let mut value = [[Row::default(); 3]; 4];
-        for a in 0..3 {
-            value[0][a] = row(&|m| m.state.momentum[a]);
-            for r in 0..3 {
-                value[1 + r][a] = row(&|m| m.state.attitude[(r, a)]);
-            }
-        }
-        Self {
+        let mut group = Self {
             first,
             filled: members.len(),
             lagrangians: members.iter().map(|m| m.lagrangian.clone()).collect(),
             force: F::pack(std::array::from_fn(|lane| &member(lane).force)),
             inverse: std::array::from_fn(|r| std::array::from_fn(|c| row(&|m| m.lagrangian.inverse()[(r, c)]))),
-            time: row(&|m| m.state.time),
-            time_cut: Row::default(),
-            value,
-            cut: [[Row::default(); 3]; 4],
-            product: PAIRS.map(|(i, j)| row(&|m| product(m)[(i, j)])),
-            restored: row(&|m| if (product(m) - Matrix::identity()).amax() < 1e-3 { 0.5 } else { 0.0 }),
+            start: Row::default(),
+            elapsed: [0.0; 2],
+            momentum: [Row::default(); 3],
+            momentum_rest: [Row::default(); 3],
+            attitude: [[Row::default(); 3]; 3],
+            turn: [Row::default(); 4],
+            turn_rest: [Row::default(); 4],
             since: 0,
             diagonal: members
                 .iter()
                 .all(|m| (0..3).all(|r| (0..3).all(|c| r == c || m.lagrangian.inverse()[(r, c)] == 0.0))),
-            work: vec![Stage::default(); stages],
-            iterates: vec![Iterate::default(); stages * HISTORY],
+            iterates: vec![Iterate::default(); stages.div_ceil(2) * HISTORY],
             known: 0,
-            this: 0,
+            newest: 0,
             step: 0.0,
+            reach: HISTORY,
+            patience: 0,
             contraction: 1.0,
             trusted: 0,
-        }
+        };
+        group.place(&std::array::from_fn(|lane| &member(lane).state));
+        group
+    }
+
+    /// The bodies are there, and nothing is known of the steps before.
+    fn place(&mut self, states: &[&State<f64, 3, 3>; LANES]) {
+        let row = |f: &dyn Fn(&State<f64, 3, 3>) -> f64| Row(states.map(f));
+        (self.start, self.elapsed) = (row(&|state| state.time), [0.0; 2]);
+        self.momentum = std::array::from_fn(|a| row(&|state| state.momentum[a]));
+        self.attitude = std::array::from_fn(|r| std::array::from_fn(|c| row(&|state| state.attitude[(r, c)])));
+        (self.momentum_rest, self.turn_rest) = Default::default();
+        self.turn = std::array::from_fn(|k| Row([if k == 0 { 1.0 } else { 0.0 }; LANES]));
+        self.known = 0;
+    }
+
+    fn time(&self, lane: usize) -> f64 {
+        self.start.0[lane] + self.elapsed[0]
     }
 
     fn state(&self, lane: usize) -> State<f64, 3, 3> {
+        let [w, x, y, z] = self.turn.map(|row| row.0[lane]);
+        let per_half = 2.0 / (w * w + x * x + y * y + z * z);
+        let one_less = |a: f64, b: f64| 1.0 - per_half * (a * a + b * b);
+        let (xy, yz, zx) = (per_half * x * y, per_half * y * z, per_half * z * x);
+        let (wx, wy, wz) = (per_half * w * x, per_half * w * y, per_half * w * z);
+        #[rustfmt::skip]
+        let turn = Matrix::<f64, 3>::new(
+            one_less(y, z), xy - wz, zx + wy,
+            xy + wz, one_less(z, x), yz - wx,
+            zx - wy, yz + wx, one_less(x, y),
+        );
         State {
-            time: self.time.0[lane],
-            momentum: crate::algebra::Covector::<f64, 3>::from_fn(|_, a| self.value[0][a].0[lane]),
-            attitude: crate::algebra::Matrix::<f64, 3>::from_fn(|r, a| self.value[1 + r][a].0[lane]),
+            time: self.time(lane),
+            momentum: Covector::<f64, 3>::from_fn(|_, a| self.momentum[a].0[lane]),
+            attitude: Matrix::<f64, 3>::from_fn(|r, c| self.attitude[r][c].0[lane]) * turn,
         }
     }
 
     /// The step by [`Variational`], body by body.
     #[cold]
-    fn one_by_one<R: FastRetraction>(
+    fn one_by_one<R: HalfAngle>(
         &mut self,
         forces: &[F::One],
         retraction: &R,
@@ -292,338 +369,354 @@ impl<F: PackedForce> Group<F> {
             method.step(&mut state, h).map_err(|source| (lane, source))?;
             next.push(state);
         }
+        self.place(&std::array::from_fn(|lane| &next[lane.min(self.filled - 1)]));
+        Ok(())
+    }
+
+    /// What decays is 0 beside |μ| before it is so small that arithmetic with it is slow; and quaternions are multiplied by
+    /// a power of two, which changes no digit.
+    #[cold]
+    fn see_to_sizes(&mut self) {
+        self.since = 0;
         for lane in 0..LANES {
-            let state = &next[lane.min(self.filled - 1)];
-            self.time.0[lane] = state.time;
+            let size = (0..3).map(|a| self.momentum[a].0[lane].abs()).fold(0.0, f64::max);
             for a in 0..3 {
-                self.value[0][a].0[lane] = state.momentum[a];
-                for r in 0..3 {
-                    self.value[1 + r][a].0[lane] = state.attitude[(r, a)];
+                if self.momentum[a].0[lane].abs() < NOTHING * size {
+                    (self.momentum[a].0[lane], self.momentum_rest[a].0[lane]) = (0.0, 0.0);
                 }
             }
+            let square: f64 = self.turn.iter().map(|row| row.0[lane] * row.0[lane]).sum();
+            // |q|² is between 2^(2k) and 2^(2k + 2).
+            let k = (((square.to_bits() >> 52) & 0x7ff) as i64 - 1023) >> 1;
+            let factor = f64::from_bits(((1023 - k) as u64) << 52);
+            for row in self.turn.iter_mut().chain(&mut self.turn_rest) {
+                row.0[lane] *= factor;
+            }
         }
-        (self.time_cut, self.cut) = (Row::default(), [[Row::default(); 3]; 4]);
-        Ok(())
     }
 }
 
-/// One step of the groups of a block, those that have not ended; which of them sweeps do not solve.
-struct BlockStep<'a, F, R> {
-    block: &'a mut [Group<F>],
-    ended: [bool; BLOCK],
-    columns: &'a Columns,
+/// Steps of a group until there are none left, or sweeps do not solve one: how many were taken.
+struct Steps<'a, F, R> {
+    group: &'a mut Group<F>,
+    scaled: &'a Scaled,
     settings: Settings<f64>,
+    left: usize,
     retraction: PhantomData<R>,
 }
 
-/// Where a group is in its step.
-#[derive(Clone, Copy)]
-struct Progress<I: Isa> {
-    mu: Vec3<Eight<I>>,
-    /// The residual is judged in every lane against its own |μ| and |hΩ|.
-    per_size: Eight<I>,
-    per_extent: Eight<I>,
-    /// The first change, the least, the last; how many sweeps ago the least was.
-    first: f64,
-    best: f64,
-    last: f64,
-    idle: usize,
-    going: bool,
+impl<F: PackedForce, R: LaneRotation> Kernel for Steps<'_, F, R> {
+    type Output = usize;
+
+    #[inline(always)]
+    fn run<I: Isa>(self, isa: I) -> usize {
+        let Self { group, scaled, settings, left, retraction: _ } = self;
+        for taken in 0..left {
+            let solved = match scaled.pairs {
+                1 => group.step::<I, R, 1>(isa, scaled, settings),
+                _ => group.step::<I, R, PAIRS>(isa, scaled, settings),
+            };
+            if !solved {
+                return taken;
+            }
+        }
+        left
+    }
 }
 
 #[inline(always)]
-fn load<I: Isa>(isa: I, rows: &Vec3<Row>) -> Vec3<Eight<I>> {
-    each!(3, a => Eight::load(isa, &rows[a].0))
+fn load<I: Isa, const K: usize>(isa: I, rows: &[Row; K]) -> [Eight<I>; K] {
+    each!(K, a => Eight::load(isa, &rows[a].0))
 }
 
 #[inline(always)]
-fn store<I: Isa>(values: Vec3<Eight<I>>, rows: &mut Vec3<Row>) {
-    for a in 0..3 {
+fn store<I: Isa, const K: usize>(values: [Eight<I>; K], rows: &mut [Row; K]) {
+    for a in 0..K {
         values[a].store(&mut rows[a].0);
     }
 }
 
-/// The compensated sum of `value` and an increment, and what rounding cuts off it.
+/// value + increment, and what rounding cuts off that, to be part of the next increment.
 #[inline(always)]
-fn add<I: Isa>(
-    isa: I,
-    value: &Vec3<Row>,
-    cut: &Vec3<Row>,
-    increment: Vec3<Eight<I>>,
-) -> (Vec3<Eight<I>>, Vec3<Eight<I>>) {
-    let sums = each!(3, a => compensated(Eight::load(isa, &value[a].0), increment[a], Eight::load(isa, &cut[a].0)));
-    (each!(3, a => sums[a].0), each!(3, a => sums[a].1))
+fn sum<I: Isa, const K: usize>(value: [Eight<I>; K], increment: [Eight<I>; K]) -> ([Eight<I>; K], [Eight<I>; K]) {
+    let sum = each!(K, k => value[k] + increment[k]);
+    (sum, each!(K, k => increment[k] - (sum[k] - value[k])))
+}
+
+/// Numbers 2k and 2k + 1 of a list.
+#[inline(always)]
+fn splat<I: Isa>(isa: I, list: &[f64; LANES], k: usize) -> Two<I> {
+    Pair(Eight::splat(isa, list[2 * k]), Eight::splat(isa, list[2 * k + 1]))
+}
+
+/// The two columns of rows 2i, 2i + 1 and columns 2j, 2j + 1.
+#[inline(always)]
+fn entries<I: Isa>(isa: I, table: &[[f64; LANES]; LANES], i: usize, j: usize) -> [Two<I>; 2] {
+    each!(2, k => {
+        let (upper, lower) = (table[2 * i][2 * j + k], table[2 * i + 1][2 * j + k]);
+        Pair(Eight::splat(isa, upper), Eight::splat(isa, lower))
+    })
+}
+
+/// sum + weight rows.
+#[inline(always)]
+fn more<I: Isa>(isa: I, weight: Two<I>, rows: &Vec3<[Row; 2]>, sum: Vec3<Two<I>>) -> Vec3<Two<I>> {
+    each!(3, a => {
+        weight.mul_add(Pair(Eight::load(isa, &rows[a][0].0), Eight::load(isa, &rows[a][1].0)), sum[a])
+    })
+}
+
+/// sum + h Σ_i w_i x_i.
+#[inline(always)]
+fn weighted<I: Isa>(weights: Two<I>, x: Vec3<Two<I>>, sum: Vec3<Eight<I>>) -> Vec3<Eight<I>> {
+    each!(3, a => weights.1.mul_add(x[a].1, weights.0.mul_add(x[a].0, sum[a])))
+}
+
+/// sum + h Σ_j w_ij x_j for two i and two j, w by columns.
+#[inline(always)]
+fn combined<I: Isa>(weights: [Two<I>; 2], x: Vec3<Two<I>>, sum: Vec3<Two<I>>) -> Vec3<Two<I>> {
+    each!(3, a => {
+        let first = weights[0].mul_add(Pair(x[a].0, x[a].0), sum[a]);
+        weights[1].mul_add(Pair(x[a].1, x[a].1), first)
+    })
+}
+
+#[inline(always)]
+fn both<V: Copy>(v: Vec3<V>) -> Vec3<Pair<V>> {
+    each!(3, a => Pair(v[a], v[a]))
+}
+
+/// Whether each change is at most so many times its scale, in every lane.
+#[inline(always)]
+fn within<I: Isa>(isa: I, changes: [(Eight<I>, Eight<I>); 2], most: f64) -> bool {
+    let [(shift, scale), (turn, extent)] = changes;
+    let most = Eight::splat(isa, most);
+    shift.all_le(most * scale) && turn.all_le(most * extent)
 }
 
 /// The largest component, lane by lane.
 #[inline(always)]
 fn bound<I: Isa>(v: Vec3<Eight<I>>) -> Eight<I> {
-    v[0].abs().max(v[1].abs()).max(v[2].abs())
-}
-
-impl<F: PackedForce, R: LaneRetraction> Kernel for BlockStep<'_, F, R> {
-    type Output = [bool; BLOCK];
-
-    /// A sweep of each group in turn: while one waits for its divisions the next is on its way.
-    #[inline(always)]
-    fn run<I: Isa>(self, isa: I) -> [bool; BLOCK] {
-        let Self { block, ended, columns, settings, retraction: _ } = self;
-        let mut refused = [false; BLOCK];
-        let zero = Eight::splat(isa, 0.0);
-        let idle = Progress {
-            mu: [zero; 3],
-            per_size: zero,
-            per_extent: zero,
-            first: 0.0,
-            best: f64::INFINITY,
-            last: 0.0,
-            idle: 0,
-            going: false,
-        };
-        let mut progress = [idle; BLOCK];
-        for k in 0..block.len() {
-            if !ended[k] {
-                progress[k] = block[k].start(isa, columns, idle);
-            }
-        }
-        for sweep in 1..=settings.max_sweeps as i32 {
-            let mut going = false;
-            for k in 0..block.len() {
-                if progress[k].going {
-                    refused[k] = !block[k].sweep::<I, R>(isa, columns, settings, &mut progress[k], sweep);
-                    going |= progress[k].going;
-                }
-            }
-            if !going {
-                return refused;
-            }
-        }
-        for k in 0..block.len() {
-            refused[k] |= progress[k].going;
-        }
-        refused
-    }
+    v[0].max_abs(v[1]).max_abs(v[2])
 }
 
 impl<F: PackedForce> Group<F> {
     #[inline(always)]
-    fn velocity<I: Isa>(&self, isa: I, m: Vec3<Eight<I>>) -> Vec3<Eight<I>> {
+    fn velocity<V: Lanes>(&self, m: Vec3<V>) -> Vec3<V> {
         if self.diagonal {
-            return each!(3, r => Eight::load(isa, &self.inverse[r][r].0) * m[r]);
+            return each!(3, r => m[0].read(&self.inverse[r][r].0) * m[r]);
         }
-        each!(3, r => dot(load(isa, &self.inverse[r]), m))
+        each!(3, r => dot(each!(3, c => m[0].read(&self.inverse[r][c].0)), m))
     }
 
-    /// The first (P_i − μ, Ξ_i).
+    /// The first P_i − μ and Ξ_i.
     #[inline(always)]
-    fn start<I: Isa>(&mut self, isa: I, columns: &Columns, idle: Progress<I>) -> Progress<I> {
-        let stages = columns.stages;
-        let zero = Eight::splat(isa, 0.0);
-        let mu = load(isa, &self.value[0]);
-        let eta = self.velocity(isa, mu);
-        // Over the oldest, once it has been read.
-        self.this = (self.this + 1) % HISTORY;
-        let this = self.this * stages;
-        if self.known == HISTORY {
-            let slots: [usize; HISTORY] = each!(HISTORY, j => (self.this + HISTORY - 1 - j) % HISTORY * stages);
-            let weights: [Eight<I>; HISTORY] = each!(HISTORY, j => Eight::splat(isa, EXTRAPOLATION[j]));
-            for i in 0..stages {
-                for a in 0..3 {
-                    let (mut d, mut x) = (zero, zero);
-                    for j in 0..HISTORY {
-                        let old = &self.iterates[slots[j] + i];
-                        d = weights[j].mul_add(Eight::load(isa, &old.d[a].0), d);
-                        x = weights[j].mul_add(Eight::load(isa, &old.x[a].0), x);
+    fn predict<I: Isa, const P: usize>(
+        &mut self,
+        isa: I,
+        scaled: &Scaled,
+        pairs: usize,
+    ) -> (Values<I, P>, Values<I, P>) {
+        let zero = both([Eight::splat(isa, 0.0); 3]);
+        if self.known == 0 {
+            self.trusted = 0;
+            let eta = both(self.velocity(load(isa, &self.momentum)));
+            return (
+                [zero; P],
+                each!(P, i => {
+                    let hc = splat(isa, &scaled.c, i);
+                    each!(3, k => hc * eta[k])
+                }),
+            );
+        }
+        // The oldest first: nothing waits for the newest but one multiplication.
+        let reach = self.reach.min(self.known);
+        let (mut d, mut x) = ([zero; P], [zero; P]);
+        let mut slot = (self.newest + HISTORY + 1 - reach) % HISTORY;
+        for weight in EXTRAPOLATION[reach][..reach].iter().rev() {
+            let weight = Eight::splat(isa, *weight);
+            let weight = Pair(weight, weight);
+            let old = &self.iterates[slot * pairs..][..pairs];
+            (d, x) = (
+                each!(P, i => if i < pairs { more(isa, weight, &old[i].d, d[i]) } else { zero }),
+                each!(P, i => if i < pairs { more(isa, weight, &old[i].x, x[i]) } else { zero }),
+            );
+            slot = if slot + 1 == HISTORY { 0 } else { slot + 1 };
+        }
+        (d, x)
+    }
+
+    /// What a sweep makes of stages.
+    #[inline(always)]
+    fn stage<V: Lanes, R: LaneRotation>(&self, t: V, mu: Vec3<V>, d: Vec3<V>, x: Vec3<V>, forced: bool) -> Stage<V> {
+        let zero = [t.constant(0.0); 3];
+        let p = each!(3, a => mu[a] + d[a]);
+        let at = R::at(x);
+        let m = R::unpull(at, x, p);
+        let eta = self.velocity(m);
+        let rate = R::rate(at, x, eta);
+        let size = R::size(at, x);
+        if !forced {
+            return Stage { eta, rate, gradient: R::pull_dd(at, x, p, m, rate), kick: zero, size };
+        }
+        let force = self.force.add_to(t, m, eta, zero);
+        let (gradient, kick) = R::forced(at, x, p, m, rate, force);
+        Stage { eta, rate, gradient, kick, size }
+    }
+
+    /// One step; with P pairs of stages, or any number of them where P is the largest. `false`: sweeps do not solve it.
+    #[inline(always)]
+    fn step<I: Isa, R: LaneRotation, const P: usize>(
+        &mut self,
+        isa: I,
+        scaled: &Scaled,
+        settings: Settings<f64>,
+    ) -> bool {
+        let pairs = if P == PAIRS { scaled.pairs } else { P };
+        let zero = [Eight::splat(isa, 0.0); 3];
+        let tiny = Eight::splat(isa, f64::MIN_POSITIVE);
+        let forced = !self.force.vanishes();
+        let mu = load(isa, &self.momentum);
+        let (mut d, mut x) = self.predict::<I, P>(isa, scaled, pairs);
+        // The first change, the least, the last; how many sweeps ago the least was.
+        let (mut first, mut best, mut last, mut idle) = (0.0, f64::INFINITY, 0.0, 0);
+        for sweep in 1..=settings.max_sweeps as i32 {
+            let t = Eight::load(isa, &self.start.0) + Eight::splat(isa, self.elapsed[0]);
+            // By `each!`, which has no loop where there is one pair: what is in arrays can stay in registers then.
+            let values: [Stage<Two<I>>; P] = each!(P, k => {
+                if k < pairs {
+                    self.stage::<Two<I>, R>(Pair(t, t) + splat(isa, &scaled.c, k), both(mu), d[k], x[k], forced)
+                } else {
+                    Stage { eta: both(zero), rate: both(zero), gradient: both(zero), kick: both(zero), size: both(zero)[0] }
+                }
+            });
+            let (mut back, mut total, mut kick, mut size) = (zero, zero, zero, zero[0]);
+            for k in 0..P {
+                let (hb, value) = (splat(isa, &scaled.b, k), &values[k]);
+                back = weighted(-hb, value.rate, back);
+                total = weighted(hb, value.gradient, total);
+                if forced {
+                    kick = weighted(hb, value.kick, kick);
+                }
+                size = size.max(value.size.0).max(value.size.1);
+            }
+            let at_back = R::at(back);
+            size = size.max(R::size(at_back, back));
+            let kicked = each!(3, a => mu[a] + kick[a]);
+            let end = R::pull_less(at_back, back, kicked);
+            // δ.
+            let base = each!(3, a => end[a] + (kick[a] - total[a]));
+            let (mut shift, mut turn) = (zero[0], zero[0]);
+            let next: [[Vec3<Two<I>>; 2]; P] = each!(P, i => {
+                if i < pairs {
+                    let (mut next_d, mut next_x) = (both(base), both(zero));
+                    for j in 0..P {
+                        if j < pairs {
+                            let a = entries(isa, &scaled.a, i, j);
+                            let conjugate = entries(isa, &scaled.conjugate, i, j);
+                            next_d = combined(conjugate, values[j].gradient, next_d);
+                            next_x = combined(a, values[j].rate, next_x);
+                        }
                     }
-                    d.store(&mut self.iterates[this + i].d[a].0);
-                    x.store(&mut self.iterates[this + i].x[a].0);
+                    let change = each!(3, k => next_d[k] - d[i][k]);
+                    shift = shift.max_abs(bound(each!(3, k => change[k].0))).max_abs(bound(each!(3, k => change[k].1)));
+                    let change = each!(3, k => next_x[k] - x[i][k]);
+                    turn = turn.max_abs(bound(each!(3, k => change[k].0))).max_abs(bound(each!(3, k => change[k].1)));
+                    [next_d, next_x]
+                } else {
+                    [both(zero); 2]
+                }
+            });
+            (d, x) = (each!(P, i => next[i][0]), each!(P, i => next[i][1]));
+            // The residual is judged in every lane against its own |μ| and |hΩ|.
+            let scale = bound(mu).max(tiny);
+            let extent = (Eight::splat(isa, scaled.h.abs()) * bound(each!(3, a => values[0].eta[a].0))).max(tiny);
+            let changes = [(shift, scale), (turn, extent)];
+            let mut settled = false;
+            if sweep == 1 {
+                // The residual of the new iterate: what a sweep leaves of a change, as it was a few steps ago.
+                let most = if self.trusted > 0 { settings.tolerance / self.contraction } else { settings.tolerance };
+                settled = within(isa, changes, most);
+                if settled && self.patience > 0 {
+                    self.patience -= 1;
+                } else if settled && self.reach > 1 && within(isa, changes, most / SPARE) {
+                    (self.reach, self.patience) = (self.reach - 1, self.reach);
+                } else if !settled && self.trusted > 0 && self.reach < HISTORY {
+                    (self.reach, self.patience) = (self.reach + 1, PATIENCE);
+                }
+                self.trusted = self.trusted.saturating_sub(1);
+            }
+            if !settled {
+                let change = (shift / scale).max(turn / extent).largest();
+                if sweep == 1 {
+                    first = change;
+                }
+                idle = if change < best { 0 } else { idle + 1 };
+                best = best.min(change);
+                if sweep > 1 {
+                    self.contraction = (4.0 * change / last).clamp(LEAST, 1.0);
+                    self.trusted = TRUST;
+                    settled = change * self.contraction <= settings.tolerance;
+                }
+                settled |= idle >= 2 && change <= settings.floor;
+                last = change;
+                // A root reached at a rate slower than 0.6 a sweep may lie beyond a fold.
+                let slow = sweep > 4 && change < first && change > first * 0.6_f64.powi(sweep - 1);
+                let lost = change.is_nan() || change > 1e3 || (sweep >= 8 && best > first * 0.8_f64.powi(sweep));
+                if (settled && slow) || (!settled && lost) {
+                    return false;
+                }
+                if !settled {
+                    continue;
                 }
             }
-        } else {
-            self.trusted = 0;
-            for i in 0..stages {
-                let hc = Eight::splat(isa, columns.c.0[i] * self.step);
-                store([zero; 3], &mut self.iterates[this + i].d);
-                store(each!(3, k => hc * eta[k]), &mut self.iterates[this + i].x);
+            let ordinary = size.all_le(Eight::splat(isa, R::ORDINARY));
+            if !ordinary {
+                let mut square = dot(back, back);
+                for x in &x {
+                    let squares = dot(*x, *x);
+                    square = square.max(squares.0).max(squares.1);
+                }
+                if !R::in_domain(square.largest()) {
+                    return false;
+                }
             }
-        }
-        let tiny = Eight::splat(isa, f64::MIN_POSITIVE);
-        let h = Eight::splat(isa, self.step.abs());
-        Progress {
-            mu,
-            per_size: bound(mu).max(tiny).reciprocal(),
-            per_extent: (h * bound(eta)).max(tiny).reciprocal(),
-            going: true,
-            ..idle
-        }
-    }
 
-    /// One sweep, and the end of the step where it was the last. `false`: sweeps do not solve this step.
-    #[inline(always)]
-    fn sweep<I: Isa, R: LaneRetraction>(
-        &mut self,
-        isa: I,
-        columns: &Columns,
-        settings: Settings<f64>,
-        progress: &mut Progress<I>,
-        sweep: i32,
-    ) -> bool {
-        let stages = columns.stages;
-        let this = self.this * stages;
-        let (step, mu) = (self.step, progress.mu);
-        let (h, time) = (Eight::splat(isa, step), Eight::load(isa, &self.time.0));
-        let zero = [Eight::splat(isa, 0.0); 3];
-        let forced = !self.force.vanishes();
-        let (mut increment, mut total, mut kick) = (zero, zero, zero);
-        for i in 0..stages {
-            let (d, x) = (load(isa, &self.iterates[this + i].d), load(isa, &self.iterates[this + i].x));
-            let p = each!(3, a => mu[a] + d[a]);
-            let at = R::at(x);
-            let m = R::unpull(at, x, p);
-            let eta = self.velocity(isa, m);
-            let rate = R::rate(at, x, eta);
-            let mut gradient = R::pull_dd(at, x, p, m, rate);
-            let hb = Eight::splat(isa, columns.b.0[i] * step);
-            if forced {
-                let t = Eight::splat(isa, columns.c.0[i]).mul_add(h, time);
-                let force = self.force.add_to(t, m, eta, zero);
-                let pulled = R::pull(at, x, force);
-                gradient = each!(3, a => gradient[a] + pulled[a]);
-                let turned = R::turned_from(at, x, force, pulled);
-                kick = each!(3, a => hb.mul_add(force[a] + turned[a], kick[a]));
+            // The new state: `end` is what dτ adds to μ + kick, and Ad − 1 = ad ∘ dτ.
+            let rest = load(isa, &self.momentum_rest);
+            let pulled = each!(3, a => kicked[a] + end[a]);
+            let (momentum, rest) = sum(mu, add_cross(each!(3, a => kick[a] + rest[a]), back, pulled));
+            let finite = Eight::splat(isa, f64::MAX);
+            if !((momentum[0] + momentum[1]) + momentum[2]).abs().all_le(finite) {
+                return false;
             }
-            increment = each!(3, a => hb.mul_add(rate[a], increment[a]));
-            total = each!(3, a => hb.mul_add(gradient[a], total[a]));
-            store(rate, &mut self.work[i].rate);
-            store(gradient, &mut self.work[i].gradient);
-        }
-        let back = each!(3, k => -increment[k]);
-        let at_back = R::at(back);
-        let kicked: Vec3<Eight<I>> = each!(3, a => mu[a] + kick[a]);
-        let end = R::pull_less(at_back, back, kicked);
-        // δ.
-        let base: Vec3<Eight<I>> = each!(3, a => end[a] + (kick[a] - total[a]));
-        let (mut shift, mut turn) = (zero[0], zero[0]);
-        for i in 0..stages {
-            let (mut d, mut x) = (base, zero);
-            for j in 0..stages {
-                let stage = &self.work[j];
-                let a = Eight::splat(isa, columns.a[j].0[i] * step);
-                let conjugate = Eight::splat(isa, columns.conjugate[j].0[i] * step);
-                let (gradient, rate) = (load(isa, &stage.gradient), load(isa, &stage.rate));
-                d = each!(3, k => conjugate.mul_add(gradient[k], d[k]));
-                x = each!(3, k => a.mul_add(rate[k], x[k]));
+            store(momentum, &mut self.momentum);
+            store(rest, &mut self.momentum_rest);
+            let q = load(isa, &self.turn);
+            let (q, rest) = sum(q, R::rotated(at_back, back, q, load(isa, &self.turn_rest)));
+            store(q, &mut self.turn);
+            store(rest, &mut self.turn_rest);
+            let increment = scaled.h + self.elapsed[1];
+            let elapsed = self.elapsed[0] + increment;
+            self.elapsed = [elapsed, increment - (elapsed - self.elapsed[0])];
+            // The iterates of the last sweep, one better than those that were judged, are what the next steps start from.
+            self.newest = if self.newest + 1 == HISTORY { 0 } else { self.newest + 1 };
+            self.known = (self.known + 1).min(HISTORY);
+            let place = &mut self.iterates[self.newest * pairs..][..pairs];
+            for i in 0..P {
+                if i < pairs {
+                    for a in 0..3 {
+                        store([d[i][a].0, d[i][a].1], &mut place[i].d[a]);
+                        store([x[i][a].0, x[i][a].1], &mut place[i].x[a]);
+                    }
+                }
             }
-            let old = &self.iterates[this + i];
-            let (old_d, old_x) = (load(isa, &old.d), load(isa, &old.x));
-            shift = shift.max(bound(each!(3, k => d[k] - old_d[k])));
-            turn = turn.max(bound(each!(3, k => x[k] - old_x[k])));
-            store(d, &mut self.iterates[this + i].d);
-            store(x, &mut self.iterates[this + i].x);
-        }
-        let change = (shift * progress.per_size).max(turn * progress.per_extent).largest();
-        if sweep == 1 {
-            progress.first = change;
-        }
-        progress.idle = if change < progress.best { 0 } else { progress.idle + 1 };
-        progress.best = progress.best.min(change);
-        // The residual of the new iterate: what a sweep leaves of a change, as it was in this step or a few steps ago.
-        let left = if sweep > 1 {
-            self.contraction = (4.0 * change / progress.last).min(1.0);
-            self.trusted = TRUST;
-            change * self.contraction
-        } else if self.trusted > 0 {
-            self.trusted -= 1;
-            change * self.contraction
-        } else {
-            change
-        };
-        progress.last = change;
-        let first = progress.first;
-        if left <= settings.tolerance || (progress.idle >= 2 && change <= settings.floor) {
-            progress.going = false;
-            let slow = sweep > 4 && change < first && change > first * 0.6_f64.powi(sweep - 1);
-            let mut square = dot(back, back);
-            for i in 0..stages {
-                let x = load(isa, &self.iterates[this + i].x);
-                square = square.max(dot(x, x));
+            self.since += 1;
+            if !ordinary || self.since == HOUSEKEEPING {
+                self.see_to_sizes();
             }
-            return !slow
-                && R::in_domain(square.largest())
-                && self.finish::<I, R>(isa, back, at_back, kick, kicked, end);
+            return true;
         }
-        let hopeless = change.is_nan() || change > 1e3 || (sweep >= 8 && progress.best > first * 0.8_f64.powi(sweep));
-        progress.going = !hopeless;
-        !hopeless
-    }
-
-    /// The new state. `false`: it is not finite, and the old one stays.
-    #[inline(always)]
-    fn finish<I: Isa, R: LaneRetraction>(
-        &mut self,
-        isa: I,
-        back: Vec3<Eight<I>>,
-        at_back: R::At<Eight<I>>,
-        kick: Vec3<Eight<I>>,
-        kicked: Vec3<Eight<I>>,
-        end: Vec3<Eight<I>>,
-    ) -> bool {
-        let zero = Eight::splat(isa, 0.0);
-        // `end` is what dτ adds to μ + kick.
-        let turned = R::turned_from(at_back, back, kicked, each!(3, a => kicked[a] + end[a]));
-        let (value, cut) = add(isa, &self.value[0], &self.cut[0], each!(3, a => turned[a] + kick[a]));
-        // A sum of products with 0 is 0, unless one of the numbers is not finite.
-        if (value[0] * zero + value[1] * zero + value[2] * zero).sum() != 0.0 {
-            return false;
-        }
-        // What has decayed to nothing beside |μ| is 0, before it is so small that arithmetic with it is slow.
-        let size = Eight::splat(isa, NOTHING) * bound(value);
-        let value = each!(3, a => (value[a] + size) - size);
-        store(value, &mut self.value[0]);
-        store(cut, &mut self.cut[0]);
-        for v in 1..4 {
-            let turned = R::turned(at_back, back, load(isa, &self.value[v]));
-            let (value, cut) = add(isa, &self.value[v], &self.cut[v], turned);
-            store(value, &mut self.value[v]);
-            store(cut, &mut self.cut[v]);
-        }
-        let (time, step) = (Eight::load(isa, &self.time.0), Eight::splat(isa, self.step));
-        let (time, time_cut) = compensated(time, step, Eight::load(isa, &self.time_cut.0));
-        time.store(&mut self.time.0);
-        time_cut.store(&mut self.time_cut.0);
-        self.since += 1;
-        if self.since == STRAIGHTEN {
-            self.since = 0;
-            self.straighten(isa);
-        }
-        // The iterates of the last sweep, one better than those that were judged, are what the next steps start from.
-        self.known = (self.known + 1).min(HISTORY);
-        true
-    }
-
-    /// g gᵀ is what it was, by a step of Newton's iteration for the polar factor (Higham 1986, §3): V ← V − ½ (V Vᵀ − g gᵀ) V,
-    /// V = `value` − `cut`. Along a steady rotation every step has the same rounding errors, which would add up.
-    #[inline(always)]
-    fn straighten<I: Isa>(&mut self, isa: I) {
-        let zero = Eight::splat(isa, 0.0);
-        let mut rows = [[zero; 3]; 3];
-        for r in 0..3 {
-            let (value, cut) = (load(isa, &self.value[1 + r]), load(isa, &self.cut[1 + r]));
-            rows[r] = each!(3, a => value[a] - cut[a]);
-        }
-        let half = Eight::load(isa, &self.restored.0);
-        let mut error = [[zero; 3]; 3];
-        for k in 0..6 {
-            let (i, j) = PAIRS[k];
-            error[i][j] = half * (dot(rows[i], rows[j]) - Eight::load(isa, &self.product[k].0));
-            error[j][i] = error[i][j];
-        }
-        for i in 0..3 {
-            let mut cut = load(isa, &self.cut[1 + i]);
-            for j in 0..3 {
-                cut = each!(3, a => error[i][j].mul_add(rows[j][a], cut[a]));
-            }
-            store(cut, &mut self.cut[1 + i]);
-        }
+        false
     }
 }

@@ -1,6 +1,6 @@
 //! Forces in lanes: what the fast kernels of SO(3) evaluate for eight stages, or for eight bodies, at once.
 
-use super::retraction::{LaneRetraction, add_scaled, cross, dot};
+use super::retraction::{LaneRetraction, add_cross, add_scaled, cross, dot};
 use super::{Row, Vec3};
 use crate::algebra::{Covector, LieAlgebra, Matrix, Vector};
 use crate::integrators::lanes::Lanes;
@@ -96,16 +96,6 @@ impl<C: Coefficient> LaneForce for Relaxation<C> {
     }
 }
 
-/// sum + x × y.
-#[inline(always)]
-fn add_cross<V: Lanes>(sum: Vec3<V>, x: Vec3<V>, y: Vec3<V>) -> Vec3<V> {
-    [
-        x[1].mul_add(y[2], x[2].neg_mul_add(y[1], sum[0])),
-        x[2].mul_add(y[0], x[0].neg_mul_add(y[2], sum[1])),
-        x[0].mul_add(y[1], x[1].neg_mul_add(y[0], sum[2])),
-    ]
-}
-
 /// A term of a force of the catalogue, with coefficients `C`.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Term<C = f64> {
@@ -136,10 +126,10 @@ impl<C: Coefficient> Term<C> {
                 let square = dot(drag, eta).max(t.constant(0.0));
                 add_scaled(sum, -square.sqrt(), drag)
             }
-            Self::Constant(torque) => std::array::from_fn(|a| sum[a] + torque[a].lanes(t)),
+            Self::Constant(torque) => each!(3, a => sum[a] + torque[a].lanes(t)),
             Self::Periodic(torque, frequency, phase) => {
                 let factor = frequency.lanes(t).mul_add(t, phase.lanes(t)).cos();
-                std::array::from_fn(|a| torque[a].lanes(t).mul_add(factor, sum[a]))
+                each!(3, a => torque[a].lanes(t).mul_add(factor, sum[a]))
             }
         }
     }
@@ -147,7 +137,7 @@ impl<C: Coefficient> Term<C> {
 
 #[inline(always)]
 fn apply<C: Coefficient, V: Lanes>(matrix: &[[C; 3]; 3], x: Vec3<V>) -> Vec3<V> {
-    std::array::from_fn(|row| {
+    each!(3, row => {
         let [c0, c1, c2] = matrix[row];
         c2.lanes(x[0]).mul_add(x[2], c1.lanes(x[0]).mul_add(x[1], c0.lanes(x[0]) * x[0]))
     })
@@ -269,35 +259,43 @@ impl<S: Scalar> std::ops::Neg for One<S> {
 }
 
 impl<S: Scalar> Lanes for One<S> {
+    #[inline]
     fn constant(self, x: f64) -> Self {
         Self(S::exact(x))
     }
 
+    #[inline]
     fn mul_add(self, b: Self, c: Self) -> Self {
         Self(self.0 * b.0 + c.0)
     }
 
+    #[inline]
     fn neg_mul_add(self, b: Self, c: Self) -> Self {
         Self(c.0 - self.0 * b.0)
     }
 
+    #[inline]
     fn sqrt(self) -> Self {
         // The derivative of √ at 0 is infinite: there a product with 0 must stay 0.
         if self.0 <= S::zero() { Self(S::zero()) } else { Self(self.0.sqrt()) }
     }
 
+    #[inline]
     fn abs(self) -> Self {
         Self(self.0.abs())
     }
 
+    #[inline]
     fn max(self, other: Self) -> Self {
         if self.0 < other.0 { other } else { self }
     }
 
+    #[inline]
     fn cos(self) -> Self {
         Self(self.0.cos())
     }
 
+    #[inline]
     fn read(self, x: &[f64; 8]) -> Self {
         self.constant(x[0])
     }
@@ -311,8 +309,9 @@ pub(in crate::integrators) fn slope<F: LaneForce<N>, R: LaneRetraction<N>, const
     m: [f64; N],
     eta: [f64; N],
 ) -> [f64; N] {
-    let (m, eta) = (m.map(One), eta.map(One));
-    force.add_to(One(time), m, eta, R::coad(m, eta)).map(|v| v.0)
+    let (m, eta) = (each!(N, k => One(m[k])), each!(N, k => One(eta[k])));
+    let slope = force.add_to(One(time), m, eta, R::coad(m, eta));
+    each!(N, k => slope[k].0)
 }
 
 /// A force in lanes as a [`Force`] on the body of inertia `lagrangian`: what Newton's method differentiates.

@@ -31,7 +31,7 @@ pub(super) struct Columns {
 }
 
 fn columns(matrix: &DMatrix<f64>) -> [Row; LANES] {
-    let mut columns = [Row::default(); LANES];
+    let mut columns = [Row::ZERO; LANES];
     for j in 0..matrix.ncols() {
         for i in 0..matrix.nrows() {
             columns[j].0[i] = matrix[(i, j)];
@@ -41,13 +41,13 @@ fn columns(matrix: &DMatrix<f64>) -> [Row; LANES] {
 }
 
 fn row(values: &[f64]) -> Row {
-    let mut row = Row::default();
+    let mut row = Row::ZERO;
     row.0[..values.len()].copy_from_slice(values);
     row
 }
 
 fn legendre(tableau: &Tableau<f64>) -> [Row; LANES] {
-    let mut columns = [Row::default(); LANES];
+    let mut columns = [Row::ZERO; LANES];
     for j in 0..tableau.stages() {
         let x = 2.0 * tableau.c()[j] - 1.0;
         let (mut last, mut this) = (0.0, 1.0);
@@ -61,7 +61,7 @@ fn legendre(tableau: &Tableau<f64>) -> [Row; LANES] {
 }
 
 fn ends(tableau: &Tableau<f64>) -> [Row; LANES] {
-    let mut columns = [Row::default(); LANES];
+    let mut columns = [Row::ZERO; LANES];
     let nodes = tableau.c();
     if (1..tableau.stages()).any(|j| (0..j).any(|k| nodes[j] == nodes[k])) {
         return columns;
@@ -103,14 +103,16 @@ pub(in crate::integrators) struct Packed<const N: usize> {
 }
 
 impl<const N: usize> Default for Packed<N> {
+    #[inline(always)]
     fn default() -> Self {
-        Self { value: [Row::default(); N], cut: [Row::default(); N] }
+        Self { value: [Row::ZERO; N], cut: [Row::ZERO; N] }
     }
 }
 
 impl<const N: usize> Packed<N> {
+    #[inline(always)]
     pub fn momentum(&self) -> [f64; N] {
-        std::array::from_fn(|a| self.value[a].0[MOMENTUM])
+        each!(N, a => self.value[a].0[MOMENTUM])
     }
 }
 
@@ -170,8 +172,9 @@ pub(super) struct Memory<const N: usize> {
 }
 
 impl<const N: usize> Default for Memory<N> {
+    #[inline(always)]
     fn default() -> Self {
-        Self { momenta: [Row::default(); N], increment: [0.0; N] }
+        Self { momenta: [Row::ZERO; N], increment: [0.0; N] }
     }
 }
 
@@ -215,7 +218,7 @@ fn product<I: Isa, const N: usize, const PAIRS: usize>(
     x: [Eight<I>; N],
     base: [Eight<I>; N],
 ) -> [Eight<I>; N] {
-    let mut buffer = [Row::default(); N];
+    let mut buffer = [Row::ZERO; N];
     for a in 0..N {
         x[a].store(&mut buffer[a].0);
     }
@@ -297,7 +300,7 @@ impl<F: LaneForce<N>, R: LaneRetraction<N>, const N: usize, const PAIRS: usize> 
     fn tail<I: Isa>(&self, isa: I, slope: [Eight<I>; N], end: [Eight<I>; N], h: Eight<I>) -> f64 {
         let zero = [Eight::splat(isa, 0.0); N];
         let coefficients = product(isa, &self.scaled(isa, &self.columns.legendre, h), slope, zero);
-        let mut sizes = Row::default();
+        let mut sizes = Row::ZERO;
         largest_change(coefficients, zero).store(&mut sizes.0);
         let of = |back: usize| self.columns.stages.checked_sub(back).map_or(0.0, |k| sizes.0[k]);
         let (last, before) = (of(1).max(of(2)), of(3).max(of(4)));
@@ -499,7 +502,7 @@ where
                     if let Some(most) = self.limits.strict {
                         if watched {
                             let end: [Eight<I>; N] = each!(N, k => {
-                                let mut row = Row::default();
+                                let mut row = Row::ZERO;
                                 next[k].0.store(&mut row.0);
                                 // μ at the start, at the end.
                                 let both = Eight::splat(isa, row.0[MOMENTUM]) - mu[k];

@@ -42,7 +42,7 @@ pub use adaptive::{AdaptiveSo3, SolveError, Solved};
 pub use ensemble::{EnsembleError, EnsembleSo3, Member};
 pub use force::{Damping, Free, LaneForce, LaneForceError, PackedForce, Relaxation, Term, Terms};
 pub use quaternion::{HalfAngle, QuaternionSo3, QuaternionState};
-pub use retraction::LaneRetraction;
+pub use retraction::{LaneRetraction, LaneRotation};
 pub use step::{FastRetraction, UnfitTableau, VariationalSo3};
 
 /// Three components, each in lanes.
@@ -52,6 +52,11 @@ pub type Vec3<V> = [V; 3];
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 #[repr(align(64))]
 pub struct Row(pub [f64; 8]);
+
+impl Row {
+    /// Eight zeros. In kernels, which call no function that another unit of code generation may hold, as `default` is one.
+    pub const ZERO: Self = Self([0.0; 8]);
+}
 
 /// The most stages that fit.
 pub const LANES: usize = 8;

@@ -1,6 +1,7 @@
 //! The fast step with the attitude as a unit quaternion.
 
 use super::force::LaneForce;
+use super::retraction::LaneRotation;
 use super::step::{FastRetraction, VariationalSo3};
 use crate::algebra::{Covector, Matrix};
 use crate::integrators::{OneStep, Report, State, StepError};
@@ -38,7 +39,7 @@ impl From<QuaternionState> for State<f64, 3, 3> {
 
 /// A retraction of SO(3) in unit quaternions, or Euler's parameters (Shuster 1993; Hairer, Lubich and Wanner 2006, VII.5.3): the
 /// axis n and the angle φ of τ(ξ) make (cos(φ/2), n sin(φ/2)), with tan(φ/2) = |ξ|/2 for the Cayley map and φ = |ξ| for exp.
-pub trait HalfAngle: FastRetraction {
+pub trait HalfAngle: FastRetraction<Lanes: LaneRotation> {
     /// (w − 1, x, y, z) of the quaternion of τ(ξ), w ≥ 0 up to the angle π: near the unit without the loss of a difference.
     fn quaternion_less_one(xi: [f64; 3]) -> [f64; 4];
 }

@@ -13,6 +13,16 @@ pub(in crate::integrators) fn cross<V: Lanes>(x: Vec3<V>, y: Vec3<V>) -> Vec3<V>
     [x[2].neg_mul_add(y[1], x[1] * y[2]), x[0].neg_mul_add(y[2], x[2] * y[0]), x[1].neg_mul_add(y[0], x[0] * y[1])]
 }
 
+/// sum + x × y.
+#[inline(always)]
+pub(in crate::integrators) fn add_cross<V: Lanes>(sum: Vec3<V>, x: Vec3<V>, y: Vec3<V>) -> Vec3<V> {
+    [
+        x[1].mul_add(y[2], x[2].neg_mul_add(y[1], sum[0])),
+        x[2].mul_add(y[0], x[0].neg_mul_add(y[2], sum[1])),
+        x[0].mul_add(y[1], x[1].neg_mul_add(y[0], sum[2])),
+    ]
+}
+
 /// x + α y.
 #[inline(always)]
 pub(in crate::integrators) fn add_scaled<V: Lanes>(x: Vec3<V>, alpha: V, y: Vec3<V>) -> Vec3<V> {
@@ -22,6 +32,12 @@ pub(in crate::integrators) fn add_scaled<V: Lanes>(x: Vec3<V>, alpha: V, y: Vec3
 #[inline(always)]
 pub(in crate::integrators) fn scale<V: Lanes>(alpha: V, x: Vec3<V>) -> Vec3<V> {
     [alpha * x[0], alpha * x[1], alpha * x[2]]
+}
+
+/// x/2.
+#[inline(always)]
+fn half<V: Lanes>(x: Vec3<V>) -> Vec3<V> {
+    scale(x[0].constant(0.5), x)
 }
 
 /// τ and its tangents on a group of dimension N, as operations on vectors in lanes; covectors are columns here.
@@ -63,57 +79,104 @@ pub trait LaneRetraction<const N: usize = 3>: Copy + Send + Sync + 'static {
     fn in_domain(largest_square: f64) -> bool;
 }
 
+/// What an ensemble of bodies on SO(3) needs besides: its attitudes are quaternions, and several operations come together.
+pub trait LaneRotation: LaneRetraction {
+    /// Up to which [`size`](Self::size) a step is an ordinary one: in the domain, and no quaternion grows by more than 16 times.
+    const ORDINARY: f64;
+
+    /// A measure of x that is at hand.
+    fn size<V: Lanes>(at: Self::At<V>, x: Vec3<V>) -> V;
+
+    /// p ddτ_x(y, ·) + f dτ_x and f Ad_{τ(x)}⁻¹, with m = p dτ_x⁻¹.
+    #[inline(always)]
+    fn forced<V: Lanes>(
+        at: Self::At<V>,
+        x: Vec3<V>,
+        p: Vec3<V>,
+        m: Vec3<V>,
+        y: Vec3<V>,
+        f: Vec3<V>,
+    ) -> (Vec3<V>, Vec3<V>) {
+        let (gradient, pulled) = (Self::pull_dd(at, x, p, m, y), Self::pull(at, x, f));
+        (each!(3, k => gradient[k] + pulled[k]), add_cross(f, x, pulled))
+    }
+
+    /// sum + q ⊗ (τ(−x) − 1) up to a factor, which is that of q + q ⊗ (τ(−x) − 1): w, x, y, z.
+    fn rotated<V: Lanes>(at: Self::At<V>, x: Vec3<V>, q: [V; 4], sum: [V; 4]) -> [V; 4];
+}
+
+/// sum − q ⊗ (0, y).
+#[inline(always)]
+fn less_product<V: Lanes>(sum: [V; 4], q: [V; 4], y: Vec3<V>) -> [V; 4] {
+    let real = q[3].mul_add(y[2], q[2].mul_add(y[1], q[1].mul_add(y[0], sum[0])));
+    let turned = add_cross([sum[1], sum[2], sum[3]], y, [q[1], q[2], q[3]]);
+    [real, q[0].neg_mul_add(y[0], turned[0]), q[0].neg_mul_add(y[1], turned[1]), q[0].neg_mul_add(y[2], turned[2])]
+}
+
 /// The Cayley map.
 #[derive(Clone, Copy, Debug)]
 pub struct Cayley;
 
+/// q = 1 + |y|², y = x/2, and 1/q.
+#[derive(Clone, Copy, Debug)]
+pub struct Denominator<V> {
+    q: V,
+    per_q: V,
+}
+
 impl LaneRetraction for Cayley {
-    /// 2/q, q = 4 + |x|².
-    type At<V: Lanes> = V;
+    type At<V: Lanes> = Denominator<V>;
 
     #[inline(always)]
-    fn at<V: Lanes>(x: Vec3<V>) -> V {
-        let q = x[2].mul_add(x[2], x[1].mul_add(x[1], x[0].mul_add(x[0], x[0].constant(4.0))));
-        q.constant(2.0) * q.reciprocal()
+    fn at<V: Lanes>(x: Vec3<V>) -> Denominator<V> {
+        let y = half(x);
+        let q = y[2].mul_add(y[2], y[1].mul_add(y[1], y[0].mul_add(y[0], x[0].constant(1.0))));
+        Denominator { q, per_q: q.reciprocal() }
+    }
+
+    /// p + p × y + (y·p) y.
+    #[inline(always)]
+    fn unpull<V: Lanes>(_: Denominator<V>, x: Vec3<V>, p: Vec3<V>) -> Vec3<V> {
+        let y = half(x);
+        add_scaled(add_cross(p, p, y), dot(y, p), y)
+    }
+
+    /// η + y × η + (y·η) y.
+    #[inline(always)]
+    fn rate<V: Lanes>(_: Denominator<V>, x: Vec3<V>, eta: Vec3<V>) -> Vec3<V> {
+        let y = half(x);
+        add_scaled(add_cross(eta, y, eta), dot(y, eta), y)
+    }
+
+    /// (f + y × f)/(1 + |y|²).
+    #[inline(always)]
+    fn pull<V: Lanes>(at: Denominator<V>, x: Vec3<V>, f: Vec3<V>) -> Vec3<V> {
+        scale(at.per_q, add_cross(f, half(x), f))
+    }
+
+    /// (y × f − |y|² f)/(1 + |y|²).
+    #[inline(always)]
+    fn pull_less<V: Lanes>(at: Denominator<V>, x: Vec3<V>, f: Vec3<V>) -> Vec3<V> {
+        let y = half(x);
+        scale(at.per_q, add_cross(scale(-dot(y, y), f), y, f))
+    }
+
+    /// 2 y × (f + y × f)/(1 + |y|²).
+    #[inline(always)]
+    fn turned<V: Lanes>(at: Denominator<V>, x: Vec3<V>, f: Vec3<V>) -> Vec3<V> {
+        let y = half(x);
+        scale(at.per_q + at.per_q, cross(y, add_cross(f, y, f)))
     }
 
     #[inline(always)]
-    fn unpull<V: Lanes>(_: V, x: Vec3<V>, p: Vec3<V>) -> Vec3<V> {
-        let half = x[0].constant(0.5);
-        let y = scale(half, x);
-        add_scaled(add_scaled(p, half.constant(-1.0), cross(y, p)), dot(y, p), y)
-    }
-
-    #[inline(always)]
-    fn rate<V: Lanes>(_: V, x: Vec3<V>, eta: Vec3<V>) -> Vec3<V> {
-        let y = scale(x[0].constant(0.5), x);
-        add_scaled(add_scaled(eta, x[0].constant(1.0), cross(y, eta)), dot(y, eta), y)
-    }
-
-    #[inline(always)]
-    fn pull<V: Lanes>(at: V, x: Vec3<V>, f: Vec3<V>) -> Vec3<V> {
-        scale(at, add_scaled(cross(x, f), at.constant(2.0), f))
-    }
-
-    #[inline(always)]
-    fn pull_less<V: Lanes>(at: V, x: Vec3<V>, f: Vec3<V>) -> Vec3<V> {
-        scale(at, add_scaled(cross(x, f), at.constant(-0.5) * dot(x, x), f))
-    }
-
-    #[inline(always)]
-    fn turned<V: Lanes>(at: V, x: Vec3<V>, f: Vec3<V>) -> Vec3<V> {
-        let once = cross(x, f);
-        scale(at, add_scaled(cross(x, once), at.constant(2.0), once))
-    }
-
-    #[inline(always)]
-    fn turned_from<V: Lanes>(_: V, x: Vec3<V>, _: Vec3<V>, pulled: Vec3<V>) -> Vec3<V> {
+    fn turned_from<V: Lanes>(_: Denominator<V>, x: Vec3<V>, _: Vec3<V>, pulled: Vec3<V>) -> Vec3<V> {
         cross(x, pulled)
     }
 
+    /// (m × η − (p·η) x)/(2 + 2 |x/2|²), η the argument y.
     #[inline(always)]
-    fn pull_dd<V: Lanes>(at: V, x: Vec3<V>, p: Vec3<V>, m: Vec3<V>, y: Vec3<V>) -> Vec3<V> {
-        scale(at, add_scaled(cross(m, y), -dot(p, y), x))
+    fn pull_dd<V: Lanes>(at: Denominator<V>, x: Vec3<V>, p: Vec3<V>, m: Vec3<V>, y: Vec3<V>) -> Vec3<V> {
+        scale(x[0].constant(0.5) * at.per_q, add_scaled(cross(m, y), -dot(p, y), x))
     }
 
     #[inline(always)]
@@ -138,6 +201,37 @@ impl LaneRetraction for Cayley {
     }
 }
 
+impl LaneRotation for Cayley {
+    const ORDINARY: f64 = 16.0;
+
+    /// 1 + |x/2|².
+    #[inline(always)]
+    fn size<V: Lanes>(at: Denominator<V>, _: Vec3<V>) -> V {
+        at.q
+    }
+
+    /// With u = f + y × f and z = y'/2: (u + m × z − (p·z) x)/(1 + |y|²), f + x × u/(1 + |y|²).
+    #[inline(always)]
+    fn forced<V: Lanes>(
+        at: Denominator<V>,
+        x: Vec3<V>,
+        p: Vec3<V>,
+        m: Vec3<V>,
+        y: Vec3<V>,
+        f: Vec3<V>,
+    ) -> (Vec3<V>, Vec3<V>) {
+        let (u, z) = (add_cross(f, half(x), f), half(y));
+        let gradient = add_scaled(add_cross(u, m, z), -dot(p, z), x);
+        (scale(at.per_q, gradient), add_cross(f, x, scale(at.per_q, u)))
+    }
+
+    /// τ(−x) is (1, −x/2) up to a factor.
+    #[inline(always)]
+    fn rotated<V: Lanes>(_: Denominator<V>, x: Vec3<V>, q: [V; 4], sum: [V; 4]) -> [V; 4] {
+        less_product(sum, q, half(x))
+    }
+}
+
 /// The exponential.
 #[derive(Clone, Copy, Debug)]
 pub struct Exponential;
@@ -147,6 +241,10 @@ pub struct Exponential;
 pub struct Coefficients<V> {
     /// sin θ/θ.
     sinc: V,
+    /// sin(θ/2)/(θ/2).
+    half_sinc: V,
+    /// (1 − cos(θ/2))/(θ/2)².
+    half_a: V,
     /// A = (1 − cos θ)/t.
     a: V,
     /// B = (θ − sin θ)/θ³.
@@ -222,8 +320,11 @@ impl LaneRetraction for Exponential {
         let mut u = t * x[0].constant(0.0625);
         let (mut a, mut b) = (horner(&A, u), horner(&B, u));
         let (mut a_slope, mut b_slope) = (horner(&A_SLOPE, u), horner(&B_SLOPE, u));
+        let (mut half_sinc, mut half_a) = (one, a);
         for _ in 0..2 {
+            // The last time round, those of θ/2.
             let sinc = u.neg_mul_add(b, one);
+            (half_sinc, half_a) = (sinc, a);
             let b_slope_sum = a_slope.mul_add(sinc, b_slope) - a * u.mul_add(b_slope, b);
             let b_sum = a.mul_add(sinc, b);
             a_slope = quarter * (half * a).neg_mul_add(a, a_slope * u.neg_mul_add(a, one));
@@ -232,7 +333,7 @@ impl LaneRetraction for Exponential {
             b_slope = (quarter * quarter) * b_slope_sum;
             u = x[0].constant(4.0) * u;
         }
-        Coefficients { sinc: t.neg_mul_add(b, one), a, b, a_slope, b_slope, g: -a_slope / a }
+        Coefficients { sinc: t.neg_mul_add(b, one), half_sinc, half_a, a, b, a_slope, b_slope, g: -a_slope / a }
     }
 
     #[inline(always)]
@@ -300,5 +401,22 @@ impl LaneRetraction for Exponential {
 
     fn in_domain(largest_square: f64) -> bool {
         largest_square <= LARGEST_SQUARE
+    }
+}
+
+impl LaneRotation for Exponential {
+    const ORDINARY: f64 = LARGEST_SQUARE;
+
+    #[inline(always)]
+    fn size<V: Lanes>(_: Coefficients<V>, x: Vec3<V>) -> V {
+        dot(x, x)
+    }
+
+    /// τ(−x) is (cos θ/2, −x sin(θ/2)/θ).
+    #[inline(always)]
+    fn rotated<V: Lanes>(at: Coefficients<V>, x: Vec3<V>, q: [V; 4], sum: [V; 4]) -> [V; 4] {
+        let half = x[0].constant(0.5);
+        let (less, length) = (x[0].constant(-0.25) * dot(x, x) * at.half_a, half * at.half_sinc);
+        less_product(each!(4, k => q[k].mul_add(less, sum[k])), q, scale(length, x))
     }
 }

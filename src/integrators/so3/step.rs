@@ -28,7 +28,7 @@ pub trait FastRetraction<const N: usize = 3, const D: usize = 3>: Retraction<f64
 #[inline]
 fn pack(state: &State<f64, 3, 3>) -> [Row; 3] {
     let g = &state.attitude;
-    std::array::from_fn(|a| Row([g[(0, a)], g[(1, a)], g[(2, a)], state.momentum[a], 0.0, 0.0, 0.0, 0.0]))
+    each!(3, a => Row([g[(0, a)], g[(1, a)], g[(2, a)], state.momentum[a], 0.0, 0.0, 0.0, 0.0]))
 }
 
 #[inline]
@@ -83,7 +83,7 @@ pub type VariationalSo3<F, R> = VariationalInLanes<F, R, 3, 3>;
 /// The forced variational step on a group of dimension N with all stages in the lanes of a register.
 ///
 /// The same method as [`Variational`] on a body with a quadratic Lagrangian, to round-off; what it gains is time. Nothing
-/// is allocated by a step. The sums that make (g, μ) are compensated from step to step, as long as each step starts from
+/// is allocated by a step. The sums that make (t, g, μ) are compensated from step to step, as long as each step starts from
 /// the state that the last one left.
 #[derive(Clone, Debug)]
 pub struct VariationalInLanes<F, R, const N: usize, const D: usize> {
@@ -102,14 +102,18 @@ pub struct VariationalInLanes<F, R, const N: usize, const D: usize> {
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Last<const N: usize> {
     step: f64,
+    /// The time it ended at, and what rounding has cut off that.
+    time: f64,
+    time_cut: f64,
     pub state: Packed<N>,
     memory: Memory<N>,
     jump: f64,
 }
 
 impl<const N: usize> Default for Last<N> {
+    #[inline(always)]
     fn default() -> Self {
-        Self { step: 0.0, state: Packed::default(), memory: Memory::default(), jump: 0.0 }
+        Self { step: 0.0, time: 0.0, time_cut: 0.0, state: Packed::default(), memory: Memory::default(), jump: 0.0 }
     }
 }
 
@@ -255,13 +259,16 @@ where
             state.check_finite(h)?;
             self.last.state = Packed { value: R::pack(state), ..Packed::default() };
         }
+        let cut = if known && self.last.time == state.time { self.last.time_cut } else { 0.0 };
         let mut spent = 0;
         match self.take(None, state.time, h, warm, limits) {
             Ok(taken) => {
                 spent += taken.predictor + taken.sweeps;
-                let time = state.time + h;
+                let passed = h - cut;
+                let time = state.time + passed;
                 if time.is_finite() {
                     (self.last.step, self.last.jump) = (h, taken.jump);
+                    (self.last.time, self.last.time_cut) = (time, (time - state.time) - passed);
                     R::unpack(&self.last.state.value, state);
                     state.time = time;
                     return Ok(Report { solver: Solver::Sweeps, iterations: spent, residual: taken.residual });

@@ -7,7 +7,7 @@ use super::tableaux;
 use crate::harness::{Cost, Fault, Verdict, evidence};
 use crate::integrators::StepError;
 use crate::integrators::lanes::Registers;
-use crate::integrators::so3::{EnsembleError, EnsembleSo3, FastRetraction, Member, Row, Terms};
+use crate::integrators::so3::{EnsembleError, EnsembleSo3, HalfAngle, Member, Row, Terms};
 use crate::laws::CaseLaw;
 use crate::laws::method::Point;
 use crate::laws::planted::blend_scalar;
@@ -86,7 +86,7 @@ struct Run<'a> {
 impl Run<'_> {
     fn with<R>(&self, retraction: R, members: &[Member<Terms>]) -> Result<Vec<Point<f64>>, EnsembleError>
     where
-        R: FastRetraction + Send + Sync,
+        R: HalfAngle + Send + Sync,
     {
         let tableau = crate::laws::planted::tableau::planted(&self.parts.tableau, self.fault);
         let mut ensemble = EnsembleSo3::<Terms<Row>, R>::new(members, retraction, tableau)

@@ -2,7 +2,7 @@
 
 use super::group::Member;
 use crate::integrators::State;
-use crate::integrators::so3::{EnsembleError, FastRetraction, LANES, Row, Terms, UnfitTableau};
+use crate::integrators::so3::{EnsembleError, HalfAngle, LANES, Row, Terms, UnfitTableau};
 use crate::integrators::so3::{EnsembleSo3, Member as Body};
 use crate::mechanics::lagrangian::AnyLagrangian;
 use crate::scalar::Real;
@@ -17,7 +17,7 @@ trait Together: Send + Sync {
     fn state(&self, lane: usize) -> Option<State<f64, 3, 3>>;
 }
 
-impl<R: FastRetraction + Send + Sync> Together for EnsembleSo3<Terms<Row>, R> {
+impl<R: HalfAngle + Send + Sync> Together for EnsembleSo3<Terms<Row>, R> {
     fn advance(&mut self, h: f64, steps: usize) -> Result<(), EnsembleError> {
         self.advance(h, steps)
     }
