@@ -150,8 +150,8 @@ fn an_ensemble_goes_with_the_bodies_over_many_steps() {
     }
 }
 
-/// Quaternions may have any length: each of these steps multiplies |q|² by 1.3 or more, which would be infinite after 2700. (Alone, g is a sum, and in a
-/// steady rotation every step rounds alike.)
+/// Quaternions may have any length: each of these steps multiplies |q|² by 1.3 or more, which would be infinite after 2700.
+/// (The distance is that of the bodies alone: there g is a sum, and in a steady rotation every step rounds alike.)
 #[test]
 fn an_ensemble_turns_far_in_many_steps() {
     let members: Vec<_> = (0..9)

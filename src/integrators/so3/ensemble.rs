@@ -682,7 +682,7 @@ impl<F: PackedForce> Group<F> {
                 }
             }
 
-            // The new state: `end` is what dτ adds to μ + kick, and Ad − 1 = ad ∘ dτ.
+            // The new state: `end` is what dτ adds to μ + kick; Ad − 1 = ad ∘ dτ (see `LaneRotation`).
             let rest = load(isa, &self.momentum_rest);
             let pulled = each!(3, a => kicked[a] + end[a]);
             let (momentum, rest) = sum(mu, add_cross(each!(3, a => kick[a] + rest[a]), back, pulled));

@@ -61,11 +61,6 @@ pub trait LaneRetraction<const N: usize = 3>: Copy + Send + Sync + 'static {
     }
     /// f Ad_{τ(x)}⁻¹ − f; on SO(3) the rotation τ(x) applied to f, less f.
     fn turned<V: Lanes>(at: Self::At<V>, x: [V; N], f: [V; N]) -> [V; N];
-    /// [`turned`](Self::turned), where `pulled` = f dτ_x is known: for both maps on SO(3) Ad_{τ(x)} − 1 = ad_x ∘ dτ_x.
-    #[inline(always)]
-    fn turned_from<V: Lanes>(at: Self::At<V>, x: [V; N], f: [V; N], _pulled: [V; N]) -> [V; N] {
-        Self::turned(at, x, f)
-    }
     /// p ddτ_x(y, ·), with m = p dτ_x⁻¹.
     fn pull_dd<V: Lanes>(at: Self::At<V>, x: [V; N], p: [V; N], m: [V; N], y: [V; N]) -> [V; N];
     /// ad*_η m.
@@ -79,9 +74,12 @@ pub trait LaneRetraction<const N: usize = 3>: Copy + Send + Sync + 'static {
     fn in_domain(largest_square: f64) -> bool;
 }
 
-/// What an ensemble of bodies on SO(3) needs besides: its attitudes are quaternions, and several operations come together.
+/// What an ensemble of bodies on SO(3) needs besides: its attitudes are quaternions (see
+/// [`HalfAngle`](super::HalfAngle)), and several operations come together. For both maps Ad_{τ(x)} − 1 = ad_x ∘ dτ_x, so that
+/// f Ad_{τ(x)}⁻¹ = f + x × (f dτ_x), with covectors as columns.
 pub trait LaneRotation: LaneRetraction {
-    /// Up to which [`size`](Self::size) a step is an ordinary one: in the domain, and no quaternion grows by more than 16 times.
+    /// Up to which [`size`](Self::size) a step is an ordinary one: in the domain, and |q|² of no quaternion
+    /// grows by more than 16 times.
     const ORDINARY: f64;
 
     /// A measure of x that is at hand.
@@ -166,11 +164,6 @@ impl LaneRetraction for Cayley {
     fn turned<V: Lanes>(at: Denominator<V>, x: Vec3<V>, f: Vec3<V>) -> Vec3<V> {
         let y = half(x);
         scale(at.per_q + at.per_q, cross(y, add_cross(f, y, f)))
-    }
-
-    #[inline(always)]
-    fn turned_from<V: Lanes>(_: Denominator<V>, x: Vec3<V>, _: Vec3<V>, pulled: Vec3<V>) -> Vec3<V> {
-        cross(x, pulled)
     }
 
     /// (m × η − (p·η) x)/(2 + 2 |x/2|²), η the argument y.
@@ -364,11 +357,6 @@ impl LaneRetraction for Exponential {
     fn turned<V: Lanes>(at: Coefficients<V>, x: Vec3<V>, f: Vec3<V>) -> Vec3<V> {
         let once = cross(x, f);
         add_scaled(scale(at.sinc, once), at.a, cross(x, once))
-    }
-
-    #[inline(always)]
-    fn turned_from<V: Lanes>(_: Coefficients<V>, x: Vec3<V>, _: Vec3<V>, pulled: Vec3<V>) -> Vec3<V> {
-        cross(x, pulled)
     }
 
     /// m ∂_x(dτ_x y) = (m·u) x + m × z + B(x·y) m, u = −2A' x×y + 2B' x×(x×y) − B y, z = A y − B x×y.
