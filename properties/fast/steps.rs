@@ -3,16 +3,18 @@
 use super::{Spring, U, distance, rigid, submerged, tableau};
 use euler_poincare::algebra::{Covector, Matrix};
 use euler_poincare::group::{LieGroup, So3};
-use euler_poincare::integrators::lanes::Registers;
+use euler_poincare::integrators::lanes::{Eight, Isa, Kernel, Lanes, Registers};
 use euler_poincare::integrators::se3::{self, CayleySe3, Drag, VariationalSe3};
 use euler_poincare::integrators::so3::{
-    Damping, Free, HalfAngle, LaneForceError, QuaternionSo3, QuaternionState, Relaxation, Terms, VariationalSo3,
+    self, Damping, Free, HalfAngle, LaneForceError, LaneRetraction, QuaternionSo3, QuaternionState, Relaxation, Terms,
+    VariationalSo3,
 };
 use euler_poincare::integrators::{OneStep, Solver, State, StepError};
 use euler_poincare::mechanics::force::{AnyForce, DoubleBracket, LinearDrag, Metriplectic, QuadraticDrag};
 use euler_poincare::mechanics::lagrangian::Quadratic;
 use euler_poincare::retraction::{CayleySo3, ExponentialSo3, Retraction};
 use nalgebra::{Quaternion, UnitQuaternion};
+use std::marker::PhantomData;
 
 const TABLEAUX: [&str; 22] = [
     "gauss-1",
@@ -234,4 +236,72 @@ fn a_quaternion_is_of_unit_length() {
         .step(&mut matrix, 0.79)
         .unwrap();
     assert!((state.attitude.to_rotation_matrix().into_inner() - matrix.attitude).amax() < 16.0 * U);
+}
+
+/// A retraction's displacement against many short steps along its tangent map, for rates η₀ + η₁ t + η₂ t².
+struct Displacements<R, const N: usize>(PhantomData<R>, [[f64; N]; 3]);
+
+impl<R: LaneRetraction<N>, const N: usize> Kernel for Displacements<R, N> {
+    /// The largest difference in each lane, lane k for the time 0.8/(k + 1).
+    type Output = [f64; 8];
+
+    #[inline(always)]
+    fn run<I: Isa>(self, isa: I) -> [f64; 8] {
+        const STEPS: usize = 200;
+        let time = Eight::load(isa, &std::array::from_fn(|k| 0.8 / (k + 1) as f64));
+        let rate = |t: Eight<I>| -> [Eight<I>; N] {
+            std::array::from_fn(|a| {
+                let [constant, slope, bend] = [0, 1, 2].map(|power| t.constant(self.1[power][a]));
+                bend.mul_add(t, slope).mul_add(t, constant)
+            })
+        };
+        let zero = time.constant(0.0);
+        let found = R::displacement(time, rate(zero), rate(time * time.constant(0.5)), rate(time));
+        let step = time * time.constant(1.0 / STEPS as f64);
+        let along = |x: [Eight<I>; N], t| R::rate(R::at(x), x, rate(t));
+        let add = |x: [Eight<I>; N], h: Eight<I>, y: [Eight<I>; N]| std::array::from_fn(|a| h.mul_add(y[a], x[a]));
+        let mut x = [zero; N];
+        for k in 0..STEPS {
+            let now = step * time.constant(k as f64);
+            let (half, middle) = (step * time.constant(0.5), now + step * time.constant(0.5));
+            let first = along(x, now);
+            let second = along(add(x, half, first), middle);
+            let third = along(add(x, half, second), middle);
+            let fourth = along(add(x, step, third), now + step);
+            let sixth = step * time.constant(1.0 / 6.0);
+            let two = time.constant(2.0);
+            x = add(x, sixth, std::array::from_fn(|a| first[a] + two * (second[a] + third[a]) + fourth[a]));
+        }
+        let mut worst = zero;
+        for a in 0..N {
+            worst = worst.max((found[a] - x[a]).abs());
+        }
+        let mut lanes = [0.0; 8];
+        worst.store(&mut lanes);
+        lanes
+    }
+}
+
+fn of_order_four<R: LaneRetraction<N>, const N: usize>(rates: [[f64; N]; 3]) {
+    for registers in Registers::all() {
+        let errors = registers.run(Displacements::<R, N>(PhantomData, rates));
+        assert!(errors[0] < 2e-3 && errors[0] > 1e-6, "{errors:?}");
+        for halved in [1, 3] {
+            // Of t⁵: 32 times less for half the time.
+            let ratio = errors[halved / 2] / errors[halved];
+            assert!((24.0..48.0).contains(&ratio), "{ratio}: {errors:?}");
+        }
+    }
+}
+
+#[test]
+fn displacements_are_of_order_four() {
+    let so3 = [[0.7, -0.2, 0.9], [0.5, 1.1, -0.4], [-0.3, 0.6, 0.8]];
+    of_order_four::<so3::retraction::Cayley, 3>(so3);
+    of_order_four::<so3::retraction::Exponential, 3>(so3);
+    of_order_four::<se3::retraction::Cayley, 6>([
+        [0.7, -0.2, 0.9, 1.0, 0.3, -0.6],
+        [0.5, 1.1, -0.4, -0.7, 0.2, 0.9],
+        [-0.3, 0.6, 0.8, 0.4, -0.5, 0.1],
+    ]);
 }

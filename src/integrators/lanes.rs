@@ -601,16 +601,22 @@ impl Registers {
     }
 
     /// Runs a kernel in these registers.
-    #[inline]
+    #[inline(always)]
     pub fn run<K: Kernel>(self, kernel: K) -> K::Output {
         match self {
             #[cfg(target_arch = "x86_64")]
             Self::Avx512(isa) => isa.vectorize(Within { isa, kernel }),
             #[cfg(target_arch = "x86_64")]
             Self::Avx2(isa) => isa.vectorize(Within { isa, kernel }),
-            Self::Plain => kernel.run(Plain),
+            Self::Plain => plainly(kernel),
         }
     }
+}
+
+/// No part of the caller, whose registers and stack it would spoil.
+#[inline(never)]
+fn plainly<K: Kernel>(kernel: K) -> K::Output {
+    kernel.run(Plain)
 }
 
 /// A kernel inside a function that is compiled for `isa`.

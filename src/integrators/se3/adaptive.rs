@@ -109,6 +109,7 @@ impl<F: LaneForce<6>> AdaptiveSe3<F> {
             let (size, now) = (length(momentum), turning(run.time()));
             if size == 0.0 && now == 0.0 && run.times(method.tableau()).all(|t| turning(t) == 0.0) {
                 // At rest, and nothing that moves it, now or at the stages of a step to the end.
+                run.check(place.state)?;
                 let left = run.rest();
                 place.state.time = run.time();
                 observe(place.state, left);
@@ -120,7 +121,7 @@ impl<F: LaneForce<6>> AdaptiveSe3<F> {
                 let angle = REACH * (run.per_time() / rate).powf(1.0 / (order + 1) as f64);
                 pace.first = angle.min(LARGEST_FIRST_ANGLE);
             }
-            advance(method, &mut run, &mut place, rate, pace, &mut observe)?;
+            advance(method, &mut run, &mut place, || rate, pace, &mut observe)?;
         }
         Ok(run.solved())
     }

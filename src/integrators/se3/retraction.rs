@@ -7,7 +7,7 @@ use crate::group::MatrixGroup;
 use crate::integrators::State;
 use crate::integrators::lanes::Lanes;
 use crate::integrators::so3::each;
-use crate::integrators::so3::retraction::{LaneRetraction, add_scaled, cross, dot, scale};
+use crate::integrators::so3::retraction::{LaneRetraction, TANGENT, add_scaled, cross, dot, horner, scale};
 use crate::integrators::so3::step::FastRetraction;
 use crate::integrators::so3::{Row, Vec3};
 use crate::retraction::{self, CayleyPoint, Retraction, RetractionError};
@@ -101,6 +101,9 @@ const ATTITUDE: [f64; 8] = [1.0, 1.0, 1.0, 0.0, 1.0, 0.0, 0.0, 0.0];
 /// ```
 #[derive(Clone, Copy, Debug)]
 pub struct Cayley;
+
+/// (1 − 2 tan(θ/2)/θ)/θ² in powers of θ².
+const TANGENT_LESS: [f64; 3] = [-TANGENT[1], -TANGENT[2], -TANGENT[3]];
 
 /// What the operations at x share.
 #[derive(Clone, Copy, Debug)]
@@ -216,6 +219,20 @@ impl LaneRetraction<6> for Cayley {
     fn coad<V: Lanes>(m: Vec6<V>, eta: Vec6<V>) -> Vec6<V> {
         let ((pi, p), (omega, v)) = (split(m), split(eta));
         join(add_cross(cross(pi, omega), p, v), cross(p, omega))
+    }
+
+    /// 2 tanh(σ/2) of the matrix σ = (ω, v): (P ω, v + Q ω×(ω×v)), P = 2 tan(θ/2)/θ = 1 − θ² Q, to θ⁶.
+    #[inline(always)]
+    fn displacement<V: Lanes>(t: V, first: Vec6<V>, middle: Vec6<V>, last: Vec6<V>) -> Vec6<V> {
+        let (four, sixth, twelfth) = (t.constant(4.0), t * t.constant(1.0 / 6.0), t * t.constant(1.0 / 12.0));
+        let (omega, v) = split(each!(6, k => sixth * four.mul_add(middle[k], first[k] + last[k])));
+        let (turn, shift) = split(each!(6, k => twelfth * (last[k] - first[k])));
+        // σ + [σ, t/12 (η₁ − η₀)].
+        let v = add_cross(add_cross(v, omega, shift), v, turn);
+        let omega = add_cross(omega, omega, turn);
+        let t = dot(omega, omega);
+        let q = horner(&TANGENT_LESS, t);
+        join(scale(t.neg_mul_add(q, t.constant(1.0)), omega), add_scaled(v, q, cross(omega, cross(omega, v))))
     }
 
     /// R' = R R_ξ: its rows are turned as a covector (0, b) is. t' = t + R t_ξ, t_ξ = −B v at `back`.

@@ -23,6 +23,10 @@ const NOISE: f64 = 32.0;
 /// |μ̇| relative to |μ||Ω| below which the motion counts as nearly a steady rotation.
 const STEADY: f64 = 1e-5;
 
+/// How far below what is allowed the error of the next step is aimed at, as a power of two: with half of it more steps are
+/// refused, with more steps are shorter, and random runs take as long.
+const MARGIN: f64 = 1.0;
+
 /// The least angle |Ω|h of a step that is tried.
 const LEAST_ANGLE: f64 = 1.0 / 4096.0;
 
@@ -177,13 +181,13 @@ impl<'a, const N: usize, const D: usize> Place<'a, N, D> {
 
 /// The (p + 1)st root of 2^`exponent`, p = `order`: by what factor a step may change where its error of order h^(p+1) may by
 /// that power of two.
-fn growth(exponent: i32, order: i32) -> f64 {
-    f64::exp2(f64::from(exponent) / f64::from(order + 1))
+fn growth(exponent: f64, order: i32) -> f64 {
+    f64::exp2(exponent / f64::from(order + 1))
 }
 
-/// The binary exponent of a positive number.
-fn exponent(x: f64) -> i32 {
-    ((x.to_bits() >> 52) as i32 & 0x7ff) - 1023
+/// The binary logarithm of a positive number to 0.09: the exponent, and the mantissa less 1.
+fn logarithm(x: f64) -> f64 {
+    (x.to_bits() as i64 - 1.0_f64.to_bits() as i64) as f64 / (1_u64 << 52) as f64
 }
 
 impl<F: LaneForce> AdaptiveSo3<F> {
@@ -250,24 +254,35 @@ impl<F: LaneForce> AdaptiveSo3<F> {
         while !run.ended() {
             let momentum = place.packed.momentum();
             let eta = velocity(&method.inverse, momentum);
-            let (size, rate) = (length(momentum), length(eta));
-            let turning = length(slope::<_, Cayley, 3>(&method.force, run.time(), momentum, eta));
-            if turning <= STEADY * size * rate && tolerance < 1e-6 {
-                // A force may depend on time: what it is at the stages of a step to the end.
-                let later = run.times(method.tableau()).map(|t| slope::<_, Cayley, 3>(&method.force, t, momentum, eta));
-                let turning = later.fold(turning, |worst, rate| worst.max(length(rate)));
-                // μ may turn by |μ̇| t, and the attitude with it by |μ̇| t²/2 times |Ω|/|μ|.
-                let left = run.span - run.done;
-                let steady = turning * left * (1.0 + 0.5 * rate * left) <= 0.25 * tolerance * size;
-                if steady {
-                    run.rotate(&mut place.packed, eta, left);
-                    observe(place.reach::<CayleySo3<f64>>(run.time()), run.sign * left);
-                    break;
+            // A run of one ordinary step needs no look at how steady the motion is.
+            let ordinary = run.fresh() && {
+                let square = eta.iter().fold(0.0, |sum, v| sum + (run.span * v).powi(2));
+                square > 0.0 && square <= FIRST_ANGLE * FIRST_ANGLE
+            };
+            if ordinary {
+                run.next = run.span;
+            } else if tolerance < 1e-6 {
+                let (size, rate) = (length(momentum), length(eta));
+                let turning = length(slope::<_, Cayley, 3>(&method.force, run.time(), momentum, eta));
+                if turning <= STEADY * size * rate {
+                    // A force may depend on time: what it is at the stages of a step to the end.
+                    let later =
+                        run.times(method.tableau()).map(|t| slope::<_, Cayley, 3>(&method.force, t, momentum, eta));
+                    let turning = later.fold(turning, |worst, rate| worst.max(length(rate)));
+                    // μ may turn by |μ̇| t, and the attitude with it by |μ̇| t²/2 times |Ω|/|μ|.
+                    let left = run.span - run.done;
+                    let steady = turning * left * (1.0 + 0.5 * rate * left) <= 0.25 * tolerance * size;
+                    if steady {
+                        run.check(place.state)?;
+                        run.rotate(&mut place.packed, eta, left);
+                        observe(place.reach::<CayleySo3<f64>>(run.time()), run.sign * left);
+                        break;
+                    }
+                    advance(&mut self.steady, &mut run, &mut place, || rate, STEADILY, &mut observe)?;
+                    continue;
                 }
-                advance(&mut self.steady, &mut run, &mut place, rate, STEADILY, &mut observe)?;
-            } else {
-                advance(method, &mut run, &mut place, rate, FREELY, &mut observe)?;
             }
+            advance(method, &mut run, &mut place, || length(eta), FREELY, &mut observe)?;
         }
         Ok(run.solved)
     }
@@ -290,11 +305,8 @@ impl Run {
         if duration == 0.0 {
             return Ok(None);
         }
-        if let Err(source) = state.check_finite(duration) {
-            return Err(SolveError::Stuck { time: state.time, step: duration, source });
-        }
         let span = duration.abs();
-        Ok(Some(Self {
+        let run = Self {
             start: state.time,
             sign: duration.signum(),
             span,
@@ -304,7 +316,19 @@ impl Run {
             failures: 0,
             solved: Solved::default(),
             most: MOST_STEPS,
-        }))
+        };
+        if !state.time.is_finite() {
+            run.check(state)?;
+        }
+        Ok(Some(run))
+    }
+
+    /// Whether the state that the run starts from is finite: before it is left as it is or turned, and when the first step
+    /// fails. The kernel refuses any other.
+    #[cold]
+    pub fn check<const N: usize, const D: usize>(&self, state: &State<f64, N, D>) -> Result<(), SolveError> {
+        let duration = self.sign * self.span;
+        state.check_finite(duration).map_err(|source| SolveError::Stuck { time: state.time, step: duration, source })
     }
 
     /// Whether no step was tried yet.
@@ -394,19 +418,19 @@ pub(in crate::integrators) fn advance<F: LaneForce<N>, R: FastRetraction<N, D>, 
     method: &mut VariationalInLanes<F, R, N, D>,
     run: &mut Run,
     place: &mut Place<'_, N, D>,
-    rate: f64,
+    rate: impl Fn() -> f64,
     pace: Pace,
     observe: &mut impl FnMut(&State<f64, N, D>, f64),
 ) -> Result<(), SolveError> {
     let stages = method.stages();
     let order = 2 * stages as i32;
     if run.fresh() {
-        let first = pace.first / rate;
+        let first = pace.first / rate();
         run.next = if first.is_finite() { first } else { run.span };
     }
     if let Some(angle) = pace.steady {
         // Short of the singularity of dτ; there is room for the motion to turn faster.
-        run.next = run.next.min(angle / rate);
+        run.next = run.next.min(angle / rate());
     }
     let tried = run.solved.steps + run.solved.rejected;
     if tried >= run.most {
@@ -434,31 +458,36 @@ pub(in crate::integrators) fn advance<F: LaneForce<N>, R: FastRetraction<N, D>, 
             let solved = &mut run.solved;
             solved.steps += 1;
             solved.sweeps += sweeps;
-            solved.residual = solved.residual.max(taken.residual);
+            if taken.residual > solved.residual {
+                solved.residual = taken.residual;
+            }
             solved.error += SAFETY * taken.delta;
             observe(place.reach::<R>(run.time()), run.sign * step);
             if !last {
                 // As long as the error allows, and as long as sweeps contract well.
-                let room = exponent(allowed) - exponent(SAFETY * taken.delta.max(f64::MIN_POSITIVE)) - 1;
+                let room = logarithm(allowed) - logarithm(SAFETY * taken.delta.max(f64::MIN_POSITIVE)) - MARGIN;
                 let wanted = match sweeps {
-                    n if n < 2 * stages + 2 => pace.growth,
-                    n if n <= 2 * stages + 3 => 1.0,
+                    n if n < stages + 10 => pace.growth,
+                    n if n <= stages + 11 => 1.0,
                     _ => 0.8,
                 };
-                run.next = step * growth(room.clamp(-order, order), order).min(wanted);
+                run.next = step * growth(room.clamp(-f64::from(order), f64::from(order)), order).min(wanted);
             }
             Ok(())
         }
         outcome => {
+            if tried == 0 {
+                run.check(place.state)?;
+            }
             run.solved.rejected += 1;
             run.failures += 1;
             let error = match outcome {
                 Err(Refused::Delta(delta)) => Some(SAFETY * delta),
                 _ => None,
             };
-            let shrink = error.map_or(0.6, |e| growth(exponent(allowed) - exponent(e) - 2, order).clamp(0.2, 0.8));
+            let shrink = error.map_or(0.6, |e| growth(logarithm(allowed) - logarithm(e) - 2.0, order).clamp(0.2, 0.8));
             run.next = step * shrink;
-            let least = (LEAST_ANGLE / rate).min(run.span * 1e-6);
+            let least = (LEAST_ANGLE / rate()).min(run.span * 1e-6);
             if run.next > least && run.failures <= 60 {
                 return Ok(());
             }

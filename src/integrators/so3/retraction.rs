@@ -63,8 +63,26 @@ pub trait LaneRetraction<const N: usize = 3>: Copy + Send + Sync + 'static {
     fn turned<V: Lanes>(at: Self::At<V>, x: [V; N], f: [V; N]) -> [V; N];
     /// p ddτ_x(y, ·), with m = p dτ_x⁻¹.
     fn pull_dd<V: Lanes>(at: Self::At<V>, x: [V; N], p: [V; N], m: [V; N], y: [V; N]) -> [V; N];
+    /// p ddτ_x(y, ·) + f dτ_x, y = dτ_x⁻¹ η, with m = p dτ_x⁻¹, and so p y = m η.
+    #[inline(always)]
+    fn gradient<V: Lanes>(
+        at: Self::At<V>,
+        x: [V; N],
+        p: [V; N],
+        m: [V; N],
+        _eta: [V; N],
+        y: [V; N],
+        f: [V; N],
+    ) -> [V; N] {
+        let (gradient, pulled) = (Self::pull_dd(at, x, p, m, y), Self::pull(at, x, f));
+        each!(N, k => gradient[k] + pulled[k])
+    }
     /// ad*_η m.
     fn coad<V: Lanes>(m: [V; N], eta: [V; N]) -> [V; N];
+    /// x after the time t, from the rates η at its start, in its middle and at its end, to t⁴: τ(x) = exp(σ),
+    /// σ = t/6 (η₀ + 4η_½ + η₁) + t/12 \[σ, η₁ − η₀\] (Magnus 1954; Hairer, Lubich and Wanner 2006, IV.7,
+    /// with the bracket of g' = g η).
+    fn displacement<V: Lanes>(t: V, first: [V; N], middle: [V; N], last: [V; N]) -> [V; N];
     /// What τ(ξ), ξ = −`back`, adds to a state of one body: row a of `values` holds component a of μ in lane 3, and g in
     /// the other lanes. The same row of `kicks` holds the component of m − μ in lane 3, and zeros.
     fn increments<V: Lanes>(at_back: Self::At<V>, back: [V; N], values: [V; N], kicks: [V; N]) -> [V; N];
@@ -111,9 +129,20 @@ fn less_product<V: Lanes>(sum: [V; 4], q: [V; 4], y: Vec3<V>) -> [V; 4] {
     [real, q[0].neg_mul_add(y[0], turned[0]), q[0].neg_mul_add(y[1], turned[1]), q[0].neg_mul_add(y[2], turned[2])]
 }
 
+/// The series of Magnus to t⁴, which [`LaneRetraction::displacement`] starts from.
+#[inline(always)]
+fn magnus<V: Lanes>(t: V, first: Vec3<V>, middle: Vec3<V>, last: Vec3<V>) -> Vec3<V> {
+    let (four, sixth, twelfth) = (t.constant(4.0), t * t.constant(1.0 / 6.0), t * t.constant(1.0 / 12.0));
+    let sum = each!(3, k => sixth * four.mul_add(middle[k], first[k] + last[k]));
+    add_scaled(sum, twelfth, cross(sum, each!(3, k => last[k] - first[k])))
+}
+
 /// The Cayley map.
 #[derive(Clone, Copy, Debug)]
 pub struct Cayley;
+
+/// 2 tan(θ/2)/θ in powers of θ².
+pub(in crate::integrators) const TANGENT: [f64; 4] = [1.0, 1.0 / 12.0, 1.0 / 120.0, 17.0 / 20160.0];
 
 /// q = 1 + |y|², y = x/2, and 1/q.
 #[derive(Clone, Copy, Debug)]
@@ -172,9 +201,32 @@ impl LaneRetraction for Cayley {
         scale(x[0].constant(0.5) * at.per_q, add_scaled(cross(m, y), -dot(p, y), x))
     }
 
+    /// (f + y × f + m × z − (m·η) y)/(1 + |y|²), z half the rate.
+    #[inline(always)]
+    fn gradient<V: Lanes>(
+        at: Denominator<V>,
+        x: Vec3<V>,
+        _p: Vec3<V>,
+        m: Vec3<V>,
+        eta: Vec3<V>,
+        rate: Vec3<V>,
+        f: Vec3<V>,
+    ) -> Vec3<V> {
+        let (y, z) = (half(x), half(rate));
+        let u = add_cross(f, y, f);
+        scale(at.per_q, add_scaled(add_cross(u, m, z), -dot(m, eta), y))
+    }
+
     #[inline(always)]
     fn coad<V: Lanes>(m: Vec3<V>, eta: Vec3<V>) -> Vec3<V> {
         cross(m, eta)
+    }
+
+    /// 2 tan(θ/2)/θ σ, θ = |σ|, to θ⁶.
+    #[inline(always)]
+    fn displacement<V: Lanes>(t: V, first: Vec3<V>, middle: Vec3<V>, last: Vec3<V>) -> Vec3<V> {
+        let sigma = magnus(t, first, middle, last);
+        scale(horner(&TANGENT, dot(sigma, sigma)), sigma)
     }
 
     /// The rows of g, in lanes 0, 1, 2, are turned as m is.
@@ -293,7 +345,7 @@ const A_SLOPE: [f64; TERMS - 1] = slopes(A);
 const B_SLOPE: [f64; TERMS - 1] = slopes(B);
 
 #[inline(always)]
-fn horner<V: Lanes, const K: usize>(terms: &[f64; K], u: V) -> V {
+pub(in crate::integrators) fn horner<V: Lanes, const K: usize>(terms: &[f64; K], u: V) -> V {
     let mut sum = u.constant(terms[K - 1]);
     for k in (0..K - 1).rev() {
         sum = sum.mul_add(u, u.constant(terms[k]));
@@ -373,6 +425,11 @@ impl LaneRetraction for Exponential {
     #[inline(always)]
     fn coad<V: Lanes>(m: Vec3<V>, eta: Vec3<V>) -> Vec3<V> {
         cross(m, eta)
+    }
+
+    #[inline(always)]
+    fn displacement<V: Lanes>(t: V, first: Vec3<V>, middle: Vec3<V>, last: Vec3<V>) -> Vec3<V> {
+        magnus(t, first, middle, last)
     }
 
     /// The rows of g, in lanes 0, 1, 2, are turned as m is.
