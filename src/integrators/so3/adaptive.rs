@@ -1,7 +1,7 @@
 //! A tolerance in, an answer out: the order and the steps are chosen on the way.
 
-use super::force::{LaneForce, slope};
-use super::kernel::{Limits, Packed, Refused};
+use super::force::{LaneForce, One, slope};
+use super::kernel::{Limits, Packed, Refused, compensated};
 use super::retraction::{Cayley, LaneRetraction};
 use super::step::{FastRetraction, VariationalInLanes, VariationalSo3};
 use crate::integrators::lanes::Registers;
@@ -26,6 +26,12 @@ const STEADY: f64 = 1e-5;
 /// How far below what is allowed the error of the next step is aimed at, as a power of two: with half of it more steps are
 /// refused, with more steps are shorter, and random runs take as long.
 const MARGIN: f64 = 1.0;
+
+/// After so many steps what rounding has made of gᵀg is taken back: a step of several radians makes it some 5·10⁻¹⁷.
+const STRAIGHT: usize = 16;
+
+/// |gᵀg − 1| that is more than rounding, and so the caller's.
+const CROOKED: f64 = 1e-12;
 
 /// The least angle |Ω|h of a step that is tried.
 const LEAST_ANGLE: f64 = 1.0 / 4096.0;
@@ -179,6 +185,24 @@ impl<'a, const N: usize, const D: usize> Place<'a, N, D> {
     }
 }
 
+/// g ← g (3 − gᵀg)/2.
+#[cold]
+fn straighten(packed: &mut Packed<3>) {
+    let columns: [[f64; 3]; 3] = each!(3, k => each!(3, r => packed.value[k].0[r]));
+    let product = |k: usize, l: usize| (0..3).fold(0.0, |sum, r| columns[k][r].mul_add(columns[l][r], sum));
+    let excess: [[f64; 3]; 3] = each!(3, k => each!(3, l => product(k, l) - if k == l { 1.0 } else { 0.0 }));
+    if excess.iter().flatten().all(|v| v.abs() <= CROOKED) {
+        for k in 0..3 {
+            for r in 0..3 {
+                let less = 0.5 * (0..3).fold(0.0, |sum, l| columns[l][r].mul_add(excess[l][k], sum));
+                let (value, cut) = (&mut packed.value[k].0[r], &mut packed.cut[k].0[r]);
+                let (sum, rest) = compensated(One(*value), One(-less), One(*cut));
+                (*value, *cut) = (sum.0, rest.0);
+            }
+        }
+    }
+}
+
 /// The (p + 1)st root of 2^`exponent`, p = `order`: by what factor a step may change where its error of order h^(p+1) may by
 /// that power of two.
 fn growth(exponent: f64, order: i32) -> f64 {
@@ -251,7 +275,12 @@ impl<F: LaneForce> AdaptiveSo3<F> {
             t if t < 1e-4 => &mut self.methods[1],
             _ => &mut self.methods[0],
         };
+        let mut straight = STRAIGHT;
         while !run.ended() {
+            if run.solved.steps == straight {
+                straight += STRAIGHT;
+                straighten(&mut place.packed);
+            }
             let momentum = place.packed.momentum();
             let eta = velocity(&method.inverse, momentum);
             // A run of one ordinary step needs no look at how steady the motion is.
@@ -371,7 +400,6 @@ impl Run {
 
     /// A steady rotation with the velocity η: g ← g exp(hη).
     fn rotate(&mut self, packed: &mut Packed<3>, eta: [f64; 3], left: f64) {
-        use super::force::One;
         use super::retraction::Exponential;
         // The angle modulo 2π: exp has this period along an axis.
         let angle = self.sign * left * length(eta);
