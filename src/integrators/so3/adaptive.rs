@@ -185,7 +185,7 @@ impl<'a, const N: usize, const D: usize> Place<'a, N, D> {
     }
 }
 
-/// g ← g (3 − gᵀg)/2.
+/// g ← g (3 − gᵀg)/2: one step of the iteration of Newton and Schulz for the polar factor (Higham 2008, section 8.3).
 #[cold]
 fn straighten(packed: &mut Packed<3>) {
     let columns: [[f64; 3]; 3] = each!(3, k => each!(3, r => packed.value[k].0[r]));
