@@ -116,6 +116,31 @@ fn a_long_run_stays_on_the_group() {
     assert!(worst <= 1e-14 && casimir <= 1e-14, "{worst:e} {casimir:e}");
 }
 
+/// What rounding makes of gᵀg is taken back; what is not rounding is the caller's, and stays.
+#[test]
+fn a_crooked_attitude_stays_crooked() {
+    let excess = |rotation: &Matrix<f64, 3>| (rotation.transpose() * rotation - Matrix::identity()).norm();
+    let crooked = |size: f64| {
+        Matrix::<f64, 3>::identity() + Matrix::<f64, 3>::new(0.0, size, 0.0, 0.0, size, 0.0, 0.0, 0.0, -size)
+    };
+    let (spinning, start) = rigid();
+    let (swimming, afloat) = submerged();
+    let load = se3::Terms(vec![se3::Term::Constant([0.0, 0.0, 1.0, 0.0, 0.0, 0.0])]);
+    for size in [1e-6, 1e-13] {
+        let mut turned = State { attitude: crooked(size), ..start.clone() };
+        let before = excess(&turned.attitude);
+        let solved = AdaptiveSo3::new(spinning.clone(), Free).solve(&mut turned, 100.0, 1e-10).unwrap();
+        let mut posed = afloat.clone();
+        posed.attitude.fixed_view_mut::<3, 3>(0, 0).copy_from(&crooked(size));
+        let swum = AdaptiveSe3::new(swimming.clone(), load.clone()).solve(&mut posed, 50.0, 1e-10).unwrap();
+        assert!(solved.steps > 32 && swum.steps > 32, "{solved:?} {swum:?}");
+        for after in [excess(&turned.attitude), excess(&posed.attitude.fixed_view::<3, 3>(0, 0).into_owned())] {
+            let kept = if size > 1e-12 { before } else { 0.0 };
+            assert!((after - kept).abs() < 1e-14, "{size:e}: {before:e}, {after:e}");
+        }
+    }
+}
+
 /// π(10), p(10) of the body in a fluid, to ten digits in a few steps.
 #[test]
 fn a_body_in_a_fluid_is_solved_in_a_few_steps() {

@@ -103,6 +103,7 @@ impl<F: LaneForce<6>> AdaptiveSe3<F> {
         };
         let mut pace = Pace { first: LARGEST_FIRST_ANGLE, growth: GROWTH, steady: None };
         while !run.ended() {
+            place.keep_straight(&run);
             let momentum = place.packed.momentum();
             let eta = velocity(&method.inverse, momentum);
             let turning = |t| length(slope::<_, Cayley, 6>(&method.force, t, momentum, eta));

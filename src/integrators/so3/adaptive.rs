@@ -167,13 +167,24 @@ pub(in crate::integrators) struct Run {
 pub(in crate::integrators) struct Place<'a, const N: usize, const D: usize> {
     pub packed: Packed<N>,
     pub state: &'a mut State<f64, N, D>,
+    /// The number of steps after which the attitude is straightened next.
+    straight: usize,
 }
 
 impl<'a, const N: usize, const D: usize> Place<'a, N, D> {
     /// The place of a run that begins.
     #[inline]
     pub fn new<R: FastRetraction<N, D>>(state: &'a mut State<f64, N, D>) -> Self {
-        Self { packed: Packed { value: R::pack(state), ..Packed::default() }, state }
+        Self { packed: Packed { value: R::pack(state), ..Packed::default() }, state, straight: STRAIGHT }
+    }
+
+    /// Takes back now and then what rounding has made of gᵀg.
+    #[inline]
+    pub fn keep_straight(&mut self, run: &Run) {
+        if run.solved.steps == self.straight {
+            self.straight += STRAIGHT;
+            straighten(&mut self.packed);
+        }
     }
 
     /// The state that the kernel has reached.
@@ -185,17 +196,19 @@ impl<'a, const N: usize, const D: usize> Place<'a, N, D> {
     }
 }
 
-/// g ← g (3 − gᵀg)/2: one step of the iteration of Newton and Schulz for the polar factor (Higham 2008, section 8.3).
+/// R ← R (3 − RᵀR)/2: one step of the iteration of Newton and Schulz for the polar factor (Higham 2008, section 8.3). The
+/// columns of the rotation R are the last three rows, in lanes 0, 1, 2.
 #[cold]
-fn straighten(packed: &mut Packed<3>) {
-    let columns: [[f64; 3]; 3] = each!(3, k => each!(3, r => packed.value[k].0[r]));
+fn straighten<const N: usize>(packed: &mut Packed<N>) {
+    let first = N - 3;
+    let columns: [[f64; 3]; 3] = each!(3, k => each!(3, r => packed.value[first + k].0[r]));
     let product = |k: usize, l: usize| (0..3).fold(0.0, |sum, r| columns[k][r].mul_add(columns[l][r], sum));
     let excess: [[f64; 3]; 3] = each!(3, k => each!(3, l => product(k, l) - if k == l { 1.0 } else { 0.0 }));
     if excess.iter().flatten().all(|v| v.abs() <= CROOKED) {
         for k in 0..3 {
             for r in 0..3 {
                 let less = 0.5 * (0..3).fold(0.0, |sum, l| columns[l][r].mul_add(excess[l][k], sum));
-                let (value, cut) = (&mut packed.value[k].0[r], &mut packed.cut[k].0[r]);
+                let (value, cut) = (&mut packed.value[first + k].0[r], &mut packed.cut[first + k].0[r]);
                 let (sum, rest) = compensated(One(*value), One(-less), One(*cut));
                 (*value, *cut) = (sum.0, rest.0);
             }
@@ -275,12 +288,8 @@ impl<F: LaneForce> AdaptiveSo3<F> {
             t if t < 1e-4 => &mut self.methods[1],
             _ => &mut self.methods[0],
         };
-        let mut straight = STRAIGHT;
         while !run.ended() {
-            if run.solved.steps == straight {
-                straight += STRAIGHT;
-                straighten(&mut place.packed);
-            }
+            place.keep_straight(&run);
             let momentum = place.packed.momentum();
             let eta = velocity(&method.inverse, momentum);
             // A run of one ordinary step needs no look at how steady the motion is.
