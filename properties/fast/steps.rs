@@ -258,7 +258,8 @@ impl<R: LaneRetraction<N>, const N: usize> Kernel for Displacements<R, N> {
         let zero = time.constant(0.0);
         let found = R::displacement(time, rate(zero), rate(time * time.constant(0.5)), rate(time));
         let step = time * time.constant(1.0 / STEPS as f64);
-        let along = |x: [Eight<I>; N], t| R::rate(R::at(x), x, rate(t));
+        let per_unit = time.constant(1.0 / R::UNIT);
+        let along = |x: [Eight<I>; N], t| R::rate(R::at(x), x, rate(t)).map(|rate| per_unit * rate);
         let add = |x: [Eight<I>; N], h: Eight<I>, y: [Eight<I>; N]| std::array::from_fn(|a| h.mul_add(y[a], x[a]));
         let mut x = [zero; N];
         for k in 0..STEPS {

@@ -90,19 +90,19 @@ impl FastRetraction<6, 4> for CayleySe3 {
 }
 
 const MOMENTUM: [f64; 8] = [0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 0.0];
-const ATTITUDE: [f64; 8] = [1.0, 1.0, 1.0, 0.0, 1.0, 0.0, 0.0, 0.0];
+const TWICE_ATTITUDE: [f64; 8] = [2.0, 2.0, 2.0, 0.0, 2.0, 0.0, 0.0, 0.0];
 
 /// The Cayley map in lanes.
 ///
-/// With x = (ω, v), ρ = ω/2, s = 1/(1 + |ρ|²), (1 ∓ ρ̂)⁻¹ z = s(z ± ρ×z + ρ(ρ·z)) =: A z, B z:
+/// With x = 2 (ρ, w), s = 1/(1 + |ρ|²), (1 ∓ ρ̂)⁻¹ z = s(z ± ρ×z + ρ(ρ·z)) =: A z, B z:
 ///
 /// ```text
-/// dτ⁻¹(y, u) = (y + ρ×y + ρ(ρ·y), r + ρ×r), r = u + ½ v×y      τ: R z − z = 2s(ρ×z + ρ×(ρ×z)), t = A v
+/// dτ⁻¹(y, u) = (y + ρ×y + ρ(ρ·y), r + ρ×r), r = u + w×y      τ: R z − z = 2s(ρ×z + ρ×(ρ×z)), t = 2 A w
 /// ```
 #[derive(Clone, Copy, Debug)]
 pub struct Cayley;
 
-/// (1 − 2 tan(θ/2)/θ)/θ² in powers of θ².
+/// (½ − tan(θ/2)/θ)/θ² in powers of θ².
 const TANGENT_LESS: [f64; 3] = [-TANGENT[1], -TANGENT[2], -TANGENT[3]];
 
 /// What the operations at x share.
@@ -110,9 +110,7 @@ const TANGENT_LESS: [f64; 3] = [-TANGENT[1], -TANGENT[2], -TANGENT[3]];
 pub struct At<V> {
     /// s.
     s: V,
-    /// ρ = ω/2.
-    rho: Vec3<V>,
-    /// ½ A v.
+    /// A w.
     shift: Vec3<V>,
 }
 
@@ -150,68 +148,68 @@ fn behind<V: Lanes>(rho: Vec3<V>, z: Vec3<V>) -> Vec3<V> {
 
 /// R z − z.
 #[inline(always)]
-fn rotated<V: Lanes>(at: At<V>, z: Vec3<V>) -> Vec3<V> {
-    let once = cross(at.rho, z);
-    scale(at.s + at.s, add_cross(once, at.rho, once))
+fn rotated<V: Lanes>(at: At<V>, rho: Vec3<V>, z: Vec3<V>) -> Vec3<V> {
+    let once = cross(rho, z);
+    scale(at.s + at.s, add_cross(once, rho, once))
 }
 
 impl LaneRetraction<6> for Cayley {
+    const HALVED: bool = true;
+
     type At<V: Lanes> = At<V>;
 
     #[inline(always)]
     fn at<V: Lanes>(x: Vec6<V>) -> At<V> {
-        let (omega, v) = split(x);
-        let half = v[0].constant(0.5);
-        let rho = scale(half, omega);
-        let one = half.constant(1.0);
-        let s = one / rho[2].mul_add(rho[2], rho[1].mul_add(rho[1], rho[0].mul_add(rho[0], one)));
-        At { s, rho, shift: scale(half * s, ahead(rho, v)) }
+        let (rho, w) = split(x);
+        let one = w[0].constant(1.0);
+        let s = rho[2].mul_add(rho[2], rho[1].mul_add(rho[1], rho[0].mul_add(rho[0], one))).reciprocal();
+        At { s, shift: scale(s, ahead(rho, w)) }
     }
 
-    /// b' = b − ρ×b; (a − ρ×a + ρ(ρ·a) + ½ b'×v, b').
+    /// b' = b − ρ×b; (a − ρ×a + ρ(ρ·a) + b'×w, b').
     #[inline(always)]
-    fn unpull<V: Lanes>(at: At<V>, x: Vec6<V>, p: Vec6<V>) -> Vec6<V> {
-        let ((a, b), (_, v)) = (split(p), split(x));
-        let b = add_cross(b, b, at.rho);
-        join(add_cross(behind(at.rho, a), b, scale(at.s.constant(0.5), v)), b)
+    fn unpull<V: Lanes>(_: At<V>, x: Vec6<V>, p: Vec6<V>) -> Vec6<V> {
+        let ((a, b), (rho, w)) = (split(p), split(x));
+        let b = add_cross(b, b, rho);
+        join(add_cross(behind(rho, a), b, w), b)
     }
 
     #[inline(always)]
-    fn rate<V: Lanes>(at: At<V>, x: Vec6<V>, eta: Vec6<V>) -> Vec6<V> {
-        let ((y, u), (_, v)) = (split(eta), split(x));
-        let r = add_cross(u, scale(at.s.constant(0.5), v), y);
-        join(ahead(at.rho, y), add_cross(r, at.rho, r))
+    fn rate<V: Lanes>(_: At<V>, x: Vec6<V>, eta: Vec6<V>) -> Vec6<V> {
+        let ((y, u), (rho, w)) = (split(eta), split(x));
+        let r = add_cross(u, w, y);
+        join(ahead(rho, y), add_cross(r, rho, r))
     }
 
-    /// b' = A b; (s(a + ρ×a) + ½ A v × b', b').
+    /// b' = A b; (s(a + ρ×a) + A w × b', b').
     #[inline(always)]
-    fn pull<V: Lanes>(at: At<V>, _x: Vec6<V>, f: Vec6<V>) -> Vec6<V> {
-        let (a, b) = split(f);
-        let b = scale(at.s, ahead(at.rho, b));
-        join(add_cross(scale(at.s, add_cross(a, at.rho, a)), at.shift, b), b)
+    fn pull<V: Lanes>(at: At<V>, x: Vec6<V>, f: Vec6<V>) -> Vec6<V> {
+        let ((a, b), (rho, _)) = (split(f), split(x));
+        let b = scale(at.s, ahead(rho, b));
+        join(add_cross(scale(at.s, add_cross(a, rho, a)), at.shift, b), b)
     }
 
     /// (R a + t×R b, R b) − (a, b).
     #[inline(always)]
-    fn turned<V: Lanes>(at: At<V>, _x: Vec6<V>, f: Vec6<V>) -> Vec6<V> {
-        let (a, b) = split(f);
-        let moved = rotated(at, b);
+    fn turned<V: Lanes>(at: At<V>, x: Vec6<V>, f: Vec6<V>) -> Vec6<V> {
+        let ((a, b), (rho, _)) = (split(f), split(x));
+        let moved = rotated(at, rho, b);
         let whole = [b[0] + moved[0], b[1] + moved[1], b[2] + moved[2]];
-        let two = at.s.constant(2.0);
-        join(add_cross(rotated(at, a), scale(two, at.shift), whole), moved)
+        let shift = each!(3, k => at.shift[k] + at.shift[k]);
+        join(add_cross(rotated(at, rho, a), shift, whole), moved)
     }
 
-    /// With p = (a, b) and m₃ = a − ρ×a + ρ(ρ·a), the first part of m less ½ b'×v:
-    /// (s[½ m₃×y − (a·y)ρ] − ½ B u × b, ½ B(b×y)).
+    /// With p = (a, b), (y, u) half the rate and m₃ = a − ρ×a + ρ(ρ·a), the first part of m less b'×w:
+    /// (s[m₃×y − 2(a·y)ρ] − B u × b, B(b×y)).
     #[inline(always)]
     fn pull_dd<V: Lanes>(at: At<V>, x: Vec6<V>, p: Vec6<V>, m: Vec6<V>, y: Vec6<V>) -> Vec6<V> {
-        let ((a, b), (m3, m_b), (y, u), (_, v)) = (split(p), split(m), split(y), split(x));
-        let half = at.s * at.s.constant(0.5);
-        let m3 = add_cross(m3, scale(at.s.constant(0.5), v), m_b);
-        let first = add_cross(cross(m3, y), b, behind(at.rho, u));
-        let twice = dot(a, y) * at.s.constant(2.0);
-        let first = each!(3, k => twice.neg_mul_add(at.rho[k], first[k]));
-        join(scale(half, first), scale(half, behind(at.rho, cross(b, y))))
+        let ((a, b), (m3, m_b), (y, u), (rho, w)) = (split(p), split(m), split(y), split(x));
+        let m3 = add_cross(m3, w, m_b);
+        let first = add_cross(cross(m3, y), b, behind(rho, u));
+        let along = dot(a, y);
+        let twice = along + along;
+        let first = each!(3, k => twice.neg_mul_add(rho[k], first[k]));
+        join(scale(at.s, first), scale(at.s, behind(rho, cross(b, y))))
     }
 
     /// (π×ω + p×v, p×ω).
@@ -221,7 +219,7 @@ impl LaneRetraction<6> for Cayley {
         join(add_cross(cross(pi, omega), p, v), cross(p, omega))
     }
 
-    /// 2 tanh(σ/2) of the matrix σ = (ω, v): (P ω, v + Q ω×(ω×v)), P = 2 tan(θ/2)/θ = 1 − θ² Q, to θ⁶.
+    /// tanh(σ/2) of the matrix σ = (ω, v): (P ω, v/2 + Q ω×(ω×v)), P = tan(θ/2)/θ = ½ − θ² Q, to θ⁶.
     #[inline(always)]
     fn displacement<V: Lanes>(t: V, first: Vec6<V>, middle: Vec6<V>, last: Vec6<V>) -> Vec6<V> {
         let (four, sixth, twelfth) = (t.constant(4.0), t * t.constant(1.0 / 6.0), t * t.constant(1.0 / 12.0));
@@ -231,11 +229,12 @@ impl LaneRetraction<6> for Cayley {
         let v = add_cross(add_cross(v, omega, shift), v, turn);
         let omega = add_cross(omega, omega, turn);
         let t = dot(omega, omega);
-        let q = horner(&TANGENT_LESS, t);
-        join(scale(t.neg_mul_add(q, t.constant(1.0)), omega), add_scaled(v, q, cross(omega, cross(omega, v))))
+        let (q, half) = (horner(&TANGENT_LESS, t), t.constant(TANGENT[0]));
+        let turn = scale(t.neg_mul_add(q, half), omega);
+        join(turn, add_scaled(scale(half, v), q, cross(omega, cross(omega, v))))
     }
 
-    /// R' = R R_ξ: its rows are turned as a covector (0, b) is. t' = t + R t_ξ, t_ξ = −B v at `back`.
+    /// R' = R R_ξ: its rows are turned as a covector (0, b) is. t' = t + R t_ξ, t_ξ = −2 B w at `back`.
     #[inline(always)]
     fn increments<V: Lanes>(at_back: At<V>, back: Vec6<V>, values: Vec6<V>, kicks: Vec6<V>) -> Vec6<V> {
         let turned = Self::turned(at_back, back, each!(6, k => values[k] + kicks[k]));
@@ -244,16 +243,16 @@ impl LaneRetraction<6> for Cayley {
         for k in 0..3 {
             sum[k] = of_momentum * sum[k];
         }
-        let (_, rows) = split(values);
-        let back_shift = scale(at_back.s * at_back.s.read(&ATTITUDE), behind(at_back.rho, split(back).1));
+        let ((_, rows), (rho, w)) = (split(values), split(back));
+        let back_shift = scale(at_back.s * at_back.s.read(&TWICE_ATTITUDE), behind(rho, w));
         sum[0] = sum[0] - dot(rows, back_shift);
         sum
     }
 
     #[inline(always)]
     fn square<V: Lanes>(x: Vec6<V>) -> V {
-        let (omega, _) = split(x);
-        dot(omega, omega)
+        let (rho, _) = split(x);
+        rho[0].constant(4.0) * dot(rho, rho)
     }
 
     fn in_domain(largest_square: f64) -> bool {

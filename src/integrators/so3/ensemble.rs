@@ -3,7 +3,7 @@
 use super::force::{OnBody, PackedForce};
 use super::kernel::NOTHING;
 use super::quaternion::HalfAngle;
-use super::retraction::{LaneRotation, add_cross, dot};
+use super::retraction::{LaneRetraction, LaneRotation, add_cross, dot};
 use super::step::UnfitTableau;
 use super::{LANES, Row, Vec3};
 use crate::algebra::{Covector, Matrix};
@@ -82,6 +82,7 @@ struct Group<F> {
     filled: usize,
     lagrangians: Vec<Quadratic<f64, 3>>,
     force: F,
+    /// The inverse inertia, in the unit of the retraction.
     inverse: [[Row; 3]; 3],
     /// t where the group started, by lanes, and what has passed since: a sum, and what rounding has cut off it.
     start: Row,
@@ -116,7 +117,7 @@ struct Group<F> {
 struct Iterate {
     /// P_i − μ: rounding errors of P_i itself would be magnified by what extrapolates it.
     d: Vec3<[Row; 2]>,
-    /// Ξ_i.
+    /// Ξ_i, in the unit of the retraction.
     x: Vec3<[Row; 2]>,
 }
 
@@ -129,10 +130,11 @@ type Two<I> = Pair<Eight<I>>;
 /// P_i − μ, or Ξ_i, of P pairs of stages.
 type Values<I, const P: usize> = [Vec3<Two<I>>; P];
 
-/// What a sweep makes of stages: Ω_i, dτ⁻¹ Ω_i, G_i, what the force adds to μ, the size of Ξ_i.
+/// What a sweep makes of stages: Ω_i and dτ⁻¹ Ω_i in the unit of the retraction, G_i, what the force adds to μ, the size of
+/// Ξ_i.
 #[derive(Clone, Copy)]
 struct Stage<V> {
-    eta: Vec3<V>,
+    velocity: Vec3<V>,
     rate: Vec3<V>,
     gradient: Vec3<V>,
     kick: Vec3<V>,
@@ -199,7 +201,9 @@ impl<F: PackedForce, R: HalfAngle> EnsembleSo3<F, R> {
         if stages > LANES {
             return Err(UnfitTableau { stages });
         }
-        let groups = members.chunks(LANES).enumerate().map(|(k, chunk)| Group::new(k * LANES, chunk, stages)).collect();
+        let unit = <R::Lanes as LaneRetraction>::UNIT;
+        let group = |(k, chunk)| Group::new(k * LANES, chunk, stages, unit);
+        let groups = members.chunks(LANES).enumerate().map(group).collect();
         let forces = members.iter().map(|member| member.force.clone()).collect();
         let settings = Settings::default();
         Ok(Self { tableau, retraction, settings, registers: Registers::detect(), forces, groups })
@@ -281,7 +285,7 @@ impl<F: PackedForce, R: HalfAngle> EnsembleSo3<F, R> {
 }
 
 impl<F: PackedForce> Group<F> {
-    fn new(first: usize, members: &[Member<F::One>], stages: usize) -> Self {
+    fn new(first: usize, members: &[Member<F::One>], stages: usize, unit: f64) -> Self {
         let member = |lane: usize| &members[lane.min(members.len() - 1)];
         let row = |f: &dyn Fn(&Member<F::One>) -> f64| Row(std::array::from_fn(|lane| f(member(lane))));
         let mut group = Self {
@@ -289,7 +293,7 @@ impl<F: PackedForce> Group<F> {
             filled: members.len(),
             lagrangians: members.iter().map(|m| m.lagrangian.clone()).collect(),
             force: F::pack(std::array::from_fn(|lane| &member(lane).force)),
-            inverse: std::array::from_fn(|r| std::array::from_fn(|c| row(&|m| m.lagrangian.inverse()[(r, c)]))),
+            inverse: std::array::from_fn(|r| std::array::from_fn(|c| row(&|m| m.lagrangian.inverse()[(r, c)] / unit))),
             start: Row::default(),
             elapsed: [0.0; 2],
             momentum: [Row::default(); 3],
@@ -411,6 +415,11 @@ impl<F: PackedForce, R: LaneRotation> Kernel for Steps<'_, F, R> {
     #[inline(always)]
     fn run<I: Isa>(self, isa: I) -> usize {
         let Self { group, scaled, settings, left, retraction: _ } = self;
+        // Something on the stack that must lie at a multiple of 64, so that what the compiler puts there for want of registers
+        // does so, too: across two lines of the cache a number takes long to be written and read again, and steps took up to
+        // half as long again.
+        let mut anchor = Row::ZERO;
+        std::hint::black_box(&mut anchor);
         for taken in 0..left {
             let solved = match scaled.pairs {
                 1 => group.step::<I, R, 1>(isa, scaled, settings),
@@ -501,6 +510,7 @@ fn bound<I: Isa>(v: Vec3<Eight<I>>) -> Eight<I> {
 }
 
 impl<F: PackedForce> Group<F> {
+    /// Ω in the unit of the retraction.
     #[inline(always)]
     fn velocity<V: Lanes>(&self, m: Vec3<V>) -> Vec3<V> {
         if self.diagonal {
@@ -553,15 +563,17 @@ impl<F: PackedForce> Group<F> {
         let p = each!(3, a => mu[a] + d[a]);
         let at = R::at(x);
         let m = R::unpull(at, x, p);
-        let eta = self.velocity(m);
-        let rate = R::rate(at, x, eta);
+        let velocity = self.velocity(m);
+        let rate = R::rate(at, x, velocity);
+        // A sum, which some processors have units of its own for.
+        let eta = if R::HALVED { each!(3, a => velocity[a] + velocity[a]) } else { velocity };
         let size = R::size(at, x);
         if !forced {
-            return Stage { eta, rate, gradient: R::pull_dd(at, x, p, m, rate), kick: zero, size };
+            return Stage { velocity, rate, gradient: R::pull_dd(at, x, p, m, rate), kick: zero, size };
         }
         let force = self.force.add_to(t, m, eta, zero);
-        let (gradient, kick) = R::forced(at, x, p, m, rate, force);
-        Stage { eta, rate, gradient, kick, size }
+        let gradient = R::gradient(at, x, p, m, eta, rate, force);
+        Stage { velocity, rate, gradient, kick: R::carried(at, x, force), size }
     }
 
     /// One step; with P pairs of stages, or any number of them where P is the largest. `false`: sweeps do not solve it.
@@ -587,7 +599,7 @@ impl<F: PackedForce> Group<F> {
                 if k < pairs {
                     self.stage::<Two<I>, R>(Pair(t, t) + splat(isa, &scaled.c, k), both(mu), d[k], x[k], forced)
                 } else {
-                    Stage { eta: both(zero), rate: both(zero), gradient: both(zero), kick: both(zero), size: both(zero)[0] }
+                    Stage { velocity: both(zero), rate: both(zero), gradient: both(zero), kick: both(zero), size: both(zero)[0] }
                 }
             });
             let (mut back, mut total, mut kick, mut size) = (zero, zero, zero, zero[0]);
@@ -630,7 +642,8 @@ impl<F: PackedForce> Group<F> {
             (d, x) = (each!(P, i => next[i][0]), each!(P, i => next[i][1]));
             // The residual is judged in every lane against its own |μ| and |hΩ|.
             let scale = bound(mu).max(tiny);
-            let extent = (Eight::splat(isa, scaled.h.abs()) * bound(each!(3, a => values[0].eta[a].0))).max(tiny);
+            let extent = Eight::splat(isa, scaled.h.abs()) * bound(each!(3, a => values[0].velocity[a].0));
+            let extent = extent.max(tiny);
             let changes = [(shift, scale), (turn, extent)];
             let mut settled = false;
             if sweep == 1 {
@@ -672,9 +685,9 @@ impl<F: PackedForce> Group<F> {
             }
             let ordinary = size.all_le(Eight::splat(isa, R::ORDINARY));
             if !ordinary {
-                let mut square = dot(back, back);
+                let mut square = R::square(back);
                 for x in &x {
-                    let squares = dot(*x, *x);
+                    let squares = R::square(*x);
                     square = square.max(squares.0).max(squares.1);
                 }
                 if !R::in_domain(square.largest()) {
@@ -685,7 +698,8 @@ impl<F: PackedForce> Group<F> {
             // The new state: `end` is what dτ adds to μ + kick; Ad − 1 = ad ∘ dτ (see `LaneRotation`).
             let rest = load(isa, &self.momentum_rest);
             let pulled = each!(3, a => kicked[a] + end[a]);
-            let (momentum, rest) = sum(mu, add_cross(each!(3, a => kick[a] + rest[a]), back, pulled));
+            let whole = if R::HALVED { each!(3, a => back[a] + back[a]) } else { back };
+            let (momentum, rest) = sum(mu, add_cross(each!(3, a => kick[a] + rest[a]), whole, pulled));
             let finite = Eight::splat(isa, f64::MAX);
             if !((momentum[0] + momentum[1]) + momentum[2]).abs().all_le(finite) {
                 return false;

@@ -285,6 +285,13 @@ pub(super) fn compensated<V: Lanes>(value: V, increment: V, cut: V) -> (V, V) {
 }
 
 impl<F: LaneForce<N>, R: LaneRetraction<N>, const N: usize, const PAIRS: usize> Step<'_, F, R, N, PAIRS> {
+    /// Ω, and Ω in the unit of the retraction.
+    #[inline(always)]
+    fn velocities<V: Lanes>(&self, m: [V; N]) -> ([V; N], [V; N]) {
+        let eta = self.velocity(m);
+        (eta, if R::HALVED { each!(N, k => m[0].constant(0.5) * eta[k]) } else { eta })
+    }
+
     #[inline(always)]
     fn velocity<V: Lanes>(&self, m: [V; N]) -> [V; N] {
         let mut eta: [V; N] = each!(N, r => m[0].constant(self.inverse[r][r]) * m[r]);
@@ -378,7 +385,7 @@ where
             (true, Some(weights)) => {
                 let weights = self.scaled(isa, weights, Eight::splat(isa, 1.0));
                 let m = product(isa, &weights, each!(N, k => Eight::load(isa, &self.memory.momenta[k].0)), zero);
-                (m, product(isa, &a, self.velocity(m), zero))
+                (m, product(isa, &a, self.velocities(m).1, zero))
             }
             _ => {
                 let slope = self.force.add_to(time, mu, eta, R::coad(mu, eta));
@@ -413,16 +420,16 @@ where
         if !(size > 0.0 && extent > 0.0) {
             return Err(Refused::Unswept(0));
         }
-        let (per_size, per_extent) = (Eight::splat(isa, 1.0 / size), Eight::splat(isa, 1.0 / extent));
+        let (per_size, per_extent) = (Eight::splat(isa, 1.0 / size), Eight::splat(isa, R::UNIT / extent));
         let strict = self.limits.strict.is_some();
         let mut most = if strict { coefficients.stages.max(FEWEST) } else { coefficients.stages };
         // The sweep after which to look how far it moved; that costs a tenth of a sweep.
         let mut look = if predictor == 1 { 2 } else { predictor + 3 };
         while predictor <= most {
             predictor += 1;
-            let eta = self.velocity(m);
+            let (eta, eta_unit) = self.velocities(m);
             let slope = self.force.add_to(time, m, eta, R::coad(m, eta));
-            let rate = R::rate(R::at(x), x, eta);
+            let rate = R::rate(R::at(x), x, eta_unit);
             let (next_m, next_x) = (product(isa, &a, slope, mu), product(isa, &a, rate, zero));
             let (last_m, last_x) = (m, x);
             (m, x) = (next_m, next_x);
@@ -453,8 +460,8 @@ where
         let (mut jump, mut best, mut idle, mut frozen) = (0.0, f64::INFINITY, 0, f64::INFINITY);
         let (mut renewed, mut judged, mut first) = (0, 0, 0.0);
         for sweep in 1..=self.limits.max_sweeps {
-            let eta = self.velocity(m);
-            let rate = R::rate(at, x, eta);
+            let (eta, eta_unit) = self.velocities(m);
+            let rate = R::rate(at, x, eta_unit);
             let (gradient, force) = if forced {
                 let force = self.force.add_to(time, m, eta, zero);
                 (R::gradient(at, x, p, m, eta, rate, force), force)
@@ -471,8 +478,7 @@ where
                 // δ, and with it the true residual.
                 let mut kick = [0.0; N];
                 if forced {
-                    let turned = R::turned(at, x, force);
-                    kick = sums(hb, each!(N, k => force[k] + turned[k]));
+                    kick = sums(hb, R::carried(at, x, force));
                 }
                 let increment = sums(hb, rate);
                 let total = sums(hb, gradient);
@@ -489,10 +495,7 @@ where
                 if sweep == 1 {
                     jump = change;
                 }
-                idle = if change < best { 0 } else { idle + 1 };
-                if change < best {
-                    best = change;
-                }
+                (best, idle) = if change < best { (change, 0) } else { (best, idle + 1) };
                 judged += 1;
                 if judged == 1 {
                     first = change;
@@ -540,7 +543,7 @@ where
                             return Err(Refused::Delta(delta));
                         }
                     }
-                    self.memory.increment = increment;
+                    self.memory.increment = each!(N, k => R::UNIT * increment[k]);
                     for k in 0..N {
                         next[k].0.store(&mut self.state.value[k].0);
                         next[k].1.store(&mut self.state.cut[k].0);

@@ -34,14 +34,17 @@ pub(in crate::integrators) fn scale<V: Lanes>(alpha: V, x: Vec3<V>) -> Vec3<V> {
     [alpha * x[0], alpha * x[1], alpha * x[2]]
 }
 
-/// x/2.
-#[inline(always)]
-fn half<V: Lanes>(x: Vec3<V>) -> Vec3<V> {
-    scale(x[0].constant(0.5), x)
-}
-
 /// τ and its tangents on a group of dimension N, as operations on vectors in lanes; covectors are columns here.
+///
+/// Displacements, and their rates, are held in lanes in the unit u = [`UNIT`](Self::UNIT): the arguments `x`, `back`, `y` of
+/// these operations are x/u and y/u, and what [`displacement`](Self::displacement) and [`rate`](Self::rate) return is.
 pub trait LaneRetraction<const N: usize = 3>: Copy + Send + Sync + 'static {
+    /// Whether lanes hold half of a displacement: where the formulas contain x/2 alone, as those of the Cayley map.
+    const HALVED: bool;
+
+    /// The unit of displacements, 1 or 2.
+    const UNIT: f64 = if Self::HALVED { 2.0 } else { 1.0 };
+
     /// What the operations at x share.
     type At<V: Lanes>: Copy;
 
@@ -49,7 +52,7 @@ pub trait LaneRetraction<const N: usize = 3>: Copy + Send + Sync + 'static {
     fn at<V: Lanes>(x: [V; N]) -> Self::At<V>;
     /// p dτ_x⁻¹.
     fn unpull<V: Lanes>(at: Self::At<V>, x: [V; N], p: [V; N]) -> [V; N];
-    /// dτ_x⁻¹ η.
+    /// dτ_x⁻¹ η, of η/u.
     fn rate<V: Lanes>(at: Self::At<V>, x: [V; N], eta: [V; N]) -> [V; N];
     /// f dτ_x.
     fn pull<V: Lanes>(at: Self::At<V>, x: [V; N], f: [V; N]) -> [V; N];
@@ -61,6 +64,12 @@ pub trait LaneRetraction<const N: usize = 3>: Copy + Send + Sync + 'static {
     }
     /// f Ad_{τ(x)}⁻¹ − f; on SO(3) the rotation τ(x) applied to f, less f.
     fn turned<V: Lanes>(at: Self::At<V>, x: [V; N], f: [V; N]) -> [V; N];
+    /// f Ad_{τ(x)}⁻¹.
+    #[inline(always)]
+    fn carried<V: Lanes>(at: Self::At<V>, x: [V; N], f: [V; N]) -> [V; N] {
+        let turned = Self::turned(at, x, f);
+        each!(N, k => f[k] + turned[k])
+    }
     /// p ddτ_x(y, ·), with m = p dτ_x⁻¹.
     fn pull_dd<V: Lanes>(at: Self::At<V>, x: [V; N], p: [V; N], m: [V; N], y: [V; N]) -> [V; N];
     /// p ddτ_x(y, ·) + f dτ_x, y = dτ_x⁻¹ η, with m = p dτ_x⁻¹, and so p y = m η.
@@ -93,8 +102,8 @@ pub trait LaneRetraction<const N: usize = 3>: Copy + Send + Sync + 'static {
 }
 
 /// What an ensemble of bodies on SO(3) needs besides: its attitudes are quaternions (see
-/// [`HalfAngle`](super::HalfAngle)), and several operations come together. For both maps Ad_{τ(x)} − 1 = ad_x ∘ dτ_x, so that
-/// f Ad_{τ(x)}⁻¹ = f + x × (f dτ_x), with covectors as columns.
+/// [`HalfAngle`](super::HalfAngle)). For both maps Ad_{τ(x)} − 1 = ad_x ∘ dτ_x, so that f Ad_{τ(x)}⁻¹ = f + x × (f dτ_x), with
+/// covectors as columns.
 pub trait LaneRotation: LaneRetraction {
     /// Up to which [`size`](Self::size) a step is an ordinary one: in the domain, and |q|² of no quaternion
     /// grows by more than 16 times.
@@ -102,20 +111,6 @@ pub trait LaneRotation: LaneRetraction {
 
     /// A measure of x that is at hand.
     fn size<V: Lanes>(at: Self::At<V>, x: Vec3<V>) -> V;
-
-    /// p ddτ_x(y, ·) + f dτ_x and f Ad_{τ(x)}⁻¹, with m = p dτ_x⁻¹.
-    #[inline(always)]
-    fn forced<V: Lanes>(
-        at: Self::At<V>,
-        x: Vec3<V>,
-        p: Vec3<V>,
-        m: Vec3<V>,
-        y: Vec3<V>,
-        f: Vec3<V>,
-    ) -> (Vec3<V>, Vec3<V>) {
-        let (gradient, pulled) = (Self::pull_dd(at, x, p, m, y), Self::pull(at, x, f));
-        (each!(3, k => gradient[k] + pulled[k]), add_cross(f, x, pulled))
-    }
 
     /// sum + q ⊗ (τ(−x) − 1) up to a factor, which is that of q + q ⊗ (τ(−x) − 1): w, x, y, z.
     fn rotated<V: Lanes>(at: Self::At<V>, x: Vec3<V>, q: [V; 4], sum: [V; 4]) -> [V; 4];
@@ -141,8 +136,8 @@ fn magnus<V: Lanes>(t: V, first: Vec3<V>, middle: Vec3<V>, last: Vec3<V>) -> Vec
 #[derive(Clone, Copy, Debug)]
 pub struct Cayley;
 
-/// 2 tan(θ/2)/θ in powers of θ².
-pub(in crate::integrators) const TANGENT: [f64; 4] = [1.0, 1.0 / 12.0, 1.0 / 120.0, 17.0 / 20160.0];
+/// tan(θ/2)/θ in powers of θ².
+pub(in crate::integrators) const TANGENT: [f64; 4] = [0.5, 1.0 / 24.0, 1.0 / 240.0, 17.0 / 40320.0];
 
 /// q = 1 + |y|², y = x/2, and 1/q.
 #[derive(Clone, Copy, Debug)]
@@ -152,67 +147,70 @@ pub struct Denominator<V> {
 }
 
 impl LaneRetraction for Cayley {
+    const HALVED: bool = true;
+
     type At<V: Lanes> = Denominator<V>;
 
     #[inline(always)]
-    fn at<V: Lanes>(x: Vec3<V>) -> Denominator<V> {
-        let y = half(x);
-        let q = y[2].mul_add(y[2], y[1].mul_add(y[1], y[0].mul_add(y[0], x[0].constant(1.0))));
+    fn at<V: Lanes>(y: Vec3<V>) -> Denominator<V> {
+        let q = y[2].mul_add(y[2], y[1].mul_add(y[1], y[0].mul_add(y[0], y[0].constant(1.0))));
         Denominator { q, per_q: q.reciprocal() }
     }
 
     /// p + p × y + (y·p) y.
     #[inline(always)]
-    fn unpull<V: Lanes>(_: Denominator<V>, x: Vec3<V>, p: Vec3<V>) -> Vec3<V> {
-        let y = half(x);
+    fn unpull<V: Lanes>(_: Denominator<V>, y: Vec3<V>, p: Vec3<V>) -> Vec3<V> {
         add_scaled(add_cross(p, p, y), dot(y, p), y)
     }
 
     /// η + y × η + (y·η) y.
     #[inline(always)]
-    fn rate<V: Lanes>(_: Denominator<V>, x: Vec3<V>, eta: Vec3<V>) -> Vec3<V> {
-        let y = half(x);
+    fn rate<V: Lanes>(_: Denominator<V>, y: Vec3<V>, eta: Vec3<V>) -> Vec3<V> {
         add_scaled(add_cross(eta, y, eta), dot(y, eta), y)
     }
 
     /// (f + y × f)/(1 + |y|²).
     #[inline(always)]
-    fn pull<V: Lanes>(at: Denominator<V>, x: Vec3<V>, f: Vec3<V>) -> Vec3<V> {
-        scale(at.per_q, add_cross(f, half(x), f))
+    fn pull<V: Lanes>(at: Denominator<V>, y: Vec3<V>, f: Vec3<V>) -> Vec3<V> {
+        scale(at.per_q, add_cross(f, y, f))
     }
 
     /// (y × f − |y|² f)/(1 + |y|²).
     #[inline(always)]
-    fn pull_less<V: Lanes>(at: Denominator<V>, x: Vec3<V>, f: Vec3<V>) -> Vec3<V> {
-        let y = half(x);
+    fn pull_less<V: Lanes>(at: Denominator<V>, y: Vec3<V>, f: Vec3<V>) -> Vec3<V> {
         scale(at.per_q, add_cross(scale(-dot(y, y), f), y, f))
     }
 
     /// 2 y × (f + y × f)/(1 + |y|²).
     #[inline(always)]
-    fn turned<V: Lanes>(at: Denominator<V>, x: Vec3<V>, f: Vec3<V>) -> Vec3<V> {
-        let y = half(x);
+    fn turned<V: Lanes>(at: Denominator<V>, y: Vec3<V>, f: Vec3<V>) -> Vec3<V> {
         scale(at.per_q + at.per_q, cross(y, add_cross(f, y, f)))
     }
 
-    /// (m × η − (p·η) x)/(2 + 2 |x/2|²), η the argument y.
+    /// f + 2 y × (f + y × f)/(1 + |y|²).
     #[inline(always)]
-    fn pull_dd<V: Lanes>(at: Denominator<V>, x: Vec3<V>, p: Vec3<V>, m: Vec3<V>, y: Vec3<V>) -> Vec3<V> {
-        scale(x[0].constant(0.5) * at.per_q, add_scaled(cross(m, y), -dot(p, y), x))
+    fn carried<V: Lanes>(at: Denominator<V>, y: Vec3<V>, f: Vec3<V>) -> Vec3<V> {
+        add_cross(f, y, scale(at.per_q + at.per_q, add_cross(f, y, f)))
+    }
+
+    /// (m × z − 2 (p·z) y)/(1 + |y|²), z half the rate.
+    #[inline(always)]
+    fn pull_dd<V: Lanes>(at: Denominator<V>, y: Vec3<V>, p: Vec3<V>, m: Vec3<V>, z: Vec3<V>) -> Vec3<V> {
+        let along = dot(p, z);
+        scale(at.per_q, add_scaled(cross(m, z), -(along + along), y))
     }
 
     /// (f + y × f + m × z − (m·η) y)/(1 + |y|²), z half the rate.
     #[inline(always)]
     fn gradient<V: Lanes>(
         at: Denominator<V>,
-        x: Vec3<V>,
+        y: Vec3<V>,
         _p: Vec3<V>,
         m: Vec3<V>,
         eta: Vec3<V>,
-        rate: Vec3<V>,
+        z: Vec3<V>,
         f: Vec3<V>,
     ) -> Vec3<V> {
-        let (y, z) = (half(x), half(rate));
         let u = add_cross(f, y, f);
         scale(at.per_q, add_scaled(add_cross(u, m, z), -dot(m, eta), y))
     }
@@ -222,7 +220,7 @@ impl LaneRetraction for Cayley {
         cross(m, eta)
     }
 
-    /// 2 tan(θ/2)/θ σ, θ = |σ|, to θ⁶.
+    /// tan(θ/2)/θ σ, θ = |σ|, to θ⁶.
     #[inline(always)]
     fn displacement<V: Lanes>(t: V, first: Vec3<V>, middle: Vec3<V>, last: Vec3<V>) -> Vec3<V> {
         let sigma = magnus(t, first, middle, last);
@@ -237,8 +235,8 @@ impl LaneRetraction for Cayley {
     }
 
     #[inline(always)]
-    fn square<V: Lanes>(x: Vec3<V>) -> V {
-        dot(x, x)
+    fn square<V: Lanes>(y: Vec3<V>) -> V {
+        y[0].constant(4.0) * dot(y, y)
     }
 
     fn in_domain(largest_square: f64) -> bool {
@@ -249,31 +247,16 @@ impl LaneRetraction for Cayley {
 impl LaneRotation for Cayley {
     const ORDINARY: f64 = 16.0;
 
-    /// 1 + |x/2|².
+    /// 1 + |y|².
     #[inline(always)]
     fn size<V: Lanes>(at: Denominator<V>, _: Vec3<V>) -> V {
         at.q
     }
 
-    /// With u = f + y × f and z = y'/2: (u + m × z − (p·z) x)/(1 + |y|²), f + x × u/(1 + |y|²).
+    /// τ(−x) is (1, −y) up to a factor.
     #[inline(always)]
-    fn forced<V: Lanes>(
-        at: Denominator<V>,
-        x: Vec3<V>,
-        p: Vec3<V>,
-        m: Vec3<V>,
-        y: Vec3<V>,
-        f: Vec3<V>,
-    ) -> (Vec3<V>, Vec3<V>) {
-        let (u, z) = (add_cross(f, half(x), f), half(y));
-        let gradient = add_scaled(add_cross(u, m, z), -dot(p, z), x);
-        (scale(at.per_q, gradient), add_cross(f, x, scale(at.per_q, u)))
-    }
-
-    /// τ(−x) is (1, −x/2) up to a factor.
-    #[inline(always)]
-    fn rotated<V: Lanes>(_: Denominator<V>, x: Vec3<V>, q: [V; 4], sum: [V; 4]) -> [V; 4] {
-        less_product(sum, q, half(x))
+    fn rotated<V: Lanes>(_: Denominator<V>, y: Vec3<V>, q: [V; 4], sum: [V; 4]) -> [V; 4] {
+        less_product(sum, q, y)
     }
 }
 
@@ -354,6 +337,8 @@ pub(in crate::integrators) fn horner<V: Lanes, const K: usize>(terms: &[f64; K],
 }
 
 impl LaneRetraction for Exponential {
+    const HALVED: bool = false;
+
     type At<V: Lanes> = Coefficients<V>;
 
     /// Series at θ/4, then A(4u) = A(1 − uA/2), B(4u) = (B + A(1 − uB))/4 twice, and the derivatives of these: no
@@ -409,6 +394,11 @@ impl LaneRetraction for Exponential {
     fn turned<V: Lanes>(at: Coefficients<V>, x: Vec3<V>, f: Vec3<V>) -> Vec3<V> {
         let once = cross(x, f);
         add_scaled(scale(at.sinc, once), at.a, cross(x, once))
+    }
+
+    #[inline(always)]
+    fn carried<V: Lanes>(at: Coefficients<V>, x: Vec3<V>, f: Vec3<V>) -> Vec3<V> {
+        add_cross(f, x, Self::pull(at, x, f))
     }
 
     /// m ∂_x(dτ_x y) = (m·u) x + m × z + B(x·y) m, u = −2A' x×y + 2B' x×(x×y) − B y, z = A y − B x×y.
