@@ -561,6 +561,15 @@ pub trait Kernel {
 
     /// Runs it. Must be `#[inline(always)]`, and so must all that it calls, down to the arithmetic.
     fn run<I: Isa>(self, isa: I) -> Self::Output;
+
+    /// Runs it on plain arrays. No part of the caller, whose registers and stack it would spoil.
+    #[inline(never)]
+    fn run_plainly(self) -> Self::Output
+    where
+        Self: Sized,
+    {
+        self.run(Plain)
+    }
 }
 
 /// The kind of registers that this processor has.
@@ -608,15 +617,9 @@ impl Registers {
             Self::Avx512(isa) => isa.vectorize(Within { isa, kernel }),
             #[cfg(target_arch = "x86_64")]
             Self::Avx2(isa) => isa.vectorize(Within { isa, kernel }),
-            Self::Plain => plainly(kernel),
+            Self::Plain => kernel.run_plainly(),
         }
     }
-}
-
-/// No part of the caller, whose registers and stack it would spoil.
-#[inline(never)]
-fn plainly<K: Kernel>(kernel: K) -> K::Output {
-    kernel.run(Plain)
 }
 
 /// A kernel inside a function that is compiled for `isa`.

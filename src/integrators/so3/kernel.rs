@@ -346,12 +346,29 @@ impl<F: LaneForce<N>, R: LaneRetraction<N>, const N: usize, const PAIRS: usize> 
     }
 }
 
+/// One function for all that call it.
+#[cfg(target_arch = "x86_64")]
+#[inline(never)]
+fn plainly<K: Kernel>(kernel: K) -> K::Output {
+    kernel.run(crate::integrators::lanes::Plain)
+}
+
 impl<F, R, const N: usize, const PAIRS: usize> Kernel for Step<'_, F, R, N, PAIRS>
 where
     F: LaneForce<N>,
     R: LaneRetraction<N>,
 {
     type Output = Result<Taken, Refused>;
+
+    /// Where processors without wide registers are rare, the kernel for most stages serves all: on plain arrays it is ten
+    /// times as much code as in registers.
+    #[cfg(target_arch = "x86_64")]
+    fn run_plainly(self) -> Result<Taken, Refused> {
+        let Self { columns, force, inverse, diagonal, time, step, state, memory, warm, limits, retraction } = self;
+        let most: Step<'_, F, R, N, { LANES / 2 }> =
+            Step { columns, force, inverse, diagonal, time, step, state, memory, warm, limits, retraction };
+        plainly(most)
+    }
 
     #[inline(always)]
     fn run<I: Isa>(self, isa: I) -> Result<Taken, Refused> {
