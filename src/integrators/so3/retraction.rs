@@ -52,7 +52,7 @@ pub trait LaneRetraction<const N: usize = 3>: Copy + Send + Sync + 'static {
     fn at<V: Lanes>(x: [V; N]) -> Self::At<V>;
     /// p dτ_x⁻¹.
     fn unpull<V: Lanes>(at: Self::At<V>, x: [V; N], p: [V; N]) -> [V; N];
-    /// dτ_x⁻¹ η, of η/u.
+    /// dτ_x⁻¹ η/u, with η/u for the argument `eta`; [`gradient`](Self::gradient) has η itself.
     fn rate<V: Lanes>(at: Self::At<V>, x: [V; N], eta: [V; N]) -> [V; N];
     /// f dτ_x.
     fn pull<V: Lanes>(at: Self::At<V>, x: [V; N], f: [V; N]) -> [V; N];
@@ -92,7 +92,7 @@ pub trait LaneRetraction<const N: usize = 3>: Copy + Send + Sync + 'static {
     /// σ = t/6 (η₀ + 4η_½ + η₁) + t/12 \[σ, η₁ − η₀\] (Magnus 1954; Hairer, Lubich and Wanner 2006, IV.7,
     /// with the bracket of g' = g η).
     fn displacement<V: Lanes>(t: V, first: [V; N], middle: [V; N], last: [V; N]) -> [V; N];
-    /// What τ(ξ), ξ = −`back`, adds to a state of one body: row a of `values` holds component a of μ in lane 3, and g in
+    /// What τ(ξ), ξ = −u `back`, adds to a state of one body: row a of `values` holds component a of μ in lane 3, and g in
     /// the other lanes. The same row of `kicks` holds the component of m − μ in lane 3, and zeros.
     fn increments<V: Lanes>(at_back: Self::At<V>, back: [V; N], values: [V; N], kicks: [V; N]) -> [V; N];
     /// The square of the angle of x.
