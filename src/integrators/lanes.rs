@@ -36,6 +36,8 @@ pub trait Isa: Copy + Send + Sync + 'static {
     fn mul_add(self, a: Self::Eight, b: Self::Eight, c: Self::Eight) -> Self::Eight;
     /// c − a b, rounded once where the processor can.
     fn neg_mul_add(self, a: Self::Eight, b: Self::Eight, c: Self::Eight) -> Self::Eight;
+    /// a b − c, rounded once where the processor can.
+    fn mul_sub(self, a: Self::Eight, b: Self::Eight, c: Self::Eight) -> Self::Eight;
     /// √a.
     fn sqrt(self, a: Self::Eight) -> Self::Eight;
     /// |a|.
@@ -106,6 +108,12 @@ impl<I: Isa> Eight<I> {
     #[inline(always)]
     pub fn store(self, out: &mut [f64; 8]) {
         self.isa.store(self.value, out);
+    }
+
+    /// self · b − c.
+    #[inline(always)]
+    pub fn mul_sub(self, b: Self, c: Self) -> Self {
+        Self { isa: self.isa, value: self.isa.mul_sub(self.value, b.value, c.value) }
     }
 
     /// The larger size of each pair.
@@ -339,6 +347,11 @@ impl Isa for Plain {
     }
 
     #[inline(always)]
+    fn mul_sub(self, a: [f64; 8], b: [f64; 8], c: [f64; 8]) -> [f64; 8] {
+        each!(8, k => fused(a[k], b[k], -c[k]))
+    }
+
+    #[inline(always)]
     fn sqrt(self, a: [f64; 8]) -> [f64; 8] {
         each!(8, k => a[k].sqrt())
     }
@@ -437,6 +450,11 @@ mod x86 {
         }
 
         #[inline(always)]
+        fn mul_sub(self, a: f64x8, b: f64x8, c: f64x8) -> f64x8 {
+            self.mul_sub_f64x8(a, b, c)
+        }
+
+        #[inline(always)]
         fn sqrt(self, a: f64x8) -> f64x8 {
             self.sqrt_f64x8(a)
         }
@@ -519,6 +537,11 @@ mod x86 {
         #[inline(always)]
         fn neg_mul_add(self, a: [f64x4; 2], b: [f64x4; 2], c: [f64x4; 2]) -> [f64x4; 2] {
             [self.negate_mul_add_f64x4(a[0], b[0], c[0]), self.negate_mul_add_f64x4(a[1], b[1], c[1])]
+        }
+
+        #[inline(always)]
+        fn mul_sub(self, a: [f64x4; 2], b: [f64x4; 2], c: [f64x4; 2]) -> [f64x4; 2] {
+            [self.mul_sub_f64x4(a[0], b[0], c[0]), self.mul_sub_f64x4(a[1], b[1], c[1])]
         }
 
         #[inline(always)]

@@ -3,7 +3,7 @@
 use super::force::{OnBody, PackedForce};
 use super::kernel::NOTHING;
 use super::quaternion::HalfAngle;
-use super::retraction::{LaneRetraction, LaneRotation, add_cross, dot};
+use super::retraction::{LaneRetraction, LaneRotation, add_scaled, dot};
 use super::step::UnfitTableau;
 use super::{LANES, Row, Vec3};
 use crate::algebra::{Covector, Matrix};
@@ -20,16 +20,20 @@ const HISTORY: usize = 8;
 /// (−1)^j (r over j + 1), j = 0 … r − 1: what carries a polynomial of degree r − 1 one step on.
 const EXTRAPOLATION: [[f64; HISTORY]; HISTORY + 1] = extrapolation();
 
-/// For how many steps the contraction of the sweeps is taken to be at most four times what was measured.
-const TRUST: usize = 31;
+/// For how many steps a sweep is taken to gain at least a quarter of what was measured.
+const TRUST: usize = 63;
 
-/// The least contraction that is trusted.
-const LEAST: f64 = 1.0 / 64.0;
+/// The most that a sweep is trusted to gain.
+const MOST_GAIN: f64 = 64.0;
 
-/// A degree of extrapolation is given up where the residual is so many times smaller than it must be, and not before so many
-/// steps after it was found to be needed.
+/// A degree of extrapolation is given up for a while where the change is so many times smaller than it must be, or is what
+/// rounding makes of it: so many times the sum of the weights. Every so many steps that is looked at.
 const SPARE: f64 = 32.0;
-const PATIENCE: usize = 64;
+const NOISE: f64 = 2.0 * f64::EPSILON;
+const LOOK: usize = 8;
+
+/// A degree that was given up and is needed again is kept for so many steps, and twice as many each time, up to the second.
+const PATIENCE: [usize; 2] = [64, 4096];
 
 /// After how many steps numbers are brought back to an ordinary size.
 const HOUSEKEEPING: usize = 64;
@@ -97,17 +101,18 @@ struct Group<F> {
     /// Steps since sizes were seen to.
     since: usize,
     diagonal: bool,
-    /// The iterates of the steps before, a ring: of how many steps, and where those of the last step are.
-    iterates: Vec<Iterate>,
+    /// The iterates of the steps before, a ring for each pair of stages: of how many steps, and where those of the last step are.
+    iterates: Vec<[Iterate; HISTORY]>,
     known: usize,
     newest: usize,
     step: f64,
     /// From how many steps the next is extrapolated, and for how many it stays so many at least.
     reach: usize,
     patience: usize,
-    /// What a sweep leaves of an error, four times as much as it was when it was measured; and for how many steps that is
-    /// taken to be so.
-    contraction: f64,
+    caution: usize,
+    /// How many times smaller a sweep makes an error, a quarter of what it was when it was measured; and for how many steps that
+    /// is taken to be so.
+    gain: f64,
     trusted: usize,
 }
 
@@ -141,30 +146,35 @@ struct Stage<V> {
     size: V,
 }
 
-/// The coefficients of a tableau times the step: h b, h c, h a_ij and h â_ij at [i][j].
+/// The coefficients of a tableau times the step: h b, h c, h a_ij and h (â_ij − b_j) at [i][j].
 #[derive(Clone, Copy, Debug)]
 struct Scaled {
     pairs: usize,
     h: f64,
+    /// |h|.
+    size: f64,
     b: [f64; LANES],
     c: [f64; LANES],
     a: [[f64; LANES]; LANES],
-    conjugate: [[f64; LANES]; LANES],
+    conjugate_less_b: [[f64; LANES]; LANES],
 }
 
 impl Scaled {
     fn new(tableau: &Tableau<f64>, h: f64) -> Self {
         let stages = tableau.stages();
         let row = |f: &dyn Fn(usize) -> f64| std::array::from_fn(|j| if j < stages { h * f(j) } else { 0.0 });
-        let table =
-            |of: &nalgebra::DMatrix<f64>| std::array::from_fn(|i| row(&|j| if i < stages { of[(i, j)] } else { 0.0 }));
+        let table = |of: &dyn Fn(usize, usize) -> f64| {
+            std::array::from_fn(|i| row(&|j| if i < stages { of(i, j) } else { 0.0 }))
+        };
+        let (a, conjugate) = (tableau.a(), tableau.conjugate());
         Self {
             pairs: stages.div_ceil(2),
             h,
+            size: h.abs(),
             b: row(&|j| tableau.b()[j]),
             c: row(&|j| tableau.c()[j]),
-            a: table(tableau.a()),
-            conjugate: table(tableau.conjugate().a()),
+            a: table(&|i, j| a[(i, j)]),
+            conjugate_less_b: table(&|i, j| conjugate.a()[(i, j)] - tableau.b()[j]),
         }
     }
 }
@@ -176,7 +186,7 @@ impl Scaled {
 /// results are the same bits at any number of threads. The step is that of [`Variational`], to round-off: its stages
 /// start from the last eight steps, or fewer where these do, and sweeps run until the residual that the last of them leaves is as wanted in every lane.
 /// That residual is estimated: it is the change that the sweep made, which is measured, times the contraction of the sweeps,
-/// which is taken as four times what it was when two sweeps in one step showed it, at most 31 steps ago. A step whose
+/// which is taken as four times what it was when two sweeps in one step showed it, at most 63 steps ago. A step whose
 /// sweeps do not contract in some lane is taken by [`Variational`] for each body of the group.
 ///
 /// The attitude is g = g₀ R(q), with g₀ the attitude of the start and a quaternion q of any length: g gᵀ stays what it was to
@@ -305,13 +315,14 @@ impl<F: PackedForce> Group<F> {
             diagonal: members
                 .iter()
                 .all(|m| (0..3).all(|r| (0..3).all(|c| r == c || m.lagrangian.inverse()[(r, c)] == 0.0))),
-            iterates: vec![Iterate::default(); stages.div_ceil(2) * HISTORY],
+            iterates: vec![[Iterate::default(); HISTORY]; stages.div_ceil(2)],
             known: 0,
             newest: 0,
             step: 0.0,
             reach: HISTORY,
             patience: 0,
-            contraction: 1.0,
+            caution: PATIENCE[0],
+            gain: 1.0,
             trusted: 0,
         };
         group.place(&std::array::from_fn(|lane| &member(lane).state));
@@ -467,18 +478,45 @@ fn entries<I: Isa>(isa: I, table: &[[f64; LANES]; LANES], i: usize, j: usize) ->
     })
 }
 
-/// sum + weight rows.
 #[inline(always)]
-fn more<I: Isa>(isa: I, weight: Two<I>, rows: &Vec3<[Row; 2]>, sum: Vec3<Two<I>>) -> Vec3<Two<I>> {
-    each!(3, a => {
-        weight.mul_add(Pair(Eight::load(isa, &rows[a][0].0), Eight::load(isa, &rows[a][1].0)), sum[a])
-    })
+fn rows<I: Isa>(isa: I, rows: &Vec3<[Row; 2]>) -> Vec3<Two<I>> {
+    each!(3, a => Pair(Eight::load(isa, &rows[a][0].0), Eight::load(isa, &rows[a][1].0)))
+}
+
+#[inline(always)]
+fn write<I: Isa>(values: Vec3<Two<I>>, rows: &mut Vec3<[Row; 2]>) {
+    for a in 0..3 {
+        store([values[a].0, values[a].1], &mut rows[a]);
+    }
+}
+
+/// What the polynomial of degree `reach` − 1 through `old`, by age from 0, is one step on.
+#[inline(always)]
+fn extrapolated<'a, I: Isa>(isa: I, reach: usize, old: impl Fn(usize) -> &'a Vec3<[Row; 2]>) -> Vec3<Two<I>> {
+    // The oldest first: nothing waits for the newest but one multiplication. The weight of the oldest is 1 or −1.
+    let weights = &EXTRAPOLATION[reach];
+    let mut sum = rows(isa, old(reach - 1));
+    for age in (0..reach - 1).rev() {
+        let (weight, x) = (Eight::splat(isa, weights[age]), rows(isa, old(age)));
+        sum = if age + 2 == reach && reach.is_multiple_of(2) {
+            each!(3, a => Pair(weight.mul_sub(x[a].0, sum[a].0), weight.mul_sub(x[a].1, sum[a].1)))
+        } else {
+            add_scaled(sum, Pair(weight, weight), x)
+        };
+    }
+    sum
 }
 
 /// sum + h Σ_i w_i x_i.
 #[inline(always)]
 fn weighted<I: Isa>(weights: Two<I>, x: Vec3<Two<I>>, sum: Vec3<Eight<I>>) -> Vec3<Eight<I>> {
     each!(3, a => weights.1.mul_add(x[a].1, weights.0.mul_add(x[a].0, sum[a])))
+}
+
+/// sum − h Σ_i w_i x_i.
+#[inline(always)]
+fn less_weighted<I: Isa>(weights: Two<I>, x: Vec3<Two<I>>, sum: Vec3<Eight<I>>) -> Vec3<Eight<I>> {
+    each!(3, a => weights.1.neg_mul_add(x[a].1, weights.0.neg_mul_add(x[a].0, sum[a])))
 }
 
 /// sum + h Σ_j w_ij x_j for two i and two j, w by columns.
@@ -507,6 +545,13 @@ fn within<I: Isa>(isa: I, changes: [(Eight<I>, Eight<I>); 2], most: f64) -> bool
 #[inline(always)]
 fn bound<I: Isa>(v: Vec3<Eight<I>>) -> Eight<I> {
     v[0].max_abs(v[1]).max_abs(v[2])
+}
+
+/// The largest component of new − old, lane by lane.
+#[inline(always)]
+fn change<I: Isa>(new: Vec3<Two<I>>, old: Vec3<Two<I>>) -> Eight<I> {
+    let change = each!(3, a => new[a] - old[a]);
+    bound(each!(3, a => change[a].0)).max_abs(bound(each!(3, a => change[a].1)))
 }
 
 impl<F: PackedForce> Group<F> {
@@ -539,21 +584,25 @@ impl<F: PackedForce> Group<F> {
                 }),
             );
         }
-        // The oldest first: nothing waits for the newest but one multiplication.
-        let reach = self.reach.min(self.known);
-        let (mut d, mut x) = ([zero; P], [zero; P]);
-        let mut slot = (self.newest + HISTORY + 1 - reach) % HISTORY;
-        for weight in EXTRAPOLATION[reach][..reach].iter().rev() {
-            let weight = Eight::splat(isa, *weight);
-            let weight = Pair(weight, weight);
-            let old = &self.iterates[slot * pairs..][..pairs];
-            (d, x) = (
-                each!(P, i => if i < pairs { more(isa, weight, &old[i].d, d[i]) } else { zero }),
-                each!(P, i => if i < pairs { more(isa, weight, &old[i].x, x[i]) } else { zero }),
-            );
-            slot = if slot + 1 == HISTORY { 0 } else { slot + 1 };
+        // One pair of stages and many steps is what most runs consist of. A number that is known here unrolls the loops.
+        match self.reach.min(self.known) {
+            8 if P == 1 => self.extrapolate(isa, 8, pairs),
+            7 if P == 1 => self.extrapolate(isa, 7, pairs),
+            6 if P == 1 => self.extrapolate(isa, 6, pairs),
+            reach => self.extrapolate(isa, reach, pairs),
         }
-        (d, x)
+    }
+
+    /// P_i − μ and Ξ_i of the next step, from polynomials through those of the last `reach`.
+    #[inline(always)]
+    fn extrapolate<I: Isa, const P: usize>(&self, isa: I, reach: usize, pairs: usize) -> (Values<I, P>, Values<I, P>) {
+        let zero = both([Eight::splat(isa, 0.0); 3]);
+        // By age, from 0.
+        let old = |age: usize, i: usize| &self.iterates[i][(self.newest + HISTORY - age) % HISTORY];
+        (
+            each!(P, i => if i < pairs { extrapolated(isa, reach, |age| &old(age, i).d) } else { zero }),
+            each!(P, i => if i < pairs { extrapolated(isa, reach, |age| &old(age, i).x) } else { zero }),
+        )
     }
 
     /// What a sweep makes of stages.
@@ -602,74 +651,79 @@ impl<F: PackedForce> Group<F> {
                     Stage { velocity: both(zero), rate: both(zero), gradient: both(zero), kick: both(zero), size: both(zero)[0] }
                 }
             });
-            let (mut back, mut total, mut kick, mut size) = (zero, zero, zero, zero[0]);
+            let (mut back, mut kick, mut size) = (zero, zero, values[0].size.0.max(values[0].size.1));
             for k in 0..P {
                 let (hb, value) = (splat(isa, &scaled.b, k), &values[k]);
-                back = weighted(-hb, value.rate, back);
-                total = weighted(hb, value.gradient, total);
+                back = less_weighted(hb, value.rate, back);
                 if forced {
                     kick = weighted(hb, value.kick, kick);
                 }
-                size = size.max(value.size.0).max(value.size.1);
+                if k > 0 {
+                    size = size.max(value.size.0).max(value.size.1);
+                }
             }
             let at_back = R::at(back);
             size = size.max(R::size(at_back, back));
             let kicked = each!(3, a => mu[a] + kick[a]);
             let end = R::pull_less(at_back, back, kicked);
-            // δ.
-            let base = each!(3, a => end[a] + (kick[a] - total[a]));
-            let (mut shift, mut turn) = (zero[0], zero[0]);
+            // What P_i − μ have in common; δ is this less Σ b_j G_j.
+            let base = each!(3, a => end[a] + kick[a]);
             let next: [[Vec3<Two<I>>; 2]; P] = each!(P, i => {
                 if i < pairs {
                     let (mut next_d, mut next_x) = (both(base), both(zero));
                     for j in 0..P {
                         if j < pairs {
                             let a = entries(isa, &scaled.a, i, j);
-                            let conjugate = entries(isa, &scaled.conjugate, i, j);
+                            let conjugate = entries(isa, &scaled.conjugate_less_b, i, j);
                             next_d = combined(conjugate, values[j].gradient, next_d);
                             next_x = combined(a, values[j].rate, next_x);
                         }
                     }
-                    let change = each!(3, k => next_d[k] - d[i][k]);
-                    shift = shift.max_abs(bound(each!(3, k => change[k].0))).max_abs(bound(each!(3, k => change[k].1)));
-                    let change = each!(3, k => next_x[k] - x[i][k]);
-                    turn = turn.max_abs(bound(each!(3, k => change[k].0))).max_abs(bound(each!(3, k => change[k].1)));
                     [next_d, next_x]
                 } else {
                     [both(zero); 2]
                 }
             });
+            let (mut shift, mut turn) = (change(next[0][0], d[0]), change(next[0][1], x[0]));
+            for i in 1..P {
+                if i < pairs {
+                    (shift, turn) = (shift.max(change(next[i][0], d[i])), turn.max(change(next[i][1], x[i])));
+                }
+            }
             (d, x) = (each!(P, i => next[i][0]), each!(P, i => next[i][1]));
             // The residual is judged in every lane against its own |μ| and |hΩ|.
-            let scale = bound(mu).max(tiny);
-            let extent = Eight::splat(isa, scaled.h.abs()) * bound(each!(3, a => values[0].velocity[a].0));
-            let extent = extent.max(tiny);
+            let scale = bound(mu);
+            let extent = Eight::splat(isa, scaled.size) * bound(each!(3, a => values[0].velocity[a].0));
             let changes = [(shift, scale), (turn, extent)];
             let mut settled = false;
             if sweep == 1 {
                 // The residual of the new iterate: what a sweep leaves of a change, as it was a few steps ago.
-                let most = if self.trusted > 0 { settings.tolerance / self.contraction } else { settings.tolerance };
+                let most = if self.trusted > 0 { settings.tolerance * self.gain } else { settings.tolerance };
                 settled = within(isa, changes, most);
                 if settled && self.patience > 0 {
                     self.patience -= 1;
-                } else if settled && self.reach > 1 && within(isa, changes, most / SPARE) {
-                    (self.reach, self.patience) = (self.reach - 1, self.reach);
+                } else if settled && self.reach > 1 {
+                    self.patience = LOOK;
+                    if within(isa, changes, (most / SPARE).max(NOISE * (1_u32 << self.reach) as f64)) {
+                        self.reach -= 1;
+                    }
                 } else if !settled && self.trusted > 0 && self.reach < HISTORY {
-                    (self.reach, self.patience) = (self.reach + 1, PATIENCE);
+                    (self.reach, self.patience) = (self.reach + 1, self.caution);
+                    self.caution = (2 * self.caution).min(PATIENCE[1]);
                 }
                 self.trusted = self.trusted.saturating_sub(1);
             }
             if !settled {
-                let change = (shift / scale).max(turn / extent).largest();
+                let change = (shift / scale.max(tiny)).max(turn / extent.max(tiny)).largest();
                 if sweep == 1 {
                     first = change;
                 }
                 idle = if change < best { 0 } else { idle + 1 };
                 best = best.min(change);
                 if sweep > 1 {
-                    self.contraction = (4.0 * change / last).clamp(LEAST, 1.0);
+                    self.gain = (0.25 * last / change).clamp(1.0, MOST_GAIN);
                     self.trusted = TRUST;
-                    settled = change * self.contraction <= settings.tolerance;
+                    settled = change <= settings.tolerance * self.gain;
                 }
                 settled |= idle >= 2 && change <= settings.floor;
                 last = change;
@@ -695,11 +749,9 @@ impl<F: PackedForce> Group<F> {
                 }
             }
 
-            // The new state: `end` is what dτ adds to μ + kick; Ad − 1 = ad ∘ dτ (see `LaneRotation`).
+            // The new state: `end` is what dτ adds to μ + kick.
             let rest = load(isa, &self.momentum_rest);
-            let pulled = each!(3, a => kicked[a] + end[a]);
-            let whole = if R::HALVED { each!(3, a => back[a] + back[a]) } else { back };
-            let (momentum, rest) = sum(mu, add_cross(each!(3, a => kick[a] + rest[a]), whole, pulled));
+            let (momentum, rest) = sum(mu, R::add_turned(back, kicked, end, each!(3, a => kick[a] + rest[a])));
             let finite = Eight::splat(isa, f64::MAX);
             if !((momentum[0] + momentum[1]) + momentum[2]).abs().all_le(finite) {
                 return false;
@@ -714,15 +766,13 @@ impl<F: PackedForce> Group<F> {
             let elapsed = self.elapsed[0] + increment;
             self.elapsed = [elapsed, increment - (elapsed - self.elapsed[0])];
             // The iterates of the last sweep, one better than those that were judged, are what the next steps start from.
-            self.newest = if self.newest + 1 == HISTORY { 0 } else { self.newest + 1 };
+            self.newest = (self.newest + 1) % HISTORY;
             self.known = (self.known + 1).min(HISTORY);
-            let place = &mut self.iterates[self.newest * pairs..][..pairs];
             for i in 0..P {
                 if i < pairs {
-                    for a in 0..3 {
-                        store([d[i][a].0, d[i][a].1], &mut place[i].d[a]);
-                        store([x[i][a].0, x[i][a].1], &mut place[i].x[a]);
-                    }
+                    let place = &mut self.iterates[i][self.newest];
+                    write(d[i], &mut place.d);
+                    write(x[i], &mut place.x);
                 }
             }
             self.since += 1;

@@ -1,6 +1,6 @@
 //! Forces in lanes: what the fast kernels of SO(3) evaluate for eight stages, or for eight bodies, at once.
 
-use super::retraction::{LaneRetraction, add_cross, add_scaled, cross, dot};
+use super::retraction::{LaneRetraction, add_cross, add_scaled, cross, dot, less_scaled, scale};
 use super::{Row, Vec3};
 use crate::algebra::{Covector, LieAlgebra, Matrix, Vector};
 use crate::integrators::lanes::Lanes;
@@ -11,11 +11,17 @@ use crate::scalar::Scalar;
 
 /// A coefficient: one number for all lanes, or eight numbers.
 pub trait Coefficient: Copy + Send + Sync {
+    /// Whether lanes are bodies. Then other bodies fill the time in which an operation waits for another, and the fewer there are
+    /// the better; where lanes are the stages of one body, the fewer wait in a row.
+    const BODIES: bool;
+
     /// The coefficient in lanes of the kind of `like`.
     fn lanes<V: Lanes>(self, like: V) -> V;
 }
 
 impl Coefficient for f64 {
+    const BODIES: bool = false;
+
     #[inline(always)]
     fn lanes<V: Lanes>(self, like: V) -> V {
         like.constant(self)
@@ -23,6 +29,8 @@ impl Coefficient for f64 {
 }
 
 impl Coefficient for Row {
+    const BODIES: bool = true;
+
     #[inline(always)]
     fn lanes<V: Lanes>(self, like: V) -> V {
         like.read(&self.0)
@@ -64,15 +72,19 @@ impl<const N: usize> LaneForce<N> for Free {
     }
 }
 
-/// α M × (M × Ω): the damping of Landau, Lifshitz and Gilbert, which keeps |M|².
+/// α M × (M × Ω) = α ((M·Ω) M − |M|² Ω): the damping of Landau, Lifshitz and Gilbert, which keeps |M|².
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Damping<C = f64>(pub C);
 
 impl<C: Coefficient> LaneForce for Damping<C> {
     #[inline(always)]
     fn add_to<V: Lanes>(&self, _t: V, m: Vec3<V>, eta: Vec3<V>, sum: Vec3<V>) -> Vec3<V> {
-        let alpha = self.0.lanes(m[0]);
-        add_cross(sum, [alpha * m[0], alpha * m[1], alpha * m[2]], cross(m, eta))
+        let scaled = scale(self.0.lanes(m[0]), m);
+        if C::BODIES {
+            // M·Ω is in the gradient of the step, too.
+            return add_scaled(less_scaled(sum, dot(scaled, m), eta), dot(m, eta), scaled);
+        }
+        add_cross(sum, scaled, cross(m, eta))
     }
 
     fn vanishes_when_steady(&self) -> bool {
@@ -80,15 +92,18 @@ impl<C: Coefficient> LaneForce for Damping<C> {
     }
 }
 
-/// β (Ω × M) × Ω: relaxation, which keeps the energy.
+/// β (Ω × M) × Ω = β (|Ω|² M − (M·Ω) Ω): relaxation, which keeps the energy.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Relaxation<C = f64>(pub C);
 
 impl<C: Coefficient> LaneForce for Relaxation<C> {
     #[inline(always)]
     fn add_to<V: Lanes>(&self, _t: V, m: Vec3<V>, eta: Vec3<V>, sum: Vec3<V>) -> Vec3<V> {
-        let beta = self.0.lanes(m[0]);
-        add_cross(sum, [beta * eta[0], beta * eta[1], beta * eta[2]], cross(m, eta))
+        let scaled = scale(self.0.lanes(m[0]), eta);
+        if C::BODIES {
+            return less_scaled(add_scaled(sum, dot(scaled, eta), m), dot(m, eta), scaled);
+        }
+        add_cross(sum, scaled, cross(m, eta))
     }
 
     fn vanishes_when_steady(&self) -> bool {
@@ -124,7 +139,7 @@ impl<C: Coefficient> Term<C> {
             Self::QuadraticDrag(matrix) => {
                 let drag = apply(matrix, eta);
                 let square = dot(drag, eta).max(t.constant(0.0));
-                add_scaled(sum, -square.sqrt(), drag)
+                less_scaled(sum, square.sqrt(), drag)
             }
             Self::Constant(torque) => each!(3, a => sum[a] + torque[a].lanes(t)),
             Self::Periodic(torque, frequency, phase) => {

@@ -29,6 +29,12 @@ pub(in crate::integrators) fn add_scaled<V: Lanes>(x: Vec3<V>, alpha: V, y: Vec3
     [alpha.mul_add(y[0], x[0]), alpha.mul_add(y[1], x[1]), alpha.mul_add(y[2], x[2])]
 }
 
+/// x − α y.
+#[inline(always)]
+pub(in crate::integrators) fn less_scaled<V: Lanes>(x: Vec3<V>, alpha: V, y: Vec3<V>) -> Vec3<V> {
+    [alpha.neg_mul_add(y[0], x[0]), alpha.neg_mul_add(y[1], x[1]), alpha.neg_mul_add(y[2], x[2])]
+}
+
 #[inline(always)]
 pub(in crate::integrators) fn scale<V: Lanes>(alpha: V, x: Vec3<V>) -> Vec3<V> {
     [alpha * x[0], alpha * x[1], alpha * x[2]]
@@ -112,6 +118,9 @@ pub trait LaneRotation: LaneRetraction {
     /// A measure of x that is at hand.
     fn size<V: Lanes>(at: Self::At<V>, x: Vec3<V>) -> V;
 
+    /// sum + f Ad_{τ(x)}⁻¹ − f, with `less` = f dτ_x − f at hand: sum + u x × (f + less).
+    fn add_turned<V: Lanes>(x: Vec3<V>, f: Vec3<V>, less: Vec3<V>, sum: Vec3<V>) -> Vec3<V>;
+
     /// sum + q ⊗ (τ(−x) − 1) up to a factor, which is that of q + q ⊗ (τ(−x) − 1): w, x, y, z.
     fn rotated<V: Lanes>(at: Self::At<V>, x: Vec3<V>, q: [V; 4], sum: [V; 4]) -> [V; 4];
 }
@@ -119,9 +128,13 @@ pub trait LaneRotation: LaneRetraction {
 /// sum − q ⊗ (0, y).
 #[inline(always)]
 fn less_product<V: Lanes>(sum: [V; 4], q: [V; 4], y: Vec3<V>) -> [V; 4] {
-    let real = q[3].mul_add(y[2], q[2].mul_add(y[1], q[1].mul_add(y[0], sum[0])));
-    let turned = add_cross([sum[1], sum[2], sum[3]], y, [q[1], q[2], q[3]]);
-    [real, q[0].neg_mul_add(y[0], turned[0]), q[0].neg_mul_add(y[1], turned[1]), q[0].neg_mul_add(y[2], turned[2])]
+    let [w, a, b, c] = q;
+    [
+        c.mul_add(y[2], b.mul_add(y[1], a.mul_add(y[0], sum[0]))),
+        w.neg_mul_add(y[0], c.mul_add(y[1], b.neg_mul_add(y[2], sum[1]))),
+        w.neg_mul_add(y[1], a.mul_add(y[2], c.neg_mul_add(y[0], sum[2]))),
+        w.neg_mul_add(y[2], b.mul_add(y[0], a.neg_mul_add(y[1], sum[3]))),
+    ]
 }
 
 /// The series of Magnus to t⁴, which [`LaneRetraction::displacement`] starts from.
@@ -178,7 +191,7 @@ impl LaneRetraction for Cayley {
     /// (y × f − |y|² f)/(1 + |y|²).
     #[inline(always)]
     fn pull_less<V: Lanes>(at: Denominator<V>, y: Vec3<V>, f: Vec3<V>) -> Vec3<V> {
-        scale(at.per_q, add_cross(scale(-dot(y, y), f), y, f))
+        scale(at.per_q, less_scaled(cross(y, f), dot(y, y), f))
     }
 
     /// 2 y × (f + y × f)/(1 + |y|²).
@@ -197,7 +210,7 @@ impl LaneRetraction for Cayley {
     #[inline(always)]
     fn pull_dd<V: Lanes>(at: Denominator<V>, y: Vec3<V>, p: Vec3<V>, m: Vec3<V>, z: Vec3<V>) -> Vec3<V> {
         let along = dot(p, z);
-        scale(at.per_q, add_scaled(cross(m, z), -(along + along), y))
+        scale(at.per_q, less_scaled(cross(m, z), along + along, y))
     }
 
     /// (f + y × f + m × z − (m·η) y)/(1 + |y|²), z half the rate.
@@ -212,7 +225,7 @@ impl LaneRetraction for Cayley {
         f: Vec3<V>,
     ) -> Vec3<V> {
         let u = add_cross(f, y, f);
-        scale(at.per_q, add_scaled(add_cross(u, m, z), -dot(m, eta), y))
+        scale(at.per_q, less_scaled(add_cross(u, m, z), dot(m, eta), y))
     }
 
     #[inline(always)]
@@ -251,6 +264,12 @@ impl LaneRotation for Cayley {
     #[inline(always)]
     fn size<V: Lanes>(at: Denominator<V>, _: Vec3<V>) -> V {
         at.q
+    }
+
+    /// y × f is in [`pull_less`](LaneRetraction::pull_less), too.
+    #[inline(always)]
+    fn add_turned<V: Lanes>(y: Vec3<V>, f: Vec3<V>, less: Vec3<V>, sum: Vec3<V>) -> Vec3<V> {
+        add_scaled(sum, y[0].constant(2.0), add_cross(cross(y, f), y, less))
     }
 
     /// τ(−x) is (1, −y) up to a factor.
@@ -407,8 +426,8 @@ impl LaneRetraction for Exponential {
         let two = x[0].constant(2.0);
         let once = cross(x, y);
         let twice = cross(x, once);
-        let u = add_scaled(add_scaled(scale(two * at.b_slope, twice), -(two * at.a_slope), once), -at.b, y);
-        let z = add_scaled(scale(at.a, y), -at.b, once);
+        let u = less_scaled(less_scaled(scale(two * at.b_slope, twice), two * at.a_slope, once), at.b, y);
+        let z = less_scaled(scale(at.a, y), at.b, once);
         add_scaled(add_scaled(cross(m, z), dot(m, u), x), at.b * dot(x, y), m)
     }
 
@@ -445,6 +464,11 @@ impl LaneRotation for Exponential {
     #[inline(always)]
     fn size<V: Lanes>(_: Coefficients<V>, x: Vec3<V>) -> V {
         dot(x, x)
+    }
+
+    #[inline(always)]
+    fn add_turned<V: Lanes>(x: Vec3<V>, f: Vec3<V>, less: Vec3<V>, sum: Vec3<V>) -> Vec3<V> {
+        add_cross(sum, x, each!(3, k => f[k] + less[k]))
     }
 
     /// τ(−x) is (cos θ/2, −x sin(θ/2)/θ).
