@@ -11,17 +11,11 @@ use crate::scalar::Scalar;
 
 /// A coefficient: one number for all lanes, or eight numbers.
 pub trait Coefficient: Copy + Send + Sync {
-    /// Whether lanes are bodies. Then other bodies fill the time in which an operation waits for another, and the fewer there are
-    /// the better; where lanes are the stages of one body, the fewer wait in a row.
-    const BODIES: bool;
-
     /// The coefficient in lanes of the kind of `like`.
     fn lanes<V: Lanes>(self, like: V) -> V;
 }
 
 impl Coefficient for f64 {
-    const BODIES: bool = false;
-
     #[inline(always)]
     fn lanes<V: Lanes>(self, like: V) -> V {
         like.constant(self)
@@ -29,8 +23,6 @@ impl Coefficient for f64 {
 }
 
 impl Coefficient for Row {
-    const BODIES: bool = true;
-
     #[inline(always)]
     fn lanes<V: Lanes>(self, like: V) -> V {
         like.read(&self.0)
@@ -72,19 +64,15 @@ impl<const N: usize> LaneForce<N> for Free {
     }
 }
 
-/// α M × (M × Ω) = α ((M·Ω) M − |M|² Ω): the damping of Landau, Lifshitz and Gilbert, which keeps |M|².
+/// α M × (M × Ω): the damping of Landau, Lifshitz and Gilbert, which keeps |M|².
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Damping<C = f64>(pub C);
 
 impl<C: Coefficient> LaneForce for Damping<C> {
     #[inline(always)]
     fn add_to<V: Lanes>(&self, _t: V, m: Vec3<V>, eta: Vec3<V>, sum: Vec3<V>) -> Vec3<V> {
-        let scaled = scale(self.0.lanes(m[0]), m);
-        if C::BODIES {
-            // M·Ω is in the gradient of the step, too.
-            return add_scaled(less_scaled(sum, dot(scaled, m), eta), dot(m, eta), scaled);
-        }
-        add_cross(sum, scaled, cross(m, eta))
+        // Not α ((M·Ω) M − |M|² Ω), with fewer operations, whose rounding errors are not orthogonal to M.
+        add_cross(sum, scale(self.0.lanes(m[0]), m), cross(m, eta))
     }
 
     fn vanishes_when_steady(&self) -> bool {
@@ -92,18 +80,14 @@ impl<C: Coefficient> LaneForce for Damping<C> {
     }
 }
 
-/// β (Ω × M) × Ω = β (|Ω|² M − (M·Ω) Ω): relaxation, which keeps the energy.
+/// β (Ω × M) × Ω: relaxation, which keeps the energy.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Relaxation<C = f64>(pub C);
 
 impl<C: Coefficient> LaneForce for Relaxation<C> {
     #[inline(always)]
     fn add_to<V: Lanes>(&self, _t: V, m: Vec3<V>, eta: Vec3<V>, sum: Vec3<V>) -> Vec3<V> {
-        let scaled = scale(self.0.lanes(m[0]), eta);
-        if C::BODIES {
-            return less_scaled(add_scaled(sum, dot(scaled, eta), m), dot(m, eta), scaled);
-        }
-        add_cross(sum, scaled, cross(m, eta))
+        add_cross(sum, scale(self.0.lanes(m[0]), eta), cross(m, eta))
     }
 
     fn vanishes_when_steady(&self) -> bool {
