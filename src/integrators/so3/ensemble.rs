@@ -27,7 +27,7 @@ const TRUST: usize = 63;
 const MOST_GAIN: f64 = 64.0;
 
 /// A degree of extrapolation is given up for a while where the change is so many times smaller than it must be, or is what
-/// rounding makes of it: so many times the sum of the weights. Every so many steps that is looked at.
+/// rounding makes of it: so many times the sum of the weights' sizes, 2^r − 1 for r steps. Every so many steps that is looked at.
 const SPARE: f64 = 32.0;
 const NOISE: f64 = 2.0 * f64::EPSILON;
 const LOOK: usize = 8;
@@ -109,6 +109,7 @@ struct Group<F> {
     /// From how many steps the next is extrapolated, and for how many it stays so many at least.
     reach: usize,
     patience: usize,
+    /// For how many it will stay so many when it has to rise again: doubled each time, and never halved.
     caution: usize,
     /// How many times smaller a sweep makes an error, a quarter of what it was when it was measured; and for how many steps that
     /// is taken to be so.
