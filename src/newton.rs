@@ -7,7 +7,8 @@
 use crate::scalar::Real;
 use nalgebra::DMatrix;
 
-/// A system of n equations in n unknowns that depends on one parameter (here: the step size).
+/// A system of n equations in n unknowns that depends on one parameter (here: the step size). Newton's method sees it as an
+/// object, so that the iteration is compiled once for a scalar, whatever the equations.
 pub trait Equations<T: Real> {
     /// What evaluation can fail with (leaving a domain, for example).
     type Error;
@@ -104,13 +105,13 @@ impl<T: Real> Newton<T> {
     ///
     /// # Errors
     /// No contraction, too many iterations, or equations that cannot be evaluated.
-    pub fn solve<E: Equations<T>>(
+    pub fn solve<E>(
         &mut self,
-        equations: &mut E,
+        equations: &mut dyn Equations<T, Error = E>,
         origin: &[T],
         x: &mut [T],
         settings: &Settings<T>,
-    ) -> Result<Outcome<T>, Failure<T, E::Error>> {
+    ) -> Result<Outcome<T>, Failure<T, E>> {
         let start = self.determinant_at_zero(equations, origin)?;
         equations.set_fraction(T::one());
         let corrected = self.correct(equations, x, settings)?;
@@ -124,12 +125,12 @@ impl<T: Real> Newton<T> {
     ///
     /// # Errors
     /// [`Failure::Fold`] where det J tends to zero before the parameter is reached; otherwise as [`Newton::solve`].
-    pub fn follow<E: Equations<T>>(
+    pub fn follow<E>(
         &mut self,
-        equations: &mut E,
+        equations: &mut dyn Equations<T, Error = E>,
         x: &mut [T],
         settings: &Settings<T>,
-    ) -> Result<Outcome<T>, Failure<T, E::Error>> {
+    ) -> Result<Outcome<T>, Failure<T, E>> {
         let start = self.determinant_at_zero(equations, x)?;
         let smallest = T::exact(2f64.powi(-20));
         let mut iterations = 0;
@@ -210,23 +211,23 @@ impl<T: Real> Newton<T> {
         }
     }
 
-    fn determinant_at_zero<E: Equations<T>>(
+    fn determinant_at_zero<E>(
         &mut self,
-        equations: &mut E,
+        equations: &mut dyn Equations<T, Error = E>,
         origin: &[T],
-    ) -> Result<Determinant<T>, Failure<T, E::Error>> {
+    ) -> Result<Determinant<T>, Failure<T, E>> {
         equations.set_fraction(T::zero());
         equations.jacobian(origin, &mut self.jacobian).map_err(Failure::Equations)?;
         self.factor().ok_or(Failure::NotConverged(Outcome { iterations: 0, residual: T::zero() }))
     }
 
     /// Newton's iteration at the present parameter; every correction must be at most half the one before.
-    fn correct<E: Equations<T>>(
+    fn correct<E>(
         &mut self,
-        equations: &mut E,
+        equations: &mut dyn Equations<T, Error = E>,
         x: &mut [T],
         settings: &Settings<T>,
-    ) -> Result<Corrected<T>, Failure<T, E::Error>> {
+    ) -> Result<Corrected<T>, Failure<T, E>> {
         let mut determinant = None;
         let mut last_correction = None;
         let mut best = T::zero();

@@ -4,11 +4,13 @@
 //! with FMA, and for plain arrays; [`Registers::detect`] chooses at run time, so that a program built without special flags
 //! profits too.
 
-use super::so3::each;
 use std::ops::{Add, Div, Mul, Neg, Sub};
 
 /// A set of registers that hold eight `f64`.
 pub trait Isa: Copy + Send + Sync + 'static {
+    /// Whether few processors that the program may run on have nothing better: kernels are then as short as they can be.
+    const RARE: bool = false;
+
     /// Eight `f64`.
     type Eight: Copy;
 
@@ -298,7 +300,24 @@ fn fused(a: f64, b: f64, c: f64) -> f64 {
     if cfg!(any(target_feature = "fma", target_arch = "aarch64")) { a.mul_add(b, c) } else { a * b + c }
 }
 
+/// The array of EXPR for k = 0 … 7, written out: a kernel has thousands of them, and as loops the compiler would take a
+/// minute to unroll them all.
+macro_rules! eight {
+    ($k:ident => $e:expr) => {
+        eight!($k => $e; 0 1 2 3 4 5 6 7)
+    };
+    ($k:ident => $e:expr; $($n:literal)*) => {
+        [$({
+            let $k = $n;
+            $e
+        }),*]
+    };
+}
+
 impl Isa for Plain {
+    /// Ten times as much code as in registers.
+    const RARE: bool = cfg!(target_arch = "x86_64");
+
     type Eight = [f64; 8];
 
     #[inline(always)]
@@ -318,61 +337,58 @@ impl Isa for Plain {
 
     #[inline(always)]
     fn add(self, a: [f64; 8], b: [f64; 8]) -> [f64; 8] {
-        each!(8, k => a[k] + b[k])
+        eight!(k => a[k] + b[k])
     }
 
     #[inline(always)]
     fn sub(self, a: [f64; 8], b: [f64; 8]) -> [f64; 8] {
-        each!(8, k => a[k] - b[k])
+        eight!(k => a[k] - b[k])
     }
 
     #[inline(always)]
     fn mul(self, a: [f64; 8], b: [f64; 8]) -> [f64; 8] {
-        each!(8, k => a[k] * b[k])
+        eight!(k => a[k] * b[k])
     }
 
     #[inline(always)]
     fn div(self, a: [f64; 8], b: [f64; 8]) -> [f64; 8] {
-        each!(8, k => a[k] / b[k])
+        eight!(k => a[k] / b[k])
     }
 
     #[inline(always)]
     fn mul_add(self, a: [f64; 8], b: [f64; 8], c: [f64; 8]) -> [f64; 8] {
-        each!(8, k => fused(a[k], b[k], c[k]))
+        eight!(k => fused(a[k], b[k], c[k]))
     }
 
     #[inline(always)]
     fn neg_mul_add(self, a: [f64; 8], b: [f64; 8], c: [f64; 8]) -> [f64; 8] {
-        each!(8, k => fused(-a[k], b[k], c[k]))
+        eight!(k => fused(-a[k], b[k], c[k]))
     }
 
     #[inline(always)]
     fn mul_sub(self, a: [f64; 8], b: [f64; 8], c: [f64; 8]) -> [f64; 8] {
-        each!(8, k => fused(a[k], b[k], -c[k]))
+        eight!(k => fused(a[k], b[k], -c[k]))
     }
 
     #[inline(always)]
     fn sqrt(self, a: [f64; 8]) -> [f64; 8] {
-        each!(8, k => a[k].sqrt())
+        eight!(k => a[k].sqrt())
     }
 
     #[inline(always)]
     fn abs(self, a: [f64; 8]) -> [f64; 8] {
-        each!(8, k => a[k].abs())
+        eight!(k => a[k].abs())
     }
 
     #[inline(always)]
     fn max(self, a: [f64; 8], b: [f64; 8]) -> [f64; 8] {
-        each!(8, k => if a[k] > b[k] { a[k] } else { b[k] })
+        eight!(k => if a[k] > b[k] { a[k] } else { b[k] })
     }
 
     #[inline(always)]
     fn all_le(self, a: [f64; 8], b: [f64; 8]) -> bool {
-        let mut all = true;
-        for k in 0..8 {
-            all &= a[k] <= b[k];
-        }
-        all
+        let [p, q, r, s, t, u, v, w] = eight!(k => a[k] <= b[k]);
+        p & q & r & s & t & u & v & w
     }
 
     #[inline(always)]
@@ -382,7 +398,9 @@ impl Isa for Plain {
 
     #[inline(always)]
     fn largest(self, a: [f64; 8]) -> f64 {
-        a.into_iter().fold(a[0], |m, v| if v > m || v.is_nan() { v } else { m })
+        let larger = |m: f64, v: f64| if v > m || v.is_nan() { v } else { m };
+        let [p, q, r, s, t, u, v, w] = a;
+        larger(larger(larger(larger(larger(larger(larger(p, q), r), s), t), u), v), w)
     }
 }
 

@@ -214,7 +214,8 @@ impl<T: Real> Visitor<T> for Run<'_, T> {
         let Self { plan: Plan { steps, last, every }, observer, matrix_size } = self;
         let System { lagrangian, force, retraction, tableau, mut state, step, casimirs, .. } = system;
         let work = Cell::new(T::zero());
-        let mut method = Metered { method: Variational::new(&lagrangian, force, retraction, tableau), work: &work };
+        // By references, as everywhere: the same types are compiled once.
+        let mut method = Metered { method: Variational::new(&lagrangian, &force, &retraction, tableau), work: &work };
         let mut rows = Rows {
             lagrangian: &lagrangian,
             casimirs: &casimirs,

@@ -434,7 +434,7 @@ impl<F: PackedForce, R: LaneRotation> Kernel for Steps<'_, F, R> {
         std::hint::black_box(&mut anchor);
         for taken in 0..left {
             let solved = match scaled.pairs {
-                1 => group.step::<I, R, 1>(isa, scaled, settings),
+                1 if !I::RARE => group.step::<I, R, 1>(isa, scaled, settings),
                 _ => group.step::<I, R, PAIRS>(isa, scaled, settings),
             };
             if !solved {

@@ -199,7 +199,7 @@ impl<F: LaneForce<N>, R: FastRetraction<N, D>, const N: usize, const D: usize> V
     }
 
     /// One step in lanes, which replaces its state on success: `state`, or the one that the last step left where none is given.
-    #[inline]
+    /// A function of its own: the kernels are compiled once for all that call it.
     pub(super) fn take(
         &mut self,
         state: Option<&mut Packed<N>>,

@@ -4,6 +4,7 @@ use super::super::integrators::refused as step_refused;
 use super::super::planted::blend_scalar;
 use super::super::precision::{Measured, settle_main_small};
 use super::super::probe::Probe;
+use super::super::subjects::PlantedForced;
 use super::super::{CaseLaw, Source};
 use super::{
     CONJUGATE, DOUBLED, KEEPS_U, NO_U, Planted, U_RIGHT, U_SIGN, V_RIGHT, VALUE, compare, inverse, outside, refused,
@@ -260,7 +261,10 @@ impl Check<'_> {
         let x = probe.vector::<T, N>() * T::exact(0.03125);
         let u = system.retraction.tau(&x).map_err(outside)?;
         let (l, f, r) = (&system.lagrangian, &system.force, &system.retraction);
-        let mut method = Doubled::<T, _, _, N, D>::new(system.tableau.clone(), r, Forced::new(l, f, r));
+        // The type that other laws step, too.
+        let forced = Forced::new(l, f, r);
+        let lagrangian = PlantedForced { doubled: &forced, fault: None };
+        let mut method = Doubled::<T, _, _, N, D>::new(system.tableau.clone(), r, lagrangian);
         let mut start = DoubledState { time: state.time, lambda, relative: u, mu, attitudes: None };
         let mut steps = Vec::with_capacity(count);
         for _ in 0..count {
