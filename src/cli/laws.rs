@@ -1,7 +1,7 @@
 //! `laws`: what is checked; and the patterns that select laws.
 
 use super::table::entries;
-use super::{Failure, Format, print};
+use super::{Failure, Format, print, schema};
 use euler_poincare::harness::{Cost, Fault, Law, draw};
 use euler_poincare::laws::{self, CaseLaw};
 use euler_poincare::system::labels;
@@ -86,7 +86,7 @@ fn describe(law: &CaseLaw, covered: &Covered) -> String {
 
 fn object(law: &CaseLaw, covered: Covered) -> serde_json::Value {
     let fault = |f: &Fault| json!({ "name": f.name, "what": f.what, "visible_on": f.visible_on });
-    json!({
+    let object = json!({
         "law": law.name,
         "cost": cost(law.cost),
         "algebras": covered.algebras,
@@ -97,7 +97,8 @@ fn object(law: &CaseLaw, covered: Covered) -> serde_json::Value {
         "oracle": law.oracle,
         "bound": law.bound,
         "faults": law.faults.iter().map(fault).collect::<Vec<_>>(),
-    })
+    });
+    schema::object("laws/1", object)
 }
 
 /// The names of all laws, for messages.

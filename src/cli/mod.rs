@@ -16,6 +16,7 @@ mod progress;
 mod rates;
 pub mod replay;
 pub mod report;
+mod schema;
 mod summary;
 mod table;
 pub mod verify;
