@@ -1,0 +1,79 @@
+//! One formula: LaTeX to MathML that survives rustdoc's Markdown.
+
+use math_core::{LatexToMathML, MathCoreConfig, MathDisplay};
+
+/// Where a formula stands.
+#[derive(Clone, Copy, PartialEq)]
+pub enum Place {
+    /// In a line of text.
+    Line,
+    /// On its own.
+    Block,
+}
+
+/// Abbreviations for the notation of the crate.
+const MACROS: [(&str, &str); 12] = [
+    ("g", r"\mathfrak{g}"),
+    ("gd", r"\mathfrak{g}^*"),
+    ("R", r"\mathbb{R}"),
+    ("ad", r"\operatorname{ad}"),
+    ("Ad", r"\operatorname{Ad}"),
+    ("cay", r"\operatorname{cay}"),
+    ("dtau", r"\mathrm{d}\tau"),
+    ("ddtau", r"\mathrm{dd}\tau"),
+    ("D", r"\mathrm{d}"),
+    ("hata", r"\hat{a}"),
+    ("tr", r"\mathsf{T}"),
+    ("pair", r"\langle #1, #2 \rangle"),
+];
+
+/// The formula as MathML on one line.
+///
+/// # Errors
+/// What is wrong with the LaTeX.
+pub fn convert(latex: &str, place: Place) -> Result<String, String> {
+    let macros = MACROS.map(|(name, definition)| (name.to_owned(), definition.to_owned())).to_vec();
+    let config = MathCoreConfig { macros, ..MathCoreConfig::default() };
+    let converter = LatexToMathML::new(config).map_err(|error| format!("in the macros: {error:?}"))?;
+    let display = if place == Place::Block { MathDisplay::Block } else { MathDisplay::Inline };
+    let mathml = converter.convert_with_local_counter(latex, display).map_err(|error| format!("{error} in {latex}"))?;
+    let mathml = escaped(&shortened(&mathml));
+    Ok(match place {
+        Place::Line => mathml,
+        Place::Block => format!("<div style=\"overflow-x:auto\">{mathml}</div>"),
+    })
+}
+
+/// Without what says nothing.
+fn shortened(mathml: &str) -> String {
+    mathml
+        .replace("<mrow><mspace/><mi mathvariant=\"normal\">d</mi></mrow>", "<mi mathvariant=\"normal\">d</mi>")
+        .replace("<mspace/>", "")
+        .replace("0.16666667em", ".17em")
+        .replace("0.1667em", ".17em")
+        .replace("0.2222em", ".22em")
+        .replace("justify-items: end;", "")
+        .replace("justify-items: start;", "")
+        .replace("text-align: right;padding-right: 0;", "text-align:right;padding-right:0")
+        .replace("text-align: left;padding-left: 0;", "text-align:left;padding-left:0")
+        .replace("\n", "")
+}
+
+/// Numeric entities for the characters that Markdown would read. Only text is escaped, not tags.
+fn escaped(mathml: &str) -> String {
+    let mut text = String::with_capacity(mathml.len());
+    let mut in_tag = false;
+    for c in mathml.chars() {
+        match c {
+            '<' => in_tag = true,
+            '>' => in_tag = false,
+            _ => {}
+        }
+        if !in_tag && "*_[]\\|`~$'\"!".contains(c) {
+            text.push_str(&format!("&#{};", u32::from(c)));
+        } else {
+            text.push(c);
+        }
+    }
+    text
+}
