@@ -1,10 +1,13 @@
 //! Forced variational integrators on Lie groups, and the property-based harness that verifies them.
 //!
-//! A forced Euler–Poincaré system is a Lie group G, a reduced Lagrangian l: g → ℝ and a force f: g → g*,
-//! d/dt l'(η) = ad*_η l'(η) + f(t, η), ġ = g η. This crate integrates it by the variationally partitioned Runge–Kutta–
-//! Munthe-Kaas methods that come from doubling the variables (D. Martín de Diego, R. T. Sato Martín de Almagro,
-//! *Variational order for forced Lagrangian systems II: Euler–Poincaré equations with forcing*, 2019), and it checks what
-//! the theory promises on random algebras, inertias, forces, tableaux and states.
+#![doc = include_str!("guide/modules/system.md")]
+//! Examples are rigid bodies, underwater vehicles and spins, with drag, torques and damping. This crate integrates such systems by
+//! the variationally partitioned Runge–Kutta–Munthe-Kaas methods that come from doubling the variables (D. Martín de Diego, R. T.
+//! Sato Martín de Almagro, *Variational order for forced Lagrangian systems II: Euler–Poincaré equations with forcing*, 2019). It
+//! checks what the theory promises on random algebras, inertias, forces, tableaux and states.
+//!
+//! The [guide](guide/index.html) has a chapter for each task: getting started, integrating a system, orders of a tableau, testing
+//! your own code, probing a program in any language, campaigns, the theory.
 //!
 //! # Example
 //!
@@ -35,30 +38,7 @@
 //! # }
 //! ```
 //!
-//! # Notation
-//!
-//! | symbol | meaning | in code |
-//! |---|---|---|
-//! | G, g, g* | Lie group, its algebra of dimension N, the dual | [`group::LieGroup`], [`algebra::LieAlgebra`] |
-//! | C^c_ab | structure constants: \[e_a, e_b\] = C^c_ab e_c | `constant(a, b, c)` |
-//! | η, ξ, Ξ, H, Ψ | vectors of g, columns | [`algebra::Vector`] |
-//! | μ, λ, p, f | covectors of g*, rows: ⟨μ, ξ⟩ = μ ξ, and A*μ is μ A | [`algebra::Covector`], [`algebra::pair`] |
-//! | ad_ξ, ad*_ξ μ | (ad_ξ)^c_b = C^c_ab ξ^a, μ ad_ξ | `ad`, `coad` |
-//! | Ad_g, Ad*_g μ | Ad_g ξ = g ξ g⁻¹, μ Ad_g (no inverse) | `adjoint`, `coadjoint` |
-//! | η = g⁻¹ġ | left trivialisation, throughout | |
-//! | τ | retraction: τ(0) = e, T₀τ = 1, τ(−ξ) = τ(ξ)⁻¹ | [`retraction::Retraction`] |
-//! | dτ_ξ | T_ξ τ(η) = τ(ξ) dτ_ξ η ("right Jacobian" in robotics) | `d`, `d_inv` |
-//! | ddτ_ξ(η, δ) | ∂_ξ(dτ_ξ η) δ = dτ_ξ ddτ_ξ(η, δ) | `dd`, `pull_dd` |
-//! | a_ij, b_j, c_i | tableau with s stages, every b_i ≠ 0 | [`tableau::Tableau`] |
-//! | â_ij | b_j − b_j a_ji / b_i, the symplectic conjugate | `conjugate` |
-//! | l, l', f | reduced Lagrangian, its gradient, force | [`mechanics::Lagrangian`], [`mechanics::Force`] |
-//! | l_f, k_f | doubled Lagrangian on g×G×g and its coupling | [`mechanics::doubled`] |
-//! | h_f, h̃_f | Hamiltonians on g*×G×g* of a forced system | [`mechanics::forced_hamiltonian`], [`mechanics::hamiltonian`] |
-//! | u | unit round-off of the scalar | `unit_roundoff` |
-//!
-//! Bases: so(3) the three rotations, \[e_1, e_2\] = e_3; se(3) and so(4) rotations first; the rest in
-//! [`algebra::catalogue`]. Where a source has another convention, the formula says so.
-//!
+#![doc = include_str!("guide/modules/notation.md")]
 //! # Modules
 //!
 //! Importing goes one way, downwards in this table.
@@ -80,7 +60,11 @@
 //!
 //! # Features
 //!
-//! `default = ["cli"]`; `cli` contains `harness`; with neither, the core needs little more than nalgebra.
+//! | feature | contains |
+//! |---|---|
+//! | none | what needs little more than nalgebra: `scalar` to `integrators` in the table above |
+//! | `harness` | also `experiments`, `harness`, `system`, `study`, `laws`, `foreign` |
+//! | `cli` (default) | also the command |
 
 pub mod algebra;
 pub mod discrete;
@@ -90,6 +74,8 @@ pub mod experiments;
 pub mod foreign;
 pub mod group;
 pub mod groupoid;
+#[cfg(all(any(doc, doctest), feature = "harness"))]
+pub mod guide;
 #[cfg(feature = "harness")]
 pub mod harness;
 pub mod integrators;

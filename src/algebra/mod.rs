@@ -1,7 +1,6 @@
 //! Finite-dimensional real Lie algebras, given by structure constants.
 //!
-//! Conventions (crate-wide table in the crate docs): [e_a, e_b] = C^c_ab e_c; vectors of g are columns, covectors of g*
-//! are rows, so ⟨μ, ξ⟩ = μ ξ and ad*_ξ μ = μ ad_ξ.
+#![doc = include_str!("../guide/modules/algebra.md")]
 
 use crate::scalar::{Real, Scalar, finite};
 use nalgebra::{DVectorView, RowSVector, SMatrix, SVector};

@@ -1,8 +1,6 @@
-//! The exact discrete Lagrangian, l_d^e(V, U, W) = ∫₀ʰ **l**(t; η, U, ψ) dt along a solution.
+//! The exact discrete Lagrangian, the action along a solution of the continuous equations.
 //!
-//! Where the solution starts is given, not where it ends: from (η₀, U₀, ψ₀) the Euler–Lagrange equations, both
-//! reconstructions V = τ(X), Ẋ = dτ_X⁻¹η, W = τ(Y), Ẏ = dτ_Y⁻¹ψ and the action are integrated together, and l_d^e is
-//! known at (V(h), U₀, W(h)) without a boundary-value problem (Martín de Diego and Sato Martín de Almagro 2019, §5.1).
+#![doc = include_str!("../guide/modules/discrete/exact.md")]
 
 use crate::algebra::{LieAlgebra, Matrix, Vector};
 use crate::mechanics::doubled::{DoubledLagrangian, VelocityError};

@@ -1,6 +1,6 @@
 //! Discrete Lagrangians on G itself: discrete Euler–Poincaré and Lie–Poisson equations, without force.
 //!
-//! Source: Martín de Diego and Sato Martín de Almagro 2019, §2.3.
+#![doc = include_str!("../guide/modules/discrete/group.md")]
 
 use super::DiscreteError;
 use super::chord::{self, Differences};

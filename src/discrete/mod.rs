@@ -1,19 +1,16 @@
 //! Discrete mechanics on G×G×G, on G⁴ and on G.
 //!
-//! With V_k = g_k⁻¹g_{k+1}, U_k = g_k⁻¹g̃_k, W_k = g̃_k⁻¹g̃_{k+1}, a discrete Lagrangian l_d(V, U, W) gives the discrete
-//! Euler–Lagrange equations, two Legendre transforms F± to g*×G×g* and the flow F_{l_d} with F⁻(k) = F⁺(k−1) (Martín de
-//! Diego and Sato Martín de Almagro 2019, §5). Everything is derived from values of l_d, on the units (V, e, V) and off
-//! them; nothing is shared with the integrators.
-//!
 //! | | holds |
 //! |---|---|
-//! | [`DiscreteLagrangian`] | value and trivialised slopes of any l_d |
+//! | [`DiscreteLagrangian`] | value and trivialised slopes of any discrete Lagrangian |
 //! | [`Smooth`] | the slopes of a value that runs on dual numbers |
-//! | [`StageLagrangian`] | l_d of a tableau: the action sum, extremised over its stages |
-//! | [`legendre`] | F±, the equations, the flow |
+//! | [`StageLagrangian`] | the discrete Lagrangian of a tableau: the action sum, extremised over its stages |
+//! | [`legendre`] | Legendre transforms, equations, flow |
 //! | [`quadruple`] | the same on G⁴, lift and projection |
 //! | [`exact`] | the exact discrete Lagrangian along solutions of the continuous equations |
 //! | [`group`] | discrete Euler–Poincaré and Lie–Poisson on G |
+//!
+#![doc = include_str!("../guide/modules/discrete.md")]
 
 mod assembly;
 mod chord;

@@ -1,7 +1,6 @@
 //! Discrete mechanics on G⁴, before reduction.
 //!
-//! L_d(g₀, g₁, g̃₀, g̃₁) is invariant under (g₀, g₁, g̃₀, g̃₁) ↦ (g g₀, g g₁, g g̃₀, g g̃₁) if and only if it is the lift of
-//! l_d(V, U, W) along π(g₀, g₁, g̃₀, g̃₁) = (g₀⁻¹g₁, g₀⁻¹g̃₀, g̃₀⁻¹g̃₁) (Martín de Diego and Sato Martín de Almagro 2019, §5).
+#![doc = include_str!("../guide/modules/discrete/quadruple.md")]
 
 use super::chord::{self, Differences};
 use super::smooth::{SmoothLagrangian, moved};

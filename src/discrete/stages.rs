@@ -1,8 +1,6 @@
 //! The discrete Lagrangian of a tableau: the action sum over the stages, extremised.
 //!
-//! l_d(V, U, W) = ext Σ_i h b_i **l**(t + c_i h; dτ_{Ξ_i}H_i, τ(−Ξ_i) U τ(X_i), dτ_{X_i}Ψ_i) over H and Ψ, with
-//! Ξ_i = h Σ_j a_ij H_j, X_i = h Σ_j a_ij Ψ_j, subject to h Σ_j b_j H_j = τ⁻¹(V) and h Σ_j b_j Ψ_j = τ⁻¹(W) (Martín de
-//! Diego and Sato Martín de Almagro 2019, §5.2). The extremum is a saddle; its multipliers are the slopes of l_d.
+#![doc = include_str!("../guide/modules/discrete/stages.md")]
 
 use super::chord::{self, Equations, Factors, Residual};
 use super::{DiscreteError, DiscreteLagrangian, Slopes, Triple, assembly};

@@ -1,6 +1,6 @@
 //! Lie groups through faithful matrix representations.
 //!
-//! A group element is its matrix, D×D. `hat` maps g to matrices, `vee` back; left trivialisation throughout.
+#![doc = include_str!("../guide/modules/group.md")]
 
 use crate::algebra::{Covector, LieAlgebra, Matrix, Vector};
 use crate::scalar::{Real, Scalar};

@@ -1,18 +1,6 @@
 //! Groupoids and Lie groupoids: the abstraction, the instances, their Lie algebroids, and the Poisson groupoid.
 //!
-//! An element g is an arrow from its source α(g) to its target β(g); g₁g₂ exists iff β(g₁) = α(g₂), compared exactly.
-//! [`Groupoid`] has the structure maps, [`LieGroupoid`] adds coordinates over a scalar, so that tangent maps and invariant
-//! vector fields come from dual numbers, and [`LieAlgebroid`] has anchor and bracket in closed form.
-//!
-//! | groupoid | elements | base | Lie algebroid |
-//! |---|---|---|---|
-//! | [`PairGroupoid`], [`ManifoldPair`] | (q, r) | Q | TQ |
-//! | [`PointGroupoid`] | U | a point | g |
-//! | [`GaugeGroupoid`], [`PoissonGroupoid`] | (x, U, y) in B×G×B | B = G, B = g* | B×g ⊕ TB |
-//! | [`ActionGroupoid`] | (x, g, x·g) | Q | Q×g |
-//! | [`AtiyahGroupoid`] | classes \[p, q\] in (P×P)/K | P/K | TP/K |
-//!
-//! Source: Martín de Diego and Sato Martín de Almagro 2019, §4.1 and §4.2.
+#![doc = include_str!("../guide/modules/groupoid.md")]
 
 mod action;
 mod algebroid;

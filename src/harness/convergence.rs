@@ -1,10 +1,6 @@
 //! The order of a method, read off its errors at a sequence of step sizes; or the reason why it cannot be.
 //!
-//! With errors e_k at steps h_0 > h_1 > …, the local slopes are p_k = ln(e_k/e_{k+1}) / ln(h_k/h_{k+1}): true ratios, any
-//! grid. For e = C h^p (1 + c h + …) they are p + c H_k + …, with H_k = (h_k − h_{k+1}) / ln(h_k/h_{k+1}) the logarithmic
-//! mean of the two steps. So a line tells an order when the differences of its slopes die out as a positive power of H,
-//! and then the slope at H = 0 is extrapolated. A slope that merely passes through an integer does not.
-//!
+#![doc = include_str!("../guide/modules/harness/convergence.md")]
 //! Only the finest slopes above the noise decide. Levels within the noise are not used, but must be explained by
 //! what was read off the others: a lower-order term that emerges there leaves no estimate.
 

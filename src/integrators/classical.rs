@@ -1,9 +1,6 @@
 //! A classical Runge–Kutta method on the vector field of (μ, g), blind to the group: the comparator, and the reference.
 //!
-//! K_i = ad*_{η_i} M_i + f(t + c_i h, η_i), M_i = μ + h Σ_j a_ij K_j, η_i = (l')⁻¹(M_i), and for the attitude the matrix
-//! equation ġ = g η̂ treated the same way. With an explicit tableau one pass suffices; otherwise Picard iteration. With
-//! Gauss tableaux of many stages it is the reference that orders are measured against: it shares no formula with the
-//! variational integrator, neither a retraction nor its tangents.
+#![doc = include_str!("../guide/modules/integrators/classical.md")]
 
 use super::picard::sweep;
 use super::{OneStep, Report, State, StepError};

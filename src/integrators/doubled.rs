@@ -1,8 +1,6 @@
 //! The doubled variational scheme on g*×G×g*, on the units and off them.
 //!
-//! It extremises Σ h b_i **l**(dτ_{Ξ_i}H_i, τ(−Ξ_i) U τ(X_i), dτ_{X_i}Ψ_i) over the stages (Martín de Diego and Sato
-//! Martín de Almagro 2019, §5.2). For (λ, U, μ) = (μ, e, μ) and the doubled Lagrangian of a forced system it stays
-//! there and is the restricted scheme; it is written without regard to that one, so that the two judge each other.
+#![doc = include_str!("../guide/modules/integrators/doubled.md")]
 
 use super::{Report, Solver, StepError};
 use crate::algebra::{Covector, Matrix, Vector};

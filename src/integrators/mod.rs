@@ -1,4 +1,6 @@
 //! One-step methods on (g, μ), and the trajectories made of them.
+//!
+#![doc = include_str!("../guide/modules/integrators.md")]
 
 pub mod classical;
 #[cfg(feature = "cli")]

@@ -1,13 +1,6 @@
 //! The classical Runge–Kutta–Munthe-Kaas methods: a comparator with the order of its tableau as it stands.
 //!
-//! The attitude is written g = g_k τ(Ξ), so that ġ = g η becomes Ξ̇ = dτ_Ξ⁻¹ η, and the tableau is applied to (μ, Ξ) as
-//! to any differential equation:
-//!
-//! M_i = μ + h Σ_j a_ij κ_j, Ξ_i = h Σ_j a_ij K_j, η_i = (l')⁻¹(M_i), κ_i = ad*_{η_i} M_i + f(t + c_i h, η_i),
-//! K_i = dτ_{Ξ_i}⁻¹ η_i; μ' = μ + h Σ b_j κ_j, g' = g τ(h Σ b_j K_j).
-//!
-//! Source: Munthe-Kaas 1999, algorithm 3; Iserles, Munthe-Kaas, Nørsett and Zanna 2000, §4. The order is the classical
-//! one, [`classical_order`](crate::tableau::classical_order), for any retraction; no structure is kept but g ∈ G.
+#![doc = include_str!("../guide/modules/integrators/munthe_kaas.md")]
 
 use super::picard::sweep;
 use super::{OneStep, Report, State, StepError};

@@ -1,19 +1,6 @@
 //! The forced variational Runge–Kutta–Munthe-Kaas step, restricted to the units.
 //!
-//! Martín de Diego and Sato Martín de Almagro 2019, §5.2 on (η, e, η). With Ξ_i = h Σ_j a_ij H_j, ξ = h Σ_j b_j H_j,
-//! η_i = dτ(Ξ_i) H_i, and covectors as rows,
-//!
-//! ```text
-//! P_i = l'(η_i) dτ(Ξ_i)          N_i = f(t + c_i h, η_i) dτ(Ξ_i)
-//! G_i = P_i ddτ(Ξ_i; H_i, ·) + N_i
-//! m   = μ + h Σ_j b_j f_j Ad_{τ(Ξ_j)}⁻¹
-//! r_i = P_i + h Σ_j (b_j a_ji / b_i) G_j − m dτ(−ξ) = 0
-//! μ'  = m Ad_{τ(ξ)}              g' = g τ(ξ)
-//! ```
-//!
-//! The default iteration sweeps over (P_i, Ξ_i): with â the conjugate, r_i = 0 reads
-//! P_i = [m dτ(−ξ) − h Σ_j b_j G_j] + h Σ_j â_ij G_j, and the right-hand side is evaluated at the last iterate. Where
-//! sweeps do not contract, Newton's method on r(H), and where that does not contract, a continuation in h from 0.
+#![doc = include_str!("../guide/modules/integrators/variational.md")]
 
 use super::stages::Stages;
 use super::{OneStep, Report, Solver, State, StepError};

@@ -1,8 +1,6 @@
 //! Doubled Lagrangians on g×G×g and the one that generates a forced system.
 //!
-//! **l**(η, U, ψ), U = g⁻¹g̃, gives d/dt ∂l/∂η = ad*_η ∂l/∂η − R*_U ∂l/∂U, d/dt ∂l/∂ψ = ad*_ψ ∂l/∂ψ + L*_U ∂l/∂U,
-//! U̇ = Uψ − ηU; on (η, e, η) these are two copies of forced Euler–Poincaré (Martín de Diego and Sato Martín de Almagro
-//! 2019, Theorem 3.1 and Proposition 3.2).
+#![doc = include_str!("../guide/modules/mechanics/doubled.md")]
 
 use super::{Force, Lagrangian, LegendreError};
 use crate::algebra::{Covector, Matrix, Vector, elimination, pair};

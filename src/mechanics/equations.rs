@@ -1,6 +1,6 @@
 //! The forced Euler–Poincaré equations in their Hamiltonian form, forced Lie–Poisson.
 //!
-//! d/dt l'(η) = ad*_η l'(η) + f(t, η), ġ = g η̂ (Martín de Diego and Sato Martín de Almagro 2019, §3).
+#![doc = include_str!("../guide/modules/mechanics/equations.md")]
 
 use super::{Force, Lagrangian, LegendreError};
 use crate::algebra::{Covector, LieAlgebra, Matrix, Vector, pair};

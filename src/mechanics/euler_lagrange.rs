@@ -1,7 +1,6 @@
-//! The reduced Euler–Lagrange equations on g×G×g of any doubled Lagrangian **l**(t; η, U, ψ):
+//! The reduced Euler–Lagrange equations on g×G×g of any doubled Lagrangian.
 //!
-//! d/dt ∂l/∂η = ad*_η ∂l/∂η − R*_U ∂l/∂U, d/dt ∂l/∂ψ = ad*_ψ ∂l/∂ψ + L*_U ∂l/∂U, U̇ = Uψ̂ − η̂U
-//! (Martín de Diego and Sato Martín de Almagro 2019, Theorem 3.1).
+#![doc = include_str!("../guide/modules/mechanics/euler_lagrange.md")]
 
 use super::doubled::{DoubledLagrangian, VelocityError, singular};
 use crate::algebra::elimination::power_of_two;

@@ -1,4 +1,6 @@
-//! The Hamiltonian h_f on g*×G×g* that generates a forced Lie–Poisson system.
+//! The Hamiltonian on g*×G×g* that generates a forced Lie–Poisson system.
+//!
+#![doc = include_str!("../guide/modules/mechanics/forced_hamiltonian.md")]
 
 use super::doubled::{Forced, VelocityError, force_derivative, hat};
 use super::hamiltonian::{DoubledHamiltonian, MomentumPartials};

@@ -1,7 +1,6 @@
 //! Hamiltonians on Γ = g*×G×g*, their equations of motion, and the modified Legendre transforms that lead there and back.
 //!
-//! λ̇ = −ad*_{∂h/∂λ} λ − R*_U ∂h/∂U, μ̇ = ad*_{∂h/∂μ} μ − L*_U ∂h/∂U, U̇ = U(∂h/∂μ + Ad_{U⁻¹} ∂h/∂λ)
-//! (Martín de Diego and Sato Martín de Almagro 2019, §4.3).
+#![doc = include_str!("../guide/modules/mechanics/hamiltonian.md")]
 
 use super::LegendreError;
 use super::doubled::{DoubledLagrangian, VelocityError};

@@ -1,6 +1,6 @@
 //! The Lie–Poisson bracket on g* for functions, and forces that keep the coadjoint orbits.
 //!
-//! {F, K}(μ) = −⟨μ, [F'(μ), K'(μ)]⟩ (Martín de Diego and Sato Martín de Almagro 2019, (2.7) and §2.2).
+#![doc = include_str!("../guide/modules/mechanics/lie_poisson.md")]
 
 use super::equations::lie_poisson_bracket;
 use super::{Force, Lagrangian};

@@ -1,7 +1,4 @@
-//! Retractions τ: g → G with τ(0) = e, T₀τ = Id and τ(−ξ) = τ(ξ)⁻¹, and their left-trivialised tangents.
-//!
-//! T_ξ τ(η) = τ(ξ) dτ_ξ η and ∂_ξ(dτ_ξ η) δ = dτ_ξ ddτ_ξ(η, δ) (Bou-Rabee and Marsden 2009; Martín de Diego and Sato
-//! Martín de Almagro 2019, §5.2).
+//! Retractions τ: g → G, the maps from a Lie algebra to its group, and their left-trivialised tangents.
 //!
 //! | | any algebra or group | SO(3), closed form |
 //! |---|---|---|
@@ -9,6 +6,8 @@
 //! | Cayley | [`Cayley`] | [`CayleySo3`] |
 //!
 //! [`AnyRetraction`] is either of the general two.
+//!
+#![doc = include_str!("../guide/modules/retraction.md")]
 
 use crate::algebra::{Covector, LieAlgebra, Matrix, Vector};
 use crate::scalar::{Real, Scalar, finite};

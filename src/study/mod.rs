@@ -1,17 +1,6 @@
 //! Convergence studies: what errors a one-step method makes at a sequence of step sizes, and what order they show.
 //!
-//! A [`Study`] starts from a state and compares what a method makes of it with [`Target`]s: momentum, attitude, and any
-//! functions of the state, energy and Casimirs for instance. The method is anything that implements [`OneStep`], of this
-//! crate or of its user. Two plans of steps:
-//!
-//! * [`Rung::over`]: n steps over a fixed horizon. The error goes as h^p: the textbook's study.
-//! * [`Rung::shrinking`]: a fixed number of steps, of sizes that go to 0. The error goes as h^{p+1}, a level costs a few steps,
-//!   and the line goes down to round-off: a lower-order term that is small, such as that of a coefficient wrong in its
-//!   ninth digit, has nowhere to hide.
-//!
-//! The order is read off by [`convergence`](crate::harness::convergence), with true step ratios. [`Findings::compare`] holds it
-//! against an order that was predicted, from both sides.
-//!
+#![doc = include_str!("../guide/modules/study.md")]
 //! ```
 //! use euler_poincare::algebra::{Covector, LieAlgebra, Matrix, catalogue::Entry};
 //! use euler_poincare::group::So3;

@@ -1,11 +1,6 @@
 //! The simplifying assumptions B(p), C(q) and D(r) of Butcher 1964, with the first equation that fails.
 //!
-//! With c_i = Σ_j a_ij (the row sums, so C(1) holds always):
-//!
-//! - B(p): Σ_i b_i c_i^{k−1} = 1/k for k ≤ p,
-//! - C(q): Σ_j a_ij c_j^{k−1} = c_i^k/k for k ≤ q and all i,
-//! - D(r): Σ_i b_i c_i^{k−1} a_ij = b_j (1 − c_j^k)/k for k ≤ r and all j.
-//!
+#![doc = include_str!("../guide/modules/tableau/assumptions.md")]
 //! Source: Hairer, Nørsett and Wanner, *Solving Ordinary Differential Equations I*, section II.7.
 
 use super::quantity::{Coefficients, Quantity, decimal};

@@ -1,8 +1,9 @@
-//! Runge–Kutta tableaux as data: (a_ij, b_j, c_i) with every b_i ≠ 0, and the symplectic conjugate.
+//! Runge–Kutta tableaux as data, their families, and their orders computed from the coefficients.
 //!
-//! [`Description`] is what a person writes, [`Tableau`] the numbers in some scalar. The orders are computed from the
-//! coefficients: [`order`] over [`trees`]. With the feature `harness`, `analyse` says everything
-//! that can be decided about a tableau, in exact rationals where its entries are rational, and why.
+#![doc = include_str!("../guide/modules/tableau.md")]
+//! [`Description`] is what a person writes, [`Tableau`] the numbers in some scalar. [`order`] computes the orders over [`trees`].
+//! With the feature `harness`, `analyse` says everything that can be decided about a tableau, and why, in exact rationals if its
+//! entries are rational.
 
 #[cfg(feature = "harness")]
 pub mod analysis;

@@ -1,8 +1,6 @@
-//! The order of a tableau, computed from its coefficients by the order conditions Σ_i b_i Φ_i(t) = 1/γ(t).
+//! The order of a tableau, computed from its coefficients by the order conditions of coloured rooted trees.
 //!
-//! Φ_i(t) = Π over the branches (colour, u) of t of Σ_j a^{(colour)}_ij Φ_j(u). Plain Runge–Kutta conditions use one
-//! colour, a. The variational integrators on a Lie group need two, a and its conjugate â (Martín de Diego and Sato Martín
-//! de Almagro 2019): every bicoloured rooted tree counts.
+#![doc = include_str!("../guide/modules/tableau/order.md")]
 
 use super::Tableau;
 use super::quantity::{Ball, Coefficients, Quantity};

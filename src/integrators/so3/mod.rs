@@ -2,17 +2,13 @@
 //!
 //! [`VariationalSo3`] takes the same step as [`super::Variational`] with [`crate::retraction::CayleySo3`] or
 //! [`crate::retraction::ExponentialSo3`], to round-off, with all stages of a tableau of up to eight in one register per
-//! component. A sweep costs nearly the same for eight stages as for four, so a high order is nearly free.
+//! component. An iteration costs nearly the same for eight stages as for four, so a high order is nearly free.
 //!
-//! The iteration (covectors as columns): sweeps of plain collocation on (M_i, Ξ_i),
-//! M = μ + h Σ a (M×Ω + f), Ξ = h Σ a dτ⁻¹ Ω, as predictor, then sweeps on (P_i, Ξ_i),
-//! P_i = μ + δ + h Σ_j â_ij G_j, with δ = m dτ(−ξ) − h Σ b_j G_j − μ frozen until they have settled (from five stages on;
-//! with fewer, δ is not small and follows every sweep). What decides is always the true residual r_i, with δ up to date.
-//! Where sweeps do not contract, [`super::Variational`] takes the step: Newton's method and the continuation in h.
+#![doc = include_str!("../../guide/modules/integrators/so3.md")]
+//! If this does not contract, [`super::Variational`] takes the step: Newton's method and the continuation in h.
 //!
-//! [`QuaternionSo3`] is the same step with a unit quaternion for g.
-//!
-//! Sums g ← g + g(τ(ξ) − 1), μ ← μ + Δμ are compensated (Kahan 1965), so that rounding grows like √n with n steps.
+//! [`QuaternionSo3`] is the same step with a unit quaternion for g. The sums g ← g + g(τ(ξ) − 1) and μ ← μ + Δμ are compensated
+//! (Kahan 1965), so that rounding grows like √n with n steps.
 
 /// The array of EXPR for k = 0 … N − 1, by a loop: only what is sure to be inlined is compiled for the registers of a
 /// kernel, and a closure is not.
