@@ -56,6 +56,9 @@ fn shortened(mathml: &str) -> String {
         .replace("justify-items: start;", "")
         .replace("text-align: right;padding-right: 0;", "text-align:right;padding-right:0")
         .replace("text-align: left;padding-left: 0;", "text-align:left;padding-left:0")
+        // Without a mathematical font the index below a sum would touch it.
+        .replace("<mo>∑</mo><mi>", "<mo>∑</mo><mi style=\"padding-top:.2em\">")
+        .replace("<mo>∑</mo><mrow>", "<mo>∑</mo><mrow style=\"padding-top:.2em\">")
         .replace("\n", "")
 }
 
