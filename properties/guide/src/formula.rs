@@ -16,8 +16,8 @@ const MACROS: [(&str, &str); 12] = [
     ("g", r"\mathfrak{g}"),
     ("gd", r"\mathfrak{g}^*"),
     ("R", r"\mathbb{R}"),
-    ("ad", r"\operatorname{ad}"),
-    ("Ad", r"\operatorname{Ad}"),
+    ("ad", r"\mathrm{ad}"),
+    ("Ad", r"\mathrm{Ad}"),
     ("cay", r"\operatorname{cay}"),
     ("dtau", r"\mathrm{d}\tau"),
     ("ddtau", r"\mathrm{dd}\tau"),
@@ -40,7 +40,7 @@ pub fn convert(latex: &str, place: Place) -> Result<String, String> {
     let mathml = escaped(&shortened(&mathml));
     Ok(match place {
         Place::Line => mathml,
-        Place::Block => format!("<div style=\"overflow-x:auto\">{mathml}</div>"),
+        Place::Block => format!("<div style=\"overflow-x:auto;margin:1em 0\">{mathml}</div>"),
     })
 }
 
@@ -56,6 +56,10 @@ fn shortened(mathml: &str) -> String {
         .replace("justify-items: start;", "")
         .replace("text-align: right;padding-right: 0;", "text-align:right;padding-right:0")
         .replace("text-align: left;padding-left: 0;", "text-align:left;padding-left:0")
+        // Without a mathematical font an accent would touch its letter.
+        .replace("<mo>˙</mo></mover>", "<mo style=\"padding-bottom:.1em\">˙</mo></mover>")
+        .replace("<mo stretchy=\"false\">ˆ</mo></mover>", "<mo style=\"padding-bottom:.1em\">ˆ</mo></mover>")
+        .replace("<mo stretchy=\"false\">˜</mo></mover>", "<mo style=\"padding-bottom:.1em\">˜</mo></mover>")
         // Without a mathematical font the index below a sum would touch it.
         .replace("<mo>∑</mo><mi>", "<mo>∑</mo><mi style=\"padding-top:.2em\">")
         .replace("<mo>∑</mo><mrow>", "<mo>∑</mo><mrow style=\"padding-top:.2em\">")
