@@ -1,6 +1,7 @@
 //! Forced variational integrators on Lie groups, and the property-based harness that verifies them.
 //!
 #![doc = include_str!("guide/modules/system.md")]
+//!
 //! Examples are rigid bodies, underwater vehicles and spins, with drag, torques and damping. This crate integrates such systems by
 //! the variationally partitioned Runge–Kutta–Munthe-Kaas methods that come from doubling the variables (D. Martín de Diego, R. T.
 //! Sato Martín de Almagro, *Variational order for forced Lagrangian systems II: Euler–Poincaré equations with forcing*, 2019). It
@@ -39,6 +40,7 @@
 //! ```
 //!
 #![doc = include_str!("guide/modules/notation.md")]
+//!
 //! # Modules
 //!
 //! Importing goes one way, downwards in this table.

@@ -5,6 +5,7 @@
 //! component. An iteration costs nearly the same for eight stages as for four, so a high order is nearly free.
 //!
 #![doc = include_str!("../../guide/modules/integrators/so3.md")]
+//!
 //! If this does not contract, [`super::Variational`] takes the step: Newton's method and the continuation in h.
 //!
 //! [`QuaternionSo3`] is the same step with a unit quaternion for g. The sums g ← g + g(τ(ξ) − 1) and μ ← μ + Δμ are compensated
