@@ -63,6 +63,7 @@ fn shortened(mathml: &str) -> String {
         // Without a mathematical font the index below a sum would touch it.
         .replace("<mo>∑</mo><mi>", "<mo>∑</mo><mi style=\"padding-top:.2em\">")
         .replace("<mo>∑</mo><mrow>", "<mo>∑</mo><mrow style=\"padding-top:.2em\">")
+        .replace("<mo>∏</mo><mrow>", "<mo>∏</mo><mrow style=\"padding-top:.2em\">")
         .replace("\n", "")
 }
 
