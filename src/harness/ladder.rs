@@ -1,7 +1,6 @@
 //! The precision ladder: the same defect at several precisions tells rounding from error.
 //!
-//! Rounding shrinks with the unit round-off u, an error stays. With defects d_k at u_1 > u_2 > …, the exponent
-//! s = ln(d_1/d_n)/ln(u_1/u_n) is 1 for rounding and 0 for an error, and a half where a square root halved the digits.
+#![doc = include_str!("../guide/modules/harness/ladder.md")]
 
 /// A defect at one precision.
 #[derive(Clone, Copy, Debug, PartialEq)]

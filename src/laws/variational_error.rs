@@ -1,8 +1,6 @@
 //! The variational error theorem, measured: the order of l_d is the order of both flows.
 //!
-//! Three local errors against solutions of the continuous equations, in 32 digits, each O(h^{r+1}): of the discrete
-//! Lagrangian in its value, of the doubled step in (λ, U, μ), both off the units, where neither vanishes identically, and
-//! of the restricted step in μ. Their orders r are measured apart and compared with the order of the pair (a, â).
+#![doc = include_str!("../guide/modules/laws/variational_error.md")]
 
 use super::integrators::subject;
 use super::planted::retraction::{Plant, SECOND_MISSING, SECOND_OF_INVERSE, SECOND_SIGN, SECOND_SWAPPED};

@@ -1,7 +1,6 @@
 //! Tableaux of exact rationals, and their order conditions in integers.
 //!
-//! With D a common denominator of a, â and b, the numbers D^{n−1} Φ_i(t) and D^n Σ b Φ(t) of a tree of order n are integers
-//! formed from D a, D â and D b, and the condition is γ D^n Σ b Φ = D^n: no fractions to reduce on the way.
+#![doc = include_str!("../guide/modules/tableau/exact.md")]
 
 use super::order::{Arithmetic, Conditions, Verdict};
 use super::quantity::{Coefficients, Quantity, decimal};

@@ -1,14 +1,6 @@
 //! The families of tableaux with any number of stages, and a few classical tableaux, at the full precision of the scalar.
 //!
-//! All families come from one expansion in Legendre polynomials (the W-transformation of Hairer and Wanner,
-//! *Solving Ordinary Differential Equations II*, section IV.5). With nodes x_i = 2c_i − 1 of a quadrature formula of
-//! order at least 2s − 2 the Lagrange polynomials are ℓ_j(x) = b_j Σ_k ν_k P_k(x_j) P_k(x), and
-//! ∫_{−1}^x P_k = (P_{k+1}(x) − P_{k−1}(x))/(2k + 1), so that a_ij = ∫₀^{c_i} ℓ_j = b_j q_ij with
-//!
-//! q_ij = ½ [1 + x_i + Σ_{k=1}^{s−1} P_k(x_j) (P_{k+1}(x_i) − P_{k−1}(x_i))].
-//!
-//! The conjugate of a_ij = b_j q_ij is b_j (1 − q_ji), and a mean of a method with its conjugate is b_j (1 + q_ij − q_ji)/2.
-//! Every term is bounded by 2, so a_ij is accurate to a few units of round-off of b_j, without linear systems.
+#![doc = include_str!("../guide/modules/tableau/families.md")]
 
 use super::{Tableau, TableauError};
 use crate::scalar::Real;
