@@ -39,6 +39,7 @@ pub struct Settings<T> {
 
 /// How a solve went.
 #[derive(Clone, Copy, Debug, PartialEq)]
+#[non_exhaustive]
 pub struct Outcome<T> {
     /// Newton iterations spent (all of them, with a continuation).
     pub iterations: usize,
@@ -48,6 +49,7 @@ pub struct Outcome<T> {
 
 /// Why a solve failed.
 #[derive(Clone, Copy, Debug, PartialEq)]
+#[non_exhaustive]
 pub enum Failure<T, E> {
     /// The branch ends in a fold.
     Fold {

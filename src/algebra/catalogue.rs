@@ -27,6 +27,7 @@ pub const MAX_ABELIAN: usize = 64;
 
 /// An algebra of the catalogue, in its standard basis (see the [module](self)).
 #[derive(Clone, Debug, PartialEq, Eq, Hash)]
+#[non_exhaustive]
 pub enum Entry {
     /// ℝⁿ.
     Abelian(usize),
@@ -54,6 +55,7 @@ pub enum Entry {
     "unknown algebra {name:?}: allowed are r1 to r{MAX_ABELIAN}, so3, se2, se3, sl2, aff1, heisenberg, so4, and products \
      of these with `+`, as in so3+r2"
 )]
+#[non_exhaustive]
 pub struct UnknownName {
     /// The factor that was not recognised.
     pub name: String,

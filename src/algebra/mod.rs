@@ -49,6 +49,7 @@ pub(crate) fn basis_vector<S: Scalar, const N: usize>(a: usize) -> Vector<S, N> 
 
 /// Why structure constants, a basis or matrices were refused. Indices count from 0.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
+#[non_exhaustive]
 pub enum AlgebraError {
     /// C^c_ab + C^c_ba ≠ 0.
     #[error(

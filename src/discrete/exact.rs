@@ -16,6 +16,7 @@ const MAX_SWEEPS: usize = 200;
 
 /// Why a solution could not be followed.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
+#[non_exhaustive]
 pub enum ExactError {
     /// The equations could not be evaluated.
     #[error("the Euler–Lagrange equations at t = {time:e}: {source}")]

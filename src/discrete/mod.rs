@@ -82,6 +82,7 @@ pub struct Slopes<T: Scalar, const N: usize> {
 
 /// Why a discrete Lagrangian, a Legendre transform or a flow could not be evaluated.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
+#[non_exhaustive]
 pub enum DiscreteError {
     /// A point is outside the domain of the retraction or of the Lagrangian.
     #[error("{what}: {source}")]

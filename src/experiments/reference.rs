@@ -19,6 +19,7 @@ const BOUND: f64 = 1e-30;
 
 /// The solution of a problem at T.
 #[derive(Clone, Debug)]
+#[non_exhaustive]
 pub struct Reference {
     /// Which problem.
     pub problem: Problem,

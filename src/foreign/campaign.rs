@@ -12,6 +12,7 @@ use serde::{Deserialize, Serialize};
 use std::collections::BTreeMap;
 
 /// Which systems.
+#[non_exhaustive]
 pub enum Drawn {
     /// One.
     This(Box<Case>),
@@ -42,6 +43,7 @@ pub struct Probe<'a> {
 
 /// A broken case.
 #[derive(Clone, Debug, PartialEq)]
+#[non_exhaustive]
 pub struct Broken {
     /// Its index, before it was shrunk.
     pub index: usize,
@@ -61,6 +63,7 @@ pub struct Broken {
 
 /// What was found about one law.
 #[derive(Clone, Debug, PartialEq)]
+#[non_exhaustive]
 pub struct LawReport {
     /// The law.
     pub law: &'static MethodLaw,
@@ -84,6 +87,7 @@ pub struct LawReport {
 
 /// What was found.
 #[derive(Clone, Debug, PartialEq)]
+#[non_exhaustive]
 pub struct Report {
     /// One for each law.
     pub laws: Vec<LawReport>,

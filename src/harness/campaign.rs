@@ -49,6 +49,7 @@ pub trait Sink: Sync {
 
 /// What an earlier part of the same campaign has found: where a resumed one begins.
 #[derive(Clone, Debug)]
+#[non_exhaustive]
 pub struct Recorded<C> {
     /// Of each law, the cases that were judged.
     pub done: Vec<Done>,

@@ -43,6 +43,7 @@ pub const FAILURES: &str = "failures";
 /// The time that the check of one case took.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
+#[non_exhaustive]
 pub struct Timing {
     /// Name of the law.
     pub law: String,
@@ -54,6 +55,7 @@ pub struct Timing {
 
 /// Why a campaign's directory cannot be used.
 #[derive(Debug, thiserror::Error)]
+#[non_exhaustive]
 pub enum StoreError {
     /// The system's answer.
     #[error("{}: {error}", path.display())]

@@ -11,6 +11,7 @@ const MAX_STEPS: usize = 1_000_000;
 
 /// Why the adaptive integration stopped early.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
+#[non_exhaustive]
 pub enum AdaptiveError {
     /// A NaN or an infinity, or times that are not strictly increasing, or a tolerance that is not positive.
     #[error("{what}")]

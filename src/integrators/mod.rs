@@ -58,6 +58,7 @@ impl<T: Real, const N: usize, const D: usize> State<T, N, D> {
 
 /// Which iteration solved the stage equations.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[non_exhaustive]
 pub enum Solver {
     /// Explicit: nothing to solve.
     Explicit,
@@ -82,6 +83,7 @@ pub struct Report<T> {
 
 /// Why a step was refused. The state is left as it was.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
+#[non_exhaustive]
 pub enum StepError {
     /// The stage equations have no root that continues from h = 0: the branch folds before h.
     #[error("fold: the solution that continues from h = 0 ends near h = {fold:.6}, before the step h = {step}")]

@@ -1,7 +1,7 @@
 //! The laws: what the theory promises, each with an independent oracle and with planted faults that it catches.
 //!
 //! One file per module that is judged. A law is checked on a [`Case`]; identities are evaluated twice, in `f64` and in
-//! 32 digits, and judged by how the defect scales with round-off (see [`precision`]); orders are measured in 32 digits.
+//! 32 digits, and judged by how the defect scales with round-off (`precision.rs`); orders are measured in 32 digits.
 //!
 //! | file | judges |
 //! |---|---|
@@ -19,10 +19,10 @@
 //! | [`method`] | any one-step method: of this crate, of its user, of another program |
 //! | [`replay`] | nothing: a saved case under its law again |
 //! | [`trial`] | nothing: the order of one tableau on one case, for the command |
-//! | [`planted`], [`subjects`] | nothing: the plain step and the continuous theory in which faults are planted |
-//! | [`instances`] | nothing: the groupoids of a case, in which faults are planted |
-//! | [`polynomial`] | nothing: random functions |
-//! | [`source`] | nothing: where the systems come from that laws judge |
+//! | `planted`, `subjects` | nothing: the plain step and the continuous theory in which faults are planted |
+//! | `instances` | nothing: the groupoids of a case, in which faults are planted |
+//! | `polynomial` | nothing: random functions |
+//! | `source` | nothing: where the systems come from that laws judge |
 
 pub mod algebroid;
 pub mod discrete;
@@ -31,7 +31,7 @@ pub mod euler_lagrange;
 pub mod fast;
 pub mod groupoid;
 pub mod hamiltonian;
-pub mod instances;
+mod instances;
 pub mod integrators;
 pub mod legendre;
 pub mod lie_poisson;
@@ -41,20 +41,22 @@ pub mod munthe_kaas;
 pub mod orbits;
 pub mod order;
 pub mod own;
+#[doc(hidden)]
 pub mod planted;
 pub mod poisson;
-pub mod polynomial;
-pub mod precision;
+mod polynomial;
+mod precision;
 pub mod predicted;
-pub mod probe;
+mod probe;
 pub mod replay;
 pub mod retraction;
-pub mod source;
-pub mod subjects;
+mod source;
+mod subjects;
 pub mod trial;
 pub mod two_hamiltonians;
 pub mod variational_error;
 
+#[doc(hidden)]
 pub use source::Source;
 
 use crate::harness::{Cost, Fault, Law, Verdict};

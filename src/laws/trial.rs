@@ -64,6 +64,7 @@ const NARROW: f64 = 0.05;
 
 /// What a trial found.
 #[derive(Clone, Debug, PartialEq)]
+#[non_exhaustive]
 pub struct Trial {
     /// Errors after the same time, with more and more steps.
     pub horizon: Findings,
@@ -75,6 +76,7 @@ pub struct Trial {
 
 /// Why there was no trial.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
+#[non_exhaustive]
 pub enum TrialError {
     /// The case cannot be built.
     #[error("{0}")]

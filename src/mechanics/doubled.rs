@@ -24,6 +24,7 @@ pub struct Partials<S: Scalar, const N: usize> {
 
 /// Why a modified Legendre transform could not be inverted.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
+#[non_exhaustive]
 pub enum VelocityError {
     /// The second derivatives are singular, or Newton's method did not converge.
     #[error(transparent)]

@@ -15,6 +15,7 @@ pub mod models;
 
 /// Why the Legendre transform could not be inverted.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
+#[non_exhaustive]
 pub enum LegendreError {
     /// l'' is singular to working precision where it was needed.
     #[error("the Lagrangian is not regular: its Hessian is singular at the velocity {velocity:?}")]

@@ -15,6 +15,7 @@ use crate::scalar::{Real, Scalar, finite};
 
 pub mod any;
 pub mod cayley;
+#[doc(hidden)]
 pub mod coefficients;
 pub mod exponential;
 mod linear;
@@ -27,6 +28,7 @@ pub use so3::{CayleySo3, CayleySo3Point, ExponentialSo3, ExponentialSo3Point};
 
 /// Where a retraction or its inverse is not defined, with the numbers needed to act on it.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
+#[non_exhaustive]
 pub enum RetractionError {
     /// The argument is outside the domain of τ (for Cayley: 1 − x/2 is singular).
     #[error("{retraction}: the argument (largest component {size:e}) is outside the domain: {why}")]

@@ -29,6 +29,7 @@ impl Line {
 
 /// The errors of a study, level by level.
 #[derive(Clone, Debug, PartialEq)]
+#[non_exhaustive]
 pub struct Findings {
     quantities: Vec<String>,
     /// How many of them judge the order: the momentum and the attitude.

@@ -32,6 +32,7 @@ pub struct Constant {
 
 /// Where the algebra's structure comes from.
 #[derive(Clone, Debug, PartialEq)]
+#[non_exhaustive]
 pub enum Structure {
     /// An algebra of the catalogue, with its group.
     Named(Entry),
@@ -72,6 +73,7 @@ impl Algebra {
 
 /// The inertia I of l(η) = ½⟨Iη, η⟩ + …: symmetric, n×n.
 #[derive(Clone, Debug, PartialEq)]
+#[non_exhaustive]
 pub enum Inertia {
     /// Its diagonal.
     Diagonal(Vec<Number>),
@@ -100,6 +102,7 @@ impl Lagrangian {
 
 /// The matrix K of a drag.
 #[derive(Clone, Debug, PartialEq)]
+#[non_exhaustive]
 pub enum Drag {
     /// K = k 1.
     Coefficient(Number),
@@ -109,6 +112,7 @@ pub enum Drag {
 
 /// One term of the force f(t, η).
 #[derive(Clone, Debug, PartialEq)]
+#[non_exhaustive]
 pub enum Force {
     /// Double-bracket dissipation with coefficient α: keeps Casimirs, lowers the energy (LLG on so(3)).
     DoubleBracket {
@@ -144,6 +148,7 @@ pub enum Force {
 
 /// Which retraction.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, PartialOrd, Ord, Serialize, Deserialize)]
+#[non_exhaustive]
 pub enum Tau {
     /// The exponential.
     #[serde(rename = "exp")]
@@ -174,6 +179,7 @@ pub struct Method {
 
 /// The initial motion: η or μ.
 #[derive(Clone, Debug, PartialEq)]
+#[non_exhaustive]
 pub enum Motion {
     /// η; then μ = l'(η).
     Velocity(Vec<Number>),

@@ -53,6 +53,7 @@ pub struct SystemFile {
 
 /// Why a file was refused, and where.
 #[derive(Clone, Debug, PartialEq)]
+#[non_exhaustive]
 pub struct FileError {
     /// The line, from 1.
     pub line: usize,

@@ -308,6 +308,7 @@ impl Strategy for Cases {
 
 /// A case and the way to simpler ones: first its tableau, by the tree of its strategy; then everything else, by
 /// candidates that depend on the case alone.
+#[doc(hidden)]
 pub struct CaseTree {
     knobs: Cases,
     best: Case,

@@ -13,6 +13,7 @@ use dashu_ratio::RBig;
 
 /// What [`analyse`] finds.
 #[derive(Clone, Debug, PartialEq, serde::Serialize)]
+#[non_exhaustive]
 pub struct Analysis {
     /// The tableau as text.
     pub description: String,
@@ -50,6 +51,7 @@ pub struct Analysis {
 
 /// The orders of a tableau with what they rest on.
 #[derive(Clone, Debug, PartialEq, serde::Serialize)]
+#[non_exhaustive]
 pub struct Findings {
     /// The order as a Runge–Kutta method.
     pub classical: Order,

@@ -38,6 +38,7 @@ pub struct TableauFile {
 
 /// Why a tableau file was refused.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
+#[non_exhaustive]
 pub enum FileError {
     /// The text is longer than [`LONGEST`].
     #[error("a tableau file of {bytes} bytes is too long (at most {LONGEST})")]

@@ -40,6 +40,7 @@ use nalgebra::{DMatrix, DVector};
 
 /// Why a tableau was refused; every variant names the entry (indices from 1, as on paper).
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
+#[non_exhaustive]
 pub enum TableauError {
     /// No stages.
     #[error("a tableau needs at least one stage")]

@@ -20,6 +20,7 @@ pub const MAX_VARIATIONAL: usize = 12;
 /// What the order conditions say.
 #[derive(Clone, Debug, PartialEq)]
 #[cfg_attr(feature = "harness", derive(serde::Serialize))]
+#[non_exhaustive]
 pub struct Order {
     /// Every condition up to this order holds.
     pub order: usize,
@@ -31,6 +32,7 @@ pub struct Order {
 /// An order condition that does not hold.
 #[derive(Clone, Debug, PartialEq)]
 #[cfg_attr(feature = "harness", derive(serde::Serialize))]
+#[non_exhaustive]
 pub struct Broken {
     /// The tree, as in [`Catalogue::show`]: edges of â carry a tick.
     pub tree: String,
@@ -79,6 +81,7 @@ pub fn variational_order<T: Real>(tableau: &Tableau<T>, max: usize) -> Order {
 }
 
 /// What elementary weights are computed in.
+#[doc(hidden)]
 pub trait Arithmetic {
     /// A component of a stage vector, or a weight.
     type Value: Clone;
@@ -106,6 +109,7 @@ pub trait Arithmetic {
 
 /// What one order condition says.
 #[derive(Clone, Copy, Debug, PartialEq)]
+#[doc(hidden)]
 pub struct Verdict {
     /// |defect| ≤ tolerance.
     pub holds: bool,
@@ -119,6 +123,7 @@ pub struct Verdict {
 
 /// [`Ball`]s over a scalar: holds if the defect is within 8 n (s + 2) u Σ|b||Φ| and the radius.
 #[derive(Clone, Copy, Debug)]
+#[doc(hidden)]
 pub struct Balls<T> {
     stages: usize,
     scalar: PhantomData<T>,

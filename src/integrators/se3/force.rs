@@ -10,6 +10,7 @@ use crate::mechanics::force::AnyForce;
 /// A symmetric drag matrix D.
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[allow(clippy::large_enum_variant)] // `Copy`, because it is data of a kernel
+#[non_exhaustive]
 pub enum Drag {
     /// Its diagonal; the rest is zero.
     Diagonal([f64; 6]),
@@ -46,6 +47,7 @@ impl Drag {
 /// A term of a force of the catalogue.
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[allow(clippy::large_enum_variant)] // `Copy`, because it is data of a kernel
+#[non_exhaustive]
 pub enum Term {
     /// −D η.
     LinearDrag(Drag),
@@ -107,6 +109,7 @@ impl LaneForce<6> for Terms {
 /// A force of the catalogue that has no form in lanes on SE(3).
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
 #[error("the {force} force has no form in lanes on SE(3): there are drag, constant and periodic loads")]
+#[non_exhaustive]
 pub struct LaneForceError {
     /// Which force.
     pub force: &'static str,

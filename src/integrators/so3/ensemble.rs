@@ -67,6 +67,7 @@ pub struct Member<F> {
 /// Why an ensemble stopped. The bodies of other groups may have gone further.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
 #[error("body {member}, step {step} (from t = {time}): {source}")]
+#[non_exhaustive]
 pub struct EnsembleError {
     /// Which body, from 0.
     pub member: usize,

@@ -72,6 +72,7 @@ impl FastRetraction for ExponentialSo3<f64> {
 /// A tableau with more stages than lanes.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, thiserror::Error)]
 #[error("the tableau has {stages} stages: the fast step holds at most {LANES}")]
+#[non_exhaustive]
 pub struct UnfitTableau {
     /// Its stages.
     pub stages: usize,

@@ -17,12 +17,15 @@
 //! somebody's own types. [`library`] has the same
 //! laws as [`CaseLaw`](super::CaseLaw)s of this crate's integrator, with planted faults.
 
+#[doc(hidden)]
 pub mod library;
 mod slopes;
 mod symmetry;
 mod theory;
 
-pub use theory::{Parts, Point, Quantity, Solved, Stepper, SystemParts, Theory, Untyped, Value, coordinates};
+#[doc(hidden)]
+pub use theory::{Parts, Quantity, Solved, SystemParts, Theory, Value, coordinates};
+pub use theory::{Point, Stepper, Untyped};
 
 use super::integrators::refused;
 use super::planted::retraction::Plant;
@@ -195,6 +198,7 @@ pub trait Subject<S = Case> {
 }
 
 /// A system and the method on it, in one precision.
+#[doc(hidden)]
 pub struct Side<'a, T> {
     /// The system.
     pub theory: Box<dyn Theory<T> + 'a>,
@@ -204,6 +208,7 @@ pub struct Side<'a, T> {
 
 /// Other setups of the same method.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[doc(hidden)]
 pub enum Other {
     /// The same system in another basis.
     Presentation,
@@ -212,9 +217,11 @@ pub enum Other {
 }
 
 /// Another setup, with B (by rows) if it is a change of basis.
+#[doc(hidden)]
 pub type OtherSetup<'a> = (Setup<'a>, Vec<Vec<f64>>);
 
 /// What a law of methods is checked on.
+#[doc(hidden)]
 pub struct Setup<'a> {
     /// In 16 digits.
     pub double: Side<'a, f64>,
@@ -250,12 +257,14 @@ impl<T: Real> Visitor<T> for Build {
 ///
 /// # Errors
 /// A system that cannot be built.
+#[doc(hidden)]
 pub fn theory_of<T: Real>(source: &impl Source) -> Result<Box<dyn Theory<T>>, CaseError> {
     source.visit::<T, _>(&Plant(None), Build(matrix_size(source.case())))
 }
 
 /// m: the size of the group's matrices, without padding; 0 where there is no group, the largest where it is not the case that
 /// says.
+#[doc(hidden)]
 pub fn matrix_size(case: &Case) -> usize {
     match &case.algebra.structure {
         Structure::Named(entry) => entry.matrix_size(),
@@ -266,6 +275,7 @@ pub fn matrix_size(case: &Case) -> usize {
 
 /// Why there is no setup.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
+#[doc(hidden)]
 pub enum SetupError {
     /// The case cannot be built.
     #[error("{0}")]
@@ -439,6 +449,7 @@ fn difference<T: Real>(x: &[T], y: &[T]) -> (T, T) {
 
 /// A verdict, and the order that was measured where one was.
 #[derive(Clone, Debug, PartialEq)]
+#[non_exhaustive]
 pub struct Outcome {
     /// The verdict.
     pub verdict: Verdict,
@@ -463,6 +474,7 @@ pub(super) fn without(error: &StepError) -> Verdict {
 }
 
 /// Judges a method on a system by a law.
+#[doc(hidden)]
 pub fn check(law: &MethodLaw, setup: &Setup<'_>, claims: &Claims) -> Outcome {
     let tolerance = claims.tolerance;
     match law.kind {
@@ -482,6 +494,7 @@ pub fn check_case(law: &MethodLaw, subject: &dyn Subject, case: &Case, claims: &
 }
 
 /// The same on a system of any source.
+#[doc(hidden)]
 pub fn check_source<S: Source>(law: &MethodLaw, subject: &dyn Subject<S>, source: &S, claims: &Claims) -> Outcome {
     judged(law, Setup::of_source(source, subject), claims)
 }

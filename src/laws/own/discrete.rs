@@ -164,6 +164,7 @@ pub static LAWS: &[About] = &[
 
 /// A user's discrete Lagrangian, at both precisions or in `f64` alone, with claims.
 #[derive(Clone, Debug)]
+#[doc(hidden)]
 pub struct OwnDiscrete<A, B, const N: usize, const D: usize> {
     parts: Pair<A, B>,
     largest: f64,

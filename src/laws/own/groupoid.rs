@@ -183,6 +183,7 @@ pub static LAWS: &[About] = &[
 
 /// A user's groupoid, at both precisions or in `f64` alone.
 #[derive(Clone, Debug)]
+#[doc(hidden)]
 pub struct OwnGroupoid<A, B> {
     parts: Pair<A, B>,
     largest: f64,
@@ -483,6 +484,7 @@ impl LieChains<Dd> for Missing {
 
 /// A user's Lie groupoid, at both precisions or over `f64` alone.
 #[derive(Clone, Debug)]
+#[doc(hidden)]
 pub struct OwnLieGroupoid<A, B> {
     parts: Pair<A, B>,
     largest: f64,

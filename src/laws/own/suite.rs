@@ -26,6 +26,7 @@ use std::path::{Path, PathBuf};
 
 /// Where a suite stands in somebody's code: [`laws!`](crate::laws!) fills it in.
 #[derive(Clone, Copy, Debug)]
+#[doc(hidden)]
 pub struct Site {
     /// `module_path!()`.
     pub module: &'static str,
@@ -143,6 +144,7 @@ pub enum Outcome {
 
 /// A broken law: all that there is to know.
 #[derive(Clone, Debug)]
+#[non_exhaustive]
 pub struct Broken {
     /// The law.
     pub law: &'static str,

@@ -37,6 +37,7 @@ impl PartialEq for Values {
 
 /// Why a case does not fit a part.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
+#[non_exhaustive]
 pub enum ValuesError {
     /// There is no vector of that name.
     #[error("the case has no vector `{name}`")]
@@ -533,6 +534,7 @@ impl Strategy for Points {
 
 /// A case and the way to simpler ones: candidates that depend on the case alone, so saved cases shrink as well.
 #[derive(Clone, Debug)]
+#[doc(hidden)]
 pub struct ValuesTree {
     best: Values,
     current: Values,

@@ -46,6 +46,7 @@ pub struct Origin<T> {
 
 /// Why a member is refused.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
+#[non_exhaustive]
 pub enum OriginError {
     /// A list of another length than the system's.
     #[error("{found} numbers for the {what}, where the system has {wanted}")]
@@ -80,6 +81,7 @@ pub enum OriginError {
 /// A member that is refused.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
 #[error("member {member}: {source}")]
+#[non_exhaustive]
 pub struct MemberError {
     /// Which one of those given, from 0.
     pub member: usize,
@@ -100,6 +102,7 @@ pub struct Layout {
 
 /// What is known of a member where it is.
 #[derive(Clone, Debug, PartialEq)]
+#[non_exhaustive]
 pub struct Sample<T> {
     /// t.
     pub time: T,

@@ -69,6 +69,7 @@ pub const LEAST_COLLOCATION_WEIGHT: f64 = 1.0 / 20.0;
 
 /// The zeros of a.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, PartialOrd, Ord)]
+#[non_exhaustive]
 pub enum Shape {
     /// a_ij = 0 for j ≥ i.
     Explicit,
@@ -136,6 +137,7 @@ impl fmt::Display for Orders {
 
 /// How a tableau comes to its orders.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, PartialOrd, Ord)]
+#[non_exhaustive]
 pub enum Means {
     /// Nodes and weights alone: orders 1 and 2.
     Free,
@@ -175,6 +177,7 @@ impl fmt::Display for Class {
 
 /// A tableau and its orders.
 #[derive(Clone, Debug, PartialEq)]
+#[non_exhaustive]
 pub struct KnownOrder {
     /// The tableau.
     pub description: Description,
