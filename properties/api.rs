@@ -135,7 +135,8 @@ fn examples(text: &str, page: bool, out: &mut Vec<String>) {
     let mut example: Option<(bool, String)> = None;
     for line in text.lines() {
         let line = line.trim();
-        let Some(line) = (if page { Some(line) } else { ["///", "//!"].iter().find_map(|sign| line.strip_prefix(sign)) })
+        let Some(line) =
+            (if page { Some(line) } else { ["///", "//!"].iter().find_map(|sign| line.strip_prefix(sign)) })
         else {
             continue;
         };

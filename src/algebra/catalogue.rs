@@ -50,6 +50,14 @@ pub enum Entry {
 }
 
 /// A name that is not in the catalogue.
+///
+/// ```
+/// use euler_poincare::algebra::catalogue::{Entry, UnknownName};
+///
+/// assert_eq!("so3".parse(), Ok(Entry::So3));
+/// let refused: Result<Entry, UnknownName> = "so5".parse();
+/// assert_eq!(refused.unwrap_err().name, "so5");
+/// ```
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
 #[error(
     "unknown algebra {name:?}: allowed are r1 to r{MAX_ABELIAN}, so3, se2, se3, sl2, aff1, heisenberg, so4, and products \

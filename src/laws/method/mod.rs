@@ -184,6 +184,35 @@ pub fn named(name: &str) -> Option<&'static MethodLaw> {
 /// A method, to be made for the systems of a source: described ones, or those of somebody's own types.
 ///
 /// A typed [`OneStep`](crate::integrators::OneStep) becomes a [`Stepper`] by [`Untyped`].
+///
+/// ```
+/// use euler_poincare::integrators::StepError;
+/// use euler_poincare::laws::method::{Claims, MethodLaw, Outcome, Point, Stepper, Subject, Untyped, check_case, named};
+/// use euler_poincare::study::problem;
+/// use euler_poincare::system::Case;
+///
+/// /// Nothing ever moves.
+/// struct Still;
+///
+/// impl Stepper<f64> for Still {
+///     fn step(&mut self, point: &Point<f64>, h: f64) -> Result<Point<f64>, StepError> {
+///         Ok(Point { time: point.time + h, ..point.clone() })
+///     }
+/// }
+///
+/// impl Subject for Still {
+///     fn double<'a>(&'a self, _: &Case) -> Result<Box<dyn Stepper<f64> + 'a>, StepError> {
+///         Ok(Box::new(Still)) // a typed method becomes a stepper as `Untyped(method)`
+///     }
+/// }
+///
+/// let law: &MethodLaw = named("method-order").expect("a law");
+/// let claims = Claims { order: Some(1), ..Claims::default() };
+/// let outcome: Outcome = check_case(law, &Still, &problem::generic()?.case, &claims);
+/// assert!(!outcome.verdict.holds(), "{}", outcome.verdict);
+/// # let _ = Untyped::<Still, 3, 3>(Still);
+/// # Ok::<(), Box<dyn std::error::Error>>(())
+/// ```
 pub trait Subject<S = Case> {
     /// The method on a system.
     ///
