@@ -39,6 +39,7 @@ pub struct Settings<T> {
 
 /// How a solve went.
 #[derive(Clone, Copy, Debug, PartialEq)]
+#[non_exhaustive]
 pub struct Outcome<T> {
     /// Newton iterations spent (all of them, with a continuation).
     pub iterations: usize,
@@ -48,6 +49,7 @@ pub struct Outcome<T> {
 
 /// Why a solve failed.
 #[derive(Clone, Copy, Debug, PartialEq)]
+#[non_exhaustive]
 pub enum Failure<T, E> {
     /// The branch ends in a fold.
     Fold {
@@ -70,6 +72,52 @@ struct Determinant<T> {
 }
 
 /// The workspace of Newton's method for systems of a given size.
+///
+/// ```
+/// use euler_poincare::newton::{Equations, Failure, Newton, Outcome, Settings};
+/// use nalgebra::DMatrix;
+/// use std::convert::Infallible;
+///
+/// /// x² = 1 + s a, followed from x = 1 at s = 0.
+/// struct Root {
+///     a: f64,
+///     s: f64,
+/// }
+///
+/// impl Equations<f64> for Root {
+///     type Error = Infallible;
+///
+///     fn dimension(&self) -> usize {
+///         1
+///     }
+///
+///     fn set_fraction(&mut self, fraction: f64) {
+///         self.s = fraction;
+///     }
+///
+///     fn residual(&mut self, x: &[f64], out: &mut [f64]) -> Result<f64, Infallible> {
+///         out[0] = x[0] * x[0] - 1.0 - self.s * self.a;
+///         Ok(1.0)
+///     }
+///
+///     fn jacobian(&mut self, x: &[f64], out: &mut DMatrix<f64>) -> Result<(), Infallible> {
+///         out[(0, 0)] = 2.0 * x[0];
+///         Ok(())
+///     }
+/// }
+///
+/// let settings = Settings { tolerance: 1e-14, floor: 1e-15, max_iterations: 50 };
+/// let mut newton = Newton::new(1);
+/// let mut x = [1.0];
+/// let found: Outcome<f64> = newton.solve(&mut Root { a: 1.0, s: 1.0 }, &[1.0], &mut x, &settings).expect("a root");
+/// assert!((x[0] - 2.0f64.sqrt()).abs() < 1e-14 && found.residual < 1e-14);
+///
+/// // For a = −2 the branch folds at s = ½, where x = 0.
+/// let mut x = [1.0];
+/// let refused = newton.follow(&mut Root { a: -2.0, s: 1.0 }, &mut x, &settings);
+/// let Err(Failure::Fold { fraction, .. }) = refused else { panic!("{refused:?}") };
+/// assert!((fraction - 0.5).abs() < 0.01);
+/// ```
 #[derive(Clone, Debug)]
 pub struct Newton<T: Real> {
     jacobian: DMatrix<T>,

@@ -8,6 +8,7 @@ use crate::scalar::{Real, Scalar};
 ///
 /// Linear Casimirs are the elements of the centre of g, quadratic ones the invariant symmetric tensors in g ⊗ g.
 #[derive(Clone, Debug, PartialEq)]
+#[non_exhaustive]
 pub enum Casimir<T: Real, const N: usize> {
     /// C(μ) = μ z.
     Linear(Vector<T, N>),

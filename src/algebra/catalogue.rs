@@ -27,6 +27,7 @@ pub const MAX_ABELIAN: usize = 64;
 
 /// An algebra of the catalogue, in its standard basis (see the [module](self)).
 #[derive(Clone, Debug, PartialEq, Eq, Hash)]
+#[non_exhaustive]
 pub enum Entry {
     /// ℝⁿ.
     Abelian(usize),
@@ -49,11 +50,20 @@ pub enum Entry {
 }
 
 /// A name that is not in the catalogue.
+///
+/// ```
+/// use euler_poincare::algebra::catalogue::{Entry, UnknownName};
+///
+/// assert_eq!("so3".parse(), Ok(Entry::So3));
+/// let refused: Result<Entry, UnknownName> = "so5".parse();
+/// assert_eq!(refused.unwrap_err().name, "so5");
+/// ```
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
 #[error(
     "unknown algebra {name:?}: allowed are r1 to r{MAX_ABELIAN}, so3, se2, se3, sl2, aff1, heisenberg, so4, and products \
      of these with `+`, as in so3+r2"
 )]
+#[non_exhaustive]
 pub struct UnknownName {
     /// The factor that was not recognised.
     pub name: String,

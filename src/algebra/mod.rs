@@ -48,6 +48,7 @@ pub(crate) fn basis_vector<S: Scalar, const N: usize>(a: usize) -> Vector<S, N> 
 
 /// Why structure constants, a basis or matrices were refused. Indices count from 0.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
+#[non_exhaustive]
 pub enum AlgebraError {
     /// C^c_ab + C^c_ba ≠ 0.
     #[error(
@@ -138,6 +139,30 @@ pub enum AlgebraError {
 }
 
 /// A Lie algebra of dimension N over `T`: its structure constants, validated.
+///
+/// ```
+/// use euler_poincare::algebra::{AlgebraError, Casimir, Covector, Entry, LieAlgebra, Vector, pair};
+///
+/// // By name, with its Casimirs: so(3), where |μ|² is kept.
+/// let so3 = LieAlgebra::<f64, 3>::from_catalogue(&Entry::So3)?;
+/// let (x, y) = (Vector::<f64, 3>::x(), Vector::<f64, 3>::y());
+/// assert_eq!(so3.bracket(&x, &y), Vector::<f64, 3>::z());
+/// let mu = Covector::<f64, 3>::new(1.0, 2.0, 3.0);
+/// assert_eq!(pair(&so3.coad(&x, &mu), &y), pair(&mu, &so3.bracket(&x, &y)));
+/// let casimirs: Vec<Casimir<f64, 3>> = Entry::So3.casimirs()?;
+/// assert_eq!(pair(&so3.coad(&x, &mu), &casimirs[0].gradient(&mu)), 0.0);
+///
+/// // By structure constants C^c_ab: [e_1, e_2] = e_2. They are checked.
+/// let affine = LieAlgebra::<f64, 2>::new(|a, b, c| match (a, b, c) {
+///     (0, 1, 1) => 1.0,
+///     (1, 0, 1) => -1.0,
+///     _ => 0.0,
+/// })?;
+/// assert_eq!(affine.constant(0, 1, 1), 1.0);
+/// let refused = LieAlgebra::<f64, 2>::new(|a, b, c| if (a, b, c) == (0, 1, 1) { 1.0 } else { 0.0 });
+/// assert!(matches!(refused, Err(AlgebraError::NotAntisymmetric { .. })));
+/// # Ok::<(), Box<dyn std::error::Error>>(())
+/// ```
 #[derive(Clone, Debug, PartialEq)]
 pub struct LieAlgebra<T: Real, const N: usize> {
     /// `ad_basis[a]` is the matrix of ad_{e_a}: entry (c, b) is C^c_ab.

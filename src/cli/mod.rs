@@ -1,11 +1,13 @@
 //! The sub-commands, one file each, and what they share: failures and exit codes.
 
+pub mod completions;
 mod failure;
 mod faults;
 mod figures;
 pub mod integrate;
 mod interrupt;
 pub mod laws;
+pub mod man;
 pub mod merge;
 pub mod order;
 pub mod paper;
@@ -20,6 +22,7 @@ mod schema;
 mod summary;
 mod table;
 pub mod verify;
+mod version;
 
 use clap::{Parser, Subcommand, ValueEnum};
 use euler_poincare::harness::store::StoreError;
@@ -32,7 +35,7 @@ use std::process::ExitCode;
 ///
 /// Without a sub-command: `verify`.
 #[derive(Parser)]
-#[command(version, args_conflicts_with_subcommands = true, after_help = EXIT_CODES)]
+#[command(version = version::VERSION, args_conflicts_with_subcommands = true, after_help = EXIT_CODES)]
 pub struct CommandLine {
     #[command(subcommand)]
     command: Option<Command>,
@@ -68,6 +71,10 @@ enum Command {
     Paper(paper::Arguments),
     /// Integrate a system described in a file
     Integrate(integrate::Arguments),
+    /// Print the completions for a shell
+    Completions(completions::Arguments),
+    /// Print the manual page, in roff
+    Man(man::Arguments),
 }
 
 impl CommandLine {
@@ -83,6 +90,8 @@ impl CommandLine {
             Command::Order(arguments) => order::run(arguments),
             Command::Paper(arguments) => paper::run(arguments),
             Command::Integrate(arguments) => integrate::run(arguments),
+            Command::Completions(arguments) => completions::run(arguments),
+            Command::Man(arguments) => man::run(arguments),
         };
         result.unwrap_or_else(|failure| {
             eprintln!("error: {failure}");

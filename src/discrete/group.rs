@@ -13,6 +13,29 @@ use crate::scalar::{Real, Scalar};
 use nalgebra::DVector;
 
 /// l_d: G → ℝ, W = g_k⁻¹g_{k+1}, in any scalar.
+///
+/// ```
+/// use euler_poincare::algebra::{Covector, Vector};
+/// use euler_poincare::discrete::group::{GroupLagrangian, Sampled, euler_poincare, flow, legendre};
+/// use euler_poincare::group::So3;
+/// use euler_poincare::mechanics::lagrangian::Quadratic;
+/// use euler_poincare::retraction::{CayleySo3, Retraction};
+///
+/// // l_d(W) = h l(τ⁻¹(W)/h), for a free body.
+/// let tau = CayleySo3::<f64>::new();
+/// let l_d = Sampled { lagrangian: Quadratic::diagonal([1.0, 2.0, 3.0])?, retraction: tau.clone(), step: 0.1 };
+/// let group = So3::<f64>::new();
+/// let w = tau.tau(&Vector::<f64, 3>::new(0.02, 0.01, 0.03))?;
+/// let action: f64 = l_d.value(&w)?;
+/// assert!(action > 0.0);
+///
+/// // The discrete Euler–Poincaré equations carry W to the next one, and keep |μ|.
+/// let next = flow(&l_d, &group, &tau, &w)?;
+/// assert!(euler_poincare(&l_d, &group, &w, &next)?.amax() < 1e-12);
+/// let momentum = |w| legendre(&l_d, &group, w).map(|(before, _): (Covector<f64, 3>, _)| before.norm());
+/// assert!((momentum(&w)? - momentum(&next)?).abs() < 1e-12);
+/// # Ok::<(), Box<dyn std::error::Error>>(())
+/// ```
 pub trait GroupLagrangian<T: Real, const D: usize> {
     /// l_d(W).
     ///

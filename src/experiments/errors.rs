@@ -12,6 +12,7 @@ pub const FINEST: u32 = 8;
 
 /// How far a trajectory is from the reference at T.
 #[derive(Clone, Copy, Debug, PartialEq)]
+#[non_exhaustive]
 pub struct Errors {
     /// |M − M(T)|, the 2-norm.
     pub momentum: f64,
@@ -25,6 +26,7 @@ pub struct Errors {
 
 /// One line of the table of errors.
 #[derive(Clone, Copy, Debug, PartialEq)]
+#[non_exhaustive]
 pub struct Row {
     /// The problem.
     pub problem: Problem,

@@ -10,6 +10,7 @@ use std::fmt;
 
 /// An integrator of the battery.
 #[derive(Clone, Copy, Debug, PartialEq)]
+#[non_exhaustive]
 pub enum Integrator {
     /// A variational integrator.
     Variational(Method),

@@ -5,6 +5,7 @@ use crate::tableau::families::Family;
 
 /// A column of the table: a problem, a method, and its errors at h = 2^−k for the levels k that are known.
 #[derive(Clone, Copy, Debug)]
+#[non_exhaustive]
 pub struct Column {
     /// The problem.
     pub problem: Problem,

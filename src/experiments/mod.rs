@@ -27,6 +27,7 @@ use std::fmt;
 
 /// Which of the two systems.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+#[non_exhaustive]
 pub enum Problem {
     /// Landau–Lifschitz–Gilbert (§5.3.1).
     Llg,
@@ -63,6 +64,7 @@ impl Problem {
 
 /// The variational integrator of a family of tableaux, with the Cayley map.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+#[non_exhaustive]
 pub struct Method {
     /// The family of the tableau.
     pub family: Family,
@@ -111,6 +113,7 @@ impl fmt::Display for Method {
 
 /// Why an experiment could not be carried out.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
+#[non_exhaustive]
 pub enum ExperimentError {
     /// A step failed for another reason than a fold, which is a result.
     #[error("{problem}, {method}, {scalar}, h = {step}: {source}")]

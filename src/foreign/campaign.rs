@@ -12,6 +12,7 @@ use serde::{Deserialize, Serialize};
 use std::collections::BTreeMap;
 
 /// Which systems.
+#[non_exhaustive]
 pub enum Drawn {
     /// One.
     This(Box<Case>),
@@ -27,6 +28,61 @@ pub enum Drawn {
 }
 
 /// A campaign on a program.
+///
+/// ```no_run
+/// use euler_poincare::foreign::{
+///     Broken, Described, Drawn, Exchange, Foreign, LawReport, Limits, Probe, Program, Record, Reply, Report, Silence, parse,
+/// };
+/// use euler_poincare::laws::method::{Claims, LAWS, Point};
+/// use euler_poincare::study::problem;
+/// use euler_poincare::system::cases;
+///
+/// let command = ["python3".to_owned(), "stepper.py".to_owned()];
+/// let foreign = Foreign::new(&command, Limits::default());
+/// let probe = Probe {
+///     foreign: &foreign,
+///     laws: &LAWS.iter().collect::<Vec<_>>(),
+///     systems: Drawn::Random { of: Box::new(cases()), cases: 20, seed: 1 },
+///     claims: Claims { order: Some(4), ..Claims::default() },
+///     shrink_checks: 200,
+/// };
+/// let report: Report = probe.run(|_, _| {});
+/// for law in &report.laws {
+///     let LawReport { law, held, failure, .. } = law;
+///     println!("{}: held on {held} cases", law.name);
+///     if let Some(Broken { index, case, verdict, exchanges, .. }) = failure {
+///         println!("{verdict}");
+///         let record = Record {
+///             law: law.name.into(),
+///             command: command.to_vec(),
+///             timeout: 10.0,
+///             claims: probe.claims,
+///             seed: 1,
+///             index: *index as u64,
+///             case: case.clone(),
+///             exchanges: exchanges.clone(),
+///         };
+///         std::fs::write("failing.json", record.to_json()?)?;
+///     }
+/// }
+///
+/// // One exchange by hand.
+/// let case = problem::generic()?.case;
+/// let system = Described::of(&case)?;
+/// let start = Point { time: 0.0, momentum: vec![0.4, 0.1, 0.7], attitude: vec![1.0, 0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 1.0] };
+/// let mut program = Program::new(&command, Limits::default());
+/// match program.ask(&system.request(&start, 0.125)) {
+///     Ok(line) => match parse(&line, 3, 9)? {
+///         Reply::State { mu, g } => println!("{mu:?} {g:?}"),
+///         refusal => println!("{refusal:?}"),
+///     },
+///     Err(Silence::Hung { seconds, .. }) => println!("no answer after {seconds} s"),
+///     Err(other) => println!("{other}"),
+/// }
+/// let last: Option<&Exchange> = program.exchanges().last();
+/// # let _ = last;
+/// # Ok::<(), Box<dyn std::error::Error>>(())
+/// ```
 pub struct Probe<'a> {
     /// The program.
     pub foreign: &'a Foreign,
@@ -42,6 +98,7 @@ pub struct Probe<'a> {
 
 /// A broken case.
 #[derive(Clone, Debug, PartialEq)]
+#[non_exhaustive]
 pub struct Broken {
     /// Its index, before it was shrunk.
     pub index: usize,
@@ -61,6 +118,7 @@ pub struct Broken {
 
 /// What was found about one law.
 #[derive(Clone, Debug, PartialEq)]
+#[non_exhaustive]
 pub struct LawReport {
     /// The law.
     pub law: &'static MethodLaw,
@@ -84,6 +142,7 @@ pub struct LawReport {
 
 /// What was found.
 #[derive(Clone, Debug, PartialEq)]
+#[non_exhaustive]
 pub struct Report {
     /// One for each law.
     pub laws: Vec<LawReport>,

@@ -28,6 +28,7 @@ impl Default for Limits {
 
 /// A request, and what came back (cut where it is long).
 #[derive(Clone, Debug, PartialEq, Eq, serde::Serialize, serde::Deserialize)]
+#[non_exhaustive]
 pub struct Exchange {
     /// The line that was written.
     pub request: String,
@@ -37,6 +38,7 @@ pub struct Exchange {
 
 /// Why there is no answer.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
+#[non_exhaustive]
 pub enum Silence {
     /// The command cannot be started.
     #[error("the stepper cannot be started: {why}")]

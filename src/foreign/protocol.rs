@@ -132,6 +132,7 @@ impl Described {
 
 /// What an answer says.
 #[derive(Clone, Debug, PartialEq)]
+#[non_exhaustive]
 pub enum Reply {
     /// μ and g.
     State {

@@ -17,6 +17,27 @@ pub use so3::So3;
 ///
 /// Required are the algebra and the two linear maps between coordinates and matrices; everything else has a default
 /// that holds for every matrix group, to be overridden where a closed form is better.
+///
+/// ```
+/// use euler_poincare::algebra::{Covector, Entry, Matrix, Vector};
+/// use euler_poincare::group::{LieGroup, MatrixGroup, So3};
+///
+/// let rotations = So3::<f64>::new();
+/// let quarter = Matrix::<f64, 3>::new(0.0, -1.0, 0.0, 1.0, 0.0, 0.0, 0.0, 0.0, 1.0);
+/// // Ad_g turns e_1 into e_2.
+/// assert_eq!(rotations.adjoint(&quarter), Some(quarter));
+/// assert_eq!(quarter * Vector::<f64, 3>::x(), Vector::<f64, 3>::y());
+///
+/// // Any group of matrices, from a basis of its algebra: here se(2), with 3×3 matrices.
+/// let motions = MatrixGroup::<f64, 3, 3>::from_entry(&Entry::Se2)?;
+/// let g = motions.identity::<f64>() + motions.hat(&Vector::<f64, 3>::new(0.0, 2.0, 3.0));
+/// let inverse = motions.inverse(&g).expect("a regular matrix");
+/// assert_eq!(motions.compose(&g, &inverse), motions.identity());
+/// // The momentum in another frame: Ad*_g μ = μ Ad_g.
+/// let mu = Covector::<f64, 3>::new(0.0, 1.0, 0.0);
+/// assert!(motions.coadjoint(&g, &mu).is_some_and(|moved| moved.iter().all(|x| x.is_finite())));
+/// # Ok::<(), Box<dyn std::error::Error>>(())
+/// ```
 pub trait LieGroup<T: Real, const N: usize, const D: usize> {
     /// The algebra, in the basis that `hat` uses.
     fn algebra(&self) -> &LieAlgebra<T, N>;

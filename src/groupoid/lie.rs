@@ -15,6 +15,54 @@ use std::marker::PhantomData;
 ///
 /// Tangent maps and invariant fields over S come from the groupoid over `Dual<S>`, brackets from that over
 /// `Dual<Dual<S>>`. A fibre of AG is the kernel of Tα at a unit, with coordinates a in the frame of [`LieAlgebroid`].
+///
+/// ```
+/// use euler_poincare::algebra::Entry;
+/// use euler_poincare::group::{MatrixGroup, So3};
+/// use euler_poincare::groupoid::{
+///     Action, ActionGroupoid, Coadjoint, DenseGroup, DenseSpace, Embedded, Field, Groupoid, LieAlgebroid, LieGroupoid, Linear,
+///     Lowered, Section, commutator, section_bracket,
+/// };
+/// use euler_poincare::scalar::Dual;
+/// use nalgebra::DVector;
+///
+/// let vector = |x: [f64; 3]| DVector::from_row_slice(&x);
+///
+/// // SO(3) acts on so(3)* by Ad*; the arrows are (μ, g, μ·g). The anchor of ξ is its generator, μ ↦ ad*_ξ μ.
+/// let group = DenseGroup::of(&So3::<f64>::new());
+/// let action = Coadjoint::new(group.clone(), 3);
+/// let space: &DenseSpace = Action::<f64>::space(&action);
+/// # let _ = space;
+/// let groupoid = ActionGroupoid::<_, f64>::new(action);
+/// let (mu, xi) = (vector([1.0, 2.0, 3.0]), vector([1.0, 0.0, 0.0]));
+/// assert_eq!(groupoid.rank(), 3);
+/// assert_eq!(groupoid.anchor(&mu, &xi).dot(&mu), 0.0);
+///
+/// // Coordinates: an element near a unit, and back.
+/// let near = groupoid.near_unit(&mu, &vector([0.0, 0.0, 0.0]));
+/// assert_eq!(groupoid.coordinates(&near), groupoid.coordinates(&groupoid.unit(&mu)));
+/// // The same groupoid, with coordinates for its elements.
+/// let embedded = Embedded::<_, f64>::new(groupoid.clone());
+/// assert_eq!(embedded.unit(&mu), groupoid.coordinates(&near));
+///
+/// // The bracket of sections: of two constant ones it is that of the algebra, up to the sign of the convention.
+/// let on_duals = ActionGroupoid::<_, Dual<f64>>::new(Coadjoint::new(group, 3));
+/// let constant = |k: usize| move |_: &DVector<Dual<f64>>| DVector::from_fn(3, |a, _| Dual::constant(if a == k { 1.0 } else { 0.0 }));
+/// let (first, second): (&Section<'_, f64>, &Section<'_, f64>) = (&constant(0), &constant(1));
+/// let bracket = section_bracket(&Lowered(&on_duals), first, second, &mu);
+/// assert_eq!(bracket.map(f64::abs), vector([0.0, 0.0, 1.0]));
+///
+/// // Vector fields commute up to their bracket: here (y, 0) and (0, x) on the plane.
+/// let one: &Field<'_, f64> = &|z| Some(DVector::from_vec(vec![z[1], Dual::constant(0.0)]));
+/// let two: &Field<'_, f64> = &|z| Some(DVector::from_vec(vec![Dual::constant(0.0), z[0]]));
+/// assert_eq!(commutator(one, two, &DVector::from_vec(vec![2.0, 3.0])).map(|v| v.map(f64::abs)), Some(DVector::from_vec(vec![2.0, 3.0])));
+///
+/// // A linear action of se(2) on rows of three numbers.
+/// let motions = DenseGroup::of(&MatrixGroup::<f64, 3, 3>::from_entry(&Entry::Se2)?);
+/// let rows = ActionGroupoid::<_, f64>::new(Linear::new(motions, 3));
+/// assert_eq!(rows.anchor(&mu, &vector([0.0, 0.0, 0.0])), vector([0.0, 0.0, 0.0]));
+/// # Ok::<(), Box<dyn std::error::Error>>(())
+/// ```
 pub trait LieGroupoid<S: Scalar>: Groupoid + LieAlgebroid<S> {
     /// The coordinates of g: those of α(g) first, those of β(g) last.
     fn coordinates(&self, g: &Self::Element) -> DVector<S>;

@@ -36,6 +36,7 @@ use std::fmt::Debug;
 #[error(
     "not composable: the target {target:?} of the first element is not the source {source_of_second:?} of the second"
 )]
+#[non_exhaustive]
 pub struct NotComposable<B: Debug> {
     /// β(g₁).
     pub target: B,
@@ -44,6 +45,56 @@ pub struct NotComposable<B: Debug> {
 }
 
 /// A groupoid with elements `Element` over a base with points `Base`.
+///
+/// ```
+/// use euler_poincare::algebra::{Covector, Matrix, Vector};
+/// use euler_poincare::group::So3;
+/// use euler_poincare::groupoid::{
+///     Arrow, Axiom, GaugeGroupoid, Group, GroupManifold, Groupoid, ManifoldPair, Manifold, NotComposable, PairGroupoid,
+///     PointGroupoid, PoissonGroupoid, Singleton, Space, Sphere, TrivialGroupoid,
+/// };
+/// use euler_poincare::retraction::{CayleySo3, Retraction};
+///
+/// // Pairs (q, r): (q, r)(r, s) = (q, s), and no other product.
+/// let pairs = PairGroupoid::<i32>::new();
+/// assert_eq!(pairs.compose(&(1, 2), &(2, 3)), Ok((1, 3)));
+/// let refused: Result<_, NotComposable<i32>> = pairs.compose(&(1, 2), &(3, 4));
+/// assert_eq!(refused.unwrap_err().target, 2);
+///
+/// // B×G×B: arrows (x, U, y), over a point, over G, and over g*.
+/// let so3 = So3::<f64>::new();
+/// let turn = |x: f64| CayleySo3::<f64>::new().tau(&Vector::<f64, 3>::new(x, 0.25, 0.5));
+/// let (one, u) = (Matrix::<f64, 3>::identity(), turn(0.5)?);
+/// let point: PointGroupoid<'_, So3<f64>, f64, 3, 3> = PointGroupoid::new(&so3);
+/// assert_eq!(point.unit(&()).group, one);
+/// let gauge: GaugeGroupoid<'_, So3<f64>, f64, 3, 3> = GaugeGroupoid::new(&so3);
+/// let arrow = Arrow { source: one, group: u, target: u };
+/// assert_eq!((gauge.source(&arrow), gauge.target(&arrow)), (one, u));
+/// let poisson: PoissonGroupoid<'_, So3<f64>, f64, 3, 3> = PoissonGroupoid::new(&so3);
+/// let mu = Covector::<f64, 3>::new(1.0, 2.0, 3.0);
+/// assert_eq!(poisson.target(&poisson.unit(&mu)), mu);
+/// // The same with any base and any group: trivial groupoids.
+/// let over_space = TrivialGroupoid::<_, _, f64>::over(Space::<3>, GroupManifold::<_, 3, 3>(&so3));
+/// assert_eq!(over_space.unit(&mu), poisson.unit(&mu));
+/// let over_point = TrivialGroupoid::<_, _, f64>::over(Singleton, GroupManifold::<_, 3, 3>(&so3));
+/// assert_eq!(over_point.unit(&()), point.unit(&()));
+///
+/// /// The number of fields that span the tangent spaces, and the dimension of the group.
+/// fn dimensions<M: Manifold<f64>, H: Group<f64>>(base: &M, group: &H) -> (usize, usize) {
+///     (base.dimension(), group.adjoint(&group.identity()).map_or(0, |ad| ad.nrows()))
+/// }
+/// assert_eq!(dimensions(&Sphere, &GroupManifold::<_, 3, 3>(&so3)), (3, 3));
+///
+/// // Every axiom can be measured, on any groupoid: here on pairs of points of the sphere.
+/// type Pair = (Vector<f64, 3>, Vector<f64, 3>);
+/// let distance = |g: &Pair, h: &Pair| (g.0 - h.0).norm() + (g.1 - h.1).norm();
+/// let (a, b, c) = (Vector::<f64, 3>::x(), Vector::<f64, 3>::y(), Vector::<f64, 3>::z());
+/// let sphere = ManifoldPair::<_, f64>::new(Sphere);
+/// for axiom in Axiom::ALL {
+///     assert_eq!(axiom.defect(&sphere, [&(a, b), &(b, c), &(c, a)], distance), 0.0, "{}", axiom.statement());
+/// }
+/// # Ok::<(), Box<dyn std::error::Error>>(())
+/// ```
 pub trait Groupoid {
     /// g, an arrow.
     type Element: Clone + Debug;

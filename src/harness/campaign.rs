@@ -49,6 +49,7 @@ pub trait Sink: Sync {
 
 /// What an earlier part of the same campaign has found: where a resumed one begins.
 #[derive(Clone, Debug)]
+#[non_exhaustive]
 pub struct Recorded<C> {
     /// Of each law, the cases that were judged.
     pub done: Vec<Done>,
@@ -72,6 +73,93 @@ type Halts<'a> = &'a (dyn Fn() -> Halt + Sync);
 /// A campaign over cases of type `C`: its size, its seed, and what watches it.
 ///
 /// It runs in the rayon pool from which it is called, on all of its threads.
+///
+/// ```
+/// use euler_poincare::harness::{
+///     BoxedStrategy, Campaign, Cost, Count, Ending, Failure, Fault, Halt, Law, Line, NoShard, Progress, Record, Report, Shard,
+///     Sink, Summary, Verdict, Worst, catch_fault,
+/// };
+/// use proptest::strategy::Strategy;
+/// use std::sync::Mutex;
+///
+/// /// √x² = x.
+/// struct Root;
+///
+/// const SINGLE: Fault = Fault::new("single", "the root in single precision", "every number");
+///
+/// impl Law<f64> for Root {
+///     fn name(&self) -> &'static str {
+///         "root-square"
+///     }
+///     fn statement(&self) -> &'static str {
+///         "√(x²) = x for x ≥ 0"
+///     }
+///     fn source(&self) -> &'static str {
+///         "IEEE 754"
+///     }
+///     fn oracle(&self) -> &'static str {
+///         "x itself"
+///     }
+///     fn bound_note(&self) -> &'static str {
+///         "two roundings"
+///     }
+///     fn cost(&self) -> Cost {
+///         Cost::Cheap
+///     }
+///     fn faults(&self) -> &'static [Fault] {
+///         &[SINGLE]
+///     }
+///     fn cases(&self) -> BoxedStrategy<f64> {
+///         (1.0..100.0).boxed()
+///     }
+///     fn check(&self, x: &f64, fault: Option<&Fault>) -> Verdict {
+///         let right = (x * x).sqrt();
+///         let root = if Fault::planted(fault, "single") { f64::from(right as f32) } else { right };
+///         Verdict::judge((root - x).abs() / x, f64::EPSILON, || format!("x = {x}"))
+///     }
+/// }
+///
+/// /// Counts the cases that it is told of.
+/// #[derive(Default)]
+/// struct Kept(Mutex<usize>);
+///
+/// impl Sink for Kept {
+///     fn record(&self, record: &Record, _seconds: Option<f64>) -> bool {
+///         *self.0.lock().unwrap() += usize::from(record.law == "root-square");
+///         true
+///     }
+/// }
+///
+/// /// Says nothing: every method is optional.
+/// struct Quiet;
+/// impl Progress for Quiet {}
+///
+/// let (kept, halt) = (Kept::default(), || Halt::No);
+/// let laws: [&dyn Law<f64>; 1] = [&Root];
+/// let label = |x: &f64| vec![("size", if *x < 10.0 { "small" } else { "large" }.to_owned())];
+/// let campaign = Campaign::new(7, 100).labels(&label).progress(&Quiet).sink(&kept).halt(&halt);
+/// let report: Report<f64> = campaign.run(&laws);
+/// assert!(report.holds() && report.ending == Ending::Complete);
+///
+/// let summary: &Summary<f64> = &report.laws[0];
+/// let line: Line = summary.line();
+/// assert_eq!((line.held, line.broken, *kept.0.lock().unwrap()), (100, 0, 100));
+/// let worst: &Worst = summary.worst.as_ref().expect("judged cases");
+/// assert!(worst.ratio() <= 1.0);
+/// let small: Count = report.total_coverage()[&("size", "small")];
+/// assert!(small.all > 0 && small.applicable == small.all);
+/// let failures: &[Failure<f64>] = &summary.failures;
+/// assert!(failures.is_empty());
+///
+/// // The law is able to fail.
+/// assert_eq!(catch_fault(&Root, &SINGLE, 7, 100), Some(1));
+///
+/// // A third of the cases, for one of three machines.
+/// let third: Result<Shard, NoShard> = "2/3".parse();
+/// let part = Campaign::new(7, 100).shard(third?).run(&laws);
+/// assert!(part.laws[0].cases.abs_diff(33) <= 1);
+/// # Ok::<(), Box<dyn std::error::Error>>(())
+/// ```
 pub struct Campaign<'a, C> {
     seed: u64,
     cases: Option<usize>,

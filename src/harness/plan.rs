@@ -15,6 +15,7 @@ pub struct Shard {
 /// Text that names no shard.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
 #[error("a shard is i/n with 0 ≤ i < n ≤ 1000000, as 0/4, 1/4, 2/4, 3/4; \"{0}\" is none")]
+#[non_exhaustive]
 pub struct NoShard(pub String);
 
 impl Shard {

@@ -8,6 +8,7 @@ use std::collections::BTreeMap;
 
 /// The case with the largest defect/bound of a law.
 #[derive(Clone, Copy, Debug, PartialEq)]
+#[non_exhaustive]
 pub struct Worst {
     /// Its defect.
     pub defect: f64,
@@ -26,6 +27,7 @@ impl Worst {
 
 /// How many cases carry a label.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+#[non_exhaustive]
 pub struct Count {
     /// Of those to which the law applies.
     pub applicable: usize,
@@ -35,6 +37,7 @@ pub struct Count {
 
 /// What a campaign found about one law. `cases = held + broken + Σ inconclusive + Σ not_applicable`.
 #[derive(Clone, Debug)]
+#[non_exhaustive]
 pub struct Summary<C> {
     /// The law's name.
     pub law: &'static str,
@@ -163,6 +166,7 @@ impl<C> Summary<C> {
 
 /// The numbers of one law. In JSON, numbers that are not finite and values that do not exist are `null`.
 #[derive(Clone, Debug, PartialEq, Serialize)]
+#[non_exhaustive]
 pub struct Line {
     /// The law's name.
     pub law: &'static str,
@@ -197,6 +201,7 @@ pub enum Ending {
 
 /// What a campaign found, in the order of its laws.
 #[derive(Clone, Debug)]
+#[non_exhaustive]
 pub struct Report<C> {
     /// The campaign's seed.
     pub seed: u64,

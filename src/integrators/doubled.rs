@@ -176,6 +176,24 @@ where
 }
 
 /// The doubled scheme with a tableau, a retraction and a doubled Lagrangian.
+///
+/// ```
+/// use euler_poincare::algebra::{Covector, Matrix};
+/// use euler_poincare::integrators::doubled::{Doubled, DoubledState};
+/// use euler_poincare::mechanics::{doubled::Forced, force::LinearDrag, lagrangian::Quadratic};
+/// use euler_poincare::retraction::CayleySo3;
+/// use euler_poincare::tableau::Family;
+///
+/// let drag = LinearDrag::new(Matrix::<f64, 3>::from_diagonal_element(0.1))?;
+/// let system = Forced::new(Quadratic::diagonal([1.0, 2.0, 3.0])?, drag, CayleySo3::new());
+/// let mut method = Doubled::new(Family::Gauss.tableau(2)?, CayleySo3::new(), system);
+/// let mut state = DoubledState::<f64, 3, 3>::unit(0.0, Covector::<f64, 3>::new(0.4, 0.1, 0.7));
+/// method.step(&mut state, 0.1)?;
+/// // What starts on the units stays there: both copies move alike.
+/// assert!((state.relative - Matrix::<f64, 3>::identity()).amax() < 1e-13);
+/// assert!((state.lambda - state.mu).amax() < 1e-13 || (state.lambda + state.mu).amax() < 1e-13);
+/// # Ok::<(), Box<dyn std::error::Error>>(())
+/// ```
 pub struct Doubled<T, L, R, const N: usize, const D: usize>
 where
     T: Real,

@@ -7,6 +7,7 @@
 use std::ops::{Add, Div, Mul, Neg, Sub};
 
 /// A set of registers that hold eight `f64`.
+#[doc(hidden)]
 pub trait Isa: Copy + Send + Sync + 'static {
     /// Whether few processors that the program may run on have nothing better: kernels are then as short as they can be.
     const RARE: bool = false;
@@ -88,6 +89,7 @@ pub trait Lanes:
 
 /// Eight numbers in registers of the kind `I`.
 #[derive(Clone, Copy)]
+#[doc(hidden)]
 pub struct Eight<I: Isa> {
     isa: I,
     value: I::Eight,
@@ -219,6 +221,7 @@ impl<I: Isa> Lanes for Eight<I> {
 
 /// Two of a kind, side by side: one operation after the other on independent numbers keeps the processor busy.
 #[derive(Clone, Copy)]
+#[doc(hidden)]
 pub struct Pair<V>(pub V, pub V);
 
 macro_rules! operator_of_pair {
@@ -292,6 +295,7 @@ impl<V: Lanes> Lanes for Pair<V> {
 
 /// Plain arrays: for every processor, and what the other kinds are tested against.
 #[derive(Clone, Copy, Debug)]
+#[doc(hidden)]
 pub struct Plain;
 
 #[inline(always)]
@@ -596,6 +600,7 @@ mod x86 {
 }
 
 /// A computation that runs on any kind of registers.
+#[doc(hidden)]
 pub trait Kernel {
     /// What it returns.
     type Output;
@@ -615,6 +620,7 @@ pub trait Kernel {
 
 /// The kind of registers that this processor has.
 #[derive(Clone, Copy, Debug)]
+#[non_exhaustive]
 pub enum Registers {
     /// AVX-512: one register for eight numbers.
     #[cfg(target_arch = "x86_64")]

@@ -60,6 +60,7 @@ impl<T: Real, const N: usize, const D: usize> State<T, N, D> {
 
 /// Which iteration solved the stage equations.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[non_exhaustive]
 pub enum Solver {
     /// Explicit: nothing to solve.
     Explicit,
@@ -84,6 +85,7 @@ pub struct Report<T> {
 
 /// Why a step was refused. The state is left as it was.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
+#[non_exhaustive]
 pub enum StepError {
     /// The stage equations have no root that continues from h = 0: the branch folds before h.
     #[error("fold: the solution that continues from h = 0 ends near h = {fold:.6}, before the step h = {step}")]
@@ -170,6 +172,55 @@ pub enum StepError {
 }
 
 /// A one-step method: the core trait; trajectories, order studies and laws are derived from it.
+///
+/// ```
+/// use euler_poincare::algebra::{Covector, Matrix};
+/// use euler_poincare::group::So3;
+/// use euler_poincare::integrators::trajectory::{Totals, TrajectoryError, integrate};
+/// use euler_poincare::integrators::variational::Settings;
+/// use euler_poincare::integrators::{Classical, OneStep, Report, Solver, State, StepError, Variational};
+/// use euler_poincare::mechanics::equations::EulerPoincare;
+/// use euler_poincare::mechanics::{force::Zero, lagrangian::Quadratic};
+/// use euler_poincare::retraction::{CayleySo3, Retraction};
+/// use euler_poincare::tableau::{Classic, Family};
+///
+/// /// Two half steps of another method: a method of one's own needs `step` alone.
+/// struct Halved<M>(M);
+///
+/// impl<M: OneStep<f64, 3, 3>> OneStep<f64, 3, 3> for Halved<M> {
+///     fn step(&mut self, state: &mut State<f64, 3, 3>, h: f64) -> Result<Report<f64>, StepError> {
+///         let mut half = state.clone();
+///         let first = self.0.step(&mut half, 0.5 * h)?;
+///         let second = self.0.step(&mut half, 0.5 * h)?;
+///         *state = half; // on an error the state stays as it was
+///         Ok(Report { iterations: first.iterations + second.iterations, ..second })
+///     }
+/// }
+///
+/// let body = Quadratic::diagonal([1.0, 2.0, 3.0])?;
+/// let start = State { time: 0.0, momentum: Covector::<f64, 3>::new(0.4, 0.1, 0.7), attitude: Matrix::identity() };
+///
+/// // Trajectories take any method; here one that solves its equations to 1e-10 only.
+/// let settings = Settings { tolerance: 1e-10, ..Settings::default() };
+/// let gauss = Family::Gauss.tableau(2)?;
+/// let variational = Variational::with_settings(body.clone(), Zero, CayleySo3::new(), gauss.clone(), settings);
+/// let (mut method, mut state) = (Halved(variational), start.clone());
+/// let totals: Totals<f64> = integrate(&mut method, &mut state, 0.1, 10, |_, _, _| {})?;
+/// assert!(totals.steps == 10 && totals.residual < 1e-9);
+/// assert!((state.momentum.norm() - start.momentum.norm()).abs() < 1e-9, "without force |μ| is kept");
+///
+/// // A Runge–Kutta method on (μ, g) for comparison: it leaves the group.
+/// let equations = EulerPoincare::new(CayleySo3::<f64>::new().algebra().clone(), body.clone(), Zero);
+/// let mut classical = Classical::new(equations, Some(So3::new()), Classic::Rk4.tableau()?);
+/// let report = classical.step(&mut start.clone(), 0.1)?;
+/// assert_eq!(report.solver, Solver::Explicit);
+///
+/// // A step that is too long has no solution, and says so.
+/// let mut variational = Variational::new(body, Zero, CayleySo3::new(), gauss);
+/// let refused: Result<_, TrajectoryError> = integrate(&mut variational, &mut start.clone(), 100.0, 3, |_, _, _| {});
+/// assert!(matches!(refused.unwrap_err().source, StepError::Fold { .. } | StepError::NotConverged { .. } | StepError::Domain { .. }));
+/// # Ok::<(), Box<dyn std::error::Error>>(())
+/// ```
 pub trait OneStep<T: Real, const N: usize, const D: usize> {
     /// Replaces `state` by the state after a step of size `h` (of either sign); on an error `state` is unchanged.
     ///

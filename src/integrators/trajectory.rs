@@ -33,6 +33,7 @@ impl<T: Real> Totals<T> {
 /// A step that failed, and where.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
 #[error("step {index} (from t = {time}) failed: {source}")]
+#[non_exhaustive]
 pub struct TrajectoryError {
     /// How many steps had succeeded: the index, from 0, of the one that failed.
     pub index: usize,

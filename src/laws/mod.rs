@@ -1,7 +1,7 @@
 //! The laws: what the theory promises, each with an independent oracle and with planted faults that it catches.
 //!
 //! One file per module that is judged. A law is checked on a [`Case`]; identities are evaluated twice, in `f64` and in
-//! 32 digits, and judged by how the defect scales with round-off (see [`precision`]); orders are measured in 32 digits.
+//! 32 digits, and judged by how the defect scales with round-off (`precision.rs`); orders are measured in 32 digits.
 //!
 //! | file | judges |
 //! |---|---|
@@ -19,10 +19,10 @@
 //! | [`method`] | any one-step method: of this crate, of its user, of another program |
 //! | [`replay`] | nothing: a saved case under its law again |
 //! | [`trial`] | nothing: the order of one tableau on one case, for the command |
-//! | [`planted`], [`subjects`] | nothing: the plain step and the continuous theory in which faults are planted |
-//! | [`instances`] | nothing: the groupoids of a case, in which faults are planted |
-//! | [`polynomial`] | nothing: random functions |
-//! | [`source`] | nothing: where the systems come from that laws judge |
+//! | `planted`, `subjects` | nothing: the plain step and the continuous theory in which faults are planted |
+//! | `instances` | nothing: the groupoids of a case, in which faults are planted |
+//! | `polynomial` | nothing: random functions |
+//! | `source` | nothing: where the systems come from that laws judge |
 
 pub mod algebroid;
 pub mod discrete;
@@ -31,7 +31,7 @@ pub mod euler_lagrange;
 pub mod fast;
 pub mod groupoid;
 pub mod hamiltonian;
-pub mod instances;
+mod instances;
 pub mod integrators;
 pub mod legendre;
 pub mod lie_poisson;
@@ -41,20 +41,22 @@ pub mod munthe_kaas;
 pub mod orbits;
 pub mod order;
 pub mod own;
+#[doc(hidden)]
 pub mod planted;
 pub mod poisson;
-pub mod polynomial;
-pub mod precision;
+mod polynomial;
+mod precision;
 pub mod predicted;
-pub mod probe;
+mod probe;
 pub mod replay;
 pub mod retraction;
-pub mod source;
-pub mod subjects;
+mod source;
+mod subjects;
 pub mod trial;
 pub mod two_hamiltonians;
 pub mod variational_error;
 
+#[doc(hidden)]
 pub use source::Source;
 
 use crate::harness::{Cost, Fault, Law, Verdict};
@@ -63,6 +65,36 @@ use crate::system::{Case, Cases, cases};
 use proptest::strategy::BoxedStrategy;
 
 /// A law on cases: its description, its generator and its check.
+///
+/// ```
+/// use euler_poincare::harness::evidence::Wanted;
+/// use euler_poincare::harness::{Campaign, Law};
+/// use euler_poincare::laws::replay::{Kept, ReplayError, Replayed, replay_all};
+/// use euler_poincare::laws::{self, CaseLaw};
+/// use euler_poincare::system::{Case, Replay};
+///
+/// let law: &CaseLaw = laws::named("retraction-adjoint").expect("a law");
+/// println!("{}: {} ({})", law.name, law.statement, law.source);
+/// let report = Campaign::new(7, 5).run(&[law as &dyn Law<Case>]);
+/// assert!(report.holds());
+///
+/// // A case that was saved: judged again, here with a fault planted that the law sees.
+/// let fault = law.fault("adjoint-inverted").expect("a fault");
+/// let case = euler_poincare::harness::shrink(law, Some(fault), 7, 0, 100).map_or_else(
+///     || panic!("not seen on the first case"),
+///     |failure| failure.case,
+/// );
+/// let replay = Replay { law: law.name.into(), seed: 7, index: 0, fault: Some(fault.name.into()), case };
+/// let again: Replayed = Replayed::of(replay.clone(), Wanted::AsJudged)?;
+/// assert!(again.verdict.is_broken() && again.passes(), "a planted fault has to be seen");
+/// let unknown = Replayed::of(Replay { law: "no-law".into(), ..replay }, Wanted::AsJudged);
+/// assert!(matches!(unknown, Err(ReplayError::Law { .. })));
+///
+/// // All saved cases of a directory (here there is none).
+/// let kept: Vec<Kept> = replay_all("no/directory".as_ref(), |_| true)?;
+/// assert!(kept.is_empty());
+/// # Ok::<(), Box<dyn std::error::Error>>(())
+/// ```
 pub struct CaseLaw<S = Case> {
     /// Short unique name, kebab case.
     pub name: &'static str,

@@ -21,6 +21,7 @@ pub const REGRESSIONS: &str = "snapshots/regressions";
 
 /// Why a record cannot be replayed.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
+#[non_exhaustive]
 pub enum ReplayError {
     /// It is malformed, or its case cannot be built.
     #[error("{0}")]
@@ -47,6 +48,7 @@ pub enum ReplayError {
 
 /// A record, judged.
 #[derive(Clone)]
+#[non_exhaustive]
 pub struct Replayed {
     /// The law.
     pub law: &'static CaseLaw,
@@ -320,6 +322,7 @@ pub fn save(directory: &Path, replay: &Replay) -> io::Result<PathBuf> {
 }
 
 /// A record that is kept, replayed.
+#[non_exhaustive]
 pub struct Kept {
     /// Its file.
     pub path: PathBuf,

@@ -9,6 +9,7 @@ use crate::scalar::{Real, Scalar};
 
 /// Why a force was refused.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
+#[non_exhaustive]
 pub enum ForceError {
     /// A coefficient is NaN or infinite.
     #[error("{force}: {what} is not finite")]
@@ -310,6 +311,7 @@ impl<T: Real, const N: usize> Force<T, N> for Periodic<T, N> {
 
 /// A force chosen at run time, sums included.
 #[derive(Clone, Debug, PartialEq)]
+#[non_exhaustive]
 pub enum AnyForce<T: Real, const N: usize> {
     /// f = 0.
     Zero(Zero),

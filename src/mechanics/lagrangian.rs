@@ -252,6 +252,7 @@ impl<T: Real, const N: usize> Lagrangian<T, N> for Quartic<T, N> {
 
 /// A Lagrangian chosen at run time.
 #[derive(Clone, Debug, PartialEq)]
+#[non_exhaustive]
 pub enum AnyLagrangian<T: Real, const N: usize> {
     /// ½ ηᵀ I η.
     Quadratic(Quadratic<T, N>),

@@ -7,6 +7,7 @@ use crate::scalar::{Real, Scalar};
 
 /// [`Exponential`] or [`Cayley`].
 #[derive(Clone, Debug)]
+#[non_exhaustive]
 pub enum AnyRetraction<T: Real, const N: usize, const D: usize, G = MatrixGroup<T, N, D>> {
     /// τ = exp.
     Exponential(Exponential<T, N, D, G>),
@@ -17,6 +18,7 @@ pub enum AnyRetraction<T: Real, const N: usize, const D: usize, G = MatrixGroup<
 /// The tangents of [`AnyRetraction`] at x.
 #[derive(Clone, Debug)]
 #[allow(clippy::large_enum_variant, reason = "a box would allocate at every stage")]
+#[non_exhaustive]
 pub enum AnyPoint<T: Real, S: Scalar<Base = T>, const N: usize> {
     /// Of exp.
     Exponential(ExponentialPoint<T, S, N>),

@@ -12,6 +12,7 @@ use std::sync::Arc;
 #[error(
     "the Cayley map does not apply to this group: (e_{a} e_{b} e_{c} + e_{c} e_{b} e_{a})/2 is off the algebra by {defect:e} (indices from 0)"
 )]
+#[non_exhaustive]
 pub struct NotQuadratic {
     /// First and last factor.
     pub a: usize,

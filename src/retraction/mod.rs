@@ -14,6 +14,7 @@ use crate::scalar::{Real, Scalar, finite};
 
 pub mod any;
 pub mod cayley;
+#[doc(hidden)]
 pub mod coefficients;
 pub mod exponential;
 mod linear;
@@ -26,6 +27,7 @@ pub use so3::{CayleySo3, CayleySo3Point, ExponentialSo3, ExponentialSo3Point};
 
 /// Where a retraction or its inverse is not defined, with the numbers needed to act on it.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
+#[non_exhaustive]
 pub enum RetractionError {
     /// The argument is outside the domain of τ (for Cayley: 1 − x/2 is singular).
     #[error("{retraction}: the argument (largest component {size:e}) is outside the domain: {why}")]
@@ -70,6 +72,46 @@ pub enum RetractionError {
 /// A retraction: τ and its inverse, and the tangents at a point.
 ///
 /// D is the size of the matrices that represent the group.
+///
+/// ```
+/// use euler_poincare::algebra::{Entry, Matrix, Vector};
+/// use euler_poincare::group::{MatrixGroup, So3};
+/// use euler_poincare::retraction::{
+///     AnyPoint, AnyRetraction, Cayley, CayleyPoint, CayleySo3, CayleySo3Point, Exponential, ExponentialPoint, ExponentialSo3,
+///     ExponentialSo3Point, NotQuadratic, Retraction, RetractionError, TangentPoint,
+/// };
+///
+/// /// What every retraction satisfies: τ⁻¹ ∘ τ = 1 and Ad_{τ(x)} = dτ_x dτ_{−x}⁻¹.
+/// fn check<R: Retraction<f64, 3, 3>>(retraction: &R) -> Result<R::Point<f64>, RetractionError> {
+///     let x = Vector::<f64, 3>::new(0.1, -0.2, 0.3);
+///     let back: Vector<f64, 3> = retraction.tau_inv(&retraction.tau(&x)?)?;
+///     assert!((back - x).amax() < 1e-15);
+///     let point = retraction.at(&x)?;
+///     assert!((point.d() * point.d_inv() - Matrix::<f64, 3>::identity()).amax() < 1e-15);
+///     assert!((point.ad() * point.d_neg() - point.d()).amax() < 1e-15 || (point.ad() * point.d() - point.d_neg()).amax() < 1e-15);
+///     Ok(point)
+/// }
+///
+/// // Closed forms on SO(3), and the general ones on any group.
+/// let closed: CayleySo3Point<f64> = check(&CayleySo3::new())?;
+/// let general: CayleyPoint<f64, f64, 3> = check(&Cayley::new(So3::new())?)?;
+/// assert!((closed.d() - general.d()).amax() < 1e-15);
+/// let closed: ExponentialSo3Point<f64> = check(&ExponentialSo3::new())?;
+/// let general: ExponentialPoint<f64, f64, 3> = check(&Exponential::of_group(So3::new()))?;
+/// assert!((closed.d() - general.d()).amax() < 1e-15);
+///
+/// // Either of them, chosen when the program runs.
+/// let chosen = AnyRetraction::Exponential(Exponential::of_group(MatrixGroup::<f64, 3, 3>::from_entry(&Entry::Se2)?));
+/// let _: AnyPoint<f64, f64, 3> = check(&chosen)?;
+///
+/// // Cayley's map needs a group of quadratic type; a half-turn has no preimage under it.
+/// let scaling = MatrixGroup::new([Matrix::<f64, 2>::new(1.0, 0.0, 0.0, 2.0)])?;
+/// let refused: Result<_, NotQuadratic> = Cayley::new(scaling);
+/// assert!(refused.is_err());
+/// let half_turn = Matrix::<f64, 3>::from_diagonal(&Vector::<f64, 3>::new(-1.0, -1.0, 1.0));
+/// assert!(matches!(CayleySo3::<f64>::new().tau_inv(&half_turn), Err(RetractionError::NoPreimage { .. })));
+/// # Ok::<(), Box<dyn std::error::Error>>(())
+/// ```
 pub trait Retraction<T: Real, const N: usize, const D: usize> {
     /// The tangents at one point, with what they share computed once.
     type Point<S: Scalar<Base = T>>: TangentPoint<S, N>;

@@ -80,6 +80,7 @@ struct Decimal {
 
 /// Why a text is not a [`Number`], or a [`Number`] has no value in a scalar.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
+#[non_exhaustive]
 pub enum NumberError {
     /// The text does not follow the grammar.
     #[error("`{text}` is not a number: {expected} expected at byte {at}")]

@@ -14,6 +14,7 @@ use std::fmt;
 
 /// Why a system is a poor test of an order.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, PartialOrd, Ord)]
+#[non_exhaustive]
 pub enum Warning {
     /// \[g, g\] = 0: momentum and attitude are not coupled, and every dτ is 1.
     Commuting,

@@ -77,6 +77,7 @@ impl<T: Real> Rung<T> {
 
 /// The error of one quantity at one level.
 #[derive(Clone, Copy, Debug, PartialEq)]
+#[non_exhaustive]
 pub struct Reading {
     /// The largest component of the difference.
     pub error: f64,
@@ -95,6 +96,7 @@ impl Reading {
 
 /// What a level gave.
 #[derive(Clone, Debug, PartialEq)]
+#[non_exhaustive]
 pub struct Row {
     /// The number of steps.
     pub steps: usize,

@@ -32,6 +32,7 @@ pub struct Constant {
 
 /// Where the algebra's structure comes from.
 #[derive(Clone, Debug, PartialEq)]
+#[non_exhaustive]
 pub enum Structure {
     /// An algebra of the catalogue, with its group.
     Named(Entry),
@@ -72,6 +73,7 @@ impl Algebra {
 
 /// The inertia I of l(η) = ½⟨Iη, η⟩ + …: symmetric, n×n.
 #[derive(Clone, Debug, PartialEq)]
+#[non_exhaustive]
 pub enum Inertia {
     /// Its diagonal.
     Diagonal(Vec<Number>),
@@ -100,6 +102,7 @@ impl Lagrangian {
 
 /// The matrix K of a drag.
 #[derive(Clone, Debug, PartialEq)]
+#[non_exhaustive]
 pub enum Drag {
     /// K = k 1.
     Coefficient(Number),
@@ -109,6 +112,7 @@ pub enum Drag {
 
 /// One term of the force f(t, η).
 #[derive(Clone, Debug, PartialEq)]
+#[non_exhaustive]
 pub enum Force {
     /// Double-bracket dissipation with coefficient α: keeps Casimirs, lowers the energy (LLG on so(3)).
     DoubleBracket {
@@ -144,6 +148,7 @@ pub enum Force {
 
 /// Which retraction.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, PartialOrd, Ord, Serialize, Deserialize)]
+#[non_exhaustive]
 pub enum Tau {
     /// The exponential.
     #[serde(rename = "exp")]
@@ -174,6 +179,7 @@ pub struct Method {
 
 /// The initial motion: η or μ.
 #[derive(Clone, Debug, PartialEq)]
+#[non_exhaustive]
 pub enum Motion {
     /// η; then μ = l'(η).
     Velocity(Vec<Number>),
@@ -193,6 +199,63 @@ pub struct Start {
 }
 
 /// One plain value that describes a forced Euler–Poincaré system, a method, an initial state and a step.
+///
+/// ```
+/// use euler_poincare::algebra::{Entry, LieAlgebra};
+/// use euler_poincare::integrators::Variational;
+/// use euler_poincare::mechanics::{Force, Lagrangian};
+/// use euler_poincare::retraction::Retraction;
+/// use euler_poincare::scalar::{Number, Real};
+/// use euler_poincare::system::case::{
+///     Algebra, Case, Constant, Drag, Force as Term, Inertia, Lagrangian as Energy, Method, Motion, Start, Structure, Tau,
+/// };
+/// use euler_poincare::system::error::Segment;
+/// use euler_poincare::system::{CaseError, Place, Problem, System, Visitor};
+/// use euler_poincare::tableau::{Description, Family};
+///
+/// let n = |n: i64| Number::from(n);
+/// let case = Case {
+///     algebra: Algebra { structure: Structure::Named(Entry::So3), basis: None },
+///     lagrangian: Energy { inertia: Inertia::Diagonal(vec![n(1), n(2), n(3)]), quartic: None },
+///     forces: vec![Term::LinearDrag(Drag::Coefficient(Number::ratio(1, 10)))],
+///     method: Method { tableau: Description::Family(Family::Gauss, 2), retraction: Tau::Cayley },
+///     start: Start { motion: Motion::Velocity(vec![n(1), n(0), n(1)]), attitude: None, time: n(0) },
+///     step: Number::ratio(1, 8),
+/// };
+/// assert_eq!(Case::from_toml(&case.to_toml()?)?, case);
+///
+/// /// Typed, in any dimension: one step of the case's method.
+/// struct Step;
+///
+/// impl<T: Real> Visitor<T> for Step {
+///     type Output = bool;
+///
+///     fn visit<const N: usize, const D: usize, R, L, F>(self, system: System<T, N, D, R, L, F>) -> bool
+///     where
+///         R: Retraction<T, N, D> + 'static,
+///         L: Lagrangian<T, N> + 'static,
+///         F: Force<T, N> + 'static,
+///     {
+///         use euler_poincare::integrators::OneStep;
+///         let mut state = system.state.clone();
+///         Variational::new(&system.lagrangian, &system.force, &system.retraction, system.tableau.clone())
+///             .step(&mut state, system.step)
+///             .is_ok()
+///     }
+/// }
+/// assert!(case.dispatch::<f64, _>(Step)?);
+///
+/// // What is wrong with a case is an error that says where: here [e_1, e_2] = e_1 and [e_1, e_3] = e_2.
+/// let constant = |a, b, c| Constant { a, b, c, value: n(1) };
+/// let constants = vec![constant(1, 2, 1), constant(1, 3, 2)];
+/// let wrong = Algebra { structure: Structure::Constants { dimension: 3, constants }, basis: None };
+/// let refused: CaseError = Case { algebra: wrong, ..case }.check().unwrap_err();
+/// assert!(matches!(refused.problem, Problem::Algebra(_)), "{refused}");
+/// let place: &Place = &refused.place;
+/// assert_eq!(place.segments()[0], Segment::Key("algebra"));
+/// # let _ = LieAlgebra::<f64, 3>::from_catalogue(&Entry::So3);
+/// # Ok::<(), Box<dyn std::error::Error>>(())
+/// ```
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(try_from = "Document", into = "Document")]
 pub struct Case {

@@ -58,6 +58,7 @@ pub trait Visitor<T: Real> {
 }
 
 /// What is done to the retraction of a system before it is handed on: laws put a spoilt one in its place.
+#[doc(hidden)]
 pub trait Wrap {
     /// The type of the result.
     type Wrapped<T: Real, const N: usize, const D: usize, R: Retraction<T, N, D> + 'static>: Retraction<T, N, D>

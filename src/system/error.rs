@@ -10,6 +10,7 @@ use std::fmt;
 
 /// One segment of a [`Place`].
 #[derive(Clone, Debug, PartialEq, Eq, Hash)]
+#[non_exhaustive]
 pub enum Segment {
     /// A key of a table.
     Key(&'static str),
@@ -70,6 +71,7 @@ impl fmt::Display for Place {
 
 /// What is wrong, with what is allowed.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
+#[non_exhaustive]
 pub enum Problem {
     /// A key is needed that is not there.
     #[error("{what} is missing: {allowed}")]
@@ -167,6 +169,7 @@ pub enum Problem {
 /// Why a case was refused: where, and what is allowed there.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
 #[error("{place}: {problem}")]
+#[non_exhaustive]
 pub struct CaseError {
     /// Where.
     pub place: Place,

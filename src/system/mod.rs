@@ -27,11 +27,14 @@ pub mod trajectory;
 
 pub use case::{Case, Force as ForceTerm, Motion};
 pub use compiled::Compiled;
-pub use dispatch::{System, Visitor, Wrap};
+#[doc(hidden)]
+pub use dispatch::Wrap;
+pub use dispatch::{System, Visitor};
 pub use document::ScalarName;
 pub use error::{CaseError, Place, Problem};
 pub use file::{FileError, SystemFile};
 pub use random::{Cases, cases, labels};
 pub use replay::Replay;
 pub use snippet::snippet;
+#[doc(hidden)]
 pub use so3::So3Retraction;

@@ -41,6 +41,30 @@ pub(crate) struct Given {
 }
 
 /// The strategy for cases; each method fixes a part. Build one with [`cases`].
+///
+/// ```
+/// use euler_poincare::algebra::Entry;
+/// use euler_poincare::system::replay::Replay;
+/// use euler_poincare::system::shares::{SHARES, Share};
+/// use euler_poincare::system::{Cases, cases, labels};
+/// use proptest::strategy::{Strategy, ValueTree};
+/// use proptest::test_runner::TestRunner;
+///
+/// // Random cases, here: forced, on so(3) or se(3), in the catalogue's basis.
+/// let bodies: Cases = cases().algebras(&[Entry::So3, Entry::Se3]).forced().changed_basis(false);
+/// let case = bodies.new_tree(&mut TestRunner::deterministic()).expect("a case").current();
+/// assert!(bodies.admits(&case) && case.check().is_ok());
+///
+/// // What it is an example of; the shares of all cases are declared.
+/// assert!(labels(&case).iter().any(|(category, label)| *category == "algebra" && (label == "so3" || label == "se3")));
+/// let share: &Share = SHARES.iter().find(|share| (share.category, share.label) == ("algebra", "so3")).expect("so(3)");
+/// assert!(share.least <= share.most);
+///
+/// // As a file, for `replay`.
+/// let replay = Replay { law: "energy-balance".into(), seed: 1, index: 0, fault: None, case };
+/// assert_eq!(Replay::from_json(&replay.to_json()?)?, replay);
+/// # Ok::<(), Box<dyn std::error::Error>>(())
+/// ```
 #[derive(Clone, Debug)]
 pub struct Cases {
     pub(super) algebras: Option<Vec<Entry>>,
@@ -308,6 +332,7 @@ impl Strategy for Cases {
 
 /// A case and the way to simpler ones: first its tableau, by the tree of its strategy; then everything else, by
 /// candidates that depend on the case alone.
+#[doc(hidden)]
 pub struct CaseTree {
     knobs: Cases,
     best: Case,

@@ -7,6 +7,7 @@ use crate::scalar::{Real, Scalar};
 
 /// Cayley or exp on so(3) in its standard basis.
 #[derive(Clone, Debug)]
+#[doc(hidden)]
 pub enum So3Retraction<T: Real> {
     /// The Cayley map.
     Cayley(CayleySo3<T>),
@@ -62,6 +63,7 @@ impl<T: Real> Retraction<T, 3, 3> for So3Retraction<T> {
 
 /// The tangents of [`So3Retraction`] at a point.
 #[derive(Clone)]
+#[doc(hidden)]
 pub enum So3Point<T: Real, S: Scalar<Base = T>> {
     /// Of the Cayley map.
     Cayley(<CayleySo3<T> as Retraction<T, 3, 3>>::Point<S>),

@@ -13,6 +13,7 @@ use dashu_ratio::RBig;
 
 /// What [`analyse`] finds.
 #[derive(Clone, Debug, PartialEq, serde::Serialize)]
+#[non_exhaustive]
 pub struct Analysis {
     /// The tableau as text.
     pub description: String,
@@ -49,7 +50,27 @@ pub struct Analysis {
 }
 
 /// The orders of a tableau with what they rest on.
+///
+/// ```
+/// use euler_poincare::tableau::analysis::{Analysis, Findings, analyse};
+/// use euler_poincare::tableau::stability::Stability;
+/// use euler_poincare::tableau::{Description, Entries, RationalTableau};
+///
+/// let description: Description = "alexander2".parse()?;
+/// let analysis: Analysis = analyse::<f64>(&description, 6)?;
+/// let findings: &Findings = analysis.findings();
+/// assert_eq!((analysis.declared, findings.classical.order), (Some(2), 2));
+/// assert_eq!(analysis.stability, Stability::AStable);
+///
+/// // Rational coefficients are analysed exactly.
+/// let half = || "1/2".parse();
+/// let midpoint = Description::Entries(Entries { a: vec![vec![half()?]], b: vec!["1".parse()?], c: None });
+/// let exact: RationalTableau = midpoint.rational()?.expect("rational entries");
+/// assert_eq!(exact.variational_order(6).map(|order| order.order), Some(2));
+/// # Ok::<(), Box<dyn std::error::Error>>(())
+/// ```
 #[derive(Clone, Debug, PartialEq, serde::Serialize)]
+#[non_exhaustive]
 pub struct Findings {
     /// The order as a Runge–Kutta method.
     pub classical: Order,

@@ -10,6 +10,7 @@ use std::fmt;
 /// One of the three.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 #[cfg_attr(feature = "harness", derive(serde::Serialize))]
+#[non_exhaustive]
 pub enum Kind {
     /// The quadrature formula (b, c) has order p.
     B,
@@ -22,6 +23,7 @@ pub enum Kind {
 /// How far an assumption holds.
 #[derive(Clone, Debug, PartialEq)]
 #[cfg_attr(feature = "harness", derive(serde::Serialize))]
+#[non_exhaustive]
 pub struct Assumption {
     /// Which.
     pub kind: Kind,
@@ -34,6 +36,7 @@ pub struct Assumption {
 /// An equation of an assumption that does not hold.
 #[derive(Clone, Debug, PartialEq)]
 #[cfg_attr(feature = "harness", derive(serde::Serialize))]
+#[non_exhaustive]
 pub struct Failure {
     /// Which assumption.
     pub kind: Kind,
@@ -52,6 +55,7 @@ pub struct Failure {
 /// All three.
 #[derive(Clone, Debug, PartialEq)]
 #[cfg_attr(feature = "harness", derive(serde::Serialize))]
+#[non_exhaustive]
 pub struct Assumptions {
     /// B(p).
     pub b: Assumption,

@@ -21,6 +21,7 @@ use std::str::FromStr;
 /// # Ok::<(), euler_poincare::tableau::TableauError>(())
 /// ```
 #[derive(Clone, Debug, PartialEq)]
+#[non_exhaustive]
 pub enum Description {
     /// The member of a family with this many stages.
     Family(Family, usize),

@@ -209,6 +209,7 @@ impl Quantity for RBig {
 
 /// Integers D^{n−1} Φ_i and D^n Σ b Φ for trees of order n.
 #[derive(Clone, Debug)]
+#[doc(hidden)]
 pub struct Integers {
     denominator: IBig,
 }

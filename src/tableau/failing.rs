@@ -12,6 +12,7 @@ pub const MOST_LISTED: usize = 1000;
 /// The conditions of one order that fail.
 #[derive(Clone, Debug, PartialEq)]
 #[cfg_attr(feature = "harness", derive(serde::Serialize))]
+#[non_exhaustive]
 pub struct Failing {
     /// The order: one more than the order of the tableau.
     pub order: usize,
@@ -26,6 +27,7 @@ pub struct Failing {
 /// A condition that fails.
 #[derive(Clone, Debug, PartialEq)]
 #[cfg_attr(feature = "harness", derive(serde::Serialize))]
+#[non_exhaustive]
 pub struct Condition {
     /// The tree as brackets, see [`Catalogue::show`].
     pub tree: String,

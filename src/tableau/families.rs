@@ -16,6 +16,7 @@ pub const MAX_STAGES: usize = 64;
 /// \[0, 1\]. Note that [`Tableau::c`] is the row sum of a, which for `RadauIA` with s = 1 and `LobattoIIIB` with s = 2 is
 /// not the node.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, PartialOrd, Ord)]
+#[non_exhaustive]
 pub enum Family {
     /// Collocation at the Gauss nodes: B(2s), C(s), D(s); its own conjugate.
     Gauss,
@@ -327,6 +328,7 @@ fn jacobi<T: Real>(n: usize, alpha: i64, beta: i64, x: T) -> (T, T) {
 ///
 /// The explicit midpoint rule is not among them: it has b_1 = 0.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, PartialOrd, Ord)]
+#[non_exhaustive]
 pub enum Classic {
     /// Heun's second-order method: c = (0, 1), b = (½, ½).
     Heun2,

@@ -42,6 +42,7 @@ use nalgebra::{DMatrix, DVector};
 
 /// Why a tableau was refused; every variant names the entry (indices from 1, as on paper).
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
+#[non_exhaustive]
 pub enum TableauError {
     /// No stages.
     #[error("a tableau needs at least one stage")]
@@ -101,6 +102,26 @@ pub enum TableauError {
 }
 
 /// A Runge–Kutta tableau with s stages over `T`; c_i = Σ_j a_ij is derived.
+///
+/// ```
+/// use euler_poincare::tableau::{Classic, Description, Family, Order, Tableau, TableauError, classical_order, variational_order};
+///
+/// let rk4: Tableau<f64> = Classic::Rk4.tableau()?;
+/// assert_eq!(classical_order(&rk4, 6).order, 4);
+/// // Ralston's method has order 3 as a Runge–Kutta method, and order 2 in the variational scheme.
+/// let ralston: Tableau<f64> = "ralston3".parse::<Description>()?.build()?;
+/// let order: Order = variational_order(&ralston, 6);
+/// assert_eq!((classical_order(&ralston, 6).order, order.order), (3, 2));
+/// let broken = order.broken.expect("a condition of order 3");
+/// assert!(broken.defect.abs() > broken.tolerance);
+/// // Gauss methods are their own conjugates: â = a.
+/// let gauss = Family::Gauss.tableau::<f64>(3)?;
+/// assert!((gauss.conjugate().a() - gauss.a()).amax() < 1e-15);
+/// // Each b_i divides.
+/// let refused = Tableau::new(&[vec![0.0, 0.0], vec![0.5, 0.0]], &[0.0, 1.0]);
+/// assert_eq!(refused, Err(TableauError::ZeroWeight { stage: 1 }));
+/// # Ok::<(), Box<dyn std::error::Error>>(())
+/// ```
 #[derive(Clone, Debug, PartialEq)]
 pub struct Tableau<T: Real> {
     a: DMatrix<T>,

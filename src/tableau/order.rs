@@ -18,6 +18,7 @@ pub const MAX_VARIATIONAL: usize = 12;
 /// What the order conditions say.
 #[derive(Clone, Debug, PartialEq)]
 #[cfg_attr(feature = "harness", derive(serde::Serialize))]
+#[non_exhaustive]
 pub struct Order {
     /// Every condition up to this order holds.
     pub order: usize,
@@ -29,6 +30,7 @@ pub struct Order {
 /// An order condition that does not hold.
 #[derive(Clone, Debug, PartialEq)]
 #[cfg_attr(feature = "harness", derive(serde::Serialize))]
+#[non_exhaustive]
 pub struct Broken {
     /// The tree, as in [`Catalogue::show`]: edges of â carry a tick.
     pub tree: String,
@@ -77,6 +79,7 @@ pub fn variational_order<T: Real>(tableau: &Tableau<T>, max: usize) -> Order {
 }
 
 /// What elementary weights are computed in.
+#[doc(hidden)]
 pub trait Arithmetic {
     /// A component of a stage vector, or a weight.
     type Value: Clone;
@@ -104,6 +107,7 @@ pub trait Arithmetic {
 
 /// What one order condition says.
 #[derive(Clone, Copy, Debug, PartialEq)]
+#[doc(hidden)]
 pub struct Verdict {
     /// |defect| ≤ tolerance.
     pub holds: bool,
@@ -117,6 +121,7 @@ pub struct Verdict {
 
 /// [`Ball`]s over a scalar: holds if the defect is within 8 n (s + 2) u Σ|b||Φ| and the radius.
 #[derive(Clone, Copy, Debug)]
+#[doc(hidden)]
 pub struct Balls<T> {
     stages: usize,
     scalar: PhantomData<T>,
@@ -151,6 +156,37 @@ impl<T: Real> Arithmetic for Balls<T> {
 }
 
 /// The elementary weights of a tableau, with what the trees have in common computed once.
+///
+/// ```
+/// use euler_poincare::tableau::assumptions::{Assumption, Assumptions, Failure, Kind};
+/// use euler_poincare::tableau::failing::{Condition, Failing};
+/// use euler_poincare::tableau::order::{Broken, Conditions};
+/// use euler_poincare::tableau::quantity::{Ball, Coefficients, Quantity};
+/// use euler_poincare::tableau::structure::{Shape, Symmetry, is_symplectic};
+/// use euler_poincare::tableau::{Classic, Family};
+///
+/// let ralston = Classic::Ralston3.tableau::<f64>()?;
+/// let mut conditions = Conditions::new(&ralston, 2); // trees with two colours: the pair (a, â)
+/// let order = conditions.order(6);
+/// let Some(Broken { weight, expected, .. }) = &order.broken else { panic!("of order 6") };
+/// assert!((weight - expected).abs() > 0.01);
+/// // Every condition of that order that fails, as a formula.
+/// let failing: Failing = Failing::of(&mut conditions, &order).expect("at least one");
+/// let condition: &Condition = &failing.conditions[0];
+/// assert_eq!((order.order, failing.order, condition.formula.as_str()), (2, 3, "Σ b_i ĉ_i^2"));
+///
+/// // Simplifying assumptions and structure, from coefficients that know their rounding.
+/// let coefficients: Coefficients<Ball<f64>> = Coefficients::of(&ralston);
+/// let assumptions = Assumptions::of(&coefficients);
+/// let d: &Assumption = &assumptions.d;
+/// let failure: &Failure = d.fails.as_ref().expect("D(1) fails");
+/// assert_eq!((d.kind, d.holds, failure.k), (Kind::D, 0, 1));
+/// assert_eq!(Shape::of(&coefficients), Shape::Explicit);
+/// let gauss = Coefficients::of(&Family::Gauss.tableau::<f64>(2)?);
+/// assert!(matches!(Symmetry::of(&gauss), Symmetry::Symmetric(_)) && is_symplectic(&gauss));
+/// assert!(gauss.b[0].minus(&gauss.b[1]).vanishes(1));
+/// # Ok::<(), Box<dyn std::error::Error>>(())
+/// ```
 #[derive(Clone, Debug)]
 pub struct Conditions<A: Arithmetic> {
     arithmetic: A,

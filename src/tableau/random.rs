@@ -11,6 +11,7 @@ use proptest::strategy::Union;
 
 /// What to generate.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+#[non_exhaustive]
 pub enum Kind {
     /// A member of a family (few stages more often than many) or a classical tableau.
     Named,

@@ -6,6 +6,7 @@ use std::fmt;
 /// The zeros of a.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 #[cfg_attr(feature = "harness", derive(serde::Serialize), serde(rename_all = "kebab-case"))]
+#[non_exhaustive]
 pub enum Shape {
     /// a is strictly lower triangular.
     Explicit,
@@ -45,6 +46,7 @@ impl Shape {
 /// Whether the method is its own adjoint: stepping back with −h undoes the step.
 #[derive(Clone, Debug, PartialEq, Eq)]
 #[cfg_attr(feature = "harness", derive(serde::Serialize), serde(rename_all = "kebab-case"))]
+#[non_exhaustive]
 pub enum Symmetry {
     /// a_ij + a_σ(i)σ(j) = b_j and b_σ(j) = b_j for this permutation of the stages (from 0; most often the reversal).
     Symmetric(Vec<usize>),

@@ -9,6 +9,7 @@ use std::path::{Path, PathBuf};
 
 /// What a merge has put together.
 #[derive(Debug)]
+#[non_exhaustive]
 pub struct Merged {
     /// The merged campaign.
     pub store: Store,

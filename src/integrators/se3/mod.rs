@@ -9,6 +9,7 @@
 
 mod adaptive;
 pub mod force;
+#[doc(hidden)]
 pub mod retraction;
 
 pub use super::so3::step::UnfitTableau;
@@ -20,6 +21,7 @@ pub use retraction::CayleySe3;
 use super::so3::step::VariationalInLanes;
 
 /// Six components, each in lanes: of ω, then of v.
+#[doc(hidden)]
 pub type Vec6<V> = [V; 6];
 
 /// The forced variational step on SE(3) with all stages in the lanes of a register.

@@ -44,6 +44,7 @@ const LARGEST_ANGLE: f64 = 5.75;
 
 /// What a run took.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
+#[non_exhaustive]
 pub struct Solved {
     /// Steps taken.
     pub steps: usize,
@@ -59,6 +60,7 @@ pub struct Solved {
 
 /// Why a run ended before its time. The state is that of the last step that was taken.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
+#[non_exhaustive]
 pub enum SolveError {
     /// The duration or the tolerance is not a number that makes sense.
     #[error("{what} is {value}: it must be {needed}")]

@@ -67,6 +67,7 @@ pub struct Member<F> {
 /// Why an ensemble stopped. The bodies of other groups may have gone further.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
 #[error("body {member}, step {step} (from t = {time}): {source}")]
+#[non_exhaustive]
 pub struct EnsembleError {
     /// Which body, from 0.
     pub member: usize,
@@ -192,6 +193,48 @@ impl Scaled {
 ///
 /// The attitude is g = g₀ R(q), with g₀ the attitude of the start and a quaternion q of any length: g gᵀ stays what it was to
 /// round-off over any number of steps.
+///
+/// ```
+/// use euler_poincare::algebra::{Covector, Matrix};
+/// use euler_poincare::integrators::State;
+/// use euler_poincare::integrators::so3::{
+///     Damping, EnsembleError, EnsembleSo3, LaneForceError, Member, PackedForce, Row, Term, Terms,
+/// };
+/// use euler_poincare::mechanics::force::{AnyForce, LinearDrag};
+/// use euler_poincare::mechanics::lagrangian::Quadratic;
+/// use euler_poincare::retraction::CayleySo3;
+/// use euler_poincare::tableau::Family;
+///
+/// let body = Quadratic::diagonal([1.0, 2.0, 3.0])?;
+/// // A force of the catalogue, in lanes.
+/// let drag = AnyForce::LinearDrag(LinearDrag::new(Matrix::<f64, 3>::identity())?);
+/// let force: Result<Terms, LaneForceError> = Terms::new(&drag, &body);
+/// assert!(matches!(force?.0[..], [Term::LinearDrag(_)]));
+///
+///
+/// // Ten bodies with forces of their own, eight to a register.
+/// let member = |k: usize| Member {
+///     lagrangian: body.clone(),
+///     force: Terms(vec![Term::Constant([0.0, 0.0, k as f64 / 10.0])]),
+///     state: State { time: 0.0, momentum: Covector::zeros(), attitude: Matrix::identity() },
+/// };
+/// let members: Vec<_> = (0..10).map(member).collect();
+/// let mut ensemble: EnsembleSo3<Terms<Row>, _> = EnsembleSo3::new(&members, CayleySo3::new(), Family::Gauss.tableau(2)?)?;
+/// let moved: Result<(), EnsembleError> = ensemble.advance(0.1, 10);
+/// moved?;
+/// // A constant torque about an axis: μ = t f.
+/// for (k, state) in ensemble.states().enumerate() {
+///     assert!((state.momentum - Covector::<f64, 3>::new(0.0, 0.0, k as f64 / 10.0)).amax() < 1e-13);
+/// }
+///
+/// /// One force for every body.
+/// fn alike<F: PackedForce>(body: &Quadratic<f64, 3>, force: F::One, starts: &[State<f64, 3, 3>]) -> Vec<Member<F::One>> {
+///     starts.iter().map(|state| Member { lagrangian: body.clone(), force: force.clone(), state: state.clone() }).collect()
+/// }
+/// let members = alike::<Damping<Row>>(&body, Damping(0.1), &ensemble.states().collect::<Vec<_>>());
+/// assert!(EnsembleSo3::<Damping<Row>, _>::new(&members, CayleySo3::new(), Family::Gauss.tableau(2)?).is_ok());
+/// # Ok::<(), Box<dyn std::error::Error>>(())
+/// ```
 #[derive(Clone, Debug)]
 pub struct EnsembleSo3<F: PackedForce, R> {
     tableau: Tableau<f64>,

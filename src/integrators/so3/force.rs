@@ -10,6 +10,7 @@ use crate::mechanics::lagrangian::{AnyLagrangian, Quadratic};
 use crate::scalar::Scalar;
 
 /// A coefficient: one number for all lanes, or eight numbers.
+#[doc(hidden)]
 pub trait Coefficient: Copy + Send + Sync {
     /// The coefficient in lanes of the kind of `like`.
     fn lanes<V: Lanes>(self, like: V) -> V;
@@ -97,6 +98,7 @@ impl<C: Coefficient> LaneForce for Relaxation<C> {
 
 /// A term of a force of the catalogue, with coefficients `C`.
 #[derive(Clone, Copy, Debug, PartialEq)]
+#[non_exhaustive]
 pub enum Term<C = f64> {
     /// α M × (M × Ω).
     Damping(C),
@@ -166,6 +168,7 @@ impl<C: Coefficient> LaneForce for Terms<C> {
 
 /// Why a force of the catalogue has no form in lanes.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
+#[non_exhaustive]
 pub enum LaneForceError {
     /// The force was built on structure constants other than those of R³ with the cross product.
     #[error("the {force} force belongs to an algebra other than so(3) with the cross product")]
@@ -315,6 +318,7 @@ pub(in crate::integrators) fn slope<F: LaneForce<N>, R: LaneRetraction<N>, const
 
 /// A force in lanes as a [`Force`] on the body of inertia `lagrangian`: what Newton's method differentiates.
 #[derive(Clone, Debug)]
+#[doc(hidden)]
 pub struct OnBody<F, const N: usize = 3> {
     /// The force.
     pub force: F,

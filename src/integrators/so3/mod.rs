@@ -32,6 +32,7 @@ mod ensemble;
 pub mod force;
 mod kernel;
 mod quaternion;
+#[doc(hidden)]
 pub mod retraction;
 pub(super) mod step;
 
@@ -43,6 +44,7 @@ pub use retraction::{LaneRetraction, LaneRotation};
 pub use step::{FastRetraction, UnfitTableau, VariationalSo3};
 
 /// Three components, each in lanes.
+#[doc(hidden)]
 pub type Vec3<V> = [V; 3];
 
 /// Eight numbers, aligned for the widest registers.

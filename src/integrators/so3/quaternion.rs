@@ -70,16 +70,19 @@ impl HalfAngle for ExponentialSo3<f64> {
 /// |q| = 1 is kept to round-off over any number of steps. Nothing is allocated by a step.
 ///
 /// ```
-/// use euler_poincare::algebra::{Covector, Matrix, Vector};
+/// use euler_poincare::algebra::{Covector, Matrix};
 /// use euler_poincare::integrators::State;
-/// use euler_poincare::integrators::so3::{Damping, QuaternionSo3, QuaternionState, VariationalSo3};
+/// use euler_poincare::integrators::so3::{Damping, HalfAngle, QuaternionSo3, QuaternionState, VariationalSo3};
 /// use euler_poincare::mechanics::lagrangian::Quadratic;
 /// use euler_poincare::retraction::CayleySo3;
 /// use euler_poincare::tableau::Family;
 ///
-/// let inertia = Matrix::from_diagonal(&Vector::from([1.0, 2.0, 3.0]));
-/// let (body, gauss) = (Quadratic::new(inertia)?, Family::Gauss.tableau(3)?);
-/// let mut method = QuaternionSo3::of(VariationalSo3::new(body, Damping(0.1), CayleySo3::new(), gauss)?);
+/// /// With Cayley's map or the exponential: both have a form in quaternions.
+/// fn method<R: HalfAngle>(retraction: R) -> Result<QuaternionSo3<Damping, R>, Box<dyn std::error::Error>> {
+///     let (body, gauss) = (Quadratic::diagonal([1.0, 2.0, 3.0])?, Family::Gauss.tableau(3)?);
+///     Ok(QuaternionSo3::of(VariationalSo3::new(body, Damping(0.1), retraction, gauss)?))
+/// }
+/// let mut method = method(CayleySo3::new())?;
 /// let momentum = Covector::from([[0.3], [-0.2], [0.9]]);
 /// let mut state = QuaternionState::from(State { time: 0.0, momentum, attitude: Matrix::identity() });
 /// for _ in 0..100 {

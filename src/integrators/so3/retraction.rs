@@ -44,6 +44,7 @@ pub(in crate::integrators) fn scale<V: Lanes>(alpha: V, x: Vec3<V>) -> Vec3<V> {
 ///
 /// Displacements, and their rates, are held in lanes in the unit u = [`UNIT`](Self::UNIT): the arguments `x`, `back`, `y` of
 /// these operations are x/u and y/u, and what [`displacement`](Self::displacement) and [`rate`](Self::rate) return is.
+#[doc(hidden)]
 pub trait LaneRetraction<const N: usize = 3>: Copy + Send + Sync + 'static {
     /// Whether lanes hold half of a displacement: where the formulas contain x/2 alone, as those of the Cayley map.
     const HALVED: bool;
@@ -110,6 +111,7 @@ pub trait LaneRetraction<const N: usize = 3>: Copy + Send + Sync + 'static {
 /// What an ensemble of bodies on SO(3) needs besides: its attitudes are quaternions (see
 /// [`HalfAngle`](super::HalfAngle)). For both maps Ad_{τ(x)} − 1 = ad_x ∘ dτ_x, so that f Ad_{τ(x)}⁻¹ = f + x × (f dτ_x), with
 /// covectors as columns.
+#[doc(hidden)]
 pub trait LaneRotation: LaneRetraction {
     /// Up to which [`size`](Self::size) a step is an ordinary one: in the domain, and |q|² of no quaternion
     /// grows by more than 16 times.

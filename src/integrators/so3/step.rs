@@ -72,6 +72,7 @@ impl FastRetraction for ExponentialSo3<f64> {
 /// A tableau with more stages than lanes.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, thiserror::Error)]
 #[error("the tableau has {stages} stages: the fast step holds at most {LANES}")]
+#[non_exhaustive]
 pub struct UnfitTableau {
     /// Its stages.
     pub stages: usize,
@@ -85,6 +86,55 @@ pub type VariationalSo3<F, R> = VariationalInLanes<F, R, 3, 3>;
 /// The same method as [`Variational`] on a body with a quadratic Lagrangian, to round-off; what it gains is time. Nothing
 /// is allocated by a step. The sums that make (t, g, μ) are compensated from step to step, as long as each step starts from
 /// the state that the last one left.
+///
+/// ```
+/// use euler_poincare::algebra::{Covector, Matrix};
+/// use euler_poincare::integrators::lanes::{Lanes, Registers};
+/// use euler_poincare::integrators::so3::{Damping, FastRetraction, Free, LaneForce, Relaxation, UnfitTableau, VariationalSo3};
+/// use euler_poincare::integrators::{OneStep, State};
+/// use euler_poincare::mechanics::lagrangian::Quadratic;
+/// use euler_poincare::retraction::{CayleySo3, ExponentialSo3};
+/// use euler_poincare::tableau::Family;
+///
+/// /// f = −η/10, in lanes.
+/// #[derive(Clone)]
+/// struct Friction;
+///
+/// impl LaneForce for Friction {
+///     #[inline(always)]
+///     fn add_to<V: Lanes>(&self, t: V, _m: [V; 3], eta: [V; 3], sum: [V; 3]) -> [V; 3] {
+///         let minus = t.constant(-0.1);
+///         [minus.mul_add(eta[0], sum[0]), minus.mul_add(eta[1], sum[1]), minus.mul_add(eta[2], sum[2])]
+///     }
+/// }
+///
+/// /// |μ| after a second.
+/// fn norm<F: LaneForce, R: FastRetraction>(force: F, retraction: R) -> Result<f64, Box<dyn std::error::Error>>
+/// where
+///     VariationalSo3<F, R>: OneStep<f64, 3, 3>,
+/// {
+///     let (body, gauss) = (Quadratic::diagonal([1.0, 2.0, 3.0])?, Family::Gauss.tableau(3)?);
+///     // In the widest registers of this processor, which is also what happens without a choice.
+///     let mut method = VariationalSo3::new(body, force, retraction, gauss)?.in_registers(Registers::detect());
+///     let momentum = Covector::<f64, 3>::new(0.6, 0.0, 0.8);
+///     let mut state = State { time: 0.0, momentum, attitude: Matrix::identity() };
+///     for _ in 0..10 {
+///         method.step(&mut state, 0.1)?;
+///     }
+///     Ok(state.momentum.norm())
+/// }
+///
+/// assert!((norm(Free, CayleySo3::new())? - 1.0).abs() < 1e-14);
+/// assert!((norm(Damping(0.1), ExponentialSo3::new())? - 1.0).abs() < 1e-14);
+/// assert!(norm(Relaxation(0.1), CayleySo3::new())? != 1.0);
+/// assert!(norm(Friction, CayleySo3::new())? < 1.0);
+///
+/// // At most eight stages.
+/// let (body, gauss) = (Quadratic::diagonal([1.0, 2.0, 3.0])?, Family::Gauss.tableau(9)?);
+/// let refused = VariationalSo3::new(body, Free, CayleySo3::new(), gauss);
+/// assert!(matches!(refused, Err(UnfitTableau { stages: 9, .. })));
+/// # Ok::<(), Box<dyn std::error::Error>>(())
+/// ```
 #[derive(Clone, Debug)]
 pub struct VariationalInLanes<F, R, const N: usize, const D: usize> {
     columns: Columns,

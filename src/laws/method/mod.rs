@@ -17,12 +17,15 @@
 //! somebody's own types. [`library`] has the same
 //! laws as [`CaseLaw`](super::CaseLaw)s of this crate's integrator, with planted faults.
 
+#[doc(hidden)]
 pub mod library;
 mod slopes;
 mod symmetry;
 mod theory;
 
-pub use theory::{Parts, Point, Quantity, Solved, Stepper, SystemParts, Theory, Untyped, Value, coordinates};
+#[doc(hidden)]
+pub use theory::{Parts, Quantity, Solved, SystemParts, Theory, Value, coordinates};
+pub use theory::{Point, Stepper, Untyped};
 
 use super::integrators::refused;
 use super::planted::retraction::Plant;
@@ -181,6 +184,35 @@ pub fn named(name: &str) -> Option<&'static MethodLaw> {
 /// A method, to be made for the systems of a source: described ones, or those of somebody's own types.
 ///
 /// A typed [`OneStep`](crate::integrators::OneStep) becomes a [`Stepper`] by [`Untyped`].
+///
+/// ```
+/// use euler_poincare::integrators::StepError;
+/// use euler_poincare::laws::method::{Claims, MethodLaw, Outcome, Point, Stepper, Subject, Untyped, check_case, named};
+/// use euler_poincare::study::problem;
+/// use euler_poincare::system::Case;
+///
+/// /// Nothing ever moves.
+/// struct Still;
+///
+/// impl Stepper<f64> for Still {
+///     fn step(&mut self, point: &Point<f64>, h: f64) -> Result<Point<f64>, StepError> {
+///         Ok(Point { time: point.time + h, ..point.clone() })
+///     }
+/// }
+///
+/// impl Subject for Still {
+///     fn double<'a>(&'a self, _: &Case) -> Result<Box<dyn Stepper<f64> + 'a>, StepError> {
+///         Ok(Box::new(Still)) // a typed method becomes a stepper as `Untyped(method)`
+///     }
+/// }
+///
+/// let law: &MethodLaw = named("method-order").expect("a law");
+/// let claims = Claims { order: Some(1), ..Claims::default() };
+/// let outcome: Outcome = check_case(law, &Still, &problem::generic()?.case, &claims);
+/// assert!(!outcome.verdict.holds(), "{}", outcome.verdict);
+/// # let _ = Untyped::<Still, 3, 3>(Still);
+/// # Ok::<(), Box<dyn std::error::Error>>(())
+/// ```
 pub trait Subject<S = Case> {
     /// The method on a system.
     ///
@@ -195,6 +227,7 @@ pub trait Subject<S = Case> {
 }
 
 /// A system and the method on it, in one precision.
+#[doc(hidden)]
 pub struct Side<'a, T> {
     /// The system.
     pub theory: Box<dyn Theory<T> + 'a>,
@@ -204,6 +237,7 @@ pub struct Side<'a, T> {
 
 /// Other setups of the same method.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[doc(hidden)]
 pub enum Other {
     /// The same system in another basis.
     Presentation,
@@ -212,9 +246,11 @@ pub enum Other {
 }
 
 /// Another setup, with B (by rows) if it is a change of basis.
+#[doc(hidden)]
 pub type OtherSetup<'a> = (Setup<'a>, Vec<Vec<f64>>);
 
 /// What a law of methods is checked on.
+#[doc(hidden)]
 pub struct Setup<'a> {
     /// In 16 digits.
     pub double: Side<'a, f64>,
@@ -250,12 +286,14 @@ impl<T: Real> Visitor<T> for Build {
 ///
 /// # Errors
 /// A system that cannot be built.
+#[doc(hidden)]
 pub fn theory_of<T: Real>(source: &impl Source) -> Result<Box<dyn Theory<T>>, CaseError> {
     source.visit::<T, _>(&Plant(None), Build(matrix_size(source.case())))
 }
 
 /// m: the size of the group's matrices, without padding; 0 where there is no group, the largest where it is not the case that
 /// says.
+#[doc(hidden)]
 pub fn matrix_size(case: &Case) -> usize {
     match &case.algebra.structure {
         Structure::Named(entry) => entry.matrix_size(),
@@ -266,6 +304,7 @@ pub fn matrix_size(case: &Case) -> usize {
 
 /// Why there is no setup.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
+#[doc(hidden)]
 pub enum SetupError {
     /// The case cannot be built.
     #[error("{0}")]
@@ -439,6 +478,7 @@ fn difference<T: Real>(x: &[T], y: &[T]) -> (T, T) {
 
 /// A verdict, and the order that was measured where one was.
 #[derive(Clone, Debug, PartialEq)]
+#[non_exhaustive]
 pub struct Outcome {
     /// The verdict.
     pub verdict: Verdict,
@@ -463,6 +503,7 @@ pub(super) fn without(error: &StepError) -> Verdict {
 }
 
 /// Judges a method on a system by a law.
+#[doc(hidden)]
 pub fn check(law: &MethodLaw, setup: &Setup<'_>, claims: &Claims) -> Outcome {
     let tolerance = claims.tolerance;
     match law.kind {
@@ -482,6 +523,7 @@ pub fn check_case(law: &MethodLaw, subject: &dyn Subject, case: &Case, claims: &
 }
 
 /// The same on a system of any source.
+#[doc(hidden)]
 pub fn check_source<S: Source>(law: &MethodLaw, subject: &dyn Subject<S>, source: &S, claims: &Claims) -> Outcome {
     judged(law, Setup::of_source(source, subject), claims)
 }

@@ -101,6 +101,7 @@ impl<T: Real, M: OneStep<T, N, D>, const N: usize, const D: usize> Stepper<T> fo
 
 /// A function on g* that the theory knows the rate of.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[doc(hidden)]
 pub enum Quantity {
     /// E; dE/dt = ⟨f, η⟩.
     Energy,
@@ -110,6 +111,7 @@ pub enum Quantity {
 
 /// A [`Quantity`] at a state.
 #[derive(Clone, Copy, Debug, PartialEq)]
+#[doc(hidden)]
 pub struct Value<T> {
     /// Its value.
     pub value: T,
@@ -120,9 +122,11 @@ pub struct Value<T> {
 }
 
 /// A point of the solution, and how much its momentum and its attitude may be off, rounding apart.
+#[doc(hidden)]
 pub type Solved<T> = (Point<T>, (T, T));
 
 /// One system, whatever its dimensions.
+#[doc(hidden)]
 pub trait Theory<T: Real> {
     /// Where it starts.
     fn start(&self) -> Point<T>;
@@ -154,6 +158,7 @@ pub trait Theory<T: Real> {
 
 /// The parts of a system, typed: a [`Theory`] for any group, Lagrangian and force.
 #[derive(Clone, Debug)]
+#[doc(hidden)]
 pub struct Parts<T: Real, const N: usize, const D: usize, L, F, G> {
     /// g.
     pub algebra: LieAlgebra<T, N>,
@@ -176,6 +181,7 @@ pub struct Parts<T: Real, const N: usize, const D: usize, L, F, G> {
 }
 
 /// The parts of a described system.
+#[doc(hidden)]
 pub type SystemParts<T, const N: usize, const D: usize, L, F> = Parts<T, N, D, L, F, MatrixGroup<T, N, D>>;
 
 impl<T: Real, const N: usize, const D: usize, L, F> SystemParts<T, N, D, L, F> {
@@ -189,6 +195,7 @@ impl<T: Real, const N: usize, const D: usize, L, F> SystemParts<T, N, D, L, F> {
 }
 
 /// Small fixed coordinates without symmetry.
+#[doc(hidden)]
 pub fn coordinates<T: Real, const N: usize>() -> Vector<T, N> {
     Vector::from_fn(|a, _| T::ratio(((7 * a + 3) % 11) as i64 - 5, 16))
 }

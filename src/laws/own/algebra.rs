@@ -205,6 +205,7 @@ pub static LAWS: &[About] = &[
 
 /// A user's algebra, at both precisions or in `f64` alone.
 #[derive(Clone, Debug)]
+#[doc(hidden)]
 pub struct OwnAlgebra<A, B, const N: usize> {
     parts: Pair<A, B>,
 }

@@ -19,6 +19,43 @@ use crate::scalar::{Dd, Real};
 use proptest::strategy::{BoxedStrategy, Strategy};
 
 /// A discrete Lagrangian with the group on which it lives and a retraction, by which flows are found.
+///
+/// ```
+/// use euler_poincare::discrete::StageLagrangian;
+/// use euler_poincare::group::So3;
+/// use euler_poincare::laws::own::discrete::OnGroup;
+/// use euler_poincare::laws::own::{Outcome, Settings};
+/// use euler_poincare::mechanics::{doubled::Forced, force::Zero, lagrangian::Quadratic};
+/// use euler_poincare::retraction::CayleySo3;
+/// use euler_poincare::scalar::{Real, Scalar};
+/// use euler_poincare::suite;
+/// use euler_poincare::tableau::Family;
+///
+/// type Free<T> = Forced<Quadratic<T, 3>, Zero, CayleySo3<T>>;
+/// type Midpoint<T> = StageLagrangian<T, Free<T>, CayleySo3<T>, 3, 3>;
+///
+/// /// The discrete Lagrangian of the midpoint rule for a free body.
+/// fn midpoint<T: Real>() -> OnGroup<Midpoint<T>, So3<T>, CayleySo3<T>> {
+///     let body = Quadratic::diagonal([T::one(), T::int(2), T::int(3)]).expect("regular");
+///     let gauss = Family::Gauss.tableau(1).expect("one stage");
+///     let free = Forced::new(body, Zero, CayleySo3::new());
+///     OnGroup {
+///         lagrangian: StageLagrangian::new(free, CayleySo3::new(), gauss, T::ratio(1, 8)),
+///         group: So3::new(),
+///         retraction: CayleySo3::new(),
+///     }
+/// }
+///
+/// suite! {
+///     mod rule<T, 3, 3> { discrete: midpoint::<T>() }
+/// }
+///
+/// # fn main() -> Result<(), Box<dyn std::error::Error>> {
+/// let outcome = rule::suite().run("own-discrete-memory", &Settings { cases: 2, ..Settings::new() });
+/// assert!(matches!(outcome, Outcome::Held { .. }), "{outcome:?}");
+/// # Ok(())
+/// # }
+/// ```
 #[derive(Clone, Debug)]
 pub struct OnGroup<L, G, R> {
     /// l_d.
@@ -30,6 +67,7 @@ pub struct OnGroup<L, G, R> {
 }
 
 /// What [`OnGroup`] is, and [`Missing`] in its place.
+#[doc(hidden)]
 pub trait Discrete<T: Real, const N: usize, const D: usize> {
     /// l_d.
     type Lagrangian: DiscreteLagrangian<T, N, D>;
@@ -164,6 +202,7 @@ pub static LAWS: &[About] = &[
 
 /// A user's discrete Lagrangian, at both precisions or in `f64` alone, with claims.
 #[derive(Clone, Debug)]
+#[doc(hidden)]
 pub struct OwnDiscrete<A, B, const N: usize, const D: usize> {
     parts: Pair<A, B>,
     largest: f64,

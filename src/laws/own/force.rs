@@ -112,6 +112,7 @@ pub static LAWS: &[About] = &[
 type Gradients<T, const N: usize> = Arc<dyn Fn(&Vector<T, N>) -> Vec<Vector<T, N>> + Send + Sync>;
 
 /// A user's force, at both precisions or in `f64` alone, with claims.
+#[doc(hidden)]
 pub struct OwnForce<A, B, const N: usize> {
     parts: Pair<A, B>,
     largest: f64,

@@ -164,6 +164,7 @@ pub static LAWS: &[About] = &[
 
 /// A user's group, at both precisions or in `f64` alone.
 #[derive(Clone, Debug)]
+#[doc(hidden)]
 pub struct OwnGroup<A, B, const N: usize, const D: usize> {
     parts: Pair<A, B>,
     largest: f64,

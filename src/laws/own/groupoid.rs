@@ -183,6 +183,7 @@ pub static LAWS: &[About] = &[
 
 /// A user's groupoid, at both precisions or in `f64` alone.
 #[derive(Clone, Debug)]
+#[doc(hidden)]
 pub struct OwnGroupoid<A, B> {
     parts: Pair<A, B>,
     largest: f64,
@@ -356,6 +357,45 @@ fn refusal<Q: Groupoid>(q: &Q, chain: &[Q::Element; 3]) -> Measured {
 }
 
 /// A Lie groupoid over every scalar, with chains in coordinates.
+///
+/// ```
+/// use euler_poincare::groupoid::{ManifoldPair, Space};
+/// use euler_poincare::laws::own::groupoid::LieChains;
+/// use euler_poincare::laws::own::{Outcome, Settings};
+/// use euler_poincare::scalar::{Real, Scalar};
+/// use euler_poincare::suite;
+/// use nalgebra::DVector;
+///
+/// /// Pairs of points of the line.
+/// struct Line;
+///
+/// impl<T: Real> LieChains<T> for Line {
+///     type At<'a, S: Scalar<Base = T> + 'a> = ManifoldPair<Space<1>, S>;
+///
+///     fn at<'a, S: Scalar<Base = T> + 'a>(&'a self) -> Self::At<'a, S> {
+///         ManifoldPair::new(Space)
+///     }
+///
+///     fn numbers(&self) -> usize {
+///         4
+///     }
+///
+///     fn chain(&self, x: &[T]) -> Option<[DVector<T>; 3]> {
+///         let pair = |k: usize| DVector::from_vec(vec![x[k], x[k + 1]]);
+///         Some([pair(0), pair(1), pair(2)])
+///     }
+/// }
+///
+/// suite! {
+///     mod line<T> { lie_groupoid: Line }
+/// }
+///
+/// # fn main() -> Result<(), Box<dyn std::error::Error>> {
+/// let outcome = line::suite().run("lie-groupoid-axioms", &Settings { cases: 4, ..Settings::new() });
+/// assert!(matches!(outcome, Outcome::Held { cases: 4, .. }), "{outcome:?}");
+/// # Ok(())
+/// # }
+/// ```
 pub trait LieChains<T: Real>: Send + Sync {
     /// The groupoid over S.
     type At<'a, S: Scalar<Base = T> + 'a>: LieGroupoid<S> + 'a
@@ -483,6 +523,7 @@ impl LieChains<Dd> for Missing {
 
 /// A user's Lie groupoid, at both precisions or over `f64` alone.
 #[derive(Clone, Debug)]
+#[doc(hidden)]
 pub struct OwnLieGroupoid<A, B> {
     parts: Pair<A, B>,
     largest: f64,

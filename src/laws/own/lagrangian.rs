@@ -125,6 +125,7 @@ pub static LAWS: &[About] = &[
 
 /// A user's Lagrangian, at both precisions or in `f64` alone.
 #[derive(Clone, Debug)]
+#[doc(hidden)]
 pub struct OwnLagrangian<A, B, const N: usize> {
     parts: Pair<A, B>,
     largest: f64,

@@ -183,6 +183,7 @@ where
 
 /// The tangents of [`FromMap`] at x.
 #[derive(Debug)]
+#[doc(hidden)]
 pub struct MapPoint<R, S: Scalar, const N: usize, const D: usize> {
     retraction: R,
     x: Vector<S, N>,

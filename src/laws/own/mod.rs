@@ -4,8 +4,7 @@
 //!
 //! | file | holds, beside the parts below |
 //! |---|---|
-//! | [`part`], [`values`] | what these have in common: parts at two precisions, and their cases |
-//! | [`system`] | the laws of whole systems and of one-step methods on one's own types |
+//! | [`values`] | the cases of a part: named vectors of exact numbers |
 //! | [`map`] | a retraction from τ alone |
 //! | [`suite`] | running: cases, shrinking, saving, replaying, printing |
 //!
@@ -19,7 +18,7 @@
 //! | a discrete Lagrangian | [`DiscreteLagrangian`](crate::discrete::DiscreteLagrangian) | [`discrete`] |
 //!
 //! A part is given in `f64` and in 32 digits (`at_both`), where it is generic in the scalar, or in `f64` alone
-//! (`in_double`); what it lacks switches laws off ([`part::Subject::missing`]). Cases are [`values::Values`].
+//! (`in_double`); what it lacks switches laws off. Cases are [`values::Values`].
 
 pub mod algebra;
 mod differences;
@@ -29,12 +28,17 @@ pub mod group;
 pub mod groupoid;
 pub mod lagrangian;
 pub mod map;
+#[doc(hidden)]
 pub mod part;
 pub mod suite;
+#[doc(hidden)]
 pub mod system;
 mod tests;
 pub mod values;
 
 pub use map::{FromMap, Map};
-pub use suite::{Broken, Outcome, Settings, Site, Suite};
+#[doc(hidden)]
+pub use suite::Site;
+pub use suite::{Broken, Outcome, Settings, Suite};
+#[doc(hidden)]
 pub use system::{Own, Parts, Types};

@@ -31,6 +31,7 @@ use std::marker::PhantomData;
 /// Somebody's own types, for every scalar: a group of dimension N, represented by D×D matrices, and what else is one's own.
 ///
 /// [`laws!`](crate::laws!) writes the implementation.
+#[doc(hidden)]
 pub trait Types<const N: usize, const D: usize>: Send + Sync + 'static {
     /// Which parts are one's own, beside the group.
     const OWN: Parts = Parts::NONE;
@@ -76,6 +77,7 @@ pub trait Types<const N: usize, const D: usize>: Send + Sync + 'static {
 
 /// Which parts are one's own, beside the group.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+#[doc(hidden)]
 pub struct Parts {
     /// τ.
     pub retraction: bool,
@@ -107,6 +109,7 @@ impl Parts {
 }
 
 /// A system of somebody's own types, with a case for what they leave open.
+#[doc(hidden)]
 pub struct Own<P, const N: usize, const D: usize> {
     case: Case,
     types: PhantomData<fn() -> P>,
@@ -159,6 +162,7 @@ fn rates<P: Types<N, D>, const N: usize, const D: usize>(case: &Case) -> Option<
 
 /// The algebra of a group of one's own, with its Casimirs.
 #[derive(Clone, Debug)]
+#[doc(hidden)]
 pub struct WithCasimirs<T: Real, const N: usize> {
     algebra: LieAlgebra<T, N>,
     casimirs: Vec<Casimir<T, N>>,
@@ -187,11 +191,13 @@ impl<T: Real, const N: usize> Bracket<T, N> for WithCasimirs<T, N> {
 }
 
 /// The algebra that a group of one's own says it has, with its Casimirs.
+#[doc(hidden)]
 pub fn constants<P: Types<N, D>, T: Real, const N: usize, const D: usize>() -> WithCasimirs<T, N> {
     WithCasimirs { algebra: P::group::<T>().algebra().clone(), casimirs: P::casimirs() }
 }
 
 /// A Lagrangian of one's own.
+#[doc(hidden)]
 pub fn lagrangian<P: Types<N, D>, T: Real, const N: usize, const D: usize>()
 -> impl Lagrangian<T, N> + Send + Sync + 'static {
     let unit = Quadratic::new(Matrix::identity()).expect("the identity is regular");
@@ -199,12 +205,14 @@ pub fn lagrangian<P: Types<N, D>, T: Real, const N: usize, const D: usize>()
 }
 
 /// A force of one's own.
+#[doc(hidden)]
 pub fn force<P: Types<N, D>, T: Real, const N: usize, const D: usize>() -> impl Force<T, N> + Send + Sync + 'static {
     P::force::<T>(AnyForce::Zero(Zero))
 }
 
 /// A force that is one's own, or the one of the case.
 #[derive(Clone, Copy, Debug)]
+#[doc(hidden)]
 pub enum Chosen<F, G> {
     /// One's own.
     Own(F),
@@ -314,11 +322,13 @@ where
 }
 
 /// What `f` makes of `a`: so that a closure in a macro knows what it is given.
+#[doc(hidden)]
 pub fn applied<'s, A, B>(a: &'s A, f: impl FnOnce(&'s A) -> B) -> B {
     f(a)
 }
 
 /// A law on a one-step method of one's own.
+#[doc(hidden)]
 pub struct OwnMethodLaw<P: 'static, const N: usize, const D: usize> {
     law: &'static MethodLaw,
     given: Given,
@@ -329,6 +339,7 @@ pub struct OwnMethodLaw<P: 'static, const N: usize, const D: usize> {
 ///
 /// # Errors
 /// The matrices of the group do not span an algebra, as text.
+#[doc(hidden)]
 pub fn method_laws<P: Types<N, D>, const N: usize, const D: usize>() -> Result<Vec<OwnMethodLaw<P, N, D>>, String> {
     let given = given::<P, N, D>()?;
     let laws = method::LAWS.iter().filter(|law| law.name != "method-presentation");
@@ -392,6 +403,7 @@ impl<P: Types<N, D>, const N: usize, const D: usize> Law<Case> for OwnMethodLaw<
 }
 
 /// A law on systems of one's own types.
+#[doc(hidden)]
 pub struct SystemLaw<P: 'static, const N: usize, const D: usize> {
     law: &'static CaseLaw<Own<P, N, D>>,
     given: Given,
@@ -407,6 +419,7 @@ pub struct SystemLaw<P: 'static, const N: usize, const D: usize> {
 ///
 /// # Errors
 /// The matrices of the group do not span an algebra, as text.
+#[doc(hidden)]
 pub fn laws<P: Types<N, D>, const N: usize, const D: usize>() -> Result<Vec<SystemLaw<P, N, D>>, String> {
     let given = given::<P, N, D>()?;
     let law = |law| SystemLaw { law, given: given.clone() };

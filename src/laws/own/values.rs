@@ -17,11 +17,12 @@ use std::fmt;
 /// Named vectors of numbers, in order; equal whatever the order.
 ///
 /// ```
-/// use euler_poincare::laws::own::values::Values;
+/// use euler_poincare::laws::own::values::{Values, ValuesError};
 /// let text = r#"{"g":[0,"1/2",0],"x":[1,"pi - 1/8",-2]}"#;
 /// let case: Values = serde_json::from_str(text)?;
 /// assert_eq!(case.to_string(), "g = [0, 1/2, 0]\nx = [1, pi - 1/8, -2]");
 /// assert_eq!(serde_json::to_string(&case)?, text);
+/// assert_eq!(case.list::<f64>("y", 3), Err(ValuesError::NoVector { name: "y".into() }));
 /// # Ok::<(), serde_json::Error>(())
 /// ```
 #[derive(Clone, Debug, Default)]
@@ -37,6 +38,7 @@ impl PartialEq for Values {
 
 /// Why a case does not fit a part.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
+#[non_exhaustive]
 pub enum ValuesError {
     /// There is no vector of that name.
     #[error("the case has no vector `{name}`")]
@@ -533,6 +535,7 @@ impl Strategy for Points {
 
 /// A case and the way to simpler ones: candidates that depend on the case alone, so saved cases shrink as well.
 #[derive(Clone, Debug)]
+#[doc(hidden)]
 pub struct ValuesTree {
     best: Values,
     current: Values,

@@ -5,6 +5,7 @@ use crate::system::case::{Case, Drag, Force, Inertia};
 
 /// A number in a case.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[non_exhaustive]
 pub enum Parameter {
     /// An entry of a diagonal inertia, from 0.
     Inertia(usize),

@@ -69,6 +69,7 @@ impl<T: Real> Moments<T> {
 
 /// Of all quantities of the members of an ensemble at a time.
 #[derive(Clone, Debug, PartialEq)]
+#[non_exhaustive]
 pub struct Statistics<T> {
     /// Members that are counted.
     pub members: u64,

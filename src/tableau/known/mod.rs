@@ -69,6 +69,7 @@ pub const LEAST_COLLOCATION_WEIGHT: f64 = 1.0 / 20.0;
 
 /// The zeros of a.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, PartialOrd, Ord)]
+#[non_exhaustive]
 pub enum Shape {
     /// a_ij = 0 for j ≥ i.
     Explicit,
@@ -136,6 +137,7 @@ impl fmt::Display for Orders {
 
 /// How a tableau comes to its orders.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, PartialOrd, Ord)]
+#[non_exhaustive]
 pub enum Means {
     /// Nodes and weights alone: orders 1 and 2.
     Free,
@@ -174,7 +176,30 @@ impl fmt::Display for Class {
 }
 
 /// A tableau and its orders.
+///
+/// ```
+/// use euler_poincare::tableau::known::{Class, KnownOrder, Means, Orders, Shape, classes, of_order};
+/// use euler_poincare::tableau::{random, variational_order};
+/// use proptest::strategy::{Strategy, ValueTree};
+/// use proptest::test_runner::TestRunner;
+///
+/// let mut runner = TestRunner::deterministic();
+/// // Explicit tableaux of order 3, and of order 2 in the variational scheme.
+/// let orders = Orders { classical: 3, variational: 2 };
+/// let strategy = of_order(orders, Some(Shape::Explicit)).expect("there are some");
+/// let drawn: KnownOrder = strategy.new_tree(&mut runner).expect("a tableau").current();
+/// assert_eq!(variational_order(&drawn.description.build::<f64>()?, 6).order, 2);
+/// // What makes the orders what they are.
+/// let class: Class = classes().into_iter().find(|class| class.orders == orders).expect("a class");
+/// assert_ne!(class.means, Means::Symplectic);
+///
+/// // Tableaux of any kind, of whatever order.
+/// let described = random::of_kind(random::Kind::DiagonallyImplicit).new_tree(&mut runner).expect("a tableau").current();
+/// assert!(described.build::<f64>().is_ok());
+/// # Ok::<(), Box<dyn std::error::Error>>(())
+/// ```
 #[derive(Clone, Debug, PartialEq)]
+#[non_exhaustive]
 pub struct KnownOrder {
     /// The tableau.
     pub description: Description,
