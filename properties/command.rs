@@ -8,6 +8,11 @@ mod ensemble;
 mod order;
 #[path = "command/page.rs"]
 mod page;
+#[path = "command/schemas.rs"]
+mod schemas;
+#[cfg(unix)]
+#[path = "command/terminal.rs"]
+mod terminal;
 
 use euler_poincare::system::{Case, Replay};
 use serde_json::Value;

@@ -275,7 +275,7 @@ fn shards_that_are_no_whole_are_refused() {
         (&["a", "b"][..], "1 of 3 shards are missing: 2/3"),
         (&["c"], "2 of 3 shards are missing: 0/3, 1/3"),
         (&["a", "b", "c", "b2"], "is shard 1/3, as b: they overlap"),
-        (&["a", "b", "./a", "c"], "./a: is given twice"),
+        (&["a", "b", "./a", "c"], "./a: is named twice"),
         (&["a", "b", "half"], "is one of 2 shards, but a is one of 3"),
         (&["a", "b", "seed"], "seed is 2 there, 1 here"),
         (&["a", "b", "more"], "cases is 21 there, 20 here"),

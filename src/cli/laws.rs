@@ -17,6 +17,9 @@ pub struct Arguments {
     /// Only these laws: names, globs (`*`, `?`) or parts of names, separated by commas
     #[arg(long, value_name = "PATTERN")]
     laws: Option<String>,
+    /// Also the algebras, bases and retractions that a law is checked on, from cases that are drawn for it (seconds)
+    #[arg(long)]
+    coverage: bool,
     /// Text, or one JSON object per law and line
     #[arg(long, value_enum, default_value_t = Format::Text)]
     format: Format,
@@ -24,12 +27,15 @@ pub struct Arguments {
 
 pub fn run(arguments: Arguments) -> Result<ExitCode, Failure> {
     let laws = select(arguments.laws.as_deref())?;
-    let covered: Vec<Covered> = laws.par_iter().map(|law| covered(law)).collect();
+    let covered: Vec<Option<Covered>> = match arguments.coverage {
+        true => laws.par_iter().map(|law| Some(covered(law))).collect(),
+        false => laws.iter().map(|_| None).collect(),
+    };
     let mut text = String::new();
     for (law, covered) in laws.into_iter().zip(covered) {
         // Writing to a String cannot fail.
         let _ = match arguments.format {
-            Format::Text => writeln!(text, "{} ({})\n{}\n", law.name, cost(law.cost), describe(law, &covered)),
+            Format::Text => writeln!(text, "{} ({})\n{}\n", law.name, cost(law.cost), describe(law, covered.as_ref())),
             Format::Json => writeln!(text, "{}", object(law, covered)),
         };
     }
@@ -70,35 +76,45 @@ fn cost(cost: Cost) -> &'static str {
     }
 }
 
-fn describe(law: &CaseLaw, covered: &Covered) -> String {
+fn describe(law: &CaseLaw, covered: Option<&Covered>) -> String {
     let mut rows = vec![
         ("statement", law.statement.to_owned()),
         ("source", law.source.to_owned()),
         ("oracle", law.oracle.to_owned()),
         ("bound", law.bound.to_owned()),
-        ("algebras", format!("{}; bases: {}", list(&covered.algebras), list(&covered.bases))),
-        ("retraction", list(&covered.retractions)),
     ];
+    if let Some(covered) = covered {
+        rows.push(("algebras", format!("{}; bases: {}", list(&covered.algebras), list(&covered.bases))));
+        rows.push(("retraction", list(&covered.retractions)));
+    }
     let fault = |fault: &Fault| format!("{}: {}; visible on {}", fault.name, fault.what, fault.visible_on);
     rows.extend(law.faults.iter().map(|f| ("fault", fault(f))));
     entries(2, rows)
 }
 
-fn object(law: &CaseLaw, covered: Covered) -> serde_json::Value {
+fn object(law: &CaseLaw, covered: Option<Covered>) -> serde_json::Value {
     let fault = |f: &Fault| json!({ "name": f.name, "what": f.what, "visible_on": f.visible_on });
-    let object = json!({
+    let mut object = json!({
         "law": law.name,
         "cost": cost(law.cost),
-        "algebras": covered.algebras,
-        "bases": covered.bases,
-        "retractions": covered.retractions,
         "statement": law.statement,
         "source": law.source,
         "oracle": law.oracle,
         "bound": law.bound,
         "faults": law.faults.iter().map(fault).collect::<Vec<_>>(),
     });
+    if let (Some(covered), Some(object)) = (covered, object.as_object_mut()) {
+        object.insert("algebras".into(), json!(covered.algebras));
+        object.insert("bases".into(), json!(covered.bases));
+        object.insert("retractions".into(), json!(covered.retractions));
+    }
     schema::object("laws/1", object)
+}
+
+/// The laws that the comma-separated patterns name in full.
+pub fn exact(patterns: Option<&str>) -> Vec<&'static str> {
+    let named = |pattern: &str| laws::named(pattern.trim()).map(|law| law.name);
+    patterns.unwrap_or_default().split(',').filter_map(named).collect()
 }
 
 /// The names of all laws, for messages.

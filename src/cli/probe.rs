@@ -1,7 +1,7 @@
 //! `probe`: the laws of methods on a stepper that is another program.
 
 use super::progress::Bar;
-use super::table::{entries, table};
+use super::table::{Column, Table, entries};
 use super::{Failure, Format, print};
 use euler_poincare::algebra::Entry;
 use euler_poincare::foreign::{Broken, Drawn, Foreign, LawReport, Limits, Probe, Record, Report};
@@ -208,25 +208,25 @@ fn write(record: &Record) -> Result<PathBuf, String> {
 
 type Saved = Option<Result<PathBuf, String>>;
 
-const HEADER: [&str; 10] = [
-    "law",
-    "cases",
-    "held",
-    "broken",
-    "incon-\nclusive",
-    "not\nappl.",
-    "worst\ndefect",
-    "its\nbound",
-    "least\norder",
-    "median\norder",
+const COLUMNS: [Column; 10] = [
+    Column::name("law"),
+    Column::number("cases"),
+    Column::number("held"),
+    Column::number("broken"),
+    Column::number("incon-\nclusive"),
+    Column::number("not\nappl.").rank(2),
+    Column::number("worst\ndefect").rank(1),
+    Column::number("its\nbound").rank(1),
+    Column::number("least\norder"),
+    Column::number("median\norder").rank(3),
 ];
 
 fn text(report: &Report, saved: &[Saved], claims: &Claims) -> String {
-    let mut table = table(&HEADER, 1..HEADER.len());
+    let mut table = Table::new(&COLUMNS);
     for law in &report.laws {
-        table.add_row(row(law));
+        table.row(row(law));
     }
-    let mut text = format!("{}\n", table.trim_fmt());
+    let mut text = format!("{}\n", table.text());
     for (title, of) in [
         ("Inconclusive", (|law| &law.inconclusive) as fn(&LawReport) -> &std::collections::BTreeMap<String, usize>),
         ("Not applicable", |law| &law.not_applicable),
