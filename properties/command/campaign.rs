@@ -290,6 +290,11 @@ fn shards_that_are_no_whole_are_refused() {
         assert!(!here.join("whole").exists(), "{shards:?}");
     }
     assert_eq!(code(&run(&here, &["merge", "a", "b", "c"])), 2);
+    let before = files(&here.join("b"));
+    let output = run(&here, &["merge", "a", "b", "c", "--out", "./b"]);
+    assert_eq!((code(&output), stdout(&output)), (2, ""));
+    assert!(stderr(&output).contains("./b: is one of the shards"), "{}", stderr(&output));
+    assert_eq!(files(&here.join("b")), before);
     assert_eq!(code(&run(&here, &["merge", "c", "a", "b", "--out", "whole"])), 0);
     assert_eq!(code(&run(&here, &["merge", "c", "a", "b", "--out", "whole"])), 2, "there is a campaign already");
     assert_eq!(keys(&here.join("whole"), "results.jsonl").len(), 60);

@@ -21,7 +21,10 @@ impl Documented {
                 let cells: Vec<&str> = row.split(" | ").collect();
                 assert_eq!(cells.len(), 3, "{line}");
                 let key = cells[0].trim_end_matches('`').to_owned();
-                assert!(tables.entry(heading.clone()).or_default().insert(key, cells[1].to_owned()).is_none(), "{line}");
+                assert!(
+                    tables.entry(heading.clone()).or_default().insert(key, cells[1].to_owned()).is_none(),
+                    "{line}"
+                );
             }
         }
         Self(tables)

@@ -70,7 +70,10 @@ fn assert_fits(columns: u16, arguments: &[&str], text: &str) {
 fn numbers(text: &str) -> impl Iterator<Item = &str> {
     let words = text.split(|c: char| c.is_whitespace() || "[](){},;:".contains(c));
     let digits = |word: &&str| word.chars().all(|c| c.is_ascii_digit() || "+-.e".contains(c));
-    words.filter(digits).map(|word| word.trim_end_matches('.')).filter(|word| word.contains(|c: char| c.is_ascii_digit()))
+    words
+        .filter(digits)
+        .map(|word| word.trim_end_matches('.'))
+        .filter(|word| word.contains(|c: char| c.is_ascii_digit()))
 }
 
 /// Prints on terminals of all widths; every number of a narrow one is on the wide one too, but for those with a point and
@@ -118,12 +121,13 @@ fn verify_prints_whole_numbers_and_the_verdict_first_and_last() {
             cells.extend(["cases", "held", "broken", "inconclusive", "not_applicable"].map(count));
             cells.extend([defect / bound, defect, bound].map(|number| format!("{number:.1e}")));
             let found: Vec<&str> = row.split_whitespace().collect();
+            // Times are of different widths: the column may fit, or not.
             let shown = match columns {
-                80 => 7,
-                100 => 9,
-                _ => 11,
+                80 => 7..=7,
+                100 => 9..=10,
+                _ => 11..=11,
             };
-            assert_eq!(found.len(), shown, "{text}");
+            assert!(shown.contains(&found.len()), "{text}");
             for (found, expected) in found.iter().zip(&cells) {
                 assert_eq!(found, expected, "{text}");
             }

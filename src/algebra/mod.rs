@@ -162,7 +162,9 @@ impl<T: Real, const N: usize> LieAlgebra<T, N> {
         let raw = Self { ad_basis: std::array::from_fn(|a| Matrix::from_fn(|c, b| constants(a, b, c))) };
         for (a, b, c) in triples::<N>() {
             if !raw.constant(a, b, c).all_finite() {
-                return Err(AlgebraError::NotFinite { what: format!("structure constant C^{}_{{{} {}}} (indices from 1)", c + 1, a + 1, b + 1) });
+                return Err(AlgebraError::NotFinite {
+                    what: format!("structure constant C^{}_{{{} {}}} (indices from 1)", c + 1, a + 1, b + 1),
+                });
             }
         }
         raw.check_antisymmetry()?;

@@ -161,7 +161,11 @@ fn text(catches: &[Catch], sizes: bool, verdict: &str) -> String {
         }
         table.row(cells);
     }
-    let smallest = if sizes { "\nThe smallest size is the smallest part of the fault, a power of ten, that is still caught." } else { "" };
+    let smallest = if sizes {
+        "\nThe smallest size is the smallest part of the fault, a power of ten, that is still caught."
+    } else {
+        ""
+    };
     let (verdict, meaning) = (paragraph(verdict), paragraph(&format!("{MEANING}{smallest}")));
     format!("{verdict}\n\n{meaning}\n\n{}\n\n{verdict}\n", table.text())
 }

@@ -120,7 +120,9 @@ fn many(file: &SystemFile, path: &Path, states: &Path, arguments: &Arguments) ->
         return Err(Failure::Usage("--every with --ensemble is for --statistics: final states have no times".into()));
     }
     if arguments.general && file.scalar == ScalarName::Dd {
-        return Err(Failure::Usage("--general has no effect in 32 digits: there every member is on the general engine".into()));
+        return Err(Failure::Usage(
+            "--general has no effect in 32 digits: there every member is on the general engine".into(),
+        ));
     }
     let out = arguments.out.as_deref().filter(|out| *out != Path::new("-"));
     distinct(&[Some(path), Some(states), out])?;

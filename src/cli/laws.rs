@@ -1,6 +1,6 @@
 //! `laws`: what is checked; and the patterns that select laws.
 
-use super::table::entries;
+use super::table::{entries, paragraph};
 use super::{Failure, Format, print, schema};
 use euler_poincare::harness::{Cost, Fault, Law, draw};
 use euler_poincare::laws::{self, CaseLaw};
@@ -39,9 +39,19 @@ pub fn run(arguments: Arguments) -> Result<ExitCode, Failure> {
             Format::Json => writeln!(text, "{}", object(law, covered)),
         };
     }
+    if arguments.format == Format::Text {
+        text = format!("{}\n\n{text}", paragraph(MEANING));
+    }
     print(text.strip_suffix("\n\n").map(|text| format!("{text}\n")).as_deref().unwrap_or(&text))?;
     Ok(ExitCode::SUCCESS)
 }
+
+/// What the words of the list mean.
+const MEANING: &str = "\
+A law is a statement that must hold for every system. The bounds are in units of u, the unit round-off of the arithmetic (1.1e-16 in \
+16 digits), for identities, and differences of slopes for orders of convergence. N = dim g, D the size of the group's matrices, s \
+the number of stages. \"Two precisions\": the identity is evaluated in 16 and in 32 digits; it holds where each defect, in its own \
+u, is at most 256 times the other one, or below the floor. The cost decides how many cases a law gets (`verify --help`).";
 
 /// Cases that are drawn to see what a law is run on; an algebra with a share of 4 % is missed once in 10⁷ times.
 const DRAWS: usize = 400;

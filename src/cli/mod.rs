@@ -127,7 +127,9 @@ impl Failure {
 
     fn exit_code(&self) -> ExitCode {
         match self {
-            Self::Usage(_) | Self::File { .. } | Self::Store(_) | Self::System(_) | Self::Output(_) => ExitCode::from(2),
+            Self::Usage(_) | Self::File { .. } | Self::Store(_) | Self::System(_) | Self::Output(_) => {
+                ExitCode::from(2)
+            }
             Self::Computation(_) => ExitCode::from(1),
         }
     }

@@ -1,13 +1,14 @@
 //! `probe`: the laws of methods on a stepper that is another program.
 
+use super::failure::system;
 use super::progress::Bar;
-use super::table::{Column, Table, entries};
+use super::table::{Column, Table, data, entries};
 use super::{Failure, Format, print};
 use euler_poincare::algebra::Entry;
 use euler_poincare::foreign::{Broken, Drawn, Foreign, LawReport, Limits, Probe, Record, Report};
 use euler_poincare::harness::{Cost, Verdict};
 use euler_poincare::laws::method::{Claims, LAWS, MethodLaw, check_case, named};
-use euler_poincare::laws::replay::{indented, verdict_rows};
+use euler_poincare::laws::replay::verdict_rows;
 use euler_poincare::system::{Case, Cases, cases};
 use serde_json::json;
 use std::fmt::Write;
@@ -309,14 +310,14 @@ fn failure(law: &LawReport, broken: &Broken, saved: &Result<PathBuf, String>) ->
         (false, checks) => format!("shrunk by {checks} checks"),
     };
     let _ = write!(text, "{}\n\n  case {}, {how}\n", entries(2, rows), broken.index);
-    let _ = writeln!(text, "{}", indented(&indented(&broken.case.to_string())));
+    let _ = writeln!(text, "{}", system(4, &broken.case));
     for exchange in &broken.exchanges {
-        // One line each, whole: to be copied.
-        let _ = write!(text, "\n  request\n{}\n  answer\n{}\n", exchange.request, exchange.answer);
+        let (request, answer) = (data(&exchange.request), data(&exchange.answer));
+        let _ = write!(text, "\n  request\n{request}\n  answer\n{answer}\n");
     }
     if let Some((mu, g)) = &broken.solution {
         let solution = if g.is_empty() { json!({ "mu": mu }) } else { json!({ "mu": mu, "g": g }) };
-        let _ = write!(text, "  the solution of the equations there\n{solution}\n");
+        let _ = write!(text, "  the solution of the equations there\n{}\n", data(&solution.to_string()));
     }
     let _ = match saved {
         Ok(path) => {
@@ -383,7 +384,7 @@ pub fn replay(path: &Path, command: &[String], timeout: Option<f64>) -> Result<E
     ];
     rows.extend(verdict_rows(&outcome.verdict));
     rows.push(("case", format!("from case {} of seed {}", record.index, record.seed)));
-    print(&format!("{}\n{}\n", entries(0, rows), indented(&record.case.to_string())))?;
+    print(&format!("{}\n{}\n", entries(0, rows), system(2, &record.case)))?;
     Ok(match outcome.verdict {
         Verdict::Holds { .. } => ExitCode::SUCCESS,
         Verdict::Broken { .. } => ExitCode::from(1),

@@ -104,13 +104,19 @@ impl Campaign<'_> {
             found.push(format!("BROKEN: {} of {laws} ({})", broken.len(), some(&broken)));
         }
         if self.kept.failing > 0 {
-            found.push(format!("BROKEN: {} of {} in {REGRESSIONS}", self.kept.failing, count(self.kept.all, "saved case")));
+            found.push(format!(
+                "BROKEN: {} of {} in {REGRESSIONS}",
+                self.kept.failing,
+                count(self.kept.all, "saved case")
+            ));
         }
         if found.is_empty() {
             let unanswered = self.unanswered();
             found.push(match self.report.laws.iter().any(|law| law.worst.is_some()) {
                 false => format!("NO VERDICT: not one case of {laws} was judged"),
-                true if !unanswered.is_empty() => format!("NO VERDICT: not one case was judged of {}", some(&unanswered)),
+                true if !unanswered.is_empty() => {
+                    format!("NO VERDICT: not one case was judged of {}", some(&unanswered))
+                }
                 true => format!("NOTHING BROKEN: {laws} checked"),
             });
         }
@@ -119,7 +125,12 @@ impl Campaign<'_> {
         }
         let line = total(self.report);
         let undecided = percent(line.inconclusive, line.cases);
-        format!("{}; {}, seed {}, {undecided:.2} % inconclusive", found.join("; "), count(line.cases, "case"), self.report.seed)
+        format!(
+            "{}; {}, seed {}, {undecided:.2} % inconclusive",
+            found.join("; "),
+            count(line.cases, "case"),
+            self.report.seed
+        )
     }
 }
 
@@ -137,7 +148,11 @@ impl fmt::Display for Campaign<'_> {
         let verdict = paragraph(&self.verdict());
         writeln!(f, "{verdict}\n\n{}\n\n{}\n", paragraph(MEANING), laws(self.report))?;
         let judged: usize = self.report.laws.iter().map(admitted).sum();
-        writeln!(f, "Coverage: % of the {judged} cases to which their law applies\n{}\n", coverage(self.report, judged))?;
+        writeln!(
+            f,
+            "Coverage: % of the {judged} cases to which their law applies\n{}\n",
+            coverage(self.report, judged)
+        )?;
         reasons(f, "Inconclusive", self.report, |law| &law.inconclusive)?;
         reasons(f, "Not applicable", self.report, |law| &law.not_applicable)?;
         let unjudged: Vec<_> = self.report.laws.iter().filter(|law| law.worst.is_none()).map(|law| law.law).collect();

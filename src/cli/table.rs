@@ -127,7 +127,8 @@ impl Table {
             }));
         }
         for (at, column) in table.column_iter_mut().enumerate() {
-            column.set_padding((0, if at + 1 < shown.len() { GAP as u16 } else { 0 }));
+            // The style puts one more space between two columns.
+            column.set_padding((0, if at + 1 < shown.len() { GAP as u16 - 1 } else { 0 }));
             if self.columns[shown[at]].kind == Kind::Number {
                 column.set_cell_alignment(CellAlignment::Right);
             }
@@ -219,6 +220,12 @@ fn wrapped(text: &str, width: usize) -> Vec<String> {
 /// A system file or a program, wrapped after the commas of lists alone: there a line break means nothing.
 pub fn code(text: &str) -> String {
     broken(text, prose_width(), ", ").join("\n")
+}
+
+/// A line of JSON that is shown. Whole, to be copied, where standard output is no terminal; broken after commas on a terminal that
+/// is narrower.
+pub fn data(line: &str) -> String {
+    if io::stdout().is_terminal() { broken(line, width(), ",").join("\n") } else { line.to_owned() }
 }
 
 /// Prose, wrapped at spaces; line breaks and the indentation of each line are kept.

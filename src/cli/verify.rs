@@ -307,7 +307,8 @@ pub fn weight(cost: Cost) -> u64 {
 }
 
 fn json(report: &Report<Case>) -> Result<String, Failure> {
-    let object = |law: &Summary<Case>| Ok(format!("{}\n", schema::object("verify/1", serde_json::to_value(law.line())?)));
+    let object =
+        |law: &Summary<Case>| Ok(format!("{}\n", schema::object("verify/1", serde_json::to_value(law.line())?)));
     let lines: Result<String, serde_json::Error> = report.laws.iter().map(object).collect();
     lines.map_err(|error| Failure::System(error.to_string()))
 }

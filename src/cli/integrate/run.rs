@@ -120,7 +120,11 @@ impl<T: Real> Observer<T> for Recorder {
         if self.interrupt.is_set() && done < total {
             self.stopped = Some((done, total));
         }
-        if self.failure.is_some() || self.stopped.is_some() { ControlFlow::Break(()) } else { ControlFlow::Continue(()) }
+        if self.failure.is_some() || self.stopped.is_some() {
+            ControlFlow::Break(())
+        } else {
+            ControlFlow::Continue(())
+        }
     }
 }
 
