@@ -3,7 +3,7 @@
 use super::failure::system;
 use super::progress::Bar;
 use super::table::{Column, Table, data, entries};
-use super::{Failure, Format, print};
+use super::{Failure, Format, print, schema};
 use euler_poincare::algebra::Entry;
 use euler_poincare::foreign::{Broken, Drawn, Foreign, LawReport, Limits, Probe, Record, Report};
 use euler_poincare::harness::{Cost, Verdict};
@@ -361,7 +361,7 @@ fn json(report: &Report, saved: &[Saved]) -> String {
                 }),
             );
         }
-        let _ = writeln!(text, "{line}");
+        let _ = writeln!(text, "{}", schema::object("probe/1", line));
     }
     text
 }

@@ -1,5 +1,6 @@
 //! What `order` prints.
 
+use super::super::schema;
 use super::super::table::{Column, Table, entries, paragraph};
 use super::{Outcome, word};
 use euler_poincare::harness::Verdict;
@@ -218,7 +219,7 @@ pub fn json(outcome: &Outcome) -> Value {
     notes.extend(outcome.notes.iter().cloned());
     notes.extend(outcome.judged.explanation.clone());
     let failing = orders.failing_variational.as_ref().map_or(json!([]), |failing| json!(failing.conditions));
-    json!({
+    let object = json!({
         "tableau": outcome.tableau,
         "declared": outcome.declared,
         "declared_holds": outcome.declared_holds(),
@@ -244,7 +245,8 @@ pub fn json(outcome: &Outcome) -> Value {
         "system": outcome.system,
         "horizon": outcome.horizon,
         "levels": { "horizon": levels(&trial.horizon), "descent": levels(&trial.descent) },
-    })
+    });
+    schema::object("order/1", object)
 }
 
 fn levels(findings: &Findings) -> Value {
