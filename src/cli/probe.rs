@@ -2,7 +2,8 @@
 
 use super::failure::system;
 use super::progress::Bar;
-use super::table::{Column, Table, data, entries};
+use super::summary::some;
+use super::table::{Column, Table, data, entries, paragraph};
 use super::{Failure, Format, print, schema};
 use euler_poincare::algebra::Entry;
 use euler_poincare::foreign::{Broken, Drawn, Foreign, LawReport, Limits, Probe, Record, Report};
@@ -222,12 +223,19 @@ const COLUMNS: [Column; 10] = [
     Column::number("median\norder").rank(3),
 ];
 
+/// What is asked.
+const MEANING: &str = "\
+The stepper is asked for steps of random systems. The laws measure how its errors shrink with the step, what it conserves, and \
+how it treats symmetries. A law is broken where a defect exceeds its bound: rounding, in units of u = 1.1e-16, or a difference of \
+slopes of log error against log step.";
+
 fn text(report: &Report, saved: &[Saved], claims: &Claims) -> String {
     let mut table = Table::new(&COLUMNS);
     for law in &report.laws {
         table.row(row(law));
     }
-    let mut text = format!("{}\n", table.text());
+    let verdict = paragraph(&verdict(report));
+    let mut text = format!("{verdict}\n\n{}\n\n{}\n", paragraph(MEANING), table.text());
     for (title, of) in [
         ("Inconclusive", (|law| &law.inconclusive) as fn(&LawReport) -> &std::collections::BTreeMap<String, usize>),
         ("Not applicable", |law| &law.not_applicable),
@@ -249,18 +257,24 @@ fn text(report: &Report, saved: &[Saved], claims: &Claims) -> String {
     if report.given_up {
         let _ = write!(text, "\nThe stepper failed {} times and was not started again.\n", report.failures);
     }
-    let broken = report.laws.iter().filter(|law| !law.broken.is_empty()).count();
-    let outcome = match (broken, report.holds_anywhere()) {
-        (0, true) => "nothing broken".into(),
-        (0, false) => "no verdict".into(),
-        (1, _) => "1 law broken".into(),
-        (n, _) => format!("{n} laws broken"),
-    };
-    let _ = write!(text, "\n{} on {} cases: {outcome}\n", count(report.laws.len()), asked(report));
-    if claims.order.is_none() && broken == 0 && report.holds_anywhere() {
-        text += "No order was claimed: every law asked for order 1 at least. Claim the one you see with --order.\n";
+    if claims.order.is_none() && !report.is_broken() && report.holds_anywhere() {
+        let claim =
+            "No order was claimed: each law asked for order 1 or more. If you know the order, claim it with --order P.";
+        let _ = write!(text, "\n{}\n", paragraph(claim));
     }
+    let _ = write!(text, "\n{verdict}\n");
     text
+}
+
+/// The first and the last line.
+fn verdict(report: &Report) -> String {
+    let broken: Vec<_> = report.laws.iter().filter(|law| !law.broken.is_empty()).map(|law| law.law.name).collect();
+    let outcome = match broken.is_empty() {
+        false => format!("BROKEN ({})", some(&broken)),
+        true if report.holds_anywhere() => "NOTHING BROKEN".into(),
+        true => "NO VERDICT".into(),
+    };
+    format!("{outcome}: {} on {} cases", count(report.laws.len()), asked(report))
 }
 
 fn count(laws: usize) -> String {

@@ -17,6 +17,11 @@ const SHOWN: usize = 6;
 /// The first and the last rows of a long table that are printed; the JSON has all.
 const ROWS: (usize, usize) = (4, 10);
 
+/// What is compared.
+const MEANING: &str = "\
+A method has order p if its errors shrink as the p-th power of the step h. The order is computed from the coefficients of the \
+tableau, and measured: errors are relative, and the slope is that of log error against log h.";
+
 /// The three numbers, what is behind them, the table of errors.
 pub fn text(outcome: &Outcome) -> String {
     let analysis = &outcome.analysis;
@@ -31,9 +36,9 @@ pub fn text(outcome: &Outcome) -> String {
     rows.push(("classical", format!("{}  ({how}){}", orders.classical, exactly(outcome, |o| &o.classical))));
     rows.push(("variational", format!("{}  ({how}){}", orders.variational, exactly(outcome, |o| &o.variational))));
     rows.push(("empirical", empirical(outcome)));
-    rows.push(("verdict", verdict(outcome)));
     rows.push(("assumed", assumptions(outcome)));
-    let mut text = entries(0, rows) + "\n";
+    let verdict = entries(0, [("verdict", verdict(outcome))]);
+    let mut text = format!("{verdict}\n\n{}\n\n{}\n", paragraph(MEANING), entries(0, rows));
     let mut notes: Vec<String> = analysis.notes();
     notes.extend(outcome.notes.iter().cloned());
     notes.extend(outcome.judged.explanation.clone());
@@ -61,7 +66,7 @@ pub fn text(outcome: &Outcome) -> String {
         outcome.digits.number(),
         errors(&trial.horizon)
     );
-    text += &format!("\nErrors after two steps (slopes less one)\n{}\n", errors(&trial.descent));
+    text += &format!("\nErrors after two steps (slopes less one)\n{}\n\n{verdict}\n", errors(&trial.descent));
     text
 }
 
