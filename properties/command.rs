@@ -8,6 +8,11 @@ mod ensemble;
 mod order;
 #[path = "command/page.rs"]
 mod page;
+#[path = "command/schemas.rs"]
+mod schemas;
+#[cfg(unix)]
+#[path = "command/terminal.rs"]
+mod terminal;
 
 use euler_poincare::system::{Case, Replay};
 use serde_json::Value;
@@ -18,6 +23,10 @@ use std::process::{Command, Output, Stdio};
 /// A cheap law with one fault; the others are judged elsewhere.
 const LAW: &str = "retraction-adjoint";
 const FAULT: &str = "adjoint-inverted";
+
+/// A cheap law, and the seed of a campaign whose first case it says nothing about.
+const NO_VERDICT: &str = "free-casimirs";
+const NO_VERDICT_SEED: &str = "9";
 
 /// An empty directory of this test, to run in.
 fn directory(test: &str) -> PathBuf {
@@ -76,8 +85,18 @@ fn json_has_one_object_per_law_with_the_documented_keys() {
     let output = run(&here, &["verify", "--laws", "retraction-*", "--cases", "30", "--seed", "3", "--format", "json"]);
     assert_eq!(code(&output), 0, "{}", stderr(&output));
     assert_eq!(stderr(&output), "");
-    const KEYS: [&str; 9] =
-        ["bound", "broken", "cases", "held", "inconclusive", "law", "max_defect", "not_applicable", "seconds"];
+    const KEYS: [&str; 10] = [
+        "bound",
+        "broken",
+        "cases",
+        "held",
+        "inconclusive",
+        "law",
+        "max_defect",
+        "not_applicable",
+        "schema",
+        "seconds",
+    ];
     let mut laws = Vec::new();
     for line in stdout(&output).lines() {
         let value: Value = serde_json::from_str(line).unwrap();
@@ -329,7 +348,7 @@ fn planted_faults_are_caught() {
 #[test]
 fn every_law_is_listed_with_its_faults() {
     let here = directory("laws");
-    let output = run(&here, &["laws", "--format", "json"]);
+    let output = run(&here, &["laws", "--coverage", "--format", "json"]);
     assert_eq!(code(&output), 0);
     let listed: Vec<Value> = stdout(&output).lines().map(|line| serde_json::from_str(line).unwrap()).collect();
     let laws = euler_poincare::laws::all();
@@ -375,6 +394,151 @@ fn tables_fit_into_a_hundred_columns() {
         let widest = stdout(&output).lines().max_by_key(|line| width(line)).unwrap();
         assert!(width(widest) <= 100, "{arguments:?}: {widest}");
     }
+}
+
+#[test]
+fn a_run_that_judged_nothing_is_three() {
+    let here = directory("nothing-judged");
+    let verify = |arguments: &[&str]| run(&here, &[&["verify", "--laws"], arguments].concat());
+    // A shard without cases.
+    let output = verify(&[LAW, "--cases", "1", "--shard", "1/2"]);
+    assert_eq!(code(&output), 3, "{}", stdout(&output));
+    assert!(stdout(&output).starts_with("NO VERDICT: not one case of 1 law was judged"), "{}", stdout(&output));
+    // No time for a case.
+    let output = verify(&[LAW, "--minutes", "0.0000000001"]);
+    assert_eq!(code(&output), 3, "{}", stdout(&output));
+    // A law that was asked for by its whole name, and to which the one case does not apply; the other law is judged.
+    let laws = format!("{LAW},{NO_VERDICT}");
+    let one = ["--cases", "1", "--seed", NO_VERDICT_SEED];
+    let output = verify(&[&[&laws[..]], &one[..]].concat());
+    assert_eq!(code(&output), 3, "{}", stdout(&output));
+    let said = format!("NO VERDICT: not one case was judged of {NO_VERDICT};");
+    assert!(stdout(&output).starts_with(&said), "{}", stdout(&output));
+    let json = verify(&[&[&laws[..]], &one[..], &["--format", "json"]].concat());
+    assert_eq!((code(&json), stdout(&json).lines().count()), (3, 2));
+    assert!(stderr(&json).starts_with(&said), "{}", stderr(&json));
+    // Where it is one of many that a pattern found, it is named, and the others count.
+    let laws = format!("{LAW},{}*", &NO_VERDICT[..NO_VERDICT.len() - 1]);
+    let output = verify(&[&[&laws[..]], &one[..]].concat());
+    assert_eq!(code(&output), 0, "{}", stdout(&output));
+    assert!(stdout(&output).contains(&format!("Without a verdict on any case: {NO_VERDICT}")), "{}", stdout(&output));
+}
+
+#[test]
+fn an_option_without_effect_is_refused() {
+    let here = directory("no-effect");
+    fs::write(here.join("system.toml"), stdout(&run(&here, &["integrate", "--example"]))).unwrap();
+    fs::write(here.join("states.csv"), "mu_1,mu_2,mu_3\n1,2,3\n").unwrap();
+    let ensemble = ["integrate", "system.toml", "--ensemble", "states.csv"];
+    let with = |more: &[&'static str]| [&ensemble[..], more].concat();
+    let cases: [(Vec<&str>, &str); 13] = [
+        (vec!["verify", "--sizes"], "--faults"),
+        (vec!["verify", "--resume"], "--out"),
+        (vec!["verify", "--faults", "--rates", "r.csv"], "cannot be used with"),
+        (vec!["verify", "--faults", "--minutes", "1"], "cannot be used with"),
+        (vec!["verify", "--rates", "r.csv", "--plant", FAULT], "cannot be used with"),
+        (vec!["verify", "--cases", "5", "laws"], "laws"),
+        (vec!["integrate", "--example", "--steps", "3"], "cannot be used with"),
+        (vec!["integrate", "system.toml", "--statistics"], "--ensemble"),
+        (vec!["integrate", "system.toml", "--general"], "--ensemble"),
+        (vec!["integrate", "system.toml", "--jobs", "2"], "--ensemble"),
+        (with(&["--plot", "t.svg"]), "cannot be used with"),
+        (with(&["--every", "2"]), "--statistics"),
+        (with(&["--general", "--scalar", "dd"]), "no effect in 32 digits"),
+    ];
+    for (arguments, said) in cases {
+        let output = run(&here, &arguments);
+        assert_eq!((code(&output), stdout(&output)), (2, ""), "{arguments:?}");
+        assert!(stderr(&output).contains(said), "{arguments:?}: {}", stderr(&output));
+    }
+}
+
+#[cfg(target_os = "linux")]
+#[test]
+fn a_full_standard_output_is_two() {
+    let here = directory("full");
+    fs::write(here.join("system.toml"), stdout(&run(&here, &["integrate", "--example"]))).unwrap();
+    replay_file(&here.join("case.json"), LAW, Some(FAULT), "name = \"so3\"");
+    for arguments in [
+        &["verify", "--laws", LAW, "--cases", "5"][..],
+        &["verify", "--laws", LAW, "--cases", "5", "--format", "json"],
+        &["verify", "--faults", "--laws", LAW],
+        &["laws"],
+        &["replay", "case.json"],
+        &["integrate", "system.toml"],
+        &["integrate", "--example"],
+        &["--help"],
+        &["verify", "--help"],
+        &["--version"],
+    ] {
+        let full = fs::OpenOptions::new().write(true).open("/dev/full").unwrap();
+        let output = command(&here, arguments).stdout(full).stderr(Stdio::piped()).spawn().unwrap();
+        let output = output.wait_with_output().unwrap();
+        assert_eq!(code(&output), 2, "{arguments:?}: {}", stderr(&output));
+        assert!(stderr(&output).contains("cannot write to standard output: "), "{arguments:?}: {}", stderr(&output));
+    }
+}
+
+#[cfg(unix)]
+#[test]
+fn an_interrupted_integration_keeps_whole_rows() {
+    let here = directory("integrate-interrupted");
+    fs::write(here.join("system.toml"), stdout(&run(&here, &["integrate", "--example"]))).unwrap();
+    for signal in ["-INT", "-TERM"] {
+        let file = here.join("t.csv");
+        let _ = fs::remove_file(&file);
+        let arguments = ["integrate", "system.toml", "--steps", "1000000000", "--every", "10", "--out", "t.csv"];
+        let mut child = command(&here, &arguments).stdout(Stdio::piped()).stderr(Stdio::piped()).spawn().unwrap();
+        let start = std::time::Instant::now();
+        while fs::metadata(&file).map_or(0, |file| file.len()) < 1 << 16 {
+            assert!(start.elapsed().as_secs() < 60 && child.try_wait().unwrap().is_none());
+            std::thread::sleep(std::time::Duration::from_millis(5));
+        }
+        assert!(Command::new("kill").args([signal, &child.id().to_string()]).status().unwrap().success());
+        let output = child.wait_with_output().unwrap();
+        assert_eq!(code(&output), 130, "{}", stderr(&output));
+        let rows = fs::read_to_string(&file).unwrap();
+        let columns = rows.lines().next().unwrap().split(',').count();
+        assert!(rows.ends_with('\n') && rows.lines().all(|row| row.split(',').count() == columns));
+        let said = format!("of 1000000000 steps; kept in t.csv: the {} rows up to there", rows.lines().count() - 1);
+        assert!(
+            stderr(&output).starts_with("INTERRUPTED after ") && stderr(&output).contains(&said),
+            "{}",
+            stderr(&output)
+        );
+    }
+}
+
+#[test]
+fn messages_count_as_the_file_does() {
+    let here = directory("messages");
+    let example = run(&here, &["integrate", "--example"]);
+    let refused = |old: &str, new: &str, said: &str| {
+        fs::write(here.join("system.toml"), stdout(&example).replacen(old, new, 1)).unwrap();
+        let output = run(&here, &["integrate", "system.toml"]);
+        assert_eq!(code(&output), 2, "{}", stdout(&output));
+        let found = stderr(&output);
+        assert!(found.contains(said) && !found.contains("given"), "{said}: {found}");
+    };
+    let constants = "dimension = 3\nconstants = [[1, 2, 3, 1], [1, 3, 1, 1]]";
+    refused("name = \"so3\"", constants, "Jacobi identity for (e_1, e_2, e_3)");
+    refused("name = \"so3\"", "name = \"so5\"", "allowed: r1 to r8, so3");
+    refused("name = \"so3\"", "nam = \"so3\"", "unknown field `nam`, expected one of `name`, `dimension`");
+    refused("kind = \"double-bracket\"", "kind = \"drag\"", "unknown variant `drag`, expected one of");
+}
+
+#[cfg(target_os = "linux")]
+#[test]
+fn a_case_that_cannot_be_saved_names_its_file() {
+    let here = directory("not-saved");
+    let file = format!("{LAW}-{FAULT}-seed1-case");
+    // A directory of that name, so that even the superuser cannot write the file.
+    for index in 0..5 {
+        fs::create_dir(here.join(format!("{file}{index}.json"))).unwrap();
+    }
+    let output = run(&here, &["verify", "--laws", LAW, "--cases", "5", "--plant", FAULT]);
+    assert_eq!(code(&output), 1);
+    assert!(stdout(&output).contains(&format!("not saved: {file}")), "{}", stdout(&output));
 }
 
 #[test]

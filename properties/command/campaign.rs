@@ -275,7 +275,7 @@ fn shards_that_are_no_whole_are_refused() {
         (&["a", "b"][..], "1 of 3 shards are missing: 2/3"),
         (&["c"], "2 of 3 shards are missing: 0/3, 1/3"),
         (&["a", "b", "c", "b2"], "is shard 1/3, as b: they overlap"),
-        (&["a", "b", "./a", "c"], "./a: is given twice"),
+        (&["a", "b", "./a", "c"], "./a: is named twice"),
         (&["a", "b", "half"], "is one of 2 shards, but a is one of 3"),
         (&["a", "b", "seed"], "seed is 2 there, 1 here"),
         (&["a", "b", "more"], "cases is 21 there, 20 here"),
@@ -290,6 +290,11 @@ fn shards_that_are_no_whole_are_refused() {
         assert!(!here.join("whole").exists(), "{shards:?}");
     }
     assert_eq!(code(&run(&here, &["merge", "a", "b", "c"])), 2);
+    let before = files(&here.join("b"));
+    let output = run(&here, &["merge", "a", "b", "c", "--out", "./b"]);
+    assert_eq!((code(&output), stdout(&output)), (2, ""));
+    assert!(stderr(&output).contains("./b: is one of the shards"), "{}", stderr(&output));
+    assert_eq!(files(&here.join("b")), before);
     assert_eq!(code(&run(&here, &["merge", "c", "a", "b", "--out", "whole"])), 0);
     assert_eq!(code(&run(&here, &["merge", "c", "a", "b", "--out", "whole"])), 2, "there is a campaign already");
     assert_eq!(keys(&here.join("whole"), "results.jsonl").len(), 60);

@@ -295,7 +295,7 @@ fn bad_states_are_refused_before_anything_is_written() {
         ("1,2,3\n4,5,6\n", "s.toml", &["line 1", "unknown column \"1\"", "mu_1, mu_2, mu_3"]),
         ("mu_1,mu_2,mu_3,mass\n1,1,1,1\n", "s.toml", &["\"mass\"", "force_1_alpha", "inertia_3", "g_11 … g_33"]),
         ("mu_1,mu_2,mu_3,mu_4\n1,1,1,1\n", "s.toml", &["\"mu_4\""]),
-        ("mu_1,mu_2,mu_3,mu_1\n1,1,1,1\n", "s.toml", &["\"mu_1\" is there twice"]),
+        ("mu_1,mu_2,mu_3,mu_1\n1,1,1,1\n", "s.toml", &["\"mu_1\" appears twice"]),
         ("mu_1,mu_2,mu_3,g_11\n1,1,1,1\n", "s.toml", &["g_12", "all of it, or none"]),
         ("mu_1,mu_2,mu_3\n1,1,1\n1,1\n", "s.toml", &["line 3", "2 fields", "3 columns"]),
         ("mu_1,mu_2,mu_3\n1,1,1,1\n", "s.toml", &["line 2", "4 fields"]),

@@ -1,6 +1,10 @@
-// The law retraction-adjoint on one system, with the fault adjoint-inverted planted in what it judges: prints the verdict.
-// The system is case 4 of seed 7, shrunk. In Cargo.toml:
-//     euler-poincare = { version = "0.1.0", default-features = false, features = ["harness"] }
+// The law retraction-adjoint on one system,
+// with the fault adjoint-inverted planted in what it judges.
+// Prints the verdict. The system is case 4 of seed 7, shrunk. In Cargo.toml:
+//     [dependencies.euler-poincare]
+//     version = "0.1.0"
+//     default-features = false
+//     features = ["harness"]
 
 use euler_poincare::harness::{Law, Verdict, verdict_on};
 use euler_poincare::laws;
@@ -35,7 +39,7 @@ step = "1/8"
 
 fn verdict() -> Result<Verdict, Box<dyn Error>> {
     let law = laws::named("retraction-adjoint").ok_or("no such law")?;
-    let fault = law.fault("adjoint-inverted").ok_or("the law knows no such fault")?;
+    let fault = law.fault("adjoint-inverted").ok_or("no such fault")?;
     let case = Case::from_toml(CASE)?;
     Ok(verdict_on(law, &case, Some(fault)))
 }

@@ -1,6 +1,9 @@
-// The law retraction-adjoint on one system: prints the verdict.
-// The system is case 4 of seed 7, shrunk. In Cargo.toml:
-//     euler-poincare = { version = "0.1.0", default-features = false, features = ["harness"] }
+// The law retraction-adjoint on one system.
+// Prints the verdict. The system is case 4 of seed 7, shrunk. In Cargo.toml:
+//     [dependencies.euler-poincare]
+//     version = "0.1.0"
+//     default-features = false
+//     features = ["harness"]
 
 use euler_poincare::harness::{Verdict, verdict_on};
 use euler_poincare::laws;

@@ -25,6 +25,9 @@ use std::str::FromStr;
 /// The largest n for which `rn` is a name.
 pub const MAX_ABELIAN: usize = 64;
 
+/// The names that stand for one algebra each.
+pub(crate) const NAMES: &str = "so3, se2, se3, sl2, aff1, heisenberg, so4";
+
 /// An algebra of the catalogue, in its standard basis (see the [module](self)).
 #[derive(Clone, Debug, PartialEq, Eq, Hash)]
 #[non_exhaustive]
@@ -60,8 +63,7 @@ pub enum Entry {
 /// ```
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
 #[error(
-    "unknown algebra {name:?}: allowed are r1 to r{MAX_ABELIAN}, so3, se2, se3, sl2, aff1, heisenberg, so4, and products \
-     of these with `+`, as in so3+r2"
+    "unknown algebra {name:?}: allowed are r1 to r{MAX_ABELIAN}, {NAMES}, and products of these with `+`, as in so3+r2"
 )]
 #[non_exhaustive]
 pub struct UnknownName {

@@ -46,13 +46,14 @@ pub(crate) fn basis_vector<S: Scalar, const N: usize>(a: usize) -> Vector<S, N> 
     Vector::from_fn(|b, _| if a == b { S::one() } else { S::zero() })
 }
 
-/// Why structure constants, a basis or matrices were refused. Indices count from 0.
+/// Why structure constants, a basis or matrices were refused. The fields count from 0, the messages from 1, as files do.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
 #[non_exhaustive]
 pub enum AlgebraError {
     /// C^c_ab + C^c_ba ≠ 0.
     #[error(
-        "structure constants are not antisymmetric: C^{c}_{{{a} {b}}} + C^{c}_{{{b} {a}}} = {defect:e} (indices from 0)"
+        "structure constants are not antisymmetric: C^{2}_{{{0} {1}}} + C^{2}_{{{1} {0}}} = {defect:e} (indices from 1)",
+        .a + 1, .b + 1, .c + 1
     )]
     NotAntisymmetric {
         /// First lower index.
@@ -66,7 +67,8 @@ pub enum AlgebraError {
     },
     /// \[e_a, \[e_b, e_c\]\] + cyclic ≠ 0.
     #[error(
-        "structure constants break the Jacobi identity for (e_{a}, e_{b}, e_{c}): relative defect {defect:e} (indices from 0)"
+        "structure constants break the Jacobi identity for (e_{}, e_{}, e_{}): relative defect {defect:e} (indices from 1)",
+        .a + 1, .b + 1, .c + 1
     )]
     Jacobi {
         /// First basis vector.
@@ -92,8 +94,9 @@ pub enum AlgebraError {
     },
     /// The matrices are linearly dependent to working precision.
     #[error(
-        "the matrices are linearly dependent: of matrix {index} only {remainder:e} of its size is left outside the span \
-         of the ones before"
+        "the matrices are linearly dependent: of matrix {} only {remainder:e} of its size is left outside the span \
+         of the ones before (matrices count from 1)",
+        .index + 1
     )]
     Dependent {
         /// The first matrix in the span of those before it.
@@ -103,8 +106,9 @@ pub enum AlgebraError {
     },
     /// The span of the matrices is not closed under the commutator.
     #[error(
-        "the matrices do not span a Lie algebra: the commutator of matrices {a} and {b} is off their span by \
-         {defect:e} (bound {bound:e})"
+        "the matrices do not span a Lie algebra: the commutator of matrices {} and {} is off their span by \
+         {defect:e} (bound {bound:e}; matrices count from 1)",
+        .a + 1, .b + 1
     )]
     NotClosed {
         /// First matrix.
@@ -182,7 +186,9 @@ impl<T: Real, const N: usize> LieAlgebra<T, N> {
         let raw = Self { ad_basis: std::array::from_fn(|a| Matrix::from_fn(|c, b| constants(a, b, c))) };
         for (a, b, c) in triples::<N>() {
             if !raw.constant(a, b, c).all_finite() {
-                return Err(AlgebraError::NotFinite { what: format!("structure constant C^{c}_{{{a} {b}}}") });
+                return Err(AlgebraError::NotFinite {
+                    what: format!("structure constant C^{}_{{{} {}}} (indices from 1)", c + 1, a + 1, b + 1),
+                });
             }
         }
         raw.check_antisymmetry()?;

@@ -1,17 +1,17 @@
 //! What is said of a broken law: of a campaign, of a saved case, of the regressions.
 
-use super::table::entries;
-use super::{Failure, Format, print};
+use super::Failure;
+use super::table::{code, entries, paragraph};
 use euler_poincare::harness::evidence::Wanted;
 use euler_poincare::laws::replay::{Kept, REGRESSIONS, Replayed, indented, replay_all};
-use euler_poincare::system::{Replay, snippet};
+use euler_poincare::system::{Case, Replay, snippet};
 use std::path::Path;
 
 /// A judged record in full: law, source, verdict, what was measured at each precision, the case, how to replay it, and a program.
 pub fn text(replayed: &Replayed, file: Option<&Path>) -> String {
-    let case = indented(&replayed.replay.case.to_string());
+    let case = system(2, &replayed.replay.case);
     let again = file.map(|path| format!("\nreplay it\n  euler-poincare replay {}\n", quoted(path))).unwrap_or_default();
-    let program = indented(&snippet(&replayed.replay));
+    let program = code(&indented(&snippet(&replayed.replay)));
     format!("{}\n{case}\n{again}\nor in a program of your own\n{program}\n", entries(0, replayed.rows()))
 }
 
@@ -19,19 +19,19 @@ pub fn text(replayed: &Replayed, file: Option<&Path>) -> String {
 pub fn campaign(replay: &Replay, checks: usize, saved: Result<&Path, &str>) -> String {
     let (seed, index) = (replay.seed, replay.index);
     let heading = format!("  case {index} of seed {seed}, shrunk by {checks} checks\n");
-    let case = indented(&indented(&replay.case.to_string()));
+    let case = system(4, &replay.case);
     let measured = match Replayed::of(replay.clone(), Wanted::AllDigits) {
         Ok(replayed) => entries(2, replayed.measured()),
-        Err(error) => format!("  {error}"),
+        Err(error) => paragraph(&format!("  {error}")),
     };
     let saved = match saved {
         Ok(path) => {
             let name = quoted(path);
             format!("  saved in {name}; run it again with\n    euler-poincare replay {name}\n")
         }
-        Err(reason) => format!("  not saved: {reason}\n"),
+        Err(reason) => paragraph(&format!("  not saved: {reason}\n")),
     };
-    let program = indented(&indented(&snippet(replay)));
+    let program = code(&indented(&indented(&snippet(replay))));
     format!("{measured}\n{heading}{case}\n{saved}  or with this program\n{program}\n")
 }
 
@@ -42,19 +42,29 @@ fn quoted(path: &Path) -> String {
     if text.chars().all(plain) { text } else { format!("'{}'", text.replace('\'', r"'\''")) }
 }
 
-/// Replays the kept records of the laws that `wanted` names, where there are any; whether each is as it should be.
-pub fn regressions(format: Format, wanted: impl Fn(&str) -> bool + Sync) -> Result<bool, Failure> {
+/// A case: the names of its parts, `indent` columns in, and what they are.
+pub fn system(indent: u16, case: &Case) -> String {
+    let text = case.to_string();
+    let part = |line: &str| line.split_once(' ').map(|(name, what)| (name.to_owned(), what.trim_start().to_owned()));
+    entries(indent, text.lines().filter_map(part))
+}
+
+/// The saved cases that were replayed before a campaign.
+pub struct Replays {
+    /// How many there are.
+    pub all: usize,
+    /// How many are not as they should be.
+    pub failing: usize,
+    /// What is told of them: nothing where there are none.
+    pub told: String,
+}
+
+/// Replays the saved cases of the laws that `wanted` names, where there are any.
+pub fn regressions(wanted: impl Fn(&str) -> bool + Sync) -> Result<Replays, Failure> {
     let directory = Path::new(REGRESSIONS);
     let kept = replay_all(directory, wanted).map_err(|error| Failure::file(directory, error))?;
-    if kept.is_empty() {
-        return Ok(true);
-    }
-    let told = told(&kept);
-    match format {
-        Format::Text => print(&told)?,
-        Format::Json => eprint!("{told}"),
-    }
-    Ok(kept.iter().all(Kept::passes))
+    let failing = kept.iter().filter(|kept| !kept.passes()).count();
+    Ok(Replays { all: kept.len(), failing, told: if kept.is_empty() { String::new() } else { told(&kept) } })
 }
 
 /// How many of the kept records are as they should be; in full those that are not.
@@ -69,9 +79,9 @@ fn told(kept: &[Kept]) -> String {
                 format!("the planted fault is no longer caught\n{}", text(replayed, Some(&record.path)))
             }
             Ok(replayed) => text(replayed, Some(&record.path)),
-            Err(reason) => format!("{reason}\n"),
+            Err(reason) => format!("{}\n", paragraph(reason)),
         };
-        told.push_str(&format!("REGRESSION {}\n{}\n\n", record.path.display(), indented(&body)));
+        told.push_str(&format!("REGRESSION {}\n{body}\n\n", record.path.display()));
     }
     told
 }

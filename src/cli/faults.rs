@@ -2,15 +2,17 @@
 
 use super::interrupt::Interrupt;
 use super::progress::Bar;
-use super::table::{seconds, table};
+use super::summary::{self, some};
+use super::table::{Column, Table as Grid, paragraph, seconds};
 use super::verify::weight;
-use super::{Failure, Format, print, program};
+use super::{Failure, Format, print, program, schema};
 use euler_poincare::harness::store::{Manifest, StoreError};
 use euler_poincare::harness::{Cost, Fault, Law, catch_fault, catch_smallest, draw, verdict_on};
 use euler_poincare::laws::CaseLaw;
 use euler_poincare::system::Case;
 use rayon::prelude::*;
 use serde_json::json;
+use std::collections::BTreeSet;
 use std::fs;
 use std::path::{Path, PathBuf};
 use std::process::ExitCode;
@@ -75,7 +77,7 @@ impl Table<'_> {
             fs::write(&file, &objects).map_err(|error| Failure::file(&file, error))?;
         }
         print(&match self.format {
-            Format::Text => text(&catches),
+            Format::Text => text(&catches, self.sizes, &verdict(&catches, faults.len())),
             Format::Json => objects,
         })?;
         if interrupted {
@@ -83,7 +85,11 @@ impl Table<'_> {
             eprintln!("INTERRUPTED after {} of {} faults{lost}", catches.len(), faults.len());
             return Ok(Interrupt::exit_code());
         }
-        Ok(if catches.iter().all(|catch| catch.after.is_some()) { ExitCode::SUCCESS } else { ExitCode::from(1) })
+        Ok(match catches.iter().all(|catch| catch.after.is_some()) {
+            _ if catches.is_empty() => ExitCode::from(3),
+            true => ExitCode::SUCCESS,
+            false => ExitCode::from(1),
+        })
     }
 
     /// Where the rows go: a new file, in a directory that holds no campaign of another program or seed.
@@ -99,7 +105,7 @@ impl Table<'_> {
         }
         let file = out.join("faults.jsonl");
         if file.exists() {
-            return Err(Failure::Usage(format!("{}: is there already", file.display())));
+            return Err(Failure::Usage(format!("{}: exists already; allowed: a directory without it", file.display())));
         }
         fs::create_dir_all(out).map_err(|error| Failure::file(out, error))?;
         Ok(file)
@@ -124,32 +130,70 @@ fn ratio(law: &CaseLaw, fault: &Fault, seed: u64, index: usize) -> Option<f64> {
     verdict_on(law, &case, Some(fault)).ratio()
 }
 
-fn text(catches: &[Catch]) -> String {
-    let mut table = table(&["law", "fault", "caught\nafter", "ratio", "smallest", "time", "visible on"], 2..6);
+/// What is asked.
+const MEANING: &str = "\
+A check that cannot fail proves nothing. Each law is run with faults planted in what it judges, one at a time; it must be \
+broken on one of the first 100 random systems. Ratio = defect / bound on that system: above 1 the fault is seen.";
+
+fn text(catches: &[Catch], sizes: bool, verdict: &str) -> String {
+    let mut columns = vec![
+        // One column, that may wrap between the two names: both may be long.
+        Column::text("law: fault"),
+        Column::number("caught\nafter"),
+        Column::number("ratio").rank(2),
+        Column::number("time\n[s]").rank(4),
+        Column::text("visible on").rank(3),
+    ];
+    if sizes {
+        columns.insert(3, Column::number("smallest\nsize").rank(1));
+    }
+    let mut table = Grid::new(&columns);
     for catch in catches {
-        table.add_row([
-            catch.law.to_owned(),
-            catch.fault.name.to_owned(),
+        let mut cells = vec![
+            format!("{}: {}", catch.law, catch.fault.name),
             catch.after.map_or("never".to_owned(), |cases| cases.to_string()),
             catch.ratio.map(|ratio| format!("{ratio:.1e}")).unwrap_or_default(),
-            catch.smallest.map(|k| format!("1e-{k}")).unwrap_or_default(),
-            seconds(catch.seconds),
+            seconds(catch.seconds).trim_end_matches(" s").to_owned(),
             catch.fault.visible_on.to_owned(),
-        ]);
+        ];
+        if sizes {
+            cells.insert(3, catch.smallest.map(|k| format!("1e-{k}")).unwrap_or_default());
+        }
+        table.row(cells);
     }
-    let missed = catches.iter().filter(|catch| catch.after.is_none()).count();
-    let outcome = match missed {
-        0 => format!("each caught within {CASES} cases"),
-        missed => format!("{missed} NOT caught within {CASES} cases"),
+    let smallest = if sizes {
+        "\nThe smallest size is the smallest part of the fault, a power of ten, that is still caught."
+    } else {
+        ""
     };
-    format!("{}\n\n{} faults: {outcome}\n", table.trim_fmt(), catches.len())
+    let (verdict, meaning) = (paragraph(verdict), paragraph(&format!("{MEANING}{smallest}")));
+    format!("{verdict}\n\n{meaning}\n\n{}\n\n{verdict}\n", table.text())
+}
+
+/// The first and the last line.
+fn verdict(catches: &[Catch], planted: usize) -> String {
+    let missed: Vec<String> = catches
+        .iter()
+        .filter(|catch| catch.after.is_none())
+        .map(|catch| format!("{} of {}", catch.fault.name, catch.law))
+        .collect();
+    let missed: Vec<&str> = missed.iter().map(String::as_str).collect();
+    let (count, laws) = (catches.len(), catches.iter().map(|catch| catch.law).collect::<BTreeSet<_>>().len());
+    let of = format!("{} in {}", summary::count(count, "fault"), summary::count(laws, "law"));
+    let ended = if count < planted { format!("INTERRUPTED after {count} of {planted}: ") } else { String::new() };
+    match missed.len() {
+        _ if count == 0 => format!("{ended}NO VERDICT: no fault was planted"),
+        0 => format!("{ended}ALL CAUGHT: {of}, each within {CASES} cases"),
+        n => format!("{ended}NOT CAUGHT within {CASES} cases: {n} of {of}: {}", some(&missed)),
+    }
 }
 
 fn object(catch: &Catch) -> serde_json::Value {
-    json!({
+    let object = json!({
         "law": catch.law,
         "fault": catch.fault.name,
         "caught_after": catch.after,
         "smallest_size": catch.smallest.map(|k| 10f64.powi(-(k as i32))),
-    })
+    });
+    schema::object("verify-faults/1", object)
 }

@@ -6,7 +6,9 @@ mod plot;
 mod run;
 mod states;
 
-use super::{Failure, printed};
+use super::interrupt::Interrupt;
+use super::table::paragraph;
+use super::{Failure, complain, print};
 use clap::builder::PossibleValuesParser;
 use columns::Columns;
 use ensemble::Task;
@@ -21,26 +23,29 @@ use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 
 const COLUMNS: &str = "\
-Columns: t; mu_1 ... momentum; eta_1 ... velocity; energy; work, the integral of <f, eta> by the method's own quadrature;
-balance = energy - initial energy - work; casimir_1 ... (those known for the algebra); g_11 ... the attitude by rows
-(none where the algebra has no group); residual (largest) and iterations (sum) of the steps since the last row.
+Columns: t; mu_1 ... momentum; eta_1 ... velocity; energy; work, the integral of <f, eta> by the method's own quadrature; \
+balance = energy - initial energy - work; casimir_1 ... (those known for the algebra); g_11 ... the attitude by rows (none where \
+the algebra has no group); residual (largest) and iterations (sum) of the steps since the last row.
 
-A step that fails (a fold, a stage outside the retraction's domain) ends the run with exit code 1; the rows up to the last
-state that was reached are written. A file that is refused: exit code 2, with the line and what is allowed there.
+Exit codes: 0 success; 1 a step failed (a fold, a stage outside the retraction's domain): the rows up to the last state that was \
+reached are kept; 2 bad usage, a bad file (with its line, and what is allowed there), or output that cannot be written; 130 \
+interrupted (Ctrl-C or SIGTERM): the rows so far are kept, as whole lines.
 
-With --ensemble: STATES.csv has a header and one row a member, with the columns mu_1 ... (all); t; g_11 ... (all or none);
-inertia_1 ... (where the system's inertia is diagonal) and force_1_alpha, force_2_coefficient, ... (the coefficients of the
-terms of the force that are one number: alpha, beta, coefficient, frequency, phase). What has no column is the system file's.
-Other columns that `integrate` writes are ignored, so that the result of one run is the start of another. Numbers as in the
-system file: 0.25, 1/3, sqrt(2). The whole file is checked before the run.
-Final states, a row a member in the order of input: member; t; mu_1 ...; eta_1 ...; energy; casimir_1 ...; g_11 ...; residual
-(largest) and iterations (sum) of all steps, empty where members share registers (so3 with a quadratic Lagrangian, f64, at most
-8 stages, no periodic force; see --general); status: ok, or why the member stopped. A member that fails keeps its last state,
-the others go on, and the exit code is 1.
---statistics, a row a time (every N steps, the first and the last): elapsed, since the start of each member; members, those
-that have not failed; _mean, _std (divided by the number of members), _min and _max of mu_1 ..., energy, casimir_1 ...;
-g_departure_max, by how much an attitude violates the equations of its group (rotations: |g'g - 1|).
-Ctrl-C writes what is done (exit code 130). The result is the same, byte for byte, for any number of jobs.";
+With --ensemble: STATES.csv has a header and one row a member, with the columns mu_1 ... (all); t; g_11 ... (all or none); \
+inertia_1 ... (where the system's inertia is diagonal) and force_1_alpha, force_2_coefficient, ... (the coefficients of force \
+terms that are one number: alpha, beta, coefficient, frequency, phase). A value without a column is that of the system file. \
+Other columns that `integrate` writes are ignored, so that the result of one run is the start of another. Numbers are written as \
+in the system file: 0.25, 1/3, sqrt(2). The whole file is checked before the run.
+
+Final states, a row a member in the order of input: member; t; mu_1 ...; eta_1 ...; energy; casimir_1 ...; g_11 ...; residual \
+(largest) and iterations (sum) of all steps, empty for members that are integrated side by side in vector registers (so3 with a \
+quadratic Lagrangian, f64, at most 8 stages, no periodic force; see --general); status: ok, or why the member stopped. A member \
+that fails keeps its last state, the others go on, and the exit code is 1.
+
+--statistics writes a row a time (every N steps, the first and the last): elapsed, since the start of each member; members, those \
+that have not failed; _mean, _std (divided by the number of members), _min and _max of mu_1 ..., energy, casimir_1 ...; \
+g_departure_max, by how much an attitude violates the equations of its group (rotations: |g'g - 1|). The result is the same, byte \
+for byte, for any number of jobs.";
 
 /// Options of `integrate`. What is given here replaces what the file says.
 #[derive(clap::Args)]
@@ -73,7 +78,7 @@ pub struct Arguments {
     /// Mean, spread and range over the members at every output time, in place of their final states
     #[arg(long, requires = "ensemble")]
     statistics: bool,
-    /// The general engine also where members could share registers: slower, but it reports residual and iterations
+    /// Do not integrate members side by side in vector registers: slower, but residual and iterations are reported (f64 only)
     #[arg(long, requires = "ensemble")]
     general: bool,
     /// How many threads; default: one per core
@@ -83,7 +88,7 @@ pub struct Arguments {
 
 pub fn run(arguments: Arguments) -> Result<ExitCode, Failure> {
     let Some(path) = arguments.system.as_deref() else {
-        return printed(io::stdout().write_all(example().as_bytes())).map(|()| ExitCode::SUCCESS);
+        return print(example()).map(|()| ExitCode::SUCCESS);
     };
     let mut file = SystemFile::parse(&read(path)?).map_err(|refused| Failure::file(name(path), refused))?;
     if let Some(steps) = arguments.steps {
@@ -113,6 +118,11 @@ pub fn run(arguments: Arguments) -> Result<ExitCode, Failure> {
 fn many(file: &SystemFile, path: &Path, states: &Path, arguments: &Arguments) -> Result<ExitCode, Failure> {
     if arguments.every.is_some() && !arguments.statistics {
         return Err(Failure::Usage("--every with --ensemble is for --statistics: final states have no times".into()));
+    }
+    if arguments.general && file.scalar == ScalarName::Dd {
+        return Err(Failure::Usage(
+            "--general has no effect in 32 digits: there every member is on the general engine".into(),
+        ));
     }
     let out = arguments.out.as_deref().filter(|out| *out != Path::new("-"));
     distinct(&[Some(path), Some(states), out])?;
@@ -172,10 +182,11 @@ fn integrate<T: Compiled>(
         File::create(svg).map_err(|error| Failure::file(svg, error))?;
     }
     let shown = io::stderr().is_terminal() && (csv.is_some() || !io::stdout().is_terminal());
-    let mut recorder = Recorder::new(BufWriter::with_capacity(1 << 16, out), svg.is_some(), shown);
+    let out = BufWriter::with_capacity(1 << 16, out);
+    let mut recorder = Recorder::new(out, svg.is_some(), shown, Interrupt::catch()?);
     recorder.header(&Columns::new(&file.case));
     let ended = file.case.trajectory(plan, &mut recorder).map_err(|refused| Failure::file(path, refused))?;
-    let rows = recorder.rows();
+    let (rows, interrupted) = (recorder.rows(), recorder.interrupted());
     let trace = recorder.finish().or_else(|error| match (csv, error.kind()) {
         (Some(csv), _) => Err(Failure::file(csv, error)),
         (None, io::ErrorKind::BrokenPipe) => Ok(None),
@@ -184,15 +195,19 @@ fn integrate<T: Compiled>(
     if let (Some(svg), Some(trace)) = (svg, &trace) {
         plot::draw(trace, svg).map_err(|reason| Failure::file(svg, reason))?;
     }
+    let place = csv.map_or("on standard output".into(), |csv| format!("in {}", csv.display()));
+    let kept = if rows == 1 { "row".into() } else { format!("{rows} rows") };
+    if let (Some((done, total)), Ended::Whole { .. }) = (interrupted, &ended) {
+        complain(&format!("INTERRUPTED after {done} of {total} steps; kept {place}: the {kept} up to there"));
+        return Ok(Interrupt::exit_code());
+    }
     match ended {
         Ended::Failed { reason } => {
-            let place = csv.map_or("on standard output".into(), |csv| format!("in {}", csv.display()));
-            let rows = if rows == 1 { "row".into() } else { format!("{rows} rows") };
-            Err(Failure::Computation(format!("{reason}\nkept {place}: the {rows} up to there")))
+            Err(Failure::Computation(format!("{reason}\nkept {place}: the {kept} up to there")))
         }
         Ended::Whole { totals } => {
             if let Some(csv) = csv {
-                printed(writeln!(io::stdout(), "{}: {rows} rows; {}", csv.display(), summary(&totals)))?;
+                print(&format!("{}\n", paragraph(&format!("{}: {rows} rows; {}", csv.display(), summary(&totals)))))?;
             }
             Ok(ExitCode::SUCCESS)
         }

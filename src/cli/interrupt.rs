@@ -24,7 +24,7 @@ impl Interrupt {
             // In this sequence: the first signal finds nothing set and sets it, the second ends the process.
             flag::register_conditional_shutdown(signal, i32::from(CODE), Arc::clone(&set))
                 .and_then(|_| flag::register(signal, Arc::clone(&set)))
-                .map_err(|error| Failure::Computation(format!("cannot catch signal {signal}: {error}")))?;
+                .map_err(|error| Failure::System(format!("cannot catch signal {signal}: {error}")))?;
         }
         Ok(Self(set))
     }

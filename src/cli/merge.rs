@@ -1,5 +1,6 @@
 //! `merge`: the shards of a campaign, put together.
 
+use super::table::paragraph;
 use super::{Failure, print};
 use euler_poincare::harness::store;
 use std::path::PathBuf;
@@ -11,7 +12,7 @@ pub struct Arguments {
     /// The directories of all shards, in any order
     #[arg(required = true, value_name = "DIR")]
     shards: Vec<PathBuf>,
-    /// Where the whole goes: a directory without a campaign
+    /// Where the whole goes: a directory without a campaign, and none of the shards
     #[arg(long, value_name = "DIR")]
     out: PathBuf,
 }
@@ -25,7 +26,8 @@ pub fn run(arguments: Arguments) -> Result<ExitCode, Failure> {
         text += &format!("BROKEN {law}: {count} cases\n");
     }
     for (law, index) in &merged.unshrunk {
-        text += &format!("no shrunk case of {law} (case {index}): `verify --resume` on the whole makes it\n");
+        let line = format!("no shrunk case of {law} (case {index}): `verify --resume` on the whole makes it");
+        text += &(paragraph(&line) + "\n");
     }
     print(&format!("{text}results in {}\n", arguments.out.display()))?;
     Ok(ExitCode::SUCCESS)

@@ -27,7 +27,7 @@ mod version;
 use clap::{Parser, Subcommand, ValueEnum};
 use euler_poincare::harness::store::StoreError;
 use std::fmt::Display;
-use std::io::{self, Write};
+use std::io::{self, IsTerminal, Write};
 use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 
@@ -35,7 +35,7 @@ use std::process::ExitCode;
 ///
 /// Without a sub-command: `verify`.
 #[derive(Parser)]
-#[command(version = version::VERSION, args_conflicts_with_subcommands = true, after_help = EXIT_CODES)]
+#[command(version = version::VERSION, args_conflicts_with_subcommands = true, after_help = EXIT_CODES, term_width = table::prose_width())]
 pub struct CommandLine {
     #[command(subcommand)]
     command: Option<Command>,
@@ -45,11 +45,11 @@ pub struct CommandLine {
 
 const EXIT_CODES: &str = "\
 Exit codes:
-  0  success
-  1  a law is broken, an order is refuted, or a computation came to no result
-  2  bad usage or a bad file
-  3  replay, order, probe: no verdict
-  130  verify: interrupted; what was learnt so far is printed";
+  0    success: nothing is broken, the order is confirmed
+  1    a law is broken, an order is refuted, a step of an integration failed
+  2    bad usage, a bad file, or output that cannot be written
+  3    no verdict: nothing was judged, or what was judged could not be decided
+  130  interrupted (Ctrl-C or SIGTERM); what there is so far is kept or printed";
 
 #[derive(Subcommand)]
 enum Command {
@@ -94,7 +94,7 @@ impl CommandLine {
             Command::Man(arguments) => man::run(arguments),
         };
         result.unwrap_or_else(|failure| {
-            eprintln!("error: {failure}");
+            complain(&format!("error: {failure}"));
             failure.exit_code()
         })
     }
@@ -120,8 +120,11 @@ pub enum Failure {
     /// A computation that came to no result.
     #[error("{0}")]
     Computation(String),
+    /// What the operating system refused: threads, signals.
+    #[error("{0}")]
+    System(String),
     /// Standard output failed (a closed pipe is no failure, see [`printed`]).
-    #[error("standard output: {0}")]
+    #[error("cannot write to standard output: {0}")]
     Output(io::Error),
 }
 
@@ -133,8 +136,10 @@ impl Failure {
 
     fn exit_code(&self) -> ExitCode {
         match self {
-            Self::Usage(_) | Self::File { .. } | Self::Store(_) => ExitCode::from(2),
-            Self::Computation(_) | Self::Output(_) => ExitCode::from(1),
+            Self::Usage(_) | Self::File { .. } | Self::Store(_) | Self::System(_) | Self::Output(_) => {
+                ExitCode::from(2)
+            }
+            Self::Computation(_) => ExitCode::from(1),
         }
     }
 }
@@ -142,10 +147,34 @@ impl Failure {
 /// How results are printed.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
 pub enum Format {
-    /// Tables, at most 100 columns wide.
+    /// Tables, as wide as the terminal (100 columns where the output is no terminal).
     Text,
     /// One JSON object per line.
     Json,
+}
+
+/// Runs the command of this process's arguments. Help that cannot be written is an error, as any other output.
+pub fn main() -> ExitCode {
+    match CommandLine::try_parse() {
+        Ok(line) => line.run(),
+        Err(answer) => match printed(answer.print()) {
+            Ok(()) => ExitCode::from(u8::try_from(answer.exit_code()).unwrap_or(2)),
+            Err(failure) => {
+                eprintln!("error: {failure}");
+                failure.exit_code()
+            }
+        },
+    }
+}
+
+/// Writes a message to standard error; on a terminal it is wrapped, but for the lines of a file that it shows.
+pub fn complain(message: &str) {
+    let shown = |line: &str| line.split_once(" | ").is_some_and(|(number, _)| number.parse::<usize>().is_ok());
+    if !io::stderr().is_terminal() || message.lines().any(shown) {
+        eprintln!("{message}");
+    } else {
+        eprintln!("{}", table::paragraph(message));
+    }
 }
 
 /// Writes `text` to standard output.

@@ -1,7 +1,8 @@
 //! `paper`: the table of errors and the figures of Martín de Diego and Sato Martín de Almagro 2019, §5.3.
 
 use super::progress::Bar;
-use super::{Failure, figures, print, table};
+use super::table::{Column, Table};
+use super::{Failure, figures, print};
 use euler_poincare::experiments::{Method, Problem, Reference, Row, errors, expected};
 use std::path::{Path, PathBuf};
 use std::process::ExitCode;
@@ -73,7 +74,14 @@ fn write_rows<W: std::io::Write>(writer: &mut csv::Writer<W>, rows: &[Row]) -> c
 
 /// The momentum errors in 32 digits, each with the ratio to the expected one.
 fn summary(rows: &[Row], out: &Path) -> String {
-    let mut table = table::table(&["problem", "method", "1/h", "|M - M(1)|", "expected", "ratio"], 2..6);
+    let mut table = Table::new(&[
+        Column::name("problem"),
+        Column::name("method"),
+        Column::number("1/h"),
+        Column::number("|M - M(1)|"),
+        Column::number("expected"),
+        Column::number("ratio"),
+    ]);
     let (mut agree, mut count) = (0, 0);
     for column in &expected::TABLE {
         for level in 0..=errors::FINEST {
@@ -89,12 +97,13 @@ fn summary(rows: &[Row], out: &Path) -> String {
             }
             let wanted = if found.is_some() && wanted.is_none() { String::new() } else { text(wanted) };
             let (problem, method) = (column.problem.name().into(), column.method.to_string());
-            table.add_row([problem, method, (1u32 << level).to_string(), text(found), wanted, ratio]);
+            table.row([problem, method, (1u32 << level).to_string(), text(found), wanted, ratio]);
         }
     }
     format!(
-        "{table}\n\n{agree} of {count} expected errors reproduced to the three digits shown.\n\
+        "{}\n\n{agree} of {count} expected errors reproduced to the three digits shown.\n\
          {} rows in {}; figures 5.1 to 5.5 beside it.\n",
+        table.text(),
         rows.len(),
         out.join("errors.csv").display()
     )

@@ -1,13 +1,15 @@
 //! `probe`: the laws of methods on a stepper that is another program.
 
+use super::failure::system;
 use super::progress::Bar;
-use super::table::{entries, table};
-use super::{Failure, Format, print};
+use super::summary::some;
+use super::table::{Column, Table, data, entries, paragraph};
+use super::{Failure, Format, print, schema};
 use euler_poincare::algebra::Entry;
 use euler_poincare::foreign::{Broken, Drawn, Foreign, LawReport, Limits, Probe, Record, Report};
 use euler_poincare::harness::{Cost, Verdict};
 use euler_poincare::laws::method::{Claims, LAWS, MethodLaw, check_case, named};
-use euler_poincare::laws::replay::{indented, verdict_rows};
+use euler_poincare::laws::replay::verdict_rows;
 use euler_poincare::system::{Case, Cases, cases};
 use serde_json::json;
 use std::fmt::Write;
@@ -208,25 +210,32 @@ fn write(record: &Record) -> Result<PathBuf, String> {
 
 type Saved = Option<Result<PathBuf, String>>;
 
-const HEADER: [&str; 10] = [
-    "law",
-    "cases",
-    "held",
-    "broken",
-    "incon-\nclusive",
-    "not\nappl.",
-    "worst\ndefect",
-    "its\nbound",
-    "least\norder",
-    "median\norder",
+const COLUMNS: [Column; 10] = [
+    Column::name("law"),
+    Column::number("cases"),
+    Column::number("held"),
+    Column::number("broken"),
+    Column::number("incon-\nclusive"),
+    Column::number("not\nappl.").rank(2),
+    Column::number("worst\ndefect").rank(1),
+    Column::number("its\nbound").rank(1),
+    Column::number("least\norder"),
+    Column::number("median\norder").rank(3),
 ];
 
+/// What is asked.
+const MEANING: &str = "\
+The stepper is asked for steps of random systems. The laws measure how its errors shrink with the step, what it conserves, and \
+how it treats symmetries. A law is broken where a defect exceeds its bound: rounding, in units of u = 1.1e-16, or a difference of \
+slopes of log error against log step.";
+
 fn text(report: &Report, saved: &[Saved], claims: &Claims) -> String {
-    let mut table = table(&HEADER, 1..HEADER.len());
+    let mut table = Table::new(&COLUMNS);
     for law in &report.laws {
-        table.add_row(row(law));
+        table.row(row(law));
     }
-    let mut text = format!("{}\n", table.trim_fmt());
+    let verdict = paragraph(&verdict(report));
+    let mut text = format!("{verdict}\n\n{}\n\n{}\n", paragraph(MEANING), table.text());
     for (title, of) in [
         ("Inconclusive", (|law| &law.inconclusive) as fn(&LawReport) -> &std::collections::BTreeMap<String, usize>),
         ("Not applicable", |law| &law.not_applicable),
@@ -248,18 +257,24 @@ fn text(report: &Report, saved: &[Saved], claims: &Claims) -> String {
     if report.given_up {
         let _ = write!(text, "\nThe stepper failed {} times and was not started again.\n", report.failures);
     }
-    let broken = report.laws.iter().filter(|law| !law.broken.is_empty()).count();
-    let outcome = match (broken, report.holds_anywhere()) {
-        (0, true) => "nothing broken".into(),
-        (0, false) => "no verdict".into(),
-        (1, _) => "1 law broken".into(),
-        (n, _) => format!("{n} laws broken"),
-    };
-    let _ = write!(text, "\n{} on {} cases: {outcome}\n", count(report.laws.len()), asked(report));
-    if claims.order.is_none() && broken == 0 && report.holds_anywhere() {
-        text += "No order was claimed: every law asked for order 1 at least. Claim the one you see with --order.\n";
+    if claims.order.is_none() && !report.is_broken() && report.holds_anywhere() {
+        let claim =
+            "No order was claimed: each law asked for order 1 or more. If you know the order, claim it with --order P.";
+        let _ = write!(text, "\n{}\n", paragraph(claim));
     }
+    let _ = write!(text, "\n{verdict}\n");
     text
+}
+
+/// The first and the last line.
+fn verdict(report: &Report) -> String {
+    let broken: Vec<_> = report.laws.iter().filter(|law| !law.broken.is_empty()).map(|law| law.law.name).collect();
+    let outcome = match broken.is_empty() {
+        false => format!("BROKEN ({})", some(&broken)),
+        true if report.holds_anywhere() => "NOTHING BROKEN".into(),
+        true => "NO VERDICT".into(),
+    };
+    format!("{outcome}: {} on {} cases", count(report.laws.len()), asked(report))
 }
 
 fn count(laws: usize) -> String {
@@ -309,14 +324,14 @@ fn failure(law: &LawReport, broken: &Broken, saved: &Result<PathBuf, String>) ->
         (false, checks) => format!("shrunk by {checks} checks"),
     };
     let _ = write!(text, "{}\n\n  case {}, {how}\n", entries(2, rows), broken.index);
-    let _ = writeln!(text, "{}", indented(&indented(&broken.case.to_string())));
+    let _ = writeln!(text, "{}", system(4, &broken.case));
     for exchange in &broken.exchanges {
-        // One line each, whole: to be copied.
-        let _ = write!(text, "\n  request\n{}\n  answer\n{}\n", exchange.request, exchange.answer);
+        let (request, answer) = (data(&exchange.request), data(&exchange.answer));
+        let _ = write!(text, "\n  request\n{request}\n  answer\n{answer}\n");
     }
     if let Some((mu, g)) = &broken.solution {
         let solution = if g.is_empty() { json!({ "mu": mu }) } else { json!({ "mu": mu, "g": g }) };
-        let _ = write!(text, "  the solution of the equations there\n{solution}\n");
+        let _ = write!(text, "  the solution of the equations there\n{}\n", data(&solution.to_string()));
     }
     let _ = match saved {
         Ok(path) => {
@@ -360,7 +375,7 @@ fn json(report: &Report, saved: &[Saved]) -> String {
                 }),
             );
         }
-        let _ = writeln!(text, "{line}");
+        let _ = writeln!(text, "{}", schema::object("probe/1", line));
     }
     text
 }
@@ -383,7 +398,7 @@ pub fn replay(path: &Path, command: &[String], timeout: Option<f64>) -> Result<E
     ];
     rows.extend(verdict_rows(&outcome.verdict));
     rows.push(("case", format!("from case {} of seed {}", record.index, record.seed)));
-    print(&format!("{}\n{}\n", entries(0, rows), indented(&record.case.to_string())))?;
+    print(&format!("{}\n{}\n", entries(0, rows), system(2, &record.case)))?;
     Ok(match outcome.verdict {
         Verdict::Holds { .. } => ExitCode::SUCCESS,
         Verdict::Broken { .. } => ExitCode::from(1),

@@ -9,7 +9,7 @@ use std::fs;
 
 /// The manifest of a campaign of this program: its version, and the SHA-256 of its file.
 pub fn manifest<C>(seed: u64, cases: Option<usize>, laws: &[&dyn Law<C>]) -> Result<Manifest, Failure> {
-    let unknown = |error| Failure::Computation(format!("cannot read this program's own file: {error}"));
+    let unknown = |error| Failure::System(format!("cannot read this program's own file: {error}"));
     let bytes = env::current_exe().and_then(fs::read).map_err(unknown)?;
     let hash: String = Sha256::digest(bytes).iter().map(|byte| format!("{byte:02x}")).collect();
     Ok(Manifest::new(env!("CARGO_PKG_VERSION"), &hash, seed, cases, laws))

@@ -122,7 +122,11 @@ impl Counts {
             }
             if !acknowledged && self.interrupt.as_ref().is_some_and(Interrupt::is_set) {
                 acknowledged = true;
-                self.bar.suspend(|| eprintln!("interrupted: the checks under way are finished; again to end at once"));
+                self.bar.suspend(|| {
+                    eprintln!(
+                        "interrupted: the checks under way are finished first; Ctrl-C again ends the process at once"
+                    )
+                });
             }
             if !shown && self.start.elapsed() >= QUIET {
                 shown = true;

@@ -1,6 +1,7 @@
 //! `replay FILE`: a saved case under its law.
 
 use super::failure::text;
+use super::table::paragraph;
 use super::{Failure, print};
 use euler_poincare::harness::Verdict;
 use euler_poincare::harness::evidence::Wanted;
@@ -17,7 +18,7 @@ const SHRINK_CHECKS: usize = 2000;
 /// Options of `replay`.
 #[derive(clap::Args)]
 pub struct Arguments {
-    /// A file that `verify` saved
+    /// A file that `verify` saved (those of `probe`: `probe --replay FILE`)
     file: PathBuf,
     /// Look for a simpler case on which the law is still broken, and save it next to FILE
     #[arg(long)]
@@ -47,7 +48,8 @@ pub fn run(arguments: Arguments) -> Result<ExitCode, Failure> {
             // Saved before it is printed, so that a closed pipe loses nothing.
             let saved = save(path, &smaller.replay)?;
             let steps = format!("simpler in {} steps, found with {} checks; saved in", found.steps, found.checks);
-            print(&format!("{}\n{steps} {}\n", text(&smaller, Some(&saved)), saved.display()))?;
+            let steps = paragraph(&format!("{steps} {}", saved.display()));
+            print(&format!("{}\n{steps}\n", text(&smaller, Some(&saved))))?;
         }
     } else {
         print(&format!("{}\nthe law is not broken on this case: nothing to shrink\n", text(&replayed, Some(path))))?;
@@ -62,7 +64,7 @@ pub fn run(arguments: Arguments) -> Result<ExitCode, Failure> {
 /// Writes the record next to `path`, under a name that is not taken.
 fn save(path: &Path, replay: &Replay) -> Result<PathBuf, Failure> {
     let stem = path.file_stem().map(|stem| stem.to_string_lossy().into_owned()).unwrap_or_default();
-    let json = replay.to_json().map_err(|error| Failure::Computation(error.to_string()))? + "\n";
+    let json = replay.to_json().map_err(|error| Failure::System(error.to_string()))? + "\n";
     let mut k = 1;
     loop {
         let name = if k == 1 { format!("{stem}-smaller.json") } else { format!("{stem}-smaller-{k}.json") };

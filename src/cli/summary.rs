@@ -1,59 +1,168 @@
 //! What a campaign found, for people.
 
+use super::failure::Replays;
+use super::interrupt::Interrupt;
 use super::rates;
-use super::table::{entries, seconds, table};
+use super::table::{Column, Table, entries, paragraph, seconds};
 use super::verify::Subject;
-use euler_poincare::harness::{Line, Report, Summary};
+use euler_poincare::harness::{Ending, Line, Report, Summary};
+use euler_poincare::laws::replay::REGRESSIONS;
 use euler_poincare::system::Case;
 use std::collections::BTreeMap;
 use std::fmt;
+use std::process::ExitCode;
 
-const HEADER: [&str; 11] = [
-    "law",
-    "cases",
-    "held",
-    "broken",
-    "incon-\nclus.",
-    "not\nappl.",
-    "worst\ndefect",
-    "its\nbound",
-    "ratio",
-    "time\n[s]",
-    "cases\n/s",
+const COLUMNS: [Column; 11] = [
+    Column::name("law"),
+    Column::number("cases"),
+    Column::number("held"),
+    Column::number("broken"),
+    Column::number("incon-\nclusive"),
+    Column::number("not\nappl.").rank(1),
+    Column::number("worst\nratio"),
+    Column::number("its\ndefect").rank(2),
+    Column::number("its\nbound").rank(3),
+    Column::number("time\n[s]").rank(4),
+    Column::number("cases\n/s").rank(5),
 ];
+
+/// What the words and the numbers of the table mean.
+const MEANING: &str = "\
+A law is a statement that must hold for every system: an identity, an order of convergence, a conserved quantity. Each law was \
+checked on random systems (algebra, inertia, forces, method, initial state, step), one a case.
+The defect is the distance from what the law says; the bound is the largest defect that rounding or theory explains. Ratio = \
+defect / bound: above 1 the law is broken. The unit of both is u, the unit round-off of the arithmetic (1.1e-16 in 16 digits), \
+for identities, and a difference of slopes for orders of convergence.
+`euler-poincare laws` states each law and its bound; `verify --out DIR`, then `euler-poincare report DIR` makes a page.";
 
 /// A report, with how it was run.
 pub struct Campaign<'a> {
     pub report: &'a Report<Case>,
     pub threads: usize,
     pub seconds: f64,
+    /// The saved cases that were replayed before.
+    pub kept: &'a Replays,
+    /// Laws that were asked for by their whole name.
+    pub asked: &'a [&'static str],
+    /// How it ended, and where its results are: whole lines.
+    pub end: &'a str,
+    /// What there is to say of each broken law: whole lines.
+    pub broken: &'a str,
+}
+
+/// What a campaign shows, in the sequence of what counts first.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+enum Outcome {
+    Interrupted,
+    Broken,
+    /// Nothing was judged, or nothing of a law that was asked for by name.
+    NoVerdict,
+    Sound,
+}
+
+impl Campaign<'_> {
+    fn outcome(&self) -> Outcome {
+        let report = self.report;
+        if report.ending == Ending::Interrupted {
+            Outcome::Interrupted
+        } else if !report.holds() || self.kept.failing > 0 {
+            Outcome::Broken
+        } else if report.laws.iter().all(|law| law.worst.is_none()) || !self.unanswered().is_empty() {
+            Outcome::NoVerdict
+        } else {
+            Outcome::Sound
+        }
+    }
+
+    /// The exit code of the command.
+    pub fn exit_code(&self) -> ExitCode {
+        match self.outcome() {
+            Outcome::Interrupted => Interrupt::exit_code(),
+            Outcome::Broken => ExitCode::from(1),
+            Outcome::NoVerdict => ExitCode::from(3),
+            Outcome::Sound => ExitCode::SUCCESS,
+        }
+    }
+
+    /// Whether the command ends with code 3.
+    pub fn is_undecided(&self) -> bool {
+        self.outcome() == Outcome::NoVerdict
+    }
+
+    /// Laws that were asked for by name, and of which no case was judged.
+    fn unanswered(&self) -> Vec<&'static str> {
+        let judged = |name: &str| self.report.laws.iter().any(|law| law.law == name && law.worst.is_some());
+        self.asked.iter().copied().filter(|name| !judged(name)).collect()
+    }
+
+    /// One line, the first and the last of the text.
+    pub fn verdict(&self) -> String {
+        let broken: Vec<_> = self.report.laws.iter().filter(|law| !law.broken.is_empty()).map(|law| law.law).collect();
+        let laws = count(self.report.laws.len(), "law");
+        let mut found = Vec::new();
+        if !broken.is_empty() {
+            found.push(format!("BROKEN: {} of {laws} ({})", broken.len(), some(&broken)));
+        }
+        if self.kept.failing > 0 {
+            found.push(format!(
+                "BROKEN: {} of {} in {REGRESSIONS}",
+                self.kept.failing,
+                count(self.kept.all, "saved case")
+            ));
+        }
+        if found.is_empty() {
+            let unanswered = self.unanswered();
+            found.push(match self.report.laws.iter().any(|law| law.worst.is_some()) {
+                false => format!("NO VERDICT: not one case of {laws} was judged"),
+                true if !unanswered.is_empty() => {
+                    format!("NO VERDICT: not one case was judged of {}", some(&unanswered))
+                }
+                true => format!("NOTHING BROKEN: {laws} checked"),
+            });
+        }
+        if self.outcome() == Outcome::Interrupted {
+            found.insert(0, "INTERRUPTED".into());
+        }
+        let line = total(self.report);
+        let undecided = percent(line.inconclusive, line.cases);
+        format!(
+            "{}; {}, seed {}, {undecided:.2} % inconclusive",
+            found.join("; "),
+            count(line.cases, "case"),
+            self.report.seed
+        )
+    }
+}
+
+/// The first few of these names.
+pub fn some(names: &[&str]) -> String {
+    const MOST: usize = 3;
+    match names.len() {
+        n if n > MOST => format!("{} and {} more", names[..MOST].join(", "), n - MOST),
+        _ => names.join(", "),
+    }
 }
 
 impl fmt::Display for Campaign<'_> {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        writeln!(f, "{}\n", laws(self.report))?;
+        let verdict = paragraph(&self.verdict());
+        writeln!(f, "{verdict}\n\n{}\n\n{}\n", paragraph(MEANING), laws(self.report))?;
         let judged: usize = self.report.laws.iter().map(admitted).sum();
-        writeln!(f, "Coverage: % of the {judged} cases that admit their law\n{}\n", coverage(self.report, judged))?;
-        reasons(f, "Inconclusive", self.report, |law| &law.inconclusive)?;
-        reasons(f, "Not applicable", self.report, |law| &law.not_applicable)?;
-        let line = total(self.report);
-        let unjudged: Vec<_> = self.report.laws.iter().filter(|law| law.worst.is_none()).map(|law| law.law).collect();
-        if !unjudged.is_empty() {
-            writeln!(f, "Without a verdict on any case: {}\n", unjudged.join(", "))?;
-        }
-        let broken = self.report.laws.iter().filter(|law| !law.broken.is_empty()).count();
-        let outcome =
-            if broken == 0 { "nothing broken".to_owned() } else { format!("{} broken", count(broken, "law")) };
-        let threads = count(self.threads, "thread");
         writeln!(
             f,
-            "{}, {}, seed {}, {threads}, {}: {outcome}, {:.2} % inconclusive",
-            count(self.report.laws.len(), "law"),
-            count(line.cases, "case"),
-            self.report.seed,
-            seconds(self.seconds),
-            percent(line.inconclusive, line.cases),
-        )
+            "Coverage: % of the {judged} cases to which their law applies\n{}\n",
+            coverage(self.report, judged)
+        )?;
+        reasons(f, "Inconclusive", self.report, |law| &law.inconclusive)?;
+        reasons(f, "Not applicable", self.report, |law| &law.not_applicable)?;
+        let unjudged: Vec<_> = self.report.laws.iter().filter(|law| law.worst.is_none()).map(|law| law.law).collect();
+        if !unjudged.is_empty() {
+            writeln!(f, "{}\n", paragraph(&format!("Without a verdict on any case: {}", unjudged.join(", "))))?;
+        }
+        f.write_str(&self.kept.told)?;
+        f.write_str(self.broken)?;
+        let (threads, time) = (count(self.threads, "thread"), seconds(self.seconds));
+        writeln!(f, "{}{threads}, {time}\n{verdict}", self.end)
     }
 }
 
@@ -62,7 +171,7 @@ fn percent(part: usize, whole: usize) -> f64 {
 }
 
 /// `1 law`, `2 laws`.
-fn count(number: usize, noun: &str) -> String {
+pub fn count(number: usize, noun: &str) -> String {
     format!("{number} {noun}{}", if number == 1 { "" } else { "s" })
 }
 
@@ -96,14 +205,14 @@ fn total(report: &Report<Case>) -> Line {
 }
 
 fn laws(report: &Report<Case>) -> String {
-    let mut table = table(&HEADER, 1..HEADER.len());
+    let mut table = Table::new(&COLUMNS);
     for law in &report.laws {
-        table.add_row(row(&law.line(), law.worst.map(|worst| worst.ratio())));
+        table.row(row(&law.line(), law.worst.map(|worst| worst.ratio())));
     }
     if report.laws.len() > 1 {
-        table.add_row(row(&total(report), None));
+        table.row(row(&total(report), None));
     }
-    table.trim_fmt()
+    table.text()
 }
 
 fn row(line: &Line, ratio: Option<f64>) -> Vec<String> {
@@ -115,9 +224,9 @@ fn row(line: &Line, ratio: Option<f64>) -> Vec<String> {
         line.broken.to_string(),
         line.inconclusive.to_string(),
         line.not_applicable.to_string(),
+        number(ratio),
         number(line.max_defect),
         number(line.bound),
-        number(ratio),
         seconds(line.seconds).trim_end_matches(" s").to_owned(),
         rates::rate(line).map(rates::text).unwrap_or_default(),
     ]
@@ -165,8 +274,9 @@ pub fn broken(subject: &Subject, summary: &Summary<Case>) -> String {
     rows.extend(subject.fault.map(|fault| ("planted", format!("{}: {}", fault.name, fault.what))));
     if !summary.irreproducible.is_empty() {
         let indices: Vec<_> = summary.irreproducible.iter().map(ToString::to_string).collect();
-        rows.push(("not again", format!("case {} held when checked a second time", indices.join(", "))));
+        rows.push(("differs", format!("case {} held when checked a second time", indices.join(", "))));
     }
     let (count, cases) = (summary.broken.len(), summary.cases);
-    format!("BROKEN {}: {count} of {cases} cases ({})\n{}\n", law.name, indices.join(", "), entries(2, rows))
+    let heading = format!("BROKEN {}: {count} of {cases} cases ({})", law.name, indices.join(", "));
+    format!("{}\n{}\n", paragraph(&heading), entries(2, rows))
 }

@@ -1,15 +1,15 @@
 //! `verify`: the laws on random systems.
 
 use super::interrupt::Interrupt;
-use super::laws::select;
+use super::laws::{exact, select};
 use super::progress::Bar;
-use super::{Failure, Format, failure, faults, print, program, rates, summary};
+use super::{Failure, Format, complain, failure, faults, print, program, rates, schema, summary};
 use euler_poincare::harness::store::{Manifest, Store, StoreError};
 use euler_poincare::harness::{
     BoxedStrategy, Campaign, Cost, Done, Ending, Fault, Halt, Law, Recorded, Report, Shard, Summary, Verdict,
 };
 use euler_poincare::laws::CaseLaw;
-use euler_poincare::laws::replay::{REGRESSIONS, save};
+use euler_poincare::laws::replay::{REGRESSIONS, file_name, save};
 use euler_poincare::system::{Case, Replay, labels};
 use std::collections::BTreeSet;
 use std::path::{Path, PathBuf};
@@ -58,7 +58,7 @@ pub struct Arguments {
     resume: bool,
     /// Also write cases per second of each law, on a thread, to this file, and name the laws that were 1.5 times as fast
     /// in the file before; for machines that do nothing else
-    #[arg(long, value_name = "FILE.csv", conflicts_with = "faults")]
+    #[arg(long, value_name = "FILE.csv", conflicts_with_all = ["faults", "plant"])]
     rates: Option<PathBuf>,
     /// Instead of the campaign: plant each fault of the selected laws; each must be caught within 100 cases
     #[arg(long)]
@@ -83,7 +83,7 @@ fn minutes(text: &str) -> Result<Duration, String> {
 pub fn run(arguments: Arguments) -> Result<ExitCode, Failure> {
     let laws = select(arguments.laws.as_deref())?;
     let pool = rayon::ThreadPoolBuilder::new().num_threads(arguments.jobs.map_or(0, usize::from)).build();
-    let pool = pool.map_err(|error| Failure::Computation(format!("cannot start the threads: {error}")))?;
+    let pool = pool.map_err(|error| Failure::System(format!("cannot start the threads: {error}")))?;
     let interrupt = Interrupt::catch()?;
     if arguments.faults {
         let Arguments { seed, sizes, format, out, .. } = arguments;
@@ -91,8 +91,7 @@ pub fn run(arguments: Arguments) -> Result<ExitCode, Failure> {
         return pool.install(|| table.run(&laws, &interrupt));
     }
     let subjects = subjects(laws, arguments.plant.as_deref())?;
-    let regressions = || failure::regressions(arguments.format, |law| subjects.iter().any(|s| s.law.name == law));
-    let kept = pool.install(regressions)?;
+    let kept = pool.install(|| failure::regressions(|law| subjects.iter().any(|s| s.law.name == law)))?;
     let cases = match (arguments.cases, arguments.minutes) {
         (None, None) => Some(CASES),
         (cases, _) => cases.map(|cases| cases as usize),
@@ -110,22 +109,27 @@ pub fn run(arguments: Arguments) -> Result<ExitCode, Failure> {
     };
     let broken = saved(&subjects, &report, &place)?;
     let slower = arguments.rates.as_deref().map_or(Ok(String::new()), |path| rates::keep(path, &report))?;
-    let end = plan.end(&report, store.as_ref()) + &slower;
+    let campaign = summary::Campaign {
+        report: &report,
+        threads: pool.current_num_threads(),
+        seconds,
+        kept: &kept,
+        asked: &exact(arguments.laws.as_deref()),
+        end: &(slower + &plan.end(&report, store.as_ref())),
+        broken: &broken.concat(),
+    };
     match arguments.format {
-        Format::Text => {
-            let campaign = summary::Campaign { report: &report, threads: pool.current_num_threads(), seconds };
-            print(&format!("{campaign}{end}{}", broken.concat()))?;
-        }
+        Format::Text => print(&campaign.to_string())?,
         Format::Json => {
             print(&json(&report)?)?;
-            eprint!("{end}{}", broken.concat());
+            let passed = if kept.failing == 0 { "" } else { &kept.told };
+            eprint!("{passed}{}{}", campaign.end, campaign.broken);
+            if campaign.is_undecided() {
+                complain(&campaign.verdict());
+            }
         }
     }
-    Ok(match report.ending {
-        Ending::Interrupted => Interrupt::exit_code(),
-        _ if report.holds() && kept => ExitCode::SUCCESS,
-        _ => ExitCode::from(1),
-    })
+    Ok(campaign.exit_code())
 }
 
 /// What is to be run, and when it ends.
@@ -303,9 +307,10 @@ pub fn weight(cost: Cost) -> u64 {
 }
 
 fn json(report: &Report<Case>) -> Result<String, Failure> {
-    let lines: Result<Vec<_>, _> = report.laws.iter().map(|law| serde_json::to_string(&law.line())).collect();
-    let lines = lines.map_err(|error| Failure::Computation(error.to_string()))?;
-    Ok(lines.join("\n") + "\n")
+    let object =
+        |law: &Summary<Case>| Ok(format!("{}\n", schema::object("verify/1", serde_json::to_value(law.line())?)));
+    let lines: Result<String, serde_json::Error> = report.laws.iter().map(object).collect();
+    lines.map_err(|error| Failure::System(error.to_string()))
 }
 
 /// Where shrunk cases go.
@@ -377,7 +382,7 @@ fn write(replay: &Replay, place: &Place) -> Result<PathBuf, String> {
         }
         Place::Here => {
             let directory = Path::new(if regressions { REGRESSIONS } else { "" });
-            save(directory, replay).map_err(|error| failed(directory, error))
+            save(directory, replay).map_err(|error| failed(&directory.join(file_name(replay)), error))
         }
     }
 }

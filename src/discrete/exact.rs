@@ -25,7 +25,9 @@ pub enum ExactError {
         source: VelocityError,
     },
     /// The collocation equations did not contract to round-off.
-    #[error("the collocation equations over {step:e} did not converge: change {change:e} after {sweeps} sweeps")]
+    #[error(
+        "the collocation equations over {step:e} did not converge: change {change:e} after {sweeps} fixed-point iterations"
+    )]
     NotConverged {
         /// The step.
         step: f64,

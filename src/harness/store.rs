@@ -266,7 +266,7 @@ impl Store {
                 return Err(damaged(format!("the campaign has no law \"{law}\"")));
             };
             if self.manifest.laws[position].cases.is_some_and(|cases| index >= cases) || !shard.owns(index) {
-                return Err(damaged(format!("case {index} of {law} is none of this campaign")));
+                return Err(damaged(format!("case {index} of {law} does not belong to this campaign")));
             }
             if !done[position].insert(index) {
                 return Err(damaged(format!("case {index} of {law} for the second time")));
@@ -354,7 +354,7 @@ fn each_line(path: &Path, mut each: impl FnMut(usize, &[u8]) -> Result<(), Store
         }
         line += 1;
         let Some(text) = text.strip_suffix(b"\n") else {
-            let reason = "it does not end: a run was killed there, --resume goes on".to_owned();
+            let reason = "it does not end, because a run was killed there; --resume goes on".to_owned();
             return Err(StoreError::Damaged { path: path.to_owned(), line, reason });
         };
         each(line, text)?;

@@ -83,6 +83,11 @@ pub struct Report<T> {
     pub residual: T,
 }
 
+/// What left a domain: a stage (counted from 1), or the increment.
+fn part(stage: &Option<usize>) -> String {
+    stage.map_or("the increment of the step".into(), |stage| format!("stage {}", stage + 1))
+}
+
 /// Why a step was refused. The state is left as it was.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
 #[non_exhaustive]
@@ -112,11 +117,11 @@ pub enum StepError {
         iterations: usize,
     },
     /// A stage or the increment left the domain of the retraction.
-    #[error("stage {stage:?} left the domain of the retraction at h = {step}: {source}")]
+    #[error("{} left the domain of the retraction at h = {step}: {source}", part(.stage))]
     Domain {
         /// The step asked for.
         step: f64,
-        /// The stage (from 0), or none for the increment ξ.
+        /// The stage (from 0; the message counts from 1), or none for the increment ξ.
         stage: Option<usize>,
         /// What the retraction said.
         source: RetractionError,

@@ -161,7 +161,7 @@ pub(super) fn symmetric<T: Real, const N: usize>(matrix: &Matrix<T, N>) -> Resul
     for a in 0..N {
         for b in 0..N {
             if !matrix[(a, b)].all_finite() {
-                return Err(format!("entry ({a}, {b}) is not finite (indices from 0)"));
+                return Err(format!("entry ({}, {}) is not finite", a + 1, b + 1));
             }
         }
     }
@@ -170,10 +170,8 @@ pub(super) fn symmetric<T: Real, const N: usize>(matrix: &Matrix<T, N>) -> Resul
         for b in 0..a {
             let defect = matrix[(a, b)] - matrix[(b, a)];
             if defect.abs() > allowed {
-                return Err(format!(
-                    "entries ({a}, {b}) and ({b}, {a}) differ by {:e} (indices from 0)",
-                    defect.to_f64()
-                ));
+                let (a, b) = (a + 1, b + 1);
+                return Err(format!("entries ({a}, {b}) and ({b}, {a}) differ by {:e}", defect.to_f64()));
             }
         }
     }

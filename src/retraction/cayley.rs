@@ -10,11 +10,12 @@ use std::sync::Arc;
 /// The group does not admit the Cayley map: a symmetrised triple product leaves the algebra.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
 #[error(
-    "the Cayley map does not apply to this group: (e_{a} e_{b} e_{c} + e_{c} e_{b} e_{a})/2 is off the algebra by {defect:e} (indices from 0)"
+    "the Cayley map does not apply to this group: (e_{0} e_{1} e_{2} + e_{2} e_{1} e_{0})/2 is off the algebra by {defect:e}",
+    .a + 1, .b + 1, .c + 1
 )]
 #[non_exhaustive]
 pub struct NotQuadratic {
-    /// First and last factor.
+    /// First and last factor (from 0; the message counts from 1).
     pub a: usize,
     /// Middle factor.
     pub b: usize,

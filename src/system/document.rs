@@ -7,7 +7,7 @@ use super::case::{
     Algebra, Case, Constant, Drag, Force, Inertia, Lagrangian, MAX_DIMENSION, Method, Motion, Start, Structure, Tau,
 };
 use super::error::{CaseError, Place, Problem};
-use crate::algebra::catalogue::{Entry, UnknownName};
+use crate::algebra::catalogue::{Entry, NAMES, UnknownName};
 use crate::scalar::Number;
 use crate::tableau::{Description, Entries};
 use serde::de::{IntoDeserializer, SeqAccess, Visitor};
@@ -268,7 +268,9 @@ impl AlgebraTable {
             return Ok(Algebra { structure, basis: None });
         }
         if self.given.is_some() {
-            return Err(place.key("given").error(excess("with `dimension`, and with nothing else")));
+            return Err(place.key("given").error(excess(
+                "it marks the record of a failure on types of a crate of its own, and stands there with `dimension` alone",
+            )));
         }
         let structure = match (self.name, self.dimension, self.constants) {
             (Some(name), None, None) => Structure::Named(entry(&name, &place.key("name"))?),
@@ -295,7 +297,12 @@ impl AlgebraTable {
 }
 
 fn entry(name: &str, place: &Place) -> Result<Entry, CaseError> {
-    let entry: Entry = name.parse().map_err(|e: UnknownName| place.error(Problem::Part(e.to_string())))?;
+    let entry: Entry = name.parse().map_err(|UnknownName { name }: UnknownName| {
+        place.error(Problem::Part(format!(
+            "unknown algebra {name:?}; allowed: r1 to r{MAX_DIMENSION}, {NAMES}, and products of these with `+`, as in so3+r2, \
+             of dimension {MAX_DIMENSION} at most"
+        )))
+    })?;
     dimension_allowed(entry.dimension() as i64, place)?;
     Ok(entry)
 }

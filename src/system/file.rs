@@ -109,7 +109,8 @@ impl FileError {
     }
 
     fn syntax(text: &str, error: &toml::de::Error) -> Self {
-        let mut message = error.message().replace('\n', "; ");
+        // `given` is a key and a kind of records that the laws write, not of files that people do.
+        let mut message = error.message().replace('\n', "; ").replace(", `given`", "");
         if let Some(hint) = missing_field(&message).and_then(hint) {
             message = format!("{message}; allowed: {hint}");
         }

@@ -19,8 +19,8 @@ pub fn snippet(replay: &Replay) -> String {
     let (planted, fault, passed, imported) = match &replay.fault {
         None => (String::new(), String::new(), "None", ""),
         Some(name) => (
-            format!(", with the fault {name} planted in what it judges"),
-            format!("    let fault = law.fault({name:?}).ok_or(\"the law knows no such fault\")?;\n"),
+            format!(",\n// with the fault {name} planted in what it judges"),
+            format!("    let fault = law.fault({name:?}).ok_or(\"no such fault\")?;\n"),
             "Some(fault)",
             "Law, ",
         ),
@@ -32,9 +32,12 @@ pub fn snippet(replay: &Replay) -> String {
     };
     let hashes = "#".repeat(longest_hashes(&case) + 1);
     format!(
-        r#"// The law {law} on one system{planted}: prints the verdict.
-// The system is case {index} of seed {seed}, shrunk. In Cargo.toml:
-//     euler-poincare = {{ version = "{version}", default-features = false, features = ["harness"] }}
+        r#"// The law {law} on one system{planted}.
+// Prints the verdict. The system is case {index} of seed {seed}, shrunk. In Cargo.toml:
+//     [dependencies.euler-poincare]
+//     version = "{version}"
+//     default-features = false
+//     features = ["harness"]
 
 use euler_poincare::harness::{{{imported}Verdict, verdict_on}};
 use euler_poincare::laws;

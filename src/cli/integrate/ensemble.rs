@@ -4,7 +4,8 @@ use super::columns::{Columns, print};
 use super::run::PATIENCE;
 use super::states::{Members, States};
 use crate::cli::interrupt::Interrupt;
-use crate::cli::{Failure, printed};
+use crate::cli::table::paragraph;
+use crate::cli::{Failure, complain, printed};
 use euler_poincare::system::ensemble::{Batch, Ensemble, Moments, Origin, Sample, Statistics};
 use euler_poincare::system::{Compiled, SystemFile};
 use indicatif::{ProgressBar, ProgressStyle};
@@ -50,7 +51,7 @@ impl Task<'_> {
             )));
         }
         let pool = rayon::ThreadPoolBuilder::new().num_threads(self.jobs.map_or(0, usize::from)).build();
-        let pool = pool.map_err(|error| Failure::Computation(format!("cannot start the threads: {error}")))?;
+        let pool = pool.map_err(|error| Failure::System(format!("cannot start the threads: {error}")))?;
         let total = pool.install(|| states.check::<T>(&ensemble))?;
         let interrupt = Interrupt::catch()?;
         let out: Box<dyn Write + Send> = match self.out {
@@ -96,10 +97,10 @@ impl Task<'_> {
             let seconds = time.as_secs_f64();
             let rate = *steps as f64 / seconds.max(1e-9);
             let text = format!("{}: {}, {steps} steps, {rate:.1e} a second", out.display(), count(*members));
-            printed(writeln!(io::stdout(), "{text}"))?;
+            crate::cli::print(&format!("{}\n", paragraph(&text)))?;
         }
         if *interrupted {
-            eprintln!("interrupted: {} of {total} done", count(*members));
+            complain(&format!("INTERRUPTED after {} of {total}: their rows are kept", count(*members)));
             return Ok(Interrupt::exit_code());
         }
         match first {

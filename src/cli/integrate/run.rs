@@ -2,6 +2,7 @@
 
 use super::columns::{Columns, print};
 use super::plot::Trace;
+use crate::cli::interrupt::Interrupt;
 use euler_poincare::scalar::Real;
 use euler_poincare::system::trajectory::{Observer, Row, Totals};
 use indicatif::{ProgressBar, ProgressStyle};
@@ -23,11 +24,15 @@ pub struct Recorder {
     started: Instant,
     shows_progress: bool,
     bar: Option<ProgressBar>,
+    interrupt: Interrupt,
+    /// The step before which the run was interrupted, and how many there are.
+    stopped: Option<(u64, u64)>,
 }
 
 impl Recorder {
-    /// A recorder of rows to `out`, that keeps a trace for a figure, and shows progress on stderr, if asked to.
-    pub fn new(out: BufWriter<Box<dyn Write>>, wants_trace: bool, shows_progress: bool) -> Self {
+    /// A recorder of rows to `out`, that keeps a trace for a figure, and shows progress on stderr, if asked to; an interrupt ends
+    /// the run after the step under way.
+    pub fn new(out: BufWriter<Box<dyn Write>>, wants_trace: bool, shows_progress: bool, interrupt: Interrupt) -> Self {
         Self {
             out,
             line: String::new(),
@@ -38,7 +43,14 @@ impl Recorder {
             started: Instant::now(),
             shows_progress,
             bar: None,
+            interrupt,
+            stopped: None,
         }
+    }
+
+    /// Steps done, of how many, where the run was interrupted before its end.
+    pub fn interrupted(&self) -> Option<(u64, u64)> {
+        self.stopped
     }
 
     /// Rows written.
@@ -105,7 +117,14 @@ impl<T: Real> Observer<T> for Recorder {
 
     fn step(&mut self, done: u64, total: u64) -> ControlFlow<()> {
         self.progress(done, total);
-        if self.failure.is_some() { ControlFlow::Break(()) } else { ControlFlow::Continue(()) }
+        if self.interrupt.is_set() && done < total {
+            self.stopped = Some((done, total));
+        }
+        if self.failure.is_some() || self.stopped.is_some() {
+            ControlFlow::Break(())
+        } else {
+            ControlFlow::Continue(())
+        }
     }
 }
 

@@ -96,7 +96,7 @@ impl States {
         let mut found = Vec::new();
         for (k, name) in header.iter().enumerate() {
             if header.iter().take(k).any(|other| other == name) {
-                return Err(refused(format!("the column {name:?} is there twice")));
+                return Err(refused(format!("the column {name:?} appears twice")));
             }
             let at = |names: &[String]| names.iter().position(|other| other == name);
             found.push(if name == "t" {

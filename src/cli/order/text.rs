@@ -1,6 +1,7 @@
 //! What `order` prints.
 
-use super::super::table::{entries, table};
+use super::super::schema;
+use super::super::table::{Column, Table, entries, paragraph};
 use super::{Outcome, word};
 use euler_poincare::harness::Verdict;
 use euler_poincare::harness::convergence::{Estimate, Kind};
@@ -8,12 +9,18 @@ use euler_poincare::study::Findings;
 use euler_poincare::tableau::analysis::Findings as Orders;
 use euler_poincare::tableau::failing::Failing;
 use serde_json::{Value, json};
+use std::collections::BTreeSet;
 
 /// Failing conditions that are printed; the JSON has all that were found.
 const SHOWN: usize = 6;
 
 /// The first and the last rows of a long table that are printed; the JSON has all.
 const ROWS: (usize, usize) = (4, 10);
+
+/// What is compared.
+const MEANING: &str = "\
+A method has order p if its errors shrink as the p-th power of the step h. The order is computed from the coefficients of the \
+tableau, and measured: errors are relative, and the slope is that of log error against log h.";
 
 /// The three numbers, what is behind them, the table of errors.
 pub fn text(outcome: &Outcome) -> String {
@@ -29,9 +36,9 @@ pub fn text(outcome: &Outcome) -> String {
     rows.push(("classical", format!("{}  ({how}){}", orders.classical, exactly(outcome, |o| &o.classical))));
     rows.push(("variational", format!("{}  ({how}){}", orders.variational, exactly(outcome, |o| &o.variational))));
     rows.push(("empirical", empirical(outcome)));
-    rows.push(("verdict", verdict(outcome)));
     rows.push(("assumed", assumptions(outcome)));
-    let mut text = entries(0, rows) + "\n";
+    let verdict = entries(0, [("verdict", verdict(outcome))]);
+    let mut text = format!("{verdict}\n\n{}\n\n{}\n", paragraph(MEANING), entries(0, rows));
     let mut notes: Vec<String> = analysis.notes();
     notes.extend(outcome.notes.iter().cloned());
     notes.extend(outcome.judged.explanation.clone());
@@ -59,7 +66,7 @@ pub fn text(outcome: &Outcome) -> String {
         outcome.digits.number(),
         errors(&trial.horizon)
     );
-    text += &format!("\nErrors after two steps (slopes less one)\n{}\n", errors(&trial.descent));
+    text += &format!("\nErrors after two steps (slopes less one)\n{}\n\n{verdict}\n", errors(&trial.descent));
     text
 }
 
@@ -142,23 +149,28 @@ fn conditions(name: &str, failing: &Failing) -> String {
 /// One row for each level: steps, h, and the error of each quantity with the local slope; `~` marks noise, `·` levels before the
 /// window.
 fn errors(findings: &Findings) -> String {
-    let mut header = vec!["steps".to_owned(), "h".to_owned()];
-    for quantity in findings.quantities() {
-        header.extend([quantity.clone(), "slope".into()]);
+    let mut columns = vec![Column::number("steps"), Column::number("h")];
+    for (at, quantity) in findings.quantities().iter().enumerate() {
+        // The first quantities decide; the others are there where there is room.
+        let rank = u8::try_from(at).unwrap_or(u8::MAX);
+        columns.extend([Column::number("").titled(quantity).rank(rank), Column::number("slope").rank(rank)]);
     }
-    let header: Vec<&str> = header.iter().map(String::as_str).collect();
-    let mut table = table(&header, 0..header.len());
+    let mut table = Table::new(&columns);
     let marks: Vec<Vec<Option<Kind>>> = (0..findings.quantities().len()).map(|q| findings.kinds(q)).collect();
     let mut last = None::<&euler_poincare::study::Row>;
+    let mut refused = BTreeSet::new();
     let count = findings.rows().len();
     for (index, row) in findings.rows().iter().enumerate() {
         let hidden = count > ROWS.0 + ROWS.1 + 1 && (ROWS.0..count - ROWS.1).contains(&index);
         if hidden && index == ROWS.0 {
-            table.add_row(["…".to_owned(), format!("{} levels", count - ROWS.0 - ROWS.1)]);
+            table.row(["…".to_owned(), format!("{} levels", count - ROWS.0 - ROWS.1)]);
         }
         let mut cells = vec![row.steps.to_string(), format!("{:.3e}", row.h)];
         match &row.readings {
-            Err(error) => cells.push(format!("{error}").chars().take(60).collect()),
+            Err(error) => {
+                cells.push("none".into());
+                refused.insert(error.to_string());
+            }
             Ok(readings) => {
                 for (quantity, reading) in readings.iter().enumerate() {
                     let mark = match marks[quantity][index] {
@@ -177,7 +189,7 @@ fn errors(findings: &Findings) -> String {
             }
         }
         if !hidden {
-            table.add_row(cells);
+            table.row(cells);
         }
     }
     let mut legend = Vec::new();
@@ -188,7 +200,8 @@ fn errors(findings: &Findings) -> String {
         legend.push("· not on the line (yet)");
     }
     let legend = if legend.is_empty() { String::new() } else { format!("\n{}", legend.join(", ")) };
-    table.trim_fmt() + &legend
+    let refused: String = refused.iter().map(|why| format!("\n{}", paragraph(&format!("none: {why}")))).collect();
+    table.text() + &legend + &refused
 }
 
 /// One object.
@@ -211,7 +224,7 @@ pub fn json(outcome: &Outcome) -> Value {
     notes.extend(outcome.notes.iter().cloned());
     notes.extend(outcome.judged.explanation.clone());
     let failing = orders.failing_variational.as_ref().map_or(json!([]), |failing| json!(failing.conditions));
-    json!({
+    let object = json!({
         "tableau": outcome.tableau,
         "declared": outcome.declared,
         "declared_holds": outcome.declared_holds(),
@@ -237,7 +250,8 @@ pub fn json(outcome: &Outcome) -> Value {
         "system": outcome.system,
         "horizon": outcome.horizon,
         "levels": { "horizon": levels(&trial.horizon), "descent": levels(&trial.descent) },
-    })
+    });
+    schema::object("order/1", object)
 }
 
 fn levels(findings: &Findings) -> Value {

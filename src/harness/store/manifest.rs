@@ -76,7 +76,7 @@ impl Manifest {
             return Err(damaged(1, format!("shard: there is no shard {index}/{count}")));
         }
         if manifest.positions().len() < manifest.laws.len() {
-            return Err(damaged(1, "laws: one is there twice".into()));
+            return Err(damaged(1, "laws: one appears twice".into()));
         }
         Ok(manifest)
     }

@@ -33,8 +33,12 @@ pub struct Merged {
 pub fn merge(parts: &[PathBuf], out: &Path) -> Result<Merged, StoreError> {
     for (at, path) in parts.iter().enumerate() {
         if parts[..at].iter().any(|other| same(path, other)) {
-            return Err(StoreError::Shards { reason: format!("{}: is given twice", path.display()) });
+            return Err(StoreError::Shards { reason: format!("{}: is named twice", path.display()) });
         }
+    }
+    if parts.iter().any(|path| same(path, out)) {
+        let reason = format!("{}: is one of the shards; the whole needs a directory of its own", out.display());
+        return Err(StoreError::Shards { reason });
     }
     let stores: Vec<Store> = parts.iter().map(|path| Store::open(path)).collect::<Result<_, _>>()?;
     let manifest = whole(&stores)?;

@@ -26,7 +26,7 @@ pub const OTHER_RETRACTION: Fault =
 /// contraction that is taken to be 2³⁰ times as strong as it is.
 pub const STOPPED: Fault = Fault::new(
     "stopped-early",
-    "the sweeps end where the residual is 2³⁰ times as large as it may be",
+    "the fixed-point iteration ends where the residual is 2³⁰ times as large as it may be",
     "methods that are not explicit",
 );
 

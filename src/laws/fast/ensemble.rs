@@ -43,7 +43,7 @@ pub(super) static LAWS: &[CaseLaw] = &[
         name: "fast-ensemble",
         statement: "each body of an ensemble goes where it goes alone",
         source: "Martín de Diego and Sato Martín de Almagro 2019, §5.2, on a product of groups without interaction",
-        oracle: "the fast step of each body alone, which extrapolates and sweeps in another way",
+        oracle: "the fast step of each body alone, which extrapolates and iterates in another way",
         bound: BOUND,
         cost: Cost::Cheap,
         faults: &[NEIGHBOUR, THREADS, STOPPED, TERM_MISSING, OTHER_RETRACTION, COEFFICIENT],

@@ -1,0 +1,244 @@
+//! What the commands print on a terminal of 80, 100 and 160 columns: every line fits, and every number is whole.
+
+use super::{FAULT, LAW, code, directory, replay_file, run, stdout};
+use rustix::pty::{OpenptFlags, grantpt, openpt, ptsname, unlockpt};
+use rustix::termios::{Winsize, tcsetwinsize};
+use serde_json::Value;
+use std::collections::BTreeSet;
+use std::fs::{self, File, OpenOptions};
+use std::io::Read;
+use std::os::unix::ffi::OsStrExt;
+use std::os::unix::fs::OpenOptionsExt;
+use std::path::{Path, PathBuf};
+use std::process::{Command, Stdio};
+use unicode_width::UnicodeWidthStr;
+
+const WIDTHS: [u16; 3] = [80, 100, 160];
+
+/// Wide enough for everything that is not prose.
+const WIDE: u16 = 400;
+
+/// The exit code of the command, and what it writes on a terminal of so many columns: without colours.
+fn on_a_terminal(columns: u16, here: &Path, arguments: &[&str]) -> (i32, String) {
+    let flags = OpenptFlags::RDWR | OpenptFlags::NOCTTY;
+    let master = openpt(flags).unwrap();
+    grantpt(&master).unwrap();
+    unlockpt(&master).unwrap();
+    let name = ptsname(&master, Vec::new()).unwrap();
+    let path = PathBuf::from(std::ffi::OsStr::from_bytes(name.to_bytes()));
+    let mut options = OpenOptions::new();
+    let terminal = options.read(true).write(true).custom_flags(flags.bits() as i32 & !2).open(path).unwrap();
+    tcsetwinsize(&terminal, Winsize { ws_row: 50, ws_col: columns, ws_xpixel: 0, ws_ypixel: 0 }).unwrap();
+    let mut command = Command::new(env!("CARGO_BIN_EXE_euler-poincare"));
+    command.args(arguments).current_dir(here).env_remove("COLUMNS").env("TERM", "xterm");
+    command.stdin(Stdio::null()).stdout(terminal.try_clone().unwrap()).stderr(terminal);
+    let mut child = command.spawn().unwrap();
+    // The command holds the terminal too: without it, reading ends with the child.
+    drop(command);
+    let mut bytes = Vec::new();
+    let mut buffer = [0; 4096];
+    let mut file = File::from(master);
+    // The end is an error on Linux, and no bytes elsewhere.
+    while let Ok(count @ 1..) = file.read(&mut buffer) {
+        bytes.extend_from_slice(&buffer[..count]);
+    }
+    let code = child.wait().unwrap().code().unwrap();
+    (code, plain(&String::from_utf8(bytes).unwrap()))
+}
+
+/// Without colours and carriage returns.
+fn plain(text: &str) -> String {
+    let mut out = String::new();
+    let mut rest = text.chars();
+    while let Some(c) = rest.next() {
+        match c {
+            '\u{1b}' => drop(rest.by_ref().find(|c| c.is_ascii_alphabetic())),
+            '\r' => {}
+            c => out.push(c),
+        }
+    }
+    out
+}
+
+fn assert_fits(columns: u16, arguments: &[&str], text: &str) {
+    let wide = text.lines().find(|line| line.width() > usize::from(columns));
+    assert!(wide.is_none(), "{arguments:?} on {columns} columns: {} is\n{}", wide.unwrap().width(), wide.unwrap());
+    assert!(!text.trim().is_empty(), "{arguments:?}");
+}
+
+/// The words that are digits, points, signs and exponents.
+fn numbers(text: &str) -> impl Iterator<Item = &str> {
+    let words = text.split(|c: char| c.is_whitespace() || "[](){},;:".contains(c));
+    let digits = |word: &&str| word.chars().all(|c| c.is_ascii_digit() || "+-.e".contains(c));
+    words
+        .filter(digits)
+        .map(|word| word.trim_end_matches('.'))
+        .filter(|word| word.contains(|c: char| c.is_ascii_digit()))
+}
+
+/// Prints on terminals of all widths; every number of a narrow one is on the wide one too, but for those with a point and
+/// without an exponent, which may be times.
+fn assert_whole(here: &Path, arguments: &[&str], expected: i32) -> Vec<String> {
+    let (code, wide) = on_a_terminal(WIDE, here, arguments);
+    assert_eq!(code, expected, "{arguments:?}: {wide}");
+    let known: BTreeSet<&str> = numbers(&wide).collect();
+    let print = |columns: u16| {
+        let (code, text) = on_a_terminal(columns, here, arguments);
+        assert_eq!(code, expected, "{arguments:?}: {text}");
+        assert_fits(columns, arguments, &text);
+        for number in numbers(&text) {
+            assert!(number.parse::<f64>().is_ok(), "{arguments:?} on {columns} columns: {number} in\n{text}");
+            let time = number.contains('.') && !number.contains('e');
+            assert!(time || known.contains(number), "{arguments:?} on {columns} columns: {number} in\n{text}");
+        }
+        text
+    };
+    WIDTHS.map(print).into()
+}
+
+#[test]
+fn verify_prints_whole_numbers_and_the_verdict_first_and_last() {
+    let here = directory("terminal-verify");
+    let laws = "retraction-adjoint,units-carry-forced-euler-poincare,forced-hamiltonian-partials";
+    let arguments = ["verify", "--laws", laws, "--cases", "20"];
+    let output = run(&here, &[&arguments[..], &["--format", "json"]].concat());
+    let objects: Vec<Value> = stdout(&output).lines().map(|line| serde_json::from_str(line).unwrap()).collect();
+    assert_eq!(objects.len(), 3);
+    for columns in WIDTHS {
+        let (code, text) = on_a_terminal(columns, &here, &arguments);
+        assert_eq!(code, 0, "{text}");
+        assert_fits(columns, &arguments, &text);
+        let (first, last) = (text.lines().next().unwrap(), text.lines().last().unwrap());
+        assert!(first == last && first.starts_with("NOTHING BROKEN: 3 laws"), "{text}");
+        assert!(text.contains("euler-poincare laws") && text.contains("report DIR") && text.contains("round-off"));
+        for object in &objects {
+            let name = object["law"].as_str().unwrap();
+            let row = text.lines().find(|line| line.starts_with(&format!("{name} "))).unwrap();
+            let count = |key: &str| object[key].to_string();
+            let number = |key: &str| object[key].as_f64().unwrap();
+            let (defect, bound) = (number("max_defect"), number("bound"));
+            let mut cells = vec![name.to_owned()];
+            cells.extend(["cases", "held", "broken", "inconclusive", "not_applicable"].map(count));
+            cells.extend([defect / bound, defect, bound].map(|number| format!("{number:.1e}")));
+            let found: Vec<&str> = row.split_whitespace().collect();
+            // Times are of different widths: the column may fit, or not.
+            let shown = match columns {
+                80 => 7..=7,
+                100 => 9..=10,
+                _ => 11..=11,
+            };
+            assert!(shown.contains(&found.len()), "{text}");
+            for (found, expected) in found.iter().zip(&cells) {
+                assert_eq!(found, expected, "{text}");
+            }
+            assert!(found.iter().skip(9).all(|time| time.parse::<f64>().is_ok()), "{row}");
+        }
+        assert_eq!(text.contains("Columns not shown: "), columns < 160, "{text}");
+    }
+    // A broken law: its case, its numbers and its program fit too.
+    let arguments = ["verify", "--laws", LAW, "--cases", "20", "--plant", FAULT];
+    for columns in WIDTHS {
+        let (code, text) = on_a_terminal(columns, &here, &arguments);
+        assert_eq!(code, 1, "{text}");
+        assert_fits(columns, &arguments, &text);
+        let (first, last) = (text.lines().next().unwrap(), text.lines().last().unwrap());
+        assert!(first == last && first.starts_with(&format!("BROKEN: 1 of 1 law ({LAW})")), "{text}");
+    }
+}
+
+#[test]
+fn the_columns_of_the_environment_count_on_a_terminal_alone() {
+    let here = directory("terminal-environment");
+    let arguments = ["verify", "--laws", LAW, "--cases", "5"];
+    let output = super::command(&here, &arguments).env("COLUMNS", "80").output().unwrap();
+    let text = stdout(&output);
+    let widest = text.lines().map(UnicodeWidthStr::width).max().unwrap();
+    assert!((81..=100).contains(&widest), "100 columns where the output is no terminal: {widest}\n{text}");
+}
+
+#[test]
+fn faults_are_printed_whole() {
+    let here = directory("terminal-faults");
+    for more in [&[][..], &["--sizes"]] {
+        let laws = ["verify", "--faults", "--laws", "retraction-adjoint,forced-hamiltonian-partials"];
+        for text in assert_whole(&here, &[&laws[..], more].concat(), 0) {
+            let (first, last) = (text.lines().next().unwrap(), text.lines().last().unwrap());
+            assert!(first == last && first.starts_with("ALL CAUGHT: "), "{text}");
+            assert_eq!(text.contains("smallest"), !more.is_empty(), "{text}");
+        }
+    }
+}
+
+#[test]
+fn an_order_is_printed_whole() {
+    let here = directory("terminal-order");
+    let _ = assert_whole(&here, &["order", "--tableau", "rk4"], 0);
+}
+
+#[test]
+fn a_probe_is_printed_whole() {
+    if Command::new("python3").arg("--version").output().is_err() {
+        return;
+    }
+    let here = directory("terminal-probe");
+    let stepper = format!("{}/properties/steppers/rk4.py", env!("CARGO_MANIFEST_DIR"));
+    let arguments = ["probe", "--laws", "method-order", "--cases", "3", "--order", "4", "--", "python3", &stepper];
+    for columns in WIDTHS {
+        let (code, text) = on_a_terminal(columns, &here, &arguments);
+        assert!([0, 3].contains(&code), "{text}");
+        assert_fits(columns, &arguments, &text);
+    }
+}
+
+#[test]
+fn cases_lists_and_helps_fit() {
+    let here = directory("terminal-others");
+    for fault in [None, Some(FAULT)] {
+        replay_file(&here.join("case.json"), LAW, fault, "name = \"so3\"");
+        let _ = assert_whole(&here, &["replay", "case.json"], i32::from(fault.is_some()));
+    }
+    let _ = assert_whole(&here, &["laws"], 0);
+    let example = run(&here, &["integrate", "--example"]);
+    fs::write(here.join("system.toml"), stdout(&example)).unwrap();
+    let _ = assert_whole(&here, &["integrate", "system.toml", "--out", "t.csv"], 0);
+    fs::write(here.join("wrong.toml"), stdout(&example).replace("horizon = 1 ", "horizon = -1 ")).unwrap();
+    let _ = assert_whole(&here, &["integrate", "wrong.toml"], 2);
+    for shard in ["0/2", "1/2"] {
+        let out = format!("part{}", &shard[..1]);
+        let output = run(&here, &["verify", "--laws", LAW, "--cases", "10", "--shard", shard, "--out", &out]);
+        assert_eq!(code(&output), 0);
+    }
+    for columns in WIDTHS {
+        let whole = format!("whole{columns}");
+        for arguments in [
+            &["merge", "part0", "part1", "--out", &whole][..],
+            &["report", &whole],
+            &["integrate", "--example"],
+            &["--help"],
+            &["verify", "--help"],
+            &["merge", "--help"],
+            &["replay", "--help"],
+            &["report", "--help"],
+            &["laws", "--help"],
+            &["probe", "--help"],
+            &["order", "--help"],
+            &["paper", "--help"],
+            &["integrate", "--help"],
+        ] {
+            let (code, text) = on_a_terminal(columns, &here, arguments);
+            assert_eq!(code, 0, "{arguments:?}: {text}");
+            assert_fits(columns, arguments, &text);
+        }
+        for arguments in [
+            &["verify", "--laws", "no-such-law"][..],
+            &["verify", "--plant", "no-such-fault"],
+            &["verify", "--cases", "0"],
+            &["replay", "missing.json"],
+            &["merge", "part0", "--out", "nowhere"],
+        ] {
+            let (code, text) = on_a_terminal(columns, &here, arguments);
+            assert_eq!(code, 2, "{arguments:?}: {text}");
+            assert_fits(columns, arguments, &text);
+        }
+    }
+}
