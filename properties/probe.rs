@@ -329,7 +329,7 @@ fn the_system_that_breaks_is_shown_and_saved() {
     assert_eq!((&again["schema"], &again["verdict"]), (&"probe-replay/1".into(), &"broken".into()));
     assert_eq!(again["failure"]["varied"], false, "it is not a variation that breaks");
     let text = probe(&here, &["--replay", saved], &[]);
-    for part in ["claim", "order 3", "errors of the", "answer less solution", "double-bracket"] {
+    for part in ["claim", "order 3", "errors (", "answer less solution", "double-bracket"] {
         assert!(stdout(&text).contains(part), "{part}: {}", stdout(&text));
     }
 }
@@ -340,21 +340,23 @@ fn shrinking_is_limited_or_off() {
         return;
     }
     let here = directory("shrink");
-    let stepper = steppers("variational.py");
+    // Of order 0, whatever the system.
+    let wrong = changed(&here, "(k2, h / 3)", "(k2, h / 3.5)");
     let run = |options: &[&str]| {
-        let options = [&SMALL[..], &["--laws", "order", "--order", "2"], options].concat();
-        let output = probe(&here, &options, &["python3", &stepper, "frozen"]);
+        let drawn = ["--algebras", "so3", "--cases", "1", "--laws", "order", "--order", "4", "--format", "json"];
+        let output = probe(&here, &[&drawn, options].concat(), &["python3", &wrong]);
         assert_eq!(code(&output), 1, "{}{}", stdout(&output), stderr(&output));
         laws(&output)[0].1["failure"].clone()
     };
-    let (shrunk, limited, off) = (run(&[]), run(&["--shrink", "0.5"]), run(&["--shrink", "0"]));
+    let (shrunk, limited, off) = (run(&[]), run(&["--shrink", "0.001"]), run(&["--shrink", "0"]));
     let checks = |failure: &Value| failure["checks"].as_u64();
-    assert!(checks(&shrunk).is_some_and(|checks| checks > 0), "{shrunk}");
-    assert!(checks(&limited).is_some_and(|few| Some(few) < checks(&shrunk)), "{limited}");
+    assert!(checks(&shrunk).is_some_and(|checks| (1..=60).contains(&checks)), "{shrunk}");
+    assert!(checks(&limited).is_some_and(|few| few <= 1), "{limited}");
     assert_eq!(checks(&off), None);
     assert_ne!(off["case"], shrunk["case"]);
-    // The simpler case moves, and its answer is off the solution.
-    assert!(largest(&shrunk["exchange"]["difference"]) > 1e-8 * largest(&shrunk["exchange"]["solution"]), "{shrunk}");
+    // The simpler system moves, and the answer is off the solution.
+    let exchange = &shrunk["exchange"];
+    assert!(largest(&exchange["difference"]) > 1e-6 * largest(&exchange["solution"]), "{exchange}");
 }
 
 #[test]
@@ -556,7 +558,7 @@ fn bad_usage_is_two_and_says_what_is_allowed() {
     let here = directory("usage");
     fs::write(here.join("bad.json"), "{\"law\": 1}").unwrap();
     fs::write(here.join("bad.toml"), "format = 2").unwrap();
-    let cases: [(&[&str], &[&str], &str); 24] = [
+    let cases: [(&[&str], &[&str], &str); 23] = [
         (&[], &[], "after `--`"),
         (&[], &["no-such-program-anywhere"], "cannot be started"),
         (&["--laws", "no-such-law"], &["true"], "method-order"),
@@ -569,8 +571,7 @@ fn bad_usage_is_two_and_says_what_is_allowed() {
         (&["--conserves", "momentum"], &["true"], "casimirs"),
         (&["--system", ""], &["true"], "the name of a file is empty"),
         (&["--system", "."], &["true"], "is a directory"),
-        (&["--shrink", "-1"], &["true"], "unexpected argument"),
-        (&["--shrink=-1"], &["true"], "a number from 0"),
+        (&["--shrink", "-1"], &["true"], "a number from 0"),
         // What would have no effect.
         (&["--system", "bad.toml", "--random"], &["true"], "cannot be used with"),
         (&["--system", "bad.toml", "--cases", "20"], &["true"], "cannot be used with"),

@@ -78,7 +78,7 @@ pub struct Arguments {
     timeout: Option<f64>,
     /// Look for a simpler case for so long, for the first broken case of each law; 0: do not [default: 60 checks, 30 seconds at
     /// most]
-    #[arg(long, value_name = "SECONDS", value_parser = at_most_a_day)]
+    #[arg(long, value_name = "SECONDS", value_parser = at_most_a_day, allow_negative_numbers = true)]
     shrink: Option<f64>,
     /// Run a saved case again, with its own command unless another is given
     #[arg(long, value_name = "FILE")]
@@ -320,7 +320,7 @@ fn confirmed(claim: &ClaimReport) -> String {
     match (broken, confirmed) {
         (0, 0) => format!("NOT CONFIRMED: by {law} on 0 of {cases} cases{why}"),
         (0, _) if confirmed == cases => format!("confirmed: by {law} on {confirmed} of {cases} cases"),
-        (0, _) => format!("confirmed: by {law} on {confirmed} of {cases} cases; on the others mostly no verdict{why}"),
+        (0, _) => format!("confirmed: by {law} on {confirmed} of {cases} cases; undecided on the others{why}"),
         _ => format!("REFUTED: {law} is broken on {broken} of {cases} cases, and confirmed on {confirmed}"),
     }
 }

@@ -136,7 +136,7 @@ fn errors(slopes: &Slopes) -> String {
     if slopes.levels.iter().any(|level| level.mark == Mark::Coarse) {
         legend.push("· not used, the step is too large".into());
     }
-    format!("errors of the {}\n{}\n{}", slopes.quantity, table.trim_fmt(), legend.join("; "))
+    format!("errors ({})\n{}\n{}", slopes.quantity, table.trim_fmt(), legend.join("; "))
 }
 
 /// A case without its method, which is the stepper's.
