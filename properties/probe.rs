@@ -50,6 +50,12 @@ fn probe(here: &Path, options: &[&str], stepper: &[&str]) -> Output {
     command.current_dir(here).stdin(Stdio::null()).output().unwrap()
 }
 
+/// Another sub-command.
+fn command(here: &Path, arguments: &[&str]) -> Output {
+    let mut command = Command::new(env!("CARGO_BIN_EXE_euler-poincare"));
+    command.args(arguments).current_dir(here).stdin(Stdio::null()).output().unwrap()
+}
+
 fn code(output: &Output) -> i32 {
     output.status.code().unwrap()
 }
@@ -62,14 +68,23 @@ fn stderr(output: &Output) -> String {
     String::from_utf8(output.stderr.clone()).unwrap()
 }
 
+/// The objects of `--format json`: those of the laws, and the last one.
+fn objects(output: &Output) -> (Vec<Value>, Value) {
+    let mut lines: Vec<Value> = stdout(output).lines().map(|line| serde_json::from_str(line).unwrap()).collect();
+    let summary = lines.pop().unwrap_or_else(|| panic!("no output: {}", stderr(output)));
+    assert!(lines.iter().all(|line| line["schema"] == "probe/1"), "{}", stdout(output));
+    assert_eq!(summary["schema"], "probe-summary/1");
+    (lines, summary)
+}
+
 /// The lines of `--format json`, by law.
 fn laws(output: &Output) -> Vec<(String, Value)> {
-    let text = stdout(output);
-    let line = |line: &str| {
-        let value: Value = serde_json::from_str(line).unwrap();
-        (value["law"].as_str().unwrap().to_owned(), value)
-    };
-    text.lines().map(line).collect()
+    objects(output).0.into_iter().map(|line| (line["law"].as_str().unwrap().to_owned(), line)).collect()
+}
+
+/// The last line of `--format json`.
+fn summary(output: &Output) -> Value {
+    objects(output).1
 }
 
 fn broken(output: &Output) -> Vec<String> {
@@ -96,7 +111,10 @@ fn correct_steppers_hold() {
         assert_eq!(code(&output), 0, "{claims:?}: {}{}", stdout(&output), stderr(&output));
         for (law, line) in laws(&output) {
             assert!(line["held"].as_u64() > Some(0), "{law} {claims:?}: {line}");
+            assert_eq!(line["claim"].is_string(), line["confirmed"].as_u64() > Some(0), "{law} {claims:?}: {line}");
         }
+        let conclusion = if claims.is_empty() { "unbroken" } else { "confirmed" };
+        assert_eq!(summary(&output)["conclusion"], conclusion);
     }
     assert!(fs::read_dir(&here).unwrap().next().is_none(), "nothing is written where nothing breaks");
 }
@@ -168,27 +186,257 @@ fn a_broken_case_is_shown_with_everything_to_debug_it() {
         "after a left translation of g",
         "algebra ",
         "step ",
-        "{\"version\":1,",
-        "{\"mu\": [",
-        "the solution of the equations there\n{\"g\":[",
+        "request\n{\"version\":1,",
+        "answer\n{\"mu\": [",
+        "solution at the end of this step\n{\"mu\":[",
+        "answer less solution\n{\"mu\":[",
         "euler-poincare probe --replay probe-method-equivariance-seed1-case",
     ] {
         assert!(text.contains(part), "{part}: {text}");
     }
 }
 
+/// The body of `study::problem::generic`, without its method and without the length of a run.
+fn body_without_method() -> String {
+    let text = problem::generic_text();
+    let kept = text.lines().scan(true, |kept, line| {
+        *kept = if line.starts_with('[') { line != "[method]" } else { *kept };
+        Some(if *kept && !line.starts_with("horizon") { line } else { "" })
+    });
+    kept.collect::<Vec<_>>().join("\n")
+}
+
 #[test]
-fn a_system_file_is_probed_as_it_is() {
-    if !python("a_system_file_is_probed_as_it_is") {
+fn a_system_file_is_probed_with_or_without_a_method() {
+    if !python("a_system_file_is_probed_with_or_without_a_method") {
         return;
     }
     let here = directory("system");
     fs::write(here.join("body.toml"), problem::generic_text()).unwrap();
+    fs::write(here.join("bare.toml"), body_without_method()).unwrap();
     let stepper = steppers("variational.py");
-    let options = ["--system", "body.toml", "--order", "2", "--conserves", "casimirs", "--format", "json"];
-    let output = probe(&here, &options, &["python3", &stepper]);
-    assert_eq!(code(&output), 0, "{}{}", stdout(&output), stderr(&output));
-    assert!(laws(&output).iter().all(|(_, line)| line["held"] == 1), "{}", stdout(&output));
+    for file in ["body.toml", "bare.toml"] {
+        let output = probe(&here, &["--system", file, "--order", "2", "--format", "json"], &["python3", &stepper]);
+        assert_eq!(code(&output), 0, "{file}: {}{}", stdout(&output), stderr(&output));
+        assert!(laws(&output).iter().all(|(_, line)| line["held"] == 1), "{}", stdout(&output));
+    }
+    // A place after the missing table is still the right one, and `integrate` wants the table.
+    let broken = body_without_method().replace("velocity = [\"3/4\"", "velocity = [\"3/\"");
+    fs::write(here.join("broken.toml"), &broken).unwrap();
+    let line = 1 + broken.lines().position(|line| line.contains("\"3/\"")).unwrap();
+    let output = probe(&here, &["--system", "broken.toml"], &["true"]);
+    assert_eq!(code(&output), 2);
+    assert!(stderr(&output).contains(&format!("line {line}, column 1")), "{}", stderr(&output));
+    let integrate = command(&here, &["integrate", "bare.toml"]);
+    assert_eq!(code(&integrate), 2);
+    assert!(stderr(&integrate).contains("a table [method]"), "{}", stderr(&integrate));
+}
+
+/// A stepper made of `rk4.py`, with a change.
+fn changed(here: &Path, old: &str, new: &str) -> String {
+    let text = fs::read_to_string(steppers("rk4.py")).unwrap();
+    assert_eq!(text.matches(old).count(), 1, "{old}");
+    let path = here.join("changed.py");
+    fs::write(&path, text.replace(old, new)).unwrap();
+    path.to_str().unwrap().to_owned()
+}
+
+const STEP: &str = "    n, m, h = q[\"dimension\"], q[\"size\"], q[\"step\"]\n";
+
+#[test]
+fn a_claim_that_no_case_confirms_is_no_success() {
+    if !python("a_claim_that_no_case_confirms_is_no_success") {
+        return;
+    }
+    let here = directory("unconfirmed");
+    fs::write(here.join("body.toml"), problem::generic_text()).unwrap();
+    let on_body = ["--system", "body.toml", "--format", "json"];
+    // Only the step of the system is taken: the other laws hold, and the order cannot be measured.
+    let refuses = format!("{STEP}    if abs(h) != 0.125:\n        return {{\"error\": \"another step\"}}\n");
+    let coarse = changed(&here, STEP, &refuses);
+    let output = probe(&here, &[&on_body[..], &["--order", "4"]].concat(), &["python3", &coarse]);
+    assert_eq!(code(&output), 3, "{}{}", stdout(&output), stderr(&output));
+    let found = laws(&output);
+    let line = |law: &str| found.iter().find(|(name, _)| name == law).unwrap().1.clone();
+    assert_eq!(line("method-equivariance")["held"], 1);
+    assert_eq!(line("method-order")["claim"], "order 4");
+    assert_eq!((&line("method-order")["held"], &line("method-order")["confirmed"]), (&0.into(), &0.into()));
+    let claim = summary(&output)["claims"][0].clone();
+    assert_eq!(summary(&output)["conclusion"], "unconfirmed");
+    assert!(claim["why"].as_str().unwrap().contains("another step"), "{claim}");
+    let text = probe(&here, &["--system", "body.toml", "--order", "4"], &["python3", &coarse]);
+    assert!(stdout(&text).contains("NOT CONFIRMED: by method-order on 0 of 1 cases"), "{}", stdout(&text));
+    // Conservation is claimed without force: of a forced body it says nothing, though the law holds.
+    let stepper = steppers("variational.py");
+    let claims = ["--conserves", "casimirs", "--laws", "casimirs"];
+    let output = probe(&here, &[&on_body[..], &claims].concat(), &["python3", &stepper]);
+    assert_eq!(code(&output), 3, "{}", stdout(&output));
+    let line = &laws(&output)[0].1;
+    assert_eq!((&line["held"], &line["confirmed"]), (&1.into(), &0.into()), "{line}");
+    assert!(summary(&output)["claims"][0]["why"].as_str().unwrap().contains("without force"), "{}", stdout(&output));
+    // A law that is not selected confirms nothing.
+    let output =
+        probe(&here, &[&on_body[..], &["--order", "2", "--laws", "equivariance"]].concat(), &["python3", &stepper]);
+    assert_eq!(code(&output), 3, "{}", stdout(&output));
+    assert_eq!(summary(&output)["claims"][0]["why"], "method-order is not among the selected laws");
+    // Where nothing can be drawn nothing is learnt.
+    let output = probe(&here, &["--algebras", "r3", "--laws", "order", "--cases", "1"], &["true"]);
+    assert_eq!(code(&output), 3, "{}", stdout(&output));
+    assert!(stdout(&output).contains("the options exclude every system"), "{}", stdout(&output));
+}
+
+/// The largest entry of `mu` and `g`.
+fn largest(values: &Value) -> f64 {
+    let lists = ["mu", "g"].iter().filter_map(|key| values[*key].as_array());
+    lists.flatten().map(|x| x.as_f64().unwrap().abs()).fold(0.0, f64::max)
+}
+
+#[test]
+fn the_system_that_breaks_is_shown_and_saved() {
+    if !python("the_system_that_breaks_is_shown_and_saved") {
+        return;
+    }
+    let here = directory("variation");
+    // Wrong in a force that this body does not have: it shows order 4, and where 3 is claimed others are asked.
+    let drag = "[[force]]\nkind = \"linear-drag\"\ncoefficient = \"1/4\"\n\n";
+    let (head, tail) = problem::generic_text().split_once("[[force]]").unwrap();
+    let (_, tail) = tail.split_once("[method]").unwrap();
+    fs::write(here.join("body.toml"), format!("{head}{drag}[method]{tail}")).unwrap();
+    let wrong = changed(&here, "term[\"alpha\"] * x", "1.5 * term[\"alpha\"] * x");
+    let options = ["--system", "body.toml", "--order", "3", "--laws", "order", "--format", "json"];
+    let output = probe(&here, &options, &["python3", &wrong]);
+    assert_eq!(code(&output), 1, "{}{}", stdout(&output), stderr(&output));
+    let failure = laws(&output)[0].1["failure"].clone();
+    assert_eq!((&failure["varied"], &failure["checks"]), (&true.into(), &Value::Null));
+    let forces = failure["case"]["force"].as_array().unwrap();
+    assert!(forces.iter().any(|force| force["kind"] == "double-bracket"), "{failure}");
+    let slopes = &failure["slopes"][0];
+    assert!(slopes["interval"][1].as_f64().unwrap() < 2.75, "{slopes}");
+    let levels = slopes["levels"].as_array().unwrap();
+    assert!(levels.iter().any(|level| level["mark"] == "counts" && level["order"].is_number()), "{slopes}");
+    let exchange = &failure["exchange"];
+    assert!(exchange["request"].as_str().unwrap().contains("double-bracket"), "{exchange}");
+    assert!(largest(&exchange["difference"]) > 1e-6 * largest(&exchange["solution"]), "{exchange}");
+    // The record has all of it, and is broken by itself.
+    let saved = failure["saved"].as_str().unwrap();
+    let record: Value = serde_json::from_str(&fs::read_to_string(here.join(saved)).unwrap()).unwrap();
+    for key in ["case", "slopes", "exchange"] {
+        assert_eq!(record[key], failure[key], "{key}");
+    }
+    let again = probe(&here, &["--replay", saved, "--format", "json"], &[]);
+    assert_eq!(code(&again), 1, "{}{}", stdout(&again), stderr(&again));
+    let again: Value = serde_json::from_str(stdout(&again).trim()).unwrap();
+    assert_eq!((&again["schema"], &again["verdict"]), (&"probe-replay/1".into(), &"broken".into()));
+    assert_eq!(again["failure"]["varied"], false, "it is not a variation that breaks");
+    let text = probe(&here, &["--replay", saved], &[]);
+    for part in ["claim", "order 3", "errors (", "answer less solution", "double-bracket"] {
+        assert!(stdout(&text).contains(part), "{part}: {}", stdout(&text));
+    }
+}
+
+#[test]
+fn shrinking_is_limited_or_off() {
+    if !python("shrinking_is_limited_or_off") {
+        return;
+    }
+    let here = directory("shrink");
+    // Of order 0, whatever the system.
+    let wrong = changed(&here, "(k2, h / 3)", "(k2, h / 3.5)");
+    let run = |options: &[&str]| {
+        let drawn = ["--algebras", "so3", "--cases", "1", "--laws", "order", "--order", "4", "--format", "json"];
+        let output = probe(&here, &[&drawn, options].concat(), &["python3", &wrong]);
+        assert_eq!(code(&output), 1, "{}{}", stdout(&output), stderr(&output));
+        laws(&output)[0].1["failure"].clone()
+    };
+    let (shrunk, limited, off) = (run(&[]), run(&["--shrink", "0.001"]), run(&["--shrink", "0"]));
+    let checks = |failure: &Value| failure["checks"].as_u64();
+    assert!(checks(&shrunk).is_some_and(|checks| (1..=60).contains(&checks)), "{shrunk}");
+    assert!(checks(&limited).is_some_and(|few| few <= 1), "{limited}");
+    assert_eq!(checks(&off), None);
+    assert_ne!(off["case"], shrunk["case"]);
+    // The simpler system moves, and the answer is off the solution.
+    let exchange = &shrunk["exchange"];
+    assert!(largest(&exchange["difference"]) > 1e-6 * largest(&exchange["solution"]), "{exchange}");
+}
+
+#[test]
+fn a_record_is_replayed_by_either_command() {
+    if !python("a_record_is_replayed_by_either_command") {
+        return;
+    }
+    let here = directory("either");
+    let stepper = steppers("variational.py");
+    let options = [&SMALL[..], &["--laws", "equivariance", "--shrink", "0"]].concat();
+    let output = probe(&here, &options, &["python3", &stepper, "left"]);
+    let saved = laws(&output)[0].1["failure"]["saved"].as_str().unwrap().to_owned();
+    let again = command(&here, &["replay", &saved]);
+    assert_eq!(code(&again), 1, "{}{}", stdout(&again), stderr(&again));
+    assert!(stdout(&again).contains("after a left translation of g"), "{}", stdout(&again));
+    let useless = command(&here, &["replay", &saved, "--shrink"]);
+    assert_eq!(code(&useless), 2);
+    assert!(stderr(&useless).contains("`probe` saved this file"), "{}", stderr(&useless));
+    // Mended, it holds; where it does not apply there is no verdict.
+    assert_eq!(code(&probe(&here, &["--replay", &saved], &["python3", &stepper])), 0);
+    let refuses = "while read line; do echo '{\"unsupported\":\"all\"}'; done";
+    assert_eq!(code(&probe(&here, &["--replay", &saved], &["sh", "-c", refuses])), 3);
+    // What `verify` saved is for the other command, and this is said.
+    let case = serde_json::to_value(problem::generic().unwrap().case).unwrap();
+    let record = serde_json::json!({ "law": "plain-step", "seed": 1, "index": 0, "case": case });
+    fs::write(here.join("verify.json"), record.to_string()).unwrap();
+    let other = probe(&here, &["--replay", "verify.json"], &[]);
+    assert_eq!(code(&other), 2);
+    assert!(stderr(&other).contains("euler-poincare replay verify.json"), "{}", stderr(&other));
+}
+
+#[cfg(unix)]
+#[test]
+fn an_interrupt_keeps_what_is_known_and_leaves_nothing_running() {
+    for (signal, format) in [("-INT", "json"), ("-TERM", "text")] {
+        let here = directory(&format!("interrupt{signal}"));
+        // Twenty answers, and then it hangs.
+        let script = "n=0; while read line; do n=$((n+1)); if [ $n -gt 20 ]; then sleep 100 & echo $$ $! > pids; wait; fi; \
+                      echo '{\"unsupported\":\"all\"}'; done";
+        let options = ["probe", "--algebras", "so3", "--cases", "30", "--timeout", "100", "--laws", "equivariance"];
+        let mut run = Command::new(env!("CARGO_BIN_EXE_euler-poincare"));
+        run.args(options).args(["--format", format, "--", "sh", "-c", script]).current_dir(&here);
+        let child = run.stdin(Stdio::null()).stdout(Stdio::piped()).stderr(Stdio::piped()).spawn().unwrap();
+        let start = Instant::now();
+        let pids = loop {
+            match fs::read_to_string(here.join("pids")) {
+                Ok(pids) if pids.ends_with('\n') => break pids,
+                _ => assert!(start.elapsed() < Duration::from_secs(60), "the stepper was not asked"),
+            }
+            std::thread::sleep(Duration::from_millis(20));
+        };
+        let (id, start) = (child.id().to_string(), Instant::now());
+        assert!(Command::new("kill").args([signal, &id]).status().unwrap().success());
+        let output = child.wait_with_output().unwrap();
+        assert_eq!(code(&output), 130, "{}{}", stdout(&output), stderr(&output));
+        assert!(start.elapsed() < Duration::from_secs(10), "{:?}", start.elapsed());
+        if format == "json" {
+            assert_eq!(laws(&output)[0].1["cases"], 20, "the case under way is not counted");
+            assert_eq!(summary(&output)["conclusion"], "interrupted");
+        } else {
+            assert!(stdout(&output).contains("1 law on 20 cases: INTERRUPTED"), "{}", stdout(&output));
+        }
+        std::thread::sleep(Duration::from_millis(100));
+        assert!(!pids.split_whitespace().any(lives), "{pids}");
+    }
+}
+
+#[test]
+fn a_record_that_cannot_be_written_is_named_with_the_reason() {
+    let here = directory("not-saved");
+    let name = "probe-method-equivariance-seed1-case0.json";
+    fs::create_dir(here.join(name)).unwrap();
+    let options = ["--algebras", "so3", "--cases", "1", "--laws", "equivariance"];
+    let stepper = ["sh", "-c", "while read line; do echo 7; done"];
+    let output = probe(&here, &options, &stepper);
+    assert_eq!(code(&output), 1);
+    assert!(stdout(&output).contains(&format!("not saved: {name}: ")), "{}", stdout(&output));
+    let output = probe(&here, &[&options[..], &["--format", "json"]].concat(), &stepper);
+    let failure = laws(&output)[0].1["failure"].clone();
+    assert!(failure["saved"].is_null() && failure["not_saved"].as_str().unwrap().starts_with(name), "{failure}");
 }
 
 #[test]
@@ -212,10 +460,10 @@ fn what_is_not_supported_is_counted_and_no_verdict() {
 
 /// What sh does in the place of a stepper, and what is said of it.
 const MISBEHAVING: [(&str, &str); 19] = [
-    ("sleep 100", "hangs: no answer within 0.4 s"),
-    ("cat > /dev/null", "hangs"),
-    ("exit 3", "died (exit status: 3)"),
-    ("read line; kill -9 $$", "died (signal: 9"),
+    ("sleep 100", "no answer from the stepper within 0.4 s"),
+    ("cat > /dev/null", "no answer"),
+    ("exit 3", "ended (exit status: 3)"),
+    ("read line; kill -9 $$", "ended (signal: 9"),
     ("read line; echo oh dear >&2; exit 1", "its standard error ends with: oh dear"),
     ("while read line; do echo hello; done", "is not JSON"),
     ("while read line; do echo; done", "is not JSON"),
@@ -227,8 +475,8 @@ const MISBEHAVING: [(&str, &str); 19] = [
     ("while read line; do echo '{\"mu\":[1,2]}'; done", "has 2 numbers, not 3"),
     ("while read line; do echo '{\"mu\":[1,2,3]}'; done", "has no \"g\""),
     ("read line; yes", "is not JSON"),
-    ("read line; yes | tr -d '\\n'", "floods its standard output"),
-    ("read line; yes >&2", "floods its standard error"),
+    ("read line; yes | tr -d '\\n'", "writes too much to its standard output"),
+    ("read line; yes >&2", "writes too much to its standard error"),
     ("echo '{}'; cat > /dev/null", "answers before it is asked"),
     ("read line; printf '{\"mu\":'; sleep 100", "without a newline: {\"mu\":"),
 ];
@@ -249,7 +497,7 @@ fn programs_that_are_no_steppers_are_reported_in_time() {
         let late = script.starts_with("echo '{}'") && witness.contains("has no \"mu\"");
         assert!(witness.contains(said) || late, "{script}: {witness}");
         assert_eq!(line["failure"]["failed"], true, "{script}");
-        let request = line["failure"]["exchanges"][0]["request"].as_str().unwrap();
+        let request = line["failure"]["exchange"]["request"].as_str().unwrap();
         assert!(request.starts_with("{\"version\":1,") && request.contains("\"mu\":["), "{script}: {request}");
     }
 }
@@ -310,7 +558,7 @@ fn bad_usage_is_two_and_says_what_is_allowed() {
     let here = directory("usage");
     fs::write(here.join("bad.json"), "{\"law\": 1}").unwrap();
     fs::write(here.join("bad.toml"), "format = 2").unwrap();
-    let cases: [(&[&str], &[&str], &str); 11] = [
+    let cases: [(&[&str], &[&str], &str); 23] = [
         (&[], &[], "after `--`"),
         (&[], &["no-such-program-anywhere"], "cannot be started"),
         (&["--laws", "no-such-law"], &["true"], "method-order"),
@@ -321,7 +569,20 @@ fn bad_usage_is_two_and_says_what_is_allowed() {
         (&["--timeout", "0"], &["true"], "0.001"),
         (&["--order", "0"], &["true"], "1..=20"),
         (&["--conserves", "momentum"], &["true"], "casimirs"),
+        (&["--system", ""], &["true"], "the name of a file is empty"),
+        (&["--system", "."], &["true"], "is a directory"),
+        (&["--shrink", "-1"], &["true"], "a number from 0"),
+        // What would have no effect.
         (&["--system", "bad.toml", "--random"], &["true"], "cannot be used with"),
+        (&["--system", "bad.toml", "--cases", "20"], &["true"], "cannot be used with"),
+        (&["--system", "bad.toml", "--seed", "1"], &["true"], "cannot be used with"),
+        (&["--system", "bad.toml", "--algebras", "so3"], &["true"], "cannot be used with"),
+        (&["--system", "bad.toml", "--shrink", "1"], &["true"], "cannot be used with"),
+        (&["--replay", "bad.json", "--system", "bad.toml"], &["true"], "cannot be used with"),
+        (&["--replay", "bad.json", "--cases", "20"], &["true"], "cannot be used with"),
+        (&["--replay", "bad.json", "--tolerance", "0"], &["true"], "cannot be used with"),
+        (&["--replay", "bad.json", "--laws", "order"], &["true"], "cannot be used with"),
+        (&["--replay", "bad.json", "--shrink", "0"], &["true"], "cannot be used with"),
     ];
     for (options, stepper, said) in cases {
         let output = probe(&here, options, stepper);
@@ -341,6 +602,19 @@ fn the_stepper_in_rust_holds() {
     let output = probe(&here, &[&options[..], &["--format", "json"]].concat(), &[path.to_str().unwrap()]);
     assert_eq!(code(&output), 0, "{}{}", stdout(&output), stderr(&output));
     assert!(laws(&output).iter().all(|(_, line)| line["held"].as_u64() > Some(0)), "{}", stdout(&output));
+}
+
+/// The request and the first answer of the protocol's page.
+#[test]
+fn the_example_of_the_protocol_is_an_answer() {
+    if !python("the_example_of_the_protocol_is_an_answer") {
+        return;
+    }
+    let page = fs::read_to_string(steppers("PROTOCOL.md")).unwrap();
+    let line = |start: &str| page.lines().find(|line| line.starts_with(start)).unwrap().to_owned();
+    let mut program = Program::new(&["python3".into(), steppers("rigid_body.py")], Limits::default());
+    let answer = program.ask(&line("{\"version\":1")).unwrap();
+    assert_eq!(parse(&answer, 3, 9), parse(line("{\"mu\": [0.4").as_bytes(), 3, 9));
 }
 
 /// The library's Gauss method with one stage on a case, one step.
@@ -459,7 +733,8 @@ fn records_are_read_back_or_refused() {
         seed: 7,
         index: 3,
         case: problem::generic().unwrap().case,
-        exchanges: Vec::new(),
+        exchange: None,
+        slopes: Vec::new(),
     };
     let text = record.to_json().unwrap();
     assert_eq!(Record::from_json(&text).unwrap(), record);

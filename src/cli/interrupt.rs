@@ -34,6 +34,11 @@ impl Interrupt {
         self.0.load(Ordering::Relaxed)
     }
 
+    /// What is set when it comes.
+    pub fn flag(&self) -> Arc<AtomicBool> {
+        Arc::clone(&self.0)
+    }
+
     /// What the process then answers.
     pub fn exit_code() -> ExitCode {
         ExitCode::from(CODE)

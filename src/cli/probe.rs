@@ -1,31 +1,44 @@
 //! `probe`: the laws of methods on a stepper that is another program.
 
-use super::failure::system;
+mod failure;
+mod lines;
+
+use super::interrupt::Interrupt;
 use super::progress::Bar;
 use super::summary::some;
-use super::table::{Column, Table, data, entries, paragraph};
-use super::{Failure, Format, print, schema};
+use super::table::{Column, Table, entries, paragraph};
+use super::{Failure, Format, complain, print};
 use euler_poincare::algebra::Entry;
-use euler_poincare::foreign::{Broken, Drawn, Foreign, LawReport, Limits, Probe, Record, Report};
+use euler_poincare::foreign::{
+    Broken, ClaimReport, Conclusion, Drawn, Foreign, LawReport, Limits, Probe, Record, Report, Shrinking, examine,
+};
 use euler_poincare::harness::{Cost, Verdict};
-use euler_poincare::laws::method::{Claims, LAWS, MethodLaw, check_case, named};
-use euler_poincare::laws::replay::verdict_rows;
-use euler_poincare::system::{Case, Cases, cases};
-use serde_json::json;
+use euler_poincare::laws::method::{Claims, LAWS, MethodLaw, named};
+use euler_poincare::system::{Cases, SystemFile, cases};
+use std::collections::BTreeMap;
 use std::fmt::Write;
 use std::fs;
 use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 use std::time::Duration;
 
-/// A broken case is shrunk with so many checks.
-const SHRINK_CHECKS: usize = 60;
+const EXIT_CODES: &str = "\
+Exit codes:
+  0    nothing is broken, and every claim was confirmed on at least one case
+  1    a law is broken
+  2    bad usage or a bad file
+  3    no verdict: a claim was confirmed on no case, or without claims no law held on any
+  130  interrupted; what was learnt so far is printed
+
+The protocol and the claims are explained in properties/steppers/PROTOCOL.md.";
 
 /// Options of `probe`.
 #[derive(clap::Args)]
+#[command(after_help = EXIT_CODES)]
 pub struct Arguments {
-    /// The system of this file (as for `integrate`) instead of random ones
-    #[arg(long, value_name = "FILE", conflicts_with_all = ["random", "replay"])]
+    /// The system of this file (as for `integrate`, without [method] if you like) instead of random ones
+    #[arg(long, value_name = "FILE")]
+    #[arg(conflicts_with_all = ["random", "cases", "seed", "algebras", "standard_basis", "force_free", "shrink", "replay"])]
     system: Option<PathBuf>,
     /// Random systems (the default)
     #[arg(long)]
@@ -52,22 +65,27 @@ pub struct Arguments {
     /// Claim: the method is of this order, neither more nor less
     #[arg(long, value_name = "P", value_parser = clap::value_parser!(u32).range(1..=20), allow_negative_numbers = true)]
     order: Option<u32>,
-    /// Claim: without force it keeps these to round-off
+    /// Claim: on systems without force it conserves these to round-off
     #[arg(long, value_name = "WHAT", value_enum, value_delimiter = ',')]
     conserves: Vec<Conserved>,
     /// Claim: a step back undoes a step, to round-off
     #[arg(long)]
     reversible: bool,
     /// Claim: a step solves its equations this well, relative to the state [default: to round-off]
-    #[arg(long, value_name = "TOL", default_value_t = 0.0, value_parser = tolerance)]
+    #[arg(long, value_name = "TOL", default_value_t = 0.0, value_parser = tolerance, hide_default_value = true)]
     tolerance: f64,
-    /// The longest that an answer may take
+    /// The longest that an answer may take [default: 10]
     #[arg(long, value_name = "SECONDS", value_parser = seconds)]
     timeout: Option<f64>,
+    /// Look for a simpler case for so long, for the first broken case of each law; 0: do not [default: 60 checks, 30 seconds at
+    /// most]
+    #[arg(long, value_name = "SECONDS", value_parser = at_most_a_day, allow_negative_numbers = true)]
+    shrink: Option<f64>,
     /// Run a saved case again, with its own command unless another is given
-    #[arg(long, value_name = "FILE", conflicts_with_all = ["random", "algebras", "standard_basis", "force_free", "laws", "order", "conserves", "reversible"])]
+    #[arg(long, value_name = "FILE")]
+    #[arg(conflicts_with_all = ["random", "cases", "seed", "algebras", "standard_basis", "force_free", "laws", "order", "conserves", "reversible", "tolerance", "shrink"])]
     replay: Option<PathBuf>,
-    /// A table, or one JSON object per law and line
+    /// Tables, or JSON: one object per law and line, and one for the whole
     #[arg(long, value_enum, default_value_t = Format::Text)]
     format: Format,
     /// The stepper and its arguments
@@ -92,14 +110,20 @@ fn seconds(text: &str) -> Result<f64, String> {
     number(text, 0.001, 86400.0)
 }
 
+fn at_most_a_day(text: &str) -> Result<f64, String> {
+    number(text, 0.0, 86400.0)
+}
+
 fn number(text: &str, least: f64, most: f64) -> Result<f64, String> {
     let allowed = || format!("allowed: a number from {least} to {most}");
     text.parse().ok().filter(|x| (least..=most).contains(x)).ok_or_else(allowed)
 }
 
 pub fn run(arguments: Arguments) -> Result<ExitCode, Failure> {
+    let interrupt = Interrupt::catch()?;
     if let Some(path) = &arguments.replay {
-        return replay(path, &arguments.command, arguments.timeout);
+        let Arguments { command, timeout, format, .. } = &arguments;
+        return Replayed { path, command, timeout: *timeout, format: *format }.run(&read(path)?, &interrupt);
     }
     let laws = select(arguments.laws.as_deref())?;
     let claims = Claims {
@@ -110,18 +134,21 @@ pub fn run(arguments: Arguments) -> Result<ExitCode, Failure> {
         tolerance: arguments.tolerance,
     };
     let systems = match &arguments.system {
-        Some(path) => Drawn::This(Box::new(case(path)?)),
+        Some(path) => {
+            let case = SystemFile::parse_for_stepper(&read(path)?).map_err(|error| Failure::file(path, error))?;
+            Drawn::This(Box::new(case))
+        }
         None => {
             Drawn::Random { of: Box::new(systems(&arguments)?), cases: arguments.cases as usize, seed: arguments.seed }
         }
     };
     let timeout = arguments.timeout.unwrap_or(Limits::default().timeout.as_secs_f64());
-    let foreign = start(&arguments.command, timeout)?;
-    let probe = Probe { foreign: &foreign, laws: &laws, systems, claims, shrink_checks: SHRINK_CHECKS };
+    let foreign = start(&arguments.command, timeout, &interrupt)?;
+    let probe = Probe { foreign: &foreign, laws: &laws, systems, claims, shrinking: shrinking(arguments.shrink) };
     let each = probe.checks() / laws.len().max(1);
     let groups: Vec<_> =
-        laws.iter().map(|law| (law.name, each, if law.cost == Cost::Cheap { 1 } else { 10 })).collect();
-    let bar = Bar::new(&groups);
+        laws.iter().map(|law| (law.name, Some(each), if law.cost == Cost::Cheap { 1 } else { 10 })).collect();
+    let bar = Bar::until(&groups, None, Some(interrupt));
     let report = probe.run(|law, _| bar.advance(law));
     bar.clear();
     let save = |law: &LawReport, broken: &Broken| {
@@ -133,31 +160,58 @@ pub fn run(arguments: Arguments) -> Result<ExitCode, Failure> {
             seed: arguments.seed,
             index: broken.index as u64,
             case: broken.case.clone(),
-            exchanges: broken.exchanges.clone(),
+            exchange: broken.exchange.clone(),
+            slopes: broken.slopes.clone(),
         };
         write(&record)
     };
+    // Saved before anything is printed, so that a closed pipe loses nothing.
     let saved: Vec<_> = report.laws.iter().map(|law| law.failure.as_ref().map(|broken| save(law, broken))).collect();
     match arguments.format {
-        Format::Text => print(&text(&report, &saved, &claims))?,
-        Format::Json => print(&json(&report, &saved))?,
+        Format::Text => print(&text(&report, &saved))?,
+        Format::Json => print(&lines::json(&report, &saved))?,
     }
-    Ok(match (report.is_broken(), report.holds_anywhere() && !report.given_up) {
-        (true, _) => ExitCode::from(1),
-        (false, true) => ExitCode::SUCCESS,
-        (false, false) => ExitCode::from(3),
-    })
+    Ok(exit_code(report.conclusion()))
+}
+
+fn exit_code(conclusion: Conclusion) -> ExitCode {
+    match conclusion {
+        Conclusion::Interrupted => Interrupt::exit_code(),
+        Conclusion::Broken => ExitCode::from(1),
+        Conclusion::GivenUp | Conclusion::Unconfirmed | Conclusion::Undecided => ExitCode::from(3),
+        Conclusion::Confirmed | Conclusion::Unbroken => ExitCode::SUCCESS,
+    }
+}
+
+/// The limit by number of checks is for who says nothing; a time limit alone is kept where one is given.
+fn shrinking(seconds: Option<f64>) -> Shrinking {
+    match seconds {
+        None => Shrinking::default(),
+        Some(0.0) => Shrinking::OFF,
+        Some(seconds) => Shrinking { checks: usize::MAX, time: Duration::from_secs_f64(seconds) },
+    }
+}
+
+/// The text of a file.
+fn read(path: &Path) -> Result<String, Failure> {
+    if path.as_os_str().is_empty() {
+        return Err(Failure::Usage("the name of a file is empty".into()));
+    }
+    if path.is_dir() {
+        return Err(Failure::file(path, "is a directory; allowed: a file"));
+    }
+    fs::read_to_string(path).map_err(|error| Failure::file(path, error))
 }
 
 /// The program, started: a command that cannot be is bad usage.
-fn start(command: &[String], timeout: f64) -> Result<Foreign, Failure> {
+fn start(command: &[String], timeout: f64, interrupt: &Interrupt) -> Result<Foreign, Failure> {
     if command.is_empty() {
         return Err(Failure::Usage(
-            "no stepper: allowed: its command after `--`, as in `-- python3 stepper.py`".into(),
+            "no stepper; allowed: its command after `--`, as in `-- python3 stepper.py`".into(),
         ));
     }
     let limits = Limits { timeout: Duration::from_secs_f64(timeout), ..Limits::default() };
-    let foreign = Foreign::new(command, limits);
+    let foreign = Foreign::interruptible(command, limits, interrupt.flag());
     foreign.start().map_err(|why| Failure::Usage(why.to_string()))?;
     Ok(foreign)
 }
@@ -176,12 +230,6 @@ fn select(patterns: Option<&str>) -> Result<Vec<&'static MethodLaw>, Failure> {
         }
     }
     Ok(LAWS.iter().filter(|law| selected.contains(law)).collect())
-}
-
-fn case(path: &Path) -> Result<Case, Failure> {
-    let text = fs::read_to_string(path).map_err(|error| Failure::file(path, error))?;
-    let file = euler_poincare::system::SystemFile::parse(&text).map_err(|error| Failure::file(path, error))?;
-    Ok(file.case)
 }
 
 fn systems(arguments: &Arguments) -> Result<Cases, Failure> {
@@ -229,7 +277,7 @@ The stepper is asked for steps of random systems. The laws measure how its error
 how it treats symmetries. A law is broken where a defect exceeds its bound: rounding, in units of u = 1.1e-16, or a difference of \
 slopes of log error against log step.";
 
-fn text(report: &Report, saved: &[Saved], claims: &Claims) -> String {
+fn text(report: &Report, saved: &[Saved]) -> String {
     let mut table = Table::new(&COLUMNS);
     for law in &report.laws {
         table.row(row(law));
@@ -237,7 +285,7 @@ fn text(report: &Report, saved: &[Saved], claims: &Claims) -> String {
     let verdict = paragraph(&verdict(report));
     let mut text = format!("{verdict}\n\n{}\n\n{}\n", paragraph(MEANING), table.text());
     for (title, of) in [
-        ("Inconclusive", (|law| &law.inconclusive) as fn(&LawReport) -> &std::collections::BTreeMap<String, usize>),
+        ("Inconclusive", (|law| &law.inconclusive) as fn(&LawReport) -> &BTreeMap<String, usize>),
         ("Not applicable", |law| &law.not_applicable),
     ] {
         let rows: Vec<_> = report
@@ -251,13 +299,18 @@ fn text(report: &Report, saved: &[Saved], claims: &Claims) -> String {
     }
     for (law, saved) in report.laws.iter().zip(saved) {
         if let (Some(broken), Some(saved)) = (&law.failure, saved) {
-            text += &failure(law, broken, saved);
+            text += &failure::text(law, broken, saved);
         }
+    }
+    let claims = report.claims();
+    if !claims.is_empty() {
+        let rows = claims.iter().map(|claim| (claim.claim.clone(), confirmed(claim)));
+        let _ = write!(text, "\nClaims\n{}\n", entries(2, rows));
     }
     if report.given_up {
         let _ = write!(text, "\nThe stepper failed {} times and was not started again.\n", report.failures);
     }
-    if claims.order.is_none() && !report.is_broken() && report.holds_anywhere() {
+    if claims.is_empty() && report.conclusion() == Conclusion::Unbroken {
         let claim =
             "No order was claimed: each law asked for order 1 or more. If you know the order, claim it with --order P.";
         let _ = write!(text, "\n{}\n", paragraph(claim));
@@ -266,13 +319,33 @@ fn text(report: &Report, saved: &[Saved], claims: &Claims) -> String {
     text
 }
 
+/// What became of a claim.
+fn confirmed(claim: &ClaimReport) -> String {
+    let why = match &claim.why {
+        Some(why) if claim.why_cases > 0 => format!(" ({} × {why})", claim.why_cases),
+        Some(why) => format!(" ({why})"),
+        None => String::new(),
+    };
+    let ClaimReport { law, cases, confirmed, broken, .. } = claim;
+    match (broken, confirmed) {
+        (0, 0) => format!("NOT CONFIRMED: by {law} on 0 of {cases} cases{why}"),
+        (0, _) if confirmed == cases => format!("confirmed: by {law} on {confirmed} of {cases} cases"),
+        (0, _) => format!("confirmed: by {law} on {confirmed} of {cases} cases; undecided on the others{why}"),
+        _ => format!("REFUTED: {law} is broken on {broken} of {cases} cases, and confirmed on {confirmed}"),
+    }
+}
+
 /// The first and the last line.
 fn verdict(report: &Report) -> String {
     let broken: Vec<_> = report.laws.iter().filter(|law| !law.broken.is_empty()).map(|law| law.law.name).collect();
-    let outcome = match broken.is_empty() {
-        false => format!("BROKEN ({})", some(&broken)),
-        true if report.holds_anywhere() => "NOTHING BROKEN".into(),
-        true => "NO VERDICT".into(),
+    let broken = if broken.is_empty() { "NOTHING BROKEN".into() } else { format!("BROKEN ({})", some(&broken)) };
+    let outcome = match report.conclusion() {
+        Conclusion::Interrupted => format!("INTERRUPTED, {broken} so far"),
+        Conclusion::Broken | Conclusion::Unbroken => broken,
+        Conclusion::GivenUp => "NO VERDICT, the stepper failed too often".into(),
+        Conclusion::Unconfirmed => "NO VERDICT, nothing broken, but not every claim was confirmed".into(),
+        Conclusion::Undecided => "NO VERDICT, no law held on any case".into(),
+        Conclusion::Confirmed => format!("{broken}, every claim confirmed"),
     };
     format!("{outcome}: {} on {} cases", count(report.laws.len()), asked(report))
 }
@@ -309,99 +382,46 @@ fn row(law: &LawReport) -> Vec<String> {
     ]
 }
 
-fn failure(law: &LawReport, broken: &Broken, saved: &Result<PathBuf, String>) -> String {
-    let mut indices: Vec<String> = law.broken.iter().take(10).map(ToString::to_string).collect();
-    if law.broken.len() > 10 {
-        indices.push("…".into());
-    }
-    let (count, cases) = (law.broken.len(), law.cases);
-    let mut text = format!("\nBROKEN {}: {count} of {cases} cases ({})\n", law.law.name, indices.join(", "));
-    let mut rows = vec![("statement", law.law.statement.to_owned()), ("source", law.law.source.to_owned())];
-    rows.extend(verdict_rows(&broken.verdict));
-    let how = match (broken.failed, broken.checks) {
-        (true, _) => "the stepper failed on it; not shrunk".to_owned(),
-        (false, 0) => "as it is".to_owned(),
-        (false, checks) => format!("shrunk by {checks} checks"),
-    };
-    let _ = write!(text, "{}\n\n  case {}, {how}\n", entries(2, rows), broken.index);
-    let _ = writeln!(text, "{}", system(4, &broken.case));
-    for exchange in &broken.exchanges {
-        let (request, answer) = (data(&exchange.request), data(&exchange.answer));
-        let _ = write!(text, "\n  request\n{request}\n  answer\n{answer}\n");
-    }
-    if let Some((mu, g)) = &broken.solution {
-        let solution = if g.is_empty() { json!({ "mu": mu }) } else { json!({ "mu": mu, "g": g }) };
-        let _ = write!(text, "  the solution of the equations there\n{}\n", data(&solution.to_string()));
-    }
-    let _ = match saved {
-        Ok(path) => {
-            let path = path.display();
-            writeln!(text, "\n  saved in {path}; run it again with\n    euler-poincare probe --replay {path}")
-        }
-        Err(reason) => writeln!(text, "\n  not saved: {reason}"),
-    };
-    text
+/// A record to run again.
+pub struct Replayed<'a> {
+    /// Its file.
+    pub path: &'a Path,
+    /// Another command; empty: that of the record.
+    pub command: &'a [String],
+    /// Another time limit.
+    pub timeout: Option<f64>,
+    /// How the result is printed.
+    pub format: Format,
 }
 
-fn json(report: &Report, saved: &[Saved]) -> String {
-    let mut text = String::new();
-    for (law, saved) in report.laws.iter().zip(saved) {
-        let mut line = json!({
-            "law": law.law.name,
-            "cases": law.cases,
-            "held": law.held,
-            "broken": law.broken.len(),
-            "inconclusive": law.inconclusive,
-            "not_applicable": law.not_applicable,
-            "max_defect": law.worst.map(|worst| worst.0),
-            "bound": law.worst.map(|worst| worst.1),
-            "least_order": slopes(law).map(|slopes| slopes.0),
-            "median_order": slopes(law).map(|slopes| slopes.1),
-        });
-        if let (Some(broken), Some(object)) = (&law.failure, line.as_object_mut()) {
-            let witness = match &broken.verdict {
-                Verdict::Broken { witness, .. } => witness.clone(),
-                other => other.to_string(),
-            };
-            let saved = saved.as_ref().and_then(|saved| saved.as_ref().ok()).map(|path| path.display().to_string());
-            object.insert(
-                "failure".into(),
-                json!({
-                    "index": broken.index,
-                    "witness": witness,
-                    "failed": broken.failed,
-                    "exchanges": broken.exchanges,
-                    "saved": saved,
-                }),
-            );
+impl Replayed<'_> {
+    /// Judges the case of a record's text by the record's law and claims.
+    pub fn run(&self, text: &str, interrupt: &Interrupt) -> Result<ExitCode, Failure> {
+        let path = self.path;
+        if !Record::is_one(text) && euler_poincare::system::Replay::from_json(text).is_ok() {
+            let again = format!("`verify` saved it; run it again with `euler-poincare replay {}`", path.display());
+            return Err(Failure::file(path, again));
         }
-        let _ = writeln!(text, "{}", schema::object("probe/1", line));
+        let record = Record::from_json(text).map_err(|error| Failure::file(path, error))?;
+        let law = named(&record.law).ok_or_else(|| {
+            let names: Vec<_> = LAWS.iter().map(|law| law.name).collect();
+            Failure::file(path, format!("law: is \"{}\"; allowed: {}", record.law, names.join(", ")))
+        })?;
+        let command = if self.command.is_empty() { &record.command } else { self.command };
+        let foreign = start(command, self.timeout.unwrap_or(record.timeout), interrupt)?;
+        let (outcome, broken) = examine(&foreign, law, &record.case, &record.claims);
+        if interrupt.is_set() {
+            complain("interrupted before there was a verdict");
+            return Ok(Interrupt::exit_code());
+        }
+        match self.format {
+            Format::Text => print(&failure::replayed(law, command, &record, &outcome.verdict, broken.as_ref()))?,
+            Format::Json => print(&lines::replayed(law, command, &record, &outcome.verdict, broken.as_ref()))?,
+        }
+        Ok(match outcome.verdict {
+            Verdict::Holds { .. } => ExitCode::SUCCESS,
+            Verdict::Broken { .. } => ExitCode::from(1),
+            Verdict::Inconclusive { .. } | Verdict::NotApplicable { .. } => ExitCode::from(3),
+        })
     }
-    text
-}
-
-/// A saved case again, with the command of the record or another.
-pub fn replay(path: &Path, command: &[String], timeout: Option<f64>) -> Result<ExitCode, Failure> {
-    let text = fs::read_to_string(path).map_err(|error| Failure::file(path, error))?;
-    let record = Record::from_json(&text).map_err(|error| Failure::file(path, error))?;
-    let law = named(&record.law).ok_or_else(|| {
-        let names: Vec<_> = LAWS.iter().map(|law| law.name).collect();
-        Failure::file(path, format!("law: is \"{}\"; allowed: {}", record.law, names.join(", ")))
-    })?;
-    let command = if command.is_empty() { &record.command } else { command };
-    let foreign = start(command, timeout.unwrap_or(record.timeout))?;
-    let outcome = check_case(law, &foreign, &record.case, &record.claims);
-    let mut rows = vec![
-        ("law", format!("{}: {}", law.name, law.statement)),
-        ("source", law.source.to_owned()),
-        ("command", command.join(" ")),
-    ];
-    rows.extend(verdict_rows(&outcome.verdict));
-    rows.push(("case", format!("from case {} of seed {}", record.index, record.seed)));
-    print(&format!("{}\n{}\n", entries(0, rows), system(2, &record.case)))?;
-    Ok(match outcome.verdict {
-        Verdict::Holds { .. } => ExitCode::SUCCESS,
-        Verdict::Broken { .. } => ExitCode::from(1),
-        Verdict::Inconclusive { .. } | Verdict::NotApplicable { .. } => ExitCode::from(3),
-    })
 }

@@ -1,8 +1,10 @@
 //! `replay FILE`: a saved case under its law.
 
 use super::failure::text;
+use super::interrupt::Interrupt;
 use super::table::paragraph;
-use super::{Failure, print};
+use super::{Failure, Format, print, probe};
+use euler_poincare::foreign::Record;
 use euler_poincare::harness::Verdict;
 use euler_poincare::harness::evidence::Wanted;
 use euler_poincare::laws::replay::Replayed;
@@ -18,7 +20,7 @@ const SHRINK_CHECKS: usize = 2000;
 /// Options of `replay`.
 #[derive(clap::Args)]
 pub struct Arguments {
-    /// A file that `verify` saved (those of `probe`: `probe --replay FILE`)
+    /// A file that `verify` or `probe` saved
     file: PathBuf,
     /// Look for a simpler case on which the law is still broken, and save it next to FILE
     #[arg(long)]
@@ -36,6 +38,14 @@ pub fn run(arguments: Arguments) -> Result<ExitCode, Failure> {
         None => Wanted::AllDigits,
     };
     let json = fs::read_to_string(path).map_err(|error| Failure::file(path, error))?;
+    if Record::is_one(&json) {
+        if arguments.shrink || arguments.digits.is_some() {
+            let why = "`probe` saved this file; --shrink and --digits are for files that `verify` saved";
+            return Err(Failure::file(path, why));
+        }
+        let record = probe::Replayed { path, command: &[], timeout: None, format: Format::Text };
+        return record.run(&json, &Interrupt::catch()?);
+    }
     let replayed = Replayed::from_json(&json, wanted).map_err(|error| Failure::file(path, error))?;
     let verdict = replayed.verdict.clone();
     if !arguments.shrink {

@@ -1,15 +1,15 @@
 //! The laws of methods on a program: case after case, the first broken one of each law shrunk.
 
-use super::program::Exchange;
+use super::counterexample::Broken;
+use super::protocol::Described;
+use super::report::{LawReport, Report};
 use super::stepper::Foreign;
-use crate::harness::convergence::Estimate;
 use crate::harness::{BoxedStrategy, Verdict, draw};
-use crate::laws::method::{Claims, MethodLaw, Point, Stepper, check_case, theory_of};
-use crate::scalar::{Dd, Scalar};
-use crate::system::{Case, CaseError, Cases, Place, Problem};
-use proptest::strategy::{Strategy, ValueTree};
-use serde::{Deserialize, Serialize};
-use std::collections::BTreeMap;
+use crate::laws::method::{Claims, MethodLaw, Outcome, check_case, theory_of};
+use crate::system::{Case, Cases, simpler::simpler};
+use proptest::strategy::Strategy;
+use std::collections::HashSet;
+use std::time::{Duration, Instant};
 
 /// Which systems.
 #[non_exhaustive]
@@ -27,11 +27,33 @@ pub enum Drawn {
     },
 }
 
+/// How much is spent on shrinking a broken case: what is used up first ends it.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Shrinking {
+    /// Checks.
+    pub checks: usize,
+    /// Time.
+    pub time: Duration,
+}
+
+impl Shrinking {
+    /// Not at all.
+    pub const OFF: Self = Self { checks: 0, time: Duration::ZERO };
+}
+
+/// 60 checks or 30 seconds.
+impl Default for Shrinking {
+    fn default() -> Self {
+        Self { checks: 60, time: Duration::from_secs(30) }
+    }
+}
+
 /// A campaign on a program.
 ///
 /// ```no_run
 /// use euler_poincare::foreign::{
-///     Broken, Described, Drawn, Exchange, Foreign, LawReport, Limits, Probe, Program, Record, Reply, Report, Silence, parse,
+///     Broken, Described, Drawn, Exchange, Foreign, LawReport, Limits, Probe, Program, Record, Reply, Report, Shrinking, Silence,
+///     parse,
 /// };
 /// use euler_poincare::laws::method::{Claims, LAWS, Point};
 /// use euler_poincare::study::problem;
@@ -44,13 +66,13 @@ pub enum Drawn {
 ///     laws: &LAWS.iter().collect::<Vec<_>>(),
 ///     systems: Drawn::Random { of: Box::new(cases()), cases: 20, seed: 1 },
 ///     claims: Claims { order: Some(4), ..Claims::default() },
-///     shrink_checks: 200,
+///     shrinking: Shrinking::default(),
 /// };
 /// let report: Report = probe.run(|_, _| {});
 /// for law in &report.laws {
 ///     let LawReport { law, held, failure, .. } = law;
 ///     println!("{}: held on {held} cases", law.name);
-///     if let Some(Broken { index, case, verdict, exchanges, .. }) = failure {
+///     if let Some(Broken { index, case, verdict, exchange, slopes, .. }) = failure {
 ///         println!("{verdict}");
 ///         let record = Record {
 ///             law: law.name.into(),
@@ -60,7 +82,8 @@ pub enum Drawn {
 ///             seed: 1,
 ///             index: *index as u64,
 ///             case: case.clone(),
-///             exchanges: exchanges.clone(),
+///             exchange: exchange.clone(),
+///             slopes: slopes.clone(),
 ///         };
 ///         std::fs::write("failing.json", record.to_json()?)?;
 ///     }
@@ -92,137 +115,92 @@ pub struct Probe<'a> {
     pub systems: Drawn,
     /// What is claimed of the method.
     pub claims: Claims,
-    /// How many checks a broken case is shrunk with.
-    pub shrink_checks: usize,
+    /// How far the first broken case of each law is shrunk; one that was not drawn is not shrunk.
+    pub shrinking: Shrinking,
 }
 
-/// A broken case.
-#[derive(Clone, Debug, PartialEq)]
-#[non_exhaustive]
-pub struct Broken {
-    /// Its index, before it was shrunk.
-    pub index: usize,
-    /// The simplest case found that is broken.
-    pub case: Case,
-    /// The verdict on it.
-    pub verdict: Verdict,
-    /// How many checks were spent on shrinking.
-    pub checks: usize,
-    /// Whether the program failed: it hung, died, flooded, or answered with something else than a state.
-    pub failed: bool,
-    /// The request that did it, where the program failed; else one step from the start of the case.
-    pub exchanges: Vec<Exchange>,
-    /// The solution after that step, where the program did not fail: (μ, g).
-    pub solution: Option<(Vec<f64>, Vec<f64>)>,
+/// A law on a case.
+struct Judged {
+    outcome: Outcome,
+    /// Whether the program failed.
+    failed: bool,
 }
 
-/// What was found about one law.
-#[derive(Clone, Debug, PartialEq)]
-#[non_exhaustive]
-pub struct LawReport {
-    /// The law.
-    pub law: &'static MethodLaw,
-    /// Cases asked.
-    pub cases: usize,
-    /// On which it holds.
-    pub held: usize,
-    /// The indices of those on which it is broken.
-    pub broken: Vec<usize>,
-    /// Those that could not be decided, by reason.
-    pub inconclusive: BTreeMap<String, usize>,
-    /// Those about which it says nothing, by reason.
-    pub not_applicable: BTreeMap<String, usize>,
-    /// The largest defect against its bound.
-    pub worst: Option<(f64, f64)>,
-    /// The slopes measured, less what local errors have in excess.
-    pub slopes: Vec<f64>,
-    /// The first broken case, shrunk.
-    pub failure: Option<Broken>,
-}
-
-/// What was found.
-#[derive(Clone, Debug, PartialEq)]
-#[non_exhaustive]
-pub struct Report {
-    /// One for each law.
-    pub laws: Vec<LawReport>,
-    /// How often the program failed.
-    pub failures: usize,
-    /// Whether it was given up before the end.
-    pub given_up: bool,
-}
-
-impl Report {
-    /// Whether a law is broken.
-    pub fn is_broken(&self) -> bool {
-        self.laws.iter().any(|law| !law.broken.is_empty())
-    }
-
-    /// Whether any law holds on any case.
-    pub fn holds_anywhere(&self) -> bool {
-        self.laws.iter().any(|law| law.held > 0)
+impl Judged {
+    /// Whether the case is broken by itself, and not one of its variations.
+    fn broken_by_itself(&self) -> bool {
+        self.outcome.verdict.is_broken() && self.outcome.decided_by.is_none() && !self.failed
     }
 }
 
-impl LawReport {
-    fn new(law: &'static MethodLaw) -> Self {
-        Self {
-            law,
-            cases: 0,
-            held: 0,
-            broken: Vec::new(),
-            inconclusive: BTreeMap::new(),
-            not_applicable: BTreeMap::new(),
-            worst: None,
-            slopes: Vec::new(),
-            failure: None,
-        }
-    }
+fn judge(foreign: &Foreign, law: &MethodLaw, case: &Case, claims: &Claims) -> Judged {
+    foreign.forget();
+    let before = foreign.failures();
+    let outcome = check_case(law, foreign, case, claims);
+    Judged { outcome, failed: foreign.failures() > before }
+}
 
-    fn record(&mut self, index: usize, verdict: &Verdict) {
-        self.cases += 1;
-        match verdict {
-            Verdict::Holds { .. } => self.held += 1,
-            Verdict::Broken { .. } => self.broken.push(index),
-            Verdict::Inconclusive { why } => *self.inconclusive.entry(why.clone()).or_default() += 1,
-            Verdict::NotApplicable { why } => *self.not_applicable.entry(why.clone()).or_default() += 1,
-        }
-        if let Some((defect, bound)) = verdict.measured()
-            && self.worst.is_none_or(|(d, b)| verdict.ratio() > Verdict::Holds { defect: d, bound: b }.ratio())
-        {
-            self.worst = Some((defect, bound));
-        }
+/// A law on one case of a program: the verdict, and what explains it where the law is broken.
+pub fn examine(foreign: &Foreign, law: &'static MethodLaw, case: &Case, claims: &Claims) -> (Outcome, Option<Broken>) {
+    let judged = judge(foreign, law, case, claims);
+    if !judged.outcome.verdict.is_broken() || foreign.is_interrupted() {
+        return (judged.outcome, None);
     }
+    let mut broken = Broken::new(0, case.clone(), &judged.outcome, judged.failed);
+    let decided = deciding(foreign, law, claims, &mut broken, judged);
+    broken.explain(foreign, law, claims, &decided.outcome);
+    (decided.outcome, Some(broken))
+}
+
+/// Puts the variation that decided in the place of the case, where it is broken by itself.
+fn deciding(foreign: &Foreign, law: &MethodLaw, claims: &Claims, broken: &mut Broken, found: Judged) -> Judged {
+    let other = found.outcome.decided_by.filter(|_| !found.failed).and_then(|other| other.of(&broken.case));
+    let Some(other) = other else { return found };
+    let judged = judge(foreign, law, &other, claims);
+    if !judged.broken_by_itself() {
+        return found;
+    }
+    (broken.case, broken.varied) = (other, true);
+    broken.verdict = judged.outcome.verdict.clone();
+    judged
 }
 
 impl Probe<'_> {
     /// How many checks there will be, shrinking apart.
     pub fn checks(&self) -> usize {
+        self.laws.len() * self.cases()
+    }
+
+    fn cases(&self) -> usize {
         match &self.systems {
-            Drawn::This(_) => self.laws.len(),
-            Drawn::Random { cases, .. } => self.laws.len() * cases,
+            Drawn::This(_) => 1,
+            Drawn::Random { cases, .. } => *cases,
         }
     }
 
     /// Runs it; `progress` is told the law and the verdict after each case.
+    ///
+    /// It ends early where the program is interrupted or given up; the case under way is then dropped.
     pub fn run(&self, mut progress: impl FnMut(&'static str, &Verdict)) -> Report {
         let mut laws = Vec::new();
         for law in self.laws {
-            let mut report = LawReport::new(law);
-            let cases = match &self.systems {
-                Drawn::This(_) => 1,
-                Drawn::Random { cases, .. } => *cases,
-            };
+            let mut report = LawReport::new(law, &self.claims);
             let strategy = self.strategy(law);
-            for index in 0..cases {
-                if self.foreign.is_given_up() {
+            for index in 0..self.cases() {
+                if self.foreign.is_given_up() || self.foreign.is_interrupted() {
                     break;
                 }
                 self.case(&mut report, strategy.as_ref(), index, &mut progress);
             }
             laws.push(report);
         }
-        Report { laws, failures: self.foreign.failures(), given_up: self.foreign.is_given_up() }
+        Report {
+            claims: self.claims,
+            laws,
+            failures: self.foreign.failures(),
+            given_up: self.foreign.is_given_up(),
+            interrupted: self.foreign.is_interrupted(),
+        }
     }
 
     fn strategy(&self, law: &MethodLaw) -> Option<BoxedStrategy<Case>> {
@@ -232,13 +210,8 @@ impl Probe<'_> {
         }
     }
 
-    /// The verdict, the slope, and whether the program failed.
-    fn judge(&self, law: &MethodLaw, case: &Case) -> (Verdict, Option<f64>, bool) {
-        self.foreign.forget();
-        let before = self.foreign.failures();
-        let outcome = check_case(law, self.foreign, case, &self.claims);
-        let slope = outcome.slope.as_ref().and_then(Estimate::slope);
-        (outcome.verdict, slope, self.foreign.failures() > before)
+    fn judge(&self, law: &MethodLaw, case: &Case) -> Judged {
+        judge(self.foreign, law, case, &self.claims)
     }
 
     fn case(
@@ -249,112 +222,75 @@ impl Probe<'_> {
         progress: &mut impl FnMut(&'static str, &Verdict),
     ) {
         let law = report.law;
-        let (case, tree) = match (&self.systems, strategy) {
+        let case = match (&self.systems, strategy) {
             (Drawn::Random { seed, .. }, Some(strategy)) => match draw(strategy, *seed, law.name, index).case {
-                Ok((case, tree)) => (case, Some(tree)),
-                Err(why) => return report.record(index, &Verdict::Inconclusive { why }),
+                Ok((case, _)) => case,
+                Err(_) => return report.record(index, &Verdict::inconclusive(NO_CASE).into()),
             },
-            (Drawn::This(case), _) => ((**case).clone(), None),
+            (Drawn::This(case), _) => (**case).clone(),
             (Drawn::Random { .. }, None) => return,
         };
-        let (verdict, slope, failed) = self.judge(law, &case);
-        report.slopes.extend(slope);
-        report.record(index, &verdict);
-        progress(law.name, &verdict);
-        if !verdict.is_broken() || report.failure.is_some() {
+        let judged = self.judge(law, &case);
+        if self.foreign.is_interrupted() {
             return;
         }
-        let exchanges = self.foreign.exchanges();
-        let mut broken = Broken { index, case, verdict, checks: 0, failed, exchanges, solution: None };
-        // Who hangs on one case hangs on its simpler ones, a time limit each.
-        if !failed && let Some(mut tree) = tree {
-            self.shrink(law, &mut *tree, &mut broken);
+        report.record(index, &judged.outcome);
+        progress(law.name, &judged.outcome.verdict);
+        if !judged.outcome.verdict.is_broken() || report.failure.is_some() {
+            return;
         }
-        self.explain(&mut broken);
+        let mut broken = Broken::new(index, case, &judged.outcome, judged.failed);
+        let decided = deciding(self.foreign, law, &self.claims, &mut broken, judged);
+        let decided = match strategy {
+            // A program that hangs on one case hangs on its simpler ones, a time limit each.
+            Some(strategy) if !broken.failed => self.shrink(law, strategy, &mut broken, decided),
+            _ => decided,
+        };
+        broken.explain(self.foreign, law, &self.claims, &decided.outcome);
         report.failure = Some(broken);
     }
 
-    fn shrink(&self, law: &MethodLaw, tree: &mut dyn ValueTree<Value = Case>, best: &mut Broken) {
-        let mut moved = tree.simplify();
-        while moved && best.checks < self.shrink_checks && !self.foreign.is_given_up() {
-            let case = tree.current();
-            let (verdict, _, failed) = self.judge(law, &case);
-            best.checks += 1;
-            let broken = verdict.is_broken() && !failed;
-            if broken {
-                (best.case, best.verdict) = (case, verdict);
-            }
-            moved = if broken { tree.simplify() } else { tree.complicate() };
+    /// Simpler cases that are broken by themselves, until there is none or enough was spent; what was found on the last.
+    fn shrink(&self, law: &MethodLaw, strategy: &BoxedStrategy<Case>, best: &mut Broken, mut found: Judged) -> Judged {
+        if self.shrinking.checks == 0 || !found.broken_by_itself() {
+            return found;
         }
-    }
-
-    /// What a person needs to debug it: the request that did it, or one step with the solution beside it.
-    fn explain(&self, broken: &mut Broken) {
-        if broken.failed {
-            broken.exchanges = broken.exchanges.pop().into_iter().collect();
-            return;
+        let deadline = Instant::now() + self.shrinking.time;
+        let mut seen = HashSet::from([posed(&best.case)]);
+        let mut checks = 0;
+        loop {
+            let mut next = None;
+            simpler(strategy, &best.case, &mut |candidate| {
+                let spent = checks >= self.shrinking.checks || Instant::now() >= deadline;
+                if spent || self.foreign.is_given_up() || self.foreign.is_interrupted() {
+                    return true;
+                }
+                // What differs in the method alone is the same to a program.
+                if !seen.insert(posed(&candidate)) {
+                    return false;
+                }
+                checks += 1;
+                let judged = self.judge(law, &candidate);
+                let broken = judged.broken_by_itself() && !self.foreign.is_interrupted();
+                if broken {
+                    next = Some((candidate, judged));
+                }
+                broken
+            });
+            best.checks = Some(checks);
+            let Some((case, judged)) = next else { return found };
+            (best.case, best.verdict) = (case, judged.outcome.verdict.clone());
+            found = judged;
         }
-        self.foreign.forget();
-        let Ok(theory) = theory_of::<Dd>(&broken.case) else { return };
-        let (start, h) = (theory.start().convert::<f64>(), theory.step());
-        if let Ok(mut stepper) = self.foreign.on(&broken.case) {
-            let _ = stepper.step(&start, h.to_f64());
-        }
-        broken.exchanges = self.foreign.exchanges();
-        let solved = theory.solution(&[h], 8).ok().and_then(|mut list| list.pop());
-        broken.solution = solved.map(|(point, _)| {
-            let Point { momentum, attitude, .. } = point.convert::<f64>();
-            (momentum, attitude)
-        });
     }
 }
 
-/// A broken case on file.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
-#[serde(deny_unknown_fields)]
-pub struct Record {
-    /// Name of the law.
-    pub law: String,
-    /// The program and its arguments.
-    pub command: Vec<String>,
-    /// Its time limit for an answer, in seconds.
-    pub timeout: f64,
-    /// What was claimed of it.
-    #[serde(default)]
-    pub claims: Claims,
-    /// Seed of the campaign.
-    #[serde(default)]
-    pub seed: u64,
-    /// Index of the case in it, before it was shrunk.
-    #[serde(default)]
-    pub index: u64,
-    /// The case, shrunk.
-    pub case: Case,
-    /// A request and its answer, for the reader.
-    #[serde(default)]
-    pub exchanges: Vec<Exchange>,
-}
+/// Why there is no case.
+const NO_CASE: &str = "no system fits: the options exclude every system that this law asks about";
 
-impl Record {
-    /// The record as indented JSON.
-    ///
-    /// # Errors
-    /// The serialiser's, as text.
-    pub fn to_json(&self) -> Result<String, CaseError> {
-        serde_json::to_string_pretty(self).map_err(|error| Place::root().error(Problem::Part(error.to_string())))
-    }
-
-    /// The record in a JSON text; the case is built once to check it.
-    ///
-    /// # Errors
-    /// Malformed JSON (with line and column), unknown keys, or a case that cannot be built.
-    pub fn from_json(text: &str) -> Result<Self, CaseError> {
-        let part = |error: String| Place::root().error(Problem::Part(error));
-        let record: Self = serde_json::from_str(text).map_err(|error| part(error.to_string()))?;
-        if !(record.timeout > 0.0 && record.timeout <= 86400.0) || record.command.is_empty() {
-            return Err(part("a record has a command, and a time limit from 0 to 86400 s".into()));
-        }
-        record.case.check()?;
-        Ok(record)
-    }
+/// What a case is to a program: the request for its step.
+fn posed(case: &Case) -> Option<String> {
+    let described = Described::of(case).ok()?;
+    let theory = theory_of::<f64>(case).ok()?;
+    Some(described.request(&theory.start(), theory.step()))
 }

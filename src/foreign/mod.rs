@@ -21,11 +21,17 @@
 //! ```
 
 mod campaign;
+mod counterexample;
 mod program;
 mod protocol;
+mod record;
+mod report;
 mod stepper;
 
-pub use campaign::{Broken, Drawn, LawReport, Probe, Record, Report};
+pub use campaign::{Drawn, Probe, Shrinking, examine};
+pub use counterexample::{Broken, Compared, Mark, SlopeLevel, Slopes, Values};
 pub use program::{Exchange, Limits, Program, Silence};
 pub use protocol::{Described, Reply, VERSION, parse};
+pub use record::Record;
+pub use report::{ClaimReport, Conclusion, LawReport, Report};
 pub use stepper::{Foreign, ForeignStepper};

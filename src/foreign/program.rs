@@ -3,7 +3,7 @@
 use std::collections::VecDeque;
 use std::io::{Read, Write};
 use std::process::{Child, ChildStdin, Command, Stdio};
-use std::sync::atomic::{AtomicUsize, Ordering};
+use std::sync::atomic::{AtomicBool, AtomicUsize, Ordering};
 use std::sync::mpsc::{Receiver, RecvTimeoutError, Sender, SyncSender, TryRecvError, channel, sync_channel};
 use std::sync::{Arc, Mutex};
 use std::thread;
@@ -47,7 +47,7 @@ pub enum Silence {
         why: String,
     },
     /// No line within the time limit.
-    #[error("the stepper hangs: no answer within {seconds} s{}{}", heard(heard_so_far), errors(stderr))]
+    #[error("no answer from the stepper within {seconds} s{}{}", heard(heard_so_far), errors(stderr))]
     Hung {
         /// The time limit.
         seconds: f64,
@@ -57,7 +57,7 @@ pub enum Silence {
         stderr: String,
     },
     /// It ended.
-    #[error("the stepper died ({status}){}{}", heard(heard_so_far), errors(stderr))]
+    #[error("the stepper ended ({status}){}{}", heard(heard_so_far), errors(stderr))]
     Died {
         /// How.
         status: String,
@@ -67,7 +67,7 @@ pub enum Silence {
         stderr: String,
     },
     /// A line without end, or errors without end.
-    #[error("the stepper floods its standard {stream}: more than {bytes} bytes for one request")]
+    #[error("the stepper writes too much to its standard {stream}: more than {bytes} bytes for one request")]
     Flooded {
         /// `output` or `error`.
         stream: &'static str,
@@ -81,11 +81,14 @@ pub enum Silence {
         line: String,
     },
     /// It failed too often.
-    #[error("not run: the stepper failed {failures} times and is not started again")]
+    #[error("not asked: the stepper failed {failures} times and is not started again")]
     GivenUp {
         /// How often.
         failures: usize,
     },
+    /// Somebody interrupted the run, see [`Program::interrupted_by`]. This is no failure of the program.
+    #[error("the run was interrupted")]
+    Interrupted,
 }
 
 fn heard(text: &str) -> String {
@@ -118,6 +121,9 @@ const TAIL: usize = 1000;
 /// How many exchanges are kept: the first ones, and the last.
 const EXCHANGES: usize = 4;
 
+/// How often an interrupt is looked for while an answer is awaited.
+const LOOK: Duration = Duration::from_millis(50);
+
 enum Event {
     Line(Vec<u8>),
     TooLong,
@@ -144,6 +150,7 @@ struct Running {
 pub struct Program {
     command: Vec<String>,
     limits: Limits,
+    interrupt: Option<Arc<AtomicBool>>,
     running: Option<Running>,
     failures: usize,
     log: Vec<Exchange>,
@@ -152,7 +159,18 @@ pub struct Program {
 impl Program {
     /// A program and its arguments. Nothing is started yet.
     pub fn new(command: &[String], limits: Limits) -> Self {
-        Self { command: command.to_vec(), limits, running: None, failures: 0, log: Vec::new() }
+        Self { command: command.to_vec(), limits, interrupt: None, running: None, failures: 0, log: Vec::new() }
+    }
+
+    /// Stops the program, and asks it nothing more, once this is set.
+    pub fn interrupted_by(mut self, interrupt: Arc<AtomicBool>) -> Self {
+        self.interrupt = Some(interrupt);
+        self
+    }
+
+    /// Whether it is.
+    pub fn is_interrupted(&self) -> bool {
+        self.interrupt.as_ref().is_some_and(|interrupt| interrupt.load(Ordering::Relaxed))
     }
 
     /// Starts it, where it is not running.
@@ -194,7 +212,15 @@ impl Program {
         if self.is_given_up() {
             return Err(Silence::GivenUp { failures: self.failures });
         }
+        if self.is_interrupted() {
+            self.stop(Duration::ZERO);
+            return Err(Silence::Interrupted);
+        }
         let answer = self.exchange(request);
+        if answer == Err(Silence::Interrupted) {
+            self.stop(Duration::ZERO);
+            return answer;
+        }
         let line = match &answer {
             Ok(line) => shown(line, KEPT),
             Err(_) => String::new(),
@@ -236,10 +262,12 @@ impl Program {
             // Where the writer has ended the program has too: the events say so.
             let _ = requests.send(format!("{request}\n"));
         }
-        match running.events.recv_timeout(limits.timeout) {
-            Ok(event) => running.answered(event, &limits, false),
-            Err(RecvTimeoutError::Disconnected) => Err(running.died(Vec::new())),
-            Err(RecvTimeoutError::Timeout) => Err(Silence::Hung {
+        let interrupted = || self.interrupt.as_ref().is_some_and(|interrupt| interrupt.load(Ordering::Relaxed));
+        match running.wait(limits.timeout, interrupted) {
+            None => Err(Silence::Interrupted),
+            Some(Ok(event)) => running.answered(event, &limits, false),
+            Some(Err(RecvTimeoutError::Disconnected)) => Err(running.died(Vec::new())),
+            Some(Err(RecvTimeoutError::Timeout)) => Err(Silence::Hung {
                 seconds: limits.timeout.as_secs_f64(),
                 heard_so_far: running.partial.lock().map(|partial| shown(&partial, SHOWN)).unwrap_or_default(),
                 stderr: running.stderr(),
@@ -281,6 +309,19 @@ fn kill_group(child: &Child) {
 }
 
 impl Running {
+    /// The next event within a time; `None` where it is interrupted.
+    fn wait(&self, limit: Duration, interrupted: impl Fn() -> bool) -> Option<Result<Event, RecvTimeoutError>> {
+        let deadline = Instant::now() + limit;
+        loop {
+            let left = deadline.saturating_duration_since(Instant::now());
+            match self.events.recv_timeout(left.min(LOOK)) {
+                Err(RecvTimeoutError::Timeout) if interrupted() => return None,
+                Err(RecvTimeoutError::Timeout) if left > LOOK => {}
+                found => return Some(found),
+            }
+        }
+    }
+
     fn answered(&mut self, event: Event, limits: &Limits, unasked: bool) -> Result<Vec<u8>, Silence> {
         match event {
             Event::Line(line) if unasked => Err(Silence::Unasked { line: shown(&line, SHOWN) }),
@@ -298,7 +339,7 @@ impl Running {
             match self.child.try_wait() {
                 Ok(Some(status)) => break status.to_string(),
                 Ok(None) if Instant::now() < deadline => thread::sleep(Duration::from_millis(5)),
-                Ok(None) => break "it closed its standard output and goes on".into(),
+                Ok(None) => break "it closed its standard output, and is still running".into(),
                 Err(error) => break error.to_string(),
             }
         };

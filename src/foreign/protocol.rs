@@ -156,7 +156,7 @@ pub fn parse(line: &[u8], n: usize, entries: usize) -> Result<Reply, String> {
     let value: Value = serde_json::from_slice(line).map_err(|error| {
         let text = String::from_utf8_lossy(line).to_lowercase();
         match ["nan", "infinity", "inf"].iter().any(|word| text.contains(word)) {
-            true => format!("the stepper answers NaN or infinity, which are no JSON: {}", said()),
+            true => format!("the stepper answers NaN or infinity, which JSON does not have: {}", said()),
             false => format!("the stepper's answer is not JSON ({error}): {}", said()),
         }
     })?;

@@ -5,6 +5,7 @@ use super::protocol::{Described, Reply, parse};
 use crate::integrators::{OneStep, Report, Solver, State, StepError};
 use crate::laws::method::{Point, Stepper, Subject, matrix_size};
 use crate::system::{Case, CaseError, Place, Problem};
+use std::sync::atomic::AtomicBool;
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 
 /// The states of the systems that are asked about are of size 10⁻² to 10³: beyond this a run has diverged.
@@ -20,6 +21,16 @@ impl Foreign {
     /// The program and its arguments; it is started when it is first asked.
     pub fn new(command: &[String], limits: Limits) -> Self {
         Self { program: Arc::new(Mutex::new(Program::new(command, limits))) }
+    }
+
+    /// The same; once `interrupt` is set the program is stopped and asked nothing more.
+    pub fn interruptible(command: &[String], limits: Limits, interrupt: Arc<AtomicBool>) -> Self {
+        Self { program: Arc::new(Mutex::new(Program::new(command, limits).interrupted_by(interrupt))) }
+    }
+
+    /// Whether the run was interrupted.
+    pub fn is_interrupted(&self) -> bool {
+        self.program().is_interrupted()
     }
 
     fn program(&self) -> MutexGuard<'_, Program> {
@@ -62,9 +73,8 @@ impl Foreign {
         let mut program = self.program();
         let line = match program.ask(&system.request(point, h)) {
             Ok(line) => line,
-            Err(Silence::GivenUp { failures }) => {
-                let why = Silence::GivenUp { failures }.to_string();
-                return Err(StepError::Refused { step: h, why });
+            Err(silence @ (Silence::GivenUp { .. } | Silence::Interrupted)) => {
+                return Err(StepError::Refused { step: h, why: silence.to_string() });
             }
             Err(silence) => return Err(StepError::NoAnswer { why: silence.to_string() }),
         };

@@ -8,6 +8,7 @@ use super::case::Case;
 use super::document::{Document, OutputTable, RunTable, ScalarName};
 use super::error::{CaseError, Place, Problem, Segment};
 use crate::scalar::{Number, Real};
+use std::borrow::Cow;
 use std::fmt;
 use std::ops::Range;
 use toml::de::{DeTable, DeValue};
@@ -123,6 +124,9 @@ impl FileError {
     }
 }
 
+/// What stands for the method where a stepper is asked instead.
+const ANY_METHOD: &str = "[method]\ntableau = \"gauss-1\"\nretraction = \"exp\"\n";
+
 /// The key in "missing field `key`".
 fn missing_field(message: &str) -> Option<&str> {
     message.strip_prefix("missing field `")?.strip_suffix('`')
@@ -167,11 +171,17 @@ fn locate(table: &DeTable<'_>, place: &[Segment]) -> Option<Range<usize>> {
 }
 
 fn read(text: &str) -> Result<Document, FileError> {
+    read_with(text, "")
+}
+
+/// The document of a text with lines added to it.
+fn read_with(text: &str, added: &str) -> Result<Document, FileError> {
     if text.len() > MAX_BYTES {
         let message = format!("the file has {} bytes; allowed: at most {MAX_BYTES}", text.len());
         return Err(FileError::at("", None, message));
     }
-    toml::from_str(text).map_err(|error| FileError::syntax(text, &error))
+    let whole = if added.is_empty() { Cow::Borrowed(text) } else { Cow::Owned(format!("{text}\n{added}")) };
+    toml::from_str(&whole).map_err(|error| FileError::syntax(text, &error))
 }
 
 /// The document as TOML.
@@ -195,6 +205,21 @@ impl SystemFile {
         let file = Self { case, horizon, scalar: run.scalar.unwrap_or_default(), output };
         file.plan::<f64>().map_err(located)?;
         Ok(file)
+    }
+
+    /// The case in a system file, for a method that is not of this crate: `[method]` and the length of the run may be missing.
+    /// Without `[method]` the initial attitude is the exponential of its coordinates. The case is built once to check it.
+    ///
+    /// # Errors
+    /// Those of [`SystemFile::parse`].
+    pub fn parse_for_stepper(text: &str) -> Result<Case, FileError> {
+        let without_method = DeTable::parse(text).is_ok_and(|table| !table.get_ref().contains_key("method"));
+        // At the end, so that every place in the text stays where it is.
+        let document = read_with(text, if without_method { ANY_METHOD } else { "" })?;
+        let located = |error: CaseError| FileError::case(text, &error);
+        let case = Case::try_from(document).map_err(located)?;
+        case.check().map_err(located)?;
+        Ok(case)
     }
 
     /// The case alone, without demanding a horizon, and without building it.

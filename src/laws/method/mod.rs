@@ -37,7 +37,7 @@ use crate::integrators::StepError;
 use crate::mechanics::{Force, Lagrangian};
 use crate::retraction::Retraction;
 use crate::scalar::{Dd, Real, Scalar};
-use crate::study::problem;
+use crate::study::{Findings, problem};
 use crate::system::case::Structure;
 use crate::system::{Case, CaseError, Cases, System, Visitor};
 use serde::{Deserialize, Serialize};
@@ -66,7 +66,7 @@ pub struct Claims {
 
 impl Claims {
     /// The order that every defect must fall at.
-    fn least_order(&self) -> u32 {
+    pub fn least_order(&self) -> u32 {
         self.order.unwrap_or(1).max(1)
     }
 }
@@ -174,6 +174,22 @@ impl MethodLaw {
             Kind::Equivariance | Kind::Presentation => base,
         }
     }
+
+    /// The claim that this law judges, where it is made: `order 4`, `conserves casimirs`, `conserves energy`, `reversible`.
+    pub fn claim(&self, claims: &Claims) -> Option<String> {
+        match self.kind {
+            Kind::Order => claims.order.map(|order| format!("order {order}")),
+            Kind::Casimirs => claims.casimirs.then(|| "conserves casimirs".into()),
+            Kind::Energy => claims.energy.then(|| "conserves energy".into()),
+            Kind::Reversibility => claims.reversible.then(|| "reversible".into()),
+            Kind::Equivariance | Kind::Presentation => None,
+        }
+    }
+
+    /// Whether the claim is about systems without force alone.
+    fn claims_free_motion(&self) -> bool {
+        matches!(self.kind, Kind::Casimirs | Kind::Energy)
+    }
 }
 
 /// The law called `name`.
@@ -243,6 +259,17 @@ pub enum Other {
     Presentation,
     /// The k-th other system that such a method is asked on, where this one hides its order.
     Variation(i64),
+}
+
+impl Other {
+    /// The other system of a case; `None` where there is none.
+    pub fn of(self, case: &Case) -> Option<Case> {
+        match self {
+            Self::Presentation => Some(case.presented().0),
+            Self::Variation(k @ 1..=VARIATIONS) => Some(problem::varied(case, k)),
+            Self::Variation(_) => problem::generic().ok().map(|file| Case { method: case.method.clone(), ..file.case }),
+        }
+    }
 }
 
 /// Another setup, with B (by rows) if it is a change of basis.
@@ -323,10 +350,7 @@ impl<'a> Setup<'a> {
     /// # Errors
     /// A case that cannot be built, a method that does not apply.
     pub fn of(case: &Case, subject: &'a dyn Subject) -> Result<Self, SetupError> {
-        let variation = |case: &Case, k: i64| match k {
-            1..=VARIATIONS => Some(problem::varied(case, k)),
-            _ => problem::generic().ok().map(|file| Case { method: case.method.clone(), ..file.case }),
-        };
+        let variation = |case: &Case, k: i64| Other::Variation(k).of(case);
         Self::assemble(case, subject, |case| Some(case.presented()), variation)
     }
 
@@ -476,7 +500,7 @@ fn difference<T: Real>(x: &[T], y: &[T]) -> (T, T) {
     })
 }
 
-/// A verdict, and the order that was measured where one was.
+/// A verdict, and what it rests on.
 #[derive(Clone, Debug, PartialEq)]
 #[non_exhaustive]
 pub struct Outcome {
@@ -484,11 +508,17 @@ pub struct Outcome {
     pub verdict: Verdict,
     /// The slope that decides, less what local errors have in excess.
     pub slope: Option<Estimate>,
+    /// The errors that were measured, where the law asks for a slope: those of the system that decided.
+    pub findings: Option<Findings>,
+    /// The other system that decided, where the one that was asked about did not.
+    pub decided_by: Option<Other>,
+    /// Whether the law judged the claim itself here, and not only the order at which a defect falls.
+    pub judged_claim: bool,
 }
 
 impl From<Verdict> for Outcome {
     fn from(verdict: Verdict) -> Self {
-        Self { verdict, slope: None }
+        Self { verdict, slope: None, findings: None, decided_by: None, judged_claim: false }
     }
 }
 
@@ -506,7 +536,7 @@ pub(super) fn without(error: &StepError) -> Verdict {
 #[doc(hidden)]
 pub fn check(law: &MethodLaw, setup: &Setup<'_>, claims: &Claims) -> Outcome {
     let tolerance = claims.tolerance;
-    match law.kind {
+    let mut outcome: Outcome = match law.kind {
         Kind::Order => slopes::order(setup, claims),
         Kind::Casimirs => slopes::casimirs(setup, claims),
         Kind::Energy => slopes::energy(setup, claims),
@@ -514,7 +544,9 @@ pub fn check(law: &MethodLaw, setup: &Setup<'_>, claims: &Claims) -> Outcome {
         Kind::Reversibility => slopes::reversibility(setup, claims),
         Kind::Equivariance => setup.settle(symmetry::Equivariance, tolerance).into(),
         Kind::Presentation => setup.settle(symmetry::Presentation, tolerance).into(),
-    }
+    };
+    outcome.judged_claim = law.claim(claims).is_some() && (!law.claims_free_motion() || setup.double.theory.is_free());
+    outcome
 }
 
 /// The same on a described system.

@@ -137,7 +137,7 @@ fn outcome(setup: &Setup<'_>, findings: &Findings, verdict: Verdict) -> Outcome 
     {
         return Verdict::inconclusive("16 digits do not tell the slope sharply enough to refute the order").into();
     }
-    Outcome { verdict, slope }
+    Outcome { slope, findings: Some(findings.clone()), ..verdict.into() }
 }
 
 /// Errors of so many steps against the solution.
@@ -213,7 +213,10 @@ pub(super) fn order(setup: &Setup<'_>, claims: &Claims) -> Outcome {
             Ok(other) => match other.compare(order) {
                 Comparison::Above { .. } => above += 1,
                 Comparison::Exact | Comparison::Unknown { .. } => {}
-                decided => return outcome(setup, &other, decided.verdict()),
+                decided => {
+                    let decided_by = Some(Other::Variation(k));
+                    return Outcome { decided_by, ..outcome(setup, &other, decided.verdict()) };
+                }
             },
             Err(error @ StepError::NoAnswer { .. }) => return without(&error).into(),
             Err(_) => {}

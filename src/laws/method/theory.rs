@@ -150,7 +150,15 @@ pub trait Theory<T: Real> {
     ///
     /// # Errors
     /// Those of [`reference::at`].
-    fn solution(&self, times: &[T], stages: usize) -> Result<Vec<Solved<T>>, StepError>;
+    fn solution(&self, times: &[T], stages: usize) -> Result<Vec<Solved<T>>, StepError> {
+        self.solution_from(&self.start(), times, stages)
+    }
+
+    /// The same from another state.
+    ///
+    /// # Errors
+    /// Those of [`reference::at`].
+    fn solution_from(&self, start: &Point<T>, times: &[T], stages: usize) -> Result<Vec<Solved<T>>, StepError>;
 
     /// An element k of the group that is not the identity; `None` where there is no group.
     fn element(&self) -> Option<Vec<T>>;
@@ -257,9 +265,9 @@ where
         })
     }
 
-    fn solution(&self, times: &[T], stages: usize) -> Result<Vec<Solved<T>>, StepError> {
+    fn solution_from(&self, start: &Point<T>, times: &[T], stages: usize) -> Result<Vec<Solved<T>>, StepError> {
         let body = EulerPoincare::new(self.algebra.clone(), &self.lagrangian, &self.force);
-        let targets = reference::at(&body, self.group.as_ref(), &self.state, times, stages)?;
+        let targets = reference::at(&body, self.group.as_ref(), &start.state(), times, stages)?;
         Ok(targets.iter().map(|target| (Point::of(&target.state, self.size), target.doubt)).collect())
     }
 

@@ -1,0 +1,165 @@
+//! A broken law of a stepper, in full: law, verdict, system, errors, one exchange.
+
+use super::super::table::{Column, Table, data, entries, paragraph};
+use euler_poincare::foreign::{Broken, Compared, LawReport, Mark, Record, Slopes, Values};
+use euler_poincare::harness::Verdict;
+use euler_poincare::laws::method::MethodLaw;
+use euler_poincare::laws::replay::{indented, verdict_rows};
+use euler_poincare::system::{Case, Motion};
+use std::fmt::Write;
+use std::path::PathBuf;
+
+/// The indices that are listed.
+const INDICES: usize = 10;
+
+/// The first and the last rows of a long table that are printed; the JSON has all.
+const ROWS: (usize, usize) = (4, 10);
+
+/// The first broken case of a law.
+pub fn text(law: &LawReport, broken: &Broken, saved: &Result<PathBuf, String>) -> String {
+    let mut indices: Vec<String> = law.broken.iter().take(INDICES).map(ToString::to_string).collect();
+    if law.broken.len() > INDICES {
+        indices.push("…".into());
+    }
+    let (count, cases) = (law.broken.len(), law.cases);
+    let mut text = format!("\nBROKEN {}: {count} of {cases} cases ({})\n", law.law.name, indices.join(", "));
+    let mut rows = vec![("statement", law.law.statement.to_owned()), ("source", law.law.source.to_owned())];
+    rows.extend(verdict_rows(&broken.verdict));
+    let _ = writeln!(text, "{}", entries(2, rows));
+    text += &counterexample(broken, &format!("case {}", broken.index));
+    let _ = match saved {
+        Ok(path) => {
+            let path = path.display();
+            writeln!(text, "\n  saved in {path}; run it again with\n    euler-poincare probe --replay {path}")
+        }
+        Err(reason) => writeln!(text, "\n{}", paragraph(&format!("  not saved: {reason}"))),
+    };
+    text
+}
+
+/// A record, judged again.
+pub fn replayed(
+    law: &MethodLaw,
+    command: &[String],
+    record: &Record,
+    verdict: &Verdict,
+    broken: Option<&Broken>,
+) -> String {
+    let mut rows = vec![
+        ("law", format!("{}: {}", law.name, law.statement)),
+        ("source", law.source.to_owned()),
+        ("command", command.join(" ")),
+    ];
+    rows.extend(law.claim(&record.claims).map(|claim| ("claim", claim)));
+    rows.extend(verdict_rows(verdict));
+    let from = format!("case {} of seed {}", record.index, record.seed);
+    match broken {
+        Some(broken) => format!("{}\n{}", entries(0, rows), counterexample(broken, &from)),
+        None => format!("{}\n\n  {from}\n{}\n", entries(0, rows), system(&record.case)),
+    }
+}
+
+/// The system, the errors and the exchange.
+fn counterexample(broken: &Broken, name: &str) -> String {
+    let mut how = vec![name.to_owned()];
+    if broken.varied {
+        how.push("varied: the same algebra with another inertia, force and motion".into());
+    }
+    match (broken.failed, broken.checks) {
+        (true, _) => how.push("the stepper failed on it".into()),
+        (false, None) => {}
+        (false, Some(1)) => how.push("shrunk by 1 check".into()),
+        (false, Some(checks)) => how.push(format!("shrunk by {checks} checks")),
+    }
+    let how = paragraph(&format!("  {}", how.join(", ")));
+    let mut text = format!("\n{how}\n{}\n", system(&broken.case));
+    if let Some(slopes) = broken.slopes.first() {
+        text += &format!("\n{}\n", indented(&errors(slopes)));
+    }
+    if let Some(exchange) = &broken.exchange {
+        text += &compared(exchange);
+    }
+    text
+}
+
+/// A request, its answer and the solution.
+fn compared(exchange: &Compared) -> String {
+    let Compared { what, request, answer, solution, difference } = exchange;
+    let answer = if answer.is_empty() { "(none)" } else { answer };
+    let mut text = format!("\n  {what}: request\n{}\n  answer\n{}\n", data(request), data(answer));
+    if let Some(solution) = solution {
+        let _ = write!(text, "  solution at the end of this step\n{}\n", data(&values(solution, |x| format!("{x:?}"))));
+    }
+    if let Some(difference) = difference {
+        let _ = write!(text, "  answer less solution\n{}\n", data(&values(difference, |x| format!("{x:.1e}"))));
+    }
+    text
+}
+
+/// As an answer is written.
+fn values(values: &Values, number: impl Fn(f64) -> String) -> String {
+    let list = |list: &[f64]| format!("[{}]", list.iter().map(|x| number(*x)).collect::<Vec<_>>().join(","));
+    match values.g.is_empty() {
+        true => format!("{{\"mu\":{}}}", list(&values.mu)),
+        false => format!("{{\"mu\":{},\"g\":{}}}", list(&values.mu), list(&values.g)),
+    }
+}
+
+/// The errors of the part of the state that decides, level by level.
+fn errors(slopes: &Slopes) -> String {
+    let mut table = Table::new(&["steps", "h", "error", "order"].map(Column::number));
+    let count = slopes.levels.len();
+    for (index, level) in slopes.levels.iter().enumerate() {
+        if count > ROWS.0 + ROWS.1 + 1 && (ROWS.0..count - ROWS.1).contains(&index) {
+            if index == ROWS.0 {
+                table.row(["…".to_owned(), format!("{} more", count - ROWS.0 - ROWS.1)]);
+            }
+            continue;
+        }
+        let mark = match level.mark {
+            Mark::Counts => "",
+            Mark::Coarse => "·",
+            Mark::Noise => "~",
+        };
+        let order = level.order.map(|order| format!("{order:.3}")).unwrap_or_default();
+        let error = format!("{mark}{:.2e}", level.error);
+        table.row([level.steps.to_string(), format!("{:.3e}", level.h), error, order]);
+    }
+    let found = match (slopes.order, slopes.interval, &slopes.why) {
+        (Some(order), Some([low, high]), _) => format!("order {order:.3} in [{low:.3}, {high:.3}]"),
+        (_, _, Some(why)) => format!("no order: {why}"),
+        _ => "no order".into(),
+    };
+    let mut legend = vec![found];
+    if slopes.levels.iter().any(|level| level.mark == Mark::Noise) {
+        legend.push("~ not clear of rounding".into());
+    }
+    if slopes.levels.iter().any(|level| level.mark == Mark::Coarse) {
+        legend.push("· not used, the step is too large".into());
+    }
+    format!("errors ({})\n{}\n{}", slopes.quantity, table.text(), legend.join("; "))
+}
+
+/// A case without its method, which is the stepper's, four columns in.
+fn system(case: &Case) -> String {
+    let forces: Vec<String> = case.forces.iter().map(ToString::to_string).collect();
+    let force = if forces.is_empty() { "none".into() } else { forces.join(" + ") };
+    let list = |list: &[euler_poincare::scalar::Number]| {
+        format!("[{}]", list.iter().map(ToString::to_string).collect::<Vec<_>>().join(", "))
+    };
+    let mut start = match &case.start.motion {
+        Motion::Velocity(eta) => format!("velocity {}", list(eta)),
+        Motion::Momentum(mu) => format!("momentum {}", list(mu)),
+    };
+    if let Some(x) = &case.start.attitude {
+        let _ = write!(start, ", attitude {}({})", case.method.retraction.name(), list(x));
+    }
+    let rows = [
+        ("algebra", case.algebra.to_string()),
+        ("lagrangian", case.lagrangian.to_string()),
+        ("force", force),
+        ("start", format!("{start}, t = {}", case.start.time)),
+        ("step", case.step.to_string()),
+    ];
+    entries(4, rows)
+}

@@ -1,0 +1,96 @@
+//! What `probe --format json` prints: one object per law and line, and one for the whole.
+
+use super::super::schema::object;
+use super::{Saved, asked, slopes};
+use euler_poincare::foreign::{Broken, LawReport, Record, Report};
+use euler_poincare::harness::Verdict;
+use euler_poincare::laws::method::MethodLaw;
+use serde_json::{Value, json};
+
+/// The campaign.
+pub fn json(report: &Report, saved: &[Saved]) -> String {
+    let laws = report.laws.iter().zip(saved).map(|(law, saved)| one(law, saved));
+    laws.chain([summary(report)]).map(|line| format!("{line}\n")).collect()
+}
+
+fn one(law: &LawReport, saved: &Saved) -> Value {
+    let mut line = json!({
+        "law": law.law.name,
+        "cases": law.cases,
+        "held": law.held,
+        "broken": law.broken.len(),
+        "inconclusive": law.inconclusive,
+        "not_applicable": law.not_applicable,
+        "claim": law.claim,
+        "confirmed": law.claim.as_ref().map(|_| law.confirmed),
+        "max_defect": law.worst.map(|worst| worst.0),
+        "bound": law.worst.map(|worst| worst.1),
+        "least_order": slopes(law).map(|slopes| slopes.0),
+        "median_order": slopes(law).map(|slopes| slopes.1),
+    });
+    if let (Some(broken), Some(saved)) = (&law.failure, saved) {
+        let mut failure = failure(broken);
+        failure["index"] = json!(broken.index);
+        failure["saved"] = json!(saved.as_ref().ok().map(|path| path.display().to_string()));
+        failure["not_saved"] = json!(saved.as_ref().err());
+        line["failure"] = failure;
+    }
+    object("probe/1", line)
+}
+
+/// What is known of a broken case.
+fn failure(broken: &Broken) -> Value {
+    let witness = match &broken.verdict {
+        Verdict::Broken { witness, .. } => witness.clone(),
+        other => other.to_string(),
+    };
+    json!({
+        "witness": witness,
+        "failed": broken.failed,
+        "varied": broken.varied,
+        "checks": broken.checks,
+        "case": broken.case,
+        "slopes": broken.slopes,
+        "exchange": broken.exchange,
+    })
+}
+
+fn summary(report: &Report) -> Value {
+    let summary = json!({
+        "conclusion": report.conclusion(),
+        "laws": report.laws.len(),
+        "cases": asked(report),
+        "laws_broken": report.laws.iter().filter(|law| !law.broken.is_empty()).count(),
+        "claims": report.claims(),
+        "failures": report.failures,
+    });
+    object("probe-summary/1", summary)
+}
+
+/// A record, judged again.
+pub fn replayed(
+    law: &MethodLaw,
+    command: &[String],
+    record: &Record,
+    verdict: &Verdict,
+    broken: Option<&Broken>,
+) -> String {
+    let (defect, bound) = verdict.measured().unzip();
+    let why = match verdict {
+        Verdict::Inconclusive { why } | Verdict::NotApplicable { why } => Some(why),
+        _ => None,
+    };
+    let line = json!({
+        "law": law.name,
+        "claim": law.claim(&record.claims),
+        "command": command,
+        "seed": record.seed,
+        "index": record.index,
+        "verdict": verdict.word(),
+        "why": why,
+        "defect": defect,
+        "bound": bound,
+        "failure": broken.map(failure),
+    });
+    format!("{}\n", object("probe-replay/1", line))
+}

@@ -1,0 +1,291 @@
+//! A case on which a law is broken, with what a person needs to see why: the errors level by level, and one answer beside the
+//! solution.
+
+use super::program::Exchange;
+use super::stepper::Foreign;
+use crate::harness::Verdict;
+use crate::harness::convergence::{Estimate, Kind};
+use crate::laws::method::{Claims, MethodLaw, Other, Outcome, Point, Stepper, theory_of};
+use crate::scalar::{Dd, Scalar};
+use crate::study::{Findings, Line};
+use crate::system::Case;
+use serde::{Deserialize, Serialize};
+
+/// A broken case.
+#[derive(Clone, Debug, PartialEq)]
+#[non_exhaustive]
+pub struct Broken {
+    /// Its index, before it was shrunk.
+    pub index: usize,
+    /// The simplest case found that is broken by itself.
+    pub case: Case,
+    /// Whether it comes from a variation of the case with this index: the same algebra, with another inertia, force and motion.
+    pub varied: bool,
+    /// The verdict on it.
+    pub verdict: Verdict,
+    /// How many checks were spent on shrinking; `None` where it was not tried.
+    pub checks: Option<usize>,
+    /// Whether the program failed: it hung, died, flooded, or answered with something else than a state.
+    pub failed: bool,
+    /// The errors from which the order was read, of each part of the state; the deciding one first.
+    pub slopes: Vec<Slopes>,
+    /// The request that did it, where the program failed; else one step that is off the solution.
+    pub exchange: Option<Compared>,
+}
+
+/// μ and g.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Values {
+    /// n numbers.
+    pub mu: Vec<f64>,
+    /// m² numbers by rows; none where there is no group.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub g: Vec<f64>,
+}
+
+/// A request and its answer, with the solution beside it.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Compared {
+    /// What was asked for.
+    pub what: String,
+    /// The line that was written.
+    pub request: String,
+    /// The line that was read; empty where none came.
+    pub answer: String,
+    /// The solution at the end of this step, from the state in the request.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub solution: Option<Values>,
+    /// The answer less the solution.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub difference: Option<Values>,
+}
+
+/// The errors of one quantity at a sequence of steps, and the order that they show.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Slopes {
+    /// What it is the error of.
+    pub quantity: String,
+    /// The order, extrapolated to h = 0.
+    pub order: Option<f64>,
+    /// Its interval.
+    pub interval: Option<[f64; 2]>,
+    /// Why there is none.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub why: Option<String>,
+    /// One for each step size, the largest first.
+    pub levels: Vec<SlopeLevel>,
+}
+
+/// One step size.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct SlopeLevel {
+    /// How many steps were taken.
+    pub steps: usize,
+    /// Their size.
+    pub h: f64,
+    /// The error after them.
+    pub error: f64,
+    /// How much of it may be rounding, or error of the solution.
+    pub noise: f64,
+    /// The order between the level before and this one.
+    pub order: Option<f64>,
+    /// What it is to the order.
+    pub mark: Mark,
+}
+
+/// What a level is to the order.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum Mark {
+    /// It shows the order.
+    Counts,
+    /// The step is too large for the order to show, or there is no order.
+    Coarse,
+    /// The error is not clear of the noise.
+    Noise,
+}
+
+impl Slopes {
+    /// Those of some findings; the part of the state that decides about `order` first.
+    pub fn of(findings: &Findings, order: u32) -> Vec<Self> {
+        let first = findings.deciding(order).map(|(quantity, _)| quantity);
+        let rest = (0..findings.quantities().len()).filter(|quantity| Some(*quantity) != first);
+        first.into_iter().chain(rest).map(|quantity| Self::quantity(findings, quantity)).collect()
+    }
+
+    fn quantity(findings: &Findings, quantity: usize) -> Self {
+        let (order, interval, why) = match findings.line(quantity) {
+            Line::Exact => (None, None, Some("every error is rounding".to_owned())),
+            Line::Read(Estimate::Slope { value, low, high, .. }) => (Some(value), Some([low, high]), None),
+            Line::Read(Estimate::Inconclusive { why, .. }) => (None, None, Some(why)),
+        };
+        let mut levels: Vec<SlopeLevel> = Vec::new();
+        for (row, kind) in findings.rows().iter().zip(findings.kinds(quantity)) {
+            let Some(reading) = row.readings.as_ref().ok().and_then(|list| list.get(quantity)) else { continue };
+            let slope = levels
+                .last()
+                .filter(|last| last.error > 0.0 && reading.error > 0.0)
+                .map(|last| (last.error / reading.error).ln() / (last.h.abs() / row.h.abs()).ln() - findings.excess());
+            let mark = match kind {
+                Some(Kind::Asymptotic) => Mark::Counts,
+                Some(Kind::PreAsymptotic) | None => Mark::Coarse,
+                Some(Kind::Noise) => Mark::Noise,
+            };
+            levels.push(SlopeLevel {
+                steps: row.steps,
+                h: row.h,
+                error: reading.error,
+                noise: reading.noise,
+                order: slope,
+                mark,
+            });
+        }
+        Self { quantity: findings.quantities()[quantity].clone(), order, interval, why, levels }
+    }
+}
+
+/// A step to be asked for.
+struct Question {
+    what: &'static str,
+    case: Case,
+    from: Point<f64>,
+    h: f64,
+}
+
+/// How many of the step sizes of a study are tried.
+const SIZES: usize = 4;
+
+/// The stages of the method that the solution comes from, and its steps.
+const STAGES: usize = 8;
+const STEPS: i64 = 8;
+
+/// The step of a broken case that is farthest from the solution, of those that the law asks for.
+pub(super) fn compared(
+    foreign: &Foreign,
+    law: &MethodLaw,
+    case: &Case,
+    findings: Option<&Findings>,
+) -> Option<Compared> {
+    let mut worst: Option<(f64, Compared)> = None;
+    let mut ask = |question: &Question| {
+        let (answer, compared, distance) = asked(foreign, question)?;
+        if worst.as_ref().is_none_or(|(most, _)| distance > *most) {
+            worst = Some((distance, compared));
+        }
+        Some(answer)
+    };
+    for question in questions(law, case, findings)? {
+        let answer = ask(&question);
+        if let (Some(from), "method-reversibility") = (answer, law.name) {
+            ask(&Question { what: "the step back from there", from, h: -question.h, ..question });
+        }
+    }
+    worst.map(|(_, compared)| compared)
+}
+
+/// The steps that a law asks for first, and those in which a case is not to matter.
+fn questions(law: &MethodLaw, case: &Case, findings: Option<&Findings>) -> Option<Vec<Question>> {
+    let theory = theory_of::<Dd>(case).ok()?;
+    let (start, h) = (theory.start().convert::<f64>(), theory.step().to_f64());
+    let question = |what, from: &Point<f64>, h| Question { what, case: case.clone(), from: from.clone(), h };
+    let mut list = vec![question("a step from the start", &start, h)];
+    match law.name {
+        "method-equivariance" => {
+            if let Some(k) = theory.element() {
+                let attitude = product(&k.iter().map(|x| x.to_f64()).collect::<Vec<_>>(), &start.attitude);
+                list.push(question("a step after a left translation of g", &Point { attitude, ..start.clone() }, h));
+            }
+            if theory.is_autonomous() {
+                list.push(question(
+                    "a step from a later time",
+                    &Point { time: start.time + 0.625, ..start.clone() },
+                    h,
+                ));
+            }
+        }
+        "method-presentation" => {
+            let other = Other::Presentation.of(case)?;
+            let from = theory_of::<Dd>(&other).ok()?.start().convert::<f64>();
+            list.push(Question { what: "a step in another basis", case: other, from, h });
+        }
+        _ => {
+            let rows = findings.map_or(&[][..], |findings| findings.rows());
+            let sizes = rows.iter().filter(|row| row.readings.is_ok()).map(|row| row.h).take(SIZES);
+            list.extend(sizes.filter(|size| *size != h).map(|size| question("a step from the start", &start, size)));
+        }
+    }
+    Some(list)
+}
+
+/// The product of two m×m matrices by rows.
+fn product(a: &[f64], b: &[f64]) -> Vec<f64> {
+    let m = a.len().isqrt();
+    (0..m * m).map(|k| (0..m).map(|j| a[k / m * m + j] * b[j * m + k % m]).sum()).collect()
+}
+
+/// The answer, the exchange with the solution beside it, and by how much they differ, relative.
+///
+/// Without an answer, or a solution that is accurate enough to show the difference: `None`.
+fn asked(foreign: &Foreign, question: &Question) -> Option<(Point<f64>, Compared, f64)> {
+    let Question { what, case, from, h } = question;
+    let mut stepper = foreign.on(case).ok()?;
+    foreign.forget();
+    let answer = stepper.step(from, *h).ok()?;
+    let Exchange { request, answer: line } = foreign.exchanges().pop()?;
+    let theory = theory_of::<Dd>(case).ok()?;
+    let times: Vec<Dd> = (1..=STEPS).map(|k| Dd::exact(*h) * Dd::ratio(k, STEPS)).collect();
+    let (solution, doubt) = theory.solution_from(&from.convert::<Dd>(), &times, STAGES).ok()?.pop()?;
+    let solution = solution.convert::<f64>();
+    let parts = [
+        (&answer.momentum, &solution.momentum, doubt.0.to_f64()),
+        (&answer.attitude, &solution.attitude, doubt.1.to_f64()),
+    ];
+    let largest = |list: &[f64]| list.iter().fold(0.0, |m: f64, x| m.max(x.abs()));
+    let distance = parts.map(|(mine, exact, doubt)| {
+        let size = largest(exact).max(f64::MIN_POSITIVE);
+        (largest(&less(mine, exact)) - 16.0 * doubt) / size
+    });
+    let compared = Compared {
+        what: format!("{what}, h = {h}"),
+        request,
+        answer: line,
+        difference: Some(Values {
+            mu: less(&answer.momentum, &solution.momentum),
+            g: less(&answer.attitude, &solution.attitude),
+        }),
+        solution: Some(Values { mu: solution.momentum, g: solution.attitude }),
+    };
+    Some((answer, compared, distance[0].max(distance[1])))
+}
+
+fn less(a: &[f64], b: &[f64]) -> Vec<f64> {
+    a.iter().zip(b).map(|(a, b)| a - b).collect()
+}
+
+impl Broken {
+    /// A case as it was judged.
+    pub(super) fn new(index: usize, case: Case, outcome: &Outcome, failed: bool) -> Self {
+        let verdict = outcome.verdict.clone();
+        Self { index, case, varied: false, verdict, checks: None, failed, slopes: Vec::new(), exchange: None }
+    }
+
+    /// What a person needs to debug it: the errors and one step with the solution beside it, or the request that did it.
+    pub(super) fn explain(&mut self, foreign: &Foreign, law: &MethodLaw, claims: &Claims, outcome: &Outcome) {
+        let findings = outcome.findings.as_ref();
+        self.slopes = findings.map_or_else(Vec::new, |findings| Slopes::of(findings, claims.least_order()));
+        self.exchange = match self.failed {
+            true => foreign.exchanges().pop().map(|Exchange { request, answer }| Compared {
+                what: "what the stepper failed on".into(),
+                request,
+                answer,
+                solution: None,
+                difference: None,
+            }),
+            false => compared(foreign, law, &self.case, findings),
+        };
+    }
+}

@@ -1,0 +1,202 @@
+//! What a campaign found: for each law, for each claim, and all in all.
+
+use super::counterexample::Broken;
+use crate::harness::Verdict;
+use crate::harness::convergence::Estimate;
+use crate::laws::method::{Claims, LAWS, MethodLaw, Outcome};
+use serde::Serialize;
+use std::collections::BTreeMap;
+
+/// Why a case on which a law holds says nothing about what it claims of free motions.
+const FORCED: &str = "the system has a force: this claim is about systems without force";
+
+/// What was found about one law.
+#[derive(Clone, Debug, PartialEq)]
+#[non_exhaustive]
+pub struct LawReport {
+    /// The law.
+    pub law: &'static MethodLaw,
+    /// The claim that it judges, where it is made.
+    pub claim: Option<String>,
+    /// Cases asked.
+    pub cases: usize,
+    /// On which it holds.
+    pub held: usize,
+    /// On which it holds, and the claim itself was judged.
+    pub confirmed: usize,
+    /// Cases that neither confirm nor refute the claim, by reason.
+    pub unconfirmed: BTreeMap<String, usize>,
+    /// The indices of those on which it is broken.
+    pub broken: Vec<usize>,
+    /// Those that could not be decided, by reason.
+    pub inconclusive: BTreeMap<String, usize>,
+    /// Those about which it says nothing, by reason.
+    pub not_applicable: BTreeMap<String, usize>,
+    /// The largest defect against its bound.
+    pub worst: Option<(f64, f64)>,
+    /// The slopes measured, less what local errors have in excess.
+    pub slopes: Vec<f64>,
+    /// The first broken case, shrunk.
+    pub failure: Option<Broken>,
+}
+
+impl LawReport {
+    pub(super) fn new(law: &'static MethodLaw, claims: &Claims) -> Self {
+        Self {
+            law,
+            claim: law.claim(claims),
+            cases: 0,
+            held: 0,
+            confirmed: 0,
+            unconfirmed: BTreeMap::new(),
+            broken: Vec::new(),
+            inconclusive: BTreeMap::new(),
+            not_applicable: BTreeMap::new(),
+            worst: None,
+            slopes: Vec::new(),
+            failure: None,
+        }
+    }
+
+    pub(super) fn record(&mut self, index: usize, outcome: &Outcome) {
+        let verdict = &outcome.verdict;
+        self.cases += 1;
+        let undecided = match verdict {
+            Verdict::Holds { .. } => {
+                self.held += 1;
+                (!outcome.judged_claim).then_some(FORCED)
+            }
+            Verdict::Broken { .. } => {
+                self.broken.push(index);
+                None
+            }
+            Verdict::Inconclusive { why } => {
+                *self.inconclusive.entry(why.clone()).or_default() += 1;
+                Some(why.as_str())
+            }
+            Verdict::NotApplicable { why } => {
+                *self.not_applicable.entry(why.clone()).or_default() += 1;
+                Some(why.as_str())
+            }
+        };
+        if self.claim.is_some() {
+            match undecided {
+                Some(why) => *self.unconfirmed.entry(why.to_owned()).or_default() += 1,
+                None => self.confirmed += usize::from(verdict.holds()),
+            }
+        }
+        self.slopes.extend(outcome.slope.as_ref().and_then(Estimate::slope));
+        if let Some((defect, bound)) = verdict.measured()
+            && self.worst.is_none_or(|(d, b)| verdict.ratio() > Verdict::Holds { defect: d, bound: b }.ratio())
+        {
+            self.worst = Some((defect, bound));
+        }
+    }
+}
+
+/// What became of a claim.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct ClaimReport {
+    /// The claim: `order 4`, `conserves casimirs`, `conserves energy`, `reversible`.
+    pub claim: String,
+    /// The law that judges it.
+    pub law: &'static str,
+    /// Cases asked.
+    pub cases: usize,
+    /// Cases that confirm it.
+    pub confirmed: usize,
+    /// Cases that refute it.
+    pub broken: usize,
+    /// Why cases did not decide, most often.
+    pub why: Option<String>,
+    /// On how many of them for this reason.
+    pub why_cases: usize,
+}
+
+/// A campaign in a word.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum Conclusion {
+    /// It was interrupted.
+    Interrupted,
+    /// A law is broken.
+    Broken,
+    /// The program failed too often, and was not started again.
+    GivenUp,
+    /// Nothing is broken, and a claim was confirmed on no case.
+    Unconfirmed,
+    /// Nothing was claimed, and no law holds on any case.
+    Undecided,
+    /// Nothing is broken, and each claim was confirmed on a case at least.
+    Confirmed,
+    /// Nothing was claimed, and nothing is broken.
+    Unbroken,
+}
+
+/// What was found.
+#[derive(Clone, Debug, PartialEq)]
+#[non_exhaustive]
+pub struct Report {
+    /// What was claimed.
+    pub claims: Claims,
+    /// One for each law.
+    pub laws: Vec<LawReport>,
+    /// How often the program failed.
+    pub failures: usize,
+    /// Whether it was given up before the end.
+    pub given_up: bool,
+    /// Whether the campaign was interrupted.
+    pub interrupted: bool,
+}
+
+impl Report {
+    /// What became of each claim. A claim of which no law was asked about is among them.
+    pub fn claims(&self) -> Vec<ClaimReport> {
+        let claim = |law: &'static MethodLaw| {
+            let claim = law.claim(&self.claims)?;
+            let Some(report) = self.laws.iter().find(|report| report.law == law) else {
+                let why = Some(format!("{} is not among the selected laws", law.name));
+                return Some(ClaimReport {
+                    claim,
+                    law: law.name,
+                    cases: 0,
+                    confirmed: 0,
+                    broken: 0,
+                    why,
+                    why_cases: 0,
+                });
+            };
+            let most = report.unconfirmed.iter().max_by_key(|(_, count)| **count);
+            Some(ClaimReport {
+                claim,
+                law: law.name,
+                cases: report.cases,
+                confirmed: report.confirmed,
+                broken: report.broken.len(),
+                why: most.map(|(why, _)| why.clone()),
+                why_cases: most.map_or(0, |(_, count)| *count),
+            })
+        };
+        LAWS.iter().filter_map(claim).collect()
+    }
+
+    /// The campaign in a word: the first that applies, in the sequence of [`Conclusion`].
+    pub fn conclusion(&self) -> Conclusion {
+        let claims = self.claims();
+        if self.interrupted {
+            Conclusion::Interrupted
+        } else if self.laws.iter().any(|law| !law.broken.is_empty()) {
+            Conclusion::Broken
+        } else if self.given_up {
+            Conclusion::GivenUp
+        } else if claims.iter().any(|claim| claim.confirmed == 0) {
+            Conclusion::Unconfirmed
+        } else if !claims.is_empty() {
+            Conclusion::Confirmed
+        } else if self.laws.iter().any(|law| law.held > 0) {
+            Conclusion::Unbroken
+        } else {
+            Conclusion::Undecided
+        }
+    }
+}
