@@ -247,9 +247,10 @@ fn named() -> Vec<String> {
 #[test]
 fn the_table_of_named_tableaux() {
     let mut table =
-        String::from("tableau          declared classical variational empirical verdict      assumptions\n");
+        String::from("tableau          literature classical variational measured verdict      assumptions\n");
     for name in named() {
         let description: Description = name.parse().unwrap();
+        let literature = description.declared().unwrap();
         let analysis = analyse::<Dd>(&description, 12).unwrap();
         let (orders, assumed) = (&analysis.exactly, &analysis.exactly.assumptions);
         let order = orders.variational.order as u32;
@@ -263,8 +264,7 @@ fn the_table_of_named_tableaux() {
         let symplectic = if analysis.symplectic { " symplectic" } else { "" };
         writeln!(
             table,
-            "{name:16} {:>8} {:>9} {:>11} {slope:>9.1} confirmed    B({}) C({}) D({}), {}{symplectic}, {}",
-            analysis.declared.unwrap(),
+            "{name:16} {literature:>10} {:>9} {:>11} {slope:>8.1} confirmed    B({}) C({}) D({}), {}{symplectic}, {}",
             orders.classical.order,
             orders.variational.order,
             assumed.b.holds,

@@ -2,6 +2,10 @@
 
 #[path = "tableau/analysis.rs"]
 mod analysis;
+#[path = "tableau/bounds.rs"]
+mod bounds;
+#[path = "tableau/digits.rs"]
+mod digits;
 #[path = "tableau/files.rs"]
 mod files;
 #[path = "tableau/known.rs"]

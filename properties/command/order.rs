@@ -1,7 +1,9 @@
 //! Properties of `order`: what it prints and with which code it ends, for names, files, systems and bad input.
 
 use super::{code, directory, run, stderr, stdout};
+use euler_poincare::scalar::Dd;
 use euler_poincare::study::problem;
+use euler_poincare::tableau::{Description, Family};
 use serde_json::Value;
 use std::fs;
 use std::path::Path;
@@ -15,45 +17,141 @@ fn order(here: &Path, arguments: &[&str]) -> (Value, i32) {
     (serde_json::from_str(text).unwrap(), code(&output))
 }
 
+/// Declared, classical and variational.
 fn numbers(found: &Value) -> [Option<i64>; 3] {
-    ["declared", "classical", "variational"].map(|key| found[key].as_i64())
+    [&found["declared"], &found["classical"]["order"], &found["variational"]["order"]].map(Value::as_i64)
+}
+
+/// The verdict and the exit code go together, in JSON and as text.
+fn judged(here: &Path, arguments: &[&str]) -> (String, Value) {
+    let (found, exit) = order(here, arguments);
+    let word = match exit {
+        0 => "confirmed",
+        1 => "refuted",
+        3 => "inconclusive",
+        _ => panic!("{arguments:?}: {exit}"),
+    };
+    assert_eq!(found["verdict"].as_str(), Some(word), "{arguments:?}: {found}");
+    assert_eq!(found["why"].is_null(), exit == 0, "{arguments:?}: {found}");
+    let output = run(here, &[&["order"], arguments].concat());
+    assert_eq!(code(&output), exit, "{arguments:?}: {}", stderr(&output));
+    let text = stdout(&output);
+    assert!(text.contains(&format!("verdict      {word}: ")), "{arguments:?}: {text}");
+    (word.into(), found)
+}
+
+/// The text with every run of white space as one space.
+fn flat(text: &str) -> String {
+    text.split_whitespace().collect::<Vec<_>>().join(" ")
 }
 
 #[test]
 fn names_give_the_orders_of_the_theory() {
     let here = directory("order-names");
     let table = [
-        ("rk4", [4, 4, 4]),
-        ("kutta38", [4, 4, 4]),
-        ("ralston3", [3, 3, 2]),
-        ("heun2", [2, 2, 2]),
-        ("sdirk2", [3, 3, 3]),
-        ("gauss-3", [6, 6, 6]),
-        ("lobatto-iiia-3", [4, 4, 4]),
-        ("lobatto-iiib-2", [2, 2, 2]),
-        ("lobatto-iiic-4", [6, 6, 6]),
-        ("radau-ia-2", [3, 3, 3]),
-        ("radau-iia-3", [5, 5, 5]),
+        ("rk4", [4, 4]),
+        ("kutta38", [4, 4]),
+        ("ralston3", [3, 2]),
+        ("heun2", [2, 2]),
+        ("sdirk2", [3, 3]),
+        ("gauss-3", [6, 6]),
+        ("lobatto-iiia-3", [4, 4]),
+        ("lobatto-iiib-2", [2, 2]),
+        ("lobatto-iiic-4", [6, 6]),
+        ("radau-ia-2", [3, 3]),
+        ("radau-iia-3", [5, 5]),
     ];
-    for (name, orders) in table {
+    for (name, [classical, variational]) in table {
         let (found, code) = order(&here, &["--tableau", name]);
         assert_eq!((code, found["verdict"].as_str()), (0, Some("confirmed")), "{name}: {found}");
-        assert_eq!(numbers(&found), orders.map(Some), "{name}");
-        assert_eq!(found["declared_holds"].as_bool(), Some(orders[0] == orders[2]), "{name}");
+        assert_eq!(found["schema"].as_str(), Some("order/1"));
+        assert_eq!(numbers(&found), [None, Some(classical), Some(variational)], "{name}");
+        assert!(found["declared_by"].is_null() && found["declared_holds"].is_null() && found["rounded"].is_null());
         assert_eq!(found["tableau"].as_str(), Some(name));
-        let [slope, low, high] = ["slope", "low", "high"].map(|key| found["empirical"][key].as_f64().unwrap());
-        assert!(low <= slope && slope <= high && (slope - orders[2] as f64).abs() < 0.05, "{name}: {slope}");
-        assert!(!found["failing_trees"].as_array().unwrap().is_empty(), "{name}");
+        let [slope, low, high] = ["slope", "low", "high"].map(|key| found["measured"][key].as_f64().unwrap());
+        assert!(low <= slope && slope <= high && (slope - variational as f64).abs() < 0.05, "{name}: {slope}");
+        assert!(!found["variational"]["failing"].as_array().unwrap().is_empty(), "{name}");
+        assert_eq!(found["variational"]["at_least"].as_bool(), Some(false), "{name}");
         assert_eq!(found["warnings"].as_array().unwrap().len(), 0, "{name}");
     }
+}
+
+/// A declared order is the claim, for names and for files, whatever is measured.
+#[test]
+fn a_wrong_declared_order_is_refuted() {
+    let here = directory("order-declared");
+    for (arguments, word) in [
+        (["rk4", "4"], "confirmed"),
+        (["rk4", "5"], "refuted"),
+        (["rk4", "3"], "refuted"),
+        (["ralston3", "2"], "confirmed"),
+        (["gauss-2", "200"], "refuted"),
+    ] {
+        let (found, json) = judged(&here, &["--tableau", arguments[0], "--declared", arguments[1]]);
+        assert_eq!(found, word, "{arguments:?}: {json}");
+        assert_eq!(json["declared"].as_i64().unwrap().to_string(), arguments[1]);
+        assert_eq!(json["declared_by"].as_str(), Some("option"));
+        assert_eq!(json["declared_holds"].as_bool(), Some(word == "confirmed"), "{arguments:?}");
+    }
+    // The order as a Runge–Kutta method is told from the order in this scheme.
+    let (_, json) = judged(&here, &["--tableau", "ralston3", "--declared", "3"]);
+    assert_eq!((json["verdict"].as_str(), json["declared_holds"].as_bool()), (Some("refuted"), Some(false)));
+    let why = json["why"].as_str().unwrap();
+    assert_eq!(
+        why,
+        "the declared order is 3, but the order is 2 in this scheme; 3 is the order as a Runge-Kutta method"
+    );
+    let notes = json["notes"].to_string();
+    assert!(notes.contains("D(1) fails"), "{notes}");
+    // A system that hides the order does not save a wrong claim, and cannot confirm a right one.
+    let free = problem::generic_text();
+    let (start, end) = (free.find("[[force]]").unwrap(), free.find("[method]").unwrap());
+    fs::write(here.join("free.toml"), free.replace(&free[start..end], "")).unwrap();
+    let claim = |order: &str| judged(&here, &["--tableau", "sdirk2", "--declared", order, "--system", "free.toml"]).0;
+    assert_eq!(["3", "4"].map(claim), ["inconclusive", "refuted"]);
+}
+
+/// Orders beyond the trees are exact where B, C and D prove them.
+#[test]
+fn gauss_7_is_of_order_14() {
+    let here = directory("order-gauss-7");
+    let (found, exit) = order(&here, &["--tableau", "gauss-7", "--digits", "64"]);
+    assert_eq!((exit, numbers(&found)), (0, [None, Some(14), Some(14)]), "{}", found["why"]);
+    assert_eq!(found["variational"]["at_least"].as_bool(), Some(false));
+    assert!((found["measured"]["slope"].as_f64().unwrap() - 14.0).abs() < 0.1, "{}", found["measured"]);
+    let output = run(&here, &["order", "--tableau", "gauss-7", "--declared", "12", "--digits", "16"]);
+    let text = flat(stdout(&output));
+    assert_eq!(code(&output), 1, "{text}");
+    assert!(text.contains("variational 14 (from the coefficients, by B(14), C(7) and D(7))"), "{text}");
+    assert!(!text.contains("at least") && !text.contains("although"), "{text}");
+}
+
+/// Digits that leave the order open: neither confirmed nor refuted, with and without a declared order.
+#[test]
+fn an_order_that_cannot_be_checked_is_inconclusive() {
+    let here = directory("order-open");
+    let tableau = Family::Gauss.tableau::<Dd>(13).unwrap();
+    let decimal = |x: &Dd| format!("\"{x:.20}\"");
+    let row = |row: Vec<String>| format!("[{}]", row.join(", "));
+    let rows: Vec<String> = tableau.a().row_iter().map(|r| row(r.iter().map(decimal).collect())).collect();
+    let b = row(tableau.b().iter().map(decimal).collect());
+    fs::write(here.join("gauss.toml"), format!("a = {}\nb = {b}\n", row(rows))).unwrap();
+    let claim = |order: Option<&str>| {
+        let declared = order.map_or(vec![], |order| vec!["--declared", order]);
+        let (found, exit) = order(&here, &[&["--tableau", "gauss.toml", "--digits", "16"], &declared[..]].concat());
+        (exit, found["declared_holds"].as_bool())
+    };
+    assert_eq!(claim(None), (3, None));
+    assert_eq!(claim(Some("26")), (3, None));
+    assert_eq!(claim(Some("27")), (1, Some(false)));
 }
 
 #[test]
 fn gauss_6_in_64_digits_has_order_12() {
     let here = directory("order-64");
     let (found, code) = order(&here, &["--tableau", "gauss-6", "--digits", "64"]);
-    assert_eq!((code, numbers(&found)), (0, [Some(12); 3]));
-    let slope = found["empirical"]["slope"].as_f64().unwrap();
+    assert_eq!((code, numbers(&found)), (0, [None, Some(12), Some(12)]));
+    let slope = found["measured"]["slope"].as_f64().unwrap();
     assert!((slope - 12.0).abs() < 0.05, "{slope}");
 }
 
@@ -73,7 +171,9 @@ fn text_says_why() {
     let output = run(&here, &["order", "--tableau", "ralston3", "--plot", "work.svg"]);
     let text = stdout(&output);
     for part in [
-        "holds for a Runge-Kutta method, not for this scheme",
+        "declared     none: the computed order is compared with the measured one",
+        "classical    3  (exact, in rationals)",
+        "variational  2  (exact, in rationals)",
         "confirmed: the order is 2",
         "D(1) fails",
         "= 1/3, is",
@@ -94,53 +194,89 @@ fn files_are_judged_by_what_they_hold() {
     let write = |name: &str, text: &str| fs::write(here.join(name), text).unwrap();
     // A wrong label: Kutta's third-order method called a fourth-order one.
     write("label.toml", "order = 4\na = [[0, 0, 0], [\"1/2\", 0, 0], [-1, 2, 0]]\nb = [\"1/6\", \"2/3\", \"1/6\"]\n");
-    let (found, code) = order(&here, &["--tableau", "label.toml"]);
-    assert_eq!((code, numbers(&found)), (0, [Some(4), Some(3), Some(3)]), "{found}");
-    assert_eq!(found["declared_holds"].as_bool(), Some(false));
-    let (found, _) = order(&here, &["--tableau", "label.toml", "--declared", "3"]);
-    assert_eq!(found["declared_holds"].as_bool(), Some(true));
+    let (word, found) = judged(&here, &["--tableau", "label.toml"]);
+    assert_eq!((word.as_str(), numbers(&found)), ("refuted", [Some(4), Some(3), Some(3)]), "{found}");
+    assert_eq!((found["declared_holds"].as_bool(), found["declared_by"].as_str()), (Some(false), Some("file")));
+    let (found, code) = order(&here, &["--tableau", "label.toml", "--declared", "3"]);
+    assert_eq!(
+        (code, found["declared_holds"].as_bool(), found["declared_by"].as_str()),
+        (0, Some(true), Some("option"))
+    );
     // The same in JSON, off by a millionth in one coefficient.
     write(
         "off.json",
         "{\"order\": 3, \"a\": [[0,0,0],[\"1/2\",0,0],[\"-1+1/1000000\",2,0]], \"b\": [\"1/6\",\"2/3\",\"1/6\"]}",
     );
     let (found, code) = order(&here, &["--tableau", "off.json"]);
-    assert_eq!((code, numbers(&found)), (0, [Some(3), Some(1), Some(1)]), "{found}");
-    assert_eq!(found["declared_holds"].as_bool(), Some(false));
-    assert!((found["empirical"]["slope"].as_f64().unwrap() - 1.0).abs() < 0.05, "{found}");
-    // Rounded decimals: order 4 to the digits given; in 16 digits that is all that shows.
-    write(
-        "gauss.toml",
-        "order = 4\na = [[0.25, -0.0386751346], [0.5386751346, 0.25]]\nb = [0.5, 0.5]\nc = [0.2113248654, 0.7886751346]\n",
-    );
-    let (found, code) = order(&here, &["--tableau", "gauss.toml"]);
-    assert_eq!((code, numbers(&found)), (0, [Some(4); 3]), "{found}");
-    assert_eq!(found["exact"]["variational"].as_i64(), Some(2), "{found}");
-    assert_eq!(found["declared_holds"].as_bool(), Some(true));
-    let (found, code) = order(&here, &["--tableau", "gauss.toml", "--digits", "16"]);
-    assert_eq!(code, 0, "{found}");
-    assert!((found["empirical"]["slope"].as_f64().unwrap() - 4.0).abs() < 0.1, "{found}");
-    // Gauss-3 to eight digits: 32 digits see that it is none, 16 do not confirm it wrongly either.
-    write(
-        "gauss-3.toml",
-        "order = 6\na = [[0.13888889, -0.03597667, 0.00978944], [0.30026319, 0.22222222, -0.02248542],\n\
-         [0.26798833, 0.48042111, 0.13888889]]\nb = [0.27777778, 0.44444444, 0.27777778]\n",
-    );
-    let (found, code) = order(&here, &["--tableau", "gauss-3.toml"]);
-    assert_eq!((code, numbers(&found)), (1, [Some(6); 3]), "{found}");
-    assert!(found["exact"]["variational"].as_i64().unwrap() <= 2, "{found}");
-    assert!(found["notes"].to_string().contains("their rounding shows"), "{found}");
-    let (found, code) = order(&here, &["--tableau", "gauss-3.toml", "--digits", "16"]);
-    assert_ne!(code, 2, "{found}");
-    // The digits of an f64 are judged in f64, unless another arithmetic is asked for.
-    let digits = "a = [[0.25, -0.03867513459481288], [0.5386751345948129, 0.25]]\nb = [0.5, 0.5]\n";
-    write("double.toml", digits);
-    let (found, code) = order(&here, &["--tableau", "double.toml"]);
-    assert_eq!((code, found["digits"].as_i64(), found["variational"].as_i64()), (0, Some(16), Some(4)), "{found}");
+    assert_eq!((code, numbers(&found)), (1, [Some(3), Some(1), Some(1)]), "{found}");
+    assert!((found["measured"]["slope"].as_f64().unwrap() - 1.0).abs() < 0.05, "{found}");
+}
+
+/// The file of a tableau, each entry with so many places.
+fn typed(here: &Path, name: &str, places: usize, order: usize) -> String {
+    let tableau = name.parse::<Description>().unwrap().build::<Dd>().unwrap();
+    let decimal = |x: &Dd| format!("\"{x:.places$}\"");
+    let row = |row: Vec<String>| format!("[{}]", row.join(", "));
+    let rows: Vec<String> = tableau.a().row_iter().map(|r| row(r.iter().map(decimal).collect())).collect();
+    let b = row(tableau.b().iter().map(decimal).collect());
+    let file = format!("{name}-{places}.toml");
+    fs::write(here.join(&file), format!("order = {order}\na = {}\nb = {b}\n", row(rows))).unwrap();
+    file
+}
+
+/// Whatever the number of places, the verdict is that on the tableau which the digits round.
+#[test]
+fn rounded_decimals_are_judged_alike() {
+    let here = directory("order-rounded");
+    for (name, places, orders) in [
+        ("gauss-2", 6, 4),
+        ("gauss-3", 6, 6),
+        ("gauss-3", 8, 6),
+        ("gauss-3", 12, 6),
+        ("gauss-3", 16, 6),
+        ("kutta38", 6, 4),
+        ("lobatto-iiic-3", 10, 4),
+        ("radau-iia-3", 8, 5),
+    ] {
+        let file = typed(&here, name, places, orders);
+        let (found, code) = order(&here, &["--tableau", &file]);
+        assert_eq!((code, numbers(&found)), (0, [Some(orders as i64); 3]), "{file}: {found}");
+        let typed = found["rounded"]["typed"]["variational"]["order"].as_i64().unwrap();
+        assert!(typed <= 2, "{file}: {typed}");
+        let moved = found["rounded"]["completion"]["moved"].as_f64().unwrap();
+        assert!(moved > 0.0 && moved <= 0.5000001 * 10f64.powi(-(places as i32)) + 1e-15, "{file}: {moved:e}");
+    }
+    let output = run(&here, &["order", "--tableau", "gauss-3-8.toml"]);
+    let text = flat(stdout(&output));
+    for part in [
+        "variational 6 (to the digits given; 1 with exactly these digits)",
+        "confirmed: the order is 6, to the digits given",
+        "a_11 is a rounded decimal: it stands for an interval of half a unit of its last place",
+        "The classical order of exactly these digits is 1",
+    ] {
+        assert!(text.contains(part), "{part}: {text}");
+    }
+    // A claim that is wrong stays wrong.
+    let (found, code) = order(&here, &["--tableau", "gauss-3-8.toml", "--declared", "1"]);
+    assert_eq!((code, found["declared_holds"].as_bool()), (1, Some(false)));
     // Weights that sum to 1 to the digits given.
-    write("thirds.toml", "a = [[0, 0, 0], [0.5, 0, 0], [0, 1, 0]]\nb = [0.3333, 0.3333, 0.3333]\n");
+    let text = "a = [[0, 0, 0], [0.5, 0, 0], [0, 1, 0]]\nb = [0.3333, 0.3333, 0.3333]\n";
+    fs::write(here.join("thirds.toml"), text).unwrap();
     let (found, _) = order(&here, &["--tableau", "thirds.toml"]);
     assert!(found["notes"].to_string().contains("divided by their sum"), "{found}");
+}
+
+/// The help keeps to 80 columns where it can be read at once.
+#[test]
+fn the_explanation_fits_80_columns() {
+    let here = directory("order-help");
+    let output = run(&here, &["order", "--help"]);
+    let text = stdout(&output);
+    let explanation = &text[text.find("The orders:").unwrap()..];
+    assert!(explanation.lines().all(|line| line.chars().count() <= 80), "{explanation}");
+    for part in ["declared", "classical", "variational", "measured", "confirmed", "refuted", "inconclusive"] {
+        assert!(explanation.contains(part), "{part}");
+    }
 }
 
 #[test]
@@ -182,7 +318,7 @@ fn what_cannot_be_seen_is_not_refuted() {
         "a = [[0,0,0],[\"1/2\",0,0],[\"-1+1/100000000000000000000\",2,0]]\nb = [\"1/6\",\"2/3\",\"1/6\"]\n",
     );
     let found = exit(&["--tableau", "tiny.toml"]);
-    assert_eq!(found["variational"].as_i64(), Some(1));
+    assert_eq!(found["variational"]["order"].as_i64(), Some(1));
     let (found, code) = order(&here, &["--tableau", "tiny.toml", "--digits", "64"]);
     assert_eq!(code, 0, "{found}");
     // A time at which an f64 has lost the digits of a step.
@@ -194,7 +330,7 @@ fn what_cannot_be_seen_is_not_refuted() {
     let matrix = "matrix = [[\"1/4\", \"1/8\", 0], [\"-1/16\", \"3/8\", \"1/8\"], [\"1/16\", 0, \"1/8\"]]";
     write("stiff.toml", &problem::generic_text().replace(matrix, "coefficient = 20000"));
     let found = exit(&["--tableau", "gauss-1", "--system", "stiff.toml"]);
-    assert_eq!((found["classical"].as_i64(), found["variational"].as_i64()), (Some(2), Some(2)));
+    assert_eq!(numbers(&found), [None, Some(2), Some(2)]);
     write("short.toml", &problem::generic_text().replace("step = \"1/8\"\nhorizon = 1", "step = 1e-9\nsteps = 8"));
     exit(&["--tableau", "rk4", "--system", "short.toml"]);
 }

@@ -21,7 +21,21 @@ fn a_wrong_declaration_is_noted() {
     let file = TableauFile::parse("order = 4\na = [[0, 0], [1, 0]]\nb = [0.5, 0.5]").unwrap();
     let notes = file.analyse::<Dd>(8).unwrap().notes();
     assert_eq!(notes.len(), 1);
-    assert!(notes[0].starts_with("The declared order is 4, but the classical order is 2: Σ b_i"), "{notes:?}");
+    assert!(
+        notes[0].starts_with("The declared order is 4, but the order of the variational integrator is 2: Σ b_i"),
+        "{notes:?}"
+    );
+}
+
+/// The order of a file is that of the variational integrator: a classical one that is higher is told apart.
+#[test]
+fn a_classical_order_is_told_from_that_of_the_scheme() {
+    let text = "order = 3\na = [[0, 0, 0], [\"1/2\", 0, 0], [0, \"3/4\", 0]]\nb = [\"2/9\", \"1/3\", \"4/9\"]";
+    let analysis = TableauFile::parse(text).unwrap().analyse::<Dd>(8).unwrap();
+    assert_eq!([2, 3, 4].map(|order| analysis.has_order(order)), [Some(true), Some(false), Some(false)]);
+    let notes = analysis.notes();
+    assert!(notes[0].ends_with("integrator is 2; 3 is the order as a Runge–Kutta method."), "{notes:?}");
+    assert!(notes[1].contains("D(1) fails"), "{notes:?}");
 }
 
 #[test]

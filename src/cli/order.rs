@@ -1,4 +1,8 @@
 //! `order`: the orders of a tableau, declared, computed and measured, side by side.
+//!
+//! The declared order is the claim: the order of the variational integrator with this tableau. The command is about this scheme, so
+//! one meaning serves `--declared` and `order` in a file, and a Runge–Kutta order that the scheme does not reach is refuted, with
+//! both numbers. The names of tableaux claim nothing: the claim is then the computed order, and the measurement confirms it.
 
 mod figure;
 mod text;
@@ -6,12 +10,13 @@ mod text;
 use super::{Failure, Format, print};
 use clap::builder::PossibleValuesParser;
 use euler_poincare::harness::Verdict;
-use euler_poincare::harness::convergence::{Estimate, TOLERANCE};
-use euler_poincare::laws::trial::{Digits, Judged};
+use euler_poincare::harness::convergence::Estimate;
+use euler_poincare::laws::trial::{Digits, Judged, Trial};
 use euler_poincare::scalar::Dd;
-use euler_poincare::study::{Comparison, Findings, problem};
+use euler_poincare::study::{Comparison, problem};
 use euler_poincare::system::case::MAIN_DIMENSIONS;
 use euler_poincare::system::{Case, SystemFile};
+use euler_poincare::tableau::analysis::Findings;
 use euler_poincare::tableau::order::MAX_VARIATIONAL;
 use euler_poincare::tableau::{Analysis, Description, TableauError, TableauFile, analyse};
 use std::fs::{File, OpenOptions};
@@ -20,14 +25,34 @@ use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 
 const EXPLANATION: &str = "\
-declared     what the name or the file claims, as a Runge-Kutta method
-classical    the order conditions of rooted trees, from the coefficients
-variational  those of the pair (a, a-hat), from the coefficients: the order of the variational integrator
-empirical    the slope of the errors in momentum and attitude, over a horizon and with steps that shrink to round-off
+The orders:
+  declared     what is claimed: the order of the variational integrator with
+               this tableau, by --declared or by `order` in the file. Names
+               declare nothing
+  classical    the order as a Runge-Kutta method, from the coefficients
+  variational  the order of the variational integrator, from the coefficients.
+               It uses a and its conjugate together, so this order can be
+               lower than the classical one
+  measured     the slope of the errors in momentum and attitude, over a horizon
+               and with steps that shrink to round-off
 
-The verdict compares empirical and variational order. Exit codes: 0 confirmed, 1 refuted, 3 inconclusive, 2 bad usage or
-a bad file. A tableau file has a = [[...], ...], b = [...] and, if wanted, c, order and name, in TOML or JSON; entries are
-numbers or texts such as \"1/2 - sqrt(3)/6\"; decimals with three or more places count as rounded unless they are dyadic.";
+The verdict and the exit code:
+  0  confirmed     the variational order is the declared one, if one is
+                   declared, and the errors show it
+  1  refuted       the variational order is not the declared one, or the errors
+                   show another order than the coefficients
+  3  inconclusive  neither, with the reason
+  2                bad usage, or a bad file
+
+Tableau files (TOML or JSON) have a = [[...], ...] and b = [...] and, if wanted,
+c, order and name. Entries are numbers or texts such as \"1/2 - sqrt(3)/6\".
+
+Decimals with three or more places, such as 0.1667, count as rounded, unless
+they are dyadic (0.125). They stand for an interval of half a unit of the last
+place, and with 16 or 17 digits of four units of an f64. The orders are those
+of the tableau of the highest order within these intervals, and that tableau is
+measured; the orders of exactly the digits typed are shown beside them. Digits
+that are meant exactly are written as a fraction: \"1667/10000\".";
 
 /// Options of `order`.
 #[derive(clap::Args)]
@@ -39,10 +64,10 @@ pub struct Arguments {
     /// The system that is integrated [default: a rigid body without symmetry, with drag and a torque that varies in time]
     #[arg(long, value_name = "SYSTEM.toml")]
     system: Option<PathBuf>,
-    /// The digits of the arithmetic [default: 32; 16 where entries are decimals with the digits of an f64]
+    /// The digits of the arithmetic [default: 32]
     #[arg(long, value_parser = PossibleValuesParser::new(["16", "32", "64"]))]
     digits: Option<String>,
-    /// The order that is claimed, in place of that of the name or the file
+    /// The order that is claimed for the variational integrator with this tableau, in place of that of the file
     #[arg(long, value_name = "P", value_parser = clap::value_parser!(u32).range(1..=200))]
     declared: Option<u32>,
     /// A work plot: errors against the step, with the fitted line and its window
@@ -53,17 +78,27 @@ pub struct Arguments {
     format: Format,
 }
 
+/// Who declares an order.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Source {
+    /// `--declared`.
+    Option,
+    /// The tableau file.
+    File,
+}
+
 /// What is known of the tableau on the system.
 pub struct Outcome {
     /// The name, or the file's path.
     pub tableau: String,
-    /// What is claimed.
-    pub declared: Option<usize>,
+    /// Who declares the order of the analysis, if one is declared.
+    pub declared_by: Option<Source>,
     pub analysis: Analysis,
     /// The file of the system, if not the standard one.
     pub system: Option<PathBuf>,
     pub digits: Digits,
     pub horizon: f64,
+    /// What was measured, and the verdict on the claim.
     pub judged: Judged,
     pub notes: Vec<String>,
 }
@@ -78,13 +113,13 @@ pub fn word(verdict: &Verdict) -> &'static str {
 }
 
 impl Outcome {
-    /// The order that the measurement is held against.
+    /// The order that the measurement is compared with.
     pub fn predicted(&self) -> u32 {
-        self.analysis.findings().variational.order as u32
+        predicted(&self.analysis)
     }
 
     /// What the measurement shows: study, part of the state, estimate.
-    pub fn empirical(&self) -> Option<(&'static str, usize, Estimate)> {
+    pub fn measured(&self) -> Option<(&'static str, usize, Estimate)> {
         let order = self.predicted();
         if self.judged.verdict.holds() && matches!(self.judged.trial.compare(order), Comparison::Below { .. }) {
             return self.judged.trial.horizon.deciding(order).map(|(quantity, found)| ("horizon", quantity, found));
@@ -92,17 +127,15 @@ impl Outcome {
         self.judged.trial.slope(order)
     }
 
-    /// Whether the claim is the order that the coefficients give in this scheme, to the digits given; `None` without a claim, and
-    /// where it is higher than what was checked and nothing speaks against it.
+    /// Whether the variational order is the declared one, from the coefficients; `None` without a declared order, and where the
+    /// coefficients leave it open.
     pub fn declared_holds(&self) -> Option<bool> {
-        let (declared, orders) = (self.declared?, self.analysis.findings());
-        let order = &orders.variational;
-        if declared == order.order || order.broken.is_some() || declared < order.order {
-            return Some(declared == order.order);
-        }
-        let quadrature = &orders.assumptions.b;
-        (quadrature.fails.is_some() && declared > quadrature.holds).then_some(false)
+        self.analysis.has_order(self.analysis.declared?)
     }
+}
+
+fn predicted(analysis: &Analysis) -> u32 {
+    analysis.findings().variational.order as u32
 }
 
 pub fn run(arguments: Arguments) -> Result<ExitCode, Failure> {
@@ -110,14 +143,17 @@ pub fn run(arguments: Arguments) -> Result<ExitCode, Failure> {
     let digits = match arguments.digits.as_deref() {
         Some("16") => Digits::Sixteen,
         Some("64") => Digits::SixtyFour,
-        Some(_) => Digits::ThirtyTwo,
-        None => enough(&description),
+        _ => Digits::ThirtyTwo,
     };
+    let mut declared_by = analysis.declared.map(|_| Source::File);
     if let Some(declared) = arguments.declared {
-        analysis.declared = Some(declared as usize);
+        (analysis.declared, declared_by) = (Some(declared as usize), Some(Source::Option));
     }
     let (mut case, horizon, notes) = system(arguments.system.as_deref())?;
-    case.method.tableau = description;
+    case.method.tableau = match &analysis.completion {
+        Some(completion) => Description::Entries(completion.entries.clone()),
+        None => description,
+    };
     if digits == Digits::SixtyFour && !MAIN_DIMENSIONS.contains(&case.dimension()) {
         let dimension = case.dimension();
         return Err(Failure::Usage(format!(
@@ -130,7 +166,7 @@ pub fn run(arguments: Arguments) -> Result<ExitCode, Failure> {
     let judged = judge(&case, digits, horizon, &analysis, arguments.system.as_deref())?;
     let outcome = Outcome {
         tableau: arguments.tableau,
-        declared: analysis.declared,
+        declared_by,
         analysis,
         system: arguments.system,
         digits,
@@ -195,14 +231,6 @@ fn analysed(description: &Description) -> Result<Analysis, TableauError> {
     analyse::<Dd>(description, MAX_VARIATIONAL + 1)
 }
 
-/// 32 digits; 16 for decimals that are as good as those of an `f64` and no better: 32 would show their rounding, and no more.
-fn enough(description: &Description) -> Digits {
-    let Description::Entries(entries) = description else { return Digits::ThirtyTwo };
-    let numbers = entries.a.iter().flatten().chain(&entries.b);
-    let off = numbers.map(|x| x.uncertainty::<f64>()).fold(0.0, f64::max);
-    if off > 1e-26 && off < 2e-15 { Digits::Sixteen } else { Digits::ThirtyTwo }
-}
-
 /// The most steps of a system's file that the horizon of a study covers.
 const MOST_STEPS: f64 = 128.0;
 
@@ -229,7 +257,7 @@ fn system(path: Option<&Path>) -> Result<(Case, f64, Vec<String>), Failure> {
     Ok((file.case, horizon, Vec::new()))
 }
 
-/// The verdict on the order that the digits given have; where only the exact order of these digits shows, an explanation.
+/// The verdict on the declared order, or on the computed one if none is declared.
 fn judge(
     case: &Case,
     digits: Digits,
@@ -237,37 +265,56 @@ fn judge(
     analysis: &Analysis,
     system: Option<&Path>,
 ) -> Result<Judged, Failure> {
-    let given = &analysis.findings().variational;
-    let judged = Judged::of(case, digits, horizon, given.order as u32, given.broken.is_none());
+    let (order, computed) = (predicted(analysis), &analysis.findings().variational);
+    let at_least = !computed.is_exact() && analysis.declared != Some(computed.order);
+    let judged = Judged::of(case, digits, horizon, order, at_least);
     let mut judged = judged.map_err(|error| match system {
         Some(path) => Failure::file(path, error),
         None => Failure::Computation(error.to_string()),
     })?;
-    let exact = &analysis.exactly.variational;
-    let shows = |findings: &Findings, order: usize| matches!(findings.compare(order as u32), Comparison::As { .. });
-    let (over, down) = (&judged.trial.horizon, &judged.trial.descent);
-    let less = !matches!(down.compare(exact.order as u32), Comparison::Below { .. });
-    if exact.order < given.order && !judged.verdict.holds() && shows(over, given.order) && less {
-        // Both orders, each where theory has it.
-        judged.verdict = Verdict::Holds { defect: 0.0, bound: TOLERANCE };
-        judged.explanation = Some(format!(
-            "The order to the digits given shows over the horizon; with steps that shrink, the exact order of these digits, {exact}."
-        ));
-    } else if exact.order < given.order
-        && !judged.verdict.holds()
-        && (shows(over, exact.order) || shows(down, exact.order))
-    {
-        judged.explanation = Some(format!(
-            "What is measured is {exact}, the exact order of the digits given: in {} digits their rounding shows. Type the \
-             entries exactly, such as \"1/2 - sqrt(15)/10\", or with more digits, or use fewer digits of arithmetic.",
-            digits.number()
-        ));
-    }
     if judged.verdict.is_broken() && too_small_to_show(analysis, &judged) {
         judged.verdict = Verdict::inconclusive("the conditions that fail are off by less than these digits can show");
         judged.explanation = Some("The measured order is that of the conditions that hold in these digits.".into());
     }
+    let unknown_digits = analysis.to_digits.is_some() && analysis.completion.is_none();
+    match analysis.declared {
+        Some(declared) => {
+            if let Some(verdict) = of_claim(declared, analysis, &judged.trial) {
+                judged.verdict = verdict;
+            }
+        }
+        None if unknown_digits => {
+            judged.verdict = Verdict::inconclusive("the digits given do not decide the order");
+        }
+        None => {}
+    }
     Ok(judged)
+}
+
+/// The verdict on a declared order where the measurement of the computed one is not what decides.
+fn of_claim(declared: usize, analysis: &Analysis, trial: &Trial) -> Option<Verdict> {
+    let Findings { classical, variational, .. } = analysis.findings();
+    match analysis.has_order(declared) {
+        Some(true) => return None,
+        Some(false) => {
+            let mut witness = format!("the declared order is {declared}, but the order is {variational}");
+            if declared == classical.order {
+                witness += &format!(" in this scheme; {declared} is the order as a Runge-Kutta method");
+            }
+            let defect = declared.abs_diff(variational.order) as f64;
+            return Some(Verdict::Broken { defect, bound: 0.0, witness });
+        }
+        None => {}
+    }
+    // Left open by the coefficients: a lower order that shows refutes, and nothing that shows confirms more than was checked.
+    match trial.compare(declared as u32) {
+        below @ Comparison::Below { .. } if analysis.to_digits.is_none() => Some(below.verdict()),
+        _ if declared == variational.order && analysis.to_digits.is_none() => None,
+        _ => Some(Verdict::inconclusive(match analysis.to_digits {
+            Some(_) => "the declared order is neither found within the digits given nor excluded by them",
+            None => "the declared order is higher than the order up to which the coefficients are checked",
+        })),
+    }
 }
 
 /// Whether more than the order shows because the conditions that fail are off by very little: at the finest step that carries

@@ -36,6 +36,7 @@ pub struct Broken {
 /// μ and g.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
+#[non_exhaustive]
 pub struct Values {
     /// n numbers.
     pub mu: Vec<f64>,
@@ -47,6 +48,7 @@ pub struct Values {
 /// A request and its answer, with the solution beside it.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
+#[non_exhaustive]
 pub struct Compared {
     /// What was asked for.
     pub what: String,
@@ -65,6 +67,7 @@ pub struct Compared {
 /// The errors of one quantity at a sequence of steps, and the order that they show.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
+#[non_exhaustive]
 pub struct Slopes {
     /// What it is the error of.
     pub quantity: String,
@@ -82,6 +85,7 @@ pub struct Slopes {
 /// One step size.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
+#[non_exhaustive]
 pub struct SlopeLevel {
     /// How many steps were taken.
     pub steps: usize,

@@ -96,6 +96,7 @@ impl LawReport {
 
 /// What became of a claim.
 #[derive(Clone, Debug, PartialEq, Serialize)]
+#[non_exhaustive]
 pub struct ClaimReport {
     /// The claim: `order 4`, `conserves casimirs`, `conserves energy`, `reversible`.
     pub claim: String,
@@ -116,6 +117,7 @@ pub struct ClaimReport {
 /// A campaign in a word.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
 #[serde(rename_all = "kebab-case")]
+#[non_exhaustive]
 pub enum Conclusion {
     /// It was interrupted.
     Interrupted,

@@ -1,13 +1,15 @@
 //! Everything that can be said about a tableau from its coefficients, exactly where they are rational.
 
 use super::assumptions::{Assumptions, Failure};
+use super::bounds::Bounds;
+use super::completion::{Completion, complete};
 use super::exact::RationalTableau;
 use super::failing::Failing;
 use super::order::{Arithmetic, Conditions};
 use super::quantity::{Ball, Coefficients, Quantity, decimal};
 use super::stability::Stability;
 use super::structure::{Shape, Symmetry, is_symplectic};
-use super::{Description, Order, Tableau, TableauError};
+use super::{Description, Entries, Order, Tableau, TableauError};
 use crate::scalar::Real;
 use dashu_ratio::RBig;
 
@@ -23,16 +25,20 @@ pub struct Analysis {
     pub exact: bool,
     /// The name of the scalar that irrational coefficients were computed in.
     pub scalar: &'static str,
-    /// The order as a plain Runge–Kutta method that the name, or the file, claims.
+    /// The order that is claimed for the variational integrator with this tableau; names claim none.
     pub declared: Option<usize>,
     /// For the coefficients as they stand.
     pub exactly: Findings,
-    /// If some entries are rounded decimals: what may hold for a tableau whose entries round to these digits.
-    ///
-    /// A condition is counted as fulfilled if its defect is no larger than what moving every rounded entry by its
-    /// [uncertainty](crate::scalar::Number::uncertainty) can make, by ball arithmetic: a tableau of order p that is typed
-    /// with rounding has order at least p here.
+    /// If some entries are rounded decimals: for the tableau of [`Analysis::completion`]. Without one, orders are at least those of the
+    /// digits as they stand, and at most [`Analysis::allowed`].
     pub to_digits: Option<Findings>,
+    /// If some entries are rounded decimals: the tableau of the highest order that rounds to these digits, if it was found.
+    pub completion: Option<Completion>,
+    /// If some entries are rounded decimals: no tableau that rounds to these digits has a higher variational order.
+    ///
+    /// Every condition up to this order has a defect no larger than what moving every rounded entry by its
+    /// [allowance](super::Entries::allowance) can make, by ball arithmetic.
+    pub allowed: Option<usize>,
     /// The zeros of a.
     pub shape: Shape,
     /// Whether the method is its own adjoint.
@@ -84,8 +90,9 @@ pub struct Findings {
     pub assumptions: Assumptions,
 }
 
-/// Analyses a tableau: in exact arithmetic if it is rational, else in `T`; orders are checked up to `max` (and at most
-/// [`MAX_CLASSICAL`](super::order::MAX_CLASSICAL), [`MAX_VARIATIONAL`](super::order::MAX_VARIATIONAL)).
+/// Analyses a tableau: in exact arithmetic if it is rational, else in `T`. Trees are checked up to order `max` (and at most
+/// [`MAX_CLASSICAL`](super::order::MAX_CLASSICAL), [`MAX_VARIATIONAL`](super::order::MAX_VARIATIONAL)); where none fails, the simplifying
+/// assumptions decide ([`bounds`](super::bounds)).
 ///
 /// ```
 /// use euler_poincare::scalar::Dd;
@@ -102,39 +109,56 @@ pub struct Findings {
 pub fn analyse<T: Real>(description: &Description, max: usize) -> Result<Analysis, TableauError> {
     let tableau = description.build::<T>()?;
     let rational = description.rational()?;
-    let exact = rational.as_ref().and_then(|rational| in_rationals(rational, max));
-    let mut analysis = exact.unwrap_or_else(|| in_scalar(&tableau, max));
+    let reach = Reach::of(description, max);
+    let exact = rational.as_ref().and_then(|rational| in_rationals(rational, reach));
+    let mut analysis = exact.unwrap_or_else(|| in_scalar(&tableau, reach));
     analysis.description = description.to_string();
-    analysis.declared = description.declared();
     analysis.scalar = T::NAME;
     analysis.normalised =
         rational.and_then(|rational| rational.normalised().map(|sum| (sum - RBig::ONE).to_f64_fast()));
     if let Description::Entries(entries) = description {
         analysis.first_rounded = entries.first_rounded();
-        analysis.to_digits = analysis.first_rounded.as_ref().map(|_| {
-            let coefficients = Coefficients::to_digits(&tableau, entries);
-            analysis.stability = analysis.stability.clone().within_digits(&coefficients);
-            in_balls(&coefficients, max)
-        });
+        if analysis.first_rounded.is_some() {
+            analysis.allow_for_rounding(&tableau, entries, reach)?;
+        }
     }
     Ok(analysis)
 }
 
-fn in_rationals(tableau: &RationalTableau, max: usize) -> Option<Analysis> {
+/// How far orders are looked for.
+#[derive(Clone, Copy)]
+struct Reach {
+    /// In trees.
+    max: usize,
+    /// No order is higher, whatever round-off hides: that of the quadrature formula of a family, else 2s.
+    ceiling: usize,
+}
+
+impl Reach {
+    fn of(description: &Description, max: usize) -> Self {
+        let ceiling = match description {
+            Description::Family(family, stages) => family.declared(*stages),
+            _ => 2 * description.stages(),
+        };
+        Self { max, ceiling }
+    }
+}
+
+fn in_rationals(tableau: &RationalTableau, reach: Reach) -> Option<Analysis> {
     let coefficients = tableau.coefficients();
     let (one, two) = (tableau.conditions(1)?, tableau.conditions(2)?);
-    let findings = Findings::of(one, two, &coefficients, max);
+    let findings = Findings::of(one, two, &coefficients, reach);
     Some(Analysis::of(&coefficients, findings, Stability::of_rational(tableau), true))
 }
 
-fn in_scalar<T: Real>(tableau: &Tableau<T>, max: usize) -> Analysis {
+fn in_scalar<T: Real>(tableau: &Tableau<T>, reach: Reach) -> Analysis {
     let coefficients = Coefficients::of(tableau);
-    Analysis::of(&coefficients, in_balls(&coefficients, max), Stability::of(tableau), false)
+    Analysis::of(&coefficients, in_balls(&coefficients, reach), Stability::of(tableau), false)
 }
 
-fn in_balls<T: Real>(coefficients: &Coefficients<Ball<T>>, max: usize) -> Findings {
+fn in_balls<T: Real>(coefficients: &Coefficients<Ball<T>>, reach: Reach) -> Findings {
     let conditions = |colours: usize| Conditions::in_balls(coefficients, colours);
-    Findings::of(conditions(1), conditions(2), coefficients, max)
+    Findings::of(conditions(1), conditions(2), coefficients, reach)
 }
 
 impl Findings {
@@ -142,23 +166,22 @@ impl Findings {
         mut one: Conditions<A>,
         mut two: Conditions<A>,
         coefficients: &Coefficients<Q>,
-        max: usize,
+        reach: Reach,
     ) -> Self {
-        let (classical, mut variational) = (one.order(max), two.order(max));
+        let assumptions = Assumptions::of(coefficients);
+        let [bounds_of_one, bounds_of_two] = Bounds::of(coefficients, &assumptions, reach.ceiling);
+        let classical = bounds_of_one.close(one.order(reach.max));
+        let mut variational = bounds_of_two.close(two.order(reach.max));
+        // Trees of one colour are among those of two.
+        variational.most = variational.most.map(|most| most.min(classical.most.unwrap_or(most)));
         let failing_classical = Failing::of(&mut one, &classical);
         let mut failing_variational = Failing::of(&mut two, &variational);
         if variational.broken.is_none() && variational.order == classical.order {
-            // Trees of one colour are among those of two: what fails for them was not checked for the pair, but fails.
+            // What fails for one colour was not checked for the pair, but fails.
             variational.broken.clone_from(&classical.broken);
             failing_variational.clone_from(&failing_classical);
         }
-        Self {
-            failing_classical,
-            failing_variational,
-            classical,
-            variational,
-            assumptions: Assumptions::of(coefficients),
-        }
+        Self { failing_classical, failing_variational, classical, variational, assumptions }
     }
 
     /// The simplifying assumptions that explain the orders, where one does: B(p + 1) for a classical order p, and for a
@@ -172,7 +195,7 @@ impl Findings {
                 hints.push(hint);
             }
         };
-        if self.classical.broken.is_some() {
+        if self.classical.is_exact() {
             match b.fails.as_ref().filter(|_| b.holds == self.classical.order) {
                 Some(failure) => add(failure),
                 None => [&c.fails, &d.fails].into_iter().flatten().for_each(&mut add),
@@ -184,16 +207,8 @@ impl Findings {
         hints
     }
 
-    /// What of C(k) and D(k) fails, with k half the variational order.
-    ///
-    /// With positive weights the variational order is at least 2k + 1 if and only if B(2k + 1), C(k) and D(k) hold, and at
-    /// least 2k + 2 if and only if besides B(2k + 2) and Σ b_i c_i^k a_ij c_j^k = 1/(2 (k + 1)²).
-    ///
-    /// Sufficient: the conjugate has C and D exchanged, so for k ≥ 1 both matrices have C(k), with the same c by D(1). An
-    /// oriented tree of order 2k + 1, rooted at its centroid, has branches of order at most k, each of which is a power
-    /// of c by C(k): what is left is B(2k + 1). With 2k + 2 vertices the trees with two centroids reduce to the one
-    /// condition more. Necessary: Σ_i b_i (Σ_j a_ij c_j^{k−1} − c_i^k/k)² is a combination of weights of order
-    /// 2k + 1 that vanishes if these are 1/γ, and the same for â. (k = 1 is the lemma on D(1) of Hager 2000.)
+    /// What of C(k) and D(k) fails, with k half the variational order: with positive weights, why the order is not at least 2k + 1
+    /// (see [`bounds`](super::bounds)).
     pub fn missing(&self) -> Vec<&Failure> {
         let k = self.variational.order / 2;
         let Assumptions { c, d, .. } = &self.assumptions;
@@ -211,6 +226,8 @@ impl Analysis {
             declared: None,
             exactly,
             to_digits: None,
+            completion: None,
+            allowed: None,
             shape: Shape::of(coefficients),
             symmetry: Symmetry::of(coefficients),
             symplectic: is_symplectic(coefficients),
@@ -219,6 +236,49 @@ impl Analysis {
             normalised: None,
             first_rounded: None,
         }
+    }
+
+    /// What may hold for a tableau whose entries round to these digits, and the one with the highest order.
+    fn allow_for_rounding<T: Real>(
+        &mut self,
+        tableau: &Tableau<T>,
+        entries: &Entries,
+        reach: Reach,
+    ) -> Result<(), TableauError> {
+        let coefficients = Coefficients::to_digits(tableau, entries);
+        self.stability = self.stability.clone().within_digits(&coefficients);
+        let mut allowed = in_balls(&coefficients, reach);
+        self.allowed = allowed.variational.most;
+        self.completion = complete(entries, &self.exactly, &allowed)?;
+        if let Some(completion) = &self.completion {
+            let coefficients = Coefficients::of(&completion.entries.build::<T>()?);
+            self.symmetry = Symmetry::of(&coefficients);
+            self.symplectic = is_symplectic(&coefficients);
+            self.to_digits = Some(in_balls(&coefficients, reach));
+            return Ok(());
+        }
+        for (order, typed) in
+            [(&mut allowed.classical, &self.exactly.classical), (&mut allowed.variational, &self.exactly.variational)]
+        {
+            order.order = typed.order;
+        }
+        self.to_digits = Some(allowed);
+        Ok(())
+    }
+
+    /// The orders of exactly these digits are the orders to the digits given, and nothing higher was found.
+    pub fn rounding_matters(&self) -> bool {
+        let orders = |found: &Findings| [found.classical.order, found.variational.order];
+        self.to_digits.as_ref().is_some_and(|found| orders(found) != orders(&self.exactly))
+            || (self.to_digits.is_some() && self.completion.is_none())
+    }
+
+    /// Whether the variational order is `claimed`, to the digits given; `None` where that is not known.
+    pub fn has_order(&self, claimed: usize) -> Option<bool> {
+        let order = &self.findings().variational;
+        // A higher order may be in digits that the search did not find.
+        let open = self.allowed.is_some_and(|allowed| claimed <= allowed) && claimed > order.order;
+        if open { None } else { order.is(claimed) }
     }
 
     /// What is to be relied on: to the digits given if entries are rounded, else exactly.
@@ -242,21 +302,28 @@ impl Analysis {
 
     fn note_on_digits(&self) -> Option<String> {
         let (digits, entry) = (self.to_digits.as_ref()?, self.first_rounded.as_ref()?);
-        let given = [&digits.classical, &digits.variational];
-        let exact = [&self.exactly.classical, &self.exactly.variational];
-        let which = format!("{entry} is a rounded decimal (half a unit of its last digit is allowed for)");
-        if given.map(|order| order.order) == exact.map(|order| order.order) {
-            return Some(format!("{which}; the orders are the same without the allowance."));
+        let which = format!("{entry} is a rounded decimal: it stands for an interval of half a unit of its last place");
+        if !self.rounding_matters() {
+            return Some(format!("{which}. The orders of exactly these digits are the same."));
         }
-        let [classical, variational] = given;
-        let pair = format!("classical {classical}, variational {variational}");
-        let mut note = format!("{which}: the orders {pair} hold only to the digits given. ");
-        let (name, failing) = match (&self.exactly.failing_classical, &self.exactly.failing_variational) {
-            (Some(failing), _) if given[0].order != exact[0].order => ("classical", Some(failing)),
-            (_, failing) => ("variational", failing.as_ref()),
+        let mut note = match &self.completion {
+            Some(Completion { order, moved, .. }) => format!(
+                "{which}. A tableau of variational order {order} rounds to these digits; it differs from them by at most {moved:.1e}, and \
+                 the orders are those of this tableau."
+            ),
+            None => format!(
+                "{which}. No tableau of an order above {} that rounds to these digits was found; {} is not excluded.",
+                digits.variational.order,
+                self.allowed.map_or("a higher order".into(), |allowed| format!("order {allowed}"))
+            ),
+        };
+        let Findings { classical, failing_classical, failing_variational, .. } = &self.exactly;
+        let (name, failing) = match failing_classical {
+            Some(failing) if classical.order < digits.classical.order => ("classical", Some(failing)),
+            _ => ("variational", failing_variational.as_ref()),
         };
         if let Some(failing) = failing {
-            note += &format!("The exact {name} order of these digits is {}", failing.order - 1);
+            note += &format!(" The {name} order of exactly these digits is {}", failing.order - 1);
             note += &failing.conditions.first().map_or_else(String::new, |worst| format!(": {worst}"));
             note += ".";
         }
@@ -265,13 +332,17 @@ impl Analysis {
 
     fn note_on_declared(&self) -> Option<String> {
         let (declared, found) = (self.declared?, self.findings());
-        let classical = &found.classical;
-        if declared == classical.order || (declared > classical.order && classical.broken.is_none()) {
+        let (classical, variational) = (&found.classical, &found.variational);
+        if self.has_order(declared) != Some(false) {
             return None;
         }
-        let mut note = format!("The declared order is {declared}, but the classical order is {classical}");
-        if declared > classical.order {
-            let worst = found.failing_classical.as_ref().and_then(|failing| failing.conditions.first());
+        let mut note =
+            format!("The declared order is {declared}, but the order of the variational integrator is {variational}");
+        if declared == classical.order {
+            return Some(note + &format!("; {declared} is the order as a Runge–Kutta method."));
+        }
+        if declared > variational.order {
+            let worst = found.failing_variational.as_ref().and_then(|failing| failing.conditions.first());
             note += &worst.map_or_else(String::new, |worst| format!(": {worst}"));
         }
         Some(note + ".")
@@ -282,6 +353,14 @@ impl Analysis {
         let (classical, variational) = (&found.classical, &found.variational);
         if variational.order >= classical.order {
             return None;
+        }
+        if !variational.is_exact() {
+            let checked =
+                format!("The conditions of two colours were checked up to order {}, and all hold", variational.order);
+            let open = self.to_digits.is_none() || self.completion.is_some();
+            return open.then(|| {
+                format!("{checked}. The variational order may be higher: the classical order is {classical}.")
+            });
         }
         let mut note = format!(
             "The variational order is {variational} although the classical order is {classical}, because the forced \

@@ -68,14 +68,33 @@ pub struct Assumptions {
 impl Assumptions {
     /// The largest p, q and r for which the coefficients fulfil B(p), C(q) and D(r), each up to 2s + 1.
     pub fn of<Q: Quantity>(coefficients: &Coefficients<Q>) -> Self {
-        let s = coefficients.stages();
-        let mut powers = vec![vec![Q::fraction(1, 1); s]];
-        for k in 1..=2 * s + 1 {
-            powers.push((0..s).map(|i| powers[k - 1][i].times(&coefficients.c[i])).collect());
-        }
-        let checker = Checker { coefficients, powers };
+        let checker = Checker::new(coefficients, 2 * coefficients.stages() + 1);
         Self { b: checker.check(Kind::B), c: checker.check(Kind::C), d: checker.check(Kind::D) }
     }
+}
+
+/// Left minus right of the equations k = `from` to `to` of an assumption.
+#[cfg(feature = "harness")]
+pub(super) fn defects<Q: Quantity>(coefficients: &Coefficients<Q>, kind: Kind, from: usize, to: usize) -> Vec<Q> {
+    let checker = Checker::new(coefficients, to);
+    let indices = if kind == Kind::B { 1 } else { coefficients.stages() };
+    let places = (from..=to).flat_map(|k| (0..indices).map(move |index| (k, index)));
+    places
+        .map(|(k, index)| {
+            let (left, right) = checker.sides(kind, k, index);
+            left.minus(&right)
+        })
+        .collect()
+}
+
+/// Σ_ij b_i c_i^k a_ij c_j^k − 1/(2 (k + 1)²), the one condition of order 2k + 2 that B(2k + 2), C(k) and D(k) leave open.
+pub(super) fn middle<Q: Quantity>(coefficients: &Coefficients<Q>, k: usize) -> Q {
+    let Coefficients { a, b, .. } = coefficients;
+    let checker = Checker::new(coefficients, k);
+    let (power, s) = (&checker.powers[k], b.len());
+    let row = |i: usize| (0..s).fold(Q::fraction(0, 1), |sum, j| sum.plus(&a[i][j].times(&power[j])));
+    let sum = (0..s).fold(Q::fraction(0, 1), |sum, i| sum.plus(&b[i].times(&power[i]).times(&row(i))));
+    sum.minus(&Q::fraction(1, 2 * ((k + 1) * (k + 1)) as i64))
 }
 
 struct Checker<'t, Q> {
@@ -84,7 +103,17 @@ struct Checker<'t, Q> {
     powers: Vec<Vec<Q>>,
 }
 
-impl<Q: Quantity> Checker<'_, Q> {
+impl<'t, Q: Quantity> Checker<'t, Q> {
+    /// With the powers of c up to `highest`.
+    fn new(coefficients: &'t Coefficients<Q>, highest: usize) -> Self {
+        let s = coefficients.stages();
+        let mut powers = vec![vec![Q::fraction(1, 1); s]];
+        for k in 1..=highest {
+            powers.push((0..s).map(|i| powers[k - 1][i].times(&coefficients.c[i])).collect());
+        }
+        Self { coefficients, powers }
+    }
+
     fn check(&self, kind: Kind) -> Assumption {
         let s = self.coefficients.stages();
         for k in 1..=2 * s + 1 {

@@ -121,6 +121,20 @@ impl Entries {
         Ok(tableau)
     }
 
+    /// Half the width of the interval that an entry stands for: its [uncertainty](Number::uncertainty), and for a decimal of 16 or 17
+    /// significant digits, which is how an `f64` is printed, eight times that: coefficients computed in `f64` are seldom right to the
+    /// last bit. 0 for what is exact.
+    pub fn allowance<T: Real>(entry: &Number) -> T {
+        let uncertainty: T = entry.uncertainty();
+        if uncertainty.is_zero() {
+            return uncertainty;
+        }
+        let text = entry.to_string();
+        let mantissa = text.split(['e', 'E']).next().unwrap_or(&text);
+        let digits: String = mantissa.chars().filter(char::is_ascii_digit).collect();
+        if matches!(digits.trim_matches('0').len(), 16 | 17) { T::int(8) * uncertainty } else { uncertainty }
+    }
+
     fn check_row_sums<T: Real>(&self, tableau: &Tableau<T>, c: &[T], given: &[Number]) -> Result<(), TableauError> {
         let bad = |entry: String, why: String| Err(TableauError::BadEntry { entry, why });
         if c.len() != tableau.stages() {

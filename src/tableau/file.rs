@@ -30,7 +30,8 @@ const ALLOWED: &str = "allowed are finite numbers and texts such as \"1/3\", \"0
 pub struct TableauFile {
     /// What the writer calls it.
     pub name: Option<String>,
-    /// The order as a plain Runge–Kutta method that the writer claims.
+    /// The order that the writer claims for the variational integrator with this tableau. As a Runge–Kutta method the tableau can have a
+    /// higher one.
     pub order: Option<usize>,
     /// a, b and c.
     pub entries: Entries,

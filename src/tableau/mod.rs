@@ -9,6 +9,9 @@
 #[cfg(feature = "harness")]
 pub mod analysis;
 pub mod assumptions;
+pub mod bounds;
+#[cfg(feature = "harness")]
+pub mod completion;
 pub mod description;
 #[cfg(feature = "harness")]
 pub mod exact;

@@ -22,9 +22,25 @@ pub const MAX_VARIATIONAL: usize = 12;
 pub struct Order {
     /// Every condition up to this order holds.
     pub order: usize,
-    /// The first condition of the next order that fails; `None` if no condition that was checked fails: the order is *at
-    /// least* [`Order::order`].
+    /// The order is at most this: [`Order::order`] where a condition of the next order fails; `None` if nothing bounds it.
+    pub most: Option<usize>,
+    /// The first condition of the next order that fails, where one was looked at and does.
     pub broken: Option<Broken>,
+}
+
+impl Order {
+    /// Whether the order is exactly [`Order::order`]; otherwise it is *at least* that.
+    pub fn is_exact(&self) -> bool {
+        self.most == Some(self.order)
+    }
+
+    /// Whether the order is `claimed`; `None` where it is not known whether it is that high.
+    pub fn is(&self, claimed: usize) -> Option<bool> {
+        if self.is_exact() || claimed < self.order {
+            return Some(claimed == self.order);
+        }
+        self.most.is_some_and(|most| claimed > most).then_some(false)
+    }
 }
 
 /// An order condition that does not hold.
@@ -46,10 +62,7 @@ pub struct Broken {
 
 impl fmt::Display for Order {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        match self.broken {
-            Some(_) => write!(f, "{}", self.order),
-            None => write!(f, "at least {}", self.order),
-        }
+        if self.is_exact() { write!(f, "{}", self.order) } else { write!(f, "at least {}", self.order) }
     }
 }
 
@@ -272,10 +285,10 @@ impl<A: Arithmetic> Conditions<A> {
         let max = max.min(self.most());
         for n in 1..=max {
             if let Some(broken) = self.visit(n, |conditions, tree| conditions.broken(tree)).next() {
-                return Order { order: n - 1, broken: Some(broken) };
+                return Order { order: n - 1, most: Some(n - 1), broken: Some(broken) };
             }
         }
-        Order { order: max, broken: None }
+        Order { order: max, most: None, broken: None }
     }
 
     /// What `look` finds at the trees whose conditions make up order n: all rooted trees for one colour, else one for each

@@ -150,14 +150,14 @@ impl<T: Real> Coefficients<Ball<T>> {
         Self::with_radii(tableau, |_, _| 0.0, |_| 0.0)
     }
 
-    /// The tableau that was built from these entries, each coefficient off by at most its
-    /// [uncertainty](crate::scalar::Number::uncertainty) (and b_j by what dividing by Σb moved it).
+    /// The tableau that was built from these entries, each coefficient off by at most its [allowance](Entries::allowance) (and b_j by
+    /// what dividing by Σb moved it).
     pub fn to_digits(tableau: &Tableau<T>, entries: &Entries) -> Self {
         let moved = |j: usize| entries.b[j].eval::<T>().map_or(0.0, |x| (x - tableau.b()[j]).abs().to_f64());
         Self::with_radii(
             tableau,
-            |i, j| entries.a[i][j].uncertainty::<T>().to_f64(),
-            |j| entries.b[j].uncertainty::<T>().to_f64() + moved(j),
+            |i, j| Entries::allowance::<T>(&entries.a[i][j]).to_f64(),
+            |j| Entries::allowance::<T>(&entries.b[j]).to_f64() + moved(j),
         )
     }
 

@@ -1,13 +1,15 @@
 //! What `order` prints.
 
-use super::super::schema;
+use super::super::schema::object;
 use super::super::table::{Column, Table, entries, paragraph};
-use super::{Outcome, word};
+use super::{Outcome, Source, word};
 use euler_poincare::harness::Verdict;
 use euler_poincare::harness::convergence::{Estimate, Kind};
+use euler_poincare::scalar::Number;
 use euler_poincare::study::Findings;
 use euler_poincare::tableau::analysis::Findings as Orders;
 use euler_poincare::tableau::failing::Failing;
+use euler_poincare::tableau::{Analysis, Order};
 use serde_json::{Value, json};
 use std::collections::BTreeSet;
 
@@ -25,17 +27,11 @@ tableau, and measured: errors are relative, and the slope is that of log error a
 /// The three numbers, what is behind them, the table of errors.
 pub fn text(outcome: &Outcome) -> String {
     let analysis = &outcome.analysis;
-    let orders = analysis.findings();
-    let how = match (&analysis.to_digits, analysis.exact) {
-        (Some(_), _) => "to the digits given",
-        (None, true) => "exact, in rationals",
-        (None, false) => "from the coefficients",
-    };
     let mut rows = vec![("tableau", tableau(outcome))];
     rows.push(("declared", declared(outcome)));
-    rows.push(("classical", format!("{}  ({how}){}", orders.classical, exactly(outcome, |o| &o.classical))));
-    rows.push(("variational", format!("{}  ({how}){}", orders.variational, exactly(outcome, |o| &o.variational))));
-    rows.push(("empirical", empirical(outcome)));
+    rows.push(("classical", computed(outcome, |o| &o.classical)));
+    rows.push(("variational", computed(outcome, |o| &o.variational)));
+    rows.push(("measured", measured(outcome)));
     rows.push(("assumed", assumptions(outcome)));
     let verdict = entries(0, [("verdict", verdict(outcome))]);
     let mut text = format!("{verdict}\n\n{}\n\n{}\n", paragraph(MEANING), entries(0, rows));
@@ -46,8 +42,7 @@ pub fn text(outcome: &Outcome) -> String {
     if !notes.is_empty() {
         text += &format!("\n{}\n", entries(0, notes.into_iter().map(|note| ("note", note))));
     }
-    // Those of the exact orders: where rounded digits break a condition, that one is to be mended.
-    let orders = &analysis.exactly;
+    let orders = analysis.findings();
     let (classical, variational) = (&orders.failing_classical, &orders.failing_variational);
     if let Some(failing) = classical {
         text += &format!("\n{}", conditions("classical", failing));
@@ -87,27 +82,42 @@ fn tableau(outcome: &Outcome) -> String {
 }
 
 fn declared(outcome: &Outcome) -> String {
-    let Some(declared) = outcome.declared else { return "none".into() };
-    let classical = &outcome.analysis.findings().classical;
-    let how = match outcome.declared_holds() {
-        Some(true) => "holds".to_owned(),
-        None => "not checked so far".into(),
-        _ if declared == classical.order => "holds for a Runge-Kutta method, not for this scheme".into(),
-        _ => "does not hold".into(),
+    let (Some(declared), Some(source)) = (outcome.analysis.declared, outcome.declared_by) else {
+        return "none: the computed order is compared with the measured one".into();
     };
-    format!("{declared}  ({how})")
+    let source = match source {
+        Source::Option => "--declared",
+        Source::File => "in the file",
+    };
+    format!("{declared}  ({source}): the order of the variational integrator")
 }
 
-fn exactly(outcome: &Outcome, of: impl Fn(&Orders) -> &euler_poincare::tableau::Order) -> String {
-    match &outcome.analysis.to_digits {
-        Some(_) => format!("; exactly {}", of(&outcome.analysis.exactly)),
+/// The order, how it was found, and that of exactly the digits given.
+fn computed(outcome: &Outcome, of: impl Fn(&Orders) -> &Order) -> String {
+    let analysis = &outcome.analysis;
+    let (findings, order) = (analysis.findings(), of(analysis.findings()));
+    let how = match (&analysis.to_digits, analysis.exact) {
+        (Some(_), _) => "to the digits given",
+        (None, true) => "exact, in rationals",
+        (None, false) => "from the coefficients",
+    };
+    let assumed = &findings.assumptions;
+    let basis = match (order.is_exact(), &order.broken) {
+        (true, Some(_)) => String::new(),
+        (true, None) => format!(", by {}, {} and {}", assumed.b, assumed.c, assumed.d),
+        (false, _) if analysis.to_digits.is_some() => String::new(),
+        (false, _) => format!("; checked up to order {}, and no condition fails", order.order),
+    };
+    let typed = match &analysis.to_digits {
+        Some(_) => format!("; {} with exactly these digits", of(&analysis.exactly)),
         None => String::new(),
-    }
+    };
+    format!("{order}  ({how}{basis}{typed})")
 }
 
-fn empirical(outcome: &Outcome) -> String {
+fn measured(outcome: &Outcome) -> String {
     let trial = &outcome.judged.trial;
-    match outcome.empirical() {
+    match outcome.measured() {
         Some((study, quantity, Estimate::Slope { value, low, high, window })) => {
             let what = &trial.horizon.quantities()[quantity];
             let study = if study == "horizon" { "over the horizon" } else { "after two steps, less one" };
@@ -122,7 +132,7 @@ fn empirical(outcome: &Outcome) -> String {
 
 fn verdict(outcome: &Outcome) -> String {
     let order = &outcome.analysis.findings().variational;
-    let whose = if outcome.analysis.to_digits.is_some() { " (to the digits given)" } else { "" };
+    let whose = if outcome.analysis.to_digits.is_some() { ", to the digits given" } else { "" };
     match &outcome.judged.verdict {
         Verdict::Holds { .. } => format!("confirmed: the order is {order}{whose}"),
         Verdict::Broken { witness, .. } => format!("refuted: {witness}"),
@@ -204,16 +214,16 @@ fn errors(findings: &Findings) -> String {
     table.text() + &legend + &refused
 }
 
-/// One object.
+/// One object, `order/1`.
 pub fn json(outcome: &Outcome) -> Value {
     let (analysis, trial) = (&outcome.analysis, &outcome.judged.trial);
-    let (orders, exact) = (analysis.findings(), &analysis.exactly);
-    let empirical = match outcome.empirical() {
+    let orders = analysis.findings();
+    let measured = match outcome.measured() {
         Some((study, quantity, Estimate::Slope { value, low, high, window })) => json!({
             "slope": value, "low": low, "high": high,
             "study": study, "quantity": trial.horizon.quantities()[quantity], "window": [window.0, window.1],
         }),
-        _ => json!({ "slope": null, "low": null, "high": null }),
+        _ => Value::Null,
     };
     let why = match &outcome.judged.verdict {
         Verdict::Holds { .. } => None,
@@ -223,35 +233,63 @@ pub fn json(outcome: &Outcome) -> Value {
     let mut notes = analysis.notes();
     notes.extend(outcome.notes.iter().cloned());
     notes.extend(outcome.judged.explanation.clone());
-    let failing = orders.failing_variational.as_ref().map_or(json!([]), |failing| json!(failing.conditions));
-    let object = json!({
-        "tableau": outcome.tableau,
-        "declared": outcome.declared,
-        "declared_holds": outcome.declared_holds(),
-        "classical": orders.classical.order,
-        "variational": orders.variational.order,
-        "at_least": orders.variational.broken.is_none(),
-        "to_the_digits_given": analysis.to_digits.is_some(),
-        "exact": {
-            "classical": exact.classical.order,
-            "variational": exact.variational.order,
-            "failing_trees": exact.failing_variational.as_ref().map_or(json!([]), |failing| json!(failing.conditions)),
-        },
-        "empirical": empirical,
-        "verdict": word(&outcome.judged.verdict),
-        "why": why,
-        "failing_trees": failing,
-        "failing_count": orders.failing_variational.as_ref().map_or(0, |failing| failing.count),
-        "failing_classical_trees": orders.failing_classical.as_ref().map_or(json!([]), |f| json!(f.conditions)),
-        "because": orders.hints(),
-        "notes": notes,
-        "warnings": trial.warnings.iter().map(|warning| warning.name()).collect::<Vec<_>>(),
-        "digits": outcome.digits.number(),
-        "system": outcome.system,
-        "horizon": outcome.horizon,
-        "levels": { "horizon": levels(&trial.horizon), "descent": levels(&trial.descent) },
+    let assumed = &orders.assumptions;
+    object(
+        "order/1",
+        json!({
+            "tableau": outcome.tableau,
+            "declared": analysis.declared,
+            "declared_by": outcome.declared_by.map(|source| match source {
+                Source::Option => "option",
+                Source::File => "file",
+            }),
+            "declared_holds": outcome.declared_holds(),
+            "classical": order(&orders.classical, orders.failing_classical.as_ref()),
+            "variational": order(&orders.variational, orders.failing_variational.as_ref()),
+            "assumptions": { "B": assumed.b.holds, "C": assumed.c.holds, "D": assumed.d.holds },
+            "because": orders.hints(),
+            "rounded": rounded(analysis),
+            "measured": measured,
+            "verdict": word(&outcome.judged.verdict),
+            "why": why,
+            "notes": notes,
+            "warnings": trial.warnings.iter().map(|warning| warning.name()).collect::<Vec<_>>(),
+            "digits": outcome.digits.number(),
+            "system": outcome.system,
+            "horizon": outcome.horizon,
+            "levels": { "horizon": levels(&trial.horizon), "descent": levels(&trial.descent) },
+        }),
+    )
+}
+
+/// An order, and the conditions of the next one that fail.
+fn order(order: &Order, failing: Option<&Failing>) -> Value {
+    json!({
+        "order": order.order,
+        "at_least": !order.is_exact(),
+        "failing_count": failing.map_or(0, |failing| failing.count),
+        "failing": failing.map_or(json!([]), |failing| json!(failing.conditions)),
+    })
+}
+
+/// What rounded decimals leave open, and the orders of exactly these digits.
+fn rounded(analysis: &Analysis) -> Value {
+    let Some(entry) = &analysis.first_rounded else { return Value::Null };
+    let typed = &analysis.exactly;
+    let completion = analysis.completion.as_ref().map(|completion| {
+        let texts = |row: &[Number]| row.iter().map(Number::to_string).collect::<Vec<_>>();
+        let a: Vec<_> = completion.entries.a.iter().map(|row| texts(row)).collect();
+        json!({ "a": a, "b": texts(&completion.entries.b), "moved": completion.moved })
     });
-    schema::object("order/1", object)
+    json!({
+        "first": entry,
+        "allowed": analysis.allowed,
+        "completion": completion,
+        "typed": {
+            "classical": order(&typed.classical, typed.failing_classical.as_ref()),
+            "variational": order(&typed.variational, typed.failing_variational.as_ref()),
+        },
+    })
 }
 
 fn levels(findings: &Findings) -> Value {
