@@ -5,7 +5,7 @@ use super::program::Exchange;
 use super::stepper::Foreign;
 use crate::harness::Verdict;
 use crate::harness::convergence::{Estimate, Kind};
-use crate::laws::method::{Claims, MethodLaw, Other, Outcome, Point, Stepper, theory_of};
+use crate::laws::method::{Claims, MethodLaw, Other, Outcome, Point, Stepper, Wanted, theory_of};
 use crate::scalar::{Dd, Scalar};
 use crate::study::{Findings, Line};
 use crate::system::Case;
@@ -241,8 +241,9 @@ fn asked(foreign: &Foreign, question: &Question) -> Option<(Point<f64>, Compared
     let answer = stepper.step(from, *h).ok()?;
     let Exchange { request, answer: line } = foreign.exchanges().pop()?;
     let theory = theory_of::<Dd>(case).ok()?;
-    let times: Vec<Dd> = (1..=STEPS).map(|k| Dd::exact(*h) * Dd::ratio(k, STEPS)).collect();
-    let (solution, doubt) = theory.solution_from(&from.convert::<Dd>(), &times, STAGES).ok()?.pop()?;
+    let times = (1..=STEPS).map(|k| Dd::exact(*h) * Dd::ratio(k, STEPS)).collect();
+    let wanted = Wanted { start: from.convert::<Dd>(), times, stages: STAGES, tolerance: 0.0, attitude: true };
+    let (solution, doubt) = theory.solve(&wanted).ok()?.pop()?;
     let solution = solution.convert::<f64>();
     let parts = [
         (&answer.momentum, &solution.momentum, doubt.0.to_f64()),

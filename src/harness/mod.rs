@@ -3,7 +3,8 @@
 //! A [`Law`] is a statement about cases of a type `C`, with a strategy that draws them, a check that answers with a
 //! [`Verdict`] (numbers, never a bare yes or no), and planted faults that the check demonstrably catches. A
 //! [`Campaign`] runs laws on random cases, in one piece or in shards, and a [`store`] keeps each verdict as it comes as a
-//! [`Record`]; [`convergence`] reads the order of a method off its errors; [`evidence`] is what a
+//! [`Record`]; [`convergence`] reads the order of a method off its errors, [`lower`] how much of them is of lower order than
+//! claimed; [`evidence`] is what a
 //! check measured beyond what its verdict says.
 
 mod campaign;
@@ -13,6 +14,7 @@ pub mod evidence;
 mod guard;
 pub mod ladder;
 mod law;
+pub mod lower;
 mod plan;
 mod record;
 mod shrink;

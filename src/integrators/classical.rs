@@ -18,6 +18,7 @@ pub struct Classical<T: Real, const N: usize, const D: usize, L, F, G> {
     group: Option<G>,
     tableau: Tableau<T>,
     explicit: bool,
+    tolerance: T,
     slopes: Vec<Covector<T, N>>,
     rates: Vec<Matrix<T, D>>,
     velocities: Vec<Vector<T, N>>,
@@ -38,11 +39,18 @@ where
             system,
             group,
             explicit,
+            tolerance: T::zero(),
             tableau,
             slopes: vec![Covector::zeros(); s],
             rates: vec![Matrix::zeros(); s],
             velocities: vec![Vector::zeros(); s],
         }
+    }
+
+    /// The same, with the stages found to a relative `tolerance` instead of to round-off.
+    pub fn to(mut self, tolerance: T) -> Self {
+        self.tolerance = tolerance;
+        self
     }
 
     /// Evaluates every stage with the slopes at hand; returns the largest relative change of a slope.
@@ -92,7 +100,7 @@ where
         state.check_finite(h)?;
         self.slopes.fill(Covector::zeros());
         self.rates.fill(Matrix::zeros());
-        let (solver, iterations, residual) = sweep(self.explicit, h, || self.pass(state, h))?;
+        let (solver, iterations, residual) = sweep(self.explicit, h, self.tolerance, || self.pass(state, h))?;
         let mut next = state.clone();
         for (j, (slope, rate)) in self.slopes.iter().zip(&self.rates).enumerate() {
             let weight = h * self.tableau.b()[j];

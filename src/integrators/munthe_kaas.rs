@@ -112,7 +112,7 @@ where
         state.check_finite(h)?;
         self.slopes.fill(Covector::zeros());
         self.rates.fill(Vector::zeros());
-        let (solver, iterations, residual) = sweep(self.explicit, h, || self.pass(state, h))?;
+        let (solver, iterations, residual) = sweep(self.explicit, h, T::zero(), || self.pass(state, h))?;
         let step = h.to_f64();
         let (kick, increment) = self.sums(h, |j| self.tableau.b()[j]);
         let attitude = match self.retraction.tau(&increment) {

@@ -10,19 +10,20 @@ const SWEEPS: usize = 200;
 pub(super) type Solved<T> = (Solver, usize, T);
 
 /// Repeats `pass`, which evaluates every stage with the slopes at hand and returns their largest relative change, until
-/// rounding is all that changes; one pass where the tableau is explicit.
+/// no more than `tolerance` changes (0: than rounding); one pass where the tableau is explicit.
 ///
 /// # Errors
 /// Those of `pass`; no convergence in [`SWEEPS`] sweeps.
 pub(super) fn sweep<T: Real>(
     explicit: bool,
     h: T,
+    tolerance: T,
     mut pass: impl FnMut() -> Result<T, StepError>,
 ) -> Result<Solved<T>, StepError> {
     if explicit {
         return pass().map(|_| (Solver::Explicit, 0, T::zero()));
     }
-    let tolerance = T::int(4) * T::unit_roundoff();
+    let tolerance = tolerance.max(T::int(4) * T::unit_roundoff());
     let (mut residual, mut best) = (T::zero(), T::one());
     for sweeps in 1..=SWEEPS {
         residual = pass()?;

@@ -229,6 +229,10 @@ impl<T: Real, const N: usize> Force<T, N> for QuadraticDrag<T, N> {
     fn is_zero(&self) -> bool {
         self.matrix.iter().all(|v| *v == T::zero())
     }
+
+    fn is_smooth(&self) -> bool {
+        self.is_zero()
+    }
 }
 
 /// f = c, constant in the body frame.
@@ -351,6 +355,13 @@ macro_rules! any_force {
                 match self {
                     $(Self::$variant(force) => Force::<T, N>::is_zero(force),)*
                     Self::Sum(terms) => terms.iter().all(|term| term.is_zero()),
+                }
+            }
+
+            fn is_smooth(&self) -> bool {
+                match self {
+                    $(Self::$variant(force) => Force::<T, N>::is_smooth(force),)*
+                    Self::Sum(terms) => terms.iter().all(|term| term.is_smooth()),
                 }
             }
         }

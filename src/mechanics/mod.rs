@@ -156,6 +156,12 @@ pub trait Force<T: Real, const N: usize> {
     fn is_zero(&self) -> bool {
         false
     }
+
+    /// Whether f has all derivatives at every velocity. Quadratic drag has not, at rest: there no method has an order above 2, and
+    /// laws of convergence stay away from it.
+    fn is_smooth(&self) -> bool {
+        true
+    }
 }
 
 impl<T: Real, const N: usize, L: Lagrangian<T, N>> Lagrangian<T, N> for &L {
@@ -191,5 +197,9 @@ impl<T: Real, const N: usize, F: Force<T, N>> Force<T, N> for &F {
 
     fn is_zero(&self) -> bool {
         (**self).is_zero()
+    }
+
+    fn is_smooth(&self) -> bool {
+        (**self).is_smooth()
     }
 }

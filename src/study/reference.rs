@@ -77,7 +77,28 @@ where
     F: Force<T, N> + Clone,
     G: LieGroup<T, N, D> + Clone,
 {
-    let mut method = Classical::new(system.clone(), group.cloned(), gauss(stages.max(4))?);
+    within(system, group, start, times, stages, T::zero())
+}
+
+/// The same, with the stages of each step found to a relative `tolerance` (0: to round-off), which costs less.
+///
+/// # Errors
+/// Those of [`at`].
+pub fn within<T, L, F, G, const N: usize, const D: usize>(
+    system: &EulerPoincare<T, N, L, F>,
+    group: Option<&G>,
+    start: &State<T, N, D>,
+    times: &[T],
+    stages: usize,
+    tolerance: T,
+) -> Result<Vec<Target<T, N, D>>, StepError>
+where
+    T: Real,
+    L: Lagrangian<T, N> + Clone,
+    F: Force<T, N> + Clone,
+    G: LieGroup<T, N, D> + Clone,
+{
+    let mut method = Classical::new(system.clone(), group.cloned(), gauss(stages.max(4))?).to(tolerance);
     let sequence = in_sequence(times);
     let mut targets: Vec<Option<Target<T, N, D>>> = vec![None; times.len()];
     let power = stages.max(4) as i32;

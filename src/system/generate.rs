@@ -233,7 +233,7 @@ fn positive(draw: &mut Draw<'_>, n: usize, most: i64, shift: i64) -> Vec<Vec<Num
 pub(super) fn forces(draw: &mut Draw<'_>, n: usize, abelian: bool, knobs: &Cases) -> Vec<Force> {
     match knobs.forcing {
         Forcing::Free => return Vec::new(),
-        Forcing::Any if draw.chance(25) => return Vec::new(),
+        Forcing::Any if draw.chance(if knobs.telling { 15 } else { 25 }) => return Vec::new(),
         _ => {}
     }
     let given = knobs.given.as_ref();
@@ -242,13 +242,25 @@ pub(super) fn forces(draw: &mut Draw<'_>, n: usize, abelian: bool, knobs: &Cases
     }
     // A bracket is made of the Lagrangian; it does not know one that is given.
     let no_brackets = given.is_some_and(|given| given.lagrangian);
-    let count = 1 + draw.weighted(&[60, 30, 10]);
+    let count = 1 + draw.weighted(if knobs.telling { &[30, 40, 30] } else { &[60, 30, 10] });
     // The first term does not vanish identically: brackets do on abelian algebras.
-    (0..count).map(|i| force(draw, n, no_brackets || (abelian && i == 0), knobs.smooth)).collect()
+    (0..count).map(|i| force(draw, n, no_brackets || (abelian && i == 0), knobs)).collect()
 }
 
-fn force(draw: &mut Draw<'_>, n: usize, no_bracket: bool, smooth: bool) -> Force {
-    let bracket = if no_bracket { 0 } else { 24 };
+/// Weights of the forces: the double bracket, the metriplectic one, linear and quadratic drag, constant, periodic.
+const FORCES: [usize; 6] = [24, 24, 16, 14, 11, 11];
+
+/// The same for [`Cases::telling`].
+const TELLING: [usize; 6] = [14, 14, 28, 22, 8, 14];
+
+fn force(draw: &mut Draw<'_>, n: usize, no_bracket: bool, knobs: &Cases) -> Force {
+    let mut weights = if knobs.telling { TELLING } else { FORCES };
+    if no_bracket {
+        weights[..2].fill(0);
+    }
+    if knobs.smooth {
+        weights[3] = 0;
+    }
     let strength = |draw: &mut Draw<'_>| dyadic(draw.int(1, 8), 8);
     let covector = |draw: &mut Draw<'_>| {
         let mut value = draw.fractions(n, 6, 8);
@@ -257,10 +269,10 @@ fn force(draw: &mut Draw<'_>, n: usize, no_bracket: bool, smooth: bool) -> Force
         }
         value
     };
-    match draw.weighted(&[bracket, bracket, 16, if smooth { 0 } else { 14 }, 11, 11]) {
+    match draw.weighted(&weights) {
         0 => Force::DoubleBracket { alpha: strength(draw) },
         1 => Force::Metriplectic { beta: strength(draw) },
-        2 if draw.chance(50) => Force::LinearDrag(Drag::Coefficient(strength(draw))),
+        2 if draw.chance(if knobs.telling { 20 } else { 50 }) => Force::LinearDrag(Drag::Coefficient(strength(draw))),
         2 => {
             let mut rows: Vec<Vec<Number>> = (0..n).map(|_| draw.fractions(n, 3, 8)).collect();
             for (a, row) in rows.iter_mut().enumerate() {
@@ -280,8 +292,8 @@ fn force(draw: &mut Draw<'_>, n: usize, no_bracket: bool, smooth: bool) -> Force
 }
 
 /// A start: momentum or velocity of size about 1, sometimes 1/64 or 4; sometimes an attitude and a time.
-pub(super) fn start(draw: &mut Draw<'_>, n: usize, group: bool) -> Start {
-    let q = [8, 512, 2][draw.weighted(&[80, 10, 10])];
+pub(super) fn start(draw: &mut Draw<'_>, n: usize, group: bool, telling: bool) -> Start {
+    let q = if telling { 8 } else { [8, 512, 2][draw.weighted(&[80, 10, 10])] };
     let mut list = draw.fractions(n, 12, q);
     if list.iter().all(|v| *v == Number::default()) {
         list[0] = dyadic(8, q);
@@ -372,7 +384,7 @@ pub(super) fn case(draw: &mut Draw<'_>, knobs: &Cases, tableau: crate::tableau::
     let unit = || given.is_some_and(|given| given.lagrangian).then(|| super::random::unit(n));
     let lagrangian = fixed.lagrangian.clone().or_else(unit).unwrap_or_else(|| lagrangian(draw, n, knobs));
     let forces = fixed.forces.clone().unwrap_or_else(|| forces(draw, n, abelian, knobs));
-    let start = fixed.start.clone().unwrap_or_else(|| start(draw, n, named));
+    let start = fixed.start.clone().unwrap_or_else(|| start(draw, n, named, knobs.telling));
     let (largest, smallest) = knobs.exponents;
     let mut exponent = draw.int(i64::from(largest), i64::from(smallest)) as u32;
     // Beyond this the motion is slowed down instead: large steps are wanted too.

@@ -75,6 +75,7 @@ pub struct Cases {
     pub(super) changed_basis: Option<bool>,
     pub(super) forcing: Forcing,
     pub(super) smooth: bool,
+    pub(super) telling: bool,
     pub(super) quadratic: bool,
     pub(super) fast: bool,
     pub(super) retraction: Option<Tau>,
@@ -96,6 +97,7 @@ pub fn cases() -> Cases {
         changed_basis: None,
         forcing: Forcing::Any,
         smooth: false,
+        telling: false,
         quadratic: false,
         fast: false,
         retraction: None,
@@ -210,6 +212,14 @@ impl Cases {
         self
     }
 
+    /// Only motions that show the order of a method, with forces that show its errors: of size about 1, not nearly steady (but
+    /// without force on an abelian algebra, where all are), and with quadratic drag only away from rest, where it is smooth.
+    /// Drag and matrices without symmetry are drawn more often than else, and several forces at once.
+    pub fn telling(mut self) -> Self {
+        self.telling = true;
+        self
+    }
+
     /// Only quadratic Lagrangians.
     pub fn quadratic(mut self) -> Self {
         self.quadratic = true;
@@ -254,6 +264,7 @@ impl Cases {
             Structure::Constants { .. } | Structure::Given { .. } => None,
         };
         let forced = case.forces.iter().any(|force| !shrink::vanishes(force, abelian));
+        let rates = (self.forcing == Forcing::Forced || self.telling).then(|| self.rates(case)).flatten();
         let algebra = match &self.given {
             Some(given) => {
                 given.structure == case.algebra.structure && case.algebra.basis.is_none() && given.admits(case)
@@ -274,9 +285,26 @@ impl Cases {
             && !(self.quadratic && case.lagrangian.quartic.is_some())
             && (!self.fast || entry.is_some_and(|entry| has_fast_step(case, entry)))
             && (self.retraction.is_none_or(|tau| tau == case.method.retraction) || entry.is_none())
-            && (self.forcing != Forcing::Forced || self.rates(case).is_some_and(|rates| rates.driven()))
+            && (self.forcing != Forcing::Forced || rates.as_ref().is_some_and(Rates::driven))
+            && (!self.telling || rates.is_some_and(|rates| self.tells(case, abelian, &rates)))
+    }
+
+    /// Whether a motion is what [`Cases::telling`] asks for.
+    fn tells(&self, case: &Case, abelian: bool, rates: &Rates) -> bool {
+        let step = case.step.eval::<f64>().map_or(0.0, f64::abs);
+        let dragged = case.forces.iter().any(|force| matches!(force, Force::QuadraticDrag(_)));
+        let steady = rates.unsteadiness() < UNSTEADY;
+        // What somebody chose is as it is.
+        let chosen = self.given.is_some() || self.fixed.any() || abelian;
+        (chosen || !steady) && !(dragged && step * rates.braking() > BRAKED)
     }
 }
+
+/// The least [`Rates::unsteadiness`] of a motion that shows an order.
+const UNSTEADY: f64 = 1.0 / 32.0;
+
+/// The largest relative change of the velocity in a step where a force is smooth away from rest only.
+const BRAKED: f64 = 1.0 / 8.0;
 
 impl Given {
     /// Whether what is given is the only one of its kind in the case.

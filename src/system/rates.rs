@@ -25,6 +25,8 @@ pub(crate) struct Rates {
     frequency: f64,
     /// Whether the force is more than rounding at one of a few velocities.
     driven: bool,
+    /// |η̇|/|η|, largest components; infinite at rest.
+    braking: f64,
 }
 
 impl Rates {
@@ -68,6 +70,16 @@ impl Rates {
     /// and both brackets do where l'(η) is fixed by η, as on so(3) with a multiple of the identity for inertia.
     pub fn driven(&self) -> bool {
         self.driven
+    }
+
+    /// |η̇|/|η|; infinite at rest.
+    pub fn braking(&self) -> f64 {
+        self.braking
+    }
+
+    /// |η̇|/|η| relative to the rates at which a motion like it could turn: 0 where the velocity is constant.
+    pub fn unsteadiness(&self) -> f64 {
+        if self.braking == 0.0 { 0.0 } else { self.braking / (self.rotation + self.stiffness) }
     }
 
     /// h (‖ad_η‖ + h ‖ad_η̇‖ + ‖∂η̇/∂η‖): what the step multiplies.
@@ -158,6 +170,10 @@ impl Visitor<f64> for Measure {
             reach,
             frequency: turns,
             driven,
+            braking: match (eta.amax(), rate(&eta).amax()) {
+                (0.0, 0.0) => 0.0,
+                (speed, change) => change / speed,
+            },
         };
         rates.unrest(1.0).is_finite().then_some(rates)
     }

@@ -119,6 +119,23 @@ pub struct Value<T> {
     pub rate: T,
     /// The size of the terms that cancel in the value.
     pub size: T,
+    /// |μ|_max Σ_a |V'_a(μ)|: how far the value moves, relative to a change of each μ_a by so much of the largest.
+    pub reach: T,
+}
+
+/// Where a solution is wanted, and how well.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Wanted<T> {
+    /// Where it starts.
+    pub start: Point<T>,
+    /// After which times.
+    pub times: Vec<T>,
+    /// The stages of the Gauss method.
+    pub stages: usize,
+    /// To what relative tolerance its stages are found; 0: to round-off.
+    pub tolerance: f64,
+    /// Whether the attitude is wanted; else it stays as it is.
+    pub attitude: bool,
 }
 
 /// A point of the solution, and how much its momentum and its attitude may be off, rounding apart.
@@ -151,14 +168,23 @@ pub trait Theory<T: Real> {
     /// # Errors
     /// Those of [`reference::at`].
     fn solution(&self, times: &[T], stages: usize) -> Result<Vec<Solved<T>>, StepError> {
-        self.solution_from(&self.start(), times, stages)
+        let start = self.start();
+        self.solve(&Wanted { start, times: times.to_vec(), stages, tolerance: 0.0, attitude: true })
     }
 
-    /// The same from another state.
+    /// A solution from any state.
     ///
     /// # Errors
-    /// Those of [`reference::at`].
-    fn solution_from(&self, start: &Point<T>, times: &[T], stages: usize) -> Result<Vec<Solved<T>>, StepError>;
+    /// Those of [`reference::within`].
+    fn solve(&self, wanted: &Wanted<T>) -> Result<Vec<Solved<T>>, StepError>;
+
+    /// How fast a motion turns at a state, in 1/time: the largest of ‖J²‖^½ with J the derivative of μ̇ = ad*_η μ + f(t, η) by
+    /// μ, ‖ad_η²‖^½, ‖η̂²‖^½, ‖ad_η̇‖^½, (|∂²f/∂t²|/|f|)^½, and 4|η̇|/|η| where the force is not smooth at rest (row-sum
+    /// norms). Infinite where it has no value.
+    ///
+    /// A Taylor series of the motion, or of a step of a method, has terms of the size (h pace)^k: so h pace ≤ 1 keeps to where the
+    /// series tells something.
+    fn pace(&self, point: &Point<T>) -> f64;
 
     /// An element k of the group that is not the identity; `None` where there is no group.
     fn element(&self) -> Option<Vec<T>>;
@@ -208,7 +234,59 @@ pub fn coordinates<T: Real, const N: usize>() -> Vector<T, N> {
     Vector::from_fn(|a, _| T::ratio(((7 * a + 3) % 11) as i64 - 5, 16))
 }
 
+/// The row-sum norm.
+fn norm<T: Real, const M: usize>(matrix: &Matrix<T, M>) -> f64 {
+    let sum = |row: usize| (0..M).map(|c| matrix[(row, c)].to_f64().abs()).sum::<f64>();
+    (0..M).map(sum).fold(0.0, |m: f64, x| if x.is_nan() { f64::NAN } else { m.max(x) })
+}
+
+/// The largest component.
+fn largest<T: Real>(values: impl IntoIterator<Item = T>) -> f64 {
+    values.into_iter().fold(0.0, |m: f64, x| if x.all_finite() { m.max(x.to_f64().abs()) } else { f64::NAN })
+}
+
 impl<T: Real, const N: usize, const D: usize, L: Lagrangian<T, N>, F: Force<T, N>, G> Parts<T, N, D, L, F, G> {
+    /// η and μ̇ at a time and a momentum.
+    fn rates(&self, time: T, mu: &Covector<T, N>) -> Option<(Vector<T, N>, Covector<T, N>)> {
+        let eta = self.lagrangian.velocity(mu, &Vector::zeros()).ok()?;
+        let force = self.force.force::<T>(time, &eta);
+        Some((eta, self.algebra.coad(&eta, mu) + force))
+    }
+
+    /// The rates of [`Theory::pace`] that need no group.
+    fn paces(&self, point: &Point<T>) -> Option<(Vector<T, N>, f64)> {
+        let mu = self.momentum(point);
+        let (eta, rate) = self.rates(point.time, &mu)?;
+        let scale = mu.amax();
+        let small = T::exact(2f64.powi(-10)) * if scale > T::zero() { scale } else { T::one() };
+        let mut slope = Matrix::<T, N>::zeros();
+        for a in 0..N {
+            let mut moved = mu;
+            moved[a] += small;
+            let after = self.rates(point.time, &moved)?.1;
+            moved[a] -= small * T::int(2);
+            let before = self.rates(point.time, &moved)?.1;
+            slope.set_row(a, &((after - before) / (small * T::int(2))));
+        }
+        // η̇ by the difference along μ̇ over a short time.
+        let moment = T::exact(2f64.powi(-10)) * self.step.abs();
+        let (later, _) = self.rates(point.time + moment, &(mu + rate * moment))?;
+        let turning = (later - eta) / moment;
+        let ad = self.algebra.ad(&eta);
+        let mut pace = norm(&(slope * slope)).sqrt();
+        pace = pace.max(norm(&(ad * ad)).sqrt()).max(norm(&self.algebra.ad(&turning)).sqrt());
+        let at = |k: i64| self.force.force::<T>(point.time + self.step * T::ratio(k, 16), &eta);
+        let (force, bend) = (largest(at(0).iter().copied()), at(1) + at(-1) - at(0) * T::int(2));
+        if force > 0.0 {
+            pace = pace.max((largest(bend.iter().copied()) / force).sqrt() * 16.0 / self.step.to_f64().abs());
+        }
+        if !self.force.is_smooth() {
+            let speed = largest(eta.iter().copied());
+            pace = pace.max(4.0 * largest(turning.iter().copied()) / speed.max(f64::MIN_POSITIVE));
+        }
+        Some((eta, pace))
+    }
+
     fn momentum(&self, point: &Point<T>) -> Covector<T, N> {
         Covector::from_fn(|_, a| point.momentum.get(a).copied().unwrap_or_else(T::zero))
     }
@@ -253,6 +331,8 @@ where
                 value: self.lagrangian.energy(&eta),
                 rate: pair(&force, &eta),
                 size: mu.iter().zip(eta.iter()).fold(T::zero(), |sum, (m, e)| sum + (*m * *e).abs()),
+                // E as a function of μ has the differential η.
+                reach: mu.amax() * eta.iter().fold(T::zero(), |sum, e| sum + e.abs()),
             },
             Quantity::Casimir(k) => {
                 let casimir = self.casimirs.get(k)?;
@@ -260,15 +340,31 @@ where
                     Casimir::Linear(z) => z.amax() * mu.amax(),
                     Casimir::Quadratic(q) => q.amax() * mu.amax() * mu.amax(),
                 };
-                Value { value: casimir.value(&mu), rate: pair(&force, &casimir.gradient(&mu)), size }
+                let gradient = casimir.gradient(&mu);
+                let reach = mu.amax() * gradient.iter().fold(T::zero(), |sum, c| sum + c.abs());
+                Value { value: casimir.value(&mu), rate: pair(&force, &gradient), size, reach }
             }
         })
     }
 
-    fn solution_from(&self, start: &Point<T>, times: &[T], stages: usize) -> Result<Vec<Solved<T>>, StepError> {
+    fn solve(&self, wanted: &Wanted<T>) -> Result<Vec<Solved<T>>, StepError> {
         let body = EulerPoincare::new(self.algebra.clone(), &self.lagrangian, &self.force);
-        let targets = reference::at(&body, self.group.as_ref(), &start.state(), times, stages)?;
+        let group = self.group.as_ref().filter(|_| wanted.attitude);
+        let (start, tolerance) = (wanted.start.state::<N, D>(), T::exact(wanted.tolerance));
+        let targets = reference::within(&body, group, &start, &wanted.times, wanted.stages, tolerance)?;
         Ok(targets.iter().map(|target| (Point::of(&target.state, self.size), target.doubt)).collect())
+    }
+
+    fn pace(&self, point: &Point<T>) -> f64 {
+        let Some((eta, pace)) = self.paces(point) else { return f64::INFINITY };
+        let pace = match &self.group {
+            Some(group) if self.size > 0 => {
+                let hat: Matrix<T, D> = group.hat(&eta);
+                pace.max(norm(&(hat * hat)).sqrt())
+            }
+            _ => pace,
+        };
+        if pace.is_finite() { pace } else { f64::INFINITY }
     }
 
     fn element(&self) -> Option<Vec<T>> {

@@ -234,6 +234,13 @@ impl<T: Real, F: Force<T, N>, G: Force<T, N>, const N: usize> Force<T, N> for Ch
             Self::Drawn(force) => force.is_zero(),
         }
     }
+
+    fn is_smooth(&self) -> bool {
+        match self {
+            Self::Own(force) => force.is_smooth(),
+            Self::Drawn(force) => force.is_smooth(),
+        }
+    }
 }
 
 impl<P: Types<N, D>, const N: usize, const D: usize> Source for Own<P, N, D> {
