@@ -31,7 +31,7 @@ pub fn all(rows: &[Row]) -> Result<Vec<(&'static str, Figure)>, ExperimentError>
 }
 
 fn figure(title: &str, panels: Vec<Panel>) -> Figure {
-    Figure { title: title.into(), legend: Legend::Below, panels, note: String::new() }
+    Figure { title: title.into(), legend: Legend::Shared, panels, note: String::new() }
 }
 
 /// One look for each integrator, in every figure.
@@ -82,14 +82,8 @@ fn evolution(
     quantity: impl Fn(&euler_poincare::algebra::Covector<f64, 3>) -> Result<f64, ExperimentError>,
 ) -> Result<Panel, ExperimentError> {
     let curves = integrators.iter().map(|&i| difference(problem, i, steps, &quantity, None, absolute));
-    Ok(Panel {
-        title: title.into(),
-        x: "time t",
-        y: y[usize::from(absolute)],
-        axes: if absolute { Axes::LogY } else { Axes::Linear },
-        curves: curves.collect::<Result<_, _>>()?,
-        unit: None,
-    })
+    let axes = if absolute { Axes::LogY } else { Axes::Linear };
+    Ok(Panel::new(title, ("time t", y[usize::from(absolute)]), axes, curves.collect::<Result<_, _>>()?))
 }
 
 fn casimir_llg() -> Result<Figure, ExperimentError> {
@@ -129,7 +123,7 @@ fn casimir_relaxed() -> Result<Figure, ExperimentError> {
     };
     let battery = [ADAPTIVE, Integrator::RungeKutta4, GAUSS1, GAUSS2, GAUSS3];
     let pair = [Integrator::RungeKutta4, GAUSS2];
-    let panel = |title: &str, y, axes, curves| Panel { title: title.into(), x: "time t", y, axes, curves, unit: None };
+    let panel = |title: &str, y, axes, curves| Panel::new(title, ("time t", y), axes, curves);
     Ok(figure(
         "Relaxed rigid body: C = |M|² against C̄ of Gauss-3 with h = 0.01; h = 0.1",
         vec![
@@ -160,7 +154,7 @@ fn errors(rows: &[Row], problem: Problem, methods: &[(Method, &str)], order: i32
         let style = Style::new("slope of the order", 7).dashed(true);
         curves.push(Curve { style, points: vec![line(0.25), line(finest.0)] });
     }
-    Panel { title: title.into(), x: "step size h", y: "error at T = 1", axes: Axes::LogLog, curves, unit: None }
+    Panel::new(title, ("step size h", "error at T = 1"), Axes::LogLog, curves)
 }
 
 fn errors_llg(rows: &[Row]) -> Figure {

@@ -13,7 +13,7 @@ const ROW: f64 = 26.0;
 /// Of a character, in units of the size of its font.
 const ADVANCE: f64 = 0.56;
 /// Most markers on a curve: more would hide the line.
-const MARKERS: usize = 14;
+const MARKERS: usize = 20;
 
 /// A shape on a curve's points.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -110,13 +110,15 @@ pub struct Panel {
     pub curves: Vec<Curve>,
     /// What a power of ten on the vertical axis is called, if not by its exponent.
     pub unit: Option<fn(i32) -> String>,
+    /// Values that the horizontal axis has to reach, if not those of the curves alone.
+    pub reach: Option<(f64, f64)>,
 }
 
 /// Where the names of the curves are.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Legend {
-    /// One legend below all panels, which are two in a row.
-    Below,
+    /// One legend for all panels, which are two in a row: in the place of a last one that is not there, else below.
+    Shared,
     /// A legend to the right of each panel; panels are one below another.
     Beside,
 }
@@ -147,7 +149,7 @@ impl Figure {
     /// The figure as SVG text.
     pub fn svg(&self) -> String {
         match self.legend {
-            Legend::Below => self.shared(),
+            Legend::Shared => self.shared(),
             Legend::Beside => self.stacked(),
         }
     }
@@ -157,21 +159,26 @@ impl Figure {
         const WIDTH: f64 = 1080.0;
         const PANEL: f64 = 430.0;
         let styles = self.styles();
+        let panels = self.panels.len();
+        let bottom = TITLE + panels.div_ceil(2) as f64 * PANEL;
+        // A place without a panel has room for the legend, as a column.
+        let free = panels % 2 == 1 && styles.len() as f64 * ROW < PANEL - 80.0;
         let longest = styles.iter().map(|style| style.name.chars().count()).max().unwrap_or(0);
         let columns = ((WIDTH - 96.0) / (longest as f64 * 17.0 * ADVANCE + 84.0)).floor().clamp(1.0, 4.0) as usize;
-        let legend = TITLE + self.panels.len().div_ceil(2) as f64 * PANEL + 16.0;
-        let note = legend + styles.len().div_ceil(columns) as f64 * ROW + 10.0;
-        let mut canvas = Canvas::new(WIDTH, note + if self.note.is_empty() { 0.0 } else { 22.0 }, &self.title);
+        let rows = if free { 0 } else { styles.len().div_ceil(columns) };
+        let note = bottom + rows as f64 * ROW + 22.0;
+        let mut canvas = Canvas::new(WIDTH, note + if self.note.is_empty() { 0.0 } else { 16.0 }, &self.title);
         for (k, panel) in self.panels.iter().enumerate() {
-            // A last panel by itself stands in the middle.
-            let alone = k % 2 == 0 && k + 1 == self.panels.len();
-            let left = if alone { WIDTH / 4.0 } else { (k % 2) as f64 * WIDTH / 2.0 };
-            let top = TITLE + (k / 2) as f64 * PANEL;
+            let (left, top) = ((k % 2) as f64 * WIDTH / 2.0, TITLE + (k / 2) as f64 * PANEL);
             panel.draw(&mut canvas, Frame { left, top, right: left + WIDTH / 2.0, bottom: top + PANEL });
         }
         let width = (WIDTH - 96.0) / columns as f64;
         for (k, style) in styles.into_iter().enumerate() {
-            canvas.key(style, 60.0 + (k % columns) as f64 * width, legend + (k / columns) as f64 * ROW);
+            let (row, column) = ((k / columns) as f64, (k % columns) as f64);
+            match free {
+                true => canvas.key(style, WIDTH / 2.0 + 70.0, bottom - PANEL + 60.0 + k as f64 * ROW),
+                false => canvas.key(style, 60.0 + column * width, bottom + 16.0 + row * ROW),
+            }
         }
         canvas.text(&self.note, (60.0, note + 6.0), 14.0, "start", "#5a5a5a");
         canvas.end()
@@ -206,16 +213,23 @@ impl Figure {
 }
 
 impl Panel {
+    /// A panel whose axes follow from its curves.
+    pub fn new(title: impl Into<String>, (x, y): (&'static str, &'static str), axes: Axes, curves: Vec<Curve>) -> Self {
+        Self { title: title.into(), x, y, axes, curves, unit: None, reach: None }
+    }
+
     fn draw(&self, canvas: &mut Canvas, outer: Frame) {
         let (log_x, log_y) = (self.axes == Axes::LogLog, self.axes != Axes::Linear);
         let shown = |&(x, y): &(f64, f64)| x.is_finite() && y.is_finite() && (!log_x || x > 0.0) && (!log_y || y > 0.0);
         let scaled = |p: &(f64, f64)| (if log_x { p.0.log10() } else { p.0 }, if log_y { p.1.log10() } else { p.1 });
         let curves: Vec<Vec<(f64, f64)>> =
             self.curves.iter().map(|c| c.points.iter().filter(|p| shown(p)).map(scaled).collect()).collect();
-        let x = Scale::new(curves.iter().flatten().map(|p| p.0), log_x, if log_x { 0.05 } else { 0.0 }, None);
+        let reach = self.reach.iter().flat_map(|reach| [reach.0, reach.1].map(|x| if log_x { x.log10() } else { x }));
+        let abscissas = curves.iter().flatten().map(|p| p.0).chain(reach);
+        let x = Scale::new(abscissas, log_x, if log_x { 0.05 } else { 0.0 }, None);
         let y = Scale::new(curves.iter().flatten().map(|p| p.1), log_y, 0.06, self.unit);
         let widest = y.ticks.iter().map(|(_, label)| label.width()).max().unwrap_or(0);
-        let left = outer.left + 44.0 + (widest as f64 * 15.0 * ADVANCE).max(30.0);
+        let left = outer.left + 44.0 + (widest as f64 * 15.0 * ADVANCE).max(42.0);
         let inner = Frame { left, top: outer.top + 34.0, right: outer.right - 26.0, bottom: outer.bottom - 58.0 };
         self.axes(canvas, outer, inner, (&x, &y));
         for (curve, points) in self.curves.iter().zip(curves) {

@@ -104,11 +104,9 @@ pub fn draw(trace: &Trace, case: &Case, file: &Path, path: &Path) -> Result<(), 
 fn energy(trace: &Trace) -> Panel {
     let n = trace.columns.dimension;
     let curve = |style, column| Curve { style, points: trace.curve(column) };
-    let curves = vec![
-        curve(Style::new("energy", 5).wide(6.0), 1 + n),
-        curve(Style::new("initial energy + work", 1), 2 + n),
-    ];
-    Panel { title: "energy".into(), x: "time t", y: "", axes: Axes::Linear, curves, unit: None }
+    let curves =
+        vec![curve(Style::new("energy", 5).wide(6.0), 1 + n), curve(Style::new("initial energy + work", 1), 2 + n)];
+    Panel::new("energy", ("time t", ""), Axes::Linear, curves)
 }
 
 /// The file, the algebra, the method and the step.
@@ -138,12 +136,9 @@ fn panel(title: &str, curves: Vec<Named>) -> Panel {
     ];
     const COLOURS: [usize; 7] = [2, 1, 3, 4, 5, 6, 7];
     let style = |k: usize, name| Style::new(name, COLOURS[k % 7]).marked(MARKERS[(k / 7).min(8)]);
-    let curves: Vec<Curve> = curves
-        .into_iter()
-        .enumerate()
-        .map(|(k, (name, points))| Curve { style: style(k, name), points })
-        .collect();
-    Panel { title: title.into(), x: "time t", y: "", axes: Axes::Linear, curves, unit: None }
+    let curves: Vec<Curve> =
+        curves.into_iter().enumerate().map(|(k, (name, points))| Curve { style: style(k, name), points }).collect();
+    Panel::new(title, ("time t", ""), Axes::Linear, curves)
 }
 
 /// Rotations as quaternions, positions in space, other groups by the entries of their matrices; nothing without a group.

@@ -14,10 +14,10 @@ pub fn draw(outcome: &Outcome, path: &Path) -> Result<(), Box<dyn Error>> {
     let figure = Figure {
         title: format!("{}: {}", outcome.tableau, super::word(&outcome.judged.verdict)),
         panels: vec![
-            panel(format!("errors after {}", outcome.horizon), &trial.horizon, order),
+            panel(format!("errors after time {}", outcome.horizon), &trial.horizon, order),
             panel("errors after two steps".into(), &trial.descent, order),
         ],
-        legend: Legend::Below,
+        legend: Legend::Shared,
         note: String::new(),
     };
     fs::write(path, figure.svg())?;
@@ -35,7 +35,7 @@ fn panel(title: String, findings: &Findings, order: u32) -> Panel {
     if let Some((points, name)) = fitted(findings, order) {
         curves.push(Curve { style: Style::new(name, 0).dashed(true), points });
     }
-    Panel { title, x: "step h", y: "error", axes: Axes::LogLog, curves, unit: None }
+    Panel::new(title, ("step h", "error"), Axes::LogLog, curves)
 }
 
 /// The line of the limiting part of the state, drawn over its window, which it ends with.

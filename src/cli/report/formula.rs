@@ -313,13 +313,13 @@ impl Writer<'_> {
 
     /// Puts the marks that follow on what was written from `start` on.
     fn marks(&mut self, start: usize) {
-        let (mut below, mut above) = (Vec::new(), Vec::new());
+        let (mut below, mut above, mut primes) = (Vec::new(), Vec::new(), 0);
         while let Some(token) = self.tokens.get(self.at) {
             match token.kind {
                 Kind::Script { up: false } => below.push(inner(&token.text)),
                 Kind::Script { up: true } => above.push(inner(&token.text)),
-                Kind::Prime => above.push(format!("<mo>{}</mo>", token.text.replace('\'', "′"))),
-                Kind::Star => above.push("<mo>*</mo>".into()),
+                Kind::Prime => primes += token.text.len(),
+                Kind::Star => above.push("<mo>∗</mo>".into()),
                 Kind::Arrow => {
                     self.out.insert_str(start, "<mover accent=\"true\">");
                     let _ = write!(self.out, "<mo stretchy=\"false\">{}</mo></mover>", token.text);
@@ -327,6 +327,11 @@ impl Writer<'_> {
                 _ => break,
             }
             self.at += 1;
+        }
+        if primes > 0 {
+            // In text fonts a prime is raised by itself: it belongs to what other marks stand on.
+            self.out.insert_str(start, "<mrow>");
+            let _ = write!(self.out, "<mo lspace=\"0\" rspace=\"0\">{}</mo></mrow>", "′".repeat(primes));
         }
         let name = match (below.is_empty(), above.is_empty()) {
             (true, true) => "",
