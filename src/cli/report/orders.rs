@@ -81,7 +81,7 @@ fn slope(curve: &Curve) -> Markup {
             }
             Estimate::Inconclusive { why, .. } => { "no slope: " (why) }
         }
-        @if let Some(expected) = curve.expected { ", predicted " b { (expected) } }
+        @if let Some(expected) = curve.expected { ", predicted\u{a0}" b { (expected) } }
         @if noughts > 0 { "; " (counted(noughts, "level")) " without an error cannot be drawn" }
     }
 }

@@ -67,7 +67,7 @@ impl Token {
 
     /// Whether a line may end before this operator.
     pub fn breaks(&self) -> bool {
-        !matches!(self.text.as_str(), "/" | "∘" | "·" | "×" | "∈")
+        !matches!(self.text.as_str(), "/" | "∘" | "·" | "×" | "⋊" | "∈")
     }
 }
 
@@ -91,12 +91,12 @@ pub fn is_name(text: &str) -> bool {
 
 /// Letters with an accent, and the same with the accent apart.
 const ACCENTED: [(char, char, char); 14] = [
-    ('â', 'a', '^'),
-    ('ê', 'e', '^'),
-    ('ŷ', 'y', '^'),
-    ('ẑ', 'z', '^'),
-    ('ĝ', 'g', '^'),
-    ('ĥ', 'h', '^'),
+    ('â', 'a', 'ˆ'),
+    ('ê', 'e', 'ˆ'),
+    ('ŷ', 'y', 'ˆ'),
+    ('ẑ', 'z', 'ˆ'),
+    ('ĝ', 'g', 'ˆ'),
+    ('ĥ', 'h', 'ˆ'),
     ('ġ', 'g', '˙'),
     ('ḣ', 'h', '˙'),
     ('ẋ', 'x', '˙'),
@@ -104,14 +104,14 @@ const ACCENTED: [(char, char, char); 14] = [
     ('Ḟ', 'F', '˙'),
     ('Ċ', 'C', '˙'),
     ('Ė', 'E', '˙'),
-    ('ũ', 'u', '~'),
+    ('ũ', 'u', '˜'),
 ];
 
 /// What stands above a letter for a combining accent.
 fn accent(c: char) -> Option<char> {
     Some(match c {
-        '\u{302}' => '^',
-        '\u{303}' => '~',
+        '\u{302}' => 'ˆ',
+        '\u{303}' => '˜',
         '\u{304}' | '\u{305}' => '‾',
         '\u{307}' => '˙',
         '\u{308}' => '¨',
@@ -281,7 +281,7 @@ impl Lexer<'_> {
                 self.mark(Kind::Script { up: true }, size, c.to_string());
             }
             '+' | '−' | '±' | '×' | '·' | '∘' | '/' | '=' | '≠' | '≤' | '≥' | '<' | '>' | '→' | '←' | '↦' | '∈'
-            | '≈' | '≡' | '∼' | '*' => self.take(Kind::Operator, size),
+            | '≈' | '≡' | '∼' | '⋊' | '*' => self.take(Kind::Operator, size),
             '…' | '∫' => self.take(Kind::Symbol, size),
             _ if script(c).is_some() && self.has_base() => self.raised(),
             _ if is_letter(c) => self.word(),
