@@ -57,6 +57,7 @@ fn parsed(page: &str) -> (BTreeSet<String>, String) {
             open.push(name);
         }
     }
+    text.push_str(rest);
     assert_eq!(open, [""; 0], "all elements end");
     (names, text)
 }

@@ -72,51 +72,69 @@ fn letter(tokens: &[Token], at: usize, token: &Token) -> bool {
 
 /// The parts of a run between brackets without a partner, and between commas that are in no bracket.
 fn balanced(tokens: &[Token], run: Run) -> Vec<Run> {
-    let mut open: Vec<usize> = Vec::new();
-    let mut partners = vec![false; tokens.len()];
+    let paired = paired(tokens, run.clone());
+    let (mut parts, mut start, mut depth) = (Vec::new(), run.start, Depth::default());
     for i in run.clone() {
+        let cut = match tokens[i].kind {
+            Kind::Open | Kind::Close | Kind::Bar => !paired[i],
+            Kind::Comma => depth.is_zero(),
+            _ => false,
+        };
+        if cut {
+            parts.push(start..i);
+            start = i + 1;
+        } else {
+            depth.pass(&tokens[i]);
+        }
+    }
+    parts.push(start..run.end);
+    parts
+}
+
+/// Which tokens of a run are brackets with a partner in it.
+fn paired(tokens: &[Token], run: Run) -> Vec<bool> {
+    let mut open: Vec<usize> = Vec::new();
+    let mut paired = vec![false; tokens.len()];
+    for i in run {
         let closes = match tokens[i].kind {
             Kind::Close => true,
+            // A bar closes one that is open, within the same bracket.
             Kind::Bar => open.last().is_some_and(|&o| tokens[o].kind == Kind::Bar),
             _ => false,
         };
         if closes {
-            let matches = |o: usize| tokens[o].closing() == tokens[i].text;
-            if let Some(place) = open.iter().rposition(|&o| matches(o)) {
-                partners[open[place]] = true;
-                partners[i] = true;
+            if let Some(place) = open.iter().rposition(|&o| tokens[o].closing() == tokens[i].text) {
+                paired[open[place]] = true;
+                paired[i] = true;
                 open.truncate(place);
             }
         } else if matches!(tokens[i].kind, Kind::Open | Kind::Bar) {
             open.push(i);
         }
     }
-    let (mut parts, mut start, mut depth) = (Vec::new(), run.start, 0usize);
-    let mut bars = false;
-    for i in run.clone() {
-        let cut = match tokens[i].kind {
-            Kind::Open | Kind::Close | Kind::Bar if !partners[i] => true,
-            Kind::Comma => depth == 0,
-            _ => false,
-        };
-        if cut {
-            parts.push(start..i);
-            start = i + 1;
-            continue;
-        }
-        match tokens[i].kind {
-            Kind::Open => depth += 1,
-            Kind::Close => depth = depth.saturating_sub(1),
-            // Bars do not nest.
-            Kind::Bar => {
-                bars = !bars;
-                depth = if bars { depth + 1 } else { depth.saturating_sub(1) };
-            }
+    paired
+}
+
+/// How many brackets are open.
+#[derive(Default)]
+struct Depth {
+    brackets: usize,
+    bar: bool,
+}
+
+impl Depth {
+    fn pass(&mut self, token: &Token) {
+        match token.kind {
+            Kind::Open => self.brackets += 1,
+            Kind::Close => self.brackets = self.brackets.saturating_sub(1),
+            Kind::Bar => self.bar = !self.bar,
             _ => {}
         }
     }
-    parts.push(start..run.end);
-    parts
+
+    fn is_zero(&self) -> bool {
+        self.brackets == 0 && !self.bar
+    }
 }
 
 /// Without spaces at the ends, nor operators that lack a side there.
@@ -137,24 +155,15 @@ fn trimmed(tokens: &[Token], run: Run) -> Run {
 
 /// A run as formulas, one for each piece that stays on a line.
 fn formula(tokens: &[Token], out: &mut String) {
-    let mut start = 0;
-    let mut depth = 0i32;
-    let mut bar = false;
+    let (mut start, mut depth) = (0, Depth::default());
     for (i, token) in tokens.iter().enumerate() {
-        match token.kind {
-            Kind::Open => depth += 1,
-            Kind::Close => depth -= 1,
-            Kind::Bar => {
-                bar = !bar;
-                depth += if bar { 1 } else { -1 };
-            }
-            Kind::Operator if depth == 0 && i > start + 1 && token.breaks() && follows_term(&tokens[..i]) => {
-                piece(&tokens[start..i - 1], start > 0, out);
-                out.push(' ');
-                start = i;
-            }
-            _ => {}
+        let operator = token.kind == Kind::Operator && token.breaks() && depth.is_zero();
+        if operator && i > start + 1 && follows_term(&tokens[..i]) {
+            piece(&tokens[start..i - 1], start > 0, out);
+            out.push(' ');
+            start = i;
         }
+        depth.pass(token);
     }
     piece(&tokens[start..], start > 0, out);
 }
