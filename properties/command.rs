@@ -625,7 +625,7 @@ fn the_paper_is_reproduced() {
     assert_eq!(rows.lines().count() - 1, 2 * 8 * 2 * 9 - 4);
     for figure in 1..=5 {
         let svg = fs::read_to_string(here.join(format!("out/figure-5.{figure}.svg"))).unwrap();
-        assert!(svg.starts_with("<svg") && svg.trim_end().ends_with("</svg>"));
+        assert!(page::drawn(&svg).contains("all integrators") != [2, 5].contains(&figure));
     }
     assert_eq!(code(&run(&here, &["paper", "--out", "/dev/null/x"])), 2);
 }

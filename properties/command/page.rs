@@ -11,12 +11,26 @@ use std::thread::sleep;
 use std::time::{Duration, Instant};
 
 /// Elements without an end.
-const VOID: [&str; 5] = ["meta", "br", "hr", "img", "link"];
+const VOID: [&str; 6] = ["meta", "br", "hr", "img", "input", "link"];
 
-/// Whether every element ends where it must; the names of all elements and the text between them.
+/// The names of a tag's attributes, each of which it may have once.
+fn attributes(tag: &str) -> BTreeSet<&str> {
+    let (mut names, mut rest) = (BTreeSet::new(), tag.split_once(' ').map_or("", |(_, rest)| rest).trim());
+    while !rest.is_empty() {
+        let (name, after) = rest.split_at(rest.find(['=', ' ']).unwrap_or(rest.len()));
+        assert!(names.insert(name), "two attributes {name}: <{tag}>");
+        rest = match after.strip_prefix("=\"") {
+            Some(value) => value.split_once('"').unwrap_or_else(|| panic!("<{tag}>")).1.trim_start(),
+            None => after.trim_start(),
+        };
+    }
+    names
+}
+
+/// Whether every element ends where it must and has no attribute twice; the names of all elements and the text between them.
 fn parsed(page: &str) -> (BTreeSet<String>, String) {
     let (mut open, mut names, mut text) = (Vec::<String>::new(), BTreeSet::new(), String::new());
-    let mut rest = page.strip_prefix("<!DOCTYPE html>").expect("a document");
+    let mut rest = page.strip_prefix("<!DOCTYPE html>").unwrap_or(page);
     while let Some(at) = rest.find('<') {
         text.push_str(&rest[..at]);
         rest = &rest[at + 1..];
@@ -35,12 +49,15 @@ fn parsed(page: &str) -> (BTreeSet<String>, String) {
         let name = tag.split_ascii_whitespace().next().expect("a name").to_owned();
         assert!(name.bytes().all(|b| b.is_ascii_alphanumeric()), "<{tag}>");
         names.insert(name.clone());
-        if name == "style" {
-            rest = rest.split_once("</style>").expect("a style ends").1;
-        } else if !VOID.contains(&name.as_str()) {
+        let (tag, whole) = tag.strip_suffix('/').map_or((tag, false), |tag| (tag, true));
+        attributes(tag);
+        if name == "style" || name == "script" {
+            rest = rest.split_once(&format!("</{name}>")).expect("it ends").1;
+        } else if !whole && !VOID.contains(&name.as_str()) {
             open.push(name);
         }
     }
+    text.push_str(rest);
     assert_eq!(open, [""; 0], "all elements end");
     (names, text)
 }
@@ -48,8 +65,14 @@ fn parsed(page: &str) -> (BTreeSet<String>, String) {
 /// What holds for every page; its text.
 fn sound(page: &str) -> String {
     let (names, text) = parsed(page);
-    for name in ["script", "iframe", "img", "link", "object"] {
+    for name in ["iframe", "img", "link", "object"] {
         assert!(!names.contains(name), "<{name}>");
+    }
+    assert_eq!(page.matches("<script").count(), 1, "one script, its own");
+    assert!(page.contains("default-src 'none'; style-src 'unsafe-inline'; script-src 'sha256-"));
+    for link in page.split("href=\"").skip(1) {
+        let target = link.split_once('"').unwrap().0.strip_prefix('#').expect("no link leads away");
+        assert_eq!(page.matches(&format!(" id=\"{target}\"")).count(), 1, "{target}");
     }
     for outside in ["http:", "https:", "//www", "url(", "@import"] {
         assert!(!page.contains(outside), "{outside}");
@@ -107,11 +130,13 @@ fn a_campaign_has_a_page_with_a_row_for_every_law() {
     assert!(judged.len() >= 5);
     for law in judged {
         assert_eq!(first.matches(&format!("id=\"law-{}\"", law.name)).count(), 1, "{}", law.name);
-        assert!(first.contains(&format!("<span class=\"source\">{}</span>", law.source)), "{}", law.source);
+        assert!(first.contains(&format!("href=\"#law-{}\"", law.name)), "{}", law.name);
+        assert!(text.contains(law.source), "{}", law.source);
     }
     assert!(text.contains("Nothing is broken: every law holds on every one of"), "{text:.600}");
     assert!(first.contains(FAULT) && text.contains("each was caught"));
     assert!(text.contains("Known to the laws of this campaign and not tried"), "the others were not planted");
+    assert!(first.contains("<details class=\"flag\"><summary>"), "a long list is folded");
     assert!(!first.contains("class=\"notes\""), "nothing to warn of");
     assert_eq!(page(&here), first, "the same campaign, the same page");
 
@@ -162,6 +187,10 @@ fn errors_against_steps_are_drawn_of_cases_drawn_again() {
     let text = sound(&page);
     assert!(page.contains("<svg class=\"order\"") && page.contains("class=\"predicted\""), "{page}");
     assert!(page.contains("<circle class=\"asymptotic\""));
+    // The symbols of the legends have the colours of their curves.
+    for series in ["series-0", "series-1"] {
+        assert!(page.contains(&format!("<svg class=\"key {series}\"")), "{series}");
+    }
     assert!(text.contains("momentum: slope") && text.contains("predicted"));
     assert!(text.contains("case 0 of order-momentum-attitude"), "{text}");
     assert!(text.contains("it is not the program that ran the campaign"), "{text}");
@@ -190,7 +219,7 @@ fn text_is_escaped() {
     fs::write(campaign.join("failures/<b>.json"), evil).unwrap();
     let page = page(&here);
     let text = sound(&page);
-    assert!(!page.contains("<script") && !page.contains("<b>.json"));
+    assert!(page.matches("<script").count() == 1 && !page.contains("<b>.json"));
     assert!(text.matches("&lt;script&gt;alert('x')&lt;/script&gt;&amp;amp;").count() >= 9, "{text}");
     assert!(text.contains("1 missed") && text.contains("∞"));
 }
@@ -280,6 +309,130 @@ fn a_large_campaign_makes_a_small_page() {
     assert!(page.len() < 100_000, "{} bytes", page.len());
 }
 
+/// Marks of formulas that are written in another way than they are set, and what is set.
+fn unmarked(text: &str) -> String {
+    const RAISED: (&str, &str) = ("⁰¹²³⁴⁵⁶⁷⁸⁹⁺⁻ᵀ₀₁₂₃₄₅₆₇₈₉", "0123456789+−T0123456789");
+    const ACCENTED: [(&str, &str); 5] = [("â", "aˆ"), ("ê", "eˆ"), ("ġ", "g˙"), ("ẏ", "y˙"), ("Ḟ", "F˙")];
+    let text = ACCENTED.iter().fold(text.to_owned(), |text, (one, two)| text.replace(one, two));
+    let plain = text.chars().filter(|c| !"_^{}`".contains(*c)).map(|c| match c {
+        '\'' => '′',
+        '*' => '∗',
+        '\u{302}' => 'ˆ',
+        '\u{303}' => '˜',
+        '\u{307}' => '˙',
+        '\u{30c}' => 'ˇ',
+        _ => RAISED.0.chars().position(|raised| raised == c).map_or(c, |at| RAISED.1.chars().nth(at).unwrap()),
+    });
+    // Subscripts are set before superscripts, whatever the order in which they are written: sorted within a word.
+    let words = plain.collect::<String>();
+    let sorted = words.split_whitespace().map(|word| {
+        let mut letters: Vec<char> = word.chars().collect();
+        letters.sort_unstable();
+        letters.into_iter().collect::<String>()
+    });
+    sorted.collect::<Vec<_>>().join(" ")
+}
+
+/// Whether a typeset sentence is what was written, without a mark that is not set.
+fn typeset(html: &str, text: &str) {
+    assert_eq!(html.matches("<math>").count(), html.matches("</math>").count(), "{html}");
+    let (_, shown) = parsed(html);
+    let shown = shown.replace("&lt;", "<").replace("&gt;", ">").replace("&quot;", "\"").replace("&amp;", "&");
+    assert_eq!(unmarked(&shown), unmarked(text), "{html}");
+    // What stands between backquotes is a name of the program.
+    let (mut rest, mut outside) = (html, String::new());
+    while let Some((before, after)) = rest.split_once("<code>") {
+        outside.push_str(before);
+        rest = after.split_once("</code>").unwrap().1;
+    }
+    outside.push_str(rest);
+    assert!(!outside.contains(['_', '^', '`']), "{html}");
+    // Words are no products of letters.
+    for word in ["the", "and", "of", "is", "for", "with", "at", "in", "to", "by", "on"] {
+        let letters: String = word.chars().map(|c| format!("<mi>{c}</mi>")).collect();
+        assert!(!html.contains(&letters), "{word}: {html}");
+    }
+    for formula in html.split("<math>").skip(1) {
+        let formula = formula.split_once("</math>").unwrap().0;
+        assert!(formula.contains("<mi") || formula.contains("<mn>") || formula.contains("<mo"), "{html}");
+    }
+}
+
+fn between<'a>(text: &'a str, start: &str, end: &str) -> &'a str {
+    text.split_once(start).unwrap_or_else(|| panic!("{start}: {text:.200}")).1.split_once(end).unwrap().0
+}
+
+#[test]
+fn the_formulas_of_every_law_and_fault_are_set() {
+    let here = directory("page-formulas");
+    let all = laws::all();
+    let names: Vec<_> = all.iter().map(|law| (law.name, 1)).collect();
+    let campaign = made_up(&here, &names, Some(""));
+    let faults: Vec<_> = all.iter().flat_map(|law| law.faults.iter().map(move |fault| (law, fault))).collect();
+    let row = |law: &str, fault: &str| format!(r#"{{"law":"{law}","fault":"{fault}","caught_after":1}}"#) + "\n";
+    let rows: String = faults.iter().map(|(law, fault)| row(law.name, fault.name)).collect();
+    fs::write(campaign.join("faults.jsonl"), rows).unwrap();
+    let page = page(&here);
+    sound(&page);
+    for law in &all {
+        let row = between(&page, &format!(" id=\"law-{}\"", law.name), "</tr>");
+        assert_eq!(between(row, "<span class=\"law\">", "</span>").matches(law.name).count(), 2, "{}", law.name);
+        typeset(between(row, "<span class=\"statement\">", "</span>"), law.statement);
+        typeset(between(row, "<span class=\"source\">", "</span>"), law.source);
+        typeset(between(row, "<b>Oracle: </b>", "</p>"), law.oracle);
+        typeset(between(row, "<b>Bound: </b>", "</p>"), law.bound);
+    }
+    let section = between(&page, "<section id=\"faults\"", "</section>");
+    let mut rows = section.split("<tr>").skip(2);
+    for (_, fault) in faults {
+        let row = rows.next().expect("a row for each fault");
+        assert!(row.contains(&format!("<td>{}</td>", fault.name)), "names are as they are: {row}");
+        let mut cells = row.split("<td class=\"text\">").skip(1).map(|cell| cell.split_once("</td>").unwrap().0);
+        typeset(cells.next().unwrap(), fault.what);
+        typeset(cells.next().unwrap(), fault.visible_on);
+    }
+}
+
+#[test]
+fn formulas_are_set_as_they_are_meant() {
+    let here = directory("page-notation");
+    let laws = ["retraction-inverse-tangent", "retraction-adjoint", "free-poisson-map", "lie-poisson-equations"];
+    made_up(&here, &laws.map(|law| (law, 1)), Some(""));
+    let page = page(&here);
+    let minus = r#"<mo form="prefix" lspace="0" rspace="0">−</mo>"#;
+    let inverse = format!("<mrow>{minus}<mn>1</mn></mrow>");
+    let expected = [
+        // dτ_ξ⁻¹
+        format!("<mi>d</mi><msubsup><mi>τ</mi><mrow><mi>ξ</mi></mrow>{inverse}</msubsup>"),
+        // Ad_{τ(ξ)}
+        "<msub><mi mathvariant=\"normal\">Ad</mi><mrow><mi>τ</mi><mrow>".to_owned(),
+        // −C^d_ab μ_d
+        format!("{minus}<msubsup><mi>C</mi><mrow><mi>a</mi><mi>b</mi></mrow><mrow><mi>d</mi></mrow></msubsup>"),
+        // Φ'(μ)
+        r#"<mrow><mi mathvariant="normal">Φ</mi><mo lspace="0" rspace="0">′</mo></mrow><mrow><mo stretchy="false" form="prefix">(</mo><mi>μ</mi>"#.to_owned(),
+        // μ̇
+        r#"<mover accent="true"><mi>μ</mi><mo stretchy="false">˙</mo></mover>"#.to_owned(),
+        // ad*_η
+        r#"<msubsup><mi mathvariant="normal">ad</mi><mrow><mi>η</mi></mrow><mrow><mo>∗</mo></mrow></msubsup>"#.to_owned(),
+    ];
+    for formula in expected {
+        assert!(page.contains(&formula), "{formula}");
+    }
+}
+
+#[test]
+fn broken_laws_are_first_and_the_others_keep_their_order() {
+    let here = directory("page-ordered");
+    let names = ["retraction-tangent", "retraction-inverse", "retraction-adjoint", "retraction-logarithm"];
+    let broken = |law: &str, defect: f64| held(law, 0, defect).replace("\"holds\"", "\"broken\",\"witness\":\"w\"");
+    let results = [held(names[0], 0, 1.0), held(names[1], 0, 9.0), broken(names[2], 300.0), broken(names[3], 500.0)];
+    made_up(&here, &names.map(|name| (name, 1)), Some(&results.concat()));
+    let page = page(&here);
+    sound(&page);
+    let places = [3, 2, 0, 1].map(|k: usize| page.find(&format!(" id=\"law-{}\"", names[k])).unwrap());
+    assert!(places.is_sorted(), "{places:?}");
+}
+
 /// Chromium's document after its scripts, if it is there and answers.
 fn browse(here: &Path, document: &str) -> Result<String, &'static str> {
     fs::write(here.join("frame.html"), document).unwrap();
@@ -307,33 +460,132 @@ fn browse(here: &Path, document: &str) -> Result<String, &'static str> {
     Ok(fs::read_to_string(here.join("dom.html")).unwrap())
 }
 
+/// What a script finds in the page, in a frame of this width; `None`, and a word about it, without a browser.
+fn asked(here: &Path, page: &str, width: u32, script: &str, test: &str) -> Option<String> {
+    // Other scripts are not allowed within the page: the frame around it looks.
+    let quoted = page.replace('&', "&amp;").replace('"', "&quot;");
+    let frame = format!(
+        "<!DOCTYPE html><iframe id=\"f\" style=\"border:0;width:{width}px;height:800px\" srcdoc=\"{quoted}\"></iframe>\
+         <script>const ask = (page) => {{ {script} }};\
+         f.onload = () => {{ document.body.dataset.found = ask(f.contentDocument); }}</script>"
+    );
+    match browse(here, &frame) {
+        Ok(dom) => Some(between(&dom, "data-found=\"", "\"").to_owned()),
+        Err(why) => {
+            // Past the test's own capture: nobody shall take this for a pass.
+            let text = format!("not run: {test}: {why}\n");
+            std::io::stderr().write_all(text.as_bytes()).unwrap();
+            None
+        }
+    }
+}
+
+#[test]
+fn the_script_filters_and_orders_the_laws() {
+    let here = directory("page-script");
+    let names = ["retraction-tangent", "retraction-inverse", "retraction-adjoint"];
+    let undecided = format!(r#"{{"law":"{}","index":1,"verdict":"inconclusive","why":"w"}}"#, names[0]) + "\n";
+    let results = [held(names[0], 0, 1.0), undecided, held(names[1], 0, 9.0), held(names[2], 0, 5.0)];
+    made_up(&here, &names.map(|name| (name, 2)), Some(&results.concat()));
+    let script = "const get = (id) => page.getElementById(id), found = []; \
+        const shown = () => found.push(Array.from(page.querySelectorAll('.verdicts tbody tr')) \
+            .filter((row) => row.offsetParent).map((row) => row.dataset.name.replace('retraction-', '')).join('+')); \
+        const order = (key) => { get('order').value = key; get('order').dispatchEvent(new Event('change')); shown(); }; \
+        const filter = (text) => { get('filter').value = text; get('filter').dispatchEvent(new Event('input')); shown(); }; \
+        shown(); ['name', 'ratio', 'inconclusive', 'place'].forEach(order); \
+        page.querySelector('th[data-key=ratio] button').click(); shown(); \
+        ['dual numbers', 'Ad', 'dτξ−1', 'no such law', ''].forEach(filter); \
+        return [get('tools').hidden, get('shown').textContent, get('no-law').hidden].concat(found).join('/');";
+    let name = "the_script_filters_and_orders_the_laws";
+    let Some(found) = asked(&here, &page(&here), 1280, script, name) else { return };
+    let expected = [
+        "false/3 of 3/true",
+        "tangent+inverse+adjoint",
+        "adjoint+inverse+tangent",
+        "inverse+adjoint+tangent",
+        "tangent+inverse+adjoint",
+        "tangent+inverse+adjoint",
+        "inverse+adjoint+tangent",
+        "tangent",
+        "adjoint",
+        "adjoint",
+        "",
+        "inverse+adjoint+tangent",
+    ];
+    assert_eq!(found, expected.join("/"));
+}
+
 #[test]
 fn no_page_is_wider_than_a_phone() {
     let here = directory("page-width");
     let verify = ["verify", "--laws", "retraction-*", "--cases", "10", "--plant", FAULT, "--out", "campaign"];
     assert_eq!(code(&run(&here, &verify)), 1);
     let opened = page(&here).replace("<details", "<details open");
-    // Scripts are not allowed within the page: the frame around it looks.
-    let quoted = opened.replace('&', "&amp;").replace('"', "&quot;");
-    let frame = |width: u32| {
-        format!(
-            "<!DOCTYPE html><iframe id=\"f\" style=\"border:0;width:{width}px;height:800px\" srcdoc=\"{quoted}\"></iframe>\
-             <script>f.onload = () => {{ const d = f.contentDocument.documentElement; \
-             document.body.dataset.found = d.scrollWidth + '/' + d.clientWidth + '/' + d.scrollHeight; }}</script>"
-        )
-    };
+    let script = "const d = page.documentElement; return d.scrollWidth + '/' + d.clientWidth + '/' + d.scrollHeight;";
     for width in [390, 1280] {
-        let dom = match browse(&here, &frame(width)) {
-            Ok(dom) => dom,
-            Err(why) => {
-                // Past the test's own capture: nobody shall take this for a pass.
-                let text = format!("not run: no_page_is_wider_than_a_phone: {why}\n");
-                std::io::stderr().write_all(text.as_bytes()).unwrap();
-                return;
-            }
-        };
-        let found = dom.split_once("data-found=\"").expect("the frame was read").1.split_once('"').unwrap().0;
+        let Some(found) = asked(&here, &opened, width, script, "no_page_is_wider_than_a_phone") else { return };
         let sizes: Vec<u32> = found.split('/').map(|size| size.parse().unwrap()).collect();
         assert!(sizes[0] <= width && sizes[1] > width - 40 && sizes[2] > 1000, "{width}: {found}");
     }
+}
+
+/// What holds for every figure; the texts in it.
+pub fn drawn(svg: &str) -> String {
+    let (names, text) = parsed(svg.trim_end());
+    assert!(names.contains("title") && !names.contains("style"), "{names:?}");
+    let width: f64 = between(svg, "<svg xmlns=\"http://www.w3.org/2000/svg\" width=\"", "\"").parse().unwrap();
+    let title = between(svg, "<text ", "</text>");
+    assert!(
+        title.starts_with(&format!("x=\"{:.2}\"", width / 2.0)) && title.contains("text-anchor=\"middle\""),
+        "{title}"
+    );
+    assert!(title.ends_with(between(svg, "<title>", "</title>")), "{title}");
+    assert!(!svg.contains("NaN") && !svg.contains("inf"));
+    // Lines of pixels would be wiggly.
+    let curves: Vec<&str> = svg.split("<path d=\"").skip(1).filter(|path| path.contains("linejoin")).collect();
+    for curve in &curves {
+        let path = curve.split_once('"').unwrap().0;
+        assert!(path.split(['M', 'L', ' ']).skip(1).all(|number| number.parse::<f64>().is_ok()), "{path}");
+    }
+    assert!(
+        curves.iter().any(|curve| curve.split(['L', ' ']).any(|n| n.contains('.') && !n.contains(".00"))),
+        "{svg:.2000}"
+    );
+    text
+}
+
+/// The figure of a run of three steps of the algebra called `name`, of this dimension.
+fn run_drawn(here: &Path, name: &str, dimension: usize) -> String {
+    let (ones, halves) = (vec!["1"; dimension].join(", "), vec!["\"1/2\""; dimension].join(", "));
+    let system = format!(
+        "format = 1\n[algebra]\nname = \"{name}\"\n[lagrangian]\ninertia = [2, {}]\n[method]\ntableau = \"gauss-2\"\n\
+         retraction = \"cayley\"\n[state]\nvelocity = [{halves}]\n[run]\nstep = \"1/4\"\nsteps = 3\n",
+        ones.split_once(", ").unwrap().1
+    );
+    fs::write(here.join("s.toml"), system).unwrap();
+    let output = run(here, &["integrate", "s.toml", "--out", "s.csv", "--plot", "s.svg"]);
+    assert_eq!(code(&output), 0, "{}", stderr(&output));
+    fs::read_to_string(here.join("s.svg")).unwrap()
+}
+
+#[test]
+fn the_figure_of_a_run_has_a_title_and_the_attitude() {
+    let here = directory("figure-run");
+    let panels = ["momentum", "energy", "Casimirs: change since the start"];
+    let text = drawn(&run_drawn(&here, "so3", 3));
+    for wanted in
+        panels.into_iter().chain(["s.toml: so3, gauss-2, cayley, h = 1/4", "attitude: unit quaternion", "q₀", "q₃"])
+    {
+        assert!(text.contains(wanted), "{wanted}: {text}");
+    }
+    let text = drawn(&run_drawn(&here, "se3", 6));
+    for wanted in panels.into_iter().chain(["attitude: unit quaternion", "position", "x₃", "μ₆"]) {
+        assert!(text.contains(wanted), "{wanted}: {text}");
+    }
+    // The entries of the last row are constant.
+    let text = drawn(&run_drawn(&here, "se2", 3));
+    assert!(text.contains("attitude: the entries of the matrix that change") && text.contains("g₁₃"), "{text}");
+    assert!(!text.contains("g₃₁"), "{text}");
+    let text = drawn(&run_drawn(&here, "so4", 6));
+    assert!(text.contains("attitude: 10 of the 16 entries of the matrix that change"), "{text}");
 }

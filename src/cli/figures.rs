@@ -1,6 +1,6 @@
 //! Figures 5.1 to 5.5 of Martín de Diego and Sato Martín de Almagro 2019.
 
-use super::plot::{Axes, Curve, Figure, Marker, Panel, Style};
+use super::plot::{Axes, Curve, Figure, Legend, Marker, Panel, Style};
 use euler_poincare::experiments::evolution::evolve;
 use euler_poincare::experiments::reference::{casimir, energy};
 use euler_poincare::experiments::{ExperimentError, Integrator, Method, Problem, Row};
@@ -30,10 +30,14 @@ pub fn all(rows: &[Row]) -> Result<Vec<(&'static str, Figure)>, ExperimentError>
     ])
 }
 
+fn figure(title: &str, panels: Vec<Panel>) -> Figure {
+    Figure { title: title.into(), legend: Legend::Shared, panels, note: String::new() }
+}
+
 /// One look for each integrator, in every figure.
 fn style(integrator: Integrator) -> Style {
     let looks = [
-        (ADAPTIVE, "Dormand-Prince 5(4)", 0, false, Marker::None),
+        (ADAPTIVE, "Dormand–Prince 5(4)", 0, false, Marker::None),
         (Integrator::RungeKutta4, "RK4", 1, false, Marker::Cross),
         (IIIA2, "Lobatto IIIA-2", 2, false, Marker::Circle),
         (IIIB2, "Lobatto IIIB-2", 5, true, Marker::Circle),
@@ -45,7 +49,7 @@ fn style(integrator: Integrator) -> Style {
     ];
     let (_, name, colour, dashed, marker) =
         looks.into_iter().find(|(i, ..)| *i == integrator).unwrap_or((integrator, "other", 7, false, Marker::None));
-    Style { name: name.into(), colour, dashed, marker }
+    Style::new(name, colour).dashed(dashed).marked(marker)
 }
 
 /// The curve of a quantity minus its initial value, or minus `reference` on the grid of step 0.01.
@@ -78,40 +82,35 @@ fn evolution(
     quantity: impl Fn(&euler_poincare::algebra::Covector<f64, 3>) -> Result<f64, ExperimentError>,
 ) -> Result<Panel, ExperimentError> {
     let curves = integrators.iter().map(|&i| difference(problem, i, steps, &quantity, None, absolute));
-    Ok(Panel {
-        title: title.into(),
-        x: "time t",
-        y: y[usize::from(absolute)],
-        axes: if absolute { Axes::LogY } else { Axes::Linear },
-        curves: curves.collect::<Result<_, _>>()?,
-    })
+    let axes = if absolute { Axes::LogY } else { Axes::Linear };
+    Ok(Panel::new(title, ("time t", y[usize::from(absolute)]), axes, curves.collect::<Result<_, _>>()?))
 }
 
 fn casimir_llg() -> Result<Figure, ExperimentError> {
     let battery = [ADAPTIVE, Integrator::RungeKutta4, IIIA2, IIIB2, IIIA3, IIIB3, GAUSS1, GAUSS2];
     let pair = [Integrator::RungeKutta4, IIIA3, IIIB3];
-    let y = ["C(t) - C(0)", "|C(t) - C(0)|"];
+    let y = ["C(t) − C(0)", "|C(t) − C(0)|"];
     let panel = |list: &[Integrator], title, absolute| {
         evolution(Problem::Llg, list, FINE, title, y, absolute, |m| Ok(casimir(m)))
     };
-    Ok(Figure {
-        title: "LLG: drift of the Casimir C = |M|², h = 0.01".into(),
-        panels: vec![panel(&battery, "all integrators", true)?, panel(&pair, "order 4, signed", false)?],
-    })
+    Ok(figure(
+        "LLG: drift of the Casimir C = |M|², h = 0.01",
+        vec![panel(&battery, "all integrators", true)?, panel(&pair, "order 4, signed", false)?],
+    ))
 }
 
 fn energy_relaxed() -> Result<Figure, ExperimentError> {
     let battery = [ADAPTIVE, Integrator::RungeKutta4, GAUSS1, GAUSS2, GAUSS3];
     let pair = [Integrator::RungeKutta4, GAUSS2];
-    let y = ["E(t) - E(0)", "|E(t) - E(0)|"];
+    let y = ["E(t) − E(0)", "|E(t) − E(0)|"];
     let system = Problem::Relaxed.model::<f64>().system;
     let panel = |list: &[Integrator], title, absolute| {
         evolution(Problem::Relaxed, list, 10, title, y, absolute, |m| Ok(energy(&system, m)?))
     };
-    Ok(Figure {
-        title: "Relaxed rigid body: drift of the energy E, h = 0.1".into(),
-        panels: vec![panel(&battery, "all integrators", true)?, panel(&pair, "order 4, signed", false)?],
-    })
+    Ok(figure(
+        "Relaxed rigid body: drift of the energy E, h = 0.1",
+        vec![panel(&battery, "all integrators", true)?, panel(&pair, "order 4, signed", false)?],
+    ))
 }
 
 fn casimir_relaxed() -> Result<Figure, ExperimentError> {
@@ -124,14 +123,14 @@ fn casimir_relaxed() -> Result<Figure, ExperimentError> {
     };
     let battery = [ADAPTIVE, Integrator::RungeKutta4, GAUSS1, GAUSS2, GAUSS3];
     let pair = [Integrator::RungeKutta4, GAUSS2];
-    let panel = |title: &str, y, axes, curves| Panel { title: title.into(), x: "time t", y, axes, curves };
-    Ok(Figure {
-        title: "Relaxed rigid body: C = |M|² against Gauss-3 with h = 0.01; h = 0.1".into(),
-        panels: vec![
-            panel("all integrators", "|C(t) - C_ref(t)|", Axes::LogY, curves(&battery, true)?),
-            panel("order 4, signed", "C(t) - C_ref(t)", Axes::Linear, curves(&pair, false)?),
+    let panel = |title: &str, y, axes, curves| Panel::new(title, ("time t", y), axes, curves);
+    Ok(figure(
+        "Relaxed rigid body: C = |M|² against C̄ of Gauss-3 with h = 0.01; h = 0.1",
+        vec![
+            panel("all integrators", "|C(t) − C̄(t)|", Axes::LogY, curves(&battery, true)?),
+            panel("order 4, signed", "C(t) − C̄(t)", Axes::Linear, curves(&pair, false)?),
         ],
-    })
+    ))
 }
 
 /// Errors against h of some methods: a colour for each magnitude, dashed for the second method.
@@ -140,7 +139,7 @@ fn errors(rows: &[Row], problem: Problem, methods: &[(Method, &str)], order: i32
     for (k, (method, name)) in methods.iter().enumerate() {
         let chosen = || rows.iter().filter(|r| r.problem == problem && r.method == *method && r.scalar == "dd");
         let mut curve = |what: &str, colour, marker, value: fn(&Row) -> f64| {
-            let style = Style { name: format!("{what}{name}"), colour, dashed: k > 0, marker };
+            let style = Style::new(format!("{what}{name}"), colour).dashed(k > 0).marked(marker);
             curves.push(Curve { style, points: chosen().map(|r| (r.step(), value(r))).collect() });
         };
         curve("momentum", 2, Marker::Circle, |r| r.errors.momentum);
@@ -152,28 +151,28 @@ fn errors(rows: &[Row], problem: Problem, methods: &[(Method, &str)], order: i32
         curves.iter().filter_map(|c| c.points.last()).fold((1.0, f64::INFINITY), |(_, y), p| (p.0, p.1.min(y)));
     if finest.1.is_finite() && finest.1 > 0.0 {
         let line = |h: f64| (h, finest.1 / 4.0 * (h / finest.0).powi(order));
-        let style = Style { name: "slope of the order".into(), colour: 7, dashed: true, marker: Marker::None };
+        let style = Style::new("slope of the order", 7).dashed(true);
         curves.push(Curve { style, points: vec![line(0.25), line(finest.0)] });
     }
-    Panel { title: title.into(), x: "step size h", y: "error at T = 1", axes: Axes::LogLog, curves }
+    Panel::new(title, ("step size h", "error at T = 1"), Axes::LogLog, curves)
 }
 
 fn errors_llg(rows: &[Row]) -> Figure {
     let pair = |s| [(Method::new(Family::LobattoIIIA, s), ", IIIA"), (Method::new(Family::LobattoIIIB, s), ", IIIB")];
-    Figure {
-        title: "LLG: errors of the Lobatto methods (32 digits)".into(),
-        panels: vec![
+    figure(
+        "LLG: errors of the Lobatto methods (32 digits)",
+        vec![
             errors(rows, Problem::Llg, &pair(2), 2, "2 stages, order 2"),
             errors(rows, Problem::Llg, &pair(3), 4, "3 stages, order 4"),
         ],
-    }
+    )
 }
 
 fn errors_relaxed(rows: &[Row]) -> Figure {
     let panel =
         |s: usize, title| errors(rows, Problem::Relaxed, &[(Method::new(Family::Gauss, s), "")], 2 * s as i32, title);
-    Figure {
-        title: "Relaxed rigid body: errors of the Gauss methods (32 digits)".into(),
-        panels: vec![panel(1, "1 stage, order 2"), panel(2, "2 stages, order 4"), panel(3, "3 stages, order 6")],
-    }
+    figure(
+        "Relaxed rigid body: errors of the Gauss methods (32 digits)",
+        vec![panel(1, "1 stage, order 2"), panel(2, "2 stages, order 4"), panel(3, "3 stages, order 6")],
+    )
 }

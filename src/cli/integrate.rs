@@ -60,7 +60,7 @@ pub struct Arguments {
     /// Where the CSV goes; `-` for standard output
     #[arg(long, value_name = "FILE.csv")]
     out: Option<PathBuf>,
-    /// A figure of momenta, energy and Casimirs over time
+    /// A figure of momenta, energy, Casimirs and attitude over time
     #[arg(long, value_name = "FILE.svg")]
     plot: Option<PathBuf>,
     /// The arithmetic: f64 (16 digits) or dd (32 digits)
@@ -193,7 +193,7 @@ fn integrate<T: Compiled>(
         (None, _) => Err(Failure::Output(error)),
     })?;
     if let (Some(svg), Some(trace)) = (svg, &trace) {
-        plot::draw(trace, svg).map_err(|reason| Failure::file(svg, reason))?;
+        plot::draw(trace, &file.case, path, svg).map_err(|reason| Failure::file(svg, reason))?;
     }
     let place = csv.map_or("on standard output".into(), |csv| format!("in {}", csv.display()));
     let kept = if rows == 1 { "row".into() } else { format!("{rows} rows") };

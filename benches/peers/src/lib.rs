@@ -10,6 +10,7 @@
 //! | [`measure`] | errors and times |
 //! | [`machine`] | what it ran on |
 //! | [`report`], [`figure`] | the table, the file and the plot |
+//! | [`plot`] | axes, curves and legends as SVG: the file of the command |
 //! | [`rounding`] | how rounding errors grow, of this crate alone |
 
 pub mod contender;
@@ -24,6 +25,8 @@ pub mod machine;
 pub mod measure;
 pub mod ode_solvers;
 pub mod ours;
+#[path = "../../../src/cli/plot.rs"]
+pub mod plot;
 pub mod problem;
 pub mod reference;
 pub mod report;

@@ -81,9 +81,8 @@ fn run(arguments: &Arguments) -> Result<(), Box<dyn Error>> {
         std::fs::write(path, serde_json::to_string_pretty(&report)? + "\n")?;
         println!("wrote {}", path.display());
     }
-    let figure = figure::svg(&report)?;
     if let Some(path) = &arguments.svg {
-        std::fs::write(path, figure)?;
+        std::fs::write(path, figure::svg(&report))?;
         println!("wrote {}", path.display());
     }
     let faults = if arguments.quick { report.faults() } else { Vec::new() };

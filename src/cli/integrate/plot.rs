@@ -1,34 +1,30 @@
-//! The figure of a run: momenta, energy and Casimirs over time.
+//! The figure of a run: momenta, energy, Casimirs and attitude over time.
 
+use super::super::plot::{Axes, Curve, Figure, Legend, Marker, Panel, Style};
 use super::columns::Columns;
+use euler_poincare::algebra::catalogue::Entry;
 use euler_poincare::scalar::Real;
-use plotters::coord::Shift;
-use plotters::prelude::*;
+use euler_poincare::system::Case;
+use euler_poincare::system::case::Structure;
 use std::error::Error;
-use std::ops::Range;
+use std::fs;
 use std::path::Path;
 
 /// Points of a curve: when there are more, every second one goes.
 const MOST: usize = 4096;
 
-/// Colours that can be told apart on white, also by the colour-blind (Okabe and Ito 2008).
-const COLOURS: [RGBColor; 8] = [
-    RGBColor(0, 114, 178),
-    RGBColor(213, 94, 0),
-    RGBColor(0, 158, 115),
-    RGBColor(204, 121, 167),
-    RGBColor(86, 180, 233),
-    RGBColor(230, 159, 0),
-    RGBColor(110, 110, 110),
-    RGBColor(0, 0, 0),
-];
+/// Curves of an attitude that are drawn; more could not be told apart.
+const ENTRIES: usize = 10;
+
+/// A longer title is cut down to the name of the file.
+const TITLE: usize = 80;
 
 /// Samples of a run, evenly spaced, never more than [`MOST`].
 pub struct Trace {
     columns: Columns,
     stride: usize,
     seen: usize,
-    /// t, momenta, energy, initial energy + work, changes of the Casimirs.
+    /// t, momenta, energy, initial energy + work, changes of the Casimirs, entries of the attitude.
     points: Vec<Vec<f64>>,
     /// The last row seen, which may not be a sample.
     last: Vec<f64>,
@@ -45,7 +41,7 @@ impl Trace {
     /// Takes note of a row.
     pub fn add<T: Real>(&mut self, row: &[T]) {
         let (energy, casimir) = (self.columns.energy(), self.columns.casimir());
-        let casimirs = &row[casimir..casimir + self.columns.casimirs];
+        let (casimirs, attitude) = row[casimir..].split_at(self.columns.casimirs);
         if self.seen == 0 {
             self.initial = casimirs.iter().map(|value| Box::new(*value) as Box<dyn std::any::Any>).collect();
         }
@@ -57,6 +53,7 @@ impl Trace {
         for (value, initial) in casimirs.iter().zip(&self.initial) {
             point.push((*value - initial.downcast_ref::<T>().copied().unwrap_or(*value)).to_f64());
         }
+        point.extend(attitude.iter().take(self.columns.attitude * self.columns.attitude).map(|v| v.to_f64()));
         if self.seen.is_multiple_of(self.stride) {
             self.points.push(point.clone());
             if self.points.len() > MOST {
@@ -72,92 +69,143 @@ impl Trace {
         self.seen += 1;
     }
 
-    fn curve(&self, column: usize) -> Vec<(f64, f64)> {
+    /// The samples, and the end.
+    fn samples(&self) -> impl Iterator<Item = &Vec<f64>> {
         let tail = (self.points.last() != Some(&self.last)).then_some(&self.last);
-        let finite = |(t, value): &(f64, f64)| t.is_finite() && value.is_finite();
-        self.points.iter().chain(tail).filter_map(|p| Some((*p.first()?, *p.get(column)?))).filter(finite).collect()
+        self.points.iter().chain(tail).filter(|point| !point.is_empty())
+    }
+
+    fn curve(&self, column: usize) -> Vec<(f64, f64)> {
+        self.samples().filter_map(|point| Some((point[0], *point.get(column)?))).collect()
+    }
+
+    /// The column of the entry of the attitude in this row and column.
+    fn entry(&self, row: usize, column: usize) -> usize {
+        3 + self.columns.dimension + self.columns.casimirs + row * self.columns.attitude + column
     }
 }
 
-/// Draws the figure.
-pub fn draw(trace: &Trace, path: &Path) -> Result<(), Box<dyn Error>> {
+/// Draws the figure of a run of `case`, which was read from `file`.
+pub fn draw(trace: &Trace, case: &Case, file: &Path, path: &Path) -> Result<(), Box<dyn Error>> {
     let (n, casimirs) = (trace.columns.dimension, trace.columns.casimirs);
-    let named = |name: String, column: usize| (name, trace.curve(column));
-    let mut panels = vec![
-        ("momentum", (0..n).map(|a| named(format!("mu_{}", a + 1), 1 + a)).collect()),
-        ("energy", vec![named("energy".into(), 1 + n), named("initial energy + work".into(), 2 + n)]),
-    ];
+    let numbered = |name: &str, number: usize| format!("{name}{}", subscript(number));
+    let mut panels = vec![panel("momentum", (0..n).map(|a| (numbered("μ", a + 1), trace.curve(1 + a))).collect())];
+    panels.push(energy(trace));
     if casimirs > 0 {
-        let curves = (0..casimirs).map(|k| named(format!("casimir_{}", k + 1), 3 + n + k)).collect();
-        panels.push(("Casimirs: change since the start", curves));
+        let curves = (0..casimirs).map(|k| (numbered("C", k + 1), trace.curve(3 + n + k))).collect();
+        panels.push(panel("Casimirs: change since the start", curves));
     }
-    let root = SVGBackend::new(path, (900, 300 * panels.len() as u32)).into_drawing_area();
-    root.fill(&WHITE)?;
-    for (area, (title, curves)) in root.split_evenly((panels.len(), 1)).iter().zip(&panels) {
-        panel(area, title, curves)?;
-    }
-    root.present()?;
-    Ok(())
+    panels.extend(attitude(trace, case));
+    let figure = Figure { title: title(case, file), legend: Legend::Beside, panels, note: String::new() };
+    Ok(fs::write(path, figure.svg())?)
+}
+
+/// The two agree but for the error of the method: the first is drawn wide, so that it shows on both sides of the other.
+fn energy(trace: &Trace) -> Panel {
+    let n = trace.columns.dimension;
+    let curve = |style, column| Curve { style, points: trace.curve(column) };
+    let curves =
+        vec![curve(Style::new("energy", 5).wide(6.0), 1 + n), curve(Style::new("initial energy + work", 1), 2 + n)];
+    Panel::new("energy", ("time t", ""), Axes::Linear, curves)
+}
+
+/// The file, the algebra, the method and the step.
+fn title(case: &Case, file: &Path) -> String {
+    let name = file.file_name().unwrap_or_default().to_string_lossy();
+    let name = if name == "-" { "standard input" } else { &name };
+    let method = format!("{}, {}", case.method.tableau, case.method.retraction.name());
+    let long = format!("{name}: {}, {method}, h = {}", case.algebra, case.step);
+    if long.chars().count() > TITLE { name.to_owned() } else { long }
 }
 
 /// A curve with its name.
-type Curve = (String, Vec<(f64, f64)>);
+type Named = (String, Vec<(f64, f64)>);
 
-fn panel(area: &DrawingArea<SVGBackend<'_>, Shift>, title: &str, curves: &[Curve]) -> Result<(), Box<dyn Error>> {
-    let points = || curves.iter().flat_map(|(_, curve)| curve);
-    let (times, values) = (range(points().map(|p| p.0), 0.0), range(points().map(|p| p.1), 0.08));
-    let size = values.start.abs().max(values.end.abs());
-    let spread = values.end - values.start;
-    let (area, names) = area.split_horizontally(730);
-    let mut chart = ChartBuilder::on(&area)
-        .caption(title, ("sans-serif", 20))
-        .margin(10)
-        .margin_right(30)
-        .x_label_area_size(36)
-        .y_label_area_size(84)
-        .build_cartesian_2d(times, values)?;
-    // As many digits as tell neighbouring ticks apart.
-    let digits = (1.0 - (spread / 8.0).log10().floor()).clamp(0.0, 12.0) as usize;
-    let label = |value: &f64| {
-        if value.abs() < spread * 1e-9 {
-            "0".to_string()
-        } else if !(1e-3..1e5).contains(&size) {
-            format!("{value:.1e}")
-        } else {
-            format!("{value:.digits$}")
-        }
-    };
-    chart
-        .configure_mesh()
-        .x_desc("t")
-        .y_labels(7)
-        .y_label_formatter(&label)
-        .light_line_style(WHITE)
-        .label_style(("sans-serif", 14))
-        .draw()?;
-    for (index, (name, curve)) in curves.iter().enumerate() {
-        let colour = COLOURS[index % COLOURS.len()];
-        // A curve that others may cover is drawn wide, so that it shows on both sides of them.
-        let style = colour.stroke_width(if index == 0 && curves.len() == 2 { 5 } else { 2 });
-        chart.draw_series(LineSeries::new(curve.iter().copied(), style))?;
-        let y = 50 + 20 * index as i32;
-        names.draw(&PathElement::new([(0, y), (20, y)], style))?;
-        names.draw(&Text::new(name.as_str(), (26, y - 6), ("sans-serif", 14)))?;
-    }
-    Ok(())
+fn panel(title: &str, curves: Vec<Named>) -> Panel {
+    // Seven colours without markers, then the same with markers.
+    const MARKERS: [Marker; 9] = [
+        Marker::None,
+        Marker::Circle,
+        Marker::Triangle,
+        Marker::Square,
+        Marker::Diamond,
+        Marker::Cross,
+        Marker::Ring,
+        Marker::Funnel,
+        Marker::Frame,
+    ];
+    const COLOURS: [usize; 7] = [2, 1, 3, 4, 5, 6, 7];
+    let style = |k: usize, name| Style::new(name, COLOURS[k % 7]).marked(MARKERS[(k / 7).min(8)]);
+    let curves: Vec<Curve> =
+        curves.into_iter().enumerate().map(|(k, (name, points))| Curve { style: style(k, name), points }).collect();
+    Panel::new(title, ("time t", ""), Axes::Linear, curves)
 }
 
-/// The range of values with a margin (a fraction of it); never empty.
-fn range(values: impl Iterator<Item = f64>, margin: f64) -> Range<f64> {
-    let (low, high) = values.fold((f64::INFINITY, f64::NEG_INFINITY), |(low, high), v| (low.min(v), high.max(v)));
-    if low > high {
-        return 0.0..1.0;
+/// Rotations as quaternions, positions in space, other groups by the entries of their matrices; nothing without a group.
+fn attitude(trace: &Trace, case: &Case) -> Vec<Panel> {
+    let entry = match &case.algebra.structure {
+        _ if trace.columns.attitude == 0 => return Vec::new(),
+        Structure::Named(entry) => Some(entry),
+        _ => None,
+    };
+    match entry {
+        Some(Entry::So3) => vec![panel("attitude: unit quaternion", rotation(trace))],
+        Some(Entry::Se3) => {
+            let position = (0..3).map(|i| (format!("x{}", subscript(i + 1)), trace.curve(trace.entry(i, 3)))).collect();
+            vec![panel("attitude: unit quaternion", rotation(trace)), panel("position", position)]
+        }
+        _ => vec![entries(trace)],
     }
-    let size = low.abs().max(high.abs());
-    // Rounding is not worth magnifying.
-    let least = if size == 0.0 { 1.0 } else { size * 1e-9 };
-    let spread = (high - low).max(least);
-    let middle = low + (high - low) / 2.0;
-    let half = spread * (0.5 + margin);
-    middle - half..middle + half
+}
+
+/// The entries of the matrix that change, the first few of them.
+fn entries(trace: &Trace) -> Panel {
+    let size = trace.columns.attitude;
+    let gap = if size > 9 { "," } else { "" };
+    let all = (0..size * size).map(|k| (k / size, k % size)).map(|(i, j)| {
+        let name = format!("g{}{gap}{}", subscript(i + 1), subscript(j + 1));
+        (name, trace.curve(trace.entry(i, j)))
+    });
+    let mut moving: Vec<Named> = all.filter(|(_, points)| points.iter().any(|point| point.1 != points[0].1)).collect();
+    let title = match moving.len() {
+        0 => "attitude: no entry of the matrix changes".into(),
+        number if number > ENTRIES => format!("attitude: {ENTRIES} of the {number} entries of the matrix that change"),
+        _ => "attitude: the entries of the matrix that change".to_owned(),
+    };
+    moving.truncate(ENTRIES);
+    panel(&title, moving)
+}
+
+/// The quaternion of the rotation in the first three rows and columns; of its two signs the one that makes no jump.
+fn rotation(trace: &Trace) -> Vec<Named> {
+    let mut last = [1.0, 0.0, 0.0, 0.0];
+    let points: Vec<(f64, [f64; 4])> = trace
+        .samples()
+        .map(|point| {
+            let matrix = [0, 1, 2].map(|i| [0, 1, 2].map(|j| point[trace.entry(i, j)]));
+            let q = quaternion(&matrix);
+            let same: f64 = q.iter().zip(&last).map(|(new, old)| new * old).sum();
+            last = if same < 0.0 { q.map(|value| -value) } else { q };
+            (point[0], last)
+        })
+        .collect();
+    (0..4).map(|k| (format!("q{}", subscript(k)), points.iter().map(|(t, q)| (*t, q[k])).collect())).collect()
+}
+
+/// The quaternion (scalar first) of a rotation matrix, up to its sign; its largest component is found first (Shepperd 1978).
+fn quaternion(m: &[[f64; 3]; 3]) -> [f64; 4] {
+    let trace = m[0][0] + m[1][1] + m[2][2];
+    // 4 q_k², and 4 q_j q_k.
+    let squares = [1.0 + trace, 1.0 - trace + 2.0 * m[0][0], 1.0 - trace + 2.0 * m[1][1], 1.0 - trace + 2.0 * m[2][2]];
+    let (x, y, z) = (m[2][1] - m[1][2], m[0][2] - m[2][0], m[1][0] - m[0][1]);
+    let (xy, xz, yz) = (m[0][1] + m[1][0], m[0][2] + m[2][0], m[1][2] + m[2][1]);
+    let products = [[squares[0], x, y, z], [x, squares[1], xy, xz], [y, xy, squares[2], yz], [z, xz, yz, squares[3]]];
+    let largest = (1..4).fold(0, |best, k| if squares[k] > squares[best] { k } else { best });
+    products[largest].map(|product| product / (2.0 * squares[largest].sqrt()))
+}
+
+/// A number as a subscript.
+fn subscript(number: usize) -> String {
+    let digit = |c: char| c.to_digit(10).and_then(|digit| char::from_u32(0x2080 + digit)).unwrap_or(c);
+    number.to_string().chars().map(digit).collect()
 }

@@ -1,6 +1,6 @@
 //! The work plot: errors against the step, with the fitted line and its window.
 
-use super::super::plot::{Axes, Curve, Figure, Marker, Panel, Style};
+use super::super::plot::{Axes, Curve, Figure, Legend, Marker, Panel, Style};
 use super::Outcome;
 use euler_poincare::harness::convergence::Estimate;
 use euler_poincare::study::Findings;
@@ -14,11 +14,13 @@ pub fn draw(outcome: &Outcome, path: &Path) -> Result<(), Box<dyn Error>> {
     let figure = Figure {
         title: format!("{}: {}", outcome.tableau, super::word(&outcome.judged.verdict)),
         panels: vec![
-            panel(format!("errors after {}", outcome.horizon), &trial.horizon, order),
+            panel(format!("errors after time {}", outcome.horizon), &trial.horizon, order),
             panel("errors after two steps".into(), &trial.descent, order),
         ],
+        legend: Legend::Shared,
+        note: String::new(),
     };
-    fs::write(path, figure.svg()?)?;
+    fs::write(path, figure.svg())?;
     Ok(())
 }
 
@@ -26,15 +28,14 @@ fn panel(title: String, findings: &Findings, order: u32) -> Panel {
     let mut curves = Vec::new();
     for (quantity, name) in findings.quantities().iter().enumerate() {
         let markers = [Marker::Circle, Marker::Triangle, Marker::Cross, Marker::None];
-        let style = Style { name: name.clone(), colour: 1 + quantity, dashed: false, marker: markers[quantity.min(3)] };
+        let style = Style::new(name.clone(), 1 + quantity).marked(markers[quantity.min(3)]);
         let points = findings.levels(quantity).iter().map(|level| (level.h, level.error)).collect();
         curves.push(Curve { style, points });
     }
     if let Some((points, name)) = fitted(findings, order) {
-        let style = Style { name, colour: 0, dashed: true, marker: Marker::None };
-        curves.push(Curve { style, points });
+        curves.push(Curve { style: Style::new(name, 0).dashed(true), points });
     }
-    Panel { title, x: "step h", y: "error", axes: Axes::LogLog, curves }
+    Panel::new(title, ("step h", "error"), Axes::LogLog, curves)
 }
 
 /// The line of the limiting part of the state, drawn over its window, which it ends with.

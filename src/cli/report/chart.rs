@@ -40,9 +40,9 @@ pub fn histogram(law: &str, histogram: &Histogram) -> Markup {
             path.bound d=(format!("M{0} 0V{1}", place(0), HEIGHT + 6.0)) {}
             @for exponent in [-6, -4, -2] {
                 path.axis d=(format!("M{0} {1}v3", place(exponent), HEIGHT + 2.5)) {}
-                text x=(place(exponent)) y="48" text-anchor="middle" { (format!("1e{exponent}")) }
+                text x=(place(exponent)) y="49" text-anchor="middle" { (power(1, exponent, false)) }
             }
-            text.strong x=(place(0)) y="48" text-anchor="middle" { "1" }
+            text.strong x=(place(0)) y="49" text-anchor="middle" { "1" }
         }
     }
 }
@@ -86,16 +86,29 @@ impl Axis {
     }
 
     /// Powers of ten, six or so; within two decades also 2 and 5 times those.
-    fn ticks(&self) -> Vec<(f64, String)> {
+    fn ticks(&self) -> Vec<(f64, Markup)> {
         let (first, last) = (self.low.floor() as i32, self.high.ceil() as i32);
         let every = (f64::from(last - first) / 6.0).ceil().max(1.0) as i32;
         let mantissas: &[u32] = if self.high - self.low < 2.0 { &[1, 2, 5] } else { &[1] };
         let decades = (first..=last).filter(|decade| decade.rem_euclid(every) == 0);
         let ticks = decades.flat_map(|decade| {
-            let tick = move |m: &u32| (f64::from(decade) + f64::from(*m).log10(), format!("{m}e{decade}"));
+            let tick =
+                move |m: &u32| (f64::from(decade) + f64::from(*m).log10(), power(*m, decade, mantissas.len() > 1));
             mantissas.iter().map(tick)
         });
         ticks.filter(|(log, _)| (self.low..=self.high).contains(log)).collect()
+    }
+}
+
+/// A mantissa times a power of ten: as a decimal fraction where that is short, else with a raised exponent.
+fn power(mantissa: u32, exponent: i32, decimal: bool) -> Markup {
+    if decimal && (-3..=3).contains(&exponent) {
+        let digits = (-exponent).max(0) as usize;
+        return html! { (format!("{:.digits$}", f64::from(mantissa) * 10f64.powi(exponent))) };
+    }
+    html! {
+        @if mantissa > 1 { (mantissa) "·" }
+        "10" tspan dy="-4" font-size="7.5" { (exponent.to_string().replace('-', "−")) }
     }
 }
 
@@ -191,5 +204,5 @@ fn mark(x: f64, y: f64, kind: Kind, k: usize) -> Markup {
 
 /// A mark by itself, for a legend.
 pub fn key(kind: Kind, k: usize) -> Markup {
-    html! { svg.key class=(series(k)) viewBox="0 0 14 14" aria-hidden="true" { (mark(7.0, 7.0, kind, k)) } }
+    html! { svg class={ "key " (series(k)) } viewBox="0 0 14 14" aria-hidden="true" { (mark(7.0, 7.0, kind, k)) } }
 }

@@ -89,11 +89,11 @@ fn gauges(counts: &[(&String, Count)], judged: usize) -> Markup {
             thead.hidden { tr { th scope="col" { "label" } th {} th scope="col" { "judged" } th scope="col" { "share" } } }
             tbody {
                 @for (label, count) in counts {
-                    tr.(if count.judged == 0 { "absent" } else { "" }) title=(told(count)) {
+                    tr.absent[count.judged == 0] title=(told(count)) {
                         th scope="row" { (label) }
                         td.gauge { (gauge(count.judged as f64, most as f64)) }
                         td.number { @if count.judged == 0 { "none" } @else { (integer(count.judged)) } }
-                        td.number { (percent(count.judged, judged)) " %" }
+                        td.number { (share(count.judged, judged)) }
                     }
                 }
             }
@@ -108,7 +108,7 @@ fn by_law(found: &Found, category: &str, labels: &[String]) -> Markup {
             tbody {
                 @for (planned, tally) in found.laws() {
                     tr {
-                        th scope="row" { (planned.name) }
+                        th scope="row" { (page::law_link(&planned.name)) }
                         @for label in labels {
                             @let judged = count(&tally.coverage, category, label).judged;
                             @if judged == 0 { td.number.none { "–" } } @else { td.number { (integer(judged)) } }

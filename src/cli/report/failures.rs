@@ -2,6 +2,7 @@
 
 use super::again::{Failing, Failures};
 use super::files::Found;
+use super::formula::typeset;
 use super::numbers::*;
 use super::page::{self, Column::*, header, scrolling};
 use super::tally::Tally;
@@ -47,7 +48,7 @@ fn drawn(found: &Found) -> Markup {
                 @for (planned, tally) in found.laws().filter(|(_, tally)| tally.broken > 0) {
                     @for (index, (judged, witness)) in &tally.broken_cases {
                         tr {
-                            th scope="row" { (planned.name) }
+                            th scope="row" { (page::law_link(&planned.name)) }
                             td.number { (index) }
                             td.number { (scientific(judged.defect)) }
                             td.number { (scientific(judged.bound)) }
@@ -55,7 +56,7 @@ fn drawn(found: &Found) -> Markup {
                         }
                     }
                     @if more(tally) > 0 {
-                        tr { th scope="row" { (planned.name) } td colspan="4" { "… and " (integer(more(tally))) " more" } }
+                        tr { th scope="row" { (page::law_link(&planned.name)) } td colspan="4" { "… and " (integer(more(tally))) " more" } }
                     }
                 }
             }
@@ -75,10 +76,10 @@ fn failing_case(failing: &Failing<'_>) -> Markup {
                 ": " (page::verdict(&failing.verdict))
             }
             dl.facts {
-                div { dt { "law" } dd { (law.statement) } }
-                div { dt { "source" } dd { (law.source) } }
-                div { dt { "oracle" } dd { (law.oracle) } }
-                @if let Some(fault) = failing.fault { div { dt { "planted" } dd { (fault.what) } } }
+                div { dt { "law" } dd { (typeset(law.statement)) } }
+                div { dt { "source" } dd { (typeset(law.source)) } }
+                div { dt { "oracle" } dd { (typeset(law.oracle)) } }
+                @if let Some(fault) = failing.fault { div { dt { "planted" } dd { (typeset(fault.what)) } } }
                 @if let Verdict::Broken { witness, .. } = &failing.verdict { div { dt { "witness" } dd { (witness) } } }
             }
             @if !failing.verdict.is_broken() {
@@ -107,7 +108,7 @@ fn defect_row(evidence: &Evidence) -> Markup {
             th scope="row" { (digits) }
             td.number { (scientific(*defect)) }
             td.number { (scientific(*bound)) }
-            td.number.(if defect > bound { "alarm" } else { "" }) { (scientific(defect / bound)) }
+            td.number.alarm[defect > bound] { (scientific(defect / bound)) }
             td.text { (witness) }
         }
     }

@@ -1,12 +1,16 @@
 //! After how many cases each planted fault was caught.
 
 use super::files::{Caught, Found};
+use super::formula::typeset;
 use super::numbers::*;
 use super::page::{self, Column::*, header, scrolling};
 use euler_poincare::harness::Fault;
 use euler_poincare::laws;
 use maud::{Markup, html};
 use std::collections::BTreeSet;
+
+/// A longer list of faults is folded.
+const SHORT: usize = 6;
 
 /// The section.
 pub fn section(found: &Found) -> Markup {
@@ -42,14 +46,20 @@ fn outcome(faults: &[Caught]) -> Markup {
 fn untried(found: &Found, faults: &[Caught]) -> Markup {
     let tried: BTreeSet<(&str, &str)> = faults.iter().map(|row| (row.law.as_str(), row.fault.as_str())).collect();
     let known = found.manifest.laws.iter().filter_map(|law| laws::named(&law.name));
-    let untried: Vec<String> = known
-        .flat_map(|law| law.faults.iter().map(move |fault| (law.name, fault.name)))
-        .filter(|row| !tried.contains(row))
-        .map(|(law, fault)| format!("{fault} in {law}"))
+    let untried: Vec<(&str, Vec<&str>)> = known
+        .map(|law| {
+            let names = law.faults.iter().map(|fault| fault.name);
+            (law.name, names.filter(|fault| !tried.contains(&(law.name, *fault))).collect())
+        })
+        .filter(|(_, faults): &(_, Vec<_>)| !faults.is_empty())
         .collect();
+    let number: usize = untried.iter().map(|(_, faults)| faults.len()).sum();
     html! {
-        @if !untried.is_empty() {
-            p.flag { "Known to the laws of this campaign and not tried: " (untried.join(", ")) "." }
+        @if number > 0 {
+            details.flag open[number <= SHORT] {
+                summary { "Known to the laws of this campaign and not tried: " (counted(number, "fault")) }
+                ul { @for (law, faults) in &untried { li { (page::law_link(law)) ": " (faults.join(", ")) } } }
+            }
         }
     }
 }
@@ -67,13 +77,13 @@ fn table(faults: &[Caught]) -> Markup {
             (header(&columns))
             tbody {
                 @for row in faults {
-                    tr.(if row.caught_after.is_none() { "broken" } else { "" }) {
-                        th scope="row" { (row.law) }
+                    tr.broken[row.caught_after.is_none()] {
+                        th scope="row" { (page::law_link(&row.law)) }
                         td { (row.fault) }
                         td.number { @match row.caught_after { Some(n) => (integer(n)), None => span.alarm { "missed" } } }
                         @if sizes { td.number { @if let Some(size) = row.smallest_size { (format!("{size:.0e}")) } } }
-                        td.text { (known(row).map_or("", |fault| fault.what)) }
-                        td.text { (known(row).map_or("", |fault| fault.visible_on)) }
+                        td.text { (typeset(known(row).map_or("", |fault| fault.what))) }
+                        td.text { (typeset(known(row).map_or("", |fault| fault.visible_on))) }
                     }
                 }
             }

@@ -24,8 +24,13 @@ pub fn cases(number: usize) -> String {
     counted(number, "case")
 }
 
+/// `12.5 %`, which no line divides.
+pub fn share(part: usize, whole: usize) -> String {
+    percent(part, whole) + "\u{a0}%"
+}
+
 /// `12.5`, `0.03`; never `0` or `100` for what is neither.
-pub fn percent(part: usize, whole: usize) -> String {
+fn percent(part: usize, whole: usize) -> String {
     if part == 0 || whole == 0 {
         return "0".into();
     }
@@ -33,9 +38,9 @@ pub fn percent(part: usize, whole: usize) -> String {
         return "100".into();
     }
     match 100.0 * part as f64 / whole as f64 {
-        share if share < 0.005 => "< 0.01".into(),
+        share if share < 0.005 => "<\u{a0}0.01".into(),
         share if share < 9.95 => format!("{share:.2}"),
-        share if share > 99.95 => "> 99.9".into(),
+        share if share > 99.95 => ">\u{a0}99.9".into(),
         share => format!("{share:.1}"),
     }
 }
@@ -57,12 +62,14 @@ pub fn scientific(number: f64) -> String {
 
 /// `0.4 ms`, `25 ms`, `3.2 s`, `2 min 5 s`, `3 h 20 min`.
 pub fn duration(seconds: f64) -> String {
-    match seconds {
+    let text = match seconds {
         s if s < 0.0001 => format!("{:.0} µs", 1e6 * s),
         s if s < 0.00995 => format!("{:.1} ms", 1e3 * s),
         s if s < 0.9995 => format!("{:.0} ms", 1e3 * s),
         s if s < 59.95 => format!("{s:.1} s"),
         s if s < 3599.5 => format!("{:.0} min {:.0} s", (s.round() / 60.0).floor(), s.round() % 60.0),
         s => format!("{:.0} h {:.0} min", ((s / 60.0).round() / 60.0).floor(), (s / 60.0).round() % 60.0),
-    }
+    };
+    // No line ends before a unit.
+    text.replace(' ', "\u{a0}")
 }

@@ -1,6 +1,7 @@
 //! Error against step of some cases of the laws of orders.
 
 use super::again::{Curve, Order, Shown};
+use super::formula::typeset;
 use super::numbers::*;
 use super::{chart, page};
 use euler_poincare::harness::convergence::{Estimate, Kind};
@@ -18,8 +19,8 @@ pub fn section(orders: &[Order]) -> Markup {
             }
             (legend())
             @for order in orders {
-                h3 { (order.law.name) }
-                p.muted { (order.law.statement) " (" (order.law.source) ")" }
+                h3 { (page::law_link(order.law.name)) }
+                p.muted { (typeset(order.law.statement)) " (" (typeset(order.law.source)) ")" }
                 div.plots { @for case in &order.cases { (figure(order.law.name, case)) } }
             }
         }
@@ -80,7 +81,7 @@ fn slope(curve: &Curve) -> Markup {
             }
             Estimate::Inconclusive { why, .. } => { "no slope: " (why) }
         }
-        @if let Some(expected) = curve.expected { ", predicted " b { (expected) } }
+        @if let Some(expected) = curve.expected { ", predicted\u{a0}" b { (expected) } }
         @if noughts > 0 { "; " (counted(noughts, "level")) " without an error cannot be drawn" }
     }
 }

@@ -2,9 +2,10 @@
 
 use super::again::{Failures, Order};
 use super::files::{Damage, Found, planned};
+use super::formula::typeset;
 use super::numbers::*;
-use super::tally::Tally;
-use super::{chart, coverage, failures, faults, orders, timings, undecided};
+use super::tally::{Judged, Tally};
+use super::{chart, coverage, failures, faults, orders, script, timings, undecided};
 use euler_poincare::harness::Verdict;
 use euler_poincare::harness::store::ManifestLaw;
 use euler_poincare::laws::{self, CaseLaw};
@@ -100,7 +101,7 @@ pub fn page(found: &Found, plotted: &[Order], failing: &Failures<'_>) -> String 
                 meta charset="utf-8";
                 meta name="viewport" content="width=device-width, initial-scale=1";
                 meta name="color-scheme" content="light dark";
-                meta http-equiv="Content-Security-Policy" content="default-src 'none'; style-src 'unsafe-inline'";
+                meta http-equiv="Content-Security-Policy" content=(script::policy());
                 title { (title) " · euler-poincare" }
                 style { (PreEscaped(include_str!("style.css"))) }
             }
@@ -126,6 +127,7 @@ pub fn page(found: &Found, plotted: &[Order], failing: &Failures<'_>) -> String 
                     (timings::section(found))
                 }
                 footer { p { "Made by euler-poincare " (env!("CARGO_PKG_VERSION")) "." } }
+                script { (PreEscaped(script::TEXT)) }
             }
         }
     };
@@ -205,11 +207,11 @@ fn head(found: &Found, totals: &Totals) -> Markup {
         dl.figures {
             div { dt { "cases" } dd { (integer(totals.done)) } }
             div { dt { "held" } dd { (integer(totals.held)) } }
-            div.(if totals.broken > 0 { "bad" } else { "" }) { dt { "broken" } dd { (integer(totals.broken)) } }
-            div { dt { "inconclusive" } dd { (integer(totals.undecided)) small { (percent(totals.undecided, totals.done)) " %" } } }
+            div.bad[totals.broken > 0] { dt { "broken" } dd { (integer(totals.broken)) } }
+            div { dt { "inconclusive" } dd { (integer(totals.undecided)) small { (share(totals.undecided, totals.done)) } } }
             div {
                 dt { "not applicable" }
-                dd { (integer(totals.inapplicable)) small { (percent(totals.inapplicable, totals.done)) " %" } }
+                dd { (integer(totals.inapplicable)) small { (share(totals.inapplicable, totals.done)) } }
             }
             div { dt { "laws" } dd { (integer(manifest.laws.len())) } }
         }
@@ -223,7 +225,7 @@ fn head(found: &Found, totals: &Totals) -> Markup {
             }
             @if manifest.shard.is_some() { div { dt { "shard" } dd { (manifest.shard().to_string()) } } }
             @if let Some(fault) = &manifest.plant { div { dt { "planted fault" } dd { code { (fault) } } } }
-            div { dt { "judged" } dd { (percent(judged, totals.done)) " % of the cases" } }
+            div { dt { "judged" } dd { (share(judged, totals.done)) " of the cases" } }
         }
     }
 }
@@ -312,65 +314,123 @@ fn damage(file: &str, damage: &Damage) -> Vec<Markup> {
     notes
 }
 
+/// The laws: broken ones first, that of the largest ratio before the others; then as the theory orders them.
+fn ordered(found: &Found) -> Vec<(&ManifestLaw, &Tally)> {
+    let mut laws: Vec<_> = found.laws().collect();
+    let ratio = |tally: &Tally| tally.worst.as_ref().filter(|_| tally.broken > 0).map_or(0.0, Judged::ratio);
+    laws.sort_by(|a, b| (b.1.broken > 0).cmp(&(a.1.broken > 0)).then(ratio(b.1).total_cmp(&ratio(a.1))));
+    laws
+}
+
+/// Columns of the table of verdicts: name, key of the order by it.
+const HEADS: [(&str, Option<&str>); 8] = [
+    ("cases", Some("cases")),
+    ("held", Some("held")),
+    ("broken", Some("broken")),
+    ("inconclusive", Some("inconclusive")),
+    ("not applicable", Some("inapplicable")),
+    ("worst defect", None),
+    ("its bound", None),
+    ("ratio", Some("ratio")),
+];
+
+/// Orders that the script offers: key, name.
+const ORDERS: [(&str, &str); 8] = [
+    ("place", "broken first"),
+    ("name", "name"),
+    ("ratio", "worst ratio"),
+    ("broken", "broken"),
+    ("inconclusive", "inconclusive, share of cases"),
+    ("inapplicable", "not applicable, share of cases"),
+    ("cases", "cases"),
+    ("held", "held"),
+];
+
 fn verdicts(found: &Found) -> Markup {
-    let heads = ["cases", "held", "broken", "inconclusive", "not applicable", "worst defect", "its bound", "ratio"];
-    let row = |(law, tally): (&ManifestLaw, &Tally)| {
-        let (name, known) = (&law.name, laws::named(&law.name));
-        let worst = tally.worst.as_ref();
-        let missing = planned(&found.manifest, law).map_or(0, |planned| planned.saturating_sub(tally.cases));
-        html! {
-            tr role="row" id=(format!("law-{name}")) class=(if tally.broken > 0 { "broken" } else { "" }) {
-                th role="rowheader" scope="row" { (described(name, known)) }
-                (cell("cases", html! {
-                    (integer(tally.cases))
-                    @if missing > 0 { small.warn { (integer(missing)) " missing" } }
-                }))
-                (cell("held", html! { (integer(tally.held)) }))
-                (cell("broken", html! { span.(if tally.broken > 0 { "alarm" } else { "muted" }) { (integer(tally.broken)) } }))
-                (cell("inconclusive", html! { (integer(tally.undecided())) }))
-                (cell("not applicable", html! { (integer(tally.inapplicable())) }))
-                (cell("worst defect", html! { (worst.map_or("–".into(), |worst| scientific(worst.defect))) }))
-                (cell("its bound", html! { (worst.map_or("–".into(), |worst| scientific(worst.bound))) }))
-                (cell("ratio", html! { (worst.map_or("–".into(), |worst| scientific(worst.ratio()))) }))
-                td.chart role="cell" { (chart::histogram(name, &tally.histogram)) }
-            }
-        }
-    };
+    let laws = ordered(found);
     let table = html! {
+        p.muted {
+            "Defects of identities are in units of round-off, those of orders are distances of slopes. The bars count cases by "
+            "log₁₀(defect/bound), on a logarithmic scale; the line at 1 is the bound, the leftmost bar is for all that is "
+            "smaller. Broken laws are first; the others are in the order of the theory."
+        }
+        (script::tools(&ORDERS, laws.len()))
         table.verdicts role="table" {
-            caption {
-                "Defects of identities are in units of round-off, those of orders are distances of slopes. The bars count cases by "
-                "log₁₀(defect/bound), on a logarithmic scale; the line at 1 is the bound, the leftmost bar is for all that is "
-                "smaller."
-            }
+            caption.hidden { "Verdicts of the laws" }
             thead role="rowgroup" {
                 tr role="row" {
-                    th role="columnheader" scope="col" { "law, statement, source" }
-                    @for head in heads { th.number role="columnheader" scope="col" { (head) } }
+                    th role="columnheader" scope="col" data-key="name" { "law, statement, source" }
+                    @for (head, key) in HEADS { th.number role="columnheader" scope="col" data-key=[key] { (head) } }
                     th role="columnheader" scope="col" { "defect/bound" }
                 }
             }
-            tbody role="rowgroup" { @for law in found.laws() { (row(law)) } }
+            tbody role="rowgroup" { @for (place, law) in laws.into_iter().enumerate() { (row(found, place, law)) } }
         }
+        p #no-law hidden { "No law has all of these words." }
     };
     section("verdicts", "Verdicts", table)
+}
+
+/// A law of the table; what it can be ordered by is in its data.
+fn row(found: &Found, place: usize, (law, tally): (&ManifestLaw, &Tally)) -> Markup {
+    let (name, known) = (&law.name, laws::named(&law.name));
+    let worst = tally.worst.as_ref();
+    let missing = planned(&found.manifest, law).map_or(0, |planned| planned.saturating_sub(tally.cases));
+    let part = |number: usize| format!("{:.6}", number as f64 / tally.cases.max(1) as f64);
+    // A browser reads Infinity, and -1 stands for none.
+    let ratio = worst.map_or(-1.0, Judged::ratio);
+    let ratio = if ratio.is_finite() { format!("{ratio:e}") } else { "Infinity".to_owned() };
+    let partial = |number: usize| {
+        html! { (integer(number)) @if number > 0 && number < tally.cases { small { (share(number, tally.cases)) } } }
+    };
+    let number = |label, value: Option<f64>| cell(label, html! { (value.map_or("–".into(), scientific)) });
+    html! {
+        tr.broken[tally.broken > 0] role="row" id=(anchor(name)) data-place=(place) data-name=(name) data-cases=(tally.cases)
+            data-held=(tally.held) data-broken=(tally.broken) data-ratio=(ratio)
+            data-inconclusive=(part(tally.undecided())) data-inapplicable=(part(tally.inapplicable())) {
+            th role="rowheader" scope="row" { (described(name, known)) }
+            (cell("cases", html! {
+                (integer(tally.cases))
+                @if missing > 0 { small.warn { (integer(missing)) " missing" } }
+            }))
+            (cell("held", html! { (integer(tally.held)) }))
+            (cell("broken", html! { span.(if tally.broken > 0 { "alarm" } else { "muted" }) { (integer(tally.broken)) } }))
+            (cell("inconclusive", partial(tally.undecided())))
+            (cell("not applicable", partial(tally.inapplicable())))
+            (number("worst defect", worst.map(|worst| worst.defect)))
+            (number("its bound", worst.map(|worst| worst.bound)))
+            (number("ratio", worst.map(Judged::ratio)))
+            td.chart role="cell" { (chart::histogram(name, &tally.histogram)) }
+        }
+    }
 }
 
 fn cell(label: &str, value: Markup) -> Markup {
     html! { td.number role="cell" data-label=(label) { span { (value) } } }
 }
 
+/// The name by which a link finds a law.
+fn anchor(name: &str) -> String {
+    format!("law-{name}")
+}
+
+/// The name of a law, which leads to it. A name that is not in kebab case cannot be in an address as it is.
+pub fn law_link(name: &str) -> Markup {
+    let kebab = name.bytes().all(|b| b.is_ascii_lowercase() || b.is_ascii_digit() || b == b'-');
+    html! { @if kebab { a.law-link href=(format!("#{}", anchor(name))) { (name) } } @else { (name) } }
+}
+
 /// A law's name with what it says.
 fn described(name: &str, law: Option<&CaseLaw>) -> Markup {
     html! {
-        span.law { (name) }
+        span.law { (law_link(name)) }
         @if let Some(law) = law {
-            span.statement { (law.statement) }
-            span.source { (law.source) }
+            span.statement { (typeset(law.statement)) }
+            span.source { (typeset(law.source)) }
             details {
                 summary { "oracle and bound" }
-                p { b { "Oracle: " } (law.oracle) }
-                p { b { "Bound: " } (law.bound) }
+                p { b { "Oracle: " } (typeset(law.oracle)) }
+                p { b { "Bound: " } (typeset(law.bound)) }
             }
         } @else {
             span.source { "not known to this program" }

@@ -26,7 +26,7 @@ pub fn section(found: &Found) -> Markup {
                 tbody {
                     @for (law, time) in rows {
                         tr {
-                            th scope="row" { (law) }
+                            th scope="row" { (page::law_link(law)) }
                             td.gauge { (gauge(time.total, total)) }
                             td.number { (duration(time.total)) }
                             td.number { (integer(time.checks)) }

@@ -63,9 +63,9 @@ fn reasons(found: &Found, reasons: &Reasons) -> Markup {
                 @for (planned, tally) in &laws {
                     @for (k, (reason, count)) in by_number(of(tally)).into_iter().enumerate() {
                         tr {
-                            @if k == 0 { th scope="rowgroup" rowspan=(of(tally).len()) { (planned.name) } }
+                            @if k == 0 { th scope="rowgroup" rowspan=(of(tally).len()) { (page::law_link(&planned.name)) } }
                             td.number { (integer(count)) }
-                            td.number { (percent(count, whole(tally))) " %" }
+                            td.number { (share(count, whole(tally))) }
                             td.text { (reason) }
                         }
                     }
@@ -74,7 +74,7 @@ fn reasons(found: &Found, reasons: &Reasons) -> Markup {
         }
     };
     html! {
-        h3 { (title) ": " (integer(total)) " " (unit) ", " (percent(total, all)) " %" }
+        h3 { (title) ": " (integer(total)) " " (unit) ", " (share(total, all)) }
         p.muted { (what) }
         @if laws.is_empty() { p { "None." } } @else { (scrolling(title, table)) }
     }

@@ -78,7 +78,7 @@ pub(super) static LAWS: &[CaseLaw] = &[
     },
     CaseLaw {
         name: "fast-presentation",
-        statement: "with the axes of the body renamed, 1 → 2 → 3 → 1, the same step: μ'_a = μ_p(a), g'_ab = g_p(a)p(b)",
+        statement: "with the axes of the body renamed, 1 → 2 → 3 → 1, the same step: μ'_a = μ_{p(a)}, g'_ab = g_{p(a)p(b)}",
         source: "the equations have no preferred basis: Marsden and Ratiu 1999, §13.1 and §13.5",
         oracle: "the fast step's own answer on the renamed description",
         bound: BOUND,

@@ -11,7 +11,7 @@ pub const COEFFICIENT: Fault =
 pub const WRONG_STAGE: Fault = Fault::new(
     "wrong-stage",
     "a stage i ≥ 3 takes the slope of stage 1 where that of stage i − 1 belongs",
-    "s ≥ 3, a_i,i−1 ≠ 0; motions that are not steady",
+    "s ≥ 3, a_{i,i−1} ≠ 0; motions that are not steady",
 );
 
 /// The tableau with the fault planted in it, if it is one of these.
