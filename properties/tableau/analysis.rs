@@ -172,6 +172,7 @@ proptest! {
                 }
             }
             Stability::Undecided(why) => prop_assert!(false, "{}: {}", description, why),
+            other => prop_assert!(false, "{}: {}", description, other),
         }
     }
 
@@ -271,7 +272,8 @@ proptest! {
     fn simplifying_assumptions_decide_the_order_of_the_pair_for_positive_weights(description in random::any()) {
         let analysis = analyse::<Dd>(&description, 9).unwrap();
         if analysis.positive_weights {
-            prop_assert_eq!(orders(&analysis).1, order_without_trees(&analysis, &description, 9), "{}", description);
+            let without = order_without_trees(&analysis, &description, 9);
+            prop_assert_eq!(orders(&analysis).1.min(9), without, "{}", description);
         }
     }
 

@@ -58,11 +58,12 @@ fn the_order_to_the_digits_given_is_that_of_the_exact_tableau() {
                 continue;
             };
             assert_eq!(completion.order, variational, "{name}");
-            for (given, found) in pairs(&entries, &completion.entries) {
+            let [uniform, own] = [true, false].map(|uniform| entries.allowances(uniform));
+            for (at, (given, found)) in pairs(&entries, &completion.entries).enumerate() {
                 let distance = (given.eval::<Dd>().unwrap() - found.eval::<Dd>().unwrap()).to_f64().abs();
-                let allowance = Entries::allowance::<Dd>(given).to_f64();
-                assert!(distance <= allowance * (1.0 + 1e-9), "{name}: {given} became {found}");
-                assert!(distance <= completion.moved, "{name}");
+                let allowance = uniform[at].max(own[at]);
+                assert!(distance <= allowance * (1.0 + 2e-6), "{name}: {given} became {found}");
+                assert!(distance <= completion.moved * (1.0 + 1e-9), "{name}");
             }
         }
     }
@@ -130,15 +131,15 @@ fn doubles_are_allowed_four_units_in_the_last_place() {
     for name in ["gauss-2", "gauss-3", "gauss-5", "radau-iia-3", "lobatto-iiia-4", "sdirk2"] {
         let description: Description = name.parse().unwrap();
         let order = analyse::<Dd>(&description, 6).unwrap().exactly.variational.order;
-        let t = description.build::<f64>().unwrap();
+        let t = description.build::<Dd>().unwrap();
         for ulps in [0, 1, 3] {
             let moved =
                 |at: usize, x: f64| Number::from(f64::from_bits(x.to_bits() + if at % 2 == 0 { ulps } else { 0 }));
             let s = t.stages();
             let exact = |x: f64| x == 0.0 || x.fract() == 0.0;
             let entry = |at: usize, x: f64| if exact(x) { Number::from(x) } else { moved(at, x) };
-            let a = (0..s).map(|i| (0..s).map(|j| entry(i + j, t.a()[(i, j)])).collect()).collect();
-            let b = t.b().iter().map(|&x| Number::from(x)).collect();
+            let a = (0..s).map(|i| (0..s).map(|j| entry(i + j, t.a()[(i, j)].to_f64())).collect()).collect();
+            let b = t.b().iter().map(|&x| Number::from(x.to_f64())).collect();
             let analysis = analysed(&Entries { a, b, c: None });
             assert_eq!(analysis.findings().variational.order, order, "{name}, {ulps} units off");
         }

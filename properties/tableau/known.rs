@@ -127,7 +127,7 @@ fn exact_conditions_know_the_classical_tableaux() {
 fn the_orders_are_exactly_as_claimed() {
     for (name, strategy) in all() {
         for known in draw(&strategy, 100) {
-            let KnownOrder { description, orders } = &known;
+            let KnownOrder { description, orders, .. } = &known;
             let t = description.build::<f64>().unwrap();
             assert_eq!(classical_order(&t, orders.classical + 1).order, orders.classical, "{name}: {description}");
             assert_eq!(
@@ -156,7 +156,7 @@ fn d1(exact: &Exact) -> bool {
 fn a_class_is_what_it_says() {
     for class in known::classes() {
         let (mut negative, mut stages) = (0, HashMap::new());
-        for KnownOrder { description, orders } in draw(&known::of_class(class), 100) {
+        for KnownOrder { description, orders, .. } in draw(&known::of_class(class), 100) {
             assert_eq!(orders, class.orders);
             assert_eq!(description.kind(), class.shape.name(), "{class}: {description}");
             let t = description.build::<f64>().unwrap();
@@ -176,6 +176,7 @@ fn a_class_is_what_it_says() {
                 Means::NotD1 | Means::Pair => assert!(!d1(&exact) && !symplectic, "{class}: {description}"),
                 Means::Symplectic => assert!(symplectic, "{class}: {description}"),
                 Means::Free => {}
+                other => panic!("{other:?} has no test here"),
             }
             negative += usize::from(t.b().min() < 0.0);
             *stages.entry(t.stages()).or_insert(0) += 1;
@@ -194,7 +195,7 @@ fn a_class_is_what_it_says() {
 fn collocation_is_collocation() {
     for p in 1..=MAX_COLLOCATION {
         let mut variational = HashMap::new();
-        for KnownOrder { description, orders } in draw(&known::collocation_of_order(p).unwrap(), 100) {
+        for KnownOrder { description, orders, .. } in draw(&known::collocation_of_order(p).unwrap(), 100) {
             assert_eq!(orders.classical, p);
             *variational.entry(orders.variational).or_insert(0) += 1;
             let Description::Entries(entries) = &description else { continue };
@@ -224,7 +225,7 @@ fn collocation_is_collocation() {
 fn every_order_and_shape_turns_up() {
     let mut counts: HashMap<(Orders, &str), usize> = HashMap::new();
     let (mut negative, mut symplectic, count) = (0, 0, 3000);
-    for KnownOrder { description, orders } in draw(&known::any_of_known_order(), count) {
+    for KnownOrder { description, orders, .. } in draw(&known::any_of_known_order(), count) {
         let t = description.build::<f64>().unwrap();
         negative += usize::from(t.b().min() < 0.0);
         symplectic += usize::from((t.a() - t.conjugate().a()).amax() < 1e-12);
@@ -356,7 +357,7 @@ fn shrinking_stays_in_the_class() {
             let (mut best, mut steps) = (first.description.clone(), 0);
             let mut go_on = tree.simplify();
             while go_on {
-                let KnownOrder { description, orders } = tree.current();
+                let KnownOrder { description, orders, .. } = tree.current();
                 let t = description.build::<f64>().unwrap();
                 assert_eq!(classical_order(&t, 7).order, orders.classical, "{name}: {description}");
                 assert_eq!(variational_order(&t, 7).order, orders.variational, "{name}: {description}");

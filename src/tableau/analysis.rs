@@ -37,7 +37,7 @@ pub struct Analysis {
     /// If some entries are rounded decimals: no tableau that rounds to these digits has a higher variational order.
     ///
     /// Every condition up to this order has a defect no larger than what moving every rounded entry by its
-    /// [allowance](super::Entries::allowance) can make, by ball arithmetic.
+    /// [allowance](super::Entries::allowances) can make, by ball arithmetic.
     pub allowed: Option<usize>,
     /// The zeros of a.
     pub shape: Shape,
@@ -250,11 +250,14 @@ impl Analysis {
         let mut allowed = in_balls(&coefficients, reach);
         self.allowed = allowed.variational.most;
         self.completion = complete(entries, &self.exactly, &allowed)?;
-        if let Some(completion) = &self.completion {
+        if let Some(completion) = &mut self.completion {
             let coefficients = Coefficients::of(&completion.entries.build::<T>()?);
             self.symmetry = Symmetry::of(&coefficients);
             self.symplectic = is_symplectic(&coefficients);
-            self.to_digits = Some(in_balls(&coefficients, reach));
+            let found = in_balls(&coefficients, reach);
+            // Higher than what was asked for where the digits are symmetric: such methods have even orders.
+            completion.order = found.variational.order;
+            self.to_digits = Some(found);
             return Ok(());
         }
         for (order, typed) in

@@ -73,20 +73,6 @@ impl Assumptions {
     }
 }
 
-/// Left minus right of the equations k = `from` to `to` of an assumption.
-#[cfg(feature = "harness")]
-pub(super) fn defects<Q: Quantity>(coefficients: &Coefficients<Q>, kind: Kind, from: usize, to: usize) -> Vec<Q> {
-    let checker = Checker::new(coefficients, to);
-    let indices = if kind == Kind::B { 1 } else { coefficients.stages() };
-    let places = (from..=to).flat_map(|k| (0..indices).map(move |index| (k, index)));
-    places
-        .map(|(k, index)| {
-            let (left, right) = checker.sides(kind, k, index);
-            left.minus(&right)
-        })
-        .collect()
-}
-
 /// Σ_ij b_i c_i^k a_ij c_j^k − 1/(2 (k + 1)²), the one condition of order 2k + 2 that B(2k + 2), C(k) and D(k) leave open.
 pub(super) fn middle<Q: Quantity>(coefficients: &Coefficients<Q>, k: usize) -> Q {
     let Coefficients { a, b, .. } = coefficients;

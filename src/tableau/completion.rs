@@ -1,15 +1,16 @@
 //! The tableau of the highest order among those whose entries round to the digits given.
 //!
-//! A decimal that counts as rounded stands for the interval of its [allowance](Entries::allowance). The order *to the digits given* is
+//! A decimal that counts as rounded stands for the interval of its [allowances](Entries::allowances): first all entries are taken
+//! to have had the same number of places, then each its own. The order *to the digits given* is
 //! the highest variational order of a tableau with entries in these intervals; [`complete`] finds one, in 64 digits.
 //!
 //! Method: Gauss and Newton's iteration with steps of least norm (in units of the allowances) on the equations that make up an order:
-//! B(p), C(k), D(k) and the condition between them (see [`bounds`](super::bounds)), or, where a weight is negative and they have no
-//! solution, the bicoloured trees up to order p. Where the solution leaves an interval, it is moved to the nearest point within all of
-//! them and the iteration begins again.
+//! B(p), C(k), D(k) and the condition between them (see [`bounds`](super::bounds)), with Legendre polynomials in place of the powers
+//! of c, which are nearly dependent; or, where a weight is negative and they have no solution, the bicoloured trees up to order p.
+//! Where the solution leaves an interval, projections onto the intervals and onto the tangent space of the solutions alternate until
+//! they meet.
 
 use super::analysis::Findings;
-use super::assumptions::{Kind, defects, middle};
 use super::order::Conditions;
 use super::quantity::{Ball, Coefficients};
 use super::{Entries, TableauError};
@@ -28,11 +29,14 @@ const MOST_ROOTED: usize = 8;
 /// Every equation holds to this in 64 digits.
 const SOLVED: f64 = 1e-58;
 
-/// What a solution may be outside of an interval, in units of its half width: a decimal that was rounded half up.
-const SLACK: f64 = 1e-9;
+/// What a solution may be outside of an interval, in units of its half width.
+const SLACK: f64 = 1e-6;
 
 /// How often a solution is moved into the intervals.
-const ROUNDS: usize = 60;
+const ROUNDS: usize = 2000;
+
+/// Singular values below this part of the largest count as 0: equations that follow from the others.
+const DEPENDENT: f64 = 1e-9;
 
 /// A tableau that rounds to the digits given.
 #[derive(Clone, Debug, PartialEq, serde::Serialize)]
@@ -53,21 +57,30 @@ pub struct Completion {
 /// # Errors
 /// An entry without a value in 64 digits.
 pub fn complete(entries: &Entries, typed: &Findings, allowed: &Findings) -> Result<Option<Completion>, TableauError> {
-    let problem = Problem::new(entries)?;
-    if problem.unknowns.len() > MOST_UNKNOWNS {
+    let problems = [Problem::new(entries, true)?, Problem::new(entries, false)?];
+    if problems.iter().any(|problem| problem.unknowns.len() > MOST_UNKNOWNS) {
         return Ok(None);
     }
     let (least, most) = (typed.variational.order, allowed.variational.most.unwrap_or(allowed.variational.order));
     for order in (least + 1..=most).rev() {
-        let system = |rooted: usize| problem.find(&System::Assumptions { order, rooted });
-        let trees = || (order <= MOST_TREES).then(|| problem.find(&System::Trees { order })).flatten();
-        let Some(found) = system(0).or_else(|| if problem.positive() { None } else { trees() }) else { continue };
-        let rooted = (order + 1..=allowed.classical.order.min(MOST_ROOTED)).rev().find_map(system);
-        return Ok(Some(problem.completion(order, &rooted.unwrap_or(found))));
+        for problem in &problems {
+            let system = |rooted: usize| problem.find(&System::Assumptions { order, rooted });
+            let trees = || (order <= MOST_TREES).then(|| problem.find(&System::Trees { order })).flatten();
+            let Some(found) = system(0).or_else(|| if problem.positive() { None } else { trees() }) else { continue };
+            return Ok(Some(problem.completion(order, &problem.rooted(order, allowed).unwrap_or(found))));
+        }
     }
-    // Exactly these digits, unless a higher order was not excluded.
-    let digits = vec![Qd::exact(0.0); problem.unknowns.len()];
-    Ok((most <= least || problem.positive()).then(|| problem.completion(least, &digits)))
+    // Exactly these digits, unless a higher order was not excluded; but a higher classical order may be there.
+    let [problem, _] = &problems;
+    if most > least && !problem.positive() {
+        return Ok(None);
+    }
+    let rooted = problems.iter().find_map(|problem| {
+        let y = problem.rooted(least, allowed).filter(|_| allowed.classical.order > typed.classical.order)?;
+        Some(problem.completion(least, &y))
+    });
+    let digits = || problem.completion(least, &vec![Qd::exact(0.0); problem.unknowns.len()]);
+    Ok(Some(rooted.unwrap_or_else(digits)))
 }
 
 /// The equations that make up an order.
@@ -81,18 +94,10 @@ enum System {
 impl System {
     /// Left minus right of each.
     fn defects<T: Real>(&self, coefficients: &Coefficients<Ball<T>>) -> Vec<T> {
-        let value = |balls: Vec<Ball<T>>| balls.into_iter().map(|ball| ball.value);
         match *self {
             System::Trees { order } => trees(coefficients, 2, order),
             System::Assumptions { order, rooted } => {
-                let k = (order - 1) / 2;
-                let mut found: Vec<T> = value(defects(coefficients, Kind::B, 1, order)).collect();
-                // C(1) is the definition of c.
-                found.extend(value(defects(coefficients, Kind::C, 2, k)));
-                found.extend(value(defects(coefficients, Kind::D, 1, k)));
-                if order == 2 * k + 2 {
-                    found.push(middle(coefficients, k).value);
-                }
+                let mut found = assumptions(coefficients, order);
                 if rooted > order {
                     found.extend(trees(coefficients, 1, rooted));
                 }
@@ -100,6 +105,46 @@ impl System {
             }
         }
     }
+}
+
+/// B(p), C(k), D(k) and, for p = 2k + 2, the condition between them, in Legendre polynomials P_m on [0, 1], with Q_m = ∫₀ P_m:
+/// Σ b_i P_m(c_i) = δ_m0 for m < p, Σ a_ij P_m(c_j) = Q_m(c_i) and Σ b_i P_m(c_i) a_ij = b_j (Q_m(1) − Q_m(c_j)) for m < k, and
+/// Σ b_i P_k(c_i) a_ij P_k(c_j) = ∫ P_k Q_k.
+fn assumptions<T: Real>(coefficients: &Coefficients<Ball<T>>, order: usize) -> Vec<T> {
+    let Coefficients { a, b, c, .. } = coefficients;
+    let (s, k) = (b.len(), (order - 1) / 2);
+    let (a, b) = (|i: usize, j: usize| a[i][j].value, |i: usize| b[i].value);
+    let sum = |term: &dyn Fn(usize) -> T| (0..s).fold(T::zero(), |sum, i| sum + term(i));
+    let p: Vec<Vec<T>> = c.iter().map(|c| legendre(c.value, order.max(k + 2))).collect();
+    let integral = |m: usize, i: usize| match m {
+        0 => c[i].value,
+        _ => (p[i][m + 1] - p[i][m - 1]) / T::int(4 * m as i64 + 2),
+    };
+    let one = |m: usize| if m == 0 { T::one() } else { T::zero() };
+    let mut found: Vec<T> = (0..order).map(|m| sum(&|i| b(i) * p[i][m]) - one(m)).collect();
+    for m in 0..k {
+        // C(1) is the definition of c.
+        if m > 0 {
+            found.extend((0..s).map(|i| sum(&|j| a(i, j) * p[j][m]) - integral(m, i)));
+        }
+        found.extend((0..s).map(|j| sum(&|i| b(i) * p[i][m] * a(i, j)) - b(j) * (one(m) - integral(m, j))));
+    }
+    if order == 2 * k + 2 {
+        found.push(sum(&|i| b(i) * p[i][k] * sum(&|j| a(i, j) * p[j][k])) - T::half() * one(k));
+    }
+    found
+}
+
+/// P_0, …, P_m on [0, 1] at x.
+fn legendre<T: Real>(x: T, m: usize) -> Vec<T> {
+    let argument = x + x - T::one();
+    let mut values = vec![T::one(), argument];
+    for n in 1..m {
+        let n = n as i64;
+        let next = T::int(2 * n + 1) * argument * values[n as usize] - T::int(n) * values[n as usize - 1];
+        values.push(next / T::int(n + 1));
+    }
+    values
 }
 
 /// Σ b Φ − 1/γ of the trees up to an order.
@@ -134,16 +179,16 @@ struct Problem<'e> {
 }
 
 impl<'e> Problem<'e> {
-    fn new(entries: &'e Entries) -> Result<Self, TableauError> {
+    fn new(entries: &'e Entries, uniform: bool) -> Result<Self, TableauError> {
         let bad = |why: crate::scalar::NumberError| TableauError::BadEntry { entry: "a".into(), why: why.to_string() };
         let row = |row: &[Number]| row.iter().map(Number::eval::<Qd>).collect::<Result<Vec<_>, _>>().map_err(bad);
         let a = entries.a.iter().map(|numbers| row(numbers)).collect::<Result<Vec<_>, _>>()?;
         let b = row(&entries.b)?;
         let rows = entries.a.iter().enumerate().map(|(i, row)| (Some(i), row)).chain([(None, &entries.b)]);
+        let mut radii = entries.allowances(uniform).into_iter();
         let mut unknowns = Vec::new();
         for (row, numbers) in rows {
-            for (column, number) in numbers.iter().enumerate() {
-                let radius = Entries::allowance::<Dd>(number).to_f64();
+            for (column, radius) in radii.by_ref().take(numbers.len()).enumerate() {
                 if radius > 0.0 {
                     let centre = row.map_or(&b, |i| &a[i])[column];
                     unknowns.push(Unknown { row, column, centre, radius });
@@ -179,23 +224,23 @@ impl<'e> Problem<'e> {
         Coefficients::new(a, hat, b)
     }
 
+    /// A solution of the highest classical order above a variational one.
+    fn rooted(&self, order: usize, allowed: &Findings) -> Option<Vec<Qd>> {
+        let highest = allowed.classical.order.min(MOST_ROOTED);
+        (order + 1..=highest).rev().find_map(|rooted| self.find(&System::Assumptions { order, rooted }))
+    }
+
     /// A solution within all intervals.
     fn find(&self, system: &System) -> Option<Vec<Qd>> {
-        let mut y = self.newton(system, vec![Qd::exact(0.0); self.unknowns.len()])?;
-        for _ in 0..ROUNDS {
-            if largest(&y) <= 1.0 + SLACK {
-                return Some(y);
-            }
-            let clipped = y.iter().map(|&y| nalgebra::clamp(y, Qd::exact(-1.0), Qd::exact(1.0))).collect();
-            let next = self.newton(system, clipped)?;
-            let step = y.iter().zip(&next).map(|(&x, &y)| (x - y).to_f64().abs()).fold(0.0, f64::max);
-            // The only solution nearby is outside.
-            if step < 1e-6 {
-                return None;
-            }
-            y = next;
+        let y = self.newton(system, vec![Qd::exact(0.0); self.unknowns.len()])?;
+        if largest(&y) <= 1.0 + SLACK {
+            return Some(y);
         }
-        None
+        let jacobian = self.jacobian(system, &self.values(&y));
+        let start = DVector::from_iterator(y.len(), y.iter().map(|y| y.to_f64()));
+        let inside = meet(jacobian, start)?;
+        let y = self.newton(system, inside.iter().map(|&y| Qd::exact(y)).collect())?;
+        (largest(&y) <= 1.0 + SLACK).then_some(y)
     }
 
     /// The solution that the iteration reaches from y.
@@ -218,7 +263,7 @@ impl<'e> Problem<'e> {
                 solver = Some(self.jacobian(system, &values).svd(true, true));
             }
             let decomposition = solver.as_ref()?;
-            let threshold = 1e-12 * decomposition.singular_values.amax();
+            let threshold = DEPENDENT * decomposition.singular_values.amax();
             let change = decomposition.solve(&residual, threshold).ok()?;
             y.iter_mut().zip(change.iter()).for_each(|(y, &change)| *y -= Qd::exact(change));
         }
@@ -261,6 +306,29 @@ impl<'e> Problem<'e> {
         }
         Completion { entries, order, moved }
     }
+}
+
+/// A point of y + ker J in the cube |y_i| ≤ 1, by projections onto the two in turn.
+fn meet(jacobian: DMatrix<f64>, y: DVector<f64>) -> Option<DVector<f64>> {
+    let decomposition = jacobian.svd(false, true);
+    let least = DEPENDENT * decomposition.singular_values.amax();
+    let rows = decomposition.v_t.as_ref()?;
+    let kept: Vec<usize> = (0..rows.nrows()).filter(|&k| decomposition.singular_values[k] > least).collect();
+    let normal = rows.select_rows(&kept);
+    let mut point = y.clone();
+    for _ in 0..ROUNDS {
+        let clipped = point.map(|y| y.clamp(-1.0, 1.0));
+        let next = &clipped - normal.tr_mul(&(&normal * (&clipped - &y)));
+        let (outside, step) = (next.amax() - 1.0, (&next - &point).amax());
+        point = next;
+        if outside <= 0.5 * SLACK {
+            return Some(point);
+        }
+        if step < 1e-3 * SLACK {
+            return None;
+        }
+    }
+    None
 }
 
 /// The largest |y|.

@@ -121,18 +121,34 @@ impl Entries {
         Ok(tableau)
     }
 
-    /// Half the width of the interval that an entry stands for: its [uncertainty](Number::uncertainty), and for a decimal of 16 or 17
-    /// significant digits, which is how an `f64` is printed, eight times that: coefficients computed in `f64` are seldom right to the
-    /// last bit. 0 for what is exact.
-    pub fn allowance<T: Real>(entry: &Number) -> T {
-        let uncertainty: T = entry.uncertainty();
-        if uncertainty.is_zero() {
-            return uncertainty;
+    /// Half the widths of the intervals that the entries of a (by rows), then of b, stand for; 0 for what is exact, and throughout where
+    /// no entry [counts as rounded](Number::uncertainty).
+    ///
+    /// Each entry has its [uncertainty](Number::uncertainty), and a decimal of 16 or 17 significant digits, which is how an `f64` is
+    /// printed, eight times that: coefficients computed in `f64` are seldom right to the last bit. With `uniform`, decimals of fewer
+    /// places (dyadic ones apart) are taken to have had zeros at the end, and the smallest of these widths, or that of an `f64`.
+    pub fn allowances(&self, uniform: bool) -> Vec<f64> {
+        let numbers = || self.a.iter().flatten().chain(&self.b);
+        let own: Vec<f64> = numbers().map(own_allowance).collect();
+        let least = own.iter().copied().filter(|&own| own > 0.0).fold(f64::INFINITY, f64::min);
+        if !uniform || least.is_infinite() {
+            return own;
         }
-        let text = entry.to_string();
-        let mantissa = text.split(['e', 'E']).next().unwrap_or(&text);
-        let digits: String = mantissa.chars().filter(char::is_ascii_digit).collect();
-        if matches!(digits.trim_matches('0').len(), 16 | 17) { T::int(8) * uncertainty } else { uncertainty }
+        let printed = numbers().any(|x| matches!(significant(&x.to_string()), 16 | 17));
+        let alike = |(x, own): (&Number, f64)| match x.eval::<f64>() {
+            Ok(value) if own > 0.0 || is_short(x, value) => {
+                let unit = 4.0 * f64::EPSILON * value.abs();
+                if !printed {
+                    least
+                } else if own > 0.0 {
+                    own.min(unit.max(least))
+                } else {
+                    unit
+                }
+            }
+            _ => 0.0,
+        };
+        numbers().zip(own).map(alike).collect()
     }
 
     fn check_row_sums<T: Real>(&self, tableau: &Tableau<T>, c: &[T], given: &[Number]) -> Result<(), TableauError> {
@@ -166,6 +182,26 @@ impl Entries {
             _ => "fully-implicit",
         }
     }
+}
+
+/// Half the width of the interval of one entry.
+fn own_allowance(x: &Number) -> f64 {
+    let uncertainty: f64 = x.uncertainty();
+    if matches!(significant(&x.to_string()), 16 | 17) { 8.0 * uncertainty } else { uncertainty }
+}
+
+/// The number of significant digits of a decimal.
+fn significant(text: &str) -> usize {
+    let mantissa = text.split(['e', 'E']).next().unwrap_or(text);
+    let digits: String = mantissa.chars().filter(char::is_ascii_digit).collect();
+    digits.trim_matches('0').len()
+}
+
+/// Whether a number is a decimal with one or two places, and no multiple of 1/4.
+fn is_short(x: &Number, value: f64) -> bool {
+    let text = x.to_string();
+    let places = text.split_once('.').map_or("", |(_, places)| places);
+    matches!(places.len(), 1 | 2) && places.bytes().all(|digit| digit.is_ascii_digit()) && (4.0 * value).fract() != 0.0
 }
 
 fn value<T: Real>(x: &Number, name: impl Fn() -> String) -> Result<T, TableauError> {

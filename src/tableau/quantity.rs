@@ -150,15 +150,13 @@ impl<T: Real> Coefficients<Ball<T>> {
         Self::with_radii(tableau, |_, _| 0.0, |_| 0.0)
     }
 
-    /// The tableau that was built from these entries, each coefficient off by at most its [allowance](Entries::allowance) (and b_j by
-    /// what dividing by Σb moved it).
+    /// The tableau that was built from these entries, each coefficient off by at most its [allowance](Entries::allowances), whichever is
+    /// larger (and b_j by what dividing by Σb moved it).
     pub fn to_digits(tableau: &Tableau<T>, entries: &Entries) -> Self {
         let moved = |j: usize| entries.b[j].eval::<T>().map_or(0.0, |x| (x - tableau.b()[j]).abs().to_f64());
-        Self::with_radii(
-            tableau,
-            |i, j| Entries::allowance::<T>(&entries.a[i][j]).to_f64(),
-            |j| Entries::allowance::<T>(&entries.b[j]).to_f64() + moved(j),
-        )
+        let [uniform, own] = [true, false].map(|uniform| entries.allowances(uniform));
+        let (s, allowance) = (tableau.stages(), |at: usize| uniform[at].max(own[at]));
+        Self::with_radii(tableau, |i, j| allowance(i * s + j), |j| allowance(s * s + j) + moved(j))
     }
 
     fn with_radii(t: &Tableau<T>, of_a: impl Fn(usize, usize) -> f64, of_b: impl Fn(usize) -> f64) -> Self {
