@@ -86,6 +86,7 @@ fn limits(family: Family, s: usize) -> [usize; 3] {
         Family::LobattoIIIE => [2 * s - 2, s - 2, s - 2],
         Family::RadauIA => [2 * s - 1, s - 1, s],
         Family::RadauIIA => [2 * s - 1, s, s - 1],
+        other => panic!("nothing is known of {}", other.name()),
     }
 }
 
