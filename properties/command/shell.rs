@@ -29,7 +29,8 @@ fn bash_reads_its_completions() {
     let script = here.join("script");
     fs::write(&script, run(&here, &["completions", "bash"]).stdout).unwrap();
     // It completes `ver` to `verify`.
-    let question = ". ./script; COMP_WORDS=(euler-poincare ver); COMP_CWORD=1; _euler-poincare euler-poincare ver; \
+    let question = ". ./script; by=$(complete -p euler-poincare); by=${by##*-F }; \
+                    COMP_WORDS=(euler-poincare ver); COMP_CWORD=1; ${by%% *} euler-poincare ver euler-poincare; \
                     echo \"${COMPREPLY[@]}\"";
     let Ok(output) = Command::new("bash").args(["-c", question]).current_dir(&here).output() else { return };
     assert_eq!(stdout(&output).trim(), "verify", "{}", stderr(&output));
