@@ -152,7 +152,7 @@ fn examples(text: &str, page: bool, out: &mut Vec<String>) {
     }
 }
 
-fn names<'a>(word: &str, example: &'a str) -> bool {
+fn names(word: &str, example: &str) -> bool {
     example.split(|sign: char| !(sign.is_alphanumeric() || sign == '_')).any(|other| other == word)
 }
 

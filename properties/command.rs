@@ -10,6 +10,8 @@ mod order;
 mod page;
 #[path = "command/schemas.rs"]
 mod schemas;
+#[path = "command/shell.rs"]
+mod shell;
 #[cfg(unix)]
 #[path = "command/terminal.rs"]
 mod terminal;

@@ -68,6 +68,8 @@
 //! | `harness` | also `experiments`, `harness`, `system`, `study`, `laws`, `foreign` |
 //! | `cli` (default) | also the command |
 
+#![cfg_attr(docsrs, feature(doc_cfg))]
+
 pub mod algebra;
 pub mod discrete;
 #[cfg(feature = "harness")]

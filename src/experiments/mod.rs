@@ -27,7 +27,6 @@ use std::fmt;
 
 /// Which of the two systems.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
-#[non_exhaustive]
 pub enum Problem {
     /// Landau–Lifschitz–Gilbert (§5.3.1).
     Llg,

@@ -117,7 +117,6 @@ pub struct ClaimReport {
 /// A campaign in a word.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
 #[serde(rename_all = "kebab-case")]
-#[non_exhaustive]
 pub enum Conclusion {
     /// It was interrupted.
     Interrupted,

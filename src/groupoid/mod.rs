@@ -36,7 +36,6 @@ use std::fmt::Debug;
 #[error(
     "not composable: the target {target:?} of the first element is not the source {source_of_second:?} of the second"
 )]
-#[non_exhaustive]
 pub struct NotComposable<B: Debug> {
     /// β(g₁).
     pub target: B,

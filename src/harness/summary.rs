@@ -37,7 +37,6 @@ pub struct Count {
 
 /// What a campaign found about one law. `cases = held + broken + Σ inconclusive + Σ not_applicable`.
 #[derive(Clone, Debug)]
-#[non_exhaustive]
 pub struct Summary<C> {
     /// The law's name.
     pub law: &'static str,
@@ -166,7 +165,6 @@ impl<C> Summary<C> {
 
 /// The numbers of one law. In JSON, numbers that are not finite and values that do not exist are `null`.
 #[derive(Clone, Debug, PartialEq, Serialize)]
-#[non_exhaustive]
 pub struct Line {
     /// The law's name.
     pub law: &'static str,

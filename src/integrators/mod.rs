@@ -6,10 +6,13 @@ pub mod classical;
 #[cfg(feature = "cli")]
 pub mod comparators;
 pub mod doubled;
+#[cfg(feature = "lanes")]
 pub mod lanes;
 pub mod munthe_kaas;
 mod picard;
+#[cfg(feature = "lanes")]
 pub mod se3;
+#[cfg(feature = "lanes")]
 pub mod so3;
 mod stages;
 pub mod trajectory;
@@ -18,7 +21,9 @@ pub mod variational;
 pub use classical::Classical;
 pub use doubled::{Doubled, DoubledState};
 pub use munthe_kaas::MuntheKaas;
+#[cfg(feature = "lanes")]
 pub use se3::{AdaptiveSe3, VariationalSe3};
+#[cfg(feature = "lanes")]
 pub use so3::{AdaptiveSo3, EnsembleSo3, QuaternionSo3, VariationalSo3};
 pub use variational::Variational;
 

@@ -73,7 +73,6 @@ impl Algebra {
 
 /// The inertia I of l(η) = ½⟨Iη, η⟩ + …: symmetric, n×n.
 #[derive(Clone, Debug, PartialEq)]
-#[non_exhaustive]
 pub enum Inertia {
     /// Its diagonal.
     Diagonal(Vec<Number>),
@@ -102,7 +101,6 @@ impl Lagrangian {
 
 /// The matrix K of a drag.
 #[derive(Clone, Debug, PartialEq)]
-#[non_exhaustive]
 pub enum Drag {
     /// K = k 1.
     Coefficient(Number),
@@ -179,7 +177,6 @@ pub struct Method {
 
 /// The initial motion: η or μ.
 #[derive(Clone, Debug, PartialEq)]
-#[non_exhaustive]
 pub enum Motion {
     /// η; then μ = l'(η).
     Velocity(Vec<Number>),

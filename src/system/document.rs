@@ -148,7 +148,6 @@ pub(crate) struct RunTable {
 
 /// In which scalar a run computes.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
-#[non_exhaustive]
 pub enum ScalarName {
     /// `f64`, 16 digits.
     #[default]

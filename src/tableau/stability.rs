@@ -24,7 +24,6 @@ pub const MOST_BITS: usize = 4096;
 /// Whether the method is A-stable.
 #[derive(Clone, Debug, PartialEq, serde::Serialize)]
 #[serde(rename_all = "kebab-case")]
-#[non_exhaustive]
 pub enum Stability {
     /// |R(z)| ≤ 1 for all Re z ≤ 0.
     AStable,

@@ -10,7 +10,6 @@ use crate::mechanics::force::AnyForce;
 /// A symmetric drag matrix D.
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[allow(clippy::large_enum_variant)] // `Copy`, because it is data of a kernel
-#[non_exhaustive]
 pub enum Drag {
     /// Its diagonal; the rest is zero.
     Diagonal([f64; 6]),

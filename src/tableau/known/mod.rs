@@ -137,7 +137,6 @@ impl fmt::Display for Orders {
 
 /// How a tableau comes to its orders.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, PartialOrd, Ord)]
-#[non_exhaustive]
 pub enum Means {
     /// Nodes and weights alone: orders 1 and 2.
     Free,
@@ -199,7 +198,6 @@ impl fmt::Display for Class {
 /// # Ok::<(), Box<dyn std::error::Error>>(())
 /// ```
 #[derive(Clone, Debug, PartialEq)]
-#[non_exhaustive]
 pub struct KnownOrder {
     /// The tableau.
     pub description: Description,

@@ -1,0 +1,135 @@
+//! What a shell needs from the command: completions, manual pages, and the version with its commit.
+
+use super::{code, directory, run, stderr, stdout};
+use std::fs;
+use std::path::Path;
+use std::process::{Command, Output, Stdio};
+
+const SUB_COMMANDS: [&str; 11] =
+    ["verify", "merge", "replay", "report", "laws", "probe", "order", "paper", "integrate", "completions", "man"];
+
+#[test]
+fn completions_name_every_sub_command_and_option() {
+    let here = directory("completions");
+    for shell in ["bash", "zsh", "fish", "elvish", "powershell"] {
+        let output = run(&here, &["completions", shell]);
+        assert_eq!((code(&output), stderr(&output)), (0, ""));
+        for word in SUB_COMMANDS.into_iter().chain(["declared", "ensemble"]) {
+            assert!(stdout(&output).contains(word), "{shell}: {word}");
+        }
+    }
+    let output = run(&here, &["completions", "cmd"]);
+    assert_eq!(code(&output), 2);
+    assert!(stderr(&output).contains("bash"), "{}", stderr(&output));
+}
+
+#[test]
+fn bash_reads_its_completions() {
+    let here = directory("bash");
+    let script = here.join("script");
+    fs::write(&script, run(&here, &["completions", "bash"]).stdout).unwrap();
+    // It completes `ver` to `verify`.
+    let question = ". ./script; by=$(complete -p euler-poincare); by=${by##*-F }; \
+                    COMP_WORDS=(euler-poincare ver); COMP_CWORD=1; ${by%% *} euler-poincare ver euler-poincare; \
+                    echo \"${COMPREPLY[@]}\"";
+    let Ok(output) = Command::new("bash").args(["-c", question]).current_dir(&here).output() else { return };
+    assert_eq!(stdout(&output).trim(), "verify", "{}", stderr(&output));
+}
+
+#[test]
+fn the_manual_has_a_page_for_each_sub_command() {
+    let here = directory("man");
+    let output = run(&here, &["man"]);
+    assert_eq!(code(&output), 0);
+    for part in [".TH", "SYNOPSIS", "EXIT CODES", "130"].into_iter().chain(SUB_COMMANDS) {
+        assert!(stdout(&output).to_uppercase().contains(&part.to_uppercase()), "{part}\n{}", stdout(&output));
+    }
+    assert_eq!(code(&run(&here, &["man", "--out", "pages"])), 0);
+    for name in
+        SUB_COMMANDS.map(|name| format!("euler-poincare-{name}.1")).into_iter().chain(["euler-poincare.1".into()])
+    {
+        let page = fs::read_to_string(here.join("pages").join(&name)).expect(&name);
+        assert!(page.contains(".TH ") && page.contains("SYNOPSIS"), "{name}");
+    }
+    fs::write(here.join("file"), "").unwrap();
+    let output = run(&here, &["man", "--out", "file"]);
+    assert_eq!(code(&output), 2);
+    assert!(stderr(&output).contains("file: "), "{}", stderr(&output));
+}
+
+/// What git says, where it is there and this is a clone.
+fn git(arguments: &[&str]) -> Option<String> {
+    let root = Path::new(env!("CARGO_MANIFEST_DIR"));
+    let output = Command::new("git").arg("-C").arg(root).args(arguments).output().ok()?;
+    (root.join(".git").exists() && output.status.success())
+        .then(|| String::from_utf8_lossy(&output.stdout).trim().to_owned())
+}
+
+#[test]
+fn the_version_has_the_commit() {
+    let here = directory("version");
+    let output = run(&here, &["--version"]);
+    let version = stdout(&output).trim();
+    let plain = concat!("euler-poincare ", env!("CARGO_PKG_VERSION"));
+    match git(&["rev-parse", "--short=12", "HEAD"]) {
+        Some(commit) => {
+            let allowed = [format!("{plain} ({commit})"), format!("{plain} ({commit}, modified)")];
+            assert!(allowed.iter().any(|allowed| allowed == version), "{version}, at {commit}");
+        }
+        // A package may know its commit without git.
+        None => assert!(version == plain || version.starts_with(&format!("{plain} (")), "{version}"),
+    }
+    assert_eq!(stdout(&run(&here, &["-V"])).trim(), version);
+}
+
+/// What the build script says in a directory.
+fn built(script: &Path, package: &Path) -> Output {
+    Command::new(script).env("CARGO_MANIFEST_DIR", package).env("CARGO_PKG_VERSION", "1.2.3").output().unwrap()
+}
+
+#[test]
+fn a_commit_is_that_of_the_package_or_none() {
+    let here = directory("commit");
+    let script = here.join("build-script");
+    let source = Path::new(env!("CARGO_MANIFEST_DIR")).join("build.rs");
+    let compiled = Command::new(std::env::var_os("RUSTC").unwrap_or_else(|| "rustc".into()))
+        .args(["--edition", "2024", "-o"])
+        .args([&script, &source])
+        .stdin(Stdio::null())
+        .output()
+        .unwrap();
+    assert!(compiled.status.success(), "{}", stderr(&compiled));
+
+    // A clone of its own: git is asked when the command is compiled. Nothing in it is watched.
+    let clone = here.join("clone");
+    fs::create_dir_all(clone.join(".git")).unwrap();
+    let said = built(&script, &clone);
+    assert!(stdout(&said).contains("rustc-cfg=own_repository") && !stdout(&said).contains("rustc-env"));
+    assert_eq!(stdout(&said).matches("rerun-if").count(), 1);
+
+    // A copy inside of it has no commit.
+    let vendored = clone.join("vendor").join("euler-poincare");
+    fs::create_dir_all(&vendored).unwrap();
+    let version = |package: &Path| {
+        let said = built(&script, package);
+        assert!(!stdout(&said).contains("rustc-cfg=own_repository"), "{}", stdout(&said));
+        let version =
+            stdout(&said).lines().find_map(|line| line.strip_prefix("cargo::rustc-env=EULER_POINCARE_VERSION="));
+        version.expect("a version").to_owned()
+    };
+    assert_eq!(version(&vendored), "1.2.3");
+    // A packed one has that which cargo noted.
+    let noted = vendored.join(".cargo_vcs_info.json");
+    fs::write(
+        &noted,
+        "{\n  \"git\": {\n    \"sha1\": \"a1b2c3d4e5f60718293a4b5c6d7e8f9012345678\"\n  },\n  \"path_in_vcs\": \"\"\n}",
+    )
+    .unwrap();
+    assert_eq!(version(&vendored), "1.2.3 (a1b2c3d4e5f6)");
+    fs::write(&noted, "{\"git\": {\"sha1\": \"a1b2c3d4e5f60718293a4b5c6d7e8f9012345678\", \"dirty\": true}}").unwrap();
+    assert_eq!(version(&vendored), "1.2.3 (a1b2c3d4e5f6, modified)");
+    for broken in ["", "{}", "{\"git\": {\"sha1\": \"a1b2\"}}", "{\"git\": {\"sha1\": \"\n cargo::rustc-env=X=\"}}"] {
+        fs::write(&noted, broken).unwrap();
+        assert_eq!(version(&vendored), "1.2.3", "{broken}");
+    }
+}
