@@ -140,8 +140,7 @@ fn the_slope_laws_draw_what_shows_an_error() {
     let gauss = Just(Description::Family(Family::Gauss, 1));
     for law in slopes() {
         let strategy = law.cases(cases().with_tableaux(gauss.clone())).boxed();
-        let drawn: Vec<Case> =
-            (0..COUNT).map(|index| draw(&strategy, 5, law.name, index).case.unwrap().0).collect();
+        let drawn: Vec<Case> = (0..COUNT).map(|index| draw(&strategy, 5, law.name, index).case.unwrap().0).collect();
         let share = |what: &dyn Fn(&Case) -> bool| drawn.iter().filter(|case| what(case)).count() as f64 / COUNT as f64;
         let with = |what: fn(&Term) -> bool| share(&|case: &Case| case.forces.iter().any(what));
         let unsymmetric = |rows: &[Vec<_>]| {

@@ -120,8 +120,7 @@ pub fn share(levels: &[Signed], power: u32) -> Option<Share> {
             })
         });
         let Some(end) = end else { continue };
-        let parts: Vec<Part> =
-            (0..ENDS).flat_map(|k| DEGREES.map(|degree| at(end - k, degree, stride))).collect();
+        let parts: Vec<Part> = (0..ENDS).flat_map(|k| DEGREES.map(|degree| at(end - k, degree, stride))).collect();
         let low = parts.iter().map(|part| part.share - part.noise).fold(f64::INFINITY, f64::min);
         let high = parts.iter().map(|part| part.share + part.noise).fold(0.0, f64::max);
         let (last, before) = (at(end, most, stride), at(end + 1 - ENDS, most, stride));

@@ -113,10 +113,7 @@ pub(super) enum Standing {
     /// It is confirmed.
     Holds(f64),
     /// It is refuted.
-    Below {
-        witness: String,
-        share: f64,
-    },
+    Below { witness: String, share: f64 },
     /// Neither.
     Open(String),
 }
@@ -304,11 +301,7 @@ impl Ladder {
 ///
 /// A defect may be small or large at one start by chance, such as a term of the series that vanishes near it. A method of too
 /// low an order is so from nearly every start.
-pub(super) fn standing(
-    ladder: &Ladder,
-    order: u32,
-    again: impl Fn(usize) -> Result<Ladder, StepError>,
-) -> Standing {
+pub(super) fn standing(ladder: &Ladder, order: u32, again: impl Fn(usize) -> Result<Ladder, StepError>) -> Standing {
     let first = ladder.at_least(order);
     if !matches!(first, Standing::Below { .. }) {
         return first;
