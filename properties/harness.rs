@@ -2,6 +2,10 @@
 
 #[path = "harness/evidence.rs"]
 mod evidence;
+#[path = "harness/lower.rs"]
+mod lower;
+#[path = "harness/method.rs"]
+mod method;
 #[path = "harness/store.rs"]
 mod store;
 

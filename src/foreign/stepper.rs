@@ -9,7 +9,7 @@ use std::sync::atomic::AtomicBool;
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 
 /// The states of the systems that are asked about are of size 10⁻² to 10³: beyond this a run has diverged.
-const BLOWN_UP: f64 = 1e12;
+const BLOWN_UP: f64 = 1e6;
 
 /// A program that takes steps, to be asked on any described system.
 #[derive(Clone)]
@@ -69,7 +69,7 @@ impl Foreign {
     ///
     /// # Errors
     /// [`StepError::Unsupported`], [`StepError::Refused`] and [`StepError::NoAnswer`], as the program answers.
-    fn ask(&self, system: &Described, point: &Point<f64>, h: f64) -> Result<Point<f64>, StepError> {
+    fn ask(&self, system: &Described, point: &Point<f64>, h: f64, usual: f64) -> Result<Point<f64>, StepError> {
         let mut program = self.program();
         let line = match program.ask(&system.request(point, h)) {
             Ok(line) => line,
@@ -82,8 +82,8 @@ impl Foreign {
             Ok(Reply::State { mu, g }) => Ok(Point { time: point.time + h, momentum: mu, attitude: g }),
             Ok(Reply::Unsupported(why)) => Err(StepError::Unsupported { why }),
             Ok(Reply::Error(why)) => Err(StepError::Refused { step: h, why }),
-            // Asked at a state that a step too large has blown up, who answers with infinity is right.
-            Err(_) if is_blown_up(point) && not_finite(&line) => {
+            // With a step larger than that of the system, or at a state that has diverged, infinity is a right answer.
+            Err(_) if (h.abs() > usual || is_blown_up(point)) && not_finite(&line) => {
                 let why = "the method diverges with this step".into();
                 Err(StepError::Refused { step: h, why })
             }
@@ -99,7 +99,7 @@ impl Foreign {
     /// # Errors
     /// A case that cannot be built.
     pub fn on(&self, case: &Case) -> Result<impl Stepper<f64> + use<>, CaseError> {
-        Ok(Steps { foreign: self.clone(), system: Described::of(case)? })
+        Steps::of(self, case)
     }
 }
 
@@ -126,11 +126,20 @@ impl Subject for Foreign {
 struct Steps {
     foreign: Foreign,
     system: Described,
+    /// |h| of the system.
+    usual: f64,
+}
+
+impl Steps {
+    fn of(foreign: &Foreign, case: &Case) -> Result<Self, CaseError> {
+        let usual = case.step.eval::<f64>().map_or(f64::INFINITY, f64::abs);
+        Ok(Self { foreign: foreign.clone(), system: Described::of(case)?, usual })
+    }
 }
 
 impl Stepper<f64> for Steps {
     fn step(&mut self, point: &Point<f64>, h: f64) -> Result<Point<f64>, StepError> {
-        self.foreign.ask(&self.system, point, h)
+        self.foreign.ask(&self.system, point, h, self.usual)
     }
 }
 
@@ -149,7 +158,7 @@ impl<const N: usize, const D: usize> ForeignStepper<N, D> {
             let allowed = format!("dimension {N}, with matrices of size at most {D}");
             return Err(Place::root().key("algebra").error(Problem::Range { found, allowed }));
         }
-        Ok(Self(Steps { foreign: foreign.clone(), system: Described::of(case)? }))
+        Ok(Self(Steps::of(foreign, case)?))
     }
 }
 

@@ -1,0 +1,87 @@
+//! Properties of `euler_poincare::harness::lower`: no Taylor series is refused, lower orders are found.
+
+use euler_poincare::harness::lower::{Share, Signed, share};
+
+/// Numbers in [−1, 1], the same on every machine.
+struct Stream(u64);
+
+impl Stream {
+    fn next(&mut self) -> f64 {
+        self.0 = self.0.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963_407);
+        (self.0 >> 11) as f64 / (1_u64 << 52) as f64 - 1.0
+    }
+}
+
+/// Σ a_k h^{k + power} of two components with noise, at h = 1, 3/4, 1/2, 3/8, … times `first`, until it is noise.
+fn line(stream: &mut Stream, series: &[[f64; 2]], power: u32, first: f64, noise: f64) -> Vec<Signed> {
+    let sizes = (0..32).map(|k| first * 0.5_f64.powi(k / 2) * if k % 2 == 0 { 1.0 } else { 0.75 });
+    let level = |h: f64| {
+        let sum = |c: usize| series.iter().rev().fold(0.0, |sum, a| sum * h + a[c]) * h.powi(power as i32);
+        let error = (0..2).map(|c| sum(c) + noise * stream.next()).collect();
+        Signed { h, error, noise }
+    };
+    sizes.map(level).collect()
+}
+
+#[test]
+fn no_series_of_the_claimed_order_is_refuted() {
+    let mut stream = Stream(1);
+    let (mut small, mut open) = (0, 0);
+    for case in 0..6000 {
+        let power = 2 + case % 6;
+        // Coefficients grow with the order; the first are small or of either sign: slopes settle late, or not above the noise.
+        let growth = 1.0 + 0.75 * stream.next();
+        let faint = 10_f64.powf(-1.5 + 1.5 * stream.next());
+        let series: Vec<[f64; 2]> = (0..12)
+            .map(|k| {
+                let scale = growth.powi(k) * if k == 0 { faint } else { 1.0 };
+                [scale * stream.next(), scale * stream.next()]
+            })
+            .collect();
+        let levels = line(&mut stream, &series, power, 0.5, 1e-14);
+        match share(&levels, power) {
+            Some(Share::Large(part)) => panic!("case {case}: {part}: {levels:?}"),
+            Some(Share::Small(_)) => small += 1,
+            _ => open += 1,
+        }
+    }
+    assert!(small > open, "{small} confirmed, {open} open");
+}
+
+#[test]
+fn lower_orders_are_refuted() {
+    let mut stream = Stream(2);
+    let mut refuted = 0;
+    for case in 0..1000 {
+        let power = 2 + case % 4;
+        let series: Vec<[f64; 2]> = (0..8).map(|_| [stream.next(), stream.next()]).collect();
+        match share(&line(&mut stream, &series, power, 0.5, 1e-15), power + 1) {
+            Some(Share::Large(_)) => refuted += 1,
+            Some(Share::Small(part)) => panic!("case {case}: {part}"),
+            _ => {}
+        }
+    }
+    assert!(refuted > 950, "{refuted}");
+}
+
+#[test]
+fn a_line_that_is_too_short_or_no_line_says_nothing() {
+    let mut stream = Stream(3);
+    let levels = line(&mut stream, &[[1.0, 1.0]], 3, 0.5, 1e-15);
+    assert_eq!(share(&levels[..5], 3), None);
+    assert_eq!(share(&[], 3), None);
+    let twice: Vec<Signed> = levels.iter().chain(&levels[..1]).cloned().collect();
+    assert_eq!(share(&twice, 3), None);
+    let mut nan = levels;
+    nan[4].error[1] = f64::NAN;
+    assert_eq!(share(&nan, 3), None);
+}
+
+#[test]
+fn what_emerges_below_the_noise_is_not_confirmed() {
+    let mut stream = Stream(4);
+    let mut levels = line(&mut stream, &[[1.0, 0.5]], 4, 0.5, 1e-15);
+    assert!(matches!(share(&levels, 4), Some(Share::Small(_))));
+    levels.iter_mut().for_each(|level| level.error[0] += 1e-12);
+    assert!(!matches!(share(&levels, 4), Some(Share::Small(_))));
+}

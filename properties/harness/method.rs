@@ -1,0 +1,210 @@
+//! Properties of the slope laws of methods: what they are asked on, and that correct methods are not refused.
+
+use euler_poincare::harness::{Verdict, draw};
+use euler_poincare::integrators::{Classical, StepError, Variational};
+use euler_poincare::laws::method::{Claims, LAWS, MethodLaw, Point, Stepper, Subject, Untyped, check_case, named};
+use euler_poincare::mechanics::{Force, Lagrangian, equations::EulerPoincare};
+use euler_poincare::retraction::Retraction;
+use euler_poincare::study::problem;
+use euler_poincare::system::case::{Drag, Force as Term, Tau};
+use euler_poincare::system::{Case, System, Visitor, cases};
+use euler_poincare::tableau::{Classic, Description, Family, Tableau};
+use proptest::strategy::{Just, Strategy};
+
+/// A classical method on (μ, g), or the variational one with exp; from steps above `diverges` on it answers NaN.
+struct Method {
+    variational: bool,
+    tableau: Tableau<f64>,
+    diverges: f64,
+}
+
+impl Method {
+    fn classical(tableau: Tableau<f64>) -> Self {
+        Self { variational: false, tableau, diverges: f64::INFINITY }
+    }
+}
+
+struct Build<'m>(&'m Method);
+
+impl Visitor<f64> for Build<'_> {
+    type Output = Box<dyn Stepper<f64>>;
+
+    fn visit<const N: usize, const D: usize, R, L, F>(self, system: System<f64, N, D, R, L, F>) -> Self::Output
+    where
+        R: Retraction<f64, N, D> + 'static,
+        L: Lagrangian<f64, N> + 'static,
+        F: Force<f64, N> + 'static,
+    {
+        let System { algebra, group, lagrangian, force, retraction, .. } = system;
+        let tableau = self.0.tableau.clone();
+        if self.0.variational {
+            return Box::new(Untyped::<_, N, D>(Variational::new(lagrangian, force, retraction, tableau)));
+        }
+        let body = EulerPoincare::new(algebra, lagrangian, force);
+        Box::new(Untyped::<_, N, D>(Classical::new(body, group, tableau)))
+    }
+}
+
+struct Diverging<'m>(Box<dyn Stepper<f64>>, &'m Method);
+
+impl Stepper<f64> for Diverging<'_> {
+    fn step(&mut self, point: &Point<f64>, h: f64) -> Result<Point<f64>, StepError> {
+        let mut next = self.0.step(point, h)?;
+        if h.abs() > self.1.diverges {
+            next.momentum[0] = f64::NAN;
+        }
+        Ok(next)
+    }
+}
+
+impl Subject for Method {
+    fn double<'a>(&'a self, case: &Case) -> Result<Box<dyn Stepper<f64> + 'a>, StepError> {
+        let mut case = case.clone();
+        case.method.retraction = Tau::Exponential;
+        let built = case.dispatch_main::<f64, _>(Build(self));
+        let built = built.map_err(|error| StepError::Unsupported { why: error.to_string() })?;
+        Ok(Box::new(Diverging(built, self)))
+    }
+}
+
+fn rk4() -> Method {
+    Method::classical(Classic::Rk4.tableau().unwrap())
+}
+
+fn claims(order: u32) -> Claims {
+    Claims { order: Some(order), ..Claims::default() }
+}
+
+/// Cases on which slopes refused a correct method: the Runge–Kutta method on the first two, Gauss 2 on the others.
+#[test]
+fn correct_methods_are_not_refused_where_they_were() {
+    let gauss = Method { variational: true, tableau: Family::Gauss.tableau(2).unwrap(), diverges: f64::INFINITY };
+    let classical = rk4();
+    for (k, line) in include_str!("refused.txt").lines().enumerate() {
+        let (law, case) = line.split_once('\t').unwrap();
+        let (case, law): (Case, _) = (serde_json::from_str(case).unwrap(), named(law).unwrap());
+        let verdict = check_case(law, if k < 2 { &classical } else { &gauss }, &case, &claims(4)).verdict;
+        assert!(!verdict.is_broken(), "{k}: {verdict}");
+        assert!(k == 0 || verdict.holds(), "{k}: {verdict}");
+    }
+}
+
+/// The laws that ask for a slope.
+fn slopes() -> impl Iterator<Item = &'static MethodLaw> {
+    LAWS[..4].iter()
+}
+
+#[test]
+fn a_step_that_diverges_is_left_out_if_it_is_larger_than_that_of_the_system() {
+    let case = problem::generic().unwrap().case;
+    let step = case.step.eval::<f64>().unwrap();
+    for law in slopes() {
+        for (diverges, broken) in [(step, false), (step / 3.0, true)] {
+            let verdict = check_case(law, &Method { diverges, ..rk4() }, &case, &claims(4)).verdict;
+            assert_eq!(verdict.is_broken(), broken, "{} beyond {diverges}: {verdict}", law.name);
+        }
+    }
+}
+
+#[test]
+fn wrong_orders_are_refuted_and_right_ones_confirmed() {
+    let case = problem::generic().unwrap().case;
+    let mut off = vec![vec![0.0; 4]; 4];
+    (off[1][0], off[2][1], off[3][2]) = (0.5, 0.5 + 1e-3, 1.0);
+    let off = Tableau::new(&off, &[1.0 / 6.0, 1.0 / 3.0, 1.0 / 3.0, 1.0 / 6.0]).unwrap();
+    let classic = |classic: Classic| classic.tableau::<f64>().unwrap();
+    let wrong = [
+        (classic(Classic::Rk4), 5),
+        (classic(Classic::Heun2), 3),
+        (classic(Classic::Heun2), 4),
+        (classic(Classic::Ralston3), 4),
+        (Family::RadauIIA.tableau(2).unwrap(), 4),
+        (off, 4),
+    ];
+    for law in &LAWS[..3] {
+        for (k, (tableau, order)) in wrong.iter().enumerate() {
+            let verdict = check_case(law, &Method::classical(tableau.clone()), &case, &claims(*order)).verdict;
+            assert!(verdict.is_broken(), "{} {k}: {verdict}", law.name);
+        }
+        let verdict = check_case(law, &rk4(), &case, &claims(4)).verdict;
+        assert!(verdict.holds(), "{}: {verdict}", law.name);
+    }
+    // On both sides.
+    let verdict = check_case(&LAWS[0], &rk4(), &case, &claims(3)).verdict;
+    assert!(verdict.is_broken(), "{verdict}");
+}
+
+#[test]
+fn the_slope_laws_draw_what_shows_an_error() {
+    const COUNT: usize = 200;
+    let gauss = Just(Description::Family(Family::Gauss, 1));
+    for law in slopes() {
+        let strategy = law.cases(cases().with_tableaux(gauss.clone())).boxed();
+        let drawn: Vec<Case> = (0..COUNT).map(|index| draw(&strategy, 5, law.name, index).case.unwrap().0).collect();
+        let share = |what: &dyn Fn(&Case) -> bool| drawn.iter().filter(|case| what(case)).count() as f64 / COUNT as f64;
+        let with = |what: fn(&Term) -> bool| share(&|case: &Case| case.forces.iter().any(what));
+        let unsymmetric = |rows: &[Vec<_>]| {
+            let n = rows.len();
+            (0..n).any(|a| (0..a).any(|b| rows[a][b] != rows[b][a]))
+        };
+        let quadratic = with(|force| matches!(force, Term::QuadraticDrag(_)));
+        let matrix = share(&|case: &Case| {
+            case.forces.iter().any(|f| matches!(f, Term::LinearDrag(Drag::Matrix(rows)) if unsymmetric(rows)))
+        });
+        let free = share(&|case: &Case| case.forces.is_empty());
+        assert!(quadratic > 0.15, "{}: quadratic drag in {quadratic}", law.name);
+        assert!(matrix > 0.2, "{}: matrices without symmetry in {matrix}", law.name);
+        assert!(free < 0.25, "{}: no force in {free}", law.name);
+    }
+}
+
+/// The method on a system with its forces changed: what a program makes that reads them wrongly.
+struct Misread(fn(&mut Case), Method);
+
+impl Subject for Misread {
+    fn double<'a>(&'a self, case: &Case) -> Result<Box<dyn Stepper<f64> + 'a>, StepError> {
+        let mut misread = case.clone();
+        self.0(&mut misread);
+        self.1.double(&misread)
+    }
+}
+
+#[test]
+fn drag_that_is_read_wrongly_is_refuted() {
+    let transposed = |case: &mut Case| {
+        for force in &mut case.forces {
+            if let Term::LinearDrag(Drag::Matrix(rows)) = force {
+                let old = rows.clone();
+                (0..old.len()).for_each(|a| (0..old.len()).for_each(|b| rows[a][b] = old[b][a].clone()));
+            }
+        }
+    };
+    let linear = |case: &mut Case| {
+        for force in &mut case.forces {
+            if let Term::QuadraticDrag(drag) = force {
+                *force = Term::LinearDrag(drag.clone());
+            }
+        }
+    };
+    for (k, misread) in [transposed as fn(&mut Case), linear].into_iter().enumerate() {
+        let subject = Misread(misread, rk4());
+        let caught = |law: &MethodLaw| {
+            let base = cases().algebras(&["so3", "se2"].map(|name| name.parse().unwrap()));
+            let strategy = law.cases(base).boxed();
+            (0..12).any(|index| {
+                let (case, _) = draw(&strategy, 9, law.name, index).case.unwrap();
+                check_case(law, &subject, &case, &Claims::default()).verdict.is_broken()
+            })
+        };
+        assert!(caught(&LAWS[0]) && caught(&LAWS[2]), "misreading {k}");
+    }
+}
+
+#[test]
+fn a_claim_that_nothing_confirms_is_not_confirmed() {
+    // Order 8 has no three levels between a tenth and the rounding errors of 16 digits.
+    let case = problem::generic().unwrap().case;
+    let gauss = Method { variational: true, tableau: Family::Gauss.tableau(4).unwrap(), diverges: f64::INFINITY };
+    let verdict = check_case(&LAWS[0], &gauss, &case, &claims(8)).verdict;
+    assert!(matches!(verdict, Verdict::Inconclusive { .. } | Verdict::Holds { .. }), "{verdict}");
+}
