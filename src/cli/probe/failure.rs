@@ -84,7 +84,7 @@ fn counterexample(broken: &Broken, name: &str) -> String {
 
 /// A request, its answer and the solution.
 fn compared(exchange: &Compared) -> String {
-    let Compared { what, request, answer, solution, difference } = exchange;
+    let Compared { what, request, answer, solution, difference, .. } = exchange;
     let answer = if answer.is_empty() { "(none)" } else { answer };
     let mut text = format!("\n  {what}: request\n{}\n  answer\n{}\n", data(request), data(answer));
     if let Some(solution) = solution {
