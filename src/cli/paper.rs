@@ -27,7 +27,8 @@ pub fn run(arguments: Arguments) -> Result<ExitCode, Failure> {
     let failed = |e: &dyn std::fmt::Display| Failure::Computation(e.to_string());
     for (name, figure) in figures::all(&rows).map_err(|e| failed(&e))? {
         let path = out.join(name);
-        std::fs::write(&path, figure.svg()).map_err(|e| Failure::file(&path, e))?;
+        let svg = figure.svg().map_err(|e| failed(&e))?;
+        std::fs::write(&path, svg).map_err(|e| Failure::file(&path, e))?;
     }
     print(&summary(&rows, out))?;
     Ok(ExitCode::SUCCESS)

@@ -1,13 +1,37 @@
-//! Figures of panels with a legend, as SVG text: coordinates have decimals, and no style sheet is needed.
+//! Figures of panels with a legend, as SVG text.
+//!
+//! The backend rounds coordinates to whole pixels, which makes lines wiggly. So it draws on a canvas that is [`K`] times larger,
+//! and the image is shown at the size that is meant.
 
-use std::fmt::Write;
+use plotters::coord::Shift;
+use plotters::coord::ranged1d::{DefaultFormatting, KeyPointHint};
+use plotters::element::DashedPathElement;
+use plotters::prelude::*;
+use plotters::style::text_anchor::{HPos, Pos, VPos};
+use std::error::Error;
 use std::ops::Range;
 
-/// Colours that can be told apart on white, also by the colour-blind (Okabe and Ito 2008).
-const COLOURS: [&str; 8] = ["#000000", "#d55e00", "#0072b2", "#009e73", "#cc79a7", "#56b4e9", "#e69f00", "#6e6e6e"];
+type Outcome = Result<(), Box<dyn Error>>;
+type Area<'a> = DrawingArea<SVGBackend<'a>, Shift>;
 
-const INK: &str = "#222222";
-const GRID: &str = "#dedede";
+/// Pixels of the canvas to one of the image.
+const K: f64 = 16.0;
+
+/// Colours that can be told apart on white, also by the colour-blind (Okabe and Ito 2008).
+const COLOURS: [RGBColor; 8] = [
+    RGBColor(0, 0, 0),
+    RGBColor(213, 94, 0),
+    RGBColor(0, 114, 178),
+    RGBColor(0, 158, 115),
+    RGBColor(204, 121, 167),
+    RGBColor(86, 180, 233),
+    RGBColor(230, 159, 0),
+    RGBColor(110, 110, 110),
+];
+
+const INK: RGBColor = RGBColor(34, 34, 34);
+const PALE: RGBColor = RGBColor(90, 90, 90);
+const GRID: RGBColor = RGBColor(222, 222, 222);
 const TITLE: f64 = 48.0;
 const ROW: f64 = 26.0;
 /// Of a character, in units of the size of its font.
@@ -136,18 +160,22 @@ pub struct Figure {
     pub note: String,
 }
 
-/// A rectangle: left, top, right, bottom.
-#[derive(Clone, Copy)]
-struct Frame {
-    left: f64,
-    top: f64,
-    right: f64,
-    bottom: f64,
+/// So many pixels of the image, on the canvas.
+fn px(size: f64) -> i32 {
+    (K * size).round() as i32
+}
+
+/// A font of this size in pixels of the image: the backend divides by 1.24.
+fn font(size: f64) -> (&'static str, f64) {
+    ("sans-serif", 1.24 * K * size)
 }
 
 impl Figure {
     /// The figure as SVG text.
-    pub fn svg(&self) -> String {
+    ///
+    /// # Errors
+    /// Those of the drawing library.
+    pub fn svg(&self) -> Result<String, Box<dyn Error>> {
         match self.legend {
             Legend::Shared => self.shared(),
             Legend::Beside => self.stacked(),
@@ -155,7 +183,7 @@ impl Figure {
     }
 
     /// Two panels in a row, one legend.
-    fn shared(&self) -> String {
+    fn shared(&self) -> Result<String, Box<dyn Error>> {
         const WIDTH: f64 = 1080.0;
         const PANEL: f64 = 430.0;
         let styles = self.styles();
@@ -167,37 +195,61 @@ impl Figure {
         let columns = ((WIDTH - 96.0) / (longest as f64 * 17.0 * ADVANCE + 84.0)).floor().clamp(1.0, 4.0) as usize;
         let rows = if free { 0 } else { styles.len().div_ceil(columns) };
         let note = bottom + rows as f64 * ROW + 22.0;
-        let mut canvas = Canvas::new(WIDTH, note + if self.note.is_empty() { 0.0 } else { 16.0 }, &self.title);
-        for (k, panel) in self.panels.iter().enumerate() {
-            let (left, top) = ((k % 2) as f64 * WIDTH / 2.0, TITLE + (k / 2) as f64 * PANEL);
-            panel.draw(&mut canvas, Frame { left, top, right: left + WIDTH / 2.0, bottom: top + PANEL });
-        }
-        let width = (WIDTH - 96.0) / columns as f64;
-        for (k, style) in styles.into_iter().enumerate() {
-            let (row, column) = ((k / columns) as f64, (k % columns) as f64);
-            match free {
-                true => canvas.key(style, WIDTH / 2.0 + 70.0, bottom - PANEL + 60.0 + k as f64 * ROW),
-                false => canvas.key(style, 60.0 + column * width, bottom + 16.0 + row * ROW),
+        self.drawn((WIDTH, note + if self.note.is_empty() { 0.0 } else { 16.0 }), |root| {
+            for (k, panel) in self.panels.iter().enumerate() {
+                let corner = ((k % 2) as f64 * WIDTH / 2.0, TITLE + (k / 2) as f64 * PANEL);
+                panel.draw(&part(root, corner, (WIDTH / 2.0, PANEL)))?;
             }
-        }
-        canvas.text(&self.note, (60.0, note + 6.0), 14.0, "start", "#5a5a5a");
-        canvas.end()
+            let width = (WIDTH - 96.0) / columns as f64;
+            for (k, style) in styles.iter().enumerate() {
+                let (row, column) = ((k / columns) as f64, (k % columns) as f64);
+                let place = if free {
+                    (WIDTH / 2.0 + 70.0, bottom - PANEL + 60.0 + k as f64 * ROW)
+                } else {
+                    (60.0 + column * width, bottom + 16.0 + row * ROW)
+                };
+                key(root, style, place)?;
+            }
+            text(root, &self.note, (60.0, note), 14.0, HPos::Left, &PALE)
+        })
     }
 
     /// Panels one below another, each with its legend.
-    fn stacked(&self) -> String {
+    fn stacked(&self) -> Result<String, Box<dyn Error>> {
         const WIDTH: f64 = 940.0;
         const PANEL: f64 = 300.0;
         const NAMES: f64 = 210.0;
-        let mut canvas = Canvas::new(WIDTH, TITLE + self.panels.len() as f64 * PANEL + 6.0, &self.title);
-        for (k, panel) in self.panels.iter().enumerate() {
-            let top = TITLE + k as f64 * PANEL;
-            panel.draw(&mut canvas, Frame { left: 0.0, top, right: WIDTH - NAMES, bottom: top + PANEL });
-            for (row, curve) in panel.curves.iter().enumerate() {
-                canvas.key(&curve.style, WIDTH - NAMES + 4.0, top + 48.0 + row as f64 * 22.0);
+        self.drawn((WIDTH, TITLE + self.panels.len() as f64 * PANEL + 6.0), |root| {
+            for (k, panel) in self.panels.iter().enumerate() {
+                let top = TITLE + k as f64 * PANEL;
+                panel.draw(&part(root, (0.0, top), (WIDTH - NAMES, PANEL)))?;
+                for (row, curve) in panel.curves.iter().enumerate() {
+                    key(root, &curve.style, (WIDTH - NAMES + 4.0, top + 48.0 + row as f64 * 22.0))?;
+                }
             }
+            Ok(())
+        })
+    }
+
+    /// An image of this size with the title, and what `fill` draws below it.
+    fn drawn(
+        &self,
+        (width, height): (f64, f64),
+        fill: impl FnOnce(&Area<'_>) -> Outcome,
+    ) -> Result<String, Box<dyn Error>> {
+        let canvas = (px(width) as u32, px(height) as u32);
+        let mut svg = String::new();
+        {
+            let root = SVGBackend::with_string(&mut svg, canvas).into_drawing_area();
+            root.fill(&WHITE)?;
+            text(&root, &self.title, (width / 2.0, 24.0), 22.0, HPos::Center, &INK)?;
+            fill(&root)?;
+            root.present()?;
         }
-        canvas.end()
+        let sized = format!("width=\"{width}\" height=\"{height}\" role=\"img\"");
+        let svg = svg.replacen(&format!("width=\"{}\" height=\"{}\"", canvas.0, canvas.1), &sized, 1);
+        let title = self.title.replace('&', "&amp;").replace('<', "&lt;").replace('>', "&gt;");
+        Ok(svg.replacen('>', &format!(">\n<title>{title}</title>"), 1))
     }
 
     /// The styles of all curves, each once.
@@ -212,15 +264,76 @@ impl Figure {
     }
 }
 
+/// The part of an area from a corner on, of this size.
+fn part<'a>(area: &Area<'a>, corner: (f64, f64), size: (f64, f64)) -> Area<'a> {
+    area.clone().shrink((px(corner.0), px(corner.1)), (px(size.0), px(size.1)))
+}
+
+/// Text whose middle is at this height.
+fn text(area: &Area<'_>, text: &str, at: (f64, f64), size: f64, side: HPos, colour: &RGBColor) -> Outcome {
+    let style = font(size).into_font().color(colour).pos(Pos::new(side, VPos::Center));
+    Ok(area.draw(&Text::new(text.to_owned(), (px(at.0), px(at.1)), style))?)
+}
+
+/// An entry of a legend, whose line starts there.
+fn key(area: &Area<'_>, style: &Style, (x, y): (f64, f64)) -> Outcome {
+    let ends = [(px(x), px(y)), (px(x + 44.0), px(y))];
+    if style.dashed {
+        area.draw(&DashedPathElement::new(ends, px(8.0), px(5.0), style.line()))?;
+    } else {
+        area.draw(&PathElement::new(ends, style.line()))?;
+    }
+    style.mark(area, (px(x + 22.0), px(y)))?;
+    text(area, &style.name, (x + 54.0, y), 16.0, HPos::Left, &INK)
+}
+
+impl Style {
+    fn colour(&self) -> RGBColor {
+        COLOURS[self.colour % COLOURS.len()]
+    }
+
+    fn line(&self) -> ShapeStyle {
+        self.colour().stroke_width(px(self.width) as u32)
+    }
+
+    /// A marker at a pixel of the canvas.
+    fn mark(&self, area: &Area<'_>, at: (i32, i32)) -> Outcome {
+        let colour = self.colour();
+        let inside = match self.marker {
+            Marker::Ring | Marker::Funnel | Marker::Frame => WHITE,
+            _ => colour,
+        };
+        let outline = colour.stroke_width(px(1.6) as u32);
+        let corners: &[(f64, f64)] = match self.marker {
+            Marker::None => return Ok(()),
+            Marker::Circle | Marker::Ring => {
+                area.draw(&Circle::new(at, px(4.0), inside.filled()))?;
+                return Ok(area.draw(&Circle::new(at, px(4.0), outline))?);
+            }
+            Marker::Cross => return Ok(area.draw(&Cross::new(at, px(4.0), outline))?),
+            Marker::Triangle => &[(0.0, -5.3), (4.6, 2.7), (-4.6, 2.7)],
+            Marker::Funnel => &[(0.0, 5.3), (4.6, -2.7), (-4.6, -2.7)],
+            Marker::Square | Marker::Frame => &[(-3.7, -3.7), (3.7, -3.7), (3.7, 3.7), (-3.7, 3.7)],
+            Marker::Diamond => &[(0.0, -5.0), (5.0, 0.0), (0.0, 5.0), (-5.0, 0.0)],
+        };
+        let mut corners: Vec<(i32, i32)> = corners.iter().map(|c| (at.0 + px(c.0), at.1 + px(c.1))).collect();
+        area.draw(&Polygon::new(corners.clone(), inside.filled()))?;
+        // Two more, so that the last corner is as sharp as the others.
+        corners.extend_from_within(0..2);
+        Ok(area.draw(&PathElement::new(corners, outline))?)
+    }
+}
+
 impl Panel {
     /// A panel whose axes follow from its curves.
     pub fn new(title: impl Into<String>, (x, y): (&'static str, &'static str), axes: Axes, curves: Vec<Curve>) -> Self {
         Self { title: title.into(), x, y, axes, curves, unit: None, reach: None }
     }
 
-    fn draw(&self, canvas: &mut Canvas, outer: Frame) {
+    fn draw(&self, area: &Area<'_>) -> Outcome {
         let (log_x, log_y) = (self.axes == Axes::LogLog, self.axes != Axes::Linear);
         let shown = |&(x, y): &(f64, f64)| x.is_finite() && y.is_finite() && (!log_x || x > 0.0) && (!log_y || y > 0.0);
+        // Logarithms on linear axes with ticks of our own: plotters' logarithmic axis has none below 1e-14.
         let scaled = |p: &(f64, f64)| (if log_x { p.0.log10() } else { p.0 }, if log_y { p.1.log10() } else { p.1 });
         let curves: Vec<Vec<(f64, f64)>> =
             self.curves.iter().map(|c| c.points.iter().filter(|p| shown(p)).map(scaled).collect()).collect();
@@ -228,68 +341,74 @@ impl Panel {
         let abscissas = curves.iter().flatten().map(|p| p.0).chain(reach);
         let x = Scale::new(abscissas, log_x, if log_x { 0.05 } else { 0.0 }, None);
         let y = Scale::new(curves.iter().flatten().map(|p| p.1), log_y, 0.06, self.unit);
-        let widest = y.ticks.iter().map(|(_, label)| label.width()).max().unwrap_or(0);
-        let left = outer.left + 44.0 + (widest as f64 * 15.0 * ADVANCE).max(42.0);
-        let inner = Frame { left, top: outer.top + 34.0, right: outer.right - 26.0, bottom: outer.bottom - 58.0 };
-        self.axes(canvas, outer, inner, (&x, &y));
+        let left = 44.0 + (y.widest() as f64 * 15.0 * ADVANCE).max(42.0);
+        self.titles(area, left, (x.exponent, y.exponent))?;
+        let mut chart = ChartBuilder::on(area)
+            .margin_top(px(34.0))
+            .margin_right(px(26.0))
+            .margin_bottom(px(14.0))
+            .margin_left(px(14.0))
+            .x_label_area_size(px(44.0))
+            .y_label_area_size(px(left - 14.0))
+            .build_cartesian_2d(x.clone(), y.clone())?;
+        chart
+            .configure_mesh()
+            .x_desc(self.x)
+            .y_desc(self.y)
+            .axis_desc_style(font(16.0).into_font().color(&INK))
+            .label_style(font(15.0).into_font().color(&INK))
+            .x_label_formatter(&|value| x.label(*value))
+            .y_label_formatter(&|value| y.label(*value))
+            .axis_style(INK.stroke_width(px(1.0) as u32))
+            .bold_line_style(GRID.stroke_width(px(1.0) as u32))
+            .light_line_style(TRANSPARENT)
+            .set_all_tick_mark_size(px(4.0))
+            .draw()?;
         for (curve, points) in self.curves.iter().zip(curves) {
-            let place = |p: &(f64, f64)| (x.place(p.0, inner.left, inner.right), y.place(p.1, inner.bottom, inner.top));
-            canvas.curve(&curve.style, &points.iter().map(place).collect::<Vec<_>>());
+            let (style, line) = (&curve.style, points.iter().copied());
+            if style.dashed {
+                chart.draw_series(DashedLineSeries::new(line, px(8.0) as u32, px(5.0) as u32, style.line()))?;
+            } else {
+                chart.draw_series(LineSeries::new(line, style.line()))?;
+            }
+            let base = area.get_base_pixel();
+            for point in points.iter().step_by(points.len().div_ceil(MARKERS).max(1)) {
+                let at = chart.backend_coord(point);
+                style.mark(area, (at.0 - base.0, at.1 - base.1))?;
+            }
         }
+        Ok(())
     }
 
-    /// Grid, frame, labels and titles.
-    fn axes(&self, canvas: &mut Canvas, outer: Frame, inner: Frame, (x, y): (&Scale, &Scale)) {
-        let Frame { left, top, right, bottom } = inner;
-        let middle = (left + right) / 2.0;
-        canvas.text(&self.title, (middle, top - 12.0), 18.0, "middle", INK);
-        for (value, label) in &x.ticks {
-            let at = x.place(*value, left, right);
-            canvas.line((at, top), (at, bottom), GRID);
-            canvas.label(label, (at, bottom + 20.0), "middle");
+    /// The title, in the middle of the axes, and the powers of ten of linear axes.
+    fn titles(&self, area: &Area<'_>, left: f64, exponents: (i32, i32)) -> Outcome {
+        let (width, height) = area.dim_in_pixel();
+        let (right, bottom) = (f64::from(width) / K - 26.0, f64::from(height) / K);
+        text(area, &self.title, ((left + right) / 2.0, 18.0), 18.0, HPos::Center, &INK)?;
+        if exponents.1 != 0 {
+            text(area, &power("×10", exponents.1), (left - 8.0, 22.0), 15.0, HPos::Right, &INK)?;
         }
-        for (value, label) in &y.ticks {
-            let at = y.place(*value, bottom, top);
-            canvas.line((left, at), (right, at), GRID);
-            canvas.label(label, (left - 8.0, at + 5.0), "end");
+        if exponents.0 != 0 {
+            text(area, &power("×10", exponents.0), (right, bottom - 12.0), 15.0, HPos::Right, &INK)?;
         }
-        canvas.line((left, top), (left, bottom), INK);
-        canvas.line((left, bottom), (right, bottom), INK);
-        canvas.text(self.x, (middle, bottom + 44.0), 16.0, "middle", INK);
-        canvas.upward(self.y, (outer.left + 24.0, (top + bottom) / 2.0));
-        if y.exponent != 0 {
-            canvas.label(&Label::power("×10", y.exponent), (left - 8.0, top - 8.0), "end");
-        }
-        if x.exponent != 0 {
-            canvas.label(&Label::power("×10", x.exponent), (right, bottom + 44.0), "end");
-        }
+        Ok(())
     }
 }
 
-/// The text at a tick: `base`, then `power` as a superscript.
-struct Label {
-    base: String,
-    power: String,
-}
-
-impl Label {
-    fn plain(base: String) -> Self {
-        Self { base, power: String::new() }
-    }
-
-    fn power(base: &str, exponent: i32) -> Self {
-        Self { base: base.into(), power: exponent.to_string().replace('-', "−") }
-    }
-
-    fn width(&self) -> usize {
-        self.base.chars().count() + self.power.chars().count()
-    }
+/// `base` with a raised exponent.
+fn power(base: &str, exponent: i32) -> String {
+    let raised = |c: char| match c.to_digit(10) {
+        Some(digit) => ['⁰', '¹', '²', '³', '⁴', '⁵', '⁶', '⁷', '⁸', '⁹'][digit as usize],
+        None => '⁻',
+    };
+    base.chars().chain(exponent.to_string().chars().map(raised)).collect()
 }
 
 /// An axis: its range, and what stands at its ticks.
+#[derive(Clone)]
 struct Scale {
     range: Range<f64>,
-    ticks: Vec<(f64, Label)>,
+    ticks: Vec<(f64, String)>,
     /// The labels of a linear axis are multiples of this power of ten.
     exponent: i32,
 }
@@ -312,13 +431,37 @@ impl Scale {
         Self { range, ticks, exponent }
     }
 
-    fn place(&self, value: f64, from: f64, to: f64) -> f64 {
-        from + (value - self.range.start) / (self.range.end - self.range.start) * (to - from)
+    /// The characters of the longest label.
+    fn widest(&self) -> usize {
+        self.ticks.iter().map(|(_, label)| label.chars().count()).max().unwrap_or(0)
+    }
+
+    fn label(&self, value: f64) -> String {
+        let tick = self.ticks.iter().min_by(|a, b| (a.0 - value).abs().total_cmp(&(b.0 - value).abs()));
+        tick.map(|(_, label)| label.clone()).unwrap_or_default()
+    }
+}
+
+impl Ranged for Scale {
+    type FormatOption = DefaultFormatting;
+    type ValueType = f64;
+
+    fn map(&self, value: &f64, limit: (i32, i32)) -> i32 {
+        let fraction = (value - self.range.start) / (self.range.end - self.range.start);
+        limit.0 + (fraction * f64::from(limit.1 - limit.0)).round() as i32
+    }
+
+    fn key_points<Hint: KeyPointHint>(&self, _: Hint) -> Vec<f64> {
+        self.ticks.iter().map(|(value, _)| *value).collect()
+    }
+
+    fn range(&self) -> Range<f64> {
+        self.range.clone()
     }
 }
 
 /// Powers of ten, eight or so; on a short axis their multiples by 2 and 5 too.
-fn powers(range: &Range<f64>, unit: Option<fn(i32) -> String>) -> Vec<(f64, Label)> {
+fn powers(range: &Range<f64>, unit: Option<fn(i32) -> String>) -> Vec<(f64, String)> {
     let (first, last) = (range.start.floor() as i32, range.end.ceil() as i32);
     let every = ((range.end - range.start) / 8.0).ceil().max(1.0) as i32;
     let mantissas: &[f64] = if range.end - range.start < 2.2 && unit.is_none() { &[1.0, 2.0, 5.0] } else { &[1.0] };
@@ -326,12 +469,12 @@ fn powers(range: &Range<f64>, unit: Option<fn(i32) -> String>) -> Vec<(f64, Labe
     let tick = |decade: i32, mantissa: f64| {
         let value = f64::from(decade) + mantissa.log10();
         let label = match unit {
-            Some(unit) => Label::plain(unit(decade)),
+            Some(unit) => unit(decade),
             None if mantissas.len() > 1 && (-3..4).contains(&decade) => {
-                Label::plain(format!("{:.*}", (-decade).max(0) as usize, mantissa * 10f64.powi(decade)))
+                format!("{:.*}", (-decade).max(0) as usize, mantissa * 10f64.powi(decade))
             }
-            None if mantissa == 1.0 => Label::power("10", decade),
-            None => Label::power(&format!("{mantissa}·10"), decade),
+            None if mantissa == 1.0 => power("10", decade),
+            None => power(&format!("{mantissa}·10"), decade),
         };
         (value, label)
     };
@@ -340,7 +483,7 @@ fn powers(range: &Range<f64>, unit: Option<fn(i32) -> String>) -> Vec<(f64, Labe
 }
 
 /// Multiples of 1, 2 or 5 times a power of ten, seven or so; and the power of ten that is not in their labels.
-fn multiples(range: &Range<f64>) -> (Vec<(f64, Label)>, i32) {
+fn multiples(range: &Range<f64>) -> (Vec<(f64, String)>, i32) {
     let raw = (range.end - range.start) / 7.0;
     let unit = 10f64.powf(raw.log10().floor());
     let step = [1.0, 2.0, 5.0, 10.0].map(|m| m * unit).into_iter().find(|s| *s >= raw).unwrap_or(raw);
@@ -351,133 +494,7 @@ fn multiples(range: &Range<f64>) -> (Vec<(f64, Label)>, i32) {
     let digits = (f64::from(exponent) - (step * 1.0001).log10().floor()).clamp(0.0, 14.0) as usize;
     let label = |k: i64| {
         let text = format!("{:.digits$}", k as f64 * step / 10f64.powi(exponent));
-        Label::plain(if k == 0 { "0".into() } else { text.replace('-', "−") })
+        if k == 0 { "0".into() } else { text.replace('-', "−") }
     };
     ((first..=last).map(|k| (k as f64 * step, label(k))).collect(), exponent)
-}
-
-/// The text of an SVG image that grows. Writing to a string cannot fail.
-struct Canvas {
-    text: String,
-}
-
-impl Canvas {
-    fn new(width: f64, height: f64, title: &str) -> Self {
-        let mut text = String::new();
-        let title = escaped(title);
-        let _ = writeln!(
-            text,
-            "<svg xmlns=\"http://www.w3.org/2000/svg\" width=\"{width}\" height=\"{height}\" viewBox=\"0 0 {width} {height}\" \
-             font-family=\"sans-serif\" role=\"img\">\n<title>{title}</title>\n\
-             <rect width=\"{width}\" height=\"{height}\" fill=\"#ffffff\"/>"
-        );
-        let mut canvas = Self { text };
-        canvas.put(&title, (width / 2.0, 31.0), 22.0, "middle", INK);
-        canvas
-    }
-
-    fn end(mut self) -> String {
-        self.text.push_str("</svg>\n");
-        self.text
-    }
-
-    fn text(&mut self, text: &str, at: (f64, f64), size: f64, anchor: &str, colour: &str) {
-        if !text.is_empty() {
-            self.put(&escaped(text), at, size, anchor, colour);
-        }
-    }
-
-    /// Text that is escaped already.
-    fn put(&mut self, text: &str, (x, y): (f64, f64), size: f64, anchor: &str, colour: &str) {
-        let _ = writeln!(
-            self.text,
-            "<text x=\"{x:.2}\" y=\"{y:.2}\" font-size=\"{size}\" text-anchor=\"{anchor}\" fill=\"{colour}\">{text}</text>"
-        );
-    }
-
-    fn label(&mut self, label: &Label, at: (f64, f64), anchor: &str) {
-        let raised = match label.power.as_str() {
-            "" => String::new(),
-            power => format!("<tspan dy=\"-5\" font-size=\"11\">{}</tspan>", escaped(power)),
-        };
-        self.put(&(escaped(&label.base) + &raised), at, 15.0, anchor, INK);
-    }
-
-    /// Text that reads upward, with its middle there.
-    fn upward(&mut self, text: &str, (x, y): (f64, f64)) {
-        if text.is_empty() {
-            return;
-        }
-        let _ = writeln!(
-            self.text,
-            "<text transform=\"translate({x:.2} {y:.2}) rotate(-90)\" font-size=\"16\" text-anchor=\"middle\" fill=\"{INK}\">{}</text>",
-            escaped(text)
-        );
-    }
-
-    fn line(&mut self, from: (f64, f64), to: (f64, f64), colour: &str) {
-        let _ = writeln!(
-            self.text,
-            "<path d=\"M{:.2} {:.2}L{:.2} {:.2}\" stroke=\"{colour}\"/>",
-            from.0, from.1, to.0, to.1
-        );
-    }
-
-    /// A line with its markers.
-    fn curve(&mut self, style: &Style, points: &[(f64, f64)]) {
-        let Some(first) = points.first() else { return };
-        let mut path = format!("M{:.2} {:.2}", first.0, first.1);
-        for point in &points[1..] {
-            let _ = write!(path, "L{:.2} {:.2}", point.0, point.1);
-        }
-        let colour = COLOURS[style.colour % COLOURS.len()];
-        let dashes = if style.dashed { " stroke-dasharray=\"8 5\"" } else { "" };
-        let _ = writeln!(
-            self.text,
-            "<path d=\"{path}\" fill=\"none\" stroke=\"{colour}\" stroke-width=\"{}\" stroke-linejoin=\"round\"{dashes}/>",
-            style.width
-        );
-        let marked: Vec<_> = points.iter().step_by(points.len().div_ceil(MARKERS).max(1)).copied().collect();
-        self.markers(style, &marked);
-    }
-
-    fn markers(&mut self, style: &Style, points: &[(f64, f64)]) {
-        if style.marker == Marker::None {
-            return;
-        }
-        let colour = COLOURS[style.colour % COLOURS.len()];
-        let inside = match style.marker {
-            Marker::Ring | Marker::Funnel | Marker::Frame => "#ffffff",
-            _ => colour,
-        };
-        let shapes: String = points.iter().map(|point| shape(style.marker, *point)).collect();
-        let _ =
-            writeln!(self.text, "<path d=\"{shapes}\" fill=\"{inside}\" stroke=\"{colour}\" stroke-width=\"1.6\"/>");
-    }
-
-    /// An entry of a legend, whose line starts there.
-    fn key(&mut self, style: &Style, x: f64, y: f64) {
-        self.curve(&style.clone().marked(Marker::None), &[(x, y), (x + 44.0, y)]);
-        self.markers(style, &[(x + 22.0, y)]);
-        self.text(&style.name, (x + 54.0, y + 5.5), 16.0, "start", INK);
-    }
-}
-
-/// The path of a marker.
-fn shape(marker: Marker, (x, y): (f64, f64)) -> String {
-    match marker {
-        Marker::None => String::new(),
-        Marker::Circle | Marker::Ring => {
-            format!("M{:.2} {y:.2}a4 4 0 1 0 8 0a4 4 0 1 0 -8 0z", x - 4.0)
-        }
-        Marker::Triangle => format!("M{x:.2} {:.2}l4.6 8h-9.2z", y - 5.3),
-        Marker::Funnel => format!("M{x:.2} {:.2}l4.6 -8h-9.2z", y + 5.3),
-        Marker::Square | Marker::Frame => format!("M{:.2} {:.2}h7.4v7.4h-7.4z", x - 3.7, y - 3.7),
-        Marker::Diamond => format!("M{x:.2} {:.2}l5 5l-5 5l-5 -5z", y - 5.0),
-        Marker::Cross => format!("M{:.2} {:.2}l8 8m0 -8l-8 8", x - 4.0, y - 4.0),
-    }
-}
-
-fn escaped(text: &str) -> String {
-    text.replace('&', "&amp;").replace('<', "&lt;").replace('>', "&gt;")
 }

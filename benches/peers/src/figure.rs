@@ -4,6 +4,7 @@ use crate::contender::Kind;
 use crate::measure::Run;
 use crate::plot::{Axes, Curve, Figure, Legend, Marker, Panel, Style};
 use crate::report::{self, Report};
+use std::error::Error;
 use std::ops::Range;
 
 /// Errors are drawn between these: beyond are rounding and what is of no use.
@@ -13,7 +14,10 @@ const ERRORS: Range<f64> = 1e-15..1e-3;
 const COMPARED: f64 = 1e-10;
 
 /// The figure as SVG text.
-pub fn svg(report: &Report) -> String {
+///
+/// # Errors
+/// Those of the drawing library.
+pub fn svg(report: &Report) -> Result<String, Box<dyn Error>> {
     let names = ordered(report);
     let panel = |panel: &report::Panel| {
         // Ours last, on top of the others.

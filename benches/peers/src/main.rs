@@ -82,7 +82,7 @@ fn run(arguments: &Arguments) -> Result<(), Box<dyn Error>> {
         println!("wrote {}", path.display());
     }
     if let Some(path) = &arguments.svg {
-        std::fs::write(path, figure::svg(&report))?;
+        std::fs::write(path, figure::svg(&report)?)?;
         println!("wrote {}", path.display());
     }
     let faults = if arguments.quick { report.faults() } else { Vec::new() };

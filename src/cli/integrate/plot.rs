@@ -97,7 +97,7 @@ pub fn draw(trace: &Trace, case: &Case, file: &Path, path: &Path) -> Result<(), 
     }
     panels.extend(attitude(trace, case));
     let figure = Figure { title: title(case, file), legend: Legend::Beside, panels, note: String::new() };
-    Ok(fs::write(path, figure.svg())?)
+    Ok(fs::write(path, figure.svg()?)?)
 }
 
 /// The two agree but for the error of the method: the first is drawn wide, so that it shows on both sides of the other.

@@ -20,7 +20,7 @@ pub fn draw(outcome: &Outcome, path: &Path) -> Result<(), Box<dyn Error>> {
         legend: Legend::Shared,
         note: String::new(),
     };
-    fs::write(path, figure.svg())?;
+    fs::write(path, figure.svg()?)?;
     Ok(())
 }
 
