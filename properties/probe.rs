@@ -101,10 +101,12 @@ fn correct_steppers_hold() {
     }
     let here = directory("correct");
     let (rk4, variational) = (steppers("rk4.py"), steppers("variational.py"));
-    let claimed: [(&[&str], &[&str]); 3] = [
+    let free = ["--force-free", "--laws", "casimirs", "--conserves", "casimirs"];
+    let claimed: [(&[&str], &[&str]); 4] = [
         (&["--order", "4"], &["python3", &rk4]),
         (&[], &["python3", &rk4]),
-        (&["--order", "2", "--conserves", "casimirs", "--reversible"], &["python3", &variational]),
+        (&["--order", "2", "--reversible"], &["python3", &variational]),
+        (&free, &["python3", &variational]),
     ];
     for (claims, stepper) in claimed {
         let output = probe(&here, &[&SMALL, claims].concat(), stepper);
@@ -569,7 +571,7 @@ fn bad_usage_is_two_and_says_what_is_allowed() {
         (&["--timeout", "0"], &["true"], "0.001"),
         (&["--order", "0"], &["true"], "1..=20"),
         (&["--conserves", "momentum"], &["true"], "casimirs"),
-        (&["--system", ""], &["true"], "the name of a file is empty"),
+        (&["--system", ""], &["true"], "a value is required"),
         (&["--system", "."], &["true"], "is a directory"),
         (&["--shrink", "-1"], &["true"], "a number from 0"),
         // What would have no effect.

@@ -7,7 +7,7 @@ use crate::harness::Verdict;
 use crate::harness::convergence::{Estimate, Kind};
 use crate::laws::method::{Claims, MethodLaw, Other, Outcome, Point, Stepper, Wanted, theory_of};
 use crate::scalar::{Dd, Scalar};
-use crate::study::{Findings, Line};
+use crate::study::{Findings, Line, Reading};
 use crate::system::Case;
 use serde::{Deserialize, Serialize};
 
@@ -129,7 +129,10 @@ impl Slopes {
         };
         let mut levels: Vec<SlopeLevel> = Vec::new();
         for (row, kind) in findings.rows().iter().zip(findings.kinds(quantity)) {
-            let Some(reading) = row.readings.as_ref().ok().and_then(|list| list.get(quantity)) else { continue };
+            let reading = row.readings.as_ref().ok().and_then(|list| list.get(quantity));
+            // A function of the state may have no value: that is no number in JSON.
+            let finite = |reading: &&Reading| reading.error.is_finite() && reading.noise.is_finite();
+            let Some(reading) = reading.filter(finite) else { continue };
             let slope = levels
                 .last()
                 .filter(|last| last.error > 0.0 && reading.error > 0.0)
@@ -251,8 +254,8 @@ fn asked(foreign: &Foreign, question: &Question) -> Option<(Point<f64>, Compared
     ];
     let largest = |list: &[f64]| list.iter().fold(0.0, |m: f64, x| m.max(x.abs()));
     let distance = parts.map(|(mine, exact, doubt)| {
-        let size = largest(exact).max(f64::MIN_POSITIVE);
-        (largest(&less(mine, exact)) - 16.0 * doubt) / size
+        let size = largest(exact).max(largest(mine)).max(f64::MIN_POSITIVE);
+        (largest(&less(mine, exact)) - 16.0 * doubt.min(size)) / size
     });
     let compared = Compared {
         what: format!("{what}, h = {h}"),
