@@ -194,9 +194,6 @@ fn shrinking(seconds: Option<f64>) -> Shrinking {
 
 /// The text of a file.
 fn read(path: &Path) -> Result<String, Failure> {
-    if path.as_os_str().is_empty() {
-        return Err(Failure::Usage("the name of a file is empty".into()));
-    }
     if path.is_dir() {
         return Err(Failure::file(path, "is a directory; allowed: a file"));
     }

@@ -7,11 +7,26 @@ use crate::harness::Verdict;
 use crate::harness::convergence::{Estimate, Kind};
 use crate::laws::method::{Claims, MethodLaw, Other, Outcome, Point, Stepper, Wanted, theory_of};
 use crate::scalar::{Dd, Scalar};
-use crate::study::{Findings, Line};
+use crate::study::{Findings, Line, Reading};
 use crate::system::Case;
 use serde::{Deserialize, Serialize};
 
 /// A broken case.
+///
+/// ```
+/// use euler_poincare::foreign::{Broken, Compared, Mark, SlopeLevel, Slopes, Values};
+///
+/// fn tell(broken: &Broken) {
+///     if let Some(Slopes { quantity, levels, .. }) = broken.slopes.first() {
+///         for SlopeLevel { h, error, .. } in levels.iter().filter(|level| level.mark == Mark::Counts) {
+///             println!("{quantity}: step {h}, error {error}");
+///         }
+///     }
+///     if let Some(Compared { request, solution: Some(Values { mu, .. }), .. }) = &broken.exchange {
+///         println!("{request}: the momentum is then {mu:?}");
+///     }
+/// }
+/// ```
 #[derive(Clone, Debug, PartialEq)]
 #[non_exhaustive]
 pub struct Broken {
@@ -129,7 +144,10 @@ impl Slopes {
         };
         let mut levels: Vec<SlopeLevel> = Vec::new();
         for (row, kind) in findings.rows().iter().zip(findings.kinds(quantity)) {
-            let Some(reading) = row.readings.as_ref().ok().and_then(|list| list.get(quantity)) else { continue };
+            let reading = row.readings.as_ref().ok().and_then(|list| list.get(quantity));
+            // A function of the state may have no value: that is no number in JSON.
+            let finite = |reading: &&Reading| reading.error.is_finite() && reading.noise.is_finite();
+            let Some(reading) = reading.filter(finite) else { continue };
             let slope = levels
                 .last()
                 .filter(|last| last.error > 0.0 && reading.error > 0.0)
@@ -251,8 +269,8 @@ fn asked(foreign: &Foreign, question: &Question) -> Option<(Point<f64>, Compared
     ];
     let largest = |list: &[f64]| list.iter().fold(0.0, |m: f64, x| m.max(x.abs()));
     let distance = parts.map(|(mine, exact, doubt)| {
-        let size = largest(exact).max(f64::MIN_POSITIVE);
-        (largest(&less(mine, exact)) - 16.0 * doubt) / size
+        let size = largest(exact).max(largest(mine)).max(f64::MIN_POSITIVE);
+        (largest(&less(mine, exact)) - 16.0 * doubt.min(size)) / size
     });
     let compared = Compared {
         what: format!("{what}, h = {h}"),

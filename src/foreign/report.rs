@@ -115,6 +115,22 @@ pub struct ClaimReport {
 }
 
 /// A campaign in a word.
+///
+/// ```
+/// use euler_poincare::foreign::{ClaimReport, Conclusion, Report};
+///
+/// fn exit_code(report: &Report) -> u8 {
+///     for ClaimReport { claim, confirmed, cases, .. } in report.claims() {
+///         println!("{claim}: confirmed on {confirmed} of {cases} cases");
+///     }
+///     match report.conclusion() {
+///         Conclusion::Confirmed | Conclusion::Unbroken => 0,
+///         Conclusion::Broken => 1,
+///         Conclusion::Interrupted => 130,
+///         _ => 3,
+///     }
+/// }
+/// ```
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
 #[serde(rename_all = "kebab-case")]
 pub enum Conclusion {
