@@ -136,8 +136,8 @@ fn an_order_that_cannot_be_checked_is_inconclusive() {
     let rows: Vec<String> = tableau.a().row_iter().map(|r| row(r.iter().map(decimal).collect())).collect();
     let b = row(tableau.b().iter().map(decimal).collect());
     fs::write(here.join("gauss.toml"), format!("a = {}\nb = {b}\n", row(rows))).unwrap();
-    let claim = |order: Option<&str>| {
-        let declared = order.map_or(vec![], |order| vec!["--declared", order]);
+    let claim = |claimed: Option<&str>| {
+        let declared = claimed.map_or(vec![], |claimed| vec!["--declared", claimed]);
         let (found, exit) = order(&here, &[&["--tableau", "gauss.toml", "--digits", "16"], &declared[..]].concat());
         (exit, found["declared_holds"].as_bool())
     };

@@ -52,8 +52,8 @@ impl Default for Shrinking {
 ///
 /// ```no_run
 /// use euler_poincare::foreign::{
-///     Broken, Described, Drawn, Exchange, Foreign, LawReport, Limits, Probe, Program, Record, Reply, Report, Shrinking, Silence,
-///     parse,
+///     Broken, ClaimReport, Compared, Conclusion, Described, Drawn, Exchange, Foreign, LawReport, Limits, Mark, Probe, Program,
+///     Record, Reply, Report, Shrinking, Silence, SlopeLevel, Slopes, Values, parse,
 /// };
 /// use euler_poincare::laws::method::{Claims, LAWS, Point};
 /// use euler_poincare::study::problem;
@@ -74,6 +74,14 @@ impl Default for Shrinking {
 ///     println!("{}: held on {held} cases", law.name);
 ///     if let Some(Broken { index, case, verdict, exchange, slopes, .. }) = failure {
 ///         println!("{verdict}");
+///         // An answer beside the solution, and the errors from which an order was read.
+///         if let Some(Compared { difference: Some(Values { mu, .. }), .. }) = exchange {
+///             println!("off by {mu:?}");
+///         }
+///         for Slopes { quantity, levels, .. } in slopes {
+///             let clear = levels.iter().filter(|level: &&SlopeLevel| level.mark == Mark::Counts).count();
+///             println!("{quantity}: {clear} levels show the order");
+///         }
 ///         let record = Record {
 ///             law: law.name.into(),
 ///             command: command.to_vec(),
@@ -87,6 +95,12 @@ impl Default for Shrinking {
 ///         };
 ///         std::fs::write("failing.json", record.to_json()?)?;
 ///     }
+/// }
+/// for ClaimReport { claim, confirmed, broken, .. } in report.claims() {
+///     println!("{claim}: confirmed by {confirmed} cases, refuted by {broken}");
+/// }
+/// if report.conclusion() == Conclusion::Confirmed {
+///     println!("every claim is confirmed");
 /// }
 ///
 /// // One exchange by hand.

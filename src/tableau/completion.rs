@@ -39,6 +39,22 @@ const ROUNDS: usize = 2000;
 const DEPENDENT: f64 = 1e-9;
 
 /// A tableau that rounds to the digits given.
+///
+/// ```
+/// use euler_poincare::tableau::analysis::analyse;
+/// use euler_poincare::tableau::completion::Completion;
+/// use euler_poincare::tableau::file::TableauFile;
+///
+/// // Gauss with two stages, typed to six places: of order 4 to the digits given.
+/// let file = TableauFile::parse(
+///     "a = [[0.25, -0.038675], [0.538675, 0.25]]
+///      b = [0.5, 0.5]",
+/// )?;
+/// let analysis = analyse::<f64>(&file.description(), 6)?;
+/// let completed: &Completion = analysis.completion.as_ref().expect("a tableau of a higher order");
+/// assert!(completed.order == 4 && completed.moved < 1e-6);
+/// # Ok::<(), Box<dyn std::error::Error>>(())
+/// ```
 #[derive(Clone, Debug, PartialEq, serde::Serialize)]
 pub struct Completion {
     /// Its entries, the rounded ones with 66 decimal places.
