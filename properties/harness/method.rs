@@ -196,7 +196,9 @@ fn drag_that_is_read_wrongly_is_refuted() {
                 check_case(law, &subject, &case, &Claims::default()).verdict.is_broken()
             })
         };
-        assert!(caught(&LAWS[0]) && caught(&LAWS[2]), "misreading {k}");
+        assert!(caught(&LAWS[0]), "misreading {k}");
+        // The part of a drag that is not symmetric does no work.
+        assert!(k == 0 || caught(&LAWS[2]), "misreading {k}");
     }
 }
 

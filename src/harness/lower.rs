@@ -16,11 +16,11 @@
 //! * Where the errors go as b h^{m−1}, B tends to b and the share to 1; where they go as b h^{m−1−k}, the share tends to
 //!   a number above 1 (for k = 1 it is Σ h_K/h_i).
 //!
-//! A claim is refuted where the share is at least a half for K = 2 and for K = 3, ending at each of the three finest levels (of
-//! two interlaced sequences of halved steps), and does not fall from the coarsest of these to the finest. A right claim is refuted only if its series
-//! has a remainder that outweighs the four terms before it, at steps over an octave, and grows against them as the steps
-//! shrink: which no convergent series does at steps well below its radius. The noise enters with its bound, and amplified as
-//! the formula says.
+//! A claim is refuted where the share is at least a half for K = 2 and for K = 3, ending at each of the three finest levels of two
+//! interlaced sequences of halved steps, and does not fall from the coarsest of these to the finest. A right claim is refuted only
+//! if its series has a remainder that outweighs the three terms before it, at steps over an octave, and grows against them as the
+//! steps shrink: no convergent series does so at steps well below its radius. The noise enters with its bound, amplified as the
+//! formula says.
 
 use super::convergence::{NOISE_MARGIN, TOLERANCE};
 

@@ -1,11 +1,18 @@
 //! At which steps a method is asked, and what the errors there say about a claim.
 //!
 //! Where the levels begin is the theory's choice, not the method's: at the largest step h with h pace ≤ [`REACH`] at both ends of
-//! a level ([`Theory::pace`](super::Theory::pace)), at most 2⁶ times the step of the system. A step beyond is never asked for. At a step larger than that of the system
-//! a method may refuse or diverge, and the level is left out.
+//! a level ([`Theory::pace`](super::Theory::pace)), at most 2⁶ times the step of the system. A larger step is never asked for.
+//! At a step larger than that of the system a method may refuse or diverge, and the level is left out.
 //!
-//! Below the order that is claimed is a method only if [`lower::share`] says so, of errors with their signs, on two interlaced
-//! sequences of halved steps, and from a second start as well; slopes confirm, but do not refute.
+//! Slopes confirm a claim, but do not refute it. A method is below the order that it claims only if [`lower::share`] says so: of
+//! errors with their signs, on two interlaced sequences of halved steps (in 32 digits, where there are levels enough, on one), and
+//! from a second start as well.
+//!
+//! What is left: a right method is refused if the series of its errors does not settle within the levels at either start, and in a
+//! way that grows against its own leading terms as the steps shrink. A wrong method is not refuted where the errors of lower order
+//! are below the noise, or where there are fewer than six levels above it: that is inconclusive.
+//!
+//! [`lower::share`]: crate::harness::lower::share
 
 use super::{Point, Precision, View, displaced};
 use crate::harness::Verdict;
@@ -159,7 +166,7 @@ fn solutions<T: Precision>(
 pub(super) fn descend<T: Precision>(
     view: &View<'_, '_, T>,
     measure: &impl Measure<T>,
-    enough: impl Fn(&Findings) -> bool,
+    enough: impl Fn(&Ladder) -> bool,
 ) -> Result<Ladder, StepError> {
     let no_pace = || StepError::Refused { step: view.theory().step().to_f64(), why: "the motion has no pace".into() };
     let (mut first, mut failed) = (largest(view).ok_or_else(no_pace)?, 0);
@@ -189,7 +196,7 @@ pub(super) fn descend<T: Precision>(
         judged,
     };
     ladder.part(measure, &halves[skipped..], &solved[skipped..])?;
-    if enough(&ladder.findings) {
+    if enough(&ladder) {
         return Ok(ladder);
     }
     ladder.halves = Some(ladder.findings.clone());

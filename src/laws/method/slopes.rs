@@ -58,9 +58,15 @@ fn outcome(findings: &Findings, verdict: Verdict) -> Outcome {
     Outcome { slope, findings: Some(findings.clone()), ..verdict.into() }
 }
 
-/// Whether a claim that the order is at least so much is confirmed.
-fn told(findings: &Findings, order: u32) -> bool {
-    matches!(findings.compare(order), Comparison::Above { .. } | Comparison::As { .. } | Comparison::Exact)
+/// Whether a claim that the order is at least so much is confirmed, or in 32 digits decided.
+fn told<T: Precision>(view: &View<'_, '_, T>, ladder: &Ladder, order: u32) -> bool {
+    let confirms = |found| matches!(found, Comparison::Above { .. } | Comparison::As { .. } | Comparison::Exact);
+    confirms(ladder.findings.compare(order)) || is_decided(view, ladder, order)
+}
+
+/// Whether a claim that the order is at least so much is decided by halved steps alone: in 32 digits, where there are many.
+fn is_decided<T: Precision>(view: &View<'_, '_, T>, ladder: &Ladder, order: u32) -> bool {
+    view.setup.quad.is_some() && !matches!(ladder.at_least(order), Standing::Open(_))
 }
 
 /// At the order or above it holds.
@@ -105,7 +111,10 @@ impl Look for Errors {
     type Output = Result<Ladder, StepError>;
 
     fn look<T: Precision>(&self, view: &View<'_, '_, T>) -> Self::Output {
-        descend(view, view, |findings| matches!(findings.compare(self.0), Comparison::As { .. } | Comparison::Exact))
+        let as_claimed = |found| matches!(found, Comparison::As { .. } | Comparison::Exact);
+        let below = |ladder: &Ladder| matches!(ladder.at_least(self.0), Standing::Below { .. });
+        let quad = view.setup.quad.is_some();
+        descend(view, view, |ladder| as_claimed(ladder.findings.compare(self.0)) || (quad && below(ladder)))
     }
 }
 
@@ -215,7 +224,7 @@ impl Look for Balance<'_> {
     type Output = Result<Ladder, StepError>;
 
     fn look<T: Precision>(&self, view: &View<'_, '_, T>) -> Self::Output {
-        descend(view, &Balancing { view, quantities: self.0 }, |findings| told(findings, self.1))
+        descend(view, &Balancing { view, quantities: self.0 }, |ladder| told(view, ladder, self.1))
     }
 }
 
@@ -305,7 +314,7 @@ impl Look for ForthAndBack {
     type Output = Result<Ladder, StepError>;
 
     fn look<T: Precision>(&self, view: &View<'_, '_, T>) -> Self::Output {
-        descend(view, &Returning(view), |findings| told(findings, self.0))
+        descend(view, &Returning(view), |ladder| told(view, ladder, self.0))
     }
 }
 
