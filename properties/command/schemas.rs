@@ -161,4 +161,8 @@ fn the_keys_of_a_probe_and_its_record_are_those_that_are_documented() {
     assert_eq!(records.len(), 1);
     let text = fs::read_to_string(&records[0]).unwrap();
     documented.check("probe-*.json", &serde_json::from_str(&text).unwrap());
+    let name = records[0].file_name().unwrap().to_str().unwrap();
+    let again = run(&here, &["probe", "--replay", name, "--format", "json"]);
+    assert_eq!(code(&again), 1, "{}{}", stdout(&again), stderr(&again));
+    documented.check_lines("probe-replay/1", stdout(&again));
 }

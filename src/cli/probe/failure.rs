@@ -22,7 +22,8 @@ pub fn text(law: &LawReport, broken: &Broken, saved: &Result<PathBuf, String>) -
         indices.push("…".into());
     }
     let (count, cases) = (law.broken.len(), law.cases);
-    let mut text = format!("\nBROKEN {}: {count} of {cases} cases ({})\n", law.law.name, indices.join(", "));
+    let heading = format!("BROKEN {}: {count} of {cases} cases ({})", law.law.name, indices.join(", "));
+    let mut text = format!("\n{}\n", paragraph(&heading));
     let mut rows = vec![("statement", law.law.statement.to_owned()), ("source", law.law.source.to_owned())];
     rows.extend(verdict_rows(&broken.verdict));
     let _ = writeln!(text, "{}", entries(2, rows));
@@ -137,7 +138,7 @@ fn errors(slopes: &Slopes) -> String {
     if slopes.levels.iter().any(|level| level.mark == Mark::Coarse) {
         legend.push("· not used, the step is too large".into());
     }
-    format!("errors ({})\n{}\n{}", slopes.quantity, table.text(), legend.join("; "))
+    format!("errors ({})\n{}\n{}", slopes.quantity, table.text(), paragraph(&legend.join("\n")))
 }
 
 /// A case without its method, which is the stepper's, four columns in.
