@@ -103,7 +103,8 @@ fn printed_keys_are_those_that_are_documented() {
     documented.check_lines("verify-faults/1", &print(&[&faults[..], &json].concat(), 0));
     documented.check_lines("laws/1", &print(&["laws", "--format", "json"], 0));
     documented.check_lines("laws/1", &print(&[&["laws", "--coverage", "--laws", LAW], &json[..]].concat(), 0));
-    for (tableau, expected) in [("rk4", 0), ("ralston3", 0)] {
+    fs::write(here.join("rounded.toml"), "a = [[0, 0], [0.667, 0]]\nb = [0.25, 0.75]\n").unwrap();
+    for (tableau, expected) in [("rk4", 0), ("ralston3", 0), ("rounded.toml", 0)] {
         documented.check_lines("order/1", &print(&[&["order", "--tableau", tableau], &json[..]].concat(), expected));
     }
     // The files of a campaign, of which a law is broken.
