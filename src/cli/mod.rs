@@ -169,11 +169,17 @@ pub fn main() -> ExitCode {
 
 /// Writes a message to standard error; on a terminal it is wrapped, but for the lines of a file that it shows.
 pub fn complain(message: &str) {
-    let shown = |line: &str| line.split_once(" | ").is_some_and(|(number, _)| number.parse::<usize>().is_ok());
-    if !io::stderr().is_terminal() || message.lines().any(shown) {
+    if !io::stderr().is_terminal() {
         eprintln!("{message}");
-    } else {
-        eprintln!("{}", table::paragraph(message));
+        return;
+    }
+    // The line of a file that is shown, and the mark below it, belong together.
+    let shown = |line: &str| {
+        let numbered = line.split_once(" | ").is_some_and(|(number, _)| number.parse::<usize>().is_ok());
+        numbered || line.trim_start() == "^"
+    };
+    for line in message.lines() {
+        if shown(line) { eprintln!("{line}") } else { eprintln!("{}", table::paragraph(line)) }
     }
 }
 

@@ -363,7 +363,7 @@ impl Lexer<'_> {
         // The full stop of a sentence is not part of a number.
         end -= usize::from(after[..end].ends_with('.'));
         if end == 0 {
-            end = after.chars().next().filter(|c| matches!(c, '×' | '±' | '+' | '−')).map_or(0, char::len_utf8);
+            end = after.chars().next().filter(|c| matches!(c, '×' | '±' | '+' | '−' | '*')).map_or(0, char::len_utf8);
         }
         match end {
             0 => self.take(Kind::Prose, 1),
