@@ -27,7 +27,7 @@ pub fn campaign(replay: &Replay, checks: usize, saved: Result<&Path, &str>) -> S
     let saved = match saved {
         Ok(path) => {
             let name = quoted(path);
-            format!("  saved in {name}; run it again with\n    euler-poincare replay {name}\n")
+            format!("  saved in\n    {name}\n  run it again with\n    euler-poincare replay {name}\n")
         }
         Err(reason) => paragraph(&format!("  not saved: {reason}\n")),
     };

@@ -15,6 +15,7 @@ mod tally;
 mod timings;
 mod undecided;
 
+use super::table::paragraph;
 use super::{Failure, print};
 use files::Found;
 use page::Totals;
@@ -46,7 +47,7 @@ pub fn run(arguments: Arguments) -> Result<ExitCode, Failure> {
         print(&page)?;
     } else {
         fs::write(&output, &page).map_err(|error| Failure::file(&output, error))?;
-        print(&format!("{}\n{}\n", Totals::of(&found).outcome(), output.display()))?;
+        print(&format!("{}\n{}\n", paragraph(&Totals::of(&found).outcome()), output.display()))?;
     }
     Ok(ExitCode::SUCCESS)
 }

@@ -31,7 +31,7 @@ pub fn text(law: &LawReport, broken: &Broken, saved: &Result<PathBuf, String>) -
     let _ = match saved {
         Ok(path) => {
             let path = path.display();
-            writeln!(text, "\n  saved in {path}; run it again with\n    euler-poincare probe --replay {path}")
+            writeln!(text, "\n  saved in\n    {path}\n  run it again with\n    euler-poincare probe --replay {path}")
         }
         Err(reason) => writeln!(text, "\n{}", paragraph(&format!("  not saved: {reason}"))),
     };
