@@ -2,6 +2,7 @@
 
 mod own {
     pub mod bianchi;
+    mod readme;
 }
 
 use euler_poincare::algebra::{Matrix, Vector};
@@ -161,4 +162,17 @@ fn what_is_no_case_of_a_law_is_refused() {
     assert!(broken.to_string().contains("is no case of this law: missing field"), "{broken}");
     let Outcome::Undecided { why } = bianchi::suite().run("group-law", &settings) else { panic!() };
     assert_eq!(why, "there is no law called `group-law` on these types");
+}
+
+#[test]
+fn the_readme_shows_what_is_tested() {
+    let readme = include_str!("../README.md");
+    let (_, block) = include_str!("own/readme.rs").split_once("\n\n").unwrap();
+    assert!(readme.contains(block), "the block of the README is that of own/readme.rs");
+    assert!(readme.len() <= 8192, "{} bytes", readme.len());
+    let laws = euler_poincare::laws::all().len();
+    assert!(
+        readme.contains(&format!("checks {laws} laws")) && readme.contains(&format!("laws-{laws}-")),
+        "{laws} laws"
+    );
 }

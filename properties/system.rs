@@ -688,7 +688,7 @@ proptest::proptest! {
     }
 }
 
-/// The example of the README.
+/// The example of the guide.
 mod readme {
     use euler_poincare::system::{Case, cases};
     use proptest::prelude::*;
