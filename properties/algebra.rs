@@ -153,7 +153,7 @@ fn constants_that_are_no_algebra_are_refused() {
     assert_eq!(diagonal, Err(AlgebraError::NotAntisymmetric { a: 1, b: 1, c: 0, defect: 1.0 }));
     for bad in [f64::NAN, f64::INFINITY, f64::NEG_INFINITY] {
         let error = LieAlgebra::<f64, 3>::new(|a, b, c| if (a, b, c) == (0, 1, 2) { bad } else { 0.0 }).unwrap_err();
-        assert_eq!(error, AlgebraError::NotFinite { what: "structure constant C^2_{0 1}".into() });
+        assert_eq!(error, AlgebraError::NotFinite { what: "structure constant C^3_{1 2} (indices from 1)".into() });
     }
     let error = LieAlgebra::<f64, 4>::from_catalogue(&Entry::So3).unwrap_err();
     assert_eq!(error.to_string(), "the algebra so3 has dimension 3, expected 4");

@@ -48,6 +48,24 @@ fn no_series_of_the_claimed_order_is_refuted() {
     assert!(small > open, "{small} confirmed, {open} open");
 }
 
+/// The first two terms cancel at a step between the levels: the slopes rise towards it and fall behind it.
+#[test]
+fn no_series_that_passes_through_zero_is_refuted() {
+    let mut stream = Stream(5);
+    for case in 0..6000 {
+        let power = 2 + case % 6;
+        let zero = 10_f64.powf(-1.5 + 1.5 * stream.next());
+        let growth = 1.0 + 0.75 * stream.next();
+        // (h − zero) Σ b_k h^k in both components.
+        let factor: Vec<f64> = (0..11).map(|k| growth.powi(k) * if k == 0 { 1.0 } else { stream.next() }).collect();
+        let term = |k: usize| factor.get(k).copied().unwrap_or(0.0);
+        let series: Vec<[f64; 2]> =
+            (0..12).map(|k| if k == 0 { 0.0 } else { term(k - 1) } - zero * term(k)).map(|a| [a, -0.5 * a]).collect();
+        let levels = line(&mut stream, &series, power, 0.5, 1e-14);
+        assert!(!matches!(share(&levels, power), Some(Share::Large(_))), "case {case}, zero {zero}: {levels:?}");
+    }
+}
+
 #[test]
 fn lower_orders_are_refuted() {
     let mut stream = Stream(2);

@@ -16,6 +16,10 @@
 //! * Where the errors go as b h^{m−1}, B tends to b and the share to 1; where they go as b h^{m−1−k}, the share tends to
 //!   a number above 1 (for k = 1 it is Σ h_K/h_i).
 //!
+//! The terms of a right claim may cancel in the finest error, so that the remainder is a large share of it. To refute a claim the unit
+//! is therefore the largest of |g(h_i)| h_K/h_i, the size of the terms of order m. Where the errors are of the order m − 1 this is
+//! |g(h_K)| itself.
+//!
 //! A claim is refuted where the share is at least a half for K = 2 and for K = 3, ending at each of the three finest levels of two
 //! interlaced sequences of halved steps, and does not fall from the coarsest of these to the finest. A right claim is refuted only
 //! if its series has a remainder that outweighs the three terms before it, at steps over an octave, and grows against them as the
@@ -83,6 +87,15 @@ struct Part {
     share: f64,
     noise: f64,
     direction: Vec<f64>,
+    /// That unit in units of the largest error of the nodes, each reduced to the finest step as the claim says: at most 1.
+    unit: f64,
+}
+
+impl Part {
+    /// How much of the errors is of lower order at least, where the claimed terms may cancel in the finest one.
+    fn low(&self) -> f64 {
+        (self.share - self.noise) * self.unit
+    }
 }
 
 /// B h_K^{m−1} from the levels `nodes` (the finest last) for errors claimed to go as h^m.
@@ -100,7 +113,8 @@ fn part(nodes: &[&Signed], power: f64) -> Part {
     // Where the error passes through 0, the level before it says how large it is otherwise.
     let before = nodes[nodes.len() - 2];
     let unit = size(&finest.error).max(0.5 * size(&before.error) * (finest.h / before.h).powf(power));
-    Part { share: size(&direction) / unit, noise: noise / unit, direction }
+    let reduced = nodes.iter().map(|node| size(&node.error) * (finest.h / node.h).powf(power)).fold(unit, f64::max);
+    Part { share: size(&direction) / unit, noise: noise / unit, direction, unit: unit / reduced }
 }
 
 /// What the levels (any sequence) say about the claim that the errors fall at least as h^power; `None` at less than six levels
@@ -133,7 +147,7 @@ pub fn share(levels: &[Signed], power: u32) -> Option<Share> {
         });
         let Some(end) = end else { continue };
         let parts: Vec<Part> = (0..ENDS).flat_map(|k| DEGREES.map(|degree| at(end - k, degree, stride))).collect();
-        let low = parts.iter().map(|part| part.share - part.noise).fold(f64::INFINITY, f64::min);
+        let low = parts.iter().map(Part::low).fold(f64::INFINITY, f64::min);
         let high = parts.iter().map(|part| part.share + part.noise).fold(0.0, f64::max);
         let (last, before) = (at(end, most, stride), at(end + 1 - ENDS, most, stride));
         let same: f64 = last.direction.iter().zip(&before.direction).map(|(x, y)| x * y).sum();
