@@ -172,7 +172,6 @@ proptest! {
                 }
             }
             Stability::Undecided(why) => prop_assert!(false, "{}: {}", description, why),
-            other => prop_assert!(false, "{}: {}", description, other),
         }
     }
 

@@ -133,8 +133,9 @@ fn doubles_are_allowed_four_units_in_the_last_place() {
         let order = analyse::<Dd>(&description, 6).unwrap().exactly.variational.order;
         let t = description.build::<Dd>().unwrap();
         for ulps in [0, 1, 3] {
-            let moved =
-                |at: usize, x: f64| Number::from(f64::from_bits(x.to_bits() + if at % 2 == 0 { ulps } else { 0 }));
+            let moved = |at: usize, x: f64| {
+                Number::from(f64::from_bits(x.to_bits() + if at.is_multiple_of(2) { ulps } else { 0 }))
+            };
             let s = t.stages();
             let exact = |x: f64| x == 0.0 || x.fract() == 0.0;
             let entry = |at: usize, x: f64| if exact(x) { Number::from(x) } else { moved(at, x) };

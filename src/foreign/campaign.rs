@@ -199,12 +199,13 @@ impl Probe<'_> {
         let mut laws = Vec::new();
         for law in self.laws {
             let mut report = LawReport::new(law, &self.claims);
-            let strategy = self.strategy(law);
+            let strategies = self.strategies(law);
             for index in 0..self.cases() {
                 if self.foreign.is_given_up() || self.foreign.is_interrupted() {
                     break;
                 }
-                self.case(&mut report, strategy.as_ref(), index, &mut progress);
+                let strategy = strategies.as_ref().map(|strategies| &strategies[index % 2]);
+                self.case(&mut report, strategy, index, &mut progress);
             }
             laws.push(report);
         }
@@ -217,11 +218,13 @@ impl Probe<'_> {
         }
     }
 
-    fn strategy(&self, law: &MethodLaw) -> Option<BoxedStrategy<Case>> {
-        match &self.systems {
-            Drawn::This(_) => None,
-            Drawn::Random { of, .. } => Some(law.cases((**of).clone()).boxed()),
-        }
+    /// The cases of even and of odd index: where a claim is about free motions, every second system is without force.
+    fn strategies(&self, law: &MethodLaw) -> Option<[BoxedStrategy<Case>; 2]> {
+        let Drawn::Random { of, .. } = &self.systems else { return None };
+        let any = law.cases((**of).clone()).boxed();
+        let free = law.claims_free_motion() && law.claim(&self.claims).is_some();
+        let even = if free { law.cases((**of).clone().force_free()).boxed() } else { any.clone() };
+        Some([even, any])
     }
 
     fn judge(&self, law: &MethodLaw, case: &Case) -> Judged {

@@ -300,7 +300,8 @@ pub(super) fn start(draw: &mut Draw<'_>, n: usize, group: bool, telling: bool) -
     }
     let motion = if draw.chance(70) { Motion::Momentum(list) } else { Motion::Velocity(list) };
     let attitude = (group && draw.chance(50)).then(|| draw.fractions(n, 4, 8));
-    let time = if draw.chance(75) { Number::default() } else { dyadic(draw.int(-8, 8), 4) };
+    // Where many forces that depend on the time are even in it, a wrong time does not show at t = 0.
+    let time = if draw.chance(if telling { 10 } else { 75 }) { Number::default() } else { dyadic(draw.int(-8, 8), 4) };
     Start { motion, attitude, time }
 }
 

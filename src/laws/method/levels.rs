@@ -21,6 +21,7 @@ use crate::harness::lower::{Share, Signed, share};
 use crate::integrators::StepError;
 use crate::scalar::{Dd, Real};
 use crate::study::{Comparison, Findings, Line, Reading, Row};
+use std::cmp::Ordering;
 
 /// Why a level is left out.
 pub(super) const DIVERGES: &str = "the method diverges with this step";
@@ -76,6 +77,11 @@ impl<T: Real> Gap<T> {
     fn relative(&self) -> f64 {
         let error = self.largest();
         if error == T::zero() { 0.0 } else { (error / self.size).to_f64() }
+    }
+
+    /// Whether it is too large for a series to tell anything, or no number.
+    fn is_coarse(&self) -> bool {
+        self.relative().partial_cmp(&COARSE).is_none_or(Ordering::is_gt)
     }
 
     fn reading(&self) -> Reading {
@@ -135,7 +141,8 @@ fn largest<T: Precision>(view: &View<'_, '_, T>) -> Option<T> {
     let pace = view.pace(&view.start().convert());
     let mut first = view.theory().step().abs() * T::exact(2f64.powi(DOUBLINGS));
     let mut halved = 0;
-    while !(first.to_f64() * pace <= REACH) {
+    // A pace that is no number is none to begin with.
+    while (first.to_f64() * pace).partial_cmp(&REACH).is_none_or(Ordering::is_gt) {
         first *= T::half();
         halved += 1;
         if halved > 60 {
@@ -222,7 +229,7 @@ impl Ladder {
                 Err(error) => Err(error),
                 Ok(gaps) => {
                     // `k` < 2: above a quarter of the first.
-                    if told == 0 && k < 2 && gaps.iter().any(|gap| !(gap.relative() <= COARSE)) {
+                    if told == 0 && k < 2 && gaps.iter().any(Gap::is_coarse) {
                         continue;
                     }
                     let signed = self.signed.iter_mut().zip(&gaps);

@@ -188,7 +188,7 @@ impl MethodLaw {
     }
 
     /// Whether the claim is about systems without force alone.
-    fn claims_free_motion(&self) -> bool {
+    pub(crate) fn claims_free_motion(&self) -> bool {
         matches!(self.kind, Kind::Casimirs | Kind::Energy)
     }
 }

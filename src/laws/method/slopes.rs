@@ -155,13 +155,13 @@ pub(super) fn order(setup: &Setup<'_>, claims: &Claims) -> Outcome {
             Ok(found) => match found.findings.compare(order) {
                 decided @ Comparison::As { .. } => return outcome(&found.findings, decided.verdict()),
                 _ if found.is_above(order) => confirmed += 1,
-                _ => match standing(&found, order, |from| study(&other, order, from)) {
-                    below @ Standing::Below { .. } => {
+                _ => {
+                    let standing = standing(&found, order, |from| study(&other, order, from));
+                    if let Standing::Below { .. } = standing {
                         let decided_by = Some(Other::Variation(k));
-                        return Outcome { decided_by, ..outcome(&found.findings, below.verdict()) };
+                        return Outcome { decided_by, ..outcome(&found.findings, standing.verdict()) };
                     }
-                    _ => {}
-                },
+                }
             },
             Err(error @ StepError::NoAnswer { .. }) => return without(&error).into(),
             Err(_) => {}

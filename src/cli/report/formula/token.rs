@@ -190,8 +190,7 @@ fn is_symbol(tokens: &[Token], at: usize) -> bool {
             "a" | "A" | "I" => marked || is_between(tokens, at),
             // The V of a chapter "V.1".
             _ => {
-                !after.is_some_and(|token| token.raw == ".")
-                    || tokens.get(at + 2).is_none_or(|t| t.kind != Kind::Number)
+                after.is_none_or(|token| token.raw != ".") || tokens.get(at + 2).is_none_or(|t| t.kind != Kind::Number)
             }
         },
         _ if WORDS.contains(&text) => called || marked,
