@@ -65,7 +65,8 @@
 //! | feature | contains |
 //! |---|---|
 //! | none | what needs little more than nalgebra: `scalar` to `integrators` in the table above |
-//! | `harness` | also `experiments`, `harness`, `system`, `study`, `laws`, `foreign` |
+//! | `lanes` | also the fast steps, solvers and ensembles on SO(3) and SE(3): `integrators::{so3, se3}` |
+//! | `harness` | also `lanes`, `experiments`, `harness`, `system`, `study`, `laws`, `foreign` |
 //! | `cli` (default) | also the command |
 
 #![cfg_attr(docsrs, feature(doc_cfg))]
