@@ -40,7 +40,7 @@ pub fn convert(latex: &str, place: Place) -> Result<String, String> {
     let mathml = escaped(&shortened(&mathml));
     Ok(match place {
         Place::Line => mathml,
-        Place::Block => format!("<div style=\"overflow-x:auto;margin:1em 0\">{mathml}</div>"),
+        Place::Block => format!("<div style=\"overflow:auto hidden;margin:1em 0;padding:.2em 0\">{mathml}</div>"),
     })
 }
 

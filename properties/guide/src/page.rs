@@ -3,6 +3,10 @@
 use crate::formula::{Place, convert};
 use pulldown_cmark::{Event, Options, Parser};
 
+/// Blocks of the documentation scroll sideways, so accents and indices that reach below the last line would give them a vertical
+/// scroll bar as well.
+const STYLE: &str = "\n<style>.docblock>p,.docblock>ul,.docblock>ol,.docblock>div{overflow-y:hidden}</style>\n";
+
 /// Replaces the formulas of a page. Code is left alone.
 ///
 /// # Errors
@@ -23,6 +27,9 @@ pub fn render(text: &str) -> Result<String, String> {
         end = range.end;
     }
     page.push_str(&text[end..]);
+    if end > 0 {
+        page.push_str(STYLE);
+    }
     Ok(page)
 }
 
