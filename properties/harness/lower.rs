@@ -66,6 +66,20 @@ fn no_series_that_passes_through_zero_is_refuted() {
     }
 }
 
+/// Errors of a much higher order than claimed, whose first terms cancel at a step between the levels.
+#[test]
+fn no_error_that_falls_faster_than_claimed_is_refuted() {
+    let mut stream = Stream(6);
+    for case in 0..3000 {
+        let (power, more) = (2 + case % 4, 1 + (case / 4) % 5);
+        let zero = 10_f64.powf(-2.0 + 1.5 * stream.next());
+        let mut series = vec![[0.0, 0.0]; more as usize];
+        series.extend([[-zero, 0.5 * zero], [1.0, -0.5], [stream.next(), stream.next()]]);
+        let levels = line(&mut stream, &series, power, 0.5, 1e-14);
+        assert!(!matches!(share(&levels, power), Some(Share::Large(_))), "case {case}, zero {zero}: {levels:?}");
+    }
+}
+
 #[test]
 fn lower_orders_are_refuted() {
     let mut stream = Stream(2);

@@ -21,7 +21,9 @@
 //! |g(h_K)| itself.
 //!
 //! A claim is refuted where the share is at least a half for K = 2 and for K = 3, ending at each of the three finest levels of two
-//! interlaced sequences of halved steps, and does not fall from the coarsest of these to the finest. A right claim is refuted only
+//! interlaced sequences of halved steps, and does not fall from the coarsest of these to the finest; and where the finest error is no
+//! smaller, against those one to two octaves coarser, than the claim asks for. Without the last condition errors of a much higher order than claimed
+//! could have a large remainder: with K = 2 that of h^{m+3} is larger than the finest error. A right claim is refuted only
 //! if its series has a remainder that outweighs the three terms before it, at steps over an octave, and grows against them as the
 //! steps shrink: no convergent series does so at steps well below its radius. The noise enters with its bound, amplified as the
 //! formula says.
@@ -78,6 +80,12 @@ const ENDS: usize = 3;
 /// remain. A share that goes as h² keeps a quarter.
 const KEPT: f64 = 0.75;
 
+/// The ratio of two steps that counts as an octave: 2 but for rounding.
+const OCTAVE: f64 = 1.9;
+
+/// The same of two octaves.
+const OCTAVES: f64 = 4.2;
+
 fn size(error: &[f64]) -> f64 {
     error.iter().fold(0.0, |m: f64, x| if x.is_nan() { f64::NAN } else { m.max(x.abs()) })
 }
@@ -117,6 +125,16 @@ fn part(nodes: &[&Signed], power: f64) -> Part {
     Part { share: size(&direction) / unit, noise: noise / unit, direction, unit: unit / reduced }
 }
 
+/// Whether the finest of these levels (the finest last) is smaller, against one that is coarser by up to two octaves, than the claim
+/// asks for; or there is none.
+fn falls(line: &[&Signed], power: f64) -> bool {
+    let finest = line[line.len() - 1];
+    let mut coarser =
+        line.iter().filter(|level| level.h >= OCTAVE * finest.h && level.h < OCTAVES * finest.h).peekable();
+    coarser.peek().is_none()
+        || coarser.any(|level| size(&finest.error) < size(&level.error) * (finest.h / level.h).powf(power))
+}
+
 /// What the levels (any sequence) say about the claim that the errors fall at least as h^power; `None` at less than six levels
 /// above the noise, over two and a half octaves if the levels are two an octave.
 ///
@@ -151,7 +169,7 @@ pub fn share(levels: &[Signed], power: u32) -> Option<Share> {
         let high = parts.iter().map(|part| part.share + part.noise).fold(0.0, f64::max);
         let (last, before) = (at(end, most, stride), at(end + 1 - ENDS, most, stride));
         let same: f64 = last.direction.iter().zip(&before.direction).map(|(x, y)| x * y).sum();
-        let stays = last.share >= KEPT * before.share && same > 0.0;
+        let stays = last.share >= KEPT * before.share && same > 0.0 && !falls(&line[..=end], power);
         let finest = line[end];
         let explained = line[end + 1..].iter().all(|level| {
             let predicted = size(&finest.error) * (level.h / finest.h).powf(power - TOLERANCE);
