@@ -1,5 +1,7 @@
 //! Properties of the command: exit codes, formats, determinism, saved cases.
 
+mod probe;
+
 #[path = "command/campaign.rs"]
 mod campaign;
 #[path = "command/ensemble.rs"]

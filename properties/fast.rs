@@ -1,11 +1,8 @@
 //! The fast steps on SO(3) and SE(3), the solvers that choose their steps, ensembles: known answers, limits, refusals. What holds
 //! on random systems is in `laws::fast`.
 
-#[path = "fast/ensembles.rs"]
 mod ensembles;
-#[path = "fast/solvers.rs"]
 mod solvers;
-#[path = "fast/steps.rs"]
 mod steps;
 
 use euler_poincare::algebra::{Covector, Matrix};

@@ -1,12 +1,8 @@
 //! Properties of `euler_poincare::harness`, on toy laws.
 
-#[path = "harness/evidence.rs"]
 mod evidence;
-#[path = "harness/lower.rs"]
 mod lower;
-#[path = "harness/method.rs"]
 mod method;
-#[path = "harness/store.rs"]
 mod store;
 
 use euler_poincare::harness::convergence::{Estimate, Kind, Level, estimate, estimate_pairs, kinds};

@@ -1,6 +1,5 @@
 //! Properties of `euler_poincare::integrators`: the restricted step against reference values, and where it must refuse.
 
-#[path = "integrators/doubled.rs"]
 mod doubled;
 
 use euler_poincare::algebra::{Covector, Matrix, Vector};

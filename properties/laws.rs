@@ -1,5 +1,11 @@
 //! Properties of `euler_poincare::laws`: every law holds on random systems, and catches every fault planted for it.
 
+mod fast;
+mod harness;
+mod order;
+mod replay;
+mod system;
+
 use euler_poincare::harness::evidence::Wanted;
 use euler_poincare::harness::{Campaign, Cost, Law, catch_fault};
 use euler_poincare::laws;

@@ -6,19 +6,12 @@ use euler_poincare::laws::own::part::{self, Subject};
 use euler_poincare::laws::own::values::Values;
 use std::collections::BTreeSet;
 
-#[path = "parts/algebra.rs"]
 mod algebra;
-#[path = "parts/discrete.rs"]
 mod discrete;
-#[path = "parts/force.rs"]
 mod force;
-#[path = "parts/group.rs"]
 mod group;
-#[path = "parts/groupoid.rs"]
 mod groupoid;
-#[path = "parts/lagrangian.rs"]
 mod lagrangian;
-#[path = "parts/values.rs"]
 mod values;
 
 const SEED: u64 = 20261122;

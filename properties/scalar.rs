@@ -1,8 +1,6 @@
 //! Properties of `euler_poincare::scalar`.
 
-#[path = "scalar/precise.rs"]
 mod precise;
-#[path = "scalar/references.rs"]
 mod references;
 
 use euler_poincare::scalar::{Dd, Dual, Number, NumberError, Qd, Real, Scalar, dual};

@@ -119,14 +119,14 @@ const BAD: &[(&str, &str, &str, &[&str])] = &[
     ("alpha = 1", "alpha = \"1e999\"", "alpha", &["force[1].alpha", "out of the range of f64"]),
     // The algebra.
     ("name = \"so3\"", "name = \"so5\"", "name", &["unknown algebra \"so5\"", "so3, se2, se3", "so3+r2"]),
-    ("name = \"so3\"", "name = \"so3+se3\"", "name", &["dimension 9", "1 to 8"]),
-    ("name = \"so3\"", "name = \"r9\"", "name", &["dimension 9", "1 to 8"]),
+    ("name = \"so3\"", "name = \"se3+se3\"", "name", &["dimension 12", "1 to 10"]),
+    ("name = \"so3\"", "name = \"r11\"", "name", &["dimension 11", "1 to 10"]),
     ("name = \"so3\"", "name = \"r1+r1+r1\"", "name", &["r1+r1+r1", "5×5"]),
     ("name = \"so3\"", "", "[algebra]", &["is missing", "`name`, or `dimension` and `constants`"]),
     ("name = \"so3\"", "name = \"so3\"\ndimension = 3", "dimension", &["either `name`, or"]),
     ("name = \"so3\"", "dimension = 3", "[algebra]", &["`constants` is missing", "[a, b, c, value]"]),
-    ("name = \"so3\"", "dimension = 9\nconstants = []", "dimension = 9", &["dimension 9", "1 to 8", "compiled in"]),
-    ("name = \"so3\"", "dimension = -1\nconstants = []", "dimension = -1", &["1 to 8"]),
+    ("name = \"so3\"", "dimension = 11\nconstants = []", "dimension = 11", &["dimension 11", "1 to 10", "compiled in"]),
+    ("name = \"so3\"", "dimension = -1\nconstants = []", "dimension = -1", &["1 to 10"]),
     (
         "name = \"so3\"",
         "dimension = 3\nconstants = [[1, 2, 4, 1]]",

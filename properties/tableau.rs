@@ -1,16 +1,10 @@
 //! Properties of `euler_poincare::tableau`.
 
-#[path = "tableau/analysis.rs"]
 mod analysis;
-#[path = "tableau/bounds.rs"]
 mod bounds;
-#[path = "tableau/digits.rs"]
 mod digits;
-#[path = "tableau/files.rs"]
 mod files;
-#[path = "tableau/known.rs"]
 mod known;
-#[path = "tableau/trees.rs"]
 mod trees;
 
 use euler_poincare::scalar::{Dd, Number, Qd, Real, Scalar};

@@ -200,6 +200,11 @@ impl Entry {
     /// A dimension other than N.
     pub fn casimirs<T: Real, const N: usize>(&self) -> Result<Vec<Casimir<T, N>>, AlgebraError> {
         self.expect_dimension(N)?;
+        Ok(self.casimirs_beside_spectators())
+    }
+
+    /// The same in a dimension N that may be larger: of the further coordinates they do not depend.
+    pub(crate) fn casimirs_beside_spectators<T: Real, const N: usize>(&self) -> Vec<Casimir<T, N>> {
         let form = |form| match form {
             Form::Coordinate(a) => Casimir::Linear(super::basis_vector(a)),
             Form::Monomials(monomials) => {
@@ -212,7 +217,7 @@ impl Entry {
                 Casimir::Quadratic(q)
             }
         };
-        Ok(self.forms().into_iter().map(form).collect())
+        self.forms().into_iter().map(form).collect()
     }
 
     /// How many [`casimirs`](Self::casimirs) there are.

@@ -32,7 +32,12 @@ impl<T: Real, const N: usize> LieAlgebra<T, N> {
 
     /// The Killing form is regular (Cartan's criterion); false for N = 0.
     pub fn is_semisimple(&self) -> bool {
-        N > 0 && elimination::rank(&self.killing(), self.negligible() * self.size()) == N
+        N > 0 && self.killing_rank() == N
+    }
+
+    /// The rank of the Killing form.
+    pub(crate) fn killing_rank(&self) -> usize {
+        elimination::rank(&self.killing(), self.negligible() * self.size())
     }
 
     /// The Killing form K_ab = tr(ad_a ad_b).

@@ -157,7 +157,7 @@ pub fn run(arguments: Arguments) -> Result<ExitCode, Failure> {
     if digits == Digits::SixtyFour && !MAIN_DIMENSIONS.contains(&case.dimension()) {
         let dimension = case.dimension();
         return Err(Failure::Usage(format!(
-            "--digits 64 is for algebras of dimension 2, 3, 4 and 6, and this one has {dimension}: use --digits 32"
+            "--digits 64 is for algebras of dimension up to 6, and this one has {dimension}: use --digits 32"
         )));
     }
     if let Some(path) = &arguments.plot {

@@ -66,14 +66,14 @@ impl Visitor<f64> for Numbers {
         L: Lagrangian<f64, N> + 'static,
         F: mechanics::Force<f64, N> + 'static,
     {
-        let m = self.0;
-        let constant = |k: usize| system.algebra.constant(k / (N * N), k / N % N, k % N);
-        let basis = system.group.iter().flat_map(|group| group.basis().iter());
+        let (n, m) = (system.dimension, self.0);
+        let constant = |k: usize| system.algebra.constant(k / (n * n), k / n % n, k % n);
+        let basis = system.group.iter().flat_map(|group| group.basis().iter().take(n));
         let basis = basis.flat_map(|matrix| (0..m * m).map(|k| matrix[(k / m, k % m)])).collect();
         // At rest the Hessian is the inertia, with a quartic term or without.
         let inertia = system.lagrangian.hessian(&crate::algebra::Vector::<f64, N>::zeros());
-        let inertia = (0..N * N).map(|k| inertia[(k / N, k % N)]).collect();
-        [(0..N * N * N).map(constant).collect(), basis, inertia]
+        let inertia = (0..n * n).map(|k| inertia[(k / n, k % n)]).collect();
+        [(0..n * n * n).map(constant).collect(), basis, inertia]
     }
 }
 

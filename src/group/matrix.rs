@@ -68,9 +68,33 @@ impl<T: Real, const N: usize, const D: usize> MatrixGroup<T, N, D> {
         if needed > D {
             return Err(AlgebraError::MatrixSize { name: entry.to_string(), needed, size: D });
         }
-        Self::new(std::array::from_fn(|a| {
-            let block = entry.basis_matrix::<T>(a);
-            Matrix::from_fn(|r, c| if r < needed && c < needed { block[(r, c)] } else { T::zero() })
+        Self::new(std::array::from_fn(|a| padded(entry, a)))
+    }
+
+    /// G × ℝᴺ⁻ⁿ for the group G of an algebra of dimension n ≤ N, in its standard basis.
+    ///
+    /// The matrices of the other factor stand beside those of G: each is a single 1 above the diagonal of a block with p + q
+    /// rows, in one of its first p rows and last q columns. Their products vanish, so they commute, and every retraction is
+    /// defined on all of them.
+    ///
+    /// # Errors
+    /// A dimension above N; a representation that leaves too few rows.
+    pub(crate) fn beside_spectators(entry: &Entry) -> Result<Self, AlgebraError> {
+        let n = entry.dimension();
+        let Some(spectators) = N.checked_sub(n) else {
+            return Err(AlgebraError::Dimension { name: entry.to_string(), dimension: n, expected: N });
+        };
+        let (size, (p, q)) = (entry.matrix_size(), spectator_block(spectators));
+        if size + p + q > D {
+            return Err(AlgebraError::MatrixSize { name: entry.to_string(), needed: size + p + q, size: D });
+        }
+        Self::new(std::array::from_fn(|a| match a.checked_sub(n) {
+            None => padded(entry, a),
+            Some(k) => {
+                let mut matrix = Matrix::zeros();
+                matrix[(size + k / q, size + p + k % q)] = T::one();
+                matrix
+            }
         }))
     }
 
@@ -92,6 +116,24 @@ impl<T: Real, const N: usize, const D: usize> MatrixGroup<T, N, D> {
     pub fn basis(&self) -> &[Matrix<T, D>; N] {
         &self.basis
     }
+}
+
+/// ê_a of an algebra of the catalogue, with zeros around it.
+fn padded<T: Real, const D: usize>(entry: &Entry, a: usize) -> Matrix<T, D> {
+    let (block, size) = (entry.basis_matrix::<T>(a), entry.matrix_size());
+    Matrix::from_fn(|r, c| if r < size && c < size { block[(r, c)] } else { T::zero() })
+}
+
+/// p and q with p q ≥ k and p + q least: the block in which k commuting matrices with one entry each have room.
+fn spectator_block(k: usize) -> (usize, usize) {
+    let p = k.isqrt();
+    (p, if p == 0 { 0 } else { k.div_ceil(p) })
+}
+
+/// p + q.
+pub(crate) fn spectator_rows(k: usize) -> usize {
+    let (p, q) = spectator_block(k);
+    p + q
 }
 
 /// 64 N D u.

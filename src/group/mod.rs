@@ -6,7 +6,7 @@ use crate::algebra::{Covector, LieAlgebra, Matrix, Vector};
 use crate::scalar::{Real, Scalar};
 
 mod departure;
-mod matrix;
+pub(crate) mod matrix;
 pub mod so3;
 
 pub use departure::departure;

@@ -58,31 +58,31 @@ where
         let (mut change, mut size) = (T::zero(), T::zero());
         for i in 0..self.tableau.stages() {
             let mut momentum = state.momentum;
-            let mut attitude = state.attitude;
             for (j, slope) in self.slopes.iter().enumerate() {
-                let weight = h * self.tableau.a()[(i, j)];
-                momentum += slope * weight;
-                attitude += self.rates[j] * weight;
+                momentum += slope * (h * self.tableau.a()[(i, j)]);
             }
             let time = state.time + self.tableau.c()[i] * h;
             let rates = self
                 .system
                 .rates(time, &momentum, &self.velocities[i])
                 .map_err(|source| StepError::Legendre { step: h.to_f64(), source })?;
-            let rate = match &self.group {
-                Some(group) => attitude * group.hat(&rates.velocity),
-                None => Matrix::zeros(),
-            };
             for (new, old) in rates.momentum.iter().zip(&self.slopes[i]) {
                 change = change.max((*new - *old).abs());
                 size = size.max(new.abs());
             }
-            for (new, old) in rate.iter().zip(&self.rates[i]) {
-                change = change.max((*new - *old).abs());
-                size = size.max(new.abs());
+            if let Some(group) = &self.group {
+                let mut attitude = state.attitude;
+                for (j, rate) in self.rates.iter().enumerate() {
+                    attitude += rate * (h * self.tableau.a()[(i, j)]);
+                }
+                let rate = attitude * group.hat(&rates.velocity);
+                for (new, old) in rate.iter().zip(&self.rates[i]) {
+                    change = change.max((*new - *old).abs());
+                    size = size.max(new.abs());
+                }
+                self.rates[i] = rate;
             }
             self.slopes[i] = rates.momentum;
-            self.rates[i] = rate;
             self.velocities[i] = rates.velocity;
         }
         Ok(if change == T::zero() { change } else { change / size })

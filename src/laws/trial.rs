@@ -23,7 +23,7 @@ pub enum Digits {
     Sixteen,
     /// Double-double; the reference likewise, of higher order and with more steps.
     ThirtyTwo,
-    /// Quad-double; the reference likewise. For algebras of dimension 2, 3, 4 and 6.
+    /// Quad-double; the reference likewise. For algebras of dimension up to 6.
     SixtyFour,
 }
 

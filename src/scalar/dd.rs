@@ -4,7 +4,7 @@
 //! between 2⁻⁹⁰⁰ and 2¹⁰⁰⁰ (1e-270 and 1e300) has all its digits; below, the second part runs out of exponents.
 
 use super::field::{Elementary, conventional_angle, real_field};
-use super::{Real, Scalar, decimal};
+use super::{Real, Scalar, decimal, fused};
 use multidouble::dd::{DD, quick_two_sum, two_prod};
 use multidouble::qd::QD;
 use std::cmp::Ordering;
@@ -45,6 +45,12 @@ impl Dd {
         Self(DD { hi, lo })
     }
 
+    /// The sum of two numbers of which one is 0.
+    #[inline]
+    fn beside_zero(self, other: Self) -> Self {
+        Self::parts((self.hi() + other.hi(), self.lo() + other.lo()))
+    }
+
     /// x × 2^n, exactly (barring overflow and underflow).
     fn times_power_of_two(self, n: i32) -> Self {
         let hi = times_power_of_two(self.hi(), n);
@@ -75,11 +81,15 @@ impl PartialOrd for Dd {
 }
 
 // Calls, not inlined: laws instantiate their formulas for many sizes, and 20 operations in each place of an addition make
-// the compiler's work several times longer; a call costs less than the operation.
+// the compiler's work several times longer; a call costs less than the operation. Zeros are frequent (padded matrices, structure
+// constants, derivatives of constants), and cost a comparison.
 impl Add for Dd {
     type Output = Self;
     #[inline(never)]
     fn add(self, other: Self) -> Self {
+        if self.hi() == 0.0 || other.hi() == 0.0 {
+            return self.beside_zero(other);
+        }
         Self(self.0 + other.0)
     }
 }
@@ -88,6 +98,9 @@ impl Sub for Dd {
     type Output = Self;
     #[inline(never)]
     fn sub(self, other: Self) -> Self {
+        if self.hi() == 0.0 || other.hi() == 0.0 {
+            return self.beside_zero(-other);
+        }
         Self(self.0 - other.0)
     }
 }
@@ -104,7 +117,11 @@ impl Mul for Dd {
     type Output = Self;
     #[inline(never)]
     fn mul(self, other: Self) -> Self {
-        Self(self.0 * other.0)
+        if self.hi() == 0.0 || other.hi() == 0.0 {
+            // NaN where the other is not finite.
+            return Self::exact(self.hi() * other.hi());
+        }
+        Self(fused::apply(self.0, other.0, |a, b| a * b))
     }
 }
 
@@ -112,7 +129,7 @@ impl Div for Dd {
     type Output = Self;
     #[inline(never)]
     fn div(self, other: Self) -> Self {
-        Self(self.0 / other.0)
+        Self(fused::apply(self.0, other.0, |a, b| a / b))
     }
 }
 

@@ -101,6 +101,7 @@ mod decimal;
 mod double;
 pub mod dual;
 mod field;
+mod fused;
 pub mod number;
 pub mod qd;
 

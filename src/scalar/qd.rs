@@ -10,7 +10,7 @@
 
 use super::dd::{Dd, exponent, times_power_of_two};
 use super::field::{Elementary, conventional_angle, real_field};
-use super::{Real, Scalar, decimal};
+use super::{Real, Scalar, decimal, fused};
 use multidouble::dd::{quick_two_sum, two_sum};
 use multidouble::exact::Dy;
 use multidouble::qd::QD;
@@ -140,7 +140,7 @@ impl Mul for Qd {
     type Output = Self;
     #[inline(never)]
     fn mul(self, other: Self) -> Self {
-        Self(self.0.accurate_mul(other.0))
+        Self(fused::apply(self.0, other.0, QD::accurate_mul))
     }
 }
 
@@ -148,7 +148,7 @@ impl Div for Qd {
     type Output = Self;
     #[inline(never)]
     fn div(self, other: Self) -> Self {
-        Self(self.0.accurate_div(other.0))
+        Self(fused::apply(self.0, other.0, QD::accurate_div))
     }
 }
 

@@ -12,10 +12,10 @@ use serde::{Deserialize, Serialize};
 use std::fmt;
 
 /// The largest algebra dimension that is compiled in.
-pub const MAX_DIMENSION: usize = 8;
+pub const MAX_DIMENSION: usize = 10;
 
-/// The dimensions of the catalogue and of most of its products: what code that takes the compiler long is compiled for.
-pub const MAIN_DIMENSIONS: [usize; 4] = [2, 3, 4, 6];
+/// The dimensions that [`Case::dispatch_main`] admits: what code that takes the compiler long is compiled for.
+pub const MAIN_DIMENSIONS: std::ops::RangeInclusive<usize> = 1..=6;
 
 /// C^c_ab = value, indices from 1; C^c_ba = −value follows.
 #[derive(Clone, Debug, PartialEq)]

@@ -1,14 +1,19 @@
 //! From the run-time description to types: the one door through which a [`Case`] becomes a [`System`].
 //!
-//! The dimension N = 1, …, 8 is a const generic, with matrices of size D = N + 2 (every catalogue representation fits,
-//! padded) and one retraction type; so(3) in its standard basis goes to D = 3 and the closed forms. A [`Visitor`] is
-//! compiled once for each of the nine, and for each scalar: keep visitors small.
+//! The dimension N is a const generic of one of a few classes: 3, 6 or 10, with matrices of size D = 5, 9 or 14 and one retraction
+//! type; so(3) in its standard basis goes to N = D = 3 and the closed forms. A [`Visitor`] is compiled once for each of the four,
+//! and for each scalar: keep visitors small.
+//!
+//! A system of dimension n runs in the smallest class that holds it, next to N − n *spectators*: the algebra is g ⊕ ℝᴺ⁻ⁿ, the group
+//! G × ℝᴺ⁻ⁿ; the spectators have unit inertia, no force, and start at rest, where they stay. Coordinates and matrices of g come
+//! first, so that the leading n components and the leading block of a matrix are those of the case.
 
 use super::case::{Case, Drag, Force as ForceTerm, Inertia, Motion, Structure, Tau};
 use super::error::{CaseError, Place, Problem};
 use super::so3::So3Retraction;
 use crate::algebra::catalogue::Entry;
 use crate::algebra::{Casimir, Covector, LieAlgebra, Matrix, Vector};
+use crate::group::matrix::spectator_rows;
 use crate::group::{LieGroup, MatrixGroup};
 use crate::integrators::State;
 use crate::integrators::se3::CayleySe3;
@@ -24,6 +29,8 @@ use crate::tableau::{Description, Entries, Tableau, TableauError};
 /// A case, built: every part typed, every number in `T`.
 #[derive(Clone, Debug)]
 pub struct System<T: Real, const N: usize, const D: usize, R, L = AnyLagrangian<T, N>, F = AnyForce<T, N>> {
+    /// n ≤ N: the first n coordinates are those of the case, the others those of spectators.
+    pub dimension: usize,
     /// g, in the case's basis.
     pub algebra: LieAlgebra<T, N>,
     /// G; `None` when the algebra is given by structure constants alone.
@@ -117,22 +124,17 @@ pub(crate) type Parts<T, const N: usize, const D: usize> =
 type Make<T, const N: usize, const D: usize, R> =
     fn(&LieAlgebra<T, N>, &Option<MatrixGroup<T, N, D>>, Tau) -> Result<R, Problem>;
 
-/// so(3) in its standard basis by itself, and the dimensions listed: N, D and the retraction's maker, handed to a macro.
+/// so(3) in its standard basis by itself, and the classes listed: N, D and the retraction's maker, handed to a macro.
 macro_rules! door {
     ($case:ident, $enter:ident, $($n:literal => $d:literal),*) => {{
         if $case.algebra.structure == Structure::Named(Entry::So3) && $case.algebra.basis.is_none() {
             return $enter!(3, 3, standard);
         }
-        match $case.dimension() {
-            $($n => $enter!($n, $d, general),)*
-            n => {
-                let allowed: Vec<_> = [$($n),*].iter().map(usize::to_string).collect();
-                Err(Place::root().key("algebra").error(Problem::Range {
-                    found: format!("of dimension {n}"),
-                    allowed: format!("dimension {}", allowed.join(", ")),
-                }))
-            }
-        }
+        $(if $case.fits($n, $d) {
+            return $enter!($n, $d, general);
+        })*
+        let most = [$($n),*].into_iter().max().unwrap_or(0);
+        Err($case.too_large(most))
     }};
 }
 
@@ -155,10 +157,10 @@ impl Case {
                 Ok(visitor.visit(self.assemble::<T, $n, $d, _, _>(wrap, $make)?))
             };
         }
-        door!(self, enter, 1 => 3, 2 => 4, 3 => 5, 4 => 6, 5 => 7, 6 => 8, 7 => 9, 8 => 10)
+        door!(self, enter, 3 => 5, 6 => 9, 10 => 14)
     }
 
-    /// [`Case::dispatch`] for the dimensions 2, 3, 4 and 6 alone: half as much to compile.
+    /// [`Case::dispatch`] for dimensions up to 6: less to compile.
     ///
     /// # Errors
     /// Those of [`Case::dispatch`]; another dimension.
@@ -166,7 +168,7 @@ impl Case {
         self.dispatch_main_with(&AsItIs, visitor)
     }
 
-    /// [`Case::dispatch_with`] for the dimensions 2, 3, 4 and 6 alone: half as much to compile.
+    /// [`Case::dispatch_with`] for dimensions up to 6: less to compile.
     ///
     /// # Errors
     /// Those of [`Case::dispatch`]; another dimension.
@@ -180,7 +182,7 @@ impl Case {
                 Ok(visitor.visit(self.assemble::<T, $n, $d, _, _>(wrap, $make)?))
             };
         }
-        door!(self, enter, 2 => 4, 3 => 5, 4 => 6, 6 => 8)
+        door!(self, enter, 3 => 5, 6 => 9)
     }
 
     /// The case's dimension and retraction as types, for more cases than this one.
@@ -193,7 +195,25 @@ impl Case {
                 Ok(workshop.work::<$n, $d, _>(|case| case.assemble(&AsItIs, $make)))
             };
         }
-        door!(self, enter, 1 => 3, 2 => 4, 3 => 5, 4 => 6, 5 => 7, 6 => 8, 7 => 9, 8 => 10)
+        door!(self, enter, 3 => 5, 6 => 9, 10 => 14)
+    }
+
+    /// Whether a class holds the algebra and its matrices, with spectators.
+    fn fits(&self, n: usize, d: usize) -> bool {
+        let own = self.dimension();
+        own <= n && self.matrix_size() + spectator_rows(n - own) <= d
+    }
+
+    /// Why no class does.
+    fn too_large(&self, most: usize) -> CaseError {
+        let place = Place::root().key("algebra");
+        let n = self.dimension();
+        let (found, allowed) = if n > most {
+            (format!("of dimension {n}"), format!("dimension 1 to {most}"))
+        } else {
+            (format!("represented by matrices of size {}", self.matrix_size()), format!("at most {}", n + 2))
+        };
+        place.error(Problem::Range { found, allowed })
     }
 
     /// Whether the case can be built (in `f64`).
@@ -260,7 +280,8 @@ impl Case {
             let found = self.step.to_string();
             return Err(place.error(Problem::Range { found, allowed: "any number but 0".into() }));
         }
-        Ok(System { algebra, group, lagrangian, force, retraction, tableau, state, step, casimirs })
+        let dimension = self.dimension();
+        Ok(System { dimension, algebra, group, lagrangian, force, retraction, tableau, state, step, casimirs })
     }
 
     fn structure<T: Real, const N: usize, const D: usize>(&self) -> Result<Parts<T, N, D>, CaseError> {
@@ -268,13 +289,12 @@ impl Case {
         let basis_place = place.key("basis");
         let basis = self.algebra.basis.as_ref();
         // The file lists the columns.
-        let basis = basis.map(|b| Ok(matrix::<T, N>(b, &basis_place)?.transpose())).transpose()?;
+        let basis = basis.map(|b| Ok(self.square::<T, N>(b, T::one(), &basis_place)?.transpose())).transpose()?;
         let (mut algebra, mut group, mut casimirs) = match &self.algebra.structure {
             Structure::Named(entry) => {
                 let refused = |e| place.key("name").error(Problem::Algebra(e));
-                let group = MatrixGroup::<T, N, D>::from_entry(entry).map_err(refused)?;
-                let casimirs = entry.casimirs::<T, N>().map_err(refused)?;
-                (group.algebra().clone(), Some(group), casimirs)
+                let group = MatrixGroup::<T, N, D>::beside_spectators(entry).map_err(refused)?;
+                (group.algebra().clone(), Some(group), entry.casimirs_beside_spectators::<T, N>())
             }
             Structure::Constants { .. } => (self.constants::<T, N>(&place.key("constants"))?, None, Vec::new()),
             Structure::Given { .. } => return Err(place.error(given("the algebra"))),
@@ -294,9 +314,10 @@ impl Case {
             for (i, k) in constants.iter().enumerate() {
                 let place = place.index(i);
                 let value = number::<T>(&k.value, &place.index(3))?;
-                let (Some(a), Some(b), Some(c)) = (below::<N>(k.a), below::<N>(k.b), below::<N>(k.c)) else {
+                let n = self.dimension();
+                let (Some(a), Some(b), Some(c)) = (below(k.a, n), below(k.b, n), below(k.c, n)) else {
                     let found = format!("the indices {}, {}, {}", k.a, k.b, k.c);
-                    return Err(place.error(Problem::Range { found, allowed: format!("1 to {N}") }));
+                    return Err(place.error(Problem::Range { found, allowed: format!("1 to {n}") }));
                 };
                 table[a][b][c] += value;
                 table[b][a][c] -= value;
@@ -310,7 +331,8 @@ impl Case {
         let place = table.key("inertia");
         let inertia = match &self.lagrangian.inertia {
             Inertia::Diagonal(diagonal) => {
-                let diagonal = vector::<T, N>(diagonal, &place)?;
+                let mut diagonal = self.vector::<T, N>(diagonal, &place)?;
+                (self.dimension()..N).for_each(|spectator| diagonal[spectator] = T::one());
                 if let Some(a) = (0..N).find(|&a| diagonal[a] == T::zero()) {
                     let allowed = "moments that are not 0".into();
                     return Err(place.index(a).error(Problem::Range { found: "0".into(), allowed }));
@@ -318,7 +340,7 @@ impl Case {
                 Matrix::from_diagonal(&diagonal)
             }
             Inertia::Full(rows) => {
-                let inertia = matrix::<T, N>(rows, &place)?;
+                let inertia = self.square::<T, N>(rows, T::one(), &place)?;
                 symmetric(&inertia, rows, &place)?;
                 inertia
             }
@@ -344,7 +366,7 @@ impl Case {
     ) -> Result<AnyForce<T, N>, CaseError> {
         let place = Place::root().key("force");
         let terms = self.forces.iter().enumerate().filter(|(_, term)| **term != ForceTerm::Given);
-        let terms = terms.map(|(i, term)| force_term(term, algebra, lagrangian, &place.index(i)));
+        let terms = terms.map(|(i, term)| self.force_term(term, algebra, lagrangian, &place.index(i)));
         let mut terms = terms.collect::<Result<Vec<_>, _>>()?;
         Ok(match terms.len() {
             0 => AnyForce::Zero(crate::mechanics::force::Zero),
@@ -377,11 +399,11 @@ impl Case {
         let momentum = match &self.start.motion {
             Motion::Velocity(eta) => {
                 let place = place.key("velocity");
-                finite(lagrangian.gradient(&vector::<T, N>(eta, &place)?), &place)?
+                finite(lagrangian.gradient(&self.vector::<T, N>(eta, &place)?), &place)?
             }
             Motion::Momentum(mu) => {
                 let place = place.key("momentum");
-                let momentum = vector::<T, N>(mu, &place)?.transpose();
+                let momentum = self.vector::<T, N>(mu, &place)?.transpose();
                 lagrangian.velocity(&momentum, &Vector::zeros()).map_err(|e| place.error(e))?;
                 momentum
             }
@@ -390,11 +412,85 @@ impl Case {
             None => Matrix::identity(),
             Some(x) => {
                 let place = place.key("attitude");
-                retraction.tau(&vector::<T, N>(x, &place)?).map_err(|e| place.error(e))?
+                retraction.tau(&self.vector::<T, N>(x, &place)?).map_err(|e| place.error(e))?
             }
         };
         let time = number(&self.start.time, &place.key("time"))?;
         Ok(State { time, momentum, attitude })
+    }
+
+    fn force_term<T: Real, const N: usize>(
+        &self,
+        term: &ForceTerm,
+        algebra: &LieAlgebra<T, N>,
+        lagrangian: &AnyLagrangian<T, N>,
+        place: &Place,
+    ) -> Result<AnyForce<T, N>, CaseError> {
+        let refused = |e: ForceError| place.error(Problem::Force(e));
+        let value = |list: &[Number]| Ok(self.vector::<T, N>(list, &place.key("value"))?.transpose());
+        Ok(match term {
+            ForceTerm::DoubleBracket { alpha } => {
+                let alpha = number(alpha, &place.key("alpha"))?;
+                DoubleBracket::new(algebra.clone(), lagrangian.clone(), alpha).map_err(refused)?.into()
+            }
+            ForceTerm::Metriplectic { beta } => {
+                let beta = number(beta, &place.key("beta"))?;
+                Metriplectic::new(algebra.clone(), lagrangian.clone(), beta).map_err(refused)?.into()
+            }
+            ForceTerm::LinearDrag(drag) => LinearDrag::new(self.drag_matrix(drag, place)?).map_err(refused)?.into(),
+            ForceTerm::QuadraticDrag(drag) => {
+                let matrix = self.drag_matrix(drag, place)?;
+                if let Drag::Matrix(rows) = drag {
+                    symmetric(&matrix, rows, &place.key("matrix"))?;
+                }
+                let key = if matches!(drag, Drag::Matrix(_)) { "matrix" } else { "coefficient" };
+                QuadraticDrag::new(matrix).map_err(|e| place.key(key).error(e))?.into()
+            }
+            ForceTerm::Constant { value: list } => Constant::new(value(list)?).map_err(refused)?.into(),
+            ForceTerm::Periodic { value: list, frequency, phase } => {
+                let frequency = number(frequency, &place.key("frequency"))?;
+                let phase = number(phase, &place.key("phase"))?;
+                Periodic::new(value(list)?, frequency, phase).map_err(refused)?.into()
+            }
+            ForceTerm::Given => return Err(place.error(given("the force"))),
+        })
+    }
+
+    fn drag_matrix<T: Real, const N: usize>(&self, drag: &Drag, place: &Place) -> Result<Matrix<T, N>, CaseError> {
+        match drag {
+            Drag::Coefficient(k) => {
+                let k = number(k, &place.key("coefficient"))?;
+                let n = self.dimension();
+                Ok(Matrix::from_fn(|r, c| if r == c && r < n { k } else { T::zero() }))
+            }
+            Drag::Matrix(rows) => self.square(rows, T::zero(), &place.key("matrix")),
+        }
+    }
+
+    /// The vector with these n components, and 0 for spectators.
+    fn vector<T: Real, const N: usize>(&self, list: &[Number], place: &Place) -> Result<Vector<T, N>, CaseError> {
+        length(list.len(), self.dimension(), place)?;
+        let mut vector = Vector::zeros();
+        for (a, entry) in list.iter().enumerate() {
+            vector[a] = number(entry, &place.index(a))?;
+        }
+        Ok(vector)
+    }
+
+    /// The matrix with these n rows, and `spectators` on the diagonal for spectators.
+    fn square<T: Real, const N: usize>(
+        &self,
+        rows: &[Vec<Number>],
+        spectators: T,
+        place: &Place,
+    ) -> Result<Matrix<T, N>, CaseError> {
+        let n = self.dimension();
+        length(rows.len(), n, place)?;
+        let mut matrix = Matrix::<T, N>::from_fn(|r, c| if r == c && r >= n { spectators } else { T::zero() });
+        for (a, row) in rows.iter().enumerate() {
+            matrix.set_row(a, &self.vector::<T, N>(row, &place.index(a))?.transpose());
+        }
+        Ok(matrix)
     }
 }
 
@@ -437,49 +533,6 @@ fn general<T: Real, const N: usize, const D: usize>(
     })
 }
 
-fn force_term<T: Real, const N: usize>(
-    term: &ForceTerm,
-    algebra: &LieAlgebra<T, N>,
-    lagrangian: &AnyLagrangian<T, N>,
-    place: &Place,
-) -> Result<AnyForce<T, N>, CaseError> {
-    let refused = |e: ForceError| place.error(Problem::Force(e));
-    let value = |list: &[Number]| Ok(vector::<T, N>(list, &place.key("value"))?.transpose());
-    Ok(match term {
-        ForceTerm::DoubleBracket { alpha } => {
-            let alpha = number(alpha, &place.key("alpha"))?;
-            DoubleBracket::new(algebra.clone(), lagrangian.clone(), alpha).map_err(refused)?.into()
-        }
-        ForceTerm::Metriplectic { beta } => {
-            let beta = number(beta, &place.key("beta"))?;
-            Metriplectic::new(algebra.clone(), lagrangian.clone(), beta).map_err(refused)?.into()
-        }
-        ForceTerm::LinearDrag(drag) => LinearDrag::new(drag_matrix(drag, place)?).map_err(refused)?.into(),
-        ForceTerm::QuadraticDrag(drag) => {
-            let matrix = drag_matrix(drag, place)?;
-            if let Drag::Matrix(rows) = drag {
-                symmetric(&matrix, rows, &place.key("matrix"))?;
-            }
-            let key = if matches!(drag, Drag::Matrix(_)) { "matrix" } else { "coefficient" };
-            QuadraticDrag::new(matrix).map_err(|e| place.key(key).error(e))?.into()
-        }
-        ForceTerm::Constant { value: list } => Constant::new(value(list)?).map_err(refused)?.into(),
-        ForceTerm::Periodic { value: list, frequency, phase } => {
-            let frequency = number(frequency, &place.key("frequency"))?;
-            let phase = number(phase, &place.key("phase"))?;
-            Periodic::new(value(list)?, frequency, phase).map_err(refused)?.into()
-        }
-        ForceTerm::Given => return Err(place.error(given("the force"))),
-    })
-}
-
-fn drag_matrix<T: Real, const N: usize>(drag: &Drag, place: &Place) -> Result<Matrix<T, N>, CaseError> {
-    match drag {
-        Drag::Coefficient(k) => Ok(Matrix::from_diagonal_element(number(k, &place.key("coefficient"))?)),
-        Drag::Matrix(rows) => matrix(rows, &place.key("matrix")),
-    }
-}
-
 /// The key or the entry that a tableau error is about.
 fn tableau_place(error: &TableauError, method: &Place, otherwise: Place) -> Place {
     match error {
@@ -510,34 +563,15 @@ fn entry_place(entry: &str, method: &Place) -> Option<Place> {
     Some(if column.is_empty() { place } else { place.index(index(column)?) })
 }
 
-/// k − 1 for k in 1, …, N.
-fn below<const N: usize>(k: usize) -> Option<usize> {
-    k.checked_sub(1).filter(|k| *k < N)
+/// k − 1 for k in 1, …, n.
+fn below(k: usize, n: usize) -> Option<usize> {
+    k.checked_sub(1).filter(|k| *k < n)
 }
 
 /// The value of `number` in `T`.
 pub(super) fn number<T: Real>(number: &Number, place: &Place) -> Result<T, CaseError> {
     let value: T = number.eval().map_err(|e| place.error(Problem::Number(e)))?;
     if value.all_finite() { Ok(value) } else { Err(place.error(Problem::NotFinite { text: number.to_string() })) }
-}
-
-fn vector<T: Real, const N: usize>(list: &[Number], place: &Place) -> Result<Vector<T, N>, CaseError> {
-    length(list.len(), N, place)?;
-    let mut vector = Vector::zeros();
-    for (a, entry) in list.iter().enumerate() {
-        vector[a] = number(entry, &place.index(a))?;
-    }
-    Ok(vector)
-}
-
-/// The matrix with these rows.
-fn matrix<T: Real, const N: usize>(rows: &[Vec<Number>], place: &Place) -> Result<Matrix<T, N>, CaseError> {
-    length(rows.len(), N, place)?;
-    let mut matrix = Matrix::<T, N>::zeros();
-    for (a, row) in rows.iter().enumerate() {
-        matrix.set_row(a, &vector::<T, N>(row, &place.index(a))?.transpose());
-    }
-    Ok(matrix)
 }
 
 fn length(found: usize, wanted: usize, place: &Place) -> Result<(), CaseError> {
@@ -559,7 +593,7 @@ fn finite<T: Real, const N: usize>(mu: Covector<T, N>, place: &Place) -> Result<
 fn symmetric<T: Real, const N: usize>(m: &Matrix<T, N>, rows: &[Vec<Number>], place: &Place) -> Result<(), CaseError> {
     let size = m.iter().fold(T::zero(), |size, v| size.max(v.abs()));
     let bound = T::int(64 * N as i64) * T::unit_roundoff() * size;
-    for r in 0..N {
+    for r in 0..rows.len() {
         for c in 0..r {
             if (m[(r, c)] - m[(c, r)]).abs() > bound {
                 return Err(place.index(r).index(c).error(Problem::NotSymmetric {

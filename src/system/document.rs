@@ -284,7 +284,7 @@ impl AlgebraTable {
                 )));
             }
             (None, None, Some(_)) => {
-                return Err(place.error(missing("`dimension`", "an integer from 1 to 8")));
+                return Err(place.error(missing("`dimension`", "an integer from 1 to 10")));
             }
             (Some(_), dimension, _) => {
                 let key = if dimension.is_some() { "dimension" } else { "constants" };
@@ -311,7 +311,7 @@ fn dimension_allowed(dimension: i64, place: &Place) -> Result<usize, CaseError> 
         Ok(n) if (1..=MAX_DIMENSION).contains(&n) => Ok(n),
         _ => Err(place.error(Problem::Range {
             found: format!("of dimension {dimension}"),
-            allowed: format!("dimension 1 to {MAX_DIMENSION} (dimensions are compiled in, one copy of the code each)"),
+            allowed: format!("dimension 1 to {MAX_DIMENSION} (what holds the larger ones is not compiled in)"),
         })),
     }
 }

@@ -51,9 +51,9 @@ impl Visitor<f64> for Class {
             "nilpotent"
         } else if algebra.is_solvable() {
             "solvable"
-        } else if algebra.is_semisimple() {
+        } else if algebra.killing_rank() == system.dimension {
             // The least is of dimension 3, and there is none of 4 or 5: below 6 it is not a sum of two.
-            if N < 6 { "simple" } else { "semisimple" }
+            if system.dimension < 6 { "simple" } else { "semisimple" }
         } else {
             "mixed"
         };

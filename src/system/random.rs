@@ -158,13 +158,13 @@ impl Cases {
         self
     }
 
-    /// Only algebras of dimension at most `n` (1 to 8).
+    /// Only algebras of dimension at most `n` (1 to 10).
     pub fn dimension_at_most(mut self, n: usize) -> Self {
         self.most = n.clamp(1, super::case::MAX_DIMENSION);
         self
     }
 
-    /// Only algebras of dimension 2, 3, 4 and 6 ([`MAIN_DIMENSIONS`](super::case::MAIN_DIMENSIONS)), which
+    /// Only algebras of dimension up to 6 ([`MAIN_DIMENSIONS`](super::case::MAIN_DIMENSIONS)), which
     /// [`Case::dispatch_main_with`] admits.
     pub fn main_dimensions(mut self) -> Self {
         self.main_dimensions = true;

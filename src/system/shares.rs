@@ -88,6 +88,8 @@ pub const SHARES: &[Share] = &[
     Share::within("dimension", "6", 22.8, 23.8),
     Share::within("dimension", "7", 0.8, 1.8),
     Share::within("dimension", "8", 1.8, 2.8),
+    Share::within("dimension", "9", 2.6, 3.6),
+    Share::within("dimension", "10", 0.05, 0.7),
     Share::within("inertia", "unit", 9.7, 10.7),
     Share::within("inertia", "diagonal", 30.1, 31.1),
     Share::within("inertia", "full", 29.6, 30.6),

@@ -164,6 +164,7 @@ where
 struct Rows<'a, T: Real, const N: usize, L> {
     lagrangian: &'a L,
     casimirs: &'a [Casimir<T, N>],
+    dimension: usize,
     matrix_size: usize,
     work: &'a Cell<T>,
     /// The energy of the first row.
@@ -191,8 +192,8 @@ impl<T: Real, const N: usize, L: Lagrangian<T, N>> Rows<'_, T, N, L> {
         let (first, work) = (*self.energy.get_or_insert(energy), self.work.get());
         self.values.clear();
         self.values.push(state.time);
-        self.values.extend(state.momentum.iter());
-        self.values.extend(self.velocity.iter());
+        self.values.extend(state.momentum.iter().take(self.dimension));
+        self.values.extend(self.velocity.iter().take(self.dimension));
         self.values.extend([energy, work, energy - first - work]);
         self.values.extend(self.casimirs.iter().map(|casimir| casimir.value(&state.momentum)));
         for row in 0..self.matrix_size {
@@ -212,13 +213,14 @@ impl<T: Real> Visitor<T> for Run<'_, T> {
         system: System<T, N, D, R, L, F>,
     ) -> Ended<T> {
         let Self { plan: Plan { steps, last, every }, observer, matrix_size } = self;
-        let System { lagrangian, force, retraction, tableau, mut state, step, casimirs, .. } = system;
+        let System { dimension, lagrangian, force, retraction, tableau, mut state, step, casimirs, .. } = system;
         let work = Cell::new(T::zero());
         // By references, as everywhere: the same types are compiled once.
         let mut method = Metered { method: Variational::new(&lagrangian, &force, &retraction, tableau), work: &work };
         let mut rows = Rows {
             lagrangian: &lagrangian,
             casimirs: &casimirs,
+            dimension,
             matrix_size,
             work: &work,
             energy: None,

@@ -74,7 +74,7 @@ impl<T: Real> Visitor<T> for Build {
     }
 }
 
-/// This crate's variational integrator, with a fault planted in it or without. For algebras of dimension 2, 3, 4 and 6.
+/// This crate's variational integrator, with a fault planted in it or without. For algebras of dimension up to 6.
 pub struct Library {
     /// The fault.
     pub fault: Option<Fault>,

@@ -25,9 +25,14 @@ impl<T: Real> Point<T> {
     /// A typed state, with the leading m×m block of its attitude (the rest of a padded matrix is that of the identity);
     /// m = 0: without an attitude.
     pub fn of<const N: usize, const D: usize>(state: &State<T, N, D>, size: usize) -> Self {
+        Self::leading(state, N, size)
+    }
+
+    /// The same with the leading n components of the momentum.
+    pub(crate) fn leading<const N: usize, const D: usize>(state: &State<T, N, D>, n: usize, size: usize) -> Self {
         let size = size.min(D);
         let attitude = (0..size * size).map(|k| state.attitude[(k / size, k % size)]).collect();
-        Self { time: state.time, momentum: state.momentum.iter().copied().collect(), attitude }
+        Self { time: state.time, momentum: state.momentum.iter().take(n).copied().collect(), attitude }
     }
 
     /// The typed state; a missing or smaller attitude is filled up with that of the identity.
@@ -95,7 +100,7 @@ impl<T: Real, M: OneStep<T, N, D>, const N: usize, const D: usize> Stepper<T> fo
     fn step(&mut self, point: &Point<T>, h: T) -> Result<Point<T>, StepError> {
         let mut state = point.state::<N, D>();
         self.0.step(&mut state, h)?;
-        Ok(Point::of(&state, matrix_size(&point.attitude)))
+        Ok(Point::leading(&state, point.momentum.len(), matrix_size(&point.attitude)))
     }
 }
 
@@ -208,6 +213,8 @@ pub struct Parts<T: Real, const N: usize, const D: usize, L, F, G> {
     pub state: State<T, N, D>,
     /// h.
     pub step: T,
+    /// n: how many of the N coordinates are those of the case, the rest being spectators.
+    pub dimension: usize,
     /// m: how much of the matrices D×D is the group's, the rest being padding; 0 without a group.
     pub size: usize,
     /// An element of the group, to translate with.
@@ -223,8 +230,8 @@ impl<T: Real, const N: usize, const D: usize, L, F> SystemParts<T, N, D, L, F> {
     pub fn of<R: Retraction<T, N, D>>(system: System<T, N, D, R, L, F>, size: usize) -> Self {
         let element = system.group.as_ref().and_then(|_| system.retraction.tau(&coordinates::<T, N>()).ok());
         let size = if system.group.is_some() { size } else { 0 };
-        let System { algebra, group, lagrangian, force, state, step, casimirs, .. } = system;
-        Self { algebra, lagrangian, force, group, casimirs, state, step, size, element }
+        let System { dimension, algebra, group, lagrangian, force, state, step, casimirs, .. } = system;
+        Self { algebra, lagrangian, force, group, casimirs, state, step, dimension, size, element }
     }
 }
 
@@ -300,7 +307,7 @@ where
     G: LieGroup<T, N, D> + Clone,
 {
     fn start(&self) -> Point<T> {
-        Point::of(&self.state, self.size)
+        Point::leading(&self.state, self.dimension, self.size)
     }
 
     fn step(&self) -> T {
@@ -352,7 +359,10 @@ where
         let group = self.group.as_ref().filter(|_| wanted.attitude);
         let (start, tolerance) = (wanted.start.state::<N, D>(), T::exact(wanted.tolerance));
         let targets = reference::within(&body, group, &start, &wanted.times, wanted.stages, tolerance)?;
-        Ok(targets.iter().map(|target| (Point::of(&target.state, self.size), target.doubt)).collect())
+        Ok(targets
+            .iter()
+            .map(|target| (Point::leading(&target.state, self.dimension, self.size), target.doubt))
+            .collect())
     }
 
     fn pace(&self, point: &Point<T>) -> f64 {
@@ -369,6 +379,6 @@ where
 
     fn element(&self) -> Option<Vec<T>> {
         let state = State { attitude: self.element?, ..self.state.clone() };
-        (self.size > 0).then(|| Point::of(&state, self.size).attitude)
+        (self.size > 0).then(|| Point::leading(&state, self.dimension, self.size).attitude)
     }
 }

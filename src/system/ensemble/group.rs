@@ -33,7 +33,7 @@ impl<T: Real, const N: usize, const D: usize> Member<T, N, D> {
     fn new(system: &State<T, N, D>, origin: &Origin<T>, size: usize) -> Self {
         let mut state = system.clone();
         state.time = origin.time.unwrap_or(state.time);
-        state.momentum = Covector::from_fn(|_, a| origin.momentum[a]);
+        state.momentum = Covector::from_fn(|_, a| origin.momentum.get(a).copied().unwrap_or_else(T::zero));
         if let Some(attitude) = &origin.attitude {
             for (k, value) in attitude.iter().enumerate() {
                 state.attitude[(k / size, k % size)] = *value;
@@ -127,11 +127,11 @@ impl<'a, T: Real, const N: usize, const D: usize, R: Retraction<T, N, D> + 'stat
 
     fn sample(&self, k: usize, size: usize) -> Sample<T> {
         let (member, (velocity, energy)) = (&self.members[k], self.motion(k));
-        let state = &member.state;
+        let (state, n) = (&member.state, self.systems[k].dimension);
         Sample {
             time: state.time,
-            momentum: state.momentum.iter().copied().collect(),
-            velocity: velocity.iter().copied().collect(),
+            momentum: state.momentum.iter().take(n).copied().collect(),
+            velocity: velocity.iter().take(n).copied().collect(),
             energy,
             casimirs: self.systems[k].casimirs.iter().map(|casimir| casimir.value(&state.momentum)).collect(),
             attitude: (0..size * size).map(|i| state.attitude[(i / size, i % size)]).collect(),
@@ -142,7 +142,8 @@ impl<'a, T: Real, const N: usize, const D: usize, R: Retraction<T, N, D> + 'stat
     }
 
     fn statistics(&self, case: &Case) -> Statistics<T> {
-        let mut all = Statistics::none(N, self.systems.first().map_or(0, |system| system.casimirs.len()));
+        let mut all =
+            Statistics::none(case.dimension(), self.systems.first().map_or(0, |system| system.casimirs.len()));
         for (k, member) in self.members.iter().enumerate().filter(|(_, member)| member.failure.is_none()) {
             let (_, energy) = self.motion(k);
             let (momentum, attitude) = (&member.state.momentum, &member.state.attitude);

@@ -1,0 +1,26 @@
+//! Properties of what the laws stand on: from scalars to integrators. Without the harness, those that need none.
+
+mod api;
+mod continuous;
+mod discrete;
+mod scalar;
+
+#[cfg(feature = "lanes")]
+mod allocation;
+
+#[cfg(feature = "harness")]
+mod algebra;
+#[cfg(feature = "harness")]
+mod group;
+#[cfg(feature = "harness")]
+mod groupoid;
+#[cfg(feature = "harness")]
+mod integrators;
+#[cfg(feature = "harness")]
+mod mechanics;
+#[cfg(feature = "harness")]
+mod retraction;
+#[cfg(feature = "harness")]
+mod tableau;
+#[cfg(feature = "harness")]
+mod trajectories;
