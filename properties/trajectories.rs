@@ -119,7 +119,6 @@ fn work_per_step() {
 }
 
 #[test]
-#[cfg(feature = "cli")]
 fn dormand_prince_keeps_its_tolerance() {
     for problem in Problem::ALL {
         let wanted = problem.model::<f64>().reference_momentum().unwrap();

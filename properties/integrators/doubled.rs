@@ -422,7 +422,6 @@ fn the_comparators_return_only_what_converged() {
     assert!(refused.iter().all(|&count| (8..=72).contains(&count)), "{refused:?} of 80");
 }
 
-#[cfg(feature = "cli")]
 #[test]
 fn the_adaptive_pair_reaches_the_reference() {
     use euler_poincare::integrators::comparators::{AdaptiveError, dormand_prince};
@@ -448,7 +447,6 @@ fn the_adaptive_pair_reaches_the_reference() {
 }
 
 /// The inverse Legendre transform of a bounded gradient fails on the way, and that is what is reported.
-#[cfg(feature = "cli")]
 #[test]
 fn the_adaptive_pair_reports_a_failing_legendre_transform() {
     use euler_poincare::integrators::comparators::{AdaptiveError, dormand_prince};

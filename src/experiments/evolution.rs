@@ -17,7 +17,6 @@ pub enum Integrator {
     /// The classical Runge–Kutta method of order 4 on M' = M × Ω + f.
     RungeKutta4,
     /// The adaptive pair 5(4) of Dormand and Prince on the same equation.
-    #[cfg(feature = "cli")]
     DormandPrince {
         /// The relative and absolute tolerance of a step.
         tolerance: f64,
@@ -30,7 +29,6 @@ impl fmt::Display for Integrator {
         match self {
             Self::Variational(method) => method.fmt(f),
             Self::RungeKutta4 => f.pad(Classic::Rk4.name()),
-            #[cfg(feature = "cli")]
             Self::DormandPrince { .. } => f.pad("dormand-prince"),
         }
     }
@@ -54,7 +52,6 @@ pub fn evolve(
             let mut rk4 = Classical::<f64, 3, 3, _, _, So3<f64>>::new(system, None, Classic::Rk4.tableau()?);
             run(problem, integrator, &mut rk4, steps)
         }
-        #[cfg(feature = "cli")]
         Integrator::DormandPrince { tolerance } => {
             let model = problem.model::<f64>();
             let times: Vec<f64> = (0..=steps).map(|k| model.horizon * k as f64 / steps as f64).collect();

@@ -147,7 +147,6 @@ pub enum ExperimentError {
     #[error(transparent)]
     Legendre(#[from] LegendreError),
     /// The adaptive integrator stopped.
-    #[cfg(feature = "cli")]
     #[error(transparent)]
     Adaptive(#[from] crate::integrators::comparators::AdaptiveError),
 }

@@ -3,7 +3,6 @@
 #![doc = include_str!("../guide/modules/integrators.md")]
 
 pub mod classical;
-#[cfg(feature = "cli")]
 pub mod comparators;
 pub mod doubled;
 #[cfg(feature = "lanes")]

@@ -51,6 +51,22 @@ impl Dd {
         Self::parts((self.hi() + other.hi(), self.lo() + other.lo()))
     }
 
+    /// The product of two numbers of which one is 0 or 1.
+    #[inline]
+    fn times_zero_or_one(self, other: Self) -> Self {
+        // A product with 0 is 0, or NaN where the other factor is not finite; either way its second part is 0.
+        let hi = self.hi() * other.hi();
+        let one = |x: Self| x.hi() == 1.0 && x.lo() == 0.0;
+        let lo = if one(self) {
+            other.lo()
+        } else if one(other) {
+            self.lo()
+        } else {
+            0.0
+        };
+        Self::parts((hi, lo))
+    }
+
     /// x × 2^n, exactly (barring overflow and underflow).
     fn times_power_of_two(self, n: i32) -> Self {
         let hi = times_power_of_two(self.hi(), n);
@@ -81,8 +97,8 @@ impl PartialOrd for Dd {
 }
 
 // Calls, not inlined: laws instantiate their formulas for many sizes, and 20 operations in each place of an addition make
-// the compiler's work several times longer; a call costs less than the operation. Zeros are frequent (padded matrices, structure
-// constants, derivatives of constants), and cost a comparison.
+// the compiler's work several times longer; a call costs less than the operation. Zeros and ones are frequent (padded matrices,
+// structure constants, derivatives of constants, the factors α and β of matrix products), and cost a comparison.
 impl Add for Dd {
     type Output = Self;
     #[inline(never)]
@@ -117,9 +133,10 @@ impl Mul for Dd {
     type Output = Self;
     #[inline(never)]
     fn mul(self, other: Self) -> Self {
-        if self.hi() == 0.0 || other.hi() == 0.0 {
-            // NaN where the other is not finite.
-            return Self::exact(self.hi() * other.hi());
+        if (self.lo() == 0.0 && (self.hi() == 0.0 || self.hi() == 1.0))
+            || (other.lo() == 0.0 && (other.hi() == 0.0 || other.hi() == 1.0))
+        {
+            return self.times_zero_or_one(other);
         }
         Self(fused::apply(self.0, other.0, |a, b| a * b))
     }
@@ -338,6 +355,11 @@ impl Scalar for Dd {
     #[inline]
     fn to_f64(self) -> f64 {
         self.nearest()
+    }
+
+    #[inline]
+    fn vanishes(self) -> bool {
+        self.hi() == 0.0
     }
 
     #[inline]

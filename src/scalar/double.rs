@@ -36,6 +36,11 @@ impl Scalar for f64 {
     }
 
     #[inline]
+    fn vanishes(self) -> bool {
+        self == 0.0
+    }
+
+    #[inline]
     fn all_finite(self) -> bool {
         self.is_finite()
     }

@@ -119,9 +119,16 @@ const fn heavy<T: Scalar>() -> bool {
     size_of::<T::Base>() > size_of::<f64>()
 }
 
+/// Most numbers of a computation are constants: their derivatives are left out.
 #[inline(never)]
 fn product<T: Scalar>(x: Dual<T>, y: Dual<T>) -> Dual<T> {
-    Dual { re: x.re * y.re, eps: x.re * y.eps + x.eps * y.re }
+    let eps = match (x.eps.vanishes(), y.eps.vanishes()) {
+        (false, false) => x.re * y.eps + x.eps * y.re,
+        (true, false) => x.re * y.eps,
+        (false, true) => x.eps * y.re,
+        (true, true) => T::zero(),
+    };
+    Dual { re: x.re * y.re, eps }
 }
 
 #[inline(never)]
@@ -212,6 +219,11 @@ impl<T: Scalar> Scalar for Dual<T> {
     #[inline]
     fn to_f64(self) -> f64 {
         self.re.to_f64()
+    }
+
+    #[inline]
+    fn vanishes(self) -> bool {
+        self.re.vanishes() && self.eps.vanishes()
     }
 
     fn all_finite(self) -> bool {

@@ -80,6 +80,11 @@ pub trait Scalar: RealField + Copy + Default + Debug + Display + LowerExp + Send
 
     /// Whether the value and every derivative part are finite.
     fn all_finite(self) -> bool;
+
+    /// Whether the value and every derivative part are 0, so that products may leave it out. `false` is always right, but slower.
+    fn vanishes(self) -> bool {
+        false
+    }
 }
 
 /// A scalar that is its own base: `f64`, `Dd`, `Qd`. Everything that is stored is stored over a `Real`.

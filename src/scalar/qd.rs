@@ -116,6 +116,12 @@ impl Add for Qd {
     type Output = Self;
     #[inline(never)]
     fn add(self, other: Self) -> Self {
+        if other.leading() == 0.0 {
+            return self;
+        }
+        if self.leading() == 0.0 {
+            return other;
+        }
         Self::of(sum(self.parts(), other.parts()))
     }
 }
@@ -124,6 +130,9 @@ impl Sub for Qd {
     type Output = Self;
     #[inline(never)]
     fn sub(self, other: Self) -> Self {
+        if other.leading() == 0.0 {
+            return self;
+        }
         Self::of(sum(self.parts(), other.parts().map(|x| -x)))
     }
 }
@@ -140,6 +149,16 @@ impl Mul for Qd {
     type Output = Self;
     #[inline(never)]
     fn mul(self, other: Self) -> Self {
+        let one = |x: Self| x.parts() == [1.0, 0.0, 0.0, 0.0];
+        if one(self) {
+            return other;
+        }
+        if one(other) {
+            return self;
+        }
+        if self.leading() == 0.0 || other.leading() == 0.0 {
+            return Self::exact(self.leading() * other.leading());
+        }
         Self(fused::apply(self.0, other.0, QD::accurate_mul))
     }
 }
@@ -398,6 +417,11 @@ impl Scalar for Qd {
     #[inline]
     fn to_f64(self) -> f64 {
         self.nearest()
+    }
+
+    #[inline]
+    fn vanishes(self) -> bool {
+        self.leading() == 0.0
     }
 
     #[inline]

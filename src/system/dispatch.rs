@@ -1,8 +1,8 @@
 //! From the run-time description to types: the one door through which a [`Case`] becomes a [`System`].
 //!
-//! The dimension N is a const generic of one of a few classes: 3, 6 or 10, with matrices of size D = 5, 9 or 14 and one retraction
-//! type; so(3) in its standard basis goes to N = D = 3 and the closed forms. A [`Visitor`] is compiled once for each of the four,
-//! and for each scalar: keep visitors small.
+//! The dimension N is a const generic of one of a few classes: 3, 6 or 10, with matrices of size D = 4, 4 or 8, and 12, and one
+//! retraction type; so(3) in its standard basis goes to N = D = 3 and the closed forms. A [`Visitor`] is compiled once for each of
+//! the five, and for each scalar: keep visitors small.
 //!
 //! A system of dimension n runs in the smallest class that holds it, next to N − n *spectators*: the algebra is g ⊕ ℝᴺ⁻ⁿ, the group
 //! G × ℝᴺ⁻ⁿ; the spectators have unit inertia, no force, and start at rest, where they stay. Coordinates and matrices of g come
@@ -157,7 +157,7 @@ impl Case {
                 Ok(visitor.visit(self.assemble::<T, $n, $d, _, _>(wrap, $make)?))
             };
         }
-        door!(self, enter, 3 => 5, 6 => 9, 10 => 14)
+        door!(self, enter, 3 => 4, 6 => 4, 6 => 8, 10 => 12)
     }
 
     /// [`Case::dispatch`] for dimensions up to 6: less to compile.
@@ -182,7 +182,7 @@ impl Case {
                 Ok(visitor.visit(self.assemble::<T, $n, $d, _, _>(wrap, $make)?))
             };
         }
-        door!(self, enter, 3 => 5, 6 => 9)
+        door!(self, enter, 3 => 4, 6 => 4, 6 => 8)
     }
 
     /// The case's dimension and retraction as types, for more cases than this one.
@@ -195,7 +195,7 @@ impl Case {
                 Ok(workshop.work::<$n, $d, _>(|case| case.assemble(&AsItIs, $make)))
             };
         }
-        door!(self, enter, 3 => 5, 6 => 9, 10 => 14)
+        door!(self, enter, 3 => 4, 6 => 4, 6 => 8, 10 => 12)
     }
 
     /// Whether a class holds the algebra and its matrices, with spectators.
