@@ -201,13 +201,14 @@ fn collect(
     lagrangian: &Quadratic<f64, 3>,
     terms: &mut Vec<Term>,
 ) -> Result<(), LaneForceError> {
-    let same = |force, algebra: &LieAlgebra<f64, 3>, other: &AnyLagrangian<f64, 3>| {
+    let name = force.name();
+    let same = |algebra: &LieAlgebra<f64, 3>, other: &AnyLagrangian<f64, 3>| {
         if algebra != &crate::group::LieGroup::algebra(&crate::group::So3::<f64>::new()).clone() {
-            return Err(LaneForceError::OtherAlgebra { force });
+            return Err(LaneForceError::OtherAlgebra { force: name });
         }
         match other {
             AnyLagrangian::Quadratic(other) if other == lagrangian => Ok(()),
-            _ => Err(LaneForceError::OtherLagrangian { force }),
+            _ => Err(LaneForceError::OtherLagrangian { force: name }),
         }
     };
     if force.is_zero() {
@@ -219,11 +220,11 @@ fn collect(
         AnyForce::Zero(_) => return Ok(()),
         AnyForce::Sum(sum) => return sum.iter().try_for_each(|term| collect(term, lagrangian, terms)),
         AnyForce::DoubleBracket(f) => {
-            same("double bracket", f.algebra(), f.lagrangian())?;
+            same(f.algebra(), f.lagrangian())?;
             Term::Damping(f.alpha())
         }
         AnyForce::Metriplectic(f) => {
-            same("metriplectic", f.algebra(), f.lagrangian())?;
+            same(f.algebra(), f.lagrangian())?;
             Term::Relaxation(f.beta())
         }
         AnyForce::LinearDrag(f) => Term::LinearDrag(rows(f.matrix())),
