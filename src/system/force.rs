@@ -3,7 +3,7 @@
 //!
 //! Files, random cases, shrinking, changes of basis, ensembles and the protocol of `probe` go by the [`Role`] of a parameter, not
 //! by the kind of the force. A new force has its formula in [`mechanics::force`](crate::mechanics::force), and here a variant of
-//! [`Force`], an entry of the catalogue and an arm of [`Force::typed`]. Whether it has a form in lanes is said in
+//! [`Force`], an entry of the catalogue and an arm of [`Force::typed`]. What forms there are in lanes is said in
 //! [`integrators::so3`](crate::integrators::so3) and [`integrators::se3`](crate::integrators::se3).
 
 use super::error::{CaseError, Place, Problem};

@@ -160,7 +160,6 @@ fn collect(force: &AnyForce<f64, 6>, terms: &mut Vec<Term>) -> Result<(), LaneFo
     }
     let load = |m: &Covector<f64, 6>| std::array::from_fn(|c| m[c]);
     terms.push(match force {
-        AnyForce::Zero(_) => return Ok(()),
         AnyForce::Sum(sum) => return sum.iter().try_for_each(|term| collect(term, terms)),
         AnyForce::LinearDrag(f) => Term::LinearDrag(Drag::new(f.matrix())),
         AnyForce::QuadraticDrag(f) => Term::QuadraticDrag(Drag::new(f.matrix())),

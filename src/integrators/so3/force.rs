@@ -176,6 +176,12 @@ pub enum LaneForceError {
         /// Which force.
         force: &'static str,
     },
+    /// A force that the kernels do not have.
+    #[error("the {force} force has no form in lanes on SO(3)")]
+    NoForm {
+        /// Which force.
+        force: &'static str,
+    },
     /// The force was built with a Lagrangian other than that of the body.
     #[error("the {force} force was built with another Lagrangian than the body's")]
     OtherLagrangian {
@@ -188,7 +194,7 @@ impl Terms {
     /// The terms of a force of the catalogue that acts on a body of inertia `lagrangian`.
     ///
     /// # Errors
-    /// A force that depends on the momentum and was built on another algebra or another Lagrangian.
+    /// A force that has no form in lanes, or depends on the momentum and was built on another algebra or another Lagrangian.
     pub fn new(force: &AnyForce<f64, 3>, lagrangian: &Quadratic<f64, 3>) -> Result<Self, LaneForceError> {
         let mut terms = Vec::new();
         collect(force, lagrangian, &mut terms)?;
@@ -217,7 +223,6 @@ fn collect(
     let rows = |m: &Matrix<f64, 3>| std::array::from_fn(|r| std::array::from_fn(|c| m[(r, c)]));
     let row = |m: &Covector<f64, 3>| std::array::from_fn(|c| m[c]);
     terms.push(match force {
-        AnyForce::Zero(_) => return Ok(()),
         AnyForce::Sum(sum) => return sum.iter().try_for_each(|term| collect(term, lagrangian, terms)),
         AnyForce::DoubleBracket(f) => {
             same(f.algebra(), f.lagrangian())?;
@@ -231,6 +236,8 @@ fn collect(
         AnyForce::QuadraticDrag(f) => Term::QuadraticDrag(rows(f.matrix())),
         AnyForce::Constant(f) => Term::Constant(row(f.covector())),
         AnyForce::Periodic(f) => Term::Periodic(row(f.covector()), f.frequency(), f.phase()),
+        // A force that vanishes has been seen to.
+        other => return Err(LaneForceError::NoForm { force: other.name() }),
     });
     Ok(())
 }
