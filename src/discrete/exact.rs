@@ -9,7 +9,7 @@ use crate::retraction::{Retraction, RetractionError, TangentPoint};
 use crate::scalar::Real;
 use crate::tableau::{Family, Tableau, TableauError};
 
-/// Sweeps of the collocation equations.
+/// The most fixed-point iterations on the collocation equations.
 const MAX_SWEEPS: usize = 200;
 
 /// Why a solution could not be followed.
@@ -33,7 +33,7 @@ pub enum ExactError {
         step: f64,
         /// The last change, relative to the solution.
         change: f64,
-        /// Sweeps done.
+        /// Fixed-point iterations done.
         sweeps: usize,
     },
     /// There are no collocation nodes for this number of stages.

@@ -6,23 +6,39 @@ use crate::mechanics::{self, Lagrangian};
 use crate::retraction::Retraction;
 use crate::scalar::Number;
 use crate::system::case::{Case, Drag, Force};
+use crate::system::force::{self, MATRIX};
 use crate::system::{CaseError, System, Visitor};
-use serde::Serialize;
+use serde::ser::SerializeMap;
+use serde::{Serialize, Serializer};
 use serde_json::Value;
 
 /// The version of the protocol.
 pub const VERSION: u32 = 1;
 
-/// One term of the force, in numbers. Every matrix is a list of n² numbers by rows.
+/// One term of the force, in numbers: its kind and its parameters.
+#[derive(Clone, Debug, PartialEq)]
+struct Term {
+    kind: &'static str,
+    parameters: Vec<(&'static str, Entry)>,
+}
+
+/// A parameter; a matrix is a list of n² numbers by rows.
 #[derive(Clone, Debug, PartialEq, Serialize)]
-#[serde(tag = "kind", rename_all = "kebab-case")]
-enum Term {
-    DoubleBracket { alpha: f64 },
-    Metriplectic { beta: f64 },
-    LinearDrag { matrix: Vec<f64> },
-    QuadraticDrag { matrix: Vec<f64> },
-    Constant { value: Vec<f64> },
-    Periodic { value: Vec<f64>, frequency: f64, phase: f64 },
+#[serde(untagged)]
+enum Entry {
+    Number(f64),
+    List(Vec<f64>),
+}
+
+impl Serialize for Term {
+    fn serialize<S: Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
+        let mut map = serializer.serialize_map(Some(1 + self.parameters.len()))?;
+        map.serialize_entry("kind", self.kind)?;
+        for (key, entry) in &self.parameters {
+            map.serialize_entry(key, entry)?;
+        }
+        map.end()
+    }
 }
 
 /// A system in the numbers of the protocol: what the requests on it have in common.
@@ -93,18 +109,12 @@ impl Described {
             Drag::Matrix(rows) => rows.iter().flatten().map(number).collect(),
         };
         let term = |force: &Force| {
-            Some(match force {
-                // A case with such a force has not been built.
-                Force::Given => return None,
-                Force::DoubleBracket { alpha } => Term::DoubleBracket { alpha: number(alpha) },
-                Force::Metriplectic { beta } => Term::Metriplectic { beta: number(beta) },
-                Force::LinearDrag(drag) => Term::LinearDrag { matrix: matrix(drag) },
-                Force::QuadraticDrag(drag) => Term::QuadraticDrag { matrix: matrix(drag) },
-                Force::Constant { value } => Term::Constant { value: list(value) },
-                Force::Periodic { value, frequency, phase } => {
-                    Term::Periodic { value: list(value), frequency: number(frequency), phase: number(phase) }
-                }
-            })
+            let parameters = force.parameters().map(|(parameter, value)| match value {
+                force::Value::Number(x) => (parameter.name, Entry::Number(number(x))),
+                force::Value::Covector(x) => (parameter.name, Entry::List(list(x))),
+                force::Value::Drag(drag) => (MATRIX, Entry::List(matrix(drag))),
+            });
+            Term { kind: force.kind(), parameters: parameters.collect() }
         };
         Ok(Self {
             version: VERSION,
@@ -114,7 +124,7 @@ impl Described {
             basis,
             inertia,
             quartic: case.lagrangian.quartic.as_ref().map(number),
-            force: case.forces.iter().filter_map(term).collect(),
+            force: case.forces.iter().map(term).collect(),
         })
     }
 

@@ -26,7 +26,7 @@ pub trait Progress: Sync {
     fn finish(&self) {}
 }
 
-/// Silence.
+/// Nothing is told to anybody.
 impl Progress for () {}
 
 /// Whether a campaign may go on.

@@ -5,7 +5,7 @@
 use super::{Report, Solver, StepError};
 use crate::algebra::{Covector, Matrix, Vector};
 use crate::mechanics::doubled::{DoubledLagrangian, VelocityError};
-use crate::newton::{Equations, Failure, Newton, Outcome, Settings};
+use crate::newton::{Equations, Newton, Outcome, Settings};
 use crate::retraction::{Retraction, RetractionError, TangentPoint};
 use crate::scalar::{Dual, Real, Scalar};
 use crate::tableau::Tableau;
@@ -304,16 +304,10 @@ where
         let step = self.equations.wanted.to_f64();
         match outcome {
             Ok(Outcome { iterations, residual }) => Ok(Report { solver, iterations, residual }),
-            Err(Failure::Fold { fraction, determinant }) => {
-                Err(StepError::Fold { step, fold: step * fraction.to_f64(), determinant: determinant.to_f64() })
+            Err(failure) => {
+                let out = |(stage, source)| StepError::Domain { step, stage, source };
+                Err(StepError::of_newton(failure, step, settings.tolerance, 0, out))
             }
-            Err(Failure::NotConverged(Outcome { iterations, residual })) => Err(StepError::NotConverged {
-                step,
-                residual: residual.to_f64(),
-                tolerance: settings.tolerance.to_f64(),
-                iterations,
-            }),
-            Err(Failure::Equations((stage, source))) => Err(StepError::Domain { step, stage, source }),
         }
     }
 }

@@ -5,6 +5,7 @@
 pub mod classical;
 pub mod comparators;
 pub mod doubled;
+mod fixed_point;
 #[cfg(feature = "lanes")]
 pub mod lanes;
 pub mod munthe_kaas;
@@ -28,6 +29,7 @@ pub use variational::Variational;
 
 use crate::algebra::{Covector, Matrix};
 use crate::mechanics::LegendreError;
+use crate::newton::Failure;
 use crate::retraction::RetractionError;
 use crate::scalar::Real;
 
@@ -68,7 +70,7 @@ impl<T: Real, const N: usize, const D: usize> State<T, N, D> {
 pub enum Solver {
     /// Explicit: nothing to solve.
     Explicit,
-    /// Sweeps over the stage momenta and displacements.
+    /// Fixed-point iteration on the stage momenta and displacements.
     Sweeps,
     /// Newton's method with the Jacobian from dual numbers.
     Newton,
@@ -81,7 +83,7 @@ pub enum Solver {
 pub struct Report<T> {
     /// Which iteration produced the stages.
     pub solver: Solver,
-    /// Sweeps or Newton iterations spent, of all solvers tried.
+    /// Fixed-point and Newton iterations spent, of all solvers tried.
     pub iterations: usize,
     /// The largest component of the true residual r_i, relative to the size of the momentum.
     pub residual: T,
@@ -178,6 +180,31 @@ pub enum StepError {
         /// What it did.
         why: String,
     },
+}
+
+impl StepError {
+    /// What a failure of Newton's method says of a step of size `step`, after so many iterations that were `spent` before;
+    /// `equations` says what it means that these could not be evaluated.
+    fn of_newton<T: Real, E>(
+        failure: Failure<T, E>,
+        step: f64,
+        tolerance: T,
+        spent: usize,
+        equations: impl FnOnce(E) -> Self,
+    ) -> Self {
+        match failure {
+            Failure::Fold { fraction, determinant } => {
+                Self::Fold { step, fold: fraction.to_f64() * step, determinant: determinant.to_f64() }
+            }
+            Failure::NotConverged(outcome) => Self::NotConverged {
+                step,
+                residual: outcome.residual.to_f64(),
+                tolerance: tolerance.to_f64(),
+                iterations: outcome.iterations + spent,
+            },
+            Failure::Equations(error) => equations(error),
+        }
+    }
 }
 
 /// A one-step method: the core trait; trajectories, order studies and laws are derived from it.

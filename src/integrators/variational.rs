@@ -2,11 +2,12 @@
 //!
 #![doc = include_str!("../guide/modules/integrators/variational.md")]
 
+use super::fixed_point::{CONTINUED, IDLE, PATIENT, QUICK, TRUSTED};
 use super::stages::Stages;
 use super::{OneStep, Report, Solver, State, StepError};
 use crate::algebra::{Covector, Vector};
 use crate::mechanics::{Force, Lagrangian};
-use crate::newton::{self, Equations, Failure, Newton};
+use crate::newton::{self, Equations, Newton};
 use crate::retraction::{Retraction, RetractionError, TangentPoint};
 use crate::scalar::{Dual, Real, Scalar};
 use crate::tableau::Tableau;
@@ -21,7 +22,7 @@ pub struct Settings<T> {
     /// amplification of rounding that an inertia of condition 10³ and a stage near the edge of the retraction's
     /// domain cause.
     pub floor: T,
-    /// The most sweeps before Newton's method takes over. Default 100.
+    /// The most fixed-point iterations before Newton's method takes over. Default 100.
     pub max_sweeps: usize,
     /// The most Newton iterations in one solve. Default 12.
     pub max_iterations: usize,
@@ -117,7 +118,7 @@ pub struct Variational<T: Real, const N: usize, const D: usize, L, F, R> {
     last: Option<(T, Covector<T, N>)>,
 }
 
-/// Sweeps (so many) that did not lead to a root that can be trusted: they do not contract, or too slowly to be sure of
+/// Fixed-point iterations (so many) that did not lead to a root that can be trusted: they do not contract, or too slowly to be sure of
 /// the branch, or a stage left the domain on the way.
 struct Unswept(usize);
 
@@ -260,7 +261,7 @@ where
         }
     }
 
-    /// Sweeps until the residual is at the tolerance or at its floor.
+    /// Fixed-point iterations until the residual is at the tolerance or at its floor.
     fn sweep(&mut self, problem: &Problem<T, N>) -> Result<Report<T>, Unswept> {
         let settings = self.settings;
         let (mut first, mut best, mut idle) = (None, T::zero(), 0);
@@ -269,19 +270,19 @@ where
             if !residual.all_finite() {
                 return Err(Unswept(sweeps));
             }
-            let start = *first.get_or_insert(residual);
+            let (start, count) = (*first.get_or_insert(residual), sweeps as i32);
             idle = if sweeps == 1 || residual < best { 0 } else { idle + 1 };
             best = if sweeps == 1 { residual } else { best.min(residual) };
-            if residual <= settings.tolerance || (idle >= 2 && residual <= settings.floor) {
-                // A root reached at a rate slower than 0.6 a sweep may lie beyond a fold: let Newton's method say.
-                let slow = sweeps > 4 && residual > start * T::ratio(3, 5).powi(sweeps as i32 - 1);
+            if residual <= settings.tolerance || (idle >= IDLE && residual <= settings.floor) {
+                // Then it may lie beyond a fold: let Newton's method say.
+                let slow = count > QUICK && residual > start * TRUSTED.value::<T>().powi(count - 1);
                 return if slow && residual < start {
                     Err(Unswept(sweeps))
                 } else {
                     Ok(Report { solver: Solver::Sweeps, iterations: sweeps, residual })
                 };
             }
-            let hopeless = sweeps >= 8 && best > start * T::ratio(4, 5).powi(sweeps as i32);
+            let hopeless = count >= PATIENT && best > start * CONTINUED.value::<T>().powi(count);
             if hopeless {
                 return Err(Unswept(sweeps));
             }
@@ -317,18 +318,8 @@ where
             self.unknowns.copy_from_slice(&self.origin);
             outcome = self.newton.follow(&mut equations, &mut self.unknowns, &settings);
         }
-        let outcome = outcome.map_err(|failure| match failure {
-            Failure::Fold { fraction, determinant } => {
-                StepError::Fold { step, fold: fraction.to_f64() * step, determinant: determinant.to_f64() }
-            }
-            Failure::NotConverged(o) => StepError::NotConverged {
-                step,
-                residual: o.residual.to_f64(),
-                tolerance: settings.tolerance.to_f64(),
-                iterations: o.iterations + spent,
-            },
-            Failure::Equations(error) => error,
-        })?;
+        let refused = |failure| StepError::of_newton(failure, step, settings.tolerance, spent, |error| error);
+        let outcome = outcome.map_err(refused)?;
         // Leave the stages of the root in the workspace.
         equations.set_fraction(T::one());
         equations.load(&self.unknowns);
@@ -338,7 +329,7 @@ where
 }
 
 impl<T: Real, L, F, R> Scheme<T, L, F, R> {
-    /// One sweep: evaluates the stages at (P_i, Ξ_i), leaves m, ξ and the next iterates in the workspace, and returns
+    /// One fixed-point iteration: evaluates the stages at (P_i, Ξ_i), leaves m, ξ and the next iterates in the workspace, and returns
     /// the largest relative change |P_i' − P_i|, |Ξ_i' − Ξ_i|: the residual, since P_i − P_i' = r_i and Ξ_i' = h Σ a_ij H_j.
     fn sweep<const N: usize, const D: usize>(
         &self,

@@ -65,16 +65,12 @@ pub const fn laws<S: Source>() -> &'static [CaseLaw<S>] {
 
 /// The case with those of its forces that do not depend on the velocity; a constant one if there are none.
 fn loaded(mut case: Case) -> Case {
-    case.forces.retain(is_load);
+    case.forces.retain(ForceTerm::is_load);
     if case.forces.is_empty() {
         let (Motion::Velocity(list) | Motion::Momentum(list)) = &case.start.motion;
         case.forces.push(ForceTerm::Constant { value: list.clone() });
     }
     case
-}
-
-fn is_load(force: &ForceTerm) -> bool {
-    matches!(force, ForceTerm::Constant { .. } | ForceTerm::Periodic { .. })
 }
 
 #[derive(Clone, Copy)]

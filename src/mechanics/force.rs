@@ -336,7 +336,17 @@ pub enum AnyForce<T: Real, const N: usize> {
 }
 
 macro_rules! any_force {
-    ($($variant:ident($ty:ty)),*) => {
+    ($($variant:ident($ty:ty) $name:literal),*) => {
+        impl<T: Real, const N: usize> AnyForce<T, N> {
+            /// What the force is called in messages.
+            pub fn name(&self) -> &'static str {
+                match self {
+                    $(Self::$variant(_) => $name,)*
+                    Self::Sum(_) => "sum",
+                }
+            }
+        }
+
         $(impl<T: Real, const N: usize> From<$ty> for AnyForce<T, N> {
             fn from(force: $ty) -> Self {
                 Self::$variant(force)
@@ -369,11 +379,11 @@ macro_rules! any_force {
 }
 
 any_force!(
-    Zero(Zero),
-    DoubleBracket(DoubleBracket<T, N>),
-    Metriplectic(Metriplectic<T, N>),
-    LinearDrag(LinearDrag<T, N>),
-    QuadraticDrag(QuadraticDrag<T, N>),
-    Constant(Constant<T, N>),
-    Periodic(Periodic<T, N>)
+    Zero(Zero) "zero",
+    DoubleBracket(DoubleBracket<T, N>) "double bracket",
+    Metriplectic(Metriplectic<T, N>) "metriplectic",
+    LinearDrag(LinearDrag<T, N>) "linear drag",
+    QuadraticDrag(QuadraticDrag<T, N>) "quadratic drag",
+    Constant(Constant<T, N>) "constant",
+    Periodic(Periodic<T, N>) "periodic"
 );

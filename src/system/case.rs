@@ -5,11 +5,14 @@
 
 use super::document::Document;
 use super::error::{CaseError, Place};
+use super::numbers::{list, rows};
 use crate::algebra::catalogue::Entry;
 use crate::scalar::Number;
 use crate::tableau::Description;
 use serde::{Deserialize, Serialize};
 use std::fmt;
+
+pub use super::force::{Drag, Force};
 
 /// The largest algebra dimension that is compiled in.
 pub const MAX_DIMENSION: usize = 10;
@@ -97,51 +100,6 @@ impl Lagrangian {
             Inertia::Full(rows) => rows.len(),
         }
     }
-}
-
-/// The matrix K of a drag.
-#[derive(Clone, Debug, PartialEq)]
-pub enum Drag {
-    /// K = k 1.
-    Coefficient(Number),
-    /// K by rows.
-    Matrix(Vec<Vec<Number>>),
-}
-
-/// One term of the force f(t, η).
-#[derive(Clone, Debug, PartialEq)]
-#[non_exhaustive]
-pub enum Force {
-    /// Double-bracket dissipation with coefficient α: keeps Casimirs, lowers the energy (LLG on so(3)).
-    DoubleBracket {
-        /// α.
-        alpha: Number,
-    },
-    /// Metriplectic relaxation with coefficient β: keeps the energy, moves Casimirs.
-    Metriplectic {
-        /// β.
-        beta: Number,
-    },
-    /// f = −(K η)ᵀ.
-    LinearDrag(Drag),
-    /// f = −√(ηᵀ K η) (K η)ᵀ, K symmetric and positive semidefinite.
-    QuadraticDrag(Drag),
-    /// A constant covector.
-    Constant {
-        /// Its n components.
-        value: Vec<Number>,
-    },
-    /// f(t) = value cos(ωt + φ).
-    Periodic {
-        /// The n amplitudes.
-        value: Vec<Number>,
-        /// ω.
-        frequency: Number,
-        /// φ.
-        phase: Number,
-    },
-    /// A force of somebody's own type ([`crate::laws::own`]), which the case does not describe.
-    Given,
 }
 
 /// Which retraction.
@@ -303,16 +261,6 @@ impl Case {
     }
 }
 
-fn list(items: &[Number]) -> String {
-    let items: Vec<String> = items.iter().map(ToString::to_string).collect();
-    format!("[{}]", items.join(", "))
-}
-
-fn rows(items: &[Vec<Number>]) -> String {
-    let items: Vec<String> = items.iter().map(|row| list(row)).collect();
-    format!("[{}]", items.join(", "))
-}
-
 impl fmt::Display for Algebra {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         match &self.structure {
@@ -345,64 +293,6 @@ impl fmt::Display for Lagrangian {
         match &self.quartic {
             Some(kappa) => write!(f, ", quartic {kappa}"),
             None => Ok(()),
-        }
-    }
-}
-
-impl fmt::Display for Force {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        write!(f, "{}", self.kind())?;
-        match self {
-            Self::DoubleBracket { alpha } => write!(f, " alpha = {alpha}"),
-            Self::Metriplectic { beta } => write!(f, " beta = {beta}"),
-            Self::LinearDrag(Drag::Coefficient(k)) | Self::QuadraticDrag(Drag::Coefficient(k)) => write!(f, " k = {k}"),
-            Self::LinearDrag(Drag::Matrix(k)) | Self::QuadraticDrag(Drag::Matrix(k)) => write!(f, " K = {}", rows(k)),
-            Self::Constant { value } => write!(f, " {}", list(value)),
-            Self::Periodic { value, frequency, phase } => write!(f, " {} cos({frequency} t + {phase})", list(value)),
-            Self::Given => Ok(()),
-        }
-    }
-}
-
-impl Force {
-    /// The kind, as in files.
-    pub fn kind(&self) -> &'static str {
-        match self {
-            Self::DoubleBracket { .. } => "double-bracket",
-            Self::Metriplectic { .. } => "metriplectic",
-            Self::LinearDrag(_) => "linear-drag",
-            Self::QuadraticDrag(_) => "quadratic-drag",
-            Self::Constant { .. } => "constant",
-            Self::Periodic { .. } => "periodic",
-            Self::Given => "given",
-        }
-    }
-
-    /// The dimension that it is for; `None`: any.
-    pub(super) fn dimension(&self) -> Option<usize> {
-        match self {
-            Self::LinearDrag(Drag::Matrix(rows)) | Self::QuadraticDrag(Drag::Matrix(rows)) => Some(rows.len()),
-            Self::Constant { value } | Self::Periodic { value, .. } => Some(value.len()),
-            _ => None,
-        }
-    }
-
-    /// The largest coefficient in absolute value; NaN where it is no number.
-    pub(super) fn strength(&self) -> f64 {
-        let largest = |list: &[Number]| {
-            list.iter()
-                .map(|x| x.eval::<f64>().map_or(f64::NAN, f64::abs))
-                .fold(0.0, |m, x| if x > m || x.is_nan() { x } else { m })
-        };
-        match self {
-            Self::DoubleBracket { alpha: k } | Self::Metriplectic { beta: k } => largest(std::slice::from_ref(k)),
-            Self::LinearDrag(Drag::Coefficient(k)) | Self::QuadraticDrag(Drag::Coefficient(k)) => {
-                largest(std::slice::from_ref(k))
-            }
-            Self::LinearDrag(Drag::Matrix(rows)) | Self::QuadraticDrag(Drag::Matrix(rows)) => largest(&rows.concat()),
-            Self::Constant { value } | Self::Periodic { value, .. } => largest(value),
-            // Its size is not known here.
-            Self::Given => 0.0,
         }
     }
 }

@@ -8,8 +8,9 @@
 //! G × ℝᴺ⁻ⁿ; the spectators have unit inertia, no force, and start at rest, where they stay. Coordinates and matrices of g come
 //! first, so that the leading n components and the leading block of a matrix are those of the case.
 
-use super::case::{Case, Drag, Force as ForceTerm, Inertia, Motion, Structure, Tau};
+use super::case::{Case, Force as ForceTerm, Inertia, Motion, Structure, Tau};
 use super::error::{CaseError, Place, Problem};
+use super::numbers::{number, square, symmetric, vector};
 use super::so3::So3Retraction;
 use crate::algebra::catalogue::Entry;
 use crate::algebra::{Casimir, Covector, LieAlgebra, Matrix, Vector};
@@ -17,12 +18,11 @@ use crate::group::matrix::spectator_rows;
 use crate::group::{LieGroup, MatrixGroup};
 use crate::integrators::State;
 use crate::integrators::se3::CayleySe3;
-use crate::mechanics::force::ForceError;
-use crate::mechanics::force::{AnyForce, Constant, DoubleBracket, LinearDrag, Metriplectic, Periodic, QuadraticDrag};
+use crate::mechanics::force::AnyForce;
 use crate::mechanics::lagrangian::{AnyLagrangian, Quadratic, Quartic};
 use crate::mechanics::{Force, Lagrangian};
 use crate::retraction::{AnyRetraction, Cayley, Exponential, Retraction};
-use crate::scalar::{Number, Real};
+use crate::scalar::Real;
 use crate::tableau::families::MAX_STAGES;
 use crate::tableau::{Description, Entries, Tableau, TableauError};
 
@@ -71,14 +71,14 @@ pub trait Wrap {
     type Wrapped<T: Real, const N: usize, const D: usize, R: Retraction<T, N, D> + 'static>: Retraction<T, N, D>
         + 'static;
 
-    /// Does it.
+    /// The retraction to be used in the place of `retraction`.
     fn wrap<T: Real, const N: usize, const D: usize, R: Retraction<T, N, D> + 'static>(
         &self,
         retraction: R,
     ) -> Self::Wrapped<T, N, D, R>;
 }
 
-/// Nothing.
+/// The retraction as it is.
 struct AsItIs;
 
 impl Wrap for AsItIs {
@@ -252,7 +252,7 @@ impl Case {
             .map_err(|problem| method.key("retraction").error(problem))?;
         let retraction = wrap.wrap::<T, N, D, R>(retraction);
         if let Some(i) = self.forces.iter().position(|term| *term == ForceTerm::Given) {
-            return Err(Place::root().key("force").index(i).error(given("the force")));
+            return Err(Place::root().key("force").index(i).error(Problem::given("the force")));
         }
         self.complete((algebra, group, casimirs), retraction, |l| l, |f| f)
     }
@@ -287,9 +287,9 @@ impl Case {
     fn structure<T: Real, const N: usize, const D: usize>(&self) -> Result<Parts<T, N, D>, CaseError> {
         let place = Place::root().key("algebra");
         let basis_place = place.key("basis");
-        let basis = self.algebra.basis.as_ref();
+        let (n, basis) = (self.dimension(), self.algebra.basis.as_ref());
         // The file lists the columns.
-        let basis = basis.map(|b| Ok(self.square::<T, N>(b, T::one(), &basis_place)?.transpose())).transpose()?;
+        let basis = basis.map(|b| Ok(square::<T, N>(b, n, T::one(), &basis_place)?.transpose())).transpose()?;
         let (mut algebra, mut group, mut casimirs) = match &self.algebra.structure {
             Structure::Named(entry) => {
                 let refused = |e| place.key("name").error(Problem::Algebra(e));
@@ -297,7 +297,7 @@ impl Case {
                 (group.algebra().clone(), Some(group), entry.casimirs_beside_spectators::<T, N>())
             }
             Structure::Constants { .. } => (self.constants::<T, N>(&place.key("constants"))?, None, Vec::new()),
-            Structure::Given { .. } => return Err(place.error(given("the algebra"))),
+            Structure::Given { .. } => return Err(place.error(Problem::given("the algebra"))),
         };
         if let Some(basis) = basis {
             let refused = |e| basis_place.error(Problem::Algebra(e));
@@ -331,7 +331,7 @@ impl Case {
         let place = table.key("inertia");
         let inertia = match &self.lagrangian.inertia {
             Inertia::Diagonal(diagonal) => {
-                let mut diagonal = self.vector::<T, N>(diagonal, &place)?;
+                let mut diagonal = vector::<T, N>(diagonal, self.dimension(), &place)?;
                 (self.dimension()..N).for_each(|spectator| diagonal[spectator] = T::one());
                 if let Some(a) = (0..N).find(|&a| diagonal[a] == T::zero()) {
                     let allowed = "moments that are not 0".into();
@@ -340,7 +340,7 @@ impl Case {
                 Matrix::from_diagonal(&diagonal)
             }
             Inertia::Full(rows) => {
-                let inertia = self.square::<T, N>(rows, T::one(), &place)?;
+                let inertia = square::<T, N>(rows, self.dimension(), T::one(), &place)?;
                 symmetric(&inertia, rows, &place)?;
                 inertia
             }
@@ -366,7 +366,7 @@ impl Case {
     ) -> Result<AnyForce<T, N>, CaseError> {
         let place = Place::root().key("force");
         let terms = self.forces.iter().enumerate().filter(|(_, term)| **term != ForceTerm::Given);
-        let terms = terms.map(|(i, term)| self.force_term(term, algebra, lagrangian, &place.index(i)));
+        let terms = terms.map(|(i, term)| term.typed(self.dimension(), algebra, lagrangian, &place.index(i)));
         let mut terms = terms.collect::<Result<Vec<_>, _>>()?;
         Ok(match terms.len() {
             0 => AnyForce::Zero(crate::mechanics::force::Zero),
@@ -395,15 +395,15 @@ impl Case {
         lagrangian: &impl Lagrangian<T, N>,
         retraction: &impl Retraction<T, N, D>,
     ) -> Result<State<T, N, D>, CaseError> {
-        let place = Place::root().key("state");
+        let (n, place) = (self.dimension(), Place::root().key("state"));
         let momentum = match &self.start.motion {
             Motion::Velocity(eta) => {
                 let place = place.key("velocity");
-                finite(lagrangian.gradient(&self.vector::<T, N>(eta, &place)?), &place)?
+                finite(lagrangian.gradient(&vector::<T, N>(eta, n, &place)?), &place)?
             }
             Motion::Momentum(mu) => {
                 let place = place.key("momentum");
-                let momentum = self.vector::<T, N>(mu, &place)?.transpose();
+                let momentum = vector::<T, N>(mu, n, &place)?.transpose();
                 lagrangian.velocity(&momentum, &Vector::zeros()).map_err(|e| place.error(e))?;
                 momentum
             }
@@ -412,93 +412,12 @@ impl Case {
             None => Matrix::identity(),
             Some(x) => {
                 let place = place.key("attitude");
-                retraction.tau(&self.vector::<T, N>(x, &place)?).map_err(|e| place.error(e))?
+                retraction.tau(&vector::<T, N>(x, n, &place)?).map_err(|e| place.error(e))?
             }
         };
         let time = number(&self.start.time, &place.key("time"))?;
         Ok(State { time, momentum, attitude })
     }
-
-    fn force_term<T: Real, const N: usize>(
-        &self,
-        term: &ForceTerm,
-        algebra: &LieAlgebra<T, N>,
-        lagrangian: &AnyLagrangian<T, N>,
-        place: &Place,
-    ) -> Result<AnyForce<T, N>, CaseError> {
-        let refused = |e: ForceError| place.error(Problem::Force(e));
-        let value = |list: &[Number]| Ok(self.vector::<T, N>(list, &place.key("value"))?.transpose());
-        Ok(match term {
-            ForceTerm::DoubleBracket { alpha } => {
-                let alpha = number(alpha, &place.key("alpha"))?;
-                DoubleBracket::new(algebra.clone(), lagrangian.clone(), alpha).map_err(refused)?.into()
-            }
-            ForceTerm::Metriplectic { beta } => {
-                let beta = number(beta, &place.key("beta"))?;
-                Metriplectic::new(algebra.clone(), lagrangian.clone(), beta).map_err(refused)?.into()
-            }
-            ForceTerm::LinearDrag(drag) => LinearDrag::new(self.drag_matrix(drag, place)?).map_err(refused)?.into(),
-            ForceTerm::QuadraticDrag(drag) => {
-                let matrix = self.drag_matrix(drag, place)?;
-                if let Drag::Matrix(rows) = drag {
-                    symmetric(&matrix, rows, &place.key("matrix"))?;
-                }
-                let key = if matches!(drag, Drag::Matrix(_)) { "matrix" } else { "coefficient" };
-                QuadraticDrag::new(matrix).map_err(|e| place.key(key).error(e))?.into()
-            }
-            ForceTerm::Constant { value: list } => Constant::new(value(list)?).map_err(refused)?.into(),
-            ForceTerm::Periodic { value: list, frequency, phase } => {
-                let frequency = number(frequency, &place.key("frequency"))?;
-                let phase = number(phase, &place.key("phase"))?;
-                Periodic::new(value(list)?, frequency, phase).map_err(refused)?.into()
-            }
-            ForceTerm::Given => return Err(place.error(given("the force"))),
-        })
-    }
-
-    fn drag_matrix<T: Real, const N: usize>(&self, drag: &Drag, place: &Place) -> Result<Matrix<T, N>, CaseError> {
-        match drag {
-            Drag::Coefficient(k) => {
-                let k = number(k, &place.key("coefficient"))?;
-                let n = self.dimension();
-                Ok(Matrix::from_fn(|r, c| if r == c && r < n { k } else { T::zero() }))
-            }
-            Drag::Matrix(rows) => self.square(rows, T::zero(), &place.key("matrix")),
-        }
-    }
-
-    /// The vector with these n components, and 0 for spectators.
-    fn vector<T: Real, const N: usize>(&self, list: &[Number], place: &Place) -> Result<Vector<T, N>, CaseError> {
-        length(list.len(), self.dimension(), place)?;
-        let mut vector = Vector::zeros();
-        for (a, entry) in list.iter().enumerate() {
-            vector[a] = number(entry, &place.index(a))?;
-        }
-        Ok(vector)
-    }
-
-    /// The matrix with these n rows, and `spectators` on the diagonal for spectators.
-    fn square<T: Real, const N: usize>(
-        &self,
-        rows: &[Vec<Number>],
-        spectators: T,
-        place: &Place,
-    ) -> Result<Matrix<T, N>, CaseError> {
-        let n = self.dimension();
-        length(rows.len(), n, place)?;
-        let mut matrix = Matrix::<T, N>::from_fn(|r, c| if r == c && r >= n { spectators } else { T::zero() });
-        for (a, row) in rows.iter().enumerate() {
-            matrix.set_row(a, &self.vector::<T, N>(row, &place.index(a))?.transpose());
-        }
-        Ok(matrix)
-    }
-}
-
-/// A part that is no part of the case.
-fn given(what: &'static str) -> Problem {
-    let why = "it is of somebody's own type, which the case does not describe; `cargo test` replays such cases, in the crate \
-               that has the type";
-    Problem::NotApplicable { what, why: why.into() }
 }
 
 /// The retraction of so(3) in its standard basis.
@@ -568,42 +487,10 @@ fn below(k: usize, n: usize) -> Option<usize> {
     k.checked_sub(1).filter(|k| *k < n)
 }
 
-/// The value of `number` in `T`.
-pub(super) fn number<T: Real>(number: &Number, place: &Place) -> Result<T, CaseError> {
-    let value: T = number.eval().map_err(|e| place.error(Problem::Number(e)))?;
-    if value.all_finite() { Ok(value) } else { Err(place.error(Problem::NotFinite { text: number.to_string() })) }
-}
-
-fn length(found: usize, wanted: usize, place: &Place) -> Result<(), CaseError> {
-    if found == wanted {
-        return Ok(());
-    }
-    Err(place.error(Problem::Length { found, wanted, why: "the dimension of the algebra" }))
-}
-
 fn finite<T: Real, const N: usize>(mu: Covector<T, N>, place: &Place) -> Result<Covector<T, N>, CaseError> {
     if mu.iter().all(|v| v.all_finite()) {
         return Ok(mu);
     }
     let allowed = "velocities of finite momentum".into();
     Err(place.error(Problem::Range { found: "too large".into(), allowed }))
-}
-
-/// Refuses entries that differ from their mirror image by more than rounding, and says which.
-fn symmetric<T: Real, const N: usize>(m: &Matrix<T, N>, rows: &[Vec<Number>], place: &Place) -> Result<(), CaseError> {
-    let size = m.iter().fold(T::zero(), |size, v| size.max(v.abs()));
-    let bound = T::int(64 * N as i64) * T::unit_roundoff() * size;
-    for r in 0..rows.len() {
-        for c in 0..r {
-            if (m[(r, c)] - m[(c, r)]).abs() > bound {
-                return Err(place.index(r).index(c).error(Problem::NotSymmetric {
-                    row: r + 1,
-                    column: c + 1,
-                    entry: rows[r][c].to_string(),
-                    mirrored: rows[c][r].to_string(),
-                }));
-            }
-        }
-    }
-    Ok(())
 }

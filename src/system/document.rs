@@ -7,18 +7,22 @@ use super::case::{
     Algebra, Case, Constant, Drag, Force, Inertia, Lagrangian, MAX_DIMENSION, Method, Motion, Start, Structure, Tau,
 };
 use super::error::{CaseError, Place, Problem};
-use crate::algebra::catalogue::{Entry, NAMES, UnknownName};
+use super::force::{COEFFICIENT, KINDS, Kind, MATRIX, Parameter, Role, Value};
+use crate::algebra::catalogue::{self, NAMES, UnknownName};
 use crate::scalar::Number;
 use crate::tableau::{Description, Entries};
-use serde::de::{IntoDeserializer, SeqAccess, Visitor};
+use serde::de::{DeserializeSeed, EnumAccess, IntoDeserializer, MapAccess, SeqAccess, VariantAccess, Visitor};
+use serde::ser::SerializeStruct;
 use serde::{Deserialize, Deserializer, Serialize, Serializer};
+use std::borrow::Cow;
 use std::fmt;
+use std::sync::LazyLock;
 
 /// The version of the schema.
 pub const FORMAT: i64 = 1;
 
 /// The whole file.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[derive(Clone, Debug, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub(crate) struct Document {
     pub format: i64,
@@ -69,39 +73,20 @@ pub(crate) struct LagrangianTable {
     pub quartic: Option<Number>,
 }
 
-/// The kinds of force terms.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
-#[serde(rename_all = "kebab-case")]
-pub(crate) enum ForceKind {
-    DoubleBracket,
-    Metriplectic,
-    LinearDrag,
-    QuadraticDrag,
-    Constant,
-    Periodic,
-    /// In the record of a failure on somebody's own types.
-    Given,
+/// One `[[force]]`: its kind, and the keys that are there.
+#[derive(Clone, Debug)]
+pub(crate) struct ForceTable {
+    kind: &'static Kind,
+    entries: Vec<(&'static str, Entry)>,
 }
 
-/// One `[[force]]`.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
-#[serde(deny_unknown_fields)]
-pub(crate) struct ForceTable {
-    pub kind: ForceKind,
-    #[serde(skip_serializing_if = "Option::is_none")]
-    pub alpha: Option<Number>,
-    #[serde(skip_serializing_if = "Option::is_none")]
-    pub beta: Option<Number>,
-    #[serde(skip_serializing_if = "Option::is_none")]
-    pub coefficient: Option<Number>,
-    #[serde(skip_serializing_if = "Option::is_none")]
-    pub matrix: Option<Vec<Vec<Number>>>,
-    #[serde(skip_serializing_if = "Option::is_none")]
-    pub value: Option<Vec<Number>>,
-    #[serde(skip_serializing_if = "Option::is_none")]
-    pub frequency: Option<Number>,
-    #[serde(skip_serializing_if = "Option::is_none")]
-    pub phase: Option<Number>,
+/// What stands at a key of a force.
+#[derive(Clone, Debug, Serialize)]
+#[serde(untagged)]
+enum Entry {
+    Number(Number),
+    List(Vec<Number>),
+    Matrix(Vec<Vec<Number>>),
 }
 
 /// `[method]`.
@@ -247,8 +232,8 @@ impl TryFrom<Document> for Case {
 }
 
 /// `Missing`, with the keys that may be given.
-fn missing(what: &'static str, allowed: &str) -> Problem {
-    Problem::Missing { what, allowed: allowed.into() }
+fn missing(what: impl Into<Cow<'static, str>>, allowed: &str) -> Problem {
+    Problem::Missing { what: what.into(), allowed: allowed.into() }
 }
 
 /// `Excess`, with what is allowed.
@@ -295,8 +280,8 @@ impl AlgebraTable {
     }
 }
 
-fn entry(name: &str, place: &Place) -> Result<Entry, CaseError> {
-    let entry: Entry = name.parse().map_err(|UnknownName { name }: UnknownName| {
+fn entry(name: &str, place: &Place) -> Result<catalogue::Entry, CaseError> {
+    let entry: catalogue::Entry = name.parse().map_err(|UnknownName { name }: UnknownName| {
         place.error(Problem::Part(format!(
             "unknown algebra {name:?}; allowed: r1 to r{MAX_DIMENSION}, {NAMES}, and products of these with `+`, as in so3+r2, \
              of dimension {MAX_DIMENSION} at most"
@@ -375,82 +360,175 @@ impl LagrangianTable {
     }
 }
 
-impl ForceKind {
-    /// The keys that a term of this kind takes, beside `kind`.
-    fn keys(self) -> &'static [&'static str] {
+/// The keys of a force, `kind` first.
+static FORCE_KEYS: LazyLock<Vec<&str>> = LazyLock::new(|| {
+    let mut keys = vec!["kind"];
+    for key in KINDS.iter().flat_map(|kind| kind.parameters).flat_map(Parameter::keys) {
+        if !keys.contains(key) {
+            keys.push(key);
+        }
+    }
+    keys
+});
+
+/// The names of all kinds.
+static KIND_NAMES: LazyLock<Vec<&str>> = LazyLock::new(|| KINDS.iter().map(|kind| kind.name).collect());
+
+/// The parameter that has a key, of the first kind that has it.
+fn parameter(key: &str) -> Option<&'static Parameter> {
+    KINDS.iter().flat_map(|kind| kind.parameters).find(|parameter| parameter.keys().contains(&key))
+}
+
+/// One of a few words.
+#[derive(Clone, Copy)]
+enum Word {
+    Key,
+    Kind,
+}
+
+impl<'de> DeserializeSeed<'de> for Word {
+    type Value = &'static str;
+
+    fn deserialize<D: Deserializer<'de>>(self, deserializer: D) -> Result<&'static str, D::Error> {
+        deserializer.deserialize_identifier(self)
+    }
+}
+
+impl Visitor<'_> for Word {
+    type Value = &'static str;
+
+    fn expecting(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.write_str(match self {
+            Self::Key => "field identifier",
+            Self::Kind => "variant identifier",
+        })
+    }
+
+    fn visit_str<E: serde::de::Error>(self, value: &str) -> Result<&'static str, E> {
+        let known = |words: &'static [&'static str]| words.iter().copied().find(|word| *word == value);
         match self {
-            Self::DoubleBracket => &["alpha"],
-            Self::Metriplectic => &["beta"],
-            Self::LinearDrag | Self::QuadraticDrag => &["coefficient", "matrix"],
-            Self::Constant => &["value"],
-            Self::Given => &[],
-            Self::Periodic => &["value", "frequency", "phase"],
+            Self::Key => known(&FORCE_KEYS).ok_or_else(|| E::unknown_field(value, &FORCE_KEYS)),
+            Self::Kind => known(&KIND_NAMES).ok_or_else(|| E::unknown_variant(value, &KIND_NAMES)),
         }
     }
 }
 
-fn drag(coefficient: Option<Number>, matrix: Option<Vec<Vec<Number>>>, place: &Place) -> Result<Drag, CaseError> {
-    match (coefficient, matrix) {
-        (Some(coefficient), None) => Ok(Drag::Coefficient(coefficient)),
-        (None, Some(matrix)) => Ok(Drag::Matrix(matrix)),
-        (None, None) => Err(place.error(missing("the drag", "`coefficient` (a number) or `matrix` (n rows)"))),
-        (Some(_), Some(_)) => Err(place.key("matrix").error(excess("either `coefficient` or `matrix`, not both"))),
+impl<'de> Deserialize<'de> for &'static Kind {
+    fn deserialize<D: Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
+        struct Name;
+
+        impl<'de> Visitor<'de> for Name {
+            type Value = &'static Kind;
+
+            fn expecting(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+                f.write_str("enum ForceKind")
+            }
+
+            fn visit_enum<A: EnumAccess<'de>>(self, data: A) -> Result<&'static Kind, A::Error> {
+                let (name, content) = data.variant_seed(Word::Kind)?;
+                content.unit_variant()?;
+                Kind::named(name).ok_or_else(|| serde::de::Error::unknown_variant(name, &KIND_NAMES))
+            }
+        }
+
+        deserializer.deserialize_enum("ForceKind", &KIND_NAMES, Name)
+    }
+}
+
+impl<'de> Deserialize<'de> for ForceTable {
+    fn deserialize<D: Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
+        struct Table;
+
+        impl<'de> Visitor<'de> for Table {
+            type Value = ForceTable;
+
+            fn expecting(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+                f.write_str("struct ForceTable")
+            }
+
+            fn visit_map<A: MapAccess<'de>>(self, mut map: A) -> Result<ForceTable, A::Error> {
+                use serde::de::Error;
+                let (mut kind, mut entries) = (None, Vec::<(&'static str, Option<Entry>)>::new());
+                while let Some(key) = map.next_key_seed(Word::Key)? {
+                    if entries.iter().any(|(other, _)| *other == key) || (key == "kind" && kind.is_some()) {
+                        return Err(A::Error::duplicate_field(key));
+                    }
+                    let entry = match parameter(key).map(|parameter| parameter.role) {
+                        None => {
+                            kind = Some(map.next_value()?);
+                            continue;
+                        }
+                        Some(Role::Drag | Role::SymmetricDrag) if key == MATRIX => {
+                            map.next_value::<Option<_>>()?.map(Entry::Matrix)
+                        }
+                        Some(Role::Amplitude) => map.next_value::<Option<_>>()?.map(Entry::List),
+                        Some(_) => map.next_value::<Option<_>>()?.map(Entry::Number),
+                    };
+                    entries.push((key, entry));
+                }
+                let kind = kind.ok_or_else(|| A::Error::missing_field("kind"))?;
+                Ok(ForceTable {
+                    kind,
+                    entries: entries.into_iter().filter_map(|(key, entry)| Some((key, entry?))).collect(),
+                })
+            }
+        }
+
+        deserializer.deserialize_struct("ForceTable", &FORCE_KEYS, Table)
+    }
+}
+
+impl Serialize for ForceTable {
+    fn serialize<S: Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
+        let mut table = serializer.serialize_struct("ForceTable", 1 + self.entries.len())?;
+        table.serialize_field("kind", self.kind.name)?;
+        for (key, entry) in &self.entries {
+            table.serialize_field(key, entry)?;
+        }
+        table.end()
     }
 }
 
 impl ForceTable {
-    fn drag(kind: ForceKind, drag: Drag) -> Self {
-        match drag {
-            Drag::Coefficient(coefficient) => Self { coefficient: Some(coefficient), ..Self::bare(kind) },
-            Drag::Matrix(matrix) => Self { matrix: Some(matrix), ..Self::bare(kind) },
-        }
+    fn take(&mut self, key: &str) -> Option<Entry> {
+        let at = self.entries.iter().position(|(found, _)| *found == key)?;
+        Some(self.entries.remove(at).1)
     }
 
-    fn bare(kind: ForceKind) -> Self {
-        Self {
-            kind,
-            alpha: None,
-            beta: None,
-            coefficient: None,
-            matrix: None,
-            value: None,
-            frequency: None,
-            phase: None,
-        }
-    }
-
-    fn force(self, place: &Place) -> Result<Force, CaseError> {
-        let given = [
-            ("alpha", self.alpha.is_some()),
-            ("beta", self.beta.is_some()),
-            ("coefficient", self.coefficient.is_some()),
-            ("matrix", self.matrix.is_some()),
-            ("value", self.value.is_some()),
-            ("frequency", self.frequency.is_some()),
-            ("phase", self.phase.is_some()),
-        ];
-        let keys = self.kind.keys();
-        if let Some((key, _)) = given.iter().find(|(key, is)| *is && !keys.contains(key)) {
+    fn force(mut self, place: &Place) -> Result<Force, CaseError> {
+        let keys: Vec<&str> = self.kind.parameters.iter().flat_map(Parameter::keys).copied().collect();
+        let foreign = |key: &&&'static str| !keys.contains(*key) && self.entries.iter().any(|(found, _)| found == *key);
+        if let Some(key) = FORCE_KEYS.iter().find(foreign) {
             let allowed = format!("this kind of force takes `{}`", keys.join("`, `"));
             return Err(place.key(key).error(excess(allowed)));
         }
-        let one = |what, value: Option<Number>| value.ok_or_else(|| place.error(missing(what, "a number")));
-        let many = |value: Option<Vec<Number>>| {
-            value.ok_or_else(|| place.error(missing("`value`", "a list of n numbers, a covector")))
-        };
-        Ok(match self.kind {
-            ForceKind::DoubleBracket => Force::DoubleBracket { alpha: one("`alpha`", self.alpha)? },
-            ForceKind::Metriplectic => Force::Metriplectic { beta: one("`beta`", self.beta)? },
-            ForceKind::LinearDrag => Force::LinearDrag(drag(self.coefficient, self.matrix, place)?),
-            ForceKind::QuadraticDrag => Force::QuadraticDrag(drag(self.coefficient, self.matrix, place)?),
-            ForceKind::Constant => Force::Constant { value: many(self.value)? },
-            ForceKind::Given => Force::Given,
-            ForceKind::Periodic => Force::Periodic {
-                value: many(self.value)?,
-                frequency: one("`frequency`", self.frequency)?,
-                phase: self.phase.unwrap_or_default(),
+        let kind = self.kind;
+        let values = kind.parameters.iter().map(|parameter| self.value(parameter, place));
+        Ok(kind.force(values.collect::<Result<Vec<_>, _>>()?))
+    }
+
+    /// The value of a parameter, of which the keys are taken out.
+    fn value(&mut self, parameter: &'static Parameter, place: &Place) -> Result<Value, CaseError> {
+        let quoted = || format!("`{}`", parameter.name);
+        match parameter.role {
+            Role::Drag | Role::SymmetricDrag => match (self.take(COEFFICIENT), self.take(MATRIX)) {
+                (Some(Entry::Number(k)), None) => Ok(Value::Drag(Drag::Coefficient(k))),
+                (None, Some(Entry::Matrix(rows))) => Ok(Value::Drag(Drag::Matrix(rows))),
+                (Some(_), Some(_)) => {
+                    Err(place.key(MATRIX).error(excess("either `coefficient` or `matrix`, not both")))
+                }
+                _ => Err(place.error(missing("the drag", "`coefficient` (a number) or `matrix` (n rows)"))),
             },
-        })
+            Role::Amplitude => match self.take(parameter.name) {
+                Some(Entry::List(list)) => Ok(Value::Covector(list)),
+                _ => Err(place.error(missing(quoted(), "a list of n numbers, a covector"))),
+            },
+            Role::Strength | Role::Frequency | Role::Phase => match self.take(parameter.name) {
+                Some(Entry::Number(x)) => Ok(Value::Number(x)),
+                _ if parameter.role == Role::Phase => Ok(Value::Number(Number::default())),
+                _ => Err(place.error(missing(quoted(), "a number"))),
+            },
+        }
     }
 }
 
@@ -548,19 +626,12 @@ impl From<Case> for Document {
 
 impl From<Force> for ForceTable {
     fn from(force: Force) -> Self {
-        match force {
-            Force::DoubleBracket { alpha } => Self { alpha: Some(alpha), ..Self::bare(ForceKind::DoubleBracket) },
-            Force::Metriplectic { beta } => Self { beta: Some(beta), ..Self::bare(ForceKind::Metriplectic) },
-            Force::LinearDrag(drag) => Self::drag(ForceKind::LinearDrag, drag),
-            Force::QuadraticDrag(drag) => Self::drag(ForceKind::QuadraticDrag, drag),
-            Force::Constant { value } => Self { value: Some(value), ..Self::bare(ForceKind::Constant) },
-            Force::Given => Self::bare(ForceKind::Given),
-            Force::Periodic { value, frequency, phase } => Self {
-                value: Some(value),
-                frequency: Some(frequency),
-                phase: Some(phase),
-                ..Self::bare(ForceKind::Periodic)
-            },
-        }
+        let entries = force.parameters().map(|(parameter, value)| match value.cloned() {
+            Value::Number(x) => (parameter.name, Entry::Number(x)),
+            Value::Covector(list) => (parameter.name, Entry::List(list)),
+            Value::Drag(Drag::Coefficient(k)) => (COEFFICIENT, Entry::Number(k)),
+            Value::Drag(Drag::Matrix(rows)) => (MATRIX, Entry::Matrix(rows)),
+        });
+        Self { kind: force.description(), entries: entries.collect() }
     }
 }

@@ -6,6 +6,7 @@ use crate::mechanics::force::ForceError;
 use crate::retraction::RetractionError;
 use crate::scalar::NumberError;
 use crate::tableau::TableauError;
+use std::borrow::Cow;
 use std::fmt;
 
 /// One segment of a [`Place`].
@@ -77,7 +78,7 @@ pub enum Problem {
     #[error("{what} is missing: {allowed}")]
     Missing {
         /// The key, or the choice of keys.
-        what: &'static str,
+        what: Cow<'static, str>,
         /// What it may be.
         allowed: String,
     },
@@ -164,6 +165,15 @@ pub enum Problem {
     /// A part with an error of its own kind: its text.
     #[error("{0}")]
     Part(String),
+}
+
+impl Problem {
+    /// A part that is no part of the case.
+    pub(super) fn given(what: &'static str) -> Self {
+        let why = "it is of somebody's own type, which the case does not describe; `cargo test` replays such cases, in the crate \
+                   that has the type";
+        Self::NotApplicable { what, why: why.into() }
+    }
 }
 
 /// Why a case was refused: where, and what is allowed there.

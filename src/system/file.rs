@@ -7,6 +7,8 @@
 use super::case::Case;
 use super::document::{Document, OutputTable, RunTable, ScalarName};
 use super::error::{CaseError, Place, Problem, Segment};
+use super::force::KINDS;
+use super::numbers::number;
 use crate::scalar::{Number, Real};
 use std::borrow::Cow;
 use std::fmt;
@@ -133,8 +135,8 @@ fn missing_field(message: &str) -> Option<&str> {
 }
 
 /// What a required key holds.
-fn hint(key: &str) -> Option<&'static str> {
-    Some(match key {
+fn hint(key: &str) -> Option<String> {
+    let hint = match key {
         "format" => "the line `format = 1` at the top",
         "algebra" => "a table [algebra] with `name`, or with `dimension` and `constants`",
         "method" => "a table [method] with `tableau` (or `a` and `b`) and `retraction`",
@@ -142,9 +144,13 @@ fn hint(key: &str) -> Option<&'static str> {
         "state" => "a table [state] with `velocity` or `momentum`",
         "run" => "a table [run] with `step`, and `horizon` or `steps`",
         "step" => "a number that is not zero, such as `step = \"1/8\"`",
-        "kind" => "`double-bracket`, `metriplectic`, `linear-drag`, `quadratic-drag`, `constant`, `periodic`",
+        "kind" => {
+            let kinds = KINDS.iter().filter(|kind| kind.name != "given").map(|kind| format!("`{}`", kind.name));
+            return Some(kinds.collect::<Vec<_>>().join(", "));
+        }
         _ => return None,
-    })
+    };
+    Some(hint.into())
 }
 
 /// The span of a place, or of the innermost table or list around it that exists.
@@ -258,9 +264,9 @@ impl SystemFile {
             Horizon::Steps(steps) => return Ok((*steps, None)),
             Horizon::Duration(duration) => duration,
         };
-        let step: T = super::dispatch::number(&self.case.step, &run.key("step"))?;
+        let step: T = number(&self.case.step, &run.key("step"))?;
         let place = run.key("horizon");
-        let length: T = super::dispatch::number(duration, &place)?;
+        let length: T = number(duration, &place)?;
         let ratio = length / step;
         let range = |allowed: String| place.error(Problem::Range { found: duration.to_string(), allowed });
         if !ratio.all_finite() || ratio <= T::zero() {
@@ -293,7 +299,7 @@ fn horizon(run: &RunTable, place: &Place) -> Result<Horizon, CaseError> {
         (Some(duration), None) => Ok(Horizon::Duration(duration.clone())),
         (None, Some(steps)) => Ok(Horizon::Steps(count(steps, MAX_STEPS, &place.key("steps"))?)),
         (None, None) => Err(place.error(Problem::Missing {
-            what: "the length of the run",
+            what: "the length of the run".into(),
             allowed: "`horizon` (a duration) or `steps` (an integer)".into(),
         })),
         (Some(_), Some(_)) => {

@@ -2,6 +2,7 @@
 
 use super::case::{Algebra, Case, Constant, Drag, Force, Inertia, Lagrangian, Motion, Start, Structure, Tau};
 use super::fixed::Fixed;
+use super::force::{Argument, KINDS, Kind, Role, Value};
 use super::random::{Cases, Forcing};
 use crate::algebra::catalogue::Entry;
 use crate::scalar::Number;
@@ -247,47 +248,45 @@ pub(super) fn forces(draw: &mut Draw<'_>, n: usize, abelian: bool, knobs: &Cases
     (0..count).map(|i| force(draw, n, no_brackets || (abelian && i == 0), knobs)).collect()
 }
 
-/// Weights of the forces: the double bracket, the metriplectic one, linear and quadratic drag, constant, periodic.
-const FORCES: [usize; 6] = [24, 24, 16, 14, 11, 11];
-
-/// The same for [`Cases::telling`].
-const TELLING: [usize; 6] = [14, 14, 28, 22, 8, 14];
-
+/// A force of a kind that the knobs admit, with random parameters.
 fn force(draw: &mut Draw<'_>, n: usize, no_bracket: bool, knobs: &Cases) -> Force {
-    let mut weights = if knobs.telling { TELLING } else { FORCES };
-    if no_bracket {
-        weights[..2].fill(0);
-    }
-    if knobs.smooth {
-        weights[3] = 0;
-    }
-    let strength = |draw: &mut Draw<'_>| dyadic(draw.int(1, 8), 8);
-    let covector = |draw: &mut Draw<'_>| {
-        let mut value = draw.fractions(n, 6, 8);
-        if value.iter().all(|v| *v == Number::default()) {
-            value[0] = dyadic(1, 2);
-        }
-        value
+    let weight = |kind: &Kind| match kind {
+        _ if no_bracket && kind.argument == Argument::Momentum => 0,
+        _ if knobs.smooth && !kind.smooth => 0,
+        _ if knobs.telling => kind.telling,
+        _ => kind.weight,
     };
-    match draw.weighted(&weights) {
-        0 => Force::DoubleBracket { alpha: strength(draw) },
-        1 => Force::Metriplectic { beta: strength(draw) },
-        2 if draw.chance(if knobs.telling { 20 } else { 50 }) => Force::LinearDrag(Drag::Coefficient(strength(draw))),
-        2 => {
+    let weights: Vec<usize> = KINDS.iter().map(weight).collect();
+    let kind = &KINDS[draw.weighted(&weights)];
+    kind.force(kind.parameters.iter().map(|parameter| value(draw, n, parameter.role, knobs)))
+}
+
+/// A random value of a parameter.
+fn value(draw: &mut Draw<'_>, n: usize, role: Role, knobs: &Cases) -> Value {
+    let strength = |draw: &mut Draw<'_>| dyadic(draw.int(1, 8), 8);
+    match role {
+        Role::Strength => Value::Number(strength(draw)),
+        Role::Amplitude => {
+            let mut value = draw.fractions(n, 6, 8);
+            if value.iter().all(|v| *v == Number::default()) {
+                value[0] = dyadic(1, 2);
+            }
+            Value::Covector(value)
+        }
+        Role::Drag if draw.chance(if knobs.telling { 20 } else { 50 }) => {
+            Value::Drag(Drag::Coefficient(strength(draw)))
+        }
+        Role::Drag => {
             let mut rows: Vec<Vec<Number>> = (0..n).map(|_| draw.fractions(n, 3, 8)).collect();
             for (a, row) in rows.iter_mut().enumerate() {
                 row[a] = strength(draw);
             }
-            Force::LinearDrag(Drag::Matrix(rows))
+            Value::Drag(Drag::Matrix(rows))
         }
-        3 if draw.chance(50) => Force::QuadraticDrag(Drag::Coefficient(strength(draw))),
-        3 => Force::QuadraticDrag(Drag::Matrix(positive(draw, n, 1, 4))),
-        4 => Force::Constant { value: covector(draw) },
-        _ => Force::Periodic {
-            value: covector(draw),
-            frequency: dyadic(draw.int(1, 6), 2),
-            phase: dyadic(draw.int(0, 3), 2),
-        },
+        Role::SymmetricDrag if draw.chance(50) => Value::Drag(Drag::Coefficient(strength(draw))),
+        Role::SymmetricDrag => Value::Drag(Drag::Matrix(positive(draw, n, 1, 4))),
+        Role::Frequency => Value::Number(dyadic(draw.int(1, 6), 2)),
+        Role::Phase => Value::Number(dyadic(draw.int(0, 3), 2)),
     }
 }
 
@@ -446,15 +445,7 @@ fn slower(case: &mut Case, fixed: &Fixed) {
         return;
     }
     for force in &mut case.forces {
-        match force {
-            Force::DoubleBracket { alpha: k } | Force::Metriplectic { beta: k } => *k = halved(k),
-            Force::LinearDrag(Drag::Coefficient(k)) | Force::QuadraticDrag(Drag::Coefficient(k)) => *k = halved(k),
-            Force::LinearDrag(Drag::Matrix(rows)) | Force::QuadraticDrag(Drag::Matrix(rows)) => {
-                rows.iter_mut().for_each(half);
-            }
-            Force::Constant { value } | Force::Periodic { value, .. } => half(value),
-            Force::Given => {}
-        }
+        force.scale(|k| *k = halved(k));
     }
 }
 

@@ -2,7 +2,8 @@
 //!
 //! With e'_a = e_b B^b_a: x = B x' for vectors, μ' = μ B for covectors, I' = Bᵀ I B; the group's matrices stay.
 
-use super::case::{Case, Drag, Force, Inertia, Motion};
+use super::case::{Case, Drag, Inertia, Motion};
+use super::force::Value;
 use crate::scalar::Number;
 
 /// B, and B⁻¹, in halves: every entry is k/2 with a small k.
@@ -95,7 +96,7 @@ impl Case {
     /// orthogonal changes only.
     pub fn presented(&self) -> (Self, Vec<Vec<f64>>) {
         let n = self.dimension();
-        let orthogonal = self.forces.iter().any(|force| matches!(force, Force::DoubleBracket { .. }));
+        let orthogonal = self.forces.iter().any(|force| force.description().orthogonal);
         let change = Change::new(n, !orthogonal);
         let mut case = self.clone();
         let old = self.algebra.basis.clone().unwrap_or_else(|| multiple(&Number::from(1), n));
@@ -110,10 +111,12 @@ impl Case {
         };
         case.lagrangian.inertia = Inertia::Full(change.form(&inertia));
         for force in &mut case.forces {
-            match force {
-                Force::DoubleBracket { .. } | Force::Metriplectic { .. } | Force::Given => {}
-                Force::LinearDrag(drag) | Force::QuadraticDrag(drag) => *drag = change.drag(drag, n),
-                Force::Constant { value } | Force::Periodic { value, .. } => *value = change.covector(value),
+            for (_, value) in force.parameters_mut() {
+                match value {
+                    Value::Number(_) => {}
+                    Value::Covector(list) => *list = change.covector(list),
+                    Value::Drag(drag) => *drag = change.drag(drag, n),
+                }
             }
         }
         match &mut case.start.motion {

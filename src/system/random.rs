@@ -263,7 +263,7 @@ impl Cases {
             Structure::Named(entry) => Some(entry),
             Structure::Constants { .. } | Structure::Given { .. } => None,
         };
-        let forced = case.forces.iter().any(|force| !shrink::vanishes(force, abelian));
+        let forced = case.forces.iter().any(|force| !force.vanishes(abelian));
         let rates = (self.forcing == Forcing::Forced || self.telling).then(|| self.rates(case)).flatten();
         let algebra = match &self.given {
             Some(given) => {
@@ -281,7 +281,7 @@ impl Cases {
             && !(self.nonabelian && abelian)
             && (self.forcing != Forcing::Free || case.forces.is_empty())
             && (self.forcing != Forcing::Forced || forced)
-            && !(self.smooth && case.forces.iter().any(|force| matches!(force, Force::QuadraticDrag(_))))
+            && !(self.smooth && !smooth(case))
             && !(self.quadratic && case.lagrangian.quartic.is_some())
             && (!self.fast || entry.is_some_and(|entry| has_fast_step(case, entry)))
             && (self.retraction.is_none_or(|tau| tau == case.method.retraction) || entry.is_none())
@@ -292,7 +292,7 @@ impl Cases {
     /// Whether a motion is what [`Cases::telling`] asks for.
     fn tells(&self, case: &Case, abelian: bool, rates: &Rates) -> bool {
         let step = case.step.eval::<f64>().map_or(0.0, f64::abs);
-        let dragged = case.forces.iter().any(|force| matches!(force, Force::QuadraticDrag(_)));
+        let dragged = !smooth(case);
         let steady = rates.unsteadiness() < UNSTEADY;
         // What somebody chose is as it is.
         let chosen = self.given.is_some() || self.fixed.any() || abelian;
@@ -314,14 +314,19 @@ impl Given {
     }
 }
 
+/// Whether all forces are smooth, at rest too.
+fn smooth(case: &Case) -> bool {
+    case.forces.iter().all(|force| force.description().smooth)
+}
+
 /// Whether the retraction and the forces have a form in lanes on this group.
 fn has_fast_step(case: &Case, entry: &Entry) -> bool {
-    let bracket = |force: &Force| matches!(force, Force::DoubleBracket { .. } | Force::Metriplectic { .. });
-    match entry {
+    let retraction = match entry {
         Entry::So3 => true,
-        Entry::Se3 => case.method.retraction == Tau::Cayley && !case.forces.iter().any(bracket),
+        Entry::Se3 => case.method.retraction == Tau::Cayley,
         _ => false,
-    }
+    };
+    retraction && case.forces.iter().all(|force| force.description().lanes.contains(entry))
 }
 
 /// l(η) = ½|η|².

@@ -4,25 +4,11 @@
 //! own dyadic grid) in lexicographic order, so greedy descent ends.
 
 use super::case::{Algebra, Case, Drag, Force, Inertia, Motion, Structure, Tau};
+use super::force::{Kind, Role, Value};
 use super::generate::dyadic;
 use super::rates::{MOST, Rates};
 use crate::algebra::catalogue::Entry;
 use crate::scalar::Number;
-
-/// Whether a force is zero whatever the state, on an abelian algebra or any.
-pub(super) fn vanishes(force: &Force, abelian: bool) -> bool {
-    let zero = |x: &Number| x.eval::<f64>() == Ok(0.0);
-    let drag = |drag: &Drag| match drag {
-        Drag::Coefficient(k) => zero(k),
-        Drag::Matrix(rows) => rows.iter().flatten().all(zero),
-    };
-    match force {
-        Force::DoubleBracket { alpha: k } | Force::Metriplectic { beta: k } => abelian || zero(k),
-        Force::LinearDrag(k) | Force::QuadraticDrag(k) => drag(k),
-        Force::Constant { value } | Force::Periodic { value, .. } => value.iter().all(zero),
-        Force::Given => false,
-    }
-}
 
 /// Whether a candidate may stand: it can be built, its inertia is positive definite, and its step is small enough.
 pub(super) fn sound(case: &Case, rates: impl FnOnce(&Case) -> Option<Rates>) -> bool {
@@ -189,11 +175,7 @@ fn truncate(case: &mut Case, m: usize) {
         Inertia::Full(rows) => square(rows),
     }
     for force in &mut case.forces {
-        match force {
-            Force::LinearDrag(Drag::Matrix(rows)) | Force::QuadraticDrag(Drag::Matrix(rows)) => square(rows),
-            Force::Constant { value } | Force::Periodic { value, .. } => value.truncate(m),
-            _ => {}
-        }
+        force.coordinates_mut(|list| list.truncate(m), square);
     }
     match &mut case.start.motion {
         Motion::Velocity(list) | Motion::Momentum(list) => list.truncate(m),
@@ -211,14 +193,15 @@ fn forces(case: &Case, found: &mut Vec<Case>) {
         found.push(with(case, |case| drop(case.forces.remove(i))));
     }
     for (i, force) in case.forces.iter().enumerate() {
-        let unit = || Drag::Coefficient(Number::from(1));
-        let simpler = match force {
-            Force::LinearDrag(Drag::Matrix(_)) => Force::LinearDrag(unit()),
-            Force::QuadraticDrag(Drag::Matrix(_)) => Force::QuadraticDrag(unit()),
-            Force::Periodic { value, .. } => Force::Constant { value: value.clone() },
-            _ => continue,
-        };
-        found.push(with(case, |case| case.forces[i] = simpler));
+        for (k, (_, value)) in force.parameters().enumerate() {
+            if let Value::Drag(Drag::Matrix(_)) = value {
+                let unit = Drag::Coefficient(Number::from(1));
+                found.push(with(case, |case| case.forces[i].set(k, Value::Drag(unit))));
+            }
+        }
+        if let Some(simpler) = simpler_kind(force) {
+            found.push(with(case, |case| case.forces[i] = simpler));
+        }
     }
 }
 
@@ -308,32 +291,39 @@ fn numbers(case: &Case, found: &mut Vec<Case>) {
     }
 }
 
-fn simpler_force(force: &Force) -> Vec<Force> {
-    let drag = |drag: &Drag, mirrored: bool| -> Vec<Drag> {
-        match drag {
-            Drag::Coefficient(k) => towards(k, 1).into_iter().map(Drag::Coefficient).collect(),
-            Drag::Matrix(rows) => matrices(rows, 1, mirrored).into_iter().map(Drag::Matrix).collect(),
-        }
-    };
-    match force {
-        Force::Given => Vec::new(),
-        Force::DoubleBracket { alpha } => {
-            towards(alpha, 1).into_iter().map(|alpha| Force::DoubleBracket { alpha }).collect()
-        }
-        Force::Metriplectic { beta } => towards(beta, 1).into_iter().map(|beta| Force::Metriplectic { beta }).collect(),
-        Force::LinearDrag(k) => drag(k, false).into_iter().map(Force::LinearDrag).collect(),
-        Force::QuadraticDrag(k) => drag(k, true).into_iter().map(Force::QuadraticDrag).collect(),
-        Force::Constant { value } => entries(value, |_| 0).into_iter().map(|value| Force::Constant { value }).collect(),
-        Force::Periodic { value, frequency, phase } => {
-            let keep =
-                |value: Vec<Number>| Force::Periodic { value, frequency: frequency.clone(), phase: phase.clone() };
-            let mut found: Vec<Force> = entries(value, |_| 0).into_iter().map(keep).collect();
-            found.extend(towards(frequency, 1).into_iter().map(|frequency| Force::Periodic {
-                value: value.clone(),
-                frequency,
-                phase: phase.clone(),
-            }));
-            found
+/// The force of the simpler kind, with the parameters that have the same names.
+fn simpler_kind(force: &Force) -> Option<Force> {
+    let kind = Kind::named(force.description().simpler?)?;
+    let mut simpler = kind.force([]);
+    for (k, wanted) in kind.parameters.iter().enumerate() {
+        if let Some((_, value)) = force.parameters().find(|(parameter, _)| parameter.name == wanted.name) {
+            simpler.set(k, value.cloned());
         }
     }
+    Some(simpler)
+}
+
+/// The force with one number of it nearer to 0 or 1; a phase stays.
+fn simpler_force(force: &Force) -> Vec<Force> {
+    let mut found = Vec::new();
+    for (k, (parameter, value)) in force.parameters().enumerate() {
+        let simpler: Vec<Value> = match value {
+            Value::Number(_) if parameter.role == Role::Phase => Vec::new(),
+            Value::Number(x) => towards(x, 1).into_iter().map(Value::Number).collect(),
+            Value::Covector(list) => entries(list, |_| 0).into_iter().map(Value::Covector).collect(),
+            Value::Drag(Drag::Coefficient(x)) => {
+                towards(x, 1).into_iter().map(Drag::Coefficient).map(Value::Drag).collect()
+            }
+            Value::Drag(Drag::Matrix(rows)) => {
+                let simpler = matrices(rows, 1, parameter.role == Role::SymmetricDrag);
+                simpler.into_iter().map(Drag::Matrix).map(Value::Drag).collect()
+            }
+        };
+        found.extend(simpler.into_iter().map(|value| {
+            let mut force = force.clone();
+            force.set(k, value);
+            force
+        }));
+    }
+    found
 }

@@ -145,7 +145,7 @@ impl Terms {
     /// The terms of a force of the catalogue.
     ///
     /// # Errors
-    /// A double bracket or a metriplectic force.
+    /// A force that has no form in lanes here: a double bracket or a metriplectic force.
     pub fn new(force: &AnyForce<f64, 6>) -> Result<Self, LaneForceError> {
         let mut terms = Vec::new();
         collect(force, &mut terms)?;
@@ -160,14 +160,12 @@ fn collect(force: &AnyForce<f64, 6>, terms: &mut Vec<Term>) -> Result<(), LaneFo
     }
     let load = |m: &Covector<f64, 6>| std::array::from_fn(|c| m[c]);
     terms.push(match force {
-        AnyForce::Zero(_) => return Ok(()),
         AnyForce::Sum(sum) => return sum.iter().try_for_each(|term| collect(term, terms)),
-        AnyForce::DoubleBracket(_) => return Err(LaneForceError { force: "double bracket" }),
-        AnyForce::Metriplectic(_) => return Err(LaneForceError { force: "metriplectic" }),
         AnyForce::LinearDrag(f) => Term::LinearDrag(Drag::new(f.matrix())),
         AnyForce::QuadraticDrag(f) => Term::QuadraticDrag(Drag::new(f.matrix())),
         AnyForce::Constant(f) => Term::Constant(load(f.covector())),
         AnyForce::Periodic(f) => Term::Periodic(load(f.covector()), f.frequency(), f.phase()),
+        other => return Err(LaneForceError { force: other.name() }),
     });
     Ok(())
 }

@@ -50,7 +50,7 @@ pub struct Solved {
     pub steps: usize,
     /// Steps tried in vain.
     pub rejected: usize,
-    /// Sweeps of all of them.
+    /// Fixed-point iterations of all of them.
     pub sweeps: usize,
     /// The largest residual of the stage equations, relative to |μ|.
     pub residual: f64,

@@ -7,6 +7,7 @@ use super::retraction::{LaneRetraction, LaneRotation, add_scaled, dot};
 use super::step::UnfitTableau;
 use super::{LANES, Row, Vec3};
 use crate::algebra::{Covector, Matrix};
+use crate::integrators::fixed_point::{CONTINUED, DIVERGED, IDLE, PATIENT, QUICK, TRUSTED};
 use crate::integrators::lanes::{Eight, Isa, Kernel, Lanes, Pair, Registers};
 use crate::integrators::variational::Settings;
 use crate::integrators::{OneStep, State, StepError, Variational};
@@ -19,6 +20,10 @@ const HISTORY: usize = 8;
 
 /// (−1)^j (r over j + 1), j = 0 … r − 1: what carries a polynomial of degree r − 1 one step on.
 const EXTRAPOLATION: [[f64; HISTORY]; HISTORY + 1] = extrapolation();
+
+/// The rates of [`crate::integrators::fixed_point`].
+const SLOWEST: f64 = TRUSTED.double();
+const HOPELESS: f64 = CONTINUED.double();
 
 /// For how many steps a sweep is taken to gain at least a quarter of what was measured.
 const TRUST: usize = 63;
@@ -186,10 +191,10 @@ impl Scaled {
 /// A lane of the registers holds a body, so that eight advance at the price of one; with the feature `harness` the groups
 /// of eight are spread over the threads of rayon's pool. Which bodies share a group depends on their order alone, so the
 /// results are the same bits at any number of threads. The step is that of [`Variational`], to round-off: its stages
-/// start from the last eight steps, or fewer where these do, and sweeps run until the residual that the last of them leaves is as wanted in every lane.
-/// That residual is estimated: it is the change that the sweep made, which is measured, times the contraction of the sweeps,
-/// which is taken as four times what it was when two sweeps in one step showed it, at most 63 steps ago. A step whose
-/// sweeps do not contract in some lane is taken by [`Variational`] for each body of the group.
+/// start from the last eight steps, or fewer where these do, and a fixed-point iteration runs until the residual that is left is
+/// as wanted in every lane. That residual is estimated: it is the last change, which is measured, times the contraction, which is
+/// taken as four times what it was when two iterations in one step showed it, at most 63 steps ago. A step whose iteration does
+/// not contract in some lane is taken by [`Variational`] for each body of the group.
 ///
 /// The attitude is g = g₀ R(q), with g₀ the attitude of the start and a quaternion q of any length: g gᵀ stays what it was to
 /// round-off over any number of steps.
@@ -769,11 +774,12 @@ impl<F: PackedForce> Group<F> {
                     self.trusted = TRUST;
                     settled = change <= settings.tolerance * self.gain;
                 }
-                settled |= idle >= 2 && change <= settings.floor;
+                settled |= idle >= IDLE && change <= settings.floor;
                 last = change;
-                // A root reached at a rate slower than 0.6 a sweep may lie beyond a fold.
-                let slow = sweep > 4 && change < first && change > first * 0.6_f64.powi(sweep - 1);
-                let lost = change.is_nan() || change > 1e3 || (sweep >= 8 && best > first * 0.8_f64.powi(sweep));
+                // A root that is reached slowly may lie beyond a fold.
+                let slow = sweep > QUICK && change < first && change > first * SLOWEST.powi(sweep - 1);
+                let lost =
+                    change.is_nan() || change > DIVERGED || (sweep >= PATIENT && best > first * HOPELESS.powi(sweep));
                 if (settled && slow) || (!settled && lost) {
                     return false;
                 }

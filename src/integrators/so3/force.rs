@@ -176,6 +176,12 @@ pub enum LaneForceError {
         /// Which force.
         force: &'static str,
     },
+    /// A force that the kernels do not have.
+    #[error("the {force} force has no form in lanes on SO(3)")]
+    NoForm {
+        /// Which force.
+        force: &'static str,
+    },
     /// The force was built with a Lagrangian other than that of the body.
     #[error("the {force} force was built with another Lagrangian than the body's")]
     OtherLagrangian {
@@ -188,7 +194,7 @@ impl Terms {
     /// The terms of a force of the catalogue that acts on a body of inertia `lagrangian`.
     ///
     /// # Errors
-    /// A force that depends on the momentum and was built on another algebra or another Lagrangian.
+    /// A force that has no form in lanes, or depends on the momentum and was built on another algebra or another Lagrangian.
     pub fn new(force: &AnyForce<f64, 3>, lagrangian: &Quadratic<f64, 3>) -> Result<Self, LaneForceError> {
         let mut terms = Vec::new();
         collect(force, lagrangian, &mut terms)?;
@@ -201,13 +207,14 @@ fn collect(
     lagrangian: &Quadratic<f64, 3>,
     terms: &mut Vec<Term>,
 ) -> Result<(), LaneForceError> {
-    let same = |force, algebra: &LieAlgebra<f64, 3>, other: &AnyLagrangian<f64, 3>| {
+    let name = force.name();
+    let same = |algebra: &LieAlgebra<f64, 3>, other: &AnyLagrangian<f64, 3>| {
         if algebra != &crate::group::LieGroup::algebra(&crate::group::So3::<f64>::new()).clone() {
-            return Err(LaneForceError::OtherAlgebra { force });
+            return Err(LaneForceError::OtherAlgebra { force: name });
         }
         match other {
             AnyLagrangian::Quadratic(other) if other == lagrangian => Ok(()),
-            _ => Err(LaneForceError::OtherLagrangian { force }),
+            _ => Err(LaneForceError::OtherLagrangian { force: name }),
         }
     };
     if force.is_zero() {
@@ -216,20 +223,21 @@ fn collect(
     let rows = |m: &Matrix<f64, 3>| std::array::from_fn(|r| std::array::from_fn(|c| m[(r, c)]));
     let row = |m: &Covector<f64, 3>| std::array::from_fn(|c| m[c]);
     terms.push(match force {
-        AnyForce::Zero(_) => return Ok(()),
         AnyForce::Sum(sum) => return sum.iter().try_for_each(|term| collect(term, lagrangian, terms)),
         AnyForce::DoubleBracket(f) => {
-            same("double bracket", f.algebra(), f.lagrangian())?;
+            same(f.algebra(), f.lagrangian())?;
             Term::Damping(f.alpha())
         }
         AnyForce::Metriplectic(f) => {
-            same("metriplectic", f.algebra(), f.lagrangian())?;
+            same(f.algebra(), f.lagrangian())?;
             Term::Relaxation(f.beta())
         }
         AnyForce::LinearDrag(f) => Term::LinearDrag(rows(f.matrix())),
         AnyForce::QuadraticDrag(f) => Term::QuadraticDrag(rows(f.matrix())),
         AnyForce::Constant(f) => Term::Constant(row(f.covector())),
         AnyForce::Periodic(f) => Term::Periodic(row(f.covector()), f.frequency(), f.phase()),
+        // A force that vanishes has been seen to.
+        other => return Err(LaneForceError::NoForm { force: other.name() }),
     });
     Ok(())
 }

@@ -3,6 +3,7 @@
 use super::force::LaneForce;
 use super::retraction::LaneRetraction;
 use super::{LANES, Row};
+use crate::integrators::fixed_point::{CONTINUED, DIVERGED, IDLE, PATIENT, QUICK, TRUSTED};
 use crate::integrators::lanes::{Eight, Isa, Kernel, Lanes};
 use crate::tableau::Tableau;
 use nalgebra::DMatrix;
@@ -146,6 +147,10 @@ const FEWEST: usize = 6;
 
 /// 1 in the lane of μ.
 const MOMENTUM_LANE: Row = Row([0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 0.0]);
+
+/// The rates of [`crate::integrators::fixed_point`].
+const SLOWEST: f64 = TRUSTED.double();
+const HOPELESS: f64 = CONTINUED.double();
 
 /// How far to sweep.
 #[derive(Clone, Copy, Debug)]
@@ -517,9 +522,9 @@ where
                 if judged == 1 {
                     first = change;
                 }
-                if change <= self.limits.tolerance || (eager && idle >= 2 && change <= self.limits.floor) {
-                    // A root reached at a rate slower than 0.6 a sweep may lie beyond a fold.
-                    if eager && judged > 4 && change < first && change > first * 0.6_f64.powi(judged - 1) {
+                if change <= self.limits.tolerance || (eager && idle >= IDLE && change <= self.limits.floor) {
+                    // A root that is reached slowly may lie beyond a fold.
+                    if eager && judged > QUICK && change < first && change > first * SLOWEST.powi(judged - 1) {
                         return Err(Refused::Unswept(predictor + sweep));
                     }
                     if !R::in_domain(R::square(x).max(R::square(back)).largest()) {
@@ -579,7 +584,10 @@ where
                 jump = change;
             }
             // Hopeless: no root, or one that Newton's method must judge.
-            if change.is_nan() || change > 1e3 || (eager && judged >= 8 && best > first * 0.8_f64.powi(judged)) {
+            if change.is_nan()
+                || change > DIVERGED
+                || (eager && judged >= PATIENT && best > first * HOPELESS.powi(judged))
+            {
                 return Err(Refused::Unswept(predictor + sweep));
             }
             (p, x) = (next_p, next_x);

@@ -19,7 +19,7 @@ use crate::laws::precision::of_relative;
 use crate::laws::probe::Probe;
 use crate::scalar::{Number, Scalar};
 use crate::system::Case;
-use crate::system::case::{Drag, Force, Inertia, Motion};
+use crate::system::case::{Inertia, Motion};
 use proptest::strategy::Strategy;
 
 /// Steps of a trajectory: the first starts from nothing, the others from the one before.
@@ -192,11 +192,7 @@ fn rename(case: &Case) -> Case {
         Inertia::Full(rows) => *rows = matrix(rows),
     }
     for force in &mut other.forces {
-        match force {
-            Force::LinearDrag(Drag::Matrix(rows)) | Force::QuadraticDrag(Drag::Matrix(rows)) => *rows = matrix(rows),
-            Force::Constant { value } | Force::Periodic { value, .. } => *value = list(value),
-            _ => {}
-        }
+        force.coordinates_mut(|value| *value = list(value), |rows| *rows = matrix(rows));
     }
     match &mut other.start.motion {
         Motion::Velocity(x) | Motion::Momentum(x) => *x = list(x),

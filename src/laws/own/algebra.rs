@@ -133,11 +133,11 @@ pub const BRACKET_EXTRA: Fault = Fault::new(
     "[x, y] with Σ_{a<b} (x_a y_b − x_b y_a) (e_1 + … + (a + 2b) e_a + …) added",
     "algebras of dimension 3 and more",
 );
-/// Rows for columns.
+/// Fault: ad_x replaced by its transpose.
 pub const AD_TRANSPOSED: Fault = Fault::new("ad-transposed", "ad_x replaced by its transpose", NONABELIAN);
-/// The other convention.
+/// Fault: ad*_x μ = −μ ad_x.
 pub const COAD_SIGN: Fault = Fault::new("coad-sign", "ad*_x μ = −μ ad_x", NONABELIAN);
-/// Not invariant.
+/// Fault: (μ_1 + … + N μ_N)² added to each Casimir function.
 pub const CASIMIR_EXTRA: Fault =
     Fault::new("casimir-extra", "(μ_1 + … + N μ_N)² added to each Casimir function", NONABELIAN);
 

@@ -121,17 +121,17 @@ impl<const N: usize, const D: usize> Discrete<Dd, N, D> for Missing {
 const EVERY: &str = "every discrete Lagrangian";
 const DIFFERENCES: &str = "2⁸ times the estimated error of the differences, and 2⁶ N D u; in each precision by itself";
 
-/// A value of something else.
+/// Fault: the sum of the entries of V added to the value.
 pub const VALUE_SHIFTED: Fault = Fault::new("ld-value", "the sum of the entries of V added to the value", EVERY);
-/// A side.
+/// Fault: L*_V D₁l_d for R*_V D₁l_d.
 pub const V_SIDES: Fault = Fault::new("ld-v-sides", "L*_V D₁l_d for R*_V D₁l_d", "non-abelian groups");
-/// A sign.
+/// Fault: L*_U D₂l_d with the other sign.
 pub const U_SIGN: Fault = Fault::new("ld-u-sign", "L*_U D₂l_d with the other sign", "forced systems");
-/// A factor.
+/// Fault: D₃l_d doubled.
 pub const W_DOUBLED: Fault = Fault::new("ld-w-doubled", "D₃l_d doubled", EVERY);
-/// Not regular.
+/// Fault: every slope replaced by 1 in every component.
 pub const SLOPES_CONSTANT: Fault = Fault::new("ld-constant", "every slope replaced by 1 in every component", EVERY);
-/// State.
+/// Fault: the slopes of the evaluation before are given again.
 pub const MEMORY_STALE: Fault =
     Fault::new("ld-memory-stale", "the slopes of the evaluation before are given again", EVERY);
 

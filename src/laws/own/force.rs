@@ -33,18 +33,18 @@ const EXACT: &str = "none: the same bits";
 const DIFFERENCES: &str = "2⁸ times the estimated error of the differences, and 2⁶ N u; in each precision by itself";
 const BOUND: &str = "two precisions; floor 2⁶ N u relative to Σ|f_a| |η^a|, or Σ|f_a| |dC^a|";
 
-/// Not finite.
+/// Fault: f is NaN where η_1 > 0.
 pub const FORCE_NAN: Fault = Fault::new("force-nan", "f is NaN where η_1 > 0", EVERY);
-/// State.
+/// Fault: the number of evaluations so far added to f.
 pub const FORCE_STATE: Fault = Fault::new("force-state", "the number of evaluations so far added to f", EVERY);
-/// Duals lost.
+/// Fault: f evaluated on values alone: its derivative is 0.
 pub const FORCE_CONSTANT: Fault =
     Fault::new("force-constant", "f evaluated on values alone: its derivative is 0", "forces that are not constant");
-/// A lie.
+/// Fault: `is_zero` where f ≠ 0.
 pub const SAYS_ZERO: Fault = Fault::new("says-zero", "`is_zero` where f ≠ 0", NOT_ZERO);
-/// The other sign.
+/// Fault: f replaced by −f.
 pub const FORCE_SIGN: Fault = Fault::new("force-sign", "f replaced by −f", "forces that dissipate");
-/// A load.
+/// Fault: 1 added to each component of f.
 pub const FORCE_LOAD: Fault = Fault::new("force-load", "1 added to each component of f", EVERY);
 
 macro_rules! law {

@@ -30,26 +30,26 @@ const BOUND: &str = "two precisions; floor 2⁶ N D u relative to |g| |g⁻¹| |
 /// A basis in another order than vee has.
 pub const HAT_INDEX: Fault =
     Fault::new("hat-index", "x̂ with the first two coordinates exchanged", "groups of dimension 2 and more");
-/// Not linear.
+/// Fault: x̂ replaced by hat(x + ½|x|² e_1).
 pub const HAT_QUADRATIC: Fault = Fault::new("hat-quadratic", "x̂ replaced by hat(x + ½|x|² e_1)", EVERY);
-/// Not the inverse of hat.
+/// Fault: vee doubled.
 pub const VEE_DOUBLED: Fault = Fault::new("vee-doubled", "vee doubled", EVERY);
-/// The opposite algebra.
+/// Fault: C^c_ab replaced by C^c_ba.
 pub const CONSTANTS_SIGN: Fault = Fault::new("constants-sign", "C^c_ab replaced by C^c_ba", NONABELIAN);
 /// The inverse of an orthogonal group.
 pub const INVERSE_TRANSPOSED: Fault =
     Fault::new("inverse-transposed", "g⁻¹ replaced by gᵀ", "groups that are not orthogonal");
-/// No inverse.
+/// Fault: g⁻¹ replaced by g.
 pub const INVERSE_MISSING: Fault = Fault::new("inverse-missing", "g⁻¹ replaced by g", EVERY);
-/// The opposite group.
+/// Fault: g h replaced by h g.
 pub const PRODUCT_SWAPPED: Fault = Fault::new("product-swapped", "g h replaced by h g", NONABELIAN);
-/// Not associative.
+/// Fault: g h replaced by g hᵀ.
 pub const SECOND_TRANSPOSED: Fault = Fault::new("second-transposed", "g h replaced by g hᵀ", EVERY);
-/// Not neutral.
+/// Fault: e replaced by 2e.
 pub const IDENTITY_DOUBLED: Fault = Fault::new("identity-doubled", "e replaced by 2e", EVERY);
 /// Rows for columns.
 pub const ADJOINT_TRANSPOSED: Fault = Fault::new("adjoint-transposed", "Ad_g replaced by its transpose", NONABELIAN);
-/// The other convention.
+/// Fault: Ad_g replaced by Ad_{g⁻¹}.
 pub const ADJOINT_INVERTED: Fault = Fault::new("group-adjoint-inverted", "Ad_g replaced by Ad_{g⁻¹}", NONABELIAN);
 /// The other convention.
 pub const COADJOINT_INVERTED: Fault =
@@ -57,15 +57,15 @@ pub const COADJOINT_INVERTED: Fault =
 /// Duals lost.
 pub const ADJOINT_CONSTANT: Fault =
     Fault::new("adjoint-constant", "Ad_g evaluated on values alone: its derivative is 0", NONABELIAN);
-/// Duals lost.
+/// Fault: g⁻¹ evaluated on values alone: its derivative is 0.
 pub const INVERSE_CONSTANT: Fault =
     Fault::new("inverse-constant", "g⁻¹ evaluated on values alone: its derivative is 0", EVERY);
-/// Not symmetric.
+/// Fault: the largest entry of g − h, not of |g − h|.
 pub const DISTANCE_ONE_SIDED: Fault =
     Fault::new("distance-one-sided", "the largest entry of g − h, not of |g − h|", EVERY);
-/// No triangle inequality.
+/// Fault: the square of the distance.
 pub const DISTANCE_SQUARED: Fault = Fault::new("distance-squared", "the square of the distance", EVERY);
-/// Not definite.
+/// Fault: the distance 0 between any two elements.
 pub const DISTANCE_ZERO: Fault = Fault::new("distance-zero", "the distance 0 between any two elements", EVERY);
 
 macro_rules! law {

@@ -125,19 +125,19 @@ const BOUND: &str = "two precisions; floor 2⁶ n u times the declared size, n t
 const EVERY: &str = "every groupoid";
 const MORE: &str = "groupoids over more than a point";
 
-/// α and β.
+/// Fault: source and target exchanged.
 pub const ENDS_SWAPPED: Fault = Fault::new("ends-swapped", "source and target exchanged", MORE);
-/// Not a section.
+/// Fault: ε(x) = g₁, whatever x.
 pub const UNIT_FIRST: Fault = Fault::new("unit-first", "ε(x) = g₁, whatever x", EVERY);
-/// No inverse.
+/// Fault: g⁻¹ = g.
 pub const INVERSE_ITSELF: Fault = Fault::new("inverse-itself", "g⁻¹ = g", EVERY);
-/// The inverse of the product.
+/// Fault: gh replaced by (gh)⁻¹.
 pub const PRODUCT_INVERTED: Fault = Fault::new("product-inverted", "gh replaced by (gh)⁻¹", EVERY);
-/// The first factor.
+/// Fault: gh replaced by g.
 pub const PRODUCT_FIRST: Fault = Fault::new("product-first", "gh replaced by g", EVERY);
-/// The second factor.
+/// Fault: gh replaced by h.
 pub const PRODUCT_SECOND: Fault = Fault::new("product-second", "gh replaced by h", EVERY);
-/// No domain.
+/// Fault: `compose` of elements that do not meet.
 pub const NEVER_REFUSES: Fault = Fault::new("never-refuses", "`compose` of elements that do not meet", MORE);
 
 macro_rules! axiom {

@@ -254,8 +254,7 @@ impl<P: Types<N, D>, const N: usize, const D: usize> Source for Own<P, N, D> {
             case.forces = vec![ForceTerm::Given];
         }
         if P::OWN.lagrangian {
-            case.forces
-                .retain(|force| !matches!(force, ForceTerm::DoubleBracket { .. } | ForceTerm::Metriplectic { .. }));
+            case.forces.retain(|force| !force.is_bracket());
         }
         Self::new(case)
     }

@@ -2,6 +2,7 @@
 
 use crate::scalar::Number;
 use crate::system::case::{Case, Drag, Force, Inertia};
+use crate::system::force::{COEFFICIENT, Value};
 
 /// A number in a case.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -21,19 +22,11 @@ impl Parameter {
             parameters.extend((0..entries.len()).map(Self::Inertia));
         }
         for (k, force) in case.forces.iter().enumerate() {
-            let keys: &[&str] = match force {
-                Force::DoubleBracket { .. } => &["alpha"],
-                Force::Metriplectic { .. } => &["beta"],
-                Force::LinearDrag(Drag::Coefficient(_)) | Force::QuadraticDrag(Drag::Coefficient(_)) => {
-                    &["coefficient"]
-                }
-                Force::Periodic { .. } => &["frequency", "phase"],
-                Force::LinearDrag(Drag::Matrix(_))
-                | Force::QuadraticDrag(Drag::Matrix(_))
-                | Force::Constant { .. }
-                | Force::Given => &[],
-            };
-            parameters.extend(keys.iter().map(|key| Self::Force(k, key)));
+            parameters.extend(force.parameters().filter_map(|(parameter, value)| match value {
+                Value::Number(_) => Some(Self::Force(k, parameter.name)),
+                Value::Drag(Drag::Coefficient(_)) => Some(Self::Force(k, COEFFICIENT)),
+                Value::Drag(Drag::Matrix(_)) | Value::Covector(_) => None,
+            }));
         }
         parameters
     }
@@ -53,17 +46,14 @@ impl Parameter {
                 Inertia::Diagonal(entries) => entries.get_mut(a),
                 Inertia::Full(_) => None,
             },
-            Self::Force(k, key) => match (case.forces.get_mut(k), key) {
-                (Some(Force::DoubleBracket { alpha }), "alpha") => Some(alpha),
-                (Some(Force::Metriplectic { beta }), "beta") => Some(beta),
-                (
-                    Some(Force::LinearDrag(Drag::Coefficient(k)) | Force::QuadraticDrag(Drag::Coefficient(k))),
-                    "coefficient",
-                ) => Some(k),
-                (Some(Force::Periodic { frequency, .. }), "frequency") => Some(frequency),
-                (Some(Force::Periodic { phase, .. }), "phase") => Some(phase),
-                _ => None,
-            },
+            Self::Force(k, key) => {
+                let parameters = case.forces.get_mut(k).into_iter().flat_map(Force::parameters_mut);
+                parameters.into_iter().find_map(|(parameter, value)| match value {
+                    Value::Number(x) if parameter.name == key => Some(x),
+                    Value::Drag(Drag::Coefficient(x)) if key == COEFFICIENT => Some(x),
+                    _ => None,
+                })
+            }
         };
         if let Some(place) = place {
             *place = value.clone();

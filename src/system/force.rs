@@ -1,0 +1,466 @@
+//! The terms of a force, each described once: its name, its parameters and what they are, where it is smooth, how often it is
+//! drawn, what is simpler.
+//!
+//! Files, random cases, shrinking, changes of basis, ensembles and the protocol of `probe` go by the [`Role`] of a parameter, not
+//! by the kind of the force. A new force has its formula in [`mechanics::force`](crate::mechanics::force), and here a variant of
+//! [`Force`], an entry of the catalogue and an arm of [`Force::typed`]. What forms there are in lanes is said in
+//! [`integrators::so3`](crate::integrators::so3) and [`integrators::se3`](crate::integrators::se3).
+
+use super::error::{CaseError, Place, Problem};
+use super::numbers::{list, number, rows, square, symmetric, vector};
+use crate::algebra::catalogue::Entry;
+use crate::algebra::{LieAlgebra, Matrix};
+use crate::mechanics::force::{
+    AnyForce, Constant, DoubleBracket, ForceError, LinearDrag, Metriplectic, Periodic, QuadraticDrag,
+};
+use crate::mechanics::lagrangian::AnyLagrangian;
+use crate::scalar::{Number, Real};
+use std::fmt;
+
+/// The matrix K of a drag.
+#[derive(Clone, Debug, PartialEq)]
+pub enum Drag {
+    /// K = k 1.
+    Coefficient(Number),
+    /// K by rows.
+    Matrix(Vec<Vec<Number>>),
+}
+
+impl Default for Drag {
+    /// K = 0.
+    fn default() -> Self {
+        Self::Coefficient(Number::default())
+    }
+}
+
+/// The key of k, where K = k 1.
+pub(crate) const COEFFICIENT: &str = "coefficient";
+
+/// The key of the rows of K.
+pub(crate) const MATRIX: &str = "matrix";
+
+/// One term of the force f(t, η).
+#[derive(Clone, Debug, PartialEq)]
+#[non_exhaustive]
+pub enum Force {
+    /// Double-bracket dissipation with coefficient α: keeps Casimirs, lowers the energy (LLG on so(3)).
+    DoubleBracket {
+        /// α.
+        alpha: Number,
+    },
+    /// Metriplectic relaxation with coefficient β: keeps the energy, moves Casimirs.
+    Metriplectic {
+        /// β.
+        beta: Number,
+    },
+    /// f = −(K η)ᵀ.
+    LinearDrag(Drag),
+    /// f = −√(ηᵀ K η) (K η)ᵀ, K symmetric and positive semidefinite.
+    QuadraticDrag(Drag),
+    /// A constant covector.
+    Constant {
+        /// Its n components.
+        value: Vec<Number>,
+    },
+    /// f(t) = value cos(ωt + φ).
+    Periodic {
+        /// The n amplitudes.
+        value: Vec<Number>,
+        /// ω.
+        frequency: Number,
+        /// φ.
+        phase: Number,
+    },
+    /// A force of somebody's own type ([`crate::laws::own`]), which the case does not describe.
+    Given,
+}
+
+/// What a parameter of a force is. From it follows how the parameter is read and written, drawn, shrunk, sent to a program, and
+/// changed with the basis.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) enum Role {
+    /// A number to which the force is proportional.
+    Strength,
+    /// A covector to which the force is proportional.
+    Amplitude,
+    /// A linear map K: g → g*, any.
+    Drag,
+    /// A linear map K: g → g*, symmetric and positive semidefinite.
+    SymmetricDrag,
+    /// ω of cos(ωt + φ).
+    Frequency,
+    /// φ of cos(ωt + φ), next to ω; 0 where a file has none.
+    Phase,
+}
+
+/// A parameter of a kind of force.
+#[derive(Debug)]
+pub(crate) struct Parameter {
+    /// The name, which is the key in files; drags have two keys of their own.
+    pub name: &'static str,
+    /// What it is.
+    pub role: Role,
+}
+
+impl Parameter {
+    /// Its keys in files, of which one is given.
+    pub fn keys(&'static self) -> &'static [&'static str] {
+        match self.role {
+            Role::Drag | Role::SymmetricDrag => &[COEFFICIENT, MATRIX],
+            _ => std::slice::from_ref(&self.name),
+        }
+    }
+
+    /// Whether the force vanishes where the parameter does.
+    fn scales(&self) -> bool {
+        !matches!(self.role, Role::Frequency | Role::Phase)
+    }
+}
+
+/// The value of a parameter: a number, a covector, or the matrix of a drag.
+#[derive(Clone, Debug)]
+pub(crate) enum Value<N = Number, C = Vec<Number>, D = Drag> {
+    Number(N),
+    Covector(C),
+    Drag(D),
+}
+
+/// A value to be read.
+type Ref<'a> = Value<&'a Number, &'a Vec<Number>, &'a Drag>;
+
+/// A value to be changed.
+type Mut<'a> = Value<&'a mut Number, &'a mut Vec<Number>, &'a mut Drag>;
+
+macro_rules! value {
+    ($($variant:ident $of:ty),*) => {$(
+        impl<'a> From<&'a $of> for Ref<'a> {
+            fn from(value: &'a $of) -> Self {
+                Self::$variant(value)
+            }
+        }
+
+        impl<'a> From<&'a mut $of> for Mut<'a> {
+            fn from(value: &'a mut $of) -> Self {
+                Self::$variant(value)
+            }
+        }
+    )*};
+}
+
+value!(Number Number, Covector Vec<Number>, Drag Drag);
+
+impl Ref<'_> {
+    /// The value itself.
+    pub fn cloned(&self) -> Value {
+        match *self {
+            Self::Number(x) => Value::Number(x.clone()),
+            Self::Covector(list) => Value::Covector(list.clone()),
+            Self::Drag(drag) => Value::Drag(drag.clone()),
+        }
+    }
+}
+
+/// What a force is a function of, beside the time.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) enum Argument {
+    /// Of the velocity and of M = l'(η), by brackets: it vanishes on abelian algebras.
+    Momentum,
+    /// Of the velocity.
+    Velocity,
+    /// Of neither.
+    Nothing,
+}
+
+/// A kind of force.
+#[derive(Debug)]
+pub(crate) struct Kind {
+    /// The name in files.
+    pub name: &'static str,
+    /// In the order of files.
+    pub parameters: &'static [Parameter],
+    /// What it is a function of.
+    pub argument: Argument,
+    /// Whether it is smooth everywhere, at rest too.
+    pub smooth: bool,
+    /// Whether its formula identifies g* with g by the basis, so that it keeps its form under orthogonal changes of basis only.
+    pub orthogonal: bool,
+    /// How often it is drawn: its weight beside those of the other kinds.
+    pub weight: usize,
+    /// The same for [`Cases::telling`](super::Cases::telling).
+    pub telling: usize,
+    /// A simpler kind that has parameters of the same names.
+    pub simpler: Option<&'static str>,
+    /// The groups on which it has a form in lanes.
+    pub lanes: &'static [Entry],
+    /// One of this kind with all parameters 0.
+    zero: fn() -> Force,
+}
+
+/// What most kinds have in common.
+const USUAL: Kind = Kind {
+    name: "",
+    parameters: &[],
+    argument: Argument::Velocity,
+    smooth: true,
+    orthogonal: false,
+    weight: 0,
+    telling: 0,
+    simpler: None,
+    lanes: &[Entry::So3, Entry::Se3],
+    zero: || Force::Given,
+};
+
+/// For each variant: its fields, what they are, and the description.
+macro_rules! catalogue {
+    ($($variant:ident $fields:tt [$($field:ident: $role:ident),*] $kind:expr;)*) => {
+        enum Index {
+            $($variant),*
+        }
+
+        /// All kinds; that of somebody's own types is the last.
+        pub(crate) static KINDS: &[Kind] = &[$(Kind {
+            parameters: &[$(Parameter { name: stringify!($field), role: Role::$role }),*],
+            zero: || {
+                $(let $field = Default::default();)*
+                Force::$variant $fields
+            },
+            ..$kind
+        }),*];
+
+        impl Force {
+            /// The description of its kind.
+            pub(crate) fn description(&self) -> &'static Kind {
+                match self {
+                    $(Self::$variant { .. } => &KINDS[Index::$variant as usize],)*
+                }
+            }
+
+            fn values(&self) -> Vec<Ref<'_>> {
+                match self {
+                    $(Self::$variant $fields => vec![$($field.into()),*],)*
+                }
+            }
+
+            fn values_mut(&mut self) -> Vec<Mut<'_>> {
+                match self {
+                    $(Self::$variant $fields => vec![$($field.into()),*],)*
+                }
+            }
+        }
+    };
+}
+
+catalogue! {
+    DoubleBracket { alpha } [alpha: Strength] Kind {
+        name: "double-bracket", argument: Argument::Momentum, orthogonal: true, weight: 24, telling: 14, lanes: &[Entry::So3], ..USUAL
+    };
+    Metriplectic { beta } [beta: Strength] Kind {
+        name: "metriplectic", argument: Argument::Momentum, weight: 24, telling: 14, lanes: &[Entry::So3], ..USUAL
+    };
+    LinearDrag (drag) [drag: Drag] Kind { name: "linear-drag", weight: 16, telling: 28, ..USUAL };
+    QuadraticDrag (drag) [drag: SymmetricDrag] Kind {
+        name: "quadratic-drag", smooth: false, weight: 14, telling: 22, ..USUAL
+    };
+    Constant { value } [value: Amplitude] Kind {
+        name: "constant", argument: Argument::Nothing, weight: 11, telling: 8, ..USUAL
+    };
+    Periodic { value, frequency, phase } [value: Amplitude, frequency: Frequency, phase: Phase] Kind {
+        name: "periodic", argument: Argument::Nothing, weight: 11, telling: 14, simpler: Some("constant"), ..USUAL
+    };
+    Given {} [] Kind { name: "given", ..USUAL };
+}
+
+impl Kind {
+    /// The kind of that name.
+    pub fn named(name: &str) -> Option<&'static Self> {
+        KINDS.iter().find(|kind| kind.name == name)
+    }
+
+    /// The force with these values of its parameters, in their order; 0 for those that are not there.
+    pub fn force(&self, values: impl IntoIterator<Item = Value>) -> Force {
+        let mut force = (self.zero)();
+        values.into_iter().enumerate().for_each(|(k, value)| force.set(k, value));
+        force
+    }
+}
+
+impl Force {
+    /// The kind, as in files.
+    pub fn kind(&self) -> &'static str {
+        self.description().name
+    }
+
+    /// The parameters, in the order of files.
+    pub(crate) fn parameters(&self) -> impl Iterator<Item = (&'static Parameter, Ref<'_>)> {
+        self.description().parameters.iter().zip(self.values())
+    }
+
+    /// The same, to be changed.
+    pub(crate) fn parameters_mut(&mut self) -> impl Iterator<Item = (&'static Parameter, Mut<'_>)> {
+        self.description().parameters.iter().zip(self.values_mut())
+    }
+
+    /// Gives parameter k, from 0, that value; its role says of which type that is.
+    pub(crate) fn set(&mut self, k: usize, value: Value) {
+        match (self.values_mut().into_iter().nth(k), value) {
+            (Some(Value::Number(place)), Value::Number(value)) => *place = value,
+            (Some(Value::Covector(place)), Value::Covector(value)) => *place = value,
+            (Some(Value::Drag(place)), Value::Drag(value)) => *place = value,
+            _ => {}
+        }
+    }
+
+    /// The covectors and the matrices in it, to be changed with the coordinates of g.
+    pub(crate) fn coordinates_mut(
+        &mut self,
+        mut covector: impl FnMut(&mut Vec<Number>),
+        mut matrix: impl FnMut(&mut Vec<Vec<Number>>),
+    ) {
+        for value in self.values_mut() {
+            match value {
+                Value::Covector(list) => covector(list),
+                Value::Drag(Drag::Matrix(rows)) => matrix(rows),
+                Value::Drag(Drag::Coefficient(_)) | Value::Number(_) => {}
+            }
+        }
+    }
+
+    /// The numbers of each parameter to which the force is proportional.
+    fn scales(&self) -> impl Iterator<Item = Vec<&Number>> {
+        self.parameters().filter(|(parameter, _)| parameter.scales()).map(|(_, value)| match value {
+            Value::Number(k) | Value::Drag(Drag::Coefficient(k)) => vec![k],
+            Value::Covector(list) => list.iter().collect(),
+            Value::Drag(Drag::Matrix(rows)) => rows.iter().flatten().collect(),
+        })
+    }
+
+    /// Changes every number to which the force is proportional.
+    pub(super) fn scale(&mut self, change: impl Fn(&mut Number)) {
+        for (_, value) in self.parameters_mut().filter(|(parameter, _)| parameter.scales()) {
+            match value {
+                Value::Number(k) | Value::Drag(Drag::Coefficient(k)) => change(k),
+                Value::Covector(list) => list.iter_mut().for_each(&change),
+                Value::Drag(Drag::Matrix(rows)) => rows.iter_mut().flatten().for_each(&change),
+            }
+        }
+    }
+
+    /// Whether it is made of brackets with the momentum.
+    pub(crate) fn is_bracket(&self) -> bool {
+        self.description().argument == Argument::Momentum
+    }
+
+    /// Whether it depends on the time alone.
+    pub(crate) fn is_load(&self) -> bool {
+        self.description().argument == Argument::Nothing
+    }
+
+    /// Whether it is zero whatever the state, on an abelian algebra or any.
+    pub(super) fn vanishes(&self, abelian: bool) -> bool {
+        let zero = |x: &Number| x.eval::<f64>() == Ok(0.0);
+        (abelian && self.is_bracket()) || self.scales().any(|numbers| numbers.into_iter().all(zero))
+    }
+
+    /// The dimension that it is for; `None`: any.
+    pub(super) fn dimension(&self) -> Option<usize> {
+        self.values().into_iter().find_map(|value| match value {
+            Value::Covector(list) => Some(list.len()),
+            Value::Drag(Drag::Matrix(rows)) => Some(rows.len()),
+            Value::Drag(Drag::Coefficient(_)) | Value::Number(_) => None,
+        })
+    }
+
+    /// The largest coefficient in absolute value; NaN where it is no number; 0 where the case does not describe the force.
+    pub(super) fn strength(&self) -> f64 {
+        let size = |x: &Number| x.eval::<f64>().map_or(f64::NAN, f64::abs);
+        self.scales().flatten().map(size).fold(0.0, |m, x| if x > m || x.is_nan() { x } else { m })
+    }
+
+    /// The force with numbers in `T`, of n-dimensional `algebra` beside spectators.
+    pub(super) fn typed<T: Real, const N: usize>(
+        &self,
+        n: usize,
+        algebra: &LieAlgebra<T, N>,
+        lagrangian: &AnyLagrangian<T, N>,
+        place: &Place,
+    ) -> Result<AnyForce<T, N>, CaseError> {
+        let refused = |e: ForceError| place.error(Problem::Force(e));
+        let scalar = |key: &'static str, x: &Number| number::<T>(x, &place.key(key));
+        let covector = |list: &[Number]| Ok(vector::<T, N>(list, n, &place.key("value"))?.transpose());
+        let parts = || (algebra.clone(), lagrangian.clone());
+        Ok(match self {
+            Self::DoubleBracket { alpha } => {
+                let (algebra, lagrangian) = parts();
+                DoubleBracket::new(algebra, lagrangian, scalar("alpha", alpha)?).map_err(refused)?.into()
+            }
+            Self::Metriplectic { beta } => {
+                let (algebra, lagrangian) = parts();
+                Metriplectic::new(algebra, lagrangian, scalar("beta", beta)?).map_err(refused)?.into()
+            }
+            Self::LinearDrag(drag) => LinearDrag::new(drag.typed(n, place)?).map_err(refused)?.into(),
+            Self::QuadraticDrag(drag) => {
+                let (matrix, place) = drag.typed_symmetric(n, place)?;
+                QuadraticDrag::new(matrix).map_err(|e| place.error(e))?.into()
+            }
+            Self::Constant { value } => Constant::new(covector(value)?).map_err(refused)?.into(),
+            Self::Periodic { value, frequency, phase } => {
+                let (frequency, phase) = (scalar("frequency", frequency)?, scalar("phase", phase)?);
+                Periodic::new(covector(value)?, frequency, phase).map_err(refused)?.into()
+            }
+            Self::Given => return Err(place.error(Problem::given("the force"))),
+        })
+    }
+}
+
+impl Drag {
+    /// Its key.
+    pub(crate) fn key(&self) -> &'static str {
+        match self {
+            Self::Coefficient(_) => COEFFICIENT,
+            Self::Matrix(_) => MATRIX,
+        }
+    }
+
+    /// K, n×n beside zeros for spectators.
+    fn typed<T: Real, const N: usize>(&self, n: usize, place: &Place) -> Result<Matrix<T, N>, CaseError> {
+        let place = place.key(self.key());
+        match self {
+            Self::Coefficient(k) => {
+                let k = number(k, &place)?;
+                Ok(Matrix::from_fn(|r, c| if r == c && r < n { k } else { T::zero() }))
+            }
+            Self::Matrix(rows) => square(rows, n, T::zero(), &place),
+        }
+    }
+
+    /// K, symmetric, and its place.
+    fn typed_symmetric<T: Real, const N: usize>(
+        &self,
+        n: usize,
+        place: &Place,
+    ) -> Result<(Matrix<T, N>, Place), CaseError> {
+        let matrix = self.typed(n, place)?;
+        let place = place.key(self.key());
+        if let Self::Matrix(rows) = self {
+            symmetric(&matrix, rows, &place)?;
+        }
+        Ok((matrix, place))
+    }
+}
+
+impl fmt::Display for Force {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.write_str(self.kind())?;
+        for (parameter, value) in self.parameters() {
+            match (parameter.role, value) {
+                (Role::Frequency, Value::Number(omega)) => write!(f, " cos({omega} t")?,
+                (Role::Phase, Value::Number(phi)) => write!(f, " + {phi})")?,
+                (_, Value::Number(k)) => write!(f, " {} = {k}", parameter.name)?,
+                (_, Value::Covector(value)) => write!(f, " {}", list(value))?,
+                (_, Value::Drag(Drag::Coefficient(k))) => write!(f, " k = {k}")?,
+                (_, Value::Drag(Drag::Matrix(k))) => write!(f, " K = {}", rows(k))?,
+            }
+        }
+        Ok(())
+    }
+}

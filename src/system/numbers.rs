@@ -1,0 +1,82 @@
+//! Lists of numbers of a case: as text, and as vectors and matrices in a scalar.
+
+use super::error::{CaseError, Place, Problem};
+use crate::algebra::{Matrix, Vector};
+use crate::scalar::{Number, Real};
+
+/// `[1, 1/2]`.
+pub(super) fn list(items: &[Number]) -> String {
+    let items: Vec<String> = items.iter().map(ToString::to_string).collect();
+    format!("[{}]", items.join(", "))
+}
+
+/// `[[1, 0], [0, 1]]`.
+pub(super) fn rows(items: &[Vec<Number>]) -> String {
+    let items: Vec<String> = items.iter().map(|row| list(row)).collect();
+    format!("[{}]", items.join(", "))
+}
+
+/// The value of `number` in `T`.
+pub(super) fn number<T: Real>(number: &Number, place: &Place) -> Result<T, CaseError> {
+    let value: T = number.eval().map_err(|e| place.error(Problem::Number(e)))?;
+    if value.all_finite() { Ok(value) } else { Err(place.error(Problem::NotFinite { text: number.to_string() })) }
+}
+
+/// The vector with these n components, and 0 for spectators.
+pub(super) fn vector<T: Real, const N: usize>(
+    list: &[Number],
+    n: usize,
+    place: &Place,
+) -> Result<Vector<T, N>, CaseError> {
+    length(list.len(), n, place)?;
+    let mut vector = Vector::zeros();
+    for (a, entry) in list.iter().enumerate() {
+        vector[a] = number(entry, &place.index(a))?;
+    }
+    Ok(vector)
+}
+
+/// The matrix with these n rows, and `spectators` on the diagonal for spectators.
+pub(super) fn square<T: Real, const N: usize>(
+    rows: &[Vec<Number>],
+    n: usize,
+    spectators: T,
+    place: &Place,
+) -> Result<Matrix<T, N>, CaseError> {
+    length(rows.len(), n, place)?;
+    let mut matrix = Matrix::<T, N>::from_fn(|r, c| if r == c && r >= n { spectators } else { T::zero() });
+    for (a, row) in rows.iter().enumerate() {
+        matrix.set_row(a, &vector::<T, N>(row, n, &place.index(a))?.transpose());
+    }
+    Ok(matrix)
+}
+
+fn length(found: usize, wanted: usize, place: &Place) -> Result<(), CaseError> {
+    if found == wanted {
+        return Ok(());
+    }
+    Err(place.error(Problem::Length { found, wanted, why: "the dimension of the algebra" }))
+}
+
+/// Refuses entries that differ from their mirror image by more than rounding, and says which.
+pub(super) fn symmetric<T: Real, const N: usize>(
+    m: &Matrix<T, N>,
+    rows: &[Vec<Number>],
+    place: &Place,
+) -> Result<(), CaseError> {
+    let size = m.iter().fold(T::zero(), |size, v| size.max(v.abs()));
+    let bound = T::int(64 * N as i64) * T::unit_roundoff() * size;
+    for r in 0..rows.len() {
+        for c in 0..r {
+            if (m[(r, c)] - m[(c, r)]).abs() > bound {
+                return Err(place.index(r).index(c).error(Problem::NotSymmetric {
+                    row: r + 1,
+                    column: c + 1,
+                    entry: rows[r][c].to_string(),
+                    mirrored: rows[c][r].to_string(),
+                }));
+            }
+        }
+    }
+    Ok(())
+}
