@@ -9,8 +9,11 @@ use euler_poincare::groupoid::{
     Space, Sphere, SphereFrames, bracket, bracket_of_fields, generator_brackets, lie_poisson_bivector,
     poisson_bivector, section_bracket,
 };
-use euler_poincare::harness::Law;
+use euler_poincare::harness::{Fault, Law};
 use euler_poincare::laws;
+use euler_poincare::laws::planted::groupoid::{
+    ENDS_KEPT, INVERSE_KEEPS_U, PRODUCT_KEEPS_END, Planted, SECOND_INVERTED,
+};
 use euler_poincare::scalar::{Dual, Scalar};
 use nalgebra::{DMatrix, DVector};
 use proptest::prelude::*;
@@ -110,57 +113,34 @@ fn worst<G: Groupoid>(q: &G, chain: &[G::Element; 3], distance: impl Fn(&G::Elem
     Axiom::ALL.iter().map(|axiom| axiom.defect(q, [a, b, c], &distance)).fold(0.0, f64::max)
 }
 
-/// What is planted in Γ.
-#[derive(Clone, Copy, PartialEq)]
-enum Fault {
-    /// ι without the inverse on U, as published in (4.4).
-    Inverse,
-    /// ι that does not exchange the ends.
-    Ends,
-    /// ι that ends where g does.
-    InverseTarget,
-    /// ι that starts where g does.
-    InverseSource,
-    /// (λ, UV⁻¹, κ).
-    Product,
-    /// The product keeps the wrong end.
-    Target,
-    /// ε(λ) = (λ, −1, λ).
-    Unit,
+type Gamma<'a> = PoissonGroupoid<'a, Test, f64, 3, 3>;
+type Element = Arrow<Covector<f64, 3>, Matrix<f64, 3>>;
+
+/// Γ with other units and inverses.
+struct Changed<'a> {
+    gamma: Gamma<'a>,
+    unit: fn(Element) -> Element,
+    inverse: fn(&Element, Element) -> Element,
 }
 
-struct Faulty<'a>(PoissonGroupoid<'a, Test, f64, 3, 3>, &'a Test, Fault);
-
-impl Groupoid for Faulty<'_> {
-    type Element = Arrow<Covector<f64, 3>, Matrix<f64, 3>>;
+impl Groupoid for Changed<'_> {
+    type Element = Element;
     type Base = Covector<f64, 3>;
 
-    fn source(&self, g: &Self::Element) -> Self::Base {
-        self.0.source(g)
+    fn source(&self, g: &Element) -> Self::Base {
+        self.gamma.source(g)
     }
-    fn target(&self, g: &Self::Element) -> Self::Base {
-        self.0.target(g)
+    fn target(&self, g: &Element) -> Self::Base {
+        self.gamma.target(g)
     }
-    fn unit(&self, x: &Self::Base) -> Self::Element {
-        let unit = self.0.unit(x);
-        if self.2 == Fault::Unit { Arrow { group: -unit.group, ..unit } } else { unit }
+    fn unit(&self, x: &Self::Base) -> Element {
+        (self.unit)(self.gamma.unit(x))
     }
-    fn inverse(&self, g: &Self::Element) -> Option<Self::Element> {
-        let inverse = self.0.inverse(g)?;
-        match self.2 {
-            Fault::Inverse => Some(Arrow { group: g.group, ..inverse }),
-            Fault::Ends => Some(Arrow { group: inverse.group, ..*g }),
-            Fault::InverseTarget => Some(Arrow { target: g.target, ..inverse }),
-            Fault::InverseSource => Some(Arrow { source: g.source, ..inverse }),
-            _ => Some(inverse),
-        }
+    fn inverse(&self, g: &Element) -> Option<Element> {
+        Some((self.inverse)(g, self.gamma.inverse(g)?))
     }
-    fn product(&self, a: &Self::Element, b: &Self::Element) -> Self::Element {
-        match self.2 {
-            Fault::Product => self.0.product(a, &Arrow { group: self.1.inverse(&b.group).unwrap(), ..*b }),
-            Fault::Target => Arrow { target: b.source, ..self.0.product(a, b) },
-            _ => self.0.product(a, b),
-        }
+    fn product(&self, a: &Element, b: &Element) -> Element {
+        self.gamma.product(a, b)
     }
 }
 
@@ -240,46 +220,56 @@ fn axioms_hold_exactly_on_integers_by_quickcheck() {
     assert!(matches!(quick(pairs as fn((i64, i64, i64, i64)) -> bool), Ok(300)));
 }
 
-/// The axioms that see each planted fault.
-fn broken_by(fault: Fault, ends: &[i8], groups: &[i8]) -> Vec<Axiom> {
-    let group = Test::new(HEISENBERG);
-    let faulty = Faulty(PoissonGroupoid::new(&group), &group, fault);
-    let [a, b, c] = &integer_chain(ends, groups);
-    Axiom::ALL.into_iter().filter(|axiom| axiom.defect(&faulty, [a, b, c], exact) > 0.0).collect()
+/// The axioms that do not hold on a chain.
+fn broken_on<Q: Groupoid<Element: PartialEq>>(q: &Q, [a, b, c]: &[Q::Element; 3]) -> Vec<Axiom> {
+    Axiom::ALL.into_iter().filter(|axiom| axiom.defect(q, [a, b, c], exact) > 0.0).collect()
 }
+
+/// The axioms that see a fault in Γ.
+fn broken_by(fault: &Fault, ends: &[i8], groups: &[i8]) -> Vec<Axiom> {
+    let group = Test::new(HEISENBERG);
+    let gamma = Gamma::new(&group);
+    let chain = integer_chain(ends, groups).map(|g| gamma.coordinates(&g));
+    broken_on(&Planted::<f64>::new(gamma, Some(fault)), &chain)
+}
+
+const ENDS: [i8; 12] = [1, 2, 3, 4, 5, 6, 7, 8, 9, 10, 11, 12];
+const GROUPS: [i8; 9] = [1, 2, 3, -4, 5, 6, 7, -8, 9];
 
 #[test]
 fn planted_faults_break_the_axioms_they_should() {
-    let (ends, groups) = ([1, 2, 3, 4, 5, 6, 7, 8, 9, 10, 11, 12], [1, 2, 3, -4, 5, 6, 7, -8, 9]);
     use Axiom::*;
-    assert_eq!(broken_by(Fault::Inverse, &ends, &groups), [LeftInverse, RightInverse]);
-    assert_eq!(broken_by(Fault::Ends, &ends, &groups), [InverseEnds, LeftInverse, RightInverse]);
-    assert_eq!(broken_by(Fault::Product, &ends, &groups), [Associativity, LeftUnit, LeftInverse, RightInverse]);
-    assert_eq!(broken_by(Fault::Unit, &ends, &groups), [LeftUnit, RightUnit, LeftInverse, RightInverse]);
-    assert_eq!(
-        broken_by(Fault::Target, &ends, &groups),
-        [ProductEnds, Associativity, LeftUnit, LeftInverse, RightInverse]
-    );
+    let broken = |fault| broken_by(&fault, &ENDS, &GROUPS);
+    assert_eq!(broken(INVERSE_KEEPS_U), [LeftInverse, RightInverse]);
+    assert_eq!(broken(ENDS_KEPT), [InverseEnds, LeftInverse, RightInverse]);
+    assert_eq!(broken(SECOND_INVERTED), [Associativity, LeftUnit, LeftInverse, RightInverse]);
+    assert_eq!(broken(PRODUCT_KEEPS_END), [ProductEnds, Associativity, LeftUnit, LeftInverse, RightInverse]);
 }
 
 #[test]
-fn one_wrong_end_of_the_inverse_is_enough() {
-    let (ends, groups) = ([1, 2, 3, 4, 5, 6, 7, 8, 9, 10, 11, 12], [1, 2, 3, -4, 5, 6, 7, -8, 9]);
-    for fault in [Fault::InverseTarget, Fault::InverseSource] {
-        assert!(broken_by(fault, &ends, &groups).contains(&Axiom::InverseEnds));
-    }
+fn a_wrong_unit_or_one_wrong_end_of_the_inverse_is_enough() {
+    let group = Test::new(HEISENBERG);
+    let broken = |unit, inverse| {
+        broken_on(&Changed { gamma: Gamma::new(&group), unit, inverse }, &integer_chain(&ENDS, &GROUPS))
+    };
+    use Axiom::*;
+    let negative = |unit: Element| Arrow { group: -unit.group, ..unit };
+    assert_eq!(broken(|unit| unit, |_, inverse| inverse), []);
+    assert_eq!(broken(negative, |_, inverse| inverse), [LeftUnit, RightUnit, LeftInverse, RightInverse]);
+    assert!(broken(|unit| unit, |g, inverse| Arrow { target: g.target, ..inverse }).contains(&InverseEnds));
+    assert!(broken(|unit| unit, |g, inverse| Arrow { source: g.source, ..inverse }).contains(&InverseEnds));
 }
 
 #[test]
 fn quickcheck_finds_the_planted_faults() {
     fn inverse(ends: Vec<i8>, groups: Vec<i8>) -> bool {
-        broken_by(Fault::Inverse, &ends, &groups).is_empty()
+        broken_by(&INVERSE_KEEPS_U, &ends, &groups).is_empty()
     }
     fn product(ends: Vec<i8>, groups: Vec<i8>) -> bool {
-        broken_by(Fault::Product, &ends, &groups).is_empty()
+        broken_by(&SECOND_INVERTED, &ends, &groups).is_empty()
     }
     fn target(ends: Vec<i8>, groups: Vec<i8>) -> bool {
-        broken_by(Fault::Target, &ends, &groups).is_empty()
+        broken_by(&PRODUCT_KEEPS_END, &ends, &groups).is_empty()
     }
     for property in [inverse, product, target] {
         assert!(quick(property as fn(Vec<i8>, Vec<i8>) -> bool).is_err_and(|result| result.is_failure()));
@@ -339,11 +329,13 @@ proptest! {
         prop_assert!(worst(&PoissonGroupoid::new(&group), &gamma, distance) <= bound);
         let gauge = chain([r[3], r[4], r[5], r[6]], [r[0], r[1], r[2]]);
         prop_assert!(worst(&GaugeGroupoid::new(&group), &gauge, distance) <= bound);
-        let faulty = Faulty(PoissonGroupoid::new(&group), &group, Fault::Inverse);
+        let flat = PoissonGroupoid::new(&group);
+        let gamma = gamma.map(|g| flat.coordinates(&g));
+        let faulty = Planted::<f64>::new(flat, Some(&INVERSE_KEEPS_U));
         // U² = 1 only at the rotations by π and at e.
         let angle = (0.5 * (r[0].trace() - 1.0)).clamp(-1.0, 1.0).acos();
         if angle.sin() > 1e-3 {
-            prop_assert!(worst(&faulty, &gamma, distance) > 1e-4);
+            prop_assert!(worst(&faulty, &gamma, |g, h| (g - h).amax()) > 1e-4);
         }
     }
 

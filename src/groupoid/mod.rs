@@ -170,7 +170,7 @@ impl Axiom {
     ];
 
     /// The formula.
-    pub fn statement(self) -> &'static str {
+    pub const fn statement(self) -> &'static str {
         match self {
             Self::ProductEnds => "α(g₁g₂) = α(g₁) and β(g₁g₂) = β(g₂)",
             Self::Associativity => "g₁(g₂g₃) = (g₁g₂)g₃",

@@ -1,9 +1,10 @@
-//! Laws of invariant vector fields and of Lie algebroids, on two groupoids of each case.
+//! Laws of invariant vector fields and of Lie algebroids: of any Lie groupoid, and here on two groupoids of each case.
 
 use super::groupoid::{Check, Which};
-use super::instances::{
-    ACTION_INVERTED, ANCHOR_SIGN, ENDS_KEPT, INVERSE_KEEPS_U, Instance, PRODUCT_KEEPS_END, Planted, Polynomial,
-    SECOND_INVERTED, STRUCTURE_SIGN, Second, blend_vector, lifted,
+use super::instances::{Instance, Polynomial, Second, lifted};
+use super::planted::groupoid::{
+    ACTION_INVERTED, ANCHOR_SIGN, ENDS_KEPT, INVERSE_KEEPS_U, PRODUCT_KEEPS_END, Planted, SECOND_INVERTED,
+    STRUCTURE_SIGN, blend_vector,
 };
 use super::precision::{Measured, settle};
 use super::probe::Probe;
@@ -18,30 +19,28 @@ use crate::scalar::{Dual, Real};
 use nalgebra::DVector;
 use proptest::strategy::Strategy;
 
-const BOUND: &str = "two precisions; floor 2⁶ m u relative to the terms, m the number of coordinates of an element";
-const FIELDS: &str = "random quadratic sections, the invariant fields and their derivatives on dual numbers through the \
-                      structure maps of the groupoid";
-
-pub(super) const LEFT_AT_SOURCE: Fault = Fault::new(
+pub(super) const BOUND: &str =
+    "two precisions; floor 2⁶ m u relative to the terms, m the number of coordinates of an element";
+const LEFT_AT_SOURCE: Fault = Fault::new(
     "left-field-at-source",
     "X←(g) with the value of X at α(g) in the place of β(g)",
     "groupoids over more than a point",
 );
-pub(super) const RIGHT_SIGN: Fault =
+const RIGHT_SIGN: Fault =
     Fault::new("right-field-sign", "X→(g) = +T(R_g ι) X(α(g)), without the sign of (4.3)", "every groupoid");
-pub(super) const NO_DERIVATIVES: Fault = Fault::new(
+const NO_DERIVATIVES: Fault = Fault::new(
     "bracket-no-derivatives",
     "⟦X, Y⟧ without ρ(X)(Y) − ρ(Y)(X), as if sections were constant",
     "anchors other than 0",
 );
 
 macro_rules! law {
-    ($name:literal, $statement:literal, $source:literal, $oracle:expr, $question:expr, $faults:expr) => {
+    ($name:literal, $question:expr, $faults:expr) => {
         CaseLaw {
             name: $name,
-            statement: $statement,
-            source: concat!("Martín de Diego and Sato Martín de Almagro 2019, ", $source),
-            oracle: $oracle,
+            statement: $question.statement(),
+            source: $question.source(),
+            oracle: $question.oracle(),
             bound: BOUND,
             cost: Cost::Cheap,
             faults: $faults,
@@ -57,51 +56,27 @@ macro_rules! law {
 pub const fn laws<S: Source>() -> &'static [CaseLaw<S>] {
     const {
         &[
-            law!(
-                "invariant-fields",
-                "Tα X← = 0, Tβ X→ = 0, X←(gh) = T L_g X←(h), X→(gh) = T R_h X→(g), [X←, Y→] = 0",
-                "Def 4.3, (4.1) and (4.3)",
-                FIELDS,
-                Question::Fields,
-                &[LEFT_AT_SOURCE, SECOND_INVERTED, PRODUCT_KEEPS_END]
-            ),
-            law!(
-                "algebroid-bracket",
-                "[X←, Y←] = ⟦X, Y⟧← off the units, ⟦X, Y⟧ in closed form; ⟦X, Y⟧ = −⟦Y, X⟧; Jacobi",
-                "Defs 4.4 and 4.5, (4.2)",
-                "the commutator of the invariant fields by duals, against structure constants and anchor in closed form",
-                Question::Bracket,
-                &[STRUCTURE_SIGN, ANCHOR_SIGN, NO_DERIVATIVES, LEFT_AT_SOURCE, SECOND_INVERTED]
-            ),
-            law!(
-                "algebroid-anchor",
-                "ρ = Tβ on the fibres of AG, ρ⟦X, Y⟧ = [ρX, ρY], ⟦X, fY⟧ = f⟦X, Y⟧ + ρ(X)(f) Y",
-                "Defs 4.4 and 4.5, (4.2)",
-                "Tβ and the commutator of vector fields on the base by duals; ⟦X, fY⟧ from the commutator of invariant fields",
-                Question::Anchor,
-                &[ANCHOR_SIGN, STRUCTURE_SIGN, NO_DERIVATIVES, ACTION_INVERTED]
-            ),
-            law!(
-                "algebroid-right-fields",
-                "⟦X, Y⟧→ = −[X→, Y→]",
-                "§4.1, after (4.3)",
-                "the commutator of the right-invariant fields by duals, against the bracket in closed form",
-                Question::Right,
-                &[RIGHT_SIGN, STRUCTURE_SIGN, ANCHOR_SIGN, NO_DERIVATIVES, ACTION_INVERTED]
-            ),
-            law!(
-                "inversion-invariant-field",
-                "Z = W + ι_*W has Tι Z(g) = Z(g⁻¹) and is tangent to the units there, for random W; so is X← − X→",
-                "Prop 4.6",
-                "Z against Tε Tα Z, by duals of ι, α and ε",
-                Question::Inversion,
-                &[INVERSE_KEEPS_U, ENDS_KEPT, RIGHT_SIGN]
-            ),
+            law!("invariant-fields", Question::Fields, Question::Fields.faults()),
+            law!("algebroid-bracket", Question::Bracket, Question::Bracket.faults()),
+            law!("algebroid-anchor", Question::Anchor, &{
+                let [a, b, c] = ANCHOR_FAULTS;
+                [a, b, c, ACTION_INVERTED]
+            }),
+            law!("algebroid-right-fields", Question::Right, &{
+                let [a, b, c, d] = RIGHT_FAULTS;
+                [a, b, c, d, ACTION_INVERTED]
+            }),
+            law!("inversion-invariant-field", Question::Inversion, Question::Inversion.faults()),
         ]
     }
 }
 
-/// Which law.
+/// What can be planted in the anchor of any groupoid.
+const ANCHOR_FAULTS: [Fault; 3] = [ANCHOR_SIGN, STRUCTURE_SIGN, NO_DERIVATIVES];
+/// And in its right-invariant fields.
+const RIGHT_FAULTS: [Fault; 4] = [RIGHT_SIGN, STRUCTURE_SIGN, ANCHOR_SIGN, NO_DERIVATIVES];
+
+/// What is asked of one groupoid.
 #[derive(Clone, Copy)]
 pub(super) enum Question {
     /// Definition 4.3.
@@ -114,6 +89,63 @@ pub(super) enum Question {
     Right,
     /// Proposition 4.6.
     Inversion,
+}
+
+impl Question {
+    /// All of them.
+    pub const ALL: [Self; 5] = [Self::Fields, Self::Bracket, Self::Anchor, Self::Right, Self::Inversion];
+
+    /// The formula.
+    pub const fn statement(self) -> &'static str {
+        match self {
+            Self::Fields => "Tα X← = 0, Tβ X→ = 0, X←(gh) = T L_g X←(h), X→(gh) = T R_h X→(g), [X←, Y→] = 0",
+            Self::Bracket => "[X←, Y←] = ⟦X, Y⟧← off the units, ⟦X, Y⟧ in closed form; ⟦X, Y⟧ = −⟦Y, X⟧; Jacobi",
+            Self::Anchor => "ρ = Tβ on the fibres of AG, ρ⟦X, Y⟧ = [ρX, ρY], ⟦X, fY⟧ = f⟦X, Y⟧ + ρ(X)(f) Y",
+            Self::Right => "⟦X, Y⟧→ = −[X→, Y→]",
+            Self::Inversion => {
+                "Z = W + ι_*W has Tι Z(g) = Z(g⁻¹) and is tangent to the units there, for random W; so is X← − X→"
+            }
+        }
+    }
+
+    /// Where it is stated.
+    pub const fn source(self) -> &'static str {
+        match self {
+            Self::Fields => "Martín de Diego and Sato Martín de Almagro 2019, Def 4.3, (4.1) and (4.3)",
+            Self::Bracket | Self::Anchor => "Martín de Diego and Sato Martín de Almagro 2019, Defs 4.4 and 4.5, (4.2)",
+            Self::Right => "Martín de Diego and Sato Martín de Almagro 2019, §4.1, after (4.3)",
+            Self::Inversion => "Martín de Diego and Sato Martín de Almagro 2019, Prop 4.6",
+        }
+    }
+
+    /// What it is compared with.
+    pub const fn oracle(self) -> &'static str {
+        match self {
+            Self::Fields => {
+                "random quadratic sections, the invariant fields and their derivatives on dual numbers through the \
+                 structure maps of the groupoid"
+            }
+            Self::Bracket => {
+                "the commutator of the invariant fields by duals, against structure constants and anchor in closed form"
+            }
+            Self::Anchor => {
+                "Tβ and the commutator of vector fields on the base by duals; ⟦X, fY⟧ from the commutator of invariant fields"
+            }
+            Self::Right => "the commutator of the right-invariant fields by duals, against the bracket in closed form",
+            Self::Inversion => "Z against Tε Tα Z, by duals of ι, α and ε",
+        }
+    }
+
+    /// What can be planted in any groupoid.
+    pub const fn faults(self) -> &'static [Fault] {
+        match self {
+            Self::Fields => &[LEFT_AT_SOURCE, SECOND_INVERTED, PRODUCT_KEEPS_END],
+            Self::Bracket => &[STRUCTURE_SIGN, ANCHOR_SIGN, NO_DERIVATIVES, LEFT_AT_SOURCE, SECOND_INVERTED],
+            Self::Anchor => &ANCHOR_FAULTS,
+            Self::Right => &RIGHT_FAULTS,
+            Self::Inversion => &[INVERSE_KEEPS_U, ENDS_KEPT, RIGHT_SIGN],
+        }
+    }
 }
 
 type Point<T> = DVector<Dual<T>>;

@@ -1,9 +1,10 @@
-//! Laws of groupoids: the axioms of Definition 4.1 on every instance, and translations.
+//! Laws of groupoids: the axioms of Definition 4.1 on any groupoid, here on every instance of a case, and translations.
 
 use super::algebroid::{self, Question};
-use super::instances::{
-    ACTION_INVERTED, ENDS_KEPT, INVERSE_KEEPS_U, Instance, Kind, Material, PRODUCT_KEEPS_END, SECOND_INVERTED, Second,
-    UNCHECKED, UNMATCHED, blend_vector,
+use super::instances::{Instance, Kind, Material, Second};
+use super::planted::groupoid::{
+    ACTION_INVERTED, ENDS_KEPT, INVERSE_KEEPS_U, PRODUCT_KEEPS_END, Planted, SECOND_INVERTED, UNCHECKED, UNMATCHED,
+    blend_vector,
 };
 use super::precision::{Measured, settle};
 use super::probe::Probe;
@@ -21,11 +22,18 @@ use nalgebra::DVector;
 use proptest::strategy::Strategy;
 use std::fmt::Debug;
 
-const SOURCE: &str = "Martín de Diego and Sato Martín de Almagro 2019, Def 4.1";
+pub(super) const SOURCE: &str = "Martín de Diego and Sato Martín de Almagro 2019, Def 4.1";
 const SOURCE_43: &str = "Martín de Diego and Sato Martín de Almagro 2019, Def 4.1 and (4.4)";
-const ORACLE: &str = "the axioms, each comparing two different products of three random composable elements; pairs that \
+pub(super) const ORACLE: &str = "the axioms, each comparing two different products of three random composable elements; pairs that \
                       are not composable, one of them by one unit of round-off, have to be refused";
-const BOUND: &str = "two precisions; floor 2⁵ D u times the sizes of the group elements; ends exact";
+pub(super) const BOUND: &str =
+    "two precisions; floor 2⁵ √m u times the sizes of the elements, of m numbers; ends exact";
+/// [`Chain::composable`].
+pub(super) const COMPOSABLE: &str = "β(g₁) = α(g₂) and β(g₂) = α(g₃), compared exactly";
+/// [`Chain::refusal`].
+pub(super) const REFUSAL: &str = "`compose` refuses g and h with β(g) ≠ α(h), and says which points differ";
+/// What can be planted in a groupoid over more than a point.
+pub(super) const FAULTS: &[Fault] = &[INVERSE_KEEPS_U, SECOND_INVERTED, ENDS_KEPT, PRODUCT_KEEPS_END, UNCHECKED];
 
 macro_rules! axioms {
     ($name:literal, $statement:literal, $source:expr, $kinds:expr, $faults:expr) => {
@@ -66,14 +74,14 @@ pub const fn laws<S: Source>() -> &'static [CaseLaw<S>] {
                 "the groupoid axioms on G×G×G: (V,U,W)(W,U',X) = (V,UU',X), ι(V,U,W) = (W,U⁻¹,V)",
                 SOURCE,
                 &[Kind::Gauge],
-                &[INVERSE_KEEPS_U, SECOND_INVERTED, ENDS_KEPT, PRODUCT_KEEPS_END, UNCHECKED]
+                FAULTS
             ),
             axioms!(
                 "groupoid-poisson",
                 "the groupoid axioms on g*×G×g*: (λ,U,μ)(μ,V,κ) = (λ,UV,κ), ι(λ,U,μ) = (μ,U⁻¹,λ)",
                 SOURCE_43,
                 &[Kind::Poisson],
-                &[INVERSE_KEEPS_U, SECOND_INVERTED, ENDS_KEPT, PRODUCT_KEEPS_END, UNCHECKED]
+                FAULTS
             ),
             axioms!(
                 "groupoid-atiyah",
@@ -170,66 +178,122 @@ impl Check<'_> {
     }
 }
 
-/// The distance of two elements in units of u times the scale; infinite where the ends are not equal exactly.
-fn distance<T: Real>(instance: &Instance<'_, T>, g: &DVector<T>, h: &DVector<T>) -> f64 {
-    let q = &instance.groupoid;
-    if q.source(g) != q.source(h) || q.target(g) != q.target(h) {
-        return f64::INFINITY;
+/// Three composable elements of a groupoid, to judge its axioms on.
+pub(super) struct Chain<'a, Q: Groupoid, M> {
+    pub groupoid: &'a Q,
+    pub elements: &'a [Q::Element; 3],
+    /// The distance of two elements with the same ends, in units of u times their size.
+    pub distance: M,
+    /// How many numbers an element is made of.
+    pub numbers: usize,
+    /// Which groupoid, for the witness.
+    pub of: String,
+}
+
+impl<Q: Groupoid, M: Fn(&Q::Element, &Q::Element) -> f64> Chain<'_, Q, M> {
+    /// 2⁵ √m: m numbers are a matrix of √m rows.
+    fn floor(&self) -> f64 {
+        32.0 * (self.numbers.max(4) as f64).sqrt()
     }
-    ((g - h).amax() / (instance.scale * T::unit_roundoff())).to_f64()
+
+    /// g = h; the ends exactly.
+    fn equal(&self, g: &Q::Element, h: &Q::Element) -> f64 {
+        let q = self.groupoid;
+        let ends = q.source(g) == q.source(h) && q.target(g) == q.target(h);
+        if ends { (self.distance)(g, h) } else { f64::INFINITY }
+    }
+
+    fn measured(&self, defect: f64, what: &str) -> Measured {
+        let (amplification, floor) = (if defect.is_nan() { f64::INFINITY } else { defect }, self.floor());
+        let mut witness = format!("{}{what}", self.of);
+        if amplification > floor {
+            let missing = " (ends differ, or a product or an inverse does not exist)";
+            let [g, h, k] = self.elements;
+            let why = if amplification.is_finite() { "" } else { missing };
+            witness = format!("{witness}{why}; g₁ = {g:?}, g₂ = {h:?}, g₃ = {k:?}");
+        }
+        Measured::Defect { amplification, floor, witness }
+    }
+
+    /// One of Definition 4.1.
+    pub fn axiom(&self, axiom: Axiom) -> Measured {
+        let defect = axiom.defect(self.groupoid, self.elements.each_ref(), |g, h| self.equal(g, h));
+        self.measured(defect, axiom.statement())
+    }
+
+    /// [`COMPOSABLE`].
+    pub fn composable(&self) -> Measured {
+        for [g, h] in self.elements.array_windows() {
+            let (target, source) = (self.groupoid.target(g), self.groupoid.source(h));
+            if target != source {
+                let of = &self.of;
+                return Measured::Broken(format!("{of}β({g:?}) = {target:?}, but α({h:?}) = {source:?}"));
+            }
+        }
+        Measured::exact()
+    }
+
+    /// [`REFUSAL`], of those of the pairs that do not meet.
+    pub fn refusal<'b>(&self, pairs: impl IntoIterator<Item = (&'b Q::Element, &'b Q::Element)>) -> Measured
+    where
+        Q::Element: 'b,
+    {
+        let (q, of) = (self.groupoid, &self.of);
+        let mut measured = Measured::NotApplicable("every pair of the chain is composable".into());
+        for (first, second) in pairs {
+            let (target, source) = (q.target(first), q.source(second));
+            if target == source {
+                continue;
+            }
+            measured = match q.compose(first, second) {
+                Err(refused) if refused.target == target && refused.source_of_second == source => Measured::exact(),
+                Err(refused) => return Measured::Broken(format!("{of}refused with other points: {refused}")),
+                Ok(_) => {
+                    return Measured::Broken(format!("{of}composed, though β(g) = {target:?} and α(h) = {source:?}"));
+                }
+            };
+        }
+        measured
+    }
 }
 
-/// 2⁵ D, with D² the number of the coordinates between the ends or at an end.
-fn floor<T: Real>(instance: &Instance<'_, T>) -> f64 {
-    32.0 * (instance.chain[0].len() as f64).sqrt()
+/// The chain of an instance.
+fn chain<'a, T: Real>(
+    instance: &'a Instance<'_, T>,
+) -> Chain<'a, Planted<'a, T>, impl Fn(&DVector<T>, &DVector<T>) -> f64> {
+    let unit = instance.scale * T::unit_roundoff();
+    let distance = move |g: &DVector<T>, h: &DVector<T>| {
+        if g.len() == h.len() { ((g - h).amax() / unit).to_f64() } else { f64::INFINITY }
+    };
+    let numbers = instance.chain[0].len();
+    Chain {
+        groupoid: &instance.groupoid,
+        elements: &instance.chain,
+        distance,
+        numbers,
+        of: format!("{:?}: ", instance.kind),
+    }
 }
 
-fn amplified(amplification: f64, floor: f64, witness: String) -> Measured {
-    Measured::Defect { amplification, floor, witness }
-}
-
-fn axioms<T: Real>(instance: &Instance<'_, T>, fault: Option<&Fault>, probe: &mut Probe) -> Measured {
-    let chain = instance.chain.each_ref();
-    let (q, floor) = (&instance.groupoid, floor(instance));
+/// Definition 4.1 on one groupoid.
+pub(super) fn axioms<T: Real>(instance: &Instance<'_, T>, fault: Option<&Fault>, probe: &mut Probe) -> Measured {
+    let chain = chain(instance);
+    let [g, h, k] = &instance.chain;
+    // One unit of round-off off.
+    let mut nudged = h.clone();
+    let ulp = T::one() + T::unit_roundoff() * T::int(2);
+    nudged.rows_mut(0, instance.groupoid.source(h).len()).apply(|v| *v *= ulp);
     let mut measured = Axiom::ALL
         .into_iter()
-        .map(|axiom| {
-            let defect = axiom.defect(q, chain, |g, h| distance(instance, g, h));
-            amplified(defect, floor, format!("{:?}: {}", instance.kind, axiom.statement()))
-        })
-        .fold(refusal(instance, chain), Measured::and);
+        .map(|axiom| chain.axiom(axiom))
+        .fold(chain.composable().and(chain.refusal([(g, &nudged), (g, k)])), Measured::and);
     if let Some(excess) = &instance.excess {
-        measured = measured.and(membership(instance, chain, excess, floor));
+        measured = measured.and(membership(instance, [g, h, k], excess, chain.floor()));
     }
     if instance.kind == Kind::Sphere {
         measured = measured.and(representatives::<T>(fault, probe));
     }
     measured
-}
-
-/// Pairs that are not composable are refused, with both points.
-fn refusal<T: Real>(instance: &Instance<'_, T>, [g, h, k]: [&DVector<T>; 3]) -> Measured {
-    let q = &instance.groupoid;
-    let mut nudged = h.clone();
-    let ulp = T::one() + T::unit_roundoff() * T::int(2);
-    let end = q.source(h).len();
-    nudged.rows_mut(0, end).apply(|v| *v *= ulp);
-    for second in [&nudged, k] {
-        let (target, source_of_second) = (q.target(g), q.source(second));
-        let composed = q.compose(g, second);
-        if target == source_of_second {
-            continue;
-        }
-        match composed {
-            Err(refused) if refused.target == target && refused.source_of_second == source_of_second => {}
-            Err(_) => return Measured::Broken(format!("{:?}: refused with other points", instance.kind)),
-            Ok(_) => {
-                let by = (target - source_of_second).amax().to_f64();
-                return Measured::Broken(format!("{:?}: ends that differ by {by:e} were composed", instance.kind));
-            }
-        }
-    }
-    Measured::NotApplicable("every pair is composable".into())
 }
 
 /// y = x·g, and so for products and inverses.
@@ -305,10 +369,9 @@ fn translations<T: Real>(instance: &Instance<'_, T>) -> Measured {
     let Some(pairs) = compared() else {
         return Measured::Broken(format!("{:?}: a translation leaves its fibre", instance.kind));
     };
+    let chain = chain(instance);
     pairs
         .into_iter()
-        .map(|(what, one, other)| {
-            amplified(distance(instance, &one, &other), floor(instance), format!("{:?}: {what}", instance.kind))
-        })
+        .map(|(what, one, other)| chain.measured(chain.equal(&one, &other), what))
         .fold(Measured::NotApplicable(String::new()), Measured::and)
 }

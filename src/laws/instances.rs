@@ -1,13 +1,6 @@
-//! The groupoids of a case, each in its coordinates, with the faults that can be planted in their structure.
+//! The groupoids of a case, each in its coordinates, with a fault planted in their structure or none.
 
-mod structure;
-
-pub use structure::{
-    ACTION_INVERTED, ANCHOR_SIGN, ENDS_KEPT, INVERSE_KEEPS_U, PRODUCT_KEEPS_END, Planted, SECOND_INVERTED,
-    STRUCTURE_SIGN, UNCHECKED, UNMATCHED, blend_vector,
-};
-
-use self::structure::{Turned, Wrong};
+use super::planted::groupoid::{ACTION_INVERTED, Planted, Turned, Wrong};
 use super::probe::Probe;
 use crate::algebra::Matrix;
 use crate::groupoid::{

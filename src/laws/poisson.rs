@@ -6,7 +6,8 @@ use self::gamma::{
     ADJOINT_MISSING, EVEN_PART, GROUP_SIGN, Gamma, LAMBDA_FLIPPED, LAST_SIGN, MU_FLIPPED, ONE_SIDED, absolute,
     absolute_matrix, basis, column, library, stack,
 };
-use super::instances::{ENDS_KEPT, INVERSE_KEEPS_U, Kind, Material, Polynomial, SECOND_INVERTED};
+use super::instances::{Kind, Material, Polynomial};
+use super::planted::groupoid::{ENDS_KEPT, INVERSE_KEEPS_U, SECOND_INVERTED};
 use super::precision::{Measured, settle};
 use super::probe::Probe;
 use super::{CaseLaw, Source};

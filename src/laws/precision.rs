@@ -43,6 +43,11 @@ impl Measured {
         Self::Defect { amplification: amplification(defect, size), floor, witness: witness() }
     }
 
+    /// No defect, of something that is exact or wrong.
+    pub fn exact() -> Self {
+        Self::Defect { amplification: 0.0, floor: 1.0, witness: String::new() }
+    }
+
     /// The graver of two measurements on the same case.
     pub fn and(self, other: Self) -> Self {
         let weight = |m: &Self| match m {

@@ -33,9 +33,6 @@ const STEPS: usize = 2;
 /// The most levels, each with half the step of the one before.
 const LEVELS: usize = 16;
 
-/// How many variations of a case are asked, where it shows a higher order than predicted.
-const VARIATIONS: i64 = 3;
-
 /// The highest order that is checked; the generators stay below.
 const HIGHEST: usize = 10;
 
@@ -155,7 +152,7 @@ fn check<S: Source>(case: &S, fault: Option<&Fault>, which: Which) -> Verdict {
         return first.verdict("");
     }
     let mut above = matches!(first.comparison, Comparison::Above { .. });
-    for k in 1..=VARIATIONS {
+    for k in 1..=problem::VARIATIONS {
         match measure(&case.with_case(problem::varied(case.case(), k))) {
             Ok(Measured { comparison: Comparison::Above { .. }, .. }) => above = true,
             Ok(Measured { comparison: Comparison::Exact | Comparison::Unknown { .. }, .. }) => {}

@@ -9,9 +9,9 @@ use crate::mechanics::Force;
 use crate::mechanics::Lagrangian;
 use crate::mechanics::equations::EulerPoincare;
 use crate::retraction::Retraction;
-use crate::scalar::{Dd, Qd, Real};
+use crate::scalar::{Dd, Qd, Real, convert};
 use crate::study::guard::{Warning, warnings};
-use crate::study::problem::{generic, varied};
+use crate::study::problem::{VARIATIONS, generic, varied};
 use crate::study::reference::{self, Target};
 use crate::study::{Comparison, Findings, Rung, Study};
 use crate::system::{Case, CaseError, System, Visitor};
@@ -150,9 +150,6 @@ impl Trial {
     }
 }
 
-/// How many variations of a case are asked, where it shows a higher order than predicted.
-const VARIATIONS: i64 = 3;
-
 /// What is said where the reference fails.
 const NO_REFERENCE: &str = "the reference solution was not reached";
 
@@ -259,17 +256,6 @@ impl Judged {
         };
         Self { trial, verdict, explanation: Some(explanation) }
     }
-}
-
-/// x in another scalar, to all digits that both have.
-fn convert<W: Real, T: Real>(x: W) -> T {
-    let (mut rest, mut sum) = (x, T::zero());
-    for _ in 0..4 {
-        let part = rest.to_f64();
-        sum += T::exact(part);
-        rest -= W::exact(part);
-    }
-    sum
 }
 
 /// A target without its type: the components of μ and g.

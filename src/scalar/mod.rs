@@ -101,6 +101,17 @@ pub(crate) fn finite<S: Scalar>(values: &[S]) -> bool {
     values.iter().all(|v| v.all_finite())
 }
 
+/// x in another scalar, to all digits that both have.
+pub(crate) fn convert<W: Real, T: Real>(x: W) -> T {
+    let (mut rest, mut sum) = (x, T::zero());
+    for _ in 0..4 {
+        let part = rest.to_f64();
+        sum += T::exact(part);
+        rest -= W::exact(part);
+    }
+    sum
+}
+
 pub mod dd;
 mod decimal;
 mod double;

@@ -19,6 +19,10 @@ pub fn generic_text() -> &'static str {
     include_str!("generic.toml")
 }
 
+/// How many variations of a case are asked, where it shows a higher order than its method is said to have; after them a body
+/// without symmetry, [`generic`].
+pub const VARIATIONS: i64 = 3;
+
 /// The k-th variation (k = 1, 2, …) of a case: the same algebra, retraction, tableau and step, with another motion, a full
 /// inertia without quartic term, and other forces, none with a symmetry. Where a case shows a higher order than its tableau has because an elementary
 /// differential happens to vanish on it, its variations do not.

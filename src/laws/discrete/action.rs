@@ -7,7 +7,8 @@ use super::super::probe::Probe;
 use super::super::subjects::PlantedForced;
 use super::super::{CaseLaw, Source};
 use super::{
-    CONJUGATE, DOUBLED, KEEPS_U, NO_U, Planted, U_RIGHT, U_SIGN, V_RIGHT, VALUE, compare, inverse, outside, refused,
+    ANTISYMMETRIC, ANTISYMMETRIC_FAULTS, ANTISYMMETRIC_ORACLE, ANTISYMMETRIC_SOURCE, CONJUGATE, DOUBLED, NO_U, Planted,
+    U_RIGHT, U_SIGN, V_RIGHT, VALUE, antisymmetry, compare, inverse, outside, refused,
 };
 use crate::algebra::{Covector, Matrix, Vector, pair};
 use crate::discrete::legendre::{Momenta, flow};
@@ -53,12 +54,12 @@ pub const fn laws<S: Source>() -> &'static [CaseLaw<S>] {
             },
             CaseLaw {
                 name: "discrete-antisymmetry",
-                statement: "the extremal action satisfies l_d ∘ ι̌_d = −l_d off the units, ι̌_d(V, U, W) = (W, U⁻¹, V)",
-                source: "Martín de Diego and Sato Martín de Almagro 2019, §5.1, after Prop 5.2, and Thm 5.4",
-                oracle: "the same function at the inverse triple, with its own stages",
+                statement: ANTISYMMETRIC,
+                source: ANTISYMMETRIC_SOURCE,
+                oracle: ANTISYMMETRIC_ORACLE,
                 bound: "two precisions; floor 2⁶ s N u of the momenta, which rounding of V and W is multiplied by",
                 cost: Cost::Cheap,
-                faults: &[KEEPS_U, VALUE],
+                faults: ANTISYMMETRIC_FAULTS,
                 cases: |cases| cases.main_dimensions().with_group().forced().boxed(),
                 check: |case, fault| {
                     settle_main_small(case, fault, Check { case, fault, which: Which::Antisymmetry }, 4)
@@ -304,9 +305,7 @@ impl Check<'_> {
         });
         let scale = point.triple.u.amax().max(T::one()) * back.u.amax().max(T::one());
         let floor = 64.0 * (system.tableau.stages() * N) as f64;
-        Ok(Measured::defect((here + there).abs(), size * scale, floor, || {
-            format!("l_d(V, U, W) = {:e}, l_d(W, U⁻¹, V) = {:e}", here.to_f64(), there.to_f64())
-        }))
+        Ok(antisymmetry([here, there], size * scale, floor))
     }
 
     fn flow<T: Real, const N: usize, const D: usize, R: Retraction<T, N, D>, L: Lagrangian<T, N>, F: Force<T, N>>(

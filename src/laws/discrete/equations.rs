@@ -1,9 +1,13 @@
-//! Laws of the discrete equations and flows, for random polynomials of the entries of V, U and W.
+//! Laws of the discrete equations and flows, for random polynomials of the entries of V, U and W; for the units the
+//! polynomial is ½(L − L ∘ ι̌_d).
 
 use super::super::precision::{Measured, settle_main, settle_main_small};
 use super::super::probe::Probe;
 use super::super::{CaseLaw, Source};
-use super::{DOUBLED, KEEPS_U, NO_U, Planted, U_SIGN, compare, inverse, outside, refused};
+use super::{
+    KEEPS_U, KEEPS_UNITS, NO_U, Planted, U_SIGN, UNITS_BOUND, UNITS_FAULTS, UNITS_ORACLE, UNITS_SOURCE, compare,
+    inverse, outside, refused, units,
+};
 use crate::algebra::{Matrix, Vector, pair};
 use crate::discrete::legendre::{euler_lagrange, flow};
 use crate::discrete::{Lift, Quadruple, Smooth, SmoothLagrangian, Triple, quadruple};
@@ -33,12 +37,12 @@ pub const fn laws<S: Source>() -> &'static [CaseLaw<S>] {
             },
             CaseLaw {
                 name: "discrete-units",
-                statement: "if l_d ∘ ι̌_d = −l_d then F_{l_d} takes units (V, e, V) to units",
-                source: "Martín de Diego and Sato Martín de Almagro 2019, Thm 5.3",
-                oracle: "the units themselves; l_d is ½(L − L ∘ ι̌_d) of a random polynomial L",
-                bound: "two precisions; floor 2⁸ N D u of the group elements",
+                statement: KEEPS_UNITS,
+                source: UNITS_SOURCE,
+                oracle: UNITS_ORACLE,
+                bound: UNITS_BOUND,
                 cost: Cost::Expensive,
-                faults: &[NO_U, U_SIGN, DOUBLED],
+                faults: UNITS_FAULTS,
                 cases: |cases| cases.main_dimensions().with_group().boxed(),
                 check: |case, fault| settle_main_small(case, fault, Check { case, fault, which: Which::Units }, 12),
             },
@@ -194,7 +198,7 @@ impl Check<'_> {
         let antisymmetric = Antisymmetrised(self.polynomial::<T, D>());
         let l_d = Planted { l_d: Smooth::new(&antisymmetric, group), fault: self.fault };
         let found = flow(&l_d, &l_d, tau, &Triple::unit(elements[0])).map_err(refused)?;
-        Ok(compare(&found, &Triple::unit(found.v), T::one(), 256.0 * (N * D) as f64))
+        Ok(units::<T, N, D>(&found))
     }
 
     fn reduction<T: Real, R, const N: usize, const D: usize>(

@@ -13,33 +13,39 @@ pub mod group;
 
 use super::planted::{blend, blend_scalar};
 use super::precision::Measured;
-use crate::algebra::Matrix;
+use crate::algebra::{Covector, Matrix};
 use crate::discrete::{DiscreteError, DiscreteLagrangian, Slopes, Triple};
 use crate::harness::Fault;
 use crate::retraction::RetractionError;
 use crate::scalar::Real;
 
-const VALUE: Fault = Fault::new("discrete-value", "the sum of the entries of V added to l_d", "every group");
-const V_RIGHT: Fault = Fault::new("discrete-v-right", "L*_V D₁l_d for R*_V D₁l_d", "non-abelian groups");
-const U_RIGHT: Fault =
+pub(super) const VALUE: Fault = Fault::new("discrete-value", "the sum of the entries of V added to l_d", "every group");
+pub(super) const V_RIGHT: Fault = Fault::new("discrete-v-right", "L*_V D₁l_d for R*_V D₁l_d", "non-abelian groups");
+pub(super) const U_RIGHT: Fault =
     Fault::new("discrete-u-right", "L*_U D₂l_d for R*_U D₂l_d", "forced systems on non-abelian groups, off the units");
-const NO_U: Fault = Fault::new("legendre-no-u", "F⁻ without R*_U D₂l_d", "forced systems");
-const U_SIGN: Fault = Fault::new("legendre-u-sign", "F⁻ with + L*_U D₂l_d", "forced systems");
-const DOUBLED: Fault = Fault::new("discrete-w-doubled", "D₃l_d doubled", "every group; flows of forced systems");
+pub(super) const NO_U: Fault = Fault::new("legendre-no-u", "F⁻ without R*_U D₂l_d", "forced systems");
+pub(super) const U_SIGN: Fault = Fault::new("legendre-u-sign", "F⁻ with + L*_U D₂l_d", "forced systems");
+pub(super) const DOUBLED: Fault =
+    Fault::new("discrete-w-doubled", "D₃l_d doubled", "every group; flows of forced systems");
 const CONJUGATE: Fault = Fault::new(
     "discrete-conjugate",
     "the extremal action of the conjugate tableau",
     "tableaux that are not symplectic; forced or non-abelian systems",
 );
-const KEEPS_U: Fault = Fault::new("discrete-inverse-keeps-u", "ι̌_d(V, U, W) = (W, U, V)", "every group, U ≠ U⁻¹");
+pub(super) const CONSTANT: Fault =
+    Fault::new("discrete-constant", "every slope replaced by 1 in every component", "every group");
+pub(super) const STALE: Fault =
+    Fault::new("discrete-memory-stale", "the slopes of the evaluation before are given again", "every group");
+pub(super) const KEEPS_U: Fault =
+    Fault::new("discrete-inverse-keeps-u", "ι̌_d(V, U, W) = (W, U, V)", "every group, U ≠ U⁻¹");
 
 /// A discrete Lagrangian with a fault planted in its value or its slopes.
 ///
 /// U enters F⁻ alone, so a wrong slope by U is a wrong Legendre transform: one without R*_U D₂l_d, or with the other sign
 /// of L*_U D₂l_d.
-struct Planted<'a, L> {
-    l_d: L,
-    fault: Option<&'a Fault>,
+pub(super) struct Planted<'a, L> {
+    pub l_d: L,
+    pub fault: Option<&'a Fault>,
 }
 
 impl<L> Planted<'_, L> {
@@ -48,39 +54,59 @@ impl<L> Planted<'_, L> {
     }
 }
 
+/// What an evaluation leaves behind, with the slopes for [`STALE`].
+pub(super) struct Kept<M, T: Real, const N: usize> {
+    memory: M,
+    slopes: Option<Slopes<T, N>>,
+}
+
+impl<M: Default, T: Real, const N: usize> Default for Kept<M, T, N> {
+    fn default() -> Self {
+        Self { memory: M::default(), slopes: None }
+    }
+}
+
 impl<T: Real, L, const N: usize, const D: usize> DiscreteLagrangian<T, N, D> for Planted<'_, L>
 where
     L: DiscreteLagrangian<T, N, D>,
 {
-    type Memory = L::Memory;
+    type Memory = Kept<L::Memory, T, N>;
 
     fn value(&self, x: &Triple<T, D>) -> Result<T, DiscreteError> {
         let right = self.l_d.value(x)?;
         Ok(blend_scalar(right, right + x.v.sum(), self.size(VALUE)))
     }
 
-    fn slopes_from(&self, x: &Triple<T, D>, memory: &mut L::Memory) -> Result<Slopes<T, N>, DiscreteError> {
-        let right = self.l_d.slopes_from(x, memory)?;
+    fn slopes_from(&self, x: &Triple<T, D>, memory: &mut Self::Memory) -> Result<Slopes<T, N>, DiscreteError> {
+        let right = self.l_d.slopes_from(x, &mut memory.memory)?;
+        let before = memory.slopes.replace(right).unwrap_or(right);
         let no_u = blend(right.u_right, right.u_right * T::zero(), self.size(NO_U));
+        let constant = |p: Covector<T, N>| blend(p, Covector::repeat(T::one()), self.size(CONSTANT));
+        let third = |p: Covector<T, N>, stale: Covector<T, N>| {
+            constant(blend(blend(p, p * T::int(2), self.size(DOUBLED)), stale, self.size(STALE)))
+        };
         Ok(Slopes {
-            v_left: right.v_left,
-            v_right: blend(right.v_right, right.v_left, self.size(V_RIGHT)),
-            u_left: blend(right.u_left, -right.u_left, self.size(U_SIGN)),
-            u_right: blend(no_u, right.u_left, self.size(U_RIGHT)),
-            w_left: blend(right.w_left, right.w_left * T::int(2), self.size(DOUBLED)),
-            w_right: blend(right.w_right, right.w_right * T::int(2), self.size(DOUBLED)),
+            v_left: constant(right.v_left),
+            v_right: constant(blend(right.v_right, right.v_left, self.size(V_RIGHT))),
+            u_left: constant(blend(right.u_left, -right.u_left, self.size(U_SIGN))),
+            u_right: constant(blend(no_u, right.u_left, self.size(U_RIGHT))),
+            w_left: third(right.w_left, before.w_left),
+            w_right: third(right.w_right, before.w_right),
         })
     }
 }
 
 /// ι̌_d, or what the fault makes of it.
-fn inverse<T: Real, const D: usize>(x: &Triple<T, D>, fault: Option<&Fault>) -> Result<Triple<T, D>, Measured> {
+pub(super) fn inverse<T: Real, const D: usize>(
+    x: &Triple<T, D>,
+    fault: Option<&Fault>,
+) -> Result<Triple<T, D>, Measured> {
     let right = x.inverse().ok_or(Measured::Broken("U is a singular matrix".into()))?;
     Ok(Triple { u: blend(right.u, x.u, Fault::size_of(fault, KEEPS_U.name)), ..right })
 }
 
 /// What an error means for a law.
-fn refused(error: DiscreteError) -> Measured {
+pub(super) fn refused(error: DiscreteError) -> Measured {
     match error {
         DiscreteError::Domain { source, .. } => outside(source),
         DiscreteError::NotConverged { .. } => Measured::Inconclusive("the discrete equations did not converge".into()),
@@ -102,4 +128,40 @@ fn compare<T: Real, const D: usize>(mine: &Triple<T, D>, expected: &Triple<T, D>
         Measured::defect((a - b).amax(), size * b.amax().max(T::one()), floor, || format!("{what} differs"))
     };
     near("V", &mine.v, &expected.v).and(near("U", &mine.u, &expected.u)).and(near("W", &mine.w, &expected.w))
+}
+
+/// l_d ∘ ι̌_d = −l_d.
+pub(super) const ANTISYMMETRIC: &str = "l_d satisfies l_d ∘ ι̌_d = −l_d off the units, ι̌_d(V, U, W) = (W, U⁻¹, V)";
+
+/// Where it is stated.
+pub(super) const ANTISYMMETRIC_SOURCE: &str =
+    "Martín de Diego and Sato Martín de Almagro 2019, §5.1, after Prop 5.2, and Thm 5.4";
+/// What [`antisymmetry`] compares with.
+pub(super) const ANTISYMMETRIC_ORACLE: &str = "the same function at the inverse triple";
+/// What [`antisymmetry`] sees.
+pub(super) const ANTISYMMETRIC_FAULTS: &[Fault] = &[KEEPS_U, VALUE];
+
+/// [`ANTISYMMETRIC`], for the values at (V, U, W) and at its inverse, with terms of so large a size.
+pub(super) fn antisymmetry<T: Real>([here, there]: [T; 2], size: T, floor: f64) -> Measured {
+    Measured::defect((here + there).abs(), size, floor, || {
+        format!("l_d(V, U, W) = {:e}, l_d(W, U⁻¹, V) = {:e}", here.to_f64(), there.to_f64())
+    })
+}
+
+/// The flow keeps the units.
+pub(super) const KEEPS_UNITS: &str =
+    "F_{l_d} takes units (V, e, V) to units, if l_d ∘ ι̌_d = −l_d to first order on them";
+/// Where it is stated.
+pub(super) const UNITS_SOURCE: &str =
+    "Martín de Diego and Sato Martín de Almagro 2019, Thm 5.3: it depends on the derivatives on the units alone";
+/// What [`units`] compares with.
+pub(super) const UNITS_ORACLE: &str = "the units themselves";
+/// How far off [`units`] allows.
+pub(super) const UNITS_BOUND: &str = "two precisions; floor 2⁸ N D u of the group elements";
+/// What [`units`] sees.
+pub(super) const UNITS_FAULTS: &[Fault] = &[NO_U, U_SIGN, DOUBLED];
+
+/// [`KEEPS_UNITS`], for where the flow takes one of them.
+pub(super) fn units<T: Real, const N: usize, const D: usize>(end: &Triple<T, D>) -> Measured {
+    compare(end, &Triple::unit(end.v), T::one(), 256.0 * (N * D) as f64)
 }

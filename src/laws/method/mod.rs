@@ -267,7 +267,7 @@ impl Other {
     pub fn of(self, case: &Case) -> Option<Case> {
         match self {
             Self::Presentation => Some(case.presented().0),
-            Self::Variation(k @ 1..=VARIATIONS) => Some(problem::varied(case, k)),
+            Self::Variation(k @ 1..=problem::VARIATIONS) => Some(problem::varied(case, k)),
             Self::Variation(_) => problem::generic().ok().map(|file| Case { method: case.method.clone(), ..file.case }),
         }
     }
@@ -290,9 +290,6 @@ pub struct Setup<'a> {
     #[allow(clippy::type_complexity)]
     pub others: Box<dyn Fn(Other) -> Result<Option<OtherSetup<'a>>, StepError> + 'a>,
 }
-
-/// How many variations of a case are asked, where it shows a higher order than claimed; after them a body without symmetry.
-const VARIATIONS: i64 = 3;
 
 /// Builds the [`Theory`] of a case.
 struct Build(usize);
@@ -361,7 +358,7 @@ impl<'a> Setup<'a> {
     /// A system that cannot be built, a method that does not apply.
     pub fn of_source<S: Source>(source: &S, subject: &'a dyn Subject<S>) -> Result<Self, SetupError> {
         let variation = |source: &S, k: i64| {
-            (1..=VARIATIONS).contains(&k).then(|| source.with_case(problem::varied(source.case(), k)))
+            (1..=problem::VARIATIONS).contains(&k).then(|| source.with_case(problem::varied(source.case(), k)))
         };
         Self::assemble(source, subject, |_| None, variation)
     }

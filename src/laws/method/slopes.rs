@@ -1,13 +1,14 @@
 //! Defects that fall at the order of the method: errors, drifts, Φ_{−h}∘Φ_h − 1.
 
 use super::levels::{Gap, Ladder, Measure, STEPS, Standing, descend, standing};
-use super::{Claims, Look, Other, Outcome, Point, Precision, Quantity, Setup, VARIATIONS, View, difference, without};
+use super::{Claims, Look, Other, Outcome, Point, Precision, Quantity, Setup, View, difference, without};
 use crate::harness::Verdict;
 use crate::harness::evidence;
 use crate::integrators::StepError;
 use crate::laws::integrators::refused;
 use crate::laws::precision::Measured;
-use crate::scalar::{Dd, Real};
+use crate::scalar::{Dd, Real, convert};
+use crate::study::problem::VARIATIONS;
 use crate::study::{Comparison, Findings};
 use nalgebra::{ComplexField, RealField};
 
@@ -19,12 +20,7 @@ const CONFIRMED: usize = 2;
 
 /// x − y, exact in 32 digits, in the scalar of the method.
 fn minus<T: Real>(x: T, y: Dd) -> T {
-    let mine = Point { time: x, momentum: Vec::new(), attitude: Vec::new() }.convert::<Dd>().time;
-    in_scalar(mine - y)
-}
-
-fn in_scalar<T: Real>(x: Dd) -> T {
-    Point { time: x, momentum: Vec::new(), attitude: Vec::new() }.convert::<T>().time
+    convert(convert::<T, Dd>(x) - y)
 }
 
 /// A list of numbers against what they must be.
@@ -98,8 +94,8 @@ impl<T: Precision> Measure<T> for View<'_, '_, T> {
         let noise = self.noise(STEPS);
         let of = |mine: &[T], theirs: &[Dd], from: &[T], doubt: Dd| {
             let error = mine.iter().zip(theirs).map(|(x, y)| minus(*x, *y)).collect();
-            let theirs: Vec<T> = theirs.iter().map(|x| in_scalar(*x)).collect();
-            gap(mine, &theirs, from, error, noise, in_scalar(doubt))
+            let theirs: Vec<T> = theirs.iter().map(|x| convert(*x)).collect();
+            gap(mine, &theirs, from, error, noise, convert(doubt))
         };
         let momentum = of(&end.momentum, &exact.momentum, &start.momentum, doubt.0);
         let attitude = of(&end.attitude, &exact.attitude, &start.attitude, doubt.1);
@@ -212,9 +208,9 @@ impl<T: Precision> Measure<T> for Balancing<'_, '_, '_, '_, T> {
             let (found, wanted) = (value(&mine)?, value(exact)?);
             let reach = found.reach.max(wanted.reach).max(found.size).max(wanted.size);
             let doubt = if largest > Dd::exact(0.0) { wanted.reach * *doubt / largest } else { *doubt };
-            let size: T = in_scalar(found.size.max(wanted.size).max(Dd::exact(f64::MIN_POSITIVE)));
-            let error = vec![in_scalar(found.value - wanted.value)];
-            Ok(Gap { error, size, noise: noise * in_scalar(reach), doubt: in_scalar(doubt) })
+            let size: T = convert(found.size.max(wanted.size).max(Dd::exact(f64::MIN_POSITIVE)));
+            let error = vec![convert(found.value - wanted.value)];
+            Ok(Gap { error, size, noise: noise * convert(reach), doubt: convert(doubt) })
         };
         self.quantities.iter().map(gap).collect()
     }

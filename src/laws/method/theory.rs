@@ -6,7 +6,7 @@ use crate::integrators::{OneStep, State, StepError};
 use crate::mechanics::equations::EulerPoincare;
 use crate::mechanics::{Force, Lagrangian};
 use crate::retraction::Retraction;
-use crate::scalar::Real;
+use crate::scalar::{Real, convert};
 use crate::study::reference;
 use crate::system::System;
 
@@ -69,17 +69,6 @@ pub(super) fn product<T: Real>(a: &[T], b: &[T]) -> Vec<T> {
     let m = matrix_size(a);
     let entry = |k: usize| (0..m).fold(T::zero(), |sum, j| sum + a[k / m * m + j] * b[j * m + k % m]);
     (0..m * m).map(entry).collect()
-}
-
-/// x in another scalar, to all digits that both have.
-fn convert<W: Real, T: Real>(x: W) -> T {
-    let (mut rest, mut sum) = (x, T::zero());
-    for _ in 0..4 {
-        let part = rest.to_f64();
-        sum += T::exact(part);
-        rest -= W::exact(part);
-    }
-    sum
 }
 
 /// A one-step method on a system that it knows, whatever the dimensions.

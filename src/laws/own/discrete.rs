@@ -3,13 +3,17 @@
 //! A value that runs on dual numbers gets its slopes from [`Smooth`](crate::discrete::Smooth); then it is a discrete
 //! Lagrangian like any other.
 
-use super::super::planted::{blend, blend_scalar};
+use super::super::discrete::{
+    ANTISYMMETRIC, ANTISYMMETRIC_FAULTS, ANTISYMMETRIC_ORACLE, ANTISYMMETRIC_SOURCE, CONSTANT, DOUBLED, KEEPS_UNITS,
+    Planted, STALE, U_SIGN, UNITS_BOUND, UNITS_FAULTS, UNITS_ORACLE, UNITS_SOURCE, V_RIGHT, VALUE, antisymmetry,
+    inverse, refused, units,
+};
 use super::super::precision::Measured;
 use super::differences::{compared, slope};
 use super::group::{exponential, misfit};
 use super::part::{About, Missing, Pair, Precisions, Subject, off};
 use super::values::{Points, Values};
-use crate::algebra::{Covector, Matrix, Vector, pair};
+use crate::algebra::{Matrix, Vector, pair};
 use crate::discrete::legendre::flow;
 use crate::discrete::{DiscreteError, DiscreteLagrangian, Slopes, Triple};
 use crate::group::{LieGroup, MatrixGroup};
@@ -118,22 +122,7 @@ impl<const N: usize, const D: usize> Discrete<Dd, N, D> for Missing {
     }
 }
 
-const EVERY: &str = "every discrete Lagrangian";
 const DIFFERENCES: &str = "2⁸ times the estimated error of the differences, and 2⁶ N D u; in each precision by itself";
-
-/// Fault: the sum of the entries of V added to the value.
-pub const VALUE_SHIFTED: Fault = Fault::new("ld-value", "the sum of the entries of V added to the value", EVERY);
-/// Fault: L*_V D₁l_d for R*_V D₁l_d.
-pub const V_SIDES: Fault = Fault::new("ld-v-sides", "L*_V D₁l_d for R*_V D₁l_d", "non-abelian groups");
-/// Fault: L*_U D₂l_d with the other sign.
-pub const U_SIGN: Fault = Fault::new("ld-u-sign", "L*_U D₂l_d with the other sign", "forced systems");
-/// Fault: D₃l_d doubled.
-pub const W_DOUBLED: Fault = Fault::new("ld-w-doubled", "D₃l_d doubled", EVERY);
-/// Fault: every slope replaced by 1 in every component.
-pub const SLOPES_CONSTANT: Fault = Fault::new("ld-constant", "every slope replaced by 1 in every component", EVERY);
-/// Fault: the slopes of the evaluation before are given again.
-pub const MEMORY_STALE: Fault =
-    Fault::new("ld-memory-stale", "the slopes of the evaluation before are given again", EVERY);
 
 /// The laws of this file.
 pub static LAWS: &[About] = &[
@@ -144,7 +133,7 @@ pub static LAWS: &[About] = &[
         oracle: "differences of the value, extrapolated to fourth order",
         bound: DIFFERENCES,
         needs: "",
-        faults: &[VALUE_SHIFTED, V_SIDES, U_SIGN, W_DOUBLED],
+        faults: &[VALUE, V_RIGHT, U_SIGN, DOUBLED],
         cost: Cost::Cheap,
     },
     About {
@@ -154,27 +143,27 @@ pub static LAWS: &[About] = &[
         oracle: "the slopes without a memory",
         bound: "two precisions; floor 2⁸ N D u of the slopes",
         needs: "",
-        faults: &[MEMORY_STALE],
+        faults: &[STALE],
         cost: Cost::Cheap,
     },
     About {
         name: "own-discrete-antisymmetric",
-        statement: "l_d(W, U⁻¹, V) = −l_d(V, U, W)",
-        source: "Martín de Diego and Sato Martín de Almagro 2019, Thm 5.3",
-        oracle: "the value at the inverse arrow",
+        statement: ANTISYMMETRIC,
+        source: ANTISYMMETRIC_SOURCE,
+        oracle: ANTISYMMETRIC_ORACLE,
         bound: "two precisions; floor 2⁸ N D u of the value and of slopes times displacements",
         needs: "the claim `antisymmetric`: l_d comes from a forced system",
-        faults: &[VALUE_SHIFTED],
+        faults: ANTISYMMETRIC_FAULTS,
         cost: Cost::Cheap,
     },
     About {
         name: "own-discrete-units",
-        statement: "the flow takes units (V, e, V) to units",
-        source: "Martín de Diego and Sato Martín de Almagro 2019, Thm 5.3: it depends on the derivatives on the units alone",
-        oracle: "the units themselves",
-        bound: "two precisions; floor 2⁸ N D u of the group elements",
+        statement: KEEPS_UNITS,
+        source: UNITS_SOURCE,
+        oracle: UNITS_ORACLE,
+        bound: UNITS_BOUND,
         needs: "the claim `antisymmetric` or `keeps_units`",
-        faults: &[U_SIGN, W_DOUBLED],
+        faults: UNITS_FAULTS,
         cost: Cost::Expensive,
     },
     About {
@@ -184,7 +173,7 @@ pub static LAWS: &[About] = &[
         oracle: "the pivots in Newton's method for the flow: one that vanishes; nearly singular ones are inconclusive",
         bound: "none: regular or not",
         needs: "",
-        faults: &[SLOPES_CONSTANT],
+        faults: &[CONSTANT],
         cost: Cost::Expensive,
     },
     About {
@@ -195,7 +184,7 @@ pub static LAWS: &[About] = &[
         oracle: "differences of the value; the flow is found from the slopes",
         bound: DIFFERENCES,
         needs: "",
-        faults: &[V_SIDES, W_DOUBLED, VALUE_SHIFTED],
+        faults: &[V_RIGHT, DOUBLED, VALUE],
         cost: Cost::Expensive,
     },
 ];
@@ -284,69 +273,6 @@ where
     }
 }
 
-/// A discrete Lagrangian with a fault planted in it.
-struct Planted<'a, L> {
-    l_d: &'a L,
-    fault: Option<&'a Fault>,
-}
-
-impl<L> Planted<'_, L> {
-    fn size(&self, fault: &Fault) -> f64 {
-        Fault::size_of(self.fault, fault.name)
-    }
-}
-
-/// What an evaluation leaves behind, with the slopes for [`MEMORY_STALE`].
-struct Kept<M, T: Real, const N: usize> {
-    memory: M,
-    slopes: Option<Slopes<T, N>>,
-}
-
-impl<M: Default, T: Real, const N: usize> Default for Kept<M, T, N> {
-    fn default() -> Self {
-        Self { memory: M::default(), slopes: None }
-    }
-}
-
-impl<T: Real, L, const N: usize, const D: usize> DiscreteLagrangian<T, N, D> for Planted<'_, L>
-where
-    L: DiscreteLagrangian<T, N, D>,
-{
-    type Memory = Kept<L::Memory, T, N>;
-
-    fn value(&self, x: &Triple<T, D>) -> Result<T, DiscreteError> {
-        let right = self.l_d.value(x)?;
-        Ok(blend_scalar(right, right + x.v.sum(), self.size(&VALUE_SHIFTED)))
-    }
-
-    fn slopes_from(&self, x: &Triple<T, D>, memory: &mut Self::Memory) -> Result<Slopes<T, N>, DiscreteError> {
-        let right = self.l_d.slopes_from(x, &mut memory.memory)?;
-        let before = memory.slopes.replace(right).unwrap_or(right);
-        let constant = |p: Covector<T, N>| blend(p, Covector::repeat(T::one()), self.size(&SLOPES_CONSTANT));
-        let third = |p: Covector<T, N>, stale: Covector<T, N>| {
-            let p = blend(p, p * T::int(2), self.size(&W_DOUBLED));
-            constant(blend(p, stale, self.size(&MEMORY_STALE)))
-        };
-        Ok(Slopes {
-            v_left: constant(right.v_left),
-            v_right: constant(blend(right.v_right, right.v_left, self.size(&V_SIDES))),
-            u_left: constant(blend(right.u_left, -right.u_left, self.size(&U_SIGN))),
-            u_right: constant(right.u_right),
-            w_left: third(right.w_left, before.w_left),
-            w_right: third(right.w_right, before.w_right),
-        })
-    }
-}
-
-fn refused(error: DiscreteError) -> Measured {
-    match error {
-        DiscreteError::Domain { .. } => Measured::NotApplicable("a point is outside the domain".into()),
-        DiscreteError::NotConverged { .. } => Measured::Inconclusive("an iteration did not converge".into()),
-        DiscreteError::Singular { .. } => Measured::Inconclusive("the equations are singular".into()),
-        DiscreteError::NotInvertible { .. } | DiscreteError::NotFinite { .. } => Measured::Broken(error.to_string()),
-    }
-}
-
 type Answer = Result<Measured, Measured>;
 
 /// A unit and where the flow takes it.
@@ -356,7 +282,8 @@ struct Step<T: Real, const D: usize> {
 }
 
 struct Judge<'a, T: Real, S: Discrete<T, N, D>, const N: usize, const D: usize> {
-    l_d: Planted<'a, S::Lagrangian>,
+    l_d: Planted<'a, &'a S::Lagrangian>,
+    fault: Option<&'a Fault>,
     group: &'a S::Group,
     retraction: &'a S::Retraction,
     case: &'a Values,
@@ -371,7 +298,7 @@ fn judge<T: Real, S: Discrete<T, N, D>, const N: usize, const D: usize>(
 ) -> Answer {
     let (l_d, group, retraction) = part.parts();
     let l_d = Planted { l_d, fault };
-    let judge = Judge::<T, S, N, D> { l_d, group, retraction, case, floor: 256.0 * (N * D) as f64 };
+    let judge = Judge::<T, S, N, D> { l_d, fault, group, retraction, case, floor: 256.0 * (N * D) as f64 };
     match law {
         "own-discrete-slopes" => judge.slopes(),
         "own-discrete-memory" => judge.memory(),
@@ -381,10 +308,6 @@ fn judge<T: Real, S: Discrete<T, N, D>, const N: usize, const D: usize>(
         "own-discrete-equations" => judge.equations(),
         other => Err(Measured::Broken(format!("there is no law `{other}` of discrete Lagrangians"))),
     }
-}
-
-fn fine() -> Measured {
-    Measured::Defect { amplification: 0.0, floor: 1.0, witness: String::new() }
 }
 
 /// The largest slope.
@@ -431,12 +354,12 @@ impl<T: Real, S: Discrete<T, N, D>, const N: usize, const D: usize> Judge<'_, T,
         self.value(&x)?;
         let slopes = self.slopes_at(&x)?;
         if length == T::zero() {
-            return Ok(fine());
+            return Ok(Measured::exact());
         }
         // A step of at most 1/16.
         let scale = T::exact(0.0625) / length;
         let size = largest(&slopes) * length;
-        let mut measured = fine();
+        let mut measured = Measured::exact();
         let names = ["L*D₁", "R*D₁", "L*D₂", "R*D₂", "L*D₃", "R*D₃"];
         let rows = [slopes.v_left, slopes.v_right, slopes.u_left, slopes.u_right, slopes.w_left, slopes.w_right];
         for (k, (name, row)) in names.iter().zip(rows).enumerate() {
@@ -462,7 +385,7 @@ impl<T: Real, S: Discrete<T, N, D>, const N: usize, const D: usize> Judge<'_, T,
         let turn = self.exp(&self.vector("before")?);
         let before = Triple { v: x.v * turn, u: x.u, w: x.w * turn };
         let fresh = self.slopes_at(&x)?;
-        let mut memory = <Planted<'_, S::Lagrangian> as DiscreteLagrangian<T, N, D>>::Memory::default();
+        let mut memory = <Planted<'_, &S::Lagrangian> as DiscreteLagrangian<T, N, D>>::Memory::default();
         self.l_d.slopes_from(&before, &mut memory).map_err(refused)?;
         let again = self.l_d.slopes_from(&x, &mut memory).map_err(refused)?;
         let size = largest(&fresh).max(largest(&again));
@@ -477,20 +400,16 @@ impl<T: Real, S: Discrete<T, N, D>, const N: usize, const D: usize> Judge<'_, T,
         let measured = pairs.iter().map(|(name, a, b)| {
             Measured::defect(off(a, b), size, self.floor, || format!("{name} differs with a memory"))
         });
-        Ok(measured.fold(fine(), Measured::and))
+        Ok(measured.fold(Measured::exact(), Measured::and))
     }
 
     fn antisymmetric(&self) -> Answer {
         let x = self.triple()?;
-        let singular = || Measured::Broken("U is a singular matrix".into());
-        let inverse = Triple { v: x.w, u: self.group.inverse(&x.u).ok_or_else(singular)?, w: x.v };
-        let (value, other) = (self.value(&x)?, self.value(&inverse)?);
+        let values = [self.value(&x)?, self.value(&inverse(&x, self.fault)?)?];
         let slopes = self.slopes_at(&x)?;
         let (v, u, w) = (self.vector("v")?, self.vector("u")?, self.vector("w")?);
-        let size = value.abs() + largest(&slopes) * (v.amax() + u.amax() + w.amax());
-        Ok(Measured::defect((value + other).abs(), size, self.floor, || {
-            format!("l_d(V, U, W) = {:e}, l_d(W, U⁻¹, V) = {:e}", value.to_f64(), other.to_f64())
-        }))
+        let size = values[0].abs() + largest(&slopes) * (v.amax() + u.amax() + w.amax());
+        Ok(antisymmetry(values, size, self.floor))
     }
 
     /// (V, e, V) and where the flow takes it.
@@ -502,18 +421,14 @@ impl<T: Real, S: Discrete<T, N, D>, const N: usize, const D: usize> Judge<'_, T,
 
     fn units(&self) -> Answer {
         let next = self.step()?.end.map_err(refused)?;
-        let near = |what: &'static str, a: &Matrix<T, D>, b: &Matrix<T, D>| {
-            Measured::defect(off(a, b), b.amax().max(T::one()), self.floor, || what.into())
-        };
-        let unit = near("U ≠ e after a step from a unit", &next.u, &Matrix::identity());
-        Ok(unit.and(near("V ≠ W after a step from a unit", &next.v, &next.w)))
+        Ok(units::<T, N, D>(&next))
     }
 
     fn regular(&self) -> Answer {
         match self.step()?.end {
             Err(error @ DiscreteError::Singular { .. }) => Ok(Measured::Broken(error.to_string())),
             Err(error) => Err(refused(error)),
-            Ok(_) => Ok(fine()),
+            Ok(_) => Ok(Measured::exact()),
         }
     }
 
@@ -523,7 +438,7 @@ impl<T: Real, S: Discrete<T, N, D>, const N: usize, const D: usize> Judge<'_, T,
         let (first, second) = (self.vector("along")?, self.vector("partner")?);
         let length = first.amax().max(second.amax());
         if length == T::zero() {
-            return Ok(fine());
+            return Ok(Measured::exact());
         }
         let action = |s: T| {
             let turns = [&first, &second].map(|x| (self.exp(&(x * s)), self.exp(&(x * -s))));

@@ -35,11 +35,10 @@
 //! assert!(report.laws.iter().all(|law| law.broken.is_empty()));
 //! ```
 
-use super::super::algebroid::{self, LEFT_AT_SOURCE, NO_DERIVATIVES, Question, RIGHT_SIGN};
-use super::super::instances::{
-    ANCHOR_SIGN, ENDS_KEPT, INVERSE_KEEPS_U, Instance, Kind, PRODUCT_KEEPS_END, Planted as Spoilt, SECOND_INVERTED,
-    STRUCTURE_SIGN, Second,
-};
+use super::super::algebroid::{self, Question};
+use super::super::groupoid::{self as axioms, BOUND, COMPOSABLE, Chain, ORACLE, REFUSAL, SOURCE};
+use super::super::instances::{Instance, Kind, Second};
+use super::super::planted::groupoid::Planted as PlantedLie;
 use super::super::precision::Measured;
 use super::super::probe::Probe;
 use super::group::misfit;
@@ -119,9 +118,6 @@ impl Chains for Missing {
     }
 }
 
-const SOURCE: &str = "Martín de Diego and Sato Martín de Almagro 2019, Def 4.1";
-const ORACLE: &str = "two different products of elements of a chain";
-const BOUND: &str = "two precisions; floor 2⁶ n u times the declared size, n the count of numbers; ends exact";
 const EVERY: &str = "every groupoid";
 const MORE: &str = "groupoids over more than a point";
 
@@ -141,7 +137,7 @@ pub const PRODUCT_SECOND: Fault = Fault::new("product-second", "gh replaced by h
 pub const NEVER_REFUSES: Fault = Fault::new("never-refuses", "`compose` of elements that do not meet", MORE);
 
 macro_rules! axiom {
-    ($name:literal, $statement:literal, $faults:expr) => {
+    ($name:literal, $statement:expr, $faults:expr) => {
         About {
             name: $name,
             statement: $statement,
@@ -155,30 +151,26 @@ macro_rules! axiom {
     };
 }
 
-/// The laws of any groupoid.
+/// The laws of any groupoid: of each of [`Axiom::ALL`], and of `compose`.
 pub static LAWS: &[About] = &[
-    axiom!(
-        "own-groupoid-chain",
-        "β(g₁) = α(g₂) and β(g₂) = α(g₃) for the chains of the user, compared exactly",
-        &[ENDS_SWAPPED]
-    ),
+    axiom!("own-groupoid-chain", COMPOSABLE, &[ENDS_SWAPPED]),
     axiom!(
         "own-groupoid-product-ends",
-        "α(g₁g₂) = α(g₁) and β(g₁g₂) = β(g₂)",
+        Axiom::ProductEnds.statement(),
         &[PRODUCT_INVERTED, PRODUCT_FIRST, PRODUCT_SECOND]
     ),
-    axiom!("own-groupoid-associativity", "g₁(g₂g₃) = (g₁g₂)g₃", &[PRODUCT_INVERTED]),
-    axiom!("own-groupoid-unit-ends", "α(ε(x)) = x = β(ε(x))", &[UNIT_FIRST]),
-    axiom!("own-groupoid-left-unit", "ε(α(g))g = g", &[UNIT_FIRST, PRODUCT_INVERTED, PRODUCT_FIRST]),
-    axiom!("own-groupoid-right-unit", "gε(β(g)) = g", &[UNIT_FIRST, PRODUCT_INVERTED, PRODUCT_SECOND]),
-    axiom!("own-groupoid-inverse-ends", "α(g⁻¹) = β(g) and β(g⁻¹) = α(g)", &[INVERSE_ITSELF]),
-    axiom!("own-groupoid-left-inverse", "g⁻¹g = ε(β(g))", &[INVERSE_ITSELF, UNIT_FIRST, PRODUCT_FIRST]),
-    axiom!("own-groupoid-right-inverse", "gg⁻¹ = ε(α(g))", &[INVERSE_ITSELF, UNIT_FIRST, PRODUCT_SECOND]),
+    axiom!("own-groupoid-associativity", Axiom::Associativity.statement(), &[PRODUCT_INVERTED]),
+    axiom!("own-groupoid-unit-ends", Axiom::UnitEnds.statement(), &[UNIT_FIRST]),
+    axiom!("own-groupoid-left-unit", Axiom::LeftUnit.statement(), &[UNIT_FIRST, PRODUCT_INVERTED, PRODUCT_FIRST]),
+    axiom!("own-groupoid-right-unit", Axiom::RightUnit.statement(), &[UNIT_FIRST, PRODUCT_INVERTED, PRODUCT_SECOND]),
+    axiom!("own-groupoid-inverse-ends", Axiom::InverseEnds.statement(), &[INVERSE_ITSELF]),
+    axiom!("own-groupoid-left-inverse", Axiom::LeftInverse.statement(), &[INVERSE_ITSELF, UNIT_FIRST, PRODUCT_FIRST]),
     axiom!(
-        "own-groupoid-refusal",
-        "`compose` refuses g and h with β(g) ≠ α(h), and says which points differ",
-        &[NEVER_REFUSES]
+        "own-groupoid-right-inverse",
+        Axiom::RightInverse.statement(),
+        &[INVERSE_ITSELF, UNIT_FIRST, PRODUCT_SECOND]
     ),
+    axiom!("own-groupoid-refusal", REFUSAL, &[NEVER_REFUSES]),
 ];
 
 /// A user's groupoid, at both precisions or in `f64` alone.
@@ -224,7 +216,7 @@ where
     }
 
     fn check(&self, law: &About, case: &Values, fault: Option<&Fault>) -> Verdict {
-        self.parts.settle(|q| judge(q, law.name, case, fault), |q| judge(q, law.name, case, fault))
+        self.parts.settle(|q| judge(q, law, case, fault), |q| judge(q, law, case, fault))
     }
 }
 
@@ -285,75 +277,24 @@ impl<Q: Groupoid> Groupoid for Planted<'_, Q> {
     }
 }
 
-fn judge<Q: Chains>(groupoid: &Q, law: &str, case: &Values, fault: Option<&Fault>) -> Result<Measured, Measured> {
+fn judge<Q: Chains>(groupoid: &Q, law: &About, case: &Values, fault: Option<&Fault>) -> Result<Measured, Measured> {
     let numbers = case.list::<Q::Real>("chain", groupoid.numbers()).map_err(misfit)?;
-    let chain = groupoid.chain(&numbers);
-    let chain = chain.ok_or(Measured::NotApplicable("these numbers give no chain".into()))?;
-    let q = Planted { groupoid, first: &chain[0], fault };
-    let [g, h, k] = chain.each_ref();
-    let axiom = match law {
-        "own-groupoid-chain" => return Ok(composable(&q, &chain)),
-        "own-groupoid-refusal" => return Ok(refusal(&q, &chain)),
-        "own-groupoid-product-ends" => Axiom::ProductEnds,
-        "own-groupoid-associativity" => Axiom::Associativity,
-        "own-groupoid-unit-ends" => Axiom::UnitEnds,
-        "own-groupoid-left-unit" => Axiom::LeftUnit,
-        "own-groupoid-right-unit" => Axiom::RightUnit,
-        "own-groupoid-inverse-ends" => Axiom::InverseEnds,
-        "own-groupoid-left-inverse" => Axiom::LeftInverse,
-        "own-groupoid-right-inverse" => Axiom::RightInverse,
-        other => return Err(Measured::Broken(format!("there is no law `{other}` of groupoids"))),
+    let elements = groupoid.chain(&numbers);
+    let elements = elements.ok_or(Measured::NotApplicable("these numbers give no chain".into()))?;
+    let unit = groupoid.size(&elements) * Q::Real::unit_roundoff();
+    let distance = |g: &Q::Element, h: &Q::Element| match groupoid.distance(g, h) {
+        distance if distance == Q::Real::int(0) => 0.0,
+        distance => (distance / unit).to_f64(),
     };
-    let size = groupoid.size(&chain);
-    let unit = size * Q::Real::unit_roundoff();
-    let defect = axiom.defect(&q, [g, h, k], |g, h| {
-        let distance = groupoid.distance(g, h);
-        match distance == Q::Real::int(0) {
-            true => 0.0,
-            false => (distance / unit).to_f64(),
-        }
-    });
-    let defect = if defect.is_nan() { f64::INFINITY } else { defect };
-    let floor = 64.0 * numbers.len().max(1) as f64;
-    let infinite = if defect.is_finite() { "" } else { " (ends differ, or a product or an inverse does not exist)" };
-    let witness = format!("{}{infinite}; g₁ = {g:?}, g₂ = {h:?}, g₃ = {k:?}", axiom.statement());
-    Ok(Measured::Defect { amplification: defect, floor, witness })
-}
-
-fn fine() -> Measured {
-    Measured::Defect { amplification: 0.0, floor: 1.0, witness: String::new() }
-}
-
-fn composable<Q: Groupoid>(q: &Q, chain: &[Q::Element; 3]) -> Measured {
-    for pair in chain.windows(2) {
-        let (target, source) = (q.target(&pair[0]), q.source(&pair[1]));
-        if target != source {
-            return Measured::Broken(format!("β({:?}) = {target:?}, but α({:?}) = {source:?}", pair[0], pair[1]));
-        }
+    let q = Planted { groupoid, first: &elements[0], fault };
+    let chain = Chain { groupoid: &q, elements: &elements, distance, numbers: numbers.len(), of: String::new() };
+    let axiom = Axiom::ALL.into_iter().find(|axiom| axiom.statement() == law.statement);
+    match (axiom, law.statement) {
+        (Some(axiom), _) => Ok(chain.axiom(axiom)),
+        (None, COMPOSABLE) => Ok(chain.composable()),
+        (None, REFUSAL) => Ok(chain.refusal(elements.iter().flat_map(|g| elements.iter().map(move |h| (g, h))))),
+        _ => Err(Measured::Broken(format!("there is no law `{}` of groupoids", law.name))),
     }
-    fine()
-}
-
-/// Every pair of the chain that does not meet is refused, with both points.
-fn refusal<Q: Groupoid>(q: &Q, chain: &[Q::Element; 3]) -> Measured {
-    let mut met = true;
-    for first in chain {
-        for second in chain {
-            let (target, source) = (q.target(first), q.source(second));
-            if target == source {
-                continue;
-            }
-            met = false;
-            match q.compose(first, second) {
-                Err(refused) if refused.target == target && refused.source_of_second == source => {}
-                Err(refused) => return Measured::Broken(format!("refused with other points: {refused}")),
-                Ok(_) => {
-                    return Measured::Broken(format!("composed, though β(g) = {target:?} and α(h) = {source:?}"));
-                }
-            }
-        }
-    }
-    if met { Measured::NotApplicable("every pair of the chain is composable".into()) } else { fine() }
 }
 
 /// A Lie groupoid over every scalar, with chains in coordinates.
@@ -418,21 +359,28 @@ pub trait LieChains<T: Real>: Send + Sync {
     }
 }
 
-const SMOOTH: &str = "two precisions; floor 2⁶ m u relative to the terms, m the number of coordinates of an element";
-const FIELDS: &str = "random quadratic sections, the invariant fields and their derivatives on dual numbers";
-
 macro_rules! smooth {
-    ($name:literal, $statement:literal, $source:literal, $oracle:expr, $faults:expr) => {
+    ($name:literal, $statement:expr, $source:expr, $oracle:expr, $bound:expr, $faults:expr) => {
         About {
             name: $name,
             statement: $statement,
-            source: concat!("Martín de Diego and Sato Martín de Almagro 2019, ", $source),
+            source: $source,
             oracle: $oracle,
-            bound: SMOOTH,
+            bound: $bound,
             needs: "",
             faults: $faults,
             cost: Cost::Cheap,
         }
+    };
+    ($name:literal, $question:expr) => {
+        smooth!(
+            $name,
+            $question.statement(),
+            $question.source(),
+            $question.oracle(),
+            algebroid::BOUND,
+            $question.faults()
+        )
     };
 }
 
@@ -444,62 +392,28 @@ const FIBRE_SIGN: Fault = Fault::new("fibre-sign", "`fibre` with the other sign"
 
 /// The laws of a Lie groupoid.
 pub static LIE_LAWS: &[About] = &[
-    smooth!(
-        "lie-groupoid-axioms",
-        "the axioms of a groupoid, in coordinates",
-        "Def 4.1",
-        ORACLE,
-        &[INVERSE_KEEPS_U, SECOND_INVERTED, ENDS_KEPT, PRODUCT_KEEPS_END]
-    ),
+    smooth!("lie-groupoid-axioms", "the axioms of a groupoid, in coordinates", SOURCE, ORACLE, BOUND, axioms::FAULTS),
     smooth!(
         "lie-groupoid-coordinates",
         "coordinates(element(z)) = z, the same of base points; α(g) has the first coordinates of g, β(g) the last",
-        "§4.1",
+        "Martín de Diego and Sato Martín de Almagro 2019, §4.1",
         "the coordinates that the element was made from",
+        algebroid::BOUND,
         &[COORDINATES_SHIFTED]
     ),
     smooth!(
         "lie-groupoid-fibre",
         "near_unit(x, ε a) is tangent to the α-fibre at ε(x), and `fibre` gives a back",
-        "Def 4.5",
+        "Martín de Diego and Sato Martín de Almagro 2019, Def 4.5",
         "Tα by duals; the fibre coordinates that the vector was made from",
+        algebroid::BOUND,
         &[FIBRE_SIGN]
     ),
-    smooth!(
-        "lie-groupoid-fields",
-        "Tα X← = 0, Tβ X→ = 0, X←(gh) = T L_g X←(h), X→(gh) = T R_h X→(g), [X←, Y→] = 0",
-        "Def 4.3, (4.1) and (4.3)",
-        FIELDS,
-        &[LEFT_AT_SOURCE, SECOND_INVERTED, PRODUCT_KEEPS_END]
-    ),
-    smooth!(
-        "lie-groupoid-bracket",
-        "[X←, Y←] = ⟦X, Y⟧←, ⟦X, Y⟧ in closed form; ⟦X, Y⟧ = −⟦Y, X⟧; Jacobi",
-        "Defs 4.4 and 4.5, (4.2)",
-        "the commutator of the invariant fields by duals, against `structure` and `anchor`",
-        &[STRUCTURE_SIGN, ANCHOR_SIGN, NO_DERIVATIVES, LEFT_AT_SOURCE]
-    ),
-    smooth!(
-        "lie-groupoid-anchor",
-        "ρ = Tβ on the fibres of AG, ρ⟦X, Y⟧ = [ρX, ρY], ⟦X, fY⟧ = f⟦X, Y⟧ + ρ(X)(f) Y",
-        "Defs 4.4 and 4.5, (4.2)",
-        "Tβ and the commutator of vector fields on the base by duals",
-        &[ANCHOR_SIGN, STRUCTURE_SIGN, NO_DERIVATIVES]
-    ),
-    smooth!(
-        "lie-groupoid-right-fields",
-        "⟦X, Y⟧→ = −[X→, Y→]",
-        "§4.1, after (4.3)",
-        "the commutator of the right-invariant fields by duals, against the bracket in closed form",
-        &[RIGHT_SIGN, STRUCTURE_SIGN, ANCHOR_SIGN, NO_DERIVATIVES]
-    ),
-    smooth!(
-        "lie-groupoid-inversion",
-        "Z = W + ι_*W has Tι Z(g) = Z(g⁻¹) and is tangent to the units there, for random W; so is X← − X→",
-        "Prop 4.6",
-        "Z against Tε Tα Z, by duals of ι, α and ε",
-        &[INVERSE_KEEPS_U, ENDS_KEPT, RIGHT_SIGN]
-    ),
+    smooth!("lie-groupoid-fields", Question::Fields),
+    smooth!("lie-groupoid-bracket", Question::Bracket),
+    smooth!("lie-groupoid-anchor", Question::Anchor),
+    smooth!("lie-groupoid-right-fields", Question::Right),
+    smooth!("lie-groupoid-inversion", Question::Inversion),
 ];
 
 /// A groupoid, for the signatures of [`Missing`] alone.
@@ -564,58 +478,51 @@ where
     }
 
     fn check(&self, law: &About, case: &Values, fault: Option<&Fault>) -> Verdict {
-        self.parts.settle(|q| smooth::<f64, A>(q, law.name, case, fault), |q| smooth::<Dd, B>(q, law.name, case, fault))
+        self.parts.settle(|q| smooth::<f64, A>(q, law, case, fault), |q| smooth::<Dd, B>(q, law, case, fault))
     }
 }
 
 fn smooth<T: Real, Q: LieChains<T>>(
     groupoid: &Q,
-    law: &str,
+    law: &About,
     case: &Values,
     fault: Option<&Fault>,
 ) -> Result<Measured, Measured> {
     let numbers = case.list::<T>("chain", groupoid.numbers()).map_err(misfit)?;
     let chain = groupoid.chain(&numbers);
     let chain = chain.ok_or(Measured::NotApplicable("these numbers give no chain".into()))?;
-    let question = match law {
-        "lie-groupoid-axioms" => return Ok(axioms(groupoid, &chain, fault)),
+    let probe = |stream: u64| Probe::new(case, stream);
+    match law.name {
         "lie-groupoid-coordinates" => return Ok(coordinates(&groupoid.at::<T>(), &chain, fault)),
-        "lie-groupoid-fibre" => {
-            return fibre(&groupoid.at::<Dual<T>>(), &chain, fault, &mut Probe::new(case, 71));
+        "lie-groupoid-fibre" => return fibre(&groupoid.at::<Dual<T>>(), &chain, fault, &mut probe(71)),
+        "lie-groupoid-axioms" => {
+            let instance = instance(groupoid, groupoid.at::<T>(), chain, fault);
+            return Ok(axioms::axioms(&instance, fault, &mut probe(72)));
         }
-        "lie-groupoid-fields" => Question::Fields,
-        "lie-groupoid-bracket" => Question::Bracket,
-        "lie-groupoid-anchor" => Question::Anchor,
-        "lie-groupoid-right-fields" => Question::Right,
-        "lie-groupoid-inversion" => Question::Inversion,
-        other => return Err(Measured::Broken(format!("there is no law `{other}` of Lie groupoids"))),
-    };
-    let largest = chain.iter().fold(T::one(), |size, g| size.max(g.amax()));
-    let scale = groupoid.size(&chain) * largest;
-    let spoilt = Spoilt::new(groupoid.at::<Second<T>>(), fault);
-    let instance = Instance { kind: Kind::Own, groupoid: spoilt, chain, scale, excess: None };
-    Ok(algebroid::judge(&instance, question, fault, &mut Probe::new(case, 72)))
+        _ => {}
+    }
+    let question = Question::ALL.into_iter().find(|question| question.statement() == law.statement);
+    let missing = || Measured::Broken(format!("there is no law `{}` of Lie groupoids", law.name));
+    let question = question.ok_or_else(missing)?;
+    let instance = instance(groupoid, groupoid.at::<Second<T>>(), chain, fault);
+    Ok(algebroid::judge(&instance, question, fault, &mut probe(72)))
 }
 
-fn axioms<T: Real, Q: LieChains<T>>(groupoid: &Q, chain: &[DVector<T>; 3], fault: Option<&Fault>) -> Measured {
+/// The groupoid over S with its chain, in coordinates, and a fault planted in it.
+fn instance<'a, T: Real, S: Scalar<Base = T> + 'a, Q: LieChains<T>>(
+    groupoid: &Q,
+    over: impl LieGroupoid<S> + 'a,
+    chain: [DVector<T>; 3],
+    fault: Option<&'a Fault>,
+) -> Instance<'a, S> {
     let largest = chain.iter().fold(T::one(), |size, g| size.max(g.amax()));
-    let unit = groupoid.size(chain) * largest * T::unit_roundoff();
-    let q = Spoilt::new(groupoid.at::<T>(), fault);
-    let measured = Axiom::ALL.into_iter().map(|axiom| {
-        let defect = axiom.defect(&q, chain.each_ref(), |g, h| {
-            let ends = q.source(g) == q.source(h) && q.target(g) == q.target(h);
-            if ends && g.len() == h.len() { ((g - h).amax() / unit).to_f64() } else { f64::INFINITY }
-        });
-        let amplification = if defect.is_nan() { f64::INFINITY } else { defect };
-        let floor = 64.0 * chain[0].len().max(1) as f64;
-        Measured::Defect { amplification, floor, witness: axiom.statement().into() }
-    });
-    measured.fold(composable(&q, chain), Measured::and)
+    let scale = groupoid.size(&chain) * largest;
+    Instance { kind: Kind::Own, groupoid: PlantedLie::new(over, fault), chain, scale, excess: None }
 }
 
 fn coordinates<T: Real, Q: LieGroupoid<T>>(q: &Q, chain: &[DVector<T>; 3], fault: Option<&Fault>) -> Measured {
     let size = T::exact(Fault::size_of(fault, COORDINATES_SHIFTED.name));
-    let mut measured = fine();
+    let mut measured = Measured::exact();
     for z in chain {
         let g = q.element(z);
         let back = q.coordinates(&g).add_scalar(size);

@@ -352,13 +352,10 @@ pub fn method_laws<P: Types<N, D>, const N: usize, const D: usize>() -> Result<V
     Ok(laws.map(|law| OwnMethodLaw { law, given: given.clone(), types: PhantomData }).collect())
 }
 
-/// How many variations of a case there are.
-const VARIATIONS: i64 = 3;
-
 fn setup<P: Types<N, D>, const N: usize, const D: usize>(own: &Own<P, N, D>) -> Result<Setup<'static>, CaseError> {
     let again = own.clone();
     let others = move |other: Other| match other {
-        Other::Variation(k) if (1..=VARIATIONS).contains(&k) => {
+        Other::Variation(k) if (1..=problem::VARIATIONS).contains(&k) => {
             let varied = again.with_case(problem::varied(again.case(), k));
             Ok(setup(&varied).ok().map(|setup| (setup, Vec::new())))
         }

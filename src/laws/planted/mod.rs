@@ -3,6 +3,7 @@
 //! A fault of size ε makes the subject's value right + ε (wrong − right). A retraction is spoilt before the case's system
 //! is built ([`PlantedRetraction`]), so that every law sees it; the variational step by [`PlantedStep`].
 
+pub mod groupoid;
 pub mod retraction;
 pub mod step;
 pub mod tableau;

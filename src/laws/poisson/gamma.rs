@@ -8,8 +8,9 @@ use crate::groupoid::{
     push_inverse,
 };
 use crate::harness::Fault;
-use crate::laws::instances::{Instance, Planted, Polynomial};
+use crate::laws::instances::{Instance, Polynomial};
 use crate::laws::planted::blend_scalar;
+use crate::laws::planted::groupoid::Planted;
 use crate::laws::precision::Measured;
 use crate::scalar::{Dual, Real, Scalar};
 use nalgebra::{DMatrix, DVector};

@@ -1,8 +1,8 @@
-//! The structure maps of a groupoid with faults planted in them.
+//! The structure maps of a Lie groupoid, in its coordinates, with faults planted in them.
 
+use super::blend_scalar;
 use crate::groupoid::{Action, Embedded, Group, Groupoid, LieAlgebroid, LieGroupoid, Manifold, NotComposable};
 use crate::harness::Fault;
-use crate::laws::planted::blend_scalar;
 use crate::scalar::Scalar;
 use nalgebra::DVector;
 
@@ -49,7 +49,7 @@ pub fn blend_vector<S: Scalar>(right: &DVector<S>, wrong: &DVector<S>, size: f64
 }
 
 /// A product with a fault of its own.
-pub(super) type Wrong<'a, S> = Box<dyn Fn(&DVector<S>, &DVector<S>) -> DVector<S> + 'a>;
+pub(in crate::laws) type Wrong<'a, S> = Box<dyn Fn(&DVector<S>, &DVector<S>) -> DVector<S> + 'a>;
 
 /// A groupoid with a fault planted in its structure.
 pub struct Planted<'a, S: Scalar> {
@@ -68,7 +68,7 @@ impl<'a, S: Scalar> Planted<'a, S> {
     }
 
     /// The same, with the product that [`UNMATCHED`] has.
-    pub(super) fn with_product(self, unmatched: Option<Wrong<'a, S>>) -> Self {
+    pub(in crate::laws) fn with_product(self, unmatched: Option<Wrong<'a, S>>) -> Self {
         Self { unmatched, ..self }
     }
 
@@ -189,7 +189,7 @@ impl<S: Scalar> LieGroupoid<S> for Planted<'_, S> {
 }
 
 /// An action, part of it with the group element inverted.
-pub(super) struct Turned<A> {
+pub(in crate::laws) struct Turned<A> {
     pub action: A,
     pub size: f64,
 }
