@@ -8,8 +8,8 @@ mod system;
 
 use euler_poincare::harness::evidence::Wanted;
 use euler_poincare::harness::{Campaign, Cost, Law, catch_fault};
-use euler_poincare::laws;
 use euler_poincare::laws::replay::{REGRESSIONS, Replayed, save};
+use euler_poincare::laws::{self, own};
 use euler_poincare::system::{Case, Replay};
 use rayon::prelude::*;
 use serde_json::Value;
@@ -81,11 +81,15 @@ fn cheap_laws_catch_each_fault_as_soon_as_in_the_table_and_at_the_smallest_size(
     });
 }
 
+/// One map of a part may be wrong for the law alone that says what the map is.
 #[test]
 fn every_fault_is_seen_by_two_laws_and_means_the_same_to_both() {
+    let parts = [own::algebra::LAWS, own::group::LAWS, own::lagrangian::LAWS, own::force::LAWS].concat();
+    let of_part = |name: &str| parts.iter().any(|law| law.name == name);
     let seen: Vec<_> = laws::all().iter().flat_map(|law| law.faults.iter().map(|fault| (law.name, *fault))).collect();
     for (name, fault) in &seen {
-        assert!(seen.iter().any(|(other, same)| other != name && same.name == fault.name), "{}: {name}", fault.name);
+        let again = seen.iter().any(|(other, same)| other != name && same.name == fault.name);
+        assert!(again || of_part(name), "{}: {name}", fault.name);
         for (other, same) in seen.iter().filter(|(_, same)| same.name == fault.name) {
             assert_eq!(same, fault, "{} means one thing to {name} and another to {other}", fault.name);
         }

@@ -17,6 +17,7 @@
 //! | [`variational_error`] | [`crate::discrete`] and [`crate::integrators`]: one order for three things |
 //! | [`fast`] | [`crate::integrators::so3`], [`crate::integrators::se3`]: the fast steps, ensembles and solvers |
 //! | [`method`] | any one-step method: of this crate, of its user, of another program |
+//! | [`own`] | a user's own types; `parts`: the algebra, group, Lagrangian and force of a case by the same laws |
 //! | [`replay`] | nothing: a saved case under its law again |
 //! | [`trial`] | nothing: the order of one tableau on one case, for the command |
 //! | `planted`, `subjects` | nothing: the plain step and the continuous theory in which faults are planted |
@@ -41,6 +42,7 @@ pub mod munthe_kaas;
 pub mod orbits;
 pub mod order;
 pub mod own;
+mod parts;
 #[doc(hidden)]
 pub mod planted;
 pub mod poisson;
@@ -182,10 +184,12 @@ pub fn all() -> Vec<&'static CaseLaw> {
         munthe_kaas::laws(),
         predicted::laws(),
         variational_error::laws(),
+        method::library::laws(),
     ]
     .into_iter()
     .flatten()
     .chain(fast::laws())
+    .chain(parts::laws())
     .collect()
 }
 

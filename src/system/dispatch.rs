@@ -22,7 +22,7 @@ use crate::mechanics::force::AnyForce;
 use crate::mechanics::lagrangian::{AnyLagrangian, Quadratic, Quartic};
 use crate::mechanics::{Force, Lagrangian};
 use crate::retraction::{AnyRetraction, Cayley, Exponential, Retraction};
-use crate::scalar::Real;
+use crate::scalar::{Dd, Real};
 use crate::tableau::families::MAX_STAGES;
 use crate::tableau::{Description, Entries, Tableau, TableauError};
 
@@ -101,6 +101,19 @@ pub(super) trait Workshop<T: Real> {
     ) -> Self::Output
     where
         R: Retraction<T, N, D> + Clone + Send + Sync + 'static;
+}
+
+/// A system with the retraction of a general algebra.
+pub(crate) type General<T, const N: usize, const D: usize> =
+    System<T, N, D, AnyRetraction<T, N, D, MatrixGroup<T, N, D>>>;
+
+/// What is done with a system in `f64` and the same in 32 digits.
+pub(crate) trait Pairing {
+    /// The result.
+    type Output;
+
+    /// Does it.
+    fn pair<const N: usize, const D: usize>(self, double: General<f64, N, D>, quad: General<Dd, N, D>) -> Self::Output;
 }
 
 /// Builds and does nothing.
@@ -183,6 +196,26 @@ impl Case {
             };
         }
         door!(self, enter, 3 => 4, 6 => 4, 6 => 8)
+    }
+
+    /// Builds the case in `f64` and in 32 digits and hands both to `pairing`, for dimensions up to 6: so(3) is a general algebra
+    /// here, without closed forms.
+    ///
+    /// # Errors
+    /// Those of [`Case::dispatch_main`].
+    pub(crate) fn dispatch_pair<P: Pairing>(&self, pairing: P) -> Result<P::Output, CaseError> {
+        macro_rules! enter {
+            ($n:literal, $d:literal) => {
+                if self.fits($n, $d) {
+                    let double = self.assemble::<f64, $n, $d, _, _>(&AsItIs, general)?;
+                    let quad = self.assemble::<Dd, $n, $d, _, _>(&AsItIs, general)?;
+                    return Ok(pairing.pair(double, quad));
+                }
+            };
+        }
+        enter!(3, 4);
+        enter!(6, 8);
+        Err(self.too_large(6))
     }
 
     /// The case's dimension and retraction as types, for more cases than this one.

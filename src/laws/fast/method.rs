@@ -1,7 +1,7 @@
 //! The laws of methods, of the fast step.
 
 use super::engine::{Fast, TERM_MISSING};
-use crate::harness::{Fault, Verdict};
+use crate::harness::{Cost, Fault, Verdict};
 use crate::laws::CaseLaw;
 use crate::laws::method::library::{FAVOURED, SEES_ATTITUDE, SEES_TIME, claims, law};
 use crate::laws::method::{check_case, named};
@@ -45,6 +45,7 @@ pub(super) static LAWS: &[CaseLaw] = &[
     law!(
         "fast-order",
         0,
+        Cost::Moderate,
         &[
             TERM_MISSING,
             NO_FORCE,
@@ -59,8 +60,14 @@ pub(super) static LAWS: &[CaseLaw] = &[
         ],
         "method-order"
     ),
-    law!("fast-casimirs", 1, &[CHART, HALVED, NOT_TRANSPORTED, FAVOURED], "method-casimirs"),
-    law!("fast-energy", 2, &[NO_FORCE, NO_SECOND, FAVOURED], "method-energy"),
-    law!("fast-reversibility", 3, &[FORCE_TIME, NOT_TRANSPORTED, INVERTED, SEES_ATTITUDE], "method-reversibility"),
-    law!("fast-equivariance", 4, &[FROM_LEFT, SEES_TIME, SEES_ATTITUDE], "method-equivariance"),
+    law!("fast-casimirs", 1, Cost::Moderate, &[CHART, HALVED, NOT_TRANSPORTED, FAVOURED], "method-casimirs"),
+    law!("fast-energy", 2, Cost::Moderate, &[NO_FORCE, NO_SECOND, FAVOURED], "method-energy"),
+    law!(
+        "fast-reversibility",
+        3,
+        Cost::Moderate,
+        &[FORCE_TIME, NOT_TRANSPORTED, INVERTED, SEES_ATTITUDE],
+        "method-reversibility"
+    ),
+    law!("fast-equivariance", 4, Cost::Cheap, &[FROM_LEFT, SEES_TIME, SEES_ATTITUDE], "method-equivariance"),
 ];

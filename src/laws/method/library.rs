@@ -1,7 +1,7 @@
 //! The laws of methods, of this crate's integrator: with planted faults.
 
 use super::{Claims, Stepper, Subject, Untyped, check_case, named};
-use crate::harness::{Fault, Verdict};
+use crate::harness::{Cost, Fault, Verdict};
 use crate::integrators::{OneStep, Report, State, StepError};
 use crate::laws::CaseLaw;
 use crate::laws::integrators::subject;
@@ -144,19 +144,19 @@ fn base(cases: Cases) -> Cases {
     cases.with_group().main_dimensions().with_tableaux(select(tableaux))
 }
 
-/// A law of methods on the subject of `judge`, with the cases of `drawn`, by another name if one is given.
+/// A law of methods on the subject of `judge`, with the cases of `drawn`, of a cost, by another name if one is given.
 macro_rules! law {
-    ($name:literal, $index:literal, $faults:expr) => {
-        law!($name, $index, $faults, $name)
+    ($name:literal, $index:literal, $cost:expr, $faults:expr) => {
+        law!($name, $index, $cost, $faults, $name)
     };
-    ($name:literal, $index:literal, $faults:expr, $of:literal) => {
+    ($name:literal, $index:literal, $cost:expr, $faults:expr, $of:literal) => {
         CaseLaw {
             name: $name,
             statement: crate::laws::method::LAWS[$index].statement,
             source: crate::laws::method::LAWS[$index].source,
             oracle: crate::laws::method::LAWS[$index].oracle,
             bound: crate::laws::method::LAWS[$index].bound,
-            cost: crate::laws::method::LAWS[$index].cost,
+            cost: $cost,
             faults: $faults,
             cases: |cases| drawn($of, cases),
             check: |case, fault| judge($of, case, fault),
@@ -174,6 +174,7 @@ static LAWS: &[CaseLaw] = &[
     law!(
         "method-order",
         0,
+        Cost::Heavy,
         &[
             NO_FORCE,
             NOT_TRANSPORTED,
@@ -189,9 +190,15 @@ static LAWS: &[CaseLaw] = &[
             SEES_ATTITUDE
         ]
     ),
-    law!("method-casimirs", 1, &[CHART, HALVED, NOT_TRANSPORTED, FAVOURED]),
-    law!("method-energy", 2, &[NO_FORCE, NOT_TRANSPORTED, NO_SECOND, FAVOURED]),
-    law!("method-reversibility", 3, &[FORCE_TIME, NOT_TRANSPORTED, FROM_LEFT, INVERTED, SEES_ATTITUDE]),
-    law!("method-equivariance", 4, &[FROM_LEFT, SEES_TIME, SEES_ATTITUDE]),
-    law!("method-presentation", 5, &[SHIFTED, FAVOURED]),
+    law!("method-casimirs", 1, Cost::Expensive, &[CHART, HALVED, NOT_TRANSPORTED, FAVOURED]),
+    law!("method-energy", 2, Cost::Expensive, &[NO_FORCE, NOT_TRANSPORTED, NO_SECOND, FAVOURED]),
+    law!(
+        "method-reversibility",
+        3,
+        Cost::Expensive,
+        // Not `attitude-from-left`: τ(ξ'')τ(ξ') is conjugate to τ(ξ')τ(ξ''), so that it returns to e at the same order.
+        &[FORCE_TIME, NOT_TRANSPORTED, INVERTED, SEES_ATTITUDE]
+    ),
+    law!("method-equivariance", 4, Cost::Cheap, &[FROM_LEFT, SEES_TIME, SEES_ATTITUDE]),
+    law!("method-presentation", 5, Cost::Cheap, &[SHIFTED, FAVOURED]),
 ];

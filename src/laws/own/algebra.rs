@@ -184,7 +184,7 @@ pub static LAWS: &[About] = &[
         "ad_x y = [x, y], and ad_{[x, y]} = ad_x ad_y − ad_y ad_x",
         "the bracket, and the commutator of matrices",
         "",
-        &[AD_TRANSPOSED, BRACKET_EXTRA]
+        &[AD_TRANSPOSED, BRACKET_EXTRA, BRACKET_SYMMETRIC]
     ),
     law!("algebra-coad", "⟨ad*_x μ, y⟩ = ⟨μ, [x, y]⟩", "the bracket", "", &[COAD_SIGN, AD_TRANSPOSED]),
     law!(

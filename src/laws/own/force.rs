@@ -71,7 +71,7 @@ pub static LAWS: &[About] = &[
         "another evaluation, after one elsewhere",
         EXACT,
         "",
-        &[FORCE_STATE]
+        &[FORCE_STATE, FORCE_NAN]
     ),
     law!(
         "force-derivatives",
@@ -79,7 +79,7 @@ pub static LAWS: &[About] = &[
         "differences of f, extrapolated to fourth order",
         DIFFERENCES,
         "",
-        &[FORCE_CONSTANT]
+        &[FORCE_CONSTANT, FORCE_STATE]
     ),
     law!("force-zero", "if `is_zero()` then f(t, η) = 0", "f itself", "none: exactly 0", "", &[SAYS_ZERO]),
     law!(

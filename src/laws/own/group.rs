@@ -53,7 +53,7 @@ pub const ADJOINT_TRANSPOSED: Fault = Fault::new("adjoint-transposed", "Ad_g rep
 pub const ADJOINT_INVERTED: Fault = Fault::new("group-adjoint-inverted", "Ad_g replaced by Ad_{g⁻¹}", NONABELIAN);
 /// The other convention.
 pub const COADJOINT_INVERTED: Fault =
-    Fault::new("coadjoint-inverted", "Ad*_g μ = μ Ad_{g⁻¹} in the place of μ Ad_g", NONABELIAN);
+    Fault::new("group-coadjoint-inverted", "Ad*_g μ = μ Ad_{g⁻¹} in the place of μ Ad_g", NONABELIAN);
 /// Duals lost.
 pub const ADJOINT_CONSTANT: Fault =
     Fault::new("adjoint-constant", "Ad_g evaluated on values alone: its derivative is 0", NONABELIAN);
@@ -121,7 +121,7 @@ pub static LAWS: &[About] = &[
         "group-inverse",
         "g⁻¹g = e = g g⁻¹, (gh)⁻¹ = h⁻¹g⁻¹",
         "identity and compose",
-        &[INVERSE_TRANSPOSED, INVERSE_MISSING, SECOND_TRANSPOSED]
+        &[INVERSE_TRANSPOSED, INVERSE_MISSING, SECOND_TRANSPOSED, IDENTITY_DOUBLED]
     ),
     law!(
         "group-adjoint",
@@ -152,7 +152,7 @@ pub static LAWS: &[About] = &[
         "group-derivatives",
         "along g(1 + ε x̂): g⁻¹ has the derivative −x̂g⁻¹, Ad_g the derivative Ad_g ad_x, gh the derivative g x̂ h",
         "these formulas; the group on dual numbers",
-        &[ADJOINT_CONSTANT, INVERSE_CONSTANT, PRODUCT_SWAPPED]
+        &[ADJOINT_CONSTANT, INVERSE_CONSTANT, INVERSE_TRANSPOSED, INVERSE_MISSING, PRODUCT_SWAPPED]
     ),
     law!(
         "group-distance",

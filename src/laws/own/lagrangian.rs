@@ -87,7 +87,7 @@ pub static LAWS: &[About] = &[
         "l on dual numbers",
         BOUND,
         "",
-        &[GRADIENT_DOUBLED, GRADIENT_SWAPPED, VALUE_CONSTANT]
+        &[GRADIENT_DOUBLED, GRADIENT_SWAPPED, VALUE_CONSTANT, VALUE_NAN]
     ),
     law!(
         "lagrangian-hessian",
@@ -111,7 +111,7 @@ pub static LAWS: &[About] = &[
         "`gradient` and `hessian`",
         BOUND,
         "regular everywhere (unless `not_regular` says otherwise)",
-        &[VELOCITY_DOUBLED, VELOCITY_CONSTANT, GRADIENT_DOUBLED]
+        &[VELOCITY_DOUBLED, VELOCITY_CONSTANT, GRADIENT_DOUBLED, GRADIENT_SWAPPED, HESSIAN_DOUBLED, HESSIAN_ASYMMETRIC]
     ),
     law!(
         "lagrangian-energy",
@@ -119,7 +119,7 @@ pub static LAWS: &[About] = &[
         "l on dual numbers",
         BOUND,
         "",
-        &[ENERGY_SIGN]
+        &[ENERGY_SIGN, VALUE_NAN]
     ),
 ];
 
@@ -392,7 +392,7 @@ impl<T: Real, L: Lagrangian<T, N>, const N: usize> Judge<'_, T, L, N> {
         let moved = mu.zip_map(&direction, |re, eps| Dual { re, eps });
         let slopes = l.velocity(&moved, &eta.map(Dual::constant)).map_err(refused)?.map(|v| v.eps);
         let hessian = l.lagrangian.hessian(&eta);
-        let turned = (hessian * slopes).transpose();
+        let turned = (l.hessian(&eta) * slopes).transpose();
         let inverse = elimination::inverse(&hessian).map_or(T::zero(), |inverse| inverse.amax());
         let size = direction.amax() * (T::one() + count * hessian.amax() * inverse);
         let slope = self.defect(off(&turned, &direction), size, || "l'' times the derivative of `velocity` ≠ 1".into());

@@ -1,4 +1,5 @@
-//! Laws on a user's own types.
+//! Laws on a user's own types. Those of algebras, groups, Lagrangians and forces `verify` runs too, on the parts of its random
+//! systems.
 //!
 //! [`laws!`](crate::laws!) makes a `#[test]` of each law, [`suite!`](crate::suite!) a [`Suite`] to run in one's own way.
 //!

@@ -1,0 +1,306 @@
+//! The laws on parts ([`own`](super::own)), of the parts of described systems.
+//!
+//! The algebra, the group, the Lagrangian and the force of a case are parts like those that a user brings to
+//! [`laws!`](crate::laws!): each law on them is a law on cases here, of the same name, with the same faults. The vectors on which
+//! it is judged are drawn from its own strategy, by a seed that the case determines, and stand in the witness.
+
+use super::CaseLaw;
+use super::lie_poisson::with_casimirs;
+use super::own::algebra::{self, Bracket, OwnAlgebra};
+use super::own::force::{self, OwnForce};
+use super::own::group::{self, OwnGroup};
+use super::own::lagrangian::{self, OwnLagrangian};
+use super::own::part::{About, Subject};
+use super::own::values::Values;
+use super::probe::Probe;
+use crate::algebra::{Casimir, Covector, LieAlgebra, Matrix, Vector};
+use crate::harness::{BoxedStrategy, Fault, Verdict, draw};
+use crate::scalar::{Dd, Number, Real, Scalar};
+use crate::system::case::{Case, Drag, Force};
+use crate::system::dispatch::{General, Pairing};
+use crate::system::{CaseError, Cases};
+use proptest::strategy::Strategy;
+use std::marker::PhantomData;
+
+/// A part of a system, whatever its kind and dimension.
+trait Erased {
+    /// Why a law does not apply.
+    fn missing(&self, law: &About) -> Option<&'static str>;
+
+    /// The strategy of a law.
+    fn cases(&self, law: &About) -> BoxedStrategy<Values>;
+
+    /// The verdict of a law.
+    fn check(&self, law: &About, values: &Values, fault: Option<&Fault>) -> Verdict;
+}
+
+impl<S: Subject> Erased for S {
+    fn missing(&self, law: &About) -> Option<&'static str> {
+        Subject::missing(self, law)
+    }
+
+    fn cases(&self, law: &About) -> BoxedStrategy<Values> {
+        Subject::cases(self, law)
+    }
+
+    fn check(&self, law: &About, values: &Values, fault: Option<&Fault>) -> Verdict {
+        Subject::check(self, law, values, fault)
+    }
+}
+
+/// Takes the parts of one kind out of systems.
+trait Supplier {
+    /// The laws on them.
+    const LAWS: &'static [About];
+
+    /// The part of a system; `None` where it has none.
+    fn part<const N: usize, const D: usize>(
+        case: &Case,
+        double: General<f64, N, D>,
+        quad: General<Dd, N, D>,
+    ) -> Option<Box<dyn Erased>>;
+
+    /// Cases that have the part and what a law needs of it.
+    fn cases(law: &About, cases: Cases) -> BoxedStrategy<Case>;
+}
+
+/// Takes one out of a system at both precisions.
+struct Take<'a, K>(&'a Case, PhantomData<K>);
+
+impl<K: Supplier> Pairing for Take<'_, K> {
+    type Output = Option<Box<dyn Erased>>;
+
+    fn pair<const N: usize, const D: usize>(self, double: General<f64, N, D>, quad: General<Dd, N, D>) -> Self::Output {
+        K::part(self.0, double, quad)
+    }
+}
+
+/// Tells the vectors apart from the numbers that other laws draw from the same case.
+const SALT: u64 = 81;
+
+fn check<K: Supplier, const I: usize>(case: &Case, fault: Option<&Fault>) -> Verdict {
+    judge(&K::LAWS[I], case.dispatch_pair(Take::<K>(case, PhantomData)), case, fault)
+}
+
+fn judge(law: &About, part: Result<Option<Box<dyn Erased>>, CaseError>, case: &Case, fault: Option<&Fault>) -> Verdict {
+    let part = match part {
+        Ok(Some(part)) => part,
+        Ok(None) => return Verdict::not_applicable("the system has no such part"),
+        Err(e) => return Verdict::broken(format!("a generated case cannot be built: {e}")),
+    };
+    if let Some(why) = part.missing(law) {
+        return Verdict::not_applicable(why);
+    }
+    let drawn = draw(&part.cases(law), Probe::new(case, SALT).next(), law.name, 0);
+    let values = match drawn.case {
+        Ok((values, _)) => values,
+        Err(why) => return Verdict::inconclusive(why),
+    };
+    match part.check(law, &values, fault) {
+        Verdict::Broken { defect, bound, witness } => {
+            let at = values.to_string().replace('\n', ", ");
+            Verdict::Broken { defect, bound, witness: format!("{witness}; at {at}") }
+        }
+        verdict => verdict,
+    }
+}
+
+/// The law number I of a supplier.
+const fn law<K: Supplier, const I: usize>() -> CaseLaw {
+    let About { name, statement, source, oracle, bound, needs: _, faults, cost } = K::LAWS[I];
+    CaseLaw {
+        name,
+        statement,
+        source,
+        oracle,
+        bound,
+        cost,
+        faults,
+        cases: |cases| K::cases(&K::LAWS[I], cases),
+        check: check::<K, I>,
+    }
+}
+
+/// Every law of a supplier, by its number: a number too many or too few does not compile.
+macro_rules! laws {
+    ($list:ident, $supplier:ident, $($number:literal)*) => {
+        static $list: [CaseLaw; <$supplier as Supplier>::LAWS.len()] = [$(law::<$supplier, $number>()),*];
+    };
+}
+
+laws!(ALGEBRA, OfAlgebra, 0 1 2 3 4 5 6);
+laws!(GROUP, OfGroup, 0 1 2 3 4 5 6 7 8 9 10 11 12 13 14);
+laws!(LAGRANGIAN, OfLagrangian, 0 1 2 3 4 5);
+laws!(FORCE, OfForce, 0 1 2 3 4 5 6);
+
+/// The laws of this file.
+pub fn laws() -> impl Iterator<Item = &'static CaseLaw> {
+    ALGEBRA.iter().chain(&GROUP).chain(&LAGRANGIAN).chain(&FORCE)
+}
+
+/// An algebra with the Casimir functions that are known of it.
+struct WithCasimirs<T: Real, const N: usize> {
+    algebra: LieAlgebra<T, N>,
+    casimirs: Vec<Casimir<T, N>>,
+}
+
+impl<T: Real, const N: usize> Bracket<T, N> for WithCasimirs<T, N> {
+    fn bracket<S: Scalar<Base = T>>(&self, x: &Vector<S, N>, y: &Vector<S, N>) -> Vector<S, N> {
+        self.algebra.bracket(x, y)
+    }
+
+    fn ad<S: Scalar<Base = T>>(&self, x: &Vector<S, N>) -> Matrix<S, N> {
+        self.algebra.ad(x)
+    }
+
+    fn coad<S: Scalar<Base = T>>(&self, x: &Vector<S, N>, mu: &Covector<S, N>) -> Covector<S, N> {
+        self.algebra.coad(x, mu)
+    }
+
+    fn casimirs(&self) -> usize {
+        self.casimirs.len()
+    }
+
+    fn casimir<S: Scalar<Base = T>>(&self, k: usize, mu: &Covector<S, N>) -> S {
+        self.casimirs.get(k).map_or(S::zero(), |casimir| casimir.value(mu))
+    }
+}
+
+/// The algebra.
+struct OfAlgebra;
+
+impl Supplier for OfAlgebra {
+    const LAWS: &'static [About] = algebra::LAWS;
+
+    fn part<const N: usize, const D: usize>(
+        _: &Case,
+        double: General<f64, N, D>,
+        quad: General<Dd, N, D>,
+    ) -> Option<Box<dyn Erased>> {
+        Some(Box::new(OwnAlgebra::at_both(
+            WithCasimirs { algebra: double.algebra, casimirs: double.casimirs },
+            WithCasimirs { algebra: quad.algebra, casimirs: quad.casimirs },
+        )))
+    }
+
+    fn cases(law: &About, cases: Cases) -> BoxedStrategy<Case> {
+        match law.name {
+            "algebra-casimirs" => with_casimirs(cases).boxed(),
+            _ => cases.main_dimensions().boxed(),
+        }
+    }
+}
+
+/// The group.
+struct OfGroup;
+
+impl Supplier for OfGroup {
+    const LAWS: &'static [About] = group::LAWS;
+
+    fn part<const N: usize, const D: usize>(
+        _: &Case,
+        double: General<f64, N, D>,
+        quad: General<Dd, N, D>,
+    ) -> Option<Box<dyn Erased>> {
+        Some(Box::new(OwnGroup::at_both(double.group?, quad.group?)))
+    }
+
+    fn cases(_: &About, cases: Cases) -> BoxedStrategy<Case> {
+        cases.main_dimensions().with_group().boxed()
+    }
+}
+
+/// The Lagrangian.
+struct OfLagrangian;
+
+impl Supplier for OfLagrangian {
+    const LAWS: &'static [About] = lagrangian::LAWS;
+
+    fn part<const N: usize, const D: usize>(
+        _: &Case,
+        double: General<f64, N, D>,
+        quad: General<Dd, N, D>,
+    ) -> Option<Box<dyn Erased>> {
+        Some(Box::new(OwnLagrangian::at_both(double.lagrangian, quad.lagrangian)))
+    }
+
+    fn cases(_: &About, cases: Cases) -> BoxedStrategy<Case> {
+        cases.main_dimensions().boxed()
+    }
+}
+
+/// The force, with the claims that hold of its terms.
+struct OfForce;
+
+impl Supplier for OfForce {
+    const LAWS: &'static [About] = force::LAWS;
+
+    fn part<const N: usize, const D: usize>(
+        case: &Case,
+        double: General<f64, N, D>,
+        quad: General<Dd, N, D>,
+    ) -> Option<Box<dyn Erased>> {
+        let every = |claim: fn(&Force) -> bool| case.forces.iter().all(claim);
+        let mut part = OwnForce::at_both(double.force, quad.force);
+        if every(dissipates) {
+            part = part.dissipates();
+        }
+        if every(workless) {
+            part = part.workless();
+        }
+        if every(keeps_casimirs) {
+            part = part.keeps_both((double.lagrangian, double.casimirs), (quad.lagrangian, quad.casimirs));
+        }
+        Some(Box::new(part))
+    }
+
+    fn cases(law: &About, cases: Cases) -> BoxedStrategy<Case> {
+        let main = cases.clone().main_dimensions();
+        let quarter = Number::ratio(1, 4);
+        match law.name {
+            "force-dissipates" => claimed(main.forced(), dissipates, Force::LinearDrag(Drag::Coefficient(quarter))),
+            "force-workless" => claimed(main.forced_nonabelian(), workless, Force::Metriplectic { beta: quarter }),
+            "force-keeps-casimirs" => {
+                let cases = with_casimirs(cases).forced_nonabelian();
+                claimed(cases, keeps_casimirs, Force::DoubleBracket { alpha: quarter })
+            }
+            _ => main.boxed(),
+        }
+    }
+}
+
+/// The cases with those terms of their force alone of which a claim holds, or this one where there are none.
+fn claimed(cases: Cases, claim: fn(&Force) -> bool, otherwise: Force) -> BoxedStrategy<Case> {
+    let kept = move |mut case: Case| {
+        case.forces.retain(claim);
+        if case.forces.is_empty() {
+            case.forces.push(otherwise.clone());
+        }
+        case
+    };
+    cases.prop_map(kept).boxed()
+}
+
+fn positive(x: &Number) -> bool {
+    x.eval::<f64>().is_ok_and(|x| x >= 0.0)
+}
+
+/// ⟨f, η⟩ ≤ 0. Of a matrix of linear drag nothing is known.
+fn dissipates(force: &Force) -> bool {
+    match force {
+        Force::DoubleBracket { alpha } => positive(alpha),
+        Force::LinearDrag(Drag::Coefficient(k)) => positive(k),
+        Force::Metriplectic { .. } | Force::QuadraticDrag(_) => true,
+        Force::LinearDrag(Drag::Matrix(_)) | Force::Constant { .. } | Force::Periodic { .. } | Force::Given => false,
+    }
+}
+
+/// ⟨f, η⟩ = 0.
+fn workless(force: &Force) -> bool {
+    matches!(force, Force::Metriplectic { .. })
+}
+
+/// Tangent to coadjoint orbits at l'(η).
+fn keeps_casimirs(force: &Force) -> bool {
+    matches!(force, Force::DoubleBracket { .. })
+}
