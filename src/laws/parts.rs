@@ -18,6 +18,7 @@ use crate::harness::{BoxedStrategy, Fault, Verdict, draw};
 use crate::scalar::{Dd, Number, Real, Scalar};
 use crate::system::case::{Case, Drag, Force};
 use crate::system::dispatch::{General, Pairing};
+use crate::system::rates::Rates;
 use crate::system::{CaseError, Cases};
 use proptest::strategy::Strategy;
 use std::marker::PhantomData;
@@ -240,7 +241,9 @@ impl Supplier for OfForce {
         double: General<f64, N, D>,
         quad: General<Dd, N, D>,
     ) -> Option<Box<dyn Erased>> {
-        let every = |claim: fn(&Force) -> bool| case.forces.iter().all(claim);
+        // A force that vanishes identically is rounding, of which nothing is claimed.
+        let driven = Rates::of(case).is_some_and(|rates| rates.driven());
+        let every = |claim: fn(&Force) -> bool| driven && case.forces.iter().all(claim);
         let mut part = OwnForce::at_both(double.force, quad.force);
         if every(dissipates) {
             part = part.dissipates();
