@@ -121,7 +121,7 @@ const BAD: &[(&str, &str, &str, &[&str])] = &[
     ("name = \"so3\"", "name = \"so5\"", "name", &["unknown algebra \"so5\"", "so3, se2, se3", "so3+r2"]),
     ("name = \"so3\"", "name = \"se3+se3\"", "name", &["dimension 12", "1 to 10"]),
     ("name = \"so3\"", "name = \"r11\"", "name", &["dimension 11", "1 to 10"]),
-    ("name = \"so3\"", "name = \"r1+r1+r1\"", "name", &["r1+r1+r1", "5×5"]),
+    ("name = \"so3\"", "name = \"r1+r1+r1+r1+r1\"", "name", &["10×10", "at most 7×7"]),
     ("name = \"so3\"", "", "[algebra]", &["is missing", "`name`, or `dimension` and `constants`"]),
     ("name = \"so3\"", "name = \"so3\"\ndimension = 3", "dimension", &["either `name`, or"]),
     ("name = \"so3\"", "dimension = 3", "[algebra]", &["`constants` is missing", "[a, b, c, value]"]),

@@ -223,7 +223,8 @@ impl<Q: Groupoid, M: Fn(&Q::Element, &Q::Element) -> f64> Chain<'_, Q, M> {
 
     /// [`COMPOSABLE`].
     pub fn composable(&self) -> Measured {
-        for [g, h] in self.elements.array_windows() {
+        for pair in self.elements.windows(2) {
+            let [g, h] = pair else { continue };
             let (target, source) = (self.groupoid.target(g), self.groupoid.source(h));
             if target != source {
                 let of = &self.of;

@@ -272,14 +272,16 @@ impl Supplier for OfForce {
     }
 }
 
-/// The cases with those terms of their force alone of which a claim holds, or this one where there are none.
+/// The cases with those terms of their force alone of which a claim holds, or this one where there are none; as they were where
+/// that vanishes identically.
 fn claimed(cases: Cases, claim: fn(&Force) -> bool, otherwise: Force) -> BoxedStrategy<Case> {
-    let kept = move |mut case: Case| {
-        case.forces.retain(claim);
-        if case.forces.is_empty() {
-            case.forces.push(otherwise.clone());
+    let kept = move |case: Case| {
+        let mut forces: Vec<Force> = case.forces.iter().filter(|force| claim(force)).cloned().collect();
+        if forces.is_empty() {
+            forces.push(otherwise.clone());
         }
-        case
+        let kept = Case { forces, ..case.clone() };
+        if Rates::of(&kept).is_some_and(|rates| rates.driven()) { kept } else { case }
     };
     cases.prop_map(kept).boxed()
 }

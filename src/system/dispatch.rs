@@ -241,12 +241,13 @@ impl Case {
     fn too_large(&self, most: usize) -> CaseError {
         let place = Place::root().key("algebra");
         let n = self.dimension();
-        let (found, allowed) = if n > most {
-            (format!("of dimension {n}"), format!("dimension 1 to {most}"))
-        } else {
-            (format!("represented by matrices of size {}", self.matrix_size()), format!("at most {}", n + 2))
-        };
-        place.error(Problem::Range { found, allowed })
+        if n > most {
+            let (found, allowed) = (format!("of dimension {n}"), format!("dimension 1 to {most}"));
+            return place.error(Problem::Range { found, allowed });
+        }
+        let size = self.matrix_size();
+        let found = format!("represented by {size}×{size} matrices, too large for dimension {n}");
+        place.key("name").error(Problem::Range { found, allowed: format!("at most {0}×{0}", n + 2) })
     }
 
     /// Whether the case can be built (in `f64`).

@@ -281,7 +281,7 @@ impl Cases {
             && !(self.nonabelian && abelian)
             && (self.forcing != Forcing::Free || case.forces.is_empty())
             && (self.forcing != Forcing::Forced || forced)
-            && !(self.smooth && !smooth(case))
+            && (!self.smooth || smooth(case))
             && !(self.quadratic && case.lagrangian.quartic.is_some())
             && (!self.fast || entry.is_some_and(|entry| has_fast_step(case, entry)))
             && (self.retraction.is_none_or(|tau| tau == case.method.retraction) || entry.is_none())
