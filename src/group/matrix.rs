@@ -79,6 +79,7 @@ impl<T: Real, const N: usize, const D: usize> MatrixGroup<T, N, D> {
     ///
     /// # Errors
     /// A dimension above N; a representation that leaves too few rows.
+    #[cfg(feature = "harness")]
     pub(crate) fn beside_spectators(entry: &Entry) -> Result<Self, AlgebraError> {
         let n = entry.dimension();
         let Some(spectators) = N.checked_sub(n) else {
@@ -125,12 +126,14 @@ fn padded<T: Real, const D: usize>(entry: &Entry, a: usize) -> Matrix<T, D> {
 }
 
 /// p and q with p q ≥ k and p + q least: the block in which k commuting matrices with one entry each have room.
+#[cfg(feature = "harness")]
 fn spectator_block(k: usize) -> (usize, usize) {
     let p = k.isqrt();
     (p, if p == 0 { 0 } else { k.div_ceil(p) })
 }
 
 /// p + q.
+#[cfg(feature = "harness")]
 pub(crate) fn spectator_rows(k: usize) -> usize {
     let (p, q) = spectator_block(k);
     p + q

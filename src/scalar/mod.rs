@@ -102,6 +102,7 @@ pub(crate) fn finite<S: Scalar>(values: &[S]) -> bool {
 }
 
 /// x in another scalar, to all digits that both have.
+#[cfg(feature = "harness")]
 pub(crate) fn convert<W: Real, T: Real>(x: W) -> T {
     let (mut rest, mut sum) = (x, T::zero());
     for _ in 0..4 {
