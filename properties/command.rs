@@ -526,7 +526,7 @@ fn messages_count_as_the_file_does() {
     };
     let constants = "dimension = 3\nconstants = [[1, 2, 3, 1], [1, 3, 1, 1]]";
     refused("name = \"so3\"", constants, "Jacobi identity for (e_1, e_2, e_3)");
-    refused("name = \"so3\"", "name = \"so5\"", "allowed: r1 to r8, so3");
+    refused("name = \"so3\"", "name = \"so5\"", "allowed: r1 to r10, so3");
     refused("name = \"so3\"", "nam = \"so3\"", "unknown field `nam`, expected one of `name`, `dimension`");
     refused("kind = \"double-bracket\"", "kind = \"drag\"", "unknown variant `drag`, expected one of");
 }

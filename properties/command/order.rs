@@ -363,11 +363,11 @@ fn bad_input_is_named() {
     refused(&["--tableau", "rk5"], &["rk5", "rk4"]);
     refused(&["--tableau", "missing.toml"], &["missing.toml"]);
     refused(&["--tableau", "rk4", "--digits", "20"], &["16", "32", "64"]);
-    let line = problem::generic_text().replace("\"so3\"", "\"r1\"");
+    let line = problem::generic_text().replace("\"so3\"", "\"r7\"");
     let (start, end) = (line.find("[lagrangian]").unwrap(), line.find("[method]").unwrap());
-    let line = line.replace(&line[start..end], "[lagrangian]\ninertia = [1]\n");
+    let line = line.replace(&line[start..end], "[lagrangian]\ninertia = [1, 1, 1, 1, 1, 1, 1]\n");
     let (start, end) = (line.find("velocity").unwrap(), line.find("[run]").unwrap());
-    fs::write(here.join("line.toml"), line.replace(&line[start..end], "velocity = [1]\n")).unwrap();
+    fs::write(here.join("line.toml"), line.replace(&line[start..end], "velocity = [1, 1, 1, 1, 1, 1, 1]\n")).unwrap();
     refused(&["--tableau", "rk4", "--digits", "64", "--system", "line.toml"], &["--digits 32", "dimension"]);
     refused(&["--tableau", "rk4", "--declared", "0"], &["--declared"]);
     refused(&["--tableau", "rk4", "--system", "missing.toml"], &["missing.toml"]);

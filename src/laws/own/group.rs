@@ -46,7 +46,7 @@ pub const PRODUCT_SWAPPED: Fault = Fault::new("product-swapped", "g h replaced b
 /// Fault: g h replaced by g hᵀ.
 pub const SECOND_TRANSPOSED: Fault = Fault::new("second-transposed", "g h replaced by g hᵀ", EVERY);
 /// Fault: e replaced by 2e.
-pub const IDENTITY_DOUBLED: Fault = Fault::new("identity-doubled", "e replaced by 2e", EVERY);
+pub const IDENTITY_DOUBLED: Fault = Fault::new("identity-doubled", "e replaced by twice e", EVERY);
 /// Rows for columns.
 pub const ADJOINT_TRANSPOSED: Fault = Fault::new("adjoint-transposed", "Ad_g replaced by its transpose", NONABELIAN);
 /// Fault: Ad_g replaced by Ad_{g⁻¹}.
@@ -85,7 +85,7 @@ macro_rules! law {
 
 /// The laws of this file.
 pub static LAWS: &[About] = &[
-    law!("group-hat-linear", "hat(a x + y) = a x̂ + ŷ", "hat itself, at other vectors", &[HAT_QUADRATIC]),
+    law!("group-hat-linear", "hat(a x + y) = a x̂ + ŷ", "hat itself, at other vectors", &[HAT_QUADRATIC]),
     law!(
         "group-vee-hat",
         "vee(x̂) = x",
@@ -94,13 +94,13 @@ pub static LAWS: &[About] = &[
     ),
     law!(
         "group-bracket",
-        "hat([x, y]) = x̂ŷ − ŷx̂",
+        "hat([x, y]) = x̂ŷ − ŷx̂",
         "the commutator of matrices, against the structure constants of `algebra`",
         &[CONSTANTS_SIGN, HAT_INDEX, HAT_QUADRATIC]
     ),
     law!(
         "group-algebra-invariant",
-        "g⁻¹ŷg = hat(vee(g⁻¹ŷg)) for g = exp(x̂): the span of hat is an algebra, and exp(x̂) normalises it",
+        "g⁻¹ŷg = hat(vee(g⁻¹ŷg)) for g = exp(x̂): the span of hat is an algebra, and exp(x̂) normalises it",
         "conjugation of matrices, the inverse by elimination",
         &[HAT_QUADRATIC, VEE_DOUBLED]
     ),
@@ -451,7 +451,7 @@ impl<T: Real, G: LieGroup<T, N, D>, const N: usize, const D: usize> Judge<'_, T,
         let (x, y) = (self.vector("x")?, self.vector("y")?);
         let (mine, sum) = (self.group.hat(&(x * a + y)), self.group.hat(&x) * a + self.group.hat(&y));
         let size = self.hat_size(&x) * a.abs() + self.hat_size(&y);
-        Ok(self.defect(off(&mine, &sum), size, || "hat(a x + y) ≠ a x̂ + ŷ".into()))
+        Ok(self.defect(off(&mine, &sum), size, || "hat(a x + y) ≠ a x̂ + ŷ".into()))
     }
 
     fn vee_hat(&self) -> Answer {
@@ -467,7 +467,7 @@ impl<T: Real, G: LieGroup<T, N, D>, const N: usize, const D: usize> Judge<'_, T,
         let bracket = self.group.algebra().bracket::<T>(&x, &y);
         let commutator = hat_x * hat_y - hat_y * hat_x;
         let size = self.hat_size(&x) * self.hat_size(&y) + self.hat_size(&bracket);
-        Ok(self.defect(off(&self.group.hat(&bracket), &commutator), size, || "hat([x, y]) ≠ x̂ŷ − ŷx̂".into()))
+        Ok(self.defect(off(&self.group.hat(&bracket), &commutator), size, || "hat([x, y]) ≠ x̂ŷ − ŷx̂".into()))
     }
 
     fn algebra_invariant(&self) -> Answer {
@@ -476,7 +476,7 @@ impl<T: Real, G: LieGroup<T, N, D>, const N: usize, const D: usize> Judge<'_, T,
         let projected = self.group.hat(&self.group.vee(&turned));
         let size = self.conditioned(&g)? * self.hat_size(&y);
         let size = size.max(size * self.gain * self.hats.amax());
-        Ok(self.defect(off(&projected, &turned), size, || "g⁻¹ŷg is not in the span of hat".into()))
+        Ok(self.defect(off(&projected, &turned), size, || "g⁻¹ŷg is not in the span of hat".into()))
     }
 
     fn product(&self) -> Answer {
