@@ -125,7 +125,7 @@ pub static LAWS: &[About] = &[
     ),
     law!(
         "group-adjoint",
-        "Ad_g x = (g x̂ g⁻¹)^∨",
+        "Ad_g x = vee(g x̂ g⁻¹)",
         "conjugation of matrices, the inverse by elimination",
         &[ADJOINT_TRANSPOSED, ADJOINT_INVERTED]
     ),
