@@ -76,6 +76,9 @@ const BETWEEN: [f64; 7] = [
     69997945.0 / 29380423.0,
 ];
 
+/// dμ/dt at the seven stages.
+type Slopes<const N: usize> = [Covector<f64, N>; 7];
+
 /// The vector field, with the last velocity as the next guess.
 struct VectorField<'a, L, F, const N: usize> {
     system: &'a EulerPoincare<f64, N, L, F>,
@@ -94,12 +97,11 @@ impl<L: Lagrangian<f64, N>, F: Force<f64, N>, const N: usize> VectorField<'_, L,
     }
 
     /// The slopes of a step from `mu`, whose own is the first, and the state after it.
-    #[allow(clippy::type_complexity)]
     fn step(
         &mut self,
         (time, mu, first): (f64, &Covector<f64, N>, Covector<f64, N>),
         h: f64,
-    ) -> Result<([Covector<f64, N>; 7], Covector<f64, N>), AdaptiveError> {
+    ) -> Result<(Slopes<N>, Covector<f64, N>), AdaptiveError> {
         let (mut slopes, mut end) = ([Covector::zeros(); 7], *mu);
         slopes[0] = first;
         for (k, row) in A.iter().enumerate() {
@@ -113,7 +115,7 @@ impl<L: Lagrangian<f64, N>, F: Force<f64, N>, const N: usize> VectorField<'_, L,
     }
 }
 
-fn weighted<const N: usize>(weights: &[f64; 7], slopes: &[Covector<f64, N>; 7]) -> Covector<f64, N> {
+fn weighted<const N: usize>(weights: &[f64; 7], slopes: &Slopes<N>) -> Covector<f64, N> {
     weights.iter().zip(slopes).fold(Covector::zeros(), |sum, (w, slope)| sum + slope * *w)
 }
 
@@ -128,7 +130,7 @@ fn between<const N: usize>(
     theta: f64,
     h: f64,
     [start, end]: [&Covector<f64, N>; 2],
-    slopes: &[Covector<f64, N>; 7],
+    slopes: &Slopes<N>,
 ) -> Covector<f64, N> {
     let (left, change) = (1.0 - theta, end - start);
     let bend = slopes[0] * h - change;

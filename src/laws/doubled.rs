@@ -69,7 +69,7 @@ pub const fn laws<S: Source>() -> &'static [CaseLaw<S>] {
                  theorem",
                 oracle: "Ad by conjugation with the attitude matrices g and g̃, which the momenta do not see",
                 bound: "two precisions; floor 2⁹ s N u a step",
-                cost: Cost::Expensive,
+                cost: Cost::Moderate,
                 faults: &[LEFT_FOR_RIGHT, ADJOINT_INVERTED, SHIFTED],
                 cases: |cases| cases.with_group().forced_nonabelian().boxed(),
                 check: |case, fault| settle_small(case, fault, Check { case, fault, which: Which::MomentumMap }, 3),

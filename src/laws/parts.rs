@@ -6,16 +6,16 @@
 
 use super::CaseLaw;
 use super::lie_poisson::with_casimirs;
-use super::own::algebra::{self, Bracket, OwnAlgebra};
+use super::own::algebra::{self, OwnAlgebra};
 use super::own::force::{self, OwnForce};
 use super::own::group::{self, OwnGroup};
 use super::own::lagrangian::{self, OwnLagrangian};
 use super::own::part::{About, Subject};
+use super::own::system::WithCasimirs;
 use super::own::values::Values;
 use super::probe::Probe;
-use crate::algebra::{Casimir, Covector, LieAlgebra, Matrix, Vector};
 use crate::harness::{BoxedStrategy, Fault, Verdict, draw};
-use crate::scalar::{Dd, Number, Real, Scalar};
+use crate::scalar::{Dd, Number};
 use crate::system::case::{Case, Drag, Force};
 use crate::system::dispatch::{General, Pairing};
 use crate::system::rates::Rates;
@@ -137,34 +137,6 @@ laws!(FORCE, OfForce, 0 1 2 3 4 5 6);
 /// The laws of this file.
 pub fn laws() -> impl Iterator<Item = &'static CaseLaw> {
     ALGEBRA.iter().chain(&GROUP).chain(&LAGRANGIAN).chain(&FORCE)
-}
-
-/// An algebra with the Casimir functions that are known of it.
-struct WithCasimirs<T: Real, const N: usize> {
-    algebra: LieAlgebra<T, N>,
-    casimirs: Vec<Casimir<T, N>>,
-}
-
-impl<T: Real, const N: usize> Bracket<T, N> for WithCasimirs<T, N> {
-    fn bracket<S: Scalar<Base = T>>(&self, x: &Vector<S, N>, y: &Vector<S, N>) -> Vector<S, N> {
-        self.algebra.bracket(x, y)
-    }
-
-    fn ad<S: Scalar<Base = T>>(&self, x: &Vector<S, N>) -> Matrix<S, N> {
-        self.algebra.ad(x)
-    }
-
-    fn coad<S: Scalar<Base = T>>(&self, x: &Vector<S, N>, mu: &Covector<S, N>) -> Covector<S, N> {
-        self.algebra.coad(x, mu)
-    }
-
-    fn casimirs(&self) -> usize {
-        self.casimirs.len()
-    }
-
-    fn casimir<S: Scalar<Base = T>>(&self, k: usize, mu: &Covector<S, N>) -> S {
-        self.casimirs.get(k).map_or(S::zero(), |casimir| casimir.value(mu))
-    }
 }
 
 /// The algebra.

@@ -13,7 +13,7 @@ use std::ops::{Add, Div, Mul, Neg, Sub};
 
 /// hi + lo with |lo| ≤ ulp(hi)/2.
 ///
-/// An operation that overflows, divides by zero or meets an infinity gives NaN, which [`Scalar::all_finite`] sees.
+/// An operation that overflows, divides by zero or meets an infinity gives NaN or an infinity, which [`Scalar::all_finite`] sees.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Dd(DD);
 

@@ -21,7 +21,7 @@ use std::sync::LazyLock;
 
 /// x₀ + x₁ + x₂ + x₃ with |xᵢ₊₁| ≤ ¾ ulp(xᵢ).
 ///
-/// An operation that overflows, divides by zero or meets an infinity gives NaN, which [`Scalar::all_finite`] sees.
+/// An operation that overflows, divides by zero or meets an infinity gives NaN or an infinity, which [`Scalar::all_finite`] sees.
 #[derive(Clone, Copy, Debug, Default)]
 pub struct Qd(QD);
 

@@ -160,12 +160,14 @@ fn rates<P: Types<N, D>, const N: usize, const D: usize>(case: &Case) -> Option<
     Rates::by(case, true, |measure| own.visit::<f64, _>(&Plant(None), measure).ok().flatten())
 }
 
-/// The algebra of a group of one's own, with its Casimirs.
+/// An algebra with the Casimirs that are known of it.
 #[derive(Clone, Debug)]
 #[doc(hidden)]
 pub struct WithCasimirs<T: Real, const N: usize> {
-    algebra: LieAlgebra<T, N>,
-    casimirs: Vec<Casimir<T, N>>,
+    /// g.
+    pub algebra: LieAlgebra<T, N>,
+    /// C.
+    pub casimirs: Vec<Casimir<T, N>>,
 }
 
 impl<T: Real, const N: usize> Bracket<T, N> for WithCasimirs<T, N> {
@@ -186,7 +188,7 @@ impl<T: Real, const N: usize> Bracket<T, N> for WithCasimirs<T, N> {
     }
 
     fn casimir<S: Scalar<Base = T>>(&self, k: usize, mu: &Covector<S, N>) -> S {
-        self.casimirs[k].value(mu)
+        self.casimirs.get(k).map_or(S::zero(), |casimir| casimir.value(mu))
     }
 }
 
