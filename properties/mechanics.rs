@@ -83,20 +83,32 @@ fn the_quadratic_has_the_derivatives_of_its_value() {
     derivatives_of_the_quadratic::<6>(3);
 }
 
+/// A Lagrangian of which only the value is used: the rest is what any Lagrangian gets.
+struct ByValue<L>(L);
+
+impl<T: Real, const N: usize, L: Lagrangian<T, N>> Lagrangian<T, N> for ByValue<L> {
+    fn value<S: Scalar<Base = T>>(&self, eta: &Vector<S, N>) -> S {
+        self.0.value(eta)
+    }
+}
+
 #[test]
 fn the_quartic_is_inverted_from_any_guess_at_any_size() {
     let mut random = Sequence(4);
     for k in 0..60 {
         let inertia = random.inertia::<4>();
         let kappa = 10f64.powf(2.0 * random.next());
-        let body = Quartic::new(inertia, kappa).unwrap();
+        let closed = Quartic::new(inertia, kappa).unwrap();
         let eta = random.vector::<4>() * 10f64.powf(6.0 * random.next());
         let q = eta.dot(&(inertia * eta));
+        let body = ByValue(closed.clone());
         let gradient = (inertia * eta * (1.0 + kappa * q)).transpose();
         let scale = 64.0 * U * size(&inertia) * (1.0 + kappa * q);
         close(size(&(body.gradient(&eta) - gradient)), 4.0 * scale * size(&eta));
         let slope = inertia * (1.0 + kappa * q) + inertia * eta * (inertia * eta).transpose() * (2.0 * kappa);
         close(size(&(body.hessian(&eta) - slope)), 64.0 * scale);
+        close(size(&(closed.gradient(&eta) - gradient)), 4.0 * scale * size(&eta));
+        close(size(&(closed.hessian(&eta) - slope)), 64.0 * scale);
         let condition = size(&slope) * size(&slope.try_inverse().unwrap()) * 16.0;
         let guess = match k % 3 {
             0 => Vector::zeros(),
@@ -105,8 +117,12 @@ fn the_quartic_is_inverted_from_any_guess_at_any_size() {
         };
         let found = body.velocity(&gradient, &guess).unwrap();
         close(size(&(found - eta)), 64.0 * U * condition * size(&eta));
+        let found = closed.velocity(&gradient, &guess).unwrap();
+        close(size(&(found - eta)), 64.0 * U * condition * size(&eta));
     }
-    let body = Quartic::new(Matrix::<f64, 2>::identity(), 1.0).unwrap();
+    let closed = Quartic::new(Matrix::<f64, 2>::identity(), 1.0).unwrap();
+    assert_eq!(closed.velocity(&Covector::zeros(), &Vector::zeros()).unwrap(), Vector::<f64, 2>::zeros());
+    let body = ByValue(closed);
     assert_eq!(body.velocity(&Covector::zeros(), &Vector::zeros()).unwrap(), Vector::<f64, 2>::zeros());
     close(size(&body.velocity(&Covector::zeros(), &Vector::from([3.0, -2.0])).unwrap()), 1e-100);
 }
@@ -117,10 +133,12 @@ fn the_inverse_legendre_transform_carries_derivatives_of_any_order() {
     type Third = Dual<Dual<Dual<f64>>>;
     let kappa = 0.75;
     let body = Quartic::new(Matrix::<f64, 1>::identity(), kappa).unwrap();
-    for eta in [-1.5, -0.3, 1e-3, 0.4, 2.0] {
+    let closed = |mu: Third| body.velocity(&Covector::from([mu]), &Vector::zeros()).unwrap()[0];
+    let by_newton = |mu: Third| ByValue(body.clone()).velocity(&Covector::from([mu]), &Vector::zeros()).unwrap()[0];
+    let velocities: [&dyn Fn(Third) -> Third; 2] = [&closed, &by_newton];
+    for (eta, velocity) in [-1.5, -0.3, 1e-3, 0.4, 2.0].into_iter().flat_map(|eta| velocities.map(|v| (eta, v))) {
         let mu: f64 = eta + kappa * eta * eta * eta;
-        let variable = Dual::variable(Dual::variable(Dual::variable(mu)));
-        let found: Third = body.velocity(&Covector::from([variable]), &Vector::zeros()).unwrap()[0];
+        let found: Third = velocity(Dual::variable(Dual::variable(Dual::variable(mu))));
         let p = 1.0 + 3.0 * kappa * eta * eta;
         let third = (108.0 * kappa * kappa * eta * eta / p - 6.0 * kappa) / p.powi(4);
         close((found.re.re.re - eta).abs(), 16.0 * U * eta.abs());
@@ -164,7 +182,9 @@ fn bad_lagrangians_and_momenta_are_errors() {
     assert!(matches!(Degenerate.velocity(&mu, &guess), Err(LegendreError::Singular { .. })));
     let quartic = Quartic::new(Matrix::<f64, 2>::identity(), 1.0).unwrap();
     assert!(quartic.velocity(&Covector::from([f64::NAN, 0.0]), &guess).is_err());
-    assert!(quartic.velocity(&mu, &Vector::from([f64::INFINITY, 0.0])).is_err());
+    assert!(quartic.velocity(&Covector::from([1e200, 0.0]), &guess).is_err(), "μ I⁻¹ μᵀ is infinite");
+    assert!(ByValue(quartic.clone()).velocity(&Covector::from([f64::NAN, 0.0]), &guess).is_err());
+    assert!(ByValue(quartic).velocity(&mu, &Vector::from([f64::INFINITY, 0.0])).is_err());
 }
 
 /// The asymmetry that is taken for rounding, 64 N u max|I|, goes with the size of the matrix.

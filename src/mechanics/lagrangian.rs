@@ -25,9 +25,8 @@ pub(super) fn newton_velocity<T: Real, S: Scalar<Base = T>, const N: usize>(
 ) -> Result<Vector<S, N>, LegendreError> {
     let value = newton_value(lagrangian, &mu.map(|v| v.base()), guess.map(|v| v.base()))?;
     let mut eta = value.map(S::lift);
-    // Derivatives of total order k (k nested duals occupy 2^k base numbers): the error lies in an ideal that a
-    // step squares, and whose (k+1)st power vanishes.
-    let order = (size_of::<S>() / size_of::<T>()).ilog2();
+    // The error lies in an ideal that a step squares, and whose power after `order` vanishes.
+    let order = nesting::<T, S>();
     let mut right = 0;
     while right < order {
         let residual = (lagrangian.gradient(&eta) - mu).transpose();
@@ -35,6 +34,11 @@ pub(super) fn newton_velocity<T: Real, S: Scalar<Base = T>, const N: usize>(
         right = 2 * right + 1;
     }
     Ok(eta)
+}
+
+/// How many duals are nested in S: k of them occupy 2^k base numbers, and carry derivatives of total order k.
+fn nesting<T: Real, S: Scalar<Base = T>>() -> u32 {
+    (size_of::<S>() / size_of::<T>()).ilog2()
 }
 
 fn singular<T: Real, const N: usize>(eta: &Vector<T, N>) -> LegendreError {
@@ -206,10 +210,10 @@ impl<T: Real, const N: usize> Lagrangian<T, N> for Quadratic<T, N> {
 
 /// l(η) = ½ q + ¼ κ q², q = ηᵀ I η, with I positive definite and κ ≥ 0: convex, and not quadratic.
 ///
-/// Only the value is written down; derivatives and the Legendre transform are those that any Lagrangian gets.
+/// l' = (1 + κ q) (Iη)ᵀ and l'' = (1 + κ q) I + 2κ Iη (Iη)ᵀ. The inverse of l' is η = s I⁻¹ μᵀ with s + κ p s³ = 1, p = μ I⁻¹ μᵀ.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Quartic<T: Real, const N: usize> {
-    inertia: Matrix<T, N>,
+    quadratic: Quadratic<T, N>,
     stiffness: T,
 }
 
@@ -227,24 +231,93 @@ impl<T: Real, const N: usize> Quartic<T, N> {
             let why = format!("the stiffness κ = {} must be finite and not negative", stiffness.to_f64());
             return Err(LegendreError::BadInertia { why });
         }
-        Ok(Self { inertia: quadratic.inertia, stiffness })
+        Ok(Self { quadratic, stiffness })
     }
 
     /// I.
     pub fn inertia(&self) -> &Matrix<T, N> {
-        &self.inertia
+        self.quadratic.inertia()
     }
 
     /// κ.
     pub fn stiffness(&self) -> T {
         self.stiffness
     }
+
+    /// Iη and κ q.
+    fn parts<S: Scalar<Base = T>>(&self, eta: &Vector<S, N>) -> (Vector<S, N>, S) {
+        let momentum = self.quadratic.gradient(eta).transpose();
+        let q = dot(eta.as_slice(), momentum.as_slice());
+        (momentum, S::lift(self.stiffness) * q)
+    }
+}
+
+/// The root of s + c s³ = 1 for c ≥ 0, by Newton's iteration from above, where it falls monotonically: on the value, then as often
+/// as the derivatives in c want it.
+///
+/// # Errors
+/// c is not finite.
+fn shrinking<T: Real, S: Scalar<Base = T>>(c: S) -> Result<S, LegendreError> {
+    let value = c.base();
+    let failed = || LegendreError::NotConverged { residual: value.to_f64(), iterations: 0 };
+    if !value.all_finite() {
+        return Err(failed());
+    }
+    let step = |s: T| (s + value * s * s * s - T::one()) / (T::one() + T::int(3) * value * s * s);
+    let mut root = T::one();
+    if value > T::one() {
+        root = T::one() / value.cbrt();
+    }
+    for _ in 0..MAX_ITERATIONS {
+        let by = step(root);
+        root -= by;
+        // Quadratic convergence: what such a step leaves is round-off.
+        if by.abs() <= T::unit_roundoff().sqrt() * root {
+            break;
+        }
+    }
+    let (order, mut right, mut found) = (nesting::<T, S>(), 0, S::lift(root));
+    while right < order {
+        let square = c * found * found;
+        found -= (found + square * found - S::one()) / (S::one() + S::int(3) * square);
+        right = 2 * right + 1;
+    }
+    Ok(found)
 }
 
 impl<T: Real, const N: usize> Lagrangian<T, N> for Quartic<T, N> {
     fn value<S: Scalar<Base = T>>(&self, eta: &Vector<S, N>) -> S {
-        let q = dot(eta.as_slice(), (self.inertia.map(S::lift) * eta).as_slice());
-        S::half() * q + S::exact(0.25) * S::lift(self.stiffness) * q * q
+        let (momentum, stiff) = self.parts(eta);
+        let q = dot(eta.as_slice(), momentum.as_slice());
+        S::half() * q + S::exact(0.25) * stiff * q
+    }
+
+    fn gradient<S: Scalar<Base = T>>(&self, eta: &Vector<S, N>) -> Covector<S, N> {
+        let (momentum, stiff) = self.parts(eta);
+        momentum.transpose() * (S::one() + stiff)
+    }
+
+    fn hessian<S: Scalar<Base = T>>(&self, eta: &Vector<S, N>) -> Matrix<S, N> {
+        let (momentum, stiff) = self.parts(eta);
+        let (factor, twice) = (S::one() + stiff, S::lift(self.stiffness * T::int(2)));
+        let inertia = self.inertia();
+        Matrix::from_fn(|a, b| S::lift(inertia[(a, b)]) * factor + momentum[a] * momentum[b] * twice)
+    }
+
+    fn velocity<S: Scalar<Base = T>>(
+        &self,
+        mu: &Covector<S, N>,
+        guess: &Vector<S, N>,
+    ) -> Result<Vector<S, N>, LegendreError> {
+        let straight = self.quadratic.velocity(mu, guess)?;
+        let p = crate::algebra::pair(mu, &straight);
+        Ok(straight * shrinking(S::lift(self.stiffness) * p)?)
+    }
+
+    fn energy<S: Scalar<Base = T>>(&self, eta: &Vector<S, N>) -> S {
+        let (momentum, stiff) = self.parts(eta);
+        let q = dot(eta.as_slice(), momentum.as_slice());
+        S::half() * q + S::exact(0.75) * stiff * q
     }
 }
 
