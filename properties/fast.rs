@@ -8,7 +8,7 @@ mod steps;
 use euler_poincare::algebra::{Covector, Matrix};
 use euler_poincare::integrators::State;
 use euler_poincare::integrators::lanes::Lanes;
-use euler_poincare::integrators::so3::LaneForce;
+use euler_poincare::integrators::so3::{LaneForce, Term, Terms};
 use euler_poincare::mechanics::lagrangian::Quadratic;
 use euler_poincare::tableau::{Description, Tableau};
 
@@ -34,6 +34,23 @@ fn submerged() -> (Quadratic<f64, 6>, State<f64, 6, 4>) {
     let momentum = Covector::<f64, 6>::from([0.5, -0.25, 1.0, 1.0, 0.5, -0.5]);
     let start = State { time: 0.0, momentum, attitude: Matrix::identity() };
     (Quadratic::diagonal([0.5, 2.0, 1.0, 3.0, 1.5, 1.25]).unwrap(), start)
+}
+
+// The forces as terms: for these the kernels are compiled in the library, for other types here.
+
+/// α M × (M × Ω).
+fn damping(alpha: f64) -> Terms {
+    Terms(vec![Term::Damping(alpha)])
+}
+
+/// β (Ω × M) × Ω.
+fn relaxation(beta: f64) -> Terms {
+    Terms(vec![Term::Relaxation(beta)])
+}
+
+/// None.
+fn unforced() -> Terms {
+    Terms(Vec::new())
 }
 
 /// A force of one's own.

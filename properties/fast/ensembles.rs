@@ -1,21 +1,19 @@
 //! Many bodies at once.
 
-use super::{distance, rigid, tableau};
+use super::{damping, distance, rigid, tableau, unforced};
 use euler_poincare::algebra::Covector;
-use euler_poincare::integrators::so3::{
-    Damping, EnsembleSo3, Free, HalfAngle, Member, Row, Term, Terms, VariationalSo3,
-};
+use euler_poincare::integrators::so3::{EnsembleSo3, HalfAngle, Member, Row, Term, Terms, VariationalSo3};
 use euler_poincare::integrators::{OneStep, Solver, State, StepError};
 use euler_poincare::mechanics::lagrangian::Quadratic;
 use euler_poincare::retraction::{CayleySo3, ExponentialSo3};
 
 /// Free bodies, no two of them alike.
-fn free(k: usize) -> Member<Free> {
+fn free(k: usize) -> Member<Terms> {
     let x = |n: usize| ((k * 7 + n * 13 + k * k * n) % 101) as f64 / 101.0;
     let turn = nalgebra::UnitQuaternion::from_quaternion(nalgebra::Quaternion::new(1.0, x(1), x(2), x(3)));
     Member {
         lagrangian: Quadratic::diagonal([0.5 + x(1), 0.75 + x(2), 1.0]).unwrap(),
-        force: Free,
+        force: unforced(),
         state: State {
             time: x(6),
             momentum: Covector::<f64, 3>::new(x(7) - 0.5, 0.25 + x(8), x(9) - 0.5),
@@ -28,7 +26,7 @@ fn free(k: usize) -> Member<Free> {
 fn an_ensemble_knows_its_bodies() {
     for size in [0, 1, 8, 21] {
         let members: Vec<_> = (0..size).map(free).collect();
-        let mut ensemble = EnsembleSo3::<Free, _>::new(&members, CayleySo3::new(), tableau("gauss-2")).unwrap();
+        let mut ensemble = EnsembleSo3::<Terms<Row>, _>::new(&members, CayleySo3::new(), tableau("gauss-2")).unwrap();
         assert_eq!((ensemble.len(), ensemble.is_empty(), ensemble.states().count()), (size, size == 0, size));
         for (k, member) in members.iter().enumerate() {
             assert_eq!(ensemble.state(k), Some(member.state.clone()));
@@ -37,7 +35,7 @@ fn an_ensemble_knows_its_bodies() {
         assert!(ensemble.states().eq(members.iter().map(|member| member.state.clone())));
         assert_eq!(ensemble.state(size), None);
     }
-    let nine = EnsembleSo3::<Free, _>::new(&[free(0)], CayleySo3::new(), tableau("gauss-9"));
+    let nine = EnsembleSo3::<Terms<Row>, _>::new(&[free(0)], CayleySo3::new(), tableau("gauss-9"));
     assert_eq!(nine.unwrap_err().stages, 9);
 }
 
@@ -46,13 +44,13 @@ fn an_ensemble_takes_steps_that_sweeps_do_not_solve_and_names_the_body_that_fail
     let (lagrangian, start) = rigid();
     let member = |scale: f64| Member {
         lagrangian: lagrangian.clone(),
-        force: Damping(scale),
+        force: damping(scale),
         state: State { momentum: start.momentum * scale, ..start.clone() },
     };
     // The branch of Lobatto IIIA-2 folds at h = 0.797 for the body 9, at larger steps for the others.
     let members: Vec<_> = (0..12).map(|k| member(if k == 9 { 1.0 } else { 0.25 })).collect();
     let mut ensemble =
-        EnsembleSo3::<Damping<Row>, _>::new(&members, CayleySo3::new(), tableau("lobatto-iiia-2")).unwrap();
+        EnsembleSo3::<Terms<Row>, _>::new(&members, CayleySo3::new(), tableau("lobatto-iiia-2")).unwrap();
     let error = ensemble.advance(0.9, 3).unwrap_err();
     assert_eq!((error.member, error.step), (9, 0), "{error}");
     assert!(matches!(error.source, StepError::Fold { .. }), "{error}");
@@ -60,10 +58,10 @@ fn an_ensemble_takes_steps_that_sweeps_do_not_solve_and_names_the_body_that_fail
     let mut solvers = Vec::new();
     for (fastest, h) in [(1.0, 1.5), (0.5, 3.0)] {
         let members: Vec<_> = (0..12).map(|k| member(if k == 9 { fastest } else { 0.25 })).collect();
-        let mut ensemble = EnsembleSo3::<Damping<Row>, _>::new(&members, CayleySo3::new(), tableau("gauss-1")).unwrap();
+        let mut ensemble = EnsembleSo3::<Terms<Row>, _>::new(&members, CayleySo3::new(), tableau("gauss-1")).unwrap();
         ensemble.advance(h, 2).unwrap();
         for (member, found) in members.iter().zip(ensemble.states()) {
-            let (body, force) = (member.lagrangian.clone(), member.force);
+            let (body, force) = (member.lagrangian.clone(), member.force.clone());
             let mut method = VariationalSo3::new(body, force, CayleySo3::new(), tableau("gauss-1")).unwrap();
             let mut state = member.state.clone();
             for _ in 0..2 {
@@ -81,7 +79,7 @@ fn a_steady_rotation_stays_a_rotation() {
     let momenta = |k: usize| Covector::<f64, 3>::new(0.0, 0.0, 0.5 + 0.1 * k as f64);
     let member = |k: usize| Member { state: State { momentum: momenta(k), ..free(k).state }, ..free(k) };
     let members: Vec<_> = (0..8).map(member).collect();
-    let mut ensemble = EnsembleSo3::<Free, _>::new(&members, CayleySo3::new(), tableau("gauss-2")).unwrap();
+    let mut ensemble = EnsembleSo3::<Terms<Row>, _>::new(&members, CayleySo3::new(), tableau("gauss-2")).unwrap();
     ensemble.advance(0.1, 100_000).unwrap();
     for (member, state) in members.iter().zip(ensemble.states()) {
         assert_eq!(state.momentum, member.state.momentum);
@@ -95,7 +93,7 @@ fn a_steady_rotation_stays_a_rotation() {
 #[test]
 fn rounding_grows_like_the_square_root_of_the_steps() {
     let members: Vec<_> = (0..32).map(free).collect();
-    let mut ensemble = EnsembleSo3::<Free, _>::new(&members, CayleySo3::new(), tableau("gauss-2")).unwrap();
+    let mut ensemble = EnsembleSo3::<Terms<Row>, _>::new(&members, CayleySo3::new(), tableau("gauss-2")).unwrap();
     let spatial = |state: &State<f64, 3, 3>| state.attitude * state.momentum.transpose();
     let mut rms = Vec::new();
     let mut taken = 0;
@@ -156,7 +154,7 @@ fn an_ensemble_goes_with_the_bodies_over_many_steps() {
 fn an_ensemble_turns_far_in_many_steps() {
     let members: Vec<_> = (0..9)
         .map(|k| Member {
-            force: Terms(Vec::new()),
+            force: unforced(),
             lagrangian: Quadratic::diagonal([1.0, 1.0, 1.0]).unwrap(),
             state: State { momentum: Covector::<f64, 3>::new(0.0, 0.1 * k as f64, 1.0), ..free(k).state },
         })

@@ -1,9 +1,9 @@
 //! The solvers that choose order and steps for a tolerance.
 
-use super::{Spring, distance, rigid, submerged, tableau};
+use super::{damping, distance, relaxation, rigid, submerged, tableau, unforced};
 use euler_poincare::algebra::{Covector, Matrix};
 use euler_poincare::integrators::se3::{self, AdaptiveSe3, CayleySe3, Drag, VariationalSe3};
-use euler_poincare::integrators::so3::{AdaptiveSo3, Damping, Free, Relaxation, SolveError, Solved, Term, Terms};
+use euler_poincare::integrators::so3::{AdaptiveSo3, SolveError, Solved, Term, Terms};
 use euler_poincare::integrators::{OneStep, State};
 use euler_poincare::mechanics::lagrangian::Quadratic;
 
@@ -38,10 +38,10 @@ fn judges_its_input<const N: usize, const D: usize>(mut solve: impl Solve<N, D>,
 #[test]
 fn bad_input_is_refused() {
     let (body, start) = rigid();
-    let mut solver = AdaptiveSo3::new(body, Damping(1.0));
+    let mut solver = AdaptiveSo3::new(body, damping(1.0));
     judges_its_input(|state: &mut State<f64, 3, 3>, span, tolerance| solver.solve(state, span, tolerance), &start);
     let (vessel, afloat) = submerged();
-    let mut solver = AdaptiveSe3::new(vessel, Spring);
+    let mut solver = AdaptiveSe3::new(vessel, se3::Terms(vec![se3::Term::LinearDrag(Drag::Diagonal([0.125; 6]))]));
     judges_its_input(|state: &mut State<f64, 6, 4>, span, tolerance| solver.solve(state, span, tolerance), &afloat);
 }
 
@@ -100,11 +100,11 @@ fn a_long_run_stays_on_the_group() {
     let mut see = |state: &State<f64, 3, 3>| {
         worst = worst.max((state.attitude.transpose() * state.attitude - Matrix::identity()).amax());
     };
-    let mut solver = AdaptiveSo3::new(lagrangian.clone(), Relaxation(0.1));
+    let mut solver = AdaptiveSo3::new(lagrangian.clone(), relaxation(0.1));
     let mut state = start.clone();
     let solved = solver.solve_with(&mut state, 1000.0, 1e-10, |state, _| see(state)).unwrap();
     assert!(solved.steps < 500, "{solved:?}");
-    let mut solver = AdaptiveSo3::new(lagrangian, Free);
+    let mut solver = AdaptiveSo3::new(lagrangian, unforced());
     let mut state = start.clone();
     let mut casimir: f64 = 0.0;
     solver
@@ -129,7 +129,7 @@ fn a_crooked_attitude_stays_crooked() {
     for size in [1e-6, 1e-13] {
         let mut turned = State { attitude: crooked(size), ..start.clone() };
         let before = excess(&turned.attitude);
-        let solved = AdaptiveSo3::new(spinning.clone(), Free).solve(&mut turned, 100.0, 1e-10).unwrap();
+        let solved = AdaptiveSo3::new(spinning.clone(), unforced()).solve(&mut turned, 100.0, 1e-10).unwrap();
         let mut posed = afloat.clone();
         posed.attitude.fixed_view_mut::<3, 3>(0, 0).copy_from(&crooked(size));
         let swum = AdaptiveSe3::new(swimming.clone(), load.clone()).solve(&mut posed, 50.0, 1e-10).unwrap();

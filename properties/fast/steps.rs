@@ -1,6 +1,6 @@
 //! One step.
 
-use super::{Spring, U, distance, rigid, submerged, tableau};
+use super::{Spring, U, damping, distance, relaxation, rigid, submerged, tableau, unforced};
 use euler_poincare::algebra::{Covector, Matrix};
 use euler_poincare::group::{LieGroup, So3};
 use euler_poincare::integrators::lanes::{Eight, Isa, Kernel, Lanes, Registers};
@@ -67,9 +67,9 @@ fn the_bodies_of_the_benchmarks_take_their_steps_by_sweeps() {
     assert_eq!(terms.0[0], se3::Term::LinearDrag(Drag::Diagonal([0.125; 6])));
     for name in TABLEAUX {
         for registers in Registers::all() {
-            let damped = VariationalSo3::new(body.clone(), Damping(1.0), CayleySo3::new(), tableau(name));
+            let damped = VariationalSo3::new(body.clone(), damping(1.0), CayleySo3::new(), tableau(name));
             by_sweeps(&mut damped.unwrap().in_registers(registers), &start, 0.125, name);
-            let damped = VariationalSo3::new(body.clone(), Damping(1.0), ExponentialSo3::new(), tableau(name));
+            let damped = VariationalSo3::new(body.clone(), damping(1.0), ExponentialSo3::new(), tableau(name));
             by_sweeps(&mut damped.unwrap().in_registers(registers), &start, 0.125, name);
             let dragged = VariationalSe3::new(vessel.clone(), terms.clone(), CayleySe3::new(), tableau(name));
             by_sweeps(&mut dragged.unwrap().in_registers(registers), &afloat, 0.1, name);
@@ -89,7 +89,7 @@ fn the_reference_steps_are_reproduced() {
     ];
     for (name, expected) in steps {
         let mut method =
-            VariationalSo3::new(lagrangian.clone(), Damping(1.0), CayleySo3::new(), tableau(name)).unwrap();
+            VariationalSo3::new(lagrangian.clone(), damping(1.0), CayleySo3::new(), tableau(name)).unwrap();
         let mut state = start.clone();
         method.step(&mut state, 0.125).unwrap();
         assert!((state.momentum - Covector::<f64, 3>::from(expected)).amax() < 4e-16, "{name} {}", state.momentum);
@@ -99,7 +99,7 @@ fn the_reference_steps_are_reproduced() {
         [("gauss-2", 8, 2.46e-7), ("gauss-3", 4, 3.65e-9), ("gauss-4", 2, 9.58e-11), ("gauss-1", 64, 1.05e-5)]
     {
         let mut method =
-            VariationalSo3::new(lagrangian.clone(), Relaxation(0.1), CayleySo3::new(), tableau(name)).unwrap();
+            VariationalSo3::new(lagrangian.clone(), relaxation(0.1), CayleySo3::new(), tableau(name)).unwrap();
         let mut state = start.clone();
         for _ in 0..steps {
             method.step(&mut state, 1.0 / f64::from(steps)).unwrap();
@@ -109,12 +109,32 @@ fn the_reference_steps_are_reproduced() {
     }
 }
 
+/// A force with a type of its own is the term of that name.
+#[test]
+fn forces_by_name_are_their_terms() {
+    let (body, start) = rigid();
+    let step = |method: &mut dyn OneStep<f64, 3, 3>| {
+        let mut state = start.clone();
+        method.step(&mut state, 0.125).unwrap();
+        state
+    };
+    let of = |terms: Terms| {
+        step(&mut VariationalSo3::new(body.clone(), terms, CayleySo3::new(), tableau("gauss-2")).unwrap())
+    };
+    let gauss = || tableau("gauss-2");
+    let damped = step(&mut VariationalSo3::new(body.clone(), Damping(0.5), CayleySo3::new(), gauss()).unwrap());
+    let relaxed = step(&mut VariationalSo3::new(body.clone(), Relaxation(0.5), CayleySo3::new(), gauss()).unwrap());
+    let free = step(&mut VariationalSo3::new(body.clone(), Free, CayleySo3::new(), gauss()).unwrap());
+    assert_eq!((damped, relaxed), (of(damping(0.5)), of(relaxation(0.5))));
+    assert_eq!(free, of(unforced()));
+}
+
 #[test]
 fn a_fold_is_refused_by_the_fast_step_too() {
     let (lagrangian, start) = rigid();
     for (name, fold) in [("lobatto-iiia-2", 0.797), ("radau-ia-1", 0.49), ("lobatto-iiic-2", 0.76)] {
         let mut method =
-            VariationalSo3::new(lagrangian.clone(), Damping(1.0), CayleySo3::new(), tableau(name)).unwrap();
+            VariationalSo3::new(lagrangian.clone(), damping(1.0), CayleySo3::new(), tableau(name)).unwrap();
         let mut state = start.clone();
         let error = method.step(&mut state, fold + 0.1).unwrap_err();
         let StepError::Fold { fold: found, .. } = error else { panic!("{name}: {error}") };
@@ -144,16 +164,16 @@ fn refuses<const N: usize, const D: usize>(method: &mut impl OneStep<f64, N, D>,
 #[test]
 fn bad_input_is_refused() {
     let (body, start) = rigid();
-    let mut method = VariationalSo3::new(body.clone(), Damping(1.0), CayleySo3::new(), tableau("gauss-3")).unwrap();
+    let mut method = VariationalSo3::new(body.clone(), damping(1.0), CayleySo3::new(), tableau("gauss-3")).unwrap();
     refuses(&mut method, &start);
     let mut state = State { momentum: Covector::zeros(), ..start };
     method.step(&mut state, 0.1).unwrap();
     assert_eq!(state.momentum, Covector::<f64, 3>::zeros());
     let (vessel, afloat) = submerged();
     refuses(&mut VariationalSe3::new(vessel.clone(), Spring, CayleySe3::new(), tableau("gauss-3")).unwrap(), &afloat);
-    let nine = VariationalSo3::new(body, Damping(1.0), CayleySo3::new(), tableau("gauss-9"));
+    let nine = VariationalSo3::new(body, damping(1.0), CayleySo3::new(), tableau("gauss-9"));
     assert_eq!(nine.unwrap_err().stages, 9);
-    let nine = VariationalSe3::new(vessel, Free, CayleySe3::new(), tableau("gauss-9"));
+    let nine = VariationalSe3::new(vessel, se3::Terms(Vec::new()), CayleySe3::new(), tableau("gauss-9"));
     assert_eq!(nine.unwrap_err().stages, 9);
 }
 
@@ -179,7 +199,7 @@ fn quaternions_turn_as_matrices_do() {
     fn agree<R: HalfAngle>(retraction: R, name: &str, h: f64, wanted: Solver) {
         let (lagrangian, start) = rigid();
         let damped =
-            || VariationalSo3::new(lagrangian.clone(), Damping(0.01), retraction.clone(), tableau(name)).unwrap();
+            || VariationalSo3::new(lagrangian.clone(), damping(0.01), retraction.clone(), tableau(name)).unwrap();
         let (mut by_matrix, mut by_quaternion) = (damped(), QuaternionSo3::of(damped()));
         let axis = nalgebra::Vector3::new(0.3, -2.0, 0.7);
         let attitude = UnitQuaternion::from_scaled_axis(axis);
@@ -212,7 +232,7 @@ fn quaternions_turn_as_matrices_do() {
 #[test]
 fn a_quaternion_is_of_unit_length() {
     let (lagrangian, start) = rigid();
-    let method = VariationalSo3::new(lagrangian, Damping(1.0), CayleySo3::new(), tableau("lobatto-iiia-2")).unwrap();
+    let method = VariationalSo3::new(lagrangian, damping(1.0), CayleySo3::new(), tableau("lobatto-iiia-2")).unwrap();
     let mut method = QuaternionSo3::of(method);
     let mut with = |w: f64, x: f64| {
         let attitude = UnitQuaternion::new_unchecked(Quaternion::new(w, x, 0.0, 0.0));
@@ -231,7 +251,7 @@ fn a_quaternion_is_of_unit_length() {
     assert_ne!(report.solver, Solver::Sweeps);
     let mut matrix = start.clone();
     let (lagrangian, _) = rigid();
-    VariationalSo3::new(lagrangian, Damping(1.0), CayleySo3::new(), tableau("lobatto-iiia-2"))
+    VariationalSo3::new(lagrangian, damping(1.0), CayleySo3::new(), tableau("lobatto-iiia-2"))
         .unwrap()
         .step(&mut matrix, 0.79)
         .unwrap();

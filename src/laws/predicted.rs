@@ -17,9 +17,10 @@ use crate::mechanics::equations::EulerPoincare;
 use crate::mechanics::{Force, Lagrangian};
 use crate::retraction::Retraction;
 use crate::scalar::Dd;
+use crate::study::least::{self, Answer};
 use crate::study::{Comparison, Findings, Rung, Study, problem, reference};
 use crate::system::case::Method;
-use crate::system::{Cases, FileError, System, Visitor};
+use crate::system::{Case, Cases, System, Visitor};
 use crate::tableau::{Classic, Description, Family, Order, Tableau, classical_order, known, variational_order};
 use proptest::sample::select;
 use proptest::strategy::{BoxedStrategy, Strategy, Union};
@@ -118,9 +119,6 @@ impl Which {
     }
 }
 
-/// What the body without symmetry adds to the names of what is measured on it.
-const GENERIC: &str = " of a body without symmetry";
-
 /// The order of a method on a system, compared.
 struct Measured {
     comparison: Comparison,
@@ -140,37 +138,28 @@ impl Measured {
     }
 }
 
-/// As predicted or below decides. Above, the case may be special: then its variations are asked, and a body without symmetry;
-/// if the order shows on one of them, it is the order of the method, which is the least that any system shows.
+/// As predicted or below decides. Above, the case may be special: then others are asked ([`least`]).
 fn check<S: Source>(case: &S, fault: Option<&Fault>, which: Which) -> Verdict {
-    let measure = |case: &S| measure(case, fault, which);
-    let first = match measure(case) {
+    let first = match measure(case, fault, which) {
         Ok(measured) => measured,
         Err(verdict) => return verdict,
     };
     if !matches!(first.comparison, Comparison::Above { .. } | Comparison::Exact) {
         return first.verdict("");
     }
-    let mut above = matches!(first.comparison, Comparison::Above { .. });
-    for k in 1..=problem::VARIATIONS {
-        match measure(&case.with_case(problem::varied(case.case(), k))) {
-            Ok(Measured { comparison: Comparison::Above { .. }, .. }) => above = true,
-            Ok(Measured { comparison: Comparison::Exact | Comparison::Unknown { .. }, .. }) => {}
-            Ok(decided) => return decided.verdict(&format!(" of variation {k} of the system")),
-            Err(verdict) => return verdict,
-        }
-    }
-    match on_generic(&case.case().method, fault, which) {
-        Ok(Ok(other)) => match other.comparison {
-            Comparison::As { .. } => {
-                other.verdict(GENERIC);
-                Verdict::inconclusive("the algebra hides the order: it shows on so(3)")
-            }
-            Comparison::Above { .. } if above => first.verdict(""),
-            _ => other.verdict(GENERIC),
-        },
-        Ok(Err(verdict)) => verdict,
-        Err(e) => Verdict::broken(e.to_string()),
+    let others = least::of_others(|k| {
+        let measured = match k {
+            least::GENERIC => on_generic(&case.case().method, fault, which)?,
+            _ => measure(&case.with_case(problem::varied(case.case(), k)), fault, which)?,
+        };
+        Ok(Some(((&measured.comparison).into(), measured)))
+    });
+    match others {
+        Ok(Answer::Decided(least::GENERIC, found)) => found.verdict(" of a body without symmetry"),
+        Ok(Answer::Decided(k, found)) => found.verdict(&format!(" of variation {k} of the system")),
+        Ok(Answer::More) => first.verdict(""),
+        Ok(Answer::Open) => Verdict::inconclusive(least::UNCONFIRMED),
+        Err(verdict) => verdict,
     }
 }
 
@@ -180,12 +169,9 @@ fn measure<S: Source>(case: &S, fault: Option<&Fault>, which: Which) -> Result<M
 }
 
 /// The same on a body without symmetry; compiled here once, whatever the source.
-fn on_generic(method: &Method, fault: Option<&Fault>, which: Which) -> Result<Result<Measured, Verdict>, FileError> {
-    problem::generic().map(|file| {
-        let mut generic = file.case;
-        generic.method = method.clone();
-        measure(&generic, fault, which)
-    })
+fn on_generic(method: &Method, fault: Option<&Fault>, which: Which) -> Result<Measured, Verdict> {
+    let file = problem::generic().map_err(|e| Verdict::broken(e.to_string()))?;
+    measure(&Case { method: method.clone(), ..file.case }, fault, which)
 }
 
 /// The errors of a method on a system, down to round-off.

@@ -11,10 +11,12 @@ use crate::mechanics::equations::EulerPoincare;
 use crate::retraction::Retraction;
 use crate::scalar::{Dd, Qd, Real, convert};
 use crate::study::guard::{Warning, warnings};
+use crate::study::least::{self, Answer, Shown};
 use crate::study::problem::{VARIATIONS, generic, varied};
 use crate::study::reference::{self, Target};
 use crate::study::{Comparison, Findings, Rung, Study};
 use crate::system::{Case, CaseError, System, Visitor};
+use std::convert::Infallible;
 
 /// The arithmetic of a trial.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
@@ -187,8 +189,8 @@ impl Judged {
     /// As predicted or below decides; but in 16 digits below stands only if 32 digits do not show the order: rounding of the data
     /// (a large time, an ill-conditioned inertia) can make a plateau that the estimate of the noise does not know. Above, the case
     /// may hide an error, or the order be higher: then variations of the case ([`varied`]) and a body without symmetry
-    /// ([`generic`]) are asked. The order of a method is the least that it shows on any system: where one of them shows it, the
-    /// case is special, and the verdict inconclusive. Refuted takes the body without symmetry.
+    /// ([`generic`]) are asked ([`least`]). Where one of them shows the order, it is that of the method, and the case is
+    /// special.
     ///
     /// # Errors
     /// A case that cannot be built. (A reference that is not reached makes the verdict inconclusive.)
@@ -217,42 +219,46 @@ impl Judged {
         }
     }
 
-    /// The case shows more than the order: what others show.
+    /// The case shows more than the order: what others show ([`least`]).
     fn above(case: &Case, mut trial: Trial, digits: Digits, horizon: f64, order: u32, first: Comparison) -> Self {
-        let others = (1..=VARIATIONS).map(|k| (format!("variation {k} of the system"), varied(case, k), horizon));
-        let body = generic().ok().map(|file| {
-            let method = case.method.clone();
-            ("a rigid body without symmetry".to_owned(), Case { method, ..file.case }, 1.0)
-        });
-        let mut last = None;
-        let mut failed = 0;
-        for (name, other, horizon) in others.chain(body) {
-            // A variation can be too fast for the horizon; the next one may not be.
-            let found = Trial::of(&other, digits, horizon, order).map(|found| found.compare(order));
-            match &found {
-                Ok(Comparison::As { slope, .. }) => {
-                    trial.warnings.push(Warning::SuperConvergence);
-                    let verdict = Verdict::inconclusive("the system hides the order: errors fall faster on it");
-                    let explanation = Some(format!("{name} shows the order: its slope is {slope:.3}"));
-                    return Self { trial, verdict, explanation };
-                }
-                Ok(below @ Comparison::Below { .. }) => {
-                    let explanation = Some(format!("{name} shows less than the order"));
-                    return Self { trial, verdict: below.clone().verdict(), explanation };
-                }
-                Ok(Comparison::Above { .. }) => {}
-                _ => failed += 1,
-            }
-            last = Some(found);
-        }
-        let tried = format!("of {VARIATIONS} variations and a body without symmetry none shows the order");
-        let explanation = match failed {
-            0 => tried,
-            failed => format!("{tried}; {failed} of them show none at all"),
+        let named = |k: i64| match k {
+            least::GENERIC => "a rigid body without symmetry".to_owned(),
+            _ => format!("variation {k} of the system"),
         };
-        let verdict = match last {
-            Some(Ok(Comparison::Above { .. })) => first.verdict(),
-            _ => Verdict::inconclusive("the order seems higher than predicted, and no other system confirms it"),
+        // A variation can be too fast for the horizon; the next one may not be.
+        let others = least::of_others(|k| {
+            let (other, horizon) = match k {
+                least::GENERIC => match generic() {
+                    Ok(file) => (Case { method: case.method.clone(), ..file.case }, 1.0),
+                    Err(_) => return Ok(None),
+                },
+                _ => (varied(case, k), horizon),
+            };
+            let found = Trial::of(&other, digits, horizon, order).map(|found| found.compare(order));
+            Ok::<_, Infallible>(Some(match found {
+                Ok(found) => ((&found).into(), found),
+                Err(error) => (Shown::Nothing, Comparison::Unknown { why: error.to_string() }),
+            }))
+        });
+        let Ok(others) = others;
+        let (verdict, explanation) = match others {
+            Answer::Decided(k, decided @ Comparison::As { slope, .. }) => {
+                trial.warnings.push(Warning::SuperConvergence);
+                let name = named(k);
+                let why = format!(
+                    "the system hides the order: errors fall faster on it; {name} shows it: its slope is {slope:.3}"
+                );
+                (decided.verdict(), why)
+            }
+            Answer::Decided(k, below) => (below.verdict(), format!("{} shows less than the order", named(k))),
+            Answer::More => {
+                let why = format!("of {VARIATIONS} variations and a body without symmetry none shows the order");
+                (first.verdict(), why)
+            }
+            Answer::Open => {
+                let why = "the order seems higher than predicted: no other system shows it, and too few show more";
+                (Verdict::inconclusive(least::UNCONFIRMED), why.to_owned())
+            }
         };
         Self { trial, verdict, explanation: Some(explanation) }
     }

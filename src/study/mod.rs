@@ -33,6 +33,7 @@
 
 mod findings;
 pub mod guard;
+pub mod least;
 pub mod problem;
 pub mod reference;
 

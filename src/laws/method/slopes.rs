@@ -8,15 +8,12 @@ use crate::integrators::StepError;
 use crate::laws::integrators::refused;
 use crate::laws::precision::Measured;
 use crate::scalar::{Dd, Real, convert};
-use crate::study::problem::VARIATIONS;
+use crate::study::least::{self, Answer, Shown};
 use crate::study::{Comparison, Findings};
 use nalgebra::{ComplexField, RealField};
 
 /// Steps over which what is claimed to be kept is looked at.
 const KEPT_STEPS: usize = 8;
-
-/// How many other systems must show a higher order than claimed, beside that of the case.
-const CONFIRMED: usize = 2;
 
 /// x − y, exact in 32 digits, in the scalar of the method.
 fn minus<T: Real>(x: T, y: Dd) -> T {
@@ -138,35 +135,37 @@ pub(super) fn order(setup: &Setup<'_>, claims: &Claims) -> Outcome {
         let why = "the levels do not settle whether the order is higher than claimed";
         return outcome(&ladder.findings, Verdict::inconclusive(why));
     }
-    // The order of a method is the least that it shows on any system: others are asked.
-    let mut confirmed = 0;
-    for k in 1..=VARIATIONS + 1 {
+    let others = least::of_others(|k| {
         let other = match (setup.others)(Other::Variation(k)) {
             Ok(Some((other, _))) => other,
-            Ok(None) => continue,
-            Err(error @ StepError::NoAnswer { .. }) => return without(&error).into(),
-            Err(_) => continue,
+            Err(error @ StepError::NoAnswer { .. }) => return Err(without(&error)),
+            Ok(None) | Err(_) => return Ok(None),
         };
-        match study(&other, order, 0) {
-            Ok(found) => match found.findings.compare(order) {
-                decided @ Comparison::As { .. } => return outcome(&found.findings, decided.verdict()),
-                _ if found.is_above(order) => confirmed += 1,
-                _ => {
-                    let standing = standing(&found, order, |from| study(&other, order, from));
-                    if let Standing::Below { .. } = standing {
-                        let decided_by = Some(Other::Variation(k));
-                        return Outcome { decided_by, ..outcome(&found.findings, standing.verdict()) };
-                    }
-                }
+        let found = match study(&other, order, 0) {
+            Ok(found) => found,
+            Err(error @ StepError::NoAnswer { .. }) => return Err(without(&error)),
+            Err(_) => return Ok(None),
+        };
+        let (shown, verdict) = match found.findings.compare(order) {
+            decided @ Comparison::As { .. } => (Shown::Order, decided.verdict()),
+            _ if found.is_above(order) => (Shown::More, Verdict::inconclusive("")),
+            _ => match standing(&found, order, |from| study(&other, order, from)) {
+                below @ Standing::Below { .. } => (Shown::Less, below.verdict()),
+                _ => (Shown::Nothing, Verdict::inconclusive("")),
             },
-            Err(error @ StepError::NoAnswer { .. }) => return without(&error).into(),
-            Err(_) => {}
+        };
+        Ok(Some((shown, outcome(&found.findings, verdict))))
+    });
+    let verdict = match others {
+        Ok(Answer::Decided(k, found)) => {
+            // What shows the order says nothing against the system that was asked about.
+            let decided_by = found.verdict.is_broken().then_some(Other::Variation(k));
+            return Outcome { decided_by, ..found };
         }
-    }
-    let verdict = match first {
-        Comparison::Exact => Verdict::inconclusive("every error is rounding, on this system and on others"),
-        above if confirmed >= CONFIRMED => above.verdict(),
-        _ => Verdict::inconclusive("errors fall faster than claimed, and too few other systems confirm it"),
+        Ok(Answer::More) if above => first.verdict(),
+        Ok(_) if exact => Verdict::inconclusive("every error is rounding, on this system and on others"),
+        Ok(_) => Verdict::inconclusive(least::UNCONFIRMED),
+        Err(no_answer) => no_answer,
     };
     outcome(&ladder.findings, verdict)
 }

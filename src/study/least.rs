@@ -1,0 +1,86 @@
+//! The order of a method is the least that it shows on any system.
+//!
+//! An elementary differential may vanish on a system, and errors then fall faster than the order says. So a system that shows less
+//! than a claimed order refutes it, and one that shows the order confirms it; where a system shows more, or nothing but rounding, others are
+//! asked before anything is said.
+
+use super::Comparison;
+use super::problem::VARIATIONS;
+
+/// How many other systems must show more than a claimed order, beside the first, before it counts as too low.
+const CONFIRMED: usize = 2;
+
+/// The number of the body without symmetry ([`generic`](super::problem::generic)), which is asked after the variations of the
+/// system ([`varied`](super::problem::varied)), 1 to [`VARIATIONS`].
+pub const GENERIC: i64 = VARIATIONS + 1;
+
+/// Why nothing is said of a claim for which [`Answer::Open`] is all there is.
+pub(crate) const UNCONFIRMED: &str = "errors fall faster than the order, and too few other systems confirm it";
+
+/// What a system shows about a claimed order.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Shown {
+    /// The order itself.
+    Order,
+    /// A lower one.
+    Less,
+    /// A higher one, for certain.
+    More,
+    /// Nothing: errors that are rounding, or levels that do not settle it.
+    Nothing,
+}
+
+impl From<&Comparison> for Shown {
+    fn from(comparison: &Comparison) -> Self {
+        match comparison {
+            Comparison::As { .. } => Self::Order,
+            Comparison::Below { .. } => Self::Less,
+            Comparison::Above { .. } => Self::More,
+            Comparison::Exact | Comparison::Unknown { .. } => Self::Nothing,
+        }
+    }
+}
+
+/// What other systems say about an order that the first did not show.
+#[derive(Clone, Debug, PartialEq)]
+pub enum Answer<T> {
+    /// This one shows the order, or less: that is the verdict on the method.
+    Decided(i64, T),
+    /// None shows the order, and enough show more: the claim is too low.
+    More,
+    /// None shows the order, and too few show more.
+    Open,
+}
+
+/// Asks other systems, by their numbers 1 to [`GENERIC`], about an order that the first does not show.
+///
+/// `ask` gives what a system shows and what is known of it; `None` where there is no such system, or it cannot be asked. The first
+/// that shows the order or less decides. [`Answer::More`] takes two others that show more, the body without symmetry among them
+/// where it can be asked.
+///
+/// # Errors
+/// The first that `ask` gives.
+///
+/// ```
+/// use euler_poincare::study::least::{Answer, Shown, of_others};
+///
+/// let shown = [Shown::More, Shown::Nothing, Shown::Order, Shown::Less];
+/// let ask = |k: i64| Ok::<_, ()>(Some((shown[k as usize - 1], k)));
+/// assert_eq!(of_others(ask), Ok(Answer::Decided(3, 3)));
+/// let all_more = |_| Ok::<_, ()>(Some((Shown::More, ())));
+/// assert_eq!(of_others(all_more), Ok(Answer::More));
+/// let generic_says_nothing = |k| Ok::<_, ()>(Some((if k < 4 { Shown::More } else { Shown::Nothing }, ())));
+/// assert_eq!(of_others(generic_says_nothing), Ok(Answer::Open));
+/// ```
+pub fn of_others<T, E>(mut ask: impl FnMut(i64) -> Result<Option<(Shown, T)>, E>) -> Result<Answer<T>, E> {
+    let (mut more, mut generic) = (0, true);
+    for k in 1..=GENERIC {
+        match ask(k)? {
+            Some((Shown::Order | Shown::Less, found)) => return Ok(Answer::Decided(k, found)),
+            Some((Shown::More, _)) => more += 1,
+            Some((Shown::Nothing, _)) => generic = k < GENERIC,
+            None => {}
+        }
+    }
+    Ok(if more >= CONFIRMED && generic { Answer::More } else { Answer::Open })
+}
