@@ -120,16 +120,16 @@ fn mistakes_by_hand_are_named() {
     let own = |mistake| move || OwnDiscrete::at_both(by_hand::<f64>(mistake), by_hand::<Dd>(mistake)).antisymmetric();
     clean("by hand", own("nothing")(), 60);
     let found = |mistake| names(&broken(own(mistake), 40));
-    assert!(found("factor").starts_with(&["own-discrete-slopes"]), "{:?}", found("factor"));
-    assert_eq!(found("sides"), ["own-discrete-slopes"]);
-    assert!(found("no coupling").starts_with(&["own-discrete-slopes"]));
-    assert!(found("stale").contains(&"own-discrete-memory"), "{:?}", found("stale"));
-    assert!(found("one copy").contains(&"own-discrete-antisymmetric"), "{:?}", found("one copy"));
-    assert!(!found("one copy").contains(&"own-discrete-slopes"), "its slopes are right");
+    assert!(found("factor").starts_with(&["discrete-derivatives"]), "{:?}", found("factor"));
+    assert_eq!(found("sides"), ["discrete-derivatives"]);
+    assert!(found("no coupling").starts_with(&["discrete-derivatives"]));
+    assert!(found("stale").contains(&"discrete-memory"), "{:?}", found("stale"));
+    assert!(found("one copy").contains(&"discrete-antisymmetry"), "{:?}", found("one copy"));
+    assert!(!found("one copy").contains(&"discrete-derivatives"), "its slopes are right");
     // Thm 5.3 looks at the derivatives on the units alone.
-    assert_eq!(found("off the units"), ["own-discrete-antisymmetric"]);
+    assert_eq!(found("off the units"), ["discrete-antisymmetry"]);
     let kept = OwnDiscrete::at_both(by_hand::<f64>("off the units"), by_hand::<Dd>("off the units")).keeps_units();
-    assert_eq!(switched_off(&clean("keeps units", kept, 40)), ["own-discrete-antisymmetric"]);
+    assert_eq!(switched_off(&clean("keeps units", kept, 40)), ["discrete-antisymmetry"]);
 }
 
 /// D₃l_d = 0: no step can be found.
@@ -156,5 +156,5 @@ impl<T: Real> DiscreteLagrangian<T, 3, 3> for Irregular {
 fn an_irregular_one_is_named() {
     let part = || OnGroup { lagrangian: Irregular, group: So3::<f64>::new(), retraction: CayleySo3::<f64>::new() };
     let found = names(&broken(|| OwnDiscrete::in_double(part()), 40));
-    assert_eq!(found, ["own-discrete-regular"]);
+    assert_eq!(found, ["discrete-regular"]);
 }

@@ -4,6 +4,8 @@
 //! [`laws!`](crate::laws!): each law on them is a law on cases here, of the same name, with the same faults. The vectors on which
 //! it is judged are drawn from its own strategy, by a seed that the case determines, and stand in the witness.
 
+mod groupoid;
+
 use super::CaseLaw;
 use super::lie_poisson::with_casimirs;
 use super::own::algebra::{self, OwnAlgebra};
@@ -122,10 +124,11 @@ const fn law<K: Supplier, const I: usize>() -> CaseLaw {
     }
 }
 
-/// Every law of a supplier, by its number: a number too many or too few does not compile.
+/// Laws of a supplier, by their numbers, and how many of its laws are laws on cases of their own (by the same names): a number too
+/// many or too few does not compile.
 macro_rules! laws {
-    ($list:ident, $supplier:ident, $($number:literal)*) => {
-        static $list: [CaseLaw; <$supplier as Supplier>::LAWS.len()] = [$(law::<$supplier, $number>()),*];
+    ($list:ident, $supplier:ty, $($number:literal)* $(, elsewhere: $elsewhere:literal)?) => {
+        static $list: [CaseLaw; <$supplier as Supplier>::LAWS.len() $(- $elsewhere)?] = [$(law::<$supplier, $number>()),*];
     };
 }
 
@@ -133,10 +136,13 @@ laws!(ALGEBRA, OfAlgebra, 0 1 2 3 4 5 6);
 laws!(GROUP, OfGroup, 0 1 2 3 4 5 6 7 8 9 10 11 12 13 14);
 laws!(LAGRANGIAN, OfLagrangian, 0 1 2 3 4 5);
 laws!(FORCE, OfForce, 0 1 2 3 4 5 6);
+laws!(GROUPOID, groupoid::OfGroupoid, 0 1 2 3 4 5 6 7 8 9);
+// Fields and brackets: `algebroid`.
+laws!(LIE_GROUPOID, groupoid::OfLieGroupoid, 0 1 2, elsewhere: 5);
 
 /// The laws of this file.
 pub fn laws() -> impl Iterator<Item = &'static CaseLaw> {
-    ALGEBRA.iter().chain(&GROUP).chain(&LAGRANGIAN).chain(&FORCE)
+    ALGEBRA.iter().chain(&GROUP).chain(&LAGRANGIAN).chain(&FORCE).chain(&GROUPOID).chain(&LIE_GROUPOID)
 }
 
 /// The algebra.

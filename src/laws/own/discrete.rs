@@ -55,7 +55,7 @@ use proptest::strategy::{BoxedStrategy, Strategy};
 /// }
 ///
 /// # fn main() -> Result<(), Box<dyn std::error::Error>> {
-/// let outcome = rule::suite().run("own-discrete-memory", &Settings { cases: 2, ..Settings::new() });
+/// let outcome = rule::suite().run("discrete-memory", &Settings { cases: 2, ..Settings::new() });
 /// assert!(matches!(outcome, Outcome::Held { .. }), "{outcome:?}");
 /// # Ok(())
 /// # }
@@ -127,7 +127,7 @@ const DIFFERENCES: &str = "2⁸ times the estimated error of the differences, an
 /// The laws of this file.
 pub static LAWS: &[About] = &[
     About {
-        name: "own-discrete-slopes",
+        name: "discrete-derivatives",
         statement: "L* and R* of D₁, D₂ and D₃l_d are the derivatives of the value along g exp(s ξ̂) and exp(s ξ̂) g",
         source: "Martín de Diego and Sato Martín de Almagro 2019, §5",
         oracle: "differences of the value, extrapolated to fourth order",
@@ -137,7 +137,7 @@ pub static LAWS: &[About] = &[
         cost: Cost::Cheap,
     },
     About {
-        name: "own-discrete-memory",
+        name: "discrete-memory",
         statement: "the slopes do not depend on what was evaluated before",
         source: "the contract of `slopes_from`",
         oracle: "the slopes without a memory",
@@ -147,27 +147,7 @@ pub static LAWS: &[About] = &[
         cost: Cost::Cheap,
     },
     About {
-        name: "own-discrete-antisymmetric",
-        statement: ANTISYMMETRIC,
-        source: ANTISYMMETRIC_SOURCE,
-        oracle: ANTISYMMETRIC_ORACLE,
-        bound: "two precisions; floor 2⁸ N D u of the value and of slopes times displacements",
-        needs: "the claim `antisymmetric`: l_d comes from a forced system",
-        faults: ANTISYMMETRIC_FAULTS,
-        cost: Cost::Cheap,
-    },
-    About {
-        name: "own-discrete-units",
-        statement: KEEPS_UNITS,
-        source: UNITS_SOURCE,
-        oracle: UNITS_ORACLE,
-        bound: UNITS_BOUND,
-        needs: "the claim `antisymmetric` or `keeps_units`",
-        faults: UNITS_FAULTS,
-        cost: Cost::Expensive,
-    },
-    About {
-        name: "own-discrete-regular",
+        name: "discrete-regular",
         statement: "the discrete Euler–Lagrange equations have a regular Jacobian at (V, e, V)",
         source: "Martín de Diego and Sato Martín de Almagro 2019, §5",
         oracle: "the pivots in Newton's method for the flow: one that vanishes; nearly singular ones are inconclusive",
@@ -177,7 +157,7 @@ pub static LAWS: &[About] = &[
         cost: Cost::Expensive,
     },
     About {
-        name: "own-discrete-equations",
+        name: "discrete-equations",
         statement: "along the flow the action of two steps is stationary: d/ds of l_d(V₁e^{sξ}, U₁, W₁e^{sσ}) + \
                     l_d(e^{−sξ}V₂, e^{−sξ}U₂e^{sσ}, e^{−sσ}W₂) is 0 at s = 0",
         source: "Martín de Diego and Sato Martín de Almagro 2019, Prop 5.1 and (5.2)",
@@ -185,6 +165,26 @@ pub static LAWS: &[About] = &[
         bound: DIFFERENCES,
         needs: "",
         faults: &[V_RIGHT, DOUBLED, VALUE],
+        cost: Cost::Expensive,
+    },
+    About {
+        name: "discrete-antisymmetry",
+        statement: ANTISYMMETRIC,
+        source: ANTISYMMETRIC_SOURCE,
+        oracle: ANTISYMMETRIC_ORACLE,
+        bound: "two precisions; floor 2⁸ N D u of the value and of slopes times displacements",
+        needs: "the claim `antisymmetric`: l_d comes from a forced system",
+        faults: ANTISYMMETRIC_FAULTS,
+        cost: Cost::Cheap,
+    },
+    About {
+        name: "discrete-units",
+        statement: KEEPS_UNITS,
+        source: UNITS_SOURCE,
+        oracle: UNITS_ORACLE,
+        bound: UNITS_BOUND,
+        needs: "the claim `antisymmetric` or `keeps_units`",
+        faults: UNITS_FAULTS,
         cost: Cost::Expensive,
     },
 ];
@@ -245,8 +245,8 @@ where
 
     fn missing(&self, law: &About) -> Option<&'static str> {
         match law.name {
-            "own-discrete-antisymmetric" if !self.antisymmetric => Some("it is not said to be antisymmetric"),
-            "own-discrete-units" if !(self.antisymmetric || self.units) => Some("it is not said to keep the units"),
+            "discrete-antisymmetry" if !self.antisymmetric => Some("it is not said to be antisymmetric"),
+            "discrete-units" if !(self.antisymmetric || self.units) => Some("it is not said to keep the units"),
             _ => None,
         }
     }
@@ -254,10 +254,10 @@ where
     fn cases(&self, law: &About) -> BoxedStrategy<Values> {
         let points = Points::new().within(self.largest);
         match law.name {
-            "own-discrete-slopes" => points.vectors(&["v", "u", "w"], N).vectors(&["along"], N),
-            "own-discrete-memory" => points.vectors(&["v", "u", "w", "before"], N),
-            "own-discrete-antisymmetric" => points.vectors(&["v", "u", "w"], N),
-            "own-discrete-equations" => points.vectors(&["v", "along", "partner"], N),
+            "discrete-derivatives" => points.vectors(&["v", "u", "w"], N).vectors(&["along"], N),
+            "discrete-memory" => points.vectors(&["v", "u", "w", "before"], N),
+            "discrete-antisymmetry" => points.vectors(&["v", "u", "w"], N),
+            "discrete-equations" => points.vectors(&["v", "along", "partner"], N),
             _ => points.vectors(&["v"], N),
         }
         .boxed()
@@ -267,7 +267,7 @@ where
         let double = |part: &A| judge::<f64, A, N, D>(part, law.name, case, fault);
         let quad = |part: &B| judge::<Dd, B, N, D>(part, law.name, case, fault);
         match law.name {
-            "own-discrete-slopes" | "own-discrete-equations" => self.parts.each(double, quad),
+            "discrete-derivatives" | "discrete-equations" => self.parts.each(double, quad),
             _ => self.parts.settle(double, quad),
         }
     }
@@ -300,12 +300,12 @@ fn judge<T: Real, S: Discrete<T, N, D>, const N: usize, const D: usize>(
     let l_d = Planted { l_d, fault };
     let judge = Judge::<T, S, N, D> { l_d, fault, group, retraction, case, floor: 256.0 * (N * D) as f64 };
     match law {
-        "own-discrete-slopes" => judge.slopes(),
-        "own-discrete-memory" => judge.memory(),
-        "own-discrete-antisymmetric" => judge.antisymmetric(),
-        "own-discrete-units" => judge.units(),
-        "own-discrete-regular" => judge.regular(),
-        "own-discrete-equations" => judge.equations(),
+        "discrete-derivatives" => judge.slopes(),
+        "discrete-memory" => judge.memory(),
+        "discrete-antisymmetry" => judge.antisymmetric(),
+        "discrete-units" => judge.units(),
+        "discrete-regular" => judge.regular(),
+        "discrete-equations" => judge.equations(),
         other => Err(Measured::Broken(format!("there is no law `{other}` of discrete Lagrangians"))),
     }
 }

@@ -153,24 +153,16 @@ macro_rules! axiom {
 
 /// The laws of any groupoid: of each of [`Axiom::ALL`], and of `compose`.
 pub static LAWS: &[About] = &[
-    axiom!("own-groupoid-chain", COMPOSABLE, &[ENDS_SWAPPED]),
-    axiom!(
-        "own-groupoid-product-ends",
-        Axiom::ProductEnds.statement(),
-        &[PRODUCT_INVERTED, PRODUCT_FIRST, PRODUCT_SECOND]
-    ),
-    axiom!("own-groupoid-associativity", Axiom::Associativity.statement(), &[PRODUCT_INVERTED]),
-    axiom!("own-groupoid-unit-ends", Axiom::UnitEnds.statement(), &[UNIT_FIRST]),
-    axiom!("own-groupoid-left-unit", Axiom::LeftUnit.statement(), &[UNIT_FIRST, PRODUCT_INVERTED, PRODUCT_FIRST]),
-    axiom!("own-groupoid-right-unit", Axiom::RightUnit.statement(), &[UNIT_FIRST, PRODUCT_INVERTED, PRODUCT_SECOND]),
-    axiom!("own-groupoid-inverse-ends", Axiom::InverseEnds.statement(), &[INVERSE_ITSELF]),
-    axiom!("own-groupoid-left-inverse", Axiom::LeftInverse.statement(), &[INVERSE_ITSELF, UNIT_FIRST, PRODUCT_FIRST]),
-    axiom!(
-        "own-groupoid-right-inverse",
-        Axiom::RightInverse.statement(),
-        &[INVERSE_ITSELF, UNIT_FIRST, PRODUCT_SECOND]
-    ),
-    axiom!("own-groupoid-refusal", REFUSAL, &[NEVER_REFUSES]),
+    axiom!("groupoid-chain", COMPOSABLE, &[ENDS_SWAPPED]),
+    axiom!("groupoid-product-ends", Axiom::ProductEnds.statement(), &[PRODUCT_INVERTED, PRODUCT_FIRST, PRODUCT_SECOND]),
+    axiom!("groupoid-associativity", Axiom::Associativity.statement(), &[PRODUCT_INVERTED]),
+    axiom!("groupoid-unit-ends", Axiom::UnitEnds.statement(), &[UNIT_FIRST]),
+    axiom!("groupoid-left-unit", Axiom::LeftUnit.statement(), &[UNIT_FIRST, PRODUCT_INVERTED, PRODUCT_FIRST]),
+    axiom!("groupoid-right-unit", Axiom::RightUnit.statement(), &[UNIT_FIRST, PRODUCT_INVERTED, PRODUCT_SECOND]),
+    axiom!("groupoid-inverse-ends", Axiom::InverseEnds.statement(), &[INVERSE_ITSELF]),
+    axiom!("groupoid-left-inverse", Axiom::LeftInverse.statement(), &[INVERSE_ITSELF, UNIT_FIRST, PRODUCT_FIRST]),
+    axiom!("groupoid-right-inverse", Axiom::RightInverse.statement(), &[INVERSE_ITSELF, UNIT_FIRST, PRODUCT_SECOND]),
+    axiom!("groupoid-refusal", REFUSAL, &[NEVER_REFUSES]),
 ];
 
 /// A user's groupoid, at both precisions or in `f64` alone.
@@ -403,17 +395,17 @@ pub static LIE_LAWS: &[About] = &[
     ),
     smooth!(
         "lie-groupoid-fibre",
-        "near_unit(x, ε a) is tangent to the α-fibre at ε(x), and `fibre` gives a back",
+        "`near_unit(x, ε a)` is tangent to the α-fibre at ε(x), and `fibre` gives a back",
         "Martín de Diego and Sato Martín de Almagro 2019, Def 4.5",
         "Tα by duals; the fibre coordinates that the vector was made from",
         algebroid::BOUND,
         &[FIBRE_SIGN]
     ),
-    smooth!("lie-groupoid-fields", Question::Fields),
-    smooth!("lie-groupoid-bracket", Question::Bracket),
-    smooth!("lie-groupoid-anchor", Question::Anchor),
-    smooth!("lie-groupoid-right-fields", Question::Right),
-    smooth!("lie-groupoid-inversion", Question::Inversion),
+    smooth!("invariant-fields", Question::Fields),
+    smooth!("algebroid-bracket", Question::Bracket),
+    smooth!("algebroid-anchor", Question::Anchor),
+    smooth!("algebroid-right-fields", Question::Right),
+    smooth!("inversion-invariant-field", Question::Inversion),
 ];
 
 /// A groupoid, for the signatures of [`Missing`] alone.

@@ -1,0 +1,163 @@
+//! The groupoid g*×G×g* of a described system, as a part: the group elements of its chains are those of the case.
+
+use super::super::instances::Material;
+use super::super::own::groupoid::{self, Chains, LieChains, OwnGroupoid, OwnLieGroupoid};
+use super::super::own::part::About;
+use super::super::probe::Probe;
+use super::{Erased, Supplier};
+use crate::groupoid::Arrow;
+use crate::groupoid::{DenseGroup, DenseSpace, Groupoid, TrivialGroupoid};
+use crate::harness::BoxedStrategy;
+use crate::scalar::{Dd, Real, Scalar};
+use crate::system::dispatch::General;
+use crate::system::{Case, Cases};
+use nalgebra::{DMatrix, DVector};
+use proptest::strategy::Strategy;
+
+/// Tells the group elements apart from the numbers that other laws draw from the same case.
+const SALT: u64 = 82;
+
+/// g*×G×g*, with three elements of G.
+struct Poisson<T: Real>(Material<T>);
+
+/// The groupoid over S.
+type Over<'a, T, S> = TrivialGroupoid<DenseSpace, &'a DenseGroup<T>, S>;
+
+impl<T: Real> Poisson<T> {
+    /// That of a system; `None` where it has no group, or a group element is outside the domain of its retraction.
+    fn of<const N: usize, const D: usize>(case: &Case, system: &General<T, N, D>) -> Option<Self> {
+        Material::draw(system.group.as_ref()?, &system.retraction, &mut Probe::new(case, SALT)).ok().map(Self)
+    }
+
+    fn over<S: Scalar<Base = T>>(&self) -> Over<'_, T, S> {
+        TrivialGroupoid::over(DenseSpace { dimension: self.0.dimension() }, &self.0.group)
+    }
+
+    /// Four points of g*: the ends of a chain.
+    fn ends(&self) -> usize {
+        4 * self.0.dimension()
+    }
+
+    fn arrows(&self, numbers: &[T]) -> [Arrow<DVector<T>, DMatrix<T>>; 3] {
+        let n = self.0.dimension();
+        let end = |k: usize| DVector::from_column_slice(&numbers[k * n..(k + 1) * n]);
+        std::array::from_fn(|k| Arrow { source: end(k), group: self.0.elements[k].clone(), target: end(k + 1) })
+    }
+
+    /// What the group elements amplify rounding by.
+    fn amplification(&self) -> T {
+        self.0.elements[..3].iter().fold(T::one(), |size, u| size * self.0.size_of(u))
+    }
+}
+
+impl<T: Real> Groupoid for Poisson<T> {
+    type Element = Arrow<DVector<T>, DMatrix<T>>;
+    type Base = DVector<T>;
+
+    fn source(&self, g: &Self::Element) -> DVector<T> {
+        self.over::<T>().source(g)
+    }
+
+    fn target(&self, g: &Self::Element) -> DVector<T> {
+        self.over::<T>().target(g)
+    }
+
+    fn unit(&self, x: &DVector<T>) -> Self::Element {
+        self.over::<T>().unit(x)
+    }
+
+    fn inverse(&self, g: &Self::Element) -> Option<Self::Element> {
+        self.over::<T>().inverse(g)
+    }
+
+    fn product(&self, g: &Self::Element, h: &Self::Element) -> Self::Element {
+        self.over::<T>().product(g, h)
+    }
+}
+
+impl<T: Real> Chains for Poisson<T> {
+    type Real = T;
+
+    fn numbers(&self) -> usize {
+        self.ends()
+    }
+
+    fn chain(&self, numbers: &[T]) -> Option<[Self::Element; 3]> {
+        Some(self.arrows(numbers))
+    }
+
+    fn distance(&self, g: &Self::Element, h: &Self::Element) -> T {
+        let ends = |a: &DVector<T>, b: &DVector<T>| if a.is_empty() { T::zero() } else { (a - b).amax() };
+        ends(&g.source, &h.source).max((&g.group - &h.group).amax()).max(ends(&g.target, &h.target))
+    }
+
+    fn size(&self, _: &[Self::Element; 3]) -> T {
+        self.amplification()
+    }
+}
+
+impl<T: Real> LieChains<T> for Poisson<T> {
+    type At<'a, S: Scalar<Base = T> + 'a>
+        = Over<'a, T, S>
+    where
+        Self: 'a;
+
+    fn at<'a, S: Scalar<Base = T> + 'a>(&'a self) -> Over<'a, T, S> {
+        self.over()
+    }
+
+    fn numbers(&self) -> usize {
+        self.ends()
+    }
+
+    fn chain(&self, numbers: &[T]) -> Option<[DVector<T>; 3]> {
+        use crate::groupoid::LieGroupoid;
+        Some(self.arrows(numbers).map(|g| self.over::<T>().coordinates(&g)))
+    }
+
+    fn size(&self, _: &[DVector<T>; 3]) -> T {
+        self.amplification()
+    }
+}
+
+fn with_group(cases: Cases) -> BoxedStrategy<Case> {
+    cases.main_dimensions().with_group().boxed()
+}
+
+/// The groupoid.
+pub(super) struct OfGroupoid;
+
+impl Supplier for OfGroupoid {
+    const LAWS: &'static [About] = groupoid::LAWS;
+
+    fn part<const N: usize, const D: usize>(
+        case: &Case,
+        double: General<f64, N, D>,
+        quad: General<Dd, N, D>,
+    ) -> Option<Box<dyn Erased>> {
+        Some(Box::new(OwnGroupoid::at_both(Poisson::of(case, &double)?, Poisson::of(case, &quad)?)))
+    }
+
+    fn cases(_: &About, cases: Cases) -> BoxedStrategy<Case> {
+        with_group(cases)
+    }
+}
+
+/// The same with its coordinates, fields and brackets.
+pub(super) struct OfLieGroupoid;
+
+impl Supplier for OfLieGroupoid {
+    const LAWS: &'static [About] = groupoid::LIE_LAWS;
+
+    fn part<const N: usize, const D: usize>(
+        case: &Case,
+        double: General<f64, N, D>,
+        quad: General<Dd, N, D>,
+    ) -> Option<Box<dyn Erased>> {
+        Some(Box::new(OwnLieGroupoid::at_both(Poisson::of(case, &double)?, Poisson::of(case, &quad)?)))
+    }
+
+    fn cases(_: &About, cases: Cases) -> BoxedStrategy<Case> {
+        with_group(cases)
+    }
+}
