@@ -48,13 +48,15 @@ impl Measured {
         Self::Defect { amplification: 0.0, floor: 1.0, witness: String::new() }
     }
 
-    /// The graver of two measurements on the same case.
+    /// The graver of two measurements on the same case; of two without a defect, the one with the larger floor, which is the bound for
+    /// the other precision.
     pub fn and(self, other: Self) -> Self {
         let weight = |m: &Self| match m {
-            Self::NotApplicable(_) => (0, 0.0),
-            Self::Defect { amplification, floor, .. } => (1, amplification / floor),
-            Self::Inconclusive(_) => (2, 0.0),
-            Self::Broken(_) => (3, 0.0),
+            Self::NotApplicable(_) => (0, 0.0, 0.0),
+            Self::Defect { amplification, floor, .. } if *amplification == 0.0 => (1, 0.0, *floor),
+            Self::Defect { amplification, floor, .. } => (1, amplification / floor, 0.0),
+            Self::Inconclusive(_) => (2, 0.0, 0.0),
+            Self::Broken(_) => (3, 0.0, 0.0),
         };
         if weight(&other) > weight(&self) { other } else { self }
     }

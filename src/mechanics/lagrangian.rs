@@ -244,11 +244,11 @@ impl<T: Real, const N: usize> Quartic<T, N> {
         self.stiffness
     }
 
-    /// Iη and κ q.
-    fn parts<S: Scalar<Base = T>>(&self, eta: &Vector<S, N>) -> (Vector<S, N>, S) {
+    /// Iη, q and κ q.
+    fn parts<S: Scalar<Base = T>>(&self, eta: &Vector<S, N>) -> (Vector<S, N>, S, S) {
         let momentum = self.quadratic.gradient(eta).transpose();
         let q = dot(eta.as_slice(), momentum.as_slice());
-        (momentum, S::lift(self.stiffness) * q)
+        (momentum, q, S::lift(self.stiffness) * q)
     }
 }
 
@@ -256,7 +256,7 @@ impl<T: Real, const N: usize> Quartic<T, N> {
 /// as the derivatives in c want it.
 ///
 /// # Errors
-/// c is not finite.
+/// c is not finite; no convergence, which theory excludes.
 fn shrinking<T: Real, S: Scalar<Base = T>>(c: S) -> Result<S, LegendreError> {
     let value = c.base();
     let failed = || LegendreError::NotConverged { residual: value.to_f64(), iterations: 0 };
@@ -268,13 +268,17 @@ fn shrinking<T: Real, S: Scalar<Base = T>>(c: S) -> Result<S, LegendreError> {
     if value > T::one() {
         root = T::one() / value.cbrt();
     }
+    let mut by = root;
     for _ in 0..MAX_ITERATIONS {
-        let by = step(root);
+        by = step(root);
         root -= by;
         // Quadratic convergence: what such a step leaves is round-off.
         if by.abs() <= T::unit_roundoff().sqrt() * root {
             break;
         }
+    }
+    if by.abs() > T::unit_roundoff().sqrt() * root {
+        return Err(LegendreError::NotConverged { residual: by.to_f64(), iterations: MAX_ITERATIONS });
     }
     let (order, mut right, mut found) = (nesting::<T, S>(), 0, S::lift(root));
     while right < order {
@@ -287,18 +291,17 @@ fn shrinking<T: Real, S: Scalar<Base = T>>(c: S) -> Result<S, LegendreError> {
 
 impl<T: Real, const N: usize> Lagrangian<T, N> for Quartic<T, N> {
     fn value<S: Scalar<Base = T>>(&self, eta: &Vector<S, N>) -> S {
-        let (momentum, stiff) = self.parts(eta);
-        let q = dot(eta.as_slice(), momentum.as_slice());
+        let (_, q, stiff) = self.parts(eta);
         S::half() * q + S::exact(0.25) * stiff * q
     }
 
     fn gradient<S: Scalar<Base = T>>(&self, eta: &Vector<S, N>) -> Covector<S, N> {
-        let (momentum, stiff) = self.parts(eta);
+        let (momentum, _, stiff) = self.parts(eta);
         momentum.transpose() * (S::one() + stiff)
     }
 
     fn hessian<S: Scalar<Base = T>>(&self, eta: &Vector<S, N>) -> Matrix<S, N> {
-        let (momentum, stiff) = self.parts(eta);
+        let (momentum, _, stiff) = self.parts(eta);
         let (factor, twice) = (S::one() + stiff, S::lift(self.stiffness * T::int(2)));
         let inertia = self.inertia();
         Matrix::from_fn(|a, b| S::lift(inertia[(a, b)]) * factor + momentum[a] * momentum[b] * twice)
@@ -315,8 +318,7 @@ impl<T: Real, const N: usize> Lagrangian<T, N> for Quartic<T, N> {
     }
 
     fn energy<S: Scalar<Base = T>>(&self, eta: &Vector<S, N>) -> S {
-        let (momentum, stiff) = self.parts(eta);
-        let q = dot(eta.as_slice(), momentum.as_slice());
+        let (_, q, stiff) = self.parts(eta);
         S::half() * q + S::exact(0.75) * stiff * q
     }
 }
