@@ -6,12 +6,12 @@ use euler_poincare::laws::method::{Claims, LAWS, MethodLaw, Point, Stepper, Subj
 use euler_poincare::mechanics::{Force, Lagrangian, equations::EulerPoincare};
 use euler_poincare::retraction::Retraction;
 use euler_poincare::study::problem;
-use euler_poincare::system::case::{Drag, Force as Term, Tau};
+use euler_poincare::system::case::{Drag, Force as Term};
 use euler_poincare::system::{Case, System, Visitor, cases};
 use euler_poincare::tableau::{Classic, Description, Family, Tableau};
 use proptest::strategy::{Just, Strategy};
 
-/// A classical method on (μ, g), or the variational one with exp; from steps above `diverges` on it answers NaN.
+/// A classical method on (μ, g), or the variational one; from steps above `diverges` on it answers NaN.
 struct Method {
     variational: bool,
     tableau: Tableau<f64>,
@@ -21,6 +21,10 @@ struct Method {
 impl Method {
     fn classical(tableau: Tableau<f64>) -> Self {
         Self { variational: false, tableau, diverges: f64::INFINITY }
+    }
+
+    fn gauss(stages: usize) -> Self {
+        Self { variational: true, tableau: Family::Gauss.tableau(stages).unwrap(), diverges: f64::INFINITY }
     }
 }
 
@@ -59,8 +63,6 @@ impl Stepper<f64> for Diverging<'_> {
 
 impl Subject for Method {
     fn double<'a>(&'a self, case: &Case) -> Result<Box<dyn Stepper<f64> + 'a>, StepError> {
-        let mut case = case.clone();
-        case.method.retraction = Tau::Exponential;
         let built = case.dispatch_main::<f64, _>(Build(self));
         let built = built.map_err(|error| StepError::Unsupported { why: error.to_string() })?;
         Ok(Box::new(Diverging(built, self)))
@@ -75,17 +77,26 @@ fn claims(order: u32) -> Claims {
     Claims { order: Some(order), ..Claims::default() }
 }
 
-/// Cases on which slopes refused a correct method: the Runge–Kutta method on the first two, Gauss 2 on the others.
+/// Cases on which slopes refused a correct method.
+///
+/// `gauss-3` was refused on the last: near its start the leading term of the balance is small, and other starts whose momentum had the
+/// same signs were no better. In 32 digits its order there is 6.
 #[test]
 fn correct_methods_are_not_refused_where_they_were() {
-    let gauss = Method { variational: true, tableau: Family::Gauss.tableau(2).unwrap(), diverges: f64::INFINITY };
-    let classical = rk4();
     for (k, line) in include_str!("refused.txt").lines().enumerate() {
-        let (law, case) = line.split_once('\t').unwrap();
-        let (case, law): (Case, _) = (serde_json::from_str(case).unwrap(), named(law).unwrap());
-        let verdict = check_case(law, if k < 2 { &classical } else { &gauss }, &case, &claims(4)).verdict;
+        let mut parts = line.splitn(3, '\t');
+        let mut next = || parts.next().unwrap();
+        let (law, name, case) = (named(next()).unwrap(), next(), next());
+        let case: Case = serde_json::from_str(case).unwrap();
+        let (method, order, decided) = match name {
+            "rk4" => (rk4(), 4, k > 0),
+            "gauss-2" => (Method::gauss(2), 4, true),
+            "gauss-3" => (Method::gauss(3), 6, false),
+            other => panic!("{other}"),
+        };
+        let verdict = check_case(law, &method, &case, &claims(order)).verdict;
         assert!(!verdict.is_broken(), "{k}: {verdict}");
-        assert!(k == 0 || verdict.holds(), "{k}: {verdict}");
+        assert!(!decided || verdict.holds(), "{k}: {verdict}");
     }
 }
 
@@ -206,7 +217,7 @@ fn drag_that_is_read_wrongly_is_refuted() {
 fn a_claim_that_nothing_confirms_is_not_confirmed() {
     // Order 8 has no three levels between a tenth and the rounding errors of 16 digits.
     let case = problem::generic().unwrap().case;
-    let gauss = Method { variational: true, tableau: Family::Gauss.tableau(4).unwrap(), diverges: f64::INFINITY };
+    let gauss = Method::gauss(4);
     let verdict = check_case(&LAWS[0], &gauss, &case, &claims(8)).verdict;
     assert!(matches!(verdict, Verdict::Inconclusive { .. } | Verdict::Holds { .. }), "{verdict}");
 }
