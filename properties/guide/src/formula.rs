@@ -37,7 +37,7 @@ pub fn convert(latex: &str, place: Place) -> Result<String, String> {
     let converter = LatexToMathML::new(config).map_err(|error| format!("in the macros: {error:?}"))?;
     let display = if place == Place::Block { MathDisplay::Block } else { MathDisplay::Inline };
     let mathml = converter.convert_with_local_counter(latex, display).map_err(|error| format!("{error} in {latex}"))?;
-    let mathml = escaped(&shortened(&mathml));
+    let mathml = escaped(&primed(primed(shortened(&mathml), "msup", ""), "msubsup", "msub"));
     Ok(match place {
         Place::Line => mathml,
         Place::Block => format!("<div style=\"overflow:auto hidden;margin:1em 0;padding:.2em 0\">{mathml}</div>"),
@@ -65,6 +65,22 @@ fn shortened(mathml: &str) -> String {
         .replace("<mo>∑</mo><mrow>", "<mo>∑</mo><mrow style=\"padding-top:.2em\">")
         .replace("<mo>∏</mo><mrow>", "<mo>∏</mo><mrow style=\"padding-top:.2em\">")
         .replace("\n", "")
+}
+
+/// With primes beside their letters: a prime is raised already, and as an exponent it would be too small to read.
+///
+/// `script` is the element whose last child is the prime, `base` the one that takes its other children.
+fn primed(mut mathml: String, script: &str, base: &str) -> String {
+    let (open, close) = (format!("<{script}>"), format!("<mo>′</mo></{script}>"));
+    let (before, after) =
+        if base.is_empty() { (String::new(), String::new()) } else { (format!("<{base}>"), format!("</{base}>")) };
+    while let Some(end) = mathml.find(&close) {
+        let Some(start) = mathml[..end].rfind(&open) else { break };
+        let inner = &mathml[start + open.len()..end];
+        let beside = format!("<mrow>{before}{inner}{after}<mo lspace=\"0\" rspace=\"0\">′</mo></mrow>");
+        mathml.replace_range(start..end + close.len(), &beside);
+    }
+    mathml
 }
 
 /// Numeric entities for the characters that Markdown would read. Only text is escaped, not tags.
