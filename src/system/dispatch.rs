@@ -1,8 +1,9 @@
 //! From the run-time description to types: the one door through which a [`Case`] becomes a [`System`].
 //!
-//! The dimension N is a const generic of one of a few classes: 3, 6 or 10, with matrices of size D = 4, 4 or 8, and 12, and one
-//! retraction type; so(3) in its standard basis goes to N = D = 3 and the closed forms. A [`Visitor`] is compiled once for each of
-//! the five, and for each scalar: keep visitors small.
+//! The dimension N is a const generic of one of three classes: 3, 6 or 10, with matrices of size D = 4, 8 and 12, and one
+//! retraction type each; in dimension 3 it holds the closed forms of so(3) in its standard basis, too. A [`Visitor`] is compiled
+//! once for each class and each scalar: keep visitors small. Ensembles are compiled for so(3) with N = D = 3 and for N = 6 with
+//! D = 4 besides: they run for long, and smaller matrices are faster.
 //!
 //! A system of dimension n runs in the smallest class that holds it, next to N − n *spectators*: the algebra is g ⊕ ℝᴺ⁻ⁿ, the group
 //! G × ℝᴺ⁻ⁿ; the spectators have unit inertia, no force, and start at rest, where they stay. Coordinates and matrices of g come
@@ -11,7 +12,7 @@
 use super::case::{Case, Force as ForceTerm, Inertia, Motion, Structure, Tau};
 use super::error::{CaseError, Place, Problem};
 use super::numbers::{number, square, symmetric, vector};
-use super::so3::So3Retraction;
+use super::so3::{Retraction3, So3Retraction};
 use crate::algebra::catalogue::Entry;
 use crate::algebra::{Casimir, Covector, LieAlgebra, Matrix, Vector};
 use crate::group::matrix::spectator_rows;
@@ -137,11 +138,12 @@ pub(crate) type Parts<T, const N: usize, const D: usize> =
 type Make<T, const N: usize, const D: usize, R> =
     fn(&LieAlgebra<T, N>, &Option<MatrixGroup<T, N, D>>, Tau) -> Result<R, Problem>;
 
-/// so(3) in its standard basis by itself, and the classes listed: N, D and the retraction's maker, handed to a macro.
+/// The classes listed, in order: N, D and the retraction's maker, handed to a macro. In dimension 3 the maker is chosen.
 macro_rules! door {
     ($case:ident, $enter:ident, $($n:literal => $d:literal),*) => {{
-        if $case.algebra.structure == Structure::Named(Entry::So3) && $case.algebra.basis.is_none() {
-            return $enter!(3, 3, standard);
+        let three = if $case.is_standard_so3() { closed } else { of_three };
+        if $case.fits(3, 4) {
+            return $enter!(3, 4, three);
         }
         $(if $case.fits($n, $d) {
             return $enter!($n, $d, general);
@@ -170,7 +172,7 @@ impl Case {
                 Ok(visitor.visit(self.assemble::<T, $n, $d, _, _>(wrap, $make)?))
             };
         }
-        door!(self, enter, 3 => 4, 6 => 4, 6 => 8, 10 => 12)
+        door!(self, enter, 6 => 8, 10 => 12)
     }
 
     /// [`Case::dispatch`] for dimensions up to 6: less to compile.
@@ -195,7 +197,7 @@ impl Case {
                 Ok(visitor.visit(self.assemble::<T, $n, $d, _, _>(wrap, $make)?))
             };
         }
-        door!(self, enter, 3 => 4, 6 => 4, 6 => 8)
+        door!(self, enter, 6 => 8)
     }
 
     /// Builds the case in `f64` and in 32 digits and hands both to `pairing`, for dimensions up to 6: so(3) is a general algebra
@@ -225,10 +227,30 @@ impl Case {
     pub(super) fn workshop<T: Real, V: Workshop<T>>(&self, workshop: V) -> Result<V::Output, CaseError> {
         macro_rules! enter {
             ($n:literal, $d:literal, $make:ident) => {
-                Ok(workshop.work::<$n, $d, _>(|case| case.assemble(&AsItIs, $make)))
+                return Ok(workshop.work::<$n, $d, _>(|case| case.assemble(&AsItIs, $make)))
             };
         }
-        door!(self, enter, 3 => 4, 6 => 4, 6 => 8, 10 => 12)
+        if self.is_standard_so3() {
+            enter!(3, 3, standard);
+        }
+        if self.fits(3, 4) {
+            enter!(3, 4, general);
+        }
+        if self.fits(6, 4) {
+            enter!(6, 4, general);
+        }
+        if self.fits(6, 8) {
+            enter!(6, 8, general);
+        }
+        if self.fits(10, 12) {
+            enter!(10, 12, general);
+        }
+        Err(self.too_large(10))
+    }
+
+    /// Whether the algebra is so(3) in its standard basis, where retractions have closed forms.
+    fn is_standard_so3(&self) -> bool {
+        self.algebra.structure == Structure::Named(Entry::So3) && self.algebra.basis.is_none()
     }
 
     /// Whether a class holds the algebra and its matrices, with spectators.
@@ -461,6 +483,24 @@ fn standard<T: Real>(
     tau: Tau,
 ) -> Result<So3Retraction<T>, Problem> {
     Ok(So3Retraction::new(tau))
+}
+
+/// The same beside the general retractions of dimension 3.
+fn closed<T: Real>(
+    _: &LieAlgebra<T, 3>,
+    _: &Option<MatrixGroup<T, 3, 4>>,
+    tau: Tau,
+) -> Result<Retraction3<T>, Problem> {
+    Ok(Retraction3::Closed(So3Retraction::new(tau)))
+}
+
+/// The retraction of a general algebra of dimension 3.
+fn of_three<T: Real>(
+    algebra: &LieAlgebra<T, 3>,
+    group: &Option<MatrixGroup<T, 3, 4>>,
+    tau: Tau,
+) -> Result<Retraction3<T>, Problem> {
+    Ok(Retraction3::General(general(algebra, group, tau)?))
 }
 
 /// The retraction of a general algebra.
