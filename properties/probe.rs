@@ -637,7 +637,9 @@ impl Visitor<f64> for Gauss1 {
     {
         let System { lagrangian, force, retraction, tableau, mut state, step, .. } = system;
         Variational::new(lagrangian, force, retraction, tableau).step(&mut state, step)?;
-        Ok((state.momentum.iter().copied().collect(), state.attitude.iter().copied().collect()))
+        // Of SO(3): the other entries are padding.
+        let attitude = state.attitude.view((0, 0), (3, 3));
+        Ok((state.momentum.iter().copied().collect(), attitude.iter().copied().collect()))
     }
 }
 

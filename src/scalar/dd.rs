@@ -51,22 +51,6 @@ impl Dd {
         Self::parts((self.hi() + other.hi(), self.lo() + other.lo()))
     }
 
-    /// The product of two numbers of which one is 0 or 1.
-    #[inline]
-    fn times_zero_or_one(self, other: Self) -> Self {
-        // A product with 0 is 0, or NaN where the other factor is not finite; either way its second part is 0.
-        let hi = self.hi() * other.hi();
-        let one = |x: Self| x.hi() == 1.0 && x.lo() == 0.0;
-        let lo = if one(self) {
-            other.lo()
-        } else if one(other) {
-            self.lo()
-        } else {
-            0.0
-        };
-        Self::parts((hi, lo))
-    }
-
     /// x × 2^n, exactly (barring overflow and underflow).
     fn times_power_of_two(self, n: i32) -> Self {
         let hi = times_power_of_two(self.hi(), n);
@@ -131,15 +115,23 @@ impl Neg for Dd {
 
 impl Mul for Dd {
     type Output = Self;
-    #[inline(never)]
+    #[inline]
     fn mul(self, other: Self) -> Self {
-        if (self.lo() == 0.0 && (self.hi() == 0.0 || self.hi() == 1.0))
-            || (other.lo() == 0.0 && (other.hi() == 0.0 || other.hi() == 1.0))
-        {
-            return self.times_zero_or_one(other);
-        }
-        Self(fused::apply(self.0, other.0, |a, b| a * b))
+        // Of three products for each term of a product of matrices two are those with α and β: no call for them.
+        if self.is_constant_one() { other } else { product(self, other) }
     }
+}
+
+#[inline(never)]
+fn product(x: Dd, y: Dd) -> Dd {
+    if x.hi() == 0.0 || y.hi() == 0.0 {
+        // 0, or NaN where the other factor is not finite.
+        return Dd::exact(x.hi() * y.hi());
+    }
+    if y.is_constant_one() {
+        return x;
+    }
+    Dd(fused::apply(x.0, y.0, |a, b| a * b))
 }
 
 impl Div for Dd {
@@ -360,6 +352,11 @@ impl Scalar for Dd {
     #[inline]
     fn vanishes(self) -> bool {
         self.hi() == 0.0
+    }
+
+    #[inline]
+    fn is_constant_one(self) -> bool {
+        self.hi() == 1.0 && self.lo() == 0.0
     }
 
     #[inline]

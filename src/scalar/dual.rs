@@ -96,7 +96,7 @@ impl<T: Scalar> Mul for Dual<T> {
     #[inline]
     fn mul(self, other: Self) -> Self {
         if const { heavy::<T>() } {
-            return product(self, other);
+            return if self.is_constant_one() { other } else { product(self, other) };
         }
         Self { re: self.re * other.re, eps: self.re * other.eps + self.eps * other.re }
     }
@@ -224,6 +224,11 @@ impl<T: Scalar> Scalar for Dual<T> {
     #[inline]
     fn vanishes(self) -> bool {
         self.re.vanishes() && self.eps.vanishes()
+    }
+
+    #[inline]
+    fn is_constant_one(self) -> bool {
+        self.re.is_constant_one() && self.eps.vanishes()
     }
 
     fn all_finite(self) -> bool {

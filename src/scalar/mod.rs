@@ -85,6 +85,12 @@ pub trait Scalar: RealField + Copy + Default + Debug + Display + LowerExp + Send
     fn vanishes(self) -> bool {
         false
     }
+
+    /// Whether the value is 1 and every derivative part 0, so that a product is the other factor. `false` is always right, but
+    /// slower.
+    fn is_constant_one(self) -> bool {
+        false
+    }
 }
 
 /// A scalar that is its own base: `f64`, `Dd`, `Qd`. Everything that is stored is stored over a `Real`.
