@@ -407,3 +407,18 @@ fn a_dual_number_has_the_round_off_of_its_parts() {
     check::<Dd>();
     check::<Qd>();
 }
+
+/// A product with 1 is the other factor only where 1 is a constant: as a variable it has a derivative, of each level.
+#[test]
+fn a_variable_of_value_one_has_its_derivatives_in_products() {
+    let third = Dd::exact(1.0) / Dd::exact(3.0);
+    let x = Dual::variable(Dd::exact(1.0));
+    assert_eq!((x * Dual::constant(third)).eps, third);
+    assert_eq!((Dual::constant(third) * x).eps, third);
+    assert_eq!((x * x).eps, Dd::exact(2.0));
+    let inner = Dual::constant(x);
+    assert_eq!((inner * Dual::constant(Dual::constant(third))).re.eps, third);
+    let outer = Dual::variable(Dual::constant(Dd::exact(1.0)));
+    assert_eq!((outer * Dual::constant(Dual::constant(third))).eps.re, third);
+    assert_eq!((Dual::constant(Dd::exact(1.0)) * Dual::variable(third)).eps, Dd::exact(1.0));
+}

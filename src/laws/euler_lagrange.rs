@@ -131,7 +131,7 @@ fn curve<T: Real, const N: usize, const D: usize>(
 }
 
 /// g, g⁻¹ and (g⁻¹ġ)^∨, the outer dual being time; `None` where g is singular.
-#[allow(clippy::type_complexity)]
+#[allow(clippy::type_complexity, reason = "an alias would hide three plain parts")]
 fn velocity<T: Real, const N: usize, const D: usize>(
     group: &MatrixGroup<T, N, D>,
     g: &Matrix<Jet<T>, D>,

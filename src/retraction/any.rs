@@ -26,32 +26,71 @@ pub enum AnyPoint<T: Real, S: Scalar<Base = T>, const N: usize> {
     Cayley(CayleyPoint<T, S, N>),
 }
 
-macro_rules! either {
-    ($kind:ident, $value:expr, $inner:ident => $body:expr) => {
+/// The same expression for whichever arm a value is.
+macro_rules! by_arm {
+    ($value:expr, $first:ident | $second:ident, $inner:ident => $body:expr) => {
         match $value {
-            $kind::Exponential($inner) => $body,
-            $kind::Cayley($inner) => $body,
+            Self::$first($inner) => $body,
+            Self::$second($inner) => $body,
         }
     };
 }
+
+/// The tangents of an enum of two points are those of the arm that it is.
+macro_rules! tangents_by_arm {
+    ([$($generics:tt)*] $point:ty, $n:tt, $first:ident | $second:ident) => {
+        impl<$($generics)*> TangentPoint<S, $n> for $point {
+            fn d(&self) -> &Matrix<S, $n> {
+                by_arm!(self, $first | $second, p => p.d())
+            }
+
+            fn d_inv(&self) -> &Matrix<S, $n> {
+                by_arm!(self, $first | $second, p => p.d_inv())
+            }
+
+            fn d_neg(&self) -> Matrix<S, $n> {
+                by_arm!(self, $first | $second, p => p.d_neg())
+            }
+
+            fn ad(&self) -> Matrix<S, $n> {
+                by_arm!(self, $first | $second, p => p.ad())
+            }
+
+            fn ad_inv(&self) -> Matrix<S, $n> {
+                by_arm!(self, $first | $second, p => p.ad_inv())
+            }
+
+            fn dd(&self, y: &Vector<S, $n>) -> Matrix<S, $n> {
+                by_arm!(self, $first | $second, p => p.dd(y))
+            }
+
+            fn pull_dd(&self, p: &Covector<S, $n>, m: &Covector<S, $n>, y: &Vector<S, $n>) -> Covector<S, $n> {
+                by_arm!(self, $first | $second, point => point.pull_dd(p, m, y))
+            }
+        }
+    };
+}
+
+#[cfg(feature = "harness")]
+pub(crate) use {by_arm, tangents_by_arm};
 
 impl<T: Real, const N: usize, const D: usize, G: LieGroup<T, N, D>> Retraction<T, N, D> for AnyRetraction<T, N, D, G> {
     type Point<S: Scalar<Base = T>> = AnyPoint<T, S, N>;
 
     fn name(&self) -> &'static str {
-        either!(Self, self, r => r.name())
+        by_arm!(self, Exponential | Cayley, r => r.name())
     }
 
     fn algebra(&self) -> &LieAlgebra<T, N> {
-        either!(Self, self, r => r.algebra())
+        by_arm!(self, Exponential | Cayley, r => r.algebra())
     }
 
     fn tau<S: Scalar<Base = T>>(&self, x: &Vector<S, N>) -> Result<Matrix<S, D>, RetractionError> {
-        either!(Self, self, r => r.tau(x))
+        by_arm!(self, Exponential | Cayley, r => r.tau(x))
     }
 
     fn tau_inv<S: Scalar<Base = T>>(&self, g: &Matrix<S, D>) -> Result<Vector<S, N>, RetractionError> {
-        either!(Self, self, r => r.tau_inv(g))
+        by_arm!(self, Exponential | Cayley, r => r.tau_inv(g))
     }
 
     fn at<S: Scalar<Base = T>>(&self, x: &Vector<S, N>) -> Result<AnyPoint<T, S, N>, RetractionError> {
@@ -62,32 +101,4 @@ impl<T: Real, const N: usize, const D: usize, G: LieGroup<T, N, D>> Retraction<T
     }
 }
 
-impl<T: Real, S: Scalar<Base = T>, const N: usize> TangentPoint<S, N> for AnyPoint<T, S, N> {
-    fn d(&self) -> &Matrix<S, N> {
-        either!(Self, self, p => p.d())
-    }
-
-    fn d_inv(&self) -> &Matrix<S, N> {
-        either!(Self, self, p => p.d_inv())
-    }
-
-    fn d_neg(&self) -> Matrix<S, N> {
-        either!(Self, self, p => p.d_neg())
-    }
-
-    fn ad(&self) -> Matrix<S, N> {
-        either!(Self, self, p => p.ad())
-    }
-
-    fn ad_inv(&self) -> Matrix<S, N> {
-        either!(Self, self, p => p.ad_inv())
-    }
-
-    fn dd(&self, y: &Vector<S, N>) -> Matrix<S, N> {
-        either!(Self, self, p => p.dd(y))
-    }
-
-    fn pull_dd(&self, p: &Covector<S, N>, m: &Covector<S, N>, y: &Vector<S, N>) -> Covector<S, N> {
-        either!(Self, self, point => point.pull_dd(p, m, y))
-    }
-}
+tangents_by_arm!([T: Real, S: Scalar<Base = T>, const N: usize] AnyPoint<T, S, N>, N, Exponential | Cayley);

@@ -226,25 +226,19 @@ impl Case {
     /// A dimension that is not compiled in.
     pub(super) fn workshop<T: Real, V: Workshop<T>>(&self, workshop: V) -> Result<V::Output, CaseError> {
         macro_rules! enter {
-            ($n:literal, $d:literal, $make:ident) => {
-                return Ok(workshop.work::<$n, $d, _>(|case| case.assemble(&AsItIs, $make)))
+            ($n:literal, $d:literal) => {
+                if self.fits($n, $d) {
+                    return Ok(workshop.work::<$n, $d, _>(|case| case.assemble(&AsItIs, general)));
+                }
             };
         }
         if self.is_standard_so3() {
-            enter!(3, 3, standard);
+            return Ok(workshop.work::<3, 3, _>(|case| case.assemble(&AsItIs, standard)));
         }
-        if self.fits(3, 4) {
-            enter!(3, 4, general);
-        }
-        if self.fits(6, 4) {
-            enter!(6, 4, general);
-        }
-        if self.fits(6, 8) {
-            enter!(6, 8, general);
-        }
-        if self.fits(10, 12) {
-            enter!(10, 12, general);
-        }
+        enter!(3, 4);
+        enter!(6, 4);
+        enter!(6, 8);
+        enter!(10, 12);
         Err(self.too_large(10))
     }
 

@@ -3,6 +3,7 @@
 use super::case::Tau;
 use crate::algebra::{Covector, LieAlgebra, Matrix, Vector};
 use crate::group::MatrixGroup;
+use crate::retraction::any::{by_arm, tangents_by_arm};
 use crate::retraction::{AnyRetraction, CayleySo3, ExponentialSo3, Retraction, RetractionError, TangentPoint};
 use crate::scalar::{Real, Scalar};
 
@@ -26,32 +27,23 @@ impl<T: Real> So3Retraction<T> {
     }
 }
 
-macro_rules! either {
-    ($ty:ident, $value:expr, $inner:ident => $result:expr) => {
-        match $value {
-            $ty::Cayley($inner) => $result,
-            $ty::Exponential($inner) => $result,
-        }
-    };
-}
-
 impl<T: Real> Retraction<T, 3, 3> for So3Retraction<T> {
     type Point<S: Scalar<Base = T>> = So3Point<T, S>;
 
     fn name(&self) -> &'static str {
-        either!(Self, self, r => r.name())
+        by_arm!(self, Cayley | Exponential, r => r.name())
     }
 
     fn algebra(&self) -> &LieAlgebra<T, 3> {
-        either!(Self, self, r => r.algebra())
+        by_arm!(self, Cayley | Exponential, r => r.algebra())
     }
 
     fn tau<S: Scalar<Base = T>>(&self, x: &Vector<S, 3>) -> Result<Matrix<S, 3>, RetractionError> {
-        either!(Self, self, r => r.tau(x))
+        by_arm!(self, Cayley | Exponential, r => r.tau(x))
     }
 
     fn tau_inv<S: Scalar<Base = T>>(&self, g: &Matrix<S, 3>) -> Result<Vector<S, 3>, RetractionError> {
-        either!(Self, self, r => r.tau_inv(g))
+        by_arm!(self, Cayley | Exponential, r => r.tau_inv(g))
     }
 
     fn at<S: Scalar<Base = T>>(&self, x: &Vector<S, 3>) -> Result<So3Point<T, S>, RetractionError> {
@@ -72,35 +64,7 @@ pub enum So3Point<T: Real, S: Scalar<Base = T>> {
     Exponential(<ExponentialSo3<T> as Retraction<T, 3, 3>>::Point<S>),
 }
 
-impl<T: Real, S: Scalar<Base = T>> TangentPoint<S, 3> for So3Point<T, S> {
-    fn d(&self) -> &Matrix<S, 3> {
-        either!(Self, self, p => p.d())
-    }
-
-    fn d_inv(&self) -> &Matrix<S, 3> {
-        either!(Self, self, p => p.d_inv())
-    }
-
-    fn d_neg(&self) -> Matrix<S, 3> {
-        either!(Self, self, p => p.d_neg())
-    }
-
-    fn ad(&self) -> Matrix<S, 3> {
-        either!(Self, self, p => p.ad())
-    }
-
-    fn ad_inv(&self) -> Matrix<S, 3> {
-        either!(Self, self, p => p.ad_inv())
-    }
-
-    fn dd(&self, y: &Vector<S, 3>) -> Matrix<S, 3> {
-        either!(Self, self, p => p.dd(y))
-    }
-
-    fn pull_dd(&self, p: &Covector<S, 3>, m: &Covector<S, 3>, y: &Vector<S, 3>) -> Covector<S, 3> {
-        either!(Self, self, point => point.pull_dd(p, m, y))
-    }
-}
+tangents_by_arm!([T: Real, S: Scalar<Base = T>] So3Point<T, S>, 3, Cayley | Exponential);
 
 /// A retraction of dimension 3: a closed form of so(3), where the algebra is that in its standard basis, or a general one.
 ///
@@ -114,24 +78,15 @@ pub enum Retraction3<T: Real> {
     General(AnyRetraction<T, 3, 4, MatrixGroup<T, 3, 4>>),
 }
 
-macro_rules! each {
-    ($ty:ident, $value:expr, $inner:ident => $result:expr) => {
-        match $value {
-            $ty::Closed($inner) => $result,
-            $ty::General($inner) => $result,
-        }
-    };
-}
-
 impl<T: Real> Retraction<T, 3, 4> for Retraction3<T> {
     type Point<S: Scalar<Base = T>> = Point3<T, S>;
 
     fn name(&self) -> &'static str {
-        each!(Self, self, r => r.name())
+        by_arm!(self, Closed | General, r => r.name())
     }
 
     fn algebra(&self) -> &LieAlgebra<T, 3> {
-        each!(Self, self, r => r.algebra())
+        by_arm!(self, Closed | General, r => r.algebra())
     }
 
     fn tau<S: Scalar<Base = T>>(&self, x: &Vector<S, 3>) -> Result<Matrix<S, 4>, RetractionError> {
@@ -171,32 +126,4 @@ pub enum Point3<T: Real, S: Scalar<Base = T>> {
     General(<AnyRetraction<T, 3, 4, MatrixGroup<T, 3, 4>> as Retraction<T, 3, 4>>::Point<S>),
 }
 
-impl<T: Real, S: Scalar<Base = T>> TangentPoint<S, 3> for Point3<T, S> {
-    fn d(&self) -> &Matrix<S, 3> {
-        each!(Self, self, p => p.d())
-    }
-
-    fn d_inv(&self) -> &Matrix<S, 3> {
-        each!(Self, self, p => p.d_inv())
-    }
-
-    fn d_neg(&self) -> Matrix<S, 3> {
-        each!(Self, self, p => p.d_neg())
-    }
-
-    fn ad(&self) -> Matrix<S, 3> {
-        each!(Self, self, p => p.ad())
-    }
-
-    fn ad_inv(&self) -> Matrix<S, 3> {
-        each!(Self, self, p => p.ad_inv())
-    }
-
-    fn dd(&self, y: &Vector<S, 3>) -> Matrix<S, 3> {
-        each!(Self, self, p => p.dd(y))
-    }
-
-    fn pull_dd(&self, p: &Covector<S, 3>, m: &Covector<S, 3>, y: &Vector<S, 3>) -> Covector<S, 3> {
-        each!(Self, self, point => point.pull_dd(p, m, y))
-    }
-}
+tangents_by_arm!([T: Real, S: Scalar<Base = T>] Point3<T, S>, 3, Closed | General);

@@ -50,6 +50,16 @@ mod tests {
     }
 
     #[test]
+    fn a_prime_stands_beside_its_letter() {
+        let page = render("$l'(x)$ and $l_d'$\n").unwrap();
+        assert!(page.contains("<mrow><mi>l</mi><mo lspace=\"0\" rspace=\"0\">′</mo></mrow>"), "{page}");
+        assert!(
+            page.contains("</msub><mo lspace=\"0\" rspace=\"0\">′</mo></mrow>") && !page.contains("sup>"),
+            "{page}"
+        );
+    }
+
+    #[test]
     fn a_display_is_one_line() {
         let page = render("so\n\n$$\nx = 1\n$$\n\nand\n").unwrap();
         let lines: Vec<_> = page.lines().collect();

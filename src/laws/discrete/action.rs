@@ -241,7 +241,7 @@ impl Check<'_> {
     }
 
     /// Doubled steps from momenta off the units: start, end and (V, U, W) of each.
-    #[allow(clippy::type_complexity)]
+    #[allow(clippy::type_complexity, reason = "an alias would hide what a step is: start, end and (V, U, W)")]
     fn doubled_steps<
         T: Real,
         const N: usize,

@@ -287,7 +287,7 @@ pub struct Setup<'a> {
     /// The system in 32 digits, for the solution, where `quad` is not there to know it.
     pub reference: Option<Box<dyn Theory<Dd> + 'a>>,
     /// Other setups: `None` where there are none of a kind.
-    #[allow(clippy::type_complexity)]
+    #[allow(clippy::type_complexity, reason = "one function, named by its field")]
     pub others: Box<dyn Fn(Other) -> Result<Option<OtherSetup<'a>>, StepError> + 'a>,
 }
 
