@@ -10,7 +10,7 @@ use crate::scalar::Real;
 use crate::tableau::{Family, Tableau, TableauError};
 
 /// The most fixed-point iterations on the collocation equations.
-const MAX_SWEEPS: usize = 200;
+const MAX_ITERATIONS: usize = 200;
 
 /// Why a solution could not be followed.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
@@ -26,7 +26,7 @@ pub enum ExactError {
     },
     /// The collocation equations did not contract to round-off.
     #[error(
-        "the collocation equations over {step:e} did not converge: change {change:e} after {sweeps} fixed-point iterations"
+        "the collocation equations over {step:e} did not converge: change {change:e} after {iterations} fixed-point iterations"
     )]
     NotConverged {
         /// The step.
@@ -34,7 +34,7 @@ pub enum ExactError {
         /// The last change, relative to the solution.
         change: f64,
         /// Fixed-point iterations done.
-        sweeps: usize,
+        iterations: usize,
     },
     /// There are no collocation nodes for this number of stages.
     #[error(transparent)]
@@ -192,20 +192,20 @@ fn collocate<T: Real>(
     let (s, a, b, c) = (gauss.stages(), gauss.a(), gauss.b(), gauss.c());
     let mut slopes = vec![rate(start, y)?; s];
     let size = y.iter().fold(T::one(), |size, v| size.max(v.abs()));
-    let (mut change, mut best, mut sweeps) = (T::zero(), None::<T>, 0);
-    while sweeps < MAX_SWEEPS {
-        sweeps += 1;
-        let stages: Vec<Vec<T>> = (0..s)
-            .map(|i| {
-                (0..y.len()).map(|m| y[m] + h * (0..s).fold(T::zero(), |t, j| t + a[(i, j)] * slopes[j][m])).collect()
-            })
-            .collect();
+    let mut stage = y.to_vec();
+    let (mut change, mut best, mut iterations) = (T::zero(), None::<T>, 0);
+    while iterations < MAX_ITERATIONS {
+        iterations += 1;
         change = T::zero();
-        for (i, stage) in stages.iter().enumerate() {
-            let slope = rate(start + c[i] * h, stage)?;
+        // Each slope is used by the stages after it in the same iteration.
+        for i in 0..s {
+            for (m, value) in stage.iter_mut().enumerate() {
+                *value = y[m] + h * (0..s).fold(T::zero(), |t, j| t + a[(i, j)] * slopes[j][m]);
+            }
+            let slope = rate(start + c[i] * h, &stage)?;
             // A maximum does not see a NaN.
             if !slope.iter().all(|v| v.all_finite()) {
-                return Err(ExactError::NotConverged { step: h.to_f64(), change: f64::NAN, sweeps });
+                return Err(ExactError::NotConverged { step: h.to_f64(), change: f64::NAN, iterations });
             }
             for (new, old) in slope.iter().zip(&slopes[i]) {
                 change = change.max(((*new - *old) * h).abs());
@@ -227,5 +227,5 @@ fn collocate<T: Real>(
         best = Some(best.map_or(change, |best| best.min(change)));
     }
     let change = (change / size).to_f64();
-    Err(ExactError::NotConverged { step: h.to_f64(), change, sweeps })
+    Err(ExactError::NotConverged { step: h.to_f64(), change, iterations })
 }
