@@ -88,7 +88,7 @@ fn body<T: Real>() -> (Model<T>, State<T, 3, 3>) {
     (model, state)
 }
 
-fn so3_sweeps<T: Real>(retraction: impl Retraction<T, 3, 3>) {
+fn so3_fixed_point<T: Real>(retraction: impl Retraction<T, 3, 3>) {
     let (model, state) = body::<T>();
     for family in [Family::Gauss, Family::LobattoIIIA, Family::LobattoIIIB, Family::RadauIIA] {
         for stages in 2..=3 {
@@ -97,23 +97,25 @@ fn so3_sweeps<T: Real>(retraction: impl Retraction<T, 3, 3>) {
             let mut method = Variational::new(lagrangian, force, &retraction, tableau);
             let (allocated, solvers) = count(&mut method, &state, T::ratio(1, 16), false);
             assert_eq!(allocated, 0, "{family:?} {stages} {} {}", retraction.name(), T::NAME);
-            assert!(solvers.iter().all(|s| *s == Solver::Sweeps), "{family:?} {stages} {solvers:?}");
+            assert!(solvers.iter().all(|s| *s == Solver::FixedPoint), "{family:?} {stages} {solvers:?}");
         }
     }
 }
 
 #[test]
-fn sweeps_on_so3_allocate_nothing() {
-    so3_sweeps::<f64>(CayleySo3::new());
-    so3_sweeps::<f64>(ExponentialSo3::new());
-    so3_sweeps::<Dd>(CayleySo3::new());
-    so3_sweeps::<Dd>(ExponentialSo3::new());
+fn fixed_point_iterations_on_so3_allocate_nothing() {
+    so3_fixed_point::<f64>(CayleySo3::new());
+    so3_fixed_point::<f64>(ExponentialSo3::new());
+    so3_fixed_point::<Dd>(CayleySo3::new());
+    so3_fixed_point::<Dd>(ExponentialSo3::new());
 }
 
 #[test]
 fn munthe_kaas_allocates_nothing() {
     let (model, state) = body::<f64>();
-    for (tableau, solver) in [(Classic::Rk4.tableau(), Solver::Explicit), (Family::Gauss.tableau(2), Solver::Sweeps)] {
+    for (tableau, solver) in
+        [(Classic::Rk4.tableau(), Solver::Explicit), (Family::Gauss.tableau(2), Solver::FixedPoint)]
+    {
         let mut method = MuntheKaas::new(model.system.clone(), ExponentialSo3::new(), tableau.unwrap());
         let (allocated, solvers) = count(&mut method, &state, 0.0625, false);
         assert_eq!(allocated, 0, "{solver:?}");
@@ -121,7 +123,8 @@ fn munthe_kaas_allocates_nothing() {
     }
 }
 
-/// Just before the fold of the first step sweeps do not contract; with few iterations allowed, nor does Newton's method.
+/// Just before the fold of the first step fixed-point iterations do not contract; with few iterations allowed, nor does
+/// Newton's method.
 fn near_the_fold<T: Real>(retraction: impl Retraction<T, 3, 3>, max_iterations: usize, expected: Solver) {
     let (model, state) = body::<T>();
     let tableau = Family::LobattoIIIA.tableau::<T>(2).unwrap();
@@ -159,8 +162,8 @@ fn the_fast_paths_of_so3_allocate_nothing() {
     let mut method = VariationalSo3::new(lagrangian.clone(), force.clone(), CayleySo3::new(), tableau).unwrap();
     let (allocated, solvers) = count(&mut method, &start, 0.79, true);
     assert_eq!(allocated, 0);
-    assert!(solvers.iter().all(|s| *s != Solver::Sweeps), "{solvers:?}");
-    // The quaternion form, by sweeps and by Newton's method.
+    assert!(solvers.iter().all(|s| *s != Solver::FixedPoint), "{solvers:?}");
+    // The quaternion form, by fixed-point iterations and by Newton's method.
     let mut quaternions = QuaternionSo3::of(method);
     let attitude = UnitQuaternion::identity();
     let mut state = QuaternionState { time: start.time, momentum: start.momentum, attitude };
@@ -220,10 +223,10 @@ fn the_fast_paths_of_se3_allocate_nothing() {
         let mut method = VariationalSe3::new(lagrangian.clone(), force.clone(), CayleySe3::new(), tableau).unwrap();
         let (allocated, solvers) = count(&mut method, &start, 0.0625, false);
         assert_eq!(allocated, 0, "{stages}");
-        assert!(solvers.iter().all(|s| *s == Solver::Sweeps), "{stages} {solvers:?}");
+        assert!(solvers.iter().all(|s| *s == Solver::FixedPoint), "{stages} {solvers:?}");
     }
     // Newton's method behind it.
-    let settings = Settings { max_sweeps: 1, ..Settings::default() };
+    let settings = Settings { max_fixed_point_iterations: 1, ..Settings::default() };
     let tableau = Family::Gauss.tableau(2).unwrap();
     let mut method =
         VariationalSe3::with_settings(lagrangian.clone(), force.clone(), CayleySe3::new(), tableau, settings).unwrap();
@@ -256,9 +259,9 @@ fn general_algebra<T: Real>(cayley: bool, settings: Settings<T>, expected: Solve
 #[test]
 fn a_general_algebra_allocates_nothing() {
     for cayley in [false, true] {
-        general_algebra::<f64>(cayley, Settings::default(), Solver::Sweeps);
-        general_algebra::<Dd>(cayley, Settings::default(), Solver::Sweeps);
-        let settings = Settings { max_sweeps: 1, ..Settings::default() };
+        general_algebra::<f64>(cayley, Settings::default(), Solver::FixedPoint);
+        general_algebra::<Dd>(cayley, Settings::default(), Solver::FixedPoint);
+        let settings = Settings { max_fixed_point_iterations: 1, ..Settings::default() };
         general_algebra::<f64>(cayley, settings, Solver::Newton);
     }
 }

@@ -360,8 +360,8 @@ fn what_does_not_settle_is_told_relative_to_its_size() {
     let start = Start { time: 0.0, eta: fast, u: Matrix::identity(), psi: fast };
     let step = 2f64.powi(-10);
     match exact.at(&start, &[step]) {
-        Err(ExactError::NotConverged { step: found, change, sweeps }) => {
-            assert_eq!((found, sweeps), (step, 200));
+        Err(ExactError::NotConverged { step: found, change, iterations }) => {
+            assert_eq!((found, iterations), (step, 200));
             // η̇ = f, at most 1 in size: η changes by at most 2h, and less than 10⁻³ of that is no coincidence any more.
             assert!((1e-9..=4e-3 * step).contains(&change), "{change:e}");
         }

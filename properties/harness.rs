@@ -551,13 +551,13 @@ proptest! {
         let units = [1.1e-16, 1e-31, 1.2e-63];
         let units = &units[..if three { 3 } else { 2 }];
         let rounding = |k: usize| 10_f64.powf(size + wobble[k]) * units[k];
-        let rungs = |extra: f64| {
-            let rung = |k: usize| Sample { unit_roundoff: units[k], defect: rounding(k) + extra };
-            (0..units.len()).map(rung).collect::<Vec<_>>()
+        let levels = |extra: f64| {
+            let level = |k: usize| Sample { unit_roundoff: units[k], defect: rounding(k) + extra };
+            (0..units.len()).map(level).collect::<Vec<_>>()
         };
-        prop_assert!(matches!(cause(&rungs(0.0)), Cause::Rounding { .. }), "{:?}", cause(&rungs(0.0)));
+        prop_assert!(matches!(cause(&levels(0.0)), Cause::Rounding { .. }), "{:?}", cause(&levels(0.0)));
         let fault = 10_f64.powf(fault);
-        let found = cause(&rungs(fault));
+        let found = cause(&levels(fault));
         if fault > 1e12 * units[units.len() - 1] {
             prop_assert!(!matches!(found, Cause::Rounding { .. }), "{found:?}");
         }
@@ -569,14 +569,14 @@ proptest! {
 
 #[test]
 fn ladders_that_say_nothing() {
-    let rung = |unit_roundoff, defect| Sample { unit_roundoff, defect };
+    let level = |unit_roundoff, defect| Sample { unit_roundoff, defect };
     let unclear = |samples: &[Sample]| matches!(cause(samples), Cause::Unclear { .. });
-    assert!(unclear(&[]) && unclear(&[rung(1e-16, 1e-15)]) && unclear(&[rung(1e-16, 1e-15), rung(1e-16, 1e-15)]));
-    assert!(unclear(&[rung(1e-16, f64::NAN), rung(1e-31, 0.0)]) && unclear(&[rung(0.0, 1.0), rung(1e-31, 0.0)]));
+    assert!(unclear(&[]) && unclear(&[level(1e-16, 1e-15)]) && unclear(&[level(1e-16, 1e-15), level(1e-16, 1e-15)]));
+    assert!(unclear(&[level(1e-16, f64::NAN), level(1e-31, 0.0)]) && unclear(&[level(0.0, 1.0), level(1e-31, 0.0)]));
     // Half the digits lost to a square root.
-    assert!(unclear(&[rung(1e-16, 1e-8), rung(1e-32, 1e-16)]));
-    assert_eq!(cause(&[rung(1e-31, 0.0), rung(1e-16, 0.0)]), Cause::Rounding { amplification: 0.0 });
-    assert!(matches!(cause(&[rung(1e-31, 1e-4), rung(1e-16, 0.0)]), Cause::Error { .. }));
+    assert!(unclear(&[level(1e-16, 1e-8), level(1e-32, 1e-16)]));
+    assert_eq!(cause(&[level(1e-31, 0.0), level(1e-16, 0.0)]), Cause::Rounding { amplification: 0.0 });
+    assert!(matches!(cause(&[level(1e-31, 1e-4), level(1e-16, 0.0)]), Cause::Error { .. }));
 }
 
 #[test]

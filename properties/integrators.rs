@@ -215,7 +215,7 @@ fn a_step_back_undoes_a_step_for_the_midpoint_rule_with_exp_only() {
 
 /// The guess from the last step changes the work, not the answer.
 #[test]
-fn a_warm_start_finds_the_same_root_in_fewer_sweeps() {
+fn a_warm_start_finds_the_same_root_in_fewer_iterations() {
     let mut warm = Variational::new(Body, Torque::Llg, CayleySo3::new(), gauss2());
     let mut state = initial();
     let mut work = [0, 0];
@@ -298,7 +298,7 @@ fn a_steady_rotation_is_exact_with_exp() {
     assert!((state.momentum[1] - 2.0).abs() < 1e-15);
 }
 
-/// Newton's method and the continuation solve the same equations as the sweeps: the residual says so.
+/// Newton's method and the continuation solve the same equations as the fixed-point iterations: the residual says so.
 #[test]
 fn every_solver_leaves_a_small_true_residual() {
     let mut seen = Vec::new();
@@ -316,7 +316,7 @@ fn every_solver_leaves_a_small_true_residual() {
         method.residual(0.0, h, &initial().momentum, &rates, &mut residual).unwrap();
         assert!(residual.iter().all(|r| r.amax() < 1e-13), "{h}: {residual:?}");
     }
-    for solver in [Solver::Sweeps, Solver::Newton, Solver::Continuation] {
+    for solver in [Solver::FixedPoint, Solver::Newton, Solver::Continuation] {
         assert!(seen.contains(&solver), "{solver:?} was never used: {seen:?}");
     }
 }

@@ -13,7 +13,7 @@ use euler_poincare::laws::planted::{retraction, tableau};
 use euler_poincare::laws::trial::{Digits, Judged, Trial};
 use euler_poincare::scalar::{Dd, Number};
 use euler_poincare::study::guard::{self, Warning};
-use euler_poincare::study::{Comparison, Rung, Study, Target, problem};
+use euler_poincare::study::{Comparison, StepLevel, Study, Target, problem};
 use euler_poincare::system::{Case, cases};
 use euler_poincare::tableau::{Description, Family, analyse};
 use proptest::sample::select;
@@ -222,10 +222,10 @@ impl OneStep<Dd, 3, 3> for Spoiling {
 fn a_stepper_that_answers_nan_is_refused_and_not_measured() {
     let start =
         State { time: Dd::exact(0.0), momentum: Covector::<Dd, 3>::zeros(), attitude: Matrix::<Dd, 3>::identity() };
-    let rungs = Rung::over(Dd::exact(1.0), [1, 2, 4, 8]);
-    let target = Target { state: start.clone(), doubt: (Dd::exact(0.0), Dd::exact(0.0)) };
+    let levels = StepLevel::over(Dd::exact(1.0), [1, 2, 4, 8]);
+    let target = Target { state: start.clone(), reference_error: (Dd::exact(0.0), Dd::exact(0.0)) };
     let study = Study::new(start).with_attitude();
-    let findings = study.descend(|| Spoiling(0), &rungs, &vec![target; 4]);
+    let findings = study.descend(|| Spoiling(0), &levels, &vec![target; 4]);
     let refused = findings.rows().iter().map(|row| row.readings.is_err()).collect::<Vec<_>>();
     assert_eq!(refused, [false, false, true, true]);
     assert!(matches!(findings.compare(1), Comparison::Unknown { .. }), "{:?}", findings.compare(1));

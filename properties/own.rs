@@ -7,7 +7,7 @@ use self::types::{Bianchi, Midpoint, Split, SplitMap, Stiff, Wind};
 use euler_poincare::algebra::{Matrix, Vector};
 use euler_poincare::laws;
 use euler_poincare::laws::method::Claims;
-use euler_poincare::laws::own::{FromMap, Outcome, Settings, Suite};
+use euler_poincare::laws::user::{FromMap, Outcome, Settings, Suite};
 use euler_poincare::retraction::{Retraction, RetractionError, TangentPoint};
 use euler_poincare::suite;
 use std::path::{Path, PathBuf};

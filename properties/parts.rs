@@ -1,9 +1,9 @@
-//! Properties of `euler_poincare::laws::own`, laws on single parts: they hold on the library's parts, see every fault that
+//! Properties of `euler_poincare::laws::user`, laws on single parts: they hold on the library's parts, see every fault that
 //! can be planted, and name mistakes made by hand in types like those of a user.
 
 use euler_poincare::harness::{Law, Report, catch_fault, verdict_on};
-use euler_poincare::laws::own::part::{self, Subject};
-use euler_poincare::laws::own::values::Values;
+use euler_poincare::laws::user::part::{self, Subject};
+use euler_poincare::laws::user::values::Values;
 use std::collections::BTreeSet;
 
 mod algebra;
@@ -73,15 +73,15 @@ fn names(found: &[(&'static str, Values)]) -> Vec<&'static str> {
 /// Names are unique over all parts, every law says what it needs to say, and `verify` runs it in the same words.
 #[test]
 fn every_law_is_described() {
-    use euler_poincare::laws::own;
+    use euler_poincare::laws::user;
     let lists = [
-        own::algebra::LAWS,
-        own::group::LAWS,
-        own::lagrangian::LAWS,
-        own::force::LAWS,
-        own::groupoid::LAWS,
-        own::groupoid::LIE_LAWS,
-        own::discrete::LAWS,
+        user::algebra::LAWS,
+        user::group::LAWS,
+        user::lagrangian::LAWS,
+        user::force::LAWS,
+        user::groupoid::LAWS,
+        user::groupoid::LIE_LAWS,
+        user::discrete::LAWS,
     ];
     let mut known = BTreeSet::new();
     for about in lists.into_iter().flatten() {
@@ -93,7 +93,9 @@ fn every_law_is_described() {
         assert!(!about.faults.is_empty(), "{} cannot be shown to fail", about.name);
     }
     let all = euler_poincare::laws::all();
-    for about in [own::algebra::LAWS, own::group::LAWS, own::lagrangian::LAWS, own::force::LAWS].into_iter().flatten() {
+    for about in
+        [user::algebra::LAWS, user::group::LAWS, user::lagrangian::LAWS, user::force::LAWS].into_iter().flatten()
+    {
         let named: Vec<_> = all.iter().filter(|law| law.name == about.name).collect();
         let [law] = named[..] else { panic!("`verify` has {} laws called {}", named.len(), about.name) };
         let texts = [law.statement, law.source, law.oracle, law.bound];

@@ -1,7 +1,7 @@
 //! Properties of `probe`: right verdicts on the steppers in `steppers/`, and on programs that are none.
 
 use euler_poincare::algebra::Covector;
-use euler_poincare::foreign::{Described, Foreign, ForeignStepper, Limits, Program, Record, Silence, parse};
+use euler_poincare::external::{Described, External, ExternalStepper, Limits, Program, Record, Silence, parse};
 use euler_poincare::integrators::{OneStep, State, StepError, Variational};
 use euler_poincare::mechanics::{self, Lagrangian};
 use euler_poincare::retraction::Retraction;
@@ -648,18 +648,18 @@ fn the_stepper_in_python_is_the_library_s_method() {
     if !python("the_stepper_in_python_is_the_library_s_method") {
         return;
     }
-    let foreign = Foreign::new(&["python3".into(), steppers("variational.py")], Limits::default());
+    let external = External::new(&["python3".into(), steppers("variational.py")], Limits::default());
     let mut case = problem::generic().unwrap().case;
     case.method.tableau = "gauss-1".parse().unwrap();
     case.method.retraction = euler_poincare::system::case::Tau::Exponential;
     let (mu, g) = case.dispatch::<f64, _>(Gauss1).unwrap().unwrap();
     let start = case.dispatch::<f64, _>(Start).unwrap();
     let mut state: State<f64, 3, 3> = start;
-    ForeignStepper::<3, 3>::new(&foreign, &case).unwrap().step(&mut state, 0.125).unwrap();
+    ExternalStepper::<3, 3>::new(&external, &case).unwrap().step(&mut state, 0.125).unwrap();
     for (x, y) in state.momentum.iter().chain(state.attitude.iter()).zip(mu.iter().chain(&g)) {
         assert!((x - y).abs() < 1e-14, "{state:?} {mu:?} {g:?}");
     }
-    assert!(ForeignStepper::<6, 8>::new(&foreign, &case).is_err(), "another dimension is refused");
+    assert!(ExternalStepper::<6, 8>::new(&external, &case).is_err(), "another dimension is refused");
 }
 
 /// The initial state of a case on so(3).

@@ -110,7 +110,7 @@ fn work_per_step() {
             let mut counts = Vec::new();
             let mut integrator = method.on::<f64>(problem).unwrap();
             trajectory::integrate(&mut integrator, &mut state, 0.125, 8, |_, _, r| counts.push(r.iterations)).unwrap();
-            // The last sweeps are decided by rounding: a mean to the nearest whole number holds everywhere.
+            // The last fixed-point iterations are decided by rounding: a mean to the nearest whole number holds everywhere.
             let mean = (counts.iter().sum::<usize>() + 4) / 8;
             writeln!(text, "{:<8} {method:<14} {mean} iterations a step", problem.name()).unwrap();
         }

@@ -2,13 +2,13 @@
 //!
 #![doc = include_str!("guide/modules/system.md")]
 //!
-//! Examples are rigid bodies, underwater vehicles and spins, with drag, torques and damping. This crate integrates such systems by
-//! the variationally partitioned Runge–Kutta–Munthe-Kaas methods that come from doubling the variables (D. Martín de Diego, R. T.
-//! Sato Martín de Almagro, *Variational order for forced Lagrangian systems II: Euler–Poincaré equations with forcing*, 2019). It
-//! checks what the theory promises on random algebras, inertias, forces, tableaux and states.
+//! Examples are rigid bodies, underwater vehicles and spins, with drag, torques and damping. This crate integrates such
+//! systems by the variationally partitioned Runge–Kutta–Munthe-Kaas methods that come from doubling the variables (D. Martín
+//! de Diego, R. T. Sato Martín de Almagro, *Variational order for forced Lagrangian systems II: Euler–Poincaré equations
+//! with forcing*, 2019). It checks what the theory promises on random algebras, inertias, forces, tableaux and states.
 //!
-//! The [guide](guide/index.html) has a chapter for each task: getting started, integrating a system, orders of a tableau, testing
-//! your own code, probing a program in any language, campaigns, the theory.
+//! The [guide](guide/index.html) has a chapter for each task: getting started, integrating a system, orders of a tableau,
+//! testing your own code, probing a program in any language, campaigns, the theory.
 //!
 //! # Example
 //!
@@ -58,7 +58,7 @@
 //! | `harness` | laws, verdicts, campaigns, order estimates; knows no Lie theory |
 //! | `system`, `study` | the case as a plain value; convergence studies, of any one-step method |
 //! | `laws` | what is promised, with planted faults; laws of any one-step method |
-//! | `foreign` | steppers that are other programs, over standard input and output |
+//! | `external` | steppers that are other programs, over standard input and output |
 //!
 //! # Features
 //!
@@ -66,7 +66,7 @@
 //! |---|---|
 //! | none | what needs little more than nalgebra: `scalar` to `integrators` in the table above |
 //! | `lanes` | also the fast steps, solvers and ensembles on SO(3) and SE(3): `integrators::{so3, se3}` |
-//! | `harness` | also `lanes`, `experiments`, `harness`, `system`, `study`, `laws`, `foreign` |
+//! | `harness` | also `lanes`, `experiments`, `harness`, `system`, `study`, `laws`, `external` |
 //! | `cli` (default) | also the command |
 
 #![cfg_attr(docsrs, feature(doc_cfg))]
@@ -76,7 +76,7 @@ pub mod discrete;
 #[cfg(feature = "harness")]
 pub mod experiments;
 #[cfg(feature = "harness")]
-pub mod foreign;
+pub mod external;
 pub mod group;
 pub mod groupoid;
 #[cfg(all(any(doc, doctest), feature = "harness"))]

@@ -40,7 +40,7 @@ fn an_ensemble_knows_its_bodies() {
 }
 
 #[test]
-fn an_ensemble_takes_steps_that_sweeps_do_not_solve_and_names_the_body_that_fails() {
+fn an_ensemble_takes_steps_that_fixed_point_iterations_do_not_solve_and_names_the_body_that_fails() {
     let (lagrangian, start) = rigid();
     let member = |scale: f64| Member {
         lagrangian: lagrangian.clone(),
@@ -70,7 +70,7 @@ fn an_ensemble_takes_steps_that_sweeps_do_not_solve_and_names_the_body_that_fail
             assert!(distance(&state, &found) < 1e-13);
         }
     }
-    assert!(solvers.contains(&Solver::Newton) && solvers.contains(&Solver::Sweeps), "{solvers:?}");
+    assert!(solvers.contains(&Solver::Newton) && solvers.contains(&Solver::FixedPoint), "{solvers:?}");
 }
 
 /// In a steady rotation every step rounds alike: gᵀg would drift by 5e-19 a step if g were summed up.
@@ -127,7 +127,7 @@ fn apart<R: HalfAngle + Sync>(members: &[Member<Terms>], retraction: R, name: &s
 }
 
 /// Over many steps, with forces that change from one to the next: what an ensemble extrapolates, and what it takes for granted
-/// of its sweeps, are no part of where it ends.
+/// of its fixed-point iterations, are no part of where it ends.
 #[test]
 fn an_ensemble_goes_with_the_bodies_over_many_steps() {
     let members: Vec<_> = (0..12)

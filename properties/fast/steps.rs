@@ -42,7 +42,7 @@ const TABLEAUX: [&str; 22] = [
 ];
 
 /// Ten steps, none of which needs Newton's method.
-fn by_sweeps<const N: usize, const D: usize>(
+fn by_fixed_point_iterations<const N: usize, const D: usize>(
     method: &mut impl OneStep<f64, N, D>,
     start: &State<f64, N, D>,
     h: f64,
@@ -50,12 +50,12 @@ fn by_sweeps<const N: usize, const D: usize>(
 ) {
     let mut state = start.clone();
     for _ in 0..10 {
-        assert_eq!(method.step(&mut state, h).unwrap().solver, Solver::Sweeps, "{name}");
+        assert_eq!(method.step(&mut state, h).unwrap().solver, Solver::FixedPoint, "{name}");
     }
 }
 
 #[test]
-fn the_bodies_of_the_benchmarks_take_their_steps_by_sweeps() {
+fn the_bodies_of_the_benchmarks_take_their_steps_by_fixed_point_iterations() {
     let (body, start) = rigid();
     let (vessel, afloat) = submerged();
     let drag = |d: f64| Matrix::<f64, 6>::from_diagonal_element(d);
@@ -68,11 +68,11 @@ fn the_bodies_of_the_benchmarks_take_their_steps_by_sweeps() {
     for name in TABLEAUX {
         for registers in Registers::all() {
             let damped = VariationalSo3::new(body.clone(), damping(1.0), CayleySo3::new(), tableau(name));
-            by_sweeps(&mut damped.unwrap().in_registers(registers), &start, 0.125, name);
+            by_fixed_point_iterations(&mut damped.unwrap().in_registers(registers), &start, 0.125, name);
             let damped = VariationalSo3::new(body.clone(), damping(1.0), ExponentialSo3::new(), tableau(name));
-            by_sweeps(&mut damped.unwrap().in_registers(registers), &start, 0.125, name);
+            by_fixed_point_iterations(&mut damped.unwrap().in_registers(registers), &start, 0.125, name);
             let dragged = VariationalSe3::new(vessel.clone(), terms.clone(), CayleySe3::new(), tableau(name));
-            by_sweeps(&mut dragged.unwrap().in_registers(registers), &afloat, 0.1, name);
+            by_fixed_point_iterations(&mut dragged.unwrap().in_registers(registers), &afloat, 0.1, name);
         }
     }
 }
@@ -192,8 +192,8 @@ fn forces_without_a_form_in_lanes_are_refused() {
     assert_eq!(se3::Terms::new(&force).unwrap_err().force, "double bracket");
 }
 
-/// The quaternion form takes the steps of the matrix form: the same momenta, and the same rotation to round-off, by sweeps and by
-/// Newton's method, when it starts again from a state of one's own, and backwards.
+/// The quaternion form takes the steps of the matrix form: the same momenta, and the same rotation to round-off, by
+/// fixed-point iterations and by Newton's method, when it starts again from a state of one's own, and backwards.
 #[test]
 fn quaternions_turn_as_matrices_do() {
     fn agree<R: HalfAngle>(retraction: R, name: &str, h: f64, wanted: Solver) {
@@ -223,8 +223,8 @@ fn quaternions_turn_as_matrices_do() {
         }
     }
     for name in ["gauss-1", "gauss-2", "gauss-5", "lobatto-iiia-3"] {
-        agree(CayleySo3::new(), name, 0.125, Solver::Sweeps);
-        agree(ExponentialSo3::new(), name, 0.125, Solver::Sweeps);
+        agree(CayleySo3::new(), name, 0.125, Solver::FixedPoint);
+        agree(ExponentialSo3::new(), name, 0.125, Solver::FixedPoint);
     }
 }
 
@@ -246,9 +246,9 @@ fn a_quaternion_is_of_unit_length() {
     let mut state = fresh.clone();
     assert!(matches!(method.step(&mut state, 0.9), Err(StepError::Fold { .. })));
     assert_eq!(state, fresh);
-    // Newton's method, just before the fold; and a step forth and back by sweeps.
+    // Newton's method, just before the fold; and a step forth and back by fixed-point iterations.
     let report = method.step(&mut state, 0.79).unwrap();
-    assert_ne!(report.solver, Solver::Sweeps);
+    assert_ne!(report.solver, Solver::FixedPoint);
     let mut matrix = start.clone();
     let (lagrangian, _) = rigid();
     VariationalSo3::new(lagrangian, damping(1.0), CayleySo3::new(), tableau("lobatto-iiia-2"))

@@ -6,7 +6,7 @@
 use euler_poincare::algebra::{Covector, LieAlgebra, Matrix, Vector};
 use euler_poincare::group::LieGroup;
 use euler_poincare::integrators::{OneStep, Report, Solver, State, StepError};
-use euler_poincare::laws::own::Map;
+use euler_poincare::laws::user::Map;
 use euler_poincare::mechanics::{Force, Lagrangian};
 use euler_poincare::retraction::{Retraction, RetractionError, TangentPoint};
 use euler_poincare::scalar::{Real, Scalar};

@@ -3,7 +3,7 @@
 use super::{broken, clean, missed, names, switched_off};
 use euler_poincare::algebra::catalogue::Entry;
 use euler_poincare::algebra::{Casimir, LieAlgebra, Matrix, Vector};
-use euler_poincare::laws::own::algebra::{Constants, OwnAlgebra};
+use euler_poincare::laws::user::algebra::{Constants, UserAlgebra};
 use euler_poincare::scalar::{Dd, Real};
 use std::collections::BTreeSet;
 
@@ -12,8 +12,8 @@ fn constants<T: Real, const N: usize>(name: &str) -> Constants<T, N> {
     Constants::new(|a, b, c| entry.constant(a, b, c)).casimirs(entry.casimirs().unwrap())
 }
 
-fn both<const N: usize>(name: &str) -> OwnAlgebra<Constants<f64, N>, Constants<Dd, N>, N> {
-    OwnAlgebra::at_both(constants(name), constants(name))
+fn both<const N: usize>(name: &str) -> UserAlgebra<Constants<f64, N>, Constants<Dd, N>, N> {
+    UserAlgebra::at_both(constants(name), constants(name))
 }
 
 fn validated<T: Real, const N: usize>(name: &str) -> LieAlgebra<T, N> {
@@ -26,15 +26,15 @@ fn the_laws_hold_on_the_algebras_of_the_catalogue() {
     for name in ["so3", "se2", "heisenberg", "sl2", "r3"] {
         let report = clean(name, both::<3>(name), 150);
         assert!(switched_off(&report).is_empty(), "{name}: {:?}", switched_off(&report));
-        clean(name, OwnAlgebra::at_both(validated::<f64, 3>(name), validated::<Dd, 3>(name)), 100);
+        clean(name, UserAlgebra::at_both(validated::<f64, 3>(name), validated::<Dd, 3>(name)), 100);
     }
     assert_eq!(switched_off(&clean("aff1", both::<2>("aff1"), 150)), ["algebra-casimirs"]);
     clean("r1", both::<1>("r1"), 150);
     for name in ["se3", "so4", "so3+heisenberg"] {
         clean(name, both::<6>(name), 60);
-        clean(name, OwnAlgebra::at_both(validated::<f64, 6>(name), validated::<Dd, 6>(name)), 60);
+        clean(name, UserAlgebra::at_both(validated::<f64, 6>(name), validated::<Dd, 6>(name)), 60);
     }
-    clean("so3 in f64", OwnAlgebra::in_double(constants::<f64, 3>("so3")), 150);
+    clean("so3 in f64", UserAlgebra::in_double(constants::<f64, 3>("so3")), 150);
 }
 
 #[test]
@@ -63,7 +63,7 @@ fn wrong<T: Real>(kind: &str) -> Constants<T, 3> {
 #[test]
 fn mistakes_by_hand_are_named() {
     let found = |kind| {
-        let found = broken(|| OwnAlgebra::at_both(wrong::<f64>(kind), wrong::<Dd>(kind)), 60);
+        let found = broken(|| UserAlgebra::at_both(wrong::<f64>(kind), wrong::<Dd>(kind)), 60);
         found.iter().for_each(|(law, case)| assert!(!case.to_string().contains('/'), "{law}: {case}"));
         names(&found)
     };

@@ -4,7 +4,7 @@ use super::{broken, clean, missed, names, switched_off};
 use euler_poincare::algebra::{Covector, Matrix, Vector};
 use euler_poincare::discrete::{DiscreteError, DiscreteLagrangian, Slopes, StageLagrangian, Triple};
 use euler_poincare::group::So3;
-use euler_poincare::laws::own::discrete::{OnGroup, OwnDiscrete};
+use euler_poincare::laws::user::discrete::{OnGroup, UserDiscrete};
 use euler_poincare::mechanics::doubled::Forced;
 use euler_poincare::mechanics::force::LinearDrag;
 use euler_poincare::mechanics::lagrangian::Quadratic;
@@ -27,16 +27,16 @@ fn stages<T: Real>(stages: usize) -> OnGroup<Stages<T>, So3<T>, CayleySo3<T>> {
 
 #[test]
 fn the_laws_hold_on_stage_lagrangians() {
-    let both = OwnDiscrete::at_both(stages::<f64>(1), stages::<Dd>(1)).antisymmetric();
+    let both = UserDiscrete::at_both(stages::<f64>(1), stages::<Dd>(1)).antisymmetric();
     let report = clean("one stage", both, 40);
     assert!(switched_off(&report).is_empty(), "{:?}", switched_off(&report));
-    clean("two stages", OwnDiscrete::at_both(stages::<f64>(2), stages::<Dd>(2)).antisymmetric(), 8);
-    clean("one stage in f64", OwnDiscrete::in_double(stages::<f64>(1)).antisymmetric(), 40);
+    clean("two stages", UserDiscrete::at_both(stages::<f64>(2), stages::<Dd>(2)).antisymmetric(), 8);
+    clean("one stage in f64", UserDiscrete::in_double(stages::<f64>(1)).antisymmetric(), 40);
 }
 
 #[test]
 fn every_fault_is_seen() {
-    let both = OwnDiscrete::at_both(stages::<f64>(1), stages::<Dd>(1)).antisymmetric();
+    let both = UserDiscrete::at_both(stages::<f64>(1), stages::<Dd>(1)).antisymmetric();
     assert_eq!(missed(both, 12), BTreeSet::new());
 }
 
@@ -117,7 +117,7 @@ fn by_hand<T: Real>(mistake: &'static str) -> OnGroup<ByHand, So3<T>, CayleySo3<
 
 #[test]
 fn mistakes_by_hand_are_named() {
-    let own = |mistake| move || OwnDiscrete::at_both(by_hand::<f64>(mistake), by_hand::<Dd>(mistake)).antisymmetric();
+    let own = |mistake| move || UserDiscrete::at_both(by_hand::<f64>(mistake), by_hand::<Dd>(mistake)).antisymmetric();
     clean("by hand", own("nothing")(), 60);
     let found = |mistake| names(&broken(own(mistake), 40));
     assert!(found("factor").starts_with(&["discrete-derivatives"]), "{:?}", found("factor"));
@@ -128,7 +128,7 @@ fn mistakes_by_hand_are_named() {
     assert!(!found("one copy").contains(&"discrete-derivatives"), "its slopes are right");
     // Thm 5.3 looks at the derivatives on the units alone.
     assert_eq!(found("off the units"), ["discrete-antisymmetry"]);
-    let kept = OwnDiscrete::at_both(by_hand::<f64>("off the units"), by_hand::<Dd>("off the units")).keeps_units();
+    let kept = UserDiscrete::at_both(by_hand::<f64>("off the units"), by_hand::<Dd>("off the units")).keeps_units();
     assert_eq!(switched_off(&clean("keeps units", kept, 40)), ["discrete-antisymmetry"]);
 }
 
@@ -155,6 +155,6 @@ impl<T: Real> DiscreteLagrangian<T, 3, 3> for Irregular {
 #[test]
 fn an_irregular_one_is_named() {
     let part = || OnGroup { lagrangian: Irregular, group: So3::<f64>::new(), retraction: CayleySo3::<f64>::new() };
-    let found = names(&broken(|| OwnDiscrete::in_double(part()), 40));
+    let found = names(&broken(|| UserDiscrete::in_double(part()), 40));
     assert_eq!(found, ["discrete-regular"]);
 }

@@ -2,7 +2,7 @@
 
 use super::{broken, clean, missed, names, switched_off};
 use euler_poincare::algebra::{Covector, Entry, LieAlgebra, Matrix, Vector};
-use euler_poincare::laws::own::force::OwnForce;
+use euler_poincare::laws::user::force::UserForce;
 use euler_poincare::mechanics::Force;
 use euler_poincare::mechanics::force::{
     Constant, DoubleBracket, LinearDrag, Metriplectic, Periodic, QuadraticDrag, Zero,
@@ -39,37 +39,37 @@ fn periodic<T: Real>() -> Periodic<T, 3> {
 #[test]
 fn the_laws_hold_on_the_forces_of_the_library() {
     let casimirs = Entry::So3.casimirs::<f64, 3>().unwrap();
-    let both = OwnForce::at_both(double_bracket::<f64>(), double_bracket::<Dd>())
+    let both = UserForce::at_both(double_bracket::<f64>(), double_bracket::<Dd>())
         .dissipates()
         .keeps_both((inertia::<f64>(), casimirs), (inertia::<Dd>(), Entry::So3.casimirs().unwrap()));
     let report = clean("double bracket", both, 100);
     assert_eq!(switched_off(&report), ["force-workless"]);
-    let report = clean("metriplectic", OwnForce::at_both(metriplectic::<f64>(), metriplectic::<Dd>()).workless(), 100);
+    let report = clean("metriplectic", UserForce::at_both(metriplectic::<f64>(), metriplectic::<Dd>()).workless(), 100);
     assert_eq!(switched_off(&report), ["force-dissipates", "force-keeps-casimirs"]);
     let drag = || {
         let part = |matrix| LinearDrag::new(matrix).unwrap();
-        OwnForce::at_both(part(stiffness::<f64>()), LinearDrag::new(stiffness::<Dd>()).unwrap()).dissipates()
+        UserForce::at_both(part(stiffness::<f64>()), LinearDrag::new(stiffness::<Dd>()).unwrap()).dissipates()
     };
     clean("linear drag", drag(), 100);
     let quadratic = (QuadraticDrag::new(stiffness::<f64>()).unwrap(), QuadraticDrag::new(stiffness::<Dd>()).unwrap());
-    clean("quadratic drag", OwnForce::at_both(quadratic.0, quadratic.1).dissipates(), 100);
+    clean("quadratic drag", UserForce::at_both(quadratic.0, quadratic.1).dissipates(), 100);
     let load = || Covector::<f64, 3>::new(1.0, 0.5, -0.25);
     let constant = (Constant::new(load()).unwrap(), Constant::new(load().map(Dd::exact)).unwrap());
-    clean("constant", OwnForce::at_both(constant.0, constant.1), 100);
-    clean("periodic", OwnForce::at_both(periodic::<f64>(), periodic::<Dd>()), 100);
-    clean("periodic in f64", OwnForce::in_double(periodic::<f64>()), 100);
-    let zero = OwnForce::<_, _, 3>::at_both(Zero, Zero).dissipates().workless();
+    clean("constant", UserForce::at_both(constant.0, constant.1), 100);
+    clean("periodic", UserForce::at_both(periodic::<f64>(), periodic::<Dd>()), 100);
+    clean("periodic in f64", UserForce::in_double(periodic::<f64>()), 100);
+    let zero = UserForce::<_, _, 3>::at_both(Zero, Zero).dissipates().workless();
     assert_eq!(switched_off(&clean("zero", zero, 50)), ["force-keeps-casimirs"]);
 }
 
 #[test]
 fn every_fault_is_seen() {
     let casimirs = Entry::So3.casimirs::<f64, 3>().unwrap();
-    let both = OwnForce::at_both(double_bracket::<f64>(), double_bracket::<Dd>())
+    let both = UserForce::at_both(double_bracket::<f64>(), double_bracket::<Dd>())
         .dissipates()
         .keeps_both((inertia::<f64>(), casimirs), (inertia::<Dd>(), Entry::So3.casimirs().unwrap()));
     assert_eq!(missed(both, 30), BTreeSet::from([("force-workless", "force-load")]));
-    let workless = OwnForce::at_both(metriplectic::<f64>(), metriplectic::<Dd>()).workless();
+    let workless = UserForce::at_both(metriplectic::<f64>(), metriplectic::<Dd>()).workless();
     assert!(!missed(workless, 30).contains(&("force-workless", "force-load")));
 }
 
@@ -98,9 +98,9 @@ impl<T: Real> Force<T, 3> for Wing {
 
 #[test]
 fn mistakes_by_hand_are_named() {
-    let own = |mistake| move || OwnForce::at_both(Wing(mistake), Wing(mistake));
+    let own = |mistake| move || UserForce::at_both(Wing(mistake), Wing(mistake));
     clean("wing", own("nothing")(), 100);
-    clean("wing in f64", OwnForce::in_double(Wing("nothing")), 100);
+    clean("wing in f64", UserForce::in_double(Wing("nothing")), 100);
     clean("free", own("free")().dissipates().workless(), 100);
     let found = |mistake| names(&broken(own(mistake), 60));
     assert_eq!(found("lost"), ["force-derivatives"]);
@@ -108,7 +108,7 @@ fn mistakes_by_hand_are_named() {
     assert!(found("nan").starts_with(&["force-finite"]));
     assert!(names(&broken(|| own("nothing")().dissipates(), 60)).contains(&"force-dissipates"), "sin(t) does work");
     assert!(names(&broken(|| own("sign")().dissipates(), 60)).contains(&"force-dissipates"));
-    assert_eq!(names(&broken(|| OwnForce::in_double(Wing("lost")), 60)), ["force-derivatives"]);
+    assert_eq!(names(&broken(|| UserForce::in_double(Wing("lost")), 60)), ["force-derivatives"]);
 }
 
 /// A force with a state behind a lock.
@@ -124,7 +124,7 @@ impl Force<f64, 1> for Noise {
 
 #[test]
 fn state_is_named() {
-    let report = euler_poincare::laws::own::part::run(OwnForce::in_double(Noise(Mutex::new(1))), 1, 30);
+    let report = euler_poincare::laws::user::part::run(UserForce::in_double(Noise(Mutex::new(1))), 1, 30);
     let law = report.laws.iter().find(|law| law.law == "force-deterministic").unwrap();
     assert_eq!(law.broken.len(), 30);
 }

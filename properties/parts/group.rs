@@ -4,8 +4,8 @@ use super::{broken, clean, missed, names, switched_off};
 use euler_poincare::algebra::catalogue::Entry;
 use euler_poincare::algebra::{LieAlgebra, Matrix, Vector};
 use euler_poincare::group::{LieGroup, MatrixGroup, So3};
-use euler_poincare::laws::own::group::OwnGroup;
-use euler_poincare::laws::own::part::{Precisions, Subject};
+use euler_poincare::laws::user::group::UserGroup;
+use euler_poincare::laws::user::part::{Precisions, Subject};
 use euler_poincare::scalar::{Dd, Real, Scalar};
 use std::collections::BTreeSet;
 
@@ -23,44 +23,44 @@ fn skewed<T: Real, const N: usize, const D: usize>(name: &str) -> MatrixGroup<T,
     entry(name).in_basis(&basis).unwrap()
 }
 
-fn both<const N: usize, const D: usize>(name: &str) -> OwnGroup<MatrixGroup<f64, N, D>, MatrixGroup<Dd, N, D>, N, D> {
-    OwnGroup::at_both(entry(name), entry(name))
+fn both<const N: usize, const D: usize>(name: &str) -> UserGroup<MatrixGroup<f64, N, D>, MatrixGroup<Dd, N, D>, N, D> {
+    UserGroup::at_both(entry(name), entry(name))
 }
 
 #[test]
 fn the_laws_hold_on_the_groups_of_the_catalogue() {
-    let so3 = OwnGroup::at_both(So3::<f64>::new(), So3::<Dd>::new());
+    let so3 = UserGroup::at_both(So3::<f64>::new(), So3::<Dd>::new());
     assert_eq!(so3.precisions(), Precisions::Both);
     let report = clean("So3", so3, 200);
     assert!(switched_off(&report).is_empty());
     for name in ["so3", "se2", "heisenberg", "sl2"] {
         clean(name, both::<3, 3>(name), 100);
-        clean(name, OwnGroup::at_both(skewed::<f64, 3, 3>(name), skewed::<Dd, 3, 3>(name)), 100);
+        clean(name, UserGroup::at_both(skewed::<f64, 3, 3>(name), skewed::<Dd, 3, 3>(name)), 100);
     }
     clean("aff1", both::<2, 2>("aff1"), 100);
     clean("r1", both::<1, 2>("r1"), 100);
     for name in ["se3", "so4"] {
         clean(name, both::<6, 4>(name), 60);
-        clean(name, OwnGroup::at_both(skewed::<f64, 6, 4>(name), skewed::<Dd, 6, 4>(name)), 60);
+        clean(name, UserGroup::at_both(skewed::<f64, 6, 4>(name), skewed::<Dd, 6, 4>(name)), 60);
     }
     clean("so3+r1", both::<4, 5>("so3+r1"), 60);
 }
 
 #[test]
 fn in_double_alone_too() {
-    let so3 = OwnGroup::in_double(So3::<f64>::new());
+    let so3 = UserGroup::in_double(So3::<f64>::new());
     assert!(so3.precisions().to_string().starts_with("f64 alone"));
     clean("So3 in f64", so3, 200);
-    clean("se3 in f64", OwnGroup::in_double(skewed::<f64, 6, 4>("se3")), 60);
+    clean("se3 in f64", UserGroup::in_double(skewed::<f64, 6, 4>("se3")), 60);
 }
 
 #[test]
 fn every_fault_is_seen() {
     let none = BTreeSet::new();
     assert_eq!(missed(both::<3, 3>("sl2"), 30), none);
-    assert_eq!(missed(OwnGroup::at_both(skewed::<f64, 6, 4>("se3"), skewed::<Dd, 6, 4>("se3")), 30), none);
+    assert_eq!(missed(UserGroup::at_both(skewed::<f64, 6, 4>("se3"), skewed::<Dd, 6, 4>("se3")), 30), none);
     // On SO(3) the transpose is the inverse, of Ad as well.
-    let so3 = OwnGroup::at_both(So3::<f64>::new(), So3::<Dd>::new());
+    let so3 = UserGroup::at_both(So3::<f64>::new(), So3::<Dd>::new());
     assert_eq!(
         missed(so3, 30),
         BTreeSet::from([
@@ -149,7 +149,7 @@ impl<T: Real> LieGroup<T, 3, 3> for Plane<T> {
 
 #[test]
 fn mistakes_by_hand_are_named() {
-    let plane = |wrong| move || OwnGroup::at_both(Plane::<f64>::new(wrong), Plane::<Dd>::new(wrong));
+    let plane = |wrong| move || UserGroup::at_both(Plane::<f64>::new(wrong), Plane::<Dd>::new(wrong));
     clean("SE(2) by hand", plane(Wrong::Nothing)(), 200);
     let found = |wrong| names(&broken(plane(wrong), 60));
     assert!(found(Wrong::HatIndex).starts_with(&["group-vee-hat", "group-bracket"]), "{:?}", found(Wrong::HatIndex));
@@ -173,7 +173,7 @@ fn mistakes_by_hand_are_named() {
 #[test]
 fn mistakes_are_named_in_double_alone() {
     for wrong in [Wrong::HatIndex, Wrong::Transpose, Wrong::AdTransposed, Wrong::ConstantSign, Wrong::SevenDigits] {
-        assert!(!broken(|| OwnGroup::in_double(Plane::<f64>::new(wrong)), 60).is_empty(), "{wrong:?}");
+        assert!(!broken(|| UserGroup::in_double(Plane::<f64>::new(wrong)), 60).is_empty(), "{wrong:?}");
     }
 }
 
@@ -181,8 +181,8 @@ fn mistakes_are_named_in_double_alone() {
 #[test]
 fn a_case_that_does_not_fit_is_broken() {
     use euler_poincare::harness::verdict_on;
-    use euler_poincare::laws::own::{part, values::Values};
-    let law = part::law(OwnGroup::in_double(So3::<f64>::new()), "group-vee-hat").unwrap();
+    use euler_poincare::laws::user::{part, values::Values};
+    let law = part::law(UserGroup::in_double(So3::<f64>::new()), "group-vee-hat").unwrap();
     for (text, why) in
         [("{}", "no vector `x`"), (r#"{"x":[1,2]}"#, "has 2 numbers, expected 3"), (r#"{"x":[1,2,"1/0"]}"#, "zero")]
     {
@@ -191,5 +191,5 @@ fn a_case_that_does_not_fit_is_broken() {
         assert!(verdict.is_broken() && verdict.to_string().contains(why), "{verdict}");
     }
     assert!(serde_json::from_str::<Values>(r#"{"x":[1],"x":[2]}"#).is_err());
-    assert!(part::law(OwnGroup::in_double(So3::<f64>::new()), "group-nothing").is_none());
+    assert!(part::law(UserGroup::in_double(So3::<f64>::new()), "group-nothing").is_none());
 }

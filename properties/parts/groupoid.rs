@@ -7,7 +7,7 @@ use euler_poincare::groupoid::{
     ActionGroupoid, AtiyahGroupoid, Coadjoint, DenseGroup, DenseSpace, Group, Groupoid, LieGroupoid, Linear, Manifold,
     ManifoldPair, PairGroupoid, Singleton, SphereFrames, TrivialGroupoid,
 };
-use euler_poincare::laws::own::groupoid::{Chains, LieChains, OwnGroupoid, OwnLieGroupoid};
+use euler_poincare::laws::user::groupoid::{Chains, LieChains, UserGroupoid, UserLieGroupoid};
 use euler_poincare::retraction::{CayleySo3, Retraction};
 use euler_poincare::scalar::{Dd, Real, Scalar};
 use nalgebra::{DMatrix, DVector, SVector};
@@ -169,7 +169,7 @@ impl<T: Real> LieChains<T> for Frames<T> {
 
 macro_rules! both {
     ($name:ident) => {
-        OwnLieGroupoid::at_both($name(Over::<f64>::new()), $name(Over::<Dd>::new())).within(1.0)
+        UserLieGroupoid::at_both($name(Over::<f64>::new()), $name(Over::<Dd>::new())).within(1.0)
     };
 }
 
@@ -181,8 +181,8 @@ fn the_laws_hold_on_the_lie_groupoids_of_the_library() {
     clean("G×G", both!(Pairs), 40);
     clean("ℝ³⋊G", both!(Rows), 40);
     clean("g*⋊G", both!(Coadjoints), 40);
-    clean("sphere", OwnLieGroupoid::at_both(Frames::<f64>(PhantomData), Frames::<Dd>(PhantomData)).within(1.0), 40);
-    clean("G×G×G in f64", OwnLieGroupoid::in_double(Gauge(Over::<f64>::new())).within(1.0), 40);
+    clean("sphere", UserLieGroupoid::at_both(Frames::<f64>(PhantomData), Frames::<Dd>(PhantomData)).within(1.0), 40);
+    clean("G×G×G in f64", UserLieGroupoid::in_double(Gauge(Over::<f64>::new())).within(1.0), 40);
 }
 
 #[test]
@@ -255,7 +255,7 @@ impl<T: Real> Chains for Intervals<T> {
 #[test]
 fn mistakes_by_hand_are_named() {
     let own = |mistake| {
-        move || OwnGroupoid::at_both(Intervals::<f64>(mistake, PhantomData), Intervals::<Dd>(mistake, PhantomData))
+        move || UserGroupoid::at_both(Intervals::<f64>(mistake, PhantomData), Intervals::<Dd>(mistake, PhantomData))
     };
     clean("intervals", own("nothing")(), 200);
     assert_eq!(missed(own("nothing")(), 40), BTreeSet::new());
@@ -267,7 +267,7 @@ fn mistakes_by_hand_are_named() {
     assert!(found("unit").starts_with(&["groupoid-left-unit", "groupoid-right-unit"]));
     assert!(found("product").contains(&"groupoid-associativity"), "{:?}", found("product"));
     assert!(found("digits").contains(&"groupoid-associativity"), "{:?}", found("digits"));
-    let alone = broken(|| OwnGroupoid::in_double(Intervals::<f64>("digits", PhantomData)), 100);
+    let alone = broken(|| UserGroupoid::in_double(Intervals::<f64>("digits", PhantomData)), 100);
     assert!(names(&alone).contains(&"groupoid-left-inverse") || names(&alone).contains(&"groupoid-associativity"));
 }
 
@@ -317,8 +317,8 @@ impl Chains for Plane {
 
 #[test]
 fn the_laws_hold_on_the_pair_groupoid() {
-    clean("pairs", OwnGroupoid::in_double(Plane), 200);
-    let blind = missed(OwnGroupoid::in_double(Plane), 40);
+    clean("pairs", UserGroupoid::in_double(Plane), 200);
+    let blind = missed(UserGroupoid::in_double(Plane), 40);
     // A distance that is always 0 sees ends alone.
     assert!(blind.iter().all(|(_, fault)| *fault != "ends-swapped" && *fault != "never-refuses"), "{blind:?}");
 }
@@ -381,7 +381,7 @@ impl<T: Real> LieChains<T> for Lost<T> {
 
 #[test]
 fn a_lost_derivative_is_named() {
-    let found = names(&broken(|| OwnLieGroupoid::in_double(Lost(Over::<f64>::new())).within(1.0), 20));
+    let found = names(&broken(|| UserLieGroupoid::in_double(Lost(Over::<f64>::new())).within(1.0), 20));
     assert!(found.contains(&"algebroid-bracket"), "{found:?}");
     assert!(!found.contains(&"lie-groupoid-axioms"));
 }

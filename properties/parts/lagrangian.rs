@@ -2,7 +2,7 @@
 
 use super::{broken, clean, missed, names, switched_off};
 use euler_poincare::algebra::{Covector, Matrix, Vector};
-use euler_poincare::laws::own::lagrangian::OwnLagrangian;
+use euler_poincare::laws::user::lagrangian::UserLagrangian;
 use euler_poincare::mechanics::lagrangian::{AnyLagrangian, Quadratic, Quartic};
 use euler_poincare::mechanics::{Lagrangian, LegendreError};
 use euler_poincare::scalar::{Dd, Real, Scalar};
@@ -22,26 +22,27 @@ fn quartic<T: Real, const N: usize>() -> Quartic<T, N> {
 
 #[test]
 fn the_laws_hold_on_the_lagrangians_of_the_library() {
-    let report = clean("quadratic", OwnLagrangian::at_both(quadratic::<f64, 3>(), quadratic::<Dd, 3>()), 150);
+    let report = clean("quadratic", UserLagrangian::at_both(quadratic::<f64, 3>(), quadratic::<Dd, 3>()), 150);
     assert!(switched_off(&report).is_empty());
-    clean("quadratic 6", OwnLagrangian::at_both(quadratic::<f64, 6>(), quadratic::<Dd, 6>()), 40);
-    clean("quartic", OwnLagrangian::at_both(quartic::<f64, 3>(), quartic::<Dd, 3>()), 100);
-    clean("quartic 1", OwnLagrangian::at_both(quartic::<f64, 1>(), quartic::<Dd, 1>()), 100);
-    let any = OwnLagrangian::at_both(AnyLagrangian::from(quartic::<f64, 2>()), AnyLagrangian::from(quartic::<Dd, 2>()));
+    clean("quadratic 6", UserLagrangian::at_both(quadratic::<f64, 6>(), quadratic::<Dd, 6>()), 40);
+    clean("quartic", UserLagrangian::at_both(quartic::<f64, 3>(), quartic::<Dd, 3>()), 100);
+    clean("quartic 1", UserLagrangian::at_both(quartic::<f64, 1>(), quartic::<Dd, 1>()), 100);
+    let any =
+        UserLagrangian::at_both(AnyLagrangian::from(quartic::<f64, 2>()), AnyLagrangian::from(quartic::<Dd, 2>()));
     clean("any", any, 60);
     // One large and one negative moment.
     fn thin<T: Real>() -> Quadratic<T, 3> {
         Quadratic::diagonal([T::int(64), -T::ratio(1, 64), T::one()]).unwrap()
     }
-    clean("thin", OwnLagrangian::at_both(thin::<f64>(), thin::<Dd>()), 100);
-    clean("quartic in f64", OwnLagrangian::in_double(quartic::<f64, 3>()), 100);
+    clean("thin", UserLagrangian::at_both(thin::<f64>(), thin::<Dd>()), 100);
+    clean("quartic in f64", UserLagrangian::in_double(quartic::<f64, 3>()), 100);
 }
 
 #[test]
 fn every_fault_is_seen() {
     let none = BTreeSet::new();
-    assert_eq!(missed(OwnLagrangian::at_both(quartic::<f64, 3>(), quartic::<Dd, 3>()), 30), none);
-    assert_eq!(missed(OwnLagrangian::at_both(quadratic::<f64, 2>(), quadratic::<Dd, 2>()), 30), none);
+    assert_eq!(missed(UserLagrangian::at_both(quartic::<f64, 3>(), quartic::<Dd, 3>()), 30), none);
+    assert_eq!(missed(UserLagrangian::at_both(quadratic::<f64, 2>(), quadratic::<Dd, 2>()), 30), none);
 }
 
 /// l = 2 − 2√(1 − |η|²/4) + w·η: a particle in special relativity (c = 2) with a linear term, and mistakes.
@@ -78,9 +79,9 @@ impl<T: Real> Lagrangian<T, 3> for Relativistic {
 
 #[test]
 fn mistakes_by_hand_are_named() {
-    let own = |mistake| move || OwnLagrangian::at_both(Relativistic(mistake), Relativistic(mistake)).within(1.0);
+    let own = |mistake| move || UserLagrangian::at_both(Relativistic(mistake), Relativistic(mistake)).within(1.0);
     clean("relativistic", own("nothing")(), 100);
-    clean("relativistic in f64", OwnLagrangian::in_double(Relativistic("nothing")).within(1.0), 100);
+    clean("relativistic in f64", UserLagrangian::in_double(Relativistic("nothing")).within(1.0), 100);
     let found = |mistake| names(&broken(own(mistake), 60));
     let factor = found("factor");
     assert!(factor.starts_with(&["lagrangian-gradient", "lagrangian-hessian"]), "{factor:?}");
@@ -88,7 +89,7 @@ fn mistakes_by_hand_are_named() {
     assert_eq!(found("digits"), ["lagrangian-gradient", "lagrangian-hessian", "lagrangian-energy"]);
     assert!(found("lost").starts_with(&["lagrangian-value", "lagrangian-gradient"]), "{:?}", found("lost"));
     // In f64 alone the ninth digit shows as well.
-    let alone = broken(|| OwnLagrangian::in_double(Relativistic("digits")).within(1.0), 60);
+    let alone = broken(|| UserLagrangian::in_double(Relativistic("digits")).within(1.0), 60);
     assert!(names(&alone).contains(&"lagrangian-gradient"));
 }
 
@@ -104,9 +105,9 @@ impl<T: Real> Lagrangian<T, 2> for Length {
 
 #[test]
 fn regularity_is_reported_or_switched_off() {
-    let found = names(&broken(|| OwnLagrangian::at_both(Length, Length), 60));
+    let found = names(&broken(|| UserLagrangian::at_both(Length, Length), 60));
     assert_eq!(found, ["lagrangian-regular"]);
-    let report = clean("not regular", OwnLagrangian::at_both(Length, Length).not_regular(), 60);
+    let report = clean("not regular", UserLagrangian::at_both(Length, Length).not_regular(), 60);
     assert_eq!(switched_off(&report), ["lagrangian-regular", "lagrangian-velocity"]);
 }
 
@@ -131,8 +132,8 @@ impl<T: Real> Lagrangian<T, 2> for Body {
 
 #[test]
 fn a_wrong_inverse_is_named() {
-    clean("body", OwnLagrangian::at_both(Body(false), Body(false)), 60);
-    let found = broken(|| OwnLagrangian::at_both(Body(true), Body(true)), 60);
+    clean("body", UserLagrangian::at_both(Body(false), Body(false)), 60);
+    let found = broken(|| UserLagrangian::at_both(Body(true), Body(true)), 60);
     assert_eq!(names(&found), ["lagrangian-velocity"]);
     assert!(!found[0].1.to_string().contains('/'), "{}", found[0].1);
 }

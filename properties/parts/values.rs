@@ -2,7 +2,7 @@
 
 use super::SEED;
 use euler_poincare::harness::{Cost, Fault, Law, Verdict, draw, shrink};
-use euler_poincare::laws::own::values::{Points, Values, ValuesError, ValuesTree, coordinates};
+use euler_poincare::laws::user::values::{Points, Values, ValuesError, ValuesTree, coordinates};
 use euler_poincare::scalar::{Dd, Number};
 use proptest::strategy::{BoxedStrategy, Strategy, ValueTree};
 use proptest::test_runner::TestRunner;

@@ -9,8 +9,8 @@ use super::summary::some;
 use super::table::{Column, Table, entries, paragraph};
 use super::{Failure, Format, complain, print};
 use euler_poincare::algebra::Entry;
-use euler_poincare::foreign::{
-    Broken, ClaimReport, Conclusion, Drawn, Foreign, LawReport, Limits, Probe, Record, Report, Shrinking, examine,
+use euler_poincare::external::{
+    Broken, ClaimReport, Conclusion, Drawn, External, LawReport, Limits, Probe, Record, Report, Shrinking, examine,
 };
 use euler_poincare::harness::{Cost, Verdict};
 use euler_poincare::laws::method::{Claims, LAWS, MethodLaw, named};
@@ -143,8 +143,8 @@ pub fn run(arguments: Arguments) -> Result<ExitCode, Failure> {
         }
     };
     let timeout = arguments.timeout.unwrap_or(Limits::default().timeout.as_secs_f64());
-    let foreign = start(&arguments.command, timeout, &interrupt)?;
-    let probe = Probe { foreign: &foreign, laws: &laws, systems, claims, shrinking: shrinking(arguments.shrink) };
+    let external = start(&arguments.command, timeout, &interrupt)?;
+    let probe = Probe { external: &external, laws: &laws, systems, claims, shrinking: shrinking(arguments.shrink) };
     let each = probe.checks() / laws.len().max(1);
     let groups: Vec<_> =
         laws.iter().map(|law| (law.name, Some(each), if law.cost == Cost::Cheap { 1 } else { 10 })).collect();
@@ -201,16 +201,16 @@ fn read(path: &Path) -> Result<String, Failure> {
 }
 
 /// The program, started: a command that cannot be is bad usage.
-fn start(command: &[String], timeout: f64, interrupt: &Interrupt) -> Result<Foreign, Failure> {
+fn start(command: &[String], timeout: f64, interrupt: &Interrupt) -> Result<External, Failure> {
     if command.is_empty() {
         return Err(Failure::Usage(
             "no stepper; allowed: its command after `--`, as in `-- python3 stepper.py`".into(),
         ));
     }
     let limits = Limits { timeout: Duration::from_secs_f64(timeout), ..Limits::default() };
-    let foreign = Foreign::interruptible(command, limits, interrupt.flag());
-    foreign.start().map_err(|why| Failure::Usage(why.to_string()))?;
-    Ok(foreign)
+    let external = External::interruptible(command, limits, interrupt.flag());
+    external.start().map_err(|why| Failure::Usage(why.to_string()))?;
+    Ok(external)
 }
 
 fn select(patterns: Option<&str>) -> Result<Vec<&'static MethodLaw>, Failure> {
@@ -405,8 +405,8 @@ impl Replayed<'_> {
             Failure::file(path, format!("law: is \"{}\"; allowed: {}", record.law, names.join(", ")))
         })?;
         let command = if self.command.is_empty() { &record.command } else { self.command };
-        let foreign = start(command, self.timeout.unwrap_or(record.timeout), interrupt)?;
-        let (outcome, broken) = examine(&foreign, law, &record.case, &record.claims);
+        let external = start(command, self.timeout.unwrap_or(record.timeout), interrupt)?;
+        let (outcome, broken) = examine(&external, law, &record.case, &record.claims);
         if interrupt.is_set() {
             complain("interrupted before there was a verdict");
             return Ok(Interrupt::exit_code());

@@ -4,7 +4,7 @@ use super::failure::text;
 use super::interrupt::Interrupt;
 use super::table::paragraph;
 use super::{Failure, Format, print, probe};
-use euler_poincare::foreign::Record;
+use euler_poincare::external::Record;
 use euler_poincare::harness::Verdict;
 use euler_poincare::harness::evidence::Wanted;
 use euler_poincare::laws::replay::Replayed;

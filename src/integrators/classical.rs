@@ -2,7 +2,7 @@
 //!
 #![doc = include_str!("../guide/modules/integrators/classical.md")]
 
-use super::picard::sweep;
+use super::picard::iterate;
 use super::{OneStep, Report, State, StepError};
 use crate::algebra::{Covector, Matrix, Vector};
 use crate::group::LieGroup;
@@ -100,7 +100,7 @@ where
         state.check_finite(h)?;
         self.slopes.fill(Covector::zeros());
         self.rates.fill(Matrix::zeros());
-        let (solver, iterations, residual) = sweep(self.explicit, h, self.tolerance, || self.pass(state, h))?;
+        let (solver, iterations, residual) = iterate(self.explicit, h, self.tolerance, || self.pass(state, h))?;
         let mut next = state.clone();
         for (j, (slope, rate)) in self.slopes.iter().zip(&self.rates).enumerate() {
             let weight = h * self.tableau.b()[j];

@@ -71,7 +71,7 @@ pub enum Solver {
     /// Explicit: nothing to solve.
     Explicit,
     /// Fixed-point iteration on the stage momenta and displacements.
-    Sweeps,
+    FixedPoint,
     /// Newton's method with the Jacobian from dual numbers.
     Newton,
     /// Newton's method along a continuation in h from 0.

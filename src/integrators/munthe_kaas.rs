@@ -2,7 +2,7 @@
 //!
 #![doc = include_str!("../guide/modules/integrators/munthe_kaas.md")]
 
-use super::picard::sweep;
+use super::picard::iterate;
 use super::{OneStep, Report, State, StepError};
 use crate::algebra::{Covector, Vector};
 use crate::mechanics::equations::EulerPoincare;
@@ -112,7 +112,7 @@ where
         state.check_finite(h)?;
         self.slopes.fill(Covector::zeros());
         self.rates.fill(Vector::zeros());
-        let (solver, iterations, residual) = sweep(self.explicit, h, T::zero(), || self.pass(state, h))?;
+        let (solver, iterations, residual) = iterate(self.explicit, h, T::zero(), || self.pass(state, h))?;
         let step = h.to_f64();
         let (kick, increment) = self.sums(h, |j| self.tableau.b()[j]);
         let attitude = match self.retraction.tau(&increment) {

@@ -3,18 +3,18 @@
 use super::{Solver, StepError};
 use crate::scalar::Real;
 
-/// The most sweeps of a step: at a contraction of ½ they reach 10⁻³⁰.
-const SWEEPS: usize = 200;
+/// The most fixed-point iterations of a step: at a contraction of ½ they reach 10⁻³⁰.
+const MAX_ITERATIONS: usize = 200;
 
-/// How the stages were found: the solver, the sweeps, the last relative change of a slope.
+/// How the stages were found: the solver, the fixed-point iterations, the last relative change of a slope.
 pub(super) type Solved<T> = (Solver, usize, T);
 
 /// Repeats `pass`, which evaluates every stage with the slopes at hand and returns their largest relative change, until
 /// no more than `tolerance` changes (0: than rounding); one pass where the tableau is explicit.
 ///
 /// # Errors
-/// Those of `pass`; no convergence in [`SWEEPS`] sweeps.
-pub(super) fn sweep<T: Real>(
+/// Those of `pass`; no convergence in [`MAX_ITERATIONS`] fixed-point iterations.
+pub(super) fn iterate<T: Real>(
     explicit: bool,
     h: T,
     tolerance: T,
@@ -25,21 +25,21 @@ pub(super) fn sweep<T: Real>(
     }
     let tolerance = tolerance.max(T::int(4) * T::unit_roundoff());
     let (mut residual, mut best) = (T::zero(), T::one());
-    for sweeps in 1..=SWEEPS {
+    for iterations in 1..=MAX_ITERATIONS {
         residual = pass()?;
         // Rounding: no more progress, and far below anything that converges slowly.
         let idle = residual >= best && residual < T::exact(2f64.powi(12)) * T::unit_roundoff();
         best = best.min(residual);
-        // Rounding can keep the sweeps moving by a few units for ever.
-        let moving = sweeps == SWEEPS && residual < T::exact(64.0) * T::unit_roundoff();
-        if residual <= tolerance || (sweeps > 2 && idle) || moving {
-            return Ok((Solver::Sweeps, sweeps, residual));
+        // Rounding can keep the fixed-point iterations moving by a few units for ever.
+        let moving = iterations == MAX_ITERATIONS && residual < T::exact(64.0) * T::unit_roundoff();
+        if residual <= tolerance || (iterations > 2 && idle) || moving {
+            return Ok((Solver::FixedPoint, iterations, residual));
         }
     }
     Err(StepError::NotConverged {
         step: h.to_f64(),
         residual: residual.to_f64(),
         tolerance: tolerance.to_f64(),
-        iterations: SWEEPS,
+        iterations: MAX_ITERATIONS,
     })
 }

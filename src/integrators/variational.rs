@@ -23,7 +23,7 @@ pub struct Settings<T> {
     /// domain cause.
     pub floor: T,
     /// The most fixed-point iterations before Newton's method takes over. Default 100.
-    pub max_sweeps: usize,
+    pub max_fixed_point_iterations: usize,
     /// The most Newton iterations in one solve. Default 12.
     pub max_iterations: usize,
 }
@@ -31,7 +31,12 @@ pub struct Settings<T> {
 impl<T: Real> Default for Settings<T> {
     fn default() -> Self {
         let u = T::unit_roundoff();
-        Self { tolerance: T::int(16) * u, floor: T::int(1 << 14) * u, max_sweeps: 100, max_iterations: 12 }
+        Self {
+            tolerance: T::int(16) * u,
+            floor: T::int(1 << 14) * u,
+            max_fixed_point_iterations: 100,
+            max_iterations: 12,
+        }
     }
 }
 
@@ -78,7 +83,7 @@ struct Work<S: Scalar, const N: usize> {
     /// The next Ξ_i, or the extrapolated η_i.
     next_displacements: Stages<S, N>,
     /// m.
-    kicked: Covector<S, N>,
+    after_impulse: Covector<S, N>,
     /// ξ.
     increment: Vector<S, N>,
 }
@@ -95,7 +100,7 @@ impl<S: Scalar, const N: usize> Work<S, N> {
             impulses: zeros.clone(),
             next_momenta: zeros.clone(),
             next_displacements: zeros,
-            kicked: Covector::zeros(),
+            after_impulse: Covector::zeros(),
             increment: Vector::zeros(),
         }
     }
@@ -118,9 +123,9 @@ pub struct Variational<T: Real, const N: usize, const D: usize, L, F, R> {
     last: Option<(T, Covector<T, N>)>,
 }
 
-/// Fixed-point iterations (so many) that did not lead to a root that can be trusted: they do not contract, or too slowly to be sure of
-/// the branch, or a stage left the domain on the way.
-struct Unswept(usize);
+/// Fixed-point iterations (so many) that did not lead to a root that can be trusted: they do not contract, or too slowly to
+/// be sure of the branch, or a stage left the domain on the way.
+struct NotContracted(usize);
 
 impl<T, const N: usize, const D: usize, L, F, R> Variational<T, N, D, L, F, R>
 where
@@ -262,34 +267,35 @@ where
     }
 
     /// Fixed-point iterations until the residual is at the tolerance or at its floor.
-    fn sweep(&mut self, problem: &Problem<T, N>) -> Result<Report<T>, Unswept> {
+    fn fixed_point(&mut self, problem: &Problem<T, N>) -> Result<Report<T>, NotContracted> {
         let settings = self.settings;
         let (mut first, mut best, mut idle) = (None, T::zero(), 0);
-        for sweeps in 1..=settings.max_sweeps {
-            let residual = self.scheme.sweep::<N, D>(problem, &mut self.work).map_err(|_| Unswept(sweeps))?;
+        for iterations in 1..=settings.max_fixed_point_iterations {
+            let residual =
+                self.scheme.iterate::<N, D>(problem, &mut self.work).map_err(|_| NotContracted(iterations))?;
             if !residual.all_finite() {
-                return Err(Unswept(sweeps));
+                return Err(NotContracted(iterations));
             }
-            let (start, count) = (*first.get_or_insert(residual), sweeps as i32);
-            idle = if sweeps == 1 || residual < best { 0 } else { idle + 1 };
-            best = if sweeps == 1 { residual } else { best.min(residual) };
+            let (start, count) = (*first.get_or_insert(residual), iterations as i32);
+            idle = if iterations == 1 || residual < best { 0 } else { idle + 1 };
+            best = if iterations == 1 { residual } else { best.min(residual) };
             if residual <= settings.tolerance || (idle >= IDLE && residual <= settings.floor) {
                 // Then it may lie beyond a fold: let Newton's method say.
                 let slow = count > QUICK && residual > start * TRUSTED.value::<T>().powi(count - 1);
                 return if slow && residual < start {
-                    Err(Unswept(sweeps))
+                    Err(NotContracted(iterations))
                 } else {
-                    Ok(Report { solver: Solver::Sweeps, iterations: sweeps, residual })
+                    Ok(Report { solver: Solver::FixedPoint, iterations, residual })
                 };
             }
             let hopeless = count >= PATIENT && best > start * CONTINUED.value::<T>().powi(count);
             if hopeless {
-                return Err(Unswept(sweeps));
+                return Err(NotContracted(iterations));
             }
             std::mem::swap(&mut self.work.next_momenta, &mut self.work.momenta);
             std::mem::swap(&mut self.work.next_displacements, &mut self.work.displacements);
         }
-        Err(Unswept(settings.max_sweeps))
+        Err(NotContracted(settings.max_fixed_point_iterations))
     }
 
     /// Newton's method on r(H), first in one go, then along h.
@@ -329,9 +335,10 @@ where
 }
 
 impl<T: Real, L, F, R> Scheme<T, L, F, R> {
-    /// One fixed-point iteration: evaluates the stages at (P_i, Ξ_i), leaves m, ξ and the next iterates in the workspace, and returns
-    /// the largest relative change |P_i' − P_i|, |Ξ_i' − Ξ_i|: the residual, since P_i − P_i' = r_i and Ξ_i' = h Σ a_ij H_j.
-    fn sweep<const N: usize, const D: usize>(
+    /// One fixed-point iteration: evaluates the stages at (P_i, Ξ_i), leaves m, ξ and the next iterates in the workspace,
+    /// and returns the largest relative change |P_i' − P_i|, |Ξ_i' − Ξ_i|: the residual, since P_i − P_i' = r_i and Ξ_i' = h
+    /// Σ a_ij H_j.
+    fn iterate<const N: usize, const D: usize>(
         &self,
         problem: &Problem<T, N>,
         work: &mut Work<T, N>,
@@ -394,12 +401,12 @@ impl<T: Real, L, F, R> Scheme<T, L, F, R> {
         let h = S::lift(problem.step);
         let b = self.tableau.b().as_slice();
         work.increment = work.rates.sum(b) * h;
-        work.kicked = problem.momentum.map(S::lift);
+        work.after_impulse = problem.momentum.map(S::lift);
         if !self.force.is_zero() {
-            work.kicked += work.impulses.sum(b).transpose() * h;
+            work.after_impulse += work.impulses.sum(b).transpose() * h;
         }
         let point = self.retraction.at(&work.increment).map_err(|e| domain(problem.step, None, e))?;
-        Ok(work.kicked * point.d_neg())
+        Ok(work.after_impulse * point.d_neg())
     }
 
     /// The residual r_i at the rates H_i in the workspace, into `next_momenta`; returns the size to compare it with.
@@ -525,13 +532,13 @@ where
         }
         self.start(&problem, &eta);
         self.last = None;
-        let report = match self.sweep(&problem) {
+        let report = match self.fixed_point(&problem) {
             Ok(report) => report,
-            // A stage may have left the domain only because the sweeps diverge: Newton's method decides.
-            Err(Unswept(sweeps)) => self.newton(&problem, &eta, sweeps)?,
+            // A stage may have left the domain only because the fixed-point iterations diverge: Newton's method decides.
+            Err(NotContracted(iterations)) => self.newton(&problem, &eta, iterations)?,
         };
         let point = self.scheme.retraction.at(&self.work.increment).map_err(|e| domain(h, None, e))?;
-        let momentum = self.work.kicked * point.ad();
+        let momentum = self.work.after_impulse * point.ad();
         let attitude = match self.scheme.retraction.tau(&self.work.increment) {
             Ok(increment) => state.attitude * increment,
             Err(RetractionError::NoGroup { .. }) => state.attitude,

@@ -302,8 +302,8 @@ impl Stationary<'_> {
         let initial = (eta, u, psi);
         let (eta_rate, u_rate, psi_rate) = flow(start, &initial)?;
         // A time in which nothing changes by more than a fraction of itself.
-        let unrest = 1.0 + eta.amax() + psi.amax() + u_rate.amax() + eta_rate.amax() + psi_rate.amax();
-        let horizon = 0.25 / unrest;
+        let speed = 1.0 + eta.amax() + psi.amax() + u_rate.amax() + eta_rate.amax() + psi_rate.amax();
+        let horizon = 0.25 / speed;
         let directions = [probe.vector::<f64, N>(), probe.vector::<f64, N>()];
         let mut derivatives = [(0.0, 0.0); 3];
         for (level, found) in derivatives.iter_mut().enumerate() {

@@ -35,7 +35,7 @@ pub enum Kind {
     /// ℝᴰ⋊G by the linear action.
     Linear,
     /// One that a user brings; not drawn.
-    Own,
+    User,
 }
 
 impl Kind {
@@ -191,7 +191,7 @@ impl<T: Real> Material<T> {
                 let [x, ..] = points(probe, self.dimension());
                 acting(&action, x, &groups, fault, &mut excess)?
             }
-            Kind::Own => return None,
+            Kind::User => return None,
             Kind::Linear => {
                 let size = Fault::size_of(fault, ACTION_INVERTED.name);
                 let action = || Turned { action: Linear::new(group, group.matrix_size()), size };

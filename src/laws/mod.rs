@@ -41,7 +41,6 @@ pub mod method;
 pub mod munthe_kaas;
 pub mod orbits;
 pub mod order;
-pub mod own;
 mod parts;
 #[doc(hidden)]
 pub mod planted;
@@ -56,6 +55,7 @@ mod source;
 mod subjects;
 pub mod trial;
 pub mod two_hamiltonians;
+pub mod user;
 pub mod variational_error;
 
 #[doc(hidden)]

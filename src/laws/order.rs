@@ -195,9 +195,12 @@ impl Study<'_> {
         // Rounding: some hundred operations a step, relative to the size of the state; and the reference itself.
         let size = energy(system, &exact).unwrap_or(Dd::exact(1.0)).abs();
         let sizes = [exact.momentum.amax(), exact.attitude.amax(), size];
-        let doubt =
+        let reference_error =
             [(exact.momentum - rough.momentum).amax(), (exact.attitude - rough.attitude).amax(), Dd::exact(0.0)];
-        let known = doubt.iter().zip(&sizes).all(|(doubt, size)| *doubt <= *size * Dd::exact(1e-24));
+        let known = reference_error
+            .iter()
+            .zip(&sizes)
+            .all(|(reference_error, size)| *reference_error <= *size * Dd::exact(1e-24));
         let mut levels = Errors::default();
         let mut verdict = Verdict::inconclusive("no levels");
         let mut coarsest = None;
@@ -220,7 +223,8 @@ impl Study<'_> {
                 coarsest = Some((errors[0] / sizes[0]).to_f64()).filter(|e| *e > 1e-27);
             }
             for (quantity, levels) in levels.iter_mut().enumerate() {
-                let noise = Dd::unit_roundoff() * Dd::int(64 * steps as i64) * sizes[quantity] + doubt[quantity];
+                let noise =
+                    Dd::unit_roundoff() * Dd::int(64 * steps as i64) * sizes[quantity] + reference_error[quantity];
                 let h = (horizon / Dd::int(steps as i64)).to_f64().abs();
                 levels.push(Level { h, error: errors[quantity].to_f64(), noise: noise.to_f64() });
             }

@@ -1,21 +1,21 @@
 //! The laws on parts ([`own`](super::own)), of the parts of described systems.
 //!
 //! The algebra, the group, the Lagrangian and the force of a case are parts like those that a user brings to
-//! [`laws!`](crate::laws!): each law on them is a law on cases here, of the same name, with the same faults. The vectors on which
-//! it is judged are drawn from its own strategy, by a seed that the case determines, and stand in the witness.
+//! [`laws!`](crate::laws!): each law on them is a law on cases here, of the same name, with the same faults. The vectors on
+//! which it is judged are drawn from its own strategy, by a seed that the case determines, and stand in the witness.
 
 mod groupoid;
 
 use super::CaseLaw;
 use super::lie_poisson::with_casimirs;
-use super::own::algebra::{self, OwnAlgebra};
-use super::own::force::{self, OwnForce};
-use super::own::group::{self, OwnGroup};
-use super::own::lagrangian::{self, OwnLagrangian};
-use super::own::part::{About, Subject};
-use super::own::system::WithCasimirs;
-use super::own::values::Values;
 use super::probe::Probe;
+use super::user::algebra::{self, UserAlgebra};
+use super::user::force::{self, UserForce};
+use super::user::group::{self, UserGroup};
+use super::user::lagrangian::{self, UserLagrangian};
+use super::user::part::{About, Subject};
+use super::user::system::WithCasimirs;
+use super::user::values::Values;
 use crate::harness::{BoxedStrategy, Fault, Verdict, draw};
 use crate::scalar::{Dd, Number};
 use crate::system::case::{Case, Drag, Force};
@@ -124,8 +124,8 @@ const fn law<K: Supplier, const I: usize>() -> CaseLaw {
     }
 }
 
-/// Laws of a supplier, by their numbers, and how many of its laws are laws on cases of their own (by the same names): a number too
-/// many or too few does not compile.
+/// Laws of a supplier, by their numbers, and how many of its laws are laws on cases of their own (by the same names): a
+/// number too many or too few does not compile.
 macro_rules! laws {
     ($list:ident, $supplier:ty, $($number:literal)* $(, elsewhere: $elsewhere:literal)?) => {
         static $list: [CaseLaw; <$supplier as Supplier>::LAWS.len() $(- $elsewhere)?] = [$(law::<$supplier, $number>()),*];
@@ -156,7 +156,7 @@ impl Supplier for OfAlgebra {
         double: General<f64, N, D>,
         quad: General<Dd, N, D>,
     ) -> Option<Box<dyn Erased>> {
-        Some(Box::new(OwnAlgebra::at_both(
+        Some(Box::new(UserAlgebra::at_both(
             WithCasimirs { algebra: double.algebra, casimirs: double.casimirs },
             WithCasimirs { algebra: quad.algebra, casimirs: quad.casimirs },
         )))
@@ -181,7 +181,7 @@ impl Supplier for OfGroup {
         double: General<f64, N, D>,
         quad: General<Dd, N, D>,
     ) -> Option<Box<dyn Erased>> {
-        Some(Box::new(OwnGroup::at_both(double.group?, quad.group?)))
+        Some(Box::new(UserGroup::at_both(double.group?, quad.group?)))
     }
 
     fn cases(_: &About, cases: Cases) -> BoxedStrategy<Case> {
@@ -200,7 +200,7 @@ impl Supplier for OfLagrangian {
         double: General<f64, N, D>,
         quad: General<Dd, N, D>,
     ) -> Option<Box<dyn Erased>> {
-        Some(Box::new(OwnLagrangian::at_both(double.lagrangian, quad.lagrangian)))
+        Some(Box::new(UserLagrangian::at_both(double.lagrangian, quad.lagrangian)))
     }
 
     fn cases(_: &About, cases: Cases) -> BoxedStrategy<Case> {
@@ -222,7 +222,7 @@ impl Supplier for OfForce {
         // A force that vanishes identically is rounding, of which nothing is claimed.
         let driven = Rates::of(case).is_some_and(|rates| rates.driven());
         let every = |claim: fn(&Force) -> bool| driven && case.forces.iter().all(claim);
-        let mut part = OwnForce::at_both(double.force, quad.force);
+        let mut part = UserForce::at_both(double.force, quad.force);
         if every(dissipates) {
             part = part.dissipates();
         }

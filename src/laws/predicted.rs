@@ -1,7 +1,7 @@
 //! The order that the coefficients predict is the order that is measured, from both sides, for random tableaux.
 //!
-//! In 32 digits, on steps that shrink to where nothing but rounding is left ([`Rung::shrinking`]): a term of lower order shows
-//! however small its coefficient. The reference is a classical Gauss method on the vector field of (μ, g).
+//! In 32 digits, on steps that shrink to where nothing but rounding is left ([`StepLevel::shrinking`]): a term of lower
+//! order shows however small its coefficient. The reference is a classical Gauss method on the vector field of (μ, g).
 
 use super::integrators::subject;
 use super::planted::retraction::{INVERSE_MISSING, Plant};
@@ -18,7 +18,7 @@ use crate::mechanics::{Force, Lagrangian};
 use crate::retraction::Retraction;
 use crate::scalar::Dd;
 use crate::study::least::{self, Answer};
-use crate::study::{Comparison, Findings, Rung, Study, problem, reference};
+use crate::study::{Comparison, Findings, StepLevel, Study, problem, reference};
 use crate::system::case::Method;
 use crate::system::{Case, Cases, System, Visitor};
 use crate::tableau::{Classic, Description, Family, Order, Tableau, classical_order, known, variational_order};
@@ -192,18 +192,18 @@ impl Visitor<Dd> for Descent<'_> {
         let body = EulerPoincare::new(system.algebra.clone(), l, f);
         // Down to where an error of this order is 2⁻⁹⁰ of what it was, and no further than it takes to see a wrong coefficient.
         let levels = (90 / (order as usize + 1) + 3).min(LEVELS);
-        let rungs = Rung::shrinking(system.step, STEPS, levels);
-        let times: Vec<Dd> = rungs.iter().map(Rung::duration).collect();
+        let levels = StepLevel::shrinking(system.step, STEPS, levels);
+        let times: Vec<Dd> = levels.iter().map(StepLevel::duration).collect();
         let Ok(targets) = reference::at(&body, system.group.as_ref(), &system.state, &times, 4 + order as usize / 2)
         else {
             let comparison = Comparison::Unknown { why: "the reference did not converge".into() };
             return Measured { comparison, order, findings: None };
         };
         let study = Study::new(system.state.clone()).with_attitude();
-        let spoilt = planted(&system.tableau, self.fault);
+        let faulty = planted(&system.tableau, self.fault);
         let findings = match self.which {
-            Which::Variational => study.descend(|| subject(&system, self.fault), &rungs, &targets),
-            Which::MuntheKaas => study.descend(|| MuntheKaas::new(body.clone(), r, spoilt.clone()), &rungs, &targets),
+            Which::Variational => study.descend(|| subject(&system, self.fault), &levels, &targets),
+            Which::MuntheKaas => study.descend(|| MuntheKaas::new(body.clone(), r, faulty.clone()), &levels, &targets),
         };
         let findings = findings.local();
         Measured { comparison: findings.compare(order), order, findings: Some(findings) }

@@ -14,7 +14,7 @@ use crate::study::guard::{Warning, warnings};
 use crate::study::least::{self, Answer, Shown};
 use crate::study::problem::{VARIATIONS, generic, varied};
 use crate::study::reference::{self, Target};
-use crate::study::{Comparison, Findings, Rung, Study};
+use crate::study::{Comparison, Findings, StepLevel, Study};
 use crate::system::{Case, CaseError, System, Visitor};
 use std::convert::Infallible;
 
@@ -110,9 +110,9 @@ impl Trial {
         }
     }
 
-    /// How an order compares with both studies: below in one of them is below; else as in one of them is as; above where the steps
-    /// that shrink show it (a horizon may be too coarse for a small term) and the horizon does not contradict. The order of a
-    /// method is the least that it shows.
+    /// How an order compares with both studies: below in one of them is below; else as in one of them is as; above where the
+    /// steps that shrink show it (a horizon may be too coarse for a small term) and the horizon does not contradict. The
+    /// order of a method is the least that it shows.
     pub fn compare(&self, order: u32) -> Comparison {
         let both = [self.horizon.compare(order), self.descent.compare(order)];
         if let Some(below) = both.iter().find(|one| matches!(one, Comparison::Below { .. })) {
@@ -186,11 +186,11 @@ pub struct Judged {
 impl Judged {
     /// Whether `order`, or (`at_least`) a higher one, is what the case shows.
     ///
-    /// As predicted or below decides; but in 16 digits below stands only if 32 digits do not show the order: rounding of the data
-    /// (a large time, an ill-conditioned inertia) can make a plateau that the estimate of the noise does not know. Above, the case
-    /// may hide an error, or the order be higher: then variations of the case ([`varied`]) and a body without symmetry
-    /// ([`generic`]) are asked ([`least`]). Where one of them shows the order, it is that of the method, and the case is
-    /// special.
+    /// As predicted or below decides; but in 16 digits below stands only if 32 digits do not show the order: rounding of the
+    /// data (a large time, an ill-conditioned inertia) can make a plateau that the estimate of the noise does not know.
+    /// Above, the case may hide an error, or the order be higher: then variations of the case ([`varied`]) and a body
+    /// without symmetry ([`generic`]) are asked ([`least`]). Where one of them shows the order, it is that of the method,
+    /// and the case is special.
     ///
     /// # Errors
     /// A case that cannot be built. (A reference that is not reached makes the verdict inconclusive.)
@@ -268,19 +268,26 @@ impl Judged {
 struct Loose<W> {
     momentum: Vec<W>,
     attitude: Vec<W>,
-    doubt: (W, W),
+    reference_error: (W, W),
 }
 
 impl<W: Real> Loose<W> {
     fn new<const N: usize, const D: usize>(target: &Target<W, N, D>) -> Self {
         let (momentum, attitude) = (target.state.momentum.iter(), target.state.attitude.iter());
-        Self { momentum: momentum.copied().collect(), attitude: attitude.copied().collect(), doubt: target.doubt }
+        Self {
+            momentum: momentum.copied().collect(),
+            attitude: attitude.copied().collect(),
+            reference_error: target.reference_error,
+        }
     }
 
     fn typed<T: Real, const N: usize, const D: usize>(&self, time: T) -> Target<T, N, D> {
         let momentum = Covector::from_iterator(self.momentum.iter().map(|x| convert(*x)));
         let attitude = Matrix::from_iterator(self.attitude.iter().map(|x| convert(*x)));
-        Target { state: State { time, momentum, attitude }, doubt: (convert(self.doubt.0), convert(self.doubt.1)) }
+        Target {
+            state: State { time, momentum, attitude },
+            reference_error: (convert(self.reference_error.0), convert(self.reference_error.1)),
+        }
     }
 }
 
@@ -318,8 +325,8 @@ impl<W: Real> Visitor<W> for References {
             let target = reference::after(&body, group, start, W::exact(self.horizon), steps, stages);
             let sure = |target: &Target<W, N, D>| {
                 let wanted = W::unit_roundoff() * W::exact(1024.0);
-                target.doubt.0 <= wanted * target.state.momentum.amax()
-                    && target.doubt.1 <= wanted * target.state.attitude.amax()
+                target.reference_error.0 <= wanted * target.state.momentum.amax()
+                    && target.reference_error.1 <= wanted * target.state.attitude.amax()
             };
             match target {
                 Ok(target) if sure(&target) || steps >= 64 => break target,
@@ -376,13 +383,13 @@ impl<T: Real, W: Real> Visitor<T> for Studies<'_, W> {
         let end = self.references.horizon.typed(system.state.time + T::exact(self.horizon));
         let horizon = over_horizon(&study, method, T::exact(self.horizon), &end, self.budget);
         let first = self.first * 0.5f64.powi(self.references.skipped as i32);
-        let rungs = Rung::shrinking(T::exact(first), STEPS, self.references.times.len());
-        let targets: Vec<Target<T, N, D>> = rungs
+        let levels = StepLevel::shrinking(T::exact(first), STEPS, self.references.times.len());
+        let targets: Vec<Target<T, N, D>> = levels
             .iter()
             .zip(&self.references.times)
-            .map(|(rung, target)| target.typed(system.state.time + rung.duration()))
+            .map(|(level, target)| target.typed(system.state.time + level.duration()))
             .collect();
-        (horizon, study.descend(method, &rungs, &targets).local())
+        (horizon, study.descend(method, &levels, &targets).local())
     }
 }
 
@@ -411,8 +418,8 @@ where
         let mut quiet = 0;
         let mut steps = first;
         while spent + steps <= budget && quiet < 2 {
-            for rung in Rung::over(horizon, [steps]) {
-                let row = study.measure(&mut method(), &rung, target);
+            for level in StepLevel::over(horizon, [steps]) {
+                let row = study.measure(&mut method(), &level, target);
                 quiet = if findings.is_noise(&row) { quiet + 1 } else { 0 };
                 findings.push(row);
             }

@@ -35,7 +35,7 @@ impl Line {
 /// use euler_poincare::integrators::{Classical, State};
 /// use euler_poincare::mechanics::{equations::EulerPoincare, force::LinearDrag, lagrangian::Quadratic};
 /// use euler_poincare::study::guard::{Warning, warnings};
-/// use euler_poincare::study::{Findings, Line, Reading, Row, Rung, Study, Target, reference};
+/// use euler_poincare::study::{Findings, Line, Reading, Row, StepLevel, Study, Target, reference};
 /// use euler_poincare::tableau::Classic;
 ///
 /// let drag = LinearDrag::new(Matrix::<f64, 3>::identity())?;
@@ -47,9 +47,9 @@ impl Line {
 /// let target: Target<f64, 3, 3> = reference::after(&body, Some(&So3::new()), &start, 1.0, 64, 5)?;
 /// let study = Study::new(start);
 /// let mut findings: Findings = study.findings();
-/// for rung in Rung::over(1.0, [8, 16, 32, 64]) {
+/// for level in StepLevel::over(1.0, [8, 16, 32, 64]) {
 ///     let mut rk4 = Classical::new(body.clone(), Some(So3::new()), Classic::Rk4.tableau()?);
-///     let row: Row = study.measure(&mut rk4, &rung, &target);
+///     let row: Row = study.measure(&mut rk4, &level, &target);
 ///     let readings: &[Reading] = row.readings.as_ref().expect("steps that succeed");
 ///     assert!(readings[0].is_clear());
 ///     findings.push(row);
@@ -194,7 +194,7 @@ impl Findings {
         if levels.is_empty() || readings().any(Reading::is_clear) {
             return Line::Read(estimate(&levels).lowered(f64::from(self.excess)));
         }
-        if readings().all(|reading| reading.doubt <= 0.5 * reading.noise) {
+        if readings().all(|reading| reading.reference_error <= 0.5 * reading.noise) {
             return Line::Exact;
         }
         let why = "the errors are below those of the reference";

@@ -9,7 +9,7 @@
 //! use euler_poincare::mechanics::{equations::EulerPoincare, force::LinearDrag, lagrangian::Quadratic};
 //! use euler_poincare::retraction::ExponentialSo3;
 //! use euler_poincare::scalar::{Dd, Scalar};
-//! use euler_poincare::study::{Comparison, Rung, Study, reference};
+//! use euler_poincare::study::{Comparison, StepLevel, Study, reference};
 //! use euler_poincare::tableau::Classic;
 //!
 //! # fn main() -> Result<(), Box<dyn std::error::Error>> {
@@ -20,12 +20,12 @@
 //! let momentum = Covector::<Dd, 3>::new(ratio(2, 5), ratio(1, 10), ratio(7, 10));
 //! let start = State { time: ratio(0, 1), momentum, attitude: Matrix::<Dd, 3>::identity() };
 //!
-//! let rungs = Rung::shrinking(ratio(1, 8), 2, 16);
-//! let times: Vec<Dd> = rungs.iter().map(Rung::duration).collect();
+//! let levels = StepLevel::shrinking(ratio(1, 8), 2, 16);
+//! let times: Vec<Dd> = levels.iter().map(StepLevel::duration).collect();
 //! let targets = reference::at(&body, Some(&So3::new()), &start, &times, 6)?;
 //! let study = Study::new(start).with_attitude();
 //! let method = || MuntheKaas::new(body.clone(), ExponentialSo3::new(), Classic::Rk4.tableau().unwrap());
-//! let findings = study.descend(method, &rungs, &targets).local();
+//! let findings = study.descend(method, &levels, &targets).local();
 //! assert!(matches!(findings.compare(4), Comparison::As { .. }));
 //! # Ok(())
 //! # }
@@ -46,14 +46,14 @@ use crate::scalar::Real;
 
 /// One level of a study: so many steps of one size.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Rung<T> {
+pub struct StepLevel<T> {
     /// The number of steps.
     pub steps: usize,
     /// Their size.
     pub h: T,
 }
 
-impl<T: Real> Rung<T> {
+impl<T: Real> StepLevel<T> {
     /// Each of these numbers of steps over the same horizon.
     pub fn over(horizon: T, counts: impl IntoIterator<Item = usize>) -> Vec<Self> {
         counts.into_iter().map(|steps| Self { steps, h: horizon / T::int(steps as i64) }).collect()
@@ -63,9 +63,9 @@ impl<T: Real> Rung<T> {
     pub fn shrinking(h: T, steps: usize, levels: usize) -> Vec<Self> {
         let mut h = h;
         let mut next = || {
-            let rung = Self { steps, h };
+            let level = Self { steps, h };
             h *= T::half();
-            rung
+            level
         };
         (0..levels).map(|_| next()).collect()
     }
@@ -85,7 +85,7 @@ pub struct Reading {
     /// How much of it may be rounding, or error of the target.
     pub noise: f64,
     /// How much of the noise is error of the target.
-    pub doubt: f64,
+    pub reference_error: f64,
 }
 
 impl Reading {
@@ -153,13 +153,13 @@ impl<'a, T: Real, const N: usize, const D: usize> Study<'a, T, N, D> {
     }
 
     /// The errors of a run.
-    pub fn measure(&self, method: &mut impl OneStep<T, N, D>, rung: &Rung<T>, target: &Target<T, N, D>) -> Row {
-        let (steps, h) = (rung.steps, rung.h.to_f64());
+    pub fn measure(&self, method: &mut impl OneStep<T, N, D>, level: &StepLevel<T>, target: &Target<T, N, D>) -> Row {
+        let (steps, h) = (level.steps, level.h.to_f64());
         let mut state = self.start.clone();
         let run = (0..steps).try_for_each(|_| {
-            method.step(&mut state, rung.h)?;
+            method.step(&mut state, level.h)?;
             // A maximum does not see a NaN.
-            state.check_finite(rung.h)
+            state.check_finite(level.h)
         });
         Row { steps, h, readings: run.map(|()| self.compare(&state, target, steps)) }
     }
@@ -167,26 +167,26 @@ impl<'a, T: Real, const N: usize, const D: usize> Study<'a, T, N, D> {
     /// Rounding: some 64 operations a step on the way of each number, relative to the size of the state.
     fn compare(&self, end: &State<T, N, D>, target: &Target<T, N, D>, steps: usize) -> Vec<Reading> {
         let unit = T::unit_roundoff() * T::int(64 * steps as i64);
-        let reading = |error: T, size: T, doubt: T| Reading {
+        let reading = |error: T, size: T, reference_error: T| Reading {
             error: error.to_f64(),
-            noise: (unit * size + doubt).to_f64(),
-            doubt: doubt.to_f64(),
+            noise: (unit * size + reference_error).to_f64(),
+            reference_error: reference_error.to_f64(),
         };
         let exact = &target.state;
         let mut readings = vec![reading(
             (end.momentum - exact.momentum).amax(),
             exact.momentum.amax().max(self.start.momentum.amax()),
-            target.doubt.0,
+            target.reference_error.0,
         )];
         if self.attitude {
             let size = exact.attitude.amax().max(self.start.attitude.amax());
-            readings.push(reading((end.attitude - exact.attitude).amax(), size, target.doubt.1));
+            readings.push(reading((end.attitude - exact.attitude).amax(), size, target.reference_error.1));
         }
-        // How much a function moves with the momentum is not known: the doubt of the momentum, relative, stands for it.
-        let relative = target.doubt.0 / exact.momentum.amax().max(T::unit_roundoff());
+        // How much a function moves with the momentum is not known: the relative error of the reference momentum stands for it.
+        let relative = target.reference_error.0 / exact.momentum.amax().max(T::unit_roundoff());
         for (_, function) in &self.functions {
             let (Some(mine), Some(theirs)) = (function(end), function(exact)) else {
-                readings.push(Reading { error: f64::NAN, noise: f64::NAN, doubt: f64::NAN });
+                readings.push(Reading { error: f64::NAN, noise: f64::NAN, reference_error: f64::NAN });
                 continue;
             };
             let size = theirs.abs().max(function(&self.start).map_or(T::zero(), |x| x.abs()));
@@ -200,18 +200,18 @@ impl<'a, T: Real, const N: usize, const D: usize> Study<'a, T, N, D> {
         Findings::new(self.quantities(), self.judged())
     }
 
-    /// Level after level, each with a fresh method, until two in a row show nothing but noise or the rungs end.
+    /// Level after level, each with a fresh method, until two in a row show nothing but noise or the levels end.
     ///
-    /// `targets[k]` belongs to `rungs[k]`.
+    /// `targets[k]` belongs to `levels[k]`.
     pub fn descend<M: OneStep<T, N, D>>(
         &self,
         mut method: impl FnMut() -> M,
-        rungs: &[Rung<T>],
+        levels: &[StepLevel<T>],
         targets: &[Target<T, N, D>],
     ) -> Findings {
         let mut findings = self.findings();
-        for (rung, target) in rungs.iter().zip(targets) {
-            findings.push(self.measure(&mut method(), rung, target));
+        for (level, target) in levels.iter().zip(targets) {
+            findings.push(self.measure(&mut method(), level, target));
             if findings.rows().len() >= 4 && findings.in_noise(2) {
                 break;
             }

@@ -1,7 +1,7 @@
 //! Where a motion goes: states at given times, accurate to round-off.
 //!
-//! By a classical Gauss collocation method on the vector field of (μ, g), of order 2s with s stages. It knows neither retractions
-//! nor the variational equations.
+//! By a classical Gauss collocation method on the vector field of (μ, g), of order 2s with s stages. It knows neither
+//! retractions nor the variational equations.
 
 use crate::group::LieGroup;
 use crate::integrators::{Classical, OneStep, State, StepError};
@@ -16,7 +16,7 @@ pub struct Target<T: Real, const N: usize, const D: usize> {
     /// The state.
     pub state: State<T, N, D>,
     /// Bounds on the errors of μ and g, largest components; rounding not included.
-    pub doubt: (T, T),
+    pub reference_error: (T, T),
 }
 
 /// The indices of the times, the shortest first.
@@ -55,12 +55,12 @@ fn difference<T: Real, const N: usize, const D: usize>(a: &State<T, N, D>, b: &S
     ((a.momentum - b.momentum).amax(), (a.attitude - b.attitude).amax())
 }
 
-/// The states after each of these times, in the same sequence, with so many stages (at least 4: the doubt relies on it); the
-/// attitude is left alone without a group.
+/// The states after each of these times, in the same sequence, with so many stages (at least 4: the error of the reference
+/// relies on it); the attitude is left alone without a group.
 ///
-/// The times are passed in increasing order (of size), one step from each to the next, so that times in a ratio of two cost one
-/// step each. The doubt is the difference to two steps in place of the last, and falls at least as the power s of the time before
-/// it, half the order.
+/// The times are passed in increasing order (of size), one step from each to the next, so that times in a ratio of two cost
+/// one step each. The error of the reference is the difference to two steps in place of the last, and falls at least as the
+/// power s of the time before it, half the order.
 ///
 /// # Errors
 /// Those of a step: the Picard iteration does not converge where the last step is large.
@@ -102,20 +102,21 @@ where
     let sequence = in_sequence(times);
     let mut targets: Vec<Option<Target<T, N, D>>> = vec![None; times.len()];
     let power = stages.max(4) as i32;
-    let (mut state, mut passed, mut doubt) = (start.clone(), T::zero(), (T::zero(), T::zero()));
+    let (mut state, mut passed, mut reference_error) = (start.clone(), T::zero(), (T::zero(), T::zero()));
     for (rank, &k) in sequence.iter().enumerate() {
         let duration = times[k] - passed;
         let next = if duration == T::zero() { state.clone() } else { run(&mut method, &state, duration, 1)? };
         if rank + 1 == sequence.len() && duration != T::zero() {
-            doubt = difference(&next, &run(&mut method, &state, duration, 2)?);
+            reference_error = difference(&next, &run(&mut method, &state, duration, 2)?);
         }
         (state, passed) = (next, times[k]);
-        targets[k] = Some(Target { state: state.clone(), doubt: (T::zero(), T::zero()) });
+        targets[k] = Some(Target { state: state.clone(), reference_error: (T::zero(), T::zero()) });
     }
     let last = passed;
     let fill = |(k, target): (usize, Option<Target<T, N, D>>)| {
         let share = (times[k] / last).abs().powi(power);
-        target.map(|target| Target { doubt: (doubt.0 * share, doubt.1 * share), ..target })
+        target
+            .map(|target| Target { reference_error: (reference_error.0 * share, reference_error.1 * share), ..target })
     };
     Ok(targets.into_iter().enumerate().filter_map(fill).collect())
 }
@@ -142,6 +143,6 @@ where
     let mut method = Classical::new(system.clone(), group.cloned(), gauss(stages)?);
     let rough = run(&mut method, start, horizon, steps.max(1))?;
     let state = run(&mut method, start, horizon, 2 * steps.max(1))?;
-    let doubt = difference(&rough, &state);
-    Ok(Target { state, doubt })
+    let reference_error = difference(&rough, &state);
+    Ok(Target { state, reference_error })
 }

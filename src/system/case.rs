@@ -46,7 +46,7 @@ pub enum Structure {
         /// The non-zero constants, one of each antisymmetric pair.
         constants: Vec<Constant>,
     },
-    /// An algebra and a group of somebody's own types ([`crate::laws::own`]), which the case does not describe.
+    /// An algebra and a group of somebody's own types ([`crate::laws::user`]), which the case does not describe.
     Given {
         /// n.
         dimension: usize,

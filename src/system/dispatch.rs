@@ -1,13 +1,13 @@
 //! From the run-time description to types: the one door through which a [`Case`] becomes a [`System`].
 //!
 //! The dimension N is a const generic of one of three classes: 3, 6 or 10, with matrices of size D = 4, 8 and 12, and one
-//! retraction type each; in dimension 3 it holds the closed forms of so(3) in its standard basis, too. A [`Visitor`] is compiled
-//! once for each class and each scalar: keep visitors small. Ensembles are compiled for so(3) with N = D = 3 and for N = 6 with
-//! D = 4 besides: they run for long, and smaller matrices are faster.
+//! retraction type each; in dimension 3 it holds the closed forms of so(3) in its standard basis, too. A [`Visitor`] is
+//! compiled once for each class and each scalar: keep visitors small. Ensembles are compiled for so(3) with N = D = 3 and
+//! for N = 6 with D = 4 besides: they run for long, and smaller matrices are faster.
 //!
-//! A system of dimension n runs in the smallest class that holds it, next to N − n *spectators*: the algebra is g ⊕ ℝᴺ⁻ⁿ, the group
-//! G × ℝᴺ⁻ⁿ; the spectators have unit inertia, no force, and start at rest, where they stay. Coordinates and matrices of g come
-//! first, so that the leading n components and the leading block of a matrix are those of the case.
+//! A system of dimension n runs in the smallest class that holds it, next to N − n *spectators*: the algebra is g ⊕ ℝᴺ⁻ⁿ,
+//! the group G × ℝᴺ⁻ⁿ; the spectators have unit inertia, no force, and start at rest, where they stay. Coordinates and
+//! matrices of g come first, so that the leading n components and the leading block of a matrix are those of the case.
 
 use super::case::{Case, Force as ForceTerm, Inertia, Motion, Structure, Tau};
 use super::error::{CaseError, Place, Problem};
@@ -65,7 +65,7 @@ pub trait Visitor<T: Real> {
         F: Force<T, N> + 'static;
 }
 
-/// What is done to the retraction of a system before it is handed on: laws put a spoilt one in its place.
+/// What is done to the retraction of a system before it is handed on: laws put a faulty one in its place.
 #[doc(hidden)]
 pub trait Wrap {
     /// The type of the result.
@@ -200,8 +200,8 @@ impl Case {
         door!(self, enter, 6 => 8)
     }
 
-    /// Builds the case in `f64` and in 32 digits and hands both to `pairing`, for dimensions up to 6: so(3) is a general algebra
-    /// here, without closed forms.
+    /// Builds the case in `f64` and in 32 digits and hands both to `pairing`, for dimensions up to 6: so(3) is a general
+    /// algebra here, without closed forms.
     ///
     /// # Errors
     /// Those of [`Case::dispatch_main`].

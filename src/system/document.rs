@@ -497,8 +497,9 @@ impl ForceTable {
 
     fn force(mut self, place: &Place) -> Result<Force, CaseError> {
         let keys: Vec<&str> = self.kind.parameters.iter().flat_map(Parameter::keys).copied().collect();
-        let foreign = |key: &&&'static str| !keys.contains(*key) && self.entries.iter().any(|(found, _)| found == *key);
-        if let Some(key) = FORCE_KEYS.iter().find(foreign) {
+        let external =
+            |key: &&&'static str| !keys.contains(*key) && self.entries.iter().any(|(found, _)| found == *key);
+        if let Some(key) = FORCE_KEYS.iter().find(external) {
             let allowed = format!("this kind of force takes `{}`", keys.join("`, `"));
             return Err(place.key(key).error(excess(allowed)));
         }

@@ -1,10 +1,10 @@
 //! The terms of a force, each described once: its name, its parameters and what they are, where it is smooth, how often it is
 //! drawn, what is simpler.
 //!
-//! Files, random cases, shrinking, changes of basis, ensembles and the protocol of `probe` go by the [`Role`] of a parameter, not
-//! by the kind of the force. A new force has its formula in [`mechanics::force`](crate::mechanics::force), and here a variant of
-//! [`Force`], an entry of the catalogue and an arm of [`Force::typed`]. What forms there are in lanes is said in
-//! [`integrators::so3`](crate::integrators::so3) and [`integrators::se3`](crate::integrators::se3).
+//! Files, random cases, shrinking, changes of basis, ensembles and the protocol of `probe` go by the [`Role`] of a
+//! parameter, not by the kind of the force. A new force has its formula in [`mechanics::force`](crate::mechanics::force),
+//! and here a variant of [`Force`], an entry of the catalogue and an arm of [`Force::typed`]. What forms there are in lanes
+//! is said in [`integrators::so3`](crate::integrators::so3) and [`integrators::se3`](crate::integrators::se3).
 
 use super::error::{CaseError, Place, Problem};
 use super::numbers::{list, number, rows, square, symmetric, vector};
@@ -71,7 +71,7 @@ pub enum Force {
         /// φ.
         phase: Number,
     },
-    /// A force of somebody's own type ([`crate::laws::own`]), which the case does not describe.
+    /// A force of somebody's own type ([`crate::laws::user`]), which the case does not describe.
     Given,
 }
 

@@ -172,7 +172,8 @@ fn erased(entry: &Entry) -> Structure {
     Structure::Constants { dimension, constants: list }
 }
 
-/// L U with unit triangular factors of entries p/8: determinant 1, and a condition number of a few tens at most (n = 1: a scale).
+/// L U with unit triangular factors of entries p/8: determinant 1, and a condition number of a few tens at most (n = 1: a
+/// scale).
 pub(super) fn basis(draw: &mut Draw<'_>, n: usize) -> Vec<Vec<Number>> {
     if n == 1 {
         return vec![vec![dyadic(draw.pick(&[2, 3, 5, 6, 8]), 4)]];
@@ -406,7 +407,7 @@ pub(super) fn case(draw: &mut Draw<'_>, knobs: &Cases, tableau: crate::tableau::
             case.start.attitude = case.start.attitude.map(|x| x.iter().map(halved).collect());
             continue;
         }
-        let calm = |exponent: u32| rates.unrest(0.5_f64.powi(exponent as i32)) <= super::rates::MOST;
+        let calm = |exponent: u32| rates.step_stiffness(0.5_f64.powi(exponent as i32)) <= super::rates::MOST;
         while !calm(exponent) && exponent < limit {
             exponent += 1;
         }
@@ -417,7 +418,7 @@ pub(super) fn case(draw: &mut Draw<'_>, knobs: &Cases, tableau: crate::tableau::
             }
             Some(step) => {
                 case.step = step.clone();
-                rates.unrest(step.eval::<f64>().ok()?.abs()) <= super::rates::MOST
+                rates.step_stiffness(step.eval::<f64>().ok()?.abs()) <= super::rates::MOST
             }
         };
         if calm {

@@ -8,7 +8,8 @@ use crate::group::LieGroup;
 use crate::mechanics::Lagrangian;
 use crate::retraction::Retraction;
 
-/// The largest unrest of generated cases: well below where stage equations fold (about 1) and τ leaves its domain.
+/// The largest stiffness of the step of generated cases: well below where stage equations fold (about 1) and τ leaves its
+/// domain.
 pub(super) const MOST: f64 = 0.5;
 
 /// Row-sum norms at the initial state.
@@ -83,7 +84,7 @@ impl Rates {
     }
 
     /// h (‖ad_η‖ + h ‖ad_η̇‖ + ‖∂η̇/∂η‖): what the step multiplies.
-    pub fn unrest(&self, h: f64) -> f64 {
+    pub fn step_stiffness(&self, h: f64) -> f64 {
         h * (self.rotation + h * self.turning + self.stiffness)
     }
 }
@@ -175,6 +176,6 @@ impl Visitor<f64> for Measure {
                 (speed, change) => change / speed,
             },
         };
-        rates.unrest(1.0).is_finite().then_some(rates)
+        rates.step_stiffness(1.0).is_finite().then_some(rates)
     }
 }

@@ -13,7 +13,7 @@ use crate::scalar::Number;
 /// Whether a candidate may stand: it can be built, its inertia is positive definite, and its step is small enough.
 pub(super) fn sound(case: &Case, rates: impl FnOnce(&Case) -> Option<Rates>) -> bool {
     let Ok(step) = case.step.eval::<f64>() else { return false };
-    let calm = |rates: Rates| rates.in_domain() && rates.unrest(step.abs()) <= MOST;
+    let calm = |rates: Rates| rates.in_domain() && rates.step_stiffness(step.abs()) <= MOST;
     positive(&case.lagrangian.inertia) && step != 0.0 && rates(case).is_some_and(calm)
 }
 

@@ -1,7 +1,7 @@
 //! A broken law of a stepper, in full: law, verdict, system, errors, one exchange.
 
 use super::super::table::{Column, Table, data, entries, paragraph};
-use euler_poincare::foreign::{Broken, Compared, LawReport, Mark, Record, Slopes, Values};
+use euler_poincare::external::{Broken, Compared, LawReport, Mark, Record, Slopes, Values};
 use euler_poincare::harness::Verdict;
 use euler_poincare::laws::method::MethodLaw;
 use euler_poincare::laws::replay::{indented, verdict_rows};

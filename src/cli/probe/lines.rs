@@ -2,7 +2,7 @@
 
 use super::super::schema::object;
 use super::{Saved, asked, slopes};
-use euler_poincare::foreign::{Broken, LawReport, Record, Report};
+use euler_poincare::external::{Broken, LawReport, Record, Report};
 use euler_poincare::harness::Verdict;
 use euler_poincare::laws::method::MethodLaw;
 use serde_json::{Value, json};

@@ -51,7 +51,7 @@ pub struct Solved {
     /// Steps tried in vain.
     pub rejected: usize,
     /// Fixed-point iterations of all of them.
-    pub sweeps: usize,
+    pub iterations: usize,
     /// The largest residual of the stage equations, relative to |μ|.
     pub residual: f64,
     /// The sum of the estimates of the local errors, relative to |μ|.
@@ -115,13 +115,14 @@ pub(in crate::integrators) const MOST_STEPS: usize = 1_000_000;
 /// The forced variational step on SO(3) with order, retraction and step size chosen for a tolerance.
 ///
 /// The tolerance is for the whole run: each step of size h may contribute the part h/T of it, relative to |μ| and to the
-/// attitude. The local error is estimated from δ, the difference between the variational scheme and the chart scheme of
-/// the same order, which the step computes anyway. δ vanishes where the direction of Ω stays the same: unless such motions are
+/// attitude. The local error is estimated from δ, the difference between the variational scheme and the chart scheme of the
+/// same order, which the step computes anyway. δ vanishes where the direction of Ω stays the same: unless such motions are
 /// steady ([`LaneForce::vanishes_when_steady`]), the error is estimated from the Legendre coefficients of μ̇ at the stages,
 /// too, and from what their polynomial misses at the ends of the step, which shows kinks of a force such as that of a
 /// quadratic drag at rest. Order: Gauss with eight stages for tolerances below 10⁻⁶, six below 10⁻⁴, four above. Retraction:
-/// Cayley, and the exponential where the motion is nearly a steady rotation, which it integrates exactly at any step size: there
-/// δ vanishes and the steps grow to several radians. A rotation that stays steady to the tolerance until the end is one step.
+/// Cayley, and the exponential where the motion is nearly a steady rotation, which it integrates exactly at any step size:
+/// there δ vanishes and the steps grow to several radians. A rotation that stays steady to the tolerance until the end is
+/// one step.
 ///
 /// A run is not reversible: the steps differ on the way back. For that, take fixed steps with [`VariationalSo3`].
 ///
@@ -486,26 +487,26 @@ pub(in crate::integrators) fn advance<F: LaneForce<N>, R: FastRetraction<N, D>, 
         tolerance,
         floor: tolerance.max(1024.0 * f64::unit_roundoff()),
         switch: tolerance,
-        max_sweeps: 30,
+        max_fixed_point_iterations: 30,
         strict: Some(allowed / SAFETY),
     };
     match method.take(Some(&mut place.packed), run.time(), run.sign * step, false, limits) {
         Ok(taken) => {
             run.done = if last { run.span } else { run.done + step };
             run.failures = 0;
-            let sweeps = taken.predictor + taken.sweeps;
+            let iterations = taken.predictor + taken.iterations;
             let solved = &mut run.solved;
             solved.steps += 1;
-            solved.sweeps += sweeps;
+            solved.iterations += iterations;
             if taken.residual > solved.residual {
                 solved.residual = taken.residual;
             }
             solved.error += SAFETY * taken.delta;
             observe(place.reach::<R>(run.time()), run.sign * step);
             if !last {
-                // As long as the error allows, and as long as sweeps contract well.
+                // As long as the error allows, and as long as fixed-point iterations contract well.
                 let room = logarithm(allowed) - logarithm(SAFETY * taken.delta.max(f64::MIN_POSITIVE)) - MARGIN;
-                let wanted = match sweeps {
+                let wanted = match iterations {
                     n if n < stages + 10 => pace.growth,
                     n if n <= stages + 11 => 1.0,
                     _ => 0.8,

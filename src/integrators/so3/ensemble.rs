@@ -25,14 +25,15 @@ const EXTRAPOLATION: [[f64; HISTORY]; HISTORY + 1] = extrapolation();
 const SLOWEST: f64 = TRUSTED.double();
 const HOPELESS: f64 = CONTINUED.double();
 
-/// For how many steps a sweep is taken to gain at least a quarter of what was measured.
+/// For how many steps an iteration is taken to gain at least a quarter of what was measured.
 const TRUST: usize = 63;
 
-/// The most that a sweep is trusted to gain.
+/// The most that an iteration is trusted to gain.
 const MOST_GAIN: f64 = 64.0;
 
 /// A degree of extrapolation is given up for a while where the change is so many times smaller than it must be, or is what
-/// rounding makes of it: so many times the sum of the weights' sizes, 2^r − 1 for r steps. Every so many steps that is looked at.
+/// rounding makes of it: so many times the sum of the weights' sizes, 2^r − 1 for r steps. Every so many steps that is
+/// looked at.
 const SPARE: f64 = 32.0;
 const NOISE: f64 = 2.0 * f64::EPSILON;
 const LOOK: usize = 8;
@@ -107,7 +108,8 @@ struct Group<F> {
     /// Steps since sizes were seen to.
     since: usize,
     diagonal: bool,
-    /// The iterates of the steps before, a ring for each pair of stages: of how many steps, and where those of the last step are.
+    /// The iterates of the steps before, a ring for each pair of stages: of how many steps, and where those of the last step
+    /// are.
     iterates: Vec<[Iterate; HISTORY]>,
     known: usize,
     newest: usize,
@@ -117,8 +119,8 @@ struct Group<F> {
     patience: usize,
     /// For how many it will stay so many when it has to rise again: doubled each time, and never halved.
     caution: usize,
-    /// How many times smaller a sweep makes an error, a quarter of what it was when it was measured; and for how many steps that
-    /// is taken to be so.
+    /// How many times smaller an iteration makes an error, a quarter of what it was when it was measured; and for how many
+    /// steps that is taken to be so.
     gain: f64,
     trusted: usize,
 }
@@ -142,8 +144,8 @@ type Two<I> = Pair<Eight<I>>;
 /// P_i − μ, or Ξ_i, of P pairs of stages.
 type Values<I, const P: usize> = [Vec3<Two<I>>; P];
 
-/// What a sweep makes of stages: Ω_i and dτ⁻¹ Ω_i in the unit of the retraction, G_i, what the force adds to μ, the size of
-/// Ξ_i.
+/// What an iteration makes of stages: Ω_i and dτ⁻¹ Ω_i in the unit of the retraction, G_i, what the force adds to μ, the
+/// size of Ξ_i.
 #[derive(Clone, Copy)]
 struct Stage<V> {
     velocity: Vec3<V>,
@@ -188,13 +190,13 @@ impl Scaled {
 
 /// Many bodies on SO(3), each with its own inertia, force and state, with one tableau and one step size.
 ///
-/// A lane of the registers holds a body, so that eight advance at the price of one; with the feature `harness` the groups
-/// of eight are spread over the threads of rayon's pool. Which bodies share a group depends on their order alone, so the
-/// results are the same bits at any number of threads. The step is that of [`Variational`], to round-off: its stages
-/// start from the last eight steps, or fewer where these do, and a fixed-point iteration runs until the residual that is left is
-/// as wanted in every lane. That residual is estimated: it is the last change, which is measured, times the contraction, which is
-/// taken as four times what it was when two iterations in one step showed it, at most 63 steps ago. A step whose iteration does
-/// not contract in some lane is taken by [`Variational`] for each body of the group.
+/// A lane of the registers holds a body, so that eight advance at the price of one; with the feature `harness` the groups of
+/// eight are spread over the threads of rayon's pool. Which bodies share a group depends on their order alone, so the
+/// results are the same bits at any number of threads. The step is that of [`Variational`], to round-off: its stages start
+/// from the last eight steps, or fewer where these do, and a fixed-point iteration runs until the residual that is left is
+/// as wanted in every lane. That residual is estimated: it is the last change, which is measured, times the contraction,
+/// which is taken as four times what it was when two iterations in one step showed it, at most 63 steps ago. A step whose
+/// iteration does not contract in some lane is taken by [`Variational`] for each body of the group.
 ///
 /// The attitude is g = g₀ R(q), with g₀ the attitude of the start and a quaternion q of any length: g gᵀ stays what it was to
 /// round-off over any number of steps.
@@ -460,7 +462,7 @@ impl<F: PackedForce> Group<F> {
     }
 }
 
-/// Steps of a group until there are none left, or sweeps do not solve one: how many were taken.
+/// Steps of a group until there are none left, or fixed-point iterations do not solve one: how many were taken.
 struct Steps<'a, F, R> {
     group: &'a mut Group<F>,
     scaled: &'a Scaled,
@@ -654,7 +656,7 @@ impl<F: PackedForce> Group<F> {
         )
     }
 
-    /// What a sweep makes of stages.
+    /// What an iteration makes of stages.
     #[inline(always)]
     fn stage<V: Lanes, R: LaneRotation>(&self, t: V, mu: Vec3<V>, d: Vec3<V>, x: Vec3<V>, forced: bool) -> Stage<V> {
         let zero = [t.constant(0.0); 3];
@@ -674,7 +676,8 @@ impl<F: PackedForce> Group<F> {
         Stage { velocity, rate, gradient, kick: R::carried(at, x, force), size }
     }
 
-    /// One step; with P pairs of stages, or any number of them where P is the largest. `false`: sweeps do not solve it.
+    /// One step; with P pairs of stages, or any number of them where P is the largest. `false`: fixed-point iterations do
+    /// not solve it.
     #[inline(always)]
     fn step<I: Isa, R: LaneRotation, const P: usize>(
         &mut self,
@@ -688,9 +691,9 @@ impl<F: PackedForce> Group<F> {
         let forced = !self.force.vanishes();
         let mu = load(isa, &self.momentum);
         let (mut d, mut x) = self.predict::<I, P>(isa, scaled, pairs);
-        // The first change, the least, the last; how many sweeps ago the least was.
+        // The first change, the least, the last; how many fixed-point iterations ago the least was.
         let (mut first, mut best, mut last, mut idle) = (0.0, f64::INFINITY, 0.0, 0);
-        for sweep in 1..=settings.max_sweeps as i32 {
+        for iteration in 1..=settings.max_fixed_point_iterations as i32 {
             let t = Eight::load(isa, &self.start.0) + Eight::splat(isa, self.elapsed[0]);
             // By `each!`, which has no loop where there is one pair: what is in arrays can stay in registers then.
             let values: [Stage<Two<I>>; P] = each!(P, k => {
@@ -713,8 +716,8 @@ impl<F: PackedForce> Group<F> {
             }
             let at_back = R::at(back);
             size = size.max(R::size(at_back, back));
-            let kicked = each!(3, a => mu[a] + kick[a]);
-            let end = R::pull_less(at_back, back, kicked);
+            let after_impulse = each!(3, a => mu[a] + kick[a]);
+            let end = R::pull_less(at_back, back, after_impulse);
             // What P_i − μ have in common; δ is this less Σ b_j G_j.
             let base = each!(3, a => end[a] + kick[a]);
             let next: [[Vec3<Two<I>>; 2]; P] = each!(P, i => {
@@ -745,8 +748,8 @@ impl<F: PackedForce> Group<F> {
             let extent = Eight::splat(isa, scaled.size) * bound(each!(3, a => values[0].velocity[a].0));
             let changes = [(shift, scale), (turn, extent)];
             let mut settled = false;
-            if sweep == 1 {
-                // The residual of the new iterate: what a sweep leaves of a change, as it was a few steps ago.
+            if iteration == 1 {
+                // The residual of the new iterate: what an iteration leaves of a change, as it was a few steps ago.
                 let most = if self.trusted > 0 { settings.tolerance * self.gain } else { settings.tolerance };
                 settled = within(isa, changes, most);
                 if settled && self.patience > 0 {
@@ -764,12 +767,12 @@ impl<F: PackedForce> Group<F> {
             }
             if !settled {
                 let change = (shift / scale.max(tiny)).max(turn / extent.max(tiny)).largest();
-                if sweep == 1 {
+                if iteration == 1 {
                     first = change;
                 }
                 idle = if change < best { 0 } else { idle + 1 };
                 best = best.min(change);
-                if sweep > 1 {
+                if iteration > 1 {
                     self.gain = (0.25 * last / change).clamp(1.0, MOST_GAIN);
                     self.trusted = TRUST;
                     settled = change <= settings.tolerance * self.gain;
@@ -777,9 +780,10 @@ impl<F: PackedForce> Group<F> {
                 settled |= idle >= IDLE && change <= settings.floor;
                 last = change;
                 // A root that is reached slowly may lie beyond a fold.
-                let slow = sweep > QUICK && change < first && change > first * SLOWEST.powi(sweep - 1);
-                let lost =
-                    change.is_nan() || change > DIVERGED || (sweep >= PATIENT && best > first * HOPELESS.powi(sweep));
+                let slow = iteration > QUICK && change < first && change > first * SLOWEST.powi(iteration - 1);
+                let lost = change.is_nan()
+                    || change > DIVERGED
+                    || (iteration >= PATIENT && best > first * HOPELESS.powi(iteration));
                 if (settled && slow) || (!settled && lost) {
                     return false;
                 }
@@ -801,7 +805,7 @@ impl<F: PackedForce> Group<F> {
 
             // The new state: `end` is what dτ adds to μ + kick.
             let rest = load(isa, &self.momentum_rest);
-            let (momentum, rest) = sum(mu, R::add_turned(back, kicked, end, each!(3, a => kick[a] + rest[a])));
+            let (momentum, rest) = sum(mu, R::add_turned(back, after_impulse, end, each!(3, a => kick[a] + rest[a])));
             let finite = Eight::splat(isa, f64::MAX);
             if !((momentum[0] + momentum[1]) + momentum[2]).abs().all_le(finite) {
                 return false;
@@ -815,7 +819,7 @@ impl<F: PackedForce> Group<F> {
             let increment = scaled.h + self.elapsed[1];
             let elapsed = self.elapsed[0] + increment;
             self.elapsed = [elapsed, increment - (elapsed - self.elapsed[0])];
-            // The iterates of the last sweep, one better than those that were judged, are what the next steps start from.
+            // The iterates of the last iteration, one better than those that were judged, are what the next steps start from.
             self.newest = (self.newest + 1) % HISTORY;
             self.known = (self.known + 1).min(HISTORY);
             for i in 0..P {

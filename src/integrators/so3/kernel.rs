@@ -1,4 +1,4 @@
-//! One step in lanes: the predictor, the sweeps, the end of the step.
+//! One step in lanes: the predictor, the fixed-point iterations, the end of the step.
 
 use super::force::LaneForce;
 use super::retraction::LaneRetraction;
@@ -136,13 +136,13 @@ const BOTH_ENDS: Row = Row([1.0, 1.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0]);
 /// arithmetic is slow.
 pub(super) const NOTHING: f64 = 1e-100;
 
-/// Relative changes in the third sweep of the predictor beyond which one more pays than the stages ask for, and another. For
-/// Gauss with eight stages and |Ω|h ≈ 1.5 its point is some 10⁻⁸ from that of the sweeps on (P, Ξ), of which each costs half
-/// as much again and makes the change ten to twenty times smaller, too.
+/// Relative changes in the third iteration of the predictor beyond which one more pays than the stages ask for, and another.
+/// For Gauss with eight stages and |Ω|h ≈ 1.5 its point is some 10⁻⁸ from that of the fixed-point iterations on (P, Ξ), of
+/// which each costs half as much again and makes the change ten to twenty times smaller, too.
 const FAR: [f64; 2] = [2e-5, 1e-4];
 
-/// As many stages as the sweeps of the predictor are counted for where there are fewer and δ must be small: with sweeps on
-/// (P, Ξ) in their place random runs to 10⁻⁴ took half as long again.
+/// As many stages as the fixed-point iterations of the predictor are counted for where there are fewer and δ must be small:
+/// with fixed-point iterations on (P, Ξ) in their place random runs to 10⁻⁴ took half as long again.
 const FEWEST: usize = 6;
 
 /// 1 in the lane of μ.
@@ -152,7 +152,7 @@ const MOMENTUM_LANE: Row = Row([0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 0.0]);
 const SLOWEST: f64 = TRUSTED.double();
 const HOPELESS: f64 = CONTINUED.double();
 
-/// How far to sweep.
+/// How far to iterate.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Limits {
     /// The relative residual wanted.
@@ -161,7 +161,7 @@ pub(super) struct Limits {
     pub floor: f64,
     /// The relative change at which the predictor has done what it can.
     pub switch: f64,
-    pub max_sweeps: usize,
+    pub max_fixed_point_iterations: usize,
     /// The largest δ, relative to |μ|, that is accepted, and whether to give up where δ needs more than two renewals:
     /// what a solver that chooses its step asks for.
     pub strict: Option<f64>,
@@ -170,8 +170,8 @@ pub(super) struct Limits {
 /// Why no step was taken.
 #[derive(Clone, Copy, Debug)]
 pub(super) enum Refused {
-    /// The sweeps (so many) do not lead to a root that can be trusted.
-    Unswept(usize),
+    /// The fixed-point iterations (so many) do not lead to a root that can be trusted.
+    NotContracted(usize),
     /// The root was found, but δ is larger than [`Limits::strict`] allows.
     Delta(f64),
 }
@@ -196,10 +196,10 @@ impl<const N: usize> Default for Memory<N> {
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Taken {
     pub residual: f64,
-    /// Sweeps of the predictor, and on (P, Ξ).
+    /// Fixed-point iterations of the predictor, and on (P, Ξ).
     pub predictor: usize,
-    pub sweeps: usize,
-    /// The relative change of the first sweep on (P, Ξ): how far off the predictor was.
+    pub iterations: usize,
+    /// The relative change of the first iteration on (P, Ξ): how far off the predictor was.
     pub jump: f64,
     /// |δ| relative to |μ|: of the size of the local error.
     pub delta: f64,
@@ -417,8 +417,9 @@ where
                     size = largest_change(gained, zero).largest();
                     extent = (h.abs() * largest_change(self.velocity(gained), zero)).largest();
                 }
-                // The classical method of order four (Kutta 1901; Hairer, Nørsett and Wanner 1993, II.1) on M, with a step h c_i
-                // in each lane, and Magnus's series on its rates: what three sweeps would give, without their products.
+                // The classical method of order four (Kutta 1901; Hairer, Nørsett and Wanner 1993, II.1) on M, with a step h
+                // c_i in each lane, and Magnus's series on its rates: what three fixed-point iterations would give, without
+                // their products.
                 let half = hc * Eight::splat(isa, 0.5);
                 let start = Eight::splat(isa, self.time);
                 let (mut slopes, mut last_slope) = (slope, slope);
@@ -440,12 +441,12 @@ where
         };
         // Nothing to be relative to, or no number.
         if !(size > 0.0 && extent > 0.0) {
-            return Err(Refused::Unswept(0));
+            return Err(Refused::NotContracted(0));
         }
         let (per_size, per_extent) = (Eight::splat(isa, 1.0 / size), Eight::splat(isa, R::UNIT / extent));
         let strict = self.limits.strict.is_some();
         let mut most = if strict { coefficients.stages.max(FEWEST) } else { coefficients.stages };
-        // The sweep after which to look how far it moved; that costs a tenth of a sweep.
+        // The iteration after which to look how far it moved; that costs a tenth of an iteration.
         let mut look = if predictor == 1 { 2 } else { predictor + 3 };
         while predictor <= most {
             predictor += 1;
@@ -470,7 +471,7 @@ where
             }
         }
 
-        // Sweeps on (P, Ξ).
+        // Fixed-point iterations on (P, Ξ).
         let conjugate = if coefficients.symplectic { a } else { self.scaled(isa, &coefficients.conjugate, h) };
         let mut eager = coefficients.stages <= 4;
         let forced = !self.force.vanishes();
@@ -481,7 +482,7 @@ where
         // The least residual, and how many judgements ago; the last change with δ frozen; how often δ was renewed.
         let (mut jump, mut best, mut idle, mut frozen) = (0.0, f64::INFINITY, 0, f64::INFINITY);
         let (mut renewed, mut judged, mut first) = (0, 0, 0.0);
-        for sweep in 1..=self.limits.max_sweeps {
+        for iteration in 1..=self.limits.max_fixed_point_iterations {
             let (eta, eta_unit) = self.velocities(m);
             let rate = R::rate(at, x, eta_unit);
             let (gradient, force) = if forced {
@@ -506,15 +507,15 @@ where
                 let total = sums(hb, gradient);
                 let back: [Eight<I>; N] = each!(N, k => Eight::splat(isa, -increment[k]));
                 let at_back = R::at(back);
-                let kicked: [f64; N] = each!(N, k => momentum[k] + kick[k]);
-                let end = R::pull(at_back, back, each!(N, k => Eight::splat(isa, kicked[k])));
+                let after_impulse: [f64; N] = each!(N, k => momentum[k] + kick[k]);
+                let end = R::pull(at_back, back, each!(N, k => Eight::splat(isa, after_impulse[k])));
                 let next_base: [Eight<I>; N] = each!(N, k => end[k] - Eight::splat(isa, total[k]));
                 next_p = each!(N, k => next_p[k] + (next_base[k] - base[k]));
                 base = next_base;
                 frozen = f64::INFINITY;
                 renewed += 1;
                 change = (largest_change(next_p, p) * per_size).max(moved).largest();
-                if sweep == 1 {
+                if iteration == 1 {
                     jump = change;
                 }
                 (best, idle) = if change < best { (change, 0) } else { (best, idle + 1) };
@@ -525,10 +526,10 @@ where
                 if change <= self.limits.tolerance || (eager && idle >= IDLE && change <= self.limits.floor) {
                     // A root that is reached slowly may lie beyond a fold.
                     if eager && judged > QUICK && change < first && change > first * SLOWEST.powi(judged - 1) {
-                        return Err(Refused::Unswept(predictor + sweep));
+                        return Err(Refused::NotContracted(predictor + iteration));
                     }
                     if !R::in_domain(R::square(x).max(R::square(back)).largest()) {
-                        return Err(Refused::Unswept(predictor + sweep));
+                        return Err(Refused::NotContracted(predictor + iteration));
                     }
                     let values: [Eight<I>; N] = each!(N, k => Eight::load(isa, &self.state.value[k].0));
                     let kicks: [Eight<I>; N] =
@@ -545,7 +546,7 @@ where
                     }
                     // A sum of products with 0 is 0, unless one of the numbers is not finite.
                     if finite.sum() != 0.0 {
-                        return Err(Refused::Unswept(predictor + sweep));
+                        return Err(Refused::NotContracted(predictor + iteration));
                     }
                     let mut delta = largest_change(base, mu).largest() / size;
                     if let Some(most) = self.limits.strict {
@@ -571,16 +572,16 @@ where
                         next[k].1.store(&mut self.state.cut[k].0);
                         m[k].store(&mut self.memory.momenta[k].0);
                     }
-                    return Ok(Taken { residual: change, predictor, sweeps: sweep, jump, delta });
+                    return Ok(Taken { residual: change, predictor, iterations: iteration, jump, delta });
                 }
                 if renewed == 2 && !eager {
                     if self.limits.strict.is_some() {
-                        return Err(Refused::Unswept(predictor + sweep));
+                        return Err(Refused::NotContracted(predictor + iteration));
                     }
                     // Two renewals were not enough: δ is not small.
                     (eager, best, idle, judged) = (true, f64::INFINITY, 0, 0);
                 }
-            } else if sweep == 1 {
+            } else if iteration == 1 {
                 jump = change;
             }
             // Hopeless: no root, or one that Newton's method must judge.
@@ -588,12 +589,12 @@ where
                 || change > DIVERGED
                 || (eager && judged >= PATIENT && best > first * HOPELESS.powi(judged))
             {
-                return Err(Refused::Unswept(predictor + sweep));
+                return Err(Refused::NotContracted(predictor + iteration));
             }
             (p, x) = (next_p, next_x);
             at = R::at(x);
             m = R::unpull(at, x, p);
         }
-        Err(Refused::Unswept(predictor + self.limits.max_sweeps))
+        Err(Refused::NotContracted(predictor + self.limits.max_fixed_point_iterations))
     }
 }

@@ -143,7 +143,7 @@ pub struct VariationalInLanes<F, R, const N: usize, const D: usize> {
     diagonal: bool,
     registers: Registers,
     settings: Settings<f64>,
-    /// What takes the steps that sweeps do not solve.
+    /// What takes the steps that fixed-point iterations do not solve.
     pub(super) newton: Variational<f64, N, D, Quadratic<f64, N>, OnBody<F, N>, R>,
     pub(super) last: Last<N>,
 }
@@ -229,12 +229,12 @@ impl<F: LaneForce<N>, R: FastRetraction<N, D>, const N: usize, const D: usize> V
         self.columns.stages
     }
 
-    /// ξ of the last step, g ← g τ(ξ), if sweeps took it.
+    /// ξ of the last step, g ← g τ(ξ), if fixed-point iterations took it.
     pub(super) fn last_increment(&self) -> Option<[f64; N]> {
         (self.last.step != 0.0).then_some(self.last.memory.increment)
     }
 
-    /// What Newton's method and the continuation in h say of a step that sweeps do not solve.
+    /// What Newton's method and the continuation in h say of a step that fixed-point iterations do not solve.
     #[cold]
     pub(super) fn diagnose(&mut self, state: &State<f64, N, D>, step: f64) -> StepError {
         match self.newton.step(&mut state.clone(), step) {
@@ -297,7 +297,7 @@ where
             tolerance,
             floor: self.settings.floor,
             switch: tolerance,
-            max_sweeps: self.settings.max_sweeps,
+            max_fixed_point_iterations: self.settings.max_fixed_point_iterations,
             strict: None,
         };
         let known = self.last.step != 0.0 && R::pack(state) == self.last.state.value;
@@ -313,7 +313,7 @@ where
         let mut spent = 0;
         match self.take(None, state.time, h, warm, limits) {
             Ok(taken) => {
-                spent += taken.predictor + taken.sweeps;
+                spent += taken.predictor + taken.iterations;
                 let passed = h - cut;
                 let time = state.time + passed;
                 if time.is_finite() {
@@ -321,10 +321,10 @@ where
                     (self.last.time, self.last.time_cut) = (time, (time - state.time) - passed);
                     R::unpack(&self.last.state.value, state);
                     state.time = time;
-                    return Ok(Report { solver: Solver::Sweeps, iterations: spent, residual: taken.residual });
+                    return Ok(Report { solver: Solver::FixedPoint, iterations: spent, residual: taken.residual });
                 }
             }
-            Err(Refused::Unswept(sweeps)) => spent += sweeps,
+            Err(Refused::NotContracted(iterations)) => spent += iterations,
             Err(Refused::Delta(_)) => {}
         }
         self.last.step = 0.0;

@@ -7,7 +7,7 @@ use crate::scalar::{Dd, Number, Real, Scalar};
 use crate::system::Case;
 use crate::system::case::Force;
 
-/// θ, the size of a kick relative to μ: rounding of the kicked trajectory is 2⁻²⁹ of what it measures.
+/// θ, the size of a kick relative to μ: rounding of the perturbed trajectory is 2⁻²⁹ of what it measures.
 const KICK: f64 = 1.0 / (1 << 24) as f64;
 
 /// What a solver leaves of its equations per step, in units of u, beside its residual: each is a sum of s products and of
@@ -61,7 +61,7 @@ fn parts(point: &Point<f64>) -> [&[f64]; 2] {
     [&point.momentum, &point.attitude]
 }
 
-/// How a trajectory is kicked.
+/// How a trajectory is perturbed.
 #[derive(Clone, Copy)]
 enum Kick {
     /// By a torque that differs from stage to stage; of two signs.
@@ -71,7 +71,7 @@ enum Kick {
 }
 
 /// The case with a torque that gives a momentum of θ `size`: in a step of size h, or about one axis in all of the steps.
-fn kicked(case: &Case, size: f64, h: f64, steps: usize, kick: Kick) -> Case {
+fn perturbed(case: &Case, size: f64, h: f64, steps: usize, kick: Kick) -> Case {
     let (whole, phase) = (KICK * size / h, if let Kick::Stages(k) = kick { k } else { 0 });
     let amplitude = |a: usize| match kick {
         Kick::Stages(k) if (a + k).is_multiple_of(2) => whole,
@@ -80,14 +80,14 @@ fn kicked(case: &Case, size: f64, h: f64, steps: usize, kick: Kick) -> Case {
         Kick::Axis(_) => 0.0,
     };
     let value = (0..case.dimension()).map(|a| Number::from(amplitude(a))).collect();
-    let mut kicked = case.clone();
-    kicked.forces.push(match kick {
+    let mut perturbed = case.clone();
+    perturbed.forces.push(match kick {
         Kick::Axis(_) => Force::Constant { value },
         Kick::Stages(_) => {
             Force::Periodic { value, frequency: Number::from(5.0 / h.abs()), phase: Number::from(phase as f64) }
         }
     });
-    kicked
+    perturbed
 }
 
 /// The conditions after each of so many steps of size h from `start`: the larger of what kicks that differ from stage to stage
@@ -100,9 +100,9 @@ pub(super) fn conditions(case: &Case, start: &Point<f64>, h: f64, steps: usize) 
     let run = |case: &Case| trajectory(&mut *general.double(case)?, start, h, steps);
     let plain = run(case)?;
     let moving = plain.iter().fold(largest(&start.momentum), |m, point| m.max(largest(&point.momentum)));
-    let kicked = |kick: Kick| run(&kicked(case, moving, h, steps, kick));
-    let stages = [kicked(Kick::Stages(0))?, kicked(Kick::Stages(1))?];
-    let axes = (0..case.dimension()).map(|a| kicked(Kick::Axis(a))).collect::<Result<Vec<_>, _>>()?;
+    let perturbed = |kick: Kick| run(&perturbed(case, moving, h, steps, kick));
+    let stages = [perturbed(Kick::Stages(0))?, perturbed(Kick::Stages(1))?];
+    let axes = (0..case.dimension()).map(|a| perturbed(Kick::Axis(a))).collect::<Result<Vec<_>, _>>()?;
     let (mut size, mut time) = (parts(start).map(largest), start.time.abs());
     let mut found = Vec::with_capacity(steps);
     for (n, point) in plain.iter().enumerate() {

@@ -22,8 +22,8 @@ pub const TERM_MISSING: Fault =
 pub const OTHER_RETRACTION: Fault =
     Fault::new("other-retraction", "exp in the place of the Cayley map, the Cayley map in that of exp", "SO(3)");
 
-/// The sweeps end too early. Of an ensemble, whose residual is a change times the contraction of the sweeps, it is the same as a
-/// contraction that is taken to be 2³⁰ times as strong as it is.
+/// The fixed-point iterations end too early. Of an ensemble, whose residual is a change times the contraction of the
+/// fixed-point iterations, it is the same as a contraction that is taken to be 2³⁰ times as strong as it is.
 pub const STOPPED: Fault = Fault::new(
     "stopped-early",
     "the fixed-point iteration ends where the residual is 2³⁰ times as large as it may be",

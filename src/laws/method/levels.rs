@@ -1,16 +1,16 @@
 //! At which steps a method is asked, and what the errors there say about a claim.
 //!
-//! Where the levels begin is the theory's choice, not the method's: at the largest step h with h pace ≤ [`REACH`] at both ends of
-//! a level ([`Theory::pace`](super::Theory::pace)), at most 2⁶ times the step of the system. A larger step is never asked for.
-//! At a step larger than that of the system a method may refuse or diverge, and the level is left out.
+//! Where the levels begin is the theory's choice, not the method's: at the largest step h with h pace ≤ [`REACH`] at both
+//! ends of a level ([`Theory::pace`](super::Theory::pace)), at most 2⁶ times the step of the system. A larger step is never
+//! asked for. At a step larger than that of the system a method may refuse or diverge, and the level is left out.
 //!
-//! Slopes confirm a claim, but do not refute it. A method is below the order that it claims only if [`lower::share`] says so: of
-//! errors with their signs, on two interlaced sequences of halved steps (in 32 digits, where there are levels enough, on one), and
-//! from a second start as well.
+//! Slopes confirm a claim, but do not refute it. A method is below the order that it claims only if [`lower::share`] says
+//! so: of errors with their signs, on two interlaced sequences of halved steps (in 32 digits, where there are levels enough,
+//! on one), and from a second start as well.
 //!
-//! What is left: a right method is refused if the series of its errors does not settle within the levels at either start, and in a
-//! way that grows against its own leading terms as the steps shrink. A wrong method is not refuted where the errors of lower order
-//! are below the noise, or where there are fewer than six levels above it: that is inconclusive.
+//! What is left: a right method is refused if the series of its errors does not settle within the levels at either start,
+//! and in a way that grows against its own leading terms as the steps shrink. A wrong method is not refuted where the errors
+//! of lower order are below the noise, or where there are fewer than six levels above it: that is inconclusive.
 //!
 //! [`lower::share`]: crate::harness::lower::share
 
@@ -66,7 +66,7 @@ pub(super) struct Gap<T> {
     /// What rounding may do.
     pub noise: T,
     /// What the reference may be off.
-    pub doubt: T,
+    pub reference_error: T,
 }
 
 impl<T: Real> Gap<T> {
@@ -85,12 +85,12 @@ impl<T: Real> Gap<T> {
     }
 
     fn reading(&self) -> Reading {
-        let doubt = self.doubt.to_f64();
-        Reading { error: self.largest().to_f64(), noise: self.noise.to_f64() + doubt, doubt }
+        let reference_error = self.reference_error.to_f64();
+        Reading { error: self.largest().to_f64(), noise: self.noise.to_f64() + reference_error, reference_error }
     }
 
     fn signed(&self, h: f64) -> Signed {
-        let noise = self.noise.to_f64() + self.doubt.to_f64();
+        let noise = self.noise.to_f64() + self.reference_error.to_f64();
         Signed { h, error: self.error.iter().map(|x| x.to_f64()).collect(), noise }
     }
 }
@@ -310,8 +310,8 @@ impl Ladder {
     }
 }
 
-/// What the method's ladders say: that from the start of the system; where it refutes the order, those from other starts as well,
-/// and only what one of them repeats is refuted.
+/// What the method's ladders say: that from the start of the system; where it refutes the order, those from other starts as
+/// well, and only what one of them repeats is refuted.
 ///
 /// A defect may be small or large at one start by chance, such as a term of the series that vanishes near it. A method of too
 /// low an order is so from nearly every start.

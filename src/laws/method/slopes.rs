@@ -21,9 +21,9 @@ fn minus<T: Real>(x: T, y: Dd) -> T {
 }
 
 /// A list of numbers against what they must be.
-fn gap<T: Real>(mine: &[T], theirs: &[T], from: &[T], error: Vec<T>, noise: T, doubt: T) -> Gap<T> {
+fn gap<T: Real>(mine: &[T], theirs: &[T], from: &[T], error: Vec<T>, noise: T, reference_error: T) -> Gap<T> {
     let size = difference(mine, theirs).1.max(difference(theirs, from).1).max(T::exact(f64::MIN_POSITIVE));
-    Gap { error, size, noise: size * noise, doubt }
+    Gap { error, size, noise: size * noise, reference_error }
 }
 
 /// How many parts a state has: without a group, no attitude.
@@ -87,15 +87,15 @@ impl<T: Precision> Measure<T> for View<'_, '_, T> {
     fn gaps(&self, h: T, exact: Option<&(Point<Dd>, (Dd, Dd))>) -> Result<Vec<Gap<T>>, StepError> {
         let start = self.start();
         let end = (0..STEPS).try_fold(start.clone(), |point, _| self.step(&point, h))?;
-        let Some((exact, doubt)) = exact else { return Ok(Vec::new()) };
+        let Some((exact, reference_error)) = exact else { return Ok(Vec::new()) };
         let noise = self.noise(STEPS);
-        let of = |mine: &[T], theirs: &[Dd], from: &[T], doubt: Dd| {
+        let of = |mine: &[T], theirs: &[Dd], from: &[T], reference_error: Dd| {
             let error = mine.iter().zip(theirs).map(|(x, y)| minus(*x, *y)).collect();
             let theirs: Vec<T> = theirs.iter().map(|x| convert(*x)).collect();
-            gap(mine, &theirs, from, error, noise, convert(doubt))
+            gap(mine, &theirs, from, error, noise, convert(reference_error))
         };
-        let momentum = of(&end.momentum, &exact.momentum, &start.momentum, doubt.0);
-        let attitude = of(&end.attitude, &exact.attitude, &start.attitude, doubt.1);
+        let momentum = of(&end.momentum, &exact.momentum, &start.momentum, reference_error.0);
+        let attitude = of(&end.attitude, &exact.attitude, &start.attitude, reference_error.1);
         Ok([momentum, attitude].into_iter().take(parts(&start)).collect())
     }
 }
@@ -198,7 +198,7 @@ impl<T: Precision> Measure<T> for Balancing<'_, '_, '_, '_, T> {
     fn gaps(&self, h: T, exact: Option<&(Point<Dd>, (Dd, Dd))>) -> Result<Vec<Gap<T>>, StepError> {
         let start = self.view.start();
         let end = (0..STEPS).try_fold(start.clone(), |point, _| self.view.step(&point, h))?;
-        let Some((exact, (doubt, _))) = exact else { return Ok(Vec::new()) };
+        let Some((exact, (reference_error, _))) = exact else { return Ok(Vec::new()) };
         let known = self.view.setup.known()?;
         let (mine, noise) = (end.convert::<Dd>(), self.view.noise(STEPS));
         let largest = exact.momentum.iter().fold(Dd::exact(0.0), |m, x| m.max(x.abs()));
@@ -206,10 +206,11 @@ impl<T: Precision> Measure<T> for Balancing<'_, '_, '_, '_, T> {
             let value = |point: &Point<Dd>| known.value(*quantity, point).ok_or_else(|| no_value(h.to_f64()));
             let (found, wanted) = (value(&mine)?, value(exact)?);
             let reach = found.reach.max(wanted.reach).max(found.size).max(wanted.size);
-            let doubt = if largest > Dd::exact(0.0) { wanted.reach * *doubt / largest } else { *doubt };
+            let reference_error =
+                if largest > Dd::exact(0.0) { wanted.reach * *reference_error / largest } else { *reference_error };
             let size: T = convert(found.size.max(wanted.size).max(Dd::exact(f64::MIN_POSITIVE)));
             let error = vec![convert(found.value - wanted.value)];
-            Ok(Gap { error, size, noise: noise * convert(reach), doubt: convert(doubt) })
+            Ok(Gap { error, size, noise: noise * convert(reach), reference_error: convert(reference_error) })
         };
         self.quantities.iter().map(gap).collect()
     }

@@ -176,8 +176,8 @@ pub trait Theory<T: Real> {
     /// μ, ‖ad_η²‖^½, ‖η̂²‖^½, ‖ad_η̇‖^½, (|∂²f/∂t²|/|f|)^½, and 4|η̇|/|η| where the force is not smooth at rest (row-sum
     /// norms). Infinite where it has no value.
     ///
-    /// A Taylor series of the motion, or of a step of a method, has terms of the size (h pace)^k: so h pace ≤ 1 keeps to where the
-    /// series tells something.
+    /// A Taylor series of the motion, or of a step of a method, has terms of the size (h pace)^k: so h pace ≤ 1 keeps to
+    /// where the series tells something.
     fn pace(&self, point: &Point<T>) -> f64;
 
     /// An element k of the group that is not the identity; `None` where there is no group.
@@ -350,7 +350,7 @@ where
         let targets = reference::within(&body, group, &start, &wanted.times, wanted.stages, tolerance)?;
         Ok(targets
             .iter()
-            .map(|target| (Point::leading(&target.state, self.dimension, self.size), target.doubt))
+            .map(|target| (Point::leading(&target.state, self.dimension, self.size), target.reference_error))
             .collect())
     }
 

@@ -1,9 +1,9 @@
 //! The groupoid g*×G×g* of a described system, as a part: the group elements of its chains are those of the case.
 
 use super::super::instances::Material;
-use super::super::own::groupoid::{self, Chains, LieChains, OwnGroupoid, OwnLieGroupoid};
-use super::super::own::part::About;
 use super::super::probe::Probe;
+use super::super::user::groupoid::{self, Chains, LieChains, UserGroupoid, UserLieGroupoid};
+use super::super::user::part::About;
 use super::{Erased, Supplier};
 use crate::groupoid::Arrow;
 use crate::groupoid::{DenseGroup, DenseSpace, Groupoid, TrivialGroupoid};
@@ -135,7 +135,7 @@ impl Supplier for OfGroupoid {
         double: General<f64, N, D>,
         quad: General<Dd, N, D>,
     ) -> Option<Box<dyn Erased>> {
-        Some(Box::new(OwnGroupoid::at_both(Poisson::of(case, &double)?, Poisson::of(case, &quad)?)))
+        Some(Box::new(UserGroupoid::at_both(Poisson::of(case, &double)?, Poisson::of(case, &quad)?)))
     }
 
     fn cases(_: &About, cases: Cases) -> BoxedStrategy<Case> {
@@ -154,7 +154,7 @@ impl Supplier for OfLieGroupoid {
         double: General<f64, N, D>,
         quad: General<Dd, N, D>,
     ) -> Option<Box<dyn Erased>> {
-        Some(Box::new(OwnLieGroupoid::at_both(Poisson::of(case, &double)?, Poisson::of(case, &quad)?)))
+        Some(Box::new(UserLieGroupoid::at_both(Poisson::of(case, &double)?, Poisson::of(case, &quad)?)))
     }
 
     fn cases(_: &About, cases: Cases) -> BoxedStrategy<Case> {

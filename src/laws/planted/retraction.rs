@@ -73,7 +73,7 @@ impl Wrap for Plant<'_> {
     }
 }
 
-/// A retraction, spoilt or (without a fault) as it is.
+/// A retraction, faulty or (without a fault) as it is.
 #[derive(Clone, Debug)]
 pub struct PlantedRetraction<R> {
     inner: R,
@@ -110,10 +110,10 @@ impl<T: Real, const N: usize, const D: usize, R: Retraction<T, N, D>> Retraction
 
     fn at<S: Scalar<Base = T>>(&self, x: &Vector<S, N>) -> Result<Self::Point<S>, RetractionError> {
         let point = self.inner.at(x)?;
-        let spoilt = self.fault.map(|fault| {
+        let faulty = self.fault.map(|fault| {
             let ad = self.algebra().ad(x);
             let series = Matrix::identity() + ad * S::half() + ad * ad * S::ratio(1, 12);
-            Box::new(Spoilt {
+            Box::new(Faulty {
                 fault,
                 d: blend(*point.d(), point.d_neg(), self.size(&RIGHT_TANGENT)),
                 d_inv: blend(
@@ -123,12 +123,12 @@ impl<T: Real, const N: usize, const D: usize, R: Retraction<T, N, D>> Retraction
                 ),
             })
         });
-        Ok(PlantedPoint { point, spoilt })
+        Ok(PlantedPoint { point, faulty })
     }
 }
 
 #[derive(Clone, Debug)]
-struct Spoilt<S: Scalar, const N: usize> {
+struct Faulty<S: Scalar, const N: usize> {
     fault: Fault,
     d: Matrix<S, N>,
     d_inv: Matrix<S, N>,
@@ -138,16 +138,16 @@ struct Spoilt<S: Scalar, const N: usize> {
 #[derive(Clone, Debug)]
 pub struct PlantedPoint<P, S: Scalar, const N: usize> {
     point: P,
-    spoilt: Option<Box<Spoilt<S, N>>>,
+    faulty: Option<Box<Faulty<S, N>>>,
 }
 
 impl<P: TangentPoint<S, N>, S: Scalar, const N: usize> TangentPoint<S, N> for PlantedPoint<P, S, N> {
     fn d(&self) -> &Matrix<S, N> {
-        self.spoilt.as_ref().map_or_else(|| self.point.d(), |spoilt| &spoilt.d)
+        self.faulty.as_ref().map_or_else(|| self.point.d(), |faulty| &faulty.d)
     }
 
     fn d_inv(&self) -> &Matrix<S, N> {
-        self.spoilt.as_ref().map_or_else(|| self.point.d_inv(), |spoilt| &spoilt.d_inv)
+        self.faulty.as_ref().map_or_else(|| self.point.d_inv(), |faulty| &faulty.d_inv)
     }
 
     fn d_neg(&self) -> Matrix<S, N> {
@@ -155,19 +155,19 @@ impl<P: TangentPoint<S, N>, S: Scalar, const N: usize> TangentPoint<S, N> for Pl
     }
 
     fn ad(&self) -> Matrix<S, N> {
-        let Some(spoilt) = &self.spoilt else { return self.point.ad() };
-        blend(self.point.ad(), self.point.ad_inv(), Fault::size_of(Some(&spoilt.fault), ADJOINT_INVERTED.name))
+        let Some(faulty) = &self.faulty else { return self.point.ad() };
+        blend(self.point.ad(), self.point.ad_inv(), Fault::size_of(Some(&faulty.fault), ADJOINT_INVERTED.name))
     }
 
     fn ad_inv(&self) -> Matrix<S, N> {
-        let Some(spoilt) = &self.spoilt else { return self.point.ad_inv() };
-        blend(self.point.ad_inv(), self.point.ad(), Fault::size_of(Some(&spoilt.fault), ADJOINT_INVERTED.name))
+        let Some(faulty) = &self.faulty else { return self.point.ad_inv() };
+        blend(self.point.ad_inv(), self.point.ad(), Fault::size_of(Some(&faulty.fault), ADJOINT_INVERTED.name))
     }
 
     fn dd(&self, y: &Vector<S, N>) -> Matrix<S, N> {
         let right = self.point.dd(y);
-        let Some(spoilt) = &self.spoilt else { return right };
-        let wrong = match spoilt.fault.name {
+        let Some(faulty) = &self.faulty else { return right };
+        let wrong = match faulty.fault.name {
             name if name == SECOND_MISSING.name => Matrix::zeros(),
             name if name == SECOND_SIGN.name => -right,
             name if name == SECOND_OF_INVERSE.name => -(self.point.d() * self.point.dd(&(self.point.d_inv() * y))),
@@ -182,11 +182,11 @@ impl<P: TangentPoint<S, N>, S: Scalar, const N: usize> TangentPoint<S, N> for Pl
             }
             _ => right,
         };
-        blend(right, wrong, spoilt.fault.size)
+        blend(right, wrong, faulty.fault.size)
     }
 
     fn pull_dd(&self, p: &Covector<S, N>, m: &Covector<S, N>, y: &Vector<S, N>) -> Covector<S, N> {
-        match &self.spoilt {
+        match &self.faulty {
             None => self.point.pull_dd(p, m, y),
             Some(_) => p * self.dd(y),
         }

@@ -1,9 +1,9 @@
 //! The variational step with faults planted in it.
 //!
-//! A transcription of the stage equations (Martín de Diego and Sato Martín de Almagro 2019, §5.2 on the units) apart
-//! from the library's integrator: plain loops over the stages, Newton's method on H, no sweeps. Each [`StepFault`] spoils
-//! one term. A law that is checked with a fault judges this step in the place of the library's; without a fault the two
-//! agree to round-off, which is a law of its own.
+//! A transcription of the stage equations (Martín de Diego and Sato Martín de Almagro 2019, §5.2 on the units) apart from
+//! the library's integrator: plain loops over the stages, Newton's method on H, no fixed-point iteration. Each [`StepFault`]
+//! spoils one term. A law that is checked with a fault judges this step in the place of the library's; without a fault the
+//! two agree to round-off, which is a law of its own.
 
 use crate::algebra::{Covector, Matrix, Vector};
 use crate::harness::Fault;
@@ -143,7 +143,7 @@ pub struct PlantedStep<T: Real, const N: usize, const D: usize, L, F, R> {
 
 /// What the stages determine: m and ξ, the residual and the chart momentum μ + h Σ b_j G_j.
 struct Evaluated<S: Scalar, const N: usize> {
-    kicked: Covector<S, N>,
+    after_impulse: Covector<S, N>,
     increment: Vector<S, N>,
     chart: Covector<S, N>,
     residual: Vec<Covector<S, N>>,
@@ -229,7 +229,7 @@ where
         let sum = |values: &[Covector<S, N>]| {
             values.iter().enumerate().fold(Covector::<S, N>::zeros(), |t, (j, v)| t + v * (S::lift(b[j]) * h))
         };
-        let kicked = mu + sum(&impulses);
+        let after_impulse = mu + sum(&impulses);
         let chart = mu + sum(&gradients);
         let end = self.retraction.at(&increment)?.d_neg();
         let residual = (0..s)
@@ -240,16 +240,16 @@ where
                 let conjugate = |j: usize| b[j] - b[j] * a[(j, i)] / b[i];
                 match self.fault {
                     Some(StepFault::ChartTrap) => momenta[i] - mu - coupled(&conjugate),
-                    Some(StepFault::Unconjugated) => momenta[i] + coupled(&|j| b[j] - a[(i, j)]) - kicked * end,
+                    Some(StepFault::Unconjugated) => momenta[i] + coupled(&|j| b[j] - a[(i, j)]) - after_impulse * end,
                     Some(StepFault::ForceIndex) => {
                         momenta[i] + coupled(&|j| b[j] - conjugate(j)) - (mu + impulses[i] * h) * end
                     }
-                    Some(StepFault::NoStepTangent) => momenta[i] + coupled(&|j| b[j] - conjugate(j)) - kicked,
-                    _ => momenta[i] + coupled(&|j| b[j] - conjugate(j)) - kicked * end,
+                    Some(StepFault::NoStepTangent) => momenta[i] + coupled(&|j| b[j] - conjugate(j)) - after_impulse,
+                    _ => momenta[i] + coupled(&|j| b[j] - conjugate(j)) - after_impulse * end,
                 }
             })
             .collect();
-        Ok(Evaluated { kicked, increment, chart, residual, velocities })
+        Ok(Evaluated { after_impulse, increment, chart, residual, velocities })
     }
 }
 
@@ -285,7 +285,7 @@ where
         let mut size = T::zero();
         for (k, value) in out.iter_mut().enumerate() {
             *value = evaluated.residual[k / N][k % N];
-            size = size.max(evaluated.kicked[k % N].abs()).max(self.momentum[k % N].abs());
+            size = size.max(evaluated.after_impulse[k % N].abs()).max(self.momentum[k % N].abs());
         }
         Ok(size)
     }
@@ -349,9 +349,9 @@ where
         let point = self.retraction.at(&end.increment).map_err(domain)?;
         let momentum = match self.fault {
             Some(StepFault::ChartTrap) => end.chart * point.d_inv(),
-            Some(StepFault::CoadjointInverted) => end.kicked * point.ad_inv(),
-            Some(StepFault::CoadjointHalved) => end.kicked * point.d_neg(),
-            _ => end.kicked * point.ad(),
+            Some(StepFault::CoadjointInverted) => end.after_impulse * point.ad_inv(),
+            Some(StepFault::CoadjointHalved) => end.after_impulse * point.d_neg(),
+            _ => end.after_impulse * point.ad(),
         };
         let increment = if self.has(StepFault::AttitudeOrderTwo) {
             velocity(&((state.momentum + momentum) * T::half()), &eta)? * h

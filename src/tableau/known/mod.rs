@@ -18,11 +18,11 @@
 //! | (4, 4) | D(1) | 4 | 3 | 3 |
 //! | (4, 4) | symplectic | | | 3 |
 //!
-//! with the least number of stages of the tableaux drawn. No two stages are the same, and a full tableau is not triangular in
-//! another order of its stages. Explicit tableaux of order 4 with 4 stages all have D(1) (Butcher 1963); with 5 they need
-//! not, and fall to order 2 as variational ones. D(1) is Σ_i b_i a_ij = b_j(1 − c_j). For positive weights the variational order is at
-//! least 3 if and only if the classical one is and D(1) holds; weights of both signs can hide a defect of D(1). Collocation at
-//! random nodes goes higher: see [`collocation_of_order`].
+//! with the least number of stages of the tableaux drawn. No two stages are the same, and a full tableau is not triangular
+//! in another order of its stages. Explicit tableaux of order 4 with 4 stages all have D(1) (Butcher 1963); with 5 they need
+//! not, and fall to order 2 as variational ones. D(1) is Σ_i b_i a_ij = b_j(1 − c_j). For positive weights the variational
+//! order is at least 3 if and only if the classical one is and D(1) holds; weights of both signs can hide a defect of D(1).
+//! Collocation at random nodes goes higher: see [`collocation_of_order`].
 //!
 //! Every tableau satisfies all conditions of its orders exactly, and of the next order, classical and variational,
 //! some condition fails by at least [`VISIBLE`], so that the order shows in a convergence study. |a_ij|, |b_j| ≤ 2,
@@ -246,8 +246,8 @@ enum Recipe {
     },
 }
 
-/// Tableaux of one class, with positive weights in at least half of the draws where the class has such; they take two more stages
-/// than the least at most.
+/// Tableaux of one class, with positive weights in at least half of the draws where the class has such; they take two more
+/// stages than the least at most.
 ///
 /// Shrinks to the simplest tableau of the class: the fewest stages, then the fewest negative weights, then the smallest
 /// numerators and denominators (of a few thousand tableaux from the simplest nodes and weights). That is
@@ -273,9 +273,10 @@ pub fn of_order(orders: Orders, shape: Option<Shape>) -> Option<BoxedStrategy<Kn
 /// B(p), with variational order min(p, 4); and the Gauss, Radau IIA and Lobatto IIIA tableaux of order p, with variational
 /// order p. `None` unless 1 ≤ p ≤ [`MAX_COLLOCATION`].
 ///
-/// The three have weights 2, 2 and 1. With s nodes, C(s) and B(s + r) one has D(r), and the conjugate C(r) and D(s); so
-/// the variational order is min(s + r, 2 r + 2), which every draw is checked for. (Two nodes that r = 2 needs solve a quadratic equation, and no rational
-/// solution with small denominators was found.) Shrinks to one of fewer nodes, then to simpler nodes.
+/// The three have weights 2, 2 and 1. With s nodes, C(s) and B(s + r) one has D(r), and the conjugate C(r) and D(s); so the
+/// variational order is min(s + r, 2 r + 2), which every draw is checked for. (Two nodes that r = 2 needs solve a quadratic
+/// equation, and no rational solution with small denominators was found.) Shrinks to one of fewer nodes, then to simpler
+/// nodes.
 pub fn collocation_of_order(p: usize) -> Option<BoxedStrategy<KnownOrder>> {
     if !(1..=MAX_COLLOCATION).contains(&p) {
         return None;
@@ -368,11 +369,11 @@ impl Recipe {
         let mut rng = TestRng::from_seed(RngAlgorithm::ChaCha, &[0; 32]);
         let narrow = |_| self.make(Dice::narrow(&mut rng, self.may_be_positive()));
         let draws = if matches!(self, Recipe::Class(_)) { NARROW_DRAWS } else { NARROW_DRAWS / 5 };
-        let mut rungs: Vec<Drawn> = (0..draws).filter_map(narrow).collect();
-        rungs.sort_by(|x, y| x.height.cmp(&y.height));
-        rungs.dedup_by(|x, y| x.known == y.known);
-        rungs.truncate(RUNGS);
-        let ladder = Arc::new(rungs);
+        let mut candidates: Vec<Drawn> = (0..draws).filter_map(narrow).collect();
+        candidates.sort_by(|x, y| x.height.cmp(&y.height));
+        candidates.dedup_by(|x, y| x.known == y.known);
+        candidates.truncate(CANDIDATES);
+        let ladder = Arc::new(candidates);
         ladders.insert(self, ladder.clone());
         ladder
     }
@@ -383,7 +384,7 @@ impl Recipe {
 const NARROW_DRAWS: usize = 5000;
 
 /// How many of them are kept.
-const RUNGS: usize = 16;
+const CANDIDATES: usize = 16;
 
 /// Whether an entry is at most 2 and can be read.
 fn fits(x: &Fraction, largest: i64) -> bool {
@@ -476,7 +477,7 @@ struct KnownTree {
 enum Stage {
     /// Nothing tried.
     Fresh,
-    /// The rung of the ladder that is tried.
+    /// The candidate that is tried.
     Ladder(usize),
     /// The candidates from the tape of the best that are not tried yet, in reverse.
     Tape(Vec<Drawn>),
@@ -501,12 +502,14 @@ impl KnownTree {
         found
     }
 
-    fn rung(&mut self, number: usize) -> bool {
+    fn candidate(&mut self, number: usize) -> bool {
         let ladder = self.recipe.ladder();
         // The first one is what the class shrinks to, even should the narrow draws have missed a simpler one.
-        let next = |rung: &&Drawn| rung.height < self.best.height || (number == 0 && rung.height != self.best.height);
-        if let Some(rung) = ladder.get(number).filter(next) {
-            self.current = rung.clone();
+        let next = |candidate: &&Drawn| {
+            candidate.height < self.best.height || (number == 0 && candidate.height != self.best.height)
+        };
+        if let Some(candidate) = ladder.get(number).filter(next) {
+            self.current = candidate.clone();
             self.stage = Stage::Ladder(number);
             return true;
         }
@@ -544,8 +547,8 @@ impl ValueTree for KnownTree {
     fn simplify(&mut self) -> bool {
         self.best = self.current.clone();
         match self.stage {
-            Stage::Fresh => self.rung(0),
-            // All lower rungs were tried.
+            Stage::Fresh => self.candidate(0),
+            // All lower candidates were tried.
             Stage::Ladder(_) | Stage::Done => {
                 self.stage = Stage::Done;
                 false
@@ -556,7 +559,7 @@ impl ValueTree for KnownTree {
 
     fn complicate(&mut self) -> bool {
         match self.stage {
-            Stage::Ladder(number) => self.rung(number + 1),
+            Stage::Ladder(number) => self.candidate(number + 1),
             Stage::Fresh | Stage::Tape(_) | Stage::Done => self.next(),
         }
     }

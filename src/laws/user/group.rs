@@ -5,10 +5,10 @@
 //!
 //! ```
 //! use euler_poincare::group::So3;
-//! use euler_poincare::laws::own::{group::OwnGroup, part};
+//! use euler_poincare::laws::user::{group::UserGroup, part};
 //! use euler_poincare::scalar::Dd;
 //!
-//! let report = part::run(OwnGroup::at_both(So3::<f64>::new(), So3::<Dd>::new()), 1, 4);
+//! let report = part::run(UserGroup::at_both(So3::<f64>::new(), So3::<Dd>::new()), 1, 4);
 //! assert!(report.laws.iter().all(|law| law.broken.is_empty()));
 //! ```
 
@@ -165,19 +165,19 @@ pub static LAWS: &[About] = &[
 /// A user's group, at both precisions or in `f64` alone.
 #[derive(Clone, Debug)]
 #[doc(hidden)]
-pub struct OwnGroup<A, B, const N: usize, const D: usize> {
+pub struct UserGroup<A, B, const N: usize, const D: usize> {
     parts: Pair<A, B>,
     largest: f64,
 }
 
-impl<A: LieGroup<f64, N, D>, const N: usize, const D: usize> OwnGroup<A, Missing, N, D> {
+impl<A: LieGroup<f64, N, D>, const N: usize, const D: usize> UserGroup<A, Missing, N, D> {
     /// The group in `f64` alone.
     pub fn in_double(group: A) -> Self {
         Self { parts: Pair { double: group, quad: None }, largest: 2.0 * std::f64::consts::PI }
     }
 }
 
-impl<A: LieGroup<f64, N, D>, B: LieGroup<Dd, N, D>, const N: usize, const D: usize> OwnGroup<A, B, N, D> {
+impl<A: LieGroup<f64, N, D>, B: LieGroup<Dd, N, D>, const N: usize, const D: usize> UserGroup<A, B, N, D> {
     /// The same group in `f64` and in 32 digits.
     pub fn at_both(double: A, quad: B) -> Self {
         Self { parts: Pair { double, quad: Some(quad) }, largest: 2.0 * std::f64::consts::PI }
@@ -189,7 +189,7 @@ impl<A: LieGroup<f64, N, D>, B: LieGroup<Dd, N, D>, const N: usize, const D: usi
     }
 }
 
-impl<A, B, const N: usize, const D: usize> Subject for OwnGroup<A, B, N, D>
+impl<A, B, const N: usize, const D: usize> Subject for UserGroup<A, B, N, D>
 where
     A: LieGroup<f64, N, D> + Send + Sync + 'static,
     B: LieGroup<Dd, N, D> + Send + Sync + 'static,

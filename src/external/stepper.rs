@@ -13,11 +13,11 @@ const BLOWN_UP: f64 = 1e6;
 
 /// A program that takes steps, to be asked on any described system.
 #[derive(Clone)]
-pub struct Foreign {
+pub struct External {
     program: Arc<Mutex<Program>>,
 }
 
-impl Foreign {
+impl External {
     /// The program and its arguments; it is started when it is first asked.
     pub fn new(command: &[String], limits: Limits) -> Self {
         Self { program: Arc::new(Mutex::new(Program::new(command, limits))) }
@@ -114,7 +114,7 @@ fn not_finite(line: &[u8]) -> bool {
     ["nan", "inf", "null"].iter().any(|word| line.contains(word))
 }
 
-impl Subject for Foreign {
+impl Subject for External {
     fn double<'a>(&'a self, case: &Case) -> Result<Box<dyn Stepper<f64> + 'a>, StepError> {
         match self.on(case) {
             Ok(steps) => Ok(Box::new(steps)),
@@ -124,45 +124,45 @@ impl Subject for Foreign {
 }
 
 struct Steps {
-    foreign: Foreign,
+    external: External,
     system: Described,
     /// |h| of the system.
     usual: f64,
 }
 
 impl Steps {
-    fn of(foreign: &Foreign, case: &Case) -> Result<Self, CaseError> {
+    fn of(external: &External, case: &Case) -> Result<Self, CaseError> {
         let usual = case.step.eval::<f64>().map_or(f64::INFINITY, f64::abs);
-        Ok(Self { foreign: foreign.clone(), system: Described::of(case)?, usual })
+        Ok(Self { external: external.clone(), system: Described::of(case)?, usual })
     }
 }
 
 impl Stepper<f64> for Steps {
     fn step(&mut self, point: &Point<f64>, h: f64) -> Result<Point<f64>, StepError> {
-        self.foreign.ask(&self.system, point, h, self.usual)
+        self.external.ask(&self.system, point, h, self.usual)
     }
 }
 
 /// The program as a one-step method on one described system.
-pub struct ForeignStepper<const N: usize, const D: usize>(Steps);
+pub struct ExternalStepper<const N: usize, const D: usize>(Steps);
 
-impl<const N: usize, const D: usize> ForeignStepper<N, D> {
+impl<const N: usize, const D: usize> ExternalStepper<N, D> {
     /// The program on the system of a case. N is the dimension of its algebra; D is at least the size of its matrices.
     ///
     /// # Errors
     /// A case that cannot be built, or is not of these dimensions.
-    pub fn new(foreign: &Foreign, case: &Case) -> Result<Self, CaseError> {
+    pub fn new(external: &External, case: &Case) -> Result<Self, CaseError> {
         let (n, m) = (case.dimension(), matrix_size(case));
         if n != N || m > D {
             let found = format!("of dimension {n}, with matrices of size {m}");
             let allowed = format!("dimension {N}, with matrices of size at most {D}");
             return Err(Place::root().key("algebra").error(Problem::Range { found, allowed }));
         }
-        Ok(Self(Steps::of(foreign, case)?))
+        Ok(Self(Steps::of(external, case)?))
     }
 }
 
-impl<const N: usize, const D: usize> OneStep<f64, N, D> for ForeignStepper<N, D> {
+impl<const N: usize, const D: usize> OneStep<f64, N, D> for ExternalStepper<N, D> {
     fn step(&mut self, state: &mut State<f64, N, D>, h: f64) -> Result<Report<f64>, StepError> {
         state.check_finite(h)?;
         let point = Point::of(state, self.0.system.size());

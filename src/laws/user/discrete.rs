@@ -27,8 +27,8 @@ use proptest::strategy::{BoxedStrategy, Strategy};
 /// ```
 /// use euler_poincare::discrete::StageLagrangian;
 /// use euler_poincare::group::So3;
-/// use euler_poincare::laws::own::discrete::OnGroup;
-/// use euler_poincare::laws::own::{Outcome, Settings};
+/// use euler_poincare::laws::user::discrete::OnGroup;
+/// use euler_poincare::laws::user::{Outcome, Settings};
 /// use euler_poincare::mechanics::{doubled::Forced, force::Zero, lagrangian::Quadratic};
 /// use euler_poincare::retraction::CayleySo3;
 /// use euler_poincare::scalar::{Real, Scalar};
@@ -192,21 +192,21 @@ pub static LAWS: &[About] = &[
 /// A user's discrete Lagrangian, at both precisions or in `f64` alone, with claims.
 #[derive(Clone, Debug)]
 #[doc(hidden)]
-pub struct OwnDiscrete<A, B, const N: usize, const D: usize> {
+pub struct UserDiscrete<A, B, const N: usize, const D: usize> {
     parts: Pair<A, B>,
     largest: f64,
     antisymmetric: bool,
     units: bool,
 }
 
-impl<A: Discrete<f64, N, D>, const N: usize, const D: usize> OwnDiscrete<A, Missing, N, D> {
+impl<A: Discrete<f64, N, D>, const N: usize, const D: usize> UserDiscrete<A, Missing, N, D> {
     /// The discrete Lagrangian in `f64` alone.
     pub fn in_double(part: A) -> Self {
         Self { parts: Pair { double: part, quad: None }, largest: 0.25, antisymmetric: false, units: false }
     }
 }
 
-impl<A, B, const N: usize, const D: usize> OwnDiscrete<A, B, N, D>
+impl<A, B, const N: usize, const D: usize> UserDiscrete<A, B, N, D>
 where
     A: Discrete<f64, N, D>,
     B: Discrete<Dd, N, D>,
@@ -232,7 +232,7 @@ where
     }
 }
 
-impl<A, B, const N: usize, const D: usize> Subject for OwnDiscrete<A, B, N, D>
+impl<A, B, const N: usize, const D: usize> Subject for UserDiscrete<A, B, N, D>
 where
     A: Discrete<f64, N, D> + Send + Sync + 'static,
     B: Discrete<Dd, N, D> + Send + Sync + 'static,

@@ -117,7 +117,7 @@ pub struct ClaimReport {
 /// A campaign in a word.
 ///
 /// ```
-/// use euler_poincare::foreign::{ClaimReport, Conclusion, Report};
+/// use euler_poincare::external::{ClaimReport, Conclusion, Report};
 ///
 /// fn exit_code(report: &Report) -> u8 {
 ///     for ClaimReport { claim, confirmed, cases, .. } in report.claims() {

@@ -2,7 +2,7 @@
 //! solution.
 
 use super::program::Exchange;
-use super::stepper::Foreign;
+use super::stepper::External;
 use crate::harness::Verdict;
 use crate::harness::convergence::{Estimate, Kind};
 use crate::laws::method::{Claims, MethodLaw, Other, Outcome, Point, Stepper, Wanted, theory_of};
@@ -14,7 +14,7 @@ use serde::{Deserialize, Serialize};
 /// A broken case.
 ///
 /// ```
-/// use euler_poincare::foreign::{Broken, Compared, Mark, SlopeLevel, Slopes, Values};
+/// use euler_poincare::external::{Broken, Compared, Mark, SlopeLevel, Slopes, Values};
 ///
 /// fn tell(broken: &Broken) {
 ///     if let Some(Slopes { quantity, levels, .. }) = broken.slopes.first() {
@@ -187,14 +187,14 @@ const STEPS: i64 = 8;
 
 /// The step of a broken case that is farthest from the solution, of those that the law asks for.
 pub(super) fn compared(
-    foreign: &Foreign,
+    external: &External,
     law: &MethodLaw,
     case: &Case,
     findings: Option<&Findings>,
 ) -> Option<Compared> {
     let mut worst: Option<(f64, Compared)> = None;
     let mut ask = |question: &Question| {
-        let (answer, compared, distance) = asked(foreign, question)?;
+        let (answer, compared, distance) = asked(external, question)?;
         if worst.as_ref().is_none_or(|(most, _)| distance > *most) {
             worst = Some((distance, compared));
         }
@@ -252,25 +252,25 @@ fn product(a: &[f64], b: &[f64]) -> Vec<f64> {
 /// The answer, the exchange with the solution beside it, and by how much they differ, relative.
 ///
 /// Without an answer, or a solution that is accurate enough to show the difference: `None`.
-fn asked(foreign: &Foreign, question: &Question) -> Option<(Point<f64>, Compared, f64)> {
+fn asked(external: &External, question: &Question) -> Option<(Point<f64>, Compared, f64)> {
     let Question { what, case, from, h } = question;
-    let mut stepper = foreign.on(case).ok()?;
-    foreign.forget();
+    let mut stepper = external.on(case).ok()?;
+    external.forget();
     let answer = stepper.step(from, *h).ok()?;
-    let Exchange { request, answer: line } = foreign.exchanges().pop()?;
+    let Exchange { request, answer: line } = external.exchanges().pop()?;
     let theory = theory_of::<Dd>(case).ok()?;
     let times = (1..=STEPS).map(|k| Dd::exact(*h) * Dd::ratio(k, STEPS)).collect();
     let wanted = Wanted { start: from.convert::<Dd>(), times, stages: STAGES, tolerance: 0.0, attitude: true };
-    let (solution, doubt) = theory.solve(&wanted).ok()?.pop()?;
+    let (solution, reference_error) = theory.solve(&wanted).ok()?.pop()?;
     let solution = solution.convert::<f64>();
     let parts = [
-        (&answer.momentum, &solution.momentum, doubt.0.to_f64()),
-        (&answer.attitude, &solution.attitude, doubt.1.to_f64()),
+        (&answer.momentum, &solution.momentum, reference_error.0.to_f64()),
+        (&answer.attitude, &solution.attitude, reference_error.1.to_f64()),
     ];
     let largest = |list: &[f64]| list.iter().fold(0.0, |m: f64, x| m.max(x.abs()));
-    let distance = parts.map(|(mine, exact, doubt)| {
+    let distance = parts.map(|(mine, exact, reference_error)| {
         let size = largest(exact).max(largest(mine)).max(f64::MIN_POSITIVE);
-        (largest(&less(mine, exact)) - 16.0 * doubt.min(size)) / size
+        (largest(&less(mine, exact)) - 16.0 * reference_error.min(size)) / size
     });
     let compared = Compared {
         what: format!("{what}, h = {h}"),
@@ -297,18 +297,18 @@ impl Broken {
     }
 
     /// What a person needs to debug it: the errors and one step with the solution beside it, or the request that did it.
-    pub(super) fn explain(&mut self, foreign: &Foreign, law: &MethodLaw, claims: &Claims, outcome: &Outcome) {
+    pub(super) fn explain(&mut self, external: &External, law: &MethodLaw, claims: &Claims, outcome: &Outcome) {
         let findings = outcome.findings.as_ref();
         self.slopes = findings.map_or_else(Vec::new, |findings| Slopes::of(findings, claims.least_order()));
         self.exchange = match self.failed {
-            true => foreign.exchanges().pop().map(|Exchange { request, answer }| Compared {
+            true => external.exchanges().pop().map(|Exchange { request, answer }| Compared {
                 what: "what the stepper failed on".into(),
                 request,
                 answer,
                 solution: None,
                 difference: None,
             }),
-            false => compared(foreign, law, &self.case, findings),
+            false => compared(external, law, &self.case, findings),
         };
     }
 }

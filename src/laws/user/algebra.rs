@@ -1,7 +1,7 @@
 //! Laws of one Lie algebra: a bracket in code, or structure constants that nothing has validated yet.
 //!
 //! ```
-//! use euler_poincare::laws::own::{algebra::{Constants, OwnAlgebra}, part};
+//! use euler_poincare::laws::user::{algebra::{Constants, UserAlgebra}, part};
 //!
 //! // so(3) with a wrong index: [e_3, e_1] = e_1 in the place of e_2.
 //! let wrong = Constants::<f64, 3>::new(|a, b, c| match (a, b, c) {
@@ -9,7 +9,7 @@
 //!     (1, 0, 2) | (2, 1, 0) | (0, 2, 0) => -1.0,
 //!     _ => 0.0,
 //! });
-//! let report = part::run(OwnAlgebra::in_double(wrong), 1, 20);
+//! let report = part::run(UserAlgebra::in_double(wrong), 1, 20);
 //! let broken: Vec<_> = report.laws.iter().filter(|law| !law.broken.is_empty()).map(|law| law.law).collect();
 //! assert_eq!(broken, ["algebra-jacobi", "algebra-ad"]);
 //! ```
@@ -206,25 +206,25 @@ pub static LAWS: &[About] = &[
 /// A user's algebra, at both precisions or in `f64` alone.
 #[derive(Clone, Debug)]
 #[doc(hidden)]
-pub struct OwnAlgebra<A, B, const N: usize> {
+pub struct UserAlgebra<A, B, const N: usize> {
     parts: Pair<A, B>,
 }
 
-impl<A: Bracket<f64, N>, const N: usize> OwnAlgebra<A, Missing, N> {
+impl<A: Bracket<f64, N>, const N: usize> UserAlgebra<A, Missing, N> {
     /// The algebra in `f64` alone.
     pub fn in_double(algebra: A) -> Self {
         Self { parts: Pair { double: algebra, quad: None } }
     }
 }
 
-impl<A: Bracket<f64, N>, B: Bracket<Dd, N>, const N: usize> OwnAlgebra<A, B, N> {
+impl<A: Bracket<f64, N>, B: Bracket<Dd, N>, const N: usize> UserAlgebra<A, B, N> {
     /// The same algebra in `f64` and in 32 digits.
     pub fn at_both(double: A, quad: B) -> Self {
         Self { parts: Pair { double, quad: Some(quad) } }
     }
 }
 
-impl<A, B, const N: usize> Subject for OwnAlgebra<A, B, N>
+impl<A, B, const N: usize> Subject for UserAlgebra<A, B, N>
 where
     A: Bracket<f64, N> + Send + Sync + 'static,
     B: Bracket<Dd, N> + Send + Sync + 'static,

@@ -2,11 +2,11 @@
 //!
 //! ```
 //! use euler_poincare::algebra::Matrix;
-//! use euler_poincare::laws::own::{force::OwnForce, part};
+//! use euler_poincare::laws::user::{force::UserForce, part};
 //! use euler_poincare::mechanics::force::LinearDrag;
 //!
 //! let drag = LinearDrag::new(Matrix::<f64, 3>::identity())?;
-//! let report = part::run(OwnForce::in_double(drag).dissipates(), 1, 4);
+//! let report = part::run(UserForce::in_double(drag).dissipates(), 1, 4);
 //! assert!(report.laws.iter().all(|law| law.broken.is_empty()));
 //! # Ok::<(), euler_poincare::mechanics::force::ForceError>(())
 //! ```
@@ -113,7 +113,7 @@ type Gradients<T, const N: usize> = Arc<dyn Fn(&Vector<T, N>) -> Vec<Vector<T, N
 
 /// A user's force, at both precisions or in `f64` alone, with claims.
 #[doc(hidden)]
-pub struct OwnForce<A, B, const N: usize> {
+pub struct UserForce<A, B, const N: usize> {
     parts: Pair<A, B>,
     largest: f64,
     dissipates: bool,
@@ -121,7 +121,7 @@ pub struct OwnForce<A, B, const N: usize> {
     kept: Option<(Gradients<f64, N>, Option<Gradients<Dd, N>>)>,
 }
 
-impl<A, B, const N: usize> OwnForce<A, B, N> {
+impl<A, B, const N: usize> UserForce<A, B, N> {
     fn new(parts: Pair<A, B>) -> Self {
         Self { parts, largest: 4.0, dissipates: false, workless: false, kept: None }
     }
@@ -152,7 +152,7 @@ where
     })
 }
 
-impl<A: Force<f64, N>, const N: usize> OwnForce<A, Missing, N> {
+impl<A: Force<f64, N>, const N: usize> UserForce<A, Missing, N> {
     /// The force in `f64` alone.
     pub fn in_double(force: A) -> Self {
         Self::new(Pair { double: force, quad: None })
@@ -167,7 +167,7 @@ impl<A: Force<f64, N>, const N: usize> OwnForce<A, Missing, N> {
     }
 }
 
-impl<A: Force<f64, N>, B: Force<Dd, N>, const N: usize> OwnForce<A, B, N> {
+impl<A: Force<f64, N>, B: Force<Dd, N>, const N: usize> UserForce<A, B, N> {
     /// The same force in `f64` and in 32 digits.
     pub fn at_both(double: A, quad: B) -> Self {
         Self::new(Pair { double, quad: Some(quad) })
@@ -183,7 +183,7 @@ impl<A: Force<f64, N>, B: Force<Dd, N>, const N: usize> OwnForce<A, B, N> {
     }
 }
 
-impl<A, B, const N: usize> Subject for OwnForce<A, B, N>
+impl<A, B, const N: usize> Subject for UserForce<A, B, N>
 where
     A: Force<f64, N> + Send + Sync + 'static,
     B: Force<Dd, N> + Send + Sync + 'static,

@@ -422,7 +422,7 @@ fn snippet(site: &Site, law: &str, case: &str) -> String {
 /// ```
 /// use euler_poincare::algebra::{Matrix, Vector};
 /// use euler_poincare::group::So3;
-/// use euler_poincare::laws::own::{FromMap, Map, Outcome, Settings, Suite};
+/// use euler_poincare::laws::user::{FromMap, Map, Outcome, Settings, Suite};
 /// use euler_poincare::retraction::Retraction;
 /// use euler_poincare::scalar::{Real, Scalar};
 /// use euler_poincare::suite;

@@ -42,4 +42,4 @@ pub use map::{FromMap, Map};
 pub use suite::Site;
 pub use suite::{Broken, Outcome, Settings, Suite};
 #[doc(hidden)]
-pub use system::{Own, Parts, Types};
+pub use system::{Parts, Types, UserSystem};

@@ -1,9 +1,9 @@
 //! The laws of whole systems on somebody's own group, retraction, Lagrangian, force and one-step method.
 //!
-//! [`Types`] says which types; [`Own`] is a [`Source`] of systems made of them, where a [`Case`] fills in the rest: what is
-//! not one's own, the tableau, the state and the step. [`laws`] are the laws of the library that judge such a system. The
-//! group that they see is a [`MatrixGroup`] of the matrices ê_a = `hat(e_a)`, a view of it that does not use its constants,
-//! `vee`, `inverse` or `adjoint`; these are judged by [`super::group`].
+//! [`Types`] says which types; [`UserSystem`] is a [`Source`] of systems made of them, where a [`Case`] fills in the rest:
+//! what is not one's own, the tableau, the state and the step. [`laws`] are the laws of the library that judge such a
+//! system. The group that they see is a [`MatrixGroup`] of the matrices ê_a = `hat(e_a)`, a view of it that does not use its
+//! constants, `vee`, `inverse` or `adjoint`; these are judged by [`super::group`].
 
 use super::super::{CaseLaw, Source};
 use super::algebra::Bracket;
@@ -110,12 +110,12 @@ impl Parts {
 
 /// A system of somebody's own types, with a case for what they leave open.
 #[doc(hidden)]
-pub struct Own<P, const N: usize, const D: usize> {
+pub struct UserSystem<P, const N: usize, const D: usize> {
     case: Case,
     types: PhantomData<fn() -> P>,
 }
 
-impl<P: Types<N, D>, const N: usize, const D: usize> Own<P, N, D> {
+impl<P: Types<N, D>, const N: usize, const D: usize> UserSystem<P, N, D> {
     /// The system that `case` completes. Its algebra is not looked at.
     pub fn new(case: Case) -> Self {
         Self { case, types: PhantomData }
@@ -136,13 +136,13 @@ fn given<P: Types<N, D>, const N: usize, const D: usize>() -> Result<Given, Stri
     Ok(Given { structure, lagrangian: P::OWN.lagrangian, force: P::OWN.force, rates: rates::<P, N, D> })
 }
 
-impl<P, const N: usize, const D: usize> Clone for Own<P, N, D> {
+impl<P, const N: usize, const D: usize> Clone for UserSystem<P, N, D> {
     fn clone(&self) -> Self {
         Self { case: self.case.clone(), types: PhantomData }
     }
 }
 
-impl<P, const N: usize, const D: usize> fmt::Debug for Own<P, N, D> {
+impl<P, const N: usize, const D: usize> fmt::Debug for UserSystem<P, N, D> {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         // The case alone: the numbers that a law draws beyond it are a function of this text.
         fmt::Debug::fmt(&self.case, f)
@@ -156,7 +156,7 @@ fn matrices<P: Types<N, D>, T: Real, const N: usize, const D: usize>()
 }
 
 fn rates<P: Types<N, D>, const N: usize, const D: usize>(case: &Case) -> Option<Rates> {
-    let own = Own::<P, N, D>::new(case.clone());
+    let own = UserSystem::<P, N, D>::new(case.clone());
     Rates::by(case, true, |measure| own.visit::<f64, _>(&Plant(None), measure).ok().flatten())
 }
 
@@ -217,7 +217,7 @@ pub fn force<P: Types<N, D>, T: Real, const N: usize, const D: usize>() -> impl 
 #[doc(hidden)]
 pub enum Chosen<F, G> {
     /// One's own.
-    Own(F),
+    User(F),
     /// Of the case.
     Drawn(G),
 }
@@ -225,27 +225,27 @@ pub enum Chosen<F, G> {
 impl<T: Real, F: Force<T, N>, G: Force<T, N>, const N: usize> Force<T, N> for Chosen<F, G> {
     fn force<S: Scalar<Base = T>>(&self, t: S, eta: &Vector<S, N>) -> Covector<S, N> {
         match self {
-            Self::Own(force) => force.force(t, eta),
+            Self::User(force) => force.force(t, eta),
             Self::Drawn(force) => force.force(t, eta),
         }
     }
 
     fn is_zero(&self) -> bool {
         match self {
-            Self::Own(force) => force.is_zero(),
+            Self::User(force) => force.is_zero(),
             Self::Drawn(force) => force.is_zero(),
         }
     }
 
     fn is_smooth(&self) -> bool {
         match self {
-            Self::Own(force) => force.is_smooth(),
+            Self::User(force) => force.is_smooth(),
             Self::Drawn(force) => force.is_smooth(),
         }
     }
 }
 
-impl<P: Types<N, D>, const N: usize, const D: usize> Source for Own<P, N, D> {
+impl<P: Types<N, D>, const N: usize, const D: usize> Source for UserSystem<P, N, D> {
     fn case(&self) -> &Case {
         &self.case
     }
@@ -268,7 +268,7 @@ impl<P: Types<N, D>, const N: usize, const D: usize> Source for Own<P, N, D> {
     }
 }
 
-impl<P: Types<N, D>, const N: usize, const D: usize> Own<P, N, D> {
+impl<P: Types<N, D>, const N: usize, const D: usize> UserSystem<P, N, D> {
     fn group<T: Real>(&self) -> Result<MatrixGroup<T, N, D>, CaseError> {
         matrices::<P, T, N, D>().map_err(|e| Place::root().key("algebra").error(Problem::Algebra(e)))
     }
@@ -292,7 +292,7 @@ impl<P: Types<N, D>, const N: usize, const D: usize> Own<P, N, D> {
         let parts = (group.algebra().clone(), Some(group), P::casimirs::<T>());
         let given = self.case.forces.contains(&ForceTerm::Given);
         let force = |drawn: AnyForce<T, N>| match given {
-            true => Chosen::Own(P::force::<T>(drawn)),
+            true => Chosen::User(P::force::<T>(drawn)),
             false => Chosen::Drawn(drawn),
         };
         self.case.complete(parts, retraction, P::lagrangian::<T>, force)
@@ -337,7 +337,7 @@ pub fn applied<'s, A, B>(a: &'s A, f: impl FnOnce(&'s A) -> B) -> B {
 
 /// A law on a one-step method of one's own.
 #[doc(hidden)]
-pub struct OwnMethodLaw<P: 'static, const N: usize, const D: usize> {
+pub struct UserMethodLaw<P: 'static, const N: usize, const D: usize> {
     law: &'static MethodLaw,
     given: Given,
     types: PhantomData<fn() -> P>,
@@ -348,13 +348,15 @@ pub struct OwnMethodLaw<P: 'static, const N: usize, const D: usize> {
 /// # Errors
 /// The matrices of the group do not span an algebra, as text.
 #[doc(hidden)]
-pub fn method_laws<P: Types<N, D>, const N: usize, const D: usize>() -> Result<Vec<OwnMethodLaw<P, N, D>>, String> {
+pub fn method_laws<P: Types<N, D>, const N: usize, const D: usize>() -> Result<Vec<UserMethodLaw<P, N, D>>, String> {
     let given = given::<P, N, D>()?;
     let laws = method::LAWS.iter().filter(|law| law.name != "method-presentation");
-    Ok(laws.map(|law| OwnMethodLaw { law, given: given.clone(), types: PhantomData }).collect())
+    Ok(laws.map(|law| UserMethodLaw { law, given: given.clone(), types: PhantomData }).collect())
 }
 
-fn setup<P: Types<N, D>, const N: usize, const D: usize>(own: &Own<P, N, D>) -> Result<Setup<'static>, CaseError> {
+fn setup<P: Types<N, D>, const N: usize, const D: usize>(
+    own: &UserSystem<P, N, D>,
+) -> Result<Setup<'static>, CaseError> {
     let again = own.clone();
     let others = move |other: Other| match other {
         Other::Variation(k) if (1..=problem::VARIATIONS).contains(&k) => {
@@ -366,7 +368,7 @@ fn setup<P: Types<N, D>, const N: usize, const D: usize>(own: &Own<P, N, D>) -> 
     Ok(Setup { double: own.side()?, quad: Some(own.side()?), reference: None, others: Box::new(others) })
 }
 
-impl<P: Types<N, D>, const N: usize, const D: usize> Law<Case> for OwnMethodLaw<P, N, D> {
+impl<P: Types<N, D>, const N: usize, const D: usize> Law<Case> for UserMethodLaw<P, N, D> {
     fn name(&self) -> &'static str {
         self.law.name
     }
@@ -400,7 +402,7 @@ impl<P: Types<N, D>, const N: usize, const D: usize> Law<Case> for OwnMethodLaw<
     }
 
     fn check(&self, case: &Case, _: Option<&Fault>) -> Verdict {
-        match setup(&Own::<P, N, D>::new(case.clone())) {
+        match setup(&UserSystem::<P, N, D>::new(case.clone())) {
             Ok(setup) => method::check(self.law, &setup, &P::claims()).verdict,
             Err(e) => Verdict::broken(format!("the case cannot be built: {e}")),
         }
@@ -410,7 +412,7 @@ impl<P: Types<N, D>, const N: usize, const D: usize> Law<Case> for OwnMethodLaw<
 /// A law on systems of one's own types.
 #[doc(hidden)]
 pub struct SystemLaw<P: 'static, const N: usize, const D: usize> {
-    law: &'static CaseLaw<Own<P, N, D>>,
+    law: &'static CaseLaw<UserSystem<P, N, D>>,
     given: Given,
 }
 
@@ -431,7 +433,7 @@ pub fn laws<P: Types<N, D>, const N: usize, const D: usize>() -> Result<Vec<Syst
     Ok(table::<P, N, D>().into_iter().map(law).collect())
 }
 
-fn table<P: Types<N, D>, const N: usize, const D: usize>() -> Vec<&'static CaseLaw<Own<P, N, D>>> {
+fn table<P: Types<N, D>, const N: usize, const D: usize>() -> Vec<&'static CaseLaw<UserSystem<P, N, D>>> {
     use crate::laws::*;
     [
         retraction::laws(),
@@ -492,6 +494,6 @@ impl<P: Types<N, D>, const N: usize, const D: usize> Law<Case> for SystemLaw<P, 
     }
 
     fn check(&self, case: &Case, fault: Option<&Fault>) -> Verdict {
-        (self.law.check)(&Own::new(case.clone()), fault)
+        (self.law.check)(&UserSystem::new(case.clone()), fault)
     }
 }

@@ -5,8 +5,8 @@
 //!
 //! ```
 //! use euler_poincare::groupoid::PairGroupoid;
-//! use euler_poincare::laws::own::groupoid::{Chains, OwnGroupoid};
-//! use euler_poincare::laws::own::part;
+//! use euler_poincare::laws::user::groupoid::{Chains, UserGroupoid};
+//! use euler_poincare::laws::user::part;
 //!
 //! impl Chains for Points {
 //!     type Real = f64;
@@ -31,7 +31,7 @@
 //! #     fn inverse(&self, g: &(f64, f64)) -> Option<(f64, f64)> { Some((g.1, g.0)) }
 //! #     fn product(&self, g: &(f64, f64), h: &(f64, f64)) -> (f64, f64) { (g.0, h.1) }
 //! # }
-//! let report = part::run(OwnGroupoid::in_double(Points), 1, 4);
+//! let report = part::run(UserGroupoid::in_double(Points), 1, 4);
 //! assert!(report.laws.iter().all(|law| law.broken.is_empty()));
 //! ```
 
@@ -168,19 +168,19 @@ pub static LAWS: &[About] = &[
 /// A user's groupoid, at both precisions or in `f64` alone.
 #[derive(Clone, Debug)]
 #[doc(hidden)]
-pub struct OwnGroupoid<A, B> {
+pub struct UserGroupoid<A, B> {
     parts: Pair<A, B>,
     largest: f64,
 }
 
-impl<A: Chains<Real = f64>> OwnGroupoid<A, Missing> {
+impl<A: Chains<Real = f64>> UserGroupoid<A, Missing> {
     /// The groupoid in `f64` alone.
     pub fn in_double(groupoid: A) -> Self {
         Self { parts: Pair { double: groupoid, quad: None }, largest: 4.0 }
     }
 }
 
-impl<A: Chains<Real = f64>, B: Chains<Real = Dd>> OwnGroupoid<A, B> {
+impl<A: Chains<Real = f64>, B: Chains<Real = Dd>> UserGroupoid<A, B> {
     /// The same groupoid in `f64` and in 32 digits.
     pub fn at_both(double: A, quad: B) -> Self {
         Self { parts: Pair { double, quad: Some(quad) }, largest: 4.0 }
@@ -192,7 +192,7 @@ impl<A: Chains<Real = f64>, B: Chains<Real = Dd>> OwnGroupoid<A, B> {
     }
 }
 
-impl<A, B> Subject for OwnGroupoid<A, B>
+impl<A, B> Subject for UserGroupoid<A, B>
 where
     A: Chains<Real = f64> + Send + Sync + 'static,
     B: Chains<Real = Dd> + Send + Sync + 'static,
@@ -293,8 +293,8 @@ fn judge<Q: Chains>(groupoid: &Q, law: &About, case: &Values, fault: Option<&Fau
 ///
 /// ```
 /// use euler_poincare::groupoid::{ManifoldPair, Space};
-/// use euler_poincare::laws::own::groupoid::LieChains;
-/// use euler_poincare::laws::own::{Outcome, Settings};
+/// use euler_poincare::laws::user::groupoid::LieChains;
+/// use euler_poincare::laws::user::{Outcome, Settings};
 /// use euler_poincare::scalar::{Real, Scalar};
 /// use euler_poincare::suite;
 /// use nalgebra::DVector;
@@ -430,19 +430,19 @@ impl LieChains<Dd> for Missing {
 /// A user's Lie groupoid, at both precisions or over `f64` alone.
 #[derive(Clone, Debug)]
 #[doc(hidden)]
-pub struct OwnLieGroupoid<A, B> {
+pub struct UserLieGroupoid<A, B> {
     parts: Pair<A, B>,
     largest: f64,
 }
 
-impl<A: LieChains<f64>> OwnLieGroupoid<A, Missing> {
+impl<A: LieChains<f64>> UserLieGroupoid<A, Missing> {
     /// The groupoid over `f64` alone.
     pub fn in_double(groupoid: A) -> Self {
         Self { parts: Pair { double: groupoid, quad: None }, largest: 2.0 }
     }
 }
 
-impl<A: LieChains<f64>, B: LieChains<Dd>> OwnLieGroupoid<A, B> {
+impl<A: LieChains<f64>, B: LieChains<Dd>> UserLieGroupoid<A, B> {
     /// The same groupoid over `f64` and over 32 digits.
     pub fn at_both(double: A, quad: B) -> Self {
         Self { parts: Pair { double, quad: Some(quad) }, largest: 2.0 }
@@ -454,7 +454,7 @@ impl<A: LieChains<f64>, B: LieChains<Dd>> OwnLieGroupoid<A, B> {
     }
 }
 
-impl<A, B> Subject for OwnLieGroupoid<A, B>
+impl<A, B> Subject for UserLieGroupoid<A, B>
 where
     A: LieChains<f64> + 'static,
     B: LieChains<Dd> + 'static,
@@ -509,7 +509,7 @@ fn instance<'a, T: Real, S: Scalar<Base = T> + 'a, Q: LieChains<T>>(
 ) -> Instance<'a, S> {
     let largest = chain.iter().fold(T::one(), |size, g| size.max(g.amax()));
     let scale = groupoid.size(&chain) * largest;
-    Instance { kind: Kind::Own, groupoid: PlantedLie::new(over, fault), chain, scale, excess: None }
+    Instance { kind: Kind::User, groupoid: PlantedLie::new(over, fault), chain, scale, excess: None }
 }
 
 fn coordinates<T: Real, Q: LieGroupoid<T>>(q: &Q, chain: &[DVector<T>; 3], fault: Option<&Fault>) -> Measured {

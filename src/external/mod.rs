@@ -1,19 +1,20 @@
 //! Steppers that are other programs: any language, one JSON object a line on standard input and output.
 //!
-//! The protocol is in `properties/steppers/PROTOCOL.md`. A [`Program`] is a running command with a time limit; it is killed when
-//! it hangs, floods or answers with something else than a state, and started again so many times. [`Foreign`] makes methods of
-//! it for described systems ([`crate::laws::method`] judges them), [`ForeignStepper`] is a typed [`OneStep`](crate::integrators::OneStep).
+//! The protocol is in `properties/steppers/PROTOCOL.md`. A [`Program`] is a running command with a time limit; it is killed
+//! when it hangs, floods or answers with something else than a state, and started again so many times. [`External`] makes
+//! methods of it for described systems ([`crate::laws::method`] judges them), [`ExternalStepper`] is a typed
+//! [`OneStep`](crate::integrators::OneStep).
 //!
 //! ```no_run
-//! use euler_poincare::foreign::{Foreign, ForeignStepper, Limits};
+//! use euler_poincare::external::{External, ExternalStepper, Limits};
 //! use euler_poincare::integrators::{OneStep, State};
 //! use euler_poincare::algebra::{Covector, Matrix};
 //! use euler_poincare::study::problem;
 //!
 //! # fn main() -> Result<(), Box<dyn std::error::Error>> {
-//! let foreign = Foreign::new(&["python3".into(), "stepper.py".into()], Limits::default());
+//! let external = External::new(&["python3".into(), "stepper.py".into()], Limits::default());
 //! let body = problem::generic()?.case; // on so(3)
-//! let mut method = ForeignStepper::<3, 3>::new(&foreign, &body)?;
+//! let mut method = ExternalStepper::<3, 3>::new(&external, &body)?;
 //! let mut state = State { time: 0.0, momentum: Covector::<f64, 3>::new(0.4, 0.1, 0.7), attitude: Matrix::<f64, 3>::identity() };
 //! method.step(&mut state, 0.125)?;
 //! # Ok(())
@@ -34,4 +35,4 @@ pub use program::{Exchange, Limits, Program, Silence};
 pub use protocol::{Described, Reply, VERSION, parse};
 pub use record::Record;
 pub use report::{ClaimReport, Conclusion, LawReport, Report};
-pub use stepper::{Foreign, ForeignStepper};
+pub use stepper::{External, ExternalStepper};

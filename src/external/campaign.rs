@@ -3,7 +3,7 @@
 use super::counterexample::Broken;
 use super::protocol::Described;
 use super::report::{LawReport, Report};
-use super::stepper::Foreign;
+use super::stepper::External;
 use crate::harness::{BoxedStrategy, Verdict, draw};
 use crate::laws::method::{Claims, MethodLaw, Outcome, check_case, theory_of};
 use crate::system::{Case, Cases, simpler::simpler};
@@ -51,8 +51,8 @@ impl Default for Shrinking {
 /// A campaign on a program.
 ///
 /// ```no_run
-/// use euler_poincare::foreign::{
-///     Broken, ClaimReport, Compared, Conclusion, Described, Drawn, Exchange, Foreign, LawReport, Limits, Mark, Probe, Program,
+/// use euler_poincare::external::{
+///     Broken, ClaimReport, Compared, Conclusion, Described, Drawn, Exchange, External, LawReport, Limits, Mark, Probe, Program,
 ///     Record, Reply, Report, Shrinking, Silence, SlopeLevel, Slopes, Values, parse,
 /// };
 /// use euler_poincare::laws::method::{Claims, LAWS, Point};
@@ -60,9 +60,9 @@ impl Default for Shrinking {
 /// use euler_poincare::system::cases;
 ///
 /// let command = ["python3".to_owned(), "stepper.py".to_owned()];
-/// let foreign = Foreign::new(&command, Limits::default());
+/// let external = External::new(&command, Limits::default());
 /// let probe = Probe {
-///     foreign: &foreign,
+///     external: &external,
 ///     laws: &LAWS.iter().collect::<Vec<_>>(),
 ///     systems: Drawn::Random { of: Box::new(cases()), cases: 20, seed: 1 },
 ///     claims: Claims { order: Some(4), ..Claims::default() },
@@ -122,7 +122,7 @@ impl Default for Shrinking {
 /// ```
 pub struct Probe<'a> {
     /// The program.
-    pub foreign: &'a Foreign,
+    pub external: &'a External,
     /// Which laws.
     pub laws: &'a [&'static MethodLaw],
     /// On which systems.
@@ -147,30 +147,35 @@ impl Judged {
     }
 }
 
-fn judge(foreign: &Foreign, law: &MethodLaw, case: &Case, claims: &Claims) -> Judged {
-    foreign.forget();
-    let before = foreign.failures();
-    let outcome = check_case(law, foreign, case, claims);
-    Judged { outcome, failed: foreign.failures() > before }
+fn judge(external: &External, law: &MethodLaw, case: &Case, claims: &Claims) -> Judged {
+    external.forget();
+    let before = external.failures();
+    let outcome = check_case(law, external, case, claims);
+    Judged { outcome, failed: external.failures() > before }
 }
 
 /// A law on one case of a program: the verdict, and what explains it where the law is broken.
-pub fn examine(foreign: &Foreign, law: &'static MethodLaw, case: &Case, claims: &Claims) -> (Outcome, Option<Broken>) {
-    let judged = judge(foreign, law, case, claims);
-    if !judged.outcome.verdict.is_broken() || foreign.is_interrupted() {
+pub fn examine(
+    external: &External,
+    law: &'static MethodLaw,
+    case: &Case,
+    claims: &Claims,
+) -> (Outcome, Option<Broken>) {
+    let judged = judge(external, law, case, claims);
+    if !judged.outcome.verdict.is_broken() || external.is_interrupted() {
         return (judged.outcome, None);
     }
     let mut broken = Broken::new(0, case.clone(), &judged.outcome, judged.failed);
-    let decided = deciding(foreign, law, claims, &mut broken, judged);
-    broken.explain(foreign, law, claims, &decided.outcome);
+    let decided = deciding(external, law, claims, &mut broken, judged);
+    broken.explain(external, law, claims, &decided.outcome);
     (decided.outcome, Some(broken))
 }
 
 /// Puts the variation that decided in the place of the case, where it is broken by itself.
-fn deciding(foreign: &Foreign, law: &MethodLaw, claims: &Claims, broken: &mut Broken, found: Judged) -> Judged {
+fn deciding(external: &External, law: &MethodLaw, claims: &Claims, broken: &mut Broken, found: Judged) -> Judged {
     let other = found.outcome.decided_by.filter(|_| !found.failed).and_then(|other| other.of(&broken.case));
     let Some(other) = other else { return found };
-    let judged = judge(foreign, law, &other, claims);
+    let judged = judge(external, law, &other, claims);
     if !judged.broken_by_itself() {
         return found;
     }
@@ -201,7 +206,7 @@ impl Probe<'_> {
             let mut report = LawReport::new(law, &self.claims);
             let strategies = self.strategies(law);
             for index in 0..self.cases() {
-                if self.foreign.is_given_up() || self.foreign.is_interrupted() {
+                if self.external.is_given_up() || self.external.is_interrupted() {
                     break;
                 }
                 let strategy = strategies.as_ref().map(|strategies| &strategies[index % 2]);
@@ -212,9 +217,9 @@ impl Probe<'_> {
         Report {
             claims: self.claims,
             laws,
-            failures: self.foreign.failures(),
-            given_up: self.foreign.is_given_up(),
-            interrupted: self.foreign.is_interrupted(),
+            failures: self.external.failures(),
+            given_up: self.external.is_given_up(),
+            interrupted: self.external.is_interrupted(),
         }
     }
 
@@ -228,7 +233,7 @@ impl Probe<'_> {
     }
 
     fn judge(&self, law: &MethodLaw, case: &Case) -> Judged {
-        judge(self.foreign, law, case, &self.claims)
+        judge(self.external, law, case, &self.claims)
     }
 
     fn case(
@@ -248,7 +253,7 @@ impl Probe<'_> {
             (Drawn::Random { .. }, None) => return,
         };
         let judged = self.judge(law, &case);
-        if self.foreign.is_interrupted() {
+        if self.external.is_interrupted() {
             return;
         }
         report.record(index, &judged.outcome);
@@ -257,13 +262,13 @@ impl Probe<'_> {
             return;
         }
         let mut broken = Broken::new(index, case, &judged.outcome, judged.failed);
-        let decided = deciding(self.foreign, law, &self.claims, &mut broken, judged);
+        let decided = deciding(self.external, law, &self.claims, &mut broken, judged);
         let decided = match strategy {
             // A program that hangs on one case hangs on its simpler ones, a time limit each.
             Some(strategy) if !broken.failed => self.shrink(law, strategy, &mut broken, decided),
             _ => decided,
         };
-        broken.explain(self.foreign, law, &self.claims, &decided.outcome);
+        broken.explain(self.external, law, &self.claims, &decided.outcome);
         report.failure = Some(broken);
     }
 
@@ -279,7 +284,7 @@ impl Probe<'_> {
             let mut next = None;
             simpler(strategy, &best.case, &mut |candidate| {
                 let spent = checks >= self.shrinking.checks || Instant::now() >= deadline;
-                if spent || self.foreign.is_given_up() || self.foreign.is_interrupted() {
+                if spent || self.external.is_given_up() || self.external.is_interrupted() {
                     return true;
                 }
                 // What differs in the method alone is the same to a program.
@@ -288,7 +293,7 @@ impl Probe<'_> {
                 }
                 checks += 1;
                 let judged = self.judge(law, &candidate);
-                let broken = judged.broken_by_itself() && !self.foreign.is_interrupted();
+                let broken = judged.broken_by_itself() && !self.external.is_interrupted();
                 if broken {
                     next = Some((candidate, judged));
                 }

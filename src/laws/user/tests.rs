@@ -10,7 +10,7 @@
 /// |---|---|---|
 /// | `group` | a [`LieGroup`](crate::group::LieGroup) | |
 /// | `retraction` | a [`Retraction`](crate::retraction::Retraction) | exp of the group |
-/// | `map` | τ alone, a [`Map`](crate::laws::own::Map); in the place of `retraction` | |
+/// | `map` | τ alone, a [`Map`](crate::laws::user::Map); in the place of `retraction` | |
 /// | `lagrangian` | a [`Lagrangian`](crate::mechanics::Lagrangian) | random inertias |
 /// | `force` | a [`Force`](crate::mechanics::Force) | random forces |
 /// | `casimirs` | a `Vec` of [`Casimir`](crate::algebra::Casimir)s | none are known |
@@ -18,8 +18,9 @@
 /// | `claims` | the [`Claims`](crate::laws::method::Claims) that the method makes | none |
 ///
 /// A test of a law that needs a key is ignored without it, and says what it needs. Single parts: `mod NAME<T, N> { algebra:
-/// VALUE }`, `{ lagrangian: VALUE }` and `{ force: VALUE }`; `mod NAME<T> { groupoid: VALUE }` and `{ lie_groupoid: VALUE }`;
-/// `mod NAME<T, N, D> { discrete: VALUE }`, see [`laws::own`](mod@crate::laws::own). How tests run: [`crate::laws::own::suite`].
+/// VALUE }`, `{ lagrangian: VALUE }` and `{ force: VALUE }`; `mod NAME<T> { groupoid: VALUE }` and `{ lie_groupoid: VALUE
+/// }`; `mod NAME<T, N, D> { discrete: VALUE }`, see [`laws::user`](mod@crate::laws::user). How tests run:
+/// [`crate::laws::user::suite`].
 ///
 /// ```
 /// use euler_poincare::group::So3;
@@ -68,12 +69,12 @@ macro_rules! __own_system {
             use super::*;
 
             /// The types of this module.
-            pub struct Own;
+            pub struct UserSystem;
 
-            impl $crate::laws::own::Types<$n, $d> for Own {
-                const OWN: $crate::laws::own::Parts = {
+            impl $crate::laws::user::Types<$n, $d> for UserSystem {
+                const OWN: $crate::laws::user::Parts = {
                     #[allow(unused_mut)]
-                    let mut parts = $crate::laws::own::Parts::NONE;
+                    let mut parts = $crate::laws::user::Parts::NONE;
                     $($crate::__own_key! { mark parts $key })+
                     parts
                 };
@@ -81,10 +82,10 @@ macro_rules! __own_system {
             }
 
             /// The laws on them.
-            pub fn suite() -> $crate::laws::own::Suite {
-                use $crate::laws::own::Types as _;
+            pub fn suite() -> $crate::laws::user::Suite {
+                use $crate::laws::user::Types as _;
                 use $crate::scalar::Dd;
-                let site = $crate::laws::own::Site {
+                let site = $crate::laws::user::Site {
                     module: module_path!(),
                     manifest: env!("CARGO_MANIFEST_DIR"),
                     text: concat!(
@@ -93,14 +94,14 @@ macro_rules! __own_system {
                         "}",
                     ),
                 };
-                let suite = $crate::laws::own::Suite::new(site)
-                    .part($crate::laws::own::group::OwnGroup::at_both(Own::group::<f64>(), Own::group::<Dd>()))
-                    .part($crate::laws::own::algebra::OwnAlgebra::at_both(
-                        $crate::laws::own::system::constants::<Own, f64, $n, $d>(),
-                        $crate::laws::own::system::constants::<Own, Dd, $n, $d>(),
+                let suite = $crate::laws::user::Suite::new(site)
+                    .part($crate::laws::user::group::UserGroup::at_both(UserSystem::group::<f64>(), UserSystem::group::<Dd>()))
+                    .part($crate::laws::user::algebra::UserAlgebra::at_both(
+                        $crate::laws::user::system::constants::<UserSystem, f64, $n, $d>(),
+                        $crate::laws::user::system::constants::<UserSystem, Dd, $n, $d>(),
                     ));
                 $(let suite = $crate::__own_key! { part suite $key $n $d };)+
-                suite.system::<Own, $n, $d>()
+                suite.system::<UserSystem, $n, $d>()
             }
 
             $crate::__own_lists! { $tests [$($key)+] }
@@ -133,7 +134,7 @@ macro_rules! __own_key {
         fn retraction<$t: $crate::scalar::Real>(
             _: $crate::group::MatrixGroup<$t, $n, $d>,
         ) -> impl $crate::retraction::Retraction<$t, $n, $d> + Send + Sync + 'static {
-            $crate::laws::own::FromMap::new($value, Self::group::<$t>())
+            $crate::laws::user::FromMap::new($value, Self::group::<$t>())
         }
     };
     (item lagrangian $t:ident $n:literal $d:literal $value:expr) => {
@@ -164,7 +165,7 @@ macro_rules! __own_key {
             L: $crate::mechanics::Lagrangian<$t, $n> + 'static,
             F: $crate::mechanics::Force<$t, $n> + 'static,
         {
-            $crate::laws::own::system::applied(system, $value)
+            $crate::laws::user::system::applied(system, $value)
         }
     };
     (item claims $t:ident $n:literal $d:literal $value:expr) => {
@@ -181,19 +182,19 @@ macro_rules! __own_key {
     };
 
     (part $suite:ident lagrangian $n:literal $d:literal) => {
-        $suite.part($crate::laws::own::lagrangian::OwnLagrangian::at_both(
-            $crate::laws::own::system::lagrangian::<Own, f64, $n, $d>(),
-            $crate::laws::own::system::lagrangian::<Own, Dd, $n, $d>(),
+        $suite.part($crate::laws::user::lagrangian::UserLagrangian::at_both(
+            $crate::laws::user::system::lagrangian::<UserSystem, f64, $n, $d>(),
+            $crate::laws::user::system::lagrangian::<UserSystem, Dd, $n, $d>(),
         ))
     };
     (part $suite:ident force $n:literal $d:literal) => {
-        $suite.part($crate::laws::own::force::OwnForce::at_both(
-            $crate::laws::own::system::force::<Own, f64, $n, $d>(),
-            $crate::laws::own::system::force::<Own, Dd, $n, $d>(),
+        $suite.part($crate::laws::user::force::UserForce::at_both(
+            $crate::laws::user::system::force::<UserSystem, f64, $n, $d>(),
+            $crate::laws::user::system::force::<UserSystem, Dd, $n, $d>(),
         ))
     };
     (part $suite:ident method $n:literal $d:literal) => {
-        $suite.method::<Own, $n, $d>()
+        $suite.method::<UserSystem, $n, $d>()
     };
     (part $suite:ident $key:ident $n:literal $d:literal) => {
         $suite
@@ -306,27 +307,27 @@ macro_rules! __own_test {
 macro_rules! __own_part {
     ($tests:ident; $vis:vis $name:ident [$t:ident, $n:literal] algebra $value:expr; $($claim:ident)*) => {
         $crate::__own_single! { $tests; $vis $name [$t, $n] algebra [$value] [$($claim)*]
-            { $crate::laws::own::algebra::Bracket<$t, $n> } { $crate::laws::own::algebra::OwnAlgebra }
+            { $crate::laws::user::algebra::Bracket<$t, $n> } { $crate::laws::user::algebra::UserAlgebra }
             algebra_bilinear algebra_antisymmetric algebra_jacobi algebra_ad algebra_coad algebra_derivatives
             algebra_casimirs
         }
     };
     ($tests:ident; $vis:vis $name:ident [$t:ident, $n:literal] lagrangian $value:expr; $($claim:ident)*) => {
         $crate::__own_single! { $tests; $vis $name [$t, $n] lagrangian [$value] [$($claim)*]
-            { $crate::mechanics::Lagrangian<$t, $n> } { $crate::laws::own::lagrangian::OwnLagrangian }
+            { $crate::mechanics::Lagrangian<$t, $n> } { $crate::laws::user::lagrangian::UserLagrangian }
             lagrangian_value lagrangian_gradient lagrangian_hessian lagrangian_regular lagrangian_velocity
             lagrangian_energy
         }
     };
     ($tests:ident; $vis:vis $name:ident [$t:ident, $n:literal] force $value:expr; $($claim:ident)*) => {
         $crate::__own_single! { $tests; $vis $name [$t, $n] force [$value] [$($claim)*]
-            { $crate::mechanics::Force<$t, $n> } { $crate::laws::own::force::OwnForce }
+            { $crate::mechanics::Force<$t, $n> } { $crate::laws::user::force::UserForce }
             force_finite force_deterministic force_derivatives force_zero force_dissipates force_workless
         }
     };
     ($tests:ident; $vis:vis $name:ident [$t:ident] groupoid $value:expr; $($claim:ident)*) => {
         $crate::__own_single! { $tests; $vis $name [$t] groupoid [$value] [$($claim)*]
-            { $crate::laws::own::groupoid::Chains<Real = $t> } { $crate::laws::own::groupoid::OwnGroupoid }
+            { $crate::laws::user::groupoid::Chains<Real = $t> } { $crate::laws::user::groupoid::UserGroupoid }
             own_groupoid_chain own_groupoid_product_ends own_groupoid_inverse_ends own_groupoid_unit_ends
             own_groupoid_associativity own_groupoid_left_unit own_groupoid_right_unit own_groupoid_left_inverse
             own_groupoid_right_inverse own_groupoid_refusal
@@ -334,14 +335,14 @@ macro_rules! __own_part {
     };
     ($tests:ident; $vis:vis $name:ident [$t:ident] lie_groupoid $value:expr; $($claim:ident)*) => {
         $crate::__own_single! { $tests; $vis $name [$t] lie_groupoid [$value] [$($claim)*]
-            { $crate::laws::own::groupoid::LieChains<$t> } { $crate::laws::own::groupoid::OwnLieGroupoid }
+            { $crate::laws::user::groupoid::LieChains<$t> } { $crate::laws::user::groupoid::UserLieGroupoid }
             lie_groupoid_axioms lie_groupoid_coordinates lie_groupoid_fibre lie_groupoid_fields
             lie_groupoid_bracket lie_groupoid_anchor lie_groupoid_right_fields lie_groupoid_inversion
         }
     };
     ($tests:ident; $vis:vis $name:ident [$t:ident, $n:literal, $d:literal] discrete $value:expr; $($claim:ident)*) => {
         $crate::__own_single! { $tests; $vis $name [$t, $n, $d] discrete [$value] [$($claim)*]
-            { $crate::laws::own::discrete::Discrete<$t, $n, $d> } { $crate::laws::own::discrete::OwnDiscrete }
+            { $crate::laws::user::discrete::Discrete<$t, $n, $d> } { $crate::laws::user::discrete::UserDiscrete }
             own_discrete_slopes own_discrete_memory own_discrete_antisymmetric own_discrete_units
             own_discrete_regular own_discrete_equations
         }
@@ -371,8 +372,8 @@ macro_rules! __own_single {
             }
 
             /// The laws on this part.
-            pub fn suite() -> $crate::laws::own::Suite {
-                let site = $crate::laws::own::Site {
+            pub fn suite() -> $crate::laws::user::Suite {
+                let site = $crate::laws::user::Site {
                     module: module_path!(),
                     manifest: env!("CARGO_MANIFEST_DIR"),
                     text: concat!(
@@ -383,7 +384,7 @@ macro_rules! __own_single {
                     ),
                 };
                 let part = $($subject)*::at_both(part::<f64>(), part::<$crate::scalar::Dd>())$(.$claim())*;
-                $crate::laws::own::Suite::new(site).part(part)
+                $crate::laws::user::Suite::new(site).part(part)
             }
 
             $crate::__own_single_tests! { $tests $($test)* }

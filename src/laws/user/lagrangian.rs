@@ -1,14 +1,14 @@
 //! Laws of one reduced Lagrangian: any [`Lagrangian`] that a user writes, with or without derivatives of its own.
 //!
 //! ```
-//! use euler_poincare::laws::own::{lagrangian::OwnLagrangian, part};
+//! use euler_poincare::laws::user::{lagrangian::UserLagrangian, part};
 //! use euler_poincare::mechanics::lagrangian::Quadratic;
 //! use euler_poincare::scalar::{Dd, Real};
 //!
 //! fn body<T: Real>() -> Quadratic<T, 3> {
 //!     Quadratic::diagonal([T::half(), T::int(2), T::one()]).expect("regular")
 //! }
-//! let report = part::run(OwnLagrangian::at_both(body::<f64>(), body::<Dd>()), 1, 4);
+//! let report = part::run(UserLagrangian::at_both(body::<f64>(), body::<Dd>()), 1, 4);
 //! assert!(report.laws.iter().all(|law| law.broken.is_empty()));
 //! ```
 
@@ -126,20 +126,20 @@ pub static LAWS: &[About] = &[
 /// A user's Lagrangian, at both precisions or in `f64` alone.
 #[derive(Clone, Debug)]
 #[doc(hidden)]
-pub struct OwnLagrangian<A, B, const N: usize> {
+pub struct UserLagrangian<A, B, const N: usize> {
     parts: Pair<A, B>,
     largest: f64,
     regular: bool,
 }
 
-impl<A: Lagrangian<f64, N>, const N: usize> OwnLagrangian<A, Missing, N> {
+impl<A: Lagrangian<f64, N>, const N: usize> UserLagrangian<A, Missing, N> {
     /// The Lagrangian in `f64` alone.
     pub fn in_double(lagrangian: A) -> Self {
         Self { parts: Pair { double: lagrangian, quad: None }, largest: 4.0, regular: true }
     }
 }
 
-impl<A: Lagrangian<f64, N>, B: Lagrangian<Dd, N>, const N: usize> OwnLagrangian<A, B, N> {
+impl<A: Lagrangian<f64, N>, B: Lagrangian<Dd, N>, const N: usize> UserLagrangian<A, B, N> {
     /// The same Lagrangian in `f64` and in 32 digits.
     pub fn at_both(double: A, quad: B) -> Self {
         Self { parts: Pair { double, quad: Some(quad) }, largest: 4.0, regular: true }
@@ -156,7 +156,7 @@ impl<A: Lagrangian<f64, N>, B: Lagrangian<Dd, N>, const N: usize> OwnLagrangian<
     }
 }
 
-impl<A, B, const N: usize> Subject for OwnLagrangian<A, B, N>
+impl<A, B, const N: usize> Subject for UserLagrangian<A, B, N>
 where
     A: Lagrangian<f64, N> + Send + Sync + 'static,
     B: Lagrangian<Dd, N> + Send + Sync + 'static,

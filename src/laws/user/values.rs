@@ -17,7 +17,7 @@ use std::fmt;
 /// Named vectors of numbers, in order; equal whatever the order.
 ///
 /// ```
-/// use euler_poincare::laws::own::values::{Values, ValuesError};
+/// use euler_poincare::laws::user::values::{Values, ValuesError};
 /// let text = r#"{"g":[0,"1/2",0],"x":[1,"pi - 1/8",-2]}"#;
 /// let case: Values = serde_json::from_str(text)?;
 /// assert_eq!(case.to_string(), "g = [0, 1/2, 0]\nx = [1, pi - 1/8, -2]");
@@ -336,7 +336,7 @@ enum Role {
 /// most 2.
 ///
 /// ```
-/// use euler_poincare::laws::own::values::Points;
+/// use euler_poincare::laws::user::values::Points;
 /// use proptest::strategy::{Strategy, ValueTree};
 /// use proptest::test_runner::TestRunner;
 ///
