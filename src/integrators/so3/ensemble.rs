@@ -676,6 +676,60 @@ impl<F: PackedForce> Group<F> {
         Stage { velocity, rate, gradient, kick: R::carried(at, x, force), size }
     }
 
+    /// The state at the end of a step, with `end` = what dτ adds to μ + kick; `false` where it is not finite.
+    #[inline(always)]
+    #[allow(clippy::too_many_arguments, reason = "values in registers; all are inlined")]
+    fn advance<I: Isa, R: LaneRotation>(
+        &mut self,
+        isa: I,
+        scaled: &Scaled,
+        mu: Vec3<Eight<I>>,
+        kick: Vec3<Eight<I>>,
+        end: Vec3<Eight<I>>,
+        back: Vec3<Eight<I>>,
+        at_back: R::At<Eight<I>>,
+    ) -> bool {
+        let rest = load(isa, &self.momentum_rest);
+        let (momentum, rest) =
+            sum(mu, R::add_turned(back, each!(3, a => mu[a] + kick[a]), end, each!(3, a => kick[a] + rest[a])));
+        let finite = Eight::splat(isa, f64::MAX);
+        if !((momentum[0] + momentum[1]) + momentum[2]).abs().all_le(finite) {
+            return false;
+        }
+        store(momentum, &mut self.momentum);
+        store(rest, &mut self.momentum_rest);
+        let q = load(isa, &self.turn);
+        let (q, rest) = sum(q, R::rotated(at_back, back, q, load(isa, &self.turn_rest)));
+        store(q, &mut self.turn);
+        store(rest, &mut self.turn_rest);
+        let increment = scaled.h + self.elapsed[1];
+        let elapsed = self.elapsed[0] + increment;
+        self.elapsed = [elapsed, increment - (elapsed - self.elapsed[0])];
+        true
+    }
+
+    /// Whether the first iteration of a step is enough, by what one made of a change a few steps ago; the degree of the
+    /// extrapolation follows.
+    #[inline(always)]
+    fn settled_at_once<I: Isa>(&mut self, isa: I, changes: [(Eight<I>, Eight<I>); 2], tolerance: f64) -> bool {
+        // The residual of the new iterate: what an iteration leaves of a change, as it was a few steps ago.
+        let most = if self.trusted > 0 { tolerance * self.gain } else { tolerance };
+        let settled = within(isa, changes, most);
+        if settled && self.patience > 0 {
+            self.patience -= 1;
+        } else if settled && self.reach > 1 {
+            self.patience = LOOK;
+            if within(isa, changes, (most / SPARE).max(NOISE * (1_u32 << self.reach) as f64)) {
+                self.reach -= 1;
+            }
+        } else if !settled && self.trusted > 0 && self.reach < HISTORY {
+            (self.reach, self.patience) = (self.reach + 1, self.caution);
+            self.caution = (2 * self.caution).min(PATIENCE[1]);
+        }
+        self.trusted = self.trusted.saturating_sub(1);
+        settled
+    }
+
     /// One step; with P pairs of stages, or any number of them where P is the largest. `false`: fixed-point iterations do
     /// not solve it.
     #[inline(always)]
@@ -749,21 +803,7 @@ impl<F: PackedForce> Group<F> {
             let changes = [(shift, scale), (turn, extent)];
             let mut settled = false;
             if iteration == 1 {
-                // The residual of the new iterate: what an iteration leaves of a change, as it was a few steps ago.
-                let most = if self.trusted > 0 { settings.tolerance * self.gain } else { settings.tolerance };
-                settled = within(isa, changes, most);
-                if settled && self.patience > 0 {
-                    self.patience -= 1;
-                } else if settled && self.reach > 1 {
-                    self.patience = LOOK;
-                    if within(isa, changes, (most / SPARE).max(NOISE * (1_u32 << self.reach) as f64)) {
-                        self.reach -= 1;
-                    }
-                } else if !settled && self.trusted > 0 && self.reach < HISTORY {
-                    (self.reach, self.patience) = (self.reach + 1, self.caution);
-                    self.caution = (2 * self.caution).min(PATIENCE[1]);
-                }
-                self.trusted = self.trusted.saturating_sub(1);
+                settled = self.settled_at_once(isa, changes, settings.tolerance);
             }
             if !settled {
                 let change = (shift / scale.max(tiny)).max(turn / extent.max(tiny)).largest();
@@ -803,22 +843,10 @@ impl<F: PackedForce> Group<F> {
                 }
             }
 
-            // The new state: `end` is what dτ adds to μ + kick.
-            let rest = load(isa, &self.momentum_rest);
-            let (momentum, rest) = sum(mu, R::add_turned(back, after_impulse, end, each!(3, a => kick[a] + rest[a])));
-            let finite = Eight::splat(isa, f64::MAX);
-            if !((momentum[0] + momentum[1]) + momentum[2]).abs().all_le(finite) {
+            // `end` is what dτ adds to μ + kick.
+            if !self.advance::<I, R>(isa, scaled, mu, kick, end, back, at_back) {
                 return false;
             }
-            store(momentum, &mut self.momentum);
-            store(rest, &mut self.momentum_rest);
-            let q = load(isa, &self.turn);
-            let (q, rest) = sum(q, R::rotated(at_back, back, q, load(isa, &self.turn_rest)));
-            store(q, &mut self.turn);
-            store(rest, &mut self.turn_rest);
-            let increment = scaled.h + self.elapsed[1];
-            let elapsed = self.elapsed[0] + increment;
-            self.elapsed = [elapsed, increment - (elapsed - self.elapsed[0])];
             // The iterates of the last iteration, one better than those that were judged, are what the next steps start from.
             self.newest = (self.newest + 1) % HISTORY;
             self.known = (self.known + 1).min(HISTORY);

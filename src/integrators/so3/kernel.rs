@@ -224,6 +224,34 @@ pub(super) struct Step<'a, F, R, const N: usize, const PAIRS: usize> {
     pub retraction: PhantomData<R>,
 }
 
+/// Stage momenta M, displacements Ξ, and what they are measured by.
+struct Predicted<I: Isa, const N: usize> {
+    m: [Eight<I>; N],
+    x: [Eight<I>; N],
+    /// |μ|, or from rest what the force makes of it.
+    size: f64,
+    /// |h η|.
+    extent: f64,
+    iterations: usize,
+}
+
+/// A root of the stage equations.
+struct Root<I: Isa, const N: usize, A> {
+    /// M_i, η_i, f_i.
+    m: [Eight<I>; N],
+    eta: [Eight<I>; N],
+    force: [Eight<I>; N],
+    /// What P_i has besides the stages.
+    base: [Eight<I>; N],
+    /// −ξ, and the coefficients there.
+    back: [Eight<I>; N],
+    at_back: A,
+    /// The impulse of the force, ξ, |μ|.
+    kick: [f64; N],
+    increment: [f64; N],
+    size: f64,
+}
+
 /// Σ_j columns_j x_j + base, for stages in lanes.
 #[inline(always)]
 fn product<I: Isa, const N: usize, const PAIRS: usize>(
@@ -312,6 +340,160 @@ impl<F: LaneForce<N>, R: LaneRetraction<N>, const N: usize, const PAIRS: usize> 
         eta
     }
 
+    /// The predictor: plain collocation on (M, Ξ). `None`: nothing to be relative to, or no number.
+    #[inline(always)]
+    fn predict<I: Isa>(
+        &self,
+        isa: I,
+        a: &[[Eight<I>; 2]; PAIRS],
+        time: Eight<I>,
+        hc: Eight<I>,
+        mu: [Eight<I>; N],
+    ) -> Option<Predicted<I, N>> {
+        let coefficients = self.columns;
+        let h = Eight::splat(isa, self.step);
+        let zero = [Eight::splat(isa, 0.0); N];
+        let momentum = self.state.momentum();
+        let mut size = largest(momentum);
+        let speeds: [f64; N] = each!(N, r => {
+            let mut speed = self.inverse[r][r] * momentum[r];
+            if !self.diagonal {
+                for c in 0..N {
+                    if c != r {
+                        speed += self.inverse[r][c] * momentum[c];
+                    }
+                }
+            }
+            speed
+        });
+        let eta: [Eight<I>; N] = each!(N, k => Eight::splat(isa, speeds[k]));
+        let mut extent = largest(speeds) * self.step.abs();
+
+        let mut predictor = 1;
+        let (mut m, mut x) = match (self.warm && size > 0.0, &coefficients.extrapolation) {
+            (true, Some(weights)) => {
+                let weights = self.scaled(isa, weights, Eight::splat(isa, 1.0));
+                let m = product(isa, &weights, each!(N, k => Eight::load(isa, &self.memory.momenta[k].0)), zero);
+                (m, product(isa, a, self.velocities(m).1, zero))
+            }
+            _ => {
+                let slope = self.force.add_to(time, mu, eta, R::coad(mu, eta));
+                if size == 0.0 {
+                    // From rest: what the force makes of it.
+                    let gained = each!(N, k => h * slope[k]);
+                    size = largest_change(gained, zero).largest();
+                    extent = (h.abs() * largest_change(self.velocity(gained), zero)).largest();
+                }
+                // The classical method of order four (Kutta 1901; Hairer, Nørsett and Wanner 1993, II.1) on M, with a step h
+                // c_i in each lane, and Magnus's series on its rates: what three fixed-point iterations would give, without
+                // their products.
+                let half = hc * Eight::splat(isa, 0.5);
+                let start = Eight::splat(isa, self.time);
+                let (mut slopes, mut last_slope) = (slope, slope);
+                let mut rates = [eta; 4];
+                for part in 0..3 {
+                    let length = if part == 2 { hc } else { half };
+                    let weight = Eight::splat(isa, if part == 2 { 1.0 } else { 2.0 });
+                    let m = each!(N, k => length.mul_add(last_slope[k], mu[k]));
+                    let eta = self.velocity(m);
+                    last_slope = self.force.add_to(start + length, m, eta, R::coad(m, eta));
+                    slopes = each!(N, k => weight.mul_add(last_slope[k], slopes[k]));
+                    rates[part + 1] = eta;
+                }
+                let middle = each!(N, k => (rates[1][k] + rates[2][k]) * Eight::splat(isa, 0.5));
+                let sixth = hc * Eight::splat(isa, 1.0 / 6.0);
+                predictor = 4;
+                (each!(N, k => sixth.mul_add(slopes[k], mu[k])), R::displacement(hc, rates[0], middle, rates[3]))
+            }
+        };
+        if !(size > 0.0 && extent > 0.0) {
+            return None;
+        }
+        let (per_size, per_extent) = (Eight::splat(isa, 1.0 / size), Eight::splat(isa, R::UNIT / extent));
+        let strict = self.limits.strict.is_some();
+        let mut most = if strict { coefficients.stages.max(FEWEST) } else { coefficients.stages };
+        // The iteration after which to look how far it moved; that costs a tenth of an iteration.
+        let mut look = if predictor == 1 { 2 } else { predictor + 3 };
+        while predictor <= most {
+            predictor += 1;
+            let (eta, eta_unit) = self.velocities(m);
+            let slope = self.force.add_to(time, m, eta, R::coad(m, eta));
+            let rate = R::rate(R::at(x), x, eta_unit);
+            let (next_m, next_x) = (product(isa, a, slope, mu), product(isa, a, rate, zero));
+            let (last_m, last_x) = (m, x);
+            (m, x) = (next_m, next_x);
+            if predictor == look {
+                look += 2;
+                let change =
+                    (largest_change(m, last_m) * per_size).max(largest_change(x, last_x) * per_extent).largest();
+                if change <= self.limits.switch {
+                    break;
+                }
+                if strict {
+                    // How many more is known early, so that the processor need not wait for the last of them.
+                    look = 0;
+                    most += usize::from(change > FAR[0]) + usize::from(change > FAR[1]);
+                }
+            }
+        }
+        Some(Predicted { m, x, size, extent, iterations: predictor })
+    }
+
+    /// The end of the step from the root of the stage equations, and δ relative to |μ|.
+    #[inline(always)]
+    fn finish<I: Isa>(
+        self,
+        isa: I,
+        h: Eight<I>,
+        mu: [Eight<I>; N],
+        root: Root<I, N, R::At<Eight<I>>>,
+        spent: usize,
+    ) -> Result<f64, Refused> {
+        let Root { m, eta, force, base, back, at_back, kick, increment, size } = root;
+        let zero = [Eight::splat(isa, 0.0); N];
+        let values: [Eight<I>; N] = each!(N, k => Eight::load(isa, &self.state.value[k].0));
+        let kicks: [Eight<I>; N] = each!(N, k => Eight::splat(isa, kick[k]) * Eight::load(isa, &MOMENTUM_LANE.0));
+        let increments = R::increments(at_back, back, values, kicks);
+        let nothing = Eight::splat(isa, NOTHING * size) * Eight::load(isa, &MOMENTUM_LANE.0);
+        let mut next = [(zero[0], zero[0]); N];
+        let mut finite = zero[0];
+        for k in 0..N {
+            let cut = Eight::load(isa, &self.state.cut[k].0);
+            let (sum, cut) = compensated(values[k], increments[k], cut);
+            next[k] = ((sum + nothing) - nothing, cut);
+            finite = next[k].0.mul_add(zero[0], finite);
+        }
+        // A sum of products with 0 is 0, unless one of the numbers is not finite.
+        if finite.sum() != 0.0 {
+            return Err(Refused::NotContracted(spent));
+        }
+        let mut delta = largest_change(base, mu).largest() / size;
+        if let Some(most) = self.limits.strict {
+            if !self.force.vanishes_when_steady() {
+                let end: [Eight<I>; N] = each!(N, k => {
+                    let mut row = Row::ZERO;
+                    next[k].0.store(&mut row.0);
+                    // μ at the start, at the end.
+                    let both = Eight::splat(isa, row.0[MOMENTUM]) - mu[k];
+                    Eight::load(isa, &END_LANE.0).mul_add(both, mu[k])
+                });
+                let slope = R::coad(m, eta);
+                let slope: [Eight<I>; N] = each!(N, k => slope[k] + force[k]);
+                delta = delta.max(self.tail(isa, slope, end, h) / size);
+            }
+            if delta > most {
+                return Err(Refused::Delta(delta));
+            }
+        }
+        self.memory.increment = each!(N, k => R::UNIT * increment[k]);
+        for k in 0..N {
+            next[k].0.store(&mut self.state.value[k].0);
+            next[k].1.store(&mut self.state.cut[k].0);
+            m[k].store(&mut self.memory.momenta[k].0);
+        }
+        Ok(delta)
+    }
+
     /// What the quadrature leaves of h Σ b_j f_j, in units of δ, f = M' at the stages.
     ///
     /// With C_k the size of the coefficients of the Legendre polynomials of h f of degree k and ρ² = C_{s−1}/C_{s−3}, smooth
@@ -386,96 +568,16 @@ where
         let time = Eight::splat(isa, self.time) + hc;
         let momentum = self.state.momentum();
         let mu: [Eight<I>; N] = each!(N, k => Eight::splat(isa, momentum[k]));
-        let mut size = largest(momentum);
-        let speeds: [f64; N] = each!(N, r => {
-            let mut speed = self.inverse[r][r] * momentum[r];
-            if !self.diagonal {
-                for c in 0..N {
-                    if c != r {
-                        speed += self.inverse[r][c] * momentum[c];
-                    }
-                }
-            }
-            speed
-        });
-        let eta: [Eight<I>; N] = each!(N, k => Eight::splat(isa, speeds[k]));
-        let mut extent = largest(speeds) * self.step.abs();
-
-        // The predictor: plain collocation on (M, Ξ).
-        let mut predictor = 1;
-        let (mut m, mut x) = match (self.warm && size > 0.0, &coefficients.extrapolation) {
-            (true, Some(weights)) => {
-                let weights = self.scaled(isa, weights, Eight::splat(isa, 1.0));
-                let m = product(isa, &weights, each!(N, k => Eight::load(isa, &self.memory.momenta[k].0)), zero);
-                (m, product(isa, &a, self.velocities(m).1, zero))
-            }
-            _ => {
-                let slope = self.force.add_to(time, mu, eta, R::coad(mu, eta));
-                if size == 0.0 {
-                    // From rest: what the force makes of it.
-                    let gained = each!(N, k => h * slope[k]);
-                    size = largest_change(gained, zero).largest();
-                    extent = (h.abs() * largest_change(self.velocity(gained), zero)).largest();
-                }
-                // The classical method of order four (Kutta 1901; Hairer, Nørsett and Wanner 1993, II.1) on M, with a step h
-                // c_i in each lane, and Magnus's series on its rates: what three fixed-point iterations would give, without
-                // their products.
-                let half = hc * Eight::splat(isa, 0.5);
-                let start = Eight::splat(isa, self.time);
-                let (mut slopes, mut last_slope) = (slope, slope);
-                let mut rates = [eta; 4];
-                for part in 0..3 {
-                    let length = if part == 2 { hc } else { half };
-                    let weight = Eight::splat(isa, if part == 2 { 1.0 } else { 2.0 });
-                    let m = each!(N, k => length.mul_add(last_slope[k], mu[k]));
-                    let eta = self.velocity(m);
-                    last_slope = self.force.add_to(start + length, m, eta, R::coad(m, eta));
-                    slopes = each!(N, k => weight.mul_add(last_slope[k], slopes[k]));
-                    rates[part + 1] = eta;
-                }
-                let middle = each!(N, k => (rates[1][k] + rates[2][k]) * Eight::splat(isa, 0.5));
-                let sixth = hc * Eight::splat(isa, 1.0 / 6.0);
-                predictor = 4;
-                (each!(N, k => sixth.mul_add(slopes[k], mu[k])), R::displacement(hc, rates[0], middle, rates[3]))
-            }
-        };
-        // Nothing to be relative to, or no number.
-        if !(size > 0.0 && extent > 0.0) {
+        let Some(Predicted { mut m, mut x, size, extent, iterations: predictor }) = self.predict(isa, &a, time, hc, mu)
+        else {
             return Err(Refused::NotContracted(0));
-        }
+        };
         let (per_size, per_extent) = (Eight::splat(isa, 1.0 / size), Eight::splat(isa, R::UNIT / extent));
-        let strict = self.limits.strict.is_some();
-        let mut most = if strict { coefficients.stages.max(FEWEST) } else { coefficients.stages };
-        // The iteration after which to look how far it moved; that costs a tenth of an iteration.
-        let mut look = if predictor == 1 { 2 } else { predictor + 3 };
-        while predictor <= most {
-            predictor += 1;
-            let (eta, eta_unit) = self.velocities(m);
-            let slope = self.force.add_to(time, m, eta, R::coad(m, eta));
-            let rate = R::rate(R::at(x), x, eta_unit);
-            let (next_m, next_x) = (product(isa, &a, slope, mu), product(isa, &a, rate, zero));
-            let (last_m, last_x) = (m, x);
-            (m, x) = (next_m, next_x);
-            if predictor == look {
-                look += 2;
-                let change =
-                    (largest_change(m, last_m) * per_size).max(largest_change(x, last_x) * per_extent).largest();
-                if change <= self.limits.switch {
-                    break;
-                }
-                if strict {
-                    // How many more is known early, so that the processor need not wait for the last of them.
-                    look = 0;
-                    most += usize::from(change > FAR[0]) + usize::from(change > FAR[1]);
-                }
-            }
-        }
 
         // Fixed-point iterations on (P, Ξ).
         let conjugate = if coefficients.symplectic { a } else { self.scaled(isa, &coefficients.conjugate, h) };
         let mut eager = coefficients.stages <= 4;
         let forced = !self.force.vanishes();
-        let watched = !self.force.vanishes_when_steady();
         let mut at = R::at(x);
         let mut p = R::pull(at, x, m);
         let mut base = mu;
@@ -531,47 +633,9 @@ where
                     if !R::in_domain(R::square(x).max(R::square(back)).largest()) {
                         return Err(Refused::NotContracted(predictor + iteration));
                     }
-                    let values: [Eight<I>; N] = each!(N, k => Eight::load(isa, &self.state.value[k].0));
-                    let kicks: [Eight<I>; N] =
-                        each!(N, k => Eight::splat(isa, kick[k]) * Eight::load(isa, &MOMENTUM_LANE.0));
-                    let increments = R::increments(at_back, back, values, kicks);
-                    let nothing = Eight::splat(isa, NOTHING * size) * Eight::load(isa, &MOMENTUM_LANE.0);
-                    let mut next = [(zero[0], zero[0]); N];
-                    let mut finite = zero[0];
-                    for k in 0..N {
-                        let cut = Eight::load(isa, &self.state.cut[k].0);
-                        let (sum, cut) = compensated(values[k], increments[k], cut);
-                        next[k] = ((sum + nothing) - nothing, cut);
-                        finite = next[k].0.mul_add(zero[0], finite);
-                    }
-                    // A sum of products with 0 is 0, unless one of the numbers is not finite.
-                    if finite.sum() != 0.0 {
-                        return Err(Refused::NotContracted(predictor + iteration));
-                    }
-                    let mut delta = largest_change(base, mu).largest() / size;
-                    if let Some(most) = self.limits.strict {
-                        if watched {
-                            let end: [Eight<I>; N] = each!(N, k => {
-                                let mut row = Row::ZERO;
-                                next[k].0.store(&mut row.0);
-                                // μ at the start, at the end.
-                                let both = Eight::splat(isa, row.0[MOMENTUM]) - mu[k];
-                                Eight::load(isa, &END_LANE.0).mul_add(both, mu[k])
-                            });
-                            let slope = R::coad(m, eta);
-                            let slope: [Eight<I>; N] = each!(N, k => slope[k] + force[k]);
-                            delta = delta.max(self.tail(isa, slope, end, h) / size);
-                        }
-                        if delta > most {
-                            return Err(Refused::Delta(delta));
-                        }
-                    }
-                    self.memory.increment = each!(N, k => R::UNIT * increment[k]);
-                    for k in 0..N {
-                        next[k].0.store(&mut self.state.value[k].0);
-                        next[k].1.store(&mut self.state.cut[k].0);
-                        m[k].store(&mut self.memory.momenta[k].0);
-                    }
+                    let spent = predictor + iteration;
+                    let root = Root { m, eta, force, base, back, at_back, kick, increment, size };
+                    let delta = self.finish(isa, h, mu, root, spent)?;
                     return Ok(Taken { residual: change, predictor, iterations: iteration, jump, delta });
                 }
                 if renewed == 2 && !eager {

@@ -314,6 +314,19 @@ impl<T: Real, G: Bracket<T, N>, const N: usize> Bracket<T, N> for Planted<'_, G>
     }
 }
 
+/// max |C^c_ab|, by the bracket and not less than by ad.
+fn largest_constant<T: Real, G: Bracket<T, N>, const N: usize>(algebra: &G) -> T {
+    let mut constants = T::zero();
+    for a in 0..N {
+        let e = basis_vector::<T, N>(a);
+        constants = constants.max(algebra.ad(&e).amax());
+        for b in 0..N {
+            constants = constants.max(algebra.bracket(&e, &basis_vector(b)).amax());
+        }
+    }
+    constants
+}
+
 fn judge<T: Real, G: Bracket<T, N>, const N: usize>(
     algebra: &G,
     law: &str,
@@ -323,15 +336,7 @@ fn judge<T: Real, G: Bracket<T, N>, const N: usize>(
     let right = algebra;
     let algebra = Planted { algebra: right, fault };
     let vector = |name: &str| case.vector::<T, N>(name).map_err(misfit);
-    // max |C^c_ab|, by the bracket and not less than by ad.
-    let mut constants = T::zero();
-    for a in 0..N {
-        let e = basis_vector::<T, N>(a);
-        constants = constants.max(right.ad(&e).amax());
-        for b in 0..N {
-            constants = constants.max(right.bracket(&e, &basis_vector(b)).amax());
-        }
-    }
+    let constants = largest_constant(right);
     let floor = 64.0 * (N * N) as f64;
     let defect = |off: T, size: T, what: &'static str| Measured::defect(off, size, floor, || what.into());
     let by = |x: &Vector<T, N>, y: &Vector<T, N>| algebra.bracket(x, y);
