@@ -281,10 +281,13 @@ fn extrapolate(earlier: Option<&Slope>, slopes: [Slope; 3], window: (f64, f64)) 
     Some(Estimate::Slope { value, low, high, window })
 }
 
+/// Bisections of an interval of exponents: what is left, 8/2⁴⁰, is below any uncertainty of a slope.
+const BISECTIONS: usize = 40;
+
 /// The m in [`SLOWEST`, 8] with shrink(m) = ratio, by bisection (shrink decreases); the end where there is none.
 fn decay(shrink: impl Fn(f64) -> f64, ratio: f64) -> f64 {
     let (mut slow, mut fast) = (SLOWEST, 8.0);
-    for _ in 0..40 {
+    for _ in 0..BISECTIONS {
         let middle = 0.5 * (slow + fast);
         if shrink(middle) > ratio {
             slow = middle;

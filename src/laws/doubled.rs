@@ -4,7 +4,7 @@ use super::integrators::{refused, show, size_of, subject};
 use super::planted::retraction::{ADJOINT_INVERTED, RIGHT_TANGENT, SHIFTED};
 use super::planted::step::{CHART, FIRST_STAGE, FORCE_INDEX, FORCE_TIME, NO_FORCE, NOT_TRANSPORTED, UNCONJUGATED};
 use super::precision::{Measured, settle_small};
-use super::probe::Probe;
+use super::probe::{Probe, stream};
 use super::subjects::{HALF_FORCE, LEFT_FOR_RIGHT, NO_FORCE_DERIVATIVE, PlantedForced};
 use super::{CaseLaw, Source};
 use crate::algebra::{Covector, Matrix, Vector};
@@ -158,7 +158,7 @@ impl Check<'_> {
         let (start, h) = (&system.state, system.step);
         let legendre = |source| StepError::Legendre { step: h.to_f64(), source };
         let eta = system.lagrangian.velocity(&start.momentum, &Vector::zeros()).map_err(legendre)?;
-        let mut probe = Probe::new(self.case, 51);
+        let mut probe = Probe::new(self.case, stream::DOUBLED_STAGES);
         let spread = eta.amax() * T::exact(0.125);
         let rates: Vec<Vector<T, N>> =
             (0..system.tableau.stages()).map(|_| eta + probe.vector::<T, N>() * spread).collect();
@@ -187,7 +187,7 @@ impl Check<'_> {
             return Ok(Measured::NotApplicable("the algebra has no group".into()));
         };
         let h = system.step;
-        let mut probe = Probe::new(self.case, 52);
+        let mut probe = Probe::new(self.case, stream::DOUBLED_STATE);
         let legendre = |source| StepError::Legendre { step: h.to_f64(), source };
         let domain = |source: RetractionError| StepError::Domain { step: h.to_f64(), stage: None, source };
         let eta = system.lagrangian.velocity(&system.state.momentum, &Vector::zeros()).map_err(legendre)?;

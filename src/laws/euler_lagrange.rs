@@ -3,7 +3,7 @@
 use super::planted::retraction::Plant;
 use super::polynomial::Polynomial;
 use super::precision::{Measured, of_relative, settle_main_small};
-use super::probe::Probe;
+use super::probe::{Probe, stream};
 use super::subjects::*;
 use super::{CaseLaw, Source};
 use crate::algebra::{Matrix, Vector, pair};
@@ -98,7 +98,7 @@ impl<T: Real> Visitor<T> for Check<'_> {
         let Some(group) = &system.group else {
             return Measured::NotApplicable("the algebra has no group".into());
         };
-        let mut probe = Probe::new(self.case, 11);
+        let mut probe = Probe::new(self.case, stream::EULER_LAGRANGE);
         let l_f = Forced::new(&system.lagrangian, &system.force, &system.retraction);
         let planted = PlantedForced { doubled: &l_f, fault: self.fault };
         let measured = match self.which {
@@ -268,7 +268,7 @@ impl Visitor<f64> for Stationary<'_> {
         let Some(group) = &system.group else {
             return Verdict::not_applicable("the algebra has no group");
         };
-        let mut probe = Probe::new(self.case, 12);
+        let mut probe = Probe::new(self.case, stream::EULER_LAGRANGE_MOTION);
         let l_f = Forced::new(&system.lagrangian, &system.force, &system.retraction);
         let polynomial = Polynomial::new(group, &mut probe);
         let one = self.judge(&system, group, &l_f, &mut probe);

@@ -7,7 +7,7 @@ use super::planted::groupoid::{
     blend_vector,
 };
 use super::precision::{Measured, settle};
-use super::probe::Probe;
+use super::probe::{Probe, stream};
 use super::{CaseLaw, Source};
 use crate::algebra::Matrix;
 use crate::groupoid::{
@@ -144,7 +144,7 @@ impl<T: Real> Visitor<T> for Check<'_> {
         self,
         system: System<T, N, D, R, L, F>,
     ) -> Measured {
-        let mut probe = Probe::new(self.case, 2);
+        let mut probe = Probe::new(self.case, stream::GROUPOID);
         let Some(group) = &system.group else {
             return Measured::NotApplicable("the algebra has no group".into());
         };

@@ -3,7 +3,7 @@
 
 use super::polynomial::Polynomial;
 use super::precision::{Measured, settle_main, settle_main_small};
-use super::probe::Probe;
+use super::probe::{Probe, stream};
 use super::subjects::*;
 use super::{CaseLaw, Source};
 use crate::algebra::{Covector, Matrix, Vector, elimination};
@@ -137,7 +137,7 @@ impl<T: Real> Visitor<T> for Check<'_> {
         let Some(group) = &system.group else {
             return Measured::NotApplicable("the algebra has no group".into());
         };
-        let mut probe = Probe::new(self.case, 14);
+        let mut probe = Probe::new(self.case, stream::HAMILTONIAN);
         let momentum = system.state.momentum;
         let lambda = momentum + probe.covector::<T, N>() * (T::exact(0.25) * momentum.amax());
         let x = probe.vector::<T, N>() * T::exact(0.25);

@@ -2,7 +2,7 @@
 
 use super::polynomial::Polynomial;
 use super::precision::{Measured, settle_main_small};
-use super::probe::Probe;
+use super::probe::{Probe, stream};
 use super::subjects::*;
 use super::{CaseLaw, Source};
 use crate::algebra::{Matrix, Vector, elimination, pair};
@@ -111,7 +111,7 @@ impl<T: Real> Visitor<T> for Check<'_> {
         let Some(group) = &system.group else {
             return Measured::NotApplicable("the algebra has no group".into());
         };
-        let mut probe = Probe::new(self.case, 13);
+        let mut probe = Probe::new(self.case, stream::LEGENDRE);
         let measured = if probe.integer(0, 1) == 0 {
             let l_f = Forced::new(&system.lagrangian, &system.force, &system.retraction);
             near_the_units(&system, &l_f, &mut probe).and_then(|point| self.judge(&system, &l_f, &point, &mut probe))

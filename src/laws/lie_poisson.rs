@@ -3,7 +3,7 @@
 use super::planted::{blend, blend_scalar};
 use super::polynomial::Cubic;
 use super::precision::{Measured, settle_main};
-use super::probe::Probe;
+use super::probe::{Probe, stream};
 use super::subjects::turning;
 use super::{CaseLaw, Source};
 use crate::algebra::{Covector, Entry, LieAlgebra, Vector, pair};
@@ -125,7 +125,7 @@ impl<T: Real> Visitor<T> for Check<'_> {
         self,
         system: System<T, N, D, R, L, F>,
     ) -> Measured {
-        let mut probe = Probe::new(self.case, 15);
+        let mut probe = Probe::new(self.case, stream::LIE_POISSON);
         let flow = EulerPoincare::new(system.algebra.clone(), &system.lagrangian, &system.force);
         let measured = match self.which {
             Which::Bracket => Ok(self.bracket(&system, &mut probe)),

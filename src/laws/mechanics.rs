@@ -2,7 +2,7 @@
 
 use super::planted::retraction::{ADJOINT_INVERTED, BERNOULLI, CUT_INVERSE};
 use super::precision::{Measured, settle, settle_small};
-use super::probe::Probe;
+use super::probe::{Probe, stream};
 use super::subjects::{
     COUPLING_SUM, FIRST_COPY_ONLY, HALF_FORCE, LEFT_FOR_RIGHT, NO_FORCE_DERIVATIVE, PLUS, PlantedForced, TIME_SHIFT,
 };
@@ -101,7 +101,7 @@ impl<T: Real> Visitor<T> for Check<'_> {
         self,
         system: System<T, N, D, R, L, F>,
     ) -> Measured {
-        let mut probe = Probe::new(self.case, 3);
+        let mut probe = Probe::new(self.case, stream::MECHANICS);
         let (eta, psi) = (probe.vector::<T, N>(), probe.vector::<T, N>());
         let x = probe.vector::<T, N>() * T::exact(0.25);
         let Some(group) = &system.group else {

@@ -3,7 +3,7 @@
 use super::lie_poisson::{COAD_SIGN, rates, with_casimirs};
 use super::planted::blend;
 use super::precision::{Measured, settle_main};
-use super::probe::Probe;
+use super::probe::{Probe, stream};
 use super::subjects::turning;
 use super::{CaseLaw, Source};
 use crate::algebra::{Covector, Matrix, Vector};
@@ -68,7 +68,7 @@ impl<T: Real> Visitor<T> for Check<'_> {
         self,
         system: System<T, N, D, R, L, F>,
     ) -> Measured {
-        let measured = self.orbit(&system, &mut Probe::new(self.case, 18));
+        let measured = self.orbit(&system, &mut Probe::new(self.case, stream::ORBITS));
         measured.unwrap_or_else(|error| Measured::Broken(error.to_string()))
     }
 }

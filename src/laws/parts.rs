@@ -8,7 +8,7 @@ mod groupoid;
 
 use super::CaseLaw;
 use super::lie_poisson::with_casimirs;
-use super::probe::Probe;
+use super::probe::{Probe, stream};
 use super::user::algebra::{self, UserAlgebra};
 use super::user::force::{self, UserForce};
 use super::user::group::{self, UserGroup};
@@ -78,9 +78,6 @@ impl<K: Supplier> Pairing for Take<'_, K> {
     }
 }
 
-/// Tells the vectors apart from the numbers that other laws draw from the same case.
-const SALT: u64 = 81;
-
 fn check<K: Supplier, const I: usize>(case: &Case, fault: Option<&Fault>) -> Verdict {
     judge(&K::LAWS[I], case.dispatch_pair(Take::<K>(case, PhantomData)), case, fault)
 }
@@ -94,7 +91,7 @@ fn judge(law: &About, part: Result<Option<Box<dyn Erased>>, CaseError>, case: &C
     if let Some(why) = part.missing(law) {
         return Verdict::not_applicable(why);
     }
-    let drawn = draw(&part.cases(law), Probe::new(case, SALT).next(), law.name, 0);
+    let drawn = draw(&part.cases(law), Probe::new(case, stream::PARTS).next(), law.name, 0);
     let values = match drawn.case {
         Ok((values, _)) => values,
         Err(why) => return Verdict::inconclusive(why),

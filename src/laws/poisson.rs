@@ -9,7 +9,7 @@ use self::gamma::{
 use super::instances::{Kind, Material, Polynomial};
 use super::planted::groupoid::{ENDS_KEPT, INVERSE_KEEPS_U, SECOND_INVERTED};
 use super::precision::{Measured, settle};
-use super::probe::Probe;
+use super::probe::{Probe, stream};
 use super::{CaseLaw, Source};
 use crate::groupoid::calculus::{along, constant, derivatives};
 use crate::groupoid::{Group, Groupoid, push_inverse, push_product, push_source, push_target, push_unit};
@@ -140,7 +140,7 @@ impl<T: Real> Visitor<T> for Check<'_> {
         self,
         system: System<T, N, D, R, L, F>,
     ) -> Measured {
-        let mut probe = Probe::new(self.case, 11);
+        let mut probe = Probe::new(self.case, stream::POISSON);
         let Some(group) = &system.group else {
             return Measured::NotApplicable("the algebra has no group".into());
         };

@@ -55,3 +55,66 @@ impl Probe {
         S::exact(2f64.powi(self.integer(low, high)))
     }
 }
+
+/// What the streams of a case are for. Laws that share a number see the same bits, and use them for different things. The numbers
+/// stay: with another one, saved records would meet other values.
+pub mod stream {
+    /// The stretch of a step, the tolerance and length of a solve on SO(3) and SE(3).
+    pub const FAST: u64 = 0;
+    /// Points of the algebra and directions.
+    pub const RETRACTION: u64 = 1;
+    /// Arrows of the groupoids.
+    pub const GROUPOID: u64 = 2;
+    /// Velocities and x in U = τ(x).
+    pub const MECHANICS: u64 = 3;
+    /// Points of g×G×g and variations.
+    pub const EULER_LAGRANGE: u64 = 11;
+    /// Points of g*×G×g* and functions.
+    pub const POISSON: u64 = 11;
+    /// A second Lagrangian and where a motion starts.
+    pub const EULER_LAGRANGE_MOTION: u64 = 12;
+    /// A point off the units.
+    pub const LEGENDRE: u64 = 13;
+    /// λ and x in U = τ(x).
+    pub const HAMILTONIAN: u64 = 14;
+    /// Functions of the momentum.
+    pub const LIE_POISSON: u64 = 15;
+    /// λ and U.
+    pub const TWO_HAMILTONIANS: u64 = 16;
+    /// Where two motions start.
+    pub const TWO_HAMILTONIANS_MOTION: u64 = 17;
+    /// Directions along the orbit.
+    pub const ORBITS: u64 = 18;
+    /// Where a motion off the units starts.
+    pub const VARIATIONAL_ERROR: u64 = 40;
+    /// (V, U, W) near the motion of the system.
+    pub const POINT_OFF_UNITS: u64 = 51;
+    /// Rates of the stages of the doubled scheme.
+    pub const DOUBLED_STAGES: u64 = 51;
+    /// Directions of differences of l_d.
+    pub const SLOPES: u64 = 52;
+    /// A doubled state and a direction of the momentum map.
+    pub const DOUBLED_STATE: u64 = 52;
+    /// (λ, U, μ) where doubled steps start.
+    pub const MOMENTA_OFF_UNITS: u64 = 53;
+    /// Six elements near e.
+    pub const ELEMENTS: u64 = 54;
+    /// A polynomial as the discrete Lagrangian.
+    pub const DISCRETE_POLYNOMIAL: u64 = 55;
+    /// Variations of the middle elements.
+    pub const VARIATION: u64 = 56;
+    /// Two elements of G, a variation, a polynomial.
+    pub const VARIATION_ON_GROUP: u64 = 57;
+    /// An element of G and a polynomial.
+    pub const POISSON_ON_GROUP: u64 = 58;
+    /// Where an exact solution starts.
+    pub const EXACT_SOLUTION: u64 = 61;
+    /// An arrow of one fibre.
+    pub const LIE_FIBRE: u64 = 71;
+    /// Fields and functions on a Lie groupoid of a user.
+    pub const LIE_GROUPOID: u64 = 72;
+    /// The values of laws on parts.
+    pub const PARTS: u64 = 81;
+    /// The material of the groupoids of a system.
+    pub const GROUPOID_OF_SYSTEM: u64 = 82;
+}

@@ -7,7 +7,7 @@ use super::planted::retraction::{
     SECOND_SIGN, SECOND_SWAPPED, SHIFTED,
 };
 use super::precision::{Measured, settle};
-use super::probe::Probe;
+use super::probe::{Probe, stream};
 use super::{CaseLaw, Source};
 use crate::algebra::{Matrix, Vector};
 use crate::group::LieGroup;
@@ -121,7 +121,7 @@ impl<T: Real> Visitor<T> for Check<'_> {
         self,
         system: System<T, N, D, R, L, F>,
     ) -> Measured {
-        let mut probe = Probe::new(self.case, 1);
+        let mut probe = Probe::new(self.case, stream::RETRACTION);
         let subject = Subject { system: &system };
         let size = probe.power_of_two::<T>(-30, if matches!(self.which, Which::Logarithm) { -3 } else { 2 });
         let x = probe.vector::<T, N>() * size;

@@ -2,7 +2,7 @@
 
 use super::planted::retraction::Plant;
 use super::precision::{Measured, of_relative, settle_main_small};
-use super::probe::Probe;
+use super::probe::{Probe, stream};
 use super::subjects::*;
 use super::{CaseLaw, Source};
 use crate::algebra::{Covector, Matrix, Vector, elimination, pair};
@@ -96,7 +96,7 @@ impl Check<'_> {
         &self,
         system: &System<T, N, D, R, L, F>,
     ) -> Result<Measured, VelocityError> {
-        let mut probe = Probe::new(self.case, 16);
+        let mut probe = Probe::new(self.case, stream::TWO_HAMILTONIANS);
         let (time, mu) = (system.state.time, system.state.momentum);
         let h_f = ForcedHamiltonian::new(&system.lagrangian, &system.force, &system.retraction);
         let planted = PlantedHamiltonian { hamiltonian: &h_f, fault: self.fault };
@@ -165,7 +165,7 @@ impl Difference<'_> {
         &self,
         system: &System<Dd, N, D, R, L, F>,
     ) -> Result<Verdict, VelocityError> {
-        let mut probe = Probe::new(self.case, 17);
+        let mut probe = Probe::new(self.case, stream::TWO_HAMILTONIANS_MOTION);
         let (time, mu) = (system.state.time, system.state.momentum);
         let lambda = mu + probe.covector::<Dd, N>() * (Dd::exact(0.5) * mu.amax());
         let h_f = ForcedHamiltonian::new(&system.lagrangian, &system.force, &system.retraction);

@@ -5,7 +5,7 @@
 use super::integrators::subject;
 use super::planted::retraction::{Plant, SECOND_MISSING, SECOND_OF_INVERSE, SECOND_SIGN, SECOND_SWAPPED};
 use super::planted::step::{FIRST_STAGE, INVERSE_SECOND, NO_FORCE, NO_SECOND, NOT_TRANSPORTED};
-use super::probe::Probe;
+use super::probe::{Probe, stream};
 use super::{CaseLaw, Source};
 use crate::algebra::{Covector, Matrix, Vector};
 use crate::discrete::StageLagrangian;
@@ -112,7 +112,7 @@ impl Visitor<Dd> for Study<'_> {
         system: System<Dd, N, D, R, L, F>,
     ) -> Verdict {
         let order = variational_order(&system.tableau, 8).order as u32;
-        let mut probe = Probe::new(self.case, 40);
+        let mut probe = Probe::new(self.case, stream::VARIATIONAL_ERROR);
         let (x, shift) = (probe.vector::<Dd, N>(), probe.vector::<Dd, N>());
         judge(system.step, order, |h| self.errors(&system, &x, &shift, h))
     }

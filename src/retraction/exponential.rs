@@ -6,6 +6,10 @@ use crate::algebra::{Covector, LieAlgebra, Matrix, Vector};
 use crate::group::{LieGroup, MatrixGroup};
 use crate::scalar::{Real, Scalar, finite};
 
+/// The most corrections of a logarithm. Each squares the error or better, so a start in `f64` needs two for 32 digits; more are
+/// for matrices near a cut, where the start is poor.
+const MAX_CORRECTIONS: usize = 20;
+
 /// Terms of a series that the row form of ∂(dτ) keeps on the stack: enough for 40 digits at norm 1.
 const MAX_TERMS: usize = 40;
 
@@ -214,7 +218,7 @@ impl<T: Real, const N: usize, const D: usize, G: LieGroup<T, N, D>> Exponential<
         let log = rough_logarithm(g).ok_or(fail("an eigenvalue lies on the closed negative real axis"))?;
         let mut x = group.vee(&log);
         let mut last = f64::INFINITY;
-        for _ in 0..20 {
+        for _ in 0..MAX_CORRECTIONS {
             let d_inv = self.at(&x)?.d_inv;
             let (step, residual) = self.correction(group, g, &x, &d_inv).ok_or(fail("the logarithm overflows"))?;
             let size = step.iter().fold(0.0, |m: f64, v| m.max(v.to_f64().abs()));

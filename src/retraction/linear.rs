@@ -68,13 +68,17 @@ fn spectral_radius<const N: usize>(mut power: Matrix<f64, N>) -> f64 {
     if estimate.is_finite() { estimate } else { f64::INFINITY }
 }
 
+/// The most rounds of balancing. A round moves each scale by 2 at most: units that differ by more than 2⁶⁴ stay so, and cost
+/// more squarings.
+const MAX_ROUNDS: usize = 64;
+
 /// The norm after the best diagonal similarity by powers of two (Osborne 1960; Parlett and Reinsch 1969).
 ///
 /// Series and doublings commute exactly with such a similarity, so this is the norm that decides how far to scale
 /// down: a large translation beside a small rotation must not cost digits.
 pub(super) fn balanced_norm<S: Scalar, const N: usize>(matrix: &Matrix<S, N>) -> f64 {
     let mut work = matrix.map(|v| v.to_f64().abs());
-    for _ in 0..64 {
+    for _ in 0..MAX_ROUNDS {
         let mut changed = false;
         for i in 0..N {
             let (mut row, mut column) = (0.0, 0.0);

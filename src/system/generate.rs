@@ -398,7 +398,7 @@ pub(super) fn case(draw: &mut Draw<'_>, knobs: &Cases, tableau: crate::tableau::
         Some(_) if fixed.forces.is_some() => limit = 30,
         Some(_) => {}
     }
-    for attempt in 0..40 {
+    for attempt in 0..MAX_SLOWER {
         let rates = knobs.rates(&case)?;
         if !rates.in_domain() {
             if fixed.start.is_some() {
@@ -426,13 +426,20 @@ pub(super) fn case(draw: &mut Draw<'_>, knobs: &Cases, tableau: crate::tableau::
         }
         slower(&mut case, fixed);
         // What is given cannot be slowed down.
-        if given.is_some() && attempt >= 8 {
+        if given.is_some() && attempt >= SLOWER_BEFORE_SHORTER {
             exponent += 1;
         }
     }
     // What was chosen may be as fast as it likes.
     fixed.any().then_some(case)
 }
+
+/// How often motion and forces are halved at most until a case is calm: 2⁻⁴⁰ of what was drawn hardly moves.
+const MAX_SLOWER: usize = 40;
+
+/// After so many halvings the step is halved as well: a part that is given cannot be slowed down, and 2⁻⁸ of what can be is
+/// still a motion.
+const SLOWER_BEFORE_SHORTER: usize = 8;
 
 /// Half the motion and half of every force coefficient, of what is not fixed.
 fn slower(case: &mut Case, fixed: &Fixed) {

@@ -17,6 +17,17 @@ use super::{Entries, TableauError};
 use crate::scalar::{Dd, Number, Qd, Real, Scalar};
 use nalgebra::{DMatrix, DVector};
 
+/// The most iterations of Newton's method on order conditions: with a Jacobian that is kept at the end, each gives some digits of
+/// the 64.
+const MAX_NEWTON: usize = 40;
+
+/// From this iteration on a residual has to fall to a fifth; before it the iteration may still be far from a solution.
+const SETTLING: usize = 6;
+const STALLED: f64 = 0.2;
+
+/// Coefficients of this size are no tableau.
+const LOST: f64 = 1e9;
+
 /// Tableaux with more rounded entries are not completed.
 pub const MOST_UNKNOWNS: usize = 160;
 
@@ -262,7 +273,7 @@ impl<'e> Problem<'e> {
     /// The solution that the iteration reaches from y.
     fn newton(&self, system: &System, mut y: Vec<Qd>) -> Option<Vec<Qd>> {
         let (mut solver, mut before) = (None, f64::INFINITY);
-        for step in 0..40 {
+        for step in 0..MAX_NEWTON {
             let values = self.values(&y);
             let found = system.defects(&self.coefficients::<Qd>(&values));
             let residual = DVector::from_iterator(found.len(), found.iter().map(|x| x.to_f64()));
@@ -271,7 +282,7 @@ impl<'e> Problem<'e> {
                 return Some(y);
             }
             // An inconsistent system ends where the residual is least, and not zero.
-            if !size.is_finite() || (step >= 6 && size > 0.2 * before) || largest(&y) > 1e9 {
+            if !size.is_finite() || (step >= SETTLING && size > STALLED * before) || largest(&y) > LOST {
                 return None;
             }
             before = size;

@@ -283,10 +283,13 @@ fn jacobi_zero<T: Real>(n: usize, alpha: i64, beta: i64, k: usize) -> Option<T> 
     newton(T::exact(angle.cos()), |x| jacobi(n, alpha, beta, x))
 }
 
+/// The most iterations of Newton's method: starts are good to a digit or two, and six reach 64 digits.
+const MAX_NEWTON: usize = 50;
+
 /// The zero that Newton's method finds from `x` with (value, derivative), to round-off.
 fn newton<T: Real>(mut x: T, at: impl Fn(T) -> (T, T)) -> Option<T> {
     let mut previous = T::one();
-    for _ in 0..50 {
+    for _ in 0..MAX_NEWTON {
         let (value, slope) = at(x);
         let step = value / slope;
         let size = step.abs();

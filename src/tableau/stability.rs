@@ -147,11 +147,15 @@ fn excess<Q: Quantity>(p: &[Q], q: &[Q]) -> Vec<Q> {
     squared(q).iter().zip(&squared(p)).map(|(q, p)| q.minus(p)).collect()
 }
 
+/// The most convergents of a continued fraction: their denominators grow at least as Fibonacci's numbers, of which the fortieth
+/// is 10⁸.
+const MAX_CONVERGENTS: usize = 40;
+
 /// The simplest fraction that the value is to round-off, if that is no coincidence.
 fn recognise<T: Real>(x: &Ball<T>, stages: usize) -> Option<RBig> {
     let noise = x.tolerance(operations(stages))?;
     let (mut rest, mut before, mut last) = (x.value, (0i64, 1i64), (1i64, 0i64));
-    for _ in 0..40 {
+    for _ in 0..MAX_CONVERGENTS {
         let floor = rest.floor();
         let whole = floor.to_f64();
         if whole.abs() > 1e15 {

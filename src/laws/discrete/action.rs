@@ -3,7 +3,7 @@
 use super::super::integrators::refused as step_refused;
 use super::super::planted::blend_scalar;
 use super::super::precision::{Measured, settle_main_small};
-use super::super::probe::Probe;
+use super::super::probe::{Probe, stream};
 use super::super::subjects::PlantedForced;
 use super::super::{CaseLaw, Source};
 use super::{
@@ -160,7 +160,7 @@ impl Check<'_> {
         &self,
         system: &System<T, N, D, R, L, F>,
     ) -> Result<Point<T, N, D>, Measured> {
-        let mut probe = Probe::new(self.case, 51);
+        let mut probe = Probe::new(self.case, stream::POINT_OFF_UNITS);
         let eta = system.lagrangian.velocity(&system.state.momentum, &Vector::zeros());
         let eta = eta.map_err(|_| Measured::Inconclusive("the Legendre transform could not be inverted".into()))?;
         let speed = eta.amax() * T::exact(0.125);
@@ -179,7 +179,7 @@ impl Check<'_> {
         let l_d = self.action(system, system.state.time);
         let x = point.triple;
         let mine = l_d.slopes(&x).map_err(refused)?;
-        let mut probe = Probe::new(self.case, 52);
+        let mut probe = Probe::new(self.case, stream::SLOPES);
         let relative = T::exact(2f64.powi(if T::unit_roundoff() < T::exact(1e-20) { -24 } else { -12 }));
         let largest = [mine.v_left, mine.v_right, mine.u_left, mine.u_right, mine.w_left, mine.w_right]
             .iter()
@@ -254,7 +254,7 @@ impl Check<'_> {
         system: &System<T, N, D, R, L, F>,
         count: usize,
     ) -> Result<Vec<(DoubledState<T, N, D>, DoubledState<T, N, D>, Triple<T, D>)>, Measured> {
-        let mut probe = Probe::new(self.case, 53);
+        let mut probe = Probe::new(self.case, stream::MOMENTA_OFF_UNITS);
         let state = &system.state;
         let scale = state.momentum.amax() * T::exact(0.125);
         let (lambda, mu) =

@@ -2,7 +2,7 @@
 //! polynomial is ½(L − L ∘ ι̌_d).
 
 use super::super::precision::{Measured, settle_main, settle_main_small};
-use super::super::probe::Probe;
+use super::super::probe::{Probe, stream};
 use super::super::{CaseLaw, Source};
 use super::{
     KEEPS_U, KEEPS_UNITS, NO_U, Planted, U_SIGN, UNITS_BOUND, UNITS_FAULTS, UNITS_ORACLE, UNITS_SOURCE, compare,
@@ -137,7 +137,7 @@ impl Check<'_> {
     where
         R: Retraction<T, N, D>,
     {
-        let mut probe = Probe::new(self.case, 54);
+        let mut probe = Probe::new(self.case, stream::ELEMENTS);
         let mut elements = [Matrix::<T, D>::identity(); 6];
         for element in &mut elements {
             *element = tau.tau(&(probe.vector::<T, N>() * T::exact(0.0625))).map_err(outside)?;
@@ -146,7 +146,7 @@ impl Check<'_> {
     }
 
     fn polynomial<T: Real, const D: usize>(&self) -> Polynomial<T, D> {
-        Polynomial::random(&mut Probe::new(self.case, 55))
+        Polynomial::random(&mut Probe::new(self.case, stream::DISCRETE_POLYNOMIAL))
     }
 
     fn variation<T: Real, const N: usize, const D: usize>(
@@ -155,7 +155,7 @@ impl Check<'_> {
         [g0, g1, g2, p0, p1, p2]: &[Matrix<T, D>; 6],
     ) -> Result<Measured, Measured> {
         let polynomial = self.polynomial::<T, D>();
-        let mut probe = Probe::new(self.case, 56);
+        let mut probe = Probe::new(self.case, stream::VARIATION);
         let (first, second) = (probe.vector::<T, N>(), probe.vector::<T, N>());
         let still = |g: &Matrix<T, D>| g.map(Dual::constant);
         let moved =

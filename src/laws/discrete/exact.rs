@@ -1,7 +1,7 @@
 //! The exact discrete Lagrangian is antisymmetric.
 
 use super::super::precision::{Measured, settle_main_small};
-use super::super::probe::Probe;
+use super::super::probe::{Probe, stream};
 use super::super::subjects::{COUPLING_SUM, FIRST_COPY_ONLY, PLUS, PlantedForced};
 use super::super::{CaseLaw, Source};
 use crate::algebra::{Vector, elimination};
@@ -76,7 +76,7 @@ impl Check<'_> {
         let (l, f, r) = (&system.lagrangian, &system.force, &system.retraction);
         let time = system.state.time;
         let outside = |source: VelocityError| ExactError::Equations { time: time.to_f64(), source };
-        let mut probe = Probe::new(self.case, 61);
+        let mut probe = Probe::new(self.case, stream::EXACT_SOLUTION);
         let eta = l.velocity(&system.state.momentum, &Vector::zeros()).map_err(|e| outside(e.into()))?;
         let psi = eta + probe.vector::<T, N>() * (eta.amax() * T::exact(0.125));
         let u = r.tau(&(probe.vector::<T, N>() * T::exact(1.0 / 16.0))).map_err(|e| outside(e.into()))?;

@@ -3,7 +3,7 @@
 use super::super::integrators::refused as step_refused;
 use super::super::planted::blend;
 use super::super::precision::{Measured, settle_main, settle_main_small};
-use super::super::probe::Probe;
+use super::super::probe::{Probe, stream};
 use super::super::{CaseLaw, Source};
 use super::{outside, refused};
 use crate::algebra::{Covector, Matrix, Vector, elimination, pair};
@@ -161,7 +161,7 @@ impl Check<'_> {
         system: &System<T, N, D, R, L, F>,
         group: &MatrixGroup<T, N, D>,
     ) -> Result<Measured, Measured> {
-        let mut probe = Probe::new(self.case, 57);
+        let mut probe = Probe::new(self.case, stream::VARIATION_ON_GROUP);
         let mut element = || system.retraction.tau(&(probe.vector::<T, N>() * T::exact(0.125))).map_err(outside);
         let (first, second) = (element()?, element()?);
         let zeta = probe.vector::<T, N>();
@@ -220,7 +220,7 @@ impl Check<'_> {
         system: &System<T, N, D, R, L, F>,
         group: &MatrixGroup<T, N, D>,
     ) -> Result<Measured, Measured> {
-        let mut probe = Probe::new(self.case, 58);
+        let mut probe = Probe::new(self.case, stream::POISSON_ON_GROUP);
         let w = system.retraction.tau(&(probe.vector::<T, N>() * T::exact(0.125))).map_err(outside)?;
         let l_d = Polynomial::random(&mut probe);
         let (mut before, mut after) = (Matrix::<T, N>::zeros(), Matrix::<T, N>::zeros());

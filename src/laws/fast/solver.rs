@@ -10,7 +10,7 @@ use crate::laws::CaseLaw;
 use crate::laws::method::library::{FAVOURED, SEES_ATTITUDE};
 use crate::laws::method::{Point, theory_of};
 use crate::laws::planted::blend_scalar;
-use crate::laws::probe::Probe;
+use crate::laws::probe::{Probe, stream};
 use crate::scalar::{Dd, Scalar};
 use crate::system::Case;
 use crate::tableau::{Description, Family};
@@ -86,7 +86,7 @@ fn off_group(attitude: &[f64]) -> f64 {
 }
 
 fn tolerance(case: &Case, fault: Option<&Fault>) -> Result<Verdict, StepError> {
-    let (body, mut probe) = (Body::of(case)?, Probe::new(case, 0));
+    let (body, mut probe) = (Body::of(case)?, Probe::new(case, stream::FAST));
     let tolerance = 10f64.powi(-probe.integer(3, 12));
     let steps = probe.integer(1, LONGEST);
     let back = probe.integer(0, 3) == 0;

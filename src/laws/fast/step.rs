@@ -16,7 +16,7 @@ use crate::laws::planted::step::{
 };
 use crate::laws::planted::tableau::COEFFICIENT;
 use crate::laws::precision::of_relative;
-use crate::laws::probe::Probe;
+use crate::laws::probe::{Probe, stream};
 use crate::scalar::{Number, Scalar};
 use crate::system::Case;
 use crate::system::case::{Inertia, Motion};
@@ -121,7 +121,7 @@ fn show(list: &[f64]) -> String {
 const STRETCHES: [f64; 4] = [1.0, 1.0, 2.0, 4.0];
 
 fn agreement(form: Form, case: &Case, fault: Option<&Fault>) -> Result<Verdict, StepError> {
-    let stretch = STRETCHES[Probe::new(case, 0).integer(0, 3) as usize];
+    let stretch = STRETCHES[Probe::new(case, stream::FAST).integer(0, 3) as usize];
     let (start, h) = (Body::of(case)?.start(), step_of(case)? * stretch);
     let found = conditions(case, &start, h, STEPS).and_then(|found| Ok((found, exact(case, &start, h, STEPS)?)));
     let (conditions, exact) = match found {

@@ -1,7 +1,7 @@
 //! The groupoid g*×G×g* of a described system, as a part: the group elements of its chains are those of the case.
 
 use super::super::instances::Material;
-use super::super::probe::Probe;
+use super::super::probe::{Probe, stream};
 use super::super::user::groupoid::{self, Chains, LieChains, UserGroupoid, UserLieGroupoid};
 use super::super::user::part::About;
 use super::{Erased, Supplier};
@@ -14,9 +14,6 @@ use crate::system::{Case, Cases};
 use nalgebra::{DMatrix, DVector};
 use proptest::strategy::Strategy;
 
-/// Tells the group elements apart from the numbers that other laws draw from the same case.
-const SALT: u64 = 82;
-
 /// g*×G×g*, with three elements of G.
 struct Poisson<T: Real>(Material<T>);
 
@@ -26,7 +23,9 @@ type Over<'a, T, S> = TrivialGroupoid<DenseSpace, &'a DenseGroup<T>, S>;
 impl<T: Real> Poisson<T> {
     /// That of a system; `None` where it has no group, or a group element is outside the domain of its retraction.
     fn of<const N: usize, const D: usize>(case: &Case, system: &General<T, N, D>) -> Option<Self> {
-        Material::draw(system.group.as_ref()?, &system.retraction, &mut Probe::new(case, SALT)).ok().map(Self)
+        Material::draw(system.group.as_ref()?, &system.retraction, &mut Probe::new(case, stream::GROUPOID_OF_SYSTEM))
+            .ok()
+            .map(Self)
     }
 
     fn over<S: Scalar<Base = T>>(&self) -> Over<'_, T, S> {

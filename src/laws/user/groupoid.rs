@@ -40,7 +40,7 @@ use super::super::groupoid::{self as axioms, BOUND, COMPOSABLE, Chain, ORACLE, R
 use super::super::instances::{Instance, Kind, Second};
 use super::super::planted::groupoid::Planted as PlantedLie;
 use super::super::precision::Measured;
-use super::super::probe::Probe;
+use super::super::probe::{Probe, stream};
 use super::group::misfit;
 use super::lagrangian::list;
 use super::part::{About, Missing, Pair, Precisions, Subject};
@@ -483,13 +483,13 @@ fn smooth<T: Real, Q: LieChains<T>>(
     let numbers = case.list::<T>("chain", groupoid.numbers()).map_err(misfit)?;
     let chain = groupoid.chain(&numbers);
     let chain = chain.ok_or(Measured::NotApplicable("these numbers give no chain".into()))?;
-    let probe = |stream: u64| Probe::new(case, stream);
+    let probe = |number: u64| Probe::new(case, number);
     match law.name {
         "lie-groupoid-coordinates" => return Ok(coordinates(&groupoid.at::<T>(), &chain, fault)),
-        "lie-groupoid-fibre" => return fibre(&groupoid.at::<Dual<T>>(), &chain, fault, &mut probe(71)),
+        "lie-groupoid-fibre" => return fibre(&groupoid.at::<Dual<T>>(), &chain, fault, &mut probe(stream::LIE_FIBRE)),
         "lie-groupoid-axioms" => {
             let instance = instance(groupoid, groupoid.at::<T>(), chain, fault);
-            return Ok(axioms::axioms(&instance, fault, &mut probe(72)));
+            return Ok(axioms::axioms(&instance, fault, &mut probe(stream::LIE_GROUPOID)));
         }
         _ => {}
     }
@@ -497,7 +497,7 @@ fn smooth<T: Real, Q: LieChains<T>>(
     let missing = || Measured::Broken(format!("there is no law `{}` of Lie groupoids", law.name));
     let question = question.ok_or_else(missing)?;
     let instance = instance(groupoid, groupoid.at::<Second<T>>(), chain, fault);
-    Ok(algebroid::judge(&instance, question, fault, &mut probe(72)))
+    Ok(algebroid::judge(&instance, question, fault, &mut probe(stream::LIE_GROUPOID)))
 }
 
 /// The groupoid over S with its chain, in coordinates, and a fault planted in it.
