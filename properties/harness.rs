@@ -5,11 +5,11 @@ mod lower;
 mod method;
 mod store;
 
-use euler_poincare::harness::convergence::{Estimate, Kind, Level, estimate, estimate_pairs, kinds};
+use euler_poincare::harness::convergence::{Estimate, Level, LevelKind, estimate, estimate_pairs, kinds};
 use euler_poincare::harness::ladder::{Cause, Sample, cause};
 use euler_poincare::harness::{
-    BoxedStrategy, Campaign, Cost, Count, Fault, Law, Progress, Report, Verdict, case_seed, catch_fault, draw, shrink,
-    verdict_on,
+    BoxedStrategy, Campaign, CampaignReport, Cost, Count, Fault, Law, Progress, Verdict, case_seed, catch_fault, draw,
+    shrink, verdict_on,
 };
 use proptest::prelude::*;
 use std::sync::atomic::{AtomicUsize, Ordering};
@@ -131,7 +131,7 @@ fn labels(case: &i64) -> Vec<(&'static str, String)> {
     vec![("sign", if *case < 0 { "negative" } else { "other" }.into())]
 }
 
-fn run(seed: u64, cases: usize, threads: usize) -> Report<i64> {
+fn run(seed: u64, cases: usize, threads: usize) -> CampaignReport<i64> {
     let laws: [&dyn Law<i64>; 7] = [&HOLDS, &BREAKS, &PANICS, &UNDECIDED, &FILTERED, &NO_CASES, &BAD_GENERATOR];
     let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().unwrap();
     pool.install(|| Campaign::new(seed, cases).labels(&labels).run(&laws))
@@ -210,7 +210,7 @@ fn rejections_are_counted() {
 }
 
 /// Everything but the seconds.
-fn fingerprint(report: &Report<i64>) -> String {
+fn fingerprint(report: &CampaignReport<i64>) -> String {
     let laws = report.laws.iter().map(|law| {
         let law = euler_poincare::harness::Summary { seconds: 0.0, ..law.clone() };
         format!("{law:?}\n")
@@ -226,7 +226,8 @@ fn the_report_is_a_function_of_the_seed() {
     assert_ne!(fingerprint(&one), fingerprint(&run(6, 500, 2)));
     // The first 200 cases of a longer campaign are those of a shorter one.
     let short = run(5, 200, 2);
-    let broken = |report: &Report<i64>| report.laws[1].broken.iter().filter(|i| **i < 200).copied().collect::<Vec<_>>();
+    let broken =
+        |report: &CampaignReport<i64>| report.laws[1].broken.iter().filter(|i| **i < 200).copied().collect::<Vec<_>>();
     assert_eq!(broken(&one), broken(&short));
 }
 
@@ -589,7 +590,7 @@ fn every_level_is_accounted_for() {
     let read = estimate(&levels);
     assert!(read.judge(3).holds(), "{read:?}");
     let found = kinds(&levels, &read);
-    let sequence = [Kind::PreAsymptotic, Kind::Asymptotic, Kind::Noise];
+    let sequence = [LevelKind::PreAsymptotic, LevelKind::Asymptotic, LevelKind::Noise];
     let counts = sequence.map(|kind| found.iter().filter(|k| **k == kind).count());
     assert!(counts[0] >= 2 && counts[1] >= 4 && counts[2] >= 3, "{found:?}");
     let mut sorted = found.clone();
@@ -602,7 +603,7 @@ fn every_level_is_accounted_for() {
     assert_eq!(found, reversed);
     // Without an estimate nothing is on a line.
     let none = Estimate::Inconclusive { why: "none".into(), slopes: Vec::new() };
-    assert!(kinds(&levels, &none).iter().all(|kind| *kind != Kind::Asymptotic));
+    assert!(kinds(&levels, &none).iter().all(|kind| *kind != LevelKind::Asymptotic));
 }
 
 #[test]

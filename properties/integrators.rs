@@ -358,7 +358,7 @@ impl Equations<f64> for Straight {
 /// As long as an iteration gains Newton's method goes on to its tolerance; the floor is for rounding alone.
 #[test]
 fn a_residual_that_falls_is_not_left_at_the_floor() {
-    let settings = newton::Settings { tolerance: 1e-15, floor: 0.1, max_iterations: 20 };
+    let settings = newton::NewtonSettings { tolerance: 1e-15, floor: 0.1, max_iterations: 20 };
     let mut x = [0.5];
     let outcome = Newton::new(1).solve(&mut Straight::default(), &[0.0], &mut x, &settings).unwrap();
     assert!(outcome.residual <= 1e-15 && (x[0] - 1.0).abs() <= 1e-15, "{outcome:?} {x:?}");

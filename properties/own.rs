@@ -7,7 +7,7 @@ use self::types::{Bianchi, Midpoint, Split, SplitMap, Stiff, Wind};
 use euler_poincare::algebra::{Matrix, Vector};
 use euler_poincare::laws;
 use euler_poincare::laws::method::Claims;
-use euler_poincare::laws::user::{FromMap, Outcome, Settings, Suite};
+use euler_poincare::laws::user::{FromMap, Outcome, Suite, SuiteSettings};
 use euler_poincare::retraction::{Retraction, RetractionError, TangentPoint};
 use euler_poincare::suite;
 use std::path::{Path, PathBuf};
@@ -57,8 +57,8 @@ fn folder(name: &str) -> PathBuf {
 /// The law is broken; the report says what a person needs, the case is saved, and replayed first.
 fn found(suite: &Suite, law: &str) {
     let folder = folder(law);
-    let settings = Settings { regressions: Some(folder.clone()), ..Settings::new() };
-    let broken = |settings: &Settings| match suite.run(law, settings) {
+    let settings = SuiteSettings { regressions: Some(folder.clone()), ..SuiteSettings::new() };
+    let broken = |settings: &SuiteSettings| match suite.run(law, settings) {
         Outcome::Broken(broken) => *broken,
         other => panic!("{law} does not see the mistake: {other:?}"),
     };
@@ -72,10 +72,10 @@ fn found(suite: &Suite, law: &str) {
     assert!((1..12).contains(&first.case.lines().count()), "{}", first.case);
     let files: Vec<_> = std::fs::read_dir(&folder).unwrap().map(|file| file.unwrap().path()).collect();
     assert_eq!(files.len(), 1, "{files:?}");
-    let again = broken(&Settings { cases: 0, ..settings.clone() });
+    let again = broken(&SuiteSettings { cases: 0, ..settings.clone() });
     assert!(again.origin.starts_with("as saved in"), "{}", again.origin);
     assert_eq!((again.verdict, again.case), (first.verdict.clone(), first.case.clone()));
-    let alone = Settings { replay: Some(files[0].clone()), regressions: None, ..settings };
+    let alone = SuiteSettings { replay: Some(files[0].clone()), regressions: None, ..settings };
     assert_eq!(broken(&alone).verdict, first.verdict);
     for other in suite.names().into_iter().filter(|name| *name != law) {
         assert!(matches!(suite.run(other, &alone), Outcome::Skipped), "{other}");
@@ -105,7 +105,7 @@ fn a_force_that_loses_its_derivative_is_found() {
 #[test]
 fn a_force_at_the_wrong_time_is_found() {
     // An order has levels, in 32 digits alone.
-    let outcome = wrong::suite().run("method-order", &Settings::new());
+    let outcome = wrong::suite().run("method-order", &SuiteSettings::new());
     let Outcome::Broken(broken) = outcome else { panic!("{outcome:?}") };
     let report = broken.to_string();
     assert!(report.contains("method-order") && report.contains("32 digits"), "{report}");
@@ -155,7 +155,7 @@ fn what_is_no_case_of_a_law_is_refused() {
     std::fs::create_dir_all(&folder).unwrap();
     let file = folder.join("group-inverse-00000000.json");
     std::fs::write(&file, "{\"law\": \"group-inverse\"}").unwrap();
-    let settings = Settings { regressions: Some(folder), ..Settings::new() };
+    let settings = SuiteSettings { regressions: Some(folder), ..SuiteSettings::new() };
     let Outcome::Broken(broken) = bianchi::suite().run("group-inverse", &settings) else { panic!() };
     assert!(broken.to_string().contains("is no case of this law: missing field"), "{broken}");
     let Outcome::Undecided { why } = bianchi::suite().run("group-law", &settings) else { panic!() };

@@ -1,7 +1,7 @@
 //! Properties of `euler_poincare::laws::user`, laws on single parts: they hold on the library's parts, see every fault that
 //! can be planted, and name mistakes made by hand in types like those of a user.
 
-use euler_poincare::harness::{Law, Report, catch_fault, verdict_on};
+use euler_poincare::harness::{CampaignReport, Law, catch_fault, verdict_on};
 use euler_poincare::laws::user::part::{self, Subject};
 use euler_poincare::laws::user::values::Values;
 use std::collections::BTreeSet;
@@ -17,7 +17,7 @@ mod values;
 const SEED: u64 = 20261122;
 
 /// Every law on a part holds or does not apply, and is decided in four cases of five where it applies.
-fn clean<S: Subject>(name: &str, subject: S, cases: usize) -> Report<Values> {
+fn clean<S: Subject>(name: &str, subject: S, cases: usize) -> CampaignReport<Values> {
     let report = part::run(subject, SEED, cases);
     for law in &report.laws {
         if let Some(failure) = law.failures.first() {
@@ -31,7 +31,7 @@ fn clean<S: Subject>(name: &str, subject: S, cases: usize) -> Report<Values> {
 }
 
 /// The laws that apply to none of a part's cases.
-fn switched_off(report: &Report<Values>) -> Vec<&'static str> {
+fn switched_off(report: &CampaignReport<Values>) -> Vec<&'static str> {
     report.laws.iter().filter(|law| law.held == 0).map(|law| law.law).collect()
 }
 

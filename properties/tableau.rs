@@ -8,7 +8,7 @@ mod known;
 mod trees;
 
 use euler_poincare::scalar::{Dd, Number, Qd, Real, Scalar};
-use euler_poincare::tableau::random::{self, Kind};
+use euler_poincare::tableau::random::{self, TableauKind};
 use euler_poincare::tableau::trees::{Catalogue, Tree};
 use euler_poincare::tableau::{
     Classic, Description, Entries, Family, Tableau, TableauError, classical_order, order, variational_order,
@@ -567,7 +567,7 @@ proptest! {
 
 // Random tableaux.
 
-fn draw(kind: Kind, count: usize) -> Vec<Description> {
+fn draw(kind: TableauKind, count: usize) -> Vec<Description> {
     let mut runner = TestRunner::deterministic();
     let strategy = random::of_kind(kind);
     (0..count).map(|_| strategy.new_tree(&mut runner).unwrap().current()).collect()
@@ -575,7 +575,7 @@ fn draw(kind: Kind, count: usize) -> Vec<Description> {
 
 #[test]
 fn random_tableaux_are_what_their_kind_says() {
-    for kind in Kind::ALL {
+    for kind in TableauKind::ALL {
         let mut negative = 0;
         let mut stages = HashMap::new();
         for description in draw(kind, 500) {
@@ -583,23 +583,26 @@ fn random_tableaux_are_what_their_kind_says() {
             let p = classical_order(&t, 3).order;
             *stages.entry(t.stages()).or_insert(0) += 1;
             negative += usize::from(t.b().min() < 0.0);
-            assert!((p >= 1) && (kind != Kind::OrderTwo || p >= 2), "{description}: order {p}");
-            if kind == Kind::Collocation {
+            assert!((p >= 1) && (kind != TableauKind::OrderTwo || p >= 2), "{description}: order {p}");
+            if kind == TableauKind::Collocation {
                 assert!(classical_order(&t, 3).order >= t.stages(), "{description}");
             }
-            if kind != Kind::Named {
+            if kind != TableauKind::Named {
                 let least = t.b().iter().fold(f64::MAX, |m, b| m.min(b.abs()));
                 assert!(least > 0.166 && t.b().amax() <= 2.5 && t.a().amax() <= 2.5, "{description}");
                 let (allowed, name): (&[&str], _) = match kind {
-                    Kind::Explicit => (&["explicit"], description.kind()),
-                    Kind::DiagonallyImplicit => (&["explicit", "diagonally-implicit"], description.kind()),
+                    TableauKind::Explicit => (&["explicit"], description.kind()),
+                    TableauKind::DiagonallyImplicit => (&["explicit", "diagonally-implicit"], description.kind()),
                     _ => (&["explicit", "diagonally-implicit", "fully-implicit"], description.kind()),
                 };
                 assert!(allowed.contains(&name), "{description}: {name}");
             }
         }
         assert!(stages.len() >= 2 && stages.values().all(|&n| n >= 10), "{kind:?}: {stages:?}");
-        if matches!(kind, Kind::Full | Kind::Explicit | Kind::DiagonallyImplicit | Kind::OrderTwo) {
+        if matches!(
+            kind,
+            TableauKind::Full | TableauKind::Explicit | TableauKind::DiagonallyImplicit | TableauKind::OrderTwo
+        ) {
             assert!((100..400).contains(&negative), "{kind:?}: {negative} of 500 with a negative weight");
         }
     }

@@ -28,7 +28,7 @@ pub trait Equations<T: Real> {
 
 /// When Newton's method stops.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Settings<T> {
+pub struct NewtonSettings<T> {
     /// The largest relative residual that counts as solved.
     pub tolerance: T,
     /// A stagnating relative residual below this counts as solved too: it is rounding.
@@ -74,7 +74,7 @@ struct Determinant<T> {
 /// The workspace of Newton's method for systems of a given size.
 ///
 /// ```
-/// use euler_poincare::newton::{Equations, Failure, Newton, Outcome, Settings};
+/// use euler_poincare::newton::{Equations, Failure, Newton, Outcome, NewtonSettings};
 /// use nalgebra::DMatrix;
 /// use std::convert::Infallible;
 ///
@@ -106,7 +106,7 @@ struct Determinant<T> {
 ///     }
 /// }
 ///
-/// let settings = Settings { tolerance: 1e-14, floor: 1e-15, max_iterations: 50 };
+/// let settings = NewtonSettings { tolerance: 1e-14, floor: 1e-15, max_iterations: 50 };
 /// let mut newton = Newton::new(1);
 /// let mut x = [1.0];
 /// let found: Outcome<f64> = newton.solve(&mut Root { a: 1.0, s: 1.0 }, &[1.0], &mut x, &settings).expect("a root");
@@ -158,7 +158,7 @@ impl<T: Real> Newton<T> {
         equations: &mut dyn Equations<T, Error = E>,
         origin: &[T],
         x: &mut [T],
-        settings: &Settings<T>,
+        settings: &NewtonSettings<T>,
     ) -> Result<Outcome<T>, Failure<T, E>> {
         let start = self.determinant_at_zero(equations, origin)?;
         equations.set_fraction(T::one());
@@ -177,7 +177,7 @@ impl<T: Real> Newton<T> {
         &mut self,
         equations: &mut dyn Equations<T, Error = E>,
         x: &mut [T],
-        settings: &Settings<T>,
+        settings: &NewtonSettings<T>,
     ) -> Result<Outcome<T>, Failure<T, E>> {
         let start = self.determinant_at_zero(equations, x)?;
         let smallest = T::exact(2f64.powi(-20));
@@ -274,7 +274,7 @@ impl<T: Real> Newton<T> {
         &mut self,
         equations: &mut dyn Equations<T, Error = E>,
         x: &mut [T],
-        settings: &Settings<T>,
+        settings: &NewtonSettings<T>,
     ) -> Result<Corrected<T>, Failure<T, E>> {
         let mut determinant = None;
         let mut last_correction = None;

@@ -2,7 +2,7 @@
 
 use euler_poincare::harness::{Verdict, draw};
 use euler_poincare::integrators::{Classical, StepError, Variational};
-use euler_poincare::laws::method::{Claims, LAWS, MethodLaw, Point, Stepper, Subject, Untyped, check_case, named};
+use euler_poincare::laws::method::{Claims, LAWS, MethodLaw, MethodSource, Point, Stepper, Untyped, check_case, named};
 use euler_poincare::mechanics::{Force, Lagrangian, equations::EulerPoincare};
 use euler_poincare::retraction::Retraction;
 use euler_poincare::study::problem;
@@ -61,7 +61,7 @@ impl Stepper<f64> for Diverging<'_> {
     }
 }
 
-impl Subject for Method {
+impl MethodSource for Method {
     fn double<'a>(&'a self, case: &Case) -> Result<Box<dyn Stepper<f64> + 'a>, StepError> {
         let built = case.dispatch_main::<f64, _>(Build(self));
         let built = built.map_err(|error| StepError::Unsupported { why: error.to_string() })?;
@@ -172,7 +172,7 @@ fn the_slope_laws_draw_what_shows_an_error() {
 /// The method on a system with its forces changed: what a program makes that reads them wrongly.
 struct Misread(fn(&mut Case), Method);
 
-impl Subject for Misread {
+impl MethodSource for Misread {
     fn double<'a>(&'a self, case: &Case) -> Result<Box<dyn Stepper<f64> + 'a>, StepError> {
         let mut misread = case.clone();
         self.0(&mut misread);

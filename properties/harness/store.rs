@@ -3,7 +3,7 @@
 use super::{BREAKS, FILTERED, HOLDS, NO_CASES, PANICS, UNDECIDED, fingerprint, labels};
 use euler_poincare::harness::store::{Manifest, Store, StoreError, Writer, merge};
 use euler_poincare::harness::{
-    Campaign, Cost, Done, Ending, Halt, Law, Record, Recorded, Report, Shard, Sink, Verdict,
+    Campaign, CampaignReport, Cost, Done, Ending, Halt, Law, Record, Recorded, Shard, Sink, Verdict,
 };
 use proptest::prelude::*;
 use std::fs;
@@ -27,7 +27,7 @@ fn manifest(seed: u64, cases: Option<usize>, shard: Shard) -> Manifest {
 }
 
 /// Goes on with the campaign, for at most so many cases.
-fn go_on(path: &Path, manifest: &Manifest, threads: usize, most: usize) -> Result<Report<i64>, StoreError> {
+fn go_on(path: &Path, manifest: &Manifest, threads: usize, most: usize) -> Result<CampaignReport<i64>, StoreError> {
     let store = Store::resume(path, manifest.clone())?;
     let recorded = store.recorded(&LAWS)?;
     let begun = AtomicUsize::new(0);
@@ -51,7 +51,7 @@ fn results(path: &Path) -> String {
 }
 
 /// The file that the report of a campaign in memory would have, record by record.
-fn serial(seed: u64, cases: usize, threads: usize) -> (PathBuf, Report<i64>) {
+fn serial(seed: u64, cases: usize, threads: usize) -> (PathBuf, CampaignReport<i64>) {
     let path = fresh("serial");
     let report = go_on(&path, &manifest(seed, Some(cases), Shard::WHOLE), threads, usize::MAX).unwrap();
     assert_eq!(report.ending, Ending::Complete);

@@ -2,7 +2,7 @@
 
 use super::{entries, number};
 use euler_poincare::scalar::{Dd, Number, Scalar};
-use euler_poincare::tableau::assumptions::Kind;
+use euler_poincare::tableau::assumptions::AssumptionKind;
 use euler_poincare::tableau::quantity::{Ball, Quantity};
 use euler_poincare::tableau::random;
 use euler_poincare::tableau::stability::Stability;
@@ -493,16 +493,16 @@ fn ralstons_method_is_explained() {
 /// C(k) and D(k) with 2k + 1 the next odd order: what Gauss and Radau lack is B, one of Lobatto's A and B lacks what the other has.
 #[test]
 fn what_is_missing_for_the_next_odd_order_is_listed_and_no_more() {
-    let missing = |name: &str| -> Vec<(Kind, usize)> {
+    let missing = |name: &str| -> Vec<(AssumptionKind, usize)> {
         named(name, 8).exactly.missing().iter().map(|failure| (failure.kind, failure.k)).collect()
     };
     for name in ["gauss-1", "gauss-2", "gauss-3", "radau-ia-2", "radau-iia-1", "radau-iia-2", "lobatto-iiic-3"] {
         assert_eq!(missing(name), [], "{name}");
     }
-    assert_eq!(missing("lobatto-iiia-3"), [(Kind::D, 2)]);
-    assert_eq!(missing("lobatto-iiib-3"), [(Kind::C, 2)]);
+    assert_eq!(missing("lobatto-iiia-3"), [(AssumptionKind::D, 2)]);
+    assert_eq!(missing("lobatto-iiib-3"), [(AssumptionKind::C, 2)]);
     for name in ["ralston3", "alexander3"] {
-        assert_eq!(missing(name), [(Kind::D, 1)], "{name}");
+        assert_eq!(missing(name), [(AssumptionKind::D, 1)], "{name}");
     }
 }
 

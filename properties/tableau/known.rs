@@ -6,7 +6,7 @@ use euler_poincare::tableau::known::{
     self, Class, KnownOrder, LARGEST_COLLOCATION_DENOMINATOR, LARGEST_DENOMINATOR, LEAST_COLLOCATION_WEIGHT,
     LEAST_WEIGHT, MAX_COLLOCATION, Means, Orders, Shape, VISIBLE, VISIBLE_RELATIVE,
 };
-use euler_poincare::tableau::random::{self, Kind};
+use euler_poincare::tableau::random::{self, TableauKind};
 use euler_poincare::tableau::trees::{Catalogue, Tree};
 use euler_poincare::tableau::{Description, Entries, classical_order, variational_order};
 use proptest::strategy::{BoxedStrategy, Strategy, ValueTree};
@@ -272,7 +272,7 @@ fn a_seed_decides() {
 #[test]
 fn a_seed_draws_what_it_drew() {
     let mut text = String::new();
-    for kind in Kind::ALL {
+    for kind in TableauKind::ALL {
         let (strategy, mut runner) = (random::of_kind(kind), TestRunner::deterministic());
         for _ in 0..4 {
             writeln!(text, "{kind:?}: {}", strategy.new_tree(&mut runner).unwrap().current()).unwrap();

@@ -10,7 +10,7 @@ use super::table::{Column, Table, entries, paragraph};
 use super::{Failure, Format, complain, print};
 use euler_poincare::algebra::Entry;
 use euler_poincare::external::{
-    Broken, ClaimReport, Conclusion, Drawn, External, LawReport, Limits, Probe, Record, Report, Shrinking, examine,
+    Broken, ClaimReport, Conclusion, Drawn, External, LawReport, Limits, Probe, ProbeReport, Record, Shrinking, examine,
 };
 use euler_poincare::harness::{Cost, Verdict};
 use euler_poincare::laws::method::{Claims, LAWS, MethodLaw, named};
@@ -274,7 +274,7 @@ The stepper is asked for steps of random systems. The laws measure how its error
 how it treats symmetries. A law is broken where a defect exceeds its bound: rounding, in units of u = 1.1e-16, or a difference of \
 slopes of log error against log step.";
 
-fn text(report: &Report, saved: &[Saved]) -> String {
+fn text(report: &ProbeReport, saved: &[Saved]) -> String {
     let mut table = Table::new(&COLUMNS);
     for law in &report.laws {
         table.row(row(law));
@@ -333,7 +333,7 @@ fn confirmed(claim: &ClaimReport) -> String {
 }
 
 /// The first and the last line.
-fn verdict(report: &Report) -> String {
+fn verdict(report: &ProbeReport) -> String {
     let broken: Vec<_> = report.laws.iter().filter(|law| !law.broken.is_empty()).map(|law| law.law.name).collect();
     let broken = if broken.is_empty() { "NOTHING BROKEN".into() } else { format!("BROKEN ({})", some(&broken)) };
     let outcome = match report.conclusion() {
@@ -351,7 +351,7 @@ fn count(laws: usize) -> String {
     if laws == 1 { "1 law".into() } else { format!("{laws} laws") }
 }
 
-fn asked(report: &Report) -> usize {
+fn asked(report: &ProbeReport) -> usize {
     report.laws.iter().map(|law| law.cases).sum()
 }
 

@@ -1,7 +1,7 @@
 //! How many cases of each law are checked in a second, on a thread: a figure that is kept, so that a regression shows.
 
 use super::Failure;
-use euler_poincare::harness::{Line, Report, Summary};
+use euler_poincare::harness::{CampaignReport, Line, Summary};
 use euler_poincare::system::Case;
 use std::collections::BTreeMap;
 use std::io;
@@ -27,7 +27,7 @@ pub fn text(rate: f64) -> String {
 }
 
 /// Writes the rates of a campaign; a line for each law that is slower than `path` said before.
-pub fn keep(path: &Path, report: &Report<Case>) -> Result<String, Failure> {
+pub fn keep(path: &Path, report: &CampaignReport<Case>) -> Result<String, Failure> {
     let before = read(path).map_err(|error| Failure::file(path, error))?;
     let lines: Vec<Line> = report.laws.iter().map(Summary::line).collect();
     write(path, &lines).map_err(|error| Failure::file(path, error))?;

@@ -4,8 +4,8 @@ use super::failure::Replays;
 use super::interrupt::Interrupt;
 use super::rates;
 use super::table::{Column, Table, entries, paragraph, seconds};
-use super::verify::Subject;
-use euler_poincare::harness::{Ending, Line, Report, Summary};
+use super::verify::PlantedLaw;
+use euler_poincare::harness::{CampaignReport, Ending, Line, Summary};
 use euler_poincare::laws::replay::REGRESSIONS;
 use euler_poincare::system::Case;
 use std::collections::BTreeMap;
@@ -37,7 +37,7 @@ for identities, and a difference of slopes for orders of convergence.
 
 /// A report, with how it was run.
 pub struct Campaign<'a> {
-    pub report: &'a Report<Case>,
+    pub report: &'a CampaignReport<Case>,
     pub threads: usize,
     pub seconds: f64,
     /// The saved cases that were replayed before.
@@ -180,7 +180,7 @@ fn admitted(law: &Summary<Case>) -> usize {
     law.cases - law.not_applicable.values().sum::<usize>()
 }
 
-fn total(report: &Report<Case>) -> Line {
+fn total(report: &CampaignReport<Case>) -> Line {
     let lines = report.laws.iter().map(Summary::line);
     let zero = Line {
         law: "all",
@@ -204,7 +204,7 @@ fn total(report: &Report<Case>) -> Line {
     })
 }
 
-fn laws(report: &Report<Case>) -> String {
+fn laws(report: &CampaignReport<Case>) -> String {
     let mut table = Table::new(&COLUMNS);
     for law in &report.laws {
         table.row(row(&law.line(), law.worst.map(|worst| worst.ratio())));
@@ -233,7 +233,7 @@ fn row(line: &Line, ratio: Option<f64>) -> Vec<String> {
 }
 
 /// One line per category, the labels by frequency.
-fn coverage(report: &Report<Case>, judged: usize) -> String {
+fn coverage(report: &CampaignReport<Case>, judged: usize) -> String {
     let mut categories = BTreeMap::<&str, Vec<(&str, usize)>>::new();
     for ((category, label), count) in report.total_coverage() {
         categories.entry(category).or_default().push((label, count.applicable));
@@ -253,7 +253,7 @@ fn coverage(report: &Report<Case>, judged: usize) -> String {
 fn reasons(
     f: &mut fmt::Formatter<'_>,
     title: &str,
-    report: &Report<Case>,
+    report: &CampaignReport<Case>,
     of: impl Fn(&Summary<Case>) -> &BTreeMap<String, usize>,
 ) -> fmt::Result {
     let mut rows = Vec::new();
@@ -264,7 +264,7 @@ fn reasons(
 }
 
 /// The heading for a broken law.
-pub fn broken(subject: &Subject, summary: &Summary<Case>) -> String {
+pub fn broken(subject: &PlantedLaw, summary: &Summary<Case>) -> String {
     let mut indices: Vec<String> = summary.broken.iter().take(10).map(ToString::to_string).collect();
     if summary.broken.len() > 10 {
         indices.push("…".into());

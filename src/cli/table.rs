@@ -46,7 +46,7 @@ pub fn prose_width() -> usize {
 }
 
 #[derive(Clone, Copy, PartialEq, Eq)]
-enum Kind {
+enum ColumnKind {
     /// On the left, in one piece.
     Name,
     /// On the right, in one piece.
@@ -59,24 +59,24 @@ enum Kind {
 #[derive(Clone)]
 pub struct Column {
     title: Cow<'static, str>,
-    kind: Kind,
+    kind: ColumnKind,
     rank: u8,
 }
 
 impl Column {
     /// Names, in one piece.
     pub const fn name(title: &'static str) -> Self {
-        Self { title: Cow::Borrowed(title), kind: Kind::Name, rank: 0 }
+        Self { title: Cow::Borrowed(title), kind: ColumnKind::Name, rank: 0 }
     }
 
     /// Numbers, in one piece, aligned to the right.
     pub const fn number(title: &'static str) -> Self {
-        Self { title: Cow::Borrowed(title), kind: Kind::Number, rank: 0 }
+        Self { title: Cow::Borrowed(title), kind: ColumnKind::Number, rank: 0 }
     }
 
     /// Text, wrapped at spaces.
     pub const fn text(title: &'static str) -> Self {
-        Self { title: Cow::Borrowed(title), kind: Kind::Text, rank: 0 }
+        Self { title: Cow::Borrowed(title), kind: ColumnKind::Text, rank: 0 }
     }
 
     /// The same column with another title.
@@ -123,13 +123,13 @@ impl Table {
         for row in &self.rows {
             table.add_row(shown.iter().zip(&widths).map(|(&k, &width)| {
                 let cell = row.get(k).map_or("", String::as_str);
-                if self.columns[k].kind == Kind::Text { wrapped(cell, width).join("\n") } else { cell.to_owned() }
+                if self.columns[k].kind == ColumnKind::Text { wrapped(cell, width).join("\n") } else { cell.to_owned() }
             }));
         }
         for (at, column) in table.column_iter_mut().enumerate() {
             // The style puts one more space between two columns.
             column.set_padding((0, if at + 1 < shown.len() { GAP as u16 - 1 } else { 0 }));
-            if self.columns[shown[at]].kind == Kind::Number {
+            if self.columns[shown[at]].kind == ColumnKind::Number {
                 column.set_cell_alignment(CellAlignment::Right);
             }
         }
@@ -179,7 +179,7 @@ impl Table {
     /// The least width of column `k`.
     fn least(&self, k: usize) -> usize {
         let natural = self.natural(k);
-        if self.columns[k].kind != Kind::Text {
+        if self.columns[k].kind != ColumnKind::Text {
             return natural;
         }
         let words = self.cells(k).flat_map(|cell| cell.split(' ')).map(UnicodeWidthStr::width);

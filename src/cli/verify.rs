@@ -6,7 +6,7 @@ use super::progress::Bar;
 use super::{Failure, Format, complain, failure, faults, print, program, rates, schema, summary};
 use euler_poincare::harness::store::{Manifest, Store, StoreError};
 use euler_poincare::harness::{
-    BoxedStrategy, Campaign, Cost, Done, Ending, Fault, Halt, Law, Recorded, Report, Shard, Summary, Verdict,
+    BoxedStrategy, Campaign, CampaignReport, Cost, Done, Ending, Fault, Halt, Law, Recorded, Shard, Summary, Verdict,
 };
 use euler_poincare::laws::CaseLaw;
 use euler_poincare::laws::replay::{REGRESSIONS, file_name, save};
@@ -134,7 +134,7 @@ pub fn run(arguments: Arguments) -> Result<ExitCode, Failure> {
 
 /// What is to be run, and when it ends.
 struct Plan<'a> {
-    subjects: &'a [Subject],
+    subjects: &'a [PlantedLaw],
     cases: Option<usize>,
     limit: Option<Duration>,
     interrupt: Interrupt,
@@ -167,7 +167,7 @@ impl Plan<'_> {
         })
     }
 
-    fn run(&self, store: Option<&Store>) -> Result<Report<Case>, Failure> {
+    fn run(&self, store: Option<&Store>) -> Result<CampaignReport<Case>, Failure> {
         let (laws, seed) = (self.laws(), self.arguments.seed);
         let recorded = match store {
             Some(store) => store.recorded(&laws)?,
@@ -204,7 +204,7 @@ impl Plan<'_> {
     }
 
     fn bar(&self, recorded: &Recorded<Case>) -> Bar {
-        let group = |(subject, done): (&Subject, &Done)| {
+        let group = |(subject, done): (&PlantedLaw, &Done)| {
             let cost = subject.law.cost;
             let left = self.cases.map(|cases| self.shard().size(cost.cases(cases)).saturating_sub(done.len()));
             (subject.law.name, left, weight(cost))
@@ -214,7 +214,7 @@ impl Plan<'_> {
     }
 
     /// How the run ended, where that is not plain, and where its records are.
-    fn end(&self, report: &Report<Case>, store: Option<&Store>) -> String {
+    fn end(&self, report: &CampaignReport<Case>, store: Option<&Store>) -> String {
         let planned = |cases| self.subjects.iter().map(|s| self.shard().size(s.law.cost.cases(cases))).sum::<usize>();
         let checked: usize = report.laws.iter().map(|law| law.cases).sum();
         let of = self.cases.map(|cases| format!(" of {}", planned(cases))).unwrap_or_default();
@@ -239,12 +239,12 @@ impl Plan<'_> {
 }
 
 /// A law with a fault planted in its subject, or with none.
-pub struct Subject {
+pub struct PlantedLaw {
     pub law: &'static CaseLaw,
     pub fault: Option<&'static Fault>,
 }
 
-impl Law<Case> for Subject {
+impl Law<Case> for PlantedLaw {
     fn name(&self) -> &'static str {
         self.law.name
     }
@@ -283,12 +283,12 @@ impl Law<Case> for Subject {
 }
 
 /// The laws, or those that know the fault called `plant`, with it.
-fn subjects(laws: Vec<&'static CaseLaw>, plant: Option<&str>) -> Result<Vec<Subject>, Failure> {
-    let Some(name) = plant else { return Ok(laws.into_iter().map(|law| Subject { law, fault: None }).collect()) };
+fn subjects(laws: Vec<&'static CaseLaw>, plant: Option<&str>) -> Result<Vec<PlantedLaw>, Failure> {
+    let Some(name) = plant else { return Ok(laws.into_iter().map(|law| PlantedLaw { law, fault: None }).collect()) };
     let known: BTreeSet<_> = laws.iter().flat_map(|law| law.faults.iter().map(|fault| fault.name)).collect();
     let fault = |law: &CaseLaw| law.faults.iter().find(|fault| fault.name == name);
-    let subjects: Vec<Subject> =
-        laws.into_iter().filter_map(|law| Some(Subject { law, fault: Some(fault(law)?) })).collect();
+    let subjects: Vec<PlantedLaw> =
+        laws.into_iter().filter_map(|law| Some(PlantedLaw { law, fault: Some(fault(law)?) })).collect();
     if subjects.is_empty() {
         let known = known.into_iter().collect::<Vec<_>>().join(", ");
         return Err(Failure::Usage(format!("no selected law knows the fault \"{name}\"; the faults are: {known}")));
@@ -306,7 +306,7 @@ pub fn weight(cost: Cost) -> u64 {
     }
 }
 
-fn json(report: &Report<Case>) -> Result<String, Failure> {
+fn json(report: &CampaignReport<Case>) -> Result<String, Failure> {
     let object =
         |law: &Summary<Case>| Ok(format!("{}\n", schema::object("verify/1", serde_json::to_value(law.line())?)));
     let lines: Result<String, serde_json::Error> = report.laws.iter().map(object).collect();
@@ -324,7 +324,7 @@ enum Place {
 }
 
 /// Saves the shrunk cases; a text for each broken law that tells what and where.
-fn saved(subjects: &[Subject], report: &Report<Case>, place: &Place) -> Result<Vec<String>, Failure> {
+fn saved(subjects: &[PlantedLaw], report: &CampaignReport<Case>, place: &Place) -> Result<Vec<String>, Failure> {
     if let Place::Store(directory) = place {
         remove_failures(subjects, directory).map_err(|error| Failure::file(directory, error))?;
     }
@@ -333,7 +333,7 @@ fn saved(subjects: &[Subject], report: &Report<Case>, place: &Place) -> Result<V
 }
 
 /// Removes what an earlier part of the campaign has saved: cases of lower index may be broken by now.
-fn remove_failures(subjects: &[Subject], directory: &Path) -> io::Result<()> {
+fn remove_failures(subjects: &[PlantedLaw], directory: &Path) -> io::Result<()> {
     let entries = match fs::read_dir(directory) {
         Err(error) if error.kind() == io::ErrorKind::NotFound => return Ok(()),
         entries => entries?,
@@ -341,7 +341,7 @@ fn remove_failures(subjects: &[Subject], directory: &Path) -> io::Result<()> {
     for entry in entries {
         let path = entry?.path();
         let name = path.file_name().and_then(|name| name.to_str()).unwrap_or_default();
-        let ours = |s: &Subject| name.strip_prefix(s.law.name).is_some_and(|rest| rest.starts_with("-seed"));
+        let ours = |s: &PlantedLaw| name.strip_prefix(s.law.name).is_some_and(|rest| rest.starts_with("-seed"));
         if name.ends_with(".json") && subjects.iter().any(ours) {
             fs::remove_file(&path)?;
         }
@@ -349,7 +349,7 @@ fn remove_failures(subjects: &[Subject], directory: &Path) -> io::Result<()> {
     Ok(())
 }
 
-fn broken_text(subject: &Subject, summary: &Summary<Case>, place: &Place) -> String {
+fn broken_text(subject: &PlantedLaw, summary: &Summary<Case>, place: &Place) -> String {
     let saved = summary.failures.iter().map(|failure| {
         let replay = Replay {
             law: subject.law.name.into(),

@@ -2,7 +2,7 @@
 
 use super::counterexample::Broken;
 use super::protocol::Described;
-use super::report::{LawReport, Report};
+use super::report::{LawReport, ProbeReport};
 use super::stepper::External;
 use crate::harness::{BoxedStrategy, Verdict, draw};
 use crate::laws::method::{Claims, MethodLaw, Outcome, check_case, theory_of};
@@ -53,7 +53,7 @@ impl Default for Shrinking {
 /// ```no_run
 /// use euler_poincare::external::{
 ///     Broken, ClaimReport, Compared, Conclusion, Described, Drawn, Exchange, External, LawReport, Limits, Mark, Probe, Program,
-///     Record, Reply, Report, Shrinking, Silence, SlopeLevel, Slopes, Values, parse,
+///     Record, Reply, ProbeReport, Shrinking, Silence, SlopeLevel, Slopes, Values, parse,
 /// };
 /// use euler_poincare::laws::method::{Claims, LAWS, Point};
 /// use euler_poincare::study::problem;
@@ -68,7 +68,7 @@ impl Default for Shrinking {
 ///     claims: Claims { order: Some(4), ..Claims::default() },
 ///     shrinking: Shrinking::default(),
 /// };
-/// let report: Report = probe.run(|_, _| {});
+/// let report: ProbeReport = probe.run(|_, _| {});
 /// for law in &report.laws {
 ///     let LawReport { law, held, failure, .. } = law;
 ///     println!("{}: held on {held} cases", law.name);
@@ -200,7 +200,7 @@ impl Probe<'_> {
     /// Runs it; `progress` is told the law and the verdict after each case.
     ///
     /// It ends early where the program is interrupted or given up; the case under way is then dropped.
-    pub fn run(&self, mut progress: impl FnMut(&'static str, &Verdict)) -> Report {
+    pub fn run(&self, mut progress: impl FnMut(&'static str, &Verdict)) -> ProbeReport {
         let mut laws = Vec::new();
         for law in self.laws {
             let mut report = LawReport::new(law, &self.claims);
@@ -214,7 +214,7 @@ impl Probe<'_> {
             }
             laws.push(report);
         }
-        Report {
+        ProbeReport {
             claims: self.claims,
             laws,
             failures: self.external.failures(),

@@ -4,7 +4,7 @@
 use super::program::Exchange;
 use super::stepper::External;
 use crate::harness::Verdict;
-use crate::harness::convergence::{Estimate, Kind};
+use crate::harness::convergence::{Estimate, LevelKind};
 use crate::laws::method::{Claims, MethodLaw, Other, Outcome, Point, Stepper, Wanted, theory_of};
 use crate::scalar::{Dd, Scalar};
 use crate::study::{Findings, Line, Reading};
@@ -153,9 +153,9 @@ impl Slopes {
                 .filter(|last| last.error > 0.0 && reading.error > 0.0)
                 .map(|last| (last.error / reading.error).ln() / (last.h.abs() / row.h.abs()).ln() - findings.excess());
             let mark = match kind {
-                Some(Kind::Asymptotic) => Mark::Counts,
-                Some(Kind::PreAsymptotic) | None => Mark::Coarse,
-                Some(Kind::Noise) => Mark::Noise,
+                Some(LevelKind::Asymptotic) => Mark::Counts,
+                Some(LevelKind::PreAsymptotic) | None => Mark::Coarse,
+                Some(LevelKind::Noise) => Mark::Noise,
             };
             levels.push(SlopeLevel {
                 steps: row.steps,

@@ -117,9 +117,9 @@ pub struct ClaimReport {
 /// A campaign in a word.
 ///
 /// ```
-/// use euler_poincare::external::{ClaimReport, Conclusion, Report};
+/// use euler_poincare::external::{ClaimReport, Conclusion, ProbeReport};
 ///
-/// fn exit_code(report: &Report) -> u8 {
+/// fn exit_code(report: &ProbeReport) -> u8 {
 ///     for ClaimReport { claim, confirmed, cases, .. } in report.claims() {
 ///         println!("{claim}: confirmed on {confirmed} of {cases} cases");
 ///     }
@@ -153,7 +153,7 @@ pub enum Conclusion {
 /// What was found.
 #[derive(Clone, Debug, PartialEq)]
 #[non_exhaustive]
-pub struct Report {
+pub struct ProbeReport {
     /// What was claimed.
     pub claims: Claims,
     /// One for each law.
@@ -166,7 +166,7 @@ pub struct Report {
     pub interrupted: bool,
 }
 
-impl Report {
+impl ProbeReport {
     /// What became of each claim. A claim of which no law was asked about is among them.
     pub fn claims(&self) -> Vec<ClaimReport> {
         let claim = |law: &'static MethodLaw| {

@@ -3,7 +3,7 @@
 use super::program::{Exchange, Limits, Program, Silence};
 use super::protocol::{Described, Reply, parse};
 use crate::integrators::{OneStep, Report, Solver, State, StepError};
-use crate::laws::method::{Point, Stepper, Subject, matrix_size};
+use crate::laws::method::{MethodSource, Point, Stepper, matrix_size};
 use crate::system::{Case, CaseError, Place, Problem};
 use std::sync::atomic::AtomicBool;
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
@@ -114,7 +114,7 @@ fn not_finite(line: &[u8]) -> bool {
     ["nan", "inf", "null"].iter().any(|word| line.contains(word))
 }
 
-impl Subject for External {
+impl MethodSource for External {
     fn double<'a>(&'a self, case: &Case) -> Result<Box<dyn Stepper<f64> + 'a>, StepError> {
         match self.on(case) {
             Ok(steps) => Ok(Box::new(steps)),

@@ -6,7 +6,7 @@ use super::law::{Fault, Law, Verdict};
 use super::plan::{Done, Queue, Shard};
 use super::record::Record;
 use super::shrink::{Failure, shrink_while};
-use super::summary::{Ending, Report, Summary};
+use super::summary::{CampaignReport, Ending, Summary};
 use proptest::strategy::BoxedStrategy;
 use rayon::prelude::*;
 use std::fmt::Debug;
@@ -76,7 +76,7 @@ type Halts<'a> = &'a (dyn Fn() -> Halt + Sync);
 ///
 /// ```
 /// use euler_poincare::harness::{
-///     BoxedStrategy, Campaign, Cost, Count, Ending, Failure, Fault, Halt, Law, Line, NoShard, Progress, Record, Report, Shard,
+///     BoxedStrategy, Campaign, Cost, Count, Ending, Failure, Fault, Halt, Law, Line, CampaignReport, NoShard, Progress, Record, Shard,
 ///     Sink, Summary, Verdict, Worst, catch_fault,
 /// };
 /// use proptest::strategy::Strategy;
@@ -138,7 +138,7 @@ type Halts<'a> = &'a (dyn Fn() -> Halt + Sync);
 /// let laws: [&dyn Law<f64>; 1] = [&Root];
 /// let label = |x: &f64| vec![("size", if *x < 10.0 { "small" } else { "large" }.to_owned())];
 /// let campaign = Campaign::new(7, 100).labels(&label).progress(&Quiet).sink(&kept).halt(&halt);
-/// let report: Report<f64> = campaign.run(&laws);
+/// let report: CampaignReport<f64> = campaign.run(&laws);
 /// assert!(report.holds() && report.ending == Ending::Complete);
 ///
 /// let summary: &Summary<f64> = &report.laws[0];
@@ -225,13 +225,13 @@ impl<'a, C: Clone + Debug + Send + 'static> Campaign<'a, C> {
     }
 
     /// Runs every law on its cases.
-    pub fn run(&self, laws: &[&dyn Law<C>]) -> Report<C> {
+    pub fn run(&self, laws: &[&dyn Law<C>]) -> CampaignReport<C> {
         self.resume(laws, Recorded::none(laws, self.shard))
     }
 
     /// Runs every law on those of its cases that are not recorded, and reports on all: the report is that of a campaign
     /// that was never interrupted. `recorded` has an entry for each law; its shard is that of the campaign.
-    pub fn resume(&self, laws: &[&dyn Law<C>], recorded: Recorded<C>) -> Report<C> {
+    pub fn resume(&self, laws: &[&dyn Law<C>], recorded: Recorded<C>) -> CampaignReport<C> {
         let costs: Vec<_> = laws.iter().map(|law| law.cost()).collect();
         let Recorded { done, laws: mut summaries } = recorded;
         let queue = Queue::new(&costs, self.cases, self.shard, done);
@@ -252,7 +252,7 @@ impl<'a, C: Clone + Debug + Send + 'static> Campaign<'a, C> {
             false => Ending::Complete,
         };
         self.progress.finish();
-        Report { seed: self.seed, cases: self.cases, ending, laws: summaries }
+        CampaignReport { seed: self.seed, cases: self.cases, ending, laws: summaries }
     }
 
     fn shrink_failures(&self, laws: &[&dyn Law<C>], summaries: &mut [Summary<C>], go_on: &(dyn Fn() -> bool + Sync)) {

@@ -42,7 +42,7 @@ const SLOWEST: f64 = 1.0 / 3.0;
 /// What a sequence of errors says about the order.
 ///
 /// ```
-/// use euler_poincare::harness::convergence::{Estimate, Kind, Level, estimate, kinds};
+/// use euler_poincare::harness::convergence::{Estimate, LevelKind, Level, estimate, kinds};
 /// use euler_poincare::harness::evidence::{Evidence, Wanted, gather_with, note};
 ///
 /// // Errors h⁴ (1 + h), down to a noise of 1e-15.
@@ -54,7 +54,7 @@ const SLOWEST: f64 = 1.0 / 3.0;
 /// let read: Estimate = estimate(&levels);
 /// assert!((read.slope().expect("an order") - 4.0).abs() < 0.01);
 /// assert!(read.judge(4).holds() && read.judge(3).is_broken());
-/// assert_eq!(kinds(&levels, &read).last(), Some(&Kind::Noise));
+/// assert_eq!(kinds(&levels, &read).last(), Some(&LevelKind::Noise));
 ///
 /// // Inside a law, the levels are noted for those who ask how a verdict came about.
 /// let check = || {
@@ -134,7 +134,7 @@ impl Estimate {
 
 /// What a level is to an estimate.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Kind {
+pub enum LevelKind {
     /// Coarser than where the slope is that of the estimate.
     PreAsymptotic,
     /// On the line.
@@ -146,17 +146,17 @@ pub enum Kind {
 /// What each of the levels (any sequence) is, in their sequence: noise where the error is not clear of it; asymptotic from the
 /// finest level of the window back to where a local slope leaves the estimate by more than [`TOLERANCE`]; all pre-asymptotic where
 /// there is no estimate.
-pub fn kinds(levels: &[Level], estimate: &Estimate) -> Vec<Kind> {
+pub fn kinds(levels: &[Level], estimate: &Estimate) -> Vec<LevelKind> {
     let mut sequence: Vec<usize> = (0..levels.len()).collect();
     sequence.sort_by(|&a, &b| levels[a].h.total_cmp(&levels[b].h));
-    let mut kinds = vec![Kind::Noise; levels.len()];
+    let mut kinds = vec![LevelKind::Noise; levels.len()];
     let clear = |level: &Level| level.error > 0.0 && level.error >= CLEAR_OF_NOISE * level.noise;
     let Some(slope) = estimate.slope() else {
         levels
             .iter()
             .zip(&mut kinds)
             .filter(|(level, _)| clear(level))
-            .for_each(|(_, kind)| *kind = Kind::PreAsymptotic);
+            .for_each(|(_, kind)| *kind = LevelKind::PreAsymptotic);
         return kinds;
     };
     // From the finest to the coarsest.
@@ -169,7 +169,7 @@ pub fn kinds(levels: &[Level], estimate: &Estimate) -> Vec<Kind> {
         if let Some(finer) = finer {
             on_line &= (Slope::between(level, finer).value - slope).abs() <= TOLERANCE;
         }
-        kinds[k] = if on_line { Kind::Asymptotic } else { Kind::PreAsymptotic };
+        kinds[k] = if on_line { LevelKind::Asymptotic } else { LevelKind::PreAsymptotic };
         finer = Some(level);
     }
     kinds

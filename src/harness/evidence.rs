@@ -16,7 +16,7 @@
 //! assert!(holds && evidence.len() == 1);
 //! ```
 
-use super::convergence::{Estimate, Kind, Level, kinds};
+use super::convergence::{Estimate, Level, LevelKind, kinds};
 use std::cell::{Cell, RefCell};
 
 /// Something that was measured.
@@ -42,7 +42,7 @@ pub enum Evidence {
         /// The errors, as they were measured.
         levels: Vec<Level>,
         /// What each level is to the estimate.
-        kinds: Vec<Kind>,
+        kinds: Vec<LevelKind>,
         /// The slope of these errors.
         estimate: Estimate,
         /// The slope that was predicted for these errors: the order, or the order plus one where they are those of a fixed

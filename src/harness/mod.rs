@@ -29,6 +29,6 @@ pub use law::{Cost, Fault, Law, Verdict};
 pub use plan::{Done, NoShard, Shard};
 pub use record::Record;
 pub use shrink::{Failure, Shrunk, shrink, shrink_from};
-pub use summary::{Count, Ending, Line, Report, Summary, Worst};
+pub use summary::{CampaignReport, Count, Ending, Line, Summary, Worst};
 
 pub use proptest::strategy::BoxedStrategy;

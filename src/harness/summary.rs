@@ -200,7 +200,7 @@ pub enum Ending {
 /// What a campaign found, in the order of its laws.
 #[derive(Clone, Debug)]
 #[non_exhaustive]
-pub struct Report<C> {
+pub struct CampaignReport<C> {
     /// The campaign's seed.
     pub seed: u64,
     /// Cases per cheap law, over all shards; `None` where no number was asked for.
@@ -211,7 +211,7 @@ pub struct Report<C> {
     pub laws: Vec<Summary<C>>,
 }
 
-impl<C> Report<C> {
+impl<C> CampaignReport<C> {
     /// Whether no law is broken.
     pub fn holds(&self) -> bool {
         self.laws.iter().all(|law| law.broken.is_empty())

@@ -5,7 +5,7 @@
 use super::{Report, Solver, StepError};
 use crate::algebra::{Covector, Matrix, Vector};
 use crate::mechanics::doubled::{DoubledLagrangian, VelocityError};
-use crate::newton::{Equations, Newton, Outcome, Settings};
+use crate::newton::{Equations, Newton, NewtonSettings, Outcome};
 use crate::retraction::{Retraction, RetractionError, TangentPoint};
 use crate::scalar::{Dual, Real, Scalar};
 use crate::tableau::Tableau;
@@ -290,7 +290,7 @@ where
 
     fn solve(&mut self) -> Result<Report<T>, StepError> {
         let size = T::int(self.unknowns.len() as i64) * T::unit_roundoff();
-        let settings = Settings { tolerance: size, floor: size * T::int(256), max_iterations: MAX_ITERATIONS };
+        let settings = NewtonSettings { tolerance: size, floor: size * T::int(256), max_iterations: MAX_ITERATIONS };
         self.unknowns.copy_from_slice(&self.origin);
         let direct = self.newton.solve(&mut self.equations, &self.origin, &mut self.unknowns, &settings);
         let (solver, outcome) = match direct {

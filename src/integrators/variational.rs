@@ -305,7 +305,7 @@ where
             *v = eta[i % N];
         }
         self.unknowns.copy_from_slice(&self.origin);
-        let settings = newton::Settings {
+        let settings = newton::NewtonSettings {
             tolerance: self.settings.tolerance,
             floor: self.settings.floor,
             max_iterations: self.settings.max_iterations,

@@ -1,7 +1,7 @@
 //! Laws of invariant vector fields and of Lie algebroids: of any Lie groupoid, and here on two groupoids of each case.
 
 use super::groupoid::{Check, Which};
-use super::instances::{Instance, Polynomial, Second, lifted};
+use super::instances::{CoordinatePolynomial, Instance, Second, lifted};
 use super::planted::groupoid::{
     ACTION_INVERTED, ANCHOR_SIGN, ENDS_KEPT, INVERSE_KEEPS_U, PRODUCT_KEEPS_END, Planted, SECOND_INVERTED,
     STRUCTURE_SIGN, blend_vector,
@@ -182,7 +182,7 @@ impl<'a, T: Real> Fields<'a, T> {
     }
 
     /// ⟦X, Y⟧(x) in closed form, over duals.
-    fn bracket(&self, x: &Polynomial<T>, y: &Polynomial<T>, at: &Point<T>) -> Point<T> {
+    fn bracket(&self, x: &CoordinatePolynomial<T>, y: &CoordinatePolynomial<T>, at: &Point<T>) -> Point<T> {
         let algebroid = Lowered(self.groupoid());
         let right = section_bracket(&algebroid, &|z| x.at(z), &|z| y.at(z), at);
         match self.size(&NO_DERIVATIVES) {
@@ -233,7 +233,7 @@ pub(super) fn judge<T: Real>(
 ) -> Measured {
     let (q, fields) = (&instance.groupoid, Fields { instance, fault });
     let base = q.source(&lifted(&instance.chain[0])).len();
-    let mut section = || Polynomial::<T>::new(probe, base, q.rank());
+    let mut section = || CoordinatePolynomial::<T>::new(probe, base, q.rank());
     let sections = [section(), section(), section()];
     let mut judge = Judge { instance, measured: Measured::NotApplicable("nothing to compare".into()) };
     let done = match question {
@@ -249,7 +249,11 @@ pub(super) fn judge<T: Real>(
     }
 }
 
-fn invariance<T: Real>(judge: &mut Judge<'_, T>, fields: &Fields<'_, T>, [x, y, _]: &[Polynomial<T>; 3]) -> Option<()> {
+fn invariance<T: Real>(
+    judge: &mut Judge<'_, T>,
+    fields: &Fields<'_, T>,
+    [x, y, _]: &[CoordinatePolynomial<T>; 3],
+) -> Option<()> {
     let q = fields.groupoid();
     let [g, h, _] = judge.instance.chain.each_ref().map(constant);
     let gh = values(&q.compose(&constant(&g), &constant(&h)).ok()?);
@@ -270,7 +274,11 @@ fn invariance<T: Real>(judge: &mut Judge<'_, T>, fields: &Fields<'_, T>, [x, y, 
     Some(())
 }
 
-fn bracket<T: Real>(judge: &mut Judge<'_, T>, fields: &Fields<'_, T>, [x, y, z]: &[Polynomial<T>; 3]) -> Option<()> {
+fn bracket<T: Real>(
+    judge: &mut Judge<'_, T>,
+    fields: &Fields<'_, T>,
+    [x, y, z]: &[CoordinatePolynomial<T>; 3],
+) -> Option<()> {
     let q = fields.groupoid();
     let g = &judge.instance.chain[0];
     let (one, two) = crossed(&|g| fields.left(&|p| x.at(p), g), &|g| fields.left(&|p| y.at(p), g), g)?;
@@ -282,7 +290,7 @@ fn bracket<T: Real>(judge: &mut Judge<'_, T>, fields: &Fields<'_, T>, [x, y, z]:
     judge.equal("⟦X, Y⟧ = −⟦Y, X⟧", &forth, &-&back, &[&forth]);
     let algebroid = Lowered(q);
     let lower = Lowered(&algebroid);
-    let nested = |a: &Polynomial<T>, b: &Polynomial<T>, c: &Polynomial<T>| {
+    let nested = |a: &CoordinatePolynomial<T>, b: &CoordinatePolynomial<T>, c: &CoordinatePolynomial<T>| {
         section_bracket(&lower, &|p| a.at(p), &|p| fields.bracket(b, c, p), &at)
     };
     let (one, two, three) = (nested(x, y, z), nested(y, z, x), nested(z, x, y));
@@ -293,7 +301,7 @@ fn bracket<T: Real>(judge: &mut Judge<'_, T>, fields: &Fields<'_, T>, [x, y, z]:
 fn anchor<T: Real>(
     judge: &mut Judge<'_, T>,
     fields: &Fields<'_, T>,
-    [x, y, _]: &[Polynomial<T>; 3],
+    [x, y, _]: &[CoordinatePolynomial<T>; 3],
     probe: &mut Probe,
 ) -> Option<()> {
     let q = fields.groupoid();
@@ -306,10 +314,10 @@ fn anchor<T: Real>(
     let by_definition = values(&push_target(q, &unit, &at_unit(q, &point, &a)));
     judge.equal("ρ = Tβ", &closed, &by_definition, &[&closed]);
     let of_bracket = values(&algebroid.anchor(&point, &fields.bracket(x, y, &point)));
-    let field = |section: &Polynomial<T>, z: &Point<T>| Some(algebroid.anchor(z, &section.at(z)));
+    let field = |section: &CoordinatePolynomial<T>, z: &Point<T>| Some(algebroid.anchor(z, &section.at(z)));
     let (one, two) = crossed(&|z| field(x, z), &|z| field(y, z), &at)?;
     judge.equal("ρ⟦X, Y⟧ = [ρX, ρY]", &of_bracket, &(&one - &two), &[&one, &two]);
-    let f = Polynomial::<T>::new(probe, at.len(), 1);
+    let f = CoordinatePolynomial::<T>::new(probe, at.len(), 1);
     let scaled = |z: &Point<T>| y.at(z) * f.at(z)[0];
     let by_fields = bracket_of_fields(q, &|z| x.at(z), &scaled, &at)?;
     let value = f.at(&at)[0];
@@ -320,7 +328,11 @@ fn anchor<T: Real>(
     Some(())
 }
 
-fn right<T: Real>(judge: &mut Judge<'_, T>, fields: &Fields<'_, T>, [x, y, _]: &[Polynomial<T>; 3]) -> Option<()> {
+fn right<T: Real>(
+    judge: &mut Judge<'_, T>,
+    fields: &Fields<'_, T>,
+    [x, y, _]: &[CoordinatePolynomial<T>; 3],
+) -> Option<()> {
     let g = &judge.instance.chain[0];
     let (one, two) = crossed(&|g| fields.right(&|p| x.at(p), g), &|g| fields.right(&|p| y.at(p), g), g)?;
     let closed = values(&fields.right(&|p| fields.bracket(x, y, p), &constant(g))?);
@@ -331,7 +343,7 @@ fn right<T: Real>(judge: &mut Judge<'_, T>, fields: &Fields<'_, T>, [x, y, _]: &
 fn inversion<T: Real>(
     judge: &mut Judge<'_, T>,
     fields: &Fields<'_, T>,
-    [x, y, _]: &[Polynomial<T>; 3],
+    [x, y, _]: &[CoordinatePolynomial<T>; 3],
     probe: &mut Probe,
 ) -> Option<()> {
     let q = fields.groupoid();

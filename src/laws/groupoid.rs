@@ -1,7 +1,7 @@
 //! Laws of groupoids: the axioms of Definition 4.1 on any groupoid, here on every instance of a case, and translations.
 
 use super::algebroid::{self, Question};
-use super::instances::{Instance, Kind, Material, Second};
+use super::instances::{GroupoidKind, Instance, Material, Second};
 use super::planted::groupoid::{
     ACTION_INVERTED, ENDS_KEPT, INVERSE_KEEPS_U, PRODUCT_KEEPS_END, Planted, SECOND_INVERTED, UNCHECKED, UNMATCHED,
     blend_vector,
@@ -59,28 +59,28 @@ pub const fn laws<S: Source>() -> &'static [CaseLaw<S>] {
                 "groupoid-pair",
                 "the groupoid axioms on Q×Q, Q = G: (q,r)(r,s) = (q,s), ι(q,r) = (r,q)",
                 SOURCE,
-                &[Kind::Pair],
+                &[GroupoidKind::Pair],
                 &[ENDS_KEPT, PRODUCT_KEEPS_END, UNCHECKED]
             ),
             axioms!(
                 "groupoid-point",
                 "the groupoid axioms on a Lie group over a point",
                 SOURCE,
-                &[Kind::Point],
+                &[GroupoidKind::Point],
                 &[INVERSE_KEEPS_U, SECOND_INVERTED]
             ),
             axioms!(
                 "groupoid-gauge",
                 "the groupoid axioms on G×G×G: (V,U,W)(W,U',X) = (V,UU',X), ι(V,U,W) = (W,U⁻¹,V)",
                 SOURCE,
-                &[Kind::Gauge],
+                &[GroupoidKind::Gauge],
                 FAULTS
             ),
             axioms!(
                 "groupoid-poisson",
                 "the groupoid axioms on g*×G×g*: (λ,U,μ)(μ,V,κ) = (λ,UV,κ), ι(λ,U,μ) = (μ,U⁻¹,λ)",
                 SOURCE_43,
-                &[Kind::Poisson],
+                &[GroupoidKind::Poisson],
                 FAULTS
             ),
             axioms!(
@@ -88,14 +88,14 @@ pub const fn laws<S: Source>() -> &'static [CaseLaw<S>] {
                 "the groupoid axioms on (P×P)/K, for SO(3) over the sphere and for g*×G over g*: [p,q][p',q'] = [p,q'k], p'k = q, \
          whatever the pairs that represent the classes",
                 SOURCE,
-                &[Kind::Sphere, Kind::Product],
+                &[GroupoidKind::Sphere, GroupoidKind::Product],
                 &[INVERSE_KEEPS_U, SECOND_INVERTED, ENDS_KEPT, PRODUCT_KEEPS_END, UNCHECKED, UNMATCHED]
             ),
             axioms!(
                 "groupoid-action",
                 "the groupoid axioms on Q⋊G, for the coadjoint and the linear action: (x,g,y)(y,h,z) = (x,gh,z), and z = x·(gh)",
                 SOURCE,
-                &[Kind::Coadjoint, Kind::Linear],
+                &[GroupoidKind::Coadjoint, GroupoidKind::Linear],
                 &[INVERSE_KEEPS_U, SECOND_INVERTED, ENDS_KEPT, PRODUCT_KEEPS_END, UNCHECKED, ACTION_INVERTED]
             ),
             CaseLaw {
@@ -133,7 +133,7 @@ pub(super) struct Check<'a> {
     pub case: &'a dyn Debug,
     pub fault: Option<&'a Fault>,
     /// Which groupoids; two that are drawn, if not these.
-    pub kinds: Option<&'a [Kind]>,
+    pub kinds: Option<&'a [GroupoidKind]>,
     pub which: Which,
 }
 
@@ -158,7 +158,7 @@ impl<T: Real> Visitor<T> for Check<'_> {
 
 impl Check<'_> {
     fn judge<T: Real>(&self, material: &Material<T>, probe: &mut Probe) -> Measured {
-        let two = Kind::two(probe);
+        let two = GroupoidKind::two(probe);
         let mut measured = Measured::NotApplicable("no groupoid".into());
         for kind in self.kinds.unwrap_or(&two) {
             let judged = match self.which {
@@ -291,7 +291,7 @@ pub(super) fn axioms<T: Real>(instance: &Instance<'_, T>, fault: Option<&Fault>,
     if let Some(excess) = &instance.excess {
         measured = measured.and(membership(instance, [g, h, k], excess, chain.floor()));
     }
-    if instance.kind == Kind::Sphere {
+    if instance.kind == GroupoidKind::Sphere {
         measured = measured.and(representatives::<T>(fault, probe));
     }
     measured

@@ -17,7 +17,7 @@ pub type Second<T> = Dual<Dual<T>>;
 
 /// The groupoids.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Kind {
+pub enum GroupoidKind {
     /// Q×Q for Q = G.
     Pair,
     /// G over a point.
@@ -38,7 +38,7 @@ pub enum Kind {
     User,
 }
 
-impl Kind {
+impl GroupoidKind {
     /// All that are drawn.
     pub const ALL: [Self; 8] = [
         Self::Pair,
@@ -64,7 +64,7 @@ type Excess<'a, S> = Box<dyn Fn(&DVector<S>) -> Option<DVector<S>> + 'a>;
 /// A groupoid over S with elements to check it on.
 pub struct Instance<'a, S: Scalar> {
     /// Which.
-    pub kind: Kind,
+    pub kind: GroupoidKind,
     /// The groupoid.
     pub groupoid: Planted<'a, S>,
     /// g₁, g₂, g₃ with β(g₁) = α(g₂) and β(g₂) = α(g₃).
@@ -117,7 +117,7 @@ impl<T: Real> Material<T> {
     /// One of the groupoids, with a fault or without; `None` when an element is singular.
     pub fn instance<'a, S: Scalar<Base = T> + 'a>(
         &'a self,
-        kind: Kind,
+        kind: GroupoidKind,
         fault: Option<&'a Fault>,
         probe: &mut Probe,
     ) -> Option<Instance<'a, S>> {
@@ -130,27 +130,27 @@ impl<T: Real> Material<T> {
         let mut scale = [u, v, w].iter().fold(T::one(), |size, u| size * self.size_of(u));
         let (mut excess, mut unmatched): (Option<Excess<'a, S>>, Option<Wrong<'a, S>>) = (None, None);
         let (groupoid, chain) = match kind {
-            Kind::Pair => {
+            GroupoidKind::Pair => {
                 let pair = ManifoldPair::new(group);
                 let [a, b, c, d] = std::array::from_fn(|i| ends[i].map(S::lift));
                 let chain = [(a, b.clone()), (b, c.clone()), (c, d)].map(|g| pair.coordinates(&g));
                 (Planted::new(pair, fault), chain)
             }
-            Kind::Point => {
+            GroupoidKind::Point => {
                 let point = TrivialGroupoid::over(Singleton, group);
                 let chain = groups.map(|u| Manifold::<S>::coordinates(group, &u));
                 (Planted::new(point, fault), chain)
             }
-            Kind::Gauge => {
+            GroupoidKind::Gauge => {
                 scale = ends.iter().fold(scale, |size, u| size * self.size_of(u));
                 let ends = std::array::from_fn(|i| flat(&ends[i].map(S::lift)));
                 (Planted::new(TrivialGroupoid::over(group, group), fault), chain_of(&ends, &groups.map(|u| flat(&u))))
             }
-            Kind::Poisson => {
+            GroupoidKind::Poisson => {
                 let ends = points(probe, self.dimension());
                 (Planted::new(TrivialGroupoid::over(space, group), fault), chain_of(&ends, &groups.map(|u| flat(&u))))
             }
-            Kind::Sphere => {
+            GroupoidKind::Sphere => {
                 let atiyah = || AtiyahGroupoid::<_, S>::new(SphereFrames);
                 let mut rotation = || {
                     let turn = CayleySo3::<T>::new().tau(&(probe.vector::<T, 3>() * T::int(2))).ok()?;
@@ -168,7 +168,7 @@ impl<T: Real> Material<T> {
                 scale = T::one();
                 (Planted::new(q, fault), chain)
             }
-            Kind::Product => {
+            GroupoidKind::Product => {
                 let atiyah = || AtiyahGroupoid::<_, S>::new(ProductBundle::new(space, group));
                 let bundle = ProductBundle::new(space, group);
                 let x = points(probe, self.dimension());
@@ -185,14 +185,14 @@ impl<T: Real> Material<T> {
                 let chain = chain.map(|g| q.coordinates(&g));
                 (Planted::new(q, fault), chain)
             }
-            Kind::Coadjoint => {
+            GroupoidKind::Coadjoint => {
                 let size = Fault::size_of(fault, ACTION_INVERTED.name);
                 let action = || Turned { action: Coadjoint::new(group, self.dimension()), size };
                 let [x, ..] = points(probe, self.dimension());
                 acting(&action, x, &groups, fault, &mut excess)?
             }
-            Kind::User => return None,
-            Kind::Linear => {
+            GroupoidKind::User => return None,
+            GroupoidKind::Linear => {
                 let size = Fault::size_of(fault, ACTION_INVERTED.name);
                 let action = || Turned { action: Linear::new(group, group.matrix_size()), size };
                 let [x, ..] = points(probe, group.matrix_size());
@@ -247,12 +247,12 @@ pub fn lifted<S: Scalar>(z: &DVector<S::Base>) -> DVector<S> {
 
 /// A quadratic map c + p (k·x) + q (k·x)(m·x) with random coefficients: a section in a frame, or a function.
 #[derive(Clone, Debug)]
-pub struct Polynomial<T: Real> {
+pub struct CoordinatePolynomial<T: Real> {
     coefficients: [DVector<T>; 3],
     forms: [DVector<T>; 2],
 }
 
-impl<T: Real> Polynomial<T> {
+impl<T: Real> CoordinatePolynomial<T> {
     /// From ℝ^`from` to ℝ^`to`; k·x and m·x are about 1 for x of entries about 1.
     pub fn new(probe: &mut Probe, from: usize, to: usize) -> Self {
         let scale = 2f64.powi(-((from.max(1) as f64).log2() / 2.0).ceil() as i32);

@@ -105,7 +105,7 @@ pub const fn laws<S: Source>() -> &'static [CaseLaw<S>] {
 }
 
 /// The step under test: the library's, with what the plain one makes of a fault blended in.
-pub(super) struct Subject<'a, T: Real, const N: usize, const D: usize, R, L, F> {
+pub(super) struct TestedMethod<'a, T: Real, const N: usize, const D: usize, R, L, F> {
     library: Library<'a, T, N, D, R, L, F>,
     planted: Option<(Plain<'a, T, N, D, R, L, F>, f64)>,
 }
@@ -113,7 +113,7 @@ pub(super) struct Subject<'a, T: Real, const N: usize, const D: usize, R, L, F> 
 type Library<'a, T, const N: usize, const D: usize, R, L, F> = Variational<T, N, D, &'a L, &'a F, &'a R>;
 type Plain<'a, T, const N: usize, const D: usize, R, L, F> = PlantedStep<T, N, D, &'a L, &'a F, &'a R>;
 
-impl<T, const N: usize, const D: usize, R, L, F> Subject<'_, T, N, D, R, L, F>
+impl<T, const N: usize, const D: usize, R, L, F> TestedMethod<'_, T, N, D, R, L, F>
 where
     T: Real,
     R: Retraction<T, N, D>,
@@ -131,7 +131,7 @@ where
     }
 }
 
-impl<T, const N: usize, const D: usize, R, L, F> OneStep<T, N, D> for Subject<'_, T, N, D, R, L, F>
+impl<T, const N: usize, const D: usize, R, L, F> OneStep<T, N, D> for TestedMethod<'_, T, N, D, R, L, F>
 where
     T: Real,
     R: Retraction<T, N, D>,
@@ -164,10 +164,10 @@ pub(super) fn subject<
 >(
     system: &'a System<T, N, D, R, L, F>,
     fault: Option<&Fault>,
-) -> Subject<'a, T, N, D, R, L, F> {
+) -> TestedMethod<'a, T, N, D, R, L, F> {
     let planted = fault.and_then(|fault| Some((fault.size, step::ALL.iter().find(|(f, _)| f.name == fault.name)?.1)));
     let (l, f, r) = (&system.lagrangian, &system.force, &system.retraction);
-    Subject {
+    TestedMethod {
         library: Variational::new(l, f, r, tableau::planted(&system.tableau, fault)),
         planted: planted.map(|(size, fault)| (PlantedStep::new(l, f, r, system.tableau.clone(), Some(fault)), size)),
     }

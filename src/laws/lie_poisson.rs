@@ -138,13 +138,13 @@ impl<T: Real> Visitor<T> for Check<'_> {
 }
 
 /// {F, K}, with a fault or without.
-struct Subject<'a, T: Real, const N: usize, F, K> {
+struct TestedFlow<'a, T: Real, const N: usize, F, K> {
     bracket: Bracket<'a, T, N, F, K>,
     fault: Option<&'a Fault>,
 }
 
 impl<T: Real, const N: usize, F: MomentumFunction<T, N>, K: MomentumFunction<T, N>> MomentumFunction<T, N>
-    for Subject<'_, T, N, F, K>
+    for TestedFlow<'_, T, N, F, K>
 {
     fn value<S: Scalar<Base = T>>(&self, mu: &Covector<S, N>) -> S {
         let right = self.bracket.value(mu);
@@ -282,8 +282,8 @@ impl Check<'_> {
         algebra: &'a LieAlgebra<T, N>,
         first: &'a F,
         second: &'a K,
-    ) -> Subject<'a, T, N, F, K> {
-        Subject { bracket: Bracket { algebra, first, second }, fault: self.fault }
+    ) -> TestedFlow<'a, T, N, F, K> {
+        TestedFlow { bracket: Bracket { algebra, first, second }, fault: self.fault }
     }
 
     fn equations<T: Real, L: Lagrangian<T, N>, F: Force<T, N>, R, const N: usize, const D: usize>(

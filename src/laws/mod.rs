@@ -17,7 +17,7 @@
 //! | [`variational_error`] | [`crate::discrete`] and [`crate::integrators`]: one order for three things |
 //! | [`fast`] | [`crate::integrators::so3`], [`crate::integrators::se3`]: the fast steps, ensembles and solvers |
 //! | [`method`] | any one-step method: of this crate, of its user, of another program |
-//! | [`own`] | a user's own types; `parts`: the algebra, group, Lagrangian and force of a case by the same laws |
+//! | [`user`] | a user's own types; `parts`: the algebra, group, Lagrangian and force of a case by the same laws |
 //! | [`replay`] | nothing: a saved case under its law again |
 //! | [`trial`] | nothing: the order of one tableau on one case, for the command |
 //! | `planted`, `subjects` | nothing: the plain step and the continuous theory in which faults are planted |

@@ -4,7 +4,7 @@
 //! reference is a classical Gauss collocation method on the vector field of (μ, g), of order 16, at two resolutions; it
 //! knows neither retractions nor the variational equations.
 
-use super::integrators::{Subject, subject};
+use super::integrators::{TestedMethod, subject};
 use super::planted::retraction::Plant;
 use super::planted::step::{
     FIRST_STAGE, FORCE_INDEX, FROM_LEFT, INVERSE_SECOND, INVERTED, NO_FORCE, NO_SECOND, NOT_TRANSPORTED, ORDER_TWO,
@@ -99,13 +99,13 @@ enum Which {
 }
 
 fn judge<S: Source>(case: &S, fault: Option<&Fault>, which: Which) -> Verdict {
-    match case.visit::<Dd, _>(&Plant(fault), Study { fault, which }) {
+    match case.visit::<Dd, _>(&Plant(fault), OrderStudy { fault, which }) {
         Ok(verdict) => verdict,
         Err(e) => Verdict::broken(format!("a generated case cannot be built: {e}")),
     }
 }
 
-struct Study<'a> {
+struct OrderStudy<'a> {
     fault: Option<&'a Fault>,
     which: Which,
 }
@@ -128,7 +128,7 @@ struct End<const N: usize, const D: usize> {
     balance: Dd,
 }
 
-impl Visitor<Dd> for Study<'_> {
+impl Visitor<Dd> for OrderStudy<'_> {
     type Output = Verdict;
 
     fn visit<const N: usize, const D: usize, R: Retraction<Dd, N, D>, L: Lagrangian<Dd, N>, F: Force<Dd, N>>(
@@ -166,7 +166,7 @@ impl Visitor<Dd> for Study<'_> {
     }
 }
 
-impl Study<'_> {
+impl OrderStudy<'_> {
     /// Tells the errors that decided.
     fn note(&self, levels: &Errors, order: u32) {
         let quantities = match self.which {
@@ -301,7 +301,7 @@ fn energy<const N: usize, const D: usize, R, L: Lagrangian<Dd, N>, F: Force<Dd, 
     Ok(system.lagrangian.energy(&velocity))
 }
 
-impl Study<'_> {
+impl OrderStudy<'_> {
     fn run<const N: usize, const D: usize, R: Retraction<Dd, N, D>, L: Lagrangian<Dd, N>, F: Force<Dd, N>>(
         &self,
         system: &System<Dd, N, D, R, L, F>,
@@ -327,7 +327,7 @@ impl Study<'_> {
 /// h Σ b_i ⟨f(t + c_i h, η_i), η_i⟩ of the last step.
 fn stage_work<const N: usize, const D: usize, R: Retraction<Dd, N, D>, L: Lagrangian<Dd, N>, F: Force<Dd, N>>(
     system: &System<Dd, N, D, R, L, F>,
-    method: &Subject<'_, Dd, N, D, R, L, F>,
+    method: &TestedMethod<'_, Dd, N, D, R, L, F>,
     start: Dd,
     h: Dd,
 ) -> Dd {

@@ -6,7 +6,7 @@ use self::gamma::{
     ADJOINT_MISSING, EVEN_PART, GROUP_SIGN, Gamma, LAMBDA_FLIPPED, LAST_SIGN, MU_FLIPPED, ONE_SIDED, absolute,
     absolute_matrix, basis, column, library, stack,
 };
-use super::instances::{Kind, Material, Polynomial};
+use super::instances::{CoordinatePolynomial, GroupoidKind, Material};
 use super::planted::groupoid::{ENDS_KEPT, INVERSE_KEEPS_U, SECOND_INVERTED};
 use super::precision::{Measured, settle};
 use super::probe::{Probe, stream};
@@ -152,7 +152,7 @@ impl<T: Real> Visitor<T> for Check<'_> {
             Err(_) => return Measured::NotApplicable("a group element is outside the domain of the retraction".into()),
         };
         let library = library::<T, N, D>(group);
-        let Some(instance) = material.instance::<Dual<T>>(Kind::Poisson, self.fault, &mut probe) else {
+        let Some(instance) = material.instance::<Dual<T>>(GroupoidKind::Poisson, self.fault, &mut probe) else {
             return Measured::Broken("an element is singular".into());
         };
         Gamma { group: &material.group, instance, library: &library, fault: self.fault }
@@ -164,7 +164,7 @@ impl<T: Real> Visitor<T> for Check<'_> {
 impl<T: Real> Gamma<'_, T> {
     fn judge(&self, question: Question, probe: &mut Probe) -> Option<Measured> {
         let entries = self.instance.chain[0].len();
-        let mut polynomial = || Polynomial::new(probe, entries, 1);
+        let mut polynomial = || CoordinatePolynomial::new(probe, entries, 1);
         let functions = [polynomial(), polynomial(), polynomial()];
         match question {
             Question::Generators => self.generators(&functions),
@@ -178,7 +178,7 @@ impl<T: Real> Gamma<'_, T> {
         }
     }
 
-    fn generators(&self, [f, g, _]: &[Polynomial<T>; 3]) -> Option<Measured> {
+    fn generators(&self, [f, g, _]: &[CoordinatePolynomial<T>; 3]) -> Option<Measured> {
         let z = &self.instance.chain[0];
         let (pi, size) = (self.bivector(z)?, 3 * self.dimension());
         let columns: Vec<_> = (0..size).map(|i| self.push(z, &basis(size, i))).collect();
@@ -191,14 +191,15 @@ impl<T: Real> Gamma<'_, T> {
         let here = df.dot(&(&pi * &dg));
         let terms = absolute(&df).dot(&(absolute_matrix(&pi) * absolute(&dg)));
         // By the chain rule on the entries.
-        let gradient = |f: &Polynomial<T>| DVector::from_fn(z.len(), |i, _| f.at(&along(z, &basis(z.len(), i)))[0].eps);
+        let gradient =
+            |f: &CoordinatePolynomial<T>| DVector::from_fn(z.len(), |i, _| f.at(&along(z, &basis(z.len(), i)))[0].eps);
         let chained = gradient(f).dot(&(defined * gradient(g)));
         let functions = self.number("{f, g}", here, chained, &[terms]);
         let of_library = self.number("{f, g} of the library", here, (self.library.bracket)(f, g, z)?, &[terms]);
         Some(entries.and(functions).and(of_library))
     }
 
-    fn axioms(&self, [f, g, h]: &[Polynomial<T>; 3]) -> Option<Measured> {
+    fn axioms(&self, [f, g, h]: &[CoordinatePolynomial<T>; 3]) -> Option<Measured> {
         let z = &self.instance.chain[0];
         let pi = self.bivector(z)?;
         let d = |function: &dyn Fn(&DVector<Dual<T>>) -> Dual<T>| self.differential(function, z);
@@ -217,7 +218,7 @@ impl<T: Real> Gamma<'_, T> {
         let sizes = &[at_f.abs() * size_gh + at_g.abs() * size_fh];
         let leibniz = self.number("Leibniz", bracket(&product, &dh), at_f * gh + at_g * fh, sizes);
         // {f, k} is the derivative of k along Πᵀ df.
-        let nested = |df: &DVector<T>, g: &Polynomial<T>, h: &Polynomial<T>| {
+        let nested = |df: &DVector<T>, g: &CoordinatePolynomial<T>, h: &CoordinatePolynomial<T>| {
             let direction = self.push(z, &pi.tr_mul(df));
             Some(self.bracket_at(g, h, &along(z, &direction))?.eps)
         };
@@ -299,7 +300,7 @@ impl<T: Real> Gamma<'_, T> {
         Some(alpha.and(beta))
     }
 
-    fn invariant(&self, f: &Polynomial<T>) -> Option<Measured> {
+    fn invariant(&self, f: &CoordinatePolynomial<T>) -> Option<Measured> {
         let z = &self.instance.chain[0];
         let inverse = self.inverse(z)?;
         let (here, there) = (self.hamiltonian_field(f, z)?, self.hamiltonian_field(f, &inverse)?);
@@ -308,7 +309,7 @@ impl<T: Real> Gamma<'_, T> {
         Some(self.near("Tι X_E(g) = X_E(g⁻¹)", &column(mapped), &column(there), size))
     }
 
-    fn tangent(&self, f: &Polynomial<T>) -> Option<Measured> {
+    fn tangent(&self, f: &CoordinatePolynomial<T>) -> Option<Measured> {
         let q = self.groupoid();
         let lambda = q.source(&constant(&self.instance.chain[0]));
         let unit = q.unit(&lambda).map(|v| v.re);

@@ -6,7 +6,7 @@
 
 use super::trial::{Digits, Judged};
 use super::{CaseLaw, all, named};
-use crate::harness::convergence::{Estimate, Kind};
+use crate::harness::convergence::{Estimate, LevelKind};
 use crate::harness::evidence::{Evidence, Wanted, gather_with};
 use crate::harness::{Fault, Law, Shrunk, Verdict, shrink_from, verdict_on};
 use crate::scalar::{Dd, Qd, Scalar};
@@ -189,14 +189,14 @@ fn evidence_row(evidence: &Evidence) -> (&'static str, String) {
                 Estimate::Inconclusive { why, .. } => format!("no slope ({why})"),
             };
             let predicted = expected.map(|order| format!(", predicted {order}")).unwrap_or_default();
-            let count = |kind: Kind| kinds.iter().filter(|k| **k == kind).count();
+            let count = |kind: LevelKind| kinds.iter().filter(|k| **k == kind).count();
             let coarsest = levels.iter().map(|level| level.h).fold(0.0, f64::max);
             let finest = levels.iter().map(|level| level.h).fold(f64::INFINITY, f64::min);
             format!(
                 "{quantity}: {slope}{predicted}; steps {coarsest:.1e} to {finest:.1e}: {} before the line, {} on it, {} noise",
-                count(Kind::PreAsymptotic),
-                count(Kind::Asymptotic),
-                count(Kind::Noise),
+                count(LevelKind::PreAsymptotic),
+                count(LevelKind::Asymptotic),
+                count(LevelKind::Noise),
             )
         }
     };

@@ -122,7 +122,7 @@ impl<T: Real> Visitor<T> for Check<'_> {
         system: System<T, N, D, R, L, F>,
     ) -> Measured {
         let mut probe = Probe::new(self.case, stream::RETRACTION);
-        let subject = Subject { system: &system };
+        let subject = TestedRetraction { system: &system };
         let size = probe.power_of_two::<T>(-30, if matches!(self.which, Which::Logarithm) { -3 } else { 2 });
         let x = probe.vector::<T, N>() * size;
         let (y, delta) = (probe.vector::<T, N>(), probe.vector::<T, N>());
@@ -142,11 +142,11 @@ impl<T: Real> Visitor<T> for Check<'_> {
     }
 }
 
-struct Subject<'a, T: Real, const N: usize, const D: usize, R, L, F> {
+struct TestedRetraction<'a, T: Real, const N: usize, const D: usize, R, L, F> {
     system: &'a System<T, N, D, R, L, F>,
 }
 
-impl<T: Real, const N: usize, const D: usize, R: Retraction<T, N, D>, L, F> Subject<'_, T, N, D, R, L, F> {
+impl<T: Real, const N: usize, const D: usize, R: Retraction<T, N, D>, L, F> TestedRetraction<'_, T, N, D, R, L, F> {
     fn tau<S: Scalar<Base = T>>(&self, x: &Vector<S, N>) -> Result<Matrix<S, D>, RetractionError> {
         self.system.retraction.tau(x)
     }

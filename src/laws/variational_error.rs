@@ -23,7 +23,7 @@ use crate::mechanics::equations::EulerPoincare;
 use crate::retraction::Retraction;
 use crate::scalar::{Dd, Scalar};
 use crate::system::{Case, Cases, System, Visitor};
-use crate::tableau::random::{Kind, of_kind};
+use crate::tableau::random::{TableauKind, of_kind};
 use crate::tableau::{Description, Family, variational_order};
 use nalgebra::{ComplexField, RealField};
 use proptest::strategy::{BoxedStrategy, Strategy, Union};
@@ -52,7 +52,7 @@ pub const fn laws<S: Source>() -> &'static [CaseLaw<S>] {
                 FIRST_STAGE,
             ],
             cases: generator,
-            check: |case, fault| match case.visit_main::<Dd, _>(&Plant(fault), Study { case, fault }) {
+            check: |case, fault| match case.visit_main::<Dd, _>(&Plant(fault), ErrorStudy { case, fault }) {
                 Ok(verdict) => verdict,
                 Err(e) => Verdict::broken(format!("a generated case cannot be built: {e}")),
             },
@@ -81,7 +81,8 @@ fn generator(cases: Cases) -> BoxedStrategy<Case> {
 }
 
 /// Random tableaux of orders 1 to 3, symplectic or not.
-const RANDOM: [Kind; 4] = [Kind::Collocation, Kind::OrderTwo, Kind::Full, Kind::DiagonallyImplicit];
+const RANDOM: [TableauKind; 4] =
+    [TableauKind::Collocation, TableauKind::OrderTwo, TableauKind::Full, TableauKind::DiagonallyImplicit];
 
 /// Levels, each with half the step of the one before.
 const LEVELS: usize = 6;
@@ -99,12 +100,12 @@ const QUANTITIES: [&str; 3] = ["the discrete Lagrangian", "the doubled flow", "t
 /// The local errors at each level, coarsest first.
 type Errors = [Vec<Level>; 3];
 
-struct Study<'a> {
+struct ErrorStudy<'a> {
     case: &'a dyn Debug,
     fault: Option<&'a Fault>,
 }
 
-impl Visitor<Dd> for Study<'_> {
+impl Visitor<Dd> for ErrorStudy<'_> {
     type Output = Verdict;
 
     fn visit<const N: usize, const D: usize, R: Retraction<Dd, N, D>, L: Lagrangian<Dd, N>, F: Force<Dd, N>>(
@@ -172,7 +173,7 @@ fn one(what: &str, levels: &[Level], order: u32) -> Verdict {
     }
 }
 
-impl Study<'_> {
+impl ErrorStudy<'_> {
     fn errors<const N: usize, const D: usize, R: Retraction<Dd, N, D>, L: Lagrangian<Dd, N>, F: Force<Dd, N>>(
         &self,
         system: &System<Dd, N, D, R, L, F>,

@@ -5,7 +5,7 @@
 use super::LegendreError;
 use super::doubled::{DoubledLagrangian, VelocityError};
 use crate::algebra::{Covector, LieAlgebra, Matrix, Vector, basis_vector, pair};
-use crate::newton::{Equations, Failure, Newton, Settings};
+use crate::newton::{Equations, Failure, Newton, NewtonSettings};
 use crate::retraction::RetractionError;
 use crate::scalar::{Dual, Real, Scalar};
 use nalgebra::DMatrix;
@@ -316,7 +316,7 @@ pub fn hamiltonian_momenta<T: Real, const N: usize, const D: usize>(
     let origin: Vec<T> = guess.0.iter().chain(guess.1).copied().collect();
     let mut momenta = origin.clone();
     let unit = T::unit_roundoff();
-    let settings = Settings { tolerance: unit * T::int(16), floor: unit * T::int(1 << 14), max_iterations: 40 };
+    let settings = NewtonSettings { tolerance: unit * T::int(16), floor: unit * T::int(1 << 14), max_iterations: 40 };
     let residual = |x: &[T], out: &mut [T]| {
         let (found, other) = hamiltonian_legendre(hamiltonian, t, &first(x), u, &second(x))?;
         let wanted = eta.iter().chain(psi);

@@ -2,7 +2,7 @@
 
 use super::{Reading, Row};
 use crate::harness::Verdict;
-use crate::harness::convergence::{Estimate, Kind, Level, TOLERANCE, estimate, kinds};
+use crate::harness::convergence::{Estimate, Level, LevelKind, TOLERANCE, estimate, kinds};
 use crate::harness::evidence::Evidence;
 
 const EXACT: &str =
@@ -202,10 +202,10 @@ impl Findings {
     }
 
     /// What each of the rows is to the order of a quantity; `None` where it does not count.
-    pub fn kinds(&self, quantity: usize) -> Vec<Option<Kind>> {
+    pub fn kinds(&self, quantity: usize) -> Vec<Option<LevelKind>> {
         let levels = self.levels(quantity);
         let found = match self.line(quantity) {
-            Line::Exact => vec![Kind::Noise; levels.len()],
+            Line::Exact => vec![LevelKind::Noise; levels.len()],
             Line::Read(estimate) => kinds(&levels, &estimate.lowered(-f64::from(self.excess))),
         };
         let mut found = found.into_iter();

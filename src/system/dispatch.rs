@@ -131,7 +131,7 @@ impl<T: Real> Visitor<T> for Build {
 }
 
 /// g, G if there is one, and the Casimirs that are known.
-pub(crate) type Parts<T, const N: usize, const D: usize> =
+pub(crate) type BuiltParts<T, const N: usize, const D: usize> =
     (LieAlgebra<T, N>, Option<MatrixGroup<T, N, D>>, Vec<Casimir<T, N>>);
 
 /// How a retraction is made of g and G, for a map τ.
@@ -310,7 +310,7 @@ impl Case {
     /// The system of these parts, with the Lagrangian and the force of the case or what is put in their place.
     pub(crate) fn complete<T: Real, const N: usize, const D: usize, R: Retraction<T, N, D>, L, F>(
         &self,
-        (algebra, group, casimirs): Parts<T, N, D>,
+        (algebra, group, casimirs): BuiltParts<T, N, D>,
         retraction: R,
         lagrangian: impl FnOnce(AnyLagrangian<T, N>) -> L,
         force: impl FnOnce(AnyForce<T, N>) -> F,
@@ -334,7 +334,7 @@ impl Case {
         Ok(System { dimension, algebra, group, lagrangian, force, retraction, tableau, state, step, casimirs })
     }
 
-    fn structure<T: Real, const N: usize, const D: usize>(&self) -> Result<Parts<T, N, D>, CaseError> {
+    fn structure<T: Real, const N: usize, const D: usize>(&self) -> Result<BuiltParts<T, N, D>, CaseError> {
         let place = Place::root().key("algebra");
         let basis_place = place.key("basis");
         let (n, basis) = (self.dimension(), self.algebra.basis.as_ref());

@@ -7,7 +7,7 @@ use super::case::{
     Algebra, Case, Constant, Drag, Force, Inertia, Lagrangian, MAX_DIMENSION, Method, Motion, Start, Structure, Tau,
 };
 use super::error::{CaseError, Place, Problem};
-use super::force::{COEFFICIENT, KINDS, Kind, MATRIX, Parameter, Role, Value};
+use super::force::{COEFFICIENT, ForceKind, KINDS, MATRIX, Parameter, Role, Value};
 use crate::algebra::catalogue::{self, NAMES, UnknownName};
 use crate::scalar::Number;
 use crate::tableau::{Description, Entries};
@@ -76,7 +76,7 @@ pub(crate) struct LagrangianTable {
 /// One `[[force]]`: its kind, and the keys that are there.
 #[derive(Clone, Debug)]
 pub(crate) struct ForceTable {
-    kind: &'static Kind,
+    kind: &'static ForceKind,
     entries: Vec<(&'static str, Entry)>,
 }
 
@@ -383,7 +383,7 @@ fn parameter(key: &str) -> Option<&'static Parameter> {
 #[derive(Clone, Copy)]
 enum Word {
     Key,
-    Kind,
+    ForceKind,
 }
 
 impl<'de> DeserializeSeed<'de> for Word {
@@ -400,7 +400,7 @@ impl Visitor<'_> for Word {
     fn expecting(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         f.write_str(match self {
             Self::Key => "field identifier",
-            Self::Kind => "variant identifier",
+            Self::ForceKind => "variant identifier",
         })
     }
 
@@ -408,26 +408,26 @@ impl Visitor<'_> for Word {
         let known = |words: &'static [&'static str]| words.iter().copied().find(|word| *word == value);
         match self {
             Self::Key => known(&FORCE_KEYS).ok_or_else(|| E::unknown_field(value, &FORCE_KEYS)),
-            Self::Kind => known(&KIND_NAMES).ok_or_else(|| E::unknown_variant(value, &KIND_NAMES)),
+            Self::ForceKind => known(&KIND_NAMES).ok_or_else(|| E::unknown_variant(value, &KIND_NAMES)),
         }
     }
 }
 
-impl<'de> Deserialize<'de> for &'static Kind {
+impl<'de> Deserialize<'de> for &'static ForceKind {
     fn deserialize<D: Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
         struct Name;
 
         impl<'de> Visitor<'de> for Name {
-            type Value = &'static Kind;
+            type Value = &'static ForceKind;
 
             fn expecting(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
                 f.write_str("enum ForceKind")
             }
 
-            fn visit_enum<A: EnumAccess<'de>>(self, data: A) -> Result<&'static Kind, A::Error> {
-                let (name, content) = data.variant_seed(Word::Kind)?;
+            fn visit_enum<A: EnumAccess<'de>>(self, data: A) -> Result<&'static ForceKind, A::Error> {
+                let (name, content) = data.variant_seed(Word::ForceKind)?;
                 content.unit_variant()?;
-                Kind::named(name).ok_or_else(|| serde::de::Error::unknown_variant(name, &KIND_NAMES))
+                ForceKind::named(name).ok_or_else(|| serde::de::Error::unknown_variant(name, &KIND_NAMES))
             }
         }
 

@@ -173,7 +173,7 @@ pub(crate) enum Argument {
 
 /// A kind of force.
 #[derive(Debug)]
-pub(crate) struct Kind {
+pub(crate) struct ForceKind {
     /// The name in files.
     pub name: &'static str,
     /// In the order of files.
@@ -197,7 +197,7 @@ pub(crate) struct Kind {
 }
 
 /// What most kinds have in common.
-const USUAL: Kind = Kind {
+const USUAL: ForceKind = ForceKind {
     name: "",
     parameters: &[],
     argument: Argument::Velocity,
@@ -218,7 +218,7 @@ macro_rules! catalogue {
         }
 
         /// All kinds; that of somebody's own types is the last.
-        pub(crate) static KINDS: &[Kind] = &[$(Kind {
+        pub(crate) static KINDS: &[ForceKind] = &[$(ForceKind {
             parameters: &[$(Parameter { name: stringify!($field), role: Role::$role }),*],
             zero: || {
                 $(let $field = Default::default();)*
@@ -229,7 +229,7 @@ macro_rules! catalogue {
 
         impl Force {
             /// The description of its kind.
-            pub(crate) fn description(&self) -> &'static Kind {
+            pub(crate) fn description(&self) -> &'static ForceKind {
                 match self {
                     $(Self::$variant { .. } => &KINDS[Index::$variant as usize],)*
                 }
@@ -251,26 +251,26 @@ macro_rules! catalogue {
 }
 
 catalogue! {
-    DoubleBracket { alpha } [alpha: Strength] Kind {
+    DoubleBracket { alpha } [alpha: Strength] ForceKind {
         name: "double-bracket", argument: Argument::Momentum, orthogonal: true, weight: 24, telling: 14, lanes: &[Entry::So3], ..USUAL
     };
-    Metriplectic { beta } [beta: Strength] Kind {
+    Metriplectic { beta } [beta: Strength] ForceKind {
         name: "metriplectic", argument: Argument::Momentum, weight: 24, telling: 14, lanes: &[Entry::So3], ..USUAL
     };
-    LinearDrag (drag) [drag: Drag] Kind { name: "linear-drag", weight: 16, telling: 28, ..USUAL };
-    QuadraticDrag (drag) [drag: SymmetricDrag] Kind {
+    LinearDrag (drag) [drag: Drag] ForceKind { name: "linear-drag", weight: 16, telling: 28, ..USUAL };
+    QuadraticDrag (drag) [drag: SymmetricDrag] ForceKind {
         name: "quadratic-drag", smooth: false, weight: 14, telling: 22, ..USUAL
     };
-    Constant { value } [value: Amplitude] Kind {
+    Constant { value } [value: Amplitude] ForceKind {
         name: "constant", argument: Argument::Nothing, weight: 11, telling: 8, ..USUAL
     };
-    Periodic { value, frequency, phase } [value: Amplitude, frequency: Frequency, phase: Phase] Kind {
+    Periodic { value, frequency, phase } [value: Amplitude, frequency: Frequency, phase: Phase] ForceKind {
         name: "periodic", argument: Argument::Nothing, weight: 11, telling: 14, simpler: Some("constant"), ..USUAL
     };
-    Given {} [] Kind { name: "given", ..USUAL };
+    Given {} [] ForceKind { name: "given", ..USUAL };
 }
 
-impl Kind {
+impl ForceKind {
     /// The kind of that name.
     pub fn named(name: &str) -> Option<&'static Self> {
         KINDS.iter().find(|kind| kind.name == name)

@@ -2,7 +2,7 @@
 
 use super::case::{Algebra, Case, Constant, Drag, Force, Inertia, Lagrangian, Motion, Start, Structure, Tau};
 use super::fixed::Fixed;
-use super::force::{Argument, KINDS, Kind, Role, Value};
+use super::force::{Argument, ForceKind, KINDS, Role, Value};
 use super::random::{Cases, Forcing};
 use crate::algebra::catalogue::Entry;
 use crate::scalar::Number;
@@ -251,7 +251,7 @@ pub(super) fn forces(draw: &mut Draw<'_>, n: usize, abelian: bool, knobs: &Cases
 
 /// A force of a kind that the knobs admit, with random parameters.
 fn force(draw: &mut Draw<'_>, n: usize, no_bracket: bool, knobs: &Cases) -> Force {
-    let weight = |kind: &Kind| match kind {
+    let weight = |kind: &ForceKind| match kind {
         _ if no_bracket && kind.argument == Argument::Momentum => 0,
         _ if knobs.smooth && !kind.smooth => 0,
         _ if knobs.telling => kind.telling,

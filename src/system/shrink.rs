@@ -4,7 +4,7 @@
 //! own dyadic grid) in lexicographic order, so greedy descent ends.
 
 use super::case::{Algebra, Case, Drag, Force, Inertia, Motion, Structure, Tau};
-use super::force::{Kind, Role, Value};
+use super::force::{ForceKind, Role, Value};
 use super::generate::dyadic;
 use super::rates::{MOST, Rates};
 use crate::algebra::catalogue::Entry;
@@ -293,7 +293,7 @@ fn numbers(case: &Case, found: &mut Vec<Case>) {
 
 /// The force of the simpler kind, with the parameters that have the same names.
 fn simpler_kind(force: &Force) -> Option<Force> {
-    let kind = Kind::named(force.description().simpler?)?;
+    let kind = ForceKind::named(force.description().simpler?)?;
     let mut simpler = kind.force([]);
     for (k, wanted) in kind.parameters.iter().enumerate() {
         if let Some((_, value)) = force.parameters().find(|(parameter, _)| parameter.name == wanted.name) {

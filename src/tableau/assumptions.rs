@@ -11,7 +11,7 @@ use std::fmt;
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 #[cfg_attr(feature = "harness", derive(serde::Serialize))]
 #[non_exhaustive]
-pub enum Kind {
+pub enum AssumptionKind {
     /// The quadrature formula (b, c) has order p.
     B,
     /// The stages have order q.
@@ -26,7 +26,7 @@ pub enum Kind {
 #[non_exhaustive]
 pub struct Assumption {
     /// Which.
-    pub kind: Kind,
+    pub kind: AssumptionKind,
     /// The largest k up to which it holds, checked to 2s + 1.
     pub holds: usize,
     /// The first equation that fails; `None` if none does up to k = 2s + 1.
@@ -39,7 +39,7 @@ pub struct Assumption {
 #[non_exhaustive]
 pub struct Failure {
     /// Which assumption.
-    pub kind: Kind,
+    pub kind: AssumptionKind,
     /// The k of the equation.
     pub k: usize,
     /// The row i of C or the column j of D, from 1.
@@ -69,7 +69,11 @@ impl Assumptions {
     /// The largest p, q and r for which the coefficients fulfil B(p), C(q) and D(r), each up to 2s + 1.
     pub fn of<Q: Quantity>(coefficients: &Coefficients<Q>) -> Self {
         let checker = Checker::new(coefficients, 2 * coefficients.stages() + 1);
-        Self { b: checker.check(Kind::B), c: checker.check(Kind::C), d: checker.check(Kind::D) }
+        Self {
+            b: checker.check(AssumptionKind::B),
+            c: checker.check(AssumptionKind::C),
+            d: checker.check(AssumptionKind::D),
+        }
     }
 }
 
@@ -100,10 +104,10 @@ impl<'t, Q: Quantity> Checker<'t, Q> {
         Self { coefficients, powers }
     }
 
-    fn check(&self, kind: Kind) -> Assumption {
+    fn check(&self, kind: AssumptionKind) -> Assumption {
         let s = self.coefficients.stages();
         for k in 1..=2 * s + 1 {
-            let indices = if kind == Kind::B { 1 } else { s };
+            let indices = if kind == AssumptionKind::B { 1 } else { s };
             if let Some(failure) = (0..indices).find_map(|index| self.failure(kind, k, index)) {
                 return Assumption { kind, holds: k - 1, fails: Some(failure) };
             }
@@ -111,29 +115,29 @@ impl<'t, Q: Quantity> Checker<'t, Q> {
         Assumption { kind, holds: 2 * s + 1, fails: None }
     }
 
-    fn failure(&self, kind: Kind, k: usize, index: usize) -> Option<Failure> {
+    fn failure(&self, kind: AssumptionKind, k: usize, index: usize) -> Option<Failure> {
         let (left, right) = self.sides(kind, k, index);
         let defect = left.minus(&right);
         let s = self.coefficients.stages();
         (!defect.vanishes(8 * (k + 1) * (s + 2))).then(|| Failure {
             kind,
             k,
-            index: (kind != Kind::B).then_some(index + 1),
+            index: (kind != AssumptionKind::B).then_some(index + 1),
             left: left.show(),
             right: right.show(),
             defect: defect.to_f64(),
         })
     }
 
-    fn sides(&self, kind: Kind, k: usize, index: usize) -> (Q, Q) {
+    fn sides(&self, kind: AssumptionKind, k: usize, index: usize) -> (Q, Q) {
         let Coefficients { a, b, .. } = self.coefficients;
         let sum = |term: &dyn Fn(usize) -> Q| (0..b.len()).fold(Q::fraction(0, 1), |sum, i| sum.plus(&term(i)));
         let (one, over_k) = (Q::fraction(1, 1), Q::fraction(1, k as i64));
         let (before, power) = (&self.powers[k - 1], &self.powers[k]);
         match kind {
-            Kind::B => (sum(&|i| b[i].times(&before[i])), over_k),
-            Kind::C => (sum(&|j| a[index][j].times(&before[j])), power[index].times(&over_k)),
-            Kind::D => {
+            AssumptionKind::B => (sum(&|i| b[i].times(&before[i])), over_k),
+            AssumptionKind::C => (sum(&|j| a[index][j].times(&before[j])), power[index].times(&over_k)),
+            AssumptionKind::D => {
                 let left = sum(&|i| b[i].times(&before[i]).times(&a[i][index]));
                 (left, b[index].times(&one.minus(&power[index])).times(&over_k))
             }
@@ -161,13 +165,13 @@ impl fmt::Display for Failure {
         let entry = |i: &str, j: &str| if at > 9 { format!("a_{i},{j}") } else { format!("a_{i}{j}") };
         let (before, label) = (k - 1, at.to_string());
         match kind {
-            Kind::B => write!(f, "B({k}) fails: Σ_i b_i{} = {left}, not {right}", power("i", before))?,
-            Kind::C => {
+            AssumptionKind::B => write!(f, "B({k}) fails: Σ_i b_i{} = {left}, not {right}", power("i", before))?,
+            AssumptionKind::C => {
                 let (entry, right_side) = (entry(&label, "j"), power(&label, *k));
                 write!(f, "C({k}) fails at i = {at}: Σ_j {entry}{} = {left}, ", power("j", before))?;
                 write!(f, "{}{over} = {right}", right_side.trim_start())?;
             }
-            Kind::D => {
+            AssumptionKind::D => {
                 let entry = entry("i", &label);
                 write!(f, "D({k}) fails at j = {at}: Σ_i b_i{} {entry} = {left}, ", power("i", before))?;
                 write!(f, "b_{at} (1 −{}){over} = {right}", power(&label, *k))?;

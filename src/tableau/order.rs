@@ -171,7 +171,7 @@ impl<T: Real> Arithmetic for Balls<T> {
 /// The elementary weights of a tableau, with what the trees have in common computed once.
 ///
 /// ```
-/// use euler_poincare::tableau::assumptions::{Assumption, Assumptions, Failure, Kind};
+/// use euler_poincare::tableau::assumptions::{Assumption, Assumptions, Failure, AssumptionKind};
 /// use euler_poincare::tableau::failing::{Condition, Failing};
 /// use euler_poincare::tableau::order::{Broken, Conditions};
 /// use euler_poincare::tableau::quantity::{Ball, Coefficients, Quantity};
@@ -193,7 +193,7 @@ impl<T: Real> Arithmetic for Balls<T> {
 /// let assumptions = Assumptions::of(&coefficients);
 /// let d: &Assumption = &assumptions.d;
 /// let failure: &Failure = d.fails.as_ref().expect("D(1) fails");
-/// assert_eq!((d.kind, d.holds, failure.k), (Kind::D, 0, 1));
+/// assert_eq!((d.kind, d.holds, failure.k), (AssumptionKind::D, 0, 1));
 /// assert_eq!(Shape::of(&coefficients), Shape::Explicit);
 /// let gauss = Coefficients::of(&Family::Gauss.tableau::<f64>(2)?);
 /// assert!(matches!(Symmetry::of(&gauss), Symmetry::Symmetric(_)) && is_symplectic(&gauss));

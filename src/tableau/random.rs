@@ -12,7 +12,7 @@ use proptest::strategy::Union;
 /// What to generate.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 #[non_exhaustive]
-pub enum Kind {
+pub enum TableauKind {
     /// A member of a family (few stages more often than many) or a classical tableau.
     Named,
     /// Collocation at 1 to 3 distinct rational nodes: classical order at least the number of stages.
@@ -27,26 +27,35 @@ pub enum Kind {
     DiagonallyImplicit,
 }
 
-impl Kind {
+impl TableauKind {
     /// All kinds.
-    pub const ALL: [Kind; 6] =
-        [Kind::Named, Kind::Collocation, Kind::OrderTwo, Kind::Full, Kind::Explicit, Kind::DiagonallyImplicit];
+    pub const ALL: [TableauKind; 6] = [
+        TableauKind::Named,
+        TableauKind::Collocation,
+        TableauKind::OrderTwo,
+        TableauKind::Full,
+        TableauKind::Explicit,
+        TableauKind::DiagonallyImplicit,
+    ];
 }
 
 /// Any tableau: named ones four times as often as each other kind. Shrinks to `gauss-1`.
 pub fn any() -> BoxedStrategy<Description> {
-    Union::new_weighted(Kind::ALL.map(|kind| (if kind == Kind::Named { 4 } else { 1 }, of_kind(kind))).to_vec()).boxed()
+    Union::new_weighted(
+        TableauKind::ALL.map(|kind| (if kind == TableauKind::Named { 4 } else { 1 }, of_kind(kind))).to_vec(),
+    )
+    .boxed()
 }
 
 /// Any tableau of one kind, with up to 5 stages if it is named, 4 if it is triangular, else 3.
-pub fn of_kind(kind: Kind) -> BoxedStrategy<Description> {
+pub fn of_kind(kind: TableauKind) -> BoxedStrategy<Description> {
     match kind {
-        Kind::Named => named(),
-        Kind::Collocation => select(collocations()).boxed(),
-        Kind::OrderTwo => raw(2..=3).prop_map(|raw| raw.order_two()).boxed(),
-        Kind::Full => raw(1..=3).prop_map(|raw| raw.keep(|_, _| true)).boxed(),
-        Kind::Explicit => raw(1..=4).prop_map(|raw| raw.keep(|i, j| j < i)).boxed(),
-        Kind::DiagonallyImplicit => raw(1..=4).prop_map(|raw| raw.keep(|i, j| j <= i)).boxed(),
+        TableauKind::Named => named(),
+        TableauKind::Collocation => select(collocations()).boxed(),
+        TableauKind::OrderTwo => raw(2..=3).prop_map(|raw| raw.order_two()).boxed(),
+        TableauKind::Full => raw(1..=3).prop_map(|raw| raw.keep(|_, _| true)).boxed(),
+        TableauKind::Explicit => raw(1..=4).prop_map(|raw| raw.keep(|i, j| j < i)).boxed(),
+        TableauKind::DiagonallyImplicit => raw(1..=4).prop_map(|raw| raw.keep(|i, j| j <= i)).boxed(),
     }
 }
 

@@ -4,7 +4,7 @@ use super::super::schema::object;
 use super::super::table::{Column, Table, entries, paragraph};
 use super::{Outcome, Source, word};
 use euler_poincare::harness::Verdict;
-use euler_poincare::harness::convergence::{Estimate, Kind};
+use euler_poincare::harness::convergence::{Estimate, LevelKind};
 use euler_poincare::scalar::Number;
 use euler_poincare::study::Findings;
 use euler_poincare::tableau::analysis::Findings as Orders;
@@ -166,7 +166,7 @@ fn errors(findings: &Findings) -> String {
         columns.extend([Column::number("").titled(quantity).rank(rank), Column::number("slope").rank(rank)]);
     }
     let mut table = Table::new(&columns);
-    let marks: Vec<Vec<Option<Kind>>> = (0..findings.quantities().len()).map(|q| findings.kinds(q)).collect();
+    let marks: Vec<Vec<Option<LevelKind>>> = (0..findings.quantities().len()).map(|q| findings.kinds(q)).collect();
     let mut last = None::<&euler_poincare::study::Row>;
     let mut refused = BTreeSet::new();
     let count = findings.rows().len();
@@ -184,9 +184,9 @@ fn errors(findings: &Findings) -> String {
             Ok(readings) => {
                 for (quantity, reading) in readings.iter().enumerate() {
                     let mark = match marks[quantity][index] {
-                        Some(Kind::Noise) => "~",
-                        Some(Kind::Asymptotic) => "",
-                        Some(Kind::PreAsymptotic) | None => "·",
+                        Some(LevelKind::Noise) => "~",
+                        Some(LevelKind::Asymptotic) => "",
+                        Some(LevelKind::PreAsymptotic) | None => "·",
                     };
                     let before = last.and_then(|row| Some((row.h, row.readings.as_ref().ok()?.get(quantity)?.error)));
                     let slope = before
@@ -203,10 +203,10 @@ fn errors(findings: &Findings) -> String {
         }
     }
     let mut legend = Vec::new();
-    if marks.iter().flatten().any(|kind| *kind == Some(Kind::Noise)) {
+    if marks.iter().flatten().any(|kind| *kind == Some(LevelKind::Noise)) {
         legend.push("~ within the noise");
     }
-    if marks.iter().flatten().any(|kind| !matches!(kind, Some(Kind::Noise | Kind::Asymptotic))) {
+    if marks.iter().flatten().any(|kind| !matches!(kind, Some(LevelKind::Noise | LevelKind::Asymptotic))) {
         legend.push("· not on the line (yet)");
     }
     let legend = if legend.is_empty() { String::new() } else { format!("\n{}", legend.join(", ")) };

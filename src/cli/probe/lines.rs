@@ -2,13 +2,13 @@
 
 use super::super::schema::object;
 use super::{Saved, asked, slopes};
-use euler_poincare::external::{Broken, LawReport, Record, Report};
+use euler_poincare::external::{Broken, LawReport, ProbeReport, Record};
 use euler_poincare::harness::Verdict;
 use euler_poincare::laws::method::MethodLaw;
 use serde_json::{Value, json};
 
 /// The campaign.
-pub fn json(report: &Report, saved: &[Saved]) -> String {
+pub fn json(report: &ProbeReport, saved: &[Saved]) -> String {
     let laws = report.laws.iter().zip(saved).map(|(law, saved)| one(law, saved));
     laws.chain([summary(report)]).map(|line| format!("{line}\n")).collect()
 }
@@ -55,7 +55,7 @@ fn failure(broken: &Broken) -> Value {
     })
 }
 
-fn summary(report: &Report) -> Value {
+fn summary(report: &ProbeReport) -> Value {
     let summary = json!({
         "conclusion": report.conclusion(),
         "laws": report.laws.len(),

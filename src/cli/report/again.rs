@@ -3,7 +3,7 @@
 use super::super::progress::Bar;
 use super::files::{Found, Saved};
 use super::tally::Tally;
-use euler_poincare::harness::convergence::{Estimate, Kind, Level, TOLERANCE};
+use euler_poincare::harness::convergence::{Estimate, Level, LevelKind, TOLERANCE};
 use euler_poincare::harness::evidence::{Evidence, Wanted, gather_with};
 use euler_poincare::harness::{Fault, Law, Verdict, draw, verdict_on};
 use euler_poincare::laws::{self, CaseLaw};
@@ -42,7 +42,7 @@ pub struct Curve {
     /// What it is the error of.
     pub quantity: String,
     /// Step and error, with what each is to the estimate.
-    pub levels: Vec<(Level, Kind)>,
+    pub levels: Vec<(Level, LevelKind)>,
     /// What they show.
     pub estimate: Estimate,
     /// The slope that was predicted.

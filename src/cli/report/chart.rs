@@ -2,7 +2,7 @@
 
 use super::again::Curve;
 use super::tally::Histogram;
-use euler_poincare::harness::convergence::{Kind, Level};
+use euler_poincare::harness::convergence::{Level, LevelKind};
 use maud::{Markup, html};
 use std::fmt::Write;
 
@@ -120,13 +120,13 @@ const BOTTOM: f64 = 34.0;
 /// Error against step of the quantities of a case, with the slopes that were predicted.
 pub fn order(label: &str, curves: &[Curve]) -> Markup {
     let shown = |level: &Level| level.h > 0.0 && level.h.is_finite() && level.error > 0.0 && level.error.is_finite();
-    let points = |curve: &Curve| -> Vec<(f64, f64, Kind)> {
+    let points = |curve: &Curve| -> Vec<(f64, f64, LevelKind)> {
         let levels = curve.levels.iter().filter(|(level, _)| shown(level));
         let mut points: Vec<_> = levels.map(|(level, kind)| (level.h.log10(), level.error.log10(), *kind)).collect();
         points.sort_by(|a, b| a.0.total_cmp(&b.0));
         points
     };
-    let lines: Vec<Vec<(f64, f64, Kind)>> = curves.iter().map(points).collect();
+    let lines: Vec<Vec<(f64, f64, LevelKind)>> = curves.iter().map(points).collect();
     let all = || lines.iter().flatten();
     let x = Axis::new(all().map(|point| point.0), LEFT, WIDTH - 10.0);
     let y = Axis::new(all().map(|point| point.1), HEIGHT - BOTTOM, 10.0);
@@ -161,7 +161,7 @@ fn series(k: usize) -> &'static str {
     ["series-0", "series-1", "series-2", "series-3"][k.min(3)]
 }
 
-fn joined(x: &Axis, y: &Axis, line: &[(f64, f64, Kind)]) -> String {
+fn joined(x: &Axis, y: &Axis, line: &[(f64, f64, LevelKind)]) -> String {
     let mut path = String::new();
     for (k, point) in line.iter().enumerate() {
         let _ = write!(path, "{}{:.1} {:.1}", if k == 0 { 'M' } else { 'L' }, x.at(point.0), y.at(point.1));
@@ -170,8 +170,8 @@ fn joined(x: &Axis, y: &Axis, line: &[(f64, f64, Kind)]) -> String {
 }
 
 /// The slope that was predicted, through the finest level on the line (else the coarsest of all), a little to the side.
-fn predicted(x: &Axis, y: &Axis, line: &[(f64, f64, Kind)], slope: u32) -> Markup {
-    let on_line = line.iter().find(|point| point.2 == Kind::Asymptotic);
+fn predicted(x: &Axis, y: &Axis, line: &[(f64, f64, LevelKind)], slope: u32) -> Markup {
+    let on_line = line.iter().find(|point| point.2 == LevelKind::Asymptotic);
     let Some(anchor) = on_line.or(line.last()) else { return html! {} };
     let height = |log: f64| anchor.1 + f64::from(slope) * (log - anchor.0);
     // Only as far as the frame goes.
@@ -186,13 +186,13 @@ fn predicted(x: &Axis, y: &Axis, line: &[(f64, f64, Kind)], slope: u32) -> Marku
 }
 
 /// A mark whose shape tells the quantity, and whose filling what the level is.
-fn mark(x: f64, y: f64, kind: Kind, k: usize) -> Markup {
+fn mark(x: f64, y: f64, kind: LevelKind, k: usize) -> Markup {
     let class = match kind {
-        Kind::Asymptotic => "asymptotic",
-        Kind::PreAsymptotic => "pre-asymptotic",
-        Kind::Noise => "noise",
+        LevelKind::Asymptotic => "asymptotic",
+        LevelKind::PreAsymptotic => "pre-asymptotic",
+        LevelKind::Noise => "noise",
     };
-    if kind == Kind::Noise {
+    if kind == LevelKind::Noise {
         return html! { path class=(class) d=(format!("M{:.1} {:.1}l6 6m0-6l-6 6", x - 3.0, y - 3.0)) {} };
     }
     match k {
@@ -203,6 +203,6 @@ fn mark(x: f64, y: f64, kind: Kind, k: usize) -> Markup {
 }
 
 /// A mark by itself, for a legend.
-pub fn key(kind: Kind, k: usize) -> Markup {
+pub fn key(kind: LevelKind, k: usize) -> Markup {
     html! { svg class={ "key " (series(k)) } viewBox="0 0 14 14" aria-hidden="true" { (mark(7.0, 7.0, kind, k)) } }
 }

@@ -7,7 +7,7 @@ mod token;
 
 use maud::{Markup, PreEscaped};
 use std::fmt::Write;
-use token::{Kind, Token, tokens};
+use token::{Token, TokenKind, tokens};
 
 /// A sentence with its formulas typeset.
 pub fn typeset(text: &str) -> Markup {
@@ -29,7 +29,7 @@ type Run = std::ops::Range<usize>;
 fn plain(tokens: &[Token], out: &mut String) {
     for token in tokens {
         match token.kind {
-            Kind::Code => {
+            TokenKind::Code => {
                 let _ = write!(out, "<code>{}</code>", escaped(&token.text));
             }
             _ => out.push_str(&escaped(&token.raw)),
@@ -46,7 +46,8 @@ fn runs(tokens: &[Token]) -> Vec<Run> {
     let mut runs = Vec::new();
     let mut start = 0;
     while start < tokens.len() {
-        let end = (start..tokens.len()).find(|&i| tokens[i].kind == Kind::Prose || tokens[i].kind == Kind::Code);
+        let end =
+            (start..tokens.len()).find(|&i| tokens[i].kind == TokenKind::Prose || tokens[i].kind == TokenKind::Code);
         let end = end.unwrap_or(tokens.len());
         for balanced in balanced(tokens, start..end) {
             let run = trimmed(tokens, balanced);
@@ -64,8 +65,8 @@ fn runs(tokens: &[Token]) -> Vec<Run> {
 /// Whether a token makes its run a formula: a symbol, or a number with a power.
 fn letter(tokens: &[Token], at: usize, token: &Token) -> bool {
     match token.kind {
-        Kind::Symbol => true,
-        Kind::Number => tokens.get(at + 1).is_some_and(Token::is_mark),
+        TokenKind::Symbol => true,
+        TokenKind::Number => tokens.get(at + 1).is_some_and(Token::is_mark),
         _ => false,
     }
 }
@@ -76,8 +77,8 @@ fn balanced(tokens: &[Token], run: Run) -> Vec<Run> {
     let (mut parts, mut start, mut depth) = (Vec::new(), run.start, Depth::default());
     for i in run.clone() {
         let cut = match tokens[i].kind {
-            Kind::Open | Kind::Close | Kind::Bar => !paired[i],
-            Kind::Comma => depth.is_zero(),
+            TokenKind::Open | TokenKind::Close | TokenKind::Bar => !paired[i],
+            TokenKind::Comma => depth.is_zero(),
             _ => false,
         };
         if cut {
@@ -97,9 +98,9 @@ fn paired(tokens: &[Token], run: Run) -> Vec<bool> {
     let mut paired = vec![false; tokens.len()];
     for i in run {
         let closes = match tokens[i].kind {
-            Kind::Close => true,
+            TokenKind::Close => true,
             // A bar closes one that is open, within the same bracket.
-            Kind::Bar => open.last().is_some_and(|&o| tokens[o].kind == Kind::Bar),
+            TokenKind::Bar => open.last().is_some_and(|&o| tokens[o].kind == TokenKind::Bar),
             _ => false,
         };
         if closes {
@@ -108,7 +109,7 @@ fn paired(tokens: &[Token], run: Run) -> Vec<bool> {
                 paired[i] = true;
                 open.truncate(place);
             }
-        } else if matches!(tokens[i].kind, Kind::Open | Kind::Bar) {
+        } else if matches!(tokens[i].kind, TokenKind::Open | TokenKind::Bar) {
             open.push(i);
         }
     }
@@ -125,9 +126,9 @@ struct Depth {
 impl Depth {
     fn pass(&mut self, token: &Token) {
         match token.kind {
-            Kind::Open => self.brackets += 1,
-            Kind::Close => self.brackets = self.brackets.saturating_sub(1),
-            Kind::Bar => self.bar = !self.bar,
+            TokenKind::Open => self.brackets += 1,
+            TokenKind::Close => self.brackets = self.brackets.saturating_sub(1),
+            TokenKind::Bar => self.bar = !self.bar,
             _ => {}
         }
     }
@@ -141,10 +142,10 @@ impl Depth {
 fn trimmed(tokens: &[Token], run: Run) -> Run {
     let Run { mut start, mut end } = run;
     while start < end {
-        let space = |i: usize| tokens.get(i).is_some_and(|token| token.kind == Kind::Space);
-        if space(start) || (tokens[start].kind == Kind::Operator && (space(start + 1) || start + 1 == end)) {
+        let space = |i: usize| tokens.get(i).is_some_and(|token| token.kind == TokenKind::Space);
+        if space(start) || (tokens[start].kind == TokenKind::Operator && (space(start + 1) || start + 1 == end)) {
             start += 1;
-        } else if space(end - 1) || tokens[end - 1].kind == Kind::Operator {
+        } else if space(end - 1) || tokens[end - 1].kind == TokenKind::Operator {
             end -= 1;
         } else {
             break;
@@ -157,7 +158,7 @@ fn trimmed(tokens: &[Token], run: Run) -> Run {
 fn formula(tokens: &[Token], out: &mut String) {
     let (mut start, mut depth) = (0, Depth::default());
     for (i, token) in tokens.iter().enumerate() {
-        let operator = token.kind == Kind::Operator && token.breaks() && depth.is_zero();
+        let operator = token.kind == TokenKind::Operator && token.breaks() && depth.is_zero();
         if operator && i > start + 1 && follows_term(&tokens[..i]) {
             piece(&tokens[start..i - 1], start > 0, out);
             out.push(' ');
@@ -171,7 +172,7 @@ fn formula(tokens: &[Token], out: &mut String) {
 /// Whether a term and a space come last.
 fn follows_term(tokens: &[Token]) -> bool {
     match tokens {
-        [.., term, space] => space.kind == Kind::Space && term.kind != Kind::Operator,
+        [.., term, space] => space.kind == TokenKind::Space && term.kind != TokenKind::Operator,
         _ => false,
     }
 }
@@ -205,13 +206,13 @@ impl Writer<'_> {
     /// Everything up to the end, or to this closing bracket.
     fn row(&mut self, until: Option<&str>) {
         while let Some(token) = self.tokens.get(self.at) {
-            if until.is_some_and(|end| matches!(token.kind, Kind::Close | Kind::Bar) && token.text == end) {
+            if until.is_some_and(|end| matches!(token.kind, TokenKind::Close | TokenKind::Bar) && token.text == end) {
                 return;
             }
             match token.kind {
-                Kind::Space => self.space(),
-                Kind::Operator => self.operator(),
-                Kind::Comma => {
+                TokenKind::Space => self.space(),
+                TokenKind::Operator => self.operator(),
+                TokenKind::Comma => {
                     self.element("mo", "", &token.text);
                     self.at += 1;
                     self.after = After::Nothing;
@@ -226,7 +227,7 @@ impl Writer<'_> {
         self.out.push(' ');
         self.at += 1;
         let next = self.tokens.get(self.at).map(|token| token.kind);
-        let beside = matches!(next, None | Some(Kind::Operator | Kind::Comma | Kind::Close));
+        let beside = matches!(next, None | Some(TokenKind::Operator | TokenKind::Comma | TokenKind::Close));
         if self.after == After::Term && !beside {
             self.out.push_str("<mspace width=\"0.2em\"/>");
         }
@@ -254,9 +255,9 @@ impl Writer<'_> {
         let mark = self.out.len();
         let token = &self.tokens[self.at];
         match token.kind {
-            Kind::Open => self.group(token.closing()),
-            Kind::Bar => self.group("|"),
-            Kind::Number => {
+            TokenKind::Open => self.group(token.closing()),
+            TokenKind::Bar => self.group("|"),
+            TokenKind::Number => {
                 self.element("mn", "", &token.text);
                 self.at += 1;
             }
@@ -317,7 +318,7 @@ impl Writer<'_> {
 
     /// Whether nothing follows within the bracket.
     fn ends(&self) -> bool {
-        self.tokens.get(self.at).is_none_or(|token| matches!(token.kind, Kind::Close | Kind::Comma))
+        self.tokens.get(self.at).is_none_or(|token| matches!(token.kind, TokenKind::Close | TokenKind::Comma))
     }
 
     /// Puts the marks that follow on what was written from `start` on.
@@ -325,11 +326,11 @@ impl Writer<'_> {
         let (mut below, mut above, mut primes) = (Vec::new(), Vec::new(), 0);
         while let Some(token) = self.tokens.get(self.at) {
             match token.kind {
-                Kind::Script { up: false } => below.push(inner(&token.text)),
-                Kind::Script { up: true } => above.push(inner(&token.text)),
-                Kind::Prime => primes += token.text.len(),
-                Kind::Star => above.push("<mo>∗</mo>".into()),
-                Kind::Arrow => {
+                TokenKind::Script { up: false } => below.push(inner(&token.text)),
+                TokenKind::Script { up: true } => above.push(inner(&token.text)),
+                TokenKind::Prime => primes += token.text.len(),
+                TokenKind::Star => above.push("<mo>∗</mo>".into()),
+                TokenKind::Arrow => {
                     self.out.insert_str(start, "<mover accent=\"true\">");
                     let _ = write!(self.out, "<mo stretchy=\"false\">{}</mo></mover>", token.text);
                 }

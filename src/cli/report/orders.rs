@@ -4,7 +4,7 @@ use super::again::{Curve, Order, Shown};
 use super::formula::typeset;
 use super::numbers::*;
 use super::{chart, page};
-use euler_poincare::harness::convergence::{Estimate, Kind};
+use euler_poincare::harness::convergence::{Estimate, LevelKind};
 use maud::{Markup, html};
 
 /// The section.
@@ -30,9 +30,9 @@ pub fn section(orders: &[Order]) -> Markup {
 
 fn legend() -> Markup {
     let kinds = [
-        (Kind::Asymptotic, "on the line: asymptotic"),
-        (Kind::PreAsymptotic, "too coarse: pre-asymptotic"),
-        (Kind::Noise, "not clear of round-off: noise"),
+        (LevelKind::Asymptotic, "on the line: asymptotic"),
+        (LevelKind::PreAsymptotic, "too coarse: pre-asymptotic"),
+        (LevelKind::Noise, "not clear of round-off: noise"),
     ];
     html! {
         ul.legend {
@@ -58,7 +58,7 @@ fn figure(law: &str, shown: &Shown) -> Markup {
                 ul.curves {
                     @for (k, curve) in shown.curves.iter().enumerate() {
                         li {
-                            (chart::key(Kind::Asymptotic, k)) (slope(curve))
+                            (chart::key(LevelKind::Asymptotic, k)) (slope(curve))
                         }
                     }
                 }

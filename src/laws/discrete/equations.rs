@@ -77,12 +77,12 @@ struct Check<'a> {
 
 /// l_d(V, U, W) = (‖W − 1‖² − ‖V − 1‖²)/(2h) + Σ_m f_m(V) g_m(U) k_m(W), with affine functions of the entries: regular
 /// for small h, as the matrices ê_a are linearly independent.
-struct Polynomial<T: Real, const D: usize> {
+struct ArrowPolynomial<T: Real, const D: usize> {
     step: T,
     terms: [[Matrix<T, D>; 3]; 2],
 }
 
-impl<T: Real, const D: usize> Polynomial<T, D> {
+impl<T: Real, const D: usize> ArrowPolynomial<T, D> {
     fn random(probe: &mut Probe) -> Self {
         let mut matrix = || Matrix::<T, D>::from_fn(|_, _| probe.unit::<T>() * T::exact(0.125));
         let terms = [[matrix(), matrix(), matrix()], [matrix(), matrix(), matrix()]];
@@ -90,7 +90,7 @@ impl<T: Real, const D: usize> Polynomial<T, D> {
     }
 }
 
-impl<T: Real, const D: usize> SmoothLagrangian<T, D> for Polynomial<T, D> {
+impl<T: Real, const D: usize> SmoothLagrangian<T, D> for ArrowPolynomial<T, D> {
     fn value<S: Scalar<Base = T>>(&self, x: &Triple<S, D>) -> Result<S, RetractionError> {
         let square = |g: &Matrix<S, D>| (g - Matrix::<S, D>::identity()).iter().fold(S::zero(), |sum, v| sum + *v * *v);
         let kinetic = (square(&x.w) - square(&x.v)) * (S::half() / S::lift(self.step));
@@ -145,8 +145,8 @@ impl Check<'_> {
         Ok(elements)
     }
 
-    fn polynomial<T: Real, const D: usize>(&self) -> Polynomial<T, D> {
-        Polynomial::random(&mut Probe::new(self.case, stream::DISCRETE_POLYNOMIAL))
+    fn polynomial<T: Real, const D: usize>(&self) -> ArrowPolynomial<T, D> {
+        ArrowPolynomial::random(&mut Probe::new(self.case, stream::DISCRETE_POLYNOMIAL))
     }
 
     fn variation<T: Real, const N: usize, const D: usize>(

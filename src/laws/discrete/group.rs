@@ -78,19 +78,19 @@ struct Check<'a> {
 }
 
 /// l_d(W) = ‖W − 1‖²/(2h) + f(W) g(W), with affine functions of the entries.
-struct Polynomial<T: Real, const D: usize> {
+struct MatrixPolynomial<T: Real, const D: usize> {
     step: T,
     terms: [Matrix<T, D>; 2],
 }
 
-impl<T: Real, const D: usize> Polynomial<T, D> {
+impl<T: Real, const D: usize> MatrixPolynomial<T, D> {
     fn random(probe: &mut Probe) -> Self {
         let mut matrix = || Matrix::<T, D>::from_fn(|_, _| probe.unit::<T>() * T::exact(0.125));
         Self { step: T::exact(2f64.powi(-4)), terms: [matrix(), matrix()] }
     }
 }
 
-impl<T: Real, const D: usize> GroupLagrangian<T, D> for Polynomial<T, D> {
+impl<T: Real, const D: usize> GroupLagrangian<T, D> for MatrixPolynomial<T, D> {
     fn value<S: Scalar<Base = T>>(&self, w: &Matrix<S, D>) -> Result<S, RetractionError> {
         let square = (w - Matrix::<S, D>::identity()).iter().fold(S::zero(), |sum, v| sum + *v * *v);
         let affine = |c: &Matrix<T, D>| c.iter().zip(w.iter()).fold(S::one(), |sum, (c, v)| sum + S::lift(*c) * *v);
@@ -165,7 +165,7 @@ impl Check<'_> {
         let mut element = || system.retraction.tau(&(probe.vector::<T, N>() * T::exact(0.125))).map_err(outside);
         let (first, second) = (element()?, element()?);
         let zeta = probe.vector::<T, N>();
-        let l_d = Polynomial::random(&mut probe);
+        let l_d = MatrixPolynomial::random(&mut probe);
         let hat = group.hat(&zeta);
         let along = |g: &Matrix<T, D>, direction: Matrix<T, D>| g.zip_map(&direction, |re, eps| Dual { re, eps });
         let value = |w: Matrix<Dual<T>, D>| l_d.value(&w).map_err(outside);
@@ -222,7 +222,7 @@ impl Check<'_> {
     ) -> Result<Measured, Measured> {
         let mut probe = Probe::new(self.case, stream::POISSON_ON_GROUP);
         let w = system.retraction.tau(&(probe.vector::<T, N>() * T::exact(0.125))).map_err(outside)?;
-        let l_d = Polynomial::random(&mut probe);
+        let l_d = MatrixPolynomial::random(&mut probe);
         let (mut before, mut after) = (Matrix::<T, N>::zeros(), Matrix::<T, N>::zeros());
         let (mut mu, mut image) = (Covector::<T, N>::zeros(), Covector::<T, N>::zeros());
         for a in 0..N {

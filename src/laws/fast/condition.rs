@@ -2,7 +2,7 @@
 
 use crate::integrators::StepError;
 use crate::laws::method::library::Library;
-use crate::laws::method::{Point, Stepper, Subject};
+use crate::laws::method::{MethodSource, Point, Stepper};
 use crate::scalar::{Dd, Number, Real, Scalar};
 use crate::system::Case;
 use crate::system::case::Force;

@@ -7,7 +7,7 @@ use crate::integrators::so3::{self, HalfAngle, LaneForce, QuaternionSo3, Quatern
 use crate::integrators::variational::Settings;
 use crate::integrators::{OneStep, Report, State, StepError};
 use crate::laws::method::library::{FAVOURED, Library, SEES_ATTITUDE, SEES_TIME};
-use crate::laws::method::{Point, Stepper, Subject};
+use crate::laws::method::{MethodSource, Point, Stepper};
 use crate::laws::planted::{blend_scalar, step, tableau};
 use crate::mechanics::lagrangian::{AnyLagrangian, Quadratic};
 use crate::retraction::{CayleySo3, ExponentialSo3};
@@ -48,7 +48,7 @@ pub(super) enum Form {
 
 /// The parts of a case, typed.
 #[derive(Clone, Debug)]
-pub(super) struct Parts<const N: usize, const D: usize, F> {
+pub(super) struct BodyParts<const N: usize, const D: usize, F> {
     pub lagrangian: Quadratic<f64, N>,
     pub terms: F,
     pub tableau: Tableau<f64>,
@@ -59,8 +59,8 @@ pub(super) struct Parts<const N: usize, const D: usize, F> {
 /// A case that a fast step is for.
 #[derive(Clone, Debug)]
 pub(super) enum Body {
-    So3(Box<Parts<3, 3, so3::Terms>>),
-    Se3(Box<Parts<6, 4, se3::Terms>>),
+    So3(Box<BodyParts<3, 3, so3::Terms>>),
+    Se3(Box<BodyParts<6, 4, se3::Terms>>),
 }
 
 fn unsupported(why: impl ToString) -> StepError {
@@ -87,13 +87,25 @@ impl Body {
                 let system = case.on_so3().map_err(unsupported)?;
                 let lagrangian = quadratic(system.lagrangian)?;
                 let terms = so3::Terms::new(&system.force, &lagrangian).map_err(unsupported)?;
-                Ok(Self::So3(Box::new(Parts { lagrangian, terms, tableau: system.tableau, state: system.state, tau })))
+                Ok(Self::So3(Box::new(BodyParts {
+                    lagrangian,
+                    terms,
+                    tableau: system.tableau,
+                    state: system.state,
+                    tau,
+                })))
             }
             Structure::Named(Se3) if case.algebra.basis.is_none() && tau == Tau::Cayley => {
                 let system = case.on_se3().map_err(unsupported)?;
                 let lagrangian = quadratic(system.lagrangian)?;
                 let terms = se3::Terms::new(&system.force).map_err(unsupported)?;
-                Ok(Self::Se3(Box::new(Parts { lagrangian, terms, tableau: system.tableau, state: system.state, tau })))
+                Ok(Self::Se3(Box::new(BodyParts {
+                    lagrangian,
+                    terms,
+                    tableau: system.tableau,
+                    state: system.state,
+                    tau,
+                })))
             }
             _ => Err(unsupported("there is no fast step on this group, in this basis or with this retraction")),
         }
@@ -157,7 +169,7 @@ impl Body {
                 Tau::Exponential => on_so3(*parts, ExponentialSo3::new(), registers, form, settings),
             },
             (Self::Se3(parts), Form::Matrix) => {
-                let Parts { lagrangian, terms, tableau, .. } = *parts;
+                let BodyParts { lagrangian, terms, tableau, .. } = *parts;
                 let method = VariationalSe3::with_settings(lagrangian, terms, CayleySe3::new(), tableau, settings)
                     .map_err(unsupported)?;
                 Ok(Box::new(Typed::<_, 6, 4>(method.in_registers(registers))))
@@ -168,13 +180,13 @@ impl Body {
 }
 
 fn on_so3<R: HalfAngle + 'static>(
-    parts: Parts<3, 3, so3::Terms>,
+    parts: BodyParts<3, 3, so3::Terms>,
     retraction: R,
     registers: Registers,
     form: Form,
     settings: Settings<f64>,
 ) -> Result<Box<dyn Reporting>, StepError> {
-    let Parts { lagrangian, terms, tableau, .. } = parts;
+    let BodyParts { lagrangian, terms, tableau, .. } = parts;
     let method = VariationalSo3::with_settings(lagrangian, terms, retraction, tableau, settings)
         .map_err(unsupported)?
         .in_registers(registers);
@@ -307,7 +319,7 @@ pub struct Fast {
     pub fault: Option<Fault>,
 }
 
-impl Subject for Fast {
+impl MethodSource for Fast {
     fn double<'a>(&'a self, case: &Case) -> Result<Box<dyn Stepper<f64> + 'a>, StepError> {
         Ok(Box::new(Engine::of(case, Registers::detect(), self.fault.as_ref())?))
     }

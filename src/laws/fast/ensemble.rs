@@ -1,7 +1,7 @@
 //! Many bodies at once: what each of them would do alone, whoever is next to it and however many threads there are.
 
 use super::condition::conditions;
-use super::engine::{Body, OTHER_RETRACTION, Parts, Reporting, STOPPED, TERM_MISSING, settings};
+use super::engine::{Body, BodyParts, OTHER_RETRACTION, Reporting, STOPPED, TERM_MISSING, settings};
 use super::step::{BOUND, hopeless, settled, step_of, verdict};
 use super::tableaux;
 use crate::harness::{Cost, Fault, Verdict, evidence};
@@ -73,7 +73,7 @@ static POOLS: LazyLock<[Option<ThreadPool>; 2]> =
 
 /// An ensemble's run.
 struct Run<'a> {
-    parts: &'a Parts<3, 3, Terms>,
+    parts: &'a BodyParts<3, 3, Terms>,
     members: &'a [Member<Terms>],
     h: f64,
     /// How many steps, in how many calls.
@@ -149,7 +149,7 @@ impl Run<'_> {
     }
 }
 
-fn so3(case: &Case) -> Result<Parts<3, 3, Terms>, StepError> {
+fn so3(case: &Case) -> Result<BodyParts<3, 3, Terms>, StepError> {
     match Body::of(case)? {
         Body::So3(parts) => Ok(*parts),
         Body::Se3(_) => Err(StepError::Unsupported { why: "ensembles are on SO(3)".into() }),
@@ -157,13 +157,13 @@ fn so3(case: &Case) -> Result<Parts<3, 3, Terms>, StepError> {
 }
 
 /// The body with (1 − k/16) of its momentum.
-fn copy(parts: &Parts<3, 3, Terms>, k: usize) -> Parts<3, 3, Terms> {
+fn copy(parts: &BodyParts<3, 3, Terms>, k: usize) -> BodyParts<3, 3, Terms> {
     let mut copy = parts.clone();
     copy.state.momentum *= 1.0 - k as f64 / 16.0;
     copy
 }
 
-fn member(parts: &Parts<3, 3, Terms>) -> Member<Terms> {
+fn member(parts: &BodyParts<3, 3, Terms>) -> Member<Terms> {
     Member { lagrangian: parts.lagrangian.clone(), force: parts.terms.clone(), state: parts.state.clone() }
 }
 

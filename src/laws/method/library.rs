@@ -1,6 +1,6 @@
 //! The laws of methods, of this crate's integrator: with planted faults.
 
-use super::{Claims, Stepper, Subject, Untyped, check_case, named};
+use super::{Claims, MethodSource, Stepper, Untyped, check_case, named};
 use crate::harness::{Cost, Fault, Verdict};
 use crate::integrators::{OneStep, Report, State, StepError};
 use crate::laws::CaseLaw;
@@ -98,7 +98,7 @@ impl Library {
     }
 }
 
-impl Subject for Library {
+impl MethodSource for Library {
     fn double<'a>(&'a self, case: &Case) -> Result<Box<dyn Stepper<f64> + 'a>, StepError> {
         self.build::<f64>(case)
     }

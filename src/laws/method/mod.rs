@@ -24,9 +24,9 @@ mod slopes;
 mod symmetry;
 mod theory;
 
-#[doc(hidden)]
-pub use theory::{Parts, Quantity, Solved, SystemParts, Theory, Value, Wanted, coordinates};
 pub use theory::{Point, Stepper, Untyped};
+#[doc(hidden)]
+pub use theory::{Quantity, Solved, SystemParts, Theory, TheoryParts, Value, Wanted, coordinates};
 
 use super::integrators::refused;
 use super::planted::retraction::Plant;
@@ -74,7 +74,7 @@ impl Claims {
 
 /// Which law.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-enum Kind {
+enum MethodQuestion {
     Order,
     Casimirs,
     Energy,
@@ -98,7 +98,7 @@ pub struct MethodLaw {
     pub bound: &'static str,
     /// Cheap or expensive.
     pub cost: Cost,
-    kind: Kind,
+    kind: MethodQuestion,
 }
 
 const SLOPE: &str = "confirmed at a quarter off the order (half the way to the point that is as near to the next integer), or where at \
@@ -115,7 +115,7 @@ pub const LAWS: &[MethodLaw] = &[
         oracle: "a classical Gauss method of order 16 or more on the vector field of (μ, g), in 32 digits",
         bound: SLOPE,
         cost: Cost::Moderate,
-        kind: Kind::Order,
+        kind: MethodQuestion::Order,
     },
     MethodLaw {
         name: "method-casimirs",
@@ -124,7 +124,7 @@ pub const LAWS: &[MethodLaw] = &[
         oracle: "Casimirs from the catalogue of algebras, at the solution in 32 digits: there the balance is exact",
         bound: SLOPE,
         cost: Cost::Moderate,
-        kind: Kind::Casimirs,
+        kind: MethodQuestion::Casimirs,
     },
     MethodLaw {
         name: "method-energy",
@@ -133,7 +133,7 @@ pub const LAWS: &[MethodLaw] = &[
         oracle: "the energy at the solution in 32 digits: there the balance is exact",
         bound: SLOPE,
         cost: Cost::Moderate,
-        kind: Kind::Energy,
+        kind: MethodQuestion::Energy,
     },
     MethodLaw {
         name: "method-reversibility",
@@ -142,7 +142,7 @@ pub const LAWS: &[MethodLaw] = &[
         oracle: "the state itself",
         bound: SLOPE,
         cost: Cost::Moderate,
-        kind: Kind::Reversibility,
+        kind: MethodQuestion::Reversibility,
     },
     MethodLaw {
         name: "method-equivariance",
@@ -151,7 +151,7 @@ pub const LAWS: &[MethodLaw] = &[
         oracle: "the method's own answer from the translated state",
         bound: ROUNDING,
         cost: Cost::Cheap,
-        kind: Kind::Equivariance,
+        kind: MethodQuestion::Equivariance,
     },
     MethodLaw {
         name: "method-presentation",
@@ -160,7 +160,7 @@ pub const LAWS: &[MethodLaw] = &[
         oracle: "the method's own answer on the transformed description",
         bound: ROUNDING,
         cost: Cost::Cheap,
-        kind: Kind::Presentation,
+        kind: MethodQuestion::Presentation,
     },
 ];
 
@@ -169,27 +169,31 @@ impl MethodLaw {
     pub fn cases(&self, base: Cases) -> Cases {
         match self.kind {
             // Forces show more, unless they are excluded.
-            Kind::Order | Kind::Reversibility if !base.is_force_free() => base.forced_nonabelian().telling(),
-            Kind::Order | Kind::Reversibility | Kind::Casimirs => base.nonabelian().telling(),
-            Kind::Energy => base.telling(),
-            Kind::Equivariance | Kind::Presentation => base,
+            MethodQuestion::Order | MethodQuestion::Reversibility if !base.is_force_free() => {
+                base.forced_nonabelian().telling()
+            }
+            MethodQuestion::Order | MethodQuestion::Reversibility | MethodQuestion::Casimirs => {
+                base.nonabelian().telling()
+            }
+            MethodQuestion::Energy => base.telling(),
+            MethodQuestion::Equivariance | MethodQuestion::Presentation => base,
         }
     }
 
     /// The claim that this law judges, where it is made: `order 4`, `conserves casimirs`, `conserves energy`, `reversible`.
     pub fn claim(&self, claims: &Claims) -> Option<String> {
         match self.kind {
-            Kind::Order => claims.order.map(|order| format!("order {order}")),
-            Kind::Casimirs => claims.casimirs.then(|| "conserves casimirs".into()),
-            Kind::Energy => claims.energy.then(|| "conserves energy".into()),
-            Kind::Reversibility => claims.reversible.then(|| "reversible".into()),
-            Kind::Equivariance | Kind::Presentation => None,
+            MethodQuestion::Order => claims.order.map(|order| format!("order {order}")),
+            MethodQuestion::Casimirs => claims.casimirs.then(|| "conserves casimirs".into()),
+            MethodQuestion::Energy => claims.energy.then(|| "conserves energy".into()),
+            MethodQuestion::Reversibility => claims.reversible.then(|| "reversible".into()),
+            MethodQuestion::Equivariance | MethodQuestion::Presentation => None,
         }
     }
 
     /// Whether the claim is about systems without force alone.
     pub(crate) fn claims_free_motion(&self) -> bool {
-        matches!(self.kind, Kind::Casimirs | Kind::Energy)
+        matches!(self.kind, MethodQuestion::Casimirs | MethodQuestion::Energy)
     }
 }
 
@@ -204,7 +208,7 @@ pub fn named(name: &str) -> Option<&'static MethodLaw> {
 ///
 /// ```
 /// use euler_poincare::integrators::StepError;
-/// use euler_poincare::laws::method::{Claims, MethodLaw, Outcome, Point, Stepper, Subject, Untyped, check_case, named};
+/// use euler_poincare::laws::method::{Claims, MethodLaw, Outcome, Point, Stepper, MethodSource, Untyped, check_case, named};
 /// use euler_poincare::study::problem;
 /// use euler_poincare::system::Case;
 ///
@@ -217,7 +221,7 @@ pub fn named(name: &str) -> Option<&'static MethodLaw> {
 ///     }
 /// }
 ///
-/// impl Subject for Still {
+/// impl MethodSource for Still {
 ///     fn double<'a>(&'a self, _: &Case) -> Result<Box<dyn Stepper<f64> + 'a>, StepError> {
 ///         Ok(Box::new(Still)) // a typed method becomes a stepper as `Untyped(method)`
 ///     }
@@ -230,7 +234,7 @@ pub fn named(name: &str) -> Option<&'static MethodLaw> {
 /// # let _ = Untyped::<Still, 3, 3>(Still);
 /// # Ok::<(), Box<dyn std::error::Error>>(())
 /// ```
-pub trait Subject<S = Case> {
+pub trait MethodSource<S = Case> {
     /// The method on a system.
     ///
     /// # Errors
@@ -347,7 +351,7 @@ impl<'a> Setup<'a> {
     ///
     /// # Errors
     /// A case that cannot be built, a method that does not apply.
-    pub fn of(case: &Case, subject: &'a dyn Subject) -> Result<Self, SetupError> {
+    pub fn of(case: &Case, subject: &'a dyn MethodSource) -> Result<Self, SetupError> {
         let variation = |case: &Case, k: i64| Other::Variation(k).of(case);
         Self::assemble(case, subject, |case| Some(case.presented()), variation)
     }
@@ -356,7 +360,7 @@ impl<'a> Setup<'a> {
     ///
     /// # Errors
     /// A system that cannot be built, a method that does not apply.
-    pub fn of_source<S: Source>(source: &S, subject: &'a dyn Subject<S>) -> Result<Self, SetupError> {
+    pub fn of_source<S: Source>(source: &S, subject: &'a dyn MethodSource<S>) -> Result<Self, SetupError> {
         let variation = |source: &S, k: i64| {
             (1..=problem::VARIATIONS).contains(&k).then(|| source.with_case(problem::varied(source.case(), k)))
         };
@@ -365,7 +369,7 @@ impl<'a> Setup<'a> {
 
     fn assemble<S: Source>(
         source: &S,
-        subject: &'a dyn Subject<S>,
+        subject: &'a dyn MethodSource<S>,
         presented: Presented<S>,
         variation: fn(&S, i64) -> Option<S>,
     ) -> Result<Self, SetupError> {
@@ -564,26 +568,26 @@ pub(super) fn without(error: &StepError) -> Verdict {
 pub fn check(law: &MethodLaw, setup: &Setup<'_>, claims: &Claims) -> Outcome {
     let tolerance = claims.tolerance;
     let mut outcome: Outcome = match law.kind {
-        Kind::Order => slopes::order(setup, claims),
-        Kind::Casimirs => slopes::casimirs(setup, claims),
-        Kind::Energy => slopes::energy(setup, claims),
-        Kind::Reversibility if claims.reversible => setup.settle(symmetry::Reversibility, tolerance).into(),
-        Kind::Reversibility => slopes::reversibility(setup, claims),
-        Kind::Equivariance => setup.settle(symmetry::Equivariance, tolerance).into(),
-        Kind::Presentation => setup.settle(symmetry::Presentation, tolerance).into(),
+        MethodQuestion::Order => slopes::order(setup, claims),
+        MethodQuestion::Casimirs => slopes::casimirs(setup, claims),
+        MethodQuestion::Energy => slopes::energy(setup, claims),
+        MethodQuestion::Reversibility if claims.reversible => setup.settle(symmetry::Reversibility, tolerance).into(),
+        MethodQuestion::Reversibility => slopes::reversibility(setup, claims),
+        MethodQuestion::Equivariance => setup.settle(symmetry::Equivariance, tolerance).into(),
+        MethodQuestion::Presentation => setup.settle(symmetry::Presentation, tolerance).into(),
     };
     outcome.judged_claim = law.claim(claims).is_some() && (!law.claims_free_motion() || setup.double.theory.is_free());
     outcome
 }
 
 /// The same on a described system.
-pub fn check_case(law: &MethodLaw, subject: &dyn Subject, case: &Case, claims: &Claims) -> Outcome {
+pub fn check_case(law: &MethodLaw, subject: &dyn MethodSource, case: &Case, claims: &Claims) -> Outcome {
     judged(law, Setup::of(case, subject), claims)
 }
 
 /// The same on a system of any source.
 #[doc(hidden)]
-pub fn check_source<S: Source>(law: &MethodLaw, subject: &dyn Subject<S>, source: &S, claims: &Claims) -> Outcome {
+pub fn check_source<S: Source>(law: &MethodLaw, subject: &dyn MethodSource<S>, source: &S, claims: &Claims) -> Outcome {
     judged(law, Setup::of_source(source, subject), claims)
 }
 

@@ -187,7 +187,7 @@ pub trait Theory<T: Real> {
 /// The parts of a system, typed: a [`Theory`] for any group, Lagrangian and force.
 #[derive(Clone, Debug)]
 #[doc(hidden)]
-pub struct Parts<T: Real, const N: usize, const D: usize, L, F, G> {
+pub struct TheoryParts<T: Real, const N: usize, const D: usize, L, F, G> {
     /// g.
     pub algebra: LieAlgebra<T, N>,
     /// l.
@@ -212,7 +212,7 @@ pub struct Parts<T: Real, const N: usize, const D: usize, L, F, G> {
 
 /// The parts of a described system.
 #[doc(hidden)]
-pub type SystemParts<T, const N: usize, const D: usize, L, F> = Parts<T, N, D, L, F, MatrixGroup<T, N, D>>;
+pub type SystemParts<T, const N: usize, const D: usize, L, F> = TheoryParts<T, N, D, L, F, MatrixGroup<T, N, D>>;
 
 impl<T: Real, const N: usize, const D: usize, L, F> SystemParts<T, N, D, L, F> {
     /// Those of a system, whose matrices are of size m without the padding.
@@ -241,7 +241,7 @@ fn largest<T: Real>(values: impl IntoIterator<Item = T>) -> f64 {
     values.into_iter().fold(0.0, |m: f64, x| if x.all_finite() { m.max(x.to_f64().abs()) } else { f64::NAN })
 }
 
-impl<T: Real, const N: usize, const D: usize, L: Lagrangian<T, N>, F: Force<T, N>, G> Parts<T, N, D, L, F, G> {
+impl<T: Real, const N: usize, const D: usize, L: Lagrangian<T, N>, F: Force<T, N>, G> TheoryParts<T, N, D, L, F, G> {
     /// η and μ̇ at a time and a momentum.
     fn rates(&self, time: T, mu: &Covector<T, N>) -> Option<(Vector<T, N>, Covector<T, N>)> {
         let eta = self.lagrangian.velocity(mu, &Vector::zeros()).ok()?;
@@ -288,7 +288,7 @@ impl<T: Real, const N: usize, const D: usize, L: Lagrangian<T, N>, F: Force<T, N
     }
 }
 
-impl<T, const N: usize, const D: usize, L, F, G> Theory<T> for Parts<T, N, D, L, F, G>
+impl<T, const N: usize, const D: usize, L, F, G> Theory<T> for TheoryParts<T, N, D, L, F, G>
 where
     T: Real,
     L: Lagrangian<T, N>,

@@ -9,7 +9,7 @@ use crate::algebra::{Covector, Matrix, Vector};
 use crate::harness::Fault;
 use crate::integrators::{OneStep, Report, Solver, State, StepError};
 use crate::mechanics::{Force, Lagrangian};
-use crate::newton::{Equations, Failure, Newton, Settings};
+use crate::newton::{Equations, Failure, Newton, NewtonSettings};
 use crate::retraction::{Retraction, RetractionError, TangentPoint};
 use crate::scalar::{Dual, Real, Scalar};
 use crate::tableau::Tableau;
@@ -328,7 +328,7 @@ where
         let origin: Vec<T> = (0..size).map(|k| eta[k % N]).collect();
         let mut unknowns = origin.clone();
         let u = T::unit_roundoff();
-        let settings = Settings { tolerance: u * T::int(16), floor: u * T::int(1 << 14), max_iterations: 20 };
+        let settings = NewtonSettings { tolerance: u * T::int(16), floor: u * T::int(1 << 14), max_iterations: 20 };
         let mut equations =
             StageEquations { method: self, time: state.time, full: h, step: h, momentum: state.momentum };
         let mut newton = Newton::new(size);

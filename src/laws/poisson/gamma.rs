@@ -8,7 +8,7 @@ use crate::groupoid::{
     push_inverse,
 };
 use crate::harness::Fault;
-use crate::laws::instances::{Instance, Polynomial};
+use crate::laws::instances::{CoordinatePolynomial, Instance};
 use crate::laws::planted::blend_scalar;
 use crate::laws::planted::groupoid::Planted;
 use crate::laws::precision::Measured;
@@ -46,7 +46,7 @@ pub(super) fn phase<S: Scalar, const N: usize, const D: usize>(z: &DVector<S>) -
 }
 
 /// A function of the coordinates.
-pub(super) struct OfEntries<'a, T: Real>(&'a Polynomial<T>);
+pub(super) struct OfEntries<'a, T: Real>(&'a CoordinatePolynomial<T>);
 
 impl<T: Real, const N: usize, const D: usize> PhaseFunction<T, N, D> for OfEntries<'_, T> {
     fn value<S: Scalar<Base = T>>(&self, point: &Phase<S, N, D>) -> S {
@@ -57,7 +57,7 @@ impl<T: Real, const N: usize, const D: usize> PhaseFunction<T, N, D> for OfEntri
 
 type OnDuals<'a, T> = dyn Fn(&DVector<Dual<T>>) -> Option<DMatrix<Dual<T>>> + 'a;
 type Brackets<'a, T> = dyn Fn(&DVector<T>) -> DMatrix<T> + 'a;
-type OfFunctions<'a, T> = dyn Fn(&Polynomial<T>, &Polynomial<T>, &DVector<T>) -> Option<T> + 'a;
+type OfFunctions<'a, T> = dyn Fn(&CoordinatePolynomial<T>, &CoordinatePolynomial<T>, &DVector<T>) -> Option<T> + 'a;
 
 /// What the library says about Γ of a group, on coordinates.
 pub(super) struct Library<'a, T: Real> {
@@ -173,7 +173,12 @@ impl<'a, T: Real> Gamma<'a, T> {
     }
 
     /// {f, g}(z) over duals.
-    pub(super) fn bracket_at(&self, f: &Polynomial<T>, g: &Polynomial<T>, z: &DVector<Dual<T>>) -> Option<Dual<T>> {
+    pub(super) fn bracket_at(
+        &self,
+        f: &CoordinatePolynomial<T>,
+        g: &CoordinatePolynomial<T>,
+        z: &DVector<Dual<T>>,
+    ) -> Option<Dual<T>> {
         let (df, dg) = (self.differential(&|z| f.at(z)[0], z), self.differential(&|z| g.at(z)[0], z));
         Some(df.dot(&(self.bivector_at(z)? * dg)))
     }
@@ -223,7 +228,7 @@ impl<'a, T: Real> Gamma<'a, T> {
     }
 
     /// X_E(z) = Π dE for E = f − f∘ι, in ambient coordinates.
-    pub(super) fn hamiltonian_field(&self, f: &Polynomial<T>, z: &DVector<T>) -> Option<DVector<T>> {
+    pub(super) fn hamiltonian_field(&self, f: &CoordinatePolynomial<T>, z: &DVector<T>) -> Option<DVector<T>> {
         self.groupoid().inverse(&constant(z))?;
         let size = self.size(&EVEN_PART);
         let energy = |z: &DVector<Dual<T>>| {

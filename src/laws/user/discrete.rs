@@ -28,7 +28,7 @@ use proptest::strategy::{BoxedStrategy, Strategy};
 /// use euler_poincare::discrete::StageLagrangian;
 /// use euler_poincare::group::So3;
 /// use euler_poincare::laws::user::discrete::OnGroup;
-/// use euler_poincare::laws::user::{Outcome, Settings};
+/// use euler_poincare::laws::user::{Outcome, SuiteSettings};
 /// use euler_poincare::mechanics::{doubled::Forced, force::Zero, lagrangian::Quadratic};
 /// use euler_poincare::retraction::CayleySo3;
 /// use euler_poincare::scalar::{Real, Scalar};
@@ -55,7 +55,7 @@ use proptest::strategy::{BoxedStrategy, Strategy};
 /// }
 ///
 /// # fn main() -> Result<(), Box<dyn std::error::Error>> {
-/// let outcome = rule::suite().run("discrete-memory", &Settings { cases: 2, ..Settings::new() });
+/// let outcome = rule::suite().run("discrete-memory", &SuiteSettings { cases: 2, ..SuiteSettings::new() });
 /// assert!(matches!(outcome, Outcome::Held { .. }), "{outcome:?}");
 /// # Ok(())
 /// # }

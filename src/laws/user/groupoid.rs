@@ -37,7 +37,7 @@
 
 use super::super::algebroid::{self, Question};
 use super::super::groupoid::{self as axioms, BOUND, COMPOSABLE, Chain, ORACLE, REFUSAL, SOURCE};
-use super::super::instances::{Instance, Kind, Second};
+use super::super::instances::{GroupoidKind, Instance, Second};
 use super::super::planted::groupoid::Planted as PlantedLie;
 use super::super::precision::Measured;
 use super::super::probe::{Probe, stream};
@@ -294,7 +294,7 @@ fn judge<Q: Chains>(groupoid: &Q, law: &About, case: &Values, fault: Option<&Fau
 /// ```
 /// use euler_poincare::groupoid::{ManifoldPair, Space};
 /// use euler_poincare::laws::user::groupoid::LieChains;
-/// use euler_poincare::laws::user::{Outcome, Settings};
+/// use euler_poincare::laws::user::{Outcome, SuiteSettings};
 /// use euler_poincare::scalar::{Real, Scalar};
 /// use euler_poincare::suite;
 /// use nalgebra::DVector;
@@ -324,7 +324,7 @@ fn judge<Q: Chains>(groupoid: &Q, law: &About, case: &Values, fault: Option<&Fau
 /// }
 ///
 /// # fn main() -> Result<(), Box<dyn std::error::Error>> {
-/// let outcome = line::suite().run("lie-groupoid-axioms", &Settings { cases: 4, ..Settings::new() });
+/// let outcome = line::suite().run("lie-groupoid-axioms", &SuiteSettings { cases: 4, ..SuiteSettings::new() });
 /// assert!(matches!(outcome, Outcome::Held { cases: 4, .. }), "{outcome:?}");
 /// # Ok(())
 /// # }
@@ -509,7 +509,7 @@ fn instance<'a, T: Real, S: Scalar<Base = T> + 'a, Q: LieChains<T>>(
 ) -> Instance<'a, S> {
     let largest = chain.iter().fold(T::one(), |size, g| size.max(g.amax()));
     let scale = groupoid.size(&chain) * largest;
-    Instance { kind: Kind::User, groupoid: PlantedLie::new(over, fault), chain, scale, excess: None }
+    Instance { kind: GroupoidKind::User, groupoid: PlantedLie::new(over, fault), chain, scale, excess: None }
 }
 
 fn coordinates<T: Real, Q: LieGroupoid<T>>(q: &Q, chain: &[DVector<T>; 3], fault: Option<&Fault>) -> Measured {

@@ -40,6 +40,6 @@ pub mod values;
 pub use map::{FromMap, Map};
 #[doc(hidden)]
 pub use suite::Site;
-pub use suite::{Broken, Outcome, Settings, Suite};
+pub use suite::{Broken, Outcome, Suite, SuiteSettings};
 #[doc(hidden)]
 pub use system::{Parts, Types, UserSystem};

@@ -3,7 +3,7 @@
 use super::super::precision::{self, Measured};
 use super::values::Values;
 use crate::algebra::{Covector, LieAlgebra, Matrix, Vector};
-use crate::harness::{Campaign, Cost, Fault, Law, Report, Verdict};
+use crate::harness::{Campaign, CampaignReport, Cost, Fault, Law, Verdict};
 use crate::scalar::{Dd, Real};
 use proptest::strategy::BoxedStrategy;
 use std::fmt;
@@ -92,7 +92,7 @@ pub fn law<S: Subject>(subject: S, name: &str) -> Option<PartLaw<S>> {
 }
 
 /// A campaign of every law on a part: `cases` cases for each cheap law (see [`Cost::cases`]).
-pub fn run<S: Subject>(subject: S, seed: u64, cases: usize) -> Report<Values> {
+pub fn run<S: Subject>(subject: S, seed: u64, cases: usize) -> CampaignReport<Values> {
     let laws = laws(subject);
     let laws: Vec<&dyn Law<Values>> = laws.iter().map(|law| law as &dyn Law<Values>).collect();
     Campaign::new(seed, cases).labels(&Values::labels).run(&laws)

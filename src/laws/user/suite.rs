@@ -49,7 +49,7 @@ impl Site {
 
 /// How a suite runs.
 #[derive(Clone, Debug)]
-pub struct Settings {
+pub struct SuiteSettings {
     /// Cases for a cheap law.
     pub cases: usize,
     /// The seed.
@@ -62,7 +62,7 @@ pub struct Settings {
     pub regressions: Option<PathBuf>,
 }
 
-impl Settings {
+impl SuiteSettings {
     /// 32 cases, seed 0, 300 checks for shrinking; nothing is saved.
     pub fn new() -> Self {
         Self { cases: 32, seed: 0, shrinking: 300, replay: None, regressions: None }
@@ -97,7 +97,7 @@ impl Settings {
     }
 }
 
-impl Default for Settings {
+impl Default for SuiteSettings {
     fn default() -> Self {
         Self::new()
     }
@@ -204,7 +204,7 @@ impl Display for Broken {
 /// A law with its cases, whatever their type.
 trait Runs: Send + Sync {
     fn name(&self) -> &'static str;
-    fn run(&self, site: &Site, settings: &Settings) -> Outcome;
+    fn run(&self, site: &Site, settings: &SuiteSettings) -> Outcome;
     /// The verdict on a case given as JSON.
     fn replay(&self, site: &Site, case: &str) -> Result<Outcome, String>;
 }
@@ -298,7 +298,7 @@ impl<L: Law<C>, C: Clone + Debug + Serialize + DeserializeOwned + 'static> Entry
         }
     }
 
-    fn random(&self, site: &Site, settings: &Settings) -> Outcome {
+    fn random(&self, site: &Site, settings: &SuiteSettings) -> Outcome {
         let strategy = self.law.cases();
         let (mut held, mut worst, mut undecided) = (0, 0.0_f64, (0, 0));
         let mut why = String::new();
@@ -336,7 +336,7 @@ impl<L: Law<C>, C: Clone + Debug + Serialize + DeserializeOwned + 'static> Entry
         }
     }
 
-    fn broken(&self, site: &Site, settings: &Settings, index: usize, case: C) -> Outcome {
+    fn broken(&self, site: &Site, settings: &SuiteSettings, index: usize, case: C) -> Outcome {
         let found = shrink(&self.law, None, settings.seed, index, settings.shrinking);
         let (case, checks) = found.map_or((case, 0), |failure| (failure.case, failure.checks));
         let origin = format!("number {index} of seed {}, shrunk with {checks} checks", settings.seed);
@@ -368,7 +368,7 @@ impl<L: Law<C>, C: Clone + Debug + Serialize + DeserializeOwned + 'static> Runs 
         self.law.name()
     }
 
-    fn run(&self, site: &Site, settings: &Settings) -> Outcome {
+    fn run(&self, site: &Site, settings: &SuiteSettings) -> Outcome {
         if let Some(path) = &settings.replay {
             return match whose(path) {
                 Ok((module, law)) if module != site.module || law != self.law.name() => Outcome::Skipped,
@@ -422,7 +422,7 @@ fn snippet(site: &Site, law: &str, case: &str) -> String {
 /// ```
 /// use euler_poincare::algebra::{Matrix, Vector};
 /// use euler_poincare::group::So3;
-/// use euler_poincare::laws::user::{FromMap, Map, Outcome, Settings, Suite};
+/// use euler_poincare::laws::user::{FromMap, Map, Outcome, SuiteSettings, Suite};
 /// use euler_poincare::retraction::Retraction;
 /// use euler_poincare::scalar::{Real, Scalar};
 /// use euler_poincare::suite;
@@ -443,7 +443,7 @@ fn snippet(site: &Site, law: &str, case: &str) -> String {
 ///
 /// # fn main() -> Result<(), Box<dyn std::error::Error>> {
 /// let suite: Suite = cut::suite();
-/// let settings = Settings { cases: 8, ..Settings::new() };
+/// let settings = SuiteSettings { cases: 8, ..SuiteSettings::new() };
 /// assert!(matches!(suite.run("group-inverse", &settings), Outcome::Held { cases: 8, .. }));
 /// let Outcome::Broken(broken) = suite.run("retraction-inverse", &settings) else { panic!("τ(−x) τ(x) = 1") };
 /// println!("{broken}"); // what it says, the shrunk case, and a test that reproduces it
@@ -508,7 +508,7 @@ impl Suite {
     }
 
     /// Runs the law called `name`; [`Outcome::Undecided`] where there is none.
-    pub fn run(&self, name: &str, settings: &Settings) -> Outcome {
+    pub fn run(&self, name: &str, settings: &SuiteSettings) -> Outcome {
         match self.laws.iter().find(|law| law.name() == name) {
             Some(law) => law.run(&self.site, settings),
             None => {
@@ -526,7 +526,7 @@ impl Suite {
     /// The law is broken or could not be decided; a variable of the environment is no number.
     pub fn test(&self, name: &str) {
         let name = name.replace('_', "-");
-        let settings = Settings::from_env(&self.site).unwrap_or_else(|why| panic!("{why}"));
+        let settings = SuiteSettings::from_env(&self.site).unwrap_or_else(|why| panic!("{why}"));
         self.report(&name, self.run(&name, &settings));
     }
 

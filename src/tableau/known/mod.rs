@@ -193,7 +193,7 @@ impl fmt::Display for Class {
 /// assert_ne!(class.means, Means::Symplectic);
 ///
 /// // Tableaux of any kind, of whatever order.
-/// let described = random::of_kind(random::Kind::DiagonallyImplicit).new_tree(&mut runner).expect("a tableau").current();
+/// let described = random::of_kind(random::TableauKind::DiagonallyImplicit).new_tree(&mut runner).expect("a tableau").current();
 /// assert!(described.build::<f64>().is_ok());
 /// # Ok::<(), Box<dyn std::error::Error>>(())
 /// ```

@@ -2,7 +2,7 @@
 
 /// What a token is.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Kind {
+pub enum TokenKind {
     /// Words, and all that is never in a formula.
     Prose,
     /// A name of the program, between backquotes.
@@ -40,7 +40,7 @@ pub enum Kind {
 #[derive(Clone, Debug)]
 pub struct Token {
     /// What it is.
-    pub kind: Kind,
+    pub kind: TokenKind,
     /// What is shown in a formula.
     pub text: String,
     /// As it is written.
@@ -50,7 +50,7 @@ pub struct Token {
 impl Token {
     /// Whether it belongs to what stands before it.
     pub fn is_mark(&self) -> bool {
-        matches!(self.kind, Kind::Script { .. } | Kind::Prime | Kind::Star | Kind::Arrow)
+        matches!(self.kind, TokenKind::Script { .. } | TokenKind::Prime | TokenKind::Star | TokenKind::Arrow)
     }
 
     /// The bracket that closes this one.
@@ -155,11 +155,11 @@ fn is_greek(c: char) -> bool {
 pub fn tokens(text: &str) -> Vec<Token> {
     let mut tokens = Lexer { rest: text, tokens: Vec::new() }.run();
     for at in 0..tokens.len() {
-        if tokens[at].kind == Kind::Symbol && !is_symbol(&tokens, at) {
-            tokens[at].kind = Kind::Prose;
+        if tokens[at].kind == TokenKind::Symbol && !is_symbol(&tokens, at) {
+            tokens[at].kind = TokenKind::Prose;
             // Its marks are then text as well.
             let marks = tokens[at + 1..].iter().take_while(|token| token.is_mark()).count();
-            tokens[at + 1..=at + marks].iter_mut().for_each(|token| token.kind = Kind::Prose);
+            tokens[at + 1..=at + marks].iter_mut().for_each(|token| token.kind = TokenKind::Prose);
         }
     }
     tokens
@@ -177,7 +177,7 @@ fn is_symbol(tokens: &[Token], at: usize) -> bool {
     let marked = after.is_some_and(Token::is_mark);
     let called = after.is_some_and(|token| matches!(token.raw.as_str(), "(" | "|"));
     let hyphen =
-        |token: Option<&Token>| token.is_some_and(|token| token.raw.starts_with('-') && token.kind == Kind::Prose);
+        |token: Option<&Token>| token.is_some_and(|token| token.raw.starts_with('-') && token.kind == TokenKind::Prose);
     let count = letters(text).len();
     if text.chars().any(is_greek) {
         return true;
@@ -190,7 +190,8 @@ fn is_symbol(tokens: &[Token], at: usize) -> bool {
             "a" | "A" | "I" => marked || is_between(tokens, at),
             // The V of a chapter "V.1".
             _ => {
-                after.is_none_or(|token| token.raw != ".") || tokens.get(at + 2).is_none_or(|t| t.kind != Kind::Number)
+                after.is_none_or(|token| token.raw != ".")
+                    || tokens.get(at + 2).is_none_or(|t| t.kind != TokenKind::Number)
             }
         },
         _ if WORDS.contains(&text) => called || marked,
@@ -202,14 +203,16 @@ fn is_symbol(tokens: &[Token], at: usize) -> bool {
 
 /// Whether a letter that is a word as well stands where only a symbol can.
 fn is_between(tokens: &[Token], at: usize) -> bool {
-    let next = tokens[at + 1..].iter().find(|token| token.kind != Kind::Space);
-    let last = tokens[..at].iter().rev().find(|token| token.kind != Kind::Space);
-    let opened = last.is_some_and(|token| matches!(token.kind, Kind::Open | Kind::Comma | Kind::Operator | Kind::Bar));
+    let next = tokens[at + 1..].iter().find(|token| token.kind != TokenKind::Space);
+    let last = tokens[..at].iter().rev().find(|token| token.kind != TokenKind::Space);
+    let opened = last.is_some_and(|token| {
+        matches!(token.kind, TokenKind::Open | TokenKind::Comma | TokenKind::Operator | TokenKind::Bar)
+    });
     match next {
         None => opened,
         Some(token) => match token.kind {
-            Kind::Operator => true,
-            Kind::Close | Kind::Comma | Kind::Bar => opened,
+            TokenKind::Operator => true,
+            TokenKind::Close | TokenKind::Comma | TokenKind::Bar => opened,
             _ => false,
         },
     }
@@ -229,13 +232,13 @@ impl Lexer<'_> {
     }
 
     /// Takes so many bytes as a token of this kind.
-    fn take(&mut self, kind: Kind, bytes: usize) {
+    fn take(&mut self, kind: TokenKind, bytes: usize) {
         let (raw, rest) = self.rest.split_at(bytes);
         self.rest = rest;
         self.tokens.push(Token { kind, text: raw.into(), raw: raw.into() });
     }
 
-    fn mark(&mut self, kind: Kind, bytes: usize, text: String) {
+    fn mark(&mut self, kind: TokenKind, bytes: usize, text: String) {
         self.take(kind, bytes);
         if let Some(token) = self.tokens.last_mut() {
             token.text = text;
@@ -250,7 +253,8 @@ impl Lexer<'_> {
     /// Whether the last token is something that marks belong to.
     fn has_base(&self) -> bool {
         self.tokens.last().is_some_and(|token| {
-            token.is_mark() || matches!(token.kind, Kind::Symbol | Kind::Number | Kind::Close | Kind::Bar)
+            token.is_mark()
+                || matches!(token.kind, TokenKind::Symbol | TokenKind::Number | TokenKind::Close | TokenKind::Bar)
         })
     }
 
@@ -258,33 +262,33 @@ impl Lexer<'_> {
         let second = self.rest.chars().nth(1);
         let size = c.len_utf8();
         match c {
-            _ if c.is_whitespace() => self.take(Kind::Space, self.while_(char::is_whitespace)),
+            _ if c.is_whitespace() => self.take(TokenKind::Space, self.while_(char::is_whitespace)),
             '`' => self.code(),
             '0'..='9' => self.number(),
-            '½' | '⅓' | '¼' | '⅛' | '¾' | '⅔' => self.take(Kind::Number, size),
-            '(' | '[' | '{' | '⟨' | '⟦' => self.take(Kind::Open, size),
-            ')' | ']' | '}' | '⟩' | '⟧' => self.take(Kind::Close, size),
-            '|' => self.take(Kind::Bar, size),
-            ',' | ';' | ':' => self.take(Kind::Comma, size),
+            '½' | '⅓' | '¼' | '⅛' | '¾' | '⅔' => self.take(TokenKind::Number, size),
+            '(' | '[' | '{' | '⟨' | '⟦' => self.take(TokenKind::Open, size),
+            ')' | ']' | '}' | '⟩' | '⟧' => self.take(TokenKind::Close, size),
+            '|' => self.take(TokenKind::Bar, size),
+            ',' | ';' | ':' => self.take(TokenKind::Comma, size),
             '_' | '^' if self.has_base() => self.script(c == '^'),
             '\'' if self.has_base() => {
                 let count = self.while_(|c| c == '\'');
-                self.take(Kind::Prime, count);
+                self.take(TokenKind::Prime, count);
             }
-            '*' if self.has_base() => self.mark(Kind::Star, size, "*".into()),
-            '→' | '←' if self.tokens.last().is_some_and(|token| token.kind == Kind::Symbol) => {
-                self.take(Kind::Arrow, size)
+            '*' if self.has_base() => self.mark(TokenKind::Star, size, "*".into()),
+            '→' | '←' if self.tokens.last().is_some_and(|token| token.kind == TokenKind::Symbol) => {
+                self.take(TokenKind::Arrow, size)
             }
             '×' | '±' if self.has_base() && !second.is_some_and(|c| is_letter(c) || c.is_ascii_digit() || c == '⟨') =>
             {
-                self.mark(Kind::Script { up: true }, size, c.to_string());
+                self.mark(TokenKind::Script { up: true }, size, c.to_string());
             }
             '+' | '−' | '±' | '×' | '·' | '∘' | '/' | '=' | '≠' | '≤' | '≥' | '<' | '>' | '→' | '←' | '↦' | '∈'
-            | '≈' | '≡' | '∼' | '⋊' | '*' => self.take(Kind::Operator, size),
-            '…' | '∫' => self.take(Kind::Symbol, size),
+            | '≈' | '≡' | '∼' | '⋊' | '*' => self.take(TokenKind::Operator, size),
+            '…' | '∫' => self.take(TokenKind::Symbol, size),
             _ if script(c).is_some() && self.has_base() => self.raised(),
             _ if is_letter(c) => self.word(),
-            _ => self.take(Kind::Prose, size),
+            _ => self.take(TokenKind::Prose, size),
         }
     }
 
@@ -292,9 +296,9 @@ impl Lexer<'_> {
         match self.rest[1..].find('`') {
             Some(end) => {
                 let text = self.rest[1..=end].to_owned();
-                self.mark(Kind::Code, end + 2, text);
+                self.mark(TokenKind::Code, end + 2, text);
             }
-            None => self.take(Kind::Prose, 1),
+            None => self.take(TokenKind::Prose, 1),
         }
     }
 
@@ -312,7 +316,7 @@ impl Lexer<'_> {
                 end += 1 + sign + digits(end + 1 + sign);
             }
         }
-        self.take(Kind::Number, end);
+        self.take(TokenKind::Number, end);
     }
 
     /// Letters with their accents; with digits behind them (`f64`) or a possessive it is a word for certain.
@@ -321,15 +325,15 @@ impl Lexer<'_> {
         let (word, rest) = self.rest.split_at(end);
         let digits = rest.bytes().take_while(u8::is_ascii_digit).count();
         if digits > 0 && word.is_ascii() {
-            return self.take(Kind::Prose, end + digits);
+            return self.take(TokenKind::Prose, end + digits);
         }
         let possessive = rest.strip_prefix("'s").is_some_and(|rest| !rest.starts_with(is_letter));
         if possessive && letters(word).len() > 1 && !word.chars().any(is_greek) {
-            return self.take(Kind::Prose, end + 2);
+            return self.take(TokenKind::Prose, end + 2);
         }
-        self.take(Kind::Symbol, end);
+        self.take(TokenKind::Symbol, end);
         if possessive {
-            self.take(Kind::Prose, 2);
+            self.take(TokenKind::Prose, 2);
         }
     }
 
@@ -338,7 +342,7 @@ impl Lexer<'_> {
         let Some((up, _)) = self.rest.chars().next().and_then(script) else { return };
         let end = self.while_(|c| script(c).is_some_and(|(other, _)| other == up));
         let text = self.rest[..end].chars().filter_map(|c| script(c).map(|(_, plain)| plain)).collect();
-        self.mark(Kind::Script { up }, end, text);
+        self.mark(TokenKind::Script { up }, end, text);
     }
 
     /// `_ab`, `_{i,j}`, `^2.5`.
@@ -348,7 +352,7 @@ impl Lexer<'_> {
             && let Some(end) = group(after)
         {
             let text = after[1..end].to_owned();
-            return self.mark(Kind::Script { up }, end + 2, text);
+            return self.mark(TokenKind::Script { up }, end + 2, text);
         }
         let number = after.starts_with(|c: char| c.is_ascii_digit());
         let belongs = |c: char| {
@@ -365,10 +369,10 @@ impl Lexer<'_> {
             end = after.chars().next().filter(|c| matches!(c, '×' | '±' | '+' | '−' | '*')).map_or(0, char::len_utf8);
         }
         match end {
-            0 => self.take(Kind::Prose, 1),
+            0 => self.take(TokenKind::Prose, 1),
             _ => {
                 let text = after[..end].to_owned();
-                self.mark(Kind::Script { up }, end + 1, text);
+                self.mark(TokenKind::Script { up }, end + 1, text);
             }
         }
     }
