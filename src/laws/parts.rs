@@ -1,4 +1,4 @@
-//! The laws on parts ([`own`](super::own)), of the parts of described systems.
+//! The laws on parts ([`user`](super::user)), of the parts of described systems.
 //!
 //! The algebra, the group, the Lagrangian and the force of a case are parts like those that a user brings to
 //! [`laws!`](crate::laws!): each law on them is a law on cases here, of the same name, with the same faults. The vectors on
