@@ -3,7 +3,6 @@
 //! All numbers are [`Number`] expressions, so a case means exactly the same system in every scalar. Every coordinate
 //! (constants, inertia, forces, state) refers to the basis of the case: the catalogue's, or the changed one.
 
-use super::document::Document;
 use super::error::{CaseError, Place};
 use super::numbers::{list, rows};
 use crate::algebra::catalogue::Entry;
@@ -93,6 +92,11 @@ pub struct Lagrangian {
 }
 
 impl Lagrangian {
+    /// l(η) = ½|η|².
+    pub(super) fn unit(n: usize) -> Self {
+        Self { inertia: Inertia::Diagonal(vec![Number::from(1); n]), quartic: None }
+    }
+
     /// n, of the algebras that it is for.
     pub fn dimension(&self) -> usize {
         match &self.inertia {
@@ -211,8 +215,7 @@ pub struct Start {
 /// # let _ = LieAlgebra::<f64, 3>::from_catalogue(&Entry::So3);
 /// # Ok::<(), Box<dyn std::error::Error>>(())
 /// ```
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
-#[serde(try_from = "Document", into = "Document")]
+#[derive(Clone, Debug, PartialEq)]
 pub struct Case {
     /// g.
     pub algebra: Algebra,
@@ -242,22 +245,6 @@ impl Case {
         let tableau = self.method.tableau.build::<f64>();
         let tableau = tableau.map_err(|e| Place::root().key("method").key("tableau").error(e))?;
         Ok(tableau.stages() * self.dimension())
-    }
-
-    /// The case as a TOML system file (without a horizon).
-    ///
-    /// # Errors
-    /// None that a case built by this crate can cause; the serialiser's, as text.
-    pub fn to_toml(&self) -> Result<String, CaseError> {
-        super::file::write(&Document::from(self.clone()))
-    }
-
-    /// The case in a TOML system file; its run options are ignored.
-    ///
-    /// # Errors
-    /// See [`super::file::FileError`].
-    pub fn from_toml(text: &str) -> Result<Self, super::file::FileError> {
-        super::file::SystemFile::parse_case(text)
     }
 }
 

@@ -284,6 +284,24 @@ impl SystemFile {
     }
 }
 
+impl Case {
+    /// The case as a TOML system file (without a horizon).
+    ///
+    /// # Errors
+    /// None that a case built by this crate can cause; the serialiser's, as text.
+    pub fn to_toml(&self) -> Result<String, CaseError> {
+        write(&Document::from(self.clone()))
+    }
+
+    /// The case in a TOML system file; its run options are ignored.
+    ///
+    /// # Errors
+    /// See [`FileError`].
+    pub fn from_toml(text: &str) -> Result<Self, FileError> {
+        SystemFile::parse_case(text)
+    }
+}
+
 fn count(value: i64, most: u64, place: &Place) -> Result<u64, CaseError> {
     match u64::try_from(value) {
         Ok(count) if (1..=most).contains(&count) => Ok(count),

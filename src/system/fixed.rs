@@ -1,10 +1,7 @@
 //! Parts of a case that somebody has chosen: everything else stays random.
 
 use super::case::{Algebra, Case, Force, Lagrangian, Motion, Start};
-use super::random::Cases;
 use crate::scalar::Number;
-use crate::tableau::Description;
-use proptest::strategy::Just;
 
 /// The parts that are the same in every case.
 #[derive(Clone, Debug, Default, PartialEq)]
@@ -42,65 +39,5 @@ impl Fixed {
             && same(&self.forces, &case.forces)
             && same(&self.start, &case.start)
             && same(&self.step, &case.step)
-    }
-}
-
-/// A part that is fixed is neither drawn nor shrunk. Motions and forces that are random are still slowed down until the step is
-/// small enough for them; what is fixed is taken as it is, also where it is too fast for its step.
-impl Cases {
-    /// Only this algebra: of the catalogue or by its constants, in its own basis or in another.
-    ///
-    /// ```
-    /// use euler_poincare::scalar::Number;
-    /// use euler_poincare::system::case::{Algebra, Constant, Structure};
-    /// use euler_poincare::system::{Case, cases};
-    /// use proptest::strategy::{Strategy, ValueTree};
-    ///
-    /// // Bianchi VII with parameter 1/2: [e_1, e_2] = e_2/2 + e_3, [e_1, e_3] = −e_2 + e_3/2.
-    /// let constant = |a, b, c, value| Constant { a, b, c, value };
-    /// let half = || Number::ratio(1, 2);
-    /// let constants = vec![
-    ///     constant(1, 2, 2, half()), constant(1, 2, 3, 1.into()),
-    ///     constant(1, 3, 2, (-1).into()), constant(1, 3, 3, half()),
-    /// ];
-    /// let bianchi = Algebra { structure: Structure::Constants { dimension: 3, constants }, basis: None };
-    /// let mine = cases().algebra(bianchi.clone()).forced();
-    /// let mut runner = proptest::test_runner::TestRunner::deterministic();
-    /// let case: Case = mine.new_tree(&mut runner)?.current();
-    /// assert!(case.algebra == bianchi && !case.forces.is_empty());
-    /// # Ok::<(), proptest::test_runner::Reason>(())
-    /// ```
-    pub fn algebra(mut self, algebra: Algebra) -> Self {
-        self.fixed.algebra = Some(algebra);
-        self
-    }
-
-    /// Only this Lagrangian, on algebras of its dimension.
-    pub fn lagrangian(mut self, lagrangian: Lagrangian) -> Self {
-        self.fixed.lagrangian = Some(lagrangian);
-        self
-    }
-
-    /// Only the sum of these forces (none: no force), on algebras of their dimension.
-    pub fn forces(mut self, forces: Vec<Force>) -> Self {
-        self.fixed.forces = Some(forces);
-        self
-    }
-
-    /// Only this initial state, on algebras of its dimension.
-    pub fn start(mut self, start: Start) -> Self {
-        self.fixed.start = Some(start);
-        self
-    }
-
-    /// Only this step.
-    pub fn step(mut self, step: Number) -> Self {
-        self.fixed.step = Some(step);
-        self
-    }
-
-    /// Only this tableau.
-    pub fn tableau(self, tableau: Description) -> Self {
-        self.with_tableaux(Just(tableau))
     }
 }

@@ -3,6 +3,7 @@
 use super::case::{Algebra, Case, Constant, Drag, Force, Inertia, Lagrangian, Motion, Start, Structure, Tau};
 use super::fixed::Fixed;
 use super::force::{Argument, ForceKind, KINDS, Role, Value};
+use super::numbers::{dyadic, from_dyadic};
 use super::random::{Cases, Forcing};
 use crate::algebra::catalogue::Entry;
 use crate::scalar::Number;
@@ -52,14 +53,6 @@ impl Draw<'_> {
     fn fractions(&mut self, n: usize, most: i64, q: i64) -> Vec<Number> {
         (0..n).map(|_| self.fraction(most, q)).collect()
     }
-}
-
-/// p/q in lowest terms, q a power of two.
-pub(super) fn dyadic(mut p: i64, mut q: i64) -> Number {
-    while q > 1 && p % 2 == 0 {
-        (p, q) = (p / 2, q / 2);
-    }
-    Number::ratio(p, q)
 }
 
 /// The names of the catalogue in the mix, with weights out of 100 (so(3) has two code paths); products and constants
@@ -313,7 +306,7 @@ fn turn(draw: &mut Draw<'_>, case: &mut Case, knobs: &Cases) {
     let scale = |case: &mut Case, factor: f64, grid: f64| {
         let moved = |x: &Number| {
             let x = (x.eval::<f64>().ok()? * factor * grid).round() / grid;
-            super::shrink::from_dyadic(x)
+            from_dyadic(x)
         };
         case.start.attitude = case.start.attitude.as_ref().map(|list| {
             let scaled: Option<Vec<Number>> = list.iter().map(moved).collect();
@@ -382,7 +375,7 @@ pub(super) fn case(draw: &mut Draw<'_>, knobs: &Cases, tableau: crate::tableau::
             }
         }
     };
-    let unit = || given.is_some_and(|given| given.lagrangian).then(|| super::random::unit(n));
+    let unit = || given.is_some_and(|given| given.lagrangian).then(|| Lagrangian::unit(n));
     let lagrangian = fixed.lagrangian.clone().or_else(unit).unwrap_or_else(|| lagrangian(draw, n, knobs));
     let forces = fixed.forces.clone().unwrap_or_else(|| forces(draw, n, abelian, knobs));
     let start = fixed.start.clone().unwrap_or_else(|| start(draw, n, named, knobs.telling));
@@ -460,7 +453,7 @@ fn slower(case: &mut Case, fixed: &Fixed) {
 /// x/2 of a dyadic number.
 fn halved(x: &Number) -> Number {
     match x.eval::<f64>() {
-        Ok(value) => super::shrink::from_dyadic(value / 2.0).unwrap_or_else(|| x.clone()),
+        Ok(value) => from_dyadic(value / 2.0).unwrap_or_else(|| x.clone()),
         Err(_) => x.clone(),
     }
 }

@@ -25,6 +25,7 @@ mod shrink;
 pub mod simpler;
 mod snippet;
 mod so3;
+mod strategy;
 pub mod trajectory;
 
 pub use case::{Case, Force as ForceTerm, Motion};

@@ -1,4 +1,4 @@
-//! Lists of numbers of a case: as text, and as vectors and matrices in a scalar.
+//! Numbers of a case: lists as text, vectors and matrices in a scalar; dyadic numbers.
 
 use super::error::{CaseError, Place, Problem};
 use crate::algebra::{Matrix, Vector};
@@ -79,4 +79,21 @@ pub(super) fn symmetric<T: Real, const N: usize>(
         }
     }
     Ok(())
+}
+
+/// p/q in lowest terms, q a power of two.
+pub(super) fn dyadic(mut p: i64, mut q: i64) -> Number {
+    while q > 1 && p % 2 == 0 {
+        (p, q) = (p / 2, q / 2);
+    }
+    Number::ratio(p, q)
+}
+
+/// The dyadic number that `x` is, if its denominator is at most 2²⁰ (and x is moderate).
+pub(super) fn from_dyadic(x: f64) -> Option<Number> {
+    let (mut p, mut q) = (x, 1_i64);
+    while p.fract() != 0.0 && q < 1 << 20 {
+        (p, q) = (p * 2.0, q * 2);
+    }
+    (p.fract() == 0.0 && p.abs() < 1e15).then(|| dyadic(p as i64, q))
 }

@@ -3,16 +3,13 @@
 //! Cases are valid by construction, with steps small enough for their rates, and shrink towards ℝ¹ or the smallest
 //! algebra that the knobs admit, its standard basis, unit inertia, no force, one stage and the smallest step.
 
-use super::case::{Case, Force, Inertia, Lagrangian, Structure, Tau};
+use super::case::{Algebra, Case, Force, Lagrangian, Start, Structure, Tau};
 use super::fixed::Fixed;
-use super::generate::{self, Draw};
 use super::rates::Rates;
-use super::shrink;
 use crate::algebra::catalogue::Entry;
 use crate::scalar::Number;
 use crate::tableau::{Classic, Description};
-use proptest::strategy::{BoxedStrategy, NewTree, Strategy, Union, ValueTree};
-use proptest::test_runner::TestRunner;
+use proptest::strategy::{BoxedStrategy, Just, Strategy, Union};
 
 pub use super::labels::labels;
 
@@ -300,6 +297,66 @@ impl Cases {
     }
 }
 
+/// A part that is fixed is neither drawn nor shrunk. Motions and forces that are random are still slowed down until the step is
+/// small enough for them; what is fixed is taken as it is, also where it is too fast for its step.
+impl Cases {
+    /// Only this algebra: of the catalogue or by its constants, in its own basis or in another.
+    ///
+    /// ```
+    /// use euler_poincare::scalar::Number;
+    /// use euler_poincare::system::case::{Algebra, Constant, Structure};
+    /// use euler_poincare::system::{Case, cases};
+    /// use proptest::strategy::{Strategy, ValueTree};
+    ///
+    /// // Bianchi VII with parameter 1/2: [e_1, e_2] = e_2/2 + e_3, [e_1, e_3] = −e_2 + e_3/2.
+    /// let constant = |a, b, c, value| Constant { a, b, c, value };
+    /// let half = || Number::ratio(1, 2);
+    /// let constants = vec![
+    ///     constant(1, 2, 2, half()), constant(1, 2, 3, 1.into()),
+    ///     constant(1, 3, 2, (-1).into()), constant(1, 3, 3, half()),
+    /// ];
+    /// let bianchi = Algebra { structure: Structure::Constants { dimension: 3, constants }, basis: None };
+    /// let mine = cases().algebra(bianchi.clone()).forced();
+    /// let mut runner = proptest::test_runner::TestRunner::deterministic();
+    /// let case: Case = mine.new_tree(&mut runner)?.current();
+    /// assert!(case.algebra == bianchi && !case.forces.is_empty());
+    /// # Ok::<(), proptest::test_runner::Reason>(())
+    /// ```
+    pub fn algebra(mut self, algebra: Algebra) -> Self {
+        self.fixed.algebra = Some(algebra);
+        self
+    }
+
+    /// Only this Lagrangian, on algebras of its dimension.
+    pub fn lagrangian(mut self, lagrangian: Lagrangian) -> Self {
+        self.fixed.lagrangian = Some(lagrangian);
+        self
+    }
+
+    /// Only the sum of these forces (none: no force), on algebras of their dimension.
+    pub fn forces(mut self, forces: Vec<Force>) -> Self {
+        self.fixed.forces = Some(forces);
+        self
+    }
+
+    /// Only this initial state, on algebras of its dimension.
+    pub fn start(mut self, start: Start) -> Self {
+        self.fixed.start = Some(start);
+        self
+    }
+
+    /// Only this step.
+    pub fn step(mut self, step: Number) -> Self {
+        self.fixed.step = Some(step);
+        self
+    }
+
+    /// Only this tableau.
+    pub fn tableau(self, tableau: Description) -> Self {
+        self.with_tableaux(Just(tableau))
+    }
+}
+
 /// The least [`Rates::unsteadiness`] of a motion that shows an order.
 const UNSTEADY: f64 = 1.0 / 32.0;
 
@@ -310,7 +367,7 @@ impl Given {
     /// Whether what is given is the only one of its kind in the case.
     fn admits(&self, case: &Case) -> bool {
         (!self.force || case.forces.is_empty() || case.forces == [Force::Given])
-            && (!self.lagrangian || case.lagrangian == self::unit(case.dimension()))
+            && (!self.lagrangian || case.lagrangian == Lagrangian::unit(case.dimension()))
     }
 }
 
@@ -327,130 +384,4 @@ fn has_fast_step(case: &Case, entry: &Entry) -> bool {
         _ => false,
     };
     retraction && case.forces.iter().all(|force| force.description().lanes.contains(entry))
-}
-
-/// l(η) = ½|η|².
-pub(super) fn unit(n: usize) -> Lagrangian {
-    Lagrangian { inertia: Inertia::Diagonal(vec![Number::from(1); n]), quartic: None }
-}
-
-/// How many draws are tried before the knobs are declared to exclude everything.
-const ATTEMPTS: usize = 1000;
-
-impl Strategy for Cases {
-    type Tree = CaseTree;
-    type Value = Case;
-
-    fn new_tree(&self, runner: &mut TestRunner) -> NewTree<Self> {
-        if let Some(answer) = super::simpler::answer(self) {
-            return answer;
-        }
-        let tableau = self.tableaux.new_tree(runner)?;
-        for _ in 0..ATTEMPTS {
-            let drawn = generate::case(&mut Draw(runner.rng()), self, tableau.current());
-            if let Some(case) = drawn.filter(|case| self.admits(case)) {
-                return Ok(CaseTree {
-                    knobs: self.clone(),
-                    best: case.clone(),
-                    current: case,
-                    tableau,
-                    tableau_done: false,
-                    candidates: Vec::new().into_iter(),
-                });
-            }
-        }
-        Err("the knobs exclude every case".into())
-    }
-}
-
-/// A case and the way to simpler ones: first its tableau, by the tree of its strategy; then everything else, by
-/// candidates that depend on the case alone.
-#[doc(hidden)]
-pub struct CaseTree {
-    knobs: Cases,
-    best: Case,
-    current: Case,
-    tableau: Box<dyn ValueTree<Value = Description>>,
-    tableau_done: bool,
-    candidates: std::vec::IntoIter<Case>,
-}
-
-impl CaseTree {
-    /// A case as it is: its tableau does not move.
-    pub(super) fn fixed(knobs: Cases, case: Case) -> Self {
-        let tableau: Box<dyn ValueTree<Value = Description>> = Box::new(Still(case.method.tableau.clone()));
-        let best = case.clone();
-        Self { knobs, best, current: case, tableau, tableau_done: true, candidates: Vec::new().into_iter() }
-    }
-
-    fn with_tableau(&self) -> Case {
-        let mut case = self.best.clone();
-        case.method.tableau = self.tableau.current();
-        case
-    }
-
-    /// The next candidate, or back to the best case.
-    fn next(&mut self) -> bool {
-        for candidate in self.candidates.by_ref() {
-            if self.knobs.admits(&candidate) && shrink::sound(&candidate, |case| self.knobs.rates(case)) {
-                self.current = candidate;
-                return true;
-            }
-        }
-        self.current = self.best.clone();
-        false
-    }
-
-    fn restart(&mut self) -> bool {
-        self.tableau_done = true;
-        self.candidates = shrink::candidates(&self.best, 1 << self.knobs.exponents.1).into_iter();
-        self.next()
-    }
-}
-
-impl ValueTree for CaseTree {
-    type Value = Case;
-
-    fn current(&self) -> Case {
-        self.current.clone()
-    }
-
-    fn simplify(&mut self) -> bool {
-        self.best = self.current.clone();
-        if !self.tableau_done && self.tableau.simplify() {
-            self.current = self.with_tableau();
-            return true;
-        }
-        self.restart()
-    }
-
-    fn complicate(&mut self) -> bool {
-        if self.tableau_done {
-            return self.next();
-        }
-        if self.tableau.complicate() {
-            self.current = self.with_tableau();
-            return true;
-        }
-        self.restart()
-    }
-}
-
-/// A tableau that does not shrink.
-struct Still(Description);
-
-impl ValueTree for Still {
-    type Value = Description;
-
-    fn current(&self) -> Description {
-        self.0.clone()
-    }
-
-    fn simplify(&mut self) -> bool {
-        false
-    }
-
-    fn complicate(&mut self) -> bool {
-        false
-    }
 }

@@ -5,7 +5,7 @@
 
 use super::case::{Algebra, Case, Drag, Force, Inertia, Motion, Structure, Tau};
 use super::force::{ForceKind, Role, Value};
-use super::generate::dyadic;
+use super::numbers::{dyadic, from_dyadic};
 use super::rates::{MOST, Rates};
 use crate::algebra::catalogue::Entry;
 use crate::scalar::Number;
@@ -28,15 +28,6 @@ fn positive(inertia: &Inertia) -> bool {
                 && nalgebra::DMatrix::from_fn(n, n, |r, c| value(&rows[r][c])).cholesky().is_some()
         }
     }
-}
-
-/// The dyadic number that `x` is, if its denominator is at most 2²⁰ (and x is moderate).
-pub(super) fn from_dyadic(x: f64) -> Option<Number> {
-    let (mut p, mut q) = (x, 1_i64);
-    while p.fract() != 0.0 && q < 1 << 20 {
-        (p, q) = (p * 2.0, q * 2);
-    }
-    (p.fract() == 0.0 && p.abs() < 1e15).then(|| dyadic(p as i64, q))
 }
 
 /// Simpler values than `x` on the way to the integer `target`, the simplest first.

@@ -1,11 +1,11 @@
 //! Simpler cases than a given one, of those that a strategy draws: how a saved case is shrunk without the tree that drew it.
 
 use super::case::Case;
-use super::random::{CaseTree, Cases};
+use super::random::Cases;
 use super::shrink::{candidates, sound};
 use crate::tableau::Description;
-use proptest::strategy::{BoxedStrategy, NewTree, Strategy, ValueTree};
-use proptest::test_runner::{Config, RngAlgorithm, TestRng, TestRunner};
+use proptest::strategy::{BoxedStrategy, Strategy, ValueTree};
+use proptest::test_runner::{Config, Reason, RngAlgorithm, TestRng, TestRunner};
 use std::cell::RefCell;
 
 /// What a strategy is asked instead of for a random case.
@@ -21,14 +21,14 @@ thread_local! {
 }
 
 /// The answer of `knobs` where somebody asks; `None` where nobody does.
-pub(super) fn answer(knobs: &Cases) -> Option<NewTree<Cases>> {
+pub(super) fn answer(knobs: &Cases) -> Option<Result<Case, Reason>> {
     ASKED.with_borrow_mut(|question| match question {
         None => None,
         Some(Question::Knobs(found)) => {
             *found = Some(Box::new(knobs.clone()));
             Some(Err("asked for the knobs".into()))
         }
-        Some(Question::Case(case)) => Some(Ok(CaseTree::fixed(knobs.clone(), (**case).clone()))),
+        Some(Question::Case(case)) => Some(Ok((**case).clone())),
     })
 }
 
