@@ -5,11 +5,9 @@ use super::laws::{exact, select};
 use super::progress::Bar;
 use super::{Failure, Format, complain, failure, faults, print, program, rates, schema, summary};
 use euler_poincare::harness::store::{Manifest, Store, StoreError};
-use euler_poincare::harness::{
-    BoxedStrategy, Campaign, CampaignReport, Cost, Done, Ending, Fault, Halt, Law, Recorded, Shard, Summary, Verdict,
-};
-use euler_poincare::laws::CaseLaw;
+use euler_poincare::harness::{Campaign, CampaignReport, Cost, Done, Ending, Halt, Law, Recorded, Shard, Summary};
 use euler_poincare::laws::replay::{REGRESSIONS, file_name, save};
+use euler_poincare::laws::{CaseLaw, PlantedLaw};
 use euler_poincare::system::{Case, Replay, labels};
 use std::collections::BTreeSet;
 use std::path::{Path, PathBuf};
@@ -235,50 +233,6 @@ impl Plan<'_> {
             }
             _ => ended,
         }
-    }
-}
-
-/// A law with a fault planted in its subject, or with none.
-pub struct PlantedLaw {
-    pub law: &'static CaseLaw,
-    pub fault: Option<&'static Fault>,
-}
-
-impl Law<Case> for PlantedLaw {
-    fn name(&self) -> &'static str {
-        self.law.name
-    }
-
-    fn statement(&self) -> &'static str {
-        self.law.statement
-    }
-
-    fn source(&self) -> &'static str {
-        self.law.source
-    }
-
-    fn oracle(&self) -> &'static str {
-        self.law.oracle
-    }
-
-    fn bound_note(&self) -> &'static str {
-        self.law.bound
-    }
-
-    fn cost(&self) -> Cost {
-        self.law.cost
-    }
-
-    fn faults(&self) -> &'static [Fault] {
-        self.law.faults
-    }
-
-    fn cases(&self) -> BoxedStrategy<Case> {
-        self.law.cases()
-    }
-
-    fn check(&self, case: &Case, fault: Option<&Fault>) -> Verdict {
-        self.law.check(case, fault.or(self.fault))
     }
 }
 

@@ -336,8 +336,8 @@ where
 
 impl<T: Real, L, F, R> Scheme<T, L, F, R> {
     /// One fixed-point iteration: evaluates the stages at (P_i, Ξ_i), leaves m, ξ and the next iterates in the workspace,
-    /// and returns the largest relative change |P_i' − P_i|, |Ξ_i' − Ξ_i|: the residual, since P_i − P_i' = r_i and Ξ_i' = h
-    /// Σ a_ij H_j.
+    /// and returns the largest relative change |P_i' − P_i|, |Ξ_i' − Ξ_i|: the residual, since P_i − P_i' = r_i and
+    /// Ξ_i' = h Σ a_ij H_j.
     fn iterate<const N: usize, const D: usize>(
         &self,
         problem: &Problem<T, N>,

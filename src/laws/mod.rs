@@ -25,6 +25,42 @@
 //! | `polynomial` | nothing: random functions |
 //! | `source` | nothing: where the systems come from that laws judge |
 
+/// The words of a law and its cost, of a [`Law`] that is one of these or has one in a field.
+macro_rules! words_of {
+    ($($field:ident)?) => {
+        words_of!($($field)?, without faults);
+
+        fn faults(&self) -> &'static [$crate::harness::Fault] {
+            self$(.$field)?.faults
+        }
+    };
+    ($($field:ident)?, without faults) => {
+        fn name(&self) -> &'static str {
+            self$(.$field)?.name
+        }
+
+        fn statement(&self) -> &'static str {
+            self$(.$field)?.statement
+        }
+
+        fn source(&self) -> &'static str {
+            self$(.$field)?.source
+        }
+
+        fn oracle(&self) -> &'static str {
+            self$(.$field)?.oracle
+        }
+
+        fn bound_note(&self) -> &'static str {
+            self$(.$field)?.bound
+        }
+
+        fn cost(&self) -> $crate::harness::Cost {
+            self$(.$field)?.cost
+        }
+    };
+}
+
 pub mod algebroid;
 pub mod discrete;
 pub mod doubled;
@@ -119,33 +155,7 @@ pub struct CaseLaw<S = Case> {
 }
 
 impl Law<Case> for CaseLaw {
-    fn name(&self) -> &'static str {
-        self.name
-    }
-
-    fn statement(&self) -> &'static str {
-        self.statement
-    }
-
-    fn source(&self) -> &'static str {
-        self.source
-    }
-
-    fn oracle(&self) -> &'static str {
-        self.oracle
-    }
-
-    fn bound_note(&self) -> &'static str {
-        self.bound
-    }
-
-    fn cost(&self) -> Cost {
-        self.cost
-    }
-
-    fn faults(&self) -> &'static [Fault] {
-        self.faults
-    }
+    words_of!();
 
     fn cases(&self) -> BoxedStrategy<Case> {
         (self.cases)(cases())
@@ -157,6 +167,36 @@ impl Law<Case> for CaseLaw {
 
     fn simpler(&self, case: &Case, visit: &mut dyn FnMut(Case) -> bool) {
         simpler(&self.cases(), case, visit);
+    }
+}
+
+/// A law with a fault planted in its subject, or with none.
+///
+/// ```
+/// use euler_poincare::harness::Law;
+/// use euler_poincare::laws::{PlantedLaw, named};
+///
+/// let law = named("retraction-inverse").expect("a law");
+/// let planted = PlantedLaw { law, fault: law.faults.first() };
+/// assert_eq!((planted.name(), planted.faults().len()), ("retraction-inverse", law.faults.len()));
+/// ```
+#[derive(Clone, Copy)]
+pub struct PlantedLaw {
+    /// The law.
+    pub law: &'static CaseLaw,
+    /// What is planted.
+    pub fault: Option<&'static Fault>,
+}
+
+impl Law<Case> for PlantedLaw {
+    words_of!(law);
+
+    fn cases(&self) -> BoxedStrategy<Case> {
+        self.law.cases()
+    }
+
+    fn check(&self, case: &Case, fault: Option<&Fault>) -> Verdict {
+        self.law.check(case, fault.or(self.fault))
     }
 }
 

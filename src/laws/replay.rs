@@ -254,33 +254,7 @@ struct Asked {
 }
 
 impl Law<Case> for Asked {
-    fn name(&self) -> &'static str {
-        self.law.name
-    }
-
-    fn statement(&self) -> &'static str {
-        self.law.statement
-    }
-
-    fn source(&self) -> &'static str {
-        self.law.source
-    }
-
-    fn oracle(&self) -> &'static str {
-        self.law.oracle
-    }
-
-    fn bound_note(&self) -> &'static str {
-        self.law.bound
-    }
-
-    fn cost(&self) -> crate::harness::Cost {
-        self.law.cost
-    }
-
-    fn faults(&self) -> &'static [Fault] {
-        self.law.faults
-    }
+    words_of!(law);
 
     fn cases(&self) -> crate::harness::BoxedStrategy<Case> {
         self.law.cases()

@@ -99,33 +99,7 @@ pub fn run<S: Subject>(subject: S, seed: u64, cases: usize) -> CampaignReport<Va
 }
 
 impl<S: Subject> Law<Values> for PartLaw<S> {
-    fn name(&self) -> &'static str {
-        self.about.name
-    }
-
-    fn statement(&self) -> &'static str {
-        self.about.statement
-    }
-
-    fn source(&self) -> &'static str {
-        self.about.source
-    }
-
-    fn oracle(&self) -> &'static str {
-        self.about.oracle
-    }
-
-    fn bound_note(&self) -> &'static str {
-        self.about.bound
-    }
-
-    fn cost(&self) -> Cost {
-        self.about.cost
-    }
-
-    fn faults(&self) -> &'static [Fault] {
-        self.about.faults
-    }
+    words_of!(about);
 
     fn cases(&self) -> BoxedStrategy<Values> {
         self.subject.cases(self.about)

@@ -9,7 +9,7 @@ use super::super::{CaseLaw, Source};
 use super::algebra::Bracket;
 use crate::algebra::{Casimir, Covector, LieAlgebra, Matrix, Vector, basis_vector};
 use crate::group::{LieGroup, MatrixGroup};
-use crate::harness::{Cost, Fault, Law, Verdict};
+use crate::harness::{Fault, Law, Verdict};
 use crate::integrators::{OneStep, Report, State, StepError, Variational};
 use crate::laws::method::{self, Claims, MethodLaw, Other, Setup, Side, SystemParts, Untyped};
 use crate::laws::planted::retraction::Plant;
@@ -369,29 +369,7 @@ fn setup<P: Types<N, D>, const N: usize, const D: usize>(
 }
 
 impl<P: Types<N, D>, const N: usize, const D: usize> Law<Case> for UserMethodLaw<P, N, D> {
-    fn name(&self) -> &'static str {
-        self.law.name
-    }
-
-    fn statement(&self) -> &'static str {
-        self.law.statement
-    }
-
-    fn source(&self) -> &'static str {
-        self.law.source
-    }
-
-    fn oracle(&self) -> &'static str {
-        self.law.oracle
-    }
-
-    fn bound_note(&self) -> &'static str {
-        self.law.bound
-    }
-
-    fn cost(&self) -> Cost {
-        self.law.cost
-    }
+    words_of!(law, without faults);
 
     fn faults(&self) -> &'static [Fault] {
         &[]
@@ -461,33 +439,7 @@ fn table<P: Types<N, D>, const N: usize, const D: usize>() -> Vec<&'static CaseL
 const LEFT_OUT: [&str; 2] = ["casimir-rate", "lie-poisson-bracket"];
 
 impl<P: Types<N, D>, const N: usize, const D: usize> Law<Case> for SystemLaw<P, N, D> {
-    fn name(&self) -> &'static str {
-        self.law.name
-    }
-
-    fn statement(&self) -> &'static str {
-        self.law.statement
-    }
-
-    fn source(&self) -> &'static str {
-        self.law.source
-    }
-
-    fn oracle(&self) -> &'static str {
-        self.law.oracle
-    }
-
-    fn bound_note(&self) -> &'static str {
-        self.law.bound
-    }
-
-    fn cost(&self) -> Cost {
-        self.law.cost
-    }
-
-    fn faults(&self) -> &'static [Fault] {
-        self.law.faults
-    }
+    words_of!(law);
 
     fn cases(&self) -> BoxedStrategy<Case> {
         (self.law.cases)(cases().given(self.given.clone()))
