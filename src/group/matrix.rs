@@ -73,28 +73,32 @@ impl<T: Real, const N: usize, const D: usize> MatrixGroup<T, N, D> {
 
     /// G × ℝᴺ⁻ⁿ for the group G of an algebra of dimension n ≤ N, in its standard basis.
     ///
-    /// The matrices of the other factor stand beside those of G: each is a single 1 above the diagonal of a block with p + q
-    /// rows, in one of its first p rows and last q columns. Their products vanish, so they commute, and every retraction is
-    /// defined on all of them.
-    ///
     /// # Errors
     /// A dimension above N; a representation that leaves too few rows.
     #[cfg(feature = "harness")]
     pub(crate) fn beside_spectators(entry: &Entry) -> Result<Self, AlgebraError> {
-        let n = entry.dimension();
-        let Some(spectators) = N.checked_sub(n) else {
+        let (n, size) = (entry.dimension(), entry.matrix_size());
+        let Some(beside) = Beside::new(n, size, N) else {
             return Err(AlgebraError::Dimension { name: entry.to_string(), dimension: n, expected: N });
         };
-        let (size, (p, q)) = (entry.matrix_size(), spectator_block(spectators));
-        if size + p + q > D {
-            return Err(AlgebraError::MatrixSize { name: entry.to_string(), needed: size + p + q, size: D });
+        if beside.rows() > D {
+            return Err(AlgebraError::MatrixSize { name: entry.to_string(), needed: beside.rows(), size: D });
         }
-        Self::new(std::array::from_fn(|a| match a.checked_sub(n) {
-            None => padded(entry, a),
+        Self::beside(&beside, |a| padded(entry, a))
+    }
+
+    /// The same for n matrices ê_a that fill the leading block of what `matrix` returns.
+    ///
+    /// # Errors
+    /// Those of [`MatrixGroup::new`].
+    #[cfg(feature = "harness")]
+    pub(crate) fn beside(beside: &Beside, matrix: impl Fn(usize) -> Matrix<T, D>) -> Result<Self, AlgebraError> {
+        Self::new(std::array::from_fn(|a| match a.checked_sub(beside.dimension) {
+            None => matrix(a),
             Some(k) => {
-                let mut matrix = Matrix::zeros();
-                matrix[(size + k / q, size + p + k % q)] = T::one();
-                matrix
+                let mut single = Matrix::zeros();
+                single[beside.entry(k)] = T::one();
+                single
             }
         }))
     }
@@ -125,18 +129,54 @@ fn padded<T: Real, const D: usize>(entry: &Entry, a: usize) -> Matrix<T, D> {
     Matrix::from_fn(|r, c| if r < size && c < size { block[(r, c)] } else { T::zero() })
 }
 
-/// p and q with p q ≥ k and p + q least: the block in which k commuting matrices with one entry each have room.
+/// Where the matrices of G × ℝᴺ⁻ⁿ hold those of G, of dimension n, and where the *spectators*, the other factor.
+///
+/// The matrices of G fill the leading block. Those of the spectators are each a single 1 above the diagonal of a block with p + q
+/// rows, in one of its first p rows and last q columns. Their products vanish, so they commute, and every retraction is
+/// defined on all of them: it is x ↦ 1 + x̂.
 #[cfg(feature = "harness")]
-fn spectator_block(k: usize) -> (usize, usize) {
-    let p = k.isqrt();
-    (p, if p == 0 { 0 } else { k.div_ceil(p) })
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) struct Beside {
+    /// n.
+    pub dimension: usize,
+    /// The size of the matrices of G.
+    pub size: usize,
+    /// p and q with p q ≥ N − n and p + q least.
+    block: (usize, usize),
 }
 
-/// p + q.
 #[cfg(feature = "harness")]
-pub(crate) fn spectator_rows(k: usize) -> usize {
-    let (p, q) = spectator_block(k);
-    p + q
+impl Beside {
+    /// Those of a group of dimension n in matrices of a size; `None` where n > N.
+    pub(crate) const fn new(dimension: usize, size: usize, n: usize) -> Option<Self> {
+        match n.checked_sub(dimension) {
+            None => None,
+            Some(0) => Some(Self { dimension, size, block: (0, 0) }),
+            Some(spectators) => {
+                let p = spectators.isqrt();
+                Some(Self { dimension, size, block: (p, spectators.div_ceil(p)) })
+            }
+        }
+    }
+
+    /// Whether a class of N and D holds it.
+    pub(crate) const fn fits(dimension: usize, size: usize, n: usize, d: usize) -> bool {
+        match Self::new(dimension, size, n) {
+            Some(beside) => beside.rows() <= d,
+            None => false,
+        }
+    }
+
+    /// The rows that are taken.
+    pub(crate) const fn rows(&self) -> usize {
+        self.size + self.block.0 + self.block.1
+    }
+
+    /// The row and the column of the k-th spectator.
+    pub(crate) fn entry(&self, k: usize) -> (usize, usize) {
+        let (p, q) = self.block;
+        (self.size + k / q, self.size + p + k % q)
+    }
 }
 
 /// 64 N D u.

@@ -333,6 +333,10 @@ pub enum AnyForce<T: Real, const N: usize> {
     Periodic(Periodic<T, N>),
     /// The sum of the terms (0 when there are none).
     Sum(Vec<AnyForce<T, N>>),
+    /// Of a type that is not known here.
+    #[cfg(feature = "harness")]
+    #[doc(hidden)]
+    Given(super::given::GivenForce<T, N>),
 }
 
 macro_rules! any_force {
@@ -343,6 +347,8 @@ macro_rules! any_force {
                 match self {
                     $(Self::$variant(_) => $name,)*
                     Self::Sum(_) => "sum",
+                    #[cfg(feature = "harness")]
+                    Self::Given(_) => "given",
                 }
             }
         }
@@ -358,6 +364,8 @@ macro_rules! any_force {
                 match self {
                     $(Self::$variant(force) => force.force(t, eta),)*
                     Self::Sum(terms) => terms.iter().fold(Covector::zeros(), |sum, term| sum + term.force(t, eta)),
+                    #[cfg(feature = "harness")]
+                    Self::Given(force) => force.force(t, eta),
                 }
             }
 
@@ -365,6 +373,8 @@ macro_rules! any_force {
                 match self {
                     $(Self::$variant(force) => Force::<T, N>::is_zero(force),)*
                     Self::Sum(terms) => terms.iter().all(|term| term.is_zero()),
+                    #[cfg(feature = "harness")]
+                    Self::Given(force) => force.is_zero(),
                 }
             }
 
@@ -372,6 +382,8 @@ macro_rules! any_force {
                 match self {
                     $(Self::$variant(force) => Force::<T, N>::is_smooth(force),)*
                     Self::Sum(terms) => terms.iter().all(|term| term.is_smooth()),
+                    #[cfg(feature = "harness")]
+                    Self::Given(force) => force.is_smooth(),
                 }
             }
         }

@@ -26,7 +26,7 @@ pub(super) fn newton_velocity<T: Real, S: Scalar<Base = T>, const N: usize>(
     let value = newton_value(lagrangian, &mu.map(|v| v.base()), guess.map(|v| v.base()))?;
     let mut eta = value.map(S::lift);
     // The error lies in an ideal that a step squares, and whose power after `order` vanishes.
-    let order = nesting::<T, S>();
+    let order = S::NESTING;
     let mut right = 0;
     while right < order {
         let residual = (lagrangian.gradient(&eta) - mu).transpose();
@@ -34,11 +34,6 @@ pub(super) fn newton_velocity<T: Real, S: Scalar<Base = T>, const N: usize>(
         right = 2 * right + 1;
     }
     Ok(eta)
-}
-
-/// How many duals are nested in S: k of them occupy 2^k base numbers, and carry derivatives of total order k.
-fn nesting<T: Real, S: Scalar<Base = T>>() -> u32 {
-    (size_of::<S>() / size_of::<T>()).ilog2()
 }
 
 fn singular<T: Real, const N: usize>(eta: &Vector<T, N>) -> LegendreError {
@@ -280,7 +275,7 @@ fn shrinking<T: Real, S: Scalar<Base = T>>(c: S) -> Result<S, LegendreError> {
     if by.abs() > T::unit_roundoff().sqrt() * root {
         return Err(LegendreError::NotConverged { residual: by.to_f64(), iterations: MAX_ITERATIONS });
     }
-    let (order, mut right, mut found) = (nesting::<T, S>(), 0, S::lift(root));
+    let (order, mut right, mut found) = (S::NESTING, 0, S::lift(root));
     while right < order {
         let square = c * found * found;
         found -= (found + square * found - S::one()) / (S::one() + S::int(3) * square);
@@ -331,6 +326,10 @@ pub enum AnyLagrangian<T: Real, const N: usize> {
     Quadratic(Quadratic<T, N>),
     /// ½ ηᵀ I η + ¼ κ (ηᵀ I η)².
     Quartic(Quartic<T, N>),
+    /// Of a type that is not known here.
+    #[cfg(feature = "harness")]
+    #[doc(hidden)]
+    Given(super::given::GivenLagrangian<T, N>),
 }
 
 impl<T: Real, const N: usize> From<Quadratic<T, N>> for AnyLagrangian<T, N> {
@@ -350,6 +349,8 @@ macro_rules! dispatch {
         match $self {
             AnyLagrangian::Quadratic($l) => $e,
             AnyLagrangian::Quartic($l) => $e,
+            #[cfg(feature = "harness")]
+            AnyLagrangian::Given($l) => $e,
         }
     };
 }

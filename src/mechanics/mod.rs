@@ -10,6 +10,9 @@ pub mod equations;
 pub mod euler_lagrange;
 pub mod force;
 pub mod forced_hamiltonian;
+#[cfg(feature = "harness")]
+#[doc(hidden)]
+pub mod given;
 pub mod hamiltonian;
 pub mod lagrangian;
 pub mod lie_poisson;

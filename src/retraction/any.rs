@@ -13,6 +13,10 @@ pub enum AnyRetraction<T: Real, const N: usize, const D: usize, G = MatrixGroup<
     Exponential(Exponential<T, N, D, G>),
     /// τ = cay.
     Cayley(Cayley<T, N, D, G>),
+    /// Of a type that is not known here.
+    #[cfg(feature = "harness")]
+    #[doc(hidden)]
+    Given(super::given::GivenRetraction<T, N, D>),
 }
 
 /// The tangents of [`AnyRetraction`] at x.
@@ -24,48 +28,53 @@ pub enum AnyPoint<T: Real, S: Scalar<Base = T>, const N: usize> {
     Exponential(ExponentialPoint<T, S, N>),
     /// Of cay.
     Cayley(CayleyPoint<T, S, N>),
+    /// Of a type that is not known here.
+    #[cfg(feature = "harness")]
+    #[doc(hidden)]
+    Given(super::given::GivenPoint<S, N>),
 }
 
-/// The same expression for whichever arm a value is.
+/// The same expression for whichever arm a value is; those in brackets are there with the feature `harness` alone.
 macro_rules! by_arm {
-    ($value:expr, $first:ident | $second:ident, $inner:ident => $body:expr) => {
+    ($value:expr, $($arm:ident)|+ $([$harness:ident])?, $inner:ident => $body:expr) => {
         match $value {
-            Self::$first($inner) => $body,
-            Self::$second($inner) => $body,
+            $(Self::$arm($inner) => $body,)+
+            $(#[cfg(feature = "harness")]
+            Self::$harness($inner) => $body,)?
         }
     };
 }
 
-/// The tangents of an enum of two points are those of the arm that it is.
+/// The tangents of an enum of points are those of the arm that it is.
 macro_rules! tangents_by_arm {
-    ([$($generics:tt)*] $point:ty, $n:tt, $first:ident | $second:ident) => {
+    ([$($generics:tt)*] $point:ty, $n:tt, $($arms:tt)+) => {
         impl<$($generics)*> TangentPoint<S, $n> for $point {
             fn d(&self) -> &Matrix<S, $n> {
-                by_arm!(self, $first | $second, p => p.d())
+                by_arm!(self, $($arms)+, p => p.d())
             }
 
             fn d_inv(&self) -> &Matrix<S, $n> {
-                by_arm!(self, $first | $second, p => p.d_inv())
+                by_arm!(self, $($arms)+, p => p.d_inv())
             }
 
             fn d_neg(&self) -> Matrix<S, $n> {
-                by_arm!(self, $first | $second, p => p.d_neg())
+                by_arm!(self, $($arms)+, p => p.d_neg())
             }
 
             fn ad(&self) -> Matrix<S, $n> {
-                by_arm!(self, $first | $second, p => p.ad())
+                by_arm!(self, $($arms)+, p => p.ad())
             }
 
             fn ad_inv(&self) -> Matrix<S, $n> {
-                by_arm!(self, $first | $second, p => p.ad_inv())
+                by_arm!(self, $($arms)+, p => p.ad_inv())
             }
 
             fn dd(&self, y: &Vector<S, $n>) -> Matrix<S, $n> {
-                by_arm!(self, $first | $second, p => p.dd(y))
+                by_arm!(self, $($arms)+, p => p.dd(y))
             }
 
             fn pull_dd(&self, p: &Covector<S, $n>, m: &Covector<S, $n>, y: &Vector<S, $n>) -> Covector<S, $n> {
-                by_arm!(self, $first | $second, point => point.pull_dd(p, m, y))
+                by_arm!(self, $($arms)+, point => point.pull_dd(p, m, y))
             }
         }
     };
@@ -78,27 +87,29 @@ impl<T: Real, const N: usize, const D: usize, G: LieGroup<T, N, D>> Retraction<T
     type Point<S: Scalar<Base = T>> = AnyPoint<T, S, N>;
 
     fn name(&self) -> &'static str {
-        by_arm!(self, Exponential | Cayley, r => r.name())
+        by_arm!(self, Exponential | Cayley [Given], r => r.name())
     }
 
     fn algebra(&self) -> &LieAlgebra<T, N> {
-        by_arm!(self, Exponential | Cayley, r => r.algebra())
+        by_arm!(self, Exponential | Cayley [Given], r => r.algebra())
     }
 
     fn tau<S: Scalar<Base = T>>(&self, x: &Vector<S, N>) -> Result<Matrix<S, D>, RetractionError> {
-        by_arm!(self, Exponential | Cayley, r => r.tau(x))
+        by_arm!(self, Exponential | Cayley [Given], r => r.tau(x))
     }
 
     fn tau_inv<S: Scalar<Base = T>>(&self, g: &Matrix<S, D>) -> Result<Vector<S, N>, RetractionError> {
-        by_arm!(self, Exponential | Cayley, r => r.tau_inv(g))
+        by_arm!(self, Exponential | Cayley [Given], r => r.tau_inv(g))
     }
 
     fn at<S: Scalar<Base = T>>(&self, x: &Vector<S, N>) -> Result<AnyPoint<T, S, N>, RetractionError> {
         Ok(match self {
             Self::Exponential(r) => AnyPoint::Exponential(r.at(x)?),
             Self::Cayley(r) => AnyPoint::Cayley(r.at(x)?),
+            #[cfg(feature = "harness")]
+            Self::Given(r) => AnyPoint::Given(r.at(x)?),
         })
     }
 }
 
-tangents_by_arm!([T: Real, S: Scalar<Base = T>, const N: usize] AnyPoint<T, S, N>, N, Exponential | Cayley);
+tangents_by_arm!([T: Real, S: Scalar<Base = T>, const N: usize] AnyPoint<T, S, N>, N, Exponential | Cayley [Given]);

@@ -17,6 +17,9 @@ pub mod cayley;
 #[doc(hidden)]
 pub mod coefficients;
 pub mod exponential;
+#[cfg(feature = "harness")]
+#[doc(hidden)]
+pub mod given;
 mod linear;
 pub mod so3;
 

@@ -363,6 +363,18 @@ impl Scalar for Dd {
     fn all_finite(self) -> bool {
         self.finite_parts()
     }
+
+    const NESTING: u32 = 0;
+
+    #[inline]
+    fn write(self, numbers: &mut Vec<Self>) {
+        numbers.push(self);
+    }
+
+    #[inline]
+    fn read(numbers: &[Self]) -> Self {
+        numbers.first().copied().unwrap_or_default()
+    }
 }
 
 impl Real for Dd {

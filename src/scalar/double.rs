@@ -44,6 +44,18 @@ impl Scalar for f64 {
     fn all_finite(self) -> bool {
         self.is_finite()
     }
+
+    const NESTING: u32 = 0;
+
+    #[inline]
+    fn write(self, numbers: &mut Vec<Self>) {
+        numbers.push(self);
+    }
+
+    #[inline]
+    fn read(numbers: &[Self]) -> Self {
+        numbers.first().copied().unwrap_or_default()
+    }
 }
 
 impl Real for f64 {

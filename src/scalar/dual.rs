@@ -234,6 +234,18 @@ impl<T: Scalar> Scalar for Dual<T> {
     fn all_finite(self) -> bool {
         self.re.all_finite() && self.eps.all_finite()
     }
+
+    const NESTING: u32 = T::NESTING + 1;
+
+    fn write(self, numbers: &mut Vec<T::Base>) {
+        self.re.write(numbers);
+        self.eps.write(numbers);
+    }
+
+    fn read(numbers: &[T::Base]) -> Self {
+        let (re, eps) = numbers.split_at(numbers.len().min(1 << T::NESTING));
+        Self { re: T::read(re), eps: T::read(eps) }
+    }
 }
 
 /// The derivative of `f` at x along `direction`, with `f` evaluated on dual numbers.

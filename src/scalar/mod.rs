@@ -81,6 +81,16 @@ pub trait Scalar: RealField + Copy + Default + Debug + Display + LowerExp + Send
     /// Whether the value and every derivative part are finite.
     fn all_finite(self) -> bool;
 
+    /// How many dual numbers are nested: k of them hold 2ᵏ numbers, and carry derivatives of total order k.
+    const NESTING: u32;
+
+    /// Appends the value and the derivative parts, 2^[`NESTING`](Self::NESTING) numbers, to `numbers`.
+    fn write(self, numbers: &mut Vec<Self::Base>);
+
+    /// The scalar that [`write`](Self::write) wrote: its first 2^[`NESTING`](Self::NESTING) `numbers`, or more; those that are missing
+    /// are 0.
+    fn read(numbers: &[Self::Base]) -> Self;
+
     /// Whether the value and every derivative part are 0, so that products may leave it out. `false` is always right, but slower.
     fn vanishes(self) -> bool {
         false
@@ -123,6 +133,8 @@ pub mod dd;
 mod decimal;
 mod double;
 pub mod dual;
+#[cfg(feature = "harness")]
+pub(crate) mod erased;
 mod field;
 mod fused;
 pub mod number;

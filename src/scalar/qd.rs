@@ -428,6 +428,18 @@ impl Scalar for Qd {
     fn all_finite(self) -> bool {
         self.finite_parts()
     }
+
+    const NESTING: u32 = 0;
+
+    #[inline]
+    fn write(self, numbers: &mut Vec<Self>) {
+        numbers.push(self);
+    }
+
+    #[inline]
+    fn read(numbers: &[Self]) -> Self {
+        numbers.first().copied().unwrap_or_default()
+    }
 }
 
 impl Real for Qd {

@@ -15,7 +15,7 @@ use super::numbers::{number, square, symmetric, vector};
 use super::so3::{Retraction3, So3Retraction};
 use crate::algebra::catalogue::Entry;
 use crate::algebra::{Casimir, Covector, LieAlgebra, Matrix, Vector};
-use crate::group::matrix::spectator_rows;
+use crate::group::matrix::Beside;
 use crate::group::{LieGroup, MatrixGroup};
 use crate::integrators::State;
 use crate::integrators::se3::CayleySe3;
@@ -249,8 +249,7 @@ impl Case {
 
     /// Whether a class holds the algebra and its matrices, with spectators.
     fn fits(&self, n: usize, d: usize) -> bool {
-        let own = self.dimension();
-        own <= n && self.matrix_size() + spectator_rows(n - own) <= d
+        Beside::fits(self.dimension(), self.matrix_size(), n, d)
     }
 
     /// Why no class does.
@@ -498,7 +497,7 @@ fn of_three<T: Real>(
 }
 
 /// The retraction of a general algebra.
-fn general<T: Real, const N: usize, const D: usize>(
+pub(super) fn general<T: Real, const N: usize, const D: usize>(
     algebra: &LieAlgebra<T, N>,
     group: &Option<MatrixGroup<T, N, D>>,
     tau: Tau,

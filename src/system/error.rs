@@ -169,7 +169,7 @@ pub enum Problem {
 
 impl Problem {
     /// A part that is no part of the case.
-    pub(super) fn given(what: &'static str) -> Self {
+    pub(crate) fn given(what: &'static str) -> Self {
         let why = "it is of somebody's own type, which the case does not describe; `cargo test` replays such cases, in the crate \
                    that has the type";
         Self::NotApplicable { what, why: why.into() }

@@ -14,6 +14,7 @@ pub mod file;
 mod fixed;
 pub(crate) mod force;
 mod generate;
+pub(crate) mod given;
 mod labels;
 mod numbers;
 mod presentation;

@@ -471,8 +471,16 @@ impl Suite {
         L: Law<C> + 'static,
         C: Clone + Debug + Serialize + DeserializeOwned + 'static,
     {
-        self.laws.push(Box::new(Entry { law, show: Box::new(show) }));
+        self.push(law, show);
         self
+    }
+
+    pub(super) fn push<L, C>(&mut self, law: L, show: impl Fn(&C) -> String + Send + Sync + 'static)
+    where
+        L: Law<C> + 'static,
+        C: Clone + Debug + Serialize + DeserializeOwned + 'static,
+    {
+        self.laws.push(Box::new(Entry { law, show: Box::new(show) }));
     }
 
     /// Adds the laws of a single part.
@@ -482,24 +490,17 @@ impl Suite {
 
     /// Adds the laws of systems of these types.
     pub fn system<P: Types<N, D>, const N: usize, const D: usize>(mut self) -> Self {
-        match super::system::laws::<P, N, D>() {
-            Ok(laws) => laws.into_iter().fold(self, |suite, law| suite.law(law, |case| shown(case, P::OWN))),
-            Err(why) => {
-                self.refused = Some(why);
-                self
-            }
-        }
+        self.refused = super::system::add_to::<P, N, D>(&mut self).err().or(self.refused);
+        self
     }
 
     /// Adds the laws of the one-step method of these types.
     pub fn method<P: Types<N, D>, const N: usize, const D: usize>(mut self) -> Self {
         match super::system::method_laws::<P, N, D>() {
-            Ok(laws) => laws.into_iter().fold(self, |suite, law| suite.law(law, |case| shown(case, P::OWN))),
-            Err(why) => {
-                self.refused = Some(why);
-                self
-            }
+            Ok(laws) => laws.into_iter().for_each(|law| self.push(law, |case| shown(case, P::OWN))),
+            Err(why) => self.refused = Some(why),
         }
+        self
     }
 
     /// The names of the laws, in order.
@@ -563,7 +564,7 @@ impl Suite {
 }
 
 /// A case on one's own types as a few lines: what is one's own says so.
-fn shown(case: &Case, own: Parts) -> String {
+pub(super) fn shown(case: &Case, own: Parts) -> String {
     let line = |line: &str| {
         let key = line.split_whitespace().next().unwrap_or("");
         match key {

@@ -7,26 +7,32 @@
 
 use super::super::{CaseLaw, Source};
 use super::algebra::Bracket;
-use crate::algebra::{Casimir, Covector, LieAlgebra, Matrix, Vector, basis_vector};
+use super::suite::{Suite, shown};
+use crate::algebra::{AlgebraError, Casimir, Covector, LieAlgebra, Matrix, Vector, basis_vector};
 use crate::group::{LieGroup, MatrixGroup};
 use crate::harness::{Fault, Law, Verdict};
 use crate::integrators::{OneStep, Report, State, StepError, Variational};
 use crate::laws::method::{self, Claims, MethodLaw, Other, Setup, Side, SystemParts, Untyped};
 use crate::laws::planted::retraction::Plant;
 use crate::mechanics::force::{AnyForce, Zero};
+use crate::mechanics::given::Untyped as UntypedPart;
 use crate::mechanics::lagrangian::{AnyLagrangian, Quadratic};
 use crate::mechanics::{Force, Lagrangian};
+use crate::retraction::given::Untyped as UntypedRetraction;
 use crate::retraction::{Exponential, Retraction};
-use crate::scalar::{Real, Scalar};
+use crate::scalar::{Dd, Real, Scalar};
 use crate::study::problem;
 use crate::system::case::Structure;
+use crate::system::given::{Supplied, has_class};
 use crate::system::random::Given;
 use crate::system::rates::Rates;
 use crate::system::{Case, CaseError, Cases, ForceTerm, Place, Problem, System, Visitor, Wrap, cases};
 use proptest::strategy::{BoxedStrategy, Strategy};
+use std::any::{Any, TypeId};
 use std::cell::RefCell;
 use std::fmt;
 use std::marker::PhantomData;
+use std::sync::Arc;
 
 /// Somebody's own types, for every scalar: a group of dimension N, represented by D×D matrices, and what else is one's own.
 ///
@@ -150,14 +156,134 @@ impl<P, const N: usize, const D: usize> fmt::Debug for UserSystem<P, N, D> {
 }
 
 fn matrices<P: Types<N, D>, T: Real, const N: usize, const D: usize>()
--> Result<MatrixGroup<T, N, D>, crate::algebra::AlgebraError> {
+-> Result<MatrixGroup<T, N, D>, AlgebraError> {
     let group = P::group::<T>();
     MatrixGroup::new(std::array::from_fn(|a| group.hat(&basis_vector::<T, N>(a))))
 }
 
 fn rates<P: Types<N, D>, const N: usize, const D: usize>(case: &Case) -> Option<Rates> {
+    if const { has_class(N, D) } {
+        return rates_given(&Supply::<P, N, D>::IT, case);
+    }
     let own = UserSystem::<P, N, D>::new(case.clone());
     Rates::by(case, true, |measure| own.visit::<f64, _>(&Plant(None), measure).ok().flatten())
+}
+
+/// Somebody's types without their types: what a [`GivenSystem`] is made of.
+#[doc(hidden)]
+pub trait Supplier: Send + Sync {
+    /// Which parts are one's own, beside the group.
+    fn own(&self) -> Parts;
+
+    /// The parts in `f64`.
+    ///
+    /// # Errors
+    /// The matrices of the group do not span an algebra.
+    fn double(&self) -> Result<Supplied<f64>, AlgebraError>;
+
+    /// The parts in 32 digits.
+    ///
+    /// # Errors
+    /// The matrices of the group do not span an algebra.
+    fn quad(&self) -> Result<Supplied<Dd>, AlgebraError>;
+}
+
+/// Supplies the types of P.
+struct Supply<P, const N: usize, const D: usize>(PhantomData<fn() -> P>);
+
+impl<P: Types<N, D>, const N: usize, const D: usize> Supply<P, N, D> {
+    const IT: Self = Self(PhantomData);
+
+    /// Those parts alone that are one's own: the others are compiled in this crate.
+    fn supplied<T: Real>() -> Result<Supplied<T>, AlgebraError> {
+        let group = matrices::<P, T, N, D>()?;
+        let basis = group.basis().iter().map(|matrix| matrix.as_slice().to_vec()).collect();
+        let casimirs = P::casimirs::<T>().iter().map(Into::into).collect();
+        let mut supplied = Supplied {
+            dimension: N,
+            size: D,
+            basis,
+            casimirs,
+            retraction: None,
+            lagrangian: None,
+            force: None,
+        };
+        if const { P::OWN.retraction || P::OWN.map } {
+            supplied.retraction = Some(Arc::new(UntypedRetraction::<_, N, D>(P::retraction::<T>(group))));
+        }
+        if const { P::OWN.lagrangian } {
+            supplied.lagrangian = Some(Arc::new(UntypedPart::<_, N>(lagrangian::<P, T, N, D>())));
+        }
+        if const { P::OWN.force } {
+            supplied.force = Some(Arc::new(UntypedPart::<_, N>(force::<P, T, N, D>())));
+        }
+        Ok(supplied)
+    }
+}
+
+impl<P: Types<N, D>, const N: usize, const D: usize> Supplier for Supply<P, N, D> {
+    fn own(&self) -> Parts {
+        P::OWN
+    }
+
+    fn double(&self) -> Result<Supplied<f64>, AlgebraError> {
+        Self::supplied()
+    }
+
+    fn quad(&self) -> Result<Supplied<Dd>, AlgebraError> {
+        Self::supplied()
+    }
+}
+
+/// A system of somebody's own types, of which nothing is left but pointers, with a case for what they leave open.
+#[derive(Clone)]
+#[doc(hidden)]
+pub struct GivenSystem {
+    case: Case,
+    supplier: &'static dyn Supplier,
+}
+
+impl fmt::Debug for GivenSystem {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        // The case alone, as of `UserSystem`.
+        fmt::Debug::fmt(&self.case, f)
+    }
+}
+
+impl GivenSystem {
+    fn supplied<T: Real>(&self) -> Result<Supplied<T>, CaseError> {
+        let place = || Place::root().key("algebra");
+        // T is one of these two; which, only its type says.
+        let supplied: Box<dyn Any> = match TypeId::of::<T>() {
+            double if double == TypeId::of::<f64>() => Box::new(self.supplier.double()),
+            quad if quad == TypeId::of::<Dd>() => Box::new(self.supplier.quad()),
+            _ => return Err(place().error(Problem::given("the algebra"))),
+        };
+        match supplied.downcast::<Result<Supplied<T>, AlgebraError>>() {
+            Ok(supplied) => supplied.map_err(|e| place().error(Problem::Algebra(e))),
+            Err(_) => Err(place().error(Problem::given("the algebra"))),
+        }
+    }
+}
+
+impl Source for GivenSystem {
+    fn case(&self) -> &Case {
+        &self.case
+    }
+
+    fn with_case(&self, case: Case) -> Self {
+        Self { case: completed(case, self.supplier.own()), supplier: self.supplier }
+    }
+
+    fn visit<T: Real, V: Visitor<T>>(&self, wrap: &impl Wrap, visitor: V) -> Result<V::Output, CaseError> {
+        self.case.dispatch_given(&self.supplied::<T>()?, wrap, visitor)
+    }
+}
+
+/// The rates of a case on somebody's types.
+fn rates_given(supplier: &'static dyn Supplier, case: &Case) -> Option<Rates> {
+    let system = GivenSystem { case: case.clone(), supplier };
+    Rates::by(case, true, |measure| system.visit::<f64, _>(&Plant(None), measure).ok().flatten())
 }
 
 /// An algebra with the Casimirs that are known of it.
@@ -245,20 +371,25 @@ impl<T: Real, F: Force<T, N>, G: Force<T, N>, const N: usize> Force<T, N> for Ch
     }
 }
 
+/// The case with what is one's own in the place of what is not.
+fn completed(mut case: Case, own: Parts) -> Case {
+    if own.force && !case.forces.is_empty() {
+        case.forces = vec![ForceTerm::Given];
+    }
+    if own.lagrangian {
+        case.forces.retain(|force| !force.is_bracket());
+    }
+    case
+}
+
 impl<P: Types<N, D>, const N: usize, const D: usize> Source for UserSystem<P, N, D> {
     fn case(&self) -> &Case {
         &self.case
     }
 
     /// With what is one's own in the place of what is not.
-    fn with_case(&self, mut case: Case) -> Self {
-        if P::OWN.force && !case.forces.is_empty() {
-            case.forces = vec![ForceTerm::Given];
-        }
-        if P::OWN.lagrangian {
-            case.forces.retain(|force| !force.is_bracket());
-        }
-        Self::new(case)
+    fn with_case(&self, case: Case) -> Self {
+        Self::new(completed(case, P::OWN))
     }
 
     fn visit<T: Real, V: Visitor<T>>(&self, wrap: &impl Wrap, visitor: V) -> Result<V::Output, CaseError> {
@@ -389,9 +520,11 @@ impl<P: Types<N, D>, const N: usize, const D: usize> Law<Case> for UserMethodLaw
 
 /// A law on systems of one's own types.
 #[doc(hidden)]
-pub struct SystemLaw<P: 'static, const N: usize, const D: usize> {
-    law: &'static CaseLaw<UserSystem<P, N, D>>,
+pub struct SystemLaw<S: 'static> {
+    law: &'static CaseLaw<S>,
     given: Given,
+    source: fn(Case, &'static dyn Supplier) -> S,
+    supplier: &'static dyn Supplier,
 }
 
 /// The laws that judge systems of one's own types.
@@ -402,16 +535,38 @@ pub struct SystemLaw<P: 'static, const N: usize, const D: usize> {
 /// algebras of the catalogue or need the library's brackets; and `variational-error`, because it takes minutes, and what it
 /// compares is judged apart by `order-predicted` and the laws of discrete actions.
 ///
+/// Up to dimension 6 the laws are those that are compiled in this crate; beyond, they are compiled for these types.
+///
 /// # Errors
 /// The matrices of the group do not span an algebra, as text.
-#[doc(hidden)]
-pub fn laws<P: Types<N, D>, const N: usize, const D: usize>() -> Result<Vec<SystemLaw<P, N, D>>, String> {
-    let given = given::<P, N, D>()?;
-    let law = |law| SystemLaw { law, given: given.clone() };
-    Ok(table::<P, N, D>().into_iter().map(law).collect())
+pub(super) fn add_to<P: Types<N, D>, const N: usize, const D: usize>(suite: &mut Suite) -> Result<(), String> {
+    let (given, supplier) = (given::<P, N, D>()?, &Supply::<P, N, D>::IT);
+    if const { has_class(N, D) } {
+        add_given(suite, &given, supplier);
+    } else {
+        add(suite, &given, |case, _| UserSystem::<P, N, D>::new(case), supplier);
+    }
+    Ok(())
 }
 
-fn table<P: Types<N, D>, const N: usize, const D: usize>() -> Vec<&'static CaseLaw<UserSystem<P, N, D>>> {
+/// Generic over nothing, so that what it takes is compiled here.
+fn add_given(suite: &mut Suite, given: &Given, supplier: &'static dyn Supplier) {
+    add(suite, given, |case, supplier| GivenSystem { case, supplier }, supplier);
+}
+
+fn add<S: Source>(
+    suite: &mut Suite,
+    given: &Given,
+    source: fn(Case, &'static dyn Supplier) -> S,
+    supplier: &'static dyn Supplier,
+) {
+    let own = supplier.own();
+    for law in table::<S>() {
+        suite.push(SystemLaw { law, given: given.clone(), source, supplier }, move |case| shown(case, own));
+    }
+}
+
+fn table<S: Source>() -> Vec<&'static CaseLaw<S>> {
     use crate::laws::*;
     [
         retraction::laws(),
@@ -438,7 +593,7 @@ fn table<P: Types<N, D>, const N: usize, const D: usize>() -> Vec<&'static CaseL
 /// They draw algebras of the catalogue, or say nothing about anybody's types.
 const LEFT_OUT: [&str; 2] = ["casimir-rate", "lie-poisson-bracket"];
 
-impl<P: Types<N, D>, const N: usize, const D: usize> Law<Case> for SystemLaw<P, N, D> {
+impl<S: Source> Law<Case> for SystemLaw<S> {
     words_of!(law);
 
     fn cases(&self) -> BoxedStrategy<Case> {
@@ -446,6 +601,6 @@ impl<P: Types<N, D>, const N: usize, const D: usize> Law<Case> for SystemLaw<P, 
     }
 
     fn check(&self, case: &Case, fault: Option<&Fault>) -> Verdict {
-        (self.law.check)(&UserSystem::new(case.clone()), fault)
+        (self.law.check)(&(self.source)(case.clone(), self.supplier), fault)
     }
 }

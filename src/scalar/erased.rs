@@ -1,0 +1,38 @@
+//! Scalars without their type: lists of numbers of one [`Real`], with how many dual numbers are nested.
+//!
+//! A trait whose methods are generic over the scalar has no `dyn`. What stands behind a pointer takes and returns numbers instead.
+
+use super::Scalar;
+use nalgebra::SMatrix;
+
+/// How deeply dual numbers may be nested where types are erased.
+pub(crate) const DEEPEST: u32 = 2;
+
+/// The numbers of `values`.
+pub(crate) fn numbers<S: Scalar>(values: &[S]) -> Vec<S::Base> {
+    let mut numbers = Vec::with_capacity(values.len() << S::NESTING);
+    values.iter().for_each(|value| value.write(&mut numbers));
+    numbers
+}
+
+/// The k-th scalar of `numbers`.
+pub(crate) fn scalar<S: Scalar>(numbers: &[S::Base], k: usize) -> S {
+    S::read(numbers.get(k << S::NESTING..).unwrap_or(&[]))
+}
+
+/// The matrix of `numbers`, by columns.
+pub(crate) fn matrix<S: Scalar, const R: usize, const C: usize>(numbers: &[S::Base]) -> SMatrix<S, R, C> {
+    SMatrix::from_fn(|row, column| scalar(numbers, column * R + row))
+}
+
+/// The value of a method in the scalar that `nesting` says, of at most [`DEEPEST`] nested dual numbers.
+macro_rules! in_scalar {
+    ($nesting:expr, $t:ident, $value:expr, $method:ident($($argument:expr),*)) => {
+        match $nesting {
+            0 => $value.$method::<$t>($($argument),*),
+            1 => $value.$method::<$crate::scalar::Dual<$t>>($($argument),*),
+            _ => $value.$method::<$crate::scalar::Dual<$crate::scalar::Dual<$t>>>($($argument),*),
+        }
+    };
+}
+pub(crate) use in_scalar;

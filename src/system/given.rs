@@ -1,0 +1,136 @@
+//! Systems whose group, retraction, Lagrangian or force has a type that is not known here, in the classes of `dispatch`.
+//!
+//! What somebody has written is handed over as numbers and pointers ([`Supplied`]), beside spectators. So the laws are compiled once, in
+//! this crate, and not again for the types of each user.
+
+use super::case::{Case, Force as ForceTerm, Tau};
+use super::dispatch::{self, System, Visitor, Wrap};
+use super::error::{CaseError, Place, Problem};
+use super::so3::Retraction3;
+use crate::algebra::{Casimir, Matrix, Vector};
+use crate::group::matrix::Beside;
+use crate::group::{LieGroup, MatrixGroup};
+use crate::mechanics::force::AnyForce;
+use crate::mechanics::given::{GivenForce, GivenLagrangian, UntypedForce, UntypedLagrangian};
+use crate::mechanics::lagrangian::AnyLagrangian;
+use crate::retraction::given::{GivenRetraction, UntypedRetraction};
+use crate::retraction::{AnyRetraction, Retraction};
+use crate::scalar::Real;
+use std::sync::Arc;
+
+/// The parts of a system that somebody has written, over T.
+#[doc(hidden)]
+pub struct Supplied<T: Real> {
+    /// n.
+    pub dimension: usize,
+    /// The size of the matrices.
+    pub size: usize,
+    /// ê_a, by columns.
+    pub basis: Vec<Vec<T>>,
+    /// C, as z or Q by columns.
+    pub casimirs: Vec<SuppliedCasimir<T>>,
+    /// τ; exp of the group if there is none.
+    pub retraction: Option<Arc<dyn UntypedRetraction<T>>>,
+    /// l; the one of the case if there is none.
+    pub lagrangian: Option<Arc<dyn UntypedLagrangian<T>>>,
+    /// f, for cases that say so.
+    pub force: Option<Arc<dyn UntypedForce<T>>>,
+}
+
+/// A [`Casimir`] of any dimension.
+#[doc(hidden)]
+pub enum SuppliedCasimir<T> {
+    /// z.
+    Linear(Vec<T>),
+    /// Q, by columns.
+    Quadratic(Vec<T>),
+}
+
+impl<T: Real, const N: usize> From<&Casimir<T, N>> for SuppliedCasimir<T> {
+    fn from(casimir: &Casimir<T, N>) -> Self {
+        match casimir {
+            Casimir::Linear(z) => Self::Linear(z.as_slice().to_vec()),
+            Casimir::Quadratic(q) => Self::Quadratic(q.as_slice().to_vec()),
+        }
+    }
+}
+
+impl<T: Real> SuppliedCasimir<T> {
+    /// That of the first n of N coordinates.
+    fn beside<const N: usize>(&self, n: usize) -> Casimir<T, N> {
+        match self {
+            Self::Linear(z) => Casimir::Linear(Vector::from_fn(|a, _| if a < n { z[a] } else { T::zero() })),
+            Self::Quadratic(q) => {
+                Casimir::Quadratic(Matrix::from_fn(|a, b| if a.max(b) < n { q[b * n + a] } else { T::zero() }))
+            }
+        }
+    }
+}
+
+/// Whether a class holds types of dimension n in matrices of size d: then they need no laws of their own.
+pub(crate) const fn has_class(n: usize, d: usize) -> bool {
+    Beside::fits(n, d, 3, 4) || Beside::fits(n, d, 6, 8)
+}
+
+impl Case {
+    /// Builds the case on somebody's parts, with the retraction wrapped, and hands it to `visitor`. For types that
+    /// [`has_class`] knows.
+    ///
+    /// # Errors
+    /// A [`CaseError`] that says which part cannot be built.
+    pub(crate) fn dispatch_given<T: Real, V: Visitor<T>>(
+        &self,
+        supplied: &Supplied<T>,
+        wrap: &impl Wrap,
+        visitor: V,
+    ) -> Result<V::Output, CaseError> {
+        let fits = |n, d| Beside::new(supplied.dimension, supplied.size, n).filter(|beside| beside.rows() <= d);
+        if let Some(beside) = fits(3, 4) {
+            let system = self.with_given::<T, 3, 4, _>(supplied, &beside, |general| {
+                wrap.wrap::<T, 3, 4, _>(Retraction3::General(general))
+            })?;
+            return Ok(visitor.visit(system));
+        }
+        if let Some(beside) = fits(6, 8) {
+            let wrapped = |general| wrap.wrap::<T, 6, 8, _>(general);
+            return Ok(visitor.visit(self.with_given::<T, 6, 8, _>(supplied, &beside, wrapped)?));
+        }
+        let found = format!("of dimension {}, in {1}×{1} matrices", supplied.dimension, supplied.size);
+        let allowed = "dimension 1 to 6, in matrices of at most 8×8 with those of spectators".into();
+        Err(Place::root().key("algebra").error(Problem::Range { found, allowed }))
+    }
+
+    fn with_given<T: Real, const N: usize, const D: usize, R: Retraction<T, N, D>>(
+        &self,
+        supplied: &Supplied<T>,
+        beside: &Beside,
+        wrap: impl FnOnce(AnyRetraction<T, N, D>) -> R,
+    ) -> Result<System<T, N, D, R>, CaseError> {
+        let (n, size) = (supplied.dimension, supplied.size);
+        let matrix = |a: usize| -> Matrix<T, D> {
+            Matrix::from_fn(|r, c| if r.max(c) < size { supplied.basis[a][c * size + r] } else { T::zero() })
+        };
+        let refused = |e| Place::root().key("algebra").error(Problem::Algebra(e));
+        let group = MatrixGroup::<T, N, D>::beside(beside, matrix).map_err(refused)?;
+        let algebra = group.algebra().clone();
+        let retraction = match &supplied.retraction {
+            Some(given) => {
+                AnyRetraction::Given(GivenRetraction::new(Arc::clone(given), algebra.clone(), *beside))
+            }
+            None => dispatch::general(&algebra, &Some(group.clone()), Tau::Exponential)
+                .map_err(|problem| Place::root().key("method").key("retraction").error(problem))?,
+        };
+        let casimirs = supplied.casimirs.iter().map(|casimir| casimir.beside(n)).collect();
+        let lagrangian = |drawn| match &supplied.lagrangian {
+            Some(given) => AnyLagrangian::Given(GivenLagrangian::new(Arc::clone(given), n)),
+            None => drawn,
+        };
+        let force = |drawn| match &supplied.force {
+            Some(given) if self.forces.contains(&ForceTerm::Given) => {
+                AnyForce::Given(GivenForce::new(Arc::clone(given), n))
+            }
+            _ => drawn,
+        };
+        self.complete((algebra, Some(group), casimirs), wrap(retraction), lagrangian, force)
+    }
+}
