@@ -151,12 +151,17 @@ impl Beside {
     pub(crate) const fn new(dimension: usize, size: usize, n: usize) -> Option<Self> {
         match n.checked_sub(dimension) {
             None => None,
-            Some(0) => Some(Self { dimension, size, block: (0, 0) }),
+            Some(0) => Some(Self::alone(dimension, size)),
             Some(spectators) => {
                 let p = spectators.isqrt();
                 Some(Self { dimension, size, block: (p, spectators.div_ceil(p)) })
             }
         }
+    }
+
+    /// A group without spectators.
+    pub(crate) const fn alone(dimension: usize, size: usize) -> Self {
+        Self { dimension, size, block: (0, 0) }
     }
 
     /// Whether a class of N and D holds it.

@@ -319,7 +319,7 @@ macro_rules! eight {
 }
 
 impl Isa for Plain {
-    /// Ten times as much code as in registers.
+    /// Ten times as much code as in registers, were the operations written in line: here they are calls where these processors are rare.
     const RARE: bool = cfg!(target_arch = "x86_64");
 
     type Eight = [f64; 8];
@@ -339,68 +339,81 @@ impl Isa for Plain {
         *out = x;
     }
 
-    #[inline(always)]
+    #[cfg_attr(target_arch = "x86_64", inline(never))]
+    #[cfg_attr(not(target_arch = "x86_64"), inline(always))]
     fn add(self, a: [f64; 8], b: [f64; 8]) -> [f64; 8] {
         eight!(k => a[k] + b[k])
     }
 
-    #[inline(always)]
+    #[cfg_attr(target_arch = "x86_64", inline(never))]
+    #[cfg_attr(not(target_arch = "x86_64"), inline(always))]
     fn sub(self, a: [f64; 8], b: [f64; 8]) -> [f64; 8] {
         eight!(k => a[k] - b[k])
     }
 
-    #[inline(always)]
+    #[cfg_attr(target_arch = "x86_64", inline(never))]
+    #[cfg_attr(not(target_arch = "x86_64"), inline(always))]
     fn mul(self, a: [f64; 8], b: [f64; 8]) -> [f64; 8] {
         eight!(k => a[k] * b[k])
     }
 
-    #[inline(always)]
+    #[cfg_attr(target_arch = "x86_64", inline(never))]
+    #[cfg_attr(not(target_arch = "x86_64"), inline(always))]
     fn div(self, a: [f64; 8], b: [f64; 8]) -> [f64; 8] {
         eight!(k => a[k] / b[k])
     }
 
-    #[inline(always)]
+    #[cfg_attr(target_arch = "x86_64", inline(never))]
+    #[cfg_attr(not(target_arch = "x86_64"), inline(always))]
     fn mul_add(self, a: [f64; 8], b: [f64; 8], c: [f64; 8]) -> [f64; 8] {
         eight!(k => fused(a[k], b[k], c[k]))
     }
 
-    #[inline(always)]
+    #[cfg_attr(target_arch = "x86_64", inline(never))]
+    #[cfg_attr(not(target_arch = "x86_64"), inline(always))]
     fn neg_mul_add(self, a: [f64; 8], b: [f64; 8], c: [f64; 8]) -> [f64; 8] {
         eight!(k => fused(-a[k], b[k], c[k]))
     }
 
-    #[inline(always)]
+    #[cfg_attr(target_arch = "x86_64", inline(never))]
+    #[cfg_attr(not(target_arch = "x86_64"), inline(always))]
     fn mul_sub(self, a: [f64; 8], b: [f64; 8], c: [f64; 8]) -> [f64; 8] {
         eight!(k => fused(a[k], b[k], -c[k]))
     }
 
-    #[inline(always)]
+    #[cfg_attr(target_arch = "x86_64", inline(never))]
+    #[cfg_attr(not(target_arch = "x86_64"), inline(always))]
     fn sqrt(self, a: [f64; 8]) -> [f64; 8] {
         eight!(k => a[k].sqrt())
     }
 
-    #[inline(always)]
+    #[cfg_attr(target_arch = "x86_64", inline(never))]
+    #[cfg_attr(not(target_arch = "x86_64"), inline(always))]
     fn abs(self, a: [f64; 8]) -> [f64; 8] {
         eight!(k => a[k].abs())
     }
 
-    #[inline(always)]
+    #[cfg_attr(target_arch = "x86_64", inline(never))]
+    #[cfg_attr(not(target_arch = "x86_64"), inline(always))]
     fn max(self, a: [f64; 8], b: [f64; 8]) -> [f64; 8] {
         eight!(k => if a[k] > b[k] { a[k] } else { b[k] })
     }
 
-    #[inline(always)]
+    #[cfg_attr(target_arch = "x86_64", inline(never))]
+    #[cfg_attr(not(target_arch = "x86_64"), inline(always))]
     fn all_le(self, a: [f64; 8], b: [f64; 8]) -> bool {
         let [p, q, r, s, t, u, v, w] = eight!(k => a[k] <= b[k]);
         p & q & r & s & t & u & v & w
     }
 
-    #[inline(always)]
+    #[cfg_attr(target_arch = "x86_64", inline(never))]
+    #[cfg_attr(not(target_arch = "x86_64"), inline(always))]
     fn sum(self, a: [f64; 8]) -> f64 {
         ((a[0] + a[4]) + (a[2] + a[6])) + ((a[1] + a[5]) + (a[3] + a[7]))
     }
 
-    #[inline(always)]
+    #[cfg_attr(target_arch = "x86_64", inline(never))]
+    #[cfg_attr(not(target_arch = "x86_64"), inline(always))]
     fn largest(self, a: [f64; 8]) -> f64 {
         let larger = |m: f64, v: f64| if v > m || v.is_nan() { v } else { m };
         let [p, q, r, s, t, u, v, w] = a;

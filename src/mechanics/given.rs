@@ -2,7 +2,7 @@
 
 use super::{Force, Lagrangian, LegendreError};
 use crate::algebra::{Covector, Matrix, Vector, pair};
-use crate::scalar::erased::{DEEPEST, in_scalar, matrix, numbers, scalar};
+use crate::scalar::erased::{in_scalar, matrix, numbers, scalar};
 use crate::scalar::{Real, Scalar};
 use std::fmt;
 use std::sync::Arc;
@@ -91,29 +91,29 @@ impl<P, const N: usize> Untyped<P, N> {
 
 impl<T: Real, L: Lagrangian<T, N> + Send + Sync, const N: usize> UntypedLagrangian<T> for Untyped<L, N> {
     fn value(&self, nesting: u32, eta: &[T]) -> Vec<T> {
-        in_scalar!(nesting, T, self, value_in(eta))
+        in_scalar!(0..=2, nesting, T, self, value_in(eta))
     }
 
     fn gradient(&self, nesting: u32, eta: &[T]) -> Vec<T> {
-        in_scalar!(nesting, T, self, gradient_in(eta))
+        in_scalar!(0..=2, nesting, T, self, gradient_in(eta))
     }
 
     fn hessian(&self, nesting: u32, eta: &[T]) -> Vec<T> {
-        in_scalar!(nesting, T, self, hessian_in(eta))
+        in_scalar!(0..=1, nesting, T, self, hessian_in(eta))
     }
 
     fn velocity(&self, nesting: u32, mu: &[T], guess: &[T]) -> Result<Vec<T>, LegendreError> {
-        in_scalar!(nesting, T, self, velocity_in(mu, guess))
+        in_scalar!(0..=1, nesting, T, self, velocity_in(mu, guess))
     }
 
     fn energy(&self, nesting: u32, eta: &[T]) -> Vec<T> {
-        in_scalar!(nesting, T, self, energy_in(eta))
+        in_scalar!(0..=1, nesting, T, self, energy_in(eta))
     }
 }
 
 impl<T: Real, F: Force<T, N> + Send + Sync, const N: usize> UntypedForce<T> for Untyped<F, N> {
     fn force(&self, nesting: u32, t: &[T], eta: &[T]) -> Vec<T> {
-        in_scalar!(nesting, T, self, force_in(t, eta))
+        in_scalar!(0..=2, nesting, T, self, force_in(t, eta))
     }
 
     fn is_zero(&self) -> bool {
@@ -170,7 +170,6 @@ given!(GivenForce, UntypedForce);
 
 impl<T: Real, const N: usize> GivenLagrangian<T, N> {
     fn leading<S: Scalar<Base = T>>(&self, x: &[S]) -> Vec<T> {
-        const { assert!(S::NESTING <= DEEPEST) }
         numbers(&x[..self.dimension])
     }
 
@@ -188,16 +187,19 @@ impl<T: Real, const N: usize> GivenLagrangian<T, N> {
 
 impl<T: Real, const N: usize> Lagrangian<T, N> for GivenLagrangian<T, N> {
     fn value<S: Scalar<Base = T>>(&self, eta: &Vector<S, N>) -> S {
+        const { assert!(S::NESTING <= 2) }
         let value = self.given.value(S::NESTING, &self.leading(eta.as_slice()));
         scalar::<S>(&value, 0) + self.spectators(eta)
     }
 
     fn gradient<S: Scalar<Base = T>>(&self, eta: &Vector<S, N>) -> Covector<S, N> {
+        const { assert!(S::NESTING <= 2) }
         let gradient = self.given.gradient(S::NESTING, &self.leading(eta.as_slice()));
         self.beside(&gradient, eta.as_slice()).transpose()
     }
 
     fn hessian<S: Scalar<Base = T>>(&self, eta: &Vector<S, N>) -> Matrix<S, N> {
+        const { assert!(S::NESTING <= 1) }
         let n = self.dimension;
         let hessian = self.given.hessian(S::NESTING, &self.leading(eta.as_slice()));
         Matrix::from_fn(|row, column| match row.max(column) < n {
@@ -212,12 +214,14 @@ impl<T: Real, const N: usize> Lagrangian<T, N> for GivenLagrangian<T, N> {
         mu: &Covector<S, N>,
         guess: &Vector<S, N>,
     ) -> Result<Vector<S, N>, LegendreError> {
+        const { assert!(S::NESTING <= 1) }
         let (leading, near) = (self.leading(mu.as_slice()), self.leading(guess.as_slice()));
         let velocity = self.given.velocity(S::NESTING, &leading, &near)?;
         Ok(self.beside(&velocity, mu.as_slice()))
     }
 
     fn energy<S: Scalar<Base = T>>(&self, eta: &Vector<S, N>) -> S {
+        const { assert!(S::NESTING <= 1) }
         let energy = self.given.energy(S::NESTING, &self.leading(eta.as_slice()));
         scalar::<S>(&energy, 0) + self.spectators(eta)
     }
@@ -225,7 +229,7 @@ impl<T: Real, const N: usize> Lagrangian<T, N> for GivenLagrangian<T, N> {
 
 impl<T: Real, const N: usize> Force<T, N> for GivenForce<T, N> {
     fn force<S: Scalar<Base = T>>(&self, t: S, eta: &Vector<S, N>) -> Covector<S, N> {
-        const { assert!(S::NESTING <= DEEPEST) }
+        const { assert!(S::NESTING <= 2) }
         let n = self.dimension;
         let force = self.given.force(S::NESTING, &numbers(&[t]), &numbers(&eta.as_slice()[..n]));
         Covector::from_fn(|_, a| if a < n { scalar(&force, a) } else { S::zero() })

@@ -3,10 +3,10 @@
 //! [`GivenRetraction`] lets the laws, which are compiled in this crate for a few dimensions, judge a retraction that somebody else has
 //! written: of its type nothing is left but a pointer.
 
-use super::{Retraction, RetractionError, TangentPoint};
+use super::{AnyRetraction, Retraction, RetractionError, TangentPoint};
 use crate::algebra::{Covector, LieAlgebra, Matrix, Vector};
 use crate::group::matrix::Beside;
-use crate::scalar::erased::{DEEPEST, in_scalar, matrix, numbers, scalar};
+use crate::scalar::erased::{in_scalar, matrix, numbers, scalar};
 use crate::scalar::{Real, Scalar};
 use std::fmt;
 use std::marker::PhantomData;
@@ -102,15 +102,15 @@ where
     }
 
     fn tau(&self, nesting: u32, x: &[T]) -> Result<Vec<T>, RetractionError> {
-        in_scalar!(nesting, T, self, tau_in(x))
+        in_scalar!(0..=1, nesting, T, self, tau_in(x))
     }
 
     fn tau_inv(&self, nesting: u32, g: &[T]) -> Result<Vec<T>, RetractionError> {
-        in_scalar!(nesting, T, self, tau_inv_in(g))
+        in_scalar!(0..=1, nesting, T, self, tau_inv_in(g))
     }
 
     fn at(&self, nesting: u32, x: &[T]) -> Result<Arc<dyn UntypedPoint<T>>, RetractionError> {
-        in_scalar!(nesting, T, self, at_in(x))
+        in_scalar!(0..=1, nesting, T, self, at_in(x))
     }
 }
 
@@ -150,6 +150,12 @@ pub struct GivenRetraction<T: Real, const N: usize, const D: usize> {
 }
 
 impl<T: Real, const N: usize, const D: usize> GivenRetraction<T, N, D> {
+    /// A retraction of dimension N, with no spectators.
+    pub(crate) fn whole(retraction: impl Retraction<T, N, D> + Send + Sync + 'static) -> Self {
+        let (algebra, beside) = (retraction.algebra().clone(), Beside::alone(N, D));
+        Self::new(Arc::new(Untyped::<_, N, D>(retraction)), algebra, beside)
+    }
+
     /// The retraction beside spectators; `algebra` is that of G × ℝᴺ⁻ⁿ.
     pub(crate) fn new(given: Arc<dyn UntypedRetraction<T>>, algebra: LieAlgebra<T, N>, beside: Beside) -> Self {
         Self { given, algebra, beside }
@@ -174,7 +180,7 @@ impl<T: Real, const N: usize, const D: usize> Retraction<T, N, D> for GivenRetra
     }
 
     fn tau<S: Scalar<Base = T>>(&self, x: &Vector<S, N>) -> Result<Matrix<S, D>, RetractionError> {
-        const { assert!(S::NESTING <= DEEPEST) }
+        const { assert!(S::NESTING <= 1) }
         let Beside { dimension: n, size, .. } = self.beside;
         let block = self.given.tau(S::NESTING, &numbers(&x.as_slice()[..n]))?;
         let mut g = beside_one::<S, D>(&block, size, S::one());
@@ -183,7 +189,7 @@ impl<T: Real, const N: usize, const D: usize> Retraction<T, N, D> for GivenRetra
     }
 
     fn tau_inv<S: Scalar<Base = T>>(&self, g: &Matrix<S, D>) -> Result<Vector<S, N>, RetractionError> {
-        const { assert!(S::NESTING <= DEEPEST) }
+        const { assert!(S::NESTING <= 2) }
         let Beside { dimension: n, size, .. } = self.beside;
         let block: Vec<S> = (0..size * size).map(|k| g[(k % size, k / size)]).collect();
         let x = self.given.tau_inv(S::NESTING, &numbers(&block))?;
@@ -191,7 +197,7 @@ impl<T: Real, const N: usize, const D: usize> Retraction<T, N, D> for GivenRetra
     }
 
     fn at<S: Scalar<Base = T>>(&self, x: &Vector<S, N>) -> Result<GivenPoint<S, N>, RetractionError> {
-        const { assert!(S::NESTING <= DEEPEST) }
+        const { assert!(S::NESTING <= 1) }
         let n = self.beside.dimension;
         let given = self.given.at(S::NESTING, &numbers(&x.as_slice()[..n]))?;
         let [d, d_inv] =
@@ -264,5 +270,11 @@ impl<S: Scalar, const N: usize> TangentPoint<S, N> for GivenPoint<S, N> {
         let [p, m, y] = [p.as_slice(), m.as_slice(), y.as_slice()].map(|x| self.leading(x));
         let pulled = self.given.pull_dd(&p, &m, &y);
         Covector::from_fn(|_, a| if a < self.dimension { scalar(&pulled, a) } else { S::zero() })
+    }
+}
+
+impl<T: Real, const N: usize, const D: usize, G> From<GivenRetraction<T, N, D>> for AnyRetraction<T, N, D, G> {
+    fn from(given: GivenRetraction<T, N, D>) -> Self {
+        Self::Given(given)
     }
 }

@@ -5,9 +5,6 @@
 use super::Scalar;
 use nalgebra::SMatrix;
 
-/// How deeply dual numbers may be nested where types are erased.
-pub(crate) const DEEPEST: u32 = 2;
-
 /// The numbers of `values`.
 pub(crate) fn numbers<S: Scalar>(values: &[S]) -> Vec<S::Base> {
     let mut numbers = Vec::with_capacity(values.len() << S::NESTING);
@@ -25,9 +22,16 @@ pub(crate) fn matrix<S: Scalar, const R: usize, const C: usize>(numbers: &[S::Ba
     SMatrix::from_fn(|row, column| scalar(numbers, column * R + row))
 }
 
-/// The value of a method in the scalar that `nesting` says, of at most [`DEEPEST`] nested dual numbers.
+/// The value of a method in the scalar that has so many nested dual numbers: at most as many as the range says. Callers assert that they
+/// ask for no more; fewer are less to compile.
 macro_rules! in_scalar {
-    ($nesting:expr, $t:ident, $value:expr, $method:ident($($argument:expr),*)) => {
+    (0..=1, $nesting:expr, $t:ident, $value:expr, $method:ident($($argument:expr),*)) => {
+        match $nesting {
+            0 => $value.$method::<$t>($($argument),*),
+            _ => $value.$method::<$crate::scalar::Dual<$t>>($($argument),*),
+        }
+    };
+    (0..=2, $nesting:expr, $t:ident, $value:expr, $method:ident($($argument:expr),*)) => {
         match $nesting {
             0 => $value.$method::<$t>($($argument),*),
             1 => $value.$method::<$crate::scalar::Dual<$t>>($($argument),*),

@@ -22,6 +22,7 @@ use crate::integrators::se3::CayleySe3;
 use crate::mechanics::force::AnyForce;
 use crate::mechanics::lagrangian::{AnyLagrangian, Quadratic, Quartic};
 use crate::mechanics::{Force, Lagrangian};
+use crate::retraction::given::GivenRetraction;
 use crate::retraction::{AnyRetraction, Cayley, Exponential, Retraction};
 use crate::scalar::{Dd, Real};
 use crate::tableau::families::MAX_STAGES;
@@ -65,27 +66,21 @@ pub trait Visitor<T: Real> {
         F: Force<T, N> + 'static;
 }
 
-/// What is done to the retraction of a system before it is handed on: laws put a faulty one in its place.
+/// What is done to the retraction of a system before it is handed on: laws put a faulty one in its place, which has to stand behind a
+/// pointer. So its type is the same, and what works on systems is compiled once.
 #[doc(hidden)]
 pub trait Wrap {
-    /// The type of the result.
-    type Wrapped<T: Real, const N: usize, const D: usize, R: Retraction<T, N, D> + 'static>: Retraction<T, N, D>
-        + 'static;
-
     /// The retraction to be used in the place of `retraction`.
-    fn wrap<T: Real, const N: usize, const D: usize, R: Retraction<T, N, D> + 'static>(
-        &self,
-        retraction: R,
-    ) -> Self::Wrapped<T, N, D, R>;
+    fn wrap<T: Real, const N: usize, const D: usize, R>(&self, retraction: R) -> R
+    where
+        R: Retraction<T, N, D> + From<GivenRetraction<T, N, D>> + Send + Sync + 'static;
 }
 
 /// The retraction as it is.
 struct AsItIs;
 
 impl Wrap for AsItIs {
-    type Wrapped<T: Real, const N: usize, const D: usize, R: Retraction<T, N, D> + 'static> = R;
-
-    fn wrap<T: Real, const N: usize, const D: usize, R: Retraction<T, N, D> + 'static>(&self, retraction: R) -> R {
+    fn wrap<T: Real, const N: usize, const D: usize, R>(&self, retraction: R) -> R {
         retraction
     }
 }
@@ -169,7 +164,7 @@ impl Case {
     pub fn dispatch_with<T: Real, V: Visitor<T>>(&self, wrap: &impl Wrap, visitor: V) -> Result<V::Output, CaseError> {
         macro_rules! enter {
             ($n:literal, $d:literal, $make:ident) => {
-                Ok(visitor.visit(self.assemble::<T, $n, $d, _, _>(wrap, $make)?))
+                Ok(visitor.visit(self.assemble::<T, $n, $d, _>(&|r| wrap.wrap(r), $make)?))
             };
         }
         door!(self, enter, 6 => 8, 10 => 12)
@@ -194,7 +189,7 @@ impl Case {
     ) -> Result<V::Output, CaseError> {
         macro_rules! enter {
             ($n:literal, $d:literal, $make:ident) => {
-                Ok(visitor.visit(self.assemble::<T, $n, $d, _, _>(wrap, $make)?))
+                Ok(visitor.visit(self.assemble::<T, $n, $d, _>(&|r| wrap.wrap(r), $make)?))
             };
         }
         door!(self, enter, 6 => 8)
@@ -209,8 +204,8 @@ impl Case {
         macro_rules! enter {
             ($n:literal, $d:literal) => {
                 if self.fits($n, $d) {
-                    let double = self.assemble::<f64, $n, $d, _, _>(&AsItIs, general)?;
-                    let quad = self.assemble::<Dd, $n, $d, _, _>(&AsItIs, general)?;
+                    let double = self.assemble::<f64, $n, $d, _>(&|r| r, general)?;
+                    let quad = self.assemble::<Dd, $n, $d, _>(&|r| r, general)?;
                     return Ok(pairing.pair(double, quad));
                 }
             };
@@ -228,12 +223,12 @@ impl Case {
         macro_rules! enter {
             ($n:literal, $d:literal) => {
                 if self.fits($n, $d) {
-                    return Ok(workshop.work::<$n, $d, _>(|case| case.assemble(&AsItIs, general)));
+                    return Ok(workshop.work::<$n, $d, _>(|case| case.assemble(&|r| r, general)));
                 }
             };
         }
         if self.is_standard_so3() {
-            return Ok(workshop.work::<3, 3, _>(|case| case.assemble(&AsItIs, standard)));
+            return Ok(workshop.work::<3, 3, _>(|case| case.assemble(&|r| r, standard)));
         }
         enter!(3, 4);
         enter!(6, 4);
@@ -278,7 +273,7 @@ impl Case {
     /// # Errors
     /// Those of [`Case::dispatch`].
     pub(crate) fn on_so3(&self) -> Result<System<f64, 3, 3, So3Retraction<f64>>, CaseError> {
-        self.assemble(&AsItIs, standard)
+        self.assemble(&|r| r, standard)
     }
 
     /// The system of a case on se(3) in its standard basis, with the Cayley map.
@@ -286,20 +281,20 @@ impl Case {
     /// # Errors
     /// Those of [`Case::dispatch`].
     pub(crate) fn on_se3(&self) -> Result<System<f64, 6, 4, CayleySe3>, CaseError> {
-        self.assemble(&AsItIs, |_, _, _| Ok(CayleySe3::new()))
+        self.assemble(&|r| r, |_, _, _| Ok(CayleySe3::new()))
     }
 
     /// The system of the case, the same for every visitor: no visitor's type is in it, so that it is compiled once.
-    fn assemble<T: Real, const N: usize, const D: usize, R: Retraction<T, N, D> + 'static, W: Wrap>(
+    fn assemble<T: Real, const N: usize, const D: usize, R: Retraction<T, N, D> + 'static>(
         &self,
-        wrap: &W,
+        wrap: &dyn Fn(R) -> R,
         make: Make<T, N, D, R>,
-    ) -> Result<System<T, N, D, W::Wrapped<T, N, D, R>>, CaseError> {
+    ) -> Result<System<T, N, D, R>, CaseError> {
         let (algebra, group, casimirs) = self.structure::<T, N, D>()?;
         let method = Place::root().key("method");
         let retraction = make(&algebra, &group, self.method.retraction)
             .map_err(|problem| method.key("retraction").error(problem))?;
-        let retraction = wrap.wrap::<T, N, D, R>(retraction);
+        let retraction = wrap(retraction);
         if let Some(i) = self.forces.iter().position(|term| *term == ForceTerm::Given) {
             return Err(Place::root().key("force").index(i).error(Problem::given("the force")));
         }

@@ -86,14 +86,11 @@ impl Case {
     ) -> Result<V::Output, CaseError> {
         let fits = |n, d| Beside::new(supplied.dimension, supplied.size, n).filter(|beside| beside.rows() <= d);
         if let Some(beside) = fits(3, 4) {
-            let system = self.with_given::<T, 3, 4, _>(supplied, &beside, |general| {
-                wrap.wrap::<T, 3, 4, _>(Retraction3::General(general))
-            })?;
-            return Ok(visitor.visit(system));
+            let wrapped = |general| wrap.wrap(Retraction3::General(general));
+            return Ok(visitor.visit(self.with_given::<T, 3, 4, _>(supplied, &beside, &wrapped)?));
         }
         if let Some(beside) = fits(6, 8) {
-            let wrapped = |general| wrap.wrap::<T, 6, 8, _>(general);
-            return Ok(visitor.visit(self.with_given::<T, 6, 8, _>(supplied, &beside, wrapped)?));
+            return Ok(visitor.visit(self.with_given::<T, 6, 8, _>(supplied, &beside, &|general| wrap.wrap(general))?));
         }
         let found = format!("of dimension {}, in {1}×{1} matrices", supplied.dimension, supplied.size);
         let allowed = "dimension 1 to 6, in matrices of at most 8×8 with those of spectators".into();
@@ -104,7 +101,7 @@ impl Case {
         &self,
         supplied: &Supplied<T>,
         beside: &Beside,
-        wrap: impl FnOnce(AnyRetraction<T, N, D>) -> R,
+        wrap: &dyn Fn(AnyRetraction<T, N, D>) -> R,
     ) -> Result<System<T, N, D, R>, CaseError> {
         let (n, size) = (supplied.dimension, supplied.size);
         let matrix = |a: usize| -> Matrix<T, D> {
@@ -114,9 +111,7 @@ impl Case {
         let group = MatrixGroup::<T, N, D>::beside(beside, matrix).map_err(refused)?;
         let algebra = group.algebra().clone();
         let retraction = match &supplied.retraction {
-            Some(given) => {
-                AnyRetraction::Given(GivenRetraction::new(Arc::clone(given), algebra.clone(), *beside))
-            }
+            Some(given) => AnyRetraction::Given(GivenRetraction::new(Arc::clone(given), algebra.clone(), *beside)),
             None => dispatch::general(&algebra, &Some(group.clone()), Tau::Exponential)
                 .map_err(|problem| Place::root().key("method").key("retraction").error(problem))?,
         };

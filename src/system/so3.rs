@@ -4,6 +4,7 @@ use super::case::Tau;
 use crate::algebra::{Covector, LieAlgebra, Matrix, Vector};
 use crate::group::MatrixGroup;
 use crate::retraction::any::{by_arm, tangents_by_arm};
+use crate::retraction::given::GivenRetraction;
 use crate::retraction::{AnyRetraction, CayleySo3, ExponentialSo3, Retraction, RetractionError, TangentPoint};
 use crate::scalar::{Real, Scalar};
 
@@ -112,6 +113,12 @@ impl<T: Real> Retraction<T, 3, 4> for Retraction3<T> {
             Self::Closed(r) => Point3::Closed(r.at(x)?),
             Self::General(r) => Point3::General(r.at(x)?),
         })
+    }
+}
+
+impl<T: Real> From<GivenRetraction<T, 3, 4>> for Retraction3<T> {
+    fn from(given: GivenRetraction<T, 3, 4>) -> Self {
+        Self::General(given.into())
     }
 }
 

@@ -1,8 +1,9 @@
-//! A retraction with a fault planted in it.
+//! A retraction with a fault planted in it. It stands behind a pointer, in the place of the right one.
 
 use super::{blend, blend_scalar};
-use crate::algebra::{Covector, LieAlgebra, Matrix, Vector, dot};
+use crate::algebra::{LieAlgebra, Matrix, Vector, dot};
 use crate::harness::Fault;
+use crate::retraction::given::GivenRetraction;
 use crate::retraction::{Retraction, RetractionError, TangentPoint};
 use crate::scalar::{Real, Scalar};
 use crate::system::Wrap;
@@ -63,26 +64,27 @@ pub const ALL: [Fault; 10] = [
 pub struct Plant<'a>(pub Option<&'a Fault>);
 
 impl Wrap for Plant<'_> {
-    type Wrapped<T: Real, const N: usize, const D: usize, R: Retraction<T, N, D> + 'static> = PlantedRetraction<R>;
-
-    fn wrap<T: Real, const N: usize, const D: usize, R: Retraction<T, N, D> + 'static>(
-        &self,
-        inner: R,
-    ) -> PlantedRetraction<R> {
-        PlantedRetraction { inner, fault: self.0.copied().filter(|fault| ALL.iter().any(|f| f.name == fault.name)) }
+    fn wrap<T: Real, const N: usize, const D: usize, R>(&self, inner: R) -> R
+    where
+        R: Retraction<T, N, D> + From<GivenRetraction<T, N, D>> + Send + Sync + 'static,
+    {
+        match self.0.filter(|fault| ALL.iter().any(|known| known.name == fault.name)) {
+            Some(fault) => GivenRetraction::whole(PlantedRetraction { inner, fault: *fault }).into(),
+            None => inner,
+        }
     }
 }
 
-/// A retraction, faulty or (without a fault) as it is.
+/// A faulty retraction.
 #[derive(Clone, Debug)]
 pub struct PlantedRetraction<R> {
     inner: R,
-    fault: Option<Fault>,
+    fault: Fault,
 }
 
 impl<R> PlantedRetraction<R> {
     fn size(&self, fault: &Fault) -> f64 {
-        Fault::size_of(self.fault.as_ref(), fault.name)
+        Fault::size_of(Some(&self.fault), fault.name)
     }
 }
 
@@ -110,44 +112,34 @@ impl<T: Real, const N: usize, const D: usize, R: Retraction<T, N, D>> Retraction
 
     fn at<S: Scalar<Base = T>>(&self, x: &Vector<S, N>) -> Result<Self::Point<S>, RetractionError> {
         let point = self.inner.at(x)?;
-        let faulty = self.fault.map(|fault| {
-            let ad = self.algebra().ad(x);
-            let series = Matrix::identity() + ad * S::half() + ad * ad * S::ratio(1, 12);
-            Box::new(Faulty {
-                fault,
-                d: blend(*point.d(), point.d_neg(), self.size(&RIGHT_TANGENT)),
-                d_inv: blend(
-                    blend(*point.d_inv(), series, self.size(&BERNOULLI)),
-                    Matrix::identity(),
-                    self.size(&INVERSE_MISSING),
-                ),
-            })
-        });
-        Ok(PlantedPoint { point, faulty })
+        let ad = self.algebra().ad(x);
+        let series = Matrix::identity() + ad * S::half() + ad * ad * S::ratio(1, 12);
+        let d_inv = blend(*point.d_inv(), series, self.size(&BERNOULLI));
+        Ok(PlantedPoint {
+            fault: self.fault,
+            d: blend(*point.d(), point.d_neg(), self.size(&RIGHT_TANGENT)),
+            d_inv: blend(d_inv, Matrix::identity(), self.size(&INVERSE_MISSING)),
+            point,
+        })
     }
-}
-
-#[derive(Clone, Debug)]
-struct Faulty<S: Scalar, const N: usize> {
-    fault: Fault,
-    d: Matrix<S, N>,
-    d_inv: Matrix<S, N>,
 }
 
 /// The tangents of [`PlantedRetraction`] at a point.
 #[derive(Clone, Debug)]
 pub struct PlantedPoint<P, S: Scalar, const N: usize> {
     point: P,
-    faulty: Option<Box<Faulty<S, N>>>,
+    fault: Fault,
+    d: Matrix<S, N>,
+    d_inv: Matrix<S, N>,
 }
 
 impl<P: TangentPoint<S, N>, S: Scalar, const N: usize> TangentPoint<S, N> for PlantedPoint<P, S, N> {
     fn d(&self) -> &Matrix<S, N> {
-        self.faulty.as_ref().map_or_else(|| self.point.d(), |faulty| &faulty.d)
+        &self.d
     }
 
     fn d_inv(&self) -> &Matrix<S, N> {
-        self.faulty.as_ref().map_or_else(|| self.point.d_inv(), |faulty| &faulty.d_inv)
+        &self.d_inv
     }
 
     fn d_neg(&self) -> Matrix<S, N> {
@@ -155,19 +147,16 @@ impl<P: TangentPoint<S, N>, S: Scalar, const N: usize> TangentPoint<S, N> for Pl
     }
 
     fn ad(&self) -> Matrix<S, N> {
-        let Some(faulty) = &self.faulty else { return self.point.ad() };
-        blend(self.point.ad(), self.point.ad_inv(), Fault::size_of(Some(&faulty.fault), ADJOINT_INVERTED.name))
+        blend(self.point.ad(), self.point.ad_inv(), Fault::size_of(Some(&self.fault), ADJOINT_INVERTED.name))
     }
 
     fn ad_inv(&self) -> Matrix<S, N> {
-        let Some(faulty) = &self.faulty else { return self.point.ad_inv() };
-        blend(self.point.ad_inv(), self.point.ad(), Fault::size_of(Some(&faulty.fault), ADJOINT_INVERTED.name))
+        blend(self.point.ad_inv(), self.point.ad(), Fault::size_of(Some(&self.fault), ADJOINT_INVERTED.name))
     }
 
     fn dd(&self, y: &Vector<S, N>) -> Matrix<S, N> {
         let right = self.point.dd(y);
-        let Some(faulty) = &self.faulty else { return right };
-        let wrong = match faulty.fault.name {
+        let wrong = match self.fault.name {
             name if name == SECOND_MISSING.name => Matrix::zeros(),
             name if name == SECOND_SIGN.name => -right,
             name if name == SECOND_OF_INVERSE.name => -(self.point.d() * self.point.dd(&(self.point.d_inv() * y))),
@@ -182,13 +171,6 @@ impl<P: TangentPoint<S, N>, S: Scalar, const N: usize> TangentPoint<S, N> for Pl
             }
             _ => right,
         };
-        blend(right, wrong, faulty.fault.size)
-    }
-
-    fn pull_dd(&self, p: &Covector<S, N>, m: &Covector<S, N>, y: &Vector<S, N>) -> Covector<S, N> {
-        match &self.faulty {
-            None => self.point.pull_dd(p, m, y),
-            Some(_) => p * self.dd(y),
-        }
+        blend(right, wrong, self.fault.size)
     }
 }

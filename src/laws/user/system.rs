@@ -18,8 +18,8 @@ use crate::mechanics::force::{AnyForce, Zero};
 use crate::mechanics::given::Untyped as UntypedPart;
 use crate::mechanics::lagrangian::{AnyLagrangian, Quadratic};
 use crate::mechanics::{Force, Lagrangian};
-use crate::retraction::given::Untyped as UntypedRetraction;
-use crate::retraction::{Exponential, Retraction};
+use crate::retraction::given::{GivenRetraction, Untyped as UntypedRetraction};
+use crate::retraction::{AnyRetraction, Exponential, Retraction};
 use crate::scalar::{Dd, Real, Scalar};
 use crate::study::problem;
 use crate::system::case::Structure;
@@ -155,8 +155,7 @@ impl<P, const N: usize, const D: usize> fmt::Debug for UserSystem<P, N, D> {
     }
 }
 
-fn matrices<P: Types<N, D>, T: Real, const N: usize, const D: usize>()
--> Result<MatrixGroup<T, N, D>, AlgebraError> {
+fn matrices<P: Types<N, D>, T: Real, const N: usize, const D: usize>() -> Result<MatrixGroup<T, N, D>, AlgebraError> {
     let group = P::group::<T>();
     MatrixGroup::new(std::array::from_fn(|a| group.hat(&basis_vector::<T, N>(a))))
 }
@@ -199,15 +198,8 @@ impl<P: Types<N, D>, const N: usize, const D: usize> Supply<P, N, D> {
         let group = matrices::<P, T, N, D>()?;
         let basis = group.basis().iter().map(|matrix| matrix.as_slice().to_vec()).collect();
         let casimirs = P::casimirs::<T>().iter().map(Into::into).collect();
-        let mut supplied = Supplied {
-            dimension: N,
-            size: D,
-            basis,
-            casimirs,
-            retraction: None,
-            lagrangian: None,
-            force: None,
-        };
+        let mut supplied =
+            Supplied { dimension: N, size: D, basis, casimirs, retraction: None, lagrangian: None, force: None };
         if const { P::OWN.retraction || P::OWN.map } {
             supplied.retraction = Some(Arc::new(UntypedRetraction::<_, N, D>(P::retraction::<T>(group))));
         }
@@ -394,8 +386,8 @@ impl<P: Types<N, D>, const N: usize, const D: usize> Source for UserSystem<P, N,
 
     fn visit<T: Real, V: Visitor<T>>(&self, wrap: &impl Wrap, visitor: V) -> Result<V::Output, CaseError> {
         let group = self.group::<T>()?;
-        let retraction = wrap.wrap::<T, N, D, _>(P::retraction::<T>(group.clone()));
-        Ok(visitor.visit(self.with(group, retraction)?))
+        let given = GivenRetraction::whole(P::retraction::<T>(group.clone()));
+        Ok(visitor.visit(self.with(group, wrap.wrap(AnyRetraction::<T, N, D>::Given(given)))?))
     }
 }
 
