@@ -85,7 +85,7 @@ fn cheap_laws_catch_each_fault_as_soon_as_in_the_table_and_at_the_smallest_size(
 #[test]
 fn every_fault_is_seen_by_two_laws_and_means_the_same_to_both() {
     let parts = [user::algebra::LAWS, user::group::LAWS, user::lagrangian::LAWS, user::force::LAWS];
-    let parts = [&parts[..], &[user::groupoid::LAWS, user::groupoid::LIE_LAWS]].concat().concat();
+    let parts = [&parts[..], &[user::groupoid::LAWS, user::groupoid::LIE_LAWS, user::discrete::LAWS]].concat().concat();
     let of_part = |name: &str| parts.iter().any(|law| law.name == name);
     let seen: Vec<_> = laws::all().iter().flat_map(|law| law.faults.iter().map(|fault| (law.name, *fault))).collect();
     for (name, fault) in &seen {

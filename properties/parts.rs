@@ -93,6 +93,10 @@ fn every_law_is_described() {
         assert!(!about.faults.is_empty(), "{} cannot be shown to fail", about.name);
     }
     let all = euler_poincare::laws::all();
+    for about in lists.into_iter().flatten() {
+        let statements: Vec<_> = all.iter().filter(|law| law.name == about.name).map(|law| law.statement).collect();
+        assert_eq!(statements, [about.statement], "`verify` runs {} once, in the same words", about.name);
+    }
     for about in
         [user::algebra::LAWS, user::group::LAWS, user::lagrangian::LAWS, user::force::LAWS].into_iter().flatten()
     {

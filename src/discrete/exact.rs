@@ -132,9 +132,12 @@ impl<T: Real, const N: usize, L, R> ExactSolution<T, N, L, R> {
         let mut state: Vec<T> = velocities.chain(std::iter::repeat_n(T::zero(), 2 * N + 1)).collect();
         let mut passed = T::zero();
         let mut reached = Vec::with_capacity(times.len());
+        let mut last = None;
         for &time in times {
             let rate = &mut |t: T, state: &[T]| self.rate(start, t, state);
-            collocate(&self.gauss, start.time + passed, time - passed, &mut state, rate)?;
+            let h = time - passed;
+            let slopes = collocate(&self.gauss, start.time + passed, h, &mut state, last.as_ref(), rate)?;
+            last = Some((h, slopes));
             passed = time;
             reached.push(self.point(start, start.time + time, &state)?.0);
         }
@@ -181,16 +184,40 @@ impl<T: Real, const N: usize, L, R> ExactSolution<T, N, L, R> {
 /// f in y' = f(t, y).
 type Rate<'a, T> = dyn FnMut(T, &[T]) -> Result<Vec<T>, ExactError> + 'a;
 
-/// One step of y' = f(t, y) by collocation, the stages iterated until the change is rounding.
+/// A step and its slopes, stage by stage.
+type Slopes<T> = (T, Vec<Vec<T>>);
+
+/// A step is predicted from the last one up to this ratio of their sizes: the polynomial of degree s − 1 is then worth more than the
+/// slope at the start.
+const FARTHEST: f64 = 4.0;
+
+/// The slopes of a step of size h, from the polynomial through those of the last one.
+fn predicted<T: Real>(gauss: &Tableau<T>, h: T, (last, slopes): &Slopes<T>) -> Vec<Vec<T>> {
+    let (s, c) = (gauss.stages(), gauss.c());
+    let at = |i: usize| {
+        let x = T::one() + c[i] * (h / *last);
+        let weight =
+            |j: usize| (0..s).filter(|k| *k != j).fold(T::one(), |product, k| product * (x - c[k]) / (c[j] - c[k]));
+        let weights: Vec<T> = (0..s).map(weight).collect();
+        (0..slopes[0].len()).map(|m| (0..s).fold(T::zero(), |sum, j| sum + weights[j] * slopes[j][m])).collect()
+    };
+    (0..s).map(at).collect()
+}
+
+/// One step of y' = f(t, y) by collocation, the stages iterated until the change is rounding; its slopes.
 fn collocate<T: Real>(
     gauss: &Tableau<T>,
     start: T,
     h: T,
     y: &mut [T],
+    last: Option<&Slopes<T>>,
     rate: &mut Rate<'_, T>,
-) -> Result<(), ExactError> {
+) -> Result<Vec<Vec<T>>, ExactError> {
     let (s, a, b, c) = (gauss.stages(), gauss.a(), gauss.b(), gauss.c());
-    let mut slopes = vec![rate(start, y)?; s];
+    let mut slopes = match last.filter(|(last, _)| (h / *last).abs() <= T::exact(FARTHEST)) {
+        Some(last) => predicted(gauss, h, last),
+        None => vec![rate(start, y)?; s],
+    };
     let size = y.iter().fold(T::one(), |size, v| size.max(v.abs()));
     let mut stage = y.to_vec();
     let (mut change, mut best, mut iterations) = (T::zero(), None::<T>, 0);
@@ -219,7 +246,7 @@ fn collocate<T: Real>(
             for (m, value) in y.iter_mut().enumerate() {
                 *value += h * (0..s).fold(T::zero(), |t, j| t + b[j] * slopes[j][m]);
             }
-            return Ok(());
+            return Ok(slopes);
         }
         if !change.all_finite() {
             break;

@@ -4,6 +4,7 @@
 //! [`laws!`](crate::laws!): each law on them is a law on cases here, of the same name, with the same faults. The vectors on
 //! which it is judged are drawn from its own strategy, by a seed that the case determines, and stand in the witness.
 
+mod discrete;
 mod groupoid;
 
 use super::CaseLaw;
@@ -16,7 +17,7 @@ use super::user::lagrangian::{self, UserLagrangian};
 use super::user::part::{About, Subject};
 use super::user::system::WithCasimirs;
 use super::user::values::Values;
-use crate::harness::{BoxedStrategy, Fault, Verdict, draw};
+use crate::harness::{BoxedStrategy, Cost, Fault, Verdict, draw};
 use crate::scalar::{Dd, Number};
 use crate::system::case::{Case, Drag, Force};
 use crate::system::dispatch::{General, Pairing};
@@ -55,6 +56,9 @@ impl<S: Subject> Erased for S {
 trait Supplier {
     /// The laws on them.
     const LAWS: &'static [About];
+
+    /// What a law costs on such parts, where it is not what it says.
+    const COST: Option<Cost> = None;
 
     /// The part of a system; `None` where it has none.
     fn part<const N: usize, const D: usize>(
@@ -108,6 +112,10 @@ fn judge(law: &About, part: Result<Option<Box<dyn Erased>>, CaseError>, case: &C
 /// The law number I of a supplier.
 const fn law<K: Supplier, const I: usize>() -> CaseLaw {
     let About { name, statement, source, oracle, bound, needs: _, faults, cost } = K::LAWS[I];
+    let cost = match K::COST {
+        Some(cost) => cost,
+        None => cost,
+    };
     CaseLaw {
         name,
         statement,
@@ -136,10 +144,12 @@ laws!(FORCE, OfForce, 0 1 2 3 4 5 6);
 laws!(GROUPOID, groupoid::OfGroupoid, 0 1 2 3 4 5 6 7 8 9);
 // Fields and brackets: `algebroid`.
 laws!(LIE_GROUPOID, groupoid::OfLieGroupoid, 0 1 2, elsewhere: 5);
+// Antisymmetry and units: `discrete`, on actions and on random polynomials.
+laws!(DISCRETE, discrete::OfDiscrete, 0 1 2 3, elsewhere: 2);
 
 /// The laws of this file.
 pub fn laws() -> impl Iterator<Item = &'static CaseLaw> {
-    ALGEBRA.iter().chain(&GROUP).chain(&LAGRANGIAN).chain(&FORCE).chain(&GROUPOID).chain(&LIE_GROUPOID)
+    ALGEBRA.iter().chain(&GROUP).chain(&LAGRANGIAN).chain(&FORCE).chain(&GROUPOID).chain(&LIE_GROUPOID).chain(&DISCRETE)
 }
 
 /// The algebra.

@@ -213,7 +213,12 @@ where
 {
     /// The same discrete Lagrangian in `f64` and in 32 digits.
     pub fn at_both(double: A, quad: B) -> Self {
-        Self { parts: Pair { double, quad: Some(quad) }, largest: 0.25, antisymmetric: false, units: false }
+        Self::of(double, Some(quad))
+    }
+
+    /// It in `f64`, and in 32 digits where it is given.
+    pub(in crate::laws) fn of(double: A, quad: Option<B>) -> Self {
+        Self { parts: Pair { double, quad }, largest: 0.25, antisymmetric: false, units: false }
     }
 
     /// Only V, U and W that are exp of vectors with components of at most `largest` (default ¼).

@@ -1,0 +1,63 @@
+//! The extremal action of a described system, as a discrete Lagrangian: with the claim that it is antisymmetric.
+
+use super::super::user::discrete::{self, OnGroup, UserDiscrete};
+use super::super::user::part::About;
+use super::{Erased, Supplier};
+use crate::discrete::StageLagrangian;
+use crate::group::MatrixGroup;
+use crate::harness::{BoxedStrategy, Cost};
+use crate::mechanics::doubled::Forced;
+use crate::mechanics::force::AnyForce;
+use crate::mechanics::lagrangian::AnyLagrangian;
+use crate::retraction::AnyRetraction;
+use crate::scalar::{Dd, Real};
+use crate::system::dispatch::General;
+use crate::system::{Case, Cases};
+use proptest::strategy::Strategy;
+
+/// τ.
+type Tau<T, const N: usize, const D: usize> = AnyRetraction<T, N, D, MatrixGroup<T, N, D>>;
+
+/// l_d of a tableau for a forced system.
+type Action<T, const N: usize, const D: usize> =
+    StageLagrangian<T, Forced<AnyLagrangian<T, N>, AnyForce<T, N>, Tau<T, N, D>>, Tau<T, N, D>, N, D>;
+
+/// Up to so many unknowns s N it is judged in 32 digits too: an evaluation of l_d is an iteration of Newton's.
+const MOST_UNKNOWNS: usize = 3;
+
+fn action<T: Real, const N: usize, const D: usize>(
+    system: General<T, N, D>,
+) -> Option<OnGroup<Action<T, N, D>, MatrixGroup<T, N, D>, Tau<T, N, D>>> {
+    let retraction = system.retraction;
+    let forced = Forced::new(system.lagrangian, system.force, retraction.clone());
+    let lagrangian = StageLagrangian::new(forced, retraction.clone(), system.tableau, system.step);
+    Some(OnGroup { lagrangian: lagrangian.at_time(system.state.time), group: system.group?, retraction })
+}
+
+/// l_d.
+pub(super) struct OfDiscrete;
+
+impl Supplier for OfDiscrete {
+    const LAWS: &'static [About] = discrete::LAWS;
+
+    /// An evaluation is an iteration of Newton's, and a law takes some fifty of them.
+    const COST: Option<Cost> = Some(Cost::Expensive);
+
+    fn part<const N: usize, const D: usize>(
+        case: &Case,
+        double: General<f64, N, D>,
+        quad: General<Dd, N, D>,
+    ) -> Option<Box<dyn Erased>> {
+        // V, U and W as near to e as those of motions with a velocity of at most 1.
+        let largest = double.step.abs();
+        let quad = match case.unknowns() {
+            Ok(unknowns) if unknowns <= MOST_UNKNOWNS => action(quad),
+            _ => None,
+        };
+        Some(Box::new(UserDiscrete::of(action(double)?, quad).antisymmetric().within(largest)))
+    }
+
+    fn cases(_: &About, cases: Cases) -> BoxedStrategy<Case> {
+        cases.main_dimensions().with_group().forced().boxed()
+    }
+}
