@@ -64,9 +64,12 @@ pub enum Failure<T, E> {
     Equations(E),
 }
 
-/// Corrections that shrink by this factor need no new Jacobian: eight of them are worth one of quadratic convergence to 32 digits, and
-/// a Jacobian by dual numbers costs three residuals for each unknown.
+/// Corrections that shrink by this factor need no new Jacobian: one by dual numbers costs three residuals for each unknown, which are
+/// worth some ten digits or more.
 const FAST: f64 = 1.0 / 16.0;
+
+/// The continuation doubles its step where a point took no more Jacobians than this.
+const EASY: usize = 3;
 
 /// The determinant of a factored matrix: sign and natural logarithm of the absolute value.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -136,6 +139,8 @@ pub struct Newton<T: Real> {
 struct Corrected<T> {
     outcome: Outcome<T>,
     determinant: Determinant<T>,
+    /// Jacobians that were needed: the fewer, the faster the iteration contracted.
+    jacobians: usize,
 }
 
 impl<T: Real> Newton<T> {
@@ -216,7 +221,7 @@ impl<T: Real> Newton<T> {
                     if reached >= T::one() {
                         break Some(Ok(Outcome { iterations, residual: c.outcome.residual }));
                     }
-                    step *= if c.outcome.iterations <= 5 { T::exact(2.0) } else { T::one() };
+                    step *= if c.jacobians <= EASY { T::exact(2.0) } else { T::one() };
                     step = step.min(T::half());
                 }
                 failed => {
@@ -275,9 +280,9 @@ impl<T: Real> Newton<T> {
 
     /// Newton's iteration at the present parameter; every correction must be at most half the one before.
     ///
-    /// A Jacobian costs as much as many residuals. Once a correction is at most [`FAST`] times the one before, the factors stay as they
-    /// are, as long as corrections go on to shrink so fast. The error of what is found is then not squared by the last correction, so
-    /// one more is made after the tolerance is met.
+    /// A Jacobian costs as much as many residuals: the factors are kept while each correction is at most [`FAST`] times the one
+    /// before, where det J does not change its sign on the way. The error of what is found is then not squared by the last correction,
+    /// so one more is made after the tolerance is met.
     fn correct<E>(
         &mut self,
         equations: &mut dyn Equations<T, Error = E>,
@@ -287,7 +292,7 @@ impl<T: Real> Newton<T> {
         let mut determinant = None;
         let mut last_correction = None;
         let mut best = T::zero();
-        let (mut frozen, mut met) = (false, false);
+        let (mut frozen, mut met, mut jacobians) = (false, false, 0);
         for iterations in 0..=settings.max_iterations {
             let size = equations.residual(x, &mut self.residual).map_err(Failure::Equations)?;
             let residual = largest(&self.residual);
@@ -303,28 +308,32 @@ impl<T: Real> Newton<T> {
             met = within;
             best = if iterations == 0 { relative } else { best.min(relative) };
             if let (true, Some(determinant)) = (solved, determinant) {
-                return Ok(Corrected { outcome, determinant });
+                return Ok(Corrected { outcome, determinant, jacobians });
             }
             if iterations == settings.max_iterations {
                 return Err(Failure::NotConverged(outcome));
             }
+            let shrunk = |correction: T, share: T| last_correction.is_none_or(|last: T| correction <= last * share);
+            let mut correction = T::zero();
+            // In the second half of the iterations that are allowed each has to count.
+            frozen = determinant.is_some() && (met || 2 * iterations < settings.max_iterations) && {
+                correction = self.correction();
+                met || shrunk(correction, T::exact(FAST))
+            };
             if !frozen {
                 equations.jacobian(x, &mut self.jacobian).map_err(Failure::Equations)?;
                 let Some(factored) = self.factor() else {
                     return Err(Failure::NotConverged(outcome));
                 };
                 determinant = Some(factored);
+                jacobians += 1;
+                correction = self.correction();
             }
-            self.trial.copy_from_slice(&self.residual);
-            self.back_substitute();
-            let correction = largest(&self.trial);
-            let at_most = |part: T| last_correction.is_none_or(|last: T| correction <= last * part);
             // Corrections at the level of rounding need not contract any more.
-            let grows = !at_most(T::half()) || !correction.all_finite();
+            let grows = !shrunk(correction, T::half()) || !correction.all_finite();
             if grows && relative > settings.floor {
                 return Err(Failure::NotConverged(outcome));
             }
-            frozen = last_correction.is_some() && (met || at_most(T::exact(FAST)));
             last_correction = Some(correction);
             for (v, d) in x.iter_mut().zip(&self.trial) {
                 *v -= *d;
@@ -368,6 +377,13 @@ impl<T: Real> Newton<T> {
             }
         }
         Some(determinant)
+    }
+
+    /// `trial` ← J⁻¹ `residual`; its largest component.
+    fn correction(&mut self) -> T {
+        self.trial.copy_from_slice(&self.residual);
+        self.back_substitute();
+        largest(&self.trial)
     }
 
     /// `trial` ← J⁻¹ `trial`.
