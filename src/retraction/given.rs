@@ -3,7 +3,7 @@
 //! [`GivenRetraction`] lets the laws, which are compiled in this crate for a few dimensions, judge a retraction that somebody else has
 //! written: of its type nothing is left but a pointer.
 
-use super::{AnyRetraction, Retraction, RetractionError, TangentPoint};
+use super::{Retraction, RetractionError, TangentPoint};
 use crate::algebra::{Covector, LieAlgebra, Matrix, Vector};
 use crate::group::matrix::Beside;
 use crate::scalar::erased::{in_scalar, matrix, numbers, scalar};
@@ -270,11 +270,5 @@ impl<S: Scalar, const N: usize> TangentPoint<S, N> for GivenPoint<S, N> {
         let [p, m, y] = [p.as_slice(), m.as_slice(), y.as_slice()].map(|x| self.leading(x));
         let pulled = self.given.pull_dd(&p, &m, &y);
         Covector::from_fn(|_, a| if a < self.dimension { scalar(&pulled, a) } else { S::zero() })
-    }
-}
-
-impl<T: Real, const N: usize, const D: usize, G> From<GivenRetraction<T, N, D>> for AnyRetraction<T, N, D, G> {
-    fn from(given: GivenRetraction<T, N, D>) -> Self {
-        Self::Given(given)
     }
 }

@@ -212,12 +212,12 @@ trait Runs: Send + Sync {
 /// How a case prints.
 type Show<C> = Box<dyn Fn(&C) -> String + Send + Sync>;
 
-struct Entry<L, C> {
-    law: L,
+struct Entry<C> {
+    law: Box<dyn Law<C>>,
     show: Show<C>,
 }
 
-impl<L: Law<C>, C: Clone + Debug + Serialize + DeserializeOwned + 'static> Entry<L, C> {
+impl<C: Clone + Debug + Serialize + DeserializeOwned + 'static> Entry<C> {
     /// All about a case on which the law is broken; none if it is not.
     fn judge(
         &self,
@@ -226,11 +226,11 @@ impl<L: Law<C>, C: Clone + Debug + Serialize + DeserializeOwned + 'static> Entry
         origin: String,
         replay: impl FnOnce() -> String,
     ) -> Result<Verdict, Box<Broken>> {
-        let verdict = verdict_on(&self.law, case, None);
+        let verdict = verdict_on(&*self.law, case, None);
         if !verdict.is_broken() {
             return Ok(verdict);
         }
-        let (_, evidence) = gather_with(Wanted::AllDigits, || verdict_on(&self.law, case, None));
+        let (_, evidence) = gather_with(Wanted::AllDigits, || verdict_on(&*self.law, case, None));
         Err(Box::new(Broken {
             law: self.law.name(),
             statement: self.law.statement(),
@@ -311,7 +311,7 @@ impl<L: Law<C>, C: Clone + Debug + Serialize + DeserializeOwned + 'static> Entry
                     continue;
                 }
             };
-            match verdict_on(&self.law, &case, None) {
+            match verdict_on(&*self.law, &case, None) {
                 Verdict::Broken { .. } => return self.broken(site, settings, index, case),
                 Verdict::Inconclusive { why: reason } => {
                     undecided.0 += 1;
@@ -337,7 +337,7 @@ impl<L: Law<C>, C: Clone + Debug + Serialize + DeserializeOwned + 'static> Entry
     }
 
     fn broken(&self, site: &Site, settings: &SuiteSettings, index: usize, case: C) -> Outcome {
-        let found = shrink(&self.law, None, settings.seed, index, settings.shrinking);
+        let found = shrink(&*self.law, None, settings.seed, index, settings.shrinking);
         let (case, checks) = found.map_or((case, 0), |failure| (failure.case, failure.checks));
         let origin = format!("number {index} of seed {}, shrunk with {checks} checks", settings.seed);
         let record = Record {
@@ -363,7 +363,7 @@ impl<L: Law<C>, C: Clone + Debug + Serialize + DeserializeOwned + 'static> Entry
     }
 }
 
-impl<L: Law<C>, C: Clone + Debug + Serialize + DeserializeOwned + 'static> Runs for Entry<L, C> {
+impl<C: Clone + Debug + Serialize + DeserializeOwned + 'static> Runs for Entry<C> {
     fn name(&self) -> &'static str {
         self.law.name()
     }
@@ -466,41 +466,37 @@ impl Suite {
     }
 
     /// Adds a law; `show` prints its cases.
-    pub fn law<L, C>(mut self, law: L, show: impl Fn(&C) -> String + Send + Sync + 'static) -> Self
+    pub fn law<C>(mut self, law: Box<dyn Law<C>>, show: impl Fn(&C) -> String + Send + Sync + 'static) -> Self
     where
-        L: Law<C> + 'static,
-        C: Clone + Debug + Serialize + DeserializeOwned + 'static,
-    {
-        self.push(law, show);
-        self
-    }
-
-    pub(super) fn push<L, C>(&mut self, law: L, show: impl Fn(&C) -> String + Send + Sync + 'static)
-    where
-        L: Law<C> + 'static,
         C: Clone + Debug + Serialize + DeserializeOwned + 'static,
     {
         self.laws.push(Box::new(Entry { law, show: Box::new(show) }));
+        self
     }
 
     /// Adds the laws of a single part.
     pub fn part<S: Subject>(self, subject: S) -> Self {
-        part::laws(subject).into_iter().fold(self, |suite, law| suite.law(law, Values::to_string))
+        part::laws(subject).into_iter().fold(self, |suite, law| suite.law(Box::new(law), Values::to_string))
     }
 
     /// Adds the laws of systems of these types.
-    pub fn system<P: Types<N, D>, const N: usize, const D: usize>(mut self) -> Self {
-        self.refused = super::system::add_to::<P, N, D>(&mut self).err().or(self.refused);
-        self
+    pub fn system<P: Types<N, D>, const N: usize, const D: usize>(self) -> Self {
+        self.on_cases(super::system::laws::<P, N, D>(), P::OWN)
     }
 
     /// Adds the laws of the one-step method of these types.
-    pub fn method<P: Types<N, D>, const N: usize, const D: usize>(mut self) -> Self {
-        match super::system::method_laws::<P, N, D>() {
-            Ok(laws) => laws.into_iter().for_each(|law| self.push(law, |case| shown(case, P::OWN))),
-            Err(why) => self.refused = Some(why),
+    pub fn method<P: Types<N, D>, const N: usize, const D: usize>(self) -> Self {
+        self.on_cases(super::system::method_laws::<P, N, D>(), P::OWN)
+    }
+
+    fn on_cases(mut self, laws: Result<Vec<Box<dyn Law<Case>>>, String>, own: Parts) -> Self {
+        match laws {
+            Ok(laws) => laws.into_iter().fold(self, |suite, law| suite.law(law, move |case| shown(case, own))),
+            Err(why) => {
+                self.refused = Some(why);
+                self
+            }
         }
-        self
     }
 
     /// The names of the laws, in order.
@@ -564,7 +560,7 @@ impl Suite {
 }
 
 /// A case on one's own types as a few lines: what is one's own says so.
-pub(super) fn shown(case: &Case, own: Parts) -> String {
+fn shown(case: &Case, own: Parts) -> String {
     let line = |line: &str| {
         let key = line.split_whitespace().next().unwrap_or("");
         match key {

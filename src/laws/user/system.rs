@@ -7,7 +7,6 @@
 
 use super::super::{CaseLaw, Source};
 use super::algebra::Bracket;
-use super::suite::{Suite, shown};
 use crate::algebra::{AlgebraError, Casimir, Covector, LieAlgebra, Matrix, Vector, basis_vector};
 use crate::group::{LieGroup, MatrixGroup};
 use crate::harness::{Fault, Law, Verdict};
@@ -243,9 +242,9 @@ impl fmt::Debug for GivenSystem {
 }
 
 impl GivenSystem {
+    /// The parts over T, which is one of two types; which, only its identity says.
     fn supplied<T: Real>(&self) -> Result<Supplied<T>, CaseError> {
         let place = || Place::root().key("algebra");
-        // T is one of these two; which, only its type says.
         let supplied: Box<dyn Any> = match TypeId::of::<T>() {
             double if double == TypeId::of::<f64>() => Box::new(self.supplier.double()),
             quad if quad == TypeId::of::<Dd>() => Box::new(self.supplier.quad()),
@@ -459,8 +458,7 @@ pub fn applied<'s, A, B>(a: &'s A, f: impl FnOnce(&'s A) -> B) -> B {
 }
 
 /// A law on a one-step method of one's own.
-#[doc(hidden)]
-pub struct UserMethodLaw<P: 'static, const N: usize, const D: usize> {
+struct UserMethodLaw<P: 'static, const N: usize, const D: usize> {
     law: &'static MethodLaw,
     given: Given,
     types: PhantomData<fn() -> P>,
@@ -470,11 +468,13 @@ pub struct UserMethodLaw<P: 'static, const N: usize, const D: usize> {
 ///
 /// # Errors
 /// The matrices of the group do not span an algebra, as text.
-#[doc(hidden)]
-pub fn method_laws<P: Types<N, D>, const N: usize, const D: usize>() -> Result<Vec<UserMethodLaw<P, N, D>>, String> {
+pub(super) fn method_laws<P: Types<N, D>, const N: usize, const D: usize>() -> Result<Vec<Box<dyn Law<Case>>>, String> {
     let given = given::<P, N, D>()?;
     let laws = method::LAWS.iter().filter(|law| law.name != "method-presentation");
-    Ok(laws.map(|law| UserMethodLaw { law, given: given.clone(), types: PhantomData }).collect())
+    let law = |law| -> Box<dyn Law<Case>> {
+        Box::new(UserMethodLaw::<P, N, D> { law, given: given.clone(), types: PhantomData })
+    };
+    Ok(laws.map(law).collect())
 }
 
 fn setup<P: Types<N, D>, const N: usize, const D: usize>(
@@ -511,8 +511,7 @@ impl<P: Types<N, D>, const N: usize, const D: usize> Law<Case> for UserMethodLaw
 }
 
 /// A law on systems of one's own types.
-#[doc(hidden)]
-pub struct SystemLaw<S: 'static> {
+struct SystemLaw<S: 'static> {
     law: &'static CaseLaw<S>,
     given: Given,
     source: fn(Case, &'static dyn Supplier) -> S,
@@ -531,31 +530,26 @@ pub struct SystemLaw<S: 'static> {
 ///
 /// # Errors
 /// The matrices of the group do not span an algebra, as text.
-pub(super) fn add_to<P: Types<N, D>, const N: usize, const D: usize>(suite: &mut Suite) -> Result<(), String> {
+pub(super) fn laws<P: Types<N, D>, const N: usize, const D: usize>() -> Result<Vec<Box<dyn Law<Case>>>, String> {
     let (given, supplier) = (given::<P, N, D>()?, &Supply::<P, N, D>::IT);
     if const { has_class(N, D) } {
-        add_given(suite, &given, supplier);
-    } else {
-        add(suite, &given, |case, _| UserSystem::<P, N, D>::new(case), supplier);
+        return Ok(given_laws(&given, supplier));
     }
-    Ok(())
+    Ok(laws_on(&given, |case, _| UserSystem::<P, N, D>::new(case), supplier))
 }
 
 /// Generic over nothing, so that what it takes is compiled here.
-fn add_given(suite: &mut Suite, given: &Given, supplier: &'static dyn Supplier) {
-    add(suite, given, |case, supplier| GivenSystem { case, supplier }, supplier);
+fn given_laws(given: &Given, supplier: &'static dyn Supplier) -> Vec<Box<dyn Law<Case>>> {
+    laws_on(given, |case, supplier| GivenSystem { case, supplier }, supplier)
 }
 
-fn add<S: Source>(
-    suite: &mut Suite,
+fn laws_on<S: Source>(
     given: &Given,
     source: fn(Case, &'static dyn Supplier) -> S,
     supplier: &'static dyn Supplier,
-) {
-    let own = supplier.own();
-    for law in table::<S>() {
-        suite.push(SystemLaw { law, given: given.clone(), source, supplier }, move |case| shown(case, own));
-    }
+) -> Vec<Box<dyn Law<Case>>> {
+    let law = |law| -> Box<dyn Law<Case>> { Box::new(SystemLaw { law, given: given.clone(), source, supplier }) };
+    table::<S>().into_iter().map(law).collect()
 }
 
 fn table<S: Source>() -> Vec<&'static CaseLaw<S>> {
