@@ -106,7 +106,7 @@ where
     }
 
     fn tau_inv(&self, nesting: u32, g: &[T]) -> Result<Vec<T>, RetractionError> {
-        in_scalar!(0..=1, nesting, T, self, tau_inv_in(g))
+        in_scalar!(0..=2, nesting, T, self, tau_inv_in(g))
     }
 
     fn at(&self, nesting: u32, x: &[T]) -> Result<Arc<dyn UntypedPoint<T>>, RetractionError> {

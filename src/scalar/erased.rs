@@ -25,18 +25,20 @@ pub(crate) fn matrix<S: Scalar, const R: usize, const C: usize>(numbers: &[S::Ba
 /// The value of a method in the scalar that has so many nested dual numbers: at most as many as the range says. Callers assert that they
 /// ask for no more; fewer are less to compile.
 macro_rules! in_scalar {
-    (0..=1, $nesting:expr, $t:ident, $value:expr, $method:ident($($argument:expr),*)) => {
+    (0..=1, $nesting:expr, $t:ident, $value:expr, $method:ident($($argument:expr),*)) => {{
+        debug_assert!($nesting <= 1);
         match $nesting {
             0 => $value.$method::<$t>($($argument),*),
             _ => $value.$method::<$crate::scalar::Dual<$t>>($($argument),*),
         }
-    };
-    (0..=2, $nesting:expr, $t:ident, $value:expr, $method:ident($($argument:expr),*)) => {
+    }};
+    (0..=2, $nesting:expr, $t:ident, $value:expr, $method:ident($($argument:expr),*)) => {{
+        debug_assert!($nesting <= 2);
         match $nesting {
             0 => $value.$method::<$t>($($argument),*),
             1 => $value.$method::<$crate::scalar::Dual<$t>>($($argument),*),
             _ => $value.$method::<$crate::scalar::Dual<$crate::scalar::Dual<$t>>>($($argument),*),
         }
-    };
+    }};
 }
 pub(crate) use in_scalar;
