@@ -4,11 +4,15 @@ mod readme;
 mod types;
 
 use self::types::{Bianchi, Midpoint, Split, SplitMap, Stiff, Wind};
-use euler_poincare::algebra::{Matrix, Vector};
+use euler_poincare::algebra::{Covector, Matrix, Vector};
 use euler_poincare::laws;
 use euler_poincare::laws::method::Claims;
 use euler_poincare::laws::user::{FromMap, Outcome, Suite, SuiteSettings};
+use euler_poincare::mechanics::given::{GivenForce, GivenLagrangian};
+use euler_poincare::mechanics::{Force, Lagrangian};
+use euler_poincare::retraction::given::GivenRetraction;
 use euler_poincare::retraction::{Retraction, RetractionError, TangentPoint};
+use euler_poincare::scalar::Dual;
 use euler_poincare::suite;
 use std::path::{Path, PathBuf};
 use std::process::Command;
@@ -173,4 +177,53 @@ fn the_readme_shows_what_is_tested() {
         readme.contains(&format!("checks {laws} laws")) && readme.contains(&format!("laws-{laws}-")),
         "{laws} laws"
     );
+}
+
+/// x + ε δ, twice.
+fn twice(x: &Vector<f64, 3>, delta: &Vector<f64, 3>) -> Vector<Dual<Dual<f64>>, 3> {
+    x.zip_map(delta, |x, d| Dual { re: Dual { re: x, eps: d }, eps: Dual { re: d * d, eps: x - d } })
+}
+
+/// All four numbers of each entry.
+fn numbers<'a>(values: impl IntoIterator<Item = &'a Dual<Dual<f64>>>) -> Vec<f64> {
+    values.into_iter().flat_map(|v| [v.re.re, v.re.eps, v.eps.re, v.eps.eps]).collect()
+}
+
+/// Behind a pointer, beside spectators, every number is the same: values, derivatives, and derivatives of these.
+#[test]
+fn what_stands_behind_a_pointer_is_what_it_was() {
+    let (x, delta) = (Vector::<f64, 3>::new(0.3, -0.2, 0.4), Vector::<f64, 3>::new(0.5, 1.5, -0.25));
+    let jet = twice(&x, &delta);
+
+    let plain = Split::<f64>::new();
+    let given = GivenRetraction::<f64, 3, 3>::whole(Split::<f64>::new());
+    let slope = x.zip_map(&delta, |re, eps| Dual { re, eps });
+    let (g, same) = (plain.tau(&slope).unwrap(), given.tau(&slope).unwrap());
+    assert!(g.iter().zip(&same).all(|(a, b)| (a.re, a.eps) == (b.re, b.eps)));
+    let element = g.map(|v| Dual { re: v, eps: Dual { re: v.eps, eps: v.re } });
+    assert_eq!(numbers(&plain.tau_inv(&element).unwrap()), numbers(&given.tau_inv(&element).unwrap()));
+    let (here, there) = (plain.at(&x).unwrap(), given.at(&x).unwrap());
+    let matrices = |p: &dyn Fn() -> [Matrix<f64, 3>; 6]| p();
+    let of_plain = matrices(&|| [*here.d(), *here.d_inv(), here.d_neg(), here.ad(), here.ad_inv(), here.dd(&delta)]);
+    let of_given =
+        matrices(&|| [*there.d(), *there.d_inv(), there.d_neg(), there.ad(), there.ad_inv(), there.dd(&delta)]);
+    assert_eq!(of_plain, of_given);
+    let (p, m) = (delta.transpose(), x.transpose());
+    assert_eq!(here.pull_dd(&p, &m, &delta), there.pull_dd(&p, &m, &delta));
+
+    // Two spectators, which are at rest: they add nothing.
+    let rest = |v: &Vector<Dual<Dual<f64>>, 3>| {
+        Vector::<Dual<Dual<f64>>, 5>::from_fn(|a, _| if a < 3 { v[a] } else { Dual::default() })
+    };
+    let time = Dual { re: Dual::variable(0.5), eps: Dual::constant(2.0) };
+    let force = GivenForce::<f64, 5>::of(Wind::<false>);
+    let padded = |v: Vec<f64>| v.into_iter().chain([0.0; 8]).collect::<Vec<_>>();
+    assert_eq!(numbers(&force.force(time, &rest(&jet))), padded(numbers(&Wind::<false>.force(time, &jet))));
+    let (plain, given) = (Stiff::<false>, GivenLagrangian::<f64, 5>::of(Stiff::<false>));
+    assert_eq!(numbers([&given.value(&rest(&jet))]), numbers([&Lagrangian::<f64, 3>::value(&plain, &jet)]));
+    let gradient: Covector<Dual<Dual<f64>>, 3> = Lagrangian::<f64, 3>::gradient(&plain, &jet);
+    assert_eq!(numbers(&given.gradient(&rest(&jet))), padded(numbers(&gradient)));
+    let moving = Vector::<f64, 5>::new(0.3, -0.2, 0.4, 2.0, -1.0);
+    assert_eq!(given.value(&moving), Lagrangian::<f64, 3>::value(&plain, &x) + 2.5, "spectators have unit inertia");
+    assert_eq!(given.velocity(&given.gradient(&moving), &Vector::zeros()).map(|v| (v[3], v[4])), Ok((2.0, -1.0)));
 }

@@ -169,6 +169,12 @@ given!(GivenLagrangian, UntypedLagrangian);
 given!(GivenForce, UntypedForce);
 
 impl<T: Real, const N: usize> GivenLagrangian<T, N> {
+    /// A Lagrangian of dimension n beside N − n spectators.
+    pub fn of<const LESS: usize>(lagrangian: impl Lagrangian<T, LESS> + Send + Sync + 'static) -> Self {
+        const { assert!(LESS <= N) }
+        Self::new(Arc::new(Untyped::<_, LESS>(lagrangian)), LESS)
+    }
+
     fn leading<S: Scalar<Base = T>>(&self, x: &[S]) -> Vec<T> {
         numbers(&x[..self.dimension])
     }
@@ -224,6 +230,14 @@ impl<T: Real, const N: usize> Lagrangian<T, N> for GivenLagrangian<T, N> {
         const { assert!(S::NESTING <= 1) }
         let energy = self.given.energy(S::NESTING, &self.leading(eta.as_slice()));
         scalar::<S>(&energy, 0) + self.spectators(eta)
+    }
+}
+
+impl<T: Real, const N: usize> GivenForce<T, N> {
+    /// A force of dimension n beside N − n spectators.
+    pub fn of<const LESS: usize>(force: impl Force<T, LESS> + Send + Sync + 'static) -> Self {
+        const { assert!(LESS <= N) }
+        Self::new(Arc::new(Untyped::<_, LESS>(force)), LESS)
     }
 }
 

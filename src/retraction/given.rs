@@ -151,7 +151,7 @@ pub struct GivenRetraction<T: Real, const N: usize, const D: usize> {
 
 impl<T: Real, const N: usize, const D: usize> GivenRetraction<T, N, D> {
     /// A retraction of dimension N, with no spectators.
-    pub(crate) fn whole(retraction: impl Retraction<T, N, D> + Send + Sync + 'static) -> Self {
+    pub fn whole(retraction: impl Retraction<T, N, D> + Send + Sync + 'static) -> Self {
         let (algebra, beside) = (retraction.algebra().clone(), Beside::alone(N, D));
         Self::new(Arc::new(Untyped::<_, N, D>(retraction)), algebra, beside)
     }
