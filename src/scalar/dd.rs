@@ -364,17 +364,7 @@ impl Scalar for Dd {
         self.finite_parts()
     }
 
-    const NESTING: u32 = 0;
-
-    #[inline]
-    fn write(self, numbers: &mut Vec<Self>) {
-        numbers.push(self);
-    }
-
-    #[inline]
-    fn read(numbers: &[Self]) -> Self {
-        numbers.first().copied().unwrap_or_default()
-    }
+    super::without_duals!();
 }
 
 impl Real for Dd {

@@ -112,6 +112,24 @@ pub trait Real: Scalar<Base = Self> {
     fn parse_decimal(text: &str) -> Option<Self>;
 }
 
+/// The numbers of a [`Scalar`] that is a [`Real`]: itself.
+macro_rules! without_duals {
+    () => {
+        const NESTING: u32 = 0;
+
+        #[inline]
+        fn write(self, numbers: &mut Vec<Self>) {
+            numbers.push(self);
+        }
+
+        #[inline]
+        fn read(numbers: &[Self]) -> Self {
+            numbers.first().copied().unwrap_or_default()
+        }
+    };
+}
+use without_duals;
+
 /// Whether all are: for matrices of every size, compiled once for a scalar.
 pub(crate) fn finite<S: Scalar>(values: &[S]) -> bool {
     values.iter().all(|v| v.all_finite())

@@ -2,7 +2,8 @@
 //!
 //! [`Types`] says which types; [`UserSystem`] is a [`Source`] of systems made of them, where a [`Case`] fills in the rest:
 //! what is not one's own, the tableau, the state and the step. `laws` are the laws of the library that judge such a
-//! system. The group that they see is a [`MatrixGroup`] of the matrices ê_a = `hat(e_a)`, a view of it that does not use its
+//! system. Up to dimension 6 they judge it as a [`GivenSystem`], of whose types nothing is left but pointers: these laws are compiled
+//! in this crate. The group that they see is a [`MatrixGroup`] of the matrices ê_a = `hat(e_a)`, a view of it that does not use its
 //! constants, `vee`, `inverse` or `adjoint`; these are judged by [`super::group`].
 
 use super::super::{CaseLaw, Source};
