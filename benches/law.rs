@@ -24,8 +24,8 @@ fn law(criterion: &mut Criterion) {
     let case = SystemFile::parse(example()).expect("the example is a system file").case;
     let mut group = criterion.benchmark_group("law");
     for law in LAWS.map(|name| laws::named(name).expect("the name of a law")) {
-        assert!((law.check)(&case, None).holds(), "{}", law.name);
-        group.bench_function(law.name, |bencher| bencher.iter(|| (law.check)(black_box(&case), None)));
+        assert!((law.check)(&case, None).holds(), "{}", law.about.name);
+        group.bench_function(law.about.name, |bencher| bencher.iter(|| (law.check)(black_box(&case), None)));
     }
     group.finish();
 }

@@ -358,8 +358,8 @@ fn every_law_is_listed_with_its_faults() {
     let laws = euler_poincare::laws::all();
     assert_eq!(listed.len(), laws.len());
     for (object, law) in listed.iter().zip(laws) {
-        assert_eq!(object["law"], law.name);
-        assert_eq!(object["faults"].as_array().unwrap().len(), law.faults.len());
+        assert_eq!(object["law"], law.about.name);
+        assert_eq!(object["faults"].as_array().unwrap().len(), law.about.faults.len());
         for key in ["statement", "source"] {
             assert!(object[key].as_str().is_some_and(|text| !text.is_empty()), "{object}");
         }
@@ -367,19 +367,19 @@ fn every_law_is_listed_with_its_faults() {
             object[key].as_array().unwrap().iter().map(|name| name.as_str().unwrap()).collect()
         };
         let algebras = list("algebras");
-        assert_eq!(list("retractions"), ["cayley", "exp"], "{}", law.name);
-        if law.name.starts_with("fast-") {
-            let so3_alone = law.name.contains("ensemble") || law.name.contains("quaternion");
-            assert_eq!(algebras, if so3_alone { &["so3"][..] } else { &["se3", "so3"] }, "{}", law.name);
-            assert_eq!(list("bases"), ["standard"], "{}", law.name);
+        assert_eq!(list("retractions"), ["cayley", "exp"], "{}", law.about.name);
+        if law.about.name.starts_with("fast-") {
+            let so3_alone = law.about.name.contains("ensemble") || law.about.name.contains("quaternion");
+            assert_eq!(algebras, if so3_alone { &["so3"][..] } else { &["se3", "so3"] }, "{}", law.about.name);
+            assert_eq!(list("bases"), ["standard"], "{}", law.about.name);
             continue;
         }
         for algebra in ["aff1", "heisenberg", "product", "se2", "se3", "sl2", "so3", "so4"] {
             // No polynomial is constant on the orbits of aff(1), which are open.
-            let none = algebra == "aff1" && law.name.contains("casimir");
-            assert!(none || algebras.contains(&algebra), "{} is not run on {algebra}: {algebras:?}", law.name);
+            let none = algebra == "aff1" && law.about.name.contains("casimir");
+            assert!(none || algebras.contains(&algebra), "{} is not run on {algebra}: {algebras:?}", law.about.name);
         }
-        assert_eq!(list("bases"), ["changed", "standard"], "{}", law.name);
+        assert_eq!(list("bases"), ["changed", "standard"], "{}", law.about.name);
     }
 }
 

@@ -545,7 +545,7 @@ fn generators_have_the_brackets_of_their_definition() {
 fn every_fault_of_the_groupoids_is_seen_by_two_laws() {
     let files = [laws::groupoid::laws(), laws::algebroid::laws(), laws::poisson::laws()];
     let laws = files.into_iter().flatten();
-    let laws: Vec<_> = laws.flat_map(|law| law.faults().iter().map(|fault| (fault.name, law.name))).collect();
+    let laws: Vec<_> = laws.flat_map(|law| law.faults().iter().map(|fault| (fault.name, law.about.name))).collect();
     for (fault, law) in &laws {
         let by = laws.iter().filter(|(other, _)| other == fault).count();
         assert!(by >= 2, "{fault} is seen by {law} alone");

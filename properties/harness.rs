@@ -8,42 +8,27 @@ mod store;
 use euler_poincare::harness::convergence::{Estimate, Level, LevelKind, estimate, estimate_pairs, kinds};
 use euler_poincare::harness::ladder::{Cause, Sample, cause};
 use euler_poincare::harness::{
-    BoxedStrategy, Campaign, CampaignReport, Cost, Count, Fault, Law, Progress, Verdict, case_seed, catch_fault, draw,
-    shrink, verdict_on,
+    About, BoxedStrategy, Campaign, CampaignReport, Cost, Count, Fault, Law, Progress, Verdict, case_seed, catch_fault,
+    draw, shrink, verdict_on,
 };
 use proptest::prelude::*;
 use std::sync::atomic::{AtomicUsize, Ordering};
 
 /// A law on integers that is what its fields say.
 struct Toy {
-    name: &'static str,
-    cost: Cost,
-    faults: &'static [Fault],
+    about: About,
     cases: fn() -> BoxedStrategy<i64>,
     check: fn(i64, Option<&Fault>) -> Verdict,
 }
 
+const fn about(name: &'static str, cost: Cost, faults: &'static [Fault]) -> About {
+    let [statement, source, oracle, bound, needs] = ["as written in the test", "none", "none", "none", ""];
+    About { name, statement, source, oracle, bound, needs, cost, faults }
+}
+
 impl Law<i64> for Toy {
-    fn name(&self) -> &'static str {
-        self.name
-    }
-    fn statement(&self) -> &'static str {
-        "as written in the test"
-    }
-    fn source(&self) -> &'static str {
-        "none"
-    }
-    fn oracle(&self) -> &'static str {
-        "none"
-    }
-    fn bound_note(&self) -> &'static str {
-        "none"
-    }
-    fn cost(&self) -> Cost {
-        self.cost
-    }
-    fn faults(&self) -> &'static [Fault] {
-        self.faults
+    fn about(&self) -> &About {
+        &self.about
     }
     fn cases(&self) -> BoxedStrategy<i64> {
         (self.cases)()
@@ -65,22 +50,17 @@ fn square(case: i64, fault: Option<&Fault>) -> Verdict {
     Verdict::judge((subject - case * case) as f64, 0.0, || format!("{case}² is not {subject}"))
 }
 
-const HOLDS: Toy =
-    Toy { name: "holds", cost: Cost::Cheap, faults: &[TOO_LARGE, INVISIBLE], cases: integers, check: square };
+const HOLDS: Toy = Toy { about: about("holds", Cost::Cheap, &[TOO_LARGE, INVISIBLE]), cases: integers, check: square };
 
 /// Broken exactly from 137 up.
 const BREAKS: Toy = Toy {
-    name: "breaks",
-    cost: Cost::Cheap,
-    faults: &[],
+    about: about("breaks", Cost::Cheap, &[]),
     cases: integers,
     check: |case, _| Verdict::judge(case.max(0) as f64, 136.5, || format!("{case} is above the bound")),
 };
 
 const PANICS: Toy = Toy {
-    name: "panics",
-    cost: Cost::Expensive,
-    faults: &[],
+    about: about("panics", Cost::Expensive, &[]),
     cases: integers,
     check: |case, _| {
         assert!(case < 400, "no room for {case}");
@@ -89,9 +69,7 @@ const PANICS: Toy = Toy {
 };
 
 const UNDECIDED: Toy = Toy {
-    name: "undecided",
-    cost: Cost::Cheap,
-    faults: &[],
+    about: about("undecided", Cost::Cheap, &[]),
     cases: integers,
     check: |case, _| match case.rem_euclid(3) {
         0 => Verdict::inconclusive("divisible by three"),
@@ -101,25 +79,19 @@ const UNDECIDED: Toy = Toy {
 };
 
 const FILTERED: Toy = Toy {
-    name: "filtered",
-    cost: Cost::Cheap,
-    faults: &[],
+    about: about("filtered", Cost::Cheap, &[]),
     cases: || integers().prop_filter("odd", |n| n % 2 == 0).prop_filter("small", |n| n.abs() > 100).boxed(),
     check: |case, _| Verdict::judge((case % 2) as f64, 0.0, String::new),
 };
 
 const NO_CASES: Toy = Toy {
-    name: "no-cases",
-    cost: Cost::Expensive,
-    faults: &[],
+    about: about("no-cases", Cost::Expensive, &[]),
     cases: || integers().prop_filter("all of them", |_| false).boxed(),
     check: |_, _| Verdict::judge(0.0, 0.0, String::new),
 };
 
 const BAD_GENERATOR: Toy = Toy {
-    name: "bad-generator",
-    cost: Cost::Expensive,
-    faults: &[],
+    about: about("bad-generator", Cost::Expensive, &[]),
     cases: || {
         let odd = |n: i64| if n % 2 == 0 { n } else { panic!("odd number {n}") };
         integers().prop_map(odd).boxed()

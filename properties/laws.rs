@@ -22,7 +22,7 @@ const CASES: usize = 60;
 #[test]
 fn every_law_holds() {
     // Orders take a release build: `verify`.
-    let laws = laws::all().into_iter().filter(|law| law.cost != Cost::Heavy);
+    let laws = laws::all().into_iter().filter(|law| law.about.cost != Cost::Heavy);
     let laws: Vec<&dyn Law<Case>> = laws.map(|law| law as &dyn Law<Case>).collect();
     let report = Campaign::new(1, CASES).run(&laws);
     for law in &report.laws {
@@ -52,7 +52,7 @@ fn table() -> Vec<Value> {
 #[test]
 fn the_table_of_faults_is_that_of_the_laws() {
     let pairs: Vec<_> =
-        laws::all().iter().flat_map(|law| law.faults.iter().map(|fault| (law.name, fault.name))).collect();
+        laws::all().iter().flat_map(|law| law.about.faults.iter().map(|fault| (law.about.name, fault.name))).collect();
     let table = table();
     let listed: Vec<_> =
         table.iter().map(|row| (row["law"].as_str().unwrap(), row["fault"].as_str().unwrap())).collect();
@@ -70,14 +70,20 @@ fn cheap_laws_catch_each_fault_as_soon_as_in_the_table_and_at_the_smallest_size(
         .filter_map(|row| {
             let law = laws::named(row["law"].as_str()?)?;
             let fault = law.fault(row["fault"].as_str()?)?;
-            (law.cost == Cost::Cheap).then_some((law, fault, row))
+            (law.about.cost == Cost::Cheap).then_some((law, fault, row))
         })
         .collect();
     rows.par_iter().with_max_len(1).for_each(|(law, fault, row)| {
         let caught = catch_fault(*law, fault, 1, 100).map(|cases| cases as u64);
-        assert_eq!(caught, row["caught_after"].as_u64(), "{} on {}", law.name, fault.name);
+        assert_eq!(caught, row["caught_after"].as_u64(), "{} on {}", law.about.name, fault.name);
         let small = fault.with_size(row["smallest_size"].as_f64().unwrap());
-        assert!(catch_fault(*law, &small, 1, 100).is_some(), "{} on {} of size {}", law.name, fault.name, small.size);
+        assert!(
+            catch_fault(*law, &small, 1, 100).is_some(),
+            "{} on {} of size {}",
+            law.about.name,
+            fault.name,
+            small.size
+        );
     });
 }
 
@@ -87,7 +93,8 @@ fn every_fault_is_seen_by_two_laws_and_means_the_same_to_both() {
     let parts = [user::algebra::LAWS, user::group::LAWS, user::lagrangian::LAWS, user::force::LAWS];
     let parts = [&parts[..], &[user::groupoid::LAWS, user::groupoid::LIE_LAWS, user::discrete::LAWS]].concat().concat();
     let of_part = |name: &str| parts.iter().any(|law| law.name == name);
-    let seen: Vec<_> = laws::all().iter().flat_map(|law| law.faults.iter().map(|fault| (law.name, *fault))).collect();
+    let seen: Vec<_> =
+        laws::all().iter().flat_map(|law| law.about.faults.iter().map(|fault| (law.about.name, *fault))).collect();
     for (name, fault) in &seen {
         let again = seen.iter().any(|(other, same)| other != name && same.name == fault.name);
         assert!(again || of_part(name), "{}: {name}", fault.name);
@@ -96,18 +103,18 @@ fn every_fault_is_seen_by_two_laws_and_means_the_same_to_both() {
         }
     }
     for law in laws::all() {
-        assert!(!law.faults.is_empty(), "{} names no fault that it catches", law.name);
+        assert!(!law.about.faults.is_empty(), "{} names no fault that it catches", law.about.name);
     }
 }
 
 #[test]
 fn names_are_unique_and_descriptions_complete() {
-    let names: BTreeSet<_> = laws::all().iter().map(|law| law.name).collect();
+    let names: BTreeSet<_> = laws::all().iter().map(|law| law.about.name).collect();
     assert_eq!(names.len(), laws::all().len());
     for law in laws::all() {
-        for text in [law.statement, law.source, law.oracle, law.bound] {
-            assert!(!text.is_empty(), "{} leaves something out", law.name);
+        for text in [law.about.statement, law.about.source, law.about.oracle, law.about.bound] {
+            assert!(!text.is_empty(), "{} leaves something out", law.about.name);
         }
-        assert_eq!(laws::named(law.name).map(|found| found.name), Some(law.name));
+        assert_eq!(laws::named(law.about.name).map(|found| found.about.name), Some(law.about.name));
     }
 }

@@ -55,7 +55,7 @@ fn refuted(law: &str, fault: &Fault, tableaux: &[&str]) {
         assert!(bad.is_broken(), "{}, problem {index}: {bad}\n{case}", fault.name);
         if index < 4 {
             let good = law.check(case, None);
-            assert!(good.holds(), "{}, problem {index}: {good}\n{case}", law.name);
+            assert!(good.holds(), "{}, problem {index}: {good}\n{case}", law.about.name);
         }
     }
 }

@@ -94,16 +94,17 @@ fn every_law_is_described() {
     }
     let all = euler_poincare::laws::all();
     for about in lists.into_iter().flatten() {
-        let statements: Vec<_> = all.iter().filter(|law| law.name == about.name).map(|law| law.statement).collect();
+        let statements: Vec<_> =
+            all.iter().filter(|law| law.about.name == about.name).map(|law| law.about.statement).collect();
         assert_eq!(statements, [about.statement], "`verify` runs {} once, in the same words", about.name);
     }
     for about in
         [user::algebra::LAWS, user::group::LAWS, user::lagrangian::LAWS, user::force::LAWS].into_iter().flatten()
     {
-        let named: Vec<_> = all.iter().filter(|law| law.name == about.name).collect();
+        let named: Vec<_> = all.iter().filter(|law| law.about.name == about.name).collect();
         let [law] = named[..] else { panic!("`verify` has {} laws called {}", named.len(), about.name) };
-        let texts = [law.statement, law.source, law.oracle, law.bound];
+        let texts = [law.about.statement, law.about.source, law.about.oracle, law.about.bound];
         assert_eq!(texts, [about.statement, about.source, about.oracle, about.bound], "{}", about.name);
-        assert_eq!((law.faults, law.cost), (about.faults, about.cost), "{}", about.name);
+        assert_eq!((law.about.faults, law.about.cost), (about.faults, about.cost), "{}", about.name);
     }
 }

@@ -65,22 +65,22 @@ fn programs_hold_any_text() {
 /// Cases of a law, as a campaign draws them.
 fn drawn(law: &CaseLaw, count: usize) -> Vec<Case> {
     let strategy = law.cases();
-    (0..count).filter_map(|index| draw(&strategy, 1, law.name, index).case.ok()).map(|(case, _)| case).collect()
+    (0..count).filter_map(|index| draw(&strategy, 1, law.about.name, index).case.ok()).map(|(case, _)| case).collect()
 }
 
 #[test]
 fn evidence_has_both_precisions_and_changes_no_verdict() {
     let mut seen = (0, 0);
-    for law in laws::all().into_iter().filter(|law| law.cost == Cost::Cheap) {
+    for law in laws::all().into_iter().filter(|law| law.about.cost == Cost::Cheap) {
         for case in drawn(law, 3) {
             let plain = verdict_on(law, &case, None);
             let (verdict, evidence) = judged(law, None, &case, Wanted::AllDigits);
-            assert_eq!(verdict, plain, "{}\n{case}", law.name);
+            assert_eq!(verdict, plain, "{}\n{case}", law.about.name);
             let Some((defect, _)) = plain.measured() else { continue };
-            assert!(!evidence.is_empty(), "{} tells nothing", law.name);
+            assert!(!evidence.is_empty(), "{} tells nothing", law.about.name);
             let digits: Vec<u32> = evidence.iter().map(Evidence::digits).collect();
             // The fast steps have 16 digits.
-            let both = !law.name.starts_with("fast-");
+            let both = !law.about.name.starts_with("fast-");
             seen.0 += usize::from(both);
             seen.1 += usize::from(both && digits.contains(&16) && digits.contains(&32));
             let worst = evidence.iter().any(|one| match one {
@@ -91,7 +91,7 @@ fn evidence_has_both_precisions_and_changes_no_verdict() {
                 }
                 Evidence::Levels { .. } => true,
             });
-            assert!(worst, "{}: {defect} is not among {evidence:?}", law.name);
+            assert!(worst, "{}: {defect} is not among {evidence:?}", law.about.name);
         }
     }
     assert!(seen.1 * 10 >= seen.0 * 9, "{seen:?}");
@@ -172,12 +172,12 @@ fn simpler_cases_are_of_the_law() {
             let mut told = 0;
             simpler(&strategy, &case, &mut |candidate| {
                 told += 1;
-                assert_eq!(candidate.check(), Ok(()), "{}\n{candidate}", law.name);
+                assert_eq!(candidate.check(), Ok(()), "{}\n{candidate}", law.about.name);
                 assert_ne!(candidate, case);
                 told >= 20
             });
             // A case may be the simplest already.
-            assert!(told > 0 || labels(&case).contains(&("dimension", "1".into())), "{}\n{case}", law.name);
+            assert!(told > 0 || labels(&case).contains(&("dimension", "1".into())), "{}\n{case}", law.about.name);
         }
     }
 }

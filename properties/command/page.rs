@@ -126,12 +126,12 @@ fn a_campaign_has_a_page_with_a_row_for_every_law() {
     assert_eq!(code(&faults), 0, "{}", stderr(&faults));
     let first = page(&here);
     let text = sound(&first);
-    let judged: Vec<_> = laws::all().into_iter().filter(|law| law.name.starts_with("retraction-")).collect();
+    let judged: Vec<_> = laws::all().into_iter().filter(|law| law.about.name.starts_with("retraction-")).collect();
     assert!(judged.len() >= 5);
     for law in judged {
-        assert_eq!(first.matches(&format!("id=\"law-{}\"", law.name)).count(), 1, "{}", law.name);
-        assert!(first.contains(&format!("href=\"#law-{}\"", law.name)), "{}", law.name);
-        assert!(text.contains(law.source), "{}", law.source);
+        assert_eq!(first.matches(&format!("id=\"law-{}\"", law.about.name)).count(), 1, "{}", law.about.name);
+        assert!(first.contains(&format!("href=\"#law-{}\"", law.about.name)), "{}", law.about.name);
+        assert!(text.contains(law.about.source), "{}", law.about.source);
     }
     assert!(text.contains("Nothing is broken: every law holds on every one of"), "{text:.600}");
     assert!(first.contains(FAULT) && text.contains("each was caught"));
@@ -366,21 +366,26 @@ fn between<'a>(text: &'a str, start: &str, end: &str) -> &'a str {
 fn the_formulas_of_every_law_and_fault_are_set() {
     let here = directory("page-formulas");
     let all = laws::all();
-    let names: Vec<_> = all.iter().map(|law| (law.name, 1)).collect();
+    let names: Vec<_> = all.iter().map(|law| (law.about.name, 1)).collect();
     let campaign = made_up(&here, &names, Some(""));
-    let faults: Vec<_> = all.iter().flat_map(|law| law.faults.iter().map(move |fault| (law, fault))).collect();
+    let faults: Vec<_> = all.iter().flat_map(|law| law.about.faults.iter().map(move |fault| (law, fault))).collect();
     let row = |law: &str, fault: &str| format!(r#"{{"law":"{law}","fault":"{fault}","caught_after":1}}"#) + "\n";
-    let rows: String = faults.iter().map(|(law, fault)| row(law.name, fault.name)).collect();
+    let rows: String = faults.iter().map(|(law, fault)| row(law.about.name, fault.name)).collect();
     fs::write(campaign.join("faults.jsonl"), rows).unwrap();
     let page = page(&here);
     sound(&page);
     for law in &all {
-        let row = between(&page, &format!(" id=\"law-{}\"", law.name), "</tr>");
-        assert_eq!(between(row, "<span class=\"law\">", "</span>").matches(law.name).count(), 2, "{}", law.name);
-        typeset(between(row, "<span class=\"statement\">", "</span>"), law.statement);
-        typeset(between(row, "<span class=\"source\">", "</span>"), law.source);
-        typeset(between(row, "<b>Oracle: </b>", "</p>"), law.oracle);
-        typeset(between(row, "<b>Bound: </b>", "</p>"), law.bound);
+        let row = between(&page, &format!(" id=\"law-{}\"", law.about.name), "</tr>");
+        assert_eq!(
+            between(row, "<span class=\"law\">", "</span>").matches(law.about.name).count(),
+            2,
+            "{}",
+            law.about.name
+        );
+        typeset(between(row, "<span class=\"statement\">", "</span>"), law.about.statement);
+        typeset(between(row, "<span class=\"source\">", "</span>"), law.about.source);
+        typeset(between(row, "<b>Oracle: </b>", "</p>"), law.about.oracle);
+        typeset(between(row, "<b>Bound: </b>", "</p>"), law.about.bound);
     }
     let section = between(&page, "<section id=\"faults\"", "</section>");
     let mut rows = section.split("<tr class=\"\">").skip(1);

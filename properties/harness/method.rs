@@ -112,7 +112,7 @@ fn a_step_that_diverges_is_left_out_if_it_is_larger_than_that_of_the_system() {
     for law in slopes() {
         for (diverges, broken) in [(step, false), (step / 3.0, true)] {
             let verdict = check_case(law, &Method { diverges, ..rk4() }, &case, &claims(4)).verdict;
-            assert_eq!(verdict.is_broken(), broken, "{} beyond {diverges}: {verdict}", law.name);
+            assert_eq!(verdict.is_broken(), broken, "{} beyond {diverges}: {verdict}", law.about.name);
         }
     }
 }
@@ -135,10 +135,10 @@ fn wrong_orders_are_refuted_and_right_ones_confirmed() {
     for law in &LAWS[..3] {
         for (k, (tableau, order)) in wrong.iter().enumerate() {
             let verdict = check_case(law, &Method::classical(tableau.clone()), &case, &claims(*order)).verdict;
-            assert!(verdict.is_broken(), "{} {k}: {verdict}", law.name);
+            assert!(verdict.is_broken(), "{} {k}: {verdict}", law.about.name);
         }
         let verdict = check_case(law, &rk4(), &case, &claims(4)).verdict;
-        assert!(verdict.holds(), "{}: {verdict}", law.name);
+        assert!(verdict.holds(), "{}: {verdict}", law.about.name);
     }
     // On both sides.
     let verdict = check_case(&LAWS[0], &rk4(), &case, &claims(3)).verdict;
@@ -151,7 +151,8 @@ fn the_slope_laws_draw_what_shows_an_error() {
     let gauss = Just(Description::Family(Family::Gauss, 1));
     for law in slopes() {
         let strategy = law.cases(cases().with_tableaux(gauss.clone())).boxed();
-        let drawn: Vec<Case> = (0..COUNT).map(|index| draw(&strategy, 5, law.name, index).case.unwrap().0).collect();
+        let drawn: Vec<Case> =
+            (0..COUNT).map(|index| draw(&strategy, 5, law.about.name, index).case.unwrap().0).collect();
         let share = |what: &dyn Fn(&Case) -> bool| drawn.iter().filter(|case| what(case)).count() as f64 / COUNT as f64;
         let with = |what: fn(&Term) -> bool| share(&|case: &Case| case.forces.iter().any(what));
         let unsymmetric = |rows: &[Vec<_>]| {
@@ -163,9 +164,9 @@ fn the_slope_laws_draw_what_shows_an_error() {
             case.forces.iter().any(|f| matches!(f, Term::LinearDrag(Drag::Matrix(rows)) if unsymmetric(rows)))
         });
         let free = share(&|case: &Case| case.forces.is_empty());
-        assert!(quadratic > 0.15, "{}: quadratic drag in {quadratic}", law.name);
-        assert!(matrix > 0.2, "{}: matrices without symmetry in {matrix}", law.name);
-        assert!(free < 0.25, "{}: no force in {free}", law.name);
+        assert!(quadratic > 0.15, "{}: quadratic drag in {quadratic}", law.about.name);
+        assert!(matrix > 0.2, "{}: matrices without symmetry in {matrix}", law.about.name);
+        assert!(free < 0.25, "{}: no force in {free}", law.about.name);
     }
 }
 
@@ -203,7 +204,7 @@ fn drag_that_is_read_wrongly_is_refuted() {
             let base = cases().algebras(&["so3", "se2"].map(|name| name.parse().unwrap()));
             let strategy = law.cases(base).boxed();
             (0..12).any(|index| {
-                let (case, _) = draw(&strategy, 9, law.name, index).case.unwrap();
+                let (case, _) = draw(&strategy, 9, law.about.name, index).case.unwrap();
                 check_case(law, &subject, &case, &Claims::default()).verdict.is_broken()
             })
         };

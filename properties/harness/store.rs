@@ -66,7 +66,7 @@ fn the_file_has_a_record_of_every_case_in_canonical_order() {
     let records: Vec<Record> = results(&path).lines().map(|line| serde_json::from_str(line).unwrap()).collect();
     let keys: Vec<_> = records.iter().map(|record| (record.law.as_str(), record.index)).collect();
     let expected: Vec<_> =
-        LAWS.iter().flat_map(|law| (0..law.cost().cases(50)).map(|index| (law.name(), index))).collect();
+        LAWS.iter().flat_map(|law| (0..law.about().cost.cases(50)).map(|index| (law.name(), index))).collect();
     assert_eq!(keys, expected);
     for record in &records {
         let case = euler_poincare::harness::draw(&UNDECIDED.cases(), 3, "undecided", record.index).case;

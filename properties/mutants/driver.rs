@@ -11,16 +11,16 @@ use std::process::ExitCode;
 fn main() -> ExitCode {
     let mut arguments = std::env::args().skip(1).map(|text| text.parse::<usize>().expect("two numbers"));
     let (seed, cases) = (arguments.next().expect("the seed") as u64, arguments.next().expect("the number of cases"));
-    let laws: Vec<_> = laws::all().into_iter().filter(|law| law.cost != Cost::Heavy).collect();
+    let laws: Vec<_> = laws::all().into_iter().filter(|law| law.about.cost != Cost::Heavy).collect();
     let strategies: Vec<_> = laws.iter().map(|law| (law.cases)(system::cases())).collect();
     let mut inconclusive = vec![0; laws.len()];
     let mut held = vec![0; laws.len()];
     for index in 0..cases {
         for (k, law) in laws.iter().enumerate() {
-            if index >= law.cost.cases(cases) {
+            if index >= law.about.cost.cases(cases) {
                 continue;
             }
-            let verdict = match draw(&strategies[k], seed, law.name, index).case {
+            let verdict = match draw(&strategies[k], seed, law.about.name, index).case {
                 Ok((case, _)) => verdict_on(*law, &case, None),
                 Err(why) => Verdict::Inconclusive { why },
             };
@@ -29,16 +29,16 @@ fn main() -> ExitCode {
                 Verdict::Inconclusive { .. } => inconclusive[k] += 1,
                 Verdict::NotApplicable { .. } => {}
                 Verdict::Broken { .. } => {
-                    println!("{} case {index}: {verdict}", law.name);
+                    println!("{} case {index}: {verdict}", law.about.name);
                     return ExitCode::FAILURE;
                 }
             }
         }
     }
     for (k, law) in laws.iter().enumerate() {
-        let run = law.cost.cases(cases).min(cases);
+        let run = law.about.cost.cases(cases).min(cases);
         if run >= 20 && (inconclusive[k] * 20 > run || held[k] * 2 <= run) {
-            println!("{}: of {run} cases {} held, {} inconclusive", law.name, held[k], inconclusive[k]);
+            println!("{}: of {run} cases {} held, {} inconclusive", law.about.name, held[k], inconclusive[k]);
             return ExitCode::FAILURE;
         }
     }

@@ -1,7 +1,7 @@
 //! The cases: sizes, directions and relations in their proportions; shrinking; printing.
 
 use super::SEED;
-use euler_poincare::harness::{Cost, Fault, Law, Verdict, draw, shrink};
+use euler_poincare::harness::{About, Cost, Fault, Law, Verdict, draw, shrink};
 use euler_poincare::laws::user::values::{Points, Values, ValuesError, ValuesTree, coordinates};
 use euler_poincare::scalar::{Dd, Number};
 use proptest::strategy::{BoxedStrategy, Strategy, ValueTree};
@@ -93,26 +93,17 @@ fn errors_say_what_does_not_fit() {
 struct Toy(bool);
 
 impl Law<Values> for Toy {
-    fn name(&self) -> &'static str {
-        "toy"
-    }
-    fn statement(&self) -> &'static str {
-        "as written"
-    }
-    fn source(&self) -> &'static str {
-        "none"
-    }
-    fn oracle(&self) -> &'static str {
-        "none"
-    }
-    fn bound_note(&self) -> &'static str {
-        "none"
-    }
-    fn cost(&self) -> Cost {
-        Cost::Cheap
-    }
-    fn faults(&self) -> &'static [Fault] {
-        &[]
+    fn about(&self) -> &About {
+        &About {
+            name: "toy",
+            statement: "as written",
+            source: "none",
+            oracle: "none",
+            bound: "none",
+            needs: "",
+            cost: Cost::Cheap,
+            faults: &[],
+        }
     }
     fn cases(&self) -> BoxedStrategy<Values> {
         Points::new().vectors(&["x", "y"], 3).boxed()

@@ -360,7 +360,7 @@ fn table(methods: &[Method], counts: &Counts) -> String {
     let mut text = String::from("method,law,seeds,cases,held,broken,inconclusive,not_applicable\n");
     for ((method, law), count) in counts {
         let Count { seeds, cases, held, broken, inconclusive, not_applicable, .. } = count;
-        let (method, law) = (methods[*method].name, LAWS[*law].name);
+        let (method, law) = (methods[*method].name, LAWS[*law].about.name);
         let _ = writeln!(text, "{method},{law},1-{seeds},{cases},{held},{broken},{inconclusive},{not_applicable}");
     }
     text
@@ -422,7 +422,7 @@ impl Campaign {
     fn seed(&self, law: usize, seed: u64, strategy: &BoxedStrategy<Case>) {
         let mut found: Vec<Count> = vec![Count::default(); self.methods.len()];
         for index in 0..self.cases {
-            let Ok((case, _)) = draw(strategy, seed, LAWS[law].name, index).case else { continue };
+            let Ok((case, _)) = draw(strategy, seed, LAWS[law].about.name, index).case else { continue };
             judge(law, &case, &self.methods, &mut |method, verdict| {
                 let count = &mut found[method];
                 count.cases += 1;
@@ -430,7 +430,7 @@ impl Campaign {
                     Verdict::Holds { .. } => count.held += 1,
                     Verdict::Broken { .. } => {
                         count.broken += 1;
-                        let (method, law) = (self.methods[method].name, LAWS[law].name);
+                        let (method, law) = (self.methods[method].name, LAWS[law].about.name);
                         println!("BROKEN {method} {law} seed {seed} case {index}: {verdict}");
                     }
                     Verdict::Inconclusive { why } => {
@@ -455,7 +455,7 @@ impl Campaign {
         if let Err(error) = std::fs::write(&self.file, table(&self.methods, &counts)) {
             eprintln!("{}: {error}", self.file);
         }
-        eprintln!("{} seed {seed}", LAWS[law].name);
+        eprintln!("{} seed {seed}", LAWS[law].about.name);
     }
 }
 
@@ -479,7 +479,7 @@ fn main() -> Result<ExitCode, Box<dyn Error>> {
     println!("{}", table(&campaign.methods, &counts));
     for ((method, law), count) in counts.iter() {
         for (why, times) in &count.why {
-            println!("{} {}: {times} {why}", campaign.methods[*method].name, LAWS[*law].name);
+            println!("{} {}: {times} {why}", campaign.methods[*method].name, LAWS[*law].about.name);
         }
     }
     let broken = counts.values().any(|count| count.broken > 0);

@@ -56,15 +56,16 @@ impl Table<'_> {
     /// Plants each fault of `laws`, and prints after how many cases it is caught.
     pub fn run(&self, laws: &[&'static CaseLaw], interrupt: &Interrupt) -> Result<ExitCode, Failure> {
         let file = self.out.map(|out| self.file(out)).transpose()?;
-        let groups: Vec<_> = laws.iter().map(|law| (law.name, Some(law.faults.len()), weight(law.cost))).collect();
+        let groups: Vec<_> =
+            laws.iter().map(|law| (law.about.name, Some(law.about.faults.len()), weight(law.about.cost))).collect();
         let bar = Bar::until(&groups, None, Some(interrupt.clone()));
         let mut faults: Vec<_> =
-            laws.iter().flat_map(|law| law.faults.iter().map(move |fault| (*law, fault))).enumerate().collect();
+            laws.iter().flat_map(|law| law.about.faults.iter().map(move |fault| (*law, fault))).enumerate().collect();
         // Expensive laws first, so that no long piece is left for the end.
-        faults.sort_by_key(|(_, (law, _))| std::cmp::Reverse(law.cost));
+        faults.sort_by_key(|(_, (law, _))| std::cmp::Reverse(law.about.cost));
         let caught = |(index, (law, fault)): &(usize, (&'static CaseLaw, &'static Fault))| {
             let catch = (!interrupt.is_set()).then(|| self.catch(law, fault));
-            bar.advance(law.name);
+            bar.advance(law.about.name);
             Some((*index, catch?))
         };
         let mut catches: Vec<_> = faults.par_iter().with_max_len(1).filter_map(caught).collect();
@@ -116,17 +117,17 @@ impl Table<'_> {
         let after = catch_fault(law, fault, seed, CASES);
         let smallest = after.filter(|_| self.sizes).and_then(|after| {
             // As many cases as the whole fault needed, at least.
-            catch_smallest(law, fault, seed, cases_for_size(law.cost).max(after))
+            catch_smallest(law, fault, seed, cases_for_size(law.about.cost).max(after))
         });
         let seconds = start.elapsed().as_secs_f64();
         let ratio = after.and_then(|after| ratio(law, fault, seed, after - 1));
-        Catch { law: law.name, fault, after, ratio, smallest, seconds }
+        Catch { law: law.about.name, fault, after, ratio, smallest, seconds }
     }
 }
 
 /// defect/bound of case `index` with the fault; infinite where the check found nothing to measure.
 fn ratio(law: &CaseLaw, fault: &Fault, seed: u64, index: usize) -> Option<f64> {
-    let (case, _) = draw(&law.cases(), seed, law.name, index).case.ok()?;
+    let (case, _) = draw(&law.cases(), seed, law.about.name, index).case.ok()?;
     verdict_on(law, &case, Some(fault)).ratio()
 }
 

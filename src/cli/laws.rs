@@ -35,7 +35,9 @@ pub fn run(arguments: Arguments) -> Result<ExitCode, Failure> {
     for (law, covered) in laws.into_iter().zip(covered) {
         // Writing to a String cannot fail.
         let _ = match arguments.format {
-            Format::Text => writeln!(text, "{} ({})\n{}\n", law.name, cost(law.cost), describe(law, covered.as_ref())),
+            Format::Text => {
+                writeln!(text, "{} ({})\n{}\n", law.about.name, cost(law.about.cost), describe(law, covered.as_ref()))
+            }
             Format::Json => writeln!(text, "{}", object(law, covered)),
         };
     }
@@ -65,7 +67,7 @@ struct Covered {
 
 fn covered(law: &CaseLaw) -> Covered {
     let strategy = law.cases();
-    let cases = (0..DRAWS).filter_map(|index| draw(&strategy, 0, law.name, index).case.ok());
+    let cases = (0..DRAWS).filter_map(|index| draw(&strategy, 0, law.about.name, index).case.ok());
     let seen: Vec<(&str, String)> = cases.flat_map(|(case, _)| labels(&case)).collect();
     let of = |category: &str| {
         seen.iter().filter(|(name, _)| *name == category).map(|(_, label)| label.clone()).collect::<BTreeSet<_>>()
@@ -88,30 +90,30 @@ fn cost(cost: Cost) -> &'static str {
 
 fn describe(law: &CaseLaw, covered: Option<&Covered>) -> String {
     let mut rows = vec![
-        ("statement", law.statement.to_owned()),
-        ("source", law.source.to_owned()),
-        ("oracle", law.oracle.to_owned()),
-        ("bound", law.bound.to_owned()),
+        ("statement", law.about.statement.to_owned()),
+        ("source", law.about.source.to_owned()),
+        ("oracle", law.about.oracle.to_owned()),
+        ("bound", law.about.bound.to_owned()),
     ];
     if let Some(covered) = covered {
         rows.push(("algebras", format!("{}; bases: {}", list(&covered.algebras), list(&covered.bases))));
         rows.push(("retraction", list(&covered.retractions)));
     }
     let fault = |fault: &Fault| format!("{}: {}; visible on {}", fault.name, fault.what, fault.visible_on);
-    rows.extend(law.faults.iter().map(|f| ("fault", fault(f))));
+    rows.extend(law.about.faults.iter().map(|f| ("fault", fault(f))));
     entries(2, rows)
 }
 
 fn object(law: &CaseLaw, covered: Option<Covered>) -> serde_json::Value {
     let fault = |f: &Fault| json!({ "name": f.name, "what": f.what, "visible_on": f.visible_on });
     let mut object = json!({
-        "law": law.name,
-        "cost": cost(law.cost),
-        "statement": law.statement,
-        "source": law.source,
-        "oracle": law.oracle,
-        "bound": law.bound,
-        "faults": law.faults.iter().map(fault).collect::<Vec<_>>(),
+        "law": law.about.name,
+        "cost": cost(law.about.cost),
+        "statement": law.about.statement,
+        "source": law.about.source,
+        "oracle": law.about.oracle,
+        "bound": law.about.bound,
+        "faults": law.about.faults.iter().map(fault).collect::<Vec<_>>(),
     });
     if let (Some(covered), Some(object)) = (covered, object.as_object_mut()) {
         object.insert("algebras".into(), json!(covered.algebras));
@@ -123,13 +125,13 @@ fn object(law: &CaseLaw, covered: Option<Covered>) -> serde_json::Value {
 
 /// The laws that the comma-separated patterns name in full.
 pub fn exact(patterns: Option<&str>) -> Vec<&'static str> {
-    let named = |pattern: &str| laws::named(pattern.trim()).map(|law| law.name);
+    let named = |pattern: &str| laws::named(pattern.trim()).map(|law| law.about.name);
     patterns.unwrap_or_default().split(',').filter_map(named).collect()
 }
 
 /// The names of all laws, for messages.
 pub fn names() -> String {
-    laws::all().iter().map(|law| law.name).collect::<Vec<_>>().join(", ")
+    laws::all().iter().map(|law| law.about.name).collect::<Vec<_>>().join(", ")
 }
 
 /// The laws that any of the comma-separated patterns selects, in the order of [`laws::all`]; all without a pattern.
@@ -147,7 +149,7 @@ pub fn select(patterns: Option<&str>) -> Result<Vec<&'static CaseLaw>, Failure> 
             _ if pattern.contains(['*', '?']) => glob(pattern.as_bytes(), name.as_bytes()),
             _ => name.contains(pattern),
         };
-        let hits: Vec<usize> = (0..all.len()).filter(|i| matches(all[*i].name)).collect();
+        let hits: Vec<usize> = (0..all.len()).filter(|i| matches(all[*i].about.name)).collect();
         if hits.is_empty() {
             return Err(Failure::Usage(format!("no law matches \"{pattern}\"; the laws are: {}", names())));
         }

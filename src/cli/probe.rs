@@ -146,14 +146,16 @@ pub fn run(arguments: Arguments) -> Result<ExitCode, Failure> {
     let external = start(&arguments.command, timeout, &interrupt)?;
     let probe = Probe { external: &external, laws: &laws, systems, claims, shrinking: shrinking(arguments.shrink) };
     let each = probe.checks() / laws.len().max(1);
-    let groups: Vec<_> =
-        laws.iter().map(|law| (law.name, Some(each), if law.cost == Cost::Cheap { 1 } else { 10 })).collect();
+    let groups: Vec<_> = laws
+        .iter()
+        .map(|law| (law.about.name, Some(each), if law.about.cost == Cost::Cheap { 1 } else { 10 }))
+        .collect();
     let bar = Bar::until(&groups, None, Some(interrupt));
     let report = probe.run(|law, _| bar.advance(law));
     bar.clear();
     let save = |law: &LawReport, broken: &Broken| {
         let record = Record {
-            law: law.law.name.into(),
+            law: law.law.about.name.into(),
             command: arguments.command.clone(),
             timeout,
             claims,
@@ -217,11 +219,11 @@ fn select(patterns: Option<&str>) -> Result<Vec<&'static MethodLaw>, Failure> {
     let Some(patterns) = patterns else { return Ok(LAWS.iter().collect()) };
     let mut selected: Vec<&'static MethodLaw> = Vec::new();
     for pattern in patterns.split(',').map(|pattern| pattern.trim().trim_matches('*')) {
-        let hits = LAWS.iter().filter(|law| !pattern.is_empty() && law.name.contains(pattern));
+        let hits = LAWS.iter().filter(|law| !pattern.is_empty() && law.about.name.contains(pattern));
         let before = selected.len();
         selected.extend(hits);
         if selected.len() == before {
-            let names: Vec<_> = LAWS.iter().map(|law| law.name).collect();
+            let names: Vec<_> = LAWS.iter().map(|law| law.about.name).collect();
             let names = names.join(", ");
             return Err(Failure::Usage(format!("no law matches \"{pattern}\"; the laws of methods are: {names}")));
         }
@@ -288,7 +290,7 @@ fn text(report: &ProbeReport, saved: &[Saved]) -> String {
         let rows: Vec<_> = report
             .laws
             .iter()
-            .flat_map(|law| of(law).iter().map(|(why, count)| (law.law.name, format!("{count} × {why}"))))
+            .flat_map(|law| of(law).iter().map(|(why, count)| (law.law.about.name, format!("{count} × {why}"))))
             .collect();
         if !rows.is_empty() {
             let _ = write!(text, "\n{title}\n{}\n", entries(2, rows));
@@ -334,7 +336,8 @@ fn confirmed(claim: &ClaimReport) -> String {
 
 /// The first and the last line.
 fn verdict(report: &ProbeReport) -> String {
-    let broken: Vec<_> = report.laws.iter().filter(|law| !law.broken.is_empty()).map(|law| law.law.name).collect();
+    let broken: Vec<_> =
+        report.laws.iter().filter(|law| !law.broken.is_empty()).map(|law| law.law.about.name).collect();
     let broken = if broken.is_empty() { "NOTHING BROKEN".into() } else { format!("BROKEN ({})", some(&broken)) };
     let outcome = match report.conclusion() {
         Conclusion::Interrupted => format!("INTERRUPTED, {broken} so far"),
@@ -366,7 +369,7 @@ fn row(law: &LawReport) -> Vec<String> {
     let number = |number: Option<f64>| number.map(|x| format!("{x:.1e}")).unwrap_or_default();
     let order = |order: Option<f64>| order.map(|x| format!("{x:.2}")).unwrap_or_default();
     vec![
-        law.law.name.to_owned(),
+        law.law.about.name.to_owned(),
         law.cases.to_string(),
         law.held.to_string(),
         law.broken.len().to_string(),
@@ -401,7 +404,7 @@ impl Replayed<'_> {
         }
         let record = Record::from_json(text).map_err(|error| Failure::file(path, error))?;
         let law = named(&record.law).ok_or_else(|| {
-            let names: Vec<_> = LAWS.iter().map(|law| law.name).collect();
+            let names: Vec<_> = LAWS.iter().map(|law| law.about.name).collect();
             Failure::file(path, format!("law: is \"{}\"; allowed: {}", record.law, names.join(", ")))
         })?;
         let command = if self.command.is_empty() { &record.command } else { self.command };

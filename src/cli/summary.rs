@@ -270,13 +270,13 @@ pub fn broken(subject: &PlantedLaw, summary: &Summary<Case>) -> String {
         indices.push("…".into());
     }
     let law = subject.law;
-    let mut rows = vec![("statement", law.statement.to_owned()), ("source", law.source.to_owned())];
+    let mut rows = vec![("statement", law.about.statement.to_owned()), ("source", law.about.source.to_owned())];
     rows.extend(subject.fault.map(|fault| ("planted", format!("{}: {}", fault.name, fault.what))));
     if !summary.irreproducible.is_empty() {
         let indices: Vec<_> = summary.irreproducible.iter().map(ToString::to_string).collect();
         rows.push(("differs", format!("case {} held when checked a second time", indices.join(", "))));
     }
     let (count, cases) = (summary.broken.len(), summary.cases);
-    let heading = format!("BROKEN {}: {count} of {cases} cases ({})", law.name, indices.join(", "));
+    let heading = format!("BROKEN {}: {count} of {cases} cases ({})", law.about.name, indices.join(", "));
     format!("{}\n{}\n", paragraph(&heading), entries(2, rows))
 }

@@ -89,7 +89,7 @@ pub fn run(arguments: Arguments) -> Result<ExitCode, Failure> {
         return pool.install(|| table.run(&laws, &interrupt));
     }
     let subjects = subjects(laws, arguments.plant.as_deref())?;
-    let kept = pool.install(|| failure::regressions(|law| subjects.iter().any(|s| s.law.name == law)))?;
+    let kept = pool.install(|| failure::regressions(|law| subjects.iter().any(|s| s.law.about.name == law)))?;
     let cases = match (arguments.cases, arguments.minutes) {
         (None, None) => Some(CASES),
         (cases, _) => cases.map(|cases| cases as usize),
@@ -203,9 +203,9 @@ impl Plan<'_> {
 
     fn bar(&self, recorded: &Recorded<Case>) -> Bar {
         let group = |(subject, done): (&PlantedLaw, &Done)| {
-            let cost = subject.law.cost;
+            let cost = subject.law.about.cost;
             let left = self.cases.map(|cases| self.shard().size(cost.cases(cases)).saturating_sub(done.len()));
-            (subject.law.name, left, weight(cost))
+            (subject.law.about.name, left, weight(cost))
         };
         let groups: Vec<_> = self.subjects.iter().zip(&recorded.done).map(group).collect();
         Bar::until(&groups, self.limit, Some(self.interrupt.clone()))
@@ -213,7 +213,8 @@ impl Plan<'_> {
 
     /// How the run ended, where that is not plain, and where its records are.
     fn end(&self, report: &CampaignReport<Case>, store: Option<&Store>) -> String {
-        let planned = |cases| self.subjects.iter().map(|s| self.shard().size(s.law.cost.cases(cases))).sum::<usize>();
+        let planned =
+            |cases| self.subjects.iter().map(|s| self.shard().size(s.law.about.cost.cases(cases))).sum::<usize>();
         let checked: usize = report.laws.iter().map(|law| law.cases).sum();
         let of = self.cases.map(|cases| format!(" of {}", planned(cases))).unwrap_or_default();
         let ended = match (report.ending, self.limit) {
@@ -239,8 +240,8 @@ impl Plan<'_> {
 /// The laws, or those that know the fault called `plant`, with it.
 fn subjects(laws: Vec<&'static CaseLaw>, plant: Option<&str>) -> Result<Vec<PlantedLaw>, Failure> {
     let Some(name) = plant else { return Ok(laws.into_iter().map(|law| PlantedLaw { law, fault: None }).collect()) };
-    let known: BTreeSet<_> = laws.iter().flat_map(|law| law.faults.iter().map(|fault| fault.name)).collect();
-    let fault = |law: &CaseLaw| law.faults.iter().find(|fault| fault.name == name);
+    let known: BTreeSet<_> = laws.iter().flat_map(|law| law.about.faults.iter().map(|fault| fault.name)).collect();
+    let fault = |law: &CaseLaw| law.about.faults.iter().find(|fault| fault.name == name);
     let subjects: Vec<PlantedLaw> =
         laws.into_iter().filter_map(|law| Some(PlantedLaw { law, fault: Some(fault(law)?) })).collect();
     if subjects.is_empty() {
@@ -295,7 +296,7 @@ fn remove_failures(subjects: &[PlantedLaw], directory: &Path) -> io::Result<()> 
     for entry in entries {
         let path = entry?.path();
         let name = path.file_name().and_then(|name| name.to_str()).unwrap_or_default();
-        let ours = |s: &PlantedLaw| name.strip_prefix(s.law.name).is_some_and(|rest| rest.starts_with("-seed"));
+        let ours = |s: &PlantedLaw| name.strip_prefix(s.law.about.name).is_some_and(|rest| rest.starts_with("-seed"));
         if name.ends_with(".json") && subjects.iter().any(ours) {
             fs::remove_file(&path)?;
         }
@@ -306,7 +307,7 @@ fn remove_failures(subjects: &[PlantedLaw], directory: &Path) -> io::Result<()> 
 fn broken_text(subject: &PlantedLaw, summary: &Summary<Case>, place: &Place) -> String {
     let saved = summary.failures.iter().map(|failure| {
         let replay = Replay {
-            law: subject.law.name.into(),
+            law: subject.law.about.name.into(),
             seed: failure.seed,
             index: failure.index as u64,
             fault: subject.fault.map(|fault| fault.name.into()),

@@ -245,7 +245,7 @@ impl Probe<'_> {
     ) {
         let law = report.law;
         let case = match (&self.systems, strategy) {
-            (Drawn::Random { seed, .. }, Some(strategy)) => match draw(strategy, *seed, law.name, index).case {
+            (Drawn::Random { seed, .. }, Some(strategy)) => match draw(strategy, *seed, law.about.name, index).case {
                 Ok((case, _)) => case,
                 Err(_) => return report.record(index, &Verdict::inconclusive(NO_CASE).into()),
             },
@@ -257,7 +257,7 @@ impl Probe<'_> {
             return;
         }
         report.record(index, &judged.outcome);
-        progress(law.name, &judged.outcome.verdict);
+        progress(law.about.name, &judged.outcome.verdict);
         if !judged.outcome.verdict.is_broken() || report.failure.is_some() {
             return;
         }

@@ -202,7 +202,7 @@ pub(super) fn compared(
     };
     for question in questions(law, case, findings)? {
         let answer = ask(&question);
-        if let (Some(from), "method-reversibility") = (answer, law.name) {
+        if let (Some(from), "method-reversibility") = (answer, law.about.name) {
             ask(&Question { what: "the step back from there", from, h: -question.h, ..question });
         }
     }
@@ -215,7 +215,7 @@ fn questions(law: &MethodLaw, case: &Case, findings: Option<&Findings>) -> Optio
     let (start, h) = (theory.start().convert::<f64>(), theory.step().to_f64());
     let question = |what, from: &Point<f64>, h| Question { what, case: case.clone(), from: from.clone(), h };
     let mut list = vec![question("a step from the start", &start, h)];
-    match law.name {
+    match law.about.name {
         "method-equivariance" => {
             if let Some(k) = theory.element() {
                 let attitude = product(&k.iter().map(|x| x.to_f64()).collect::<Vec<_>>(), &start.attitude);

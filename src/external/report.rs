@@ -172,10 +172,10 @@ impl ProbeReport {
         let claim = |law: &'static MethodLaw| {
             let claim = law.claim(&self.claims)?;
             let Some(report) = self.laws.iter().find(|report| report.law == law) else {
-                let why = Some(format!("{} is not among the selected laws", law.name));
+                let why = Some(format!("{} is not among the selected laws", law.about.name));
                 return Some(ClaimReport {
                     claim,
-                    law: law.name,
+                    law: law.about.name,
                     cases: 0,
                     confirmed: 0,
                     broken: 0,
@@ -186,7 +186,7 @@ impl ProbeReport {
             let most = report.unconfirmed.iter().max_by_key(|(_, count)| **count);
             Some(ClaimReport {
                 claim,
-                law: law.name,
+                law: law.about.name,
                 cases: report.cases,
                 confirmed: report.confirmed,
                 broken: report.broken.len(),

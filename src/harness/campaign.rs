@@ -62,7 +62,7 @@ impl<C> Recorded<C> {
     pub fn none(laws: &[&dyn Law<C>], shard: Shard) -> Self {
         Self {
             done: laws.iter().map(|_| Done::new(shard)).collect(),
-            laws: laws.iter().map(|law| Summary::new(law.name(), law.cost())).collect(),
+            laws: laws.iter().map(|law| Summary::new(law.name(), law.about().cost)).collect(),
         }
     }
 }
@@ -76,7 +76,7 @@ type Halts<'a> = &'a (dyn Fn() -> Halt + Sync);
 ///
 /// ```
 /// use euler_poincare::harness::{
-///     BoxedStrategy, Campaign, Cost, Count, Ending, Failure, Fault, Halt, Law, Line, CampaignReport, NoShard, Progress, Record, Shard,
+///     About, BoxedStrategy, Campaign, Cost, Count, Ending, Failure, Fault, Halt, Law, Line, CampaignReport, NoShard, Progress, Record, Shard,
 ///     Sink, Summary, Verdict, Worst, catch_fault,
 /// };
 /// use proptest::strategy::Strategy;
@@ -88,26 +88,17 @@ type Halts<'a> = &'a (dyn Fn() -> Halt + Sync);
 /// const SINGLE: Fault = Fault::new("single", "the root in single precision", "every number");
 ///
 /// impl Law<f64> for Root {
-///     fn name(&self) -> &'static str {
-///         "root-square"
-///     }
-///     fn statement(&self) -> &'static str {
-///         "√(x²) = x for x ≥ 0"
-///     }
-///     fn source(&self) -> &'static str {
-///         "IEEE 754"
-///     }
-///     fn oracle(&self) -> &'static str {
-///         "x itself"
-///     }
-///     fn bound_note(&self) -> &'static str {
-///         "two roundings"
-///     }
-///     fn cost(&self) -> Cost {
-///         Cost::Cheap
-///     }
-///     fn faults(&self) -> &'static [Fault] {
-///         &[SINGLE]
+///     fn about(&self) -> &About {
+///         &About {
+///             name: "root-square",
+///             statement: "√(x²) = x for x ≥ 0",
+///             source: "IEEE 754",
+///             oracle: "x itself",
+///             bound: "two roundings",
+///             needs: "",
+///             cost: Cost::Cheap,
+///             faults: &[SINGLE],
+///         }
 ///     }
 ///     fn cases(&self) -> BoxedStrategy<f64> {
 ///         (1.0..100.0).boxed()
@@ -232,7 +223,7 @@ impl<'a, C: Clone + Debug + Send + 'static> Campaign<'a, C> {
     /// Runs every law on those of its cases that are not recorded, and reports on all: the report is that of a campaign
     /// that was never interrupted. `recorded` has an entry for each law; its shard is that of the campaign.
     pub fn resume(&self, laws: &[&dyn Law<C>], recorded: Recorded<C>) -> CampaignReport<C> {
-        let costs: Vec<_> = laws.iter().map(|law| law.cost()).collect();
+        let costs: Vec<_> = laws.iter().map(|law| law.about().cost).collect();
         let Recorded { done, laws: mut summaries } = recorded;
         let queue = Queue::new(&costs, self.cases, self.shard, done);
         self.progress.start(queue.left());
@@ -290,7 +281,7 @@ struct Run<'a, C> {
 impl<C: Clone + Debug + Send + 'static> Run<'_, C> {
     /// Case after case, until none is left or it is told to stop; what this thread has found, by law.
     fn work(&self) -> Vec<Summary<C>> {
-        let mut summaries: Vec<_> = self.laws.iter().map(|law| Summary::new(law.name(), law.cost())).collect();
+        let mut summaries: Vec<_> = self.laws.iter().map(|law| Summary::new(law.name(), law.about().cost)).collect();
         // A strategy cannot be shared between threads: each builds it once.
         let mut strategies: Vec<Option<BoxedStrategy<C>>> = self.laws.iter().map(|_| None).collect();
         while let Some((law, indices)) = self.next() {

@@ -193,30 +193,45 @@ impl Cost {
     }
 }
 
+/// What a law says, whatever the subject: the same words where it is listed, on every supplier's subjects, and in records.
+///
+/// Laws of one statement on subjects of several suppliers have one such value.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct About {
+    /// A short unique name, in kebab case.
+    pub name: &'static str,
+    /// The formula.
+    pub statement: &'static str,
+    /// The theorem, definition or equation that it comes from: author, year, number.
+    pub source: &'static str,
+    /// What the subject is compared with, and why that is independent.
+    pub oracle: &'static str,
+    /// How the bound is derived.
+    pub bound: &'static str,
+    /// What a subject has to have; empty if nothing.
+    pub needs: &'static str,
+    /// The class that decides the number of cases.
+    pub cost: Cost,
+    /// What can be planted in the subject.
+    pub faults: &'static [Fault],
+}
+
 /// A statement about cases of type `C` that can be checked on each.
 ///
 /// A check is a function of the case and the fault alone: no clocks, no randomness, no state.
 pub trait Law<C>: Send + Sync {
-    /// A short unique name, in kebab case.
-    fn name(&self) -> &'static str;
+    /// What it says.
+    fn about(&self) -> &About;
 
-    /// The formula.
-    fn statement(&self) -> &'static str;
-
-    /// The theorem, definition or equation that it comes from: author, year, number.
-    fn source(&self) -> &'static str;
-
-    /// What the subject is compared with, and why that is independent.
-    fn oracle(&self) -> &'static str;
-
-    /// How the bound is derived.
-    fn bound_note(&self) -> &'static str;
-
-    /// The class that decides the number of cases.
-    fn cost(&self) -> Cost;
+    /// Its short unique name.
+    fn name(&self) -> &'static str {
+        self.about().name
+    }
 
     /// The faults that `check` knows how to plant.
-    fn faults(&self) -> &'static [Fault];
+    fn faults(&self) -> &'static [Fault] {
+        self.about().faults
+    }
 
     /// The strategy that draws cases, valid by construction.
     fn cases(&self) -> BoxedStrategy<C>;

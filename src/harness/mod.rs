@@ -25,7 +25,7 @@ pub use campaign::{Campaign, Halt, Progress, Recorded, Sink, catch_fault, catch_
 pub use draw::{Drawn, Tree, case_seed, draw};
 pub(crate) use guard::guarded;
 pub use guard::verdict_on;
-pub use law::{Cost, Fault, Law, Verdict};
+pub use law::{About, Cost, Fault, Law, Verdict};
 pub use plan::{Done, NoShard, Shard};
 pub use record::Record;
 pub use shrink::{Failure, Shrunk, shrink, shrink_from};

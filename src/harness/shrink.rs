@@ -67,7 +67,7 @@ pub(super) fn shrink_while<C: Debug>(
 /// A case that was given, shrunk.
 ///
 /// ```
-/// use euler_poincare::harness::{BoxedStrategy, Cost, Drawn, Failure, Fault, Law, Shrunk, Tree, Verdict, draw, shrink, shrink_from};
+/// use euler_poincare::harness::{About, BoxedStrategy, Cost, Drawn, Failure, Fault, Law, Shrunk, Tree, Verdict, draw, shrink, shrink_from};
 /// use proptest::prelude::any;
 /// use proptest::strategy::Strategy;
 ///
@@ -75,26 +75,17 @@ pub(super) fn shrink_while<C: Debug>(
 /// struct Small;
 ///
 /// impl Law<u32> for Small {
-///     fn name(&self) -> &'static str {
-///         "small"
-///     }
-///     fn statement(&self) -> &'static str {
-///         "n < 100"
-///     }
-///     fn source(&self) -> &'static str {
-///         "none"
-///     }
-///     fn oracle(&self) -> &'static str {
-///         "100"
-///     }
-///     fn bound_note(&self) -> &'static str {
-///         "exact"
-///     }
-///     fn cost(&self) -> Cost {
-///         Cost::Cheap
-///     }
-///     fn faults(&self) -> &'static [Fault] {
-///         &[]
+///     fn about(&self) -> &About {
+///         &About {
+///             name: "small",
+///             statement: "n < 100",
+///             source: "none",
+///             oracle: "100",
+///             bound: "exact",
+///             needs: "",
+///             cost: Cost::Cheap,
+///             faults: &[],
+///         }
 ///     }
 ///     fn cases(&self) -> BoxedStrategy<u32> {
 ///         any::<u32>().boxed()

@@ -14,7 +14,7 @@ use crate::groupoid::{
     Groupoid, LieAlgebroid, LieGroupoid, Lowered, at_unit, bracket_of_fields, left_field, push_inverse, push_left,
     push_right, push_source, push_target, push_unit, right_field, section_bracket,
 };
-use crate::harness::{Cost, Fault};
+use crate::harness::{About, Cost, Fault};
 use crate::scalar::{Dual, Real};
 use nalgebra::DVector;
 use proptest::strategy::Strategy;
@@ -37,13 +37,16 @@ const NO_DERIVATIVES: Fault = Fault::new(
 macro_rules! law {
     ($name:literal, $question:expr, $faults:expr) => {
         CaseLaw {
-            name: $name,
-            statement: $question.statement(),
-            source: $question.source(),
-            oracle: $question.oracle(),
-            bound: BOUND,
-            cost: Cost::Cheap,
-            faults: $faults,
+            about: About {
+                name: $name,
+                statement: $question.statement(),
+                source: $question.source(),
+                oracle: $question.oracle(),
+                bound: BOUND,
+                needs: "a group",
+                cost: Cost::Cheap,
+                faults: $faults,
+            },
             cases: |cases| cases.with_group().boxed(),
             check: |case, fault| {
                 settle(case, fault, Check { case, fault, kinds: None, which: Which::Algebroid($question) })

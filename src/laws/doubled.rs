@@ -9,7 +9,7 @@ use super::subjects::{HALF_FORCE, LEFT_FOR_RIGHT, NO_FORCE_DERIVATIVE, PlantedFo
 use super::{CaseLaw, Source};
 use crate::algebra::{Covector, Matrix, Vector};
 use crate::group::LieGroup;
-use crate::harness::{Cost, Fault};
+use crate::harness::{About, Cost, Fault};
 use crate::integrators::doubled::{Doubled, DoubledState};
 use crate::integrators::{OneStep, StepError, Variational};
 use crate::mechanics::Force;
@@ -30,47 +30,56 @@ pub const fn laws<S: Source>() -> &'static [CaseLaw<S>] {
     const {
         &[
             CaseLaw {
-                name: "doubled-restriction",
-                statement: "the doubled step started on a unit (μ, e, μ) ends on one, and its μ is the restricted step's",
-                source: "Martín de Diego and Sato Martín de Almagro 2019, §5.2 and Thm 5.3",
-                oracle: "the doubled scheme on (λ, U, μ), which shares no residual with the restricted one",
-                bound: "two precisions; floor 2⁹ s N u: two solves, the doubled one of twice the size",
-                cost: Cost::Cheap,
-                faults: &[
-                    CHART,
-                    FORCE_INDEX,
-                    UNCONJUGATED,
-                    NO_FORCE,
-                    NOT_TRANSPORTED,
-                    FIRST_STAGE,
-                    FORCE_TIME,
-                    RIGHT_TANGENT,
-                    HALF_FORCE,
-                ],
+                about: About {
+                    name: "doubled-restriction",
+                    statement: "the doubled step started on a unit (μ, e, μ) ends on one, and its μ is the restricted step's",
+                    source: "Martín de Diego and Sato Martín de Almagro 2019, §5.2 and Thm 5.3",
+                    oracle: "the doubled scheme on (λ, U, μ), which shares no residual with the restricted one",
+                    bound: "two precisions; floor 2⁹ s N u: two solves, the doubled one of twice the size",
+                    needs: "a group",
+                    cost: Cost::Cheap,
+                    faults: &[
+                        CHART,
+                        FORCE_INDEX,
+                        UNCONJUGATED,
+                        NO_FORCE,
+                        NOT_TRANSPORTED,
+                        FIRST_STAGE,
+                        FORCE_TIME,
+                        RIGHT_TANGENT,
+                        HALF_FORCE,
+                    ],
+                },
                 cases: |cases| cases.with_group().boxed(),
                 check: |case, fault| settle_small(case, fault, Check { case, fault, which: Which::Restriction }, MOST),
             },
             CaseLaw {
-                name: "doubled-splitting",
-                statement: "on a unit the Jacobian of the doubled stage equations is [[A, B], [B, A]], and A + B is that of the \
+                about: About {
+                    name: "doubled-splitting",
+                    statement: "on a unit the Jacobian of the doubled stage equations is [[A, B], [B, A]], and A + B is that of the \
                     restricted ones",
-                source: "Martín de Diego and Sato Martín de Almagro 2019, §5.2, proof of Thm 5.3",
-                oracle: "the Jacobian of the restricted scheme, which shares no residual with the doubled one",
-                bound: "two precisions; floor 2⁸ s N u relative to the largest entry",
-                cost: Cost::Cheap,
-                faults: &[HALF_FORCE, NO_FORCE_DERIVATIVE, LEFT_FOR_RIGHT],
+                    source: "Martín de Diego and Sato Martín de Almagro 2019, §5.2, proof of Thm 5.3",
+                    oracle: "the Jacobian of the restricted scheme, which shares no residual with the doubled one",
+                    bound: "two precisions; floor 2⁸ s N u relative to the largest entry",
+                    needs: "a group; a force",
+                    cost: Cost::Cheap,
+                    faults: &[HALF_FORCE, NO_FORCE_DERIVATIVE, LEFT_FOR_RIGHT],
+                },
                 cases: |cases| cases.with_group().forced().boxed(),
                 check: |case, fault| settle_small(case, fault, Check { case, fault, which: Which::Splitting }, MOST),
             },
             CaseLaw {
-                name: "doubled-momentum-map",
-                statement: "Ad*_{g̃⁻¹} μ − Ad*_{g⁻¹} λ is constant along the doubled flow, off the units too",
-                source: "Martín de Diego and Sato Martín de Almagro 2019, §3 and §5: the diagonal action on G×G and Noether's \
+                about: About {
+                    name: "doubled-momentum-map",
+                    statement: "Ad*_{g̃⁻¹} μ − Ad*_{g⁻¹} λ is constant along the doubled flow, off the units too",
+                    source: "Martín de Diego and Sato Martín de Almagro 2019, §3 and §5: the diagonal action on G×G and Noether's \
                  theorem",
-                oracle: "Ad by conjugation with the attitude matrices g and g̃, which the momenta do not see",
-                bound: "two precisions; floor 2⁹ s N u a step",
-                cost: Cost::Moderate,
-                faults: &[LEFT_FOR_RIGHT, ADJOINT_INVERTED, SHIFTED],
+                    oracle: "Ad by conjugation with the attitude matrices g and g̃, which the momenta do not see",
+                    bound: "two precisions; floor 2⁹ s N u a step",
+                    needs: "a group; a force; an algebra that is not abelian",
+                    cost: Cost::Moderate,
+                    faults: &[LEFT_FOR_RIGHT, ADJOINT_INVERTED, SHIFTED],
+                },
                 cases: |cases| cases.with_group().forced_nonabelian().boxed(),
                 check: |case, fault| settle_small(case, fault, Check { case, fault, which: Which::MomentumMap }, 3),
             },

@@ -8,7 +8,7 @@ use super::subjects::*;
 use super::{CaseLaw, Source};
 use crate::algebra::{Matrix, Vector, pair};
 use crate::group::{LieGroup, MatrixGroup};
-use crate::harness::{Cost, Fault, Verdict, evidence};
+use crate::harness::{About, Cost, Fault, Verdict, evidence};
 use crate::mechanics::doubled::{DoubledLagrangian, Forced, VelocityError};
 use crate::mechanics::equations::EulerPoincare;
 use crate::mechanics::{Force, Lagrangian};
@@ -25,46 +25,55 @@ pub const fn laws<S: Source>() -> &'static [CaseLaw<S>] {
     const {
         &[
             CaseLaw {
-                name: "first-variation",
-                statement: "d/dε l(η_ε, U_ε, ψ_ε) = −⟨residual, (φσ, φσ̃)⟩ + d/dt(⟨∂l/∂η, φσ⟩ + ⟨∂l/∂ψ, φσ̃⟩) along any curve",
-                source: SOURCE,
-                oracle: "the value of l along curves of matrices g(t)(1 + εφσ), differentiated by nested duals in t and ε; \
+                about: About {
+                    name: "first-variation",
+                    statement: "d/dε l(η_ε, U_ε, ψ_ε) = −⟨residual, (φσ, φσ̃)⟩ + d/dt(⟨∂l/∂η, φσ⟩ + ⟨∂l/∂ψ, φσ̃⟩) along any curve",
+                    source: SOURCE,
+                    oracle: "the value of l along curves of matrices g(t)(1 + εφσ), differentiated by nested duals in t and ε; \
                  η_ε = g_ε⁻¹ġ_ε is computed from the matrices, without a formula for δη; l is l_f or, in half of the \
                  cases, a random polynomial of no symmetry",
-                bound: "two precisions; floor 2⁸ N u relative to the terms",
-                cost: Cost::Cheap,
-                faults: &[
-                    EL_BRACKET_SIGN,
-                    EL_SIDES,
-                    EL_POTENTIAL_SIGN,
-                    LEFT_FOR_RIGHT,
-                    NO_FORCE_DERIVATIVE,
-                    HALF_FORCE,
-                ],
+                    bound: "two precisions; floor 2⁸ N u relative to the terms",
+                    needs: "a group",
+                    cost: Cost::Cheap,
+                    faults: &[
+                        EL_BRACKET_SIGN,
+                        EL_SIDES,
+                        EL_POTENTIAL_SIGN,
+                        LEFT_FOR_RIGHT,
+                        NO_FORCE_DERIVATIVE,
+                        HALF_FORCE,
+                    ],
+                },
                 cases: |cases| cases.main_dimensions().with_group().boxed(),
                 check: |case, fault| {
                     settle_main_small(case, fault, Check { case, fault, which: Which::FirstVariation }, 9)
                 },
             },
             CaseLaw {
-                name: "units-carry-forced-euler-poincare",
-                statement: "on (η, e, η) both Euler–Lagrange equations of l_f hold with the η̇ of forced Euler–Poincaré; U̇ = 0",
-                source: "Martín de Diego and Sato Martín de Almagro 2019, Prop 3.2",
-                oracle: "the equations on g* of (l, f), through the Legendre transform of l",
-                bound: "two precisions; floor 2⁸ N u relative to the terms",
-                cost: Cost::Cheap,
-                faults: &[EL_BRACKET_SIGN, EL_POTENTIAL_SIGN, HALF_FORCE],
+                about: About {
+                    name: "units-carry-forced-euler-poincare",
+                    statement: "on (η, e, η) both Euler–Lagrange equations of l_f hold with the η̇ of forced Euler–Poincaré; U̇ = 0",
+                    source: "Martín de Diego and Sato Martín de Almagro 2019, Prop 3.2",
+                    oracle: "the equations on g* of (l, f), through the Legendre transform of l",
+                    bound: "two precisions; floor 2⁸ N u relative to the terms",
+                    needs: "a group",
+                    cost: Cost::Cheap,
+                    faults: &[EL_BRACKET_SIGN, EL_POTENTIAL_SIGN, HALF_FORCE],
+                },
                 cases: |cases| cases.main_dimensions().with_group().boxed(),
                 check: |case, fault| settle_main_small(case, fault, Check { case, fault, which: Which::Units }, 9),
             },
             CaseLaw {
-                name: "stationary-action",
-                statement: "along solutions, dS/dε = 0 for the action S of curves g(1 + εφσ), g̃(1 + εφσ̃) with fixed ends",
-                source: SOURCE,
-                oracle: "the action of varied curves of matrices, by Simpson's rule at the nodes of a Runge–Kutta solution",
-                bound: "the largest change of dS/dε when the step is halved, twice (both rules are of order 4)",
-                cost: Cost::Expensive,
-                faults: &[EL_BRACKET_SIGN, EL_SIDES, EL_POTENTIAL_SIGN, ARROW_SIDES],
+                about: About {
+                    name: "stationary-action",
+                    statement: "along solutions, dS/dε = 0 for the action S of curves g(1 + εφσ), g̃(1 + εφσ̃) with fixed ends",
+                    source: SOURCE,
+                    oracle: "the action of varied curves of matrices, by Simpson's rule at the nodes of a Runge–Kutta solution",
+                    bound: "the largest change of dS/dε when the step is halved, twice (both rules are of order 4)",
+                    needs: "a group",
+                    cost: Cost::Expensive,
+                    faults: &[EL_BRACKET_SIGN, EL_SIDES, EL_POTENTIAL_SIGN, ARROW_SIDES],
+                },
                 cases: |cases| cases.main_dimensions().with_group().smooth().boxed(),
                 check: |case, fault| match case.visit_main::<f64, _>(&Plant(fault), Stationary { case, fault }) {
                     Ok(verdict) => verdict,

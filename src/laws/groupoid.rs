@@ -13,7 +13,7 @@ use crate::algebra::Matrix;
 use crate::groupoid::{
     AtiyahGroupoid, Axiom, Groupoid, LieGroupoid, PrincipalBundle, SphereFrames, left_translation, right_translation,
 };
-use crate::harness::{Cost, Fault};
+use crate::harness::{About, Cost, Fault};
 use crate::mechanics::{Force, Lagrangian};
 use crate::retraction::{CayleySo3, Retraction, RetractionError};
 use crate::scalar::Real;
@@ -38,13 +38,16 @@ pub(super) const FAULTS: &[Fault] = &[INVERSE_KEEPS_U, SECOND_INVERTED, ENDS_KEP
 macro_rules! axioms {
     ($name:literal, $statement:literal, $source:expr, $kinds:expr, $faults:expr) => {
         CaseLaw {
-            name: $name,
-            statement: $statement,
-            source: $source,
-            oracle: ORACLE,
-            bound: BOUND,
-            cost: Cost::Cheap,
-            faults: $faults,
+            about: About {
+                name: $name,
+                statement: $statement,
+                source: $source,
+                oracle: ORACLE,
+                bound: BOUND,
+                needs: "a group",
+                cost: Cost::Cheap,
+                faults: $faults,
+            },
             cases: |cases| cases.with_group().boxed(),
             check: |case, fault| settle(case, fault, Check { case, fault, kinds: Some($kinds), which: Which::Axioms }),
         }
@@ -99,14 +102,17 @@ pub const fn laws<S: Source>() -> &'static [CaseLaw<S>] {
                 &[INVERSE_KEEPS_U, SECOND_INVERTED, ENDS_KEPT, PRODUCT_KEEPS_END, UNCHECKED, ACTION_INVERTED]
             ),
             CaseLaw {
-                name: "groupoid-translations",
-                statement: "L_g and R_g are inverse to L_{g⁻¹} and R_{g⁻¹}, take α-fibres to α-fibres and β-fibres to β-fibres, \
+                about: About {
+                    name: "groupoid-translations",
+                    statement: "L_g and R_g are inverse to L_{g⁻¹} and R_{g⁻¹}, take α-fibres to α-fibres and β-fibres to β-fibres, \
                     and L_g L_h = L_{gh}, R_h R_g = R_{gh}",
-                source: "Martín de Diego and Sato Martín de Almagro 2019, Def 4.2",
-                oracle: "the element translated there and back, on two groupoids of the case",
-                bound: BOUND,
-                cost: Cost::Cheap,
-                faults: &[INVERSE_KEEPS_U, SECOND_INVERTED, ENDS_KEPT, PRODUCT_KEEPS_END, UNMATCHED],
+                    source: "Martín de Diego and Sato Martín de Almagro 2019, Def 4.2",
+                    oracle: "the element translated there and back, on two groupoids of the case",
+                    bound: BOUND,
+                    needs: "a group",
+                    cost: Cost::Cheap,
+                    faults: &[INVERSE_KEEPS_U, SECOND_INVERTED, ENDS_KEPT, PRODUCT_KEEPS_END, UNMATCHED],
+                },
                 cases: |cases| cases.with_group().boxed(),
                 check: |case, fault| {
                     settle(case, fault, Check { case, fault, kinds: None, which: Which::Translations })

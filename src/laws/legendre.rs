@@ -6,7 +6,7 @@ use super::probe::{Probe, stream};
 use super::subjects::*;
 use super::{CaseLaw, Source};
 use crate::algebra::{Matrix, Vector, elimination, pair};
-use crate::harness::{Cost, Fault};
+use crate::harness::{About, Cost, Fault};
 use crate::mechanics::Force;
 use crate::mechanics::Lagrangian;
 use crate::mechanics::doubled::{DoubledLagrangian, Forced, VelocityError};
@@ -26,50 +26,59 @@ pub const fn laws<S: Source>() -> &'static [CaseLaw<S>] {
     const {
         &[
             CaseLaw {
-                name: "legendre-round-trip",
-                statement: "velocities(FL×(η, U, ψ)) = (η, ψ); ⟨FL×(v), v⟩_× = d/ds l(sη, U, sψ) at s = 1",
-                source: SOURCE,
-                oracle: "the velocities that the momenta were made from; the value of l on dual numbers, for l_f or, in half of the \
+                about: About {
+                    name: "legendre-round-trip",
+                    statement: "velocities(FL×(η, U, ψ)) = (η, ψ); ⟨FL×(v), v⟩_× = d/ds l(sη, U, sψ) at s = 1",
+                    source: SOURCE,
+                    oracle: "the velocities that the momenta were made from; the value of l on dual numbers, for l_f or, in half of the \
                  cases, a random polynomial",
-                bound: BOUND,
-                cost: Cost::Cheap,
-                faults: &[LEGENDRE_SIGN, LEGENDRE_ON_UNITS],
+                    bound: BOUND,
+                    needs: "a group",
+                    cost: Cost::Cheap,
+                    faults: &[LEGENDRE_SIGN, LEGENDRE_ON_UNITS],
+                },
                 cases: |cases| cases.main_dimensions().with_group().boxed(),
                 check: |case, fault| settle_main_small(case, fault, Check { case, fault, which: Which::RoundTrip }, 5),
             },
             CaseLaw {
-                name: "legendre-intertwines",
-                statement: "FL× carries the Euler–Lagrange vector field of l to the Hamiltonian one of h̃ = E_l∘(FL×)⁻¹",
-                source: SOURCE,
-                oracle: "each vector field against the other: one solves for accelerations, the other is that of a bracket; for \
+                about: About {
+                    name: "legendre-intertwines",
+                    statement: "FL× carries the Euler–Lagrange vector field of l to the Hamiltonian one of h̃ = E_l∘(FL×)⁻¹",
+                    source: SOURCE,
+                    oracle: "each vector field against the other: one solves for accelerations, the other is that of a bracket; for \
                  l_f or, in half of the cases, a random polynomial",
-                bound: BOUND,
-                cost: Cost::Cheap,
-                faults: &[
-                    EL_BRACKET_SIGN,
-                    EL_SIDES,
-                    EL_POTENTIAL_SIGN,
-                    ARROW_SIDES,
-                    LEGENDRE_SIGN,
-                    LEGENDRE_ON_UNITS,
-                    HAMILTON_SIGN,
-                    HAMILTON_SIDES,
-                    HAMILTON_ARROW,
-                ],
+                    bound: BOUND,
+                    needs: "a group",
+                    cost: Cost::Cheap,
+                    faults: &[
+                        EL_BRACKET_SIGN,
+                        EL_SIDES,
+                        EL_POTENTIAL_SIGN,
+                        ARROW_SIDES,
+                        LEGENDRE_SIGN,
+                        LEGENDRE_ON_UNITS,
+                        HAMILTON_SIGN,
+                        HAMILTON_SIDES,
+                        HAMILTON_ARROW,
+                    ],
+                },
                 cases: |cases| cases.main_dimensions().with_group().boxed(),
                 check: |case, fault| {
                     settle_main_small(case, fault, Check { case, fault, which: Which::Intertwines }, 5)
                 },
             },
             CaseLaw {
-                name: "legendre-hamiltonian",
-                statement: "at FL×(v): h̃ = E_l(v), Fh̃×(FL×(v)) = v and dh̃ = −⟨dλ, η⟩ − ∂l/∂U dU + ⟨dμ, ψ⟩",
-                source: SOURCE,
-                oracle: "E_l on dual numbers at the velocities that the momenta were made from; the value of h̃ on dual numbers, \
+                about: About {
+                    name: "legendre-hamiltonian",
+                    statement: "at FL×(v): h̃ = E_l(v), Fh̃×(FL×(v)) = v and dh̃ = −⟨dλ, η⟩ − ∂l/∂U dU + ⟨dμ, ψ⟩",
+                    source: SOURCE,
+                    oracle: "E_l on dual numbers at the velocities that the momenta were made from; the value of h̃ on dual numbers, \
                  through the inverse transform, along a random direction",
-                bound: BOUND,
-                cost: Cost::Cheap,
-                faults: &[FIBRE_SIGN, LEGENDRE_SIGN, LEGENDRE_ON_UNITS],
+                    bound: BOUND,
+                    needs: "a group",
+                    cost: Cost::Cheap,
+                    faults: &[FIBRE_SIGN, LEGENDRE_SIGN, LEGENDRE_ON_UNITS],
+                },
                 cases: |cases| cases.main_dimensions().with_group().boxed(),
                 check: |case, fault| {
                     settle_main_small(case, fault, Check { case, fault, which: Which::Hamiltonian }, 5)

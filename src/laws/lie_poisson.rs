@@ -8,7 +8,7 @@ use super::subjects::turning;
 use super::{CaseLaw, Source};
 use crate::algebra::{Covector, Entry, LieAlgebra, Vector, pair};
 use crate::group::LieGroup;
-use crate::harness::{Cost, Fault};
+use crate::harness::{About, Cost, Fault};
 use crate::mechanics::equations::{EulerPoincare, Rates};
 use crate::mechanics::lie_poisson::{Bracket, MomentumFunction, hamiltonian_field};
 use crate::mechanics::{Force, Lagrangian, LegendreError};
@@ -53,49 +53,61 @@ pub const fn laws<S: Source>() -> &'static [CaseLaw<S>] {
     const {
         &[
             CaseLaw {
-                name: "lie-poisson-bracket",
-                statement: "{F, K} = −⟨μ, [F', K']⟩ is antisymmetric, a derivation, obeys Jacobi, and is dF along μ̇ = ad*_{K'} μ; \
+                about: About {
+                    name: "lie-poisson-bracket",
+                    statement: "{F, K} = −⟨μ, [F', K']⟩ is antisymmetric, a derivation, obeys Jacobi, and is dF along μ̇ = ad*_{K'} μ; \
                     {⟨·, ξ⟩, ⟨·, ζ⟩} \
                     = −⟨·, ξζ − ζξ⟩",
-                source: "Martín de Diego and Sato Martín de Almagro 2019, (2.7)",
-                oracle: "the identities, for random cubic polynomials and nested dual numbers; commutators of matrices (structure \
+                    source: "Martín de Diego and Sato Martín de Almagro 2019, (2.7)",
+                    oracle: "the identities, for random cubic polynomials and nested dual numbers; commutators of matrices (structure \
                  constants where there is no group)",
-                bound: BOUND,
-                cost: Cost::Cheap,
-                faults: &[BRACKET_SIGN, BRACKET_SYMMETRIC],
+                    bound: BOUND,
+                    needs: "an algebra that is not abelian",
+                    cost: Cost::Cheap,
+                    faults: &[BRACKET_SIGN, BRACKET_SYMMETRIC],
+                },
                 cases: |cases| cases.main_dimensions().nonabelian().boxed(),
                 check: |case, fault| settle_main(case, fault, Check { case, fault, which: Which::Bracket }),
             },
             CaseLaw {
-                name: "lie-poisson-equations",
-                statement: "Ḟ = {F, h} + ⟨f̃, F'⟩ along μ̇ = ad*_η μ + f, for any function F",
-                source: "Martín de Diego and Sato Martín de Almagro 2019, §2.2, (2.5) and (2.8)",
-                oracle: "the bracket of F with the Legendre transform h of l, differentiated on dual numbers",
-                bound: BOUND,
-                cost: Cost::Cheap,
-                faults: &[BRACKET_SIGN, BRACKET_SYMMETRIC, NO_FORCE, COAD_SIGN, TRANSPOSED, ENERGY_SUM],
+                about: About {
+                    name: "lie-poisson-equations",
+                    statement: "Ḟ = {F, h} + ⟨f̃, F'⟩ along μ̇ = ad*_η μ + f, for any function F",
+                    source: "Martín de Diego and Sato Martín de Almagro 2019, §2.2, (2.5) and (2.8)",
+                    oracle: "the bracket of F with the Legendre transform h of l, differentiated on dual numbers",
+                    bound: BOUND,
+                    needs: "a force; an algebra that is not abelian",
+                    cost: Cost::Cheap,
+                    faults: &[BRACKET_SIGN, BRACKET_SYMMETRIC, NO_FORCE, COAD_SIGN, TRANSPOSED, ENERGY_SUM],
+                },
                 cases: |cases| cases.main_dimensions().forced_nonabelian().boxed(),
                 check: |case, fault| settle_main(case, fault, Check { case, fault, which: Which::Equations }),
             },
             CaseLaw {
-                name: "energy-rate",
-                statement: "h'(μ) = η, h(l'(η)) = E(η), and dE/dt = ⟨f, η⟩",
-                source: "Martín de Diego and Sato Martín de Almagro 2019, §2.2",
-                oracle: "h on dual numbers, through the inverse Legendre transform",
-                bound: BOUND,
-                cost: Cost::Cheap,
-                faults: &[NO_FORCE, TRANSPOSED, ENERGY_SUM],
+                about: About {
+                    name: "energy-rate",
+                    statement: "h'(μ) = η, h(l'(η)) = E(η), and dE/dt = ⟨f, η⟩",
+                    source: "Martín de Diego and Sato Martín de Almagro 2019, §2.2",
+                    oracle: "h on dual numbers, through the inverse Legendre transform",
+                    bound: BOUND,
+                    needs: "a force",
+                    cost: Cost::Cheap,
+                    faults: &[NO_FORCE, TRANSPOSED, ENERGY_SUM],
+                },
                 cases: |cases| cases.main_dimensions().forced().boxed(),
                 check: |case, fault| settle_main(case, fault, Check { case, fault, which: Which::Energy }),
             },
             CaseLaw {
-                name: "casimir-rate",
-                statement: "ad*_{C'(μ)} μ = 0, and dC/dt = ⟨f, C'⟩ along forced motion, for every Casimir C",
-                source: "Martín de Diego and Sato Martín de Almagro 2019, §2.2",
-                oracle: "the value of C on dual numbers along the rates, and along ad*_ξ μ for random ξ",
-                bound: BOUND,
-                cost: Cost::Cheap,
-                faults: &[NO_FORCE, TRANSPOSED],
+                about: About {
+                    name: "casimir-rate",
+                    statement: "ad*_{C'(μ)} μ = 0, and dC/dt = ⟨f, C'⟩ along forced motion, for every Casimir C",
+                    source: "Martín de Diego and Sato Martín de Almagro 2019, §2.2",
+                    oracle: "the value of C on dual numbers along the rates, and along ad*_ξ μ for random ξ",
+                    bound: BOUND,
+                    needs: "a force",
+                    cost: Cost::Cheap,
+                    faults: &[NO_FORCE, TRANSPOSED],
+                },
                 cases: |cases| with_casimirs(cases).forced().boxed(),
                 check: |case, fault| settle_main(case, fault, Check { case, fault, which: Which::Casimirs }),
             },

@@ -9,7 +9,7 @@ use super::subjects::{
 use super::{CaseLaw, Source};
 use crate::algebra::{Covector, Matrix, Vector};
 use crate::group::LieGroup;
-use crate::harness::{Cost, Fault};
+use crate::harness::{About, Cost, Fault};
 use crate::mechanics::doubled::{DoubledLagrangian, Forced, partials_by_duals, velocity_hessian_by_duals};
 use crate::mechanics::{Force, Lagrangian};
 use crate::retraction::{Retraction, RetractionError};
@@ -25,45 +25,54 @@ pub const fn laws<S: Source>() -> &'static [CaseLaw<S>] {
     const {
         &[
             CaseLaw {
-                name: "coupling-antisymmetry",
-                statement: "k_f(ψ, U⁻¹, η) = −k_f(η, U, ψ), and both forms of k_f agree",
-                source: "Martín de Diego and Sato Martín de Almagro 2019, §3, before Prop 3.2",
-                oracle: "the same function at the inverse arrow, and the form with τ⁻¹(U⁻¹)",
-                bound: BOUND,
-                cost: Cost::Cheap,
-                faults: &[FIRST_COPY_ONLY, COUPLING_SUM, TIME_SHIFT],
+                about: About {
+                    name: "coupling-antisymmetry",
+                    statement: "k_f(ψ, U⁻¹, η) = −k_f(η, U, ψ), and both forms of k_f agree",
+                    source: "Martín de Diego and Sato Martín de Almagro 2019, §3, before Prop 3.2",
+                    oracle: "the same function at the inverse arrow, and the form with τ⁻¹(U⁻¹)",
+                    bound: BOUND,
+                    needs: "a group; a force",
+                    cost: Cost::Cheap,
+                    faults: &[FIRST_COPY_ONLY, COUPLING_SUM, TIME_SHIFT],
+                },
                 cases: |cases| cases.with_group().forced().boxed(),
                 check: |case, fault| settle(case, fault, Check { case, fault, which: Which::Coupling }),
             },
             CaseLaw {
-                name: "doubled-antisymmetry",
-                statement: "l_f(ψ, U⁻¹, η) = −l_f(η, U, ψ)",
-                source: "Martín de Diego and Sato Martín de Almagro 2019, §3 and Thm 5.3",
-                oracle: "the same function at the inverse arrow",
-                bound: BOUND,
-                cost: Cost::Cheap,
-                faults: &[FIRST_COPY_ONLY, COUPLING_SUM, PLUS],
+                about: About {
+                    name: "doubled-antisymmetry",
+                    statement: "l_f(ψ, U⁻¹, η) = −l_f(η, U, ψ)",
+                    source: "Martín de Diego and Sato Martín de Almagro 2019, §3 and Thm 5.3",
+                    oracle: "the same function at the inverse arrow",
+                    bound: BOUND,
+                    needs: "a group",
+                    cost: Cost::Cheap,
+                    faults: &[FIRST_COPY_ONLY, COUPLING_SUM, PLUS],
+                },
                 cases: |cases| cases.with_group().boxed(),
                 check: |case, fault| settle(case, fault, Check { case, fault, which: Which::Doubled }),
             },
             CaseLaw {
-                name: "doubled-partials",
-                statement: "∂l_f/∂η, L*_U ∂l_f/∂U, R*_U ∂l_f/∂U, ∂l_f/∂ψ and the second derivatives in the velocities in closed \
+                about: About {
+                    name: "doubled-partials",
+                    statement: "∂l_f/∂η, L*_U ∂l_f/∂U, R*_U ∂l_f/∂U, ∂l_f/∂ψ and the second derivatives in the velocities in closed \
                     form; on units L*∂l_f/∂U = R*∂l_f/∂U = f(η)",
-                source: "Martín de Diego and Sato Martín de Almagro 2019, Thm 3.1 and Prop 3.2",
-                oracle: "the derivatives of the value of l_f on dual numbers, and f itself on the units",
-                bound: BOUND,
-                cost: Cost::Cheap,
-                faults: &[
-                    PLUS,
-                    TIME_SHIFT,
-                    LEFT_FOR_RIGHT,
-                    NO_FORCE_DERIVATIVE,
-                    HALF_FORCE,
-                    CUT_INVERSE,
-                    BERNOULLI,
-                    ADJOINT_INVERTED,
-                ],
+                    source: "Martín de Diego and Sato Martín de Almagro 2019, Thm 3.1 and Prop 3.2",
+                    oracle: "the derivatives of the value of l_f on dual numbers, and f itself on the units",
+                    bound: BOUND,
+                    needs: "a group",
+                    cost: Cost::Cheap,
+                    faults: &[
+                        PLUS,
+                        TIME_SHIFT,
+                        LEFT_FOR_RIGHT,
+                        NO_FORCE_DERIVATIVE,
+                        HALF_FORCE,
+                        CUT_INVERSE,
+                        BERNOULLI,
+                        ADJOINT_INVERTED,
+                    ],
+                },
                 cases: |cases| cases.with_group().boxed(),
                 check: |case, fault| settle_small(case, fault, Check { case, fault, which: Which::Partials }, 9),
             },

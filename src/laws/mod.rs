@@ -22,46 +22,12 @@
 //! | [`trial`] | nothing: the order of one tableau on one case, for the command |
 //! | `planted`, `subjects` | nothing: the plain step and the continuous theory in which faults are planted |
 //! | `instances` | nothing: the groupoids of a case, in which faults are planted |
+//! | `differences` | nothing: derivatives by differences, with their errors |
 //! | `polynomial` | nothing: random functions |
 //! | `source` | nothing: where the systems come from that laws judge |
 
-/// The words of a law and its cost, of a [`Law`] that is one of these or has one in a field.
-macro_rules! words_of {
-    ($($field:ident)?) => {
-        words_of!($($field)?, without faults);
-
-        fn faults(&self) -> &'static [$crate::harness::Fault] {
-            self$(.$field)?.faults
-        }
-    };
-    ($($field:ident)?, without faults) => {
-        fn name(&self) -> &'static str {
-            self$(.$field)?.name
-        }
-
-        fn statement(&self) -> &'static str {
-            self$(.$field)?.statement
-        }
-
-        fn source(&self) -> &'static str {
-            self$(.$field)?.source
-        }
-
-        fn oracle(&self) -> &'static str {
-            self$(.$field)?.oracle
-        }
-
-        fn bound_note(&self) -> &'static str {
-            self$(.$field)?.bound
-        }
-
-        fn cost(&self) -> $crate::harness::Cost {
-            self$(.$field)?.cost
-        }
-    };
-}
-
 pub mod algebroid;
+mod differences;
 pub mod discrete;
 pub mod doubled;
 pub mod euler_lagrange;
@@ -97,7 +63,7 @@ pub mod variational_error;
 #[doc(hidden)]
 pub use source::Source;
 
-use crate::harness::{Cost, Fault, Law, Verdict};
+use crate::harness::{About, Fault, Law, Verdict};
 use crate::system::simpler::simpler;
 use crate::system::{Case, Cases, cases};
 use proptest::strategy::BoxedStrategy;
@@ -112,7 +78,7 @@ use proptest::strategy::BoxedStrategy;
 /// use euler_poincare::system::{Case, Replay};
 ///
 /// let law: &CaseLaw = laws::named("retraction-adjoint").expect("a law");
-/// println!("{}: {} ({})", law.name, law.statement, law.source);
+/// println!("{}: {} ({})", law.about.name, law.about.statement, law.about.source);
 /// let report = Campaign::new(7, 5).run(&[law as &dyn Law<Case>]);
 /// assert!(report.holds());
 ///
@@ -122,7 +88,7 @@ use proptest::strategy::BoxedStrategy;
 ///     || panic!("not seen on the first case"),
 ///     |failure| failure.case,
 /// );
-/// let replay = Replay { law: law.name.into(), seed: 7, index: 0, fault: Some(fault.name.into()), case };
+/// let replay = Replay { law: law.about.name.into(), seed: 7, index: 0, fault: Some(fault.name.into()), case };
 /// let again: Replayed = Replayed::of(replay.clone(), Wanted::AsJudged)?;
 /// assert!(again.verdict.is_broken() && again.passes(), "a planted fault has to be seen");
 /// let unknown = Replayed::of(Replay { law: "no-law".into(), ..replay }, Wanted::AsJudged);
@@ -134,20 +100,8 @@ use proptest::strategy::BoxedStrategy;
 /// # Ok::<(), Box<dyn std::error::Error>>(())
 /// ```
 pub struct CaseLaw<S = Case> {
-    /// Short unique name, kebab case.
-    pub name: &'static str,
-    /// The formula.
-    pub statement: &'static str,
-    /// Where it is stated.
-    pub source: &'static str,
-    /// What the subject is compared with.
-    pub oracle: &'static str,
-    /// How the bound is derived.
-    pub bound: &'static str,
-    /// Cheap or expensive.
-    pub cost: Cost,
-    /// What can be planted.
-    pub faults: &'static [Fault],
+    /// What it says.
+    pub about: About,
     /// Draws cases from all, or from those that somebody has restricted further.
     pub cases: fn(Cases) -> BoxedStrategy<Case>,
     /// Judges one.
@@ -155,7 +109,9 @@ pub struct CaseLaw<S = Case> {
 }
 
 impl Law<Case> for CaseLaw {
-    words_of!();
+    fn about(&self) -> &About {
+        &self.about
+    }
 
     fn cases(&self) -> BoxedStrategy<Case> {
         (self.cases)(cases())
@@ -177,8 +133,8 @@ impl Law<Case> for CaseLaw {
 /// use euler_poincare::laws::{PlantedLaw, named};
 ///
 /// let law = named("retraction-inverse").expect("a law");
-/// let planted = PlantedLaw { law, fault: law.faults.first() };
-/// assert_eq!((planted.name(), planted.faults().len()), ("retraction-inverse", law.faults.len()));
+/// let planted = PlantedLaw { law, fault: law.about.faults.first() };
+/// assert_eq!((planted.name(), planted.faults().len()), ("retraction-inverse", law.about.faults.len()));
 /// ```
 #[derive(Clone, Copy)]
 pub struct PlantedLaw {
@@ -189,7 +145,9 @@ pub struct PlantedLaw {
 }
 
 impl Law<Case> for PlantedLaw {
-    words_of!(law);
+    fn about(&self) -> &About {
+        &self.law.about
+    }
 
     fn cases(&self) -> BoxedStrategy<Case> {
         self.law.cases()
@@ -235,5 +193,5 @@ pub fn all() -> Vec<&'static CaseLaw> {
 
 /// The law called `name`.
 pub fn named(name: &str) -> Option<&'static CaseLaw> {
-    all().into_iter().find(|law| law.name == name)
+    all().into_iter().find(|law| law.about.name == name)
 }

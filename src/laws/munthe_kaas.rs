@@ -6,7 +6,7 @@ use super::planted::tableau::{WRONG_STAGE, planted};
 use super::precision::{Measured, settle_main_small};
 use super::{CaseLaw, Source};
 use crate::algebra::{Covector, Vector};
-use crate::harness::{Cost, Fault};
+use crate::harness::{About, Cost, Fault};
 use crate::integrators::{MuntheKaas, OneStep};
 use crate::mechanics::equations::EulerPoincare;
 use crate::mechanics::{Force, Lagrangian};
@@ -19,13 +19,16 @@ use proptest::strategy::Strategy;
 pub const fn laws<S: Source>() -> &'static [CaseLaw<S>] {
     const {
         &[CaseLaw {
-            name: "munthe-kaas-step",
-            statement: "dτ_{Ξ_i} K_i = η_i, κ_i = ad*_{η_i} M_i + f_i, l'(η_i) = M_i, μ' = μ + h Σ b_j κ_j, with Ξ_i, M_i of the tableau",
-            source: "Munthe-Kaas 1999, algorithm 3",
-            oracle: "the equations, multiplied out with dτ; the step solves with dτ⁻¹",
-            bound: "two precisions; floor 2⁸ s N u: the fixed-point iteration stops at a relative change of a few u in s N equations",
-            cost: Cost::Cheap,
-            faults: &[WRONG_STAGE, INVERSE_MISSING, RIGHT_TANGENT],
+            about: About {
+                name: "munthe-kaas-step",
+                statement: "dτ_{Ξ_i} K_i = η_i, κ_i = ad*_{η_i} M_i + f_i, l'(η_i) = M_i, μ' = μ + h Σ b_j κ_j, with Ξ_i, M_i of the tableau",
+                source: "Munthe-Kaas 1999, algorithm 3",
+                oracle: "the equations, multiplied out with dτ; the step solves with dτ⁻¹",
+                bound: "two precisions; floor 2⁸ s N u: the fixed-point iteration stops at a relative change of a few u in s N equations",
+                needs: "",
+                cost: Cost::Cheap,
+                faults: &[WRONG_STAGE, INVERSE_MISSING, RIGHT_TANGENT],
+            },
             cases: |cases| cases.main_dimensions().boxed(),
             check: |case, fault| settle_main_small(case, fault, Check { fault }, 12),
         }]

@@ -8,7 +8,7 @@ use super::subjects::turning;
 use super::{CaseLaw, Source};
 use crate::algebra::{Covector, Matrix, Vector};
 use crate::group::LieGroup;
-use crate::harness::{Cost, Fault};
+use crate::harness::{About, Cost, Fault};
 use crate::mechanics::equations::EulerPoincare;
 use crate::mechanics::lie_poisson::{OrbitField, OrbitForce};
 use crate::mechanics::{Force, Lagrangian, LegendreError};
@@ -29,24 +29,30 @@ pub const fn laws<S: Source>() -> &'static [CaseLaw<S>] {
     const {
         &[
             CaseLaw {
-                name: "coadjoint-orbit-force",
-                statement: "with f = ad*_ζ μ: d/dt (Ad*_{k⁻¹} μ) = 0 for k̇ = k(η + ζ); with another force f₂ added, Ad*_{k⁻¹} f₂",
-                source: "Martín de Diego and Sato Martín de Almagro 2019, §2.2",
-                oracle: "Ad of matrices of the group, on dual numbers",
-                bound: BOUND,
-                cost: Cost::Cheap,
-                faults: &[ORBIT_TRANSPOSED, ORBIT_OTHER, COAD_SIGN],
+                about: About {
+                    name: "coadjoint-orbit-force",
+                    statement: "with f = ad*_ζ μ: d/dt (Ad*_{k⁻¹} μ) = 0 for k̇ = k(η + ζ); with another force f₂ added, Ad*_{k⁻¹} f₂",
+                    source: "Martín de Diego and Sato Martín de Almagro 2019, §2.2",
+                    oracle: "Ad of matrices of the group, on dual numbers",
+                    bound: BOUND,
+                    needs: "a group; an algebra that is not abelian",
+                    cost: Cost::Cheap,
+                    faults: &[ORBIT_TRANSPOSED, ORBIT_OTHER, COAD_SIGN],
+                },
                 cases: |cases| cases.main_dimensions().with_group().nonabelian().boxed(),
                 check: |case, fault| settle_main(case, fault, Check { case, fault, casimirs: false }),
             },
             CaseLaw {
-                name: "orbit-force-casimirs",
-                statement: "with f = ad*_ζ μ every Casimir is kept: dC/dt = 0",
-                source: "Martín de Diego and Sato Martín de Almagro 2019, §2.2",
-                oracle: "the value of C on dual numbers along the rates",
-                bound: BOUND,
-                cost: Cost::Cheap,
-                faults: &[ORBIT_TRANSPOSED, ORBIT_OTHER],
+                about: About {
+                    name: "orbit-force-casimirs",
+                    statement: "with f = ad*_ζ μ every Casimir is kept: dC/dt = 0",
+                    source: "Martín de Diego and Sato Martín de Almagro 2019, §2.2",
+                    oracle: "the value of C on dual numbers along the rates",
+                    bound: BOUND,
+                    needs: "",
+                    cost: Cost::Cheap,
+                    faults: &[ORBIT_TRANSPOSED, ORBIT_OTHER],
+                },
                 cases: |cases| with_casimirs(cases).boxed(),
                 check: |case, fault| settle_main(case, fault, Check { case, fault, casimirs: true }),
             },

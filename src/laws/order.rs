@@ -14,7 +14,7 @@ use super::{CaseLaw, Source};
 use crate::algebra::Vector;
 use crate::harness::convergence::{CLEAR_OF_NOISE, Estimate, Level, estimate};
 use crate::harness::evidence::{self, Evidence};
-use crate::harness::{Cost, Fault, Verdict};
+use crate::harness::{About, Cost, Fault, Verdict};
 use crate::integrators::{Classical, OneStep, State, StepError};
 use crate::mechanics::equations::EulerPoincare;
 use crate::mechanics::{Force, Lagrangian};
@@ -42,35 +42,41 @@ pub const fn laws<S: Source>() -> &'static [CaseLaw<S>] {
     const {
         &[
             CaseLaw {
-                name: "order-momentum-attitude",
-                statement: "Gauss 1–3 and Lobatto IIIA, IIIB 2–3 converge in μ and in g at the order of the pair (a, â)",
-                source: "Martín de Diego and Sato Martín de Almagro 2019, Thm 5.4",
-                oracle: "a classical Gauss method of order 16 on the vector field; the order computed from the bicoloured trees",
-                bound: BOUND,
-                cost: Cost::Expensive,
-                faults: &[
-                    INVERSE_SECOND,
-                    NO_SECOND,
-                    SWAPPED_SECOND,
-                    FORCE_INDEX,
-                    NO_FORCE,
-                    NOT_TRANSPORTED,
-                    FIRST_STAGE,
-                    INVERTED,
-                    FROM_LEFT,
-                    ORDER_TWO,
-                ],
+                about: About {
+                    name: "order-momentum-attitude",
+                    statement: "Gauss 1–3 and Lobatto IIIA, IIIB 2–3 converge in μ and in g at the order of the pair (a, â)",
+                    source: "Martín de Diego and Sato Martín de Almagro 2019, Thm 5.4",
+                    oracle: "a classical Gauss method of order 16 on the vector field; the order computed from the bicoloured trees",
+                    bound: BOUND,
+                    needs: "",
+                    cost: Cost::Expensive,
+                    faults: &[
+                        INVERSE_SECOND,
+                        NO_SECOND,
+                        SWAPPED_SECOND,
+                        FORCE_INDEX,
+                        NO_FORCE,
+                        NOT_TRANSPORTED,
+                        FIRST_STAGE,
+                        INVERTED,
+                        FROM_LEFT,
+                        ORDER_TWO,
+                    ],
+                },
                 cases: forced,
                 check: |case, fault| judge(case, fault, Which::Order),
             },
             CaseLaw {
-                name: "energy-balance",
-                statement: "E(T) − E(0) − h Σ b_i ⟨f_i, η_i⟩ → 0 at least at the order of the method",
-                source: "Martín de Diego and Sato Martín de Almagro 2019, §2.2: dE/dt = ⟨f(η), η⟩",
-                oracle: "the energy of the state; the work from the stages",
-                bound: BOUND,
-                cost: Cost::Expensive,
-                faults: &[NO_FORCE, NOT_TRANSPORTED, NO_SECOND],
+                about: About {
+                    name: "energy-balance",
+                    statement: "E(T) − E(0) − h Σ b_i ⟨f_i, η_i⟩ → 0 at least at the order of the method",
+                    source: "Martín de Diego and Sato Martín de Almagro 2019, §2.2: dE/dt = ⟨f(η), η⟩",
+                    oracle: "the energy of the state; the work from the stages",
+                    bound: BOUND,
+                    needs: "",
+                    cost: Cost::Expensive,
+                    faults: &[NO_FORCE, NOT_TRANSPORTED, NO_SECOND],
+                },
                 cases: forced,
                 check: |case, fault| judge(case, fault, Which::Balance),
             },

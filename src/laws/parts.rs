@@ -10,15 +10,19 @@ mod groupoid;
 use super::CaseLaw;
 use super::lie_poisson::with_casimirs;
 use super::probe::{Probe, stream};
+use super::subjects::forcing;
 use super::user::algebra::{self, UserAlgebra};
 use super::user::force::{self, UserForce};
 use super::user::group::{self, UserGroup};
 use super::user::lagrangian::{self, UserLagrangian};
-use super::user::part::{About, Subject};
+use super::user::part::Subject;
 use super::user::system::WithCasimirs;
 use super::user::values::Values;
-use crate::harness::{BoxedStrategy, Cost, Fault, Verdict, draw};
-use crate::scalar::{Dd, Number};
+use crate::algebra::{Covector, LieAlgebra, Vector};
+use crate::harness::{About, BoxedStrategy, Cost, Fault, Verdict, draw};
+use crate::mechanics::Lagrangian;
+use crate::mechanics::lagrangian::AnyLagrangian;
+use crate::scalar::{Dd, Number, Real};
 use crate::system::case::{Case, Drag, Force};
 use crate::system::dispatch::{General, Pairing};
 use crate::system::rates::Rates;
@@ -111,22 +115,12 @@ fn judge(law: &About, part: Result<Option<Box<dyn Erased>>, CaseError>, case: &C
 
 /// The law number I of a supplier.
 const fn law<K: Supplier, const I: usize>() -> CaseLaw {
-    let About { name, statement, source, oracle, bound, needs: _, faults, cost } = K::LAWS[I];
+    let about = K::LAWS[I];
     let cost = match K::COST {
         Some(cost) => cost,
-        None => cost,
+        None => about.cost,
     };
-    CaseLaw {
-        name,
-        statement,
-        source,
-        oracle,
-        bound,
-        cost,
-        faults,
-        cases: |cases| K::cases(&K::LAWS[I], cases),
-        check: check::<K, I>,
-    }
+    CaseLaw { about: About { cost, ..about }, cases: |cases| K::cases(&K::LAWS[I], cases), check: check::<K, I> }
 }
 
 /// Laws of a supplier, by their numbers, and how many of its laws are laws on cases of their own (by the same names): a
@@ -144,8 +138,8 @@ laws!(FORCE, OfForce, 0 1 2 3 4 5 6);
 laws!(GROUPOID, groupoid::OfGroupoid, 0 1 2 3 4 5 6 7 8 9);
 // Fields and brackets: `algebroid`.
 laws!(LIE_GROUPOID, groupoid::OfLieGroupoid, 0 1 2, elsewhere: 5);
-// Antisymmetry and units: `discrete`, on actions and on random polynomials.
-laws!(DISCRETE, discrete::OfDiscrete, 0 1 2 3, elsewhere: 2);
+// Slopes, antisymmetry and units: `discrete`, on actions and on random polynomials.
+laws!(DISCRETE, discrete::OfDiscrete, 0 1 2, elsewhere: 3);
 
 /// The laws of this file.
 pub fn laws() -> impl Iterator<Item = &'static CaseLaw> {
@@ -229,7 +223,8 @@ impl Supplier for OfForce {
         // A force that vanishes identically is rounding, of which nothing is claimed.
         let driven = Rates::of(case).is_some_and(|rates| rates.driven());
         let every = |claim: fn(&Force) -> bool| driven && case.forces.iter().all(claim);
-        let mut part = UserForce::at_both(double.force, quad.force);
+        let mut part = UserForce::at_both(double.force, quad.force)
+            .summing(terms(double.algebra, double.lagrangian.clone()), terms(quad.algebra, quad.lagrangian.clone()));
         if every(dissipates) {
             part = part.dissipates();
         }
@@ -255,6 +250,14 @@ impl Supplier for OfForce {
             _ => main.boxed(),
         }
     }
+}
+
+/// The size of the brackets that a force is made of, at η and l'(η).
+fn terms<T: Real, const N: usize>(
+    algebra: LieAlgebra<T, N>,
+    lagrangian: AnyLagrangian<T, N>,
+) -> impl Fn(&Vector<T, N>) -> T {
+    move |eta| forcing(&algebra, &Covector::zeros(), eta, &lagrangian.gradient(eta))
 }
 
 /// The cases with those terms of their force alone of which a claim holds, or this one where there are none; as they were where

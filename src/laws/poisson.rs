@@ -13,7 +13,7 @@ use super::probe::{Probe, stream};
 use super::{CaseLaw, Source};
 use crate::groupoid::calculus::{along, constant, derivatives};
 use crate::groupoid::{Group, Groupoid, push_inverse, push_product, push_source, push_target, push_unit};
-use crate::harness::{Cost, Fault};
+use crate::harness::{About, Cost, Fault};
 use crate::mechanics::{Force, Lagrangian};
 use crate::retraction::{Retraction, RetractionError};
 use crate::scalar::{Dual, Real, Scalar};
@@ -27,13 +27,16 @@ const BOUND: &str = "two precisions; floor 2⁸ n u relative to the terms, n = d
 macro_rules! law {
     ($name:literal, $statement:literal, $source:literal, $oracle:literal, $question:expr, $faults:expr) => {
         CaseLaw {
-            name: $name,
-            statement: $statement,
-            source: concat!("Martín de Diego and Sato Martín de Almagro 2019, ", $source),
-            oracle: $oracle,
-            bound: BOUND,
-            cost: Cost::Cheap,
-            faults: $faults,
+            about: About {
+                name: $name,
+                statement: $statement,
+                source: concat!("Martín de Diego and Sato Martín de Almagro 2019, ", $source),
+                oracle: $oracle,
+                bound: BOUND,
+                needs: "a group",
+                cost: Cost::Cheap,
+                faults: $faults,
+            },
             cases: |cases| cases.with_group().boxed(),
             check: |case, fault| settle(case, fault, Check { case, fault, question: $question }),
         }

@@ -154,6 +154,24 @@ where
     }
 }
 
+/// The graver of the verdicts in each precision by itself, for measurements that are not in units of round-off; in 32 digits as in
+/// [`settle_main_small`].
+pub fn each_main_small<S: Source, V>(case: &S, fault: Option<&Fault>, visitor: V, most: usize) -> Verdict
+where
+    V: Visitor<f64, Output = Measured> + Visitor<Dd, Output = Measured> + Clone,
+{
+    let double = || case.visit_main::<f64, _>(&Plant(fault), visitor.clone());
+    let quad = || case.visit_main::<Dd, _>(&Plant(fault), visitor.clone());
+    match (case.case().unknowns(), evidence::wanted()) {
+        (Err(e), _) => Verdict::broken(format!("a generated case cannot be built: {e}")),
+        (Ok(_), Wanted::Only(32)) => only_in(32, quad()),
+        (Ok(unknowns), wanted) if unknowns <= most && wanted != Wanted::Only(16) => {
+            only(double()).and(only_in(32, quad()))
+        }
+        (Ok(_), _) => small(double, quad),
+    }
+}
+
 /// The verdict from `double` alone; the 32 digits are evaluated when they are asked for, and judge when they alone are.
 fn small(
     double: impl FnOnce() -> Result<Measured, CaseError>,

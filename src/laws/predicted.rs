@@ -11,7 +11,7 @@ use super::planted::step::{
 };
 use super::planted::tableau::{COEFFICIENT, WRONG_STAGE, planted};
 use super::{CaseLaw, Source};
-use crate::harness::{Cost, Fault, Verdict, evidence};
+use crate::harness::{About, Cost, Fault, Verdict, evidence};
 use crate::integrators::MuntheKaas;
 use crate::mechanics::equations::EulerPoincare;
 use crate::mechanics::{Force, Lagrangian};
@@ -42,37 +42,43 @@ pub const fn laws<S: Source>() -> &'static [CaseLaw<S>] {
     const {
         &[
             CaseLaw {
-                name: "order-predicted",
-                statement: "the variational integrator has the order of the pair (a, â) in (μ, g), neither more nor less, for any tableau",
-                source: "Martín de Diego and Sato Martín de Almagro 2019, Thm 5.4",
-                oracle: ORACLE,
-                bound: BOUND,
-                cost: Cost::Moderate,
-                faults: &[
-                    INVERSE_SECOND,
-                    NO_SECOND,
-                    SWAPPED_SECOND,
-                    FORCE_INDEX,
-                    UNCONJUGATED,
-                    NO_FORCE,
-                    NOT_TRANSPORTED,
-                    FIRST_STAGE,
-                    INVERTED,
-                    FROM_LEFT,
-                    ORDER_TWO,
-                    COEFFICIENT,
-                ],
+                about: About {
+                    name: "order-predicted",
+                    statement: "the variational integrator has the order of the pair (a, â) in (μ, g), neither more nor less, for any tableau",
+                    source: "Martín de Diego and Sato Martín de Almagro 2019, Thm 5.4",
+                    oracle: ORACLE,
+                    bound: BOUND,
+                    needs: "",
+                    cost: Cost::Moderate,
+                    faults: &[
+                        INVERSE_SECOND,
+                        NO_SECOND,
+                        SWAPPED_SECOND,
+                        FORCE_INDEX,
+                        UNCONJUGATED,
+                        NO_FORCE,
+                        NOT_TRANSPORTED,
+                        FIRST_STAGE,
+                        INVERTED,
+                        FROM_LEFT,
+                        ORDER_TWO,
+                        COEFFICIENT,
+                    ],
+                },
                 cases: |cases| smooth(cases).with_tableaux(tableaux()).boxed(),
                 check: |case, fault| check(case, fault, Which::Variational),
             },
             CaseLaw {
-                name: "order-munthe-kaas",
-                statement: "a Runge–Kutta–Munthe-Kaas method has the classical order of its tableau in (μ, g)",
-                source: "Munthe-Kaas 1999, Thm 3.3",
-                oracle: ORACLE,
-                bound: BOUND,
-                cost: Cost::Expensive,
-                faults: &[WRONG_STAGE, INVERSE_MISSING],
+                about: About {
+                    name: "order-munthe-kaas",
+                    statement: "a Runge–Kutta–Munthe-Kaas method has the classical order of its tableau in (μ, g)",
+                    source: "Munthe-Kaas 1999, Thm 3.3",
+                    oracle: ORACLE,
+                    bound: BOUND,
+                    needs: "",
+                    cost: Cost::Expensive,
+                    faults: &[WRONG_STAGE, INVERSE_MISSING],
+                },
                 cases: |cases| smooth(cases).with_tableaux(tableaux()).boxed(),
                 check: |case, fault| check(case, fault, Which::MuntheKaas),
             },

@@ -8,7 +8,7 @@ use super::trial::{Digits, Judged};
 use super::{CaseLaw, all, named};
 use crate::harness::convergence::{Estimate, LevelKind};
 use crate::harness::evidence::{Evidence, Wanted, gather_with};
-use crate::harness::{Fault, Law, Shrunk, Verdict, shrink_from, verdict_on};
+use crate::harness::{About, Fault, Law, Shrunk, Verdict, shrink_from, verdict_on};
 use crate::scalar::{Dd, Qd, Scalar};
 use crate::system::{Case, CaseError, Replay, snippet};
 use crate::tableau::variational_order;
@@ -65,14 +65,14 @@ pub struct Replayed {
 /// The law and the fault that a record names.
 fn parts(replay: &Replay) -> Result<(&'static CaseLaw, Option<&'static Fault>), ReplayError> {
     let law = named(&replay.law).ok_or_else(|| {
-        let allowed = all().iter().map(|law| law.name).collect::<Vec<_>>().join(", ");
+        let allowed = all().iter().map(|law| law.about.name).collect::<Vec<_>>().join(", ");
         ReplayError::Law { found: replay.law.clone(), allowed }
     })?;
     let fault = replay.fault.as_deref().map(|found| {
         law.fault(found).ok_or_else(|| {
-            let names: Vec<_> = law.faults.iter().map(|fault| fault.name).collect();
+            let names: Vec<_> = law.about.faults.iter().map(|fault| fault.name).collect();
             let allowed = if names.is_empty() { "none".into() } else { names.join(", ") };
-            ReplayError::Fault { found: found.into(), law: law.name, allowed }
+            ReplayError::Fault { found: found.into(), law: law.about.name, allowed }
         })
     });
     Ok((law, fault.transpose()?))
@@ -114,7 +114,10 @@ impl Replayed {
     /// What there is to say but for the case itself: names and texts.
     pub fn rows(&self) -> Vec<(&'static str, String)> {
         let law = self.law;
-        let mut rows = vec![("law", format!("{}: {}", law.name, law.statement)), ("source", law.source.to_owned())];
+        let mut rows = vec![
+            ("law", format!("{}: {}", law.about.name, law.about.statement)),
+            ("source", law.about.source.to_owned()),
+        ];
         rows.extend(self.fault.map(|fault| ("planted", format!("{}: {}", fault.name, fault.what))));
         rows.extend(self.measured());
         rows.push(("case", format!("from case {} of seed {}", self.replay.index, self.replay.seed)));
@@ -231,7 +234,7 @@ fn elsewhere(
         64 => Some(Digits::SixtyFour),
         _ => None,
     };
-    let (Some(arithmetic), true, None) = (arithmetic, TRIED.contains(&law.name), fault) else {
+    let (Some(arithmetic), true, None) = (arithmetic, TRIED.contains(&law.about.name), fault) else {
         return (Verdict::inconclusive(format!("this law is measured in {measured} digits alone")), Vec::new());
     };
     let tried = || -> Result<(Verdict, Vec<Evidence>), String> {
@@ -254,7 +257,9 @@ struct Asked {
 }
 
 impl Law<Case> for Asked {
-    words_of!(law);
+    fn about(&self) -> &About {
+        &self.law.about
+    }
 
     fn cases(&self) -> crate::harness::BoxedStrategy<Case> {
         self.law.cases()

@@ -6,7 +6,7 @@ use super::probe::{Probe, stream};
 use super::subjects::*;
 use super::{CaseLaw, Source};
 use crate::algebra::{Covector, Matrix, Vector, elimination, pair};
-use crate::harness::{Cost, Fault, Verdict, evidence};
+use crate::harness::{About, Cost, Fault, Verdict, evidence};
 use crate::mechanics::doubled::VelocityError;
 use crate::mechanics::forced_hamiltonian::ForcedHamiltonian;
 use crate::mechanics::hamiltonian::{DoubledHamiltonian, LegendreHamiltonian};
@@ -24,35 +24,44 @@ pub const fn laws<S: Source>() -> &'static [CaseLaw<S>] {
     const {
         &[
             CaseLaw {
-                name: "two-hamiltonians-units",
-                statement: "on (μ, e, μ): dh_f = dh̃_f = (−η, −f, η), and the two vector fields are equal",
-                source: SOURCE,
-                oracle: "each Hamiltonian against the other: one is built on the Legendre transform of l, the other on that of l_f",
-                bound: "two precisions; floor 2⁸ N u relative to the terms",
-                cost: Cost::Cheap,
-                faults: &[H_SIGN, H_PLUS],
+                about: About {
+                    name: "two-hamiltonians-units",
+                    statement: "on (μ, e, μ): dh_f = dh̃_f = (−η, −f, η), and the two vector fields are equal",
+                    source: SOURCE,
+                    oracle: "each Hamiltonian against the other: one is built on the Legendre transform of l, the other on that of l_f",
+                    bound: "two precisions; floor 2⁸ N u relative to the terms",
+                    needs: "a group; a force",
+                    cost: Cost::Cheap,
+                    faults: &[H_SIGN, H_PLUS],
+                },
                 cases: |cases| cases.main_dimensions().with_group().forced().boxed(),
                 check: |case, fault| settle_main_small(case, fault, Check { case, fault, units: true }, 9),
             },
             CaseLaw {
-                name: "two-hamiltonians-load",
-                statement: "h_f = h̃_f everywhere, with their vector fields, when f does not depend on the velocity",
-                source: SOURCE,
-                oracle: "each Hamiltonian against the other, off the units",
-                bound: "two precisions; floor 2⁸ N u relative to the terms",
-                cost: Cost::Cheap,
-                faults: &[H_SIGN, H_PLUS],
+                about: About {
+                    name: "two-hamiltonians-load",
+                    statement: "h_f = h̃_f everywhere, with their vector fields, when f does not depend on the velocity",
+                    source: SOURCE,
+                    oracle: "each Hamiltonian against the other, off the units",
+                    bound: "two precisions; floor 2⁸ N u relative to the terms",
+                    needs: "a group; a force",
+                    cost: Cost::Cheap,
+                    faults: &[H_SIGN, H_PLUS],
+                },
                 cases: |cases| cases.main_dimensions().with_group().forced().prop_map(loaded).boxed(),
                 check: |case, fault| settle_main_small(case, fault, Check { case, fault, units: false }, 9),
             },
             CaseLaw {
-                name: "two-hamiltonians",
-                statement: "off the units, U = τ(x): h̃_f − h_f = ⅛(a_ψ l''(ψ)⁻¹ a_ψᵀ − a_η l''(η)⁻¹ a_ηᵀ) + O(|x|³), a = ⟨f'·, x⟩",
-                source: SOURCE,
-                oracle: "second-order perturbation of the Legendre transform; 32 digits at two sizes of x",
-                bound: "the remainder shrinks by more than 16^2.5 from x to x/16 (theory: 16³), or is below 2¹² N u",
-                cost: Cost::Expensive,
-                faults: &[H_FORCE_ONCE, H_SIGN, H_PLUS],
+                about: About {
+                    name: "two-hamiltonians",
+                    statement: "off the units, U = τ(x): h̃_f − h_f = ⅛(a_ψ l''(ψ)⁻¹ a_ψᵀ − a_η l''(η)⁻¹ a_ηᵀ) + O(|x|³), a = ⟨f'·, x⟩",
+                    source: SOURCE,
+                    oracle: "second-order perturbation of the Legendre transform; 32 digits at two sizes of x",
+                    bound: "the remainder shrinks by more than 16^2.5 from x to x/16 (theory: 16³), or is below 2¹² N u",
+                    needs: "a group; a force",
+                    cost: Cost::Expensive,
+                    faults: &[H_FORCE_ONCE, H_SIGN, H_PLUS],
+                },
                 cases: |cases| cases.main_dimensions().with_group().forced().boxed(),
                 check: |case, fault| match case.visit_main::<Dd, _>(&Plant(fault), Difference { case, fault }) {
                     Ok(verdict) => verdict,

@@ -13,7 +13,7 @@ use crate::discrete::exact::{ExactSolution, Start};
 use crate::group::MatrixGroup;
 use crate::harness::convergence::{CLEAR_OF_NOISE, Level, estimate};
 use crate::harness::evidence::{self, Evidence};
-use crate::harness::{Cost, Fault, Verdict};
+use crate::harness::{About, Cost, Fault, Verdict};
 use crate::integrators::doubled::{Doubled, DoubledState};
 use crate::integrators::{Classical, OneStep, State, StepError};
 use crate::mechanics::Force;
@@ -33,24 +33,27 @@ use std::fmt::Debug;
 pub const fn laws<S: Source>() -> &'static [CaseLaw<S>] {
     const {
         &[CaseLaw {
-            name: "variational-error",
-            statement: "l_d − l_d^e = O(h^{r+1}) along solutions; then the doubled and the restricted flow are of order r",
-            source: "Martín de Diego and Sato Martín de Almagro 2019, Thm 5.4",
-            oracle: "solutions of the reduced Euler–Lagrange equations and of forced Lie–Poisson by collocation of order 16, \
+            about: About {
+                name: "variational-error",
+                statement: "l_d − l_d^e = O(h^{r+1}) along solutions; then the doubled and the restricted flow are of order r",
+                source: "Martín de Diego and Sato Martín de Almagro 2019, Thm 5.4",
+                oracle: "solutions of the reduced Euler–Lagrange equations and of forced Lie–Poisson by collocation of order 16, \
              with their action; the order r computed from the bicoloured trees",
-            bound: "a quarter: half the way to the point that is as near to the next integer; for each of the three numbers",
-            cost: Cost::Heavy,
-            faults: &[
-                SECOND_MISSING,
-                SECOND_SIGN,
-                SECOND_SWAPPED,
-                SECOND_OF_INVERSE,
-                NO_SECOND,
-                INVERSE_SECOND,
-                NO_FORCE,
-                NOT_TRANSPORTED,
-                FIRST_STAGE,
-            ],
+                bound: "a quarter: half the way to the point that is as near to the next integer; for each of the three numbers",
+                needs: "",
+                cost: Cost::Heavy,
+                faults: &[
+                    SECOND_MISSING,
+                    SECOND_SIGN,
+                    SECOND_SWAPPED,
+                    SECOND_OF_INVERSE,
+                    NO_SECOND,
+                    INVERSE_SECOND,
+                    NO_FORCE,
+                    NOT_TRANSPORTED,
+                    FIRST_STAGE,
+                ],
+            },
             cases: generator,
             check: |case, fault| match case.visit_main::<Dd, _>(&Plant(fault), ErrorStudy { case, fault }) {
                 Ok(verdict) => verdict,

@@ -22,9 +22,9 @@ pub fn text(law: &LawReport, broken: &Broken, saved: &Result<PathBuf, String>) -
         indices.push("…".into());
     }
     let (count, cases) = (law.broken.len(), law.cases);
-    let heading = format!("BROKEN {}: {count} of {cases} cases ({})", law.law.name, indices.join(", "));
+    let heading = format!("BROKEN {}: {count} of {cases} cases ({})", law.law.about.name, indices.join(", "));
     let mut text = format!("\n{}\n", paragraph(&heading));
-    let mut rows = vec![("statement", law.law.statement.to_owned()), ("source", law.law.source.to_owned())];
+    let mut rows = vec![("statement", law.law.about.statement.to_owned()), ("source", law.law.about.source.to_owned())];
     rows.extend(verdict_rows(&broken.verdict));
     let _ = writeln!(text, "{}", entries(2, rows));
     text += &counterexample(broken, &format!("case {}", broken.index));
@@ -47,8 +47,8 @@ pub fn replayed(
     broken: Option<&Broken>,
 ) -> String {
     let mut rows = vec![
-        ("law", format!("{}: {}", law.name, law.statement)),
-        ("source", law.source.to_owned()),
+        ("law", format!("{}: {}", law.about.name, law.about.statement)),
+        ("source", law.about.source.to_owned()),
         ("command", command.join(" ")),
     ];
     rows.extend(law.claim(&record.claims).map(|claim| ("claim", claim)));

@@ -15,7 +15,7 @@ pub fn json(report: &ProbeReport, saved: &[Saved]) -> String {
 
 fn one(law: &LawReport, saved: &Saved) -> Value {
     let mut line = json!({
-        "law": law.law.name,
+        "law": law.law.about.name,
         "cases": law.cases,
         "held": law.held,
         "broken": law.broken.len(),
@@ -81,7 +81,7 @@ pub fn replayed(
         _ => None,
     };
     let line = json!({
-        "law": law.name,
+        "law": law.about.name,
         "claim": law.claim(&record.claims),
         "command": command,
         "seed": record.seed,

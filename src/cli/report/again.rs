@@ -85,7 +85,7 @@ pub fn run(found: &Found, plots: usize) -> (Vec<Order>, Failures<'_>) {
     let bar = Bar::new(&[(PLOTS, jobs.len(), 50), (FAILING, known.len(), 1)]);
     let fault = |law: &CaseLaw| {
         let name = found.manifest.plant.as_deref()?;
-        law.faults.iter().find(|fault| fault.name == name)
+        law.about.faults.iter().find(|fault| fault.name == name)
     };
     let shown: Vec<Shown> = jobs
         .par_iter()
@@ -150,7 +150,7 @@ fn chosen(tally: &Tally, most: usize) -> Vec<Choice> {
 }
 
 fn show(law: &'static CaseLaw, fault: Option<&'static Fault>, seed: u64, choice: &Choice) -> Shown {
-    let drawn = draw(&law.cases(), seed, law.name, choice.index);
+    let drawn = draw(&law.cases(), seed, law.about.name, choice.index);
     let (case, verdict, evidence) = match drawn.case {
         Ok((case, _)) => {
             let (verdict, evidence) = gather_with(Wanted::AsJudged, || verdict_on(law, &case, fault));
@@ -198,8 +198,8 @@ fn sorted(saved: &[Saved]) -> (Vec<Known<'_>>, Refused<'_>, Vec<&str>) {
 fn subject(replay: &Replay) -> Result<(&'static CaseLaw, Option<&'static Fault>), String> {
     let law = laws::named(&replay.law).ok_or_else(|| format!("this program has no law {:?}", replay.law))?;
     let fault = |name: &str| {
-        let fault = law.faults.iter().find(|fault| fault.name == name);
-        fault.ok_or_else(|| format!("{} knows no fault {name:?}", law.name))
+        let fault = law.about.faults.iter().find(|fault| fault.name == name);
+        fault.ok_or_else(|| format!("{} knows no fault {name:?}", law.about.name))
     };
     Ok((law, replay.fault.as_deref().map(fault).transpose()?))
 }

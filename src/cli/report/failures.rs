@@ -71,14 +71,14 @@ fn failing_case(failing: &Failing<'_>) -> Markup {
     html! {
         details.failure {
             summary {
-                b { (law.name) } ", case " (replay.index) " of seed " (replay.seed)
+                b { (law.about.name) } ", case " (replay.index) " of seed " (replay.seed)
                 @if let Some(fault) = failing.fault { ", planted " (fault.name) }
                 ": " (page::verdict(&failing.verdict))
             }
             dl.facts {
-                div { dt { "law" } dd { (typeset(law.statement)) } }
-                div { dt { "source" } dd { (typeset(law.source)) } }
-                div { dt { "oracle" } dd { (typeset(law.oracle)) } }
+                div { dt { "law" } dd { (typeset(law.about.statement)) } }
+                div { dt { "source" } dd { (typeset(law.about.source)) } }
+                div { dt { "oracle" } dd { (typeset(law.about.oracle)) } }
                 @if let Some(fault) = failing.fault { div { dt { "planted" } dd { (typeset(fault.what)) } } }
                 @if let Verdict::Broken { witness, .. } = &failing.verdict { div { dt { "witness" } dd { (witness) } } }
             }

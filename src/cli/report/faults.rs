@@ -48,8 +48,8 @@ fn untried(found: &Found, faults: &[Caught]) -> Markup {
     let known = found.manifest.laws.iter().filter_map(|law| laws::named(&law.name));
     let untried: Vec<(&str, Vec<&str>)> = known
         .map(|law| {
-            let names = law.faults.iter().map(|fault| fault.name);
-            (law.name, names.filter(|fault| !tried.contains(&(law.name, *fault))).collect())
+            let names = law.about.faults.iter().map(|fault| fault.name);
+            (law.about.name, names.filter(|fault| !tried.contains(&(law.about.name, *fault))).collect())
         })
         .filter(|(_, faults): &(_, Vec<_>)| !faults.is_empty())
         .collect();
@@ -67,7 +67,7 @@ fn untried(found: &Found, faults: &[Caught]) -> Markup {
 fn table(faults: &[Caught]) -> Markup {
     let sizes = faults.iter().any(|fault| fault.smallest_size.is_some());
     let known = |row: &Caught| -> Option<&'static Fault> {
-        laws::named(&row.law)?.faults.iter().find(|fault| fault.name == row.fault)
+        laws::named(&row.law)?.about.faults.iter().find(|fault| fault.name == row.fault)
     };
     let mut columns = vec![Text("law"), Text("fault"), Number("caught after"), Number("smallest size")];
     columns.truncate(if sizes { 4 } else { 3 });

@@ -19,9 +19,9 @@ pub fn section(orders: &[Order]) -> Markup {
             }
             (legend())
             @for order in orders {
-                h3 { (page::law_link(order.law.name)) }
-                p.muted { (typeset(order.law.statement)) " (" (typeset(order.law.source)) ")" }
-                div.plots { @for case in &order.cases { (figure(order.law.name, case)) } }
+                h3 { (page::law_link(order.law.about.name)) }
+                p.muted { (typeset(order.law.about.statement)) " (" (typeset(order.law.about.source)) ")" }
+                div.plots { @for case in &order.cases { (figure(order.law.about.name, case)) } }
             }
         }
     };

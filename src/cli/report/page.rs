@@ -275,7 +275,9 @@ fn notes(found: &Found, totals: &Totals, orders: &[Order]) -> Markup {
     }
     let others: Vec<String> = orders
         .iter()
-        .flat_map(|order| order.cases.iter().filter(|case| !case.agrees).map(move |case| (order.law.name, case.index)))
+        .flat_map(|order| {
+            order.cases.iter().filter(|case| !case.agrees).map(move |case| (order.law.about.name, case.index))
+        })
         .map(|(law, index)| format!("case {index} of {law}"))
         .collect();
     if !others.is_empty() {
@@ -425,12 +427,12 @@ fn described(name: &str, law: Option<&CaseLaw>) -> Markup {
     html! {
         span.law { (law_link(name)) }
         @if let Some(law) = law {
-            span.statement { (typeset(law.statement)) }
-            span.source { (typeset(law.source)) }
+            span.statement { (typeset(law.about.statement)) }
+            span.source { (typeset(law.about.source)) }
             details {
                 summary { "oracle and bound" }
-                p { b { "Oracle: " } (typeset(law.oracle)) }
-                p { b { "Bound: " } (typeset(law.bound)) }
+                p { b { "Oracle: " } (typeset(law.about.oracle)) }
+                p { b { "Bound: " } (typeset(law.about.bound)) }
             }
         } @else {
             span.source { "not known to this program" }

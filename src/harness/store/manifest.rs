@@ -46,8 +46,8 @@ impl Manifest {
     pub fn new<C>(version: &str, binary: &str, seed: u64, cases: Option<usize>, laws: &[&dyn Law<C>]) -> Self {
         let law = |law: &&dyn Law<C>| ManifestLaw {
             name: law.name().to_owned(),
-            cost: law.cost(),
-            cases: cases.map(|cases| law.cost().cases(cases)),
+            cost: law.about().cost,
+            cases: cases.map(|cases| law.about().cost.cases(cases)),
         };
         let laws = laws.iter().map(law).collect();
         Self { version: version.into(), binary: binary.into(), seed, cases, laws, plant: None, shard: None }

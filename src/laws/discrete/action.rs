@@ -2,19 +2,18 @@
 
 use super::super::integrators::refused as step_refused;
 use super::super::planted::blend_scalar;
-use super::super::precision::{Measured, settle_main_small};
+use super::super::precision::{Measured, each_main_small, settle_main_small};
 use super::super::probe::{Probe, stream};
 use super::super::subjects::PlantedForced;
 use super::super::{CaseLaw, Source};
 use super::{
-    ANTISYMMETRIC, ANTISYMMETRIC_FAULTS, ANTISYMMETRIC_ORACLE, ANTISYMMETRIC_SOURCE, CONJUGATE, DOUBLED, NO_U, Planted,
-    U_RIGHT, U_SIGN, V_RIGHT, VALUE, antisymmetry, compare, inverse, outside, refused,
+    ANTISYMMETRY, CONJUGATE, DOUBLED, NO_U, Planted, SLOPES, U_RIGHT, U_SIGN, V_RIGHT, antisymmetry, compare, outside,
+    refused, slopes,
 };
-use crate::algebra::{Covector, Matrix, Vector, pair};
+use crate::algebra::{Covector, Matrix, Vector};
 use crate::discrete::legendre::{Momenta, flow};
 use crate::discrete::{DiscreteLagrangian, StageLagrangian, Triple};
-use crate::group::LieGroup;
-use crate::harness::{Cost, Fault};
+use crate::harness::{About, Cost, Fault};
 use crate::integrators::{Doubled, DoubledState, OneStep, Variational};
 use crate::mechanics::Force;
 use crate::mechanics::Lagrangian;
@@ -26,64 +25,64 @@ use crate::tableau::Tableau;
 use proptest::strategy::Strategy;
 use std::fmt::Debug;
 
+/// What every action needs.
+const NEEDS: &str = "a group; a force";
+
 /// The laws of this file.
 pub const fn laws<S: Source>() -> &'static [CaseLaw<S>] {
     const {
         &[
             CaseLaw {
-                name: "discrete-slopes",
-                statement: "the slopes of the extremal action: ∂l_d/∂v = θ, ∂l_d/∂w = φ, ∂l_d/∂U at fixed stages; L* = Ad* R*",
-                source: "Martín de Diego and Sato Martín de Almagro 2019, §5, before (5.2), and §5.2",
-                oracle: "differences of the extremal values, each with its own stages, and Ad by conjugation of matrices",
-                bound: "two precisions; rounding of V moves values by p u, p a slope: floor 2⁶ s N p u/ε, ε = 2⁻¹² (f64), 2⁻²⁴ (dd)",
-                cost: Cost::Cheap,
-                faults: &[VALUE, V_RIGHT, U_RIGHT, DOUBLED],
+                about: About { needs: NEEDS, ..SLOPES },
                 cases: |cases| cases.main_dimensions().with_group().forced().boxed(),
-                check: |case, fault| settle_main_small(case, fault, Check { case, fault, which: Which::Slopes }, 3),
+                check: |case, fault| each_main_small(case, fault, Check { case, fault, which: Which::Slopes }, 3),
             },
             CaseLaw {
-                name: "doubled-step-generated",
-                statement: "along a doubled step off the units F⁻l_d(V, U, W) = (λ, U, μ) and F⁺l_d(V, U, W) = (λ', U', μ')",
-                source: "Martín de Diego and Sato Martín de Almagro 2019, §5, F± after Prop 5.1, and §5.2",
-                oracle: "the doubled integrator, from the stage equations; l_d has only values, τ and dτ",
-                bound: "two precisions; floor 2⁹ s N u: two solves, of momenta that rounding of V moves by p u/|v|",
-                cost: Cost::Cheap,
-                faults: &[V_RIGHT, U_RIGHT, NO_U, U_SIGN, DOUBLED, CONJUGATE],
+                about: About {
+                    name: "doubled-step-generated",
+                    statement: "along a doubled step off the units F⁻l_d(V, U, W) = (λ, U, μ) and F⁺l_d(V, U, W) = (λ', U', μ')",
+                    source: "Martín de Diego and Sato Martín de Almagro 2019, §5, F± after Prop 5.1, and §5.2",
+                    oracle: "the doubled integrator, from the stage equations; l_d has only values, τ and dτ",
+                    bound: "two precisions; floor 2⁹ s N u: two solves, of momenta that rounding of V moves by p u/|v|",
+                    needs: "a group; a force",
+                    cost: Cost::Cheap,
+                    faults: &[V_RIGHT, U_RIGHT, NO_U, U_SIGN, DOUBLED, CONJUGATE],
+                },
                 cases: |cases| cases.main_dimensions().with_group().forced().boxed(),
                 check: |case, fault| settle_main_small(case, fault, Check { case, fault, which: Which::Generated }, 4),
             },
             CaseLaw {
-                name: "discrete-antisymmetry",
-                statement: ANTISYMMETRIC,
-                source: ANTISYMMETRIC_SOURCE,
-                oracle: ANTISYMMETRIC_ORACLE,
-                bound: "two precisions; floor 2⁶ s N u of the momenta, which rounding of V and W is multiplied by",
-                cost: Cost::Cheap,
-                faults: ANTISYMMETRIC_FAULTS,
+                about: About { needs: NEEDS, ..ANTISYMMETRY },
                 cases: |cases| cases.main_dimensions().with_group().forced().boxed(),
                 check: |case, fault| {
                     settle_main_small(case, fault, Check { case, fault, which: Which::Antisymmetry }, 4)
                 },
             },
             CaseLaw {
-                name: "discrete-flow",
-                statement: "the flow F_{l_d} takes the displacements of one doubled step off the units to those of the next",
-                source: "Martín de Diego and Sato Martín de Almagro 2019, (5.2) and §5.2",
-                oracle: "the doubled integrator; the flow knows momenta only through F±",
-                bound: "two precisions; floor 2¹⁰ s N u of the displacements: nested solves, and two steps",
-                cost: Cost::Expensive,
-                faults: &[NO_U, U_SIGN, CONJUGATE],
+                about: About {
+                    name: "discrete-flow",
+                    statement: "the flow F_{l_d} takes the displacements of one doubled step off the units to those of the next",
+                    source: "Martín de Diego and Sato Martín de Almagro 2019, (5.2) and §5.2",
+                    oracle: "the doubled integrator; the flow knows momenta only through F±",
+                    bound: "two precisions; floor 2¹⁰ s N u of the displacements: nested solves, and two steps",
+                    needs: "a group; a force",
+                    cost: Cost::Expensive,
+                    faults: &[NO_U, U_SIGN, CONJUGATE],
+                },
                 cases: |cases| cases.main_dimensions().with_group().forced().boxed(),
                 check: |case, fault| settle_main_small(case, fault, Check { case, fault, which: Which::Flow }, 2),
             },
             CaseLaw {
-                name: "discrete-restricted-step",
-                statement: "F_{l_d} takes (V, e, V) to a unit, and there it is the restricted step",
-                source: "Martín de Diego and Sato Martín de Almagro 2019, Thm 5.3 and §5.2",
-                oracle: "two steps of the restricted integrator, which knows neither U nor the second copy",
-                bound: "two precisions; floor 2¹⁰ s N u of the displacements: nested solves, and two steps",
-                cost: Cost::Expensive,
-                faults: &[NO_U, U_SIGN, DOUBLED, CONJUGATE],
+                about: About {
+                    name: "discrete-restricted-step",
+                    statement: "F_{l_d} takes (V, e, V) to a unit, and there it is the restricted step",
+                    source: "Martín de Diego and Sato Martín de Almagro 2019, Thm 5.3 and §5.2",
+                    oracle: "two steps of the restricted integrator, which knows neither U nor the second copy",
+                    bound: "two precisions; floor 2¹⁰ s N u of the displacements: nested solves, and two steps",
+                    needs: "a group; a force",
+                    cost: Cost::Expensive,
+                    faults: &[NO_U, U_SIGN, DOUBLED, CONJUGATE],
+                },
                 cases: |cases| cases.main_dimensions().with_group().forced().boxed(),
                 check: |case, fault| settle_main_small(case, fault, Check { case, fault, which: Which::Restricted }, 2),
             },
@@ -175,34 +174,16 @@ impl Check<'_> {
         &self,
         system: &System<T, N, D, R, L, F>,
     ) -> Result<Measured, Measured> {
-        let point = self.point(system)?;
-        let l_d = self.action(system, system.state.time);
-        let x = point.triple;
-        let mine = l_d.slopes(&x).map_err(refused)?;
-        let mut probe = Probe::new(self.case, stream::SLOPES);
-        let relative = T::exact(2f64.powi(if T::unit_roundoff() < T::exact(1e-20) { -24 } else { -12 }));
-        let largest = [mine.v_left, mine.v_right, mine.u_left, mine.u_right, mine.w_left, mine.w_right]
-            .iter()
-            .fold(T::zero(), |m, slope| m.max(slope.amax()));
-        let floor = 64.0 * (system.tableau.stages() * N) as f64;
-        let mut along = || probe.vector::<T, N>();
-        let (first, relation, second) = (along() * point.v.amax(), along(), along() * point.w.amax());
-        let value = |multiple: i64| {
-            let tau =
-                |along: &Vector<T, N>| system.retraction.tau(&(along * (relative * T::int(multiple)))).map_err(outside);
-            let moved = Triple { v: x.v * tau(&first)?, u: x.u * tau(&relation)?, w: x.w * tau(&second)? };
-            l_d.value(&moved).map_err(refused)
+        let Some(group) = &system.group else {
+            return Err(Measured::NotApplicable("the algebra has no group".into()));
         };
-        let difference = (value(1)? - value(-1)?) * T::int(8) - (value(2)? - value(-2)?);
-        let expected = difference / (relative * T::int(12));
-        let found = pair(&mine.v_left, &first) + pair(&mine.u_left, &relation) + pair(&mine.w_left, &second);
-        let differences = Measured::defect((found - expected).abs(), largest / relative, floor, || {
-            format!("slope {:.17e}, differences {:.17e}", found.to_f64(), expected.to_f64())
-        });
-        Ok(differences
-            .and(sides(system, &mine.v_left, &mine.v_right, &x.v, largest, "V")?)
-            .and(sides(system, &mine.u_left, &mine.u_right, &x.u, largest, "U")?)
-            .and(sides(system, &mine.w_left, &mine.w_right, &x.w, largest, "W")?))
+        let point = self.point(system)?;
+        let mut probe = Probe::new(self.case, stream::SLOPES);
+        let mut along = || probe.vector::<T, N>();
+        // V and W are as near to e as they are far apart.
+        let along = [along() * point.v.amax(), along(), along() * point.w.amax()];
+        let l_d = self.action(system, system.state.time);
+        slopes(&l_d, group, |x| system.retraction.tau(x), &point.triple, &along, T::one())
     }
 
     fn generated<
@@ -293,19 +274,7 @@ impl Check<'_> {
         &self,
         system: &System<T, N, D, R, L, F>,
     ) -> Result<Measured, Measured> {
-        let point = self.point(system)?;
-        let l_d = self.action(system, system.state.time);
-        let back = inverse(&point.triple, self.fault)?;
-        let here = l_d.value(&point.triple).map_err(refused)?;
-        let there = l_d.value(&back).map_err(refused)?;
-        let size = (0..2).fold(T::zero(), |size, k| {
-            let eta = [point.v, point.w][k] / system.step;
-            let force = crate::mechanics::Force::force(&system.force, system.state.time, &eta);
-            size + system.lagrangian.gradient(&eta).amax() + force.amax() * system.step.abs()
-        });
-        let scale = point.triple.u.amax().max(T::one()) * back.u.amax().max(T::one());
-        let floor = 64.0 * (system.tableau.stages() * N) as f64;
-        Ok(antisymmetry([here, there], size * scale, floor))
+        antisymmetry(&self.action(system, system.state.time), &self.point(system)?.triple)
     }
 
     fn flow<T: Real, const N: usize, const D: usize, R: Retraction<T, N, D>, L: Lagrangian<T, N>, F: Force<T, N>>(
@@ -345,23 +314,4 @@ impl Check<'_> {
         let found = flow(&previous, &next, r, &here).map_err(refused)?;
         Ok(compare(&found, &there, T::one(), 1024.0 * (system.tableau.stages() * N) as f64))
     }
-}
-
-/// L*_g F' = Ad*_g R*_g F'.
-fn sides<T: Real, const N: usize, const D: usize, R: Retraction<T, N, D>, L: Lagrangian<T, N>, F: Force<T, N>>(
-    system: &System<T, N, D, R, L, F>,
-    left: &Covector<T, N>,
-    right: &Covector<T, N>,
-    element: &Matrix<T, D>,
-    size: T,
-    what: &'static str,
-) -> Result<Measured, Measured> {
-    let Some(group) = &system.group else {
-        return Err(Measured::NotApplicable("the algebra has no group".into()));
-    };
-    let ad = group.adjoint(element).ok_or(Measured::Broken("a group element is a singular matrix".into()))?;
-    let floor = 64.0 * (system.tableau.stages() * N) as f64;
-    Ok(Measured::defect((left - right * ad).amax(), size * ad.amax().max(T::one()), floor, || {
-        format!("L* and Ad* R* differ at {what}")
-    }))
 }

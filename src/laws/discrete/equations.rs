@@ -4,15 +4,12 @@
 use super::super::precision::{Measured, settle_main, settle_main_small};
 use super::super::probe::{Probe, stream};
 use super::super::{CaseLaw, Source};
-use super::{
-    KEEPS_U, KEEPS_UNITS, NO_U, Planted, U_SIGN, UNITS_BOUND, UNITS_FAULTS, UNITS_ORACLE, UNITS_SOURCE, compare,
-    inverse, outside, refused, units,
-};
+use super::{KEEPS_U, NO_U, Planted, U_SIGN, UNITS, compare, inverse, outside, refused, units};
 use crate::algebra::{Matrix, Vector, pair};
 use crate::discrete::legendre::{euler_lagrange, flow};
 use crate::discrete::{Lift, Quadruple, Smooth, SmoothLagrangian, Triple, quadruple};
 use crate::group::{LieGroup, MatrixGroup};
-use crate::harness::{Cost, Fault};
+use crate::harness::{About, Cost, Fault};
 use crate::mechanics::{Force, Lagrangian};
 use crate::retraction::{Retraction, RetractionError};
 use crate::scalar::{Dual, Real, Scalar};
@@ -25,35 +22,35 @@ pub const fn laws<S: Source>() -> &'static [CaseLaw<S>] {
     const {
         &[
             CaseLaw {
-                name: "discrete-euler-lagrange",
-                statement: "the first variation of two steps is ⟨F⁻(k) − F⁺(k−1), (P, Σ)⟩, with U_k = V_{k−1}⁻¹U_{k−1}W_{k−1}",
-                source: "Martín de Diego and Sato Martín de Almagro 2019, Prop 5.1, (5.1) and (5.2)",
-                oracle: "the action of four group elements, their middle ones moved on dual numbers; not at a solution",
-                bound: "two precisions; floor 2⁵ N D u of the slopes and group elements",
-                cost: Cost::Cheap,
-                faults: &[NO_U, U_SIGN],
+                about: About {
+                    name: "discrete-euler-lagrange",
+                    statement: "the first variation of two steps is ⟨F⁻(k) − F⁺(k−1), (P, Σ)⟩, with U_k = V_{k−1}⁻¹U_{k−1}W_{k−1}",
+                    source: "Martín de Diego and Sato Martín de Almagro 2019, Prop 5.1, (5.1) and (5.2)",
+                    oracle: "the action of four group elements, their middle ones moved on dual numbers; not at a solution",
+                    bound: "two precisions; floor 2⁵ N D u of the slopes and group elements",
+                    needs: "a group",
+                    cost: Cost::Cheap,
+                    faults: &[NO_U, U_SIGN],
+                },
                 cases: |cases| cases.main_dimensions().with_group().boxed(),
                 check: |case, fault| settle_main(case, fault, Check { case, fault, which: Which::Variation }),
             },
             CaseLaw {
-                name: "discrete-units",
-                statement: KEEPS_UNITS,
-                source: UNITS_SOURCE,
-                oracle: UNITS_ORACLE,
-                bound: UNITS_BOUND,
-                cost: Cost::Expensive,
-                faults: UNITS_FAULTS,
+                about: About { needs: "a group", ..UNITS },
                 cases: |cases| cases.main_dimensions().with_group().boxed(),
                 check: |case, fault| settle_main_small(case, fault, Check { case, fault, which: Which::Units }, 12),
             },
             CaseLaw {
-                name: "discrete-reduction",
-                statement: "π ∘ F_{L_d} = F_{l_d} ∘ π for L_d = l_d ∘ π on G⁴, and π ∘ ι_d = ι̌_d ∘ π",
-                source: "Martín de Diego and Sato Martín de Almagro 2019, Thm 5.4 (its proof) and §5",
-                oracle: "the flow on G⁴, from the derivatives of L_d by the four group elements",
-                bound: "two precisions; floor 2⁸ N D u of the group elements",
-                cost: Cost::Expensive,
-                faults: &[NO_U, U_SIGN, KEEPS_U],
+                about: About {
+                    name: "discrete-reduction",
+                    statement: "π ∘ F_{L_d} = F_{l_d} ∘ π for L_d = l_d ∘ π on G⁴, and π ∘ ι_d = ι̌_d ∘ π",
+                    source: "Martín de Diego and Sato Martín de Almagro 2019, Thm 5.4 (its proof) and §5",
+                    oracle: "the flow on G⁴, from the derivatives of L_d by the four group elements",
+                    bound: "two precisions; floor 2⁸ N D u of the group elements",
+                    needs: "a group",
+                    cost: Cost::Expensive,
+                    faults: &[NO_U, U_SIGN, KEEPS_U],
+                },
                 cases: |cases| cases.main_dimensions().with_group().boxed(),
                 check: |case, fault| settle_main_small(case, fault, Check { case, fault, which: Which::Reduction }, 12),
             },
@@ -197,8 +194,7 @@ impl Check<'_> {
     {
         let antisymmetric = Antisymmetrised(self.polynomial::<T, D>());
         let l_d = Planted { l_d: Smooth::new(&antisymmetric, group), fault: self.fault };
-        let found = flow(&l_d, &l_d, tau, &Triple::unit(elements[0])).map_err(refused)?;
-        Ok(units::<T, N, D>(&found))
+        units(&l_d, tau, elements[0])
     }
 
     fn reduction<T: Real, R, const N: usize, const D: usize>(

@@ -6,7 +6,7 @@ use super::super::subjects::{COUPLING_SUM, FIRST_COPY_ONLY, PLUS, PlantedForced}
 use super::super::{CaseLaw, Source};
 use crate::algebra::{Vector, elimination};
 use crate::discrete::exact::{ExactError, ExactSolution, Start};
-use crate::harness::{Cost, Fault};
+use crate::harness::{About, Cost, Fault};
 use crate::mechanics::Force;
 use crate::mechanics::Lagrangian;
 use crate::mechanics::doubled::{DoubledLagrangian, Forced, VelocityError};
@@ -20,14 +20,17 @@ use std::fmt::Debug;
 pub const fn laws<S: Source>() -> &'static [CaseLaw<S>] {
     const {
         &[CaseLaw {
-            name: "exact-antisymmetry",
-            statement: "l_d^e(W, U⁻¹, V) = −l_d^e(V, U, W) along solutions: from (ψ, U⁻¹, η) they have V and W exchanged and the \
+            about: About {
+                name: "exact-antisymmetry",
+                statement: "l_d^e(W, U⁻¹, V) = −l_d^e(V, U, W) along solutions: from (ψ, U⁻¹, η) they have V and W exchanged and the \
                 opposite action",
-            source: "Martín de Diego and Sato Martín de Almagro 2019, Prop 5.2",
-            oracle: "a second solution, from the inverse arrow",
-            bound: "two precisions; floor 2¹¹ N u: 8 stages of a collocation iterated to a few u",
-            cost: Cost::Expensive,
-            faults: &[PLUS, FIRST_COPY_ONLY, COUPLING_SUM],
+                source: "Martín de Diego and Sato Martín de Almagro 2019, Prop 5.2",
+                oracle: "a second solution, from the inverse arrow",
+                bound: "two precisions; floor 2¹¹ N u: 8 stages of a collocation iterated to a few u",
+                needs: "a group; a force",
+                cost: Cost::Expensive,
+                faults: &[PLUS, FIRST_COPY_ONLY, COUPLING_SUM],
+            },
             cases: |cases| cases.main_dimensions().forced().with_group().boxed(),
             check: |case, fault| settle_main_small(case, fault, Check { case, fault }, 6),
         }]

@@ -9,7 +9,7 @@ use super::{outside, refused};
 use crate::algebra::{Covector, Matrix, Vector, elimination, pair};
 use crate::discrete::group::{GroupLagrangian, Sampled, euler_poincare, legendre, lie_poisson};
 use crate::group::{LieGroup, MatrixGroup};
-use crate::harness::{Cost, Fault};
+use crate::harness::{About, Cost, Fault};
 use crate::integrators::{OneStep, Variational};
 use crate::mechanics::{Force, Lagrangian};
 use crate::retraction::{Retraction, RetractionError};
@@ -27,35 +27,44 @@ pub const fn laws<S: Source>() -> &'static [CaseLaw<S>] {
     const {
         &[
             CaseLaw {
-                name: "discrete-euler-poincare",
-                statement: "the derivative of l_d(W₁) + l_d(W₂) at W₁W₂ fixed is ⟨L*_{W₁}l_d' − R*_{W₂}l_d', ζ⟩",
-                source: "Martín de Diego and Sato Martín de Almagro 2019, Def 2.1 and (2.10)",
-                oracle: "the sum on dual numbers along (W₁(1 + εζ̂), (1 − εζ̂)W₂), at points that are not solutions",
-                bound: "two precisions; floor 2⁵ N D u of the slopes",
-                cost: Cost::Cheap,
-                faults: &[LEFT],
+                about: About {
+                    name: "discrete-euler-poincare",
+                    statement: "the derivative of l_d(W₁) + l_d(W₂) at W₁W₂ fixed is ⟨L*_{W₁}l_d' − R*_{W₂}l_d', ζ⟩",
+                    source: "Martín de Diego and Sato Martín de Almagro 2019, Def 2.1 and (2.10)",
+                    oracle: "the sum on dual numbers along (W₁(1 + εζ̂), (1 − εζ̂)W₂), at points that are not solutions",
+                    bound: "two precisions; floor 2⁵ N D u of the slopes",
+                    needs: "a group; an algebra that is not abelian",
+                    cost: Cost::Cheap,
+                    faults: &[LEFT],
+                },
                 cases: |cases| cases.main_dimensions().with_group().nonabelian().boxed(),
                 check: |case, fault| settle_main(case, fault, Check { case, fault, which: Which::Variation }),
             },
             CaseLaw {
-                name: "discrete-lie-poisson",
-                statement: "l_d(W) = h l(τ⁻¹(W)/h): F⁻(W₁) = μ₁ ↦ μ₂ = Ad*_{W₁}μ₁ = F⁺(W₁) is the free step of one stage, a = 0",
-                source: "Martín de Diego and Sato Martín de Almagro 2019, §2.3, after (2.10)",
-                oracle: "the variational integrator with that tableau, from its stage equations",
-                bound: "two precisions; floor 2⁸ N D u, of momenta that rounding of W moves by p u/|w|",
-                cost: Cost::Cheap,
-                faults: &[LEFT, INVERTED],
+                about: About {
+                    name: "discrete-lie-poisson",
+                    statement: "l_d(W) = h l(τ⁻¹(W)/h): F⁻(W₁) = μ₁ ↦ μ₂ = Ad*_{W₁}μ₁ = F⁺(W₁) is the free step of one stage, a = 0",
+                    source: "Martín de Diego and Sato Martín de Almagro 2019, §2.3, after (2.10)",
+                    oracle: "the variational integrator with that tableau, from its stage equations",
+                    bound: "two precisions; floor 2⁸ N D u, of momenta that rounding of W moves by p u/|w|",
+                    needs: "a group; no force; an algebra that is not abelian",
+                    cost: Cost::Cheap,
+                    faults: &[LEFT, INVERTED],
+                },
                 cases: |cases| cases.main_dimensions().with_group().force_free().nonabelian().boxed(),
                 check: |case, fault| settle_main_small(case, fault, Check { case, fault, which: Which::Step }, 3),
             },
             CaseLaw {
-                name: "discrete-lie-poisson-map",
-                statement: "μ₁ ↦ μ₂ = Ad*_{W₁}μ₁, μ₁ = F⁻l_d(W₁), preserves the Lie–Poisson bracket: J Π(μ₁) Jᵀ = Π(μ₂)",
-                source: "Martín de Diego and Sato Martín de Almagro 2019, §2.3 and §2.2",
-                oracle: "J = ∂μ₂/∂W₁ (∂μ₁/∂W₁)⁻¹ on nested duals, Π from the structure constants; l_d a random polynomial",
-                bound: "two precisions; floor 2⁶ N D u of the terms of J Π Jᵀ times the condition of ∂μ₁/∂W₁",
-                cost: Cost::Cheap,
-                faults: &[LEFT, INVERTED],
+                about: About {
+                    name: "discrete-lie-poisson-map",
+                    statement: "μ₁ ↦ μ₂ = Ad*_{W₁}μ₁, μ₁ = F⁻l_d(W₁), preserves the Lie–Poisson bracket: J Π(μ₁) Jᵀ = Π(μ₂)",
+                    source: "Martín de Diego and Sato Martín de Almagro 2019, §2.3 and §2.2",
+                    oracle: "J = ∂μ₂/∂W₁ (∂μ₁/∂W₁)⁻¹ on nested duals, Π from the structure constants; l_d a random polynomial",
+                    bound: "two precisions; floor 2⁶ N D u of the terms of J Π Jᵀ times the condition of ∂μ₁/∂W₁",
+                    needs: "a group; an algebra that is not abelian",
+                    cost: Cost::Cheap,
+                    faults: &[LEFT, INVERTED],
+                },
                 cases: |cases| cases.main_dimensions().with_group().nonabelian().boxed(),
                 check: |case, fault| settle_main_small(case, fault, Check { case, fault, which: Which::Poisson }, 12),
             },

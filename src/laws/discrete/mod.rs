@@ -5,11 +5,15 @@
 //! | [`action`] | the extremal action of a tableau, against its values and against the doubled integrator |
 //! | [`equations`] | the equations and flows of any l_d, here of random polynomials |
 //! | [`group`] | discrete Euler–Poincaré and Lie–Poisson on G |
+//! | `judge` | slopes, antisymmetry and units of any l_d: of actions, of polynomials, of a user's |
 
 pub mod action;
 pub mod equations;
 pub mod exact;
 pub mod group;
+mod judge;
+
+pub(super) use judge::{ANTISYMMETRY, SLOPES, UNITS, antisymmetry, largest, slopes, units};
 
 use super::planted::{blend, blend_scalar};
 use super::precision::Measured;
@@ -128,40 +132,4 @@ fn compare<T: Real, const D: usize>(mine: &Triple<T, D>, expected: &Triple<T, D>
         Measured::defect((a - b).amax(), size * b.amax().max(T::one()), floor, || format!("{what} differs"))
     };
     near("V", &mine.v, &expected.v).and(near("U", &mine.u, &expected.u)).and(near("W", &mine.w, &expected.w))
-}
-
-/// l_d ∘ ι̌_d = −l_d.
-pub(super) const ANTISYMMETRIC: &str = "l_d satisfies l_d ∘ ι̌_d = −l_d off the units, ι̌_d(V, U, W) = (W, U⁻¹, V)";
-
-/// Where it is stated.
-pub(super) const ANTISYMMETRIC_SOURCE: &str =
-    "Martín de Diego and Sato Martín de Almagro 2019, §5.1, after Prop 5.2, and Thm 5.4";
-/// What [`antisymmetry`] compares with.
-pub(super) const ANTISYMMETRIC_ORACLE: &str = "the same function at the inverse triple";
-/// What [`antisymmetry`] sees.
-pub(super) const ANTISYMMETRIC_FAULTS: &[Fault] = &[KEEPS_U, VALUE];
-
-/// [`ANTISYMMETRIC`], for the values at (V, U, W) and at its inverse, with terms of so large a size.
-pub(super) fn antisymmetry<T: Real>([here, there]: [T; 2], size: T, floor: f64) -> Measured {
-    Measured::defect((here + there).abs(), size, floor, || {
-        format!("l_d(V, U, W) = {:e}, l_d(W, U⁻¹, V) = {:e}", here.to_f64(), there.to_f64())
-    })
-}
-
-/// The flow keeps the units.
-pub(super) const KEEPS_UNITS: &str =
-    "F_{l_d} takes units (V, e, V) to units, if l_d ∘ ι̌_d = −l_d to first order on them";
-/// Where it is stated.
-pub(super) const UNITS_SOURCE: &str =
-    "Martín de Diego and Sato Martín de Almagro 2019, Thm 5.3: it depends on the derivatives on the units alone";
-/// What [`units`] compares with.
-pub(super) const UNITS_ORACLE: &str = "the units themselves";
-/// How far off [`units`] allows.
-pub(super) const UNITS_BOUND: &str = "two precisions; floor 2⁸ N D u of the group elements";
-/// What [`units`] sees.
-pub(super) const UNITS_FAULTS: &[Fault] = &[NO_U, U_SIGN, DOUBLED];
-
-/// [`KEEPS_UNITS`], for where the flow takes one of them.
-pub(super) fn units<T: Real, const N: usize, const D: usize>(end: &Triple<T, D>) -> Measured {
-    compare(end, &Triple::unit(end.v), T::one(), 256.0 * (N * D) as f64)
 }

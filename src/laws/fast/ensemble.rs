@@ -4,7 +4,7 @@ use super::condition::conditions;
 use super::engine::{Body, BodyParts, OTHER_RETRACTION, Reporting, STOPPED, TERM_MISSING, settings};
 use super::step::{BOUND, hopeless, settled, step_of, verdict};
 use super::tableaux;
-use crate::harness::{Cost, Fault, Verdict, evidence};
+use crate::harness::{About, Cost, Fault, Verdict, evidence};
 use crate::integrators::StepError;
 use crate::integrators::lanes::Registers;
 use crate::integrators::so3::{EnsembleError, EnsembleSo3, HalfAngle, Member, Row, Terms};
@@ -40,24 +40,30 @@ const OTHERS: i64 = 3;
 
 pub(super) static LAWS: &[CaseLaw] = &[
     CaseLaw {
-        name: "fast-ensemble",
-        statement: "each body of an ensemble goes where it goes alone",
-        source: "Martín de Diego and Sato Martín de Almagro 2019, §5.2, on a product of groups without interaction",
-        oracle: "the fast step of each body alone, which extrapolates and iterates in another way",
-        bound: BOUND,
-        cost: Cost::Cheap,
-        faults: &[NEIGHBOUR, THREADS, STOPPED, TERM_MISSING, OTHER_RETRACTION, COEFFICIENT],
+        about: About {
+            name: "fast-ensemble",
+            statement: "each body of an ensemble goes where it goes alone",
+            source: "Martín de Diego and Sato Martín de Almagro 2019, §5.2, on a product of groups without interaction",
+            oracle: "the fast step of each body alone, which extrapolates and iterates in another way",
+            bound: BOUND,
+            needs: "",
+            cost: Cost::Cheap,
+            faults: &[NEIGHBOUR, THREADS, STOPPED, TERM_MISSING, OTHER_RETRACTION, COEFFICIENT],
+        },
         cases: drawn,
         check: |case, fault| settled(each_alone(case, fault)),
     },
     CaseLaw {
-        name: "fast-ensemble-bits",
-        statement: "an ensemble gives the same bits on 1 and on 2 threads, in 2 runs and in 1, with a group in another order",
-        source: "the definition: every lane has the same operations",
-        oracle: "the ensemble itself",
-        bound: "none: bits",
-        cost: Cost::Cheap,
-        faults: &[NEIGHBOUR, THREADS],
+        about: About {
+            name: "fast-ensemble-bits",
+            statement: "an ensemble gives the same bits on 1 and on 2 threads, in 2 runs and in 1, with a group in another order",
+            source: "the definition: every lane has the same operations",
+            oracle: "the ensemble itself",
+            bound: "none: bits",
+            needs: "",
+            cost: Cost::Cheap,
+            faults: &[NEIGHBOUR, THREADS],
+        },
         cases: drawn,
         check: |case, fault| settled(same_bits(case, fault)),
     },

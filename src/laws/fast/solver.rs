@@ -3,7 +3,7 @@
 use super::condition::{Condition, conditions};
 use super::engine::{Body, TERM_MISSING, spoil};
 use super::step::{hopeless, settled, step_of, verdict};
-use crate::harness::{Cost, Fault, Verdict};
+use crate::harness::{About, Cost, Fault, Verdict};
 use crate::integrators::so3::{SolveError, Solved};
 use crate::integrators::{AdaptiveSe3, AdaptiveSo3, StepError};
 use crate::laws::CaseLaw;
@@ -33,14 +33,17 @@ const ESTIMATE: f64 = 16.0;
 const OFF_GROUP: f64 = 1e-14;
 
 pub(super) static LAWS: &[CaseLaw] = &[CaseLaw {
-    name: "fast-solver",
-    statement: "a solver told a tolerance is within it of the solution, forward and backward, and on the group to 1e-14",
-    source: "the definition of a tolerance; Hairer, Nørsett and Wanner 1993, II.4",
-    oracle: "a classical Gauss method of order 16 on the vector field of (μ, g), in 32 digits, with two step sizes that agree",
-    bound: "(16 tolerance + 64 u a step)(1 + κ): local errors are estimated to a factor of 16; κ: how much the general engine \
+    about: About {
+        name: "fast-solver",
+        statement: "a solver told a tolerance is within it of the solution, forward and backward, and on the group to 1e-14",
+        source: "the definition of a tolerance; Hairer, Nørsett and Wanner 1993, II.4",
+        oracle: "a classical Gauss method of order 16 on the vector field of (μ, g), in 32 digits, with two step sizes that agree",
+        bound: "(16 tolerance + 64 u a step)(1 + κ): local errors are estimated to a factor of 16; κ: how much the general engine \
             amplifies small torques, measured",
-    cost: Cost::Moderate,
-    faults: &[TERM_MISSING, FAVOURED, SEES_ATTITUDE],
+        needs: "",
+        cost: Cost::Moderate,
+        faults: &[TERM_MISSING, FAVOURED, SEES_ATTITUDE],
+    },
     cases: |cases| {
         // The solvers have their own tableaux.
         cases.fast().with_tableaux(proptest::strategy::Just(Description::Family(Family::Gauss, 2))).boxed()

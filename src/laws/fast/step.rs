@@ -4,7 +4,7 @@ use super::condition::{Condition, Judged, conditions, exact, trajectory};
 use super::engine::{Body, Engine, Form, OTHER_RETRACTION, Reporting, STOPPED, TERM_MISSING};
 use super::tableaux;
 use crate::algebra::catalogue::Entry;
-use crate::harness::{Cost, Fault, Verdict, evidence};
+use crate::harness::{About, Cost, Fault, Verdict, evidence};
 use crate::integrators::StepError;
 use crate::integrators::lanes::Registers;
 use crate::laws::CaseLaw;
@@ -55,35 +55,44 @@ const FAULTS: &[Fault] = &[
 
 pub(super) static LAWS: &[CaseLaw] = &[
     CaseLaw {
-        name: "fast-step",
-        statement: "in every kind of registers the fast step is the step: (g, μ) after n steps agree with the general engine, or both refuse",
-        source: "Martín de Diego and Sato Martín de Almagro 2019, §5.2",
-        oracle: "the general engine in 32 digits, from the same 16 digits",
-        bound: BOUND,
-        cost: Cost::Cheap,
-        faults: FAULTS,
+        about: About {
+            name: "fast-step",
+            statement: "in every kind of registers the fast step is the step: (g, μ) after n steps agree with the general engine, or both refuse",
+            source: "Martín de Diego and Sato Martín de Almagro 2019, §5.2",
+            oracle: "the general engine in 32 digits, from the same 16 digits",
+            bound: BOUND,
+            needs: "",
+            cost: Cost::Cheap,
+            faults: FAULTS,
+        },
         cases: |cases| cases.fast().with_tableaux(tableaux()).boxed(),
         check: |case, fault| settled(agreement(Form::Matrix, case, fault)),
     },
     CaseLaw {
-        name: "fast-quaternion",
-        statement: "the quaternion form of the fast step is the step: the rotations of q and the momenta agree with the general engine, or both refuse",
-        source: "Martín de Diego and Sato Martín de Almagro 2019, §5.2; Shuster 1993",
-        oracle: "the general engine in 32 digits, on matrices, from the same 16 digits",
-        bound: BOUND,
-        cost: Cost::Cheap,
-        faults: FAULTS,
+        about: About {
+            name: "fast-quaternion",
+            statement: "the quaternion form of the fast step is the step: the rotations of q and the momenta agree with the general engine, or both refuse",
+            source: "Martín de Diego and Sato Martín de Almagro 2019, §5.2; Shuster 1993",
+            oracle: "the general engine in 32 digits, on matrices, from the same 16 digits",
+            bound: BOUND,
+            needs: "",
+            cost: Cost::Cheap,
+            faults: FAULTS,
+        },
         cases: |cases| cases.fast().algebras(&[Entry::So3]).with_tableaux(tableaux()).boxed(),
         check: |case, fault| settled(agreement(Form::Quaternion, case, fault)),
     },
     CaseLaw {
-        name: "fast-presentation",
-        statement: "with the axes of the body renamed, 1 → 2 → 3 → 1, the same step: μ'_a = μ_{p(a)}, g'_ab = g_{p(a)p(b)}",
-        source: "the equations have no preferred basis: Marsden and Ratiu 1999, §13.1 and §13.5",
-        oracle: "the fast step's own answer on the renamed description",
-        bound: BOUND,
-        cost: Cost::Cheap,
-        faults: &[FAVOURED, SEES_ATTITUDE],
+        about: About {
+            name: "fast-presentation",
+            statement: "with the axes of the body renamed, 1 → 2 → 3 → 1, the same step: μ'_a = μ_{p(a)}, g'_ab = g_{p(a)p(b)}",
+            source: "the equations have no preferred basis: Marsden and Ratiu 1999, §13.1 and §13.5",
+            oracle: "the fast step's own answer on the renamed description",
+            bound: BOUND,
+            needs: "",
+            cost: Cost::Cheap,
+            faults: &[FAVOURED, SEES_ATTITUDE],
+        },
         cases: |cases| cases.fast().with_tableaux(tableaux()).boxed(),
         check: |case, fault| settled(presentation(case, fault)),
     },

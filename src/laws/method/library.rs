@@ -151,13 +151,12 @@ macro_rules! law {
     };
     ($name:literal, $index:literal, $cost:expr, $faults:expr, $of:literal) => {
         CaseLaw {
-            name: $name,
-            statement: crate::laws::method::LAWS[$index].statement,
-            source: crate::laws::method::LAWS[$index].source,
-            oracle: crate::laws::method::LAWS[$index].oracle,
-            bound: crate::laws::method::LAWS[$index].bound,
-            cost: $cost,
-            faults: $faults,
+            about: $crate::harness::About {
+                name: $name,
+                cost: $cost,
+                faults: $faults,
+                ..crate::laws::method::LAWS[$index].about
+            },
             cases: |cases| drawn($of, cases),
             check: |case, fault| judge($of, case, fault),
         }

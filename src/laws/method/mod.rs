@@ -33,7 +33,7 @@ use super::planted::retraction::Plant;
 use super::precision::{AGREEMENT, Measured, alone, compare};
 use super::source::Source;
 use crate::harness::convergence::Estimate;
-use crate::harness::{Cost, Verdict};
+use crate::harness::{About, Cost, Verdict};
 use crate::integrators::StepError;
 use crate::mechanics::{Force, Lagrangian};
 use crate::retraction::Retraction;
@@ -86,18 +86,8 @@ enum MethodQuestion {
 /// A law of one-step methods.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct MethodLaw {
-    /// Short unique name, kebab case.
-    pub name: &'static str,
-    /// The formula.
-    pub statement: &'static str,
-    /// Where it is stated.
-    pub source: &'static str,
-    /// What the method is compared with.
-    pub oracle: &'static str,
-    /// How the bound is derived.
-    pub bound: &'static str,
-    /// Cheap or expensive.
-    pub cost: Cost,
+    /// What it says.
+    pub about: About,
     kind: MethodQuestion,
 }
 
@@ -109,57 +99,81 @@ const ROUNDING: &str = "two precisions, or in f64 alone 2¹⁴ u of the size of 
 /// The laws.
 pub const LAWS: &[MethodLaw] = &[
     MethodLaw {
-        name: "method-order",
-        statement: "the method converges to the solution, in μ and in g, at the order that it claims (at least at 1)",
-        source: "Hairer, Nørsett and Wanner 1993, II.3, Thm 3.4; Martín de Diego and Sato Martín de Almagro 2019, §3",
-        oracle: "a classical Gauss method of order 16 or more on the vector field of (μ, g), in 32 digits",
-        bound: SLOPE,
-        cost: Cost::Moderate,
+        about: About {
+            name: "method-order",
+            statement: "the method converges to the solution, in μ and in g, at the order that it claims (at least at 1)",
+            source: "Hairer, Nørsett and Wanner 1993, II.3, Thm 3.4; Martín de Diego and Sato Martín de Almagro 2019, §3",
+            oracle: "a classical Gauss method of order 16 or more on the vector field of (μ, g), in 32 digits",
+            bound: SLOPE,
+            needs: "",
+            cost: Cost::Moderate,
+            faults: &[],
+        },
         kind: MethodQuestion::Order,
     },
     MethodLaw {
-        name: "method-casimirs",
-        statement: "C(μ_n) − C(μ_0) − ∫⟨f, C'(μ)⟩dt is 0 up to the order of the method; without force, if claimed, to round-off",
-        source: "Martín de Diego and Sato Martín de Almagro 2019, §2.2: dC/dt = ⟨f, C'(μ)⟩ for every Casimir C",
-        oracle: "Casimirs from the catalogue of algebras, at the solution in 32 digits: there the balance is exact",
-        bound: SLOPE,
-        cost: Cost::Moderate,
+        about: About {
+            name: "method-casimirs",
+            statement: "C(μ_n) − C(μ_0) − ∫⟨f, C'(μ)⟩dt is 0 up to the order of the method; without force, if claimed, to round-off",
+            source: "Martín de Diego and Sato Martín de Almagro 2019, §2.2: dC/dt = ⟨f, C'(μ)⟩ for every Casimir C",
+            oracle: "Casimirs from the catalogue of algebras, at the solution in 32 digits: there the balance is exact",
+            bound: SLOPE,
+            needs: "",
+            cost: Cost::Moderate,
+            faults: &[],
+        },
         kind: MethodQuestion::Casimirs,
     },
     MethodLaw {
-        name: "method-energy",
-        statement: "E(μ_n) − E(μ_0) − ∫⟨f, η⟩dt is 0 up to the order of the method; without force, if claimed, to round-off",
-        source: "Martín de Diego and Sato Martín de Almagro 2019, §2.2: dE/dt = ⟨f(η), η⟩",
-        oracle: "the energy at the solution in 32 digits: there the balance is exact",
-        bound: SLOPE,
-        cost: Cost::Moderate,
+        about: About {
+            name: "method-energy",
+            statement: "E(μ_n) − E(μ_0) − ∫⟨f, η⟩dt is 0 up to the order of the method; without force, if claimed, to round-off",
+            source: "Martín de Diego and Sato Martín de Almagro 2019, §2.2: dE/dt = ⟨f(η), η⟩",
+            oracle: "the energy at the solution in 32 digits: there the balance is exact",
+            bound: SLOPE,
+            needs: "",
+            cost: Cost::Moderate,
+            faults: &[],
+        },
         kind: MethodQuestion::Energy,
     },
     MethodLaw {
-        name: "method-reversibility",
-        statement: "Φ_{−h}∘Φ_h = 1 up to O(h^{p+1}) for a method of order p; if claimed, to round-off",
-        source: "Hairer, Lubich and Wanner 2006, II.3, Thm 3.1 and V.1; consistency at h and at −h",
-        oracle: "the state itself",
-        bound: SLOPE,
-        cost: Cost::Moderate,
+        about: About {
+            name: "method-reversibility",
+            statement: "Φ_{−h}∘Φ_h = 1 up to O(h^{p+1}) for a method of order p; if claimed, to round-off",
+            source: "Hairer, Lubich and Wanner 2006, II.3, Thm 3.1 and V.1; consistency at h and at −h",
+            oracle: "the state itself",
+            bound: SLOPE,
+            needs: "",
+            cost: Cost::Moderate,
+            faults: &[],
+        },
         kind: MethodQuestion::Reversibility,
     },
     MethodLaw {
-        name: "method-equivariance",
-        statement: "Φ(kg, μ) = (k g', μ') for k ∈ G; without explicit time Φ does not see t; asked again, Φ answers the same",
-        source: "Marsden and Ratiu 1999, §13.5: reduction by left translations; equations on g* do not know g",
-        oracle: "the method's own answer from the translated state",
-        bound: ROUNDING,
-        cost: Cost::Cheap,
+        about: About {
+            name: "method-equivariance",
+            statement: "Φ(kg, μ) = (k g', μ') for k ∈ G; without explicit time Φ does not see t; asked again, Φ answers the same",
+            source: "Marsden and Ratiu 1999, §13.5: reduction by left translations; equations on g* do not know g",
+            oracle: "the method's own answer from the translated state",
+            bound: ROUNDING,
+            needs: "",
+            cost: Cost::Cheap,
+            faults: &[],
+        },
         kind: MethodQuestion::Equivariance,
     },
     MethodLaw {
-        name: "method-presentation",
-        statement: "in another basis e'_a = e_b B^b_a of g the same step: Φ'(μ B) = Φ(μ) B, and the same g",
-        source: "the equations have no preferred basis: Marsden and Ratiu 1999, §13.1 and §13.5",
-        oracle: "the method's own answer on the transformed description",
-        bound: ROUNDING,
-        cost: Cost::Cheap,
+        about: About {
+            name: "method-presentation",
+            statement: "in another basis e'_a = e_b B^b_a of g the same step: Φ'(μ B) = Φ(μ) B, and the same g",
+            source: "the equations have no preferred basis: Marsden and Ratiu 1999, §13.1 and §13.5",
+            oracle: "the method's own answer on the transformed description",
+            bound: ROUNDING,
+            needs: "",
+            cost: Cost::Cheap,
+            faults: &[],
+        },
         kind: MethodQuestion::Presentation,
     },
 ];
@@ -199,7 +213,7 @@ impl MethodLaw {
 
 /// The law called `name`.
 pub fn named(name: &str) -> Option<&'static MethodLaw> {
-    LAWS.iter().find(|law| law.name == name)
+    LAWS.iter().find(|law| law.about.name == name)
 }
 
 /// A method, to be made for the systems of a source: described ones, or those of somebody's own types.

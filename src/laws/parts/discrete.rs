@@ -1,11 +1,10 @@
 //! The extremal action of a described system, as a discrete Lagrangian: with the claim that it is antisymmetric.
 
 use super::super::user::discrete::{self, OnGroup, UserDiscrete};
-use super::super::user::part::About;
 use super::{Erased, Supplier};
 use crate::discrete::StageLagrangian;
 use crate::group::MatrixGroup;
-use crate::harness::{BoxedStrategy, Cost};
+use crate::harness::{About, BoxedStrategy, Cost};
 use crate::mechanics::doubled::Forced;
 use crate::mechanics::force::AnyForce;
 use crate::mechanics::lagrangian::AnyLagrangian;

@@ -3,11 +3,10 @@
 use super::super::instances::Material;
 use super::super::probe::{Probe, stream};
 use super::super::user::groupoid::{self, Chains, LieChains, UserGroupoid, UserLieGroupoid};
-use super::super::user::part::About;
 use super::{Erased, Supplier};
 use crate::groupoid::Arrow;
 use crate::groupoid::{DenseGroup, DenseSpace, Groupoid, TrivialGroupoid};
-use crate::harness::BoxedStrategy;
+use crate::harness::{About, BoxedStrategy};
 use crate::scalar::{Dd, Real, Scalar};
 use crate::system::dispatch::General;
 use crate::system::{Case, Cases};

@@ -17,10 +17,10 @@
 use super::super::planted::{blend, blend_scalar};
 use super::super::precision::Measured;
 use super::group::misfit;
-use super::part::{About, Missing, Pair, Precisions, Subject, off};
+use super::part::{Missing, Pair, Precisions, Subject, off};
 use super::values::{Points, Values};
 use crate::algebra::{Casimir, Covector, LieAlgebra, Matrix, Vector, basis_vector, pair};
-use crate::harness::{Cost, Fault, Verdict};
+use crate::harness::{About, Cost, Fault, Verdict};
 use crate::scalar::{Dd, Dual, Real, Scalar};
 use proptest::strategy::{BoxedStrategy, Strategy};
 

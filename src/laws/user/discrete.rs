@@ -3,21 +3,20 @@
 //! A value that runs on dual numbers gets its slopes from [`Smooth`](crate::discrete::Smooth); then it is a discrete
 //! Lagrangian like any other.
 
+use super::super::differences::{compared, slope};
 use super::super::discrete::{
-    ANTISYMMETRIC, ANTISYMMETRIC_FAULTS, ANTISYMMETRIC_ORACLE, ANTISYMMETRIC_SOURCE, CONSTANT, DOUBLED, KEEPS_UNITS,
-    Planted, STALE, U_SIGN, UNITS_BOUND, UNITS_FAULTS, UNITS_ORACLE, UNITS_SOURCE, V_RIGHT, VALUE, antisymmetry,
-    inverse, refused, units,
+    ANTISYMMETRY, CONSTANT, DOUBLED, Planted, SLOPES, STALE, UNITS, V_RIGHT, VALUE, antisymmetry, largest, refused,
+    slopes, units,
 };
 use super::super::precision::Measured;
-use super::differences::{compared, slope};
 use super::group::{exponential, misfit};
-use super::part::{About, Missing, Pair, Precisions, Subject, off};
+use super::part::{Missing, Pair, Precisions, Subject, off};
 use super::values::{Points, Values};
-use crate::algebra::{Matrix, Vector, pair};
+use crate::algebra::{Matrix, Vector};
 use crate::discrete::legendre::flow;
 use crate::discrete::{DiscreteError, DiscreteLagrangian, Slopes, Triple};
 use crate::group::{LieGroup, MatrixGroup};
-use crate::harness::{Cost, Fault, Verdict};
+use crate::harness::{About, Cost, Fault, Verdict};
 use crate::retraction::{Exponential, Retraction};
 use crate::scalar::{Dd, Real};
 use proptest::strategy::{BoxedStrategy, Strategy};
@@ -127,16 +126,6 @@ const DIFFERENCES: &str = "2⁸ times the estimated error of the differences, an
 /// The laws of this file.
 pub static LAWS: &[About] = &[
     About {
-        name: "discrete-derivatives",
-        statement: "L* and R* of D₁, D₂ and D₃l_d are the derivatives of the value along g exp(s ξ̂) and exp(s ξ̂) g",
-        source: "Martín de Diego and Sato Martín de Almagro 2019, §5",
-        oracle: "differences of the value, extrapolated to fourth order",
-        bound: DIFFERENCES,
-        needs: "",
-        faults: &[VALUE, V_RIGHT, U_SIGN, DOUBLED],
-        cost: Cost::Cheap,
-    },
-    About {
         name: "discrete-memory",
         statement: "the slopes do not depend on what was evaluated before",
         source: "the contract of `slopes_from`",
@@ -167,26 +156,9 @@ pub static LAWS: &[About] = &[
         faults: &[V_RIGHT, DOUBLED, VALUE],
         cost: Cost::Expensive,
     },
-    About {
-        name: "discrete-antisymmetry",
-        statement: ANTISYMMETRIC,
-        source: ANTISYMMETRIC_SOURCE,
-        oracle: ANTISYMMETRIC_ORACLE,
-        bound: "two precisions; floor 2⁸ N D u of the value and of slopes times displacements",
-        needs: "the claim `antisymmetric`: l_d comes from a forced system",
-        faults: ANTISYMMETRIC_FAULTS,
-        cost: Cost::Cheap,
-    },
-    About {
-        name: "discrete-units",
-        statement: KEEPS_UNITS,
-        source: UNITS_SOURCE,
-        oracle: UNITS_ORACLE,
-        bound: UNITS_BOUND,
-        needs: "the claim `antisymmetric` or `keeps_units`",
-        faults: UNITS_FAULTS,
-        cost: Cost::Expensive,
-    },
+    SLOPES,
+    ANTISYMMETRY,
+    UNITS,
 ];
 
 /// A user's discrete Lagrangian, at both precisions or in `f64` alone, with claims.
@@ -259,7 +231,7 @@ where
     fn cases(&self, law: &About) -> BoxedStrategy<Values> {
         let points = Points::new().within(self.largest);
         match law.name {
-            "discrete-derivatives" => points.vectors(&["v", "u", "w"], N).vectors(&["along"], N),
+            "discrete-slopes" => points.vectors(&["v", "u", "w", "along_v", "along_u", "along_w"], N),
             "discrete-memory" => points.vectors(&["v", "u", "w", "before"], N),
             "discrete-antisymmetry" => points.vectors(&["v", "u", "w"], N),
             "discrete-equations" => points.vectors(&["v", "along", "partner"], N),
@@ -272,7 +244,7 @@ where
         let double = |part: &A| judge::<f64, A, N, D>(part, law.name, case, fault);
         let quad = |part: &B| judge::<Dd, B, N, D>(part, law.name, case, fault);
         match law.name {
-            "discrete-derivatives" | "discrete-equations" => self.parts.each(double, quad),
+            "discrete-slopes" | "discrete-equations" => self.parts.each(double, quad),
             _ => self.parts.settle(double, quad),
         }
     }
@@ -288,7 +260,6 @@ struct Step<T: Real, const D: usize> {
 
 struct Judge<'a, T: Real, S: Discrete<T, N, D>, const N: usize, const D: usize> {
     l_d: Planted<'a, &'a S::Lagrangian>,
-    fault: Option<&'a Fault>,
     group: &'a S::Group,
     retraction: &'a S::Retraction,
     case: &'a Values,
@@ -303,22 +274,16 @@ fn judge<T: Real, S: Discrete<T, N, D>, const N: usize, const D: usize>(
 ) -> Answer {
     let (l_d, group, retraction) = part.parts();
     let l_d = Planted { l_d, fault };
-    let judge = Judge::<T, S, N, D> { l_d, fault, group, retraction, case, floor: 256.0 * (N * D) as f64 };
+    let judge = Judge::<T, S, N, D> { l_d, group, retraction, case, floor: 256.0 * (N * D) as f64 };
     match law {
-        "discrete-derivatives" => judge.slopes(),
+        "discrete-slopes" => judge.slopes(),
         "discrete-memory" => judge.memory(),
-        "discrete-antisymmetry" => judge.antisymmetric(),
-        "discrete-units" => judge.units(),
+        "discrete-antisymmetry" => antisymmetry(&judge.l_d, &judge.triple()?),
+        "discrete-units" => units(&judge.l_d, judge.retraction, judge.element("v")?),
         "discrete-regular" => judge.regular(),
         "discrete-equations" => judge.equations(),
         other => Err(Measured::Broken(format!("there is no law `{other}` of discrete Lagrangians"))),
     }
-}
-
-/// The largest slope.
-fn largest<T: Real, const N: usize>(slopes: &Slopes<T, N>) -> T {
-    let all = [slopes.v_left, slopes.v_right, slopes.u_left, slopes.u_right, slopes.w_left, slopes.w_right];
-    all.iter().fold(T::zero(), |size, row| size.max(row.amax()))
 }
 
 impl<T: Real, S: Discrete<T, N, D>, const N: usize, const D: usize> Judge<'_, T, S, N, D> {
@@ -331,65 +296,27 @@ impl<T: Real, S: Discrete<T, N, D>, const N: usize, const D: usize> Judge<'_, T,
         exponential(&self.group.hat(x))
     }
 
+    /// exp of the vector of that name.
+    fn element(&self, name: &str) -> Result<Matrix<T, D>, Measured> {
+        Ok(self.exp(&self.vector(name)?))
+    }
+
     fn triple(&self) -> Result<Triple<T, D>, Measured> {
-        let element = |name: &str| Ok::<_, Measured>(self.exp(&self.vector(name)?));
-        Ok(Triple { v: element("v")?, u: element("u")?, w: element("w")? })
-    }
-
-    /// The value of the part itself: with the faults of the value, and with none of the slopes.
-    fn value(&self, x: &Triple<T, D>) -> Result<T, Measured> {
-        let value = DiscreteLagrangian::<T, N, D>::value(&self.l_d, x).map_err(refused)?;
-        match value.all_finite() {
-            true => Ok(value),
-            false => Err(Measured::Broken(format!("l_d = {}", value.to_f64()))),
-        }
-    }
-
-    fn slopes_at(&self, x: &Triple<T, D>) -> Result<Slopes<T, N>, Measured> {
-        let slopes = self.l_d.slopes(x).map_err(refused)?;
-        match largest(&slopes).all_finite() {
-            true => Ok(slopes),
-            false => Err(Measured::Broken("a slope is not finite".into())),
-        }
+        Ok(Triple { v: self.element("v")?, u: self.element("u")?, w: self.element("w")? })
     }
 
     fn slopes(&self) -> Answer {
-        let (x, along) = (self.triple()?, self.vector("along")?);
-        let length = along.amax();
-        self.value(&x)?;
-        let slopes = self.slopes_at(&x)?;
-        if length == T::zero() {
-            return Ok(Measured::exact());
-        }
-        // A step of at most 1/16.
-        let scale = T::exact(0.0625) / length;
-        let size = largest(&slopes) * length;
-        let mut measured = Measured::exact();
-        let names = ["L*D₁", "R*D₁", "L*D₂", "R*D₂", "L*D₃", "R*D₃"];
-        let rows = [slopes.v_left, slopes.v_right, slopes.u_left, slopes.u_right, slopes.w_left, slopes.w_right];
-        for (k, (name, row)) in names.iter().zip(rows).enumerate() {
-            let value = |s: T| {
-                let turn = self.exp(&(along * s));
-                let side = |g: &Matrix<T, D>| if k % 2 == 0 { g * turn } else { turn * g };
-                let moved = match k / 2 {
-                    0 => Triple { v: side(&x.v), ..x },
-                    1 => Triple { u: side(&x.u), ..x },
-                    _ => Triple { w: side(&x.w), ..x },
-                };
-                self.value(&moved).ok()
-            };
-            let slope =
-                slope(value, scale, size).ok_or(Measured::NotApplicable("a point is outside the domain".into()))?;
-            measured = measured.and(compared(pair(&row, &along), &slope, size, self.floor, name));
-        }
-        Ok(measured)
+        let along = [self.vector("along_v")?, self.vector("along_u")?, self.vector("along_w")?];
+        // Differences over at most 1/16.
+        let length = along.iter().fold(T::exact(0.0625), |length, along| length.max(along.amax()));
+        slopes(&self.l_d, self.group, |x| Ok(self.exp(x)), &self.triple()?, &along, T::exact(0.0625) / length)
     }
 
     fn memory(&self) -> Answer {
         let x = self.triple()?;
         let turn = self.exp(&self.vector("before")?);
         let before = Triple { v: x.v * turn, u: x.u, w: x.w * turn };
-        let fresh = self.slopes_at(&x)?;
+        let fresh = self.l_d.rows(&x)?;
         let mut memory = <Planted<'_, &S::Lagrangian> as DiscreteLagrangian<T, N, D>>::Memory::default();
         self.l_d.slopes_from(&before, &mut memory).map_err(refused)?;
         let again = self.l_d.slopes_from(&x, &mut memory).map_err(refused)?;
@@ -408,25 +335,11 @@ impl<T: Real, S: Discrete<T, N, D>, const N: usize, const D: usize> Judge<'_, T,
         Ok(measured.fold(Measured::exact(), Measured::and))
     }
 
-    fn antisymmetric(&self) -> Answer {
-        let x = self.triple()?;
-        let values = [self.value(&x)?, self.value(&inverse(&x, self.fault)?)?];
-        let slopes = self.slopes_at(&x)?;
-        let (v, u, w) = (self.vector("v")?, self.vector("u")?, self.vector("w")?);
-        let size = values[0].abs() + largest(&slopes) * (v.amax() + u.amax() + w.amax());
-        Ok(antisymmetry(values, size, self.floor))
-    }
-
     /// (V, e, V) and where the flow takes it.
     fn step(&self) -> Result<Step<T, D>, Measured> {
-        let start = Triple::unit(self.exp(&self.vector("v")?));
-        self.slopes_at(&start)?;
+        let start = Triple::unit(self.element("v")?);
+        self.l_d.rows(&start)?;
         Ok(Step { start, end: flow(&self.l_d, &self.l_d, self.retraction, &start) })
-    }
-
-    fn units(&self) -> Answer {
-        let next = self.step()?.end.map_err(refused)?;
-        Ok(units::<T, N, D>(&next))
     }
 
     fn regular(&self) -> Answer {
@@ -450,10 +363,10 @@ impl<T: Real, S: Discrete<T, N, D>, const N: usize, const D: usize> Judge<'_, T,
             let [(p, p_back), (q, q_back)] = &turns;
             let one = Triple { v: x.v * p, u: x.u, w: x.w * q };
             let two = Triple { v: p_back * y.v, u: p_back * y.u * q, w: q_back * y.w };
-            Some(self.value(&one).ok()? + self.value(&two).ok()?)
+            Some(self.l_d.number::<T, N, D>(&one).ok()? + self.l_d.number::<T, N, D>(&two).ok()?)
         };
         // The equations are solved to rounding: slopes that cancel.
-        let size = (largest(&self.slopes_at(&x)?) + largest(&self.slopes_at(&y)?)) * length;
+        let size = (largest(&self.l_d.rows(&x)?) + largest(&self.l_d.rows(&y)?)) * length;
         let slope = slope(action, T::exact(0.0625) / length, size);
         let slope = slope.ok_or(Measured::NotApplicable("a point is outside the domain".into()))?;
         Ok(compared(T::zero(), &slope, size, self.floor, "the variation of the action of two steps"))

@@ -11,15 +11,15 @@
 //! # Ok::<(), euler_poincare::mechanics::force::ForceError>(())
 //! ```
 
+use super::super::differences::{compared, slope};
 use super::super::planted::blend;
 use super::super::precision::Measured;
-use super::differences::{compared, slope};
 use super::group::misfit;
 use super::lagrangian::list;
-use super::part::{About, Missing, Pair, Precisions, Subject, off};
+use super::part::{Missing, Pair, Precisions, Subject, off};
 use super::values::{Points, Values};
 use crate::algebra::{Casimir, Covector, Vector, basis_vector, pair};
-use crate::harness::{Cost, Fault, Verdict};
+use crate::harness::{About, Cost, Fault, Verdict};
 use crate::mechanics::{Force, Lagrangian};
 use crate::scalar::{Dd, Dual, Real, Scalar};
 use proptest::strategy::{BoxedStrategy, Strategy};
@@ -111,6 +111,9 @@ pub static LAWS: &[About] = &[
 /// dC(l'(η)) of each Casimir function.
 type Gradients<T, const N: usize> = Arc<dyn Fn(&Vector<T, N>) -> Vec<Vector<T, N>> + Send + Sync>;
 
+/// The size of the terms that f is the sum of, at velocities of a size.
+type Terms<T, const N: usize> = Arc<dyn Fn(&Vector<T, N>) -> T + Send + Sync>;
+
 /// A user's force, at both precisions or in `f64` alone, with claims.
 #[doc(hidden)]
 pub struct UserForce<A, B, const N: usize> {
@@ -119,11 +122,12 @@ pub struct UserForce<A, B, const N: usize> {
     dissipates: bool,
     workless: bool,
     kept: Option<(Gradients<f64, N>, Option<Gradients<Dd, N>>)>,
+    terms: Option<(Terms<f64, N>, Terms<Dd, N>)>,
 }
 
 impl<A, B, const N: usize> UserForce<A, B, N> {
     fn new(parts: Pair<A, B>) -> Self {
-        Self { parts, largest: 4.0, dissipates: false, workless: false, kept: None }
+        Self { parts, largest: 4.0, dissipates: false, workless: false, kept: None, terms: None }
     }
 
     /// Only velocities with components of at most `largest` (default 4): the domain of f.
@@ -168,6 +172,16 @@ impl<A: Force<f64, N>, const N: usize> UserForce<A, Missing, N> {
 }
 
 impl<A: Force<f64, N>, B: Force<Dd, N>, const N: usize> UserForce<A, B, N> {
+    /// Says how large the terms are that f is the sum of, for velocities with components of at most those of its argument: where they
+    /// cancel, f is rounding of terms of this size.
+    pub(in crate::laws) fn summing(
+        self,
+        double: impl Fn(&Vector<f64, N>) -> f64 + Send + Sync + 'static,
+        quad: impl Fn(&Vector<Dd, N>) -> Dd + Send + Sync + 'static,
+    ) -> Self {
+        Self { terms: Some((Arc::new(double), Arc::new(quad))), ..self }
+    }
+
     /// The same force in `f64` and in 32 digits.
     pub fn at_both(double: A, quad: B) -> Self {
         Self::new(Pair { double, quad: Some(quad) })
@@ -214,9 +228,15 @@ where
 
     fn check(&self, law: &About, case: &Values, fault: Option<&Fault>) -> Verdict {
         let kept = self.kept.as_ref();
-        let double = |f: &A| judge::<f64, A, N>(f, law.name, case, fault, kept.map(|kept| &kept.0), self.largest);
-        let quad =
-            |f: &B| judge::<Dd, B, N>(f, law.name, case, fault, kept.and_then(|kept| kept.1.as_ref()), self.largest);
+        let terms = self.terms.as_ref();
+        let double = |f: &A| {
+            let (kept, terms) = (kept.map(|kept| &kept.0), terms.map(|terms| &terms.0));
+            judge::<f64, A, N>(f, law.name, case, fault, kept, (self.largest, terms))
+        };
+        let quad = |f: &B| {
+            let (kept, terms) = (kept.and_then(|kept| kept.1.as_ref()), terms.map(|terms| &terms.1));
+            judge::<Dd, B, N>(f, law.name, case, fault, kept, (self.largest, terms))
+        };
         match law.name {
             "force-derivatives" => self.parts.each(double, quad),
             _ => self.parts.settle(double, quad),
@@ -262,7 +282,7 @@ fn judge<T: Real, F: Force<T, N>, const N: usize>(
     case: &Values,
     fault: Option<&Fault>,
     kept: Option<&Gradients<T, N>>,
-    largest: f64,
+    (largest, terms): (f64, Option<&Terms<T, N>>),
 ) -> Result<Measured, Measured> {
     let (t, eta) = (case.number::<T>("t").map_err(misfit)?, case.vector::<T, N>("eta").map_err(misfit)?);
     let planted = Planted { force, fault, evaluations: Cell::new(0) };
@@ -286,7 +306,9 @@ fn judge<T: Real, F: Force<T, N>, const N: usize>(
         }
         "force-derivatives" => {
             let along = (case.number::<T>("dt").map_err(misfit)?, case.vector::<T, N>("along").map_err(misfit)?);
-            let judged = |scale: T| derivatives(&planted, (t, &eta), &f, (along.0, &along.1), scale);
+            // Of the derivative, too: that of a product of k velocities is a sum of k terms.
+            let terms = terms.map_or(T::zero(), |terms| terms(&(eta.abs() + along.1.abs())));
+            let judged = |scale: T| derivatives(&planted, (t, &eta), &f, (along.0, &along.1), scale, terms);
             // Steps for a smooth force, and small against η for one that is not smooth at 0.
             match judged(T::exact(largest / 4.0).max(eta.amax()))? {
                 Measured::Inconclusive(_) if eta.amax() > T::zero() => judged(eta.amax()),
@@ -326,6 +348,7 @@ fn derivatives<T: Real, F: Force<T, N>, const N: usize>(
     value: &Covector<T, N>,
     (dt, along): (T, &Vector<T, N>),
     typical: T,
+    terms: T,
 ) -> Result<Measured, Measured> {
     let dual = |re: T, eps: T| Dual { re, eps };
     let floor = 64.0 * N as f64;
@@ -342,7 +365,7 @@ fn derivatives<T: Real, F: Force<T, N>, const N: usize>(
         let off = off(&a, b);
         if off == T::zero() || off <= allowed { Ok(()) } else { Err(Measured::Broken(what.into())) }
     };
-    let (size, steep) = (value.amax(), slopes.amax() + value.amax());
+    let (size, steep) = (value.amax(), slopes.amax() + value.amax() + terms);
     near("f differs on dual numbers", found.map(|v| v.re), value, steep)?;
     near("f differs on duals of duals", second.map(|v| v.re.re), value, steep)?;
     near("the derivative differs on duals of duals", second.map(|v| v.re.eps), &slopes, steep)?;

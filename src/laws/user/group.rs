@@ -14,11 +14,11 @@
 
 use super::super::planted::blend;
 use super::super::precision::Measured;
-use super::part::{About, Missing, Pair, Precisions, Subject, off};
+use super::part::{Missing, Pair, Precisions, Subject, off};
 use super::values::{Points, Values, ValuesError};
 use crate::algebra::{Covector, LieAlgebra, Matrix, Vector, basis_vector, elimination, pair};
 use crate::group::LieGroup;
-use crate::harness::{Cost, Fault, Verdict};
+use crate::harness::{About, Cost, Fault, Verdict};
 use crate::scalar::{Dd, Dual, Real, Scalar};
 use proptest::strategy::{BoxedStrategy, Strategy};
 

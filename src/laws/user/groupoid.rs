@@ -43,14 +43,14 @@ use super::super::precision::Measured;
 use super::super::probe::{Probe, stream};
 use super::group::misfit;
 use super::lagrangian::list;
-use super::part::{About, Missing, Pair, Precisions, Subject};
+use super::part::{Missing, Pair, Precisions, Subject};
 use super::values::{Points, Values};
 use crate::groupoid::calculus::{constant, derivatives, infinitesimal, values};
 use crate::groupoid::{
     Axiom, DenseGroup, Groupoid, LieAlgebroid, LieGroupoid, NotComposable, Singleton, TrivialGroupoid, at_unit,
     push_source,
 };
-use crate::harness::{Cost, Fault, Verdict};
+use crate::harness::{About, Cost, Fault, Verdict};
 use crate::scalar::{Dd, Dual, Real, Scalar};
 use nalgebra::DVector;
 use proptest::strategy::{BoxedStrategy, Strategy};

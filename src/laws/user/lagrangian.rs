@@ -12,14 +12,14 @@
 //! assert!(report.laws.iter().all(|law| law.broken.is_empty()));
 //! ```
 
+use super::super::differences::{compared, slope};
 use super::super::planted::{blend, blend_scalar};
 use super::super::precision::Measured;
-use super::differences::{compared, slope};
 use super::group::misfit;
-use super::part::{About, Missing, Pair, Precisions, Subject, off};
+use super::part::{Missing, Pair, Precisions, Subject, off};
 use super::values::{Points, Values};
 use crate::algebra::{Covector, Matrix, Vector, basis_vector, elimination, pair};
-use crate::harness::{Cost, Fault, Verdict};
+use crate::harness::{About, Cost, Fault, Verdict};
 use crate::mechanics::{Lagrangian, LegendreError};
 use crate::scalar::{Dd, Dual, Real, Scalar};
 use proptest::strategy::{BoxedStrategy, Strategy};

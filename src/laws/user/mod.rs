@@ -22,7 +22,6 @@
 //! (`in_double`); what it lacks switches laws off. Cases are [`values::Values`].
 
 pub mod algebra;
-mod differences;
 pub mod discrete;
 pub mod force;
 pub mod group;

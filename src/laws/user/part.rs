@@ -3,32 +3,11 @@
 use super::super::precision::{self, Measured};
 use super::values::Values;
 use crate::algebra::{Covector, LieAlgebra, Matrix, Vector};
-use crate::harness::{Campaign, CampaignReport, Cost, Fault, Law, Verdict};
+use crate::harness::{About, Campaign, CampaignReport, Fault, Law, Verdict};
 use crate::scalar::{Dd, Real};
 use proptest::strategy::BoxedStrategy;
 use std::fmt;
 use std::sync::Arc;
-
-/// What a law on a part says: known without a part.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct About {
-    /// Short unique name, kebab case.
-    pub name: &'static str,
-    /// The formula.
-    pub statement: &'static str,
-    /// Where it is stated.
-    pub source: &'static str,
-    /// What the part is compared with.
-    pub oracle: &'static str,
-    /// How the bound is derived.
-    pub bound: &'static str,
-    /// What the part has to have beyond the required methods; empty if nothing.
-    pub needs: &'static str,
-    /// What can be planted.
-    pub faults: &'static [Fault],
-    /// Cheap or expensive.
-    pub cost: Cost,
-}
 
 /// The scalars in which a part is judged.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -99,7 +78,9 @@ pub fn run<S: Subject>(subject: S, seed: u64, cases: usize) -> CampaignReport<Va
 }
 
 impl<S: Subject> Law<Values> for PartLaw<S> {
-    words_of!(about);
+    fn about(&self) -> &About {
+        self.about
+    }
 
     fn cases(&self) -> BoxedStrategy<Values> {
         self.subject.cases(self.about)

@@ -233,9 +233,9 @@ impl<C: Clone + Debug + Serialize + DeserializeOwned + 'static> Entry<C> {
         let (_, evidence) = gather_with(Wanted::AllDigits, || verdict_on(&*self.law, case, None));
         Err(Box::new(Broken {
             law: self.law.name(),
-            statement: self.law.statement(),
-            source: self.law.source(),
-            oracle: self.law.oracle(),
+            statement: self.law.about().statement,
+            source: self.law.about().source,
+            oracle: self.law.about().oracle,
             verdict,
             evidence,
             case: (self.show)(case),
@@ -285,9 +285,9 @@ impl<C: Clone + Debug + Serialize + DeserializeOwned + 'static> Entry<C> {
             Ok(record) => self.judge(site, &record.case, origin, || self.command(site, path)),
             Err(why) => Err(Box::new(Broken {
                 law: self.law.name(),
-                statement: self.law.statement(),
-                source: self.law.source(),
-                oracle: self.law.oracle(),
+                statement: self.law.about().statement,
+                source: self.law.about().source,
+                oracle: self.law.about().oracle,
                 verdict: Verdict::broken(format!("{} is no case of this law: {why}", path.display())),
                 evidence: Vec::new(),
                 case: String::new(),
@@ -302,7 +302,7 @@ impl<C: Clone + Debug + Serialize + DeserializeOwned + 'static> Entry<C> {
         let strategy = self.law.cases();
         let (mut held, mut worst, mut undecided) = (0, 0.0_f64, (0, 0));
         let mut why = String::new();
-        for index in 0..settings.cases_of(self.law.cost()) {
+        for index in 0..settings.cases_of(self.law.about().cost) {
             let case = match draw(&strategy, settings.seed, self.law.name(), index).case {
                 Ok((case, _)) => case,
                 Err(refused) => {

@@ -10,7 +10,7 @@ use super::super::{CaseLaw, Source};
 use super::algebra::Bracket;
 use crate::algebra::{AlgebraError, Casimir, Covector, LieAlgebra, Matrix, Vector, basis_vector};
 use crate::group::{LieGroup, MatrixGroup};
-use crate::harness::{Fault, Law, Verdict};
+use crate::harness::{About, Fault, Law, Verdict};
 use crate::integrators::{OneStep, Report, State, StepError, Variational};
 use crate::laws::method::{self, Claims, MethodLaw, Other, Setup, Side, SystemParts, Untyped};
 use crate::laws::planted::retraction::Plant;
@@ -471,7 +471,7 @@ struct UserMethodLaw<P: 'static, const N: usize, const D: usize> {
 /// The matrices of the group do not span an algebra, as text.
 pub(super) fn method_laws<P: Types<N, D>, const N: usize, const D: usize>() -> Result<Vec<Box<dyn Law<Case>>>, String> {
     let given = given::<P, N, D>()?;
-    let laws = method::LAWS.iter().filter(|law| law.name != "method-presentation");
+    let laws = method::LAWS.iter().filter(|law| law.about.name != "method-presentation");
     let law = |law| -> Box<dyn Law<Case>> {
         Box::new(UserMethodLaw::<P, N, D> { law, given: given.clone(), types: PhantomData })
     };
@@ -493,10 +493,8 @@ fn setup<P: Types<N, D>, const N: usize, const D: usize>(
 }
 
 impl<P: Types<N, D>, const N: usize, const D: usize> Law<Case> for UserMethodLaw<P, N, D> {
-    words_of!(law, without faults);
-
-    fn faults(&self) -> &'static [Fault] {
-        &[]
+    fn about(&self) -> &About {
+        &self.law.about
     }
 
     fn cases(&self) -> BoxedStrategy<Case> {
@@ -573,7 +571,7 @@ fn table<S: Source>() -> Vec<&'static CaseLaw<S>> {
     ]
     .into_iter()
     .flatten()
-    .filter(|law| !LEFT_OUT.contains(&law.name))
+    .filter(|law| !LEFT_OUT.contains(&law.about.name))
     .collect()
 }
 
@@ -581,7 +579,9 @@ fn table<S: Source>() -> Vec<&'static CaseLaw<S>> {
 const LEFT_OUT: [&str; 2] = ["casimir-rate", "lie-poisson-bracket"];
 
 impl<S: Source> Law<Case> for SystemLaw<S> {
-    words_of!(law);
+    fn about(&self) -> &About {
+        &self.law.about
+    }
 
     fn cases(&self) -> BoxedStrategy<Case> {
         (self.law.cases)(cases().given(self.given.clone()))

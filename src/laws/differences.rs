@@ -1,6 +1,6 @@
 //! Derivatives by differences, with an estimate of their error: what derivatives by dual numbers are compared with.
 
-use super::super::precision::Measured;
+use super::precision::Measured;
 use crate::scalar::Real;
 
 /// The derivative at 0 of a function of a step, with what truncation and rounding may have done to it.

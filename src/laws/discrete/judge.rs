@@ -1,0 +1,162 @@
+//! What is asked of any discrete Lagrangian on G×G×G: of the extremal actions of described systems, of random polynomials and of a
+//! user's own.
+
+use super::super::differences::{compared, slope};
+use super::super::precision::Measured;
+use super::{DOUBLED, KEEPS_U, NO_U, Planted, U_RIGHT, U_SIGN, V_RIGHT, VALUE, compare, inverse, outside, refused};
+use crate::algebra::{Covector, Matrix, Vector, pair};
+use crate::discrete::legendre::flow;
+use crate::discrete::{DiscreteLagrangian, Slopes, Triple};
+use crate::group::LieGroup;
+use crate::harness::{About, Cost};
+use crate::retraction::{Retraction, RetractionError};
+use crate::scalar::Real;
+
+type Answer = Result<Measured, Measured>;
+
+/// What [`slopes`] judges.
+pub(in crate::laws) const SLOPES: About = About {
+    name: "discrete-slopes",
+    statement: "L* of D₁, D₂ and D₃l_d are the derivatives of the value along g τ(s ξ), and L* = Ad* R*",
+    source: "Martín de Diego and Sato Martín de Almagro 2019, §5, before (5.2), and §5.2",
+    oracle: "differences of the value, extrapolated to fourth order; Ad by conjugation of matrices",
+    bound: "2⁸ times the estimated error of the differences, and 2⁸ N D u; in each precision by itself",
+    needs: "",
+    cost: Cost::Cheap,
+    faults: &[VALUE, V_RIGHT, U_RIGHT, U_SIGN, DOUBLED],
+};
+
+/// What [`antisymmetry`] judges.
+pub(in crate::laws) const ANTISYMMETRY: About = About {
+    name: "discrete-antisymmetry",
+    statement: "l_d satisfies l_d ∘ ι̌_d = −l_d off the units, ι̌_d(V, U, W) = (W, U⁻¹, V)",
+    source: "Martín de Diego and Sato Martín de Almagro 2019, §5.1, after Prop 5.2, and Thm 5.4",
+    oracle: "the same function at the inverse triple",
+    bound: "two precisions; floor 2⁸ N D u of the slopes, by which rounding of V, U and W is multiplied",
+    needs: "the claim `antisymmetric`: l_d comes from a forced system",
+    cost: Cost::Cheap,
+    faults: &[KEEPS_U, VALUE],
+};
+
+/// What [`units`] judges.
+pub(in crate::laws) const UNITS: About = About {
+    name: "discrete-units",
+    statement: "F_{l_d} takes units (V, e, V) to units, if l_d ∘ ι̌_d = −l_d to first order on them",
+    source: "Martín de Diego and Sato Martín de Almagro 2019, Thm 5.3: it depends on the derivatives on the units alone",
+    oracle: "the units themselves",
+    bound: "two precisions; floor 2⁸ N D u of the group elements",
+    needs: "the claim `antisymmetric` or `keeps_units`",
+    cost: Cost::Expensive,
+    faults: &[NO_U, U_SIGN, DOUBLED],
+};
+
+impl<L> Planted<'_, L> {
+    /// The value, if it is finite.
+    pub fn number<T: Real, const N: usize, const D: usize>(&self, x: &Triple<T, D>) -> Result<T, Measured>
+    where
+        L: DiscreteLagrangian<T, N, D>,
+    {
+        let value = DiscreteLagrangian::<T, N, D>::value(self, x).map_err(refused)?;
+        match value.all_finite() {
+            true => Ok(value),
+            false => Err(Measured::Broken(format!("l_d = {}", value.to_f64()))),
+        }
+    }
+
+    /// The slopes, if they are finite.
+    pub fn rows<T: Real, const N: usize, const D: usize>(&self, x: &Triple<T, D>) -> Result<Slopes<T, N>, Measured>
+    where
+        L: DiscreteLagrangian<T, N, D>,
+    {
+        let slopes = self.slopes(x).map_err(refused)?;
+        match largest(&slopes).all_finite() {
+            true => Ok(slopes),
+            false => Err(Measured::Broken("a slope is not finite".into())),
+        }
+    }
+}
+
+/// The largest slope.
+pub(in crate::laws) fn largest<T: Real, const N: usize>(slopes: &Slopes<T, N>) -> T {
+    let all = [slopes.v_left, slopes.v_right, slopes.u_left, slopes.u_right, slopes.w_left, slopes.w_right];
+    all.iter().fold(T::zero(), |size, row| size.max(row.amax()))
+}
+
+/// [`SLOPES`] at (V, U, W), along V τ(s ξ), U τ(s ξ'), W τ(s ξ'') for the three directions, with s up to 2⁻¹¹ `scale` in `f64`.
+pub(in crate::laws) fn slopes<T: Real, L, const N: usize, const D: usize>(
+    l_d: &Planted<'_, L>,
+    group: &impl LieGroup<T, N, D>,
+    tau: impl Fn(&Vector<T, N>) -> Result<Matrix<T, D>, RetractionError>,
+    x: &Triple<T, D>,
+    along: &[Vector<T, N>; 3],
+    scale: T,
+) -> Answer
+where
+    L: DiscreteLagrangian<T, N, D>,
+{
+    l_d.number::<T, N, D>(x)?;
+    let rows = l_d.rows(x)?;
+    let size = largest(&rows);
+    let floor = 256.0 * (N * D) as f64;
+    let sides = |what: &str, left: &Covector<T, N>, right: &Covector<T, N>, g: &Matrix<T, D>| {
+        let ad = group.adjoint(g).ok_or(Measured::Broken("a group element is a singular matrix".into()))?;
+        let allowed = T::exact(floor) * T::unit_roundoff() * size * ad.amax().max(T::one());
+        let defect = (left - right * ad).amax();
+        let amplification = if defect == T::zero() { 0.0 } else { (defect / allowed).to_f64() };
+        let witness = format!("L* and Ad* R* differ at {what}");
+        Ok::<_, Measured>(Measured::Defect { amplification, floor: 1.0, witness })
+    };
+    let measured = sides("V", &rows.v_left, &rows.v_right, &x.v)?
+        .and(sides("U", &rows.u_left, &rows.u_right, &x.u)?)
+        .and(sides("W", &rows.w_left, &rows.w_right, &x.w)?);
+    let length = along.iter().fold(T::zero(), |length, along| length.max(along.amax()));
+    if length == T::zero() {
+        return Ok(measured);
+    }
+    let mut stopped = None;
+    let value = |s: T| {
+        let moved = || {
+            let [v, u, w] = [&along[0], &along[1], &along[2]].map(|along| tau(&(along * s)).map_err(outside));
+            l_d.number::<T, N, D>(&Triple { v: x.v * v?, u: x.u * u?, w: x.w * w? })
+        };
+        moved().map_err(|why| stopped = Some(why)).ok()
+    };
+    let differences = slope(value, scale, size * length);
+    let Some(differences) = differences else {
+        return Err(stopped.unwrap_or(Measured::NotApplicable("a point is outside the domain".into())));
+    };
+    let found = pair(&rows.v_left, &along[0]) + pair(&rows.u_left, &along[1]) + pair(&rows.w_left, &along[2]);
+    Ok(measured.and(compared(found, &differences, size * length, floor, "the slope along a direction")))
+}
+
+/// [`ANTISYMMETRY`] at (V, U, W).
+pub(in crate::laws) fn antisymmetry<T: Real, L, const N: usize, const D: usize>(
+    l_d: &Planted<'_, L>,
+    x: &Triple<T, D>,
+) -> Answer
+where
+    L: DiscreteLagrangian<T, N, D>,
+{
+    let back = inverse(x, l_d.fault)?;
+    let (here, there) = (l_d.number::<T, N, D>(x)?, l_d.number::<T, N, D>(&back)?);
+    // Rounding moves an entry by u times the largest.
+    let entries = [&x.v, &x.u, &x.w, &back.u].into_iter().fold(T::one(), |size, g| size.max(g.amax()));
+    let size = here.abs() + largest(&l_d.rows(x)?) * entries;
+    Ok(Measured::defect((here + there).abs(), size, 256.0 * (N * D) as f64, || {
+        format!("l_d(V, U, W) = {:e}, l_d(W, U⁻¹, V) = {:e}", here.to_f64(), there.to_f64())
+    }))
+}
+
+/// [`UNITS`] at (V, e, V).
+pub(in crate::laws) fn units<T: Real, L, R, const N: usize, const D: usize>(
+    l_d: &Planted<'_, L>,
+    retraction: &R,
+    v: Matrix<T, D>,
+) -> Answer
+where
+    L: DiscreteLagrangian<T, N, D>,
+    R: Retraction<T, N, D>,
+{
+    let end = flow(l_d, l_d, retraction, &Triple::unit(v)).map_err(refused)?;
+    Ok(compare(&end, &Triple::unit(end.v), T::one(), 256.0 * (N * D) as f64))
+}
