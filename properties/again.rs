@@ -35,7 +35,7 @@ fn record(law: &str, fault: Option<&str>) -> Replay {
     let toml = "format = 1\n[algebra]\nname = \"so3\"\n[method]\ntableau = \"gauss-1\"\nretraction = \"exp\"\n\
                 [state]\nvelocity = [1, 2, \"1/3\"]\n[run]\nstep = \"1/8\"\n";
     let case = Case::from_toml(toml).unwrap();
-    Replay { law: law.into(), seed: 3, index: 5, fault: fault.map(Into::into), case }
+    Replay { module: None, law: law.into(), seed: 3, index: 5, fault: fault.map(Into::into), case }
 }
 
 #[test]

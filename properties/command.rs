@@ -79,7 +79,7 @@ fn replay_file(path: &Path, law: &str, fault: Option<&str>, algebra: &str) {
          [state]\nvelocity = [1, 2, \"1/3\"]\n[run]\nstep = \"1/8\"\nsteps = 1\n"
     );
     let case = Case::from_toml(&toml).unwrap();
-    let replay = Replay { law: law.into(), seed: 7, index: 4, fault: fault.map(Into::into), case };
+    let replay = Replay { module: None, law: law.into(), seed: 7, index: 4, fault: fault.map(Into::into), case };
     fs::write(path, replay.to_json().unwrap()).unwrap();
 }
 
@@ -245,6 +245,7 @@ fn a_saved_case_is_shrunk_into_a_new_file() {
                 tableau = \"gauss-2\"\nretraction = \"cayley\"\n[state]\nmomentum = [1, 0, \"1/2\", 0, 1, 0]\n[run]\nstep = \"1/8\"\n";
     let case = Case::from_toml(toml).unwrap();
     let record = |fault: Option<&str>| Replay {
+        module: None,
         law: LAW.into(),
         seed: 7,
         index: 4,

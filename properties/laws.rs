@@ -32,7 +32,8 @@ fn every_law_holds() {
         for failure in &law.failures {
             // From now on it is replayed before everything else.
             let (law, case) = (law.law.to_string(), failure.case.clone());
-            let replay = Replay { law, seed: failure.seed, index: failure.index as u64, fault: None, case };
+            let replay =
+                Replay { module: None, law, seed: failure.seed, index: failure.index as u64, fault: None, case };
             let kept = save(&Path::new(env!("CARGO_MANIFEST_DIR")).join(REGRESSIONS), &replay);
             let again =
                 Replayed::of(replay, Wanted::AllDigits).map_or_else(|e| e.to_string(), |again| again.to_string());

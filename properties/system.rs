@@ -311,7 +311,7 @@ fn cases_and_files_round_trip() {
         let again = SystemFile::parse(&file.to_toml().unwrap_or_else(|e| panic!("{e}")));
         assert_eq!(again.unwrap_or_else(|e| panic!("{e}")), file);
         let fault = (index % 2 == 0).then(|| "wrong-index".to_string());
-        let replay = Replay { law: "casimirs".into(), seed: u64::MAX, index: index as u64, fault, case };
+        let replay = Replay { module: None, law: "casimirs".into(), seed: u64::MAX, index: index as u64, fault, case };
         let json = replay.to_json().unwrap_or_else(|e| panic!("{e}"));
         assert_eq!(Replay::from_json(&json).as_ref(), Ok(&replay));
         assert!(Replay::from_json(&json.replacen("\"law\"", "\"lav\"", 1)).is_err());

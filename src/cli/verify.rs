@@ -307,6 +307,7 @@ fn remove_failures(subjects: &[PlantedLaw], directory: &Path) -> io::Result<()> 
 fn broken_text(subject: &PlantedLaw, summary: &Summary<Case>, place: &Place) -> String {
     let saved = summary.failures.iter().map(|failure| {
         let replay = Replay {
+            module: None,
             law: subject.law.about.name.into(),
             seed: failure.seed,
             index: failure.index as u64,

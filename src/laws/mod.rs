@@ -88,10 +88,10 @@ use proptest::strategy::BoxedStrategy;
 ///     || panic!("not seen on the first case"),
 ///     |failure| failure.case,
 /// );
-/// let replay = Replay { law: law.about.name.into(), seed: 7, index: 0, fault: Some(fault.name.into()), case };
+/// let replay = Replay { module: None, law: law.about.name.into(), seed: 7, index: 0, fault: Some(fault.name.into()), case };
 /// let again: Replayed = Replayed::of(replay.clone(), Wanted::AsJudged)?;
 /// assert!(again.verdict.is_broken() && again.passes(), "a planted fault has to be seen");
-/// let unknown = Replayed::of(Replay { law: "no-law".into(), ..replay }, Wanted::AsJudged);
+/// let unknown = Replayed::of(Replay { module: None, law: "no-law".into(), ..replay }, Wanted::AsJudged);
 /// assert!(matches!(unknown, Err(ReplayError::Law { .. })));
 ///
 /// // All saved cases of a directory (here there is none).

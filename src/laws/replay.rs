@@ -26,6 +26,14 @@ pub enum ReplayError {
     /// It is malformed, or its case cannot be built.
     #[error("{0}")]
     Case(CaseError),
+    /// It is a case of a suite on a user's types.
+    #[error(
+        "a case of the suite {module}, on its user's types: run it again with EULER_POINCARE_REPLAY=FILE cargo test"
+    )]
+    Suite {
+        /// The module of the suite.
+        module: String,
+    },
     /// There is no such law.
     #[error("law: is \"{found}\"; allowed: {allowed}")]
     Law {
@@ -84,14 +92,20 @@ impl Replayed {
     /// # Errors
     /// A text that is no record, a case that cannot be built, an unknown law or fault.
     pub fn from_json(text: &str, wanted: Wanted) -> Result<Self, ReplayError> {
-        Self::of(Replay::from_json(text).map_err(ReplayError::Case)?, wanted)
+        match Replay::module_of(text) {
+            Some(module) => Err(ReplayError::Suite { module }),
+            None => Self::of(Replay::from_json(text).map_err(ReplayError::Case)?, wanted),
+        }
     }
 
     /// The record, judged in the arithmetics that are wanted; with [`Wanted::Only`] by that one alone.
     ///
     /// # Errors
-    /// An unknown law or fault.
+    /// An unknown law or fault, or a record of a suite.
     pub fn of(replay: Replay, wanted: Wanted) -> Result<Self, ReplayError> {
+        if let Some(module) = replay.module {
+            return Err(ReplayError::Suite { module });
+        }
         let (law, fault) = parts(&replay)?;
         let (verdict, evidence) = judged(law, fault, &replay.case, wanted);
         Ok(Self { law, fault, replay, verdict, evidence })
@@ -175,7 +189,7 @@ fn unit(digits: u32) -> f64 {
 }
 
 /// What was measured, as a named line.
-fn evidence_row(evidence: &Evidence) -> (&'static str, String) {
+pub(super) fn evidence_row(evidence: &Evidence) -> (&'static str, String) {
     let name = match evidence.digits() {
         16 => "16 digits",
         32 => "32 digits",

@@ -58,7 +58,7 @@ pub(crate) struct Given {
 /// assert!(share.least <= share.most);
 ///
 /// // As a file, for `replay`.
-/// let replay = Replay { law: "energy-balance".into(), seed: 1, index: 0, fault: None, case };
+/// let replay = Replay { module: None, law: "energy-balance".into(), seed: 1, index: 0, fault: None, case };
 /// assert_eq!(Replay::from_json(&replay.to_json()?)?, replay);
 /// # Ok::<(), Box<dyn std::error::Error>>(())
 /// ```

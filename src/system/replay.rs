@@ -3,12 +3,17 @@
 use super::case::Case;
 use super::document::Document;
 use super::error::{CaseError, Place, Problem};
+use serde::de::DeserializeOwned;
 use serde::{Deserialize, Serialize};
 
-/// What `replay` runs again: one JSON object, with the case in the shape of a system file.
+/// What is judged again: one JSON object. A case of `verify` has the shape of a system file, and `replay` runs it; a case of a suite
+/// on a user's types names its module, whose tests run it.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
-pub struct Replay {
+pub struct Replay<C = Case> {
+    /// The module of the suite ([`laws!`](crate::laws!)) on whose types the case was judged; `None` for the catalogue.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub module: Option<String>,
     /// Name of the law.
     pub law: String,
     /// Seed of the campaign.
@@ -19,10 +24,10 @@ pub struct Replay {
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub fault: Option<String>,
     /// The case, shrunk.
-    pub case: Case,
+    pub case: C,
 }
 
-impl Replay {
+impl<C: Serialize> Replay<C> {
     /// The record as indented JSON.
     ///
     /// # Errors
@@ -30,14 +35,27 @@ impl Replay {
     pub fn to_json(&self) -> Result<String, CaseError> {
         serde_json::to_string_pretty(self).map_err(|error| Place::root().error(Problem::Part(error.to_string())))
     }
+}
+
+impl<C: DeserializeOwned> Replay<C> {
+    /// The record in a JSON text; the case is not looked at.
+    pub(crate) fn parse(text: &str) -> Result<Self, String> {
+        serde_json::from_str(text).map_err(|error| error.to_string())
+    }
+}
+
+impl Replay {
+    /// The module that a record names, whatever its case.
+    pub(crate) fn module_of(text: &str) -> Option<String> {
+        Replay::<serde_json::Value>::parse(text).ok()?.module
+    }
 
     /// The record in a JSON text; the case is built once to check it.
     ///
     /// # Errors
     /// Malformed JSON (with line and column), unknown keys, or a case that cannot be built.
     pub fn from_json(text: &str) -> Result<Self, CaseError> {
-        let replay: Self =
-            serde_json::from_str(text).map_err(|error| Place::root().error(Problem::Part(error.to_string())))?;
+        let replay = Self::parse(text).map_err(|error| Place::root().error(Problem::Part(error)))?;
         replay.case.check()?;
         Ok(replay)
     }

@@ -9,7 +9,7 @@ use super::replay::Replay;
 /// ```
 /// use euler_poincare::system::{Case, Replay, file::example, snippet};
 /// let case = Case::from_toml(example())?;
-/// let replay = Replay { law: "free-casimirs".into(), seed: 1, index: 0, fault: None, case };
+/// let replay = Replay { module: None, law: "free-casimirs".into(), seed: 1, index: 0, fault: None, case };
 /// let program = snippet(&replay);
 /// assert!(program.contains("main()") && program.contains("\"free-casimirs\""));
 /// # Ok::<(), Box<dyn std::error::Error>>(())

@@ -14,12 +14,12 @@
 use super::part::{self, Subject};
 use super::system::{Parts, Types};
 use super::values::Values;
-use crate::harness::convergence::Estimate;
 use crate::harness::evidence::{Evidence, Wanted, gather_with};
-use crate::harness::{Cost, Law, Verdict, draw, shrink, verdict_on};
-use crate::system::Case;
+use crate::harness::{About, Cost, Law, Verdict, draw, shrink, verdict_on};
+use crate::laws::replay::{evidence_row, indented, verdict_rows};
+use crate::system::{Case, Replay};
+use serde::Serialize;
 use serde::de::DeserializeOwned;
-use serde::{Deserialize, Serialize};
 use std::fmt::{self, Debug, Display, Write as _};
 use std::io::Write as _;
 use std::path::{Path, PathBuf};
@@ -103,17 +103,6 @@ impl Default for SuiteSettings {
     }
 }
 
-/// A saved case.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
-#[serde(deny_unknown_fields)]
-struct Record<C> {
-    module: String,
-    law: String,
-    seed: u64,
-    index: u64,
-    case: C,
-}
-
 /// What a law of a suite came to.
 #[derive(Clone, Debug)]
 pub enum Outcome {
@@ -146,14 +135,8 @@ pub enum Outcome {
 #[derive(Clone, Debug)]
 #[non_exhaustive]
 pub struct Broken {
-    /// The law.
-    pub law: &'static str,
-    /// What it says.
-    pub statement: &'static str,
-    /// Where it is stated.
-    pub source: &'static str,
-    /// What the subject was compared with.
-    pub oracle: &'static str,
+    /// The law, and what it says.
+    pub about: About,
     /// The verdict on the case.
     pub verdict: Verdict,
     /// What was measured, in each precision.
@@ -168,36 +151,21 @@ pub struct Broken {
     pub snippet: String,
 }
 
-fn indented(text: &str) -> String {
-    text.lines().map(|line| format!("    {line}\n")).collect()
-}
-
 impl Display for Broken {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        writeln!(f, "the law `{}` is broken: {}", self.law, self.statement)?;
-        writeln!(f, "  source   {}", self.source)?;
-        writeln!(f, "  oracle   {}", self.oracle)?;
-        for evidence in &self.evidence {
-            match evidence {
-                Evidence::Defect { digits, defect, bound, .. } => {
-                    writeln!(f, "  {digits} digits: defect {defect:.3e}, bound {bound:.3e}, in units of round-off")?;
-                }
-                Evidence::Levels { digits, quantity, estimate, expected, .. } => {
-                    let expected = expected.map_or(String::new(), |order| format!(", expected {order}"));
-                    let slope = match estimate {
-                        Estimate::Slope { value, low, high, .. } => format!("slope {value:.2} ({low:.2} to {high:.2})"),
-                        other => format!("{other:?}"),
-                    };
-                    writeln!(f, "  {digits} digits: {quantity}: {slope}{expected}")?;
-                }
-            }
+        let About { name, statement, source, oracle, .. } = self.about;
+        writeln!(f, "the law `{name}` is broken: {statement}")?;
+        let mut rows = vec![("source", source.to_owned()), ("oracle", oracle.to_owned())];
+        rows.extend(self.evidence.iter().map(evidence_row));
+        rows.extend(verdict_rows(&self.verdict));
+        rows.push(("case", self.origin.clone()));
+        for (name, text) in rows {
+            writeln!(f, "  {name:<11}{text}")?;
         }
-        writeln!(f, "  verdict  {}", self.verdict)?;
-        writeln!(f, "  case     {}", self.origin)?;
-        f.write_str(&indented(&self.case))?;
-        writeln!(f, "  replay   {}", self.replay)?;
+        writeln!(f, "{}", indented(&indented(&self.case)))?;
+        writeln!(f, "  {:<11}{}", "replay", self.replay)?;
         writeln!(f, "  as a test, beside the types:")?;
-        f.write_str(&indented(&self.snippet))
+        writeln!(f, "{}", indented(&indented(&self.snippet)))
     }
 }
 
@@ -232,10 +200,7 @@ impl<C: Clone + Debug + Serialize + DeserializeOwned + 'static> Entry<C> {
         }
         let (_, evidence) = gather_with(Wanted::AllDigits, || verdict_on(&*self.law, case, None));
         Err(Box::new(Broken {
-            law: self.law.name(),
-            statement: self.law.about().statement,
-            source: self.law.about().source,
-            oracle: self.law.about().oracle,
+            about: *self.law.about(),
             verdict,
             evidence,
             case: (self.show)(case),
@@ -250,8 +215,8 @@ impl<C: Clone + Debug + Serialize + DeserializeOwned + 'static> Entry<C> {
         format!("EULER_POINCARE_REPLAY={path} cargo test {}::{}", site.path(), self.law.name().replace('-', "_"))
     }
 
-    fn save(&self, folder: &Path, record: &Record<C>) -> Result<PathBuf, String> {
-        let text = serde_json::to_string_pretty(record).map_err(|e| e.to_string())?;
+    fn save(&self, folder: &Path, record: &Replay<C>) -> Result<PathBuf, String> {
+        let text = record.to_json().map_err(|e| e.to_string())?;
         let case = serde_json::to_string(&record.case).map_err(|e| e.to_string())?;
         let hash = case
             .bytes()
@@ -279,15 +244,12 @@ impl<C: Clone + Debug + Serialize + DeserializeOwned + 'static> Entry<C> {
         let origin = format!("as saved in {}", path.display());
         let read = || {
             let text = std::fs::read_to_string(path).map_err(|e| e.to_string())?;
-            serde_json::from_str::<Record<C>>(&text).map_err(|e| e.to_string())
+            Replay::<C>::parse(&text)
         };
         match read() {
             Ok(record) => self.judge(site, &record.case, origin, || self.command(site, path)),
             Err(why) => Err(Box::new(Broken {
-                law: self.law.name(),
-                statement: self.law.about().statement,
-                source: self.law.about().source,
-                oracle: self.law.about().oracle,
+                about: *self.law.about(),
                 verdict: Verdict::broken(format!("{} is no case of this law: {why}", path.display())),
                 evidence: Vec::new(),
                 case: String::new(),
@@ -340,11 +302,12 @@ impl<C: Clone + Debug + Serialize + DeserializeOwned + 'static> Entry<C> {
         let found = shrink(&*self.law, None, settings.seed, index, settings.shrinking);
         let (case, checks) = found.map_or((case, 0), |failure| (failure.case, failure.checks));
         let origin = format!("number {index} of seed {}, shrunk with {checks} checks", settings.seed);
-        let record = Record {
-            module: site.module.into(),
+        let record = Replay {
+            module: Some(site.module.into()),
             law: self.law.name().into(),
             seed: settings.seed,
             index: index as u64,
+            fault: None,
             case: case.clone(),
         };
         let replay = || match &settings.regressions {
@@ -401,8 +364,9 @@ fn held(verdict: Verdict) -> Outcome {
 /// The module and the law of a saved case.
 fn whose(path: &Path) -> Result<(String, String), String> {
     let text = std::fs::read_to_string(path).map_err(|e| e.to_string())?;
-    let record: Record<serde_json::Value> = serde_json::from_str(&text).map_err(|e| e.to_string())?;
-    Ok((record.module, record.law))
+    let record = Replay::<serde_json::Value>::parse(&text)?;
+    let again = || format!("`verify` saved it: run it again with `euler-poincare replay {}`", path.display());
+    Ok((record.module.ok_or_else(again)?, record.law))
 }
 
 /// A test that reproduces a verdict.
@@ -506,14 +470,22 @@ impl Suite {
 
     /// Runs the law called `name`; [`Outcome::Undecided`] where there is none.
     pub fn run(&self, name: &str, settings: &SuiteSettings) -> Outcome {
+        // Of a case to be replayed whose law is none of these, nobody else would say so.
+        if let Some(Ok((module, law))) = settings.replay.as_deref().map(whose)
+            && module == self.site.module
+            && !self.names().contains(&law.as_str())
+        {
+            return Outcome::Undecided { why: self.none(&law) };
+        }
         match self.laws.iter().find(|law| law.name() == name) {
             Some(law) => law.run(&self.site, settings),
-            None => {
-                let why =
-                    self.refused.clone().unwrap_or_else(|| format!("there is no law called `{name}` on these types"));
-                Outcome::Undecided { why }
-            }
+            None => Outcome::Undecided { why: self.none(name) },
         }
+    }
+
+    /// Why there is no such law.
+    fn none(&self, name: &str) -> String {
+        self.refused.clone().unwrap_or_else(|| format!("there is no law called `{name}` on these types"))
     }
 
     /// Runs the law whose name has `_` for `-` and panics unless it holds; says, past what the test runner captures, when
