@@ -69,7 +69,9 @@ fn found(suite: &Suite, law: &str) {
     let first = broken(&settings);
     let report = first.to_string();
     let replay = format!("{law}-");
-    for part in [law, first.about.statement, first.about.source, "16 digits", "32 digits", "EULER_POINCARE_REPLAY=", &replay] {
+    for part in
+        [law, first.about.statement, first.about.source, "16 digits", "32 digits", "EULER_POINCARE_REPLAY=", &replay]
+    {
         assert!(report.contains(part), "{part} is not in the report:\n{report}");
     }
     assert!(first.snippet.contains("euler_poincare::suite! {"), "{}", first.snippet);

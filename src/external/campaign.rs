@@ -4,9 +4,9 @@ use super::counterexample::Broken;
 use super::protocol::Described;
 use super::report::{LawReport, ProbeReport};
 use super::stepper::External;
-use crate::harness::{BoxedStrategy, Verdict, draw};
+use crate::harness::{Verdict, draw};
 use crate::laws::method::{Claims, MethodLaw, Outcome, check_case, theory_of};
-use crate::system::{Case, Cases, simpler::simpler};
+use crate::system::{Case, Cases};
 use proptest::strategy::Strategy;
 use std::collections::HashSet;
 use std::time::{Duration, Instant};
@@ -204,13 +204,13 @@ impl Probe<'_> {
         let mut laws = Vec::new();
         for law in self.laws {
             let mut report = LawReport::new(law, &self.claims);
-            let strategies = self.strategies(law);
+            let drawn = self.drawn(law);
             for index in 0..self.cases() {
                 if self.external.is_given_up() || self.external.is_interrupted() {
                     break;
                 }
-                let strategy = strategies.as_ref().map(|strategies| &strategies[index % 2]);
-                self.case(&mut report, strategy, index, &mut progress);
+                let cases = drawn.as_ref().map(|drawn| &drawn[index % 2]);
+                self.case(&mut report, cases, index, &mut progress);
             }
             laws.push(report);
         }
@@ -224,11 +224,11 @@ impl Probe<'_> {
     }
 
     /// The cases of even and of odd index: where a claim is about free motions, every second system is without force.
-    fn strategies(&self, law: &MethodLaw) -> Option<[BoxedStrategy<Case>; 2]> {
+    fn drawn(&self, law: &MethodLaw) -> Option<[Cases; 2]> {
         let Drawn::Random { of, .. } = &self.systems else { return None };
-        let any = law.cases((**of).clone()).boxed();
+        let any = law.cases((**of).clone());
         let free = law.claims_free_motion() && law.claim(&self.claims).is_some();
-        let even = if free { law.cases((**of).clone().force_free()).boxed() } else { any.clone() };
+        let even = if free { law.cases((**of).clone().force_free()) } else { any.clone() };
         Some([even, any])
     }
 
@@ -239,16 +239,18 @@ impl Probe<'_> {
     fn case(
         &self,
         report: &mut LawReport,
-        strategy: Option<&BoxedStrategy<Case>>,
+        cases: Option<&Cases>,
         index: usize,
         progress: &mut impl FnMut(&'static str, &Verdict),
     ) {
         let law = report.law;
-        let case = match (&self.systems, strategy) {
-            (Drawn::Random { seed, .. }, Some(strategy)) => match draw(strategy, *seed, law.about.name, index).case {
-                Ok((case, _)) => case,
-                Err(_) => return report.record(index, &Verdict::inconclusive(NO_CASE).into()),
-            },
+        let case = match (&self.systems, cases) {
+            (Drawn::Random { seed, .. }, Some(cases)) => {
+                match draw(&cases.clone().boxed(), *seed, law.about.name, index).case {
+                    Ok((case, _)) => case,
+                    Err(_) => return report.record(index, &Verdict::inconclusive(NO_CASE).into()),
+                }
+            }
             (Drawn::This(case), _) => (**case).clone(),
             (Drawn::Random { .. }, None) => return,
         };
@@ -263,9 +265,9 @@ impl Probe<'_> {
         }
         let mut broken = Broken::new(index, case, &judged.outcome, judged.failed);
         let decided = deciding(self.external, law, &self.claims, &mut broken, judged);
-        let decided = match strategy {
+        let decided = match cases {
             // A program that hangs on one case hangs on its simpler ones, a time limit each.
-            Some(strategy) if !broken.failed => self.shrink(law, strategy, &mut broken, decided),
+            Some(cases) if !broken.failed => self.shrink(law, cases, &mut broken, decided),
             _ => decided,
         };
         broken.explain(self.external, law, &self.claims, &decided.outcome);
@@ -273,7 +275,7 @@ impl Probe<'_> {
     }
 
     /// Simpler cases that are broken by themselves, until there is none or enough was spent; what was found on the last.
-    fn shrink(&self, law: &MethodLaw, strategy: &BoxedStrategy<Case>, best: &mut Broken, mut found: Judged) -> Judged {
+    fn shrink(&self, law: &MethodLaw, cases: &Cases, best: &mut Broken, mut found: Judged) -> Judged {
         if self.shrinking.checks == 0 || !found.broken_by_itself() {
             return found;
         }
@@ -282,7 +284,7 @@ impl Probe<'_> {
         let mut checks = 0;
         loop {
             let mut next = None;
-            simpler(strategy, &best.case, &mut |candidate| {
+            let _ = cases.simpler(&best.case).any(|candidate| {
                 let spent = checks >= self.shrinking.checks || Instant::now() >= deadline;
                 if spent || self.external.is_given_up() || self.external.is_interrupted() {
                     return true;

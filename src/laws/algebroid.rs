@@ -17,7 +17,6 @@ use crate::groupoid::{
 use crate::harness::{About, Cost, Fault};
 use crate::scalar::{Dual, Real};
 use nalgebra::DVector;
-use proptest::strategy::Strategy;
 
 pub(super) const BOUND: &str =
     "two precisions; floor 2⁶ m u relative to the terms, m the number of coordinates of an element";
@@ -47,7 +46,7 @@ macro_rules! law {
                 cost: Cost::Cheap,
                 faults: $faults,
             },
-            cases: |cases| cases.with_group().boxed(),
+            cases: |cases| cases.with_group(),
             check: |case, fault| {
                 settle(case, fault, Check { case, fault, kinds: None, which: Which::Algebroid($question) })
             },

@@ -19,7 +19,6 @@ use crate::retraction::{Retraction, RetractionError};
 use crate::scalar::Real;
 use crate::system::{System, Visitor};
 use nalgebra::DMatrix;
-use proptest::strategy::Strategy;
 use std::fmt::Debug;
 
 /// Above this many unknowns s N of the restricted step, 32 digits cost too much for a law that runs on every case.
@@ -50,7 +49,7 @@ pub const fn laws<S: Source>() -> &'static [CaseLaw<S>] {
                         HALF_FORCE,
                     ],
                 },
-                cases: |cases| cases.with_group().boxed(),
+                cases: |cases| cases.with_group(),
                 check: |case, fault| settle_small(case, fault, Check { case, fault, which: Which::Restriction }, MOST),
             },
             CaseLaw {
@@ -65,7 +64,7 @@ pub const fn laws<S: Source>() -> &'static [CaseLaw<S>] {
                     cost: Cost::Cheap,
                     faults: &[HALF_FORCE, NO_FORCE_DERIVATIVE, LEFT_FOR_RIGHT],
                 },
-                cases: |cases| cases.with_group().forced().boxed(),
+                cases: |cases| cases.with_group().forced(),
                 check: |case, fault| settle_small(case, fault, Check { case, fault, which: Which::Splitting }, MOST),
             },
             CaseLaw {
@@ -80,7 +79,7 @@ pub const fn laws<S: Source>() -> &'static [CaseLaw<S>] {
                     cost: Cost::Moderate,
                     faults: &[LEFT_FOR_RIGHT, ADJOINT_INVERTED, SHIFTED],
                 },
-                cases: |cases| cases.with_group().forced_nonabelian().boxed(),
+                cases: |cases| cases.with_group().forced_nonabelian(),
                 check: |case, fault| settle_small(case, fault, Check { case, fault, which: Which::MomentumMap }, 3),
             },
         ]

@@ -15,7 +15,6 @@ use crate::mechanics::{Force, Lagrangian};
 use crate::retraction::Retraction;
 use crate::scalar::{Dual, Real, Scalar};
 use crate::system::{System, Visitor};
-use proptest::strategy::Strategy;
 use std::fmt::Debug;
 
 const SOURCE: &str = "Martín de Diego and Sato Martín de Almagro 2019, Thm 3.1";
@@ -44,7 +43,7 @@ pub const fn laws<S: Source>() -> &'static [CaseLaw<S>] {
                         HALF_FORCE,
                     ],
                 },
-                cases: |cases| cases.main_dimensions().with_group().boxed(),
+                cases: |cases| cases.main_dimensions().with_group(),
                 check: |case, fault| {
                     settle_main_small(case, fault, Check { case, fault, which: Which::FirstVariation }, 9)
                 },
@@ -60,7 +59,7 @@ pub const fn laws<S: Source>() -> &'static [CaseLaw<S>] {
                     cost: Cost::Cheap,
                     faults: &[EL_BRACKET_SIGN, EL_POTENTIAL_SIGN, HALF_FORCE],
                 },
-                cases: |cases| cases.main_dimensions().with_group().boxed(),
+                cases: |cases| cases.main_dimensions().with_group(),
                 check: |case, fault| settle_main_small(case, fault, Check { case, fault, which: Which::Units }, 9),
             },
             CaseLaw {
@@ -74,7 +73,7 @@ pub const fn laws<S: Source>() -> &'static [CaseLaw<S>] {
                     cost: Cost::Expensive,
                     faults: &[EL_BRACKET_SIGN, EL_SIDES, EL_POTENTIAL_SIGN, ARROW_SIDES],
                 },
-                cases: |cases| cases.main_dimensions().with_group().smooth().boxed(),
+                cases: |cases| cases.main_dimensions().with_group().smooth(),
                 check: |case, fault| match case.visit_main::<f64, _>(&Plant(fault), Stationary { case, fault }) {
                     Ok(verdict) => verdict,
                     Err(e) => Verdict::broken(format!("a generated case cannot be built: {e}")),

@@ -19,7 +19,6 @@ use crate::retraction::{CayleySo3, Retraction, RetractionError};
 use crate::scalar::Real;
 use crate::system::{System, Visitor};
 use nalgebra::DVector;
-use proptest::strategy::Strategy;
 use std::fmt::Debug;
 
 pub(super) const SOURCE: &str = "Martín de Diego and Sato Martín de Almagro 2019, Def 4.1";
@@ -48,7 +47,7 @@ macro_rules! axioms {
                 cost: Cost::Cheap,
                 faults: $faults,
             },
-            cases: |cases| cases.with_group().boxed(),
+            cases: |cases| cases.with_group(),
             check: |case, fault| settle(case, fault, Check { case, fault, kinds: Some($kinds), which: Which::Axioms }),
         }
     };
@@ -113,7 +112,7 @@ pub const fn laws<S: Source>() -> &'static [CaseLaw<S>] {
                     cost: Cost::Cheap,
                     faults: &[INVERSE_KEEPS_U, SECOND_INVERTED, ENDS_KEPT, PRODUCT_KEEPS_END, UNMATCHED],
                 },
-                cases: |cases| cases.with_group().boxed(),
+                cases: |cases| cases.with_group(),
                 check: |case, fault| {
                     settle(case, fault, Check { case, fault, kinds: None, which: Which::Translations })
                 },

@@ -21,7 +21,6 @@ use crate::retraction::Retraction;
 use crate::scalar::{Dual, Real};
 use crate::system::{System, Visitor};
 use nalgebra::DMatrix;
-use proptest::strategy::Strategy;
 use std::fmt::Debug;
 
 const BOUND: &str = "two precisions; floor 2⁸ N u relative to the terms";
@@ -42,7 +41,7 @@ pub const fn laws<S: Source>() -> &'static [CaseLaw<S>] {
                     cost: Cost::Cheap,
                     faults: &[HAMILTON_SIGN, HAMILTON_SIDES, HAMILTON_ARROW],
                 },
-                cases: |cases| cases.main_dimensions().with_group().boxed(),
+                cases: |cases| cases.main_dimensions().with_group(),
                 check: |case, fault| settle_main(case, fault, Check { case, fault, which: Which::Equations }),
             },
             CaseLaw {
@@ -56,7 +55,7 @@ pub const fn laws<S: Source>() -> &'static [CaseLaw<S>] {
                     cost: Cost::Cheap,
                     faults: &[HAMILTON_SIDES, HAMILTON_ARROW, H_NO_FORCE_DERIVATIVE],
                 },
-                cases: |cases| cases.main_dimensions().with_group().forced().boxed(),
+                cases: |cases| cases.main_dimensions().with_group().forced(),
                 check: |case, fault| settle_main_small(case, fault, Check { case, fault, which: Which::Conserved }, 12),
             },
             CaseLaw {
@@ -70,7 +69,7 @@ pub const fn laws<S: Source>() -> &'static [CaseLaw<S>] {
                     cost: Cost::Cheap,
                     faults: &[H_FORCE_ONCE, H_SIGN, H_PLUS, H_NO_FORCE_DERIVATIVE],
                 },
-                cases: |cases| cases.main_dimensions().with_group().boxed(),
+                cases: |cases| cases.main_dimensions().with_group(),
                 check: |case, fault| settle_main_small(case, fault, Check { case, fault, which: Which::Partials }, 12),
             },
             CaseLaw {
@@ -84,7 +83,7 @@ pub const fn laws<S: Source>() -> &'static [CaseLaw<S>] {
                     cost: Cost::Cheap,
                     faults: &[HAMILTON_SIGN, HAMILTON_ARROW, H_PLUS],
                 },
-                cases: |cases| cases.main_dimensions().with_group().force_free().boxed(),
+                cases: |cases| cases.main_dimensions().with_group().force_free(),
                 check: |case, fault| settle_main_small(case, fault, Check { case, fault, which: Which::Units }, 12),
             },
             CaseLaw {
@@ -98,7 +97,7 @@ pub const fn laws<S: Source>() -> &'static [CaseLaw<S>] {
                     cost: Cost::Cheap,
                     faults: &[HAMILTON_SIGN, HAMILTON_ARROW, H_FORCE_ONCE, H_SIGN, H_PLUS],
                 },
-                cases: |cases| cases.main_dimensions().with_group().forced().boxed(),
+                cases: |cases| cases.main_dimensions().with_group().forced(),
                 check: |case, fault| settle_main_small(case, fault, Check { case, fault, which: Which::Units }, 12),
             },
             CaseLaw {
@@ -113,7 +112,7 @@ pub const fn laws<S: Source>() -> &'static [CaseLaw<S>] {
                     cost: Cost::Expensive,
                     faults: &[FIBRE_SIGN],
                 },
-                cases: |cases| cases.main_dimensions().with_group().boxed(),
+                cases: |cases| cases.main_dimensions().with_group(),
                 check: |case, fault| settle_main_small(case, fault, Check { case, fault, which: Which::Regularity }, 5),
             },
         ]

@@ -19,7 +19,6 @@ use crate::mechanics::{Force, Lagrangian};
 use crate::retraction::Retraction;
 use crate::scalar::Real;
 use crate::system::{System, Visitor};
-use proptest::strategy::Strategy;
 
 const SCHEME: &str = "Martín de Diego and Sato Martín de Almagro 2019, §5.2";
 /// The laws of this file.
@@ -54,7 +53,7 @@ pub const fn laws<S: Source>() -> &'static [CaseLaw<S>] {
                         COEFFICIENT,
                     ],
                 },
-                cases: |cases| cases.boxed(),
+                cases: |cases| cases,
                 check: |case, fault| settle_small(case, fault, PlainStep { fault }, 9),
             },
             CaseLaw {
@@ -68,7 +67,7 @@ pub const fn laws<S: Source>() -> &'static [CaseLaw<S>] {
                     cost: Cost::Cheap,
                     faults: &[CHART, HALVED],
                 },
-                cases: |cases| cases.force_free().nonabelian().boxed(),
+                cases: |cases| cases.force_free().nonabelian(),
                 check: |case, fault| settle(case, fault, Free { fault, which: FreeLaw::Casimirs }),
             },
             CaseLaw {
@@ -82,7 +81,7 @@ pub const fn laws<S: Source>() -> &'static [CaseLaw<S>] {
                     cost: Cost::Cheap,
                     faults: &[CHART, HALVED, INVERTED, FROM_LEFT, ORDER_TWO, SHIFTED, ADJOINT_INVERTED],
                 },
-                cases: |cases| cases.force_free().with_group().nonabelian().boxed(),
+                cases: |cases| cases.force_free().with_group().nonabelian(),
                 check: |case, fault| settle(case, fault, Free { fault, which: FreeLaw::Orbit }),
             },
             CaseLaw {
@@ -109,7 +108,7 @@ pub const fn laws<S: Source>() -> &'static [CaseLaw<S>] {
                         BERNOULLI,
                     ],
                 },
-                cases: |cases| cases.force_free().nonabelian().boxed(),
+                cases: |cases| cases.force_free().nonabelian(),
                 check: |case, fault| settle_small(case, fault, PoissonMap { fault }, 6),
             },
         ]

@@ -14,7 +14,6 @@ use crate::mechanics::hamiltonian::{DoubledHamiltonian, LegendreHamiltonian, mod
 use crate::retraction::Retraction;
 use crate::scalar::{Dual, Real};
 use crate::system::{System, Visitor};
-use proptest::strategy::Strategy;
 use std::fmt::Debug;
 
 const SOURCE: &str = "Martín de Diego and Sato Martín de Almagro 2019, §4.3 and Thm 4.13";
@@ -37,7 +36,7 @@ pub const fn laws<S: Source>() -> &'static [CaseLaw<S>] {
                     cost: Cost::Cheap,
                     faults: &[LEGENDRE_SIGN, LEGENDRE_ON_UNITS],
                 },
-                cases: |cases| cases.main_dimensions().with_group().boxed(),
+                cases: |cases| cases.main_dimensions().with_group(),
                 check: |case, fault| settle_main_small(case, fault, Check { case, fault, which: Which::RoundTrip }, 5),
             },
             CaseLaw {
@@ -62,7 +61,7 @@ pub const fn laws<S: Source>() -> &'static [CaseLaw<S>] {
                         HAMILTON_ARROW,
                     ],
                 },
-                cases: |cases| cases.main_dimensions().with_group().boxed(),
+                cases: |cases| cases.main_dimensions().with_group(),
                 check: |case, fault| {
                     settle_main_small(case, fault, Check { case, fault, which: Which::Intertwines }, 5)
                 },
@@ -79,7 +78,7 @@ pub const fn laws<S: Source>() -> &'static [CaseLaw<S>] {
                     cost: Cost::Cheap,
                     faults: &[FIBRE_SIGN, LEGENDRE_SIGN, LEGENDRE_ON_UNITS],
                 },
-                cases: |cases| cases.main_dimensions().with_group().boxed(),
+                cases: |cases| cases.main_dimensions().with_group(),
                 check: |case, fault| {
                     settle_main_small(case, fault, Check { case, fault, which: Which::Hamiltonian }, 5)
                 },

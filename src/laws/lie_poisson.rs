@@ -15,7 +15,6 @@ use crate::mechanics::{Force, Lagrangian, LegendreError};
 use crate::retraction::Retraction;
 use crate::scalar::{Dual, Real, Scalar};
 use crate::system::{Cases, System, Visitor};
-use proptest::strategy::Strategy;
 use std::fmt::Debug;
 
 const BOUND: &str = "two precisions; floor 2⁸ N u relative to the terms";
@@ -66,7 +65,7 @@ pub const fn laws<S: Source>() -> &'static [CaseLaw<S>] {
                     cost: Cost::Cheap,
                     faults: &[BRACKET_SIGN, BRACKET_SYMMETRIC],
                 },
-                cases: |cases| cases.main_dimensions().nonabelian().boxed(),
+                cases: |cases| cases.main_dimensions().nonabelian(),
                 check: |case, fault| settle_main(case, fault, Check { case, fault, which: Which::Bracket }),
             },
             CaseLaw {
@@ -80,7 +79,7 @@ pub const fn laws<S: Source>() -> &'static [CaseLaw<S>] {
                     cost: Cost::Cheap,
                     faults: &[BRACKET_SIGN, BRACKET_SYMMETRIC, NO_FORCE, COAD_SIGN, TRANSPOSED, ENERGY_SUM],
                 },
-                cases: |cases| cases.main_dimensions().forced_nonabelian().boxed(),
+                cases: |cases| cases.main_dimensions().forced_nonabelian(),
                 check: |case, fault| settle_main(case, fault, Check { case, fault, which: Which::Equations }),
             },
             CaseLaw {
@@ -94,7 +93,7 @@ pub const fn laws<S: Source>() -> &'static [CaseLaw<S>] {
                     cost: Cost::Cheap,
                     faults: &[NO_FORCE, TRANSPOSED, ENERGY_SUM],
                 },
-                cases: |cases| cases.main_dimensions().forced().boxed(),
+                cases: |cases| cases.main_dimensions().forced(),
                 check: |case, fault| settle_main(case, fault, Check { case, fault, which: Which::Energy }),
             },
             CaseLaw {
@@ -108,7 +107,7 @@ pub const fn laws<S: Source>() -> &'static [CaseLaw<S>] {
                     cost: Cost::Cheap,
                     faults: &[NO_FORCE, TRANSPOSED],
                 },
-                cases: |cases| with_casimirs(cases).forced().boxed(),
+                cases: |cases| with_casimirs(cases).forced(),
                 check: |case, fault| settle_main(case, fault, Check { case, fault, which: Which::Casimirs }),
             },
         ]

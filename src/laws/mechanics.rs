@@ -15,7 +15,6 @@ use crate::mechanics::{Force, Lagrangian};
 use crate::retraction::{Retraction, RetractionError};
 use crate::scalar::Real;
 use crate::system::{System, Visitor};
-use proptest::strategy::Strategy;
 use std::fmt::Debug;
 
 const BOUND: &str = "two precisions; floor 2⁶ N u relative to the terms of l_f";
@@ -35,7 +34,7 @@ pub const fn laws<S: Source>() -> &'static [CaseLaw<S>] {
                     cost: Cost::Cheap,
                     faults: &[FIRST_COPY_ONLY, COUPLING_SUM, TIME_SHIFT],
                 },
-                cases: |cases| cases.with_group().forced().boxed(),
+                cases: |cases| cases.with_group().forced(),
                 check: |case, fault| settle(case, fault, Check { case, fault, which: Which::Coupling }),
             },
             CaseLaw {
@@ -49,7 +48,7 @@ pub const fn laws<S: Source>() -> &'static [CaseLaw<S>] {
                     cost: Cost::Cheap,
                     faults: &[FIRST_COPY_ONLY, COUPLING_SUM, PLUS],
                 },
-                cases: |cases| cases.with_group().boxed(),
+                cases: |cases| cases.with_group(),
                 check: |case, fault| settle(case, fault, Check { case, fault, which: Which::Doubled }),
             },
             CaseLaw {
@@ -73,7 +72,7 @@ pub const fn laws<S: Source>() -> &'static [CaseLaw<S>] {
                         ADJOINT_INVERTED,
                     ],
                 },
-                cases: |cases| cases.with_group().boxed(),
+                cases: |cases| cases.with_group(),
                 check: |case, fault| settle_small(case, fault, Check { case, fault, which: Which::Partials }, 9),
             },
         ]

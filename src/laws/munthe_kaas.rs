@@ -13,7 +13,6 @@ use crate::mechanics::{Force, Lagrangian};
 use crate::retraction::{Retraction, TangentPoint};
 use crate::scalar::Real;
 use crate::system::{System, Visitor};
-use proptest::strategy::Strategy;
 
 /// The laws of this file.
 pub const fn laws<S: Source>() -> &'static [CaseLaw<S>] {
@@ -29,7 +28,7 @@ pub const fn laws<S: Source>() -> &'static [CaseLaw<S>] {
                 cost: Cost::Cheap,
                 faults: &[WRONG_STAGE, INVERSE_MISSING, RIGHT_TANGENT],
             },
-            cases: |cases| cases.main_dimensions().boxed(),
+            cases: |cases| cases.main_dimensions(),
             check: |case, fault| settle_main_small(case, fault, Check { fault }, 12),
         }]
     }

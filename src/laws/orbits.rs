@@ -15,7 +15,6 @@ use crate::mechanics::{Force, Lagrangian, LegendreError};
 use crate::retraction::Retraction;
 use crate::scalar::{Dual, Real, Scalar};
 use crate::system::{System, Visitor};
-use proptest::strategy::Strategy;
 use std::fmt::Debug;
 
 const BOUND: &str = "two precisions; floor 2⁸ N u relative to the terms";
@@ -39,7 +38,7 @@ pub const fn laws<S: Source>() -> &'static [CaseLaw<S>] {
                     cost: Cost::Cheap,
                     faults: &[ORBIT_TRANSPOSED, ORBIT_OTHER, COAD_SIGN],
                 },
-                cases: |cases| cases.main_dimensions().with_group().nonabelian().boxed(),
+                cases: |cases| cases.main_dimensions().with_group().nonabelian(),
                 check: |case, fault| settle_main(case, fault, Check { case, fault, casimirs: false }),
             },
             CaseLaw {
@@ -53,7 +52,7 @@ pub const fn laws<S: Source>() -> &'static [CaseLaw<S>] {
                     cost: Cost::Cheap,
                     faults: &[ORBIT_TRANSPOSED, ORBIT_OTHER],
                 },
-                cases: |cases| with_casimirs(cases).boxed(),
+                cases: |cases| with_casimirs(cases),
                 check: |case, fault| settle_main(case, fault, Check { case, fault, casimirs: true }),
             },
         ]

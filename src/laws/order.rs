@@ -20,10 +20,9 @@ use crate::mechanics::equations::EulerPoincare;
 use crate::mechanics::{Force, Lagrangian};
 use crate::retraction::Retraction;
 use crate::scalar::{Dd, Scalar};
-use crate::system::{Case, Cases, System, Visitor};
+use crate::system::{Cases, System, Visitor};
 use crate::tableau::{Description, Family, variational_order};
 use nalgebra::ComplexField;
-use proptest::strategy::{BoxedStrategy, Strategy};
 
 const BOUND: &str = "a quarter: half the way to the point that is as near to the next integer";
 
@@ -84,7 +83,7 @@ pub const fn laws<S: Source>() -> &'static [CaseLaw<S>] {
     }
 }
 
-fn forced(cases: Cases) -> BoxedStrategy<Case> {
+fn forced(cases: Cases) -> Cases {
     let methods = [
         (Family::Gauss, 1),
         (Family::Gauss, 2),
@@ -95,7 +94,7 @@ fn forced(cases: Cases) -> BoxedStrategy<Case> {
         (Family::LobattoIIIB, 3),
     ];
     let methods = methods.map(|(family, stages)| Description::Family(family, stages)).to_vec();
-    cases.forced_nonabelian().smooth().with_group().with_tableaux(proptest::sample::select(methods)).boxed()
+    cases.forced_nonabelian().smooth().with_group().with_tableaux(proptest::sample::select(methods))
 }
 
 #[derive(Clone, Copy)]

@@ -27,7 +27,6 @@ use crate::system::case::{Case, Drag, Force};
 use crate::system::dispatch::{General, Pairing};
 use crate::system::rates::Rates;
 use crate::system::{CaseError, Cases};
-use proptest::strategy::Strategy;
 use std::marker::PhantomData;
 
 /// A part of a system, whatever its kind and dimension.
@@ -72,7 +71,7 @@ trait Supplier {
     ) -> Option<Box<dyn Erased>>;
 
     /// Cases that have the part and what a law needs of it.
-    fn cases(law: &About, cases: Cases) -> BoxedStrategy<Case>;
+    fn cases(law: &About, cases: Cases) -> Cases;
 }
 
 /// Takes one out of a system at both precisions.
@@ -163,10 +162,10 @@ impl Supplier for OfAlgebra {
         )))
     }
 
-    fn cases(law: &About, cases: Cases) -> BoxedStrategy<Case> {
+    fn cases(law: &About, cases: Cases) -> Cases {
         match law.name {
-            "algebra-casimirs" => with_casimirs(cases).boxed(),
-            _ => cases.main_dimensions().boxed(),
+            "algebra-casimirs" => with_casimirs(cases),
+            _ => cases.main_dimensions(),
         }
     }
 }
@@ -185,8 +184,8 @@ impl Supplier for OfGroup {
         Some(Box::new(UserGroup::at_both(double.group?, quad.group?)))
     }
 
-    fn cases(_: &About, cases: Cases) -> BoxedStrategy<Case> {
-        cases.main_dimensions().with_group().boxed()
+    fn cases(_: &About, cases: Cases) -> Cases {
+        cases.main_dimensions().with_group()
     }
 }
 
@@ -204,8 +203,8 @@ impl Supplier for OfLagrangian {
         Some(Box::new(UserLagrangian::at_both(double.lagrangian, quad.lagrangian)))
     }
 
-    fn cases(_: &About, cases: Cases) -> BoxedStrategy<Case> {
-        cases.main_dimensions().boxed()
+    fn cases(_: &About, cases: Cases) -> Cases {
+        cases.main_dimensions()
     }
 }
 
@@ -237,7 +236,7 @@ impl Supplier for OfForce {
         Some(Box::new(part))
     }
 
-    fn cases(law: &About, cases: Cases) -> BoxedStrategy<Case> {
+    fn cases(law: &About, cases: Cases) -> Cases {
         let main = cases.clone().main_dimensions();
         let quarter = Number::ratio(1, 4);
         match law.name {
@@ -247,7 +246,7 @@ impl Supplier for OfForce {
                 let cases = with_casimirs(cases).forced_nonabelian();
                 claimed(cases, keeps_casimirs, Force::DoubleBracket { alpha: quarter })
             }
-            _ => main.boxed(),
+            _ => main,
         }
     }
 }
@@ -262,7 +261,7 @@ fn terms<T: Real, const N: usize>(
 
 /// The cases with those terms of their force alone of which a claim holds, or this one where there are none; as they were where
 /// that vanishes identically.
-fn claimed(cases: Cases, claim: fn(&Force) -> bool, otherwise: Force) -> BoxedStrategy<Case> {
+fn claimed(cases: Cases, claim: fn(&Force) -> bool, otherwise: Force) -> Cases {
     let kept = move |case: Case| {
         let mut forces: Vec<Force> = case.forces.iter().filter(|force| claim(force)).cloned().collect();
         if forces.is_empty() {
@@ -271,7 +270,7 @@ fn claimed(cases: Cases, claim: fn(&Force) -> bool, otherwise: Force) -> BoxedSt
         let kept = Case { forces, ..case.clone() };
         if Rates::of(&kept).is_some_and(|rates| rates.driven()) { kept } else { case }
     };
-    cases.prop_map(kept).boxed()
+    cases.mapped(kept)
 }
 
 fn positive(x: &Number) -> bool {

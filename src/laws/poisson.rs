@@ -19,7 +19,6 @@ use crate::retraction::{Retraction, RetractionError};
 use crate::scalar::{Dual, Real, Scalar};
 use crate::system::{System, Visitor};
 use nalgebra::{DMatrix, DVector};
-use proptest::strategy::Strategy;
 use std::fmt::Debug;
 
 const BOUND: &str = "two precisions; floor 2⁸ n u relative to the terms, n = dim g";
@@ -37,7 +36,7 @@ macro_rules! law {
                 cost: Cost::Cheap,
                 faults: $faults,
             },
-            cases: |cases| cases.with_group().boxed(),
+            cases: |cases| cases.with_group(),
             check: |case, fault| settle(case, fault, Check { case, fault, question: $question }),
         }
     };

@@ -65,7 +65,7 @@ pub const fn laws<S: Source>() -> &'static [CaseLaw<S>] {
                         COEFFICIENT,
                     ],
                 },
-                cases: |cases| smooth(cases).with_tableaux(tableaux()).boxed(),
+                cases: |cases| smooth(cases).with_tableaux(tableaux()),
                 check: |case, fault| check(case, fault, Which::Variational),
             },
             CaseLaw {
@@ -79,7 +79,7 @@ pub const fn laws<S: Source>() -> &'static [CaseLaw<S>] {
                     cost: Cost::Expensive,
                     faults: &[WRONG_STAGE, INVERSE_MISSING],
                 },
-                cases: |cases| smooth(cases).with_tableaux(tableaux()).boxed(),
+                cases: |cases| smooth(cases).with_tableaux(tableaux()),
                 check: |case, fault| check(case, fault, Which::MuntheKaas),
             },
         ]

@@ -17,7 +17,6 @@ use crate::retraction::{Retraction, RetractionError, TangentPoint};
 use crate::scalar::dual::derivative;
 use crate::scalar::{Real, Scalar};
 use crate::system::{System, Visitor};
-use proptest::strategy::Strategy;
 use std::fmt::Debug;
 
 const SOURCE: &str = "Martín de Diego and Sato Martín de Almagro 2019, §5.2";
@@ -39,7 +38,7 @@ pub const fn laws<S: Source>() -> &'static [CaseLaw<S>] {
                     cost: Cost::Cheap,
                     faults: &[SHIFTED],
                 },
-                cases: |cases| cases.with_group().boxed(),
+                cases: |cases| cases.with_group(),
                 check: |case, fault| settle(case, fault, Check { case, which: Which::Inverse }),
             },
             CaseLaw {
@@ -53,7 +52,7 @@ pub const fn laws<S: Source>() -> &'static [CaseLaw<S>] {
                     cost: Cost::Cheap,
                     faults: &[CUT_INVERSE],
                 },
-                cases: |cases| cases.with_group().boxed(),
+                cases: |cases| cases.with_group(),
                 check: |case, fault| settle(case, fault, Check { case, which: Which::Logarithm }),
             },
             CaseLaw {
@@ -67,7 +66,7 @@ pub const fn laws<S: Source>() -> &'static [CaseLaw<S>] {
                     cost: Cost::Cheap,
                     faults: &[SHIFTED, RIGHT_TANGENT],
                 },
-                cases: |cases| cases.with_group().boxed(),
+                cases: |cases| cases.with_group(),
                 check: |case, fault| settle(case, fault, Check { case, which: Which::Tangent }),
             },
             CaseLaw {
@@ -81,7 +80,7 @@ pub const fn laws<S: Source>() -> &'static [CaseLaw<S>] {
                     cost: Cost::Cheap,
                     faults: &[RIGHT_TANGENT, BERNOULLI, INVERSE_MISSING],
                 },
-                cases: |cases| cases.boxed(),
+                cases: |cases| cases,
                 check: |case, fault| settle(case, fault, Check { case, which: Which::InverseTangent }),
             },
             CaseLaw {
@@ -95,7 +94,7 @@ pub const fn laws<S: Source>() -> &'static [CaseLaw<S>] {
                     cost: Cost::Cheap,
                     faults: &[SECOND_MISSING, SECOND_SIGN, SECOND_SWAPPED, SECOND_OF_INVERSE],
                 },
-                cases: |cases| cases.boxed(),
+                cases: |cases| cases,
                 check: |case, fault| settle(case, fault, Check { case, which: Which::SecondTangent }),
             },
             CaseLaw {
@@ -109,7 +108,7 @@ pub const fn laws<S: Source>() -> &'static [CaseLaw<S>] {
                     cost: Cost::Cheap,
                     faults: &[SHIFTED, ADJOINT_INVERTED],
                 },
-                cases: |cases| cases.with_group().boxed(),
+                cases: |cases| cases.with_group(),
                 check: |case, fault| settle(case, fault, Check { case, which: Which::Adjoint }),
             },
         ]

@@ -14,7 +14,6 @@ use crate::mechanics::{Force, Lagrangian, LegendreError};
 use crate::retraction::Retraction;
 use crate::scalar::{Dd, Real, Scalar, dual};
 use crate::system::{Case, ForceTerm, Motion, System, Visitor};
-use proptest::strategy::Strategy;
 use std::fmt::Debug;
 
 const SOURCE: &str = "Martín de Diego and Sato Martín de Almagro 2019, Thm 4.13";
@@ -34,7 +33,7 @@ pub const fn laws<S: Source>() -> &'static [CaseLaw<S>] {
                     cost: Cost::Cheap,
                     faults: &[H_SIGN, H_PLUS],
                 },
-                cases: |cases| cases.main_dimensions().with_group().forced().boxed(),
+                cases: |cases| cases.main_dimensions().with_group().forced(),
                 check: |case, fault| settle_main_small(case, fault, Check { case, fault, units: true }, 9),
             },
             CaseLaw {
@@ -48,7 +47,7 @@ pub const fn laws<S: Source>() -> &'static [CaseLaw<S>] {
                     cost: Cost::Cheap,
                     faults: &[H_SIGN, H_PLUS],
                 },
-                cases: |cases| cases.main_dimensions().with_group().forced().prop_map(loaded).boxed(),
+                cases: |cases| cases.main_dimensions().with_group().forced().mapped(loaded),
                 check: |case, fault| settle_main_small(case, fault, Check { case, fault, units: false }, 9),
             },
             CaseLaw {
@@ -62,7 +61,7 @@ pub const fn laws<S: Source>() -> &'static [CaseLaw<S>] {
                     cost: Cost::Expensive,
                     faults: &[H_FORCE_ONCE, H_SIGN, H_PLUS],
                 },
-                cases: |cases| cases.main_dimensions().with_group().forced().boxed(),
+                cases: |cases| cases.main_dimensions().with_group().forced(),
                 check: |case, fault| match case.visit_main::<Dd, _>(&Plant(fault), Difference { case, fault }) {
                     Ok(verdict) => verdict,
                     Err(e) => Verdict::broken(format!("a generated case cannot be built: {e}")),

@@ -22,11 +22,11 @@ use crate::mechanics::doubled::{DoubledLagrangian, Forced};
 use crate::mechanics::equations::EulerPoincare;
 use crate::retraction::Retraction;
 use crate::scalar::{Dd, Scalar};
-use crate::system::{Case, Cases, System, Visitor};
+use crate::system::{Cases, System, Visitor};
 use crate::tableau::random::{TableauKind, of_kind};
 use crate::tableau::{Description, Family, variational_order};
 use nalgebra::{ComplexField, RealField};
-use proptest::strategy::{BoxedStrategy, Strategy, Union};
+use proptest::strategy::{Strategy, Union};
 use std::fmt::Debug;
 
 /// The laws of this file.
@@ -64,7 +64,7 @@ pub const fn laws<S: Source>() -> &'static [CaseLaw<S>] {
 }
 
 /// The families that the theorem is measured on, and random tableaux.
-fn generator(cases: Cases) -> BoxedStrategy<Case> {
+fn generator(cases: Cases) -> Cases {
     let families = [
         (Family::Gauss, 1),
         (Family::Gauss, 2),
@@ -80,7 +80,7 @@ fn generator(cases: Cases) -> BoxedStrategy<Case> {
         (2, proptest::sample::select(families).boxed()),
         (1, proptest::sample::select(RANDOM.to_vec()).prop_flat_map(of_kind).boxed()),
     ]);
-    cases.main_dimensions().forced_nonabelian().smooth().with_group().with_tableaux(tableaux).boxed()
+    cases.main_dimensions().forced_nonabelian().smooth().with_group().with_tableaux(tableaux)
 }
 
 /// Random tableaux of orders 1 to 3, symplectic or not.

@@ -23,7 +23,7 @@ pub(crate) mod rates;
 pub mod replay;
 pub mod shares;
 mod shrink;
-pub mod simpler;
+mod simpler;
 mod snippet;
 mod so3;
 mod strategy;

@@ -10,6 +10,8 @@ use crate::algebra::catalogue::Entry;
 use crate::scalar::Number;
 use crate::tableau::{Classic, Description};
 use proptest::strategy::{BoxedStrategy, Just, Strategy, Union};
+use std::fmt;
+use std::sync::Arc;
 
 pub use super::labels::labels;
 
@@ -80,6 +82,26 @@ pub struct Cases {
     pub(super) given: Option<Given>,
     pub(super) fixed: Fixed,
     pub(super) tableaux: BoxedStrategy<Description>,
+    pub(super) image: Image,
+}
+
+/// What is made of a case that was drawn; itself where nothing is.
+#[derive(Clone, Default)]
+pub(super) struct Image(Option<Arc<dyn Fn(Case) -> Case + Send + Sync>>);
+
+impl Image {
+    pub fn of(&self, case: Case) -> Case {
+        match &self.0 {
+            Some(image) => image(case),
+            None => case,
+        }
+    }
+}
+
+impl fmt::Debug for Image {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.write_str(if self.0.is_some() { "an image" } else { "the case itself" })
+    }
 }
 
 /// All cases: every algebra of the catalogue, products and algebras by constants; bases; inertias; forces; tableaux;
@@ -102,6 +124,7 @@ pub fn cases() -> Cases {
         given: None,
         fixed: Fixed::default(),
         tableaux: tableaux(),
+        image: Image::default(),
     }
 }
 
@@ -251,6 +274,18 @@ impl Cases {
     pub fn steps(mut self, largest: u32, smallest: u32) -> Self {
         self.exponents = (largest.min(30), smallest.clamp(largest.min(30), 30));
         self
+    }
+
+    /// What `image` makes of the cases that the knobs ask for.
+    pub fn mapped(mut self, image: impl Fn(Case) -> Case + Send + Sync + 'static) -> Self {
+        let before = self.image;
+        self.image = Image(Some(Arc::new(move |case| image(before.of(case)))));
+        self
+    }
+
+    /// Whether `case` could have been drawn, its tableau apart: the knobs admit it, and it is its own image.
+    pub fn could_draw(&self, case: &Case) -> bool {
+        self.admits(case) && self.image.of(case.clone()) == *case
     }
 
     /// Whether a case has all that the knobs ask for (the tableau is not looked at).

@@ -16,9 +16,6 @@ impl Strategy for Cases {
     type Value = Case;
 
     fn new_tree(&self, runner: &mut TestRunner) -> NewTree<Self> {
-        if let Some(answer) = super::simpler::answer(self) {
-            return answer.map(|case| CaseTree::fixed(self.clone(), case));
-        }
         let tableau = self.tableaux.new_tree(runner)?;
         for _ in 0..ATTEMPTS {
             let drawn = generate::case(&mut Draw(runner.rng()), self, tableau.current());
@@ -50,13 +47,6 @@ pub struct CaseTree {
 }
 
 impl CaseTree {
-    /// A case as it is: its tableau does not move.
-    fn fixed(knobs: Cases, case: Case) -> Self {
-        let tableau: Box<dyn ValueTree<Value = Description>> = Box::new(Still(case.method.tableau.clone()));
-        let best = case.clone();
-        Self { knobs, best, current: case, tableau, tableau_done: true, candidates: Vec::new().into_iter() }
-    }
-
     fn with_tableau(&self) -> Case {
         let mut case = self.best.clone();
         case.method.tableau = self.tableau.current();
@@ -86,7 +76,7 @@ impl ValueTree for CaseTree {
     type Value = Case;
 
     fn current(&self) -> Case {
-        self.current.clone()
+        self.knobs.image.of(self.current.clone())
     }
 
     fn simplify(&mut self) -> bool {
@@ -107,24 +97,5 @@ impl ValueTree for CaseTree {
             return true;
         }
         self.restart()
-    }
-}
-
-/// A tableau that does not shrink.
-struct Still(Description);
-
-impl ValueTree for Still {
-    type Value = Description;
-
-    fn current(&self) -> Description {
-        self.0.clone()
-    }
-
-    fn simplify(&mut self) -> bool {
-        false
-    }
-
-    fn complicate(&mut self) -> bool {
-        false
     }
 }

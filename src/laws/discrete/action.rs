@@ -22,7 +22,6 @@ use crate::retraction::Retraction;
 use crate::scalar::Real;
 use crate::system::{System, Visitor};
 use crate::tableau::Tableau;
-use proptest::strategy::Strategy;
 use std::fmt::Debug;
 
 /// What every action needs.
@@ -34,7 +33,7 @@ pub const fn laws<S: Source>() -> &'static [CaseLaw<S>] {
         &[
             CaseLaw {
                 about: About { needs: NEEDS, ..SLOPES },
-                cases: |cases| cases.main_dimensions().with_group().forced().boxed(),
+                cases: |cases| cases.main_dimensions().with_group().forced(),
                 check: |case, fault| each_main_small(case, fault, Check { case, fault, which: Which::Slopes }, 3),
             },
             CaseLaw {
@@ -48,12 +47,12 @@ pub const fn laws<S: Source>() -> &'static [CaseLaw<S>] {
                     cost: Cost::Cheap,
                     faults: &[V_RIGHT, U_RIGHT, NO_U, U_SIGN, DOUBLED, CONJUGATE],
                 },
-                cases: |cases| cases.main_dimensions().with_group().forced().boxed(),
+                cases: |cases| cases.main_dimensions().with_group().forced(),
                 check: |case, fault| settle_main_small(case, fault, Check { case, fault, which: Which::Generated }, 4),
             },
             CaseLaw {
                 about: About { needs: NEEDS, ..ANTISYMMETRY },
-                cases: |cases| cases.main_dimensions().with_group().forced().boxed(),
+                cases: |cases| cases.main_dimensions().with_group().forced(),
                 check: |case, fault| {
                     settle_main_small(case, fault, Check { case, fault, which: Which::Antisymmetry }, 4)
                 },
@@ -69,7 +68,7 @@ pub const fn laws<S: Source>() -> &'static [CaseLaw<S>] {
                     cost: Cost::Expensive,
                     faults: &[NO_U, U_SIGN, CONJUGATE],
                 },
-                cases: |cases| cases.main_dimensions().with_group().forced().boxed(),
+                cases: |cases| cases.main_dimensions().with_group().forced(),
                 check: |case, fault| settle_main_small(case, fault, Check { case, fault, which: Which::Flow }, 2),
             },
             CaseLaw {
@@ -83,7 +82,7 @@ pub const fn laws<S: Source>() -> &'static [CaseLaw<S>] {
                     cost: Cost::Expensive,
                     faults: &[NO_U, U_SIGN, DOUBLED, CONJUGATE],
                 },
-                cases: |cases| cases.main_dimensions().with_group().forced().boxed(),
+                cases: |cases| cases.main_dimensions().with_group().forced(),
                 check: |case, fault| settle_main_small(case, fault, Check { case, fault, which: Which::Restricted }, 2),
             },
         ]

@@ -14,7 +14,6 @@ use crate::mechanics::{Force, Lagrangian};
 use crate::retraction::{Retraction, RetractionError};
 use crate::scalar::{Dual, Real, Scalar};
 use crate::system::{System, Visitor};
-use proptest::strategy::Strategy;
 use std::fmt::Debug;
 
 /// The laws of this file.
@@ -32,12 +31,12 @@ pub const fn laws<S: Source>() -> &'static [CaseLaw<S>] {
                     cost: Cost::Cheap,
                     faults: &[NO_U, U_SIGN],
                 },
-                cases: |cases| cases.main_dimensions().with_group().boxed(),
+                cases: |cases| cases.main_dimensions().with_group(),
                 check: |case, fault| settle_main(case, fault, Check { case, fault, which: Which::Variation }),
             },
             CaseLaw {
                 about: About { needs: "a group", ..UNITS },
-                cases: |cases| cases.main_dimensions().with_group().boxed(),
+                cases: |cases| cases.main_dimensions().with_group(),
                 check: |case, fault| settle_main_small(case, fault, Check { case, fault, which: Which::Units }, 12),
             },
             CaseLaw {
@@ -51,7 +50,7 @@ pub const fn laws<S: Source>() -> &'static [CaseLaw<S>] {
                     cost: Cost::Expensive,
                     faults: &[NO_U, U_SIGN, KEEPS_U],
                 },
-                cases: |cases| cases.main_dimensions().with_group().boxed(),
+                cases: |cases| cases.main_dimensions().with_group(),
                 check: |case, fault| settle_main_small(case, fault, Check { case, fault, which: Which::Reduction }, 12),
             },
         ]

@@ -13,7 +13,6 @@ use crate::mechanics::doubled::{DoubledLagrangian, Forced, VelocityError};
 use crate::retraction::Retraction;
 use crate::scalar::Real;
 use crate::system::{System, Visitor};
-use proptest::strategy::Strategy;
 use std::fmt::Debug;
 
 /// The laws of this file.
@@ -31,7 +30,7 @@ pub const fn laws<S: Source>() -> &'static [CaseLaw<S>] {
                 cost: Cost::Expensive,
                 faults: &[PLUS, FIRST_COPY_ONLY, COUPLING_SUM],
             },
-            cases: |cases| cases.main_dimensions().forced().with_group().boxed(),
+            cases: |cases| cases.main_dimensions().forced().with_group(),
             check: |case, fault| settle_main_small(case, fault, Check { case, fault }, 6),
         }]
     }

@@ -16,7 +16,6 @@ use crate::retraction::{Retraction, RetractionError};
 use crate::scalar::{Dual, Real, Scalar};
 use crate::system::{System, Visitor};
 use crate::tableau::Tableau;
-use proptest::strategy::Strategy;
 use std::fmt::Debug;
 
 const LEFT: Fault = Fault::new("group-minus-left", "F⁻l_d(W) = L*_W l_d'", "non-abelian groups");
@@ -37,7 +36,7 @@ pub const fn laws<S: Source>() -> &'static [CaseLaw<S>] {
                     cost: Cost::Cheap,
                     faults: &[LEFT],
                 },
-                cases: |cases| cases.main_dimensions().with_group().nonabelian().boxed(),
+                cases: |cases| cases.main_dimensions().with_group().nonabelian(),
                 check: |case, fault| settle_main(case, fault, Check { case, fault, which: Which::Variation }),
             },
             CaseLaw {
@@ -51,7 +50,7 @@ pub const fn laws<S: Source>() -> &'static [CaseLaw<S>] {
                     cost: Cost::Cheap,
                     faults: &[LEFT, INVERTED],
                 },
-                cases: |cases| cases.main_dimensions().with_group().force_free().nonabelian().boxed(),
+                cases: |cases| cases.main_dimensions().with_group().force_free().nonabelian(),
                 check: |case, fault| settle_main_small(case, fault, Check { case, fault, which: Which::Step }, 3),
             },
             CaseLaw {
@@ -65,7 +64,7 @@ pub const fn laws<S: Source>() -> &'static [CaseLaw<S>] {
                     cost: Cost::Cheap,
                     faults: &[LEFT, INVERTED],
                 },
-                cases: |cases| cases.main_dimensions().with_group().nonabelian().boxed(),
+                cases: |cases| cases.main_dimensions().with_group().nonabelian(),
                 check: |case, fault| settle_main_small(case, fault, Check { case, fault, which: Which::Poisson }, 12),
             },
         ]

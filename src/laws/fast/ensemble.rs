@@ -18,7 +18,6 @@ use crate::scalar::Scalar;
 use crate::study::problem::varied;
 use crate::system::case::Tau;
 use crate::system::{Case, Cases};
-use proptest::strategy::{BoxedStrategy, Strategy};
 use rayon::{ThreadPool, ThreadPoolBuilder};
 use std::sync::LazyLock;
 
@@ -69,8 +68,8 @@ pub(super) static LAWS: &[CaseLaw] = &[
     },
 ];
 
-fn drawn(cases: Cases) -> BoxedStrategy<Case> {
-    cases.fast().algebras(&[crate::algebra::catalogue::Entry::So3]).with_tableaux(tableaux()).boxed()
+fn drawn(cases: Cases) -> Cases {
+    cases.fast().algebras(&[crate::algebra::catalogue::Entry::So3]).with_tableaux(tableaux())
 }
 
 /// Pools of one thread and of two.

@@ -14,7 +14,6 @@ use crate::laws::probe::{Probe, stream};
 use crate::scalar::{Dd, Scalar};
 use crate::system::Case;
 use crate::tableau::{Description, Family};
-use proptest::strategy::Strategy;
 
 /// The most steps of the case's size that a run takes the time of.
 const LONGEST: i32 = 32;
@@ -46,7 +45,7 @@ pub(super) static LAWS: &[CaseLaw] = &[CaseLaw {
     },
     cases: |cases| {
         // The solvers have their own tableaux.
-        cases.fast().with_tableaux(proptest::strategy::Just(Description::Family(Family::Gauss, 2))).boxed()
+        cases.fast().with_tableaux(proptest::strategy::Just(Description::Family(Family::Gauss, 2)))
     },
     check: |case, fault| settled(tolerance(case, fault)),
 }];

@@ -20,7 +20,6 @@ use crate::laws::probe::{Probe, stream};
 use crate::scalar::{Number, Scalar};
 use crate::system::Case;
 use crate::system::case::{Inertia, Motion};
-use proptest::strategy::Strategy;
 
 /// Steps of a trajectory: the first starts from nothing, the others from the one before.
 const STEPS: usize = 3;
@@ -65,7 +64,7 @@ pub(super) static LAWS: &[CaseLaw] = &[
             cost: Cost::Cheap,
             faults: FAULTS,
         },
-        cases: |cases| cases.fast().with_tableaux(tableaux()).boxed(),
+        cases: |cases| cases.fast().with_tableaux(tableaux()),
         check: |case, fault| settled(agreement(Form::Matrix, case, fault)),
     },
     CaseLaw {
@@ -79,7 +78,7 @@ pub(super) static LAWS: &[CaseLaw] = &[
             cost: Cost::Cheap,
             faults: FAULTS,
         },
-        cases: |cases| cases.fast().algebras(&[Entry::So3]).with_tableaux(tableaux()).boxed(),
+        cases: |cases| cases.fast().algebras(&[Entry::So3]).with_tableaux(tableaux()),
         check: |case, fault| settled(agreement(Form::Quaternion, case, fault)),
     },
     CaseLaw {
@@ -93,7 +92,7 @@ pub(super) static LAWS: &[CaseLaw] = &[
             cost: Cost::Cheap,
             faults: &[FAVOURED, SEES_ATTITUDE],
         },
-        cases: |cases| cases.fast().with_tableaux(tableaux()).boxed(),
+        cases: |cases| cases.fast().with_tableaux(tableaux()),
         check: |case, fault| settled(presentation(case, fault)),
     },
 ];

@@ -17,7 +17,6 @@ use crate::scalar::{Dd, Real};
 use crate::system::{Case, Cases, System, Visitor};
 use crate::tableau::{Classic, Description, Family, variational_order};
 use proptest::sample::select;
-use proptest::strategy::{BoxedStrategy, Strategy};
 
 /// μ'_1 (1 + h) for μ'_1.
 pub const FAVOURED: Fault = Fault::new(
@@ -126,9 +125,9 @@ fn judge(name: &str, case: &Case, fault: Option<&Fault>) -> Verdict {
     }
 }
 
-fn drawn(name: &str, cases: Cases) -> BoxedStrategy<Case> {
+fn drawn(name: &str, cases: Cases) -> Cases {
     let base = base(cases);
-    named(name).map_or(base.clone(), |law| law.cases(base)).boxed()
+    named(name).map_or(base.clone(), |law| law.cases(base))
 }
 
 /// Groups of the main dimensions, with tableaux of few stages.

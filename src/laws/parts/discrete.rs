@@ -4,7 +4,7 @@ use super::super::user::discrete::{self, OnGroup, UserDiscrete};
 use super::{Erased, Supplier};
 use crate::discrete::StageLagrangian;
 use crate::group::MatrixGroup;
-use crate::harness::{About, BoxedStrategy, Cost};
+use crate::harness::{About, Cost};
 use crate::mechanics::doubled::Forced;
 use crate::mechanics::force::AnyForce;
 use crate::mechanics::lagrangian::AnyLagrangian;
@@ -12,7 +12,6 @@ use crate::retraction::AnyRetraction;
 use crate::scalar::{Dd, Real};
 use crate::system::dispatch::General;
 use crate::system::{Case, Cases};
-use proptest::strategy::Strategy;
 
 /// τ.
 type Tau<T, const N: usize, const D: usize> = AnyRetraction<T, N, D, MatrixGroup<T, N, D>>;
@@ -56,7 +55,7 @@ impl Supplier for OfDiscrete {
         Some(Box::new(UserDiscrete::of(action(double)?, quad).antisymmetric().within(largest)))
     }
 
-    fn cases(_: &About, cases: Cases) -> BoxedStrategy<Case> {
-        cases.main_dimensions().with_group().forced().boxed()
+    fn cases(_: &About, cases: Cases) -> Cases {
+        cases.main_dimensions().with_group().forced()
     }
 }

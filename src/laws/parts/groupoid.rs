@@ -6,12 +6,11 @@ use super::super::user::groupoid::{self, Chains, LieChains, UserGroupoid, UserLi
 use super::{Erased, Supplier};
 use crate::groupoid::Arrow;
 use crate::groupoid::{DenseGroup, DenseSpace, Groupoid, TrivialGroupoid};
-use crate::harness::{About, BoxedStrategy};
+use crate::harness::About;
 use crate::scalar::{Dd, Real, Scalar};
 use crate::system::dispatch::General;
 use crate::system::{Case, Cases};
 use nalgebra::{DMatrix, DVector};
-use proptest::strategy::Strategy;
 
 /// g*×G×g*, with three elements of G.
 struct Poisson<T: Real>(Material<T>);
@@ -118,8 +117,8 @@ impl<T: Real> LieChains<T> for Poisson<T> {
     }
 }
 
-fn with_group(cases: Cases) -> BoxedStrategy<Case> {
-    cases.main_dimensions().with_group().boxed()
+fn with_group(cases: Cases) -> Cases {
+    cases.main_dimensions().with_group()
 }
 
 /// The groupoid.
@@ -136,7 +135,7 @@ impl Supplier for OfGroupoid {
         Some(Box::new(UserGroupoid::at_both(Poisson::of(case, &double)?, Poisson::of(case, &quad)?)))
     }
 
-    fn cases(_: &About, cases: Cases) -> BoxedStrategy<Case> {
+    fn cases(_: &About, cases: Cases) -> Cases {
         with_group(cases)
     }
 }
@@ -155,7 +154,7 @@ impl Supplier for OfLieGroupoid {
         Some(Box::new(UserLieGroupoid::at_both(Poisson::of(case, &double)?, Poisson::of(case, &quad)?)))
     }
 
-    fn cases(_: &About, cases: Cases) -> BoxedStrategy<Case> {
+    fn cases(_: &About, cases: Cases) -> Cases {
         with_group(cases)
     }
 }

@@ -584,7 +584,7 @@ impl<S: Source> Law<Case> for SystemLaw<S> {
     }
 
     fn cases(&self) -> BoxedStrategy<Case> {
-        (self.law.cases)(cases().given(self.given.clone()))
+        (self.law.cases)(cases().given(self.given.clone())).boxed()
     }
 
     fn check(&self, case: &Case, fault: Option<&Fault>) -> Verdict {
