@@ -2,9 +2,9 @@
 
 use super::interrupt::Interrupt;
 use super::progress::Bar;
+use super::progress::weight;
 use super::summary::{self, some};
 use super::table::{Column, Table as Grid, paragraph, seconds};
-use super::verify::weight;
 use super::{Failure, Format, print, program, schema};
 use euler_poincare::harness::store::{Manifest, StoreError};
 use euler_poincare::harness::{Cost, Fault, Law, catch_fault, catch_smallest, draw, verdict_on};

@@ -1,7 +1,7 @@
 //! A progress bar on stderr: for runs over two seconds, on a terminal.
 
 use super::interrupt::Interrupt;
-use euler_poincare::harness::{Progress, Verdict};
+use euler_poincare::harness::{Cost, Progress, Verdict};
 use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle};
 use std::collections::BTreeMap;
 use std::sync::atomic::{AtomicU64, AtomicUsize, Ordering};
@@ -174,5 +174,15 @@ impl Progress for Bar {
 
     fn finish(&self) {
         self.clear();
+    }
+}
+
+/// How many cheap checks an expensive one is worth to the progress bar.
+pub fn weight(cost: Cost) -> u64 {
+    match cost {
+        Cost::Cheap => 1,
+        Cost::Moderate => 20,
+        Cost::Expensive => 50,
+        Cost::Heavy => 1000,
     }
 }

@@ -3,6 +3,7 @@
 mod again;
 mod chart;
 mod coverage;
+mod elements;
 mod failures;
 mod faults;
 mod files;

@@ -2,10 +2,10 @@
 
 use super::interrupt::Interrupt;
 use super::laws::{exact, select};
-use super::progress::Bar;
+use super::progress::{Bar, weight};
 use super::{Failure, Format, complain, failure, faults, print, program, rates, schema, summary};
 use euler_poincare::harness::store::{Manifest, Store, StoreError};
-use euler_poincare::harness::{Campaign, CampaignReport, Cost, Done, Ending, Halt, Law, Recorded, Shard, Summary};
+use euler_poincare::harness::{Campaign, CampaignReport, Done, Ending, Halt, Law, Recorded, Shard, Summary};
 use euler_poincare::laws::replay::{REGRESSIONS, file_name, save};
 use euler_poincare::laws::{CaseLaw, PlantedLaw};
 use euler_poincare::system::{Case, Replay, labels};
@@ -249,16 +249,6 @@ fn subjects(laws: Vec<&'static CaseLaw>, plant: Option<&str>) -> Result<Vec<Plan
         return Err(Failure::Usage(format!("no selected law knows the fault \"{name}\"; the faults are: {known}")));
     }
     Ok(subjects)
-}
-
-/// How many cheap checks an expensive one is worth to the progress bar.
-pub fn weight(cost: Cost) -> u64 {
-    match cost {
-        Cost::Cheap => 1,
-        Cost::Moderate => 20,
-        Cost::Expensive => 50,
-        Cost::Heavy => 1000,
-    }
 }
 
 fn json(report: &CampaignReport<Case>) -> Result<String, Failure> {

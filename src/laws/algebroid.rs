@@ -1,7 +1,6 @@
 //! Laws of invariant vector fields and of Lie algebroids: of any Lie groupoid, and here on two groupoids of each case.
 
-use super::groupoid::{Check, Which};
-use super::instances::{CoordinatePolynomial, Instance, Second, lifted};
+use super::instances::{Check, CoordinatePolynomial, GroupoidKind, Inquiry, Instance, Material, Second, lifted};
 use super::planted::groupoid::{
     ACTION_INVERTED, ANCHOR_SIGN, ENDS_KEPT, INVERSE_KEEPS_U, PRODUCT_KEEPS_END, Planted, SECOND_INVERTED,
     STRUCTURE_SIGN, blend_vector,
@@ -47,9 +46,7 @@ macro_rules! law {
                 faults: $faults,
             },
             cases: |cases| cases.with_group(),
-            check: |case, fault| {
-                settle(case, fault, Check { case, fault, kinds: None, which: Which::Algebroid($question) })
-            },
+            check: |case, fault| settle(case, fault, Check { case, fault, kinds: None, question: $question }),
         }
     };
 }
@@ -223,6 +220,19 @@ impl<T: Real> Judge<'_, T> {
         let judged =
             Measured::defect((a - b).amax(), largest * self.instance.scale, floor, || format!("{kind:?}: {what}"));
         self.measured = std::mem::replace(&mut self.measured, Measured::NotApplicable(String::new())).and(judged);
+    }
+}
+
+impl Inquiry for Question {
+    fn judge<T: Real>(
+        self,
+        material: &Material<T>,
+        kind: GroupoidKind,
+        fault: Option<&Fault>,
+        probe: &mut Probe,
+    ) -> Option<Measured> {
+        let instance = material.instance::<Second<T>>(kind, fault, probe)?;
+        Some(judge(&instance, self, fault, probe))
     }
 }
 

@@ -1,25 +1,21 @@
 //! Laws of groupoids: the axioms of Definition 4.1 on any groupoid, here on every instance of a case, and translations.
 
-use super::algebroid::{self, Question};
-use super::instances::{GroupoidKind, Instance, Material, Second};
+use super::instances::{Check, GroupoidKind, Inquiry, Instance, Material};
 use super::planted::groupoid::{
     ACTION_INVERTED, ENDS_KEPT, INVERSE_KEEPS_U, PRODUCT_KEEPS_END, Planted, SECOND_INVERTED, UNCHECKED, UNMATCHED,
     blend_vector,
 };
 use super::precision::{Measured, settle};
-use super::probe::{Probe, stream};
+use super::probe::Probe;
 use super::{CaseLaw, Source};
 use crate::algebra::Matrix;
 use crate::groupoid::{
     AtiyahGroupoid, Axiom, Groupoid, LieGroupoid, PrincipalBundle, SphereFrames, left_translation, right_translation,
 };
 use crate::harness::{About, Cost, Fault};
-use crate::mechanics::{Force, Lagrangian};
 use crate::retraction::{CayleySo3, Retraction, RetractionError};
 use crate::scalar::Real;
-use crate::system::{System, Visitor};
 use nalgebra::DVector;
-use std::fmt::Debug;
 
 pub(super) const SOURCE: &str = "Martín de Diego and Sato Martín de Almagro 2019, Def 4.1";
 const SOURCE_43: &str = "Martín de Diego and Sato Martín de Almagro 2019, Def 4.1 and (4.4)";
@@ -48,7 +44,9 @@ macro_rules! axioms {
                 faults: $faults,
             },
             cases: |cases| cases.with_group(),
-            check: |case, fault| settle(case, fault, Check { case, fault, kinds: Some($kinds), which: Which::Axioms }),
+            check: |case, fault| {
+                settle(case, fault, Check { case, fault, kinds: Some($kinds), question: Question::Axioms })
+            },
         }
     };
 }
@@ -114,7 +112,7 @@ pub const fn laws<S: Source>() -> &'static [CaseLaw<S>] {
                 },
                 cases: |cases| cases.with_group(),
                 check: |case, fault| {
-                    settle(case, fault, Check { case, fault, kinds: None, which: Which::Translations })
+                    settle(case, fault, Check { case, fault, kinds: None, question: Question::Translations })
                 },
             },
         ]
@@ -123,63 +121,26 @@ pub const fn laws<S: Source>() -> &'static [CaseLaw<S>] {
 
 /// What is judged.
 #[derive(Clone, Copy)]
-pub(super) enum Which {
+enum Question {
     /// Definition 4.1.
     Axioms,
     /// Definition 4.2.
     Translations,
-    /// Fields and algebroids.
-    Algebroid(Question),
 }
 
-/// One question about some of the groupoids of a case.
-#[derive(Clone, Copy)]
-pub(super) struct Check<'a> {
-    pub case: &'a dyn Debug,
-    pub fault: Option<&'a Fault>,
-    /// Which groupoids; two that are drawn, if not these.
-    pub kinds: Option<&'a [GroupoidKind]>,
-    pub which: Which,
-}
-
-impl<T: Real> Visitor<T> for Check<'_> {
-    type Output = Measured;
-
-    fn visit<const N: usize, const D: usize, R: Retraction<T, N, D>, L: Lagrangian<T, N>, F: Force<T, N>>(
+impl Inquiry for Question {
+    fn judge<T: Real>(
         self,
-        system: System<T, N, D, R, L, F>,
-    ) -> Measured {
-        let mut probe = Probe::new(self.case, stream::GROUPOID);
-        let Some(group) = &system.group else {
-            return Measured::NotApplicable("the algebra has no group".into());
-        };
-        match Material::draw(group, &system.retraction, &mut probe) {
-            Ok(material) => self.judge(&material, &mut probe),
-            Err(RetractionError::NoGroup { .. }) => Measured::NotApplicable("the algebra has no group".into()),
-            Err(_) => Measured::NotApplicable("a group element is outside the domain of the retraction".into()),
-        }
-    }
-}
-
-impl Check<'_> {
-    fn judge<T: Real>(&self, material: &Material<T>, probe: &mut Probe) -> Measured {
-        let two = GroupoidKind::two(probe);
-        let mut measured = Measured::NotApplicable("no groupoid".into());
-        for kind in self.kinds.unwrap_or(&two) {
-            let judged = match self.which {
-                Which::Axioms => {
-                    material.instance::<T>(*kind, self.fault, probe).map(|i| axioms(&i, self.fault, probe))
-                }
-                Which::Translations => material.instance::<T>(*kind, self.fault, probe).map(|i| translations(&i)),
-                Which::Algebroid(question) => {
-                    let instance = material.instance::<Second<T>>(*kind, self.fault, probe);
-                    instance.map(|i| algebroid::judge(&i, question, self.fault, probe))
-                }
-            };
-            let singular = || Measured::Broken(format!("{kind:?}: an element is singular"));
-            measured = measured.and(judged.unwrap_or_else(singular));
-        }
-        measured
+        material: &Material<T>,
+        kind: GroupoidKind,
+        fault: Option<&Fault>,
+        probe: &mut Probe,
+    ) -> Option<Measured> {
+        let instance = material.instance::<T>(kind, fault, probe)?;
+        Some(match self {
+            Self::Axioms => axioms(&instance, fault, probe),
+            Self::Translations => translations(&instance),
+        })
     }
 }
 

@@ -1,16 +1,20 @@
 //! The groupoids of a case, each in its coordinates, with a fault planted in their structure or none.
 
 use super::planted::groupoid::{ACTION_INVERTED, Planted, Turned, Wrong};
-use super::probe::Probe;
+use super::precision::Measured;
+use super::probe::{Probe, stream};
 use crate::algebra::Matrix;
 use crate::groupoid::{
     Action, ActionGroupoid, AtiyahGroupoid, Coadjoint, DenseGroup, DenseSpace, Group, LieGroupoid, Linear, Manifold,
     ManifoldPair, PrincipalBundle, ProductBundle, Singleton, SphereFrames, TrivialGroupoid,
 };
 use crate::harness::Fault;
-use crate::retraction::{CayleySo3, Retraction};
+use crate::mechanics::{Force, Lagrangian};
+use crate::retraction::{CayleySo3, Retraction, RetractionError};
 use crate::scalar::{Dual, Real, Scalar};
+use crate::system::{System, Visitor};
 use nalgebra::{DMatrix, DVector};
+use std::fmt::Debug;
 
 /// Mixed second derivatives, which brackets of invariant fields need.
 pub type Second<T> = Dual<Dual<T>>;
@@ -270,5 +274,59 @@ impl<T: Real> CoordinatePolynomial<T> {
         let (one, two) = (form(0), form(1));
         let [c, p, q] = &self.coefficients;
         DVector::from_fn(c.len(), |i, _| S::lift(c[i]) + S::lift(p[i]) * one + S::lift(q[i]) * one * two)
+    }
+}
+
+/// What is asked of a groupoid of a case.
+pub trait Inquiry: Copy {
+    /// The answer for one of them; `None` if an element is singular.
+    fn judge<T: Real>(
+        self,
+        material: &Material<T>,
+        kind: GroupoidKind,
+        fault: Option<&Fault>,
+        probe: &mut Probe,
+    ) -> Option<Measured>;
+}
+
+/// One question about some of the groupoids of a case.
+#[derive(Clone, Copy)]
+pub struct Check<'a, Q> {
+    pub case: &'a dyn Debug,
+    pub fault: Option<&'a Fault>,
+    /// Which groupoids; two that are drawn, if not these.
+    pub kinds: Option<&'a [GroupoidKind]>,
+    pub question: Q,
+}
+
+impl<T: Real, Q: Inquiry> Visitor<T> for Check<'_, Q> {
+    type Output = Measured;
+
+    fn visit<const N: usize, const D: usize, R: Retraction<T, N, D>, L: Lagrangian<T, N>, F: Force<T, N>>(
+        self,
+        system: System<T, N, D, R, L, F>,
+    ) -> Measured {
+        let mut probe = Probe::new(self.case, stream::GROUPOID);
+        let Some(group) = &system.group else {
+            return Measured::NotApplicable("the algebra has no group".into());
+        };
+        match Material::draw(group, &system.retraction, &mut probe) {
+            Ok(material) => self.judge(&material, &mut probe),
+            Err(RetractionError::NoGroup { .. }) => Measured::NotApplicable("the algebra has no group".into()),
+            Err(_) => Measured::NotApplicable("a group element is outside the domain of the retraction".into()),
+        }
+    }
+}
+
+impl<Q: Inquiry> Check<'_, Q> {
+    fn judge<T: Real>(&self, material: &Material<T>, probe: &mut Probe) -> Measured {
+        let two = GroupoidKind::two(probe);
+        let mut measured = Measured::NotApplicable("no groupoid".into());
+        for kind in self.kinds.unwrap_or(&two) {
+            let judged = self.question.judge(material, *kind, self.fault, probe);
+            let singular = || Measured::Broken(format!("{kind:?}: an element is singular"));
+            measured = measured.and(judged.unwrap_or_else(singular));
+        }
+        measured
     }
 }

@@ -51,3 +51,54 @@ macro_rules! compiled {
 }
 
 compiled!(f64, Dd);
+
+impl Ensemble {
+    /// Builds the members and hands them to `drive`.
+    ///
+    /// # Errors
+    /// The first member that is refused.
+    pub fn run<T: Compiled>(
+        &self,
+        origins: &[Origin<T>],
+        drive: &mut dyn FnMut(&mut dyn Batch<T>),
+    ) -> Result<(), MemberError> {
+        T::ensemble(self, origins, drive)
+    }
+}
+
+impl Case {
+    /// The trajectory of the case.
+    ///
+    /// ```
+    /// use euler_poincare::system::trajectory::{Ended, Observer, Plan, Row};
+    /// use euler_poincare::system::{SystemFile, file};
+    /// use std::ops::ControlFlow;
+    ///
+    /// struct Energies(Vec<f64>);
+    /// impl Observer<f64> for Energies {
+    ///     fn row(&mut self, row: &Row<'_, f64>) {
+    ///         self.0.push(row.values[1 + 3 + 3]); // t, three momenta, three velocities, energy
+    ///     }
+    ///     fn step(&mut self, _: u64, _: u64) -> ControlFlow<()> {
+    ///         ControlFlow::Continue(())
+    ///     }
+    /// }
+    ///
+    /// let case = SystemFile::parse(file::example())?.case; // a damped rigid body
+    /// let mut energies = Energies(Vec::new());
+    /// let ended = case.trajectory(Plan { steps: 100, last: None, every: 10 }, &mut energies)?;
+    /// assert!(matches!(ended, Ended::Whole { .. }) && energies.0.len() == 11);
+    /// assert!(energies.0.is_sorted_by(|earlier, later| earlier > later));
+    /// # Ok::<(), Box<dyn std::error::Error>>(())
+    /// ```
+    ///
+    /// # Errors
+    /// A part of the case that cannot be built. A step that fails is no error of this kind, but [`Ended::Failed`].
+    pub fn trajectory<T: Compiled>(
+        &self,
+        plan: Plan<T>,
+        observer: &mut dyn Observer<T>,
+    ) -> Result<Ended<T>, CaseError> {
+        T::trajectory(self, plan, observer)
+    }
+}

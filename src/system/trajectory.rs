@@ -1,9 +1,9 @@
 //! One system from its initial state on, whatever its dimension: rows of plain numbers, for who writes or draws them.
 
+use super::SystemFile;
 use super::case::{Case, Structure};
 use super::dispatch::{System, Visitor};
 use super::error::CaseError;
-use super::{Compiled, SystemFile};
 use crate::algebra::{Casimir, Vector, pair};
 use crate::integrators::trajectory::{TrajectoryError, integrate_until};
 use crate::integrators::{OneStep, Report, State, StepError, Variational};
@@ -75,41 +75,6 @@ pub enum Ended<T> {
 }
 
 impl Case {
-    /// The trajectory of the case.
-    ///
-    /// ```
-    /// use euler_poincare::system::trajectory::{Ended, Observer, Plan, Row};
-    /// use euler_poincare::system::{SystemFile, file};
-    /// use std::ops::ControlFlow;
-    ///
-    /// struct Energies(Vec<f64>);
-    /// impl Observer<f64> for Energies {
-    ///     fn row(&mut self, row: &Row<'_, f64>) {
-    ///         self.0.push(row.values[1 + 3 + 3]); // t, three momenta, three velocities, energy
-    ///     }
-    ///     fn step(&mut self, _: u64, _: u64) -> ControlFlow<()> {
-    ///         ControlFlow::Continue(())
-    ///     }
-    /// }
-    ///
-    /// let case = SystemFile::parse(file::example())?.case; // a damped rigid body
-    /// let mut energies = Energies(Vec::new());
-    /// let ended = case.trajectory(Plan { steps: 100, last: None, every: 10 }, &mut energies)?;
-    /// assert!(matches!(ended, Ended::Whole { .. }) && energies.0.len() == 11);
-    /// assert!(energies.0.is_sorted_by(|earlier, later| earlier > later));
-    /// # Ok::<(), Box<dyn std::error::Error>>(())
-    /// ```
-    ///
-    /// # Errors
-    /// A part of the case that cannot be built. A step that fails is no error of this kind, but [`Ended::Failed`].
-    pub fn trajectory<T: Compiled>(
-        &self,
-        plan: Plan<T>,
-        observer: &mut dyn Observer<T>,
-    ) -> Result<Ended<T>, CaseError> {
-        T::trajectory(self, plan, observer)
-    }
-
     /// The size of the matrices of the group, without padding; 0 without a group.
     pub fn matrix_size(&self) -> usize {
         match &self.algebra.structure {

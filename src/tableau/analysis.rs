@@ -1,15 +1,14 @@
 //! Everything that can be said about a tableau from its coefficients, exactly where they are rational.
 
-use super::assumptions::{Assumptions, Failure};
-use super::bounds::Bounds;
 use super::completion::{Completion, complete};
 use super::exact::RationalTableau;
-use super::failing::Failing;
-use super::order::{Arithmetic, Conditions};
+pub use super::findings::Findings;
+use super::findings::Reach;
+use super::order::Conditions;
 use super::quantity::{Ball, Coefficients, Quantity, decimal};
 use super::stability::Stability;
 use super::structure::{Shape, Symmetry, is_symplectic};
-use super::{Description, Entries, Order, Tableau, TableauError};
+use super::{Description, Entries, Tableau, TableauError};
 use crate::scalar::Real;
 use dashu_ratio::RBig;
 
@@ -55,41 +54,6 @@ pub struct Analysis {
     pub first_rounded: Option<String>,
 }
 
-/// The orders of a tableau with what they rest on.
-///
-/// ```
-/// use euler_poincare::tableau::analysis::{Analysis, Findings, analyse};
-/// use euler_poincare::tableau::stability::Stability;
-/// use euler_poincare::tableau::{Description, Entries, RationalTableau};
-///
-/// let description: Description = "alexander2".parse()?;
-/// let analysis: Analysis = analyse::<f64>(&description, 6)?;
-/// let findings: &Findings = analysis.findings();
-/// assert_eq!((analysis.declared, findings.classical.order), (None, 2)); // a name claims nothing
-/// assert_eq!(analysis.stability, Stability::AStable);
-///
-/// // Rational coefficients are analysed exactly.
-/// let half = || "1/2".parse();
-/// let midpoint = Description::Entries(Entries { a: vec![vec![half()?]], b: vec!["1".parse()?], c: None });
-/// let exact: RationalTableau = midpoint.rational()?.expect("rational entries");
-/// assert_eq!(exact.variational_order(6).map(|order| order.order), Some(2));
-/// # Ok::<(), Box<dyn std::error::Error>>(())
-/// ```
-#[derive(Clone, Debug, PartialEq, serde::Serialize)]
-#[non_exhaustive]
-pub struct Findings {
-    /// The order as a Runge–Kutta method.
-    pub classical: Order,
-    /// The order of the pair (a, â): of the forced variational integrator on a general Lie group.
-    pub variational: Order,
-    /// The rooted trees of the next classical order that fail.
-    pub failing_classical: Option<Failing>,
-    /// The oriented free trees of the next variational order that fail, each rooted at its centroid.
-    pub failing_variational: Option<Failing>,
-    /// B(p), C(q), D(r).
-    pub assumptions: Assumptions,
-}
-
 /// Analyses a tableau: in exact arithmetic if it is rational, else in `T`. Trees are checked up to order `max` (and at most
 /// [`MAX_CLASSICAL`](super::order::MAX_CLASSICAL), [`MAX_VARIATIONAL`](super::order::MAX_VARIATIONAL)); where none fails, the simplifying
 /// assumptions decide ([`bounds`](super::bounds)).
@@ -125,25 +89,6 @@ pub fn analyse<T: Real>(description: &Description, max: usize) -> Result<Analysi
     Ok(analysis)
 }
 
-/// How far orders are looked for.
-#[derive(Clone, Copy)]
-struct Reach {
-    /// In trees.
-    max: usize,
-    /// No order is higher, whatever round-off hides: that of the quadrature formula of a family, else 2s.
-    ceiling: usize,
-}
-
-impl Reach {
-    fn of(description: &Description, max: usize) -> Self {
-        let ceiling = match description {
-            Description::Family(family, stages) => family.declared(*stages),
-            _ => 2 * description.stages(),
-        };
-        Self { max, ceiling }
-    }
-}
-
 fn in_rationals(tableau: &RationalTableau, reach: Reach) -> Option<Analysis> {
     let coefficients = tableau.coefficients();
     let (one, two) = (tableau.conditions(1)?, tableau.conditions(2)?);
@@ -159,61 +104,6 @@ fn in_scalar<T: Real>(tableau: &Tableau<T>, reach: Reach) -> Analysis {
 fn in_balls<T: Real>(coefficients: &Coefficients<Ball<T>>, reach: Reach) -> Findings {
     let conditions = |colours: usize| Conditions::in_balls(coefficients, colours);
     Findings::of(conditions(1), conditions(2), coefficients, reach)
-}
-
-impl Findings {
-    fn of<A: Arithmetic, Q: Quantity>(
-        mut one: Conditions<A>,
-        mut two: Conditions<A>,
-        coefficients: &Coefficients<Q>,
-        reach: Reach,
-    ) -> Self {
-        let assumptions = Assumptions::of(coefficients);
-        let [bounds_of_one, bounds_of_two] = Bounds::of(coefficients, &assumptions, reach.ceiling);
-        let classical = bounds_of_one.close(one.order(reach.max));
-        let mut variational = bounds_of_two.close(two.order(reach.max));
-        // Trees of one colour are among those of two.
-        variational.most = variational.most.map(|most| most.min(classical.most.unwrap_or(most)));
-        let failing_classical = Failing::of(&mut one, &classical);
-        let mut failing_variational = Failing::of(&mut two, &variational);
-        if variational.broken.is_none() && variational.order == classical.order {
-            // What fails for one colour was not checked for the pair, but fails.
-            variational.broken.clone_from(&classical.broken);
-            failing_variational.clone_from(&failing_classical);
-        }
-        Self { failing_classical, failing_variational, classical, variational, assumptions }
-    }
-
-    /// The simplifying assumptions that explain the orders, where one does: B(p + 1) for a classical order p, and for a
-    /// smaller variational order those of [`Findings::missing`].
-    pub fn hints(&self) -> Vec<String> {
-        let Assumptions { b, c, d } = &self.assumptions;
-        let mut hints: Vec<String> = Vec::new();
-        let mut add = |failure: &Failure| {
-            let hint = failure.to_string();
-            if !hints.contains(&hint) {
-                hints.push(hint);
-            }
-        };
-        if self.classical.is_exact() {
-            match b.fails.as_ref().filter(|_| b.holds == self.classical.order) {
-                Some(failure) => add(failure),
-                None => [&c.fails, &d.fails].into_iter().flatten().for_each(&mut add),
-            }
-        }
-        if self.variational.order < self.classical.order {
-            self.missing().into_iter().for_each(&mut add);
-        }
-        hints
-    }
-
-    /// What of C(k) and D(k) fails, with k half the variational order: with positive weights, why the order is not at least 2k + 1
-    /// (see [`bounds`](super::bounds)).
-    pub fn missing(&self) -> Vec<&Failure> {
-        let k = self.variational.order / 2;
-        let Assumptions { c, d, .. } = &self.assumptions;
-        [d, c].into_iter().filter(|assumption| assumption.holds < k).filter_map(|x| x.fails.as_ref()).collect()
-    }
 }
 
 impl Analysis {

@@ -10,7 +10,7 @@
 //! Where the solution leaves an interval, projections onto the intervals and onto the tangent space of the solutions alternate until
 //! they meet.
 
-use super::analysis::Findings;
+use super::findings::Findings;
 use super::order::Conditions;
 use super::quantity::{Ball, Coefficients};
 use super::{Entries, TableauError};

@@ -19,6 +19,7 @@ pub mod failing;
 pub mod families;
 #[cfg(feature = "harness")]
 pub mod file;
+mod findings;
 #[cfg(feature = "harness")]
 pub mod known;
 pub mod order;

@@ -1,8 +1,8 @@
 //! Which families of cases were judged, in total and by each law.
 
+use super::elements::{self, Column::*, gauge, header, scrolling};
 use super::files::Found;
 use super::numbers::*;
-use super::page::{self, Column::*, gauge, header, scrolling};
 use super::tally::{Count, Coverage, Tally};
 use euler_poincare::system::shares::SHARES;
 use maud::{Markup, html};
@@ -77,7 +77,7 @@ pub fn section(found: &Found) -> Markup {
             }
         }
     };
-    page::section("coverage", "Coverage of families", body)
+    elements::section("coverage", "Coverage of families", body)
 }
 
 /// How many cases carry each label, as bars.
@@ -108,7 +108,7 @@ fn by_law(found: &Found, category: &str, labels: &[String]) -> Markup {
             tbody {
                 @for (planned, tally) in found.laws() {
                     tr {
-                        th scope="row" { (page::law_link(&planned.name)) }
+                        th scope="row" { (elements::law_link(&planned.name)) }
                         @for label in labels {
                             @let judged = count(&tally.coverage, category, label).judged;
                             @if judged == 0 { td.number.none { "–" } } @else { td.number { (integer(judged)) } }

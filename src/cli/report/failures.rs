@@ -1,10 +1,10 @@
 //! The failing cases, with what is needed to see them again.
 
 use super::again::{Failing, Failures};
+use super::elements::{self, Column::*, header, scrolling};
 use super::files::Found;
 use super::formula::typeset;
 use super::numbers::*;
-use super::page::{self, Column::*, header, scrolling};
 use super::tally::Tally;
 use euler_poincare::harness::Verdict;
 use euler_poincare::harness::evidence::Evidence;
@@ -36,7 +36,7 @@ pub fn section(found: &Found, failures: &Failures<'_>) -> Markup {
             (scrolling("Broken cases", drawn(found)))
         }
     };
-    page::section("failures", "Failing cases", body)
+    elements::section("failures", "Failing cases", body)
 }
 
 fn drawn(found: &Found) -> Markup {
@@ -48,7 +48,7 @@ fn drawn(found: &Found) -> Markup {
                 @for (planned, tally) in found.laws().filter(|(_, tally)| tally.broken > 0) {
                     @for (index, (judged, witness)) in &tally.broken_cases {
                         tr {
-                            th scope="row" { (page::law_link(&planned.name)) }
+                            th scope="row" { (elements::law_link(&planned.name)) }
                             td.number { (index) }
                             td.number { (scientific(judged.defect)) }
                             td.number { (scientific(judged.bound)) }
@@ -56,7 +56,7 @@ fn drawn(found: &Found) -> Markup {
                         }
                     }
                     @if more(tally) > 0 {
-                        tr { th scope="row" { (page::law_link(&planned.name)) } td colspan="4" { "… and " (integer(more(tally))) " more" } }
+                        tr { th scope="row" { (elements::law_link(&planned.name)) } td colspan="4" { "… and " (integer(more(tally))) " more" } }
                     }
                 }
             }
@@ -73,7 +73,7 @@ fn failing_case(failing: &Failing<'_>) -> Markup {
             summary {
                 b { (law.about.name) } ", case " (replay.index) " of seed " (replay.seed)
                 @if let Some(fault) = failing.fault { ", planted " (fault.name) }
-                ": " (page::verdict(&failing.verdict))
+                ": " (elements::verdict(&failing.verdict))
             }
             dl.facts {
                 div { dt { "law" } dd { (typeset(law.about.statement)) } }

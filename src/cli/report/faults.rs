@@ -1,9 +1,9 @@
 //! After how many cases each planted fault was caught.
 
+use super::elements::{self, Column::*, header, scrolling};
 use super::files::{Caught, Found};
 use super::formula::typeset;
 use super::numbers::*;
-use super::page::{self, Column::*, header, scrolling};
 use euler_poincare::harness::Fault;
 use euler_poincare::laws;
 use maud::{Markup, html};
@@ -27,7 +27,7 @@ pub fn section(found: &Found) -> Markup {
             @if !faults.is_empty() { (scrolling("Planted faults", table(faults))) }
         },
     };
-    page::section("faults", "Planted faults", body)
+    elements::section("faults", "Planted faults", body)
 }
 
 fn outcome(faults: &[Caught]) -> Markup {
@@ -58,7 +58,7 @@ fn untried(found: &Found, faults: &[Caught]) -> Markup {
         @if number > 0 {
             details.flag open[number <= SHORT] {
                 summary { "Known to the laws of this campaign and not tried: " (counted(number, "fault")) }
-                ul { @for (law, faults) in &untried { li { (page::law_link(law)) ": " (faults.join(", ")) } } }
+                ul { @for (law, faults) in &untried { li { (elements::law_link(law)) ": " (faults.join(", ")) } } }
             }
         }
     }
@@ -78,7 +78,7 @@ fn table(faults: &[Caught]) -> Markup {
             tbody {
                 @for row in faults {
                     tr.broken[row.caught_after.is_none()] {
-                        th scope="row" { (page::law_link(&row.law)) }
+                        th scope="row" { (elements::law_link(&row.law)) }
                         td { (row.fault) }
                         td.number { @match row.caught_after { Some(n) => (integer(n)), None => span.alarm { "missed" } } }
                         @if sizes { td.number { @if let Some(size) = row.smallest_size { (format!("{size:.0e}")) } } }

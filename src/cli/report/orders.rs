@@ -3,7 +3,7 @@
 use super::again::{Curve, Order, Shown};
 use super::formula::typeset;
 use super::numbers::*;
-use super::{chart, page};
+use super::{chart, elements};
 use euler_poincare::harness::convergence::{Estimate, LevelKind};
 use maud::{Markup, html};
 
@@ -19,13 +19,13 @@ pub fn section(orders: &[Order]) -> Markup {
             }
             (legend())
             @for order in orders {
-                h3 { (page::law_link(order.law.about.name)) }
+                h3 { (elements::law_link(order.law.about.name)) }
                 p.muted { (typeset(order.law.about.statement)) " (" (typeset(order.law.about.source)) ")" }
                 div.plots { @for case in &order.cases { (figure(order.law.about.name, case)) } }
             }
         }
     };
-    page::section("orders", "Orders", body)
+    elements::section("orders", "Orders", body)
 }
 
 fn legend() -> Markup {
@@ -48,7 +48,7 @@ fn figure(law: &str, shown: &Shown) -> Markup {
     html! {
         figure {
             figcaption {
-                b { "Case " (shown.index) } ", " (shown.chosen) ": " (page::verdict(&shown.verdict))
+                b { "Case " (shown.index) } ", " (shown.chosen) ": " (elements::verdict(&shown.verdict))
                 @if !shown.agrees { span.flag { "The campaign has another verdict." } }
             }
             @if shown.curves.is_empty() {

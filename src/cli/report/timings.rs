@@ -1,15 +1,15 @@
 //! Where the time went.
 
+use super::elements::{self, Column::*, gauge, header, scrolling};
 use super::files::Found;
 use super::numbers::*;
-use super::page::{self, Column::*, gauge, header, scrolling};
 use crate::cli::rates;
 use maud::{Markup, html};
 
 /// The section.
 pub fn section(found: &Found) -> Markup {
     let Some(times) = &found.times else {
-        return page::section("timings", "Timings", html! { p { "There is no " code { "timings.jsonl" } "." } });
+        return elements::section("timings", "Timings", html! { p { "There is no " code { "timings.jsonl" } "." } });
     };
     let mut rows: Vec<_> = times.iter().collect();
     rows.sort_by(|a, b| b.1.total.total_cmp(&a.1.total));
@@ -26,7 +26,7 @@ pub fn section(found: &Found) -> Markup {
                 tbody {
                     @for (law, time) in rows {
                         tr {
-                            th scope="row" { (page::law_link(law)) }
+                            th scope="row" { (elements::law_link(law)) }
                             td.gauge { (gauge(time.total, total)) }
                             td.number { (duration(time.total)) }
                             td.number { (integer(time.checks)) }
@@ -39,5 +39,5 @@ pub fn section(found: &Found) -> Markup {
             }
         })) }
     };
-    page::section("timings", "Timings", body)
+    elements::section("timings", "Timings", body)
 }

@@ -1,8 +1,8 @@
 //! Cases without a verdict, and what the generators threw away.
 
+use super::elements::{self, Column::*, header, scrolling};
 use super::files::Found;
 use super::numbers::*;
-use super::page::{self, Column::*, header, scrolling};
 use super::tally::Tally;
 use maud::{Markup, html};
 use std::collections::BTreeMap;
@@ -14,7 +14,7 @@ pub fn section(found: &Found) -> Markup {
         (reasons(found, &NOT_APPLICABLE))
         (reasons(found, &REJECTED))
     };
-    page::section("undecided", "Undecided and rejected", body)
+    elements::section("undecided", "Undecided and rejected", body)
 }
 
 /// Reasons that are counted.
@@ -63,7 +63,7 @@ fn reasons(found: &Found, reasons: &Reasons) -> Markup {
                 @for (planned, tally) in &laws {
                     @for (k, (reason, count)) in by_number(of(tally)).into_iter().enumerate() {
                         tr {
-                            @if k == 0 { th scope="rowgroup" rowspan=(of(tally).len()) { (page::law_link(&planned.name)) } }
+                            @if k == 0 { th scope="rowgroup" rowspan=(of(tally).len()) { (elements::law_link(&planned.name)) } }
                             td.number { (integer(count)) }
                             td.number { (share(count, whole(tally))) }
                             td.text { (reason) }

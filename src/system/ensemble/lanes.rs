@@ -1,6 +1,6 @@
 //! Members that share the registers of [`EnsembleSo3`].
 
-use super::group::Member;
+use super::member::Member;
 use crate::integrators::State;
 use crate::integrators::so3::{EnsembleError, HalfAngle, LANES, Row, Terms, UnfitTableau};
 use crate::integrators::so3::{EnsembleSo3, Member as Body};

@@ -8,6 +8,7 @@
 
 mod group;
 mod lanes;
+mod member;
 mod parameter;
 mod statistics;
 
@@ -15,7 +16,6 @@ pub use parameter::Parameter;
 pub use statistics::{Moments, Statistics};
 
 use super::case::{Case, Structure};
-use super::compiled::Compiled;
 use super::dispatch::{System, Workshop};
 use super::error::CaseError;
 use crate::group::departure;
@@ -273,18 +273,6 @@ impl Ensemble {
             parameter.set(&mut case, value);
         }
         case
-    }
-
-    /// Builds the members and hands them to `drive`.
-    ///
-    /// # Errors
-    /// The first member that is refused.
-    pub fn run<T: Compiled>(
-        &self,
-        origins: &[Origin<T>],
-        drive: &mut dyn FnMut(&mut dyn Batch<T>),
-    ) -> Result<(), MemberError> {
-        T::ensemble(self, origins, drive)
     }
 
     /// [`Ensemble::run`], for every scalar.
