@@ -7,41 +7,94 @@
 
 use crate::scalar::Real;
 
-/// A rate of contraction: the factor by which a residual falls in one iteration.
-#[derive(Clone, Copy)]
-pub(super) struct Rate(i64, i64);
-
-impl Rate {
-    /// Its value in `T`.
-    pub fn value<T: Real>(self) -> T {
-        T::ratio(self.0, self.1)
-    }
-
-    /// The value in `f64`, rounded correctly.
-    #[cfg(feature = "lanes")]
-    pub const fn double(self) -> f64 {
-        self.0 as f64 / self.1 as f64
-    }
-}
+/// A rate of contraction, the factor by which a residual falls in one iteration, as a fraction.
+type Rate = (i64, i64);
 
 /// The slowest rate, on the average since the first iteration, at which a root is trusted: well below 1, the rate at a fold, and
 /// fast enough for rounding in `f64` to be reached in 70 iterations.
-pub(super) const TRUSTED: Rate = Rate(3, 5);
+const TRUSTED: Rate = (3, 5);
 
 /// A root that took no more iterations than this is trusted: it was near, and an average over so few says little.
-pub(super) const QUICK: i32 = 4;
+const QUICK: i32 = 4;
 
 /// The slowest rate, on the average since the first iteration, at which the iteration goes on: with slower ones the residual is
 /// still 2·10⁻¹⁰ of the first after 100 iterations, the most that are made by default. Above [`TRUSTED`], since the first
 /// iterations can be slower than the later ones.
-pub(super) const CONTINUED: Rate = Rate(4, 5);
+const CONTINUED: Rate = (4, 5);
 
 /// From so many iterations on the average is compared with [`CONTINUED`]: before, the residual may rise for a while.
-pub(super) const PATIENT: i32 = 8;
+const PATIENT: i32 = 8;
 
 /// After so many iterations without a smaller residual, what is left of it is taken for rounding, if it is small: one may be chance.
-pub(super) const IDLE: i32 = 2;
+const IDLE: i32 = 2;
 
 /// A relative change beyond this is divergence: iterates that have a use are within a few times the size of the root.
 #[cfg(feature = "lanes")]
-pub(super) const DIVERGED: f64 = 1e3;
+const DIVERGED: f64 = 1e3;
+
+/// The relative residuals of an iteration, as they came.
+#[derive(Clone, Copy)]
+pub(super) struct Course<T> {
+    first: T,
+    least: T,
+    /// The latest.
+    pub last: T,
+    count: i32,
+    /// How many iterations ago the least was.
+    idle: i32,
+}
+
+impl<T: Real> Course<T> {
+    /// None yet.
+    #[inline(always)]
+    pub fn new() -> Self {
+        Self { first: T::zero(), least: T::zero(), last: T::zero(), count: 0, idle: 0 }
+    }
+
+    /// One more.
+    #[inline(always)]
+    pub fn note(&mut self, residual: T) {
+        if self.count == 0 {
+            (self.first, self.least, self.idle) = (residual, residual, 0);
+        } else if residual < self.least {
+            (self.least, self.idle) = (residual, 0);
+        } else {
+            self.idle += 1;
+        }
+        (self.last, self.count) = (residual, self.count + 1);
+    }
+
+    /// The residual falls no more: what is left may be rounding.
+    #[inline(always)]
+    pub fn stagnates(&self) -> bool {
+        self.idle >= IDLE
+    }
+
+    /// The root may lie beyond a fold: let Newton's method say.
+    #[inline(always)]
+    pub fn is_slow(&self) -> bool {
+        let Self { first, last, count, .. } = *self;
+        count > QUICK && last < first && last > self.contracted(TRUSTED, count - 1)
+    }
+
+    /// There is no root, or one that is reached too slowly.
+    #[inline(always)]
+    pub fn is_hopeless(&self) -> bool {
+        self.count >= PATIENT && self.least > self.contracted(CONTINUED, self.count)
+    }
+
+    /// The first residual after so many iterations at a rate.
+    #[inline(always)]
+    fn contracted(&self, (n, d): Rate, iterations: i32) -> T {
+        self.first * T::ratio(n, d).powi(iterations)
+    }
+}
+
+#[cfg(feature = "lanes")]
+impl Course<f64> {
+    /// It is [hopeless](Course::is_hopeless), or the latest change diverges or is not a number.
+    #[inline(always)]
+    pub fn is_lost(&self, change: f64) -> bool {
+        change.is_nan() || change > DIVERGED || self.is_hopeless()
+    }
+}

@@ -2,7 +2,7 @@
 //!
 #![doc = include_str!("../guide/modules/integrators/variational.md")]
 
-use super::fixed_point::{CONTINUED, IDLE, PATIENT, QUICK, TRUSTED};
+use super::fixed_point::Course;
 use super::stages::Stages;
 use super::{OneStep, Report, Solver, State, StepError};
 use crate::algebra::{Covector, Vector};
@@ -269,27 +269,22 @@ where
     /// Fixed-point iterations until the residual is at the tolerance or at its floor.
     fn fixed_point(&mut self, problem: &Problem<T, N>) -> Result<Report<T>, NotContracted> {
         let settings = self.settings;
-        let (mut first, mut best, mut idle) = (None, T::zero(), 0);
+        let mut course = Course::new();
         for iterations in 1..=settings.max_fixed_point_iterations {
             let residual =
                 self.scheme.iterate::<N, D>(problem, &mut self.work).map_err(|_| NotContracted(iterations))?;
             if !residual.all_finite() {
                 return Err(NotContracted(iterations));
             }
-            let (start, count) = (*first.get_or_insert(residual), iterations as i32);
-            idle = if iterations == 1 || residual < best { 0 } else { idle + 1 };
-            best = if iterations == 1 { residual } else { best.min(residual) };
-            if residual <= settings.tolerance || (idle >= IDLE && residual <= settings.floor) {
-                // Then it may lie beyond a fold: let Newton's method say.
-                let slow = count > QUICK && residual > start * TRUSTED.value::<T>().powi(count - 1);
-                return if slow && residual < start {
+            course.note(residual);
+            if residual <= settings.tolerance || (course.stagnates() && residual <= settings.floor) {
+                return if course.is_slow() {
                     Err(NotContracted(iterations))
                 } else {
                     Ok(Report { solver: Solver::FixedPoint, iterations, residual })
                 };
             }
-            let hopeless = count >= PATIENT && best > start * CONTINUED.value::<T>().powi(count);
-            if hopeless {
+            if course.is_hopeless() {
                 return Err(NotContracted(iterations));
             }
             std::mem::swap(&mut self.work.next_momenta, &mut self.work.momenta);

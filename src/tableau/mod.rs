@@ -19,6 +19,7 @@ pub mod failing;
 pub mod families;
 #[cfg(feature = "harness")]
 pub mod file;
+#[cfg(feature = "harness")]
 mod findings;
 #[cfg(feature = "harness")]
 pub mod known;

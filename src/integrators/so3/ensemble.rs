@@ -7,7 +7,7 @@ use super::retraction::{LaneRetraction, LaneRotation, add_scaled, dot};
 use super::step::UnfitTableau;
 use super::{LANES, Row, Vec3};
 use crate::algebra::{Covector, Matrix};
-use crate::integrators::fixed_point::{CONTINUED, DIVERGED, IDLE, PATIENT, QUICK, TRUSTED};
+use crate::integrators::fixed_point::Course;
 use crate::integrators::lanes::{Eight, Isa, Kernel, Lanes, Pair, Registers};
 use crate::integrators::variational::Settings;
 use crate::integrators::{OneStep, State, StepError, Variational};
@@ -20,10 +20,6 @@ const HISTORY: usize = 8;
 
 /// (−1)^j (r over j + 1), j = 0 … r − 1: what carries a polynomial of degree r − 1 one step on.
 const EXTRAPOLATION: [[f64; HISTORY]; HISTORY + 1] = extrapolation();
-
-/// The rates of [`crate::integrators::fixed_point`].
-const SLOWEST: f64 = TRUSTED.double();
-const HOPELESS: f64 = CONTINUED.double();
 
 /// For how many steps an iteration is taken to gain at least a quarter of what was measured.
 const TRUST: usize = 63;
@@ -730,6 +726,20 @@ impl<F: PackedForce> Group<F> {
         settled
     }
 
+    /// The iterates of the last iteration, one better than those that were judged, are what the next steps start from.
+    #[inline(always)]
+    fn keep<I: Isa, const P: usize>(&mut self, d: &[Vec3<Two<I>>; P], x: &[Vec3<Two<I>>; P], pairs: usize) {
+        self.newest = (self.newest + 1) % HISTORY;
+        self.known = (self.known + 1).min(HISTORY);
+        for i in 0..P {
+            if i < pairs {
+                let place = &mut self.iterates[i][self.newest];
+                write(d[i], &mut place.d);
+                write(x[i], &mut place.x);
+            }
+        }
+    }
+
     /// One step; with P pairs of stages, or any number of them where P is the largest. `false`: fixed-point iterations do
     /// not solve it.
     #[inline(always)]
@@ -745,9 +755,8 @@ impl<F: PackedForce> Group<F> {
         let forced = !self.force.vanishes();
         let mu = load(isa, &self.momentum);
         let (mut d, mut x) = self.predict::<I, P>(isa, scaled, pairs);
-        // The first change, the least, the last; how many fixed-point iterations ago the least was.
-        let (mut first, mut best, mut last, mut idle) = (0.0, f64::INFINITY, 0.0, 0);
-        for iteration in 1..=settings.max_fixed_point_iterations as i32 {
+        let mut course = Course::<f64>::new();
+        for iteration in 1..=settings.max_fixed_point_iterations {
             let t = Eight::load(isa, &self.start.0) + Eight::splat(isa, self.elapsed[0]);
             // By `each!`, which has no loop where there is one pair: what is in arrays can stay in registers then.
             let values: [Stage<Two<I>>; P] = each!(P, k => {
@@ -807,24 +816,14 @@ impl<F: PackedForce> Group<F> {
             }
             if !settled {
                 let change = (shift / scale.max(tiny)).max(turn / extent.max(tiny)).largest();
-                if iteration == 1 {
-                    first = change;
-                }
-                idle = if change < best { 0 } else { idle + 1 };
-                best = best.min(change);
                 if iteration > 1 {
-                    self.gain = (0.25 * last / change).clamp(1.0, MOST_GAIN);
+                    self.gain = (0.25 * course.last / change).clamp(1.0, MOST_GAIN);
                     self.trusted = TRUST;
                     settled = change <= settings.tolerance * self.gain;
                 }
-                settled |= idle >= IDLE && change <= settings.floor;
-                last = change;
-                // A root that is reached slowly may lie beyond a fold.
-                let slow = iteration > QUICK && change < first && change > first * SLOWEST.powi(iteration - 1);
-                let lost = change.is_nan()
-                    || change > DIVERGED
-                    || (iteration >= PATIENT && best > first * HOPELESS.powi(iteration));
-                if (settled && slow) || (!settled && lost) {
+                course.note(change);
+                settled |= course.stagnates() && change <= settings.floor;
+                if (settled && course.is_slow()) || (!settled && course.is_lost(change)) {
                     return false;
                 }
                 if !settled {
@@ -832,31 +831,14 @@ impl<F: PackedForce> Group<F> {
                 }
             }
             let ordinary = size.all_le(Eight::splat(isa, R::ORDINARY));
-            if !ordinary {
-                let mut square = R::square(back);
-                for x in &x {
-                    let squares = R::square(*x);
-                    square = square.max(squares.0).max(squares.1);
-                }
-                if !R::in_domain(square.largest()) {
-                    return false;
-                }
+            if !ordinary && !in_domain::<I, R, P>(&x, back) {
+                return false;
             }
-
             // `end` is what dτ adds to μ + kick.
             if !self.advance::<I, R>(isa, scaled, mu, kick, end, back, at_back) {
                 return false;
             }
-            // The iterates of the last iteration, one better than those that were judged, are what the next steps start from.
-            self.newest = (self.newest + 1) % HISTORY;
-            self.known = (self.known + 1).min(HISTORY);
-            for i in 0..P {
-                if i < pairs {
-                    let place = &mut self.iterates[i][self.newest];
-                    write(d[i], &mut place.d);
-                    write(x[i], &mut place.x);
-                }
-            }
+            self.keep(&d, &x, pairs);
             self.since += 1;
             if !ordinary || self.since == HOUSEKEEPING {
                 self.see_to_sizes();
@@ -865,4 +847,15 @@ impl<F: PackedForce> Group<F> {
         }
         false
     }
+}
+
+/// Whether the displacements of the stages and of the step are in the domain of the retraction.
+#[inline(always)]
+fn in_domain<I: Isa, R: LaneRotation, const P: usize>(x: &[Vec3<Two<I>>; P], back: Vec3<Eight<I>>) -> bool {
+    let mut square = R::square(back);
+    for x in x {
+        let squares = R::square(*x);
+        square = square.max(squares.0).max(squares.1);
+    }
+    R::in_domain(square.largest())
 }

@@ -3,7 +3,7 @@
 use super::force::LaneForce;
 use super::retraction::LaneRetraction;
 use super::{LANES, Row};
-use crate::integrators::fixed_point::{CONTINUED, DIVERGED, IDLE, PATIENT, QUICK, TRUSTED};
+use crate::integrators::fixed_point::Course;
 use crate::integrators::lanes::{Eight, Isa, Kernel, Lanes};
 use crate::tableau::Tableau;
 use nalgebra::DMatrix;
@@ -147,10 +147,6 @@ const FEWEST: usize = 6;
 
 /// 1 in the lane of μ.
 const MOMENTUM_LANE: Row = Row([0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 0.0]);
-
-/// The rates of [`crate::integrators::fixed_point`].
-const SLOWEST: f64 = TRUSTED.double();
-const HOPELESS: f64 = CONTINUED.double();
 
 /// How far to iterate.
 #[derive(Clone, Copy, Debug)]
@@ -581,9 +577,8 @@ where
         let mut at = R::at(x);
         let mut p = R::pull(at, x, m);
         let mut base = mu;
-        // The least residual, and how many judgements ago; the last change with δ frozen; how often δ was renewed.
-        let (mut jump, mut best, mut idle, mut frozen) = (0.0, f64::INFINITY, 0, f64::INFINITY);
-        let (mut renewed, mut judged, mut first) = (0, 0, 0.0);
+        // The last change with δ frozen; how often δ was renewed; the true residuals.
+        let (mut jump, mut frozen, mut renewed, mut course) = (0.0, f64::INFINITY, 0, Course::new());
         for iteration in 1..=self.limits.max_fixed_point_iterations {
             let (eta, eta_unit) = self.velocities(m);
             let rate = R::rate(at, x, eta_unit);
@@ -620,17 +615,10 @@ where
                 if iteration == 1 {
                     jump = change;
                 }
-                (best, idle) = if change < best { (change, 0) } else { (best, idle + 1) };
-                judged += 1;
-                if judged == 1 {
-                    first = change;
-                }
-                if change <= self.limits.tolerance || (eager && idle >= IDLE && change <= self.limits.floor) {
-                    // A root that is reached slowly may lie beyond a fold.
-                    if eager && judged > QUICK && change < first && change > first * SLOWEST.powi(judged - 1) {
-                        return Err(Refused::NotContracted(predictor + iteration));
-                    }
-                    if !R::in_domain(R::square(x).max(R::square(back)).largest()) {
+                course.note(change);
+                if change <= self.limits.tolerance || (eager && course.stagnates() && change <= self.limits.floor) {
+                    let outside = || !R::in_domain(R::square(x).max(R::square(back)).largest());
+                    if (eager && course.is_slow()) || outside() {
                         return Err(Refused::NotContracted(predictor + iteration));
                     }
                     let spent = predictor + iteration;
@@ -643,16 +631,13 @@ where
                         return Err(Refused::NotContracted(predictor + iteration));
                     }
                     // Two renewals were not enough: δ is not small.
-                    (eager, best, idle, judged) = (true, f64::INFINITY, 0, 0);
+                    (eager, course) = (true, Course::new());
                 }
             } else if iteration == 1 {
                 jump = change;
             }
             // Hopeless: no root, or one that Newton's method must judge.
-            if change.is_nan()
-                || change > DIVERGED
-                || (eager && judged >= PATIENT && best > first * HOPELESS.powi(judged))
-            {
+            if course.is_lost(change) {
                 return Err(Refused::NotContracted(predictor + iteration));
             }
             (p, x) = (next_p, next_x);
