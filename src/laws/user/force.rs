@@ -31,7 +31,8 @@ const NOT_ZERO: &str = "forces other than 0";
 const SOURCE: &str = "Martín de Diego and Sato Martín de Almagro 2019, §2 and (2.12)";
 const EXACT: &str = "none: the same bits";
 const DIFFERENCES: &str = "2⁸ times the estimated error of the differences, and 2⁶ N u; in each precision by itself";
-const BOUND: &str = "two precisions; floor 2⁶ N u relative to Σ|f_a| |η^a|, or Σ|f_a| |dC^a|";
+const BOUND: &str =
+    "two precisions; floor 2⁶ N u relative to Σ(|f_a| + Σ|∂_b f_a| |η^b|) |η^a|, or with |dC^a|: f may cancel";
 
 /// Fault: f is NaN where η_1 > 0.
 pub const FORCE_NAN: Fault = Fault::new("force-nan", "f is NaN where η_1 > 0", EVERY);
@@ -322,7 +323,7 @@ fn judge<T: Real, F: Force<T, N>, const N: usize>(
         "force-dissipates" | "force-workless" => {
             let power = pair(&f, &eta);
             let gain = if law == "force-workless" { power.abs() } else { power.max(T::zero()) };
-            let size = pair(&f.abs(), &eta.abs());
+            let size = pair(&sizes(&planted, t, &eta, &f, terms), &eta.abs());
             Ok(Measured::defect(gain, size, floor, || format!("⟨f, η⟩ = {:e}", power.to_f64())))
         }
         "force-keeps-casimirs" => {
@@ -331,7 +332,8 @@ fn judge<T: Real, F: Force<T, N>, const N: usize>(
             };
             let mut measured = Measured::NotApplicable("no Casimir functions are claimed".into());
             for (k, gradient) in gradients(&eta).iter().enumerate() {
-                let (rate, size) = (pair(&f, gradient), pair(&f.abs(), &gradient.abs()));
+                let sizes = sizes(&planted, t, &eta, &f, terms);
+                let (rate, size) = (pair(&f, gradient), pair(&sizes, &gradient.abs()));
                 measured = measured.and(Measured::defect(rate.abs(), size, floor, || {
                     format!("Casimir function {k} changes at {:e}", rate.to_f64())
                 }));
@@ -340,6 +342,25 @@ fn judge<T: Real, F: Force<T, N>, const N: usize>(
         }
         other => Err(Measured::Broken(format!("there is no law `{other}` of forces"))),
     }
+}
+
+/// |f_a| + Σ_b |∂f_a/∂η^b| |η^b|, how far relative changes of η move a component of f, and the terms of f where they are known: what
+/// rounding is relative to, also where f is small because its terms cancel.
+fn sizes<T: Real, F: Force<T, N>, const N: usize>(
+    f: &Planted<'_, F>,
+    t: T,
+    eta: &Vector<T, N>,
+    value: &Covector<T, N>,
+    terms: Option<&Terms<T, N>>,
+) -> Covector<T, N> {
+    let mut sizes = value.abs().add_scalar(terms.map_or(T::zero(), |terms| terms(&eta.abs())));
+    for b in 0..N {
+        let along = eta.zip_map(&basis_vector(b), |re, eps| Dual { re, eps });
+        let slopes = f.force.force(Dual::constant(t), &along).map(|v| v.eps.abs() * eta[b].abs());
+        // A force that is not smooth here has no slope.
+        sizes += slopes.map(|slope| if slope.all_finite() { slope } else { T::zero() });
+    }
+    sizes
 }
 
 fn derivatives<T: Real, F: Force<T, N>, const N: usize>(
