@@ -4,7 +4,7 @@ use super::engine::{Fast, TERM_MISSING};
 use crate::harness::{Cost, Fault, Verdict};
 use crate::laws::CaseLaw;
 use crate::laws::method::library::{FAVOURED, SEES_ATTITUDE, SEES_TIME, claims, law};
-use crate::laws::method::{check_case, named};
+use crate::laws::method::{CASIMIRS, ENERGY, EQUIVARIANCE, MethodLaw, ORDER, REVERSIBILITY, check_case};
 use crate::laws::planted::step::{
     CHART, FIRST_STAGE, FORCE_TIME, FROM_LEFT, HALVED, INVERTED, NO_FORCE, NO_SECOND, NOT_TRANSPORTED,
 };
@@ -12,18 +12,15 @@ use crate::system::{Case, Cases};
 use crate::tableau::{Classic, Description, Family};
 use proptest::sample::select;
 
-fn judge(name: &str, case: &Case, fault: Option<&Fault>) -> Verdict {
-    match named(name) {
-        Some(law) => check_case(law, &Fast { fault: fault.copied() }, case, &claims(case)).verdict,
-        None => Verdict::broken(format!("there is no law {name}")),
-    }
+fn judge(law: &MethodLaw, case: &Case, fault: Option<&Fault>) -> Verdict {
+    check_case(law, &Fast { fault: fault.copied() }, case, &claims(case)).verdict
 }
 
-fn drawn(name: &str, cases: Cases) -> Cases {
+fn drawn(law: &MethodLaw, cases: Cases) -> Cases {
     let base = base(cases);
     // Without a force the energy of a nearly steady motion drifts by less than 16 digits tell from rounding.
-    let base = if name == "method-energy" { base.forced() } else { base };
-    named(name).map_or(base.clone(), |law| law.cases(base))
+    let base = if *law == ENERGY { base.forced() } else { base };
+    law.cases(base)
 }
 
 /// Tableaux of order 1 and 2: between 10⁻³ and rounding, 16 digits have too few levels of the slope of a higher order.
@@ -43,7 +40,7 @@ fn base(cases: Cases) -> Cases {
 pub(super) static LAWS: &[CaseLaw] = &[
     law!(
         "fast-order",
-        0,
+        &ORDER,
         Cost::Moderate,
         &[
             TERM_MISSING,
@@ -56,17 +53,10 @@ pub(super) static LAWS: &[CaseLaw] = &[
             FAVOURED,
             SEES_TIME,
             SEES_ATTITUDE
-        ],
-        "method-order"
+        ]
     ),
-    law!("fast-casimirs", 1, Cost::Moderate, &[CHART, HALVED, NOT_TRANSPORTED, FAVOURED], "method-casimirs"),
-    law!("fast-energy", 2, Cost::Moderate, &[NO_FORCE, NO_SECOND, FAVOURED], "method-energy"),
-    law!(
-        "fast-reversibility",
-        3,
-        Cost::Moderate,
-        &[FORCE_TIME, NOT_TRANSPORTED, INVERTED, SEES_ATTITUDE],
-        "method-reversibility"
-    ),
-    law!("fast-equivariance", 4, Cost::Cheap, &[FROM_LEFT, SEES_TIME, SEES_ATTITUDE], "method-equivariance"),
+    law!("fast-casimirs", &CASIMIRS, Cost::Moderate, &[CHART, HALVED, NOT_TRANSPORTED, FAVOURED]),
+    law!("fast-energy", &ENERGY, Cost::Moderate, &[NO_FORCE, NO_SECOND, FAVOURED]),
+    law!("fast-reversibility", &REVERSIBILITY, Cost::Moderate, &[FORCE_TIME, NOT_TRANSPORTED, INVERTED, SEES_ATTITUDE]),
+    law!("fast-equivariance", &EQUIVARIANCE, Cost::Cheap, &[FROM_LEFT, SEES_TIME, SEES_ATTITUDE]),
 ];

@@ -1,6 +1,9 @@
 //! The laws of methods, of this crate's integrator: with planted faults.
 
-use super::{Claims, MethodSource, Stepper, Untyped, check_case, named};
+use super::{
+    CASIMIRS, Claims, ENERGY, EQUIVARIANCE, MethodLaw, MethodSource, ORDER, PRESENTATION, REVERSIBILITY, Stepper,
+    Untyped, check_case,
+};
 use crate::harness::{Cost, Fault, Verdict};
 use crate::integrators::{OneStep, Report, State, StepError};
 use crate::laws::CaseLaw;
@@ -117,17 +120,14 @@ pub fn claims(case: &Case) -> Claims {
     Claims { order, casimirs: true, ..Claims::default() }
 }
 
-fn judge(name: &str, case: &Case, fault: Option<&Fault>) -> Verdict {
+fn judge(law: &MethodLaw, case: &Case, fault: Option<&Fault>) -> Verdict {
     let library = Library { fault: fault.copied(), quad: true };
-    match named(name) {
-        Some(law) => check_case(law, &library, case, &claims(case)).verdict,
-        None => Verdict::broken(format!("there is no law {name}")),
-    }
+    check_case(law, &library, case, &claims(case)).verdict
 }
 
-fn drawn(name: &str, cases: Cases) -> Cases {
+fn drawn(law: &MethodLaw, cases: Cases) -> Cases {
     let base = base(cases);
-    named(name).map_or(base.clone(), |law| law.cases(base))
+    law.cases(base)
 }
 
 /// Groups of the main dimensions, with tableaux of few stages.
@@ -143,21 +143,13 @@ fn base(cases: Cases) -> Cases {
     cases.with_group().main_dimensions().with_tableaux(select(tableaux))
 }
 
-/// A law of methods on the subject of `judge`, with the cases of `drawn`, of a cost, by another name if one is given.
+/// A law of methods on the subject of `judge`, with the cases of `drawn`, by a name and of a cost of its own.
 macro_rules! law {
-    ($name:literal, $index:literal, $cost:expr, $faults:expr) => {
-        law!($name, $index, $cost, $faults, $name)
-    };
-    ($name:literal, $index:literal, $cost:expr, $faults:expr, $of:literal) => {
+    ($name:literal, $law:expr, $cost:expr, $faults:expr) => {
         CaseLaw {
-            about: $crate::harness::About {
-                name: $name,
-                cost: $cost,
-                faults: $faults,
-                ..crate::laws::method::LAWS[$index].about
-            },
-            cases: |cases| drawn($of, cases),
-            check: |case, fault| judge($of, case, fault),
+            about: $crate::harness::About { name: $name, cost: $cost, faults: $faults, ..$law.about },
+            cases: |cases| drawn($law, cases),
+            check: |case, fault| judge($law, case, fault),
         }
     };
 }
@@ -171,7 +163,7 @@ pub fn laws() -> &'static [CaseLaw] {
 static LAWS: &[CaseLaw] = &[
     law!(
         "method-order",
-        0,
+        &ORDER,
         Cost::Heavy,
         &[
             NO_FORCE,
@@ -188,15 +180,15 @@ static LAWS: &[CaseLaw] = &[
             SEES_ATTITUDE
         ]
     ),
-    law!("method-casimirs", 1, Cost::Expensive, &[CHART, HALVED, NOT_TRANSPORTED, FAVOURED]),
-    law!("method-energy", 2, Cost::Expensive, &[NO_FORCE, NOT_TRANSPORTED, NO_SECOND, FAVOURED]),
+    law!("method-casimirs", &CASIMIRS, Cost::Expensive, &[CHART, HALVED, NOT_TRANSPORTED, FAVOURED]),
+    law!("method-energy", &ENERGY, Cost::Expensive, &[NO_FORCE, NOT_TRANSPORTED, NO_SECOND, FAVOURED]),
     law!(
         "method-reversibility",
-        3,
+        &REVERSIBILITY,
         Cost::Expensive,
         // Not `attitude-from-left`: τ(ξ'')τ(ξ') is conjugate to τ(ξ')τ(ξ''), so that it returns to e at the same order.
         &[FORCE_TIME, NOT_TRANSPORTED, INVERTED, SEES_ATTITUDE]
     ),
-    law!("method-equivariance", 4, Cost::Cheap, &[FROM_LEFT, SEES_TIME, SEES_ATTITUDE]),
-    law!("method-presentation", 5, Cost::Cheap, &[SHIFTED, FAVOURED]),
+    law!("method-equivariance", &EQUIVARIANCE, Cost::Cheap, &[FROM_LEFT, SEES_TIME, SEES_ATTITUDE]),
+    law!("method-presentation", &PRESENTATION, Cost::Cheap, &[SHIFTED, FAVOURED]),
 ];

@@ -96,87 +96,98 @@ const SLOPE: &str = "confirmed at a quarter off the order (half the way to the p
 const ROUNDING: &str = "two precisions, or in f64 alone 2¹⁴ u of the size of the terms, what a solver of stage equations may \
                         leave; 16 times the tolerance that is claimed";
 
+/// Convergence at an order.
+pub const ORDER: MethodLaw = MethodLaw {
+    about: About {
+        name: "method-order",
+        statement: "the method converges to the solution, in μ and in g, at the order that it claims (at least at 1)",
+        source: "Hairer, Nørsett and Wanner 1993, II.3, Thm 3.4; Martín de Diego and Sato Martín de Almagro 2019, §3",
+        oracle: "a classical Gauss method of order 16 or more on the vector field of (μ, g), in 32 digits",
+        bound: SLOPE,
+        needs: "",
+        cost: Cost::Moderate,
+        faults: &[],
+    },
+    kind: MethodQuestion::Order,
+};
+
+/// Casimir functions.
+pub const CASIMIRS: MethodLaw = MethodLaw {
+    about: About {
+        name: "method-casimirs",
+        statement: "C(μ_n) − C(μ_0) − ∫⟨f, C'(μ)⟩dt is 0 up to the order of the method; without force, if claimed, to round-off",
+        source: "Martín de Diego and Sato Martín de Almagro 2019, §2.2: dC/dt = ⟨f, C'(μ)⟩ for every Casimir C",
+        oracle: "Casimirs from the catalogue of algebras, at the solution in 32 digits: there the balance is exact",
+        bound: SLOPE,
+        needs: "",
+        cost: Cost::Moderate,
+        faults: &[],
+    },
+    kind: MethodQuestion::Casimirs,
+};
+
+/// Energy.
+pub const ENERGY: MethodLaw = MethodLaw {
+    about: About {
+        name: "method-energy",
+        statement: "E(μ_n) − E(μ_0) − ∫⟨f, η⟩dt is 0 up to the order of the method; without force, if claimed, to round-off",
+        source: "Martín de Diego and Sato Martín de Almagro 2019, §2.2: dE/dt = ⟨f(η), η⟩",
+        oracle: "the energy at the solution in 32 digits: there the balance is exact",
+        bound: SLOPE,
+        needs: "",
+        cost: Cost::Moderate,
+        faults: &[],
+    },
+    kind: MethodQuestion::Energy,
+};
+
+/// Φ_{−h} inverts Φ_h.
+pub const REVERSIBILITY: MethodLaw = MethodLaw {
+    about: About {
+        name: "method-reversibility",
+        statement: "Φ_{−h}∘Φ_h = 1 up to O(h^{p+1}) for a method of order p; if claimed, to round-off",
+        source: "Hairer, Lubich and Wanner 2006, II.3, Thm 3.1 and V.1; consistency at h and at −h",
+        oracle: "the state itself",
+        bound: SLOPE,
+        needs: "",
+        cost: Cost::Moderate,
+        faults: &[],
+    },
+    kind: MethodQuestion::Reversibility,
+};
+
+/// What is the same elsewhere, later or again.
+pub const EQUIVARIANCE: MethodLaw = MethodLaw {
+    about: About {
+        name: "method-equivariance",
+        statement: "Φ(kg, μ) = (k g', μ') for k ∈ G; without explicit time Φ does not see t; asked again, Φ answers the same",
+        source: "Marsden and Ratiu 1999, §13.5: reduction by left translations; equations on g* do not know g",
+        oracle: "the method's own answer from the translated state",
+        bound: ROUNDING,
+        needs: "",
+        cost: Cost::Cheap,
+        faults: &[],
+    },
+    kind: MethodQuestion::Equivariance,
+};
+
+/// What is the same in another basis.
+pub const PRESENTATION: MethodLaw = MethodLaw {
+    about: About {
+        name: "method-presentation",
+        statement: "in another basis e'_a = e_b B^b_a of g the same step: Φ'(μ B) = Φ(μ) B, and the same g",
+        source: "the equations have no preferred basis: Marsden and Ratiu 1999, §13.1 and §13.5",
+        oracle: "the method's own answer on the transformed description",
+        bound: ROUNDING,
+        needs: "",
+        cost: Cost::Cheap,
+        faults: &[],
+    },
+    kind: MethodQuestion::Presentation,
+};
+
 /// The laws.
-pub const LAWS: &[MethodLaw] = &[
-    MethodLaw {
-        about: About {
-            name: "method-order",
-            statement: "the method converges to the solution, in μ and in g, at the order that it claims (at least at 1)",
-            source: "Hairer, Nørsett and Wanner 1993, II.3, Thm 3.4; Martín de Diego and Sato Martín de Almagro 2019, §3",
-            oracle: "a classical Gauss method of order 16 or more on the vector field of (μ, g), in 32 digits",
-            bound: SLOPE,
-            needs: "",
-            cost: Cost::Moderate,
-            faults: &[],
-        },
-        kind: MethodQuestion::Order,
-    },
-    MethodLaw {
-        about: About {
-            name: "method-casimirs",
-            statement: "C(μ_n) − C(μ_0) − ∫⟨f, C'(μ)⟩dt is 0 up to the order of the method; without force, if claimed, to round-off",
-            source: "Martín de Diego and Sato Martín de Almagro 2019, §2.2: dC/dt = ⟨f, C'(μ)⟩ for every Casimir C",
-            oracle: "Casimirs from the catalogue of algebras, at the solution in 32 digits: there the balance is exact",
-            bound: SLOPE,
-            needs: "",
-            cost: Cost::Moderate,
-            faults: &[],
-        },
-        kind: MethodQuestion::Casimirs,
-    },
-    MethodLaw {
-        about: About {
-            name: "method-energy",
-            statement: "E(μ_n) − E(μ_0) − ∫⟨f, η⟩dt is 0 up to the order of the method; without force, if claimed, to round-off",
-            source: "Martín de Diego and Sato Martín de Almagro 2019, §2.2: dE/dt = ⟨f(η), η⟩",
-            oracle: "the energy at the solution in 32 digits: there the balance is exact",
-            bound: SLOPE,
-            needs: "",
-            cost: Cost::Moderate,
-            faults: &[],
-        },
-        kind: MethodQuestion::Energy,
-    },
-    MethodLaw {
-        about: About {
-            name: "method-reversibility",
-            statement: "Φ_{−h}∘Φ_h = 1 up to O(h^{p+1}) for a method of order p; if claimed, to round-off",
-            source: "Hairer, Lubich and Wanner 2006, II.3, Thm 3.1 and V.1; consistency at h and at −h",
-            oracle: "the state itself",
-            bound: SLOPE,
-            needs: "",
-            cost: Cost::Moderate,
-            faults: &[],
-        },
-        kind: MethodQuestion::Reversibility,
-    },
-    MethodLaw {
-        about: About {
-            name: "method-equivariance",
-            statement: "Φ(kg, μ) = (k g', μ') for k ∈ G; without explicit time Φ does not see t; asked again, Φ answers the same",
-            source: "Marsden and Ratiu 1999, §13.5: reduction by left translations; equations on g* do not know g",
-            oracle: "the method's own answer from the translated state",
-            bound: ROUNDING,
-            needs: "",
-            cost: Cost::Cheap,
-            faults: &[],
-        },
-        kind: MethodQuestion::Equivariance,
-    },
-    MethodLaw {
-        about: About {
-            name: "method-presentation",
-            statement: "in another basis e'_a = e_b B^b_a of g the same step: Φ'(μ B) = Φ(μ) B, and the same g",
-            source: "the equations have no preferred basis: Marsden and Ratiu 1999, §13.1 and §13.5",
-            oracle: "the method's own answer on the transformed description",
-            bound: ROUNDING,
-            needs: "",
-            cost: Cost::Cheap,
-            faults: &[],
-        },
-        kind: MethodQuestion::Presentation,
-    },
-];
+pub const LAWS: &[MethodLaw] = &[ORDER, CASIMIRS, ENERGY, REVERSIBILITY, EQUIVARIANCE, PRESENTATION];
 
 impl MethodLaw {
     /// The cases that the law is checked on, of those that `base` admits.
