@@ -95,6 +95,9 @@ fn describe(law: &CaseLaw, covered: Option<&Covered>) -> String {
         ("oracle", law.about.oracle.to_owned()),
         ("bound", law.about.bound.to_owned()),
     ];
+    if !law.about.needs.is_empty() {
+        rows.push(("needs", law.about.needs.to_owned()));
+    }
     if let Some(covered) = covered {
         rows.push(("algebras", format!("{}; bases: {}", list(&covered.algebras), list(&covered.bases))));
         rows.push(("retraction", list(&covered.retractions)));
@@ -113,6 +116,7 @@ fn object(law: &CaseLaw, covered: Option<Covered>) -> serde_json::Value {
         "source": law.about.source,
         "oracle": law.about.oracle,
         "bound": law.about.bound,
+        "needs": law.about.needs,
         "faults": law.about.faults.iter().map(fault).collect::<Vec<_>>(),
     });
     if let (Some(covered), Some(object)) = (covered, object.as_object_mut()) {
