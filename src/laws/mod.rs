@@ -6,6 +6,7 @@
 //! | file | judges |
 //! |---|---|
 //! | [`retraction`] | [`crate::retraction`] |
+//! | [`accuracy`] | [`crate::retraction`], [`crate::integrators`]: values in `f64` against those in 32 digits |
 //! | [`groupoid`], [`algebroid`], [`poisson`] | [`crate::groupoid`] |
 //! | [`lie_poisson`], [`orbits`] | [`crate::mechanics::lie_poisson`], [`crate::mechanics::equations`] |
 //! | [`mechanics`], [`euler_lagrange`], [`legendre`] | [`crate::mechanics::doubled`], its equations, its Legendre transform |
@@ -26,6 +27,7 @@
 //! | `polynomial` | nothing: random functions |
 //! | `source` | nothing: where the systems come from that laws judge |
 
+pub mod accuracy;
 pub mod algebroid;
 mod differences;
 pub mod discrete;
@@ -161,6 +163,7 @@ impl Law<Case> for PlantedLaw {
 pub fn all() -> Vec<&'static CaseLaw> {
     [
         retraction::laws(),
+        accuracy::laws(),
         groupoid::laws(),
         algebroid::laws(),
         poisson::laws(),

@@ -115,6 +115,8 @@ pub mod stream {
     pub const LIE_GROUPOID: u64 = 72;
     /// The values of laws on parts.
     pub const PARTS: u64 = 81;
+    /// Where values are compared with those in 32 digits.
+    pub const ACCURACY: u64 = 91;
     /// The material of the groupoids of a system.
     pub const GROUPOID_OF_SYSTEM: u64 = 82;
 }

@@ -45,8 +45,15 @@ pub const SECOND_OF_INVERSE: Fault = Fault::new(
 /// Ad_{τ(ξ)} and its inverse exchanged.
 pub const ADJOINT_INVERTED: Fault = Fault::new("adjoint-inverted", "Ad_{τ(ξ)} and its inverse exchanged", NONABELIAN);
 
+/// 2¹⁴ added and taken away again.
+pub const DIGITS_LOST: Fault = Fault::new(
+    "digits-lost",
+    "2¹⁴ added to the entries of τ, dτ and dτ⁻¹ and taken away again: an unstable algorithm, which loses 4 digits in any precision",
+    "every algebra",
+);
+
 /// All of them.
-pub const ALL: [Fault; 10] = [
+pub const ALL: [Fault; 11] = [
     SHIFTED,
     CUT_INVERSE,
     RIGHT_TANGENT,
@@ -57,6 +64,7 @@ pub const ALL: [Fault; 10] = [
     SECOND_SWAPPED,
     SECOND_OF_INVERSE,
     ADJOINT_INVERTED,
+    DIGITS_LOST,
 ];
 
 /// Plants the fault in the retraction of a case, if it is one of [`ALL`].
@@ -86,6 +94,12 @@ impl<R> PlantedRetraction<R> {
     fn size(&self, fault: &Fault) -> f64 {
         Fault::size_of(Some(&self.fault), fault.name)
     }
+
+    /// [`DIGITS_LOST`].
+    fn lossy<S: Scalar, const M: usize>(&self, right: Matrix<S, M>) -> Matrix<S, M> {
+        let large = S::exact(16384.0);
+        blend(right, right.map(|v| (v + large) - large), self.size(&DIGITS_LOST))
+    }
 }
 
 impl<T: Real, const N: usize, const D: usize, R: Retraction<T, N, D>> Retraction<T, N, D> for PlantedRetraction<R> {
@@ -102,7 +116,7 @@ impl<T: Real, const N: usize, const D: usize, R: Retraction<T, N, D>> Retraction
     fn tau<S: Scalar<Base = T>>(&self, x: &Vector<S, N>) -> Result<Matrix<S, D>, RetractionError> {
         let mut moved = *x;
         moved[0] += blend_scalar(S::zero(), dot(x.as_slice(), x.as_slice()) * S::half(), self.size(&SHIFTED));
-        self.inner.tau(&moved)
+        Ok(self.lossy(self.inner.tau(&moved)?))
     }
 
     fn tau_inv<S: Scalar<Base = T>>(&self, g: &Matrix<S, D>) -> Result<Vector<S, N>, RetractionError> {
@@ -117,8 +131,8 @@ impl<T: Real, const N: usize, const D: usize, R: Retraction<T, N, D>> Retraction
         let d_inv = blend(*point.d_inv(), series, self.size(&BERNOULLI));
         Ok(PlantedPoint {
             fault: self.fault,
-            d: blend(*point.d(), point.d_neg(), self.size(&RIGHT_TANGENT)),
-            d_inv: blend(d_inv, Matrix::identity(), self.size(&INVERSE_MISSING)),
+            d: self.lossy(blend(*point.d(), point.d_neg(), self.size(&RIGHT_TANGENT))),
+            d_inv: self.lossy(blend(d_inv, Matrix::identity(), self.size(&INVERSE_MISSING))),
             point,
         })
     }

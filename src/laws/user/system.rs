@@ -555,6 +555,7 @@ fn table<S: Source>() -> Vec<&'static CaseLaw<S>> {
     use crate::laws::*;
     [
         retraction::laws(),
+        accuracy::laws(),
         integrators::laws(),
         doubled::laws(),
         lie_poisson::laws(),

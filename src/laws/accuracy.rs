@@ -1,0 +1,239 @@
+//! Laws of accuracy: values in `f64` against those in 32 digits.
+//!
+//! Identities judged at two precisions ([`precision`](super::precision)) see errors that do not shrink with round-off. An unstable
+//! algorithm loses as many digits in one precision as in the other, and the amplification of rounding in 32 digits then excuses that
+//! in `f64`. Here the values themselves are compared, and what they may differ by is measured: what a change of the input by one unit
+//! of round-off makes of them, in 32 digits.
+
+use super::integrators::{refused, subject};
+use super::planted::retraction::{DIGITS_LOST, Plant};
+use super::precision::{Measured, alone};
+use super::probe::{Probe, stream};
+use super::{CaseLaw, Source};
+use crate::algebra::{Covector, Vector};
+use crate::harness::{About, Cost, Fault, Verdict};
+use crate::integrators::OneStep;
+use crate::mechanics::{Force, Lagrangian};
+use crate::retraction::{Retraction, RetractionError, TangentPoint};
+use crate::scalar::{Dd, Real, Scalar};
+use crate::system::{Case, System, Visitor};
+use nalgebra::DMatrix;
+use std::fmt::Debug;
+
+const ORACLE: &str = "the same functions in 32 digits";
+
+/// The laws of this file.
+pub const fn laws<S: Source>() -> &'static [CaseLaw<S>] {
+    const {
+        &[
+            CaseLaw {
+                about: About {
+                    name: "retraction-accuracy",
+                    statement: "τ(ξ), dτ_ξ, dτ_ξ⁻¹, ddτ_ξ(η, ·) and Ad_{τ(ξ)} in f64 are those in 32 digits, rounded",
+                    source: "Higham 2002, §1.5 and §1.6: forward errors of a stable algorithm",
+                    oracle: ORACLE,
+                    bound: "2⁵ N D u of a value, and of what a change of ξ by u makes of it times the condition of the basis",
+                    needs: "",
+                    cost: Cost::Cheap,
+                    faults: &[DIGITS_LOST],
+                },
+                cases: |cases| cases,
+                check: |case, fault| judge(case, fault, Which::Retraction),
+            },
+            CaseLaw {
+                about: About {
+                    name: "step-accuracy",
+                    statement: "one step in f64 is that in 32 digits, rounded, also where h is tiny",
+                    source: "Higham 2002, §1.5 and §1.6: forward errors of a stable algorithm",
+                    oracle: ORACLE,
+                    bound: "2⁶ s N D u of μ' and g', and of what a change of μ by u makes of them times the condition of the basis",
+                    needs: "",
+                    cost: Cost::Expensive,
+                    faults: &[DIGITS_LOST],
+                },
+                cases: |cases| cases.main_dimensions(),
+                check: |case, fault| judge(case, fault, Which::Step),
+            },
+        ]
+    }
+}
+
+#[derive(Clone, Copy)]
+enum Which {
+    Retraction,
+    Step,
+}
+
+/// A value, and how far small changes of the input move it.
+struct Value<T> {
+    what: &'static str,
+    entries: Vec<T>,
+    moved: T,
+}
+
+/// The values, and the multiple of u that is allowed.
+struct Values<T> {
+    list: Vec<Value<T>>,
+    floor: f64,
+    /// The input, for the witness.
+    at: Vec<f64>,
+}
+
+#[derive(Clone, Copy)]
+struct Evaluate<'a> {
+    case: &'a dyn Debug,
+    which: Which,
+    fault: Option<&'a Fault>,
+}
+
+impl<T: Real> Visitor<T> for Evaluate<'_> {
+    type Output = Result<Values<T>, Measured>;
+
+    fn visit<const N: usize, const D: usize, R: Retraction<T, N, D>, L: Lagrangian<T, N>, F: Force<T, N>>(
+        self,
+        system: System<T, N, D, R, L, F>,
+    ) -> Self::Output {
+        match self.which {
+            Which::Retraction => self.retraction(&system),
+            Which::Step => self.step(&system),
+        }
+    }
+}
+
+/// In how many random directions the input is changed.
+const DIRECTIONS: usize = 2;
+
+impl Evaluate<'_> {
+    fn retraction<T: Real, const N: usize, const D: usize, R: Retraction<T, N, D>, L, F>(
+        &self,
+        system: &System<T, N, D, R, L, F>,
+    ) -> Result<Values<T>, Measured> {
+        let mut probe = Probe::new(self.case, stream::ACCURACY);
+        let x = probe.vector::<T, N>() * probe.power_of_two::<T>(-30, 2);
+        let y = probe.vector::<T, N>();
+        let tau = &system.retraction;
+        let at = |x: &Vector<T, N>| -> Result<Vec<(&'static str, Vec<T>)>, RetractionError> {
+            let point = tau.at(x)?;
+            let mut values = vec![
+                ("dτ", point.d().as_slice().to_vec()),
+                ("dτ⁻¹", point.d_inv().as_slice().to_vec()),
+                ("ddτ", point.dd(&y).as_slice().to_vec()),
+                ("Ad", point.ad().as_slice().to_vec()),
+            ];
+            match tau.tau(x) {
+                Ok(g) => values.push(("τ", g.as_slice().to_vec())),
+                Err(RetractionError::NoGroup { .. }) => {}
+                Err(error) => return Err(error),
+            }
+            Ok(values)
+        };
+        let outside = |error: RetractionError| match error {
+            RetractionError::NotFinite { .. } => Measured::Broken(error.to_string()),
+            _ => Measured::NotApplicable("the displacement is outside the domain".into()),
+        };
+        let moves = (0..DIRECTIONS).map(|_| probe.vector::<T, N>() * (x.amax() * ulp())).collect::<Vec<_>>();
+        let mut moved = Vec::new();
+        for along in &moves {
+            moved.push(at(&(x + along)).map_err(outside)?);
+        }
+        Ok(Values {
+            list: values(at(&x).map_err(outside)?, &moved),
+            floor: 32.0 * (N * D) as f64,
+            at: x.iter().map(|v| v.to_f64()).collect(),
+        })
+    }
+
+    fn step<T: Real, const N: usize, const D: usize, R, L, F>(
+        &self,
+        system: &System<T, N, D, R, L, F>,
+    ) -> Result<Values<T>, Measured>
+    where
+        R: Retraction<T, N, D>,
+        L: Lagrangian<T, N>,
+        F: Force<T, N>,
+    {
+        let mut probe = Probe::new(self.case, stream::ACCURACY);
+        let h = system.step * probe.power_of_two::<T>(-24, 0);
+        let mut method = subject(system, self.fault);
+        let mut at = |mu: &Covector<T, N>| -> Result<Vec<(&'static str, Vec<T>)>, Measured> {
+            let mut state = system.state.clone();
+            state.momentum = *mu;
+            method.step(&mut state, h).map_err(|error| refused(&error))?;
+            Ok(vec![("μ'", state.momentum.as_slice().to_vec()), ("g'", state.attitude.as_slice().to_vec())])
+        };
+        let mu = system.state.momentum;
+        let mut moved = Vec::new();
+        for _ in 0..DIRECTIONS {
+            moved.push(at(&(mu + probe.covector::<T, N>() * (mu.amax() * ulp())))?);
+        }
+        Ok(Values {
+            list: values(at(&mu)?, &moved),
+            floor: 64.0 * (system.tableau.stages() * N * D) as f64,
+            at: mu.iter().map(|v| v.to_f64()).chain([h.to_f64()]).collect(),
+        })
+    }
+}
+
+/// The unit round-off of `f64`.
+fn ulp<T: Real>() -> T {
+    T::exact(f64::EPSILON / 2.0)
+}
+
+fn values<T: Real>(here: Vec<(&'static str, Vec<T>)>, moved: &[Vec<(&'static str, Vec<T>)>]) -> Vec<Value<T>> {
+    let value = |(k, (what, entries)): (usize, (&'static str, Vec<T>))| {
+        let distance = |there: &Vec<(&'static str, Vec<T>)>| {
+            there[k].1.iter().zip(&entries).fold(T::zero(), |far, (a, b)| far.max((*a - *b).abs()))
+        };
+        let moved = moved.iter().map(distance).fold(T::zero(), |far, one| far.max(one));
+        Value { what, entries, moved }
+    };
+    here.into_iter().enumerate().map(value).collect()
+}
+
+fn judge<S: Source>(source: &S, fault: Option<&Fault>, which: Which) -> Verdict {
+    let case: &dyn Debug = source;
+    let evaluate = Evaluate { case, which, fault };
+    let double = source.visit::<f64, _>(&Plant(fault), evaluate);
+    let quad = source.visit::<Dd, _>(&Plant(fault), evaluate);
+    match (double, quad) {
+        (Ok(Ok(double)), Ok(Ok(quad))) => alone(16, compared(&double, &quad, condition(source.case()))),
+        (Ok(Err(measured)), _) | (_, Ok(Err(measured))) => alone(16, measured),
+        (Err(e), _) | (_, Err(e)) => Verdict::broken(format!("a generated case cannot be built: {e}")),
+    }
+}
+
+/// |B| |B⁻¹| of the basis of a case; 1 without one.
+fn condition(case: &Case) -> f64 {
+    let Some(basis) = &case.algebra.basis else { return 1.0 };
+    let n = basis.len();
+    let entry = |a: usize, b: usize| basis.get(b).and_then(|row| row.get(a)).and_then(|v| v.eval::<f64>().ok());
+    let matrix = DMatrix::from_fn(n, n, |a, b| entry(a, b).unwrap_or(f64::NAN));
+    matrix.clone().try_inverse().map_or(f64::INFINITY, |inverse| matrix.norm() * inverse.norm())
+}
+
+/// The worst of the values, relative to what is allowed; judged alone, at 256 times this.
+fn compared(double: &Values<f64>, quad: &Values<Dd>, condition: f64) -> Measured {
+    let mut worst = Measured::NotApplicable("there are no values".into());
+    for (mine, exact) in double.list.iter().zip(&quad.list) {
+        let mut size = 0.0_f64;
+        let mut defect = 0.0_f64;
+        for (a, b) in mine.entries.iter().zip(&exact.entries) {
+            let off = (Dd::exact(*a) - *b).to_f64().abs();
+            if !off.is_finite() {
+                return Measured::Broken(format!("{} is {a:e} in f64, {:e} in 32 digits", mine.what, b.to_f64()));
+            }
+            size = size.max(b.to_f64().abs());
+            defect = defect.max(off);
+        }
+        let allowed = size + exact.moved.to_f64() / (f64::EPSILON / 2.0) * condition;
+        let lost = (defect / (f64::EPSILON / 2.0) / allowed).log10();
+        worst = worst.and(Measured::defect(defect, allowed, double.floor / super::precision::AGREEMENT, || {
+            format!(
+                "{} has lost {lost:.1} of 16 digits more than the problem loses: an unstable algorithm, a series that is cut or \
+                 switched to a closed form at the wrong place, or a tolerance; at {:?}",
+                mine.what, double.at
+            )
+        }));
+    }
+    worst
+}
