@@ -32,7 +32,7 @@ pub const fn laws<S: Source>() -> &'static [CaseLaw<S>] {
                     statement: "τ(ξ), dτ_ξ, dτ_ξ⁻¹, ddτ_ξ(η, ·) and Ad_{τ(ξ)} in f64 are those in 32 digits, rounded",
                     source: "Higham 2002, §1.5 and §1.6: forward errors of a stable algorithm",
                     oracle: ORACLE,
-                    bound: "2⁵ N D u of a value, and of what a change of ξ by u makes of it times the condition of the basis",
+                    bound: "2² N D u of a value, and of what a change of ξ by u makes of it times the condition of the basis",
                     needs: "",
                     cost: Cost::Cheap,
                     faults: &[DIGITS_LOST],
@@ -46,7 +46,7 @@ pub const fn laws<S: Source>() -> &'static [CaseLaw<S>] {
                     statement: "one step in f64 is that in 32 digits, rounded, also where h is tiny",
                     source: "Higham 2002, §1.5 and §1.6: forward errors of a stable algorithm",
                     oracle: ORACLE,
-                    bound: "2⁶ s N D u of μ' and g', and of what a change of μ by u makes of them times the condition of the basis",
+                    bound: "2³ N D u of μ' and g', and of what a change of μ by u makes of them times the condition of the basis",
                     needs: "",
                     cost: Cost::Expensive,
                     faults: &[DIGITS_LOST],
@@ -138,7 +138,7 @@ impl Evaluate<'_> {
         }
         Ok(Values {
             list: values(at(&x).map_err(outside)?, &moved),
-            floor: 32.0 * (N * D) as f64,
+            floor: 4.0 * (N * D) as f64,
             at: x.iter().map(|v| v.to_f64()).collect(),
         })
     }
@@ -168,7 +168,7 @@ impl Evaluate<'_> {
         }
         Ok(Values {
             list: values(at(&mu)?, &moved),
-            floor: 64.0 * (system.tableau.stages() * N * D) as f64,
+            floor: 8.0 * (N * D) as f64,
             at: mu.iter().map(|v| v.to_f64()).chain([h.to_f64()]).collect(),
         })
     }
