@@ -32,7 +32,7 @@ pub const fn laws<S: Source>() -> &'static [CaseLaw<S>] {
                     statement: "τ(ξ), dτ_ξ, dτ_ξ⁻¹, ddτ_ξ(η, ·) and Ad_{τ(ξ)} in f64 are those in 32 digits, rounded",
                     source: "Higham 2002, §1.5 and §1.6: forward errors of a stable algorithm",
                     oracle: ORACLE,
-                    bound: "2² N D u of a value, and of what a change of ξ by u makes of it times the condition of the basis",
+                    bound: "2² N D u of a value, times the condition of dτ for dτ⁻¹, ddτ and Ad, and of what a change of ξ by u makes of it times the condition of the basis",
                     needs: "",
                     cost: Cost::Cheap,
                     faults: &[DIGITS_LOST],
@@ -64,10 +64,15 @@ enum Which {
     Step,
 }
 
+/// A value that is named, and the condition of what is solved for it.
+type Named<T> = (&'static str, Vec<T>, T);
+
 /// A value, and how far small changes of the input move it.
 struct Value<T> {
     what: &'static str,
     entries: Vec<T>,
+    /// By how much rounding is multiplied: 1, or the condition of a matrix that is inverted.
+    condition: T,
     moved: T,
 }
 
@@ -112,16 +117,17 @@ impl Evaluate<'_> {
         let x = probe.vector::<T, N>() * probe.power_of_two::<T>(-30, 2);
         let y = probe.vector::<T, N>();
         let tau = &system.retraction;
-        let at = |x: &Vector<T, N>| -> Result<Vec<(&'static str, Vec<T>)>, RetractionError> {
+        let at = |x: &Vector<T, N>| -> Result<Vec<Named<T>>, RetractionError> {
             let point = tau.at(x)?;
+            let solved = point.d().amax() * point.d_inv().amax() * T::int(N as i64);
             let mut values = vec![
-                ("dτ", point.d().as_slice().to_vec()),
-                ("dτ⁻¹", point.d_inv().as_slice().to_vec()),
-                ("ddτ", point.dd(&y).as_slice().to_vec()),
-                ("Ad", point.ad().as_slice().to_vec()),
+                ("dτ", point.d().as_slice().to_vec(), T::one()),
+                ("dτ⁻¹", point.d_inv().as_slice().to_vec(), solved),
+                ("ddτ", point.dd(&y).as_slice().to_vec(), solved),
+                ("Ad", point.ad().as_slice().to_vec(), solved),
             ];
             match tau.tau(x) {
-                Ok(g) => values.push(("τ", g.as_slice().to_vec())),
+                Ok(g) => values.push(("τ", g.as_slice().to_vec(), T::one())),
                 Err(RetractionError::NoGroup { .. }) => {}
                 Err(error) => return Err(error),
             }
@@ -155,11 +161,14 @@ impl Evaluate<'_> {
         let mut probe = Probe::new(self.case, stream::ACCURACY);
         let h = system.step * probe.power_of_two::<T>(-24, 0);
         let mut method = subject(system, self.fault);
-        let mut at = |mu: &Covector<T, N>| -> Result<Vec<(&'static str, Vec<T>)>, Measured> {
+        let mut at = |mu: &Covector<T, N>| -> Result<Vec<Named<T>>, Measured> {
             let mut state = system.state.clone();
             state.momentum = *mu;
             method.step(&mut state, h).map_err(|error| refused(&error))?;
-            Ok(vec![("μ'", state.momentum.as_slice().to_vec()), ("g'", state.attitude.as_slice().to_vec())])
+            Ok(vec![
+                ("μ'", state.momentum.as_slice().to_vec(), T::one()),
+                ("g'", state.attitude.as_slice().to_vec(), T::one()),
+            ])
         };
         let mu = system.state.momentum;
         let mut moved = Vec::new();
@@ -179,13 +188,13 @@ fn ulp<T: Real>() -> T {
     T::exact(f64::EPSILON / 2.0)
 }
 
-fn values<T: Real>(here: Vec<(&'static str, Vec<T>)>, moved: &[Vec<(&'static str, Vec<T>)>]) -> Vec<Value<T>> {
-    let value = |(k, (what, entries)): (usize, (&'static str, Vec<T>))| {
-        let distance = |there: &Vec<(&'static str, Vec<T>)>| {
+fn values<T: Real>(here: Vec<Named<T>>, moved: &[Vec<Named<T>>]) -> Vec<Value<T>> {
+    let value = |(k, (what, entries, condition)): (usize, Named<T>)| {
+        let distance = |there: &Vec<Named<T>>| {
             there[k].1.iter().zip(&entries).fold(T::zero(), |far, (a, b)| far.max((*a - *b).abs()))
         };
         let moved = moved.iter().map(distance).fold(T::zero(), |far, one| far.max(one));
-        Value { what, entries, moved }
+        Value { what, entries, condition, moved }
     };
     here.into_iter().enumerate().map(value).collect()
 }
@@ -225,7 +234,7 @@ fn compared(double: &Values<f64>, quad: &Values<Dd>, condition: f64) -> Measured
             size = size.max(b.to_f64().abs());
             defect = defect.max(off);
         }
-        let allowed = size + exact.moved.to_f64() / (f64::EPSILON / 2.0) * condition;
+        let allowed = size * exact.condition.to_f64() + exact.moved.to_f64() / (f64::EPSILON / 2.0) * condition;
         let lost = (defect / (f64::EPSILON / 2.0) / allowed).log10();
         worst = worst.and(Measured::defect(defect, allowed, double.floor / super::precision::AGREEMENT, || {
             format!(
