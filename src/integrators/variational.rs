@@ -183,6 +183,11 @@ where
         (0..self.scheme.tableau.stages()).map(|i| self.work.velocities.vector(i))
     }
 
+    /// Ξ_i = h Σ_j a_ij H_j of the last step, in the order of the stages: stage i is at g τ(Ξ_i). Meaningless before the first.
+    pub fn stage_displacements(&self) -> impl Iterator<Item = Vector<T, N>> + '_ {
+        (0..self.scheme.tableau.stages()).map(|i| self.work.displacements.vector(i))
+    }
+
     /// ξ = h Σ_j b_j H_j of the last step: g' = g τ(ξ).
     pub fn increment(&self) -> &Vector<T, N> {
         &self.work.increment

@@ -58,6 +58,33 @@ pub const fn laws<S: Source>() -> &'static [CaseLaw<S>] {
             },
             CaseLaw {
                 about: About {
+                    name: "discrete-noether",
+                    statement: "Ad*_{g'⁻¹} μ' − Ad*_{g⁻¹} μ = h Σ b_j Ad*_{(g τ(Ξ_j))⁻¹} f_j: the spatial momentum changes by the \
+                                impulses of the stages, at any step and for any tableau",
+                    source: "Martín de Diego and Sato Martín de Almagro 2019, §5.2; Marsden and West 2001, §3.2.5, the forced discrete \
+                             Noether theorem",
+                    oracle: "Ad by conjugation with group elements; the step has it from dτ",
+                    bound: "two precisions; floor 2⁵ s N² u of the terms",
+                    needs: "a group",
+                    cost: Cost::Cheap,
+                    faults: &[
+                        CHART,
+                        NO_FORCE,
+                        NOT_TRANSPORTED,
+                        FIRST_STAGE,
+                        FORCE_INDEX,
+                        FORCE_TIME,
+                        INVERTED,
+                        HALVED,
+                        FROM_LEFT,
+                        ADJOINT_INVERTED,
+                    ],
+                },
+                cases: |cases| cases.with_group(),
+                check: |case, fault| settle_small(case, fault, Noether { fault }, 9),
+            },
+            CaseLaw {
+                about: About {
                     name: "free-casimirs",
                     statement: "without force C(μ_n) = C(μ_0) for every Casimir C, any tableau, any step",
                     source: "Martín de Diego and Sato Martín de Almagro 2019, §5.3.1, where it is only observed; μ' = Ad*_{τ(ξ)} μ",
@@ -254,6 +281,55 @@ impl<T: Real> Visitor<T> for PlainStep<'_> {
             return refused(&error);
         }
         compare(&mine, &theirs, 256.0 * (system.tableau.stages() * N) as f64)
+    }
+}
+
+#[derive(Clone, Copy)]
+struct Noether<'a> {
+    fault: Option<&'a Fault>,
+}
+
+impl<T: Real> Visitor<T> for Noether<'_> {
+    type Output = Measured;
+
+    fn visit<const N: usize, const D: usize, R: Retraction<T, N, D>, L: Lagrangian<T, N>, F: Force<T, N>>(
+        self,
+        system: System<T, N, D, R, L, F>,
+    ) -> Measured {
+        let Some(group) = &system.group else {
+            return Measured::NotApplicable("the algebra has no group".into());
+        };
+        let (l, f, r) = (&system.lagrangian, &system.force, &system.retraction);
+        let (start, h) = (&system.state, system.step);
+        // The stages are those of the right step, whatever is planted in the one that is judged.
+        let mut stages = Variational::new(l, f, r, system.tableau.clone());
+        let (mut right, mut end) = (start.clone(), start.clone());
+        let outcome = subject(&system, self.fault).step(&mut end, h);
+        if let Err(error) = outcome.and_then(|_| stages.step(&mut right, h)) {
+            return refused(&error);
+        }
+        let mut size = T::zero();
+        let mut spatial = |g: &Matrix<T, D>, mu: Covector<T, N>| {
+            let ad = group.adjoint(&group.inverse(g)?)?;
+            size += mu.amax() * ad.amax();
+            Some(mu * ad)
+        };
+        let mut defect = || {
+            let mut change = spatial(&end.attitude, end.momentum)? - spatial(&start.attitude, start.momentum)?;
+            let (b, c) = (system.tableau.b(), system.tableau.c());
+            for (j, (x, eta)) in stages.stage_displacements().zip(stages.stage_velocities()).enumerate() {
+                let g = start.attitude * r.tau(&x).ok()?;
+                change -= spatial(&g, f.force(start.time + c[j] * h, &eta) * (b[j] * h))?;
+            }
+            Some(change)
+        };
+        let Some(defect) = defect() else {
+            return Measured::Broken("a group element is a singular matrix".into());
+        };
+        let floor = 32.0 * (system.tableau.stages() * N * N) as f64;
+        Measured::defect(size_of(defect.iter().copied()), size, floor, || {
+            format!("the spatial momentum changes by {} more than the impulses", show(&defect))
+        })
     }
 }
 
