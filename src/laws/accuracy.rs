@@ -32,7 +32,7 @@ pub const fn laws<S: Source>() -> &'static [CaseLaw<S>] {
                     statement: "τ(ξ), dτ_ξ, dτ_ξ⁻¹, ddτ_ξ(η, ·) and Ad_{τ(ξ)} in f64 are those in 32 digits, rounded",
                     source: "Higham 2002, §1.5 and §1.6: forward errors of a stable algorithm",
                     oracle: ORACLE,
-                    bound: "2² N D u of a value, times the condition of dτ for dτ⁻¹, ddτ and Ad, and of what a change of ξ by u makes of it times the condition of the basis",
+                    bound: "2³ N D u of a value, times the condition of dτ for dτ⁻¹, ddτ and Ad, and of what a change of ξ by u makes of it times the condition of the basis",
                     needs: "",
                     cost: Cost::Cheap,
                     faults: &[DIGITS_LOST],
@@ -144,7 +144,7 @@ impl Evaluate<'_> {
         }
         Ok(Values {
             list: values(at(&x).map_err(outside)?, &moved),
-            floor: 4.0 * (N * D) as f64,
+            floor: 8.0 * (N * D) as f64,
             at: x.iter().map(|v| v.to_f64()).collect(),
         })
     }

@@ -64,7 +64,7 @@ pub const fn laws<S: Source>() -> &'static [CaseLaw<S>] {
                     source: "Martín de Diego and Sato Martín de Almagro 2019, §5.2; Marsden and West 2001, §3.2.5, the forced discrete \
                              Noether theorem",
                     oracle: "Ad by conjugation with group elements; the step has it from dτ",
-                    bound: "two precisions; floor 2⁵ s N² u of the terms",
+                    bound: "two precisions; floor 2² s N² u of the terms",
                     needs: "a group",
                     cost: Cost::Cheap,
                     faults: &[
@@ -326,7 +326,7 @@ impl<T: Real> Visitor<T> for Noether<'_> {
         let Some(defect) = defect() else {
             return Measured::Broken("a group element is a singular matrix".into());
         };
-        let floor = 32.0 * (system.tableau.stages() * N * N) as f64;
+        let floor = 4.0 * (system.tableau.stages() * N * N) as f64;
         Measured::defect(size_of(defect.iter().copied()), size, floor, || {
             format!("the spatial momentum changes by {} more than the impulses", show(&defect))
         })
