@@ -11,6 +11,9 @@ use euler_poincare::mechanics::models::{Model, landau_lifshitz_gilbert, relaxed_
 use euler_poincare::mechanics::{Force, Lagrangian, LegendreError};
 use euler_poincare::retraction::{Cayley, CayleySo3, Exponential, ExponentialSo3, Retraction, RetractionError};
 use euler_poincare::scalar::{Dd, Dual, Real, Scalar};
+use euler_poincare::system::SystemFile;
+use euler_poincare::system::trajectory::{Observer, Plan, Row};
+use std::ops::ControlFlow;
 
 const U: f64 = f64::EPSILON / 2.0;
 
@@ -277,6 +280,34 @@ fn drags_and_loads_are_their_formulas() {
     assert!(AnyForce::<f64, 3>::from(Zero).is_zero() && AnyForce::<f64, 3>::Sum(vec![]).is_zero());
     assert!(!sum.is_zero() && !Force::<f64, 3>::is_zero(&wave));
     assert!(LinearDrag::new(Matrix::<f64, 3>::zeros()).unwrap().is_zero());
+}
+
+#[test]
+fn cubic_drag_is_its_formula_in_files_too() {
+    let eta = Vector::<f64, 3>::new(0.5, -1.0, 2.0);
+    let drag = CubicDrag::new(0.25).unwrap();
+    assert_eq!(drag.force(0.0, &eta), -(eta.transpose() * (0.25 * 5.25)));
+    assert!(CubicDrag::new(f64::INFINITY).is_err() && Force::<f64, 3>::is_zero(&CubicDrag::new(0.0).unwrap()));
+
+    // η̇ = −q η³ in one dimension, from η = 1: η = 1/√(1 + 2 q t), in 32 digits.
+    let file = "format = 1\n[algebra]\nname = \"r1\"\n[[force]]\nkind = \"cubic-drag\"\nq = \"3/2\"\n[method]\n\
+                tableau = \"gauss-8\"\nretraction = \"exp\"\n[state]\nvelocity = [1]\n[run]\nstep = \"1/32\"\nsteps = 32\n";
+    let case = SystemFile::parse(file).unwrap().case;
+    let mut last = Vec::new();
+    struct Last<'a>(&'a mut Vec<Dd>);
+    impl Observer<Dd> for Last<'_> {
+        fn row(&mut self, row: &Row<'_, Dd>) {
+            *self.0 = row.values.to_vec();
+        }
+        fn step(&mut self, _: u64, _: u64) -> ControlFlow<()> {
+            ControlFlow::Continue(())
+        }
+    }
+    case.trajectory(Plan { steps: 32, last: None, every: 32 }, &mut Last(&mut last)).unwrap();
+    let error = (last[1] - Dd::half()).to_f64();
+    assert!(error.abs() < 1e-20, "{error:e}");
+    let text = case.to_string();
+    assert!(text.contains("cubic-drag q = 3/2"), "{text}");
 }
 
 #[test]

@@ -224,13 +224,13 @@ impl Supplier for OfForce {
         let every = |claim: fn(&Force) -> bool| driven && case.forces.iter().all(claim);
         let mut part = UserForce::at_both(double.force, quad.force)
             .summing(terms(double.algebra, double.lagrangian.clone()), terms(quad.algebra, quad.lagrangian.clone()));
-        if every(dissipates) {
+        if every(Force::dissipates) {
             part = part.dissipates();
         }
-        if every(workless) {
+        if every(Force::is_workless) {
             part = part.workless();
         }
-        if every(keeps_casimirs) {
+        if every(Force::keeps_casimirs) {
             part = part.keeps_both((double.lagrangian, double.casimirs), (quad.lagrangian, quad.casimirs));
         }
         Some(Box::new(part))
@@ -240,11 +240,15 @@ impl Supplier for OfForce {
         let main = cases.clone().main_dimensions();
         let quarter = Number::ratio(1, 4);
         match law.name {
-            "force-dissipates" => claimed(main.forced(), dissipates, Force::LinearDrag(Drag::Coefficient(quarter))),
-            "force-workless" => claimed(main.forced_nonabelian(), workless, Force::Metriplectic { beta: quarter }),
+            "force-dissipates" => {
+                claimed(main.forced(), Force::dissipates, Force::LinearDrag(Drag::Coefficient(quarter)))
+            }
+            "force-workless" => {
+                claimed(main.forced_nonabelian(), Force::is_workless, Force::Metriplectic { beta: quarter })
+            }
             "force-keeps-casimirs" => {
                 let cases = with_casimirs(cases).forced_nonabelian();
-                claimed(cases, keeps_casimirs, Force::DoubleBracket { alpha: quarter })
+                claimed(cases, Force::keeps_casimirs, Force::DoubleBracket { alpha: quarter })
             }
             _ => main,
         }
@@ -271,28 +275,4 @@ fn claimed(cases: Cases, claim: fn(&Force) -> bool, otherwise: Force) -> Cases {
         if Rates::of(&kept).is_some_and(|rates| rates.driven()) { kept } else { case }
     };
     cases.mapped(kept)
-}
-
-fn positive(x: &Number) -> bool {
-    x.eval::<f64>().is_ok_and(|x| x >= 0.0)
-}
-
-/// ⟨f, η⟩ ≤ 0. Of a matrix of linear drag nothing is known.
-fn dissipates(force: &Force) -> bool {
-    match force {
-        Force::DoubleBracket { alpha } => positive(alpha),
-        Force::LinearDrag(Drag::Coefficient(k)) => positive(k),
-        Force::Metriplectic { .. } | Force::QuadraticDrag(_) => true,
-        Force::LinearDrag(Drag::Matrix(_)) | Force::Constant { .. } | Force::Periodic { .. } | Force::Given => false,
-    }
-}
-
-/// ⟨f, η⟩ = 0.
-fn workless(force: &Force) -> bool {
-    matches!(force, Force::Metriplectic { .. })
-}
-
-/// Tangent to coadjoint orbits at l'(η).
-fn keeps_casimirs(force: &Force) -> bool {
-    matches!(force, Force::DoubleBracket { .. })
 }

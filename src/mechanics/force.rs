@@ -4,7 +4,7 @@
 
 use super::lagrangian::{AnyLagrangian, symmetric};
 use super::{Force, Lagrangian};
-use crate::algebra::{Covector, LieAlgebra, Matrix, Vector};
+use crate::algebra::{Covector, LieAlgebra, Matrix, Vector, dot};
 use crate::scalar::{Real, Scalar};
 
 /// Why a force was refused.
@@ -235,6 +235,38 @@ impl<T: Real, const N: usize> Force<T, N> for QuadraticDrag<T, N> {
     }
 }
 
+/// f = −q (ηᵀη) ηᵀ: drag that grows with the cube of the speed. It identifies g* with g by the basis.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct CubicDrag<T> {
+    coefficient: T,
+}
+
+impl<T: Real> CubicDrag<T> {
+    /// The drag with coefficient q; it dissipates where q ≥ 0.
+    ///
+    /// # Errors
+    /// A coefficient that is not finite.
+    pub fn new(coefficient: T) -> Result<Self, ForceError> {
+        finite("cubic drag", "the coefficient", [&coefficient])?;
+        Ok(Self { coefficient })
+    }
+
+    /// q.
+    pub fn coefficient(&self) -> T {
+        self.coefficient
+    }
+}
+
+impl<T: Real, const N: usize> Force<T, N> for CubicDrag<T> {
+    fn force<S: Scalar<Base = T>>(&self, _t: S, eta: &Vector<S, N>) -> Covector<S, N> {
+        eta.transpose() * (dot(eta.as_slice(), eta.as_slice()) * -S::lift(self.coefficient))
+    }
+
+    fn is_zero(&self) -> bool {
+        self.coefficient == T::zero()
+    }
+}
+
 /// f = c, constant in the body frame.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Constant<T: Real, const N: usize> {
@@ -327,6 +359,8 @@ pub enum AnyForce<T: Real, const N: usize> {
     LinearDrag(LinearDrag<T, N>),
     /// f = −√(ηᵀ K η) (K η)ᵀ.
     QuadraticDrag(QuadraticDrag<T, N>),
+    /// f = −q (ηᵀη) ηᵀ.
+    CubicDrag(CubicDrag<T>),
     /// f = c.
     Constant(Constant<T, N>),
     /// f = c cos(ω t + φ).
@@ -396,6 +430,7 @@ any_force!(
     Metriplectic(Metriplectic<T, N>) "metriplectic",
     LinearDrag(LinearDrag<T, N>) "linear drag",
     QuadraticDrag(QuadraticDrag<T, N>) "quadratic drag",
+    CubicDrag(CubicDrag<T>) "cubic drag",
     Constant(Constant<T, N>) "constant",
     Periodic(Periodic<T, N>) "periodic"
 );

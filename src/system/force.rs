@@ -11,7 +11,7 @@ use super::numbers::{list, number, rows, square, symmetric, vector};
 use crate::algebra::catalogue::Entry;
 use crate::algebra::{LieAlgebra, Matrix};
 use crate::mechanics::force::{
-    AnyForce, Constant, DoubleBracket, ForceError, LinearDrag, Metriplectic, Periodic, QuadraticDrag,
+    AnyForce, Constant, CubicDrag, DoubleBracket, ForceError, LinearDrag, Metriplectic, Periodic, QuadraticDrag,
 };
 use crate::mechanics::lagrangian::AnyLagrangian;
 use crate::scalar::{Number, Real};
@@ -57,6 +57,11 @@ pub enum Force {
     LinearDrag(Drag),
     /// f = −√(ηᵀ K η) (K η)ᵀ, K symmetric and positive semidefinite.
     QuadraticDrag(Drag),
+    /// f = −q (ηᵀη) ηᵀ.
+    CubicDrag {
+        /// q.
+        q: Number,
+    },
     /// A constant covector.
     Constant {
         /// Its n components.
@@ -171,6 +176,17 @@ pub(crate) enum Argument {
     Nothing,
 }
 
+/// What is known of ⟨f, η⟩.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) enum Power {
+    /// Nothing.
+    Any,
+    /// It is at most 0, where the strengths are at least 0.
+    Lost,
+    /// It is 0.
+    None,
+}
+
 /// A kind of force.
 #[derive(Debug)]
 pub(crate) struct ForceKind {
@@ -180,6 +196,10 @@ pub(crate) struct ForceKind {
     pub parameters: &'static [Parameter],
     /// What it is a function of.
     pub argument: Argument,
+    /// What it does to the energy.
+    pub power: Power,
+    /// Whether it keeps Casimir functions at l'(η): it is tangent to coadjoint orbits.
+    pub keeps_casimirs: bool,
     /// Whether it is smooth everywhere, at rest too.
     pub smooth: bool,
     /// Whether its formula identifies g* with g by the basis, so that it keeps its form under orthogonal changes of basis only.
@@ -201,6 +221,8 @@ const USUAL: ForceKind = ForceKind {
     name: "",
     parameters: &[],
     argument: Argument::Velocity,
+    power: Power::Any,
+    keeps_casimirs: false,
     smooth: true,
     orthogonal: false,
     weight: 0,
@@ -252,14 +274,19 @@ macro_rules! catalogue {
 
 catalogue! {
     DoubleBracket { alpha } [alpha: Strength] ForceKind {
-        name: "double-bracket", argument: Argument::Momentum, orthogonal: true, weight: 24, telling: 14, lanes: &[Entry::So3], ..USUAL
+        name: "double-bracket", argument: Argument::Momentum, power: Power::Lost, keeps_casimirs: true, orthogonal: true, weight: 24,
+        telling: 14, lanes: &[Entry::So3], ..USUAL
     };
     Metriplectic { beta } [beta: Strength] ForceKind {
-        name: "metriplectic", argument: Argument::Momentum, weight: 24, telling: 14, lanes: &[Entry::So3], ..USUAL
+        name: "metriplectic", argument: Argument::Momentum, power: Power::None, weight: 24, telling: 14, lanes: &[Entry::So3], ..USUAL
     };
-    LinearDrag (drag) [drag: Drag] ForceKind { name: "linear-drag", weight: 16, telling: 28, ..USUAL };
+    LinearDrag (drag) [drag: Drag] ForceKind { name: "linear-drag", power: Power::Lost, weight: 16, telling: 28, ..USUAL };
     QuadraticDrag (drag) [drag: SymmetricDrag] ForceKind {
-        name: "quadratic-drag", smooth: false, weight: 14, telling: 22, ..USUAL
+        name: "quadratic-drag", power: Power::Lost, smooth: false, weight: 14, telling: 22, ..USUAL
+    };
+    // Not drawn: with it a seed would mean other systems.
+    CubicDrag { q } [q: Strength] ForceKind {
+        name: "cubic-drag", orthogonal: true, power: Power::Lost, lanes: &[], ..USUAL
     };
     Constant { value } [value: Amplitude] ForceKind {
         name: "constant", argument: Argument::Nothing, weight: 11, telling: 8, ..USUAL
@@ -345,6 +372,30 @@ impl Force {
         }
     }
 
+    /// Whether ⟨f, η⟩ ≤ 0. Of a matrix without symmetry nothing is known.
+    pub(crate) fn dissipates(&self) -> bool {
+        let positive = |x: &Number| x.eval::<f64>().is_ok_and(|x| x >= 0.0);
+        match self.description().power {
+            Power::Any => false,
+            Power::None => true,
+            Power::Lost => self.parameters().all(|(parameter, value)| match value {
+                _ if parameter.role == Role::SymmetricDrag => true,
+                Value::Number(k) | Value::Drag(Drag::Coefficient(k)) => positive(k),
+                Value::Covector(_) | Value::Drag(Drag::Matrix(_)) => false,
+            }),
+        }
+    }
+
+    /// Whether ⟨f, η⟩ = 0.
+    pub(crate) fn is_workless(&self) -> bool {
+        self.description().power == Power::None
+    }
+
+    /// Whether it keeps Casimir functions at l'(η).
+    pub(crate) fn keeps_casimirs(&self) -> bool {
+        self.description().keeps_casimirs
+    }
+
     /// Whether it is made of brackets with the momentum.
     pub(crate) fn is_bracket(&self) -> bool {
         self.description().argument == Argument::Momentum
@@ -402,6 +453,7 @@ impl Force {
                 let (matrix, place) = drag.typed_symmetric(n, place)?;
                 QuadraticDrag::new(matrix).map_err(|e| place.error(e))?.into()
             }
+            Self::CubicDrag { q } => CubicDrag::new(scalar("q", q)?).map_err(refused)?.into(),
             Self::Constant { value } => Constant::new(covector(value)?).map_err(refused)?.into(),
             Self::Periodic { value, frequency, phase } => {
                 let (frequency, phase) = (scalar("frequency", frequency)?, scalar("phase", phase)?);
