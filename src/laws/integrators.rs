@@ -59,7 +59,7 @@ pub const fn laws<S: Source>() -> &'static [CaseLaw<S>] {
             CaseLaw {
                 about: About {
                     name: "discrete-noether",
-                    statement: "Ad*_{g'⁻¹} μ' − Ad*_{g⁻¹} μ = h Σ b_j Ad*_{(g τ(Ξ_j))⁻¹} f_j: the spatial momentum changes by the \
+                    statement: "Ad*_{g'⁻¹} μ' − Ad*_{g⁻¹} μ = h Σ b_j Ad*_{g_j⁻¹} f_j, g_j = g τ(Ξ_j): the spatial momentum changes by the \
                                 impulses of the stages, at any step and for any tableau",
                     source: "Martín de Diego and Sato Martín de Almagro 2019, §5.2; Marsden and West 2001, §3.2.5, the forced discrete \
                              Noether theorem",
