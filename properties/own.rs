@@ -5,16 +5,26 @@ mod types;
 
 use self::types::{Bianchi, Midpoint, Split, SplitMap, Stiff, Wind};
 use euler_poincare::algebra::{Covector, Matrix, Vector};
+use euler_poincare::discrete::StageLagrangian;
 use euler_poincare::group::So3;
+use euler_poincare::groupoid::{Groupoid, ManifoldPair, Space};
 use euler_poincare::laws;
 use euler_poincare::laws::method::Claims;
+use euler_poincare::laws::user::discrete::OnGroup;
+use euler_poincare::laws::user::groupoid::{Chains, LieChains};
 use euler_poincare::laws::user::{FromMap, Map, Outcome, Suite, SuiteSettings};
+use euler_poincare::mechanics::doubled::Forced;
+use euler_poincare::mechanics::force::Zero;
 use euler_poincare::mechanics::given::{GivenForce, GivenLagrangian};
+use euler_poincare::mechanics::lagrangian::Quadratic;
 use euler_poincare::mechanics::{Force, Lagrangian};
 use euler_poincare::retraction::given::GivenRetraction;
-use euler_poincare::retraction::{Retraction, RetractionError, TangentPoint};
+use euler_poincare::retraction::{CayleySo3, Retraction, RetractionError, TangentPoint};
 use euler_poincare::scalar::{Dual, Real, Scalar};
 use euler_poincare::suite;
+use euler_poincare::tableau::Family;
+use nalgebra::DVector;
+use std::marker::PhantomData;
 use std::path::{Path, PathBuf};
 use std::process::Command;
 
@@ -38,6 +48,84 @@ laws! {
 
 laws! {
     mod wind<T, 3> { force: Wind::<false> }
+}
+
+/// Pairs of numbers: (x, y)(y, z) = (x, z).
+struct Pairs<T>(PhantomData<T>);
+
+impl<T: Real> Groupoid for Pairs<T> {
+    type Element = (T, T);
+    type Base = T;
+
+    fn source(&self, g: &(T, T)) -> T {
+        g.0
+    }
+    fn target(&self, g: &(T, T)) -> T {
+        g.1
+    }
+    fn unit(&self, x: &T) -> (T, T) {
+        (*x, *x)
+    }
+    fn inverse(&self, g: &(T, T)) -> Option<(T, T)> {
+        Some((g.1, g.0))
+    }
+    fn product(&self, g: &(T, T), h: &(T, T)) -> (T, T) {
+        (g.0, h.1)
+    }
+}
+
+impl<T: Real> Chains for Pairs<T> {
+    type Real = T;
+
+    fn numbers(&self) -> usize {
+        4
+    }
+    fn chain(&self, x: &[T]) -> Option<[(T, T); 3]> {
+        Some([(x[0], x[1]), (x[1], x[2]), (x[2], x[3])])
+    }
+    fn distance(&self, g: &(T, T), h: &(T, T)) -> T {
+        (g.0 - h.0).abs().max((g.1 - h.1).abs())
+    }
+}
+
+laws! {
+    mod pairs<T> { groupoid: Pairs::<T>(PhantomData) }
+}
+
+/// Pairs of points of the line.
+struct Line;
+
+impl<T: Real> LieChains<T> for Line {
+    type At<'a, S: Scalar<Base = T> + 'a> = ManifoldPair<Space<1>, S>;
+
+    fn at<'a, S: Scalar<Base = T> + 'a>(&'a self) -> Self::At<'a, S> {
+        ManifoldPair::new(Space)
+    }
+    fn numbers(&self) -> usize {
+        4
+    }
+    fn chain(&self, x: &[T]) -> Option<[DVector<T>; 3]> {
+        let pair = |k: usize| DVector::from_vec(vec![x[k], x[k + 1]]);
+        Some([pair(0), pair(1), pair(2)])
+    }
+}
+
+laws! {
+    mod line<T> { lie_groupoid: Line }
+}
+
+type Midpoint3<T> = StageLagrangian<T, Forced<Quadratic<T, 3>, Zero, CayleySo3<T>>, CayleySo3<T>, 3, 3>;
+
+/// The discrete Lagrangian of the midpoint rule for a free body.
+fn midpoint<T: Real>() -> OnGroup<Midpoint3<T>, So3<T>, CayleySo3<T>> {
+    let body = Quadratic::diagonal([T::one(), T::int(2), T::int(3)]).unwrap();
+    let free = Forced::new(body, Zero, CayleySo3::new());
+    let lagrangian = StageLagrangian::new(free, CayleySo3::new(), Family::Gauss.tableau(1).unwrap(), T::ratio(1, 8));
+    OnGroup { lagrangian, group: So3::new(), retraction: CayleySo3::new() }
+}
+
+laws! {
+    mod rule<T, 3, 3> { discrete: midpoint::<T>(), claims: [antisymmetric] }
 }
 
 // The same with a mistake in each.
@@ -183,7 +271,15 @@ fn a_series_that_is_switched_late_loses_digits() {
 fn every_law_of_a_suite_is_a_test() {
     let list = Command::new(std::env::current_exe().unwrap()).arg("--list").output().unwrap();
     let list = String::from_utf8(list.stdout).unwrap();
-    for (module, suite) in [("bianchi", bianchi::suite()), ("from_map", from_map::suite())] {
+    let suites = [
+        ("bianchi", bianchi::suite()),
+        ("from_map", from_map::suite()),
+        ("wind", wind::suite()),
+        ("pairs", pairs::suite()),
+        ("line", line::suite()),
+        ("rule", rule::suite()),
+    ];
+    for (module, suite) in suites {
         for law in suite.names() {
             let test = format!("own::{module}::{}: test", law.replace('-', "_"));
             let claimed = ["force-dissipates", "force-workless", "force-keeps-casimirs"].contains(&law);

@@ -120,9 +120,9 @@ fn mistakes_by_hand_are_named() {
     let own = |mistake| move || UserDiscrete::at_both(by_hand::<f64>(mistake), by_hand::<Dd>(mistake)).antisymmetric();
     clean("by hand", own("nothing")(), 60);
     let found = |mistake| names(&broken(own(mistake), 40));
-    assert!(found("factor").starts_with(&["discrete-slopes"]), "{:?}", found("factor"));
+    assert!(found("factor").contains(&"discrete-slopes"), "{:?}", found("factor"));
     assert_eq!(found("sides"), ["discrete-slopes"]);
-    assert!(found("no coupling").starts_with(&["discrete-slopes"]));
+    assert!(found("no coupling").contains(&"discrete-slopes"));
     assert!(found("stale").contains(&"discrete-memory"), "{:?}", found("stale"));
     assert!(found("one copy").contains(&"discrete-antisymmetry"), "{:?}", found("one copy"));
     assert!(!found("one copy").contains(&"discrete-slopes"), "its slopes are right");

@@ -7,6 +7,8 @@ use crate::scalar::Real;
 pub(super) struct Slope<T> {
     pub value: T,
     pub error: T,
+    /// The part of the error that is rounding.
+    rounding: T,
 }
 
 /// F'(0) by central differences at h, h/2 and h/4, extrapolated twice to fourth order, for h ≈ u^{1/5} `scale`.
@@ -26,22 +28,24 @@ pub(super) fn slope<T: Real>(mut f: impl FnMut(T) -> Option<T>, scale: T, typica
     let extrapolated = |coarse: T, fine: T| (fine * T::int(4) - coarse) / T::int(3);
     let (coarse, fine) = (extrapolated(one, two), extrapolated(two, four));
     let rounding = T::int(16) * T::unit_roundoff() * size / h;
-    Some(Slope { value: fine, error: (coarse - fine).abs() + rounding })
+    Some(Slope { value: fine, error: (coarse - fine).abs() + rounding, rounding })
 }
 
 /// A derivative against its differences, in units of their error and of `floor` u of the size; not in units of round-off.
 ///
-/// Inconclusive where the differences do not converge: the error is above 1/64 of the derivative and of `size`.
-pub(super) fn compared<T: Real>(found: T, slope: &Slope<T>, size: T, floor: f64, witness: &str) -> Measured {
+/// Inconclusive where the differences do not converge: the error is above 1/64 of the derivative and of `size`. Where the function is a
+/// sum of `terms` so large, which may cancel, rounding is relative to them, and an error that is rounding is none of the differences.
+pub(super) fn compared<T: Real>(found: T, slope: &Slope<T>, size: T, terms: T, floor: f64, witness: &str) -> Measured {
     if !found.all_finite() {
         return Measured::Broken(format!("{witness}: the derivative by duals is not finite"));
     }
     let largest = size.max(slope.value.abs()).max(found.abs());
-    let converged = slope.error == T::zero() || slope.error * T::int(64) <= largest;
+    let rounded = terms > T::zero() && slope.error <= slope.rounding * T::int(2);
+    let converged = slope.error == T::zero() || slope.error * T::int(64) <= largest || rounded;
     if !converged {
         return Measured::Inconclusive("differences do not converge here".into());
     }
-    let allowed = slope.error + T::exact(floor) * T::unit_roundoff() * largest;
+    let allowed = slope.error + T::exact(floor) * T::unit_roundoff() * (largest + terms);
     let defect = (found - slope.value).abs();
     let amplification = if defect == T::zero() { 0.0 } else { (defect / allowed).to_f64() };
     let amplification = if amplification.is_nan() { f64::INFINITY } else { amplification };

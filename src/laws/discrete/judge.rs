@@ -126,7 +126,7 @@ where
         return Err(stopped.unwrap_or(Measured::NotApplicable("a point is outside the domain".into())));
     };
     let found = pair(&rows.v_left, &along[0]) + pair(&rows.u_left, &along[1]) + pair(&rows.w_left, &along[2]);
-    Ok(measured.and(compared(found, &differences, size * length, floor, "the slope along a direction")))
+    Ok(measured.and(compared(found, &differences, size * length, T::zero(), floor, "the slope along a direction")))
 }
 
 /// [`ANTISYMMETRY`] at (V, U, W).

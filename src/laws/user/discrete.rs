@@ -369,6 +369,6 @@ impl<T: Real, S: Discrete<T, N, D>, const N: usize, const D: usize> Judge<'_, T,
         let size = (largest(&self.l_d.rows(&x)?) + largest(&self.l_d.rows(&y)?)) * length;
         let slope = slope(action, T::exact(0.0625) / length, size);
         let slope = slope.ok_or(Measured::NotApplicable("a point is outside the domain".into()))?;
-        Ok(compared(T::zero(), &slope, size, self.floor, "the variation of the action of two steps"))
+        Ok(compared(T::zero(), &slope, size, T::zero(), self.floor, "the variation of the action of two steps"))
     }
 }

@@ -386,11 +386,12 @@ fn derivatives<T: Real, F: Force<T, N>, const N: usize>(
         let off = off(&a, b);
         if off == T::zero() || off <= allowed { Ok(()) } else { Err(Measured::Broken(what.into())) }
     };
-    let (size, steep) = (value.amax(), slopes.amax() + value.amax() + terms);
-    near("f differs on dual numbers", found.map(|v| v.re), value, steep)?;
-    near("f differs on duals of duals", second.map(|v| v.re.re), value, steep)?;
-    near("the derivative differs on duals of duals", second.map(|v| v.re.eps), &slopes, steep)?;
-    near("the derivative differs on duals of duals", second.map(|v| v.eps.re), &slopes, steep)?;
+    let (size, steep) = (value.amax(), slopes.amax() + value.amax());
+    let whole = steep + terms;
+    near("f differs on dual numbers", found.map(|v| v.re), value, whole)?;
+    near("f differs on duals of duals", second.map(|v| v.re.re), value, whole)?;
+    near("the derivative differs on duals of duals", second.map(|v| v.re.eps), &slopes, whole)?;
+    near("the derivative differs on duals of duals", second.map(|v| v.eps.re), &slopes, whole)?;
     let length = along.amax();
     if length == T::zero() && dt == T::zero() {
         return Ok(fine);
@@ -404,8 +405,8 @@ fn derivatives<T: Real, F: Force<T, N>, const N: usize>(
             let moved = f.force.force(t + dt * s, &(eta + along * s));
             moved.iter().all(|v| v.all_finite()).then(|| pair(&moved, &basis_vector(a)))
         };
-        let slope = slope(along, scale, steep).ok_or(Measured::NotApplicable("f is not finite nearby".into()))?;
-        measured = measured.and(compared(slopes[a], &slope, steep.max(size), floor, "f along a direction"));
+        let slope = slope(along, scale, whole).ok_or(Measured::NotApplicable("f is not finite nearby".into()))?;
+        measured = measured.and(compared(slopes[a], &slope, steep.max(size), terms, floor, "f along a direction"));
     }
     Ok(measured)
 }

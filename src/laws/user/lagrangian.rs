@@ -331,7 +331,7 @@ impl<T: Real, L: Lagrangian<T, N>, const N: usize> Judge<'_, T, L, N> {
         let size = self.size(&self.eta) * length;
         let slope = slope(value, scale / length, size);
         let slope = slope.ok_or(Measured::NotApplicable("l is not finite nearby".into()))?;
-        Ok(compared(dual.eps, &slope, size, self.floor(), "l along a direction"))
+        Ok(compared(dual.eps, &slope, size, T::zero(), self.floor(), "l along a direction"))
     }
 
     fn gradient(&self) -> Answer {

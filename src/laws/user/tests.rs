@@ -213,7 +213,8 @@ macro_rules! __own_lists {
             group_adjoint_exponential group_coadjoint group_derivatives group_distance
             algebra_bilinear algebra_antisymmetric algebra_jacobi algebra_ad algebra_coad algebra_derivatives
             retraction_inverse
-            plain_step free_coadjoint_orbit free_poisson_map
+            retraction_accuracy step_accuracy
+            plain_step discrete_noether free_coadjoint_orbit free_poisson_map
             doubled_restriction doubled_splitting doubled_momentum_map
             lie_poisson_equations energy_rate
             coupling_antisymmetry doubled_antisymmetry doubled_partials
@@ -328,23 +329,23 @@ macro_rules! __own_part {
     ($tests:ident; $vis:vis $name:ident [$t:ident] groupoid $value:expr; $($claim:ident)*) => {
         $crate::__own_single! { $tests; $vis $name [$t] groupoid [$value] [$($claim)*]
             { $crate::laws::user::groupoid::Chains<Real = $t> } { $crate::laws::user::groupoid::UserGroupoid }
-            own_groupoid_chain own_groupoid_product_ends own_groupoid_inverse_ends own_groupoid_unit_ends
-            own_groupoid_associativity own_groupoid_left_unit own_groupoid_right_unit own_groupoid_left_inverse
-            own_groupoid_right_inverse own_groupoid_refusal
+            groupoid_chain groupoid_product_ends groupoid_inverse_ends groupoid_unit_ends
+            groupoid_associativity groupoid_left_unit groupoid_right_unit groupoid_left_inverse
+            groupoid_right_inverse groupoid_refusal
         }
     };
     ($tests:ident; $vis:vis $name:ident [$t:ident] lie_groupoid $value:expr; $($claim:ident)*) => {
         $crate::__own_single! { $tests; $vis $name [$t] lie_groupoid [$value] [$($claim)*]
             { $crate::laws::user::groupoid::LieChains<$t> } { $crate::laws::user::groupoid::UserLieGroupoid }
-            lie_groupoid_axioms lie_groupoid_coordinates lie_groupoid_fibre lie_groupoid_fields
-            lie_groupoid_bracket lie_groupoid_anchor lie_groupoid_right_fields lie_groupoid_inversion
+            lie_groupoid_axioms lie_groupoid_coordinates lie_groupoid_fibre invariant_fields
+            algebroid_bracket algebroid_anchor algebroid_right_fields inversion_invariant_field
         }
     };
     ($tests:ident; $vis:vis $name:ident [$t:ident, $n:literal, $d:literal] discrete $value:expr; $($claim:ident)*) => {
         $crate::__own_single! { $tests; $vis $name [$t, $n, $d] discrete [$value] [$($claim)*]
             { $crate::laws::user::discrete::Discrete<$t, $n, $d> } { $crate::laws::user::discrete::UserDiscrete }
-            own_discrete_slopes own_discrete_memory own_discrete_antisymmetric own_discrete_units
-            own_discrete_regular own_discrete_equations
+            discrete_slopes discrete_memory discrete_antisymmetry discrete_units
+            discrete_regular discrete_equations
         }
     };
     ($tests:ident; $vis:vis $name:ident $parameters:tt $key:ident $($rest:tt)*) => {
@@ -367,6 +368,7 @@ macro_rules! __own_single {
             #[allow(unused_imports)]
             use super::*;
 
+            #[allow(clippy::implied_bounds_in_impls, reason = "some of the traits have these bounds")]
             fn part<$t: $crate::scalar::Real>() -> impl $($bound)* + Send + Sync + 'static {
                 $value
             }
