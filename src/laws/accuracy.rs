@@ -1,6 +1,6 @@
 //! Laws of accuracy: values in `f64` against those in 32 digits.
 //!
-//! Identities judged at two precisions ([`precision`](super::precision)) see errors that do not shrink with round-off. An unstable
+//! Identities judged at two precisions (`precision.rs`) see errors that do not shrink with round-off. An unstable
 //! algorithm loses as many digits in one precision as in the other, and the amplification of rounding in 32 digits then excuses that
 //! in `f64`. Here the values themselves are compared, and what they may differ by is measured: what a change of the input by one unit
 //! of round-off makes of them, in 32 digits.

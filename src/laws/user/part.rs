@@ -70,7 +70,7 @@ pub fn law<S: Subject>(subject: S, name: &str) -> Option<PartLaw<S>> {
     Some(PartLaw { about, subject: Arc::new(subject) })
 }
 
-/// A campaign of every law on a part: `cases` cases for each cheap law (see [`Cost::cases`]).
+/// A campaign of every law on a part: `cases` cases for each cheap law (see [`Cost::cases`](crate::harness::Cost::cases)).
 pub fn run<S: Subject>(subject: S, seed: u64, cases: usize) -> CampaignReport<Values> {
     let laws = laws(subject);
     let laws: Vec<&dyn Law<Values>> = laws.iter().map(|law| law as &dyn Law<Values>).collect();
