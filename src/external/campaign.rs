@@ -71,7 +71,7 @@ impl Default for Shrinking {
 /// let report: ProbeReport = probe.run(|_, _| {});
 /// for law in &report.laws {
 ///     let LawReport { law, held, failure, .. } = law;
-///     println!("{}: held on {held} cases", law.name);
+///     println!("{}: held on {held} cases", law.about.name);
 ///     if let Some(Broken { index, case, verdict, exchange, slopes, .. }) = failure {
 ///         println!("{verdict}");
 ///         // An answer beside the solution, and the errors from which an order was read.
@@ -83,7 +83,7 @@ impl Default for Shrinking {
 ///             println!("{quantity}: {clear} levels show the order");
 ///         }
 ///         let record = Record {
-///             law: law.name.into(),
+///             law: law.about.name.into(),
 ///             command: command.to_vec(),
 ///             timeout: 10.0,
 ///             claims: probe.claims,
