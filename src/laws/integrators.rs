@@ -61,7 +61,7 @@ pub const fn laws<S: Source>() -> &'static [CaseLaw<S>] {
                     name: "discrete-noether",
                     statement: "Ad*_{g'⁻¹} μ' − Ad*_{g⁻¹} μ = h Σ b_j Ad*_{g_j⁻¹} f_j, g_j = g τ(Ξ_j): the spatial momentum changes by the \
                                 impulses of the stages, at any step and for any tableau",
-                    source: "Martín de Diego and Sato Martín de Almagro 2019, §5.2; Marsden and West 2001, §3.2.5, the forced discrete \
+                    source: "Martín de Diego and Sato Martín de Almagro 2019, §5.2; Marsden and West 2001, §3.2, the forced discrete \
                              Noether theorem",
                     oracle: "Ad by conjugation with group elements; the step has it from dτ",
                     bound: "two precisions; floor 2² s N² u of the terms",
