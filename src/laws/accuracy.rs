@@ -7,7 +7,7 @@
 
 use super::integrators::{refused, subject};
 use super::planted::retraction::{DIGITS_LOST, Plant};
-use super::precision::{Measured, alone};
+use super::precision::{AGREEMENT, Measured, alone};
 use super::probe::{Probe, stream};
 use super::{CaseLaw, Source};
 use crate::algebra::{Covector, Vector};
@@ -32,7 +32,8 @@ pub const fn laws<S: Source>() -> &'static [CaseLaw<S>] {
                     statement: "τ(ξ), dτ_ξ, dτ_ξ⁻¹, ddτ_ξ(η, ·) and Ad_{τ(ξ)} in f64 are those in 32 digits, rounded",
                     source: "Higham 2002, §1.5 and §1.6: forward errors of a stable algorithm",
                     oracle: ORACLE,
-                    bound: "2³ N D u of a value, times the condition of dτ for dτ⁻¹, ddτ and Ad, and of what a change of ξ by u makes of it times the condition of the basis",
+                    bound: "2³ N D u of a value, times the condition of dτ for dτ⁻¹, ddτ and Ad, and of what a change of ξ by u makes of it, \
+                            times the condition of the basis",
                     needs: "",
                     cost: Cost::Cheap,
                     faults: &[DIGITS_LOST],
@@ -220,7 +221,7 @@ fn condition(case: &Case) -> f64 {
     matrix.clone().try_inverse().map_or(f64::INFINITY, |inverse| matrix.norm() * inverse.norm())
 }
 
-/// The worst of the values, relative to what is allowed; judged alone, at 256 times this.
+/// The worst of the values, relative to what is allowed.
 fn compared(double: &Values<f64>, quad: &Values<Dd>, condition: f64) -> Measured {
     let mut worst = Measured::NotApplicable("there are no values".into());
     for (mine, exact) in double.list.iter().zip(&quad.list) {
@@ -236,7 +237,8 @@ fn compared(double: &Values<f64>, quad: &Values<Dd>, condition: f64) -> Measured
         }
         let allowed = size * exact.condition.to_f64() + exact.moved.to_f64() / (f64::EPSILON / 2.0) * condition;
         let lost = (defect / (f64::EPSILON / 2.0) / allowed).log10();
-        worst = worst.and(Measured::defect(defect, allowed, double.floor / super::precision::AGREEMENT, || {
+        // The floor is all that is allowed: `alone` adds its margin.
+        worst = worst.and(Measured::defect(defect, allowed, double.floor / AGREEMENT, || {
             format!(
                 "{} has lost {lost:.1} of 16 digits more than the problem loses: an unstable algorithm, a series that is cut or \
                  switched to a closed form at the wrong place, or a tolerance; at {:?}",

@@ -46,10 +46,7 @@ pub(super) fn compared<T: Real>(found: T, slope: &Slope<T>, size: T, terms: T, f
         return Measured::Inconclusive("differences do not converge here".into());
     }
     let allowed = slope.error + T::exact(floor) * T::unit_roundoff() * (largest + terms);
-    let defect = (found - slope.value).abs();
-    let amplification = if defect == T::zero() { 0.0 } else { (defect / allowed).to_f64() };
-    let amplification = if amplification.is_nan() { f64::INFINITY } else { amplification };
-    let witness = format!("{witness}: by duals {:e}, by differences {:e}", found.to_f64(), slope.value.to_f64());
-    // Judged alone, at 256 times this.
-    Measured::Defect { amplification, floor: 1.0, witness }
+    Measured::within((found - slope.value).abs(), allowed, || {
+        format!("{witness}: by duals {:e}, by differences {:e}", found.to_f64(), slope.value.to_f64())
+    })
 }

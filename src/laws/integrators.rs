@@ -303,9 +303,13 @@ impl<T: Real> Visitor<T> for Noether<'_> {
         let (start, h) = (&system.state, system.step);
         // The stages are those of the right step, whatever is planted in the one that is judged.
         let mut stages = Variational::new(l, f, r, system.tableau.clone());
-        let (mut right, mut end) = (start.clone(), start.clone());
-        let outcome = subject(&system, self.fault).step(&mut end, h);
-        if let Err(error) = outcome.and_then(|_| stages.step(&mut right, h)) {
+        let mut end = start.clone();
+        let mut outcome = stages.step(&mut end, h);
+        if self.fault.is_some() {
+            end = start.clone();
+            outcome = outcome.and_then(|_| subject(&system, self.fault).step(&mut end, h));
+        }
+        if let Err(error) = outcome {
             return refused(&error);
         }
         let mut size = T::zero();

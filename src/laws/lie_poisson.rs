@@ -103,7 +103,7 @@ pub const fn laws<S: Source>() -> &'static [CaseLaw<S>] {
                     source: "Martín de Diego and Sato Martín de Almagro 2019, §2.2",
                     oracle: "the value of C on dual numbers along the rates, and along ad*_ξ μ for random ξ",
                     bound: BOUND,
-                    needs: "a force",
+                    needs: "a force; Casimir functions that are known",
                     cost: Cost::Cheap,
                     faults: &[NO_FORCE, TRANSPOSED],
                 },

@@ -48,7 +48,7 @@ pub const fn laws<S: Source>() -> &'static [CaseLaw<S>] {
                     source: "Martín de Diego and Sato Martín de Almagro 2019, §2.2",
                     oracle: "the value of C on dual numbers along the rates",
                     bound: BOUND,
-                    needs: "",
+                    needs: "Casimir functions that are known",
                     cost: Cost::Cheap,
                     faults: &[ORBIT_TRANSPOSED, ORBIT_OTHER],
                 },

@@ -47,7 +47,7 @@ pub const fn laws<S: Source>() -> &'static [CaseLaw<S>] {
                     source: "Martín de Diego and Sato Martín de Almagro 2019, Thm 5.4",
                     oracle: "a classical Gauss method of order 16 on the vector field; the order computed from the bicoloured trees",
                     bound: BOUND,
-                    needs: "",
+                    needs: "a group; a smooth force; an algebra that is not abelian",
                     cost: Cost::Expensive,
                     faults: &[
                         INVERSE_SECOND,
@@ -72,7 +72,7 @@ pub const fn laws<S: Source>() -> &'static [CaseLaw<S>] {
                     source: "Martín de Diego and Sato Martín de Almagro 2019, §2.2: dE/dt = ⟨f(η), η⟩",
                     oracle: "the energy of the state; the work from the stages",
                     bound: BOUND,
-                    needs: "",
+                    needs: "a group; a smooth force; an algebra that is not abelian",
                     cost: Cost::Expensive,
                     faults: &[NO_FORCE, NOT_TRANSPORTED, NO_SECOND],
                 },

@@ -43,6 +43,11 @@ impl Measured {
         Self::Defect { amplification: amplification(defect, size), floor, witness: witness() }
     }
 
+    /// A defect relative to what is allowed, which is not in units of round-off: judged alone, it may be [`AGREEMENT`] times that.
+    pub fn within<T: Real>(defect: T, allowed: T, witness: impl FnOnce() -> String) -> Self {
+        Self::defect(defect, allowed / T::unit_roundoff(), 1.0, witness)
+    }
+
     /// No defect, of something that is exact or wrong.
     pub fn exact() -> Self {
         Self::Defect { amplification: 0.0, floor: 1.0, witness: String::new() }

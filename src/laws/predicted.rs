@@ -48,7 +48,7 @@ pub const fn laws<S: Source>() -> &'static [CaseLaw<S>] {
                     source: "Martín de Diego and Sato Martín de Almagro 2019, Thm 5.4",
                     oracle: ORACLE,
                     bound: BOUND,
-                    needs: "",
+                    needs: "a group; a smooth force; an algebra that is not abelian",
                     cost: Cost::Moderate,
                     faults: &[
                         INVERSE_SECOND,
@@ -75,7 +75,7 @@ pub const fn laws<S: Source>() -> &'static [CaseLaw<S>] {
                     source: "Munthe-Kaas 1999, Thm 3.3",
                     oracle: ORACLE,
                     bound: BOUND,
-                    needs: "",
+                    needs: "a group; a smooth force; an algebra that is not abelian",
                     cost: Cost::Expensive,
                     faults: &[WRONG_STAGE, INVERSE_MISSING],
                 },

@@ -40,7 +40,7 @@ pub const fn laws<S: Source>() -> &'static [CaseLaw<S>] {
                 oracle: "solutions of the reduced Euler–Lagrange equations and of forced Lie–Poisson by collocation of order 16, \
              with their action; the order r computed from the bicoloured trees",
                 bound: "a quarter: half the way to the point that is as near to the next integer; for each of the three numbers",
-                needs: "",
+                needs: "a group; a smooth force; an algebra that is not abelian",
                 cost: Cost::Heavy,
                 faults: &[
                     SECOND_MISSING,

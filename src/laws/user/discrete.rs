@@ -121,7 +121,7 @@ impl<const N: usize, const D: usize> Discrete<Dd, N, D> for Missing {
     }
 }
 
-const DIFFERENCES: &str = "2⁸ times the estimated error of the differences, and 2⁶ N D u; in each precision by itself";
+const DIFFERENCES: &str = "2⁸ times the estimated error of the differences with 2⁸ N D u; in each precision by itself";
 
 /// The laws of this file.
 pub static LAWS: &[About] = &[

@@ -30,7 +30,7 @@ const EVERY: &str = "every force";
 const NOT_ZERO: &str = "forces other than 0";
 const SOURCE: &str = "Martín de Diego and Sato Martín de Almagro 2019, §2 and (2.12)";
 const EXACT: &str = "none: the same bits";
-const DIFFERENCES: &str = "2⁸ times the estimated error of the differences, and 2⁶ N u; in each precision by itself";
+const DIFFERENCES: &str = "2⁸ times the estimated error of the differences with 2⁶ N u, also of terms that cancel; in each precision by itself";
 const BOUND: &str =
     "two precisions; floor 2⁶ N u relative to Σ(|f_a| + Σ|∂_b f_a| |η^b|) |η^a|, or with |dC^a|: f may cancel";
 

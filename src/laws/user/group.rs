@@ -583,7 +583,8 @@ impl<T: Real, G: LieGroup<T, N, D>, const N: usize, const D: usize> Judge<'_, T,
         let products = self.defect(off(&products, &(g * hat * h)), size, || "the derivative of g h".into());
         let ad = self.adjoint_of(&moved)?.map(|v| v.eps);
         let expected = self.adjoint_of(&g)? * self.group.algebra().ad(&x);
-        let size = self.adjoint_size(&g)? * (self.hat_size(&x) + self.constants() * x.amax());
+        // By the derivative of g⁻¹, which rounding moves by |g| |g⁻¹| as much as in `inverses`, the terms are larger than Ad_g.
+        let size = self.adjoint_size(&g)? * (self.conditioned(&g)? * self.hat_size(&x) + self.constants() * x.amax());
         let adjoints = self.defect(off(&ad, &expected), size, || "the derivative of Ad_g".into());
         Ok(hats.and(vees).and(inverses).and(products).and(adjoints))
     }

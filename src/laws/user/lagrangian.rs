@@ -28,7 +28,7 @@ const EVERY: &str = "every Lagrangian";
 const SOURCE: &str = "definition of the Legendre transform; Martín de Diego and Sato Martín de Almagro 2019, §2";
 const BOUND: &str = "two precisions; floor 2⁶ N u relative to |l'| + N |l''| (|η| + v), v a quarter of the largest velocity; times \
                      N |l''⁻¹| for velocities";
-const DIFFERENCES: &str = "2⁸ times the estimated error of the differences, and 2⁶ N u; in each precision by itself";
+const DIFFERENCES: &str = "2⁸ times the estimated error of the differences with 2⁶ N u; in each precision by itself";
 
 /// Fault: l evaluated on values alone: its derivatives by duals are 0.
 pub const VALUE_CONSTANT: Fault =
