@@ -229,15 +229,16 @@ impl Check<'_> {
 /// Steps of a doubled trajectory.
 const STEPS: usize = 2;
 
-/// Ad*_{g̃⁻¹} μ − Ad*_{g⁻¹} λ, and the size of its terms.
+/// Ad*_{g̃⁻¹} μ − Ad*_{g⁻¹} λ, and the size of its terms: |μ| |Ad| |g| |g⁻¹|, since rounding of g by u moves g⁻¹ by |g⁻¹|² |g| u.
 fn noether<T: Real, const N: usize, const D: usize>(
     group: &impl LieGroup<T, N, D>,
     state: &DoubledState<T, N, D>,
 ) -> Option<(Covector<T, N>, T)> {
     let (g, partner) = state.attitudes.as_ref()?;
     let spatial = |g: &Matrix<T, D>, mu: &Covector<T, N>| {
-        let ad = group.adjoint(&group.inverse(g)?)?;
-        Some((mu * ad, mu.amax() * ad.amax()))
+        let inverse = group.inverse(g)?;
+        let (ad, condition) = (group.adjoint(&inverse)?, g.amax().max(T::one()) * inverse.amax().max(T::one()));
+        Some((mu * ad, mu.amax() * ad.amax() * condition))
     };
     let ((first, a), (second, b)) = (spatial(g, &state.lambda)?, spatial(partner, &state.mu)?);
     Some((second - first, a + b))
