@@ -11,13 +11,18 @@ pub(super) struct Slope<T> {
     rounding: T,
 }
 
-/// F'(0) by central differences at h, h/2 and h/4, extrapolated twice to fourth order, for h ≈ u^{1/5} `scale`.
+/// The largest step of [`slope`], h ≈ u^{1/5} `scale`.
+pub(super) fn reach<T: Real>(scale: T) -> T {
+    scale * T::exact(2f64.powi((T::unit_roundoff().to_f64().log2() / 5.0).round() as i32))
+}
+
+/// F'(0) by central differences at h, h/2 and h/4, extrapolated twice to fourth order, for h = [`reach`] `(scale)`.
 ///
 /// The error is the distance of the two extrapolated values, and the rounding 16 u (|F| + s)/h, with s = `typical` `scale` for
-/// what cancels in F; `typical` is a size of the derivative. `None` where F is not defined.
+/// what cancels in F; `typical` is a size of the derivative at all steps up to h, not at 0 alone: rounding of what F is evaluated at is
+/// multiplied by it. `None` where F is not defined.
 pub(super) fn slope<T: Real>(mut f: impl FnMut(T) -> Option<T>, scale: T, typical: T) -> Option<Slope<T>> {
-    let exponent = (T::unit_roundoff().to_f64().log2() / 5.0).round() as i32;
-    let h = scale * T::exact(2f64.powi(exponent));
+    let h = reach(scale);
     let mut size = typical * scale;
     let mut central = |h: T| {
         let (above, below) = (f(h)?, f(-h)?);

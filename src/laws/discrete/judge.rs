@@ -1,7 +1,7 @@
 //! What is asked of any discrete Lagrangian on G×G×G: of the extremal actions of described systems, of random polynomials and of a
 //! user's own.
 
-use super::super::differences::{compared, slope};
+use super::super::differences::{compared, reach, slope};
 use super::super::precision::Measured;
 use super::{DOUBLED, KEEPS_U, NO_U, Planted, U_RIGHT, U_SIGN, V_RIGHT, VALUE, compare, inverse, outside, refused};
 use crate::algebra::{Covector, Matrix, Vector, pair};
@@ -111,15 +111,17 @@ where
     if length == T::zero() {
         return Ok(measured);
     }
+    let moved = |s: T| {
+        let [v, u, w] = [&along[0], &along[1], &along[2]].map(|along| tau(&(along * s)).map_err(outside));
+        Ok::<_, Measured>(Triple { v: x.v * v?, u: x.u * u?, w: x.w * w? })
+    };
+    let far = size.max(largest(&l_d.rows(&moved(reach(scale))?)?));
     let mut stopped = None;
     let value = |s: T| {
-        let moved = || {
-            let [v, u, w] = [&along[0], &along[1], &along[2]].map(|along| tau(&(along * s)).map_err(outside));
-            l_d.number::<T, N, D>(&Triple { v: x.v * v?, u: x.u * u?, w: x.w * w? })
-        };
-        moved().map_err(|why| stopped = Some(why)).ok()
+        let value = moved(s).and_then(|moved| l_d.number::<T, N, D>(&moved));
+        value.map_err(|why| stopped = Some(why)).ok()
     };
-    let differences = slope(value, scale, size * length);
+    let differences = slope(value, scale, far * length);
     let Some(differences) = differences else {
         return Err(stopped.unwrap_or(Measured::NotApplicable("a point is outside the domain".into())));
     };

@@ -3,7 +3,7 @@
 //! A value that runs on dual numbers gets its slopes from [`Smooth`](crate::discrete::Smooth); then it is a discrete
 //! Lagrangian like any other.
 
-use super::super::differences::{compared, slope};
+use super::super::differences::{compared, reach, slope};
 use super::super::discrete::{
     ANTISYMMETRY, CONSTANT, DOUBLED, Planted, SLOPES, STALE, UNITS, V_RIGHT, VALUE, antisymmetry, largest, refused,
     slopes, units,
@@ -358,16 +358,23 @@ impl<T: Real, S: Discrete<T, N, D>, const N: usize, const D: usize> Judge<'_, T,
         if length == T::zero() {
             return Ok(Measured::exact());
         }
-        let action = |s: T| {
+        let moved = |s: T| {
             let turns = [&first, &second].map(|x| (self.exp(&(x * s)), self.exp(&(x * -s))));
             let [(p, p_back), (q, q_back)] = &turns;
             let one = Triple { v: x.v * p, u: x.u, w: x.w * q };
             let two = Triple { v: p_back * y.v, u: p_back * y.u * q, w: q_back * y.w };
+            [one, two]
+        };
+        let action = |s: T| {
+            let [one, two] = moved(s);
             Some(self.l_d.number::<T, N, D>(&one).ok()? + self.l_d.number::<T, N, D>(&two).ok()?)
         };
         // The equations are solved to rounding: slopes that cancel.
         let size = (largest(&self.l_d.rows(&x)?) + largest(&self.l_d.rows(&y)?)) * length;
-        let slope = slope(action, T::exact(0.0625) / length, size);
+        let scale = T::exact(0.0625) / length;
+        let [one, two] = moved(reach(scale));
+        let far = (largest(&self.l_d.rows(&one)?) + largest(&self.l_d.rows(&two)?)) * length;
+        let slope = slope(action, scale, size.max(far));
         let slope = slope.ok_or(Measured::NotApplicable("a point is outside the domain".into()))?;
         Ok(compared(T::zero(), &slope, size, T::zero(), self.floor, "the variation of the action of two steps"))
     }
