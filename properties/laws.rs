@@ -1,5 +1,6 @@
 //! Properties of `euler_poincare::laws`: every law holds on random systems, and catches every fault planted for it.
 
+mod algebras;
 mod fast;
 mod harness;
 mod order;

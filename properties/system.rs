@@ -118,11 +118,11 @@ const BAD: &[(&str, &str, &str, &[&str])] = &[
     ("step = \"1/8\"", "step = true", "step = true", &["boolean", "a finite number, or a text such as \"1/3\""]),
     ("alpha = 1", "alpha = \"1e999\"", "alpha", &["force[1].alpha", "out of the range of f64"]),
     // The algebra.
-    ("name = \"so3\"", "name = \"so5\"", "name", &["unknown algebra \"so5\"", "so3, se2, se3", "so3+r2"]),
+    ("name = \"so3\"", "name = \"so6\"", "name", &["unknown algebra \"so6\"", "so3, se2, se3", "so3+r2"]),
     ("name = \"so3\"", "name = \"se3+se3\"", "name", &["dimension 12", "1 to 10"]),
     ("name = \"so3\"", "name = \"r11\"", "name", &["dimension 11", "1 to 10"]),
     ("name = \"so3\"", "name = \"r1+r1+r1+r1+r1\"", "name", &["10×10", "at most 7×7"]),
-    ("name = \"so3\"", "", "[algebra]", &["is missing", "`name`, or `dimension` and `constants`"]),
+    ("name = \"so3\"", "", "[algebra]", &["is missing", "`name`, or `matrices`, or `dimension` and `constants`"]),
     ("name = \"so3\"", "name = \"so3\"\ndimension = 3", "dimension", &["either `name`, or"]),
     ("name = \"so3\"", "dimension = 3", "[algebra]", &["`constants` is missing", "[a, b, c, value]"]),
     ("name = \"so3\"", "dimension = 11\nconstants = []", "dimension = 11", &["dimension 11", "1 to 10", "compiled in"]),
@@ -613,8 +613,11 @@ fn a_chosen_part_stays_and_the_rest_is_random() {
     let all = cases().algebra(mine.algebra.clone()).lagrangian(mine.lagrangian.clone()).forces(mine.forces.clone());
     let all = all.start(mine.start.clone()).step(mine.step.clone()).tableau(mine.method.tableau.clone());
     assert_eq!(sample(&all.retraction(Tau::Cayley), 30, 1)[0], mine);
+    // With a centre: no group.
+    let constants = vec![Constant { a: 1, b: 2, c: 3, value: 1.into() }];
+    let centred = Algebra { structure: Structure::Constants { dimension: 3, constants }, basis: None };
     for none in [
-        cases().algebra(bianchi).with_group(),
+        cases().algebra(centred).with_group(),
         cases().algebra(mine.algebra.clone()).dimension_at_most(2),
         cases().lagrangian(mine.lagrangian.clone()).algebras(&[Entry::Se3]),
         cases().forces(mine.forces.clone()).force_free(),

@@ -1,12 +1,12 @@
-//! Casimir functions of degree one and two.
+//! Casimir functions of degree one to three.
 
 use super::elimination::regular_inverse;
 use super::{AlgebraError, Covector, Matrix, Vector};
 use crate::scalar::{Real, Scalar};
 
-/// A function C on g* with dC(μ)(ad*_ξ μ) = 0 for all ξ and μ, linear or quadratic in μ.
+/// A function C on g* with dC(μ)(ad*_ξ μ) = 0 for all ξ and μ, homogeneous of degree one to three in μ.
 ///
-/// Linear Casimirs are the elements of the centre of g, quadratic ones the invariant symmetric tensors in g ⊗ g.
+/// Linear Casimirs are the elements of the centre of g, the others invariant symmetric tensors in g ⊗ g and g ⊗ g ⊗ g.
 #[derive(Clone, Debug, PartialEq)]
 #[non_exhaustive]
 pub enum Casimir<T: Real, const N: usize> {
@@ -14,6 +14,19 @@ pub enum Casimir<T: Real, const N: usize> {
     Linear(Vector<T, N>),
     /// C(μ) = μ Q μᵀ, Q symmetric.
     Quadratic(Matrix<T, N>),
+    /// C(μ) = Σ_a μ_a μ Q_a μᵀ, with (Q_a)_bc symmetric in a, b and c.
+    Cubic(Box<[Matrix<T, N>; N]>),
+}
+
+/// μ Q μᵀ.
+fn form<T: Real, S: Scalar<Base = T>, const N: usize>(q: &Matrix<T, N>, mu: &Covector<S, N>) -> S {
+    let mut sum = S::zero();
+    for a in 0..N {
+        for b in 0..N {
+            sum += mu[a] * S::lift(q[(a, b)]) * mu[b];
+        }
+    }
+    sum
 }
 
 impl<T: Real, const N: usize> Casimir<T, N> {
@@ -26,37 +39,51 @@ impl<T: Real, const N: usize> Casimir<T, N> {
                     sum += mu[a] * S::lift(z[a]);
                 }
             }
-            Self::Quadratic(q) => {
+            Self::Quadratic(q) => sum = form(q, mu),
+            Self::Cubic(q) => {
                 for a in 0..N {
-                    for b in 0..N {
-                        sum += mu[a] * S::lift(q[(a, b)]) * mu[b];
-                    }
+                    sum += mu[a] * form(&q[a], mu);
                 }
             }
         }
         sum
     }
 
-    /// dC(μ), a vector of g: z, or 2 Q μᵀ.
+    /// dC(μ), a vector of g: z, 2 Q μᵀ, or 3 μ Q_a μᵀ.
     pub fn gradient<S: Scalar<Base = T>>(&self, mu: &Covector<S, N>) -> Vector<S, N> {
         match self {
             Self::Linear(z) => z.map(S::lift),
             Self::Quadratic(q) => q.map(|v| S::lift(v + v)) * mu.transpose(),
+            Self::Cubic(q) => Vector::from_fn(|a, _| form(&q[a], mu) * S::int(3)),
         }
     }
 
-    /// The same function in the basis e'_a = e_b B^b_a, where μ' = μ B: z' = B⁻¹ z, Q' = B⁻¹ Q B⁻ᵀ.
+    /// The same function in the basis e'_a = e_b B^b_a, where μ' = μ B: z' = B⁻¹ z, Q' = B⁻¹ Q B⁻ᵀ, and likewise with three
+    /// indices.
     ///
     /// # Errors
     /// A singular or non-finite B.
     pub fn in_basis(&self, basis: &Matrix<T, N>) -> Result<Self, AlgebraError> {
         let inverse = regular_inverse(basis)?;
+        let moved = |q: &Matrix<T, N>| {
+            let moved = inverse * q * inverse.transpose();
+            (moved + moved.transpose()) * T::half()
+        };
         Ok(match self {
             Self::Linear(z) => Self::Linear(inverse * z),
-            Self::Quadratic(q) => {
-                let moved = inverse * q * inverse.transpose();
-                Self::Quadratic((moved + moved.transpose()) * T::half())
-            }
+            Self::Quadratic(q) => Self::Quadratic(moved(q)),
+            Self::Cubic(q) => Self::Cubic(Box::new(std::array::from_fn(|a| {
+                (0..N).fold(Matrix::zeros(), |sum, b| sum + moved(&q[b]) * inverse[(a, b)])
+            }))),
         })
+    }
+
+    /// The largest coefficient times |μ| to the degree: the size of the terms of C(μ).
+    pub(crate) fn size(&self, mu: T) -> T {
+        match self {
+            Self::Linear(z) => z.amax() * mu,
+            Self::Quadratic(q) => q.amax() * mu * mu,
+            Self::Cubic(q) => q.iter().fold(T::zero(), |most, q| most.max(q.amax())) * mu * mu * mu,
+        }
     }
 }

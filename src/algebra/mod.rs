@@ -9,9 +9,25 @@ mod casimir;
 pub mod catalogue;
 mod classification;
 pub mod elimination;
+#[cfg(feature = "harness")]
+pub(crate) mod families;
+#[cfg(feature = "harness")]
+mod invariants;
+#[cfg(feature = "harness")]
+pub(crate) mod known;
+#[cfg(feature = "harness")]
+mod matrices;
+#[cfg(feature = "harness")]
+pub(crate) mod rational;
 
 pub use casimir::Casimir;
 pub use catalogue::Entry;
+#[cfg(feature = "harness")]
+pub use families::AlgebraFamily;
+#[cfg(feature = "harness")]
+pub use invariants::{AlgebraClass, AlgebraInvariants};
+#[cfg(feature = "harness")]
+pub use matrices::{MatricesError, MatrixAlgebra};
 
 /// A vector of g: N coordinates in the basis e_a, a column.
 pub type Vector<S, const N: usize> = SVector<S, N>;

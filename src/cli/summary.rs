@@ -153,6 +153,7 @@ impl fmt::Display for Campaign<'_> {
             "Coverage: % of the {judged} cases to which their law applies\n{}\n",
             coverage(self.report, judged)
         )?;
+        writeln!(f, "{}\n", paragraph(&unlisted(self.report)))?;
         reasons(f, "Inconclusive", self.report, |law| &law.inconclusive)?;
         reasons(f, "Not applicable", self.report, |law| &law.not_applicable)?;
         let unjudged: Vec<_> = self.report.laws.iter().filter(|law| law.worst.is_none()).map(|law| law.law).collect();
@@ -248,6 +249,23 @@ fn coverage(report: &CampaignReport<Case>, judged: usize) -> String {
         (category, labels.into_iter().map(share).collect::<Vec<_>>().join(", "))
     });
     entries(2, rows).replace('\u{a0}', " ")
+}
+
+/// A law should meet so many algebras that no catalogue lists.
+const WANTED_UNLISTED: usize = 20;
+
+/// Which laws met fewer algebras of no catalogue than that, and of how many cases.
+fn unlisted(report: &CampaignReport<Case>) -> String {
+    let key = ("catalogue".to_owned(), "unlisted".to_owned());
+    let met = |law: &Summary<Case>| law.coverage.get(&key).map_or(0, |count| count.applicable);
+    let mut fewer: Vec<_> =
+        report.laws.iter().map(|law| (met(law), law)).filter(|(n, _)| *n < WANTED_UNLISTED).collect();
+    fewer.sort_by_key(|(n, law)| (*n, law.law));
+    let others = report.laws.len() - fewer.len();
+    let named: Vec<_> = fewer.iter().map(|(n, law)| format!("{} {n} of {}", law.law, law.cases)).collect();
+    let fewer = if named.is_empty() { String::new() } else { format!("; fewer: {}", named.join(", ")) };
+    let laws = report.laws.len();
+    format!("Algebras in no catalogue: {others} of {laws} laws met {WANTED_UNLISTED} or more of them{fewer}.")
 }
 
 fn reasons(

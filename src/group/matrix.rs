@@ -1,6 +1,8 @@
 //! Matrix groups: the connected subgroup of GL(D) whose algebra is spanned by N given matrices.
 
 use super::LieGroup;
+#[cfg(feature = "harness")]
+use crate::algebra::MatrixAlgebra;
 use crate::algebra::catalogue::Entry;
 use crate::algebra::{AlgebraError, LieAlgebra, Matrix, Vector, elimination};
 use crate::scalar::{Real, Scalar};
@@ -87,20 +89,32 @@ impl<T: Real, const N: usize, const D: usize> MatrixGroup<T, N, D> {
         Self::beside(&beside, |a| padded(entry, a))
     }
 
+    /// The same for an algebra of matrices, with its exact constants.
+    ///
+    /// # Errors
+    /// A dimension above N; a representation that leaves too few rows.
+    #[cfg(feature = "harness")]
+    pub(crate) fn of_matrices(algebra: &MatrixAlgebra) -> Result<Self, AlgebraError> {
+        let (dimension, size) = (algebra.dimension(), algebra.matrix_size());
+        let name = || "given by matrices".to_string();
+        let Some(beside) = Beside::new(dimension, size, N) else {
+            return Err(AlgebraError::Dimension { name: name(), dimension, expected: N });
+        };
+        if beside.rows() > D {
+            return Err(AlgebraError::MatrixSize { name: name(), needed: beside.rows(), size: D });
+        }
+        let basis = beside.basis(|a| algebra.padded(a));
+        let (dual, _) = dual_basis(&basis)?;
+        Ok(Self { algebra: algebra.beside_spectators(), basis, dual })
+    }
+
     /// The same for n matrices ê_a that fill the leading block of what `matrix` returns.
     ///
     /// # Errors
     /// Those of [`MatrixGroup::new`].
     #[cfg(feature = "harness")]
     pub(crate) fn beside(beside: &Beside, matrix: impl Fn(usize) -> Matrix<T, D>) -> Result<Self, AlgebraError> {
-        Self::new(std::array::from_fn(|a| match a.checked_sub(beside.dimension) {
-            None => matrix(a),
-            Some(k) => {
-                let mut single = Matrix::zeros();
-                single[beside.entry(k)] = T::one();
-                single
-            }
-        }))
+        Self::new(beside.basis(matrix))
     }
 
     /// The same group in the basis e'_a = e_b B^b_a (the columns of `basis`): ê'_a = ê_b B^b_a, F'^a = (B⁻¹)^a_b F^b.
@@ -175,6 +189,21 @@ impl Beside {
     /// The rows that are taken.
     pub(crate) const fn rows(&self) -> usize {
         self.size + self.block.0 + self.block.1
+    }
+
+    /// The matrices of G, and after them those of the spectators.
+    fn basis<T: Real, const N: usize, const D: usize>(
+        &self,
+        matrix: impl Fn(usize) -> Matrix<T, D>,
+    ) -> [Matrix<T, D>; N] {
+        std::array::from_fn(|a| match a.checked_sub(self.dimension) {
+            None => matrix(a),
+            Some(k) => {
+                let mut single = Matrix::zeros();
+                single[self.entry(k)] = T::one();
+                single
+            }
+        })
     }
 
     /// The row and the column of the k-th spectator.

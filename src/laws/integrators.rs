@@ -314,8 +314,10 @@ impl<T: Real> Visitor<T> for Noether<'_> {
         }
         let mut size = T::zero();
         let mut spatial = |g: &Matrix<T, D>, mu: Covector<T, N>| {
-            let ad = group.adjoint(&group.inverse(g)?)?;
-            size += mu.amax() * ad.amax();
+            let inverse = group.inverse(g)?;
+            let ad = group.adjoint(&inverse)?;
+            // Rounding of g by u moves g⁻¹ by |g⁻¹|² |g| u.
+            size += mu.amax() * ad.amax() * g.amax().max(T::one()) * inverse.amax().max(T::one());
             Some(mu * ad)
         };
         let mut defect = || {
@@ -393,11 +395,8 @@ fn conserved<T: Real, const N: usize>(
     after: &Covector<T, N>,
     floor: f64,
 ) -> Measured {
-    // The size of the terms that cancel in C: |z||μ| or |Q||μ|².
-    let size = |mu: &Covector<T, N>| match casimir {
-        Casimir::Linear(z) => z.amax() * mu.amax(),
-        Casimir::Quadratic(q) => q.amax() * mu.amax() * mu.amax(),
-    };
+    // The size of the terms that cancel in C.
+    let size = |mu: &Covector<T, N>| casimir.size(mu.amax());
     let (old, new) = (casimir.value(before), casimir.value(after));
     Measured::defect((new - old).abs(), size(before).max(size(after)), floor, || {
         format!("C changed from {:.17e} by {:.3e}", old.to_f64(), (new - old).to_f64())

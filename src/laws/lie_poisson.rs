@@ -6,7 +6,7 @@ use super::precision::{Measured, settle_main};
 use super::probe::{Probe, stream};
 use super::subjects::turning;
 use super::{CaseLaw, Source};
-use crate::algebra::{Covector, Entry, LieAlgebra, Vector, pair};
+use crate::algebra::{Covector, LieAlgebra, Vector, pair};
 use crate::group::LieGroup;
 use crate::harness::{About, Cost, Fault};
 use crate::mechanics::equations::{EulerPoincare, Rates};
@@ -31,20 +31,10 @@ const TRANSPOSED: Fault = Fault::new(
     "algebras and bases in which ad_η is not antisymmetric",
 );
 const ENERGY_SUM: Fault = Fault::new("energy-sum", "h = ⟨μ, η⟩ + l(η)", "every system");
-/// Algebras with Casimirs of degree one or two, in standard and in random bases.
+
+/// Algebras with Casimirs of degree one or two.
 pub fn with_casimirs(cases: Cases) -> Cases {
-    let plane = Entry::Product(vec![Entry::Se2, Entry::Heisenberg]);
-    let mixed = Entry::Product(vec![Entry::Sl2, Entry::Abelian(1)]);
-    cases.main_dimensions().algebras(&[
-        Entry::So3,
-        Entry::So4,
-        Entry::Se2,
-        Entry::Se3,
-        Entry::Sl2,
-        Entry::Heisenberg,
-        plane,
-        mixed,
-    ])
+    cases.main_dimensions().with_casimirs()
 }
 
 /// The laws of this file.

@@ -6,6 +6,8 @@
 use super::error::{CaseError, Place};
 use super::numbers::{list, rows};
 use crate::algebra::catalogue::Entry;
+use crate::algebra::rational::RationalAlgebra;
+use crate::algebra::{AlgebraFamily, AlgebraInvariants, MatrixAlgebra, known};
 use crate::scalar::Number;
 use crate::tableau::Description;
 use serde::{Deserialize, Serialize};
@@ -38,7 +40,15 @@ pub struct Constant {
 pub enum Structure {
     /// An algebra of the catalogue, with its group.
     Named(Entry),
-    /// Structure constants alone: no group, so the momentum step with exp only.
+    /// The span of rational matrices, with the group that they generate.
+    Matrices {
+        /// The family that it was drawn from, if it was.
+        family: Option<AlgebraFamily>,
+        /// The algebra.
+        algebra: MatrixAlgebra,
+    },
+    /// Structure constants alone. The group is that of the adjoint representation where the constants are rational and the centre is
+    /// trivial; else there is none, so the momentum step with exp only.
     Constants {
         /// n.
         dimension: usize,
@@ -63,11 +73,65 @@ pub struct Algebra {
     pub basis: Option<Vec<Vec<Number>>>,
 }
 
+impl Structure {
+    /// The number of rows of the matrices of its group, without padding; 0 without a group that the case describes.
+    pub fn matrix_size(&self) -> usize {
+        match self {
+            Self::Named(entry) => entry.matrix_size(),
+            Self::Matrices { algebra, .. } => algebra.matrix_size(),
+            Self::Constants { .. } => self.adjoint().map_or(0, |algebra| algebra.matrix_size()),
+            Self::Given { .. } => 0,
+        }
+    }
+
+    /// How many Casimirs are known.
+    pub fn casimir_count(&self) -> usize {
+        match self {
+            Self::Named(entry) => entry.casimir_count(),
+            Self::Matrices { algebra, .. } => algebra.casimir_count(),
+            Self::Constants { .. } => self.rational().map_or(0, |algebra| algebra.casimir_count()),
+            Self::Given { .. } => 0,
+        }
+    }
+
+    /// What it is, where constants are rational.
+    pub fn invariants(&self) -> Option<AlgebraInvariants> {
+        match self {
+            Self::Named(_) | Self::Given { .. } => None,
+            Self::Matrices { algebra, .. } => Some(algebra.invariants()),
+            Self::Constants { .. } => Some(AlgebraInvariants::of(&self.rational()?)),
+        }
+    }
+
+    /// Whether there is a group for which the Cayley map is defined.
+    pub(super) fn admits_cayley(&self) -> bool {
+        match self {
+            Self::Named(_) => true,
+            Self::Matrices { algebra, .. } => algebra.admits_cayley(),
+            Self::Constants { .. } => self.adjoint().is_some_and(|algebra| algebra.admits_cayley()),
+            Self::Given { .. } => false,
+        }
+    }
+
+    /// Structure constants that are rational and obey Jacobi exactly.
+    pub(super) fn rational(&self) -> Option<RationalAlgebra> {
+        let Self::Constants { dimension, constants } = self else { return None };
+        let of = |k: &Constant| Some(([k.a, k.b, k.c].map(|index| index.wrapping_sub(1)), k.value.rational()?));
+        RationalAlgebra::of_constants(*dimension, constants.iter().map(of).collect::<Option<Vec<_>>>()?)
+    }
+
+    /// The algebra of structure constants by its adjoint representation, where its centre is trivial.
+    pub(super) fn adjoint(&self) -> Option<MatrixAlgebra> {
+        self.rational()?.of_adjoint()
+    }
+}
+
 impl Algebra {
     /// n = dim g.
     pub fn dimension(&self) -> usize {
         match &self.structure {
             Structure::Named(entry) => entry.dimension(),
+            Structure::Matrices { algebra, .. } => algebra.dimension(),
             Structure::Constants { dimension, .. } | Structure::Given { dimension, .. } => *dimension,
         }
     }
@@ -252,6 +316,14 @@ impl fmt::Display for Algebra {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         match &self.structure {
             Structure::Named(entry) => write!(f, "{entry}")?,
+            Structure::Matrices { family: None, algebra } if known::name_of(algebra).is_some() => {
+                f.write_str(known::name_of(algebra).unwrap_or_default())?;
+            }
+            Structure::Matrices { family, algebra } => {
+                let matrices: Vec<String> = algebra.matrices().iter().map(|matrix| rows(matrix)).collect();
+                let family = family.map(|family| format!(" ({family})")).unwrap_or_default();
+                write!(f, "of matrices{family} {}", matrices.join(", "))?;
+            }
             Structure::Given { dimension, .. } => write!(f, "given, of dimension {dimension}")?,
             Structure::Constants { dimension, constants } => {
                 write!(f, "dimension {dimension} with")?;

@@ -148,6 +148,11 @@ macro_rules! door {
     }};
 }
 
+/// Whether a class holds algebras of dimension n with matrices of a size; `main`: one of [`Case::dispatch_main`].
+pub(super) const fn has_class(n: usize, size: usize, main: bool) -> bool {
+    Beside::fits(n, size, 3, 4) || Beside::fits(n, size, 6, 8) || (!main && Beside::fits(n, size, 10, 12))
+}
+
 impl Case {
     /// Builds the case over `T` and hands it to `visitor`.
     ///
@@ -257,7 +262,8 @@ impl Case {
         }
         let size = self.matrix_size();
         let found = format!("represented by {size}×{size} matrices, too large for dimension {n}");
-        place.key("name").error(Problem::Range { found, allowed: format!("at most {0}×{0}", n + 2) })
+        let key = if matches!(self.algebra.structure, Structure::Named(_)) { "name" } else { "matrices" };
+        place.key(key).error(Problem::Range { found, allowed: format!("at most {0}×{0}", n + 2) })
     }
 
     /// Whether the case can be built (in `f64`).
@@ -340,7 +346,19 @@ impl Case {
                 let group = MatrixGroup::<T, N, D>::beside_spectators(entry).map_err(refused)?;
                 (group.algebra().clone(), Some(group), entry.casimirs_beside_spectators::<T, N>())
             }
-            Structure::Constants { .. } => (self.constants::<T, N>(&place.key("constants"))?, None, Vec::new()),
+            Structure::Matrices { algebra, .. } => {
+                let refused = |e| place.key("matrices").error(Problem::Algebra(e));
+                let group = MatrixGroup::<T, N, D>::of_matrices(algebra).map_err(refused)?;
+                (group.algebra().clone(), Some(group), algebra.casimirs_beside_spectators::<T, N>())
+            }
+            Structure::Constants { .. } => {
+                let place = place.key("constants");
+                let (algebra, rational) = (self.constants::<T, N>(&place)?, self.algebra.structure.rational());
+                let casimirs = rational.as_ref().map_or_else(Vec::new, |r| r.casimirs_beside_spectators::<T, N>());
+                let adjoint = rational.and_then(|rational| rational.of_adjoint());
+                let group = adjoint.map(|adjoint| MatrixGroup::of_matrices(&adjoint)).transpose();
+                (algebra, group.map_err(|e| place.error(Problem::Algebra(e)))?, casimirs)
+            }
             Structure::Given { .. } => return Err(place.error(Problem::given("the algebra"))),
         };
         if let Some(basis) = basis {
@@ -506,8 +524,8 @@ pub(super) fn general<T: Real, const N: usize, const D: usize>(
         (Tau::Cayley, None) => {
             return Err(Problem::NotApplicable {
                 what: "\"cayley\"",
-                why: "it works on matrices, and the algebra is given by structure constants alone, without a group; \
-                      allowed: \"exp\", or an algebra of the catalogue by name"
+                why: "it works on matrices, and the algebra is given by structure constants alone, with a centre or irrational, so \
+                      without a group; allowed: \"exp\", or an algebra by name or by `matrices`"
                     .into(),
             });
         }

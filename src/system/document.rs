@@ -8,7 +8,8 @@ use super::case::{
 };
 use super::error::{CaseError, Place, Problem};
 use super::force::{COEFFICIENT, ForceKind, KINDS, MATRIX, Parameter, Role, Value};
-use crate::algebra::catalogue::{self, NAMES, UnknownName};
+use crate::algebra::catalogue::{self, NAMES};
+use crate::algebra::{AlgebraFamily, MatricesError, MatrixAlgebra, known};
 use crate::scalar::Number;
 use crate::tableau::{Description, Entries};
 use serde::de::{DeserializeSeed, EnumAccess, IntoDeserializer, MapAccess, SeqAccess, VariantAccess, Visitor};
@@ -48,6 +49,11 @@ pub(crate) struct AlgebraTable {
     pub dimension: Option<i64>,
     #[serde(skip_serializing_if = "Option::is_none")]
     pub constants: Option<Vec<(i64, i64, i64, Number)>>,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub matrices: Option<Vec<Vec<Vec<Number>>>>,
+    /// Where matrices were drawn from; it says nothing else.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub family: Option<AlgebraFamily>,
     #[serde(skip_serializing_if = "Option::is_none")]
     pub basis: Option<Vec<Vec<Number>>>,
     /// In the record of a failure on somebody's own types, which has the dimension alone.
@@ -268,11 +274,26 @@ impl AlgebraTable {
                 "it marks the record of a failure on types of a crate of its own, and stands there with `dimension` alone",
             )));
         }
+        if let Some(matrices) = self.matrices {
+            if self.name.is_some() || self.dimension.is_some() || self.constants.is_some() {
+                let allowed = "either `name`, or `matrices`, or `dimension` and `constants`, one of these alone";
+                return Err(place.key("matrices").error(excess(allowed)));
+            }
+            let structure = from_matrices(self.family, matrices, &place.key("matrices"))?;
+            return Ok(Algebra { structure, basis: self.basis });
+        }
+        if self.family.is_some() {
+            return Err(place
+                .key("family")
+                .error(excess("it stands beside `matrices`, and says where they were drawn from")));
+        }
         let structure = match (self.name, self.dimension, self.constants) {
-            (Some(name), None, None) => Structure::Named(entry(&name, &place.key("name"))?),
+            (Some(name), None, None) => from_name(&name, &place.key("name"))?,
             (None, Some(dimension), Some(constants)) => from_constants(dimension, constants, place)?,
             (None, None, None) => {
-                return Err(place.error(missing("the algebra", "give `name`, or `dimension` and `constants`")));
+                return Err(
+                    place.error(missing("the algebra", "give `name`, or `matrices`, or `dimension` and `constants`"))
+                );
             }
             (None, Some(_), None) => {
                 return Err(place.error(missing(
@@ -292,15 +313,23 @@ impl AlgebraTable {
     }
 }
 
-fn entry(name: &str, place: &Place) -> Result<catalogue::Entry, CaseError> {
-    let entry: catalogue::Entry = name.parse().map_err(|UnknownName { name }: UnknownName| {
+fn from_name(name: &str, place: &Place) -> Result<Structure, CaseError> {
+    if let Ok(entry) = name.parse::<catalogue::Entry>() {
+        dimension_allowed(entry.dimension() as i64, place)?;
+        return Ok(Structure::Named(entry));
+    }
+    let factors = known::factors(name).map_err(|unknown| {
         place.error(Problem::Part(format!(
-            "unknown algebra {name:?}; allowed: r1 to r{MAX_DIMENSION}, {NAMES}, and products of these with `+`, as in so3+r2, \
-             of dimension {MAX_DIMENSION} at most"
+            "unknown algebra {unknown:?}; allowed: r1 to r{MAX_DIMENSION}, {NAMES}, {}, and products of these with `+`, as in \
+             so3+r2, of dimension {MAX_DIMENSION} at most",
+            known::NAMES.join(", ")
         )))
     })?;
-    dimension_allowed(entry.dimension() as i64, place)?;
-    Ok(entry)
+    dimension_allowed(factors.iter().map(|factor| factor.len() as i64).sum(), place)?;
+    match known::product(&factors) {
+        Some(algebra) => Ok(Structure::Matrices { family: None, algebra }),
+        None => Err(place.error(Problem::Part(format!("{name:?} is no product of algebras")))),
+    }
 }
 
 fn dimension_allowed(dimension: i64, place: &Place) -> Result<usize, CaseError> {
@@ -311,6 +340,30 @@ fn dimension_allowed(dimension: i64, place: &Place) -> Result<usize, CaseError> 
             allowed: format!("dimension 1 to {MAX_DIMENSION} (what holds the larger ones is not compiled in)"),
         })),
     }
+}
+
+fn from_matrices(
+    family: Option<AlgebraFamily>,
+    matrices: Vec<Vec<Vec<Number>>>,
+    place: &Place,
+) -> Result<Structure, CaseError> {
+    dimension_allowed(matrices.len() as i64, place)?;
+    let algebra = MatrixAlgebra::new(matrices).map_err(|error| {
+        let place = match &error {
+            MatricesError::NotSquare { index, .. } | MatricesError::Dependent { index } => place.index(*index),
+            MatricesError::NotRational { index, row, column, .. } => place.index(*index).index(*row).index(*column),
+            MatricesError::NotClosed { a, .. } | MatricesError::TooLong { a, .. } => place.index(*a),
+            _ => place.clone(),
+        };
+        place.error(Problem::Part(error.to_string()))
+    })?;
+    if !super::dispatch::has_class(algebra.dimension(), algebra.matrix_size(), false) {
+        let (n, size) = (algebra.dimension(), algebra.matrix_size());
+        let found = format!("{size}×{size} matrices for dimension {n}");
+        return Err(place
+            .error(Problem::Range { found, allowed: "matrices of at most 12×12 with those of spectators".into() }));
+    }
+    Ok(Structure::Matrices { family, algebra })
 }
 
 fn from_constants(
@@ -593,6 +646,12 @@ impl From<Case> for Document {
     fn from(case: Case) -> Self {
         let algebra = match case.algebra.structure {
             Structure::Named(entry) => AlgebraTable { name: Some(entry.to_string()), ..AlgebraTable::default() },
+            Structure::Matrices { family: None, algebra } if known::name_of(&algebra).is_some() => {
+                AlgebraTable { name: known::name_of(&algebra).map(String::from), ..AlgebraTable::default() }
+            }
+            Structure::Matrices { family, algebra } => {
+                AlgebraTable { matrices: Some(algebra.matrices().to_vec()), family, ..AlgebraTable::default() }
+            }
             Structure::Constants { dimension, constants } => AlgebraTable {
                 dimension: Some(dimension as i64),
                 constants: Some(constants.into_iter().map(|k| (k.a as i64, k.b as i64, k.c as i64, k.value)).collect()),

@@ -34,7 +34,7 @@ impl Draw<'_> {
     }
 
     /// The index drawn with these weights.
-    fn weighted(&mut self, weights: &[usize]) -> usize {
+    pub fn weighted(&mut self, weights: &[usize]) -> usize {
         let mut rest = self.below(weights.iter().sum());
         for (i, weight) in weights.iter().enumerate() {
             if rest < *weight {
@@ -55,20 +55,22 @@ impl Draw<'_> {
     }
 }
 
-/// The names of the catalogue in the mix, with weights out of 100 (so(3) has two code paths); products and constants
-/// have the rest.
+/// The names of the catalogue in the mix, with weights out of 100 (so(3) has two code paths); products, constants and algebras
+/// of matrices have the rest.
 const NAMED: [(Entry, usize); 8] = [
-    (Entry::So3, 15),
-    (Entry::Abelian(1), 8),
-    (Entry::Aff1, 8),
-    (Entry::Se2, 8),
-    (Entry::Heisenberg, 8),
-    (Entry::Sl2, 8),
-    (Entry::Se3, 9),
-    (Entry::So4, 9),
+    (Entry::So3, 8),
+    (Entry::Abelian(1), 5),
+    (Entry::Aff1, 2),
+    (Entry::Se2, 2),
+    (Entry::Heisenberg, 2),
+    (Entry::Sl2, 2),
+    (Entry::Se3, 3),
+    (Entry::So4, 3),
 ];
-const PRODUCTS: usize = 15;
-const CONSTANTS: usize = 12;
+const PRODUCTS: usize = 4;
+const CONSTANTS: usize = 4;
+/// Spans of matrices, by family.
+const MATRICES: usize = 65;
 
 /// A structure that the knobs admit.
 pub(super) fn structure(draw: &mut Draw<'_>, knobs: &Cases) -> Structure {
@@ -76,6 +78,7 @@ pub(super) fn structure(draw: &mut Draw<'_>, knobs: &Cases) -> Structure {
     let mut weights: Vec<usize> = allowed.iter().map(|(_, weight)| *weight).collect();
     weights.push(if knobs.most >= 2 { PRODUCTS } else { 0 });
     weights.push(if knobs.with_group { 0 } else { CONSTANTS });
+    weights.push(if knobs.most >= 2 { MATRICES } else { 0 });
     let kind = draw.weighted(&weights);
     if let Some((entry, _)) = allowed.get(kind) {
         return Structure::Named(match entry {
@@ -87,7 +90,15 @@ pub(super) fn structure(draw: &mut Draw<'_>, knobs: &Cases) -> Structure {
             entry => entry.clone(),
         });
     }
-    if kind == allowed.len() { Structure::Named(product(draw, knobs.most)) } else { constants(draw, knobs.most) }
+    match kind - allowed.len() {
+        0 => Structure::Named(product(draw, knobs.most)),
+        1 => constants(draw, knobs.most),
+        _ => match super::algebras::matrices(draw, knobs) {
+            Some((family, algebra)) => Structure::Matrices { family, algebra },
+            // Where there is no room for one.
+            None => Structure::Named(product(draw, knobs.most)),
+        },
+    }
 }
 
 /// A direct product of two, of dimension at most `most` (at least 2).
@@ -299,7 +310,7 @@ pub(super) fn start(draw: &mut Draw<'_>, n: usize, group: bool, telling: bool) -
 }
 
 /// Weights out of 100 of the attitudes that are not e: of components to 1/2; tiny; turned by an angle near π.
-const ATTITUDES: [usize; 3] = [60, 15, 25];
+const ATTITUDES: [usize; 3] = [45, 15, 40];
 
 /// Makes an attitude tiny, or scales it so that it turns something by nearly π, where τ⁻¹ is nearly singular.
 fn turn(draw: &mut Draw<'_>, case: &mut Case, knobs: &Cases) {
@@ -352,7 +363,11 @@ pub(super) fn case(draw: &mut Draw<'_>, knobs: &Cases, tableau: crate::tableau::
         Some(entries) => Structure::Named(draw.pick(entries)),
         None => structure(draw, knobs),
     };
-    let (named, mut algebra) = (!matches!(structure, Structure::Constants { .. }), Algebra { structure, basis: None });
+    if knobs.with_casimirs && given.is_none() && structure.casimir_count() == 0 {
+        return None;
+    }
+    let (grouped, cayley) = (structure.matrix_size() > 0 || given.is_some(), structure.admits_cayley());
+    let mut algebra = Algebra { structure, basis: None };
     let n = algebra.dimension();
     if let Some(fixed) = &fixed.algebra {
         algebra.basis.clone_from(&fixed.basis);
@@ -363,22 +378,16 @@ pub(super) fn case(draw: &mut Draw<'_>, knobs: &Cases, tableau: crate::tableau::
     if !(given.is_some() || knobs.admits_dimension(n)) || (knobs.nonabelian && abelian) {
         return None;
     }
-    let retraction = match (named, knobs.retraction) {
-        _ if given.is_some() => Tau::Exponential,
-        (false, _) => Tau::Exponential,
-        (true, Some(tau)) => tau,
-        (true, None) => {
-            if draw.chance(50) {
-                Tau::Exponential
-            } else {
-                Tau::Cayley
-            }
-        }
+    let retraction = match knobs.retraction {
+        _ if given.is_some() || !grouped => Tau::Exponential,
+        Some(tau) => tau,
+        None if !cayley || draw.chance(50) => Tau::Exponential,
+        None => Tau::Cayley,
     };
     let unit = || given.is_some_and(|given| given.lagrangian).then(|| Lagrangian::unit(n));
     let lagrangian = fixed.lagrangian.clone().or_else(unit).unwrap_or_else(|| lagrangian(draw, n, knobs));
     let forces = fixed.forces.clone().unwrap_or_else(|| forces(draw, n, abelian, knobs));
-    let start = fixed.start.clone().unwrap_or_else(|| start(draw, n, named, knobs.telling));
+    let start = fixed.start.clone().unwrap_or_else(|| start(draw, n, grouped, knobs.telling));
     let (largest, smallest) = knobs.exponents;
     let mut exponent = draw.int(i64::from(largest), i64::from(smallest)) as u32;
     // Beyond this the motion is slowed down instead: large steps are wanted too.

@@ -44,6 +44,8 @@ pub enum SuppliedCasimir<T> {
     Linear(Vec<T>),
     /// Q, by columns.
     Quadratic(Vec<T>),
+    /// Q_a, each by columns.
+    Cubic(Vec<Vec<T>>),
 }
 
 impl<T: Real, const N: usize> From<&Casimir<T, N>> for SuppliedCasimir<T> {
@@ -51,6 +53,7 @@ impl<T: Real, const N: usize> From<&Casimir<T, N>> for SuppliedCasimir<T> {
         match casimir {
             Casimir::Linear(z) => Self::Linear(z.as_slice().to_vec()),
             Casimir::Quadratic(q) => Self::Quadratic(q.as_slice().to_vec()),
+            Casimir::Cubic(q) => Self::Cubic(q.iter().map(|q| q.as_slice().to_vec()).collect()),
         }
     }
 }
@@ -58,10 +61,12 @@ impl<T: Real, const N: usize> From<&Casimir<T, N>> for SuppliedCasimir<T> {
 impl<T: Real> SuppliedCasimir<T> {
     /// That of the first n of N coordinates.
     fn beside<const N: usize>(&self, n: usize) -> Casimir<T, N> {
+        let square = |q: &[T]| Matrix::from_fn(|a, b| if a.max(b) < n { q[b * n + a] } else { T::zero() });
         match self {
             Self::Linear(z) => Casimir::Linear(Vector::from_fn(|a, _| if a < n { z[a] } else { T::zero() })),
-            Self::Quadratic(q) => {
-                Casimir::Quadratic(Matrix::from_fn(|a, b| if a.max(b) < n { q[b * n + a] } else { T::zero() }))
+            Self::Quadratic(q) => Casimir::Quadratic(square(q)),
+            Self::Cubic(q) => {
+                Casimir::Cubic(Box::new(std::array::from_fn(|a| q.get(a).map_or_else(Matrix::zeros, |q| square(q)))))
             }
         }
     }

@@ -3,6 +3,7 @@
 use super::case::{Algebra, Case, Inertia, Structure};
 use super::dispatch::{System, Visitor};
 use crate::algebra::catalogue::Entry;
+use crate::algebra::known;
 use crate::mechanics::{Force, Lagrangian};
 use crate::retraction::Retraction;
 use crate::scalar::Number;
@@ -19,6 +20,7 @@ pub(super) fn abelian(algebra: &Algebra) -> bool {
     }
     match &algebra.structure {
         Structure::Named(entry) => entry_is(entry),
+        Structure::Matrices { algebra, .. } => algebra.is_abelian(),
         Structure::Given { abelian, .. } => *abelian,
         Structure::Constants { constants, .. } => constants.iter().all(|k| k.value == Number::default()),
     }
@@ -30,6 +32,9 @@ fn kind(algebra: &Algebra) -> String {
         Structure::Named(Entry::Abelian(_)) => "rn".into(),
         Structure::Named(Entry::Product(_)) => "product".into(),
         Structure::Named(entry) => entry.to_string(),
+        Structure::Matrices { family: Some(family), .. } => family.to_string(),
+        Structure::Matrices { family: None, algebra } if known::name_of(algebra).is_some() => "known".into(),
+        Structure::Matrices { family: None, .. } => "matrices".into(),
         Structure::Constants { .. } => "constants".into(),
         Structure::Given { .. } => "given".into(),
     }
@@ -64,13 +69,24 @@ impl Visitor<f64> for Class {
 /// Label names and values; `force` occurs once for each kind of term, or once as `none`.
 pub fn labels(case: &Case) -> Vec<(&'static str, String)> {
     let mut labels = vec![("algebra", kind(&case.algebra)), ("dimension", case.dimension().to_string())];
-    let mut probe = case.clone();
-    // Whatever the retraction: exp is the quickest to set up.
-    probe.method.retraction = super::case::Tau::Exponential;
-    if let Ok((class, unimodular)) = probe.dispatch::<f64, _>(Class) {
-        labels.push(("class", class.into()));
-        labels.push(("unimodular", if unimodular { "yes" } else { "no" }.into()));
-    }
+    let listed = match case.algebra.structure.invariants() {
+        Some(invariants) => {
+            labels.push(("class", invariants.class().to_string()));
+            labels.push(("unimodular", if invariants.unimodular { "yes" } else { "no" }.into()));
+            !invariants.is_unlisted()
+        }
+        None => {
+            let mut probe = case.clone();
+            // Whatever the retraction: exp is the quickest to set up.
+            probe.method.retraction = super::case::Tau::Exponential;
+            if let Ok((class, unimodular)) = probe.dispatch::<f64, _>(Class) {
+                labels.push(("class", class.into()));
+                labels.push(("unimodular", if unimodular { "yes" } else { "no" }.into()));
+            }
+            true
+        }
+    };
+    labels.push(("catalogue", if listed { "listed" } else { "unlisted" }.into()));
     labels.push(("basis", if case.algebra.basis.is_some() { "changed" } else { "standard" }.into()));
     labels.push(("inertia", inertia(&case.lagrangian.inertia).into()));
     labels.push(("lagrangian", if case.lagrangian.quartic.is_some() { "quartic" } else { "quadratic" }.into()));

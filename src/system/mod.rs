@@ -3,6 +3,7 @@
 //! The same value is generated ([`random`]), shrunk, printed, saved ([`replay`]) and read from a file ([`mod@file`]); it
 //! becomes typed in one place ([`dispatch`]).
 
+mod algebras;
 mod arbitrary;
 pub mod case;
 mod compiled;

@@ -68,6 +68,7 @@ pub(crate) struct Given {
 pub struct Cases {
     pub(super) algebras: Option<Vec<Entry>>,
     pub(super) with_group: bool,
+    pub(super) with_casimirs: bool,
     pub(super) nonabelian: bool,
     pub(super) most: usize,
     pub(super) main_dimensions: bool,
@@ -110,6 +111,7 @@ pub fn cases() -> Cases {
     Cases {
         algebras: None,
         with_group: false,
+        with_casimirs: false,
         nonabelian: false,
         most: super::case::MAX_DIMENSION,
         main_dimensions: false,
@@ -170,6 +172,12 @@ impl Cases {
     pub fn with_group(mut self) -> Self {
         self.with_group = true;
         self
+    }
+
+    /// Only algebras that are not abelian and have Casimirs that are known.
+    pub fn with_casimirs(mut self) -> Self {
+        self.with_casimirs = true;
+        self.nonabelian()
     }
 
     /// No abelian algebras.
@@ -293,7 +301,7 @@ impl Cases {
         let abelian = super::labels::abelian(&case.algebra);
         let entry = match &case.algebra.structure {
             Structure::Named(entry) => Some(entry),
-            Structure::Constants { .. } | Structure::Given { .. } => None,
+            _ => None,
         };
         let forced = case.forces.iter().any(|force| !force.vanishes(abelian));
         let rates = (self.forcing == Forcing::Forced || self.telling).then(|| self.rates(case)).flatten();
@@ -303,7 +311,10 @@ impl Cases {
             }
             None => {
                 self.algebras.as_ref().is_none_or(|allowed| entry.is_some_and(|entry| allowed.contains(entry)))
-                    && (!self.with_group || entry.is_some())
+                    && (!self.with_group || case.matrix_size() > 0)
+                    && (!self.with_casimirs || case.casimir_count() > 0)
+                    && super::dispatch::has_class(case.dimension(), case.matrix_size(), self.main_dimensions)
+                    && (self.retraction != Some(Tau::Cayley) || case.algebra.structure.admits_cayley())
                     && self.admits_dimension(case.dimension())
                     && self.changed_basis.is_none_or(|changed| changed == case.algebra.basis.is_some())
             }
@@ -316,7 +327,7 @@ impl Cases {
             && (!self.smooth || smooth(case))
             && !(self.quadratic && case.lagrangian.quartic.is_some())
             && (!self.fast || entry.is_some_and(|entry| has_fast_step(case, entry)))
-            && (self.retraction.is_none_or(|tau| tau == case.method.retraction) || entry.is_none())
+            && (self.retraction.is_none_or(|tau| tau == case.method.retraction) || case.matrix_size() == 0)
             && (self.forcing != Forcing::Forced || rates.as_ref().is_some_and(Rates::driven))
             && (!self.telling || rates.is_some_and(|rates| self.tells(case, abelian, &rates)))
     }

@@ -12,6 +12,9 @@ use crate::retraction::Retraction;
 /// domain.
 pub(super) const MOST: f64 = 0.5;
 
+/// The largest growth of an attitude: a condition number of e¹² leaves two thirds of the digits of an `f64`.
+const MOST_GROWTH: f64 = 6.0;
+
 /// Row-sum norms at the initial state.
 pub(crate) struct Rates {
     /// ‖ad_η‖, or half the largest entry of η̂ where τ works on matrices, if that is larger.
@@ -24,6 +27,8 @@ pub(crate) struct Rates {
     reach: f64,
     /// The largest frequency of x̂: |Im λ| over its eigenvalues; 0 without a group or an attitude.
     frequency: f64,
+    /// The largest growth of x̂: |Re λ| over its eigenvalues; 0 without a group or an attitude.
+    growth: f64,
     /// Whether the force is more than rounding at one of a few velocities.
     driven: bool,
     /// |η̇|/|η|, largest components; infinite at rest.
@@ -48,9 +53,10 @@ impl Rates {
         visit(Measure { matrices, attitude, strength })
     }
 
-    /// Whether the attitude is safely in the domain of τ: 1 − x̂/2 is regular, and not nearly singular.
+    /// Whether the attitude is safely in the domain of τ: 1 − x̂/2 is regular, and not nearly singular; and g = exp(x̂) is not, of which
+    /// the condition number is e^(2 |Re λ|) at least.
     pub fn in_domain(&self) -> bool {
-        self.reach < 20.0
+        self.reach < 20.0 && self.growth < MOST_GROWTH
     }
 
     /// The largest angle by which g = τ(x) turns anything: ω for exp and 2 arctan(ω/2) for Cayley, ±iω the fastest
@@ -114,12 +120,16 @@ fn norm<const N: usize>(matrix: &Matrix<f64, N>) -> f64 {
     (0..N).map(|row| (0..N).map(|c| matrix[(row, c)].abs()).sum()).fold(0.0, f64::max)
 }
 
-/// max |Im λ|; 0 where the eigenvalues are not found.
-fn frequency<const D: usize>(matrix: &Matrix<f64, D>) -> f64 {
+/// max |Im λ| and max |Re λ|; 0 where the eigenvalues are not found.
+fn frequency_and_growth<const D: usize>(matrix: &Matrix<f64, D>) -> (f64, f64) {
     // Of run-time size, so that this is compiled once.
     let matrix = nalgebra::DMatrix::from_fn(D, D, |r, c| matrix[(r, c)]);
     let found = nalgebra::Schur::try_new(matrix, f64::EPSILON, 1000);
-    found.map_or(0.0, |schur| schur.complex_eigenvalues().iter().fold(0.0, |m: f64, z| m.max(z.im.abs())))
+    let eigenvalues = found.map(|schur| schur.complex_eigenvalues());
+    let largest = |part: fn(&nalgebra::Complex<f64>) -> f64| {
+        eigenvalues.iter().flatten().fold(0.0, |most: f64, z| most.max(part(z).abs()))
+    };
+    (largest(|z| z.im), largest(|z| z.re))
 }
 
 impl Visitor<f64> for Measure {
@@ -150,11 +160,11 @@ impl Visitor<f64> for Measure {
             slope.set_column(a, &((rate(&(eta + moved)) - rate(&(eta - moved))) * 512.0));
         }
         // The Cayley map works on matrices: 1 − x̂/2 must stay away from singular.
-        let (mut matrix, mut reach, mut turns) = (0.0, 0.0, 0.0);
+        let (mut matrix, mut reach, mut turns, mut growth) = (0.0, 0.0, 0.0, 0.0);
         if let Some(group) = &system.group {
             let x: Matrix<f64, D> = group.hat(&Vector::from_fn(|a, _| self.attitude.get(a).copied().unwrap_or(0.0)));
             if !self.attitude.is_empty() {
-                turns = frequency(&x);
+                (turns, growth) = frequency_and_growth(&x);
             }
             if self.matrices {
                 matrix = group.hat::<f64>(&eta).amax() * 0.5;
@@ -170,6 +180,7 @@ impl Visitor<f64> for Measure {
             stiffness: norm(&slope),
             reach,
             frequency: turns,
+            growth,
             driven,
             braking: match (eta.amax(), rate(&eta).amax()) {
                 (0.0, 0.0) => 0.0,

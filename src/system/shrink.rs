@@ -7,6 +7,7 @@ use super::case::{Algebra, Case, Drag, Force, Inertia, Motion, Structure, Tau};
 use super::force::{ForceKind, Role, Value};
 use super::numbers::{dyadic, from_dyadic};
 use super::rates::{MOST, Rates};
+use crate::algebra::MatrixAlgebra;
 use crate::algebra::catalogue::Entry;
 use crate::scalar::Number;
 
@@ -116,18 +117,14 @@ fn with(case: &Case, change: impl FnOnce(&mut Case)) -> Case {
 fn rank(structure: &Structure) -> usize {
     match structure {
         Structure::Named(entry) => LADDER.iter().position(|known| known == entry).unwrap_or(LADDER.len()),
-        Structure::Constants { .. } | Structure::Given { .. } => LADDER.len() + 1,
+        Structure::Matrices { .. } | Structure::Constants { .. } | Structure::Given { .. } => LADDER.len() + 1,
     }
 }
 
 fn algebra(case: &Case, found: &mut Vec<Case>) {
     let (n, rank_now) = (case.dimension(), rank(&case.algebra.structure));
     let mut replace = |entry: Entry| {
-        let structure = Structure::Named(entry);
-        let m = match &structure {
-            Structure::Named(entry) => entry.dimension(),
-            Structure::Constants { dimension, .. } | Structure::Given { dimension, .. } => *dimension,
-        };
+        let (m, structure) = (entry.dimension(), Structure::Named(entry));
         if m < n || (m == n && rank(&structure) < rank_now) {
             found.push(with(case, |case| {
                 case.algebra = Algebra { structure, basis: None };
@@ -140,6 +137,18 @@ fn algebra(case: &Case, found: &mut Vec<Case>) {
         Structure::Named(Entry::Abelian(n)) => (3..*n).for_each(|m| replace(Entry::Abelian(m))),
         Structure::Named(Entry::Product(factors)) => factors.iter().cloned().for_each(replace),
         Structure::Named(_) | Structure::Given { .. } => {}
+        Structure::Matrices { family, algebra } => {
+            // The subalgebras of the first basis vectors.
+            for m in 1..n {
+                if let Ok(algebra) = MatrixAlgebra::new(algebra.matrices()[..m].to_vec()) {
+                    found.push(with(case, |case| {
+                        case.algebra =
+                            Algebra { structure: Structure::Matrices { family: *family, algebra }, basis: None };
+                        truncate(case, m);
+                    }));
+                }
+            }
+        }
         Structure::Constants { constants, .. } => {
             for i in 0..constants.len() {
                 found.push(with(case, |case| {
@@ -268,6 +277,19 @@ fn numbers(case: &Case, found: &mut Vec<Case>) {
         found.extend(
             matrices(basis, 1, false).into_iter().map(|basis| with(case, |case| case.algebra.basis = Some(basis))),
         );
+    }
+    if let Structure::Matrices { family, algebra } = &case.algebra.structure {
+        let (family, all) = (*family, algebra.matrices());
+        for (a, matrix) in all.iter().enumerate() {
+            for simpler in matrices(matrix, 0, false) {
+                let mut all = all.to_vec();
+                all[a] = simpler;
+                if let Ok(algebra) = MatrixAlgebra::new(all) {
+                    let structure = Structure::Matrices { family, algebra };
+                    found.push(with(case, |case| case.algebra.structure = structure));
+                }
+            }
+        }
     }
     if let Structure::Constants { constants, .. } = &case.algebra.structure {
         for (i, constant) in constants.iter().enumerate() {

@@ -1,7 +1,7 @@
 //! One system from its initial state on, whatever its dimension: rows of plain numbers, for who writes or draws them.
 
 use super::SystemFile;
-use super::case::{Case, Structure};
+use super::case::Case;
 use super::dispatch::{System, Visitor};
 use super::error::CaseError;
 use crate::algebra::{Casimir, Vector, pair};
@@ -77,18 +77,12 @@ pub enum Ended<T> {
 impl Case {
     /// The size of the matrices of the group, without padding; 0 without a group.
     pub fn matrix_size(&self) -> usize {
-        match &self.algebra.structure {
-            Structure::Named(entry) => entry.matrix_size(),
-            Structure::Constants { .. } | Structure::Given { .. } => 0,
-        }
+        self.algebra.structure.matrix_size()
     }
 
     /// How many Casimirs are known.
     pub fn casimir_count(&self) -> usize {
-        match &self.algebra.structure {
-            Structure::Named(entry) => entry.casimir_count(),
-            Structure::Constants { .. } | Structure::Given { .. } => 0,
-        }
+        self.algebra.structure.casimir_count()
     }
 }
 

@@ -197,9 +197,8 @@ impl MethodLaw {
             MethodQuestion::Order | MethodQuestion::Reversibility if !base.is_force_free() => {
                 base.forced_nonabelian().telling()
             }
-            MethodQuestion::Order | MethodQuestion::Reversibility | MethodQuestion::Casimirs => {
-                base.nonabelian().telling()
-            }
+            MethodQuestion::Order | MethodQuestion::Reversibility => base.nonabelian().telling(),
+            MethodQuestion::Casimirs => base.with_casimirs().telling(),
             MethodQuestion::Energy => base.telling(),
             MethodQuestion::Equivariance | MethodQuestion::Presentation => base,
         }
@@ -350,9 +349,8 @@ pub fn theory_of<T: Real>(source: &impl Source) -> Result<Box<dyn Theory<T>>, Ca
 #[doc(hidden)]
 pub fn matrix_size(case: &Case) -> usize {
     match &case.algebra.structure {
-        Structure::Named(entry) => entry.matrix_size(),
-        Structure::Constants { .. } => 0,
         Structure::Given { .. } => usize::MAX,
+        known => known.matrix_size(),
     }
 }
 

@@ -332,10 +332,7 @@ where
             },
             Quantity::Casimir(k) => {
                 let casimir = self.casimirs.get(k)?;
-                let size = match casimir {
-                    Casimir::Linear(z) => z.amax() * mu.amax(),
-                    Casimir::Quadratic(q) => q.amax() * mu.amax() * mu.amax(),
-                };
+                let size = casimir.size(mu.amax());
                 let gradient = casimir.gradient(&mu);
                 let reach = mu.amax() * gradient.iter().fold(T::zero(), |sum, c| sum + c.abs());
                 Value { value: casimir.value(&mu), rate: pair(&force, &gradient), size, reach }

@@ -1,0 +1,302 @@
+//! Properties of algebras of matrices and of what is drawn of them.
+//!
+//! Oracles: textbooks for invariants and Casimirs; commutators of the matrices in `f64`, which are exact for their small numbers.
+
+use euler_poincare::algebra::{AlgebraClass, AlgebraFamily, Casimir, Covector, Matrix, Vector, pair};
+use euler_poincare::group::LieGroup;
+use euler_poincare::mechanics::{Force, Lagrangian};
+use euler_poincare::retraction::Retraction;
+use euler_poincare::scalar::{Dd, Real};
+use euler_poincare::system::case::{Structure, Tau};
+use euler_poincare::system::{Case, System, Visitor, cases};
+use proptest::strategy::{Strategy, ValueTree};
+use proptest::test_runner::TestRunner;
+use std::collections::BTreeSet;
+
+/// A system file on an algebra of n dimensions.
+fn on(algebra: &str, n: usize, retraction: &str) -> Result<Case, String> {
+    let momentum = vec!["1"; n].join(", ");
+    let text = format!(
+        "format = 1\n[algebra]\n{algebra}\n[method]\ntableau = \"gauss-1\"\nretraction = \"{retraction}\"\n[state]\n\
+         momentum = [{momentum}]\n[run]\nstep = \"1/8\"\nsteps = 1\n"
+    );
+    Case::from_toml(&text).map_err(|e| e.to_string())
+}
+
+/// The matrices of a size, each by the rows, columns and values of its entries (from 1).
+fn matrices(size: usize, list: &[&[(usize, usize, i64)]]) -> String {
+    let matrix = |entries: &&[(usize, usize, i64)]| {
+        let entry = |r, c| entries.iter().filter(|(i, j, _)| (*i, *j) == (r, c)).map(|(_, _, v)| v).sum::<i64>();
+        let rows: Vec<_> =
+            (1..=size).map(|r| format!("{:?}", (1..=size).map(|c| entry(r, c)).collect::<Vec<_>>())).collect();
+        format!("[{}]", rows.join(", "))
+    };
+    format!("matrices = [{}]", list.iter().map(matrix).collect::<Vec<_>>().join(", "))
+}
+
+/// Boosts and rotations of space-time, [[R, v, x], [0, 1, t], [0, 0, 1]]: J, K, P, H.
+const GALILEI: &[&[(usize, usize, i64)]] = &[
+    &[(3, 2, 1), (2, 3, -1)],
+    &[(1, 3, 1), (3, 1, -1)],
+    &[(2, 1, 1), (1, 2, -1)],
+    &[(1, 4, 1)],
+    &[(2, 4, 1)],
+    &[(3, 4, 1)],
+    &[(1, 5, 1)],
+    &[(2, 5, 1)],
+    &[(3, 5, 1)],
+    &[(4, 5, 1)],
+];
+
+#[test]
+fn invariants_are_those_of_the_textbooks() {
+    type Entries = &'static [&'static [(usize, usize, i64)]];
+    let all: &[(&str, usize, Entries, AlgebraClass, [usize; 3], usize, usize, bool)] = &[
+        // Name, size, matrices; class, Killing form, centre, Casimirs of degree 1 and 2, Cayley.
+        (
+            "sl(3)",
+            3,
+            &[
+                &[(1, 1, 1), (2, 2, -1)],
+                &[(2, 2, 1), (3, 3, -1)],
+                &[(1, 2, 1)],
+                &[(2, 3, 1)],
+                &[(1, 3, 1)],
+                &[(2, 1, 1)],
+                &[(3, 2, 1)],
+                &[(3, 1, 1)],
+            ],
+            AlgebraClass::Semisimple,
+            [5, 3, 0],
+            0,
+            1,
+            false,
+        ),
+        (
+            "so(3,1)",
+            4,
+            &[
+                &[(2, 3, 1), (3, 2, -1)],
+                &[(3, 1, 1), (1, 3, -1)],
+                &[(1, 2, 1), (2, 1, -1)],
+                &[(1, 4, 1), (4, 1, 1)],
+                &[(2, 4, 1), (4, 2, 1)],
+                &[(3, 4, 1), (4, 3, 1)],
+            ],
+            AlgebraClass::Semisimple,
+            [3, 3, 0],
+            0,
+            2,
+            true,
+        ),
+        (
+            "gl(2)",
+            2,
+            &[&[(1, 1, 1)], &[(1, 2, 1)], &[(2, 1, 1)], &[(2, 2, 1)]],
+            AlgebraClass::Mixed,
+            [2, 1, 1],
+            1,
+            2,
+            true,
+        ),
+        (
+            "strictly upper triangular, of size 4",
+            4,
+            &[&[(1, 2, 1)], &[(2, 3, 1)], &[(3, 4, 1)], &[(1, 3, 1)], &[(2, 4, 1)], &[(1, 4, 1)]],
+            AlgebraClass::Nilpotent,
+            [0, 0, 6],
+            1,
+            2,
+            true,
+        ),
+        // The centre of the Euclidean group of time is none; |p|² is the only polynomial of degree 2.
+        ("Galilei's", 5, GALILEI, AlgebraClass::Mixed, [0, 3, 7], 0, 1, false),
+    ];
+    for (name, size, entries, class, killing, centre, casimirs, cayley) in all {
+        let case = on(&matrices(*size, entries), entries.len(), "exp").unwrap();
+        let Structure::Matrices { algebra, .. } = &case.algebra.structure else { panic!("{name}: {case}") };
+        let found = algebra.invariants();
+        assert_eq!((found.class(), found.killing, found.centre), (*class, *killing, *centre), "{name}: {found}");
+        assert_eq!((algebra.casimir_count(), algebra.admits_cayley()), (*casimirs, *cayley), "{name}");
+        // gl(2) is sl(2) + ℝ.
+        assert_eq!(found.is_unlisted(), *name != "gl(2)", "{name}: {found}");
+        assert_eq!(case.check(), Ok(()), "{name}");
+        let dispatched = on(&matrices(*size, entries), entries.len(), "cayley").unwrap().check();
+        assert_eq!(dispatched.is_ok(), *cayley, "{name}: {dispatched:?}");
+    }
+    // se(2) by other matrices is listed.
+    let motions = matrices(3, &[&[(2, 1, 2), (1, 2, -2)], &[(1, 3, 1)], &[(2, 3, 1)]]);
+    assert!(!on(&motions, 3, "exp").unwrap().algebra.structure.invariants().unwrap().is_unlisted());
+}
+
+/// The largest defect of [ê_a, ê_b] = C^c_ab ê_c, and of the Casimirs, relative to their size.
+struct Defects;
+
+impl<T: Real> Visitor<T> for Defects {
+    type Output = (f64, f64, usize);
+
+    fn visit<const N: usize, const D: usize, R: Retraction<T, N, D>, L: Lagrangian<T, N>, F: Force<T, N>>(
+        self,
+        system: System<T, N, D, R, L, F>,
+    ) -> Self::Output {
+        let (algebra, group) = (&system.algebra, system.group.as_ref().expect("a group"));
+        let (mut off, mut kept) = (T::zero(), T::zero());
+        for a in 0..N {
+            for b in 0..N {
+                let (x, y) = (group.basis()[a], group.basis()[b]);
+                let bracket = Vector::<T, N>::from_fn(|c, _| algebra.constant(a, b, c));
+                let defect: Matrix<T, D> = x * y - y * x - group.hat(&bracket);
+                off = off.max(defect.amax());
+            }
+        }
+        let mu = Covector::<T, N>::from_fn(|_, a| T::int(7 * a as i64 % 5 - 2) + T::one() / T::int(3 + a as i64));
+        for casimir in &system.casimirs {
+            let size = match casimir {
+                Casimir::Linear(z) => z.amax(),
+                Casimir::Quadratic(q) => q.amax(),
+                Casimir::Cubic(q) => q[0].amax() + q[N - 1].amax() + T::one(),
+                _ => T::one(),
+            };
+            let gradient = casimir.gradient(&mu);
+            for a in 0..N {
+                let e = Vector::<T, N>::from_fn(|b, _| if a == b { T::one() } else { T::zero() });
+                kept = kept.max((pair(&algebra.coad(&e, &mu), &gradient) / size).abs());
+            }
+        }
+        (off.to_f64(), kept.to_f64(), system.casimirs.len())
+    }
+}
+
+#[test]
+fn drawn_algebras_are_exact_with_group_and_casimirs() {
+    let knobs = cases().with_group().changed_basis(false).retraction(Tau::Exponential);
+    let mut runner = TestRunner::deterministic();
+    let (mut families, mut dimensions, mut casimirs) = (BTreeSet::new(), BTreeSet::new(), 0);
+    for _ in 0..600 {
+        let case = knobs.new_tree(&mut runner).unwrap().current();
+        let Structure::Matrices { family, algebra } = &case.algebra.structure else { continue };
+        families.extend(*family);
+        dimensions.insert(algebra.dimension());
+        let (off, kept, count) = case.dispatch::<f64, _>(Defects).unwrap();
+        assert!(off < 1e-13 && kept < 1e-10, "{case}: {off:e}, {kept:e}");
+        assert_eq!(count, algebra.casimir_count());
+        casimirs += usize::from(count > 0);
+        assert!(family.is_none() || algebra.invariants().is_unlisted(), "{case}");
+        // The file is the case.
+        assert_eq!(Case::from_toml(&case.to_toml().unwrap()).unwrap(), case);
+    }
+    assert_eq!(families.len(), AlgebraFamily::ALL.len(), "{families:?}");
+    assert!(dimensions.len() >= 8 && casimirs > 100, "{dimensions:?}, {casimirs}");
+}
+
+#[test]
+fn a_casimir_of_degree_three_is_found() {
+    // The filiform algebra of dimension 4, [e_1, e_2] = e_3, [e_1, e_3] = e_4, has μ_3² − 2 μ_2 μ_4. That of dimension 5 has
+    // one of degree 3 besides, with e_5 = [e_1, e_4].
+    let filiform = |n: usize| {
+        let constants: Vec<_> = (2..n).map(|k| format!("[1, {k}, {}, 1]", k + 1)).collect();
+        on(&format!("dimension = {n}\nconstants = [{}]", constants.join(", ")), n, "exp").unwrap()
+    };
+    assert_eq!(filiform(4).casimir_count(), 2);
+    assert_eq!(filiform(5).casimir_count(), 3);
+    let degree = |case: Case| case.dispatch::<Dd, _>(Degrees).unwrap();
+    assert_eq!(degree(filiform(5)), [1, 2, 3]);
+}
+
+/// The degrees of the Casimirs, each of which is one to 30 digits.
+struct Degrees;
+
+impl Visitor<Dd> for Degrees {
+    type Output = Vec<usize>;
+
+    fn visit<const N: usize, const D: usize, R: Retraction<Dd, N, D>, L: Lagrangian<Dd, N>, F: Force<Dd, N>>(
+        self,
+        system: System<Dd, N, D, R, L, F>,
+    ) -> Vec<usize> {
+        let mu = Covector::<Dd, N>::from_fn(|_, a| Dd::int(a as i64 + 1) / Dd::int(7));
+        let degree = |casimir: &Casimir<Dd, N>| {
+            let gradient = casimir.gradient(&mu);
+            let eta = Vector::<Dd, N>::from_fn(|a, _| Dd::int(3 - a as i64));
+            assert!(pair(&system.algebra.coad(&eta, &mu), &gradient).abs() < Dd::exact(1e-29));
+            // Euler: ⟨μ, dC⟩ = degree C.
+            (pair(&mu, &gradient) / casimir.value(&mu)).to_f64().round() as usize
+        };
+        system.casimirs.iter().map(degree).collect()
+    }
+}
+
+#[test]
+fn casimirs_of_many_dimensions_hold_in_32_digits() {
+    let case = on(&matrices(5, GALILEI), 10, "exp").unwrap();
+    let (off, kept, count) = case.dispatch::<Dd, _>(Defects).unwrap();
+    assert!(off == 0.0 && kept < 1e-29 && count == 1, "{off:e}, {kept:e}, {count}");
+}
+
+#[test]
+fn constants_without_a_centre_have_the_adjoint_group() {
+    let so3 = "dimension = 3\nconstants = [[1, 2, 3, 1], [2, 3, 1, 1], [3, 1, 2, 1]]";
+    let case = on(so3, 3, "cayley").unwrap();
+    assert_eq!((case.matrix_size(), case.casimir_count(), case.check()), (3, 1, Ok(())));
+    let heisenberg = on("dimension = 3\nconstants = [[1, 2, 3, 1]]", 3, "exp").unwrap();
+    assert_eq!((heisenberg.matrix_size(), heisenberg.casimir_count(), heisenberg.check()), (0, 1, Ok(())));
+    // Irrational constants: no exact arithmetic, so no group.
+    let scaled = on("dimension = 2\nconstants = [[1, 2, 2, \"sqrt(2)\"]]", 2, "exp").unwrap();
+    assert_eq!((scaled.matrix_size(), scaled.casimir_count(), scaled.check()), (0, 0, Ok(())));
+}
+
+#[test]
+fn matrices_that_are_no_basis_of_an_algebra_are_refused() {
+    let wrong: &[(&str, &[&str])] = &[
+        ("matrices = []", &["dimension 0", "1 to 10"]),
+        ("matrices = [[]]", &["algebra.matrices[1]", "combination"]),
+        ("matrices = [[[0, 1], [0, 0]], [[1]]]", &["algebra.matrices[2]", "matrix 2 is not 2×2"]),
+        ("matrices = [[[0, 1]]]", &["matrix 1 is not"]),
+        ("matrices = [[[0, 1], [0, 0]], [[0, 2], [0, 0]]]", &["algebra.matrices[2]", "combination"]),
+        ("matrices = [[[0, 1], [0, 0]], [[0, 0], [1, 0]]]", &["matrices 1 and 2", "outside their span"]),
+        ("matrices = [[[0, \"sqrt(2)\"], [0, 0]]]", &["algebra.matrices[1][1][2]", "sqrt(2)", "not rational"]),
+        ("matrices = [[[0, 1e300], [0, 0]]]", &["not rational", "64 bits"]),
+        ("name = \"so3\"\nmatrices = [[[0, 1], [0, 0]]]", &["algebra.matrices", "one of these alone"]),
+        ("name = \"so3\"\nfamily = \"closure\"", &["algebra.family", "beside `matrices`"]),
+        ("family = \"closed\"\nmatrices = [[[0, 1], [0, 0]]]", &["unknown variant `closed`", "`closure`"]),
+    ];
+    for (algebra, wanted) in wrong {
+        let message = on(algebra, 1, "exp").unwrap_err();
+        assert!(wanted.iter().all(|part| message.contains(part)), "{algebra}:\n{message}");
+    }
+    // One dimension in matrices of 13×13.
+    let large = matrices(13, &[&[(1, 13, 1)]]);
+    assert!(on(&large, 1, "exp").unwrap_err().contains("13×13 matrices for dimension 1"));
+}
+
+#[test]
+fn algebras_by_matrices_have_names() {
+    let facts = |name: &str| on(&format!("name = \"{name}\""), 1, "exp").unwrap().algebra.structure.invariants();
+    for (name, class, killing) in [
+        ("su2", AlgebraClass::Simple, [0, 3, 0]),
+        ("su11", AlgebraClass::Simple, [2, 1, 0]),
+        ("so31", AlgebraClass::Semisimple, [3, 3, 0]),
+        ("so5", AlgebraClass::Semisimple, [0, 10, 0]),
+        ("sp4", AlgebraClass::Semisimple, [6, 4, 0]),
+        ("sl3", AlgebraClass::Semisimple, [5, 3, 0]),
+        ("galilei", AlgebraClass::Mixed, [0, 3, 7]),
+        ("bianchi1", AlgebraClass::Abelian, [0, 0, 3]),
+        ("bianchi2", AlgebraClass::Nilpotent, [0, 0, 3]),
+        ("bianchi3", AlgebraClass::Solvable, [1, 0, 2]),
+        ("bianchi4", AlgebraClass::Solvable, [1, 0, 2]),
+        ("bianchi5", AlgebraClass::Solvable, [1, 0, 2]),
+        ("bianchi6", AlgebraClass::Solvable, [1, 0, 2]),
+        ("bianchi7", AlgebraClass::Solvable, [0, 1, 2]),
+        ("bianchi8", AlgebraClass::Simple, [2, 1, 0]),
+        ("bianchi9", AlgebraClass::Simple, [0, 3, 0]),
+        ("sl3+r1", AlgebraClass::Mixed, [5, 3, 1]),
+    ] {
+        let found = facts(name).expect("matrices");
+        assert_eq!((found.class(), found.killing), (class, killing), "{name}: {found}");
+    }
+    // What is no product of these, and what is too large.
+    for (name, wanted) in [("sl3+so6", "\"so6\""), ("sl3+sl2", "dimension 11"), ("so5+r64", "dimension 74")] {
+        assert!(on(&format!("name = \"{name}\""), 1, "exp").unwrap_err().contains(wanted), "{name}");
+    }
+    let galilei = on("name = \"galilei\"", 10, "exp").unwrap();
+    assert!(galilei.to_toml().unwrap().contains("name = \"galilei\"") && galilei.to_string().contains("galilei"));
+}
