@@ -374,8 +374,10 @@ impl<T: Real, S: Discrete<T, N, D>, const N: usize, const D: usize> Judge<'_, T,
         let scale = T::exact(0.0625) / length;
         let [one, two] = moved(reach(scale));
         let far = (largest(&self.l_d.rows(&one)?) + largest(&self.l_d.rows(&two)?)) * length;
-        let slope = slope(action, scale, size.max(far));
+        // At rest the slopes vanish, and what is left is rounding of those at displaced points.
+        let beyond = (far - size).max(T::zero());
+        let slope = slope(action, scale, size + beyond);
         let slope = slope.ok_or(Measured::NotApplicable("a point is outside the domain".into()))?;
-        Ok(compared(T::zero(), &slope, size, T::zero(), self.floor, "the variation of the action of two steps"))
+        Ok(compared(T::zero(), &slope, size, beyond, self.floor, "the variation of the action of two steps"))
     }
 }
