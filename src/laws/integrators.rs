@@ -301,6 +301,11 @@ impl<T: Real> Visitor<T> for Noether<'_> {
         };
         let (l, f, r) = (&system.lagrangian, &system.force, &system.retraction);
         let (start, h) = (&system.state, system.step);
+        // A unit of round-off of g moves g⁻¹ by more than itself: nothing is known of the spatial momentum.
+        let condition = group.inverse(&start.attitude).map(|inverse| inverse.amax() * start.attitude.amax());
+        if condition.is_none_or(|condition| condition * T::unit_roundoff() >= T::one()) {
+            return Measured::NotApplicable("the attitude is singular to working precision".into());
+        }
         // The stages are those of the right step, whatever is planted in the one that is judged.
         let mut stages = Variational::new(l, f, r, system.tableau.clone());
         let mut end = start.clone();
