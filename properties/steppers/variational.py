@@ -89,6 +89,8 @@ class System:
     def __init__(self, q):
         n = self.n = q["dimension"]
         self.m = q["size"]
+        if q["version"] != 1:
+            raise NotImplementedError("a later version of the protocol")
         if q.get("quartic"):
             raise NotImplementedError("a quartic term")
         table = q["constants"]

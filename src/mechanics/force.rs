@@ -2,7 +2,7 @@
 //!
 //! Those that depend on the momentum M = l'(η) own a copy of the algebra and of the Lagrangian.
 
-use super::lagrangian::{AnyLagrangian, symmetric};
+use super::lagrangian::{AnyLagrangian, is_positive_semidefinite, symmetric};
 use super::{Force, Lagrangian};
 use crate::algebra::{Covector, LieAlgebra, Matrix, Vector, dot};
 use crate::scalar::{Real, Scalar};
@@ -202,9 +202,7 @@ impl<T: Real, const N: usize> QuadraticDrag<T, N> {
     pub fn new(matrix: Matrix<T, N>) -> Result<Self, ForceError> {
         let force = "quadratic drag";
         let matrix = symmetric(&matrix).map_err(|why| ForceError::BadMatrix { force, why })?;
-        let size = matrix.iter().fold(T::zero(), |m, v| m.max(v.abs()));
-        let shift = T::int(64 * N as i64) * T::unit_roundoff() * size;
-        if size > T::zero() && (matrix + Matrix::identity() * shift).cholesky().is_none() {
+        if !is_positive_semidefinite(&matrix) {
             return Err(ForceError::BadMatrix { force, why: "it is not positive semidefinite".into() });
         }
         Ok(Self { matrix })

@@ -73,7 +73,7 @@ impl Algebra {
     }
 }
 
-/// The inertia I of l(η) = ½⟨Iη, η⟩ + …: symmetric, n×n.
+/// The inertia I of l(η) = ½⟨Iη, η⟩ + …, or the metric K of a quartic term: symmetric, n×n.
 #[derive(Clone, Debug, PartialEq)]
 pub enum Inertia {
     /// Its diagonal.
@@ -82,19 +82,30 @@ pub enum Inertia {
     Full(Vec<Vec<Number>>),
 }
 
-/// The reduced Lagrangian l(η) = ½⟨Iη, η⟩ (+ a quartic term).
+/// The reduced Lagrangian l(η) = ½⟨Iη, η⟩ + ⟨b, η⟩ + ¼ κ ⟨Kη, η⟩².
 #[derive(Clone, Debug, PartialEq)]
 pub struct Lagrangian {
     /// I.
     pub inertia: Inertia,
-    /// The coefficient of the quartic term, when there is one.
+    /// Whether I may have negative directions; where it may not, they are an error.
+    pub indefinite: bool,
+    /// b, where there is a gyrostat term.
+    pub gyrostat: Option<Vec<Number>>,
+    /// κ, where there is a quartic term.
     pub quartic: Option<Number>,
+    /// K, where it is not I.
+    pub metric: Option<Inertia>,
 }
 
 impl Lagrangian {
+    /// l(η) = ½⟨Iη, η⟩, I positive definite.
+    pub fn new(inertia: Inertia) -> Self {
+        Self { inertia, indefinite: false, gyrostat: None, quartic: None, metric: None }
+    }
+
     /// l(η) = ½|η|².
     pub(super) fn unit(n: usize) -> Self {
-        Self { inertia: Inertia::Diagonal(vec![Number::from(1); n]), quartic: None }
+        Self::new(Inertia::Diagonal(vec![Number::from(1); n]))
     }
 
     /// n, of the algebras that it is for.
@@ -103,6 +114,16 @@ impl Lagrangian {
             Inertia::Diagonal(list) => list.len(),
             Inertia::Full(rows) => rows.len(),
         }
+    }
+
+    /// Whether l(η) = ½⟨Iη, η⟩.
+    pub(crate) fn is_quadratic(&self) -> bool {
+        self.quartic.is_none() && self.gyrostat.is_none()
+    }
+
+    /// Whether l(η) = ½ q + ¼ κ q² with q = ⟨Iη, η⟩ ≥ 0: a function of a kinetic energy.
+    pub(crate) fn is_kinetic(&self) -> bool {
+        !self.indefinite && self.gyrostat.is_none() && self.metric.is_none()
     }
 }
 
@@ -175,7 +196,7 @@ pub struct Start {
 /// let n = |n: i64| Number::from(n);
 /// let case = Case {
 ///     algebra: Algebra { structure: Structure::Named(Entry::So3), basis: None },
-///     lagrangian: Energy { inertia: Inertia::Diagonal(vec![n(1), n(2), n(3)]), quartic: None },
+///     lagrangian: Energy::new(Inertia::Diagonal(vec![n(1), n(2), n(3)])),
 ///     forces: vec![Term::LinearDrag(Drag::Coefficient(Number::ratio(1, 10)))],
 ///     method: Method { tableau: Description::Family(Family::Gauss, 2), retraction: Tau::Cayley },
 ///     start: Start { motion: Motion::Velocity(vec![n(1), n(0), n(1)]), attitude: None, time: n(0) },
@@ -271,14 +292,26 @@ impl fmt::Display for Algebra {
     }
 }
 
+impl fmt::Display for Inertia {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Self::Diagonal(diagonal) => write!(f, "diag{}", list(diagonal)),
+            Self::Full(matrix) => f.write_str(&rows(matrix)),
+        }
+    }
+}
+
 impl fmt::Display for Lagrangian {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        match &self.inertia {
-            Inertia::Diagonal(diagonal) => write!(f, "inertia diag{}", list(diagonal))?,
-            Inertia::Full(matrix) => write!(f, "inertia {}", rows(matrix))?,
+        write!(f, "{}inertia {}", if self.indefinite { "indefinite " } else { "" }, self.inertia)?;
+        if let Some(rotor) = &self.gyrostat {
+            write!(f, ", gyrostat {}", list(rotor))?;
         }
-        match &self.quartic {
-            Some(kappa) => write!(f, ", quartic {kappa}"),
+        if let Some(kappa) = &self.quartic {
+            write!(f, ", quartic {kappa}")?;
+        }
+        match &self.metric {
+            Some(metric) => write!(f, " in the metric {metric}"),
             None => Ok(()),
         }
     }

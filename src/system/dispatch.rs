@@ -20,13 +20,16 @@ use crate::group::{LieGroup, MatrixGroup};
 use crate::integrators::State;
 use crate::integrators::se3::CayleySe3;
 use crate::mechanics::force::AnyForce;
-use crate::mechanics::lagrangian::{AnyLagrangian, Quadratic, Quartic};
-use crate::mechanics::{Force, Lagrangian};
+use crate::mechanics::lagrangian::{AnyLagrangian, Gyrostat, Quadratic, Quartic};
+use crate::mechanics::{Force, Lagrangian, LegendreError};
 use crate::retraction::given::GivenRetraction;
 use crate::retraction::{AnyRetraction, Cayley, Exponential, Retraction};
-use crate::scalar::{Dd, Real};
+use crate::scalar::{Dd, Number, Real};
 use crate::tableau::families::MAX_STAGES;
 use crate::tableau::{Description, Entries, Tableau, TableauError};
+
+/// What an inertia may be.
+const INDEFINITE: &str = "positive definite; with `indefinite = true` any regular one, where there is no quartic term";
 
 /// A case, built: every part typed, every number in `T`.
 #[derive(Clone, Debug)]
@@ -371,34 +374,76 @@ impl Case {
     }
 
     fn lagrangian<T: Real, const N: usize>(&self) -> Result<AnyLagrangian<T, N>, CaseError> {
-        let table = Place::root().key("lagrangian");
+        let (described, table) = (&self.lagrangian, Place::root().key("lagrangian"));
         let place = table.key("inertia");
-        let inertia = match &self.lagrangian.inertia {
-            Inertia::Diagonal(diagonal) => {
-                let mut diagonal = vector::<T, N>(diagonal, self.dimension(), &place)?;
-                (self.dimension()..N).for_each(|spectator| diagonal[spectator] = T::one());
-                if let Some(a) = (0..N).find(|&a| diagonal[a] == T::zero()) {
-                    let allowed = "moments that are not 0".into();
-                    return Err(place.index(a).error(Problem::Range { found: "0".into(), allowed }));
+        let inertia = self.form::<T, N>(&described.inertia, T::one(), &place)?;
+        if let Inertia::Diagonal(_) = &described.inertia
+            && let Some(a) = (0..N).find(|&a| inertia[(a, a)] == T::zero())
+        {
+            let allowed = "moments that are not 0".into();
+            return Err(place.index(a).error(Problem::Range { found: "0".into(), allowed }));
+        }
+        let body = match &described.quartic {
+            None => {
+                let quadratic = Quadratic::new(inertia).map_err(|e| place.error(e))?;
+                if !described.indefinite && !quadratic.is_positive_definite() {
+                    let (found, allowed) = ("not positive definite".into(), INDEFINITE.into());
+                    return Err(place.error(Problem::Range { found, allowed }));
                 }
-                Matrix::from_diagonal(&diagonal)
+                quadratic.into()
+            }
+            Some(kappa) => self.quartic(kappa, inertia, &table)?,
+        };
+        let Some(rotor) = &described.gyrostat else { return Ok(body) };
+        let place = table.key("gyrostat");
+        let rotor = vector::<T, N>(rotor, self.dimension(), &place)?.transpose();
+        Ok(Gyrostat::new(body, rotor).map_err(|e| place.error(e))?.into())
+    }
+
+    /// ½⟨Iη, η⟩ + ¼ κ ⟨Kη, η⟩².
+    fn quartic<T: Real, const N: usize>(
+        &self,
+        kappa: &Number,
+        inertia: Matrix<T, N>,
+        table: &Place,
+    ) -> Result<AnyLagrangian<T, N>, CaseError> {
+        let place = table.key("quartic");
+        let value = number::<T>(kappa, &place)?;
+        if value < T::zero() {
+            let found = kappa.to_string();
+            return Err(place.error(Problem::Range { found, allowed: "0 or more".into() }));
+        }
+        let refused = |e: LegendreError| {
+            table.key(if matches!(e, LegendreError::BadTerm { .. }) { "metric" } else { "inertia" }).error(e)
+        };
+        Ok(match &self.lagrangian.metric {
+            None => Quartic::new(inertia, value),
+            Some(metric) => {
+                let metric = self.form::<T, N>(metric, T::zero(), &table.key("metric"))?;
+                Quartic::in_metric(inertia, value, &metric)
+            }
+        }
+        .map_err(refused)?
+        .into())
+    }
+
+    /// A symmetric matrix, with `spectators` on the diagonal for spectators.
+    fn form<T: Real, const N: usize>(
+        &self,
+        form: &Inertia,
+        spectators: T,
+        place: &Place,
+    ) -> Result<Matrix<T, N>, CaseError> {
+        match form {
+            Inertia::Diagonal(diagonal) => {
+                let mut diagonal = vector::<T, N>(diagonal, self.dimension(), place)?;
+                (self.dimension()..N).for_each(|spectator| diagonal[spectator] = spectators);
+                Ok(Matrix::from_diagonal(&diagonal))
             }
             Inertia::Full(rows) => {
-                let inertia = square::<T, N>(rows, self.dimension(), T::one(), &place)?;
-                symmetric(&inertia, rows, &place)?;
-                inertia
-            }
-        };
-        match &self.lagrangian.quartic {
-            None => Ok(Quadratic::new(inertia).map_err(|e| place.error(e))?.into()),
-            Some(kappa) => {
-                let kappa_place = table.key("quartic");
-                let value = number::<T>(kappa, &kappa_place)?;
-                if value < T::zero() {
-                    let found = kappa.to_string();
-                    return Err(kappa_place.error(Problem::Range { found, allowed: "0 or more".into() }));
-                }
-                Ok(Quartic::new(inertia, value).map_err(|e| place.error(e))?.into())
+                let matrix = square::<T, N>(rows, self.dimension(), spectators, place)?;
+                symmetric(&matrix, rows, place)?;
+                Ok(matrix)
             }
         }
     }

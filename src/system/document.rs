@@ -69,8 +69,14 @@ pub(crate) enum Given {
 pub(crate) struct LagrangianTable {
     #[serde(skip_serializing_if = "Option::is_none")]
     pub inertia: Option<Vec<Row>>,
+    #[serde(default, skip_serializing_if = "std::ops::Not::not")]
+    pub indefinite: bool,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub gyrostat: Option<Vec<Number>>,
     #[serde(skip_serializing_if = "Option::is_none")]
     pub quartic: Option<Number>,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub metric: Option<Vec<Row>>,
 }
 
 /// One `[[force]]`: its kind, and the keys that are there.
@@ -351,24 +357,48 @@ impl LagrangianTable {
     fn lagrangian(self, n: usize, place: &Place) -> Result<Lagrangian, CaseError> {
         let inertia = match self.inertia {
             None => Inertia::Diagonal(vec![Number::from(1); n]),
-            Some(rows) => {
-                let place = place.key("inertia");
-                let matrix = matches!(rows.first(), Some(Row::Many(_)));
-                let (mut diagonal, mut full) = (Vec::new(), Vec::new());
-                for (i, row) in rows.into_iter().enumerate() {
-                    match row {
-                        Row::One(number) if !matrix => diagonal.push(number),
-                        Row::Many(numbers) if matrix => full.push(numbers),
-                        _ => {
-                            let allowed = "a list of diagonal entries, or a list of rows, not a mixture";
-                            return Err(place.index(i).error(excess(allowed)));
-                        }
-                    }
-                }
-                if matrix { Inertia::Full(full) } else { Inertia::Diagonal(diagonal) }
-            }
+            Some(rows) => form(rows, &place.key("inertia"))?,
         };
-        Ok(Lagrangian { inertia, quartic: self.quartic })
+        let metric = self.metric.map(|rows| form(rows, &place.key("metric"))).transpose()?;
+        if metric.is_some() && self.quartic.is_none() {
+            let allowed = "it is the metric of the quartic term, and stands beside `quartic`";
+            return Err(place.key("metric").error(excess(allowed)));
+        }
+        let (indefinite, gyrostat, quartic) = (self.indefinite, self.gyrostat, self.quartic);
+        Ok(Lagrangian { inertia, indefinite, gyrostat, quartic, metric })
+    }
+}
+
+/// A symmetric matrix: its diagonal, or its rows.
+fn form(rows: Vec<Row>, place: &Place) -> Result<Inertia, CaseError> {
+    let matrix = matches!(rows.first(), Some(Row::Many(_)));
+    let (mut diagonal, mut full) = (Vec::new(), Vec::new());
+    for (i, row) in rows.into_iter().enumerate() {
+        match row {
+            Row::One(number) if !matrix => diagonal.push(number),
+            Row::Many(numbers) if matrix => full.push(numbers),
+            _ => {
+                let allowed = "a list of diagonal entries, or a list of rows, not a mixture";
+                return Err(place.index(i).error(excess(allowed)));
+            }
+        }
+    }
+    Ok(if matrix { Inertia::Full(full) } else { Inertia::Diagonal(diagonal) })
+}
+
+impl From<Inertia> for Vec<Row> {
+    fn from(form: Inertia) -> Self {
+        match form {
+            Inertia::Diagonal(diagonal) => diagonal.into_iter().map(Row::One).collect(),
+            Inertia::Full(rows) => rows.into_iter().map(Row::Many).collect(),
+        }
+    }
+}
+
+impl From<Lagrangian> for LagrangianTable {
+    fn from(lagrangian: Lagrangian) -> Self {
+        let Lagrangian { inertia, indefinite, gyrostat, quartic, metric } = lagrangian;
+        Self { inertia: Some(inertia.into()), indefinite, gyrostat, quartic, metric: metric.map(Vec::from) }
     }
 }
 
@@ -604,10 +634,6 @@ impl From<Case> for Document {
                 ..AlgebraTable::default()
             },
         };
-        let inertia = match case.lagrangian.inertia {
-            Inertia::Diagonal(diagonal) => diagonal.into_iter().map(Row::One).collect(),
-            Inertia::Full(rows) => rows.into_iter().map(Row::Many).collect(),
-        };
         let retraction = case.method.retraction;
         let method = match case.method.tableau {
             Description::Entries(Entries { a, b, c }) => {
@@ -622,7 +648,7 @@ impl From<Case> for Document {
         Self {
             format: FORMAT,
             algebra: AlgebraTable { basis: case.algebra.basis, ..algebra },
-            lagrangian: Some(LagrangianTable { inertia: Some(inertia), quartic: case.lagrangian.quartic }),
+            lagrangian: Some(case.lagrangian.into()),
             force: case.forces.into_iter().map(ForceTable::from).collect(),
             method,
             state: StateTable {

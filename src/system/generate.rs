@@ -186,12 +186,71 @@ pub(super) fn basis(draw: &mut Draw<'_>, n: usize) -> Vec<Vec<Number>> {
     (0..n).map(|i| (0..n).map(|j| dyadic(product(i, j), 64)).collect()).collect()
 }
 
-/// Weights out of 100: the identity; diagonal; full; diagonal with one small moment; nearly the identity.
-const INERTIAS: [usize; 5] = [10, 35, 30, 15, 10];
+/// What stands beside ½⟨Iη, η⟩.
+#[derive(Clone, Copy)]
+enum Beside {
+    Nothing,
+    Quartic,
+    Metric,
+    Gyrostat,
+    GyrostatQuartic,
+}
 
-/// A symmetric positive definite inertia, and a quartic coefficient unless the knobs forbid it.
+/// Weights out of 100 of what stands beside ½⟨Iη, η⟩: nothing; a quartic term; one in a metric of its own; a gyrostat term; the
+/// latter two.
+const BESIDE: [(Beside, usize); 5] = [
+    (Beside::Nothing, 60),
+    (Beside::Quartic, 12),
+    (Beside::Metric, 9),
+    (Beside::Gyrostat, 12),
+    (Beside::GyrostatQuartic, 7),
+];
+
+/// A Lagrangian that the knobs admit.
 pub(super) fn lagrangian(draw: &mut Draw<'_>, n: usize, knobs: &Cases) -> Lagrangian {
-    let inertia = match draw.weighted(&INERTIAS) {
+    let allowed = |beside: &Beside| match beside {
+        Beside::Nothing => true,
+        Beside::Quartic => !knobs.quadratic,
+        Beside::Metric | Beside::Gyrostat | Beside::GyrostatQuartic => !knobs.quadratic && !knobs.kinetic,
+    };
+    let weights = BESIDE.map(|(beside, weight)| if allowed(&beside) { weight } else { 0 });
+    let beside = BESIDE[draw.weighted(&weights)].0;
+    let quartic = matches!(beside, Beside::Quartic | Beside::Metric | Beside::GyrostatQuartic);
+    let metric = matches!(beside, Beside::Metric | Beside::GyrostatQuartic);
+    let (inertia, indefinite) = inertia(draw, n, !quartic && !knobs.kinetic);
+    Lagrangian {
+        inertia,
+        indefinite,
+        quartic: quartic.then(|| dyadic(draw.int(1, 4), 8)),
+        metric: metric.then(|| self::metric(draw, n)),
+        gyrostat: matches!(beside, Beside::Gyrostat | Beside::GyrostatQuartic).then(|| amplitude(draw, n)),
+    }
+}
+
+/// The metric of a quartic term: positive semidefinite, singular now and then.
+fn metric(draw: &mut Draw<'_>, n: usize) -> Inertia {
+    if draw.chance(50) {
+        return Inertia::Full(positive(draw, n, 2, 8));
+    }
+    let mut diagonal: Vec<Number> = (0..n).map(|_| dyadic(draw.pick(&[0, 1, 2, 4, 6, 8]), 4)).collect();
+    if diagonal.iter().all(|x| *x == Number::default()) {
+        diagonal[0] = Number::from(1);
+    }
+    Inertia::Diagonal(diagonal)
+}
+
+/// Weights out of 100: the identity; diagonal; full; diagonal with one small moment; nearly the identity; of any signature, where
+/// that is allowed.
+const INERTIAS: [usize; 6] = [10, 33, 28, 14, 10, 5];
+
+/// A symmetric and regular inertia, and whether it is indefinite.
+fn inertia(draw: &mut Draw<'_>, n: usize, any_signature: bool) -> (Inertia, bool) {
+    let mut weights = INERTIAS;
+    if !any_signature {
+        weights[5] = 0;
+    }
+    let inertia = match draw.weighted(&weights) {
+        5 => return (indefinite(draw, n), true),
         0 => Inertia::Diagonal(vec![Number::from(1); n]),
         1 => Inertia::Diagonal((0..n).map(|_| dyadic(draw.pick(&[1, 2, 3, 4, 5, 6, 8, 12, 16]), 4)).collect()),
         2 => Inertia::Full(positive(draw, n, 2, 8)),
@@ -204,8 +263,33 @@ pub(super) fn lagrangian(draw: &mut Draw<'_>, n: usize, knobs: &Cases) -> Lagran
         // Nearly a multiple of the identity: moments in 1 ± 4/1024.
         _ => Inertia::Diagonal((0..n).map(|_| dyadic(1024 + draw.int(-4, 4), 1024)).collect()),
     };
-    let quartic = (!knobs.quadratic && draw.chance(20)).then(|| dyadic(draw.int(1, 4), 8));
-    Lagrangian { inertia, quartic }
+    (inertia, false)
+}
+
+/// A symmetric and regular matrix with a negative direction: diagonal, or L D Lᵀ with L unit lower triangular of entries p/4.
+fn indefinite(draw: &mut Draw<'_>, n: usize) -> Inertia {
+    let mut moments: Vec<i64> = (0..n).map(|_| draw.pick(&[-6, -4, -3, 2, 4, 5, 8])).collect();
+    if moments.iter().all(|x| *x > 0) {
+        let a = draw.below(n);
+        moments[a] = -moments[a];
+    }
+    if draw.chance(50) {
+        return Inertia::Diagonal(moments.into_iter().map(|p| dyadic(p, 4)).collect());
+    }
+    let lower: Vec<Vec<i64>> = (0..n)
+        .map(|r| (0..n).map(|c| if c < r { draw.int(-2, 2) } else { 4 * i64::from(c == r) }).collect())
+        .collect();
+    let entry = |r: usize, c: usize| (0..n).map(|k| lower[r][k] * lower[c][k] * moments[k]).sum::<i64>();
+    Inertia::Full((0..n).map(|r| (0..n).map(|c| dyadic(entry(r, c), 64)).collect()).collect())
+}
+
+/// A covector that is not 0.
+fn amplitude(draw: &mut Draw<'_>, n: usize) -> Vec<Number> {
+    let mut value = draw.fractions(n, 6, 8);
+    if value.iter().all(|v| *v == Number::default()) {
+        value[0] = dyadic(1, 2);
+    }
+    value
 }
 
 /// B Bᵀ + diagonal in sixteenths: B lower triangular with entries |p/4| ≤ most/4, diagonal from `shift`/16 to twice that.
@@ -260,13 +344,7 @@ fn value(draw: &mut Draw<'_>, n: usize, role: Role, knobs: &Cases) -> Value {
     let strength = |draw: &mut Draw<'_>| dyadic(draw.int(1, 8), 8);
     match role {
         Role::Strength => Value::Number(strength(draw)),
-        Role::Amplitude => {
-            let mut value = draw.fractions(n, 6, 8);
-            if value.iter().all(|v| *v == Number::default()) {
-                value[0] = dyadic(1, 2);
-            }
-            Value::Covector(value)
-        }
+        Role::Amplitude => Value::Covector(amplitude(draw, n)),
         Role::Drag if draw.chance(if knobs.telling { 20 } else { 50 }) => {
             Value::Drag(Drag::Coefficient(strength(draw)))
         }
@@ -434,9 +512,12 @@ const MAX_SLOWER: usize = 40;
 /// still a motion.
 const SLOWER_BEFORE_SHORTER: usize = 8;
 
-/// Half the motion and half of every force coefficient, of what is not fixed.
+/// Half the motion (with the momentum of a rotor, which is one at rest) and half of every force coefficient, of what is not fixed.
 fn slower(case: &mut Case, fixed: &Fixed) {
     let half = |list: &mut Vec<Number>| list.iter_mut().for_each(|v| *v = halved(v));
+    if let (None, Some(rotor)) = (&fixed.lagrangian, &mut case.lagrangian.gyrostat) {
+        half(rotor);
+    }
     if fixed.start.is_none() {
         match &mut case.start.motion {
             Motion::Velocity(list) | Motion::Momentum(list) => half(list),

@@ -1,6 +1,6 @@
 //! What a case is an example of: the labels by which coverage is counted.
 
-use super::case::{Algebra, Case, Inertia, Structure};
+use super::case::{Algebra, Case, Inertia, Lagrangian as Energy, Structure};
 use super::dispatch::{System, Visitor};
 use crate::algebra::catalogue::Entry;
 use crate::mechanics::{Force, Lagrangian};
@@ -72,8 +72,8 @@ pub fn labels(case: &Case) -> Vec<(&'static str, String)> {
         labels.push(("unimodular", if unimodular { "yes" } else { "no" }.into()));
     }
     labels.push(("basis", if case.algebra.basis.is_some() { "changed" } else { "standard" }.into()));
-    labels.push(("inertia", inertia(&case.lagrangian.inertia).into()));
-    labels.push(("lagrangian", if case.lagrangian.quartic.is_some() { "quartic" } else { "quadratic" }.into()));
+    labels.push(("inertia", inertia(&case.lagrangian).into()));
+    labels.push(("lagrangian", lagrangian(&case.lagrangian).into()));
     let mut kinds: Vec<&str> = case.forces.iter().map(|force| force.kind()).collect();
     kinds.sort_unstable();
     kinds.dedup();
@@ -87,9 +87,25 @@ pub fn labels(case: &Case) -> Vec<(&'static str, String)> {
     labels
 }
 
-/// `unit`, `thin` (one moment at most a sixteenth of the largest), `nearly-unit` (equal to a hundredth), `diagonal`, `full`.
-fn inertia(inertia: &Inertia) -> &'static str {
-    let Inertia::Diagonal(list) = inertia else { return "full" };
+/// What l has beside ½⟨Iη, η⟩: `quadratic` (nothing), `quartic` (¼ κ ⟨Iη, η⟩²), `metric` (a quartic term in a metric of its own),
+/// `gyrostat` (⟨b, η⟩), `gyrostat-quartic`.
+fn lagrangian(lagrangian: &Energy) -> &'static str {
+    match (&lagrangian.gyrostat, &lagrangian.quartic, &lagrangian.metric) {
+        (None, None, _) => "quadratic",
+        (None, Some(_), None) => "quartic",
+        (None, Some(_), Some(_)) => "metric",
+        (Some(_), None, _) => "gyrostat",
+        (Some(_), Some(_), _) => "gyrostat-quartic",
+    }
+}
+
+/// `indefinite` (it may be), `unit`, `thin` (one moment at most a sixteenth of the largest), `nearly-unit` (equal to a hundredth),
+/// `diagonal`, `full`.
+fn inertia(lagrangian: &Energy) -> &'static str {
+    if lagrangian.indefinite {
+        return "indefinite";
+    }
+    let Inertia::Diagonal(list) = &lagrangian.inertia else { return "full" };
     let moments = list.iter().map(|x| x.eval::<f64>().unwrap_or(f64::NAN).abs());
     let (least, most) = moments.fold((f64::INFINITY, 0.0_f64), |(a, b), x| (a.min(x), b.max(x)));
     if list.iter().all(|x| *x == Number::from(1)) {

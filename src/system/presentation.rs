@@ -102,14 +102,20 @@ impl Case {
         let old = self.algebra.basis.clone().unwrap_or_else(|| multiple(&Number::from(1), n));
         let combined = |a: usize, entry: usize| sum((0..n).map(|b| (change.forth[b][a], &old[b][entry])));
         case.algebra.basis = Some((0..n).map(|a| (0..n).map(|entry| combined(a, entry)).collect()).collect());
-        let inertia = match &self.lagrangian.inertia {
-            Inertia::Full(rows) => rows.clone(),
-            Inertia::Diagonal(list) => {
-                let entry = |a: usize, b: usize| if a == b { list[a].clone() } else { Number::default() };
-                (0..list.len()).map(|a| (0..list.len()).map(|b| entry(a, b)).collect()).collect()
-            }
-        };
-        case.lagrangian.inertia = Inertia::Full(change.form(&inertia));
+        for form in [&mut case.lagrangian.inertia].into_iter().chain(&mut case.lagrangian.metric) {
+            let rows = match form {
+                Inertia::Full(rows) => change.form(rows),
+                Inertia::Diagonal(list) => {
+                    let entry = |a: usize, b: usize| if a == b { list[a].clone() } else { Number::default() };
+                    let rows: Vec<_> = (0..n).map(|a| (0..n).map(|b| entry(a, b)).collect()).collect();
+                    change.form(&rows)
+                }
+            };
+            *form = Inertia::Full(rows);
+        }
+        if let Some(rotor) = &mut case.lagrangian.gyrostat {
+            *rotor = change.covector(rotor);
+        }
         for force in &mut case.forces {
             for (_, value) in force.parameters_mut() {
                 match value {

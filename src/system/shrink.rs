@@ -3,31 +3,18 @@
 //! Every candidate lowers (dimension, rank of the algebra, parts, distances of numbers from their targets on their
 //! own dyadic grid) in lexicographic order, so greedy descent ends.
 
-use super::case::{Algebra, Case, Drag, Force, Inertia, Motion, Structure, Tau};
+use super::case::{Algebra, Case, Drag, Force, Inertia, Lagrangian, Motion, Structure, Tau};
 use super::force::{ForceKind, Role, Value};
 use super::numbers::{dyadic, from_dyadic};
 use super::rates::{MOST, Rates};
 use crate::algebra::catalogue::Entry;
 use crate::scalar::Number;
 
-/// Whether a candidate may stand: it can be built, its inertia is positive definite, and its step is small enough.
+/// Whether a candidate may stand: it can be built, and its step is small enough.
 pub(super) fn sound(case: &Case, rates: impl FnOnce(&Case) -> Option<Rates>) -> bool {
     let Ok(step) = case.step.eval::<f64>() else { return false };
     let calm = |rates: Rates| rates.in_domain() && rates.step_stiffness(step.abs()) <= MOST;
-    positive(&case.lagrangian.inertia) && step != 0.0 && rates(case).is_some_and(calm)
-}
-
-/// Cholesky's factorisation in `f64`.
-fn positive(inertia: &Inertia) -> bool {
-    let value = |x: &Number| x.eval::<f64>().unwrap_or(f64::NAN);
-    match inertia {
-        Inertia::Diagonal(diagonal) => diagonal.iter().all(|x| value(x) > 0.0),
-        Inertia::Full(rows) => {
-            let n = rows.len();
-            rows.iter().all(|row| row.len() == n)
-                && nalgebra::DMatrix::from_fn(n, n, |r, c| value(&rows[r][c])).cholesky().is_some()
-        }
-    }
+    step != 0.0 && rates(case).is_some_and(calm)
 }
 
 /// Simpler values than `x` on the way to the integer `target`, the simplest first.
@@ -80,6 +67,14 @@ fn matrices(rows: &[Vec<Number>], diagonal: i64, mirrored: bool) -> Vec<Vec<Vec<
         }
     }
     found
+}
+
+/// The same for a symmetric matrix, towards the identity.
+fn forms(form: &Inertia) -> Vec<Inertia> {
+    match form {
+        Inertia::Diagonal(list) => entries(list, |_| 1).into_iter().map(Inertia::Diagonal).collect(),
+        Inertia::Full(rows) => matrices(rows, 1, true).into_iter().map(Inertia::Full).collect(),
+    }
 }
 
 /// Algebras from the simplest on; later ones may be replaced by earlier ones.
@@ -161,9 +156,14 @@ fn truncate(case: &mut Case, m: usize) {
         rows.truncate(m);
         rows.iter_mut().for_each(|row| row.truncate(m));
     };
-    match &mut case.lagrangian.inertia {
-        Inertia::Diagonal(list) => list.truncate(m),
-        Inertia::Full(rows) => square(rows),
+    for form in [&mut case.lagrangian.inertia].into_iter().chain(&mut case.lagrangian.metric) {
+        match form {
+            Inertia::Diagonal(list) => list.truncate(m),
+            Inertia::Full(rows) => square(rows),
+        }
+    }
+    if let Some(rotor) = &mut case.lagrangian.gyrostat {
+        rotor.truncate(m);
     }
     for force in &mut case.forces {
         force.coordinates_mut(|list| list.truncate(m), square);
@@ -198,16 +198,28 @@ fn forces(case: &Case, found: &mut Vec<Case>) {
 
 fn lagrangian(case: &Case, found: &mut Vec<Case>) {
     let n = case.dimension();
-    let unit = Inertia::Diagonal(vec![Number::from(1); n]);
-    if case.lagrangian.inertia != unit {
-        found.push(with(case, |case| case.lagrangian.inertia = unit));
+    let unit = Lagrangian::unit(n);
+    if case.lagrangian != unit {
+        found.push(with(case, |case| case.lagrangian = unit.clone()));
+    }
+    if case.lagrangian.inertia != unit.inertia {
+        found.push(with(case, |case| case.lagrangian.inertia = unit.inertia));
     }
     if let Inertia::Full(rows) = &case.lagrangian.inertia {
         let diagonal = Inertia::Diagonal((0..n).map(|a| rows[a][a].clone()).collect());
         found.push(with(case, |case| case.lagrangian.inertia = diagonal));
     }
+    if case.lagrangian.indefinite {
+        found.push(with(case, |case| case.lagrangian.indefinite = false));
+    }
+    if case.lagrangian.gyrostat.is_some() {
+        found.push(with(case, |case| case.lagrangian.gyrostat = None));
+    }
+    if case.lagrangian.metric.is_some() {
+        found.push(with(case, |case| case.lagrangian.metric = None));
+    }
     if case.lagrangian.quartic.is_some() {
-        found.push(with(case, |case| case.lagrangian.quartic = None));
+        found.push(with(case, |case| (case.lagrangian.quartic, case.lagrangian.metric) = (None, None)));
     }
 }
 
@@ -249,17 +261,15 @@ fn numbers(case: &Case, found: &mut Vec<Case>) {
     if let Some(x) = &case.start.attitude {
         found.extend(entries(x, |_| 0).into_iter().map(|x| with(case, |case| case.start.attitude = Some(x))));
     }
-    match &case.lagrangian.inertia {
-        Inertia::Diagonal(list) => found.extend(
-            entries(list, |_| 1)
-                .into_iter()
-                .map(|list| with(case, |case| case.lagrangian.inertia = Inertia::Diagonal(list))),
-        ),
-        Inertia::Full(rows) => found.extend(
-            matrices(rows, 1, true)
-                .into_iter()
-                .map(|rows| with(case, |case| case.lagrangian.inertia = Inertia::Full(rows))),
-        ),
+    let simpler = forms(&case.lagrangian.inertia).into_iter();
+    found.extend(simpler.map(|form| with(case, |case| case.lagrangian.inertia = form)));
+    if let Some(metric) = &case.lagrangian.metric {
+        let simpler = forms(metric).into_iter();
+        found.extend(simpler.map(|form| with(case, |case| case.lagrangian.metric = Some(form))));
+    }
+    if let Some(rotor) = &case.lagrangian.gyrostat {
+        let simpler = entries(rotor, |_| 0).into_iter();
+        found.extend(simpler.map(|rotor| with(case, |case| case.lagrangian.gyrostat = Some(rotor))));
     }
     for (i, force) in case.forces.iter().enumerate() {
         found.extend(simpler_force(force).into_iter().map(|force| with(case, |case| case.forces[i] = force)));

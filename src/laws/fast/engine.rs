@@ -70,7 +70,7 @@ fn unsupported(why: impl ToString) -> StepError {
 fn quadratic<const N: usize>(lagrangian: AnyLagrangian<f64, N>) -> Result<Quadratic<f64, N>, StepError> {
     match lagrangian {
         AnyLagrangian::Quadratic(lagrangian) => Ok(lagrangian),
-        AnyLagrangian::Quartic(_) | AnyLagrangian::Given(_) => Err(unsupported("the Lagrangian is not quadratic")),
+        _ => Err(unsupported("the Lagrangian is not quadratic")),
     }
 }
 
