@@ -395,7 +395,21 @@ fn what_matters_is_common_enough() {
         ("inertia", &["unit", "diagonal", "full", "thin", "nearly-unit"]),
         ("angle", &["none", "tiny", "moderate", "near-pi"]),
         ("tableau", &["gauss", "lobatto", "radau", "classic", "explicit", "diagonally-implicit", "fully-implicit"]),
-        ("force", &["none", "double-bracket", "metriplectic", "linear-drag", "quadratic-drag", "constant", "periodic"]),
+        (
+            "force",
+            &[
+                "none",
+                "double-bracket",
+                "metriplectic",
+                "linear-drag",
+                "quadratic-drag",
+                "cubic-drag",
+                "constant",
+                "periodic",
+                "polynomial",
+                "orbit",
+            ],
+        ),
     ];
     for (category, labels) in wanted {
         for label in *labels {
@@ -667,10 +681,7 @@ fn quickcheck_shrinks_cases_and_parts() {
             tableau = next;
         }
         assert_eq!(algebra.structure, Structure::Named(Entry::Abelian(1)));
-        assert_eq!(
-            lagrangian,
-            case::Lagrangian::new(Inertia::Diagonal(vec![Number::from(1); n]))
-        );
+        assert_eq!(lagrangian, case::Lagrangian::new(Inertia::Diagonal(vec![Number::from(1); n])));
         assert_eq!(tableau, Description::Family(Family::Gauss, 1));
     }
 }

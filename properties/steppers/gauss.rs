@@ -6,9 +6,11 @@ use euler_poincare::algebra::{Covector, LieAlgebra, Matrix};
 use euler_poincare::group::MatrixGroup;
 use euler_poincare::integrators::{OneStep, State, Variational};
 use euler_poincare::mechanics::force::{
-    AnyForce, Constant, DoubleBracket, LinearDrag, Metriplectic, Periodic, QuadraticDrag,
+    AnyForce, Constant, CubicDrag, DoubleBracket, LinearDrag, Metriplectic, Monomial, Periodic, Polynomial,
+    QuadraticDrag,
 };
 use euler_poincare::mechanics::lagrangian::{AnyLagrangian, Gyrostat, Quadratic, Quartic};
+use euler_poincare::mechanics::lie_poisson::OrbitForce;
 use euler_poincare::retraction::Exponential;
 use euler_poincare::tableau::Family;
 use serde::Deserialize;
@@ -46,8 +48,25 @@ enum Term {
     Metriplectic { beta: f64 },
     LinearDrag { matrix: Vec<f64> },
     QuadraticDrag { matrix: Vec<f64> },
+    CubicDrag { q: f64 },
+    Polynomial { terms: Vec<Row> },
+    Orbit { zeta: Vec<Row> },
     Constant { value: Vec<f64> },
     Periodic { value: Vec<f64>, frequency: f64, phase: f64 },
+}
+
+/// A term of a polynomial.
+type Row = (usize, f64, usize, usize, Vec<usize>);
+
+fn polynomial<const N: usize>(rows: &[Row]) -> Result<Polynomial<f64, N>, Box<dyn Error>> {
+    let term = |(component, coefficient, cos, sin, factors): &Row| Monomial {
+        component: *component,
+        coefficient: *coefficient,
+        cos: *cos,
+        sin: *sin,
+        factors: factors.clone(),
+    };
+    Ok(Polynomial::new(rows.iter().map(term).collect())?)
 }
 
 /// A step on an algebra of dimension N, with matrices padded to D×D.
@@ -69,6 +88,9 @@ fn step<const N: usize, const D: usize>(q: &Request) -> Result<Value, Box<dyn Er
             Term::Metriplectic { beta } => Metriplectic::new(algebra.clone(), body.clone(), *beta)?.into(),
             Term::LinearDrag { matrix } => LinearDrag::new(Matrix::from_row_slice(matrix))?.into(),
             Term::QuadraticDrag { matrix } => QuadraticDrag::new(Matrix::from_row_slice(matrix))?.into(),
+            Term::CubicDrag { q } => CubicDrag::new(*q)?.into(),
+            Term::Polynomial { terms } => polynomial(terms)?.into(),
+            Term::Orbit { zeta } => OrbitForce::new(algebra.clone(), body.clone(), polynomial(zeta)?).into(),
             Term::Constant { value } => Constant::new(Covector::from_row_slice(value))?.into(),
             Term::Periodic { value, frequency, phase } => {
                 Periodic::new(Covector::from_row_slice(value), *frequency, *phase)?.into()

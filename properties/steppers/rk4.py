@@ -24,6 +24,13 @@ def solve(matrix, right):
     return x
 
 
+def polynomial(terms, n, time, eta):
+    total = [0.0] * n
+    for a, value, p, q, factors in terms:
+        total[a] += value * math.cos(time) ** p * math.sin(time) ** q * math.prod(eta[i] for i in factors)
+    return total
+
+
 def force(q, time, eta, mu, coad):
     """The sum of the terms of the force, a covector."""
     n = q["dimension"]
@@ -36,6 +43,13 @@ def force(q, time, eta, mu, coad):
             f = [sum(term["matrix"][a * n + b] * eta[b] for b in range(n)) for a in range(n)]
             size = math.sqrt(max(0.0, sum(x * y for x, y in zip(f, eta))))
             f = [-size * x for x in f]
+        elif kind == "cubic-drag":
+            square = sum(x * x for x in eta)
+            f = [-term["q"] * square * x for x in eta]
+        elif kind == "polynomial":
+            f = polynomial(term["terms"], n, time, eta)
+        elif kind == "orbit":
+            f = coad(polynomial(term["zeta"], n, time, eta), mu)
         elif kind == "double-bracket":
             f = [term["alpha"] * x for x in coad(coad(eta, mu), mu)]
         elif kind == "metriplectic":

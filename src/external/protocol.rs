@@ -5,7 +5,7 @@ use crate::laws::method::Point;
 use crate::mechanics::{self, Lagrangian};
 use crate::retraction::Retraction;
 use crate::scalar::Number;
-use crate::system::case::{Case, Drag, Force, Inertia};
+use crate::system::case::{Case, Drag, Force, Inertia, Monomial};
 use crate::system::force::{self, MATRIX};
 use crate::system::{CaseError, System, Visitor};
 use serde::ser::SerializeMap;
@@ -31,6 +31,7 @@ struct Term {
 enum Entry {
     Number(f64),
     List(Vec<f64>),
+    Polynomial(Vec<(usize, f64, usize, usize, Vec<usize>)>),
 }
 
 impl Serialize for Term {
@@ -129,6 +130,15 @@ impl Described {
                 force::Value::Number(x) => (parameter.name, Entry::Number(number(x))),
                 force::Value::Covector(x) => (parameter.name, Entry::List(list(x))),
                 force::Value::Drag(drag) => (MATRIX, Entry::List(matrix(drag))),
+                force::Value::Polynomial(terms) => {
+                    // A case that can be built has indices from 1.
+                    let below = |index: &usize| index.saturating_sub(1);
+                    let row = |x: &Monomial| {
+                        let factors = x.factors.iter().map(below).collect();
+                        (below(&x.component), number(&x.value), x.cos, x.sin, factors)
+                    };
+                    (parameter.name, Entry::Polynomial(terms.iter().map(row).collect()))
+                }
             });
             Term { kind: force.kind(), parameters: parameters.collect() }
         };

@@ -2,7 +2,12 @@
 //!
 //! Those that depend on the momentum M = l'(η) own a copy of the algebra and of the Lagrangian.
 
+mod polynomial;
+
+pub use polynomial::{MAX_DEGREE, Monomial, Polynomial};
+
 use super::lagrangian::{AnyLagrangian, is_positive_semidefinite, symmetric};
+use super::lie_poisson::OrbitForce;
 use super::{Force, Lagrangian};
 use crate::algebra::{Covector, LieAlgebra, Matrix, Vector, dot};
 use crate::scalar::{Real, Scalar};
@@ -25,6 +30,14 @@ pub enum ForceError {
         /// Name of the force.
         force: &'static str,
         /// What is wrong, with the entry.
+        why: String,
+    },
+    /// A term of a polynomial is not what the formula needs.
+    #[error("polynomial: term {term} is refused: {why}")]
+    BadTerm {
+        /// Which term, from 1.
+        term: usize,
+        /// What is wrong.
         why: String,
     },
 }
@@ -363,6 +376,10 @@ pub enum AnyForce<T: Real, const N: usize> {
     Constant(Constant<T, N>),
     /// f = c cos(ω t + φ).
     Periodic(Periodic<T, N>),
+    /// A polynomial in (cos t, sin t, η).
+    Polynomial(Polynomial<T, N>),
+    /// f = ad*_ζ l'(η), ζ a polynomial in (cos t, sin t, η).
+    Orbit(OrbitForce<T, N, AnyLagrangian<T, N>, Polynomial<T, N>>),
     /// The sum of the terms (0 when there are none).
     Sum(Vec<AnyForce<T, N>>),
     /// Of a type that is not known here.
@@ -430,5 +447,7 @@ any_force!(
     QuadraticDrag(QuadraticDrag<T, N>) "quadratic drag",
     CubicDrag(CubicDrag<T>) "cubic drag",
     Constant(Constant<T, N>) "constant",
-    Periodic(Periodic<T, N>) "periodic"
+    Periodic(Periodic<T, N>) "periodic",
+    Polynomial(Polynomial<T, N>) "polynomial",
+    Orbit(OrbitForce<T, N, AnyLagrangian<T, N>, Polynomial<T, N>>) "orbit"
 );

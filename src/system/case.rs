@@ -11,7 +11,7 @@ use crate::tableau::Description;
 use serde::{Deserialize, Serialize};
 use std::fmt;
 
-pub use super::force::{Drag, Force};
+pub use super::force::{Drag, Force, Monomial};
 
 /// The largest algebra dimension that is compiled in.
 pub const MAX_DIMENSION: usize = 10;

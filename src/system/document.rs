@@ -4,7 +4,8 @@
 //! matrix) are options here; the conversion to [`Case`] demands exactly one of them and says where.
 
 use super::case::{
-    Algebra, Case, Constant, Drag, Force, Inertia, Lagrangian, MAX_DIMENSION, Method, Motion, Start, Structure, Tau,
+    Algebra, Case, Constant, Drag, Force, Inertia, Lagrangian, MAX_DIMENSION, Method, Monomial, Motion, Start,
+    Structure, Tau,
 };
 use super::error::{CaseError, Place, Problem};
 use super::force::{COEFFICIENT, ForceKind, KINDS, MATRIX, Parameter, Role, Value};
@@ -93,7 +94,11 @@ enum Entry {
     Number(Number),
     List(Vec<Number>),
     Matrix(Vec<Vec<Number>>),
+    Polynomial(Vec<TermRow>),
 }
+
+/// `[component, value, p, q, [i, j, …]]`: a term of a polynomial, with indices from 1.
+type TermRow = (i64, Number, i64, i64, Vec<i64>);
 
 /// `[method]`.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
@@ -503,6 +508,9 @@ impl<'de> Deserialize<'de> for ForceTable {
                         Some(Role::Drag | Role::SymmetricDrag) if key == MATRIX => {
                             map.next_value::<Option<_>>()?.map(Entry::Matrix)
                         }
+                        Some(Role::CovectorPolynomial | Role::VectorPolynomial) => {
+                            map.next_value::<Option<_>>()?.map(Entry::Polynomial)
+                        }
                         Some(Role::Amplitude) => map.next_value::<Option<_>>()?.map(Entry::List),
                         Some(_) => map.next_value::<Option<_>>()?.map(Entry::Number),
                     };
@@ -566,6 +574,14 @@ impl ForceTable {
                 Some(Entry::List(list)) => Ok(Value::Covector(list)),
                 _ => Err(place.error(missing(quoted(), "a list of n numbers, a covector"))),
             },
+            Role::CovectorPolynomial | Role::VectorPolynomial => match self.take(parameter.name) {
+                Some(Entry::Polynomial(rows)) => {
+                    let place = place.key(parameter.name);
+                    let terms = rows.into_iter().enumerate().map(|(k, row)| monomial(row, &place.index(k)));
+                    Ok(Value::Polynomial(terms.collect::<Result<_, _>>()?))
+                }
+                _ => Err(place.error(missing(quoted(), TERMS))),
+            },
             Role::Strength | Role::Frequency | Role::Phase => match self.take(parameter.name) {
                 Some(Entry::Number(x)) => Ok(Value::Number(x)),
                 _ if parameter.role == Role::Phase => Ok(Value::Number(Number::default())),
@@ -573,6 +589,25 @@ impl ForceTable {
             },
         }
     }
+}
+
+/// What the terms of a polynomial are.
+const TERMS: &str =
+    "a list of terms [a, value, p, q, [i, j, …]]: value cos(t)^p sin(t)^q eta_i eta_j … in component a, indices from 1";
+
+fn monomial((component, value, cos, sin, factors): TermRow, place: &Place) -> Result<Monomial, CaseError> {
+    let natural = |place: Place, x: i64| match usize::try_from(x) {
+        Ok(x) => Ok(x),
+        Err(_) => Err(place.error(Problem::Range { found: x.to_string(), allowed: TERMS.into() })),
+    };
+    let factors = factors.into_iter().enumerate();
+    Ok(Monomial {
+        component: natural(place.index(0), component)?,
+        value,
+        cos: natural(place.index(2), cos)?,
+        sin: natural(place.index(3), sin)?,
+        factors: factors.map(|(j, i)| natural(place.index(4).index(j), i)).collect::<Result<_, _>>()?,
+    })
 }
 
 impl MethodTable {
@@ -670,6 +705,14 @@ impl From<Force> for ForceTable {
             Value::Covector(list) => (parameter.name, Entry::List(list)),
             Value::Drag(Drag::Coefficient(k)) => (COEFFICIENT, Entry::Number(k)),
             Value::Drag(Drag::Matrix(rows)) => (MATRIX, Entry::Matrix(rows)),
+            Value::Polynomial(terms) => {
+                let natural = |x: usize| i64::try_from(x).unwrap_or(i64::MAX);
+                let row = |term: Monomial| {
+                    let factors = term.factors.into_iter().map(natural).collect();
+                    (natural(term.component), term.value, natural(term.cos), natural(term.sin), factors)
+                };
+                (parameter.name, Entry::Polynomial(terms.into_iter().map(row).collect()))
+            }
         });
         Self { kind: force.description(), entries: entries.collect() }
     }

@@ -1,6 +1,6 @@
 //! Random parts of a case, valid by construction, with dyadic numbers of few digits.
 
-use super::case::{Algebra, Case, Constant, Drag, Force, Inertia, Lagrangian, Motion, Start, Structure, Tau};
+use super::case::{Algebra, Case, Constant, Drag, Force, Inertia, Lagrangian, Monomial, Motion, Start, Structure, Tau};
 use super::fixed::Fixed;
 use super::force::{Argument, ForceKind, KINDS, Role, Value};
 use super::numbers::{dyadic, from_dyadic};
@@ -276,9 +276,8 @@ fn indefinite(draw: &mut Draw<'_>, n: usize) -> Inertia {
     if draw.chance(50) {
         return Inertia::Diagonal(moments.into_iter().map(|p| dyadic(p, 4)).collect());
     }
-    let lower: Vec<Vec<i64>> = (0..n)
-        .map(|r| (0..n).map(|c| if c < r { draw.int(-2, 2) } else { 4 * i64::from(c == r) }).collect())
-        .collect();
+    let lower: Vec<Vec<i64>> =
+        (0..n).map(|r| (0..n).map(|c| if c < r { draw.int(-2, 2) } else { 4 * i64::from(c == r) }).collect()).collect();
     let entry = |r: usize, c: usize| (0..n).map(|k| lower[r][k] * lower[c][k] * moments[k]).sum::<i64>();
     Inertia::Full((0..n).map(|r| (0..n).map(|c| dyadic(entry(r, c), 64)).collect()).collect())
 }
@@ -357,9 +356,33 @@ fn value(draw: &mut Draw<'_>, n: usize, role: Role, knobs: &Cases) -> Value {
         }
         Role::SymmetricDrag if draw.chance(50) => Value::Drag(Drag::Coefficient(strength(draw))),
         Role::SymmetricDrag => Value::Drag(Drag::Matrix(positive(draw, n, 1, 4))),
+        Role::CovectorPolynomial | Role::VectorPolynomial => Value::Polynomial(polynomial(draw, n)),
         Role::Frequency => Value::Number(dyadic(draw.int(1, 6), 2)),
         Role::Phase => Value::Number(dyadic(draw.int(0, 3), 2)),
     }
+}
+
+/// Weights out of 100 of the degrees 0, 1, 2, 3 of a term in η.
+const DEGREES: [usize; 4] = [10, 30, 35, 25];
+
+/// Weights out of 100 of the factors of a term that depend on the time, as powers of cos t and of sin t.
+const TIMES: [((usize, usize), usize); 5] = [((0, 0), 60), ((1, 0), 14), ((0, 1), 14), ((1, 1), 6), ((0, 2), 6)];
+
+/// A polynomial in (cos t, sin t, η): from a single term to two for each component.
+fn polynomial(draw: &mut Draw<'_>, n: usize) -> Vec<Monomial> {
+    let most = [1, n, 2 * n][draw.weighted(&[30, 40, 30])];
+    let term = |draw: &mut Draw<'_>| {
+        let (cos, sin) = TIMES[draw.weighted(&TIMES.map(|(_, weight)| weight))].0;
+        let degree = draw.weighted(&DEGREES);
+        Monomial {
+            component: 1 + draw.below(n),
+            value: dyadic(draw.pick(&[-4, -3, -2, -1, 1, 2, 3, 4]), 8),
+            cos,
+            sin,
+            factors: (0..degree).map(|_| 1 + draw.below(n)).collect(),
+        }
+    };
+    (0..1 + draw.below(most)).map(|_| term(draw)).collect()
 }
 
 /// A start: momentum or velocity of size about 1, sometimes 1/64 or 4; sometimes an attitude and a time.

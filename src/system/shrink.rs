@@ -3,7 +3,7 @@
 //! Every candidate lowers (dimension, rank of the algebra, parts, distances of numbers from their targets on their
 //! own dyadic grid) in lexicographic order, so greedy descent ends.
 
-use super::case::{Algebra, Case, Drag, Force, Inertia, Lagrangian, Motion, Structure, Tau};
+use super::case::{Algebra, Case, Drag, Force, Inertia, Lagrangian, Monomial, Motion, Structure, Tau};
 use super::force::{ForceKind, Role, Value};
 use super::numbers::{dyadic, from_dyadic};
 use super::rates::{MOST, Rates};
@@ -166,7 +166,7 @@ fn truncate(case: &mut Case, m: usize) {
         rotor.truncate(m);
     }
     for force in &mut case.forces {
-        force.coordinates_mut(|list| list.truncate(m), square);
+        force.coordinates_mut(|list| list.truncate(m), square, |terms| terms.retain(|term| term.largest() <= m));
     }
     match &mut case.start.motion {
         Motion::Velocity(list) | Motion::Momentum(list) => list.truncate(m),
@@ -292,6 +292,36 @@ fn numbers(case: &Case, found: &mut Vec<Case>) {
     }
 }
 
+/// The polynomial without one term, or with one term simpler: of lower degree, or with another coefficient.
+fn polynomials(terms: &[Monomial]) -> Vec<Vec<Monomial>> {
+    let mut found = Vec::new();
+    for (k, term) in terms.iter().enumerate() {
+        if terms.len() > 1 {
+            let mut fewer = terms.to_vec();
+            fewer.remove(k);
+            found.push(fewer);
+        }
+        let mut exchange = |change: &dyn Fn(&mut Monomial)| {
+            let mut terms = terms.to_vec();
+            change(&mut terms[k]);
+            found.push(terms);
+        };
+        if term.cos > 0 {
+            exchange(&|term| term.cos = 0);
+        }
+        if term.sin > 0 {
+            exchange(&|term| term.sin = 0);
+        }
+        for factor in 0..term.factors.len() {
+            exchange(&|term| {
+                term.factors.remove(factor);
+            });
+        }
+        towards(&term.value, 1).iter().for_each(|value| exchange(&|term| term.value = value.clone()));
+    }
+    found
+}
+
 /// The force of the simpler kind, with the parameters that have the same names.
 fn simpler_kind(force: &Force) -> Option<Force> {
     let kind = ForceKind::named(force.description().simpler?)?;
@@ -315,6 +345,7 @@ fn simpler_force(force: &Force) -> Vec<Force> {
             Value::Drag(Drag::Coefficient(x)) => {
                 towards(x, 1).into_iter().map(Drag::Coefficient).map(Value::Drag).collect()
             }
+            Value::Polynomial(terms) => polynomials(terms).into_iter().map(Value::Polynomial).collect(),
             Value::Drag(Drag::Matrix(rows)) => {
                 let simpler = matrices(rows, 1, parameter.role == Role::SymmetricDrag);
                 simpler.into_iter().map(Drag::Matrix).map(Value::Drag).collect()
