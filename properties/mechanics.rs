@@ -11,8 +11,8 @@ use euler_poincare::mechanics::models::{Model, landau_lifshitz_gilbert, relaxed_
 use euler_poincare::mechanics::{Force, Lagrangian, LegendreError};
 use euler_poincare::retraction::{Cayley, CayleySo3, Exponential, ExponentialSo3, Retraction, RetractionError};
 use euler_poincare::scalar::{Dd, Dual, Real, Scalar};
-use euler_poincare::system::{System, SystemFile, Visitor};
 use euler_poincare::system::trajectory::{Observer, Plan, Row};
+use euler_poincare::system::{System, SystemFile, Visitor};
 use std::ops::ControlFlow;
 
 const U: f64 = f64::EPSILON / 2.0;

@@ -206,6 +206,31 @@ const BAD: &[(&str, &str, &str, &[&str])] = &[
         &["a_22", "zero"],
     ),
     ("tableau = \"gauss-2\"", "a = [[0, 0], [1, 0]]\nb = [\"1/2\", \"1/3\"]", "b = ", &["sum to", "not to 1"]),
+    (
+        "retraction = \"cayley\"",
+        "retraction = \"cayley\"\nargument = [[4, 1, [1, 1, 1]]]",
+        "argument",
+        &["method.argument[1][1]", "index 4"],
+    ),
+    (
+        "retraction = \"cayley\"",
+        "retraction = \"cayley\"\nargument = [[1, 1, [1, 0, 1]]]",
+        "argument",
+        &["method.argument[1][3][2]", "index 0"],
+    ),
+    (
+        "retraction = \"cayley\"",
+        "retraction = \"cayley\"\nargument = [[1, 1, [1, 1]]]",
+        "argument",
+        &["method.argument[1][3]", "not odd"],
+    ),
+    (
+        "retraction = \"cayley\"",
+        "retraction = \"cayley\"\nargument = [[1, -1, [-1, 1, 1]]]",
+        "argument",
+        &["method.argument[1][3][1]", "is -1"],
+    ),
+    ("retraction = \"cayley\"", "retraction = \"cayley\"\nargument = [[1, 1]]", "argument", &["invalid length 2"]),
     ("retraction = \"cayley\"", "retraction = \"cay\"", "retraction", &["unknown variant `cay`", "`exp`", "`cayley`"]),
     // The state.
     ("attitude = [0, 0.5, 0]", "attitude = [0, 0.5]", "attitude", &["state.attitude", "allowed: 3"]),

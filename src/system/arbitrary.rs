@@ -112,7 +112,11 @@ fn plain(n: usize) -> Case {
         algebra: Algebra { structure: Structure::Named(Entry::Abelian(n)), basis: None },
         lagrangian: Lagrangian::new(Inertia::Diagonal(ones(1))),
         forces: Vec::new(),
-        method: Method { tableau: Description::Family(Family::Gauss, 1), retraction: Tau::Exponential },
+        method: Method {
+            tableau: Description::Family(Family::Gauss, 1),
+            retraction: Tau::Exponential,
+            argument: Vec::new(),
+        },
         start: Start { motion: Motion::Momentum(ones(0)), attitude: None, time: Number::default() },
         step: Number::ratio(1, 64),
     }

@@ -154,8 +154,23 @@ impl Tau {
 pub struct Method {
     /// (a, b).
     pub tableau: Description,
-    /// τ.
+    /// τ, or τ₀ of τ = τ₀∘φ.
     pub retraction: Tau,
+    /// The terms of φ(x) − x, an odd polynomial with values in g; their powers of cos t and sin t are 0. None: φ(x) = x.
+    pub argument: Vec<Monomial>,
+}
+
+impl Method {
+    /// φ(x) in `f64`; `None` where a number has no value or an index is out of range.
+    pub(crate) fn argument(&self, x: &[f64]) -> Option<Vec<f64>> {
+        let mut value = x.to_vec();
+        for term in &self.argument {
+            let factors = term.factors.iter().map(|i| x.get(i.checked_sub(1)?).copied());
+            let product = factors.collect::<Option<Vec<f64>>>()?.iter().product::<f64>();
+            *value.get_mut(term.component.checked_sub(1)?)? += term.value.eval::<f64>().ok()? * product;
+        }
+        Some(value)
+    }
 }
 
 /// The initial motion: η or μ.
@@ -198,7 +213,7 @@ pub struct Start {
 ///     algebra: Algebra { structure: Structure::Named(Entry::So3), basis: None },
 ///     lagrangian: Energy::new(Inertia::Diagonal(vec![n(1), n(2), n(3)])),
 ///     forces: vec![Term::LinearDrag(Drag::Coefficient(Number::ratio(1, 10)))],
-///     method: Method { tableau: Description::Family(Family::Gauss, 2), retraction: Tau::Cayley },
+///     method: Method { tableau: Description::Family(Family::Gauss, 2), retraction: Tau::Cayley, argument: Vec::new() },
 ///     start: Start { motion: Motion::Velocity(vec![n(1), n(0), n(1)]), attitude: None, time: n(0) },
 ///     step: Number::ratio(1, 8),
 /// };
@@ -323,7 +338,12 @@ impl fmt::Display for Case {
         writeln!(f, "lagrangian {}", self.lagrangian)?;
         let forces: Vec<String> = self.forces.iter().map(ToString::to_string).collect();
         writeln!(f, "force      {}", if forces.is_empty() { "none".into() } else { forces.join(" + ") })?;
-        writeln!(f, "method     {}, {}", self.method.tableau, self.method.retraction.name())?;
+        write!(f, "method     {}, {}", self.method.tableau, self.method.retraction.name())?;
+        if !self.method.argument.is_empty() {
+            let terms: Vec<String> = self.method.argument.iter().map(Monomial::odd).collect();
+            write!(f, " of x + [{}]", terms.join(", "))?;
+        }
+        writeln!(f)?;
         match &self.start.motion {
             Motion::Velocity(eta) => write!(f, "start      velocity {}", list(eta))?,
             Motion::Momentum(mu) => write!(f, "start      momentum {}", list(mu))?,

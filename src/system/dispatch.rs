@@ -9,7 +9,7 @@
 //! the group G × ℝᴺ⁻ⁿ; the spectators have unit inertia, no force, and start at rest, where they stay. Coordinates and
 //! matrices of g come first, so that the leading n components and the leading block of a matrix are those of the case.
 
-use super::case::{Case, Force as ForceTerm, Inertia, Motion, Structure, Tau};
+use super::case::{Case, Force as ForceTerm, Inertia, Monomial, Motion, Structure, Tau};
 use super::error::{CaseError, Place, Problem};
 use super::numbers::{number, square, symmetric, vector};
 use super::so3::{Retraction3, So3Retraction};
@@ -23,7 +23,7 @@ use crate::mechanics::force::AnyForce;
 use crate::mechanics::lagrangian::{AnyLagrangian, Gyrostat, Quadratic, Quartic};
 use crate::mechanics::{Force, Lagrangian, LegendreError};
 use crate::retraction::given::GivenRetraction;
-use crate::retraction::{AnyRetraction, Cayley, Exponential, Retraction};
+use crate::retraction::{AnyRetraction, Cayley, Composed, Exponential, ODD, OddTerm, Retraction, is_odd};
 use crate::scalar::{Dd, Number, Real};
 use crate::tableau::families::MAX_STAGES;
 use crate::tableau::{Description, Entries, Tableau, TableauError};
@@ -134,7 +134,7 @@ pub(crate) type BuiltParts<T, const N: usize, const D: usize> =
 
 /// How a retraction is made of g and G, for a map τ.
 type Make<T, const N: usize, const D: usize, R> =
-    fn(&LieAlgebra<T, N>, &Option<MatrixGroup<T, N, D>>, Tau) -> Result<R, Problem>;
+    fn(&LieAlgebra<T, N>, &Option<MatrixGroup<T, N, D>>, &Case) -> Result<R, CaseError>;
 
 /// The classes listed, in order: N, D and the retraction's maker, handed to a macro. In dimension 3 the maker is chosen.
 macro_rules! door {
@@ -242,7 +242,9 @@ impl Case {
 
     /// Whether the algebra is so(3) in its standard basis, where retractions have closed forms.
     fn is_standard_so3(&self) -> bool {
-        self.algebra.structure == Structure::Named(Entry::So3) && self.algebra.basis.is_none()
+        self.algebra.structure == Structure::Named(Entry::So3)
+            && self.algebra.basis.is_none()
+            && self.method.argument.is_empty()
     }
 
     /// Whether a class holds the algebra and its matrices, with spectators.
@@ -294,10 +296,7 @@ impl Case {
         make: Make<T, N, D, R>,
     ) -> Result<System<T, N, D, R>, CaseError> {
         let (algebra, group, casimirs) = self.structure::<T, N, D>()?;
-        let method = Place::root().key("method");
-        let retraction = make(&algebra, &group, self.method.retraction)
-            .map_err(|problem| method.key("retraction").error(problem))?;
-        let retraction = wrap(retraction);
+        let retraction = wrap(make(&algebra, &group, self)?);
         if let Some(i) = self.forces.iter().position(|term| *term == ForceTerm::Given) {
             return Err(Place::root().key("force").index(i).error(Problem::given("the force")));
         }
@@ -513,31 +512,66 @@ impl Case {
 fn standard<T: Real>(
     _: &LieAlgebra<T, 3>,
     _: &Option<MatrixGroup<T, 3, 3>>,
-    tau: Tau,
-) -> Result<So3Retraction<T>, Problem> {
-    Ok(So3Retraction::new(tau))
+    case: &Case,
+) -> Result<So3Retraction<T>, CaseError> {
+    Ok(So3Retraction::new(case.method.retraction))
 }
 
 /// The same beside the general retractions of dimension 3.
 fn closed<T: Real>(
     _: &LieAlgebra<T, 3>,
     _: &Option<MatrixGroup<T, 3, 4>>,
-    tau: Tau,
-) -> Result<Retraction3<T>, Problem> {
-    Ok(Retraction3::Closed(So3Retraction::new(tau)))
+    case: &Case,
+) -> Result<Retraction3<T>, CaseError> {
+    Ok(Retraction3::Closed(So3Retraction::new(case.method.retraction)))
 }
 
 /// The retraction of a general algebra of dimension 3.
 fn of_three<T: Real>(
     algebra: &LieAlgebra<T, 3>,
     group: &Option<MatrixGroup<T, 3, 4>>,
-    tau: Tau,
-) -> Result<Retraction3<T>, Problem> {
-    Ok(Retraction3::General(general(algebra, group, tau)?))
+    case: &Case,
+) -> Result<Retraction3<T>, CaseError> {
+    Ok(Retraction3::General(general(algebra, group, case)?))
 }
 
 /// The retraction of a general algebra.
-pub(super) fn general<T: Real, const N: usize, const D: usize>(
+fn general<T: Real, const N: usize, const D: usize>(
+    algebra: &LieAlgebra<T, N>,
+    group: &Option<MatrixGroup<T, N, D>>,
+    case: &Case,
+) -> Result<AnyRetraction<T, N, D, MatrixGroup<T, N, D>>, CaseError> {
+    let place = Place::root().key("method");
+    let inner =
+        plain(algebra, group, case.method.retraction).map_err(|problem| place.key("retraction").error(problem))?;
+    if case.method.argument.is_empty() {
+        return Ok(inner);
+    }
+    let (place, n) = (place.key("argument"), case.dimension());
+    let term = |(k, term): (usize, &Monomial)| {
+        let place = place.index(k);
+        let index = |place: Place, index: usize| {
+            below(index, n).ok_or_else(|| {
+                let (found, allowed) = (format!("the index {index}"), format!("1 to {n}, the dimension"));
+                place.error(Problem::Range { found, allowed })
+            })
+        };
+        if !is_odd(term.factors.len()) {
+            return Err(place.index(2).error(Problem::Part(ODD.into())));
+        }
+        let factors = term.factors.iter().enumerate().map(|(j, i)| index(place.index(2).index(j), *i));
+        Ok(OddTerm {
+            component: index(place.index(0), term.component)?,
+            coefficient: number(&term.value, &place.index(1))?,
+            factors: factors.collect::<Result<_, _>>()?,
+        })
+    };
+    let terms = case.method.argument.iter().enumerate().map(term).collect::<Result<_, CaseError>>()?;
+    Ok(AnyRetraction::Composed(Box::new(Composed::new(inner, terms).map_err(|e| place.error(e))?)))
+}
+
+/// exp or Cayley of a general algebra.
+pub(super) fn plain<T: Real, const N: usize, const D: usize>(
     algebra: &LieAlgebra<T, N>,
     group: &Option<MatrixGroup<T, N, D>>,
     tau: Tau,

@@ -113,6 +113,8 @@ pub(crate) struct MethodTable {
     #[serde(skip_serializing_if = "Option::is_none")]
     pub c: Option<Vec<Number>>,
     pub retraction: Tau,
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub argument: Option<Vec<(i64, Number, Vec<i64>)>>,
 }
 
 /// `[state]`.
@@ -634,7 +636,20 @@ impl MethodTable {
                 return Err(place.key(key).error(excess("either `tableau`, or `a` and `b`, not both")));
             }
         };
-        Ok(Method { tableau, retraction: self.retraction })
+        let place = place.key("argument");
+        let terms = self.argument.unwrap_or_default().into_iter().enumerate();
+        let term = |(k, (component, value, factors)): (usize, (i64, Number, Vec<i64>))| {
+            let place = place.index(k);
+            let index = |place: Place, x: i64| {
+                let allowed = "a list of terms [a, value, [i, j, k, …]], indices from 1".into();
+                usize::try_from(x).map_err(|_| place.error(Problem::Range { found: x.to_string(), allowed }))
+            };
+            let factors = factors.into_iter().enumerate().map(|(j, i)| index(place.index(2).index(j), i));
+            let (component, factors) = (index(place.index(0), component)?, factors.collect::<Result<_, _>>()?);
+            Ok(Monomial { component, value, cos: 0, sin: 0, factors })
+        };
+        let argument = terms.map(term).collect::<Result<_, CaseError>>()?;
+        Ok(Method { tableau, retraction: self.retraction, argument })
     }
 }
 
@@ -670,11 +685,15 @@ impl From<Case> for Document {
             },
         };
         let retraction = case.method.retraction;
+        let row =
+            |term: Monomial| (natural(term.component), term.value, term.factors.into_iter().map(natural).collect());
+        let argument: Vec<_> = case.method.argument.into_iter().map(row).collect();
+        let argument = (!argument.is_empty()).then_some(argument);
         let method = match case.method.tableau {
             Description::Entries(Entries { a, b, c }) => {
-                MethodTable { tableau: None, a: Some(a), b: Some(b), c, retraction }
+                MethodTable { tableau: None, a: Some(a), b: Some(b), c, retraction, argument }
             }
-            named => MethodTable { tableau: Some(named.to_string()), a: None, b: None, c: None, retraction },
+            named => MethodTable { tableau: Some(named.to_string()), a: None, b: None, c: None, retraction, argument },
         };
         let (velocity, momentum) = match case.start.motion {
             Motion::Velocity(eta) => (Some(eta), None),
@@ -698,6 +717,11 @@ impl From<Case> for Document {
     }
 }
 
+/// An index or a degree as it is written.
+fn natural(x: usize) -> i64 {
+    i64::try_from(x).unwrap_or(i64::MAX)
+}
+
 impl From<Force> for ForceTable {
     fn from(force: Force) -> Self {
         let entries = force.parameters().map(|(parameter, value)| match value.cloned() {
@@ -706,7 +730,6 @@ impl From<Force> for ForceTable {
             Value::Drag(Drag::Coefficient(k)) => (COEFFICIENT, Entry::Number(k)),
             Value::Drag(Drag::Matrix(rows)) => (MATRIX, Entry::Matrix(rows)),
             Value::Polynomial(terms) => {
-                let natural = |x: usize| i64::try_from(x).unwrap_or(i64::MAX);
                 let row = |term: Monomial| {
                     let factors = term.factors.into_iter().map(natural).collect();
                     (natural(term.component), term.value, natural(term.cos), natural(term.sin), factors)

@@ -57,6 +57,11 @@ pub struct Monomial {
 }
 
 impl Monomial {
+    /// `[component, value, [i, j, k]]`: without powers of cos t and sin t.
+    pub(crate) fn odd(&self) -> String {
+        format!("[{}, {}, {:?}]", self.component, self.value, self.factors)
+    }
+
     /// The largest index.
     pub(crate) fn largest(&self) -> usize {
         self.factors.iter().fold(self.component, |m, i| m.max(*i))

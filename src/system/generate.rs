@@ -414,7 +414,8 @@ fn turn(draw: &mut Draw<'_>, case: &mut Case, knobs: &Cases) {
             scaled.unwrap_or_else(|| list.clone())
         });
     };
-    if case.start.attitude.is_none() {
+    // After an odd map, what turns by a certain angle is no multiple of what turns by another one.
+    if case.start.attitude.is_none() || !case.method.argument.is_empty() {
         return;
     }
     match draw.weighted(&ATTITUDES) {
@@ -440,6 +441,25 @@ fn turn(draw: &mut Draw<'_>, case: &mut Case, knobs: &Cases) {
             }
         }
     }
+}
+
+/// Percent of the retractions that stand after an odd map.
+const COMPOSED: usize = 20;
+
+/// The terms of an odd map φ(x) − x: c |x|² x, which commutes with orthogonal changes of basis, or a few random cubic terms.
+fn argument(draw: &mut Draw<'_>, n: usize) -> Vec<Monomial> {
+    let term = |component, value, factors| Monomial { component, value, cos: 0, sin: 0, factors };
+    if draw.chance(30) {
+        let value = dyadic(draw.pick(&[-2, -1, 1, 2]), 16);
+        let pairs = (1..=n).flat_map(|a| (1..=n).map(move |b| (a, b)));
+        return pairs.map(|(a, b)| term(a, value.clone(), vec![a, b, b])).collect();
+    }
+    let count = 1 + draw.below(2 * n);
+    let random = |draw: &mut Draw<'_>| {
+        let value = dyadic(draw.pick(&[-3, -2, -1, 1, 2, 3]), 16);
+        term(1 + draw.below(n), value, (0..3).map(|_| 1 + draw.below(n)).collect())
+    };
+    (0..count).map(|_| random(draw)).collect()
 }
 
 /// A whole case but for the tableau; its step is made small enough for its rates, and its motion slower if need be.
@@ -484,7 +504,9 @@ pub(super) fn case(draw: &mut Draw<'_>, knobs: &Cases, tableau: crate::tableau::
     let mut exponent = draw.int(i64::from(largest), i64::from(smallest)) as u32;
     // Beyond this the motion is slowed down instead: large steps are wanted too.
     let mut limit = draw.int(i64::from(exponent), i64::from(smallest)) as u32;
-    let method = super::case::Method { tableau, retraction };
+    let composed = knobs.retraction.is_none() && !knobs.fast && given.is_none() && draw.chance(COMPOSED);
+    let argument = if composed { argument(draw, n) } else { Vec::new() };
+    let method = super::case::Method { tableau, retraction, argument };
     let mut case = Case { algebra, lagrangian, forces, method, start, step: dyadic(1, 1 << exponent) };
     match &fixed.start {
         None => turn(draw, &mut case, knobs),

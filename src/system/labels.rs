@@ -67,6 +67,7 @@ pub fn labels(case: &Case) -> Vec<(&'static str, String)> {
     let mut probe = case.clone();
     // Whatever the retraction: exp is the quickest to set up.
     probe.method.retraction = super::case::Tau::Exponential;
+    probe.method.argument.clear();
     if let Ok((class, unimodular)) = probe.dispatch::<f64, _>(Class) {
         labels.push(("class", class.into()));
         labels.push(("unimodular", if unimodular { "yes" } else { "no" }.into()));
@@ -82,7 +83,8 @@ pub fn labels(case: &Case) -> Vec<(&'static str, String)> {
     }
     labels.extend(kinds.into_iter().map(|kind| ("force", kind.to_string())));
     labels.push(("angle", angle(case).into()));
-    labels.push(("retraction", case.method.retraction.name().into()));
+    let composed = !case.method.argument.is_empty();
+    labels.push(("retraction", if composed { "composed" } else { case.method.retraction.name() }.into()));
     labels.push(("tableau", tableau_kind(&case.method.tableau).into()));
     labels
 }

@@ -161,6 +161,7 @@ impl Case {
             Motion::Velocity(list) => *list = change.vector(list),
             Motion::Momentum(list) => *list = change.covector(list),
         }
+        case.method.argument = change.polynomial(&case.method.argument, Role::VectorPolynomial);
         case.start.attitude = case.start.attitude.as_ref().map(|x| change.vector(x));
         let rows = change.forth.iter().map(|row| row.iter().map(|k| 0.5 * *k as f64).collect()).collect();
         (case, rows)

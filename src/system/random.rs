@@ -266,7 +266,7 @@ impl Cases {
         self.quadratic()
     }
 
-    /// Only this retraction; Cayley implies a group.
+    /// Only this retraction, not after an odd map; Cayley implies a group.
     pub fn retraction(mut self, tau: Tau) -> Self {
         self.retraction = Some(tau);
         self.with_group |= tau == Tau::Cayley;
@@ -327,6 +327,7 @@ impl Cases {
             && (!self.kinetic || case.lagrangian.is_kinetic())
             && (!self.fast || entry.is_some_and(|entry| has_fast_step(case, entry)))
             && (self.retraction.is_none_or(|tau| tau == case.method.retraction) || entry.is_none())
+            && (self.retraction.is_none() || case.method.argument.is_empty())
             && (self.forcing != Forcing::Forced || rates.as_ref().is_some_and(Rates::driven))
             && (!self.telling || rates.is_some_and(|rates| self.tells(case, abelian, &rates)))
     }
@@ -428,5 +429,7 @@ fn has_fast_step(case: &Case, entry: &Entry) -> bool {
         Entry::Se3 => case.method.retraction == Tau::Cayley,
         _ => false,
     };
-    retraction && case.forces.iter().all(|force| force.description().lanes.contains(entry))
+    retraction
+        && case.method.argument.is_empty()
+        && case.forces.iter().all(|force| force.description().lanes.contains(entry))
 }

@@ -8,6 +8,7 @@ use super::force::{ForceKind, Role, Value};
 use super::numbers::{dyadic, from_dyadic};
 use super::rates::{MOST, Rates};
 use crate::algebra::catalogue::Entry;
+use crate::retraction::is_odd;
 use crate::scalar::Number;
 
 /// Whether a candidate may stand: it can be built, and its step is small enough.
@@ -174,6 +175,7 @@ fn truncate(case: &mut Case, m: usize) {
     if let Some(list) = &mut case.start.attitude {
         list.truncate(m);
     }
+    case.method.argument.retain(|term| term.largest() <= m);
 }
 
 fn forces(case: &Case, found: &mut Vec<Case>) {
@@ -224,6 +226,9 @@ fn lagrangian(case: &Case, found: &mut Vec<Case>) {
 }
 
 fn method(case: &Case, finest: i64, found: &mut Vec<Case>) {
+    if !case.method.argument.is_empty() {
+        found.push(with(case, |case| case.method.argument.clear()));
+    }
     if case.method.retraction == Tau::Cayley {
         found.push(with(case, |case| case.method.retraction = Tau::Exponential));
     }
@@ -271,6 +276,9 @@ fn numbers(case: &Case, found: &mut Vec<Case>) {
         let simpler = entries(rotor, |_| 0).into_iter();
         found.extend(simpler.map(|rotor| with(case, |case| case.lagrangian.gyrostat = Some(rotor))));
     }
+    let odd = |terms: &Vec<Monomial>| terms.iter().all(|term| is_odd(term.factors.len()));
+    let simpler = polynomials(&case.method.argument).into_iter().filter(odd);
+    found.extend(simpler.map(|argument| with(case, |case| case.method.argument = argument)));
     for (i, force) in case.forces.iter().enumerate() {
         found.extend(simpler_force(force).into_iter().map(|force| with(case, |case| case.forces[i] = force)));
     }
