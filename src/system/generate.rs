@@ -514,6 +514,7 @@ pub(super) fn case(draw: &mut Draw<'_>, knobs: &Cases, tableau: crate::tableau::
         Some(_) if fixed.forces.is_some() => limit = 30,
         Some(_) => {}
     }
+    let (negative, large) = unusual(draw, knobs);
     for attempt in 0..MAX_SLOWER {
         let rates = knobs.rates(&case)?;
         if !rates.in_domain() {
@@ -538,6 +539,12 @@ pub(super) fn case(draw: &mut Draw<'_>, knobs: &Cases, tableau: crate::tableau::
             }
         };
         if calm {
+            if large {
+                enlarge(&mut case, |h| rates.step_stiffness(h) <= LARGEST);
+            }
+            if negative {
+                case.step = case.step.eval::<f64>().ok().and_then(|h| from_dyadic(-h))?;
+            }
             return Some(case);
         }
         slower(&mut case, fixed);
@@ -548,6 +555,32 @@ pub(super) fn case(draw: &mut Draw<'_>, knobs: &Cases, tableau: crate::tableau::
     }
     // What was chosen may be as fast as it likes.
     fixed.any().then_some(case)
+}
+
+/// Percent of the steps that are negative, and of those that are large, of cases that need not show an order.
+const UNUSUAL: (usize, usize) = (8, 8);
+
+/// The largest stiffness of a large step: beyond it stage equations fold more often than not, and there is no step.
+const LARGEST: f64 = 2.0;
+
+/// Whether the step is to be negative, and whether it is to be large.
+fn unusual(draw: &mut Draw<'_>, knobs: &Cases) -> (bool, bool) {
+    // Orders show at small steps, and what is fixed or given is as it is.
+    if knobs.telling || knobs.smooth || knobs.fast || knobs.fixed.any() || knobs.given.is_some() {
+        return (false, false);
+    }
+    (draw.chance(UNUSUAL.0), draw.chance(UNUSUAL.1))
+}
+
+/// Doubles the step as often as it may be.
+fn enlarge(case: &mut Case, may_be: impl Fn(f64) -> bool) {
+    let Ok(mut step) = case.step.eval::<f64>() else { return };
+    while step < 4.0 && may_be(2.0 * step) {
+        step *= 2.0;
+    }
+    if let Some(step) = from_dyadic(step) {
+        case.step = step;
+    }
 }
 
 /// How often motion and forces are halved at most until a case is calm: 2⁻⁴⁰ of what was drawn hardly moves.

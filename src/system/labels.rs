@@ -2,6 +2,7 @@
 
 use super::case::{Algebra, Case, Inertia, Lagrangian as Energy, Structure};
 use super::dispatch::{System, Visitor};
+use super::rates::Rates;
 use crate::algebra::catalogue::Entry;
 use crate::mechanics::{Force, Lagrangian};
 use crate::retraction::Retraction;
@@ -82,9 +83,11 @@ pub fn labels(case: &Case) -> Vec<(&'static str, String)> {
         kinds.push("none");
     }
     labels.extend(kinds.into_iter().map(|kind| ("force", kind.to_string())));
-    labels.push(("angle", angle(case).into()));
+    let rates = Rates::of(case);
+    labels.push(("angle", angle(case, rates.as_ref()).into()));
     let composed = !case.method.argument.is_empty();
     labels.push(("retraction", if composed { "composed" } else { case.method.retraction.name() }.into()));
+    labels.push(("step", step(case, rates.as_ref()).into()));
     labels.push(("tableau", tableau_kind(&case.method.tableau).into()));
     labels
 }
@@ -121,13 +124,22 @@ fn inertia(lagrangian: &Energy) -> &'static str {
     }
 }
 
+/// `negative`; `large` (more than what is small for the motion); `usual`.
+fn step(case: &Case, rates: Option<&Rates>) -> &'static str {
+    match case.step.eval::<f64>() {
+        Ok(h) if h < 0.0 => "negative",
+        Ok(h) if rates.is_some_and(|rates| rates.step_stiffness(h) > super::rates::MOST) => "large",
+        _ => "usual",
+    }
+}
+
 /// How far the attitude turns: `none` (g = e), `tiny` (below 2⁻⁸), `moderate`, `near-pi` (π by an eighth at most: τ⁻¹ is
 /// nearly singular).
-fn angle(case: &Case) -> &'static str {
+fn angle(case: &Case, rates: Option<&Rates>) -> &'static str {
     if case.start.attitude.is_none() {
         return "none";
     }
-    let angle = super::rates::Rates::of(case).map_or(0.0, |rates| rates.angle(case.method.retraction));
+    let angle = rates.map_or(0.0, |rates| rates.angle(case.method.retraction));
     let tiny = |x: &Number| x.eval::<f64>().is_ok_and(|x| x.abs() < 1.0 / 256.0);
     if case.start.attitude.iter().flatten().all(tiny) {
         "tiny"

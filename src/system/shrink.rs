@@ -234,6 +234,9 @@ fn method(case: &Case, finest: i64, found: &mut Vec<Case>) {
     }
     // The smallest step that is generated, then larger ones.
     let Ok(step) = case.step.eval::<f64>() else { return };
+    if step < 0.0 {
+        found.extend(from_dyadic(-step).map(|step| with(case, |case| case.step = step)));
+    }
     let mut q = finest.max(1);
     while q >= 1 && 1.0 / (q as f64) < step {
         found.push(with(case, |case| case.step = dyadic(1, q)));
