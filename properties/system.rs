@@ -587,12 +587,14 @@ fn shrinking_keeps_what_breaks_and_drops_the_rest() {
 fn generated_numbers_are_dyadic() {
     for case in sample(&cases(), 13, 300) {
         let (Motion::Velocity(list) | Motion::Momentum(list)) = &case.start.motion;
-        let entries = |form| match form {
-            &Inertia::Diagonal(ref list) => list.iter().collect::<Vec<&Number>>(),
-            Inertia::Full(rows) => rows.iter().flatten().collect(),
-        };
-        let forms = [&case.lagrangian.inertia].into_iter().chain(&case.lagrangian.metric).flat_map(entries);
-        let forms = forms.chain(case.lagrangian.gyrostat.iter().flatten());
+        let lagrangian = &case.lagrangian;
+        let mut forms: Vec<&Number> = lagrangian.gyrostat.iter().flatten().collect();
+        for form in [&lagrangian.inertia].into_iter().chain(&lagrangian.metric) {
+            match form {
+                Inertia::Diagonal(list) => forms.extend(list),
+                Inertia::Full(rows) => forms.extend(rows.iter().flatten()),
+            }
+        }
         for x in list.iter().chain(forms).chain([&case.step]).chain(case.algebra.basis.iter().flatten().flatten()) {
             let value = x.eval::<f64>().unwrap_or(f64::NAN);
             assert_eq!((value * 65_536.0 * 65_536.0).fract(), 0.0, "{x}\n{case}");

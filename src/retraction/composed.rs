@@ -72,7 +72,7 @@ fn product<S: Scalar, const K: usize>(term: &OddTerm<S::Base>, x: &[S], without:
 ///
 /// ```
 /// use euler_poincare::algebra::Vector;
-/// use euler_poincare::retraction::{CayleySo3, Composed, OddTerm, Retraction};
+/// use euler_poincare::retraction::{CayleySo3, CayleySo3Point, Composed, ComposedPoint, OddTerm, Retraction, TangentPoint};
 ///
 /// // φ(x) = x + x_1 x_2² e_3/8.
 /// let term = OddTerm { component: 2, coefficient: 0.125, factors: vec![0, 1, 1] };
@@ -80,6 +80,9 @@ fn product<S: Scalar, const K: usize>(term: &OddTerm<S::Base>, x: &[S], without:
 /// let x = Vector::<f64, 3>::new(1.0, -1.0, 0.5);
 /// assert_eq!(tau.tau(&x)?, CayleySo3::new().tau(&Vector::<f64, 3>::new(1.0, -1.0, 0.625))?);
 /// assert!((tau.tau_inv(&tau.tau(&x)?)? - x).amax() < 1e-15);
+/// // By the chain rule.
+/// let point: ComposedPoint<CayleySo3Point<f64>, f64, 3> = tau.at(&x)?;
+/// assert!((point.d() * point.d_inv()).is_identity(1e-15));
 /// # Ok::<(), euler_poincare::retraction::RetractionError>(())
 /// ```
 #[derive(Clone, Debug)]

@@ -202,7 +202,7 @@ pub struct Start {
 /// use euler_poincare::retraction::Retraction;
 /// use euler_poincare::scalar::{Number, Real};
 /// use euler_poincare::system::case::{
-///     Algebra, Case, Constant, Drag, Force as Term, Inertia, Lagrangian as Energy, Method, Motion, Start, Structure, Tau,
+///     Algebra, Case, Constant, Drag, Force as Term, Inertia, Lagrangian as Energy, Method, Monomial, Motion, Start, Structure, Tau,
 /// };
 /// use euler_poincare::system::error::Segment;
 /// use euler_poincare::system::{CaseError, Place, Problem, System, Visitor};
@@ -212,7 +212,11 @@ pub struct Start {
 /// let case = Case {
 ///     algebra: Algebra { structure: Structure::Named(Entry::So3), basis: None },
 ///     lagrangian: Energy::new(Inertia::Diagonal(vec![n(1), n(2), n(3)])),
-///     forces: vec![Term::LinearDrag(Drag::Coefficient(Number::ratio(1, 10)))],
+///     // −η/10, and cos(t) η_2 in the first component.
+///     forces: vec![
+///         Term::LinearDrag(Drag::Coefficient(Number::ratio(1, 10))),
+///         Term::Polynomial { terms: vec![Monomial { component: 1, value: n(1), cos: 1, sin: 0, factors: vec![2] }] },
+///     ],
 ///     method: Method { tableau: Description::Family(Family::Gauss, 2), retraction: Tau::Cayley, argument: Vec::new() },
 ///     start: Start { motion: Motion::Velocity(vec![n(1), n(0), n(1)]), attitude: None, time: n(0) },
 ///     step: Number::ratio(1, 8),
