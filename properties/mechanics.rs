@@ -6,13 +6,13 @@ use euler_poincare::group::{LieGroup, MatrixGroup};
 use euler_poincare::mechanics::doubled::{DoubledLagrangian, Forced, partials_by_duals};
 use euler_poincare::mechanics::equations::{EulerPoincare, attitude_rate, lie_poisson_bracket};
 use euler_poincare::mechanics::force::*;
-use euler_poincare::mechanics::lagrangian::{AnyLagrangian, Quadratic, Quartic};
+use euler_poincare::mechanics::lagrangian::{AnyLagrangian, Gyrostat, Quadratic, Quartic};
 use euler_poincare::mechanics::models::{Model, landau_lifshitz_gilbert, relaxed_rigid_body};
 use euler_poincare::mechanics::{Force, Lagrangian, LegendreError};
 use euler_poincare::retraction::{Cayley, CayleySo3, Exponential, ExponentialSo3, Retraction, RetractionError};
 use euler_poincare::scalar::{Dd, Dual, Real, Scalar};
-use euler_poincare::system::SystemFile;
 use euler_poincare::system::trajectory::{Observer, Plan, Row};
+use euler_poincare::system::{System, SystemFile, Visitor};
 use std::ops::ControlFlow;
 
 const U: f64 = f64::EPSILON / 2.0;
@@ -130,6 +130,45 @@ fn the_quartic_is_inverted_from_any_guess_at_any_size() {
     close(size(&body.velocity(&Covector::zeros(), &Vector::from([3.0, -2.0])).unwrap()), 1e-100);
 }
 
+/// l = ½ ηᵀIη + ⟨b, η⟩ + ¼ κ (ηᵀKη)²: l', l'', E, and the inverse of l' from any guess, beside the same by values alone.
+#[test]
+fn a_gyrostat_and_a_quartic_in_a_metric_of_its_own_are_their_formulas() {
+    let mut random = Sequence(14);
+    for k in 0..60 {
+        let (inertia, factor) = (random.inertia::<4>(), random.matrix::<4>());
+        // Of rank 4, and of rank 2.
+        let metric =
+            if k % 2 == 0 { random.inertia() } else { factor.columns(0, 2) * factor.columns(0, 2).transpose() };
+        let (kappa, rotor) = (10f64.powf(2.0 * random.next()), random.vector::<4>().transpose());
+        let body = Gyrostat::new(Quartic::in_metric(inertia, kappa, &metric).unwrap(), rotor).unwrap();
+        let eta = random.vector::<4>() * 10f64.powf(3.0 * random.next());
+        let (momentum, q) = (metric * eta, eta.dot(&(metric * eta)));
+        let gradient = (inertia * eta + momentum * (kappa * q)).transpose() + rotor;
+        let slope = inertia + metric * (kappa * q) + momentum * momentum.transpose() * (2.0 * kappa);
+        let scale = size(&inertia) + size(&metric) * kappa * (q + size(&momentum) * size(&eta));
+        let rounding = 256.0 * U * (scale * size(&eta) + size(&rotor));
+        close(size(&(body.gradient(&eta) - gradient)), rounding);
+        close(size(&(body.hessian(&eta) - slope)), 256.0 * U * scale);
+        let energy = 0.5 * eta.dot(&(inertia * eta)) + 0.75 * kappa * q * q;
+        close((body.energy(&eta) - energy).abs(), 64.0 * U * energy);
+        let by_value = ByValue(body.clone());
+        close(size(&(by_value.gradient(&eta) - gradient)), rounding);
+        close((by_value.energy(&eta) - energy).abs(), 256.0 * U * (energy + size(&rotor) * size(&eta)));
+        let condition = size(&slope.try_inverse().unwrap()) * 16.0;
+        for guess in [Vector::zeros(), eta * 1e3, random.vector::<4>() * 10f64.powf(4.0 * random.next())] {
+            close(size(&(body.velocity(&gradient, &guess).unwrap() - eta)), condition * rounding);
+        }
+        // Chosen at run time.
+        let any: AnyLagrangian<f64, 4> =
+            Gyrostat::new(AnyLagrangian::from(body.body().clone()), *body.rotor()).unwrap().into();
+        assert_eq!((any.gradient(&eta), any.energy(&eta)), (body.gradient(&eta), body.energy(&eta)));
+    }
+    let same = Quartic::in_metric(Matrix::<f64, 2>::identity(), 0.5, &Matrix::identity()).unwrap();
+    let (plain, eta) = (Quartic::new(Matrix::<f64, 2>::identity(), 0.5).unwrap(), Vector::from([0.5, -2.0]));
+    assert_eq!((same.value(&eta), same.energy(&eta)), (plain.value(&eta), plain.energy(&eta)));
+    assert_eq!(same.metric(), plain.metric());
+}
+
 /// η + κη³ = μ: η' = 1/p, η'' = −6κη/p³, η''' = (108κ²η²/p − 6κ)/p⁴ with p = 1 + 3κη².
 #[test]
 fn the_inverse_legendre_transform_carries_derivatives_of_any_order() {
@@ -180,6 +219,14 @@ fn bad_lagrangians_and_momenta_are_errors() {
     assert!(Quartic::new(*indefinite.inertia(), 1.0).is_err());
     assert!(Quartic::new(Matrix::<f64, 2>::identity(), -1.0).is_err());
     assert!(Quartic::new(Matrix::<f64, 2>::identity(), f64::NAN).is_err());
+    let metric =
+        |entries: [f64; 4]| Quartic::in_metric(Matrix::identity(), 1.0, &Matrix::<f64, 2>::from_row_slice(&entries));
+    assert!(metric([1.0, 1.0, 1.0, 1.0]).is_ok() && metric([0.0; 4]).is_ok());
+    for entries in [[1.0, 0.0, 0.0, -1.0], [1.0, 0.5, 0.0, 1.0], [1.0, f64::NAN, f64::NAN, 1.0]] {
+        assert!(matches!(metric(entries), Err(LegendreError::BadTerm { .. })));
+    }
+    let rotor = Gyrostat::new(bad([1.0, 0.0, 0.0, 1.0]).unwrap(), Covector::from([0.0, f64::INFINITY]));
+    assert!(rotor.is_err_and(|e| e.to_string().contains("gyrostat term is refused: entry 2 is not finite")));
     let (mu, guess) = (Covector::from([2.0, 0.0]), Vector::from([0.1, 0.2]));
     assert!(Flat.velocity(&mu, &guess).is_err(), "|l'| < 1 < |μ|");
     assert!(matches!(Degenerate.velocity(&mu, &guess), Err(LegendreError::Singular { .. })));
@@ -308,6 +355,158 @@ fn cubic_drag_is_its_formula_in_files_too() {
     assert!(error.abs() < 1e-20, "{error:e}");
     let text = case.to_string();
     assert!(text.contains("cubic-drag q = 3/2"), "{text}");
+}
+
+/// A body on so(3) with these keys in `[lagrangian]`, at rest or not, without force.
+fn body(keys: &str, state: &str) -> Result<SystemFile, String> {
+    let file = format!(
+        "format = 1\n[algebra]\nname = \"so3\"\n[lagrangian]\n{keys}\n[method]\ntableau = \"gauss-4\"\nretraction = \"exp\"\n\
+         [state]\n{state}\n[run]\nstep = \"1/16\"\nsteps = 16\n"
+    );
+    SystemFile::parse(&file).map_err(|e| e.to_string())
+}
+
+#[test]
+fn gyrostats_metrics_and_indefinite_inertias_are_in_files() {
+    // M = b at rest, and nothing moves it; then with a rotor along the axis of a symmetric body, where the steady precession is known:
+    // Ω = (a, 0, n), ad*_Ω M = M × Ω = 0 for M = (A a, 0, C n + b) where A n = C n + b.
+    struct Last(Vec<Dd>);
+    impl Observer<Dd> for Last {
+        fn row(&mut self, row: &Row<'_, Dd>) {
+            self.0 = row.values.to_vec();
+        }
+        fn step(&mut self, _: u64, _: u64) -> ControlFlow<()> {
+            ControlFlow::Continue(())
+        }
+    }
+    let end = |keys: &str, state: &str| {
+        let mut last = Last(Vec::new());
+        let file = body(keys, state).unwrap();
+        file.case.trajectory(Plan { steps: 16, last: None, every: 16 }, &mut last).unwrap();
+        last.0.iter().map(|x| x.to_f64()).collect::<Vec<f64>>()
+    };
+    let rest = end("inertia = [1, 2, 3]\ngyrostat = [1, \"1/2\", -1]", "velocity = [0, 0, 0]");
+    assert_eq!(rest[1..8], [1.0, 0.5, -1.0, 0.0, 0.0, 0.0, 0.0]);
+    let steady = end("inertia = [3, 3, 1]\ngyrostat = [0, 0, 1]", "velocity = [1, 0, \"1/2\"]");
+    for (found, wanted) in steady[1..8].iter().zip([3.0, 0.0, 1.5, 1.0, 0.0, 0.5, 1.625]) {
+        assert!((found - wanted).abs() < 1e-28, "{steady:?}");
+    }
+    // q = Ω_3⁴/4 with K = diag(0, 0, 1): l' = (Ω_1, Ω_2, Ω_3 + Ω_3³).
+    let quartic = end("quartic = 1\nmetric = [0, 0, 1]", "velocity = [0, 0, 2]");
+    assert_eq!(quartic[1..8], [0.0, 0.0, 10.0, 0.0, 0.0, 2.0, 14.0]);
+    // An indefinite body: the energy and |M|² are kept.
+    let hyperbolic = end("inertia = [1, -2, 3]\nindefinite = true", "momentum = [1, 1, 1]");
+    let energy = 0.5 - 0.25 + 1.0 / 6.0;
+    assert!((hyperbolic[7] - energy).abs() < 1e-9 && (hyperbolic[1] - 1.0).abs() > 1e-3, "{hyperbolic:?}");
+
+    for (keys, wanted) in [
+        (
+            "inertia = [1, -2, 3]",
+            "line 5, column 11: lagrangian.inertia: is not positive definite; allowed: positive definite; with",
+        ),
+        ("inertia = [1, -2, 3]\nindefinite = false", "`indefinite = true`"),
+        ("inertia = [1, -2, 3]\nindefinite = true\nquartic = 1", "not positive definite"),
+        ("inertia = [1, 0, 3]\nindefinite = true", "inertia[2]: is 0"),
+        ("indefinite = 1", "invalid type: integer `1`, expected a boolean"),
+        ("gyrostat = [1, 2]", "gyrostat: has 2 entries; allowed: 3"),
+        ("gyrostat = 1", "expected a sequence"),
+        ("gyrostat = [1, \"1/0\", 2]", "gyrostat[2]"),
+        ("metric = [1, 1, 1]", "lagrangian.metric: does not belong here: it is the metric of the quartic term"),
+        ("quartic = 1\nmetric = [1, 1]", "metric: has 2 entries"),
+        (
+            "quartic = 1\nmetric = [1, 1, -1]",
+            "the metric of the quartic term is refused: it is not positive semidefinite",
+        ),
+        ("quartic = 1\nmetric = [[1, 0, 0], [1, 1, 0], [0, 0, 1]]", "metric[2][1]: is not symmetric"),
+        ("quartic = 1\nmetric = [[1, 0, 0], 1, [0, 0, 1]]", "metric[2]: does not belong here"),
+        (
+            "rotor = [1, 2, 3]",
+            "unknown field `rotor`, expected one of `inertia`, `indefinite`, `gyrostat`, `quartic`, `metric`",
+        ),
+    ] {
+        let refused = body(keys, "momentum = [1, 1, 1]").unwrap_err();
+        assert!(refused.contains(wanted), "{keys}: {refused}");
+    }
+    let printed = body("gyrostat = [0, 0, 1]\nquartic = \"1/3\"\nmetric = [0, 0, 1]", "momentum = [1, 1, 1]").unwrap();
+    let text = printed.case.to_string();
+    let line = "lagrangian inertia diag[1, 1, 1], gyrostat [0, 0, 1], quartic 1/3 in the metric diag[0, 0, 1]\n";
+    assert!(text.contains(line), "{text}");
+    assert_eq!(SystemFile::parse(&printed.to_toml().unwrap()).unwrap(), printed);
+}
+
+#[test]
+fn polynomials_are_their_terms_in_files_too() {
+    let force = |keys: &str, state: &str| {
+        let file = format!(
+            "format = 1\n[algebra]\nname = \"so3\"\n[lagrangian]\ninertia = [1, 2, 3]\n[[force]]\n{keys}\n[method]\ntableau = \"gauss-2\"\n\
+             retraction = \"exp\"\n[state]\n{state}\n[run]\nstep = \"1/8\"\nsteps = 1\n"
+        );
+        SystemFile::parse(&file).map_err(|e| e.to_string())
+    };
+    struct At(f64, Vector<f64, 3>);
+    impl Visitor<f64> for At {
+        type Output = Vec<f64>;
+        fn visit<const N: usize, const D: usize, R, L, F>(self, system: System<f64, N, D, R, L, F>) -> Vec<f64>
+        where
+            R: Retraction<f64, N, D> + 'static,
+            L: Lagrangian<f64, N> + 'static,
+            F: Force<f64, N> + 'static,
+        {
+            let eta = Vector::<f64, N>::from_fn(|a, _| self.1.get(a).copied().unwrap_or(0.0));
+            system.force.force(self.0, &eta).iter().copied().collect()
+        }
+    }
+    let (t, eta) = (0.75, Vector::<f64, 3>::new(0.5, -1.0, 2.0));
+    let value = |keys: &str| {
+        let file = force(keys, "momentum = [1, 1, 1]").unwrap();
+        assert_eq!(SystemFile::parse(&file.to_toml().unwrap()).unwrap(), file);
+        file.case.dispatch::<f64, _>(At(t, eta)).unwrap()
+    };
+    let terms = "[[1, \"1/2\", 0, 1, [2, 2, 3]], [3, -3, 2, 0, []], [3, 1, 0, 0, [1]]]";
+    let (cos, sin) = (t.cos(), t.sin());
+    let p = [0.5 * sin * 2.0, 0.0, -3.0 * cos * cos + 0.5];
+    let found = value(&format!("kind = \"polynomial\"\nterms = {terms}"));
+    for a in 0..3 {
+        close((found[a] - p[a]).abs(), 16.0 * U);
+    }
+    // M × ζ on so(3).
+    let m = [0.5, -2.0, 6.0];
+    let found = value(&format!("kind = \"orbit\"\nzeta = {terms}"));
+    for a in 0..3 {
+        let (b, c) = ((a + 1) % 3, (a + 2) % 3);
+        close((found[a] - (m[b] * p[c] - m[c] * p[b])).abs(), 256.0 * U);
+    }
+    let text = force(&format!("kind = \"orbit\"\nzeta = {terms}"), "momentum = [1, 1, 1]").unwrap().case.to_string();
+    assert!(
+        text.contains("force      orbit zeta = [[1, 1/2, 0, 1, [2, 2, 3]], [3, -3, 2, 0, []], [3, 1, 0, 0, [1]]]"),
+        "{text}"
+    );
+
+    for (terms, wanted) in [
+        ("[]", "force[1].terms: is empty; allowed: at least one term"),
+        ("[[4, 1, 0, 0, []]]", "terms[1][1]: is the index 4; allowed: 1 to 3"),
+        ("[[0, 1, 0, 0, []]]", "the index 0"),
+        ("[[-1, 1, 0, 0, []]]", "terms[1][1]: is -1; allowed: a list of terms"),
+        ("[[1, 1, 0, 0, [1]], [1, 1, 0, 0, [1, 4]]]", "terms[2][5][2]: is the index 4"),
+        ("[[1, 1, 17, 0, []]]", "terms[1][3]: is of degree 17; allowed: at most 16"),
+        ("[[1, 1, 0, -1, []]]", "terms[1][4]: is -1"),
+        ("[[1, \"1/0\", 0, 0, []]]", "terms[1][2]"),
+        ("[[1, 1, 0, 0]]", "invalid length 4"),
+        ("[[1, 1, 0, 0, 1]]", "expected a sequence"),
+        ("[1, 1, 0, 0, []]", "expected"),
+    ] {
+        let refused = force(&format!("kind = \"polynomial\"\nterms = {terms}"), "momentum = [1, 1, 1]").unwrap_err();
+        assert!(refused.contains(wanted), "{terms}: {refused}");
+    }
+    assert!(force("kind = \"polynomial\"\nzeta = []", "momentum = [1, 1, 1]").unwrap_err().contains("takes `terms`"));
+    assert!(force("kind = \"orbit\"", "momentum = [1, 1, 1]").unwrap_err().contains("`zeta` is missing"));
+    let term = |coefficient, component, cos| Monomial { component, coefficient, cos, sin: 0, factors: vec![0] };
+    for (bad, why) in
+        [(term(f64::NAN, 0, 0), "finite"), (term(1.0, 3, 0), "no component 4 of 3"), (term(1.0, 0, 17), "degree 17")]
+    {
+        assert!(Polynomial::<f64, 3>::new(vec![bad]).is_err_and(|e| e.to_string().contains(why)));
+    }
+    assert!(Force::<f64, 3>::is_zero(&Polynomial::<f64, 3>::new(vec![term(0.0, 0, 1)]).unwrap()));
 }
 
 #[test]

@@ -231,6 +231,50 @@ fn a_map_has_the_tangents_and_the_inverse_of_the_closed_form() {
     assert!(matches!(error, RetractionError::NoPreimage { .. } | RetractionError::SingularTangent { .. }), "{error}");
 }
 
+/// Coordinates of the second kind on SO(3): τ(x) = exp(x_1 e_1) exp(x_2 e_2) exp(x_3 e_3). τ(−x) is not τ(x)⁻¹, which has the factors in
+/// the other order: it is no retraction of the kind that is needed. Symmetric: exp(x_3 e_3/2) … exp(x_1 e_1) … exp(x_3 e_3/2), which is.
+struct SecondKind<const SYMMETRIC: bool>;
+
+impl<T: Real, const SYMMETRIC: bool> Map<T, 3, 3> for SecondKind<SYMMETRIC> {
+    fn map<S: Scalar<Base = T>>(&self, x: &Vector<S, 3>) -> Option<Matrix<S, 3>> {
+        let turn = |axis: usize, angle: S| {
+            let (a, b, (sin, cos)) = ((axis + 1) % 3, (axis + 2) % 3, angle.sin_cos());
+            let mut turn = Matrix::<S, 3>::identity();
+            (turn[(a, a)], turn[(a, b)], turn[(b, a)], turn[(b, b)]) = (cos, -sin, sin, cos);
+            turn
+        };
+        if !SYMMETRIC {
+            return Some(turn(0, x[0]) * turn(1, x[1]) * turn(2, x[2]));
+        }
+        let (outer, inner) = (turn(2, x[2] * S::half()), turn(1, x[1] * S::half()));
+        Some(outer * inner * turn(0, x[0]) * inner * outer)
+    }
+}
+
+suite! {
+    mod second_kind<T, 3, 3> { group: So3::<T>::new(), map: SecondKind::<false> }
+}
+
+suite! {
+    mod symmetric_kind<T, 3, 3> { group: So3::<T>::new(), map: SecondKind::<true> }
+}
+
+#[test]
+fn coordinates_of_the_second_kind_are_refused() {
+    let settings = SuiteSettings { cases: 40, ..SuiteSettings::new() };
+    for law in ["retraction-inverse", "retraction-adjoint"] {
+        let Outcome::Broken(broken) = second_kind::suite().run(law, &settings) else { panic!("{law} does not see it") };
+        assert!(broken.to_string().contains("τ(−ξ)") || law == "retraction-adjoint", "{broken}");
+        let outcome = symmetric_kind::suite().run(law, &settings);
+        assert!(!matches!(outcome, Outcome::Broken(_)), "{outcome:?}");
+    }
+    // What is right about it is right: its tangents are those of the map.
+    for law in ["retraction-tangent", "retraction-inverse-tangent", "retraction-second-tangent"] {
+        let outcome = second_kind::suite().run(law, &settings);
+        assert!(!matches!(outcome, Outcome::Broken(_)), "{law}: {outcome:?}");
+    }
+}
+
 /// exp on SO(3) in closed form, with its series only where |x|² < LATE 10⁻¹²: from there on (1 − cos θ)/θ² has lost its digits.
 struct LateSeries<const LATE: u64>;
 

@@ -122,6 +122,40 @@ fn correct_steppers_hold() {
 }
 
 #[test]
+fn a_gyrostat_is_asked_in_version_2() {
+    if !python("a_gyrostat_is_asked_in_version_2") {
+        return;
+    }
+    let here = directory("gyrostat");
+    let text = "format = 1\n[algebra]\nname = \"so3\"\n[lagrangian]\ninertia = [1, 2, 3]\ngyrostat = [0, \"1/2\", 1]\nKEYS\n[[force]]\n\
+                kind = \"linear-drag\"\ncoefficient = \"1/4\"\n[state]\nmomentum = [1, 1, 1]\n[run]\nstep = \"1/8\"\n";
+    fs::write(here.join("gyrostat.toml"), text.replace("KEYS", "")).unwrap();
+    fs::write(here.join("metric.toml"), text.replace("KEYS", "quartic = 1\nmetric = [1, 0, 2]")).unwrap();
+    let run = |system: &str, stepper: &[&str]| {
+        probe(&here, &["--system", system, "--order", "4", "--laws", "order", "--format", "json"], stepper)
+    };
+    let rk4 = steppers("rk4.py");
+    let held = run("gyrostat.toml", &["python3", &rk4]);
+    assert_eq!(code(&held), 0, "{}{}", stdout(&held), stderr(&held));
+    // A program that does not look at the key solves another system.
+    let ignores = fs::read_to_string(&rk4).unwrap().replace("q.get(\"gyrostat\", [0.0] * n)", "[0.0] * n");
+    fs::write(here.join("ignores.py"), ignores).unwrap();
+    let broken = run("gyrostat.toml", &["python3", here.join("ignores.py").to_str().unwrap()]);
+    assert_eq!(code(&broken), 1, "{}", stdout(&broken));
+    let request = laws(&broken)[0].1["failure"]["exchange"]["request"].as_str().unwrap().to_owned();
+    assert!(request.starts_with("{\"version\":2,") && request.contains("\"gyrostat\":[0.0,0.5,1.0]"), "{request}");
+    for (system, stepper, why) in [
+        ("gyrostat.toml", "variational.py", "a later version of the protocol"),
+        ("gyrostat.toml", "rigid_body.py", "anything but a free rigid body"),
+        ("metric.toml", "rk4.py", "a quartic term"),
+    ] {
+        let refused = run(system, &["python3", &steppers(stepper)]);
+        assert_eq!(code(&refused), 3, "{stepper}: {}", stdout(&refused));
+        assert!(stdout(&refused).contains(why), "{stepper}: {}", stdout(&refused));
+    }
+}
+
+#[test]
 fn the_order_is_reported_where_none_is_claimed_and_refuted_on_both_sides() {
     if !python("the_order_is_reported_where_none_is_claimed_and_refuted_on_both_sides") {
         return;

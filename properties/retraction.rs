@@ -7,7 +7,8 @@ use euler_poincare::algebra::{LieAlgebra, Matrix, Vector};
 use euler_poincare::group::{LieGroup, MatrixGroup};
 use euler_poincare::retraction::coefficients::Coefficients;
 use euler_poincare::retraction::{
-    AnyRetraction, Cayley, CayleySo3, Exponential, ExponentialSo3, Retraction, RetractionError, TangentPoint,
+    AnyRetraction, Cayley, CayleySo3, Composed, Exponential, ExponentialSo3, OddTerm, Retraction, RetractionError,
+    TangentPoint,
 };
 use euler_poincare::scalar::dual::derivative;
 use euler_poincare::scalar::{Dd, Dual, Real, Scalar};
@@ -282,6 +283,46 @@ fn group_identities<T: Real, const N: usize, const D: usize, R: Retraction<T, N,
     note("T(τ⁻¹ τ) = 1", size(&(slope - y)), &[size(&d_inv), size(&d_inv), size(&g), size(&back)]);
 }
 
+/// Terms of the third and of the fifth degree.
+fn odd_terms<T: Real, const N: usize>() -> Vec<OddTerm<T>> {
+    let term = |component, p, factors: &[usize]| OddTerm {
+        component,
+        coefficient: T::ratio(p, 8),
+        factors: factors.iter().map(|i| i % N).collect(),
+    };
+    vec![term(0, 1, &[1, 1, 2]), term(N - 1, -1, &[0, 1, 2]), term(1, 1, &[0, 0, 0, 1, 2]), term(0, 1, &[0, 0, 0])]
+}
+
+/// The inverse of an odd map, where it folds, and what is no odd map.
+#[test]
+fn odd_maps_are_inverted_up_to_their_folds() {
+    let term = |coefficient, component, degree| OddTerm { component, coefficient, factors: vec![0; degree] };
+    let make = |terms| Composed::new::<3, 3>(ExponentialSo3::<f64>::new(), terms);
+    // φ(x) = x − x³/3 along e_1 has its fold at x = 1, φ = 2/3.
+    let folds = make(vec![term(-1.0 / 3.0, 0, 3)]).unwrap();
+    for x in [1e-9, 0.3, 0.9, 0.99, -0.99] {
+        let g = folds.tau(&Vector::<f64, 3>::new(x, 0.0, 0.0)).unwrap();
+        let back: Vector<f64, 3> = folds.tau_inv(&g).unwrap();
+        assert!((back[0] - x).abs() < 1e-13 * x.abs() / (1.0 - x * x), "{x} {back}");
+    }
+    let beyond: Matrix<f64, 3> = ExponentialSo3::<f64>::new().tau(&Vector::<f64, 3>::new(0.7, 0.0, 0.0)).unwrap();
+    assert!(matches!(folds.tau_inv(&beyond), Err(RetractionError::NoPreimage { .. })));
+    assert!(matches!(folds.at(&Vector::<f64, 3>::new(1.0, 0.0, 0.0)), Err(RetractionError::SingularTangent { .. })));
+    for (bad, why) in [
+        (term(f64::NAN, 0, 3), "not finite"),
+        (term(1.0, 3, 3), "larger than the dimension"),
+        (term(1.0, 0, 2), "not odd"),
+        (term(1.0, 0, 1), "not odd"),
+        (term(1.0, 0, 17), "from 3 to 15"),
+    ] {
+        assert!(make(vec![bad]).is_err_and(|e| e.to_string().contains(why)));
+    }
+    // Where nothing is added it is the same to the last bit.
+    let (same, x) = (make(Vec::new()).unwrap(), Vector::<f64, 3>::new(0.4, -0.3, 0.2));
+    assert_eq!(same.tau(&x).unwrap(), ExponentialSo3::new().tau(&x).unwrap());
+    assert_eq!(same.at(&x).unwrap().d(), ExponentialSo3::new().at(&x).unwrap().d());
+}
+
 fn all_identities<T: Real>() {
     identities("cay on SO(3)", &CayleySo3::<T>::new(), &so3(), 30.0);
     identities("exp on SO(3)", &ExponentialSo3::<T>::new(), &so3(), 30.0);
@@ -290,6 +331,11 @@ fn all_identities<T: Real>() {
         identities(&format!("exp on {name}"), &exponential, &group, exp);
         let cayley = AnyRetraction::Cayley(Cayley::new(group.clone()).unwrap());
         identities(&format!("cay on {name}"), &cayley, &group, cay);
+        let odd = || odd_terms::<T, N>();
+        let composed = AnyRetraction::Composed(Box::new(Composed::new(exponential, odd()).unwrap()));
+        identities(&format!("exp after an odd map on {name}"), &composed, &group, 1.0);
+        let composed = AnyRetraction::Composed(Box::new(Composed::new(cayley, odd()).unwrap()));
+        identities(&format!("cay after an odd map on {name}"), &composed, &group, 1.0);
     }
     both("SO(3), general", so3::<T>(), 30.0, 30.0);
     both("SE(3)", se3::<T>(), 30.0, 30.0);

@@ -173,6 +173,7 @@ const BAD: &[(&str, &str, &str, &[&str])] = &[
     ("[\"1/2\", 2, 1]", "[[1, 1, 0], [1, 1, 0], [0, 0, 1]]", "inertia", &["singular"]),
     ("[\"1/2\", 2, 1]", "[[1, 0, 0], 1, [0, 0, 1]]", "inertia", &["inertia[2]", "not a mixture"]),
     ("[\"1/2\", 2, 1]", "[1, 1, 1]\nquartic = -1", "quartic", &["lagrangian.quartic", "is -1", "0 or more"]),
+    ("\"1/2\", 2, 1", "\"1/2\", -2, 1", "inertia", &["is not positive definite", "`indefinite = true`"]),
     // Forces.
     ("kind = \"double-bracket\"", "kind = \"friction\"", "friction", &["unknown variant `friction`", "`linear-drag`"]),
     ("alpha = 1\n", "", "[[force]]", &["force[1]", "`alpha` is missing"]),
@@ -205,6 +206,31 @@ const BAD: &[(&str, &str, &str, &[&str])] = &[
         &["a_22", "zero"],
     ),
     ("tableau = \"gauss-2\"", "a = [[0, 0], [1, 0]]\nb = [\"1/2\", \"1/3\"]", "b = ", &["sum to", "not to 1"]),
+    (
+        "retraction = \"cayley\"",
+        "retraction = \"cayley\"\nargument = [[4, 1, [1, 1, 1]]]",
+        "argument",
+        &["method.argument[1][1]", "index 4"],
+    ),
+    (
+        "retraction = \"cayley\"",
+        "retraction = \"cayley\"\nargument = [[1, 1, [1, 0, 1]]]",
+        "argument",
+        &["method.argument[1][3][2]", "index 0"],
+    ),
+    (
+        "retraction = \"cayley\"",
+        "retraction = \"cayley\"\nargument = [[1, 1, [1, 1]]]",
+        "argument",
+        &["method.argument[1][3]", "not odd"],
+    ),
+    (
+        "retraction = \"cayley\"",
+        "retraction = \"cayley\"\nargument = [[1, -1, [-1, 1, 1]]]",
+        "argument",
+        &["method.argument[1][3][1]", "is -1"],
+    ),
+    ("retraction = \"cayley\"", "retraction = \"cayley\"\nargument = [[1, 1]]", "argument", &["invalid length 2"]),
     ("retraction = \"cayley\"", "retraction = \"cay\"", "retraction", &["unknown variant `cay`", "`exp`", "`cayley`"]),
     // The state.
     ("attitude = [0, 0.5, 0]", "attitude = [0, 0.5]", "attitude", &["state.attitude", "allowed: 3"]),
@@ -390,10 +416,25 @@ fn what_matters_is_common_enough() {
     let wanted: &[(&str, &[&str])] = &[
         ("class", &["abelian", "nilpotent", "solvable", "simple", "semisimple", "mixed"]),
         ("unimodular", &["yes", "no"]),
+        ("lagrangian", &["quadratic", "quartic", "metric", "gyrostat", "gyrostat-quartic"]),
         ("inertia", &["unit", "diagonal", "full", "thin", "nearly-unit"]),
         ("angle", &["none", "tiny", "moderate", "near-pi"]),
         ("tableau", &["gauss", "lobatto", "radau", "classic", "explicit", "diagonally-implicit", "fully-implicit"]),
-        ("force", &["none", "double-bracket", "metriplectic", "linear-drag", "quadratic-drag", "constant", "periodic"]),
+        (
+            "force",
+            &[
+                "none",
+                "double-bracket",
+                "metriplectic",
+                "linear-drag",
+                "quadratic-drag",
+                "cubic-drag",
+                "constant",
+                "periodic",
+                "polynomial",
+                "orbit",
+            ],
+        ),
     ];
     for (category, labels) in wanted {
         for label in *labels {
@@ -461,6 +502,7 @@ fn knobs_hold_for_generated_and_for_shrunk_cases() {
         cases().algebras(&[Entry::Se3, Entry::Sl2]).changed_basis(false).with_tableaux(gauss).steps(3, 4),
         cases().forced().retraction(Tau::Exponential),
         cases().fast(),
+        cases().kinetic(),
     ];
     for (i, knobs) in all.into_iter().enumerate() {
         let mut runner = runner(6 + i as u8);
@@ -511,8 +553,8 @@ fn shrinking_reaches_the_simplest_case() {
         let text = case.to_toml().unwrap_or_else(|e| panic!("{e}"));
         assert_eq!(case.algebra.structure, Structure::Named(Entry::Abelian(1)), "{text}");
         assert_eq!(case.algebra.basis, None);
-        assert_eq!(case.lagrangian.inertia, Inertia::Diagonal(vec![Number::from(1)]));
-        assert!(case.forces.is_empty() && case.lagrangian.quartic.is_none() && case.start.attitude.is_none());
+        assert_eq!(case.lagrangian, case::Lagrangian::new(Inertia::Diagonal(vec![Number::from(1)])));
+        assert!(case.forces.is_empty() && case.start.attitude.is_none());
         assert_eq!(case.method.tableau, Description::Family(Family::Gauss, 1));
         assert_eq!(case.method.retraction, Tau::Exponential);
         assert_eq!(case.start.motion, Motion::Momentum(vec![Number::from(0)]));
@@ -545,11 +587,15 @@ fn shrinking_keeps_what_breaks_and_drops_the_rest() {
 fn generated_numbers_are_dyadic() {
     for case in sample(&cases(), 13, 300) {
         let (Motion::Velocity(list) | Motion::Momentum(list)) = &case.start.motion;
-        let diagonal: Vec<&Number> = match &case.lagrangian.inertia {
-            Inertia::Diagonal(list) => list.iter().collect(),
-            Inertia::Full(rows) => rows.iter().flatten().collect(),
-        };
-        for x in list.iter().chain(diagonal).chain([&case.step]).chain(case.algebra.basis.iter().flatten().flatten()) {
+        let lagrangian = &case.lagrangian;
+        let mut forms: Vec<&Number> = lagrangian.gyrostat.iter().flatten().collect();
+        for form in [&lagrangian.inertia].into_iter().chain(&lagrangian.metric) {
+            match form {
+                Inertia::Diagonal(list) => forms.extend(list),
+                Inertia::Full(rows) => forms.extend(rows.iter().flatten()),
+            }
+        }
+        for x in list.iter().chain(forms).chain([&case.step]).chain(case.algebra.basis.iter().flatten().flatten()) {
             let value = x.eval::<f64>().unwrap_or(f64::NAN);
             assert_eq!((value * 65_536.0 * 65_536.0).fract(), 0.0, "{x}\n{case}");
             assert_eq!(x.eval::<Dd>().map(|v| (v.hi(), v.lo())), Ok((value, 0.0)), "{x}\n{case}");
@@ -665,10 +711,7 @@ fn quickcheck_shrinks_cases_and_parts() {
             tableau = next;
         }
         assert_eq!(algebra.structure, Structure::Named(Entry::Abelian(1)));
-        assert_eq!(
-            lagrangian,
-            case::Lagrangian { inertia: Inertia::Diagonal(vec![Number::from(1); n]), quartic: None }
-        );
+        assert_eq!(lagrangian, case::Lagrangian::new(Inertia::Diagonal(vec![Number::from(1); n])));
         assert_eq!(tableau, Description::Family(Family::Gauss, 1));
     }
 }

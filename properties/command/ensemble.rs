@@ -87,11 +87,14 @@ fn members_are_trajectories() {
     let quartic = format!("{BODY}\nquartic = \"1/10\"");
     let horizon = "step = 0.25\nhorizon = 1.9";
     let dd = "step = 0.25\nsteps = 4\nscalar = \"dd\"";
-    let systems: [(&str, &str, &str, &str, &str, usize); 8] = [
+    let (gyrostat, indefinite) = (format!("{BODY}\ngyrostat = [0, 0, 1]"), "[1, -2, 3]\nindefinite = true");
+    let systems: [(&str, &str, &str, &str, &str, usize); 10] = [
         ("name = \"so3\"", BODY, DAMPED, GAUSS, horizon, 3),
         ("name = \"so3\"", BODY, "", exp, horizon, 3),
         ("name = \"so3\"", BODY, periodic, GAUSS, horizon, 3),
         ("name = \"so3\"", &quartic, DAMPED, GAUSS, horizon, 3),
+        ("name = \"so3\"", &gyrostat, DAMPED, GAUSS, horizon, 3),
+        ("name = \"so3\"", indefinite, DAMPED, GAUSS, horizon, 3),
         ("name = \"so3\"", BODY, DAMPED, exp, dd, 3),
         (twisted, full, DAMPED, GAUSS, horizon, 3),
         (constants, BODY, "", exp, horizon, 3),

@@ -3,7 +3,7 @@
 use super::{broken, clean, missed, names, switched_off};
 use euler_poincare::algebra::{Covector, Matrix, Vector};
 use euler_poincare::laws::user::lagrangian::UserLagrangian;
-use euler_poincare::mechanics::lagrangian::{AnyLagrangian, Quadratic, Quartic};
+use euler_poincare::mechanics::lagrangian::{AnyLagrangian, Gyrostat, Quadratic, Quartic};
 use euler_poincare::mechanics::{Lagrangian, LegendreError};
 use euler_poincare::scalar::{Dd, Real, Scalar};
 use std::collections::BTreeSet;
@@ -20,6 +20,13 @@ fn quartic<T: Real, const N: usize>() -> Quartic<T, N> {
     Quartic::new(inertia(), T::ratio(1, 2)).unwrap()
 }
 
+/// With a rotor, and a quartic term in a singular metric.
+fn gyrostat<T: Real, const N: usize>() -> Gyrostat<Quartic<T, N>, T, N> {
+    let metric = Matrix::from_fn(|r, c| if r.max(c) == 0 { T::int(2) } else { T::zero() });
+    let rotor = Covector::from_fn(|_, a| T::ratio(3 - 2 * a as i64, 4));
+    Gyrostat::new(Quartic::in_metric(inertia(), T::half(), &metric).unwrap(), rotor).unwrap()
+}
+
 #[test]
 fn the_laws_hold_on_the_lagrangians_of_the_library() {
     let report = clean("quadratic", UserLagrangian::at_both(quadratic::<f64, 3>(), quadratic::<Dd, 3>()), 150);
@@ -30,6 +37,8 @@ fn the_laws_hold_on_the_lagrangians_of_the_library() {
     let any =
         UserLagrangian::at_both(AnyLagrangian::from(quartic::<f64, 2>()), AnyLagrangian::from(quartic::<Dd, 2>()));
     clean("any", any, 60);
+    clean("gyrostat", UserLagrangian::at_both(gyrostat::<f64, 3>(), gyrostat::<Dd, 3>()), 100);
+    clean("gyrostat 1", UserLagrangian::at_both(gyrostat::<f64, 1>(), gyrostat::<Dd, 1>()), 60);
     // One large and one negative moment.
     fn thin<T: Real>() -> Quadratic<T, 3> {
         Quadratic::diagonal([T::int(64), -T::ratio(1, 64), T::one()]).unwrap()
@@ -41,6 +50,7 @@ fn the_laws_hold_on_the_lagrangians_of_the_library() {
 #[test]
 fn every_fault_is_seen() {
     let none = BTreeSet::new();
+    assert_eq!(missed(UserLagrangian::at_both(gyrostat::<f64, 3>(), gyrostat::<Dd, 3>()), 30), none);
     assert_eq!(missed(UserLagrangian::at_both(quartic::<f64, 3>(), quartic::<Dd, 3>()), 30), none);
     assert_eq!(missed(UserLagrangian::at_both(quadratic::<f64, 2>(), quadratic::<Dd, 2>()), 30), none);
 }

@@ -6,9 +6,11 @@ use euler_poincare::algebra::{Covector, LieAlgebra, Matrix};
 use euler_poincare::group::MatrixGroup;
 use euler_poincare::integrators::{OneStep, State, Variational};
 use euler_poincare::mechanics::force::{
-    AnyForce, Constant, DoubleBracket, LinearDrag, Metriplectic, Periodic, QuadraticDrag,
+    AnyForce, Constant, CubicDrag, DoubleBracket, LinearDrag, Metriplectic, Monomial, Periodic, Polynomial,
+    QuadraticDrag,
 };
-use euler_poincare::mechanics::lagrangian::{AnyLagrangian, Quadratic, Quartic};
+use euler_poincare::mechanics::lagrangian::{AnyLagrangian, Gyrostat, Quadratic, Quartic};
+use euler_poincare::mechanics::lie_poisson::OrbitForce;
 use euler_poincare::retraction::Exponential;
 use euler_poincare::tableau::Family;
 use serde::Deserialize;
@@ -18,6 +20,7 @@ use std::io::{BufRead, Write, stdin, stdout};
 
 #[derive(Deserialize)]
 struct Request {
+    version: u32,
     dimension: usize,
     constants: Vec<f64>,
     size: usize,
@@ -26,6 +29,10 @@ struct Request {
     inertia: Vec<f64>,
     #[serde(default)]
     quartic: f64,
+    #[serde(default)]
+    metric: Vec<f64>,
+    #[serde(default)]
+    gyrostat: Vec<f64>,
     force: Vec<Term>,
     time: f64,
     step: f64,
@@ -41,8 +48,25 @@ enum Term {
     Metriplectic { beta: f64 },
     LinearDrag { matrix: Vec<f64> },
     QuadraticDrag { matrix: Vec<f64> },
+    CubicDrag { q: f64 },
+    Polynomial { terms: Vec<Row> },
+    Orbit { zeta: Vec<Row> },
     Constant { value: Vec<f64> },
     Periodic { value: Vec<f64>, frequency: f64, phase: f64 },
+}
+
+/// A term of a polynomial.
+type Row = (usize, f64, usize, usize, Vec<usize>);
+
+fn polynomial<const N: usize>(rows: &[Row]) -> Result<Polynomial<f64, N>, Box<dyn Error>> {
+    let term = |(component, coefficient, cos, sin, factors): &Row| Monomial {
+        component: *component,
+        coefficient: *coefficient,
+        cos: *cos,
+        sin: *sin,
+        factors: factors.clone(),
+    };
+    Ok(Polynomial::new(rows.iter().map(term).collect())?)
 }
 
 /// A step on an algebra of dimension N, with matrices padded to D×D.
@@ -50,14 +74,23 @@ fn step<const N: usize, const D: usize>(q: &Request) -> Result<Value, Box<dyn Er
     let m = q.size;
     let algebra = LieAlgebra::<f64, N>::new(|a, b, c| q.constants[(a * N + b) * N + c])?;
     let inertia = Matrix::<f64, N>::from_row_slice(&q.inertia);
-    let body: AnyLagrangian<f64, N> =
-        if q.quartic == 0.0 { Quadratic::new(inertia)?.into() } else { Quartic::new(inertia, q.quartic)?.into() };
+    let mut body: AnyLagrangian<f64, N> = match (q.quartic == 0.0, q.metric.is_empty()) {
+        (true, _) => Quadratic::new(inertia)?.into(),
+        (false, true) => Quartic::new(inertia, q.quartic)?.into(),
+        (false, false) => Quartic::in_metric(inertia, q.quartic, &Matrix::from_row_slice(&q.metric))?.into(),
+    };
+    if !q.gyrostat.is_empty() {
+        body = Gyrostat::new(body, Covector::from_row_slice(&q.gyrostat))?.into();
+    }
     let term = |term: &Term| -> Result<AnyForce<f64, N>, Box<dyn Error>> {
         Ok(match term {
             Term::DoubleBracket { alpha } => DoubleBracket::new(algebra.clone(), body.clone(), *alpha)?.into(),
             Term::Metriplectic { beta } => Metriplectic::new(algebra.clone(), body.clone(), *beta)?.into(),
             Term::LinearDrag { matrix } => LinearDrag::new(Matrix::from_row_slice(matrix))?.into(),
             Term::QuadraticDrag { matrix } => QuadraticDrag::new(Matrix::from_row_slice(matrix))?.into(),
+            Term::CubicDrag { q } => CubicDrag::new(*q)?.into(),
+            Term::Polynomial { terms } => polynomial(terms)?.into(),
+            Term::Orbit { zeta } => OrbitForce::new(algebra.clone(), body.clone(), polynomial(zeta)?).into(),
             Term::Constant { value } => Constant::new(Covector::from_row_slice(value))?.into(),
             Term::Periodic { value, frequency, phase } => {
                 Periodic::new(Covector::from_row_slice(value), *frequency, *phase)?.into()
@@ -92,6 +125,9 @@ fn step<const N: usize, const D: usize>(q: &Request) -> Result<Value, Box<dyn Er
 
 fn answer(line: &str) -> Result<Value, Box<dyn Error>> {
     let q: Request = serde_json::from_str(line)?;
+    if q.version > 2 {
+        return Ok(json!({ "unsupported": "a later version of the protocol" }));
+    }
     match q.dimension {
         2 => step::<2, 4>(&q),
         3 => step::<3, 5>(&q),

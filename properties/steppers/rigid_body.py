@@ -18,7 +18,8 @@ def rate(q, y):
 def step(q):
     so3 = [0, 0, 0, 0, 0, 1, 0, -1, 0, 0, 0, -1, 0, 0, 0, 1, 0, 0, 0, 1, 0, -1, 0, 0, 0, 0, 0]
     diagonal = all(x == 0 for k, x in enumerate(q["inertia"]) if k % 4)
-    if q["constants"] != so3 or q["size"] != 3 or not diagonal or q.get("quartic") or q["force"]:
+    free = q["version"] == 1 and not q.get("quartic") and not q["force"]
+    if q["constants"] != so3 or q["size"] != 3 or not diagonal or not free:
         return {"unsupported": "anything but a free rigid body in its principal axes"}
     y, h = q["mu"] + q["g"], q["step"]
     k1 = rate(q, y)

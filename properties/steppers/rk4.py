@@ -1,7 +1,7 @@
 #!/usr/bin/env python3
 """The classical Runge-Kutta method on (mu, g), order 4: the shortest useful stepper. Standard library only.
 
-d/dt mu_a = C^d_ba eta^b mu_d + f_a(t, eta),   dg/dt = g eta^a E_a,   eta = I^-1 mu.
+d/dt mu_a = C^d_ba eta^b mu_d + f_a(t, eta),   dg/dt = g eta^a E_a,   eta = I^-1 (mu - b).
 """
 import json
 import math
@@ -24,6 +24,13 @@ def solve(matrix, right):
     return x
 
 
+def polynomial(terms, n, time, eta):
+    total = [0.0] * n
+    for a, value, p, q, factors in terms:
+        total[a] += value * math.cos(time) ** p * math.sin(time) ** q * math.prod(eta[i] for i in factors)
+    return total
+
+
 def force(q, time, eta, mu, coad):
     """The sum of the terms of the force, a covector."""
     n = q["dimension"]
@@ -36,6 +43,13 @@ def force(q, time, eta, mu, coad):
             f = [sum(term["matrix"][a * n + b] * eta[b] for b in range(n)) for a in range(n)]
             size = math.sqrt(max(0.0, sum(x * y for x, y in zip(f, eta))))
             f = [-size * x for x in f]
+        elif kind == "cubic-drag":
+            square = sum(x * x for x in eta)
+            f = [-term["q"] * square * x for x in eta]
+        elif kind == "polynomial":
+            f = polynomial(term["terms"], n, time, eta)
+        elif kind == "orbit":
+            f = coad(polynomial(term["zeta"], n, time, eta), mu)
         elif kind == "double-bracket":
             f = [term["alpha"] * x for x in coad(coad(eta, mu), mu)]
         elif kind == "metriplectic":
@@ -52,9 +66,12 @@ def force(q, time, eta, mu, coad):
 
 
 def step(q):
+    if q["version"] > 2:
+        raise NotImplementedError("a later version of the protocol")
     if q.get("quartic"):
         raise NotImplementedError("a quartic term")
     n, m, h = q["dimension"], q["size"], q["step"]
+    rotor = q.get("gyrostat", [0.0] * n)
     bracket = q["constants"]  # C^c_ab at (a n + b) n + c
     nonzero = [(a, b, c, bracket[(a * n + b) * n + c]) for a in range(n) for b in range(n) for c in range(n)
                if bracket[(a * n + b) * n + c] != 0.0]
@@ -66,7 +83,7 @@ def step(q):
         return out
 
     def rate(time, mu, g):
-        eta = solve(q["inertia"], mu)
+        eta = solve(q["inertia"], [x - b for x, b in zip(mu, rotor)])
         hat = [sum(eta[a] * q["basis"][a * m * m + k] for a in range(n)) for k in range(m * m)] if g else []
         dg = [sum(g[r * m + j] * hat[j * m + c] for j in range(m)) for r in range(m) for c in range(m)] if g else []
         dmu = [x + y for x, y in zip(coad(eta, mu), force(q, time, eta, mu, coad))]

@@ -85,10 +85,19 @@ def solve(matrix, right):
     return x
 
 
+def polynomial(terms, n, time, eta):
+    total = [0.0] * n
+    for a, value, p, q, factors in terms:
+        total[a] += value * math.cos(time) ** p * math.sin(time) ** q * math.prod(eta[i] for i in factors)
+    return total
+
+
 class System:
     def __init__(self, q):
         n = self.n = q["dimension"]
         self.m = q["size"]
+        if q["version"] != 1:
+            raise NotImplementedError("a later version of the protocol")
         if q.get("quartic"):
             raise NotImplementedError("a quartic term")
         table = q["constants"]
@@ -134,7 +143,7 @@ class System:
         total = [0.0] * self.n
         for term in self.terms:
             kind = term["kind"]
-            if kind.endswith("drag"):
+            if kind in ("linear-drag", "quadratic-drag"):
                 f = times_column(self.rows(term["matrix"], self.n), eta)
                 size = math.sqrt(max(0.0, sum(x * y for x, y in zip(f, eta)))) if kind == "quadratic-drag" else 1.0
                 f = [-size * x for x in f]
@@ -144,6 +153,12 @@ class System:
             elif kind == "metriplectic":
                 ad = self.ad(eta)
                 f = [-term["beta"] * x for x in row_times(row_times(mu, ad), ad)]
+            elif kind == "cubic-drag":
+                f = [-term["q"] * sum(x * x for x in eta) * x for x in eta]
+            elif kind == "polynomial":
+                f = polynomial(term["terms"], self.n, time, eta)
+            elif kind == "orbit":
+                f = row_times(mu, self.ad(polynomial(term["zeta"], self.n, time, eta)))
             elif kind == "constant":
                 f = term["value"]
             elif kind == "periodic":

@@ -232,7 +232,8 @@ fn select(patterns: Option<&str>) -> Result<Vec<&'static MethodLaw>, Failure> {
 }
 
 fn systems(arguments: &Arguments) -> Result<Cases, Failure> {
-    let mut of = cases();
+    // What version 1 of the protocol can say.
+    let mut of = cases().kinetic();
     if !arguments.algebras.is_empty() {
         let entry = |name: &String| name.parse::<Entry>().map_err(|error| Failure::Usage(error.to_string()));
         let entries = arguments.algebras.iter().map(entry).collect::<Result<Vec<_>, _>>()?;

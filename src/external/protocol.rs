@@ -5,7 +5,7 @@ use crate::laws::method::Point;
 use crate::mechanics::{self, Lagrangian};
 use crate::retraction::Retraction;
 use crate::scalar::Number;
-use crate::system::case::{Case, Drag, Force};
+use crate::system::case::{Case, Drag, Force, Inertia, Monomial};
 use crate::system::force::{self, MATRIX};
 use crate::system::{CaseError, System, Visitor};
 use serde::ser::SerializeMap;
@@ -14,6 +14,9 @@ use serde_json::Value;
 
 /// The version of the protocol.
 pub const VERSION: u32 = 1;
+
+/// The version of a request with `gyrostat` or `metric`: a program that ignored these keys would solve another system.
+pub const LAGRANGIAN_VERSION: u32 = 2;
 
 /// One term of the force, in numbers: its kind and its parameters.
 #[derive(Clone, Debug, PartialEq)]
@@ -28,6 +31,7 @@ struct Term {
 enum Entry {
     Number(f64),
     List(Vec<f64>),
+    Polynomial(Vec<(usize, f64, usize, usize, Vec<usize>)>),
 }
 
 impl Serialize for Term {
@@ -56,6 +60,12 @@ pub struct Described {
     inertia: Vec<f64>,
     #[serde(skip_serializing_if = "Option::is_none")]
     quartic: Option<f64>,
+    /// K, where it is not I.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    metric: Option<Vec<f64>>,
+    /// b.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    gyrostat: Option<Vec<f64>>,
     force: Vec<Term>,
 }
 
@@ -108,22 +118,40 @@ impl Described {
             Drag::Coefficient(k) => (0..n * n).map(|e| if e / n == e % n { number(k) } else { 0.0 }).collect(),
             Drag::Matrix(rows) => rows.iter().flatten().map(number).collect(),
         };
+        let form = |form: &Inertia| match form {
+            Inertia::Diagonal(diagonal) => {
+                (0..n * n).map(|e| if e / n == e % n { number(&diagonal[e % n]) } else { 0.0 }).collect()
+            }
+            Inertia::Full(rows) => rows.iter().flatten().map(number).collect::<Vec<f64>>(),
+        };
+        let plain = case.lagrangian.metric.is_none() && case.lagrangian.gyrostat.is_none();
         let term = |force: &Force| {
             let parameters = force.parameters().map(|(parameter, value)| match value {
                 force::Value::Number(x) => (parameter.name, Entry::Number(number(x))),
                 force::Value::Covector(x) => (parameter.name, Entry::List(list(x))),
                 force::Value::Drag(drag) => (MATRIX, Entry::List(matrix(drag))),
+                force::Value::Polynomial(terms) => {
+                    // A case that can be built has indices from 1.
+                    let below = |index: &usize| index.saturating_sub(1);
+                    let row = |x: &Monomial| {
+                        let factors = x.factors.iter().map(below).collect();
+                        (below(&x.component), number(&x.value), x.cos, x.sin, factors)
+                    };
+                    (parameter.name, Entry::Polynomial(terms.iter().map(row).collect()))
+                }
             });
             Term { kind: force.kind(), parameters: parameters.collect() }
         };
         Ok(Self {
-            version: VERSION,
+            version: if plain { VERSION } else { LAGRANGIAN_VERSION },
             dimension: n,
             constants,
             size,
             basis,
             inertia,
             quartic: case.lagrangian.quartic.as_ref().map(number),
+            metric: case.lagrangian.metric.as_ref().map(form),
+            gyrostat: case.lagrangian.gyrostat.as_deref().map(list),
             force: case.forces.iter().map(term).collect(),
         })
     }

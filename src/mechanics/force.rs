@@ -2,7 +2,12 @@
 //!
 //! Those that depend on the momentum M = l'(η) own a copy of the algebra and of the Lagrangian.
 
-use super::lagrangian::{AnyLagrangian, symmetric};
+mod polynomial;
+
+pub use polynomial::{MAX_DEGREE, Monomial, Polynomial};
+
+use super::lagrangian::{AnyLagrangian, is_positive_semidefinite, symmetric};
+use super::lie_poisson::OrbitForce;
 use super::{Force, Lagrangian};
 use crate::algebra::{Covector, LieAlgebra, Matrix, Vector, dot};
 use crate::scalar::{Real, Scalar};
@@ -25,6 +30,14 @@ pub enum ForceError {
         /// Name of the force.
         force: &'static str,
         /// What is wrong, with the entry.
+        why: String,
+    },
+    /// A term of a polynomial is not what the formula needs.
+    #[error("polynomial: term {term} is refused: {why}")]
+    BadTerm {
+        /// Which term, from 1.
+        term: usize,
+        /// What is wrong.
         why: String,
     },
 }
@@ -202,9 +215,7 @@ impl<T: Real, const N: usize> QuadraticDrag<T, N> {
     pub fn new(matrix: Matrix<T, N>) -> Result<Self, ForceError> {
         let force = "quadratic drag";
         let matrix = symmetric(&matrix).map_err(|why| ForceError::BadMatrix { force, why })?;
-        let size = matrix.iter().fold(T::zero(), |m, v| m.max(v.abs()));
-        let shift = T::int(64 * N as i64) * T::unit_roundoff() * size;
-        if size > T::zero() && (matrix + Matrix::identity() * shift).cholesky().is_none() {
+        if !is_positive_semidefinite(&matrix) {
             return Err(ForceError::BadMatrix { force, why: "it is not positive semidefinite".into() });
         }
         Ok(Self { matrix })
@@ -365,6 +376,10 @@ pub enum AnyForce<T: Real, const N: usize> {
     Constant(Constant<T, N>),
     /// f = c cos(ω t + φ).
     Periodic(Periodic<T, N>),
+    /// A polynomial in (cos t, sin t, η).
+    Polynomial(Polynomial<T, N>),
+    /// f = ad*_ζ l'(η), ζ a polynomial in (cos t, sin t, η).
+    Orbit(OrbitForce<T, N, AnyLagrangian<T, N>, Polynomial<T, N>>),
     /// The sum of the terms (0 when there are none).
     Sum(Vec<AnyForce<T, N>>),
     /// Of a type that is not known here.
@@ -432,5 +447,7 @@ any_force!(
     QuadraticDrag(QuadraticDrag<T, N>) "quadratic drag",
     CubicDrag(CubicDrag<T>) "cubic drag",
     Constant(Constant<T, N>) "constant",
-    Periodic(Periodic<T, N>) "periodic"
+    Periodic(Periodic<T, N>) "periodic",
+    Polynomial(Polynomial<T, N>) "polynomial",
+    Orbit(OrbitForce<T, N, AnyLagrangian<T, N>, Polynomial<T, N>>) "orbit"
 );

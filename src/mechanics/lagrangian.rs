@@ -1,4 +1,8 @@
-//! Reduced Lagrangians: the quadratic one of a rigid body, a quartic one, and Newton's inversion of l' for any other.
+//! Reduced Lagrangians: the quadratic one of a rigid body, a quartic one, a gyrostat's, and Newton's inversion of l' for any other.
+
+mod gyrostat;
+
+pub use gyrostat::Gyrostat;
 
 use super::{Lagrangian, LegendreError};
 use crate::algebra::{AlgebraError, Covector, Matrix, Vector, dot, elimination};
@@ -203,13 +207,24 @@ impl<T: Real, const N: usize> Lagrangian<T, N> for Quadratic<T, N> {
     }
 }
 
-/// l(η) = ½ q + ¼ κ q², q = ηᵀ I η, with I positive definite and κ ≥ 0: convex, and not quadratic.
+/// Whether ηᵀ K η ≥ 0 for every η, beyond rounding (64 N u max|K|), by Cholesky's factorisation; K symmetric.
+pub(super) fn is_positive_semidefinite<T: Real, const N: usize>(matrix: &Matrix<T, N>) -> bool {
+    let size = largest(matrix);
+    let shift = T::int(64 * N as i64) * T::unit_roundoff() * size;
+    size == T::zero() || (matrix + Matrix::identity() * shift).cholesky().is_some()
+}
+
+/// l(η) = ½ ηᵀIη + ¼ κ q², q = ηᵀKη, with I positive definite, K positive semidefinite and κ ≥ 0: convex, and not quadratic. The
+/// metric K is I, unless another is given.
 ///
-/// l' = (1 + κ q) (Iη)ᵀ and l'' = (1 + κ q) I + 2κ Iη (Iη)ᵀ. The inverse of l' is η = s I⁻¹ μᵀ with s + κ p s³ = 1, p = μ I⁻¹ μᵀ.
+/// l' = (Iη + κ q Kη)ᵀ and l'' = I + κ q K + 2κ Kη (Kη)ᵀ. For K = I the inverse of l' is η = s I⁻¹ μᵀ with s + κ p s³ = 1, p = μ I⁻¹ μᵀ;
+/// else it is found by Newton's method.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Quartic<T: Real, const N: usize> {
     quadratic: Quadratic<T, N>,
     stiffness: T,
+    /// K; `None`: I.
+    metric: Option<Matrix<T, N>>,
 }
 
 impl<T: Real, const N: usize> Quartic<T, N> {
@@ -226,7 +241,21 @@ impl<T: Real, const N: usize> Quartic<T, N> {
             let why = format!("the stiffness κ = {} must be finite and not negative", stiffness.to_f64());
             return Err(LegendreError::BadInertia { why });
         }
-        Ok(Self { quadratic, stiffness })
+        Ok(Self { quadratic, stiffness, metric: None })
+    }
+
+    /// l(η) = ½ ηᵀIη + ¼ κ (ηᵀKη)².
+    ///
+    /// # Errors
+    /// Those of [`Quartic::new`]; [`LegendreError::BadTerm`]: K not finite, not symmetric, or with a negative direction (each beyond
+    /// rounding, 64 N u max|K|).
+    pub fn in_metric(inertia: Matrix<T, N>, stiffness: T, metric: &Matrix<T, N>) -> Result<Self, LegendreError> {
+        let refused = |why: String| LegendreError::BadTerm { what: "metric of the quartic term", why };
+        let metric = symmetric(metric).map_err(refused)?;
+        if !is_positive_semidefinite(&metric) {
+            return Err(refused("it is not positive semidefinite".into()));
+        }
+        Ok(Self { metric: Some(metric), ..Self::new(inertia, stiffness)? })
     }
 
     /// I.
@@ -239,11 +268,24 @@ impl<T: Real, const N: usize> Quartic<T, N> {
         self.stiffness
     }
 
-    /// Iη, q and κ q.
+    /// K.
+    pub fn metric(&self) -> &Matrix<T, N> {
+        self.metric.as_ref().unwrap_or(self.inertia())
+    }
+
+    /// Kη, q and κ q.
     fn parts<S: Scalar<Base = T>>(&self, eta: &Vector<S, N>) -> (Vector<S, N>, S, S) {
-        let momentum = self.quadratic.gradient(eta).transpose();
+        let momentum = self.metric().map(S::lift) * eta;
         let q = dot(eta.as_slice(), momentum.as_slice());
         (momentum, q, S::lift(self.stiffness) * q)
+    }
+
+    /// ηᵀIη, where ηᵀKη = q.
+    fn twice_kinetic<S: Scalar<Base = T>>(&self, eta: &Vector<S, N>, q: S) -> S {
+        match &self.metric {
+            None => q,
+            Some(_) => crate::algebra::pair(&self.quadratic.gradient(eta), eta),
+        }
     }
 }
 
@@ -287,19 +329,28 @@ fn shrinking<T: Real, S: Scalar<Base = T>>(c: S) -> Result<S, LegendreError> {
 impl<T: Real, const N: usize> Lagrangian<T, N> for Quartic<T, N> {
     fn value<S: Scalar<Base = T>>(&self, eta: &Vector<S, N>) -> S {
         let (_, q, stiff) = self.parts(eta);
-        S::half() * q + S::exact(0.25) * stiff * q
+        S::half() * self.twice_kinetic(eta, q) + S::exact(0.25) * stiff * q
     }
 
     fn gradient<S: Scalar<Base = T>>(&self, eta: &Vector<S, N>) -> Covector<S, N> {
         let (momentum, _, stiff) = self.parts(eta);
-        momentum.transpose() * (S::one() + stiff)
+        match &self.metric {
+            None => momentum.transpose() * (S::one() + stiff),
+            Some(_) => self.quadratic.gradient(eta) + momentum.transpose() * stiff,
+        }
     }
 
     fn hessian<S: Scalar<Base = T>>(&self, eta: &Vector<S, N>) -> Matrix<S, N> {
         let (momentum, _, stiff) = self.parts(eta);
-        let (factor, twice) = (S::one() + stiff, S::lift(self.stiffness * T::int(2)));
-        let inertia = self.inertia();
-        Matrix::from_fn(|a, b| S::lift(inertia[(a, b)]) * factor + momentum[a] * momentum[b] * twice)
+        let twice = S::lift(self.stiffness * T::int(2));
+        let (inertia, metric) = (self.inertia(), self.metric());
+        Matrix::from_fn(|a, b| {
+            let along = match &self.metric {
+                None => S::lift(inertia[(a, b)]) * (S::one() + stiff),
+                Some(_) => S::lift(inertia[(a, b)]) + S::lift(metric[(a, b)]) * stiff,
+            };
+            along + momentum[a] * momentum[b] * twice
+        })
     }
 
     fn velocity<S: Scalar<Base = T>>(
@@ -307,6 +358,9 @@ impl<T: Real, const N: usize> Lagrangian<T, N> for Quartic<T, N> {
         mu: &Covector<S, N>,
         guess: &Vector<S, N>,
     ) -> Result<Vector<S, N>, LegendreError> {
+        if self.metric.is_some() {
+            return newton_velocity(self, mu, guess);
+        }
         let straight = self.quadratic.velocity(mu, guess)?;
         let p = crate::algebra::pair(mu, &straight);
         Ok(straight * shrinking(S::lift(self.stiffness) * p)?)
@@ -314,7 +368,7 @@ impl<T: Real, const N: usize> Lagrangian<T, N> for Quartic<T, N> {
 
     fn energy<S: Scalar<Base = T>>(&self, eta: &Vector<S, N>) -> S {
         let (_, q, stiff) = self.parts(eta);
-        S::half() * q + S::exact(0.75) * stiff * q
+        S::half() * self.twice_kinetic(eta, q) + S::exact(0.75) * stiff * q
     }
 }
 
@@ -324,8 +378,10 @@ impl<T: Real, const N: usize> Lagrangian<T, N> for Quartic<T, N> {
 pub enum AnyLagrangian<T: Real, const N: usize> {
     /// ½ ηᵀ I η.
     Quadratic(Quadratic<T, N>),
-    /// ½ ηᵀ I η + ¼ κ (ηᵀ I η)².
+    /// ½ ηᵀ I η + ¼ κ (ηᵀ K η)².
     Quartic(Quartic<T, N>),
+    /// Another one and ⟨b, η⟩.
+    Gyrostat(Box<Gyrostat<Self, T, N>>),
     /// Of a type that is not known here.
     #[cfg(feature = "harness")]
     #[doc(hidden)]
@@ -344,11 +400,18 @@ impl<T: Real, const N: usize> From<Quartic<T, N>> for AnyLagrangian<T, N> {
     }
 }
 
+impl<T: Real, const N: usize> From<Gyrostat<Self, T, N>> for AnyLagrangian<T, N> {
+    fn from(lagrangian: Gyrostat<Self, T, N>) -> Self {
+        Self::Gyrostat(Box::new(lagrangian))
+    }
+}
+
 macro_rules! dispatch {
     ($self:ident, $l:ident => $e:expr) => {
         match $self {
             AnyLagrangian::Quadratic($l) => $e,
             AnyLagrangian::Quartic($l) => $e,
+            AnyLagrangian::Gyrostat($l) => $e,
             #[cfg(feature = "harness")]
             AnyLagrangian::Given($l) => $e,
         }

@@ -42,6 +42,14 @@ pub enum LegendreError {
         /// What is wrong, with the entry.
         why: String,
     },
+    /// Another term of the Lagrangian is not what its formula needs.
+    #[error("the {what} is refused: {why}")]
+    BadTerm {
+        /// Which term.
+        what: &'static str,
+        /// What is wrong, with the entry.
+        why: String,
+    },
 }
 
 /// A reduced Lagrangian l: g → ℝ. Only `value` is required: derivatives come from dual numbers.

@@ -1,11 +1,14 @@
-//! Either of the two general retractions, chosen at run time.
+//! Either of the two general retractions, or one of them after an odd map, chosen at run time.
 
-use super::{Cayley, CayleyPoint, Exponential, ExponentialPoint, Retraction, RetractionError, TangentPoint};
+use super::{
+    Cayley, CayleyPoint, Composed, ComposedPoint, Exponential, ExponentialPoint, Retraction, RetractionError,
+    TangentPoint,
+};
 use crate::algebra::{Covector, LieAlgebra, Matrix, Vector};
 use crate::group::{LieGroup, MatrixGroup};
 use crate::scalar::{Real, Scalar};
 
-/// [`Exponential`] or [`Cayley`].
+/// [`Exponential`] or [`Cayley`], or one of them after an odd map ([`Composed`]).
 #[derive(Clone, Debug)]
 #[non_exhaustive]
 pub enum AnyRetraction<T: Real, const N: usize, const D: usize, G = MatrixGroup<T, N, D>> {
@@ -13,6 +16,8 @@ pub enum AnyRetraction<T: Real, const N: usize, const D: usize, G = MatrixGroup<
     Exponential(Exponential<T, N, D, G>),
     /// τ = cay.
     Cayley(Cayley<T, N, D, G>),
+    /// One of these after an odd map.
+    Composed(Box<Composed<Self, T>>),
     /// Of a type that is not known here.
     #[cfg(feature = "harness")]
     #[doc(hidden)]
@@ -28,6 +33,8 @@ pub enum AnyPoint<T: Real, S: Scalar<Base = T>, const N: usize> {
     Exponential(ExponentialPoint<T, S, N>),
     /// Of cay.
     Cayley(CayleyPoint<T, S, N>),
+    /// Of a retraction after an odd map; allocated at every stage.
+    Composed(Box<ComposedPoint<Self, S, N>>),
     /// Of a type that is not known here.
     #[cfg(feature = "harness")]
     #[doc(hidden)]
@@ -96,29 +103,30 @@ impl<T: Real, const N: usize, const D: usize, G: LieGroup<T, N, D>> Retraction<T
     type Point<S: Scalar<Base = T>> = AnyPoint<T, S, N>;
 
     fn name(&self) -> &'static str {
-        by_arm!(self, Exponential | Cayley [Given], r => r.name())
+        by_arm!(self, Exponential | Cayley | Composed [Given], r => r.name())
     }
 
     fn algebra(&self) -> &LieAlgebra<T, N> {
-        by_arm!(self, Exponential | Cayley [Given], r => r.algebra())
+        by_arm!(self, Exponential | Cayley | Composed [Given], r => r.algebra())
     }
 
     fn tau<S: Scalar<Base = T>>(&self, x: &Vector<S, N>) -> Result<Matrix<S, D>, RetractionError> {
-        by_arm!(self, Exponential | Cayley [Given], r => r.tau(x))
+        by_arm!(self, Exponential | Cayley | Composed [Given], r => r.tau(x))
     }
 
     fn tau_inv<S: Scalar<Base = T>>(&self, g: &Matrix<S, D>) -> Result<Vector<S, N>, RetractionError> {
-        by_arm!(self, Exponential | Cayley [Given], r => r.tau_inv(g))
+        by_arm!(self, Exponential | Cayley | Composed [Given], r => r.tau_inv(g))
     }
 
     fn at<S: Scalar<Base = T>>(&self, x: &Vector<S, N>) -> Result<AnyPoint<T, S, N>, RetractionError> {
         Ok(match self {
             Self::Exponential(r) => AnyPoint::Exponential(r.at(x)?),
             Self::Cayley(r) => AnyPoint::Cayley(r.at(x)?),
+            Self::Composed(r) => AnyPoint::Composed(Box::new(r.at(x)?)),
             #[cfg(feature = "harness")]
             Self::Given(r) => AnyPoint::Given(r.at(x)?),
         })
     }
 }
 
-tangents_by_arm!([T: Real, S: Scalar<Base = T>, const N: usize] AnyPoint<T, S, N>, N, Exponential | Cayley [Given]);
+tangents_by_arm!([T: Real, S: Scalar<Base = T>, const N: usize] AnyPoint<T, S, N>, N, Exponential | Cayley | Composed [Given]);

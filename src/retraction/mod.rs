@@ -5,7 +5,7 @@
 //! | exp | [`Exponential`] | [`ExponentialSo3`] |
 //! | Cayley | [`Cayley`] | [`CayleySo3`] |
 //!
-//! [`AnyRetraction`] is either of the general two.
+//! [`AnyRetraction`] is either of the general two. [`Composed`] makes another retraction of any: τ∘φ with φ odd.
 //!
 #![doc = include_str!("../guide/modules/retraction.md")]
 
@@ -16,6 +16,7 @@ pub mod any;
 pub mod cayley;
 #[doc(hidden)]
 pub mod coefficients;
+mod composed;
 pub mod exponential;
 #[cfg(feature = "harness")]
 #[doc(hidden)]
@@ -25,6 +26,8 @@ pub mod so3;
 
 pub use any::{AnyPoint, AnyRetraction};
 pub use cayley::{Cayley, CayleyPoint, NotQuadratic};
+pub use composed::{Composed, ComposedPoint, OddTerm};
+pub(crate) use composed::{ODD, is_odd};
 pub use exponential::{Exponential, ExponentialPoint};
 pub use so3::{CayleySo3, CayleySo3Point, ExponentialSo3, ExponentialSo3Point};
 
@@ -63,6 +66,14 @@ pub enum RetractionError {
     NoGroup {
         /// Name of the retraction.
         retraction: &'static str,
+    },
+    /// A term of an odd map is not what it needs to be.
+    #[error("composed: term {term} of the odd map is refused: {why}")]
+    BadTerm {
+        /// Which term, from 1.
+        term: usize,
+        /// What is wrong.
+        why: &'static str,
     },
     /// The argument holds a NaN or an infinity.
     #[error("{retraction}: the argument is not finite")]

@@ -40,7 +40,7 @@ pub fn varied(case: &Case, k: i64) -> Case {
     });
     let drag = (0..n).map(|a| (0..n).map(|b| number(a + 2 * b, (a * b) as i64 + 1)).collect()).collect();
     let mut varied = case.clone();
-    varied.lagrangian = Lagrangian { inertia: Inertia::Full(inertia.collect()), quartic: None };
+    varied.lagrangian = Lagrangian::new(Inertia::Full(inertia.collect()));
     varied.forces = vec![
         Force::LinearDrag(Drag::Matrix(drag)),
         Force::Periodic { value: vector(2), frequency: Number::ratio(5, 4), phase: Number::ratio(1, 3) },

@@ -110,9 +110,13 @@ fn plain(n: usize) -> Case {
     let ones = |value: i64| vec![Number::from(value); n];
     Case {
         algebra: Algebra { structure: Structure::Named(Entry::Abelian(n)), basis: None },
-        lagrangian: Lagrangian { inertia: Inertia::Diagonal(ones(1)), quartic: None },
+        lagrangian: Lagrangian::new(Inertia::Diagonal(ones(1))),
         forces: Vec::new(),
-        method: Method { tableau: Description::Family(Family::Gauss, 1), retraction: Tau::Exponential },
+        method: Method {
+            tableau: Description::Family(Family::Gauss, 1),
+            retraction: Tau::Exponential,
+            argument: Vec::new(),
+        },
         start: Start { motion: Motion::Momentum(ones(0)), attitude: None, time: Number::default() },
         step: Number::ratio(1, 64),
     }

@@ -13,7 +13,7 @@ use crate::tableau::Description;
 use serde::{Deserialize, Serialize};
 use std::fmt;
 
-pub use super::force::{Drag, Force};
+pub use super::force::{Drag, Force, Monomial};
 
 /// The largest algebra dimension that is compiled in.
 pub const MAX_DIMENSION: usize = 10;
@@ -137,7 +137,7 @@ impl Algebra {
     }
 }
 
-/// The inertia I of l(η) = ½⟨Iη, η⟩ + …: symmetric, n×n.
+/// The inertia I of l(η) = ½⟨Iη, η⟩ + …, or the metric K of a quartic term: symmetric, n×n.
 #[derive(Clone, Debug, PartialEq)]
 pub enum Inertia {
     /// Its diagonal.
@@ -146,19 +146,30 @@ pub enum Inertia {
     Full(Vec<Vec<Number>>),
 }
 
-/// The reduced Lagrangian l(η) = ½⟨Iη, η⟩ (+ a quartic term).
+/// The reduced Lagrangian l(η) = ½⟨Iη, η⟩ + ⟨b, η⟩ + ¼ κ ⟨Kη, η⟩².
 #[derive(Clone, Debug, PartialEq)]
 pub struct Lagrangian {
     /// I.
     pub inertia: Inertia,
-    /// The coefficient of the quartic term, when there is one.
+    /// Whether I may have negative directions; where it may not, they are an error.
+    pub indefinite: bool,
+    /// b, where there is a gyrostat term.
+    pub gyrostat: Option<Vec<Number>>,
+    /// κ, where there is a quartic term.
     pub quartic: Option<Number>,
+    /// K, where it is not I.
+    pub metric: Option<Inertia>,
 }
 
 impl Lagrangian {
+    /// l(η) = ½⟨Iη, η⟩, I positive definite.
+    pub fn new(inertia: Inertia) -> Self {
+        Self { inertia, indefinite: false, gyrostat: None, quartic: None, metric: None }
+    }
+
     /// l(η) = ½|η|².
     pub(super) fn unit(n: usize) -> Self {
-        Self { inertia: Inertia::Diagonal(vec![Number::from(1); n]), quartic: None }
+        Self::new(Inertia::Diagonal(vec![Number::from(1); n]))
     }
 
     /// n, of the algebras that it is for.
@@ -167,6 +178,16 @@ impl Lagrangian {
             Inertia::Diagonal(list) => list.len(),
             Inertia::Full(rows) => rows.len(),
         }
+    }
+
+    /// Whether l(η) = ½⟨Iη, η⟩.
+    pub(crate) fn is_quadratic(&self) -> bool {
+        self.quartic.is_none() && self.gyrostat.is_none()
+    }
+
+    /// Whether l(η) = ½ q + ¼ κ q² with q = ⟨Iη, η⟩ ≥ 0: a function of a kinetic energy.
+    pub(crate) fn is_kinetic(&self) -> bool {
+        !self.indefinite && self.gyrostat.is_none() && self.metric.is_none()
     }
 }
 
@@ -197,8 +218,23 @@ impl Tau {
 pub struct Method {
     /// (a, b).
     pub tableau: Description,
-    /// τ.
+    /// τ, or τ₀ of τ = τ₀∘φ.
     pub retraction: Tau,
+    /// The terms of φ(x) − x, an odd polynomial with values in g; their powers of cos t and sin t are 0. None: φ(x) = x.
+    pub argument: Vec<Monomial>,
+}
+
+impl Method {
+    /// φ(x) in `f64`; `None` where a number has no value or an index is out of range.
+    pub(crate) fn argument(&self, x: &[f64]) -> Option<Vec<f64>> {
+        let mut value = x.to_vec();
+        for term in &self.argument {
+            let factors = term.factors.iter().map(|i| x.get(i.checked_sub(1)?).copied());
+            let product = factors.collect::<Option<Vec<f64>>>()?.iter().product::<f64>();
+            *value.get_mut(term.component.checked_sub(1)?)? += term.value.eval::<f64>().ok()? * product;
+        }
+        Some(value)
+    }
 }
 
 /// The initial motion: η or μ.
@@ -230,7 +266,7 @@ pub struct Start {
 /// use euler_poincare::retraction::Retraction;
 /// use euler_poincare::scalar::{Number, Real};
 /// use euler_poincare::system::case::{
-///     Algebra, Case, Constant, Drag, Force as Term, Inertia, Lagrangian as Energy, Method, Motion, Start, Structure, Tau,
+///     Algebra, Case, Constant, Drag, Force as Term, Inertia, Lagrangian as Energy, Method, Monomial, Motion, Start, Structure, Tau,
 /// };
 /// use euler_poincare::system::error::Segment;
 /// use euler_poincare::system::{CaseError, Place, Problem, System, Visitor};
@@ -239,9 +275,13 @@ pub struct Start {
 /// let n = |n: i64| Number::from(n);
 /// let case = Case {
 ///     algebra: Algebra { structure: Structure::Named(Entry::So3), basis: None },
-///     lagrangian: Energy { inertia: Inertia::Diagonal(vec![n(1), n(2), n(3)]), quartic: None },
-///     forces: vec![Term::LinearDrag(Drag::Coefficient(Number::ratio(1, 10)))],
-///     method: Method { tableau: Description::Family(Family::Gauss, 2), retraction: Tau::Cayley },
+///     lagrangian: Energy::new(Inertia::Diagonal(vec![n(1), n(2), n(3)])),
+///     // −η/10, and cos(t) η_2 in the first component.
+///     forces: vec![
+///         Term::LinearDrag(Drag::Coefficient(Number::ratio(1, 10))),
+///         Term::Polynomial { terms: vec![Monomial { component: 1, value: n(1), cos: 1, sin: 0, factors: vec![2] }] },
+///     ],
+///     method: Method { tableau: Description::Family(Family::Gauss, 2), retraction: Tau::Cayley, argument: Vec::new() },
 ///     start: Start { motion: Motion::Velocity(vec![n(1), n(0), n(1)]), attitude: None, time: n(0) },
 ///     step: Number::ratio(1, 8),
 /// };
@@ -343,14 +383,26 @@ impl fmt::Display for Algebra {
     }
 }
 
+impl fmt::Display for Inertia {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Self::Diagonal(diagonal) => write!(f, "diag{}", list(diagonal)),
+            Self::Full(matrix) => f.write_str(&rows(matrix)),
+        }
+    }
+}
+
 impl fmt::Display for Lagrangian {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        match &self.inertia {
-            Inertia::Diagonal(diagonal) => write!(f, "inertia diag{}", list(diagonal))?,
-            Inertia::Full(matrix) => write!(f, "inertia {}", rows(matrix))?,
+        write!(f, "{}inertia {}", if self.indefinite { "indefinite " } else { "" }, self.inertia)?;
+        if let Some(rotor) = &self.gyrostat {
+            write!(f, ", gyrostat {}", list(rotor))?;
         }
-        match &self.quartic {
-            Some(kappa) => write!(f, ", quartic {kappa}"),
+        if let Some(kappa) = &self.quartic {
+            write!(f, ", quartic {kappa}")?;
+        }
+        match &self.metric {
+            Some(metric) => write!(f, " in the metric {metric}"),
             None => Ok(()),
         }
     }
@@ -362,7 +414,12 @@ impl fmt::Display for Case {
         writeln!(f, "lagrangian {}", self.lagrangian)?;
         let forces: Vec<String> = self.forces.iter().map(ToString::to_string).collect();
         writeln!(f, "force      {}", if forces.is_empty() { "none".into() } else { forces.join(" + ") })?;
-        writeln!(f, "method     {}, {}", self.method.tableau, self.method.retraction.name())?;
+        write!(f, "method     {}, {}", self.method.tableau, self.method.retraction.name())?;
+        if !self.method.argument.is_empty() {
+            let terms: Vec<String> = self.method.argument.iter().map(Monomial::odd).collect();
+            write!(f, " of x + [{}]", terms.join(", "))?;
+        }
+        writeln!(f)?;
         match &self.start.motion {
             Motion::Velocity(eta) => write!(f, "start      velocity {}", list(eta))?,
             Motion::Momentum(mu) => write!(f, "start      momentum {}", list(mu))?,

@@ -9,7 +9,7 @@
 //! the group G × ℝᴺ⁻ⁿ; the spectators have unit inertia, no force, and start at rest, where they stay. Coordinates and
 //! matrices of g come first, so that the leading n components and the leading block of a matrix are those of the case.
 
-use super::case::{Case, Force as ForceTerm, Inertia, Motion, Structure, Tau};
+use super::case::{Case, Force as ForceTerm, Inertia, Monomial, Motion, Structure, Tau};
 use super::error::{CaseError, Place, Problem};
 use super::numbers::{number, square, symmetric, vector};
 use super::so3::{Retraction3, So3Retraction};
@@ -20,13 +20,16 @@ use crate::group::{LieGroup, MatrixGroup};
 use crate::integrators::State;
 use crate::integrators::se3::CayleySe3;
 use crate::mechanics::force::AnyForce;
-use crate::mechanics::lagrangian::{AnyLagrangian, Quadratic, Quartic};
-use crate::mechanics::{Force, Lagrangian};
+use crate::mechanics::lagrangian::{AnyLagrangian, Gyrostat, Quadratic, Quartic};
+use crate::mechanics::{Force, Lagrangian, LegendreError};
 use crate::retraction::given::GivenRetraction;
-use crate::retraction::{AnyRetraction, Cayley, Exponential, Retraction};
-use crate::scalar::{Dd, Real};
+use crate::retraction::{AnyRetraction, Cayley, Composed, Exponential, ODD, OddTerm, Retraction, is_odd};
+use crate::scalar::{Dd, Number, Real};
 use crate::tableau::families::MAX_STAGES;
 use crate::tableau::{Description, Entries, Tableau, TableauError};
+
+/// What an inertia may be.
+const INDEFINITE: &str = "positive definite; with `indefinite = true` any regular one, where there is no quartic term";
 
 /// A case, built: every part typed, every number in `T`.
 #[derive(Clone, Debug)]
@@ -131,7 +134,7 @@ pub(crate) type BuiltParts<T, const N: usize, const D: usize> =
 
 /// How a retraction is made of g and G, for a map τ.
 type Make<T, const N: usize, const D: usize, R> =
-    fn(&LieAlgebra<T, N>, &Option<MatrixGroup<T, N, D>>, Tau) -> Result<R, Problem>;
+    fn(&LieAlgebra<T, N>, &Option<MatrixGroup<T, N, D>>, &Case) -> Result<R, CaseError>;
 
 /// The classes listed, in order: N, D and the retraction's maker, handed to a macro. In dimension 3 the maker is chosen.
 macro_rules! door {
@@ -244,7 +247,9 @@ impl Case {
 
     /// Whether the algebra is so(3) in its standard basis, where retractions have closed forms.
     fn is_standard_so3(&self) -> bool {
-        self.algebra.structure == Structure::Named(Entry::So3) && self.algebra.basis.is_none()
+        self.algebra.structure == Structure::Named(Entry::So3)
+            && self.algebra.basis.is_none()
+            && self.method.argument.is_empty()
     }
 
     /// Whether a class holds the algebra and its matrices, with spectators.
@@ -297,10 +302,7 @@ impl Case {
         make: Make<T, N, D, R>,
     ) -> Result<System<T, N, D, R>, CaseError> {
         let (algebra, group, casimirs) = self.structure::<T, N, D>()?;
-        let method = Place::root().key("method");
-        let retraction = make(&algebra, &group, self.method.retraction)
-            .map_err(|problem| method.key("retraction").error(problem))?;
-        let retraction = wrap(retraction);
+        let retraction = wrap(make(&algebra, &group, self)?);
         if let Some(i) = self.forces.iter().position(|term| *term == ForceTerm::Given) {
             return Err(Place::root().key("force").index(i).error(Problem::given("the force")));
         }
@@ -389,34 +391,76 @@ impl Case {
     }
 
     fn lagrangian<T: Real, const N: usize>(&self) -> Result<AnyLagrangian<T, N>, CaseError> {
-        let table = Place::root().key("lagrangian");
+        let (described, table) = (&self.lagrangian, Place::root().key("lagrangian"));
         let place = table.key("inertia");
-        let inertia = match &self.lagrangian.inertia {
-            Inertia::Diagonal(diagonal) => {
-                let mut diagonal = vector::<T, N>(diagonal, self.dimension(), &place)?;
-                (self.dimension()..N).for_each(|spectator| diagonal[spectator] = T::one());
-                if let Some(a) = (0..N).find(|&a| diagonal[a] == T::zero()) {
-                    let allowed = "moments that are not 0".into();
-                    return Err(place.index(a).error(Problem::Range { found: "0".into(), allowed }));
+        let inertia = self.form::<T, N>(&described.inertia, T::one(), &place)?;
+        if let Inertia::Diagonal(_) = &described.inertia
+            && let Some(a) = (0..N).find(|&a| inertia[(a, a)] == T::zero())
+        {
+            let allowed = "moments that are not 0".into();
+            return Err(place.index(a).error(Problem::Range { found: "0".into(), allowed }));
+        }
+        let body = match &described.quartic {
+            None => {
+                let quadratic = Quadratic::new(inertia).map_err(|e| place.error(e))?;
+                if !described.indefinite && !quadratic.is_positive_definite() {
+                    let (found, allowed) = ("not positive definite".into(), INDEFINITE.into());
+                    return Err(place.error(Problem::Range { found, allowed }));
                 }
-                Matrix::from_diagonal(&diagonal)
+                quadratic.into()
+            }
+            Some(kappa) => self.quartic(kappa, inertia, &table)?,
+        };
+        let Some(rotor) = &described.gyrostat else { return Ok(body) };
+        let place = table.key("gyrostat");
+        let rotor = vector::<T, N>(rotor, self.dimension(), &place)?.transpose();
+        Ok(Gyrostat::new(body, rotor).map_err(|e| place.error(e))?.into())
+    }
+
+    /// ½⟨Iη, η⟩ + ¼ κ ⟨Kη, η⟩².
+    fn quartic<T: Real, const N: usize>(
+        &self,
+        kappa: &Number,
+        inertia: Matrix<T, N>,
+        table: &Place,
+    ) -> Result<AnyLagrangian<T, N>, CaseError> {
+        let place = table.key("quartic");
+        let value = number::<T>(kappa, &place)?;
+        if value < T::zero() {
+            let found = kappa.to_string();
+            return Err(place.error(Problem::Range { found, allowed: "0 or more".into() }));
+        }
+        let refused = |e: LegendreError| {
+            table.key(if matches!(e, LegendreError::BadTerm { .. }) { "metric" } else { "inertia" }).error(e)
+        };
+        Ok(match &self.lagrangian.metric {
+            None => Quartic::new(inertia, value),
+            Some(metric) => {
+                let metric = self.form::<T, N>(metric, T::zero(), &table.key("metric"))?;
+                Quartic::in_metric(inertia, value, &metric)
+            }
+        }
+        .map_err(refused)?
+        .into())
+    }
+
+    /// A symmetric matrix, with `spectators` on the diagonal for spectators.
+    fn form<T: Real, const N: usize>(
+        &self,
+        form: &Inertia,
+        spectators: T,
+        place: &Place,
+    ) -> Result<Matrix<T, N>, CaseError> {
+        match form {
+            Inertia::Diagonal(diagonal) => {
+                let mut diagonal = vector::<T, N>(diagonal, self.dimension(), place)?;
+                (self.dimension()..N).for_each(|spectator| diagonal[spectator] = spectators);
+                Ok(Matrix::from_diagonal(&diagonal))
             }
             Inertia::Full(rows) => {
-                let inertia = square::<T, N>(rows, self.dimension(), T::one(), &place)?;
-                symmetric(&inertia, rows, &place)?;
-                inertia
-            }
-        };
-        match &self.lagrangian.quartic {
-            None => Ok(Quadratic::new(inertia).map_err(|e| place.error(e))?.into()),
-            Some(kappa) => {
-                let kappa_place = table.key("quartic");
-                let value = number::<T>(kappa, &kappa_place)?;
-                if value < T::zero() {
-                    let found = kappa.to_string();
-                    return Err(kappa_place.error(Problem::Range { found, allowed: "0 or more".into() }));
-                }
-                Ok(Quartic::new(inertia, value).map_err(|e| place.error(e))?.into())
+                let matrix = square::<T, N>(rows, self.dimension(), spectators, place)?;
+                symmetric(&matrix, rows, place)?;
+                Ok(matrix)
             }
         }
     }
@@ -486,31 +530,66 @@ impl Case {
 fn standard<T: Real>(
     _: &LieAlgebra<T, 3>,
     _: &Option<MatrixGroup<T, 3, 3>>,
-    tau: Tau,
-) -> Result<So3Retraction<T>, Problem> {
-    Ok(So3Retraction::new(tau))
+    case: &Case,
+) -> Result<So3Retraction<T>, CaseError> {
+    Ok(So3Retraction::new(case.method.retraction))
 }
 
 /// The same beside the general retractions of dimension 3.
 fn closed<T: Real>(
     _: &LieAlgebra<T, 3>,
     _: &Option<MatrixGroup<T, 3, 4>>,
-    tau: Tau,
-) -> Result<Retraction3<T>, Problem> {
-    Ok(Retraction3::Closed(So3Retraction::new(tau)))
+    case: &Case,
+) -> Result<Retraction3<T>, CaseError> {
+    Ok(Retraction3::Closed(So3Retraction::new(case.method.retraction)))
 }
 
 /// The retraction of a general algebra of dimension 3.
 fn of_three<T: Real>(
     algebra: &LieAlgebra<T, 3>,
     group: &Option<MatrixGroup<T, 3, 4>>,
-    tau: Tau,
-) -> Result<Retraction3<T>, Problem> {
-    Ok(Retraction3::General(general(algebra, group, tau)?))
+    case: &Case,
+) -> Result<Retraction3<T>, CaseError> {
+    Ok(Retraction3::General(general(algebra, group, case)?))
 }
 
 /// The retraction of a general algebra.
-pub(super) fn general<T: Real, const N: usize, const D: usize>(
+fn general<T: Real, const N: usize, const D: usize>(
+    algebra: &LieAlgebra<T, N>,
+    group: &Option<MatrixGroup<T, N, D>>,
+    case: &Case,
+) -> Result<AnyRetraction<T, N, D, MatrixGroup<T, N, D>>, CaseError> {
+    let place = Place::root().key("method");
+    let inner =
+        plain(algebra, group, case.method.retraction).map_err(|problem| place.key("retraction").error(problem))?;
+    if case.method.argument.is_empty() {
+        return Ok(inner);
+    }
+    let (place, n) = (place.key("argument"), case.dimension());
+    let term = |(k, term): (usize, &Monomial)| {
+        let place = place.index(k);
+        let index = |place: Place, index: usize| {
+            below(index, n).ok_or_else(|| {
+                let (found, allowed) = (format!("the index {index}"), format!("1 to {n}, the dimension"));
+                place.error(Problem::Range { found, allowed })
+            })
+        };
+        if !is_odd(term.factors.len()) {
+            return Err(place.index(2).error(Problem::Part(ODD.into())));
+        }
+        let factors = term.factors.iter().enumerate().map(|(j, i)| index(place.index(2).index(j), *i));
+        Ok(OddTerm {
+            component: index(place.index(0), term.component)?,
+            coefficient: number(&term.value, &place.index(1))?,
+            factors: factors.collect::<Result<_, _>>()?,
+        })
+    };
+    let terms = case.method.argument.iter().enumerate().map(term).collect::<Result<_, CaseError>>()?;
+    Ok(AnyRetraction::Composed(Box::new(Composed::new(inner, terms).map_err(|e| place.error(e))?)))
+}
+
+/// exp or Cayley of a general algebra.
+pub(super) fn plain<T: Real, const N: usize, const D: usize>(
     algebra: &LieAlgebra<T, N>,
     group: &Option<MatrixGroup<T, N, D>>,
     tau: Tau,

@@ -4,7 +4,8 @@
 //! matrix) are options here; the conversion to [`Case`] demands exactly one of them and says where.
 
 use super::case::{
-    Algebra, Case, Constant, Drag, Force, Inertia, Lagrangian, MAX_DIMENSION, Method, Motion, Start, Structure, Tau,
+    Algebra, Case, Constant, Drag, Force, Inertia, Lagrangian, MAX_DIMENSION, Method, Monomial, Motion, Start,
+    Structure, Tau,
 };
 use super::error::{CaseError, Place, Problem};
 use super::force::{COEFFICIENT, ForceKind, KINDS, MATRIX, Parameter, Role, Value};
@@ -75,8 +76,14 @@ pub(crate) enum Given {
 pub(crate) struct LagrangianTable {
     #[serde(skip_serializing_if = "Option::is_none")]
     pub inertia: Option<Vec<Row>>,
+    #[serde(default, skip_serializing_if = "std::ops::Not::not")]
+    pub indefinite: bool,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub gyrostat: Option<Vec<Number>>,
     #[serde(skip_serializing_if = "Option::is_none")]
     pub quartic: Option<Number>,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub metric: Option<Vec<Row>>,
 }
 
 /// One `[[force]]`: its kind, and the keys that are there.
@@ -93,7 +100,11 @@ enum Entry {
     Number(Number),
     List(Vec<Number>),
     Matrix(Vec<Vec<Number>>),
+    Polynomial(Vec<TermRow>),
 }
+
+/// `[component, value, p, q, [i, j, …]]`: a term of a polynomial, with indices from 1.
+type TermRow = (i64, Number, i64, i64, Vec<i64>);
 
 /// `[method]`.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
@@ -108,6 +119,8 @@ pub(crate) struct MethodTable {
     #[serde(skip_serializing_if = "Option::is_none")]
     pub c: Option<Vec<Number>>,
     pub retraction: Tau,
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub argument: Option<Vec<(i64, Number, Vec<i64>)>>,
 }
 
 /// `[state]`.
@@ -404,24 +417,48 @@ impl LagrangianTable {
     fn lagrangian(self, n: usize, place: &Place) -> Result<Lagrangian, CaseError> {
         let inertia = match self.inertia {
             None => Inertia::Diagonal(vec![Number::from(1); n]),
-            Some(rows) => {
-                let place = place.key("inertia");
-                let matrix = matches!(rows.first(), Some(Row::Many(_)));
-                let (mut diagonal, mut full) = (Vec::new(), Vec::new());
-                for (i, row) in rows.into_iter().enumerate() {
-                    match row {
-                        Row::One(number) if !matrix => diagonal.push(number),
-                        Row::Many(numbers) if matrix => full.push(numbers),
-                        _ => {
-                            let allowed = "a list of diagonal entries, or a list of rows, not a mixture";
-                            return Err(place.index(i).error(excess(allowed)));
-                        }
-                    }
-                }
-                if matrix { Inertia::Full(full) } else { Inertia::Diagonal(diagonal) }
-            }
+            Some(rows) => form(rows, &place.key("inertia"))?,
         };
-        Ok(Lagrangian { inertia, quartic: self.quartic })
+        let metric = self.metric.map(|rows| form(rows, &place.key("metric"))).transpose()?;
+        if metric.is_some() && self.quartic.is_none() {
+            let allowed = "it is the metric of the quartic term, and stands beside `quartic`";
+            return Err(place.key("metric").error(excess(allowed)));
+        }
+        let (indefinite, gyrostat, quartic) = (self.indefinite, self.gyrostat, self.quartic);
+        Ok(Lagrangian { inertia, indefinite, gyrostat, quartic, metric })
+    }
+}
+
+/// A symmetric matrix: its diagonal, or its rows.
+fn form(rows: Vec<Row>, place: &Place) -> Result<Inertia, CaseError> {
+    let matrix = matches!(rows.first(), Some(Row::Many(_)));
+    let (mut diagonal, mut full) = (Vec::new(), Vec::new());
+    for (i, row) in rows.into_iter().enumerate() {
+        match row {
+            Row::One(number) if !matrix => diagonal.push(number),
+            Row::Many(numbers) if matrix => full.push(numbers),
+            _ => {
+                let allowed = "a list of diagonal entries, or a list of rows, not a mixture";
+                return Err(place.index(i).error(excess(allowed)));
+            }
+        }
+    }
+    Ok(if matrix { Inertia::Full(full) } else { Inertia::Diagonal(diagonal) })
+}
+
+impl From<Inertia> for Vec<Row> {
+    fn from(form: Inertia) -> Self {
+        match form {
+            Inertia::Diagonal(diagonal) => diagonal.into_iter().map(Row::One).collect(),
+            Inertia::Full(rows) => rows.into_iter().map(Row::Many).collect(),
+        }
+    }
+}
+
+impl From<Lagrangian> for LagrangianTable {
+    fn from(lagrangian: Lagrangian) -> Self {
+        let Lagrangian { inertia, indefinite, gyrostat, quartic, metric } = lagrangian;
+        Self { inertia: Some(inertia.into()), indefinite, gyrostat, quartic, metric: metric.map(Vec::from) }
     }
 }
 
@@ -526,6 +563,9 @@ impl<'de> Deserialize<'de> for ForceTable {
                         Some(Role::Drag | Role::SymmetricDrag) if key == MATRIX => {
                             map.next_value::<Option<_>>()?.map(Entry::Matrix)
                         }
+                        Some(Role::CovectorPolynomial | Role::VectorPolynomial) => {
+                            map.next_value::<Option<_>>()?.map(Entry::Polynomial)
+                        }
                         Some(Role::Amplitude) => map.next_value::<Option<_>>()?.map(Entry::List),
                         Some(_) => map.next_value::<Option<_>>()?.map(Entry::Number),
                     };
@@ -589,6 +629,14 @@ impl ForceTable {
                 Some(Entry::List(list)) => Ok(Value::Covector(list)),
                 _ => Err(place.error(missing(quoted(), "a list of n numbers, a covector"))),
             },
+            Role::CovectorPolynomial | Role::VectorPolynomial => match self.take(parameter.name) {
+                Some(Entry::Polynomial(rows)) => {
+                    let place = place.key(parameter.name);
+                    let terms = rows.into_iter().enumerate().map(|(k, row)| monomial(row, &place.index(k)));
+                    Ok(Value::Polynomial(terms.collect::<Result<_, _>>()?))
+                }
+                _ => Err(place.error(missing(quoted(), TERMS))),
+            },
             Role::Strength | Role::Frequency | Role::Phase => match self.take(parameter.name) {
                 Some(Entry::Number(x)) => Ok(Value::Number(x)),
                 _ if parameter.role == Role::Phase => Ok(Value::Number(Number::default())),
@@ -596,6 +644,25 @@ impl ForceTable {
             },
         }
     }
+}
+
+/// What the terms of a polynomial are.
+const TERMS: &str =
+    "a list of terms [a, value, p, q, [i, j, …]]: value cos(t)^p sin(t)^q eta_i eta_j … in component a, indices from 1";
+
+fn monomial((component, value, cos, sin, factors): TermRow, place: &Place) -> Result<Monomial, CaseError> {
+    let natural = |place: Place, x: i64| match usize::try_from(x) {
+        Ok(x) => Ok(x),
+        Err(_) => Err(place.error(Problem::Range { found: x.to_string(), allowed: TERMS.into() })),
+    };
+    let factors = factors.into_iter().enumerate();
+    Ok(Monomial {
+        component: natural(place.index(0), component)?,
+        value,
+        cos: natural(place.index(2), cos)?,
+        sin: natural(place.index(3), sin)?,
+        factors: factors.map(|(j, i)| natural(place.index(4).index(j), i)).collect::<Result<_, _>>()?,
+    })
 }
 
 impl MethodTable {
@@ -622,7 +689,20 @@ impl MethodTable {
                 return Err(place.key(key).error(excess("either `tableau`, or `a` and `b`, not both")));
             }
         };
-        Ok(Method { tableau, retraction: self.retraction })
+        let place = place.key("argument");
+        let terms = self.argument.unwrap_or_default().into_iter().enumerate();
+        let term = |(k, (component, value, factors)): (usize, (i64, Number, Vec<i64>))| {
+            let place = place.index(k);
+            let index = |place: Place, x: i64| {
+                let allowed = "a list of terms [a, value, [i, j, k, …]], indices from 1".into();
+                usize::try_from(x).map_err(|_| place.error(Problem::Range { found: x.to_string(), allowed }))
+            };
+            let factors = factors.into_iter().enumerate().map(|(j, i)| index(place.index(2).index(j), i));
+            let (component, factors) = (index(place.index(0), component)?, factors.collect::<Result<_, _>>()?);
+            Ok(Monomial { component, value, cos: 0, sin: 0, factors })
+        };
+        let argument = terms.map(term).collect::<Result<_, CaseError>>()?;
+        Ok(Method { tableau, retraction: self.retraction, argument })
     }
 }
 
@@ -663,16 +743,16 @@ impl From<Case> for Document {
                 ..AlgebraTable::default()
             },
         };
-        let inertia = match case.lagrangian.inertia {
-            Inertia::Diagonal(diagonal) => diagonal.into_iter().map(Row::One).collect(),
-            Inertia::Full(rows) => rows.into_iter().map(Row::Many).collect(),
-        };
         let retraction = case.method.retraction;
+        let row =
+            |term: Monomial| (natural(term.component), term.value, term.factors.into_iter().map(natural).collect());
+        let argument: Vec<_> = case.method.argument.into_iter().map(row).collect();
+        let argument = (!argument.is_empty()).then_some(argument);
         let method = match case.method.tableau {
             Description::Entries(Entries { a, b, c }) => {
-                MethodTable { tableau: None, a: Some(a), b: Some(b), c, retraction }
+                MethodTable { tableau: None, a: Some(a), b: Some(b), c, retraction, argument }
             }
-            named => MethodTable { tableau: Some(named.to_string()), a: None, b: None, c: None, retraction },
+            named => MethodTable { tableau: Some(named.to_string()), a: None, b: None, c: None, retraction, argument },
         };
         let (velocity, momentum) = match case.start.motion {
             Motion::Velocity(eta) => (Some(eta), None),
@@ -681,7 +761,7 @@ impl From<Case> for Document {
         Self {
             format: FORMAT,
             algebra: AlgebraTable { basis: case.algebra.basis, ..algebra },
-            lagrangian: Some(LagrangianTable { inertia: Some(inertia), quartic: case.lagrangian.quartic }),
+            lagrangian: Some(case.lagrangian.into()),
             force: case.forces.into_iter().map(ForceTable::from).collect(),
             method,
             state: StateTable {
@@ -696,6 +776,11 @@ impl From<Case> for Document {
     }
 }
 
+/// An index or a degree as it is written.
+fn natural(x: usize) -> i64 {
+    i64::try_from(x).unwrap_or(i64::MAX)
+}
+
 impl From<Force> for ForceTable {
     fn from(force: Force) -> Self {
         let entries = force.parameters().map(|(parameter, value)| match value.cloned() {
@@ -703,6 +788,13 @@ impl From<Force> for ForceTable {
             Value::Covector(list) => (parameter.name, Entry::List(list)),
             Value::Drag(Drag::Coefficient(k)) => (COEFFICIENT, Entry::Number(k)),
             Value::Drag(Drag::Matrix(rows)) => (MATRIX, Entry::Matrix(rows)),
+            Value::Polynomial(terms) => {
+                let row = |term: Monomial| {
+                    let factors = term.factors.into_iter().map(natural).collect();
+                    (natural(term.component), term.value, natural(term.cos), natural(term.sin), factors)
+                };
+                (parameter.name, Entry::Polynomial(terms.into_iter().map(row).collect()))
+            }
         });
         Self { kind: force.description(), entries: entries.collect() }
     }

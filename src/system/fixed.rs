@@ -25,8 +25,7 @@ impl Fixed {
         let start = self.start.as_ref().is_none_or(|start| match &start.motion {
             Motion::Velocity(list) | Motion::Momentum(list) => list.len() == n,
         });
-        let force = |force: &Force| force.dimension().is_none_or(|m| m == n);
-        lagrangian && start && self.forces.iter().flatten().all(force)
+        lagrangian && start && self.forces.iter().flatten().all(|force: &Force| force.fits(n))
     }
 
     /// Whether the case has them.

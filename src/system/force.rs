@@ -11,9 +11,11 @@ use super::numbers::{list, number, rows, square, symmetric, vector};
 use crate::algebra::catalogue::Entry;
 use crate::algebra::{LieAlgebra, Matrix};
 use crate::mechanics::force::{
-    AnyForce, Constant, CubicDrag, DoubleBracket, ForceError, LinearDrag, Metriplectic, Periodic, QuadraticDrag,
+    AnyForce, Constant, CubicDrag, DoubleBracket, ForceError, LinearDrag, MAX_DEGREE, Metriplectic, Monomial as Typed,
+    Periodic, Polynomial, QuadraticDrag,
 };
 use crate::mechanics::lagrangian::AnyLagrangian;
+use crate::mechanics::lie_poisson::OrbitForce;
 use crate::scalar::{Number, Real};
 use std::fmt;
 
@@ -38,6 +40,33 @@ pub(crate) const COEFFICIENT: &str = "coefficient";
 
 /// The key of the rows of K.
 pub(crate) const MATRIX: &str = "matrix";
+
+/// One term of a polynomial in (cos t, sin t, η): value cos(t)^p sin(t)^q η^i η^j … in one component.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Monomial {
+    /// Which component, from 1.
+    pub component: usize,
+    /// The coefficient.
+    pub value: Number,
+    /// p.
+    pub cos: usize,
+    /// q.
+    pub sin: usize,
+    /// i, j, …, from 1: an index as often as it is a factor.
+    pub factors: Vec<usize>,
+}
+
+impl Monomial {
+    /// `[component, value, [i, j, k]]`: without powers of cos t and sin t.
+    pub(crate) fn odd(&self) -> String {
+        format!("[{}, {}, {:?}]", self.component, self.value, self.factors)
+    }
+
+    /// The largest index.
+    pub(crate) fn largest(&self) -> usize {
+        self.factors.iter().fold(self.component, |m, i| m.max(*i))
+    }
+}
 
 /// One term of the force f(t, η).
 #[derive(Clone, Debug, PartialEq)]
@@ -76,6 +105,16 @@ pub enum Force {
         /// φ.
         phase: Number,
     },
+    /// A polynomial in (cos t, sin t, η) with values in g*.
+    Polynomial {
+        /// Its terms.
+        terms: Vec<Monomial>,
+    },
+    /// f = ad*_ζ l'(η): keeps coadjoint orbits.
+    Orbit {
+        /// ζ, a polynomial in (cos t, sin t, η) with values in g.
+        zeta: Vec<Monomial>,
+    },
     /// A force of somebody's own type ([`crate::laws::user`]), which the case does not describe.
     Given,
 }
@@ -96,6 +135,10 @@ pub(crate) enum Role {
     Frequency,
     /// φ of cos(ωt + φ), next to ω; 0 where a file has none.
     Phase,
+    /// A polynomial with values in g*, to whose coefficients the force is proportional.
+    CovectorPolynomial,
+    /// The same with values in g.
+    VectorPolynomial,
 }
 
 /// A parameter of a kind of force.
@@ -122,19 +165,20 @@ impl Parameter {
     }
 }
 
-/// The value of a parameter: a number, a covector, or the matrix of a drag.
+/// The value of a parameter: a number, a covector, the matrix of a drag, or the terms of a polynomial.
 #[derive(Clone, Debug)]
-pub(crate) enum Value<N = Number, C = Vec<Number>, D = Drag> {
+pub(crate) enum Value<N = Number, C = Vec<Number>, D = Drag, P = Vec<Monomial>> {
     Number(N),
     Covector(C),
     Drag(D),
+    Polynomial(P),
 }
 
 /// A value to be read.
-type Ref<'a> = Value<&'a Number, &'a Vec<Number>, &'a Drag>;
+type Ref<'a> = Value<&'a Number, &'a Vec<Number>, &'a Drag, &'a Vec<Monomial>>;
 
 /// A value to be changed.
-type Mut<'a> = Value<&'a mut Number, &'a mut Vec<Number>, &'a mut Drag>;
+type Mut<'a> = Value<&'a mut Number, &'a mut Vec<Number>, &'a mut Drag, &'a mut Vec<Monomial>>;
 
 macro_rules! value {
     ($($variant:ident $of:ty),*) => {$(
@@ -152,7 +196,7 @@ macro_rules! value {
     )*};
 }
 
-value!(Number Number, Covector Vec<Number>, Drag Drag);
+value!(Number Number, Covector Vec<Number>, Drag Drag, Polynomial Vec<Monomial>);
 
 impl Ref<'_> {
     /// The value itself.
@@ -161,6 +205,7 @@ impl Ref<'_> {
             Self::Number(x) => Value::Number(x.clone()),
             Self::Covector(list) => Value::Covector(list.clone()),
             Self::Drag(drag) => Value::Drag(drag.clone()),
+            Self::Polynomial(terms) => Value::Polynomial(terms.clone()),
         }
     }
 }
@@ -274,25 +319,30 @@ macro_rules! catalogue {
 
 catalogue! {
     DoubleBracket { alpha } [alpha: Strength] ForceKind {
-        name: "double-bracket", argument: Argument::Momentum, power: Power::Lost, keeps_casimirs: true, orthogonal: true, weight: 24,
-        telling: 14, lanes: &[Entry::So3], ..USUAL
+        name: "double-bracket", argument: Argument::Momentum, power: Power::Lost, keeps_casimirs: true, orthogonal: true, weight: 18,
+        telling: 11, lanes: &[Entry::So3], ..USUAL
     };
     Metriplectic { beta } [beta: Strength] ForceKind {
-        name: "metriplectic", argument: Argument::Momentum, power: Power::None, weight: 24, telling: 14, lanes: &[Entry::So3], ..USUAL
+        name: "metriplectic", argument: Argument::Momentum, power: Power::None, weight: 18, telling: 11, lanes: &[Entry::So3], ..USUAL
     };
-    LinearDrag (drag) [drag: Drag] ForceKind { name: "linear-drag", power: Power::Lost, weight: 16, telling: 28, ..USUAL };
+    LinearDrag (drag) [drag: Drag] ForceKind { name: "linear-drag", power: Power::Lost, weight: 14, telling: 22, ..USUAL };
     QuadraticDrag (drag) [drag: SymmetricDrag] ForceKind {
-        name: "quadratic-drag", power: Power::Lost, smooth: false, weight: 14, telling: 22, ..USUAL
+        name: "quadratic-drag", power: Power::Lost, smooth: false, weight: 12, telling: 17, ..USUAL
     };
-    // Not drawn: with it a seed would mean other systems.
     CubicDrag { q } [q: Strength] ForceKind {
-        name: "cubic-drag", orthogonal: true, power: Power::Lost, lanes: &[], ..USUAL
+        name: "cubic-drag", orthogonal: true, power: Power::Lost, weight: 6, telling: 6, lanes: &[], ..USUAL
     };
     Constant { value } [value: Amplitude] ForceKind {
-        name: "constant", argument: Argument::Nothing, weight: 11, telling: 8, ..USUAL
+        name: "constant", argument: Argument::Nothing, weight: 7, telling: 6, ..USUAL
     };
     Periodic { value, frequency, phase } [value: Amplitude, frequency: Frequency, phase: Phase] ForceKind {
-        name: "periodic", argument: Argument::Nothing, weight: 11, telling: 14, simpler: Some("constant"), ..USUAL
+        name: "periodic", argument: Argument::Nothing, weight: 7, telling: 11, simpler: Some("constant"), ..USUAL
+    };
+    Polynomial { terms } [terms: CovectorPolynomial] ForceKind {
+        name: "polynomial", weight: 11, telling: 10, lanes: &[], ..USUAL
+    };
+    Orbit { zeta } [zeta: VectorPolynomial] ForceKind {
+        name: "orbit", argument: Argument::Momentum, keeps_casimirs: true, weight: 7, telling: 6, lanes: &[], ..USUAL
     };
     Given {} [] ForceKind { name: "given", ..USUAL };
 }
@@ -333,20 +383,23 @@ impl Force {
             (Some(Value::Number(place)), Value::Number(value)) => *place = value,
             (Some(Value::Covector(place)), Value::Covector(value)) => *place = value,
             (Some(Value::Drag(place)), Value::Drag(value)) => *place = value,
+            (Some(Value::Polynomial(place)), Value::Polynomial(value)) => *place = value,
             _ => {}
         }
     }
 
-    /// The covectors and the matrices in it, to be changed with the coordinates of g.
+    /// The covectors, the matrices and the polynomials in it, to be changed with the coordinates of g.
     pub(crate) fn coordinates_mut(
         &mut self,
         mut covector: impl FnMut(&mut Vec<Number>),
         mut matrix: impl FnMut(&mut Vec<Vec<Number>>),
+        mut polynomial: impl FnMut(&mut Vec<Monomial>),
     ) {
         for value in self.values_mut() {
             match value {
                 Value::Covector(list) => covector(list),
                 Value::Drag(Drag::Matrix(rows)) => matrix(rows),
+                Value::Polynomial(terms) => polynomial(terms),
                 Value::Drag(Drag::Coefficient(_)) | Value::Number(_) => {}
             }
         }
@@ -358,6 +411,7 @@ impl Force {
             Value::Number(k) | Value::Drag(Drag::Coefficient(k)) => vec![k],
             Value::Covector(list) => list.iter().collect(),
             Value::Drag(Drag::Matrix(rows)) => rows.iter().flatten().collect(),
+            Value::Polynomial(terms) => terms.iter().map(|term| &term.value).collect(),
         })
     }
 
@@ -368,6 +422,7 @@ impl Force {
                 Value::Number(k) | Value::Drag(Drag::Coefficient(k)) => change(k),
                 Value::Covector(list) => list.iter_mut().for_each(&change),
                 Value::Drag(Drag::Matrix(rows)) => rows.iter_mut().flatten().for_each(&change),
+                Value::Polynomial(terms) => terms.iter_mut().for_each(|term| change(&mut term.value)),
             }
         }
     }
@@ -381,7 +436,7 @@ impl Force {
             Power::Lost => self.parameters().all(|(parameter, value)| match value {
                 _ if parameter.role == Role::SymmetricDrag => true,
                 Value::Number(k) | Value::Drag(Drag::Coefficient(k)) => positive(k),
-                Value::Covector(_) | Value::Drag(Drag::Matrix(_)) => false,
+                Value::Covector(_) | Value::Drag(Drag::Matrix(_)) | Value::Polynomial(_) => false,
             }),
         }
     }
@@ -412,12 +467,13 @@ impl Force {
         (abelian && self.is_bracket()) || self.scales().any(|numbers| numbers.into_iter().all(zero))
     }
 
-    /// The dimension that it is for; `None`: any.
-    pub(super) fn dimension(&self) -> Option<usize> {
-        self.values().into_iter().find_map(|value| match value {
-            Value::Covector(list) => Some(list.len()),
-            Value::Drag(Drag::Matrix(rows)) => Some(rows.len()),
-            Value::Drag(Drag::Coefficient(_)) | Value::Number(_) => None,
+    /// Whether there is such a force in dimension n.
+    pub(super) fn fits(&self, n: usize) -> bool {
+        self.values().into_iter().all(|value| match value {
+            Value::Covector(list) => list.len() == n,
+            Value::Drag(Drag::Matrix(rows)) => rows.len() == n,
+            Value::Polynomial(terms) => terms.iter().all(|term| term.largest() <= n),
+            Value::Drag(Drag::Coefficient(_)) | Value::Number(_) => true,
         })
     }
 
@@ -459,10 +515,57 @@ impl Force {
                 let (frequency, phase) = (scalar("frequency", frequency)?, scalar("phase", phase)?);
                 Periodic::new(covector(value)?, frequency, phase).map_err(refused)?.into()
             }
+            Self::Polynomial { terms } => polynomial(terms, n, &place.key("terms"))?.into(),
+            Self::Orbit { zeta } => {
+                let (algebra, lagrangian) = parts();
+                OrbitForce::new(algebra, lagrangian, polynomial(zeta, n, &place.key("zeta"))?).into()
+            }
             Self::Given => return Err(place.error(Problem::given("the force"))),
         })
     }
 }
+
+/// The polynomial with numbers in `T`, of the first n components.
+fn polynomial<T: Real, const N: usize>(
+    terms: &[Monomial],
+    n: usize,
+    place: &Place,
+) -> Result<Polynomial<T, N>, CaseError> {
+    if terms.is_empty() {
+        return Err(place.error(Problem::Range { found: "empty".into(), allowed: "at least one term".into() }));
+    }
+    let typed = |(k, term): (usize, &Monomial)| {
+        let place = place.index(k);
+        let index = |place: Place, index: usize| match index.checked_sub(1).filter(|below| *below < n) {
+            Some(below) => Ok(below),
+            None => {
+                let (found, allowed) = (format!("the index {index}"), format!("1 to {n}, the dimension"));
+                Err(place.error(Problem::Range { found, allowed }))
+            }
+        };
+        let degree = |position: usize, degree: usize| match degree <= MAX_DEGREE {
+            true => Ok(degree),
+            false => {
+                let (found, allowed) = (format!("of degree {degree}"), format!("at most {MAX_DEGREE}"));
+                Err(place.index(position).error(Problem::Range { found, allowed }))
+            }
+        };
+        degree(FACTORS, term.factors.len())?;
+        let factors = term.factors.iter().enumerate();
+        Ok(Typed {
+            component: index(place.index(0), term.component)?,
+            coefficient: number(&term.value, &place.index(1))?,
+            cos: degree(2, term.cos)?,
+            sin: degree(3, term.sin)?,
+            factors: factors.map(|(j, i)| index(place.index(FACTORS).index(j), *i)).collect::<Result<_, _>>()?,
+        })
+    };
+    let terms = terms.iter().enumerate().map(typed).collect::<Result<_, CaseError>>()?;
+    Polynomial::new(terms).map_err(|e| place.error(Problem::Force(e)))
+}
+
+/// The place of the factors in the list that is a term in files.
+const FACTORS: usize = 4;
 
 impl Drag {
     /// Its key.
@@ -500,6 +603,13 @@ impl Drag {
     }
 }
 
+/// `[component, value, p, q, [i, j]]`, as in files.
+impl fmt::Display for Monomial {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        write!(f, "[{}, {}, {}, {}, {:?}]", self.component, self.value, self.cos, self.sin, self.factors)
+    }
+}
+
 impl fmt::Display for Force {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         f.write_str(self.kind())?;
@@ -511,6 +621,10 @@ impl fmt::Display for Force {
                 (_, Value::Covector(value)) => write!(f, " {}", list(value))?,
                 (_, Value::Drag(Drag::Coefficient(k))) => write!(f, " k = {k}")?,
                 (_, Value::Drag(Drag::Matrix(k))) => write!(f, " K = {}", rows(k))?,
+                (_, Value::Polynomial(terms)) => {
+                    let terms: Vec<String> = terms.iter().map(ToString::to_string).collect();
+                    write!(f, " {} = [{}]", parameter.name, terms.join(", "))?;
+                }
             }
         }
         Ok(())

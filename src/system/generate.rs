@@ -1,6 +1,6 @@
 //! Random parts of a case, valid by construction, with dyadic numbers of few digits.
 
-use super::case::{Algebra, Case, Constant, Drag, Force, Inertia, Lagrangian, Motion, Start, Structure, Tau};
+use super::case::{Algebra, Case, Constant, Drag, Force, Inertia, Lagrangian, Monomial, Motion, Start, Structure, Tau};
 use super::fixed::Fixed;
 use super::force::{Argument, ForceKind, KINDS, Role, Value};
 use super::numbers::{dyadic, from_dyadic};
@@ -197,12 +197,71 @@ pub(super) fn basis(draw: &mut Draw<'_>, n: usize) -> Vec<Vec<Number>> {
     (0..n).map(|i| (0..n).map(|j| dyadic(product(i, j), 64)).collect()).collect()
 }
 
-/// Weights out of 100: the identity; diagonal; full; diagonal with one small moment; nearly the identity.
-const INERTIAS: [usize; 5] = [10, 35, 30, 15, 10];
+/// What stands beside ½⟨Iη, η⟩.
+#[derive(Clone, Copy)]
+enum Beside {
+    Nothing,
+    Quartic,
+    Metric,
+    Gyrostat,
+    GyrostatQuartic,
+}
 
-/// A symmetric positive definite inertia, and a quartic coefficient unless the knobs forbid it.
+/// Weights out of 100 of what stands beside ½⟨Iη, η⟩: nothing; a quartic term; one in a metric of its own; a gyrostat term; the
+/// latter two.
+const BESIDE: [(Beside, usize); 5] = [
+    (Beside::Nothing, 60),
+    (Beside::Quartic, 12),
+    (Beside::Metric, 9),
+    (Beside::Gyrostat, 12),
+    (Beside::GyrostatQuartic, 7),
+];
+
+/// A Lagrangian that the knobs admit.
 pub(super) fn lagrangian(draw: &mut Draw<'_>, n: usize, knobs: &Cases) -> Lagrangian {
-    let inertia = match draw.weighted(&INERTIAS) {
+    let allowed = |beside: &Beside| match beside {
+        Beside::Nothing => true,
+        Beside::Quartic => !knobs.quadratic,
+        Beside::Metric | Beside::Gyrostat | Beside::GyrostatQuartic => !knobs.quadratic && !knobs.kinetic,
+    };
+    let weights = BESIDE.map(|(beside, weight)| if allowed(&beside) { weight } else { 0 });
+    let beside = BESIDE[draw.weighted(&weights)].0;
+    let quartic = matches!(beside, Beside::Quartic | Beside::Metric | Beside::GyrostatQuartic);
+    let metric = matches!(beside, Beside::Metric | Beside::GyrostatQuartic);
+    let (inertia, indefinite) = inertia(draw, n, !quartic && !knobs.kinetic);
+    Lagrangian {
+        inertia,
+        indefinite,
+        quartic: quartic.then(|| dyadic(draw.int(1, 4), 8)),
+        metric: metric.then(|| self::metric(draw, n)),
+        gyrostat: matches!(beside, Beside::Gyrostat | Beside::GyrostatQuartic).then(|| amplitude(draw, n)),
+    }
+}
+
+/// The metric of a quartic term: positive semidefinite, singular now and then.
+fn metric(draw: &mut Draw<'_>, n: usize) -> Inertia {
+    if draw.chance(50) {
+        return Inertia::Full(positive(draw, n, 2, 8));
+    }
+    let mut diagonal: Vec<Number> = (0..n).map(|_| dyadic(draw.pick(&[0, 1, 2, 4, 6, 8]), 4)).collect();
+    if diagonal.iter().all(|x| *x == Number::default()) {
+        diagonal[0] = Number::from(1);
+    }
+    Inertia::Diagonal(diagonal)
+}
+
+/// Weights out of 100: the identity; diagonal; full; diagonal with one small moment; nearly the identity; of any signature, where
+/// that is allowed.
+const INERTIAS: [usize; 6] = [10, 33, 28, 14, 10, 5];
+
+/// A symmetric and regular inertia, and whether it is indefinite.
+fn inertia(draw: &mut Draw<'_>, n: usize, any_signature: bool) -> (Inertia, bool) {
+    let mut weights = INERTIAS;
+    if !any_signature {
+        weights[5] = 0;
+    }
+    let inertia = match draw.weighted(&weights) {
+        5 => return (indefinite(draw, n), true),
         0 => Inertia::Diagonal(vec![Number::from(1); n]),
         1 => Inertia::Diagonal((0..n).map(|_| dyadic(draw.pick(&[1, 2, 3, 4, 5, 6, 8, 12, 16]), 4)).collect()),
         2 => Inertia::Full(positive(draw, n, 2, 8)),
@@ -215,8 +274,32 @@ pub(super) fn lagrangian(draw: &mut Draw<'_>, n: usize, knobs: &Cases) -> Lagran
         // Nearly a multiple of the identity: moments in 1 ± 4/1024.
         _ => Inertia::Diagonal((0..n).map(|_| dyadic(1024 + draw.int(-4, 4), 1024)).collect()),
     };
-    let quartic = (!knobs.quadratic && draw.chance(20)).then(|| dyadic(draw.int(1, 4), 8));
-    Lagrangian { inertia, quartic }
+    (inertia, false)
+}
+
+/// A symmetric and regular matrix with a negative direction: diagonal, or L D Lᵀ with L unit lower triangular of entries p/4.
+fn indefinite(draw: &mut Draw<'_>, n: usize) -> Inertia {
+    let mut moments: Vec<i64> = (0..n).map(|_| draw.pick(&[-6, -4, -3, 2, 4, 5, 8])).collect();
+    if moments.iter().all(|x| *x > 0) {
+        let a = draw.below(n);
+        moments[a] = -moments[a];
+    }
+    if draw.chance(50) {
+        return Inertia::Diagonal(moments.into_iter().map(|p| dyadic(p, 4)).collect());
+    }
+    let lower: Vec<Vec<i64>> =
+        (0..n).map(|r| (0..n).map(|c| if c < r { draw.int(-2, 2) } else { 4 * i64::from(c == r) }).collect()).collect();
+    let entry = |r: usize, c: usize| (0..n).map(|k| lower[r][k] * lower[c][k] * moments[k]).sum::<i64>();
+    Inertia::Full((0..n).map(|r| (0..n).map(|c| dyadic(entry(r, c), 64)).collect()).collect())
+}
+
+/// A covector that is not 0.
+fn amplitude(draw: &mut Draw<'_>, n: usize) -> Vec<Number> {
+    let mut value = draw.fractions(n, 6, 8);
+    if value.iter().all(|v| *v == Number::default()) {
+        value[0] = dyadic(1, 2);
+    }
+    value
 }
 
 /// B Bᵀ + diagonal in sixteenths: B lower triangular with entries |p/4| ≤ most/4, diagonal from `shift`/16 to twice that.
@@ -271,13 +354,7 @@ fn value(draw: &mut Draw<'_>, n: usize, role: Role, knobs: &Cases) -> Value {
     let strength = |draw: &mut Draw<'_>| dyadic(draw.int(1, 8), 8);
     match role {
         Role::Strength => Value::Number(strength(draw)),
-        Role::Amplitude => {
-            let mut value = draw.fractions(n, 6, 8);
-            if value.iter().all(|v| *v == Number::default()) {
-                value[0] = dyadic(1, 2);
-            }
-            Value::Covector(value)
-        }
+        Role::Amplitude => Value::Covector(amplitude(draw, n)),
         Role::Drag if draw.chance(if knobs.telling { 20 } else { 50 }) => {
             Value::Drag(Drag::Coefficient(strength(draw)))
         }
@@ -290,9 +367,33 @@ fn value(draw: &mut Draw<'_>, n: usize, role: Role, knobs: &Cases) -> Value {
         }
         Role::SymmetricDrag if draw.chance(50) => Value::Drag(Drag::Coefficient(strength(draw))),
         Role::SymmetricDrag => Value::Drag(Drag::Matrix(positive(draw, n, 1, 4))),
+        Role::CovectorPolynomial | Role::VectorPolynomial => Value::Polynomial(polynomial(draw, n)),
         Role::Frequency => Value::Number(dyadic(draw.int(1, 6), 2)),
         Role::Phase => Value::Number(dyadic(draw.int(0, 3), 2)),
     }
+}
+
+/// Weights out of 100 of the degrees 0, 1, 2, 3 of a term in η.
+const DEGREES: [usize; 4] = [10, 30, 35, 25];
+
+/// Weights out of 100 of the factors of a term that depend on the time, as powers of cos t and of sin t.
+const TIMES: [((usize, usize), usize); 5] = [((0, 0), 60), ((1, 0), 14), ((0, 1), 14), ((1, 1), 6), ((0, 2), 6)];
+
+/// A polynomial in (cos t, sin t, η): from a single term to two for each component.
+fn polynomial(draw: &mut Draw<'_>, n: usize) -> Vec<Monomial> {
+    let most = [1, n, 2 * n][draw.weighted(&[30, 40, 30])];
+    let term = |draw: &mut Draw<'_>| {
+        let (cos, sin) = TIMES[draw.weighted(&TIMES.map(|(_, weight)| weight))].0;
+        let degree = draw.weighted(&DEGREES);
+        Monomial {
+            component: 1 + draw.below(n),
+            value: dyadic(draw.pick(&[-4, -3, -2, -1, 1, 2, 3, 4]), 8),
+            cos,
+            sin,
+            factors: (0..degree).map(|_| 1 + draw.below(n)).collect(),
+        }
+    };
+    (0..1 + draw.below(most)).map(|_| term(draw)).collect()
 }
 
 /// A start: momentum or velocity of size about 1, sometimes 1/64 or 4; sometimes an attitude and a time.
@@ -324,7 +425,8 @@ fn turn(draw: &mut Draw<'_>, case: &mut Case, knobs: &Cases) {
             scaled.unwrap_or_else(|| list.clone())
         });
     };
-    if case.start.attitude.is_none() {
+    // After an odd map, what turns by a certain angle is no multiple of what turns by another one.
+    if case.start.attitude.is_none() || !case.method.argument.is_empty() {
         return;
     }
     match draw.weighted(&ATTITUDES) {
@@ -350,6 +452,25 @@ fn turn(draw: &mut Draw<'_>, case: &mut Case, knobs: &Cases) {
             }
         }
     }
+}
+
+/// Percent of the retractions that stand after an odd map.
+const COMPOSED: usize = 20;
+
+/// The terms of an odd map φ(x) − x: c |x|² x, which commutes with orthogonal changes of basis, or a few random cubic terms.
+fn argument(draw: &mut Draw<'_>, n: usize) -> Vec<Monomial> {
+    let term = |component, value, factors| Monomial { component, value, cos: 0, sin: 0, factors };
+    if draw.chance(30) {
+        let value = dyadic(draw.pick(&[-2, -1, 1, 2]), 16);
+        let pairs = (1..=n).flat_map(|a| (1..=n).map(move |b| (a, b)));
+        return pairs.map(|(a, b)| term(a, value.clone(), vec![a, b, b])).collect();
+    }
+    let count = 1 + draw.below(2 * n);
+    let random = |draw: &mut Draw<'_>| {
+        let value = dyadic(draw.pick(&[-3, -2, -1, 1, 2, 3]), 16);
+        term(1 + draw.below(n), value, (0..3).map(|_| 1 + draw.below(n)).collect())
+    };
+    (0..count).map(|_| random(draw)).collect()
 }
 
 /// A whole case but for the tableau; its step is made small enough for its rates, and its motion slower if need be.
@@ -392,7 +513,9 @@ pub(super) fn case(draw: &mut Draw<'_>, knobs: &Cases, tableau: crate::tableau::
     let mut exponent = draw.int(i64::from(largest), i64::from(smallest)) as u32;
     // Beyond this the motion is slowed down instead: large steps are wanted too.
     let mut limit = draw.int(i64::from(exponent), i64::from(smallest)) as u32;
-    let method = super::case::Method { tableau, retraction };
+    let composed = knobs.retraction.is_none() && !knobs.fast && given.is_none() && draw.chance(COMPOSED);
+    let argument = if composed { argument(draw, n) } else { Vec::new() };
+    let method = super::case::Method { tableau, retraction, argument };
     let mut case = Case { algebra, lagrangian, forces, method, start, step: dyadic(1, 1 << exponent) };
     match &fixed.start {
         None => turn(draw, &mut case, knobs),
@@ -400,6 +523,7 @@ pub(super) fn case(draw: &mut Draw<'_>, knobs: &Cases, tableau: crate::tableau::
         Some(_) if fixed.forces.is_some() => limit = 30,
         Some(_) => {}
     }
+    let (negative, large) = unusual(draw, knobs);
     for attempt in 0..MAX_SLOWER {
         let rates = knobs.rates(&case)?;
         if !rates.in_domain() {
@@ -424,6 +548,12 @@ pub(super) fn case(draw: &mut Draw<'_>, knobs: &Cases, tableau: crate::tableau::
             }
         };
         if calm {
+            if large {
+                enlarge(&mut case, |h| rates.step_stiffness(h) <= LARGEST);
+            }
+            if negative {
+                case.step = case.step.eval::<f64>().ok().and_then(|h| from_dyadic(-h))?;
+            }
             return Some(case);
         }
         slower(&mut case, fixed);
@@ -436,6 +566,32 @@ pub(super) fn case(draw: &mut Draw<'_>, knobs: &Cases, tableau: crate::tableau::
     fixed.any().then_some(case)
 }
 
+/// Percent of the steps that are negative, and of those that are large, of cases that need not show an order.
+const UNUSUAL: (usize, usize) = (8, 8);
+
+/// The largest stiffness of a large step: beyond it stage equations fold more often than not, and there is no step.
+const LARGEST: f64 = 2.0;
+
+/// Whether the step is to be negative, and whether it is to be large.
+fn unusual(draw: &mut Draw<'_>, knobs: &Cases) -> (bool, bool) {
+    // Orders show at small steps, and what is fixed or given is as it is.
+    if knobs.telling || knobs.smooth || knobs.fast || knobs.fixed.any() || knobs.given.is_some() {
+        return (false, false);
+    }
+    (draw.chance(UNUSUAL.0), draw.chance(UNUSUAL.1))
+}
+
+/// Doubles the step as often as it may be.
+fn enlarge(case: &mut Case, may_be: impl Fn(f64) -> bool) {
+    let Ok(mut step) = case.step.eval::<f64>() else { return };
+    while step < 4.0 && may_be(2.0 * step) {
+        step *= 2.0;
+    }
+    if let Some(step) = from_dyadic(step) {
+        case.step = step;
+    }
+}
+
 /// How often motion and forces are halved at most until a case is calm: 2⁻⁴⁰ of what was drawn hardly moves.
 const MAX_SLOWER: usize = 40;
 
@@ -443,9 +599,12 @@ const MAX_SLOWER: usize = 40;
 /// still a motion.
 const SLOWER_BEFORE_SHORTER: usize = 8;
 
-/// Half the motion and half of every force coefficient, of what is not fixed.
+/// Half the motion (with the momentum of a rotor, which is one at rest) and half of every force coefficient, of what is not fixed.
 fn slower(case: &mut Case, fixed: &Fixed) {
     let half = |list: &mut Vec<Number>| list.iter_mut().for_each(|v| *v = halved(v));
+    if let (None, Some(rotor)) = (&fixed.lagrangian, &mut case.lagrangian.gyrostat) {
+        half(rotor);
+    }
     if fixed.start.is_none() {
         match &mut case.start.motion {
             Motion::Velocity(list) | Motion::Momentum(list) => half(list),

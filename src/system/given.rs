@@ -117,7 +117,7 @@ impl Case {
         let algebra = group.algebra().clone();
         let retraction = match &supplied.retraction {
             Some(given) => AnyRetraction::Given(GivenRetraction::new(Arc::clone(given), algebra.clone(), *beside)),
-            None => dispatch::general(&algebra, &Some(group.clone()), Tau::Exponential)
+            None => dispatch::plain(&algebra, &Some(group.clone()), Tau::Exponential)
                 .map_err(|problem| Place::root().key("method").key("retraction").error(problem))?,
         };
         let casimirs = supplied.casimirs.iter().map(|casimir| casimir.beside(n)).collect();

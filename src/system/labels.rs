@@ -1,7 +1,8 @@
 //! What a case is an example of: the labels by which coverage is counted.
 
-use super::case::{Algebra, Case, Inertia, Structure};
+use super::case::{Algebra, Case, Inertia, Lagrangian as Energy, Structure};
 use super::dispatch::{System, Visitor};
+use super::rates::Rates;
 use crate::algebra::catalogue::Entry;
 use crate::algebra::known;
 use crate::mechanics::{Force, Lagrangian};
@@ -79,6 +80,7 @@ pub fn labels(case: &Case) -> Vec<(&'static str, String)> {
             let mut probe = case.clone();
             // Whatever the retraction: exp is the quickest to set up.
             probe.method.retraction = super::case::Tau::Exponential;
+            probe.method.argument.clear();
             if let Ok((class, unimodular)) = probe.dispatch::<f64, _>(Class) {
                 labels.push(("class", class.into()));
                 labels.push(("unimodular", if unimodular { "yes" } else { "no" }.into()));
@@ -88,8 +90,8 @@ pub fn labels(case: &Case) -> Vec<(&'static str, String)> {
     };
     labels.push(("catalogue", if listed { "listed" } else { "unlisted" }.into()));
     labels.push(("basis", if case.algebra.basis.is_some() { "changed" } else { "standard" }.into()));
-    labels.push(("inertia", inertia(&case.lagrangian.inertia).into()));
-    labels.push(("lagrangian", if case.lagrangian.quartic.is_some() { "quartic" } else { "quadratic" }.into()));
+    labels.push(("inertia", inertia(&case.lagrangian).into()));
+    labels.push(("lagrangian", lagrangian(&case.lagrangian).into()));
     let mut kinds: Vec<&str> = case.forces.iter().map(|force| force.kind()).collect();
     kinds.sort_unstable();
     kinds.dedup();
@@ -97,15 +99,34 @@ pub fn labels(case: &Case) -> Vec<(&'static str, String)> {
         kinds.push("none");
     }
     labels.extend(kinds.into_iter().map(|kind| ("force", kind.to_string())));
-    labels.push(("angle", angle(case).into()));
-    labels.push(("retraction", case.method.retraction.name().into()));
+    let rates = Rates::of(case);
+    labels.push(("angle", angle(case, rates.as_ref()).into()));
+    let composed = !case.method.argument.is_empty();
+    labels.push(("retraction", if composed { "composed" } else { case.method.retraction.name() }.into()));
+    labels.push(("step", step(case, rates.as_ref()).into()));
     labels.push(("tableau", tableau_kind(&case.method.tableau).into()));
     labels
 }
 
-/// `unit`, `thin` (one moment at most a sixteenth of the largest), `nearly-unit` (equal to a hundredth), `diagonal`, `full`.
-fn inertia(inertia: &Inertia) -> &'static str {
-    let Inertia::Diagonal(list) = inertia else { return "full" };
+/// What l has beside ½⟨Iη, η⟩: `quadratic` (nothing), `quartic` (¼ κ ⟨Iη, η⟩²), `metric` (a quartic term in a metric of its own),
+/// `gyrostat` (⟨b, η⟩), `gyrostat-quartic`.
+fn lagrangian(lagrangian: &Energy) -> &'static str {
+    match (&lagrangian.gyrostat, &lagrangian.quartic, &lagrangian.metric) {
+        (None, None, _) => "quadratic",
+        (None, Some(_), None) => "quartic",
+        (None, Some(_), Some(_)) => "metric",
+        (Some(_), None, _) => "gyrostat",
+        (Some(_), Some(_), _) => "gyrostat-quartic",
+    }
+}
+
+/// `indefinite` (it may be), `unit`, `thin` (one moment at most a sixteenth of the largest), `nearly-unit` (equal to a hundredth),
+/// `diagonal`, `full`.
+fn inertia(lagrangian: &Energy) -> &'static str {
+    if lagrangian.indefinite {
+        return "indefinite";
+    }
+    let Inertia::Diagonal(list) = &lagrangian.inertia else { return "full" };
     let moments = list.iter().map(|x| x.eval::<f64>().unwrap_or(f64::NAN).abs());
     let (least, most) = moments.fold((f64::INFINITY, 0.0_f64), |(a, b), x| (a.min(x), b.max(x)));
     if list.iter().all(|x| *x == Number::from(1)) {
@@ -119,13 +140,22 @@ fn inertia(inertia: &Inertia) -> &'static str {
     }
 }
 
+/// `negative`; `large` (more than what is small for the motion); `usual`.
+fn step(case: &Case, rates: Option<&Rates>) -> &'static str {
+    match case.step.eval::<f64>() {
+        Ok(h) if h < 0.0 => "negative",
+        Ok(h) if rates.is_some_and(|rates| rates.step_stiffness(h) > super::rates::MOST) => "large",
+        _ => "usual",
+    }
+}
+
 /// How far the attitude turns: `none` (g = e), `tiny` (below 2⁻⁸), `moderate`, `near-pi` (π by an eighth at most: τ⁻¹ is
 /// nearly singular).
-fn angle(case: &Case) -> &'static str {
+fn angle(case: &Case, rates: Option<&Rates>) -> &'static str {
     if case.start.attitude.is_none() {
         return "none";
     }
-    let angle = super::rates::Rates::of(case).map_or(0.0, |rates| rates.angle(case.method.retraction));
+    let angle = rates.map_or(0.0, |rates| rates.angle(case.method.retraction));
     let tiny = |x: &Number| x.eval::<f64>().is_ok_and(|x| x.abs() < 1.0 / 256.0);
     if case.start.attitude.iter().flatten().all(tiny) {
         "tiny"

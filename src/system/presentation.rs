@@ -2,8 +2,8 @@
 //!
 //! With e'_a = e_b B^b_a: x = B x' for vectors, μ' = μ B for covectors, I' = Bᵀ I B; the group's matrices stay.
 
-use super::case::{Case, Drag, Inertia, Motion};
-use super::force::Value;
+use super::case::{Case, Drag, Inertia, Monomial, Motion};
+use super::force::{Role, Value};
 use crate::scalar::Number;
 
 /// B, and B⁻¹, in halves: every entry is k/2 with a small k.
@@ -51,6 +51,37 @@ impl Change {
         let column = |b: usize| self.covector(&right.iter().map(|row| row[b].clone()).collect::<Vec<_>>());
         let columns: Vec<Vec<Number>> = (0..n).map(column).collect();
         (0..n).map(|a| (0..n).map(|b| columns[b][a].clone()).collect()).collect()
+    }
+
+    /// f_b B^b_a, or (B⁻¹)^a_b ζ^b, at η = B η'. With row i of a table t: t[i][j]/2 is the coefficient of j.
+    fn polynomial(&self, terms: &[Monomial], role: Role) -> Vec<Monomial> {
+        let n = self.forth.len();
+        let image =
+            |b: usize, a: usize| if role == Role::VectorPolynomial { self.back[a][b] } else { self.forth[b][a] };
+        let mut found = Vec::new();
+        for term in terms {
+            let start = (0..n).filter_map(|a| {
+                let value = sum([(image(term.component - 1, a), &term.value)].into_iter());
+                (image(term.component - 1, a) != 0).then(|| Monomial {
+                    component: a + 1,
+                    value,
+                    factors: Vec::new(),
+                    ..term.clone()
+                })
+            });
+            found.extend(term.factors.iter().fold(start.collect(), |products: Vec<Monomial>, &i| {
+                let row = &self.forth[i - 1];
+                let times = |product: &Monomial, j: usize| {
+                    let mut product = product.clone();
+                    product.value = sum([(row[j], &product.value)].into_iter());
+                    product.factors.push(j + 1);
+                    product
+                };
+                let used = (0..n).filter(|j| row[*j] != 0);
+                used.flat_map(|j| products.iter().map(move |product| times(product, j))).collect()
+            }));
+        }
+        found
     }
 
     fn drag(&self, drag: &Drag, n: usize) -> Drag {
@@ -102,20 +133,27 @@ impl Case {
         let old = self.algebra.basis.clone().unwrap_or_else(|| multiple(&Number::from(1), n));
         let combined = |a: usize, entry: usize| sum((0..n).map(|b| (change.forth[b][a], &old[b][entry])));
         case.algebra.basis = Some((0..n).map(|a| (0..n).map(|entry| combined(a, entry)).collect()).collect());
-        let inertia = match &self.lagrangian.inertia {
-            Inertia::Full(rows) => rows.clone(),
-            Inertia::Diagonal(list) => {
-                let entry = |a: usize, b: usize| if a == b { list[a].clone() } else { Number::default() };
-                (0..list.len()).map(|a| (0..list.len()).map(|b| entry(a, b)).collect()).collect()
-            }
-        };
-        case.lagrangian.inertia = Inertia::Full(change.form(&inertia));
+        for form in [&mut case.lagrangian.inertia].into_iter().chain(&mut case.lagrangian.metric) {
+            let rows = match form {
+                Inertia::Full(rows) => change.form(rows),
+                Inertia::Diagonal(list) => {
+                    let entry = |a: usize, b: usize| if a == b { list[a].clone() } else { Number::default() };
+                    let rows: Vec<_> = (0..n).map(|a| (0..n).map(|b| entry(a, b)).collect()).collect();
+                    change.form(&rows)
+                }
+            };
+            *form = Inertia::Full(rows);
+        }
+        if let Some(rotor) = &mut case.lagrangian.gyrostat {
+            *rotor = change.covector(rotor);
+        }
         for force in &mut case.forces {
-            for (_, value) in force.parameters_mut() {
+            for (parameter, value) in force.parameters_mut() {
                 match value {
                     Value::Number(_) => {}
                     Value::Covector(list) => *list = change.covector(list),
                     Value::Drag(drag) => *drag = change.drag(drag, n),
+                    Value::Polynomial(terms) => *terms = change.polynomial(terms, parameter.role),
                 }
             }
         }
@@ -123,6 +161,7 @@ impl Case {
             Motion::Velocity(list) => *list = change.vector(list),
             Motion::Momentum(list) => *list = change.covector(list),
         }
+        case.method.argument = change.polynomial(&case.method.argument, Role::VectorPolynomial);
         case.start.attitude = case.start.attitude.as_ref().map(|x| change.vector(x));
         let rows = change.forth.iter().map(|row| row.iter().map(|k| 0.5 * *k as f64).collect()).collect();
         (case, rows)

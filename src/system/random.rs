@@ -77,6 +77,7 @@ pub struct Cases {
     pub(super) smooth: bool,
     pub(super) telling: bool,
     pub(super) quadratic: bool,
+    pub(super) kinetic: bool,
     pub(super) fast: bool,
     pub(super) retraction: Option<Tau>,
     pub(super) exponents: (u32, u32),
@@ -105,7 +106,7 @@ impl fmt::Debug for Image {
     }
 }
 
-/// All cases: every algebra of the catalogue, products and algebras by constants; bases; inertias; forces; tableaux;
+/// All cases: every algebra of the catalogue, products and algebras by constants; bases; Lagrangians; forces; tableaux;
 /// retractions; states; steps 1/4 to 1/64.
 pub fn cases() -> Cases {
     Cases {
@@ -120,6 +121,7 @@ pub fn cases() -> Cases {
         smooth: false,
         telling: false,
         quadratic: false,
+        kinetic: false,
         fast: false,
         retraction: None,
         exponents: (2, 6),
@@ -248,9 +250,16 @@ impl Cases {
         self
     }
 
-    /// Only quadratic Lagrangians.
+    /// Only Lagrangians l(η) = ½⟨Iη, η⟩.
     pub fn quadratic(mut self) -> Self {
         self.quadratic = true;
+        self
+    }
+
+    /// Only Lagrangians l(η) = ½ q + ¼ κ q² with q = ⟨Iη, η⟩ and I positive definite: no gyrostat terms, no metric of their own, no
+    /// indefinite inertias.
+    pub fn kinetic(mut self) -> Self {
+        self.kinetic = true;
         self
     }
 
@@ -265,7 +274,7 @@ impl Cases {
         self.quadratic()
     }
 
-    /// Only this retraction; Cayley implies a group.
+    /// Only this retraction, not after an odd map; Cayley implies a group.
     pub fn retraction(mut self, tau: Tau) -> Self {
         self.retraction = Some(tau);
         self.with_group |= tau == Tau::Cayley;
@@ -325,9 +334,11 @@ impl Cases {
             && (self.forcing != Forcing::Free || case.forces.is_empty())
             && (self.forcing != Forcing::Forced || forced)
             && (!self.smooth || smooth(case))
-            && !(self.quadratic && case.lagrangian.quartic.is_some())
+            && (!self.quadratic || case.lagrangian.is_quadratic())
+            && (!self.kinetic || case.lagrangian.is_kinetic())
             && (!self.fast || entry.is_some_and(|entry| has_fast_step(case, entry)))
             && (self.retraction.is_none_or(|tau| tau == case.method.retraction) || case.matrix_size() == 0)
+            && (self.retraction.is_none() || case.method.argument.is_empty())
             && (self.forcing != Forcing::Forced || rates.as_ref().is_some_and(Rates::driven))
             && (!self.telling || rates.is_some_and(|rates| self.tells(case, abelian, &rates)))
     }
@@ -429,5 +440,7 @@ fn has_fast_step(case: &Case, entry: &Entry) -> bool {
         Entry::Se3 => case.method.retraction == Tau::Cayley,
         _ => false,
     };
-    retraction && case.forces.iter().all(|force| force.description().lanes.contains(entry))
+    retraction
+        && case.method.argument.is_empty()
+        && case.forces.iter().all(|force| force.description().lanes.contains(entry))
 }

@@ -42,6 +42,7 @@ impl Rates {
     pub fn of(case: &Case) -> Option<Self> {
         let mut probe = case.clone();
         probe.method.retraction = Tau::Exponential;
+        probe.method.argument.clear();
         let cayley = case.method.retraction == Tau::Cayley;
         Self::by(case, cayley, |measure| probe.dispatch::<f64, _>(measure).ok().flatten())
     }
@@ -49,6 +50,7 @@ impl Rates {
     /// Those that `visit` finds for a case; `matrices`: where τ works on matrices.
     pub(crate) fn by(case: &Case, matrices: bool, visit: impl FnOnce(Measure) -> Option<Self>) -> Option<Self> {
         let attitude = case.start.attitude.iter().flatten().map(|x| x.eval().ok()).collect::<Option<Vec<f64>>>()?;
+        let attitude = if attitude.is_empty() { attitude } else { case.method.argument(&attitude)? };
         let strength = case.forces.iter().map(Force::strength).fold(0.0, f64::max);
         visit(Measure { matrices, attitude, strength })
     }

@@ -3,32 +3,20 @@
 //! Every candidate lowers (dimension, rank of the algebra, parts, distances of numbers from their targets on their
 //! own dyadic grid) in lexicographic order, so greedy descent ends.
 
-use super::case::{Algebra, Case, Drag, Force, Inertia, Motion, Structure, Tau};
+use super::case::{Algebra, Case, Drag, Force, Inertia, Lagrangian, Monomial, Motion, Structure, Tau};
 use super::force::{ForceKind, Role, Value};
 use super::numbers::{dyadic, from_dyadic};
 use super::rates::{MOST, Rates};
 use crate::algebra::MatrixAlgebra;
 use crate::algebra::catalogue::Entry;
+use crate::retraction::is_odd;
 use crate::scalar::Number;
 
-/// Whether a candidate may stand: it can be built, its inertia is positive definite, and its step is small enough.
+/// Whether a candidate may stand: it can be built, and its step is small enough.
 pub(super) fn sound(case: &Case, rates: impl FnOnce(&Case) -> Option<Rates>) -> bool {
     let Ok(step) = case.step.eval::<f64>() else { return false };
     let calm = |rates: Rates| rates.in_domain() && rates.step_stiffness(step.abs()) <= MOST;
-    positive(&case.lagrangian.inertia) && step != 0.0 && rates(case).is_some_and(calm)
-}
-
-/// Cholesky's factorisation in `f64`.
-fn positive(inertia: &Inertia) -> bool {
-    let value = |x: &Number| x.eval::<f64>().unwrap_or(f64::NAN);
-    match inertia {
-        Inertia::Diagonal(diagonal) => diagonal.iter().all(|x| value(x) > 0.0),
-        Inertia::Full(rows) => {
-            let n = rows.len();
-            rows.iter().all(|row| row.len() == n)
-                && nalgebra::DMatrix::from_fn(n, n, |r, c| value(&rows[r][c])).cholesky().is_some()
-        }
-    }
+    step != 0.0 && rates(case).is_some_and(calm)
 }
 
 /// Simpler values than `x` on the way to the integer `target`, the simplest first.
@@ -81,6 +69,14 @@ fn matrices(rows: &[Vec<Number>], diagonal: i64, mirrored: bool) -> Vec<Vec<Vec<
         }
     }
     found
+}
+
+/// The same for a symmetric matrix, towards the identity.
+fn forms(form: &Inertia) -> Vec<Inertia> {
+    match form {
+        Inertia::Diagonal(list) => entries(list, |_| 1).into_iter().map(Inertia::Diagonal).collect(),
+        Inertia::Full(rows) => matrices(rows, 1, true).into_iter().map(Inertia::Full).collect(),
+    }
 }
 
 /// Algebras from the simplest on; later ones may be replaced by earlier ones.
@@ -170,12 +166,17 @@ fn truncate(case: &mut Case, m: usize) {
         rows.truncate(m);
         rows.iter_mut().for_each(|row| row.truncate(m));
     };
-    match &mut case.lagrangian.inertia {
-        Inertia::Diagonal(list) => list.truncate(m),
-        Inertia::Full(rows) => square(rows),
+    for form in [&mut case.lagrangian.inertia].into_iter().chain(&mut case.lagrangian.metric) {
+        match form {
+            Inertia::Diagonal(list) => list.truncate(m),
+            Inertia::Full(rows) => square(rows),
+        }
+    }
+    if let Some(rotor) = &mut case.lagrangian.gyrostat {
+        rotor.truncate(m);
     }
     for force in &mut case.forces {
-        force.coordinates_mut(|list| list.truncate(m), square);
+        force.coordinates_mut(|list| list.truncate(m), square, |terms| terms.retain(|term| term.largest() <= m));
     }
     match &mut case.start.motion {
         Motion::Velocity(list) | Motion::Momentum(list) => list.truncate(m),
@@ -183,6 +184,7 @@ fn truncate(case: &mut Case, m: usize) {
     if let Some(list) = &mut case.start.attitude {
         list.truncate(m);
     }
+    case.method.argument.retain(|term| term.largest() <= m);
 }
 
 fn forces(case: &Case, found: &mut Vec<Case>) {
@@ -207,25 +209,43 @@ fn forces(case: &Case, found: &mut Vec<Case>) {
 
 fn lagrangian(case: &Case, found: &mut Vec<Case>) {
     let n = case.dimension();
-    let unit = Inertia::Diagonal(vec![Number::from(1); n]);
-    if case.lagrangian.inertia != unit {
-        found.push(with(case, |case| case.lagrangian.inertia = unit));
+    let unit = Lagrangian::unit(n);
+    if case.lagrangian != unit {
+        found.push(with(case, |case| case.lagrangian = unit.clone()));
+    }
+    if case.lagrangian.inertia != unit.inertia {
+        found.push(with(case, |case| case.lagrangian.inertia = unit.inertia));
     }
     if let Inertia::Full(rows) = &case.lagrangian.inertia {
         let diagonal = Inertia::Diagonal((0..n).map(|a| rows[a][a].clone()).collect());
         found.push(with(case, |case| case.lagrangian.inertia = diagonal));
     }
+    if case.lagrangian.indefinite {
+        found.push(with(case, |case| case.lagrangian.indefinite = false));
+    }
+    if case.lagrangian.gyrostat.is_some() {
+        found.push(with(case, |case| case.lagrangian.gyrostat = None));
+    }
+    if case.lagrangian.metric.is_some() {
+        found.push(with(case, |case| case.lagrangian.metric = None));
+    }
     if case.lagrangian.quartic.is_some() {
-        found.push(with(case, |case| case.lagrangian.quartic = None));
+        found.push(with(case, |case| (case.lagrangian.quartic, case.lagrangian.metric) = (None, None)));
     }
 }
 
 fn method(case: &Case, finest: i64, found: &mut Vec<Case>) {
+    if !case.method.argument.is_empty() {
+        found.push(with(case, |case| case.method.argument.clear()));
+    }
     if case.method.retraction == Tau::Cayley {
         found.push(with(case, |case| case.method.retraction = Tau::Exponential));
     }
     // The smallest step that is generated, then larger ones.
     let Ok(step) = case.step.eval::<f64>() else { return };
+    if step < 0.0 {
+        found.extend(from_dyadic(-step).map(|step| with(case, |case| case.step = step)));
+    }
     let mut q = finest.max(1);
     while q >= 1 && 1.0 / (q as f64) < step {
         found.push(with(case, |case| case.step = dyadic(1, q)));
@@ -258,18 +278,19 @@ fn numbers(case: &Case, found: &mut Vec<Case>) {
     if let Some(x) = &case.start.attitude {
         found.extend(entries(x, |_| 0).into_iter().map(|x| with(case, |case| case.start.attitude = Some(x))));
     }
-    match &case.lagrangian.inertia {
-        Inertia::Diagonal(list) => found.extend(
-            entries(list, |_| 1)
-                .into_iter()
-                .map(|list| with(case, |case| case.lagrangian.inertia = Inertia::Diagonal(list))),
-        ),
-        Inertia::Full(rows) => found.extend(
-            matrices(rows, 1, true)
-                .into_iter()
-                .map(|rows| with(case, |case| case.lagrangian.inertia = Inertia::Full(rows))),
-        ),
+    let simpler = forms(&case.lagrangian.inertia).into_iter();
+    found.extend(simpler.map(|form| with(case, |case| case.lagrangian.inertia = form)));
+    if let Some(metric) = &case.lagrangian.metric {
+        let simpler = forms(metric).into_iter();
+        found.extend(simpler.map(|form| with(case, |case| case.lagrangian.metric = Some(form))));
     }
+    if let Some(rotor) = &case.lagrangian.gyrostat {
+        let simpler = entries(rotor, |_| 0).into_iter();
+        found.extend(simpler.map(|rotor| with(case, |case| case.lagrangian.gyrostat = Some(rotor))));
+    }
+    let odd = |terms: &Vec<Monomial>| terms.iter().all(|term| is_odd(term.factors.len()));
+    let simpler = polynomials(&case.method.argument).into_iter().filter(odd);
+    found.extend(simpler.map(|argument| with(case, |case| case.method.argument = argument)));
     for (i, force) in case.forces.iter().enumerate() {
         found.extend(simpler_force(force).into_iter().map(|force| with(case, |case| case.forces[i] = force)));
     }
@@ -304,6 +325,36 @@ fn numbers(case: &Case, found: &mut Vec<Case>) {
     }
 }
 
+/// The polynomial without one term, or with one term simpler: of lower degree, or with another coefficient.
+fn polynomials(terms: &[Monomial]) -> Vec<Vec<Monomial>> {
+    let mut found = Vec::new();
+    for (k, term) in terms.iter().enumerate() {
+        if terms.len() > 1 {
+            let mut fewer = terms.to_vec();
+            fewer.remove(k);
+            found.push(fewer);
+        }
+        let mut exchange = |change: &dyn Fn(&mut Monomial)| {
+            let mut terms = terms.to_vec();
+            change(&mut terms[k]);
+            found.push(terms);
+        };
+        if term.cos > 0 {
+            exchange(&|term| term.cos = 0);
+        }
+        if term.sin > 0 {
+            exchange(&|term| term.sin = 0);
+        }
+        for factor in 0..term.factors.len() {
+            exchange(&|term| {
+                term.factors.remove(factor);
+            });
+        }
+        towards(&term.value, 1).iter().for_each(|value| exchange(&|term| term.value = value.clone()));
+    }
+    found
+}
+
 /// The force of the simpler kind, with the parameters that have the same names.
 fn simpler_kind(force: &Force) -> Option<Force> {
     let kind = ForceKind::named(force.description().simpler?)?;
@@ -327,6 +378,7 @@ fn simpler_force(force: &Force) -> Vec<Force> {
             Value::Drag(Drag::Coefficient(x)) => {
                 towards(x, 1).into_iter().map(Drag::Coefficient).map(Value::Drag).collect()
             }
+            Value::Polynomial(terms) => polynomials(terms).into_iter().map(Value::Polynomial).collect(),
             Value::Drag(Drag::Matrix(rows)) => {
                 let simpler = matrices(rows, 1, parameter.role == Role::SymmetricDrag);
                 simpler.into_iter().map(Drag::Matrix).map(Value::Drag).collect()

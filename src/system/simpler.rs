@@ -45,7 +45,7 @@ impl Cases {
     }
 
     /// Cases that are simpler than `case` and that could have been drawn, the boldest first: a pure function of both, whoever drew the
-    /// case. Each can be built, its inertia is positive definite and its step is small enough for its motion.
+    /// case. Each can be built, and its step is small enough for its motion.
     pub fn simpler(&self, case: &Case) -> impl Iterator<Item = Case> + use<> {
         let tableaux = self.simpler_tableaux(&case.method.tableau);
         let exchanged = tableaux.into_iter().map({

@@ -70,7 +70,7 @@ fn unsupported(why: impl ToString) -> StepError {
 fn quadratic<const N: usize>(lagrangian: AnyLagrangian<f64, N>) -> Result<Quadratic<f64, N>, StepError> {
     match lagrangian {
         AnyLagrangian::Quadratic(lagrangian) => Ok(lagrangian),
-        AnyLagrangian::Quartic(_) | AnyLagrangian::Given(_) => Err(unsupported("the Lagrangian is not quadratic")),
+        _ => Err(unsupported("the Lagrangian is not quadratic")),
     }
 }
 
@@ -82,8 +82,9 @@ impl Body {
     pub fn of(case: &Case) -> Result<Self, StepError> {
         use crate::algebra::catalogue::Entry::{Se3, So3};
         let tau = case.method.retraction;
+        let standard = case.algebra.basis.is_none() && case.method.argument.is_empty();
         match &case.algebra.structure {
-            Structure::Named(So3) if case.algebra.basis.is_none() => {
+            Structure::Named(So3) if standard => {
                 let system = case.on_so3().map_err(unsupported)?;
                 let lagrangian = quadratic(system.lagrangian)?;
                 let terms = so3::Terms::new(&system.force, &lagrangian).map_err(unsupported)?;
@@ -95,7 +96,7 @@ impl Body {
                     tau,
                 })))
             }
-            Structure::Named(Se3) if case.algebra.basis.is_none() && tau == Tau::Cayley => {
+            Structure::Named(Se3) if standard && tau == Tau::Cayley => {
                 let system = case.on_se3().map_err(unsupported)?;
                 let lagrangian = quadratic(system.lagrangian)?;
                 let terms = se3::Terms::new(&system.force).map_err(unsupported)?;

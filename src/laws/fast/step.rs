@@ -200,7 +200,8 @@ fn rename(case: &Case) -> Case {
         Inertia::Full(rows) => *rows = matrix(rows),
     }
     for force in &mut other.forces {
-        force.coordinates_mut(|value| *value = list(value), |rows| *rows = matrix(rows));
+        // No polynomial has a form in lanes.
+        force.coordinates_mut(|value| *value = list(value), |rows| *rows = matrix(rows), |_| {});
     }
     match &mut other.start.motion {
         Motion::Velocity(x) | Motion::Momentum(x) => *x = list(x),

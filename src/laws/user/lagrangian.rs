@@ -366,7 +366,7 @@ impl<T: Real, L: Lagrangian<T, N>, const N: usize> Judge<'_, T, L, N> {
         let refused = |error: LegendreError| match error {
             LegendreError::Singular { .. } => Measured::Inconclusive("the Hessian is singular".into()),
             LegendreError::NotConverged { .. } => Measured::Inconclusive("`velocity` did not converge".into()),
-            LegendreError::BadInertia { .. } => Measured::Broken(error.to_string()),
+            LegendreError::BadInertia { .. } | LegendreError::BadTerm { .. } => Measured::Broken(error.to_string()),
         };
         let finite = |v: &Vector<T, N>| match v.iter().all(|v| v.all_finite()) {
             true => Ok(()),

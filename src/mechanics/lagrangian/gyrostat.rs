@@ -1,0 +1,80 @@
+//! A term that is linear in the velocity, beside any Lagrangian.
+
+use crate::algebra::{Covector, Matrix, Vector, pair};
+use crate::mechanics::{Lagrangian, LegendreError};
+use crate::scalar::{Real, Scalar};
+
+/// l(η) = l₀(η) + ⟨b, η⟩: a body with a rotor of constant momentum b.
+///
+/// l' = l₀' + b and l'' = l₀''. The inverse of l' is μ ↦ (l₀')⁻¹(μ − b), and the energy is that of l₀. At rest the momentum is b. l is
+/// not even. Source: Kelvin; Krishnaprasad and Marsden 1987 (rigid bodies with rotors).
+///
+/// ```
+/// use euler_poincare::algebra::{Covector, Vector};
+/// use euler_poincare::mechanics::Lagrangian;
+/// use euler_poincare::mechanics::lagrangian::{Gyrostat, Quadratic};
+///
+/// let rotor = Covector::<f64, 3>::new(0.0, 0.0, 2.0);
+/// let gyrostat = Gyrostat::new(Quadratic::diagonal([1.0, 2.0, 3.0])?, rotor)?;
+/// let eta = Vector::<f64, 3>::new(1.0, 1.0, 1.0);
+/// assert_eq!(gyrostat.gradient(&eta), Covector::<f64, 3>::new(1.0, 2.0, 5.0));
+/// assert_eq!(gyrostat.velocity(&rotor, &Vector::zeros())?, Vector::zeros());
+/// assert_eq!(gyrostat.energy(&eta), 3.0);
+/// # Ok::<(), euler_poincare::mechanics::LegendreError>(())
+/// ```
+#[derive(Clone, Debug, PartialEq)]
+pub struct Gyrostat<L, T: Real, const N: usize> {
+    body: L,
+    rotor: Covector<T, N>,
+}
+
+impl<L, T: Real, const N: usize> Gyrostat<L, T, N> {
+    /// l₀ and b.
+    ///
+    /// # Errors
+    /// [`LegendreError::BadTerm`]: a component of b is not finite.
+    pub fn new(body: L, rotor: Covector<T, N>) -> Result<Self, LegendreError> {
+        match rotor.iter().position(|v| !v.all_finite()) {
+            Some(a) => {
+                Err(LegendreError::BadTerm { what: "gyrostat term", why: format!("entry {} is not finite", a + 1) })
+            }
+            None => Ok(Self { body, rotor }),
+        }
+    }
+
+    /// l₀.
+    pub fn body(&self) -> &L {
+        &self.body
+    }
+
+    /// b.
+    pub fn rotor(&self) -> &Covector<T, N> {
+        &self.rotor
+    }
+}
+
+impl<L: Lagrangian<T, N>, T: Real, const N: usize> Lagrangian<T, N> for Gyrostat<L, T, N> {
+    fn value<S: Scalar<Base = T>>(&self, eta: &Vector<S, N>) -> S {
+        self.body.value(eta) + pair(&self.rotor.map(S::lift), eta)
+    }
+
+    fn gradient<S: Scalar<Base = T>>(&self, eta: &Vector<S, N>) -> Covector<S, N> {
+        self.body.gradient(eta) + self.rotor.map(S::lift)
+    }
+
+    fn hessian<S: Scalar<Base = T>>(&self, eta: &Vector<S, N>) -> Matrix<S, N> {
+        self.body.hessian(eta)
+    }
+
+    fn velocity<S: Scalar<Base = T>>(
+        &self,
+        mu: &Covector<S, N>,
+        guess: &Vector<S, N>,
+    ) -> Result<Vector<S, N>, LegendreError> {
+        self.body.velocity(&(mu - self.rotor.map(S::lift)), guess)
+    }
+
+    fn energy<S: Scalar<Base = T>>(&self, eta: &Vector<S, N>) -> S {
+        self.body.energy(eta)
+    }
+}
