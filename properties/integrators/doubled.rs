@@ -331,6 +331,21 @@ fn a_refused_doubled_step_leaves_the_state() {
     assert_eq!(state, good);
 }
 
+/// At h = 0 it is put together from second derivatives of the Lagrangian, else by dual numbers.
+#[test]
+fn the_jacobian_at_step_zero_is_the_limit_of_small_steps() {
+    let (mut random, retraction) = (Sequence(11), CayleySo3::new());
+    let (body, force) = system(&retraction, &mut random);
+    let forced = Forced::new(body, force, retraction.clone());
+    let state = off_units(&forced, &retraction, &mut random);
+    let mut doubled = Doubled::new(of(Family::LobattoIIIA, 2), retraction, forced);
+    let (first, second) = ([random.vector(), random.vector()], [random.vector(), random.vector()]);
+    let mut jacobian = |h: f64| doubled.stage_jacobian(&state, h, &first, &second).unwrap();
+    let (zero, small) = (jacobian(0.0), jacobian(0.5f64.powi(30)));
+    close((&zero - &small).amax(), 0.5f64.powi(24));
+    assert!(zero.amax() > 0.5 && zero != small);
+}
+
 #[test]
 fn a_jacobian_at_another_number_of_stages_is_refused() {
     let model = landau_lifshitz_gilbert();

@@ -58,6 +58,15 @@ impl<T: Real, const N: usize> Casimir<T, N> {
         }
     }
 
+    /// C''(μ)(ν, ν).
+    pub fn second<S: Scalar<Base = T>>(&self, mu: &Covector<S, N>, nu: &Covector<S, N>) -> S {
+        match self {
+            Self::Linear(_) => S::zero(),
+            Self::Quadratic(q) => form(q, nu) * S::int(2),
+            Self::Cubic(q) => (0..N).fold(S::zero(), |sum, a| sum + mu[a] * form(&q[a], nu)) * S::int(6),
+        }
+    }
+
     /// The same function in the basis e'_a = e_b B^b_a, where μ' = μ B: z' = B⁻¹ z, Q' = B⁻¹ Q B⁻ᵀ, and likewise with three
     /// indices.
     ///

@@ -182,10 +182,10 @@ impl<T: Real, const N: usize, L, R> ExactSolution<T, N, L, R> {
 }
 
 /// f in y' = f(t, y).
-type Rate<'a, T> = dyn FnMut(T, &[T]) -> Result<Vec<T>, ExactError> + 'a;
+pub(crate) type Rate<'a, T> = dyn FnMut(T, &[T]) -> Result<Vec<T>, ExactError> + 'a;
 
 /// A step and its slopes, stage by stage.
-type Slopes<T> = (T, Vec<Vec<T>>);
+pub(crate) type Slopes<T> = (T, Vec<Vec<T>>);
 
 /// A step is predicted from the last one up to this ratio of their sizes: the polynomial of degree s − 1 is then worth more than the
 /// slope at the start.
@@ -205,7 +205,7 @@ fn predicted<T: Real>(gauss: &Tableau<T>, h: T, (last, slopes): &Slopes<T>) -> V
 }
 
 /// One step of y' = f(t, y) by collocation, the stages iterated until the change is rounding; its slopes.
-fn collocate<T: Real>(
+pub(crate) fn collocate<T: Real>(
     gauss: &Tableau<T>,
     start: T,
     h: T,

@@ -6,13 +6,13 @@ use super::precision::{Measured, of_relative, settle_main_small};
 use super::probe::{Probe, stream};
 use super::subjects::*;
 use super::{CaseLaw, Source};
-use crate::algebra::{Matrix, Vector, pair};
+use crate::algebra::{Covector, Matrix, Vector, elimination, pair};
 use crate::group::{LieGroup, MatrixGroup};
 use crate::harness::{About, Cost, Fault, Verdict, evidence};
 use crate::mechanics::doubled::{DoubledLagrangian, Forced, VelocityError};
 use crate::mechanics::equations::EulerPoincare;
-use crate::mechanics::{Force, Lagrangian};
-use crate::retraction::Retraction;
+use crate::mechanics::{Force, Lagrangian, LegendreError};
+use crate::retraction::{Retraction, RetractionError};
 use crate::scalar::{Dual, Real, Scalar};
 use crate::system::{System, Visitor};
 use std::fmt::Debug;
@@ -64,6 +64,22 @@ pub const fn laws<S: Source>() -> &'static [CaseLaw<S>] {
             },
             CaseLaw {
                 about: About {
+                    name: "odd-lagrangian-units",
+                    statement: "for any l with l(ψ, U⁻¹, η) = −l(η, U, ψ) the two Euler–Lagrange equations agree on (η, e, η) and keep the \
+                                units: η̇ = ψ̇, U̇ = 0",
+                    source: "Martín de Diego and Sato Martín de Almagro 2019, §3, after Thm 3.1",
+                    oracle: "each equation against the other; l is the odd part of a random polynomial, so that k in l(ψ) − l(η) − k is \
+                             any odd function",
+                    bound: "two precisions; floor 2³ N u relative to the terms",
+                    needs: "a group",
+                    cost: Cost::Cheap,
+                    faults: &[EVEN_PART, EL_POTENTIAL_SIGN],
+                },
+                cases: |cases| cases.main_dimensions().with_group(),
+                check: |case, fault| settle_main_small(case, fault, Check { case, fault, which: Which::Odd }, 9),
+            },
+            CaseLaw {
+                about: About {
                     name: "stationary-action",
                     statement: "along solutions, dS/dε = 0 for the action S of curves g(1 + εφσ), g̃(1 + εφσ̃) with fixed ends",
                     source: SOURCE,
@@ -87,6 +103,7 @@ pub const fn laws<S: Source>() -> &'static [CaseLaw<S>] {
 enum Which {
     FirstVariation,
     Units,
+    Odd,
 }
 
 #[derive(Clone, Copy)]
@@ -111,6 +128,7 @@ impl<T: Real> Visitor<T> for Check<'_> {
         let planted = PlantedForced { doubled: &l_f, fault: self.fault };
         let measured = match self.which {
             Which::Units => self.units(&system, &planted),
+            Which::Odd => self.odd(&system, &Polynomial::new(group, &mut probe), &mut probe),
             Which::FirstVariation => {
                 if probe.integer(0, 1) == 0 {
                     self.first_variation(&system, group, &planted, &mut probe)
@@ -254,6 +272,64 @@ impl Check<'_> {
         let solved = Measured::defect(off, size, floor, || "the accelerations are not those of η̇".into());
         let arrow = Measured::defect(right.u.amax(), eta.amax(), floor, || "U̇ ≠ 0".into());
         Ok(equations.and(solved).and(arrow))
+    }
+}
+
+/// The odd part of a polynomial under (η, U, ψ) ↦ (ψ, U⁻¹, η), or what the fault makes of it.
+struct OddPart<'a, T: Real, const N: usize, const D: usize> {
+    polynomial: &'a Polynomial<'a, T, N, D>,
+    fault: Option<&'a Fault>,
+}
+
+impl<T: Real, const N: usize, const D: usize> DoubledLagrangian<T, N, D> for OddPart<'_, T, N, D> {
+    fn value<S: Scalar<Base = T>>(
+        &self,
+        t: S,
+        eta: &Vector<S, N>,
+        u: &Matrix<S, D>,
+        psi: &Vector<S, N>,
+    ) -> Result<S, RetractionError> {
+        let singular = RetractionError::NoPreimage { retraction: "the inverse", why: "U is singular" };
+        let inverse = elimination::inverse(u).ok_or(singular)?;
+        let l = self.polynomial;
+        Ok(odd_part(l.value(t, eta, u, psi)?, l.value(t, psi, &inverse, eta)?, self.fault))
+    }
+
+    fn hat<S: Scalar<Base = T>>(&self, xi: &Vector<S, N>) -> Result<Matrix<S, D>, RetractionError> {
+        DoubledLagrangian::hat(self.polynomial, xi)
+    }
+
+    fn unit_velocities(
+        &self,
+        lambda: &Covector<T, N>,
+        mu: &Covector<T, N>,
+    ) -> Result<(Vector<T, N>, Vector<T, N>), LegendreError> {
+        self.polynomial.unit_velocities(lambda, mu)
+    }
+}
+
+impl Check<'_> {
+    fn odd<T: Real, R, L, F, const N: usize, const D: usize>(
+        &self,
+        system: &System<T, N, D, R, L, F>,
+        polynomial: &Polynomial<'_, T, N, D>,
+        probe: &mut Probe,
+    ) -> Result<Measured, VelocityError> {
+        let (time, algebra, odd) = (system.state.time, &system.algebra, OddPart { polynomial, fault: self.fault });
+        let (eta, turn, unit) = (probe.vector::<T, N>(), probe.vector::<T, N>(), Matrix::identity());
+        let found = rates(&odd, algebra, time, &eta, &unit, &eta, self.fault)?;
+        let (first, second) = residual(&odd, algebra, time, &eta, &unit, &eta, (&turn, &turn), self.fault)?;
+        let p = odd.partials(time, &eta, &unit, &eta)?;
+        let size = turning(algebra, &eta, &p.eta) + p.left.amax() + p.right.amax() + (first - second).amax();
+        let floor = 8.0 * N as f64;
+        let equations = Measured::defect((first + second).amax(), size, floor, || {
+            format!("the two equations differ by {:e}", (first + second).amax().to_f64())
+        });
+        let off = (found.eta - found.psi).amax();
+        let apart =
+            Measured::defect(off, size + found.eta.amax(), floor, || format!("η̇ and ψ̇ differ by {:e}", off.to_f64()));
+        let arrow = Measured::defect(found.u.amax(), eta.amax(), floor, || "U̇ ≠ 0".into());
+        Ok(equations.and(apart).and(arrow))
     }
 }
 

@@ -4,37 +4,58 @@ use super::planted::{blend, blend_scalar};
 use super::polynomial::Cubic;
 use super::precision::{Measured, settle_main};
 use super::probe::{Probe, stream};
-use super::subjects::turning;
+use super::subjects::{forcing, turning};
+use super::user::force::FORCE_SIGN;
 use super::{CaseLaw, Source};
-use crate::algebra::{Covector, LieAlgebra, Vector, pair};
+use crate::algebra::{Covector, LieAlgebra, Matrix, Vector, dot, pair};
 use crate::group::LieGroup;
 use crate::harness::{About, Cost, Fault};
 use crate::mechanics::equations::{EulerPoincare, Rates};
 use crate::mechanics::lie_poisson::{Bracket, MomentumFunction, hamiltonian_field};
 use crate::mechanics::{Force, Lagrangian, LegendreError};
 use crate::retraction::Retraction;
-use crate::scalar::{Dual, Real, Scalar};
+use crate::scalar::{Dual, Number, Real, Scalar};
+use crate::system::case::Force as Term;
 use crate::system::{Cases, System, Visitor};
 use std::fmt::Debug;
 
 const BOUND: &str = "two precisions; floor 2⁸ N u relative to the terms";
 
+const TIGHT: &str = "two precisions; floor 2³ N u relative to the terms";
+
 const BRACKET_SIGN: Fault = Fault::new("lie-poisson-sign", "{F, K} = +⟨μ, [F', K']⟩", "non-abelian algebras");
 const BRACKET_SYMMETRIC: Fault =
     Fault::new("lie-poisson-symmetric", "{F, K} = −⟨μ, [F', K']⟩ + ⟨μ, F'⟩⟨μ, K'⟩", "every algebra");
-const NO_FORCE: Fault = Fault::new("rates-no-force", "μ̇ = ad*_η μ", "forced systems");
+/// The Lie–Poisson equations without the force.
+pub const NO_FORCE: Fault = Fault::new("rates-no-force", "μ̇ = ad*_η μ", "forced systems");
 /// The Lie–Poisson equations with a wrong sign.
 pub const COAD_SIGN: Fault = Fault::new("rates-coad-sign", "μ̇ = −ad*_η μ + f", "non-abelian algebras");
-const TRANSPOSED: Fault = Fault::new(
+/// The Lie–Poisson equations with ad for ad*.
+pub const TRANSPOSED: Fault = Fault::new(
     "rates-transposed",
     "μ̇ = (ad_η μᵀ)ᵀ + f, the transpose of ad* left out",
     "algebras and bases in which ad_η is not antisymmetric",
 );
+/// The Lie–Poisson equations with a velocity that is not the gradient of a Hamiltonian.
+pub const NOT_GRADIENT: Fault =
+    Fault::new("rates-not-gradient", "μ̇ = ad*_ζ μ + f, with ζ_a = a η_a, a = 1 … n", "non-abelian algebras");
 const ENERGY_SUM: Fault = Fault::new("energy-sum", "h = ⟨μ, η⟩ + l(η)", "every system");
 
-/// Algebras with Casimirs of degree one or two.
+/// Algebras with Casimirs that are known.
 pub fn with_casimirs(cases: Cases) -> Cases {
     cases.main_dimensions().with_casimirs()
+}
+
+/// Forces of double brackets and of metriplectic relaxation alone, on algebras that are not abelian: those among the forces of a case,
+/// or one double bracket.
+pub fn with_brackets(cases: Cases) -> Cases {
+    cases.forced_nonabelian().mapped(|mut case| {
+        case.forces.retain(Term::is_bracket);
+        if case.forces.is_empty() {
+            case.forces.push(Term::DoubleBracket { alpha: Number::ratio(1, 4) });
+        }
+        case
+    })
 }
 
 /// The laws of this file.
@@ -67,7 +88,15 @@ pub const fn laws<S: Source>() -> &'static [CaseLaw<S>] {
                     bound: BOUND,
                     needs: "a force; an algebra that is not abelian",
                     cost: Cost::Cheap,
-                    faults: &[BRACKET_SIGN, BRACKET_SYMMETRIC, NO_FORCE, COAD_SIGN, TRANSPOSED, ENERGY_SUM],
+                    faults: &[
+                        BRACKET_SIGN,
+                        BRACKET_SYMMETRIC,
+                        NO_FORCE,
+                        COAD_SIGN,
+                        TRANSPOSED,
+                        NOT_GRADIENT,
+                        ENERGY_SUM,
+                    ],
                 },
                 cases: |cases| cases.main_dimensions().forced_nonabelian(),
                 check: |case, fault| settle_main(case, fault, Check { case, fault, which: Which::Equations }),
@@ -100,23 +129,77 @@ pub const fn laws<S: Source>() -> &'static [CaseLaw<S>] {
                 cases: |cases| with_casimirs(cases).forced(),
                 check: |case, fault| settle_main(case, fault, Check { case, fault, which: Which::Casimirs }),
             },
+            CaseLaw {
+                about: About {
+                    name: "dissipation-rate",
+                    statement: "with double brackets and metriplectic forces of strengths α, β ≥ 0 in all: dE/dt = −α |ad*_η μ|² ≤ 0, and \
+                                dC/dt = β C''(ad*_η μ, ad*_η μ) for every Casimir C: 2β C(ad*_η μ) for quadratic ones, ≥ 0 if C is a square; 0 for linear ones",
+                    source: "Martín de Diego and Sato Martín de Almagro 2019, §5.3.1 and §5.3.2; Bloch, Krishnaprasad, Marsden and Ratiu \
+                             1996; Morrison 1986",
+                    oracle: "the energy and the Casimirs on dual numbers along the rates; the strengths as the case says them",
+                    bound: TIGHT,
+                    needs: "double brackets or metriplectic forces; an algebra that is not abelian",
+                    cost: Cost::Cheap,
+                    faults: &[NO_FORCE, TRANSPOSED, FORCE_SIGN],
+                },
+                cases: |cases| with_brackets(cases.main_dimensions()),
+                check: |case, fault| {
+                    let which = Which::Dissipation(&case.case().forces);
+                    settle_main(case, fault, Check { case, fault, which })
+                },
+            },
+            CaseLaw {
+                about: About {
+                    name: "dalembert-principle",
+                    statement: "δl(g⁻¹ġ) + ⟨f, g⁻¹δg⟩ = d/dt ⟨l', g⁻¹δg⟩ along solutions on G, for variations δg = φ(t) ξ̂ g + g σ̂(t) that \
+                                depend on g",
+                    source: "Martín de Diego and Sato Martín de Almagro 2019, §2.1, (2.3): the principle of Lagrange and d'Alembert",
+                    oracle: "the value of l along curves of matrices, varied on dual numbers, without a formula for δη",
+                    bound: TIGHT,
+                    needs: "a group",
+                    cost: Cost::Cheap,
+                    faults: &[NO_FORCE, COAD_SIGN, TRANSPOSED, FORCE_SIGN],
+                },
+                cases: |cases| cases.main_dimensions().with_group(),
+                check: |case, fault| settle_main(case, fault, Check { case, fault, which: Which::Variation }),
+            },
         ]
     }
 }
 
 #[derive(Clone, Copy)]
-enum Which {
+enum Which<'a> {
     Bracket,
     Equations,
     Energy,
     Casimirs,
+    /// With the forces of the case.
+    Dissipation(&'a [Term]),
+    Variation,
+}
+
+/// The sums of the strengths α of double brackets and β of metriplectic forces.
+///
+/// # Errors
+/// A number that cannot be evaluated, as text.
+pub fn strengths<T: Real>(forces: &[Term]) -> Result<(T, T), String> {
+    let mut sums = (T::zero(), T::zero());
+    for force in forces {
+        let (sum, strength) = match force {
+            Term::DoubleBracket { alpha } => (&mut sums.0, alpha),
+            Term::Metriplectic { beta } => (&mut sums.1, beta),
+            other => return Err(format!("{} is neither of the two", other.kind())),
+        };
+        *sum += strength.eval().map_err(|e| e.to_string())?;
+    }
+    Ok(sums)
 }
 
 #[derive(Clone, Copy)]
 struct Check<'a> {
     case: &'a dyn Debug,
     fault: Option<&'a Fault>,
-    which: Which,
+    which: Which<'a>,
 }
 
 impl<T: Real> Visitor<T> for Check<'_> {
@@ -133,6 +216,8 @@ impl<T: Real> Visitor<T> for Check<'_> {
             Which::Equations => self.equations(&flow, &system, &mut probe),
             Which::Energy => self.energy(&flow, &system, &mut probe),
             Which::Casimirs => self.casimirs(&flow, &system, &mut probe),
+            Which::Dissipation(forces) => self.dissipation(&flow, &system, forces),
+            Which::Variation => self.variation(&flow, &system, &mut probe),
         };
         measured.unwrap_or_else(|error| Measured::Broken(error.to_string()))
     }
@@ -180,20 +265,23 @@ impl<T: Real, const N: usize> MomentumFunction<T, N> for Linear<T, N> {
 }
 
 /// [`EulerPoincare::rates`], with a fault or without.
-pub fn rates<T: Real, const N: usize, L: Lagrangian<T, N>, F: Force<T, N>>(
+pub fn rates<T: Real, S: Scalar<Base = T>, const N: usize, L: Lagrangian<T, N>, F: Force<T, N>>(
     flow: &EulerPoincare<T, N, L, F>,
-    t: T,
-    mu: &Covector<T, N>,
+    t: S,
+    mu: &Covector<S, N>,
     fault: Option<&Fault>,
-) -> Result<Rates<T, N>, LegendreError> {
+) -> Result<Rates<S, N>, LegendreError> {
     let mut rates = flow.rates(t, mu, &Vector::zeros())?;
     if fault.is_some() {
         let size = |planted: Fault| Fault::size_of(fault, planted.name);
         let free = flow.algebra.coad(&rates.velocity, mu);
         let transposed = flow.algebra.bracket(&rates.velocity, &mu.transpose()).transpose() + rates.force;
+        let zeta = Vector::from_fn(|a, _| rates.velocity[a] * S::int(1 + a as i64));
         rates.momentum = blend(rates.momentum, free, size(NO_FORCE));
         rates.momentum = blend(rates.momentum, rates.force - free, size(COAD_SIGN));
         rates.momentum = blend(rates.momentum, transposed, size(TRANSPOSED));
+        rates.momentum = blend(rates.momentum, flow.algebra.coad(&zeta, mu) + rates.force, size(NOT_GRADIENT));
+        rates.momentum = blend(rates.momentum, free - rates.force, size(FORCE_SIGN));
     }
     Ok(rates)
 }
@@ -364,5 +452,92 @@ impl Check<'_> {
             found = [free, still, moved].into_iter().fold(found, Measured::and);
         }
         Ok(found)
+    }
+
+    fn dissipation<T: Real, L: Lagrangian<T, N>, F: Force<T, N>, R, const N: usize, const D: usize>(
+        &self,
+        flow: &Flow<'_, T, N, L, F>,
+        system: &System<T, N, D, R, L, F>,
+        forces: &[Term],
+    ) -> Result<Measured, LegendreError> {
+        let (alpha, beta) = match strengths::<T>(forces) {
+            Ok(sums) => sums,
+            Err(why) => return Ok(Measured::Broken(why)),
+        };
+        let (algebra, mu) = (&system.algebra, system.state.momentum);
+        let rates = rates(flow, system.state.time, &mu, self.fault)?;
+        let turned = algebra.coad(&rates.velocity, &mu);
+        let terms = turning(algebra, &rates.velocity, &mu) + forcing(algebra, &rates.force, &rates.velocity, &mu);
+        let floor = 8.0 * N as f64;
+        let (energy, loss) = (
+            self.hamiltonian(flow, &mu, &rates.momentum, &rates.velocity)?.eps,
+            alpha * dot(turned.as_slice(), turned.as_slice()),
+        );
+        let size = terms * rates.velocity.amax() * T::int(N as i64);
+        let falls = Measured::defect((energy + loss).abs(), size, floor, || {
+            format!("dE/dt = {:e}, −α|ad*_η μ|² = {:e}", energy.to_f64(), -loss.to_f64())
+        });
+        let moved = mu.zip_map(&rates.momentum, |re, eps| Dual { re, eps });
+        Ok(system.casimirs.iter().fold(falls, |found, casimir| {
+            let growth = beta * casimir.second(&mu, &turned);
+            let rate = casimir.value(&moved).eps;
+            let size = terms * casimir.gradient(&mu).amax() + growth.abs();
+            found.and(Measured::defect((rate - growth).abs(), size, floor, || {
+                format!("dC/dt = {:e}, β C''(ad*_η μ, ad*_η μ) = {:e}", rate.to_f64(), growth.to_f64())
+            }))
+        }))
+    }
+
+    fn variation<T: Real, L: Lagrangian<T, N>, F: Force<T, N>, R, const N: usize, const D: usize>(
+        &self,
+        flow: &Flow<'_, T, N, L, F>,
+        system: &System<T, N, D, R, L, F>,
+        probe: &mut Probe,
+    ) -> Result<Measured, LegendreError>
+    where
+        R: Retraction<T, N, D>,
+    {
+        let (Some(group), Ok(g)) = (&system.group, system.retraction.tau(&(probe.vector::<T, N>() * T::exact(0.25))))
+        else {
+            return Ok(Measured::NotApplicable("no group element".into()));
+        };
+        let (mu, rates) = (system.state.momentum, rates(flow, system.state.time, &system.state.momentum, self.fault)?);
+        let (eta, one) = (rates.velocity, Matrix::<Dual<T>, D>::identity());
+        let along = |re: &Matrix<T, D>, eps: &Matrix<T, D>| re.zip_map(eps, |re, eps| Dual { re, eps });
+        let (still, small) = (Matrix::<T, D>::zeros(), |m: &Matrix<T, D>| along(&Matrix::zeros(), m));
+        // φ and σ at t = 0 with their rates.
+        let [xi, sigma, sigma_rate] = [probe.vector::<T, N>(), probe.vector(), probe.vector()].map(|v| group.hat(&v));
+        let (phi, phi_rate) = (probe.unit::<T>(), probe.unit::<T>());
+
+        // g_ε = (1 + εφξ̂) g (1 + εσ̂), with ġ_ε by the product rule.
+        let rate = g * group.hat(&eta);
+        let (before, after) = (one + small(&(xi * phi)), one + small(&sigma));
+        let varied = before * along(&g, &still) * after;
+        let varied_rate = small(&(xi * phi_rate)) * along(&g, &still) * after
+            + before * along(&rate, &still) * after
+            + before * along(&g, &still) * small(&sigma_rate);
+        let Some(inverse) = group.inverse(&varied) else {
+            return Ok(Measured::Broken("τ(x) is a singular matrix".into()));
+        };
+        let change = flow.lagrangian.value(&group.vee(&(inverse * varied_rate))).eps;
+
+        // g⁻¹δg = φ g⁻¹ξ̂g + σ̂, in time along the solution.
+        let moving = along(&g, &rate);
+        let Some(back) = group.inverse(&moving) else {
+            return Ok(Measured::Broken("τ(x) is a singular matrix".into()));
+        };
+        let delta = back * along(&(xi * phi), &(xi * phi_rate)) * moving + along(&sigma, &sigma_rate);
+        let delta = group.vee(&delta);
+        let boundary = pair(&mu.zip_map(&rates.momentum, |re, eps| Dual { re, eps }), &delta).eps;
+        let work = pair(&rates.force, &delta.map(|v| v.re));
+
+        let largest = delta.iter().fold(T::zero(), |size, v| size.max(v.re.abs()).max(v.eps.abs()));
+        let scale = g.amax().max(T::one()) * back.iter().fold(T::one(), |size, v| size.max(v.re.abs()));
+        let terms = turning(&system.algebra, &eta, &mu) + mu.amax() * (T::one() + eta.amax()) + rates.force.amax();
+        let size = terms * (largest + scale) * scale * T::int(N as i64);
+        Ok(Measured::defect((change + work - boundary).abs(), size, 8.0 * N as f64, || {
+            let [change, work, boundary] = [change, work, boundary].map(|v| v.to_f64());
+            format!("δl = {change:e}, ⟨f, g⁻¹δg⟩ = {work:e}, d/dt⟨l', g⁻¹δg⟩ = {boundary:e}")
+        }))
     }
 }

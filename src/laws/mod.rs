@@ -9,6 +9,7 @@
 //! | [`accuracy`] | [`crate::retraction`], [`crate::integrators`]: values in `f64` against those in 32 digits |
 //! | [`groupoid`], [`algebroid`], [`poisson`] | [`crate::groupoid`] |
 //! | [`lie_poisson`], [`orbits`] | [`crate::mechanics::lie_poisson`], [`crate::mechanics::equations`] |
+//! | [`flow`] | [`crate::mechanics::equations`] along solutions, and [`crate::integrators`] along runs |
 //! | [`mechanics`], [`euler_lagrange`], [`legendre`] | [`crate::mechanics::doubled`], its equations, its Legendre transform |
 //! | [`hamiltonian`], [`two_hamiltonians`] | [`crate::mechanics::hamiltonian`], [`crate::mechanics::forced_hamiltonian`] |
 //! | [`discrete`] | [`crate::discrete`] |
@@ -34,6 +35,7 @@ pub mod discrete;
 pub mod doubled;
 pub mod euler_lagrange;
 pub mod fast;
+pub mod flow;
 pub mod groupoid;
 pub mod hamiltonian;
 mod instances;
@@ -169,6 +171,7 @@ pub fn all() -> Vec<&'static CaseLaw> {
         poisson::laws(),
         lie_poisson::laws(),
         orbits::laws(),
+        flow::laws(),
         mechanics::laws(),
         euler_lagrange::laws(),
         legendre::laws(),
@@ -178,6 +181,7 @@ pub fn all() -> Vec<&'static CaseLaw> {
         discrete::equations::laws(),
         discrete::group::laws(),
         discrete::exact::laws(),
+        discrete::perturbed::laws(),
         integrators::laws(),
         doubled::laws(),
         order::laws(),

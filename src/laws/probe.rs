@@ -109,6 +109,8 @@ pub mod stream {
     pub const POISSON_ON_GROUP: u64 = 58;
     /// Where an exact solution starts.
     pub const EXACT_SOLUTION: u64 = 61;
+    /// A perturbation of the exact discrete Lagrangian, and its order.
+    pub const PERTURBATION: u64 = 62;
     /// An arrow of one fibre.
     pub const LIE_FIBRE: u64 = 71;
     /// Fields and functions on a Lie groupoid of a user.

@@ -37,6 +37,15 @@ pub const NO_FORCE_DERIVATIVE: Fault =
 /// ∂l_f/∂U halved.
 pub const HALF_FORCE: Fault = Fault::new("half-force", "∂l_f/∂U halved", "forced systems");
 
+/// A Lagrangian that is not odd under the inversion.
+pub const EVEN_PART: Fault =
+    Fault::new("lagrangian-even-part", "l in the place of ½(l − l∘ι), its even part left in", "every group");
+
+/// ½(l − l∘ι) from l and l∘ι, or with the even part left in.
+pub fn odd_part<S: Scalar>(here: S, there: S, fault: Option<&Fault>) -> S {
+    blend_scalar((here - there) * S::half(), here, Fault::size_of(fault, EVEN_PART.name))
+}
+
 /// l_f, with a fault or without.
 #[derive(Clone, Copy)]
 pub struct PlantedForced<'a, L, F, R> {

@@ -41,7 +41,7 @@ pub const fn laws<S: Source>() -> &'static [CaseLaw<S>] {
              with their action; the order r computed from the bicoloured trees",
                 bound: "a quarter: half the way to the point that is as near to the next integer; for each of the three numbers",
                 needs: "a group; a smooth force; an algebra that is not abelian",
-                cost: Cost::Heavy,
+                cost: Cost::Expensive,
                 faults: &[
                     SECOND_MISSING,
                     SECOND_SIGN,
@@ -163,7 +163,7 @@ fn judge(step: Dd, order: u32, mut errors: impl FnMut(Dd) -> Result<Errors, Stri
 }
 
 /// The order of one local error is one more than that of the method.
-fn one(what: &str, levels: &[Level], order: u32) -> Verdict {
+pub(super) fn one(what: &str, levels: &[Level], order: u32) -> Verdict {
     if levels.iter().all(|level| level.error <= CLEAR_OF_NOISE * level.noise) {
         return Verdict::not_applicable(format!("{what} is exact on this motion"));
     }
@@ -195,7 +195,8 @@ impl ErrorStudy<'_> {
         let exact = ExactSolution::new::<D>(doubled.clone(), r, 8).map_err(|_| tell("the solution off the units"))?;
         let points = exact.at(&start, &steps).map_err(|_| tell("the solution off the units"))?;
         let begin = legendre(&doubled, start.time, &eta, &u, &psi).ok_or(tell("the Legendre transform"))?;
-        let restricted = momenta(system, &steps).map_err(|_| tell("the solution on the units"))?;
+        let restricted =
+            momenta(system, &system.state.momentum, &steps).map_err(|_| tell("the solution on the units"))?;
         let mut errors: Errors = Default::default();
         let mut flow = Doubled::<Dd, _, _, N, D>::new(system.tableau.clone(), r, doubled.clone());
         for (k, step) in steps.iter().enumerate().rev() {
@@ -237,9 +238,10 @@ fn legendre<const N: usize, const D: usize>(
     Some((-partials.eta, partials.psi))
 }
 
-/// μ of forced Lie–Poisson at each of the times, by a classical Gauss method with 8 stages.
-fn momenta<const N: usize, const D: usize, R, L: Lagrangian<Dd, N>, F: Force<Dd, N>>(
+/// μ of forced Lie–Poisson at each of the times after the start of the case, from a momentum, by a classical Gauss method with 8 stages.
+pub(super) fn momenta<const N: usize, const D: usize, R, L: Lagrangian<Dd, N>, F: Force<Dd, N>>(
     system: &System<Dd, N, D, R, L, F>,
+    start: &Covector<Dd, N>,
     times: &[Dd],
 ) -> Result<Vec<Covector<Dd, N>>, StepError> {
     let equations = EulerPoincare::new(system.algebra.clone(), &system.lagrangian, &system.force);
@@ -247,7 +249,7 @@ fn momenta<const N: usize, const D: usize, R, L: Lagrangian<Dd, N>, F: Force<Dd,
         return Err(StepError::NotFinite { what: "the reference tableau" });
     };
     let mut method = Classical::<Dd, N, D, _, _, MatrixGroup<Dd, N, D>>::new(equations, None, gauss);
-    let mut state = State { attitude: Matrix::identity(), ..system.state.clone() };
+    let mut state = State { attitude: Matrix::identity(), momentum: *start, time: system.state.time };
     let mut passed = Dd::exact(0.0);
     let advance = |time: &Dd| {
         method.step(&mut state, *time - passed)?;
@@ -257,7 +259,8 @@ fn momenta<const N: usize, const D: usize, R, L: Lagrangian<Dd, N>, F: Force<Dd,
     times.iter().map(advance).collect()
 }
 
-fn level(h: Dd, error: Dd, size: Dd, operations: i64) -> Level {
+/// An error at a step, of a value of that size after so many operations.
+pub(super) fn level(h: Dd, error: Dd, size: Dd, operations: i64) -> Level {
     let noise = Dd::unit_roundoff() * Dd::int(operations) * size;
     Level { h: h.to_f64(), error: error.to_f64(), noise: noise.to_f64() }
 }

@@ -4,6 +4,7 @@ use super::force::{LaneForce, OnBody};
 use super::kernel::{Columns, Limits, Memory, Packed, Refused, Step, Taken};
 use super::retraction::{self, LaneRetraction};
 use super::{LANES, Row};
+use crate::algebra::{Matrix, Vector};
 use crate::integrators::lanes::Registers;
 use crate::integrators::variational::{Settings, extrapolation};
 use crate::integrators::{OneStep, Report, Solver, State, StepError, Variational};
@@ -232,6 +233,16 @@ impl<F: LaneForce<N>, R: FastRetraction<N, D>, const N: usize, const D: usize> V
     /// ξ of the last step, g ← g τ(ξ), if fixed-point iterations took it.
     pub(super) fn last_increment(&self) -> Option<[f64; N]> {
         (self.last.step != 0.0).then_some(self.last.memory.increment)
+    }
+
+    /// η_i of the last step, of all stages.
+    pub(crate) fn stage_velocities(&self) -> Vec<Vector<f64, N>> {
+        if self.last.step == 0.0 {
+            return self.newton.stage_velocities().collect();
+        }
+        let inverse = Matrix::<f64, N>::from_fn(|r, c| self.inverse[r][c]);
+        let momentum = |i: usize| Vector::from_fn(|a, _| self.last.memory.momenta[a].0[i]);
+        (0..self.columns.stages).map(|i| inverse * momentum(i)).collect()
     }
 
     /// What Newton's method and the continuation in h say of a step that fixed-point iterations do not solve.

@@ -1,13 +1,17 @@
 //! Laws of the discrete equations and flows, for random polynomials of the entries of V, U and W; for the units the
 //! polynomial is ½(L − L ∘ ι̌_d).
 
-use super::super::precision::{Measured, settle_main, settle_main_small};
+use super::super::differences::slope;
+use super::super::precision::{Measured, each_main_small, settle_main, settle_main_small};
 use super::super::probe::{Probe, stream};
+use super::super::subjects::odd_part;
 use super::super::{CaseLaw, Source};
-use super::{KEEPS_U, NO_U, Planted, U_SIGN, UNITS, compare, inverse, outside, refused, units};
+use super::{
+    DOUBLED, KEEPS_U, NO_U, Planted, U_SIGN, UNITS, V_RIGHT, compare, inverse, largest, outside, refused, units,
+};
 use crate::algebra::{Matrix, Vector, pair};
 use crate::discrete::legendre::{euler_lagrange, flow};
-use crate::discrete::{Lift, Quadruple, Smooth, SmoothLagrangian, Triple, quadruple};
+use crate::discrete::{Lift, Momenta, Quadruple, Smooth, SmoothLagrangian, Triple, quadruple};
 use crate::group::{LieGroup, MatrixGroup};
 use crate::harness::{About, Cost, Fault};
 use crate::mechanics::{Force, Lagrangian};
@@ -53,6 +57,21 @@ pub const fn laws<S: Source>() -> &'static [CaseLaw<S>] {
                 cases: |cases| cases.main_dimensions().with_group(),
                 check: |case, fault| settle_main_small(case, fault, Check { case, fault, which: Which::Reduction }, 12),
             },
+            CaseLaw {
+                about: About {
+                    name: "legendre-regularity",
+                    statement: "⟨∂(λ₀, −μ₀)/∂(g₁, g̃₁) x, y⟩ = ⟨∂(−λ₁, μ₁)/∂(g₀, g̃₀) y, x⟩ for (λ₀, U₀, μ₀) = F⁻ and (λ₁, U₁, μ₁) = F⁺: their \
+                                Jacobians are transposes, so F⁻ is regular exactly where F⁺ is",
+                    source: "Martín de Diego and Sato Martín de Almagro 2019, §2.3 and §5; Marsden and West 2001, §1.3.4",
+                    oracle: "differences of F⁻ with the ends of a step moved, against those of F⁺ with its start moved",
+                    bound: "2⁸ times the estimated error of the differences with 2⁶ N D u; in each precision by itself",
+                    needs: "a group",
+                    cost: Cost::Cheap,
+                    faults: &[NO_U, U_SIGN, DOUBLED, V_RIGHT],
+                },
+                cases: |cases| cases.main_dimensions().with_group(),
+                check: |case, fault| each_main_small(case, fault, Check { case, fault, which: Which::Regularity }, 12),
+            },
         ]
     }
 }
@@ -62,6 +81,7 @@ enum Which {
     Variation,
     Units,
     Reduction,
+    Regularity,
 }
 
 #[derive(Clone, Copy)]
@@ -71,25 +91,29 @@ struct Check<'a> {
     which: Which,
 }
 
-/// l_d(V, U, W) = (‖W − 1‖² − ‖V − 1‖²)/(2h) + Σ_m f_m(V) g_m(U) k_m(W), with affine functions of the entries: regular
-/// for small h, as the matrices ê_a are linearly independent.
-struct ArrowPolynomial<T: Real, const D: usize> {
-    step: T,
+/// l_d(V, U, W) = (‖W − 1‖² − ‖V − 1‖²) w + Σ_m f_m(V) g_m(U) k_m(W), with affine functions of the entries: regular for
+/// large w, as the matrices ê_a are linearly independent.
+pub(super) struct ArrowPolynomial<T: Real, const D: usize> {
+    weight: T,
     terms: [[Matrix<T, D>; 3]; 2],
 }
 
+/// 1/(2h) for h = 2⁻⁶.
+const KINETIC: f64 = 32.0;
+
 impl<T: Real, const D: usize> ArrowPolynomial<T, D> {
-    fn random(probe: &mut Probe) -> Self {
+    /// One with random terms, and w.
+    pub fn random(probe: &mut Probe, weight: f64) -> Self {
         let mut matrix = || Matrix::<T, D>::from_fn(|_, _| probe.unit::<T>() * T::exact(0.125));
         let terms = [[matrix(), matrix(), matrix()], [matrix(), matrix(), matrix()]];
-        Self { step: T::exact(2f64.powi(-6)), terms }
+        Self { weight: T::exact(weight), terms }
     }
 }
 
 impl<T: Real, const D: usize> SmoothLagrangian<T, D> for ArrowPolynomial<T, D> {
     fn value<S: Scalar<Base = T>>(&self, x: &Triple<S, D>) -> Result<S, RetractionError> {
         let square = |g: &Matrix<S, D>| (g - Matrix::<S, D>::identity()).iter().fold(S::zero(), |sum, v| sum + *v * *v);
-        let kinetic = (square(&x.w) - square(&x.v)) * (S::half() / S::lift(self.step));
+        let kinetic = (square(&x.w) - square(&x.v)) * S::lift(self.weight);
         let affine = |c: &Matrix<T, D>, g: &Matrix<S, D>| {
             c.iter().zip(g.iter()).fold(S::one(), |sum, (c, v)| sum + S::lift(*c) * *v)
         };
@@ -98,13 +122,17 @@ impl<T: Real, const D: usize> SmoothLagrangian<T, D> for ArrowPolynomial<T, D> {
     }
 }
 
-/// ½(L − L ∘ ι̌_d).
-struct Antisymmetrised<L>(L);
+/// ½(L − L ∘ ι̌_d), or what the fault makes of it.
+pub(super) struct Antisymmetrised<'a, L> {
+    pub lagrangian: L,
+    pub fault: Option<&'a Fault>,
+}
 
-impl<T: Real, const D: usize, L: SmoothLagrangian<T, D>> SmoothLagrangian<T, D> for Antisymmetrised<L> {
+impl<T: Real, const D: usize, L: SmoothLagrangian<T, D>> SmoothLagrangian<T, D> for Antisymmetrised<'_, L> {
     fn value<S: Scalar<Base = T>>(&self, x: &Triple<S, D>) -> Result<S, RetractionError> {
         let singular = RetractionError::NoPreimage { retraction: "the inverse", why: "U is singular" };
-        Ok((self.0.value(x)? - self.0.value(&x.inverse().ok_or(singular)?)?) * S::half())
+        let there = self.lagrangian.value(&x.inverse().ok_or(singular)?)?;
+        Ok(odd_part(self.lagrangian.value(x)?, there, self.fault))
     }
 }
 
@@ -122,6 +150,7 @@ impl<T: Real> Visitor<T> for Check<'_> {
             Which::Variation => self.variation(group, &elements),
             Which::Units => self.units(group, &system.retraction, &elements),
             Which::Reduction => self.reduction(group, &system.retraction, &elements),
+            Which::Regularity => self.regularity(group, &system.retraction, &elements),
         });
         judged.unwrap_or_else(|refused| refused)
     }
@@ -142,7 +171,7 @@ impl Check<'_> {
     }
 
     fn polynomial<T: Real, const D: usize>(&self) -> ArrowPolynomial<T, D> {
-        ArrowPolynomial::random(&mut Probe::new(self.case, stream::DISCRETE_POLYNOMIAL))
+        ArrowPolynomial::random(&mut Probe::new(self.case, stream::DISCRETE_POLYNOMIAL), KINETIC)
     }
 
     fn variation<T: Real, const N: usize, const D: usize>(
@@ -191,7 +220,7 @@ impl Check<'_> {
     where
         R: Retraction<T, N, D>,
     {
-        let antisymmetric = Antisymmetrised(self.polynomial::<T, D>());
+        let antisymmetric = Antisymmetrised { lagrangian: self.polynomial::<T, D>(), fault: self.fault };
         let l_d = Planted { l_d: Smooth::new(&antisymmetric, group), fault: self.fault };
         units(&l_d, tau, elements[0])
     }
@@ -219,5 +248,50 @@ impl Check<'_> {
         let flows = compare(&found, &expected, T::one(), floor);
         let exchanged = compare(&inverse(&below, self.fault)?, &project(&above.exchange())?, T::one(), floor);
         Ok(flows.and(exchanged))
+    }
+
+    fn regularity<T: Real, R, const N: usize, const D: usize>(
+        &self,
+        group: &MatrixGroup<T, N, D>,
+        retraction: &R,
+        &[v, u, w, ..]: &[Matrix<T, D>; 6],
+    ) -> Result<Measured, Measured>
+    where
+        R: Retraction<T, N, D>,
+    {
+        let polynomial = self.polynomial::<T, D>();
+        let l_d = Planted { l_d: Smooth::new(&polynomial, group), fault: self.fault };
+        let mut probe = Probe::new(self.case, stream::VARIATION);
+        let [ends, starts] = [[probe.vector::<T, N>(), probe.vector()], [probe.vector::<T, N>(), probe.vector()]];
+        let tau = |x: &Vector<T, N>, s: T| retraction.tau(&(x * s)).map_err(outside);
+        let momenta = |x: &Triple<T, D>| {
+            let rows = l_d.rows(x)?;
+            let end = Momenta::plus(&rows, x).map_err(refused)?;
+            Ok::<_, Measured>((Momenta::minus(&rows, x), end))
+        };
+        let minus = |s: T| {
+            let (start, _) = momenta(&Triple { v: v * tau(&ends[0], s)?, u, w: w * tau(&ends[1], s)? })?;
+            Ok(pair(&start.lambda, &starts[0]) - pair(&start.mu, &starts[1]))
+        };
+        let plus = |s: T| {
+            let (first, second) = (tau(&starts[0], -s)?, tau(&starts[1], -s)?);
+            let (_, end) = momenta(&Triple { v: first * v, u: first * u * tau(&starts[1], s)?, w: second * w })?;
+            Ok(pair(&end.mu, &ends[1]) - pair(&end.lambda, &ends[0]))
+        };
+        let rows = l_d.rows(&Triple { v, u, w })?;
+        // The slopes of w |g − 1|² are rounded like 2 w g.
+        let typical = (largest(&rows) + T::exact(2.0 * KINETIC)) * T::int((N * D) as i64);
+        let mut stopped = None;
+        let mut differences = |f: &dyn Fn(T) -> Result<T, Measured>| {
+            slope(|s| f(s).map_err(|why| stopped = Some(why)).ok(), T::exact(0.25), typical)
+        };
+        let found = (differences(&minus), differences(&plus));
+        let (Some(minus), Some(plus)) = found else {
+            return Err(stopped.unwrap_or(Measured::NotApplicable("a point is outside the domain".into())));
+        };
+        let rounding = T::exact(64.0) * T::unit_roundoff() * typical;
+        Ok(Measured::within((minus.value - plus.value).abs(), minus.error + plus.error + rounding, || {
+            format!("of F⁻ {:e}, of F⁺ {:e}", minus.value.to_f64(), plus.value.to_f64())
+        }))
     }
 }

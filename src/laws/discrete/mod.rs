@@ -5,6 +5,7 @@
 //! | [`action`] | the extremal action of a tableau, against its values and against the doubled integrator |
 //! | [`equations`] | the equations and flows of any l_d, here of random polynomials |
 //! | [`group`] | discrete Euler–Poincaré and Lie–Poisson on G |
+//! | [`exact`], [`perturbed`] | the exact l_d^e, and l_d^e with a perturbation of known order |
 //! | `judge` | slopes, antisymmetry and units of any l_d: of actions, of polynomials, of a user's |
 
 pub mod action;
@@ -12,6 +13,7 @@ pub mod equations;
 pub mod exact;
 pub mod group;
 mod judge;
+pub mod perturbed;
 
 pub(super) use judge::{ANTISYMMETRY, SLOPES, UNITS, antisymmetry, largest, slopes, units};
 

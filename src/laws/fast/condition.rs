@@ -12,10 +12,10 @@ const KICK: f64 = 1.0 / (1 << 24) as f64;
 
 /// What a solver leaves of its equations per step, in units of u, beside its residual: each is a sum of s products and of
 /// less than 64 more terms.
-const ROUNDINGS: f64 = 64.0;
+pub(super) const ROUNDINGS: f64 = 64.0;
 
 /// A residual r is left by an iteration that contracts at 0.8 or faster, r/(1 − 0.8) away from the root.
-const CONTRACTION: f64 = 5.0;
+pub(super) const CONTRACTION: f64 = 5.0;
 
 /// The largest amplification that a case is judged at: the residual that solvers accept, 2¹⁴ u, becomes 10⁻⁸ there, and its
 /// square rounding.

@@ -3,9 +3,11 @@
 use crate::harness::Fault;
 use crate::integrators::lanes::Registers;
 use crate::integrators::se3::{self, CayleySe3, VariationalSe3};
-use crate::integrators::so3::{self, HalfAngle, LaneForce, QuaternionSo3, QuaternionState, VariationalSo3};
+use crate::integrators::so3::{
+    self, FastRetraction, HalfAngle, LaneForce, QuaternionSo3, QuaternionState, VariationalInLanes, VariationalSo3,
+};
 use crate::integrators::variational::Settings;
-use crate::integrators::{OneStep, Report, State, StepError};
+use crate::integrators::{OneStep as _, Report, State, StepError};
 use crate::laws::method::library::{FAVOURED, Library, SEES_ATTITUDE, SEES_TIME};
 use crate::laws::method::{MethodSource, Point, Stepper};
 use crate::laws::planted::{blend_scalar, step, tableau};
@@ -173,7 +175,7 @@ impl Body {
                 let BodyParts { lagrangian, terms, tableau, .. } = *parts;
                 let method = VariationalSe3::with_settings(lagrangian, terms, CayleySe3::new(), tableau, settings)
                     .map_err(unsupported)?;
-                Ok(Box::new(Typed::<_, 6, 4>(method.in_registers(registers))))
+                Ok(Box::new(Typed::<_, _, 6, 4>(method.in_registers(registers))))
             }
             (Self::Se3(_), Form::Quaternion) => Err(unsupported("there is no quaternion form on SE(3)")),
         }
@@ -192,7 +194,7 @@ fn on_so3<R: HalfAngle + 'static>(
         .map_err(unsupported)?
         .in_registers(registers);
     Ok(match form {
-        Form::Matrix => Box::new(Typed::<_, 3, 3>(method)),
+        Form::Matrix => Box::new(Typed::<_, _, 3, 3>(method)),
         Form::Quaternion => Box::new(Turning { method: QuaternionSo3::of(method), left: None }),
     })
 }
@@ -200,15 +202,29 @@ fn on_so3<R: HalfAngle + 'static>(
 /// A step on points that says how well its equations hold.
 pub(super) trait Reporting {
     fn step(&mut self, point: &Point<f64>, h: f64) -> Result<(Point<f64>, Report<f64>), StepError>;
+
+    /// η_i of the last step.
+    fn stage_velocities(&self) -> Vec<Vec<f64>>;
 }
 
-struct Typed<M, const N: usize, const D: usize>(M);
+struct Typed<F, R, const N: usize, const D: usize>(VariationalInLanes<F, R, N, D>);
 
-impl<M: OneStep<f64, N, D>, const N: usize, const D: usize> Reporting for Typed<M, N, D> {
+/// The stage velocities of a fast step, without their types.
+fn stages_of<F: LaneForce<N>, R: FastRetraction<N, D>, const N: usize, const D: usize>(
+    method: &VariationalInLanes<F, R, N, D>,
+) -> Vec<Vec<f64>> {
+    method.stage_velocities().iter().map(|eta| eta.as_slice().to_vec()).collect()
+}
+
+impl<F: LaneForce<N>, R: FastRetraction<N, D>, const N: usize, const D: usize> Reporting for Typed<F, R, N, D> {
     fn step(&mut self, point: &Point<f64>, h: f64) -> Result<(Point<f64>, Report<f64>), StepError> {
         let mut state = point.state::<N, D>();
         let report = self.0.step(&mut state, h)?;
         Ok((Point::of(&state, D), report))
+    }
+
+    fn stage_velocities(&self) -> Vec<Vec<f64>> {
+        stages_of(&self.0)
     }
 }
 
@@ -229,6 +245,10 @@ impl<F: LaneForce, R: HalfAngle> Reporting for Turning<F, R> {
         let next = Point::of(&State::from(turning.clone()), 3);
         self.left = Some((next.clone(), turning));
         Ok((next, report))
+    }
+
+    fn stage_velocities(&self) -> Vec<Vec<f64>> {
+        stages_of(self.method.method())
     }
 }
 
@@ -296,6 +316,11 @@ impl Reporting for Engine {
         }
         spoil(&mut next, point, h, fault);
         Ok((next, report))
+    }
+
+    /// Of the right step, whatever is planted.
+    fn stage_velocities(&self) -> Vec<Vec<f64>> {
+        self.right.stage_velocities()
     }
 }
 

@@ -8,6 +8,7 @@ mod condition;
 mod engine;
 mod ensemble;
 mod method;
+mod noether;
 mod solver;
 mod step;
 
@@ -33,5 +34,5 @@ fn tableaux() -> BoxedStrategy<Description> {
 
 /// The laws of this folder.
 pub fn laws() -> Vec<&'static CaseLaw> {
-    [step::LAWS, ensemble::LAWS, solver::LAWS, method::LAWS].into_iter().flatten().collect()
+    [step::LAWS, noether::LAWS, ensemble::LAWS, solver::LAWS, method::LAWS].into_iter().flatten().collect()
 }

@@ -520,10 +520,11 @@ struct SystemLaw<S: 'static> {
 /// The laws that judge systems of one's own types.
 ///
 /// Of the laws of [`all`](crate::laws::all) these are left out: those of groupoids, algebroids and the Poisson groupoid, of
-/// discrete equations of random polynomials, of the discrete Euler–Poincaré equations and `lie-poisson-bracket`, because they
-/// judge the library on any group, and nothing that one has written; those of orbits and `casimir-rate`, because they draw
-/// algebras of the catalogue or need the library's brackets; and `variational-error`, because it takes minutes, and what it
-/// compares is judged apart by `order-predicted` and the laws of discrete actions.
+/// discrete equations of random polynomials, of the discrete Euler–Poincaré equations, `lie-poisson-bracket` and
+/// `odd-lagrangian-units`, because they judge the library on any group, and nothing that one has written; those of orbits, `casimir-rate` and
+/// `dissipation-rate`, because they draw algebras of the catalogue or need the library's brackets; and those of motions, `variational-order` and
+/// `variational-error`, because they take minutes, and what they compare is judged apart by `order-predicted` and the laws of
+/// discrete actions.
 ///
 /// Up to dimension 6 the laws are those that are compiled in this crate; beyond, they are compiled for these types.
 ///
@@ -577,7 +578,7 @@ fn table<S: Source>() -> Vec<&'static CaseLaw<S>> {
 }
 
 /// They draw algebras of the catalogue, or say nothing about anybody's types.
-const LEFT_OUT: [&str; 2] = ["casimir-rate", "lie-poisson-bracket"];
+const LEFT_OUT: [&str; 4] = ["casimir-rate", "dissipation-rate", "lie-poisson-bracket", "odd-lagrangian-units"];
 
 impl<S: Source> Law<Case> for SystemLaw<S> {
     fn about(&self) -> &About {

@@ -216,7 +216,7 @@ macro_rules! __own_lists {
             retraction_accuracy step_accuracy
             plain_step discrete_noether free_coadjoint_orbit free_poisson_map
             doubled_restriction doubled_splitting doubled_momentum_map
-            lie_poisson_equations energy_rate
+            lie_poisson_equations energy_rate dalembert_principle
             coupling_antisymmetry doubled_antisymmetry doubled_partials
             first_variation units_carry_forced_euler_poincare stationary_action
             legendre_round_trip legendre_intertwines legendre_hamiltonian
@@ -224,7 +224,7 @@ macro_rules! __own_lists {
             forced_hamiltonian_units hamiltonian_regularity
             two_hamiltonians_units two_hamiltonians_load two_hamiltonians
             discrete_slopes doubled_step_generated discrete_antisymmetry discrete_flow discrete_restricted_step
-            exact_antisymmetry munthe_kaas_step
+            exact_antisymmetry exact_generates_flow exact_free munthe_kaas_step
             order_momentum_attitude energy_balance order_predicted order_munthe_kaas
         }
         $crate::__own_when! { map [$($key)*]

@@ -1,0 +1,165 @@
+//! The variational error theorem itself: what a perturbation of the exact discrete Lagrangian makes of the flow.
+//!
+//! l_d = l_d^e + h^{r+1} P needs no boundary-value problem where the step is given by (V, e, V) and the momenta at its ends are found from
+//! it: F^± of l_d^e are the Legendre transforms at the ends of a solution. The step of l_d takes F⁻(V, e, V) to F⁺(V, e, V), which
+//! forced Lie–Poisson is asked for from the same momentum.
+
+use super::super::planted::retraction::Plant;
+use super::super::precision::{Measured, alone};
+use super::super::probe::{Probe, stream};
+use super::super::subjects::{EVEN_PART, HALF_FORCE, PlantedForced, legendre};
+use super::super::variational_error::{level, momenta, one};
+use super::super::{CaseLaw, Source};
+use super::equations::{Antisymmetrised, ArrowPolynomial};
+use super::{DOUBLED, NO_U, Planted, U_SIGN, refused};
+use crate::algebra::{Matrix, Vector};
+use crate::discrete::exact::{ExactSolution, Start};
+use crate::discrete::{DiscreteLagrangian, Momenta, Smooth, Triple};
+use crate::harness::convergence::{Level, estimate};
+use crate::harness::evidence::{self, Evidence};
+use crate::harness::{About, Cost, Fault, Verdict};
+use crate::mechanics::doubled::Forced;
+use crate::mechanics::{Force, Lagrangian};
+use crate::retraction::Retraction;
+use crate::scalar::{Dd, Scalar};
+use crate::system::{System, Visitor};
+use nalgebra::RealField;
+use std::fmt::Debug;
+
+/// The laws of this file.
+pub const fn laws<S: Source>() -> &'static [CaseLaw<S>] {
+    const {
+        &[CaseLaw {
+            about: About {
+                name: "variational-order",
+                statement: "l_d = l_d^e + h^{r+1} P with any P ∘ ι̌_d = −P, r = 1 … 4: F_{l_d} keeps the units, and there it is of order r, neither \
+                            more nor less",
+                source: "Martín de Diego and Sato Martín de Almagro 2019, Thm 5.4 and Thm 5.3",
+                oracle: "solutions of forced Lie–Poisson by collocation of order 16; P is the odd part of a random polynomial",
+                bound: "on the units 2⁶ N u, with a margin of 2⁸; in the order a quarter: half the way to the point that is as near to the \
+                        next integer",
+                needs: "a group; a smooth force; an algebra that is not abelian",
+                cost: Cost::Expensive,
+                faults: &[EVEN_PART, NO_U, U_SIGN, DOUBLED, HALF_FORCE],
+            },
+            cases: |cases| cases.main_dimensions().forced_nonabelian().smooth().with_group(),
+            check: |case, fault| match case.visit_main::<Dd, _>(&Plant(fault), Study { case, fault }) {
+                Ok(verdict) => verdict,
+                Err(e) => Verdict::broken(format!("a generated case cannot be built: {e}")),
+            },
+        }]
+    }
+}
+
+/// Levels, each with half the step of the one before.
+const LEVELS: usize = 7;
+
+/// What the step is divided by where that of the case shows no order.
+const SHORTER: [i64; 2] = [8, 64];
+
+struct Study<'a> {
+    case: &'a dyn Debug,
+    fault: Option<&'a Fault>,
+}
+
+impl Visitor<Dd> for Study<'_> {
+    type Output = Verdict;
+
+    fn visit<const N: usize, const D: usize, R: Retraction<Dd, N, D>, L: Lagrangian<Dd, N>, F: Force<Dd, N>>(
+        self,
+        system: System<Dd, N, D, R, L, F>,
+    ) -> Verdict {
+        let mut probe = Probe::new(self.case, stream::PERTURBATION);
+        let order = probe.integer(1, 4) as u32;
+        let Some(group) = &system.group else { return Verdict::not_applicable("the algebra has no group") };
+        let lagrangian = ArrowPolynomial::<Dd, D>::random(&mut probe, 0.0);
+        let odd = Antisymmetrised { lagrangian, fault: self.fault };
+        let perturbation = Planted { l_d: Smooth::new(&odd, group), fault: self.fault };
+        let mut measured = self.judge(&system, &perturbation, order, system.step);
+        for shorter in SHORTER {
+            if !matches!(measured.0, Verdict::Inconclusive { .. }) {
+                break;
+            }
+            measured = self.judge(&system, &perturbation, order, system.step / Dd::int(shorter));
+        }
+        let (verdict, levels) = measured;
+        if !levels.is_empty() {
+            evidence::note_all(|| {
+                let read = estimate(&levels);
+                [Evidence::levels(32, "the restricted flow, after one step", levels, read, Some(order + 1))]
+            });
+        }
+        verdict
+    }
+}
+
+impl Study<'_> {
+    /// The verdict from steps of size h and smaller, and the local errors.
+    fn judge<const N: usize, const D: usize, R: Retraction<Dd, N, D>, L: Lagrangian<Dd, N>, F: Force<Dd, N>>(
+        &self,
+        system: &System<Dd, N, D, R, L, F>,
+        perturbation: &impl DiscreteLagrangian<Dd, N, D>,
+        order: u32,
+        h: Dd,
+    ) -> (Verdict, Vec<Level>) {
+        match self.errors(system, perturbation, order, h) {
+            Ok((levels, units)) => (alone(32, units).and(one("the restricted flow", &levels, order)), levels),
+            Err(why) => (alone(32, why), Vec::new()),
+        }
+    }
+
+    /// The local errors, and how far the steps leave the units.
+    fn errors<const N: usize, const D: usize, R: Retraction<Dd, N, D>, L: Lagrangian<Dd, N>, F: Force<Dd, N>>(
+        &self,
+        system: &System<Dd, N, D, R, L, F>,
+        perturbation: &impl DiscreteLagrangian<Dd, N, D>,
+        order: u32,
+        h: Dd,
+    ) -> Result<(Vec<Level>, Measured), Measured> {
+        let lost = |what: &str| Measured::Inconclusive(format!("{what} could not be computed"));
+        let (r, time, unit) = (&system.retraction, system.state.time, Matrix::identity());
+        let forced = Forced::new(&system.lagrangian, &system.force, r);
+        let planted = PlantedForced { doubled: &forced, fault: self.fault };
+        let exact = ExactSolution::new::<D>(planted, r, 8).map_err(|_| lost("the solution on the units"))?;
+        let eta = system.lagrangian.velocity(&system.state.momentum, &Vector::zeros());
+        let eta = eta.map_err(|_| lost("the velocity"))?;
+        let times: Vec<Dd> = (0..LEVELS).rev().map(|k| h / Dd::int(1 << k)).collect();
+        let start = Start { time, eta, u: unit, psi: eta };
+        let points = exact.at(&start, &times).map_err(|_| lost("the solution on the units"))?;
+        let momenta_at = |point: (Dd, &Vector<Dd, N>, &Matrix<Dd, D>, &Vector<Dd, N>)| {
+            let (lambda, mu) = legendre(&planted, point.0, point.1, point.2, point.3, self.fault)
+                .map_err(|_| lost("the Legendre transform"))?;
+            Ok::<_, Measured>(Momenta { lambda, u: *point.2, mu })
+        };
+        let (mut levels, mut units) = (Vec::new(), Measured::exact());
+        for (step, point) in times.iter().zip(&points).rev() {
+            let weight = (0..=order).fold(Dd::exact(1.0), |product, _| product * *step);
+            let x = Triple { v: point.v, u: unit, w: point.w };
+            let slopes = perturbation.slopes(&x).map_err(refused)?;
+            let sum = |exact: Momenta<Dd, N, D>, further: Momenta<Dd, N, D>| Momenta {
+                lambda: exact.lambda + further.lambda * weight,
+                u: exact.u,
+                mu: exact.mu + further.mu * weight,
+            };
+            let begin = sum(momenta_at((time, &eta, &unit, &eta))?, Momenta::minus(&slopes, &x));
+            let end = momenta_at((point.time, &point.eta, &point.u, &point.psi))?;
+            let end = sum(end, Momenta::plus(&slopes, &x).map_err(refused)?);
+            let expected = momenta(system, &begin.mu, &[*step * Dd::half(), *step]);
+            let expected = expected.map_err(|_| lost("the solution of forced Lie–Poisson"))?[1];
+            levels.push(level(*step, (end.mu - expected).amax(), expected.amax(), 4096));
+            units = units.and(on_units(&begin)).and(on_units(&end));
+        }
+        Ok((levels, units))
+    }
+}
+
+/// How far (λ, U, μ) is from (μ, e, μ).
+fn on_units<const N: usize, const D: usize>(at: &Momenta<Dd, N, D>) -> Measured {
+    let floor = 64.0 * N as f64;
+    let apart = (at.lambda - at.mu).amax();
+    let momenta = Measured::defect(apart, at.mu.amax().max(Dd::exact(1.0)), floor, || {
+        format!("λ and μ differ by {:e}", apart.to_f64())
+    });
+    let off = (at.u - Matrix::identity()).amax();
+    momenta.and(Measured::defect(off, at.u.amax(), floor, || format!("U is off e by {:e}", off.to_f64())))
+}

@@ -1,0 +1,374 @@
+//! Laws of motions: of solutions of the forced equations, to round-off, and of runs of the integrator.
+//!
+//! Solutions are followed by Gauss collocation of order 16 over quarters of the step of the case.
+
+use super::integrators::{refused, show, subject};
+use super::lie_poisson::{COAD_SIGN, NO_FORCE, NOT_GRADIENT, TRANSPOSED, rates, strengths, with_brackets};
+use super::planted::retraction::Plant;
+use super::precision::{Measured, alone, of_relative, settle_main};
+use super::user::force::FORCE_SIGN;
+use super::{CaseLaw, Source};
+use crate::algebra::{Casimir, Covector, LieAlgebra, Matrix, Vector, dot};
+use crate::discrete::exact::{ExactError, collocate};
+use crate::group::LieGroup;
+use crate::harness::{About, Cost, Fault, Verdict, evidence};
+use crate::integrators::{OneStep, State, StepError};
+use crate::mechanics::equations::EulerPoincare;
+use crate::mechanics::{Force, Lagrangian, LegendreError};
+use crate::retraction::Retraction;
+use crate::scalar::{Dd, Dual, Number, Real, Scalar};
+use crate::system::case::Force as Term;
+use crate::system::{Case, System, Visitor};
+use crate::tableau::{Family, Tableau};
+use nalgebra::ComplexField;
+
+/// The laws of this file.
+pub const fn laws<S: Source>() -> &'static [CaseLaw<S>] {
+    const {
+        &[
+            CaseLaw {
+                about: About {
+                    name: "free-flow",
+                    statement: "without force the flow Φ of Lie–Poisson is Poisson, J Π(μ) Jᵀ = Π(Φ(μ)), and keeps coadjoint orbits: Ad*_{g⁻¹} μ \
+                                and every Casimir are constant",
+                    source: "Martín de Diego and Sato Martín de Almagro 2019, §2.2",
+                    oracle: "J by the variational equation on dual numbers, Π from the structure constants; Ad of the matrix g with ġ = gη",
+                    bound: "two precisions; floor 2⁶ N u: 8 stages of a collocation iterated to a few u, over quarters of the step",
+                    needs: "no force; an algebra that is not abelian",
+                    cost: Cost::Cheap,
+                    faults: &[COAD_SIGN, TRANSPOSED, NOT_GRADIENT],
+                },
+                cases: |cases| cases.main_dimensions().force_free().nonabelian(),
+                check: |case, fault| settle_main(case, fault, Free { fault }),
+            },
+            CaseLaw {
+                about: About {
+                    name: "dissipation-run",
+                    statement: "with double brackets and metriplectic forces, α, β ≥ 0: along solutions E falls by α∫|ad*_η μ|² dt and \
+                                Casimirs grow by β∫C''(ad*_η μ, ad*_η μ) dt; along runs of the integrator each step falls and grows by as much, up to its error",
+                    source: "Martín de Diego and Sato Martín de Almagro 2019, §5.3.1 and §5.3.2; Bloch, Krishnaprasad, Marsden and Ratiu \
+                             1996; Morrison 1986",
+                    oracle: "the integrals, solved with the equations in 32 digits; for a run Simpson's rule over each step",
+                    bound: "along solutions the change when the step of the collocation is halved, with 2⁸ N u; along runs half of the integral, on \
+                            steps where it is 8 times what halving the step and the rule change",
+                    needs: "double brackets or metriplectic forces; an algebra that is not abelian",
+                    cost: Cost::Cheap,
+                    faults: &[NO_FORCE, TRANSPOSED, FORCE_SIGN],
+                },
+                cases: |cases| with_brackets(cases.main_dimensions()),
+                check: dissipation,
+            },
+        ]
+    }
+}
+
+/// Steps of a solution, and of a run.
+const STEPS: (usize, usize) = (4, 16);
+
+/// The parts of a step over which a solution is followed.
+const PARTS: i64 = 4;
+
+fn gauss<T: Real>() -> Result<Tableau<T>, ExactError> {
+    Ok(Family::Gauss.tableau(8)?)
+}
+
+fn at<T: Real>(time: T) -> impl Fn(LegendreError) -> ExactError {
+    move |source| ExactError::Equations { time: time.to_f64(), source: source.into() }
+}
+
+/// What it means that a solution could not be followed.
+fn lost(error: &ExactError) -> Measured {
+    match error {
+        ExactError::NotConverged { .. } => Measured::Inconclusive("the collocation did not converge".into()),
+        ExactError::Equations { .. } => Measured::Inconclusive("the Legendre transform could not be inverted".into()),
+        ExactError::Tableau(error) => Measured::Broken(error.to_string()),
+    }
+}
+
+#[derive(Clone, Copy)]
+struct Free<'a> {
+    fault: Option<&'a Fault>,
+}
+
+impl<T: Real> Visitor<T> for Free<'_> {
+    type Output = Measured;
+
+    fn visit<const N: usize, const D: usize, R: Retraction<T, N, D>, L: Lagrangian<T, N>, F: Force<T, N>>(
+        self,
+        system: System<T, N, D, R, L, F>,
+    ) -> Measured {
+        self.judge(&system).unwrap_or_else(|error| lost(&error))
+    }
+}
+
+/// Π_ab = −C^d_ab μ_d, and the largest sum of the absolute values of its terms.
+fn poisson<T: Real, const N: usize>(algebra: &LieAlgebra<T, N>, mu: &Covector<T, N>) -> (Matrix<T, N>, T) {
+    let terms = |a: usize, b: usize| (0..N).map(move |d| algebra.constant(a, b, d) * mu[d]);
+    let pi = Matrix::from_fn(|a, b| terms(a, b).fold(T::zero(), |sum, term| sum - term));
+    let sizes = (0..N * N).map(|k| terms(k / N, k % N).fold(T::zero(), |sum, term| sum + term.abs()));
+    (pi, sizes.fold(T::zero(), |size, v| size.max(v)))
+}
+
+impl Free<'_> {
+    fn judge<T: Real, const N: usize, const D: usize, R, L: Lagrangian<T, N>, F: Force<T, N>>(
+        &self,
+        system: &System<T, N, D, R, L, F>,
+    ) -> Result<Measured, ExactError> {
+        let flow = EulerPoincare::new(system.algebra.clone(), &system.lagrangian, &system.force);
+        let (start, group) = (&system.state, system.group.as_ref());
+        let momentum = |y: &[T]| Covector::<T, N>::from_fn(|_, a| y[a]);
+        let jacobian = |y: &[T]| Matrix::<T, N>::from_column_slice(&y[N..N + N * N]);
+        let attitude = |y: &[T]| Matrix::<T, D>::from_column_slice(&y[N + N * N..]);
+        // μ, J by columns, g.
+        let mut y = start.momentum.as_slice().to_vec();
+        y.extend_from_slice(Matrix::<T, N>::identity().as_slice());
+        y.extend_from_slice(start.attitude.as_slice());
+        let mut rate = |t: T, y: &[T]| {
+            let (mu, j) = (momentum(y), jacobian(y));
+            let here = rates(&flow, t, &mu, self.fault).map_err(at(t))?;
+            let mut list = here.momentum.as_slice().to_vec();
+            for column in 0..N {
+                let moved = Covector::<Dual<T>, N>::from_fn(|_, a| Dual { re: mu[a], eps: j[(a, column)] });
+                let found = rates(&flow, Dual::constant(t), &moved, self.fault).map_err(at(t))?;
+                list.extend(found.momentum.iter().map(|v| v.eps));
+            }
+            let turned = group.map(|group| attitude(y) * group.hat(&here.velocity));
+            list.extend_from_slice(turned.unwrap_or(Matrix::zeros()).as_slice());
+            Ok(list)
+        };
+        let (gauss, h) = (gauss::<T>()?, system.step / T::int(PARTS));
+        for part in 0..PARTS {
+            collocate(&gauss, start.time + h * T::int(part), h, &mut y, None, &mut rate)?;
+        }
+        let (mu, j, g) = (momentum(&y), jacobian(&y), attitude(&y));
+        let floor = 64.0 * N as f64;
+        let (before, after) = (poisson(&system.algebra, &start.momentum), poisson(&system.algebra, &mu));
+        let defect = (j * before.0 * j.transpose() - after.0).amax();
+        let stretch = j.amax().max(T::one());
+        let map = Measured::defect(defect, stretch * stretch * before.1.max(after.1), floor, || {
+            format!("|J Π Jᵀ − Π(Φ)| = {:e} at Φ(μ) = {}", defect.to_f64(), show(&mu))
+        });
+        let kept = system.casimirs.iter().map(|casimir| {
+            let change = (casimir.value(&mu) - casimir.value(&start.momentum)).abs();
+            let size = casimir.gradient(&mu).amax() * mu.amax().max(start.momentum.amax());
+            Measured::defect(change, size, floor, || format!("C changed by {:e}", change.to_f64()))
+        });
+        let spatial = |g: &Matrix<T, D>, mu: &Covector<T, N>| {
+            let ad = group.and_then(|group| group.adjoint(&group.inverse(g)?))?;
+            Some((mu * ad, mu.amax() * ad.amax()))
+        };
+        let orbit =
+            spatial(&start.attitude, &start.momentum).zip(spatial(&g, &mu)).map(|((old, size), (new, other))| {
+                Measured::defect((new - old).amax(), size.max(other), floor, || {
+                    format!("Ad*_(g⁻¹) μ went from {} to {}", show(&old), show(&new))
+                })
+            });
+        Ok(kept.chain(orbit).fold(map, Measured::and))
+    }
+}
+
+/// Along a solution in 32 digits, and along a run as it runs. [`FORCE_SIGN`] is planted in the run, the others in the solution.
+fn dissipation<S: Source>(case: &S, fault: Option<&Fault>) -> Verdict {
+    let forces = &case.case().forces;
+    let turned = Fault::size_of(fault, FORCE_SIGN.name);
+    let (solved, ran) = match turned {
+        0.0 => (fault, case.clone()),
+        size => (None, case.with_case(scaled(case.case(), 1.0 - 2.0 * size))),
+    };
+    let solution = case.visit_main::<Dd, _>(&Plant(fault), Solution { forces, fault: solved });
+    let run = ran.visit_main::<f64, _>(&Plant(fault), Run { forces });
+    match (solution, run) {
+        (Ok(solution), Ok(run)) => alone(32, solution).and(run),
+        (Err(e), _) | (_, Err(e)) => Verdict::broken(format!("a generated case cannot be built: {e}")),
+    }
+}
+
+/// The case with the strengths of its brackets multiplied by a factor.
+fn scaled(case: &Case, factor: f64) -> Case {
+    let mut case = case.clone();
+    for force in &mut case.forces {
+        if let Term::DoubleBracket { alpha: strength } | Term::Metriplectic { beta: strength } = force
+            && let Ok(value) = strength.eval::<f64>()
+        {
+            *strength = Number::from(value * factor);
+        }
+    }
+    case
+}
+
+/// The rates at which quantities change that are kept otherwise, at a state: of the energy, then of each Casimir.
+fn losses<T: Real, const N: usize>(
+    (alpha, beta): (T, T),
+    mu: &Covector<T, N>,
+    turned: &Covector<T, N>,
+    casimirs: &[Casimir<T, N>],
+) -> Vec<T> {
+    let growth = |casimir: &Casimir<T, N>| beta * casimir.second(mu, turned);
+    let energy = -alpha * dot(turned.as_slice(), turned.as_slice());
+    std::iter::once(energy).chain(casimirs.iter().map(growth)).collect()
+}
+
+/// These quantities at a state, with the sizes of their terms.
+fn values<T: Real, const N: usize, L: Lagrangian<T, N>, F: Force<T, N>>(
+    flow: &EulerPoincare<T, N, L, F>,
+    casimirs: &[Casimir<T, N>],
+    mu: &Covector<T, N>,
+) -> Result<Vec<(T, T)>, LegendreError> {
+    let energy = flow.hamiltonian(mu, &Vector::zeros())?;
+    let eta = flow.lagrangian.velocity(mu, &Vector::zeros())?;
+    let size = mu.amax() * eta.amax() * T::int(N as i64);
+    let of = |casimir: &Casimir<T, N>| (casimir.value(mu), casimir.gradient(mu).amax() * mu.amax() * T::int(N as i64));
+    Ok(std::iter::once((energy, size)).chain(casimirs.iter().map(of)).collect())
+}
+
+fn name(k: usize) -> String {
+    if k == 0 { "E".into() } else { format!("Casimir {k}") }
+}
+
+struct Solution<'a> {
+    forces: &'a [Term],
+    fault: Option<&'a Fault>,
+}
+
+impl Visitor<Dd> for Solution<'_> {
+    type Output = Measured;
+
+    fn visit<const N: usize, const D: usize, R: Retraction<Dd, N, D>, L: Lagrangian<Dd, N>, F: Force<Dd, N>>(
+        self,
+        system: System<Dd, N, D, R, L, F>,
+    ) -> Measured {
+        match strengths::<Dd>(self.forces) {
+            Ok(strengths) => self.judge(&system, strengths).unwrap_or_else(|error| lost(&error)),
+            Err(why) => Measured::Broken(why),
+        }
+    }
+}
+
+impl Solution<'_> {
+    fn judge<const N: usize, const D: usize, R, L: Lagrangian<Dd, N>, F: Force<Dd, N>>(
+        &self,
+        system: &System<Dd, N, D, R, L, F>,
+        strengths: (Dd, Dd),
+    ) -> Result<Measured, ExactError> {
+        let flow = EulerPoincare::new(system.algebra.clone(), &system.lagrangian, &system.force);
+        let momentum = |y: &[Dd]| Covector::<Dd, N>::from_fn(|_, a| y[a]);
+        // μ, and the integrals of the rates.
+        let mut rate = |t: Dd, y: &[Dd]| {
+            let mu = momentum(y);
+            let here = rates(&flow, t, &mu, self.fault).map_err(at(t))?;
+            let mut list = here.momentum.as_slice().to_vec();
+            list.extend(losses(strengths, &mu, &system.algebra.coad(&here.velocity, &mu), &system.casimirs));
+            Ok(list)
+        };
+        let gauss = gauss::<Dd>()?;
+        let (mut mu, mut found) = (system.state.momentum, Measured::exact());
+        for step in 0..STEPS.0 {
+            let start = system.state.time + system.step * Dd::int(step as i64);
+            let begin = values(&flow, &system.casimirs, &mu).map_err(at(start))?;
+            // What is left of each quantity in steps of h/k, and where they end.
+            let mut left = |parts: i64| {
+                let mut y = mu.as_slice().to_vec();
+                y.resize(N + begin.len(), Dd::exact(0.0));
+                let h = system.step / Dd::int(parts);
+                for part in 0..parts {
+                    collocate(&gauss, start + h * Dd::int(part), h, &mut y, None, &mut rate)?;
+                }
+                let end = values(&flow, &system.casimirs, &momentum(&y)).map_err(at(start))?;
+                let left = begin.iter().zip(&end).zip(&y[N..]).map(|((old, new), lost)| new.0 - old.0 - *lost);
+                Ok::<_, ExactError>((left.collect::<Vec<Dd>>(), momentum(&y)))
+            };
+            let (coarse, _) = left(1)?;
+            let (fine, end) = left(2)?;
+            for (k, (coarse, fine)) in coarse.iter().zip(&fine).enumerate() {
+                let rounding = begin[k].1 * Dd::unit_roundoff() * Dd::int(256 * N as i64);
+                found = found.and(Measured::within(fine.abs(), (*coarse - *fine).abs() + rounding, || {
+                    format!("{} is off its integral by {:e} in step {}", name(k), fine.to_f64(), step + 1)
+                }));
+            }
+            mu = end;
+        }
+        Ok(found)
+    }
+}
+
+struct Run<'a> {
+    forces: &'a [Term],
+}
+
+impl Visitor<f64> for Run<'_> {
+    type Output = Verdict;
+
+    fn visit<const N: usize, const D: usize, R: Retraction<f64, N, D>, L: Lagrangian<f64, N>, F: Force<f64, N>>(
+        self,
+        system: System<f64, N, D, R, L, F>,
+    ) -> Verdict {
+        let strengths = match strengths::<f64>(self.forces) {
+            Ok(strengths) => strengths,
+            Err(why) => return Verdict::broken(why),
+        };
+        match self.judge(&system, strengths) {
+            Ok(verdict) => verdict,
+            Err(error) => alone(16, refused(&error)),
+        }
+    }
+}
+
+/// The largest distance of a step's loss from the integral, relative to it: half of what would change its sign.
+const HALF: f64 = 0.5;
+
+/// A step tells the sign of a loss that is so many times its error.
+const CLEAR: f64 = 8.0;
+
+impl Run<'_> {
+    fn judge<const N: usize, const D: usize, R: Retraction<f64, N, D>, L: Lagrangian<f64, N>, F: Force<f64, N>>(
+        &self,
+        system: &System<f64, N, D, R, L, F>,
+        strengths: (f64, f64),
+    ) -> Result<Verdict, StepError> {
+        let flow = EulerPoincare::new(system.algebra.clone(), &system.lagrangian, &system.force);
+        let legendre = |source: LegendreError| StepError::Legendre { step: system.step, source };
+        let mut method = subject(system, None);
+        let mut state = system.state.clone();
+        let mut worst = None::<(f64, String)>;
+        for step in 0..STEPS.1 {
+            let mut halves = |state: &State<f64, N, D>, parts: usize| {
+                let mut state = state.clone();
+                let mut visited = vec![state.momentum];
+                for _ in 0..parts {
+                    method.step(&mut state, system.step / parts as f64)?;
+                    visited.push(state.momentum);
+                }
+                Ok::<_, StepError>((state, visited))
+            };
+            let (end, _) = halves(&state, 1)?;
+            let (_, visited) = halves(&state, 2)?;
+            let rate = |mu: &Covector<f64, N>| {
+                let eta = flow.lagrangian.velocity(mu, &Vector::zeros()).map_err(legendre)?;
+                Ok::<_, StepError>(losses(strengths, mu, &system.algebra.coad(&eta, mu), &system.casimirs))
+            };
+            let [first, middle, last] = [rate(&visited[0])?, rate(&visited[1])?, rate(&visited[2])?];
+            let of = |mu: &Covector<f64, N>| values(&flow, &system.casimirs, mu).map_err(legendre);
+            let (old, new, better) = (of(&state.momentum)?, of(&end.momentum)?, of(&visited[2])?);
+            for k in 0..old.len() {
+                let simpson = system.step / 6.0 * (first[k] + 4.0 * middle[k] + last[k]);
+                let trapezoid = system.step / 2.0 * (first[k] + last[k]);
+                let rounding = 64.0 * f64::EPSILON * old[k].1.max(new[k].1);
+                let error = (new[k].0 - better[k].0).abs() + (simpson - trapezoid).abs() + rounding;
+                if simpson.abs() >= CLEAR * error {
+                    let (change, ratio) = (new[k].0 - old[k].0, (new[k].0 - old[k].0) / simpson);
+                    let off = (ratio - 1.0).abs();
+                    if worst.as_ref().is_none_or(|(worst, _)| off > *worst || off.is_nan()) {
+                        let what = format!("{} changes by {change:e} in step {}", name(k), step + 1);
+                        worst = Some((off, format!("{what}, where its rate says {simpson:e}")));
+                    }
+                }
+            }
+            state = end;
+        }
+        let Some((off, witness)) = worst else {
+            return Ok(Verdict::not_applicable("no step loses more than its error"));
+        };
+        evidence::note(|| of_relative::<f64>(16, off, HALF, witness.clone()));
+        Ok(Verdict::judge(off, HALF, || witness))
+    }
+}
