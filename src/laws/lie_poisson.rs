@@ -50,7 +50,7 @@ pub fn with_casimirs(cases: Cases) -> Cases {
 /// or one double bracket.
 pub fn with_brackets(cases: Cases) -> Cases {
     cases.forced_nonabelian().mapped(|mut case| {
-        case.forces.retain(Term::is_bracket);
+        case.forces.retain(|term| matches!(term, Term::DoubleBracket { .. } | Term::Metriplectic { .. }));
         if case.forces.is_empty() {
             case.forces.push(Term::DoubleBracket { alpha: Number::ratio(1, 4) });
         }
