@@ -52,7 +52,7 @@ pub const fn laws<S: Source>() -> &'static [CaseLaw<S>] {
                     oracle: "differences of the action and of V, W over solutions from other initial data",
                     bound: "2⁸ times the estimated error of the differences with 2¹¹ N u; in each precision by itself",
                     needs: "a group",
-                    cost: Cost::Expensive,
+                    cost: Cost::Heavy,
                     faults: &[LEFT_FOR_RIGHT, NO_FORCE_DERIVATIVE, HALF_FORCE, LEGENDRE_SIGN, LEGENDRE_ON_UNITS],
                 },
                 cases: |cases| cases.main_dimensions().with_group().smooth(),

@@ -39,7 +39,7 @@ pub const fn laws<S: Source>() -> &'static [CaseLaw<S>] {
                 bound: "on the units 2⁶ N u, with a margin of 2⁸; in the order a quarter: half the way to the point that is as near to the \
                         next integer",
                 needs: "a group; a smooth force; an algebra that is not abelian",
-                cost: Cost::Expensive,
+                cost: Cost::Heavy,
                 faults: &[EVEN_PART, NO_U, U_SIGN, DOUBLED, HALF_FORCE],
             },
             cases: |cases| cases.main_dimensions().forced_nonabelian().smooth().with_group(),
