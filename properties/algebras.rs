@@ -51,7 +51,8 @@ const GALILEI: &[&[(usize, usize, i64)]] = &[
 #[test]
 fn invariants_are_those_of_the_textbooks() {
     type Entries = &'static [&'static [(usize, usize, i64)]];
-    let all: &[(&str, usize, Entries, AlgebraClass, [usize; 3], usize, usize, bool)] = &[
+    type Facts = (&'static str, usize, Entries, AlgebraClass, [usize; 3], usize, usize, bool);
+    let all: &[Facts] = &[
         // Name, size, matrices; class, Killing form, centre, Casimirs of degree 1 and 2, Cayley.
         (
             "sl(3)",

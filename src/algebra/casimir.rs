@@ -88,6 +88,7 @@ impl<T: Real, const N: usize> Casimir<T, N> {
     }
 
     /// The largest coefficient times |μ| to the degree: the size of the terms of C(μ).
+    #[cfg(feature = "harness")]
     pub(crate) fn size(&self, mu: T) -> T {
         match self {
             Self::Linear(z) => z.amax() * mu,

@@ -27,6 +27,7 @@ pub mod so3;
 pub use any::{AnyPoint, AnyRetraction};
 pub use cayley::{Cayley, CayleyPoint, NotQuadratic};
 pub use composed::{Composed, ComposedPoint, OddTerm};
+#[cfg(feature = "harness")]
 pub(crate) use composed::{ODD, is_odd};
 pub use exponential::{Exponential, ExponentialPoint};
 pub use so3::{CayleySo3, CayleySo3Point, ExponentialSo3, ExponentialSo3Point};

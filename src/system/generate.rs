@@ -4,7 +4,7 @@ use super::case::{Algebra, Case, Constant, Drag, Force, Inertia, Lagrangian, Mon
 use super::fixed::Fixed;
 use super::force::{Argument, ForceKind, KINDS, Role, Value};
 use super::numbers::{dyadic, from_dyadic};
-use super::random::{Cases, Forcing};
+use super::random::{Cases, Forcing, USUAL_STEPS};
 use crate::algebra::catalogue::Entry;
 use crate::scalar::Number;
 use proptest::prelude::Rng;
@@ -574,8 +574,14 @@ const LARGEST: f64 = 2.0;
 
 /// Whether the step is to be negative, and whether it is to be large.
 fn unusual(draw: &mut Draw<'_>, knobs: &Cases) -> (bool, bool) {
-    // Orders show at small steps, and what is fixed or given is as it is.
-    if knobs.telling || knobs.smooth || knobs.fast || knobs.fixed.any() || knobs.given.is_some() {
+    // Orders show at small steps, and what is asked for, fixed or given is as it is.
+    if knobs.exponents != USUAL_STEPS
+        || knobs.telling
+        || knobs.smooth
+        || knobs.fast
+        || knobs.fixed.any()
+        || knobs.given.is_some()
+    {
         return (false, false);
     }
     (draw.chance(UNUSUAL.0), draw.chance(UNUSUAL.1))

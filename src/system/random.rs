@@ -15,6 +15,9 @@ use std::sync::Arc;
 
 pub use super::labels::labels;
 
+/// Exponents of the largest and of the smallest step 2⁻ᵏ, where nothing else is asked for.
+pub(super) const USUAL_STEPS: (u32, u32) = (2, 6);
+
 /// Which forces are generated.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum Forcing {
@@ -124,7 +127,7 @@ pub fn cases() -> Cases {
         kinetic: false,
         fast: false,
         retraction: None,
-        exponents: (2, 6),
+        exponents: USUAL_STEPS,
         given: None,
         fixed: Fixed::default(),
         tableaux: tableaux(),

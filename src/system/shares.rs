@@ -40,7 +40,7 @@ impl Share {
     }
 }
 
-/// Every label, with its share. An interval is what 60,000 cases had, half a point to each side. A force counts once for each kind of
+/// Every label, with its share. An interval is what 60,000 cases had, half a point to each side or less. A force counts once for each kind of
 /// term that it has.
 pub const SHARES: &[Share] = &[
     Share::exact("algebra", "rn", 5.0),
@@ -79,7 +79,7 @@ pub const SHARES: &[Share] = &[
     Share::within("angle", "none", 50.2, 51.2),
     Share::within("angle", "tiny", 5.5, 6.5),
     Share::within("angle", "moderate", 38.5, 39.5),
-    Share::within("angle", "near-pi", 3.8, 4.8),
+    Share::within("angle", "near-pi", 4.0, 4.6),
     Share::within("step", "usual", 84.3, 85.3),
     Share::within("step", "large", 6.7, 7.7),
     Share::within("step", "negative", 7.6, 8.6),
