@@ -15,10 +15,11 @@ use crate::scalar::{Real, Scalar};
 /// use euler_poincare::mechanics::lagrangian::{Gyrostat, Quadratic};
 ///
 /// let rotor = Covector::<f64, 3>::new(0.0, 0.0, 2.0);
-/// let gyrostat = Gyrostat::new(Quadratic::diagonal([1.0, 2.0, 3.0])?, rotor)?;
+/// let gyrostat = Gyrostat::new(Quadratic::<f64, 3>::diagonal([1.0, 2.0, 3.0])?, rotor)?;
 /// let eta = Vector::<f64, 3>::new(1.0, 1.0, 1.0);
 /// assert_eq!(gyrostat.gradient(&eta), Covector::<f64, 3>::new(1.0, 2.0, 5.0));
-/// assert_eq!(gyrostat.velocity(&rotor, &Vector::zeros())?, Vector::zeros());
+/// let at_rest: Vector<f64, 3> = gyrostat.velocity(&rotor, &Vector::zeros())?;
+/// assert_eq!(at_rest, Vector::zeros());
 /// assert_eq!(gyrostat.energy(&eta), 3.0);
 /// # Ok::<(), euler_poincare::mechanics::LegendreError>(())
 /// ```
