@@ -366,7 +366,8 @@ impl Run<'_> {
                 let trapezoid = system.step / 2.0 * (first[k] + last[k]);
                 let rounding = 64.0 * f64::EPSILON * old[k].1.max(new[k].1);
                 let error = (new[k].0 - better[k].0).abs() + (simpson - trapezoid).abs() + rounding;
-                if simpson.abs() >= CLEAR * error {
+                // Neither is anything where a Casimir and its gradient vanish.
+                if simpson != 0.0 && simpson.abs() >= CLEAR * error {
                     let (change, ratio) = (new[k].0 - old[k].0, (new[k].0 - old[k].0) / simpson);
                     let off = (ratio - 1.0).abs();
                     if worst.as_ref().is_none_or(|(worst, _)| off > *worst || off.is_nan()) {

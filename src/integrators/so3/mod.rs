@@ -41,6 +41,7 @@ pub use ensemble::{EnsembleError, EnsembleSo3, Member};
 pub use force::{Damping, Free, LaneForce, LaneForceError, PackedForce, Relaxation, Term, Terms};
 pub use quaternion::{HalfAngle, QuaternionSo3, QuaternionState};
 pub use retraction::{LaneRetraction, LaneRotation};
+#[cfg(feature = "harness")]
 pub(crate) use step::VariationalInLanes;
 pub use step::{FastRetraction, UnfitTableau, VariationalSo3};
 

@@ -4,6 +4,7 @@ use super::force::{LaneForce, OnBody};
 use super::kernel::{Columns, Limits, Memory, Packed, Refused, Step, Taken};
 use super::retraction::{self, LaneRetraction};
 use super::{LANES, Row};
+#[cfg(feature = "harness")]
 use crate::algebra::{Matrix, Vector};
 use crate::integrators::lanes::Registers;
 use crate::integrators::variational::{Settings, extrapolation};
@@ -236,6 +237,7 @@ impl<F: LaneForce<N>, R: FastRetraction<N, D>, const N: usize, const D: usize> V
     }
 
     /// η_i of the last step, of all stages.
+    #[cfg(feature = "harness")]
     pub(crate) fn stage_velocities(&self) -> Vec<Vector<f64, N>> {
         if self.last.step == 0.0 {
             return self.newton.stage_velocities().collect();
