@@ -357,9 +357,10 @@ fn a_jacobian_at_another_number_of_stages_is_refused() {
     assert_eq!(doubled.stage_jacobian(&unit, 0.1, &rates[..2], &rates[..2]).unwrap().nrows(), 12);
     let (l, f) = (&model.system.lagrangian, &model.system.force);
     let mut scheme = Variational::<f64, 3, 3, _, _, _>::new(l, f, CayleySo3::new(), of(Family::Gauss, 2));
-    assert_eq!(scheme.stage_jacobian(0.0, 0.1, &model.momentum, &rates).unwrap_err(), wrong);
+    let start = State { time: 0.0, momentum: model.momentum, attitude: Matrix::identity() };
+    assert_eq!(scheme.stage_jacobian(&start, 0.1, &rates).unwrap_err(), wrong);
     // h → 0: blockdiag(l'', l'').
-    let jacobian = scheme.stage_jacobian(0.0, 0.0, &model.momentum, &rates[..2]).unwrap();
+    let jacobian = scheme.stage_jacobian(&start, 0.0, &rates[..2]).unwrap();
     for (k, entry) in jacobian.diagonal().iter().enumerate() {
         assert_eq!(*entry, [0.5, 2.0, 1.0][k % 3]);
     }

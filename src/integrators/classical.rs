@@ -6,6 +6,7 @@ use super::picard::iterate;
 use super::{OneStep, Report, State, StepError};
 use crate::algebra::{Covector, Matrix, Vector};
 use crate::group::LieGroup;
+use crate::mechanics::configuration::Configuration;
 use crate::mechanics::equations::EulerPoincare;
 use crate::mechanics::{Force, Lagrangian};
 use crate::scalar::Real;
@@ -62,19 +63,24 @@ where
                 momentum += slope * (h * self.tableau.a()[(i, j)]);
             }
             let time = state.time + self.tableau.c()[i] * h;
+            let mut attitude = state.attitude;
+            if self.group.is_some() {
+                for (j, rate) in self.rates.iter().enumerate() {
+                    attitude += rate * (h * self.tableau.a()[(i, j)]);
+                }
+            } else if self.system.uses_configuration() {
+                let why = "the system depends on the configuration, and no group was given".into();
+                return Err(StepError::Unsupported { why });
+            }
             let rates = self
                 .system
-                .rates(time, &momentum, &self.velocities[i])
+                .rates_at(time, Configuration::of(&attitude), &momentum, &self.velocities[i])
                 .map_err(|source| StepError::Legendre { step: h.to_f64(), source })?;
             for (new, old) in rates.momentum.iter().zip(&self.slopes[i]) {
                 change = change.max((*new - *old).abs());
                 size = size.max(new.abs());
             }
             if let Some(group) = &self.group {
-                let mut attitude = state.attitude;
-                for (j, rate) in self.rates.iter().enumerate() {
-                    attitude += rate * (h * self.tableau.a()[(i, j)]);
-                }
                 let rate = attitude * group.hat(&rates.velocity);
                 for (new, old) in rate.iter().zip(&self.rates[i]) {
                     change = change.max((*new - *old).abs());

@@ -237,6 +237,10 @@ where
     /// A fold, no convergence, leaving a domain, the Legendre transform, non-finite input.
     pub fn step(&mut self, state: &mut DoubledState<T, N, D>, h: T) -> Result<Report<T>, StepError> {
         state.check_finite(h)?;
+        if self.equations.lagrangian.uses_configuration() {
+            let why = "the doubled scheme is not for systems that depend on the configuration".into();
+            return Err(StepError::Unsupported { why });
+        }
         let step = h.to_f64();
         let velocities = self.equations.lagrangian.velocities(state.time, &state.lambda, &state.relative, &state.mu);
         let (eta, psi) = velocities.map_err(|refused| match refused {

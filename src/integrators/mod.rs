@@ -160,10 +160,10 @@ pub enum StepError {
         /// By how much; for a quaternion ||q|² − 1|.
         departure: f64,
     },
-    /// A method outside this crate says that it does not apply to the system or the state.
+    /// The method does not apply to the system or the state.
     #[error("unsupported: {why}")]
     Unsupported {
-        /// Its reason.
+        /// Why, or what a method outside this crate says.
         why: String,
     },
     /// A method outside this crate says that it could not take the step.

@@ -5,6 +5,7 @@
 use super::picard::iterate;
 use super::{OneStep, Report, State, StepError};
 use crate::algebra::{Covector, Vector};
+use crate::mechanics::configuration::Configuration;
 use crate::mechanics::equations::EulerPoincare;
 use crate::mechanics::{Force, Lagrangian};
 use crate::retraction::{Retraction, RetractionError, TangentPoint};
@@ -85,10 +86,15 @@ impl<T: Real, const N: usize, L: Lagrangian<T, N>, F: Force<T, N>, R> MuntheKaas
         for i in 0..self.tableau.stages() {
             let (kick, displacement) = self.sums(h, |j| self.tableau.a()[(i, j)]);
             let time = state.time + self.tableau.c()[i] * h;
-            let rates = self.system.rates(time, &(state.momentum + kick), &self.velocities[i]);
+            let outside = |source| StepError::Domain { step, stage: Some(i), source };
+            let mut attitude = state.attitude;
+            if self.system.uses_configuration() {
+                attitude *= self.retraction.tau(&displacement).map_err(outside)?;
+            }
+            let (g, momentum) = (Configuration::of(&attitude), state.momentum + kick);
+            let rates = self.system.rates_at(time, g, &momentum, &self.velocities[i]);
             let rates = rates.map_err(|source| StepError::Legendre { step, source })?;
-            let point = self.retraction.at(&displacement);
-            let point = point.map_err(|source| StepError::Domain { step, stage: Some(i), source })?;
+            let point = self.retraction.at(&displacement).map_err(outside)?;
             let rate = point.d_inv() * rates.velocity;
             let new = rates.momentum.iter().chain(rate.iter());
             for (new, old) in new.zip(self.slopes[i].iter().chain(self.rates[i].iter())) {

@@ -5,7 +5,8 @@
 use super::fixed_point::Course;
 use super::stages::Stages;
 use super::{OneStep, Report, Solver, State, StepError};
-use crate::algebra::{Covector, Vector};
+use crate::algebra::{Covector, Matrix, Vector};
+use crate::mechanics::configuration::Configuration;
 use crate::mechanics::{Force, Lagrangian};
 use crate::newton::{self, Equations, Newton};
 use crate::retraction::{Retraction, RetractionError, TangentPoint};
@@ -57,10 +58,17 @@ struct Scheme<T: Real, L, F, R> {
 
 /// The step that is being taken.
 #[derive(Clone, Copy, Debug)]
-struct Problem<T: Real, const N: usize> {
+struct Problem<T: Real, const N: usize, const D: usize> {
     time: T,
     step: T,
     momentum: Covector<T, N>,
+    attitude: Matrix<T, D>,
+}
+
+impl<T: Real, const N: usize, const D: usize> Problem<T, N, D> {
+    fn new(state: &State<T, N, D>, step: T) -> Self {
+        Self { time: state.time, step, momentum: state.momentum, attitude: state.attitude }
+    }
 }
 
 /// The quantities of the s stages and of the step, for one scalar.
@@ -193,7 +201,7 @@ where
         &self.work.increment
     }
 
-    /// The residual r_1 … r_s of the stage equations of a step of size h from μ at time t, at H_1 … H_s (`rates`).
+    /// The residual r_1 … r_s of the stage equations of a step of size h from a state, at H_1 … H_s (`rates`).
     ///
     /// For laws and for judging stages found elsewhere; `out` and `rates` hold s vectors.
     ///
@@ -201,9 +209,8 @@ where
     /// Leaving the retraction's domain.
     pub fn residual(
         &mut self,
-        time: T,
+        state: &State<T, N, D>,
         step: T,
-        momentum: &Covector<T, N>,
         rates: &[Vector<T, N>],
         out: &mut [Covector<T, N>],
     ) -> Result<(), StepError> {
@@ -211,7 +218,7 @@ where
         for (i, rate) in rates.iter().enumerate().take(self.scheme.tableau.stages()) {
             self.work.rates.set_vector(i, rate);
         }
-        self.scheme.residual::<T, N, D>(&Problem { time, step, momentum: *momentum }, &mut self.work)?;
+        self.scheme.residual::<T, N, D>(&Problem::new(state, step), &mut self.work)?;
         for (i, r) in out.iter_mut().enumerate().take(self.scheme.tableau.stages()) {
             *r = self.work.next_momenta.covector(i);
         }
@@ -224,9 +231,8 @@ where
     /// Leaving the retraction's domain; another number of stages than the tableau's.
     pub fn stage_jacobian(
         &mut self,
-        time: T,
+        state: &State<T, N, D>,
         step: T,
-        momentum: &Covector<T, N>,
         rates: &[Vector<T, N>],
     ) -> Result<DMatrix<T>, StepError> {
         let needed = self.scheme.tableau.stages();
@@ -234,7 +240,7 @@ where
             return Err(StepError::Stages { found: rates.len(), needed });
         }
         self.last = None;
-        let problem = Problem { time, step, momentum: *momentum };
+        let problem = Problem::new(state, step);
         let mut equations: StageEquations<'_, T, N, D, L, F, R> =
             StageEquations { scheme: &self.scheme, problem, work: &mut self.work, dual: &mut self.dual, full: step };
         let unknowns: Vec<T> = rates.iter().flat_map(|v| v.iter().copied()).collect();
@@ -244,7 +250,7 @@ where
     }
 
     /// First guess of P_i and Ξ_i: the velocity polynomial of the last step, or a constant velocity.
-    fn start(&mut self, problem: &Problem<T, N>, eta: &Vector<T, N>) {
+    fn start(&mut self, problem: &Problem<T, N, D>, eta: &Vector<T, N>) {
         let (scheme, work) = (&self.scheme, &mut self.work);
         let s = scheme.tableau.stages();
         let warm = self.last.is_some_and(|(h, mu)| h == problem.step && mu == problem.momentum);
@@ -255,7 +261,9 @@ where
                 work.displacements.combine(scheme.tableau.a(), &work.velocities);
                 for i in 0..s {
                     let x = work.displacements.vector(i) * problem.step;
-                    let p = scheme.lagrangian.gradient(&work.velocities.vector(i));
+                    // At the start of the step: it is a guess.
+                    let g = Configuration::of(&problem.attitude);
+                    let p = scheme.lagrangian.gradient_at(problem.time, g, &work.velocities.vector(i));
                     let p = scheme.retraction.at(&x).map_or(p, |point| p * point.d());
                     work.displacements.set_vector(i, &x);
                     work.momenta.set_covector(i, &p);
@@ -272,7 +280,7 @@ where
     }
 
     /// Fixed-point iterations until the residual is at the tolerance or at its floor.
-    fn fixed_point(&mut self, problem: &Problem<T, N>) -> Result<Report<T>, NotContracted> {
+    fn fixed_point(&mut self, problem: &Problem<T, N, D>) -> Result<Report<T>, NotContracted> {
         let settings = self.settings;
         let mut course = Course::new();
         for iterations in 1..=settings.max_fixed_point_iterations {
@@ -299,7 +307,7 @@ where
     }
 
     /// Newton's method on r(H), first in one go, then along h.
-    fn newton(&mut self, problem: &Problem<T, N>, eta: &Vector<T, N>, spent: usize) -> Result<Report<T>, StepError> {
+    fn newton(&mut self, problem: &Problem<T, N, D>, eta: &Vector<T, N>, spent: usize) -> Result<Report<T>, StepError> {
         let step = problem.step.to_f64();
         for (i, v) in self.origin.iter_mut().enumerate() {
             *v = eta[i % N];
@@ -335,12 +343,65 @@ where
 }
 
 impl<T: Real, L, F, R> Scheme<T, L, F, R> {
+    /// Whether anything depends on the configuration.
+    fn uses_configuration<const N: usize>(&self) -> bool
+    where
+        L: Lagrangian<T, N>,
+        F: Force<T, N>,
+    {
+        self.force.uses_configuration() || self.lagrangian.uses_configuration()
+    }
+
+    /// Whether there is anything in the place of f.
+    fn is_forced<const N: usize>(&self) -> bool
+    where
+        L: Lagrangian<T, N>,
+        F: Force<T, N>,
+    {
+        !self.force.is_zero() || self.lagrangian.uses_configuration()
+    }
+
+    /// g τ(x), where anything depends on it.
+    fn attitude<S: Scalar<Base = T>, const N: usize, const D: usize>(
+        &self,
+        problem: &Problem<T, N, D>,
+        x: &Vector<S, N>,
+    ) -> Result<Option<Matrix<S, D>>, RetractionError>
+    where
+        L: Lagrangian<T, N>,
+        F: Force<T, N>,
+        R: Retraction<T, N, D>,
+    {
+        match self.uses_configuration::<N>() {
+            true => Ok(Some(problem.attitude.map(S::lift) * self.retraction.tau(x)?)),
+            false => Ok(None),
+        }
+    }
+
+    /// ∂_gL + f.
+    fn total_force<S: Scalar<Base = T>, const N: usize>(
+        &self,
+        time: S,
+        g: Configuration<'_, S>,
+        eta: &Vector<S, N>,
+    ) -> Covector<S, N>
+    where
+        L: Lagrangian<T, N>,
+        F: Force<T, N>,
+    {
+        let force = self.force.force_at(time, g, eta);
+        match self.lagrangian.uses_configuration() {
+            true => force + self.lagrangian.configuration_gradient(time, g, eta),
+            false => force,
+        }
+    }
+
     /// One fixed-point iteration: evaluates the stages at (P_i, Ξ_i), leaves m, ξ and the next iterates in the workspace,
     /// and returns the largest relative change |P_i' − P_i|, |Ξ_i' − Ξ_i|: the residual, since P_i − P_i' = r_i and
     /// Ξ_i' = h Σ a_ij H_j.
     fn iterate<const N: usize, const D: usize>(
         &self,
-        problem: &Problem<T, N>,
+        problem: &Problem<T, N, D>,
         work: &mut Work<T, N>,
     ) -> Result<T, StepError>
     where
@@ -350,17 +411,20 @@ impl<T: Real, L, F, R> Scheme<T, L, F, R> {
     {
         let h = problem.step;
         for i in 0..self.tableau.stages() {
-            let point = self.retraction.at(&work.displacements.vector(i)).map_err(|e| domain(h, Some(i), e))?;
+            let (x, time) = (work.displacements.vector(i), problem.time + self.tableau.c()[i] * h);
+            let point = self.retraction.at(&x).map_err(|e| domain(h, Some(i), e))?;
+            let at = self.attitude::<T, N, D>(problem, &x).map_err(|e| domain(h, Some(i), e))?;
+            let g = configuration(&at);
             let p = work.momenta.covector(i);
             let m = p * point.d_inv();
             let eta = self
                 .lagrangian
-                .velocity(&m, &work.velocities.vector(i))
+                .velocity_at(time, g, &m, &work.velocities.vector(i))
                 .map_err(|source| StepError::Legendre { step: h.to_f64(), source })?;
             let rate = point.d_inv() * eta;
             let mut gradient = point.pull_dd(&p, &m, &rate);
-            if !self.force.is_zero() {
-                let f = self.force.force(problem.time + self.tableau.c()[i] * h, &eta);
+            if self.is_forced::<N>() {
+                let f = self.total_force(time, g, &eta);
                 gradient += f * point.d();
                 work.impulses.set_covector(i, &(f * point.ad_inv()));
             }
@@ -391,10 +455,11 @@ impl<T: Real, L, F, R> Scheme<T, L, F, R> {
     /// ξ and m from the stages, into the workspace; returns m dτ(−ξ).
     fn end_of_step<S: Scalar<Base = T>, const N: usize, const D: usize>(
         &self,
-        problem: &Problem<T, N>,
+        problem: &Problem<T, N, D>,
         work: &mut Work<S, N>,
     ) -> Result<Covector<S, N>, StepError>
     where
+        L: Lagrangian<T, N>,
         F: Force<T, N>,
         R: Retraction<T, N, D>,
     {
@@ -402,7 +467,7 @@ impl<T: Real, L, F, R> Scheme<T, L, F, R> {
         let b = self.tableau.b().as_slice();
         work.increment = work.rates.sum(b) * h;
         work.after_impulse = problem.momentum.map(S::lift);
-        if !self.force.is_zero() {
+        if self.is_forced::<N>() {
             work.after_impulse += work.impulses.sum(b).transpose() * h;
         }
         let point = self.retraction.at(&work.increment).map_err(|e| domain(problem.step, None, e))?;
@@ -412,7 +477,7 @@ impl<T: Real, L, F, R> Scheme<T, L, F, R> {
     /// The residual r_i at the rates H_i in the workspace, into `next_momenta`; returns the size to compare it with.
     fn residual<S: Scalar<Base = T>, const N: usize, const D: usize>(
         &self,
-        problem: &Problem<T, N>,
+        problem: &Problem<T, N, D>,
         work: &mut Work<S, N>,
     ) -> Result<T, StepError>
     where
@@ -426,13 +491,14 @@ impl<T: Real, L, F, R> Scheme<T, L, F, R> {
             let x = work.displacements.vector(i) * h;
             let rate = work.rates.vector(i);
             let point = self.retraction.at(&x).map_err(|e| domain(problem.step, Some(i), e))?;
+            let at = self.attitude::<S, N, D>(problem, &x).map_err(|e| domain(problem.step, Some(i), e))?;
+            let (g, time) = (configuration(&at), S::lift(problem.time) + S::lift(self.tableau.c()[i]) * h);
             let eta = point.d() * rate;
-            let m = self.lagrangian.gradient(&eta);
+            let m = self.lagrangian.gradient_at(time, g, &eta);
             let p = m * point.d();
             let mut gradient = point.pull_dd(&p, &m, &rate);
-            if !self.force.is_zero() {
-                let time = S::lift(problem.time) + S::lift(self.tableau.c()[i]) * h;
-                let f = self.force.force(time, &eta);
+            if self.is_forced::<N>() {
+                let f = self.total_force(time, g, &eta);
                 gradient += f * point.d();
                 work.impulses.set_covector(i, &(f * point.ad_inv()));
             }
@@ -456,7 +522,7 @@ impl<T: Real, L, F, R> Scheme<T, L, F, R> {
 /// r(H) = 0 with the fraction of the step as parameter.
 struct StageEquations<'a, T: Real, const N: usize, const D: usize, L, F, R> {
     scheme: &'a Scheme<T, L, F, R>,
-    problem: Problem<T, N>,
+    problem: Problem<T, N, D>,
     work: &'a mut Work<T, N>,
     dual: &'a mut Work<Dual<T>, N>,
     full: T,
@@ -520,14 +586,15 @@ where
 {
     fn step(&mut self, state: &mut State<T, N, D>, h: T) -> Result<Report<T>, StepError> {
         state.check_finite(h)?;
-        let problem = Problem { time: state.time, step: h, momentum: state.momentum };
+        let problem = Problem::new(state, h);
         let guess = if self.last.is_some() { self.work.velocities.vector(0) } else { Vector::zeros() };
+        let here = Configuration::of(&state.attitude);
         let eta = self
             .scheme
             .lagrangian
-            .velocity(&state.momentum, &guess)
+            .velocity_at(state.time, here, &state.momentum, &guess)
             .map_err(|source| StepError::Legendre { step: h.to_f64(), source })?;
-        if self.scheme.force.force(problem.time, &eta).iter().any(|v| !v.all_finite()) {
+        if self.scheme.total_force(problem.time, here, &eta).iter().any(|v| !v.all_finite()) {
             return Err(StepError::NotFinite { what: "the force" });
         }
         self.start(&problem, &eta);
@@ -550,6 +617,10 @@ where
         self.last = Some((h, momentum));
         Ok(report)
     }
+}
+
+fn configuration<S: Scalar, const D: usize>(attitude: &Option<Matrix<S, D>>) -> Configuration<'_, S> {
+    attitude.as_ref().map_or(Configuration::identity(), Configuration::of)
 }
 
 fn domain<T: Real>(step: T, stage: Option<usize>, source: RetractionError) -> StepError {

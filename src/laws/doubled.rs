@@ -174,7 +174,7 @@ impl Check<'_> {
         let both = doubled.stage_jacobian(&unit, h, &rates, &rates)?;
         let (l, f, r) = (&system.lagrangian, &system.force, &system.retraction);
         let mut scheme = Variational::<T, N, D, _, _, _>::new(l, f, r, system.tableau.clone());
-        let restricted = scheme.stage_jacobian(start.time, h, &start.momentum, &rates)?;
+        let restricted = scheme.stage_jacobian(start, h, &rates)?;
         Ok(split(&both, &restricted))
     }
 

@@ -46,6 +46,12 @@ pub trait DoubledLagrangian<T: Real, const N: usize, const D: usize> {
         psi: &Vector<S, N>,
     ) -> Result<S, RetractionError>;
 
+    /// Whether it stands for a system that depends on the configuration g, which **l** has not: then it is not the double of that system,
+    /// and the doubled scheme refuses it.
+    fn uses_configuration(&self) -> bool {
+        false
+    }
+
     /// ξ̂, the matrix of an element of g.
     ///
     /// # Errors
@@ -116,6 +122,10 @@ impl<T: Real, L: DoubledLagrangian<T, N, D>, const N: usize, const D: usize> Dou
         psi: &Vector<S, N>,
     ) -> Result<S, RetractionError> {
         (**self).value(t, eta, u, psi)
+    }
+
+    fn uses_configuration(&self) -> bool {
+        (**self).uses_configuration()
     }
 
     fn hat<S: Scalar<Base = T>>(&self, xi: &Vector<S, N>) -> Result<Matrix<S, D>, RetractionError> {
@@ -412,6 +422,10 @@ where
         psi: &Vector<S, N>,
     ) -> Result<S, RetractionError> {
         Ok(self.lagrangian.value(psi) - self.lagrangian.value(eta) - self.coupling(t, eta, u, psi)?)
+    }
+
+    fn uses_configuration(&self) -> bool {
+        self.force.uses_configuration() || self.lagrangian.uses_configuration()
     }
 
     fn hat<S: Scalar<Base = T>>(&self, xi: &Vector<S, N>) -> Result<Matrix<S, D>, RetractionError> {

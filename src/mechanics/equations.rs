@@ -2,6 +2,7 @@
 //!
 #![doc = include_str!("../guide/modules/mechanics/equations.md")]
 
+use super::configuration::Configuration;
 use super::{Force, Lagrangian, LegendreError};
 use crate::algebra::{Covector, LieAlgebra, Matrix, Vector, pair};
 use crate::group::LieGroup;
@@ -23,9 +24,9 @@ pub struct EulerPoincare<T: Real, const N: usize, L, F> {
 pub struct Rates<S: Scalar, const N: usize> {
     /// η = (l')⁻¹(μ).
     pub velocity: Vector<S, N>,
-    /// f(t, η).
+    /// f, and ∂_gL where there is one.
     pub force: Covector<S, N>,
-    /// μ̇ = ad*_η μ + f(t, η).
+    /// μ̇ = ad*_η μ + ∂_gL + f.
     pub momentum: Covector<S, N>,
 }
 
@@ -45,10 +46,32 @@ impl<T: Real, const N: usize, L: Lagrangian<T, N>, F: Force<T, N>> EulerPoincare
         mu: &Covector<S, N>,
         guess: &Vector<S, N>,
     ) -> Result<Rates<S, N>, LegendreError> {
-        let velocity = self.lagrangian.velocity(mu, guess)?;
-        let force = self.force.force(t, &velocity);
+        self.rates_at(t, Configuration::identity(), mu, guess)
+    }
+
+    /// μ̇ = ad*_η μ + ∂_gL(t, g, η) + f(t, g, η) with ∂L/∂η(t, g, η) = μ, found from `guess`.
+    ///
+    /// # Errors
+    /// Those of the inverse Legendre transform.
+    pub fn rates_at<S: Scalar<Base = T>>(
+        &self,
+        t: S,
+        g: Configuration<'_, S>,
+        mu: &Covector<S, N>,
+        guess: &Vector<S, N>,
+    ) -> Result<Rates<S, N>, LegendreError> {
+        let velocity = self.lagrangian.velocity_at(t, g, mu, guess)?;
+        let mut force = self.force.force_at(t, g, &velocity);
+        if self.lagrangian.uses_configuration() {
+            force += self.lagrangian.configuration_gradient(t, g, &velocity);
+        }
         let momentum = self.algebra.coad(&velocity, mu) + force;
         Ok(Rates { velocity, force, momentum })
+    }
+
+    /// Whether anything depends on the configuration.
+    pub fn uses_configuration(&self) -> bool {
+        self.force.uses_configuration() || self.lagrangian.uses_configuration()
     }
 
     /// The energy as a function of the momentum, h(μ) = ⟨μ, η⟩ − l(η) with l'(η) = μ.

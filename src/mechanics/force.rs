@@ -2,10 +2,15 @@
 //!
 //! Those that depend on the momentum M = l'(η) own a copy of the algebra and of the Lagrangian.
 
+mod black_box;
+mod composition;
 mod polynomial;
 
+pub use black_box::BlackBox;
+pub use composition::{Control, Driven, Factor, Hold, Signal};
 pub use polynomial::{MAX_DEGREE, Monomial, Polynomial};
 
+use super::configuration::Configuration;
 use super::lagrangian::{AnyLagrangian, is_positive_semidefinite, symmetric};
 use super::lie_poisson::OrbitForce;
 use super::{Force, Lagrangian};
@@ -30,6 +35,12 @@ pub enum ForceError {
         /// Name of the force.
         force: &'static str,
         /// What is wrong, with the entry.
+        why: String,
+    },
+    /// The times and values of a control are not what it needs.
+    #[error("control: {why}")]
+    BadControl {
+        /// What is wrong.
         why: String,
     },
     /// A term of a polynomial is not what the formula needs.
@@ -415,6 +426,24 @@ macro_rules! any_force {
                     Self::Sum(terms) => terms.iter().fold(Covector::zeros(), |sum, term| sum + term.force(t, eta)),
                     #[cfg(feature = "harness")]
                     Self::Given(force) => force.force(t, eta),
+                }
+            }
+
+            fn force_at<S: Scalar<Base = T>>(&self, t: S, g: Configuration<'_, S>, eta: &Vector<S, N>) -> Covector<S, N> {
+                match self {
+                    $(Self::$variant(force) => force.force_at(t, g, eta),)*
+                    Self::Sum(terms) => terms.iter().fold(Covector::zeros(), |sum, term| sum + term.force_at(t, g, eta)),
+                    #[cfg(feature = "harness")]
+                    Self::Given(force) => force.force_at(t, g, eta),
+                }
+            }
+
+            fn uses_configuration(&self) -> bool {
+                match self {
+                    $(Self::$variant(force) => Force::<T, N>::uses_configuration(force),)*
+                    Self::Sum(terms) => terms.iter().any(|term| term.uses_configuration()),
+                    #[cfg(feature = "harness")]
+                    Self::Given(force) => force.uses_configuration(),
                 }
             }
 

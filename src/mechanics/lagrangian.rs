@@ -4,6 +4,7 @@ mod gyrostat;
 
 pub use gyrostat::Gyrostat;
 
+use super::configuration::Configuration;
 use super::{Lagrangian, LegendreError};
 use crate::algebra::{AlgebraError, Covector, Matrix, Vector, dot, elimination};
 use crate::scalar::{Real, Scalar, finite};
@@ -18,23 +19,42 @@ fn largest<'a, T: Real>(entries: impl IntoIterator<Item = &'a T>) -> T {
     entries.into_iter().fold(T::zero(), |size, v| size.max(v.abs()))
 }
 
+/// (l')⁻¹(μ) of a Lagrangian that does not depend on the configuration.
+pub(super) fn invert<T: Real, S: Scalar<Base = T>, const N: usize>(
+    lagrangian: &(impl Lagrangian<T, N> + ?Sized),
+    mu: &Covector<S, N>,
+    guess: &Vector<S, N>,
+) -> Result<Vector<S, N>, LegendreError> {
+    newton_velocity(
+        (&|eta| lagrangian.gradient(eta), &|eta| lagrangian.hessian(eta)),
+        (&|eta| lagrangian.gradient(eta), &|eta| lagrangian.hessian(eta)),
+        mu,
+        guess,
+    )
+}
+
+/// l' and l'', in one scalar.
+type Derivatives<'a, S, const N: usize> =
+    (&'a dyn Fn(&Vector<S, N>) -> Covector<S, N>, &'a dyn Fn(&Vector<S, N>) -> Matrix<S, N>);
+
 /// (l')⁻¹(μ) by damped Newton iteration from `guess`: η ← η − l''(η)⁻¹ (l'(η) − μ).
 ///
 /// It converges on the values, stops at their round-off, and then repeats the undamped step in S: each such step
 /// doubles the order to which derivative parts are right.
 pub(super) fn newton_velocity<T: Real, S: Scalar<Base = T>, const N: usize>(
-    lagrangian: &(impl Lagrangian<T, N> + ?Sized),
+    values: Derivatives<'_, T, N>,
+    (gradient, hessian): Derivatives<'_, S, N>,
     mu: &Covector<S, N>,
     guess: &Vector<S, N>,
 ) -> Result<Vector<S, N>, LegendreError> {
-    let value = newton_value(lagrangian, &mu.map(|v| v.base()), guess.map(|v| v.base()))?;
+    let value = newton_value(values, &mu.map(|v| v.base()), guess.map(|v| v.base()))?;
     let mut eta = value.map(S::lift);
     // The error lies in an ideal that a step squares, and whose power after `order` vanishes.
     let order = S::NESTING;
     let mut right = 0;
     while right < order {
-        let residual = (lagrangian.gradient(&eta) - mu).transpose();
-        eta -= elimination::inverse(&lagrangian.hessian(&eta)).ok_or_else(|| singular(&value))? * residual;
+        let residual = (gradient(&eta) - mu).transpose();
+        eta -= elimination::inverse(&hessian(&eta)).ok_or_else(|| singular(&value))? * residual;
         right = 2 * right + 1;
     }
     Ok(eta)
@@ -45,13 +65,13 @@ fn singular<T: Real, const N: usize>(eta: &Vector<T, N>) -> LegendreError {
 }
 
 fn newton_value<T: Real, const N: usize>(
-    lagrangian: &(impl Lagrangian<T, N> + ?Sized),
+    (gradient, hessian): Derivatives<'_, T, N>,
     mu: &Covector<T, N>,
     mut eta: Vector<T, N>,
 ) -> Result<Vector<T, N>, LegendreError> {
     let unit = T::unit_roundoff();
     let close = unit.sqrt();
-    let mut residual = (lagrangian.gradient(&eta) - mu).transpose();
+    let mut residual = (gradient(&eta) - mu).transpose();
     let mut size = residual_size(&residual);
     for iteration in 0..MAX_ITERATIONS {
         let failed = || LegendreError::NotConverged { residual: size.to_f64(), iterations: iteration };
@@ -61,13 +81,13 @@ fn newton_value<T: Real, const N: usize>(
         if size == T::zero() {
             return Ok(eta);
         }
-        let hessian = lagrangian.hessian(&eta);
+        let hessian = hessian(&eta);
         let step = elimination::inverse(&hessian).ok_or_else(|| singular(&eta))? * residual;
         // Quadratic convergence: once a step is below √u |η|, what it leaves is at the level of round-off.
         let last = largest(&step) <= close * largest(&eta);
         let round_off =
             T::int(4 * N as i64) * unit * (largest(mu) + T::int(N as i64) * largest(&hessian) * largest(&eta));
-        let (next, next_residual) = match damped(lagrangian, mu, &eta, &step, size) {
+        let (next, next_residual) = match damped(gradient, mu, &eta, &step, size) {
             Some(accepted) => accepted,
             None if size <= round_off => return Ok(eta),
             None => return Err(failed()),
@@ -88,7 +108,7 @@ fn residual_size<T: Real, const N: usize>(residual: &Vector<T, N>) -> T {
 
 /// The longest of the steps 1, ½, ¼, … that lowers the residual, with the residual there.
 fn damped<T: Real, const N: usize>(
-    lagrangian: &(impl Lagrangian<T, N> + ?Sized),
+    gradient: &dyn Fn(&Vector<T, N>) -> Covector<T, N>,
     mu: &Covector<T, N>,
     eta: &Vector<T, N>,
     step: &Vector<T, N>,
@@ -97,7 +117,7 @@ fn damped<T: Real, const N: usize>(
     let mut fraction = T::one();
     for _ in 0..MAX_HALVINGS {
         let next = eta - step * fraction;
-        let residual = (lagrangian.gradient(&next) - mu).transpose();
+        let residual = (gradient(&next) - mu).transpose();
         if residual_size(&residual) < size {
             return Some((next, residual));
         }
@@ -359,7 +379,7 @@ impl<T: Real, const N: usize> Lagrangian<T, N> for Quartic<T, N> {
         guess: &Vector<S, N>,
     ) -> Result<Vector<S, N>, LegendreError> {
         if self.metric.is_some() {
-            return newton_velocity(self, mu, guess);
+            return invert(self, mu, guess);
         }
         let straight = self.quadratic.velocity(mu, guess)?;
         let p = crate::algebra::pair(mu, &straight);
@@ -441,5 +461,40 @@ impl<T: Real, const N: usize> Lagrangian<T, N> for AnyLagrangian<T, N> {
 
     fn energy<S: Scalar<Base = T>>(&self, eta: &Vector<S, N>) -> S {
         dispatch!(self, l => l.energy(eta))
+    }
+
+    fn uses_configuration(&self) -> bool {
+        dispatch!(self, l => l.uses_configuration())
+    }
+
+    fn value_at<S: Scalar<Base = T>>(&self, t: S, g: Configuration<'_, S>, eta: &Vector<S, N>) -> S {
+        dispatch!(self, l => l.value_at(t, g, eta))
+    }
+
+    fn gradient_at<S: Scalar<Base = T>>(&self, t: S, g: Configuration<'_, S>, eta: &Vector<S, N>) -> Covector<S, N> {
+        dispatch!(self, l => l.gradient_at(t, g, eta))
+    }
+
+    fn velocity_at<S: Scalar<Base = T>>(
+        &self,
+        t: S,
+        g: Configuration<'_, S>,
+        mu: &Covector<S, N>,
+        guess: &Vector<S, N>,
+    ) -> Result<Vector<S, N>, LegendreError> {
+        dispatch!(self, l => l.velocity_at(t, g, mu, guess))
+    }
+
+    fn energy_at<S: Scalar<Base = T>>(&self, t: S, g: Configuration<'_, S>, eta: &Vector<S, N>) -> S {
+        dispatch!(self, l => l.energy_at(t, g, eta))
+    }
+
+    fn configuration_gradient<S: Scalar<Base = T>>(
+        &self,
+        t: S,
+        g: Configuration<'_, S>,
+        eta: &Vector<S, N>,
+    ) -> Covector<S, N> {
+        dispatch!(self, l => l.configuration_gradient(t, g, eta))
     }
 }

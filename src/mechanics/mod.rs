@@ -4,7 +4,9 @@
 
 use crate::algebra::{Covector, Matrix, Vector};
 use crate::scalar::{Dual, Real, Scalar};
+use configuration::Configuration;
 
+pub mod configuration;
 pub mod doubled;
 pub mod equations;
 pub mod euler_lagrange;
@@ -115,6 +117,11 @@ pub enum LegendreError {
 /// assert!(!model.system.force.is_zero());
 /// # Ok::<(), Box<dyn std::error::Error>>(())
 /// ```
+#[diagnostic::on_unimplemented(
+    message = "`{Self}` is not a Lagrangian on an algebra of dimension {N}",
+    note = "implement `Lagrangian<T, {N}>`: `fn value<S: Scalar<Base = T>>(&self, eta: &Vector<S, {N}>) -> S`",
+    note = "one that depends on the configuration is a `LagrangianOnGroup` in `LagrangianOn`, or has a potential: `WithPotential`"
+)]
 pub trait Lagrangian<T: Real, const N: usize> {
     /// l(η).
     fn value<S: Scalar<Base = T>>(&self, eta: &Vector<S, N>) -> S;
@@ -149,19 +156,82 @@ pub trait Lagrangian<T: Real, const N: usize> {
         mu: &Covector<S, N>,
         guess: &Vector<S, N>,
     ) -> Result<Vector<S, N>, LegendreError> {
-        lagrangian::newton_velocity(self, mu, guess)
+        lagrangian::invert(self, mu, guess)
     }
 
     /// E(η) = ⟨l'(η), η⟩ − l(η).
     fn energy<S: Scalar<Base = T>>(&self, eta: &Vector<S, N>) -> S {
         crate::algebra::pair(&self.gradient(eta), eta) - self.value(eta)
     }
+
+    /// Whether L depends on the configuration g, or on the time: see [`configuration`]. Then what the methods above say is true at
+    /// t = 0 and g = e, and the methods below say the rest.
+    fn uses_configuration(&self) -> bool {
+        false
+    }
+
+    /// L(t, g, η).
+    fn value_at<S: Scalar<Base = T>>(&self, _t: S, _g: Configuration<'_, S>, eta: &Vector<S, N>) -> S {
+        self.value(eta)
+    }
+
+    /// ∂L/∂η at (t, g, η).
+    fn gradient_at<S: Scalar<Base = T>>(&self, _t: S, _g: Configuration<'_, S>, eta: &Vector<S, N>) -> Covector<S, N> {
+        self.gradient(eta)
+    }
+
+    /// The η with ∂L/∂η(t, g, η) = μ, found from `guess`.
+    ///
+    /// # Errors
+    /// A singular Hessian, or no convergence.
+    fn velocity_at<S: Scalar<Base = T>>(
+        &self,
+        _t: S,
+        _g: Configuration<'_, S>,
+        mu: &Covector<S, N>,
+        guess: &Vector<S, N>,
+    ) -> Result<Vector<S, N>, LegendreError> {
+        self.velocity(mu, guess)
+    }
+
+    /// E(t, g, η) = ⟨∂L/∂η, η⟩ − L.
+    fn energy_at<S: Scalar<Base = T>>(&self, _t: S, _g: Configuration<'_, S>, eta: &Vector<S, N>) -> S {
+        self.energy(eta)
+    }
+
+    /// ∂_gL at (t, g, η), left-trivialised: ⟨∂_gL, ξ⟩ = d/ds L(t, g exp(sξ), η).
+    fn configuration_gradient<S: Scalar<Base = T>>(
+        &self,
+        _t: S,
+        _g: Configuration<'_, S>,
+        _eta: &Vector<S, N>,
+    ) -> Covector<S, N> {
+        Covector::zeros()
+    }
 }
 
-/// A force f(t, η) with values in g*.
+/// A force with values in g*: f(t, η), or f(t, g, η).
+///
+/// One that depends on the configuration g is a [`ForceOnGroup`](configuration::ForceOnGroup) in an
+/// [`OnGroup`](configuration::OnGroup). A pair `(f₁, f₂)` of forces is their sum.
+#[diagnostic::on_unimplemented(
+    message = "`{Self}` is not a force on an algebra of dimension {N}",
+    note = "implement `Force<T, {N}>`: `fn force<S: Scalar<Base = T>>(&self, t: S, eta: &Vector<S, {N}>) -> Covector<S, {N}>`",
+    note = "one that depends on the configuration is a `ForceOnGroup` in `OnGroup`; a closure on `f64` goes into a `BlackBox`"
+)]
 pub trait Force<T: Real, const N: usize> {
     /// f(t, η).
     fn force<S: Scalar<Base = T>>(&self, t: S, eta: &Vector<S, N>) -> Covector<S, N>;
+
+    /// f(t, g, η).
+    fn force_at<S: Scalar<Base = T>>(&self, t: S, _g: Configuration<'_, S>, eta: &Vector<S, N>) -> Covector<S, N> {
+        self.force(t, eta)
+    }
+
+    /// Whether f depends on the configuration g. Then `force` is that at g = e.
+    fn uses_configuration(&self) -> bool {
+        false
+    }
 
     /// Whether f vanishes identically: then Casimirs and orbits are kept exactly, and laws say so.
     fn is_zero(&self) -> bool {
@@ -175,42 +245,115 @@ pub trait Force<T: Real, const N: usize> {
     }
 }
 
-impl<T: Real, const N: usize, L: Lagrangian<T, N>> Lagrangian<T, N> for &L {
-    fn value<S: Scalar<Base = T>>(&self, eta: &Vector<S, N>) -> S {
-        (**self).value(eta)
-    }
+/// For types that hold a part: their methods are those of the part.
+macro_rules! forwarded {
+    ($($pointer:ty),*) => {$(
+        impl<T: Real, const N: usize, P: Lagrangian<T, N>> Lagrangian<T, N> for $pointer {
+            fn value<S: Scalar<Base = T>>(&self, eta: &Vector<S, N>) -> S {
+                (**self).value(eta)
+            }
 
-    fn gradient<S: Scalar<Base = T>>(&self, eta: &Vector<S, N>) -> Covector<S, N> {
-        (**self).gradient(eta)
-    }
+            fn gradient<S: Scalar<Base = T>>(&self, eta: &Vector<S, N>) -> Covector<S, N> {
+                (**self).gradient(eta)
+            }
 
-    fn hessian<S: Scalar<Base = T>>(&self, eta: &Vector<S, N>) -> Matrix<S, N> {
-        (**self).hessian(eta)
-    }
+            fn hessian<S: Scalar<Base = T>>(&self, eta: &Vector<S, N>) -> Matrix<S, N> {
+                (**self).hessian(eta)
+            }
 
-    fn velocity<S: Scalar<Base = T>>(
-        &self,
-        mu: &Covector<S, N>,
-        guess: &Vector<S, N>,
-    ) -> Result<Vector<S, N>, LegendreError> {
-        (**self).velocity(mu, guess)
-    }
+            fn velocity<S: Scalar<Base = T>>(
+                &self,
+                mu: &Covector<S, N>,
+                guess: &Vector<S, N>,
+            ) -> Result<Vector<S, N>, LegendreError> {
+                (**self).velocity(mu, guess)
+            }
 
-    fn energy<S: Scalar<Base = T>>(&self, eta: &Vector<S, N>) -> S {
-        (**self).energy(eta)
-    }
+            fn energy<S: Scalar<Base = T>>(&self, eta: &Vector<S, N>) -> S {
+                (**self).energy(eta)
+            }
+
+            fn uses_configuration(&self) -> bool {
+                (**self).uses_configuration()
+            }
+
+            fn value_at<S: Scalar<Base = T>>(&self, t: S, g: Configuration<'_, S>, eta: &Vector<S, N>) -> S {
+                (**self).value_at(t, g, eta)
+            }
+
+            fn gradient_at<S: Scalar<Base = T>>(&self, t: S, g: Configuration<'_, S>, eta: &Vector<S, N>) -> Covector<S, N> {
+                (**self).gradient_at(t, g, eta)
+            }
+
+            fn velocity_at<S: Scalar<Base = T>>(
+                &self,
+                t: S,
+                g: Configuration<'_, S>,
+                mu: &Covector<S, N>,
+                guess: &Vector<S, N>,
+            ) -> Result<Vector<S, N>, LegendreError> {
+                (**self).velocity_at(t, g, mu, guess)
+            }
+
+            fn energy_at<S: Scalar<Base = T>>(&self, t: S, g: Configuration<'_, S>, eta: &Vector<S, N>) -> S {
+                (**self).energy_at(t, g, eta)
+            }
+
+            fn configuration_gradient<S: Scalar<Base = T>>(
+                &self,
+                t: S,
+                g: Configuration<'_, S>,
+                eta: &Vector<S, N>,
+            ) -> Covector<S, N> {
+                (**self).configuration_gradient(t, g, eta)
+            }
+        }
+
+        impl<T: Real, const N: usize, P: Force<T, N>> Force<T, N> for $pointer {
+            fn force<S: Scalar<Base = T>>(&self, t: S, eta: &Vector<S, N>) -> Covector<S, N> {
+                (**self).force(t, eta)
+            }
+
+            fn force_at<S: Scalar<Base = T>>(&self, t: S, g: Configuration<'_, S>, eta: &Vector<S, N>) -> Covector<S, N> {
+                (**self).force_at(t, g, eta)
+            }
+
+            fn uses_configuration(&self) -> bool {
+                (**self).uses_configuration()
+            }
+
+            fn is_zero(&self) -> bool {
+                (**self).is_zero()
+            }
+
+            fn is_smooth(&self) -> bool {
+                (**self).is_smooth()
+            }
+        }
+    )*};
 }
 
-impl<T: Real, const N: usize, F: Force<T, N>> Force<T, N> for &F {
+forwarded!(&P, Box<P>, std::sync::Arc<P>);
+
+/// The sum of two forces.
+impl<T: Real, const N: usize, A: Force<T, N>, B: Force<T, N>> Force<T, N> for (A, B) {
     fn force<S: Scalar<Base = T>>(&self, t: S, eta: &Vector<S, N>) -> Covector<S, N> {
-        (**self).force(t, eta)
+        self.0.force(t, eta) + self.1.force(t, eta)
+    }
+
+    fn force_at<S: Scalar<Base = T>>(&self, t: S, g: Configuration<'_, S>, eta: &Vector<S, N>) -> Covector<S, N> {
+        self.0.force_at(t, g, eta) + self.1.force_at(t, g, eta)
+    }
+
+    fn uses_configuration(&self) -> bool {
+        self.0.uses_configuration() || self.1.uses_configuration()
     }
 
     fn is_zero(&self) -> bool {
-        (**self).is_zero()
+        self.0.is_zero() && self.1.is_zero()
     }
 
     fn is_smooth(&self) -> bool {
-        (**self).is_smooth()
+        self.0.is_smooth() && self.1.is_smooth()
     }
 }

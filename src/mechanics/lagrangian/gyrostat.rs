@@ -1,6 +1,7 @@
 //! A term that is linear in the velocity, beside any Lagrangian.
 
 use crate::algebra::{Covector, Matrix, Vector, pair};
+use crate::mechanics::configuration::Configuration;
 use crate::mechanics::{Lagrangian, LegendreError};
 use crate::scalar::{Real, Scalar};
 
@@ -77,5 +78,40 @@ impl<L: Lagrangian<T, N>, T: Real, const N: usize> Lagrangian<T, N> for Gyrostat
 
     fn energy<S: Scalar<Base = T>>(&self, eta: &Vector<S, N>) -> S {
         self.body.energy(eta)
+    }
+
+    fn uses_configuration(&self) -> bool {
+        self.body.uses_configuration()
+    }
+
+    fn value_at<S: Scalar<Base = T>>(&self, t: S, g: Configuration<'_, S>, eta: &Vector<S, N>) -> S {
+        self.body.value_at(t, g, eta) + pair(&self.rotor.map(S::lift), eta)
+    }
+
+    fn gradient_at<S: Scalar<Base = T>>(&self, t: S, g: Configuration<'_, S>, eta: &Vector<S, N>) -> Covector<S, N> {
+        self.body.gradient_at(t, g, eta) + self.rotor.map(S::lift)
+    }
+
+    fn velocity_at<S: Scalar<Base = T>>(
+        &self,
+        t: S,
+        g: Configuration<'_, S>,
+        mu: &Covector<S, N>,
+        guess: &Vector<S, N>,
+    ) -> Result<Vector<S, N>, LegendreError> {
+        self.body.velocity_at(t, g, &(mu - self.rotor.map(S::lift)), guess)
+    }
+
+    fn energy_at<S: Scalar<Base = T>>(&self, t: S, g: Configuration<'_, S>, eta: &Vector<S, N>) -> S {
+        self.body.energy_at(t, g, eta)
+    }
+
+    fn configuration_gradient<S: Scalar<Base = T>>(
+        &self,
+        t: S,
+        g: Configuration<'_, S>,
+        eta: &Vector<S, N>,
+    ) -> Covector<S, N> {
+        self.body.configuration_gradient(t, g, eta)
     }
 }

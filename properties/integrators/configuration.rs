@@ -1,0 +1,243 @@
+//! Potentials and forces that depend on the configuration: the heavy top against reference values (made in 32 digits by another
+//! program), orders, and what symmetry keeps.
+
+use euler_poincare::algebra::{Covector, Matrix, Vector};
+use euler_poincare::group::So3;
+use euler_poincare::integrators::doubled::DoubledState;
+use euler_poincare::integrators::{Classical, Doubled, MuntheKaas, OneStep, State, StepError, Variational};
+use euler_poincare::mechanics::configuration::{
+    ForceOnGroup, InSpace, LagrangianOn, LagrangianOnGroup, OnGroup, Potential, WithPotential,
+};
+use euler_poincare::mechanics::doubled::Forced;
+use euler_poincare::mechanics::equations::EulerPoincare;
+use euler_poincare::mechanics::force::{BlackBox, LinearDrag, Zero};
+use euler_poincare::mechanics::lagrangian::Quadratic;
+use euler_poincare::mechanics::{Force, Lagrangian};
+use euler_poincare::retraction::{CayleySo3, Exponential, ExponentialSo3, Retraction};
+use euler_poincare::scalar::{Dd, Real, Scalar};
+use euler_poincare::tableau::{Classic, Family, Tableau};
+
+/// V = m g₀ ⟨e₃, g r⟩ with r = (3, −2, 5)/10 and m g₀ = 13/10.
+#[derive(Clone, Copy)]
+struct Weight;
+
+impl<T: Real> Potential<T, 3> for Weight {
+    fn value<S: Scalar<Base = T>>(&self, _: S, g: &Matrix<S, 3>) -> S {
+        let height = g[(2, 0)] * S::int(3) - g[(2, 1)] * S::int(2) + g[(2, 2)] * S::int(5);
+        height * S::ratio(13, 100)
+    }
+}
+
+fn body<T: Real>() -> Quadratic<T, 3> {
+    Quadratic::diagonal([T::half(), T::int(2), T::one()]).unwrap()
+}
+
+fn drag<T: Real>() -> LinearDrag<T, 3> {
+    let tenths = Vector::<T, 3>::new(T::ratio(1, 10), T::ratio(3, 10), T::ratio(2, 10));
+    LinearDrag::new(Matrix::<T, 3>::from_diagonal(&tenths)).unwrap()
+}
+
+fn top<T: Real>() -> WithPotential<Quadratic<T, 3>, Weight, So3<T>, 3> {
+    WithPotential::new(body(), Weight, So3::new())
+}
+
+/// Its start: g₀ = exp(0.4, −0.3, 0.2), μ₀ = (0.5, 0.3, 0.9).
+fn start<T: Real>() -> State<T, 3, 3> {
+    let x = Vector::<T, 3>::new(T::ratio(4, 10), T::ratio(-3, 10), T::ratio(2, 10));
+    let momentum = Covector::<T, 3>::new(T::ratio(5, 10), T::ratio(3, 10), T::ratio(9, 10));
+    State { time: T::zero(), momentum, attitude: ExponentialSo3::new().tau(&x).unwrap() }
+}
+
+fn run<T: Real>(method: &mut impl OneStep<T, 3, 3>, h: T, steps: usize) -> State<T, 3, 3> {
+    let mut state = start();
+    for _ in 0..steps {
+        method.step(&mut state, h).unwrap();
+    }
+    state
+}
+
+fn gap<T: Real>(a: &State<T, 3, 3>, b: &State<T, 3, 3>) -> (f64, f64) {
+    ((a.momentum - b.momentum).amax().to_f64(), (a.attitude - b.attitude).amax().to_f64())
+}
+
+/// The largest error of μ₀ + … in the eight digits that are known.
+fn off(found: &[f64], known: &[f64]) -> f64 {
+    found.iter().zip(known).fold(0.0, |m: f64, (a, b)| m.max((a - b).abs()))
+}
+
+#[test]
+fn a_heavy_top_with_drag_has_the_reference_values() {
+    let gauss = || Family::Gauss.tableau(2).unwrap();
+    let mut method = Variational::new(top::<f64>(), drag(), ExponentialSo3::new(), gauss());
+    let state = run(&mut method, 0.125, 1);
+    assert!(off(state.momentum.as_slice(), &[0.56406502, 0.36518586, 0.81533845]) < 6e-9, "{}", state.momentum);
+    let g =
+        [0.90742819, -0.37704492, -0.18550256, 0.23446714, 0.82066192, -0.52109421, 0.34871082, 0.42936132, 0.83309641];
+    assert!(off(state.attitude.transpose().as_slice(), &g) < 6e-9, "{}", state.attitude);
+    let known = [0.86285617, -0.46046665, -0.31754545];
+    assert!(off(run(&mut method, 0.1, 20).momentum.as_slice(), &known) < 6e-9);
+    // The general exponential, and 32 digits, say the same.
+    let mut general = Variational::new(top(), drag(), Exponential::of_group(So3::new()), gauss());
+    assert!(off(run(&mut general, 0.1, 20).momentum.as_slice(), &known) < 6e-9);
+    let mut precise = Variational::new(top::<Dd>(), drag(), ExponentialSo3::new(), Family::Gauss.tableau(2).unwrap());
+    let precise = run(&mut precise, Dd::ratio(1, 10), 20).momentum.map(|v| v.to_f64());
+    assert!(off(precise.as_slice(), &known) < 6e-9);
+}
+
+/// A spatial torque with cos t, and a term in the body that mixes g and η.
+#[derive(Clone, Copy)]
+struct Mixed;
+
+impl<T: Real> ForceOnGroup<T, 3, 3> for Mixed {
+    fn force<S: Scalar<Base = T>>(&self, t: S, g: &Matrix<S, 3>, eta: &Vector<S, 3>) -> Covector<S, 3> {
+        let torque = Vector::<S, 3>::new(t.cos() * S::ratio(1, 5), S::zero(), S::ratio(-1, 10));
+        let mixed = Vector::<S, 3>::new(g[(2, 1)] * eta[2], -g[(2, 0)] * eta[0], g[(0, 0)] * eta[1]) * S::ratio(1, 4);
+        (g.transpose() * torque + mixed).transpose()
+    }
+}
+
+/// log₂ of the ratio of the errors of two step sizes.
+fn order(tableau: impl Fn() -> Tableau<Dd>) -> (f64, f64) {
+    let exact = {
+        let mut method = Variational::new(top(), (drag(), OnGroup(Mixed)), ExponentialSo3::new(), gauss(6));
+        run(&mut method, Dd::ratio(1, 32), 32)
+    };
+    let error = |n: i64| {
+        let mut method = Variational::new(top(), (drag(), OnGroup(Mixed)), ExponentialSo3::new(), tableau());
+        gap(&run(&mut method, Dd::ratio(1, n), n as usize), &exact)
+    };
+    let (coarse, fine) = (error(64), error(128));
+    ((coarse.0 / fine.0).log2(), (coarse.1 / fine.1).log2())
+}
+
+fn gauss(stages: usize) -> Tableau<Dd> {
+    Family::Gauss.tableau(stages).unwrap()
+}
+
+#[test]
+fn orders_are_those_of_the_pair_of_tableaux() {
+    type Make = Box<dyn Fn() -> Tableau<Dd>>;
+    let family = |family: Family, s: usize| -> Make { Box::new(move || family.tableau(s).unwrap()) };
+    let classic = |classic: Classic| -> Make { Box::new(move || classic.tableau().unwrap()) };
+    let expected: [(&str, Make, f64); 11] = [
+        ("Gauss-1", family(Family::Gauss, 1), 2.0),
+        ("Gauss-2", family(Family::Gauss, 2), 4.0),
+        ("Gauss-3", family(Family::Gauss, 3), 6.0),
+        ("Lobatto IIIA-2", family(Family::LobattoIIIA, 2), 2.0),
+        ("Lobatto IIIA-3", family(Family::LobattoIIIA, 3), 4.0),
+        ("Lobatto IIIB-3", family(Family::LobattoIIIB, 3), 4.0),
+        ("Radau IIA-2", family(Family::RadauIIA, 2), 3.0),
+        ("RK4", classic(Classic::Rk4), 4.0),
+        ("Ralston-3", classic(Classic::Ralston3), 2.0),
+        ("Heun-2", classic(Classic::Heun2), 2.0),
+        ("Euler", Box::new(|| Tableau::new(&[vec![Dd::int(0)]], &[Dd::int(1)]).unwrap()), 1.0),
+    ];
+    for (name, tableau, order) in expected {
+        let (momentum, attitude) = self::order(tableau);
+        assert!((momentum - order).abs() < 0.2 && (attitude - order).abs() < 0.2, "{name}: {momentum}, {attitude}");
+    }
+}
+
+#[test]
+fn other_methods_converge_to_the_same_run() {
+    let exact = run(
+        &mut Variational::new(
+            top::<f64>(),
+            (drag(), OnGroup(Mixed)),
+            ExponentialSo3::new(),
+            Family::Gauss.tableau(4).unwrap(),
+        ),
+        0.0625,
+        16,
+    );
+    let system = || EulerPoincare::new(CayleySo3::<f64>::new().algebra().clone(), top(), (drag(), OnGroup(Mixed)));
+    let mut rkmk = MuntheKaas::new(system(), ExponentialSo3::new(), Classic::Rk4.tableau().unwrap());
+    let mut matrices = Classical::new(system(), Some(So3::new()), Classic::Rk4.tableau().unwrap());
+    let (one, other) =
+        (gap(&run(&mut rkmk, 1.0 / 256.0, 256), &exact), gap(&run(&mut matrices, 1.0 / 256.0, 256), &exact));
+    assert!(one.0.max(one.1).max(other.0).max(other.1) < 1e-9, "{one:?} {other:?}");
+    // Without the group there is nothing to evaluate the forces at.
+    let mut without = Classical::<f64, 3, 3, _, _, So3<f64>>::new(system(), None, Classic::Rk4.tableau().unwrap());
+    assert!(matches!(without.step(&mut start(), 0.1), Err(StepError::Unsupported { .. })));
+    let mut blind = Variational::new(
+        top::<f64>(),
+        drag(),
+        Exponential::<f64, 3, 3, So3<f64>>::of_algebra(CayleySo3::<f64>::new().algebra().clone()),
+        Family::Gauss.tableau(2).unwrap(),
+    );
+    assert!(matches!(blind.step(&mut start(), 0.1), Err(StepError::Domain { .. })));
+}
+
+#[test]
+fn the_doubled_scheme_refuses_what_depends_on_the_configuration() {
+    let gauss = || Family::Gauss.tableau::<f64>(1).unwrap();
+    let unit = || DoubledState::<f64, 3, 3>::unit(0.0, start::<f64>().momentum);
+    let mut forced = Doubled::new(gauss(), CayleySo3::new(), Forced::new(body(), OnGroup(Mixed), CayleySo3::new()));
+    assert!(matches!(forced.step(&mut unit(), 0.1), Err(StepError::Unsupported { .. })));
+    let mut heavy = Doubled::new(gauss(), CayleySo3::new(), Forced::new(top(), Zero, CayleySo3::new()));
+    assert!(matches!(heavy.step(&mut unit(), 0.1), Err(StepError::Unsupported { .. })));
+}
+
+#[test]
+fn a_heavy_top_keeps_its_vertical_momentum_and_its_energy_does_not_drift() {
+    let mut method = Variational::new(top::<f64>(), Zero, ExponentialSo3::new(), Family::Gauss.tableau(2).unwrap());
+    let mut state = start::<f64>();
+    let vertical = |state: &State<f64, 3, 3>| (state.attitude * state.momentum.transpose())[2];
+    let energy = |state: &State<f64, 3, 3>| {
+        let eta = body().velocity(&state.momentum, &Vector::zeros()).unwrap();
+        let g = euler_poincare::mechanics::configuration::Configuration::of(&state.attitude);
+        top::<f64>().energy_at(0.0, g, &eta)
+    };
+    let (before, full) = (vertical(&state), energy(&state));
+    let mut worst = [0f64; 4];
+    for step in 0..2000 {
+        method.step(&mut state, 0.2).unwrap();
+        assert!((vertical(&state) - before).abs() < 2e-14);
+        let quarter = &mut worst[step / 500];
+        *quarter = quarter.max((energy(&state) - full).abs());
+    }
+    assert!((worst[0] - 6.3e-5).abs() < 1e-6 && worst[3] < 1.05 * worst[0], "{worst:?}");
+}
+
+/// ½ ηᵀ I η − V by its value alone.
+struct ByValue;
+
+impl<T: Real> LagrangianOnGroup<T, 3, 3> for ByValue {
+    fn value<S: Scalar<Base = T>>(&self, t: S, g: &Matrix<S, 3>, eta: &Vector<S, 3>) -> S {
+        body::<T>().value(eta) - Weight.value(t, g)
+    }
+}
+
+/// The torque of [`Mixed`] that is given in space, alone.
+struct Torque;
+
+impl<T: Real> ForceOnGroup<T, 3, 3> for Torque {
+    fn force<S: Scalar<Base = T>>(&self, t: S, _: &Matrix<S, 3>, _: &Vector<S, 3>) -> Covector<S, 3> {
+        Covector::<S, 3>::new(t.cos() * S::ratio(1, 5), S::zero(), S::ratio(-1, 10))
+    }
+}
+
+#[test]
+fn one_system_written_in_several_ways_moves_in_one_way() {
+    fn go(l: impl Lagrangian<f64, 3>, f: impl Force<f64, 3>) -> State<f64, 3, 3> {
+        run(&mut Variational::new(l, f, ExponentialSo3::new(), Family::Gauss.tableau(2).unwrap()), 0.25, 8)
+    }
+    let one = go(top(), InSpace::new(Torque, So3::new()));
+    // A Lagrangian by its value, a force on the group, and closures.
+    let closure = BlackBox::on_group(|t: f64, g: &Matrix<f64, 3>, _: &Vector<f64, 3>| {
+        (g.transpose() * Vector::<f64, 3>::new(t.cos() / 5.0, 0.0, -0.1)).transpose()
+    });
+    let weight = BlackBox::on_group(|_: f64, g: &Matrix<f64, 3>, _: &Vector<f64, 3>| {
+        let up = g.transpose() * Vector::<f64, 3>::z();
+        (Vector::<f64, 3>::new(0.3, -0.2, 0.5).cross(&up) * -1.3).transpose()
+    });
+    for other in [go(LagrangianOn::new(ByValue, So3::new()), closure), go(body(), (&closure, weight))] {
+        let (momentum, attitude) = gap(&one, &other);
+        assert!(momentum < 1e-14 && attitude < 1e-14, "{momentum:e} {attitude:e}");
+    }
+    // Newton's method, which needs derivatives of closures, takes a step that fixed-point iterations cannot.
+    let stiff = BlackBox::new(|_: f64, eta: &Vector<f64, 3>| -40.0 * eta.transpose());
+    let mut method = Variational::new(body(), stiff, ExponentialSo3::new(), Family::Gauss.tableau::<f64>(2).unwrap());
+    let report = method.step(&mut start(), 0.5).unwrap();
+    assert_eq!(report.solver, euler_poincare::integrators::Solver::Newton);
+}
