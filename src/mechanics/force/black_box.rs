@@ -3,7 +3,6 @@
 use crate::algebra::{Covector, Matrix, Vector};
 use crate::mechanics::Force;
 use crate::mechanics::configuration::{ForceOnGroup, OnGroup};
-use crate::scalar::erased::{numbers, scalar};
 use crate::scalar::{Real, Scalar};
 
 /// A force that is a function of numbers: a closure, a look-up table, a call into another language, a `Box<dyn Fn…>`.
@@ -65,7 +64,8 @@ fn parts<T: Real, S: Scalar<Base = T>, const N: usize>(
     f: impl Fn(&[T]) -> Covector<T, N>,
 ) -> Covector<S, N> {
     let count = 1usize << S::NESTING;
-    let (given, mut found) = (numbers(arguments), vec![T::zero(); N * count]);
+    let (mut given, mut found) = (Vec::with_capacity(arguments.len() * count), vec![T::zero(); N * count]);
+    arguments.iter().for_each(|argument| argument.write(&mut given));
     let largest = |part: usize| (0..arguments.len()).fold(T::zero(), |m, k| m.max(given[k * count + part].abs()));
     let mut point = vec![T::zero(); arguments.len()];
     for set in 0..count {
@@ -102,7 +102,7 @@ fn parts<T: Real, S: Scalar<Base = T>, const N: usize>(
             (0..N).for_each(|a| found[a * count + set] += value[a] * scale);
         }
     }
-    Covector::from_fn(|_, a| scalar(&found, a))
+    Covector::from_fn(|_, a| S::read(&found[a * count..]))
 }
 
 impl<T: Real, const N: usize, B> Force<T, N> for BlackBox<B>
