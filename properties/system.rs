@@ -675,7 +675,7 @@ fn a_chosen_part_stays_and_the_rest_is_random() {
 }
 
 fn plain_start(n: usize) -> Start {
-    Start { motion: Motion::Momentum(vec![Number::from(1); n]), attitude: None, time: Number::default() }
+    Start::moving(Motion::Momentum(vec![Number::from(1); n]))
 }
 
 #[test]

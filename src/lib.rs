@@ -75,6 +75,7 @@ pub mod algebra;
 pub mod discrete;
 #[cfg(feature = "harness")]
 pub mod experiments;
+pub mod expression;
 #[cfg(feature = "harness")]
 pub mod external;
 pub mod group;

@@ -7,7 +7,7 @@ use crate::retraction::Retraction;
 use crate::scalar::Number;
 use crate::system::case::{Case, Drag, Force, Inertia, Monomial};
 use crate::system::force::{self, MATRIX};
-use crate::system::{CaseError, System, Visitor};
+use crate::system::{CaseError, Place, Problem, System, Visitor};
 use serde::ser::SerializeMap;
 use serde::{Serialize, Serializer};
 use serde_json::Value;
@@ -31,6 +31,7 @@ struct Term {
 enum Entry {
     Number(f64),
     List(Vec<f64>),
+    Text(String),
     Polynomial(Vec<(usize, f64, usize, usize, Vec<usize>)>),
 }
 
@@ -109,6 +110,12 @@ impl Described {
     /// # Errors
     /// A case that cannot be built.
     pub fn of(case: &Case) -> Result<Self, CaseError> {
+        if case.is_general() {
+            let why = "the protocol has no potentials and formulas yet: forces f(t, η) of the other kinds, and Lagrangians l(η)";
+            let problem =
+                Problem::NotApplicable { what: "a system that depends on the configuration", why: why.into() };
+            return Err(Place::root().error(problem));
+        }
         let (n, size) = (case.dimension(), crate::laws::method::matrix_size(case));
         let [constants, basis, inertia] = case.dispatch::<f64, _>(Numbers(size))?;
         // A case that can be built has finite numbers.
@@ -129,6 +136,7 @@ impl Described {
             let parameters = force.parameters().map(|(parameter, value)| match value {
                 force::Value::Number(x) => (parameter.name, Entry::Number(number(x))),
                 force::Value::Covector(x) => (parameter.name, Entry::List(list(x))),
+                force::Value::Formula(text) => (parameter.name, Entry::Text(text.clone())),
                 force::Value::Drag(drag) => (MATRIX, Entry::List(matrix(drag))),
                 force::Value::Polynomial(terms) => {
                     // A case that can be built has indices from 1.

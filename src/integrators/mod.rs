@@ -89,6 +89,10 @@ pub struct Report<T> {
     pub residual: T,
 }
 
+fn because(why: &Option<String>) -> String {
+    why.as_ref().map_or(String::new(), |why| format!(": {why}"))
+}
+
 /// What left a domain: a stage (counted from 1), or the increment.
 fn part(stage: &Option<usize>) -> String {
     stage.map_or("the increment of the step".into(), |stage| format!("stage {}", stage + 1))
@@ -131,6 +135,16 @@ pub enum StepError {
         stage: Option<usize>,
         /// What the retraction said.
         source: RetractionError,
+    },
+    /// The force, or the derivative of the Lagrangian in its place, has no finite value at a stage.
+    #[error("the force at {} has no finite value or derivative at h = {step}{}", part(.stage), because(.why))]
+    Undefined {
+        /// The step asked for.
+        step: f64,
+        /// The stage (from 0; the message counts from 1), or none for the start of the step.
+        stage: Option<usize>,
+        /// What of a formula has no value, and where.
+        why: Option<String>,
     },
     /// The inverse Legendre transform failed.
     #[error("the inverse Legendre transform failed in a step of h = {step}: {source}")]

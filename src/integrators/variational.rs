@@ -10,7 +10,7 @@ use crate::mechanics::configuration::Configuration;
 use crate::mechanics::{Force, Lagrangian};
 use crate::newton::{self, Equations, Newton};
 use crate::retraction::{Retraction, RetractionError, TangentPoint};
-use crate::scalar::{Dual, Real, Scalar};
+use crate::scalar::{Dual, Real, Scalar, finite};
 use crate::tableau::Tableau;
 use nalgebra::DMatrix;
 
@@ -396,6 +396,25 @@ impl<T: Real, L, F, R> Scheme<T, L, F, R> {
         }
     }
 
+    /// Why the force is not finite.
+    #[cold]
+    fn undefined<const N: usize, const D: usize>(
+        &self,
+        stage: Option<usize>,
+        step: T,
+        time: T,
+        attitude: &Matrix<T, D>,
+        eta: &Vector<T, N>,
+    ) -> StepError
+    where
+        L: Lagrangian<T, N>,
+        F: Force<T, N>,
+    {
+        let g = Configuration::of(attitude);
+        let why = self.force.undefined(time, g, eta).or_else(|| self.lagrangian.undefined(time, g, eta));
+        StepError::Undefined { step: step.to_f64(), stage, why }
+    }
+
     /// One fixed-point iteration: evaluates the stages at (P_i, Ξ_i), leaves m, ξ and the next iterates in the workspace,
     /// and returns the largest relative change |P_i' − P_i|, |Ξ_i' − Ξ_i|: the residual, since P_i − P_i' = r_i and
     /// Ξ_i' = h Σ a_ij H_j.
@@ -499,6 +518,10 @@ impl<T: Real, L, F, R> Scheme<T, L, F, R> {
             let mut gradient = point.pull_dd(&p, &m, &rate);
             if self.is_forced::<N>() {
                 let f = self.total_force(time, g, &eta);
+                if !finite(f.as_slice()) {
+                    let at = at.map_or(problem.attitude, |at| at.map(|v| v.base()));
+                    return Err(self.undefined(Some(i), problem.step, time.base(), &at, &eta.map(|v| v.base())));
+                }
                 gradient += f * point.d();
                 work.impulses.set_covector(i, &(f * point.ad_inv()));
             }
@@ -594,8 +617,8 @@ where
             .lagrangian
             .velocity_at(state.time, here, &state.momentum, &guess)
             .map_err(|source| StepError::Legendre { step: h.to_f64(), source })?;
-        if self.scheme.total_force(problem.time, here, &eta).iter().any(|v| !v.all_finite()) {
-            return Err(StepError::NotFinite { what: "the force" });
+        if !finite(self.scheme.total_force(problem.time, here, &eta).as_slice()) {
+            return Err(self.scheme.undefined(None, h, problem.time, &problem.attitude, &eta));
         }
         self.start(&problem, &eta);
         self.last = None;

@@ -54,6 +54,11 @@ impl<'a, S: Scalar> Configuration<'a, S> {
         Self { entries: g.as_slice(), size: D }
     }
 
+    /// The matrix with these entries, by columns.
+    pub(crate) fn sized(entries: &'a [S], size: usize) -> Self {
+        Self { entries, size }
+    }
+
     /// D; 0 for the identity of any group.
     pub fn size(&self) -> usize {
         self.size

@@ -11,6 +11,7 @@ pub use composition::{Control, Driven, Factor, Hold, Signal};
 pub use polynomial::{MAX_DEGREE, Monomial, Polynomial};
 
 use super::configuration::Configuration;
+use super::formula::FormulaForce;
 use super::lagrangian::{AnyLagrangian, is_positive_semidefinite, symmetric};
 use super::lie_poisson::OrbitForce;
 use super::{Force, Lagrangian};
@@ -391,6 +392,8 @@ pub enum AnyForce<T: Real, const N: usize> {
     Polynomial(Polynomial<T, N>),
     /// f = ad*_ζ l'(η), ζ a polynomial in (cos t, sin t, η).
     Orbit(OrbitForce<T, N, AnyLagrangian<T, N>, Polynomial<T, N>>),
+    /// By a formula.
+    Formula(Box<FormulaForce<T, N>>),
     /// The sum of the terms (0 when there are none).
     Sum(Vec<AnyForce<T, N>>),
     /// Of a type that is not known here.
@@ -438,6 +441,15 @@ macro_rules! any_force {
                 }
             }
 
+            fn undefined(&self, t: T, g: Configuration<'_, T>, eta: &Vector<T, N>) -> Option<String> {
+                match self {
+                    $(Self::$variant(force) => force.undefined(t, g, eta),)*
+                    Self::Sum(terms) => terms.iter().find_map(|term| term.undefined(t, g, eta)),
+                    #[cfg(feature = "harness")]
+                    Self::Given(force) => force.undefined(t, g, eta),
+                }
+            }
+
             fn uses_configuration(&self) -> bool {
                 match self {
                     $(Self::$variant(force) => Force::<T, N>::uses_configuration(force),)*
@@ -478,5 +490,6 @@ any_force!(
     Constant(Constant<T, N>) "constant",
     Periodic(Periodic<T, N>) "periodic",
     Polynomial(Polynomial<T, N>) "polynomial",
-    Orbit(OrbitForce<T, N, AnyLagrangian<T, N>, Polynomial<T, N>>) "orbit"
+    Orbit(OrbitForce<T, N, AnyLagrangian<T, N>, Polynomial<T, N>>) "orbit",
+    Formula(Box<FormulaForce<T, N>>) "formula"
 );

@@ -5,6 +5,7 @@ mod gyrostat;
 pub use gyrostat::Gyrostat;
 
 use super::configuration::Configuration;
+use super::formula::FormulaLagrangian;
 use super::{Lagrangian, LegendreError};
 use crate::algebra::{AlgebraError, Covector, Matrix, Vector, dot, elimination};
 use crate::scalar::{Real, Scalar, finite};
@@ -402,6 +403,8 @@ pub enum AnyLagrangian<T: Real, const N: usize> {
     Quartic(Quartic<T, N>),
     /// Another one and ⟨b, η⟩.
     Gyrostat(Box<Gyrostat<Self, T, N>>),
+    /// By a formula: a potential beside another one, or L itself.
+    Formula(Box<FormulaLagrangian<T, N>>),
     /// Of a type that is not known here.
     #[cfg(feature = "harness")]
     #[doc(hidden)]
@@ -426,12 +429,19 @@ impl<T: Real, const N: usize> From<Gyrostat<Self, T, N>> for AnyLagrangian<T, N>
     }
 }
 
+impl<T: Real, const N: usize> From<FormulaLagrangian<T, N>> for AnyLagrangian<T, N> {
+    fn from(lagrangian: FormulaLagrangian<T, N>) -> Self {
+        Self::Formula(Box::new(lagrangian))
+    }
+}
+
 macro_rules! dispatch {
     ($self:ident, $l:ident => $e:expr) => {
         match $self {
             AnyLagrangian::Quadratic($l) => $e,
             AnyLagrangian::Quartic($l) => $e,
             AnyLagrangian::Gyrostat($l) => $e,
+            AnyLagrangian::Formula($l) => $e,
             #[cfg(feature = "harness")]
             AnyLagrangian::Given($l) => $e,
         }
@@ -465,6 +475,10 @@ impl<T: Real, const N: usize> Lagrangian<T, N> for AnyLagrangian<T, N> {
 
     fn uses_configuration(&self) -> bool {
         dispatch!(self, l => l.uses_configuration())
+    }
+
+    fn undefined(&self, t: T, g: Configuration<'_, T>, eta: &Vector<T, N>) -> Option<String> {
+        dispatch!(self, l => l.undefined(t, g, eta))
     }
 
     fn value_at<S: Scalar<Base = T>>(&self, t: S, g: Configuration<'_, S>, eta: &Vector<S, N>) -> S {

@@ -12,6 +12,7 @@ pub mod equations;
 pub mod euler_lagrange;
 pub mod force;
 pub mod forced_hamiltonian;
+pub mod formula;
 #[cfg(feature = "harness")]
 #[doc(hidden)]
 pub mod given;
@@ -199,6 +200,11 @@ pub trait Lagrangian<T: Real, const N: usize> {
         self.energy(eta)
     }
 
+    /// Why L or ∂_gL has no finite value at (t, g, η), if it is known.
+    fn undefined(&self, _t: T, _g: Configuration<'_, T>, _eta: &Vector<T, N>) -> Option<String> {
+        None
+    }
+
     /// ∂_gL at (t, g, η), left-trivialised: ⟨∂_gL, ξ⟩ = d/ds L(t, g exp(sξ), η).
     fn configuration_gradient<S: Scalar<Base = T>>(
         &self,
@@ -231,6 +237,11 @@ pub trait Force<T: Real, const N: usize> {
     /// Whether f depends on the configuration g. Then `force` is that at g = e.
     fn uses_configuration(&self) -> bool {
         false
+    }
+
+    /// Why f has no finite value at (t, g, η), if it is known.
+    fn undefined(&self, _t: T, _g: Configuration<'_, T>, _eta: &Vector<T, N>) -> Option<String> {
+        None
     }
 
     /// Whether f vanishes identically: then Casimirs and orbits are kept exactly, and laws say so.
@@ -299,6 +310,10 @@ macro_rules! forwarded {
                 (**self).energy_at(t, g, eta)
             }
 
+            fn undefined(&self, t: T, g: Configuration<'_, T>, eta: &Vector<T, N>) -> Option<String> {
+                (**self).undefined(t, g, eta)
+            }
+
             fn configuration_gradient<S: Scalar<Base = T>>(
                 &self,
                 t: S,
@@ -316,6 +331,10 @@ macro_rules! forwarded {
 
             fn force_at<S: Scalar<Base = T>>(&self, t: S, g: Configuration<'_, S>, eta: &Vector<S, N>) -> Covector<S, N> {
                 (**self).force_at(t, g, eta)
+            }
+
+            fn undefined(&self, t: T, g: Configuration<'_, T>, eta: &Vector<T, N>) -> Option<String> {
+                (**self).undefined(t, g, eta)
             }
 
             fn uses_configuration(&self) -> bool {
@@ -343,6 +362,10 @@ impl<T: Real, const N: usize, A: Force<T, N>, B: Force<T, N>> Force<T, N> for (A
 
     fn force_at<S: Scalar<Base = T>>(&self, t: S, g: Configuration<'_, S>, eta: &Vector<S, N>) -> Covector<S, N> {
         self.0.force_at(t, g, eta) + self.1.force_at(t, g, eta)
+    }
+
+    fn undefined(&self, t: T, g: Configuration<'_, T>, eta: &Vector<T, N>) -> Option<String> {
+        self.0.undefined(t, g, eta).or_else(|| self.1.undefined(t, g, eta))
     }
 
     fn uses_configuration(&self) -> bool {

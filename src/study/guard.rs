@@ -5,6 +5,7 @@
 
 use crate::algebra::{Covector, Vector};
 use crate::integrators::State;
+use crate::mechanics::configuration::Configuration;
 use crate::mechanics::equations::EulerPoincare;
 use crate::mechanics::{Force, Lagrangian};
 use crate::retraction::Retraction;
@@ -105,15 +106,20 @@ where
     if abelian {
         found.push(Warning::Commuting);
     }
-    let speed = match system.lagrangian.velocity(&start.momentum, &Vector::zeros()) {
+    let g = Configuration::of(&start.attitude);
+    let speed = match system.lagrangian.velocity_at(start.time, g, &start.momentum, &Vector::zeros()) {
         Ok(eta) => eta.amax().max(T::exact(0.25)),
         Err(_) => T::one(),
     };
     let velocities: Vec<Vector<T, N>> = (0..5).map(|k| velocity(k, speed)).collect();
-    let momenta: Vec<Covector<T, N>> = velocities.iter().map(|eta| system.lagrangian.gradient(eta)).collect();
-    let forces: Vec<Covector<T, N>> = velocities.iter().map(|eta| system.force.force(start.time, eta)).collect();
+    let momenta: Vec<Covector<T, N>> =
+        velocities.iter().map(|eta| system.lagrangian.gradient_at(start.time, g, eta)).collect();
+    let force = |time: T, eta: &Vector<T, N>| {
+        system.force.force_at(time, g, eta) + system.lagrangian.configuration_gradient(time, g, eta)
+    };
+    let forces: Vec<Covector<T, N>> = velocities.iter().map(|eta| force(start.time, eta)).collect();
     let size = momenta.iter().fold(T::zero(), |m, mu| m.max(mu.amax())).max(T::unit_roundoff());
-    let later = |k: usize| system.force.force(start.time + duration * T::ratio(3, 8) * n(k), &velocities[k]);
+    let later = |k: usize| force(start.time + duration * T::ratio(3, 8) * n(k), &velocities[k]);
     let span = duration.abs();
     if (0..5).all(|k| small(span * forces[k].amax().max(later(k).amax()), size)) {
         found.push(Warning::NoForce);
@@ -124,8 +130,9 @@ where
     if !abelian && (0..5).all(|k| small(free(k).amax(), size * velocities[k].amax())) {
         found.push(Warning::Isotropic);
     }
-    let rate =
-        |mu: &Covector<T, N>, guess: &Vector<T, N>| system.rates(start.time, mu, guess).map(|rates| rates.momentum);
+    let rate = |mu: &Covector<T, N>, guess: &Vector<T, N>| {
+        system.rates_at(start.time, g, mu, guess).map(|rates| rates.momentum)
+    };
     // Affine: X((μ₁ + μ₂)/2) is the mean of X(μ₁) and X(μ₂).
     let affine = |j: usize, k: usize| {
         let mean = (momenta[j] + momenta[k]) * T::half();
@@ -138,7 +145,7 @@ where
     if (1..5).all(|k| affine(0, k) && affine(k, 5 - k)) {
         found.push(Warning::LinearField);
     }
-    let steady = |time: T| match system.rates(time, &start.momentum, &Vector::zeros()) {
+    let steady = |time: T| match system.rates_at(time, g, &start.momentum, &Vector::zeros()) {
         Ok(rates) => small(span * rates.momentum.amax(), start.momentum.amax().max(T::unit_roundoff())),
         Err(_) => false,
     };

@@ -3,7 +3,7 @@
 //! One generator stands behind all: [`Cases`]. quickcheck and rand give it a seed, so that a case has the same distribution in all
 //! three, and shrinks to the same.
 
-use super::case::{Algebra, Case, Inertia, Lagrangian, Method, Motion, Start, Structure, Tau};
+use super::case::{Algebra, Case, Dictionary, Inertia, Lagrangian, Method, Motion, Start, Structure, Tau};
 use super::random::{Cases, cases};
 use super::shrink;
 use crate::algebra::catalogue::Entry;
@@ -111,13 +111,15 @@ fn plain(n: usize) -> Case {
     Case {
         algebra: Algebra { structure: Structure::Named(Entry::Abelian(n)), basis: None },
         lagrangian: Lagrangian::new(Inertia::Diagonal(ones(1))),
+        potentials: Vec::new(),
         forces: Vec::new(),
+        names: Dictionary::default(),
         method: Method {
             tableau: Description::Family(Family::Gauss, 1),
             retraction: Tau::Exponential,
             argument: Vec::new(),
         },
-        start: Start { motion: Motion::Momentum(ones(0)), attitude: None, time: Number::default() },
+        start: Start::moving(Motion::Momentum(ones(0))),
         step: Number::ratio(1, 64),
     }
 }

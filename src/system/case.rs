@@ -11,6 +11,7 @@ use crate::algebra::{AlgebraFamily, AlgebraInvariants, MatrixAlgebra, known};
 use crate::scalar::Number;
 use crate::tableau::Description;
 use serde::{Deserialize, Serialize};
+use std::collections::BTreeMap;
 use std::fmt;
 
 pub use super::force::{Drag, Force, Monomial};
@@ -146,7 +147,83 @@ pub enum Inertia {
     Full(Vec<Vec<Number>>),
 }
 
-/// The reduced Lagrangian l(η) = ½⟨Iη, η⟩ + ⟨b, η⟩ + ¼ κ ⟨Kη, η⟩².
+/// The value of a parameter of formulas.
+#[derive(Clone, Debug, PartialEq)]
+pub enum Parameter {
+    /// A number.
+    Number(Number),
+    /// A constant vector.
+    Vector(Vec<Number>),
+}
+
+/// What formulas of a case may name, beside its quantities t, eta, mu and g.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct Dictionary {
+    /// Parameters.
+    pub parameters: BTreeMap<String, Parameter>,
+    /// Formulas with names.
+    pub definitions: BTreeMap<String, String>,
+}
+
+/// A potential V(t, g). The kinds but `Formula` are for so(3) and se(3), with rotation R (body to space) and position x.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(tag = "kind", rename_all = "kebab-case", deny_unknown_fields)]
+#[non_exhaustive]
+pub enum Potential {
+    /// A formula in t and g.
+    Formula {
+        /// Its text.
+        value: String,
+    },
+    /// A weight w at the point r of the body: V = w ⟨e₃, R r + x⟩.
+    Gravity {
+        /// w, mass times the acceleration of gravity.
+        weight: Number,
+        /// r.
+        center: Vec<Number>,
+    },
+    /// A lift w at the point r of the body: V = −w ⟨e₃, R r + x⟩.
+    Buoyancy {
+        /// w.
+        lift: Number,
+        /// r.
+        center: Vec<Number>,
+    },
+    /// A moment m of the body in a uniform field B of space, magnetic or electric: V = −⟨R m, B⟩.
+    UniformField {
+        /// m.
+        moment: Vec<Number>,
+        /// B.
+        field: Vec<Number>,
+    },
+    /// The gradient of gravity on a circular orbit about the third axis with mean motion n: V = (3/2) n² ⟨o, R I Rᵀ o⟩ with the direction
+    /// o = (cos nt, sin nt, 0) and the rotational inertia I.
+    GravityGradient {
+        /// n.
+        rate: Number,
+    },
+}
+
+/// The orientation of a body, of so(3) or se(3), or the matrix of any group.
+#[derive(Clone, Debug, PartialEq)]
+#[non_exhaustive]
+pub enum Orientation {
+    /// The axis times the angle.
+    RotationVector(Vec<Number>),
+    /// (w, x, y, z), of any length.
+    Quaternion(Vec<Number>),
+    /// By rows; rounded entries of a rotation are corrected.
+    Matrix(Vec<Vec<Number>>),
+    /// Rotations about axes of the body, one after the other.
+    Euler {
+        /// The angles.
+        angles: Vec<Number>,
+        /// The axes, such as `zyx` (yaw, pitch, roll) or `zxz`.
+        axes: String,
+    },
+}
+
+/// The reduced Lagrangian l(η) = ½⟨Iη, η⟩ + ⟨b, η⟩ + ¼ κ ⟨Kη, η⟩², or a formula.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Lagrangian {
     /// I.
@@ -159,12 +236,14 @@ pub struct Lagrangian {
     pub quartic: Option<Number>,
     /// K, where it is not I.
     pub metric: Option<Inertia>,
+    /// The text of a formula in t, η and g: then it is the whole Lagrangian.
+    pub formula: Option<String>,
 }
 
 impl Lagrangian {
     /// l(η) = ½⟨Iη, η⟩, I positive definite.
     pub fn new(inertia: Inertia) -> Self {
-        Self { inertia, indefinite: false, gyrostat: None, quartic: None, metric: None }
+        Self { inertia, indefinite: false, gyrostat: None, quartic: None, metric: None, formula: None }
     }
 
     /// l(η) = ½|η|².
@@ -182,12 +261,12 @@ impl Lagrangian {
 
     /// Whether l(η) = ½⟨Iη, η⟩.
     pub(crate) fn is_quadratic(&self) -> bool {
-        self.quartic.is_none() && self.gyrostat.is_none()
+        self.quartic.is_none() && self.gyrostat.is_none() && self.formula.is_none()
     }
 
     /// Whether l(η) = ½ q + ¼ κ q² with q = ⟨Iη, η⟩ ≥ 0: a function of a kinetic energy.
     pub(crate) fn is_kinetic(&self) -> bool {
-        !self.indefinite && self.gyrostat.is_none() && self.metric.is_none()
+        !self.indefinite && self.gyrostat.is_none() && self.metric.is_none() && self.formula.is_none()
     }
 }
 
@@ -251,10 +330,21 @@ pub enum Motion {
 pub struct Start {
     /// η or μ.
     pub motion: Motion,
-    /// x with g = τ(x), in the case's basis and with its retraction; `None`: g = e.
+    /// x with g = τ(x), in the case's basis and with its retraction; `None`: g = e, or `orientation` and `position`.
     pub attitude: Option<Vec<Number>>,
+    /// The orientation, whatever the retraction.
+    pub orientation: Option<Orientation>,
+    /// The position, on se(3).
+    pub position: Option<Vec<Number>>,
     /// t.
     pub time: Number,
+}
+
+impl Start {
+    /// At g = e and t = 0.
+    pub fn moving(motion: Motion) -> Self {
+        Self { motion, attitude: None, orientation: None, position: None, time: Number::default() }
+    }
 }
 
 /// One plain value that describes a forced Euler–Poincaré system, a method, an initial state and a step.
@@ -266,7 +356,7 @@ pub struct Start {
 /// use euler_poincare::retraction::Retraction;
 /// use euler_poincare::scalar::{Number, Real};
 /// use euler_poincare::system::case::{
-///     Algebra, Case, Constant, Drag, Force as Term, Inertia, Lagrangian as Energy, Method, Monomial, Motion, Start, Structure, Tau,
+///     Algebra, Case, Constant, Dictionary, Drag, Force as Term, Inertia, Lagrangian as Energy, Method, Monomial, Motion, Start, Structure, Tau,
 /// };
 /// use euler_poincare::system::error::Segment;
 /// use euler_poincare::system::{CaseError, Place, Problem, System, Visitor};
@@ -281,8 +371,10 @@ pub struct Start {
 ///         Term::LinearDrag(Drag::Coefficient(Number::ratio(1, 10))),
 ///         Term::Polynomial { terms: vec![Monomial { component: 1, value: n(1), cos: 1, sin: 0, factors: vec![2] }] },
 ///     ],
+///     potentials: Vec::new(),
+///     names: Dictionary::default(),
 ///     method: Method { tableau: Description::Family(Family::Gauss, 2), retraction: Tau::Cayley, argument: Vec::new() },
-///     start: Start { motion: Motion::Velocity(vec![n(1), n(0), n(1)]), attitude: None, time: n(0) },
+///     start: Start { time: n(0), ..Start::moving(Motion::Velocity(vec![n(1), n(0), n(1)])) },
 ///     step: Number::ratio(1, 8),
 /// };
 /// assert_eq!(Case::from_toml(&case.to_toml()?)?, case);
@@ -325,8 +417,12 @@ pub struct Case {
     pub algebra: Algebra,
     /// l.
     pub lagrangian: Lagrangian,
+    /// V, the sum of these: L = l − V.
+    pub potentials: Vec<Potential>,
     /// f, the sum of these.
     pub forces: Vec<Force>,
+    /// What formulas may name.
+    pub names: Dictionary,
     /// Tableau and τ.
     pub method: Method,
     /// Where it starts.
@@ -339,6 +435,13 @@ impl Case {
     /// n = dim g.
     pub fn dimension(&self) -> usize {
         self.algebra.dimension()
+    }
+
+    /// Whether the force, the potential or the Lagrangian is a formula, or depends on the configuration: what laws of systems f(t, η), l(η)
+    /// do not speak of.
+    pub fn is_general(&self) -> bool {
+        let general = |force: &Force| matches!(force, Force::Formula { .. } | Force::AttitudeControl { .. });
+        !self.potentials.is_empty() || self.lagrangian.formula.is_some() || self.forces.iter().any(general)
     }
 
     /// s N, the number of unknowns of a step.
@@ -394,6 +497,9 @@ impl fmt::Display for Inertia {
 
 impl fmt::Display for Lagrangian {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        if let Some(formula) = &self.formula {
+            return write!(f, "L = {formula}");
+        }
         write!(f, "{}inertia {}", if self.indefinite { "indefinite " } else { "" }, self.inertia)?;
         if let Some(rotor) = &self.gyrostat {
             write!(f, ", gyrostat {}", list(rotor))?;
@@ -408,12 +514,39 @@ impl fmt::Display for Lagrangian {
     }
 }
 
+impl fmt::Display for Potential {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Self::Formula { value } => f.write_str(value),
+            Self::Gravity { weight, center } => write!(f, "gravity {weight} at {}", list(center)),
+            Self::Buoyancy { lift, center } => write!(f, "buoyancy {lift} at {}", list(center)),
+            Self::UniformField { moment, field } => {
+                write!(f, "moment {} in the field {}", list(moment), list(field))
+            }
+            Self::GravityGradient { rate } => write!(f, "gravity gradient with n = {rate}"),
+        }
+    }
+}
+
 impl fmt::Display for Case {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         writeln!(f, "algebra    {}", self.algebra)?;
         writeln!(f, "lagrangian {}", self.lagrangian)?;
+        if !self.potentials.is_empty() {
+            let potentials: Vec<String> = self.potentials.iter().map(ToString::to_string).collect();
+            writeln!(f, "potential  {}", potentials.join(" + "))?;
+        }
         let forces: Vec<String> = self.forces.iter().map(ToString::to_string).collect();
         writeln!(f, "force      {}", if forces.is_empty() { "none".into() } else { forces.join(" + ") })?;
+        for (name, value) in &self.names.parameters {
+            match value {
+                Parameter::Number(value) => writeln!(f, "parameter  {name} = {value}")?,
+                Parameter::Vector(values) => writeln!(f, "parameter  {name} = {}", list(values))?,
+            }
+        }
+        for (name, text) in &self.names.definitions {
+            writeln!(f, "definition {name} = {text}")?;
+        }
         write!(f, "method     {}, {}", self.method.tableau, self.method.retraction.name())?;
         if !self.method.argument.is_empty() {
             let terms: Vec<String> = self.method.argument.iter().map(Monomial::odd).collect();
@@ -426,6 +559,16 @@ impl fmt::Display for Case {
         }
         if let Some(x) = &self.start.attitude {
             write!(f, ", attitude tau({})", list(x))?;
+        }
+        match &self.start.orientation {
+            None => {}
+            Some(Orientation::RotationVector(x)) => write!(f, ", rotation vector {}", list(x))?,
+            Some(Orientation::Quaternion(q)) => write!(f, ", quaternion {}", list(q))?,
+            Some(Orientation::Matrix(matrix)) => write!(f, ", attitude {}", rows(matrix))?,
+            Some(Orientation::Euler { angles, axes }) => write!(f, ", Euler angles {} ({axes})", list(angles))?,
+        }
+        if let Some(x) = &self.start.position {
+            write!(f, ", position {}", list(x))?;
         }
         writeln!(f, ", t = {}", self.start.time)?;
         write!(f, "step       {}", self.step)

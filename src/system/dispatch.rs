@@ -12,6 +12,7 @@
 use super::case::{Case, Force as ForceTerm, Inertia, Monomial, Motion, Structure, Tau};
 use super::error::{CaseError, Place, Problem};
 use super::numbers::{number, square, symmetric, vector};
+use super::scope::Scope;
 use super::so3::{Retraction3, So3Retraction};
 use crate::algebra::catalogue::Entry;
 use crate::algebra::{Casimir, Covector, LieAlgebra, Matrix, Vector};
@@ -19,6 +20,7 @@ use crate::group::matrix::Beside;
 use crate::group::{LieGroup, MatrixGroup};
 use crate::integrators::State;
 use crate::integrators::se3::CayleySe3;
+use crate::mechanics::configuration::Configuration;
 use crate::mechanics::force::AnyForce;
 use crate::mechanics::lagrangian::{AnyLagrangian, Gyrostat, Quadratic, Quartic};
 use crate::mechanics::{Force, Lagrangian, LegendreError};
@@ -321,11 +323,12 @@ impl Case {
         L: Lagrangian<T, N>,
         F: Force<T, N>,
     {
-        let drawn = self.lagrangian::<T, N>()?;
-        let force = force(self.force(&algebra, &drawn)?);
+        let scope = Scope::of(self)?;
+        let drawn = self.lagrangian::<T, N, D>(&scope, &group)?;
+        let force = force(self.force(&algebra, &drawn, &scope)?);
         let lagrangian = lagrangian(drawn);
         let tableau = self.tableau::<T>(&Place::root().key("method"))?;
-        let state = self.state(&lagrangian, &retraction)?;
+        let state = self.state(&lagrangian, &retraction, &group)?;
         let place = Place::root().key("run").key("step");
         let step = number::<T>(&self.step, &place)?;
         if step == T::zero() {
@@ -390,7 +393,20 @@ impl Case {
         LieAlgebra::new(|a, b, c| table[a][b][c]).map_err(|e| place.error(Problem::Algebra(e)))
     }
 
-    fn lagrangian<T: Real, const N: usize>(&self) -> Result<AnyLagrangian<T, N>, CaseError> {
+    fn lagrangian<T: Real, const N: usize, const D: usize>(
+        &self,
+        scope: &Scope,
+        group: &Option<MatrixGroup<T, N, D>>,
+    ) -> Result<AnyLagrangian<T, N>, CaseError> {
+        let body = match &self.lagrangian.formula {
+            Some(text) => scope.lagrangian(text, group)?,
+            None => self.kinetic()?,
+        };
+        scope.with_potentials(&self.potentials, group, body)
+    }
+
+    /// ½⟨Iη, η⟩ + ⟨b, η⟩ + ¼ κ ⟨Kη, η⟩².
+    fn kinetic<T: Real, const N: usize>(&self) -> Result<AnyLagrangian<T, N>, CaseError> {
         let (described, table) = (&self.lagrangian, Place::root().key("lagrangian"));
         let place = table.key("inertia");
         let inertia = self.form::<T, N>(&described.inertia, T::one(), &place)?;
@@ -469,10 +485,11 @@ impl Case {
         &self,
         algebra: &LieAlgebra<T, N>,
         lagrangian: &AnyLagrangian<T, N>,
+        scope: &Scope,
     ) -> Result<AnyForce<T, N>, CaseError> {
         let place = Place::root().key("force");
         let terms = self.forces.iter().enumerate().filter(|(_, term)| **term != ForceTerm::Given);
-        let terms = terms.map(|(i, term)| term.typed(self.dimension(), algebra, lagrangian, &place.index(i)));
+        let terms = terms.map(|(i, term)| term.typed(self.dimension(), algebra, lagrangian, scope, &place.index(i)));
         let mut terms = terms.collect::<Result<Vec<_>, _>>()?;
         Ok(match terms.len() {
             0 => AnyForce::Zero(crate::mechanics::force::Zero),
@@ -500,28 +517,31 @@ impl Case {
         &self,
         lagrangian: &impl Lagrangian<T, N>,
         retraction: &impl Retraction<T, N, D>,
+        group: &Option<MatrixGroup<T, N, D>>,
     ) -> Result<State<T, N, D>, CaseError> {
         let (n, place) = (self.dimension(), Place::root().key("state"));
-        let momentum = match &self.start.motion {
-            Motion::Velocity(eta) => {
-                let place = place.key("velocity");
-                finite(lagrangian.gradient(&vector::<T, N>(eta, n, &place)?), &place)?
-            }
-            Motion::Momentum(mu) => {
-                let place = place.key("momentum");
-                let momentum = vector::<T, N>(mu, n, &place)?.transpose();
-                lagrangian.velocity(&momentum, &Vector::zeros()).map_err(|e| place.error(e))?;
-                momentum
-            }
-        };
-        let attitude = match &self.start.attitude {
-            None => Matrix::identity(),
-            Some(x) => {
+        let time = number(&self.start.time, &place.key("time"))?;
+        let attitude = match (&self.start.attitude, self.placed(group)?) {
+            (_, Some(attitude)) => attitude,
+            (None, None) => Matrix::identity(),
+            (Some(x), None) => {
                 let place = place.key("attitude");
                 retraction.tau(&vector::<T, N>(x, n, &place)?).map_err(|e| place.error(e))?
             }
         };
-        let time = number(&self.start.time, &place.key("time"))?;
+        let g = Configuration::of(&attitude);
+        let momentum = match &self.start.motion {
+            Motion::Velocity(eta) => {
+                let place = place.key("velocity");
+                finite(lagrangian.gradient_at(time, g, &vector::<T, N>(eta, n, &place)?), &place)?
+            }
+            Motion::Momentum(mu) => {
+                let place = place.key("momentum");
+                let momentum = vector::<T, N>(mu, n, &place)?.transpose();
+                lagrangian.velocity_at(time, g, &momentum, &Vector::zeros()).map_err(|e| place.error(e))?;
+                momentum
+            }
+        };
         Ok(State { time, momentum, attitude })
     }
 }

@@ -4,8 +4,8 @@
 //! matrix) are options here; the conversion to [`Case`] demands exactly one of them and says where.
 
 use super::case::{
-    Algebra, Case, Constant, Drag, Force, Inertia, Lagrangian, MAX_DIMENSION, Method, Monomial, Motion, Start,
-    Structure, Tau,
+    Algebra, Case, Constant, Dictionary, Drag, Force, Inertia, Lagrangian, MAX_DIMENSION, Method, Monomial, Motion,
+    Orientation, Parameter as Named, Potential, Start, Structure, Tau,
 };
 use super::error::{CaseError, Place, Problem};
 use super::force::{COEFFICIENT, ForceKind, KINDS, MATRIX, Parameter, Role, Value};
@@ -17,6 +17,7 @@ use serde::de::{DeserializeSeed, EnumAccess, IntoDeserializer, MapAccess, SeqAcc
 use serde::ser::SerializeStruct;
 use serde::{Deserialize, Deserializer, Serialize, Serializer};
 use std::borrow::Cow;
+use std::collections::BTreeMap;
 use std::fmt;
 use std::sync::LazyLock;
 
@@ -33,6 +34,12 @@ pub(crate) struct Document {
     pub lagrangian: Option<LagrangianTable>,
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub force: Vec<ForceTable>,
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub potential: Vec<Potential>,
+    #[serde(default, skip_serializing_if = "BTreeMap::is_empty")]
+    pub parameters: BTreeMap<String, ParameterEntry>,
+    #[serde(default, skip_serializing_if = "BTreeMap::is_empty")]
+    pub definitions: BTreeMap<String, String>,
     pub method: MethodTable,
     pub state: StateTable,
     pub run: RunTable,
@@ -84,7 +91,13 @@ pub(crate) struct LagrangianTable {
     pub quartic: Option<Number>,
     #[serde(skip_serializing_if = "Option::is_none")]
     pub metric: Option<Vec<Row>>,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub formula: Option<String>,
 }
+
+/// The value of a parameter: a number, or a list of numbers.
+#[derive(Clone, Debug, PartialEq)]
+pub(crate) struct ParameterEntry(Row);
 
 /// One `[[force]]`: its kind, and the keys that are there.
 #[derive(Clone, Debug)]
@@ -101,6 +114,7 @@ enum Entry {
     List(Vec<Number>),
     Matrix(Vec<Vec<Number>>),
     Polynomial(Vec<TermRow>),
+    Formula(String),
 }
 
 /// `[component, value, p, q, [i, j, …]]`: a term of a polynomial, with indices from 1.
@@ -124,7 +138,7 @@ pub(crate) struct MethodTable {
 }
 
 /// `[state]`.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub(crate) struct StateTable {
     #[serde(skip_serializing_if = "Option::is_none")]
@@ -133,6 +147,18 @@ pub(crate) struct StateTable {
     pub momentum: Option<Vec<Number>>,
     #[serde(skip_serializing_if = "Option::is_none")]
     pub attitude: Option<Vec<Number>>,
+    #[serde(rename = "rotation-vector", skip_serializing_if = "Option::is_none")]
+    pub rotation_vector: Option<Vec<Number>>,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub quaternion: Option<Vec<Number>>,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub matrix: Option<Vec<Vec<Number>>>,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub euler: Option<Vec<Number>>,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub axes: Option<String>,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub position: Option<Vec<Number>>,
     #[serde(skip_serializing_if = "Option::is_none")]
     pub time: Option<Number>,
 }
@@ -230,6 +256,54 @@ impl<'de> Visitor<'de> for RowVisitor {
     }
 }
 
+impl Serialize for ParameterEntry {
+    fn serialize<S: Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
+        self.0.serialize(serializer)
+    }
+}
+
+impl<'de> Deserialize<'de> for ParameterEntry {
+    fn deserialize<D: Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
+        Row::deserialize(deserializer).map(Self)
+    }
+}
+
+impl From<ParameterEntry> for Named {
+    fn from(entry: ParameterEntry) -> Self {
+        match entry.0 {
+            Row::One(number) => Self::Number(number),
+            Row::Many(list) => Self::Vector(list),
+        }
+    }
+}
+
+impl From<Named> for ParameterEntry {
+    fn from(value: Named) -> Self {
+        Self(match value {
+            Named::Number(number) => Row::One(number),
+            Named::Vector(list) => Row::Many(list),
+        })
+    }
+}
+
+/// A formula for a vector, or one for each component.
+#[derive(Deserialize)]
+#[serde(untagged, expecting = "a text such as \"-k*eta\", or a list of texts, one for each component")]
+enum Texts {
+    One(String),
+    Many(Vec<String>),
+}
+
+impl Texts {
+    /// One formula.
+    fn joined(self) -> String {
+        match self {
+            Self::One(text) => text,
+            Self::Many(texts) => format!("[{}]", texts.join(", ")),
+        }
+    }
+}
+
 impl Serialize for Case {
     fn serialize<S: Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
         Document::from(self.clone()).serialize(serializer)
@@ -256,9 +330,12 @@ impl TryFrom<Document> for Case {
         let place = Place::root().key("force");
         let forces = document.force.into_iter().enumerate();
         let forces = forces.map(|(i, table)| table.force(&place.index(i))).collect::<Result<_, _>>()?;
+        let parameters = document.parameters.into_iter().map(|(name, entry)| (name, entry.into())).collect();
+        let names = Dictionary { parameters, definitions: document.definitions };
         let method = document.method.method(&Place::root().key("method"))?;
         let start = document.state.start(&Place::root().key("state"))?;
-        Ok(Self { algebra, lagrangian, forces, method, start, step: document.run.step })
+        let potentials = document.potential;
+        Ok(Self { algebra, lagrangian, potentials, forces, names, method, start, step: document.run.step })
     }
 }
 
@@ -415,6 +492,7 @@ fn from_constants(
 
 impl LagrangianTable {
     fn lagrangian(self, n: usize, place: &Place) -> Result<Lagrangian, CaseError> {
+        let written = self.inertia.is_some() || self.gyrostat.is_some() || self.quartic.is_some();
         let inertia = match self.inertia {
             None => Inertia::Diagonal(vec![Number::from(1); n]),
             Some(rows) => form(rows, &place.key("inertia"))?,
@@ -425,7 +503,11 @@ impl LagrangianTable {
             return Err(place.key("metric").error(excess(allowed)));
         }
         let (indefinite, gyrostat, quartic) = (self.indefinite, self.gyrostat, self.quartic);
-        Ok(Lagrangian { inertia, indefinite, gyrostat, quartic, metric })
+        if let (Some(_), true) = (&self.formula, written) {
+            let allowed = "it is the whole Lagrangian, and stands alone";
+            return Err(place.key("formula").error(excess(allowed)));
+        }
+        Ok(Lagrangian { inertia, indefinite, gyrostat, quartic, metric, formula: self.formula })
     }
 }
 
@@ -457,8 +539,9 @@ impl From<Inertia> for Vec<Row> {
 
 impl From<Lagrangian> for LagrangianTable {
     fn from(lagrangian: Lagrangian) -> Self {
-        let Lagrangian { inertia, indefinite, gyrostat, quartic, metric } = lagrangian;
-        Self { inertia: Some(inertia.into()), indefinite, gyrostat, quartic, metric: metric.map(Vec::from) }
+        let Lagrangian { inertia, indefinite, gyrostat, quartic, metric, formula } = lagrangian;
+        let inertia = formula.is_none().then(|| inertia.into());
+        Self { inertia, indefinite, gyrostat, quartic, metric: metric.map(Vec::from), formula }
     }
 }
 
@@ -567,6 +650,9 @@ impl<'de> Deserialize<'de> for ForceTable {
                             map.next_value::<Option<_>>()?.map(Entry::Polynomial)
                         }
                         Some(Role::Amplitude) => map.next_value::<Option<_>>()?.map(Entry::List),
+                        Some(Role::Formula) => {
+                            map.next_value::<Option<Texts>>()?.map(|texts| Entry::Formula(texts.joined()))
+                        }
                         Some(_) => map.next_value::<Option<_>>()?.map(Entry::Number),
                     };
                     entries.push((key, entry));
@@ -625,6 +711,10 @@ impl ForceTable {
                 }
                 _ => Err(place.error(missing("the drag", "`coefficient` (a number) or `matrix` (n rows)"))),
             },
+            Role::Formula => match self.take(parameter.name) {
+                Some(Entry::Formula(text)) => Ok(Value::Formula(text)),
+                _ => Err(place.error(missing(quoted(), FORMULA))),
+            },
             Role::Amplitude => match self.take(parameter.name) {
                 Some(Entry::List(list)) => Ok(Value::Covector(list)),
                 _ => Err(place.error(missing(quoted(), "a list of n numbers, a covector"))),
@@ -645,6 +735,9 @@ impl ForceTable {
         }
     }
 }
+
+/// What the value of a formula is.
+const FORMULA: &str = "a text such as \"-k*eta\", a vector with n components; or a list of n texts";
 
 /// What the terms of a polynomial are.
 const TERMS: &str =
@@ -706,8 +799,57 @@ impl MethodTable {
     }
 }
 
+/// The attitude in the coordinates of the retraction, as an orientation, and the position.
+type Placement = (Option<Vec<Number>>, Option<Orientation>, Option<Vec<Number>>);
+
 impl StateTable {
+    /// The table with this orientation alone.
+    fn of(orientation: Option<Orientation>) -> Self {
+        let mut table = Self::default();
+        match orientation {
+            None => {}
+            Some(Orientation::RotationVector(x)) => table.rotation_vector = Some(x),
+            Some(Orientation::Quaternion(q)) => table.quaternion = Some(q),
+            Some(Orientation::Matrix(rows)) => table.matrix = Some(rows),
+            Some(Orientation::Euler { angles, axes }) => (table.euler, table.axes) = (Some(angles), Some(axes)),
+        }
+        table
+    }
+
+    /// At most one way of saying where the system is.
+    fn placement(&self, place: &Place) -> Result<Placement, CaseError> {
+        let given = [
+            ("attitude", self.attitude.is_some()),
+            ("rotation-vector", self.rotation_vector.is_some()),
+            ("quaternion", self.quaternion.is_some()),
+            ("matrix", self.matrix.is_some()),
+            ("euler", self.euler.is_some()),
+        ];
+        let mut given = given.into_iter().filter(|(_, given)| *given);
+        if let (Some((first, _)), Some((second, _))) = (given.next(), given.next()) {
+            return Err(place.key(second).error(excess(format!("either `{first}` or `{second}`, not both"))));
+        }
+        let orientation = match (&self.rotation_vector, &self.quaternion, &self.matrix, &self.euler) {
+            (Some(x), ..) => Some(Orientation::RotationVector(x.clone())),
+            (_, Some(q), ..) => Some(Orientation::Quaternion(q.clone())),
+            (_, _, Some(rows), _) => Some(Orientation::Matrix(rows.clone())),
+            (.., Some(angles)) => {
+                let axes = self.axes.clone().unwrap_or_else(|| "zyx".into());
+                Some(Orientation::Euler { angles: angles.clone(), axes })
+            }
+            _ => None,
+        };
+        if self.axes.is_some() && self.euler.is_none() {
+            return Err(place.key("axes").error(excess("it names the axes of `euler`, and stands beside it")));
+        }
+        if self.attitude.is_some() && self.position.is_some() {
+            return Err(place.key("position").error(excess("`attitude` has the position in it")));
+        }
+        Ok((self.attitude.clone(), orientation, self.position.clone()))
+    }
+
     fn start(self, place: &Place) -> Result<Start, CaseError> {
+        let (attitude, orientation, position) = self.placement(place)?;
         let motion = match (self.velocity, self.momentum) {
             (Some(eta), None) => Motion::Velocity(eta),
             (None, Some(mu)) => Motion::Momentum(mu),
@@ -718,7 +860,7 @@ impl StateTable {
                 return Err(place.key("momentum").error(excess("either `velocity` or `momentum`, not both")));
             }
         };
-        Ok(Start { motion, attitude: self.attitude, time: self.time.unwrap_or_default() })
+        Ok(Start { motion, attitude, orientation, position, time: self.time.unwrap_or_default() })
     }
 }
 
@@ -763,12 +905,17 @@ impl From<Case> for Document {
             algebra: AlgebraTable { basis: case.algebra.basis, ..algebra },
             lagrangian: Some(case.lagrangian.into()),
             force: case.forces.into_iter().map(ForceTable::from).collect(),
+            potential: case.potentials,
+            parameters: case.names.parameters.into_iter().map(|(name, value)| (name, value.into())).collect(),
+            definitions: case.names.definitions,
             method,
             state: StateTable {
                 velocity,
                 momentum,
                 attitude: case.start.attitude,
                 time: Some(case.start.time).filter(|t| *t != Number::default()),
+                position: case.start.position,
+                ..StateTable::of(case.start.orientation)
             },
             run: RunTable { step: case.step, horizon: None, steps: None, scalar: None },
             output: None,
@@ -786,6 +933,7 @@ impl From<Force> for ForceTable {
         let entries = force.parameters().map(|(parameter, value)| match value.cloned() {
             Value::Number(x) => (parameter.name, Entry::Number(x)),
             Value::Covector(list) => (parameter.name, Entry::List(list)),
+            Value::Formula(text) => (parameter.name, Entry::Formula(text)),
             Value::Drag(Drag::Coefficient(k)) => (COEFFICIENT, Entry::Number(k)),
             Value::Drag(Drag::Matrix(rows)) => (MATRIX, Entry::Matrix(rows)),
             Value::Polynomial(terms) => {

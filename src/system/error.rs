@@ -1,6 +1,7 @@
 //! What can be wrong with a case, and where: errors that a file reader can map back to a line.
 
 use crate::algebra::AlgebraError;
+use crate::expression::ExpressionError;
 use crate::mechanics::LegendreError;
 use crate::mechanics::force::ForceError;
 use crate::retraction::RetractionError;
@@ -15,6 +16,8 @@ use std::fmt;
 pub enum Segment {
     /// A key of a table.
     Key(&'static str),
+    /// A name that somebody chose, as a key.
+    Name(String),
     /// An index into a list, from 0 (printed from 1).
     Index(usize),
 }
@@ -33,6 +36,13 @@ impl Place {
     pub fn key(&self, key: &'static str) -> Self {
         let mut path = self.0.clone();
         path.push(Segment::Key(key));
+        Self(path)
+    }
+
+    /// The key `name` of this place, which somebody chose.
+    pub fn name(&self, name: &str) -> Self {
+        let mut path = self.0.clone();
+        path.push(Segment::Name(name.into()));
         Self(path)
     }
 
@@ -63,6 +73,7 @@ impl fmt::Display for Place {
             match segment {
                 Segment::Key(key) if position == 0 => write!(f, "{key}")?,
                 Segment::Key(key) => write!(f, ".{key}")?,
+                Segment::Name(key) => write!(f, ".{key}")?,
                 Segment::Index(index) => write!(f, "[{}]", index + 1)?,
             }
         }
@@ -150,6 +161,9 @@ pub enum Problem {
     /// A number has no value.
     #[error("{0}; allowed: finite numbers, written as integers, decimals or texts such as \"1/3\" or \"sqrt(2)/2\"")]
     Number(NumberError),
+    /// A formula was refused.
+    #[error(transparent)]
+    Formula(#[from] ExpressionError),
     /// The force was refused.
     #[error(transparent)]
     Force(#[from] ForceError),

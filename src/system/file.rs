@@ -122,7 +122,17 @@ impl FileError {
 
     fn case(text: &str, error: &CaseError) -> Self {
         let span = DeTable::parse(text).ok().and_then(|table| locate(table.get_ref(), error.place.segments()));
-        Self::at(text, span, error.to_string())
+        let Problem::Formula(formula) = &error.problem else { return Self::at(text, span, error.to_string()) };
+        // The place in the formula, if the file has its text as it is.
+        let written = span.clone().and_then(|span| text.get(span));
+        let within = formula.text().filter(|formula| !formula.is_empty()).and_then(|formula| written?.find(formula));
+        match (span, within) {
+            (Some(span), Some(start)) => {
+                let at = span.start + start + formula.position();
+                Self::at(text, Some(at..at), format!("{}: {}", error.place, formula.message()))
+            }
+            (span, _) => Self::at(text, span, error.to_string()),
+        }
     }
 }
 
@@ -155,13 +165,22 @@ fn hint(key: &str) -> Option<String> {
 
 /// The span of a place, or of the innermost table or list around it that exists.
 fn locate(table: &DeTable<'_>, place: &[Segment]) -> Option<Range<usize>> {
-    let (Segment::Key(first), rest) = place.split_first()? else { return None };
+    fn named(segment: &Segment) -> Option<&str> {
+        match segment {
+            Segment::Key(key) => Some(key),
+            Segment::Name(name) => Some(name),
+            Segment::Index(_) => None,
+        }
+    }
+    let (first, rest) = place.split_first()?;
+    let first = named(first)?;
     let (key, value) = table.iter().find(|(key, _)| key.get_ref() == first)?;
     let mut value = value;
     let mut span = if value.get_ref().is_table() { key.span() } else { value.span() };
     for segment in rest {
         let (next, at) = match (segment, value.get_ref()) {
-            (Segment::Key(wanted), DeValue::Table(table)) => {
+            (Segment::Key(_) | Segment::Name(_), DeValue::Table(table)) => {
+                let wanted = named(segment).unwrap_or_default();
                 let Some((key, next)) = table.iter().find(|(key, _)| key.get_ref() == wanted) else { break };
                 (next, if next.get_ref().is_table() { key.span() } else { next.span() })
             }

@@ -8,6 +8,7 @@
 
 use super::error::{CaseError, Place, Problem};
 use super::numbers::{list, number, rows, square, symmetric, vector};
+use super::scope::Scope;
 use crate::algebra::catalogue::Entry;
 use crate::algebra::{LieAlgebra, Matrix};
 use crate::mechanics::force::{
@@ -115,6 +116,19 @@ pub enum Force {
         /// ζ, a polynomial in (cos t, sin t, η) with values in g.
         zeta: Vec<Monomial>,
     },
+    /// A formula in t, η, μ and g with n components.
+    Formula {
+        /// Its text, in the names of [`Case::names`](super::case::Case::names).
+        components: String,
+    },
+    /// −k (R − Rᵀ)^∨/2 − d ω on so(3) and se(3), with the rotation R and its angular velocity ω: proportional-derivative control that turns
+    /// the body to R = 1.
+    AttitudeControl {
+        /// k.
+        stiffness: Number,
+        /// d.
+        damping: Number,
+    },
     /// A force of somebody's own type ([`crate::laws::user`]), which the case does not describe.
     Given,
 }
@@ -139,6 +153,8 @@ pub(crate) enum Role {
     CovectorPolynomial,
     /// The same with values in g.
     VectorPolynomial,
+    /// The text of a formula.
+    Formula,
 }
 
 /// A parameter of a kind of force.
@@ -161,24 +177,25 @@ impl Parameter {
 
     /// Whether the force vanishes where the parameter does.
     fn scales(&self) -> bool {
-        !matches!(self.role, Role::Frequency | Role::Phase)
+        !matches!(self.role, Role::Frequency | Role::Phase | Role::Formula)
     }
 }
 
-/// The value of a parameter: a number, a covector, the matrix of a drag, or the terms of a polynomial.
+/// The value of a parameter: a number, a covector, the matrix of a drag, the terms of a polynomial, or the text of a formula.
 #[derive(Clone, Debug)]
-pub(crate) enum Value<N = Number, C = Vec<Number>, D = Drag, P = Vec<Monomial>> {
+pub(crate) enum Value<N = Number, C = Vec<Number>, D = Drag, P = Vec<Monomial>, F = String> {
     Number(N),
     Covector(C),
     Drag(D),
     Polynomial(P),
+    Formula(F),
 }
 
 /// A value to be read.
-type Ref<'a> = Value<&'a Number, &'a Vec<Number>, &'a Drag, &'a Vec<Monomial>>;
+type Ref<'a> = Value<&'a Number, &'a Vec<Number>, &'a Drag, &'a Vec<Monomial>, &'a String>;
 
 /// A value to be changed.
-type Mut<'a> = Value<&'a mut Number, &'a mut Vec<Number>, &'a mut Drag, &'a mut Vec<Monomial>>;
+type Mut<'a> = Value<&'a mut Number, &'a mut Vec<Number>, &'a mut Drag, &'a mut Vec<Monomial>, &'a mut String>;
 
 macro_rules! value {
     ($($variant:ident $of:ty),*) => {$(
@@ -196,7 +213,7 @@ macro_rules! value {
     )*};
 }
 
-value!(Number Number, Covector Vec<Number>, Drag Drag, Polynomial Vec<Monomial>);
+value!(Number Number, Covector Vec<Number>, Drag Drag, Polynomial Vec<Monomial>, Formula String);
 
 impl Ref<'_> {
     /// The value itself.
@@ -206,6 +223,7 @@ impl Ref<'_> {
             Self::Covector(list) => Value::Covector(list.clone()),
             Self::Drag(drag) => Value::Drag(drag.clone()),
             Self::Polynomial(terms) => Value::Polynomial(terms.clone()),
+            Self::Formula(text) => Value::Formula(text.clone()),
         }
     }
 }
@@ -344,6 +362,10 @@ catalogue! {
     Orbit { zeta } [zeta: VectorPolynomial] ForceKind {
         name: "orbit", argument: Argument::Momentum, keeps_casimirs: true, weight: 7, telling: 6, lanes: &[], ..USUAL
     };
+    Formula { components } [components: Formula] ForceKind { name: "formula", smooth: false, lanes: &[], ..USUAL };
+    AttitudeControl { stiffness, damping } [stiffness: Strength, damping: Strength] ForceKind {
+        name: "attitude-control", lanes: &[], ..USUAL
+    };
     Given {} [] ForceKind { name: "given", ..USUAL };
 }
 
@@ -384,6 +406,7 @@ impl Force {
             (Some(Value::Covector(place)), Value::Covector(value)) => *place = value,
             (Some(Value::Drag(place)), Value::Drag(value)) => *place = value,
             (Some(Value::Polynomial(place)), Value::Polynomial(value)) => *place = value,
+            (Some(Value::Formula(place)), Value::Formula(value)) => *place = value,
             _ => {}
         }
     }
@@ -400,7 +423,7 @@ impl Force {
                 Value::Covector(list) => covector(list),
                 Value::Drag(Drag::Matrix(rows)) => matrix(rows),
                 Value::Polynomial(terms) => polynomial(terms),
-                Value::Drag(Drag::Coefficient(_)) | Value::Number(_) => {}
+                Value::Drag(Drag::Coefficient(_)) | Value::Number(_) | Value::Formula(_) => {}
             }
         }
     }
@@ -412,6 +435,7 @@ impl Force {
             Value::Covector(list) => list.iter().collect(),
             Value::Drag(Drag::Matrix(rows)) => rows.iter().flatten().collect(),
             Value::Polynomial(terms) => terms.iter().map(|term| &term.value).collect(),
+            Value::Formula(_) => Vec::new(),
         })
     }
 
@@ -423,6 +447,7 @@ impl Force {
                 Value::Covector(list) => list.iter_mut().for_each(&change),
                 Value::Drag(Drag::Matrix(rows)) => rows.iter_mut().flatten().for_each(&change),
                 Value::Polynomial(terms) => terms.iter_mut().for_each(|term| change(&mut term.value)),
+                Value::Formula(_) => {}
             }
         }
     }
@@ -436,7 +461,7 @@ impl Force {
             Power::Lost => self.parameters().all(|(parameter, value)| match value {
                 _ if parameter.role == Role::SymmetricDrag => true,
                 Value::Number(k) | Value::Drag(Drag::Coefficient(k)) => positive(k),
-                Value::Covector(_) | Value::Drag(Drag::Matrix(_)) | Value::Polynomial(_) => false,
+                Value::Covector(_) | Value::Drag(Drag::Matrix(_)) | Value::Polynomial(_) | Value::Formula(_) => false,
             }),
         }
     }
@@ -464,7 +489,11 @@ impl Force {
     /// Whether it is zero whatever the state, on an abelian algebra or any.
     pub(super) fn vanishes(&self, abelian: bool) -> bool {
         let zero = |x: &Number| x.eval::<f64>() == Ok(0.0);
-        (abelian && self.is_bracket()) || self.scales().any(|numbers| numbers.into_iter().all(zero))
+        let mut scales = self.scales().peekable();
+        let both = matches!(self, Self::AttitudeControl { .. });
+        let off = |numbers: Vec<&Number>| numbers.into_iter().all(zero);
+        let vanishes = if both { scales.all(off) } else { scales.any(off) };
+        (abelian && self.is_bracket()) || vanishes
     }
 
     /// Whether there is such a force in dimension n.
@@ -473,7 +502,7 @@ impl Force {
             Value::Covector(list) => list.len() == n,
             Value::Drag(Drag::Matrix(rows)) => rows.len() == n,
             Value::Polynomial(terms) => terms.iter().all(|term| term.largest() <= n),
-            Value::Drag(Drag::Coefficient(_)) | Value::Number(_) => true,
+            Value::Drag(Drag::Coefficient(_)) | Value::Number(_) | Value::Formula(_) => true,
         })
     }
 
@@ -489,6 +518,7 @@ impl Force {
         n: usize,
         algebra: &LieAlgebra<T, N>,
         lagrangian: &AnyLagrangian<T, N>,
+        scope: &Scope,
         place: &Place,
     ) -> Result<AnyForce<T, N>, CaseError> {
         let refused = |e: ForceError| place.error(Problem::Force(e));
@@ -519,6 +549,11 @@ impl Force {
             Self::Orbit { zeta } => {
                 let (algebra, lagrangian) = parts();
                 OrbitForce::new(algebra, lagrangian, polynomial(zeta, n, &place.key("zeta"))?).into()
+            }
+            Self::Formula { components } => scope.force(components, lagrangian, &place.key("components"))?,
+            Self::AttitudeControl { stiffness, damping } => {
+                let text = scope.attitude_control(stiffness, damping, place)?;
+                scope.force(&text, lagrangian, place)?
             }
             Self::Given => return Err(place.error(Problem::given("the force"))),
         })
@@ -621,6 +656,7 @@ impl fmt::Display for Force {
                 (_, Value::Covector(value)) => write!(f, " {}", list(value))?,
                 (_, Value::Drag(Drag::Coefficient(k))) => write!(f, " k = {k}")?,
                 (_, Value::Drag(Drag::Matrix(k))) => write!(f, " K = {}", rows(k))?,
+                (_, Value::Formula(text)) => write!(f, " {text}")?,
                 (_, Value::Polynomial(terms)) => {
                     let terms: Vec<String> = terms.iter().map(ToString::to_string).collect();
                     write!(f, " {} = [{}]", parameter.name, terms.join(", "))?;

@@ -1,6 +1,8 @@
 //! Random parts of a case, valid by construction, with dyadic numbers of few digits.
 
-use super::case::{Algebra, Case, Constant, Drag, Force, Inertia, Lagrangian, Monomial, Motion, Start, Structure, Tau};
+use super::case::{
+    Algebra, Case, Constant, Dictionary, Drag, Force, Inertia, Lagrangian, Monomial, Motion, Start, Structure, Tau,
+};
 use super::fixed::Fixed;
 use super::force::{Argument, ForceKind, KINDS, Role, Value};
 use super::numbers::{dyadic, from_dyadic};
@@ -235,6 +237,7 @@ pub(super) fn lagrangian(draw: &mut Draw<'_>, n: usize, knobs: &Cases) -> Lagran
         quartic: quartic.then(|| dyadic(draw.int(1, 4), 8)),
         metric: metric.then(|| self::metric(draw, n)),
         gyrostat: matches!(beside, Beside::Gyrostat | Beside::GyrostatQuartic).then(|| amplitude(draw, n)),
+        formula: None,
     }
 }
 
@@ -368,6 +371,7 @@ fn value(draw: &mut Draw<'_>, n: usize, role: Role, knobs: &Cases) -> Value {
         Role::SymmetricDrag if draw.chance(50) => Value::Drag(Drag::Coefficient(strength(draw))),
         Role::SymmetricDrag => Value::Drag(Drag::Matrix(positive(draw, n, 1, 4))),
         Role::CovectorPolynomial | Role::VectorPolynomial => Value::Polynomial(polynomial(draw, n)),
+        Role::Formula => Value::Formula(String::new()),
         Role::Frequency => Value::Number(dyadic(draw.int(1, 6), 2)),
         Role::Phase => Value::Number(dyadic(draw.int(0, 3), 2)),
     }
@@ -407,7 +411,7 @@ pub(super) fn start(draw: &mut Draw<'_>, n: usize, group: bool, telling: bool) -
     let attitude = (group && draw.chance(50)).then(|| draw.fractions(n, 4, 8));
     // Where many forces that depend on the time are even in it, a wrong time does not show at t = 0.
     let time = if draw.chance(if telling { 10 } else { 75 }) { Number::default() } else { dyadic(draw.int(-8, 8), 4) };
-    Start { motion, attitude, time }
+    Start { attitude, time, ..Start::moving(motion) }
 }
 
 /// Weights out of 100 of the attitudes that are not e: of components to 1/2; tiny; turned by an angle near π.
@@ -516,7 +520,9 @@ pub(super) fn case(draw: &mut Draw<'_>, knobs: &Cases, tableau: crate::tableau::
     let composed = knobs.retraction.is_none() && !knobs.fast && given.is_none() && draw.chance(COMPOSED);
     let argument = if composed { argument(draw, n) } else { Vec::new() };
     let method = super::case::Method { tableau, retraction, argument };
-    let mut case = Case { algebra, lagrangian, forces, method, start, step: dyadic(1, 1 << exponent) };
+    let (potentials, names) = (Vec::new(), Dictionary::default());
+    let step = dyadic(1, 1 << exponent);
+    let mut case = Case { algebra, lagrangian, potentials, forces, names, method, start, step };
     match &fixed.start {
         None => turn(draw, &mut case, knobs),
         // The step is all that can be smaller.

@@ -150,7 +150,7 @@ impl Case {
         for force in &mut case.forces {
             for (parameter, value) in force.parameters_mut() {
                 match value {
-                    Value::Number(_) => {}
+                    Value::Number(_) | Value::Formula(_) => {}
                     Value::Covector(list) => *list = change.covector(list),
                     Value::Drag(drag) => *drag = change.drag(drag, n),
                     Value::Polynomial(terms) => *terms = change.polynomial(terms, parameter.role),

@@ -379,6 +379,7 @@ fn simpler_force(force: &Force) -> Vec<Force> {
                 towards(x, 1).into_iter().map(Drag::Coefficient).map(Value::Drag).collect()
             }
             Value::Polynomial(terms) => polynomials(terms).into_iter().map(Value::Polynomial).collect(),
+            Value::Formula(_) => Vec::new(),
             Value::Drag(Drag::Matrix(rows)) => {
                 let simpler = matrices(rows, 1, parameter.role == Role::SymmetricDrag);
                 simpler.into_iter().map(Drag::Matrix).map(Value::Drag).collect()

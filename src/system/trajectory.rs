@@ -7,6 +7,7 @@ use super::error::CaseError;
 use crate::algebra::{Casimir, Vector, pair};
 use crate::integrators::trajectory::{TrajectoryError, integrate_until};
 use crate::integrators::{OneStep, Report, State, StepError, Variational};
+use crate::mechanics::configuration::Configuration;
 use crate::mechanics::{Force, Lagrangian};
 use crate::retraction::Retraction;
 use crate::scalar::Real;
@@ -107,12 +108,15 @@ where
     R: Retraction<T, N, D>,
 {
     fn step(&mut self, state: &mut State<T, N, D>, h: T) -> Result<Report<T>, StepError> {
-        let start = state.time;
+        let (start, attitude) = (state.time, state.attitude);
         let report = self.method.step(state, h)?;
-        let (b, c) = (self.method.tableau().b(), self.method.tableau().c());
+        let (b, c, force) = (self.method.tableau().b(), self.method.tableau().c(), self.method.force());
+        let moves = force.uses_configuration();
         let mut power = T::zero();
-        for (i, eta) in self.method.stage_velocities().enumerate() {
-            power += b[i] * pair(&self.method.force().force(start + c[i] * h, &eta), &eta);
+        for (i, (eta, x)) in self.method.stage_velocities().zip(self.method.stage_displacements()).enumerate() {
+            let turned = if moves { self.method.retraction().tau(&x).ok() } else { None };
+            let there = turned.map_or(attitude, |turned| attitude * turned);
+            power += b[i] * pair(&force.force_at(start + c[i] * h, Configuration::of(&there), &eta), &eta);
         }
         self.work.set(self.work.get() + h * power);
         Ok(report)
@@ -145,9 +149,9 @@ impl<T: Real, const N: usize, L: Lagrangian<T, N>> Rows<'_, T, N, L> {
     fn show<const D: usize>(&mut self, state: &State<T, N, D>, observer: &mut dyn Observer<T>) -> Result<(), String> {
         self.velocity = self
             .lagrangian
-            .velocity(&state.momentum, &self.velocity)
+            .velocity_at(state.time, Configuration::of(&state.attitude), &state.momentum, &self.velocity)
             .map_err(|error| format!("at t = {}: {error}", state.time))?;
-        let energy = self.lagrangian.energy(&self.velocity);
+        let energy = self.lagrangian.energy_at(state.time, Configuration::of(&state.attitude), &self.velocity);
         let (first, work) = (*self.energy.get_or_insert(energy), self.work.get());
         self.values.clear();
         self.values.push(state.time);

@@ -84,6 +84,10 @@ impl<L: Lagrangian<T, N>, T: Real, const N: usize> Lagrangian<T, N> for Gyrostat
         self.body.uses_configuration()
     }
 
+    fn undefined(&self, t: T, g: Configuration<'_, T>, eta: &Vector<T, N>) -> Option<String> {
+        self.body.undefined(t, g, eta)
+    }
+
     fn value_at<S: Scalar<Base = T>>(&self, t: S, g: Configuration<'_, S>, eta: &Vector<S, N>) -> S {
         self.body.value_at(t, g, eta) + pair(&self.rotor.map(S::lift), eta)
     }

@@ -7,6 +7,7 @@ use crate::algebra::Vector;
 use crate::group::departure;
 use crate::integrators::{OneStep, Variational};
 use crate::mechanics::Lagrangian;
+use crate::mechanics::configuration::Configuration;
 use crate::mechanics::force::AnyForce;
 use crate::mechanics::lagrangian::AnyLagrangian;
 use crate::retraction::Retraction;
@@ -66,8 +67,10 @@ impl<'a, T: Real, const N: usize, const D: usize, R: Retraction<T, N, D> + 'stat
     fn motion(&self, k: usize) -> (Vector<T, N>, T) {
         let lagrangian = &self.systems[k].lagrangian;
         let nan = T::exact(f64::NAN);
-        match lagrangian.velocity(&self.members[k].state.momentum, &Vector::zeros()) {
-            Ok(eta) => (eta, lagrangian.energy(&eta)),
+        let state = &self.members[k].state;
+        let (t, g) = (state.time, Configuration::of(&state.attitude));
+        match lagrangian.velocity_at(t, g, &state.momentum, &Vector::zeros()) {
+            Ok(eta) => (eta, lagrangian.energy_at(t, g, &eta)),
             Err(_) => (Vector::from_element(nan), nan),
         }
     }

@@ -25,7 +25,7 @@ impl Parameter {
             parameters.extend(force.parameters().filter_map(|(parameter, value)| match value {
                 Value::Number(_) => Some(Self::Force(k, parameter.name)),
                 Value::Drag(Drag::Coefficient(_)) => Some(Self::Force(k, COEFFICIENT)),
-                Value::Drag(Drag::Matrix(_)) | Value::Covector(_) | Value::Polynomial(_) => None,
+                Value::Drag(Drag::Matrix(_)) | Value::Covector(_) | Value::Polynomial(_) | Value::Formula(_) => None,
             }));
         }
         parameters

@@ -1,0 +1,188 @@
+//! What may be named in a formula.
+
+use super::error::{ExpressionError, Spot};
+use super::parse::FUNCTIONS;
+use crate::scalar::Number;
+use std::collections::BTreeMap;
+
+/// What a name means.
+#[derive(Clone, Debug, PartialEq)]
+pub(super) enum Meaning {
+    /// Quantities: one place, a list of places, or the places of a matrix by rows.
+    Scalar(usize),
+    Vector(Vec<usize>),
+    Matrix(Vec<Vec<usize>>),
+    /// Parameters.
+    Number(Number),
+    Numbers(Vec<Number>),
+    /// The text of a formula.
+    Definition(String),
+}
+
+/// The quantities, parameters and definitions that formulas may name.
+///
+/// Quantities take places in one list of numbers, in the order in which they are declared. A vector `eta` also declares its components
+/// `eta_1`, `eta_2`, …; a matrix `g` its entries `g_11`, `g_12`, … (from ten rows or columns on `g_1_10`).
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct Names {
+    meanings: BTreeMap<String, Meaning>,
+    places: usize,
+}
+
+impl Names {
+    /// No names.
+    pub fn new() -> Self {
+        Self::default()
+    }
+
+    /// How many places the quantities take.
+    pub fn places(&self) -> usize {
+        self.places
+    }
+
+    fn declare(&mut self, name: &str, meaning: Meaning) -> Result<&mut Self, ExpressionError> {
+        let refused = |message: String| {
+            let spot = Spot { text: name.into(), definition: None, at: 0 };
+            Err(ExpressionError { spot, message })
+        };
+        let letters = |c: char| c.is_ascii_alphanumeric() || c == '_';
+        if !name.starts_with(|c: char| c.is_ascii_alphabetic()) || !name.chars().all(letters) {
+            return refused("is no name; allowed: a letter, then letters, digits and `_`".into());
+        }
+        if name == "pi" || FUNCTIONS.iter().any(|(function, _)| *function == name) {
+            return refused(format!(
+                "`{name}` is a function or a constant of every formula, and cannot be another thing"
+            ));
+        }
+        if self.meanings.contains_key(name) {
+            return refused(format!("`{name}` has a meaning already, and cannot have another"));
+        }
+        self.meanings.insert(name.into(), meaning);
+        Ok(self)
+    }
+
+    /// A quantity.
+    ///
+    /// # Errors
+    /// What is no name, or has a meaning: so for all methods here.
+    pub fn scalar(&mut self, name: &str) -> Result<&mut Self, ExpressionError> {
+        self.places += 1;
+        self.declare(name, Meaning::Scalar(self.places - 1))
+    }
+
+    /// A vector of n quantities, and its components.
+    ///
+    /// # Errors
+    /// Those of [`Names::scalar`].
+    pub fn vector(&mut self, name: &str, n: usize) -> Result<&mut Self, ExpressionError> {
+        self.places += n;
+        self.vector_of(name, (self.places - n..self.places).collect())
+    }
+
+    /// A vector of quantities that have places, and its components.
+    ///
+    /// # Errors
+    /// Those of [`Names::scalar`].
+    pub fn vector_of(&mut self, name: &str, places: Vec<usize>) -> Result<&mut Self, ExpressionError> {
+        for (k, place) in places.iter().enumerate() {
+            self.declare(&format!("{name}_{}", k + 1), Meaning::Scalar(*place))?;
+        }
+        self.declare(name, Meaning::Vector(places))
+    }
+
+    /// A matrix of quantities with so many rows and columns, whose places go row by row, and its entries.
+    ///
+    /// # Errors
+    /// Those of [`Names::scalar`].
+    pub fn matrix(&mut self, name: &str, rows: usize, columns: usize) -> Result<&mut Self, ExpressionError> {
+        let first = self.places;
+        self.places += rows * columns;
+        let row = |r: usize| (0..columns).map(|c| first + r * columns + c).collect();
+        self.matrix_of(name, (0..rows).map(row).collect())
+    }
+
+    /// A matrix of quantities that have places, by rows.
+    ///
+    /// # Errors
+    /// Those of [`Names::scalar`].
+    pub fn matrix_of(&mut self, name: &str, rows: Vec<Vec<usize>>) -> Result<&mut Self, ExpressionError> {
+        let small = rows.len() < 10 && rows.iter().all(|row| row.len() < 10);
+        for (r, row) in rows.iter().enumerate() {
+            for (c, place) in row.iter().enumerate() {
+                let (r, c) = (r + 1, c + 1);
+                let entry = if small { format!("{name}_{r}{c}") } else { format!("{name}_{r}_{c}") };
+                self.declare(&entry, Meaning::Scalar(*place))?;
+            }
+        }
+        self.declare(name, Meaning::Matrix(rows))
+    }
+
+    /// A number with a name.
+    ///
+    /// # Errors
+    /// Those of [`Names::scalar`].
+    pub fn parameter(&mut self, name: &str, value: Number) -> Result<&mut Self, ExpressionError> {
+        self.declare(name, Meaning::Number(value))
+    }
+
+    /// A list of numbers with a name: a constant vector, and its components.
+    ///
+    /// # Errors
+    /// Those of [`Names::scalar`].
+    pub fn parameters(&mut self, name: &str, values: Vec<Number>) -> Result<&mut Self, ExpressionError> {
+        for (k, value) in values.iter().enumerate() {
+            self.declare(&format!("{name}_{}", k + 1), Meaning::Number(value.clone()))?;
+        }
+        self.declare(name, Meaning::Numbers(values))
+    }
+
+    /// A formula with a name. It is read where it is used, so that the order of definitions does not matter.
+    ///
+    /// # Errors
+    /// Those of [`Names::scalar`].
+    pub fn definition(&mut self, name: &str, text: &str) -> Result<&mut Self, ExpressionError> {
+        self.declare(name, Meaning::Definition(text.into()))
+    }
+
+    pub(super) fn get(&self, name: &str) -> Option<&Meaning> {
+        self.meanings.get(name)
+    }
+
+    /// The name, or function, that is most like `name`, if one is.
+    pub(super) fn like(&self, name: &str) -> Option<&str> {
+        let all = self.meanings.keys().map(String::as_str).chain(FUNCTIONS.iter().map(|(name, _)| *name));
+        all.map(|known| (distance(name, known), known))
+            .filter(|(distance, known)| *distance <= 1 + known.len() / 4 && *distance < name.len())
+            .min()
+            .map(|(_, known)| known)
+    }
+
+    /// The names of quantities, parameters and definitions, without components.
+    pub(super) fn list(&self) -> String {
+        let component = |name: &str| {
+            let stem = name.rfind('_').map(|at| &name[..at]);
+            stem.is_some_and(|stem| {
+                matches!(self.meanings.get(stem), Some(Meaning::Vector(_) | Meaning::Matrix(_) | Meaning::Numbers(_)))
+            })
+        };
+        let names: Vec<String> =
+            self.meanings.keys().filter(|name| !component(name)).map(|name| format!("`{name}`")).collect();
+        names.join(", ")
+    }
+}
+
+/// How many letters have to be changed, added or left out (Levenshtein).
+fn distance(a: &str, b: &str) -> usize {
+    let b: Vec<char> = b.chars().take(40).collect();
+    let mut row: Vec<usize> = (0..=b.len()).collect();
+    for (i, x) in a.chars().take(40).enumerate() {
+        let mut diagonal = row[0];
+        row[0] = i + 1;
+        for (j, y) in b.iter().enumerate() {
+            let changed = diagonal + usize::from(!x.eq_ignore_ascii_case(y));
+            diagonal = row[j + 1];
+            row[j + 1] = changed.min(row[j] + 1).min(diagonal + 1);
+        }
+    }
+    row[b.len()]
+}

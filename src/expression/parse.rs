@@ -1,0 +1,648 @@
+//! From text to a graph.
+
+use super::error::{ExpressionError, Spot};
+use super::graph::{Binary, Builder, Graph, Id, Origin, Unary};
+use super::names::{Meaning, Names};
+use super::{DEEPEST, LONGEST, Shape};
+use crate::scalar::Number;
+use std::collections::BTreeMap;
+
+/// The functions, with how many arguments they take.
+pub(super) const FUNCTIONS: [(&str, usize); 22] = [
+    ("abs", 1),
+    ("acos", 1),
+    ("asin", 1),
+    ("atan", 1),
+    ("atan2", 2),
+    ("column", 2),
+    ("cos", 1),
+    ("cosh", 1),
+    ("cross", 2),
+    ("dot", 2),
+    ("exp", 1),
+    ("log", 1),
+    ("norm", 1),
+    ("row", 2),
+    ("sin", 1),
+    ("sinh", 1),
+    ("sqrt", 1),
+    ("tan", 1),
+    ("tanh", 1),
+    ("trace", 1),
+    ("transpose", 1),
+    ("vee", 1),
+];
+
+/// The largest exponent that becomes products.
+const MOST_FACTORS: f64 = 64.0;
+
+/// A number, a vector or a matrix of nodes.
+#[derive(Clone, Debug)]
+enum Item {
+    Scalar(Id),
+    Vector(Vec<Id>),
+    /// By rows.
+    Matrix(Vec<Vec<Id>>),
+}
+
+impl Item {
+    fn shape(&self) -> Shape {
+        match self {
+            Self::Scalar(_) => Shape::Scalar,
+            Self::Vector(list) => Shape::Vector(list.len()),
+            Self::Matrix(rows) => Shape::Matrix(rows.len(), rows.first().map_or(0, Vec::len)),
+        }
+    }
+
+    fn nodes(self) -> Vec<Id> {
+        match self {
+            Self::Scalar(id) => vec![id],
+            Self::Vector(list) => list,
+            Self::Matrix(rows) => rows.concat(),
+        }
+    }
+}
+
+#[derive(Clone, Copy, Debug, PartialEq)]
+enum Token<'a> {
+    Number(&'a str),
+    Name(&'a str),
+    Sign(char),
+    End,
+}
+
+impl Token<'_> {
+    fn said(self) -> String {
+        match self {
+            Self::Number(text) | Self::Name(text) => format!("`{text}`"),
+            Self::Sign(sign) => format!("`{sign}`"),
+            Self::End => "the end".into(),
+        }
+    }
+}
+
+/// The state of reading one text; definitions have one of their own.
+struct Reader<'a> {
+    text: &'a str,
+    /// Its number among the texts of the graph.
+    number: usize,
+    at: usize,
+}
+
+struct Parser<'a> {
+    names: &'a Names,
+    builder: Builder,
+    /// Definitions that have been read.
+    read: BTreeMap<String, Item>,
+    /// Those that are being read, outermost first.
+    open: Vec<String>,
+    depth: usize,
+}
+
+type Read<T> = Result<T, ExpressionError>;
+
+pub(super) fn parse(text: &str, names: &Names) -> Read<(Shape, Graph)> {
+    let mut parser = Parser { names, builder: Builder::default(), read: BTreeMap::new(), open: Vec::new(), depth: 0 };
+    let item = parser.whole(text, None)?;
+    let shape = item.shape();
+    parser.builder.graph.outputs = item.nodes();
+    Ok((shape, parser.builder.graph))
+}
+
+impl<'a> Reader<'a> {
+    fn skip(&mut self) {
+        let rest = &self.text[self.at..];
+        self.at += rest.len() - rest.trim_start().len();
+    }
+
+    /// The next token, and its length.
+    fn look(&mut self) -> (Token<'a>, usize) {
+        self.skip();
+        let rest = &self.text[self.at..];
+        let Some(first) = rest.chars().next() else { return (Token::End, 0) };
+        if first.is_ascii_digit() || (first == '.' && rest[1..].starts_with(|c: char| c.is_ascii_digit())) {
+            let length = number_length(rest);
+            return (Token::Number(&rest[..length]), length);
+        }
+        if first.is_alphabetic() {
+            let length = rest.find(|c: char| !c.is_alphanumeric() && c != '_').unwrap_or(rest.len());
+            return (Token::Name(&rest[..length]), length);
+        }
+        (Token::Sign(first), first.len_utf8())
+    }
+
+    fn eat(&mut self, sign: char) -> bool {
+        let (token, length) = self.look();
+        let found = token == Token::Sign(sign);
+        self.at += if found { length } else { 0 };
+        found
+    }
+
+    /// Where the next token is.
+    fn origin(&mut self) -> Origin {
+        self.skip();
+        Origin { text: self.number, at: self.at }
+    }
+}
+
+/// How long the decimal at the start of a text is, with fraction and exponent.
+fn number_length(text: &str) -> usize {
+    let digits = |from: usize| text[from..].find(|c: char| !c.is_ascii_digit()).map_or(text.len(), |n| from + n);
+    let mut end = digits(0);
+    if text[end..].starts_with('.') {
+        end = digits(end + 1);
+    }
+    if text[end..].starts_with(['e', 'E']) {
+        let sign = usize::from(text[end + 1..].starts_with(['+', '-']));
+        let exponent = digits(end + 1 + sign);
+        if exponent > end + 1 + sign {
+            end = exponent;
+        }
+    }
+    end
+}
+
+impl Parser<'_> {
+    fn refused<T>(&self, origin: Origin, message: impl Into<String>) -> Read<T> {
+        Err(ExpressionError { spot: self.builder.graph.spot(origin), message: message.into() })
+    }
+
+    /// A whole text.
+    fn whole(&mut self, text: &str, definition: Option<&str>) -> Read<Item> {
+        let spot = |at| Spot { text: text.into(), definition: definition.map(String::from), at };
+        if text.len() > LONGEST {
+            let message = format!("a formula of {} bytes is too long; allowed: at most {LONGEST}", text.len());
+            return Err(ExpressionError { spot: Spot { text: String::new(), ..spot(0) }, message });
+        }
+        let texts = &mut self.builder.graph.texts;
+        texts.push((definition.map(String::from), text.into()));
+        let mut reader = Reader { text, number: texts.len() - 1, at: 0 };
+        if reader.look().0 == Token::End {
+            return Err(ExpressionError { spot: spot(0), message: "the formula is empty".into() });
+        }
+        let item = self.sum(&mut reader)?;
+        match reader.look().0 {
+            Token::End => Ok(item),
+            token => {
+                let origin = reader.origin();
+                self.refused(origin, format!("{} does not belong here; expected an operation or the end", token.said()))
+            }
+        }
+    }
+
+    fn deeper(&mut self, origin: Origin) -> Read<()> {
+        self.depth += 1;
+        if self.depth > DEEPEST {
+            return self.refused(origin, format!("nested more than {DEEPEST} deep"));
+        }
+        Ok(())
+    }
+
+    fn sum(&mut self, reader: &mut Reader<'_>) -> Read<Item> {
+        let mut left = self.product(reader)?;
+        loop {
+            let origin = reader.origin();
+            let operation = if reader.eat('+') {
+                Binary::Add
+            } else if reader.eat('-') {
+                Binary::Sub
+            } else {
+                return Ok(left);
+            };
+            let right = self.product(reader)?;
+            left = self.added(operation, left, right, origin)?;
+        }
+    }
+
+    fn product(&mut self, reader: &mut Reader<'_>) -> Read<Item> {
+        let mut left = self.signed(reader)?;
+        loop {
+            let origin = reader.origin();
+            if reader.eat('*') {
+                let right = self.signed(reader)?;
+                left = self.times(left, right, origin)?;
+            } else if reader.eat('/') {
+                let right = self.signed(reader)?;
+                left = self.over(left, right, origin)?;
+            } else {
+                return Ok(left);
+            }
+        }
+    }
+
+    fn signed(&mut self, reader: &mut Reader<'_>) -> Read<Item> {
+        let origin = reader.origin();
+        if !reader.eat('-') {
+            return self.power(reader);
+        }
+        self.deeper(origin)?;
+        let item = self.signed(reader)?;
+        self.depth -= 1;
+        self.each(item, |builder, id| builder.unary(Unary::Negative, id, origin))
+    }
+
+    fn power(&mut self, reader: &mut Reader<'_>) -> Read<Item> {
+        let base = self.indexed(reader)?;
+        let origin = reader.origin();
+        if !reader.eat('^') {
+            return Ok(base);
+        }
+        self.deeper(origin)?;
+        let exponent = self.signed(reader)?;
+        self.depth -= 1;
+        match (base, exponent) {
+            (Item::Scalar(base), Item::Scalar(exponent)) => Ok(Item::Scalar(self.raised(base, exponent, origin)?)),
+            (base, exponent) => {
+                let message = format!("`^` takes numbers, not {} and {}", base.shape(), exponent.shape());
+                self.refused(origin, message)
+            }
+        }
+    }
+
+    /// x^y: products for integers, roots for halves, else exp(y log x).
+    fn raised(&mut self, x: Id, y: Id, origin: Origin) -> Read<Id> {
+        let builder = &mut self.builder;
+        if let Some(n) = builder.value(y) {
+            let halves = n * 2.0;
+            if halves == halves.round() && n.abs() <= MOST_FACTORS {
+                let whole = builder.power(x, n.abs().floor() as u32, origin)?;
+                let mut value = whole;
+                if n != n.trunc() {
+                    let root = builder.unary(Unary::Sqrt, x, origin)?;
+                    value = if n.abs() < 1.0 { root } else { builder.binary(Binary::Mul, whole, root, origin)? };
+                }
+                if n >= 0.0 {
+                    return Ok(value);
+                }
+                let one = builder.integer(1, origin)?;
+                return builder.binary(Binary::Div, one, value, origin);
+            }
+        }
+        let log = builder.unary(Unary::Log, x, origin)?;
+        let product = builder.binary(Binary::Mul, y, log, origin)?;
+        builder.unary(Unary::Exp, product, origin)
+    }
+
+    fn indexed(&mut self, reader: &mut Reader<'_>) -> Read<Item> {
+        let mut item = self.atom(reader)?;
+        loop {
+            let origin = reader.origin();
+            if !reader.eat('[') {
+                return Ok(item);
+            }
+            let mut indices = vec![self.index(reader)?];
+            while reader.eat(',') {
+                indices.push(self.index(reader)?);
+            }
+            self.close(reader, ']', origin)?;
+            item = match (item, indices.as_slice()) {
+                (Item::Vector(list), [k]) => Item::Scalar(self.component(&list, *k)?),
+                (Item::Matrix(rows), [r, c]) => {
+                    let row = self.component(&rows, *r)?;
+                    Item::Scalar(self.component(&row, *c)?)
+                }
+                (item, indices) => {
+                    let message = format!("{} has no entry with {} indices", item.shape(), indices.len());
+                    return self.refused(origin, message);
+                }
+            };
+        }
+    }
+
+    /// An index, which counts from 1, and where it is.
+    fn index(&mut self, reader: &mut Reader<'_>) -> Read<(usize, Origin)> {
+        let origin = reader.origin();
+        let (token, length) = reader.look();
+        match token {
+            Token::Number(text) if text.parse::<usize>().is_ok_and(|k| k > 0) => {
+                reader.at += length;
+                Ok((text.parse().unwrap_or_default(), origin))
+            }
+            token => self.refused(origin, format!("{} is no index; expected an integer from 1", token.said())),
+        }
+    }
+
+    fn component<T: Clone>(&self, list: &[T], (k, origin): (usize, Origin)) -> Read<T> {
+        match list.get(k - 1) {
+            Some(item) => Ok(item.clone()),
+            None => self.refused(origin, format!("the index {k} is too large; allowed: 1 to {}", list.len())),
+        }
+    }
+
+    fn close(&self, reader: &mut Reader<'_>, bracket: char, opened: Origin) -> Read<()> {
+        if reader.eat(bracket) {
+            return Ok(());
+        }
+        match reader.look().0 {
+            Token::End => self.refused(opened, format!("this bracket is not closed; expected `{bracket}`")),
+            token => {
+                let origin = reader.origin();
+                let said = token.said();
+                self.refused(origin, format!("{said} does not belong here; expected an operation, `,` or `{bracket}`"))
+            }
+        }
+    }
+
+    fn list(&mut self, reader: &mut Reader<'_>, bracket: char, opened: Origin) -> Read<Vec<Item>> {
+        let mut items = Vec::new();
+        if reader.eat(bracket) {
+            return Ok(items);
+        }
+        loop {
+            items.push(self.sum(reader)?);
+            if !reader.eat(',') {
+                self.close(reader, bracket, opened)?;
+                return Ok(items);
+            }
+        }
+    }
+
+    fn atom(&mut self, reader: &mut Reader<'_>) -> Read<Item> {
+        let origin = reader.origin();
+        let (token, length) = reader.look();
+        reader.at += length;
+        match token {
+            Token::Number(text) => match Number::parse(text) {
+                Ok(number) => Ok(Item::Scalar(self.builder.number(number, origin)?)),
+                Err(error) => self.refused(origin, error.to_string()),
+            },
+            Token::Name("pi") => Ok(Item::Scalar(self.builder.pi(origin)?)),
+            Token::Name(name) => match FUNCTIONS.iter().find(|(function, _)| *function == name) {
+                Some((_, count)) => self.function(reader, name, *count, origin),
+                None => self.named(reader, name, origin),
+            },
+            Token::Sign('(') => {
+                self.deeper(origin)?;
+                let item = self.sum(reader)?;
+                self.depth -= 1;
+                self.close(reader, ')', origin)?;
+                Ok(item)
+            }
+            Token::Sign('[') => {
+                self.deeper(origin)?;
+                let items = self.list(reader, ']', origin)?;
+                self.depth -= 1;
+                self.bracketed(items, origin)
+            }
+            Token::Sign(_) | Token::End => {
+                let said = token.said();
+                self.refused(origin, format!("{said} does not belong here; expected a number, a name, `(` or `[`"))
+            }
+        }
+    }
+
+    /// A vector of numbers, or a matrix of vectors.
+    fn bracketed(&mut self, items: Vec<Item>, origin: Origin) -> Read<Item> {
+        let (mut numbers, mut rows) = (Vec::new(), Vec::new());
+        for item in items {
+            match item {
+                Item::Scalar(id) => numbers.push(id),
+                Item::Vector(list) => rows.push(list),
+                Item::Matrix(_) => return self.refused(origin, "a list cannot hold matrices"),
+            }
+        }
+        match (numbers.is_empty(), rows.is_empty()) {
+            (false, true) => Ok(Item::Vector(numbers)),
+            (true, false) if rows.iter().all(|row| row.len() == rows[0].len()) => Ok(Item::Matrix(rows)),
+            (true, false) => self.refused(origin, "the rows of this matrix have different lengths"),
+            (true, true) => self.refused(origin, "a list needs at least one entry"),
+            (false, false) => self.refused(origin, "a list holds numbers, or rows of equal length, not both"),
+        }
+    }
+
+    /// A quantity, a parameter or a definition.
+    fn named(&mut self, reader: &mut Reader<'_>, name: &str, origin: Origin) -> Read<Item> {
+        if let Some(item) = self.read.get(name) {
+            return Ok(item.clone());
+        }
+        let Some(meaning) = self.names.get(name) else {
+            let function = reader.look().0 == Token::Sign('(');
+            let what = if function { "function" } else { "name" };
+            let hint = match self.names.like(name) {
+                Some(known) => format!("did you mean `{known}`?"),
+                None if function => {
+                    let functions: Vec<&str> = FUNCTIONS.iter().map(|(name, _)| *name).collect();
+                    format!("known: {}", functions.join(", "))
+                }
+                None => format!("known: {}", self.names.list()),
+            };
+            return self.refused(origin, format!("unknown {what} `{name}`; {hint}"));
+        };
+        let builder = &mut self.builder;
+        let mut input = |place: &usize| builder.input(*place, origin);
+        let item = match meaning {
+            Meaning::Scalar(place) => Item::Scalar(input(place)?),
+            Meaning::Vector(places) => Item::Vector(places.iter().map(input).collect::<Read<_>>()?),
+            Meaning::Matrix(rows) => {
+                let row = |row: &Vec<usize>| row.iter().map(&mut input).collect::<Read<_>>();
+                Item::Matrix(rows.iter().map(row).collect::<Read<_>>()?)
+            }
+            Meaning::Number(number) => Item::Scalar(builder.number(number.clone(), origin)?),
+            Meaning::Numbers(list) => {
+                let number = |number: &Number| builder.number(number.clone(), origin);
+                Item::Vector(list.iter().map(number).collect::<Read<_>>()?)
+            }
+            Meaning::Definition(text) => {
+                if self.open.iter().any(|open| open == name) {
+                    let chain: Vec<String> = self.open.iter().map(|name| format!("`{name}`")).collect();
+                    return self
+                        .refused(origin, format!("`{name}` is defined by itself, through {}", chain.join(", ")));
+                }
+                self.deeper(origin)?;
+                self.open.push(name.into());
+                let item = self.whole(text, Some(name))?;
+                self.open.pop();
+                self.depth -= 1;
+                self.read.insert(name.into(), item.clone());
+                item
+            }
+        };
+        Ok(item)
+    }
+
+    fn function(&mut self, reader: &mut Reader<'_>, name: &str, count: usize, origin: Origin) -> Read<Item> {
+        let opened = reader.origin();
+        if !reader.eat('(') {
+            let arguments = if count == 1 { "(…)" } else { "(…, …)" };
+            return self.refused(origin, format!("`{name}` is a function; expected `{name}{arguments}`"));
+        }
+        self.deeper(origin)?;
+        if matches!(name, "row" | "column") {
+            let item = self.sum(reader)?;
+            if !reader.eat(',') {
+                return self.refused(reader.origin(), format!("`{name}` takes a matrix and an index"));
+            }
+            let index = self.index(reader)?;
+            self.close(reader, ')', opened)?;
+            self.depth -= 1;
+            return self.part(name, item, index, origin);
+        }
+        let items = self.list(reader, ')', opened)?;
+        self.depth -= 1;
+        if items.len() != count {
+            let arguments = if count == 1 { "argument" } else { "arguments" };
+            return self.refused(origin, format!("`{name}` takes {count} {arguments}, not {}", items.len()));
+        }
+        self.call(name, items, origin)
+    }
+
+    fn part(&mut self, name: &str, item: Item, index: (usize, Origin), origin: Origin) -> Read<Item> {
+        let Item::Matrix(rows) = item else {
+            return self.refused(origin, format!("`{name}` takes a matrix, not {}", item.shape()));
+        };
+        if name == "row" {
+            return Ok(Item::Vector(self.component(&rows, index)?));
+        }
+        Ok(Item::Vector(rows.iter().map(|row| self.component(row, index)).collect::<Read<_>>()?))
+    }
+
+    fn call(&mut self, name: &str, items: Vec<Item>, origin: Origin) -> Read<Item> {
+        let unary = match name {
+            "abs" => Some(Unary::Abs),
+            "acos" => Some(Unary::Acos),
+            "asin" => Some(Unary::Asin),
+            "atan" => Some(Unary::Atan),
+            "cos" => Some(Unary::Cos),
+            "cosh" => Some(Unary::Cosh),
+            "exp" => Some(Unary::Exp),
+            "log" => Some(Unary::Log),
+            "sin" => Some(Unary::Sin),
+            "sinh" => Some(Unary::Sinh),
+            "sqrt" => Some(Unary::Sqrt),
+            "tan" => Some(Unary::Tan),
+            "tanh" => Some(Unary::Tanh),
+            _ => None,
+        };
+        match (name, items.as_slice()) {
+            (_, [Item::Scalar(x)]) if unary.is_some() => {
+                Ok(Item::Scalar(self.builder.unary(unary.unwrap_or(Unary::Abs), *x, origin)?))
+            }
+            ("atan2", [Item::Scalar(y), Item::Scalar(x)]) => {
+                Ok(Item::Scalar(self.builder.binary(Binary::Atan2, *y, *x, origin)?))
+            }
+            ("norm", [Item::Vector(v)]) => {
+                let square = self.dot(v, v, origin)?;
+                Ok(Item::Scalar(self.builder.unary(Unary::Sqrt, square, origin)?))
+            }
+            ("dot", [Item::Vector(u), Item::Vector(v)]) if u.len() == v.len() => {
+                Ok(Item::Scalar(self.dot(u, v, origin)?))
+            }
+            ("cross", [Item::Vector(u), Item::Vector(v)]) if u.len() == 3 && v.len() == 3 => {
+                let mut entry = |a: usize| {
+                    let (b, c) = ((a + 1) % 3, (a + 2) % 3);
+                    let plus = self.builder.binary(Binary::Mul, u[b], v[c], origin)?;
+                    let minus = self.builder.binary(Binary::Mul, u[c], v[b], origin)?;
+                    self.builder.binary(Binary::Sub, plus, minus, origin)
+                };
+                Ok(Item::Vector(vec![entry(0)?, entry(1)?, entry(2)?]))
+            }
+            ("transpose", [Item::Matrix(rows)]) => Ok(Item::Matrix(transposed(rows))),
+            ("trace", [Item::Matrix(rows)]) if rows.len() == rows[0].len() => {
+                let mut sum = rows[0][0];
+                for (k, row) in rows.iter().enumerate().skip(1) {
+                    sum = self.builder.binary(Binary::Add, sum, row[k], origin)?;
+                }
+                Ok(Item::Scalar(sum))
+            }
+            // The vector of the antisymmetric part: ½ (m − mᵀ)^∨.
+            ("vee", [Item::Matrix(rows)]) if rows.len() == 3 && rows[0].len() == 3 => {
+                let two = self.builder.integer(2, origin)?;
+                let mut entry = |a: usize| {
+                    let (b, c) = ((a + 1) % 3, (a + 2) % 3);
+                    let twice = self.builder.binary(Binary::Sub, rows[c][b], rows[b][c], origin)?;
+                    self.builder.binary(Binary::Div, twice, two, origin)
+                };
+                Ok(Item::Vector(vec![entry(0)?, entry(1)?, entry(2)?]))
+            }
+            _ => {
+                let shapes: Vec<String> = items.iter().map(|item| item.shape().to_string()).collect();
+                let takes = match name {
+                    "dot" => "two vectors of one length",
+                    "cross" => "two vectors of 3 components",
+                    "norm" => "a vector",
+                    "transpose" => "a matrix",
+                    "trace" => "a square matrix",
+                    "vee" => "a 3×3 matrix",
+                    "atan2" => "two numbers",
+                    _ => "a number",
+                };
+                self.refused(origin, format!("`{name}` takes {takes}, not {}", shapes.join(" and ")))
+            }
+        }
+    }
+
+    fn dot(&mut self, u: &[Id], v: &[Id], origin: Origin) -> Read<Id> {
+        let mut sum = None;
+        for (x, y) in u.iter().zip(v) {
+            let product = self.builder.binary(Binary::Mul, *x, *y, origin)?;
+            sum = Some(match sum {
+                None => product,
+                Some(sum) => self.builder.binary(Binary::Add, sum, product, origin)?,
+            });
+        }
+        sum.map_or_else(|| self.builder.integer(0, origin), Ok)
+    }
+
+    /// The same operation on every entry.
+    fn each(&mut self, item: Item, mut on: impl FnMut(&mut Builder, Id) -> Read<Id>) -> Read<Item> {
+        let builder = &mut self.builder;
+        let mut list = |list: Vec<Id>| list.into_iter().map(|id| on(builder, id)).collect::<Read<Vec<Id>>>();
+        Ok(match item {
+            Item::Scalar(id) => Item::Scalar(list(vec![id])?[0]),
+            Item::Vector(entries) => Item::Vector(list(entries)?),
+            Item::Matrix(rows) => Item::Matrix(rows.into_iter().map(list).collect::<Read<_>>()?),
+        })
+    }
+
+    fn added(&mut self, operation: Binary, left: Item, right: Item, origin: Origin) -> Read<Item> {
+        if left.shape() != right.shape() {
+            let what = if operation == Binary::Add { "added to" } else { "subtracted from" };
+            return self.refused(origin, format!("{} cannot be {what} {}", right.shape(), left.shape()));
+        }
+        let mut others = right.nodes().into_iter();
+        self.each(left, |builder, id| {
+            let other = others.next().unwrap_or(id);
+            builder.binary(operation, id, other, origin)
+        })
+    }
+
+    fn times(&mut self, left: Item, right: Item, origin: Origin) -> Read<Item> {
+        let rows_times = |parser: &mut Self, rows: &[Vec<Id>], v: &[Id]| -> Read<Vec<Id>> {
+            rows.iter().map(|row| parser.dot(row, v, origin)).collect()
+        };
+        match (left, right) {
+            (Item::Scalar(x), item) | (item, Item::Scalar(x)) => {
+                self.each(item, |builder, id| builder.binary(Binary::Mul, x, id, origin))
+            }
+            (Item::Matrix(rows), Item::Vector(v)) if rows[0].len() == v.len() => {
+                Ok(Item::Vector(rows_times(self, &rows, &v)?))
+            }
+            (Item::Vector(v), Item::Matrix(rows)) if rows.len() == v.len() => {
+                Ok(Item::Vector(rows_times(self, &transposed(&rows), &v)?))
+            }
+            (Item::Matrix(left), Item::Matrix(right)) if left[0].len() == right.len() => {
+                let columns = transposed(&right);
+                let row = |row: &Vec<Id>| rows_times(self, &columns, row);
+                Ok(Item::Matrix(left.iter().map(row).collect::<Read<_>>()?))
+            }
+            (left, right) => {
+                let hint = match (&left, &right) {
+                    (Item::Vector(_), Item::Vector(_)) => "; use `dot` or `cross`",
+                    _ => "",
+                };
+                self.refused(origin, format!("{} cannot be multiplied by {}{hint}", left.shape(), right.shape()))
+            }
+        }
+    }
+
+    fn over(&mut self, left: Item, right: Item, origin: Origin) -> Read<Item> {
+        match right {
+            Item::Scalar(x) => self.each(left, |builder, id| builder.binary(Binary::Div, id, x, origin)),
+            right => self.refused(origin, format!("{} cannot be divided by {}", left.shape(), right.shape())),
+        }
+    }
+}
+
+fn transposed(rows: &[Vec<Id>]) -> Vec<Vec<Id>> {
+    (0..rows[0].len()).map(|c| rows.iter().map(|row| row[c]).collect()).collect()
+}

@@ -1,0 +1,243 @@
+//! Formulas with constants in one scalar, evaluated and differentiated without allocation.
+
+use super::error::{ExpressionError, Undefined};
+use super::graph::{Binary, Graph, Id, Node, Unary, binary, unary, undefined_unary};
+use crate::scalar::{Real, Scalar};
+use std::sync::Arc;
+
+/// An instruction on registers; its result goes into the next one.
+#[derive(Clone, Copy, Debug, PartialEq)]
+enum Instruction {
+    Unary(Unary, Id),
+    Binary(Binary, Id, Id),
+}
+
+/// A formula with constants in `T`.
+///
+/// Registers hold the quantities that are used, then the constants, then the results of instructions.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Program<T> {
+    inputs: Vec<usize>,
+    constants: Vec<T>,
+    instructions: Vec<Instruction>,
+    outputs: Vec<Id>,
+    /// The node of each instruction, for messages.
+    sources: Vec<Id>,
+    graph: Arc<Graph>,
+}
+
+/// Registers on the stack for small formulas, for most, and for the largest.
+const SIZES: [usize; 3] = [32, 256, super::LARGEST];
+
+impl<T: Real> Program<T> {
+    pub(super) fn new(graph: &Graph) -> Result<Self, ExpressionError> {
+        let constant = graph.constant_nodes();
+        let mut values: Vec<Option<T>> = Vec::with_capacity(graph.nodes.len());
+        for (k, node) in graph.nodes.iter().enumerate() {
+            let of = |id: &Id| values[usize::from(*id)].unwrap_or_default();
+            let value = match node {
+                _ if !constant[k] => None,
+                Node::Input(_) => None,
+                Node::Pi => Some(T::pi()),
+                Node::Constant(k) => match graph.constants[usize::from(*k)].eval::<T>() {
+                    Ok(value) => Some(value),
+                    Err(error) => {
+                        let at = graph.nodes.iter().position(|found| found == node).unwrap_or_default();
+                        let spot = graph.spot(graph.origins[at]);
+                        return Err(ExpressionError { spot, message: error.to_string() });
+                    }
+                },
+                Node::Unary(operation, a) => Some(unary(*operation, of(a))),
+                Node::Binary(operation, a, b) => Some(binary(*operation, of(a), of(b))),
+            };
+            values.push(value);
+        }
+        // What is used: from the outputs backwards, not further than constants.
+        let mut used = vec![false; graph.nodes.len()];
+        graph.outputs.iter().for_each(|id| used[usize::from(*id)] = true);
+        for k in (0..graph.nodes.len()).rev() {
+            if used[k] && values[k].is_none() {
+                match graph.nodes[k] {
+                    Node::Unary(_, a) => used[usize::from(a)] = true,
+                    Node::Binary(_, a, b) => (used[usize::from(a)], used[usize::from(b)]) = (true, true),
+                    Node::Input(_) | Node::Constant(_) | Node::Pi => {}
+                }
+            }
+        }
+        let mut program = Self {
+            inputs: graph.inputs.clone(),
+            constants: Vec::new(),
+            instructions: Vec::new(),
+            outputs: Vec::new(),
+            sources: Vec::new(),
+            graph: Arc::new(graph.clone()),
+        };
+        let mut registers: Vec<Id> = vec![0; graph.nodes.len()];
+        for (k, value) in values.iter().enumerate() {
+            if let (Some(value), true) = (value, used[k]) {
+                registers[k] = (program.inputs.len() + program.constants.len()) as Id;
+                program.constants.push(*value);
+            }
+        }
+        for (k, node) in graph.nodes.iter().enumerate().filter(|(k, _)| used[*k] && values[*k].is_none()) {
+            let register = |id: Id| registers[usize::from(id)];
+            let instruction = match *node {
+                Node::Input(input) => {
+                    registers[k] = input;
+                    continue;
+                }
+                Node::Unary(operation, a) => Instruction::Unary(operation, register(a)),
+                Node::Binary(operation, a, b) => Instruction::Binary(operation, register(a), register(b)),
+                Node::Constant(_) | Node::Pi => continue,
+            };
+            registers[k] = (program.inputs.len() + program.constants.len() + program.instructions.len()) as Id;
+            program.instructions.push(instruction);
+            program.sources.push(k as Id);
+        }
+        program.outputs = graph.outputs.iter().map(|id| registers[usize::from(*id)]).collect();
+        Ok(program)
+    }
+
+    fn registers(&self) -> usize {
+        self.inputs.len() + self.constants.len() + self.instructions.len()
+    }
+
+    /// How many numbers it gives.
+    pub fn outputs(&self) -> usize {
+        self.outputs.len()
+    }
+
+    /// Whether the quantity with that place, from 0, occurs in it.
+    pub fn uses(&self, place: usize) -> bool {
+        self.inputs.contains(&place)
+    }
+
+    /// Whether it has all derivatives wherever it is defined.
+    pub fn is_smooth(&self) -> bool {
+        self.graph.is_smooth()
+    }
+
+    /// Fills the registers; `inputs` gives the quantity with a place.
+    fn run<S: Scalar<Base = T>>(&self, inputs: &[S], registers: &mut [S]) {
+        let missing = || S::exact(f64::NAN);
+        let given = self.inputs.iter().map(|place| inputs.get(*place).copied().unwrap_or_else(missing));
+        let known = given.chain(self.constants.iter().map(|constant| S::lift(*constant)));
+        registers.iter_mut().zip(known).for_each(|(register, value)| *register = value);
+        let first = self.inputs.len() + self.constants.len();
+        for (k, instruction) in self.instructions.iter().enumerate() {
+            registers[first + k] = match *instruction {
+                Instruction::Unary(operation, a) => unary(operation, registers[usize::from(a)]),
+                Instruction::Binary(operation, a, b) => {
+                    binary(operation, registers[usize::from(a)], registers[usize::from(b)])
+                }
+            };
+        }
+    }
+
+    fn eval_in<S: Scalar<Base = T>, const SIZE: usize>(&self, inputs: &[S], out: &mut [S]) {
+        let mut registers = [S::zero(); SIZE];
+        self.run(inputs, &mut registers);
+        out.iter_mut().zip(&self.outputs).for_each(|(out, register)| *out = registers[usize::from(*register)]);
+    }
+
+    /// The values at these quantities, in the order of their places; those that are not used are not looked at, and those that are
+    /// missing count as NaN.
+    pub fn eval<S: Scalar<Base = T>>(&self, inputs: &[S], out: &mut [S]) {
+        match self.registers() {
+            n if n <= SIZES[0] => self.eval_in::<S, { SIZES[0] }>(inputs, out),
+            n if n <= SIZES[1] => self.eval_in::<S, { SIZES[1] }>(inputs, out),
+            _ => self.eval_in::<S, { SIZES[2] }>(inputs, out),
+        }
+    }
+
+    /// Sets `out` to the derivatives of the first number with respect to every quantity, by its place; 0 for those that are not used.
+    pub fn gradient<S: Scalar<Base = T>>(&self, inputs: &[S], out: &mut [S]) {
+        match self.registers() {
+            n if n <= SIZES[0] => self.gradient_in::<S, { SIZES[0] }>(inputs, out),
+            n if n <= SIZES[1] => self.gradient_in::<S, { SIZES[1] }>(inputs, out),
+            _ => self.gradient_in::<S, { SIZES[2] }>(inputs, out),
+        }
+    }
+
+    fn gradient_in<S: Scalar<Base = T>, const SIZE: usize>(&self, inputs: &[S], out: &mut [S]) {
+        let mut registers = [S::zero(); SIZE];
+        self.run(inputs, &mut registers);
+        let mut slopes = [S::zero(); SIZE];
+        out.fill(S::zero());
+        let Some(output) = self.outputs.first() else { return };
+        slopes[usize::from(*output)] = S::one();
+        let first = self.inputs.len() + self.constants.len();
+        for (k, instruction) in self.instructions.iter().enumerate().rev() {
+            let (slope, value) = (slopes[first + k], registers[first + k]);
+            if slope.vanishes() {
+                continue;
+            }
+            match *instruction {
+                Instruction::Unary(operation, a) => {
+                    let x = registers[usize::from(a)];
+                    slopes[usize::from(a)] += slope * derivative(operation, x, value);
+                }
+                Instruction::Binary(operation, a, b) => {
+                    let (a, b) = (usize::from(a), usize::from(b));
+                    let (x, y) = (registers[a], registers[b]);
+                    let (by_x, by_y) = match operation {
+                        Binary::Add => (slope, slope),
+                        Binary::Sub => (slope, -slope),
+                        Binary::Mul => (slope * y, slope * x),
+                        Binary::Div => (slope / y, -slope * value / y),
+                        Binary::Atan2 => {
+                            let square = x * x + y * y;
+                            (slope * y / square, -slope * x / square)
+                        }
+                    };
+                    slopes[a] += by_x;
+                    slopes[b] += by_y;
+                }
+            }
+        }
+        for (k, place) in self.inputs.iter().enumerate() {
+            if let Some(out) = out.get_mut(*place) {
+                *out = slopes[k];
+            }
+        }
+    }
+
+    /// The first operation without a finite value at these quantities; `None` if all have one.
+    pub fn undefined(&self, inputs: &[T]) -> Option<Undefined> {
+        let mut registers = vec![T::zero(); self.registers()];
+        self.run(inputs, &mut registers);
+        let first = self.inputs.len() + self.constants.len();
+        let k = (0..self.instructions.len()).find(|k| !registers[first + k].all_finite())?;
+        let of = |id: Id| registers[usize::from(id)].to_f64();
+        let value = registers[first + k].to_f64();
+        let large = || "the value is too large".to_owned();
+        let why = match self.instructions[k] {
+            Instruction::Unary(operation, a) => undefined_unary(operation, of(a), value).unwrap_or_else(large),
+            Instruction::Binary(Binary::Div, _, b) if of(b) == 0.0 => "division by zero".into(),
+            Instruction::Binary(..) => large(),
+        };
+        let origin = self.graph.origins[usize::from(self.sources[k])];
+        Some(Undefined { spot: self.graph.spot(origin), why })
+    }
+}
+
+/// The derivative of an operation at x, where its value is known.
+fn derivative<S: Scalar>(operation: Unary, x: S, value: S) -> S {
+    match operation {
+        Unary::Negative => -S::one(),
+        Unary::Sqrt => S::half() / value,
+        Unary::Exp => value,
+        Unary::Log => S::one() / x,
+        Unary::Sin => x.cos(),
+        Unary::Cos => -x.sin(),
+        Unary::Tan => S::one() + value * value,
+        Unary::Asin => S::one() / (S::one() - x * x).sqrt(),
+        Unary::Acos => -S::one() / (S::one() - x * x).sqrt(),
+        Unary::Atan => S::one() / (S::one() + x * x),
+        Unary::Sinh => x.cosh(),
+        Unary::Cosh => x.sinh(),
+        Unary::Tanh => S::one() - value * value,
+        Unary::Abs if x < S::zero() => -S::one(),
+        Unary::Abs => S::one(),
+    }
+}

@@ -1,0 +1,416 @@
+//! The formulas of a case: what they may name, and what they become in a scalar.
+
+use super::case::{Case, Inertia, Orientation, Parameter, Potential, Structure};
+use super::error::{CaseError, Place, Problem};
+use super::numbers::{list, number, vector};
+use crate::algebra::Matrix;
+use crate::algebra::catalogue::Entry;
+use crate::expression::{Expression, ExpressionError, Names, Shape};
+use crate::group::MatrixGroup;
+use crate::mechanics::force::AnyForce;
+use crate::mechanics::formula::{FormulaForce, FormulaLagrangian, Quantities};
+use crate::mechanics::lagrangian::AnyLagrangian;
+use crate::scalar::{Number, Real};
+
+/// On which group a body turns.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+enum Body {
+    So3,
+    Se3,
+}
+
+impl Body {
+    fn of(case: &Case) -> Option<Self> {
+        match &case.algebra.structure {
+            Structure::Named(Entry::So3) => Some(Self::So3),
+            Structure::Named(Entry::Se3) => Some(Self::Se3),
+            _ => None,
+        }
+    }
+}
+
+/// The names of a case.
+#[derive(Clone, Debug)]
+pub(crate) struct Scope {
+    names: Names,
+    quantities: Quantities,
+    body: Option<Body>,
+    /// Whether the basis is that of the catalogue.
+    standard: bool,
+    /// The rotational inertia as the text of a matrix; none where the Lagrangian is a formula.
+    inertia: Option<String>,
+}
+
+/// How far the entries of a rotation matrix may be from one: they may be rounded to six digits.
+const ROUNDED: f64 = 1e-5;
+
+impl Scope {
+    /// The scope of a case.
+    ///
+    /// # Errors
+    /// A name that is none, or that has another meaning; a parameter without a value.
+    pub fn of(case: &Case) -> Result<Self, CaseError> {
+        let quantities = Quantities { dimension: case.dimension(), size: case.matrix_size() };
+        let body = Body::of(case);
+        let refused = |e: ExpressionError| Place::root().error(Problem::Formula(e));
+        let mut names = quantities.names().map_err(refused)?;
+        let block = |rows: usize, column: usize| (0..rows).map(|r| quantities.entry(r, column)).collect::<Vec<_>>();
+        if body.is_some() {
+            let rows = (0..3).map(|r| (0..3).map(|c| quantities.entry(r, c)).collect()).collect();
+            names.matrix_of("R", rows).map_err(refused)?;
+        }
+        if body == Some(Body::Se3) {
+            names.vector_of("x", block(3, 3)).map_err(refused)?;
+        }
+        for (name, value) in &case.names.parameters {
+            let place = Place::root().key("parameters").name(name);
+            let declared = match value {
+                Parameter::Number(value) => {
+                    number::<f64>(value, &place)?;
+                    names.parameter(name, value.clone())
+                }
+                Parameter::Vector(list) => {
+                    for (k, value) in list.iter().enumerate() {
+                        number::<f64>(value, &place.index(k))?;
+                    }
+                    names.parameters(name, list.clone())
+                }
+            };
+            declared.map_err(|e| place.error(Problem::Part(e.message().into())))?;
+        }
+        for (name, text) in &case.names.definitions {
+            let place = Place::root().key("definitions").name(name);
+            names.definition(name, text).map_err(|e| place.error(Problem::Part(e.message().into())))?;
+        }
+        let inertia = case.lagrangian.formula.is_none().then(|| rotational(&case.lagrangian.inertia));
+        let standard = case.algebra.basis.is_none();
+        let scope = Self { names, quantities, body, standard, inertia };
+        // Definitions that nothing uses are read, too.
+        for name in case.names.definitions.keys() {
+            scope.expression(name, &Place::root().key("definitions").name(name))?;
+        }
+        Ok(scope)
+    }
+
+    fn expression(&self, text: &str, place: &Place) -> Result<Expression, CaseError> {
+        Expression::parse(text, &self.names).map_err(|e| match e.definition() {
+            Some(name) => Place::root().key("definitions").name(name).error(Problem::Formula(e.clone())),
+            None => place.error(Problem::Formula(e)),
+        })
+    }
+
+    /// A formula with one value.
+    fn number(&self, text: &str, place: &Place) -> Result<Expression, CaseError> {
+        let expression = self.expression(text, place)?;
+        match expression.shape() {
+            Shape::Scalar => Ok(expression),
+            found => Err(place.error(Problem::Range { found: found.to_string(), allowed: "a number".into() })),
+        }
+    }
+
+    /// Which of these quantities a formula asks for, by name.
+    fn asks(&self, expression: &Expression, from: usize, name: &str) -> Option<String> {
+        let n = self.quantities.dimension;
+        (0..n).find(|a| expression.uses(from + a)).map(|a| format!("{name}_{}", a + 1))
+    }
+
+    /// The force of a formula.
+    ///
+    /// # Errors
+    /// What is wrong with the text; another number of components than n.
+    pub fn force<T: Real, const N: usize>(
+        &self,
+        text: &str,
+        lagrangian: &AnyLagrangian<T, N>,
+        place: &Place,
+    ) -> Result<AnyForce<T, N>, CaseError> {
+        let (expression, n) = (self.expression(text, place)?, self.quantities.dimension);
+        match expression.shape() {
+            Shape::Vector(found) if found == n => {}
+            Shape::Scalar if n == 1 => {}
+            found => {
+                let allowed = format!("a vector of {n} components, as the algebra has dimension {n}");
+                return Err(place.error(Problem::Range { found: found.to_string(), allowed }));
+            }
+        }
+        let program = expression.compile::<T>().map_err(|e| place.error(Problem::Formula(e)))?;
+        Ok(AnyForce::Formula(Box::new(FormulaForce::new(program, self.quantities, lagrangian.clone()))))
+    }
+
+    /// The body of so(3) or se(3) that a kind is about.
+    fn of_body(&self, what: &'static str, place: &Place) -> Result<Body, CaseError> {
+        match self.body {
+            Some(body) if self.standard => Ok(body),
+            _ => {
+                let why =
+                    "it is for a body: the algebra so3 or se3 in its standard basis; elsewhere write a formula".into();
+                Err(place.error(Problem::NotApplicable { what, why }))
+            }
+        }
+    }
+
+    /// The formula of attitude control.
+    pub fn attitude_control(&self, stiffness: &Number, damping: &Number, place: &Place) -> Result<String, CaseError> {
+        let body = self.of_body("attitude-control", place)?;
+        number::<f64>(stiffness, &place.key("stiffness"))?;
+        number::<f64>(damping, &place.key("damping"))?;
+        let mut components: Vec<String> =
+            (1..=3).map(|a| format!("-({stiffness})*vee(R)[{a}] - ({damping})*eta_{a}")).collect();
+        if body == Body::Se3 {
+            components.extend(["0", "0", "0"].map(String::from));
+        }
+        Ok(format!("[{}]", components.join(", ")))
+    }
+
+    /// The formula of a potential.
+    fn potential(&self, potential: &Potential, place: &Place) -> Result<String, CaseError> {
+        let three = |values: &[Number], key: &'static str| {
+            vector::<f64, 3>(values, 3, &place.key(key)).map(|_| list(values)).map_err(|mut error| {
+                if let Problem::Length { why, .. } = &mut error.problem {
+                    *why = "a vector of space or of the body";
+                }
+                error
+            })
+        };
+        // w ⟨e₃, R r + x⟩.
+        let height = |body: Body, weight: &Number, center: &[Number], key: &'static str| {
+            number::<f64>(weight, &place.key(key))?;
+            let above = if body == Body::Se3 { " + x_3" } else { "" };
+            Ok::<_, CaseError>(format!("({weight})*(dot(row(R, 3), {}){above})", three(center, "center")?))
+        };
+        match potential {
+            Potential::Formula { value } => Ok(value.clone()),
+            Potential::Gravity { weight, center } => height(self.of_body("gravity", place)?, weight, center, "weight"),
+            Potential::Buoyancy { lift, center } => {
+                Ok(format!("-{}", height(self.of_body("buoyancy", place)?, lift, center, "lift")?))
+            }
+            Potential::UniformField { moment, field } => {
+                self.of_body("uniform-field", place)?;
+                Ok(format!("-dot({}, R*{})", three(field, "field")?, three(moment, "moment")?))
+            }
+            Potential::GravityGradient { rate } => {
+                self.of_body("gravity-gradient", place)?;
+                number::<f64>(rate, &place.key("rate"))?;
+                let Some(inertia) = &self.inertia else {
+                    let why = "it needs the inertia, which a formula for the Lagrangian does not give".into();
+                    return Err(place.error(Problem::NotApplicable { what: "gravity-gradient", why }));
+                };
+                let direction = format!("[cos(({rate})*t), sin(({rate})*t), 0]*R");
+                Ok(format!("3/2*({rate})^2*dot({direction}, {inertia}*({direction}))"))
+            }
+        }
+    }
+
+    /// L = l − V for each potential of a case.
+    ///
+    /// # Errors
+    /// What is wrong with a text; a potential that asks for velocities; no group.
+    pub fn with_potentials<T: Real, const N: usize, const D: usize>(
+        &self,
+        potentials: &[Potential],
+        group: &Option<MatrixGroup<T, N, D>>,
+        mut lagrangian: AnyLagrangian<T, N>,
+    ) -> Result<AnyLagrangian<T, N>, CaseError> {
+        for (k, potential) in potentials.iter().enumerate() {
+            let mut place = Place::root().key("potential").index(k);
+            let text = self.potential(potential, &place)?;
+            if matches!(potential, Potential::Formula { .. }) {
+                place = place.key("value");
+            }
+            let expression = self.number(&text, &place)?;
+            let n = self.quantities.dimension;
+            let found = self.asks(&expression, 1, "eta").or_else(|| self.asks(&expression, 1 + n, "mu"));
+            if let Some(name) = found {
+                let (found, allowed) = (format!("a function of {name}"), "a function of t and g".into());
+                return Err(place.error(Problem::Range { found, allowed }));
+            }
+            let Some(group) = group else {
+                let why = "the algebra is given by structure constants alone, without a group".into();
+                return Err(place.error(Problem::NotApplicable { what: "a potential", why }));
+            };
+            let program = expression.compile::<T>().map_err(|e| place.error(Problem::Formula(e)))?;
+            lagrangian = FormulaLagrangian::with_potential(lagrangian, program, self.quantities, group).into();
+        }
+        Ok(lagrangian)
+    }
+
+    /// The Lagrangian of a formula.
+    ///
+    /// # Errors
+    /// What is wrong with the text; one that asks for μ.
+    pub fn lagrangian<T: Real, const N: usize, const D: usize>(
+        &self,
+        text: &str,
+        group: &Option<MatrixGroup<T, N, D>>,
+    ) -> Result<AnyLagrangian<T, N>, CaseError> {
+        let place = Place::root().key("lagrangian").key("formula");
+        let (expression, n) = (self.number(text, &place)?, self.quantities.dimension);
+        if let Some(name) = self.asks(&expression, 1 + n, "mu") {
+            let (found, allowed) = (format!("a function of {name}"), "a function of t, eta and g".into());
+            return Err(place.error(Problem::Range { found, allowed }));
+        }
+        let program = expression.compile::<T>().map_err(|e| place.error(Problem::Formula(e)))?;
+        Ok(FormulaLagrangian::new(program, self.quantities, group.as_ref()).into())
+    }
+}
+
+/// The first three rows and columns of an inertia as the text of a matrix.
+fn rotational(inertia: &Inertia) -> String {
+    let entry = |r: usize, c: usize| match inertia {
+        Inertia::Diagonal(list) if r == c => list.get(r).map_or("0".into(), ToString::to_string),
+        Inertia::Diagonal(_) => "0".into(),
+        Inertia::Full(rows) => rows.get(r).and_then(|row| row.get(c)).map_or("0".into(), ToString::to_string),
+    };
+    let row = |r: usize| format!("[{}, {}, {}]", entry(r, 0), entry(r, 1), entry(r, 2));
+    format!("[{}, {}, {}]", row(0), row(1), row(2))
+}
+
+/// The rotation of a quaternion (w, x, y, z) of any length.
+fn rotation<T: Real>([w, x, y, z]: [T; 4]) -> Matrix<T, 3> {
+    let twice = T::int(2) / (w * w + x * x + y * y + z * z);
+    let one = T::one();
+    Matrix::<T, 3>::new(
+        one - twice * (y * y + z * z),
+        twice * (x * y - w * z),
+        twice * (x * z + w * y),
+        twice * (x * y + w * z),
+        one - twice * (x * x + z * z),
+        twice * (y * z - w * x),
+        twice * (x * z - w * y),
+        twice * (y * z + w * x),
+        one - twice * (x * x + y * y),
+    )
+}
+
+/// The rotation about the vector (x, y, z) by its length.
+fn about<T: Real>(x: [T; 3]) -> Matrix<T, 3> {
+    let angle = (x[0] * x[0] + x[1] * x[1] + x[2] * x[2]).sqrt();
+    if angle == T::zero() {
+        return Matrix::<T, 3>::identity();
+    }
+    let (sin, cos) = (angle * T::half()).sin_cos();
+    rotation([cos, sin * x[0] / angle, sin * x[1] / angle, sin * x[2] / angle])
+}
+
+impl Case {
+    /// The attitude of the orientation and the position, whatever the retraction; none where the case has neither.
+    pub(super) fn placed<T: Real, const N: usize, const D: usize>(
+        &self,
+        group: &Option<MatrixGroup<T, N, D>>,
+    ) -> Result<Option<Matrix<T, D>>, CaseError> {
+        let place = Place::root().key("state");
+        let body = Body::of(self);
+        let mut attitude = Matrix::<T, D>::identity();
+        let three = |values: &[Number], key: &'static str| -> Result<[T; 3], CaseError> {
+            let place = place.key(key);
+            if body.is_none() {
+                let why = "it is for the algebras so3 and se3; allowed: `attitude`, `matrix`".into();
+                return Err(place.error(Problem::NotApplicable { what: key, why }));
+            }
+            let values = vector::<T, 3>(values, 3, &place).map_err(|mut error| {
+                if let Problem::Length { why, .. } = &mut error.problem {
+                    *why = "a vector of space";
+                }
+                error
+            })?;
+            Ok(values.into())
+        };
+        let turned = match &self.start.orientation {
+            None => None,
+            Some(Orientation::RotationVector(x)) => Some(about(three(x, "rotation-vector")?)),
+            Some(Orientation::Quaternion(q)) => {
+                let place = place.key("quaternion");
+                let [Some(w), rest @ ..] = [q.first(), q.get(1), q.get(2), q.get(3)] else {
+                    return Err(place.error(Problem::Length { found: q.len(), wanted: 4, why: "w, x, y, z" }));
+                };
+                if q.len() != 4 {
+                    return Err(place.error(Problem::Length { found: q.len(), wanted: 4, why: "w, x, y, z" }));
+                }
+                let rest: Vec<Number> = rest.into_iter().flatten().cloned().collect();
+                let ([x, y, z], w) = (three(&rest, "quaternion")?, number::<T>(w, &place.index(0))?);
+                if [w, x, y, z].iter().all(|v| *v == T::zero()) {
+                    let (found, allowed) = ("0".into(), "a quaternion that is not 0".into());
+                    return Err(place.error(Problem::Range { found, allowed }));
+                }
+                Some(rotation([w, x, y, z]))
+            }
+            Some(Orientation::Euler { angles, axes }) => {
+                let angles = three(angles, "euler")?;
+                let index = |axis: char| "xyz".find(axis);
+                let axes: Option<Vec<usize>> = axes.chars().map(index).collect();
+                let Some([a, b, c]) = axes.as_deref() else {
+                    let (found, allowed) = (format!("{axes:?}"), "three of x, y and z, such as \"zyx\"".into());
+                    return Err(place.key("axes").error(Problem::Range { found, allowed }));
+                };
+                let turn = |axis: usize, angle: T| {
+                    let mut vector = [T::zero(); 3];
+                    vector[axis] = angle;
+                    about(vector)
+                };
+                Some(turn(*a, angles[0]) * turn(*b, angles[1]) * turn(*c, angles[2]))
+            }
+            Some(Orientation::Matrix(rows)) => return self.matrix(rows, group, &place.key("matrix")).map(Some),
+        };
+        if let Some(turned) = turned {
+            (0..3).for_each(|r| (0..3).for_each(|c| attitude[(r, c)] = turned[(r, c)]));
+        }
+        if let Some(position) = &self.start.position {
+            if body != Some(Body::Se3) {
+                let why = "it is for the algebra se3".into();
+                return Err(place.key("position").error(Problem::NotApplicable { what: "position", why }));
+            }
+            let position = three(position, "position")?;
+            (0..3).for_each(|r| attitude[(r, 3)] = position[r]);
+        }
+        let given = self.start.orientation.is_some() || self.start.position.is_some();
+        Ok(given.then_some(attitude))
+    }
+
+    /// The attitude with this matrix. A rotation with rounded entries is replaced by the nearest one.
+    fn matrix<T: Real, const N: usize, const D: usize>(
+        &self,
+        rows: &[Vec<Number>],
+        group: &Option<MatrixGroup<T, N, D>>,
+        place: &Place,
+    ) -> Result<Matrix<T, D>, CaseError> {
+        let size = self.matrix_size();
+        if group.is_none() || size == 0 {
+            let why = "the algebra is given by structure constants alone, without a group".into();
+            return Err(place.error(Problem::NotApplicable { what: "matrix", why }));
+        }
+        let length = |found: usize, place: &Place| match found == size {
+            true => Ok(()),
+            false => Err(place.error(Problem::Length { found, wanted: size, why: "the size of the group's matrices" })),
+        };
+        length(rows.len(), place)?;
+        let mut attitude = Matrix::<T, D>::identity();
+        for (r, row) in rows.iter().enumerate() {
+            length(row.len(), &place.index(r))?;
+            for (c, entry) in row.iter().enumerate() {
+                attitude[(r, c)] = number(entry, &place.index(r).index(c))?;
+            }
+        }
+        let mut departure = T::zero();
+        if Body::of(self).is_some() {
+            let mut turn = attitude.fixed_view::<3, 3>(0, 0).into_owned();
+            departure = (turn.transpose() * turn - Matrix::<T, 3>::identity()).amax();
+            if turn.determinant() < T::zero() {
+                departure = T::one();
+            }
+            // Newton's iteration for the nearest rotation: it squares the departure.
+            for _ in 0..8 {
+                let Some(inverse) = turn.try_inverse() else { break };
+                turn = (turn + inverse.transpose()) * T::half();
+            }
+            (0..3).for_each(|r| (0..3).for_each(|c| attitude[(r, c)] = turn[(r, c)]));
+            (0..3).filter(|_| size == 4).for_each(|c| departure = departure.max(attitude[(3, c)].abs()));
+        } else if let Structure::Named(entry) = &self.algebra.structure {
+            departure = crate::group::departure(entry, &|r, c| attitude[(r, c)]);
+        }
+        if departure.to_f64() > ROUNDED || !departure.all_finite() {
+            let found = format!("not in the group: its equations are violated by {:.1e}", departure.to_f64());
+            return Err(place.error(Problem::Range { found, allowed: "an element of the group".into() }));
+        }
+        Ok(attitude)
+    }
+}
