@@ -11,6 +11,8 @@ mod allocation;
 #[cfg(feature = "harness")]
 mod algebra;
 #[cfg(feature = "harness")]
+mod expression;
+#[cfg(feature = "harness")]
 mod group;
 #[cfg(feature = "harness")]
 mod groupoid;
@@ -20,6 +22,8 @@ mod integrators;
 mod mechanics;
 #[cfg(feature = "harness")]
 mod retraction;
+#[cfg(feature = "harness")]
+mod systems;
 #[cfg(feature = "harness")]
 mod tableau;
 #[cfg(feature = "harness")]

@@ -13,7 +13,7 @@ use clap::builder::PossibleValuesParser;
 use columns::Columns;
 use ensemble::Task;
 use euler_poincare::scalar::Dd;
-use euler_poincare::system::file::{Horizon, MAX_BYTES, MAX_STEPS, example};
+use euler_poincare::system::file::{Horizon, MAX_BYTES, MAX_STEPS, example, examples};
 use euler_poincare::system::trajectory::{Ended, Plan};
 use euler_poincare::system::{Compiled, ScalarName, SystemFile};
 use run::{Recorder, summary};
@@ -54,9 +54,9 @@ pub struct Arguments {
     /// The system file; `-` for standard input
     #[arg(value_name = "SYSTEM.toml", required_unless_present = "example")]
     system: Option<PathBuf>,
-    /// Print a complete system file, with comments on every key
-    #[arg(long, exclusive = true)]
-    example: bool,
+    /// Print a system file: that of a known system, or, without a name, one with comments on every key
+    #[arg(long, exclusive = true, value_name = "NAME", num_args = 0..=1, value_parser = PossibleValuesParser::new(names()))]
+    example: Option<Option<String>>,
     /// Where the CSV goes; `-` for standard output
     #[arg(long, value_name = "FILE.csv")]
     out: Option<PathBuf>,
@@ -86,9 +86,16 @@ pub struct Arguments {
     jobs: Option<u16>,
 }
 
+/// The names of the examples.
+fn names() -> impl Iterator<Item = &'static str> {
+    examples().iter().map(|(name, _)| *name)
+}
+
 pub fn run(arguments: Arguments) -> Result<ExitCode, Failure> {
     let Some(path) = arguments.system.as_deref() else {
-        return print(example()).map(|()| ExitCode::SUCCESS);
+        let wanted = arguments.example.flatten();
+        let known = examples().iter().find(|(name, _)| Some(*name) == wanted.as_deref());
+        return print(known.map_or_else(example, |(_, text)| text)).map(|()| ExitCode::SUCCESS);
     };
     let mut file = SystemFile::parse(&read(path)?).map_err(|refused| Failure::file(name(path), refused))?;
     if let Some(steps) = arguments.steps {

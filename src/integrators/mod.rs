@@ -89,6 +89,11 @@ pub struct Report<T> {
     pub residual: T,
 }
 
+/// Where a force was evaluated: a stage (counted from 1), or the start.
+fn place(stage: &Option<usize>) -> String {
+    stage.map_or("the start of the step".into(), |stage| format!("stage {}", stage + 1))
+}
+
 fn because(why: &Option<String>) -> String {
     why.as_ref().map_or(String::new(), |why| format!(": {why}"))
 }
@@ -137,7 +142,7 @@ pub enum StepError {
         source: RetractionError,
     },
     /// The force, or the derivative of the Lagrangian in its place, has no finite value at a stage.
-    #[error("the force at {} has no finite value or derivative at h = {step}{}", part(.stage), because(.why))]
+    #[error("the force at {} has no finite value or derivative at h = {step}{}", place(.stage), because(.why))]
     Undefined {
         /// The step asked for.
         step: f64,

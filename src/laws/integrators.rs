@@ -15,6 +15,7 @@ use crate::algebra::{Casimir, Covector, Matrix, Vector};
 use crate::group::LieGroup;
 use crate::harness::{About, Cost, Fault};
 use crate::integrators::{OneStep, Report, State, StepError, Variational};
+use crate::mechanics::configuration::Configuration;
 use crate::mechanics::{Force, Lagrangian};
 use crate::retraction::Retraction;
 use crate::scalar::Real;
@@ -167,6 +168,16 @@ where
             Some((wrong, size)) => right.zip(wrong.stage_velocities()).map(|(r, w)| blend(r, *w, *size)).collect(),
         }
     }
+
+    /// Ξ_i of the last step.
+    pub(super) fn stage_displacements(&self) -> Vec<Vector<T, N>> {
+        let right = self.library.stage_displacements();
+        match &self.planted {
+            None => right.collect(),
+            Some((wrong, 1.0)) => wrong.stage_displacements().to_vec(),
+            Some((wrong, size)) => right.zip(wrong.stage_displacements()).map(|(r, w)| blend(r, *w, *size)).collect(),
+        }
+    }
 }
 
 impl<T, const N: usize, const D: usize, R, L, F> OneStep<T, N, D> for TestedMethod<'_, T, N, D, R, L, F>
@@ -262,9 +273,10 @@ fn compare<T: Real, const N: usize, const D: usize>(
     momentum.and(attitude)
 }
 
+/// The step against the plain one.
 #[derive(Clone, Copy)]
-struct PlainStep<'a> {
-    fault: Option<&'a Fault>,
+pub(super) struct PlainStep<'a> {
+    pub fault: Option<&'a Fault>,
 }
 
 impl<T: Real> Visitor<T> for PlainStep<'_> {
@@ -285,9 +297,10 @@ impl<T: Real> Visitor<T> for PlainStep<'_> {
     }
 }
 
+/// The balance of the spatial momentum in a step.
 #[derive(Clone, Copy)]
-struct Noether<'a> {
-    fault: Option<&'a Fault>,
+pub(super) struct Noether<'a> {
+    pub fault: Option<&'a Fault>,
 }
 
 impl<T: Real> Visitor<T> for Noether<'_> {
@@ -331,7 +344,9 @@ impl<T: Real> Visitor<T> for Noether<'_> {
             let (b, c) = (system.tableau.b(), system.tableau.c());
             for (j, (x, eta)) in stages.stage_displacements().zip(stages.stage_velocities()).enumerate() {
                 let g = start.attitude * r.tau(&x).ok()?;
-                change -= spatial(&g, f.force(start.time + c[j] * h, &eta) * (b[j] * h))?;
+                let (time, there) = (start.time + c[j] * h, Configuration::of(&g));
+                let force = f.force_at(time, there, &eta) + l.configuration_gradient(time, there, &eta);
+                change -= spatial(&g, force * (b[j] * h))?;
             }
             Some(change)
         };

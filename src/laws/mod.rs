@@ -14,6 +14,7 @@
 //! | [`hamiltonian`], [`two_hamiltonians`] | [`crate::mechanics::hamiltonian`], [`crate::mechanics::forced_hamiltonian`] |
 //! | [`discrete`] | [`crate::discrete`] |
 //! | [`integrators`], [`doubled`] | [`crate::integrators`], one step or a few |
+//! | [`configuration`] | [`crate::integrators`] with potentials and forces that depend on the attitude |
 //! | [`order`], [`predicted`] | [`crate::integrators`], convergence |
 //! | [`munthe_kaas`] | [`crate::integrators::MuntheKaas`], one step |
 //! | [`variational_error`] | [`crate::discrete`] and [`crate::integrators`]: one order for three things |
@@ -30,6 +31,7 @@
 
 pub mod accuracy;
 pub mod algebroid;
+pub mod configuration;
 mod differences;
 pub mod discrete;
 pub mod doubled;
@@ -192,6 +194,7 @@ pub fn all() -> Vec<&'static CaseLaw> {
     ]
     .into_iter()
     .flatten()
+    .chain(configuration::laws())
     .chain(fast::laws())
     .chain(parts::laws())
     .collect()

@@ -16,6 +16,7 @@ use crate::harness::convergence::{CLEAR_OF_NOISE, Estimate, Level, estimate};
 use crate::harness::evidence::{self, Evidence};
 use crate::harness::{About, Cost, Fault, Verdict};
 use crate::integrators::{Classical, OneStep, State, StepError};
+use crate::mechanics::configuration::Configuration;
 use crate::mechanics::equations::EulerPoincare;
 use crate::mechanics::{Force, Lagrangian};
 use crate::retraction::Retraction;
@@ -83,7 +84,8 @@ pub const fn laws<S: Source>() -> &'static [CaseLaw<S>] {
     }
 }
 
-fn forced(cases: Cases) -> Cases {
+/// Forced systems with tableaux of known orders.
+pub(super) fn forced(cases: Cases) -> Cases {
     let methods = [
         (Family::Gauss, 1),
         (Family::Gauss, 2),
@@ -97,13 +99,17 @@ fn forced(cases: Cases) -> Cases {
     cases.forced_nonabelian().smooth().with_group().with_tableaux(proptest::sample::select(methods))
 }
 
+/// What is judged.
 #[derive(Clone, Copy)]
-enum Which {
+pub(super) enum Which {
+    /// The order in μ and in g.
     Order,
+    /// The energy balance.
     Balance,
 }
 
-fn judge<S: Source>(case: &S, fault: Option<&Fault>, which: Which) -> Verdict {
+/// The verdict on the order of the method of a case.
+pub(super) fn judge<S: Source>(case: &S, fault: Option<&Fault>, which: Which) -> Verdict {
     match case.visit::<Dd, _>(&Plant(fault), OrderStudy { fault, which }) {
         Ok(verdict) => verdict,
         Err(e) => Verdict::broken(format!("a generated case cannot be built: {e}")),
@@ -301,9 +307,10 @@ fn energy<const N: usize, const D: usize, R, L: Lagrangian<Dd, N>, F: Force<Dd, 
     system: &System<Dd, N, D, R, L, F>,
     state: &State<Dd, N, D>,
 ) -> Result<Dd, StepError> {
-    let velocity = system.lagrangian.velocity(&state.momentum, &Vector::zeros());
+    let g = Configuration::of(&state.attitude);
+    let velocity = system.lagrangian.velocity_at(state.time, g, &state.momentum, &Vector::zeros());
     let velocity = velocity.map_err(|source| StepError::Legendre { step: system.step.to_f64(), source })?;
-    Ok(system.lagrangian.energy(&velocity))
+    Ok(system.lagrangian.energy_at(state.time, g, &velocity))
 }
 
 impl OrderStudy<'_> {
@@ -318,10 +325,10 @@ impl OrderStudy<'_> {
         let h = horizon / Dd::int(steps as i64);
         let mut work = Dd::exact(0.0);
         for _ in 0..steps {
-            let start = state.time;
+            let start = state.clone();
             method.step(&mut state, h)?;
             if matches!(self.which, Which::Balance) {
-                work += stage_work(system, &method, start, h);
+                work += stage_work(system, &method, &start, h);
             }
         }
         let balance = energy(system, &state)? - energy(system, &system.state)? - work;
@@ -333,13 +340,17 @@ impl OrderStudy<'_> {
 fn stage_work<const N: usize, const D: usize, R: Retraction<Dd, N, D>, L: Lagrangian<Dd, N>, F: Force<Dd, N>>(
     system: &System<Dd, N, D, R, L, F>,
     method: &TestedMethod<'_, Dd, N, D, R, L, F>,
-    start: Dd,
+    start: &State<Dd, N, D>,
     h: Dd,
 ) -> Dd {
     let (b, c) = (system.tableau.b(), system.tableau.c());
+    let moves = system.force.uses_configuration();
     let mut work = Dd::exact(0.0);
-    for (i, eta) in method.stage_velocities().into_iter().enumerate() {
-        work += b[i] * h * (system.force.force(start + c[i] * h, &eta) * eta)[0];
+    for (i, (eta, x)) in method.stage_velocities().into_iter().zip(method.stage_displacements()).enumerate() {
+        let turned = if moves { system.retraction.tau(&x).ok() } else { None };
+        let there = turned.map_or(start.attitude, |turned| start.attitude * turned);
+        let force = system.force.force_at(start.time + c[i] * h, Configuration::of(&there), &eta);
+        work += b[i] * h * (force * eta)[0];
     }
     work
 }

@@ -115,6 +115,8 @@ pub mod stream {
     pub const LIE_FIBRE: u64 = 71;
     /// Fields and functions on a Lie groupoid of a user.
     pub const LIE_GROUPOID: u64 = 72;
+    /// A potential and a force that depend on the configuration.
+    pub const CONFIGURATION: u64 = 73;
     /// The values of laws on parts.
     pub const PARTS: u64 = 81;
     /// Where values are compared with those in 32 digits.

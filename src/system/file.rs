@@ -10,6 +10,7 @@ use super::error::{CaseError, Place, Problem, Segment};
 use super::force::KINDS;
 use super::numbers::number;
 use crate::scalar::{Number, Real};
+use crate::tableau::file::{MOST_DIGITS, significant_digits};
 use std::borrow::Cow;
 use std::fmt;
 use std::ops::Range;
@@ -206,7 +207,30 @@ fn read_with(text: &str, added: &str) -> Result<Document, FileError> {
         return Err(FileError::at("", None, message));
     }
     let whole = if added.is_empty() { Cow::Borrowed(text) } else { Cow::Owned(format!("{text}\n{added}")) };
-    toml::from_str(&whole).map_err(|error| FileError::syntax(text, &error))
+    let document = toml::from_str(&whole).map_err(|error| FileError::syntax(text, &error))?;
+    let table = DeTable::parse(text).ok();
+    match table.and_then(|table| table.get_ref().iter().find_map(|(_, value)| rounded(text, value))) {
+        None => Ok(document),
+        Some((span, digits)) => {
+            let message =
+                format!("a number of {digits} digits loses some of them (more than {MOST_DIGITS}): put it in quotes");
+            Err(FileError::at(text, Some(span), message))
+        }
+    }
+}
+
+/// The first number that is not in quotes and has more digits than an `f64` keeps, and how many.
+fn rounded(text: &str, value: &toml::Spanned<DeValue<'_>>) -> Option<(Range<usize>, usize)> {
+    match value.get_ref() {
+        DeValue::Float(_) | DeValue::Integer(_) => {
+            let written = text.get(value.span()).unwrap_or("").trim_start_matches(['+', '-']).replace('_', "");
+            let digits = significant_digits(&written);
+            (digits > MOST_DIGITS).then_some((value.span(), digits))
+        }
+        DeValue::Array(items) => items.iter().find_map(|item| rounded(text, item)),
+        DeValue::Table(table) => table.iter().find_map(|(_, item)| rounded(text, item)),
+        _ => None,
+    }
 }
 
 /// The document as TOML.
@@ -360,4 +384,27 @@ fn output(table: OutputTable, place: &Place) -> Result<Output, CaseError> {
 /// §5.3 (Landau–Lifshitz–Gilbert damping of a rigid body).
 pub fn example() -> &'static str {
     include_str!("example.toml")
+}
+
+macro_rules! examples {
+    ($($name:literal),*) => {
+        &[$(($name, include_str!(concat!("examples/", $name, ".toml")))),*]
+    };
+}
+
+/// Systems that people know, by name, each with a comment that says what to look at.
+pub fn examples() -> &'static [(&'static str, &'static str)] {
+    examples!(
+        "body-in-four-dimensions",
+        "heavy-top",
+        "kirchhoff",
+        "kovalevskaya-top",
+        "quadrotor",
+        "satellite",
+        "sleigh",
+        "spin",
+        "tennis-racket",
+        "toda-lattice",
+        "underwater-vehicle"
+    )
 }

@@ -166,7 +166,7 @@ fn check_digits(text: &str) -> Result<(), FileError> {
                 None if c.is_ascii_alphanumeric() || matches!(c, '.' | '_') => token.push(c),
                 None => {
                     let digits = significant_digits(&token);
-                    if digits > 17 {
+                    if digits > MOST_DIGITS {
                         return Err(FileError::Digits { line: line + 1, digits });
                     }
                     token.clear();
@@ -182,8 +182,11 @@ fn check_digits(text: &str) -> Result<(), FileError> {
     Ok(())
 }
 
+/// As many significant digits of a number that is not in quotes are kept: those of an `f64`.
+pub(crate) const MOST_DIGITS: usize = 17;
+
 /// Of a decimal, without its exponent; 0 for what is no number.
-fn significant_digits(token: &str) -> usize {
+pub(crate) fn significant_digits(token: &str) -> usize {
     if !token.starts_with(|c: char| c.is_ascii_digit()) {
         return 0;
     }

@@ -8,6 +8,7 @@
 use crate::algebra::{Covector, Matrix, Vector};
 use crate::harness::Fault;
 use crate::integrators::{OneStep, Report, Solver, State, StepError};
+use crate::mechanics::configuration::Configuration;
 use crate::mechanics::{Force, Lagrangian};
 use crate::newton::{Equations, Failure, Newton, NewtonSettings};
 use crate::retraction::{Retraction, RetractionError, TangentPoint};
@@ -48,6 +49,12 @@ pub enum StepFault {
     AttitudeFromLeft,
     /// g' = g τ(h (l')⁻¹((μ + μ')/2)): the momentum is right, the attitude of order 2.
     AttitudeOrderTwo,
+    /// The force and ∂_gL at g in the place of g τ(Ξ_i).
+    ConfigurationOfStart,
+    /// −∂_gL in the place of ∂_gL.
+    GradientSign,
+    /// ∂_gL left out.
+    NoGradient,
 }
 
 const NONABELIAN: &str = "non-abelian algebras, motions that are not steady";
@@ -111,8 +118,20 @@ pub const ORDER_TWO: Fault = Fault::new(
     "motions that are not steady; in the order, orders above 2",
 );
 
+const POTENTIAL: &str = "potentials that are not constant";
+/// [`StepFault::ConfigurationOfStart`].
+pub const OF_START: Fault = Fault::new(
+    "configuration-of-start",
+    "f and ∂_gL at g in the place of g τ(Ξ_i)",
+    "forces and potentials that depend on the configuration",
+);
+/// [`StepFault::GradientSign`].
+pub const GRADIENT_SIGN: Fault = Fault::new("gradient-sign", "−∂_gL for ∂_gL", POTENTIAL);
+/// [`StepFault::NoGradient`].
+pub const NO_GRADIENT: Fault = Fault::new("no-gradient", "∂_gL left out", POTENTIAL);
+
 /// What each of these faults spoils.
-pub const ALL: [(Fault, StepFault); 15] = [
+pub const ALL: [(Fault, StepFault); 18] = [
     (CHART, StepFault::ChartTrap),
     (FORCE_INDEX, StepFault::ForceIndex),
     (UNCONJUGATED, StepFault::Unconjugated),
@@ -128,6 +147,9 @@ pub const ALL: [(Fault, StepFault); 15] = [
     (HALVED, StepFault::CoadjointHalved),
     (FROM_LEFT, StepFault::AttitudeFromLeft),
     (ORDER_TWO, StepFault::AttitudeOrderTwo),
+    (OF_START, StepFault::ConfigurationOfStart),
+    (GRADIENT_SIGN, StepFault::GradientSign),
+    (NO_GRADIENT, StepFault::NoGradient),
 ];
 
 /// The plain step of a system, with or without a fault.
@@ -139,6 +161,7 @@ pub struct PlantedStep<T: Real, const N: usize, const D: usize, L, F, R> {
     tableau: Tableau<T>,
     fault: Option<StepFault>,
     velocities: Vec<Vector<T, N>>,
+    displacements: Vec<Vector<T, N>>,
 }
 
 /// What the stages determine: m and ξ, the residual and the chart momentum μ + h Σ b_j G_j.
@@ -148,6 +171,7 @@ struct Evaluated<S: Scalar, const N: usize> {
     chart: Covector<S, N>,
     residual: Vec<Covector<S, N>>,
     velocities: Vec<Vector<S, N>>,
+    displacements: Vec<Vector<S, N>>,
 }
 
 impl<T, const N: usize, const D: usize, L, F, R> PlantedStep<T, N, D, L, F, R>
@@ -159,12 +183,42 @@ where
 {
     /// The step for l, f, τ and a tableau, with a fault or without.
     pub fn new(lagrangian: L, force: F, retraction: R, tableau: Tableau<T>, fault: Option<StepFault>) -> Self {
-        Self { lagrangian, force, retraction, tableau, fault, velocities: Vec::new() }
+        Self { lagrangian, force, retraction, tableau, fault, velocities: Vec::new(), displacements: Vec::new() }
     }
 
     /// η_i of the last step; empty before the first.
     pub fn stage_velocities(&self) -> &[Vector<T, N>] {
         &self.velocities
+    }
+
+    /// Ξ_i of the last step; empty before the first.
+    pub fn stage_displacements(&self) -> &[Vector<T, N>] {
+        &self.displacements
+    }
+
+    /// f + ∂_gL at the stage at x, or what the fault makes of it.
+    fn total_force<S: Scalar<Base = T>>(
+        &self,
+        time: S,
+        attitude: &Matrix<T, D>,
+        x: &Vector<S, N>,
+        eta: &Vector<S, N>,
+    ) -> Result<Covector<S, N>, RetractionError> {
+        if !self.force.uses_configuration() && !self.lagrangian.uses_configuration() {
+            return Ok(self.force.force(time, eta));
+        }
+        let mut there = attitude.map(S::lift);
+        if !self.has(StepFault::ConfigurationOfStart) {
+            there *= self.retraction.tau(x)?;
+        }
+        let g = Configuration::of(&there);
+        let gradient = self.lagrangian.configuration_gradient(time, g, eta);
+        let force = self.force.force_at(time, g, eta);
+        Ok(match self.fault {
+            Some(StepFault::GradientSign) => force - gradient,
+            Some(StepFault::NoGradient) => force,
+            _ => force + gradient,
+        })
     }
 
     fn has(&self, fault: StepFault) -> bool {
@@ -191,20 +245,19 @@ where
 
     fn evaluate<S: Scalar<Base = T>>(
         &self,
-        time: T,
+        start: &State<T, N, D>,
         step: T,
-        momentum: &Covector<T, N>,
         rates: &[Vector<S, N>],
     ) -> Result<Evaluated<S, N>, RetractionError> {
         let (s, h) = (self.tableau.stages(), S::lift(step));
         let (a, b, c) = (self.tableau.a(), self.tableau.b(), self.tableau.c());
-        let mu = momentum.map(S::lift);
+        let mu = start.momentum.map(S::lift);
         let mut momenta = Vec::with_capacity(s);
         let mut gradients = Vec::with_capacity(s);
         let mut impulses = Vec::with_capacity(s);
         let mut increment = Vector::<S, N>::zeros();
         let mut first_velocity = None;
-        let mut velocities = Vec::with_capacity(s);
+        let (mut velocities, mut displacements) = (Vec::with_capacity(s), Vec::with_capacity(s));
         for i in 0..s {
             let mut x = Vector::<S, N>::zeros();
             for j in 0..s {
@@ -216,7 +269,7 @@ where
             let p = self.lagrangian.gradient(&eta) * point.d();
             let acting = if self.has(StepFault::ForceOfFirstStage) { *first_velocity.get_or_insert(eta) } else { eta };
             let delay = if self.has(StepFault::ForceTime) { S::zero() } else { S::lift(c[i]) * h };
-            let f = self.force.force(S::lift(time) + delay, &acting);
+            let f = self.total_force(S::lift(start.time) + delay, &start.attitude, &x, &acting)?;
             let mut gradient = self.second_tangent(&point, &p, &rates[i]);
             if !self.has(StepFault::NoForceInStages) {
                 gradient += f * point.d();
@@ -224,6 +277,7 @@ where
             impulses.push(if self.has(StepFault::ForceNotTransported) { f } else { f * point.ad_inv() });
             momenta.push(p);
             velocities.push(eta);
+            displacements.push(x);
             gradients.push(gradient);
         }
         let sum = |values: &[Covector<S, N>]| {
@@ -249,17 +303,16 @@ where
                 }
             })
             .collect();
-        Ok(Evaluated { after_impulse, increment, chart, residual, velocities })
+        Ok(Evaluated { after_impulse, increment, chart, residual, velocities, displacements })
     }
 }
 
 /// The stage equations as equations in the s·N components of H.
 struct StageEquations<'a, T: Real, const N: usize, const D: usize, L, F, R> {
     method: &'a PlantedStep<T, N, D, L, F, R>,
-    time: T,
+    start: &'a State<T, N, D>,
     full: T,
     step: T,
-    momentum: Covector<T, N>,
 }
 
 impl<T, const N: usize, const D: usize, L, F, R> Equations<T> for StageEquations<'_, T, N, D, L, F, R>
@@ -281,11 +334,11 @@ where
 
     fn residual(&mut self, x: &[T], out: &mut [T]) -> Result<T, RetractionError> {
         let rates: Vec<_> = x.chunks_exact(N).map(Vector::<T, N>::from_column_slice).collect();
-        let evaluated = self.method.evaluate(self.time, self.step, &self.momentum, &rates)?;
+        let evaluated = self.method.evaluate(self.start, self.step, &rates)?;
         let mut size = T::zero();
         for (k, value) in out.iter_mut().enumerate() {
             *value = evaluated.residual[k / N][k % N];
-            size = size.max(evaluated.after_impulse[k % N].abs()).max(self.momentum[k % N].abs());
+            size = size.max(evaluated.after_impulse[k % N].abs()).max(self.start.momentum[k % N].abs());
         }
         Ok(size)
     }
@@ -300,7 +353,7 @@ where
                     })
                 })
                 .collect();
-            let evaluated = self.method.evaluate(self.time, self.step, &self.momentum, &rates)?;
+            let evaluated = self.method.evaluate(self.start, self.step, &rates)?;
             for row in 0..x.len() {
                 out[(row, column)] = evaluated.residual[row / N][row % N].eps;
             }
@@ -320,8 +373,11 @@ where
         state.check_finite(h)?;
         let step = h.to_f64();
         let domain = |source| StepError::Domain { step, stage: None, source };
+        let here = Configuration::of(&state.attitude);
         let velocity = |mu: &Covector<T, N>, guess: &Vector<T, N>| {
-            self.lagrangian.velocity(mu, guess).map_err(|source| StepError::Legendre { step, source })
+            self.lagrangian
+                .velocity_at(state.time, here, mu, guess)
+                .map_err(|source| StepError::Legendre { step, source })
         };
         let eta = velocity(&state.momentum, &Vector::zeros())?;
         let size = self.tableau.stages() * N;
@@ -329,8 +385,7 @@ where
         let mut unknowns = origin.clone();
         let u = T::unit_roundoff();
         let settings = NewtonSettings { tolerance: u * T::int(16), floor: u * T::int(1 << 14), max_iterations: 20 };
-        let mut equations =
-            StageEquations { method: self, time: state.time, full: h, step: h, momentum: state.momentum };
+        let mut equations = StageEquations { method: self, start: state, full: h, step: h };
         let mut newton = Newton::new(size);
         let outcome = newton.solve(&mut equations, &origin, &mut unknowns, &settings).map_err(|f| match f {
             Failure::Equations(source) => domain(source),
@@ -345,7 +400,7 @@ where
             },
         })?;
         let rates: Vec<_> = unknowns.chunks_exact(N).map(Vector::<T, N>::from_column_slice).collect();
-        let end = self.evaluate(state.time, h, &state.momentum, &rates).map_err(domain)?;
+        let end = self.evaluate(state, h, &rates).map_err(domain)?;
         let point = self.retraction.at(&end.increment).map_err(domain)?;
         let momentum = match self.fault {
             Some(StepFault::ChartTrap) => end.chart * point.d_inv(),
@@ -367,7 +422,7 @@ where
         let next = State { time: state.time + h, momentum, attitude };
         next.check_finite(h)?;
         *state = next;
-        self.velocities = end.velocities;
+        (self.velocities, self.displacements) = (end.velocities, end.displacements);
         Ok(Report { solver: Solver::Newton, iterations: outcome.iterations, residual: outcome.residual })
     }
 }

@@ -1,0 +1,300 @@
+//! Formulas: values, derivatives, and what is said of those that are wrong.
+
+use euler_poincare::expression::{Expression, LONGEST, Names, Shape};
+use euler_poincare::scalar::{Dd, Dual, Number, Real, Scalar};
+use proptest::prelude::*;
+
+/// t, x (3 components), m (a 2×2 matrix), a parameter, a constant vector and definitions.
+fn names() -> Names {
+    let mut names = Names::new();
+    names.scalar("t").unwrap().vector("x", 3).unwrap().matrix("m", 2, 2).unwrap();
+    names
+        .parameter("k", Number::ratio(1, 3))
+        .unwrap()
+        .parameters("r", vec![Number::from(2), Number::ratio(1, 2)])
+        .unwrap();
+    names.definition("speed", "norm(x)").unwrap().definition("twice", "2*other").unwrap();
+    names
+        .definition("other", "t + 1")
+        .unwrap()
+        .definition("loop", "t*pool")
+        .unwrap()
+        .definition("pool", "loop")
+        .unwrap();
+    names.definition("bad", "t + + nothing").unwrap();
+    names
+}
+
+/// t = 1/2, x = (1, −2, 3), m = [[2, 3], [5, 7]].
+fn inputs<T: Real>() -> Vec<T> {
+    [0.5, 1.0, -2.0, 3.0, 2.0, 3.0, 5.0, 7.0].map(T::exact).to_vec()
+}
+
+fn value<T: Real>(text: &str) -> Vec<T> {
+    let expression = Expression::parse(text, &names()).unwrap_or_else(|error| panic!("{text}: {error}"));
+    let mut out = vec![T::zero(); expression.outputs()];
+    expression.compile::<T>().unwrap().eval(&inputs::<T>(), &mut out);
+    out
+}
+
+#[test]
+fn formulas_have_the_values_of_their_grammar() {
+    let cases: [(&str, &[f64]); 40] = [
+        ("1 + 2*3", &[7.0]),
+        ("(1 + 2)*3", &[9.0]),
+        ("2 - 3 - 4", &[-5.0]),
+        ("16/4/2", &[2.0]),
+        ("-2^2", &[-4.0]),
+        ("2^3^2", &[512.0]),
+        ("2^-2", &[0.25]),
+        ("4^(1/2)", &[2.0]),
+        ("4^(3/2)", &[8.0]),
+        ("4^(-1/2)", &[0.5]),
+        ("t^0", &[1.0]),
+        ("--t", &[0.5]),
+        ("1.5e2*t", &[75.0]),
+        ("2e*0 + 1", &[1.0]),
+        ("x", &[1.0, -2.0, 3.0]),
+        ("x_2 + x[3]", &[1.0]),
+        ("-x/2", &[-0.5, 1.0, -1.5]),
+        ("2*x - x*3", &[-1.0, 2.0, -3.0]),
+        ("dot(x, x)", &[14.0]),
+        ("cross([1, 0, 0], x)", &[0.0, -3.0, -2.0]),
+        ("norm(3*x)^2", &[126.0]),
+        ("speed*speed", &[14.0]),
+        ("twice", &[3.0]),
+        ("[t, x_1 + 1]", &[0.5, 2.0]),
+        ("m", &[2.0, 3.0, 5.0, 7.0]),
+        ("m_21 + m[1, 2]", &[8.0]),
+        ("row(m, 2)", &[5.0, 7.0]),
+        ("column(m, 2)", &[3.0, 7.0]),
+        ("transpose(m)", &[2.0, 5.0, 3.0, 7.0]),
+        ("m*r", &[5.5, 13.5]),
+        ("r*m", &[6.5, 9.5]),
+        ("m*m", &[19.0, 27.0, 45.0, 64.0]),
+        ("m + [[1, 0], [0, 1]]", &[3.0, 3.0, 5.0, 8.0]),
+        ("trace(m)*k", &[3.0]),
+        ("vee([[0, -3, 2], [3, 0, -1], [-2, 1, 0]])", &[1.0, 2.0, 3.0]),
+        ("r_1*r[2]", &[1.0]),
+        ("abs(x_2)", &[2.0]),
+        ("sqrt(x_1) + exp(0*t) + log(x_1)", &[2.0]),
+        ("atan2(x_2, x_2)*4/pi", &[-3.0]),
+        ("\n t\n + 1", &[1.5]),
+    ];
+    for (text, wanted) in cases {
+        let found = value::<f64>(text);
+        assert_eq!(found.len(), wanted.len(), "{text}");
+        found.iter().zip(wanted).for_each(|(a, b)| assert!((a - b).abs() < 1e-14, "{text}: {a} for {b}"));
+    }
+}
+
+#[test]
+fn constants_have_all_digits_of_the_scalar() {
+    let third = value::<Dd>("k")[0] * Dd::int(3) - Dd::int(1);
+    assert!(third.to_f64().abs() < 1e-31);
+    let tenth = value::<Dd>("0.1 + 0.61298730661989954773839539357")[0];
+    let exact: Dd = Number::parse("0.71298730661989954773839539357").unwrap().eval().unwrap();
+    assert!((tenth - exact).to_f64().abs() < 1e-31);
+    for (text, wanted) in
+        [("sin(t)^2 + cos(t)^2", 1), ("exp(log(x_3))", 3), ("tanh(t)*cosh(t)/sinh(t)", 1), ("tan(atan(x_2))", -2)]
+    {
+        assert!((value::<Dd>(text)[0] - Dd::int(wanted)).to_f64().abs() < 1e-30, "{text}");
+    }
+}
+
+#[test]
+fn what_is_used_and_what_it_is_can_be_asked() {
+    let parse = |text: &str| Expression::parse(text, &names()).unwrap();
+    assert_eq!(parse("m*r").shape(), Shape::Vector(2));
+    assert_eq!(parse("m").shape(), Shape::Matrix(2, 2));
+    assert!(parse("twice").uses(0) && !parse("twice").uses(1));
+    assert!(parse("x_1^3").is_smooth() && !parse("speed").is_smooth() && parse("sqrt(2)*t").is_smooth());
+    assert!(parse("[0, 0]").is_zero() && !parse("t*0").is_zero());
+    // A part that occurs twice is one.
+    assert_eq!(parse("t + x_1"), parse("t + x_1"));
+    assert!(parse("t + x_1") != parse("t + x_2"));
+}
+
+/// Every kind of mistake, with what is said of it.
+const WRONG: &[&str] = &[
+    "",
+    "  ",
+    "t +",
+    "t + )",
+    "(t",
+    "[t, 1",
+    "t)",
+    "t 2",
+    "2t",
+    "foo",
+    "xx",
+    "sinn(t)",
+    "frobnicate(t)",
+    "sin t",
+    "sin()",
+    "sin(t, t)",
+    "dot(x)",
+    "dot(x, t)",
+    "dot(x, r)",
+    "cross(r, r)",
+    "norm(t)",
+    "sin(x)",
+    "x + t",
+    "x - r",
+    "x*x",
+    "t/x",
+    "x^2",
+    "2^x",
+    "m*x",
+    "x_4",
+    "x[4]",
+    "x[0]",
+    "x[t]",
+    "t[1]",
+    "m[1]",
+    "m[3, 1]",
+    "row(x, 1)",
+    "row(m)",
+    "[]",
+    "[1, x]",
+    "[[1, 2], [3]]",
+    "[m]",
+    "trace(x)",
+    "1/0",
+    "t/(k - k)",
+    "sqrt(-1)",
+    "sqrt(1 - 3)",
+    "log(0)",
+    "asin(2)",
+    "exp(1e6)",
+    "1e99999",
+    "loop",
+    "bad",
+    "t # 1",
+    "t ≤ 1",
+    "π*t",
+    "t ** 2",
+    "t = 1",
+    "\"t\"",
+    "1.2.3",
+];
+
+#[test]
+fn what_is_wrong_with_a_formula_is_said_with_its_place() {
+    let said: Vec<String> = WRONG
+        .iter()
+        .map(|text| match Expression::parse(text, &names()) {
+            Ok(_) => panic!("`{text}` was read"),
+            Err(error) => format!("{text:?}\n{error}\n"),
+        })
+        .collect();
+    insta::with_settings!({ snapshot_path => "../snapshots", prepend_module_to_snapshot => false, omit_expression => true }, {
+        insta::assert_snapshot!("formulas-refused", said.join("\n"));
+    });
+}
+
+#[test]
+fn large_and_deep_formulas_are_refused() {
+    let refused = |text: &str| Expression::parse(text, &names()).unwrap_err().to_string();
+    assert!(refused(&"(".repeat(100_000)).contains("too long"));
+    assert!(refused(&"(".repeat(LONGEST)).contains("nested more than"));
+    assert!(refused(&"-".repeat(LONGEST)).contains("nested more than"));
+    assert!(refused(&"[".repeat(LONGEST)).contains("nested more than"));
+    assert!(refused(&"sin(".repeat(LONGEST / 4)).contains("nested more than"));
+    assert!(refused(&format!("t{}", "^2".repeat(LONGEST / 3))).contains("nested more than"));
+    let many: Vec<String> = (0..1500).map(|k| format!("t*{k}")).collect();
+    assert!(refused(&many.join("+")).contains("more than 4096 operations"));
+    // Squares of squares are shared: 2⁶⁰ t would not fit otherwise.
+    let mut doubled = names();
+    doubled.definition("y0", "t").unwrap();
+    for k in 0..60 {
+        doubled.definition(&format!("y{}", k + 1), &format!("y{k} + y{k}")).unwrap();
+    }
+    let mut out = [0.0];
+    Expression::parse("y60", &doubled).unwrap().compile::<f64>().unwrap().eval(&[1.0], &mut out);
+    assert_eq!(out[0], 2f64.powi(60));
+}
+
+#[test]
+fn names_have_one_meaning() {
+    let mut names = names();
+    let mut refused = |name: &str| names.definition(name, "1").unwrap_err().to_string();
+    assert!(refused("x_2").contains("has a meaning already"));
+    assert!(refused("sin").contains("is a function"));
+    assert!(refused("pi").contains("is a function or a constant"));
+    assert!(refused("2x").contains("no name"));
+    assert!(refused("").contains("no name"));
+    assert!(refused("näme").contains("no name"));
+}
+
+#[test]
+fn an_operation_without_a_value_is_found() {
+    let why = |text: &str| {
+        let program = Expression::parse(text, &names()).unwrap().compile::<f64>().unwrap();
+        program.undefined(&inputs::<f64>()).map(|why| why.to_string())
+    };
+    assert_eq!(why("t + x_1"), None);
+    assert_eq!(why("1 + x_1/(2*t - 1)").unwrap(), "column 8: division by zero\n    1 + x_1/(2*t - 1)\n           ^");
+    assert!(why("log(x_2)").unwrap().starts_with("column 1: the logarithm of -2e0, which is not positive"));
+    assert!(why("exp(1000*x_3)").unwrap().starts_with("column 1: the value is too large"));
+    assert!(why("acos(x_3)").unwrap().starts_with("column 1: an angle whose sine or cosine is 3e0, beyond 1"));
+}
+
+/// Formulas with values in moderate ranges, as text.
+fn formula() -> impl Strategy<Value = String> {
+    let leaf = prop_oneof![
+        Just("t".to_owned()),
+        Just("x_1".to_owned()),
+        Just("x_2".to_owned()),
+        Just("m_12".to_owned()),
+        Just("k".to_owned()),
+        (1..9i32).prop_map(|n| format!("{n}/4")),
+    ];
+    leaf.prop_recursive(5, 40, 3, |inner| {
+        prop_oneof![
+            (inner.clone(), inner.clone()).prop_map(|(a, b)| format!("({a} + {b})/2")),
+            (inner.clone(), inner.clone()).prop_map(|(a, b)| format!("({a} - {b})/2")),
+            (inner.clone(), inner.clone()).prop_map(|(a, b)| format!("sin({a})*cos({b})")),
+            (inner.clone(), inner.clone()).prop_map(|(a, b)| format!("{a}/(2 + tanh({b})^2)")),
+            (inner.clone(), inner.clone()).prop_map(|(a, b)| format!("atan2({a}, 3 + tanh({b}))")),
+            (inner.clone(), inner.clone()).prop_map(|(a, b)| format!("norm([1, tanh({a}), tanh({b})])")),
+            inner.clone().prop_map(|a| format!("sqrt(1 + tanh({a})^2)")),
+            inner.clone().prop_map(|a| format!("log(2 + tanh({a}))*exp(-tanh({a}))")),
+            inner.clone().prop_map(|a| format!("asin(tanh({a})/2) + atan({a}) - acos(tanh({a})/2)")),
+            inner.clone().prop_map(|a| format!("cosh(tanh({a})) - sinh(tanh({a}))^3 + tan(tanh({a})/2)")),
+            inner.prop_map(|a| format!("(2 + tanh({a}))^(5/2) - (2 + tanh({a}))^k")),
+        ]
+    })
+}
+
+proptest! {
+    #![proptest_config(ProptestConfig { cases: 400, failure_persistence: None, ..ProptestConfig::default() })]
+
+    #[test]
+    fn gradients_are_those_of_dual_numbers(text in formula(), x in prop::array::uniform8(-2.0..2.0)) {
+        let expression = Expression::parse(&text, &names()).unwrap();
+        let (program, precise) = (expression.compile::<f64>().unwrap(), expression.compile::<Dd>().unwrap());
+        let (mut value, mut gradient) = ([0.0], [0.0; 8]);
+        program.eval(&x, &mut value);
+        program.gradient(&x, &mut gradient);
+        let mut exact = [Dd::int(0); 8];
+        precise.gradient(&x.map(Dd::exact), &mut exact);
+        for (k, slope) in gradient.iter().enumerate() {
+            let moved: [Dual<Dd>; 8] = std::array::from_fn(|j| {
+                let at = Dd::exact(x[j]);
+                if j == k { Dual::variable(at) } else { Dual::constant(at) }
+            });
+            let mut dual = [Dual::constant(Dd::int(0))];
+            precise.eval(&moved, &mut dual);
+            prop_assert!((dual[0].eps - exact[k]).to_f64().abs() < 1e-26, "{text}: {} for {}", exact[k], dual[0].eps);
+            prop_assert!((slope - exact[k].to_f64()).abs() < 1e-10 && (value[0] - dual[0].re.to_f64()).abs() < 1e-11);
+        }
+    }
+
+    #[test]
+    fn no_text_panics(text in "(sin|x_1|x|m|t|\\(|\\)|\\[|\\]|,|[-+*/^. 0-9]|row|norm|[a-zA-Zπ≤\\PC]){0,40}") {
+        if let Err(error) = Expression::parse(&text, &names()) {
+            prop_assert!(!error.to_string().is_empty() && error.position() <= text.len().max(LONGEST));
+        }
+    }
+}

@@ -1,0 +1,393 @@
+//! Laws of systems that depend on the configuration: a potential V(t, g) and a force f(t, g, η) are put on the case, as formulas.
+//!
+//! Both are bounded functions of entries of g, in numbers that the case determines: on any group, at any attitude.
+
+use super::CaseLaw;
+use super::integrators::{Noether, PlainStep, refused, subject};
+use super::order::{Which, forced, judge};
+use super::planted::retraction::Plant;
+use super::planted::step::{
+    CHART, FORCE_INDEX, FORCE_TIME, FROM_LEFT, GRADIENT_SIGN, HALVED, INVERTED, NO_FORCE, NO_GRADIENT, NO_SECOND,
+    NOT_TRANSPORTED, OF_START, SWAPPED_SECOND, UNCONJUGATED,
+};
+use super::precision::{Measured, alone, settle_main, settle_small};
+use super::probe::{Probe, stream};
+use crate::algebra::{Covector, Matrix, Vector, pair};
+use crate::group::LieGroup;
+use crate::harness::{About, Cost, Fault, Verdict};
+use crate::integrators::{OneStep, State, StepError};
+use crate::mechanics::{Force, Lagrangian};
+use crate::retraction::Retraction;
+use crate::scalar::{Dd, Real, Scalar};
+use crate::system::case::{Force as Term, Potential};
+use crate::system::{Case, System, Visitor};
+use nalgebra::{ComplexField, RealField};
+
+const SOURCE: &str =
+    "Martín de Diego and Sato Martín de Almagro 2019, §5.2, with ∂_gL + f at g τ(Ξ_i) in the place of f(η_i)";
+
+/// The laws of this file.
+pub const fn laws() -> &'static [CaseLaw] {
+    &[
+        CaseLaw {
+            about: About {
+                name: "configuration-plain-step",
+                statement: "the step with ∂_gL + f(t, g, η) at g τ(Ξ_i) is the stage equations, written plainly and solved by Newton's method on H",
+                source: SOURCE,
+                oracle: "a transcription of the equations apart from the integrator",
+                bound: "two precisions; floor 2⁸ s N u of the state",
+                needs: "a group",
+                cost: Cost::Cheap,
+                faults: &[OF_START, GRADIENT_SIGN, NO_GRADIENT, NO_FORCE, NOT_TRANSPORTED, FORCE_TIME],
+            },
+            cases: |cases| cases.with_group(),
+            check: |case, fault| settle_small(&configured(case, What::All), fault, PlainStep { fault }, 9),
+        },
+        CaseLaw {
+            about: About {
+                name: "configuration-noether",
+                statement: "Ad*_{g'⁻¹} μ' − Ad*_{g⁻¹} μ = h Σ b_j Ad*_{g_j⁻¹} F_j, F_j = ∂_gL + f at g_j = g τ(Ξ_j): the spatial momentum \
+                            changes by the impulses of force and potential, at any step and for any tableau",
+                source: "Marsden and West 2001, §3.2, the forced discrete Noether theorem, on the scheme of Martín de Diego and Sato \
+                         Martín de Almagro 2019, §5.2",
+                oracle: "Ad by conjugation with group elements; the step has it from dτ",
+                bound: "two precisions; floor 2² s N² u of the terms",
+                needs: "a group",
+                cost: Cost::Cheap,
+                faults: &[
+                    OF_START,
+                    GRADIENT_SIGN,
+                    NO_GRADIENT,
+                    CHART,
+                    NO_FORCE,
+                    NOT_TRANSPORTED,
+                    FORCE_INDEX,
+                    INVERTED,
+                    HALVED,
+                    FROM_LEFT,
+                ],
+            },
+            cases: |cases| cases.with_group(),
+            check: |case, fault| settle_small(&configured(case, What::All), fault, Noether { fault }, 9),
+        },
+        CaseLaw {
+            about: About {
+                name: "configuration-symmetry",
+                statement: "where V(kg) = V(g) for k = exp(s e_a) and there is no force: ⟨Ad*_{g⁻¹} μ, e_a⟩ is constant, and from k g the step \
+                            leads to the same μ' and to k g'",
+                source: "Noether's theorem for left translations; Marsden and West 2001, §1.3.3",
+                oracle: "Ad by conjugation; a second step from k g",
+                bound: "two precisions; floor 2⁸ s N² u of the state",
+                needs: "a group with a one-parameter subgroup that leaves a row of matrices alone",
+                cost: Cost::Cheap,
+                faults: &[OF_START, GRADIENT_SIGN, CHART, INVERTED, HALVED, FROM_LEFT],
+            },
+            cases: |cases| cases.with_group().main_dimensions().force_free().nonabelian(),
+            check: symmetry,
+        },
+        CaseLaw {
+            about: About {
+                name: "configuration-symplectic",
+                statement: "without force the step (g, μ) ↦ (g', μ') with a potential keeps the canonical form of T*G, ⟨β, ξ⟩ − ⟨α, η⟩ + ⟨μ, [ξ, η]⟩",
+                source: "Abraham and Marsden 1978, Proposition 4.4.1; Marsden and West 2001, §1.3.2",
+                oracle: "the tangent map of the step by central differences, in 32 digits",
+                bound: "2⁸ times twice what doubling the displacement changes and rounding of 2¹⁰ N u over the displacement",
+                needs: "a group; no force; an algebra that is not abelian",
+                cost: Cost::Heavy,
+                faults: &[OF_START, UNCONJUGATED, NO_SECOND, CHART, INVERTED],
+            },
+            cases: |cases| cases.with_group().main_dimensions().force_free().nonabelian(),
+            check: |case, fault| match configured(case, What::Potential)
+                .dispatch_main_with::<Dd, _>(&Plant(fault), Symplectic { fault })
+            {
+                Ok(measured) => alone(32, measured),
+                Err(e) => Verdict::broken(format!("a generated case cannot be built: {e}")),
+            },
+        },
+        CaseLaw {
+            about: About {
+                name: "configuration-order",
+                statement: "with V(t, g) and f(t, g, η) Gauss 1–3 and Lobatto IIIA, IIIB 2–3 converge in μ and in g at the order of the pair (a, â)",
+                source: SOURCE,
+                oracle: "a classical Gauss method of order 16 on the vector field of (μ, g); the order computed from the bicoloured trees",
+                bound: "a quarter: half the way to the point that is as near to the next integer",
+                needs: "a group; a smooth force; an algebra that is not abelian",
+                cost: Cost::Expensive,
+                faults: &[OF_START, GRADIENT_SIGN, NO_GRADIENT, NOT_TRANSPORTED, SWAPPED_SECOND],
+            },
+            cases: forced,
+            check: |case, fault| judge(&configured(case, What::All), fault, Which::Order),
+        },
+        CaseLaw {
+            about: About {
+                name: "configuration-energy",
+                statement: "with V(g) and f(t, g, η): E(T) − E(0) − h Σ b_i ⟨f_i, η_i⟩ → 0 at least at the order of the method, E = ⟨∂L/∂η, η⟩ − L",
+                source: "dE/dt = ⟨f, η⟩ where L does not depend on t",
+                oracle: "the energy of the state; the work of the force from the stages",
+                bound: "a quarter: half the way to the point that is as near to the next integer",
+                needs: "a group; a smooth force; an algebra that is not abelian",
+                cost: Cost::Expensive,
+                faults: &[OF_START, GRADIENT_SIGN, NO_GRADIENT],
+            },
+            cases: forced,
+            check: |case, fault| judge(&configured(case, What::Steady), fault, Which::Balance),
+        },
+    ]
+}
+
+/// What is put on a case.
+#[derive(Clone, Copy, PartialEq)]
+enum What {
+    /// V(t, g) and f(t, g, η).
+    All,
+    /// V(g) and f(t, g, η).
+    Steady,
+    /// V(t, g).
+    Potential,
+}
+
+/// The k-th number of a coefficient, in eighths, of either sign.
+fn eighth(probe: &mut Probe) -> String {
+    let k = probe.integer(1, 8);
+    if probe.next() & 1 == 0 { format!("{k}/8") } else { format!("-{k}/8") }
+}
+
+/// An entry of g by name, in rows from `first` on.
+fn entry(probe: &mut Probe, size: usize, row: Option<usize>) -> String {
+    let (any, column) = (probe.integer(1, size as i32), probe.integer(1, size as i32));
+    let row = row.map_or(any, |row| row as i32 + 1);
+    if size < 10 { format!("g_{row}{column}") } else { format!("g_{row}_{column}") }
+}
+
+/// Three bounded terms in entries of g, in one row if it is given.
+fn potential(probe: &mut Probe, size: usize, row: Option<usize>) -> String {
+    let terms: Vec<String> = (0..3)
+        .map(|k| {
+            let (a, b) = (entry(probe, size, row), entry(probe, size, row));
+            let product = if k == 2 { format!("tanh({a})*tanh({b})") } else { format!("tanh({a})") };
+            format!("({})*{product}", eighth(probe))
+        })
+        .collect();
+    terms.join(" + ")
+}
+
+/// The case with a potential, and a force that depends on the configuration.
+fn configured(case: &Case, what: What) -> Case {
+    let mut probe = Probe::new(case, stream::CONFIGURATION);
+    let (n, size) = (case.dimension(), case.matrix_size());
+    let mut case = case.clone();
+    let mut value = potential(&mut probe, size, None);
+    if what == What::All && probe.next() & 1 == 0 {
+        value = format!("(1 + cos(t)/2)*({value})");
+    }
+    case.potentials.push(Potential::Formula { value });
+    if what != What::Potential {
+        let component = |_| {
+            let velocity = probe.integer(1, n as i32);
+            let (first, second) = (eighth(&mut probe), eighth(&mut probe));
+            let (there, here) = (entry(&mut probe, size, None), entry(&mut probe, size, None));
+            format!("({first})*tanh({there})*eta_{velocity} + ({second})*sin(t)*tanh({here})")
+        };
+        let components: Vec<String> = (0..n).map(component).collect();
+        case.forces.push(Term::Formula { components: format!("[{}]", components.join(", ")) });
+    }
+    case
+}
+
+/// Basis vectors e_a with a row r of ê_a that is 0, so that exp(s e_a) leaves row r of matrices alone; from 0.
+struct Symmetries(usize);
+
+impl Visitor<f64> for Symmetries {
+    type Output = Vec<(usize, usize)>;
+
+    fn visit<const N: usize, const D: usize, R: Retraction<f64, N, D>, L: Lagrangian<f64, N>, F: Force<f64, N>>(
+        self,
+        system: System<f64, N, D, R, L, F>,
+    ) -> Vec<(usize, usize)> {
+        let Some(group) = &system.group else { return Vec::new() };
+        let mut found = Vec::new();
+        for a in 0..system.dimension {
+            let mut along = Vector::<f64, N>::zeros();
+            along[a] = 1.0;
+            let matrix: Matrix<f64, D> = group.hat(&along);
+            found.extend((0..self.0).filter(|r| (0..self.0).all(|c| matrix[(*r, c)] == 0.0)).map(|r| (a, r)));
+        }
+        found
+    }
+}
+
+fn symmetry(case: &Case, fault: Option<&Fault>) -> Verdict {
+    let size = case.matrix_size();
+    let found = match case.dispatch_main::<f64, _>(Symmetries(size)) {
+        Ok(found) => found,
+        Err(e) => return Verdict::broken(format!("a generated case cannot be built: {e}")),
+    };
+    let mut probe = Probe::new(case, stream::CONFIGURATION);
+    if found.is_empty() {
+        return Verdict::not_applicable("no basis vector leaves a row of the group's matrices alone");
+    }
+    let (a, row) = found[probe.integer(0, found.len() as i32 - 1) as usize];
+    let mut case = case.clone();
+    case.potentials.push(Potential::Formula { value: potential(&mut probe, size, Some(row)) });
+    settle_main(&case, fault, Symmetric { fault, a })
+}
+
+/// A step with a potential that has the symmetry e_a.
+#[derive(Clone, Copy)]
+struct Symmetric<'a> {
+    fault: Option<&'a Fault>,
+    a: usize,
+}
+
+impl<T: Real> Visitor<T> for Symmetric<'_> {
+    type Output = Measured;
+
+    fn visit<const N: usize, const D: usize, R: Retraction<T, N, D>, L: Lagrangian<T, N>, F: Force<T, N>>(
+        self,
+        system: System<T, N, D, R, L, F>,
+    ) -> Measured {
+        let Some(group) = &system.group else {
+            return Measured::NotApplicable("the algebra has no group".into());
+        };
+        let mut along = Vector::<T, N>::zeros();
+        along[self.a] = T::half();
+        let turned = match system.retraction.tau(&along) {
+            Ok(k) => State { attitude: k * system.state.attitude, ..system.state.clone() },
+            Err(_) => return Measured::NotApplicable("k = τ(e_a/2) is outside the domain of τ".into()),
+        };
+        let (mut end, mut other) = (system.state.clone(), turned.clone());
+        let outcome = subject(&system, self.fault).step(&mut end, system.step);
+        if let Err(error) = outcome.and_then(|_| subject(&system, self.fault).step(&mut other, system.step)) {
+            return refused(&error);
+        }
+        // ⟨Ad*_{g⁻¹} μ, e_a⟩, and the size of its terms.
+        let component = |state: &State<T, N, D>| {
+            let inverse = group.inverse(&state.attitude)?;
+            let ad = group.adjoint(&inverse)?;
+            let size =
+                state.momentum.amax() * ad.amax() * inverse.amax().max(T::one()) * state.attitude.amax().max(T::one());
+            Some((pair(&(state.momentum * ad), &along) / T::half(), size))
+        };
+        let Some(((before, size), (after, final_size))) = component(&system.state).zip(component(&end)) else {
+            return Measured::NotApplicable("the attitude is singular to working precision".into());
+        };
+        let floor = 256.0 * (system.tableau.stages() * N * N) as f64;
+        let kept = Measured::defect((after - before).abs(), size.max(final_size), floor, || {
+            format!("the component went from {:e} to {:e}", before.to_f64(), after.to_f64())
+        });
+        let moved = (other.momentum - end.momentum).amax();
+        let momentum = Measured::defect(moved, end.momentum.amax().max(size), floor, || {
+            format!("from k g the momentum differs by {:e}", moved.to_f64())
+        });
+        let Some(inverse) = group.inverse(&system.state.attitude) else { return kept.and(momentum) };
+        let expected = turned.attitude * inverse * end.attitude;
+        let off = (other.attitude - expected).amax();
+        let extent = turned.attitude.amax() * inverse.amax() * end.attitude.amax();
+        kept.and(momentum).and(Measured::defect(off, extent.max(expected.amax()), floor, || {
+            format!("from k g the attitude differs from k g' by {:e}", off.to_f64())
+        }))
+    }
+}
+
+/// The tangent map of a step, against the canonical form.
+#[derive(Clone, Copy)]
+struct Symplectic<'a> {
+    fault: Option<&'a Fault>,
+}
+
+impl Visitor<Dd> for Symplectic<'_> {
+    type Output = Measured;
+
+    fn visit<const N: usize, const D: usize, R: Retraction<Dd, N, D>, L: Lagrangian<Dd, N>, F: Force<Dd, N>>(
+        self,
+        system: System<Dd, N, D, R, L, F>,
+    ) -> Measured {
+        match self.defects(&system) {
+            Ok(Some(measured)) => measured,
+            Ok(None) => Measured::NotApplicable("the attitude is singular to working precision".into()),
+            Err(error) => refused(&error),
+        }
+    }
+}
+
+/// The displacement of the central differences: their error is its square.
+const DISPLACEMENT: f64 = 1.0 / 17_179_869_184.0;
+
+/// A tangent vector of T*G, left-trivialised.
+type Tangent<const N: usize> = (Vector<Dd, N>, Covector<Dd, N>);
+
+impl Symplectic<'_> {
+    /// The images of the basis vectors of T(T*G), by central differences.
+    fn tangents<const N: usize, const D: usize, R: Retraction<Dd, N, D>, L: Lagrangian<Dd, N>, F: Force<Dd, N>>(
+        &self,
+        system: &System<Dd, N, D, R, L, F>,
+        end: &State<Dd, N, D>,
+        delta: Dd,
+    ) -> Result<Option<Vec<Tangent<N>>>, StepError> {
+        let (Some(group), n) = (&system.group, system.dimension) else { return Ok(None) };
+        let Some(back) = group.inverse(&end.attitude) else { return Ok(None) };
+        let mut method = subject(system, self.fault);
+        let mut tangents = Vec::with_capacity(2 * n);
+        for k in 0..2 * n {
+            let mut moved = |by: Dd| {
+                let mut state = system.state.clone();
+                if k < n {
+                    let mut along = Vector::<Dd, N>::zeros();
+                    along[k] = by;
+                    let source = |source| StepError::Domain { step: system.step.to_f64(), stage: None, source };
+                    state.attitude *= system.retraction.tau(&along).map_err(source)?;
+                } else {
+                    state.momentum[k - n] += by;
+                }
+                method.step(&mut state, system.step)?;
+                Ok::<_, StepError>(state)
+            };
+            let (plus, minus) = (moved(delta)?, moved(-delta)?);
+            let scale = Dd::int(1) / (delta * Dd::int(2));
+            let xi = group.vee(&(back * (plus.attitude - minus.attitude) * scale));
+            tangents.push((xi, (plus.momentum - minus.momentum) * scale));
+        }
+        Ok(Some(tangents))
+    }
+
+    /// The largest |ω(Tφ v, Tφ w) − ω(v, w)| over the basis.
+    fn defects<const N: usize, const D: usize, R: Retraction<Dd, N, D>, L: Lagrangian<Dd, N>, F: Force<Dd, N>>(
+        &self,
+        system: &System<Dd, N, D, R, L, F>,
+    ) -> Result<Option<Measured>, StepError> {
+        let mut end = system.state.clone();
+        subject(system, self.fault).step(&mut end, system.step)?;
+        let delta = Dd::exact(DISPLACEMENT);
+        let fine = self.tangents(system, &end, delta)?;
+        let Some((fine, coarse)) = fine.zip(self.tangents(system, &end, delta * Dd::int(2))?) else { return Ok(None) };
+        let form = |mu: &Covector<Dd, N>, v: &Tangent<N>, w: &Tangent<N>| {
+            pair(&w.1, &v.0) - pair(&v.1, &w.0) + pair(mu, &system.algebra.bracket(&v.0, &w.0))
+        };
+        let n = system.dimension;
+        let basis = |k: usize| {
+            let mut tangent = (Vector::<Dd, N>::zeros(), Covector::<Dd, N>::zeros());
+            if k < n {
+                tangent.0[k] = Dd::int(1)
+            } else {
+                tangent.1[k - n] = Dd::int(1)
+            }
+            tangent
+        };
+        let (mut defect, mut doubt, mut size) = (Dd::int(0), Dd::int(0), Dd::int(0));
+        for j in 0..2 * n {
+            for k in 0..j {
+                let (here, there) =
+                    (form(&system.state.momentum, &basis(j), &basis(k)), form(&end.momentum, &fine[j], &fine[k]));
+                defect = defect.max((there - here).abs());
+                doubt = doubt.max((there - form(&end.momentum, &coarse[j], &coarse[k])).abs());
+                let extent = |v: &Tangent<N>| v.0.amax().max(v.1.amax());
+                size = size.max(extent(&fine[j]) * extent(&fine[k]) * (Dd::int(1) + end.momentum.amax()));
+            }
+        }
+        let rounding = size * Dd::unit_roundoff() * Dd::int(1024 * N as i64) / delta;
+        let known = doubt * Dd::int(2) + rounding;
+        Ok(Some(Measured::within(defect, known, || {
+            format!("the canonical form changes by {:e}, known to {:e}", defect.to_f64(), known.to_f64())
+        })))
+    }
+}
