@@ -39,7 +39,7 @@ fn value<T: Real>(text: &str) -> Vec<T> {
 
 #[test]
 fn formulas_have_the_values_of_their_grammar() {
-    let cases: [(&str, &[f64]); 40] = [
+    let cases: [(&str, &[f64]); 39] = [
         ("1 + 2*3", &[7.0]),
         ("(1 + 2)*3", &[9.0]),
         ("2 - 3 - 4", &[-5.0]),
@@ -53,7 +53,6 @@ fn formulas_have_the_values_of_their_grammar() {
         ("t^0", &[1.0]),
         ("--t", &[0.5]),
         ("1.5e2*t", &[75.0]),
-        ("2e*0 + 1", &[1.0]),
         ("x", &[1.0, -2.0, 3.0]),
         ("x_2 + x[3]", &[1.0]),
         ("-x/2", &[-0.5, 1.0, -1.5]),

@@ -68,6 +68,12 @@ pub enum Failure<T, E> {
 /// worth some ten digits or more.
 const FAST: f64 = 1.0 / 16.0;
 
+/// Two points of a branch are neighbours where each lies on the tangent at the other up to this share of their distance.
+const BEND: f64 = 0.25;
+
+/// Distances below this share of the unknowns are too small for tangents to tell branches apart.
+const NEAR: f64 = 1.0 / 1024.0;
+
 /// The continuation doubles its step where a point took no more Jacobians than this.
 const EASY: usize = 3;
 
@@ -133,6 +139,7 @@ pub struct Newton<T: Real> {
     trial: Vec<T>,
     previous: Vec<T>,
     current: Vec<T>,
+    tangent: Vec<T>,
 }
 
 /// What one corrected point of the branch looks like.
@@ -153,6 +160,7 @@ impl<T: Real> Newton<T> {
             trial: vec![T::zero(); dimension],
             previous: vec![T::zero(); dimension],
             current: vec![T::zero(); dimension],
+            tangent: vec![T::zero(); dimension],
         }
     }
 
@@ -180,6 +188,9 @@ impl<T: Real> Newton<T> {
 
     /// Follows the root from parameter 0, where it is `x`, to the full parameter; `x` becomes that root.
     ///
+    /// A point is accepted where det J has the sign that it has at 0 and the tangents at it and at the point before agree with the chord
+    /// between them: else the step is halved. So no fold is passed, to another branch behind it.
+    ///
     /// # Errors
     /// [`Failure::Fold`] where det J tends to zero before the parameter is reached; otherwise as [`Newton::solve`].
     pub fn follow<E>(
@@ -196,7 +207,10 @@ impl<T: Real> Newton<T> {
         let mut squares = [(T::zero(), T::one()); 2];
         let mut current = std::mem::take(&mut self.current);
         let mut previous = std::mem::take(&mut self.previous);
+        let mut tangent = std::mem::take(&mut self.tangent);
         current.copy_from_slice(x);
+        self.tangent_at(equations, x, T::zero());
+        tangent.copy_from_slice(&self.trial);
         let result = loop {
             if reached >= T::one() {
                 break None;
@@ -209,8 +223,13 @@ impl<T: Real> Newton<T> {
             }
             equations.set_fraction(target);
             let corrected = self.correct(equations, x, settings);
+            let same = matches!(&corrected, Ok(c) if c.determinant.negative == start.negative) && {
+                self.tangent_at(equations, x, target);
+                on_chord(&current, x, [&tangent, &self.trial], step_now)
+            };
             match corrected {
-                Ok(c) if c.determinant.negative == start.negative => {
+                Ok(c) if same => {
+                    tangent.copy_from_slice(&self.trial);
                     iterations += c.outcome.iterations;
                     std::mem::swap(&mut previous, &mut current);
                     current.copy_from_slice(x);
@@ -240,6 +259,7 @@ impl<T: Real> Newton<T> {
         }
         self.current = current;
         self.previous = previous;
+        self.tangent = tangent;
         result.unwrap_or(Ok(Outcome { iterations, residual: T::zero() }))
     }
 
@@ -266,6 +286,19 @@ impl<T: Real> Newton<T> {
             }
             Err(other) => other,
         }
+    }
+
+    /// `trial` ← dx/ds of the branch at x, by a difference in the parameter and the factors of the Jacobian at hand, which are those at a point
+    /// near x. Not finite where the equations cannot be evaluated.
+    fn tangent_at<E>(&mut self, equations: &mut dyn Equations<T, Error = E>, x: &[T], fraction: T) {
+        let ahead = T::unit_roundoff().sqrt();
+        equations.set_fraction(fraction + ahead);
+        let known = equations.residual(x, &mut self.residual).is_ok();
+        equations.set_fraction(fraction);
+        for (t, r) in self.trial.iter_mut().zip(&self.residual) {
+            *t = if known { -*r / ahead } else { T::exact(f64::NAN) };
+        }
+        self.back_substitute();
     }
 
     fn determinant_at_zero<E>(
@@ -407,6 +440,23 @@ impl<T: Real> Newton<T> {
             }
         }
     }
+}
+
+/// Whether the chord between two points of a branch is near the tangents at both.
+fn on_chord<T: Real>(from: &[T], to: &[T], tangents: [&[T]; 2], step: T) -> bool {
+    let (mut chord, mut size, mut off) = (T::zero(), T::zero(), [T::zero(); 2]);
+    for i in 0..from.len() {
+        let moved = to[i] - from[i];
+        chord = chord.max(moved.abs());
+        size = size.max(to[i].abs());
+        for (off, tangent) in off.iter_mut().zip(tangents) {
+            let gap = (moved - tangent[i] * step).abs();
+            // NaN is kept.
+            *off = if gap > *off || !gap.all_finite() { gap } else { *off };
+        }
+    }
+    let allowed = chord * T::exact(BEND) + size * T::exact(NEAR);
+    off.iter().all(|off| *off <= allowed)
 }
 
 /// The largest absolute value; NaN if there is one.

@@ -152,7 +152,7 @@ impl Names {
     pub(super) fn like(&self, name: &str) -> Option<&str> {
         let all = self.meanings.keys().map(String::as_str).chain(FUNCTIONS.iter().map(|(name, _)| *name));
         all.map(|known| (distance(name, known), known))
-            .filter(|(distance, known)| *distance <= 1 + known.len() / 4 && *distance < name.len())
+            .filter(|(distance, known)| *distance <= 1 + known.len() / 5 && 2 * *distance <= name.len())
             .min()
             .map(|(_, known)| known)
     }

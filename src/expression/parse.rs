@@ -302,7 +302,9 @@ impl Parser<'_> {
                     Item::Scalar(self.component(&row, *c)?)
                 }
                 (item, indices) => {
-                    let message = format!("{} has no entry with {} indices", item.shape(), indices.len());
+                    let indices =
+                        if indices.len() == 1 { "one index".into() } else { format!("{} indices", indices.len()) };
+                    let message = format!("{} has no entry with {indices}", item.shape());
                     return self.refused(origin, message);
                 }
             };

@@ -141,6 +141,17 @@ pub enum StepError {
         /// What the retraction said.
         source: RetractionError,
     },
+    /// Terms of the stage equations that cancel: what is left of them has no digits.
+    #[error(
+        "ill-conditioned at h = {step}: the terms of the stage equations are {growth:.1e} times the momentum and the impulses, so that rounding \
+         decides the result"
+    )]
+    IllConditioned {
+        /// The step asked for.
+        step: f64,
+        /// The largest term relative to the momentum and the impulses.
+        growth: f64,
+    },
     /// The force, or the derivative of the Lagrangian in its place, has no finite value at a stage.
     #[error("the force at {} has no finite value or derivative at h = {step}{}", place(.stage), because(.why))]
     Undefined {

@@ -279,6 +279,20 @@ where
         }
     }
 
+    /// The largest term of the stage equations, relative to the momentum and the impulses: |P_i| and |m dτ(−ξ)| grow like e^{|ad_ξ|}.
+    fn growth(&self, problem: &Problem<T, N, D>, d_neg: &Matrix<T, N>) -> T {
+        let stages = 0..self.scheme.tableau.stages();
+        let weight = |j: usize| (self.scheme.tableau.b()[j] * problem.step).abs();
+        let impulses =
+            stages.clone().fold(T::zero(), |sum, j| sum + largest(&self.work.impulses.covector(j)) * weight(j));
+        let terms = largest(&(self.work.after_impulse * d_neg));
+        let terms = stages.fold(terms, |size, i| larger(size, largest(&self.work.momenta.covector(i))));
+        // The momentum of a rotor, which may cancel that of the body.
+        let here = Configuration::of(&problem.attitude);
+        let at_rest = largest(&self.scheme.lagrangian.gradient_at(problem.time, here, &Vector::zeros()));
+        relative(terms, largest(&problem.momentum) + impulses + at_rest)
+    }
+
     /// Fixed-point iterations until the residual is at the tolerance or at its floor.
     fn fixed_point(&mut self, problem: &Problem<T, N, D>) -> Result<Report<T>, NotContracted> {
         let settings = self.settings;
@@ -628,6 +642,10 @@ where
             Err(NotContracted(iterations)) => self.newton(&problem, &eta, iterations)?,
         };
         let point = self.scheme.retraction.at(&self.work.increment).map_err(|e| domain(h, None, e))?;
+        let growth = self.growth(&problem, &point.d_neg());
+        if growth > T::one() / T::unit_roundoff().sqrt() {
+            return Err(StepError::IllConditioned { step: h.to_f64(), growth: growth.to_f64() });
+        }
         let momentum = self.work.after_impulse * point.ad();
         let attitude = match self.scheme.retraction.tau(&self.work.increment) {
             Ok(increment) => state.attitude * increment,

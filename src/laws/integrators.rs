@@ -231,6 +231,7 @@ pub(super) fn refused(error: &StepError) -> Measured {
         StepError::Legendre { .. } => Measured::Inconclusive("the Legendre transform could not be inverted".into()),
         StepError::Unsupported { why } => Measured::NotApplicable(format!("unsupported: {why}")),
         StepError::Refused { why, .. } => Measured::Inconclusive(format!("the method refused a step: {why}")),
+        StepError::IllConditioned { .. } => Measured::Inconclusive("rounding decides the step".into()),
         StepError::Undefined { .. } => Measured::Inconclusive("the force has no value at a stage".into()),
         StepError::NotFinite { .. }
         | StepError::Stages { .. }

@@ -356,7 +356,8 @@ impl Start {
 /// use euler_poincare::retraction::Retraction;
 /// use euler_poincare::scalar::{Number, Real};
 /// use euler_poincare::system::case::{
-///     Algebra, Case, Constant, Dictionary, Drag, Force as Term, Inertia, Lagrangian as Energy, Method, Monomial, Motion, Start, Structure, Tau,
+///     Algebra, Case, Constant, Dictionary, Drag, Force as Term, Inertia, Lagrangian as Energy, Method, Monomial, Motion,
+///     Orientation, Parameter, Potential, Start, Structure, Tau,
 /// };
 /// use euler_poincare::system::error::Segment;
 /// use euler_poincare::system::{CaseError, Place, Problem, System, Visitor};
@@ -399,6 +400,16 @@ impl Start {
 ///     }
 /// }
 /// assert!(case.dispatch::<f64, _>(Step)?);
+///
+/// // A heavy top: a potential by a formula with a parameter, and a start that leans.
+/// let weight = ("weight".to_owned(), Parameter::Number(n(2)));
+/// let top = Case {
+///     potentials: vec![Potential::Formula { value: "weight*row(R, 3)[3]".into() }],
+///     names: Dictionary { parameters: [weight].into(), ..Dictionary::default() },
+///     start: Start { orientation: Some(Orientation::RotationVector(vec![n(1), n(0), n(0)])), ..case.start.clone() },
+///     ..case.clone()
+/// };
+/// assert!(top.dispatch::<f64, _>(Step)?);
 ///
 /// // What is wrong with a case is an error that says where: here [e_1, e_2] = e_1 and [e_1, e_3] = e_2.
 /// let constant = |a, b, c| Constant { a, b, c, value: n(1) };

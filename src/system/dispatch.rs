@@ -327,6 +327,12 @@ impl Case {
         let drawn = self.lagrangian::<T, N, D>(&scope, &group)?;
         let force = force(self.force(&algebra, &drawn, &scope)?);
         let lagrangian = lagrangian(drawn);
+        // Of somebody's own types: those of the case are known.
+        if !self.is_general() && (force.uses_configuration() || lagrangian.uses_configuration()) {
+            let why = "the laws on one's own types are for f(t, η) and l(η); integrators take it as it is".into();
+            let what = "a force or a Lagrangian that depends on the configuration";
+            return Err(Place::root().error(Problem::NotApplicable { what, why }));
+        }
         let tableau = self.tableau::<T>(&Place::root().key("method"))?;
         let state = self.state(&lagrangian, &retraction, &group)?;
         let place = Place::root().key("run").key("step");

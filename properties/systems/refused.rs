@@ -1,0 +1,251 @@
+//! Files with formulas that are wrong: each is an error with the line, and the caret where it goes wrong.
+
+use euler_poincare::system::trajectory::{Ended, Observer, Plan, Row};
+use euler_poincare::system::{Compiled, SystemFile};
+use std::ops::ControlFlow;
+
+const TOP: &str = r#"format = 1
+
+[parameters]
+weight = "1.3"
+r = ["0.3", "-0.2", "0.5"]
+
+[definitions]
+Gamma = "row(R, 3)"
+
+[algebra]
+name = "so3"
+
+[lagrangian]
+inertia = ["1/2", 2, 1]
+
+[[potential]]
+kind = "formula"
+value = "weight*dot(r, Gamma)"
+
+[[force]]
+kind = "formula"
+components = "-eta/10"
+
+[[force]]
+kind = "attitude-control"
+stiffness = 1
+damping = 2
+
+[method]
+tableau = "gauss-2"
+retraction = "exp"
+
+[state]
+momentum = ["0.5", "0.3", "0.9"]
+rotation-vector = ["0.4", "-0.3", "0.2"]
+
+[run]
+step = "1/8"
+steps = 1
+"#;
+
+/// A text in the file, what it becomes, what the caret stands under, and what the message holds.
+const BAD: &[(&str, &str, &str, &str)] = &[
+    // The potential.
+    ("weight*dot(r, Gamma)", "weight*dot(r, Gama)", "Gama)", "unknown name `Gama`; did you mean `Gamma`?"),
+    ("weight*dot(r, Gamma)", "", "\"\"", "the formula is empty"),
+    ("weight*dot(r, Gamma)", "weight*dot(r, Gamma", "(r, Gamma\"", "this bracket is not closed; expected `)`"),
+    ("weight*dot(r, Gamma)", "weight*dot(r)", "dot(r)", "`dot` takes 2 arguments, not 1"),
+    ("weight*dot(r, Gamma)", "weight*dot(r, g)", "dot(r, g)", "`dot` takes two vectors of one length, not"),
+    ("weight*dot(r, Gamma)", "weight*Gamma", "\"weight*Gamma", "is a vector of 3 components; allowed: a number"),
+    (
+        "weight*dot(r, Gamma)",
+        "weight*eta_2",
+        "\"weight*eta_2",
+        "is a function of eta_2; allowed: a function of t and g",
+    ),
+    ("weight*dot(r, Gamma)", "weight*mu[1]", "\"weight*mu[1]", "is a function of mu_1"),
+    ("weight*dot(r, Gamma)", "weight/0", "/0", "division by a constant that is zero"),
+    ("weight*dot(r, Gamma)", "weight/(1 - 1)", "/(1", "division by a constant that is zero"),
+    ("weight*dot(r, Gamma)", "sqrt(1 - weight)", "sqrt(", "the square root of -3"),
+    ("weight*dot(r, Gamma)", "log(-weight)", "log(", "the logarithm of -1.3e0"),
+    ("weight*dot(r, Gamma)", "exp(1000*weight)", "exp(", "the value is too large"),
+    ("weight*dot(r, Gamma)", "g_44", "g_44", "unknown name `g_44`"),
+    ("weight*dot(r, Gamma)", "g[4, 1]", "4, 1]", "the index 4 is too large; allowed: 1 to 3"),
+    ("weight*dot(r, Gamma)", "g_11 g_22", "g_22", "`g_22` does not belong here; expected an operation or the end"),
+    ("weight*dot(r, Gamma)", "2g_11", "g_11", "`g_11` does not belong here"),
+    ("weight*dot(r, Gamma)", "g_11 +", "\"", "does not belong here"),
+    ("weight*dot(r, Gamma)", "g_11 && g_22", "&& g_22", "`&` does not belong here"),
+    ("weight*dot(r, Gamma)", "sine(t)", "sine(", "unknown function `sine`; did you mean `sin`?"),
+    ("weight*dot(r, Gamma)", "sin t", "sin t", "`sin` is a function"),
+    ("weight*dot(r, Gamma)", "r*Gamma", "*Gamma", "use `dot` or `cross`"),
+    ("weight*dot(r, Gamma)", "norm(weight)", "norm(", "`norm` takes a vector, not a number"),
+    ("weight*dot(r, Gamma)", "trace([1, 2])", "trace(", "`trace` takes a square matrix, not a vector of 2 components"),
+    ("weight*dot(r, Gamma)", "1e99999*t", "1e99999", "at most four digits"),
+    ("weight*dot(r, Gamma)", "x_1", "x_1", "unknown name `x_1`"),
+    ("value = \"weight", "valve = \"weight", "", "unknown field `valve`"),
+    ("kind = \"formula\"\nvalue", "kind = \"form\"\nvalue", "", "unknown variant `form`"),
+    // The force.
+    ("\"-eta/10\"", "\"-eta_1/10\"", "\"-eta_1/10\"", "is a number; allowed: a vector of 3 components"),
+    ("\"-eta/10\"", "[\"-eta_1\", \"-eta_2\"]", "[", "is a vector of 2 components; allowed: a vector of 3 components"),
+    ("\"-eta/10\"", "\"[eta_1, eta_2, eta_4]\"", "eta_4", "unknown name `eta_4`"),
+    ("\"-eta/10\"", "\"-eta/10 + t\"", "+ t", "a number cannot be added to a vector of 3 components"),
+    ("\"-eta/10\"", "\"cross(mu, [1, 2])\"", "cross(", "`cross` takes two vectors of 3 components"),
+    ("\"-eta/10\"", "\"-eta^2\"", "^2", "`^` takes numbers, not a vector of 3 components and a number"),
+    ("\"-eta/10\"", "3", "3", ""),
+    ("components = \"-eta/10\"", "", "[[force]]", "`components` is missing"),
+    ("components", "component", "component", "unknown field `component`"),
+    ("components = \"-eta/10\"", "components = \"-eta/10\"\nalpha = 1", "1", "takes `components`"),
+    ("damping = 2", "", "[[force]]", "`damping` is missing"),
+    ("damping = 2", "damping = \"1/0\"", "\"1/0\"", "zero"),
+    // Parameters and definitions.
+    ("weight = \"1.3\"", "weight = \"1.3.1\"", "\"1.3.1\"", "is not a number"),
+    ("weight = \"1.3\"", "weight = \"1/0\"", "\"1/0\"", "zero"),
+    ("weight = \"1.3\"", "weight = true", "true", "boolean"),
+    ("weight = \"1.3\"", "t = \"1.3\"", "\"1.3\"", "`t` has a meaning already"),
+    ("weight = \"1.3\"", "eta_1 = \"1.3\"", "\"1.3\"", "`eta_1` has a meaning already"),
+    ("weight = \"1.3\"", "sin = \"1.3\"", "\"1.3\"", "`sin` is a function or a constant"),
+    ("weight = \"1.3\"", "Gamma = \"1.3\"", "\"row(R, 3)\"", "`Gamma` has a meaning already"),
+    ("weight = \"1.3\"", "\"a b\" = \"1.3\"", "\"1.3\"", "is no name"),
+    (
+        "weight = \"1.3\"",
+        "weight = 0.61298730661989954773839539357",
+        "0.6129",
+        "a number of 29 digits loses some of them",
+    ),
+    ("row(R, 3)", "row(R, 4)", "4)", "the index 4 is too large; allowed: 1 to 3"),
+    ("row(R, 3)", "row(Q, 3)", "Q, 3)", "unknown name `Q`"),
+    ("row(R, 3)", "Gamma + r", "Gamma + r", "`Gamma` is defined by itself"),
+    ("Gamma = \"row(R, 3)\"", "Gamma = \"1*Delta\"\nDelta = \"2*Gamma\"", "Delta\"", "`Delta` is defined by itself"),
+    ("Gamma = \"row(R, 3)\"", "Gamma = \"row(R, 3)\"\nunused = \"1 +\"", "\"", "does not belong here"),
+    ("Gamma = \"row(R, 3)\"", "Gamma = 3", "3", "expected a string"),
+    // The Lagrangian, the group and the state.
+    ("inertia = [\"1/2\", 2, 1]", "formula = \"dot(eta, mu)/2\"", "\"dot(eta, mu)", "is a function of mu_1"),
+    ("inertia = [\"1/2\", 2, 1]", "formula = \"eta\"", "\"eta\"", "is a vector of 3 components; allowed: a number"),
+    ("inertia = [\"1/2\", 2, 1]", "formula = \"eta_1\"", "[\"0.5\"", "singular"),
+    ("inertia = [\"1/2\", 2, 1]", "formula = \"dot(eta, eta)\"\ninertia = [1, 1, 1]", "\"dot(eta", "stands alone"),
+    ("name = \"so3\"", "name = \"se2\"", "R, 3)", "unknown name `R`"),
+    ("rotation-vector = [\"0.4\", \"-0.3\", \"0.2\"]", "quaternion = [1, 0, 0]", "[1, 0, 0]", "3 entries; allowed: 4"),
+    (
+        "rotation-vector = [\"0.4\", \"-0.3\", \"0.2\"]",
+        "quaternion = [0, 0, 0, 0]",
+        "[0, 0, 0, 0]",
+        "a quaternion that is not 0",
+    ),
+    (
+        "rotation-vector = [\"0.4\", \"-0.3\", \"0.2\"]",
+        "matrix = [[1, 0, 0], [0, 1, 0], [0, 0, 2]]",
+        "[[1",
+        "not in the group",
+    ),
+    (
+        "rotation-vector = [\"0.4\", \"-0.3\", \"0.2\"]",
+        "euler = [1, 2, 3]\naxes = \"abc\"",
+        "\"abc\"",
+        "three of x, y and z",
+    ),
+    ("rotation-vector = [\"0.4\", \"-0.3\", \"0.2\"]", "euler = [1, 2]", "[1, 2]", "2 entries; allowed: 3"),
+    ("rotation-vector", "position = [1, 2, 3]\nrotation-vector", "[1, 2, 3]", "for the algebra se3"),
+    ("rotation-vector", "attitude = [1, 2, 3]\nrotation-vector", "[\"0.4\"", "either `attitude` or `rotation-vector`"),
+];
+
+#[test]
+fn a_wrong_formula_is_an_error_with_its_line_and_a_caret() {
+    SystemFile::parse(TOP).unwrap_or_else(|error| panic!("{error}"));
+    let mut failures = Vec::new();
+    for (from, to, caret, message) in BAD {
+        assert!(TOP.contains(from), "{from}");
+        let text = TOP.replacen(from, to, 1);
+        let Err(error) = SystemFile::parse(&text) else {
+            failures.push(format!("accepted: {to}"));
+            continue;
+        };
+        let rest: String = text.lines().nth(error.line - 1).unwrap_or("").chars().skip(error.column - 1).collect();
+        if !rest.starts_with(caret) {
+            failures.push(format!("{to}: the caret is under {rest:?}, not {caret:?}: {error}"));
+        }
+        if !error.message.contains(message) {
+            failures.push(format!("{to}: wanted {message:?} in {error}"));
+        }
+    }
+    assert!(BAD.len() >= 60 && failures.is_empty(), "{}", failures.join("\n\n"));
+}
+
+#[test]
+fn deep_and_long_formulas_are_refused() {
+    for hostile in ["(".repeat(100_000), "[".repeat(9_000), "-".repeat(9_000), "sin(".repeat(2_000), "t+".repeat(4_900)]
+    {
+        let text = TOP.replacen("weight*dot(r, Gamma)", &hostile, 1);
+        let error = SystemFile::parse(&text).unwrap_err();
+        assert_eq!(error.line, 18, "{}", error.message);
+    }
+}
+
+/// The rows of a run in `T`, and why it ended early.
+fn ran<T: Compiled>(text: &str) -> (usize, Option<String>) {
+    struct Count(usize);
+    impl<T: Compiled> Observer<T> for Count {
+        fn row(&mut self, _: &Row<'_, T>) {
+            self.0 += 1;
+        }
+        fn step(&mut self, _: u64, _: u64) -> ControlFlow<()> {
+            ControlFlow::Continue(())
+        }
+    }
+    let file = SystemFile::parse(text).unwrap_or_else(|error| panic!("{error}"));
+    let mut count = Count(0);
+    let ended = file.case.trajectory(Plan::<T>::of(&file).unwrap(), &mut count).unwrap();
+    (count.0, if let Ended::Failed { reason } = ended { Some(reason) } else { None })
+}
+
+#[test]
+fn an_operation_without_a_value_stops_the_run_with_its_place() {
+    let refused = |from: &str, to: &str| {
+        assert!(TOP.contains(from), "{from}");
+        ran::<f64>(&TOP.replacen(from, to, 1)).1.expect("a refusal")
+    };
+    let start = refused("\"-eta/10\"", "\"-eta/(10*t)\"");
+    assert!(start.contains("the force at the start of the step has no finite value"), "{start}");
+    assert!(start.contains("column 5: division by zero\n    -eta/(10*t)\n        ^"), "{start}");
+    let stage = refused("\"-eta/10\"", "\"-sqrt(1/50 - t)*eta\"");
+    assert!(stage.contains("the force at stage 1 has") && stage.contains("column 2: the square root of -"), "{stage}");
+    let potential = refused("weight*dot(r, Gamma)", "log(1/50 - t)*dot(r, Gamma)");
+    assert!(potential.contains("at stage 1") && potential.contains("column 1: the logarithm of -"), "{potential}");
+    let overflow = refused("weight*dot(r, Gamma)", "exp(1e5*t)*dot(r, Gamma)");
+    assert!(overflow.contains("the value is too large"), "{overflow}");
+}
+
+/// Two cases in which a root was accepted that is none: cancellation, and a branch behind a fold.
+#[test]
+fn no_root_is_accepted_that_is_not_one() {
+    let cancelling = r#"format = 1
+[algebra]
+dimension = 2
+constants = [[1, 2, 2, 1]]
+[lagrangian]
+inertia = [["5/4", "3/8"], ["3/8", "3/4"]]
+[[force]]
+kind = "linear-drag"
+matrix = [["25/64", "3/32"], ["-13/32", "5/16"]]
+[[force]]
+kind = "constant"
+value = ["1/8", "-1/4"]
+[method]
+tableau = "gauss-1"
+retraction = "exp"
+[state]
+momentum = ["-3/4", 1]
+[run]
+step = 50
+steps = 1
+"#;
+    let refused = ran::<f64>(cancelling).1.expect("a refusal");
+    assert!(refused.contains("ill-conditioned at h = 50"), "{refused}");
+    let folded = |step: &str| {
+        format!(
+            "format = 1\n[algebra]\nname = \"so3\"\n[lagrangian]\ninertia = [[1, \"1/4\", 0], [\"1/4\", 2, \"1/8\"], [0, \"1/8\", 3]]\n\
+             [method]\ntableau = \"gauss-3\"\nretraction = \"exp\"\n[state]\nmomentum = [\"3/4\", \"1/2\", -1]\n[run]\nstep = {step}\nsteps = 1\n"
+        )
+    };
+    assert_eq!(ran::<f64>(&folded("17.6")).1, None);
+    for step in ["17.7", "18", "19", "20", "21", "22", "25", "30", "50"] {
+        let refused = ran::<f64>(&folded(step)).1.unwrap_or_else(|| panic!("{step} was accepted"));
+        assert!(refused.contains("fold") || refused.contains("no convergence"), "{step}: {refused}");
+    }
+}
