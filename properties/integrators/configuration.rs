@@ -3,6 +3,10 @@
 
 use euler_poincare::algebra::{Covector, Matrix, Vector};
 use euler_poincare::group::So3;
+use euler_poincare::group::so3::hat;
+use euler_poincare::integrators::advected::{
+    Advected, AdvectedLagrangian, AdvectedState, Representation, RepresentationError,
+};
 use euler_poincare::integrators::doubled::DoubledState;
 use euler_poincare::integrators::{Classical, Doubled, MuntheKaas, OneStep, State, StepError, Variational};
 use euler_poincare::mechanics::configuration::{
@@ -215,6 +219,38 @@ impl<T: Real> ForceOnGroup<T, 3, 3> for Torque {
     fn force<S: Scalar<Base = T>>(&self, t: S, _: &Matrix<S, 3>, _: &Vector<S, 3>) -> Covector<S, 3> {
         Covector::<S, 3>::new(t.cos() * S::ratio(1, 5), S::zero(), S::ratio(-1, 10))
     }
+}
+
+/// The top with Γ = gᵀ e₃ as a parameter.
+struct Reduced;
+
+impl<T: Real> AdvectedLagrangian<T, 3, 3> for Reduced {
+    fn value<S: Scalar<Base = T>>(&self, _: S, eta: &Vector<S, 3>, gamma: &Vector<S, 3>) -> S {
+        let height = gamma[0] * S::int(3) - gamma[1] * S::int(2) + gamma[2] * S::int(5);
+        body::<T>().value(eta) - height * S::ratio(13, 100)
+    }
+}
+
+#[test]
+fn the_reduced_step_with_an_advected_parameter_is_the_unreduced_one() {
+    let so3 = || CayleySo3::<f64>::new().algebra().clone();
+    let axes = [Vector::<f64, 3>::x(), Vector::<f64, 3>::y(), Vector::<f64, 3>::z()];
+    let vectors = Representation::new(so3(), axes.map(|axis| hat(&axis))).unwrap();
+    let mut reduced = Advected::new(Reduced, drag(), vectors, Family::Gauss.tableau(2).unwrap());
+    let mut full = Variational::new(top(), drag(), ExponentialSo3::new(), Family::Gauss.tableau(2).unwrap());
+    let mut state = start::<f64>();
+    let gamma = |state: &State<f64, 3, 3>| state.attitude.transpose() * Vector::<f64, 3>::z();
+    let mut advected = AdvectedState { time: 0.0, momentum: state.momentum, parameter: gamma(&state) };
+    for _ in 0..20 {
+        full.step(&mut state, 0.1).unwrap();
+        reduced.step(&mut advected, 0.1).unwrap();
+        assert!((advected.momentum - state.momentum).amax() < 4e-15);
+        assert!((advected.parameter - gamma(&state)).amax() < 4e-15);
+    }
+    let refused = reduced.step(&mut AdvectedState { parameter: Vector::from_element(f64::NAN), ..advected }, 0.1);
+    assert!(matches!(refused, Err(StepError::NotFinite { .. })));
+    let wrong = Representation::new(so3(), axes.map(|axis| hat(&axis) * 2.0));
+    assert!(matches!(wrong, Err(RepresentationError::NotAHomomorphism { a: 1, b: 2, .. })));
 }
 
 #[test]

@@ -1,5 +1,6 @@
 //! The sub-commands, one file each, and what they share: failures and exit codes.
 
+mod algebras;
 pub mod completions;
 mod failure;
 mod faults;
@@ -71,6 +72,8 @@ enum Command {
     Paper(paper::Arguments),
     /// Integrate a system described in a file
     Integrate(integrate::Arguments),
+    /// List the algebras that system files may name, with their bases
+    Algebras(algebras::Arguments),
     /// Print the completions for a shell
     Completions(completions::Arguments),
     /// Print the manual page, in roff
@@ -90,6 +93,7 @@ impl CommandLine {
             Command::Order(arguments) => order::run(arguments),
             Command::Paper(arguments) => paper::run(arguments),
             Command::Integrate(arguments) => integrate::run(arguments),
+            Command::Algebras(arguments) => algebras::run(arguments),
             Command::Completions(arguments) => completions::run(arguments),
             Command::Man(arguments) => man::run(arguments),
         };

@@ -2,6 +2,7 @@
 //!
 #![doc = include_str!("../guide/modules/integrators.md")]
 
+pub mod advected;
 pub mod classical;
 pub mod comparators;
 pub mod doubled;
@@ -18,6 +19,7 @@ mod stages;
 pub mod trajectory;
 pub mod variational;
 
+pub use advected::{Advected, AdvectedState};
 pub use classical::Classical;
 pub use doubled::{Doubled, DoubledState};
 pub use munthe_kaas::MuntheKaas;

@@ -171,6 +171,11 @@ where
         &self.scheme.lagrangian
     }
 
+    /// The Lagrangian l, to be changed between steps.
+    pub fn lagrangian_mut(&mut self) -> &mut L {
+        &mut self.scheme.lagrangian
+    }
+
     /// The force f.
     pub fn force(&self) -> &F {
         &self.scheme.force

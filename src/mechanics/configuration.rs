@@ -374,6 +374,11 @@ impl<L, G, const D: usize> LagrangianOn<L, G, D> {
     pub fn new(lagrangian: L, group: G) -> Self {
         Self { lagrangian, group }
     }
+
+    /// L, to be changed.
+    pub fn lagrangian_mut(&mut self) -> &mut L {
+        &mut self.lagrangian
+    }
 }
 
 impl<T, const N: usize, const D: usize, L, G> Lagrangian<T, N> for LagrangianOn<L, G, D>

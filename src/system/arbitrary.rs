@@ -106,7 +106,7 @@ impl proptest::arbitrary::Arbitrary for Case {
 }
 
 /// A case of which nothing but the dimension is chosen: ℝⁿ at rest.
-fn plain(n: usize) -> Case {
+pub(super) fn plain(n: usize) -> Case {
     let ones = |value: i64| vec![Number::from(value); n];
     Case {
         algebra: Algebra { structure: Structure::Named(Entry::Abelian(n)), basis: None },

@@ -403,7 +403,7 @@ impl AlgebraTable {
     }
 }
 
-fn from_name(name: &str, place: &Place) -> Result<Structure, CaseError> {
+pub(super) fn from_name(name: &str, place: &Place) -> Result<Structure, CaseError> {
     if let Ok(entry) = name.parse::<catalogue::Entry>() {
         dimension_allowed(entry.dimension() as i64, place)?;
         return Ok(Structure::Named(entry));
