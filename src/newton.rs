@@ -288,10 +288,11 @@ impl<T: Real> Newton<T> {
         }
     }
 
-    /// `trial` ← dx/ds of the branch at x, by a difference in the parameter and the factors of the Jacobian at hand, which are those at a point
-    /// near x. Not finite where the equations cannot be evaluated.
+    /// `trial` ← dx/ds of the branch at x, by a difference in the parameter, towards 0 where it is not 0, and the factors of the Jacobian at
+    /// hand, which are those at a point near x. Not finite where the equations cannot be evaluated.
     fn tangent_at<E>(&mut self, equations: &mut dyn Equations<T, Error = E>, x: &[T], fraction: T) {
-        let ahead = T::unit_roundoff().sqrt();
+        let away = T::unit_roundoff().sqrt();
+        let ahead = if fraction == T::zero() { away } else { -away };
         equations.set_fraction(fraction + ahead);
         let known = equations.residual(x, &mut self.residual).is_ok();
         equations.set_fraction(fraction);

@@ -204,9 +204,12 @@ fn an_operation_without_a_value_stops_the_run_with_its_place() {
     assert!(start.contains("the force at the start of the step has no finite value"), "{start}");
     assert!(start.contains("column 5: division by zero\n    -eta/(10*t)\n        ^"), "{start}");
     let stage = refused("\"-eta/10\"", "\"-sqrt(1/50 - t)*eta\"");
-    assert!(stage.contains("the force at stage 1 has") && stage.contains("column 2: the square root of -"), "{stage}");
+    assert!(stage.contains("the force at stage ") && stage.contains("column 2: the square root of -"), "{stage}");
     let potential = refused("weight*dot(r, Gamma)", "log(1/50 - t)*dot(r, Gamma)");
-    assert!(potential.contains("at stage 1") && potential.contains("column 1: the logarithm of -"), "{potential}");
+    assert!(
+        potential.contains("the force at stage ") && potential.contains("column 1: the logarithm of -"),
+        "{potential}"
+    );
     let overflow = refused("weight*dot(r, Gamma)", "exp(1e5*t)*dot(r, Gamma)");
     assert!(overflow.contains("the value is too large"), "{overflow}");
 }

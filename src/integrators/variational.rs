@@ -41,6 +41,9 @@ impl<T: Real> Default for Settings<T> {
     }
 }
 
+/// Terms of the stage equations up to so many times the momentum are not looked at any further.
+const MODERATE: i64 = 1 << 10;
+
 /// The system and the method: what does not change from step to step.
 #[derive(Clone, Debug)]
 struct Scheme<T: Real, L, F, R> {
@@ -284,18 +287,29 @@ where
         }
     }
 
-    /// The largest term of the stage equations, relative to the momentum and the impulses: |P_i| and |m dτ(−ξ)| grow like e^{|ad_ξ|}.
+    /// The largest term of the stage equations relative to the momentum, the forces and the momentum of a rotor, where it is large: |P_i|,
+    /// |m dτ(−ξ)| and transported forces grow like e^{|ad_ξ|}, and cancel.
     fn growth(&self, problem: &Problem<T, N, D>, d_neg: &Matrix<T, N>) -> T {
-        let stages = 0..self.scheme.tableau.stages();
-        let weight = |j: usize| (self.scheme.tableau.b()[j] * problem.step).abs();
-        let impulses =
-            stages.clone().fold(T::zero(), |sum, j| sum + largest(&self.work.impulses.covector(j)) * weight(j));
-        let terms = largest(&(self.work.after_impulse * d_neg));
-        let terms = stages.fold(terms, |size, i| larger(size, largest(&self.work.momenta.covector(i))));
-        // The momentum of a rotor, which may cancel that of the body.
+        let (scheme, work) = (&self.scheme, &self.work);
+        let share = |j: usize| (scheme.tableau.b()[j] * problem.step).abs();
+        let mut terms = largest(&work.after_impulse).max(largest(&(work.after_impulse * d_neg)));
+        for j in 0..scheme.tableau.stages() {
+            let impulse = largest(&work.impulses.covector(j)) * share(j);
+            terms = larger(terms, larger(largest(&work.momenta.covector(j)), impulse));
+        }
+        let momentum = largest(&problem.momentum);
+        if terms <= momentum * T::int(MODERATE) {
+            return T::zero();
+        }
         let here = Configuration::of(&problem.attitude);
-        let at_rest = largest(&self.scheme.lagrangian.gradient_at(problem.time, here, &Vector::zeros()));
-        relative(terms, largest(&problem.momentum) + impulses + at_rest)
+        let mut scale = momentum + largest(&scheme.lagrangian.gradient_at(problem.time, here, &Vector::zeros()));
+        for j in 0..scheme.tableau.stages() {
+            let Ok(at) = scheme.attitude::<T, N, D>(problem, &work.displacements.vector(j)) else { continue };
+            let time = problem.time + scheme.tableau.c()[j] * problem.step;
+            let force = scheme.total_force(time, configuration(&at), &work.velocities.vector(j));
+            scale += largest(&force) * share(j);
+        }
+        relative(terms, scale)
     }
 
     /// Fixed-point iterations until the residual is at the tolerance or at its floor.

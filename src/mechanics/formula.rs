@@ -242,6 +242,11 @@ impl<T: Real, const N: usize> FormulaLagrangian<T, N> {
         with: impl FnOnce(&[S]) -> Out,
     ) -> Out {
         self.quantities.filled((t, g, eta, None), |places| {
+            if self.quantities.count() <= PLACES[0] {
+                let mut slopes = [S::zero(); PLACES[0]];
+                self.program.gradient(places, &mut slopes);
+                return with(&slopes);
+            }
             let mut slopes = [S::zero(); PLACES[1]];
             self.program.gradient(places, &mut slopes);
             with(&slopes)
