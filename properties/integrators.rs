@@ -368,6 +368,8 @@ fn a_residual_that_falls_is_not_left_at_the_floor() {
     let outcome = Newton::new(1).follow(&mut straight, &mut x, &settings).unwrap();
     assert!(outcome.residual <= 1e-15 && (x[0] - 1.0).abs() <= 1e-15, "{outcome:?} {x:?}");
     // The first point has no direction yet; from then on a straight branch is met at once.
+    // Tangents are differences: they ask beside the points of the branch, which are dyadic.
+    straight.starts.retain(|(fraction, _)| (fraction * 1_048_576.0).fract() == 0.0);
     assert_eq!((straight.starts[0].1, straight.starts.last().unwrap().0), (0.0, 1.0));
     assert!(straight.starts.len() > 2, "{:?}", straight.starts);
     assert!(straight.starts[1..].iter().all(|(fraction, x)| (fraction - x).abs() < 1e-14), "{:?}", straight.starts);

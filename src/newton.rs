@@ -201,7 +201,7 @@ impl<T: Real> Newton<T> {
     ) -> Result<Outcome<T>, Failure<T, E>> {
         let start = self.determinant_at_zero(equations, x)?;
         let smallest = T::exact(2f64.powi(-20));
-        let mut iterations = 0;
+        let (mut iterations, mut not_evaluated) = (0, None);
         let (mut reached, mut step, mut last_step) = (T::zero(), T::exact(0.25), None);
         // (fraction, (det J / det J(0))²) of the last two points: linear at a simple fold.
         let mut squares = [(T::zero(), T::one()); 2];
@@ -245,8 +245,19 @@ impl<T: Real> Newton<T> {
                 }
                 failed => {
                     step = step_now * T::half();
+                    let failed = match failed {
+                        Err(Failure::Equations(error)) if step >= smallest => {
+                            not_evaluated = Some(error);
+                            continue;
+                        }
+                        // Beyond here the equations have no value: that is why the branch ends.
+                        Ok(_) if step < smallest && not_evaluated.is_some() => {
+                            not_evaluated.take().map_or(failed, |error| Err(Failure::Equations(error)))
+                        }
+                        failed => failed,
+                    };
                     if step < smallest {
-                        break Some(Err(Self::end_of_branch(failed, squares, start, iterations)));
+                        break Some(Err(Self::end_of_branch(failed, squares, iterations)));
                     }
                     if let Ok(c) = &failed {
                         iterations += c.outcome.iterations;
@@ -267,7 +278,6 @@ impl<T: Real> Newton<T> {
     fn end_of_branch<E>(
         failed: Result<Corrected<T>, Failure<T, E>>,
         squares: [(T, T); 2],
-        start: Determinant<T>,
         iterations: usize,
     ) -> Failure<T, E> {
         let [(f0, d0), (f1, d1)] = squares;
@@ -275,11 +285,9 @@ impl<T: Real> Newton<T> {
         let zero = f1 + d1 * (f1 - f0) / (d0 - d1);
         let fold = d1 < d0 && zero <= f1 * T::ratio(21, 20) + T::exact(2f64.powi(-10));
         match failed {
-            Ok(c) if c.determinant.negative != start.negative && !fold => {
-                Failure::Fold { fraction: f1, determinant: d1.sqrt() }
-            }
             _ if fold => Failure::Fold { fraction: zero, determinant: d1.sqrt() },
-            Ok(c) => Failure::NotConverged(c.outcome),
+            // Another branch is all that is found.
+            Ok(_) => Failure::Fold { fraction: f1, determinant: d1.sqrt() },
             Err(Failure::NotConverged(mut outcome)) => {
                 outcome.iterations += iterations;
                 Failure::NotConverged(outcome)

@@ -105,7 +105,7 @@ fn energy(trace: &Trace) -> Panel {
     let n = trace.columns.dimension;
     let curve = |style, column| Curve { style, points: trace.curve(column) };
     let curves =
-        vec![curve(Style::new("energy", 5).wide(6.0), 1 + n), curve(Style::new("initial energy + work", 1), 2 + n)];
+        vec![curve(Style::new("energy", 5).wide(6.0), 1 + n), curve(Style::new("start + work", 1), 2 + n)];
     Panel::new("energy", ("time t", ""), Axes::Linear, curves)
 }
 
