@@ -17,7 +17,7 @@ use crate::group::LieGroup;
 use crate::harness::{About, Cost, Fault, Verdict};
 use crate::integrators::{OneStep, State, StepError};
 use crate::mechanics::{Force, Lagrangian};
-use crate::retraction::Retraction;
+use crate::retraction::{Exponential, Retraction};
 use crate::scalar::{Dd, Real, Scalar};
 use crate::system::case::{Force as Term, Potential};
 use crate::system::{Case, System, Visitor};
@@ -251,9 +251,10 @@ impl<T: Real> Visitor<T> for Symmetric<'_> {
         };
         let mut along = Vector::<T, N>::zeros();
         along[self.a] = T::half();
-        let turned = match system.retraction.tau(&along) {
+        // By the exponential itself: τ(e_a/2) need not be in the subgroup.
+        let turned = match Exponential::of_group(group.clone()).tau(&along) {
             Ok(k) => State { attitude: k * system.state.attitude, ..system.state.clone() },
-            Err(_) => return Measured::NotApplicable("k = τ(e_a/2) is outside the domain of τ".into()),
+            Err(_) => return Measured::NotApplicable("k = exp(e_a/2) is not finite".into()),
         };
         let (mut end, mut other) = (system.state.clone(), turned.clone());
         let outcome = subject(&system, self.fault).step(&mut end, system.step);

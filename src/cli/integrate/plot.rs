@@ -104,8 +104,7 @@ pub fn draw(trace: &Trace, case: &Case, file: &Path, path: &Path) -> Result<(), 
 fn energy(trace: &Trace) -> Panel {
     let n = trace.columns.dimension;
     let curve = |style, column| Curve { style, points: trace.curve(column) };
-    let curves =
-        vec![curve(Style::new("energy", 5).wide(6.0), 1 + n), curve(Style::new("start + work", 1), 2 + n)];
+    let curves = vec![curve(Style::new("energy", 5).wide(6.0), 1 + n), curve(Style::new("start + work", 1), 2 + n)];
     Panel::new("energy", ("time t", ""), Axes::Linear, curves)
 }
 
