@@ -89,7 +89,7 @@ pub const fn laws() -> &'static [CaseLaw] {
             about: About {
                 name: "configuration-symplectic",
                 statement: "without force the step (g, μ) ↦ (g', μ') with a potential keeps the canonical form of T*G, ⟨β, ξ⟩ − ⟨α, η⟩ + ⟨μ, [ξ, η]⟩",
-                source: "Abraham and Marsden 1978, Proposition 4.4.1; Marsden and West 2001, §1.3.2",
+                source: "Abraham and Marsden 1978, §4.4; Marsden and West 2001, §1.3.2",
                 oracle: "the tangent map of the step by central differences, in 32 digits",
                 bound: "2⁸ times twice what doubling the displacement changes and rounding of 2¹⁰ N u over the displacement",
                 needs: "a group; no force; an algebra that is not abelian",
