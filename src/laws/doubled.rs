@@ -34,7 +34,7 @@ pub const fn laws<S: Source>() -> &'static [CaseLaw<S>] {
                     statement: "the doubled step started on a unit (μ, e, μ) ends on one, and its μ is the restricted step's",
                     source: "Martín de Diego and Sato Martín de Almagro 2019, §5.2 and Thm 5.3",
                     oracle: "the doubled scheme on (λ, U, μ), which shares no residual with the restricted one",
-                    bound: "two precisions; floor 2⁹ s N u: two solves, the doubled one of twice the size",
+                    bound: "two precisions (s N > 6: f64 alone below 8 u or a 2⁹th of the floor, but for one case in ten); floor 2⁹ s N u: two solves, the doubled one of twice the size",
                     needs: "a group",
                     cost: Cost::Cheap,
                     faults: &[
@@ -59,7 +59,7 @@ pub const fn laws<S: Source>() -> &'static [CaseLaw<S>] {
                     restricted ones",
                     source: "Martín de Diego and Sato Martín de Almagro 2019, §5.2, proof of Thm 5.3",
                     oracle: "the Jacobian of the restricted scheme, which shares no residual with the doubled one",
-                    bound: "two precisions; floor 2⁸ s N u relative to the largest entry",
+                    bound: "two precisions (s N > 6: f64 alone below 8 u or a 2⁹th of the floor, but for one case in ten); floor 2⁸ s N u relative to the largest entry",
                     needs: "a group; a force",
                     cost: Cost::Cheap,
                     faults: &[HALF_FORCE, NO_FORCE_DERIVATIVE, LEFT_FOR_RIGHT],
@@ -74,7 +74,7 @@ pub const fn laws<S: Source>() -> &'static [CaseLaw<S>] {
                     source: "Martín de Diego and Sato Martín de Almagro 2019, §3 and §5: the diagonal action on G×G and Noether's \
                  theorem",
                     oracle: "Ad by conjugation with the attitude matrices g and g̃, which the momenta do not see",
-                    bound: "two precisions; floor 2⁹ s N u a step",
+                    bound: "two precisions (s N > 3: f64 alone below 8 u or a 2⁹th of the floor, but for one case in ten); floor 2⁹ s N u a step",
                     needs: "a group; a force; an algebra that is not abelian",
                     cost: Cost::Moderate,
                     faults: &[LEFT_FOR_RIGHT, ADJOINT_INVERTED, SHIFTED],

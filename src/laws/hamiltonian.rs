@@ -23,7 +23,7 @@ use crate::system::{System, Visitor};
 use nalgebra::DMatrix;
 use std::fmt::Debug;
 
-const BOUND: &str = "two precisions; floor 2⁸ N u relative to the terms";
+const BOUND: &str = "two precisions (s N > 12: f64 alone below 8 u or a 2⁹th of the floor, but for one case in ten); floor 2⁸ N u relative to the terms";
 
 /// The laws of this file.
 pub const fn laws<S: Source>() -> &'static [CaseLaw<S>] {
@@ -36,7 +36,7 @@ pub const fn laws<S: Source>() -> &'static [CaseLaw<S>] {
                     source: "Martín de Diego and Sato Martín de Almagro 2019, §4.3, (4.5)",
                     oracle: "the bracket as a bivector; Ḟ by the value of F on dual numbers along the rates; F and h are random \
                  polynomials of no symmetry",
-                    bound: BOUND,
+                    bound: "two precisions; floor 2⁸ N u relative to the terms",
                     needs: "a group",
                     cost: Cost::Cheap,
                     faults: &[HAMILTON_SIGN, HAMILTON_SIDES, HAMILTON_ARROW],
@@ -107,7 +107,7 @@ pub const fn laws<S: Source>() -> &'static [CaseLaw<S>] {
                     source: "Martín de Diego and Sato Martín de Almagro 2019, Prop 4.12",
                     oracle: "the inverse of l''; the momenta that the velocities were made from, where U is so close to e that the \
                  Jacobian changes by less than 1/16 of itself",
-                    bound: "two precisions; floor 2¹⁴ N u (where Newton's method may stop) relative to the terms",
+                    bound: "two precisions (s N > 5: f64 alone below 8 u or a 2⁹th of the floor, but for one case in ten); floor 2¹⁴ N u (where Newton's method may stop) relative to the terms",
                     needs: "a group",
                     cost: Cost::Expensive,
                     faults: &[FIBRE_SIGN],

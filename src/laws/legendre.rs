@@ -17,7 +17,7 @@ use crate::system::{System, Visitor};
 use std::fmt::Debug;
 
 const SOURCE: &str = "Martín de Diego and Sato Martín de Almagro 2019, §4.3 and Thm 4.13";
-const BOUND: &str = "two precisions; floor 2¹⁰ N u relative to the terms; U so close to e that the second derivatives \
+const BOUND: &str = "two precisions (s N > 5: f64 alone below 8 u or a 2⁹th of the floor, but for one case in ten); floor 2¹⁰ N u relative to the terms; U so close to e that the second derivatives \
                      change by less than 1/16";
 
 /// The laws of this file.

@@ -58,7 +58,7 @@ pub const fn laws<S: Source>() -> &'static [CaseLaw<S>] {
                     form; on units L*∂l_f/∂U = R*∂l_f/∂U = f(η)",
                     source: "Martín de Diego and Sato Martín de Almagro 2019, Thm 3.1 and Prop 3.2",
                     oracle: "the derivatives of the value of l_f on dual numbers, and f itself on the units",
-                    bound: BOUND,
+                    bound: "two precisions (s N > 9: f64 alone below 8 u or a 2⁹th of the floor, but for one case in ten); floor 2⁶ N u relative to the terms of l_f",
                     needs: "a group",
                     cost: Cost::Cheap,
                     faults: &[

@@ -33,9 +33,9 @@ const COARSEST: usize = 2;
 /// The fewest and the most levels, each with half the step of the one before.
 const LEVELS: (usize, usize) = (5, 7);
 
-/// Relative errors at the coarsest level that the horizon is changed for, where that of the case shows no order: too near
-/// the noise, or too coarse. 32 digits leave room for five levels of order 6 below each.
-const TARGETS: [f64; 3] = [1e-7, 1e-10, 1e-13];
+/// Relative errors at the coarsest level that the horizon is changed for, until one shows an order. The smallest comes first: there
+/// the terms of lower order that a small fault adds are the largest. 32 digits leave room for five levels of order 6 below each.
+const TARGETS: [f64; 4] = [1e-16, 1e-13, 1e-10, 1e-7];
 
 /// The laws of this file.
 pub const fn laws<S: Source>() -> &'static [CaseLaw<S>] {
@@ -148,32 +148,33 @@ impl Visitor<Dd> for OrderStudy<'_> {
     ) -> Verdict {
         let order = variational_order(&system.tableau, 8).order as u32;
         let horizon = system.step * Dd::int(COARSEST as i64);
-        let (first, error, levels) = self.at_horizon(&system, horizon, order);
-        if !matches!(first, Verdict::Inconclusive { .. } | Verdict::NotApplicable { .. }) {
-            self.note(&levels, order);
-            return first;
-        }
-        for k in 0..TARGETS.len() {
-            // The error over a fixed number of steps goes as h^{p+1}; where there is none, any horizon may show one.
-            let stretch = match error {
-                Some(error) => (TARGETS[k] / error).powf(1.0 / f64::from(order + 1)).log2().clamp(-8.0, 24.0).round(),
-                None => BLIND[k],
-            };
-            let (verdict, _, levels) = self.at_horizon(&system, horizon * Dd::exact(2f64.powf(stretch)), order);
+        let mut stretches = match self.coarsest(&system, horizon) {
+            // The error over a fixed number of steps goes as h^{p+1}.
+            Some(error) => {
+                let stretch = |target: f64| (target / error).powf(1.0 / f64::from(order + 1)).log2();
+                TARGETS.map(|target| stretch(target).clamp(-24.0, 24.0).round()).to_vec()
+            }
+            // Where there is none, any horizon may show one.
+            None => BLIND.to_vec(),
+        };
+        // That of the case.
+        stretches.push(0.0);
+        let mut last = Verdict::inconclusive("no levels");
+        for stretch in stretches {
+            let (verdict, levels) = self.at_horizon(&system, horizon * Dd::exact(2f64.powf(stretch)), order);
             match verdict {
-                Verdict::Inconclusive { .. } => {}
-                Verdict::NotApplicable { ref why } if why != EXACT => {}
+                Verdict::Inconclusive { .. } => last = verdict,
+                Verdict::NotApplicable { ref why } if why != EXACT => last = verdict,
                 _ => {
                     self.note(&levels, order);
                     return verdict;
                 }
             }
+            if stretch == 0.0 {
+                self.note(&levels, order);
+            }
         }
-        self.note(&levels, order);
-        match first {
-            Verdict::NotApplicable { ref why } if why == EXACT => Verdict::inconclusive("no horizon shows an order"),
-            _ => first,
-        }
+        last
     }
 }
 
@@ -193,15 +194,27 @@ impl OrderStudy<'_> {
         });
     }
 
-    /// The verdict from one horizon, the relative error in the momentum at the coarsest level, and the errors.
+    /// The relative error in the momentum at the coarsest level; `None` where it is rounding, or where there is no step.
+    fn coarsest<const N: usize, const D: usize, R: Retraction<Dd, N, D>, L: Lagrangian<Dd, N>, F: Force<Dd, N>>(
+        &self,
+        system: &System<Dd, N, D, R, L, F>,
+        horizon: Dd,
+    ) -> Option<f64> {
+        let exact = reference(system, horizon, 4).ok()?.momentum;
+        let end = self.run(system, horizon, COARSEST).ok()?.state.momentum;
+        let error = ((end - exact).amax() / exact.amax()).to_f64();
+        (error > 1e-27).then_some(error)
+    }
+
+    /// The verdict from one horizon, and the errors.
     fn at_horizon<const N: usize, const D: usize, R: Retraction<Dd, N, D>, L: Lagrangian<Dd, N>, F: Force<Dd, N>>(
         &self,
         system: &System<Dd, N, D, R, L, F>,
         horizon: Dd,
         order: u32,
-    ) -> (Verdict, Option<f64>, Errors) {
+    ) -> (Verdict, Errors) {
         let (Ok(rough), Ok(exact)) = (reference(system, horizon, 5), reference(system, horizon, 10)) else {
-            return (Verdict::inconclusive("the reference did not converge"), None, Errors::default());
+            return (Verdict::inconclusive("the reference did not converge"), Errors::default());
         };
         // Rounding: some hundred operations a step, relative to the size of the state; and the reference itself.
         let size = energy(system, &exact).unwrap_or(Dd::exact(1.0)).abs();
@@ -214,25 +227,21 @@ impl OrderStudy<'_> {
             .all(|(reference_error, size)| *reference_error <= *size * Dd::exact(1e-24));
         let mut levels = Errors::default();
         let mut verdict = Verdict::inconclusive("no levels");
-        let mut coarsest = None;
         for k in 0..LEVELS.1 {
             let steps = COARSEST << k;
             let end = match self.run(system, horizon, steps) {
                 Ok(end) => end,
                 Err(StepError::Domain { .. }) => {
                     let verdict = Verdict::not_applicable("the step leaves the domain of the retraction");
-                    return (verdict, coarsest, levels);
+                    return (verdict, levels);
                 }
-                Err(_) => return (Verdict::inconclusive("a step was refused"), coarsest, levels),
+                Err(_) => return (Verdict::inconclusive("a step was refused"), levels),
             };
             let errors = [
                 (end.state.momentum - exact.momentum).amax(),
                 (end.state.attitude - exact.attitude).amax(),
                 end.balance.abs(),
             ];
-            if k == 0 {
-                coarsest = Some((errors[0] / sizes[0]).to_f64()).filter(|e| *e > 1e-27);
-            }
             for (quantity, levels) in levels.iter_mut().enumerate() {
                 let noise =
                     Dd::unit_roundoff() * Dd::int(64 * steps as i64) * sizes[quantity] + reference_error[quantity];
@@ -257,7 +266,7 @@ impl OrderStudy<'_> {
                 break;
             }
         }
-        (verdict, coarsest, levels)
+        (verdict, levels)
     }
 }
 

@@ -121,6 +121,12 @@ pub mod stream {
     pub const PARTS: u64 = 81;
     /// Where values are compared with those in 32 digits.
     pub const ACCURACY: u64 = 91;
+    /// Whether a case is judged in 32 digits.
+    pub const DIGITS: u64 = 92;
+    /// Changes of the numbers of a case by a unit of round-off.
+    pub const ROUNDING: u64 = 93;
+    /// Where τ⁻¹ is taken at large angles.
+    pub const LARGE_ANGLE: u64 = 94;
     /// The material of the groupoids of a system.
     pub const GROUPOID_OF_SYSTEM: u64 = 82;
 }

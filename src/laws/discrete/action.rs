@@ -32,7 +32,12 @@ pub const fn laws<S: Source>() -> &'static [CaseLaw<S>] {
     const {
         &[
             CaseLaw {
-                about: About { needs: NEEDS, ..SLOPES },
+                about: About {
+                    needs: NEEDS,
+                    bound: "the estimated error of the differences with 2⁶ N u; where it is above, in one case of ten, and where s N ≤ 3: 2⁸ \
+                            times that, in each precision by itself",
+                    ..SLOPES
+                },
                 cases: |cases| cases.main_dimensions().with_group().forced(),
                 check: |case, fault| each_main_small(case, fault, Check { case, fault, which: Which::Slopes }, 3),
             },
@@ -42,7 +47,7 @@ pub const fn laws<S: Source>() -> &'static [CaseLaw<S>] {
                     statement: "along a doubled step off the units F⁻l_d(V, U, W) = (λ, U, μ) and F⁺l_d(V, U, W) = (λ', U', μ')",
                     source: "Martín de Diego and Sato Martín de Almagro 2019, §5, F± after Prop 5.1, and §5.2",
                     oracle: "the doubled integrator, from the stage equations; l_d has only values, τ and dτ",
-                    bound: "two precisions; floor 2⁹ s N u: two solves, of momenta that rounding of V moves by p u/|v|",
+                    bound: "two precisions (s N > 4: f64 alone below 8 u or a 2⁹th of the floor, but for one case in ten); floor 2⁹ s N u: two solves, of momenta that rounding of V moves by p u/|v|",
                     needs: "a group; a force",
                     cost: Cost::Cheap,
                     faults: &[V_RIGHT, U_RIGHT, NO_U, U_SIGN, DOUBLED, CONJUGATE],
@@ -51,7 +56,12 @@ pub const fn laws<S: Source>() -> &'static [CaseLaw<S>] {
                 check: |case, fault| settle_main_small(case, fault, Check { case, fault, which: Which::Generated }, 4),
             },
             CaseLaw {
-                about: About { needs: NEEDS, ..ANTISYMMETRY },
+                about: About {
+                    needs: NEEDS,
+                    bound: "two precisions (s N > 4: f64 alone below 8 u or a 2⁹th of the floor, but for one case in ten); floor 2⁶ N u of the slopes, by which rounding of \
+                            V, U and W is multiplied",
+                    ..ANTISYMMETRY
+                },
                 cases: |cases| cases.main_dimensions().with_group().forced(),
                 check: |case, fault| {
                     settle_main_small(case, fault, Check { case, fault, which: Which::Antisymmetry }, 4)
@@ -63,7 +73,7 @@ pub const fn laws<S: Source>() -> &'static [CaseLaw<S>] {
                     statement: "the flow F_{l_d} takes the displacements of one doubled step off the units to those of the next",
                     source: "Martín de Diego and Sato Martín de Almagro 2019, (5.2) and §5.2",
                     oracle: "the doubled integrator; the flow knows momenta only through F±",
-                    bound: "two precisions; floor 2¹⁰ s N u of the displacements: nested solves, and two steps",
+                    bound: "two precisions (s N > 2: f64 alone below 8 u or a 2⁹th of the floor, but for one case in ten); floor 2¹⁰ s N u of the displacements: nested solves, and two steps",
                     needs: "a group; a force",
                     cost: Cost::Expensive,
                     faults: &[NO_U, U_SIGN, CONJUGATE],
@@ -77,7 +87,7 @@ pub const fn laws<S: Source>() -> &'static [CaseLaw<S>] {
                     statement: "F_{l_d} takes (V, e, V) to a unit, and there it is the restricted step",
                     source: "Martín de Diego and Sato Martín de Almagro 2019, Thm 5.3 and §5.2",
                     oracle: "two steps of the restricted integrator, which knows neither U nor the second copy",
-                    bound: "two precisions; floor 2¹⁰ s N u of the displacements: nested solves, and two steps",
+                    bound: "two precisions (s N > 2: f64 alone below 8 u or a 2⁹th of the floor, but for one case in ten); floor 2¹⁰ s N u of the displacements: nested solves, and two steps",
                     needs: "a group; a force",
                     cost: Cost::Expensive,
                     faults: &[NO_U, U_SIGN, DOUBLED, CONJUGATE],

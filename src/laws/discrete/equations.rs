@@ -39,7 +39,11 @@ pub const fn laws<S: Source>() -> &'static [CaseLaw<S>] {
                 check: |case, fault| settle_main(case, fault, Check { case, fault, which: Which::Variation }),
             },
             CaseLaw {
-                about: About { needs: "a group", ..UNITS },
+                about: About {
+                    needs: "a group",
+                    bound: "two precisions (s N > 12: f64 alone below 8 u or a 2⁹th of the floor, but for one case in ten); floor 2⁸ N D u of the group elements",
+                    ..UNITS
+                },
                 cases: |cases| cases.main_dimensions().with_group(),
                 check: |case, fault| settle_main_small(case, fault, Check { case, fault, which: Which::Units }, 12),
             },
@@ -49,7 +53,7 @@ pub const fn laws<S: Source>() -> &'static [CaseLaw<S>] {
                     statement: "π ∘ F_{L_d} = F_{l_d} ∘ π for L_d = l_d ∘ π on G⁴, and π ∘ ι_d = ι̌_d ∘ π",
                     source: "Martín de Diego and Sato Martín de Almagro 2019, Thm 5.4 (its proof) and §5",
                     oracle: "the flow on G⁴, from the derivatives of L_d by the four group elements",
-                    bound: "two precisions; floor 2⁸ N D u of the group elements",
+                    bound: "two precisions (s N > 12: f64 alone below 8 u or a 2⁹th of the floor, but for one case in ten); floor 2⁸ N D u of the group elements",
                     needs: "a group",
                     cost: Cost::Expensive,
                     faults: &[NO_U, U_SIGN, KEEPS_U],
@@ -64,7 +68,8 @@ pub const fn laws<S: Source>() -> &'static [CaseLaw<S>] {
                                 Jacobians are transposes, so F⁻ is regular exactly where F⁺ is",
                     source: "Martín de Diego and Sato Martín de Almagro 2019, §2.3 and §5; Marsden and West 2001, §1.3.4",
                     oracle: "differences of F⁻ with the ends of a step moved, against those of F⁺ with its start moved",
-                    bound: "2⁸ times the estimated error of the differences with 2⁶ N D u; in each precision by itself",
+                    bound: "the estimated error of the differences with 2⁶ N D u; where it is above, in one case of ten, and where s N ≤ 12: 2⁸ times \
+                            that, in each precision by itself",
                     needs: "a group",
                     cost: Cost::Cheap,
                     faults: &[NO_U, U_SIGN, DOUBLED, V_RIGHT],

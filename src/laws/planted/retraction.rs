@@ -1,5 +1,6 @@
 //! A retraction with a fault planted in it. It stands behind a pointer, in the place of the right one.
 
+use super::super::probe::Probe;
 use super::{blend, blend_scalar};
 use crate::algebra::{LieAlgebra, Matrix, Vector, dot};
 use crate::harness::Fault;
@@ -52,8 +53,38 @@ pub const DIGITS_LOST: Fault = Fault::new(
     "every algebra",
 );
 
+/// A = (1 − cos θ)/θ² in closed form down to 10⁻⁴.
+pub const LATE_SERIES: Fault = Fault::new(
+    "late-series",
+    "(1 − cos θ)/θ² in closed form, with its series for θ < 10⁻⁴ alone: half of the digits are lost there, in any precision",
+    NONABELIAN,
+);
+/// The same down to 10⁻⁶.
+pub const LATER_SERIES: Fault = Fault::new(
+    "later-series",
+    "(1 − cos θ)/θ² in closed form, with its series for θ < 10⁻⁶ alone: three quarters of the digits are lost there",
+    NONABELIAN,
+);
+/// A series for `f64`.
+pub const CUT_SERIES: Fault = Fault::new(
+    "series-for-f64",
+    "the series of (1 − cos θ)/θ² at θ ≤ 1 with eight terms: enough for f64, not for 32 digits",
+    NONABELIAN,
+);
+/// sin θ as it comes out of an orthogonal matrix near the half turn.
+pub const LOG_NEAR_PI: Fault = Fault::new(
+    "logarithm-near-pi",
+    "τ⁻¹ divided by a sin θ with an error of u, as that of R − Rᵀ: digits are lost as θ goes to π, in any precision",
+    "algebras with rotations",
+);
+
+/// No fault: what is given and taken is changed by at most a unit of round-off of `f64`, in whatever precision, smoothly and on
+/// the group. Its size is the number of a sample. What it makes of a defect is the condition of the problem.
+pub const ROUNDED: Fault =
+    Fault::new("rounded", "arguments and values changed by a unit of round-off of f64", "every algebra");
+
 /// All of them.
-pub const ALL: [Fault; 11] = [
+pub const ALL: [Fault; 15] = [
     SHIFTED,
     CUT_INVERSE,
     RIGHT_TANGENT,
@@ -65,9 +96,13 @@ pub const ALL: [Fault; 11] = [
     SECOND_OF_INVERSE,
     ADJOINT_INVERTED,
     DIGITS_LOST,
+    LATE_SERIES,
+    LATER_SERIES,
+    CUT_SERIES,
+    LOG_NEAR_PI,
 ];
 
-/// Plants the fault in the retraction of a case, if it is one of [`ALL`].
+/// Plants the fault in the retraction of a case, if it is one of [`ALL`] or [`ROUNDED`].
 #[derive(Clone, Copy, Debug)]
 pub struct Plant<'a>(pub Option<&'a Fault>);
 
@@ -76,11 +111,46 @@ impl Wrap for Plant<'_> {
     where
         R: Retraction<T, N, D> + From<GivenRetraction<T, N, D>> + Send + Sync + 'static,
     {
-        match self.0.filter(|fault| ALL.iter().any(|known| known.name == fault.name)) {
+        let planted = |fault: &&Fault| ALL.iter().chain([&ROUNDED]).any(|known| known.name == fault.name);
+        match self.0.filter(planted) {
             Some(fault) => GivenRetraction::whole(PlantedRetraction { inner, fault: *fault }).into(),
             None => inner,
         }
     }
+}
+
+/// m (1 + E) with a matrix E of at most a unit of round-off of `f64`, which the sample and the place determine.
+#[inline(never)]
+fn rounded<S: Scalar, const M: usize>(m: Matrix<S, M>, sample: f64, place: u64) -> Matrix<S, M> {
+    m + m * errors::<S, M>(sample, place)
+}
+
+fn errors<S: Scalar, const M: usize>(sample: f64, place: u64) -> Matrix<S, M> {
+    let mut probe = Probe::new(&sample, place);
+    Matrix::from_fn(|_, _| S::exact(probe.unit::<f64>() * (f64::EPSILON / 2.0)))
+}
+
+/// x changed by at most a unit of round-off of `f64` times `size`.
+fn shifted<S: Scalar, const M: usize>(x: &Vector<S, M>, size: S, sample: f64, place: u64) -> Vector<S, M> {
+    let mut probe = Probe::new(&sample, place);
+    x.map(|v| v + size * S::exact(probe.unit::<f64>() * (f64::EPSILON / 2.0)))
+}
+
+/// The largest absolute value of an eigenvalue, by squaring: ‖mᵏ‖^{1/k}, k = 2⁴⁰.
+pub(in crate::laws) fn spectral_radius<const M: usize>(m: &Matrix<f64, M>) -> f64 {
+    let (mut power, mut log, mut share) = (*m, 0.0, 1.0);
+    for _ in 0..40 {
+        let size = power.amax();
+        // A power that is 0 is that of a nilpotent matrix; of one that is not finite nothing is known.
+        if size == 0.0 || !size.is_finite() {
+            return size;
+        }
+        log += share * size.ln();
+        share *= 0.5;
+        power /= size;
+        power *= power;
+    }
+    log.exp()
 }
 
 /// A faulty retraction.
@@ -93,6 +163,31 @@ pub struct PlantedRetraction<R> {
 impl<R> PlantedRetraction<R> {
     fn size(&self, fault: &Fault) -> f64 {
         Fault::size_of(Some(&self.fault), fault.name)
+    }
+
+    /// The number of the sample of [`ROUNDED`].
+    fn sample(&self) -> Option<f64> {
+        (self.fault.name == ROUNDED.name).then_some(self.fault.size)
+    }
+
+    /// By how much A = (1 − cos θ)/θ² is wrong, θ = |x|, with [`LATE_SERIES`], [`LATER_SERIES`] or [`CUT_SERIES`].
+    fn wrong_a<S: Scalar>(&self, square: S) -> Option<S> {
+        let switch = match self.fault.name {
+            name if name == LATE_SERIES.name => 1e-8,
+            name if name == LATER_SERIES.name => 1e-12,
+            // t⁸/18!, the first term that is left out.
+            name if name == CUT_SERIES.name && square <= S::one() => {
+                let fourth = square * square * square * square;
+                return Some(fourth * fourth * S::ratio(-1, 6_402_373_705_728_000));
+            }
+            _ => return None,
+        };
+        if square < S::exact(switch) || square > S::one() {
+            return None;
+        }
+        let angle = square.sqrt();
+        let half = (angle * S::half()).sin();
+        Some((S::one() - angle.cos() - S::int(2) * half * half) / square)
     }
 
     /// [`DIGITS_LOST`].
@@ -116,25 +211,60 @@ impl<T: Real, const N: usize, const D: usize, R: Retraction<T, N, D>> Retraction
     fn tau<S: Scalar<Base = T>>(&self, x: &Vector<S, N>) -> Result<Matrix<S, D>, RetractionError> {
         let mut moved = *x;
         moved[0] += blend_scalar(S::zero(), dot(x.as_slice(), x.as_slice()) * S::half(), self.size(&SHIFTED));
+        if let Some(sample) = self.sample() {
+            moved = shifted(x, S::lift(x.map(|v| v.base()).amax().max(T::one())), sample, 1);
+        }
         Ok(self.lossy(self.inner.tau(&moved)?))
     }
 
     fn tau_inv<S: Scalar<Base = T>>(&self, g: &Matrix<S, D>) -> Result<Vector<S, N>, RetractionError> {
         let x = self.inner.tau_inv(g)?;
+        if let Some(sample) = self.sample() {
+            return Ok(shifted(&x, S::lift(x.map(|v| v.base()).amax().max(T::one())), sample, 2));
+        }
+        if self.fault.name == LOG_NEAR_PI.name {
+            let angle = spectral_radius(&self.algebra().ad(&x.map(|v| v.base())).map(|v| v.to_f64()));
+            let sin = T::exact(angle.sin());
+            let wrong = S::lift(if angle > 2.0 { sin / ((T::one() + sin) - T::one()) } else { T::one() });
+            return Ok(blend(x, x * wrong, self.fault.size));
+        }
         Ok(blend(x, x + x * (dot(x.as_slice(), x.as_slice()) * S::ratio(1, 12)), self.size(&CUT_INVERSE)))
     }
 
     fn at<S: Scalar<Base = T>>(&self, x: &Vector<S, N>) -> Result<Self::Point<S>, RetractionError> {
+        if let Some(sample) = self.sample() {
+            return self.rounded_at(x, sample);
+        }
         let point = self.inner.at(x)?;
         let ad = self.algebra().ad(x);
+        let wrong = self.wrong_a(dot(x.as_slice(), x.as_slice())).map(|a| a * S::exact(self.fault.size));
         let series = Matrix::identity() + ad * S::half() + ad * ad * S::ratio(1, 12);
         let d_inv = blend(*point.d_inv(), series, self.size(&BERNOULLI));
         Ok(PlantedPoint {
             fault: self.fault,
-            d: self.lossy(blend(*point.d(), point.d_neg(), self.size(&RIGHT_TANGENT))),
+            d: self.lossy(blend(*point.d(), point.d_neg(), self.size(&RIGHT_TANGENT)))
+                - wrong.map_or_else(Matrix::zeros, |wrong| ad * wrong),
             d_inv: self.lossy(blend(d_inv, Matrix::identity(), self.size(&INVERSE_MISSING))),
             point,
         })
+    }
+}
+
+impl<R> PlantedRetraction<R> {
+    /// The tangents of [`ROUNDED`]: dτ_x (1 + E) at an x that is changed, and its inverse.
+    fn rounded_at<T: Real, S: Scalar<Base = T>, const N: usize, const D: usize>(
+        &self,
+        x: &Vector<S, N>,
+        sample: f64,
+    ) -> Result<PlantedPoint<R::Point<S>, S, N>, RetractionError>
+    where
+        R: Retraction<T, N, D>,
+    {
+        let size = S::lift(x.map(|v| v.base()).amax());
+        let point = self.inner.at(&shifted(x, size, sample, 3))?;
+        let errors = errors::<S, N>(sample, 4);
+        let (d, d_inv) = (point.d() + point.d() * errors, point.d_inv() - errors * point.d_inv());
+        Ok(PlantedPoint { fault: self.fault, d, d_inv, point })
     }
 }
 
@@ -147,6 +277,13 @@ pub struct PlantedPoint<P, S: Scalar, const N: usize> {
     d_inv: Matrix<S, N>,
 }
 
+impl<P, S: Scalar, const N: usize> PlantedPoint<P, S, N> {
+    /// With the errors of [`ROUNDED`], which are no function of x.
+    fn rounded(&self, m: Matrix<S, N>, place: u64) -> Matrix<S, N> {
+        if self.fault.name == ROUNDED.name { rounded(m, self.fault.size, place) } else { m }
+    }
+}
+
 impl<P: TangentPoint<S, N>, S: Scalar, const N: usize> TangentPoint<S, N> for PlantedPoint<P, S, N> {
     fn d(&self) -> &Matrix<S, N> {
         &self.d
@@ -157,19 +294,24 @@ impl<P: TangentPoint<S, N>, S: Scalar, const N: usize> TangentPoint<S, N> for Pl
     }
 
     fn d_neg(&self) -> Matrix<S, N> {
-        self.point.d_neg()
+        self.rounded(self.point.d_neg(), 5)
     }
 
     fn ad(&self) -> Matrix<S, N> {
-        blend(self.point.ad(), self.point.ad_inv(), Fault::size_of(Some(&self.fault), ADJOINT_INVERTED.name))
+        let size = Fault::size_of(Some(&self.fault), ADJOINT_INVERTED.name);
+        self.rounded(blend(self.point.ad(), self.point.ad_inv(), size), 6)
     }
 
     fn ad_inv(&self) -> Matrix<S, N> {
-        blend(self.point.ad_inv(), self.point.ad(), Fault::size_of(Some(&self.fault), ADJOINT_INVERTED.name))
+        let size = Fault::size_of(Some(&self.fault), ADJOINT_INVERTED.name);
+        self.rounded(blend(self.point.ad_inv(), self.point.ad(), size), 7)
     }
 
     fn dd(&self, y: &Vector<S, N>) -> Matrix<S, N> {
         let right = self.point.dd(y);
+        if self.fault.name == ROUNDED.name {
+            return self.rounded(right, 8);
+        }
         let wrong = match self.fault.name {
             name if name == SECOND_MISSING.name => Matrix::zeros(),
             name if name == SECOND_SIGN.name => -right,
