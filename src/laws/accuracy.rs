@@ -7,7 +7,6 @@
 
 use super::integrators::{refused, subject};
 use super::planted::retraction::{DIGITS_LOST, LATE_SERIES, LATER_SERIES, LOG_NEAR_PI, Plant};
-use super::planted::step::LOOSE_TOLERANCE;
 use super::precision::{AGREEMENT, Measured, alone};
 use super::probe::{Probe, stream};
 use super::retraction::within_half_turn;
@@ -52,7 +51,7 @@ pub const fn laws<S: Source>() -> &'static [CaseLaw<S>] {
                     bound: "2³ N D u of μ' and g', and of what a change of μ by u makes of them times the condition of the basis",
                     needs: "",
                     cost: Cost::Expensive,
-                    faults: &[DIGITS_LOST, LATER_SERIES, LOOSE_TOLERANCE],
+                    faults: &[DIGITS_LOST],
                 },
                 cases: |cases| cases.main_dimensions(),
                 check: |case, fault| judge(case, fault, Which::Step),
@@ -117,7 +116,8 @@ impl Evaluate<'_> {
         system: &System<T, N, D, R, L, F>,
     ) -> Result<Values<T>, Measured> {
         let mut probe = Probe::new(self.case, stream::ACCURACY);
-        let x = probe.vector::<T, N>() * probe.power_of_two::<T>(-30, 2);
+        let size = probe.power_of_two::<f64>(-30, 2);
+        let x = probe.dense::<T, N>(size);
         let y = probe.vector::<T, N>();
         let tau = &system.retraction;
         let stretch = system.group.as_ref().map(|group| within_half_turn(group, &x, self.case));

@@ -7,8 +7,8 @@
 use super::integrators::{TestedMethod, subject};
 use super::planted::retraction::Plant;
 use super::planted::step::{
-    FIRST_STAGE, FORCE_INDEX, FROM_LEFT, INVERSE_SECOND, INVERTED, NO_FORCE, NO_SECOND, NOT_TRANSPORTED, ORDER_TWO,
-    SWAPPED_SECOND,
+    FIRST_STAGE, FORCE_INDEX, FROM_LEFT, INVERSE_SECOND, INVERTED, LOOSE_TOLERANCE, NO_FORCE, NO_SECOND,
+    NOT_TRANSPORTED, ORDER_TWO, SWAPPED_SECOND,
 };
 use super::{CaseLaw, Source};
 use crate::algebra::Vector;
@@ -61,6 +61,7 @@ pub const fn laws<S: Source>() -> &'static [CaseLaw<S>] {
                         INVERTED,
                         FROM_LEFT,
                         ORDER_TWO,
+                        LOOSE_TOLERANCE,
                     ],
                 },
                 cases: forced,

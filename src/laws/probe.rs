@@ -45,7 +45,16 @@ impl Probe {
         Vector::from_fn(|_, _| self.unit())
     }
 
-    /// A covector with such components.
+    /// A vector with components up to `size` of 53 random digits: those of few digits hide rounding, as cos θ = 1 − θ²/2 is exact for them
+    /// where θ is small. They are numbers of `f64`, so that they are the same in every scalar.
+    pub fn dense<S: Scalar, const N: usize>(&mut self, size: f64) -> Vector<S, N> {
+        Vector::from_fn(|_, _| {
+            let unit = self.unit::<f64>();
+            S::exact(size * unit * (1.0 - (self.next() >> 11) as f64 * 2f64.powi(-54)))
+        })
+    }
+
+    /// A covector with components k/64.
     pub fn covector<S: Scalar, const N: usize>(&mut self) -> Covector<S, N> {
         Covector::from_fn(|_, _| self.unit())
     }
