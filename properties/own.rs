@@ -1,6 +1,5 @@
 //! `euler_poincare::laws!` on types of a user's own: they hold, and each mistake is found by a law that names it.
 
-mod numerics;
 mod readme;
 mod types;
 
@@ -273,6 +272,42 @@ fn coordinates_of_the_second_kind_are_refused() {
     for law in ["retraction-tangent", "retraction-inverse-tangent", "retraction-second-tangent"] {
         let outcome = second_kind::suite().run(law, &settings);
         assert!(!matches!(outcome, Outcome::Broken(_)), "{law}: {outcome:?}");
+    }
+}
+
+/// exp on SO(3) in closed form, with its series only where |x|² < LATE 10⁻¹²: from there on (1 − cos θ)/θ² has lost its digits.
+struct LateSeries<const LATE: u64>;
+
+impl<T: Real, const LATE: u64> Map<T, 3, 3> for LateSeries<LATE> {
+    fn map<S: Scalar<Base = T>>(&self, x: &Vector<S, 3>) -> Option<Matrix<S, 3>> {
+        let (hat, square) = (euler_poincare::group::so3::hat(x), x.dot(x));
+        let (one, second) = if square < S::exact(LATE as f64 * 1e-12) {
+            (S::one() - square * S::ratio(1, 6), S::half() - square * S::ratio(1, 24))
+        } else {
+            let angle = square.sqrt();
+            (angle.sin() / angle, (S::one() - angle.cos()) / square)
+        };
+        Some(Matrix::<S, 3>::identity() + hat * one + hat * hat * second)
+    }
+}
+
+suite! {
+    mod late_series<T, 3, 3> { group: So3::<T>::new(), map: LateSeries::<10_000> }
+}
+
+suite! {
+    mod later_series<T, 3, 3> { group: So3::<T>::new(), map: LateSeries::<1> }
+}
+
+/// Two precisions lose digits alike: values that are compared do not. On any seed, within 100 cases, and said to be a loss of digits.
+#[test]
+fn a_series_that_is_switched_late_loses_digits() {
+    for suite in [late_series::suite(), later_series::suite()] {
+        for seed in 0..8 {
+            let settings = SuiteSettings { cases: 100, seed, ..SuiteSettings::new() };
+            let Outcome::Broken(broken) = suite.run("retraction-accuracy", &settings) else { panic!("seed {seed}") };
+            assert!(broken.to_string().contains("of 16 digits more than the problem loses"), "{broken}");
+        }
     }
 }
 
