@@ -397,14 +397,11 @@ where
         let origin: Vec<T> = (0..size).map(|k| eta[k % N]).collect();
         let mut unknowns = origin.clone();
         let u = T::unit_roundoff();
-        let settings = NewtonSettings { tolerance: u * T::int(16), floor: u * T::int(1 << 14), max_iterations: 20 };
-        let mut equations = StageEquations { method: self, start: state, full: h, step: h };
         let loose = self.has(StepFault::LooseTolerance);
         let tolerance = if loose { T::exact(LOOSE) } else { u * T::int(16) };
         let floor = tolerance.max(u * T::int(1 << 14));
         let settings = NewtonSettings { tolerance, floor, max_iterations: 20 };
-        let mut equations =
-            StageEquations { method: self, time: state.time, full: h, step: h, momentum: state.momentum };
+        let mut equations = StageEquations { method: self, start: state, full: h, step: h };
         let mut newton = Newton::new(size);
         let outcome = newton.solve(&mut equations, &origin, &mut unknowns, &settings).map_err(|f| match f {
             Failure::Equations(source) => domain(source),
