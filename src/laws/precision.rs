@@ -138,7 +138,7 @@ pub fn settle<S: Source, V>(case: &S, fault: Option<&Fault>, visitor: V) -> Verd
 where
     V: Visitor<f64, Output = Measured> + Visitor<Dd, Output = Measured> + Clone,
 {
-    evaluated(case, fault, visitor, |evaluations| both(evaluations))
+    evaluated(case, fault, visitor, both)
 }
 
 /// The evaluations of `visitor`, for `judge`.
@@ -284,7 +284,7 @@ pub fn settle_main<S: Source, V>(case: &S, fault: Option<&Fault>, visitor: V) ->
 where
     V: Visitor<f64, Output = Measured> + Visitor<Dd, Output = Measured> + Clone,
 {
-    evaluated_main(case, fault, visitor, |evaluations| both(evaluations))
+    evaluated_main(case, fault, visitor, both)
 }
 
 /// One in so many cases is judged in 32 digits, whatever it costs.
