@@ -1,5 +1,6 @@
 //! `euler_poincare::laws!` on types of a user's own: they hold, and each mistake is found by a law that names it.
 
+mod numerics;
 mod readme;
 mod types;
 
