@@ -134,6 +134,8 @@ impl<T: Real> Program<T> {
         }
     }
 
+    // Apart from callers, whose frames would hold the registers.
+    #[inline(never)]
     fn eval_in<S: Scalar<Base = T>, const SIZE: usize>(&self, inputs: &[S], out: &mut [S]) {
         let mut registers = [S::zero(); SIZE];
         self.run(inputs, &mut registers);
@@ -159,6 +161,8 @@ impl<T: Real> Program<T> {
         }
     }
 
+    // Apart from callers, whose frames would hold the registers.
+    #[inline(never)]
     fn gradient_in<S: Scalar<Base = T>, const SIZE: usize>(&self, inputs: &[S], out: &mut [S]) {
         let mut registers = [S::zero(); SIZE];
         self.run(inputs, &mut registers);

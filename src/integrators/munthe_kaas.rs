@@ -77,7 +77,7 @@ impl<T: Real, const N: usize, L, F, R> MuntheKaas<T, N, L, F, R> {
 
 impl<T: Real, const N: usize, L: Lagrangian<T, N>, F: Force<T, N>, R> MuntheKaas<T, N, L, F, R> {
     /// Evaluates every stage with the slopes at hand; returns the largest relative change of a slope.
-    fn pass<const D: usize>(&mut self, state: &State<T, N, D>, h: T) -> Result<T, StepError>
+    fn pass<const D: usize>(&mut self, state: &State<T, N, D>, h: T, moves: bool) -> Result<T, StepError>
     where
         R: Retraction<T, N, D>,
     {
@@ -87,12 +87,14 @@ impl<T: Real, const N: usize, L: Lagrangian<T, N>, F: Force<T, N>, R> MuntheKaas
             let (kick, displacement) = self.sums(h, |j| self.tableau.a()[(i, j)]);
             let time = state.time + self.tableau.c()[i] * h;
             let outside = |source| StepError::Domain { step, stage: Some(i), source };
-            let mut attitude = state.attitude;
-            if self.system.uses_configuration() {
-                attitude *= self.retraction.tau(&displacement).map_err(outside)?;
-            }
-            let (g, momentum) = (Configuration::of(&attitude), state.momentum + kick);
-            let rates = self.system.rates_at(time, g, &momentum, &self.velocities[i]);
+            let momentum = state.momentum + kick;
+            let rates = match moves {
+                true => {
+                    let attitude = state.attitude * self.retraction.tau(&displacement).map_err(outside)?;
+                    self.system.rates_at(time, Configuration::of(&attitude), &momentum, &self.velocities[i])
+                }
+                false => self.system.reduced_rates(time, &momentum, &self.velocities[i]),
+            };
             let rates = rates.map_err(|source| StepError::Legendre { step, source })?;
             let point = self.retraction.at(&displacement).map_err(outside)?;
             let rate = point.d_inv() * rates.velocity;
@@ -118,7 +120,8 @@ where
         state.check_finite(h)?;
         self.slopes.fill(Covector::zeros());
         self.rates.fill(Vector::zeros());
-        let (solver, iterations, residual) = iterate(self.explicit, h, T::zero(), || self.pass(state, h))?;
+        let moves = self.system.uses_configuration();
+        let (solver, iterations, residual) = iterate(self.explicit, h, T::zero(), || self.pass(state, h, moves))?;
         let step = h.to_f64();
         let (kick, increment) = self.sums(h, |j| self.tableau.b()[j]);
         let attitude = match self.retraction.tau(&increment) {

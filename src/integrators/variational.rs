@@ -57,6 +57,10 @@ struct Scheme<T: Real, L, F, R> {
     coupling: DMatrix<T>,
     /// Lagrange weights that carry values at c_j to 1 + c_i; none where nodes coincide.
     extrapolation: Option<DMatrix<T>>,
+    /// Whether the Lagrangian or the force depends on the configuration; asked once a step.
+    moves: bool,
+    /// Whether there is anything in the place of f; asked once a step.
+    forced: bool,
 }
 
 /// The step that is being taken.
@@ -158,7 +162,17 @@ where
         let conjugate = tableau.conjugate().a().clone();
         let extrapolation = extrapolation(tableau.c().as_slice());
         Self {
-            scheme: Scheme { lagrangian, force, retraction, tableau, conjugate, coupling, extrapolation },
+            scheme: Scheme {
+                lagrangian,
+                force,
+                retraction,
+                tableau,
+                conjugate,
+                coupling,
+                extrapolation,
+                moves: true,
+                forced: true,
+            },
             settings,
             work: Work::new(s),
             dual: Work::new(s),
@@ -223,6 +237,7 @@ where
         out: &mut [Covector<T, N>],
     ) -> Result<(), StepError> {
         self.last = None;
+        self.scheme.ask::<N>();
         for (i, rate) in rates.iter().enumerate().take(self.scheme.tableau.stages()) {
             self.work.rates.set_vector(i, rate);
         }
@@ -248,6 +263,7 @@ where
             return Err(StepError::Stages { found: rates.len(), needed });
         }
         self.last = None;
+        self.scheme.ask::<N>();
         let problem = Problem::new(state, step);
         let mut equations: StageEquations<'_, T, N, D, L, F, R> =
             StageEquations { scheme: &self.scheme, problem, work: &mut self.work, dual: &mut self.dual, full: step };
@@ -304,9 +320,10 @@ where
         let here = Configuration::of(&problem.attitude);
         let mut scale = momentum + largest(&scheme.lagrangian.gradient_at(problem.time, here, &Vector::zeros()));
         for j in 0..scheme.tableau.stages() {
-            let Ok(at) = scheme.attitude::<T, N, D>(problem, &work.displacements.vector(j)) else { continue };
+            // Without a group nothing depends on the attitude.
+            let at = scheme.attitude::<T, N, D>(problem, &work.displacements.vector(j)).unwrap_or(problem.attitude);
             let time = problem.time + scheme.tableau.c()[j] * problem.step;
-            let force = scheme.total_force(time, configuration(&at), &work.velocities.vector(j));
+            let force = scheme.total_force(time, Configuration::of(&at), &work.velocities.vector(j));
             scale += largest(&force) * share(j);
         }
         relative(terms, scale)
@@ -376,42 +393,30 @@ where
 }
 
 impl<T: Real, L, F, R> Scheme<T, L, F, R> {
-    /// Whether anything depends on the configuration.
-    fn uses_configuration<const N: usize>(&self) -> bool
+    /// Asks the Lagrangian and the force what they depend on.
+    fn ask<const N: usize>(&mut self)
     where
         L: Lagrangian<T, N>,
         F: Force<T, N>,
     {
-        self.force.uses_configuration() || self.lagrangian.uses_configuration()
+        self.moves = self.force.uses_configuration() || self.lagrangian.uses_configuration();
+        self.forced = !self.force.is_zero() || self.lagrangian.uses_configuration();
     }
 
-    /// Whether there is anything in the place of f.
-    fn is_forced<const N: usize>(&self) -> bool
-    where
-        L: Lagrangian<T, N>,
-        F: Force<T, N>,
-    {
-        !self.force.is_zero() || self.lagrangian.uses_configuration()
-    }
-
-    /// g τ(x), where anything depends on it.
+    /// g τ(x).
     fn attitude<S: Scalar<Base = T>, const N: usize, const D: usize>(
         &self,
         problem: &Problem<T, N, D>,
         x: &Vector<S, N>,
-    ) -> Result<Option<Matrix<S, D>>, RetractionError>
+    ) -> Result<Matrix<S, D>, RetractionError>
     where
-        L: Lagrangian<T, N>,
-        F: Force<T, N>,
         R: Retraction<T, N, D>,
     {
-        match self.uses_configuration::<N>() {
-            true => Ok(Some(problem.attitude.map(S::lift) * self.retraction.tau(x)?)),
-            false => Ok(None),
-        }
+        Ok(problem.attitude.map(S::lift) * self.retraction.tau(x)?)
     }
 
     /// ∂_gL + f.
+    #[inline(always)]
     fn total_force<S: Scalar<Base = T>, const N: usize>(
         &self,
         time: S,
@@ -422,6 +427,9 @@ impl<T: Real, L, F, R> Scheme<T, L, F, R> {
         L: Lagrangian<T, N>,
         F: Force<T, N>,
     {
+        if !self.moves {
+            return self.force.force(time, eta);
+        }
         let force = self.force.force_at(time, g, eta);
         match self.lagrangian.uses_configuration() {
             true => force + self.lagrangian.configuration_gradient(time, g, eta),
@@ -465,17 +473,24 @@ impl<T: Real, L, F, R> Scheme<T, L, F, R> {
         for i in 0..self.tableau.stages() {
             let (x, time) = (work.displacements.vector(i), problem.time + self.tableau.c()[i] * h);
             let point = self.retraction.at(&x).map_err(|e| domain(h, Some(i), e))?;
-            let at = self.attitude::<T, N, D>(problem, &x).map_err(|e| domain(h, Some(i), e))?;
-            let g = configuration(&at);
+            let at;
+            let g = if self.moves {
+                at = self.attitude::<T, N, D>(problem, &x).map_err(|e| domain(h, Some(i), e))?;
+                Configuration::of(&at)
+            } else {
+                Configuration::identity()
+            };
             let p = work.momenta.covector(i);
             let m = p * point.d_inv();
-            let eta = self
-                .lagrangian
-                .velocity_at(time, g, &m, &work.velocities.vector(i))
-                .map_err(|source| StepError::Legendre { step: h.to_f64(), source })?;
+            let near = work.velocities.vector(i);
+            let eta = match self.moves {
+                true => self.lagrangian.velocity_at(time, g, &m, &near),
+                false => self.lagrangian.velocity(&m, &near),
+            };
+            let eta = eta.map_err(|source| StepError::Legendre { step: h.to_f64(), source })?;
             let rate = point.d_inv() * eta;
             let mut gradient = point.pull_dd(&p, &m, &rate);
-            if self.is_forced::<N>() {
+            if self.forced {
                 let f = self.total_force(time, g, &eta);
                 gradient += f * point.d();
                 work.impulses.set_covector(i, &(f * point.ad_inv()));
@@ -519,7 +534,7 @@ impl<T: Real, L, F, R> Scheme<T, L, F, R> {
         let b = self.tableau.b().as_slice();
         work.increment = work.rates.sum(b) * h;
         work.after_impulse = problem.momentum.map(S::lift);
-        if self.is_forced::<N>() {
+        if self.forced {
             work.after_impulse += work.impulses.sum(b).transpose() * h;
         }
         let point = self.retraction.at(&work.increment).map_err(|e| domain(problem.step, None, e))?;
@@ -543,17 +558,32 @@ impl<T: Real, L, F, R> Scheme<T, L, F, R> {
             let x = work.displacements.vector(i) * h;
             let rate = work.rates.vector(i);
             let point = self.retraction.at(&x).map_err(|e| domain(problem.step, Some(i), e))?;
-            let at = self.attitude::<S, N, D>(problem, &x).map_err(|e| domain(problem.step, Some(i), e))?;
-            let (g, time) = (configuration(&at), S::lift(problem.time) + S::lift(self.tableau.c()[i]) * h);
+            let at;
+            let g = if self.moves {
+                at = self.attitude::<S, N, D>(problem, &x).map_err(|e| domain(problem.step, Some(i), e))?;
+                Configuration::of(&at)
+            } else {
+                Configuration::identity()
+            };
+            let time = S::lift(problem.time) + S::lift(self.tableau.c()[i]) * h;
             let eta = point.d() * rate;
-            let m = self.lagrangian.gradient_at(time, g, &eta);
+            let m = match self.moves {
+                true => self.lagrangian.gradient_at(time, g, &eta),
+                false => self.lagrangian.gradient(&eta),
+            };
             let p = m * point.d();
             let mut gradient = point.pull_dd(&p, &m, &rate);
-            if self.is_forced::<N>() {
+            if self.forced {
                 let f = self.total_force(time, g, &eta);
                 if !finite(f.as_slice()) {
-                    let at = at.map_or(problem.attitude, |at| at.map(|v| v.base()));
-                    return Err(self.undefined(Some(i), problem.step, time.base(), &at, &eta.map(|v| v.base())));
+                    let at = g.matrix::<D>().map(|v| v.base());
+                    return Err(self.undefined::<N, D>(
+                        Some(i),
+                        problem.step,
+                        time.base(),
+                        &at,
+                        &eta.map(|v| v.base()),
+                    ));
                 }
                 gradient += f * point.d();
                 work.impulses.set_covector(i, &(f * point.ad_inv()));
@@ -642,6 +672,7 @@ where
 {
     fn step(&mut self, state: &mut State<T, N, D>, h: T) -> Result<Report<T>, StepError> {
         state.check_finite(h)?;
+        self.scheme.ask::<N>();
         let problem = Problem::new(state, h);
         let guess = if self.last.is_some() { self.work.velocities.vector(0) } else { Vector::zeros() };
         let here = Configuration::of(&state.attitude);
@@ -677,10 +708,6 @@ where
         self.last = Some((h, momentum));
         Ok(report)
     }
-}
-
-fn configuration<S: Scalar, const D: usize>(attitude: &Option<Matrix<S, D>>) -> Configuration<'_, S> {
-    attitude.as_ref().map_or(Configuration::identity(), Configuration::of)
 }
 
 fn domain<T: Real>(step: T, stage: Option<usize>, source: RetractionError) -> StepError {

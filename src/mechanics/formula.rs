@@ -155,6 +155,8 @@ impl<T: Real, const N: usize> Force<T, N> for FormulaForce<T, N> {
         self.force_at(t, Configuration::identity(), eta)
     }
 
+    // Apart from those that choose among forces, as it is large.
+    #[inline(never)]
     fn force_at<S: Scalar<Base = T>>(&self, t: S, g: Configuration<'_, S>, eta: &Vector<S, N>) -> Covector<S, N> {
         let mu = self.lagrangian.as_ref().map(|lagrangian| lagrangian.gradient_at(t, g, eta));
         let mut force = Covector::<S, N>::zeros();
@@ -323,6 +325,7 @@ impl<T: Real, const N: usize> Lagrangian<T, N> for FormulaLagrangian<T, N> {
         self.gradient_at(S::zero(), Configuration::identity(), eta)
     }
 
+    #[inline(never)]
     fn hessian<S: Scalar<Base = T>>(&self, eta: &Vector<S, N>) -> Matrix<S, N> {
         match &self.body {
             Some(body) => body.hessian(eta),
@@ -351,6 +354,7 @@ impl<T: Real, const N: usize> Lagrangian<T, N> for FormulaLagrangian<T, N> {
         why.map(|why| why.to_string()).or_else(|| self.body.as_ref().and_then(|body| body.undefined(t, g, eta)))
     }
 
+    #[inline(never)]
     fn value_at<S: Scalar<Base = T>>(&self, t: S, g: Configuration<'_, S>, eta: &Vector<S, N>) -> S {
         let formula = self.formula(t, g, eta);
         match &self.body {
@@ -362,6 +366,7 @@ impl<T: Real, const N: usize> Lagrangian<T, N> for FormulaLagrangian<T, N> {
         }
     }
 
+    #[inline(never)]
     fn gradient_at<S: Scalar<Base = T>>(&self, t: S, g: Configuration<'_, S>, eta: &Vector<S, N>) -> Covector<S, N> {
         match &self.body {
             Some(body) => body.gradient_at(t, g, eta),
@@ -369,6 +374,7 @@ impl<T: Real, const N: usize> Lagrangian<T, N> for FormulaLagrangian<T, N> {
         }
     }
 
+    #[inline(never)]
     fn velocity_at<S: Scalar<Base = T>>(
         &self,
         t: S,
@@ -392,6 +398,7 @@ impl<T: Real, const N: usize> Lagrangian<T, N> for FormulaLagrangian<T, N> {
         )
     }
 
+    #[inline(never)]
     fn energy_at<S: Scalar<Base = T>>(&self, t: S, g: Configuration<'_, S>, eta: &Vector<S, N>) -> S {
         match &self.body {
             Some(body) => body.energy_at(t, g, eta) - self.formula(t, g, eta),
@@ -399,6 +406,7 @@ impl<T: Real, const N: usize> Lagrangian<T, N> for FormulaLagrangian<T, N> {
         }
     }
 
+    #[inline(never)]
     fn configuration_gradient<S: Scalar<Base = T>>(
         &self,
         t: S,
