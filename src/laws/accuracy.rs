@@ -107,6 +107,9 @@ impl<T: Real> Visitor<T> for Evaluate<'_> {
     }
 }
 
+/// At how many elements along ξ the logarithm is taken: few are near a half turn.
+const LOGARITHMS: usize = 6;
+
 /// In how many random directions the input is changed.
 const DIRECTIONS: usize = 2;
 
@@ -120,7 +123,9 @@ impl Evaluate<'_> {
         let x = probe.dense::<T, N>(size);
         let y = probe.vector::<T, N>();
         let tau = &system.retraction;
-        let stretch = system.group.as_ref().map(|group| within_half_turn(group, &x, self.case));
+        let stretches =
+            system.group.iter().flat_map(|group| (0..LOGARITHMS).map(|k| within_half_turn(group, &x, &(self.case, k))));
+        let stretches: Vec<T> = stretches.collect();
         let at = |x: &Vector<T, N>| -> Result<Vec<Named<T>>, RetractionError> {
             let point = tau.at(x)?;
             let solved = point.d().amax() * point.d_inv().amax() * T::int(N as i64);
@@ -135,8 +140,8 @@ impl Evaluate<'_> {
                 Err(RetractionError::NoGroup { .. }) => {}
                 Err(error) => return Err(error),
             }
-            if let Some(stretch) = stretch {
-                values.extend(logarithm(tau, &(x * stretch))?);
+            for stretch in &stretches {
+                values.push(logarithm(tau, &(x * *stretch))?);
             }
             Ok(values)
         };
@@ -191,18 +196,15 @@ impl Evaluate<'_> {
     }
 }
 
-/// τ⁻¹(τ(x)), if it is defined, with its condition: rounding of g = τ(x) by u moves it by |dτ⁻¹| |g⁻¹| |g| u.
-fn logarithm<T: Real, R, const N: usize, const D: usize>(
-    tau: &R,
-    x: &Vector<T, N>,
-) -> Result<Option<Named<T>>, RetractionError>
+/// τ⁻¹(τ(x)), nothing where it is not defined, with its condition: rounding of g = τ(x) by u moves it by |dτ⁻¹| |g⁻¹| |g| u.
+fn logarithm<T: Real, R, const N: usize, const D: usize>(tau: &R, x: &Vector<T, N>) -> Result<Named<T>, RetractionError>
 where
     R: Retraction<T, N, D>,
 {
     let (g, back) = (tau.tau(x)?, tau.tau(&-x)?);
-    let Ok(found) = tau.tau_inv(&g) else { return Ok(None) };
+    let Ok(found) = tau.tau_inv(&g) else { return Ok(("τ⁻¹", Vec::new(), T::one())) };
     let moved = tau.at(&found)?.d_inv().amax() * g.amax() * back.amax();
-    Ok(Some(("τ⁻¹", found.as_slice().to_vec(), T::one() + moved / found.amax())))
+    Ok(("τ⁻¹", found.as_slice().to_vec(), T::one() + moved / found.amax()))
 }
 
 /// The unit round-off of `f64`.
