@@ -94,7 +94,8 @@ impl Graph {
     pub fn is_smooth(&self) -> bool {
         let constant = self.constant_nodes();
         let smooth = |node: &Node| match node {
-            Node::Unary(Unary::Sqrt | Unary::Abs, a) => constant[usize::from(*a)],
+            Node::Unary(Unary::Sqrt | Unary::Abs | Unary::Asin | Unary::Acos, a) => constant[usize::from(*a)],
+            Node::Binary(Binary::Atan2, a, b) => constant[usize::from(*a)] && constant[usize::from(*b)],
             _ => true,
         };
         self.nodes.iter().all(smooth)
@@ -102,7 +103,7 @@ impl Graph {
 
     pub fn is_zero(&self) -> bool {
         let zero = |id: &Id| match self.nodes[usize::from(*id)] {
-            Node::Constant(k) => self.constants[usize::from(k)].eval::<f64>() == Ok(0.0),
+            Node::Constant(k) => self.constants[usize::from(k)] == Number::from(0),
             _ => false,
         };
         self.outputs.iter().all(zero)
@@ -122,6 +123,11 @@ impl Builder {
     /// The value of a node that depends on no quantity.
     pub fn value(&self, id: Id) -> Option<f64> {
         self.values[usize::from(id)]
+    }
+
+    /// Whether a node is that integer, written as such: a value in `f64` says nothing of more digits.
+    fn is_exactly(&self, id: Id, n: i64) -> bool {
+        matches!(self.graph.nodes[usize::from(id)], Node::Constant(k) if self.graph.constants[usize::from(k)] == Number::from(n))
     }
 
     fn refused(&self, origin: Origin, message: String) -> ExpressionError {
@@ -190,9 +196,11 @@ impl Builder {
             return Err(self.refused(origin, "division by a constant that is zero".into()));
         }
         // What is exact for every number: x + 0, 0 + x, x − 0, 1 x, x 1, x/1.
-        match (operation, x, y) {
-            (Binary::Add, Some(0.0), _) | (Binary::Mul, Some(1.0), _) => return Ok(b),
-            (Binary::Add | Binary::Sub, _, Some(0.0)) | (Binary::Mul | Binary::Div, _, Some(1.0)) => return Ok(a),
+        match operation {
+            Binary::Add if self.is_exactly(a, 0) => return Ok(b),
+            Binary::Mul if self.is_exactly(a, 1) => return Ok(b),
+            Binary::Add | Binary::Sub if self.is_exactly(b, 0) => return Ok(a),
+            Binary::Mul | Binary::Div if self.is_exactly(b, 1) => return Ok(a),
             _ => {}
         }
         let value = x.zip(y).map(|(x, y)| binary(operation, x, y));

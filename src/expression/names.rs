@@ -106,6 +106,11 @@ impl Names {
     /// # Errors
     /// Those of [`Names::scalar`].
     pub fn matrix_of(&mut self, name: &str, rows: Vec<Vec<usize>>) -> Result<&mut Self, ExpressionError> {
+        let columns = rows.first().map_or(0, Vec::len);
+        if columns == 0 || rows.iter().any(|row| row.len() != columns) {
+            let spot = Spot { text: name.into(), definition: None, at: 0 };
+            return Err(ExpressionError { spot, message: "a matrix has rows of equal length, at least one".into() });
+        }
         let small = rows.len() < 10 && rows.iter().all(|row| row.len() < 10);
         for (r, row) in rows.iter().enumerate() {
             for (c, place) in row.iter().enumerate() {

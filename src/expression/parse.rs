@@ -34,7 +34,7 @@ pub(super) const FUNCTIONS: [(&str, usize); 22] = [
 ];
 
 /// The largest exponent that becomes products.
-const MOST_FACTORS: f64 = 64.0;
+const MOST_FACTORS: f64 = 1024.0;
 
 /// A number, a vector or a matrix of nodes.
 #[derive(Clone, Debug)]
