@@ -94,6 +94,10 @@ fn constants_have_all_digits_of_the_scalar() {
     let tenth = value::<Dd>("0.1 + 0.61298730661989954773839539357")[0];
     let exact: Dd = Number::parse("0.71298730661989954773839539357").unwrap().eval().unwrap();
     assert!((tenth - exact).to_f64().abs() < 1e-31);
+    // What is 1 or 0 in f64 alone is kept.
+    let near = value::<Dd>("1.00000000000000000001*t + 1e-25")[0] - Dd::half();
+    assert!((near.to_f64() - 0.5e-20 - 1e-25).abs() < 1e-30, "{near}");
+    assert_eq!(value::<f64>("(-1)^65 + 2^100/2^100 + x_2^3"), [-8.0]);
     for (text, wanted) in
         [("sin(t)^2 + cos(t)^2", 1), ("exp(log(x_3))", 3), ("tanh(t)*cosh(t)/sinh(t)", 1), ("tan(atan(x_2))", -2)]
     {
@@ -224,6 +228,7 @@ fn names_have_one_meaning() {
     assert!(refused("2x").contains("no name"));
     assert!(refused("").contains("no name"));
     assert!(refused("näme").contains("no name"));
+    assert!(names.matrix("empty", 0, 2).is_err() && names.matrix_of("ragged", vec![vec![0], vec![]]).is_err());
 }
 
 #[test]
