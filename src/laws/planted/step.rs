@@ -55,7 +55,7 @@ pub enum StepFault {
     GradientSign,
     /// ∂_gL left out.
     NoGradient,
-    /// The stage equations are solved to [`LOOSE`].
+    /// The stage equations are solved to 10⁻⁶ of the momentum.
     LooseTolerance,
 }
 
