@@ -124,6 +124,8 @@ pub mod stream {
     pub const LIE_FIBRE: u64 = 71;
     /// Fields and functions on a Lie groupoid of a user.
     pub const LIE_GROUPOID: u64 = 72;
+    /// Digits of a displacement beyond those of f64.
+    pub const BEYOND_DOUBLE: u64 = 97;
     /// A potential and a force that depend on the configuration.
     pub const CONFIGURATION: u64 = 73;
     /// The values of laws on parts.

@@ -150,8 +150,13 @@ impl<T: Real> Visitor<T> for Check<'_> {
         let mut probe = Probe::new(self.case, stream::RETRACTION);
         let subject = TestedRetraction { system: &system };
         let size = probe.power_of_two::<f64>(-30, 2);
-        let x = probe.dense::<T, N>(size);
+        let mut x = probe.dense::<T, N>(size);
         let (y, delta) = (probe.vector::<T, N>(), probe.vector::<T, N>());
+        if T::unit_roundoff() < T::exact(2f64.powi(-80)) {
+            // Digits beyond those of f64: products of two numbers that have none are exact in 32 digits, and show no rounding.
+            let beyond = Probe::new(self.case, stream::BEYOND_DOUBLE).dense::<T, N>(1.0);
+            x += x.component_mul(&beyond) * T::exact(2f64.powi(-54));
+        }
         let measured = match self.which {
             Which::Inverse => subject.inverse(&x),
             Which::Logarithm => subject.logarithm(&x, self.case),
