@@ -60,7 +60,7 @@ impl fmt::Display for Shape {
 ///
 /// ```
 /// use euler_poincare::expression::{Expression, ExpressionError, Names, Program, Shape, Undefined};
-/// use euler_poincare::scalar::{Dd, Dual, Number};
+/// use euler_poincare::scalar::{Dd, Dual, Number, Scalar};
 ///
 /// // The quantities have places in one list of numbers: here t, eta_1, eta_2, eta_3.
 /// let mut names = Names::new();
@@ -74,8 +74,8 @@ impl fmt::Display for Shape {
 /// program.eval(&[0.0, 1.0, 2.0, 0.0], &mut force);
 /// assert_eq!(force, [-0.5, -1.0, 0.0]);
 /// // The same in 32 digits, with derivatives.
-/// let mut precise = [Dual::constant(Dd::from(0.0)); 3];
-/// let one = Dual::variable(Dd::from(1.0));
+/// let mut precise = [Dual::constant(Dd::int(0)); 3];
+/// let one = Dual::variable(Dd::int(1));
 /// drag.compile::<Dd>()?.eval(&[one, one, one, one], &mut precise);
 ///
 /// // The gradient of a number, in reverse mode.

@@ -117,10 +117,10 @@ impl<'a, S: Scalar> Configuration<'a, S> {
 /// let mut method = Variational::new(top, OnGroup(Controller), ExponentialSo3::new(), Family::Gauss.tableau(2)?);
 /// let momentum = Covector::<f64, 3>::new(0.5, 0.3, 0.9);
 /// let mut state = State { time: 0.0, momentum, attitude: Matrix::<f64, 3>::identity() };
-/// for _ in 0..600 {
+/// for _ in 0..300 {
 ///     method.step(&mut state, 0.05)?;
 /// }
-/// assert!(state.momentum.norm() < 1e-3, "it comes to rest");
+/// assert!(state.momentum.norm() < 0.05 * momentum.norm(), "it comes to rest");
 /// # Ok::<(), Box<dyn std::error::Error>>(())
 /// ```
 #[diagnostic::on_unimplemented(
