@@ -277,3 +277,21 @@ fn one_system_written_in_several_ways_moves_in_one_way() {
     let report = method.step(&mut start(), 0.5).unwrap();
     assert_eq!(report.solver, euler_poincare::integrators::Solver::Newton);
 }
+
+/// Proportional-derivative control of the attitude, against the weight: at rest their torques cancel.
+struct Controller;
+
+impl<T: Real> ForceOnGroup<T, 3, 3> for Controller {
+    fn force<S: Scalar<Base = T>>(&self, _: S, g: &Matrix<S, 3>, eta: &Vector<S, 3>) -> Covector<S, 3> {
+        let error = Vector::<S, 3>::new(g[(2, 1)] - g[(1, 2)], g[(0, 2)] - g[(2, 0)], g[(1, 0)] - g[(0, 1)]);
+        -(error * S::int(2) + eta * S::int(3)).transpose()
+    }
+}
+
+#[test]
+fn a_body_comes_to_rest_where_forces_cancel() {
+    let mut method =
+        Variational::new(top::<f64>(), OnGroup(Controller), ExponentialSo3::new(), Family::Gauss.tableau(2).unwrap());
+    let state = run(&mut method, 0.05, 4000);
+    assert!(state.momentum.amax() < 1e-15, "{}", state.momentum);
+}

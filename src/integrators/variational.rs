@@ -324,7 +324,7 @@ where
             let at = scheme.attitude::<T, N, D>(problem, &work.displacements.vector(j)).unwrap_or(problem.attitude);
             let time = problem.time + scheme.tableau.c()[j] * problem.step;
             let force = scheme.total_force(time, Configuration::of(&at), &work.velocities.vector(j));
-            scale += largest(&force) * share(j);
+            scale += largest(&force.0) * share(j);
         }
         relative(terms, scale)
     }
@@ -415,26 +415,27 @@ impl<T: Real, L, F, R> Scheme<T, L, F, R> {
         Ok(problem.attitude.map(S::lift) * self.retraction.tau(x)?)
     }
 
-    /// ∂_gL + f.
+    /// ∂_gL + f, and where they depend on the configuration the size of both: they cancel at equilibria.
     #[inline(always)]
     fn total_force<S: Scalar<Base = T>, const N: usize>(
         &self,
         time: S,
         g: Configuration<'_, S>,
         eta: &Vector<S, N>,
-    ) -> Covector<S, N>
+    ) -> (Covector<S, N>, T)
     where
         L: Lagrangian<T, N>,
         F: Force<T, N>,
     {
         if !self.moves {
-            return self.force.force(time, eta);
+            return (self.force.force(time, eta), T::zero());
         }
         let force = self.force.force_at(time, g, eta);
-        match self.lagrangian.uses_configuration() {
-            true => force + self.lagrangian.configuration_gradient(time, g, eta),
-            false => force,
+        if !self.lagrangian.uses_configuration() {
+            return (force, largest(&force));
         }
+        let gradient = self.lagrangian.configuration_gradient(time, g, eta);
+        (force + gradient, largest(&force) + largest(&gradient))
     }
 
     /// Why the force is not finite.
@@ -469,7 +470,7 @@ impl<T: Real, L, F, R> Scheme<T, L, F, R> {
         F: Force<T, N>,
         R: Retraction<T, N, D>,
     {
-        let h = problem.step;
+        let (h, mut load) = (problem.step, T::zero());
         for i in 0..self.tableau.stages() {
             let (x, time) = (work.displacements.vector(i), problem.time + self.tableau.c()[i] * h);
             let point = self.retraction.at(&x).map_err(|e| domain(h, Some(i), e))?;
@@ -491,7 +492,8 @@ impl<T: Real, L, F, R> Scheme<T, L, F, R> {
             let rate = point.d_inv() * eta;
             let mut gradient = point.pull_dd(&p, &m, &rate);
             if self.forced {
-                let f = self.total_force(time, g, &eta);
+                let (f, size) = self.total_force(time, g, &eta);
+                load = larger(load, size);
                 gradient += f * point.d();
                 work.impulses.set_covector(i, &(f * point.ad_inv()));
             }
@@ -516,7 +518,12 @@ impl<T: Real, L, F, R> Scheme<T, L, F, R> {
             extent = larger(extent, largest(&x.transpose()));
             work.next_displacements.set_vector(i, &x);
         }
-        Ok(larger(relative(change, size), relative(shift, extent)))
+        // Rounding of forces that cancel is relative to them, and displacements are as the momenta.
+        let loaded = size.max(load * h.abs());
+        if size > T::zero() {
+            extent *= loaded / size;
+        }
+        Ok(larger(relative(change, loaded), relative(shift, extent)))
     }
 
     /// ξ and m from the stages, into the workspace; returns m dτ(−ξ).
@@ -552,7 +559,7 @@ impl<T: Real, L, F, R> Scheme<T, L, F, R> {
         F: Force<T, N>,
         R: Retraction<T, N, D>,
     {
-        let h = S::lift(problem.step);
+        let (h, mut load) = (S::lift(problem.step), T::zero());
         work.displacements.combine(self.tableau.a(), &work.rates);
         for i in 0..self.tableau.stages() {
             let x = work.displacements.vector(i) * h;
@@ -574,7 +581,8 @@ impl<T: Real, L, F, R> Scheme<T, L, F, R> {
             let p = m * point.d();
             let mut gradient = point.pull_dd(&p, &m, &rate);
             if self.forced {
-                let f = self.total_force(time, g, &eta);
+                let (f, size) = self.total_force(time, g, &eta);
+                load = larger(load, size);
                 if !finite(f.as_slice()) {
                     let at = g.matrix::<D>().map(|v| v.base());
                     return Err(self.undefined::<N, D>(
@@ -595,7 +603,7 @@ impl<T: Real, L, F, R> Scheme<T, L, F, R> {
         }
         let end = self.end_of_step::<S, N, D>(problem, work)?;
         work.next_momenta.combine(&self.coupling, &work.gradients);
-        let mut size = largest(&end);
+        let mut size = larger(largest(&end), load * problem.step.abs());
         for i in 0..self.tableau.stages() {
             let (p, coupled) = (work.momenta.covector(i), work.next_momenta.covector(i) * h);
             size = larger(size, larger(largest(&p), largest(&coupled)));
@@ -681,7 +689,7 @@ where
             .lagrangian
             .velocity_at(state.time, here, &state.momentum, &guess)
             .map_err(|source| StepError::Legendre { step: h.to_f64(), source })?;
-        if !finite(self.scheme.total_force(problem.time, here, &eta).as_slice()) {
+        if !finite(self.scheme.total_force(problem.time, here, &eta).0.as_slice()) {
             return Err(self.scheme.undefined(None, h, problem.time, &problem.attitude, &eta));
         }
         self.start(&problem, &eta);
