@@ -102,7 +102,7 @@ fn norm(v: &[f64]) -> f64 {
     v.iter().map(|x| x * x).sum::<f64>().sqrt()
 }
 
-/// sn, cn and dn of x for the parameter m = k², by Landen's transformation (arithmetic-geometric mean).
+/// sn, cn and dn of x for the parameter m = k², by the arithmetic-geometric mean (Abramowitz and Stegun 1964, §16.4).
 fn elliptic(x: f64, m: f64) -> (f64, f64, f64) {
     let (mut a, mut c) = (vec![1.0], vec![m.sqrt()]);
     let mut b = (1.0 - m).sqrt();
@@ -119,8 +119,44 @@ fn elliptic(x: f64, m: f64) -> (f64, f64, f64) {
     (phi.sin(), phi.cos(), (1.0 - m * phi.sin() * phi.sin()).sqrt())
 }
 
+/// One attitude in every form that a file may give it, and Euler angles against their matrix.
 #[test]
-fn every_example_is_read_and_runs() {
+fn an_attitude_is_the_same_in_every_form() {
+    let heavy = examples().iter().find(|(name, _)| *name == "heavy-top").unwrap().1;
+    let attitude = |given: &str| {
+        let run = Run::of_file(&SystemFile::parse(&heavy.replace("quaternion = [3, 0, 1, 0]", given)).unwrap());
+        let row = run.rows[0].clone();
+        let entry = |k: usize| run.g(&row, k / 3 + 1, k % 3 + 1);
+        std::array::from_fn::<f64, 9, _>(entry)
+    };
+    let near = |a: &[f64; 9], b: &[f64; 9]| a.iter().zip(b).all(|(x, y)| (x - y).abs() < 1e-15);
+    let quarter = [0.0, -1.0, 0.0, 1.0, 0.0, 0.0, 0.0, 0.0, 1.0];
+    for given in [
+        "rotation-vector = [0, 0, \"pi/2\"]",
+        "quaternion = [2, 0, 0, 2]",
+        "euler = [\"pi/2\", 0, 0]",
+        "euler = [0, \"pi/2\", 0]\naxes = \"xzx\"",
+        "matrix = [[0, -1, 0], [1, 0, 0], [0, 0, 1]]",
+        "matrix = [[\"1e-7\", -1, 0], [1, 0, 0], [0, 0, 1]]",
+        "attitude = [0, 0, \"pi/2\"]",
+    ] {
+        let found = attitude(given);
+        let allowed = if given.contains("1e-7") { 1e-7 } else { 1e-15 };
+        assert!(found.iter().zip(&quarter).all(|(x, y)| (x - y).abs() < allowed), "{given}: {found:?}");
+    }
+    let (c, s) = (|x: f64| x.cos(), |x: f64| x.sin());
+    let (a, b) = (0.5, 0.25);
+    let yaw_then_pitch = [c(a) * c(b), -s(a), c(a) * s(b), s(a) * c(b), c(a), s(a) * s(b), -s(b), 0.0, c(b)];
+    assert!(near(&attitude("euler = [\"1/2\", \"1/4\", 0]"), &yaw_then_pitch));
+    let quaternion =
+        [8.0 / 9.0, -1.0 / 9.0, 4.0 / 9.0, 4.0 / 9.0, 4.0 / 9.0, -7.0 / 9.0, -1.0 / 9.0, 8.0 / 9.0, 4.0 / 9.0];
+    let found = attitude("quaternion = [5, 3, 1, 1]");
+    let gap = found.iter().zip(&quaternion).fold(0.0, |m: f64, (x, y)| m.max((x - y).abs()));
+    assert!(gap < 1e-15, "{found:?}");
+}
+
+#[test]
+fn every_example_is_read_and_written() {
     assert!(examples().len() >= 11);
     for (name, text) in examples() {
         let file = SystemFile::parse(text).unwrap_or_else(|error| panic!("{name}: {error}"));

@@ -249,6 +249,10 @@ fn the_reduced_step_with_an_advected_parameter_is_the_unreduced_one() {
     }
     let refused = reduced.step(&mut AdvectedState { parameter: Vector::from_element(f64::NAN), ..advected }, 0.1);
     assert!(matches!(refused, Err(StepError::NotFinite { .. })));
+    let vectors = Representation::new(so3(), axes.map(|axis| hat(&axis))).unwrap();
+    let mut led = Advected::new(Reduced, OnGroup(Mixed), vectors, Family::Gauss.tableau(2).unwrap());
+    let mut state = AdvectedState { time: 0.0, momentum: Covector::zeros(), parameter: Vector::<f64, 3>::z() };
+    assert!(matches!(led.step(&mut state, 0.1), Err(StepError::Unsupported { .. })));
     let wrong = Representation::new(so3(), axes.map(|axis| hat(&axis) * 2.0));
     assert!(matches!(wrong, Err(RepresentationError::NotAHomomorphism { a: 1, b: 2, .. })));
 }

@@ -1,7 +1,7 @@
 //! Euler–Poincaré systems with advected parameters: (μ, a) is the state, where a ∈ V is carried along by the group.
 
 use super::{OneStep, Report, State, StepError, Variational};
-use crate::algebra::{AlgebraError, Covector, LieAlgebra, Matrix, Vector, elimination};
+use crate::algebra::{Covector, LieAlgebra, Matrix, Vector, elimination};
 use crate::group::LieGroup;
 use crate::mechanics::Force;
 use crate::mechanics::configuration::{LagrangianOn, LagrangianOnGroup};
@@ -73,23 +73,24 @@ pub enum RepresentationError {
         /// By how much.
         defect: f64,
     },
-    /// The algebra was refused.
-    #[error(transparent)]
-    Algebra(#[from] AlgebraError),
 }
 
-impl<T: Real, const N: usize, const V: usize> LieGroup<T, N, V> for Representation<T, N, V> {
+/// The matrices exp ρ(ξ), which exponentials need a group for.
+#[derive(Clone, Debug)]
+struct Image<T: Real, const N: usize, const V: usize>(Representation<T, N, V>);
+
+impl<T: Real, const N: usize, const V: usize> LieGroup<T, N, V> for Image<T, N, V> {
     fn algebra(&self) -> &LieAlgebra<T, N> {
-        &self.algebra
+        &self.0.algebra
     }
 
     fn hat<S: Scalar<Base = T>>(&self, xi: &Vector<S, N>) -> Matrix<S, V> {
-        self.matrices.iter().zip(xi.iter()).fold(Matrix::zeros(), |sum, (matrix, x)| sum + matrix.map(S::lift) * *x)
+        self.0.matrices.iter().zip(xi.iter()).fold(Matrix::zeros(), |sum, (matrix, x)| sum + matrix.map(S::lift) * *x)
     }
 
-    /// Not known of a representation: zero. Exponentials do not ask for it.
+    /// Not known where ρ is not faithful: not finite. Neither τ nor its tangents ask for it.
     fn vee<S: Scalar<Base = T>>(&self, _matrix: &Matrix<S, V>) -> Vector<S, N> {
-        Vector::zeros()
+        Vector::from_element(S::exact(f64::NAN))
     }
 
     fn inverse<S: Scalar<Base = T>>(&self, g: &Matrix<S, V>) -> Option<Matrix<S, V>> {
@@ -174,14 +175,8 @@ pub struct Advected<T: Real, const N: usize, const V: usize, L, F> {
     method: Engine<T, N, V, L, F>,
 }
 
-type Engine<T, const N: usize, const V: usize, L, F> = Variational<
-    T,
-    N,
-    V,
-    LagrangianOn<Carried<L, T, V>, Representation<T, N, V>, V>,
-    F,
-    Exponential<T, N, V, Representation<T, N, V>>,
->;
+type Engine<T, const N: usize, const V: usize, L, F> =
+    Variational<T, N, V, LagrangianOn<Carried<L, T, V>, Image<T, N, V>, V>, F, Exponential<T, N, V, Image<T, N, V>>>;
 
 impl<T, const N: usize, const V: usize, L, F> Advected<T, N, V, L, F>
 where
@@ -192,17 +187,22 @@ where
     /// The integrator for l, a force f(t, η), a representation on V, and a tableau.
     pub fn new(lagrangian: L, force: F, representation: Representation<T, N, V>, tableau: Tableau<T>) -> Self {
         let carried = Carried { lagrangian, parameter: Vector::zeros() };
-        let retraction = Exponential::of_group(representation.clone());
-        Self { method: Variational::new(LagrangianOn::new(carried, representation), force, retraction, tableau) }
+        let image = Image(representation);
+        let retraction = Exponential::of_group(image.clone());
+        Self { method: Variational::new(LagrangianOn::new(carried, image), force, retraction, tableau) }
     }
 
     /// Replaces `state` by the state after a step of size `h` (of either sign); on an error `state` is unchanged.
     ///
     /// # Errors
-    /// Those of [`Variational`].
+    /// Those of [`Variational`]; a force that depends on the configuration, of which a is all that there is.
     pub fn step(&mut self, state: &mut AdvectedState<T, N, V>, h: T) -> Result<Report<T>, StepError> {
         if state.parameter.iter().any(|v| !v.all_finite()) {
             return Err(StepError::NotFinite { what: "the advected parameter" });
+        }
+        if self.method.force().uses_configuration() {
+            let why = "the force depends on the configuration, where there is an advected parameter alone".into();
+            return Err(StepError::Unsupported { why });
         }
         self.method.lagrangian_mut().lagrangian_mut().parameter = state.parameter;
         let mut moved = State { time: state.time, momentum: state.momentum, attitude: Matrix::identity() };

@@ -183,7 +183,7 @@ pub enum StepError {
     /// A NaN or an infinity in the input.
     #[error("{what} is not finite")]
     NotFinite {
-        /// `"h"`, `"the momentum"`, `"the attitude"`, `"the time"`, `"the force"`.
+        /// `"h"`, `"the momentum"`, `"the attitude"`, `"the time"`, `"the advected parameter"`.
         what: &'static str,
     },
     /// An attitude that is not in the group.

@@ -7,7 +7,7 @@ use super::stages::Stages;
 use super::{OneStep, Report, Solver, State, StepError};
 use crate::algebra::{Covector, Matrix, Vector};
 use crate::mechanics::configuration::Configuration;
-use crate::mechanics::{Force, Lagrangian};
+use crate::mechanics::{Force, Lagrangian, LegendreError};
 use crate::newton::{self, Equations, Newton};
 use crate::retraction::{Retraction, RetractionError, TangentPoint};
 use crate::scalar::{Dual, Real, Scalar, finite};
@@ -415,6 +415,41 @@ impl<T: Real, L, F, R> Scheme<T, L, F, R> {
         Ok(problem.attitude.map(S::lift) * self.retraction.tau(x)?)
     }
 
+    /// ∂L/∂η, l'(η) where nothing depends on the configuration.
+    #[inline(always)]
+    fn momentum<S: Scalar<Base = T>, const N: usize>(
+        &self,
+        time: S,
+        g: Configuration<'_, S>,
+        eta: &Vector<S, N>,
+    ) -> Covector<S, N>
+    where
+        L: Lagrangian<T, N>,
+    {
+        match self.moves {
+            true => self.lagrangian.gradient_at(time, g, eta),
+            false => self.lagrangian.gradient(eta),
+        }
+    }
+
+    /// The η with ∂L/∂η = m.
+    #[inline(always)]
+    fn velocity<const N: usize>(
+        &self,
+        time: T,
+        g: Configuration<'_, T>,
+        m: &Covector<T, N>,
+        near: &Vector<T, N>,
+    ) -> Result<Vector<T, N>, LegendreError>
+    where
+        L: Lagrangian<T, N>,
+    {
+        match self.moves {
+            true => self.lagrangian.velocity_at(time, g, m, near),
+            false => self.lagrangian.velocity(m, near),
+        }
+    }
+
     /// ∂_gL + f, and where they depend on the configuration the size of both: they cancel at equilibria.
     #[inline(always)]
     fn total_force<S: Scalar<Base = T>, const N: usize>(
@@ -483,12 +518,9 @@ impl<T: Real, L, F, R> Scheme<T, L, F, R> {
             };
             let p = work.momenta.covector(i);
             let m = p * point.d_inv();
-            let near = work.velocities.vector(i);
-            let eta = match self.moves {
-                true => self.lagrangian.velocity_at(time, g, &m, &near),
-                false => self.lagrangian.velocity(&m, &near),
-            };
-            let eta = eta.map_err(|source| StepError::Legendre { step: h.to_f64(), source })?;
+            let eta = self
+                .velocity(time, g, &m, &work.velocities.vector(i))
+                .map_err(|source| StepError::Legendre { step: h.to_f64(), source })?;
             let rate = point.d_inv() * eta;
             let mut gradient = point.pull_dd(&p, &m, &rate);
             if self.forced {
@@ -574,10 +606,7 @@ impl<T: Real, L, F, R> Scheme<T, L, F, R> {
             };
             let time = S::lift(problem.time) + S::lift(self.tableau.c()[i]) * h;
             let eta = point.d() * rate;
-            let m = match self.moves {
-                true => self.lagrangian.gradient_at(time, g, &eta),
-                false => self.lagrangian.gradient(&eta),
-            };
+            let m = self.momentum(time, g, &eta);
             let p = m * point.d();
             let mut gradient = point.pull_dd(&p, &m, &rate);
             if self.forced {

@@ -20,7 +20,7 @@ use super::lagrangian::newton_velocity;
 use super::{Force, Lagrangian, LegendreError};
 use crate::algebra::{Covector, Matrix, Vector, pair};
 use crate::group::LieGroup;
-use crate::scalar::{Dual, Real, Scalar};
+use crate::scalar::{Dual, Real, Scalar, dual};
 
 /// An element g of the group as a matrix, whose size is not in the type.
 ///
@@ -330,7 +330,7 @@ pub trait LagrangianOnGroup<T: Real, const N: usize, const D: usize> {
     /// ∂L/∂η.
     fn gradient<S: Scalar<Base = T>>(&self, t: S, g: &Matrix<S, D>, eta: &Vector<S, N>) -> Covector<S, N> {
         let (t, g) = (Dual::constant(t), g.map(Dual::constant));
-        Covector::from_fn(|_, a| self.value(t, &g, &along(eta, a)).eps)
+        Covector::from_fn(|_, a| self.value(t, &g, &dual::along(eta, a)).eps)
     }
 
     /// ∂²L/∂η², symmetric.
@@ -338,7 +338,7 @@ pub trait LagrangianOnGroup<T: Real, const N: usize, const D: usize> {
         let (t, g) = (Dual::constant(t), g.map(Dual::constant));
         let mut hessian = Matrix::<S, N>::zeros();
         for a in 0..N {
-            let gradient = self.gradient(t, &g, &along(eta, a));
+            let gradient = self.gradient(t, &g, &dual::along(eta, a));
             hessian.set_column(a, &gradient.transpose().map(|v| v.eps));
         }
         hessian
@@ -355,11 +355,6 @@ pub trait LagrangianOnGroup<T: Real, const N: usize, const D: usize> {
         let (t, eta) = (Dual::constant(t), eta.map(Dual::constant));
         Covector::from_fn(|_, a| self.value(t, &moved(group, g, a), &eta).eps)
     }
-}
-
-/// η + ε e_a.
-fn along<S: Scalar, const N: usize>(eta: &Vector<S, N>, a: usize) -> Vector<Dual<S>, N> {
-    Vector::from_fn(|b, _| if a == b { Dual::variable(eta[b]) } else { Dual::constant(eta[b]) })
 }
 
 /// A Lagrangian L(t, g, η) as a [`Lagrangian`]: what it is there without t and g is that at t = 0 and the identity.

@@ -6,7 +6,7 @@ use super::{Force, Lagrangian, LegendreError};
 use crate::algebra::{Covector, Matrix, Vector, pair};
 use crate::expression::{ExpressionError, Names, Program};
 use crate::group::LieGroup;
-use crate::scalar::{Dual, Real, Scalar};
+use crate::scalar::{Dual, Real, Scalar, dual};
 
 /// The quantities of a system on a group: t, η (n components), μ = ∂L/∂η (n components), and the entries of g.
 ///
@@ -286,8 +286,7 @@ impl<T: Real, const N: usize> FormulaLagrangian<T, N> {
         let g = Configuration::sized(&entries[..size * size], size);
         let mut hessian = Matrix::<S, N>::zeros();
         for a in 0..N {
-            let moved = Vector::from_fn(|b, _| if a == b { Dual::variable(eta[b]) } else { Dual::constant(eta[b]) });
-            let gradient = self.gradient_of_formula(Dual::constant(t), g, &moved);
+            let gradient = self.gradient_of_formula(Dual::constant(t), g, &dual::along(eta, a));
             hessian.set_column(a, &gradient.transpose().map(|v| v.eps));
         }
         hessian

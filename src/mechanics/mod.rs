@@ -3,7 +3,7 @@
 #![doc = include_str!("../guide/modules/mechanics.md")]
 
 use crate::algebra::{Covector, Matrix, Vector};
-use crate::scalar::{Dual, Real, Scalar};
+use crate::scalar::{Real, Scalar, dual};
 use configuration::Configuration;
 
 pub mod configuration;
@@ -129,18 +129,14 @@ pub trait Lagrangian<T: Real, const N: usize> {
 
     /// l'(η), a covector.
     fn gradient<S: Scalar<Base = T>>(&self, eta: &Vector<S, N>) -> Covector<S, N> {
-        Covector::from_fn(|_, a| {
-            let moved = Vector::from_fn(|b, _| if a == b { Dual::variable(eta[b]) } else { Dual::constant(eta[b]) });
-            self.value(&moved).eps
-        })
+        Covector::from_fn(|_, a| self.value(&dual::along(eta, a)).eps)
     }
 
     /// l''(η), symmetric N×N: δη ↦ (l''(η) δη)ᵀ.
     fn hessian<S: Scalar<Base = T>>(&self, eta: &Vector<S, N>) -> Matrix<S, N> {
         let mut hessian = Matrix::<S, N>::zeros();
         for a in 0..N {
-            let moved = Vector::from_fn(|b, _| if a == b { Dual::variable(eta[b]) } else { Dual::constant(eta[b]) });
-            let gradient = self.gradient(&moved);
+            let gradient = self.gradient(&dual::along(eta, a));
             for b in 0..N {
                 hessian[(b, a)] = gradient[b].eps;
             }

@@ -248,6 +248,13 @@ impl<T: Scalar> Scalar for Dual<T> {
     }
 }
 
+/// x + ε e_a: what a derivative in component a, from 0, is taken on.
+pub fn along<S: Scalar, const N: usize>(x: &nalgebra::SVector<S, N>, a: usize) -> nalgebra::SVector<Dual<S>, N> {
+    let mut moved = x.map(Dual::constant);
+    moved[a].eps = S::one();
+    moved
+}
+
 /// The derivative of `f` at x along `direction`, with `f` evaluated on dual numbers.
 ///
 /// # Errors

@@ -197,7 +197,7 @@ pub enum Potential {
         field: Vec<Number>,
     },
     /// The gradient of gravity on a circular orbit about the third axis with mean motion n: V = (3/2) n² ⟨o, R I Rᵀ o⟩ with the direction
-    /// o = (cos nt, sin nt, 0) and the rotational inertia I.
+    /// o = (cos nt, sin nt, 0) and the rotational inertia I, up to a constant (Hughes 1986, Spacecraft Attitude Dynamics, chapter 8).
     GravityGradient {
         /// n.
         rate: Number,
@@ -451,8 +451,7 @@ impl Case {
     /// Whether the force, the potential or the Lagrangian is a formula, or depends on the configuration: what laws of systems f(t, η), l(η)
     /// do not speak of.
     pub fn is_general(&self) -> bool {
-        let general = |force: &Force| matches!(force, Force::Formula { .. } | Force::AttitudeControl { .. });
-        !self.potentials.is_empty() || self.lagrangian.formula.is_some() || self.forces.iter().any(general)
+        !self.potentials.is_empty() || self.lagrangian.formula.is_some() || self.forces.iter().any(Force::is_general)
     }
 
     /// s N, the number of unknowns of a step.

@@ -237,6 +237,8 @@ pub(crate) enum Argument {
     Velocity,
     /// Of neither.
     Nothing,
+    /// Of the configuration too, or a formula of whatever there is.
+    Configuration,
 }
 
 /// What is known of ⟨f, η⟩.
@@ -362,9 +364,11 @@ catalogue! {
     Orbit { zeta } [zeta: VectorPolynomial] ForceKind {
         name: "orbit", argument: Argument::Momentum, keeps_casimirs: true, weight: 7, telling: 6, lanes: &[], ..USUAL
     };
-    Formula { components } [components: Formula] ForceKind { name: "formula", smooth: false, lanes: &[], ..USUAL };
+    Formula { components } [components: Formula] ForceKind {
+        name: "formula", argument: Argument::Configuration, smooth: false, lanes: &[], ..USUAL
+    };
     AttitudeControl { stiffness, damping } [stiffness: Strength, damping: Strength] ForceKind {
-        name: "attitude-control", lanes: &[], ..USUAL
+        name: "attitude-control", argument: Argument::Configuration, lanes: &[], ..USUAL
     };
     Given {} [] ForceKind { name: "given", ..USUAL };
 }
@@ -481,6 +485,11 @@ impl Force {
         self.description().argument == Argument::Momentum
     }
 
+    /// Whether it is no f(t, η) of the kinds that laws know.
+    pub(crate) fn is_general(&self) -> bool {
+        self.description().argument == Argument::Configuration
+    }
+
     /// Whether it depends on the time alone.
     pub(crate) fn is_load(&self) -> bool {
         self.description().argument == Argument::Nothing
@@ -489,11 +498,8 @@ impl Force {
     /// Whether it is zero whatever the state, on an abelian algebra or any.
     pub(super) fn vanishes(&self, abelian: bool) -> bool {
         let zero = |x: &Number| x.eval::<f64>() == Ok(0.0);
-        let mut scales = self.scales().peekable();
-        let both = matches!(self, Self::AttitudeControl { .. });
-        let off = |numbers: Vec<&Number>| numbers.into_iter().all(zero);
-        let vanishes = if both { scales.all(off) } else { scales.any(off) };
-        (abelian && self.is_bracket()) || vanishes
+        let scales: Vec<&Number> = self.scales().flatten().collect();
+        (abelian && self.is_bracket()) || (!scales.is_empty() && scales.into_iter().all(zero))
     }
 
     /// Whether there is such a force in dimension n.

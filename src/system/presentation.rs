@@ -120,7 +120,7 @@ fn sum<'a>(terms: impl Iterator<Item = (i64, &'a Number)>) -> Number {
 }
 
 impl Case {
-    /// The same system in another basis e'_a = e_b B^b_a, and B by rows; the same state, so μ' = μ B and g' = g.
+    /// The same system in another basis e'_a = e_b B^b_a, and B by rows (formulas, which name coordinates, stay as they are written); the same state, so μ' = μ B and g' = g.
     ///
     /// B is a cyclic permutation with changes of sign, and a shear by a half where no force needs more than a change of basis
     /// gives it: the double bracket identifies g* with g in the basis that it is given in, and keeps its form under

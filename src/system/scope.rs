@@ -1,15 +1,17 @@
 //! The formulas of a case: what they may name, and what they become in a scalar.
 
-use super::case::{Case, Inertia, Orientation, Parameter, Potential, Structure};
+use super::case::{Case, Dictionary, Inertia, Orientation, Parameter, Potential, Structure};
 use super::error::{CaseError, Place, Problem};
 use super::numbers::{list, number, vector};
-use crate::algebra::Matrix;
 use crate::algebra::catalogue::Entry;
+use crate::algebra::{Matrix, Vector};
 use crate::expression::{Expression, ExpressionError, Names, Shape};
 use crate::group::MatrixGroup;
+use crate::group::so3::hat;
 use crate::mechanics::force::AnyForce;
 use crate::mechanics::formula::{FormulaForce, FormulaLagrangian, Quantities};
 use crate::mechanics::lagrangian::AnyLagrangian;
+use crate::retraction::{ExponentialSo3, Retraction};
 use crate::scalar::{Number, Real};
 
 /// On which group a body turns.
@@ -52,6 +54,12 @@ impl Scope {
     pub fn of(case: &Case) -> Result<Self, CaseError> {
         let quantities = Quantities { dimension: case.dimension(), size: case.matrix_size() };
         let body = Body::of(case);
+        let inertia = case.lagrangian.formula.is_none().then(|| rotational(&case.lagrangian.inertia));
+        let standard = case.algebra.basis.is_none();
+        if !case.is_general() && case.names == Dictionary::default() {
+            // Nothing asks for names, which most cases would be asked for in vain.
+            return Ok(Self { names: Names::new(), quantities, body, standard, inertia });
+        }
         let refused = |e: ExpressionError| Place::root().error(Problem::Formula(e));
         let mut names = quantities.names().map_err(refused)?;
         let block = |rows: usize, column: usize| (0..rows).map(|r| quantities.entry(r, column)).collect::<Vec<_>>();
@@ -82,8 +90,6 @@ impl Scope {
             let place = Place::root().key("definitions").name(name);
             names.definition(name, text).map_err(|e| place.error(Problem::Part(e.message().into())))?;
         }
-        let inertia = case.lagrangian.formula.is_none().then(|| rotational(&case.lagrangian.inertia));
-        let standard = case.algebra.basis.is_none();
         let scope = Self { names, quantities, body, standard, inertia };
         // Definitions that nothing uses are read, too.
         for name in case.names.definitions.keys() {
@@ -164,14 +170,8 @@ impl Scope {
 
     /// The formula of a potential.
     fn potential(&self, potential: &Potential, place: &Place) -> Result<String, CaseError> {
-        let three = |values: &[Number], key: &'static str| {
-            vector::<f64, 3>(values, 3, &place.key(key)).map(|_| list(values)).map_err(|mut error| {
-                if let Problem::Length { why, .. } = &mut error.problem {
-                    *why = "a vector of space or of the body";
-                }
-                error
-            })
-        };
+        let three =
+            |values: &[Number], key: &'static str| three_of::<f64>(values, &place.key(key)).map(|_| list(values));
         // w ⟨e₃, R r + x⟩.
         let height = |body: Body, weight: &Number, center: &[Number], key: &'static str| {
             number::<f64>(weight, &place.key(key))?;
@@ -254,6 +254,16 @@ impl Scope {
     }
 }
 
+/// A vector of space or of the body.
+fn three_of<T: Real>(values: &[Number], place: &Place) -> Result<Vector<T, 3>, CaseError> {
+    vector(values, 3, place).map_err(|mut error| {
+        if let Problem::Length { why, .. } = &mut error.problem {
+            *why = "a vector of space or of the body";
+        }
+        error
+    })
+}
+
 /// The first three rows and columns of an inertia as the text of a matrix.
 fn rotational(inertia: &Inertia) -> String {
     let entry = |r: usize, c: usize| match inertia {
@@ -265,31 +275,10 @@ fn rotational(inertia: &Inertia) -> String {
     format!("[{}, {}, {}]", row(0), row(1), row(2))
 }
 
-/// The rotation of a quaternion (w, x, y, z) of any length.
-fn rotation<T: Real>([w, x, y, z]: [T; 4]) -> Matrix<T, 3> {
-    let twice = T::int(2) / (w * w + x * x + y * y + z * z);
-    let one = T::one();
-    Matrix::<T, 3>::new(
-        one - twice * (y * y + z * z),
-        twice * (x * y - w * z),
-        twice * (x * z + w * y),
-        twice * (x * y + w * z),
-        one - twice * (x * x + z * z),
-        twice * (y * z - w * x),
-        twice * (x * z - w * y),
-        twice * (y * z + w * x),
-        one - twice * (x * x + y * y),
-    )
-}
-
-/// The rotation about the vector (x, y, z) by its length.
-fn about<T: Real>(x: [T; 3]) -> Matrix<T, 3> {
-    let angle = (x[0] * x[0] + x[1] * x[1] + x[2] * x[2]).sqrt();
-    if angle == T::zero() {
-        return Matrix::<T, 3>::identity();
-    }
-    let (sin, cos) = (angle * T::half()).sin_cos();
-    rotation([cos, sin * x[0] / angle, sin * x[1] / angle, sin * x[2] / angle])
+/// The rotation of a quaternion (w, v) of any length: 1 + 2 (w v̂ + v̂²)/(w² + |v|²).
+fn rotation<T: Real>(w: T, v: &Vector<T, 3>) -> Matrix<T, 3> {
+    let hat = hat(v);
+    Matrix::<T, 3>::identity() + (hat * w + hat * hat) * (T::int(2) / (w * w + v.dot(v)))
 }
 
 impl Case {
@@ -301,53 +290,47 @@ impl Case {
         let place = Place::root().key("state");
         let body = Body::of(self);
         let mut attitude = Matrix::<T, D>::identity();
-        let three = |values: &[Number], key: &'static str| -> Result<[T; 3], CaseError> {
+        let about = |x: &Vector<T, 3>| ExponentialSo3::new().tau(x);
+        let three = |values: &[Number], key: &'static str| -> Result<Vector<T, 3>, CaseError> {
             let place = place.key(key);
             if body.is_none() {
                 let why = "it is for the algebras so3 and se3; allowed: `attitude`, `matrix`".into();
                 return Err(place.error(Problem::NotApplicable { what: key, why }));
             }
-            let values = vector::<T, 3>(values, 3, &place).map_err(|mut error| {
-                if let Problem::Length { why, .. } = &mut error.problem {
-                    *why = "a vector of space";
-                }
-                error
-            })?;
-            Ok(values.into())
+            three_of(values, &place)
         };
         let turned = match &self.start.orientation {
             None => None,
-            Some(Orientation::RotationVector(x)) => Some(about(three(x, "rotation-vector")?)),
+            Some(Orientation::RotationVector(x)) => {
+                let place = place.key("rotation-vector");
+                Some(about(&three(x, "rotation-vector")?).map_err(|e| place.error(e))?)
+            }
             Some(Orientation::Quaternion(q)) => {
                 let place = place.key("quaternion");
-                let [Some(w), rest @ ..] = [q.first(), q.get(1), q.get(2), q.get(3)] else {
-                    return Err(place.error(Problem::Length { found: q.len(), wanted: 4, why: "w, x, y, z" }));
+                let [w, v @ ..] = q.as_slice() else {
+                    return Err(place.error(Problem::Length { found: 0, wanted: 4, why: "w, x, y, z" }));
                 };
-                if q.len() != 4 {
+                if v.len() != 3 {
                     return Err(place.error(Problem::Length { found: q.len(), wanted: 4, why: "w, x, y, z" }));
                 }
-                let rest: Vec<Number> = rest.into_iter().flatten().cloned().collect();
-                let ([x, y, z], w) = (three(&rest, "quaternion")?, number::<T>(w, &place.index(0))?);
-                if [w, x, y, z].iter().all(|v| *v == T::zero()) {
+                let (w, v) = (number::<T>(w, &place.index(0))?, three(v, "quaternion")?);
+                if w == T::zero() && v.iter().all(|x| *x == T::zero()) {
                     let (found, allowed) = ("0".into(), "a quaternion that is not 0".into());
                     return Err(place.error(Problem::Range { found, allowed }));
                 }
-                Some(rotation([w, x, y, z]))
+                Some(rotation(w, &v))
             }
             Some(Orientation::Euler { angles, axes }) => {
-                let angles = three(angles, "euler")?;
-                let index = |axis: char| "xyz".find(axis);
-                let axes: Option<Vec<usize>> = axes.chars().map(index).collect();
-                let Some([a, b, c]) = axes.as_deref() else {
+                let (angles, place) = (three(angles, "euler")?, place.key("axes"));
+                let named: Option<Vec<usize>> = axes.chars().map(|axis| "xyz".find(axis)).collect();
+                let Some([a, b, c]) = named.as_deref() else {
                     let (found, allowed) = (format!("{axes:?}"), "three of x, y and z, such as \"zyx\"".into());
-                    return Err(place.key("axes").error(Problem::Range { found, allowed }));
+                    return Err(place.error(Problem::Range { found, allowed }));
                 };
-                let turn = |axis: usize, angle: T| {
-                    let mut vector = [T::zero(); 3];
-                    vector[axis] = angle;
-                    about(vector)
-                };
-                Some(turn(*a, angles[0]) * turn(*b, angles[1]) * turn(*c, angles[2]))
+                let turn =
+                    |axis: usize, angle: T| about(&Vector::from_fn(|k, _| if k == axis { angle } else { T::zero() }));
+                let turn = |axis: usize, angle: T| turn(axis, angle).map_err(|e| place.error(e));
+                Some(turn(*a, angles[0])? * turn(*b, angles[1])? * turn(*c, angles[2])?)
             }
             Some(Orientation::Matrix(rows)) => return self.matrix(rows, group, &place.key("matrix")).map(Some),
         };
@@ -397,7 +380,7 @@ impl Case {
             if turn.determinant() < T::zero() {
                 departure = T::one();
             }
-            // Newton's iteration for the nearest rotation: it squares the departure.
+            // Newton's iteration for the nearest rotation (Higham 1986): it squares the departure.
             for _ in 0..8 {
                 let Some(inverse) = turn.try_inverse() else { break };
                 turn = (turn + inverse.transpose()) * T::half();

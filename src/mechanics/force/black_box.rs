@@ -58,7 +58,8 @@ impl<B> BlackBox<B> {
 
 /// Every value and derivative part of f at arguments that have derivative parts, `numbers` of `arguments` scalars with `NESTING` duals.
 ///
-/// The part of the ε in the set A is the mixed derivative, in the s_i with i in A, of f at Σ_B c_B Π_{i∈B} s_i.
+/// The part of the ε in the set A is the mixed derivative, in the s_i with i in A, of f at Σ_B c_B Π_{i∈B} s_i: by central differences with
+/// the displacement that balances rounding and truncation (Press, Teukolsky, Vetterling and Flannery 2007, §5.7).
 fn parts<T: Real, S: Scalar<Base = T>, const N: usize>(
     arguments: &[S],
     f: impl Fn(&[T]) -> Covector<T, N>,

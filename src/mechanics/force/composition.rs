@@ -33,7 +33,7 @@ impl<T: Real> Signal<T> for Factor<T> {
 pub enum Hold {
     /// Constant until the next time: a jump there (zero-order hold).
     Zero,
-    /// The natural cubic spline through the values: two continuous derivatives.
+    /// The natural cubic spline through the values (de Boor 1978, chapter IV): two continuous derivatives.
     Spline,
 }
 
