@@ -24,8 +24,8 @@ const SHRINK_CHECKS: usize = 200;
 /// Options of `verify`.
 #[derive(clap::Args)]
 pub struct Arguments {
-    /// Cases per cheap law; an expensive law gets max(20, N/50), a heavy one max(8, N/100) [default: 200, or as many as
-    /// fit into --minutes]
+    /// Cases per cheap law; a moderate law gets max(32, N/4), an expensive one max(20, N/50), a heavy one max(8, N/100)
+    /// [default: 100, or as many as fit into --minutes]
     #[arg(long, value_name = "N", allow_negative_numbers = true, conflicts_with = "faults")]
     #[arg(value_parser = clap::value_parser!(u32).range(1..))]
     cases: Option<u32>,
@@ -70,7 +70,7 @@ pub struct Arguments {
 }
 
 /// Cases per cheap law where nothing is said.
-const CASES: usize = 200;
+const CASES: usize = 100;
 
 fn minutes(text: &str) -> Result<Duration, String> {
     let minutes = text.parse::<f64>().ok().filter(|minutes| *minutes > 0.0);

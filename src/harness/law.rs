@@ -174,7 +174,7 @@ impl Fault {
 pub enum Cost {
     /// Every one of the N cases.
     Cheap,
-    /// Every one of the N cases too, at a tenth of a second or more each.
+    /// max(32, N/4) cases: some ten milliseconds each, or more.
     Moderate,
     /// max(20, N/50) cases.
     Expensive,
@@ -186,7 +186,8 @@ impl Cost {
     /// The number of cases of a law of this cost, in a campaign of `cases` per cheap law.
     pub fn cases(self, cases: usize) -> usize {
         match self {
-            Self::Cheap | Self::Moderate => cases,
+            Self::Cheap => cases,
+            Self::Moderate => (cases / 4).max(32),
             Self::Expensive => (cases / 50).max(20),
             Self::Heavy => (cases / 100).max(8),
         }

@@ -210,7 +210,8 @@ fn ahead(cost: Cost) -> f64 {
 /// How many cases a cheap law gets for one of this cost.
 fn pace(cost: Cost) -> f64 {
     match cost {
-        Cost::Cheap | Cost::Moderate => 1.0,
+        Cost::Cheap => 1.0,
+        Cost::Moderate => 4.0,
         Cost::Expensive => 50.0,
         Cost::Heavy => 100.0,
     }

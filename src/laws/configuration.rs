@@ -10,7 +10,7 @@ use super::planted::step::{
     CHART, FORCE_INDEX, FORCE_TIME, FROM_LEFT, GRADIENT_SIGN, HALVED, INVERTED, NO_FORCE, NO_GRADIENT, NO_SECOND,
     NOT_TRANSPORTED, OF_START, SWAPPED_SECOND, UNCONJUGATED,
 };
-use super::precision::{Measured, alone, settle_main, settle_small};
+use super::precision::{Measured, alone, settle_main_small, settle_small};
 use super::probe::{Probe, stream};
 use crate::algebra::{Covector, Matrix, Vector, pair};
 use crate::group::LieGroup;
@@ -37,7 +37,7 @@ pub const fn laws() -> &'static [CaseLaw] {
                 oracle: "a transcription of the equations apart from the integrator",
                 bound: "two precisions; floor 2⁸ s N u of the state",
                 needs: "a group",
-                cost: Cost::Cheap,
+                cost: Cost::Moderate,
                 faults: &[OF_START, GRADIENT_SIGN, NO_GRADIENT, NO_FORCE, NOT_TRANSPORTED, FORCE_TIME],
             },
             cases: |cases| cases.with_group(),
@@ -53,7 +53,7 @@ pub const fn laws() -> &'static [CaseLaw] {
                 oracle: "Ad by conjugation with group elements; the step has it from dτ",
                 bound: "two precisions; floor 2² s N² u of the terms",
                 needs: "a group",
-                cost: Cost::Cheap,
+                cost: Cost::Moderate,
                 faults: &[
                     OF_START,
                     GRADIENT_SIGN,
@@ -79,7 +79,7 @@ pub const fn laws() -> &'static [CaseLaw] {
                 oracle: "Ad by conjugation; a second step from k g",
                 bound: "two precisions; floor 2⁸ s N² u of the state",
                 needs: "a group with a one-parameter subgroup that leaves a row of matrices alone",
-                cost: Cost::Cheap,
+                cost: Cost::Moderate,
                 faults: &[OF_START, CHART, INVERTED, HALVED, FROM_LEFT],
             },
             cases: |cases| cases.with_group().main_dimensions().force_free().nonabelian(),
@@ -229,7 +229,7 @@ fn symmetry(case: &Case, fault: Option<&Fault>) -> Verdict {
     let (a, row) = found[probe.integer(0, found.len() as i32 - 1) as usize];
     let mut case = case.clone();
     case.potentials.push(Potential::Formula { value: potential(&mut probe, size, Some(row)) });
-    settle_main(&case, fault, Symmetric { fault, a })
+    settle_main_small(&case, fault, Symmetric { fault, a }, 9)
 }
 
 /// A step with a potential that has the symmetry e_a.

@@ -36,7 +36,7 @@ pub const fn laws<S: Source>() -> &'static [CaseLaw<S>] {
                     oracle: "the doubled scheme on (λ, U, μ), which shares no residual with the restricted one",
                     bound: "two precisions (s N > 6: f64 alone below 8 u or a 2⁹th of the floor, but for one case in ten); floor 2⁹ s N u: two solves, the doubled one of twice the size",
                     needs: "a group",
-                    cost: Cost::Cheap,
+                    cost: Cost::Moderate,
                     faults: &[
                         CHART,
                         FORCE_INDEX,
@@ -61,7 +61,7 @@ pub const fn laws<S: Source>() -> &'static [CaseLaw<S>] {
                     oracle: "the Jacobian of the restricted scheme, which shares no residual with the doubled one",
                     bound: "two precisions (s N > 6: f64 alone below 8 u or a 2⁹th of the floor, but for one case in ten); floor 2⁸ s N u relative to the largest entry",
                     needs: "a group; a force",
-                    cost: Cost::Cheap,
+                    cost: Cost::Moderate,
                     faults: &[HALF_FORCE, NO_FORCE_DERIVATIVE, LEFT_FOR_RIGHT],
                 },
                 cases: |cases| cases.with_group().forced(),

@@ -72,7 +72,7 @@ pub const fn laws<S: Source>() -> &'static [CaseLaw<S>] {
                              any odd function",
                     bound: "two precisions (s N > 9: f64 alone below 8 u or a 2⁹th of the floor, but for one case in ten); floor 2³ N u relative to the terms",
                     needs: "a group",
-                    cost: Cost::Cheap,
+                    cost: Cost::Moderate,
                     faults: &[EVEN_PART, EL_POTENTIAL_SIGN],
                 },
                 cases: |cases| cases.main_dimensions().with_group(),

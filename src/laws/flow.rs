@@ -35,7 +35,7 @@ pub const fn laws<S: Source>() -> &'static [CaseLaw<S>] {
                     oracle: "J by the variational equation on dual numbers, Π from the structure constants; Ad of the matrix g with ġ = gη",
                     bound: "two precisions; floor 2⁶ N u: 8 stages of a collocation iterated to a few u, over a quarter of the step or less",
                     needs: "no force; an algebra that is not abelian",
-                    cost: Cost::Cheap,
+                    cost: Cost::Moderate,
                     faults: &[COAD_SIGN, TRANSPOSED, NOT_GRADIENT],
                 },
                 cases: |cases| cases.main_dimensions().force_free().nonabelian(),
@@ -52,7 +52,7 @@ pub const fn laws<S: Source>() -> &'static [CaseLaw<S>] {
                     bound: "along solutions the change when the step of the collocation is halved, with 2⁸ N u; along runs half of the integral, on \
                             steps where it is 8 times what halving the step and the rule change",
                     needs: "double brackets or metriplectic forces; an algebra that is not abelian",
-                    cost: Cost::Cheap,
+                    cost: Cost::Moderate,
                     faults: &[NO_FORCE, TRANSPOSED, FORCE_SIGN],
                 },
                 cases: |cases| with_brackets(cases.main_dimensions()),

@@ -107,7 +107,7 @@ pub const fn laws<S: Source>() -> &'static [CaseLaw<S>] {
                     oracle: "Ad by conjugation with the attitude matrix; the step has it from dτ",
                     bound: "two precisions; floor 2⁵ N² u a step",
                     needs: "a group; no force; an algebra that is not abelian",
-                    cost: Cost::Cheap,
+                    cost: Cost::Moderate,
                     faults: &[CHART, HALVED, INVERTED, FROM_LEFT, ORDER_TWO, SHIFTED, ADJOINT_INVERTED],
                 },
                 cases: |cases| cases.force_free().with_group().nonabelian(),
@@ -121,7 +121,7 @@ pub const fn laws<S: Source>() -> &'static [CaseLaw<S>] {
                     oracle: "J by fourth-order differences of whole steps, Π from the structure constants",
                     bound: "u/ε at ε = 2⁻¹² (f64) or 2⁻²⁴ (dd), times 2¹² for the residual of a step; s N > 6: in dd in one case of ten and above the bound in f64",
                     needs: "no force; an algebra that is not abelian",
-                    cost: Cost::Cheap,
+                    cost: Cost::Moderate,
                     faults: &[
                         CHART,
                         UNCONJUGATED,

@@ -60,7 +60,7 @@ pub const fn laws<S: Source>() -> &'static [CaseLaw<S>] {
                     oracle: "the derivatives of the value of l_f on dual numbers, and f itself on the units",
                     bound: "two precisions (s N > 9: f64 alone below 8 u or a 2⁹th of the floor, but for one case in ten); floor 2⁶ N u relative to the terms of l_f",
                     needs: "a group",
-                    cost: Cost::Cheap,
+                    cost: Cost::Moderate,
                     faults: &[
                         PLUS,
                         TIME_SHIFT,

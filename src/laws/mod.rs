@@ -14,6 +14,7 @@
 //! | [`hamiltonian`], [`two_hamiltonians`] | [`crate::mechanics::hamiltonian`], [`crate::mechanics::forced_hamiltonian`] |
 //! | [`discrete`] | [`crate::discrete`] |
 //! | [`integrators`], [`doubled`] | [`crate::integrators`], one step or a few |
+//! | [`branch`] | [`crate::integrators::Variational`] at large steps: no root but the one that continues from h = 0 |
 //! | [`configuration`] | [`crate::integrators`] with potentials and forces that depend on the attitude |
 //! | [`order`], [`predicted`] | [`crate::integrators`], convergence |
 //! | [`munthe_kaas`] | [`crate::integrators::MuntheKaas`], one step |
@@ -31,6 +32,7 @@
 
 pub mod accuracy;
 pub mod algebroid;
+pub mod branch;
 pub mod configuration;
 mod differences;
 pub mod discrete;
@@ -186,6 +188,7 @@ pub fn all() -> Vec<&'static CaseLaw> {
         discrete::perturbed::laws(),
         integrators::laws(),
         doubled::laws(),
+        branch::laws(),
         order::laws(),
         munthe_kaas::laws(),
         predicted::laws(),

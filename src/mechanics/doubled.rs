@@ -401,10 +401,19 @@ pub(super) fn force_derivative<T: Real, S: Scalar<Base = T>, const N: usize>(
     eta: &Vector<S, N>,
     x: &Vector<S, N>,
 ) -> Covector<S, N> {
-    Covector::from_fn(|_, a| {
-        let moved = Vector::from_fn(|b, _| if a == b { Dual::variable(eta[b]) } else { Dual::constant(eta[b]) });
-        pair(&force.force(Dual::constant(t), &moved).map(|v| v.eps), x)
-    })
+    Covector::from_fn(|_, a| force_slope(force, t, eta, a, x))
+}
+
+/// ⟨∂f/∂η^a(t, η), x⟩.
+fn force_slope<T: Real, S: Scalar<Base = T>, const N: usize>(
+    force: &impl Force<T, N>,
+    t: S,
+    eta: &Vector<S, N>,
+    a: usize,
+    x: &Vector<S, N>,
+) -> S {
+    let moved = Vector::from_fn(|b, _| if a == b { Dual::variable(eta[b]) } else { Dual::constant(eta[b]) });
+    pair(&force.force(Dual::constant(t), &moved).map(|v| v.eps), x)
 }
 
 impl<T, L, F, R, const N: usize, const D: usize> DoubledLagrangian<T, N, D> for Forced<L, F, R>
@@ -453,12 +462,15 @@ where
         let x = self.retraction.tau_inv(u)?;
         let lifted = x.map(Dual::constant);
         let second = |eta: &Vector<T, N>| {
+            // It is symmetric.
             let mut second = Matrix::<T, N>::zeros();
             for a in 0..N {
                 let mut moved = eta.map(Dual::constant);
                 moved[a].eps = T::one();
-                let column = force_derivative(&self.force, Dual::constant(t), &moved, &lifted);
-                second.set_column(a, &column.map(|v| v.eps * T::half()).transpose());
+                for b in 0..=a {
+                    let slope = force_slope(&self.force, Dual::constant(t), &moved, b, &lifted).eps * T::half();
+                    (second[(a, b)], second[(b, a)]) = (slope, slope);
+                }
             }
             second
         };

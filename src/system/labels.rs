@@ -5,6 +5,7 @@ use super::dispatch::{System, Visitor};
 use super::rates::Rates;
 use crate::algebra::catalogue::Entry;
 use crate::algebra::known;
+use crate::integrators::{OneStep, Solver, Variational};
 use crate::mechanics::{Force, Lagrangian};
 use crate::retraction::Retraction;
 use crate::scalar::Number;
@@ -67,6 +68,28 @@ impl Visitor<f64> for Class {
     }
 }
 
+/// Which iteration solves the step of the case.
+struct Solved;
+
+impl Visitor<f64> for Solved {
+    type Output = &'static str;
+
+    fn visit<const N: usize, const D: usize, R: Retraction<f64, N, D>, L: Lagrangian<f64, N>, F: Force<f64, N>>(
+        self,
+        system: System<f64, N, D, R, L, F>,
+    ) -> Self::Output {
+        let mut state = system.state;
+        let mut method =
+            Variational::new(&system.lagrangian, &system.force, &system.retraction, system.tableau.clone());
+        match method.step(&mut state, system.step).map(|report| report.solver) {
+            Ok(Solver::Newton) => "newton",
+            Ok(Solver::Continuation) => "continuation",
+            Ok(_) => "fixed-point",
+            Err(_) => "refused",
+        }
+    }
+}
+
 /// Label names and values; `force` occurs once for each kind of term, or once as `none`.
 pub fn labels(case: &Case) -> Vec<(&'static str, String)> {
     let mut labels = vec![("algebra", kind(&case.algebra)), ("dimension", case.dimension().to_string())];
@@ -104,6 +127,9 @@ pub fn labels(case: &Case) -> Vec<(&'static str, String)> {
     let composed = !case.method.argument.is_empty();
     labels.push(("retraction", if composed { "composed" } else { case.method.retraction.name() }.into()));
     labels.push(("step", step(case, rates.as_ref()).into()));
+    if let Ok(solver) = case.dispatch::<f64, _>(Solved) {
+        labels.push(("solver", solver.into()));
+    }
     labels.push(("tableau", tableau_kind(&case.method.tableau).into()));
     labels
 }

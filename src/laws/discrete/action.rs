@@ -49,7 +49,7 @@ pub const fn laws<S: Source>() -> &'static [CaseLaw<S>] {
                     oracle: "the doubled integrator, from the stage equations; l_d has only values, τ and dτ",
                     bound: "two precisions (s N > 4: f64 alone below 8 u or a 2⁹th of the floor, but for one case in ten); floor 2⁹ s N u: two solves, of momenta that rounding of V moves by p u/|v|",
                     needs: "a group; a force",
-                    cost: Cost::Cheap,
+                    cost: Cost::Moderate,
                     faults: &[V_RIGHT, U_RIGHT, NO_U, U_SIGN, DOUBLED, CONJUGATE],
                 },
                 cases: |cases| cases.main_dimensions().with_group().forced(),

@@ -47,7 +47,7 @@ pub const fn laws<S: Source>() -> &'static [CaseLaw<S>] {
                     oracle: "the variational integrator with that tableau, from its stage equations",
                     bound: "two precisions (s N > 3: f64 alone below 8 u or a 2⁹th of the floor, but for one case in ten); floor 2⁸ N D u, of momenta that rounding of W moves by p u/|w|",
                     needs: "a group; no force; an algebra that is not abelian",
-                    cost: Cost::Cheap,
+                    cost: Cost::Moderate,
                     faults: &[LEFT, INVERTED],
                 },
                 cases: |cases| cases.main_dimensions().with_group().force_free().nonabelian(),

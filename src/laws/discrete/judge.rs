@@ -22,7 +22,7 @@ pub(in crate::laws) const SLOPES: About = About {
     oracle: "differences of the value, extrapolated to fourth order; Ad by conjugation of matrices",
     bound: "2⁸ times the estimated error of the differences with 2⁶ N u; in each precision by itself",
     needs: "",
-    cost: Cost::Cheap,
+    cost: Cost::Moderate,
     faults: &[VALUE, V_RIGHT, U_RIGHT, U_SIGN, DOUBLED],
 };
 
@@ -34,7 +34,7 @@ pub(in crate::laws) const ANTISYMMETRY: About = About {
     oracle: "the same function at the inverse triple",
     bound: "two precisions; floor 2⁶ N u of the slopes, by which rounding of V, U and W is multiplied",
     needs: "the claim `antisymmetric`: l_d comes from a forced system",
-    cost: Cost::Cheap,
+    cost: Cost::Moderate,
     faults: &[KEEPS_U, VALUE],
 };
 

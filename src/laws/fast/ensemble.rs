@@ -46,7 +46,7 @@ pub(super) static LAWS: &[CaseLaw] = &[
             oracle: "the fast step of each body alone, which extrapolates and iterates in another way",
             bound: BOUND,
             needs: "so(3) in its standard basis; a quadratic Lagrangian; a force with a form in lanes",
-            cost: Cost::Cheap,
+            cost: Cost::Moderate,
             faults: &[NEIGHBOUR, THREADS, STOPPED, TERM_MISSING, OTHER_RETRACTION, COEFFICIENT],
         },
         cases: drawn,
