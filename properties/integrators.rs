@@ -7,8 +7,10 @@ use euler_poincare::algebra::{Covector, Matrix, Vector};
 use euler_poincare::integrators::{OneStep, Report, Solver, State, StepError, Variational};
 use euler_poincare::mechanics::{Force, Lagrangian};
 use euler_poincare::newton::{self, Equations, Newton};
-use euler_poincare::retraction::{CayleySo3, ExponentialSo3, Retraction, TangentPoint};
+use euler_poincare::retraction::{Retraction, TangentPoint};
 use euler_poincare::scalar::{Real, Scalar};
+use euler_poincare::system::So3Retraction;
+use euler_poincare::system::case::Tau;
 use euler_poincare::tableau::{Family, Tableau};
 use nalgebra::DMatrix;
 
@@ -29,10 +31,11 @@ impl<T: Real> Lagrangian<T, 3> for Body {
     }
 }
 
-/// Landau–Lifschitz–Gilbert, M×(M×Ω), or the relaxed body, (Ω×M)×Ω / 10.
+/// Landau–Lifschitz–Gilbert, M×(M×Ω), the relaxed body, (Ω×M)×Ω / 10, or none.
 enum Torque {
     Llg,
     Relaxed,
+    Free,
 }
 
 impl<T: Real> Force<T, 3> for Torque {
@@ -41,8 +44,23 @@ impl<T: Real> Force<T, 3> for Torque {
         match self {
             Torque::Llg => m.cross(&m.cross(eta)).transpose(),
             Torque::Relaxed => eta.cross(&m).cross(eta).transpose() / S::int(10),
+            Torque::Free => Covector::zeros(),
         }
     }
+
+    fn is_zero(&self) -> bool {
+        matches!(self, Torque::Free)
+    }
+}
+
+// One type for both: a step is compiled for each.
+
+fn cay() -> So3Retraction<f64> {
+    So3Retraction::new(Tau::Cayley)
+}
+
+fn exp() -> So3Retraction<f64> {
+    So3Retraction::new(Tau::Exponential)
 }
 
 fn gauss1() -> Tableau<f64> {
@@ -74,7 +92,7 @@ fn initial() -> State<f64, 3, 3> {
 }
 
 fn first_step(tableau: Tableau<f64>, torque: Torque, h: f64) -> Result<(State<f64, 3, 3>, Report<f64>), StepError> {
-    let mut method = Variational::new(Body, torque, CayleySo3::new(), tableau);
+    let mut method = Variational::new(Body, torque, cay(), tableau);
     let mut state = initial();
     let report = method.step(&mut state, h)?;
     Ok((state, report))
@@ -146,7 +164,7 @@ fn the_root_continues_from_zero() {
 
 #[test]
 fn what_is_not_finite_is_refused_and_the_state_kept() {
-    let mut method = Variational::new(Body, Torque::Llg, CayleySo3::new(), gauss2());
+    let mut method = Variational::new(Body, Torque::Llg, cay(), gauss2());
     type Spoil = fn(&mut State<f64, 3, 3>);
     let spoil: [(&str, Spoil); 3] = [
         ("the momentum", |state| state.momentum[1] = f64::NAN),
@@ -169,13 +187,13 @@ fn what_is_not_finite_is_refused_and_the_state_kept() {
         assert_eq!(state, initial());
     }
     let mut state = initial();
-    assert!(Variational::new(Body, Torque::Llg, CayleySo3::new(), lobatto('a', 2)).step(&mut state, 1.0).is_err());
+    assert!(Variational::new(Body, Torque::Llg, cay(), lobatto('a', 2)).step(&mut state, 1.0).is_err());
     assert_eq!(state, initial(), "a fold left the state changed");
 }
 
 #[test]
 fn rest_stays_rest_and_a_zero_step_changes_nothing() {
-    let mut method = Variational::new(Body, Torque::Llg, CayleySo3::new(), gauss2());
+    let mut method = Variational::new(Body, Torque::Llg, cay(), gauss2());
     let mut state = State { momentum: Covector::zeros(), ..initial() };
     method.step(&mut state, 0.5).unwrap();
     assert_eq!(state.momentum, Covector::<f64, 3>::zeros());
@@ -186,7 +204,7 @@ fn rest_stays_rest_and_a_zero_step_changes_nothing() {
 }
 
 /// |Φ_{−h}(Φ_h(μ)) − μ|.
-fn there_and_back<R: Retraction<f64, 3, 3>>(retraction: R, tableau: &Tableau<f64>, torque: &Torque, h: f64) -> f64 {
+fn there_and_back(retraction: So3Retraction<f64>, tableau: &Tableau<f64>, torque: &Torque, h: f64) -> f64 {
     let mut method = Variational::new(Body, torque, retraction, tableau.clone());
     let mut state = initial();
     method.step(&mut state, h).unwrap();
@@ -200,15 +218,15 @@ fn there_and_back<R: Retraction<f64, 3, 3>>(retraction: R, tableau: &Tableau<f64
 fn a_step_back_undoes_a_step_for_the_midpoint_rule_with_exp_only() {
     for torque in [Torque::Llg, Torque::Relaxed] {
         for h in [0.2, 0.1] {
-            assert!(there_and_back(ExponentialSo3::new(), &gauss1(), &torque, h) < 1e-15);
+            assert!(there_and_back(exp(), &gauss1(), &torque, h) < 1e-15);
         }
         let order_of = |retraction: &dyn Fn(f64) -> f64| (retraction(0.1) / retraction(0.05)).log2();
         for (tableau, order) in [(gauss2(), 4.0), (lobatto('a', 3), 4.0), (lobatto('b', 3), 4.0)] {
-            let exp = order_of(&|h| there_and_back(ExponentialSo3::new(), &tableau, &torque, h));
+            let exp = order_of(&|h| there_and_back(exp(), &tableau, &torque, h));
             assert!((exp - order - 2.0).abs() < 0.2, "exp, order {order}: {exp}");
         }
         for (tableau, order) in [(gauss1(), 2.0), (gauss2(), 4.0), (lobatto('a', 3), 4.0), (lobatto('b', 3), 4.0)] {
-            let cayley = order_of(&|h| there_and_back(CayleySo3::new(), &tableau, &torque, h));
+            let cayley = order_of(&|h| there_and_back(cay(), &tableau, &torque, h));
             assert!((cayley - order - 2.0).abs() < 0.2, "Cayley, order {order}: {cayley}");
         }
     }
@@ -217,12 +235,12 @@ fn a_step_back_undoes_a_step_for_the_midpoint_rule_with_exp_only() {
 /// The guess from the last step changes the work, not the answer.
 #[test]
 fn a_warm_start_finds_the_same_root_in_fewer_iterations() {
-    let mut warm = Variational::new(Body, Torque::Llg, CayleySo3::new(), gauss2());
+    let mut warm = Variational::new(Body, Torque::Llg, cay(), gauss2());
     let mut state = initial();
     let mut work = [0, 0];
     for _ in 0..20 {
         let mut cold_state = state.clone();
-        let mut cold = Variational::new(Body, Torque::Llg, CayleySo3::new(), gauss2());
+        let mut cold = Variational::new(Body, Torque::Llg, cay(), gauss2());
         work[0] += cold.step(&mut cold_state, 0.05).unwrap().iterations;
         work[1] += warm.step(&mut state, 0.05).unwrap().iterations;
         assert!((state.momentum - cold_state.momentum).amax() < 1e-14);
@@ -233,7 +251,7 @@ fn a_warm_start_finds_the_same_root_in_fewer_iterations() {
 /// Off the root too: its differences are the Jacobian, which dual numbers give.
 #[test]
 fn the_residual_is_not_zero_off_the_root_and_has_the_jacobian() {
-    let mut method = Variational::new(Body, Torque::Llg, CayleySo3::new(), gauss2());
+    let mut method = Variational::new(Body, Torque::Llg, cay(), gauss2());
     let rates = [Vector::<f64, 3>::new(0.3, -0.2, 0.9), Vector::<f64, 3>::new(-0.1, 0.4, 0.7)];
     let (h, state) = (0.3, initial());
     let jacobian = method.stage_jacobian(&state, h, &rates).unwrap();
@@ -263,7 +281,7 @@ fn the_residual_is_not_zero_off_the_root_and_has_the_jacobian() {
 /// first one of a new method to the last bit.
 #[test]
 fn only_the_next_step_of_the_same_size_remembers_the_last() {
-    let new = || Variational::new(Body, Torque::Llg, CayleySo3::new(), gauss2());
+    let new = || Variational::new(Body, Torque::Llg, cay(), gauss2());
     let elsewhere = State { momentum: Covector::<f64, 3>::new(0.1, -0.6, 0.3), ..initial() };
     let mut after = initial();
     new().step(&mut after, 0.05).unwrap();
@@ -280,17 +298,7 @@ fn only_the_next_step_of_the_same_size_remembers_the_last() {
 /// With the exponential a steady rotation is exact at any step.
 #[test]
 fn a_steady_rotation_is_exact_with_exp() {
-    struct Free;
-    impl<T: Real> Force<T, 3> for Free {
-        fn force<S: Scalar<Base = T>>(&self, _: S, _: &Vector<S, 3>) -> Covector<S, 3> {
-            Covector::zeros()
-        }
-
-        fn is_zero(&self) -> bool {
-            true
-        }
-    }
-    let mut method = Variational::new(Body, Free, ExponentialSo3::new(), lobatto('a', 3));
+    let mut method = Variational::new(Body, Torque::Free, exp(), lobatto('a', 3));
     let mut state = State { momentum: Covector::<f64, 3>::new(0.0, 2.0, 0.0), ..initial() };
     method.step(&mut state, 2.5).unwrap();
     let (sin, cos) = 2.5f64.sin_cos();
@@ -304,14 +312,14 @@ fn a_steady_rotation_is_exact_with_exp() {
 fn every_solver_leaves_a_small_true_residual() {
     let mut seen = Vec::new();
     for h in [0.1, 0.4, 0.7, 0.79, 0.796] {
-        let mut method = Variational::new(Body, Torque::Llg, CayleySo3::new(), lobatto('a', 2));
+        let mut method = Variational::new(Body, Torque::Llg, cay(), lobatto('a', 2));
         let mut state = initial();
         let report = method.step(&mut state, h).unwrap();
         assert!(report.residual < 1e-14, "{h}: {report:?}");
         seen.push(report.solver);
         // H_i of the step from η_i = dτ(Ξ_i) H_i, with Ξ_1 = 0 and Ξ_2 = ξ (Lobatto IIIA-2).
         let velocities: Vec<_> = method.stage_velocities().collect();
-        let end = CayleySo3::new().at(method.increment()).unwrap();
+        let end = cay().at(method.increment()).unwrap();
         let rates = [velocities[0], end.d_inv() * velocities[1]];
         let mut residual = [Covector::<f64, 3>::zeros(); 2];
         method.residual(&initial(), h, &rates, &mut residual).unwrap();

@@ -21,7 +21,7 @@ use proptest::strategy::Strategy;
 use std::fmt::Write;
 
 /// Random problems of each bad method.
-const PROBLEMS: usize = 20;
+const PROBLEMS: usize = 8;
 
 /// Algebras that are not nilpotent. The step in which faults are planted solves dense equations by Newton's method: dimension 6
 /// takes it seconds, and has its turn in the campaigns of the command.
@@ -53,7 +53,7 @@ fn refuted(law: &str, fault: &Fault, tableaux: &[&str]) {
     for (index, case) in problems(11, algebras, tableaux, PROBLEMS).iter().enumerate() {
         let bad = law.check(case, Some(fault));
         assert!(bad.is_broken(), "{}, problem {index}: {bad}\n{case}", fault.name);
-        if index < 4 {
+        if index < 3 {
             let good = law.check(case, None);
             assert!(good.holds(), "{}, problem {index}: {good}\n{case}", law.about.name);
         }

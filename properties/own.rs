@@ -5,25 +5,20 @@ mod readme;
 mod types;
 
 use self::types::{Bianchi, Midpoint, Split, SplitMap, Stiff, Wind};
+use super::parts::discrete::stages;
 use euler_poincare::algebra::{Covector, Matrix, Vector};
-use euler_poincare::discrete::StageLagrangian;
 use euler_poincare::group::So3;
 use euler_poincare::groupoid::{Groupoid, ManifoldPair, Space};
 use euler_poincare::laws;
 use euler_poincare::laws::method::Claims;
-use euler_poincare::laws::user::discrete::OnGroup;
 use euler_poincare::laws::user::groupoid::{Chains, LieChains};
 use euler_poincare::laws::user::{FromMap, Map, Outcome, Suite, SuiteSettings};
-use euler_poincare::mechanics::doubled::Forced;
-use euler_poincare::mechanics::force::Zero;
 use euler_poincare::mechanics::given::{GivenForce, GivenLagrangian};
-use euler_poincare::mechanics::lagrangian::Quadratic;
 use euler_poincare::mechanics::{Force, Lagrangian};
 use euler_poincare::retraction::given::GivenRetraction;
-use euler_poincare::retraction::{CayleySo3, Retraction, RetractionError, TangentPoint};
+use euler_poincare::retraction::{Retraction, RetractionError, TangentPoint};
 use euler_poincare::scalar::{Dual, Real, Scalar};
 use euler_poincare::suite;
-use euler_poincare::tableau::Family;
 use nalgebra::DVector;
 use std::marker::PhantomData;
 use std::path::{Path, PathBuf};
@@ -31,24 +26,24 @@ use std::process::Command;
 
 laws! {
     mod bianchi<T, 3, 3> {
-        group: Bianchi::<T>::new(),
-        retraction: Split::<T>::new(),
-        lagrangian: Stiff::<false>,
-        force: Wind::<false>,
-        method: |system| Midpoint::<_, _, _, _, false>(system),
+        group: Bianchi::<T>::new(false),
+        retraction: Split::<T>::new(false),
+        lagrangian: Stiff { wrong: false },
+        force: Wind { wrong: false },
+        method: |system| Midpoint { system, wrong: false },
         claims: Claims { order: Some(2), ..Claims::default() },
     }
 }
 
 laws! {
     mod from_map<T, 3, 3> {
-        group: Bianchi::<T>::new(),
+        group: Bianchi::<T>::new(false),
         map: SplitMap,
     }
 }
 
 laws! {
-    mod wind<T, 3> { force: Wind::<false> }
+    mod wind<T, 3> { force: Wind { wrong: false } }
 }
 
 /// Pairs of numbers: (x, y)(y, z) = (x, z).
@@ -115,28 +110,18 @@ laws! {
     mod line<T> { lie_groupoid: Line }
 }
 
-type Midpoint3<T> = StageLagrangian<T, Forced<Quadratic<T, 3>, Zero, CayleySo3<T>>, CayleySo3<T>, 3, 3>;
-
-/// The discrete Lagrangian of the midpoint rule for a free body.
-fn midpoint<T: Real>() -> OnGroup<Midpoint3<T>, So3<T>, CayleySo3<T>> {
-    let body = Quadratic::diagonal([T::one(), T::int(2), T::int(3)]).unwrap();
-    let free = Forced::new(body, Zero, CayleySo3::new());
-    let lagrangian = StageLagrangian::new(free, CayleySo3::new(), Family::Gauss.tableau(1).unwrap(), T::ratio(1, 8));
-    OnGroup { lagrangian, group: So3::new(), retraction: CayleySo3::new() }
-}
-
 laws! {
-    mod rule<T, 3, 3> { discrete: midpoint::<T>(), claims: [antisymmetric] }
+    mod rule<T, 3, 3> { discrete: stages::<T>(1), claims: [antisymmetric] }
 }
 
 // The same with a mistake in each.
 suite! {
     mod wrong<T, 3, 3> {
-        group: Bianchi::<T, true>::new(),
-        retraction: Split::<T, true>::new(),
-        lagrangian: Stiff::<true>,
-        force: Wind::<true>,
-        method: |system| Midpoint::<_, _, _, _, true>(system),
+        group: Bianchi::<T>::new(true),
+        retraction: Split::<T>::new(true),
+        lagrangian: Stiff { wrong: true },
+        force: Wind { wrong: true },
+        method: |system| Midpoint { system, wrong: true },
         claims: Claims { order: Some(2), ..Claims::default() },
     }
 }
@@ -209,7 +194,7 @@ fn a_force_at_the_wrong_time_is_found() {
 
 #[test]
 fn a_map_has_the_tangents_and_the_inverse_of_the_closed_form() {
-    let (closed, derived) = (Split::<f64>::new(), FromMap::new(SplitMap, Bianchi::<f64>::new()));
+    let (closed, derived) = (Split::<f64>::new(false), FromMap::new(SplitMap, Bianchi::<f64>::new(false)));
     for x in [[0.0, 0.0, 0.0], [0.5, -0.25, 0.75], [1e-6, 2e-6, -1e-6], [-2.0, 1.0, 2.5]].map(Vector::<f64, 3>::from) {
         let y = Vector::<f64, 3>::new(0.25, -1.0, 0.5);
         let (mine, theirs) = (derived.at(&x).unwrap(), closed.at(&x).unwrap());
@@ -232,32 +217,47 @@ fn a_map_has_the_tangents_and_the_inverse_of_the_closed_form() {
     assert!(matches!(error, RetractionError::NoPreimage { .. } | RetractionError::SingularTangent { .. }), "{error}");
 }
 
-/// Coordinates of the second kind on SO(3): τ(x) = exp(x_1 e_1) exp(x_2 e_2) exp(x_3 e_3). τ(−x) is not τ(x)⁻¹, which has the factors in
-/// the other order: it is no retraction of the kind that is needed. Symmetric: exp(x_3 e_3/2) … exp(x_1 e_1) … exp(x_3 e_3/2), which is.
-struct SecondKind<const SYMMETRIC: bool>;
+/// Maps on SO(3), of one type: each type is compiled with all its derivatives.
+#[derive(Clone, Copy)]
+enum OwnMap {
+    /// τ(x) = exp(x_1 e_1) exp(x_2 e_2) exp(x_3 e_3). τ(−x) is not τ(x)⁻¹, which has the factors in the other order: it is no
+    /// retraction of the kind that is needed.
+    SecondKind,
+    /// exp(x_3 e_3/2) … exp(x_1 e_1) … exp(x_3 e_3/2), which is.
+    Symmetric,
+    /// exp in closed form, with its series only where |x|² is less than this: from there on (1 − cos θ)/θ² has lost its digits.
+    LateSeries(f64),
+    /// exp as 1 + (sin θ/θ) x̂ + A x̂².
+    Rotation(numerics::Second),
+}
 
-impl<T: Real, const SYMMETRIC: bool> Map<T, 3, 3> for SecondKind<SYMMETRIC> {
+impl<T: Real> Map<T, 3, 3> for OwnMap {
     fn map<S: Scalar<Base = T>>(&self, x: &Vector<S, 3>) -> Option<Matrix<S, 3>> {
-        let turn = |axis: usize, angle: S| {
-            let (a, b, (sin, cos)) = ((axis + 1) % 3, (axis + 2) % 3, angle.sin_cos());
-            let mut turn = Matrix::<S, 3>::identity();
-            (turn[(a, a)], turn[(a, b)], turn[(b, a)], turn[(b, b)]) = (cos, -sin, sin, cos);
-            turn
-        };
-        if !SYMMETRIC {
-            return Some(turn(0, x[0]) * turn(1, x[1]) * turn(2, x[2]));
+        match *self {
+            Self::SecondKind => Some(turn(0, x[0]) * turn(1, x[1]) * turn(2, x[2])),
+            Self::Symmetric => {
+                let (outer, inner) = (turn(2, x[2] * S::half()), turn(1, x[1] * S::half()));
+                Some(outer * inner * turn(0, x[0]) * inner * outer)
+            }
+            Self::LateSeries(late) => Some(late_series_of(x, late)),
+            Self::Rotation(second) => Some(second.rotation(x)),
         }
-        let (outer, inner) = (turn(2, x[2] * S::half()), turn(1, x[1] * S::half()));
-        Some(outer * inner * turn(0, x[0]) * inner * outer)
     }
 }
 
-suite! {
-    mod second_kind<T, 3, 3> { group: So3::<T>::new(), map: SecondKind::<false> }
+fn turn<S: Scalar>(axis: usize, angle: S) -> Matrix<S, 3> {
+    let (a, b, (sin, cos)) = ((axis + 1) % 3, (axis + 2) % 3, angle.sin_cos());
+    let mut turn = Matrix::<S, 3>::identity();
+    (turn[(a, a)], turn[(a, b)], turn[(b, a)], turn[(b, b)]) = (cos, -sin, sin, cos);
+    turn
 }
 
 suite! {
-    mod symmetric_kind<T, 3, 3> { group: So3::<T>::new(), map: SecondKind::<true> }
+    mod second_kind<T, 3, 3> { group: So3::<T>::new(), map: OwnMap::SecondKind }
+}
+
+suite! {
+    mod symmetric_kind<T, 3, 3> { group: So3::<T>::new(), map: OwnMap::Symmetric }
 }
 
 #[test]
@@ -276,28 +276,23 @@ fn coordinates_of_the_second_kind_are_refused() {
     }
 }
 
-/// exp on SO(3) in closed form, with its series only where |x|² < LATE 10⁻¹²: from there on (1 − cos θ)/θ² has lost its digits.
-struct LateSeries<const LATE: u64>;
-
-impl<T: Real, const LATE: u64> Map<T, 3, 3> for LateSeries<LATE> {
-    fn map<S: Scalar<Base = T>>(&self, x: &Vector<S, 3>) -> Option<Matrix<S, 3>> {
-        let (hat, square) = (euler_poincare::group::so3::hat(x), x.dot(x));
-        let (one, second) = if square < S::exact(LATE as f64 * 1e-12) {
-            (S::one() - square * S::ratio(1, 6), S::half() - square * S::ratio(1, 24))
-        } else {
-            let angle = square.sqrt();
-            (angle.sin() / angle, (S::one() - angle.cos()) / square)
-        };
-        Some(Matrix::<S, 3>::identity() + hat * one + hat * hat * second)
-    }
+fn late_series_of<S: Scalar>(x: &Vector<S, 3>, late: f64) -> Matrix<S, 3> {
+    let (hat, square) = (euler_poincare::group::so3::hat(x), x.dot(x));
+    let (one, second) = if square < S::exact(late) {
+        (S::one() - square * S::ratio(1, 6), S::half() - square * S::ratio(1, 24))
+    } else {
+        let angle = square.sqrt();
+        (angle.sin() / angle, (S::one() - angle.cos()) / square)
+    };
+    Matrix::<S, 3>::identity() + hat * one + hat * hat * second
 }
 
 suite! {
-    mod late_series<T, 3, 3> { group: So3::<T>::new(), map: LateSeries::<10_000> }
+    mod late_series<T, 3, 3> { group: So3::<T>::new(), map: OwnMap::LateSeries(1e-8) }
 }
 
 suite! {
-    mod later_series<T, 3, 3> { group: So3::<T>::new(), map: LateSeries::<1> }
+    mod later_series<T, 3, 3> { group: So3::<T>::new(), map: OwnMap::LateSeries(1e-12) }
 }
 
 /// Two precisions lose digits alike: values that are compared do not. On any seed, within 100 cases, and said to be a loss of digits.
@@ -375,8 +370,8 @@ fn what_stands_behind_a_pointer_is_what_it_was() {
     let (x, delta) = (Vector::<f64, 3>::new(0.3, -0.2, 0.4), Vector::<f64, 3>::new(0.5, 1.5, -0.25));
     let jet = twice(&x, &delta);
 
-    let plain = Split::<f64>::new();
-    let given = GivenRetraction::<f64, 3, 3>::whole(Split::<f64>::new());
+    let plain = Split::<f64>::new(false);
+    let given = GivenRetraction::<f64, 3, 3>::whole(Split::<f64>::new(false));
     let slope = x.zip_map(&delta, |re, eps| Dual { re, eps });
     let (g, same) = (plain.tau(&slope).unwrap(), given.tau(&slope).unwrap());
     assert!(g.iter().zip(&same).all(|(a, b)| (a.re, a.eps) == (b.re, b.eps)));
@@ -396,10 +391,10 @@ fn what_stands_behind_a_pointer_is_what_it_was() {
         Vector::<Dual<Dual<f64>>, 5>::from_fn(|a, _| if a < 3 { v[a] } else { Dual::default() })
     };
     let time = Dual { re: Dual::variable(0.5), eps: Dual::constant(2.0) };
-    let force = GivenForce::<f64, 5>::of(Wind::<false>);
+    let force = GivenForce::<f64, 5>::of(Wind { wrong: false });
     let padded = |v: Vec<f64>| v.into_iter().chain([0.0; 8]).collect::<Vec<_>>();
-    assert_eq!(numbers(&force.force(time, &rest(&jet))), padded(numbers(&Wind::<false>.force(time, &jet))));
-    let (plain, given) = (Stiff::<false>, GivenLagrangian::<f64, 5>::of(Stiff::<false>));
+    assert_eq!(numbers(&force.force(time, &rest(&jet))), padded(numbers(&Wind { wrong: false }.force(time, &jet))));
+    let (plain, given) = (Stiff { wrong: false }, GivenLagrangian::<f64, 5>::of(Stiff { wrong: false }));
     assert_eq!(numbers([&given.value(&rest(&jet))]), numbers([&Lagrangian::<f64, 3>::value(&plain, &jet)]));
     let gradient: Covector<Dual<Dual<f64>>, 3> = Lagrangian::<f64, 3>::gradient(&plain, &jet);
     assert_eq!(numbers(&given.gradient(&rest(&jet))), padded(numbers(&gradient)));

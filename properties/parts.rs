@@ -7,7 +7,7 @@ use euler_poincare::laws::user::values::Values;
 use std::collections::BTreeSet;
 
 mod algebra;
-mod discrete;
+pub mod discrete;
 mod force;
 mod group;
 mod groupoid;

@@ -163,7 +163,7 @@ fn the_order_is_reported_where_none_is_claimed_and_refuted_on_both_sides() {
     let here = directory("order");
     let stepper = steppers("variational.py");
     let run = |claims: &[&str]| {
-        let options = [&SMALL, &["--laws", "method-order"][..], claims].concat();
+        let options = [&SMALL, &["--laws", "method-order", "--shrink", "0"][..], claims].concat();
         probe(&here, &options, &["python3", &stepper])
     };
     let free = run(&[]);
@@ -191,7 +191,7 @@ fn each_mistake_breaks_the_law_that_names_it() {
         ("axis", "method-presentation"),
     ] {
         let here = directory(mistake);
-        let options = [&SMALL, &["--order", "2", "--laws", law][..]].concat();
+        let options = [&SMALL, &["--order", "2", "--laws", law, "--shrink", "0"][..]].concat();
         let output = probe(&here, &options, &["python3", &stepper, mistake]);
         assert_eq!((code(&output), broken(&output)), (1, vec![law.to_owned()]), "{mistake}: {}", stdout(&output));
         // The record replays, as it is and on the correct stepper.

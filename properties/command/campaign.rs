@@ -94,7 +94,7 @@ fn two_shards_in_two_processes_merged_are_the_serial_run() {
 #[test]
 fn killed_and_resumed_is_the_uninterrupted_run() {
     let here = directory("killed");
-    let campaign = "--cases 1000 --format json --out";
+    let campaign = "--cases 250 --format json --out";
     let mut child = start(&here, &format!("{campaign} killed --jobs 2"));
     let killed = here.join("killed");
     wait_for_records(&killed, &mut child);
@@ -106,13 +106,13 @@ fn killed_and_resumed_is_the_uninterrupted_run() {
         let text = fs::read(&path).unwrap();
         fs::write(path, &text[..text.len() - cut]).unwrap();
     }
-    assert!(keys_of_whole_lines(&killed) < 3000);
+    assert!(keys_of_whole_lines(&killed) < 750);
     let resumed = verify(&here, &format!("{campaign} killed --jobs 3 --resume"));
     assert_eq!(code(&resumed), 0, "{}", stderr(&resumed));
     let serial = verify(&here, &format!("{campaign} serial --jobs 1"));
     assert_eq!(objects(&resumed), objects(&serial));
     assert!(results(&killed) == results(&here.join("serial")));
-    assert_eq!(keys(&killed, "results.jsonl").len(), 3000);
+    assert_eq!(keys(&killed, "results.jsonl").len(), 750);
 }
 
 fn keys_of_whole_lines(campaign: &Path) -> usize {

@@ -14,7 +14,7 @@ use euler_poincare::mechanics::configuration::{
 };
 use euler_poincare::mechanics::doubled::Forced;
 use euler_poincare::mechanics::equations::EulerPoincare;
-use euler_poincare::mechanics::force::{BlackBox, LinearDrag, Zero};
+use euler_poincare::mechanics::force::{BlackBox, LinearDrag};
 use euler_poincare::mechanics::lagrangian::Quadratic;
 use euler_poincare::mechanics::{Force, Lagrangian};
 use euler_poincare::retraction::{CayleySo3, Exponential, ExponentialSo3, Retraction};
@@ -83,31 +83,52 @@ fn a_heavy_top_with_drag_has_the_reference_values() {
     // The general exponential, and 32 digits, say the same.
     let mut general = Variational::new(top(), drag(), Exponential::of_group(So3::new()), gauss());
     assert!(off(run(&mut general, 0.1, 20).momentum.as_slice(), &known) < 6e-9);
-    let mut precise = Variational::new(top::<Dd>(), drag(), ExponentialSo3::new(), Family::Gauss.tableau(2).unwrap());
+    let mut precise =
+        Variational::new(top::<Dd>(), OnGroup(On::Drag), ExponentialSo3::new(), Family::Gauss.tableau(2).unwrap());
     let precise = run(&mut precise, Dd::ratio(1, 10), 20).momentum.map(|v| v.to_f64());
     assert!(off(precise.as_slice(), &known) < 6e-9);
 }
 
-/// A spatial torque with cos t, and a term in the body that mixes g and η.
-#[derive(Clone, Copy)]
-struct Mixed;
+/// Forces on the group, of one type: a step is compiled for each.
+#[derive(Clone, Copy, PartialEq)]
+enum On {
+    /// None.
+    Nothing,
+    /// The drag of [`drag`].
+    Drag,
+    /// The drag, a spatial torque with cos t, and a term in the body that mixes g and η.
+    Mixed,
+    /// Proportional-derivative control of the attitude, against the weight: at rest their torques cancel.
+    Controller,
+}
 
-impl<T: Real> ForceOnGroup<T, 3, 3> for Mixed {
+impl<T: Real> ForceOnGroup<T, 3, 3> for On {
     fn force<S: Scalar<Base = T>>(&self, t: S, g: &Matrix<S, 3>, eta: &Vector<S, 3>) -> Covector<S, 3> {
+        if *self == On::Nothing {
+            return Covector::zeros();
+        }
+        if *self == On::Controller {
+            let error = Vector::<S, 3>::new(g[(2, 1)] - g[(1, 2)], g[(0, 2)] - g[(2, 0)], g[(1, 0)] - g[(0, 1)]);
+            return -(error * S::int(2) + eta * S::int(3)).transpose();
+        }
+        let drag = drag::<T>().force(t, eta);
+        if *self == On::Drag {
+            return drag;
+        }
         let torque = Vector::<S, 3>::new(t.cos() * S::ratio(1, 5), S::zero(), S::ratio(-1, 10));
         let mixed = Vector::<S, 3>::new(g[(2, 1)] * eta[2], -g[(2, 0)] * eta[0], g[(0, 0)] * eta[1]) * S::ratio(1, 4);
-        (g.transpose() * torque + mixed).transpose()
+        drag + (g.transpose() * torque + mixed).transpose()
     }
 }
 
 /// log₂ of the ratio of the errors of two step sizes.
 fn order(tableau: impl Fn() -> Tableau<Dd>) -> (f64, f64) {
     let exact = {
-        let mut method = Variational::new(top(), (drag(), OnGroup(Mixed)), ExponentialSo3::new(), gauss(6));
+        let mut method = Variational::new(top(), OnGroup(On::Mixed), ExponentialSo3::new(), gauss(6));
         run(&mut method, Dd::ratio(1, 32), 32)
     };
     let error = |n: i64| {
-        let mut method = Variational::new(top(), (drag(), OnGroup(Mixed)), ExponentialSo3::new(), tableau());
+        let mut method = Variational::new(top(), OnGroup(On::Mixed), ExponentialSo3::new(), tableau());
         gap(&run(&mut method, Dd::ratio(1, n), n as usize), &exact)
     };
     let (coarse, fine) = (error(64), error(128));
@@ -147,14 +168,14 @@ fn other_methods_converge_to_the_same_run() {
     let exact = run(
         &mut Variational::new(
             top::<f64>(),
-            (drag(), OnGroup(Mixed)),
+            OnGroup(On::Mixed),
             ExponentialSo3::new(),
             Family::Gauss.tableau(4).unwrap(),
         ),
         0.0625,
         16,
     );
-    let system = || EulerPoincare::new(CayleySo3::<f64>::new().algebra().clone(), top(), (drag(), OnGroup(Mixed)));
+    let system = || EulerPoincare::new(CayleySo3::<f64>::new().algebra().clone(), top(), OnGroup(On::Mixed));
     let mut rkmk = MuntheKaas::new(system(), ExponentialSo3::new(), Classic::Rk4.tableau().unwrap());
     let mut matrices = Classical::new(system(), Some(So3::new()), Classic::Rk4.tableau().unwrap());
     let (one, other) =
@@ -172,19 +193,45 @@ fn other_methods_converge_to_the_same_run() {
     assert!(matches!(blind.step(&mut start(), 0.1), Err(StepError::Domain { .. })));
 }
 
+/// A body and a force of which all that is asked is whether they depend on the configuration.
+struct Asked(bool);
+
+impl Lagrangian<f64, 3> for Asked {
+    fn value<S: Scalar<Base = f64>>(&self, eta: &Vector<S, 3>) -> S {
+        body().value(eta)
+    }
+
+    fn uses_configuration(&self) -> bool {
+        self.0
+    }
+}
+
+impl Force<f64, 3> for Asked {
+    fn force<S: Scalar<Base = f64>>(&self, _: S, _: &Vector<S, 3>) -> Covector<S, 3> {
+        Covector::zeros()
+    }
+
+    fn uses_configuration(&self) -> bool {
+        self.0
+    }
+}
+
 #[test]
 fn the_doubled_scheme_refuses_what_depends_on_the_configuration() {
-    let gauss = || Family::Gauss.tableau::<f64>(1).unwrap();
-    let unit = || DoubledState::<f64, 3, 3>::unit(0.0, start::<f64>().momentum);
-    let mut forced = Doubled::new(gauss(), CayleySo3::new(), Forced::new(body(), OnGroup(Mixed), CayleySo3::new()));
-    assert!(matches!(forced.step(&mut unit(), 0.1), Err(StepError::Unsupported { .. })));
-    let mut heavy = Doubled::new(gauss(), CayleySo3::new(), Forced::new(top(), Zero, CayleySo3::new()));
-    assert!(matches!(heavy.step(&mut unit(), 0.1), Err(StepError::Unsupported { .. })));
+    assert!(Lagrangian::<f64, 3>::uses_configuration(&top::<f64>()));
+    assert!(Force::<f64, 3>::uses_configuration(&OnGroup(On::Mixed)));
+    for (lagrangian, force, refused) in [(false, false, false), (false, true, true), (true, false, true)] {
+        let forced = Forced::new(Asked(lagrangian), Asked(force), CayleySo3::new());
+        let mut method = Doubled::new(Family::Gauss.tableau::<f64>(1).unwrap(), CayleySo3::new(), forced);
+        let found = method.step(&mut DoubledState::unit(0.0, start::<f64>().momentum), 0.1);
+        assert_eq!(matches!(found, Err(StepError::Unsupported { .. })), refused, "{found:?}");
+    }
 }
 
 #[test]
 fn a_heavy_top_keeps_its_vertical_momentum_and_its_energy_does_not_drift() {
-    let mut method = Variational::new(top::<f64>(), Zero, ExponentialSo3::new(), Family::Gauss.tableau(2).unwrap());
+    let mut method =
+        Variational::new(top::<f64>(), OnGroup(On::Nothing), ExponentialSo3::new(), Family::Gauss.tableau(2).unwrap());
     let mut state = start::<f64>();
     let vertical = |state: &State<f64, 3, 3>| (state.attitude * state.momentum.transpose())[2];
     let energy = |state: &State<f64, 3, 3>| {
@@ -212,7 +259,7 @@ impl<T: Real> LagrangianOnGroup<T, 3, 3> for ByValue {
     }
 }
 
-/// The torque of [`Mixed`] that is given in space, alone.
+/// The torque of [`On::Mixed`] that is given in space, alone.
 struct Torque;
 
 impl<T: Real> ForceOnGroup<T, 3, 3> for Torque {
@@ -250,7 +297,7 @@ fn the_reduced_step_with_an_advected_parameter_is_the_unreduced_one() {
     let refused = reduced.step(&mut AdvectedState { parameter: Vector::from_element(f64::NAN), ..advected }, 0.1);
     assert!(matches!(refused, Err(StepError::NotFinite { .. })));
     let vectors = Representation::new(so3(), axes.map(|axis| hat(&axis))).unwrap();
-    let mut led = Advected::new(Reduced, OnGroup(Mixed), vectors, Family::Gauss.tableau(2).unwrap());
+    let mut led = Advected::new(Reduced, OnGroup(On::Mixed), vectors, Family::Gauss.tableau(2).unwrap());
     let mut state = AdvectedState { time: 0.0, momentum: Covector::zeros(), parameter: Vector::<f64, 3>::z() };
     assert!(matches!(led.step(&mut state, 0.1), Err(StepError::Unsupported { .. })));
     let wrong = Representation::new(so3(), axes.map(|axis| hat(&axis) * 2.0));
@@ -282,20 +329,14 @@ fn one_system_written_in_several_ways_moves_in_one_way() {
     assert_eq!(report.solver, euler_poincare::integrators::Solver::Newton);
 }
 
-/// Proportional-derivative control of the attitude, against the weight: at rest their torques cancel.
-struct Controller;
-
-impl<T: Real> ForceOnGroup<T, 3, 3> for Controller {
-    fn force<S: Scalar<Base = T>>(&self, _: S, g: &Matrix<S, 3>, eta: &Vector<S, 3>) -> Covector<S, 3> {
-        let error = Vector::<S, 3>::new(g[(2, 1)] - g[(1, 2)], g[(0, 2)] - g[(2, 0)], g[(1, 0)] - g[(0, 1)]);
-        -(error * S::int(2) + eta * S::int(3)).transpose()
-    }
-}
-
 #[test]
 fn a_body_comes_to_rest_where_forces_cancel() {
-    let mut method =
-        Variational::new(top::<f64>(), OnGroup(Controller), ExponentialSo3::new(), Family::Gauss.tableau(2).unwrap());
+    let mut method = Variational::new(
+        top::<f64>(),
+        OnGroup(On::Controller),
+        ExponentialSo3::new(),
+        Family::Gauss.tableau(2).unwrap(),
+    );
     let state = run(&mut method, 0.05, 4000);
     assert!(state.momentum.amax() < 1e-15, "{}", state.momentum);
 }

@@ -16,7 +16,7 @@ use std::collections::BTreeSet;
 type Stages<T> = StageLagrangian<T, Forced<Quadratic<T, 3>, LinearDrag<T, 3>, CayleySo3<T>>, CayleySo3<T>, 3, 3>;
 
 /// l_d of a damped body by the Gauss method of `stages` stages, h = 1/8.
-fn stages<T: Real>(stages: usize) -> OnGroup<Stages<T>, So3<T>, CayleySo3<T>> {
+pub fn stages<T: Real>(stages: usize) -> OnGroup<Stages<T>, So3<T>, CayleySo3<T>> {
     let inertia = Quadratic::diagonal([T::half(), T::int(2), T::one()]).unwrap();
     let drag = LinearDrag::new(Matrix::<T, 3>::identity() * T::half()).unwrap();
     let l_f = Forced::new(inertia, drag, CayleySo3::new());

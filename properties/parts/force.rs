@@ -5,15 +5,30 @@ use euler_poincare::algebra::{Covector, Entry, LieAlgebra, Matrix, Vector};
 use euler_poincare::laws::user::force::UserForce;
 use euler_poincare::mechanics::Force;
 use euler_poincare::mechanics::force::{
-    Constant, DoubleBracket, LinearDrag, Metriplectic, Periodic, QuadraticDrag, Zero,
+    AnyForce, Constant, DoubleBracket, LinearDrag, Metriplectic, Periodic, QuadraticDrag, Zero,
 };
-use euler_poincare::mechanics::lagrangian::Quadratic;
+use euler_poincare::mechanics::lagrangian::{AnyLagrangian, Quadratic};
 use euler_poincare::scalar::{Dd, Real, Scalar};
 use std::collections::BTreeSet;
 use std::sync::Mutex;
 
 fn inertia<T: Real>() -> Quadratic<T, 3> {
     Quadratic::diagonal([T::half(), T::int(2), T::one()]).unwrap()
+}
+
+/// A force of the library as described systems have it: for its type the laws are compiled in the library.
+type Described = UserForce<AnyForce<f64, 3>, AnyForce<Dd, 3>, 3>;
+
+fn described(double: impl Into<AnyForce<f64, 3>>, quad: impl Into<AnyForce<Dd, 3>>) -> Described {
+    UserForce::at_both(double.into(), quad.into())
+}
+
+/// That it keeps the Casimirs of the body.
+fn keeping(force: Described) -> Described {
+    force.keeps_both(
+        (AnyLagrangian::from(inertia::<f64>()), Entry::So3.casimirs().unwrap()),
+        (AnyLagrangian::from(inertia::<Dd>()), Entry::So3.casimirs().unwrap()),
+    )
 }
 
 fn so3<T: Real>() -> LieAlgebra<T, 3> {
@@ -38,38 +53,28 @@ fn periodic<T: Real>() -> Periodic<T, 3> {
 
 #[test]
 fn the_laws_hold_on_the_forces_of_the_library() {
-    let casimirs = Entry::So3.casimirs::<f64, 3>().unwrap();
-    let both = UserForce::at_both(double_bracket::<f64>(), double_bracket::<Dd>())
-        .dissipates()
-        .keeps_both((inertia::<f64>(), casimirs), (inertia::<Dd>(), Entry::So3.casimirs().unwrap()));
+    let both = keeping(described(double_bracket(), double_bracket()).dissipates());
     let report = clean("double bracket", both, 100);
     assert_eq!(switched_off(&report), ["force-workless"]);
-    let report = clean("metriplectic", UserForce::at_both(metriplectic::<f64>(), metriplectic::<Dd>()).workless(), 100);
+    let report = clean("metriplectic", described(metriplectic(), metriplectic()).workless(), 100);
     assert_eq!(switched_off(&report), ["force-dissipates", "force-keeps-casimirs"]);
-    let drag = || {
-        let part = |matrix| LinearDrag::new(matrix).unwrap();
-        UserForce::at_both(part(stiffness::<f64>()), LinearDrag::new(stiffness::<Dd>()).unwrap()).dissipates()
-    };
-    clean("linear drag", drag(), 100);
-    let quadratic = (QuadraticDrag::new(stiffness::<f64>()).unwrap(), QuadraticDrag::new(stiffness::<Dd>()).unwrap());
-    clean("quadratic drag", UserForce::at_both(quadratic.0, quadratic.1).dissipates(), 100);
+    let drag = described(LinearDrag::new(stiffness()).unwrap(), LinearDrag::new(stiffness()).unwrap()).dissipates();
+    clean("linear drag", drag, 100);
+    let drag = (QuadraticDrag::new(stiffness()).unwrap(), QuadraticDrag::new(stiffness()).unwrap());
+    clean("quadratic drag", described(drag.0, drag.1).dissipates(), 100);
     let load = || Covector::<f64, 3>::new(1.0, 0.5, -0.25);
     let constant = (Constant::new(load()).unwrap(), Constant::new(load().map(Dd::exact)).unwrap());
-    clean("constant", UserForce::at_both(constant.0, constant.1), 100);
-    clean("periodic", UserForce::at_both(periodic::<f64>(), periodic::<Dd>()), 100);
-    clean("periodic in f64", UserForce::in_double(periodic::<f64>()), 100);
-    let zero = UserForce::<_, _, 3>::at_both(Zero, Zero).dissipates().workless();
+    clean("constant", described(constant.0, constant.1), 100);
+    clean("periodic", described(periodic(), periodic()), 100);
+    let zero = described(Zero, Zero).dissipates().workless();
     assert_eq!(switched_off(&clean("zero", zero, 50)), ["force-keeps-casimirs"]);
 }
 
 #[test]
 fn every_fault_is_seen() {
-    let casimirs = Entry::So3.casimirs::<f64, 3>().unwrap();
-    let both = UserForce::at_both(double_bracket::<f64>(), double_bracket::<Dd>())
-        .dissipates()
-        .keeps_both((inertia::<f64>(), casimirs), (inertia::<Dd>(), Entry::So3.casimirs().unwrap()));
+    let both = keeping(described(double_bracket(), double_bracket()).dissipates());
     assert_eq!(missed(both, 30), BTreeSet::from([("force-workless", "force-load")]));
-    let workless = UserForce::at_both(metriplectic::<f64>(), metriplectic::<Dd>()).workless();
+    let workless = described(metriplectic(), metriplectic()).workless();
     assert!(!missed(workless, 30).contains(&("force-workless", "force-load")));
 }
 

@@ -4,8 +4,8 @@ use super::{broken, clean, missed, names};
 use euler_poincare::algebra::catalogue::Entry;
 use euler_poincare::group::MatrixGroup;
 use euler_poincare::groupoid::{
-    ActionGroupoid, AtiyahGroupoid, Coadjoint, DenseGroup, DenseSpace, Group, Groupoid, LieGroupoid, Linear, Manifold,
-    ManifoldPair, PairGroupoid, Singleton, SphereFrames, TrivialGroupoid,
+    ActionGroupoid, AtiyahGroupoid, Coadjoint, DenseGroup, DenseSpace, Group, Groupoid, LieGroupoid, Manifold,
+    ManifoldPair, PairGroupoid, SphereFrames, TrivialGroupoid,
 };
 use euler_poincare::laws::user::groupoid::{Chains, LieChains, UserGroupoid, UserLieGroupoid};
 use euler_poincare::retraction::{CayleySo3, Retraction};
@@ -39,7 +39,7 @@ fn size<T: Real>() -> T {
     T::int(1 << 10)
 }
 
-/// The groupoids of SE(2): G, G×G×G, g*×G×g*, G×G, ℝ³⋊G and g*⋊G.
+/// Groupoids of SE(2): G×G×G, G×G and g*⋊G. On g*×G×g* of random groups the laws of these names are in `verify`.
 struct Over<T: Real> {
     group: DenseGroup<T>,
 }
@@ -86,13 +86,6 @@ macro_rules! over_se2 {
 }
 
 over_se2!(
-    OfPoint,
-    TrivialGroupoid<Singleton, &'a DenseGroup<T>, S>,
-    |group| TrivialGroupoid::over(Singleton, group),
-    9,
-    |over, x| Some([0, 1, 2].map(|k| flat(&over.elements(x, 3).unwrap()[k])))
-);
-over_se2!(
     Gauge,
     TrivialGroupoid<&'a DenseGroup<T>, &'a DenseGroup<T>, S>,
     |group| TrivialGroupoid::over(group, group),
@@ -102,28 +95,10 @@ over_se2!(
         Some([0, 1, 2].map(|k| joined(&[&e[k], &e[k + 4], &e[k + 1]])))
     }
 );
-over_se2!(
-    Phase,
-    TrivialGroupoid<DenseSpace, &'a DenseGroup<T>, S>,
-    |group| TrivialGroupoid::over(DenseSpace { dimension: 3 }, group),
-    21,
-    |over, x| {
-        let u = over.elements(&x[12..], 3)?;
-        let p = |k: usize| DVector::from_column_slice(&x[3 * k..3 * k + 3]);
-        Some([0, 1, 2].map(|k| joined(&[&p(k), &flat(&u[k]), &p(k + 1)])))
-    }
-);
 over_se2!(Pairs, ManifoldPair<&'a DenseGroup<T>, S>, |group| ManifoldPair::new(group), 12, |over, x| {
     let e: Vec<_> = over.elements(x, 4)?.iter().map(flat).collect();
     Some([0, 1, 2].map(|k| joined(&[&e[k], &e[k + 1]])))
 });
-over_se2!(
-    Rows,
-    ActionGroupoid<Linear<&'a DenseGroup<T>>, S>,
-    |group| ActionGroupoid::new(Linear::new(group, 3)),
-    12,
-    |over, x| acted(ActionGroupoid::<_, T>::new(Linear::new(&over.group, 3)), over, x)
-);
 over_se2!(
     Coadjoints,
     ActionGroupoid<Coadjoint<&'a DenseGroup<T>>, S>,
@@ -175,20 +150,15 @@ macro_rules! both {
 
 #[test]
 fn the_laws_hold_on_the_lie_groupoids_of_the_library() {
-    clean("G over a point", both!(OfPoint), 40);
     clean("G×G×G", both!(Gauge), 40);
-    clean("g*×G×g*", both!(Phase), 40);
     clean("G×G", both!(Pairs), 40);
-    clean("ℝ³⋊G", both!(Rows), 40);
     clean("g*⋊G", both!(Coadjoints), 40);
     clean("sphere", UserLieGroupoid::at_both(Frames::<f64>(PhantomData), Frames::<Dd>(PhantomData)).within(1.0), 40);
-    clean("G×G×G in f64", UserLieGroupoid::in_double(Gauge(Over::<f64>::new())).within(1.0), 40);
 }
 
 #[test]
 fn every_fault_in_a_lie_groupoid_is_seen() {
     assert_eq!(missed(both!(Gauge), 20), BTreeSet::new());
-    assert_eq!(missed(both!(Phase), 20), BTreeSet::new());
 }
 
 /// Pairs of numbers, with mistakes.
