@@ -138,6 +138,8 @@ pub struct Variational<T: Real, const N: usize, const D: usize, L, F, R> {
     last: Option<(T, Covector<T, N>)>,
     /// Step size and momentum of the step for which `work` holds predicted stage velocities.
     predicted: Option<(T, Covector<T, N>)>,
+    /// The rate of contraction of the last fixed-point iterations.
+    contraction: f64,
 }
 
 /// Fixed-point iterations (so many) that did not lead to a root that can be trusted: they do not contract, or too slowly to
@@ -183,7 +185,13 @@ where
             origin: vec![T::zero(); s * N],
             last: None,
             predicted: None,
+            contraction: 0.0,
         }
+    }
+
+    /// By which factor the residual fell in each fixed-point iteration of the last step.
+    pub(super) fn contraction(&self) -> f64 {
+        self.contraction
     }
 
     /// Replaces the relative residual at which the stage equations count as solved; never below that of the default.
@@ -367,6 +375,7 @@ where
             }
             course.note(residual);
             if residual <= settings.tolerance || (course.stagnates() && residual <= settings.floor) {
+                self.contraction = course.rate();
                 return if course.is_slow() {
                     Err(NotContracted(iterations))
                 } else {

@@ -18,6 +18,9 @@ const GROWTH: f64 = 4.0;
 /// The least factor after an error too large.
 const SHRINK: f64 = 0.2;
 
+/// The largest factor after an error too large.
+const RELENT: f64 = 0.8;
+
 /// The factor after a step that could not be taken (a fold, a domain, no convergence). With ½ the two steps that are tried next
 /// lie within the first of those before.
 const RETREAT: f64 = 0.5;
@@ -25,12 +28,29 @@ const RETREAT: f64 = 0.5;
 /// A step grows by this factor or not at all: steps of equal size start from the stages of the last one.
 const WORTHWHILE: f64 = 1.15;
 
+/// After a step whose fixed-point iterations do not contract, steps are at most this share of it, for a while.
+const CONTRACTING: f64 = 0.7;
+
+/// By what factor that limit grows with every step whose iterations contract well.
+const RECOVERY: f64 = 1.05;
+
+/// Newton's method pays where the steps that contract are so many times shorter than the motion asks for: a pair by it costs some five
+/// times one by fixed-point iterations with three unknowns a stage, and more with more.
+const NEWTON_PAYS: f64 = 4.0;
+
+/// So many pairs pass before Newton's method is tried again where its long steps were refused; twice as many after each time.
+const PATIENCE: usize = 8;
+
+/// The rate of contraction above which steps do not grow. With a rate r = ch a step costs 1/(h ln(1/r)), least at r = 1/e. The step of
+/// 2h has twice the rate of the others and gains fewer digits: together they cost least where its rate is near ½.
+const SLOW: f64 = 0.5;
+
 /// The angle ρh of the first pair of steps, where ρ is the rate at which μ and g change: about what the solvers of SO(3) take.
 const FIRST_ANGLE: f64 = 1.25;
 
 /// Steps refused one after the other, before a small share of the tolerance is spent on a single step: at a jump of a force the
-/// error falls with h only as the share of h does.
-const JUMP: usize = 6;
+/// error falls with h only as the share of h does. The estimate is then the difference itself.
+const JUMP: usize = 3;
 
 /// That share: so many jumps use up the tolerance.
 const JUMPS: i64 = 256;
@@ -53,7 +73,44 @@ pub(super) struct Control<T> {
     /// The size of the next steps, without sign.
     next: T,
     longest: T,
+    /// The size up to which fixed-point iterations contract well, as far as is known.
+    contracting: T,
+    /// The size of the steps that the motion asks for.
+    natural: T,
+    /// Pairs to go before Newton's method is tried again, and how many after the next time.
+    wait: usize,
+    patience: usize,
     refused: usize,
+}
+
+/// How the stage equations of a pair were solved.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
+pub(super) enum Effort {
+    /// By fixed-point iterations that contract well.
+    Little,
+    /// By fixed-point iterations that contract slowly.
+    More,
+    /// By Newton's method.
+    Newton,
+}
+
+impl Effort {
+    /// That of fixed-point iterations in each of which the residual falls by this factor.
+    pub fn of_rate(rate: f64) -> Self {
+        if rate > SLOW { Self::More } else { Self::Little }
+    }
+}
+
+/// A pair of steps that was computed.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Attempt<T> {
+    /// The estimated error of both steps.
+    pub error: T,
+    /// What the residuals do not explain of it.
+    pub unexplained: T,
+    /// The larger relative residual of the two.
+    pub residual: T,
+    pub effort: Effort,
 }
 
 /// Two steps of equal size that are to be tried.
@@ -65,6 +122,8 @@ pub(super) struct Plan<T> {
     pub times: [T; 2],
     /// The error that both together may make.
     pub allowed: T,
+    /// Whether the error is taken to fall like a power of h: not where many steps have been refused.
+    pub smooth: bool,
     last: bool,
 }
 
@@ -73,8 +132,21 @@ impl<T: Real> Control<T> {
     pub fn new(start: T, end: T, tolerance: T, order: usize, first: T, longest: Option<T>) -> Self {
         let span = (end - start).abs();
         let longest = longest.unwrap_or(span);
-        let order = order as i32;
-        Self { start, end, span, tolerance, order, done: T::zero(), next: first.min(longest), longest, refused: 0 }
+        Self {
+            start,
+            end,
+            span,
+            tolerance,
+            order: order as i32,
+            done: T::zero(),
+            next: first.min(longest),
+            longest,
+            contracting: T::exact(f64::INFINITY),
+            natural: first,
+            wait: 0,
+            patience: PATIENCE,
+            refused: 0,
+        }
     }
 
     /// The size of the first steps where motion has the rate ρ.
@@ -109,45 +181,84 @@ impl<T: Real> Control<T> {
         let end = if last { self.end } else { self.start + self.signed(self.done + step * two) };
         let step = self.signed(step);
         let share = self.tolerance * (step * two).abs() / self.span;
-        let jump = if self.refused >= JUMP { self.tolerance / T::int(JUMPS) } else { T::zero() };
+        let smooth = self.refused < JUMP;
+        let jump = if smooth { T::zero() } else { self.tolerance / T::int(JUMPS) };
         let allowed = share.max(jump).max(T::int(NOISE) * T::unit_roundoff());
-        Plan { step, times: [self.start + self.signed(self.done) + step, end], allowed, last }
+        Plan { step, times: [self.start + self.signed(self.done) + step, end], allowed, smooth, last }
     }
 
     /// The factor for steps whose error may be `allowed` and was `error`.
     fn factor(&self, allowed: T, error: T) -> f64 {
         let room = AIM * (allowed / error).to_f64();
         // The share of the tolerance grows as h: one power less than the error.
-        if room.is_nan() { SHRINK } else { room.powf(1.0 / f64::from(self.order)).clamp(SHRINK, GROWTH) }
+        if room.is_nan() { SHRINK } else { room.powf(1.0 / f64::from(self.order)).max(SHRINK) }
     }
 
-    /// The pair was taken.
-    pub fn accept(&mut self, plan: &Plan<T>, error: T) {
-        let step = plan.step.abs();
+    /// Whether steps that are much longer than fixed-point iterations allow are worth their price.
+    fn stiff(&self) -> bool {
+        self.wait == 0 && self.contracting * T::exact(NEWTON_PAYS) < self.natural
+    }
+
+    /// What a pair of steps of this size says of the size up to which fixed-point iterations contract.
+    fn note(&mut self, step: T, effort: Effort) {
+        match effort {
+            Effort::Little => self.contracting = self.contracting.max(step) * T::exact(RECOVERY),
+            Effort::More => self.contracting = self.contracting.min(step),
+            Effort::Newton => self.contracting = self.contracting.min(step * T::exact(CONTRACTING)),
+        }
+    }
+
+    /// `factor` times `step`, or the size up to which the iterations contract.
+    fn limited(&self, step: T, factor: f64) -> T {
+        let wanted = step * T::exact(factor.min(GROWTH));
+        (if self.stiff() { wanted } else { wanted.min(self.contracting) }).min(self.longest)
+    }
+
+    /// The pair was taken; from here the motion has the rate ρ.
+    pub fn accept(&mut self, plan: &Plan<T>, pair: &Attempt<T>, rate: T) {
+        let (step, effort) = (plan.step.abs(), pair.effort);
+        self.natural = Self::first(self.span, rate);
+        self.wait = self.wait.saturating_sub(1);
         self.done = if plan.last { self.span } else { self.done + step * T::int(2) };
-        let factor = self.factor(plan.allowed, error);
-        // No growth at once after a refusal; the steps at the end of the run may be short for no other reason than that.
+        self.note(step, effort);
+        let factor = self.factor(plan.allowed, self.expected(plan, pair));
+        // No growth at once after a refusal.
         let factor = if self.refused > 0 { factor.min(1.0) } else { factor };
         self.refused = 0;
-        if plan.last && factor >= 1.0 && step < self.next {
+        let wanted = self.limited(step, factor);
+        // The steps at the end of the run may be short for no other reason than that.
+        if plan.last && wanted >= step && step < self.next {
             return;
         }
-        if !(1.0..WORTHWHILE).contains(&factor) {
-            self.next = (step * T::exact(factor)).min(self.longest);
-        } else {
-            self.next = step;
+        let same = step <= wanted && wanted < step * T::exact(WORTHWHILE);
+        self.next = if same { step } else { wanted };
+    }
+
+    /// The error to compute the next step from. Where residuals explain what is above the aim, steps stay as they are; but not with
+    /// Newton's method, whose residuals are rounding, of stiff forces.
+    fn expected(&self, plan: &Plan<T>, pair: &Attempt<T>) -> T {
+        match pair.effort {
+            Effort::Newton => pair.unexplained,
+            _ => pair.unexplained.max(pair.error.min(plan.allowed * T::exact(AIM))),
         }
     }
 
     /// The pair was refused, with this error or for this reason: the next is shorter.
-    pub fn refuse(&mut self, plan: &Plan<T>, outcome: Result<T, StepError>) -> Result<(), SolveError> {
+    pub fn refuse(&mut self, plan: &Plan<T>, outcome: Result<Attempt<T>, StepError>) -> Result<(), SolveError> {
         let (step, time) = (plan.step.abs(), self.start + self.signed(self.done));
-        let factor = match &outcome {
-            Ok(error) => self.factor(plan.allowed, *error).min(RETREAT.max(0.8)),
-            Err(_) => RETREAT,
+        let stiffly = self.stiff();
+        self.next = match &outcome {
+            Ok(pair) => {
+                self.note(step, pair.effort);
+                let factor = self.factor(plan.allowed, pair.unexplained).min(RELENT);
+                if stiffly && pair.effort == Effort::Newton && factor < RETREAT {
+                    (self.wait, self.patience) = (self.patience, self.patience * 2);
+                }
+                self.limited(step, factor)
+            }
+            Err(_) => step * T::exact(RETREAT),
         };
         self.refused += 1;
-        self.next = step * T::exact(factor);
         let least = T::int(LEAST) * T::unit_roundoff() * time.abs().max(self.span);
         let hopeless = matches!(
             outcome,
@@ -158,7 +269,10 @@ impl<T: Real> Control<T> {
         }
         let (time, step) = (time.to_f64(), plan.step.to_f64());
         Err(match outcome {
-            Ok(error) => SolveError::Tolerance { time, step, error: error.to_f64(), wanted: plan.allowed.to_f64() },
+            Ok(pair) => {
+                let (error, wanted) = (pair.unexplained.to_f64(), plan.allowed.to_f64());
+                SolveError::Tolerance { time, step, error, wanted }
+            }
             Err(source) => SolveError::Stuck { time, step, source },
         })
     }

@@ -1,10 +1,10 @@
 //! Two steps of h, and the error that they make: one step of 2h from the same start.
 
-use super::control::Plan;
+use super::control::{Attempt, Effort, Plan};
 use super::solution::Statistics;
 use crate::algebra::{Covector, Vector};
 use crate::integrators::variational::Variational;
-use crate::integrators::{OneStep, Report, State, StepError};
+use crate::integrators::{OneStep, Report, Solver, State, StepError};
 use crate::mechanics::configuration::Configuration;
 use crate::mechanics::{Force, Lagrangian};
 use crate::retraction::{Retraction, RetractionError};
@@ -19,9 +19,17 @@ use std::sync::Arc;
 /// The stage equations are solved to this share of the error that a pair may make: its results, and their difference, know no more.
 const SOLVED: i64 = 16;
 
+/// Those of the step of 2h to this share of a difference that stands for this error, and never more loosely than the second: that is
+/// larger by 2^p − 1.
+const SOLVED_COARSE: i64 = 64;
+const LOOSEST: f64 = 1e-3;
+
 /// The estimate is taken times this. That the error falls like h^(p+1) from 2h to h is true of short steps; on the systems of the
 /// tests the ratio of the error to the plain estimate lies below 3 in nineteen steps of twenty at tolerances down to 10⁻¹².
 const SAFETY: i64 = 2;
+
+/// A residual makes a difference of no more than so many times itself.
+const EXPLAINED: i64 = 4;
 
 /// Orders up to this are looked up in trees where the simplifying assumptions decide nothing: that takes microseconds.
 const TREES: usize = 6;
@@ -33,16 +41,18 @@ const LARGEST_WEIGHTS: f64 = 1e6;
 /// A step up to so many times the last one starts from what is extrapolated from that.
 const FARTHEST: f64 = 1.5;
 
-/// The order of the scheme with a tableau, no more than what is proven from the coefficients.
+/// The order of the scheme with a tableau, no more than what is proven from the coefficients, and that of its stages.
 ///
 /// Source: [`Bounds`], and [`variational_order`] for low orders.
-pub(super) fn order<T: Real>(tableau: &Tableau<T>) -> usize {
+fn orders<T: Real>(tableau: &Tableau<T>) -> (usize, usize) {
     let coefficients = Coefficients::of(tableau);
-    let [_, proven] = Bounds::of(&coefficients, &Assumptions::of(&coefficients), 2 * tableau.stages());
-    if proven.least == proven.most || proven.least >= TREES {
-        return proven.least.max(1);
-    }
-    variational_order(tableau, TREES).order.max(proven.least).max(1)
+    let assumptions = Assumptions::of(&coefficients);
+    let [_, proven] = Bounds::of(&coefficients, &assumptions, 2 * tableau.stages());
+    let order = match proven.least == proven.most || proven.least >= TREES {
+        true => proven.least,
+        false => variational_order(tableau, TREES).order.max(proven.least),
+    };
+    (order.max(1), assumptions.c.holds.clamp(1, order.max(1)))
 }
 
 /// Lagrange interpolation through the start, the stages and the end of a step.
@@ -162,6 +172,8 @@ pub(super) struct Pair<T: Real, const N: usize, const D: usize, L, F, R> {
     fine: Engine<T, N, D, L, F, R>,
     coarse: Engine<T, N, D, L, F, R>,
     order: usize,
+    /// The q of C(q): what is left of the order where a force is stiff.
+    stage_order: usize,
     through: Through<T>,
     row: Vec<T>,
     c: Vec<T>,
@@ -193,8 +205,10 @@ where
         let half = Half::new(tableau.stages());
         let zero = Vector::zeros();
         let point = Point { state: state.clone(), velocity: zero, force: Covector::zeros(), load: T::zero() };
+        let (order, stage_order) = orders(tableau);
         Self {
-            order: order(tableau),
+            order,
+            stage_order,
             inside: inside.collect(),
             row: vec![T::zero(); through.len()],
             c: tableau.c().iter().copied().collect(),
@@ -221,8 +235,9 @@ where
         self.fine.retraction()
     }
 
-    pub fn fine(&mut self) -> &mut Engine<T, N, D, L, F, R> {
-        &mut self.fine
+    /// ∂L/∂η at (t, g, η).
+    pub fn momentum_at(&self, state: &State<T, N, D>, velocity: &Vector<T, N>) -> Covector<T, N> {
+        self.fine.lagrangian().gradient_at(state.time, Configuration::of(&state.attitude), velocity)
     }
 
     /// The η with ∂L/∂η(t, g, η) = μ.
@@ -287,9 +302,9 @@ where
         Ok(())
     }
 
-    /// The rate at which μ, or g, changes at the start, relative to its size.
-    pub fn rate(&self) -> T {
-        let Point { state, velocity, force, .. } = &self.points[0];
+    /// The rate at which μ, or g, changes at a point, relative to its size.
+    pub fn rate(&self, k: usize) -> T {
+        let Point { state, velocity, force, .. } = &self.points[k];
         let algebra = self.fine.retraction().algebra();
         let turning = algebra.ad(velocity).amax();
         let change = (algebra.coad(velocity, &state.momentum) + force).amax();
@@ -299,24 +314,33 @@ where
 
     /// ∂L/∂η at η = 0: the momentum of a rotor.
     fn at_rest(&self, state: &State<T, N, D>) -> Covector<T, N> {
-        let here = Configuration::of(&state.attitude);
-        self.fine.lagrangian().gradient_at(state.time, here, &Vector::zeros())
+        self.momentum_at(state, &Vector::zeros())
     }
 
     /// Takes the two steps of a plan and the one of 2h, and returns the estimated error of the two. The points and halves hold them.
-    pub fn attempt(&mut self, plan: &Plan<T>, statistics: &mut Statistics<T>) -> Result<(T, T), StepError> {
+    pub fn attempt(&mut self, plan: &Plan<T>, statistics: &mut Statistics<T>) -> Result<Attempt<T>, StepError> {
         let tolerance = plan.allowed / T::int(SOLVED);
         self.fine.set_tolerance(tolerance);
-        self.coarse.set_tolerance(tolerance);
+        let falls = T::int(2).powi(self.order as i32) - T::one();
+        let loosely = plan.allowed * falls / T::int(SOLVED_COARSE);
+        self.coarse.set_tolerance(loosely.min(T::exact(LOOSEST)).max(tolerance));
         let guess = std::mem::replace(&mut self.guess, Guess::Cold);
-        let mut residual = T::zero();
+        let (mut residual, mut noise, mut effort) = (T::zero(), T::zero(), Effort::Little);
+        let mut note = |report: Report<T>, rate: f64| {
+            statistics.iterations += report.iterations;
+            effort = effort.max(match report.solver {
+                Solver::FixedPoint => Effort::of_rate(rate),
+                _ => Effort::Newton,
+            });
+            noise += if effort == Effort::Newton { report.residual.min(plan.allowed) } else { report.residual };
+        };
         for k in 0..2 {
             match k {
                 0 => self.guess_first(guess, plan.step),
                 _ => self.guess_second(plan.step),
             }
             let report = self.take(k, plan)?;
-            statistics.iterations += report.iterations;
+            note(report, self.fine.contraction());
             residual = residual.max(report.residual);
             if k == 0 {
                 self.guess = Guess::Within;
@@ -330,10 +354,18 @@ where
             let Half { ends, velocities, .. } = &halves[*half];
             through.value(row, [&ends[0], &ends[1]], velocities)
         });
-        statistics.iterations += self.coarse.step(&mut doubled, two)?.iterations;
+        let report = self.coarse.step(&mut doubled, two)?;
+        note(report, self.coarse.contraction());
         let difference = self.difference(&doubled, two)?;
-        let falls = T::int(2).powi(self.order as i32) - T::one();
-        Ok((difference * T::int(SAFETY) / falls, residual))
+        // What the residuals explain does not fall with h.
+        let rest = (difference - noise * T::int(EXPLAINED)).max(T::zero());
+        let stiffly = T::int(2).powi(self.stage_order as i32) - T::one();
+        let share = match (plan.smooth, effort) {
+            (false, _) => T::one(),
+            (true, Effort::Newton) => T::int(SAFETY) / stiffly,
+            (true, _) => T::int(SAFETY) / falls,
+        };
+        Ok(Attempt { error: difference * share, unexplained: rest * share, residual, effort })
     }
 
     /// The pair is kept: the next one starts at its end.
@@ -421,6 +453,6 @@ where
 }
 
 /// change / size, where 0/0 is 0.
-fn relative<T: Real>(change: T, size: T) -> T {
+pub(super) fn relative<T: Real>(change: T, size: T) -> T {
     if change == T::zero() { change } else { change / size }
 }
