@@ -52,6 +52,16 @@ const FIRST_ANGLE: f64 = 1.25;
 /// error falls with h only as the share of h does. The estimate is then the difference itself.
 const JUMP: usize = 3;
 
+/// A difference that is so many times smaller than that of the refused pair before predicts is not believed at once: at a jump of the
+/// force near the middle of a pair it vanishes by chance, and steps that shrink until they are taken find this chance.
+const SURPRISE: i64 = 64;
+
+/// For so many pairs after a refused one.
+const MEMORY: usize = 8;
+
+/// The factor to the step that is tried instead, of which the jump is not in the middle.
+const ASIDE: f64 = 0.85;
+
 /// That share: so many jumps use up the tolerance.
 const JUMPS: i64 = 256;
 
@@ -81,6 +91,12 @@ pub(super) struct Control<T> {
     wait: usize,
     patience: usize,
     refused: usize,
+    /// Size and difference of the pair that was refused last.
+    before: Option<(T, T)>,
+    /// For so many pairs more it is of interest.
+    memory: usize,
+    /// The last pair was a surprise: this one is not.
+    aside: bool,
 }
 
 /// How the stage equations of a pair were solved.
@@ -106,7 +122,9 @@ impl Effort {
 pub(super) struct Attempt<T> {
     /// The estimated error of both steps.
     pub error: T,
-    /// What the residuals do not explain of it.
+    /// The difference that it stands for.
+    pub difference: T,
+    /// What the residuals do not explain of the error.
     pub unexplained: T,
     /// The larger relative residual of the two.
     pub residual: T,
@@ -146,6 +164,9 @@ impl<T: Real> Control<T> {
             wait: 0,
             patience: PATIENCE,
             refused: 0,
+            before: None,
+            memory: 0,
+            aside: false,
         }
     }
 
@@ -224,7 +245,7 @@ impl<T: Real> Control<T> {
         let factor = self.factor(plan.allowed, self.expected(plan, pair));
         // No growth at once after a refusal.
         let factor = if self.refused > 0 { factor.min(1.0) } else { factor };
-        self.refused = 0;
+        (self.refused, self.aside, self.memory) = (0, false, self.memory.saturating_sub(1));
         let wanted = self.limited(step, factor);
         // The steps at the end of the run may be short for no other reason than that.
         if plan.last && wanted >= step && step < self.next {
@@ -232,6 +253,22 @@ impl<T: Real> Control<T> {
         }
         let same = step <= wanted && wanted < step * T::exact(WORTHWHILE);
         self.next = if same { step } else { wanted };
+    }
+
+    /// Whether a pair may be kept.
+    pub fn admits(&self, plan: &Plan<T>, pair: &Attempt<T>) -> bool {
+        pair.unexplained <= plan.allowed && !self.surprises(plan, pair)
+    }
+
+    /// Whether the difference of a pair is much smaller than that of the pair before predicts.
+    fn surprises(&self, plan: &Plan<T>, pair: &Attempt<T>) -> bool {
+        if self.aside || self.memory == 0 {
+            return false;
+        }
+        let power = if plan.smooth { self.order + 1 } else { 1 };
+        self.before.is_some_and(|(step, difference)| {
+            pair.difference * T::int(SURPRISE) < difference * (plan.step.abs() / step).powi(power)
+        })
     }
 
     /// The error to compute the next step from. Where residuals explain what is above the aim, steps stay as they are; but not with
@@ -247,7 +284,13 @@ impl<T: Real> Control<T> {
     pub fn refuse(&mut self, plan: &Plan<T>, outcome: Result<Attempt<T>, StepError>) -> Result<(), SolveError> {
         let (step, time) = (plan.step.abs(), self.start + self.signed(self.done));
         let stiffly = self.stiff();
+        let surprising = outcome.as_ref().is_ok_and(|pair| pair.unexplained <= plan.allowed);
+        self.aside = surprising;
+        if let (Ok(pair), false) = (&outcome, surprising) {
+            (self.before, self.memory) = (Some((step, pair.difference)), MEMORY);
+        }
         self.next = match &outcome {
+            Ok(_) if surprising => step * T::exact(ASIDE),
             Ok(pair) => {
                 self.note(step, pair.effort);
                 let factor = self.factor(plan.allowed, pair.unexplained).min(RELENT);

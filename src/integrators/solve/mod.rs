@@ -372,7 +372,7 @@ where
             run.control.within(&run.solution.statistics, self.most_steps)?;
             let plan = run.control.plan();
             match engine.pair.attempt(&plan, &mut run.solution.statistics) {
-                Ok(attempt) if attempt.unexplained <= plan.allowed => {
+                Ok(attempt) if run.control.admits(&plan, &attempt) => {
                     run.control.accept(&plan, &attempt, engine.pair.rate(2));
                     let statistics = &mut run.solution.statistics;
                     statistics.error += attempt.unexplained + attempt.residual;

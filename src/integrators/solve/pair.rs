@@ -365,7 +365,7 @@ where
             (true, Effort::Newton) => T::int(SAFETY) / stiffly,
             (true, _) => T::int(SAFETY) / falls,
         };
-        Ok(Attempt { error: difference * share, unexplained: rest * share, residual, effort })
+        Ok(Attempt { error: difference * share, difference, unexplained: rest * share, residual, effort })
     }
 
     /// The pair is kept: the next one starts at its end.
