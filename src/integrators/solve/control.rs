@@ -25,7 +25,7 @@ const RELENT: f64 = 0.8;
 /// lie within the first of those before.
 const RETREAT: f64 = 0.5;
 
-/// A step grows by this factor or not at all: steps of equal size start from the stages of the last one.
+/// A step grows by this factor or not at all, so that it stays the same while the motion does.
 const WORTHWHILE: f64 = 1.15;
 
 /// After a step whose fixed-point iterations do not contract, steps are at most this share of it, for a while.
@@ -52,6 +52,9 @@ const FIRST_ANGLE: f64 = 1.25;
 /// error falls with h only as the share of h does. The estimate is then the difference itself.
 const JUMP: usize = 3;
 
+/// That share: so many jumps use up the tolerance.
+const JUMPS: i64 = 256;
+
 /// A difference that is so many times smaller than that of the refused pair before predicts is not believed at once: at a jump of the
 /// force near the middle of a pair it vanishes by chance, and steps that shrink until they are taken find this chance.
 const SURPRISE: i64 = 64;
@@ -61,9 +64,6 @@ const MEMORY: usize = 8;
 
 /// The factor to the step that is tried instead, of which the jump is not in the middle.
 const ASIDE: f64 = 0.85;
-
-/// That share: so many jumps use up the tolerance.
-const JUMPS: i64 = 256;
 
 /// A step shorter than so many units of round-off of the time is no step.
 const LEAST: i64 = 64;
@@ -280,6 +280,11 @@ impl<T: Real> Control<T> {
         }
     }
 
+    /// Newton's method did not pay.
+    fn wait_longer(&mut self) {
+        (self.wait, self.patience) = (self.patience, self.patience.saturating_mul(2));
+    }
+
     /// The pair was refused, with this error or for this reason: the next is shorter.
     pub fn refuse(&mut self, plan: &Plan<T>, outcome: Result<Attempt<T>, StepError>) -> Result<(), SolveError> {
         let (step, time) = (plan.step.abs(), self.start + self.signed(self.done));
@@ -295,11 +300,17 @@ impl<T: Real> Control<T> {
                 self.note(step, pair.effort);
                 let factor = self.factor(plan.allowed, pair.unexplained).min(RELENT);
                 if stiffly && pair.effort == Effort::Newton && factor < RETREAT {
-                    (self.wait, self.patience) = (self.patience, self.patience * 2);
+                    self.wait_longer();
                 }
                 self.limited(step, factor)
             }
-            Err(_) => step * T::exact(RETREAT),
+            Err(_) => {
+                self.note(step, Effort::Newton);
+                if stiffly {
+                    self.wait_longer();
+                }
+                step * T::exact(RETREAT)
+            }
         };
         self.refused += 1;
         let least = T::int(LEAST) * T::unit_roundoff() * time.abs().max(self.span);
