@@ -7,6 +7,7 @@ use euler_poincare::integrators::se3::{AdaptiveSe3, CayleySe3, Terms as TermsSe3
 use euler_poincare::integrators::so3::{
     AdaptiveSo3, EnsembleSo3, Member, QuaternionSo3, QuaternionState, Row, Terms, VariationalSo3,
 };
+use euler_poincare::integrators::solve::{Event, Solve};
 use euler_poincare::integrators::variational::Settings;
 use euler_poincare::integrators::{Classical, Doubled, DoubledState, MuntheKaas, OneStep, Solver, State, Variational};
 use euler_poincare::mechanics::doubled::Forced;
@@ -86,6 +87,23 @@ fn body<T: Real>() -> (Model<T>, State<T, 3, 3>) {
     let model = landau_lifshitz_gilbert::<T>();
     let state = State { time: T::zero(), momentum: model.momentum, attitude: Matrix::identity() };
     (model, state)
+}
+
+/// Longer runs with a tolerance allocate as often as short ones: once for the engine, and not by steps, events or refused pairs.
+#[test]
+fn steps_with_a_tolerance_allocate_nothing() {
+    let (model, state) = body::<f64>();
+    let (lagrangian, force) = (&model.system.lagrangian, &model.system.force);
+    let event = Event::new(|state: &State<f64, 3, 3>| state.momentum[0] + 1e3);
+    let mut solve = Solve::new(lagrangian, force, CayleySo3::new()).tolerance(1e-8).event(event);
+    let mut run = |end: f64| {
+        let mut steps = 0;
+        let allocated = allocations(|| steps = solve.run(&state, end).expect("a solution").statistics.steps);
+        (allocated, steps)
+    };
+    run(1.0);
+    let (short, long) = (run(1.0), run(20.0));
+    assert!(long.1 > 4 * short.1 && long.0 == short.0, "{short:?} {long:?}");
 }
 
 fn so3_fixed_point<T: Real>(retraction: impl Retraction<T, 3, 3>) {

@@ -4,6 +4,7 @@ mod api;
 mod continuous;
 mod discrete;
 mod scalar;
+mod solve;
 
 #[cfg(feature = "lanes")]
 mod allocation;

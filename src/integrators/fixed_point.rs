@@ -70,6 +70,13 @@ impl<T: Real> Course<T> {
         self.idle >= IDLE
     }
 
+    /// The factor by which the residual fell, on the average since the first iteration; 0 after one.
+    #[inline]
+    pub fn rate(&self) -> f64 {
+        let fallen = (self.last / self.first).to_f64();
+        if self.count < 2 { 0.0 } else { fallen.powf(1.0 / f64::from(self.count - 1)) }
+    }
+
     /// The root may lie beyond a fold: let Newton's method say.
     #[inline(always)]
     pub fn is_slow(&self) -> bool {

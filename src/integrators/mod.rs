@@ -15,6 +15,7 @@ mod picard;
 pub mod se3;
 #[cfg(feature = "lanes")]
 pub mod so3;
+pub mod solve;
 mod stages;
 pub mod trajectory;
 pub mod variational;
@@ -27,6 +28,7 @@ pub use munthe_kaas::MuntheKaas;
 pub use se3::{AdaptiveSe3, VariationalSe3};
 #[cfg(feature = "lanes")]
 pub use so3::{AdaptiveSo3, EnsembleSo3, QuaternionSo3, VariationalSo3};
+pub use solve::Solve;
 pub use variational::Variational;
 
 use crate::algebra::{Covector, Matrix};

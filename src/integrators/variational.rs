@@ -136,6 +136,10 @@ pub struct Variational<T: Real, const N: usize, const D: usize, L, F, R> {
     origin: Vec<T>,
     /// Step size and final momentum of the last step, when the stage velocities in `work` are those of that step.
     last: Option<(T, Covector<T, N>)>,
+    /// Step size and momentum of the step for which `work` holds predicted stage velocities.
+    predicted: Option<(T, Covector<T, N>)>,
+    /// The rate of contraction of the last fixed-point iterations.
+    contraction: f64,
 }
 
 /// Fixed-point iterations (so many) that did not lead to a root that can be trusted: they do not contract, or too slowly to
@@ -180,7 +184,34 @@ where
             unknowns: vec![T::zero(); s * N],
             origin: vec![T::zero(); s * N],
             last: None,
+            predicted: None,
+            contraction: 0.0,
         }
+    }
+
+    /// By which factor the residual fell in each fixed-point iteration of the last step.
+    pub(super) fn contraction(&self) -> f64 {
+        self.contraction
+    }
+
+    /// Replaces the relative residual at which the stage equations count as solved; never below that of the default.
+    pub(super) fn set_tolerance(&mut self, tolerance: T) {
+        let default = Settings::<T>::default();
+        self.settings.tolerance = default.tolerance.max(tolerance);
+        self.settings.floor = default.floor.max(tolerance);
+    }
+
+    /// The next step, if it is one of size `step` from this momentum, starts from these stage velocities.
+    pub(super) fn predict(
+        &mut self,
+        step: T,
+        momentum: &Covector<T, N>,
+        mut velocity: impl FnMut(usize) -> Vector<T, N>,
+    ) {
+        for i in 0..self.scheme.tableau.stages() {
+            self.work.velocities.set_vector(i, &velocity(i));
+        }
+        self.predicted = Some((step, *momentum));
     }
 
     /// The Lagrangian l.
@@ -236,7 +267,7 @@ where
         rates: &[Vector<T, N>],
         out: &mut [Covector<T, N>],
     ) -> Result<(), StepError> {
-        self.last = None;
+        (self.last, self.predicted) = (None, None);
         self.scheme.ask::<N>();
         for (i, rate) in rates.iter().enumerate().take(self.scheme.tableau.stages()) {
             self.work.rates.set_vector(i, rate);
@@ -262,7 +293,7 @@ where
         if rates.len() != needed {
             return Err(StepError::Stages { found: rates.len(), needed });
         }
-        self.last = None;
+        (self.last, self.predicted) = (None, None);
         self.scheme.ask::<N>();
         let problem = Problem::new(state, step);
         let mut equations: StageEquations<'_, T, N, D, L, F, R> =
@@ -277,11 +308,14 @@ where
     fn start(&mut self, problem: &Problem<T, N, D>, eta: &Vector<T, N>) {
         let (scheme, work) = (&self.scheme, &mut self.work);
         let s = scheme.tableau.stages();
-        let warm = self.last.is_some_and(|(h, mu)| h == problem.step && mu == problem.momentum);
-        match (&scheme.extrapolation, warm) {
+        let this = Some((problem.step, problem.momentum));
+        let predicted = self.predicted.take() == this;
+        match (&scheme.extrapolation, predicted || self.last == this) {
             (Some(weights), true) => {
-                work.next_displacements.combine(weights, &work.velocities);
-                std::mem::swap(&mut work.next_displacements, &mut work.velocities);
+                if !predicted {
+                    work.next_displacements.combine(weights, &work.velocities);
+                    std::mem::swap(&mut work.next_displacements, &mut work.velocities);
+                }
                 work.displacements.combine(scheme.tableau.a(), &work.velocities);
                 for i in 0..s {
                     let x = work.displacements.vector(i) * problem.step;
@@ -341,6 +375,7 @@ where
             }
             course.note(residual);
             if residual <= settings.tolerance || (course.stagnates() && residual <= settings.floor) {
+                self.contraction = course.rate();
                 return if course.is_slow() {
                     Err(NotContracted(iterations))
                 } else {

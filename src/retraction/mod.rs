@@ -194,26 +194,33 @@ fn refuse<S: Scalar, const N: usize>(x: &Vector<S, N>, retraction: &'static str,
     RetractionError::OutsideDomain { retraction, size, why }
 }
 
-impl<T: Real, const N: usize, const D: usize, R: Retraction<T, N, D>> Retraction<T, N, D> for &R {
-    type Point<S: Scalar<Base = T>> = R::Point<S>;
+/// For types that point to a retraction: their methods are those of the retraction.
+macro_rules! forwarded {
+    ($($pointer:ty),*) => {$(
+        impl<T: Real, const N: usize, const D: usize, R: Retraction<T, N, D>> Retraction<T, N, D> for $pointer {
+            type Point<S: Scalar<Base = T>> = R::Point<S>;
 
-    fn name(&self) -> &'static str {
-        (**self).name()
-    }
+            fn name(&self) -> &'static str {
+                (**self).name()
+            }
 
-    fn algebra(&self) -> &LieAlgebra<T, N> {
-        (**self).algebra()
-    }
+            fn algebra(&self) -> &LieAlgebra<T, N> {
+                (**self).algebra()
+            }
 
-    fn tau<S: Scalar<Base = T>>(&self, x: &Vector<S, N>) -> Result<Matrix<S, D>, RetractionError> {
-        (**self).tau(x)
-    }
+            fn tau<S: Scalar<Base = T>>(&self, x: &Vector<S, N>) -> Result<Matrix<S, D>, RetractionError> {
+                (**self).tau(x)
+            }
 
-    fn tau_inv<S: Scalar<Base = T>>(&self, g: &Matrix<S, D>) -> Result<Vector<S, N>, RetractionError> {
-        (**self).tau_inv(g)
-    }
+            fn tau_inv<S: Scalar<Base = T>>(&self, g: &Matrix<S, D>) -> Result<Vector<S, N>, RetractionError> {
+                (**self).tau_inv(g)
+            }
 
-    fn at<S: Scalar<Base = T>>(&self, x: &Vector<S, N>) -> Result<Self::Point<S>, RetractionError> {
-        (**self).at(x)
-    }
+            fn at<S: Scalar<Base = T>>(&self, x: &Vector<S, N>) -> Result<Self::Point<S>, RetractionError> {
+                (**self).at(x)
+            }
+        }
+    )*};
 }
+
+forwarded!(&R, std::sync::Arc<R>);

@@ -4,8 +4,9 @@ use super::force::{LaneForce, One, slope};
 use super::kernel::{Limits, Packed, Refused, compensated};
 use super::retraction::{Cayley, LaneRetraction};
 use super::step::{FastRetraction, VariationalInLanes, VariationalSo3};
+use crate::integrators::State;
 use crate::integrators::lanes::Registers;
-use crate::integrators::{State, StepError};
+use crate::integrators::solve::SolveError;
 use crate::mechanics::lagrangian::Quadratic;
 use crate::retraction::{CayleySo3, ExponentialSo3};
 use crate::scalar::Scalar;
@@ -56,57 +57,6 @@ pub struct Solved {
     pub residual: f64,
     /// The sum of the estimates of the local errors, relative to |μ|.
     pub error: f64,
-}
-
-/// Why a run ended before its time. The state is that of the last step that was taken.
-#[derive(Clone, Debug, PartialEq, thiserror::Error)]
-#[non_exhaustive]
-pub enum SolveError {
-    /// The duration or the tolerance is not a number that makes sense.
-    #[error("{what} is {value}: it must be {needed}")]
-    BadInput {
-        /// Which.
-        what: &'static str,
-        /// What it is.
-        value: f64,
-        /// What it must be.
-        needed: &'static str,
-    },
-    /// No step could be taken, however short.
-    #[error("no step of {step:e} or longer from t = {time}: {source}")]
-    Stuck {
-        /// Where.
-        time: f64,
-        /// The least step that was tried.
-        step: f64,
-        /// What Newton's method and the continuation in h said of it.
-        source: StepError,
-    },
-    /// The error cannot be kept below the tolerance with steps of a length worth taking.
-    #[error(
-        "the tolerance cannot be kept at t = {time}: a step of {step:e} has an estimated relative error of {error:e}, \
-             wanted {wanted:e}"
-    )]
-    Tolerance {
-        /// Where.
-        time: f64,
-        /// The least step that was tried.
-        step: f64,
-        /// Its error, as estimated.
-        error: f64,
-        /// The error wanted of it.
-        wanted: f64,
-    },
-    /// More steps than allowed: a motion that turns ever faster, or a run much longer than a step can be.
-    #[error("{steps} steps, as many as allowed, lead to t = {time} only; the next is {step:e} long")]
-    TooManySteps {
-        /// Where.
-        time: f64,
-        /// The step that would have been next.
-        step: f64,
-        /// How many were tried.
-        steps: usize,
-    },
 }
 
 /// The steps that a run may try unless it is told otherwise.

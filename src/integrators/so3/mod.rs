@@ -36,7 +36,8 @@ mod quaternion;
 pub mod retraction;
 pub(super) mod step;
 
-pub use adaptive::{AdaptiveSo3, SolveError, Solved};
+pub use crate::integrators::solve::SolveError;
+pub use adaptive::{AdaptiveSo3, Solved};
 pub use ensemble::{EnsembleError, EnsembleSo3, Member};
 pub use force::{Damping, Free, LaneForce, LaneForceError, PackedForce, Relaxation, Term, Terms};
 pub use quaternion::{HalfAngle, QuaternionSo3, QuaternionState};

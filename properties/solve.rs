@@ -1,0 +1,421 @@
+//! Properties of `integrators::solve`: the tolerance, dense output, events, structure, and input that makes no sense.
+
+use euler_poincare::algebra::{Covector, Entry, Matrix, Vector};
+use euler_poincare::group::{MatrixGroup, So3};
+use euler_poincare::integrators::solve::{DenseError, End, Event, Solution, Solve, SolveError};
+use euler_poincare::integrators::{OneStep, State, StepError, Variational};
+use euler_poincare::mechanics::Force;
+use euler_poincare::mechanics::configuration::{Configuration, Potential, WithPotential};
+use euler_poincare::mechanics::force::LinearDrag;
+use euler_poincare::mechanics::lagrangian::Quadratic;
+use euler_poincare::mechanics::models::landau_lifshitz_gilbert;
+use euler_poincare::retraction::{Exponential, Retraction};
+use euler_poincare::scalar::{Dd, Real, Scalar};
+use euler_poincare::tableau::{Classic, Family};
+use std::cell::Cell;
+use std::f64::consts::PI;
+use std::ops::ControlFlow;
+
+thread_local! {
+    static EVALUATIONS: Cell<usize> = const { Cell::new(0) };
+}
+
+/// The forces of the tests, in one type so that the solver is compiled once for a scalar.
+#[derive(Clone, Copy)]
+enum Torque {
+    None,
+    /// M × (M × Ω) with M = diag(1/2, 2, 1) Ω.
+    Damping,
+    /// −diag(d, 1/10, 3/10) η + (1/10, 1/5, 3/10).
+    Drag(f64),
+    /// cos(3t + 3/10) along each axis.
+    Periodic,
+    /// The torque −(13/10) r × gᵀe₃ of a weight at r = (3/10, 0, 1/2).
+    Weight,
+    /// A jump from 1 to −1 at t = 3/10.
+    Jump,
+    /// √(1 − t): not a number beyond 1.
+    Root,
+}
+
+impl<T: Real> Force<T, 3> for Torque {
+    fn force<S: Scalar<Base = T>>(&self, t: S, eta: &Vector<S, 3>) -> Covector<S, 3> {
+        EVALUATIONS.with(|n| n.set(n.get() + 1));
+        let all = |value: S| Covector::from([value; 3]);
+        match self {
+            Self::Damping => {
+                let m = Vector::<S, 3>::new(eta[0] * S::half(), eta[1] * S::int(2), eta[2]);
+                m.cross(&m.cross(eta)).transpose()
+            }
+            Self::Drag(d) => Covector::from([
+                S::ratio(1, 10) - S::exact(*d) * eta[0],
+                S::ratio(1, 5) - eta[1] * S::ratio(1, 10),
+                S::ratio(3, 10) * (S::one() - eta[2]),
+            ]),
+            Self::Periodic => all((t * S::int(3) + S::ratio(3, 10)).cos()),
+            Self::Jump => all(if t.base() < T::ratio(3, 10) { S::one() } else { -S::one() }),
+            Self::Root => all((S::one() - t).sqrt()),
+            Self::None | Self::Weight => Covector::zeros(),
+        }
+    }
+
+    fn force_at<S: Scalar<Base = T>>(&self, t: S, g: Configuration<'_, S>, eta: &Vector<S, 3>) -> Covector<S, 3> {
+        let Self::Weight = self else { return self.force(t, eta) };
+        let up = Vector::<S, 3>::new(g.entry(2, 0), g.entry(2, 1), g.entry(2, 2));
+        let at = Vector::<S, 3>::new(S::ratio(3, 10), S::zero(), S::half());
+        at.cross(&up).transpose() * -S::ratio(13, 10)
+    }
+
+    fn uses_configuration(&self) -> bool {
+        matches!(self, Self::Weight)
+    }
+
+    fn is_zero(&self) -> bool {
+        matches!(self, Self::None)
+    }
+}
+
+type Three<T> = Exponential<T, 3, 3>;
+
+fn group(entry: Entry) -> Three<f64> {
+    Exponential::of_group(MatrixGroup::from_entry(&entry).unwrap())
+}
+
+/// (ℝ₊)³ as diagonal matrices: abelian, so that the momentum is a pure quadrature.
+fn abelian() -> Three<f64> {
+    let basis = |k: usize| Matrix::<f64, 3>::from_fn(|r, c| f64::from(u8::from(r == k && c == k)));
+    Exponential::of_group(MatrixGroup::new([0, 1, 2].map(basis)).unwrap())
+}
+
+fn body<T: Real>() -> Quadratic<T, 3> {
+    Quadratic::diagonal([T::half(), T::int(2), T::one()]).unwrap()
+}
+
+/// A symmetric body: μ₁ + iμ₂ turns at the rate 1/2 where μ₃ = 1.
+fn symmetric() -> Quadratic<f64, 3> {
+    Quadratic::diagonal([1.0, 1.0, 2.0]).unwrap()
+}
+
+fn state<const N: usize, const D: usize>(momentum: [f64; N]) -> State<f64, N, D> {
+    State { time: 0.0, momentum: Covector::<f64, N>::from_fn(|_, k| momentum[k]), attitude: Matrix::identity() }
+}
+
+fn spun() -> State<f64, 3, 3> {
+    state([0.4, 0.1, 0.7])
+}
+
+/// How far one state is from another, relative to its size.
+fn distance<const N: usize, const D: usize>(x: &State<f64, N, D>, y: &State<f64, N, D>, size: f64) -> f64 {
+    let attitude = (x.attitude - y.attitude).amax() / y.attitude.amax();
+    ((x.momentum - y.momentum).amax() / size).max(attitude)
+}
+
+/// The tolerance, at the end and at times between the steps, against steps of a twelfth order method that are short.
+fn check<const N: usize, const D: usize, F: Force<f64, N>, R: Retraction<f64, N, D>>(
+    name: &str,
+    (lagrangian, force, retraction): (&Quadratic<f64, N>, &F, &R),
+    start: &State<f64, N, D>,
+    span: f64,
+) {
+    const STEPS: usize = 60;
+    let gauss = Family::Gauss.tableau(6).unwrap();
+    let mut method = Variational::new(lagrangian, force, retraction, gauss);
+    let mut grid = vec![start.clone()];
+    for k in 0..STEPS {
+        let mut next = grid[k].clone();
+        method.step(&mut next, span / STEPS as f64).unwrap();
+        grid.push(next);
+    }
+    let size = grid.iter().fold(0.0, |size: f64, state| size.max(state.momentum.amax()));
+    for tolerance in [1e-5, 1e-8, 1e-11] {
+        let mut solve = Solve::new(lagrangian, force, retraction).tolerance(tolerance).dense();
+        let solution = solve.run(start, span).unwrap();
+        let error = distance(&solution.state, &grid[STEPS], size);
+        assert!(error < tolerance, "{name} at {tolerance:e}: {error:e}");
+        assert!(solution.statistics.error < tolerance, "{name}: {:?}", solution.statistics);
+        for k in 0..40 {
+            let time = span * (0.618_033_988_75 * f64::from(k)).fract();
+            let near = (time / span * STEPS as f64) as usize;
+            let mut wanted = grid[near].clone();
+            method.step(&mut wanted, time - near as f64 * (span / STEPS as f64)).unwrap();
+            let error = distance(&solution.at(time).unwrap(), &wanted, size);
+            assert!(error < 3.0 * tolerance, "{name} at {tolerance:e}, t = {time}: {error:e}");
+        }
+    }
+}
+
+#[test]
+fn the_tolerance_is_kept_in_three_dimensions() {
+    let (so3, se2) = (group(Entry::So3), group(Entry::Se2));
+    let body = body();
+    for (name, force, retraction, span) in [
+        ("free body", Torque::None, &so3, 8.0),
+        ("damping", Torque::Damping, &so3, 3.0),
+        ("weight", Torque::Weight, &so3, 3.0),
+        ("drag", Torque::Drag(2.0), &so3, 4.0),
+        ("se2", Torque::Drag(0.2), &se2, 6.0),
+        ("quadrature", Torque::Periodic, &abelian(), 4.0),
+    ] {
+        check(name, (&body, &force, retraction), &spun(), span);
+    }
+}
+
+#[test]
+fn the_tolerance_is_kept_on_se3() {
+    let inertia = Quadratic::diagonal([1.0, 2.0, 3.0, 2.0, 2.0, 2.5]).unwrap();
+    let drag = LinearDrag::new(Matrix::<f64, 6>::from_diagonal_element(0.1)).unwrap();
+    let se3: Exponential<f64, 6, 4> = Exponential::of_group(MatrixGroup::from_entry(&Entry::Se3).unwrap());
+    check("se3", (&inertia, &drag, &se3), &state([0.5, 0.4, -1.0, 2.0, 0.0, 0.6]), 2.0);
+}
+
+struct Gravity;
+
+impl<T: Real> Potential<T, 3> for Gravity {
+    fn value<S: Scalar<Base = T>>(&self, _: S, g: &Matrix<S, 3>) -> S {
+        (g[(2, 0)] * S::ratio(3, 10) + g[(2, 2)] * S::half()) * S::ratio(13, 10)
+    }
+}
+
+/// The potential and the torque that it makes, in two programs' words.
+#[test]
+fn a_potential_is_the_force_that_it_makes() {
+    let top = WithPotential::new(body(), Gravity, So3::new());
+    let so3 = group(Entry::So3);
+    let one = Solve::new(top, Torque::None, &so3).tolerance(1e-10).run(&spun(), 2.0).unwrap();
+    let other = Solve::new(body(), Torque::Weight, &so3).tolerance(1e-10).run(&spun(), 2.0).unwrap();
+    assert!(distance(&one.state, &other.state, 1.0) < 2e-10);
+}
+
+#[test]
+fn the_end_is_known_for_landau_lifshitz_gilbert() {
+    let model = landau_lifshitz_gilbert::<f64>();
+    let start = State { time: 0.0, momentum: model.momentum, attitude: Matrix::<f64, 3>::identity() };
+    let so3 = group(Entry::So3);
+    for (tolerance, family) in [
+        (1e-4, Family::Gauss),
+        (1e-12, Family::Gauss),
+        (1e-7, Family::LobattoIIIA),
+        (1e-7, Family::LobattoIIIB),
+        (1e-7, Family::RadauIIA),
+    ] {
+        let mut solve = Solve::new(body(), Torque::Damping, &so3).tolerance(tolerance).family(family);
+        let solution = solve.run(&start, 1.0).unwrap();
+        let error = (solution.state.momentum - model.reference_momentum().unwrap()).amax();
+        assert!(error < tolerance, "{family:?} at {tolerance:e}: {error:e}");
+    }
+    // Ralston's method has order 3 as a Runge–Kutta method and 2 here.
+    for classic in [Classic::Rk4, Classic::Ralston3] {
+        let tableau = classic.tableau().unwrap();
+        let mut solve = Solve::new(body(), Torque::Damping, &so3).tolerance(1e-5).tableau(tableau);
+        let error = (solve.run(&start, 1.0).unwrap().state.momentum - model.reference_momentum().unwrap()).amax();
+        assert!(error < 1e-5 && error > 1e-9, "{classic:?}: {error:e}");
+    }
+}
+
+#[test]
+fn thirty_two_digits() {
+    let model = landau_lifshitz_gilbert::<Dd>();
+    let start = State { time: Dd::int(0), momentum: model.momentum, attitude: Matrix::<Dd, 3>::identity() };
+    let so3: Three<Dd> = Exponential::of_group(MatrixGroup::from_entry(&Entry::So3).unwrap());
+    let mut solve = Solve::new(body(), Torque::Damping, so3).tolerance(Dd::exact(1e-26)).dense();
+    let solution = solve.run(&start, model.horizon).unwrap();
+    let error = (solution.state.momentum - model.reference_momentum().unwrap()).amax().to_f64();
+    assert!(error < 1e-26 && solution.statistics.steps < 20, "{error:e} {:?}", solution.statistics);
+    // |M|² is kept by this force.
+    let between = solution.at(Dd::ratio(1, 3)).unwrap().momentum.norm_squared() - Dd::ratio(5, 8);
+    assert!(between.to_f64().abs() < 1e-26, "{between:e}");
+}
+
+#[test]
+fn without_a_force_casimirs_and_the_group_are_kept_at_every_time() {
+    let so3 = group(Entry::So3);
+    let mut solve = Solve::new(body(), Torque::None, &so3).tolerance(1e-4).dense();
+    let solution = solve.run(&spun(), 20.0).unwrap();
+    let casimir = spun().momentum.norm();
+    for k in 0..=50 {
+        let state = solution.at(0.4 * f64::from(k)).unwrap();
+        assert!((state.momentum.norm() - casimir).abs() < 1e-14);
+        assert!((state.attitude.transpose() * state.attitude - Matrix::<f64, 3>::identity()).amax() < 1e-13);
+    }
+}
+
+#[test]
+fn stiff_drag_takes_long_steps() {
+    let so3 = group(Entry::So3);
+    for stiff in [1e2, 1e4] {
+        let run = |tolerance: f64| {
+            let mut solve = Solve::new(body(), Torque::Drag(stiff), &so3).tolerance(tolerance).dense();
+            solve.run(&spun(), 2.0).unwrap()
+        };
+        let (loose, tight) = (run(1e-6), run(1e-9));
+        assert!(loose.statistics.steps < 400, "{stiff}: {:?}", loose.statistics);
+        let error = distance(&loose.state, &tight.state, 1.0);
+        assert!(error < 2e-6, "{stiff}: {error:e}");
+        for k in 1..20 {
+            let time = 0.1 * f64::from(k);
+            let error = distance(&loose.at(time).unwrap(), &tight.at(time).unwrap(), 1.0);
+            assert!(error < 3e-6, "{stiff} at {time}: {error:e}");
+        }
+    }
+}
+
+#[test]
+fn a_jump_of_the_force_is_passed() {
+    let abelian = abelian();
+    let start = state([0.0; 3]);
+    let solution = Solve::new(body(), Torque::Jump, &abelian).tolerance(1e-7).run(&start, 1.0).unwrap();
+    assert!((solution.state.momentum[0] + 0.4).abs() < 1e-7, "{}", solution.state.momentum);
+}
+
+#[test]
+fn backward_is_forward() {
+    let so3 = group(Entry::So3);
+    let mut solve = Solve::new(body(), Torque::Damping, &so3).tolerance(1e-10).save_at([3.0, 0.5, -1.0]).dense();
+    let begin = State { time: 4.0, ..spun() };
+    let back = solve.run(&begin, -1.0).unwrap();
+    let times: Vec<f64> = back.saved.iter().map(|state| state.time).collect();
+    assert_eq!((times, back.state.time), (vec![3.0, 0.5, -1.0], -1.0));
+    assert!(back.next_step < 0.0 && distance(&back.at(0.5).unwrap(), &back.saved[1], 1.0) < 1e-15);
+    let again = solve.save_at([]).run(&back.state, 4.0).unwrap();
+    // Damping makes the way back grow.
+    assert!(distance(&again.state, &begin, 1.0) < 1e-8);
+}
+
+/// μ₁ = cos(t/2) and μ₂ = ± sin(t/2).
+#[test]
+fn events_are_located_to_the_tolerance() {
+    let so3 = group(Entry::So3);
+    let start = state([1.0, 0.0, 1.0]);
+    for tolerance in [1e-5, 1e-9] {
+        let mut solve = Solve::new(symmetric(), Torque::None, &so3)
+            .tolerance(tolerance)
+            .event(Event::new(|state: &State<f64, 3, 3>| state.momentum[0]))
+            .event(Event::new(|state: &State<f64, 3, 3>| state.momentum[1]))
+            .event(Event::new(|state: &State<f64, 3, 3>| state.momentum[0]).rising())
+            .event(Event::new(|state: &State<f64, 3, 3>| state.momentum[1] * state.momentum[1] + 1.0));
+        let solution = solve.run(&start, 20.0).unwrap();
+        let found: Vec<_> = solution.events.iter().map(|located| (located.event, located.state.time)).collect();
+        // Zeros of the cosine at π, 3π, 5π; of the sine at 2π, 4π, 6π, but not at the start; rising at 3π.
+        let wanted = [(0, 1.0), (1, 2.0), (0, 3.0), (2, 3.0), (1, 4.0), (0, 5.0), (1, 6.0)];
+        assert_eq!(found.len(), wanted.len(), "{found:?}");
+        for (k, (event, multiple)) in wanted.into_iter().enumerate() {
+            let pair = [2, 3].contains(&k);
+            assert!(found[k].0 == event || pair, "{found:?}");
+            assert!((found[k].1 - multiple * PI).abs() < 20.0 * tolerance, "{found:?}");
+        }
+        assert!(!solution.events[0].rising);
+    }
+}
+
+#[test]
+fn events_end_a_run_that_can_go_on_from_there() {
+    let so3 = group(Entry::So3);
+    let mut solve = Solve::new(symmetric(), Torque::None, &so3)
+        .tolerance(1e-9)
+        .save_at([1.0, 3.0, 4.0])
+        .event(Event::new(|state: &State<f64, 3, 3>| state.momentum[0]).terminal())
+        .event(Event::new(|state: &State<f64, 3, 3>| state.time - 3.1));
+    let first = solve.run(&state([1.0, 0.0, 1.0]), 10.0).unwrap();
+    assert_eq!((first.end, first.saved.len(), first.events.len()), (End::Event(0), 2, 2));
+    assert!((first.events[0].state.time - 3.1).abs() < 1e-8 && first.events[0].event == 1);
+    assert_eq!(first.state, first.events[1].state);
+    let second = solve.save_at([]).first_step(first.next_step).run(&first.state, 20.0).unwrap();
+    assert!((second.state.time - 3.0 * PI).abs() < 1e-7, "{}", second.state.time);
+}
+
+#[test]
+fn an_event_function_that_is_not_finite_is_an_error_with_what_was_reached() {
+    let so3 = group(Entry::So3);
+    let function = |state: &State<f64, 3, 3>| (2.0 - state.time).sqrt();
+    let mut solve = Solve::new(body(), Torque::None, &so3).every(1).dense().event(Event::new(function));
+    let failure = solve.run(&spun(), 10.0).unwrap_err();
+    assert!(matches!(failure.error, SolveError::EventValue { index: 0, value, .. } if value.is_nan()));
+    let reached = failure.reached;
+    assert!(reached.end == End::Failed && reached.state.time > 0.0 && reached.state.time <= 2.0);
+    assert!(reached.at(0.5 * reached.state.time).is_ok() && reached.saved.last() == Some(&reached.state));
+}
+
+#[test]
+fn the_observer_ends_a_run() {
+    let so3 = group(Entry::So3);
+    let mut seen = 0;
+    let mut solve = Solve::new(body(), Torque::Damping, &so3).every(2).observe(|state| {
+        seen += 1;
+        if state.time > 5.0 { ControlFlow::Break(()) } else { ControlFlow::Continue(()) }
+    });
+    let solution = solve.run(&spun(), 50.0).unwrap();
+    drop(solve);
+    assert!(solution.end == End::Stopped && solution.state.time > 5.0 && solution.state.time < 10.0);
+    assert_eq!((seen, solution.saved.len()), (solution.statistics.steps, solution.statistics.steps / 2));
+}
+
+/// The evaluations of the force by a run, and its steps.
+fn evaluations(solve: &mut Solve<'_, f64, 3, 3, Quadratic<f64, 3>, Torque, &Three<f64>>, span: f64) -> (usize, usize) {
+    let before = EVALUATIONS.with(Cell::get);
+    let steps = solve.run(&spun(), span).unwrap().statistics.steps;
+    (EVALUATIONS.with(Cell::get) - before, steps)
+}
+
+#[test]
+fn saving_costs_at_most_a_fifth() {
+    let so3 = group(Entry::So3);
+    for tolerance in [1e-4, 1e-6, 1e-8, 1e-10] {
+        let solve = || Solve::new(body(), Torque::Damping, &so3).tolerance(tolerance);
+        let (without, steps) = evaluations(&mut solve(), 6.0);
+        let times: Vec<f64> = (1..=steps).map(|k| 6.0 * (k as f64 - 0.3) / steps as f64).collect();
+        let (with, again) = evaluations(&mut solve().save_at(times), 6.0);
+        assert_eq!(steps, again);
+        assert!(with * 5 <= without * 6, "{tolerance:e}: {with} and {without} evaluations in {steps} steps");
+    }
+}
+
+#[test]
+fn input_that_makes_no_sense_is_an_error() {
+    let so3 = group(Entry::So3);
+    let solve = || Solve::new(body(), Torque::Damping, &so3);
+    let error = |mut solve: Solve<'_, f64, 3, 3, Quadratic<f64, 3>, Torque, &Three<f64>>, end: f64| {
+        let failure = solve.run(&spun(), end).unwrap_err();
+        assert_eq!((&failure.reached.state, failure.reached.statistics.steps), (&spun(), 0));
+        assert!(!failure.to_string().is_empty());
+        failure.error
+    };
+    for tolerance in [f64::NAN, 0.0, -1e-3, 1.0, f64::INFINITY] {
+        assert!(matches!(error(solve().tolerance(tolerance), 1.0), SolveError::BadInput { what: "the tolerance", .. }));
+    }
+    for bad in [f64::NAN, f64::INFINITY] {
+        assert!(matches!(error(solve(), bad), SolveError::BadInput { what: "the end time", .. }));
+        assert!(matches!(error(solve().first_step(bad), 1.0), SolveError::BadInput { .. }));
+    }
+    assert!(matches!(error(solve().first_step(0.0), 1.0), SolveError::BadInput { .. }));
+    assert!(matches!(error(solve().max_step(-1.0), 1.0), SolveError::BadInput { .. }));
+    assert!(matches!(error(solve().every(0), 1.0), SolveError::BadInput { .. }));
+    for (times, wanted) in
+        [(vec![0.5, 0.2], 1), (vec![0.5, 0.5], 1), (vec![1.5], 0), (vec![-0.5], 0), (vec![0.1, f64::NAN], 1)]
+    {
+        let found = error(solve().save_at(times), 1.0);
+        assert!(matches!(found, SolveError::SaveTime { index, .. } if index == wanted), "{found}");
+    }
+    assert!(matches!(error(solve().max_steps(0), 1.0), SolveError::TooManySteps { steps: 0, .. }));
+    let broken = State { momentum: Covector::<f64, 3>::new(f64::NAN, 0.0, 0.0), ..spun() };
+    let failure = solve().run(&broken, 1.0).unwrap_err();
+    assert!(matches!(failure.error, SolveError::Stuck { source: StepError::NotFinite { what: "the momentum" }, .. }));
+}
+
+#[test]
+fn runs_without_a_duration_or_a_solution_end_in_order() {
+    let so3 = group(Entry::So3);
+    let mut solve = Solve::new(body(), Torque::Damping, &so3).save_at([0.0]).dense();
+    let solution: Solution<_, 3, 3, _> = solve.run(&spun(), 0.0).unwrap();
+    assert_eq!((solution.end, solution.statistics.steps, &solution.saved[..]), (End::Time, 0, &[spun()][..]));
+    assert_eq!(solution.at(0.0).unwrap(), spun());
+    assert!(matches!(solution.at(1.0), Err(DenseError::Outside { .. })));
+    assert!(matches!(solution.at(f64::NAN), Err(DenseError::Outside { .. })));
+    let plain = Solve::new(body(), Torque::Damping, &so3).run(&spun(), 1.0).unwrap();
+    assert!(matches!(plain.at(0.5), Err(DenseError::NotKept)));
+    // A rest is one pair of steps.
+    let rest = Solve::new(body(), Torque::None, &so3).run(&state([0.0; 3]), 1e9).unwrap();
+    assert_eq!((rest.statistics.steps, rest.state.momentum), (2, Covector::zeros()));
+    // Beyond t = 1 there is no force.
+    let failure = Solve::new(body(), Torque::Root, &so3).tolerance(1e-6).run(&spun(), 2.0).unwrap_err();
+    assert!(failure.reached.state.time > 0.9 && failure.reached.state.time <= 1.0, "{}", failure.reached.state.time);
+}

@@ -1,0 +1,343 @@
+//! The step size: how long the next step is, from the estimated error of the last.
+
+use super::error::SolveError;
+use super::solution::Statistics;
+use crate::integrators::StepError;
+use crate::scalar::Real;
+
+/// What rounding makes of the difference of two results, in units of round-off: an error below this is none.
+const NOISE: i64 = 32;
+
+/// The error of the next pair is aimed at this share of what it may be: room for a motion that changes from pair to pair. A refused
+/// pair costs three steps.
+const AIM: f64 = 0.5;
+
+/// The most that a step grows from one to the next: estimates from steps far too short are rounding.
+const GROWTH: f64 = 4.0;
+
+/// The least factor after an error too large.
+const SHRINK: f64 = 0.2;
+
+/// The largest factor after an error too large.
+const RELENT: f64 = 0.8;
+
+/// The factor after a step that could not be taken (a fold, a domain, no convergence). With ½ the two steps that are tried next
+/// lie within the first of those before.
+const RETREAT: f64 = 0.5;
+
+/// A step grows by this factor or not at all, so that it stays the same while the motion does.
+const WORTHWHILE: f64 = 1.15;
+
+/// After a step whose fixed-point iterations do not contract, steps are at most this share of it, for a while.
+const CONTRACTING: f64 = 0.7;
+
+/// By what factor that limit grows with every step whose iterations contract well.
+const RECOVERY: f64 = 1.05;
+
+/// Newton's method pays where the steps that contract are so many times shorter than the motion asks for: one Jacobian of s stages in
+/// dimension n costs 3sn evaluations of the residual, a step by fixed-point iterations 10 to 30.
+const NEWTON_PAYS: f64 = 4.0;
+
+/// So many pairs pass before Newton's method is tried again where its long steps were refused; twice as many after each time.
+const PATIENCE: usize = 8;
+
+/// The rate of contraction above which steps do not grow. With a rate r = ch a step costs 1/(h ln(1/r)), least at r = 1/e. The step of
+/// 2h has twice the rate of the others and gains fewer digits: together they cost least where its rate is near ½.
+const SLOW: f64 = 0.5;
+
+/// The angle ρh of the first pair of steps, where ρ is the rate at which μ and g change: about what the solvers of SO(3) take.
+const FIRST_ANGLE: f64 = 1.25;
+
+/// Steps refused one after the other, before a small share of the tolerance is spent on a single step: at a jump of a force the
+/// error falls with h only as the share of h does. The estimate is then the difference itself.
+const JUMP: usize = 3;
+
+/// That share: so many jumps use up the tolerance.
+const JUMPS: i64 = 256;
+
+/// A difference that is so many times smaller than that of the refused pair before predicts is not believed at once: at a jump of the
+/// force near the middle of a pair it vanishes by chance, and steps that shrink until they are taken find this chance.
+const SURPRISE: i64 = 64;
+
+/// For so many pairs after a refused one.
+const MEMORY: usize = 8;
+
+/// The factor to the step that is tried instead, of which the jump is not in the middle.
+const ASIDE: f64 = 0.85;
+
+/// A step shorter than so many units of round-off of the time is no step.
+const LEAST: i64 = 64;
+
+/// The times of a run, and the size of its steps; without any Lie theory, so that it is compiled once for a scalar.
+#[derive(Clone, Debug)]
+pub(super) struct Control<T> {
+    start: T,
+    end: T,
+    /// |end − start|.
+    span: T,
+    tolerance: T,
+    /// p: the difference of one step of 2h and two of h is 2^p − 1 times the error of the latter.
+    order: i32,
+    /// How far the run is, from 0 to the span.
+    done: T,
+    /// The size of the next steps, without sign.
+    next: T,
+    longest: T,
+    /// The size up to which fixed-point iterations contract well, as far as is known.
+    contracting: T,
+    /// The size of the steps that the motion asks for.
+    natural: T,
+    /// Pairs to go before Newton's method is tried again, and how many after the next time.
+    wait: usize,
+    patience: usize,
+    refused: usize,
+    /// Size and difference of the pair that was refused last.
+    before: Option<(T, T)>,
+    /// For so many pairs more it is of interest.
+    memory: usize,
+    /// The last pair was a surprise: this one is not.
+    aside: bool,
+}
+
+/// How the stage equations of a pair were solved.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
+pub(super) enum Effort {
+    /// By fixed-point iterations that contract well.
+    Little,
+    /// By fixed-point iterations that contract slowly.
+    More,
+    /// By Newton's method.
+    Newton,
+}
+
+impl Effort {
+    /// That of fixed-point iterations in each of which the residual falls by this factor.
+    pub fn of_rate(rate: f64) -> Self {
+        if rate > SLOW { Self::More } else { Self::Little }
+    }
+}
+
+/// A pair of steps that was computed.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Attempt<T> {
+    /// The estimated error of both steps.
+    pub error: T,
+    /// The difference that it stands for.
+    pub difference: T,
+    /// What the residuals do not explain of the error.
+    pub unexplained: T,
+    /// The larger relative residual of the two.
+    pub residual: T,
+    pub effort: Effort,
+}
+
+/// Two steps of equal size that are to be tried.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Plan<T> {
+    /// h, with sign.
+    pub step: T,
+    /// The time after the first step, and after the second.
+    pub times: [T; 2],
+    /// The error that both together may make.
+    pub allowed: T,
+    /// Whether the error is taken to fall like a power of h: not where many steps have been refused.
+    pub smooth: bool,
+    last: bool,
+}
+
+impl<T: Real> Control<T> {
+    /// A run from `start` to `end`; the first steps have the size `first`.
+    pub fn new(start: T, end: T, tolerance: T, order: usize, first: T, longest: Option<T>) -> Self {
+        let span = (end - start).abs();
+        let longest = longest.unwrap_or(span);
+        Self {
+            start,
+            end,
+            span,
+            tolerance,
+            order: order as i32,
+            done: T::zero(),
+            next: first.min(longest),
+            longest,
+            contracting: T::exact(f64::INFINITY),
+            natural: first,
+            wait: 0,
+            patience: PATIENCE,
+            refused: 0,
+            before: None,
+            memory: 0,
+            aside: false,
+        }
+    }
+
+    /// The size of the first steps where motion has the rate ρ.
+    pub fn first(span: T, rate: T) -> T {
+        let pair = T::exact(FIRST_ANGLE) / rate;
+        (if pair.all_finite() { pair.min(span) } else { span }) * T::half()
+    }
+
+    pub fn ended(&self) -> bool {
+        self.done >= self.span
+    }
+
+    /// |end − start|.
+    pub fn span(&self) -> T {
+        self.span
+    }
+
+    fn signed(&self, x: T) -> T {
+        if self.end < self.start { -x } else { x }
+    }
+
+    /// The size of the steps that would come next, with sign.
+    pub fn next(&self) -> T {
+        self.signed(self.next)
+    }
+
+    /// The next pair of steps: the last ones end at the end, the last but these are no longer than half of what is left.
+    pub fn plan(&self) -> Plan<T> {
+        let (two, left) = (T::int(2), self.span - self.done);
+        let last = self.next * two >= left;
+        let step = if last { left * T::half() } else { self.next.min(left * T::half() * T::half()) };
+        let end = if last { self.end } else { self.start + self.signed(self.done + step * two) };
+        let step = self.signed(step);
+        let share = self.tolerance * (step * two).abs() / self.span;
+        let smooth = self.refused < JUMP;
+        let jump = if smooth { T::zero() } else { self.tolerance / T::int(JUMPS) };
+        let allowed = share.max(jump).max(T::int(NOISE) * T::unit_roundoff());
+        Plan { step, times: [self.start + self.signed(self.done) + step, end], allowed, smooth, last }
+    }
+
+    /// The factor for steps whose error may be `allowed` and was `error`.
+    fn factor(&self, allowed: T, error: T) -> f64 {
+        let room = AIM * (allowed / error).to_f64();
+        // The share of the tolerance grows as h: one power less than the error.
+        if room.is_nan() { SHRINK } else { room.powf(1.0 / f64::from(self.order)).max(SHRINK) }
+    }
+
+    /// Whether steps that are much longer than fixed-point iterations allow are worth their price.
+    fn stiff(&self) -> bool {
+        self.wait == 0 && self.contracting * T::exact(NEWTON_PAYS) < self.natural
+    }
+
+    /// What a pair of steps of this size says of the size up to which fixed-point iterations contract.
+    fn note(&mut self, step: T, effort: Effort) {
+        match effort {
+            Effort::Little => self.contracting = self.contracting.max(step) * T::exact(RECOVERY),
+            Effort::More => self.contracting = self.contracting.min(step),
+            Effort::Newton => self.contracting = self.contracting.min(step * T::exact(CONTRACTING)),
+        }
+    }
+
+    /// `factor` times `step`, or the size up to which the iterations contract.
+    fn limited(&self, step: T, factor: f64) -> T {
+        let wanted = step * T::exact(factor.min(GROWTH));
+        (if self.stiff() { wanted } else { wanted.min(self.contracting) }).min(self.longest)
+    }
+
+    /// The pair was taken; from here the motion has the rate ρ.
+    pub fn accept(&mut self, plan: &Plan<T>, pair: &Attempt<T>, rate: T) {
+        let (step, effort) = (plan.step.abs(), pair.effort);
+        self.natural = Self::first(self.span, rate);
+        self.wait = self.wait.saturating_sub(1);
+        self.done = if plan.last { self.span } else { self.done + step * T::int(2) };
+        self.note(step, effort);
+        let factor = self.factor(plan.allowed, self.expected(plan, pair));
+        // No growth at once after a refusal.
+        let factor = if self.refused > 0 { factor.min(1.0) } else { factor };
+        (self.refused, self.aside, self.memory) = (0, false, self.memory.saturating_sub(1));
+        let wanted = self.limited(step, factor);
+        // The steps at the end of the run may be short for no other reason than that.
+        if plan.last && wanted >= step && step < self.next {
+            return;
+        }
+        let same = step <= wanted && wanted < step * T::exact(WORTHWHILE);
+        self.next = if same { step } else { wanted };
+    }
+
+    /// Whether a pair may be kept.
+    pub fn admits(&self, plan: &Plan<T>, pair: &Attempt<T>) -> bool {
+        pair.unexplained <= plan.allowed && !self.surprises(plan, pair)
+    }
+
+    /// Whether the difference of a pair is much smaller than that of the pair before predicts.
+    fn surprises(&self, plan: &Plan<T>, pair: &Attempt<T>) -> bool {
+        if self.aside || self.memory == 0 {
+            return false;
+        }
+        let power = if plan.smooth { self.order + 1 } else { 1 };
+        self.before.is_some_and(|(step, difference)| {
+            pair.difference * T::int(SURPRISE) < difference * (plan.step.abs() / step).powi(power)
+        })
+    }
+
+    /// The error to compute the next step from. Where residuals explain what is above the aim, steps stay as they are; but not with
+    /// Newton's method, whose residuals are rounding, of stiff forces.
+    fn expected(&self, plan: &Plan<T>, pair: &Attempt<T>) -> T {
+        match pair.effort {
+            Effort::Newton => pair.unexplained,
+            _ => pair.unexplained.max(pair.error.min(plan.allowed * T::exact(AIM))),
+        }
+    }
+
+    /// Newton's method did not pay.
+    fn wait_longer(&mut self) {
+        (self.wait, self.patience) = (self.patience, self.patience.saturating_mul(2));
+    }
+
+    /// The pair was refused, with this error or for this reason: the next is shorter.
+    pub fn refuse(&mut self, plan: &Plan<T>, outcome: Result<Attempt<T>, StepError>) -> Result<(), SolveError> {
+        let (step, time) = (plan.step.abs(), self.start + self.signed(self.done));
+        let stiffly = self.stiff();
+        let surprising = outcome.as_ref().is_ok_and(|pair| pair.unexplained <= plan.allowed);
+        self.aside = surprising;
+        if let (Ok(pair), false) = (&outcome, surprising) {
+            (self.before, self.memory) = (Some((step, pair.difference)), MEMORY);
+        }
+        self.next = match &outcome {
+            Ok(_) if surprising => step * T::exact(ASIDE),
+            Ok(pair) => {
+                self.note(step, pair.effort);
+                let factor = self.factor(plan.allowed, pair.unexplained).min(RELENT);
+                if stiffly && pair.effort == Effort::Newton && factor < RETREAT {
+                    self.wait_longer();
+                }
+                self.limited(step, factor)
+            }
+            Err(_) => {
+                self.note(step, Effort::Newton);
+                if stiffly {
+                    self.wait_longer();
+                }
+                step * T::exact(RETREAT)
+            }
+        };
+        self.refused += 1;
+        let least = T::int(LEAST) * T::unit_roundoff() * time.abs().max(self.span);
+        let hopeless = matches!(
+            outcome,
+            Err(StepError::NotFinite { .. } | StepError::Unsupported { .. } | StepError::Undefined { stage: None, .. })
+        );
+        if self.next > least && !hopeless {
+            return Ok(());
+        }
+        let (time, step) = (time.to_f64(), plan.step.to_f64());
+        Err(match outcome {
+            Ok(pair) => {
+                let (error, wanted) = (pair.unexplained.to_f64(), plan.allowed.to_f64());
+                SolveError::Tolerance { time, step, error, wanted }
+            }
+            Err(source) => SolveError::Stuck { time, step, source },
+        })
+    }
+
+    /// Whether another pair may be tried.
+    pub fn within(&self, statistics: &Statistics<T>, most: usize) -> Result<(), SolveError> {
+        let steps = statistics.steps + 2 * statistics.rejected;
+        if steps < most {
+            return Ok(());
+        }
+        let time = (self.start + self.signed(self.done)).to_f64();
+        Err(SolveError::TooManySteps { time, step: self.next().to_f64(), steps })
+    }
+}

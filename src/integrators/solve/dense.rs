@@ -1,0 +1,410 @@
+//! The states between the ends of a step.
+//!
+//! In the chart at the start (g₀, μ₀) of a step, with displacement ξ and momentum m seen from there,
+//!
+//! g(t) = g₀ τ(ξ), μ(t) = m Ad_{τ(ξ)}, ξ̇ = dτ_ξ⁻¹ η, ṁ = (∂_gL + f) Ad_{τ(ξ)}⁻¹, ∂L/∂η(t, g, η) = μ.
+//!
+//! g(t) is in the group whatever ξ is, and without a force m = μ₀: the Casimirs are kept. ξ and m are polynomials whose derivatives fit
+//! the equations at Lobatto nodes, found by Picard iteration from the velocities of the step at its stages, and then moved linearly in t
+//! so that they end where the step does. Where the iteration does not contract, since a force is stiff, ξ and m interpolate the stages.
+
+use super::pair::{Half, Pair, Through, relative};
+use crate::algebra::{Covector, Matrix, Vector};
+use crate::integrators::{State, StepError};
+use crate::mechanics::{Force, Lagrangian};
+use crate::retraction::{Retraction, RetractionError, TangentPoint};
+use crate::scalar::Real;
+use crate::tableau::{Family, TableauError};
+use nalgebra::DMatrix;
+
+/// Nodes of a piece for s stages. With s + 3 the error between the steps of the systems of the tests is below the tolerance down to
+/// 10⁻¹⁰ (3 to 5 times that at 10⁻¹²), but not of a pure quadrature, whose steps are long: there 2s + 2 are enough, and these are taken
+/// where the first leave a tail.
+const NODES: [fn(usize) -> usize; 2] = [|s| s + 3, |s| 2 * s + 2];
+
+/// The last two Legendre coefficients of a piece may stand for this share of the tolerance.
+const TAIL: f64 = 0.25;
+
+/// The iterations end where what is left is below this share of the tolerance.
+const SETTLED: i64 = 8;
+
+/// The iterations are given up where the change does not fall by this factor.
+const CONTRACTS: f64 = 0.5;
+
+/// The most iterations.
+const MOST: usize = 30;
+
+/// Whether a piece has the Legendre coefficients of (ξ̇, ṁ), or of (ξ, m).
+#[derive(Clone, Copy, Debug, PartialEq)]
+enum Form {
+    Rates,
+    Values,
+}
+
+/// The states of one step.
+#[derive(Clone, Debug)]
+pub(super) struct Piece<T: Real, const N: usize, const D: usize> {
+    time: T,
+    step: T,
+    attitude: Matrix<T, D>,
+    momentum: Covector<T, N>,
+    form: Form,
+    /// The coefficients of P_k(2θ − 1), θ = (t − time)/step.
+    coefficients: Vec<(Vector<T, N>, Covector<T, N>)>,
+}
+
+impl<T: Real, const N: usize, const D: usize> Piece<T, N, D> {
+    pub fn new(nodes: usize) -> Self {
+        Self {
+            time: T::zero(),
+            step: T::one(),
+            attitude: Matrix::identity(),
+            momentum: Covector::zeros(),
+            form: Form::Rates,
+            coefficients: vec![(Vector::zeros(), Covector::zeros()); nodes],
+        }
+    }
+
+    /// Where it begins.
+    pub fn time(&self) -> T {
+        self.time
+    }
+
+    /// The state at a time.
+    pub fn at<R: Retraction<T, N, D>>(&self, retraction: &R, time: T) -> Result<State<T, N, D>, RetractionError> {
+        let theta = (time - self.time) / self.step;
+        let (mut x, mut m) = (Vector::zeros(), Covector::zeros());
+        // P_{k−1}, P_k at 2θ − 1, and ∫₀^θ P_k = (P_{k+1} − P_{k−1})/(2(2k + 1)).
+        let (mut before, mut here, z) = (T::one(), T::one(), theta + theta - T::one());
+        for (k, (rate, change)) in self.coefficients.iter().enumerate() {
+            let n = T::int(k as i64);
+            let next = ((n + n + T::one()) * z * here - n * before) / (n + T::one());
+            let weight = match (self.form, k) {
+                (Form::Values, _) => here,
+                (Form::Rates, 0) => theta * self.step,
+                (Form::Rates, _) => (next - before) / (T::int(2) * (n + n + T::one())) * self.step,
+            };
+            x += rate * weight;
+            m += change * weight;
+            (before, here) = (here, next);
+        }
+        let momentum = (self.momentum + m) * retraction.at(&x)?.ad();
+        let attitude = match retraction.tau(&x) {
+            Ok(increment) => self.attitude * increment,
+            Err(RetractionError::NoGroup { .. }) => self.attitude,
+            Err(source) => return Err(source),
+        };
+        Ok(State { time, momentum, attitude })
+    }
+}
+
+/// What the pieces of all steps with a tableau are made with.
+pub(super) struct Maker<T: Real, const N: usize> {
+    /// With few nodes and with many.
+    levels: [Level<T, N>; 2],
+    /// Which of them the last piece was made with.
+    level: usize,
+}
+
+impl<T: Real, const N: usize> Maker<T, N> {
+    /// For the steps with a tableau of so many stages.
+    pub fn new(through: &Through<T>, stages: usize) -> Result<Self, TableauError> {
+        let [few, many] = NODES.map(|nodes| Level::new(through, nodes(stages)));
+        Ok(Self { levels: [few?, many?], level: 0 })
+    }
+
+    /// How many nodes a piece has at most.
+    pub fn nodes(&self) -> usize {
+        self.levels[1].nodes.len()
+    }
+
+    /// The states of step k of a pair, into `piece`.
+    pub fn make<const D: usize, L, F, R>(
+        &mut self,
+        pair: &Pair<T, N, D, L, F, R>,
+        k: usize,
+        tolerance: T,
+        piece: &mut Piece<T, N, D>,
+    ) -> Result<(), StepError>
+    where
+        L: Lagrangian<T, N>,
+        F: Force<T, N>,
+        R: Retraction<T, N, D>,
+    {
+        let tail = self.levels[self.level].make(pair, k, tolerance, piece)?;
+        if self.level == 0 && tail > tolerance * T::exact(TAIL) {
+            self.level = 1;
+            self.levels[1].make(pair, k, tolerance, piece)?;
+        }
+        Ok(())
+    }
+}
+
+/// The nodes of a piece, and what is known at them.
+struct Level<T: Real, const N: usize> {
+    /// In [0, 1], both ends among them.
+    nodes: Vec<T>,
+    /// ∫₀^{c_i} of the j-th Lagrange polynomial.
+    integrals: DMatrix<T>,
+    /// From values at the nodes to Legendre coefficients.
+    legendre: DMatrix<T>,
+    /// From the start, the stages and the end to the nodes, by rows.
+    guesses: Vec<Vec<T>>,
+    /// (ξ, m − μ₀) at the nodes.
+    values: Vec<(Vector<T, N>, Covector<T, N>)>,
+    /// η at the nodes.
+    velocities: Vec<Vector<T, N>>,
+    rates: Vec<(Vector<T, N>, Covector<T, N>)>,
+}
+
+impl<T: Real, const N: usize> Level<T, N> {
+    fn new(through: &Through<T>, n: usize) -> Result<Self, TableauError> {
+        // Collocation at the Lobatto nodes: a_ij are the integrals.
+        let lobatto = Family::LobattoIIIA.tableau::<T>(n)?;
+        let (nodes, weights) = (lobatto.c().as_slice().to_vec(), lobatto.b());
+        let mut legendre = DMatrix::zeros(n, n);
+        for (j, &node) in nodes.iter().enumerate() {
+            let (mut before, mut here, z) = (T::one(), T::one(), node + node - T::one());
+            for k in 0..n {
+                let order = T::int(k as i64);
+                // Lobatto quadrature is exact for P_k² up to k = n − 2; for n − 1 it gives 1/(n − 1).
+                let norm = if k + 1 == n { order } else { order + order + T::one() };
+                legendre[(k, j)] = norm * weights[j] * here;
+                let next = ((order + order + T::one()) * z * here - order * before) / (order + T::one());
+                (before, here) = (here, next);
+            }
+        }
+        let guess = |&node: &T| {
+            let mut row = vec![T::zero(); through.len()];
+            through.row(node, &mut row);
+            row
+        };
+        Ok(Self {
+            guesses: nodes.iter().map(guess).collect(),
+            integrals: lobatto.a().clone(),
+            legendre,
+            nodes,
+            values: vec![(Vector::zeros(), Covector::zeros()); n],
+            velocities: vec![Vector::zeros(); n],
+            rates: vec![(Vector::zeros(), Covector::zeros()); n],
+        })
+    }
+
+    /// The states of step k of a pair, into `piece`; returns what the polynomials may miss.
+    fn make<const D: usize, L, F, R>(
+        &mut self,
+        pair: &Pair<T, N, D, L, F, R>,
+        k: usize,
+        tolerance: T,
+        piece: &mut Piece<T, N, D>,
+    ) -> Result<T, StepError>
+    where
+        L: Lagrangian<T, N>,
+        F: Force<T, N>,
+        R: Retraction<T, N, D>,
+    {
+        let start = &pair.points[k].state;
+        piece.time = start.time;
+        piece.step = pair.points[k + 1].state.time - start.time;
+        (piece.attitude, piece.momentum) = (start.attitude, start.momentum);
+        let settled = (tolerance / T::int(SETTLED)).max(T::int(16) * T::unit_roundoff());
+        let end = self.ends(pair, k, piece)?;
+        piece.form = match self.iterate(pair, k, settled, piece)? {
+            true => Form::Rates,
+            false => Form::Values,
+        };
+        if piece.form == Form::Values {
+            self.interpolate(pair, k, piece)?;
+        }
+        let last = self.nodes.len() - 1;
+        let miss = match piece.form {
+            Form::Rates => {
+                let (x, m) = self.integral(last, piece.step);
+                ((end.0 - x) / piece.step, (end.1 - m) / piece.step)
+            }
+            Form::Values => (Vector::zeros(), Covector::zeros()),
+        };
+        let source = if piece.form == Form::Rates { &self.rates } else { &self.values };
+        piece.coefficients.clear();
+        for k in 0..self.nodes.len() {
+            let mut sum = if k == 0 { miss } else { (Vector::zeros(), Covector::zeros()) };
+            for (j, value) in source.iter().enumerate() {
+                let weight = self.legendre[(k, j)];
+                sum.0 += value.0 * weight;
+                sum.1 += value.1 * weight;
+            }
+            piece.coefficients.push(sum);
+        }
+        let scale = piece.momentum.amax().max(pair.points[k + 1].state.momentum.amax());
+        let of =
+            |(x, m): &(Vector<T, N>, Covector<T, N>)| x.amax() / end.0.amax().max(T::one()) + relative(m.amax(), scale);
+        let missed = piece.coefficients[last - 1..].iter().fold(T::zero(), |sum, coefficient| sum + of(coefficient));
+        // ∫ P_k is at most 1/(2k + 1).
+        Ok(if piece.form == Form::Rates { missed * piece.step.abs() / T::int(2 * last as i64) } else { missed })
+    }
+
+    /// The values and the rates at both ends, which the step knows; returns the values at the second.
+    fn ends<const D: usize, L, F, R>(
+        &mut self,
+        pair: &Pair<T, N, D, L, F, R>,
+        k: usize,
+        piece: &Piece<T, N, D>,
+    ) -> Result<(Vector<T, N>, Covector<T, N>), StepError>
+    where
+        L: Lagrangian<T, N>,
+        F: Force<T, N>,
+        R: Retraction<T, N, D>,
+    {
+        let (start, end, last) = (&pair.points[k], &pair.points[k + 1], self.nodes.len() - 1);
+        let x = pair.halves[k].increment;
+        let point = pair.retraction().at(&x).map_err(|source| domain(piece.step, source))?;
+        let back = point.ad_inv();
+        self.values[0] = (Vector::zeros(), Covector::zeros());
+        self.rates[0] = (start.velocity, start.force);
+        self.values[last] = (x, end.state.momentum * back - piece.momentum);
+        self.rates[last] = (point.d_inv() * end.velocity, end.force * back);
+        Ok(self.values[last])
+    }
+
+    /// (ξ, m − μ₀) at node i, from the rates at all nodes.
+    fn integral(&self, i: usize, step: T) -> (Vector<T, N>, Covector<T, N>) {
+        let mut sum = (Vector::zeros(), Covector::zeros());
+        for (j, rate) in self.rates.iter().enumerate() {
+            let weight = self.integrals[(i, j)] * step;
+            sum.0 += rate.0 * weight;
+            sum.1 += rate.1 * weight;
+        }
+        sum
+    }
+
+    /// Picard iteration on the values at the inner nodes; whether it settled.
+    fn iterate<const D: usize, L, F, R>(
+        &mut self,
+        pair: &Pair<T, N, D, L, F, R>,
+        k: usize,
+        settled: T,
+        piece: &Piece<T, N, D>,
+    ) -> Result<bool, StepError>
+    where
+        L: Lagrangian<T, N>,
+        F: Force<T, N>,
+        R: Retraction<T, N, D>,
+    {
+        let last = self.nodes.len() - 1;
+        let Half { ends, displacements, velocities, .. } = &pair.halves[k];
+        let (zero, end) = (Vector::zeros(), self.values[last].0);
+        for i in 1..last {
+            let row = &self.guesses[i];
+            self.values[i].0 = pair.through().value(row, [&zero, &end], displacements);
+            self.velocities[i] = pair.through().value(row, [&ends[0], &ends[1]], velocities);
+        }
+        let forced = pair.forced();
+        let scale = pair.points[k].state.momentum.amax().max(pair.points[k + 1].state.momentum.amax());
+        let mut before = T::exact(f64::INFINITY);
+        for iteration in 0..MOST {
+            for i in 1..last {
+                if self.evaluate(pair, i, iteration > 0, piece).is_err() {
+                    return Ok(false);
+                }
+            }
+            let mut change = T::zero();
+            for i in 1..last {
+                let new = self.integral(i, piece.step);
+                let moved = (new.0 - self.values[i].0).amax() / new.0.amax().max(T::one());
+                change = change.max(moved);
+                if iteration > 0 {
+                    let shift = (new.1 - self.values[i].1).amax();
+                    change = change.max(relative(shift, scale.max(new.1.amax())));
+                }
+                self.values[i] = new;
+            }
+            if !change.all_finite() || (iteration > 1 && change > before * T::exact(CONTRACTS)) {
+                return Ok(change <= settled);
+            }
+            // What is left after a change is smaller by the rate at which the changes fall.
+            let left = if iteration > 0 { change * (change / before).min(T::one()) } else { change };
+            if left <= settled && (iteration > 0 || !forced) {
+                return Ok(true);
+            }
+            before = change;
+        }
+        Ok(false)
+    }
+
+    /// The rates at node i: with η from the momentum there, or as it was guessed.
+    fn evaluate<const D: usize, L, F, R>(
+        &mut self,
+        pair: &Pair<T, N, D, L, F, R>,
+        i: usize,
+        known: bool,
+        piece: &Piece<T, N, D>,
+    ) -> Result<(), StepError>
+    where
+        L: Lagrangian<T, N>,
+        F: Force<T, N>,
+        R: Retraction<T, N, D>,
+    {
+        let (x, m) = self.values[i];
+        let point = pair.retraction().at(&x).map_err(|source| domain(piece.step, source))?;
+        let mut state = self.state(pair, i, &x, piece)?;
+        if known {
+            state.momentum = (piece.momentum + m) * point.ad();
+            self.velocities[i] = pair.velocity_at(&state, &self.velocities[i], piece.step)?;
+        }
+        let (force, _) = pair.force_at(&state, &self.velocities[i], piece.step)?;
+        self.rates[i] = (point.d_inv() * self.velocities[i], force * point.ad_inv());
+        Ok(())
+    }
+
+    /// The values at the inner nodes from the stages alone: where the iteration does not contract. There the error of a step is
+    /// estimated with the order of the stages, too.
+    fn interpolate<const D: usize, L, F, R>(
+        &mut self,
+        pair: &Pair<T, N, D, L, F, R>,
+        k: usize,
+        piece: &Piece<T, N, D>,
+    ) -> Result<(), StepError>
+    where
+        L: Lagrangian<T, N>,
+        F: Force<T, N>,
+        R: Retraction<T, N, D>,
+    {
+        let last = self.nodes.len() - 1;
+        let (Half { ends, displacements, velocities, .. }, zero) = (&pair.halves[k], Vector::zeros());
+        let end = self.values[last].0;
+        for i in 1..last {
+            let row = &self.guesses[i];
+            let x = pair.through().value(row, [&zero, &end], displacements);
+            let velocity = pair.through().value(row, [&ends[0], &ends[1]], velocities);
+            let point = pair.retraction().at(&x).map_err(|source| domain(piece.step, source))?;
+            let momentum = pair.momentum_at(&self.state(pair, i, &x, piece)?, &velocity);
+            self.values[i] = (x, momentum * point.ad_inv() - piece.momentum);
+        }
+        Ok(())
+    }
+
+    /// The time and the attitude at node i, where the displacement is x; the momentum is left as it is at the start.
+    fn state<const D: usize, L, F, R>(
+        &self,
+        pair: &Pair<T, N, D, L, F, R>,
+        i: usize,
+        x: &Vector<T, N>,
+        piece: &Piece<T, N, D>,
+    ) -> Result<State<T, N, D>, StepError>
+    where
+        L: Lagrangian<T, N>,
+        F: Force<T, N>,
+        R: Retraction<T, N, D>,
+    {
+        let attitude = match pair.retraction().tau(x) {
+            Ok(increment) => piece.attitude * increment,
+            Err(RetractionError::NoGroup { .. }) => piece.attitude,
+            Err(source) => return Err(domain(piece.step, source)),
+        };
+        Ok(State { time: piece.time + self.nodes[i] * piece.step, momentum: piece.momentum, attitude })
+    }
+}
+
+fn domain<T: Real>(step: T, source: RetractionError) -> StepError {
+    StepError::Domain { step: step.to_f64(), stage: None, source }
+}

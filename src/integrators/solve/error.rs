@@ -1,0 +1,152 @@
+//! Why a run with a tolerance ends before its time.
+
+use super::solution::Solution;
+use crate::integrators::StepError;
+use crate::retraction::RetractionError;
+use crate::scalar::Real;
+use crate::tableau::TableauError;
+use std::error::Error;
+use std::fmt;
+
+/// Why a run ended before its time. The state is that of the last step that was taken.
+#[derive(Clone, Debug, PartialEq, thiserror::Error)]
+#[non_exhaustive]
+pub enum SolveError {
+    /// The duration or the tolerance is not a number that makes sense.
+    #[error("{what} is {value}: it must be {needed}")]
+    BadInput {
+        /// Which.
+        what: &'static str,
+        /// What it is.
+        value: f64,
+        /// What it must be.
+        needed: &'static str,
+    },
+    /// No step could be taken, however short.
+    #[error("no step of {step:e} or longer from t = {time}: {source}")]
+    Stuck {
+        /// Where.
+        time: f64,
+        /// The least step that was tried.
+        step: f64,
+        /// What Newton's method and the continuation in h said of it.
+        source: StepError,
+    },
+    /// The error cannot be kept below the tolerance with steps of a length worth taking.
+    #[error(
+        "the tolerance cannot be kept at t = {time}: a step of {step:e} has an estimated relative error of {error:e}, \
+             wanted {wanted:e}"
+    )]
+    Tolerance {
+        /// Where.
+        time: f64,
+        /// The least step that was tried.
+        step: f64,
+        /// Its error, as estimated.
+        error: f64,
+        /// The error wanted of it.
+        wanted: f64,
+    },
+    /// More steps than allowed: a motion that turns ever faster, or a run much longer than a step can be.
+    #[error("{steps} steps, as many as allowed, lead to t = {time} only; the next is {step:e} long")]
+    TooManySteps {
+        /// Where.
+        time: f64,
+        /// The step that would have been next.
+        step: f64,
+        /// How many were tried.
+        steps: usize,
+    },
+    /// A time in the list of times to save that no run can reach, or not in this order.
+    #[error("time {index} of those to save, t = {time}: {why}")]
+    SaveTime {
+        /// Its place in the list, from 0.
+        index: usize,
+        /// The time.
+        time: f64,
+        /// What is wrong with it.
+        why: &'static str,
+    },
+    /// An event function that is not finite.
+    #[error("event {index} has the value {value} at t = {time}")]
+    EventValue {
+        /// Which event, from 0 in the order in which they were added.
+        index: usize,
+        /// Where.
+        time: f64,
+        /// The value.
+        value: f64,
+    },
+    /// No tableau of the family has the order that the tolerance asks for.
+    #[error("the tableau is refused: {0}")]
+    Tableau(#[from] TableauError),
+}
+
+/// A run that ended before its time: why, and what it had reached.
+///
+/// ```
+/// use euler_poincare::algebra::{Covector, Matrix};
+/// use euler_poincare::integrators::solve::{Solve, SolveError, SolveFailure};
+/// use euler_poincare::integrators::State;
+/// use euler_poincare::mechanics::{force::Zero, lagrangian::Quadratic};
+/// use euler_poincare::retraction::CayleySo3;
+///
+/// let body = Quadratic::diagonal([0.5, 2.0, 1.0])?;
+/// let start = State { time: 0.0, momentum: Covector::<f64, 3>::new(0.4, 0.1, 0.7), attitude: Matrix::<f64, 3>::identity() };
+/// let mut solve = Solve::new(body, Zero, CayleySo3::new()).every(1).max_steps(10);
+/// let SolveFailure { error, reached } = solve.run(&start, 1e6).unwrap_err();
+/// assert!(matches!(error, SolveError::TooManySteps { .. }));
+/// assert!(reached.state.time > 0.0 && reached.saved.len() == reached.statistics.steps);
+/// # Ok::<(), Box<dyn std::error::Error>>(())
+/// ```
+pub struct SolveFailure<T: Real, const N: usize, const D: usize, R> {
+    /// Why the run ended.
+    pub error: SolveError,
+    /// The last state, the statistics and everything that was saved until then.
+    pub reached: Box<Solution<T, N, D, R>>,
+}
+
+impl<T: Real, const N: usize, const D: usize, R> fmt::Debug for SolveFailure<T, N, D, R> {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.debug_struct("SolveFailure").field("error", &self.error).field("state", &self.reached.state).finish()
+    }
+}
+
+impl<T: Real, const N: usize, const D: usize, R> fmt::Display for SolveFailure<T, N, D, R> {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        fmt::Display::fmt(&self.error, f)
+    }
+}
+
+impl<T: Real, const N: usize, const D: usize, R> Error for SolveFailure<T, N, D, R> {
+    fn source(&self) -> Option<&(dyn Error + 'static)> {
+        self.error.source()
+    }
+}
+
+/// Why a solution has no state at a time.
+#[derive(Clone, Debug, PartialEq, thiserror::Error)]
+#[non_exhaustive]
+pub enum DenseError {
+    /// The run kept no states between the steps.
+    #[error("the run kept nothing between its steps: ask for `dense()`")]
+    NotKept,
+    /// A time outside the interval of the run, or NaN.
+    #[error("t = {time} is outside the run from t = {start} to t = {end}")]
+    Outside {
+        /// The time asked for.
+        time: f64,
+        /// Where the run began.
+        start: f64,
+        /// Where it ended.
+        end: f64,
+    },
+    /// The displacement inside a step is outside the domain of the retraction.
+    #[error("no state at t = {time}: {source}")]
+    Domain {
+        /// The time asked for.
+        time: f64,
+        /// What the retraction said.
+        source: RetractionError,
+    },
+}

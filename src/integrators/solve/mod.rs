@@ -1,0 +1,499 @@
+//! A tolerance in, a solution out: any algebra, group, retraction, force, Lagrangian, scalar and tableau.
+//!
+#![doc = include_str!("../../guide/modules/integrators/solve.md")]
+
+mod control;
+mod dense;
+mod error;
+mod events;
+mod pair;
+mod solution;
+
+pub use error::{DenseError, SolveError, SolveFailure};
+pub use events::Event;
+pub use solution::{End, Located, Solution, Statistics};
+
+use super::{State, StepError};
+use crate::mechanics::{Force, Lagrangian};
+use crate::retraction::Retraction;
+use crate::scalar::Real;
+use crate::tableau::{Family, Tableau, TableauError};
+use control::{Control, Plan};
+use dense::{Maker, Piece};
+use pair::Pair;
+use solution::Dense;
+use std::ops::ControlFlow;
+use std::sync::Arc;
+
+/// The tolerance unless another is given.
+const TOLERANCE: f64 = 1e-8;
+
+/// The steps that a run may try unless it is told otherwise.
+const MOST_STEPS: usize = 1_000_000;
+
+/// Stages of Gauss for each decimal digit of the tolerance. The iterations times stages of runs on SO(3), SE(2) and of a heavy top are
+/// least near it at tolerances from 10⁻⁴ to 10⁻¹², and a fifth more with two stages more or one less.
+const STAGES_PER_DIGIT: f64 = 0.5;
+
+/// The fewest and the most stages of Gauss that are chosen.
+const FEWEST_STAGES: usize = 3;
+const MOST_STAGES: usize = 16;
+
+/// An event is located to this share of the tolerance times the duration.
+const LOCATED: i64 = 4;
+
+/// Which tableau: of a family, with the order that the tolerance asks for, or one that is given.
+#[derive(Clone, Debug)]
+enum Method<T: Real> {
+    Family(Family),
+    Tableau(Tableau<T>),
+}
+
+/// Called after each step.
+type Observer<'a, T, const N: usize, const D: usize> = dyn FnMut(&State<T, N, D>) -> ControlFlow<()> + 'a;
+
+/// The solver of a Lagrangian, a force and a retraction, with a tolerance: a builder, whose [`run`](Solve::run) gives a [`Solution`].
+///
+/// **Tolerance.** It is for the whole run from t₀ to t₁: a step of size h may make the error h/|t₁ − t₀| times the tolerance, relative to
+/// the largest component of μ, of the momentum of a rotor, or of the impulse of the forces over the step, and in the attitude relative to
+/// the largest entry of the matrix of the displacement g₀⁻¹g₁. Shares below 32 units of round-off count as these.
+///
+/// **Error.** Two steps of h are compared with one of 2h; the two are the result, and the difference divided by 2ᵖ − 1 estimates their
+/// error (Hairer, Nørsett and Wanner 1993, II.4), doubled for safety. p is proven from the coefficients of the tableau. Every step is one
+/// of [`Variational`](super::Variational), so that Casimirs are kept to round-off where there is no force. The estimate needs a force
+/// that is smooth, or whose jumps are few: a jump near the middle of a pair can pass unseen. Up to a known jump and on from it are two
+/// runs.
+///
+/// **Method.** Gauss with one stage for two digits of the tolerance, from 3 to 16 stages; or [`family`](Solve::family),
+/// [`tableau`](Solve::tableau).
+///
+/// ```
+/// use euler_poincare::algebra::{Covector, Matrix, Vector};
+/// use euler_poincare::integrators::State;
+/// use euler_poincare::integrators::solve::{DenseError, End, Solution, Solve, Statistics};
+/// use euler_poincare::mechanics::{Force, lagrangian::Quadratic};
+/// use euler_poincare::retraction::CayleySo3;
+/// use euler_poincare::scalar::{Real, Scalar};
+///
+/// /// A force of one's own: M × (M × Ω).
+/// struct Damping;
+///
+/// impl<T: Real> Force<T, 3> for Damping {
+///     fn force<S: Scalar<Base = T>>(&self, _: S, eta: &Vector<S, 3>) -> Covector<S, 3> {
+///         let m = Vector::<S, 3>::new(eta[0] * S::half(), eta[1] * S::int(2), eta[2]);
+///         m.cross(&m.cross(eta)).transpose()
+///     }
+/// }
+///
+/// let body = Quadratic::diagonal([0.5, 2.0, 1.0])?;
+/// let momentum = Covector::<f64, 3>::new(0.5, 0.0, 1.0) / 2.0_f64.sqrt();
+/// let start = State { time: 0.0, momentum, attitude: Matrix::<f64, 3>::identity() };
+///
+/// let mut solve = Solve::new(body, Damping, CayleySo3::new()).tolerance(1e-10).save_at([0.25, 0.75]).dense();
+/// let solution: Solution<_, 3, 3, _> = solve.run(&start, 1.0)?;
+/// assert!((solution.state.momentum[0] - 0.2414593544179369).abs() < 1e-10);
+/// assert_eq!((solution.end, solution.saved.len()), (End::Time, 2));
+/// let statistics: Statistics<f64> = solution.statistics;
+/// assert!(statistics.error < 1e-10 && statistics.steps > 0);
+///
+/// // The state at any time, on the group to round-off.
+/// let between = solution.at(0.3)?;
+/// assert!((between.attitude.transpose() * between.attitude - Matrix::<f64, 3>::identity()).amax() < 1e-14);
+/// assert!(matches!(solution.at(2.0), Err(DenseError::Outside { .. })));
+///
+/// // On from there, with the step that was reached, and back.
+/// let mut solve = solve.save_at([]).first_step(solution.next_step);
+/// let later = solve.run(&solution.state, 2.0)?;
+/// let back = solve.run(&later.state, 0.0)?;
+/// assert!((back.state.momentum - start.momentum).amax() < 1e-9);
+/// # Ok::<(), Box<dyn std::error::Error>>(())
+/// ```
+pub struct Solve<'a, T: Real, const N: usize, const D: usize, L, F, R> {
+    lagrangian: Arc<L>,
+    force: Arc<F>,
+    retraction: Arc<R>,
+    tolerance: T,
+    method: Method<T>,
+    most_steps: usize,
+    first_step: Option<T>,
+    max_step: Option<T>,
+    save_at: Vec<T>,
+    every: Option<usize>,
+    dense: bool,
+    events: Vec<Event<'a, T, N, D>>,
+    observer: Option<Box<Observer<'a, T, N, D>>>,
+    /// What the last run has allocated, for the next one.
+    engine: Option<Engine<T, N, D, L, F, R>>,
+}
+
+/// The steps, and what is between them.
+struct Engine<T: Real, const N: usize, const D: usize, L, F, R> {
+    pair: Pair<T, N, D, L, F, R>,
+    maker: Maker<T, N>,
+    piece: Piece<T, N, D>,
+}
+
+/// A run on its way.
+struct Run<T: Real, const N: usize, const D: usize, R> {
+    solution: Solution<T, N, D, R>,
+    control: Control<T>,
+    /// The times to save that are still to come begin here.
+    next_save: usize,
+    /// The last values of the event functions that were not 0, with 0 where there is none.
+    values: Vec<T>,
+    /// Events of the step at hand: the place in it, which, whether it rises, the state.
+    found: Vec<Located<T, N, D>>,
+}
+
+/// The result of a run.
+type Outcome<T, const N: usize, const D: usize, R> = Result<Solution<T, N, D, R>, SolveFailure<T, N, D, R>>;
+
+impl<'a, T: Real, const N: usize, const D: usize, L, F, R> Solve<'a, T, N, D, L, F, R> {
+    /// The solver for l, f and τ, with the tolerance 10⁻⁸.
+    pub fn new(lagrangian: L, force: F, retraction: R) -> Self {
+        Self {
+            lagrangian: Arc::new(lagrangian),
+            force: Arc::new(force),
+            retraction: Arc::new(retraction),
+            tolerance: T::exact(TOLERANCE),
+            method: Method::Family(Family::Gauss),
+            most_steps: MOST_STEPS,
+            first_step: None,
+            max_step: None,
+            save_at: Vec::new(),
+            every: None,
+            dense: false,
+            events: Vec::new(),
+            observer: None,
+            engine: None,
+        }
+    }
+
+    /// The relative error that a run may make, between 0 and 1.
+    pub fn tolerance(mut self, tolerance: T) -> Self {
+        (self.tolerance, self.engine) = (tolerance, None);
+        self
+    }
+
+    /// Another family than Gauss; the number of stages follows from the tolerance.
+    pub fn family(mut self, family: Family) -> Self {
+        (self.method, self.engine) = (Method::Family(family), None);
+        self
+    }
+
+    /// A tableau of one's own: only the step size follows from the tolerance.
+    pub fn tableau(mut self, tableau: Tableau<T>) -> Self {
+        (self.method, self.engine) = (Method::Tableau(tableau), None);
+        self
+    }
+
+    /// The steps that a run may try, a million by default; a pair that was refused counts as two.
+    pub fn max_steps(mut self, steps: usize) -> Self {
+        self.most_steps = steps;
+        self
+    }
+
+    /// The size of the first steps, of either sign; by default it follows from the rates at the start.
+    pub fn first_step(mut self, step: T) -> Self {
+        self.first_step = Some(step);
+        self
+    }
+
+    /// The largest size of a step, for forces that act for a short time and for events that are close to each other.
+    pub fn max_step(mut self, step: T) -> Self {
+        self.max_step = Some(step);
+        self
+    }
+
+    /// The times at which to save states, each later than the one before in the direction of the run.
+    pub fn save_at(mut self, times: impl IntoIterator<Item = T>) -> Self {
+        self.save_at = times.into_iter().collect();
+        self
+    }
+
+    /// Saves the state after every k-th step.
+    pub fn every(mut self, k: usize) -> Self {
+        self.every = Some(k);
+        self
+    }
+
+    /// Keeps what is needed for [`Solution::at`].
+    pub fn dense(mut self) -> Self {
+        self.dense = true;
+        self
+    }
+
+    /// Locates one event more.
+    pub fn event(mut self, event: Event<'a, T, N, D>) -> Self {
+        self.events.push(event);
+        self
+    }
+
+    /// Calls `observe` with the state after each step; the run ends where it breaks off.
+    pub fn observe(mut self, observe: impl FnMut(&State<T, N, D>) -> ControlFlow<()> + 'a) -> Self {
+        self.observer = Some(Box::new(observe));
+        self
+    }
+}
+
+impl<T, const N: usize, const D: usize, L, F, R> Solve<'_, T, N, D, L, F, R>
+where
+    T: Real,
+    L: Lagrangian<T, N>,
+    F: Force<T, N>,
+    R: Retraction<T, N, D>,
+{
+    /// The solution from a state to the time `end`, before it or after it.
+    ///
+    /// The memory of a run is kept for the next; a step allocates nothing but what is saved.
+    ///
+    /// # Errors
+    /// [`SolveFailure`] with a [`SolveError`] and what was reached: input that makes no sense, a step that cannot be taken however short,
+    /// a tolerance that cannot be kept, too many steps, an event function that is not finite.
+    pub fn run(&mut self, start: &State<T, N, D>, end: T) -> Outcome<T, N, D, R> {
+        let mut solution = Solution {
+            state: start.clone(),
+            end: End::Failed,
+            statistics: Statistics::none(),
+            saved: Vec::new(),
+            events: Vec::new(),
+            next_step: T::zero(),
+            start: start.time,
+            dense: self.dense.then(|| Dense { retraction: self.retraction.clone(), pieces: Vec::new() }),
+        };
+        let fail = |error, solution| SolveFailure { error, reached: Box::new(solution) };
+        if let Err(error) = self.check(start, end) {
+            return Err(fail(error, solution));
+        }
+        // Taken out, so that the events and the observer can be borrowed beside it.
+        let mut engine = match self.engine.take().map_or_else(|| self.engine(start), Ok) {
+            Ok(engine) => engine,
+            Err(error) => return Err(fail(error.into(), solution)),
+        };
+        let first = match self.begin(&mut engine, start, end) {
+            Ok(first) => first,
+            Err(error) => return Err(fail(error, solution)),
+        };
+        solution.saved.reserve(self.save_at.len());
+        let order = engine.pair.order();
+        let control = Control::new(start.time, end, self.tolerance, order, first, self.max_step);
+        let mut run = Run { solution, control, next_save: 0, values: Vec::new(), found: Vec::new() };
+        let result = self.advance(&mut engine, &mut run);
+        self.engine = Some(engine);
+        run.solution.next_step = run.control.next();
+        match result {
+            Ok(end) => {
+                run.solution.end = end;
+                Ok(run.solution)
+            }
+            Err(error) => Err(fail(error, run.solution)),
+        }
+    }
+
+    /// Refuses input that makes no sense.
+    fn check(&self, start: &State<T, N, D>, end: T) -> Result<(), SolveError> {
+        let bad = |what, value: T, needed| Err(SolveError::BadInput { what, value: value.to_f64(), needed });
+        if !(self.tolerance > T::zero() && self.tolerance < T::one()) {
+            return bad("the tolerance", self.tolerance, "between 0 and 1");
+        }
+        if !end.all_finite() {
+            return bad("the end time", end, "finite");
+        }
+        if let Some(step) = self.first_step.filter(|step| !step.all_finite() || *step == T::zero()) {
+            return bad("the first step", step, "finite and not 0");
+        }
+        if let Some(step) = self.max_step.filter(|step| !step.all_finite() || *step <= T::zero()) {
+            return bad("the largest step", step, "finite and above 0");
+        }
+        if self.every == Some(0) {
+            return bad("the number of steps between saved states", T::zero(), "at least 1");
+        }
+        start.check_finite(end).map_err(|source| SolveError::Stuck { time: start.time.to_f64(), step: 0.0, source })?;
+        let forward = end >= start.time;
+        let from = |time: T| if forward { time - start.time } else { start.time - time };
+        let (mut before, span) = (None, from(end));
+        for (index, &time) in self.save_at.iter().enumerate() {
+            let at = from(time);
+            let why = if !at.all_finite() {
+                "it is not finite"
+            } else if at < T::zero() || at > span {
+                "it is outside the run"
+            } else if before.is_some_and(|before| at <= before) {
+                "it is not later, in the direction of the run, than the one before"
+            } else {
+                before = Some(at);
+                continue;
+            };
+            return Err(SolveError::SaveTime { index, time: time.to_f64(), why });
+        }
+        Ok(())
+    }
+
+    /// The tableau for the tolerance.
+    fn chosen(&self) -> Result<Tableau<T>, TableauError> {
+        let family = match &self.method {
+            Method::Tableau(tableau) => return Ok(tableau.clone()),
+            Method::Family(family) => *family,
+        };
+        let digits = -self.tolerance.to_f64().max(f64::MIN_POSITIVE).log10();
+        let stages = ((digits * STAGES_PER_DIGIT).round() as usize).clamp(FEWEST_STAGES, MOST_STAGES);
+        let order = Family::Gauss.declared(stages);
+        let stages = (family.least_stages()..=2 * MOST_STAGES).find(|&stages| family.declared(stages) >= order);
+        family.tableau(stages.unwrap_or(MOST_STAGES))
+    }
+
+    fn engine(&self, start: &State<T, N, D>) -> Result<Engine<T, N, D, L, F, R>, TableauError> {
+        let tableau = self.chosen()?;
+        let pair = Pair::new((&self.lagrangian, &self.force, &self.retraction), &tableau, start);
+        let maker = Maker::new(pair.through(), tableau.stages())?;
+        let piece = Piece::new(maker.nodes());
+        Ok(Engine { pair, maker, piece })
+    }
+
+    /// Evaluates the equations at the start; returns the size of the first steps.
+    fn begin(&self, engine: &mut Engine<T, N, D, L, F, R>, start: &State<T, N, D>, end: T) -> Result<T, SolveError> {
+        let stuck = |source| SolveError::Stuck { time: start.time.to_f64(), step: (end - start.time).to_f64(), source };
+        engine.pair.begin(start).map_err(stuck)?;
+        Ok(match self.first_step {
+            Some(step) => step.abs(),
+            None => Control::first((end - start.time).abs(), engine.pair.rate(0)),
+        })
+    }
+
+    /// All steps.
+    fn advance(&mut self, engine: &mut Engine<T, N, D, L, F, R>, run: &mut Run<T, N, D, R>) -> Result<End, SolveError> {
+        for (index, event) in self.events.iter_mut().enumerate() {
+            run.values.push(event.value(index, &run.solution.state)?);
+        }
+        if self.save_at.first() == Some(&run.solution.state.time) {
+            run.solution.saved.push(run.solution.state.clone());
+            run.next_save = 1;
+        }
+        while !run.control.ended() {
+            run.control.within(&run.solution.statistics, self.most_steps)?;
+            let plan = run.control.plan();
+            match engine.pair.attempt(&plan, &mut run.solution.statistics) {
+                Ok(attempt) if run.control.admits(&plan, &attempt) => {
+                    run.control.accept(&plan, &attempt, engine.pair.rate(2));
+                    let statistics = &mut run.solution.statistics;
+                    statistics.error += attempt.unexplained + attempt.residual;
+                    statistics.residual = statistics.residual.max(attempt.residual);
+                }
+                outcome => {
+                    run.solution.statistics.rejected += 1;
+                    run.control.refuse(&plan, outcome)?;
+                    continue;
+                }
+            }
+            for k in 0..2 {
+                run.solution.statistics.steps += 1;
+                if let Some(end) = self.keep(engine, run, k, &plan)? {
+                    return Ok(end);
+                }
+            }
+            engine.pair.accept();
+        }
+        Ok(End::Time)
+    }
+
+    /// Saves what is asked for of step k of a pair, and looks for events in it; where the run ends in it, why.
+    fn keep(
+        &mut self,
+        engine: &mut Engine<T, N, D, L, F, R>,
+        run: &mut Run<T, N, D, R>,
+        k: usize,
+        plan: &Plan<T>,
+    ) -> Result<Option<End>, SolveError> {
+        let (start, stop) = (engine.pair.points[k].state.time, engine.pair.points[k + 1].state.time);
+        let earlier = |a: T, b: T| if stop > start { a < b } else { a > b };
+        let crossed = self.watch(&engine.pair.points[k + 1].state, run)?;
+        let between = self.save_at.get(run.next_save).is_some_and(|&time| earlier(time, stop));
+        if self.dense || crossed || between {
+            let Engine { pair, maker, piece } = engine;
+            let stuck = |source| SolveError::Stuck { time: start.to_f64(), step: plan.step.to_f64(), source };
+            maker.make(pair, k, self.tolerance, piece).map_err(stuck)?;
+        }
+        let after = &engine.pair.points[k + 1].state;
+        let step = Step { start, after, piece: &engine.piece, retraction: engine.pair.retraction() };
+        if crossed {
+            self.locate(&step, run)?;
+        }
+        let terminal = run.found.iter().position(|located| self.events[located.event].terminal);
+        let last = terminal.map_or(stop, |place| run.found[place].state.time);
+        while let Some(&time) = self.save_at.get(run.next_save).filter(|&&time| !earlier(last, time)) {
+            run.solution.saved.push(step.at(time)?);
+            run.next_save += 1;
+        }
+        if let Some(dense) = &mut run.solution.dense {
+            dense.pieces.push(engine.piece.clone());
+        }
+        if let Some(place) = terminal {
+            let Located { event, state, .. } = &run.found[place];
+            (run.solution.state, run.solution.end) = (state.clone(), End::Event(*event));
+            run.solution.events.extend(run.found.drain(..=place));
+            return Ok(Some(run.solution.end));
+        }
+        run.solution.events.append(&mut run.found);
+        run.solution.state.clone_from(after);
+        if self.every.is_some_and(|every| run.solution.statistics.steps.is_multiple_of(every)) {
+            run.solution.saved.push(run.solution.state.clone());
+        }
+        let stopped = self.observer.as_mut().is_some_and(|observe| observe(&run.solution.state).is_break());
+        Ok(stopped.then_some(End::Stopped))
+    }
+
+    /// Evaluates the event functions after a step; whether one of them has passed zero. The events found hold the value before the step
+    /// in the place of the time.
+    fn watch(&mut self, after: &State<T, N, D>, run: &mut Run<T, N, D, R>) -> Result<bool, SolveError> {
+        run.found.clear();
+        for (index, event) in self.events.iter_mut().enumerate() {
+            let value = event.value(index, after)?;
+            let before = std::mem::replace(&mut run.values[index], value);
+            if let Some(rising) = event.passes(before, value) {
+                let state = State { time: before, ..after.clone() };
+                run.found.push(Located { event: index, rising, state });
+            }
+        }
+        Ok(!run.found.is_empty())
+    }
+
+    /// The times and states of the events found, in the order of the run.
+    fn locate(&mut self, step: &Step<'_, T, N, D, R>, run: &mut Run<T, N, D, R>) -> Result<(), SolveError> {
+        let (start, length) = (step.start, step.after.time - step.start);
+        let width = self.tolerance * run.control.span() / (T::int(LOCATED) * length.abs());
+        let rounding = T::int(4) * T::unit_roundoff() * (T::one() + (start / length).abs());
+        let time = |theta: T| if theta == T::one() { step.after.time } else { start + theta * length };
+        for located in &mut run.found {
+            let (index, event) = (located.event, &mut self.events[located.event]);
+            let ends = [located.state.time, run.values[index]];
+            let theta = events::bracket(ends, width.max(rounding), |x| event.value(index, &step.at(time(x))?))?;
+            located.state = step.at(time(theta))?;
+        }
+        run.found.sort_by(|a, b| {
+            let order = a.state.time.partial_cmp(&b.state.time).unwrap_or(std::cmp::Ordering::Equal);
+            if length > T::zero() { order } else { order.reverse() }
+        });
+        Ok(())
+    }
+}
+
+/// The states of a step.
+struct Step<'s, T: Real, const N: usize, const D: usize, R> {
+    start: T,
+    after: &'s State<T, N, D>,
+    piece: &'s Piece<T, N, D>,
+    retraction: &'s R,
+}
+
+impl<T: Real, const N: usize, const D: usize, R: Retraction<T, N, D>> Step<'_, T, N, D, R> {
+    fn at(&self, time: T) -> Result<State<T, N, D>, SolveError> {
+        if time == self.after.time {
+            return Ok(self.after.clone());
+        }
+        self.piece.at(self.retraction, time).map_err(|source| {
+            let step = (self.after.time - self.start).to_f64();
+            let source = StepError::Domain { step, stage: None, source };
+            SolveError::Stuck { time: time.to_f64(), step, source }
+        })
+    }
+}

@@ -1,0 +1,458 @@
+//! Two steps of h, and the error that they make: one step of 2h from the same start.
+
+use super::control::{Attempt, Effort, Plan};
+use super::solution::Statistics;
+use crate::algebra::{Covector, Vector};
+use crate::integrators::variational::Variational;
+use crate::integrators::{OneStep, Report, Solver, State, StepError};
+use crate::mechanics::configuration::Configuration;
+use crate::mechanics::{Force, Lagrangian};
+use crate::retraction::{Retraction, RetractionError};
+use crate::scalar::{Real, finite};
+use crate::tableau::Tableau;
+use crate::tableau::assumptions::Assumptions;
+use crate::tableau::bounds::Bounds;
+use crate::tableau::order::variational_order;
+use crate::tableau::quantity::Coefficients;
+use std::sync::Arc;
+
+/// The stage equations are solved to this share of the error that a pair may make: its results, and their difference, know no more.
+const SOLVED: i64 = 16;
+
+/// Those of the step of 2h to this share of a difference that stands for this error, and never more loosely than the second: that is
+/// larger by 2^p − 1.
+const SOLVED_COARSE: i64 = 64;
+const LOOSEST: f64 = 1e-3;
+
+/// The estimate is taken times this: that the error falls like h^(p+1) from 2h to h is true of short steps only. The error of runs on
+/// SO(3), SE(2), SE(3) and of a heavy top is then between a hundredth and a half of the tolerance, from 10⁻⁴ to 10⁻¹².
+const SAFETY: i64 = 2;
+
+/// A residual makes a difference of no more than so many times itself.
+const EXPLAINED: i64 = 4;
+
+/// Orders up to this are looked up in trees where the simplifying assumptions decide nothing: that takes microseconds.
+const TREES: usize = 6;
+
+/// Nodes closer than this count as one, and weights that are larger in sum than the second give no guess: it would be rounding.
+const APART: f64 = 1.0 / 1024.0;
+const LARGEST_WEIGHTS: f64 = 1e6;
+
+/// A step up to so many times the last one starts from what is extrapolated from that.
+const FARTHEST: f64 = 1.5;
+
+/// The order of the scheme with a tableau, no more than what is proven from the coefficients, and that of its stages.
+///
+/// Source: [`Bounds`], and [`variational_order`] for low orders.
+fn orders<T: Real>(tableau: &Tableau<T>) -> (usize, usize) {
+    let coefficients = Coefficients::of(tableau);
+    let assumptions = Assumptions::of(&coefficients);
+    let [_, proven] = Bounds::of(&coefficients, &assumptions, 2 * tableau.stages());
+    let order = match proven.least == proven.most || proven.least >= TREES {
+        true => proven.least,
+        false => variational_order(tableau, TREES).order.max(proven.least),
+    };
+    (order.max(1), assumptions.c.holds.clamp(1, order.max(1)))
+}
+
+/// Lagrange interpolation through the start, the stages and the end of a step.
+#[derive(Clone, Debug)]
+pub(super) struct Through<T> {
+    /// The stages that are nodes: those apart from each other and from the ends.
+    kept: Vec<usize>,
+    /// 0, the c of these stages, 1.
+    nodes: Vec<T>,
+    /// Barycentric weights.
+    weights: Vec<T>,
+}
+
+impl<T: Real> Through<T> {
+    pub fn new(c: &[T]) -> Self {
+        let (mut kept, mut nodes) = (Vec::new(), vec![T::zero()]);
+        for (i, &node) in c.iter().enumerate() {
+            let apart = |other: &T| (node - *other).abs() > T::exact(APART);
+            if nodes.iter().all(apart) && apart(&T::one()) {
+                kept.push(i);
+                nodes.push(node);
+            }
+        }
+        nodes.push(T::one());
+        let weight = |j: usize| (0..nodes.len()).filter(|&k| k != j).fold(T::one(), |w, k| w / (nodes[j] - nodes[k]));
+        Self { weights: (0..nodes.len()).map(weight).collect(), kept, nodes }
+    }
+
+    /// The weights of the values at 0, the kept stages and 1 for the value at x; `false` if they are too large to be of use.
+    pub fn row(&self, x: T, row: &mut [T]) -> bool {
+        let n = self.nodes.len();
+        if let Some(node) = self.nodes.iter().position(|&node| (node - x).abs() < T::unit_roundoff()) {
+            row[..n].fill(T::zero());
+            row[node] = T::one();
+            return true;
+        }
+        let mut sum = T::zero();
+        for k in 0..n {
+            row[k] = self.weights[k] / (x - self.nodes[k]);
+            sum += row[k];
+        }
+        let mut size = T::zero();
+        for value in &mut row[..n] {
+            *value /= sum;
+            size += value.abs();
+        }
+        size < T::exact(LARGEST_WEIGHTS)
+    }
+
+    /// The value at the place of a row, from those at the ends and at the stages.
+    pub fn value<const N: usize>(&self, row: &[T], ends: [&Vector<T, N>; 2], stages: &[Vector<T, N>]) -> Vector<T, N> {
+        let last = self.nodes.len() - 1;
+        let inner = self.kept.iter().zip(&row[1..last]);
+        inner.fold(ends[0] * row[0] + ends[1] * row[last], |sum, (&i, &w)| sum + stages[i] * w)
+    }
+
+    /// How many numbers a row has.
+    pub fn len(&self) -> usize {
+        self.nodes.len()
+    }
+}
+
+/// What is known at one state.
+#[derive(Clone, Debug)]
+pub(super) struct Point<T: Real, const N: usize, const D: usize> {
+    pub state: State<T, N, D>,
+    /// η.
+    pub velocity: Vector<T, N>,
+    /// ∂_gL + f.
+    pub force: Covector<T, N>,
+    /// |∂_gL| + |f|: they cancel at equilibria.
+    load: T,
+}
+
+/// The stages of a step of h.
+#[derive(Clone, Debug)]
+pub(super) struct Half<T: Real, const N: usize> {
+    pub step: T,
+    /// ξ.
+    pub increment: Vector<T, N>,
+    /// Ξ_i.
+    pub displacements: Vec<Vector<T, N>>,
+    /// η_i.
+    pub velocities: Vec<Vector<T, N>>,
+    /// η at both ends.
+    pub ends: [Vector<T, N>; 2],
+}
+
+impl<T: Real, const N: usize> Half<T, N> {
+    fn new(stages: usize) -> Self {
+        let zero = Vector::zeros();
+        Self {
+            step: T::zero(),
+            increment: zero,
+            displacements: vec![zero; stages],
+            velocities: vec![zero; stages],
+            ends: [zero; 2],
+        }
+    }
+}
+
+/// Where the first guess of the next step comes from.
+#[derive(Clone, Copy, Debug, PartialEq)]
+enum Guess {
+    /// A constant velocity.
+    Cold,
+    /// The step before.
+    After,
+    /// The first of two steps that were refused.
+    Within,
+}
+
+type Engine<T, const N: usize, const D: usize, L, F, R> = Variational<T, N, D, Arc<L>, Arc<F>, Arc<R>>;
+
+/// The method, twice: for steps of h and of 2h, each with its own stages.
+pub(super) struct Pair<T: Real, const N: usize, const D: usize, L, F, R> {
+    fine: Engine<T, N, D, L, F, R>,
+    coarse: Engine<T, N, D, L, F, R>,
+    order: usize,
+    /// The q of C(q): what is left of the order where a force is stiff.
+    stage_order: usize,
+    through: Through<T>,
+    row: Vec<T>,
+    c: Vec<T>,
+    /// For each stage of the step of 2h: which of the two steps it lies in, and its row there.
+    inside: Vec<(usize, Vec<T>)>,
+    guess: Guess,
+    before: Half<T, N>,
+    pub halves: [Half<T, N>; 2],
+    /// The start, the middle and the end.
+    pub points: [Point<T, N, D>; 3],
+}
+
+impl<T, const N: usize, const D: usize, L, F, R> Pair<T, N, D, L, F, R>
+where
+    T: Real,
+    L: Lagrangian<T, N>,
+    F: Force<T, N>,
+    R: Retraction<T, N, D>,
+{
+    pub fn new(parts: (&Arc<L>, &Arc<F>, &Arc<R>), tableau: &Tableau<T>, state: &State<T, N, D>) -> Self {
+        let engine = || Variational::new(parts.0.clone(), parts.1.clone(), parts.2.clone(), tableau.clone());
+        let through = Through::new(tableau.c().as_slice());
+        let inside = tableau.c().iter().map(|&c| {
+            let (x, mut row) = (c * T::int(2), vec![T::zero(); through.len()]);
+            let half = usize::from(x > T::one());
+            through.row(x - T::int(half as i64), &mut row);
+            (half, row)
+        });
+        let half = Half::new(tableau.stages());
+        let zero = Vector::zeros();
+        let point = Point { state: state.clone(), velocity: zero, force: Covector::zeros(), load: T::zero() };
+        let (order, stage_order) = orders(tableau);
+        Self {
+            order,
+            stage_order,
+            inside: inside.collect(),
+            row: vec![T::zero(); through.len()],
+            c: tableau.c().iter().copied().collect(),
+            through,
+            guess: Guess::Cold,
+            before: half.clone(),
+            halves: [half.clone(), half],
+            points: [point.clone(), point.clone(), point],
+            fine: engine(),
+            coarse: engine(),
+        }
+    }
+
+    /// The order of the method.
+    pub fn order(&self) -> usize {
+        self.order
+    }
+
+    pub fn through(&self) -> &Through<T> {
+        &self.through
+    }
+
+    pub fn retraction(&self) -> &R {
+        self.fine.retraction()
+    }
+
+    /// ∂L/∂η at (t, g, η).
+    pub fn momentum_at(&self, state: &State<T, N, D>, velocity: &Vector<T, N>) -> Covector<T, N> {
+        self.fine.lagrangian().gradient_at(state.time, Configuration::of(&state.attitude), velocity)
+    }
+
+    /// The η with ∂L/∂η(t, g, η) = μ.
+    pub fn velocity_at(
+        &self,
+        state: &State<T, N, D>,
+        guess: &Vector<T, N>,
+        step: T,
+    ) -> Result<Vector<T, N>, StepError> {
+        let here = Configuration::of(&state.attitude);
+        let found = self.fine.lagrangian().velocity_at(state.time, here, &state.momentum, guess);
+        found.map_err(|source| StepError::Legendre { step: step.to_f64(), source })
+    }
+
+    /// Whether there is anything in the place of f.
+    pub fn forced(&self) -> bool {
+        !self.fine.force().is_zero() || self.fine.lagrangian().uses_configuration()
+    }
+
+    /// ∂_gL + f at (t, g, η), and |∂_gL| + |f|.
+    pub fn force_at(
+        &self,
+        state: &State<T, N, D>,
+        velocity: &Vector<T, N>,
+        step: T,
+    ) -> Result<(Covector<T, N>, T), StepError> {
+        let (lagrangian, force, here) = (self.fine.lagrangian(), self.fine.force(), Configuration::of(&state.attitude));
+        if !self.forced() {
+            return Ok((Covector::zeros(), T::zero()));
+        }
+        let mut total = force.force_at(state.time, here, velocity);
+        let mut load = total.amax();
+        if lagrangian.uses_configuration() {
+            let gradient = lagrangian.configuration_gradient(state.time, here, velocity);
+            load += gradient.amax();
+            total += gradient;
+        }
+        if finite(total.as_slice()) {
+            return Ok((total, load));
+        }
+        let why =
+            force.undefined(state.time, here, velocity).or_else(|| lagrangian.undefined(state.time, here, velocity));
+        let stage = Some(self.fine.tableau().stages() - 1);
+        Err(StepError::Undefined { step: step.to_f64(), stage, why })
+    }
+
+    /// Begins a run at a state.
+    pub fn begin(&mut self, state: &State<T, N, D>) -> Result<(), StepError> {
+        state.check_finite(T::zero())?;
+        self.points[0].state = state.clone();
+        self.guess = Guess::Cold;
+        self.look(0, &Vector::zeros(), T::zero())
+    }
+
+    /// Evaluates the equations at a point.
+    fn look(&mut self, k: usize, guess: &Vector<T, N>, step: T) -> Result<(), StepError> {
+        let state = &self.points[k].state;
+        let velocity = self.velocity_at(state, guess, step)?;
+        let (force, load) = self.force_at(state, &velocity, step)?;
+        let point = &mut self.points[k];
+        (point.velocity, point.force, point.load) = (velocity, force, load);
+        Ok(())
+    }
+
+    /// The rate at which μ, or g, changes at a point, relative to its size.
+    pub fn rate(&self, k: usize) -> T {
+        let Point { state, velocity, force, .. } = &self.points[k];
+        let algebra = self.fine.retraction().algebra();
+        let turning = algebra.ad(velocity).amax();
+        let change = (algebra.coad(velocity, &state.momentum) + force).amax();
+        let size = state.momentum.amax() + self.at_rest(state).amax();
+        if size > T::zero() { turning.max(change / size) } else { turning }
+    }
+
+    /// ∂L/∂η at η = 0: the momentum of a rotor.
+    fn at_rest(&self, state: &State<T, N, D>) -> Covector<T, N> {
+        self.momentum_at(state, &Vector::zeros())
+    }
+
+    /// Takes the two steps of a plan and the one of 2h, and returns the estimated error of the two. The points and halves hold them.
+    pub fn attempt(&mut self, plan: &Plan<T>, statistics: &mut Statistics<T>) -> Result<Attempt<T>, StepError> {
+        let tolerance = plan.allowed / T::int(SOLVED);
+        self.fine.set_tolerance(tolerance);
+        let falls = T::int(2).powi(self.order as i32) - T::one();
+        let loosely = plan.allowed * falls / T::int(SOLVED_COARSE);
+        self.coarse.set_tolerance(loosely.min(T::exact(LOOSEST)).max(tolerance));
+        let guess = std::mem::replace(&mut self.guess, Guess::Cold);
+        let (mut residual, mut noise, mut effort) = (T::zero(), T::zero(), Effort::Little);
+        let mut note = |report: Report<T>, rate: f64| {
+            statistics.iterations += report.iterations;
+            effort = effort.max(match report.solver {
+                Solver::FixedPoint => Effort::of_rate(rate),
+                _ => Effort::Newton,
+            });
+            noise += if effort == Effort::Newton { report.residual.min(plan.allowed) } else { report.residual };
+        };
+        for k in 0..2 {
+            match k {
+                0 => self.guess_first(guess, plan.step),
+                _ => self.guess_second(plan.step),
+            }
+            let report = self.take(k, plan)?;
+            note(report, self.fine.contraction());
+            residual = residual.max(report.residual);
+            if k == 0 {
+                self.guess = Guess::Within;
+            }
+        }
+        let mut doubled = self.points[0].state.clone();
+        let (inside, through, halves) = (&self.inside, &self.through, &self.halves);
+        let two = plan.step * T::int(2);
+        self.coarse.predict(two, &doubled.momentum, |i| {
+            let (half, row) = &inside[i];
+            let Half { ends, velocities, .. } = &halves[*half];
+            through.value(row, [&ends[0], &ends[1]], velocities)
+        });
+        let report = self.coarse.step(&mut doubled, two)?;
+        note(report, self.coarse.contraction());
+        let difference = self.difference(&doubled, two)?;
+        // What the residuals explain does not fall with h.
+        let rest = (difference - noise * T::int(EXPLAINED)).max(T::zero());
+        let stiffly = T::int(2).powi(self.stage_order as i32) - T::one();
+        let share = match (plan.smooth, effort) {
+            (false, _) => T::one(),
+            (true, Effort::Newton) => T::int(SAFETY) / stiffly,
+            (true, _) => T::int(SAFETY) / falls,
+        };
+        Ok(Attempt { error: difference * share, difference, unexplained: rest * share, residual, effort })
+    }
+
+    /// The pair is kept: the next one starts at its end.
+    pub fn accept(&mut self) {
+        let [first, _, end] = &mut self.points;
+        std::mem::swap(first, end);
+        std::mem::swap(&mut self.before, &mut self.halves[1]);
+        self.guess = Guess::After;
+    }
+
+    /// The stage velocities of the first step, from the step before or from a longer one.
+    fn guess_first(&mut self, guess: Guess, step: T) {
+        let (half, offset) = match guess {
+            Guess::Cold => return,
+            Guess::After => (&self.before, T::one()),
+            Guess::Within => (&self.halves[0], T::zero()),
+        };
+        let (ratio, row, through) = (step / half.step, &mut self.row, &self.through);
+        let near = ratio > T::zero() && ratio < T::exact(FARTHEST);
+        let c = &self.c;
+        if near && through.row(offset + ratio, row) {
+            self.fine.predict(step, &self.points[0].state.momentum, |i| {
+                through.row(offset + ratio * c[i], row);
+                through.value(row, [&half.ends[0], &half.ends[1]], &half.velocities)
+            });
+        }
+    }
+
+    /// The stage velocities of the second step, from the first.
+    fn guess_second(&mut self, step: T) {
+        let (half, row, through) = (&self.halves[0], &mut self.row, &self.through);
+        let c = &self.c;
+        if through.row(T::int(2), row) {
+            self.fine.predict(step, &self.points[1].state.momentum, |i| {
+                through.row(T::one() + c[i], row);
+                through.value(row, [&half.ends[0], &half.ends[1]], &half.velocities)
+            });
+        }
+    }
+
+    /// Step k of h.
+    fn take(&mut self, k: usize, plan: &Plan<T>) -> Result<Report<T>, StepError> {
+        let (before, after) = self.points.split_at_mut(k + 1);
+        let (start, end) = (&before[k], &mut after[0]);
+        end.state.clone_from(&start.state);
+        let report = self.fine.step(&mut end.state, plan.step)?;
+        end.state.time = plan.times[k];
+        let half = &mut self.halves[k];
+        (half.step, half.increment, half.ends[0]) = (plan.step, *self.fine.increment(), start.velocity);
+        for (to, from) in half.displacements.iter_mut().zip(self.fine.stage_displacements()) {
+            *to = from;
+        }
+        for (to, from) in half.velocities.iter_mut().zip(self.fine.stage_velocities()) {
+            *to = from;
+        }
+        let guess = half.velocities[half.velocities.len() - 1];
+        self.look(k + 1, &guess, plan.step)?;
+        self.halves[k].ends[1] = self.points[k + 1].velocity;
+        Ok(report)
+    }
+
+    /// How far the result of one step of 2h is from that of two: of the momentum relative to it and to the impulse of the forces, of
+    /// the displacement τ(ξ) relative to its largest entry.
+    fn difference(&self, doubled: &State<T, N, D>, two: T) -> Result<T, StepError> {
+        let [start, middle, end] = &self.points;
+        let largest = |f: &dyn Fn(&Point<T, N, D>) -> T| f(start).max(f(middle)).max(f(end));
+        let size = largest(&|point| point.state.momentum.amax()) + self.at_rest(&start.state).amax();
+        let scale = size.max(largest(&|point| point.load) * two.abs());
+        let momentum = relative((end.state.momentum - doubled.momentum).amax(), scale);
+        let tau = |x| self.fine.retraction().tau::<T>(x);
+        let displaced = |x| match tau(x) {
+            Err(RetractionError::NoGroup { .. }) => Ok(None),
+            Err(source) => Err(StepError::Domain { step: two.to_f64(), stage: None, source }),
+            Ok(g) => Ok(Some(g)),
+        };
+        let [first, second] = &self.halves;
+        let steps = (displaced(&first.increment)?, displaced(&second.increment)?, displaced(self.coarse.increment())?);
+        let (Some(first), Some(second), Some(coarse)) = steps else {
+            return Ok(momentum);
+        };
+        let fine = first * second;
+        let attitude = relative((fine - coarse).amax(), fine.amax());
+        Ok(if attitude > momentum || !attitude.all_finite() { attitude } else { momentum })
+    }
+}
+
+/// change / size, where 0/0 is 0.
+pub(super) fn relative<T: Real>(change: T, size: T) -> T {
+    if change == T::zero() { change } else { change / size }
+}

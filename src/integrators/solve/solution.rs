@@ -1,0 +1,110 @@
+//! What a run with a tolerance answers.
+
+use super::dense::Piece;
+use super::error::DenseError;
+use crate::integrators::State;
+use crate::retraction::Retraction;
+use crate::scalar::Real;
+use std::sync::Arc;
+
+/// What a run took.
+#[derive(Clone, Copy, Debug, PartialEq)]
+#[non_exhaustive]
+pub struct Statistics<T> {
+    /// Steps taken. They come in pairs of equal size.
+    pub steps: usize,
+    /// Pairs tried in vain.
+    pub rejected: usize,
+    /// Fixed-point and Newton iterations of all steps, those of twice the size for the estimates of the error included.
+    pub iterations: usize,
+    /// The largest relative residual of the stage equations of a step taken.
+    pub residual: T,
+    /// The sum of the estimated local errors, relative to the momentum and to the attitude.
+    pub error: T,
+}
+
+impl<T: Real> Statistics<T> {
+    pub(super) fn none() -> Self {
+        Self { steps: 0, rejected: 0, iterations: 0, residual: T::zero(), error: T::zero() }
+    }
+}
+
+/// Why a run ended.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[non_exhaustive]
+pub enum End {
+    /// The end of the interval is reached.
+    Time,
+    /// A terminal event: its number, from 0 in the order in which the events were added.
+    Event(usize),
+    /// The observer broke off.
+    Stopped,
+    /// An error, see [`SolveFailure`](super::SolveFailure).
+    Failed,
+}
+
+/// An event, and the state at it.
+#[derive(Clone, Debug, PartialEq)]
+#[non_exhaustive]
+pub struct Located<T: Real, const N: usize, const D: usize> {
+    /// Which event, from 0 in the order in which they were added.
+    pub event: usize,
+    /// Whether the function rises there, in the direction of the run.
+    pub rising: bool,
+    /// The state there, no earlier than the root: a run that goes on from it does not find the same event again.
+    pub state: State<T, N, D>,
+}
+
+/// What a run with a tolerance answers: see [`Solve`](super::Solve).
+#[derive(Debug)]
+#[non_exhaustive]
+pub struct Solution<T: Real, const N: usize, const D: usize, R> {
+    /// The last state.
+    pub state: State<T, N, D>,
+    /// Why the run ended.
+    pub end: End,
+    /// What it took.
+    pub statistics: Statistics<T>,
+    /// The states at the times to save and after every k-th step, in the order of the run.
+    pub saved: Vec<State<T, N, D>>,
+    /// The events, in the order of the run.
+    pub events: Vec<Located<T, N, D>>,
+    /// The size of the steps that would have come next, with sign: give it to [`Solve::first_step`](super::Solve::first_step) to go
+    /// on.
+    pub next_step: T,
+    /// Where the run began.
+    pub start: T,
+    pub(super) dense: Option<Dense<T, N, D, R>>,
+}
+
+/// The states between the steps.
+#[derive(Debug)]
+pub(super) struct Dense<T: Real, const N: usize, const D: usize, R> {
+    pub retraction: Arc<R>,
+    pub pieces: Vec<Piece<T, N, D>>,
+}
+
+impl<T: Real, const N: usize, const D: usize, R: Retraction<T, N, D>> Solution<T, N, D, R> {
+    /// The state at any time of the run, to its tolerance.
+    ///
+    /// g(t) is in the group to round-off. Without a force the Casimirs of μ(t) are those of the start to round-off.
+    ///
+    /// # Errors
+    /// [`DenseError`]: the run was without [`dense`](super::Solve::dense), or the time is outside the interval.
+    pub fn at(&self, time: T) -> Result<State<T, N, D>, DenseError> {
+        let dense = self.dense.as_ref().ok_or(DenseError::NotKept)?;
+        let (start, end) = (self.start, self.state.time);
+        let forward = end >= start;
+        let inside = if forward { start <= time && time <= end } else { end <= time && time <= start };
+        if !inside {
+            return Err(DenseError::Outside { time: time.to_f64(), start: start.to_f64(), end: end.to_f64() });
+        }
+        if time == end {
+            return Ok(self.state.clone());
+        }
+        let begun =
+            dense.pieces.partition_point(|piece| if forward { piece.time() <= time } else { piece.time() >= time });
+        let piece = dense.pieces.get(begun.saturating_sub(1)).ok_or(DenseError::NotKept)?;
+        piece.at(&*dense.retraction, time).map_err(|source| DenseError::Domain { time: time.to_f64(), source })
+    }
+}
