@@ -35,7 +35,7 @@ pub const fn laws<S: Source>() -> &'static [CaseLaw<S>] {
                 opposite action",
                     source: "Martín de Diego and Sato Martín de Almagro 2019, Prop 5.2",
                     oracle: "the solution from the inverse arrow, by Hamilton's equations on g*×G×g* of the Legendre transform of l_f",
-                    bound: "two precisions (s N > 6: f64 alone below 8 u or a 2⁹th of the floor, but for one case in ten); floor 2¹¹ N u: 8 stages of a collocation iterated to a few u",
+                    bound: "two precisions (s N > 6: f64 alone below 8 u or a 2⁹th of the floor, but for one case in ten); floor 2¹¹ N u: 8 stages of a collocation iterated to a few u, over a quarter of the step",
                     needs: "a group; a force",
                     cost: Cost::Expensive,
                     faults: &[
@@ -138,7 +138,7 @@ fn at<T: Real, E: Into<VelocityError>>(time: T) -> impl Fn(E) -> ExactError {
     move |source| ExactError::Equations { time: time.to_f64(), source: source.into() }
 }
 
-/// The stages of a collocation: over a step of the cases its truncation, of order 16, is at most a few u.
+/// The stages of a collocation, of order 16.
 const STAGES: usize = 8;
 
 /// The end of a solution.
@@ -160,7 +160,7 @@ where
     R: Retraction<T, N, D>,
     Q: DoubledLagrangian<T, N, D>,
 {
-    /// Where the solution is after the step of the system.
+    /// Where the solution is after a quarter of the step of the system.
     fn end(&self, start: &Start<T, N, D>) -> Result<End<T, D>, ExactError> {
         let doubled = &self.hamiltonian.doubled;
         let (lambda, mu) =
@@ -169,7 +169,7 @@ where
         let mut state: Vec<T> = momenta.chain(std::iter::repeat_n(T::zero(), 2 * N + 1)).collect();
         let gauss = Family::Gauss.tableau(STAGES)?;
         let rate = &mut |t: T, state: &[T]| self.rate(start, t, state).map_err(at(t));
-        collocate(&gauss, start.time, self.system.step, &mut state, None, rate)?;
+        collocate(&gauss, start.time, quarter(self.system.step), &mut state, None, rate)?;
         let tau = |k: usize| self.system.retraction.tau(&part(&state, k)).map_err(at(start.time));
         Ok(End { v: tau(2)?, w: tau(3)?, action: state[4 * N] })
     }
@@ -228,7 +228,7 @@ impl Check<'_> {
         let forced = Forced::new(l, f, r);
         let planted = PlantedForced { doubled: &forced, fault: self.fault };
         let exact = ExactSolution::new::<D>(planted, r, STAGES)?;
-        let there = exact.at(&Start { time, eta, u, psi }, &[system.step])?;
+        let there = exact.at(&Start { time, eta, u, psi }, &[quarter(system.step)])?;
         let [there] = there.as_slice() else {
             return Ok(Measured::Broken("one time gave another number of points".into()));
         };
@@ -241,7 +241,7 @@ impl Check<'_> {
         let floor = 2048.0 * N as f64;
         let rate = planted.value(time, &eta, &u, &psi).map_err(at(time))?.abs();
         let energies = l.value(&eta).abs() + l.value(&psi).abs() + rate;
-        let action = Measured::defect((there.action + back.action).abs(), energies * system.step.abs(), floor, || {
+        let action = Measured::defect((there.action + back.action).abs(), energies * quarter(system.step).abs(), floor, || {
             format!("actions {:e} and {:e}", there.action.to_f64(), back.action.to_f64())
         });
         let ends = (there.v - back.w).amax().max((there.w - back.v).amax());
