@@ -29,8 +29,8 @@ def step(b):
     node = mbs.AddNode(node)
     J = b.inertia[:3, :3]  # about the body's origin
     body = mbs.AddObject(ObjectRigidBody(
-        nodeNumber=node, physicsMass=b.mass, physicsCenterOfMass=list(b.center),
-        physicsInertia=[J[0, 0], J[1, 1], J[2, 2], J[1, 2], J[0, 2], J[0, 1]]))
+        nodeNumber=node, mass=b.mass, centerOfMass=list(b.center),
+        inertia=[J[0, 0], J[1, 1], J[2, 2], J[1, 2], J[0, 2], J[0, 1]]))
     mbs.Assemble()
     settings = exudyn.SimulationSettings()
     settings.timeIntegration.numberOfSteps = 1

@@ -158,16 +158,19 @@ def markdown(rows):
 
 def main():
     parser = argparse.ArgumentParser(description=__doc__)
-    parser.add_argument("--only", action="append", help="a package of packages.toml; may be repeated")
+    parser.add_argument("--only", action="append", help="a package of packages.toml; may be repeated; other rows of the output stay")
     parser.add_argument("--cases", type=int, default=3, help="bodies for each row and seed")
     parser.add_argument("--seed", type=int, action="append", help="may be repeated; default: 1 and 2")
     parser.add_argument("--command", default=shutil.which("euler-poincare") or str(ROOT / "target/release/euler-poincare"))
     parser.add_argument("--environments", type=pathlib.Path, default=ROOT / "target/released")
-    parser.add_argument("--output", type=pathlib.Path, default=ROOT / "target/released.csv")
+    parser.add_argument("--output", type=pathlib.Path, default=ROOT / "snapshots/released.csv", help="the table; beside it the same as .md")
     parser.add_argument("--jobs", type=int, default=os.cpu_count())
     options = parser.parse_args()
     options.command, options.environments = str(pathlib.Path(options.command).resolve()), options.environments.resolve()
     packages = tomllib.loads((HERE / "packages.toml").read_text())
+    # JAX compiles the same programs in every process.
+    os.environ.setdefault("JAX_COMPILATION_CACHE_DIR", str(options.environments / "jax-cache"))
+    os.environ.setdefault("JAX_PERSISTENT_CACHE_MIN_COMPILE_TIME_SECS", "0.2")
     rows, seeds, different = [], options.seed or [1, 2], 0
     with concurrent.futures.ThreadPoolExecutor(options.jobs) as pool:
         for name, package in packages.items():
@@ -194,6 +197,10 @@ def main():
                     differs = any(len(set(part) - {None, ""}) > 1 for part in parts)
                     different += differs
                     print(name, entry["integrator"], system, *map(verdict, same), "DIFFERENT" if differs else "", flush=True)
+    if options.only and options.output.exists():
+        with open(options.output, newline="") as file:
+            rows += [row for row in csv.DictReader(file) if row["package"] not in options.only]
+        rows.sort(key=lambda row: list(packages).index(row["package"]))
     with open(options.output, "w", newline="") as file:
         writer = csv.DictWriter(file, COLUMNS, lineterminator="\n")
         writer.writeheader()

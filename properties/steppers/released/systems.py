@@ -31,4 +31,4 @@ def system_file(system, seed, index):
         lines += ["[[force]]", 'kind = "constant"', f"value = {[x / 100 for x in numbers(3)]}"]
     lines += ["[state]", f"velocity = {[x / 100 for x in numbers(n, 150)]}", f"quaternion = {[x / 100 for x in numbers(4)]}"]
     lines += [f"position = {[x / 100 for x in numbers(3)]}"] if n == 6 else []
-    return "\n".join(lines + ["[run]", 'step = "1/8"', "steps = 1", ""])
+    return "\n".join(lines + ["[run]", 'step = "1/2"', "steps = 1", ""])
