@@ -20,6 +20,7 @@ HERE = pathlib.Path(__file__).resolve().parent
 ROOT = HERE.parents[2]
 LAWS = {"casimirs": "method-casimirs", "energy": "method-energy", "reversible": "method-reversibility",
         "equivariant": "method-equivariance"}
+LABELS = {"so3": "SO(3)", "se3": "SE(3)", systems.TORQUE: "SO(3) with a torque"}
 COLUMNS = ["package", "version", "integrator", "system", "seed", "cases", "judged", "momentum_least", "momentum_median",
            "attitude_least", "attitude_median", *LAWS, "notes"]
 
@@ -142,18 +143,37 @@ def verdict(row):
 
 
 def markdown(rows):
-    lines = ["| package | version | integrator | system | order of momentum | of attitude | Casimirs | energy | reversible | equivariant | cases |",
-             "|---|---|---|---|---|---|---|---|---|---|---|"]
-    groups = {}
+    """One line for each integrator, or more where systems differ; what is not the same for every seed is shown with a stroke."""
+    lines = ["| package | integrator | system | order: momentum | attitude | Casimirs | energy | reversible | equivariant | cases |",
+             "|---|---|---|---|---|---|---|---|---|---|"]
+    table = {}
     for row in rows:
-        groups.setdefault((row["package"], row["integrator"], row["system"]), []).append(row)
-    for same in groups.values():
-        words = [[str("" if x is None else x) for x in verdict(row)] for row in same]
-        cells = [" / ".join(x for x in dict.fromkeys(column) if x) for column in zip(*words)]
-        count = f"{sum(int(row['judged']) for row in same)}/{sum(int(row['cases']) for row in same)}"
-        first = same[0]
-        lines.append("| " + " | ".join([first["package"], first["version"], first["integrator"], first["system"], *cells, count]) + " |")
+        table.setdefault((row["package"] + " " + row["version"], row["integrator"]), {}).setdefault(row["system"], []).append(row)
+    for (package, integrator), by_system in table.items():
+        merged = []  # systems, cells, judged, asked
+        for system, same in by_system.items():
+            words = [[str("" if x is None else x) for x in verdict(row)] for row in same]
+            cells = [" / ".join(x for x in dict.fromkeys(column) if x) for column in zip(*words)]
+            count = [sum(int(row[key]) for row in same) for key in ("judged", "cases")]
+            for line in merged:
+                if all(x == y or not x or not y for x, y in zip(line[1], cells)):
+                    line[0].append(LABELS[system])
+                    line[1] = [x or y for x, y in zip(line[1], cells)]
+                    line[2] = [x + y for x, y in zip(line[2], count)]
+                    break
+            else:
+                merged.append([[LABELS[system]], cells, count])
+        for names, cells, (judged, asked) in merged:
+            lines.append("| " + " | ".join([package, integrator, ", ".join(names), *cells, f"{judged}/{asked}"]) + " |")
     return "\n".join(lines) + "\n"
+
+
+def write(rows, output):
+    with open(output, "w", newline="") as file:
+        writer = csv.DictWriter(file, COLUMNS, lineterminator="\n")
+        writer.writeheader()
+        writer.writerows(rows)
+    output.with_suffix(".md").write_text(markdown(rows))
 
 
 def main():
@@ -172,6 +192,9 @@ def main():
     os.environ.setdefault("JAX_COMPILATION_CACHE_DIR", str(options.environments / "jax-cache"))
     os.environ.setdefault("JAX_PERSISTENT_CACHE_MIN_COMPILE_TIME_SECS", "0.2")
     rows, seeds, different = [], options.seed or [1, 2], 0
+    if options.only and options.output.exists():
+        with open(options.output, newline="") as file:
+            rows = list(csv.DictReader(file))
     with concurrent.futures.ThreadPoolExecutor(options.jobs) as pool:
         for name, package in packages.items():
             if options.only and name not in options.only:
@@ -182,13 +205,16 @@ def main():
                 hint = f" (apt-get install {package['debian']} pkg-config g++)" if "debian" in package else ""
                 print(f"{name}: not installed: {error}{hint}", file=sys.stderr)
                 continue
+            rows = [row for row in rows if row["package"] != name]
             tolerance, number = 1e-6 if package.get("bits") == 32 else 0, version(name, package)
             for entry in package["rows"]:
                 for system in package.get("systems", ["so3", "se3"]):
+                    asked = [(seed, index) for seed in seeds for index in range(options.cases)]
+                    found = list(pool.map(lambda which: judge(
+                        options, command + entry["arguments"], entry["order"], tolerance, system, *which), asked))
                     same = []
                     for seed in seeds:
-                        cases = list(pool.map(lambda index: judge(
-                            options, command + entry["arguments"], entry["order"], tolerance, system, seed, index), range(options.cases)))
+                        cases = [case for (of, _), case in zip(asked, found) if of == seed]
                         row = {"package": name, "version": number, "integrator": entry["integrator"], "system": system, "seed": seed}
                         same.append(row | summary(cases))
                     rows += same
@@ -197,15 +223,8 @@ def main():
                     differs = any(len(set(part) - {None, ""}) > 1 for part in parts)
                     different += differs
                     print(name, entry["integrator"], system, *map(verdict, same), "DIFFERENT" if differs else "", flush=True)
-    if options.only and options.output.exists():
-        with open(options.output, newline="") as file:
-            rows += [row for row in csv.DictReader(file) if row["package"] not in options.only]
-        rows.sort(key=lambda row: list(packages).index(row["package"]))
-    with open(options.output, "w", newline="") as file:
-        writer = csv.DictWriter(file, COLUMNS, lineterminator="\n")
-        writer.writeheader()
-        writer.writerows(rows)
-    options.output.with_suffix(".md").write_text(markdown(rows))
+            rows.sort(key=lambda row: list(packages).index(row["package"]))
+            write(rows, options.output)
     print(f"{len(rows)} rows in {options.output}; verdicts that differ between seeds: {different}")
 
 
