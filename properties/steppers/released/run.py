@@ -113,7 +113,8 @@ def judge(options, command, order, tolerance, system, seed, index):
         verdicts = {}
         for key, law in LAWS.items():
             line = found.get(law)
-            verdicts[key] = None if not line or line["held"] + line["broken"] == 0 else line["held"] > 0
+            judged = line and line["held"] + line["broken"] > 0 and not line.get("failure", {}).get("failed")
+            verdicts[key] = line["held"] > 0 if judged else None
         return {"orders": orders, "verdicts": verdicts, "notes": notes}
 
 
