@@ -17,6 +17,9 @@ pub mod your_own_code {}
 #[doc = include_str!("probing.md")]
 pub mod probing {}
 
+#[doc = include_str!("released.md")]
+pub mod released {}
+
 #[doc = include_str!("random_systems.md")]
 pub mod random_systems {}
 
