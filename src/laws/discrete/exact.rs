@@ -37,7 +37,7 @@ pub const fn laws<S: Source>() -> &'static [CaseLaw<S>] {
                     oracle: "the solution from the inverse arrow, by Hamilton's equations on g*×G×g* of the Legendre transform of l_f",
                     bound: "two precisions (s N > 6: f64 alone below 8 u or a 2⁹th of the floor, but for one case in ten); floor 2¹¹ N u: 8 stages of a collocation iterated to a few u, over a quarter of the step",
                     needs: "a group; a force",
-                    cost: Cost::Expensive,
+                    cost: Cost::Heavy,
                     faults: &[
                         PLUS,
                         FIRST_COPY_ONLY,
