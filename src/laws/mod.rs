@@ -15,6 +15,7 @@
 //! | [`discrete`] | [`crate::discrete`] |
 //! | [`integrators`], [`doubled`] | [`crate::integrators`], one step or a few |
 //! | [`branch`] | [`crate::integrators::Variational`] at large steps: no root but the one that continues from h = 0 |
+//! | [`solve`] | [`crate::integrators::Solve`]: results within the tolerance, between the steps too |
 //! | [`configuration`] | [`crate::integrators`] with potentials and forces that depend on the attitude |
 //! | [`order`], [`predicted`] | [`crate::integrators`], convergence |
 //! | [`munthe_kaas`] | [`crate::integrators::MuntheKaas`], one step |
@@ -61,6 +62,7 @@ pub mod predicted;
 mod probe;
 pub mod replay;
 pub mod retraction;
+pub mod solve;
 mod source;
 mod subjects;
 pub mod trial;
@@ -189,6 +191,7 @@ pub fn all() -> Vec<&'static CaseLaw> {
         integrators::laws(),
         doubled::laws(),
         branch::laws(),
+        solve::laws(),
         order::laws(),
         munthe_kaas::laws(),
         predicted::laws(),

@@ -136,6 +136,8 @@ pub mod stream {
     pub const DIGITS: u64 = 92;
     /// Changes of the numbers of a case by a unit of round-off.
     pub const ROUNDING: u64 = 93;
+    /// The tolerance and the times of a run.
+    pub const SOLVE: u64 = 96;
     /// The stretch of a step beyond which no branch may be jumped.
     pub const BRANCH: u64 = 95;
     /// Where τ⁻¹ is taken at large angles.

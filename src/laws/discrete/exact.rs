@@ -241,9 +241,10 @@ impl Check<'_> {
         let floor = 2048.0 * N as f64;
         let rate = planted.value(time, &eta, &u, &psi).map_err(at(time))?.abs();
         let energies = l.value(&eta).abs() + l.value(&psi).abs() + rate;
-        let action = Measured::defect((there.action + back.action).abs(), energies * quarter(system.step).abs(), floor, || {
-            format!("actions {:e} and {:e}", there.action.to_f64(), back.action.to_f64())
-        });
+        let action =
+            Measured::defect((there.action + back.action).abs(), energies * quarter(system.step).abs(), floor, || {
+                format!("actions {:e} and {:e}", there.action.to_f64(), back.action.to_f64())
+            });
         let ends = (there.v - back.w).amax().max((there.w - back.v).amax());
         let size = there.v.amax().max(there.w.amax());
         Ok(action.and(Measured::defect(ends, size, floor, || "V and W are not exchanged".into())))

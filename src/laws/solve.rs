@@ -1,0 +1,188 @@
+//! The solver with a tolerance: its results are within the tolerance, at its end and between its steps.
+
+use super::planted::retraction::Plant;
+use super::probe::{Probe, stream};
+use super::{CaseLaw, Source};
+use crate::algebra::{Matrix, Vector};
+use crate::harness::{About, Cost, Fault, Verdict};
+use crate::integrators::solve::{Solution, Solve};
+use crate::integrators::{Classical, OneStep, State, StepError};
+use crate::mechanics::equations::EulerPoincare;
+use crate::mechanics::{Force, Lagrangian};
+use crate::retraction::Retraction;
+use crate::system::{System, Visitor};
+use crate::tableau::Family;
+use std::fmt::Debug;
+
+/// A solver that aims at a larger error.
+const LOOSE: Fault = Fault::new("loose-tolerance", "the tolerance times 2¹²", "every system that moves");
+/// No dense output.
+const LINEAR: Fault =
+    Fault::new("linear-between", "states between steps by linear interpolation of μ and g", "every system that moves");
+
+/// The laws of this file.
+pub const fn laws<S: Source>() -> &'static [CaseLaw<S>] {
+    const {
+        &[CaseLaw {
+            about: About {
+                name: "solve-dense",
+                statement: "with a tolerance of 10⁻⁴ to 10⁻⁹ the states of a run over four steps, at its end and at random times, are within three \
+                            times the tolerance of the solution",
+                source: "Hairer, Nørsett and Wanner 1993, II.4 and II.6",
+                oracle: "a classical Gauss method of order 16 on the vector field of (μ, g), with steps of half the size",
+                bound: "3 (1 + κ) times the tolerance, κ the relative change of the solution by a relative change of μ",
+                needs: "a group",
+                cost: Cost::Moderate,
+                faults: &[LOOSE, LINEAR],
+            },
+            cases: |cases| cases.with_group(),
+            check: |case, fault| {
+                case.visit::<f64, _>(&Plant(fault), Check { case, fault })
+                    .unwrap_or_else(|e| Verdict::broken(format!("a generated case cannot be built: {e}")))
+            },
+        }]
+    }
+}
+
+/// The run, in steps of the case.
+const STEPS: usize = 4;
+
+/// Steps of the reference in one of the case.
+const FINER: usize = 2;
+
+/// The relative change of μ by which κ is measured.
+const CHANGE: f64 = 1.0 / 1_048_576.0;
+
+/// How often the tolerance an error may be.
+const ALLOWED: f64 = 3.0;
+
+struct Check<'a> {
+    case: &'a dyn Debug,
+    fault: Option<&'a Fault>,
+}
+
+impl Visitor<f64> for Check<'_> {
+    type Output = Verdict;
+
+    fn visit<const N: usize, const D: usize, R: Retraction<f64, N, D>, L: Lagrangian<f64, N>, F: Force<f64, N>>(
+        self,
+        system: System<f64, N, D, R, L, F>,
+    ) -> Verdict {
+        let mut probe = Probe::new(self.case, stream::SOLVE);
+        let span = system.step * STEPS as f64;
+        let mut tolerance = 10f64.powi(probe.integer(-9, -4));
+        // Increasing, one in each step, and the end.
+        let mut times: Vec<f64> =
+            (0..STEPS).map(|k| (k as f64 + probe.unit::<f64>().abs() * 0.96) / STEPS as f64).collect();
+        times.push(1.0);
+        let times: Vec<f64> = times.into_iter().map(|share| system.state.time + share * span).collect();
+        // The error is that of the displacement.
+        let start = State { attitude: Matrix::identity(), ..system.state.clone() };
+        let moved = State { momentum: start.momentum * (1.0 + CHANGE), ..start.clone() };
+        let reference =
+            reference(&system, &start, &times).and_then(|right| Ok((right, reference(&system, &moved, &times)?)));
+        let Ok((right, changed)) = reference else {
+            return Verdict::not_applicable("the reference leaves its domain or does not converge");
+        };
+        if let Some(fault) = self.fault.filter(|fault| fault.name == LOOSE.name) {
+            tolerance *= 1.0 + 4095.0 * fault.size;
+        }
+        let (l, f, r) = (&system.lagrangian, &system.force, &system.retraction);
+        let mut solve = Solve::new(l, f, r).tolerance(tolerance).save_at(times.clone()).dense();
+        let solution = match solve.run(&start, start.time + span) {
+            Ok(solution) => solution,
+            Err(failure) => return Verdict::inconclusive(format!("the run ended early: {}", reason(&failure.error))),
+        };
+        if let Some(fault) = self.fault.filter(|fault| fault.name == LOOSE.name) {
+            tolerance /= 1.0 + 4095.0 * fault.size;
+        }
+        let linear = Fault::size_of(self.fault, LINEAR.name);
+        let largest =
+            |list: &[State<f64, N, D>]| list.iter().fold(start.momentum.amax(), |m, s| m.max(s.momentum.amax()));
+        let push = right.iter().fold(0.0_f64, |m, s| {
+            m.max(l.velocity(&s.momentum, &Vector::zeros()).map_or(0.0, |eta| f.force(s.time, &eta).amax()))
+        });
+        let pair = 2.0 * span.abs() / solution.statistics.steps.max(1) as f64;
+        let scale = largest(&right).max(l.gradient(&Vector::zeros()).amax()).max(push * pair);
+        let off = |a: &State<f64, N, D>, b: &State<f64, N, D>| {
+            let momentum = (a.momentum - b.momentum).amax();
+            let momentum = if momentum == 0.0 { 0.0 } else { momentum / scale };
+            momentum.max((a.attitude - b.attitude).amax() / b.attitude.amax())
+        };
+        let (mut defect, mut bound, mut witness) = (0.0, 0.0, String::new());
+        for (k, (right, changed)) in right.iter().zip(&changed).enumerate() {
+            let bound_here = ALLOWED * (1.0 + off(changed, right) / CHANGE);
+            let found = match at(&solution, &start, times[k], span, linear) {
+                Some(state) if off(&state, &solution.saved[k]) <= tolerance || linear > 0.0 => state,
+                Some(_) => return Verdict::broken("the saved state is not that of the dense output"),
+                None => return Verdict::broken("no state at a time of the run"),
+            };
+            let ratio = off(&found, right) / tolerance;
+            if k == 0 || ratio / bound_here > defect / bound || !ratio.is_finite() {
+                (defect, bound) = (ratio, bound_here);
+                witness = format!("at t = {:e} the error is {ratio:e} times the tolerance {tolerance:e}", times[k]);
+            }
+        }
+        Verdict::judge(defect, bound, || witness)
+    }
+}
+
+/// Without numbers of the case: reasons are counted.
+fn reason(error: &crate::integrators::solve::SolveError) -> &'static str {
+    use crate::integrators::solve::SolveError;
+    match error {
+        SolveError::Tolerance { .. } => "the tolerance cannot be kept",
+        SolveError::Stuck { .. } => "a step cannot be taken",
+        SolveError::TooManySteps { .. } => "too many steps",
+        _ => "its input makes no sense",
+    }
+}
+
+/// The state at a time, by a share of it linear between states an eighth of the run apart.
+fn at<const N: usize, const D: usize, R: Retraction<f64, N, D>>(
+    solution: &Solution<f64, N, D, R>,
+    start: &State<f64, N, D>,
+    time: f64,
+    span: f64,
+    linear: f64,
+) -> Option<State<f64, N, D>> {
+    let state = solution.at(time).ok()?;
+    if linear == 0.0 {
+        return Some(state);
+    }
+    let share = ((time - start.time) / span * 8.0).clamp(0.0, 8.0);
+    let (before, after) = (share.floor(), share.floor().min(7.0) + 1.0);
+    let ends = [before, after].map(|share| solution.at(start.time + share / 8.0 * span));
+    let [Ok(before_state), Ok(after_state)] = ends else { return None };
+    let weight = share - before;
+    let momentum = before_state.momentum * (1.0 - weight) + after_state.momentum * weight;
+    let attitude = before_state.attitude * (1.0 - weight) + after_state.attitude * weight;
+    let momentum = state.momentum + (momentum - state.momentum) * linear;
+    let attitude = state.attitude + (attitude - state.attitude) * linear;
+    Some(State { time, momentum, attitude })
+}
+
+/// The states at increasing times.
+fn reference<const N: usize, const D: usize, R, L: Lagrangian<f64, N>, F: Force<f64, N>>(
+    system: &System<f64, N, D, R, L, F>,
+    start: &State<f64, N, D>,
+    times: &[f64],
+) -> Result<Vec<State<f64, N, D>>, StepError> {
+    let equations = EulerPoincare::new(system.algebra.clone(), &system.lagrangian, &system.force);
+    let Ok(gauss) = Family::Gauss.tableau::<f64>(8) else {
+        return Err(StepError::NotFinite { what: "the reference tableau" });
+    };
+    let mut method = Classical::new(equations, system.group.clone(), gauss);
+    let mut state = start.clone();
+    let longest = system.step.abs() / FINER as f64;
+    let advance = |time: &f64| {
+        let passed = time - state.time;
+        let steps = (passed.abs() / longest).ceil().max(1.0);
+        for _ in 0..steps as usize {
+            method.step(&mut state, passed / steps)?;
+        }
+        state.time = *time;
+        Ok(state.clone())
+    };
+    times.iter().map(advance).collect()
+}
