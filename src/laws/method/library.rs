@@ -189,6 +189,6 @@ static LAWS: &[CaseLaw] = &[
         // Not `attitude-from-left`: τ(ξ'')τ(ξ') is conjugate to τ(ξ')τ(ξ''), so that it returns to e at the same order.
         &[FORCE_TIME, NOT_TRANSPORTED, INVERTED, SEES_ATTITUDE]
     ),
-    law!("method-equivariance", &EQUIVARIANCE, Cost::Cheap, &[FROM_LEFT, SEES_TIME, SEES_ATTITUDE]),
-    law!("method-presentation", &PRESENTATION, Cost::Cheap, &[SHIFTED, FAVOURED]),
+    law!("method-equivariance", &EQUIVARIANCE, Cost::Moderate, &[FROM_LEFT, SEES_TIME, SEES_ATTITUDE]),
+    law!("method-presentation", &PRESENTATION, Cost::Moderate, &[SHIFTED, FAVOURED]),
 ];
