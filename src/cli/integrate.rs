@@ -296,7 +296,7 @@ fn report<T: Compiled>(
     kept: &Kept,
 ) -> Result<ExitCode, Failure> {
     let Some(adaptive) = &file.adaptive else { return Ok(ExitCode::SUCCESS) };
-    let took = took(solved, &adaptive.tolerance.to_string());
+    let took = took(solved, &adaptive.tolerance);
     let why = match solved.end {
         End::Event(index) => {
             let name = adaptive.events.get(index).map_or("", |event| event.name());
@@ -305,6 +305,7 @@ fn report<T: Compiled>(
         _ => format!("ended at t = {}", solved.time),
     };
     let tell = |text: &str| match paths.csv {
+        _ if text.is_empty() => Ok(()),
         Some(_) => print(text),
         None => {
             complain(text.trim_end());
@@ -315,6 +316,10 @@ fn report<T: Compiled>(
         tell(&kept.table)?;
         complain(&format!("INTERRUPTED after {steps} steps, at t = {}; {}", solved.time, kept.told));
         return Ok(Interrupt::exit_code());
+    }
+    // Who has closed the pipe has seen enough.
+    if solved.end == End::Stopped {
+        return Ok(ExitCode::SUCCESS);
     }
     if let Some(reason) = &solved.reason {
         tell(&kept.table)?;

@@ -9,7 +9,7 @@ use super::document::{Document, OutputTable, RunTable, ScalarName};
 use super::error::{CaseError, Place, Problem, Segment};
 use super::force::KINDS;
 use super::numbers::number;
-use super::tolerance::Adaptive;
+use super::tolerance::{Adaptive, no_steps};
 use crate::scalar::{Dd, Number, Real};
 use crate::tableau::file::{MOST_DIGITS, significant_digits};
 use std::borrow::Cow;
@@ -336,8 +336,7 @@ impl SystemFile {
     pub fn plan<T: Real>(&self) -> Result<(u64, Option<T>), CaseError> {
         let run = Place::root().key("run");
         if self.adaptive.is_some() {
-            let why = "fixed steps are needed here: give `step` in the place of `tolerance`".into();
-            return Err(run.key("tolerance").error(Problem::NotApplicable { what: "a tolerance", why }));
+            return Err(no_steps());
         }
         let duration = match &self.horizon {
             Horizon::Steps(steps) => return Ok((*steps, None)),

@@ -82,7 +82,8 @@ impl<T: Real> Visitor<T> for Run<'_, T> {
         let work = Cell::new(T::zero());
         let mut rows = Rows::new((&lagrangian, &casimirs), dimension, quantities.size, &work);
         // The energy of the start is that of the balance, whether it has a row or not.
-        let shown = if plan.ends && plan.times.is_empty() { rows.show(&start, observer) } else { rows.look(&start) };
+        let begins = plan.ends && plan.times.is_empty();
+        let shown = if begins { rows.show(&start, observer) } else { rows.look(&start) };
         if let Err(reason) = shown {
             return failed(start.time, reason);
         }
@@ -120,7 +121,7 @@ impl<T: Real> Visitor<T> for Run<'_, T> {
             solve = solve.every(every as usize);
         }
         let (from, span) = (start.time, plan.end - start.time);
-        let (mut counted, mut last, mut refused) = (0, Some(start.time), None);
+        let (mut counted, mut last, mut refused) = (0, begins.then_some(start.time), None);
         let mut solve = solve.save_at(plan.times).follow(|progress: &Progress<'_, T, N, D>| {
             let Progress { moment, state, statistics, .. } = *progress;
             work.set(progress.work);

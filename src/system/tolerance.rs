@@ -172,19 +172,21 @@ impl Adaptive {
     }
 }
 
+/// A tolerance where a step is needed.
+pub(super) fn no_steps() -> CaseError {
+    let why = "fixed steps are needed here: give `step` in the place of `tolerance`".into();
+    Place::root().key("run").key("tolerance").error(Problem::NotApplicable { what: "a tolerance", why })
+}
+
 /// Refuses in a document for fixed steps what runs with a tolerance have.
 pub(super) fn fixed_steps(document: &Document) -> Result<(), CaseError> {
     let (run, output) = (Place::root().key("run"), Place::root().key("output"));
-    let refused = |place: Place, what| {
-        let why = "fixed steps are needed here: give `step` in the place of `tolerance`".into();
-        Err(place.error(Problem::NotApplicable { what, why }))
-    };
     let without = |place: Place, what| {
         let why = "it is for runs with `tolerance` in the place of `step`".into();
         Err(place.error(Problem::NotApplicable { what, why }))
     };
     if document.run.tolerance.is_some() {
-        return refused(run.key("tolerance"), "a tolerance");
+        return Err(no_steps());
     }
     if document.run.max_step.is_some() {
         return without(run.key("max_step"), "a largest step");

@@ -4,7 +4,7 @@ use super::columns::{Columns, print};
 use super::plot::Trace;
 use crate::cli::interrupt::Interrupt;
 use crate::cli::table::{Column, Table};
-use euler_poincare::scalar::Real;
+use euler_poincare::scalar::{Number, Real};
 use euler_poincare::system::solution::{Solved, Statistics};
 use euler_poincare::system::trajectory::{Observer, Row, Totals};
 use indicatif::{ProgressBar, ProgressStyle};
@@ -253,14 +253,16 @@ impl<T: Real> Observer<T> for Recorder {
 }
 
 /// What a run with a tolerance took.
-pub fn took<T: Real>(solved: &Solved<T>, tolerance: &str) -> String {
+pub fn took<T: Real>(solved: &Solved<T>, tolerance: &Number) -> String {
     let Some(statistics) = &solved.statistics else { return String::new() };
     let Statistics { steps, rejected, iterations, error, .. } = statistics;
     let refused = if *rejected == 1 { "1 pair refused".into() } else { format!("{rejected} pairs refused") };
-    format!(
-        "{steps} steps, {refused}, {iterations} iterations, estimated relative error {:.1e} (tolerance {tolerance})",
-        error.to_f64()
-    )
+    let (error, asked) = (error.to_f64(), tolerance.eval::<f64>().unwrap_or(0.0));
+    let kept = match error > asked {
+        true => format!("more than the tolerance {tolerance}, as rounding makes more in so many steps"),
+        false => format!("tolerance {tolerance}"),
+    };
+    format!("{steps} steps, {refused}, {iterations} iterations, estimated relative error {error:.1e} ({kept})")
 }
 
 /// What a run cost.
