@@ -17,6 +17,8 @@ mod shell;
 #[cfg(unix)]
 #[path = "command/terminal.rs"]
 mod terminal;
+#[path = "command/tolerance.rs"]
+mod tolerance;
 
 use euler_poincare::system::{Case, Replay};
 use serde_json::Value;

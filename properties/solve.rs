@@ -15,6 +15,7 @@ use euler_poincare::tableau::{Classic, Family};
 use std::cell::Cell;
 use std::f64::consts::PI;
 use std::ops::ControlFlow;
+use std::sync::Arc;
 
 thread_local! {
     static EVALUATIONS: Cell<usize> = const { Cell::new(0) };
@@ -349,8 +350,11 @@ fn the_observer_ends_a_run() {
     assert_eq!((seen, solution.saved.len()), (solution.statistics.steps, solution.statistics.steps / 2));
 }
 
+/// A solver of the body with a force.
+type Shared<'a> = Solve<'a, f64, 3, 3, Arc<Quadratic<f64, 3>>, Arc<Torque>, Arc<&'a Three<f64>>>;
+
 /// The evaluations of the force by a run, and its steps.
-fn evaluations(solve: &mut Solve<'_, f64, 3, 3, Quadratic<f64, 3>, Torque, &Three<f64>>, span: f64) -> (usize, usize) {
+fn evaluations(solve: &mut Shared<'_>, span: f64) -> (usize, usize) {
     let before = EVALUATIONS.with(Cell::get);
     let steps = solve.run(&spun(), span).unwrap().statistics.steps;
     (EVALUATIONS.with(Cell::get) - before, steps)
@@ -373,7 +377,7 @@ fn saving_costs_at_most_a_fifth() {
 fn input_that_makes_no_sense_is_an_error() {
     let so3 = group(Entry::So3);
     let solve = || Solve::new(body(), Torque::Damping, &so3);
-    let error = |mut solve: Solve<'_, f64, 3, 3, Quadratic<f64, 3>, Torque, &Three<f64>>, end: f64| {
+    let error = |mut solve: Shared<'_>, end: f64| {
         let failure = solve.run(&spun(), end).unwrap_err();
         assert_eq!((&failure.reached.state, failure.reached.statistics.steps), (&spun(), 0));
         assert!(!failure.to_string().is_empty());

@@ -107,7 +107,7 @@ const BAD: &[(&str, &str, &str, &[&str])] = &[
     ("alpha = 1", "alfa = 1", "alfa", &["unknown field `alfa`", "`alpha`"]),
     ("[state]", "[states]", "[states]", &["unknown field `states`", "`state`"]),
     ("[lagrangian]", "[algebra]", "[algebra]", &["duplicate key"]),
-    ("step = \"1/8\"\n", "", "[run]", &["missing field `step`", "allowed"]),
+    ("step = \"1/8\"\n", "", "[run]", &["the step is missing", "`step` (a number that is not 0", "`tolerance`"]),
     ("retraction = \"cayley\"\n", "", "[method]", &["missing field `retraction`", "\"exp\"", "\"cayley\""]),
     // Numbers.
     ("\"1/2\", 2, 1", "\"1/2\", \"two\", 1", "inertia", &["`two` is not a number", "number"]),

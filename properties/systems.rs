@@ -1,6 +1,7 @@
 //! The systems that people know, as files: each with what is known of it.
 
 mod refused;
+mod tolerance;
 
 use euler_poincare::system::file::examples;
 use euler_poincare::system::trajectory::{Ended, Observer, Plan, Row};

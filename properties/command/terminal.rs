@@ -181,6 +181,27 @@ fn faults_are_printed_whole() {
 }
 
 #[test]
+fn a_run_with_a_tolerance_is_printed_whole() {
+    let here = directory("terminal-tolerance");
+    let example = stdout(&run(&here, &["integrate", "--example"])).replacen("step = \"1/8\"", "tolerance = 1e-10", 1);
+    let event =
+        "name = \"the first momentum has come down to a quarter of what it is about the axis of the largest inertia\"";
+    let events = format!("\n[[event]]\nformula = \"mu_1 - 1/4\"\n{event}\n[[event]]\nformula = \"t - 1/3\"\n");
+    fs::write(here.join("system.toml"), example + &events).unwrap();
+    for columns in WIDTHS {
+        for more in [&[][..], &["--out", "t.csv"]] {
+            let arguments = [&["integrate", "system.toml"], more].concat();
+            let (code, text) = on_a_terminal(columns, &here, &arguments);
+            let report = text.lines().skip_while(|line| line.contains(',') && !line.contains(' ')).collect::<Vec<_>>();
+            assert_eq!(code, 0, "{text}");
+            assert_fits(columns, &arguments, &report.join("\n"));
+            let words = report.join(" ").split_whitespace().collect::<Vec<_>>().join(" ");
+            assert!(words.contains("ended at t = 1: ") && words.contains(" steps, 0 pairs refused, "), "{text}");
+        }
+    }
+}
+
+#[test]
 fn an_order_is_printed_whole() {
     let here = directory("terminal-order");
     let _ = assert_whole(&here, &["order", "--tableau", "rk4"], 0);

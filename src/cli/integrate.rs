@@ -14,9 +14,11 @@ use columns::Columns;
 use ensemble::Task;
 use euler_poincare::scalar::Dd;
 use euler_poincare::system::file::{Horizon, MAX_BYTES, MAX_STEPS, example, examples};
+use euler_poincare::system::solution::{End, Solved};
+use euler_poincare::system::tolerance::Times;
 use euler_poincare::system::trajectory::{Ended, Plan};
 use euler_poincare::system::{Compiled, ScalarName, SystemFile};
-use run::{Recorder, summary};
+use run::{Events, Recorder, summary, took};
 use std::fs::File;
 use std::io::{self, BufWriter, IsTerminal, Read, Write};
 use std::path::{Path, PathBuf};
@@ -27,8 +29,12 @@ Columns: t; mu_1 ... momentum; eta_1 ... velocity; energy; work, the integral of
 balance = energy - initial energy - work; casimir_1 ... (those known for the algebra); g_11 ... the attitude by rows (none where \
 the algebra has no group); residual (largest) and iterations (sum) of the steps since the last row.
 
+With `tolerance` in the place of `step` in the file: rows after each step, after every N-th, or at the times of `save_at` or \
+`save_every`, which are exact; the report lists the events of [[event]], --events writes them as a table: event, direction, then the \
+columns above without the last two.
+
 Exit codes: 0 success; 1 a step failed (a fold, a stage outside the retraction's domain): the rows up to the last state that was \
-reached are kept; 2 bad usage, a bad file (with its line, and what is allowed there), or output that cannot be written; 130 \
+reached are kept; the same for a tolerance that cannot be kept and an event without a value; 2 bad usage, a bad file (with its line, and what is allowed there), or output that cannot be written; 130 \
 interrupted (Ctrl-C or SIGTERM): the rows so far are kept, as whole lines.
 
 With --ensemble: STATES.csv has a header and one row a member, with the columns mu_1 ... (all); t; g_11 ... (all or none); \
@@ -63,10 +69,13 @@ pub struct Arguments {
     /// A figure of momenta, energy, Casimirs and attitude over time
     #[arg(long, value_name = "FILE.svg")]
     plot: Option<PathBuf>,
+    /// A table of the events, with the columns of a row
+    #[arg(long, value_name = "FILE.csv", conflicts_with = "ensemble")]
+    events: Option<PathBuf>,
     /// The arithmetic: f64 (16 digits) or dd (32 digits)
     #[arg(long, value_parser = PossibleValuesParser::new(["f64", "dd"]))]
     scalar: Option<String>,
-    /// How many steps, in place of the horizon
+    /// How many steps, in place of the horizon (of a file with `step`)
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u64).range(1..=MAX_STEPS))]
     steps: Option<u64>,
     /// A row every N steps
@@ -97,27 +106,48 @@ pub fn run(arguments: Arguments) -> Result<ExitCode, Failure> {
         let known = examples().iter().find(|(name, _)| Some(*name) == wanted.as_deref());
         return print(known.map_or_else(example, |(_, text)| text)).map(|()| ExitCode::SUCCESS);
     };
-    let mut file = SystemFile::parse(&read(path)?).map_err(|refused| Failure::file(name(path), refused))?;
+    let scalar = arguments.scalar.as_deref().map(|name| if name == "dd" { ScalarName::Dd } else { ScalarName::F64 });
+    let mut file = SystemFile::parse_in(&read(path)?, scalar).map_err(|refused| Failure::file(name(path), refused))?;
+    fits(&file, &arguments)?;
     if let Some(steps) = arguments.steps {
         file.horizon = Horizon::Steps(steps);
     }
     if let Some(every) = arguments.every {
         file.output.every = every;
     }
-    match arguments.scalar.as_deref() {
-        Some("dd") => file.scalar = ScalarName::Dd,
-        Some(_) => file.scalar = ScalarName::F64,
-        None => {}
-    }
     if let Some(states) = &arguments.ensemble {
         return many(&file, path, states, &arguments);
     }
     let csv = arguments.out.or(file.output.csv.as_ref().map(PathBuf::from)).filter(|out| out != Path::new("-"));
     let svg = arguments.plot.or(file.output.svg.as_ref().map(PathBuf::from));
-    distinct(&[Some(path), csv.as_deref(), svg.as_deref()])?;
+    let events = arguments.events.or(file.output.events.as_ref().map(PathBuf::from));
+    distinct(&[Some(path), csv.as_deref(), svg.as_deref(), events.as_deref()])?;
+    let paths = Paths { system: name(path), csv: csv.as_deref(), svg: svg.as_deref(), events: events.as_deref() };
     match file.scalar {
-        ScalarName::F64 => integrate::<f64>(&file, path, csv.as_deref(), svg.as_deref()),
-        ScalarName::Dd => integrate::<Dd>(&file, path, csv.as_deref(), svg.as_deref()),
+        ScalarName::F64 => integrate::<f64>(&file, &paths),
+        ScalarName::Dd => integrate::<Dd>(&file, &paths),
+    }
+}
+
+/// Refuses options without effect on this file.
+fn fits(file: &SystemFile, arguments: &Arguments) -> Result<(), Failure> {
+    let usage = |message: &str| Err(Failure::Usage(message.into()));
+    match &file.adaptive {
+        None if arguments.events.is_some() => usage("--events is for files with `tolerance` in the place of `step`"),
+        None => Ok(()),
+        Some(_) if arguments.ensemble.is_some() => {
+            usage("--ensemble is for fixed steps: the file needs `step` in the place of `tolerance`")
+        }
+        Some(_) if arguments.steps.is_some() => {
+            usage("--steps is for fixed steps: with `tolerance` the length of the run is `horizon`")
+        }
+        Some(adaptive) if arguments.every.is_some() && adaptive.times != Times::Steps => {
+            usage("--every has no effect beside `save_at` or `save_every`")
+        }
+        Some(adaptive) if arguments.events.is_some() && adaptive.events.is_empty() => {
+            usage("--events has no effect: the file has no [[event]]")
+        }
+        Some(_) => Ok(()),
     }
 }
 
@@ -173,50 +203,130 @@ fn distinct(paths: &[Option<&Path>]) -> Result<(), Failure> {
     Ok(())
 }
 
-fn integrate<T: Compiled>(
-    file: &SystemFile,
-    path: &Path,
-    csv: Option<&Path>,
-    svg: Option<&Path>,
-) -> Result<ExitCode, Failure> {
-    let plan = Plan::<T>::of(file).map_err(|refused| Failure::file(path, refused))?;
-    // A path that cannot be written is known before the run, not after it.
-    let out: Box<dyn Write> = match csv {
-        Some(csv) => Box::new(File::create(csv).map_err(|error| Failure::file(csv, error))?),
-        None => Box::new(io::stdout().lock()),
-    };
-    if let Some(svg) = svg {
-        File::create(svg).map_err(|error| Failure::file(svg, error))?;
+/// Where the files of a run are.
+struct Paths<'a> {
+    system: &'a Path,
+    csv: Option<&'a Path>,
+    svg: Option<&'a Path>,
+    events: Option<&'a Path>,
+}
+
+impl Paths<'_> {
+    /// A recorder: a path that cannot be written is known before the run, not after it.
+    fn recorder(&self, file: &SystemFile) -> Result<Recorder, Failure> {
+        let create = |path: &Path| File::create(path).map_err(|error| Failure::file(path, error));
+        let out: Box<dyn Write> = match self.csv {
+            Some(csv) => Box::new(create(csv)?),
+            None => Box::new(io::stdout().lock()),
+        };
+        self.svg.map(create).transpose()?;
+        let shown = io::stderr().is_terminal() && (self.csv.is_some() || !io::stdout().is_terminal());
+        let out = BufWriter::with_capacity(1 << 16, out);
+        let columns = Columns::new(&file.case);
+        let mut recorder = Recorder::new(out, self.svg.is_some(), shown, Interrupt::catch()?);
+        recorder.header(&columns);
+        let Some(adaptive) = &file.adaptive else { return Ok(recorder) };
+        let names = adaptive.events.iter().map(|event| event.name().to_owned()).collect();
+        let table = self.events.map(create).transpose()?.map(BufWriter::new);
+        Ok(recorder.with_events(Events::new(names, table), &columns))
     }
-    let shown = io::stderr().is_terminal() && (csv.is_some() || !io::stdout().is_terminal());
-    let out = BufWriter::with_capacity(1 << 16, out);
-    let mut recorder = Recorder::new(out, svg.is_some(), shown, Interrupt::catch()?);
-    recorder.header(&Columns::new(&file.case));
-    let ended = file.case.trajectory(plan, &mut recorder).map_err(|refused| Failure::file(path, refused))?;
-    let (rows, interrupted) = (recorder.rows(), recorder.interrupted());
-    let trace = recorder.finish().or_else(|error| match (csv, error.kind()) {
-        (Some(csv), _) => Err(Failure::file(csv, error)),
-        (None, io::ErrorKind::BrokenPipe) => Ok(None),
-        (None, _) => Err(Failure::Output(error)),
-    })?;
-    if let (Some(svg), Some(trace)) = (svg, &trace) {
-        plot::draw(trace, &file.case, path, svg).map_err(|reason| Failure::file(svg, reason))?;
+
+    /// Ends the output of a run; returns how many rows there are, in words.
+    fn finish(&self, mut recorder: Recorder, file: &SystemFile) -> Result<Kept, Failure> {
+        let (rows, interrupted, events) = (recorder.rows(), recorder.interrupted(), recorder.events());
+        let trace = recorder.finish().or_else(|error| match (self.csv, error.kind()) {
+            (Some(csv), _) => Err(Failure::file(csv, error)),
+            (None, io::ErrorKind::BrokenPipe) => Ok(None),
+            (None, _) => Err(Failure::Output(error)),
+        })?;
+        if let (Some(svg), Some(trace)) = (self.svg, &trace) {
+            plot::draw(trace, file, self.system, svg).map_err(|reason| Failure::file(svg, reason))?;
+        }
+        let table = events.text();
+        events.finish().map_err(|error| Failure::file(self.events.unwrap_or(self.system), error))?;
+        let place = self.csv.map_or("on standard output".into(), |csv| format!("in {}", csv.display()));
+        let up_to = if rows == 1 { "row".into() } else { format!("{rows} rows") };
+        Ok(Kept { rows, interrupted, table, told: format!("kept {place}: the {up_to} up to there") })
     }
-    let place = csv.map_or("on standard output".into(), |csv| format!("in {}", csv.display()));
-    let kept = if rows == 1 { "row".into() } else { format!("{rows} rows") };
-    if let (Some((done, total)), Ended::Whole { .. }) = (interrupted, &ended) {
-        complain(&format!("INTERRUPTED after {done} of {total} steps; kept {place}: the {kept} up to there"));
+}
+
+/// What is there after a run.
+struct Kept {
+    rows: u64,
+    interrupted: Option<(u64, Option<u64>)>,
+    /// The events.
+    table: String,
+    /// Where the rows are.
+    told: String,
+}
+
+fn integrate<T: Compiled>(file: &SystemFile, paths: &Paths<'_>) -> Result<ExitCode, Failure> {
+    let refused = |refused| Failure::file(paths.system, refused);
+    if file.adaptive.is_some() {
+        file.solve_plan::<T>().map_err(refused)?;
+        let mut recorder = paths.recorder(file)?;
+        let Some(solved) = file.solve::<T>(&mut recorder).map_err(refused)? else { return Ok(ExitCode::SUCCESS) };
+        let kept = paths.finish(recorder, file)?;
+        return report(file, paths, &solved, &kept);
+    }
+    let plan = Plan::<T>::of(file).map_err(refused)?;
+    let mut recorder = paths.recorder(file)?;
+    let ended = file.case.trajectory(plan, &mut recorder).map_err(refused)?;
+    let Kept { rows, interrupted, told, .. } = paths.finish(recorder, file)?;
+    if let (Some((done, Some(total))), Ended::Whole { .. }) = (interrupted, &ended) {
+        complain(&format!("INTERRUPTED after {done} of {total} steps; {told}"));
         return Ok(Interrupt::exit_code());
     }
     match ended {
-        Ended::Failed { reason } => {
-            Err(Failure::Computation(format!("{reason}\nkept {place}: the {kept} up to there")))
-        }
+        Ended::Failed { reason } => Err(Failure::Computation(format!("{reason}\n{told}"))),
         Ended::Whole { totals } => {
-            if let Some(csv) = csv {
+            if let Some(csv) = paths.csv {
                 print(&format!("{}\n", paragraph(&format!("{}: {rows} rows; {}", csv.display(), summary(&totals)))))?;
             }
             Ok(ExitCode::SUCCESS)
         }
     }
+}
+
+/// What is told after a run with a tolerance: on standard output, or on standard error where the rows are on the former.
+fn report<T: Compiled>(
+    file: &SystemFile,
+    paths: &Paths<'_>,
+    solved: &Solved<T>,
+    kept: &Kept,
+) -> Result<ExitCode, Failure> {
+    let Some(adaptive) = &file.adaptive else { return Ok(ExitCode::SUCCESS) };
+    let took = took(solved, &adaptive.tolerance);
+    let why = match solved.end {
+        End::Event(index) => {
+            let name = adaptive.events.get(index).map_or("", |event| event.name());
+            format!("ended at t = {} by the event {name:?}", solved.time)
+        }
+        _ => format!("ended at t = {}", solved.time),
+    };
+    let tell = |text: &str| match paths.csv {
+        _ if text.is_empty() => Ok(()),
+        Some(_) => print(text),
+        None => {
+            complain(text.trim_end());
+            Ok(())
+        }
+    };
+    if let Some((steps, _)) = kept.interrupted.filter(|_| solved.end != End::Failed) {
+        tell(&kept.table)?;
+        complain(&format!("INTERRUPTED after {steps} steps, at t = {}; {}", solved.time, kept.told));
+        return Ok(Interrupt::exit_code());
+    }
+    // Who has closed the pipe has seen enough.
+    if solved.end == End::Stopped {
+        return Ok(ExitCode::SUCCESS);
+    }
+    if let Some(reason) = &solved.reason {
+        tell(&kept.table)?;
+        return Err(Failure::Computation(format!("{reason}\n{}", kept.told)));
+    }
+    let place = paths.csv.map_or("standard output".into(), |csv| csv.display().to_string());
+    let rows = if kept.rows == 1 { "1 row".into() } else { format!("{} rows", kept.rows) };
+    tell(&format!("{}{}\n", kept.table, paragraph(&format!("{place}: {rows}; {why}: {took}"))))?;
+    Ok(ExitCode::SUCCESS)
 }

@@ -243,7 +243,12 @@ fn system(path: Option<&Path>) -> Result<(Case, f64, Vec<String>), Failure> {
             let limit = euler_poincare::system::file::MAX_BYTES as u64 + 1;
             let read = File::open(path).and_then(|file| file.take(limit).read_to_string(&mut text));
             read.map_err(|error| Failure::file(path, error))?;
-            SystemFile::parse(&text).map_err(|refused| Failure::file(path, refused))?
+            let file = SystemFile::parse(&text).map_err(|refused| Failure::file(path, refused))?;
+            if file.adaptive.is_some() {
+                let reason = "the order is measured with fixed steps: give `step` in the place of `tolerance`";
+                return Err(Failure::file(path, reason));
+            }
+            file
         }
     };
     let step = file.case.step.eval::<f64>().unwrap_or(0.125);

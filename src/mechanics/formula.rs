@@ -6,6 +6,7 @@ use super::{Force, Lagrangian, LegendreError};
 use crate::algebra::{Covector, Matrix, Vector, pair};
 use crate::expression::{ExpressionError, Names, Program};
 use crate::group::LieGroup;
+use crate::integrators::State;
 use crate::scalar::{Dual, Real, Scalar, dual};
 
 /// The quantities of a system on a group: t, η (n components), μ = ∂L/∂η (n components), and the entries of g.
@@ -177,6 +178,45 @@ impl<T: Real, const N: usize> Force<T, N> for FormulaForce<T, N> {
         let mu = self.lagrangian.as_ref().map(|lagrangian| lagrangian.gradient_at(t, g, eta));
         let why = self.quantities.filled((t, g, eta, mu), |places| self.program.undefined(places));
         why.map(|why| why.to_string())
+    }
+}
+
+/// A function of the state (t, g, μ) by a formula with one value; η is the velocity of μ.
+#[derive(Clone, Debug)]
+pub(crate) struct FormulaValue<T: Real, const N: usize> {
+    program: Program<T>,
+    quantities: Quantities,
+    /// Whether the formula asks for η.
+    asks: bool,
+    /// That of the last state, where the next is looked for.
+    velocity: Vector<T, N>,
+}
+
+impl<T: Real, const N: usize> FormulaValue<T, N> {
+    pub fn new(program: Program<T>, quantities: Quantities) -> Self {
+        let asks = (0..quantities.dimension).any(|a| program.uses(quantities.velocity(a)));
+        Self { program, quantities, asks, velocity: Vector::zeros() }
+    }
+
+    /// The value at a state, or why there is none.
+    pub fn value<const D: usize>(
+        &mut self,
+        lagrangian: &impl Lagrangian<T, N>,
+        state: &State<T, N, D>,
+    ) -> Result<T, String> {
+        let (time, g) = (state.time, Configuration::of(&state.attitude));
+        if self.asks {
+            let found = lagrangian.velocity_at(time, g, &state.momentum, &self.velocity);
+            self.velocity = found.map_err(|error| error.to_string())?;
+        }
+        self.quantities.filled((time, g, &self.velocity, Some(state.momentum)), |places| {
+            let mut value = [T::zero()];
+            self.program.eval(places, &mut value);
+            if value[0].all_finite() {
+                return Ok(value[0]);
+            }
+            Err(self.program.undefined(places).map_or_else(|| "it is not finite".into(), |why| why.to_string()))
+        })
     }
 }
 

@@ -3,6 +3,8 @@
 use super::case::Case;
 use super::ensemble::{Batch, Ensemble, MemberError, Origin};
 use super::error::CaseError;
+use super::file::SystemFile;
+use super::solution::{Solved, solved};
 use super::trajectory::{Ended, Observer, Plan, Run};
 use crate::scalar::{Dd, Real};
 
@@ -24,6 +26,9 @@ pub trait Compiled: Real + sealed::Sealed {
 
     #[doc(hidden)]
     fn trajectory(case: &Case, plan: Plan<Self>, observer: &mut dyn Observer<Self>) -> Result<Ended<Self>, CaseError>;
+
+    #[doc(hidden)]
+    fn solution(file: &SystemFile, observer: &mut dyn Observer<Self>) -> Result<Option<Solved<Self>>, CaseError>;
 }
 
 macro_rules! compiled {
@@ -45,6 +50,13 @@ macro_rules! compiled {
                 observer: &mut dyn Observer<Self>,
             ) -> Result<Ended<Self>, CaseError> {
                 case.dispatch(Run { plan, observer, matrix_size: case.matrix_size() })
+            }
+
+            fn solution(
+                file: &SystemFile,
+                observer: &mut dyn Observer<Self>,
+            ) -> Result<Option<Solved<Self>>, CaseError> {
+                solved(file, observer)
             }
         }
     )*};
@@ -100,5 +112,45 @@ impl Case {
         observer: &mut dyn Observer<T>,
     ) -> Result<Ended<T>, CaseError> {
         T::trajectory(self, plan, observer)
+    }
+}
+
+impl SystemFile {
+    /// The run of a file with a tolerance; none where it has a step.
+    ///
+    /// ```
+    /// use euler_poincare::system::SystemFile;
+    /// use euler_poincare::system::file::example;
+    /// use euler_poincare::system::solution::{End, Plan, Solved, Statistics};
+    /// use euler_poincare::system::trajectory::{Observer, Row};
+    /// use std::ops::ControlFlow;
+    ///
+    /// struct Times(Vec<f64>);
+    /// impl Observer<f64> for Times {
+    ///     fn row(&mut self, row: &Row<'_, f64>) {
+    ///         self.0.push(row.values[0]);
+    ///     }
+    ///     fn step(&mut self, _: u64, _: u64) -> ControlFlow<()> {
+    ///         ControlFlow::Continue(())
+    ///     }
+    /// }
+    ///
+    /// let text = example().replacen("step = \"1/8\"", "tolerance = 1e-10", 1);
+    /// let file = SystemFile::parse(&text.replacen("every = 1", "save_at = [0.25, 1]", 1))?;
+    /// let plan: Plan<f64> = file.solve_plan()?.expect("a tolerance");
+    /// let mut times = Times(Vec::new());
+    /// let solved: Solved<f64> = file.solve(&mut times)?.expect("a tolerance");
+    /// let statistics: Statistics<f64> = solved.statistics.expect("a start");
+    /// assert_eq!((solved.end, times.0, plan.end), (End::Time, vec![0.25, 1.0], 1.0));
+    /// assert!(statistics.error < 1e-10);
+    /// # Ok::<(), Box<dyn std::error::Error>>(())
+    /// ```
+    ///
+    /// # Errors
+    /// A part of the case or of the run that cannot be built. A run that fails is no error of this kind, but [`End::Failed`].
+    ///
+    /// [`End::Failed`]: super::solution::End::Failed
+    pub fn solve<T: Compiled>(&self, observer: &mut dyn Observer<T>) -> Result<Option<Solved<T>>, CaseError> {
+        T::solution(self, observer)
     }
 }

@@ -9,6 +9,7 @@ use super::case::{
 };
 use super::error::{CaseError, Place, Problem};
 use super::force::{COEFFICIENT, ForceKind, KINDS, MATRIX, Parameter, Role, Value};
+use super::tolerance::{self, EventFormula};
 use crate::algebra::catalogue::{self, NAMES};
 use crate::algebra::{AlgebraFamily, MatricesError, MatrixAlgebra, known};
 use crate::scalar::Number;
@@ -45,6 +46,8 @@ pub(crate) struct Document {
     pub run: RunTable,
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub output: Option<OutputTable>,
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub event: Vec<EventFormula>,
 }
 
 /// `[algebra]`.
@@ -164,14 +167,21 @@ pub(crate) struct StateTable {
 }
 
 /// `[run]`.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub(crate) struct RunTable {
-    pub step: Number,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub step: Option<Number>,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub tolerance: Option<Number>,
     #[serde(skip_serializing_if = "Option::is_none")]
     pub horizon: Option<Number>,
     #[serde(skip_serializing_if = "Option::is_none")]
     pub steps: Option<i64>,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub max_step: Option<Number>,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub max_steps: Option<i64>,
     #[serde(skip_serializing_if = "Option::is_none")]
     pub scalar: Option<ScalarName>,
 }
@@ -195,9 +205,15 @@ pub(crate) struct OutputTable {
     #[serde(skip_serializing_if = "Option::is_none")]
     pub every: Option<i64>,
     #[serde(skip_serializing_if = "Option::is_none")]
+    pub save_at: Option<Vec<Number>>,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub save_every: Option<Number>,
+    #[serde(skip_serializing_if = "Option::is_none")]
     pub csv: Option<String>,
     #[serde(skip_serializing_if = "Option::is_none")]
     pub svg: Option<String>,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub events: Option<String>,
 }
 
 /// One item of a list that holds numbers or lists of numbers.
@@ -324,6 +340,10 @@ impl TryFrom<Document> for Case {
             let found = document.format.to_string();
             return Err(Place::root().key("format").error(Problem::Range { found, allowed: FORMAT.to_string() }));
         }
+        tolerance::fixed_steps(&document)?;
+        let Some(step) = document.run.step else {
+            return Err(Place::root().key("run").error(missing("the step", STEP)));
+        };
         let algebra = document.algebra.algebra(&Place::root().key("algebra"))?;
         let n = algebra.dimension();
         let lagrangian = document.lagrangian.unwrap_or_default().lagrangian(n, &Place::root().key("lagrangian"))?;
@@ -335,9 +355,12 @@ impl TryFrom<Document> for Case {
         let method = document.method.method(&Place::root().key("method"))?;
         let start = document.state.start(&Place::root().key("state"))?;
         let potentials = document.potential;
-        Ok(Self { algebra, lagrangian, potentials, forces, names, method, start, step: document.run.step })
+        Ok(Self { algebra, lagrangian, potentials, forces, names, method, start, step })
     }
 }
+
+/// What says how long steps are.
+const STEP: &str = "`step` (a number that is not 0, such as \"1/8\"); for `integrate` also `tolerance` (such as 1e-10)";
 
 /// `Missing`, with the keys that may be given.
 fn missing(what: impl Into<Cow<'static, str>>, allowed: &str) -> Problem {
@@ -917,8 +940,9 @@ impl From<Case> for Document {
                 position: case.start.position,
                 ..StateTable::of(case.start.orientation)
             },
-            run: RunTable { step: case.step, horizon: None, steps: None, scalar: None },
+            run: RunTable { step: Some(case.step), ..RunTable::default() },
             output: None,
+            event: Vec::new(),
         }
     }
 }

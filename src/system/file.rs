@@ -9,7 +9,8 @@ use super::document::{Document, OutputTable, RunTable, ScalarName};
 use super::error::{CaseError, Place, Problem, Segment};
 use super::force::KINDS;
 use super::numbers::number;
-use crate::scalar::{Number, Real};
+use super::tolerance::{Adaptive, no_steps};
+use crate::scalar::{Dd, Number, Real};
 use crate::tableau::file::{MOST_DIGITS, significant_digits};
 use std::borrow::Cow;
 use std::fmt;
@@ -40,6 +41,8 @@ pub struct Output {
     pub csv: Option<String>,
     /// Where the figure goes; `None`: no figure.
     pub svg: Option<String>,
+    /// Where the table of events goes; `None`: no table.
+    pub events: Option<String>,
 }
 
 /// A run as a file describes it.
@@ -62,8 +65,10 @@ pub struct Output {
 /// ```
 #[derive(Clone, Debug, PartialEq)]
 pub struct SystemFile {
-    /// The system, the method, the initial state and the step.
+    /// The system, the method, the initial state and the step; where there is a tolerance, the step is the horizon.
     pub case: Case,
+    /// The tolerance and what goes with it, where the file has one in the place of a step.
+    pub adaptive: Option<Adaptive>,
     /// How long.
     pub horizon: Horizon,
     /// In which scalar.
@@ -153,8 +158,7 @@ fn hint(key: &str) -> Option<String> {
         "method" => "a table [method] with `tableau` (or `a` and `b`) and `retraction`",
         "retraction" => "`retraction = \"exp\"` or `retraction = \"cayley\"`",
         "state" => "a table [state] with `velocity` or `momentum`",
-        "run" => "a table [run] with `step`, and `horizon` or `steps`",
-        "step" => "a number that is not zero, such as `step = \"1/8\"`",
+        "run" => "a table [run] with `step`, and `horizon` or `steps`; or with `tolerance` and `horizon`",
         "kind" => {
             let kinds = KINDS.iter().filter(|kind| kind.name != "given").map(|kind| format!("`{}`", kind.name));
             return Some(kinds.collect::<Vec<_>>().join(", "));
@@ -244,16 +248,39 @@ impl SystemFile {
     /// # Errors
     /// A [`FileError`] with the line, the column, what is wrong and what is allowed. No input panics.
     pub fn parse(text: &str) -> Result<Self, FileError> {
-        let document = read(text)?;
+        Self::parse_in(text, None)
+    }
+
+    /// The same for another scalar than that of the file, if there is one.
+    ///
+    /// # Errors
+    /// Those of [`SystemFile::parse`].
+    pub fn parse_in(text: &str, scalar: Option<ScalarName>) -> Result<Self, FileError> {
+        let mut document = read(text)?;
         let located = |error: CaseError| FileError::case(text, &error);
+        let adaptive = Adaptive::take(&mut document).map_err(located)?;
         let (run, output) = (document.run.clone(), document.output.clone().unwrap_or_default());
+        if adaptive.is_some() {
+            document.output = None;
+        }
         let case = Case::try_from(document).map_err(located)?;
         case.check().map_err(located)?;
         let horizon = horizon(&run, &Place::root().key("run")).map_err(located)?;
         let output = self::output(output, &Place::root().key("output")).map_err(located)?;
-        let file = Self { case, horizon, scalar: run.scalar.unwrap_or_default(), output };
-        file.plan::<f64>().map_err(located)?;
+        let scalar = scalar.or(run.scalar).unwrap_or_default();
+        let file = Self { case, adaptive, horizon, scalar, output };
+        file.check().map_err(located)?;
         Ok(file)
+    }
+
+    /// Whether the run makes sense.
+    fn check(&self) -> Result<(), CaseError> {
+        let Some(adaptive) = &self.adaptive else { return self.plan::<f64>().map(drop) };
+        match self.scalar {
+            ScalarName::F64 => self.solve_plan::<f64>().map(drop)?,
+            ScalarName::Dd => self.solve_plan::<Dd>().map(drop)?,
+        }
+        adaptive.expressions(&self.case).map(drop)
     }
 
     /// The case in a system file, for a method that is not of this crate: `[method]` and the length of the run may be missing.
@@ -291,7 +318,12 @@ impl SystemFile {
             every: Some(self.output.every as i64),
             csv: self.output.csv.clone(),
             svg: self.output.svg.clone(),
+            events: self.output.events.clone(),
+            ..OutputTable::default()
         });
+        if let Some(adaptive) = self.adaptive.clone() {
+            adaptive.put(&mut document);
+        }
         write(&document)
     }
 
@@ -303,6 +335,9 @@ impl SystemFile {
     /// A step or a duration without a value, of opposite signs, or more than [`MAX_STEPS`] steps.
     pub fn plan<T: Real>(&self) -> Result<(u64, Option<T>), CaseError> {
         let run = Place::root().key("run");
+        if self.adaptive.is_some() {
+            return Err(no_steps());
+        }
         let duration = match &self.horizon {
             Horizon::Steps(steps) => return Ok((*steps, None)),
             Horizon::Duration(duration) => duration,
@@ -345,7 +380,7 @@ impl Case {
     }
 }
 
-fn count(value: i64, most: u64, place: &Place) -> Result<u64, CaseError> {
+pub(super) fn count(value: i64, most: u64, place: &Place) -> Result<u64, CaseError> {
     match u64::try_from(value) {
         Ok(count) if (1..=most).contains(&count) => Ok(count),
         _ => {
@@ -370,14 +405,14 @@ fn horizon(run: &RunTable, place: &Place) -> Result<Horizon, CaseError> {
 }
 
 fn output(table: OutputTable, place: &Place) -> Result<Output, CaseError> {
-    for (key, path) in [("csv", &table.csv), ("svg", &table.svg)] {
+    for (key, path) in [("csv", &table.csv), ("svg", &table.svg), ("events", &table.events)] {
         if path.as_deref().is_some_and(|path| path.trim().is_empty() || path.contains('\0')) {
             let allowed = "a file name, or leave the key out".into();
             return Err(place.key(key).error(Problem::Range { found: "not a file name".into(), allowed }));
         }
     }
     let every = table.every.map_or(Ok(1), |every| count(every, MAX_STEPS, &place.key("every")))?;
-    Ok(Output { every, csv: table.csv, svg: table.svg })
+    Ok(Output { every, csv: table.csv, svg: table.svg, events: table.events })
 }
 
 /// A complete file with comments on every key: the first example of Martín de Diego and Sato Martín de Almagro 2019,

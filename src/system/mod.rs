@@ -29,7 +29,9 @@ mod shrink;
 mod simpler;
 mod snippet;
 mod so3;
+pub mod solution;
 mod strategy;
+pub mod tolerance;
 pub mod trajectory;
 
 pub use case::{Case, Force as ForceTerm, Motion};

@@ -31,6 +31,13 @@ impl Body {
     }
 }
 
+impl Quantities {
+    /// Those of a case.
+    pub(super) fn of(case: &Case) -> Self {
+        Self { dimension: case.dimension(), size: case.matrix_size() }
+    }
+}
+
 /// The names of a case.
 #[derive(Clone, Debug)]
 pub(crate) struct Scope {
@@ -52,14 +59,30 @@ impl Scope {
     /// # Errors
     /// A name that is none, or that has another meaning; a parameter without a value.
     pub fn of(case: &Case) -> Result<Self, CaseError> {
-        let quantities = Quantities { dimension: case.dimension(), size: case.matrix_size() };
-        let body = Body::of(case);
-        let inertia = case.lagrangian.formula.is_none().then(|| rotational(&case.lagrangian.inertia));
-        let standard = case.algebra.basis.is_none();
-        if !case.is_general() && case.names == Dictionary::default() {
-            // Nothing asks for names, which most cases would be asked for in vain.
-            return Ok(Self { names: Names::new(), quantities, body, standard, inertia });
+        if case.is_general() || case.names != Dictionary::default() {
+            return Self::with_names(case);
         }
+        // Nothing asks for names, which most cases would be asked for in vain.
+        Ok(Self::nameless(case))
+    }
+
+    /// Without names.
+    fn nameless(case: &Case) -> Self {
+        Self {
+            names: Names::new(),
+            quantities: Quantities::of(case),
+            body: Body::of(case),
+            standard: case.algebra.basis.is_none(),
+            inertia: case.lagrangian.formula.is_none().then(|| rotational(&case.lagrangian.inertia)),
+        }
+    }
+
+    /// The scope of a case for formulas that are not in it.
+    ///
+    /// # Errors
+    /// Those of [`Scope::of`].
+    pub fn with_names(case: &Case) -> Result<Self, CaseError> {
+        let Self { quantities, body, .. } = Self::nameless(case);
         let refused = |e: ExpressionError| Place::root().error(Problem::Formula(e));
         let mut names = quantities.names().map_err(refused)?;
         let block = |rows: usize, column: usize| (0..rows).map(|r| quantities.entry(r, column)).collect::<Vec<_>>();
@@ -90,7 +113,7 @@ impl Scope {
             let place = Place::root().key("definitions").name(name);
             names.definition(name, text).map_err(|e| place.error(Problem::Part(e.message().into())))?;
         }
-        let scope = Self { names, quantities, body, standard, inertia };
+        let scope = Self { names, ..Self::nameless(case) };
         // Definitions that nothing uses are read, too.
         for name in case.names.definitions.keys() {
             scope.expression(name, &Place::root().key("definitions").name(name))?;
@@ -106,7 +129,7 @@ impl Scope {
     }
 
     /// A formula with one value.
-    fn number(&self, text: &str, place: &Place) -> Result<Expression, CaseError> {
+    pub fn number(&self, text: &str, place: &Place) -> Result<Expression, CaseError> {
         let expression = self.expression(text, place)?;
         match expression.shape() {
             Shape::Scalar => Ok(expression),

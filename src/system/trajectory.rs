@@ -4,7 +4,7 @@ use super::SystemFile;
 use super::case::Case;
 use super::dispatch::{System, Visitor};
 use super::error::CaseError;
-use crate::algebra::{Casimir, Vector, pair};
+use crate::algebra::{Casimir, Vector};
 use crate::integrators::trajectory::{TrajectoryError, integrate_until};
 use crate::integrators::{OneStep, Report, State, StepError, Variational};
 use crate::mechanics::configuration::Configuration;
@@ -57,6 +57,19 @@ pub trait Observer<T> {
 
     /// A step was taken, after its row if it has one: so many of so many are done. Whether to go on.
     fn step(&mut self, done: u64, total: u64) -> ControlFlow<()>;
+
+    /// A step of a run with a tolerance was taken, after its rows: so many steps are done, and this share of the duration. Whether to
+    /// go on.
+    fn reached(&mut self, steps: u64, share: f64) -> ControlFlow<()> {
+        let _ = (steps, share);
+        ControlFlow::Continue(())
+    }
+
+    /// An event of a run with a tolerance: which, from 0, whether its formula rises in the direction of the run, and the row of the
+    /// state there.
+    fn event(&mut self, index: usize, rising: bool, row: &Row<'_, T>) {
+        let _ = (index, rising, row);
+    }
 }
 
 /// How a trajectory ended.
@@ -108,28 +121,21 @@ where
     R: Retraction<T, N, D>,
 {
     fn step(&mut self, state: &mut State<T, N, D>, h: T) -> Result<Report<T>, StepError> {
-        let (start, attitude) = (state.time, state.attitude);
+        let start = state.clone();
         let report = self.method.step(state, h)?;
-        let (b, c, force) = (self.method.tableau().b(), self.method.tableau().c(), self.method.force());
-        let moves = force.uses_configuration();
-        let mut power = T::zero();
-        for (i, (eta, x)) in self.method.stage_velocities().zip(self.method.stage_displacements()).enumerate() {
-            let turned = if moves { self.method.retraction().tau(&x).ok() } else { None };
-            let there = turned.map_or(attitude, |turned| attitude * turned);
-            power += b[i] * pair(&force.force_at(start + c[i] * h, Configuration::of(&there), &eta), &eta);
-        }
-        self.work.set(self.work.get() + h * power);
+        let stages = self.method.stage_velocities().zip(self.method.stage_displacements());
+        self.work.set(self.work.get() + self.method.work_of(&start, h, stages));
         Ok(report)
     }
 }
 
 /// What a row is computed from.
-struct Rows<'a, T: Real, const N: usize, L> {
-    lagrangian: &'a L,
-    casimirs: &'a [Casimir<T, N>],
-    dimension: usize,
-    matrix_size: usize,
-    work: &'a Cell<T>,
+pub(super) struct Rows<'a, T: Real, const N: usize, L> {
+    pub lagrangian: &'a L,
+    pub casimirs: &'a [Casimir<T, N>],
+    pub dimension: usize,
+    pub matrix_size: usize,
+    pub work: &'a Cell<T>,
     /// The energy of the first row.
     energy: Option<T>,
     /// The velocity of the last row, where the next is looked for.
@@ -140,13 +146,44 @@ struct Rows<'a, T: Real, const N: usize, L> {
     iterations: usize,
 }
 
+impl<'a, T: Real, const N: usize, L> Rows<'a, T, N, L> {
+    pub fn new(
+        (lagrangian, casimirs): (&'a L, &'a [Casimir<T, N>]),
+        dimension: usize,
+        matrix_size: usize,
+        work: &'a Cell<T>,
+    ) -> Self {
+        let (energy, velocity, values) = (None, Vector::zeros(), Vec::new());
+        let (residual, iterations) = (T::zero(), 0);
+        Self { lagrangian, casimirs, dimension, matrix_size, work, energy, velocity, values, residual, iterations }
+    }
+}
+
 impl<T: Real, const N: usize, L: Lagrangian<T, N>> Rows<'_, T, N, L> {
-    fn count(&mut self, report: &Report<T>) {
-        self.residual = self.residual.max(report.residual);
-        self.iterations += report.iterations;
+    pub fn count(&mut self, residual: T, iterations: usize) {
+        self.residual = self.residual.max(residual);
+        self.iterations += iterations;
     }
 
-    fn show<const D: usize>(&mut self, state: &State<T, N, D>, observer: &mut dyn Observer<T>) -> Result<(), String> {
+    /// The row of a state.
+    pub fn show<const D: usize>(
+        &mut self,
+        state: &State<T, N, D>,
+        observer: &mut dyn Observer<T>,
+    ) -> Result<(), String> {
+        self.look(state)?;
+        observer.row(&self.row());
+        (self.residual, self.iterations) = (T::zero(), 0);
+        Ok(())
+    }
+
+    /// What was computed last.
+    pub fn row(&self) -> Row<'_, T> {
+        Row { values: &self.values, residual: self.residual, iterations: self.iterations }
+    }
+
+    /// Computes the row of a state; the first one has the initial energy.
+    pub fn look<const D: usize>(&mut self, state: &State<T, N, D>) -> Result<(), String> {
         self.velocity = self
             .lagrangian
             .velocity_at(state.time, Configuration::of(&state.attitude), &state.momentum, &self.velocity)
@@ -162,8 +199,6 @@ impl<T: Real, const N: usize, L: Lagrangian<T, N>> Rows<'_, T, N, L> {
         for row in 0..self.matrix_size {
             self.values.extend((0..self.matrix_size).map(|column| state.attitude[(row, column)]));
         }
-        observer.row(&Row { values: &self.values, residual: self.residual, iterations: self.iterations });
-        (self.residual, self.iterations) = (T::zero(), 0);
         Ok(())
     }
 }
@@ -180,33 +215,23 @@ impl<T: Real> Visitor<T> for Run<'_, T> {
         let work = Cell::new(T::zero());
         // By references, as everywhere: the same types are compiled once.
         let mut method = Metered { method: Variational::new(&lagrangian, &force, &retraction, tableau), work: &work };
-        let mut rows = Rows {
-            lagrangian: &lagrangian,
-            casimirs: &casimirs,
-            dimension,
-            matrix_size,
-            work: &work,
-            energy: None,
-            velocity: Vector::zeros(),
-            values: Vec::new(),
-            residual: T::zero(),
-            iterations: 0,
-        };
+        let mut rows = Rows::new((&lagrangian, &casimirs), dimension, matrix_size, &work);
         if let Err(reason) = rows.show(&state, observer) {
             return Ended::Failed { reason };
         }
         let total = steps.saturating_add(u64::from(last.is_some()));
-        let mut shown = 0;
+        let (mut shown, mut done) = (0, 0);
         let mut totals: Vec<Totals<T>> = Vec::with_capacity(2);
         for (first, count, h) in [(0, steps, step), (steps, total - steps, last.unwrap_or(step))] {
             let (mut refused, mut stopped) = (None, false);
             let outcome = integrate_until(&mut method, &mut state, h, count as usize, |index, state, report| {
                 let index = first + index as u64;
-                rows.count(report);
+                rows.count(report.residual, report.iterations);
                 if index.is_multiple_of(every) || index == total {
                     refused = rows.show(state, observer).err();
                     shown = index;
                 }
+                done = index;
                 stopped = observer.step(index, total).is_break();
                 if refused.is_some() || stopped { ControlFlow::Break(()) } else { ControlFlow::Continue(()) }
             });
@@ -226,6 +251,9 @@ impl<T: Real> Visitor<T> for Run<'_, T> {
                 }
             }
             if stopped {
+                if shown < done {
+                    let _ = rows.show(&state, observer);
+                }
                 break;
             }
         }

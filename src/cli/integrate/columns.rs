@@ -36,10 +36,21 @@ impl Columns {
 
     /// The names of a trajectory's columns.
     pub fn header(&self) -> String {
-        let own = ["energy", "work", "balance"].map(String::from).to_vec();
         let ends = ["residual", "iterations"].map(String::from).to_vec();
+        [self.of_state(), ends].concat().join(",")
+    }
+
+    /// The names of the columns of a table of events.
+    pub fn events(&self) -> String {
+        let starts = ["event", "direction"].map(String::from).to_vec();
+        [starts, self.of_state()].concat().join(",")
+    }
+
+    /// Of a row: what is of the state in it.
+    fn of_state(&self) -> Vec<String> {
+        let own = ["energy", "work", "balance"].map(String::from).to_vec();
         let (eta, casimirs) = (self.velocities(), self.casimir_names());
-        [vec!["t".into()], self.momenta(), eta, own, casimirs, self.attitude_names(), ends].concat().join(",")
+        [vec!["t".into()], self.momenta(), eta, own, casimirs, self.attitude_names()].concat()
     }
 
     /// The names of the columns of the final states of an ensemble.

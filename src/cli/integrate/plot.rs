@@ -4,8 +4,8 @@ use super::super::plot::{Axes, Curve, Figure, Legend, Marker, Panel, Style};
 use super::columns::Columns;
 use euler_poincare::algebra::catalogue::Entry;
 use euler_poincare::scalar::Real;
-use euler_poincare::system::Case;
 use euler_poincare::system::case::Structure;
+use euler_poincare::system::{Case, SystemFile};
 use std::error::Error;
 use std::fs;
 use std::path::Path;
@@ -86,7 +86,7 @@ impl Trace {
 }
 
 /// Draws the figure of a run of `case`, which was read from `file`.
-pub fn draw(trace: &Trace, case: &Case, file: &Path, path: &Path) -> Result<(), Box<dyn Error>> {
+pub fn draw(trace: &Trace, system: &SystemFile, file: &Path, path: &Path) -> Result<(), Box<dyn Error>> {
     let (n, casimirs) = (trace.columns.dimension, trace.columns.casimirs);
     let numbered = |name: &str, number: usize| format!("{name}{}", subscript(number));
     let mut panels = vec![panel("momentum", (0..n).map(|a| (numbered("μ", a + 1), trace.curve(1 + a))).collect())];
@@ -95,8 +95,8 @@ pub fn draw(trace: &Trace, case: &Case, file: &Path, path: &Path) -> Result<(), 
         let curves = (0..casimirs).map(|k| (numbered("C", k + 1), trace.curve(3 + n + k))).collect();
         panels.push(panel("Casimirs: change since the start", curves));
     }
-    panels.extend(attitude(trace, case));
-    let figure = Figure { title: title(case, file), legend: Legend::Beside, panels, note: String::new() };
+    panels.extend(attitude(trace, &system.case));
+    let figure = Figure { title: title(system, file), legend: Legend::Beside, panels, note: String::new() };
     Ok(fs::write(path, figure.svg()?)?)
 }
 
@@ -108,12 +108,17 @@ fn energy(trace: &Trace) -> Panel {
     Panel::new("energy", ("time t", ""), Axes::Linear, curves)
 }
 
-/// The file, the algebra, the method and the step.
-fn title(case: &Case, file: &Path) -> String {
+/// The file, the algebra, the method, and the step or the tolerance.
+fn title(system: &SystemFile, file: &Path) -> String {
+    let case = &system.case;
     let name = file.file_name().unwrap_or_default().to_string_lossy();
     let name = if name == "-" { "standard input" } else { &name };
     let method = format!("{}, {}", case.method.tableau, case.method.retraction.name());
-    let long = format!("{name}: {}, {method}, h = {}", case.algebra, case.step);
+    let exactness = match &system.adaptive {
+        Some(adaptive) => format!("tolerance {}", adaptive.tolerance),
+        None => format!("h = {}", case.step),
+    };
+    let long = format!("{name}: {}, {method}, {exactness}", case.algebra);
     if long.chars().count() > TITLE { name.to_owned() } else { long }
 }
 

@@ -3,9 +3,12 @@
 use super::columns::{Columns, print};
 use super::plot::Trace;
 use crate::cli::interrupt::Interrupt;
-use euler_poincare::scalar::Real;
+use crate::cli::table::{Column, Table};
+use euler_poincare::scalar::{Number, Real};
+use euler_poincare::system::solution::{Solved, Statistics};
 use euler_poincare::system::trajectory::{Observer, Row, Totals};
 use indicatif::{ProgressBar, ProgressStyle};
+use std::fs::File;
 use std::io::{self, BufWriter, Write};
 use std::ops::ControlFlow;
 use std::time::{Duration, Instant};
@@ -13,9 +16,75 @@ use std::time::{Duration, Instant};
 /// A run shorter than this shows no progress.
 pub const PATIENCE: Duration = Duration::from_secs(2);
 
+/// Rows are in the file after so long, however the process ends.
+const UNWRITTEN: Duration = Duration::from_secs(1);
+
+/// The parts of a run with a tolerance that its progress bar counts.
+const PARTS: u64 = 1000;
+
+/// The most events that the report lists.
+const MOST_EVENTS: usize = 20;
+
+/// The events of a run.
+#[derive(Default)]
+pub struct Events {
+    /// Their names.
+    names: Vec<String>,
+    /// Where the table goes.
+    out: Option<BufWriter<File>>,
+    /// The first: time, direction and name.
+    first: Vec<[String; 3]>,
+    count: usize,
+    failure: Option<io::Error>,
+}
+
+impl Events {
+    /// Events of these names; their table goes to `out`.
+    pub fn new(names: Vec<String>, out: Option<BufWriter<File>>) -> Self {
+        Self { names, out, ..Self::default() }
+    }
+
+    fn write(&mut self, line: &str) {
+        if let (Some(out), None) = (&mut self.out, &self.failure) {
+            self.failure = writeln!(out, "{line}").err();
+        }
+    }
+
+    /// The table on a terminal; empty where there are no events.
+    pub fn text(&self) -> String {
+        if self.names.is_empty() {
+            return String::new();
+        }
+        if self.count == 0 {
+            return "no event\n".into();
+        }
+        let mut table = Table::new(&[Column::name("t"), Column::name("direction"), Column::text("event")]);
+        self.first.iter().for_each(|row| table.row(row.iter().map(String::as_str)));
+        let more = self.count - self.first.len();
+        let more = if more > 0 { format!("and {more} more\n") } else { String::new() };
+        format!("{}\n{more}", table.text())
+    }
+
+    /// Writes what is left.
+    pub fn finish(mut self) -> io::Result<()> {
+        match (self.failure.take(), &mut self.out) {
+            (Some(error), _) => Err(error),
+            (None, Some(out)) => out.flush(),
+            (None, None) => Ok(()),
+        }
+    }
+}
+
+/// A field of CSV.
+fn field(text: &str) -> String {
+    if text.contains([',', '"', '\n', '\r']) { format!("\"{}\"", text.replace('"', "\"\"")) } else { text.into() }
+}
+
 /// Where rows go.
 pub struct Recorder {
     out: BufWriter<Box<dyn Write>>,
+    written: Instant,
+    events: Events,
     line: String,
     rows: u64,
     failure: Option<io::Error>,
@@ -25,8 +94,8 @@ pub struct Recorder {
     shows_progress: bool,
     bar: Option<ProgressBar>,
     interrupt: Interrupt,
-    /// The step before which the run was interrupted, and how many there are.
-    stopped: Option<(u64, u64)>,
+    /// The steps after which the run was interrupted, and how many there are, where that is known.
+    stopped: Option<(u64, Option<u64>)>,
 }
 
 impl Recorder {
@@ -35,6 +104,8 @@ impl Recorder {
     pub fn new(out: BufWriter<Box<dyn Write>>, wants_trace: bool, shows_progress: bool, interrupt: Interrupt) -> Self {
         Self {
             out,
+            written: Instant::now(),
+            events: Events::default(),
             line: String::new(),
             rows: 0,
             failure: None,
@@ -48,8 +119,20 @@ impl Recorder {
         }
     }
 
-    /// Steps done, of how many, where the run was interrupted before its end.
-    pub fn interrupted(&self) -> Option<(u64, u64)> {
+    /// The same with events.
+    pub fn with_events(mut self, mut events: Events, columns: &Columns) -> Self {
+        events.write(&columns.events());
+        self.events = events;
+        self
+    }
+
+    /// The events, after the run.
+    pub fn events(&mut self) -> Events {
+        std::mem::take(&mut self.events)
+    }
+
+    /// Steps done, and of how many if that is known, where the run was interrupted before its end.
+    pub fn interrupted(&self) -> Option<(u64, Option<u64>)> {
         self.stopped
     }
 
@@ -84,19 +167,41 @@ impl Recorder {
         self.trace = self.wants_trace.then(|| Trace::new(columns.clone()));
     }
 
-    fn progress(&mut self, done: u64, total: u64) {
-        if !self.shows_progress || !done.is_multiple_of(32) {
+    fn progress(&mut self, done: u64, total: u64, template: &str) {
+        if !self.shows_progress {
             return;
         }
         if let Some(bar) = &self.bar {
             bar.set_position(done);
         } else if self.started.elapsed() > PATIENCE {
             let bar = ProgressBar::new(total).with_elapsed(self.started.elapsed());
-            if let Ok(style) = ProgressStyle::with_template("{bar:40} {human_pos}/{human_len} steps, {eta} left") {
+            if let Ok(style) = ProgressStyle::with_template(template) {
                 bar.set_style(style);
             }
             bar.set_position(done);
             self.bar = Some(bar);
+        }
+    }
+
+    /// After a step: whether to go on.
+    fn goes_on(&mut self, ends: bool, done: u64, total: Option<u64>) -> ControlFlow<()> {
+        if self.written.elapsed() > UNWRITTEN {
+            self.flush();
+        }
+        if self.interrupt.is_set() && !ends {
+            self.stopped = Some((done, total));
+        }
+        match self.failure.is_some() || self.events.failure.is_some() || self.stopped.is_some() {
+            true => ControlFlow::Break(()),
+            false => ControlFlow::Continue(()),
+        }
+    }
+
+    fn flush(&mut self) {
+        self.written = Instant::now();
+        self.failure = self.failure.take().or_else(|| self.out.flush().err());
+        if let Some(out) = &mut self.events.out {
+            self.events.failure = self.events.failure.take().or_else(|| out.flush().err());
         }
     }
 }
@@ -116,16 +221,48 @@ impl<T: Real> Observer<T> for Recorder {
     }
 
     fn step(&mut self, done: u64, total: u64) -> ControlFlow<()> {
-        self.progress(done, total);
-        if self.interrupt.is_set() && done < total {
-            self.stopped = Some((done, total));
+        if done.is_multiple_of(32) {
+            self.progress(done, total, "{bar:40} {human_pos}/{human_len} steps, {eta} left");
         }
-        if self.failure.is_some() || self.stopped.is_some() {
-            ControlFlow::Break(())
-        } else {
-            ControlFlow::Continue(())
+        self.goes_on(done >= total, done, Some(total))
+    }
+
+    fn reached(&mut self, steps: u64, share: f64) -> ControlFlow<()> {
+        self.progress((share * PARTS as f64) as u64, PARTS, "{bar:40} {percent} % of the horizon, {eta} left");
+        self.goes_on(share >= 1.0, steps, None)
+    }
+
+    fn event(&mut self, index: usize, rising: bool, row: &Row<'_, T>) {
+        let name = self.events.names.get(index).cloned().unwrap_or_default();
+        let direction = if rising { "rising" } else { "falling" };
+        if self.events.out.is_some() {
+            let mut line = format!("{},{direction}", field(&name));
+            for value in row.values {
+                line.push(',');
+                print(&mut line, *value);
+            }
+            self.events.write(&line);
+        }
+        self.events.count += 1;
+        if let (true, Some(time)) = (self.events.first.len() < MOST_EVENTS, row.values.first()) {
+            let mut text = String::new();
+            print(&mut text, *time);
+            self.events.first.push([text, direction.into(), name]);
         }
     }
+}
+
+/// What a run with a tolerance took.
+pub fn took<T: Real>(solved: &Solved<T>, tolerance: &Number) -> String {
+    let Some(statistics) = &solved.statistics else { return String::new() };
+    let Statistics { steps, rejected, iterations, error, .. } = statistics;
+    let refused = if *rejected == 1 { "1 pair refused".into() } else { format!("{rejected} pairs refused") };
+    let (error, asked) = (error.to_f64(), tolerance.eval::<f64>().unwrap_or(0.0));
+    let kept = match error > asked {
+        true => format!("more than the tolerance {tolerance}, as rounding makes more in so many steps"),
+        false => format!("tolerance {tolerance}"),
+    };
+    format!("{steps} steps, {refused}, {iterations} iterations, estimated relative error {error:.1e} ({kept})")
 }
 
 /// What a run cost.

@@ -6,11 +6,13 @@ mod control;
 mod dense;
 mod error;
 mod events;
+mod follow;
 mod pair;
 mod solution;
 
 pub use error::{DenseError, SolveError, SolveFailure};
 pub use events::Event;
+pub use follow::{Moment, Progress};
 pub use solution::{End, Located, Solution, Statistics};
 
 use super::{State, StepError};
@@ -20,6 +22,7 @@ use crate::scalar::Real;
 use crate::tableau::{Family, Tableau, TableauError};
 use control::{Control, Plan};
 use dense::{Maker, Piece};
+use follow::Follower;
 use pair::Pair;
 use solution::Dense;
 use std::ops::ControlFlow;
@@ -51,6 +54,12 @@ enum Method<T: Real> {
 
 /// Called after each step.
 type Observer<'a, T, const N: usize, const D: usize> = dyn FnMut(&State<T, N, D>) -> ControlFlow<()> + 'a;
+
+/// The stages of Gauss for a tolerance.
+pub(crate) fn gauss_stages(tolerance: f64) -> usize {
+    let digits = -tolerance.max(f64::MIN_POSITIVE).log10();
+    ((digits * STAGES_PER_DIGIT).round() as usize).clamp(FEWEST_STAGES, MOST_STAGES)
+}
 
 /// The solver of a Lagrangian, a force and a retraction, with a tolerance: a builder, whose [`run`](Solve::run) gives a [`Solution`].
 ///
@@ -109,9 +118,9 @@ type Observer<'a, T, const N: usize, const D: usize> = dyn FnMut(&State<T, N, D>
 /// # Ok::<(), Box<dyn std::error::Error>>(())
 /// ```
 pub struct Solve<'a, T: Real, const N: usize, const D: usize, L, F, R> {
-    lagrangian: Arc<L>,
-    force: Arc<F>,
-    retraction: Arc<R>,
+    lagrangian: L,
+    force: F,
+    retraction: R,
     tolerance: T,
     method: Method<T>,
     most_steps: usize,
@@ -122,6 +131,7 @@ pub struct Solve<'a, T: Real, const N: usize, const D: usize, L, F, R> {
     dense: bool,
     events: Vec<Event<'a, T, N, D>>,
     observer: Option<Box<Observer<'a, T, N, D>>>,
+    follower: Option<Box<Follower<'a, T, N, D>>>,
     /// What the last run has allocated, for the next one.
     engine: Option<Engine<T, N, D, L, F, R>>,
 }
@@ -143,18 +153,29 @@ struct Run<T: Real, const N: usize, const D: usize, R> {
     values: Vec<T>,
     /// Events of the step at hand: the place in it, which, whether it rises, the state.
     found: Vec<Located<T, N, D>>,
+    /// ∫⟨f, η⟩ dt up to the last step, where somebody follows.
+    work: T,
+    /// The relative residual of the pair at hand.
+    residual: T,
 }
 
 /// The result of a run.
 type Outcome<T, const N: usize, const D: usize, R> = Result<Solution<T, N, D, R>, SolveFailure<T, N, D, R>>;
 
-impl<'a, T: Real, const N: usize, const D: usize, L, F, R> Solve<'a, T, N, D, L, F, R> {
+impl<T: Real, const N: usize, const D: usize, L, F, R> Solve<'_, T, N, D, Arc<L>, Arc<F>, Arc<R>> {
     /// The solver for l, f and τ, with the tolerance 10⁻⁸.
     pub fn new(lagrangian: L, force: F, retraction: R) -> Self {
+        Self::of(Arc::new(lagrangian), Arc::new(force), Arc::new(retraction))
+    }
+}
+
+impl<'a, T: Real, const N: usize, const D: usize, L, F, R> Solve<'a, T, N, D, L, F, R> {
+    /// The same for parts that are copied: references, or small values. Each of them is needed three times.
+    pub fn of(lagrangian: L, force: F, retraction: R) -> Self {
         Self {
-            lagrangian: Arc::new(lagrangian),
-            force: Arc::new(force),
-            retraction: Arc::new(retraction),
+            lagrangian,
+            force,
+            retraction,
             tolerance: T::exact(TOLERANCE),
             method: Method::Family(Family::Gauss),
             most_steps: MOST_STEPS,
@@ -165,6 +186,7 @@ impl<'a, T: Real, const N: usize, const D: usize, L, F, R> Solve<'a, T, N, D, L,
             dense: false,
             events: Vec::new(),
             observer: None,
+            follower: None,
             engine: None,
         }
     }
@@ -234,14 +256,21 @@ impl<'a, T: Real, const N: usize, const D: usize, L, F, R> Solve<'a, T, N, D, L,
         self.observer = Some(Box::new(observe));
         self
     }
+
+    /// Hands every state to save, every event and every step to `follow`, in the place of keeping the states and the events: the memory
+    /// of a run does not grow. After each of them the run ends where `follow` breaks off.
+    pub fn follow(mut self, follow: impl FnMut(&Progress<'_, T, N, D>) -> ControlFlow<()> + 'a) -> Self {
+        self.follower = Some(Box::new(follow));
+        self
+    }
 }
 
 impl<T, const N: usize, const D: usize, L, F, R> Solve<'_, T, N, D, L, F, R>
 where
     T: Real,
-    L: Lagrangian<T, N>,
-    F: Force<T, N>,
-    R: Retraction<T, N, D>,
+    L: Lagrangian<T, N> + Clone,
+    F: Force<T, N> + Clone,
+    R: Retraction<T, N, D> + Clone,
 {
     /// The solution from a state to the time `end`, before it or after it.
     ///
@@ -274,10 +303,13 @@ where
             Ok(first) => first,
             Err(error) => return Err(fail(error, solution)),
         };
-        solution.saved.reserve(self.save_at.len());
+        if self.follower.is_none() {
+            solution.saved.reserve(self.save_at.len());
+        }
         let order = engine.pair.order();
         let control = Control::new(start.time, end, self.tolerance, order, first, self.max_step);
-        let mut run = Run { solution, control, next_save: 0, values: Vec::new(), found: Vec::new() };
+        let (values, found, zero) = (Vec::new(), Vec::new(), T::zero());
+        let mut run = Run { solution, control, next_save: 0, values, found, work: zero, residual: zero };
         let result = self.advance(&mut engine, &mut run);
         self.engine = Some(engine);
         run.solution.next_step = run.control.next();
@@ -335,9 +367,7 @@ where
             Method::Tableau(tableau) => return Ok(tableau.clone()),
             Method::Family(family) => *family,
         };
-        let digits = -self.tolerance.to_f64().max(f64::MIN_POSITIVE).log10();
-        let stages = ((digits * STAGES_PER_DIGIT).round() as usize).clamp(FEWEST_STAGES, MOST_STAGES);
-        let order = Family::Gauss.declared(stages);
+        let order = Family::Gauss.declared(gauss_stages(self.tolerance.to_f64()));
         let stages = (family.least_stages()..=2 * MOST_STAGES).find(|&stages| family.declared(stages) >= order);
         family.tableau(stages.unwrap_or(MOST_STAGES))
     }
@@ -366,8 +396,11 @@ where
             run.values.push(event.value(index, &run.solution.state)?);
         }
         if self.save_at.first() == Some(&run.solution.state.time) {
-            run.solution.saved.push(run.solution.state.clone());
             run.next_save = 1;
+            let state = run.solution.state.clone();
+            if self.pass_on(run, Moment::Saved, state, run.work).is_break() {
+                return Ok(End::Stopped);
+            }
         }
         while !run.control.ended() {
             run.control.within(&run.solution.statistics, self.most_steps)?;
@@ -378,6 +411,7 @@ where
                     let statistics = &mut run.solution.statistics;
                     statistics.error += attempt.unexplained + attempt.residual;
                     statistics.residual = statistics.residual.max(attempt.residual);
+                    run.residual = attempt.residual;
                 }
                 outcome => {
                     run.solution.statistics.rejected += 1;
@@ -414,15 +448,23 @@ where
             maker.make(pair, k, self.tolerance, piece).map_err(stuck)?;
         }
         let after = &engine.pair.points[k + 1].state;
-        let step = Step { start, after, piece: &engine.piece, retraction: engine.pair.retraction() };
+        let step = Step { k, start, after, piece: &engine.piece, retraction: engine.pair.retraction() };
         if crossed {
             self.locate(&step, run)?;
         }
         let terminal = run.found.iter().position(|located| self.events[located.event].terminal);
         let last = terminal.map_or(stop, |place| run.found[place].state.time);
+        let mut stopped = false;
         while let Some(&time) = self.save_at.get(run.next_save).filter(|&&time| !earlier(last, time)) {
-            run.solution.saved.push(step.at(time)?);
+            let work = self.work(&engine.pair, &step, run, time)?;
+            stopped |= self.pass_on(run, Moment::Saved, step.at(time)?, work).is_break();
             run.next_save += 1;
+        }
+        let happened = terminal.map_or(run.found.len(), |place| place + 1);
+        for place in 0..happened {
+            let Located { event, rising, state } = run.found[place].clone();
+            let work = self.work(&engine.pair, &step, run, state.time)?;
+            stopped |= self.pass_on(run, Moment::Event { index: event, rising }, state, work).is_break();
         }
         if let Some(dense) = &mut run.solution.dense {
             dense.pieces.push(engine.piece.clone());
@@ -430,16 +472,64 @@ where
         if let Some(place) = terminal {
             let Located { event, state, .. } = &run.found[place];
             (run.solution.state, run.solution.end) = (state.clone(), End::Event(*event));
-            run.solution.events.extend(run.found.drain(..=place));
             return Ok(Some(run.solution.end));
         }
-        run.solution.events.append(&mut run.found);
         run.solution.state.clone_from(after);
+        run.work = self.work(&engine.pair, &step, run, stop)?;
         if self.every.is_some_and(|every| run.solution.statistics.steps.is_multiple_of(every)) {
-            run.solution.saved.push(run.solution.state.clone());
+            stopped |= self.pass_on(run, Moment::Saved, after.clone(), run.work).is_break();
         }
-        let stopped = self.observer.as_mut().is_some_and(|observe| observe(&run.solution.state).is_break());
+        if self.follower.is_some() || self.observer.is_some() {
+            stopped |= self.pass_on(run, Moment::Step, after.clone(), run.work).is_break();
+        }
         Ok(stopped.then_some(End::Stopped))
+    }
+
+    /// ∫⟨f, η⟩ dt up to a time of step k, where somebody follows.
+    fn work(
+        &self,
+        pair: &Pair<T, N, D, L, F, R>,
+        step: &Step<'_, T, N, D, R>,
+        run: &Run<T, N, D, R>,
+        time: T,
+    ) -> Result<T, SolveError> {
+        if self.follower.is_none() || pair.force().is_zero() {
+            return Ok(run.work);
+        }
+        if time == step.after.time {
+            return Ok(run.work + pair.work(step.k));
+        }
+        let (tableau, length) = (pair.tableau(), time - step.start);
+        let mut power = T::zero();
+        for (&b, &c) in tableau.b().iter().zip(tableau.c()) {
+            let state = step.at(step.start + c * length)?;
+            power += b * pair.power(&state, step.k).map_err(|source| step.stuck(state.time, source))?;
+        }
+        Ok(run.work + power * length)
+    }
+
+    /// Hands on what has happened, or keeps it.
+    fn pass_on(
+        &mut self,
+        run: &mut Run<T, N, D, R>,
+        moment: Moment,
+        state: State<T, N, D>,
+        work: T,
+    ) -> ControlFlow<()> {
+        if let Some(follow) = &mut self.follower {
+            let (residual, statistics) = (run.residual, &run.solution.statistics);
+            follow(&Progress { moment, state: &state, work, residual, statistics })?;
+        }
+        let kept = self.follower.is_none();
+        match (moment, &mut self.observer) {
+            (Moment::Step, Some(observe)) => return observe(&state),
+            (Moment::Saved, _) if kept => run.solution.saved.push(state),
+            (Moment::Event { index: event, rising }, _) if kept => {
+                run.solution.events.push(Located { event, rising, state });
+            }
+            _ => {}
+        }
+        ControlFlow::Continue(())
     }
 
     /// Evaluates the event functions after a step; whether one of them has passed zero. The events found hold the value before the step
@@ -479,6 +569,8 @@ where
 
 /// The states of a step.
 struct Step<'s, T: Real, const N: usize, const D: usize, R> {
+    /// Which of the pair.
+    k: usize,
     start: T,
     after: &'s State<T, N, D>,
     piece: &'s Piece<T, N, D>,
@@ -492,8 +584,12 @@ impl<T: Real, const N: usize, const D: usize, R: Retraction<T, N, D>> Step<'_, T
         }
         self.piece.at(self.retraction, time).map_err(|source| {
             let step = (self.after.time - self.start).to_f64();
-            let source = StepError::Domain { step, stage: None, source };
-            SolveError::Stuck { time: time.to_f64(), step, source }
+            self.stuck(time, StepError::Domain { step, stage: None, source })
         })
+    }
+
+    /// There is no state at a time in the step.
+    fn stuck(&self, time: T, source: StepError) -> SolveError {
+        SolveError::Stuck { time: time.to_f64(), step: (self.after.time - self.start).to_f64(), source }
     }
 }

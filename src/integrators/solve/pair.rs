@@ -2,7 +2,7 @@
 
 use super::control::{Attempt, Effort, Plan};
 use super::solution::Statistics;
-use crate::algebra::{Covector, Vector};
+use crate::algebra::{Covector, Vector, pair};
 use crate::integrators::variational::Variational;
 use crate::integrators::{OneStep, Report, Solver, State, StepError};
 use crate::mechanics::configuration::Configuration;
@@ -14,7 +14,6 @@ use crate::tableau::assumptions::Assumptions;
 use crate::tableau::bounds::Bounds;
 use crate::tableau::order::variational_order;
 use crate::tableau::quantity::Coefficients;
-use std::sync::Arc;
 
 /// The stage equations are solved to this share of the error that a pair may make: its results, and their difference, know no more.
 const SOLVED: i64 = 16;
@@ -165,12 +164,10 @@ enum Guess {
     Within,
 }
 
-type Engine<T, const N: usize, const D: usize, L, F, R> = Variational<T, N, D, Arc<L>, Arc<F>, Arc<R>>;
-
 /// The method, twice: for steps of h and of 2h, each with its own stages.
 pub(super) struct Pair<T: Real, const N: usize, const D: usize, L, F, R> {
-    fine: Engine<T, N, D, L, F, R>,
-    coarse: Engine<T, N, D, L, F, R>,
+    fine: Variational<T, N, D, L, F, R>,
+    coarse: Variational<T, N, D, L, F, R>,
     order: usize,
     /// The q of C(q): what is left of the order where a force is stiff.
     stage_order: usize,
@@ -193,7 +190,12 @@ where
     F: Force<T, N>,
     R: Retraction<T, N, D>,
 {
-    pub fn new(parts: (&Arc<L>, &Arc<F>, &Arc<R>), tableau: &Tableau<T>, state: &State<T, N, D>) -> Self {
+    pub fn new(parts: (&L, &F, &R), tableau: &Tableau<T>, state: &State<T, N, D>) -> Self
+    where
+        L: Clone,
+        F: Clone,
+        R: Clone,
+    {
         let engine = || Variational::new(parts.0.clone(), parts.1.clone(), parts.2.clone(), tableau.clone());
         let through = Through::new(tableau.c().as_slice());
         let inside = tableau.c().iter().map(|&c| {
@@ -233,6 +235,27 @@ where
 
     pub fn retraction(&self) -> &R {
         self.fine.retraction()
+    }
+
+    pub fn force(&self) -> &F {
+        self.fine.force()
+    }
+
+    pub fn tableau(&self) -> &Tableau<T> {
+        self.fine.tableau()
+    }
+
+    /// ∫⟨f, η⟩ dt over step k, by the quadrature of the tableau.
+    pub fn work(&self, k: usize) -> T {
+        let Half { step, displacements, velocities, .. } = &self.halves[k];
+        let stages = velocities.iter().copied().zip(displacements.iter().copied());
+        self.fine.work_of(&self.points[k].state, *step, stages)
+    }
+
+    /// ⟨f, η⟩ at a state in step k.
+    pub fn power(&self, state: &State<T, N, D>, k: usize) -> Result<T, StepError> {
+        let velocity = self.velocity_at(state, &self.points[k].velocity, self.halves[k].step)?;
+        Ok(pair(&self.force().force_at(state.time, Configuration::of(&state.attitude), &velocity), &velocity))
     }
 
     /// ∂L/∂η at (t, g, η).

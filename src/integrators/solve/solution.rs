@@ -5,7 +5,6 @@ use super::error::DenseError;
 use crate::integrators::State;
 use crate::retraction::Retraction;
 use crate::scalar::Real;
-use std::sync::Arc;
 
 /// What a run took.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -80,7 +79,7 @@ pub struct Solution<T: Real, const N: usize, const D: usize, R> {
 /// The states between the steps.
 #[derive(Debug)]
 pub(super) struct Dense<T: Real, const N: usize, const D: usize, R> {
-    pub retraction: Arc<R>,
+    pub retraction: R,
     pub pieces: Vec<Piece<T, N, D>>,
 }
 
@@ -105,6 +104,6 @@ impl<T: Real, const N: usize, const D: usize, R: Retraction<T, N, D>> Solution<T
         let begun =
             dense.pieces.partition_point(|piece| if forward { piece.time() <= time } else { piece.time() >= time });
         let piece = dense.pieces.get(begun.saturating_sub(1)).ok_or(DenseError::NotKept)?;
-        piece.at(&*dense.retraction, time).map_err(|source| DenseError::Domain { time: time.to_f64(), source })
+        piece.at(&dense.retraction, time).map_err(|source| DenseError::Domain { time: time.to_f64(), source })
     }
 }

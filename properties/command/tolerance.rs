@@ -1,0 +1,179 @@
+//! `integrate` with a tolerance in the file: the report, the table of events, options without effect, interrupted runs.
+
+use super::{code, command, directory, run, stderr, stdout};
+use std::fs;
+use std::path::Path;
+use std::process::{Command, Stdio};
+use std::time::{Duration, Instant};
+
+/// A heavy top that is drawn to rest: nutation, and two events, of which the second ends the run.
+const TOP: &str = r#"format = 1
+[algebra]
+name = "so3"
+[lagrangian]
+inertia = [1, 1, "1/2"]
+[[potential]]
+kind = "gravity"
+weight = 1
+center = [0, 0, 1]
+[[force]]
+kind = "linear-drag"
+coefficient = "1/100"
+[method]
+retraction = "exp"
+[state]
+velocity = [0, 0, 5]
+quaternion = [3, 0, 1, 0]
+[run]
+tolerance = 1e-10
+horizon = 12
+[output]
+save_every = "1/2"
+[[event]]
+name = "turning point, of the \"nutation\""
+formula = "dot(cross(row(R, 3), eta), [0, 0, 1])"
+[[event]]
+name = "low"
+formula = "g_33 - 7/10"
+direction = "falling"
+terminal = true
+"#;
+
+fn file(here: &Path, name: &str, changes: &[(&str, &str)]) {
+    let text = changes.iter().fold(TOP.to_owned(), |text, (from, to)| {
+        assert!(text.contains(from), "{from}");
+        text.replacen(from, to, 1)
+    });
+    fs::write(here.join(name), text).unwrap();
+}
+
+#[test]
+fn the_report_says_what_was_taken_and_why_the_run_ended() {
+    let here = directory("tolerance");
+    file(&here, "top.toml", &[]);
+    let arguments = ["integrate", "top.toml", "--out", "t.csv", "--events", "e.csv", "--plot", "t.svg"];
+    let output = run(&here, &arguments);
+    assert_eq!((code(&output), stderr(&output)), (0, ""), "{}", stderr(&output));
+    let words = stdout(&output).split_whitespace().collect::<Vec<_>>().join(" ");
+    let rows = fs::read_to_string(here.join("t.csv")).unwrap();
+    for part in [
+        &format!("t.csv: {} rows; ended at t = ", rows.lines().count() - 1),
+        "by the event \"low\": ",
+        " steps, ",
+        " refused, ",
+        " iterations, estimated relative error ",
+        "(tolerance 1e-10)",
+    ] {
+        assert!(words.contains(part), "{part} is not in {words}");
+    }
+    let events = fs::read_to_string(here.join("e.csv")).unwrap();
+    let header = rows.lines().next().unwrap();
+    let columns = header.strip_suffix(",residual,iterations").unwrap();
+    assert_eq!(events.lines().next().unwrap(), format!("event,direction,{columns}"));
+    let last = events.lines().last().unwrap();
+    assert!(
+        last.starts_with("low,falling,") && events.contains("\n\"turning point, of the \"\"nutation\"\"\",rising,")
+    );
+    // The last row is that of the terminal event.
+    let state = last.strip_prefix("low,falling,").unwrap();
+    assert!(rows.lines().last().unwrap().starts_with(state), "{state}");
+    assert!(fs::read_to_string(here.join("t.svg")).unwrap().contains("tolerance 1e-10"));
+    // On standard output the rows are alone.
+    let output = run(&here, &["integrate", "top.toml"]);
+    assert_eq!((code(&output), stdout(&output)), (0, &*rows));
+    assert!(stderr(&output).contains("low") && stderr(&output).contains("standard output: "), "{}", stderr(&output));
+    // To the horizon.
+    file(&here, "whole.toml", &[("terminal = true", "")]);
+    let output = run(&here, &["integrate", "whole.toml", "--out", "t.csv"]);
+    assert!(stdout(&output).contains("t.csv: 25 rows; ended at t = 12: "), "{}", stdout(&output));
+    // An error of a formula: the rows are kept.
+    file(&here, "bad.toml", &[("g_33 - 7/10", "log(g_33 - 7/10)")]);
+    let output = run(&here, &["integrate", "bad.toml", "--out", "t.csv"]);
+    assert_eq!(code(&output), 1);
+    assert!(stderr(&output).contains("the event \"low\" has no value at t = "), "{}", stderr(&output));
+    assert!(stderr(&output).contains("the logarithm of -") && stderr(&output).contains("kept in t.csv: the "));
+    assert!(fs::read_to_string(here.join("t.csv")).unwrap().lines().count() > 1);
+}
+
+#[test]
+fn options_without_effect_beside_a_tolerance_are_refused() {
+    let here = directory("tolerance-options");
+    file(&here, "top.toml", &[]);
+    fs::write(here.join("system.toml"), stdout(&run(&here, &["integrate", "--example"]))).unwrap();
+    fs::write(here.join("states.csv"), "mu_1,mu_2,mu_3\n1,2,3\n").unwrap();
+    for (arguments, said) in [
+        (&["integrate", "top.toml", "--steps", "3"][..], "--steps is for fixed steps"),
+        (&["integrate", "top.toml", "--every", "3"], "--every has no effect beside `save_at` or `save_every`"),
+        (&["integrate", "top.toml", "--ensemble", "states.csv"], "--ensemble is for fixed steps"),
+        (&["integrate", "system.toml", "--events", "e.csv"], "--events is for files with `tolerance`"),
+        (&["order", "--tableau", "gauss-2", "--system", "top.toml"], "the order is measured with fixed steps"),
+    ] {
+        let output = run(&here, arguments);
+        assert_eq!((code(&output), stdout(&output)), (2, ""), "{arguments:?}");
+        assert!(stderr(&output).contains(said), "{arguments:?}: {}", stderr(&output));
+    }
+    // The scalar of the command counts.
+    file(&here, "fine.toml", &[("1e-10", "1e-20")]);
+    let output = run(&here, &["integrate", "fine.toml"]);
+    assert_eq!(code(&output), 2);
+    assert!(stderr(&output).contains("at least 1e-14 in 16 digits") && stderr(&output).contains("    ^"));
+    assert_eq!(code(&run(&here, &["integrate", "fine.toml", "--scalar", "dd"])), 0);
+}
+
+/// Waits until it is so, for a minute at most.
+fn wait_for(mut is_so: impl FnMut() -> bool) {
+    let start = Instant::now();
+    while !is_so() {
+        assert!(start.elapsed() < Duration::from_secs(60));
+        std::thread::sleep(Duration::from_millis(5));
+    }
+}
+
+#[cfg(unix)]
+#[test]
+fn an_interrupted_run_keeps_its_rows_and_events() {
+    let here = directory("tolerance-interrupted");
+    let long = [("horizon = 12", "horizon = 1e7"), ("coefficient = \"1/100\"", "coefficient = 0")];
+    file(&here, "top.toml", &[&long[..], &[("terminal = true", ""), ("save_every = \"1/2\"", "every = 4")]].concat());
+    for signal in ["-INT", "-TERM", "-KILL"] {
+        let (rows, events) = (here.join("t.csv"), here.join("e.csv"));
+        let _ = (fs::remove_file(&rows), fs::remove_file(&events));
+        let arguments = ["integrate", "top.toml", "--out", "t.csv", "--events", "e.csv"];
+        let mut child = command(&here, &arguments).stdout(Stdio::piped()).stderr(Stdio::piped()).spawn().unwrap();
+        let size = |path| fs::metadata(path).map_or(0, |file| file.len());
+        wait_for(|| {
+            assert!(child.try_wait().unwrap().is_none());
+            size(&rows) > 0 && size(&events) > 1000
+        });
+        assert!(Command::new("kill").args([signal, &child.id().to_string()]).status().unwrap().success());
+        let output = child.wait_with_output().unwrap();
+        let (rows, events) = (fs::read_to_string(&rows).unwrap(), fs::read_to_string(&events).unwrap());
+        for text in [&rows, &events] {
+            assert!(text.ends_with('\n') && text.lines().count() > 2, "{}", text.len());
+        }
+        if signal == "-KILL" {
+            continue;
+        }
+        assert_eq!(code(&output), 130, "{}", stderr(&output));
+        let columns = rows.lines().next().unwrap().split(',').count();
+        assert!(rows.lines().all(|row| row.split(',').count() == columns));
+        let said = format!("kept in t.csv: the {} rows up to there", rows.lines().count() - 1);
+        assert!(stderr(&output).starts_with("INTERRUPTED after ") && stderr(&output).contains(&said));
+        assert!(stdout(&output).contains("rising") && stdout(&output).contains(" more\n"), "{}", stdout(&output));
+        // The last row is of the state that was reached.
+        let time = rows.lines().last().unwrap().split(',').next().unwrap();
+        assert!(stderr(&output).contains(&format!("steps, at t = {time}; ")), "{}", stderr(&output));
+    }
+}
+
+#[cfg(unix)]
+#[test]
+fn rows_are_in_the_file_before_the_buffer_is_full() {
+    let here = directory("tolerance-rows");
+    fs::write(here.join("system.toml"), stdout(&run(&here, &["integrate", "--example"]))).unwrap();
+    let arguments = ["integrate", "system.toml", "--steps", "1000000000", "--every", "1000000000", "--out", "t.csv"];
+    let mut child = command(&here, &arguments).stdout(Stdio::null()).stderr(Stdio::null()).spawn().unwrap();
+    wait_for(|| fs::read_to_string(here.join("t.csv")).is_ok_and(|rows| rows.lines().count() == 2));
+    child.kill().unwrap();
+    child.wait().unwrap();
+}
