@@ -277,6 +277,10 @@ impl<T: Real> Theory<T> for Shared<T> {
         self.0.theory.pace(point)
     }
 
+    fn turn(&self, point: &Point<T>) -> f64 {
+        self.0.theory.turn(point)
+    }
+
     fn element(&self) -> Option<Vec<T>> {
         self.0.theory.element()
     }

@@ -10,7 +10,8 @@ use super::table::{Column, Table, entries, paragraph};
 use super::{Failure, Format, complain, print};
 use euler_poincare::algebra::Entry;
 use euler_poincare::external::{
-    Broken, ClaimReport, Conclusion, Drawn, External, LawReport, Limits, Probe, ProbeReport, Record, Shrinking, examine,
+    Broken, ClaimReport, Conclusion, Drawn, External, LawReport, Limits, Probe, ProbeReport, QuantityOrders, Record,
+    Shrinking, examine,
 };
 use euler_poincare::harness::{Cost, Verdict};
 use euler_poincare::laws::method::{Claims, LAWS, MethodLaw, named};
@@ -25,7 +26,7 @@ use std::time::Duration;
 const EXIT_CODES: &str = "\
 Exit codes:
   0    nothing is broken, and every claim was confirmed on at least one case
-  1    a law is broken
+  1    a law is broken, or the program failed
   2    bad usage or a bad file
   3    no verdict: a claim was confirmed on no case, or without claims no law held on any
   130  interrupted; what was learnt so far is printed
@@ -100,6 +101,8 @@ enum Conserved {
     Casimirs,
     /// The energy
     Energy,
+    /// The spatial momentum Ad*_{g⁻¹} μ
+    Momentum,
 }
 
 fn tolerance(text: &str) -> Result<f64, String> {
@@ -130,6 +133,7 @@ pub fn run(arguments: Arguments) -> Result<ExitCode, Failure> {
         order: arguments.order,
         casimirs: arguments.conserves.contains(&Conserved::Casimirs),
         energy: arguments.conserves.contains(&Conserved::Energy),
+        momentum: arguments.conserves.contains(&Conserved::Momentum),
         reversible: arguments.reversible,
         tolerance: arguments.tolerance,
     };
@@ -168,7 +172,12 @@ pub fn run(arguments: Arguments) -> Result<ExitCode, Failure> {
         write(&record)
     };
     // Saved before anything is printed, so that a closed pipe loses nothing.
-    let saved: Vec<_> = report.laws.iter().map(|law| law.failure.as_ref().map(|broken| save(law, broken))).collect();
+    let save = |law: &LawReport, broken: &Option<Broken>| broken.as_ref().map(|broken| save(law, broken));
+    let saved: Vec<Saved> = report
+        .laws
+        .iter()
+        .map(|law| Saved { broken: save(law, &law.failure), failed: save(law, &law.program_failure) })
+        .collect();
     match arguments.format {
         Format::Text => print(&text(&report, &saved))?,
         Format::Json => print(&lines::json(&report, &saved))?,
@@ -179,7 +188,7 @@ pub fn run(arguments: Arguments) -> Result<ExitCode, Failure> {
 fn exit_code(conclusion: Conclusion) -> ExitCode {
     match conclusion {
         Conclusion::Interrupted => Interrupt::exit_code(),
-        Conclusion::Broken => ExitCode::from(1),
+        Conclusion::Broken | Conclusion::Failed => ExitCode::from(1),
         Conclusion::GivenUp | Conclusion::Unconfirmed | Conclusion::Undecided => ExitCode::from(3),
         Conclusion::Confirmed | Conclusion::Unbroken => ExitCode::SUCCESS,
     }
@@ -256,13 +265,20 @@ fn write(record: &Record) -> Result<PathBuf, String> {
     Ok(path)
 }
 
-type Saved = Option<Result<PathBuf, String>>;
+/// Where the cases of a law that are shown were saved, or why not.
+struct Saved {
+    /// The broken one.
+    broken: Option<Result<PathBuf, String>>,
+    /// The one on which the program failed.
+    failed: Option<Result<PathBuf, String>>,
+}
 
-const COLUMNS: [Column; 10] = [
+const COLUMNS: [Column; 11] = [
     Column::name("law"),
     Column::number("cases"),
     Column::number("held"),
     Column::number("broken"),
+    Column::number("program\nfailed").rank(4),
     Column::number("incon-\nclusive"),
     Column::number("not\nappl.").rank(2),
     Column::number("worst\ndefect").rank(1),
@@ -284,6 +300,10 @@ fn text(report: &ProbeReport, saved: &[Saved]) -> String {
     }
     let verdict = paragraph(&verdict(report));
     let mut text = format!("{verdict}\n\n{}\n\n{}\n", paragraph(MEANING), table.text());
+    let orders: Vec<_> = report.laws.iter().filter(|law| law.law.about.name == ORDERS).flat_map(orders).collect();
+    if !orders.is_empty() {
+        let _ = write!(text, "\nOrders\n{}\n", entries(2, orders));
+    }
     for (title, of) in [
         ("Inconclusive", (|law| &law.inconclusive) as fn(&LawReport) -> &BTreeMap<String, usize>),
         ("Not applicable", |law| &law.not_applicable),
@@ -298,14 +318,21 @@ fn text(report: &ProbeReport, saved: &[Saved]) -> String {
         }
     }
     for (law, saved) in report.laws.iter().zip(saved) {
-        if let (Some(broken), Some(saved)) = (&law.failure, saved) {
+        if let (Some(broken), Some(saved)) = (&law.failure, &saved.broken) {
             text += &failure::text(law, broken, saved);
+        }
+        if let (Some(failed), Some(saved)) = (&law.program_failure, &saved.failed) {
+            text += &failure::program(law, failed, saved);
         }
     }
     let claims = report.claims();
     if !claims.is_empty() {
         let rows = claims.iter().map(|claim| (claim.claim.clone(), confirmed(claim)));
         let _ = write!(text, "\nClaims\n{}\n", entries(2, rows));
+    }
+    let failed = report.laws.iter().map(|law| law.failed.len()).sum::<usize>();
+    if failed > 0 {
+        let _ = write!(text, "\nThe program failed on {failed} cases. They say nothing about the laws.\n");
     }
     if report.given_up {
         let _ = write!(text, "\nThe stepper failed {} times and was not started again.\n", report.failures);
@@ -317,6 +344,20 @@ fn text(report: &ProbeReport, saved: &[Saved]) -> String {
     }
     let _ = write!(text, "\n{verdict}\n");
     text
+}
+
+/// The law whose orders are those of the parts of the state.
+const ORDERS: &str = "method-order";
+
+/// The orders of each quantity.
+fn orders(law: &LawReport) -> Vec<(String, String)> {
+    let one = |orders: &QuantityOrders| {
+        let (least, median) = (orders.least()?, orders.median()?);
+        let count = orders.values.len();
+        let cases = if count == 1 { "1 case".into() } else { format!("{count} cases") };
+        Some((orders.quantity.clone(), format!("median {median:.2}, least {least:.2}, of {cases}")))
+    };
+    law.orders.iter().filter_map(one).collect()
 }
 
 /// What became of a claim.
@@ -343,6 +384,7 @@ fn verdict(report: &ProbeReport) -> String {
     let outcome = match report.conclusion() {
         Conclusion::Interrupted => format!("INTERRUPTED, {broken} so far"),
         Conclusion::Broken | Conclusion::Unbroken => broken,
+        Conclusion::Failed => "THE PROGRAM FAILED, no law broken".into(),
         Conclusion::GivenUp => "NO VERDICT, the stepper failed too often".into(),
         Conclusion::Unconfirmed => "NO VERDICT, nothing broken, but not every claim was confirmed".into(),
         Conclusion::Undecided => "NO VERDICT, no law held on any case".into(),
@@ -374,6 +416,7 @@ fn row(law: &LawReport) -> Vec<String> {
         law.cases.to_string(),
         law.held.to_string(),
         law.broken.len().to_string(),
+        law.failed.len().to_string(),
         law.inconclusive.values().sum::<usize>().to_string(),
         law.not_applicable.values().sum::<usize>().to_string(),
         number(law.worst.map(|worst| worst.0)),

@@ -162,10 +162,14 @@ pub fn examine(
     claims: &Claims,
 ) -> (Outcome, Option<Broken>) {
     let judged = judge(external, law, case, claims);
+    if judged.failed && !external.is_interrupted() {
+        let failed = Broken::program(0, case.clone(), external);
+        return (failed.verdict.clone().into(), Some(failed));
+    }
     if !judged.outcome.verdict.is_broken() || external.is_interrupted() {
         return (judged.outcome, None);
     }
-    let mut broken = Broken::new(0, case.clone(), &judged.outcome, judged.failed);
+    let mut broken = Broken::new(0, case.clone(), &judged.outcome);
     let decided = deciding(external, law, claims, &mut broken, judged);
     broken.explain(external, law, claims, &decided.outcome);
     (decided.outcome, Some(broken))
@@ -173,7 +177,7 @@ pub fn examine(
 
 /// Puts the variation that decided in the place of the case, where it is broken by itself.
 fn deciding(external: &External, law: &MethodLaw, claims: &Claims, broken: &mut Broken, found: Judged) -> Judged {
-    let other = found.outcome.decided_by.filter(|_| !found.failed).and_then(|other| other.of(&broken.case));
+    let other = found.outcome.decided_by.and_then(|other| other.of(&broken.case));
     let Some(other) = other else { return found };
     let judged = judge(external, law, &other, claims);
     if !judged.broken_by_itself() {
@@ -258,16 +262,23 @@ impl Probe<'_> {
         if self.external.is_interrupted() {
             return;
         }
+        if judged.failed {
+            report.record_failed(index);
+            progress(law.about.name, &judged.outcome.verdict);
+            if report.program_failure.is_none() {
+                report.program_failure = Some(Broken::program(index, case, self.external));
+            }
+            return;
+        }
         report.record(index, &judged.outcome);
         progress(law.about.name, &judged.outcome.verdict);
         if !judged.outcome.verdict.is_broken() || report.failure.is_some() {
             return;
         }
-        let mut broken = Broken::new(index, case, &judged.outcome, judged.failed);
+        let mut broken = Broken::new(index, case, &judged.outcome);
         let decided = deciding(self.external, law, &self.claims, &mut broken, judged);
         let decided = match cases {
-            // A program that hangs on one case hangs on its simpler ones, a time limit each.
-            Some(cases) if !broken.failed => self.shrink(law, cases, &mut broken, decided),
+            Some(cases) => self.shrink(law, cases, &mut broken, decided),
             _ => decided,
         };
         broken.explain(self.external, law, &self.claims, &decided.outcome);

@@ -291,24 +291,29 @@ fn less(a: &[f64], b: &[f64]) -> Vec<f64> {
 
 impl Broken {
     /// A case as it was judged.
-    pub(super) fn new(index: usize, case: Case, outcome: &Outcome, failed: bool) -> Self {
+    pub(super) fn new(index: usize, case: Case, outcome: &Outcome) -> Self {
         let verdict = outcome.verdict.clone();
-        Self { index, case, varied: false, verdict, checks: None, failed, slopes: Vec::new(), exchange: None }
+        Self { index, case, varied: false, verdict, checks: None, failed: false, slopes: Vec::new(), exchange: None }
     }
 
     /// What a person needs to debug it: the errors and one step with the solution beside it, or the request that did it.
     pub(super) fn explain(&mut self, external: &External, law: &MethodLaw, claims: &Claims, outcome: &Outcome) {
         let findings = outcome.findings.as_ref();
         self.slopes = findings.map_or_else(Vec::new, |findings| Slopes::of(findings, claims.least_order()));
-        self.exchange = match self.failed {
-            true => external.exchanges().pop().map(|Exchange { request, answer }| Compared {
-                what: "what the stepper failed on".into(),
-                request,
-                answer,
-                solution: None,
-                difference: None,
-            }),
-            false => compared(external, law, &self.case, findings),
-        };
+        self.exchange = compared(external, law, &self.case, findings);
+    }
+
+    /// The case on which the program failed, with the request that did it.
+    pub(super) fn program(index: usize, case: Case, external: &External) -> Self {
+        let (exchange, why) = external.failure().unzip();
+        let verdict = Verdict::broken(why.unwrap_or_else(|| "the stepper failed".into()));
+        let exchange = exchange.map(|Exchange { request, answer }| Compared {
+            what: "what the stepper failed on".into(),
+            request,
+            answer,
+            solution: None,
+            difference: None,
+        });
+        Self { index, case, varied: false, verdict, checks: None, failed: true, slopes: Vec::new(), exchange }
     }
 }

@@ -34,5 +34,5 @@ pub use counterexample::{Broken, Compared, Mark, SlopeLevel, Slopes, Values};
 pub use program::{Exchange, Limits, Program, Silence};
 pub use protocol::{Described, Reply, VERSION, parse};
 pub use record::Record;
-pub use report::{ClaimReport, Conclusion, LawReport, ProbeReport};
+pub use report::{ClaimReport, Conclusion, LawReport, ProbeReport, QuantityOrders};
 pub use stepper::{External, ExternalStepper};

@@ -154,12 +154,21 @@ pub struct Program {
     running: Option<Running>,
     failures: usize,
     log: Vec<Exchange>,
+    failure: Option<(Exchange, String)>,
 }
 
 impl Program {
     /// A program and its arguments. Nothing is started yet.
     pub fn new(command: &[String], limits: Limits) -> Self {
-        Self { command: command.to_vec(), limits, interrupt: None, running: None, failures: 0, log: Vec::new() }
+        Self {
+            command: command.to_vec(),
+            limits,
+            interrupt: None,
+            running: None,
+            failures: 0,
+            log: Vec::new(),
+            failure: None,
+        }
     }
 
     /// Stops the program, and asks it nothing more, once this is set.
@@ -197,6 +206,12 @@ impl Program {
     /// Forgets the exchanges.
     pub fn forget(&mut self) {
         self.log.clear();
+        self.failure = None;
+    }
+
+    /// The first exchange that failed since they were forgotten, and why.
+    pub fn failure(&self) -> Option<&(Exchange, String)> {
+        self.failure.as_ref()
     }
 
     /// The first exchanges since they were forgotten, and the last.
@@ -226,15 +241,18 @@ impl Program {
             Err(_) => String::new(),
         };
         self.note(Exchange { request: request.to_owned(), answer: line });
-        if answer.is_err() {
-            self.failed();
+        if let Err(silence) = &answer {
+            self.failed(&silence.to_string());
         }
         answer
     }
 
     /// What it answered is no state: it is killed, and that counts as a failure.
-    pub fn failed(&mut self) {
+    pub fn failed(&mut self, why: &str) {
         self.failures += 1;
+        if let (None, Some(exchange)) = (&self.failure, self.log.last()) {
+            self.failure = Some((exchange.clone(), why.to_owned()));
+        }
         self.stop(Duration::ZERO);
     }
 

@@ -4,11 +4,15 @@ use super::counterexample::Broken;
 use crate::harness::Verdict;
 use crate::harness::convergence::Estimate;
 use crate::laws::method::{Claims, LAWS, MethodLaw, Outcome};
+use crate::study::{Findings, Line};
 use serde::Serialize;
 use std::collections::BTreeMap;
 
 /// Why a case on which a law holds says nothing about what it claims of free motions.
 const FORCED: &str = "the system has a force: this claim is about systems without force";
+
+/// Why a case says nothing.
+const FAILED: &str = "the program failed";
 
 /// What was found about one law.
 #[derive(Clone, Debug, PartialEq)]
@@ -28,6 +32,8 @@ pub struct LawReport {
     pub unconfirmed: BTreeMap<String, usize>,
     /// The indices of those on which it is broken.
     pub broken: Vec<usize>,
+    /// The indices of those on which the program failed: they say nothing about the law.
+    pub failed: Vec<usize>,
     /// Those that could not be decided, by reason.
     pub inconclusive: BTreeMap<String, usize>,
     /// Those about which it says nothing, by reason.
@@ -36,8 +42,50 @@ pub struct LawReport {
     pub worst: Option<(f64, f64)>,
     /// The slopes measured, less what local errors have in excess.
     pub slopes: Vec<f64>,
+    /// The orders of each quantity whose errors were measured.
+    pub orders: Vec<QuantityOrders>,
     /// The first broken case, shrunk.
     pub failure: Option<Broken>,
+    /// The first case on which the program failed.
+    pub program_failure: Option<Broken>,
+}
+
+/// The orders that one quantity showed, one for each case where its order could be read.
+///
+/// ```
+/// use euler_poincare::external::{LawReport, QuantityOrders};
+///
+/// fn tell(report: &LawReport) {
+///     for orders @ QuantityOrders { quantity, values, .. } in &report.orders {
+///         println!("{quantity}: order {:?} on {} systems", orders.median(), values.len());
+///     }
+/// }
+/// ```
+#[derive(Clone, Debug, PartialEq)]
+#[non_exhaustive]
+pub struct QuantityOrders {
+    /// `momentum`, `attitude`, `energy`, …
+    pub quantity: String,
+    /// The orders, in the sequence of the cases.
+    pub values: Vec<f64>,
+}
+
+impl QuantityOrders {
+    fn sorted(&self) -> Vec<f64> {
+        let mut values = self.values.clone();
+        values.sort_by(f64::total_cmp);
+        values
+    }
+
+    /// The least.
+    pub fn least(&self) -> Option<f64> {
+        self.sorted().first().copied()
+    }
+
+    /// The one in the middle.
+    pub fn median(&self) -> Option<f64> {
+        self.sorted().get(self.values.len() / 2).copied()
+    }
 }
 
 impl LawReport {
@@ -50,11 +98,34 @@ impl LawReport {
             confirmed: 0,
             unconfirmed: BTreeMap::new(),
             broken: Vec::new(),
+            failed: Vec::new(),
             inconclusive: BTreeMap::new(),
             not_applicable: BTreeMap::new(),
             worst: None,
             slopes: Vec::new(),
+            orders: Vec::new(),
             failure: None,
+            program_failure: None,
+        }
+    }
+
+    /// A case on which the program failed: it says nothing about the law.
+    pub(super) fn record_failed(&mut self, index: usize) {
+        self.cases += 1;
+        self.failed.push(index);
+        if self.claim.is_some() {
+            *self.unconfirmed.entry(FAILED.to_owned()).or_default() += 1;
+        }
+    }
+
+    /// The orders of each quantity of a case.
+    fn record_orders(&mut self, findings: &Findings) {
+        for (name, line) in findings.quantities().iter().zip(findings.lines()) {
+            let Line::Read(Estimate::Slope { value, .. }) = line else { continue };
+            match self.orders.iter_mut().find(|orders| orders.quantity == *name) {
+                Some(orders) => orders.values.push(value),
+                None => self.orders.push(QuantityOrders { quantity: name.clone(), values: vec![value] }),
+            }
         }
     }
 
@@ -85,6 +156,9 @@ impl LawReport {
                 None => self.confirmed += usize::from(verdict.holds()),
             }
         }
+        if let Some(findings) = &outcome.findings {
+            self.record_orders(findings);
+        }
         self.slopes.extend(outcome.slope.as_ref().and_then(Estimate::slope));
         if let Some((defect, bound)) = verdict.measured()
             && self.worst.is_none_or(|(d, b)| verdict.ratio() > Verdict::Holds { defect: d, bound: b }.ratio())
@@ -98,7 +172,7 @@ impl LawReport {
 #[derive(Clone, Debug, PartialEq, Serialize)]
 #[non_exhaustive]
 pub struct ClaimReport {
-    /// The claim: `order 4`, `conserves casimirs`, `conserves energy`, `reversible`.
+    /// The claim: `order 4`, `conserves casimirs`, `conserves energy`, `conserves momentum`, `reversible`.
     pub claim: String,
     /// The law that judges it.
     pub law: &'static str,
@@ -125,7 +199,7 @@ pub struct ClaimReport {
 ///     }
 ///     match report.conclusion() {
 ///         Conclusion::Confirmed | Conclusion::Unbroken => 0,
-///         Conclusion::Broken => 1,
+///         Conclusion::Broken | Conclusion::Failed => 1,
 ///         Conclusion::Interrupted => 130,
 ///         _ => 3,
 ///     }
@@ -138,6 +212,8 @@ pub enum Conclusion {
     Interrupted,
     /// A law is broken.
     Broken,
+    /// No law is broken, and the program failed on a case.
+    Failed,
     /// The program failed too often, and was not started again.
     GivenUp,
     /// Nothing is broken, and a claim was confirmed on no case.
@@ -204,6 +280,8 @@ impl ProbeReport {
             Conclusion::Interrupted
         } else if self.laws.iter().any(|law| !law.broken.is_empty()) {
             Conclusion::Broken
+        } else if self.laws.iter().any(|law| !law.failed.is_empty()) {
+            Conclusion::Failed
         } else if self.given_up {
             Conclusion::GivenUp
         } else if claims.iter().any(|claim| claim.confirmed == 0) {

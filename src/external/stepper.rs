@@ -65,6 +65,11 @@ impl External {
         self.program().exchanges().to_vec()
     }
 
+    /// The first exchange that failed since they were forgotten, and why.
+    pub fn failure(&self) -> Option<(Exchange, String)> {
+        self.program().failure().cloned()
+    }
+
     /// One request and what came of it.
     ///
     /// # Errors
@@ -88,7 +93,7 @@ impl External {
                 Err(StepError::Refused { step: h, why })
             }
             Err(why) => {
-                program.failed();
+                program.failed(&why);
                 Err(StepError::NoAnswer { why })
             }
         }

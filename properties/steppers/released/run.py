@@ -99,21 +99,21 @@ def judge(options, command, order, tolerance, system, seed, index):
         claims = ["--order", str(order + 1), "--reversible", *(["--conserves", "casimirs,energy"] if free else [])]
         found = probe(options, file, ["--laws", laws, *claims, *common], command, folder)
         orders, notes, failure = {}, set(), found["method-order"].get("failure")
-        if failure and not failure["varied"] and not failure["failed"]:
+        if failure and not failure["varied"]:
             orders = {slope["quantity"]: slope["order"] for slope in failure["slopes"]}
             notes |= {f"{slope['quantity']}: {slope['why']}" for slope in failure["slopes"] if slope["order"] is None}
-        elif not failure or not failure["failed"]:
-            # The claim is not refuted: the least of both orders.
-            least = probe(options, file, ["--laws", "order", *common], command, folder)["method-order"]
-            orders = {"limiting": least["least_order"]}
+        elif not found["method-order"]["failed"]:
+            # The claim is not refuted.
+            line = probe(options, file, ["--laws", "order", *common], command, folder)["method-order"]
+            orders = {part["quantity"]: part["least"] for part in line["orders"]}
         for line in found.values():
             notes |= {f"{line['law']}: {why}" for key in ("inconclusive", "not_applicable") for why in line[key]}
-            if line.get("failure", {}).get("failed"):
+            if line["failed"]:
                 notes.add(f"{line['law']}: the program failed")
         verdicts = {}
         for key, law in LAWS.items():
             line = found.get(law)
-            judged = line and line["held"] + line["broken"] > 0 and not line.get("failure", {}).get("failed")
+            judged = line and line["held"] + line["broken"] > 0
             verdicts[key] = line["held"] > 0 if judged else None
         return {"orders": orders, "verdicts": verdicts, "notes": notes}
 
@@ -121,7 +121,7 @@ def judge(options, command, order, tolerance, system, seed, index):
 def summary(cases):
     row, judged = {"cases": len(cases)}, 0
     for part in ("momentum", "attitude"):
-        values = [case["orders"].get(part, case["orders"].get("limiting")) for case in cases]
+        values = [case["orders"].get(part) for case in cases]
         values = [x for x in values if x is not None]
         judged = max(judged, len(values))
         row[part + "_least"] = f"{min(values):.2f}" if values else ""

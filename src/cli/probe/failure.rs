@@ -17,25 +17,47 @@ const ROWS: (usize, usize) = (4, 10);
 
 /// The first broken case of a law.
 pub fn text(law: &LawReport, broken: &Broken, saved: &Result<PathBuf, String>) -> String {
-    let mut indices: Vec<String> = law.broken.iter().take(INDICES).map(ToString::to_string).collect();
-    if law.broken.len() > INDICES {
-        indices.push("…".into());
-    }
     let (count, cases) = (law.broken.len(), law.cases);
-    let heading = format!("BROKEN {}: {count} of {cases} cases ({})", law.law.about.name, indices.join(", "));
+    let heading = format!("BROKEN {}: {count} of {cases} cases ({})", law.law.about.name, indices(&law.broken));
     let mut text = format!("\n{}\n", paragraph(&heading));
     let mut rows = vec![("statement", law.law.about.statement.to_owned()), ("source", law.law.about.source.to_owned())];
     rows.extend(verdict_rows(&broken.verdict));
     let _ = writeln!(text, "{}", entries(2, rows));
-    text += &counterexample(broken, &format!("case {}", broken.index));
-    let _ = match saved {
+    text + &counterexample(broken, &format!("case {}", broken.index)) + &kept(saved)
+}
+
+/// The first of the cases.
+fn indices(cases: &[usize]) -> String {
+    let mut indices: Vec<String> = cases.iter().take(INDICES).map(ToString::to_string).collect();
+    if cases.len() > INDICES {
+        indices.push("…".into());
+    }
+    indices.join(", ")
+}
+
+/// The file of a case, or why there is none.
+fn kept(saved: &Result<PathBuf, String>) -> String {
+    match saved {
         Ok(path) => {
             let path = path.display();
-            writeln!(text, "\n  saved in\n    {path}\n  run it again with\n    euler-poincare probe --replay {path}")
+            format!("\n  saved in\n    {path}\n  run it again with\n    euler-poincare probe --replay {path}\n")
         }
-        Err(reason) => writeln!(text, "\n{}", paragraph(&format!("  not saved: {reason}"))),
+        Err(reason) => format!("\n{}\n", paragraph(&format!("  not saved: {reason}"))),
+    }
+}
+
+/// The first case of a law on which the program failed.
+pub fn program(law: &LawReport, failed: &Broken, saved: &Result<PathBuf, String>) -> String {
+    let (count, cases) = (law.failed.len(), law.cases);
+    let heading =
+        format!("THE PROGRAM FAILED under {}: {count} of {cases} cases ({})", law.law.about.name, indices(&law.failed));
+    let mut text = format!("\n{}\n", paragraph(&heading));
+    let why = match &failed.verdict {
+        Verdict::Broken { witness, .. } => witness.clone(),
+        other => other.to_string(),
     };
-    text
+    let _ = writeln!(text, "{}", entries(2, [("why", why)]));
+    text + &counterexample(failed, &format!("case {}", failed.index)) + &kept(saved)
 }
 
 /// A record, judged again.

@@ -2,7 +2,7 @@
 
 use super::super::schema::object;
 use super::{Saved, asked, slopes};
-use euler_poincare::external::{Broken, LawReport, ProbeReport, Record};
+use euler_poincare::external::{Broken, LawReport, ProbeReport, QuantityOrders, Record};
 use euler_poincare::harness::Verdict;
 use euler_poincare::laws::method::MethodLaw;
 use serde_json::{Value, json};
@@ -19,6 +19,7 @@ fn one(law: &LawReport, saved: &Saved) -> Value {
         "cases": law.cases,
         "held": law.held,
         "broken": law.broken.len(),
+        "failed": law.failed.len(),
         "inconclusive": law.inconclusive,
         "not_applicable": law.not_applicable,
         "claim": law.claim,
@@ -27,15 +28,30 @@ fn one(law: &LawReport, saved: &Saved) -> Value {
         "bound": law.worst.map(|worst| worst.1),
         "least_order": slopes(law).map(|slopes| slopes.0),
         "median_order": slopes(law).map(|slopes| slopes.1),
+        "orders": law.orders.iter().map(orders).collect::<Vec<_>>(),
     });
-    if let (Some(broken), Some(saved)) = (&law.failure, saved) {
-        let mut failure = failure(broken);
-        failure["index"] = json!(broken.index);
-        failure["saved"] = json!(saved.as_ref().ok().map(|path| path.display().to_string()));
-        failure["not_saved"] = json!(saved.as_ref().err());
-        line["failure"] = failure;
+    for (key, broken, saved) in
+        [("failure", &law.failure, &saved.broken), ("program_failure", &law.program_failure, &saved.failed)]
+    {
+        if let (Some(broken), Some(saved)) = (broken, saved) {
+            let mut failure = failure(broken);
+            failure["index"] = json!(broken.index);
+            failure["saved"] = json!(saved.as_ref().ok().map(|path| path.display().to_string()));
+            failure["not_saved"] = json!(saved.as_ref().err());
+            line[key] = failure;
+        }
     }
     object("probe/1", line)
+}
+
+/// The orders that one quantity showed.
+fn orders(orders: &QuantityOrders) -> Value {
+    json!({
+        "quantity": orders.quantity,
+        "median": orders.median(),
+        "least": orders.least(),
+        "cases": orders.values.len(),
+    })
 }
 
 /// What is known of a broken case.
@@ -61,6 +77,8 @@ fn summary(report: &ProbeReport) -> Value {
         "laws": report.laws.len(),
         "cases": asked(report),
         "laws_broken": report.laws.iter().filter(|law| !law.broken.is_empty()).count(),
+        "laws_failed": report.laws.iter().filter(|law| !law.failed.is_empty()).count(),
+        "cases_failed": report.laws.iter().map(|law| law.failed.len()).sum::<usize>(),
         "claims": report.claims(),
         "failures": report.failures,
     });

@@ -30,7 +30,7 @@ pub(super) const DIVERGES: &str = "the method diverges with this step";
 pub(super) const STEPS: usize = 2;
 
 /// The largest step times the pace of the motion.
-const REACH: f64 = 1.0;
+pub(super) const REACH: f64 = 1.0;
 
 /// The largest relative error of a level, of those above a quarter of the largest step: beyond it no series tells anything.
 const COARSE: f64 = 1e-2;
@@ -53,7 +53,7 @@ fn halvings<T: Real>() -> i32 {
 }
 
 /// Whether an error decides about the whole case, not about one level.
-fn is_final(error: &StepError) -> bool {
+pub(super) fn is_final(error: &StepError) -> bool {
     matches!(error, StepError::Unsupported { .. } | StepError::NoAnswer { .. })
 }
 
@@ -137,7 +137,7 @@ fn sizes<T: Real>(first: T, count: i32, part: T) -> Vec<T> {
 }
 
 /// The largest step to begin with, by the theory at the start; `None` where it has no pace.
-fn largest<T: Precision>(view: &View<'_, '_, T>) -> Option<T> {
+pub(super) fn largest<T: Precision>(view: &View<'_, '_, T>) -> Option<T> {
     let pace = view.pace(&view.start().convert());
     let mut first = view.theory().step().abs() * T::exact(2f64.powi(DOUBLINGS));
     let mut halved = 0;

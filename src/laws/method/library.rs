@@ -1,8 +1,8 @@
 //! The laws of methods, of this crate's integrator: with planted faults.
 
 use super::{
-    CASIMIRS, Claims, ENERGY, EQUIVARIANCE, MethodLaw, MethodSource, ORDER, PRESENTATION, REVERSIBILITY, Stepper,
-    Untyped, check_case,
+    CASIMIRS, Claims, ENERGY, EQUIVARIANCE, MOMENTUM, MethodLaw, MethodSource, ORDER, PRESENTATION, REVERSIBILITY,
+    Stepper, Untyped, check_case,
 };
 use crate::harness::{Cost, Fault, Verdict};
 use crate::integrators::{OneStep, Report, State, StepError};
@@ -117,7 +117,7 @@ const HIGHEST: usize = 6;
 pub fn claims(case: &Case) -> Claims {
     let tableau = case.method.tableau.build::<Dd>();
     let order = tableau.map(|tableau| variational_order(&tableau, HIGHEST).order as u32).ok();
-    Claims { order, casimirs: true, ..Claims::default() }
+    Claims { order, casimirs: true, momentum: true, ..Claims::default() }
 }
 
 fn judge(law: &MethodLaw, case: &Case, fault: Option<&Fault>) -> Verdict {
@@ -155,7 +155,7 @@ macro_rules! law {
 }
 pub(in crate::laws) use law;
 
-/// The laws of methods on this crate's integrator, with the claims of the theory: its order and its Casimirs.
+/// The laws of methods on this crate's integrator, with the claims of the theory: its order, its Casimirs and its momentum.
 pub fn laws() -> &'static [CaseLaw] {
     LAWS
 }
@@ -188,6 +188,12 @@ static LAWS: &[CaseLaw] = &[
         Cost::Expensive,
         // Not `attitude-from-left`: τ(ξ'')τ(ξ') is conjugate to τ(ξ')τ(ξ''), so that it returns to e at the same order.
         &[FORCE_TIME, NOT_TRANSPORTED, INVERTED, SEES_ATTITUDE]
+    ),
+    law!(
+        "method-momentum",
+        &MOMENTUM,
+        Cost::Expensive,
+        &[CHART, HALVED, INVERTED, NOT_TRANSPORTED, FROM_LEFT, ORDER_TWO, FAVOURED, SEES_ATTITUDE]
     ),
     law!("method-equivariance", &EQUIVARIANCE, Cost::Moderate, &[FROM_LEFT, SEES_TIME, SEES_ATTITUDE]),
     law!("method-presentation", &PRESENTATION, Cost::Moderate, &[SHIFTED, FAVOURED]),

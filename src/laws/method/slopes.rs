@@ -1,19 +1,14 @@
 //! Defects that fall at the order of the method: errors, drifts, Φ_{−h}∘Φ_h − 1.
 
 use super::levels::{Gap, Ladder, Measure, STEPS, Standing, descend, standing};
-use super::{Claims, Look, Other, Outcome, Point, Precision, Quantity, Setup, View, difference, without};
+use super::{Claims, Look, Other, Outcome, Point, Precision, Quantity, Setup, View, difference, kept, without};
 use crate::harness::Verdict;
 use crate::harness::evidence;
 use crate::integrators::StepError;
-use crate::laws::integrators::refused;
-use crate::laws::precision::Measured;
 use crate::scalar::{Dd, Real, convert};
 use crate::study::least::{self, Answer, Shown};
 use crate::study::{Comparison, Findings};
 use nalgebra::{ComplexField, RealField};
-
-/// Steps over which what is claimed to be kept is looked at.
-const KEPT_STEPS: usize = 8;
 
 /// x − y, exact in 32 digits, in the scalar of the method.
 fn minus<T: Real>(x: T, y: Dd) -> T {
@@ -178,27 +173,45 @@ struct Balancing<'v, 's, 'a, 'q, T> {
     quantities: &'q [Quantity],
 }
 
-fn no_value(h: f64) -> StepError {
-    StepError::Refused { step: h, why: "the energy has no value".into() }
+pub(super) fn no_value(h: f64) -> StepError {
+    StepError::Refused { step: h, why: "what is to be kept has no value".into() }
+}
+
+/// The names of what is measured: the components of the spatial momentum are one quantity.
+pub(super) fn names(quantities: &[Quantity]) -> Vec<String> {
+    let name = |quantity: &Quantity| match quantity {
+        Quantity::Energy => Some("energy".to_owned()),
+        Quantity::Casimir(k) => Some(format!("Casimir {}", k + 1)),
+        Quantity::Momentum(0) => Some("spatial momentum".to_owned()),
+        Quantity::Momentum(_) => None,
+    };
+    quantities.iter().filter_map(name).collect()
+}
+
+/// The gaps of the components of the spatial momentum as one.
+fn joined<T: Real>(gaps: Vec<Gap<T>>) -> Vec<Gap<T>> {
+    let join = |mut all: Gap<T>, gap: Gap<T>| {
+        all.error.extend(gap.error);
+        let Gap { size, noise, reference_error, .. } = gap;
+        let (size, noise) = (all.size.max(size), all.noise.max(noise));
+        Gap { size, noise, reference_error: all.reference_error.max(reference_error), ..all }
+    };
+    gaps.into_iter().reduce(join).into_iter().collect()
 }
 
 impl<T: Precision> Measure<T> for Balancing<'_, '_, '_, '_, T> {
     fn names(&self) -> Vec<String> {
-        let name = |quantity: &Quantity| match quantity {
-            Quantity::Energy => "energy".to_owned(),
-            Quantity::Casimir(k) => format!("Casimir {}", k + 1),
-        };
-        self.quantities.iter().map(name).collect()
+        names(self.quantities)
     }
 
     fn needs(&self) -> (bool, bool) {
-        (true, false)
+        (true, self.quantities.iter().any(|quantity| matches!(quantity, Quantity::Momentum(_))))
     }
 
     fn gaps(&self, h: T, exact: Option<&(Point<Dd>, (Dd, Dd))>) -> Result<Vec<Gap<T>>, StepError> {
         let start = self.view.start();
         let end = (0..STEPS).try_fold(start.clone(), |point, _| self.view.step(&point, h))?;
-        let Some((exact, (reference_error, _))) = exact else { return Ok(Vec::new()) };
+        let Some((exact, (reference_error, of_attitude))) = exact else { return Ok(Vec::new()) };
         let known = self.view.setup.known()?;
         let (mine, noise) = (end.convert::<Dd>(), self.view.noise(STEPS));
         let largest = exact.momentum.iter().fold(Dd::exact(0.0), |m, x| m.max(x.abs()));
@@ -208,13 +221,19 @@ impl<T: Precision> Measure<T> for Balancing<'_, '_, '_, '_, T> {
             let reach = found.reach.max(wanted.reach).max(found.size).max(wanted.size);
             let reference_error =
                 if largest > Dd::exact(0.0) { wanted.reach * *reference_error / largest } else { *reference_error };
+            let reference_error = match quantity {
+                // g stands in it twice.
+                Quantity::Momentum(_) => reference_error + wanted.reach * *of_attitude * Dd::exact(2.0),
+                _ => reference_error,
+            };
             let size: T = convert(found.size.max(wanted.size).max(Dd::exact(f64::MIN_POSITIVE)));
             let error = vec![convert(found.value - wanted.value)];
             // What the reference does not know is noise: a balance that is better than that is exact as far as can be told.
             let (reference_error, two): (T, T) = (convert(reference_error), T::int(2));
             Ok(Gap { error, size, noise: noise * convert(reach) + two * reference_error, reference_error })
         };
-        self.quantities.iter().map(gap).collect()
+        let gaps: Vec<Gap<T>> = self.quantities.iter().map(gap).collect::<Result<_, _>>()?;
+        Ok(if self.needs().1 { joined(gaps) } else { gaps })
     }
 }
 
@@ -226,40 +245,9 @@ impl Look for Balance<'_> {
     }
 }
 
-/// The same to round-off without force, at the step of the case.
-#[derive(Clone, Copy)]
-struct Kept<'q>(&'q [Quantity]);
-
-impl Look for Kept<'_> {
-    type Output = Measured;
-
-    fn look<T: Precision>(&self, view: &View<'_, '_, T>) -> Measured {
-        let (start, h) = (view.theory().start(), view.theory().step());
-        let end = match (0..KEPT_STEPS).try_fold(start.clone(), |point, _| view.step(&point, h)) {
-            Ok(end) => end,
-            Err(error) => return refused(&error),
-        };
-        let n = start.momentum.len();
-        let floor = view.floor((32 * n * n * KEPT_STEPS) as f64);
-        let judged = self.0.iter().map(|quantity| {
-            let value = |point: &Point<T>| view.theory().value(*quantity, point);
-            let (Some(before), Some(after)) = (value(&start), value(&end)) else {
-                return refused(&no_value(h.to_f64()));
-            };
-            let defect = (after.value - before.value).abs();
-            let size = before.size.max(after.size).max(T::exact(f64::MIN_POSITIVE));
-            Measured::defect(defect, size, floor, || {
-                let (defect, size) = (defect.to_f64(), size.to_f64());
-                format!("{quantity:?} changed by {defect:.3e} in {KEPT_STEPS} steps, its terms are of size {size:.3e}")
-            })
-        });
-        judged.reduce(Measured::and).unwrap_or(Measured::NotApplicable("nothing to keep".into()))
-    }
-}
-
 fn balance(setup: &Setup<'_>, claims: &Claims, quantities: &[Quantity], kept: bool) -> Outcome {
     if kept && setup.double.theory.is_free() {
-        return setup.settle(Kept(quantities), claims.tolerance).into();
+        return kept::judge(setup, quantities, claims.tolerance);
     }
     let order = claims.least_order();
     at_least(setup, order, ", balance over two steps", |from| {
@@ -279,6 +267,16 @@ pub(super) fn casimirs(setup: &Setup<'_>, claims: &Claims) -> Outcome {
 /// E(μ_n) − E(μ_0) − ∫⟨f, η⟩dt.
 pub(super) fn energy(setup: &Setup<'_>, claims: &Claims) -> Outcome {
     balance(setup, claims, &[Quantity::Energy], claims.energy)
+}
+
+/// J_n − J_0 − ∫Ad*_{g⁻¹} f dt.
+pub(super) fn momentum(setup: &Setup<'_>, claims: &Claims) -> Outcome {
+    let start = setup.double.theory.start();
+    if start.attitude.is_empty() {
+        return Verdict::not_applicable("there is no group").into();
+    }
+    let components: Vec<Quantity> = (0..start.momentum.len()).map(Quantity::Momentum).collect();
+    balance(setup, claims, &components, claims.momentum)
 }
 
 /// Φ_{−h}∘Φ_h − 1, for a claim of this order.

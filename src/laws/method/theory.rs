@@ -93,7 +93,7 @@ impl<T: Real, M: OneStep<T, N, D>, const N: usize, const D: usize> Stepper<T> fo
     }
 }
 
-/// A function on g* that the theory knows the rate of.
+/// A function of the state that the theory knows the rate of.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[doc(hidden)]
 pub enum Quantity {
@@ -101,6 +101,8 @@ pub enum Quantity {
     Energy,
     /// The k-th Casimir C; dC/dt = ⟨f, C'(μ)⟩.
     Casimir(usize),
+    /// The a-th component of the spatial momentum J = Ad*_{g⁻¹} μ; dJ/dt = Ad*_{g⁻¹} f. It needs a group.
+    Momentum(usize),
 }
 
 /// A [`Quantity`] at a state.
@@ -113,7 +115,8 @@ pub struct Value<T> {
     pub rate: T,
     /// The size of the terms that cancel in the value.
     pub size: T,
-    /// |μ|_max Σ_a |V'_a(μ)|: how far the value moves, relative to a change of each μ_a by so much of the largest.
+    /// |μ|_max Σ_a |V'_a(μ)|: how far the value moves, relative to a change of each μ_a by so much of the largest. Of J, whose terms
+    /// depend on g, the size.
     pub reach: T,
 }
 
@@ -179,6 +182,9 @@ pub trait Theory<T: Real> {
     /// A Taylor series of the motion, or of a step of a method, has terms of the size (h pace)^k: so h pace ≤ 1 keeps to
     /// where the series tells something.
     fn pace(&self, point: &Point<T>) -> f64;
+
+    /// The row-sum norm of |C^c_ab| |η^a|: what changes of the structure constants by one part of themselves do to ad_η.
+    fn turn(&self, point: &Point<T>) -> f64;
 
     /// An element k of the group that is not the identity; `None` where there is no group.
     fn element(&self) -> Option<Vec<T>>;
@@ -288,6 +294,40 @@ impl<T: Real, const N: usize, const D: usize, L: Lagrangian<T, N>, F: Force<T, N
     }
 }
 
+/// |x| of each entry.
+fn absolute<T: Real, const M: usize>(matrix: &Matrix<T, M>) -> Matrix<T, M> {
+    matrix.map(|x| x.abs())
+}
+
+impl<T: Real, const N: usize, const D: usize, L, F, G: LieGroup<T, N, D>> TheoryParts<T, N, D, L, F, G> {
+    /// (Ad*_{g⁻¹} μ)_a = μ (g⁻¹ ê_a g)^∨, with the same of f as its rate.
+    fn spatial(&self, a: usize, mu: &Covector<T, N>, force: &Covector<T, N>, point: &Point<T>) -> Option<Value<T>> {
+        let group = self.group.as_ref().filter(|_| self.size > 0 && a < self.dimension)?;
+        let g = point.state::<N, D>().attitude;
+        let inverse = group.inverse(&g)?;
+        let mut direction = Vector::<T, N>::zeros();
+        direction[a] = T::one();
+        let hat: Matrix<T, D> = group.hat(&direction);
+        let column = group.vee(&(inverse * hat * g));
+        // The terms that cancel: those of the products, and of the sums over the entries that make coordinates.
+        let terms = absolute(&inverse) * absolute(&hat) * absolute(&g);
+        let mut size = T::zero();
+        for r in 0..D {
+            for c in 0..D {
+                if terms[(r, c)] == T::zero() {
+                    continue;
+                }
+                let mut entry = Matrix::<T, D>::zeros();
+                entry[(r, c)] = T::one();
+                let of = group.vee(&entry);
+                let reach = mu.iter().zip(of.iter()).fold(T::zero(), |sum, (m, x)| sum + (*m * *x).abs());
+                size += terms[(r, c)] * reach;
+            }
+        }
+        Some(Value { value: pair(mu, &column), rate: pair(force, &column), size, reach: size })
+    }
+}
+
 impl<T, const N: usize, const D: usize, L, F, G> Theory<T> for TheoryParts<T, N, D, L, F, G>
 where
     T: Real,
@@ -337,6 +377,7 @@ where
                 let reach = mu.amax() * gradient.iter().fold(T::zero(), |sum, c| sum + c.abs());
                 Value { value: casimir.value(&mu), rate: pair(&force, &gradient), size, reach }
             }
+            Quantity::Momentum(a) => self.spatial(a, &mu, &force, point)?,
         })
     }
 
@@ -361,6 +402,13 @@ where
             _ => pace,
         };
         if pace.is_finite() { pace } else { f64::INFINITY }
+    }
+
+    fn turn(&self, point: &Point<T>) -> f64 {
+        let Ok(eta) = self.lagrangian.velocity(&self.momentum(point), &Vector::zeros()) else { return f64::INFINITY };
+        let term = |b: usize, c: usize, a: usize| (eta[a] * self.algebra.constant(a, b, c)).to_f64().abs();
+        let row = |c: usize| (0..N).map(|b| (0..N).map(|a| term(b, c, a)).sum::<f64>()).sum::<f64>();
+        (0..N).map(row).fold(0.0, |most: f64, x| if x.is_nan() { f64::INFINITY } else { most.max(x) })
     }
 
     fn element(&self) -> Option<Vec<T>> {

@@ -1,0 +1,256 @@
+//! What is claimed to be kept without force, from the largest steps that the motion allows down.
+//!
+//! A method that keeps a quantity keeps it at any step: what is left is rounding, which does not grow with h. So the drift over
+//! [`STEPS`] steps is measured at [`LEVELS`] sizes, from h pace = 1 ([`Theory::pace`](super::Theory::pace)) down by halves, and
+//! at the step of the system. The bound counts operations. A step makes μ' = μ Ad by sums of n products, and Ad by an
+//! exponential, an inverse or series of n×n matrices: sixteen sums of n terms in all, each off by n u of its terms. Structure
+//! constants and basis come rounded, which moves ad_η by u |C||η|. So a step may move the quantity by
+//!
+//! ```text
+//! 16 n (1 + h |C||η|) u        or        16 times the tolerance that is claimed
+//! ```
+//!
+//! of the size of its terms, whichever is more. A drift above it is
+//!
+//! * refuted where it falls with the step, as errors of an order do, over two levels or more that are above the bound;
+//! * refuted where it is [`AGREEMENT`] times the bound, however it behaves;
+//! * else undecided: a loss of digits, or an iteration that stops earlier than it is said to.
+//!
+//! A method with 32 digits besides is judged by how the drift scales with the unit of round-off, at fewer sizes.
+
+use super::levels::{self, REACH, is_final};
+use super::slopes::{names, no_value};
+use super::{Look, Outcome, Point, Precision, Quantity, Setup, View, without};
+use crate::harness::Verdict;
+use crate::harness::evidence::{self, Evidence};
+use crate::integrators::StepError;
+use crate::laws::integrators::refused;
+use crate::laws::precision::{AGREEMENT, Measured, compare};
+use crate::scalar::{Dd, Real, Scalar};
+use crate::study::{Findings, Reading, Row};
+
+/// Steps over which a drift is measured, at most.
+const STEPS: usize = 8;
+
+/// Sizes of steps, by halves.
+const LEVELS: i32 = 8;
+
+/// The same where there are 32 digits.
+const LEVELS_IN_QUAD: i32 = 2;
+
+/// How many sums of n terms a step takes.
+const SUMS: f64 = 16.0;
+
+/// The slope from which on a drift falls with the step.
+const FALLS: f64 = 0.5;
+
+/// The drift of a quantity over some steps, relative to its terms, in units of u.
+#[derive(Clone, Copy, Debug, PartialEq)]
+struct Drift {
+    defect: f64,
+    allowed: f64,
+    size: f64,
+}
+
+/// Those of all quantities at one size of steps.
+struct KeptLevel {
+    h: f64,
+    steps: usize,
+    drifts: Vec<Drift>,
+}
+
+/// The drifts of some quantities.
+#[derive(Clone, Copy)]
+struct Kept<'q>(&'q [Quantity]);
+
+/// The components of the spatial momentum count as one quantity: the index of the n-th in the names.
+fn place(quantities: &[Quantity], n: usize) -> usize {
+    if matches!(quantities.get(n), Some(Quantity::Momentum(_))) { 0 } else { n }
+}
+
+impl Look for Kept<'_> {
+    type Output = Result<Vec<KeptLevel>, StepError>;
+
+    fn look<T: Precision>(&self, view: &View<'_, '_, T>) -> Self::Output {
+        let mut sizes = Vec::new();
+        let usual = view.theory().step();
+        if let Some(first) = levels::largest(view) {
+            let count = if view.setup.quad.is_some() { LEVELS_IN_QUAD } else { LEVELS };
+            sizes.extend((0..count).map(|k| first * T::exact(2f64.powi(-k))));
+            if usual.abs() <= first && !sizes.contains(&usual) {
+                sizes.push(usual);
+            }
+        } else {
+            sizes.push(usual);
+        }
+        let (mut found, mut error) = (Vec::new(), None);
+        for h in sizes {
+            match self.walk(view, h) {
+                Ok(level) => found.push(level),
+                Err(why) if is_final(&why) => return Err(why),
+                // A step that is too large for the method says nothing.
+                Err(why) => error = Some(why),
+            }
+        }
+        match error {
+            Some(error) if found.is_empty() => Err(error),
+            _ => Ok(found),
+        }
+    }
+}
+
+impl Kept<'_> {
+    /// Steps of one size, as long as the motion is not too fast for them.
+    fn walk<T: Precision>(&self, view: &View<'_, '_, T>, h: T) -> Result<KeptLevel, StepError> {
+        let (start, size) = (view.theory().start(), h.to_f64().abs());
+        let count = SUMS * start.momentum.len() as f64;
+        let unit = T::unit_roundoff().to_f64();
+        let (mut point, mut steps, mut allowed) = (start.clone(), 0, 0.0);
+        let mut drifts = vec![Drift { defect: 0.0, allowed: 1.0, size: 0.0 }; names(self.0).len()];
+        while steps < STEPS {
+            let at = point.convert::<f64>();
+            if steps > 0 && (size * view.pace(&at)).partial_cmp(&(2.0 * REACH)).is_none_or(|order| order.is_gt()) {
+                break;
+            }
+            let next = match view.step(&point, h) {
+                Err(error) if steps == 0 || is_final(&error) => return Err(error),
+                Err(_) => break,
+                Ok(next) => next,
+            };
+            steps += 1;
+            let turned = count * (1.0 + size * view.setup.double.theory.turn(&at));
+            allowed += turned.max(16.0 * view.tolerance / unit);
+            for (n, quantity) in self.0.iter().enumerate() {
+                let (defect, size) = moved(view, *quantity, &start, &next).ok_or_else(|| no_value(h.to_f64()))?;
+                let drift = Drift { defect: defect / unit, allowed, size };
+                let worst = &mut drifts[place(self.0, n)];
+                if !(drift.defect / drift.allowed <= worst.defect / worst.allowed) {
+                    *worst = drift;
+                }
+            }
+            point = next;
+        }
+        Ok(KeptLevel { h: h.to_f64(), steps, drifts })
+    }
+}
+
+/// |V(after) − V(before)| relative to its terms, and their size.
+///
+/// In exact numbers, and in those of the scalar, which a program is told: the smaller.
+fn moved<T: Precision>(
+    view: &View<'_, '_, T>,
+    quantity: Quantity,
+    before: &Point<T>,
+    after: &Point<T>,
+) -> Option<(f64, f64)> {
+    fn relative<W: Real>(before: super::Value<W>, after: super::Value<W>) -> (f64, f64) {
+        let size = before.size.max(after.size).max(before.reach).max(after.reach).max(W::exact(f64::MIN_POSITIVE));
+        let defect = (after.value - before.value).abs();
+        let defect = if defect == W::zero() { 0.0 } else { (defect / size).to_f64() };
+        (if defect.is_nan() { f64::INFINITY } else { defect }, size.to_f64())
+    }
+    let theory = view.theory();
+    let mine = relative(theory.value(quantity, before)?, theory.value(quantity, after)?);
+    let Ok(known) = view.setup.known() else { return Some(mine) };
+    let (before, after) = (before.convert::<Dd>(), after.convert::<Dd>());
+    let exact = relative(known.value(quantity, &before)?, known.value(quantity, &after)?);
+    Some(if exact.0 < mine.0 { exact } else { mine })
+}
+
+/// Whether the quantities are kept.
+pub(super) fn judge(setup: &Setup<'_>, quantities: &[Quantity], tolerance: f64) -> Outcome {
+    let look = Kept(quantities);
+    let double = look.look(&View { setup, side: &setup.double, tolerance, from: 0 });
+    if let Some(side) = &setup.quad {
+        let quad = look.look(&View { setup, side, tolerance: 0.0, from: 0 });
+        return compare(measured(quantities, double), measured(quantities, quad)).into();
+    }
+    let levels = match double {
+        Ok(levels) => levels,
+        Err(error) => return without(&error).into(),
+    };
+    let names = names(quantities);
+    let verdicts = (0..names.len()).map(|quantity| alone(&names[quantity], quantity, &levels));
+    let Some(verdict) = verdicts.reduce(Verdict::and) else { return Verdict::not_applicable("nothing to keep").into() };
+    let findings = verdict.is_broken().then(|| findings(names, &levels));
+    Outcome { findings, ..verdict.into() }
+}
+
+/// The worst of all levels.
+fn measured(quantities: &[Quantity], levels: Result<Vec<KeptLevel>, StepError>) -> Measured {
+    let levels = match levels {
+        Ok(levels) => levels,
+        Err(error) => return refused(&error),
+    };
+    let names = names(quantities);
+    let all =
+        levels.iter().flat_map(|level| level.drifts.iter().zip(&names).map(move |(drift, name)| (level, drift, name)));
+    let one = |(level, drift, name): (&KeptLevel, &Drift, &String)| Measured::Defect {
+        amplification: drift.defect,
+        floor: drift.allowed,
+        witness: witness(name, level, drift),
+    };
+    all.map(one).reduce(Measured::and).unwrap_or(Measured::NotApplicable("nothing to keep".into()))
+}
+
+fn witness(name: &str, level: &KeptLevel, drift: &Drift) -> String {
+    let KeptLevel { h, steps, .. } = level;
+    let Drift { defect, size, .. } = drift;
+    format!("{name}: a drift of {defect:.3e} u in {steps} steps of {h}, of terms of size {size:.3e}")
+}
+
+/// One quantity by itself.
+fn alone(name: &str, quantity: usize, levels: &[KeptLevel]) -> Verdict {
+    let ratio = |level: &KeptLevel| level.drifts[quantity].defect / level.drifts[quantity].allowed;
+    let Some(worst) = levels.iter().max_by(|a, b| ratio(a).total_cmp(&ratio(b))) else {
+        return Verdict::inconclusive("no step was taken");
+    };
+    let drift = &worst.drifts[quantity];
+    let witness = || witness(name, worst, drift);
+    evidence::note(|| Evidence::Defect { digits: 16, defect: drift.defect, bound: drift.allowed, witness: witness() });
+    if ratio(worst) <= 1.0 {
+        return Verdict::Holds { defect: drift.defect, bound: drift.allowed };
+    }
+    let slope = slope(quantity, levels);
+    let broken = |why: String| Verdict::Broken {
+        defect: drift.defect,
+        bound: drift.allowed,
+        witness: format!("{}; {why}", witness()),
+    };
+    match slope {
+        Some(slope) if slope >= FALLS => {
+            broken(format!("it falls with the step like h^{slope:.1}: an error of an order, no conservation"))
+        }
+        _ if ratio(worst) > AGREEMENT => broken("it does not fall with the step, and is far above rounding".into()),
+        _ => Verdict::inconclusive(format!(
+            "{name}: the drift is above rounding and does not fall with the step; a --tolerance may explain it"
+        )),
+    }
+}
+
+/// The slope of the drift between the largest and the smallest step at which it is above its bound; `None` of fewer than two.
+fn slope(quantity: usize, levels: &[KeptLevel]) -> Option<f64> {
+    let drift = |level: &KeptLevel| level.drifts[quantity];
+    let clear =
+        levels.iter().filter(|level| drift(level).defect > drift(level).allowed && drift(level).defect.is_finite());
+    let largest = clear.clone().max_by(|a, b| a.h.abs().total_cmp(&b.h.abs()))?;
+    let smallest = clear.min_by(|a, b| a.h.abs().total_cmp(&b.h.abs()))?;
+    let steps = (largest.h / smallest.h).abs();
+    (steps > 1.0).then(|| (drift(largest).defect / drift(smallest).defect).ln() / steps.ln())
+}
+
+/// The drifts at all levels, with what they may be as their noise.
+fn findings(names: Vec<String>, levels: &[KeptLevel]) -> Findings {
+    let (unit, judged) = (f64::unit_roundoff(), names.len());
+    let mut findings = Findings::new(names, judged).local();
+    for KeptLevel { h, steps, drifts } in levels {
+        let reading = |drift: &Drift| Reading {
+            error: drift.defect * drift.size * unit,
+            noise: drift.allowed * drift.size * unit,
+            reference_error: 0.0,
+        };
+        let readings = Ok(drifts.iter().map(reading).collect());
+        findings.push(Row { steps: *steps, h: *h, readings });
+    }
+    findings.sorted()
+}
