@@ -35,7 +35,7 @@ formula = "dot(cross(row(R, 3), eta), [0, 0, 1])"
 [[event]]
 name = "low"
 formula = "g_33 - 7/10"
-direction = "falling"
+direction = "rising"
 terminal = true
 "#;
 
@@ -71,11 +71,9 @@ fn the_report_says_what_was_taken_and_why_the_run_ended() {
     let columns = header.strip_suffix(",residual,iterations").unwrap();
     assert_eq!(events.lines().next().unwrap(), format!("event,direction,{columns}"));
     let last = events.lines().last().unwrap();
-    assert!(
-        last.starts_with("low,falling,") && events.contains("\n\"turning point, of the \"\"nutation\"\"\",rising,")
-    );
+    assert!(last.starts_with("low,rising,") && events.contains("\n\"turning point, of the \"\"nutation\"\"\",rising,"));
     // The last row is that of the terminal event.
-    let state = last.strip_prefix("low,falling,").unwrap();
+    let state = last.strip_prefix("low,rising,").unwrap();
     assert!(rows.lines().last().unwrap().starts_with(state), "{state}");
     assert!(fs::read_to_string(here.join("t.svg")).unwrap().contains("tolerance 1e-10"));
     // On standard output the rows are alone.

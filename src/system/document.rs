@@ -340,10 +340,7 @@ impl TryFrom<Document> for Case {
             let found = document.format.to_string();
             return Err(Place::root().key("format").error(Problem::Range { found, allowed: FORMAT.to_string() }));
         }
-        tolerance::fixed_steps(&document)?;
-        let Some(step) = document.run.step else {
-            return Err(Place::root().key("run").error(missing("the step", STEP)));
-        };
+        let step = tolerance::fixed_step(&document)?;
         let algebra = document.algebra.algebra(&Place::root().key("algebra"))?;
         let n = algebra.dimension();
         let lagrangian = document.lagrangian.unwrap_or_default().lagrangian(n, &Place::root().key("lagrangian"))?;
@@ -358,9 +355,6 @@ impl TryFrom<Document> for Case {
         Ok(Self { algebra, lagrangian, potentials, forces, names, method, start, step })
     }
 }
-
-/// What says how long steps are.
-const STEP: &str = "`step` (a number that is not 0, such as \"1/8\"); for `integrate` also `tolerance` (such as 1e-10)";
 
 /// `Missing`, with the keys that may be given.
 fn missing(what: impl Into<Cow<'static, str>>, allowed: &str) -> Problem {

@@ -115,6 +115,7 @@ impl Adaptive {
             let (what, allowed) = ("the length of the run".into(), "`horizon` (a duration)".into());
             return Err(run.error(Problem::Missing { what, allowed }));
         };
+        length::<f64>(horizon)?;
         document.run.step = Some(horizon.clone());
         let method = &mut document.method;
         if method.tableau.is_none() && method.a.is_none() && method.b.is_none() && method.c.is_none() {
@@ -178,8 +179,11 @@ pub(super) fn no_steps() -> CaseError {
     Place::root().key("run").key("tolerance").error(Problem::NotApplicable { what: "a tolerance", why })
 }
 
-/// Refuses in a document for fixed steps what runs with a tolerance have.
-pub(super) fn fixed_steps(document: &Document) -> Result<(), CaseError> {
+/// What says how long steps are.
+const STEP: &str = "`step` (a number that is not 0, such as \"1/8\"); for `integrate` also `tolerance` (such as 1e-10)";
+
+/// The step of a document for fixed steps; what runs with a tolerance have is refused.
+pub(super) fn fixed_step(document: &Document) -> Result<Number, CaseError> {
     let (run, output) = (Place::root().key("run"), Place::root().key("output"));
     let without = |place: Place, what| {
         let why = "it is for runs with `tolerance` in the place of `step`".into();
@@ -188,6 +192,9 @@ pub(super) fn fixed_steps(document: &Document) -> Result<(), CaseError> {
     if document.run.tolerance.is_some() {
         return Err(no_steps());
     }
+    let Some(step) = &document.run.step else {
+        return Err(run.error(Problem::Missing { what: "the step".into(), allowed: STEP.into() }));
+    };
     if document.run.max_step.is_some() {
         return without(run.key("max_step"), "a largest step");
     }
@@ -201,7 +208,7 @@ pub(super) fn fixed_steps(document: &Document) -> Result<(), CaseError> {
         Some(table) if table.save_at.is_some() => without(output.key("save_at"), "`save_at`"),
         Some(table) if table.save_every.is_some() => without(output.key("save_every"), "`save_every`"),
         Some(table) if table.events.is_some() => without(output.key("events"), "a table of events"),
-        _ => Ok(()),
+        _ => Ok(step.clone()),
     }
 }
 
@@ -212,6 +219,17 @@ fn share(tolerance: &Number, place: &Place) -> Result<f64, CaseError> {
         return Ok(value);
     }
     let (found, allowed) = (tolerance.to_string(), "a number between 0 and 1, such as 1e-10".into());
+    Err(place.error(Problem::Range { found, allowed }))
+}
+
+/// The duration of a run.
+fn length<T: Real>(duration: &Number) -> Result<T, CaseError> {
+    let place = Place::root().key("run").key("horizon");
+    let length = number(duration, &place)?;
+    if length != T::zero() {
+        return Ok(length);
+    }
+    let (found, allowed) = (duration.to_string(), "a duration of either sign, not 0".into());
     Err(place.error(Problem::Range { found, allowed }))
 }
 
@@ -229,7 +247,8 @@ impl SystemFile {
         let [double, quad] = LEAST;
         let (least, more) = match T::NAME == f64::NAME {
             true => {
-                (double, format!("{double:e} in 16 digits, where rounding is larger; with scalar = \"dd\" {quad:e}"))
+                let more = format!("with scalar = \"dd\" at least {quad:e}");
+                (double, format!("{double:e} in 16 digits, as rounding does not allow less; {more}"))
             }
             false => (quad, format!("{quad:e} in 32 digits")),
         };
@@ -237,10 +256,7 @@ impl SystemFile {
         if share(&adaptive.tolerance, &place)? < least {
             return Err(range(place, &adaptive.tolerance, format!("at least {more}")));
         }
-        let length: T = number(duration, &run.key("horizon"))?;
-        if length == T::zero() {
-            return Err(range(run.key("horizon"), duration, "a duration of either sign, not 0".into()));
-        }
+        let length: T = length(duration)?;
         let start: T = number(&self.case.start.time, &Place::root().key("state").key("time"))?;
         let max_step = adaptive.max_step.as_ref().map(|step| {
             let place = run.key("max_step");

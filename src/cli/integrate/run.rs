@@ -56,7 +56,7 @@ impl Events {
             return String::new();
         }
         if self.count == 0 {
-            return "no event\n".into();
+            return "no events\n".into();
         }
         let mut table = Table::new(&[Column::name("t"), Column::name("direction"), Column::text("event")]);
         self.first.iter().for_each(|row| table.row(row.iter().map(String::as_str)));
