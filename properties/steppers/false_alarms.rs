@@ -281,6 +281,10 @@ impl<T: Real> Theory<T> for Shared<T> {
         self.0.theory.turn(point)
     }
 
+    fn brackets(&self, point: &Point<T>) -> Vec<T> {
+        self.0.theory.brackets(point)
+    }
+
     fn element(&self) -> Option<Vec<T>> {
         self.0.theory.element()
     }

@@ -103,6 +103,8 @@ enum Conserved {
     Energy,
     /// The spatial momentum Ad*_{g⁻¹} μ
     Momentum,
+    /// The Lie–Poisson bracket: the momenta of a step are a Poisson map
+    Poisson,
 }
 
 fn tolerance(text: &str) -> Result<f64, String> {
@@ -128,15 +130,16 @@ pub fn run(arguments: Arguments) -> Result<ExitCode, Failure> {
         let Arguments { command, timeout, format, .. } = &arguments;
         return Replayed { path, command, timeout: *timeout, format: *format }.run(&read(path)?, &interrupt);
     }
-    let laws = select(arguments.laws.as_deref())?;
     let claims = Claims {
         order: arguments.order,
         casimirs: arguments.conserves.contains(&Conserved::Casimirs),
         energy: arguments.conserves.contains(&Conserved::Energy),
         momentum: arguments.conserves.contains(&Conserved::Momentum),
+        poisson: arguments.conserves.contains(&Conserved::Poisson),
         reversible: arguments.reversible,
         tolerance: arguments.tolerance,
     };
+    let laws = select(arguments.laws.as_deref(), &claims)?;
     let systems = match &arguments.system {
         Some(path) => {
             let case = SystemFile::parse_for_stepper(&read(path)?).map_err(|error| Failure::file(path, error))?;
@@ -224,8 +227,10 @@ fn start(command: &[String], timeout: f64, interrupt: &Interrupt) -> Result<Exte
     Ok(external)
 }
 
-fn select(patterns: Option<&str>) -> Result<Vec<&'static MethodLaw>, Failure> {
-    let Some(patterns) = patterns else { return Ok(LAWS.iter().collect()) };
+fn select(patterns: Option<&str>, claims: &Claims) -> Result<Vec<&'static MethodLaw>, Failure> {
+    let Some(patterns) = patterns else {
+        return Ok(LAWS.iter().filter(|law| !law.needs_claim() || law.claim(claims).is_some()).collect());
+    };
     let mut selected: Vec<&'static MethodLaw> = Vec::new();
     for pattern in patterns.split(',').map(|pattern| pattern.trim().trim_matches('*')) {
         let hits = LAWS.iter().filter(|law| !pattern.is_empty() && law.about.name.contains(pattern));

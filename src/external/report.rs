@@ -172,7 +172,8 @@ impl LawReport {
 #[derive(Clone, Debug, PartialEq, Serialize)]
 #[non_exhaustive]
 pub struct ClaimReport {
-    /// The claim: `order 4`, `conserves casimirs`, `conserves energy`, `conserves momentum`, `reversible`.
+    /// The claim: `order 4`, `conserves casimirs`, `conserves energy`, `conserves momentum`, `conserves poisson`,
+    /// `reversible`.
     pub claim: String,
     /// The law that judges it.
     pub law: &'static str,

@@ -16,6 +16,12 @@
 //! * refuted where it is [`AGREEMENT`] times the bound, however it behaves;
 //! * else undecided: a loss of digits, or an iteration that stops earlier than it is said to.
 //!
+//! That the momenta of a step are a Poisson map is judged likewise, after one step of each size: D Π(μ) Dᵀ = Π(μ') with
+//! Π_ab = C^c_ab μ_c and D the derivative of μ' by μ, by central differences of fourth order over changes of ε = u^{1/5} of the
+//! largest component. Their weights add up to 3/2, so that rounding of a step is multiplied by 3/(2ε) in D, and D stands there
+//! twice. Terms of fifth order are 4ε⁴ = 4u/ε at the sizes of steps that are looked at, less than that. So the bound is that of
+//! a step times 3/ε, and defects are given in units of u/ε.
+//!
 //! A method with 32 digits besides is judged by how the drift scales with the unit of round-off, at fewer sizes.
 
 use super::levels::{self, REACH, is_final};
@@ -26,7 +32,7 @@ use crate::harness::evidence::{self, Evidence};
 use crate::integrators::StepError;
 use crate::laws::integrators::refused;
 use crate::laws::precision::{AGREEMENT, Measured, compare};
-use crate::scalar::{Dd, Real, Scalar};
+use crate::scalar::{Dd, Real};
 use crate::study::{Findings, Reading, Row};
 
 /// Steps over which a drift is measured, at most.
@@ -44,24 +50,31 @@ const SUMS: f64 = 16.0;
 /// The slope from which on a drift falls with the step.
 const FALLS: f64 = 0.5;
 
-/// The drift of a quantity over some steps, relative to its terms, in units of u.
+/// The drift of a quantity over some steps, relative to its terms.
 #[derive(Clone, Copy, Debug, PartialEq)]
 struct Drift {
     defect: f64,
     allowed: f64,
     size: f64,
+    /// What defect and allowed are in units of: u, of the bracket u/ε.
+    units: f64,
 }
 
 /// Those of all quantities at one size of steps.
-struct KeptLevel {
+pub(super) struct KeptLevel {
     h: f64,
     steps: usize,
     drifts: Vec<Drift>,
 }
 
-/// The drifts of some quantities.
+/// What is to be kept.
 #[derive(Clone, Copy)]
-struct Kept<'q>(&'q [Quantity]);
+pub(super) enum Kept<'q> {
+    /// The values of some quantities.
+    Values(&'q [Quantity]),
+    /// The Lie–Poisson bracket.
+    Bracket,
+}
 
 /// The components of the spatial momentum count as one quantity: the index of the n-th in the names.
 fn place(quantities: &[Quantity], n: usize) -> usize {
@@ -85,7 +98,11 @@ impl Look for Kept<'_> {
         }
         let (mut found, mut error) = (Vec::new(), None);
         for h in sizes {
-            match self.walk(view, h) {
+            let level = match self {
+                Self::Values(quantities) => walk(quantities, view, h),
+                Self::Bracket => bracket(view, h),
+            };
+            match level {
                 Ok(level) => found.push(level),
                 Err(why) if is_final(&why) => return Err(why),
                 // A step that is too large for the method says nothing.
@@ -100,38 +117,103 @@ impl Look for Kept<'_> {
 }
 
 impl Kept<'_> {
-    /// Steps of one size, as long as the motion is not too fast for them.
-    fn walk<T: Precision>(&self, view: &View<'_, '_, T>, h: T) -> Result<KeptLevel, StepError> {
-        let (start, size) = (view.theory().start(), h.to_f64().abs());
-        let count = SUMS * start.momentum.len() as f64;
-        let unit = T::unit_roundoff().to_f64();
-        let (mut point, mut steps, mut allowed) = (start.clone(), 0, 0.0);
-        let mut drifts = vec![Drift { defect: 0.0, allowed: 1.0, size: 0.0 }; names(self.0).len()];
-        while steps < STEPS {
-            let at = point.convert::<f64>();
-            if steps > 0 && (size * view.pace(&at)).partial_cmp(&(2.0 * REACH)).is_none_or(|order| order.is_gt()) {
-                break;
-            }
-            let next = match view.step(&point, h) {
-                Err(error) if steps == 0 || is_final(&error) => return Err(error),
-                Err(_) => break,
-                Ok(next) => next,
-            };
-            steps += 1;
-            let turned = count * (1.0 + size * view.setup.double.theory.turn(&at));
-            allowed += turned.max(16.0 * view.tolerance / unit);
-            for (n, quantity) in self.0.iter().enumerate() {
-                let (defect, size) = moved(view, *quantity, &start, &next).ok_or_else(|| no_value(h.to_f64()))?;
-                let drift = Drift { defect: defect / unit, allowed, size };
-                let worst = &mut drifts[place(self.0, n)];
-                if !(drift.defect / drift.allowed <= worst.defect / worst.allowed) {
-                    *worst = drift;
+    fn names(&self) -> Vec<String> {
+        match self {
+            Self::Values(quantities) => names(quantities),
+            Self::Bracket => vec!["Poisson bracket".into()],
+        }
+    }
+}
+
+/// What rounding, or the claimed tolerance, may do in a step, in units of u.
+fn allowed<T: Precision>(view: &View<'_, '_, T>, at: &Point<T>, h: T) -> f64 {
+    let at = at.convert::<f64>();
+    let turned = 1.0 + h.to_f64().abs() * view.setup.double.theory.turn(&at);
+    (SUMS * at.momentum.len() as f64 * turned).max(16.0 * view.tolerance / T::unit_roundoff().to_f64())
+}
+
+/// The largest of some numbers.
+fn largest<T: Real>(list: &[T]) -> T {
+    list.iter().fold(T::zero(), |most, x| if x.abs() > most || !x.all_finite() { x.abs() } else { most })
+}
+
+/// D Π(μ) Dᵀ − Π(μ') after a step.
+fn bracket<T: Precision>(view: &View<'_, '_, T>, h: T) -> Result<KeptLevel, StepError> {
+    let start = view.theory().start();
+    let n = start.momentum.len();
+    let end = view.step(&start, h)?;
+    // A power of two near u^{1/5}.
+    let relative = T::exact(2f64.powi((T::unit_roundoff().to_f64().log2() / 5.0).round() as i32));
+    let scale = largest(&start.momentum);
+    let epsilon = relative * if scale > T::zero() { scale } else { T::one() };
+    // The rows of D: those of ∂μ'/∂μ_a.
+    let mut rows = Vec::with_capacity(n);
+    for a in 0..n {
+        let moved = |k: i64| {
+            let mut point = start.clone();
+            point.momentum[a] += epsilon * T::int(k);
+            view.step(&point, h)
+        };
+        let (one, minus_one, two, minus_two) = (moved(1)?, moved(-1)?, moved(2)?, moved(-2)?);
+        let slope = |b: usize| {
+            let (near, far) = (one.momentum[b] - minus_one.momentum[b], two.momentum[b] - minus_two.momentum[b]);
+            (near * T::int(8) - far) / (epsilon * T::int(12))
+        };
+        rows.push((0..n).map(slope).collect::<Vec<T>>());
+    }
+    let (before, after) = (view.theory().brackets(&start), view.theory().brackets(&end));
+    let (mut defect, mut size) = (T::zero(), T::exact(f64::MIN_POSITIVE));
+    for b in 0..n {
+        for c in 0..n {
+            let (mut sum, mut terms) = (T::zero(), T::zero());
+            for a in 0..n {
+                for d in 0..n {
+                    let term = rows[a][b] * before[a * n + d] * rows[d][c];
+                    sum += term;
+                    terms += term.abs();
                 }
             }
-            point = next;
+            let off = (sum - after[b * n + c]).abs();
+            defect = if off > defect || !off.all_finite() { off } else { defect };
+            size = size.max(terms).max(after[b * n + c].abs());
         }
-        Ok(KeptLevel { h: h.to_f64(), steps, drifts })
     }
+    let units = T::unit_roundoff().to_f64() / relative.to_f64();
+    let defect = (defect / size).to_f64() / units;
+    let defect = if defect.is_nan() { f64::INFINITY } else { defect };
+    let drift = Drift { defect, allowed: 3.0 * allowed(view, &start, h), size: size.to_f64(), units };
+    Ok(KeptLevel { h: h.to_f64(), steps: 1, drifts: vec![drift] })
+}
+
+/// Steps of one size, as long as the motion is not too fast for them.
+fn walk<T: Precision>(quantities: &[Quantity], view: &View<'_, '_, T>, h: T) -> Result<KeptLevel, StepError> {
+    let (start, size) = (view.theory().start(), h.to_f64().abs());
+    let units = T::unit_roundoff().to_f64();
+    let (mut point, mut steps, mut all) = (start.clone(), 0, 0.0);
+    let mut drifts = vec![Drift { defect: 0.0, allowed: 1.0, size: 0.0, units }; names(quantities).len()];
+    while steps < STEPS {
+        let at = point.convert::<f64>();
+        if steps > 0 && (size * view.pace(&at)).partial_cmp(&(2.0 * REACH)).is_none_or(|order| order.is_gt()) {
+            break;
+        }
+        let next = match view.step(&point, h) {
+            Err(error) if steps == 0 || is_final(&error) => return Err(error),
+            Err(_) => break,
+            Ok(next) => next,
+        };
+        steps += 1;
+        all += allowed(view, &point, h);
+        for (n, quantity) in quantities.iter().enumerate() {
+            let (defect, size) = moved(view, *quantity, &start, &next).ok_or_else(|| no_value(h.to_f64()))?;
+            let drift = Drift { defect: defect / units, allowed: all, size, units };
+            let worst = &mut drifts[place(quantities, n)];
+            if !(drift.defect / drift.allowed <= worst.defect / worst.allowed) {
+                *worst = drift;
+            }
+        }
+        point = next;
+    }
+    Ok(KeptLevel { h: h.to_f64(), steps, drifts })
 }
 
 /// |V(after) − V(before)| relative to its terms, and their size.
@@ -157,19 +239,18 @@ fn moved<T: Precision>(
     Some(if exact.0 < mine.0 { exact } else { mine })
 }
 
-/// Whether the quantities are kept.
-pub(super) fn judge(setup: &Setup<'_>, quantities: &[Quantity], tolerance: f64) -> Outcome {
-    let look = Kept(quantities);
+/// Whether it is kept.
+pub(super) fn judge(setup: &Setup<'_>, look: Kept<'_>, tolerance: f64) -> Outcome {
+    let names = look.names();
     let double = look.look(&View { setup, side: &setup.double, tolerance, from: 0 });
     if let Some(side) = &setup.quad {
         let quad = look.look(&View { setup, side, tolerance: 0.0, from: 0 });
-        return compare(measured(quantities, double), measured(quantities, quad)).into();
+        return compare(measured(&names, double), measured(&names, quad)).into();
     }
     let levels = match double {
         Ok(levels) => levels,
         Err(error) => return without(&error).into(),
     };
-    let names = names(quantities);
     let verdicts = (0..names.len()).map(|quantity| alone(&names[quantity], quantity, &levels));
     let Some(verdict) = verdicts.reduce(Verdict::and) else { return Verdict::not_applicable("nothing to keep").into() };
     let findings = verdict.is_broken().then(|| findings(names, &levels));
@@ -177,14 +258,13 @@ pub(super) fn judge(setup: &Setup<'_>, quantities: &[Quantity], tolerance: f64) 
 }
 
 /// The worst of all levels.
-fn measured(quantities: &[Quantity], levels: Result<Vec<KeptLevel>, StepError>) -> Measured {
+fn measured(names: &[String], levels: Result<Vec<KeptLevel>, StepError>) -> Measured {
     let levels = match levels {
         Ok(levels) => levels,
         Err(error) => return refused(&error),
     };
-    let names = names(quantities);
     let all =
-        levels.iter().flat_map(|level| level.drifts.iter().zip(&names).map(move |(drift, name)| (level, drift, name)));
+        levels.iter().flat_map(|level| level.drifts.iter().zip(names).map(move |(drift, name)| (level, drift, name)));
     let one = |(level, drift, name): (&KeptLevel, &Drift, &String)| Measured::Defect {
         amplification: drift.defect,
         floor: drift.allowed,
@@ -195,8 +275,9 @@ fn measured(quantities: &[Quantity], levels: Result<Vec<KeptLevel>, StepError>) 
 
 fn witness(name: &str, level: &KeptLevel, drift: &Drift) -> String {
     let KeptLevel { h, steps, .. } = level;
-    let Drift { defect, size, .. } = drift;
-    format!("{name}: a drift of {defect:.3e} u in {steps} steps of {h}, of terms of size {size:.3e}")
+    let (relative, size) = (drift.defect * drift.units, drift.size);
+    let count = if *steps == 1 { "a step".into() } else { format!("{steps} steps") };
+    format!("{name}: a drift of {relative:.3e} in {count} of {h}, relative to terms of size {size:.3e}")
 }
 
 /// One quantity by itself.
@@ -241,12 +322,12 @@ fn slope(quantity: usize, levels: &[KeptLevel]) -> Option<f64> {
 
 /// The drifts at all levels, with what they may be as their noise.
 fn findings(names: Vec<String>, levels: &[KeptLevel]) -> Findings {
-    let (unit, judged) = (f64::unit_roundoff(), names.len());
+    let judged = names.len();
     let mut findings = Findings::new(names, judged).local();
     for KeptLevel { h, steps, drifts } in levels {
         let reading = |drift: &Drift| Reading {
-            error: drift.defect * drift.size * unit,
-            noise: drift.allowed * drift.size * unit,
+            error: drift.defect * drift.size * drift.units,
+            noise: drift.allowed * drift.size * drift.units,
             reference_error: 0.0,
         };
         let readings = Ok(drifts.iter().map(reading).collect());

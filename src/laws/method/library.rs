@@ -1,8 +1,8 @@
 //! The laws of methods, of this crate's integrator: with planted faults.
 
 use super::{
-    CASIMIRS, Claims, ENERGY, EQUIVARIANCE, MOMENTUM, MethodLaw, MethodSource, ORDER, PRESENTATION, REVERSIBILITY,
-    Stepper, Untyped, check_case,
+    CASIMIRS, Claims, ENERGY, EQUIVARIANCE, MOMENTUM, MethodLaw, MethodSource, ORDER, POISSON, PRESENTATION,
+    REVERSIBILITY, Stepper, Untyped, check_case,
 };
 use crate::harness::{Cost, Fault, Verdict};
 use crate::integrators::{OneStep, Report, State, StepError};
@@ -11,7 +11,7 @@ use crate::laws::integrators::subject;
 use crate::laws::planted::retraction::{Plant, SHIFTED};
 use crate::laws::planted::step::{
     CHART, FIRST_STAGE, FORCE_INDEX, FORCE_TIME, FROM_LEFT, HALVED, INVERTED, NO_FORCE, NO_SECOND, NOT_TRANSPORTED,
-    ORDER_TWO,
+    ORDER_TWO, UNCONJUGATED,
 };
 use crate::laws::planted::tableau::COEFFICIENT;
 use crate::mechanics::{Force, Lagrangian};
@@ -117,7 +117,7 @@ const HIGHEST: usize = 6;
 pub fn claims(case: &Case) -> Claims {
     let tableau = case.method.tableau.build::<Dd>();
     let order = tableau.map(|tableau| variational_order(&tableau, HIGHEST).order as u32).ok();
-    Claims { order, casimirs: true, momentum: true, ..Claims::default() }
+    Claims { order, casimirs: true, momentum: true, poisson: true, ..Claims::default() }
 }
 
 fn judge(law: &MethodLaw, case: &Case, fault: Option<&Fault>) -> Verdict {
@@ -155,7 +155,7 @@ macro_rules! law {
 }
 pub(in crate::laws) use law;
 
-/// The laws of methods on this crate's integrator, with the claims of the theory: its order, its Casimirs and its momentum.
+/// The laws of methods on this crate's integrator, with the claims of the theory: its order, and that it keeps Casimirs, momentum and bracket.
 pub fn laws() -> &'static [CaseLaw] {
     LAWS
 }
@@ -195,6 +195,7 @@ static LAWS: &[CaseLaw] = &[
         Cost::Expensive,
         &[CHART, HALVED, INVERTED, NOT_TRANSPORTED, FROM_LEFT, ORDER_TWO, FAVOURED, SEES_ATTITUDE]
     ),
+    law!("method-poisson", &POISSON, Cost::Expensive, &[UNCONJUGATED, NO_SECOND, HALVED, FAVOURED]),
     law!("method-equivariance", &EQUIVARIANCE, Cost::Moderate, &[FROM_LEFT, SEES_TIME, SEES_ATTITUDE]),
     law!("method-presentation", &PRESENTATION, Cost::Moderate, &[SHIFTED, FAVOURED]),
 ];

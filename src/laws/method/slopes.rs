@@ -1,7 +1,8 @@
 //! Defects that fall at the order of the method: errors, drifts, Φ_{−h}∘Φ_h − 1.
 
+use super::kept::{self, Kept};
 use super::levels::{Gap, Ladder, Measure, STEPS, Standing, descend, standing};
-use super::{Claims, Look, Other, Outcome, Point, Precision, Quantity, Setup, View, difference, kept, without};
+use super::{Claims, Look, Other, Outcome, Point, Precision, Quantity, Setup, View, difference, without};
 use crate::harness::Verdict;
 use crate::harness::evidence;
 use crate::integrators::StepError;
@@ -247,7 +248,7 @@ impl Look for Balance<'_> {
 
 fn balance(setup: &Setup<'_>, claims: &Claims, quantities: &[Quantity], kept: bool) -> Outcome {
     if kept && setup.double.theory.is_free() {
-        return kept::judge(setup, quantities, claims.tolerance);
+        return kept::judge(setup, Kept::Values(quantities), claims.tolerance);
     }
     let order = claims.least_order();
     at_least(setup, order, ", balance over two steps", |from| {
@@ -277,6 +278,17 @@ pub(super) fn momentum(setup: &Setup<'_>, claims: &Claims) -> Outcome {
     }
     let components: Vec<Quantity> = (0..start.momentum.len()).map(Quantity::Momentum).collect();
     balance(setup, claims, &components, claims.momentum)
+}
+
+/// D Π(μ) Dᵀ = Π(μ').
+pub(super) fn poisson(setup: &Setup<'_>, claims: &Claims) -> Outcome {
+    if !claims.poisson {
+        return Verdict::not_applicable("it is not claimed").into();
+    }
+    if !setup.double.theory.is_free() {
+        return Verdict::not_applicable("the system has a force: this claim is about systems without force").into();
+    }
+    kept::judge(setup, Kept::Bracket, claims.tolerance)
 }
 
 /// Φ_{−h}∘Φ_h − 1, for a claim of this order.

@@ -186,6 +186,9 @@ pub trait Theory<T: Real> {
     /// The row-sum norm of |C^c_ab| |η^a|: what changes of the structure constants by one part of themselves do to ad_η.
     fn turn(&self, point: &Point<T>) -> f64;
 
+    /// Π_ab = C^c_ab μ_c by rows.
+    fn brackets(&self, point: &Point<T>) -> Vec<T>;
+
     /// An element k of the group that is not the identity; `None` where there is no group.
     fn element(&self) -> Option<Vec<T>>;
 }
@@ -409,6 +412,12 @@ where
         let term = |b: usize, c: usize, a: usize| (eta[a] * self.algebra.constant(a, b, c)).to_f64().abs();
         let row = |c: usize| (0..N).map(|b| (0..N).map(|a| term(b, c, a)).sum::<f64>()).sum::<f64>();
         (0..N).map(row).fold(0.0, |most: f64, x| if x.is_nan() { f64::INFINITY } else { most.max(x) })
+    }
+
+    fn brackets(&self, point: &Point<T>) -> Vec<T> {
+        let (mu, n) = (self.momentum(point), self.dimension);
+        let entry = |a: usize, b: usize| (0..n).fold(T::zero(), |sum, c| sum + self.algebra.constant(a, b, c) * mu[c]);
+        (0..n * n).map(|k| entry(k / n, k % n)).collect()
     }
 
     fn element(&self) -> Option<Vec<T>> {
