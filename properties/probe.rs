@@ -101,7 +101,8 @@ fn correct_steppers_hold() {
     }
     let here = directory("correct");
     let (rk4, variational) = (steppers("rk4.py"), steppers("variational.py"));
-    let free = ["--force-free", "--laws", "casimirs,momentum", "--conserves", "casimirs,momentum"];
+    let kept = "casimirs,momentum,poisson";
+    let free = ["--force-free", "--laws", kept, "--conserves", kept];
     let claimed: [(&[&str], &[&str]); 4] = [
         (&["--order", "4"], &["python3", &rk4]),
         (&[], &["python3", &rk4]),
@@ -225,8 +226,9 @@ fn an_order_is_no_conservation() {
         return;
     }
     let here = directory("conserves");
-    for what in ["casimirs", "momentum"] {
-        let output = probe(&here, &conserves(what, "so3,se2,sl2", "6"), &["python3", &steppers("rk4.py")]);
+    // On SE(2) its matrices leave the group by a scaling, which Ad does not see: there the momentum does not drift.
+    for (what, algebras) in [("casimirs", "so3,se2,sl2"), ("momentum", "so3,sl2"), ("poisson", "so3,se2,sl2")] {
+        let output = probe(&here, &conserves(what, algebras, "6"), &["python3", &steppers("rk4.py")]);
         let line = &laws(&output)[0].1;
         assert_eq!((code(&output), &line["held"]), (1, &0.into()), "{what}: {}", stdout(&output));
         let witness = line["failure"]["witness"].as_str().unwrap();
