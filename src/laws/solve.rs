@@ -15,7 +15,7 @@ use crate::tableau::Family;
 use std::fmt::Debug;
 
 /// A solver that aims at a larger error.
-const LOOSE: Fault = Fault::new("loose-tolerance", "the tolerance times 2¹²", "every system that moves");
+const LOOSE: Fault = Fault::new("loose-run", "the tolerance of the run times 2¹²", "every system that moves");
 /// No dense output.
 const LINEAR: Fault =
     Fault::new("linear-between", "states between steps by linear interpolation of μ and g", "every system that moves");
