@@ -191,8 +191,14 @@ impl Check<'_> {
         let (at, to) = (lambda.map(value), mu.map(value));
         let h = LegendreHamiltonian::new(doubled);
         let field = hamilton_rates(&h, algebra, p.time, &at, &p.u, &to, self.fault)?;
-        let size =
-            turning(algebra, &p.eta, &at) + turning(algebra, &p.psi, &to) + field.lambda.amax() + field.mu.amax();
+        // At rest the terms with η̇ and ψ̇ cancel those of a force that grows with time.
+        let ((a, b), (c, d)) = doubled.velocity_hessian(p.time, &p.eta, &p.u, &p.psi)?;
+        let hessian = [a, b, c, d].iter().fold(T::zero(), |size, block| size.max(block.amax()));
+        let size = turning(algebra, &p.eta, &at)
+            + turning(algebra, &p.psi, &to)
+            + field.lambda.amax()
+            + field.mu.amax()
+            + hessian * (found.eta.amax() + found.psi.amax());
         let floor = 1024.0 * N as f64;
         let near = |what: &'static str, off: T, size: T| Measured::defect(off, size, floor, || what.into());
         let arrow = p.u.amax() * (p.eta.amax() + p.psi.amax());

@@ -178,7 +178,7 @@ pub const MOMENTUM: MethodLaw = MethodLaw {
         statement: "J = Ad*_{g⁻¹} μ: J_n − J_0 − ∫Ad*_{g⁻¹} f dt is 0 up to the order of the method; without force, if claimed, to \
                     round-off",
         source: "Marsden and Ratiu 1999, §13.5: Noether's theorem of left translations; of variational methods Marsden and West \
-                 2001, Thm 1.3.3",
+                 2001, §1.3.3",
         oracle: "μ Ad_{g⁻¹} by products of matrices, at the solution in 32 digits: there the balance is exact",
         bound: KEPT,
         needs: "a group",

@@ -254,10 +254,12 @@ macro_rules! __own_lists {
         }
         $crate::__own_when! { method [$($key)*]
             { $crate::__own_tests! { {}
-                method_order method_casimirs method_energy method_reversibility method_equivariance
+                method_order method_casimirs method_energy method_reversibility method_momentum
+                method_equivariance
             } }
             { $crate::__own_tests! { { ignore = "needs `method`" }
-                method_order method_casimirs method_energy method_reversibility method_equivariance
+                method_order method_casimirs method_energy method_reversibility method_momentum
+                method_equivariance
             } }
         }
         $crate::__own_when! { force [$($key)*]
