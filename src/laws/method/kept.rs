@@ -207,7 +207,9 @@ fn walk<T: Precision>(quantities: &[Quantity], view: &View<'_, '_, T>, h: T) -> 
             let (defect, size) = moved(view, *quantity, &start, &next).ok_or_else(|| no_value(h.to_f64()))?;
             let drift = Drift { defect: defect / units, allowed: all, size, units };
             let worst = &mut drifts[place(quantities, n)];
-            if !(drift.defect / drift.allowed <= worst.defect / worst.allowed) {
+            // At first, 0/0.
+            let [ratio, known] = [drift, *worst].map(|drift| drift.defect / drift.allowed);
+            if ratio.is_nan() || known.is_nan() || ratio > known {
                 *worst = drift;
             }
         }
