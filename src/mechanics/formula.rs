@@ -6,6 +6,7 @@ use super::{Force, Lagrangian, LegendreError};
 use crate::algebra::{Covector, Matrix, Vector, pair};
 use crate::expression::{ExpressionError, Names, Program};
 use crate::group::LieGroup;
+#[cfg(feature = "harness")]
 use crate::integrators::State;
 use crate::scalar::{Dual, Real, Scalar, dual};
 
@@ -182,6 +183,7 @@ impl<T: Real, const N: usize> Force<T, N> for FormulaForce<T, N> {
 }
 
 /// A function of the state (t, g, μ) by a formula with one value; η is the velocity of μ.
+#[cfg(feature = "harness")]
 #[derive(Clone, Debug)]
 pub(crate) struct FormulaValue<T: Real, const N: usize> {
     program: Program<T>,
@@ -192,6 +194,7 @@ pub(crate) struct FormulaValue<T: Real, const N: usize> {
     velocity: Vector<T, N>,
 }
 
+#[cfg(feature = "harness")]
 impl<T: Real, const N: usize> FormulaValue<T, N> {
     pub fn new(program: Program<T>, quantities: Quantities) -> Self {
         let asks = (0..quantities.dimension).any(|a| program.uses(quantities.velocity(a)));
