@@ -70,7 +70,7 @@ impl Visitor<f64> for Check<'_> {
     ) -> Verdict {
         let mut probe = Probe::new(self.case, stream::SOLVE);
         let span = system.step * STEPS as f64;
-        let mut tolerance = 10f64.powi(probe.integer(-9, -4));
+        let tolerance = 10f64.powi(probe.integer(-9, -4));
         // Increasing, one in each step, and the end.
         let mut times: Vec<f64> =
             (0..STEPS).map(|k| (k as f64 + probe.unit::<f64>().abs() * 0.96) / STEPS as f64).collect();
@@ -84,18 +84,13 @@ impl Visitor<f64> for Check<'_> {
         let Ok((right, changed)) = reference else {
             return Verdict::not_applicable("the reference leaves its domain or does not converge");
         };
-        if let Some(fault) = self.fault.filter(|fault| fault.name == LOOSE.name) {
-            tolerance *= 1.0 + 4095.0 * fault.size;
-        }
+        let aim = tolerance * (1.0 + 4095.0 * Fault::size_of(self.fault, LOOSE.name));
         let (l, f, r) = (&system.lagrangian, &system.force, &system.retraction);
-        let mut solve = Solve::new(l, f, r).tolerance(tolerance).save_at(times.clone()).dense();
+        let mut solve = Solve::new(l, f, r).tolerance(aim).save_at(times.clone()).dense();
         let solution = match solve.run(&start, start.time + span) {
             Ok(solution) => solution,
             Err(failure) => return Verdict::inconclusive(format!("the run ended early: {}", reason(&failure.error))),
         };
-        if let Some(fault) = self.fault.filter(|fault| fault.name == LOOSE.name) {
-            tolerance /= 1.0 + 4095.0 * fault.size;
-        }
         let linear = Fault::size_of(self.fault, LINEAR.name);
         let largest =
             |list: &[State<f64, N, D>]| list.iter().fold(start.momentum.amax(), |m, s| m.max(s.momentum.amax()));

@@ -6,8 +6,6 @@ use super::{Force, Lagrangian, LegendreError};
 use crate::algebra::{Covector, Matrix, Vector, pair};
 use crate::expression::{ExpressionError, Names, Program};
 use crate::group::LieGroup;
-#[cfg(feature = "harness")]
-use crate::integrators::State;
 use crate::scalar::{Dual, Real, Scalar, dual};
 
 /// The quantities of a system on a group: t, η (n components), μ = ∂L/∂η (n components), and the entries of g.
@@ -205,14 +203,16 @@ impl<T: Real, const N: usize> FormulaValue<T, N> {
     pub fn value<const D: usize>(
         &mut self,
         lagrangian: &impl Lagrangian<T, N>,
-        state: &State<T, N, D>,
+        time: T,
+        attitude: &Matrix<T, D>,
+        momentum: &Covector<T, N>,
     ) -> Result<T, String> {
-        let (time, g) = (state.time, Configuration::of(&state.attitude));
+        let g = Configuration::of(attitude);
         if self.asks {
-            let found = lagrangian.velocity_at(time, g, &state.momentum, &self.velocity);
+            let found = lagrangian.velocity_at(time, g, momentum, &self.velocity);
             self.velocity = found.map_err(|error| error.to_string())?;
         }
-        self.quantities.filled((time, g, &self.velocity, Some(state.momentum)), |places| {
+        self.quantities.filled((time, g, &self.velocity, Some(*momentum)), |places| {
             let mut value = [T::zero()];
             self.program.eval(places, &mut value);
             if value[0].all_finite() {

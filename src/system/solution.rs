@@ -97,12 +97,12 @@ impl<T: Real> Visitor<T> for Run<'_, T> {
             };
             let (mut function, undefined, lagrangian) =
                 (FormulaValue::new(program, quantities), &undefined, &lagrangian);
-            let mut located = Event::new(move |state: &State<T, N, D>| match function.value(lagrangian, state) {
-                Ok(value) => value,
-                Err(reason) => {
+            let mut located = Event::new(move |state: &State<T, N, D>| {
+                let value = function.value(lagrangian, state.time, &state.attitude, &state.momentum);
+                value.unwrap_or_else(|reason| {
                     *undefined.borrow_mut() = Some(reason);
                     T::exact(f64::NAN)
-                }
+                })
             });
             located = match event.direction {
                 None => located,
