@@ -3,6 +3,7 @@
 //! Oracles: commutators of the representing matrices for the structure constants, the defining identity for Casimirs,
 //! textbook classifications.
 
+use euler_poincare::algebra::brackets::Brackets;
 use euler_poincare::algebra::catalogue::Entry;
 use euler_poincare::algebra::{AlgebraError, Casimir, Covector, LieAlgebra, Matrix, Vector, elimination};
 use euler_poincare::scalar::{Dd, Dual, Real};
@@ -208,6 +209,16 @@ fn brackets_agree_in_any_basis<const N: usize, T: Real>(entry: &Entry, _: &[bool
         let paired = mu * g.bracket::<T>(&x, &y) - g.coad(&x, &mu) * y;
         let size = mu.norm() * g.ad(&x).norm() * y.norm();
         assert!(paired[0].abs() <= T::int(4 * N as i64) * T::unit_roundoff() * size, "{entry}: <ad* mu, y>");
+        // The same by the constants that are not zero.
+        let brackets = Brackets::of(&g);
+        let differences = [
+            (brackets.bracket(&x, &y) - g.bracket::<T>(&x, &y)).norm() / y.norm(),
+            (brackets.coad(&x, &mu) - g.coad(&x, &mu)).norm() / mu.norm(),
+        ];
+        let indices = || (0..N).flat_map(|a| (0..N).flat_map(move |b| (0..N).map(move |c| (a, b, c))));
+        let largest = indices().fold(T::zero(), |m, (a, b, c)| m.max(g.constant(a, b, c).abs()));
+        let bound = T::int(8 * (N * N) as i64) * T::unit_roundoff() * largest * x.norm();
+        assert!(differences.into_iter().all(|d| d <= bound), "{entry}: {differences:?} > {bound:e}");
         for a in 0..N {
             for b in 0..N {
                 assert!((0..N).all(|c| g.constant(a, b, c) == -g.constant(b, a, c)), "{entry}: antisymmetry");

@@ -3,6 +3,7 @@
 //! Every bound is a multiple of the unit round-off u times the sizes of the factors whose rounding enters (below called
 //! the scale), so the same bound holds for every scalar; the multiple allowed is 4 N.
 
+use euler_poincare::algebra::brackets::Brackets;
 use euler_poincare::algebra::{Entry, LieAlgebra, Matrix, Vector};
 use euler_poincare::group::{LieGroup, MatrixGroup};
 use euler_poincare::retraction::coefficients::Coefficients;
@@ -167,6 +168,13 @@ fn algebra_identities<T: Real, const N: usize, const D: usize, R: Retraction<T, 
     let other = retraction.at(&-x).unwrap();
     note("d_neg = d at −x", size(&(d_neg - other.d())), &[size(&d_neg), size(other.d_inv())]);
     note("Ad Ad⁻¹ = 1", size(&(point.ad() * point.ad_inv() - one)), &[size(&point.ad()), size(&point.ad_inv())]);
+
+    // To all digits, or to the first terms of a series in ad_x: where |ad_x| is small enough for either.
+    let reach = size(&retraction.algebra().ad(&x)).max(at);
+    if reach <= 0.5 {
+        let rough = retraction.rough_rate(&Brackets::of(retraction.algebra()), &x, &y) - d_inv * y;
+        assert!(size(&rough) <= reach * reach + 64.0 * N as f64 * grown, "{x} {rough}");
+    }
 
     let w = point.dd(&y);
     let moved = derivative(|x| retraction.at(x).map(|p| p.d() * constant(&y)), &x, &z).unwrap();

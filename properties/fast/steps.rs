@@ -1,18 +1,19 @@
 //! One step.
 
 use super::{Spring, U, damping, distance, relaxation, rigid, submerged, tableau, unforced};
-use euler_poincare::algebra::{Covector, Matrix};
+use euler_poincare::algebra::{Covector, Matrix, Vector};
 use euler_poincare::group::{LieGroup, So3};
 use euler_poincare::integrators::lanes::{Eight, Isa, Kernel, Lanes, Registers};
-use euler_poincare::integrators::se3::{self, CayleySe3, Drag, VariationalSe3};
+use euler_poincare::integrators::se3::{self, AdaptiveSe3, CayleySe3, Drag, VariationalSe3};
 use euler_poincare::integrators::so3::{
-    self, Damping, Free, HalfAngle, LaneForceError, LaneRetraction, QuaternionSo3, QuaternionState, Relaxation, Terms,
-    VariationalSo3,
+    self, AdaptiveSo3, ByLane, Damping, Free, HalfAngle, LaneForceError, LaneRetraction, QuaternionSo3,
+    QuaternionState, Relaxation, Terms, VariationalSo3,
 };
 use euler_poincare::integrators::{OneStep, Solver, State, StepError};
 use euler_poincare::mechanics::force::{AnyForce, DoubleBracket, LinearDrag, Metriplectic, QuadraticDrag};
-use euler_poincare::mechanics::lagrangian::Quadratic;
+use euler_poincare::mechanics::{Force, lagrangian::Quadratic};
 use euler_poincare::retraction::{CayleySo3, ExponentialSo3, Retraction};
+use euler_poincare::scalar::{Real, Scalar};
 use nalgebra::{Quaternion, UnitQuaternion};
 use std::marker::PhantomData;
 
@@ -127,6 +128,80 @@ fn forces_by_name_are_their_terms() {
     let free = step(&mut VariationalSo3::new(body.clone(), Free, CayleySo3::new(), gauss()).unwrap());
     assert_eq!((damped, relaxed), (of(damping(0.5)), of(relaxation(0.5))));
     assert_eq!(free, of(unforced()));
+}
+
+/// A force as the general engine takes it is the same in each lane by itself, on both groups, with Newton's method behind it, and in the
+/// solvers with a tolerance.
+#[test]
+fn forces_of_the_general_engine_are_taken_lane_by_lane() {
+    let (body, start) = rigid();
+    let algebra = LieGroup::algebra(&So3::<f64>::new()).clone();
+    let force = DoubleBracket::new(algebra, body.clone(), 0.5).unwrap();
+    let own = || ByLane::new(force.clone()).unwrap();
+    for name in ["gauss-1", "gauss-2", "gauss-5", "gauss-8", "lobatto-iiia-3"] {
+        for h in [0.125, -0.25] {
+            let mut listed = VariationalSo3::new(body.clone(), damping(0.5), CayleySo3::new(), tableau(name)).unwrap();
+            let mut method = VariationalSo3::new(body.clone(), own(), CayleySo3::new(), tableau(name)).unwrap();
+            let (mut one, mut other) = (start.clone(), start.clone());
+            for _ in 0..4 {
+                let reports = (listed.step(&mut one, h).unwrap(), method.step(&mut other, h).unwrap());
+                assert_eq!(reports.0.solver, reports.1.solver);
+                assert!(distance(&one, &other) <= 32.0 * U, "{name} {h}: {:e}", distance(&one, &other));
+            }
+        }
+    }
+    // Beyond what the iterations reach.
+    let mut listed = VariationalSo3::new(body.clone(), damping(0.5), CayleySo3::new(), tableau("gauss-2")).unwrap();
+    let mut method = VariationalSo3::new(body.clone(), own(), CayleySo3::new(), tableau("gauss-2")).unwrap();
+    let (mut one, mut other) = (start.clone(), start.clone());
+    let reports = (listed.step(&mut one, 2.0).unwrap(), method.step(&mut other, 2.0).unwrap());
+    assert_eq!((reports.0.solver, reports.1.solver), (Solver::Newton, Solver::Newton));
+    assert!(distance(&one, &other) <= 256.0 * U, "{:e}", distance(&one, &other));
+
+    for tolerance in [1e-5, 1e-8, 1e-12] {
+        let (mut one, mut other) = (start.clone(), start.clone());
+        AdaptiveSo3::new(body.clone(), damping(0.5)).solve(&mut one, 3.0, tolerance).unwrap();
+        AdaptiveSo3::new(body.clone(), own()).solve(&mut other, 3.0, tolerance).unwrap();
+        assert!(distance(&one, &other) <= tolerance, "{tolerance:e}: {:e}", distance(&one, &other));
+    }
+    let (vessel, afloat) = submerged();
+    let drag = LinearDrag::new(Matrix::from_diagonal_element(0.125)).unwrap();
+    let own = || ByLane::new(drag.clone()).unwrap();
+    let listed = se3::Terms(vec![se3::Term::LinearDrag(Drag::Diagonal([0.125; 6]))]);
+    let (mut one, mut other) = (afloat.clone(), afloat.clone());
+    VariationalSe3::new(vessel.clone(), listed.clone(), CayleySe3::new(), tableau("gauss-3"))
+        .unwrap()
+        .step(&mut one, 0.125)
+        .unwrap();
+    VariationalSe3::new(vessel.clone(), own(), CayleySe3::new(), tableau("gauss-3"))
+        .unwrap()
+        .step(&mut other, 0.125)
+        .unwrap();
+    assert!(distance(&one, &other) <= 32.0 * U, "{:e}", distance(&one, &other));
+    let (mut one, mut other) = (afloat.clone(), afloat);
+    AdaptiveSe3::new(vessel.clone(), listed).solve(&mut one, 1.0, 1e-10).unwrap();
+    AdaptiveSe3::new(vessel, own()).solve(&mut other, 1.0, 1e-10).unwrap();
+    assert!(distance(&one, &other) <= 1e-10, "{:e}", distance(&one, &other));
+}
+
+/// A force that needs the attitude.
+#[derive(Clone)]
+struct InTheWorld;
+
+impl<T: Real> Force<T, 3> for InTheWorld {
+    fn force<S: Scalar<Base = T>>(&self, _: S, eta: &Vector<S, 3>) -> Covector<S, 3> {
+        -eta.transpose()
+    }
+
+    fn uses_configuration(&self) -> bool {
+        true
+    }
+}
+
+#[test]
+fn a_force_that_depends_on_the_attitude_has_no_lanes() {
+    let refused: Result<ByLane<_, 3>, _> = ByLane::new(InTheWorld);
+    assert_eq!(refused.unwrap_err(), LaneForceError::NeedsConfiguration);
 }
 
 #[test]

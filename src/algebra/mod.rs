@@ -5,6 +5,8 @@
 use crate::scalar::{Real, Scalar, finite};
 use nalgebra::{DVectorView, RowSVector, SMatrix, SVector};
 
+#[doc(hidden)]
+pub mod brackets;
 mod casimir;
 pub mod catalogue;
 mod classification;
@@ -37,6 +39,24 @@ pub type Covector<S, const N: usize> = RowSVector<S, N>;
 
 /// A square matrix, of an endomorphism of g or of a group element.
 pub type Matrix<S, const N: usize> = SMatrix<S, N, N>;
+
+/// μ A, written out: a general product of matrices takes several times as long where N is small.
+#[inline(always)]
+pub(crate) fn pull<S: Scalar, const N: usize>(mu: &Covector<S, N>, a: &Matrix<S, N>) -> Covector<S, N> {
+    Covector::<S, N>::from_fn(|_, j| (1..N).fold(mu[0] * a[(0, j)], |sum, i| sum + mu[i] * a[(i, j)]))
+}
+
+/// A ξ, written out.
+#[inline(always)]
+pub(crate) fn apply<S: Scalar, const N: usize>(a: &Matrix<S, N>, xi: &Vector<S, N>) -> Vector<S, N> {
+    let mut image = Vector::<S, N>::from_fn(|i, _| a[(i, 0)] * xi[0]);
+    for j in 1..N {
+        for i in 0..N {
+            image[i] += a[(i, j)] * xi[j];
+        }
+    }
+    image
+}
 
 /// ⟨μ, ξ⟩ = μ ξ.
 pub fn pair<S: Scalar, const N: usize>(mu: &Covector<S, N>, xi: &Vector<S, N>) -> S {

@@ -64,6 +64,12 @@ impl<T: Real> Course<T> {
         (self.last, self.count) = (residual, self.count + 1);
     }
 
+    /// How many there were.
+    #[inline]
+    pub fn count(&self) -> usize {
+        self.count.unsigned_abs() as usize
+    }
+
     /// The residual falls no more: what is left may be rounding.
     #[inline(always)]
     pub fn stagnates(&self) -> bool {

@@ -4,6 +4,7 @@
 //! with FMA, and for plain arrays; [`Registers::detect`] chooses at run time, so that a program built without special flags
 //! profits too.
 
+use crate::scalar::Scalar;
 use std::ops::{Add, Div, Mul, Neg, Sub};
 
 /// A set of registers that hold eight `f64`.
@@ -85,6 +86,16 @@ pub trait Lanes:
     fn cos(self) -> Self;
     /// Eight numbers, in registers of the same kind.
     fn read(self, x: &[f64; 8]) -> Self;
+    /// f(t, x) in each lane by itself: for formulas that are written over single numbers.
+    #[doc(hidden)]
+    fn one_by_one<F: Formula<N>, const N: usize>(f: &F, t: Self, x: [Self; N]) -> [Self; N];
+}
+
+/// A formula for N numbers, of the time and N others, over any scalar.
+#[doc(hidden)]
+pub trait Formula<const N: usize> {
+    /// f(t, x).
+    fn value<S: Scalar<Base = f64>>(&self, t: S, x: [S; N]) -> [S; N];
 }
 
 /// Eight numbers in registers of the kind `I`.
@@ -217,6 +228,30 @@ impl<I: Isa> Lanes for Eight<I> {
     fn read(self, x: &[f64; 8]) -> Self {
         Self::load(self.isa, x)
     }
+
+    #[inline(always)]
+    fn one_by_one<F: Formula<N>, const N: usize>(f: &F, t: Self, x: [Self; N]) -> [Self; N] {
+        let (mut times, mut values) = ([0.0; 8], [[0.0; 8]; N]);
+        t.store(&mut times);
+        for k in 0..N {
+            x[k].store(&mut values[k]);
+        }
+        for lane in 0..8 {
+            let mut x = [0.0; N];
+            for k in 0..N {
+                x[k] = values[k][lane];
+            }
+            let value = f.value(times[lane], x);
+            for k in 0..N {
+                values[k][lane] = value[k];
+            }
+        }
+        let mut out = x;
+        for k in 0..N {
+            out[k] = Self::load(t.isa, &values[k]);
+        }
+        out
+    }
 }
 
 /// Two of a kind, side by side: one operation after the other on independent numbers keeps the processor busy.
@@ -290,6 +325,19 @@ impl<V: Lanes> Lanes for Pair<V> {
     #[inline(always)]
     fn read(self, x: &[f64; 8]) -> Self {
         Self(self.0.read(x), self.1.read(x))
+    }
+
+    #[inline(always)]
+    fn one_by_one<F: Formula<N>, const N: usize>(f: &F, t: Self, x: [Self; N]) -> [Self; N] {
+        let (mut first, mut second, mut out) = ([x[0].0; N], [x[0].1; N], x);
+        for k in 0..N {
+            (first[k], second[k]) = (x[k].0, x[k].1);
+        }
+        let (first, second) = (V::one_by_one(f, t.0, first), V::one_by_one(f, t.1, second));
+        for k in 0..N {
+            out[k] = Self(first[k], second[k]);
+        }
+        out
     }
 }
 

@@ -2,16 +2,20 @@
 //!
 #![doc = include_str!("../guide/modules/integrators/variational.md")]
 
+mod collocation;
+
 use super::fixed_point::Course;
-use super::stages::Stages;
+use super::stages::{Stages, Weights};
 use super::{OneStep, Report, Solver, State, StepError};
-use crate::algebra::{Covector, Matrix, Vector, pair};
+use crate::algebra::brackets::Brackets;
+use crate::algebra::{Covector, Matrix, Vector, apply, pair, pull};
 use crate::mechanics::configuration::Configuration;
 use crate::mechanics::{Force, Lagrangian, LegendreError};
 use crate::newton::{self, Equations, Newton};
 use crate::retraction::{Retraction, RetractionError, TangentPoint};
 use crate::scalar::{Dual, Real, Scalar, finite};
 use crate::tableau::Tableau;
+use collocation::Collocation;
 use nalgebra::DMatrix;
 
 /// When the stage equations count as solved, and how long to try.
@@ -41,6 +45,9 @@ impl<T: Real> Default for Settings<T> {
     }
 }
 
+/// The stages are iterated to a residual so many times smaller before the scheme is evaluated again.
+const FINER: i64 = 256;
+
 /// Terms of the stage equations up to so many times the momentum are not looked at any further.
 const MODERATE: i64 = 1 << 10;
 
@@ -51,12 +58,14 @@ struct Scheme<T: Real, L, F, R> {
     force: F,
     retraction: R,
     tableau: Tableau<T>,
+    /// a_ij.
+    weights: Weights<T>,
     /// â_ij.
-    conjugate: DMatrix<T>,
+    conjugate: Weights<T>,
     /// b_j a_ji / b_i.
-    coupling: DMatrix<T>,
+    coupling: Weights<T>,
     /// Lagrange weights that carry values at c_j to 1 + c_i; none where nodes coincide.
-    extrapolation: Option<DMatrix<T>>,
+    extrapolation: Option<Weights<T>>,
     /// Whether the Lagrangian or the force depends on the configuration; asked once a step.
     moves: bool,
     /// Whether there is anything in the place of f; asked once a step.
@@ -130,6 +139,7 @@ pub struct Variational<T: Real, const N: usize, const D: usize, L, F, R> {
     scheme: Scheme<T, L, F, R>,
     settings: Settings<T>,
     work: Work<T, N>,
+    collocation: Collocation<T, N>,
     dual: Work<Dual<T>, N>,
     newton: Newton<T>,
     unknowns: Vec<T>,
@@ -140,6 +150,8 @@ pub struct Variational<T: Real, const N: usize, const D: usize, L, F, R> {
     predicted: Option<(T, Covector<T, N>)>,
     /// The rate of contraction of the last fixed-point iterations.
     contraction: f64,
+    /// The first residual of the last step: how far the scheme is from the equations that its guess comes from.
+    jump: Option<T>,
 }
 
 /// Fixed-point iterations (so many) that did not lead to a root that can be trusted: they do not contract, or too slowly to
@@ -162,14 +174,16 @@ where
     pub fn with_settings(lagrangian: L, force: F, retraction: R, tableau: Tableau<T>, settings: Settings<T>) -> Self {
         let s = tableau.stages();
         let (a, b) = (tableau.a(), tableau.b());
-        let coupling = DMatrix::from_fn(s, s, |i, j| b[j] * a[(j, i)] / b[i]);
-        let conjugate = tableau.conjugate().a().clone();
-        let extrapolation = extrapolation(tableau.c().as_slice());
+        let coupling = Weights::of(&DMatrix::from_fn(s, s, |i, j| b[j] * a[(j, i)] / b[i]));
+        let conjugate = Weights::of(tableau.conjugate().a());
+        let extrapolation = extrapolation(tableau.c().as_slice()).as_ref().map(Weights::of);
+        let collocation = Collocation::new(Brackets::of(retraction.algebra()), s);
         Self {
             scheme: Scheme {
                 lagrangian,
                 force,
                 retraction,
+                weights: Weights::of(tableau.a()),
                 tableau,
                 conjugate,
                 coupling,
@@ -179,6 +193,7 @@ where
             },
             settings,
             work: Work::new(s),
+            collocation,
             dual: Work::new(s),
             newton: Newton::new(s * N),
             unknowns: vec![T::zero(); s * N],
@@ -186,6 +201,7 @@ where
             last: None,
             predicted: None,
             contraction: 0.0,
+            jump: None,
         }
     }
 
@@ -322,9 +338,9 @@ where
         Ok(jacobian)
     }
 
-    /// First guess of P_i and Ξ_i: the velocity polynomial of the last step, or a constant velocity.
+    /// First guess of M_i and Ξ_i: the velocity polynomial of the last step, or a constant velocity.
     fn start(&mut self, problem: &Problem<T, N, D>, eta: &Vector<T, N>) {
-        let (scheme, work) = (&self.scheme, &mut self.work);
+        let (scheme, work, momenta) = (&self.scheme, &mut self.work, &mut self.collocation.momenta);
         let s = scheme.tableau.stages();
         let this = Some((problem.step, problem.momentum));
         let predicted = self.predicted.take() == this;
@@ -334,22 +350,21 @@ where
                     work.next_displacements.combine(weights, &work.velocities);
                     std::mem::swap(&mut work.next_displacements, &mut work.velocities);
                 }
-                work.displacements.combine(scheme.tableau.a(), &work.velocities);
+                work.displacements.combine(&scheme.weights, &work.velocities);
                 for i in 0..s {
                     let x = work.displacements.vector(i) * problem.step;
                     // At the start of the step: it is a guess.
                     let g = Configuration::of(&problem.attitude);
-                    let p = scheme.lagrangian.gradient_at(problem.time, g, &work.velocities.vector(i));
-                    let p = scheme.retraction.at(&x).map_or(p, |point| p * point.d());
+                    let m = scheme.lagrangian.gradient_at(problem.time, g, &work.velocities.vector(i));
                     work.displacements.set_vector(i, &x);
-                    work.momenta.set_covector(i, &p);
+                    momenta.set_covector(i, &m);
                 }
             }
             _ => {
                 for i in 0..s {
                     work.velocities.set_vector(i, eta);
                     work.displacements.set_vector(i, &(eta * (problem.step * scheme.tableau.c()[i])));
-                    work.momenta.set_covector(i, &problem.momentum);
+                    momenta.set_covector(i, &problem.momentum);
                 }
             }
         }
@@ -385,15 +400,25 @@ where
     fn fixed_point(&mut self, problem: &Problem<T, N, D>) -> Result<Report<T>, NotContracted> {
         let settings = self.settings;
         let mut course = Course::new();
-        for iterations in 1..=settings.max_fixed_point_iterations {
-            let residual =
-                self.scheme.iterate::<N, D>(problem, &mut self.work).map_err(|_| NotContracted(iterations))?;
+        let (mut iterations, mut first) = (0, None);
+        self.collocation.unshift();
+        let rough = settings.tolerance.sqrt();
+        let mut goal = self.jump.take().map_or(rough, |jump| rough.min(jump * T::half() * T::half()));
+        for _ in 0..settings.max_fixed_point_iterations {
+            let guess = self.guess(problem, goal.max(settings.tolerance * T::half()))?;
+            iterations += guess.count() + 1;
+            let first = *first.get_or_insert(guess);
+            let residual = self
+                .scheme
+                .iterate::<N, D>(problem, &mut self.work, &mut self.collocation)
+                .map_err(|_| NotContracted(iterations))?;
             if !residual.all_finite() {
                 return Err(NotContracted(iterations));
             }
             course.note(residual);
+            self.jump = self.jump.or(Some(residual));
             if residual <= settings.tolerance || (course.stagnates() && residual <= settings.floor) {
-                self.contraction = course.rate();
+                self.contraction = first.rate().max(course.rate());
                 return if course.is_slow() {
                     Err(NotContracted(iterations))
                 } else {
@@ -403,10 +428,30 @@ where
             if course.is_hopeless() {
                 return Err(NotContracted(iterations));
             }
-            std::mem::swap(&mut self.work.next_momenta, &mut self.work.momenta);
-            std::mem::swap(&mut self.work.next_displacements, &mut self.work.displacements);
+            self.scheme.shift::<N, D>(problem, &mut self.work, &mut self.collocation);
+            goal = residual * T::ratio(1, FINER);
         }
-        Err(NotContracted(settings.max_fixed_point_iterations))
+        Err(NotContracted(iterations))
+    }
+
+    /// Iterations on the stages with the difference to the scheme frozen, until they change by no more than `goal`; how they went.
+    fn guess(&mut self, problem: &Problem<T, N, D>, goal: T) -> Result<Course<T>, NotContracted> {
+        let mut course = Course::new();
+        for iterations in 1..=self.settings.max_fixed_point_iterations {
+            let change = self.scheme.collocate::<N, D>(problem, &mut self.work, &mut self.collocation);
+            let Some(change) = change.filter(|change| change.all_finite()) else {
+                return Err(NotContracted(iterations));
+            };
+            course.note(change);
+            let ended = change <= goal || course.stagnates();
+            if ended && course.is_slow() || course.is_hopeless() {
+                return Err(NotContracted(iterations));
+            }
+            if ended {
+                return Ok(course);
+            }
+        }
+        Err(NotContracted(self.settings.max_fixed_point_iterations))
     }
 
     /// Newton's method on r(H), first in one go, then along h.
@@ -545,13 +590,14 @@ impl<T: Real, L, F, R> Scheme<T, L, F, R> {
         StepError::Undefined { step: step.to_f64(), stage, why }
     }
 
-    /// One fixed-point iteration: evaluates the stages at (P_i, Ξ_i), leaves m, ξ and the next iterates in the workspace,
-    /// and returns the largest relative change |P_i' − P_i|, |Ξ_i' − Ξ_i|: the residual, since P_i − P_i' = r_i and
-    /// Ξ_i' = h Σ a_ij H_j.
+    /// One fixed-point iteration: evaluates the stages at (M_i, Ξ_i), P_i = M_i dτ_{Ξ_i}, leaves m, ξ and the next (P_i, Ξ_i) in
+    /// the workspace, and returns the largest relative change |P_i' − P_i|, |Ξ_i' − Ξ_i|: the residual, since
+    /// P_i − P_i' = r_i and Ξ_i' = h Σ a_ij H_j.
     fn iterate<const N: usize, const D: usize>(
         &self,
         problem: &Problem<T, N, D>,
         work: &mut Work<T, N>,
+        own: &mut Collocation<T, N>,
     ) -> Result<T, StepError>
     where
         L: Lagrangian<T, N>,
@@ -569,40 +615,34 @@ impl<T: Real, L, F, R> Scheme<T, L, F, R> {
             } else {
                 Configuration::identity()
             };
-            let p = work.momenta.covector(i);
-            let m = p * point.d_inv();
+            let m = own.momenta.covector(i);
+            let p = pull(&m, point.d());
             let eta = self
                 .velocity(time, g, &m, &work.velocities.vector(i))
                 .map_err(|source| StepError::Legendre { step: h.to_f64(), source })?;
-            let rate = point.d_inv() * eta;
+            let rate = apply(point.d_inv(), &eta);
             let mut gradient = point.pull_dd(&p, &m, &rate);
             if self.forced {
                 let (f, size) = self.total_force(time, g, &eta);
                 load = larger(load, size);
-                gradient += f * point.d();
-                work.impulses.set_covector(i, &(f * point.ad_inv()));
+                gradient += pull(&f, point.d());
+                work.impulses.set_covector(i, &pull(&f, &point.ad_inv()));
+                own.forces.set_covector(i, &f);
             }
+            own.tangents[i] = *point.d_inv();
+            work.momenta.set_covector(i, &p);
             work.velocities.set_vector(i, &eta);
             work.rates.set_vector(i, &rate);
             work.gradients.set_covector(i, &gradient);
         }
-        let end = self.end_of_step::<T, N, D>(problem, work)?;
+        let (end, point) = self.end_of_step::<T, N, D>(problem, work)?;
+        (own.tangent_inv, own.coadjoint_inv) = (*point.d_inv(), point.ad_inv());
         let total = work.gradients.sum(self.tableau.b().as_slice()).transpose() * h;
-        let base = end - total;
-        work.next_momenta.combine(&self.conjugate, &work.gradients);
-        work.next_displacements.combine(self.tableau.a(), &work.rates);
-        let (mut change, mut size) = (T::zero(), largest(&end).max(largest(&total)));
-        let (mut shift, mut extent) = (T::zero(), T::zero());
-        for i in 0..self.tableau.stages() {
-            let p = work.next_momenta.covector(i) * h + base;
-            change = larger(change, largest(&(p - work.momenta.covector(i))));
-            size = larger(size, largest(&p));
-            work.next_momenta.set_covector(i, &p);
-            let x = work.next_displacements.vector(i) * h;
-            shift = larger(shift, largest(&(x - work.displacements.vector(i)).transpose()));
-            extent = larger(extent, largest(&x.transpose()));
-            work.next_displacements.set_vector(i, &x);
-        }
+        work.next_momenta.advance(&self.conjugate, &work.gradients, h, &(end - total));
+        work.next_displacements.advance(&self.weights, &work.rates, h, &Covector::zeros());
+        let (change, size) = work.next_momenta.change(&work.momenta);
+        let (shift, mut extent) = work.next_displacements.change(&work.displacements);
+        let size = larger(size, larger(largest(&end), largest(&total)));
         // Rounding of forces that cancel is relative to them, and displacements are as the momenta.
         let loaded = size.max(load * h.abs());
         if size > T::zero() {
@@ -611,12 +651,12 @@ impl<T: Real, L, F, R> Scheme<T, L, F, R> {
         Ok(larger(relative(change, loaded), relative(shift, extent)))
     }
 
-    /// ξ and m from the stages, into the workspace; returns m dτ(−ξ).
+    /// ξ and m from the stages, into the workspace; returns m dτ(−ξ) and the tangents at ξ.
     fn end_of_step<S: Scalar<Base = T>, const N: usize, const D: usize>(
         &self,
         problem: &Problem<T, N, D>,
         work: &mut Work<S, N>,
-    ) -> Result<Covector<S, N>, StepError>
+    ) -> Result<(Covector<S, N>, R::Point<S>), StepError>
     where
         L: Lagrangian<T, N>,
         F: Force<T, N>,
@@ -630,7 +670,7 @@ impl<T: Real, L, F, R> Scheme<T, L, F, R> {
             work.after_impulse += work.impulses.sum(b).transpose() * h;
         }
         let point = self.retraction.at(&work.increment).map_err(|e| domain(problem.step, None, e))?;
-        Ok(work.after_impulse * point.d_neg())
+        Ok((pull(&work.after_impulse, &point.d_neg()), point))
     }
 
     /// The residual r_i at the rates H_i in the workspace, into `next_momenta`; returns the size to compare it with.
@@ -645,7 +685,7 @@ impl<T: Real, L, F, R> Scheme<T, L, F, R> {
         R: Retraction<T, N, D>,
     {
         let (h, mut load) = (S::lift(problem.step), T::zero());
-        work.displacements.combine(self.tableau.a(), &work.rates);
+        work.displacements.combine(&self.weights, &work.rates);
         for i in 0..self.tableau.stages() {
             let x = work.displacements.vector(i) * h;
             let rate = work.rates.vector(i);
@@ -683,7 +723,7 @@ impl<T: Real, L, F, R> Scheme<T, L, F, R> {
             work.momenta.set_covector(i, &p);
             work.gradients.set_covector(i, &gradient);
         }
-        let end = self.end_of_step::<S, N, D>(problem, work)?;
+        let (end, _) = self.end_of_step::<S, N, D>(problem, work)?;
         work.next_momenta.combine(&self.coupling, &work.gradients);
         let mut size = larger(largest(&end), load * problem.step.abs());
         for i in 0..self.tableau.stages() {

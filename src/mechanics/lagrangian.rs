@@ -7,7 +7,7 @@ pub use gyrostat::Gyrostat;
 use super::configuration::Configuration;
 use super::formula::FormulaLagrangian;
 use super::{Lagrangian, LegendreError};
-use crate::algebra::{AlgebraError, Covector, Matrix, Vector, dot, elimination};
+use crate::algebra::{AlgebraError, Covector, Matrix, Vector, apply, dot, elimination};
 use crate::scalar::{Real, Scalar, finite};
 
 /// Newton steps on the value; the damped iteration converges in far fewer wherever l is convex.
@@ -207,20 +207,22 @@ impl<T: Real, const N: usize> Lagrangian<T, N> for Quadratic<T, N> {
         S::half() * crate::algebra::pair(&self.gradient(eta), eta)
     }
 
+    #[inline]
     fn gradient<S: Scalar<Base = T>>(&self, eta: &Vector<S, N>) -> Covector<S, N> {
-        (self.inertia.map(S::lift) * eta).transpose()
+        apply(&self.inertia.map(S::lift), eta).transpose()
     }
 
     fn hessian<S: Scalar<Base = T>>(&self, _eta: &Vector<S, N>) -> Matrix<S, N> {
         self.inertia.map(S::lift)
     }
 
+    #[inline]
     fn velocity<S: Scalar<Base = T>>(
         &self,
         mu: &Covector<S, N>,
         _guess: &Vector<S, N>,
     ) -> Result<Vector<S, N>, LegendreError> {
-        Ok(self.inverse.map(S::lift) * mu.transpose())
+        Ok(apply(&self.inverse.map(S::lift), &mu.transpose()))
     }
 
     fn energy<S: Scalar<Base = T>>(&self, eta: &Vector<S, N>) -> S {

@@ -4,6 +4,7 @@ use super::{
     Cayley, CayleyPoint, Composed, ComposedPoint, Exponential, ExponentialPoint, Retraction, RetractionError,
     TangentPoint,
 };
+use crate::algebra::brackets::Brackets;
 use crate::algebra::{Covector, LieAlgebra, Matrix, Vector};
 use crate::group::{LieGroup, MatrixGroup};
 use crate::scalar::{Real, Scalar};
@@ -126,6 +127,10 @@ impl<T: Real, const N: usize, const D: usize, G: LieGroup<T, N, D>> Retraction<T
             #[cfg(feature = "harness")]
             Self::Given(r) => AnyPoint::Given(r.at(x)?),
         })
+    }
+
+    fn rough_rate(&self, brackets: &Brackets<T>, x: &Vector<T, N>, eta: &Vector<T, N>) -> Vector<T, N> {
+        by_arm!(self, Exponential | Cayley | Composed [Given], r => r.rough_rate(brackets, x, eta))
     }
 }
 

@@ -2,6 +2,7 @@
 
 use super::linear::Sum;
 use super::{Retraction, RetractionError, TangentPoint, refuse};
+use crate::algebra::brackets::Brackets;
 use crate::algebra::{Covector, LieAlgebra, Matrix, Vector};
 use crate::group::{LieGroup, MatrixGroup};
 use crate::scalar::{Real, Scalar, finite};
@@ -204,6 +205,16 @@ impl<T: Real, const N: usize, const D: usize, G: LieGroup<T, N, D>> Retraction<T
             return Err(fail());
         }
         Ok(CayleyPoint { products: Arc::clone(&self.products), x: *x, d, d_inv, d_neg, d_neg_inv })
+    }
+
+    /// All digits: η + ½ [x, η] − ¼ x η x.
+    fn rough_rate(&self, brackets: &Brackets<T>, x: &Vector<T, N>, eta: &Vector<T, N>) -> Vector<T, N> {
+        let mut rate = eta + brackets.bracket(x, eta) * T::half();
+        let quarter = T::exact(0.25);
+        for &([a, b, c, d], value) in &self.products.triple {
+            rate[d] -= value * quarter * (x[a] * eta[b] * x[c]);
+        }
+        rate
     }
 }
 

@@ -2,6 +2,7 @@
 
 use super::linear::{Sum, balanced_norm, norm};
 use super::{Retraction, RetractionError, TangentPoint};
+use crate::algebra::brackets::Brackets;
 use crate::algebra::{Covector, LieAlgebra, Matrix, Vector};
 use crate::group::{LieGroup, MatrixGroup};
 use crate::scalar::{Real, Scalar, finite};
@@ -12,6 +13,9 @@ const MAX_CORRECTIONS: usize = 20;
 
 /// Terms of a series that the row form of ∂(dτ) keeps on the stack: enough for 40 digits at norm 1.
 const MAX_TERMS: usize = 40;
+
+/// (2k)!/B_2k of the first Bernoulli numbers.
+const BERNOULLI: [i64; 3] = [12, -720, 30240];
 
 /// τ = exp on a Lie algebra of dimension N.
 ///
@@ -292,6 +296,18 @@ impl<T: Real, const N: usize, const D: usize, G: LieGroup<T, N, D>> Retraction<T
             return Err(RetractionError::SingularTangent { retraction: Self::NAME, size });
         };
         Ok(ExponentialPoint { algebra: self.algebra.clone(), small, plan, pair, d_inv })
+    }
+
+    /// η + ½ ad_x η + Σ B_2k/(2k)! ad_x^{2k} η, with the first terms.
+    fn rough_rate(&self, brackets: &Brackets<T>, x: &Vector<T, N>, eta: &Vector<T, N>) -> Vector<T, N> {
+        let mut odd = brackets.bracket(x, eta);
+        let mut rate = eta + odd * T::half();
+        for denominator in BERNOULLI {
+            let even = brackets.bracket(x, &odd);
+            rate += even * T::ratio(1, denominator);
+            odd = brackets.bracket(x, &even);
+        }
+        rate
     }
 }
 

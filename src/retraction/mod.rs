@@ -9,6 +9,7 @@
 //!
 #![doc = include_str!("../guide/modules/retraction.md")]
 
+use crate::algebra::brackets::Brackets;
 use crate::algebra::{Covector, LieAlgebra, Matrix, Vector};
 use crate::scalar::{Real, Scalar, finite};
 
@@ -154,6 +155,14 @@ pub trait Retraction<T: Real, const N: usize, const D: usize> {
     /// # Errors
     /// x outside the domain or not finite; dτ_x singular to working precision.
     fn at<S: Scalar<Base = T>>(&self, x: &Vector<S, N>) -> Result<Self::Point<S>, RetractionError>;
+
+    /// dτ_x⁻¹ η to some digits, at a small part of the cost of [`at`](Self::at): the guess in iterations that `at` corrects. Without a
+    /// form of its own η + ½[x, η], which every retraction has to O(x²).
+    #[doc(hidden)]
+    #[inline]
+    fn rough_rate(&self, brackets: &Brackets<T>, x: &Vector<T, N>, eta: &Vector<T, N>) -> Vector<T, N> {
+        eta + brackets.bracket(x, eta) * T::half()
+    }
 }
 
 /// The left-trivialised tangents of a retraction at a point x. No group is needed: dτ and ddτ are algebra alone.
@@ -218,6 +227,11 @@ macro_rules! forwarded {
 
             fn at<S: Scalar<Base = T>>(&self, x: &Vector<S, N>) -> Result<Self::Point<S>, RetractionError> {
                 (**self).at(x)
+            }
+
+            #[inline]
+            fn rough_rate(&self, brackets: &Brackets<T>, x: &Vector<T, N>, eta: &Vector<T, N>) -> Vector<T, N> {
+                (**self).rough_rate(brackets, x, eta)
             }
         }
     )*};

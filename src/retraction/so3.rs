@@ -2,6 +2,7 @@
 
 use super::coefficients::{Coefficients, Values};
 use super::{Retraction, RetractionError, TangentPoint, refuse};
+use crate::algebra::brackets::Brackets;
 use crate::algebra::{Covector, LieAlgebra, Matrix, Vector};
 use crate::group::{LieGroup, So3};
 use crate::scalar::{Real, Scalar, finite};
@@ -150,6 +151,13 @@ impl<T: Real> Retraction<T, 3, 3> for CayleySo3<T> {
             d_inv: combine(one, half, half * half, x),
         })
     }
+
+    /// All digits: η + ½ x×η + ¼ x (x·η).
+    #[inline]
+    fn rough_rate(&self, _: &Brackets<T>, x: &Vector<T, 3>, eta: &Vector<T, 3>) -> Vector<T, 3> {
+        let half = T::half();
+        eta + cross(x, eta) * half + x * (dot(x, eta) * half * half)
+    }
 }
 
 /// The tangents of [`CayleySo3`] at x.
@@ -282,6 +290,14 @@ impl<T: Real> Retraction<T, 3, 3> for ExponentialSo3<T> {
             return Err(RetractionError::SingularTangent { retraction: Self::NAME, size });
         };
         Ok(ExponentialSo3Point { x: *x, values, d: rotation(-values.a, values.b, x), d_inv: rotation(S::half(), g, x) })
+    }
+
+    /// η + ½ x×η + G x×(x×η), with the first terms of G.
+    #[inline]
+    fn rough_rate(&self, _: &Brackets<T>, x: &Vector<T, 3>, eta: &Vector<T, 3>) -> Vector<T, 3> {
+        let (once, t) = (cross(x, eta), dot(x, x));
+        let g = T::ratio(1, 12) + t * (T::ratio(1, 720) + t * (T::ratio(1, 30240) + t * T::ratio(1, 1209600)));
+        eta + once * T::half() + cross(x, &once) * g
     }
 }
 

@@ -51,7 +51,9 @@ pub trait Contender {
 /// Everything that takes part, ours first.
 pub fn all() -> Vec<Box<dyn Contender>> {
     vec![
-        Box::new(ours::EulerPoincare::default()),
+        Box::new(ours::EulerPoincare::new(ours::Way::Listed)),
+        Box::new(ours::EulerPoincare::new(ours::Way::Own)),
+        Box::new(ours::EulerPoincare::new(ours::Way::General)),
         Box::new(ode_solvers::Dop853),
         Box::new(ivp::Dop853),
         Box::new(differential_equations::Dop853),

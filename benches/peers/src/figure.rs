@@ -46,7 +46,7 @@ fn ordered(report: &Report) -> Vec<(Style, String)> {
             runs.push(run);
         }
     }
-    let mut counts = [0; 2];
+    let mut counts = [0; 3];
     let mut looks: Vec<(f64, Style, String)> = Vec::new();
     for run in runs {
         let time = |panel: &report::Panel| panel.entry(&run.contender, COMPARED).map(|entry| entry.time.ln());
@@ -58,8 +58,8 @@ fn ordered(report: &Report) -> Vec<(Style, String)> {
     looks.into_iter().map(|(_, style, name)| (style, name)).collect()
 }
 
-/// Ours is wide; packaged solvers differ by colour and marker; those by hand are dashed.
-fn look(run: &Run, counts: &mut [usize; 2]) -> Style {
+/// Ours have one colour, the first is wide; packaged solvers differ by colour and marker; those by hand are dashed.
+fn look(run: &Run, counts: &mut [usize; 3]) -> Style {
     const PACKAGED: [(usize, Marker); 7] = [
         (2, Marker::Triangle),
         (5, Marker::Square),
@@ -69,6 +69,7 @@ fn look(run: &Run, counts: &mut [usize; 2]) -> Style {
         (7, Marker::Circle),
         (0, Marker::Ring),
     ];
+    const OURS: [(f64, Marker); 3] = [(4.0, Marker::Circle), (2.0, Marker::Square), (2.0, Marker::Triangle)];
     const BY_HAND: [(usize, Marker); 2] = [(0, Marker::Cross), (7, Marker::Square)];
     let name = run.contender.clone();
     let mut next = |which: usize, looks: &[(usize, Marker)]| {
@@ -76,7 +77,11 @@ fn look(run: &Run, counts: &mut [usize; 2]) -> Style {
         looks[(counts[which] - 1) % looks.len()]
     };
     match run.kind {
-        Kind::Ours => Style::new(name, 1).marked(Marker::Circle).wide(4.0),
+        Kind::Ours => {
+            counts[2] += 1;
+            let (width, marker) = OURS[(counts[2] - 1) % OURS.len()];
+            Style::new(name, 1).marked(marker).wide(width)
+        }
         Kind::Packaged => {
             let (colour, marker) = next(0, &PACKAGED);
             Style::new(name, colour).marked(marker)

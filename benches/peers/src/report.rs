@@ -115,18 +115,21 @@ impl Report {
         text
     }
 
-    /// One line for each problem: ours, at each target.
+    /// One line for each problem and each of ours, at each target.
     fn verdicts(&self) -> Vec<String> {
-        let verdict = |panel: &Panel| {
-            let ours = panel.contenders().into_iter().find(|r| r.kind == Kind::Ours)?;
+        let verdict = |panel: &Panel, ours: &Run| {
             let at = |target: f64| match panel.entry(&ours.contender, target) {
                 Some(Entry { met: true, run, .. }) => format!("{target:.0e} met ({:.1e})", run.error.unwrap_or(0.0)),
                 Some(Entry { run, .. }) => format!("{target:.0e} MISSED ({:.1e})", run.error.unwrap_or(f64::NAN)),
                 None => format!("{target:.0e} no answer"),
             };
-            Some(format!("{}: {}: {}", ours.contender, panel.title, TARGETS.map(at).join(", ")))
+            format!("{}: {}: {}", ours.contender, panel.title, TARGETS.map(at).join(", "))
         };
-        self.panels.iter().filter_map(verdict).collect()
+        let ours = |panel: &Panel| {
+            let ours = panel.contenders().into_iter().filter(|r| r.kind == Kind::Ours);
+            ours.map(|run| verdict(panel, run)).collect::<Vec<_>>()
+        };
+        self.panels.iter().flat_map(ours).collect()
     }
 
     /// Contenders without any answer, and targets that ours did not meet.

@@ -1,0 +1,152 @@
+//! Fixed-point iterations on (M_i, Ξ_i), M_i the momenta at the stages in the frame of the body, by the equations of motion themselves:
+//!
+//! M_i = μ + h Σ_j â_ij (ad*_{η_j} M_j + f_j) + δM_i, Ξ_i = h Σ_j a_ij dτ⁻¹_{Ξ_j} η_j + δΞ_i.
+//!
+//! They need no tangents of τ as matrices, and contract better than those on (P_i, Ξ_i). What the variational scheme has besides, δ, is of
+//! the size of its error, and frozen: each evaluation of the scheme gives it anew.
+
+use super::{Problem, Scheme, Work, larger, largest, relative};
+use crate::algebra::brackets::Brackets;
+use crate::algebra::{Covector, Matrix, pull};
+use crate::integrators::stages::Stages;
+use crate::mechanics::configuration::Configuration;
+use crate::mechanics::{Force, Lagrangian};
+use crate::retraction::Retraction;
+use crate::scalar::Real;
+
+/// The quantities of the stages that these iterations need besides those of the scheme.
+#[derive(Clone, Debug)]
+pub(super) struct Collocation<T: Real, const N: usize> {
+    brackets: Brackets<T>,
+    /// M_i.
+    pub momenta: Stages<T, N>,
+    /// f_i at the last evaluation of the scheme.
+    pub forces: Stages<T, N>,
+    /// dτ⁻¹ at Ξ_i of the last evaluation of the scheme.
+    pub tangents: Vec<Matrix<T, N>>,
+    /// dτ_ξ⁻¹ and Ad_{τ(ξ)}⁻¹ at the end of the last evaluation of the scheme.
+    pub tangent_inv: Matrix<T, N>,
+    pub coadjoint_inv: Matrix<T, N>,
+    /// Ṁ_i.
+    slopes: Stages<T, N>,
+    /// dτ⁻¹ η_i, more or less.
+    rates: Stages<T, N>,
+    next_momenta: Stages<T, N>,
+    next_displacements: Stages<T, N>,
+    /// δM_i.
+    momentum_shifts: Stages<T, N>,
+    /// δΞ_i.
+    displacement_shifts: Stages<T, N>,
+}
+
+impl<T: Real, const N: usize> Collocation<T, N> {
+    pub fn new(brackets: Brackets<T>, stages: usize) -> Self {
+        let zeros = Stages::zeros(stages);
+        Self {
+            brackets,
+            momenta: zeros.clone(),
+            forces: zeros.clone(),
+            tangent_inv: Matrix::zeros(),
+            coadjoint_inv: Matrix::zeros(),
+            tangents: vec![Matrix::zeros(); stages],
+            slopes: zeros.clone(),
+            rates: zeros.clone(),
+            next_momenta: zeros.clone(),
+            next_displacements: zeros.clone(),
+            momentum_shifts: zeros.clone(),
+            displacement_shifts: zeros,
+        }
+    }
+
+    /// δ = 0.
+    pub fn unshift(&mut self) {
+        self.momentum_shifts.clear();
+        self.displacement_shifts.clear();
+    }
+}
+
+impl<T: Real, L, F, R> Scheme<T, L, F, R> {
+    /// Σ_j of the slopes and rates at the stages, without δ: the next M_i − δM_i and Ξ_i − δΞ_i.
+    fn gather<const N: usize, const D: usize>(&self, problem: &Problem<T, N, D>, own: &mut Collocation<T, N>) {
+        let Collocation { slopes, rates, next_momenta, next_displacements, .. } = own;
+        next_momenta.advance(&self.conjugate, slopes, problem.step, &problem.momentum);
+        next_displacements.advance(&self.weights, rates, problem.step, &Covector::zeros());
+    }
+
+    /// One iteration; returns the largest relative change. `None`: a stage has no velocity, or left the domain.
+    pub(super) fn collocate<const N: usize, const D: usize>(
+        &self,
+        problem: &Problem<T, N, D>,
+        work: &mut Work<T, N>,
+        own: &mut Collocation<T, N>,
+    ) -> Option<T>
+    where
+        L: Lagrangian<T, N>,
+        F: Force<T, N>,
+        R: Retraction<T, N, D>,
+    {
+        let mut load = T::zero();
+        for i in 0..self.tableau.stages() {
+            let (m, x) = (own.momenta.covector(i), work.displacements.vector(i));
+            let time = problem.time + self.tableau.c()[i] * problem.step;
+            let at;
+            let g = if self.moves {
+                at = self.attitude::<T, N, D>(problem, &x).ok()?;
+                Configuration::of(&at)
+            } else {
+                Configuration::identity()
+            };
+            let eta = self.velocity(time, g, &m, &work.velocities.vector(i)).ok()?;
+            let mut slope = own.brackets.coad(&eta, &m);
+            if self.forced {
+                let (f, size) = self.total_force(time, g, &eta);
+                load = larger(load, size);
+                slope += f;
+            }
+            own.slopes.set_covector(i, &slope);
+            own.rates.set_vector(i, &self.retraction.rough_rate(&own.brackets, &x, &eta));
+            work.velocities.set_vector(i, &eta);
+        }
+        self.gather(problem, own);
+        own.next_momenta.add(&own.momentum_shifts);
+        own.next_displacements.add(&own.displacement_shifts);
+        let (change, size) = own.next_momenta.change(&own.momenta);
+        let (shift, extent) = own.next_displacements.change(&work.displacements);
+        let loaded = larger(size, largest(&problem.momentum)).max(load * problem.step.abs());
+        std::mem::swap(&mut own.next_momenta, &mut own.momenta);
+        std::mem::swap(&mut own.next_displacements, &mut work.displacements);
+        Some(larger(relative(change, loaded), relative(shift, extent)))
+    }
+
+    /// δ from an evaluation of the scheme, and M_i, Ξ_i as the scheme has them next.
+    pub(super) fn shift<const N: usize, const D: usize>(
+        &self,
+        problem: &Problem<T, N, D>,
+        work: &mut Work<T, N>,
+        own: &mut Collocation<T, N>,
+    ) where
+        R: Retraction<T, N, D>,
+    {
+        for i in 0..self.tableau.stages() {
+            let (m, eta) = (own.momenta.covector(i), work.velocities.vector(i));
+            let mut slope = own.brackets.coad(&eta, &m);
+            if self.forced {
+                slope += own.forces.covector(i);
+            }
+            own.slopes.set_covector(i, &slope);
+            own.rates.set_vector(i, &self.retraction.rough_rate(&own.brackets, &work.displacements.vector(i), &eta));
+        }
+        self.gather(problem, own);
+        // P_i' − P_i. What is common to the stages acts like another momentum at the start, of which the scheme takes ε − ε dτ_{−ξ} back.
+        work.next_momenta.subtract(&work.momenta);
+        let common = work.next_momenta.sum(self.tableau.b().as_slice()).transpose();
+        let started = pull(&pull(&common, &own.tangent_inv), &own.coadjoint_inv);
+        for i in 0..self.tableau.stages() {
+            let change = started + pull(&(work.next_momenta.covector(i) - common), &own.tangents[i]);
+            own.momenta.set_covector(i, &(own.momenta.covector(i) + change));
+            own.momentum_shifts.set_covector(i, &(own.momentum_shifts.covector(i) + change));
+        }
+        own.displacement_shifts.difference(&work.next_displacements, &own.next_displacements);
+        std::mem::swap(&mut work.next_displacements, &mut work.displacements);
+    }
+}
