@@ -73,6 +73,9 @@ pub(crate) fn gauss_stages(tolerance: f64) -> usize {
 /// that is smooth, or whose jumps are few: a jump near the middle of a pair can pass unseen. Up to a known jump and on from it are two
 /// runs.
 ///
+/// **Time.** On SO(3) and SE(3) with a quadratic Lagrangian and a force f(t, η), `so3::AdaptiveSo3` and `se3::AdaptiveSe3` (feature
+/// `lanes`) take a fraction of the time; a force of one's own goes in by `so3::ByLane`. They have neither dense output nor events.
+///
 /// **Method.** Gauss with one stage for two digits of the tolerance, from 3 to 16 stages; or [`family`](Solve::family),
 /// [`tableau`](Solve::tableau).
 ///
