@@ -2,6 +2,7 @@
 
 mod configuration;
 mod doubled;
+mod state;
 
 use euler_poincare::algebra::{Covector, Matrix, Vector};
 use euler_poincare::integrators::{OneStep, Report, Solver, State, StepError, Variational};

@@ -746,6 +746,21 @@ proptest::proptest! {
     }
 }
 
+#[test]
+fn a_state_is_saved_and_read() {
+    use euler_poincare::algebra::{Covector, Matrix};
+    use euler_poincare::integrators::State;
+    let state: State<f64, 2, 2> =
+        State::new([0.1, -2.0].into(), Matrix::<f64, 2>::new(1.0, 2.0, 3.0, 4.0)).at_time(0.25);
+    let text = serde_json::to_string(&state).unwrap();
+    assert_eq!(text, r#"{"time":0.25,"momentum":[0.1,-2.0],"attitude":[[1.0,2.0],[3.0,4.0]]}"#);
+    assert_eq!(serde_json::from_str::<State<f64, 2, 2>>(&text).unwrap(), state);
+    let wrong = serde_json::from_str::<State<f64, 3, 2>>(&text).unwrap_err().to_string();
+    assert!(wrong.contains("3 components of μ"), "{wrong}");
+    let wrong = serde_json::from_str::<State<f64, 2, 3>>(&text).unwrap_err().to_string();
+    assert!(wrong.contains("not a 3×3 matrix"), "{wrong}");
+}
+
 /// The example of the guide.
 mod readme {
     use euler_poincare::system::{Case, cases};

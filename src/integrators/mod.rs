@@ -17,6 +17,7 @@ pub mod se3;
 pub mod so3;
 pub mod solve;
 mod stages;
+mod state;
 pub mod trajectory;
 pub mod variational;
 
@@ -29,44 +30,13 @@ pub use se3::{AdaptiveSe3, VariationalSe3};
 #[cfg(feature = "lanes")]
 pub use so3::{AdaptiveSo3, EnsembleSo3, QuaternionSo3, VariationalSo3};
 pub use solve::Solve;
+pub use state::State;
 pub use variational::Variational;
 
-use crate::algebra::{Covector, Matrix};
 use crate::mechanics::LegendreError;
 use crate::newton::Failure;
 use crate::retraction::RetractionError;
 use crate::scalar::Real;
-
-/// The state of a forced Euler–Poincaré system at a time.
-#[derive(Clone, Debug, PartialEq)]
-pub struct State<T: Real, const N: usize, const D: usize> {
-    /// t.
-    pub time: T,
-    /// μ ∈ g*, left-trivialised.
-    pub momentum: Covector<T, N>,
-    /// g ∈ G, as its matrix; carried along unchanged where there is no group.
-    pub attitude: Matrix<T, D>,
-}
-
-impl<T: Real, const N: usize, const D: usize> State<T, N, D> {
-    /// Refuses NaN and infinity, in the state and in the step size `h`.
-    ///
-    /// # Errors
-    /// [`StepError::NotFinite`] says what was not finite.
-    #[inline]
-    pub fn check_finite(&self, h: T) -> Result<(), StepError> {
-        let finite = [
-            ("h", h.all_finite()),
-            ("the time", self.time.all_finite()),
-            ("the momentum", self.momentum.iter().all(|v| v.all_finite())),
-            ("the attitude", self.attitude.iter().all(|v| v.all_finite())),
-        ];
-        match finite.into_iter().find(|(_, ok)| !ok) {
-            Some((what, _)) => Err(StepError::NotFinite { what }),
-            None => Ok(()),
-        }
-    }
-}
 
 /// Which iteration solved the stage equations.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]

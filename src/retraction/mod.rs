@@ -10,7 +10,7 @@
 #![doc = include_str!("../guide/modules/retraction.md")]
 
 use crate::algebra::brackets::Brackets;
-use crate::algebra::{Covector, LieAlgebra, Matrix, Vector};
+use crate::algebra::{Covector, LieAlgebra, Matrix, Vector, elimination};
 use crate::scalar::{Real, Scalar, finite};
 
 pub mod any;
@@ -102,6 +102,9 @@ pub enum RetractionError {
 ///     let x = Vector::<f64, 3>::new(0.1, -0.2, 0.3);
 ///     let back: Vector<f64, 3> = retraction.tau_inv(&retraction.tau(&x)?)?;
 ///     assert!((back - x).amax() < 1e-15);
+///     // g ⊕ x = g τ(x), and back.
+///     let g = retraction.tau(&Vector::<f64, 3>::new(0.5, 0.0, 0.25))?;
+///     assert!((retraction.minus(&retraction.plus(&g, &x)?, &g)? - x).amax() < 1e-15);
 ///     let point = retraction.at(&x)?;
 ///     assert!((point.d() * point.d_inv() - Matrix::<f64, 3>::identity()).amax() < 1e-15);
 ///     assert!((point.ad() * point.d_neg() - point.d()).amax() < 1e-15 || (point.ad() * point.d() - point.d_neg()).amax() < 1e-15);
@@ -149,6 +152,23 @@ pub trait Retraction<T: Real, const N: usize, const D: usize> {
     /// # Errors
     /// g without a (unique) preimage to working precision, not in the group, or not finite; no group.
     fn tau_inv<S: Scalar<Base = T>>(&self, g: &Matrix<S, D>) -> Result<Vector<S, N>, RetractionError>;
+
+    /// g ⊕ x = g τ(x).
+    ///
+    /// # Errors
+    /// Those of [`tau`](Self::tau).
+    fn plus<S: Scalar<Base = T>>(&self, g: &Matrix<S, D>, x: &Vector<S, N>) -> Result<Matrix<S, D>, RetractionError> {
+        Ok(g * self.tau(x)?)
+    }
+
+    /// h ⊖ g = τ⁻¹(g⁻¹ h): the x with h = g ⊕ x.
+    ///
+    /// # Errors
+    /// Those of [`tau_inv`](Self::tau_inv); a singular g has no preimage.
+    fn minus<S: Scalar<Base = T>>(&self, h: &Matrix<S, D>, g: &Matrix<S, D>) -> Result<Vector<S, N>, RetractionError> {
+        let singular = RetractionError::NoPreimage { retraction: self.name(), why: "the matrix is singular" };
+        self.tau_inv(&(elimination::inverse(g).ok_or(singular)? * h))
+    }
 
     /// dτ_x, dτ_x⁻¹ and what follows from them, at x.
     ///
