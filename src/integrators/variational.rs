@@ -405,7 +405,9 @@ where
         let rough = settings.tolerance.sqrt();
         let mut goal = self.jump.take().map_or(rough, |jump| rough.min(jump * T::half() * T::half()));
         for _ in 0..settings.max_fixed_point_iterations {
-            let guess = self.guess(problem, goal.max(settings.tolerance * T::half()))?;
+            let guess = self
+                .guess(problem, goal.max(settings.tolerance * T::half()))
+                .map_err(|NotContracted(spent)| NotContracted(iterations + spent))?;
             iterations += guess.count() + 1;
             let first = *first.get_or_insert(guess);
             let residual = self
