@@ -748,7 +748,7 @@ proptest::proptest! {
 
 #[test]
 fn a_state_is_saved_and_read() {
-    use euler_poincare::algebra::{Covector, Matrix};
+    use euler_poincare::algebra::Matrix;
     use euler_poincare::integrators::State;
     let state: State<f64, 2, 2> =
         State::new([0.1, -2.0].into(), Matrix::<f64, 2>::new(1.0, 2.0, 3.0, 4.0)).at_time(0.25);

@@ -185,7 +185,7 @@ fn forces_of_the_general_engine_are_taken_lane_by_lane() {
 }
 
 /// A force that needs the attitude.
-#[derive(Clone)]
+#[derive(Clone, Debug)]
 struct InTheWorld;
 
 impl<T: Real> Force<T, 3> for InTheWorld {
