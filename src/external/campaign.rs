@@ -1,11 +1,10 @@
 //! The laws of methods on a program: case after case, the first broken one of each law shrunk.
 
 use super::counterexample::Broken;
-use super::protocol::Described;
 use super::report::{LawReport, ProbeReport};
 use super::stepper::External;
 use crate::harness::{Verdict, draw};
-use crate::laws::method::{Claims, MethodLaw, Outcome, check_case, theory_of};
+use crate::laws::method::{Claims, MethodLaw, MethodSource, Outcome, check_case, theory_in};
 use crate::system::{Case, Cases};
 use proptest::strategy::Strategy;
 use std::collections::HashSet;
@@ -154,6 +153,13 @@ fn judge(external: &External, law: &MethodLaw, case: &Case, claims: &Claims) -> 
     Judged { outcome, failed: external.failures() > before }
 }
 
+/// The same once more, where the program told with its first answer what it supports.
+fn judge_once_told(external: &External, law: &MethodLaw, case: &Case, claims: &Claims) -> Judged {
+    let known = external.supports().is_some();
+    let judged = judge(external, law, case, claims);
+    if known || external.supports().is_none() { judged } else { judge(external, law, case, claims) }
+}
+
 /// A law on one case of a program: the verdict, and what explains it where the law is broken.
 pub fn examine(
     external: &External,
@@ -161,7 +167,7 @@ pub fn examine(
     case: &Case,
     claims: &Claims,
 ) -> (Outcome, Option<Broken>) {
-    let judged = judge(external, law, case, claims);
+    let judged = judge_once_told(external, law, case, claims);
     if judged.failed && !external.is_interrupted() {
         let failed = Broken::program(0, case.clone(), external);
         return (failed.verdict.clone().into(), Some(failed));
@@ -178,6 +184,7 @@ pub fn examine(
 /// Puts the variation that decided in the place of the case, where it is broken by itself.
 fn deciding(external: &External, law: &MethodLaw, claims: &Claims, broken: &mut Broken, found: Judged) -> Judged {
     let other = found.outcome.decided_by.and_then(|other| other.of(&broken.case));
+    let other = other.and_then(|other| external.adapted(other));
     let Some(other) = other else { return found };
     let judged = judge(external, law, &other, claims);
     if !judged.broken_by_itself() {
@@ -208,18 +215,24 @@ impl Probe<'_> {
         let mut laws = Vec::new();
         for law in self.laws {
             let mut report = LawReport::new(law, &self.claims);
-            let drawn = self.drawn(law);
-            for index in 0..self.cases() {
-                if self.external.is_given_up() || self.external.is_interrupted() {
-                    break;
-                }
+            let mut drawn = self.drawn(law);
+            let mut index = 0;
+            while index < self.cases() && !self.external.is_given_up() && !self.external.is_interrupted() {
+                let known = self.external.supports().is_some();
                 let cases = drawn.as_ref().map(|drawn| &drawn[index % 2]);
                 self.case(&mut report, cases, index, &mut progress);
+                if !known && self.external.supports().is_some() && drawn.is_some() {
+                    // Cases are drawn of what it supports from now on.
+                    drawn = self.drawn(law);
+                    continue;
+                }
+                index += 1;
             }
             laws.push(report);
         }
         ProbeReport {
             claims: self.claims,
+            supports: self.external.supports().cloned(),
             laws,
             failures: self.external.failures(),
             given_up: self.external.is_given_up(),
@@ -230,9 +243,13 @@ impl Probe<'_> {
     /// The cases of even and of odd index: where a claim is about free motions, every second system is without force.
     fn drawn(&self, law: &MethodLaw) -> Option<[Cases; 2]> {
         let Drawn::Random { of, .. } = &self.systems else { return None };
-        let any = law.cases((**of).clone());
+        let of = match self.external.supports() {
+            Some(supports) => Box::new(supports.cases((**of).clone())),
+            None => of.clone(),
+        };
+        let any = law.cases((*of).clone());
         let free = law.claims_free_motion() && law.claim(&self.claims).is_some();
-        let even = if free { law.cases((**of).clone().force_free()) } else { any.clone() };
+        let even = if free { law.cases((*of).clone().force_free()) } else { any.clone() };
         Some([even, any])
     }
 
@@ -252,14 +269,19 @@ impl Probe<'_> {
             (Drawn::Random { seed, .. }, Some(cases)) => {
                 match draw(&cases.clone().boxed(), *seed, law.about.name, index).case {
                     Ok((case, _)) => case,
-                    Err(_) => return report.record(index, &Verdict::inconclusive(NO_CASE).into()),
+                    Err(_) => return report.record(index, None, &Verdict::inconclusive(NO_CASE).into()),
                 }
             }
             (Drawn::This(case), _) => (**case).clone(),
             (Drawn::Random { .. }, None) => return,
         };
-        let judged = self.judge(law, &case);
-        if self.external.is_interrupted() {
+        let known = self.external.supports().is_some();
+        let judged = match self.systems {
+            Drawn::This(_) => judge_once_told(self.external, law, &case, &self.claims),
+            Drawn::Random { .. } => self.judge(law, &case),
+        };
+        let to_be_drawn_again = cases.is_some() && !known && self.external.supports().is_some();
+        if self.external.is_interrupted() || to_be_drawn_again {
             return;
         }
         if judged.failed {
@@ -270,7 +292,7 @@ impl Probe<'_> {
             }
             return;
         }
-        report.record(index, &judged.outcome);
+        report.record(index, Some(&case), &judged.outcome);
         progress(law.about.name, &judged.outcome.verdict);
         if !judged.outcome.verdict.is_broken() || report.failure.is_some() {
             return;
@@ -291,7 +313,7 @@ impl Probe<'_> {
             return found;
         }
         let deadline = Instant::now() + self.shrinking.time;
-        let mut seen = HashSet::from([posed(&best.case)]);
+        let mut seen = HashSet::from([posed(self.external, &best.case)]);
         let mut checks = 0;
         loop {
             let mut next = None;
@@ -301,7 +323,7 @@ impl Probe<'_> {
                     return true;
                 }
                 // What differs in the method alone is the same to a program.
-                if !seen.insert(posed(&candidate)) {
+                if !seen.insert(posed(self.external, &candidate)) {
                     return false;
                 }
                 checks += 1;
@@ -324,8 +346,8 @@ impl Probe<'_> {
 const NO_CASE: &str = "no system fits: the options exclude every system that this law asks about";
 
 /// What a case is to a program: the request for its step.
-fn posed(case: &Case) -> Option<String> {
-    let described = Described::of(case).ok()?;
-    let theory = theory_of::<f64>(case).ok()?;
+fn posed(external: &External, case: &Case) -> Option<String> {
+    let described = external.described(case).ok()?;
+    let theory = theory_in::<f64>(case, &external.state()).ok()?;
     Some(described.request(&theory.start(), theory.step()))
 }

@@ -5,7 +5,7 @@ use super::program::Exchange;
 use super::stepper::External;
 use crate::harness::Verdict;
 use crate::harness::convergence::{Estimate, LevelKind};
-use crate::laws::method::{Claims, MethodLaw, Other, Outcome, Point, Stepper, Wanted, theory_of};
+use crate::laws::method::{Claims, MethodLaw, Other, Outcome, Point, StateForm, Stepper, Wanted, theory_in};
 use crate::scalar::{Dd, Scalar};
 use crate::study::{Findings, Line, Reading};
 use crate::system::Case;
@@ -58,6 +58,19 @@ pub struct Values {
     /// m² numbers by rows; none where there is no group.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub g: Vec<f64>,
+    /// The m numbers of a point, where the state has one in the place of g.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub x: Vec<f64>,
+}
+
+impl Values {
+    /// Of a state.
+    fn of(form: &StateForm, mu: Vec<f64>, beside: Vec<f64>) -> Self {
+        match form {
+            StateForm::Point(_) => Self { mu, g: Vec::new(), x: beside },
+            _ => Self { mu, g: beside, x: Vec::new() },
+        }
+    }
 }
 
 /// A request and its answer, with the solution beside it.
@@ -136,6 +149,11 @@ impl Slopes {
         first.into_iter().chain(rest).map(|quantity| Self::quantity(findings, quantity)).collect()
     }
 
+    /// Those of some findings, in the sequence of the quantities.
+    pub(super) fn in_sequence(findings: &Findings) -> Vec<Self> {
+        (0..findings.quantities().len()).map(|quantity| Self::quantity(findings, quantity)).collect()
+    }
+
     fn quantity(findings: &Findings, quantity: usize) -> Self {
         let (order, interval, why) = match findings.line(quantity) {
             Line::Exact => (None, None, Some("every error is rounding".to_owned())),
@@ -200,7 +218,7 @@ pub(super) fn compared(
         }
         Some(answer)
     };
-    for question in questions(law, case, findings)? {
+    for question in questions(law, case, findings, &external.state())? {
         let answer = ask(&question);
         if let (Some(from), "method-reversibility") = (answer, law.about.name) {
             ask(&Question { what: "the step back from there", from, h: -question.h, ..question });
@@ -210,8 +228,13 @@ pub(super) fn compared(
 }
 
 /// The steps that a law asks for first, and those in which a case is not to matter.
-fn questions(law: &MethodLaw, case: &Case, findings: Option<&Findings>) -> Option<Vec<Question>> {
-    let theory = theory_of::<Dd>(case).ok()?;
+fn questions(
+    law: &MethodLaw,
+    case: &Case,
+    findings: Option<&Findings>,
+    form: &StateForm,
+) -> Option<Vec<Question>> {
+    let theory = theory_in::<Dd>(case, form).ok()?;
     let (start, h) = (theory.start().convert::<f64>(), theory.step().to_f64());
     let question = |what, from: &Point<f64>, h| Question { what, case: case.clone(), from: from.clone(), h };
     let mut list = vec![question("a step from the start", &start, h)];
@@ -231,7 +254,7 @@ fn questions(law: &MethodLaw, case: &Case, findings: Option<&Findings>) -> Optio
         }
         "method-presentation" => {
             let other = Other::Presentation.of(case)?;
-            let from = theory_of::<Dd>(&other).ok()?.start().convert::<f64>();
+            let from = theory_in::<Dd>(&other, form).ok()?.start().convert::<f64>();
             list.push(Question { what: "a step in another basis", case: other, from, h });
         }
         _ => {
@@ -258,7 +281,8 @@ fn asked(external: &External, question: &Question) -> Option<(Point<f64>, Compar
     external.forget();
     let answer = stepper.step(from, *h).ok()?;
     let Exchange { request, answer: line } = external.exchanges().pop()?;
-    let theory = theory_of::<Dd>(case).ok()?;
+    let form = external.state();
+    let theory = theory_in::<Dd>(case, &form).ok()?;
     let times = (1..=STEPS).map(|k| Dd::exact(*h) * Dd::ratio(k, STEPS)).collect();
     let wanted = Wanted { start: from.convert::<Dd>(), times, stages: STAGES, tolerance: 0.0, attitude: true };
     let (solution, reference_error) = theory.solve(&wanted).ok()?.pop()?;
@@ -276,11 +300,12 @@ fn asked(external: &External, question: &Question) -> Option<(Point<f64>, Compar
         what: format!("{what}, h = {h}"),
         request,
         answer: line,
-        difference: Some(Values {
-            mu: less(&answer.momentum, &solution.momentum),
-            g: less(&answer.attitude, &solution.attitude),
-        }),
-        solution: Some(Values { mu: solution.momentum, g: solution.attitude }),
+        difference: Some(Values::of(
+            &form,
+            less(&answer.momentum, &solution.momentum),
+            less(&answer.attitude, &solution.attitude),
+        )),
+        solution: Some(Values::of(&form, solution.momentum, solution.attitude)),
     };
     Some((answer, compared, distance[0].max(distance[1])))
 }

@@ -28,11 +28,13 @@ mod protocol;
 mod record;
 mod report;
 mod stepper;
+mod supports;
 
 pub use campaign::{Drawn, Probe, Shrinking, examine};
 pub use counterexample::{Broken, Compared, Mark, SlopeLevel, Slopes, Values};
 pub use program::{Exchange, Limits, Program, Silence};
 pub use protocol::{Described, Reply, VERSION, parse};
 pub use record::Record;
-pub use report::{ClaimReport, Conclusion, LawReport, ProbeReport, QuantityOrders};
+pub use report::{ClaimReport, Conclusion, LawReport, MeasuredCase, ProbeReport, QuantityOrders};
 pub use stepper::{External, ExternalStepper};
+pub use supports::Supports;

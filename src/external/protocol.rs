@@ -1,7 +1,7 @@
 //! The lines of the protocol: what is asked, and how an answer is read.
 
 use super::program::shown;
-use crate::laws::method::Point;
+use crate::laws::method::{Point, StateForm};
 use crate::mechanics::{self, Lagrangian};
 use crate::retraction::Retraction;
 use crate::scalar::Number;
@@ -68,6 +68,9 @@ pub struct Described {
     #[serde(skip_serializing_if = "Option::is_none")]
     gyrostat: Option<Vec<f64>>,
     force: Vec<Term>,
+    /// Whether the state has a point in the place of the attitude.
+    #[serde(skip)]
+    point: bool,
 }
 
 #[derive(Serialize)]
@@ -79,6 +82,8 @@ struct Request<'a> {
     mu: &'a [f64],
     #[serde(skip_serializing_if = "<[f64]>::is_empty")]
     g: &'a [f64],
+    #[serde(skip_serializing_if = "<[f64]>::is_empty")]
+    x: &'a [f64],
 }
 
 /// Constants, matrices of the basis and inertia.
@@ -161,7 +166,23 @@ impl Described {
             metric: case.lagrangian.metric.as_ref().map(form),
             gyrostat: case.lagrangian.gyrostat.as_deref().map(list),
             force: case.forces.iter().map(term).collect(),
+            point: false,
         })
+    }
+
+    /// The same for a method with this state: without its matrices where the state is the momentum alone.
+    pub fn with_state(mut self, form: &StateForm) -> Self {
+        if *form == StateForm::Momentum {
+            self.size = 0;
+            self.basis.clear();
+        }
+        self.point = matches!(form, StateForm::Point(_));
+        self
+    }
+
+    /// The key of what stands beside `mu`.
+    pub(super) fn key(&self) -> &'static str {
+        if self.point { "x" } else { "g" }
     }
 
     /// m: the size of the group's matrices; 0 where there is no group.
@@ -171,7 +192,8 @@ impl Described {
 
     /// The request for a step of size h from `point`: one line, without its newline.
     pub fn request(&self, point: &Point<f64>, h: f64) -> String {
-        let request = Request { system: self, time: point.time, step: h, mu: &point.momentum, g: &point.attitude };
+        let (g, x): (&[f64], &[f64]) = if self.point { (&[], &point.attitude) } else { (&point.attitude, &[]) };
+        let request = Request { system: self, time: point.time, step: h, mu: &point.momentum, g, x };
         serde_json::to_string(&request).unwrap_or_default()
     }
 }
@@ -184,7 +206,7 @@ pub enum Reply {
     State {
         /// n numbers.
         mu: Vec<f64>,
-        /// m² numbers by rows; none where none were sent.
+        /// m² numbers by rows, or m of a point; none where none were sent.
         g: Vec<f64>,
     },
     /// The method does not apply, and why.
@@ -198,6 +220,11 @@ pub enum Reply {
 /// # Errors
 /// What is wrong with it, with its beginning.
 pub fn parse(line: &[u8], n: usize, entries: usize) -> Result<Reply, String> {
+    parse_beside(line, n, ("g", entries))
+}
+
+/// The same with so many numbers of another key in the place of g.
+pub(super) fn parse_beside(line: &[u8], n: usize, (key, entries): (&str, usize)) -> Result<Reply, String> {
     let said = || shown(line, 200);
     let value: Value = serde_json::from_slice(line).map_err(|error| {
         let text = String::from_utf8_lossy(line).to_lowercase();
@@ -237,6 +264,6 @@ pub fn parse(line: &[u8], n: usize, entries: usize) -> Result<Reply, String> {
         list.iter().enumerate().map(number).collect::<Result<Vec<f64>, String>>()
     };
     let mu = numbers("mu", n)?;
-    let g = if entries == 0 { Vec::new() } else { numbers("g", entries)? };
+    let g = if entries == 0 { Vec::new() } else { numbers(key, entries)? };
     Ok(Reply::State { mu, g })
 }

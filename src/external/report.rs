@@ -1,10 +1,12 @@
 //! What a campaign found: for each law, for each claim, and all in all.
 
-use super::counterexample::Broken;
+use super::counterexample::{Broken, Slopes};
+use super::supports::Supports;
 use crate::harness::Verdict;
 use crate::harness::convergence::Estimate;
 use crate::laws::method::{Claims, LAWS, MethodLaw, Outcome};
 use crate::study::{Findings, Line};
+use crate::system::Case;
 use serde::Serialize;
 use std::collections::BTreeMap;
 
@@ -44,11 +46,42 @@ pub struct LawReport {
     pub slopes: Vec<f64>,
     /// The orders of each quantity whose errors were measured.
     pub orders: Vec<QuantityOrders>,
+    /// The first cases whose errors were measured.
+    pub measured: Vec<MeasuredCase>,
     /// The first broken case, shrunk.
     pub failure: Option<Broken>,
     /// The first case on which the program failed.
     pub program_failure: Option<Broken>,
 }
+
+/// A case with the errors from which its order was read.
+///
+/// ```
+/// use euler_poincare::external::{LawReport, MeasuredCase};
+///
+/// fn tell(report: &LawReport) {
+///     for MeasuredCase { index, slopes, .. } in &report.measured {
+///         for slopes in slopes {
+///             println!("case {index}, {}: order {:?} from {} levels", slopes.quantity, slopes.order, slopes.levels.len());
+///         }
+///     }
+/// }
+/// ```
+#[derive(Clone, Debug, PartialEq)]
+#[non_exhaustive]
+pub struct MeasuredCase {
+    /// Its index.
+    pub index: usize,
+    /// The case.
+    pub case: Case,
+    /// The verdict on it.
+    pub verdict: Verdict,
+    /// The errors of each quantity.
+    pub slopes: Vec<Slopes>,
+}
+
+/// How many cases of a law are kept with their errors.
+const MEASURED: usize = 3;
 
 /// The orders that one quantity showed, one for each case where its order could be read.
 ///
@@ -104,6 +137,7 @@ impl LawReport {
             worst: None,
             slopes: Vec::new(),
             orders: Vec::new(),
+            measured: Vec::new(),
             failure: None,
             program_failure: None,
         }
@@ -129,7 +163,7 @@ impl LawReport {
         }
     }
 
-    pub(super) fn record(&mut self, index: usize, outcome: &Outcome) {
+    pub(super) fn record(&mut self, index: usize, case: Option<&Case>, outcome: &Outcome) {
         let verdict = &outcome.verdict;
         self.cases += 1;
         let undecided = match verdict {
@@ -158,6 +192,10 @@ impl LawReport {
         }
         if let Some(findings) = &outcome.findings {
             self.record_orders(findings);
+            if let (Some(case), true) = (case, self.measured.len() < MEASURED) {
+                let (case, slopes) = (case.clone(), Slopes::in_sequence(findings));
+                self.measured.push(MeasuredCase { index, case, verdict: verdict.clone(), slopes });
+            }
         }
         self.slopes.extend(outcome.slope.as_ref().and_then(Estimate::slope));
         if let Some((defect, bound)) = verdict.measured()
@@ -233,6 +271,8 @@ pub enum Conclusion {
 pub struct ProbeReport {
     /// What was claimed.
     pub claims: Claims,
+    /// What the program says that it supports, where it says so.
+    pub supports: Option<Supports>,
     /// One for each law.
     pub laws: Vec<LawReport>,
     /// How often the program failed.

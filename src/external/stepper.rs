@@ -1,12 +1,13 @@
 //! Methods made of a program.
 
 use super::program::{Exchange, Limits, Program, Silence};
-use super::protocol::{Described, Reply, parse};
+use super::protocol::{Described, Reply, parse_beside};
+use super::supports::{self, Supports};
 use crate::integrators::{OneStep, Report, Solver, State, StepError};
-use crate::laws::method::{MethodSource, Point, Stepper, matrix_size};
+use crate::laws::method::{MethodSource, Point, StateForm, Stepper, matrix_size};
 use crate::system::{Case, CaseError, Place, Problem};
 use std::sync::atomic::AtomicBool;
-use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
+use std::sync::{Arc, Mutex, MutexGuard, OnceLock, PoisonError};
 
 /// The states of the systems that are asked about are of size 10⁻² to 10³: beyond this a run has diverged.
 const BLOWN_UP: f64 = 1e6;
@@ -15,17 +16,49 @@ const BLOWN_UP: f64 = 1e6;
 #[derive(Clone)]
 pub struct External {
     program: Arc<Mutex<Program>>,
+    supports: Arc<OnceLock<Supports>>,
 }
+
+/// Why a request says nothing: with its answer the program told what it supports.
+const TELLS: &str = "the stepper tells what it supports: the system is to be drawn again";
+
+/// Why it is not asked.
+const NOT_SUPPORTED: &str = "not asked: the stepper says that it does not support such a system";
+
+/// Why a step back is not asked for.
+const FORWARD: &str = "not asked: the stepper says that it takes positive steps only";
 
 impl External {
     /// The program and its arguments; it is started when it is first asked.
     pub fn new(command: &[String], limits: Limits) -> Self {
-        Self { program: Arc::new(Mutex::new(Program::new(command, limits))) }
+        Self::of(Program::new(command, limits))
+    }
+
+    fn of(program: Program) -> Self {
+        Self { program: Arc::new(Mutex::new(program)), supports: Arc::default() }
     }
 
     /// The same; once `interrupt` is set the program is stopped and asked nothing more.
     pub fn interruptible(command: &[String], limits: Limits, interrupt: Arc<AtomicBool>) -> Self {
-        Self { program: Arc::new(Mutex::new(Program::new(command, limits).interrupted_by(interrupt))) }
+        Self::of(Program::new(command, limits).interrupted_by(interrupt))
+    }
+
+    /// What the program says that it supports; `None` as long as it has said nothing.
+    pub fn supports(&self) -> Option<&Supports> {
+        self.supports.get()
+    }
+
+    /// What its state is.
+    pub fn state(&self) -> StateForm {
+        self.supports().map(|supports| supports.state.clone()).unwrap_or_default()
+    }
+
+    /// A case in the numbers of its requests.
+    ///
+    /// # Errors
+    /// A case that cannot be built.
+    pub(super) fn described(&self, case: &Case) -> Result<Described, CaseError> {
+        Ok(Described::of(case)?.with_state(&self.state()))
     }
 
     /// Whether the run was interrupted.
@@ -76,14 +109,29 @@ impl External {
     /// [`StepError::Unsupported`], [`StepError::Refused`] and [`StepError::NoAnswer`], as the program answers.
     fn ask(&self, system: &Described, point: &Point<f64>, h: f64, usual: f64) -> Result<Point<f64>, StepError> {
         let mut program = self.program();
-        let line = match program.ask(&system.request(point, h)) {
-            Ok(line) => line,
-            Err(silence @ (Silence::GivenUp { .. } | Silence::Interrupted)) => {
-                return Err(StepError::Refused { step: h, why: silence.to_string() });
+        let silent = |silence: Silence| match silence {
+            Silence::GivenUp { .. } | Silence::Interrupted => {
+                StepError::Refused { step: h, why: silence.to_string() }
             }
-            Err(silence) => return Err(StepError::NoAnswer { why: silence.to_string() }),
+            _ => StepError::NoAnswer { why: silence.to_string() },
         };
-        match parse(&line, point.momentum.len(), point.attitude.len()) {
+        let request = system.request(point, h);
+        let mut line = program.ask(&request).map_err(silent)?;
+        match supports::said(&line) {
+            Err(why) => {
+                program.failed(&why);
+                return Err(StepError::NoAnswer { why });
+            }
+            Ok(Some(said)) if self.supports.get().is_none() => {
+                // This thread holds the program: nobody else can have set it.
+                let _ = self.supports.set(said.supports);
+                return Err(StepError::Unsupported { why: TELLS.into() });
+            }
+            // It was started again, and tells it once more.
+            Ok(Some(said)) if said.alone => line = program.ask(&request).map_err(silent)?,
+            Ok(_) => {}
+        }
+        match parse_beside(&line, point.momentum.len(), (system.key(), point.attitude.len())) {
             Ok(Reply::State { mu, g }) => Ok(Point { time: point.time + h, momentum: mu, attitude: g }),
             Ok(Reply::Unsupported(why)) => Err(StepError::Unsupported { why }),
             Ok(Reply::Error(why)) => Err(StepError::Refused { step: h, why }),
@@ -121,9 +169,27 @@ fn not_finite(line: &[u8]) -> bool {
 
 impl MethodSource for External {
     fn double<'a>(&'a self, case: &Case) -> Result<Box<dyn Stepper<f64> + 'a>, StepError> {
+        if !self.knows(case) {
+            return Err(StepError::Unsupported { why: NOT_SUPPORTED.into() });
+        }
         match self.on(case) {
             Ok(steps) => Ok(Box::new(steps)),
             Err(error) => Err(StepError::Unsupported { why: error.to_string() }),
+        }
+    }
+
+    fn form(&self) -> StateForm {
+        self.state()
+    }
+
+    fn knows(&self, case: &Case) -> bool {
+        self.supports().is_none_or(|supports| supports.admits(case))
+    }
+
+    fn adapted(&self, case: Case) -> Option<Case> {
+        match self.supports() {
+            Some(supports) => supports.adapted(case),
+            None => Some(case),
         }
     }
 }
@@ -138,12 +204,15 @@ struct Steps {
 impl Steps {
     fn of(external: &External, case: &Case) -> Result<Self, CaseError> {
         let usual = case.step.eval::<f64>().map_or(f64::INFINITY, f64::abs);
-        Ok(Self { external: external.clone(), system: Described::of(case)?, usual })
+        Ok(Self { external: external.clone(), system: external.described(case)?, usual })
     }
 }
 
 impl Stepper<f64> for Steps {
     fn step(&mut self, point: &Point<f64>, h: f64) -> Result<Point<f64>, StepError> {
+        if h < 0.0 && self.external.supports().is_some_and(|supports| supports.positive_steps) {
+            return Err(StepError::Unsupported { why: FORWARD.into() });
+        }
         self.external.ask(&self.system, point, h, self.usual)
     }
 }
@@ -171,7 +240,15 @@ impl<const N: usize, const D: usize> OneStep<f64, N, D> for ExternalStepper<N, D
     fn step(&mut self, state: &mut State<f64, N, D>, h: f64) -> Result<Report<f64>, StepError> {
         state.check_finite(h)?;
         let point = Point::of(state, self.0.system.size());
-        *state = self.0.step(&point, h)?.state();
+        let known = self.0.external.supports().is_some();
+        let next = match self.0.step(&point, h) {
+            // It was asked for the first time, and told what it supports.
+            Err(StepError::Unsupported { .. }) if !known && self.0.external.state() == StateForm::Attitude => {
+                self.0.step(&point, h)?
+            }
+            answer => answer?,
+        };
+        *state = next.state();
         Ok(Report { solver: Solver::Explicit, iterations: 0, residual: 0.0 })
     }
 }

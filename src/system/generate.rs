@@ -230,7 +230,7 @@ pub(super) fn lagrangian(draw: &mut Draw<'_>, n: usize, knobs: &Cases) -> Lagran
     let beside = BESIDE[draw.weighted(&weights)].0;
     let quartic = matches!(beside, Beside::Quartic | Beside::Metric | Beside::GyrostatQuartic);
     let metric = matches!(beside, Beside::Metric | Beside::GyrostatQuartic);
-    let (inertia, indefinite) = inertia(draw, n, !quartic && !knobs.kinetic);
+    let (inertia, indefinite) = inertia(draw, n, !quartic && !knobs.kinetic, knobs.restriction.diagonal);
     Lagrangian {
         inertia,
         indefinite,
@@ -258,8 +258,11 @@ fn metric(draw: &mut Draw<'_>, n: usize) -> Inertia {
 const INERTIAS: [usize; 6] = [10, 33, 28, 14, 10, 5];
 
 /// A symmetric and regular inertia, and whether it is indefinite.
-fn inertia(draw: &mut Draw<'_>, n: usize, any_signature: bool) -> (Inertia, bool) {
+fn inertia(draw: &mut Draw<'_>, n: usize, any_signature: bool, diagonal: bool) -> (Inertia, bool) {
     let mut weights = INERTIAS;
+    if diagonal {
+        weights[2] = 0;
+    }
     if !any_signature {
         weights[5] = 0;
     }
@@ -343,11 +346,13 @@ pub(super) fn forces(draw: &mut Draw<'_>, n: usize, abelian: bool, knobs: &Cases
 fn force(draw: &mut Draw<'_>, n: usize, no_bracket: bool, knobs: &Cases) -> Force {
     let weight = |kind: &ForceKind| match kind {
         _ if no_bracket && kind.argument == Argument::Momentum => 0,
+        _ if !knobs.restriction.has_force(kind.name) => 0,
         _ if knobs.smooth && !kind.smooth => 0,
         _ if knobs.telling => kind.telling,
         _ => kind.weight,
     };
     let weights: Vec<usize> = KINDS.iter().map(weight).collect();
+    // Without any weight it is the first, and such a case is not admitted.
     let kind = &KINDS[draw.weighted(&weights)];
     kind.force(kind.parameters.iter().map(|parameter| value(draw, n, parameter.role, knobs)))
 }
@@ -491,6 +496,9 @@ pub(super) fn case(draw: &mut Draw<'_>, knobs: &Cases, tableau: crate::tableau::
     if knobs.with_casimirs && given.is_none() && structure.casimir_count() == 0 {
         return None;
     }
+    if given.is_none() && !knobs.restriction.has_matrices(structure.matrix_size()) {
+        return None;
+    }
     let (grouped, cayley) = (structure.matrix_size() > 0 || given.is_some(), structure.admits_cayley());
     let mut algebra = Algebra { structure, basis: None };
     let n = algebra.dimension();
@@ -590,7 +598,8 @@ fn unusual(draw: &mut Draw<'_>, knobs: &Cases) -> (bool, bool) {
     {
         return (false, false);
     }
-    (draw.chance(UNUSUAL.0), draw.chance(UNUSUAL.1))
+    let (negative, large) = (draw.chance(UNUSUAL.0), draw.chance(UNUSUAL.1));
+    (negative && !knobs.restriction.forward, large)
 }
 
 /// Doubles the step as often as it may be.

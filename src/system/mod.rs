@@ -23,6 +23,7 @@ mod presentation;
 pub mod random;
 pub(crate) mod rates;
 pub mod replay;
+pub(crate) mod restriction;
 pub(crate) mod scope;
 pub mod shares;
 mod shrink;

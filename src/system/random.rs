@@ -6,6 +6,7 @@
 use super::case::{Algebra, Case, Force, Lagrangian, Start, Structure, Tau};
 use super::fixed::Fixed;
 use super::rates::Rates;
+use super::restriction::Restriction;
 use crate::algebra::catalogue::Entry;
 use crate::scalar::Number;
 use crate::tableau::{Classic, Description};
@@ -86,6 +87,7 @@ pub struct Cases {
     pub(super) exponents: (u32, u32),
     pub(super) given: Option<Given>,
     pub(super) fixed: Fixed,
+    pub(super) restriction: Restriction,
     pub(super) tableaux: BoxedStrategy<Description>,
     pub(super) image: Image,
 }
@@ -130,6 +132,7 @@ pub fn cases() -> Cases {
         exponents: USUAL_STEPS,
         given: None,
         fixed: Fixed::default(),
+        restriction: Restriction::default(),
         tableaux: tableaux(),
         image: Image::default(),
     }
@@ -159,6 +162,18 @@ impl Cases {
     /// Only these algebras, with equal weights.
     pub fn algebras(mut self, entries: &[Entry]) -> Self {
         self.algebras = Some(entries.to_vec());
+        self
+    }
+
+    /// Of the algebras that there are, only these.
+    pub(crate) fn among(mut self, entries: &[Entry]) -> Self {
+        self.algebras = Some(match self.algebras {
+            Some(mut allowed) => {
+                allowed.retain(|entry| entries.contains(entry));
+                allowed
+            }
+            None => entries.to_vec(),
+        });
         self
     }
 
@@ -207,6 +222,7 @@ impl Cases {
     /// Whether the knobs admit this dimension.
     pub(super) fn admits_dimension(&self, n: usize) -> bool {
         self.fixed.fits(n)
+            && self.restriction.has_dimension(n)
             && (1..=self.most).contains(&n)
             && (!self.main_dimensions || super::case::MAIN_DIMENSIONS.contains(&n))
     }
@@ -284,6 +300,12 @@ impl Cases {
         self
     }
 
+    /// Only what somebody's method knows.
+    pub(crate) fn restricted(mut self, restriction: Restriction) -> Self {
+        self.restriction = restriction;
+        self
+    }
+
     /// Tableaux from this strategy.
     pub fn with_tableaux(mut self, tableaux: impl Strategy<Value = Description> + 'static) -> Self {
         self.tableaux = tableaux.boxed();
@@ -333,6 +355,7 @@ impl Cases {
         };
         algebra
             && self.fixed.admits(case)
+            && self.restriction.admits(case)
             && !(self.nonabelian && abelian)
             && (self.forcing != Forcing::Free || case.forces.is_empty())
             && (self.forcing != Forcing::Forced || forced)

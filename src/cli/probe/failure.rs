@@ -122,10 +122,9 @@ fn compared(exchange: &Compared) -> String {
 /// As an answer is written.
 fn values(values: &Values, number: impl Fn(f64) -> String) -> String {
     let list = |list: &[f64]| format!("[{}]", list.iter().map(|x| number(*x)).collect::<Vec<_>>().join(","));
-    match values.g.is_empty() {
-        true => format!("{{\"mu\":{}}}", list(&values.mu)),
-        false => format!("{{\"mu\":{},\"g\":{}}}", list(&values.mu), list(&values.g)),
-    }
+    let keys = [("mu", &values.mu), ("g", &values.g), ("x", &values.x)];
+    let keys = keys.iter().filter(|(_, list)| !list.is_empty()).map(|(key, of)| format!("\"{key}\":{}", list(of)));
+    format!("{{{}}}", keys.collect::<Vec<_>>().join(","))
 }
 
 /// The errors of the part of the state that decides, level by level.

@@ -19,6 +19,7 @@
 //! somebody's own types. [`library`] has the same
 //! laws as [`CaseLaw`](super::CaseLaw)s of this crate's integrator, with planted faults.
 
+mod form;
 mod kept;
 mod levels;
 #[doc(hidden)]
@@ -27,6 +28,7 @@ mod slopes;
 mod symmetry;
 mod theory;
 
+pub use form::StateForm;
 pub use theory::{Point, Stepper, Untyped};
 #[doc(hidden)]
 pub use theory::{Quantity, Solved, SystemParts, Theory, TheoryParts, Value, Wanted, coordinates};
@@ -327,6 +329,21 @@ pub trait MethodSource<S = Case> {
     fn quad<'a>(&'a self, _system: &S) -> Option<Result<Box<dyn Stepper<Dd> + 'a>, StepError>> {
         None
     }
+
+    /// What its state is.
+    fn form(&self) -> StateForm {
+        StateForm::default()
+    }
+
+    /// Whether it knows a system, as far as it has said so: the others are not asked about.
+    fn knows(&self, _system: &S) -> bool {
+        true
+    }
+
+    /// A system that it knows in the place of another one of the same algebra; `None` where there is none.
+    fn adapted(&self, system: S) -> Option<S> {
+        self.knows(&system).then_some(system)
+    }
 }
 
 /// A system and the method on it, in one precision.
@@ -378,7 +395,7 @@ pub struct Setup<'a> {
 }
 
 /// Builds the [`Theory`] of a case.
-struct Build(usize);
+struct Build(usize, StateForm);
 
 impl<T: Real> Visitor<T> for Build {
     type Output = Box<dyn Theory<T>>;
@@ -389,7 +406,7 @@ impl<T: Real> Visitor<T> for Build {
         L: Lagrangian<T, N> + 'static,
         F: Force<T, N> + 'static,
     {
-        Box::new(SystemParts::of(system, self.0))
+        Box::new(SystemParts::of(system, self.0, self.1))
     }
 }
 
@@ -399,7 +416,15 @@ impl<T: Real> Visitor<T> for Build {
 /// A system that cannot be built.
 #[doc(hidden)]
 pub fn theory_of<T: Real>(source: &impl Source) -> Result<Box<dyn Theory<T>>, CaseError> {
-    source.visit::<T, _>(&Plant(None), Build(matrix_size(source.case())))
+    theory_in(source, &StateForm::default())
+}
+
+/// The same for a method with this state.
+///
+/// # Errors
+/// A system that cannot be built.
+pub(crate) fn theory_in<T: Real>(source: &impl Source, form: &StateForm) -> Result<Box<dyn Theory<T>>, CaseError> {
+    source.visit::<T, _>(&Plant(None), Build(matrix_size(source.case()), form.clone()))
 }
 
 /// m: the size of the group's matrices, without padding; 0 where there is no group, the largest where it is not the case that
@@ -454,11 +479,12 @@ impl<'a> Setup<'a> {
         presented: Presented<S>,
         variation: fn(&S, i64) -> Option<S>,
     ) -> Result<Self, SetupError> {
+        let form = subject.form();
         let double = Side {
-            theory: theory_of::<f64>(source).map_err(SetupError::Case)?,
+            theory: theory_in::<f64>(source, &form).map_err(SetupError::Case)?,
             method: RefCell::new(subject.double(source).map_err(SetupError::Method)?),
         };
-        let theory = theory_of::<Dd>(source).map_err(SetupError::Case)?;
+        let theory = theory_in::<Dd>(source, &form).map_err(SetupError::Case)?;
         let (quad, reference) = match subject.quad(source).transpose().map_err(SetupError::Method)? {
             Some(method) => (Some(Side { theory, method: RefCell::new(method) }), None),
             None => (None, Some(theory)),
@@ -466,8 +492,10 @@ impl<'a> Setup<'a> {
         let source = source.clone();
         let others = move |other: Other| {
             let found = match other {
-                Other::Presentation => presented(&source),
-                Other::Variation(k) => variation(&source, k).map(|other| (other, Vec::new())),
+                Other::Presentation => presented(&source).filter(|(other, _)| subject.knows(other)),
+                Other::Variation(k) => {
+                    variation(&source, k).and_then(|other| subject.adapted(other)).map(|other| (other, Vec::new()))
+                }
             };
             let Some((other, basis)) = found else { return Ok(None) };
             match Setup::assemble(&other, subject, presented, variation) {

@@ -27,10 +27,6 @@ fn parts<T>(point: &Point<T>) -> usize {
     if point.attitude.is_empty() { 1 } else { 2 }
 }
 
-fn part_names<T>(point: &Point<T>) -> Vec<String> {
-    ["momentum", "attitude"].into_iter().take(parts(point)).map(str::to_owned).collect()
-}
-
 /// Tells the errors to whoever gathers them.
 fn tell(setup: &Setup<'_>, findings: &Findings, order: u32, what: &str) {
     let digits = if setup.quad.is_some() { 32 } else { 16 };
@@ -73,7 +69,7 @@ struct Errors(u32);
 
 impl<T: Precision> Measure<T> for View<'_, '_, T> {
     fn names(&self) -> Vec<String> {
-        part_names(&self.start())
+        self.theory().parts()
     }
 
     fn needs(&self) -> (bool, bool) {
@@ -273,8 +269,9 @@ pub(super) fn energy(setup: &Setup<'_>, claims: &Claims) -> Outcome {
 /// J_n − J_0 − ∫Ad*_{g⁻¹} f dt.
 pub(super) fn momentum(setup: &Setup<'_>, claims: &Claims) -> Outcome {
     let start = setup.double.theory.start();
-    if start.attitude.is_empty() {
-        return Verdict::not_applicable("there is no group").into();
+    if !setup.double.theory.has_attitude() {
+        let why = if start.attitude.is_empty() { "there is no group" } else { "the state has no attitude" };
+        return Verdict::not_applicable(why).into();
     }
     let components: Vec<Quantity> = (0..start.momentum.len()).map(Quantity::Momentum).collect();
     balance(setup, claims, &components, claims.momentum)
@@ -298,7 +295,7 @@ struct Returning<'v, 's, 'a, T>(&'v View<'s, 'a, T>);
 
 impl<T: Precision> Measure<T> for Returning<'_, '_, '_, T> {
     fn names(&self) -> Vec<String> {
-        part_names(&self.0.start())
+        self.0.theory().parts()
     }
 
     fn needs(&self) -> (bool, bool) {

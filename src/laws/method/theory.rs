@@ -1,5 +1,6 @@
 //! What the theory says about one system, without the types of its dimensions: start, solution, energy, Casimirs.
 
+use super::form::StateForm;
 use crate::algebra::{Casimir, Covector, LieAlgebra, Matrix, Vector, pair};
 use crate::group::{LieGroup, MatrixGroup};
 use crate::integrators::{OneStep, State, StepError};
@@ -17,7 +18,8 @@ pub struct Point<T> {
     pub time: T,
     /// μ, n numbers.
     pub momentum: Vec<T>,
-    /// g, m×m numbers by rows; none where there is no group.
+    /// g, m×m numbers by rows; none where there is no group. Of a method whose state is a point ([`StateForm::Point`]) the m
+    /// numbers of that.
     pub attitude: Vec<T>,
 }
 
@@ -154,6 +156,12 @@ pub trait Theory<T: Real> {
     /// Whether the force does not depend on time, as far as a few looks tell.
     fn is_autonomous(&self) -> bool;
 
+    /// Whether the state has an attitude.
+    fn has_attitude(&self) -> bool;
+
+    /// The names of the parts of the state.
+    fn parts(&self) -> Vec<String>;
+
     /// How many Casimirs are known.
     fn casimirs(&self) -> usize;
 
@@ -217,6 +225,8 @@ pub struct TheoryParts<T: Real, const N: usize, const D: usize, L, F, G> {
     pub size: usize,
     /// An element of the group, to translate with.
     pub element: Option<Matrix<T, D>>,
+    /// What the method has as its state.
+    pub form: StateForm,
 }
 
 /// The parts of a described system.
@@ -224,12 +234,14 @@ pub struct TheoryParts<T: Real, const N: usize, const D: usize, L, F, G> {
 pub type SystemParts<T, const N: usize, const D: usize, L, F> = TheoryParts<T, N, D, L, F, MatrixGroup<T, N, D>>;
 
 impl<T: Real, const N: usize, const D: usize, L, F> SystemParts<T, N, D, L, F> {
-    /// Those of a system, whose matrices are of size m without the padding.
-    pub fn of<R: Retraction<T, N, D>>(system: System<T, N, D, R, L, F>, size: usize) -> Self {
+    /// Those of a system, whose matrices are of size m without the padding, for a method with this state.
+    pub fn of<R: Retraction<T, N, D>>(system: System<T, N, D, R, L, F>, size: usize, form: StateForm) -> Self {
         let element = system.group.as_ref().and_then(|_| system.retraction.tau(&coordinates::<T, N>()).ok());
-        let size = if system.group.is_some() { size } else { 0 };
+        // Points are not translated: x = g⁻¹ x₀ with another x₀.
+        let element = element.filter(|_| form == StateForm::Attitude);
+        let size = if system.group.is_some() && form != StateForm::Momentum { size } else { 0 };
         let System { dimension, algebra, group, lagrangian, force, state, step, casimirs, .. } = system;
-        Self { algebra, lagrangian, force, group, casimirs, state, step, dimension, size, element }
+        Self { algebra, lagrangian, force, group, casimirs, state, step, dimension, size, element, form }
     }
 }
 
@@ -305,7 +317,8 @@ fn absolute<T: Real, const M: usize>(matrix: &Matrix<T, M>) -> Matrix<T, M> {
 impl<T: Real, const N: usize, const D: usize, L, F, G: LieGroup<T, N, D>> TheoryParts<T, N, D, L, F, G> {
     /// (Ad*_{g⁻¹} μ)_a = μ (g⁻¹ ê_a g)^∨, with the same of f as its rate.
     fn spatial(&self, a: usize, mu: &Covector<T, N>, force: &Covector<T, N>, point: &Point<T>) -> Option<Value<T>> {
-        let group = self.group.as_ref().filter(|_| self.size > 0 && a < self.dimension)?;
+        let known = self.size > 0 && self.form == StateForm::Attitude && a < self.dimension;
+        let group = self.group.as_ref().filter(|_| known)?;
         let g = point.state::<N, D>().attitude;
         let inverse = group.inverse(&g)?;
         let mut direction = Vector::<T, N>::zeros();
@@ -329,6 +342,15 @@ impl<T: Real, const N: usize, const D: usize, L, F, G: LieGroup<T, N, D>> Theory
         }
         Some(Value { value: pair(mu, &column), rate: pair(force, &column), size, reach: size })
     }
+
+    /// g⁻¹ x, as many numbers as the group's matrices have rows, and how far it may be off for each unit that g is.
+    fn point(&self, g: &Matrix<T, D>, x: &[T]) -> Option<(Vec<T>, T)> {
+        let inverse = self.group.as_ref()?.inverse(g)?;
+        let entry = |c: usize| x.get(c).copied().unwrap_or_else(T::zero);
+        let row = |r: usize| (0..D).fold(T::zero(), |sum, c| sum + inverse[(r, c)] * entry(c));
+        let size = x.iter().fold(T::zero(), |sum, x| sum + x.abs()) * T::int(self.size as i64);
+        Some(((0..self.size).map(row).collect(), inverse.amax() * inverse.amax() * size))
+    }
 }
 
 impl<T, const N: usize, const D: usize, L, F, G> Theory<T> for TheoryParts<T, N, D, L, F, G>
@@ -339,7 +361,20 @@ where
     G: LieGroup<T, N, D> + Clone,
 {
     fn start(&self) -> Point<T> {
-        Point::leading(&self.state, self.dimension, self.size)
+        let start = Point::leading(&self.state, self.dimension, self.size);
+        let StateForm::Point(x) = &self.form else { return start };
+        let x: Vec<T> = x.iter().map(|x| T::exact(*x)).collect();
+        let attitude = self.point(&self.state.attitude, &x).map_or_else(Vec::new, |(x, _)| x);
+        Point { attitude, ..start }
+    }
+
+    fn has_attitude(&self) -> bool {
+        self.size > 0 && self.form == StateForm::Attitude
+    }
+
+    fn parts(&self) -> Vec<String> {
+        let names = ["momentum", self.form.beside()];
+        names.into_iter().take(if self.size > 0 { 2 } else { 1 }).map(str::to_owned).collect()
     }
 
     fn step(&self) -> T {
@@ -387,12 +422,24 @@ where
     fn solve(&self, wanted: &Wanted<T>) -> Result<Vec<Solved<T>>, StepError> {
         let body = EulerPoincare::new(self.algebra.clone(), &self.lagrangian, &self.force);
         let group = self.group.as_ref().filter(|_| wanted.attitude);
-        let (start, tolerance) = (wanted.start.state::<N, D>(), T::exact(wanted.tolerance));
+        let tolerance = T::exact(wanted.tolerance);
+        let start = match &self.form {
+            StateForm::Point(_) => Point { attitude: Vec::new(), ..wanted.start.clone() }.state::<N, D>(),
+            _ => wanted.start.state::<N, D>(),
+        };
         let targets = reference::within(&body, group, &start, &wanted.times, wanted.stages, tolerance)?;
-        Ok(targets
-            .iter()
-            .map(|target| (Point::leading(&target.state, self.dimension, self.size), target.reference_error))
-            .collect())
+        let solved = |target: &reference::Target<T, N, D>| {
+            let (point, (momentum, attitude)) =
+                (Point::leading(&target.state, self.dimension, self.size), target.reference_error);
+            if !matches!(self.form, StateForm::Point(_)) {
+                return Ok((point, (momentum, attitude)));
+            }
+            // From the identity, so that this is the motion of every point.
+            let moved = self.point(&target.state.attitude, &wanted.start.attitude);
+            let (x, stretch) = moved.ok_or(StepError::NotFinite { what: "the inverse of the attitude" })?;
+            Ok((Point { attitude: x, ..point }, (momentum, attitude * stretch)))
+        };
+        targets.iter().map(solved).collect()
     }
 
     fn pace(&self, point: &Point<T>) -> f64 {

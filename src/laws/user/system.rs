@@ -12,7 +12,7 @@ use crate::algebra::{AlgebraError, Casimir, Covector, LieAlgebra, Matrix, Vector
 use crate::group::{LieGroup, MatrixGroup};
 use crate::harness::{About, Fault, Law, Verdict};
 use crate::integrators::{OneStep, Report, State, StepError, Variational};
-use crate::laws::method::{self, Claims, MethodLaw, Other, Setup, Side, SystemParts, Untyped};
+use crate::laws::method::{self, Claims, MethodLaw, Other, Setup, Side, StateForm, SystemParts, Untyped};
 use crate::laws::planted::retraction::Plant;
 use crate::mechanics::force::{AnyForce, Zero};
 use crate::mechanics::given::Untyped as UntypedPart;
@@ -427,7 +427,7 @@ impl<P: Types<N, D>, const N: usize, const D: usize> UserSystem<P, N, D> {
         let known = self.with(group.clone(), P::retraction::<T>(group.clone()))?;
         let stepped = self.with(group.clone(), P::retraction::<T>(group))?;
         Ok(Side {
-            theory: Box::new(SystemParts::of(known, D)),
+            theory: Box::new(SystemParts::of(known, D, StateForm::default())),
             method: RefCell::new(Box::new(Untyped(Stepping { system: stepped, types: PhantomData::<fn() -> P> }))),
         })
     }

@@ -1,0 +1,177 @@
+//! What a program says that it supports: once, beside an answer or in its place.
+
+use super::program::shown;
+use crate::algebra::Entry;
+use crate::laws::method::StateForm;
+use crate::system::case::Structure;
+use crate::system::force::{KINDS, Role};
+use crate::system::restriction::Restriction;
+use crate::system::{Case, Cases};
+use serde::{Deserialize, Serialize};
+use serde_json::Value;
+
+/// The systems that a program supports, and what its state is. A key that is absent restricts nothing.
+///
+/// ```
+/// use euler_poincare::external::Supports;
+/// use euler_poincare::study::problem;
+///
+/// let bodies = Supports::parse(r#"{"algebras": ["so3"], "forces": [], "diagonal_inertia": true}"#)?;
+/// assert!(!bodies.admits(&problem::generic().map_err(|error| error.to_string())?.case), "it has a force");
+/// assert!(Supports::parse(r#"{"algebra": "so3"}"#).is_err());
+/// # Ok::<(), String>(())
+/// ```
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields, default)]
+#[non_exhaustive]
+pub struct Supports {
+    /// Only these algebras, by name: `so3`, `se3`, `so3+r1`, …
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub algebras: Option<Vec<String>>,
+    /// Only algebras of these dimensions.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub dimensions: Option<Vec<usize>>,
+    /// Only standard bases.
+    pub standard_basis: bool,
+    /// Only diagonal inertias.
+    pub diagonal_inertia: bool,
+    /// Whether Lagrangians may have a quartic term.
+    pub quartic: bool,
+    /// Only forces of these kinds; an empty list: none.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub forces: Option<Vec<String>>,
+    /// Only positive steps.
+    pub positive_steps: bool,
+    /// What its state is.
+    pub state: StateForm,
+}
+
+impl Default for Supports {
+    fn default() -> Self {
+        Self {
+            algebras: None,
+            dimensions: None,
+            standard_basis: false,
+            diagonal_inertia: false,
+            quartic: true,
+            forces: None,
+            positive_steps: false,
+            state: StateForm::default(),
+        }
+    }
+}
+
+/// The key of an answer that holds it.
+const KEY: &str = "supports";
+
+/// What an answer says about it.
+pub(super) struct Said {
+    pub supports: Supports,
+    /// Whether the answer says nothing else.
+    pub alone: bool,
+}
+
+/// What a line says about it; `None` where it says nothing.
+///
+/// # Errors
+/// What is wrong with it.
+pub(super) fn said(line: &[u8]) -> Result<Option<Said>, String> {
+    // Most answers are long lists of numbers without it.
+    if !line.windows(KEY.len()).any(|word| word == KEY.as_bytes()) {
+        return Ok(None);
+    }
+    // What is no object is said when the answer is read.
+    let Ok(Value::Object(object)) = serde_json::from_slice(line) else { return Ok(None) };
+    let Some(value) = object.get(KEY) else { return Ok(None) };
+    let supports = Supports::of(value).map_err(|why| format!("{why}: {}", shown(line, 200)))?;
+    let alone = !["mu", "unsupported", "error"].iter().any(|key| object.contains_key(*key));
+    Ok(Some(Said { supports, alone }))
+}
+
+impl Supports {
+    /// What a JSON object says.
+    ///
+    /// # Errors
+    /// Text that is none, unknown keys, algebras and forces that there are not.
+    pub fn parse(text: &str) -> Result<Self, String> {
+        Self::of(&serde_json::from_str(text).map_err(|error| error.to_string())?)
+    }
+
+    fn of(value: &Value) -> Result<Self, String> {
+        let wrong = |why: String| format!("\"{KEY}\" in the stepper's answer: {why}");
+        let supports: Self = Self::deserialize(value).map_err(|error| wrong(error.to_string()))?;
+        for name in supports.algebras.iter().flatten() {
+            name.parse::<Entry>().map_err(|error| wrong(error.to_string()))?;
+        }
+        let kinds: Vec<&str> = sent().collect();
+        if let Some(name) = supports.forces.iter().flatten().find(|name| !kinds.contains(&name.as_str())) {
+            return Err(wrong(format!("a force \"{name}\"; allowed: {}", kinds.join(", "))));
+        }
+        if let StateForm::Point(x) = &supports.state
+            && (x.iter().all(|x| *x == 0.0) || x.iter().any(|x| !x.is_finite()))
+        {
+            return Err(wrong("a point that is 0, or not finite".into()));
+        }
+        Ok(supports)
+    }
+
+    /// The algebras.
+    fn entries(&self) -> Option<Vec<Entry>> {
+        self.algebras.as_ref().map(|names| names.iter().filter_map(|name| name.parse().ok()).collect())
+    }
+
+    fn restriction(&self) -> Restriction {
+        let matrices = match &self.state {
+            StateForm::Point(x) => Some(x.len()),
+            _ => None,
+        };
+        let Self { dimensions, forces, .. } = self.clone();
+        Restriction { dimensions, matrices, forces, diagonal: self.diagonal_inertia, forward: self.positive_steps }
+    }
+
+    /// Those of these cases that it supports.
+    pub fn cases(&self, base: Cases) -> Cases {
+        let mut cases = match self.entries() {
+            Some(entries) => base.among(&entries),
+            None => base,
+        };
+        if self.standard_basis {
+            cases = cases.changed_basis(false);
+        }
+        if !self.quartic {
+            cases = cases.quadratic();
+        }
+        if self.forces.as_ref().is_some_and(Vec::is_empty) {
+            cases = cases.force_free();
+        }
+        cases.restricted(self.restriction())
+    }
+
+    /// Whether it supports a system; the sign of the step is not looked at.
+    pub fn admits(&self, case: &Case) -> bool {
+        let named = |entries: Vec<Entry>| match &case.algebra.structure {
+            Structure::Named(entry) => entries.contains(entry),
+            _ => false,
+        };
+        self.entries().is_none_or(named)
+            && !(self.standard_basis && case.algebra.basis.is_some())
+            && (self.quartic || case.lagrangian.quartic.is_none())
+            && Restriction { forward: false, ..self.restriction() }.admits(case)
+    }
+
+    /// The case with what can be left out of it left out.
+    pub(super) fn adapted(&self, case: Case) -> Option<Case> {
+        let mut case = self.restriction().adapted(case);
+        if !self.quartic {
+            case.lagrangian.quartic = None;
+        }
+        self.admits(&case).then_some(case)
+    }
+}
+
+/// The forces that the protocol sends.
+fn sent() -> impl Iterator<Item = &'static str> {
+    let is_sent = |role: Role| role != Role::Formula;
+    let kinds = KINDS.iter().filter(move |kind| kind.weight > 0 && kind.parameters.iter().all(|p| is_sent(p.role)));
+    kinds.map(|kind| kind.name)
+}
