@@ -10,6 +10,8 @@ mod ensemble;
 mod order;
 #[path = "command/page.rs"]
 mod page;
+#[path = "command/probe_page.rs"]
+mod probe_page;
 #[path = "command/schemas.rs"]
 mod schemas;
 #[path = "command/shell.rs"]

@@ -15,7 +15,7 @@ use std::path::{Path, PathBuf};
 use std::process::{Command, Output, Stdio};
 use std::time::{Duration, Instant};
 
-fn steppers(name: &str) -> String {
+pub fn steppers(name: &str) -> String {
     format!("{}/properties/steppers/{name}", env!("CARGO_MANIFEST_DIR"))
 }
 
@@ -25,7 +25,7 @@ fn not_run(test: &str, why: &str) {
 }
 
 /// Whether there is Python; says so where there is none.
-fn python(test: &str) -> bool {
+pub fn python(test: &str) -> bool {
     let there = Command::new("python3").arg("--version").output().is_ok_and(|output| output.status.success());
     if !there {
         not_run(test, "there is no python3");
@@ -147,8 +147,8 @@ fn a_gyrostat_is_asked_in_version_2() {
     assert!(request.starts_with("{\"version\":2,") && request.contains("\"gyrostat\":[0.0,0.5,1.0]"), "{request}");
     for (system, stepper, why) in [
         ("gyrostat.toml", "variational.py", "a later version of the protocol"),
-        ("gyrostat.toml", "rigid_body.py", "anything but a free rigid body"),
-        ("metric.toml", "rk4.py", "a quartic term"),
+        ("gyrostat.toml", "rigid_body.py", "does not support such a system (\\\"forces\\\")"),
+        ("metric.toml", "rk4.py", "does not support such a system (\\\"quartic\\\")"),
     ] {
         let refused = run(system, &["python3", &steppers(stepper)]);
         assert_eq!(code(&refused), 3, "{stepper}: {}", stdout(&refused));
@@ -631,7 +631,10 @@ fn what_is_not_supported_is_counted_and_no_verdict() {
         return;
     }
     let here = directory("unsupported");
-    let body = steppers("rigid_body.py");
+    // It does not say once what it supports.
+    let silent = fs::read_to_string(steppers("rigid_body.py")).unwrap().replace("number == 0", "number < 0");
+    fs::write(here.join("silent.py"), silent).unwrap();
+    let body = here.join("silent.py").to_str().unwrap().to_owned();
     let output = probe(&here, &["--algebras", "se3", "--cases", "3", "--format", "json"], &["python3", &body]);
     assert_eq!(code(&output), 3, "{}", stdout(&output));
     for (law, line) in laws(&output) {
@@ -639,9 +642,98 @@ fn what_is_not_supported_is_counted_and_no_verdict() {
         assert_eq!(reasons.values().map(|count| count.as_u64().unwrap()).sum::<u64>(), 3, "{law}");
         assert!(reasons.keys().any(|why| why.contains("free rigid body")), "{law}: {reasons:?}");
     }
+    assert!(summary(&output)["supports"].is_null());
     let free = ["--algebras", "so3", "--standard-basis", "--force-free", "--cases", "30", "--format", "json"];
     let output = probe(&here, &[&free[..], &["--laws", "casimirs,energy,reversibility"]].concat(), &["python3", &body]);
     assert_eq!(code(&output), 0, "{}", stdout(&output));
+}
+
+#[test]
+fn cases_are_drawn_of_what_a_stepper_supports() {
+    if !python("cases_are_drawn_of_what_a_stepper_supports") {
+        return;
+    }
+    let here = directory("supports");
+    for (stepper, order, mode) in
+        [("rigid_body.py", "4", ""), ("sphere.py", "2", ""), ("sphere.py", "2", "momentum"), ("variational.py", "2", "")]
+    {
+        let command = ["python3", &steppers(stepper), mode];
+        let laws_of = "order,casimirs,energy,reversibility,momentum,equivariance";
+        let options = ["--cases", "4", "--order", order, "--laws", laws_of, "--format", "json"];
+        let algebras: &[&str] = if stepper == "variational.py" { &["--algebras", "so3,se2"] } else { &[] };
+        let output = probe(&here, &[&options, algebras].concat(), &command[..if mode.is_empty() { 2 } else { 3 }]);
+        assert_eq!(code(&output), 0, "{stepper}: {}{}", stdout(&output), stderr(&output));
+        assert!(summary(&output)["supports"].is_object(), "{stepper}");
+        for (law, line) in laws(&output) {
+            assert_eq!(line["cases"], 4, "{stepper} {law}: {line}");
+            let refused = line["not_applicable"].as_object().unwrap();
+            // A state without an attitude has no spatial momentum.
+            let expected = law == "method-momentum" && stepper == "sphere.py";
+            assert_eq!(refused.is_empty(), !expected, "{stepper} {law}: {line}");
+            assert!(!refused.keys().any(|why| why.contains("anything but")), "{stepper} {law}: {line}");
+        }
+    }
+}
+
+#[test]
+fn a_stepper_may_say_what_it_supports_in_the_place_of_an_answer() {
+    if !python("a_stepper_may_say_what_it_supports_in_the_place_of_an_answer") {
+        return;
+    }
+    let here = directory("supports-alone");
+    let text = fs::read_to_string(steppers("sphere.py")).unwrap();
+    let (old, new) = ("answer[\"supports\"] = SUPPORTS", "answer = {\"supports\": SUPPORTS}");
+    assert_eq!(text.matches(old).count(), 1);
+    fs::write(here.join("alone.py"), text.replace(old, new)).unwrap();
+    let path = here.join("alone.py").to_str().unwrap().to_owned();
+    let options = ["--order", "2", "--laws", "order", "--cases", "2"];
+    let output = probe(&here, &options, &["python3", &path]);
+    assert_eq!(code(&output), 0, "{}{}", stdout(&output), stderr(&output));
+    // One system, and one that it does not support.
+    let system = "format = 1\n[algebra]\nname = \"ALGEBRA\"\n[lagrangian]\ninertia = [1, 2, 3]\n[state]\nmomentum = [1, 1, 1]\n\
+                  [run]\nstep = \"1/8\"\n";
+    fs::write(here.join("so3.toml"), system.replace("ALGEBRA", "so3")).unwrap();
+    fs::write(here.join("sl2.toml"), system.replace("ALGEBRA", "sl2")).unwrap();
+    for (file, expected) in [("so3.toml", 0), ("sl2.toml", 3)] {
+        let output = probe(&here, &["--system", file, "--order", "2", "--laws", "order"], &["python3", &path]);
+        assert_eq!(code(&output), expected, "{file}: {}{}", stdout(&output), stderr(&output));
+    }
+    // Words that are misspelt do not restrict silently.
+    for (wrong, said) in [
+        ("{\"algebra\": [\"so3\"]}", "unknown field `algebra`"),
+        ("{\"algebras\": [\"so5\"]}", "so5"),
+        ("{\"forces\": [\"drag\"]}", "a force \"),
+        ("{\"state\": {\"point\": [0, 0, 0]}}", "a point that is 0"),
+    ] {
+        let script = format!("while read line; do echo '{{\"supports\": {wrong}}}'; done");
+        let output = probe(&here, &["--laws", "equivariance", "--cases", "1"], &["sh", "-c", &script]);
+        assert_eq!(code(&output), 1, "{wrong}: {}", stdout(&output));
+        assert!(stdout(&output).contains("in the stepper's answer") && stdout(&output).contains(said), "{}", stdout(&output));
+    }
+}
+
+#[test]
+fn states_without_an_attitude_are_judged_and_frozen_coordinates_are_found() {
+    if !python("states_without_an_attitude_are_judged_and_frozen_coordinates_are_found") {
+        return;
+    }
+    let (here, stepper) = (directory("sphere"), steppers("sphere.py"));
+    let claims = ["--order", "2", "--conserves", "casimirs,poisson", "--cases", "6", "--format", "json"];
+    let output = probe(&here, &claims, &["python3", &stepper, "momentum"]);
+    // A rotation by a midpoint rule that is explicit keeps the sphere, and not the area on it.
+    assert_eq!((code(&output), broken(&output)), (1, vec!["method-poisson".into()]), "{}", stdout(&output));
+    let output = probe(&here, &["--order", "2", "--laws", "order", "--cases", "6", "--format", "json"], &["python3", &stepper]);
+    assert_eq!(code(&output), 0, "{}", stdout(&output));
+    let names: Vec<_> = laws(&output)[0].1["orders"].as_array().unwrap().iter().map(|x| x["quantity"].clone()).collect();
+    assert_eq!(names, ["momentum", "point"]);
+    let options = ["--order", "2", "--laws", "order", "--cases", "6", "--shrink", "0", "--format", "json"];
+    let output = probe(&here, &options, &["python3", &stepper, "frozen"]);
+    assert_eq!((code(&output), broken(&output)), (1, vec!["method-order".into()]), "{}", stdout(&output));
+    let failure = &laws(&output)[0].1["failure"];
+    let slopes = &failure["slopes"][0];
+    assert_eq!(slopes["quantity"], "point");
+    assert!((slopes["order"].as_f64().unwrap() - 1.0).abs() < 0.1, "{slopes}");
+    assert_eq!(failure["exchange"]["solution"]["x"].as_array().map(Vec::len), Some(3), "{failure}");
 }
 
 /// What sh does in the place of a stepper, and what is said of it.

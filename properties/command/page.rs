@@ -62,14 +62,22 @@ fn parsed(page: &str) -> (BTreeSet<String>, String) {
     (names, text)
 }
 
-/// What holds for every page; its text.
+/// The sections of a campaign's page.
+const SECTIONS: [&str; 7] = ["verdicts", "undecided", "coverage", "orders", "faults", "failures", "timings"];
+
+/// What holds for every page of a campaign; its text.
 fn sound(page: &str) -> String {
+    assert_eq!(page.matches("<script").count(), 1, "one script, its own");
+    assert!(page.contains("default-src 'none'; style-src 'unsafe-inline'; script-src 'sha256-"));
+    complete(page, &SECTIONS)
+}
+
+/// What holds for every page: it needs nothing from elsewhere, and has these sections; its text.
+pub fn complete(page: &str, sections: &[&str]) -> String {
     let (names, text) = parsed(page);
     for name in ["iframe", "img", "link", "object"] {
         assert!(!names.contains(name), "<{name}>");
     }
-    assert_eq!(page.matches("<script").count(), 1, "one script, its own");
-    assert!(page.contains("default-src 'none'; style-src 'unsafe-inline'; script-src 'sha256-"));
     for link in page.split("href=\"").skip(1) {
         let target = link.split_once('"').unwrap().0.strip_prefix('#').expect("no link leads away");
         assert_eq!(page.matches(&format!(" id=\"{target}\"")).count(), 1, "{target}");
@@ -77,7 +85,7 @@ fn sound(page: &str) -> String {
     for outside in ["http:", "https:", "//www", "url(", "@import"] {
         assert!(!page.contains(outside), "{outside}");
     }
-    for section in ["verdicts", "undecided", "coverage", "orders", "faults", "failures", "timings"] {
+    for section in sections {
         assert_eq!(page.matches(&format!("<section id=\"{section}\"")).count(), 1, "{section}");
         assert!(page.contains(&format!("href=\"#{section}\"")), "{section}");
     }
@@ -525,10 +533,15 @@ fn no_page_is_wider_than_a_phone() {
     let here = directory("page-width");
     let verify = ["verify", "--laws", "retraction-*", "--cases", "10", "--plant", FAULT, "--out", "campaign"];
     assert_eq!(code(&run(&here, &verify)), 1);
-    let opened = page(&here).replace("<details", "<details open");
+    fits(&here, &page(&here), "no_page_is_wider_than_a_phone");
+}
+
+/// Whether a page with everything open is as wide as a phone and as a screen, if there is a browser to tell.
+pub fn fits(here: &Path, page: &str, test: &str) {
+    let opened = page.replace("<details open", "<details").replace("<details", "<details open");
     let script = "const d = page.documentElement; return d.scrollWidth + '/' + d.clientWidth + '/' + d.scrollHeight;";
     for width in [390, 1280] {
-        let Some(found) = asked(&here, &opened, width, script, "no_page_is_wider_than_a_phone") else { return };
+        let Some(found) = asked(here, &opened, width, script, test) else { return };
         let sizes: Vec<u32> = found.split('/').map(|size| size.parse().unwrap()).collect();
         assert!(sizes[0] <= width && sizes[1] > width - 40 && sizes[2] > 1000, "{width}: {found}");
     }

@@ -1,9 +1,13 @@
-//! A stepper in Rust that speaks the protocol of `PROTOCOL.md`: the variational Gauss method with two stages and exp, order 4.
+//! A stepper in Rust that speaks the protocol of `PROTOCOL.md`: this library's variational method with exp, of any tableau.
 //!
-//! `cargo build --release --example gauss`, then `euler-poincare probe --order 4 --conserves casimirs -- target/release/examples/gauss`.
+//! `gauss [TABLEAU [TOLERANCE]]`: a name such as `gauss-2` (the default, order 4), `lobatto-iiia-3`, `radau-iia-2`; how well a step
+//! solves its equations, relative (default: to round-off). `cargo build --release --example gauss`, then
+//!
+//!     euler-poincare probe --order 4 --conserves casimirs,momentum,poisson -- target/release/examples/gauss
 
 use euler_poincare::algebra::{Covector, LieAlgebra, Matrix};
 use euler_poincare::group::MatrixGroup;
+use euler_poincare::integrators::variational::Settings;
 use euler_poincare::integrators::{OneStep, State, Variational};
 use euler_poincare::mechanics::force::{
     AnyForce, Constant, CubicDrag, DoubleBracket, LinearDrag, Metriplectic, Monomial, Periodic, Polynomial,
@@ -12,9 +16,10 @@ use euler_poincare::mechanics::force::{
 use euler_poincare::mechanics::lagrangian::{AnyLagrangian, Gyrostat, Quadratic, Quartic};
 use euler_poincare::mechanics::lie_poisson::OrbitForce;
 use euler_poincare::retraction::Exponential;
-use euler_poincare::tableau::Family;
+use euler_poincare::tableau::{Description, Tableau};
 use serde::Deserialize;
 use serde_json::{Value, json};
+use std::env::args;
 use std::error::Error;
 use std::io::{BufRead, Write, stdin, stdout};
 
@@ -69,9 +74,30 @@ fn polynomial<const N: usize>(rows: &[Row]) -> Result<Polynomial<f64, N>, Box<dy
     Ok(Polynomial::new(rows.iter().map(term).collect())?)
 }
 
+/// Which method.
+struct Chosen {
+    tableau: Tableau<f64>,
+    settings: Settings<f64>,
+}
+
+impl Chosen {
+    /// By the arguments of the command.
+    fn of(arguments: &[String]) -> Result<Self, Box<dyn Error>> {
+        let tableau: Description = arguments.first().map_or("gauss-2", String::as_str).parse()?;
+        let mut settings = Settings::default();
+        if let Some(tolerance) = arguments.get(1) {
+            settings.tolerance = tolerance.parse()?;
+        }
+        Ok(Self { tableau: tableau.build()?, settings })
+    }
+}
+
 /// A step on an algebra of dimension N, with matrices padded to D×D.
-fn step<const N: usize, const D: usize>(q: &Request) -> Result<Value, Box<dyn Error>> {
+fn step<const N: usize, const D: usize>(chosen: &Chosen, q: &Request) -> Result<Value, Box<dyn Error>> {
     let m = q.size;
+    if m > D {
+        return Ok(json!({ "unsupported": "matrices of this size" }));
+    }
     let algebra = LieAlgebra::<f64, N>::new(|a, b, c| q.constants[(a * N + b) * N + c])?;
     let inertia = Matrix::<f64, N>::from_row_slice(&q.inertia);
     let mut body: AnyLagrangian<f64, N> = match (q.quartic == 0.0, q.metric.is_empty()) {
@@ -111,7 +137,8 @@ fn step<const N: usize, const D: usize>(q: &Request) -> Result<Value, Box<dyn Er
     } else {
         Exponential::of_group(MatrixGroup::new(std::array::from_fn(|a| block(&q.basis[a * m * m..], 0.0)))?)
     };
-    let mut method = Variational::new(body, force, exp, Family::Gauss.tableau::<f64>(2)?);
+    let Chosen { tableau, settings } = chosen;
+    let mut method = Variational::with_settings(body, force, exp, tableau.clone(), *settings);
     let momentum = Covector::<f64, N>::from_row_slice(&q.mu);
     let attitude = if m == 0 { Matrix::identity() } else { block(&q.g, 1.0) };
     let mut state = State { time: q.time, momentum, attitude };
@@ -123,22 +150,27 @@ fn step<const N: usize, const D: usize>(q: &Request) -> Result<Value, Box<dyn Er
     Ok(if m == 0 { json!({ "mu": mu }) } else { json!({ "mu": mu, "g": g }) })
 }
 
-fn answer(line: &str) -> Result<Value, Box<dyn Error>> {
+fn answer(chosen: &Chosen, line: &str) -> Result<Value, Box<dyn Error>> {
     let q: Request = serde_json::from_str(line)?;
     if q.version > 2 {
         return Ok(json!({ "unsupported": "a later version of the protocol" }));
     }
     match q.dimension {
-        2 => step::<2, 4>(&q),
-        3 => step::<3, 5>(&q),
-        6 => step::<6, 8>(&q),
+        2 => step::<2, 4>(chosen, &q),
+        3 => step::<3, 5>(chosen, &q),
+        6 => step::<6, 8>(chosen, &q),
         n => Ok(json!({ "unsupported": format!("dimension {n}: compiled for 2, 3 and 6") })),
     }
 }
 
 fn main() -> Result<(), Box<dyn Error>> {
-    for line in stdin().lock().lines() {
-        let answer = answer(&line?).unwrap_or_else(|error| json!({ "error": error.to_string() }));
+    let chosen = Chosen::of(&args().skip(1).collect::<Vec<_>>())?;
+    for (number, line) in stdin().lock().lines().enumerate() {
+        let mut answer = answer(&chosen, &line?).unwrap_or_else(|error| json!({ "error": error.to_string() }));
+        if number == 0 {
+            // Once: random systems are drawn of these.
+            answer["supports"] = json!({ "dimensions": [2, 3, 6] });
+        }
         let mut out = stdout().lock();
         writeln!(out, "{answer}")?;
         out.flush()?;

@@ -1,7 +1,7 @@
 // A stepper in C++17 to start from: one file, no library. Replace `step` by your method.
 //
 //     g++ -O2 -std=c++17 properties/steppers/template.cpp -o stepper
-//     euler-poincare probe --algebras so3,se3 --standard-basis --force-free --order 4 -- ./stepper
+//     euler-poincare probe --order 4 -- ./stepper
 //
 // As it is, it takes a step of the classical Runge-Kutta method on (mu, g), for free motion on any Lie algebra:
 //     d/dt mu_a = C^d_ba eta^b mu_d,   dg/dt = g eta^a E_a,   mu = I eta.
@@ -104,8 +104,12 @@ void print(const Numbers &list, size_t from, size_t to) {
     for (size_t i = from; i < to; ++i) std::printf("%s%.17g", i > from ? ", " : "", list[i]);
 }
 
+/// What the method supports, told with the first answer: random systems are drawn of these.
+const char *const SUPPORTS = R"(, "supports": {"algebras": ["so3", "se3"], "quartic": false, "forces": []})";
+
 int main() {
-    for (std::string line; std::getline(std::cin, line);) {
+    const char *supports = SUPPORTS;
+    for (std::string line; std::getline(std::cin, line); supports = "") {
         const Request q(line);
         Numbers y = q["mu"];
         const Numbers g = q["g"];
@@ -117,9 +121,9 @@ int main() {
             print(y, 0, n);
             std::printf("], \"g\": [");
             print(y, n, y.size());
-            std::puts("]}");
+            std::printf("]%s}\n", supports);
         } catch (const Unsupported &reason) {
-            std::printf("{\"unsupported\": \"%s\"}\n", reason.what());
+            std::printf("{\"unsupported\": \"%s\"%s}\n", reason.what(), supports);
         }
         std::fflush(stdout);  // a line that stays in a buffer looks like a program that hangs
     }

@@ -2,12 +2,13 @@
 
 mod failure;
 mod lines;
+mod page;
 
 use super::interrupt::Interrupt;
 use super::progress::Bar;
 use super::summary::some;
-use super::table::{Column, Table, entries, paragraph};
-use super::{Failure, Format, complain, print};
+use super::table::{Column, Table, data, entries, paragraph};
+use super::{Failure, Format, complain, print, version};
 use euler_poincare::algebra::Entry;
 use euler_poincare::external::{
     Broken, ClaimReport, Conclusion, Drawn, External, LawReport, Limits, Probe, ProbeReport, QuantityOrders, Record,
@@ -86,6 +87,9 @@ pub struct Arguments {
     #[arg(long, value_name = "FILE")]
     #[arg(conflicts_with_all = ["random", "cases", "seed", "algebras", "standard_basis", "force_free", "laws", "order", "conserves", "reversible", "tolerance", "shrink"])]
     replay: Option<PathBuf>,
+    /// Also write DIR/report.html: laws, claims, orders, what broke a law, how to repeat it
+    #[arg(long, value_name = "DIR", conflicts_with = "replay")]
+    report: Option<PathBuf>,
     /// Tables, or JSON: one object per law and line, and one for the whole
     #[arg(long, value_enum, default_value_t = Format::Text)]
     format: Format,
@@ -140,16 +144,19 @@ pub fn run(arguments: Arguments) -> Result<ExitCode, Failure> {
         tolerance: arguments.tolerance,
     };
     let laws = select(arguments.laws.as_deref(), &claims)?;
-    let systems = match &arguments.system {
-        Some(path) => {
-            let case = SystemFile::parse_for_stepper(&read(path)?).map_err(|error| Failure::file(path, error))?;
+    let text = arguments.system.as_deref().map(read).transpose()?;
+    let systems = match (&arguments.system, &text) {
+        (Some(path), Some(text)) => {
+            let case = SystemFile::parse_for_stepper(text).map_err(|error| Failure::file(path, error))?;
             Drawn::This(Box::new(case))
         }
-        None => {
+        _ => {
             Drawn::Random { of: Box::new(systems(&arguments)?), cases: arguments.cases as usize, seed: arguments.seed }
         }
     };
     let timeout = arguments.timeout.unwrap_or(Limits::default().timeout.as_secs_f64());
+    // Before anything is asked: a run that takes a while is not to end here.
+    let page = arguments.report.as_deref().map(place).transpose()?;
     let external = start(&arguments.command, timeout, &interrupt)?;
     let probe = Probe { external: &external, laws: &laws, systems, claims, shrinking: shrinking(arguments.shrink) };
     let each = probe.checks() / laws.len().max(1);
@@ -176,16 +183,68 @@ pub fn run(arguments: Arguments) -> Result<ExitCode, Failure> {
     };
     // Saved before anything is printed, so that a closed pipe loses nothing.
     let save = |law: &LawReport, broken: &Option<Broken>| broken.as_ref().map(|broken| save(law, broken));
-    let saved: Vec<Saved> = report
+    let kept: Vec<KeptCases> = report
         .laws
         .iter()
-        .map(|law| Saved { broken: save(law, &law.failure), failed: save(law, &law.program_failure) })
+        .map(|law| KeptCases { broken: save(law, &law.failure), failed: save(law, &law.program_failure) })
         .collect();
+    let written = page.as_deref().map_or(Ok(()), |path| {
+        let random = (arguments.seed, arguments.cases);
+        let probed = page::Probed {
+            report: &report,
+            kept: &kept,
+            program: &shell(&arguments.command),
+            again: &again(),
+            random: text.is_none().then_some(random),
+            system: text.as_deref(),
+            timeout,
+            version: version::VERSION,
+        };
+        fs::write(path, probed.page()).map_err(|error| Failure::file(path, error))
+    });
     match arguments.format {
-        Format::Text => print(&text(&report, &saved))?,
-        Format::Json => print(&lines::json(&report, &saved))?,
+        Format::Text => print(&self::text(&report, &kept, page.as_deref()))?,
+        Format::Json => print(&lines::json(&report, &kept, page.as_deref()))?,
     }
-    Ok(exit_code(report.conclusion()))
+    written.map(|()| exit_code(report.conclusion()))
+}
+
+/// Where the page goes: its directory is there now, and a file can be written in it.
+fn place(directory: &Path) -> Result<PathBuf, Failure> {
+    fs::create_dir_all(directory).map_err(|error| Failure::file(directory, error))?;
+    let path = directory.join("report.html");
+    let file = fs::OpenOptions::new().create(true).append(true).open(&path);
+    file.map_err(|error| Failure::file(&path, error))?;
+    Ok(path)
+}
+
+/// Words as a shell reads them.
+fn shell<S: AsRef<str>>(words: &[S]) -> String {
+    let plain = |c: char| c.is_ascii_alphanumeric() || "_-./:=,+@%".contains(c);
+    let quoted = |word: &S| match word.as_ref() {
+        word if !word.is_empty() && word.chars().all(plain) => word.to_owned(),
+        word => format!("'{}'", word.replace('\'', "'\\''")),
+    };
+    words.iter().map(quoted).collect::<Vec<_>>().join(" ")
+}
+
+/// The command line of this process, without the page.
+fn again() -> String {
+    let mut words = vec!["euler-poincare".to_owned()];
+    let mut given = std::env::args_os().skip(1).map(|word| word.to_string_lossy().into_owned());
+    while let Some(word) = given.next() {
+        if word == "--" {
+            words.push(word);
+            words.extend(given);
+            break;
+        }
+        if word == "--report" {
+            given.next();
+        } else if !word.starts_with("--report=") {
+            words.push(word);
+        }
+    }
+    shell(&words)
 }
 
 fn exit_code(conclusion: Conclusion) -> ExitCode {
@@ -262,20 +321,33 @@ fn systems(arguments: &Arguments) -> Result<Cases, Failure> {
     Ok(of)
 }
 
-/// Writes the record; the path, or why not.
-fn write(record: &Record) -> Result<PathBuf, String> {
-    let text = record.to_json().map_err(|error| error.to_string())?;
-    let path = PathBuf::from(format!("probe-{}-seed{}-case{}.json", record.law, record.seed, record.index));
-    fs::write(&path, text + "\n").map_err(|error| format!("{}: {error}", path.display()))?;
-    Ok(path)
+/// Writes the record.
+fn write(record: &Record) -> Kept {
+    let file = format!("probe-{}-seed{}-case{}.json", record.law, record.seed, record.index);
+    let text = match record.to_json() {
+        Ok(text) => text + "\n",
+        Err(error) => return Kept { file, not_saved: Some(error.to_string()), text: String::new() },
+    };
+    let not_saved = fs::write(&file, &text).err().map(|error| format!("{file}: {error}"));
+    Kept { file, not_saved, text }
 }
 
-/// Where the cases of a law that are shown were saved, or why not.
-struct Saved {
+/// A case on file.
+struct Kept {
+    /// The name of the file.
+    file: String,
+    /// Why it could not be written.
+    not_saved: Option<String>,
+    /// What is in it.
+    text: String,
+}
+
+/// The cases of a law that are shown.
+struct KeptCases {
     /// The broken one.
-    broken: Option<Result<PathBuf, String>>,
+    broken: Option<Kept>,
     /// The one on which the program failed.
-    failed: Option<Result<PathBuf, String>>,
+    failed: Option<Kept>,
 }
 
 const COLUMNS: [Column; 11] = [
@@ -298,13 +370,17 @@ The stepper is asked for steps of random systems. The laws measure how its error
 how it treats symmetries. A law is broken where a defect exceeds its bound: rounding, in units of u = 1.1e-16, or a difference of \
 slopes of log error against log step.";
 
-fn text(report: &ProbeReport, saved: &[Saved]) -> String {
+fn text(report: &ProbeReport, kept: &[KeptCases], page: Option<&Path>) -> String {
     let mut table = Table::new(&COLUMNS);
     for law in &report.laws {
         table.row(row(law));
     }
     let verdict = paragraph(&verdict(report));
     let mut text = format!("{verdict}\n\n{}\n\n{}\n", paragraph(MEANING), table.text());
+    if let Some(supports) = &report.supports {
+        let said = serde_json::to_string(supports).unwrap_or_default();
+        let _ = write!(text, "\nCases are drawn of what the stepper says that it supports\n{}\n", data(&said));
+    }
     let orders: Vec<_> = report.laws.iter().filter(|law| law.law.about.name == ORDERS).flat_map(orders).collect();
     if !orders.is_empty() {
         let _ = write!(text, "\nOrders\n{}\n", entries(2, orders));
@@ -322,12 +398,12 @@ fn text(report: &ProbeReport, saved: &[Saved]) -> String {
             let _ = write!(text, "\n{title}\n{}\n", entries(2, rows));
         }
     }
-    for (law, saved) in report.laws.iter().zip(saved) {
-        if let (Some(broken), Some(saved)) = (&law.failure, &saved.broken) {
-            text += &failure::text(law, broken, saved);
+    for (law, kept) in report.laws.iter().zip(kept) {
+        if let (Some(broken), Some(kept)) = (&law.failure, &kept.broken) {
+            text += &failure::text(law, broken, kept);
         }
-        if let (Some(failed), Some(saved)) = (&law.program_failure, &saved.failed) {
-            text += &failure::program(law, failed, saved);
+        if let (Some(failed), Some(kept)) = (&law.program_failure, &kept.failed) {
+            text += &failure::program(law, failed, kept);
         }
     }
     let claims = report.claims();
@@ -346,6 +422,9 @@ fn text(report: &ProbeReport, saved: &[Saved]) -> String {
         let claim =
             "No order was claimed: each law asked for order 1 or more. If you know the order, claim it with --order P.";
         let _ = write!(text, "\n{}\n", paragraph(claim));
+    }
+    if let Some(page) = page {
+        let _ = write!(text, "\nThe page is {}\n", page.display());
     }
     let _ = write!(text, "\n{verdict}\n");
     text

@@ -1,15 +1,15 @@
 //! `report DIR`: a campaign as one page for a browser.
 
-mod again;
-mod chart;
+pub mod again;
+pub mod chart;
 mod coverage;
-mod elements;
+pub mod elements;
 mod failures;
 mod faults;
 mod files;
-mod formula;
-mod numbers;
-mod orders;
+pub mod formula;
+pub mod numbers;
+pub mod orders;
 mod page;
 mod script;
 mod tally;

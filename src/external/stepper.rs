@@ -22,9 +22,6 @@ pub struct External {
 /// Why a request says nothing: with its answer the program told what it supports.
 const TELLS: &str = "the stepper tells what it supports: the system is to be drawn again";
 
-/// Why it is not asked.
-const NOT_SUPPORTED: &str = "not asked: the stepper says that it does not support such a system";
-
 /// Why a step back is not asked for.
 const FORWARD: &str = "not asked: the stepper says that it takes positive steps only";
 
@@ -169,8 +166,9 @@ fn not_finite(line: &[u8]) -> bool {
 
 impl MethodSource for External {
     fn double<'a>(&'a self, case: &Case) -> Result<Box<dyn Stepper<f64> + 'a>, StepError> {
-        if !self.knows(case) {
-            return Err(StepError::Unsupported { why: NOT_SUPPORTED.into() });
+        if let Some(key) = self.supports().and_then(|supports| supports.excludes(case)) {
+            let why = format!("not asked: the stepper does not support such a system (\"{key}\")");
+            return Err(StepError::Unsupported { why });
         }
         match self.on(case) {
             Ok(steps) => Ok(Box::new(steps)),

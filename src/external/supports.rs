@@ -149,14 +149,26 @@ impl Supports {
 
     /// Whether it supports a system; the sign of the step is not looked at.
     pub fn admits(&self, case: &Case) -> bool {
+        self.excludes(case).is_none()
+    }
+
+    /// The first key that excludes a system.
+    pub(super) fn excludes(&self, case: &Case) -> Option<&'static str> {
         let named = |entries: Vec<Entry>| match &case.algebra.structure {
             Structure::Named(entry) => entries.contains(entry),
             _ => false,
         };
-        self.entries().is_none_or(named)
-            && !(self.standard_basis && case.algebra.basis.is_some())
-            && (self.quartic || case.lagrangian.quartic.is_none())
-            && Restriction { forward: false, ..self.restriction() }.admits(case)
+        let restriction = self.restriction();
+        let keys = [
+            ("algebras", self.entries().is_none_or(named)),
+            ("dimensions", restriction.has_dimension(case.dimension())),
+            ("standard_basis", !self.standard_basis || case.algebra.basis.is_none()),
+            ("diagonal_inertia", restriction.has_inertia(case)),
+            ("quartic", self.quartic || case.lagrangian.quartic.is_none()),
+            ("forces", restriction.has_forces(case)),
+            ("state", restriction.has_matrices(case.matrix_size())),
+        ];
+        keys.into_iter().find_map(|(key, holds)| (!holds).then_some(key))
     }
 
     /// The case with what can be left out of it left out.

@@ -36,12 +36,21 @@ impl Restriction {
 
     /// Whether a case is.
     pub fn admits(&self, case: &Case) -> bool {
-        let full = matches!(case.lagrangian.inertia, Inertia::Full(_));
         self.has_dimension(case.dimension())
             && self.has_matrices(case.matrix_size())
-            && case.forces.iter().map(Force::kind).all(|kind| self.has_force(kind))
-            && !(self.diagonal && full)
+            && self.has_forces(case)
+            && self.has_inertia(case)
             && !(self.forward && case.step.eval::<f64>().is_ok_and(|h| h < 0.0))
+    }
+
+    /// Whether the forces of a case are.
+    pub fn has_forces(&self, case: &Case) -> bool {
+        case.forces.iter().map(Force::kind).all(|kind| self.has_force(kind))
+    }
+
+    /// Whether its inertia is.
+    pub fn has_inertia(&self, case: &Case) -> bool {
+        !self.diagonal || matches!(case.lagrangian.inertia, Inertia::Diagonal(_))
     }
 
     /// A case with what can be left out of it left out: other kinds of forces, and what is off the diagonal of the inertia.

@@ -104,12 +104,18 @@ class Body:
         return {"mu": mu.tolist(), "g": g.ravel().tolist()}
 
 
+# Random systems are drawn of these; most of their inertias are none of a body.
+SUPPORTS = {"algebras": ["so3", "se3"], "standard_basis": True, "quartic": False, "forces": ["constant"]}
+
+
 def serve(step):
     """Answers requests by `step(body)`, which returns R, p, w, v after the step."""
-    for line in sys.stdin:
+    for number, line in enumerate(sys.stdin):
         try:
             body = Body(json.loads(line))
             answer = body.answer(*step(body))
         except Unsupported as reason:
             answer = {"unsupported": str(reason)}
+        if number == 0:
+            answer["supports"] = SUPPORTS
         print(json.dumps(answer), file=ANSWERS, flush=True)

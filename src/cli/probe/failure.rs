@@ -1,13 +1,13 @@
 //! A broken law of a stepper, in full: law, verdict, system, errors, one exchange.
 
 use super::super::table::{Column, Table, data, entries, paragraph};
+use super::Kept;
 use euler_poincare::external::{Broken, Compared, LawReport, Mark, Record, Slopes, Values};
 use euler_poincare::harness::Verdict;
 use euler_poincare::laws::method::MethodLaw;
 use euler_poincare::laws::replay::{indented, verdict_rows};
 use euler_poincare::system::{Case, Motion};
 use std::fmt::Write;
-use std::path::PathBuf;
 
 /// The indices that are listed.
 const INDICES: usize = 10;
@@ -16,14 +16,14 @@ const INDICES: usize = 10;
 const ROWS: (usize, usize) = (4, 10);
 
 /// The first broken case of a law.
-pub fn text(law: &LawReport, broken: &Broken, saved: &Result<PathBuf, String>) -> String {
+pub fn text(law: &LawReport, broken: &Broken, kept: &Kept) -> String {
     let (count, cases) = (law.broken.len(), law.cases);
     let heading = format!("BROKEN {}: {count} of {cases} cases ({})", law.law.about.name, indices(&law.broken));
     let mut text = format!("\n{}\n", paragraph(&heading));
     let mut rows = vec![("statement", law.law.about.statement.to_owned()), ("source", law.law.about.source.to_owned())];
     rows.extend(verdict_rows(&broken.verdict));
     let _ = writeln!(text, "{}", entries(2, rows));
-    text + &counterexample(broken, &format!("case {}", broken.index)) + &kept(saved)
+    text + &counterexample(broken, &format!("case {}", broken.index)) + &saved(kept)
 }
 
 /// The first of the cases.
@@ -36,18 +36,16 @@ fn indices(cases: &[usize]) -> String {
 }
 
 /// The file of a case, or why there is none.
-fn kept(saved: &Result<PathBuf, String>) -> String {
-    match saved {
-        Ok(path) => {
-            let path = path.display();
-            format!("\n  saved in\n    {path}\n  run it again with\n    euler-poincare probe --replay {path}\n")
-        }
-        Err(reason) => format!("\n{}\n", paragraph(&format!("  not saved: {reason}"))),
+fn saved(kept: &Kept) -> String {
+    let file = &kept.file;
+    match &kept.not_saved {
+        None => format!("\n  saved in\n    {file}\n  run it again with\n    euler-poincare probe --replay {file}\n"),
+        Some(reason) => format!("\n{}\n", paragraph(&format!("  not saved: {reason}"))),
     }
 }
 
 /// The first case of a law on which the program failed.
-pub fn program(law: &LawReport, failed: &Broken, saved: &Result<PathBuf, String>) -> String {
+pub fn program(law: &LawReport, failed: &Broken, kept: &Kept) -> String {
     let (count, cases) = (law.failed.len(), law.cases);
     let heading =
         format!("THE PROGRAM FAILED under {}: {count} of {cases} cases ({})", law.law.about.name, indices(&law.failed));
@@ -57,7 +55,7 @@ pub fn program(law: &LawReport, failed: &Broken, saved: &Result<PathBuf, String>
         other => other.to_string(),
     };
     let _ = writeln!(text, "{}", entries(2, [("why", why)]));
-    text + &counterexample(failed, &format!("case {}", failed.index)) + &kept(saved)
+    text + &counterexample(failed, &format!("case {}", failed.index)) + &saved(kept)
 }
 
 /// A record, judged again.
@@ -78,7 +76,7 @@ pub fn replayed(
     let from = format!("case {} of seed {}", record.index, record.seed);
     match broken {
         Some(broken) => format!("{}\n{}", entries(0, rows), counterexample(broken, &from)),
-        None => format!("{}\n\n  {from}\n{}\n", entries(0, rows), system(&record.case)),
+        None => format!("{}\n\n  {from}\n{}\n", entries(0, rows), listed(&record.case)),
     }
 }
 
@@ -95,7 +93,7 @@ fn counterexample(broken: &Broken, name: &str) -> String {
         (false, Some(checks)) => how.push(format!("shrunk by {checks} checks")),
     }
     let how = paragraph(&format!("  {}", how.join(", ")));
-    let mut text = format!("\n{how}\n{}\n", system(&broken.case));
+    let mut text = format!("\n{how}\n{}\n", listed(&broken.case));
     if let Some(slopes) = broken.slopes.first() {
         text += &format!("\n{}\n", indented(&errors(slopes)));
     }
@@ -120,7 +118,7 @@ fn compared(exchange: &Compared) -> String {
 }
 
 /// As an answer is written.
-fn values(values: &Values, number: impl Fn(f64) -> String) -> String {
+pub fn values(values: &Values, number: impl Fn(f64) -> String) -> String {
     let list = |list: &[f64]| format!("[{}]", list.iter().map(|x| number(*x)).collect::<Vec<_>>().join(","));
     let keys = [("mu", &values.mu), ("g", &values.g), ("x", &values.x)];
     let keys = keys.iter().filter(|(_, list)| !list.is_empty()).map(|(key, of)| format!("\"{key}\":{}", list(of)));
@@ -163,7 +161,12 @@ fn errors(slopes: &Slopes) -> String {
 }
 
 /// A case without its method, which is the stepper's, four columns in.
-fn system(case: &Case) -> String {
+fn listed(case: &Case) -> String {
+    entries(4, system(case))
+}
+
+/// A case without its method: what it has, and its value.
+pub fn system(case: &Case) -> [(&'static str, String); 5] {
     let forces: Vec<String> = case.forces.iter().map(ToString::to_string).collect();
     let force = if forces.is_empty() { "none".into() } else { forces.join(" + ") };
     let list = |list: &[euler_poincare::scalar::Number]| {
@@ -176,12 +179,11 @@ fn system(case: &Case) -> String {
     if let Some(x) = &case.start.attitude {
         let _ = write!(start, ", attitude {}({})", case.method.retraction.name(), list(x));
     }
-    let rows = [
+    [
         ("algebra", case.algebra.to_string()),
         ("lagrangian", case.lagrangian.to_string()),
         ("force", force),
         ("start", format!("{start}, t = {}", case.start.time)),
         ("step", case.step.to_string()),
-    ];
-    entries(4, rows)
+    ]
 }

@@ -1,19 +1,20 @@
 //! What `probe --format json` prints: one object per law and line, and one for the whole.
 
 use super::super::schema::object;
-use super::{Saved, asked, slopes};
+use super::{KeptCases, asked, slopes};
 use euler_poincare::external::{Broken, LawReport, ProbeReport, QuantityOrders, Record};
 use euler_poincare::harness::Verdict;
 use euler_poincare::laws::method::MethodLaw;
 use serde_json::{Value, json};
+use std::path::Path;
 
 /// The campaign.
-pub fn json(report: &ProbeReport, saved: &[Saved]) -> String {
-    let laws = report.laws.iter().zip(saved).map(|(law, saved)| one(law, saved));
-    laws.chain([summary(report)]).map(|line| format!("{line}\n")).collect()
+pub fn json(report: &ProbeReport, kept: &[KeptCases], page: Option<&Path>) -> String {
+    let laws = report.laws.iter().zip(kept).map(|(law, kept)| one(law, kept));
+    laws.chain([summary(report, page)]).map(|line| format!("{line}\n")).collect()
 }
 
-fn one(law: &LawReport, saved: &Saved) -> Value {
+fn one(law: &LawReport, kept: &KeptCases) -> Value {
     let mut line = json!({
         "law": law.law.about.name,
         "cases": law.cases,
@@ -30,14 +31,14 @@ fn one(law: &LawReport, saved: &Saved) -> Value {
         "median_order": slopes(law).map(|slopes| slopes.1),
         "orders": law.orders.iter().map(orders).collect::<Vec<_>>(),
     });
-    for (key, broken, saved) in
-        [("failure", &law.failure, &saved.broken), ("program_failure", &law.program_failure, &saved.failed)]
+    for (key, broken, kept) in
+        [("failure", &law.failure, &kept.broken), ("program_failure", &law.program_failure, &kept.failed)]
     {
-        if let (Some(broken), Some(saved)) = (broken, saved) {
+        if let (Some(broken), Some(kept)) = (broken, kept) {
             let mut failure = failure(broken);
             failure["index"] = json!(broken.index);
-            failure["saved"] = json!(saved.as_ref().ok().map(|path| path.display().to_string()));
-            failure["not_saved"] = json!(saved.as_ref().err());
+            failure["saved"] = json!(kept.not_saved.is_none().then_some(&kept.file));
+            failure["not_saved"] = json!(kept.not_saved);
             line[key] = failure;
         }
     }
@@ -71,7 +72,7 @@ fn failure(broken: &Broken) -> Value {
     })
 }
 
-fn summary(report: &ProbeReport) -> Value {
+fn summary(report: &ProbeReport, page: Option<&Path>) -> Value {
     let summary = json!({
         "conclusion": report.conclusion(),
         "laws": report.laws.len(),
@@ -81,6 +82,8 @@ fn summary(report: &ProbeReport) -> Value {
         "cases_failed": report.laws.iter().map(|law| law.failed.len()).sum::<usize>(),
         "claims": report.claims(),
         "failures": report.failures,
+        "supports": report.supports,
+        "report": page.map(|page| page.display().to_string()),
     });
     object("probe-summary/1", summary)
 }

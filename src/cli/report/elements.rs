@@ -1,8 +1,68 @@
 //! What pages are made of: sections, tables, links, verdicts.
 
+use super::formula::typeset;
 use super::numbers::*;
-use euler_poincare::harness::Verdict;
-use maud::{Markup, html};
+use super::script;
+use euler_poincare::harness::{About, Verdict};
+use maud::{DOCTYPE, Markup, PreEscaped, html};
+
+/// What came out, in a sentence, and its class: `held`, `broken` or `empty`.
+pub struct Outcome {
+    /// The class.
+    pub class: &'static str,
+    /// The sentence.
+    pub text: String,
+}
+
+/// A page.
+pub struct Document<'a> {
+    /// Its title.
+    pub title: &'a str,
+    /// What came out.
+    pub outcome: Outcome,
+    /// What stands below that.
+    pub head: Markup,
+    /// The sections: id, name.
+    pub contents: &'a [(&'a str, &'a str)],
+    /// The sections themselves.
+    pub main: Markup,
+    /// Whether it has the script that filters and orders laws.
+    pub script: bool,
+}
+
+impl Document<'_> {
+    /// As text, with its style: a browser loads nothing else.
+    pub fn text(&self) -> String {
+        let Self { title, outcome, head, contents, main, script } = self;
+        let page = html! {
+            (DOCTYPE)
+            html lang="en" {
+                head {
+                    meta charset="utf-8";
+                    meta name="viewport" content="width=device-width, initial-scale=1";
+                    meta name="color-scheme" content="light dark";
+                    meta http-equiv="Content-Security-Policy" content=(script::policy(*script));
+                    title { (title) " · euler-poincare" }
+                    style { (PreEscaped(include_str!("style.css"))) }
+                }
+                body {
+                    header {
+                        h1 { (title) }
+                        p.outcome.(outcome.class) { (outcome.text) }
+                        (head)
+                        nav aria-label="Sections" {
+                            @for (id, name) in *contents { a href=(format!("#{id}")) { (name) } }
+                        }
+                    }
+                    main { (main) }
+                    footer { p { "Made by euler-poincare " (env!("CARGO_PKG_VERSION")) "." } }
+                    @if *script { script { (PreEscaped(script::TEXT)) } }
+                }
+            }
+        };
+        page.into_string()
+    }
+}
 
 /// A section with its heading.
 pub fn section(id: &str, title: &str, body: Markup) -> Markup {
@@ -39,6 +99,29 @@ pub fn header(columns: &[Column<'_>]) -> Markup {
                     }
                 }
             }
+        }
+    }
+}
+
+/// A number in the table of verdicts, with the name that it has where there is no head.
+pub fn cell(label: &str, value: Markup) -> Markup {
+    html! { td.number role="cell" data-label=(label) { span { (value) } } }
+}
+
+/// A law's name with what it says.
+pub fn described(name: &str, law: Option<&About>) -> Markup {
+    html! {
+        span.law { (law_link(name)) }
+        @if let Some(about) = law {
+            span.statement { (typeset(about.statement)) }
+            span.source { (typeset(about.source)) }
+            details {
+                summary { "oracle and bound" }
+                p { b { "Oracle: " } (typeset(about.oracle)) }
+                p { b { "Bound: " } (typeset(about.bound)) }
+            }
+        } @else {
+            span.source { "not known to this program" }
         }
     }
 }

@@ -28,7 +28,8 @@ pub fn section(orders: &[Order]) -> Markup {
     elements::section("orders", "Orders", body)
 }
 
-fn legend() -> Markup {
+/// What the marks mean.
+pub fn legend() -> Markup {
     let kinds = [
         (LevelKind::Asymptotic, "on the line: asymptotic"),
         (LevelKind::PreAsymptotic, "too coarse: pre-asymptotic"),

@@ -3,13 +3,12 @@
 use super::again::{Failures, Order};
 use super::elements::*;
 use super::files::{Damage, Found, planned};
-use super::formula::typeset;
 use super::numbers::*;
 use super::tally::{Judged, Tally};
 use super::{chart, coverage, failures, faults, orders, script, timings, undecided};
 use euler_poincare::harness::store::ManifestLaw;
-use euler_poincare::laws::{self, CaseLaw};
-use maud::{DOCTYPE, Markup, PreEscaped, html};
+use euler_poincare::laws;
+use maud::{Markup, html};
 
 /// What the whole campaign adds up to.
 pub struct Totals {
@@ -94,44 +93,25 @@ pub fn page(found: &Found, plotted: &[Order], failing: &Failures<'_>) -> String 
         ("failures", "Failing cases"),
         ("timings", "Timings"),
     ];
-    let page = html! {
-        (DOCTYPE)
-        html lang="en" {
-            head {
-                meta charset="utf-8";
-                meta name="viewport" content="width=device-width, initial-scale=1";
-                meta name="color-scheme" content="light dark";
-                meta http-equiv="Content-Security-Policy" content=(script::policy());
-                title { (title) " · euler-poincare" }
-                style { (PreEscaped(include_str!("style.css"))) }
-            }
-            body {
-                header {
-                    h1 { (title) }
-                    p.outcome.(if totals.broken > 0 { "broken" } else if totals.held == 0 { "empty" } else { "held" }) {
-                        (totals.outcome())
-                    }
-                    (head(found, &totals))
-                    (notes(found, &totals, plotted))
-                    nav aria-label="Sections" {
-                        @for (id, name) in contents { a href=(format!("#{id}")) { (name) } }
-                    }
-                }
-                main {
-                    (verdicts(found))
-                    (undecided::section(found))
-                    (coverage::section(found))
-                    (orders::section(plotted))
-                    (faults::section(found))
-                    (failures::section(found, failing))
-                    (timings::section(found))
-                }
-                footer { p { "Made by euler-poincare " (env!("CARGO_PKG_VERSION")) "." } }
-                script { (PreEscaped(script::TEXT)) }
-            }
-        }
+    let class = if totals.broken > 0 {
+        "broken"
+    } else if totals.held == 0 {
+        "empty"
+    } else {
+        "held"
     };
-    page.into_string()
+    let main = html! {
+        (verdicts(found))
+        (undecided::section(found))
+        (coverage::section(found))
+        (orders::section(plotted))
+        (faults::section(found))
+        (failures::section(found, failing))
+        (timings::section(found))
+    };
+    let head = html! { (head(found, &totals)) (notes(found, &totals, plotted)) };
+    let outcome = Outcome { class, text: totals.outcome() };
+    Document { title: &title, outcome, head, contents: &contents, main, script: true }.text()
 }
 
 fn head(found: &Found, totals: &Totals) -> Markup {
@@ -332,7 +312,7 @@ fn row(found: &Found, place: usize, (law, tally): (&ManifestLaw, &Tally)) -> Mar
         tr.broken[tally.broken > 0] role="row" id=(anchor(name)) data-place=(place) data-name=(name) data-cases=(tally.cases)
             data-held=(tally.held) data-broken=(tally.broken) data-ratio=(ratio)
             data-inconclusive=(part(tally.undecided())) data-inapplicable=(part(tally.inapplicable())) {
-            th role="rowheader" scope="row" { (described(name, known)) }
+            th role="rowheader" scope="row" { (described(name, known.map(|law| &law.about))) }
             (cell("cases", html! {
                 (integer(tally.cases))
                 @if missing > 0 { small.warn { (integer(missing)) " missing" } }
@@ -345,28 +325,6 @@ fn row(found: &Found, place: usize, (law, tally): (&ManifestLaw, &Tally)) -> Mar
             (number("its bound", worst.map(|worst| worst.bound)))
             (number("ratio", worst.map(Judged::ratio)))
             td.chart role="cell" { (chart::histogram(name, &tally.histogram)) }
-        }
-    }
-}
-
-fn cell(label: &str, value: Markup) -> Markup {
-    html! { td.number role="cell" data-label=(label) { span { (value) } } }
-}
-
-/// A law's name with what it says.
-fn described(name: &str, law: Option<&CaseLaw>) -> Markup {
-    html! {
-        span.law { (law_link(name)) }
-        @if let Some(law) = law {
-            span.statement { (typeset(law.about.statement)) }
-            span.source { (typeset(law.about.source)) }
-            details {
-                summary { "oracle and bound" }
-                p { b { "Oracle: " } (typeset(law.about.oracle)) }
-                p { b { "Bound: " } (typeset(law.about.bound)) }
-            }
-        } @else {
-            span.source { "not known to this program" }
         }
     }
 }

@@ -6,8 +6,11 @@ use sha2::{Digest, Sha256};
 /// The script.
 pub const TEXT: &str = include_str!("script.js");
 
-/// What a browser may load: nothing but the style of the page, and this script.
-pub fn policy() -> String {
+/// What a browser may load: nothing but the style of the page, and this script if the page has it.
+pub fn policy(script: bool) -> String {
+    if !script {
+        return "default-src 'none'; style-src 'unsafe-inline'".into();
+    }
     format!("default-src 'none'; style-src 'unsafe-inline'; script-src 'sha256-{}'", base64(&Sha256::digest(TEXT)))
 }
 

@@ -1,0 +1,510 @@
+//! The page of `probe --report DIR`: what was found about a stepper, to be attached to an issue of its package.
+
+use super::super::report::again::Curve;
+use super::super::report::elements::{
+    self, Column::*, Document, Outcome, cell, described, header, law_link, scrolling, section,
+};
+use super::super::report::formula::typeset;
+use super::super::report::numbers::*;
+use super::super::report::{chart, orders};
+use super::failure::{system, values};
+use super::{Kept, KeptCases, ORDERS, slopes};
+use euler_poincare::external::{
+    Broken, ClaimReport, Compared, Conclusion, LawReport, Mark, MeasuredCase, ProbeReport, SlopeLevel, Slopes, Supports,
+};
+use euler_poincare::harness::Verdict;
+use euler_poincare::harness::convergence::{Estimate, Level, LevelKind};
+use euler_poincare::system::Case;
+use maud::{Markup, html};
+use std::collections::BTreeMap;
+
+/// A run of `probe`.
+pub struct Probed<'a> {
+    /// What was found.
+    pub report: &'a ProbeReport,
+    /// One for each law.
+    pub kept: &'a [KeptCases],
+    /// The program and its arguments, as a shell reads them.
+    pub program: &'a str,
+    /// What repeats the run, as a shell reads it.
+    pub again: &'a str,
+    /// Seed and number of cases for each law; without them one system was asked about.
+    pub random: Option<(u64, u32)>,
+    /// The text of the system file, where there is one.
+    pub system: Option<&'a str>,
+    /// The time limit for an answer, in seconds.
+    pub timeout: f64,
+    /// The version of this command, with its commit.
+    pub version: &'a str,
+}
+
+impl Probed<'_> {
+    /// The page as text.
+    pub fn page(&self) -> String {
+        let title = format!("Probe of {}", self.program);
+        let contents = [
+            ("verdicts", "Laws"),
+            ("claims", "Claims"),
+            ("orders", "Orders"),
+            ("undecided", "Undecided"),
+            ("failures", "Broken laws"),
+            ("again", "Run it again"),
+        ];
+        let main = html! {
+            (self.verdicts())
+            (self.claims())
+            (self.orders())
+            (self.undecided())
+            (self.failures())
+            (self.again())
+        };
+        Document { title: &title, outcome: self.outcome(), head: self.head(), contents: &contents, main, script: false }
+            .text()
+    }
+
+    fn outcome(&self) -> Outcome {
+        let laws = &self.report.laws;
+        let asked = format!(
+            "{} on {}",
+            counted(laws.len(), "law"),
+            cases(laws.iter().map(|law| law.cases).sum())
+        );
+        let broken: Vec<&str> = named_laws(laws, |law| !law.broken.is_empty());
+        let failed: Vec<&str> = named_laws(laws, |law| !law.failed.is_empty());
+        let broken = match broken.as_slice() {
+            [] => "Nothing is broken".to_owned(),
+            [law] => format!("One law is broken, {law}"),
+            broken => format!("{} laws are broken: {}", broken.len(), broken.join(", ")),
+        };
+        let (class, text) = match self.report.conclusion() {
+            Conclusion::Interrupted => ("empty", format!("Interrupted. {broken} so far")),
+            Conclusion::Broken => ("broken", broken),
+            Conclusion::Failed => ("broken", format!("The program failed under {}. {broken}", failed.join(", "))),
+            Conclusion::GivenUp => ("empty", "No verdict: the program failed too often".into()),
+            Conclusion::Unconfirmed => ("empty", format!("No verdict: {broken}, but not every claim was confirmed")),
+            Conclusion::Undecided => ("empty", "No verdict: no law held on any case".into()),
+            Conclusion::Confirmed => ("held", format!("{broken}, and every claim is confirmed")),
+            Conclusion::Unbroken => ("held", broken),
+        };
+        Outcome { class, text: format!("{text} ({asked}).") }
+    }
+
+    fn head(&self) -> Markup {
+        let laws = &self.report.laws;
+        let sum = |of: fn(&LawReport) -> usize| laws.iter().map(of).sum::<usize>();
+        let (held, broken) = (sum(|law| law.held), sum(|law| law.broken.len()));
+        let (asked, failed) = (sum(|law| law.cases), sum(|law| law.failed.len()));
+        let undecided = sum(|law| law.inconclusive.values().sum());
+        let inapplicable = sum(|law| law.not_applicable.values().sum());
+        html! {
+            dl.figures {
+                div { dt { "cases" } dd { (integer(asked)) } }
+                div { dt { "held" } dd { (integer(held)) } }
+                div.bad[broken > 0] { dt { "broken" } dd { (integer(broken)) } }
+                div.bad[failed > 0] { dt { "program failed" } dd { (integer(failed)) } }
+                div { dt { "inconclusive" } dd { (integer(undecided)) } }
+                div { dt { "not applicable" } dd { (integer(inapplicable)) } }
+            }
+            dl.facts {
+                div { dt { "program" } dd { code { (self.program) } } }
+                @match self.random {
+                    Some((seed, cases)) => {
+                        div { dt { "seed" } dd { (seed) } }
+                        div { dt { "systems for each law" } dd { (cases) ", random" } }
+                    }
+                    None => { div { dt { "system" } dd { "one, " a href="#again" { "below" } } } }
+                }
+                @if self.report.claims.tolerance > 0.0 {
+                    div { dt { "tolerance claimed" } dd { (scientific(self.report.claims.tolerance)) } }
+                }
+                div { dt { "time limit for an answer" } dd { (duration(self.timeout)) } }
+                @if let Some(supports) = &self.report.supports { div { dt { "supports" } dd { (told(supports)) } } }
+                div { dt { "judged by" } dd { "euler-poincare " (self.version) } }
+            }
+            p {
+                "The program was asked for single steps of mechanical systems on Lie groups, d/dt l'(η) = ad*"
+                sub { "η" } " l'(η) + f(t, η), ġ = g η, with momentum μ = l'(η) in the body frame and attitude g. The laws say how its \
+                 errors shrink with the step, what it conserves, and how it treats symmetries."
+            }
+        }
+    }
+
+    fn verdicts(&self) -> Markup {
+        let table = html! {
+            p.muted {
+                "Defects of identities are in units of rounding, u = 1.1e-16; those of orders are distances of slopes of log error \
+                 against log step. A law is broken where the ratio of defect and bound is above 1."
+            }
+            table.verdicts role="table" {
+                caption.hidden { "Verdicts of the laws" }
+                thead role="rowgroup" {
+                    tr role="row" {
+                        th role="columnheader" scope="col" { "law, statement, source" }
+                        @for head in HEADS { th.number role="columnheader" scope="col" { (head) } }
+                    }
+                }
+                tbody role="rowgroup" { @for law in &self.report.laws { (row(law)) } }
+            }
+        };
+        section("verdicts", "Laws", table)
+    }
+
+    fn claims(&self) -> Markup {
+        let claims = self.report.claims();
+        let table = html! {
+            table {
+                (header(&[Text("claim"), Text("verdict"), Text("law"), Number("confirmed on"), Number("refuted on"), Number("of"),
+                    Text("most frequent reason of the others")]))
+                tbody { @for claim in &claims { (claim_row(claim)) } }
+            }
+        };
+        let body = html! {
+            @if claims.is_empty() {
+                p {
+                    "Nothing was claimed: each law asked for order 1 or more. The measured orders are "
+                    a href="#orders" { "below" } "."
+                }
+            } @else {
+                (scrolling("Claims", table))
+            }
+        };
+        section("claims", "Claims", body)
+    }
+
+    fn orders(&self) -> Markup {
+        let law = self.report.laws.iter().find(|law| law.law.about.name == ORDERS);
+        let Some(law) = law.filter(|law| !law.measured.is_empty()) else {
+            return section("orders", "Orders", html! { p { "No errors were measured." } });
+        };
+        let claimed = self.report.claims.order;
+        let table = html! {
+            table {
+                (header(&[Text("part of the state"), Number("median order"), Number("least order"), Number("systems")]))
+                tbody {
+                    @for orders in &law.orders {
+                        tr {
+                            th scope="row" { (orders.quantity) }
+                            td.number { (order(orders.median())) }
+                            td.number { (order(orders.least())) }
+                            td.number { (orders.values.len()) }
+                        }
+                    }
+                }
+            }
+        };
+        let body = html! {
+            p {
+                "The order of a part of the state is the slope of its error after two steps, less one. "
+                @match claimed {
+                    Some(order) => { "Order " b { (order) } " is claimed; the dashed lines have that slope." }
+                    None => { "No order is claimed." }
+                }
+            }
+            @if !law.orders.is_empty() { (scrolling("Orders", table)) }
+            h3 { "Errors against the step" }
+            (orders::legend())
+            div.plots { @for case in &law.measured { (measured(case, claimed)) } }
+        };
+        section("orders", "Orders", body)
+    }
+
+    fn undecided(&self) -> Markup {
+        let laws = &self.report.laws;
+        let body = html! {
+            (reasons("Inconclusive", "The law applies, and the case could not be decided.", laws, |law| &law.inconclusive))
+            (reasons("Not applicable", "The law says nothing about the case, or the program does not support it.", laws,
+                |law| &law.not_applicable))
+        };
+        section("undecided", "Undecided", body)
+    }
+
+    fn failures(&self) -> Markup {
+        let shown = || self.report.laws.iter().zip(self.kept);
+        let none = self.report.laws.iter().all(|law| law.failure.is_none() && law.program_failure.is_none());
+        let body = html! {
+            @if none { p { "None." } }
+            @for (law, kept) in shown() {
+                @if let Some(broken) = &law.failure { (failure(law, broken, kept.broken.as_ref())) }
+            }
+            @for (law, kept) in shown() {
+                @if let Some(failed) = &law.program_failure { (failure(law, failed, kept.failed.as_ref())) }
+            }
+        };
+        section("failures", "Broken laws", body)
+    }
+
+    fn again(&self) -> Markup {
+        let body = html! {
+            p { "The whole run, with the program in the place where it was:" }
+            pre.line { (self.again) }
+            @if let Some(system) = self.system {
+                p { "The system file:" }
+                pre { (system) }
+            }
+            p {
+                "The systems follow from the seed: the same command with the same version asks the same questions. The program reads a \
+                 request in JSON on a line of standard input, and writes its answer on a line of standard output; a request of "
+                a href="#failures" { "a broken law" } " can be given to it by hand, without this command."
+            }
+        };
+        section("again", "Run it again", body)
+    }
+}
+
+fn named_laws(laws: &[LawReport], wanted: fn(&LawReport) -> bool) -> Vec<&'static str> {
+    laws.iter().filter(|law| wanted(law)).map(|law| law.law.about.name).collect()
+}
+
+/// What the program says that it supports, as it said it.
+fn told(supports: &Supports) -> Markup {
+    html! { code { (serde_json::to_string(supports).unwrap_or_default()) } }
+}
+
+const HEADS: [&str; 10] = [
+    "systems", "held", "broken", "program failed", "inconclusive", "not applicable", "worst defect", "its bound", "least order",
+    "median order",
+];
+
+fn order(value: Option<f64>) -> String {
+    value.map_or("–".into(), |value| format!("{value:.2}"))
+}
+
+fn row(law: &LawReport) -> Markup {
+    let name = law.law.about.name;
+    let number = |value: Option<f64>| html! { (value.map_or("–".into(), scientific)) };
+    let alarming = |count: usize| html! { span.(if count > 0 { "alarm" } else { "muted" }) { (count) } };
+    let orders = slopes(law);
+    let counts = [law.inconclusive.values().sum::<usize>(), law.not_applicable.values().sum()];
+    html! {
+        tr.broken[!law.broken.is_empty()] role="row" id=(elements::anchor(name)) {
+            th role="rowheader" scope="row" { (described(name, Some(&law.law.about))) }
+            (cell(HEADS[0], html! { (law.cases) }))
+            (cell(HEADS[1], html! { (law.held) }))
+            (cell(HEADS[2], alarming(law.broken.len())))
+            (cell(HEADS[3], alarming(law.failed.len())))
+            (cell(HEADS[4], html! { (counts[0]) }))
+            (cell(HEADS[5], html! { (counts[1]) }))
+            (cell(HEADS[6], number(law.worst.map(|worst| worst.0))))
+            (cell(HEADS[7], number(law.worst.map(|worst| worst.1))))
+            (cell(HEADS[8], html! { (order(orders.map(|orders| orders.0))) }))
+            (cell(HEADS[9], html! { (order(orders.map(|orders| orders.1))) }))
+        }
+    }
+}
+
+fn claim_row(claim: &ClaimReport) -> Markup {
+    let verdict = match (claim.broken, claim.confirmed) {
+        (0, 0) => html! { span.flag { "not confirmed" } },
+        (0, _) => html! { b { "confirmed" } },
+        _ => html! { span.alarm { "refuted" } },
+    };
+    html! {
+        tr {
+            th scope="row" { (claim.claim) }
+            td { (verdict) }
+            td { @if claim.cases > 0 { (law_link(claim.law)) } @else { (claim.law) } }
+            td.number { (claim.confirmed) }
+            td.number { (claim.broken) }
+            td.number { (claim.cases) }
+            td.text {
+                @if let Some(why) = &claim.why {
+                    @if claim.why_cases > 0 { (claim.why_cases) " × " }
+                    (why)
+                }
+            }
+        }
+    }
+}
+
+fn reasons(title: &str, what: &str, laws: &[LawReport], of: fn(&LawReport) -> &BTreeMap<String, usize>) -> Markup {
+    let total: usize = laws.iter().map(|law| of(law).values().sum::<usize>()).sum();
+    let table = html! {
+        table {
+            (header(&[Text("law"), Number("cases"), Text("reason")]))
+            tbody {
+                @for law in laws {
+                    @for (reason, count) in of(law) {
+                        tr {
+                            th scope="row" { (law_link(law.law.about.name)) }
+                            td.number { (count) }
+                            td.text { (reason) }
+                        }
+                    }
+                }
+            }
+        }
+    };
+    html! {
+        h3 { (title) ": " (cases(total)) }
+        p.muted { (what) }
+        @if total == 0 { p { "None." } } @else { (scrolling(title, table)) }
+    }
+}
+
+/// The curve of some errors; the errors of two steps fall by one power more than the order.
+fn curve(slopes: &Slopes, claimed: Option<u32>) -> Curve {
+    let kind = |mark: Mark| match mark {
+        Mark::Counts => LevelKind::Asymptotic,
+        Mark::Coarse => LevelKind::PreAsymptotic,
+        Mark::Noise => LevelKind::Noise,
+    };
+    let level = |level: &SlopeLevel| {
+        (Level { h: level.h.abs(), error: level.error, noise: level.noise }, kind(level.mark))
+    };
+    let why = slopes.why.clone().unwrap_or_default();
+    Curve {
+        quantity: slopes.quantity.clone(),
+        levels: slopes.levels.iter().map(level).collect(),
+        estimate: Estimate::Inconclusive { why, slopes: Vec::new() },
+        expected: claimed.map(|order| order + 1),
+    }
+}
+
+/// The order that some errors show, in words.
+fn shown(slopes: &Slopes, claimed: Option<u32>) -> Markup {
+    html! {
+        (slopes.quantity) ": "
+        @match (slopes.order, slopes.interval, &slopes.why) {
+            (Some(order), Some([low, high]), _) => {
+                "order " b { (format!("{order:.3}")) } (format!(" in [{low:.3}, {high:.3}]"))
+            }
+            (_, _, Some(why)) => { "no order: " (why) }
+            _ => { "no order" }
+        }
+        @if let Some(claimed) = claimed { ", claimed\u{a0}" b { (claimed) } }
+    }
+}
+
+/// The errors of all quantities as a figure, with their orders and their levels.
+fn errors(label: &str, slopes: &[Slopes], claimed: Option<u32>) -> Markup {
+    let curves: Vec<Curve> = slopes.iter().map(|slopes| curve(slopes, claimed)).collect();
+    html! {
+        (chart::order(&format!("{label}: error against step"), &curves))
+        ul.curves {
+            @for (k, slopes) in slopes.iter().enumerate() {
+                li { (chart::key(LevelKind::Asymptotic, k)) (shown(slopes, claimed)) }
+            }
+        }
+        details {
+            summary { "the levels" }
+            @for slopes in slopes { (scrolling(&format!("Levels: {}", slopes.quantity), levels(slopes))) }
+        }
+    }
+}
+
+fn levels(slopes: &Slopes) -> Markup {
+    let what = |mark: Mark| match mark {
+        Mark::Counts => "",
+        Mark::Coarse => "too coarse",
+        Mark::Noise => "not clear of rounding",
+    };
+    html! {
+        table.compact {
+            caption { "Errors of the " (slopes.quantity) }
+            (header(&[Number("steps"), Number("h"), Number("error"), Number("order"), Text("")]))
+            tbody {
+                @for level in &slopes.levels {
+                    tr {
+                        td.number { (level.steps) }
+                        td.number { (format!("{:.3e}", level.h)) }
+                        td.number { (format!("{:.2e}", level.error)) }
+                        td.number { (level.order.map_or(String::new(), |order| format!("{order:.3}"))) }
+                        td.muted { (what(level.mark)) }
+                    }
+                }
+            }
+        }
+    }
+}
+
+fn measured(case: &MeasuredCase, claimed: Option<u32>) -> Markup {
+    html! {
+        figure {
+            figcaption { b { "System " (case.index) } ": " (elements::verdict(&case.verdict)) }
+            (errors(&format!("system {}", case.index), &case.slopes, claimed))
+            details { summary { "the system" } (facts(&case.case)) }
+        }
+    }
+}
+
+/// A broken law, or one under which the program failed.
+fn failure(law: &LawReport, broken: &Broken, kept: Option<&Kept>) -> Markup {
+    let about = &law.law.about;
+    let (count, of) = if broken.failed { (law.failed.len(), "the program failed") } else { (law.broken.len(), "broken") };
+    let witness = match &broken.verdict {
+        Verdict::Broken { witness, .. } => witness.clone(),
+        other => other.to_string(),
+    };
+    html! {
+        details.failure open {
+            summary {
+                b { (about.name) } ": "
+                span.alarm { (of) }
+                " on " (count) " of " (cases(law.cases))
+            }
+            dl.facts {
+                div { dt { "law" } dd { (typeset(about.statement)) } }
+                div { dt { "source" } dd { (typeset(about.source)) } }
+                @if let Some(claim) = &law.claim { div { dt { "claim" } dd { (claim) } } }
+                @if !broken.failed { div { dt { "verdict" } dd { (elements::verdict(&broken.verdict)) } } }
+                div { dt { @if broken.failed { "why" } @else { "witness" } } dd { (witness) } }
+            }
+            @if !broken.slopes.is_empty() {
+                // What is conserved has no claimed slope.
+                div.plots { figure { (errors(about.name, &broken.slopes, None)) } }
+            }
+            @if let Some(exchange) = &broken.exchange { (exchanged(exchange)) }
+            h4 { (origin(broken)) }
+            (facts(&broken.case))
+            @if let Some(kept) = kept { (record(kept)) }
+        }
+    }
+}
+
+/// A system, without a method: that is the program's.
+fn facts(case: &Case) -> Markup {
+    html! { dl.facts { @for (name, value) in system(case) { div { dt { (name) } dd { code { (value) } } } } } }
+}
+
+/// Where a case comes from.
+fn origin(broken: &Broken) -> String {
+    let mut how = vec![format!("The system: case {}", broken.index)];
+    if broken.varied {
+        how.push("varied (the same algebra with another inertia, force and motion)".into());
+    }
+    match broken.checks {
+        None => {}
+        Some(1) => how.push("shrunk by 1 check".into()),
+        Some(checks) => how.push(format!("shrunk by {checks} checks")),
+    }
+    how.join(", ")
+}
+
+fn exchanged(exchange: &Compared) -> Markup {
+    html! {
+        h4 { "One request: " (exchange.what) }
+        pre.line { (exchange.request) }
+        h4 { "Its answer" }
+        pre.line { @if exchange.answer.is_empty() { "(none)" } @else { (exchange.answer) } }
+        @if let Some(solution) = &exchange.solution {
+            h4 { "The solution at the end of this step" }
+            pre.line { (values(solution, |x| format!("{x:?}"))) }
+        }
+        @if let Some(difference) = &exchange.difference {
+            h4 { "The answer less the solution" }
+            pre.line { (values(difference, |x| format!("{x:.1e}"))) }
+        }
+    }
+}
+
+fn record(kept: &Kept) -> Markup {
+    html! {
+        h4 { "Run this case again" }
+        pre.line { "euler-poincare probe --replay " (kept.file) }
+        @if let Some(why) = &kept.not_saved { p.flag { "It was not saved: " (why) } }
+        details {
+            summary { "the file " code { (kept.file) } }
+            pre { (kept.text) }
+        }
+    }
+}
