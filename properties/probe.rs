@@ -654,9 +654,12 @@ fn cases_are_drawn_of_what_a_stepper_supports() {
         return;
     }
     let here = directory("supports");
-    for (stepper, order, mode) in
-        [("rigid_body.py", "4", ""), ("sphere.py", "2", ""), ("sphere.py", "2", "momentum"), ("variational.py", "2", "")]
-    {
+    for (stepper, order, mode) in [
+        ("rigid_body.py", "4", ""),
+        ("sphere.py", "2", ""),
+        ("sphere.py", "2", "momentum"),
+        ("variational.py", "2", ""),
+    ] {
         let command = ["python3", &steppers(stepper), mode];
         let laws_of = "order,casimirs,energy,reversibility,momentum,equivariance";
         let options = ["--cases", "4", "--order", order, "--laws", laws_of, "--format", "json"];
@@ -702,13 +705,17 @@ fn a_stepper_may_say_what_it_supports_in_the_place_of_an_answer() {
     for (wrong, said) in [
         ("{\"algebra\": [\"so3\"]}", "unknown field `algebra`"),
         ("{\"algebras\": [\"so5\"]}", "so5"),
-        ("{\"forces\": [\"drag\"]}", "a force \"),
+        ("{\"forces\": [\"drag\"]}", "a force"),
         ("{\"state\": {\"point\": [0, 0, 0]}}", "a point that is 0"),
     ] {
         let script = format!("while read line; do echo '{{\"supports\": {wrong}}}'; done");
         let output = probe(&here, &["--laws", "equivariance", "--cases", "1"], &["sh", "-c", &script]);
         assert_eq!(code(&output), 1, "{wrong}: {}", stdout(&output));
-        assert!(stdout(&output).contains("in the stepper's answer") && stdout(&output).contains(said), "{}", stdout(&output));
+        assert!(
+            stdout(&output).contains("in the stepper's answer") && stdout(&output).contains(said),
+            "{}",
+            stdout(&output)
+        );
     }
 }
 
@@ -722,9 +729,11 @@ fn states_without_an_attitude_are_judged_and_frozen_coordinates_are_found() {
     let output = probe(&here, &claims, &["python3", &stepper, "momentum"]);
     // A rotation by a midpoint rule that is explicit keeps the sphere, and not the area on it.
     assert_eq!((code(&output), broken(&output)), (1, vec!["method-poisson".into()]), "{}", stdout(&output));
-    let output = probe(&here, &["--order", "2", "--laws", "order", "--cases", "6", "--format", "json"], &["python3", &stepper]);
+    let output =
+        probe(&here, &["--order", "2", "--laws", "order", "--cases", "6", "--format", "json"], &["python3", &stepper]);
     assert_eq!(code(&output), 0, "{}", stdout(&output));
-    let names: Vec<_> = laws(&output)[0].1["orders"].as_array().unwrap().iter().map(|x| x["quantity"].clone()).collect();
+    let names: Vec<_> =
+        laws(&output)[0].1["orders"].as_array().unwrap().iter().map(|x| x["quantity"].clone()).collect();
     assert_eq!(names, ["momentum", "point"]);
     let options = ["--order", "2", "--laws", "order", "--cases", "6", "--shrink", "0", "--format", "json"];
     let output = probe(&here, &options, &["python3", &stepper, "frozen"]);

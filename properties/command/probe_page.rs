@@ -26,7 +26,8 @@ fn a_right_stepper_has_a_page_with_its_orders_and_its_claims() {
         return;
     }
     let (here, stepper) = (directory("probe-page"), steppers("variational.py"));
-    let claims = ["3", "--order", "2", "--conserves", "casimirs,momentum", "--laws", "order,casimirs,momentum,equivariance"];
+    let claims =
+        ["3", "--order", "2", "--conserves", "casimirs,momentum", "--laws", "order,casimirs,momentum,equivariance"];
     let options = [&SMALL[..], &claims].concat();
     let page = page(&here, &options, &["python3", &stepper], 0);
     let text = complete(&page, &SECTIONS);
@@ -39,11 +40,10 @@ fn a_right_stepper_has_a_page_with_its_orders_and_its_claims() {
         "not clear of rounding",
         "euler-poincare probe --algebras so3 --force-free --cases 2 --seed 3 --order 2 --conserves casimirs,momentum",
         &format!("-- python3 {stepper}"),
-        "{&quot;algebras&quot;",
+        "&quot;quartic&quot;:false",
         env!("CARGO_PKG_VERSION"),
     ] {
-        let wanted = wanted.replace("{&quot;algebras&quot;", "&quot;quartic&quot;:false");
-        assert!(text.contains(&wanted), "{wanted}: {text}");
+        assert!(text.contains(wanted), "{wanted}: {text}");
     }
     for law in ["order", "casimirs", "momentum", "equivariance"] {
         assert_eq!(page.matches(&format!("id=\"law-method-{law}\"")).count(), 1, "{law}");

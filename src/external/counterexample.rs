@@ -228,12 +228,7 @@ pub(super) fn compared(
 }
 
 /// The steps that a law asks for first, and those in which a case is not to matter.
-fn questions(
-    law: &MethodLaw,
-    case: &Case,
-    findings: Option<&Findings>,
-    form: &StateForm,
-) -> Option<Vec<Question>> {
+fn questions(law: &MethodLaw, case: &Case, findings: Option<&Findings>, form: &StateForm) -> Option<Vec<Question>> {
     let theory = theory_in::<Dd>(case, form).ok()?;
     let (start, h) = (theory.start().convert::<f64>(), theory.step().to_f64());
     let question = |what, from: &Point<f64>, h| Question { what, case: case.clone(), from: from.clone(), h };

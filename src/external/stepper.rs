@@ -107,9 +107,7 @@ impl External {
     fn ask(&self, system: &Described, point: &Point<f64>, h: f64, usual: f64) -> Result<Point<f64>, StepError> {
         let mut program = self.program();
         let silent = |silence: Silence| match silence {
-            Silence::GivenUp { .. } | Silence::Interrupted => {
-                StepError::Refused { step: h, why: silence.to_string() }
-            }
+            Silence::GivenUp { .. } | Silence::Interrupted => StepError::Refused { step: h, why: silence.to_string() },
             _ => StepError::NoAnswer { why: silence.to_string() },
         };
         let request = system.request(point, h);

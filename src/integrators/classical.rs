@@ -3,6 +3,7 @@
 #![doc = include_str!("../guide/modules/integrators/classical.md")]
 
 use super::picard::iterate;
+use super::variational::extrapolation_by;
 use super::{OneStep, Report, State, StepError};
 use crate::algebra::{Covector, Matrix, Vector};
 use crate::group::LieGroup;
@@ -106,6 +107,37 @@ where
         state.check_finite(h)?;
         self.slopes.fill(Covector::zeros());
         self.rates.fill(Matrix::zeros());
+        self.take(state, h)
+    }
+}
+
+impl<T, const N: usize, const D: usize, L, F, G> Classical<T, N, D, L, F, G>
+where
+    T: Real,
+    L: Lagrangian<T, N>,
+    F: Force<T, N>,
+    G: LieGroup<T, N, D>,
+{
+    /// A step from where the last one ended, `ratio` times as long: its stages are looked for near those of the polynomial through
+    /// the last ones.
+    pub(crate) fn follow(&mut self, state: &mut State<T, N, D>, h: T, ratio: T) -> Result<Report<T>, StepError> {
+        let Some(weights) = extrapolation_by(self.tableau.c().as_slice(), ratio) else { return self.step(state, h) };
+        state.check_finite(h)?;
+        let (slopes, rates) = (self.slopes.clone(), self.rates.clone());
+        for (i, (slope, rate)) in self.slopes.iter_mut().zip(&mut self.rates).enumerate() {
+            (*slope, *rate) = (Covector::zeros(), Matrix::zeros());
+            for (j, (before, turned)) in slopes.iter().zip(&rates).enumerate() {
+                *slope += before * weights[(i, j)];
+                if self.group.is_some() {
+                    *rate += turned * weights[(i, j)];
+                }
+            }
+        }
+        self.take(state, h)
+    }
+
+    /// A step with the guesses at hand.
+    fn take(&mut self, state: &mut State<T, N, D>, h: T) -> Result<Report<T>, StepError> {
         let (solver, iterations, residual) = iterate(self.explicit, h, self.tolerance, || self.pass(state, h))?;
         let mut next = state.clone();
         for (j, (slope, rate)) in self.slopes.iter().zip(&self.rates).enumerate() {

@@ -64,11 +64,7 @@ impl Probed<'_> {
 
     fn outcome(&self) -> Outcome {
         let laws = &self.report.laws;
-        let asked = format!(
-            "{} on {}",
-            counted(laws.len(), "law"),
-            cases(laws.iter().map(|law| law.cases).sum())
-        );
+        let asked = format!("{} on {}", counted(laws.len(), "law"), cases(laws.iter().map(|law| law.cases).sum()));
         let broken: Vec<&str> = named_laws(laws, |law| !law.broken.is_empty());
         let failed: Vec<&str> = named_laws(laws, |law| !law.failed.is_empty());
         let broken = match broken.as_slice() {
@@ -261,7 +257,15 @@ fn told(supports: &Supports) -> Markup {
 }
 
 const HEADS: [&str; 10] = [
-    "systems", "held", "broken", "program failed", "inconclusive", "not applicable", "worst defect", "its bound", "least order",
+    "systems",
+    "held",
+    "broken",
+    "program failed",
+    "inconclusive",
+    "not applicable",
+    "worst defect",
+    "its bound",
+    "least order",
     "median order",
 ];
 
@@ -348,9 +352,8 @@ fn curve(slopes: &Slopes, claimed: Option<u32>) -> Curve {
         Mark::Coarse => LevelKind::PreAsymptotic,
         Mark::Noise => LevelKind::Noise,
     };
-    let level = |level: &SlopeLevel| {
-        (Level { h: level.h.abs(), error: level.error, noise: level.noise }, kind(level.mark))
-    };
+    let level =
+        |level: &SlopeLevel| (Level { h: level.h.abs(), error: level.error, noise: level.noise }, kind(level.mark));
     let why = slopes.why.clone().unwrap_or_default();
     Curve {
         quantity: slopes.quantity.clone(),
@@ -430,7 +433,8 @@ fn measured(case: &MeasuredCase, claimed: Option<u32>) -> Markup {
 /// A broken law, or one under which the program failed.
 fn failure(law: &LawReport, broken: &Broken, kept: Option<&Kept>) -> Markup {
     let about = &law.law.about;
-    let (count, of) = if broken.failed { (law.failed.len(), "the program failed") } else { (law.broken.len(), "broken") };
+    let (count, of) =
+        if broken.failed { (law.failed.len(), "the program failed") } else { (law.broken.len(), "broken") };
     let witness = match &broken.verdict {
         Verdict::Broken { witness, .. } => witness.clone(),
         other => other.to_string(),

@@ -579,7 +579,7 @@ impl<T: Precision> View<'_, '_, T> {
     fn solution(&self, start: &Point<T>, times: &[T], attitude: bool) -> Result<Vec<Solved<Dd>>, StepError> {
         let list = Point { time: T::zero(), momentum: times.to_vec(), attitude: Vec::new() };
         // Far below what a method of 16 digits can be wrong by and still be called exact.
-        let tolerance = if self.setup.quad.is_some() { 0.0 } else { 2f64.powi(-76) };
+        let tolerance = if self.setup.quad.is_some() { 0.0 } else { 2f64.powi(-68) };
         let times = list.convert::<Dd>().momentum;
         let start = start.convert();
         self.setup.known()?.solve(&Wanted { start, times, stages: levels::STAGES, tolerance, attitude })
