@@ -1,8 +1,12 @@
 //! Properties of `probe`: right verdicts on the steppers in `steppers/`, and on programs that are none.
 
 use euler_poincare::algebra::Covector;
-use euler_poincare::external::{Described, External, ExternalStepper, Limits, Program, Record, Silence, parse};
+use euler_poincare::external::{
+    Described, External, ExternalStepper, Limits, Program, Record, Silence, Supports, parse,
+};
+use euler_poincare::harness::draw;
 use euler_poincare::integrators::{OneStep, State, StepError, Variational};
+use euler_poincare::laws::method::LAWS;
 use euler_poincare::mechanics::{self, Lagrangian};
 use euler_poincare::retraction::Retraction;
 use euler_poincare::study::problem;
@@ -963,6 +967,17 @@ impl Visitor<f64> for Start {
     }
 }
 
+/// What steppers support; the first is nothing.
+const SUPPORTED: [&str; 7] = [
+    r#"{"algebras": []}"#,
+    r#"{"algebras": ["so3", "se3"], "standard_basis": true, "quartic": false, "forces": ["constant"]}"#,
+    r#"{"dimensions": [2, 3, 6], "diagonal_inertia": true}"#,
+    r#"{"forces": [], "positive_steps": true}"#,
+    r#"{"algebras": ["so3"], "forces": ["double-bracket", "orbit"], "state": "momentum"}"#,
+    r#"{"state": {"point": [0, 0, 1]}}"#,
+    r#"{"state": {"point": [1, 0, 0, 1]}, "diagonal_inertia": true, "quartic": false}"#,
+];
+
 proptest! {
     #![proptest_config(ProptestConfig::with_cases(64))]
 
@@ -986,6 +1001,21 @@ proptest! {
         prop_assert_eq!(mu, start.momentum);
         let g: Vec<f64> = value["g"].as_array().map_or(Vec::new(), |g| g.iter().map(|x| x.as_f64().unwrap()).collect());
         prop_assert_eq!(g, start.attitude);
+    }
+
+    /// What is drawn for a stepper is what it supports.
+    #[test]
+    fn what_is_supported_is_drawn(index in 0..SUPPORTED.len(), seed in any::<u64>()) {
+        let supports = Supports::parse(SUPPORTED[index]).unwrap();
+        for law in LAWS {
+            let strategy = law.cases(supports.cases(cases().kinetic())).boxed();
+            let Ok((case, _)) = draw(&strategy, seed, law.about.name, 0).case else {
+                prop_assert!(index == 0, "{}: nothing is drawn", law.about.name);
+                continue;
+            };
+            prop_assert!(supports.admits(&case), "{case}");
+            prop_assert!(!supports.positive_steps || case.step.eval::<f64>().unwrap() > 0.0);
+        }
     }
 
     /// No line of bytes makes the reader panic.

@@ -2,13 +2,16 @@
 
 use euler_poincare::harness::{Verdict, draw};
 use euler_poincare::integrators::{Classical, StepError, Variational};
-use euler_poincare::laws::method::{Claims, LAWS, MethodLaw, MethodSource, Point, Stepper, Untyped, check_case, named};
+use euler_poincare::laws::method::{
+    Claims, LAWS, MethodLaw, MethodSource, Point, StateForm, Stepper, Untyped, check_case, named,
+};
 use euler_poincare::mechanics::{Force, Lagrangian, equations::EulerPoincare};
 use euler_poincare::retraction::Retraction;
 use euler_poincare::study::problem;
 use euler_poincare::system::case::{Drag, Force as Term};
 use euler_poincare::system::{Case, System, Visitor, cases};
 use euler_poincare::tableau::{Classic, Description, Family, Tableau};
+use nalgebra::DMatrix;
 use proptest::strategy::{Just, Strategy};
 
 /// A classical method on (μ, g), or the variational one; from steps above `diverges` on it answers NaN.
@@ -221,4 +224,68 @@ fn a_claim_that_nothing_confirms_is_not_confirmed() {
     let gauss = Method::gauss(4);
     let verdict = check_case(&LAWS[0], &gauss, &case, &claims(8)).verdict;
     assert!(matches!(verdict, Verdict::Inconclusive { .. } | Verdict::Holds { .. }), "{verdict}");
+}
+
+/// A method whose state is the momentum alone, or a point besides: the increment of the attitude moves it, on the right side or not.
+struct WithoutAttitude {
+    form: StateForm,
+    method: Method,
+    wrong_side: bool,
+}
+
+struct Moving<'m>(Box<dyn Stepper<f64> + 'm>, &'m WithoutAttitude);
+
+impl Stepper<f64> for Moving<'_> {
+    fn step(&mut self, point: &Point<f64>, h: f64) -> Result<Point<f64>, StepError> {
+        let StateForm::Point(x) = &self.1.form else { return self.0.step(point, h) };
+        let m = x.len();
+        assert_eq!(point.attitude.len(), m);
+        let identity = DMatrix::<f64>::identity(m, m).iter().copied().collect();
+        let next = self.0.step(&Point { attitude: identity, ..point.clone() }, h)?;
+        let increment = DMatrix::from_row_slice(m, m, &next.attitude);
+        let inverse = if self.1.wrong_side { increment } else { increment.try_inverse().unwrap() };
+        let moved = inverse * DMatrix::from_row_slice(m, 1, &point.attitude);
+        Ok(Point { attitude: moved.iter().copied().collect(), ..next })
+    }
+}
+
+impl MethodSource for WithoutAttitude {
+    fn double<'a>(&'a self, case: &Case) -> Result<Box<dyn Stepper<f64> + 'a>, StepError> {
+        Ok(Box::new(Moving(self.method.double(case)?, self)))
+    }
+
+    fn form(&self) -> StateForm {
+        self.form.clone()
+    }
+}
+
+#[test]
+fn points_of_homogeneous_spaces_and_of_orbits_have_the_order_of_the_method() {
+    let (sphere, origin) = (StateForm::Point(vec![0.0, 0.0, 1.0]), StateForm::Point(vec![0.0, 0.0, 0.0, 1.0]));
+    let plane = StateForm::Point(vec![3.0, -1.0]);
+    for (algebra, form) in [
+        ("so3", sphere.clone()),
+        ("se2", sphere),
+        ("se3", origin),
+        ("sl2", plane),
+        ("so3", StateForm::Momentum),
+        ("se2", StateForm::Momentum),
+    ] {
+        let strategy = LAWS[0].cases(cases().kinetic().algebras(&[algebra.parse().unwrap()])).boxed();
+        let count = |wrong_side: bool| {
+            let subject = WithoutAttitude { form: form.clone(), method: Method::gauss(2), wrong_side };
+            let verdicts = (0..6).map(|index| {
+                let (case, _) = draw(&strategy, 3, LAWS[0].about.name, index).case.unwrap();
+                check_case(&LAWS[0], &subject, &case, &claims(4)).verdict
+            });
+            let verdicts: Vec<Verdict> = verdicts.collect();
+            [verdicts.iter().filter(|v| v.holds()).count(), verdicts.iter().filter(|v| v.is_broken()).count()]
+        };
+        let [held, broken] = count(false);
+        assert!(held >= 4 && broken == 0, "{algebra} {form:?}: {held} held, {broken} broken");
+        if form != StateForm::Momentum {
+            let [held, broken] = count(true);
+            assert!(broken >= 4 && held == 0, "{algebra} {form:?}, the wrong side: {held} held, {broken} broken");
+        }
+    }
 }

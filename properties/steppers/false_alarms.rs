@@ -256,6 +256,14 @@ impl<T: Real> Theory<T> for Shared<T> {
         self.0.theory.is_autonomous()
     }
 
+    fn has_attitude(&self) -> bool {
+        self.0.theory.has_attitude()
+    }
+
+    fn parts(&self) -> Vec<String> {
+        self.0.theory.parts()
+    }
+
     fn casimirs(&self) -> usize {
         self.0.theory.casimirs()
     }

@@ -236,13 +236,21 @@ impl<const N: usize, const D: usize> OneStep<f64, N, D> for ExternalStepper<N, D
     fn step(&mut self, state: &mut State<f64, N, D>, h: f64) -> Result<Report<f64>, StepError> {
         state.check_finite(h)?;
         let point = Point::of(state, self.0.system.size());
-        let known = self.0.external.supports().is_some();
-        let next = match self.0.step(&point, h) {
-            // It was asked for the first time, and told what it supports.
-            Err(StepError::Unsupported { .. }) if !known && self.0.external.state() == StateForm::Attitude => {
-                self.0.step(&point, h)?
-            }
-            answer => answer?,
+        let external = &self.0.external;
+        let known = external.supports().is_some();
+        let has_attitude = || match external.state() {
+            StateForm::Attitude => Ok(()),
+            _ => Err(StepError::Unsupported { why: "the stepper's state has no attitude".into() }),
+        };
+        has_attitude()?;
+        let first = external.ask(&self.0.system, &point, h, self.0.usual);
+        // It was asked for the first time, and told what it supports.
+        let told = matches!(first, Err(StepError::Unsupported { .. })) && !known && external.supports().is_some();
+        let next = if told {
+            has_attitude()?;
+            self.0.step(&point, h)?
+        } else {
+            first?
         };
         *state = next.state();
         Ok(Report { solver: Solver::Explicit, iterations: 0, residual: 0.0 })

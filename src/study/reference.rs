@@ -103,17 +103,18 @@ where
     let mut targets: Vec<Option<Target<T, N, D>>> = vec![None; times.len()];
     let power = stages.max(4) as i32;
     let (mut state, mut passed, mut reference_error) = (start.clone(), T::zero(), (T::zero(), T::zero()));
-    let mut before = None;
+    let mut before: Option<T> = None;
     for (rank, &k) in sequence.iter().enumerate() {
         let duration = times[k] - passed;
         let mut next = state.clone();
-        match before {
-            _ if duration == T::zero() => {}
-            // Where digits are left open, fewer iterations do.
-            Some(before) if tolerance > T::zero() => drop(method.follow(&mut next, duration, duration / before)?),
-            _ => drop(method.step(&mut next, duration)?),
+        if duration != T::zero() {
+            match before {
+                // Where digits are left open, fewer iterations do.
+                Some(before) if tolerance > T::zero() => method.follow(&mut next, duration, duration / before)?,
+                _ => method.step(&mut next, duration)?,
+            };
+            before = Some(duration);
         }
-        before = (duration != T::zero()).then_some(duration).or(before);
         if rank + 1 == sequence.len() && duration != T::zero() {
             reference_error = difference(&next, &run(&mut method, &state, duration, 2)?);
         }

@@ -220,13 +220,49 @@ impl Probed<'_> {
         let body = html! {
             @if none { p { "None." } }
             @for (law, kept) in shown() {
-                @if let Some(broken) = &law.failure { (failure(law, broken, kept.broken.as_ref())) }
+                @if let Some(broken) = &law.failure { (self.failure(law, broken, kept.broken.as_ref())) }
             }
             @for (law, kept) in shown() {
-                @if let Some(failed) = &law.program_failure { (failure(law, failed, kept.failed.as_ref())) }
+                @if let Some(failed) = &law.program_failure { (self.failure(law, failed, kept.failed.as_ref())) }
             }
         };
         section("failures", "Broken laws", body)
+    }
+
+    /// A broken law, or one under which the program failed.
+    fn failure(&self, law: &LawReport, broken: &Broken, kept: Option<&Kept>) -> Markup {
+        let about = &law.law.about;
+        // What is conserved has no slope that is claimed.
+        let claimed = self.report.claims.order.filter(|_| about.name == ORDERS);
+        let (count, of) =
+            if broken.failed { (law.failed.len(), "the program failed") } else { (law.broken.len(), "broken") };
+        let witness = match &broken.verdict {
+            Verdict::Broken { witness, .. } => witness.clone(),
+            other => other.to_string(),
+        };
+        html! {
+            details.failure open {
+                summary {
+                    b { (about.name) } ": "
+                    span.alarm { (of) }
+                    " on " (count) " of " (cases(law.cases))
+                }
+                dl.facts {
+                    div { dt { "law" } dd { (typeset(about.statement)) } }
+                    div { dt { "source" } dd { (typeset(about.source)) } }
+                    @if let Some(claim) = &law.claim { div { dt { "claim" } dd { (claim) } } }
+                    @if !broken.failed { div { dt { "verdict" } dd { (elements::verdict(&broken.verdict)) } } }
+                    div { dt { @if broken.failed { "why" } @else { "witness" } } dd { (witness) } }
+                }
+                @if !broken.slopes.is_empty() {
+                    div.plots { figure { (errors(about.name, &broken.slopes, claimed)) } }
+                }
+                @if let Some(exchange) = &broken.exchange { (exchanged(exchange)) }
+                h4 { (origin(broken)) }
+                (facts(&broken.case))
+                @if let Some(kept) = kept { (record(kept)) }
+            }
+        }
     }
 
     fn again(&self) -> Markup {
@@ -426,41 +462,6 @@ fn measured(case: &MeasuredCase, claimed: Option<u32>) -> Markup {
             figcaption { b { "System " (case.index) } ": " (elements::verdict(&case.verdict)) }
             (errors(&format!("system {}", case.index), &case.slopes, claimed))
             details { summary { "the system" } (facts(&case.case)) }
-        }
-    }
-}
-
-/// A broken law, or one under which the program failed.
-fn failure(law: &LawReport, broken: &Broken, kept: Option<&Kept>) -> Markup {
-    let about = &law.law.about;
-    let (count, of) =
-        if broken.failed { (law.failed.len(), "the program failed") } else { (law.broken.len(), "broken") };
-    let witness = match &broken.verdict {
-        Verdict::Broken { witness, .. } => witness.clone(),
-        other => other.to_string(),
-    };
-    html! {
-        details.failure open {
-            summary {
-                b { (about.name) } ": "
-                span.alarm { (of) }
-                " on " (count) " of " (cases(law.cases))
-            }
-            dl.facts {
-                div { dt { "law" } dd { (typeset(about.statement)) } }
-                div { dt { "source" } dd { (typeset(about.source)) } }
-                @if let Some(claim) = &law.claim { div { dt { "claim" } dd { (claim) } } }
-                @if !broken.failed { div { dt { "verdict" } dd { (elements::verdict(&broken.verdict)) } } }
-                div { dt { @if broken.failed { "why" } @else { "witness" } } dd { (witness) } }
-            }
-            @if !broken.slopes.is_empty() {
-                // What is conserved has no claimed slope.
-                div.plots { figure { (errors(about.name, &broken.slopes, None)) } }
-            }
-            @if let Some(exchange) = &broken.exchange { (exchanged(exchange)) }
-            h4 { (origin(broken)) }
-            (facts(&broken.case))
-            @if let Some(kept) = kept { (record(kept)) }
         }
     }
 }
