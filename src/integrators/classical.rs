@@ -3,7 +3,6 @@
 #![doc = include_str!("../guide/modules/integrators/classical.md")]
 
 use super::picard::iterate;
-use super::variational::extrapolation_by;
 use super::{OneStep, Report, State, StepError};
 use crate::algebra::{Covector, Matrix, Vector};
 use crate::group::LieGroup;
@@ -13,6 +12,14 @@ use crate::mechanics::{Force, Lagrangian};
 use crate::scalar::Real;
 use crate::tableau::Tableau;
 
+/// How many columns of g the group's algebra moves: those up to the last in which an element of a basis has an entry.
+fn moving<T: Real, G: LieGroup<T, N, D>, const N: usize, const D: usize>(group: &G) -> usize {
+    let element = |a: usize| group.hat(&Vector::<T, N>::from_fn(|b, _| if a == b { T::one() } else { T::zero() }));
+    let last =
+        |hat: Matrix<T, D>| (0..D).rfind(|k| (0..D).any(|j| hat[(*k, j)] != T::zero() || hat[(j, *k)] != T::zero()));
+    (0..N).filter_map(|a| last(element(a))).max().map_or(0, |last| last + 1)
+}
+
 /// A Runge–Kutta method on (μ, g) as a vector in g* × ℝ^{D×D}; without a group the attitude is left alone.
 #[derive(Clone, Debug)]
 pub struct Classical<T: Real, const N: usize, const D: usize, L, F, G> {
@@ -21,6 +28,8 @@ pub struct Classical<T: Real, const N: usize, const D: usize, L, F, G> {
     tableau: Tableau<T>,
     explicit: bool,
     tolerance: T,
+    /// The columns of g that move: those before the padding of the group's matrices.
+    columns: usize,
     slopes: Vec<Covector<T, N>>,
     rates: Vec<Matrix<T, D>>,
     velocities: Vec<Vector<T, N>>,
@@ -39,9 +48,10 @@ where
         let explicit = (0..s).all(|i| (i..s).all(|j| tableau.a()[(i, j)] == T::zero()));
         Self {
             system,
-            group,
             explicit,
             tolerance: T::zero(),
+            columns: group.as_ref().map_or(0, moving),
+            group,
             tableau,
             slopes: vec![Covector::zeros(); s],
             rates: vec![Matrix::zeros(); s],
@@ -58,6 +68,9 @@ where
     /// Evaluates every stage with the slopes at hand; returns the largest relative change of a slope.
     fn pass(&mut self, state: &State<T, N, D>, h: T) -> Result<T, StepError> {
         let (mut change, mut size) = (T::zero(), T::zero());
+        let columns = self.columns;
+        let moves = |r: &usize| (0..columns).any(|c| state.attitude[(*r, c)] != T::zero());
+        let rows = (0..D).rfind(moves).map_or(0, |last| last + 1);
         for i in 0..self.tableau.stages() {
             let mut momentum = state.momentum;
             for (j, slope) in self.slopes.iter().enumerate() {
@@ -67,7 +80,12 @@ where
             let mut attitude = state.attitude;
             if self.group.is_some() {
                 for (j, rate) in self.rates.iter().enumerate() {
-                    attitude += rate * (h * self.tableau.a()[(i, j)]);
+                    let weight = h * self.tableau.a()[(i, j)];
+                    for c in 0..columns {
+                        for r in 0..rows {
+                            attitude[(r, c)] += rate[(r, c)] * weight;
+                        }
+                    }
                 }
             } else if self.system.uses_configuration() {
                 let why = "the system depends on the configuration, and no group was given".into();
@@ -82,12 +100,16 @@ where
                 size = size.max(new.abs());
             }
             if let Some(group) = &self.group {
-                let rate = attitude * group.hat(&rates.velocity);
-                for (new, old) in rate.iter().zip(&self.rates[i]) {
-                    change = change.max((*new - *old).abs());
-                    size = size.max(new.abs());
+                let hat = group.hat(&rates.velocity);
+                for c in 0..columns {
+                    for r in 0..rows {
+                        let entry = |sum: T, j: usize| sum + attitude[(r, j)] * hat[(j, c)];
+                        let new = (1..columns).fold(attitude[(r, 0)] * hat[(0, c)], entry);
+                        change = change.max((new - self.rates[i][(r, c)]).abs());
+                        size = size.max(new.abs());
+                        self.rates[i][(r, c)] = new;
+                    }
                 }
-                self.rates[i] = rate;
             }
             self.slopes[i] = rates.momentum;
             self.velocities[i] = rates.velocity;
@@ -107,37 +129,6 @@ where
         state.check_finite(h)?;
         self.slopes.fill(Covector::zeros());
         self.rates.fill(Matrix::zeros());
-        self.take(state, h)
-    }
-}
-
-impl<T, const N: usize, const D: usize, L, F, G> Classical<T, N, D, L, F, G>
-where
-    T: Real,
-    L: Lagrangian<T, N>,
-    F: Force<T, N>,
-    G: LieGroup<T, N, D>,
-{
-    /// A step from where the last one ended, `ratio` times as long: its stages are looked for near those of the polynomial through
-    /// the last ones.
-    pub(crate) fn follow(&mut self, state: &mut State<T, N, D>, h: T, ratio: T) -> Result<Report<T>, StepError> {
-        let Some(weights) = extrapolation_by(self.tableau.c().as_slice(), ratio) else { return self.step(state, h) };
-        state.check_finite(h)?;
-        let (slopes, rates) = (self.slopes.clone(), self.rates.clone());
-        for (i, (slope, rate)) in self.slopes.iter_mut().zip(&mut self.rates).enumerate() {
-            (*slope, *rate) = (Covector::zeros(), Matrix::zeros());
-            for (j, (before, turned)) in slopes.iter().zip(&rates).enumerate() {
-                *slope += before * weights[(i, j)];
-                if self.group.is_some() {
-                    *rate += turned * weights[(i, j)];
-                }
-            }
-        }
-        self.take(state, h)
-    }
-
-    /// A step with the guesses at hand.
-    fn take(&mut self, state: &mut State<T, N, D>, h: T) -> Result<Report<T>, StepError> {
         let (solver, iterations, residual) = iterate(self.explicit, h, self.tolerance, || self.pass(state, h))?;
         let mut next = state.clone();
         for (j, (slope, rate)) in self.slopes.iter().zip(&self.rates).enumerate() {

@@ -864,18 +864,13 @@ fn relative<T: Real>(change: T, size: T) -> T {
 /// Lagrange weights E with p(1 + c_i) = Σ_j E_ij p(c_j) for polynomials of degree < s; none where two nodes are closer
 /// than 2⁻¹⁰ or the weights exceed 2²⁰ (the guess would be all rounding).
 pub(super) fn extrapolation<T: Real>(c: &[T]) -> Option<DMatrix<T>> {
-    extrapolation_by(c, T::one())
-}
-
-/// The same with p(1 + r c_i): of a step that is r times as long as the one before.
-pub(super) fn extrapolation_by<T: Real>(c: &[T], ratio: T) -> Option<DMatrix<T>> {
     let s = c.len();
     let apart = (0..s).all(|i| (0..i).all(|j| (c[i] - c[j]).abs() > T::exact(2f64.powi(-10))));
     if !apart {
         return None;
     }
     let weights = DMatrix::from_fn(s, s, |i, j| {
-        (0..s).filter(|&k| k != j).fold(T::one(), |w, k| w * (T::one() + ratio * c[i] - c[k]) / (c[j] - c[k]))
+        (0..s).filter(|&k| k != j).fold(T::one(), |w, k| w * (T::one() + c[i] - c[k]) / (c[j] - c[k]))
     });
     weights.iter().all(|w| w.abs() < T::exact(2f64.powi(20))).then_some(weights)
 }

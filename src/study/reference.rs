@@ -103,18 +103,9 @@ where
     let mut targets: Vec<Option<Target<T, N, D>>> = vec![None; times.len()];
     let power = stages.max(4) as i32;
     let (mut state, mut passed, mut reference_error) = (start.clone(), T::zero(), (T::zero(), T::zero()));
-    let mut before: Option<T> = None;
     for (rank, &k) in sequence.iter().enumerate() {
         let duration = times[k] - passed;
-        let mut next = state.clone();
-        if duration != T::zero() {
-            match before {
-                // Where digits are left open, fewer iterations do.
-                Some(before) if tolerance > T::zero() => method.follow(&mut next, duration, duration / before)?,
-                _ => method.step(&mut next, duration)?,
-            };
-            before = Some(duration);
-        }
+        let next = if duration == T::zero() { state.clone() } else { run(&mut method, &state, duration, 1)? };
         if rank + 1 == sequence.len() && duration != T::zero() {
             reference_error = difference(&next, &run(&mut method, &state, duration, 2)?);
         }

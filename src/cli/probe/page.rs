@@ -117,11 +117,7 @@ impl Probed<'_> {
                 @if let Some(supports) = &self.report.supports { div { dt { "supports" } dd { (told(supports)) } } }
                 div { dt { "judged by" } dd { "euler-poincare " (self.version) } }
             }
-            p {
-                "The program was asked for single steps of mechanical systems on Lie groups, d/dt l'(η) = ad*"
-                sub { "η" } " l'(η) + f(t, η), ġ = g η, with momentum μ = l'(η) in the body frame and attitude g. The laws say how its \
-                 errors shrink with the step, what it conserves, and how it treats symmetries."
-            }
+            p { (typeset(ASKED)) }
         }
     }
 
@@ -282,6 +278,12 @@ impl Probed<'_> {
         section("again", "Run it again", body)
     }
 }
+
+/// What is asked.
+const ASKED: &str = "\
+The program was asked for single steps of mechanical systems on Lie groups: d/dt l'(η) = ad*_η l'(η) + f(t, η), ġ = g η, with the \
+momentum μ = l'(η) in the body frame and the attitude g. The laws say how its errors shrink with the step, what it conserves, and how \
+it treats symmetries.";
 
 fn named_laws(laws: &[LawReport], wanted: fn(&LawReport) -> bool) -> Vec<&'static str> {
     laws.iter().filter(|law| wanted(law)).map(|law| law.law.about.name).collect()
