@@ -32,17 +32,22 @@ pub struct Supports {
     #[serde(skip_serializing_if = "Option::is_none")]
     pub dimensions: Option<Vec<usize>>,
     /// Only standard bases.
+    #[serde(skip_serializing_if = "std::ops::Not::not")]
     pub standard_basis: bool,
     /// Only diagonal inertias.
+    #[serde(skip_serializing_if = "std::ops::Not::not")]
     pub diagonal_inertia: bool,
     /// Whether Lagrangians may have a quartic term.
+    #[serde(skip_serializing_if = "bool::clone")]
     pub quartic: bool,
     /// Only forces of these kinds; an empty list: none.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub forces: Option<Vec<String>>,
     /// Only positive steps.
+    #[serde(skip_serializing_if = "std::ops::Not::not")]
     pub positive_steps: bool,
     /// What its state is.
+    #[serde(skip_serializing_if = "StateForm::is_attitude")]
     pub state: StateForm,
 }
 

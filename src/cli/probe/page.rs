@@ -188,7 +188,7 @@ impl Probed<'_> {
             p {
                 "The order of a part of the state is the slope of its error after two steps, less one. "
                 @match claimed {
-                    Some(order) => { "Order " b { (order) } " is claimed; the dashed lines have that slope." }
+                    Some(order) => { "Order " b { (order) } " is claimed: the slope of the dashed lines, less one." }
                     None => { "No order is claimed." }
                 }
             }

@@ -28,6 +28,11 @@ pub enum StateForm {
 }
 
 impl StateForm {
+    /// Whether it is (μ, g).
+    pub(crate) fn is_attitude(&self) -> bool {
+        *self == Self::Attitude
+    }
+
     /// What stands beside μ.
     pub(crate) fn beside(&self) -> &'static str {
         match self {
