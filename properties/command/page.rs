@@ -11,7 +11,7 @@ use std::thread::sleep;
 use std::time::{Duration, Instant};
 
 /// Elements without an end.
-const VOID: [&str; 6] = ["meta", "br", "hr", "img", "input", "link"];
+const VOID: [&str; 7] = ["meta", "br", "hr", "img", "input", "link", "wbr"];
 
 /// The names of a tag's attributes, each of which it may have once.
 fn attributes(tag: &str) -> BTreeSet<&str> {

@@ -430,6 +430,12 @@ fn text(report: &ProbeReport, kept: &[KeptCases], page: Option<&Path>) -> String
     text
 }
 
+/// An order to two digits; nearly 0 is 0.
+fn rounded(order: f64) -> String {
+    let text = format!("{order:.2}");
+    if text == "-0.00" { "0.00".into() } else { text }
+}
+
 /// The law whose orders are those of the parts of the state.
 const ORDERS: &str = "method-order";
 
@@ -439,7 +445,8 @@ fn orders(law: &LawReport) -> Vec<(String, String)> {
         let (least, median) = (orders.least()?, orders.median()?);
         let count = orders.values.len();
         let cases = if count == 1 { "1 case".into() } else { format!("{count} cases") };
-        Some((orders.quantity.clone(), format!("median {median:.2}, least {least:.2}, of {cases}")))
+        let [median, least] = [median, least].map(rounded);
+        Some((orders.quantity.clone(), format!("median {median}, least {least}, of {cases}")))
     };
     law.orders.iter().filter_map(one).collect()
 }
@@ -494,7 +501,7 @@ fn slopes(law: &LawReport) -> Option<(f64, f64)> {
 
 fn row(law: &LawReport) -> Vec<String> {
     let number = |number: Option<f64>| number.map(|x| format!("{x:.1e}")).unwrap_or_default();
-    let order = |order: Option<f64>| order.map(|x| format!("{x:.2}")).unwrap_or_default();
+    let order = |order: Option<f64>| order.map(rounded).unwrap_or_default();
     vec![
         law.law.about.name.to_owned(),
         law.cases.to_string(),

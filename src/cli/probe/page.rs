@@ -8,7 +8,7 @@ use super::super::report::formula::typeset;
 use super::super::report::numbers::*;
 use super::super::report::{chart, orders};
 use super::failure::{system, values};
-use super::{Kept, KeptCases, ORDERS, slopes};
+use super::{Kept, KeptCases, ORDERS, rounded, slopes};
 use euler_poincare::external::{
     Broken, ClaimReport, Compared, Conclusion, LawReport, Mark, MeasuredCase, ProbeReport, SlopeLevel, Slopes, Supports,
 };
@@ -308,7 +308,7 @@ const HEADS: [&str; 10] = [
 ];
 
 fn order(value: Option<f64>) -> String {
-    value.map_or("–".into(), |value| format!("{value:.2}"))
+    value.map_or("–".into(), rounded)
 }
 
 fn row(law: &LawReport) -> Markup {
@@ -487,19 +487,24 @@ fn origin(broken: &Broken) -> String {
     how.join(", ")
 }
 
+/// A line of JSON that may be broken after its commas; copied, it is one line.
+fn breakable(line: &str) -> Markup {
+    html! { @for part in line.split_inclusive(',') { (part) wbr; } }
+}
+
 fn exchanged(exchange: &Compared) -> Markup {
     html! {
         h4 { "One request: " (exchange.what) }
-        pre.line { (exchange.request) }
+        pre.line { (breakable(&exchange.request)) }
         h4 { "Its answer" }
-        pre.line { @if exchange.answer.is_empty() { "(none)" } @else { (exchange.answer) } }
+        pre.line { @if exchange.answer.is_empty() { "(none)" } @else { (breakable(&exchange.answer)) } }
         @if let Some(solution) = &exchange.solution {
             h4 { "The solution at the end of this step" }
-            pre.line { (values(solution, |x| format!("{x:?}"))) }
+            pre.line { (breakable(&values(solution, |x| format!("{x:?}")))) }
         }
         @if let Some(difference) = &exchange.difference {
             h4 { "The answer less the solution" }
-            pre.line { (values(difference, |x| format!("{x:.1e}"))) }
+            pre.line { (breakable(&values(difference, |x| format!("{x:.1e}")))) }
         }
     }
 }
