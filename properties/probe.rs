@@ -670,7 +670,7 @@ fn cases_are_drawn_of_what_a_stepper_supports() {
         let algebras: &[&str] = if stepper == "variational.py" { &["--algebras", "so3,se2"] } else { &[] };
         let output = probe(&here, &[&options, algebras].concat(), &command[..if mode.is_empty() { 2 } else { 3 }]);
         assert_eq!(code(&output), 0, "{stepper}: {}{}", stdout(&output), stderr(&output));
-        assert!(summary(&output)["supports"].as_object().is_some_and(|keys| keys.len() > 0), "{stepper}");
+        assert!(summary(&output)["supports"].as_object().is_some_and(|keys| !keys.is_empty()), "{stepper}");
         for (law, line) in laws(&output) {
             assert_eq!(line["cases"], 4, "{stepper} {law}: {line}");
             let refused = line["not_applicable"].as_object().unwrap();
