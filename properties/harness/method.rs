@@ -274,7 +274,7 @@ fn points_of_homogeneous_spaces_and_of_orbits_have_the_order_of_the_method() {
         let strategy = LAWS[0].cases(cases().kinetic().algebras(&[algebra.parse().unwrap()])).boxed();
         let count = |wrong_side: bool| {
             let subject = WithoutAttitude { form: form.clone(), method: Method::gauss(2), wrong_side };
-            let verdicts = (0..6).map(|index| {
+            let verdicts = (0..12).map(|index| {
                 let (case, _) = draw(&strategy, 3, LAWS[0].about.name, index).case.unwrap();
                 check_case(&LAWS[0], &subject, &case, &claims(4)).verdict
             });
@@ -282,10 +282,11 @@ fn points_of_homogeneous_spaces_and_of_orbits_have_the_order_of_the_method() {
             [verdicts.iter().filter(|v| v.holds()).count(), verdicts.iter().filter(|v| v.is_broken()).count()]
         };
         let [held, broken] = count(false);
-        assert!(held >= 4 && broken == 0, "{algebra} {form:?}: {held} held, {broken} broken");
+        // Of the method with its attitude 6 of 12 are decided on SE(2).
+        assert!(held >= 5 && broken == 0, "{algebra} {form:?}: {held} held, {broken} broken");
         if form != StateForm::Momentum {
             let [held, broken] = count(true);
-            assert!(broken >= 4 && held == 0, "{algebra} {form:?}, the wrong side: {held} held, {broken} broken");
+            assert!(broken >= 9 && held == 0, "{algebra} {form:?}, the wrong side: {held} held, {broken} broken");
         }
     }
 }
