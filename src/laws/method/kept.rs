@@ -12,7 +12,8 @@
 //!
 //! of the size of its terms, whichever is more. A drift above it is
 //!
-//! * refuted where it falls with the step, as errors of an order do, over two levels or more that are above the bound;
+//! * refuted where it falls with the step like h^1.5 or faster, over two levels or more that are above the bound: the error of an
+//!   order falls like h² at least, that of an iteration that stops early like h where its contraction does;
 //! * refuted where it is [`AGREEMENT`] times the bound, however it behaves;
 //! * else undecided: a loss of digits, or an iteration that stops earlier than it is said to.
 //!
@@ -47,8 +48,8 @@ const LEVELS_IN_QUAD: i32 = 2;
 /// How many sums of n terms a step takes.
 const SUMS: f64 = 16.0;
 
-/// The slope from which on a drift falls with the step.
-const FALLS: f64 = 0.5;
+/// The slope from which on a drift falls with the step as the error of an order does.
+const FALLS: f64 = 1.5;
 
 /// The drift of a quantity over some steps, relative to its terms.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -304,9 +305,11 @@ fn alone(name: &str, quantity: usize, levels: &[KeptLevel]) -> Verdict {
         Some(slope) if slope >= FALLS => {
             broken(format!("it falls with the step like h^{slope:.1}: an error of an order, no conservation"))
         }
-        _ if ratio(worst) > AGREEMENT => broken("it does not fall with the step, and is far above rounding".into()),
+        _ if ratio(worst) > AGREEMENT => {
+            broken("it does not fall with the step as the error of an order, and is far above rounding".into())
+        }
         _ => Verdict::inconclusive(format!(
-            "{name}: the drift is above rounding and does not fall with the step; a --tolerance may explain it"
+            "{name}: the drift is above rounding and does not fall as the error of an order; a --tolerance may explain it"
         )),
     }
 }
