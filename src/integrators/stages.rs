@@ -3,17 +3,29 @@
 use crate::scalar::{Real, Scalar};
 use nalgebra::{DMatrix, RowSVector, SVector};
 
-/// So many stages are computed at once, in registers; what lies past the last is zero.
+/// So many stages of `f64` are computed at once, in registers; what lies past the last is zero. Other scalars are computed one by one.
 const LANES: usize = 4;
 
-/// The places that s stages take: whole sets of lanes.
-fn places(stages: usize) -> usize {
-    stages.next_multiple_of(LANES)
+/// How many at once.
+#[inline(always)]
+const fn width<T>() -> usize {
+    if size_of::<T>() <= size_of::<f64>() { LANES } else { 1 }
 }
 
-/// Four of them.
+/// The places that s stages take: whole sets of lanes, but one for one.
+fn places<T>(stages: usize) -> usize {
+    if stages == 1 { 1 } else { stages.next_multiple_of(width::<T>()) }
+}
+
+/// Whether so many places are computed in lanes.
 #[inline(always)]
-fn lanes<S>(values: &[S]) -> &[S; LANES] {
+fn wide<T>(places: usize) -> bool {
+    width::<T>() == LANES && places != 1
+}
+
+/// So many of them.
+#[inline(always)]
+fn lanes<const W: usize, S>(values: &[S]) -> &[S; W] {
     values.try_into().expect("a chunk has as many elements")
 }
 
@@ -33,7 +45,7 @@ pub(super) struct Weights<T> {
 
 impl<T: Real> Weights<T> {
     pub(super) fn of(matrix: &DMatrix<T>) -> Self {
-        let filled = |values: &mut Vec<T>| values.resize(places(values.len()), T::zero());
+        let filled = |values: &mut Vec<T>| values.resize(places::<T>(values.len()), T::zero());
         let (mut columns, mut ones) = (Vec::new(), vec![T::one(); matrix.nrows()]);
         for column in matrix.column_iter() {
             columns.extend(column.iter().copied());
@@ -55,7 +67,7 @@ pub(super) struct Stages<S: Scalar, const N: usize> {
 
 impl<S: Scalar, const N: usize> Stages<S, N> {
     pub(super) fn zeros(stages: usize) -> Self {
-        let places = places(stages);
+        let places = places::<S::Base>(stages);
         Self { stages, places, values: vec![S::zero(); N * places] }
     }
 
@@ -100,26 +112,34 @@ impl<S: Scalar, const N: usize> Stages<S, N> {
     where
         S: Scalar<Base = T>,
     {
-        for first in (0..self.places / LANES).map(|k| k * LANES) {
-            let sums = self.sums(weights, x, first);
+        if wide::<T>(self.places) { self.combined::<T, LANES>(weights, x) } else { self.combined::<T, 1>(weights, x) }
+    }
+
+    #[inline(always)]
+    fn combined<T: Real, const W: usize>(&mut self, weights: &Weights<T>, x: &Self)
+    where
+        S: Scalar<Base = T>,
+    {
+        for first in (0..self.places / W).map(|k| k * W) {
+            let sums = self.sums::<T, W>(weights, x, first);
             for a in 0..N {
-                self.values[a * self.places + first..][..LANES].copy_from_slice(&sums[a]);
+                self.values[a * self.places + first..][..W].copy_from_slice(&sums[a]);
             }
         }
     }
 
     /// Σ_j `weights`_ij `x`_j of the stages i from `first` on, component by component.
     #[inline(always)]
-    fn sums<T: Real>(&self, weights: &Weights<T>, x: &Self, first: usize) -> [[S; LANES]; N]
+    fn sums<T: Real, const W: usize>(&self, weights: &Weights<T>, x: &Self, first: usize) -> [[S; W]; N]
     where
         S: Scalar<Base = T>,
     {
-        let mut sums = [[S::zero(); LANES]; N];
+        let mut sums = [[S::zero(); W]; N];
         for j in 0..self.stages {
-            let weights = lanes(&weights.columns[j * self.places + first..][..LANES]);
+            let weights = lanes::<W, T>(&weights.columns[j * self.places + first..][..W]);
             for a in 0..N {
                 let value = x.values[a * self.places + j];
-                for lane in 0..LANES {
+                for lane in 0..W {
                     sums[a][lane] += S::lift(weights[lane]) * value;
                 }
             }
@@ -146,16 +166,30 @@ impl<T: Real, const N: usize> Stages<T, N> {
         self.values.fill(T::zero());
     }
 
-    /// self_i ← `factor` Σ_j `weights`_ij `x`_j + `base`.
+    /// self_i ← `factor` Σ_j `weights`_ij `x`_j, + `base` where there is one.
     #[inline]
-    pub(super) fn advance(&mut self, weights: &Weights<T>, x: &Self, factor: T, base: &RowSVector<T, N>) {
-        for first in (0..self.places / LANES).map(|k| k * LANES) {
-            let sums = self.sums(weights, x, first);
-            let ones = lanes(&weights.ones[first..][..LANES]);
+    pub(super) fn advance(&mut self, weights: &Weights<T>, x: &Self, factor: T, base: Option<&RowSVector<T, N>>) {
+        if wide::<T>(self.places) {
+            self.advanced::<LANES>(weights, x, factor, base);
+        } else {
+            self.advanced::<1>(weights, x, factor, base);
+        }
+    }
+
+    #[inline(always)]
+    fn advanced<const W: usize>(&mut self, weights: &Weights<T>, x: &Self, factor: T, base: Option<&RowSVector<T, N>>) {
+        for first in (0..self.places / W).map(|k| k * W) {
+            let sums = self.sums::<T, W>(weights, x, first);
+            let ones = lanes::<W, T>(&weights.ones[first..][..W]);
             for a in 0..N {
-                let values = &mut self.values[a * self.places + first..][..LANES];
-                for lane in 0..LANES {
-                    values[lane] = sums[a][lane] * factor + base[a] * ones[lane];
+                let values = &mut self.values[a * self.places + first..][..W];
+                for lane in 0..W {
+                    values[lane] = sums[a][lane] * factor;
+                }
+                if let Some(base) = base {
+                    for lane in 0..W {
+                        values[lane] += if W == 1 { base[a] } else { base[a] * ones[lane] };
+                    }
                 }
             }
         }
@@ -188,18 +222,23 @@ impl<T: Real, const N: usize> Stages<T, N> {
     /// The largest |self − x| and the largest |self|, of all components; NaN if there is one.
     #[inline]
     pub(super) fn change(&self, x: &Self) -> (T, T) {
-        let (mut change, mut size) = ([T::zero(); LANES], [T::zero(); LANES]);
-        let mut sum = [T::zero(); LANES];
-        for (these, those) in self.values.chunks_exact(LANES).zip(x.values.chunks_exact(LANES)) {
-            let (these, those) = (lanes(these), lanes(those));
-            for lane in 0..LANES {
+        if wide::<T>(self.places) { self.changed::<LANES>(x) } else { self.changed::<1>(x) }
+    }
+
+    #[inline(always)]
+    fn changed<const W: usize>(&self, x: &Self) -> (T, T) {
+        let (mut change, mut size) = ([T::zero(); W], [T::zero(); W]);
+        let mut sum = [T::zero(); W];
+        for (these, those) in self.values.chunks_exact(W).zip(x.values.chunks_exact(W)) {
+            let (these, those) = (lanes::<W, T>(these), lanes::<W, T>(those));
+            for lane in 0..W {
                 let difference = these[lane] - those[lane];
                 sum[lane] += difference;
                 change[lane] = larger(change[lane], difference.abs());
                 size[lane] = larger(size[lane], these[lane].abs());
             }
         }
-        let largest = |[a, b, c, d]: [T; LANES]| larger(larger(a, b), larger(c, d));
+        let largest = |values: [T; W]| values.into_iter().fold(T::zero(), larger);
         // A comparison with NaN is false: a sum has it.
         let finite = sum.iter().all(|v| v.all_finite());
         (if finite { largest(change) } else { sum.iter().fold(T::zero(), |s, &v| s + v) }, largest(size))

@@ -45,8 +45,12 @@ impl<T: Real> Default for Settings<T> {
     }
 }
 
-/// The stages are iterated to a residual so many times smaller before the scheme is evaluated again.
-const FINER: i64 = 256;
+/// The last change of the stages between two evaluations of the scheme is so many times smaller than the residual of the first: the next
+/// change would be as much smaller again, and the second evaluation gains little more.
+const FINER: i64 = 16;
+
+/// The first residual of s stages is expected to be FIRST⁻ˢ: that of steps of a quarter of a radian.
+const FIRST: i64 = 16;
 
 /// Terms of the stage equations up to so many times the momentum are not looked at any further.
 const MODERATE: i64 = 1 << 10;
@@ -152,6 +156,15 @@ pub struct Variational<T: Real, const N: usize, const D: usize, L, F, R> {
     contraction: f64,
     /// The first residual of the last step: how far the scheme is from the equations that its guess comes from.
     jump: Option<T>,
+}
+
+/// Which of the stage momenta the iterations are on.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+enum Known {
+    /// M_i: with iterations of the equations of motion between evaluations of the scheme.
+    InTheBody,
+    /// P_i: with evaluations alone, where they are cheap.
+    InTheChart,
 }
 
 /// Fixed-point iterations (so many) that did not lead to a root that can be trusted: they do not contract, or too slowly to
@@ -338,8 +351,9 @@ where
         Ok(jacobian)
     }
 
-    /// First guess of M_i and Ξ_i: the velocity polynomial of the last step, or a constant velocity.
+    /// First guess of M_i or P_i and of Ξ_i: the velocity polynomial of the last step, or a constant velocity.
     fn start(&mut self, problem: &Problem<T, N, D>, eta: &Vector<T, N>) {
+        let known = self.scheme.known::<N, D>();
         let (scheme, work, momenta) = (&self.scheme, &mut self.work, &mut self.collocation.momenta);
         let s = scheme.tableau.stages();
         let this = Some((problem.step, problem.momentum));
@@ -357,14 +371,23 @@ where
                     let g = Configuration::of(&problem.attitude);
                     let m = scheme.lagrangian.gradient_at(problem.time, g, &work.velocities.vector(i));
                     work.displacements.set_vector(i, &x);
-                    momenta.set_covector(i, &m);
+                    match known {
+                        Known::InTheBody => momenta.set_covector(i, &m),
+                        Known::InTheChart => {
+                            let p = scheme.retraction.at(&x).map_or(m, |point| pull(&m, point.d()));
+                            work.momenta.set_covector(i, &p);
+                        }
+                    }
                 }
             }
             _ => {
                 for i in 0..s {
                     work.velocities.set_vector(i, eta);
                     work.displacements.set_vector(i, &(eta * (problem.step * scheme.tableau.c()[i])));
-                    momenta.set_covector(i, &problem.momentum);
+                    match known {
+                        Known::InTheBody => momenta.set_covector(i, &problem.momentum),
+                        Known::InTheChart => work.momenta.set_covector(i, &problem.momentum),
+                    }
                 }
             }
         }
@@ -400,16 +423,22 @@ where
     fn fixed_point(&mut self, problem: &Problem<T, N, D>) -> Result<Report<T>, NotContracted> {
         let settings = self.settings;
         let mut course = Course::new();
-        let (mut iterations, mut first) = (0, None);
+        let (mut iterations, mut first) = (0, Course::new());
+        let known = self.scheme.known::<N, D>();
         self.collocation.unshift();
-        let rough = settings.tolerance.sqrt();
-        let mut goal = self.jump.take().map_or(rough, |jump| rough.min(jump * T::half() * T::half()));
+        let stages = self.scheme.tableau.stages() as i32;
+        let mut goal = self.jump.take().unwrap_or_else(|| T::ratio(1, FIRST).powi(stages));
         for _ in 0..settings.max_fixed_point_iterations {
-            let guess = self
-                .guess(problem, goal.max(settings.tolerance * T::half()))
-                .map_err(|NotContracted(spent)| NotContracted(iterations + spent))?;
-            iterations += guess.count() + 1;
-            let first = *first.get_or_insert(guess);
+            if known == Known::InTheBody {
+                let guess = self
+                    .guess(problem, goal.max(settings.tolerance * T::half()))
+                    .map_err(|NotContracted(spent)| NotContracted(iterations + spent))?;
+                iterations += guess.count();
+                if course.count() == 0 {
+                    first = guess;
+                }
+            }
+            iterations += 1;
             let residual = self
                 .scheme
                 .iterate::<N, D>(problem, &mut self.work, &mut self.collocation)
@@ -430,7 +459,13 @@ where
             if course.is_hopeless() {
                 return Err(NotContracted(iterations));
             }
-            self.scheme.shift::<N, D>(problem, &mut self.work, &mut self.collocation);
+            match known {
+                Known::InTheBody => self.scheme.shift::<N, D>(problem, &mut self.work, &mut self.collocation),
+                Known::InTheChart => {
+                    std::mem::swap(&mut self.work.next_momenta, &mut self.work.momenta);
+                    std::mem::swap(&mut self.work.next_displacements, &mut self.work.displacements);
+                }
+            }
             goal = residual * T::ratio(1, FINER);
         }
         Err(NotContracted(iterations))
@@ -501,6 +536,15 @@ impl<T: Real, L, F, R> Scheme<T, L, F, R> {
     {
         self.moves = self.force.uses_configuration() || self.lagrangian.uses_configuration();
         self.forced = !self.force.is_zero() || self.lagrangian.uses_configuration();
+    }
+
+    /// Which of the stage momenta the iterations are on.
+    fn known<const N: usize, const D: usize>(&self) -> Known
+    where
+        R: Retraction<T, N, D>,
+    {
+        let pays = self.retraction.rough_pays_from() <= self.tableau.stages();
+        if pays { Known::InTheBody } else { Known::InTheChart }
     }
 
     /// g τ(x).
@@ -592,7 +636,7 @@ impl<T: Real, L, F, R> Scheme<T, L, F, R> {
         StepError::Undefined { step: step.to_f64(), stage, why }
     }
 
-    /// One fixed-point iteration: evaluates the stages at (M_i, Ξ_i), P_i = M_i dτ_{Ξ_i}, leaves m, ξ and the next (P_i, Ξ_i) in
+    /// One fixed-point iteration: evaluates the stages at (M_i, Ξ_i) or (P_i, Ξ_i), P_i = M_i dτ_{Ξ_i}, leaves m, ξ and the next (P_i, Ξ_i) in
     /// the workspace, and returns the largest relative change |P_i' − P_i|, |Ξ_i' − Ξ_i|: the residual, since
     /// P_i − P_i' = r_i and Ξ_i' = h Σ a_ij H_j.
     fn iterate<const N: usize, const D: usize>(
@@ -606,7 +650,7 @@ impl<T: Real, L, F, R> Scheme<T, L, F, R> {
         F: Force<T, N>,
         R: Retraction<T, N, D>,
     {
-        let (h, mut load) = (problem.step, T::zero());
+        let (h, mut load, known) = (problem.step, T::zero(), self.known::<N, D>());
         for i in 0..self.tableau.stages() {
             let (x, time) = (work.displacements.vector(i), problem.time + self.tableau.c()[i] * h);
             let point = self.retraction.at(&x).map_err(|e| domain(h, Some(i), e))?;
@@ -617,8 +661,17 @@ impl<T: Real, L, F, R> Scheme<T, L, F, R> {
             } else {
                 Configuration::identity()
             };
-            let m = own.momenta.covector(i);
-            let p = pull(&m, point.d());
+            let (p, m) = match known {
+                Known::InTheBody => {
+                    let m = own.momenta.covector(i);
+                    own.tangents[i] = *point.d_inv();
+                    (pull(&m, point.d()), m)
+                }
+                Known::InTheChart => {
+                    let p = work.momenta.covector(i);
+                    (p, pull(&p, point.d_inv()))
+                }
+            };
             let eta = self
                 .velocity(time, g, &m, &work.velocities.vector(i))
                 .map_err(|source| StepError::Legendre { step: h.to_f64(), source })?;
@@ -629,19 +682,22 @@ impl<T: Real, L, F, R> Scheme<T, L, F, R> {
                 load = larger(load, size);
                 gradient += pull(&f, point.d());
                 work.impulses.set_covector(i, &pull(&f, &point.ad_inv()));
-                own.forces.set_covector(i, &f);
+                if known == Known::InTheBody {
+                    own.forces.set_covector(i, &f);
+                }
             }
-            own.tangents[i] = *point.d_inv();
             work.momenta.set_covector(i, &p);
             work.velocities.set_vector(i, &eta);
             work.rates.set_vector(i, &rate);
             work.gradients.set_covector(i, &gradient);
         }
         let (end, point) = self.end_of_step::<T, N, D>(problem, work)?;
-        (own.tangent_inv, own.coadjoint_inv) = (*point.d_inv(), point.ad_inv());
+        if known == Known::InTheBody {
+            (own.tangent_inv, own.coadjoint_inv) = (*point.d_inv(), point.ad_inv());
+        }
         let total = work.gradients.sum(self.tableau.b().as_slice()).transpose() * h;
-        work.next_momenta.advance(&self.conjugate, &work.gradients, h, &(end - total));
-        work.next_displacements.advance(&self.weights, &work.rates, h, &Covector::zeros());
+        work.next_momenta.advance(&self.conjugate, &work.gradients, h, Some(&(end - total)));
+        work.next_displacements.advance(&self.weights, &work.rates, h, None);
         let (change, size) = work.next_momenta.change(&work.momenta);
         let (shift, mut extent) = work.next_displacements.change(&work.displacements);
         let size = larger(size, larger(largest(&end), largest(&total)));

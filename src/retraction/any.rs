@@ -129,6 +129,10 @@ impl<T: Real, const N: usize, const D: usize, G: LieGroup<T, N, D>> Retraction<T
         })
     }
 
+    fn rough_pays_from(&self) -> usize {
+        by_arm!(self, Exponential | Cayley | Composed [Given], r => r.rough_pays_from())
+    }
+
     fn rough_rate(&self, brackets: &Brackets<T>, x: &Vector<T, N>, eta: &Vector<T, N>) -> Vector<T, N> {
         by_arm!(self, Exponential | Cayley | Composed [Given], r => r.rough_rate(brackets, x, eta))
     }

@@ -176,6 +176,13 @@ pub trait Retraction<T: Real, const N: usize, const D: usize> {
     /// x outside the domain or not finite; dτ_x singular to working precision.
     fn at<S: Scalar<Base = T>>(&self, x: &Vector<S, N>) -> Result<Self::Point<S>, RetractionError>;
 
+    /// From how many stages of a tableau on [`rough_rate`](Self::rough_rate) pays: where `at` is a closed form, it costs little more.
+    #[doc(hidden)]
+    #[inline]
+    fn rough_pays_from(&self) -> usize {
+        1
+    }
+
     /// dτ_x⁻¹ η to some digits, at a small part of the cost of [`at`](Self::at): the guess in iterations that `at` corrects. Without a
     /// form of its own η + ½[x, η], which every retraction has to O(x²).
     #[doc(hidden)]
@@ -247,6 +254,11 @@ macro_rules! forwarded {
 
             fn at<S: Scalar<Base = T>>(&self, x: &Vector<S, N>) -> Result<Self::Point<S>, RetractionError> {
                 (**self).at(x)
+            }
+
+            #[inline]
+            fn rough_pays_from(&self) -> usize {
+                (**self).rough_pays_from()
             }
 
             #[inline]

@@ -1,6 +1,7 @@
 //! The two closed forms on so(3) behind one type, chosen at run time; and these beside the general retractions of dimension 3.
 
 use super::case::Tau;
+use crate::algebra::brackets::Brackets;
 use crate::algebra::{Covector, LieAlgebra, Matrix, Vector};
 use crate::group::MatrixGroup;
 use crate::retraction::any::{by_arm, tangents_by_arm};
@@ -52,6 +53,14 @@ impl<T: Real> Retraction<T, 3, 3> for So3Retraction<T> {
             Self::Cayley(r) => So3Point::Cayley(r.at(x)?),
             Self::Exponential(r) => So3Point::Exponential(r.at(x)?),
         })
+    }
+
+    fn rough_pays_from(&self) -> usize {
+        by_arm!(self, Cayley | Exponential, r => r.rough_pays_from())
+    }
+
+    fn rough_rate(&self, brackets: &Brackets<T>, x: &Vector<T, 3>, eta: &Vector<T, 3>) -> Vector<T, 3> {
+        by_arm!(self, Cayley | Exponential, r => r.rough_rate(brackets, x, eta))
     }
 }
 
@@ -113,6 +122,14 @@ impl<T: Real> Retraction<T, 3, 4> for Retraction3<T> {
             Self::Closed(r) => Point3::Closed(r.at(x)?),
             Self::General(r) => Point3::General(r.at(x)?),
         })
+    }
+
+    fn rough_pays_from(&self) -> usize {
+        by_arm!(self, Closed | General, r => r.rough_pays_from())
+    }
+
+    fn rough_rate(&self, brackets: &Brackets<T>, x: &Vector<T, 3>, eta: &Vector<T, 3>) -> Vector<T, 3> {
+        by_arm!(self, Closed | General, r => r.rough_rate(brackets, x, eta))
     }
 }
 

@@ -7,7 +7,7 @@
 
 use super::{Problem, Scheme, Work, larger, largest, relative};
 use crate::algebra::brackets::Brackets;
-use crate::algebra::{Covector, Matrix, pull};
+use crate::algebra::{Matrix, pull};
 use crate::integrators::stages::Stages;
 use crate::mechanics::configuration::Configuration;
 use crate::mechanics::{Force, Lagrangian};
@@ -69,8 +69,8 @@ impl<T: Real, L, F, R> Scheme<T, L, F, R> {
     /// Σ_j of the slopes and rates at the stages, without δ: the next M_i − δM_i and Ξ_i − δΞ_i.
     fn gather<const N: usize, const D: usize>(&self, problem: &Problem<T, N, D>, own: &mut Collocation<T, N>) {
         let Collocation { slopes, rates, next_momenta, next_displacements, .. } = own;
-        next_momenta.advance(&self.conjugate, slopes, problem.step, &problem.momentum);
-        next_displacements.advance(&self.weights, rates, problem.step, &Covector::zeros());
+        next_momenta.advance(&self.conjugate, slopes, problem.step, Some(&problem.momentum));
+        next_displacements.advance(&self.weights, rates, problem.step, None);
     }
 
     /// One iteration; returns the largest relative change. `None`: a stage has no velocity, or left the domain.
@@ -137,6 +137,7 @@ impl<T: Real, L, F, R> Scheme<T, L, F, R> {
             own.rates.set_vector(i, &self.retraction.rough_rate(&own.brackets, &work.displacements.vector(i), &eta));
         }
         self.gather(problem, own);
+        own.displacement_shifts.difference(&work.next_displacements, &own.next_displacements);
         // P_i' − P_i. What is common to the stages acts like another momentum at the start, of which the scheme takes ε − ε dτ_{−ξ} back.
         work.next_momenta.subtract(&work.momenta);
         let common = work.next_momenta.sum(self.tableau.b().as_slice()).transpose();
@@ -146,7 +147,6 @@ impl<T: Real, L, F, R> Scheme<T, L, F, R> {
             own.momenta.set_covector(i, &(own.momenta.covector(i) + change));
             own.momentum_shifts.set_covector(i, &(own.momentum_shifts.covector(i) + change));
         }
-        own.displacement_shifts.difference(&work.next_displacements, &own.next_displacements);
         std::mem::swap(&mut work.next_displacements, &mut work.displacements);
     }
 }
