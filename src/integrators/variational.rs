@@ -3,6 +3,7 @@
 #![doc = include_str!("../guide/modules/integrators/variational.md")]
 
 mod collocation;
+pub(super) mod partials;
 
 use super::fixed_point::Course;
 use super::stages::{Stages, Weights};
@@ -74,16 +75,26 @@ struct Scheme<T: Real, L, F, R> {
 
 /// The step that is being taken.
 #[derive(Clone, Copy, Debug)]
-struct Problem<T: Real, const N: usize, const D: usize> {
-    time: T,
-    step: T,
-    momentum: Covector<T, N>,
-    attitude: Matrix<T, D>,
+struct Problem<S: Scalar, const N: usize, const D: usize> {
+    time: S,
+    step: S,
+    momentum: Covector<S, N>,
+    attitude: Matrix<S, D>,
 }
 
 impl<T: Real, const N: usize, const D: usize> Problem<T, N, D> {
     fn new(state: &State<T, N, D>, step: T) -> Self {
         Self { time: state.time, step, momentum: state.momentum, attitude: state.attitude }
+    }
+
+    /// The same in another scalar, without derivatives.
+    fn lifted<S: Scalar<Base = T>>(&self) -> Problem<S, N, D> {
+        Problem {
+            time: S::lift(self.time),
+            step: S::lift(self.step),
+            momentum: self.momentum.map(S::lift),
+            attitude: self.attitude.map(S::lift),
+        }
     }
 }
 
@@ -243,6 +254,11 @@ where
     /// The force f.
     pub fn force(&self) -> &F {
         &self.scheme.force
+    }
+
+    /// The force f, to be changed between steps.
+    pub fn force_mut(&mut self) -> &mut F {
+        &mut self.scheme.force
     }
 
     /// The retraction τ.
@@ -506,13 +522,13 @@ impl<T: Real, L, F, R> Scheme<T, L, F, R> {
     /// g τ(x).
     fn attitude<S: Scalar<Base = T>, const N: usize, const D: usize>(
         &self,
-        problem: &Problem<T, N, D>,
+        problem: &Problem<S, N, D>,
         x: &Vector<S, N>,
     ) -> Result<Matrix<S, D>, RetractionError>
     where
         R: Retraction<T, N, D>,
     {
-        Ok(problem.attitude.map(S::lift) * self.retraction.tau(x)?)
+        Ok(problem.attitude * self.retraction.tau(x)?)
     }
 
     /// ∂L/∂η, l'(η) where nothing depends on the configuration.
@@ -656,7 +672,7 @@ impl<T: Real, L, F, R> Scheme<T, L, F, R> {
     /// ξ and m from the stages, into the workspace; returns m dτ(−ξ) and the tangents at ξ.
     fn end_of_step<S: Scalar<Base = T>, const N: usize, const D: usize>(
         &self,
-        problem: &Problem<T, N, D>,
+        problem: &Problem<S, N, D>,
         work: &mut Work<S, N>,
     ) -> Result<(Covector<S, N>, R::Point<S>), StepError>
     where
@@ -664,21 +680,21 @@ impl<T: Real, L, F, R> Scheme<T, L, F, R> {
         F: Force<T, N>,
         R: Retraction<T, N, D>,
     {
-        let h = S::lift(problem.step);
+        let h = problem.step;
         let b = self.tableau.b().as_slice();
         work.increment = work.rates.sum(b) * h;
-        work.after_impulse = problem.momentum.map(S::lift);
+        work.after_impulse = problem.momentum;
         if self.forced {
             work.after_impulse += work.impulses.sum(b).transpose() * h;
         }
-        let point = self.retraction.at(&work.increment).map_err(|e| domain(problem.step, None, e))?;
+        let point = self.retraction.at(&work.increment).map_err(|e| domain(h.base(), None, e))?;
         Ok((pull(&work.after_impulse, &point.d_neg()), point))
     }
 
     /// The residual r_i at the rates H_i in the workspace, into `next_momenta`; returns the size to compare it with.
     fn residual<S: Scalar<Base = T>, const N: usize, const D: usize>(
         &self,
-        problem: &Problem<T, N, D>,
+        problem: &Problem<S, N, D>,
         work: &mut Work<S, N>,
     ) -> Result<T, StepError>
     where
@@ -686,20 +702,20 @@ impl<T: Real, L, F, R> Scheme<T, L, F, R> {
         F: Force<T, N>,
         R: Retraction<T, N, D>,
     {
-        let (h, mut load) = (S::lift(problem.step), T::zero());
+        let (h, mut load) = (problem.step, T::zero());
         work.displacements.combine(&self.weights, &work.rates);
         for i in 0..self.tableau.stages() {
             let x = work.displacements.vector(i) * h;
             let rate = work.rates.vector(i);
-            let point = self.retraction.at(&x).map_err(|e| domain(problem.step, Some(i), e))?;
+            let point = self.retraction.at(&x).map_err(|e| domain(h.base(), Some(i), e))?;
             let at;
             let g = if self.moves {
-                at = self.attitude::<S, N, D>(problem, &x).map_err(|e| domain(problem.step, Some(i), e))?;
+                at = self.attitude::<S, N, D>(problem, &x).map_err(|e| domain(h.base(), Some(i), e))?;
                 Configuration::of(&at)
             } else {
                 Configuration::identity()
             };
-            let time = S::lift(problem.time) + S::lift(self.tableau.c()[i]) * h;
+            let time = problem.time + S::lift(self.tableau.c()[i]) * h;
             let eta = point.d() * rate;
             let m = self.momentum(time, g, &eta);
             let p = m * point.d();
@@ -709,13 +725,7 @@ impl<T: Real, L, F, R> Scheme<T, L, F, R> {
                 load = larger(load, size);
                 if !finite(f.as_slice()) {
                     let at = g.matrix::<D>().map(|v| v.base());
-                    return Err(self.undefined::<N, D>(
-                        Some(i),
-                        problem.step,
-                        time.base(),
-                        &at,
-                        &eta.map(|v| v.base()),
-                    ));
+                    return Err(self.undefined::<N, D>(Some(i), h.base(), time.base(), &at, &eta.map(|v| v.base())));
                 }
                 gradient += f * point.d();
                 work.impulses.set_covector(i, &(f * point.ad_inv()));
@@ -727,7 +737,7 @@ impl<T: Real, L, F, R> Scheme<T, L, F, R> {
         }
         let (end, _) = self.end_of_step::<S, N, D>(problem, work)?;
         work.next_momenta.combine(&self.coupling, &work.gradients);
-        let mut size = larger(largest(&end), load * problem.step.abs());
+        let mut size = larger(largest(&end), load * h.base().abs());
         for i in 0..self.tableau.stages() {
             let (p, coupled) = (work.momenta.covector(i), work.next_momenta.covector(i) * h);
             size = larger(size, larger(largest(&p), largest(&coupled)));
@@ -781,12 +791,13 @@ where
     }
 
     fn jacobian(&mut self, x: &[T], out: &mut DMatrix<T>) -> Result<(), StepError> {
+        let problem = self.problem.lifted();
         for column in 0..x.len() {
             for (k, &value) in x.iter().enumerate() {
                 let value = if k == column { Dual::variable(value) } else { Dual::constant(value) };
                 self.dual.rates.set(k / N, k % N, value);
             }
-            self.scheme.residual::<Dual<T>, N, D>(&self.problem, self.dual)?;
+            self.scheme.residual::<Dual<T>, N, D>(&problem, self.dual)?;
             for row in 0..x.len() {
                 out[(row, column)] = self.dual.next_momenta.get(row / N, row % N).eps;
             }
