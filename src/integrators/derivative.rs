@@ -10,7 +10,7 @@
 //!
 //! | | costs | memory |
 //! |---|---|---|
-//! | [`Linearised::step`] | a step and sN + 2 evaluations of r in dual numbers, N more where something depends on g | J and its factors, 2(sN)² numbers, and 2N + 2 + K columns |
+//! | [`Linearised::step`] | a step, s (2N + 1) stages in dual numbers (s N more where something depends on g), 4/3 (sN)³ operations | J and its factors, 2(sN)² numbers, and 2N + 2 + K columns |
 //! | [`StepDerivative::tangent`], [`adjoint`](StepDerivative::adjoint) | one solve | – |
 //! | [`Linearised::sensitivity`], n steps | n linearised steps, n (2N + 2 + K) solves | 2N (2N + 2 + K) |
 //! | [`Linearised::gradient`], n steps | 2n steps, n linearisations and n solves, for any K | 2√n states and the H_i of √n steps |

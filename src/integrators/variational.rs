@@ -75,26 +75,16 @@ struct Scheme<T: Real, L, F, R> {
 
 /// The step that is being taken.
 #[derive(Clone, Copy, Debug)]
-struct Problem<S: Scalar, const N: usize, const D: usize> {
-    time: S,
-    step: S,
-    momentum: Covector<S, N>,
-    attitude: Matrix<S, D>,
+struct Problem<T: Real, const N: usize, const D: usize> {
+    time: T,
+    step: T,
+    momentum: Covector<T, N>,
+    attitude: Matrix<T, D>,
 }
 
 impl<T: Real, const N: usize, const D: usize> Problem<T, N, D> {
     fn new(state: &State<T, N, D>, step: T) -> Self {
         Self { time: state.time, step, momentum: state.momentum, attitude: state.attitude }
-    }
-
-    /// The same in another scalar, without derivatives.
-    fn lifted<S: Scalar<Base = T>>(&self) -> Problem<S, N, D> {
-        Problem {
-            time: S::lift(self.time),
-            step: S::lift(self.step),
-            momentum: self.momentum.map(S::lift),
-            attitude: self.attitude.map(S::lift),
-        }
     }
 }
 
@@ -139,6 +129,15 @@ impl<S: Scalar, const N: usize> Work<S, N> {
             increment: Vector::zeros(),
         }
     }
+}
+
+/// One stage: η_i, P_i, G_i and f_i Ad_{τ(Ξ_i)}⁻¹, and the size of what f_i is the sum of.
+struct Stage<S: Scalar, const N: usize> {
+    velocity: Vector<S, N>,
+    momentum: Covector<S, N>,
+    gradient: Covector<S, N>,
+    impulse: Covector<S, N>,
+    load: S::Base,
 }
 
 /// The forced variational RKMK integrator of a Lagrangian, a force, a retraction and a tableau.
@@ -522,13 +521,13 @@ impl<T: Real, L, F, R> Scheme<T, L, F, R> {
     /// g τ(x).
     fn attitude<S: Scalar<Base = T>, const N: usize, const D: usize>(
         &self,
-        problem: &Problem<S, N, D>,
+        problem: &Problem<T, N, D>,
         x: &Vector<S, N>,
     ) -> Result<Matrix<S, D>, RetractionError>
     where
         R: Retraction<T, N, D>,
     {
-        Ok(problem.attitude * self.retraction.tau(x)?)
+        Ok(problem.attitude.map(S::lift) * self.retraction.tau(x)?)
     }
 
     /// ∂L/∂η, l'(η) where nothing depends on the configuration.
@@ -672,7 +671,7 @@ impl<T: Real, L, F, R> Scheme<T, L, F, R> {
     /// ξ and m from the stages, into the workspace; returns m dτ(−ξ) and the tangents at ξ.
     fn end_of_step<S: Scalar<Base = T>, const N: usize, const D: usize>(
         &self,
-        problem: &Problem<S, N, D>,
+        problem: &Problem<T, N, D>,
         work: &mut Work<S, N>,
     ) -> Result<(Covector<S, N>, R::Point<S>), StepError>
     where
@@ -680,21 +679,52 @@ impl<T: Real, L, F, R> Scheme<T, L, F, R> {
         F: Force<T, N>,
         R: Retraction<T, N, D>,
     {
-        let h = problem.step;
+        let h = S::lift(problem.step);
         let b = self.tableau.b().as_slice();
         work.increment = work.rates.sum(b) * h;
-        work.after_impulse = problem.momentum;
+        work.after_impulse = problem.momentum.map(S::lift);
         if self.forced {
             work.after_impulse += work.impulses.sum(b).transpose() * h;
         }
-        let point = self.retraction.at(&work.increment).map_err(|e| domain(h.base(), None, e))?;
+        let point = self.retraction.at(&work.increment).map_err(|e| domain(problem.step, None, e))?;
         Ok((pull(&work.after_impulse, &point.d_neg()), point))
+    }
+
+    /// Stage i of a step of this size, at H_i and the tangents at Ξ_i.
+    #[inline(always)]
+    fn stage<S: Scalar<Base = T>, const N: usize, const D: usize>(
+        &self,
+        (i, step): (usize, T),
+        time: S,
+        g: Configuration<'_, S>,
+        point: &R::Point<S>,
+        rate: &Vector<S, N>,
+    ) -> Result<Stage<S, N>, StepError>
+    where
+        L: Lagrangian<T, N>,
+        F: Force<T, N>,
+        R: Retraction<T, N, D>,
+    {
+        let velocity = point.d() * rate;
+        let m = self.momentum(time, g, &velocity);
+        let momentum = m * point.d();
+        let mut gradient = point.pull_dd(&momentum, &m, rate);
+        if !self.forced {
+            return Ok(Stage { velocity, momentum, gradient, impulse: Covector::zeros(), load: T::zero() });
+        }
+        let (f, load) = self.total_force(time, g, &velocity);
+        if !finite(f.as_slice()) {
+            let at = g.matrix::<D>().map(|v| v.base());
+            return Err(self.undefined::<N, D>(Some(i), step, time.base(), &at, &velocity.map(|v| v.base())));
+        }
+        gradient += f * point.d();
+        Ok(Stage { velocity, momentum, gradient, impulse: f * point.ad_inv(), load })
     }
 
     /// The residual r_i at the rates H_i in the workspace, into `next_momenta`; returns the size to compare it with.
     fn residual<S: Scalar<Base = T>, const N: usize, const D: usize>(
         &self,
-        problem: &Problem<S, N, D>,
+        problem: &Problem<T, N, D>,
         work: &mut Work<S, N>,
     ) -> Result<T, StepError>
     where
@@ -702,42 +732,33 @@ impl<T: Real, L, F, R> Scheme<T, L, F, R> {
         F: Force<T, N>,
         R: Retraction<T, N, D>,
     {
-        let (h, mut load) = (problem.step, T::zero());
+        let (h, mut load) = (S::lift(problem.step), T::zero());
         work.displacements.combine(&self.weights, &work.rates);
         for i in 0..self.tableau.stages() {
             let x = work.displacements.vector(i) * h;
             let rate = work.rates.vector(i);
-            let point = self.retraction.at(&x).map_err(|e| domain(h.base(), Some(i), e))?;
+            let point = self.retraction.at(&x).map_err(|e| domain(problem.step, Some(i), e))?;
             let at;
             let g = if self.moves {
-                at = self.attitude::<S, N, D>(problem, &x).map_err(|e| domain(h.base(), Some(i), e))?;
+                at = self.attitude::<S, N, D>(problem, &x).map_err(|e| domain(problem.step, Some(i), e))?;
                 Configuration::of(&at)
             } else {
                 Configuration::identity()
             };
-            let time = problem.time + S::lift(self.tableau.c()[i]) * h;
-            let eta = point.d() * rate;
-            let m = self.momentum(time, g, &eta);
-            let p = m * point.d();
-            let mut gradient = point.pull_dd(&p, &m, &rate);
+            let time = S::lift(problem.time) + S::lift(self.tableau.c()[i]) * h;
+            let stage = self.stage::<S, N, D>((i, problem.step), time, g, &point, &rate)?;
+            load = larger(load, stage.load);
             if self.forced {
-                let (f, size) = self.total_force(time, g, &eta);
-                load = larger(load, size);
-                if !finite(f.as_slice()) {
-                    let at = g.matrix::<D>().map(|v| v.base());
-                    return Err(self.undefined::<N, D>(Some(i), h.base(), time.base(), &at, &eta.map(|v| v.base())));
-                }
-                gradient += f * point.d();
-                work.impulses.set_covector(i, &(f * point.ad_inv()));
+                work.impulses.set_covector(i, &stage.impulse);
             }
             work.displacements.set_vector(i, &x);
-            work.velocities.set_vector(i, &eta);
-            work.momenta.set_covector(i, &p);
-            work.gradients.set_covector(i, &gradient);
+            work.velocities.set_vector(i, &stage.velocity);
+            work.momenta.set_covector(i, &stage.momentum);
+            work.gradients.set_covector(i, &stage.gradient);
         }
         let (end, _) = self.end_of_step::<S, N, D>(problem, work)?;
         work.next_momenta.combine(&self.coupling, &work.gradients);
-        let mut size = larger(largest(&end), load * h.base().abs());
+        let mut size = larger(largest(&end), load * problem.step.abs());
         for i in 0..self.tableau.stages() {
             let (p, coupled) = (work.momenta.covector(i), work.next_momenta.covector(i) * h);
             size = larger(size, larger(largest(&p), largest(&coupled)));
@@ -791,13 +812,12 @@ where
     }
 
     fn jacobian(&mut self, x: &[T], out: &mut DMatrix<T>) -> Result<(), StepError> {
-        let problem = self.problem.lifted();
         for column in 0..x.len() {
             for (k, &value) in x.iter().enumerate() {
                 let value = if k == column { Dual::variable(value) } else { Dual::constant(value) };
                 self.dual.rates.set(k / N, k % N, value);
             }
-            self.scheme.residual::<Dual<T>, N, D>(&problem, self.dual)?;
+            self.scheme.residual::<Dual<T>, N, D>(&self.problem, self.dual)?;
             for row in 0..x.len() {
                 out[(row, column)] = self.dual.next_momenta.get(row / N, row % N).eps;
             }

@@ -1,6 +1,8 @@
 //! The partial derivatives of r(H; g, μ, t, h, p), ξ and m at the stages of the last step, and of the end of the step.
+//!
+//! A stage depends on (Ξ_i, H_i, g, t_i) alone: it is differentiated by itself, in dual numbers, and the rest is linear.
 
-use super::{Problem, Variational, Work, domain};
+use super::{Problem, Scheme, Stage, Variational, domain};
 use crate::algebra::{Covector, Matrix, Vector, basis_vector};
 use crate::integrators::derivative::Parameters;
 use crate::integrators::stages::Stages;
@@ -10,6 +12,47 @@ use crate::mechanics::{Force, Lagrangian};
 use crate::retraction::{Retraction, RetractionError, TangentPoint};
 use crate::scalar::{Dual, Real};
 use nalgebra::DMatrix;
+
+/// P_i, G_i and f_i Ad_{τ(Ξ_i)}⁻¹ of a stage, or a change of them.
+#[derive(Clone, Copy, Debug)]
+struct Terms<T: Real, const N: usize> {
+    momentum: Covector<T, N>,
+    gradient: Covector<T, N>,
+    impulse: Covector<T, N>,
+}
+
+impl<T: Real, const N: usize> Terms<T, N> {
+    fn zero() -> Self {
+        Self { momentum: Covector::zeros(), gradient: Covector::zeros(), impulse: Covector::zeros() }
+    }
+
+    /// The derivative parts.
+    fn of(stage: &Stage<Dual<T>, N>) -> Self {
+        Self {
+            momentum: stage.momentum.map(|v| v.eps),
+            gradient: stage.gradient.map(|v| v.eps),
+            impulse: stage.impulse.map(|v| v.eps),
+        }
+    }
+
+    fn add(&mut self, other: &Self, factor: T) {
+        self.momentum += other.momentum * factor;
+        self.gradient += other.gradient * factor;
+        self.impulse += other.impulse * factor;
+    }
+}
+
+/// A stage: its terms, and how they change along e_a.
+#[derive(Clone, Debug)]
+struct Changes<T: Real, const N: usize> {
+    /// Ξ_i/h.
+    direction: Vector<T, N>,
+    terms: Terms<T, N>,
+    by_displacement: [Terms<T, N>; N],
+    by_rate: [Terms<T, N>; N],
+    by_attitude: [Terms<T, N>; N],
+    by_time: Terms<T, N>,
+}
 
 /// The columns of the inputs are ζ (N), μ (N), t, h and the parameters.
 #[derive(Clone, Debug)]
@@ -28,13 +71,33 @@ pub(in crate::integrators) struct Partials<T: Real, const N: usize> {
     pub adjoint: Matrix<T, N>,
     /// Ad_{τ(ξ)}⁻¹.
     pub adjoint_inv: Matrix<T, N>,
-    /// The matrices of v ↦ (ω ↦ ⟨μ', [ω, v]⟩): row a, column b is ⟨μ', [e_a, e_b]⟩.
+    /// ⟨μ', [e_a, e_b]⟩ in row a and column b.
     pub turned: Matrix<T, N>,
+    changes: Vec<Changes<T, N>>,
+    /// The terms of the stages along one input.
+    along: Vec<Terms<T, N>>,
+    /// Those along parameter k, from k s on.
+    along_parameters: Vec<Terms<T, N>>,
+}
+
+/// dτ_{−ξ}, and the derivative of m dτ_{−ξ} along e_a in ξ in row a.
+struct End<T: Real, const N: usize> {
+    d_neg: Matrix<T, N>,
+    turning: Matrix<T, N>,
 }
 
 impl<T: Real, const N: usize> Partials<T, N> {
     pub fn new(stages: usize, parameters: usize) -> Self {
         let (unknowns, inputs) = (stages * N, 2 * N + 2 + parameters);
+        let zero = Terms::zero();
+        let changes = Changes {
+            direction: Vector::zeros(),
+            terms: zero,
+            by_displacement: [zero; N],
+            by_rate: [zero; N],
+            by_attitude: [zero; N],
+            by_time: zero,
+        };
         Self {
             stages: DMatrix::zeros(unknowns, unknowns),
             inputs: DMatrix::zeros(unknowns, inputs),
@@ -44,6 +107,9 @@ impl<T: Real, const N: usize> Partials<T, N> {
             adjoint: Matrix::zeros(),
             adjoint_inv: Matrix::zeros(),
             turned: Matrix::zeros(),
+            changes: vec![changes; stages],
+            along: vec![zero; stages],
+            along_parameters: vec![zero; stages * parameters],
         }
     }
 
@@ -54,23 +120,96 @@ impl<T: Real, const N: usize> Partials<T, N> {
 
     /// Whether nothing is NaN or infinite.
     pub fn all_finite(&self) -> bool {
-        [&self.stages, &self.inputs, &self.end_by_stages, &self.end_by_inputs]
-            .iter()
-            .all(|matrix| crate::scalar::finite(matrix.as_slice()))
-            && [&self.tangent, &self.adjoint, &self.adjoint_inv, &self.turned]
-                .iter()
-                .all(|matrix| crate::scalar::finite(matrix.as_slice()))
+        let large = [&self.stages, &self.inputs, &self.end_by_stages, &self.end_by_inputs];
+        let small = [&self.tangent, &self.adjoint, &self.adjoint_inv, &self.turned];
+        large.iter().all(|matrix| crate::scalar::finite(matrix.as_slice()))
+            && small.iter().all(|matrix| crate::scalar::finite(matrix.as_slice()))
     }
 }
 
-/// The derivative parts of r, ξ and m, into a column of each.
-fn keep<T: Real, const N: usize>(dual: &Work<Dual<T>, N>, rows: &mut DMatrix<T>, ends: &mut DMatrix<T>, column: usize) {
-    for row in 0..rows.nrows() {
-        rows[(row, column)] = dual.next_momenta.get(row / N, row % N).eps;
+impl<T: Real, L, F, R> Scheme<T, L, F, R> {
+    /// Stage i at x = Ξ_i and its derivatives.
+    fn changes<const N: usize, const D: usize>(
+        &self,
+        problem: &Problem<T, N, D>,
+        i: usize,
+        rate: &Vector<T, N>,
+        out: &mut Changes<T, N>,
+    ) -> Result<(), StepError>
+    where
+        L: Lagrangian<T, N>,
+        F: Force<T, N>,
+        R: Retraction<T, N, D>,
+    {
+        let h = problem.step;
+        let failed = |e| domain(h, Some(i), e);
+        let constant = |v: &Vector<T, N>| v.map(Dual::constant);
+        let variable = |v: &Vector<T, N>, a: usize| v.zip_map(&basis_vector(a), |re, eps| Dual { re, eps });
+        let x = out.direction * h;
+        let time = problem.time + self.tableau.c()[i] * h;
+        let attitude = |x: &Vector<Dual<T>, N>| match self.moves {
+            true => self.attitude::<Dual<T>, N, D>(problem, x).map_err(failed),
+            false => Ok(Matrix::identity()),
+        };
+        let stage = |t, g: &Matrix<Dual<T>, D>, point: &R::Point<Dual<T>>, rate: &Vector<Dual<T>, N>| {
+            let g = if self.moves { Configuration::of(g) } else { Configuration::identity() };
+            self.stage::<Dual<T>, N, D>((i, h), t, g, point, rate)
+        };
+        let t = Dual::constant(time);
+        for a in 0..N {
+            let x = variable(&x, a);
+            let point = self.retraction.at(&x).map_err(failed)?;
+            out.by_displacement[a] = Terms::of(&stage(t, &attitude(&x)?, &point, &constant(rate))?);
+        }
+        let (x, unchanged) = (constant(&x), constant(rate));
+        let point = self.retraction.at(&x).map_err(failed)?;
+        let g = attitude(&x)?;
+        for a in 0..N {
+            out.by_rate[a] = Terms::of(&stage(t, &g, &point, &variable(rate, a))?);
+        }
+        out.by_attitude = [Terms::zero(); N];
+        if self.moves {
+            let turned = self.retraction.tau(&x).map_err(failed)?;
+            for a in 0..N {
+                // g exp(ε e_a), since T₀τ = 1.
+                let along = self.attitude::<Dual<T>, N, D>(problem, &variable(&Vector::zeros(), a)).map_err(failed)?;
+                out.by_attitude[a] = Terms::of(&stage(t, &(along * turned), &point, &unchanged)?);
+            }
+        }
+        let at = stage(Dual::variable(time), &g, &point, &unchanged)?;
+        out.by_time = Terms::of(&at);
+        out.terms = Terms {
+            momentum: at.momentum.map(|v| v.re),
+            gradient: at.gradient.map(|v| v.re),
+            impulse: at.impulse.map(|v| v.re),
+        };
+        Ok(())
     }
-    for a in 0..N {
-        ends[(a, column)] = dual.increment[a].eps;
-        ends[(N + a, column)] = dual.after_impulse[a].eps;
+
+    /// A column of ∂r and of ∂m, from the changes of the terms of the stages and of ξ.
+    fn column<const N: usize>(
+        &self,
+        (h, end): (T, &End<T, N>),
+        along: &[Terms<T, N>],
+        increment: &Vector<T, N>,
+        (rows, ends, column): (&mut DMatrix<T>, &mut DMatrix<T>, usize),
+    ) {
+        let (a, b) = (self.tableau.a(), self.tableau.b());
+        let impulse = along.iter().zip(b).fold(Covector::zeros(), |sum, (terms, &b)| sum + terms.impulse * (h * b));
+        let common: Covector<T, N> = impulse * end.d_neg + increment.transpose() * end.turning;
+        for i in 0..along.len() {
+            let mut residual = along[i].momentum - common;
+            for (j, terms) in along.iter().enumerate() {
+                residual += terms.gradient * (h * b[j] * a[(j, i)] / b[i]);
+            }
+            for c in 0..N {
+                rows[(i * N + c, column)] = residual[c];
+            }
+        }
+        for c in 0..N {
+            ends[(c, column)] = increment[c];
+            ends[(N + c, column)] = impulse[c];
+        }
     }
 }
 
@@ -98,119 +237,151 @@ where
 
     /// The partial derivatives at the H_i of the last step, or at others (`rates`), of a step of size h from `start`.
     pub(in crate::integrators) fn partials<P: Parameters<T, N>>(
-        &mut self,
+        &self,
         start: &State<T, N, D>,
         h: T,
         rates: Option<&Stages<T, N>>,
         parameters: &P,
         out: &mut Partials<T, N>,
     ) -> Result<(), StepError> {
-        let Self { scheme, work, dual, .. } = self;
-        let rates = rates.unwrap_or(&work.rates);
-        let unknowns = scheme.tableau.stages() * N;
-        let problem = Problem::new(start, h);
-        let mut moved: Problem<Dual<T>, N, D> = problem.lifted();
-        let load = |dual: &mut Work<Dual<T>, N>| {
-            for k in 0..unknowns {
-                dual.rates.set(k / N, k % N, Dual::constant(rates.get(k / N, k % N)));
-            }
-        };
-        load(dual);
-        for column in 0..unknowns {
-            let (i, a) = (column / N, column % N);
-            dual.rates.set(i, a, Dual::variable(rates.get(i, a)));
-            scheme.residual::<Dual<T>, N, D>(&moved, dual)?;
-            keep(dual, &mut out.stages, &mut out.end_by_stages, column);
-            dual.rates.set(i, a, Dual::constant(rates.get(i, a)));
+        let (scheme, problem) = (&self.scheme, Problem::new(start, h));
+        let rates = rates.unwrap_or(&self.work.rates);
+        let (s, a, b, c) = (scheme.tableau.stages(), scheme.tableau.a(), scheme.tableau.b(), scheme.tableau.c());
+        let Partials { changes, along, stages, inputs, end_by_stages, end_by_inputs, along_parameters, .. } = out;
+        let (mut momentum, mut mean) = (start.momentum, Vector::zeros());
+        for (i, stage) in changes.iter_mut().enumerate() {
+            let rate = rates.vector(i);
+            stage.direction = (0..s).fold(Vector::zeros(), |sum, j| sum + rates.vector(j) * a[(i, j)]);
+            scheme.changes(&problem, i, &rate, stage)?;
+            momentum += stage.terms.impulse * (h * b[i]);
+            mean += rate * b[i];
         }
-        out.inputs.fill(T::zero());
-        out.end_by_inputs.fill(T::zero());
-        if scheme.moves {
-            for a in 0..N {
-                // g exp(ε e_a), since T₀τ = 1.
-                let along = basis_vector::<T, N>(a).map(|eps| Dual { re: T::zero(), eps });
-                moved.attitude =
-                    scheme.attitude::<Dual<T>, N, D>(&problem.lifted(), &along).map_err(|e| domain(h, None, e))?;
-                scheme.residual::<Dual<T>, N, D>(&moved, dual)?;
-                keep(dual, &mut out.inputs, &mut out.end_by_inputs, a);
-            }
-            moved.attitude = problem.lifted().attitude;
+        let increment: Vector<T, N> = mean * h;
+        let failed = |e| domain(h, None, e);
+        let point = scheme.retraction.at(&increment).map_err(failed)?;
+        let mut end = End { d_neg: point.d_neg(), turning: Matrix::zeros() };
+        for k in 0..N {
+            let x = increment.zip_map(&basis_vector(k), |re, eps| Dual { re, eps });
+            let turned = scheme.retraction.at(&x).map_err(failed)?.d_neg().map(|v| v.eps);
+            end.turning.set_row(k, &(momentum * turned));
         }
-        if scheme.moves || scheme.forced {
-            moved.time = Dual::variable(start.time);
-            scheme.residual::<Dual<T>, N, D>(&moved, dual)?;
-            keep(dual, &mut out.inputs, &mut out.end_by_inputs, 2 * N);
-            moved.time = Dual::constant(start.time);
-        }
-        moved.step = Dual::variable(h);
-        scheme.residual::<Dual<T>, N, D>(&moved, dual)?;
-        keep(dual, &mut out.inputs, &mut out.end_by_inputs, 2 * N + 1);
+        let end = &end;
 
-        // The rest is explicit: r and m are linear in μ, in ∂L/∂η and in the forces.
-        let increment = dual.increment.map(|v| v.re);
-        let point = self.scheme.retraction.at(&increment).map_err(|e| domain(h, None, e))?;
-        let d_neg = point.d_neg();
-        for a in 0..N {
-            for row in 0..unknowns {
-                out.inputs[(row, N + a)] = -d_neg[(a, row % N)];
+        for k in 0..s {
+            for e in 0..N {
+                for (j, (terms, stage)) in along.iter_mut().zip(&*changes).enumerate() {
+                    *terms = Terms::zero();
+                    terms.add(&stage.by_displacement[e], h * a[(j, k)]);
+                    if j == k {
+                        terms.add(&stage.by_rate[e], T::one());
+                    }
+                }
+                let increment = basis_vector(e) * (h * b[k]);
+                scheme.column((h, end), along, &increment, (stages, end_by_stages, k * N + e));
             }
-            out.end_by_inputs[(N + a, N + a)] = T::one();
         }
+        let zero = Vector::zeros();
+        for e in 0..N {
+            for (terms, stage) in along.iter_mut().zip(&*changes) {
+                *terms = stage.by_attitude[e];
+            }
+            scheme.column((h, end), along, &zero, (inputs, end_by_inputs, e));
+            for row in 0..s * N {
+                inputs[(row, N + e)] = -end.d_neg[(e, row % N)];
+            }
+            for row in 0..2 * N {
+                end_by_inputs[(row, N + e)] = if row == N + e { T::one() } else { T::zero() };
+            }
+        }
+        for (terms, stage) in along.iter_mut().zip(&*changes) {
+            *terms = stage.by_time;
+        }
+        scheme.column((h, end), along, &zero, (inputs, end_by_inputs, 2 * N));
+        for (j, (terms, stage)) in along.iter_mut().zip(&*changes).enumerate() {
+            *terms = Terms::zero();
+            terms.add(&stage.by_time, c[j]);
+            for e in 0..N {
+                terms.add(&stage.by_displacement[e], stage.direction[e]);
+            }
+        }
+        scheme.column((h, end), along, &mean, (inputs, end_by_inputs, 2 * N + 1));
+        scheme.explicit_in_step(end, changes, (inputs, end_by_inputs, 2 * N + 1));
+        if !along_parameters.is_empty() {
+            scheme.along_parameters(&problem, parameters, rates, changes, along_parameters)?;
+        }
+        for (k, along) in along_parameters.chunks_exact(s).enumerate() {
+            scheme.column((h, end), along, &zero, (inputs, end_by_inputs, 2 * N + 2 + k));
+        }
+
         out.tangent = *point.d();
         (out.adjoint, out.adjoint_inv) = (point.ad(), point.ad_inv());
-        let momentum = dual.after_impulse.map(|v| v.re) * out.adjoint;
-        let algebra = self.scheme.retraction.algebra();
+        let (momentum, algebra) = (momentum * out.adjoint, scheme.retraction.algebra());
         for b in 0..N {
             // ⟨μ', [e_a, e_b]⟩ = −(ad*_{e_b} μ')_a.
-            let column = -algebra.coad(&basis_vector(b), &momentum).transpose();
-            out.turned.set_column(b, &column);
+            out.turned.set_column(b, &-algebra.coad(&basis_vector(b), &momentum).transpose());
         }
-        self.parameter_columns(&problem, parameters, &d_neg, out)
+        Ok(())
+    }
+}
+
+impl<T: Real, L, F, R> Scheme<T, L, F, R> {
+    /// What h multiplies in r and in m.
+    fn explicit_in_step<const N: usize>(
+        &self,
+        end: &End<T, N>,
+        changes: &[Changes<T, N>],
+        (rows, ends, column): (&mut DMatrix<T>, &mut DMatrix<T>, usize),
+    ) {
+        let (a, b) = (self.tableau.a(), self.tableau.b());
+        let impulse = changes.iter().zip(b).fold(Covector::zeros(), |sum, (stage, &b)| sum + stage.terms.impulse * b);
+        let common: Covector<T, N> = impulse * end.d_neg;
+        for i in 0..changes.len() {
+            for c in 0..N {
+                let coupled = changes
+                    .iter()
+                    .enumerate()
+                    .fold(T::zero(), |sum, (j, stage)| sum + stage.terms.gradient[c] * (b[j] * a[(j, i)] / b[i]));
+                rows[(i * N + c, column)] += coupled - common[c];
+            }
+        }
+        for c in 0..N {
+            ends[(N + c, column)] += impulse[c];
+        }
     }
 
-    /// The columns of the parameters, where the workspace of duals holds the displacements.
-    fn parameter_columns<P: Parameters<T, N>>(
+    /// The terms of the stages along the parameters: they are linear in ∂L/∂η and the force.
+    fn along_parameters<P: Parameters<T, N>, const N: usize, const D: usize>(
         &self,
         problem: &Problem<T, N, D>,
         parameters: &P,
-        d_neg: &Matrix<T, N>,
-        out: &mut Partials<T, N>,
-    ) -> Result<(), StepError> {
-        let (count, scheme, h) = (out.parameters(), &self.scheme, problem.step);
-        if count == 0 {
-            return Ok(());
-        }
-        let (s, a, b) = (scheme.tableau.stages(), scheme.tableau.a(), scheme.tableau.b());
-        for j in 0..s {
-            let x = self.dual.displacements.vector(j).map(|v| v.re);
-            let rate = self.dual.rates.vector(j).map(|v| v.re);
-            let point = scheme.retraction.at(&x).map_err(|e| domain(h, Some(j), e))?;
+        rates: &Stages<T, N>,
+        changes: &[Changes<T, N>],
+        along: &mut [Terms<T, N>],
+    ) -> Result<(), StepError>
+    where
+        L: Lagrangian<T, N>,
+        F: Force<T, N>,
+        R: Retraction<T, N, D>,
+    {
+        for (j, stage) in changes.iter().enumerate() {
+            let (x, rate) = (stage.direction * problem.step, rates.vector(j));
+            let point = self.retraction.at(&x).map_err(|e| domain(problem.step, Some(j), e))?;
             let at;
-            let g = match scheme.attitude::<T, N, D>(problem, &x) {
+            let g = match self.attitude::<T, N, D>(problem, &x) {
                 Ok(attitude) => {
                     at = attitude;
                     Configuration::of(&at)
                 }
                 Err(RetractionError::NoGroup { .. }) => Configuration::identity(),
-                Err(source) => return Err(domain(h, Some(j), source)),
+                Err(source) => return Err(domain(problem.step, Some(j), source)),
             };
-            let time = problem.time + scheme.tableau.c()[j] * h;
+            let time = problem.time + self.tableau.c()[j] * problem.step;
             let eta: Vector<T, N> = point.d() * rate;
-            for k in 0..count {
-                let force = parameters.force(k, time, g, &eta);
-                let momentum = parameters.momentum(k, time, g, &eta);
-                let p: Covector<T, N> = momentum * point.d();
-                let gradient = point.pull_dd(&p, &momentum, &rate) + force * point.d();
-                let impulse: Covector<T, N> = force * point.ad_inv() * (h * b[j]);
-                let end = impulse * d_neg;
-                let column = 2 * N + 2 + k;
-                for c in 0..N {
-                    out.inputs[(j * N + c, column)] += p[c];
-                    out.end_by_inputs[(N + c, column)] += impulse[c];
-                    for i in 0..s {
-                        out.inputs[(i * N + c, column)] += h * b[j] * a[(j, i)] / b[i] * gradient[c] - end[c];
-                    }
-                }
+            for (k, terms) in along.iter_mut().skip(j).step_by(changes.len()).enumerate() {
+                let (force, m) = (parameters.force(k, time, g, &eta), parameters.momentum(k, time, g, &eta));
+                let momentum = m * point.d();
+                let gradient = point.pull_dd(&momentum, &m, &rate) + force * point.d();
+                *terms = Terms { momentum, gradient, impulse: force * point.ad_inv() };
             }
         }
         Ok(())
