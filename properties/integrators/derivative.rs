@@ -385,6 +385,9 @@ fn gradients_of_runs_are_those_of_sensitivities_and_of_differences() {
         let found = DMatrix::from_columns(&[numbers(gradient)]);
         near(&found, &DMatrix::from_columns(&[forward]), 1e-13, &format!("{steps} steps"));
 
+        if steps != 3 {
+            continue;
+        }
         let gauss = Family::Gauss.tableau(2).unwrap();
         let make = |p: &[Dd]| general::<Dd, 3, 3>(&entry, false, Tableau::clone(&gauss), p);
         let from = start::<Dd, 3, 3>(&retraction(&entry, false));

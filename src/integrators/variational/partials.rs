@@ -246,10 +246,9 @@ where
     ) -> Result<(), StepError> {
         let (scheme, problem) = (&self.scheme, Problem::new(start, h));
         let rates = rates.unwrap_or(&self.work.rates);
-        let (s, a, b, c) = (scheme.tableau.stages(), scheme.tableau.a(), scheme.tableau.b(), scheme.tableau.c());
-        let Partials { changes, along, stages, inputs, end_by_stages, end_by_inputs, along_parameters, .. } = out;
+        let (s, a, b) = (scheme.tableau.stages(), scheme.tableau.a(), scheme.tableau.b());
         let (mut momentum, mut mean) = (start.momentum, Vector::zeros());
-        for (i, stage) in changes.iter_mut().enumerate() {
+        for (i, stage) in out.changes.iter_mut().enumerate() {
             let rate = rates.vector(i);
             stage.direction = (0..s).fold(Vector::zeros(), |sum, j| sum + rates.vector(j) * a[(i, j)]);
             scheme.changes(&problem, i, &rate, stage)?;
@@ -265,53 +264,11 @@ where
             let turned = scheme.retraction.at(&x).map_err(failed)?.d_neg().map(|v| v.eps);
             end.turning.set_row(k, &(momentum * turned));
         }
-        let end = &end;
-
-        for k in 0..s {
-            for e in 0..N {
-                for (j, (terms, stage)) in along.iter_mut().zip(&*changes).enumerate() {
-                    *terms = Terms::zero();
-                    terms.add(&stage.by_displacement[e], h * a[(j, k)]);
-                    if j == k {
-                        terms.add(&stage.by_rate[e], T::one());
-                    }
-                }
-                let increment = basis_vector(e) * (h * b[k]);
-                scheme.column((h, end), along, &increment, (stages, end_by_stages, k * N + e));
-            }
+        if !out.along_parameters.is_empty() {
+            scheme.along_parameters(&problem, parameters, rates, &out.changes, &mut out.along_parameters)?;
         }
-        let zero = Vector::zeros();
-        for e in 0..N {
-            for (terms, stage) in along.iter_mut().zip(&*changes) {
-                *terms = stage.by_attitude[e];
-            }
-            scheme.column((h, end), along, &zero, (inputs, end_by_inputs, e));
-            for row in 0..s * N {
-                inputs[(row, N + e)] = -end.d_neg[(e, row % N)];
-            }
-            for row in 0..2 * N {
-                end_by_inputs[(row, N + e)] = if row == N + e { T::one() } else { T::zero() };
-            }
-        }
-        for (terms, stage) in along.iter_mut().zip(&*changes) {
-            *terms = stage.by_time;
-        }
-        scheme.column((h, end), along, &zero, (inputs, end_by_inputs, 2 * N));
-        for (j, (terms, stage)) in along.iter_mut().zip(&*changes).enumerate() {
-            *terms = Terms::zero();
-            terms.add(&stage.by_time, c[j]);
-            for e in 0..N {
-                terms.add(&stage.by_displacement[e], stage.direction[e]);
-            }
-        }
-        scheme.column((h, end), along, &mean, (inputs, end_by_inputs, 2 * N + 1));
-        scheme.explicit_in_step(end, changes, (inputs, end_by_inputs, 2 * N + 1));
-        if !along_parameters.is_empty() {
-            scheme.along_parameters(&problem, parameters, rates, changes, along_parameters)?;
-        }
-        for (k, along) in along_parameters.chunks_exact(s).enumerate() {
-            scheme.column((h, end), along, &zero, (inputs, end_by_inputs, 2 * N + 2 + k));
-        }
+        scheme.stage_columns((h, &end), out);
+        scheme.input_columns((h, &end), &mean, out);
 
         out.tangent = *point.d();
         (out.adjoint, out.adjoint_inv) = (point.ad(), point.ad_inv());
@@ -325,6 +282,58 @@ where
 }
 
 impl<T: Real, L, F, R> Scheme<T, L, F, R> {
+    /// The columns of H.
+    fn stage_columns<const N: usize>(&self, (h, end): (T, &End<T, N>), out: &mut Partials<T, N>) {
+        let Partials { changes, along, stages, end_by_stages, .. } = out;
+        for k in 0..changes.len() {
+            for e in 0..N {
+                for (j, (terms, stage)) in along.iter_mut().zip(&*changes).enumerate() {
+                    *terms = Terms::zero();
+                    terms.add(&stage.by_displacement[e], h * self.tableau.a()[(j, k)]);
+                    if j == k {
+                        terms.add(&stage.by_rate[e], T::one());
+                    }
+                }
+                let increment = basis_vector(e) * (h * self.tableau.b()[k]);
+                self.column((h, end), along, &increment, (stages, end_by_stages, k * N + e));
+            }
+        }
+    }
+
+    /// The columns of ζ, μ, t, h and the parameters; `mean` is ξ/h.
+    fn input_columns<const N: usize>(&self, (h, end): (T, &End<T, N>), mean: &Vector<T, N>, out: &mut Partials<T, N>) {
+        let Partials { changes, along, inputs, end_by_inputs, along_parameters, .. } = out;
+        let zero = Vector::zeros();
+        for e in 0..N {
+            for (terms, stage) in along.iter_mut().zip(&*changes) {
+                *terms = stage.by_attitude[e];
+            }
+            self.column((h, end), along, &zero, (inputs, end_by_inputs, e));
+            for row in 0..inputs.nrows() {
+                inputs[(row, N + e)] = -end.d_neg[(e, row % N)];
+            }
+            for row in 0..2 * N {
+                end_by_inputs[(row, N + e)] = if row == N + e { T::one() } else { T::zero() };
+            }
+        }
+        for (terms, stage) in along.iter_mut().zip(&*changes) {
+            *terms = stage.by_time;
+        }
+        self.column((h, end), along, &zero, (inputs, end_by_inputs, 2 * N));
+        for (j, (terms, stage)) in along.iter_mut().zip(&*changes).enumerate() {
+            *terms = Terms::zero();
+            terms.add(&stage.by_time, self.tableau.c()[j]);
+            for e in 0..N {
+                terms.add(&stage.by_displacement[e], stage.direction[e]);
+            }
+        }
+        self.column((h, end), along, mean, (inputs, end_by_inputs, 2 * N + 1));
+        self.explicit_in_step(end, changes, (inputs, end_by_inputs, 2 * N + 1));
+        for (k, along) in along_parameters.chunks_exact(changes.len()).enumerate() {
+            self.column((h, end), along, &zero, (inputs, end_by_inputs, 2 * N + 2 + k));
+        }
+    }
+
     /// What h multiplies in r and in m.
     fn explicit_in_step<const N: usize>(
         &self,
