@@ -3,6 +3,7 @@
 use euler_poincare::algebra::catalogue::Entry;
 use euler_poincare::algebra::{Covector, Matrix, Vector};
 use euler_poincare::group::{LieGroup, MatrixGroup, So3};
+use euler_poincare::integrators::derivative::{Gradient, Linearised, Variation};
 use euler_poincare::integrators::se3::{AdaptiveSe3, CayleySe3, Terms as TermsSe3, VariationalSe3};
 use euler_poincare::integrators::so3::{
     AdaptiveSo3, EnsembleSo3, Member, QuaternionSo3, QuaternionState, Row, Terms, VariationalSo3,
@@ -52,6 +53,24 @@ fn allocations(f: impl FnOnce()) -> usize {
     let before = ALLOCATIONS.with(Cell::get);
     f();
     ALLOCATIONS.with(Cell::get) - before
+}
+
+#[test]
+fn a_step_with_its_derivative_allocates_nothing() {
+    let gauss = Family::Gauss.tableau(2).unwrap();
+    let drag = LinearDrag::new(Matrix::<f64, 3>::from_diagonal_element(0.1)).unwrap();
+    let body = Quadratic::diagonal([0.5, 2.0, 1.0]).unwrap();
+    let mut method = Linearised::new(Variational::new(body, drag, CayleySo3::new(), gauss), ());
+    let momentum = Covector::<f64, 3>::new(0.4, 0.1, 0.7);
+    let mut state = State { time: 0.0, momentum, attitude: Matrix::<f64, 3>::identity() };
+    let mut variation = Variation { momentum, ..Variation::zero() };
+    let mut take = || {
+        let (_, step) = method.step(&mut state, 0.1).unwrap();
+        variation = step.tangent(&variation, 0.0, 0.0, &[]).unwrap();
+        step.adjoint(&Gradient { momentum: momentum.transpose(), ..Gradient::zero() }).unwrap();
+    };
+    take();
+    assert_eq!(allocations(|| (0..STEPS).for_each(|_| take())), 0);
 }
 
 #[test]

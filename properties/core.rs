@@ -2,6 +2,8 @@
 
 mod api;
 mod continuous;
+#[path = "integrators/derivative.rs"]
+mod derivative;
 mod discrete;
 mod scalar;
 mod solve;

@@ -5,6 +5,7 @@
 pub mod advected;
 pub mod classical;
 pub mod comparators;
+pub mod derivative;
 pub mod doubled;
 mod fixed_point;
 #[cfg(feature = "lanes")]
@@ -152,10 +153,28 @@ pub enum StepError {
         /// How many there must be.
         needed: usize,
     },
+    /// The stages are close to a fold, where they have no derivative.
+    #[error(
+        "the derivative of a step of h = {step} has no digits: the Jacobian of its stage equations has the condition number {condition:e}"
+    )]
+    SingularJacobian {
+        /// The step asked for.
+        step: f64,
+        /// Skeel's condition number of the Jacobian with its columns scaled; infinite where no pivot is left.
+        condition: f64,
+    },
+    /// A variation of another number of parameters.
+    #[error("{found} parameters are varied, where there are {needed}")]
+    Parameters {
+        /// How many there are.
+        found: usize,
+        /// How many there must be.
+        needed: usize,
+    },
     /// A NaN or an infinity in the input.
     #[error("{what} is not finite")]
     NotFinite {
-        /// `"h"`, `"the momentum"`, `"the attitude"`, `"the time"`, `"the advected parameter"`.
+        /// `"h"`, `"the momentum"`, `"the attitude"`, `"the time"`, `"the advected parameter"`, `"the derivative of the step"`, ….
         what: &'static str,
     },
     /// An attitude that is not in the group.

@@ -3,6 +3,7 @@
 #![doc = include_str!("../guide/modules/integrators/variational.md")]
 
 mod collocation;
+pub(super) mod partials;
 
 use super::fixed_point::Course;
 use super::stages::{Stages, Weights};
@@ -134,6 +135,15 @@ impl<S: Scalar, const N: usize> Work<S, N> {
     }
 }
 
+/// One stage: η_i, P_i, G_i and f_i Ad_{τ(Ξ_i)}⁻¹, and the size of what f_i is the sum of.
+struct Stage<S: Scalar, const N: usize> {
+    velocity: Vector<S, N>,
+    momentum: Covector<S, N>,
+    gradient: Covector<S, N>,
+    impulse: Covector<S, N>,
+    load: S::Base,
+}
+
 /// The forced variational RKMK integrator of a Lagrangian, a force, a retraction and a tableau.
 ///
 /// State (g, μ); the unknowns are the s·N numbers H_i. Nothing is allocated by a step. Source: Martín de Diego and
@@ -256,6 +266,11 @@ where
     /// The force f.
     pub fn force(&self) -> &F {
         &self.scheme.force
+    }
+
+    /// The force f, to be changed between steps.
+    pub fn force_mut(&mut self) -> &mut F {
+        &mut self.scheme.force
     }
 
     /// The retraction τ.
@@ -731,6 +746,37 @@ impl<T: Real, L, F, R> Scheme<T, L, F, R> {
         Ok((pull(&work.after_impulse, &point.d_neg()), point))
     }
 
+    /// Stage i of a step of this size, at H_i and the tangents at Ξ_i.
+    #[inline(always)]
+    fn stage<S: Scalar<Base = T>, const N: usize, const D: usize>(
+        &self,
+        (i, step): (usize, T),
+        time: S,
+        g: Configuration<'_, S>,
+        point: &R::Point<S>,
+        rate: &Vector<S, N>,
+    ) -> Result<Stage<S, N>, StepError>
+    where
+        L: Lagrangian<T, N>,
+        F: Force<T, N>,
+        R: Retraction<T, N, D>,
+    {
+        let velocity = point.d() * rate;
+        let m = self.momentum(time, g, &velocity);
+        let momentum = m * point.d();
+        let mut gradient = point.pull_dd(&momentum, &m, rate);
+        if !self.forced {
+            return Ok(Stage { velocity, momentum, gradient, impulse: Covector::zeros(), load: T::zero() });
+        }
+        let (f, load) = self.total_force(time, g, &velocity);
+        if !finite(f.as_slice()) {
+            let at = g.matrix::<D>().map(|v| v.base());
+            return Err(self.undefined::<N, D>(Some(i), step, time.base(), &at, &velocity.map(|v| v.base())));
+        }
+        gradient += f * point.d();
+        Ok(Stage { velocity, momentum, gradient, impulse: f * point.ad_inv(), load })
+    }
+
     /// The residual r_i at the rates H_i in the workspace, into `next_momenta`; returns the size to compare it with.
     fn residual<S: Scalar<Base = T>, const N: usize, const D: usize>(
         &self,
@@ -756,30 +802,15 @@ impl<T: Real, L, F, R> Scheme<T, L, F, R> {
                 Configuration::identity()
             };
             let time = S::lift(problem.time) + S::lift(self.tableau.c()[i]) * h;
-            let eta = point.d() * rate;
-            let m = self.momentum(time, g, &eta);
-            let p = m * point.d();
-            let mut gradient = point.pull_dd(&p, &m, &rate);
+            let stage = self.stage::<S, N, D>((i, problem.step), time, g, &point, &rate)?;
+            load = larger(load, stage.load);
             if self.forced {
-                let (f, size) = self.total_force(time, g, &eta);
-                load = larger(load, size);
-                if !finite(f.as_slice()) {
-                    let at = g.matrix::<D>().map(|v| v.base());
-                    return Err(self.undefined::<N, D>(
-                        Some(i),
-                        problem.step,
-                        time.base(),
-                        &at,
-                        &eta.map(|v| v.base()),
-                    ));
-                }
-                gradient += f * point.d();
-                work.impulses.set_covector(i, &(f * point.ad_inv()));
+                work.impulses.set_covector(i, &stage.impulse);
             }
             work.displacements.set_vector(i, &x);
-            work.velocities.set_vector(i, &eta);
-            work.momenta.set_covector(i, &p);
-            work.gradients.set_covector(i, &gradient);
+            work.velocities.set_vector(i, &stage.velocity);
+            work.momenta.set_covector(i, &stage.momentum);
+            work.gradients.set_covector(i, &stage.gradient);
         }
         let (end, _) = self.end_of_step::<S, N, D>(problem, work)?;
         work.next_momenta.combine(&self.coupling, &work.gradients);

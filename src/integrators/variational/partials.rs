@@ -1,0 +1,398 @@
+//! The partial derivatives of r(H; g, μ, t, h, p), ξ and m at the stages of the last step, and of the end of the step.
+//!
+//! A stage depends on (Ξ_i, H_i, g, t_i) alone: it is differentiated by itself, in dual numbers, and the rest is linear.
+
+use super::{Problem, Scheme, Stage, Variational, domain};
+use crate::algebra::{Covector, Matrix, Vector, basis_vector};
+use crate::integrators::derivative::Parameters;
+use crate::integrators::stages::Stages;
+use crate::integrators::{State, StepError};
+use crate::mechanics::configuration::Configuration;
+use crate::mechanics::{Force, Lagrangian};
+use crate::retraction::{Retraction, RetractionError, TangentPoint};
+use crate::scalar::{Dual, Real};
+use nalgebra::DMatrix;
+
+/// P_i, G_i and f_i Ad_{τ(Ξ_i)}⁻¹ of a stage, or a change of them.
+#[derive(Clone, Copy, Debug)]
+struct Terms<T: Real, const N: usize> {
+    momentum: Covector<T, N>,
+    gradient: Covector<T, N>,
+    impulse: Covector<T, N>,
+}
+
+impl<T: Real, const N: usize> Terms<T, N> {
+    fn zero() -> Self {
+        Self { momentum: Covector::zeros(), gradient: Covector::zeros(), impulse: Covector::zeros() }
+    }
+
+    /// The derivative parts.
+    fn of(stage: &Stage<Dual<T>, N>) -> Self {
+        Self {
+            momentum: stage.momentum.map(|v| v.eps),
+            gradient: stage.gradient.map(|v| v.eps),
+            impulse: stage.impulse.map(|v| v.eps),
+        }
+    }
+
+    fn add(&mut self, other: &Self, factor: T) {
+        self.momentum += other.momentum * factor;
+        self.gradient += other.gradient * factor;
+        self.impulse += other.impulse * factor;
+    }
+}
+
+/// A stage: its terms, and how they change along e_a.
+#[derive(Clone, Debug)]
+struct Changes<T: Real, const N: usize> {
+    /// Ξ_i/h.
+    direction: Vector<T, N>,
+    terms: Terms<T, N>,
+    by_displacement: [Terms<T, N>; N],
+    by_rate: [Terms<T, N>; N],
+    by_attitude: [Terms<T, N>; N],
+    by_time: Terms<T, N>,
+}
+
+/// The columns of the inputs are ζ (N), μ (N), t, h and the parameters.
+#[derive(Clone, Debug)]
+pub(in crate::integrators) struct Partials<T: Real, const N: usize> {
+    /// J = ∂r/∂H, sN×sN.
+    pub stages: DMatrix<T>,
+    /// ∂r/∂(inputs), sN×(2N + 2 + K).
+    pub inputs: DMatrix<T>,
+    /// ∂(ξ, m)/∂H, 2N×sN.
+    pub end_by_stages: DMatrix<T>,
+    /// ∂(ξ, m)/∂(inputs), 2N×(2N + 2 + K).
+    pub end_by_inputs: DMatrix<T>,
+    /// dτ_ξ.
+    pub tangent: Matrix<T, N>,
+    /// Ad_{τ(ξ)}.
+    pub adjoint: Matrix<T, N>,
+    /// Ad_{τ(ξ)}⁻¹.
+    pub adjoint_inv: Matrix<T, N>,
+    /// ⟨μ', [e_a, e_b]⟩ in row a and column b.
+    pub turned: Matrix<T, N>,
+    changes: Vec<Changes<T, N>>,
+    /// The terms of the stages along one input.
+    along: Vec<Terms<T, N>>,
+    /// Those along parameter k, from k s on.
+    along_parameters: Vec<Terms<T, N>>,
+}
+
+/// dτ_{−ξ}, and the derivative of m dτ_{−ξ} along e_a in ξ in row a.
+struct End<T: Real, const N: usize> {
+    d_neg: Matrix<T, N>,
+    turning: Matrix<T, N>,
+}
+
+impl<T: Real, const N: usize> Partials<T, N> {
+    pub fn new(stages: usize, parameters: usize) -> Self {
+        let (unknowns, inputs) = (stages * N, 2 * N + 2 + parameters);
+        let zero = Terms::zero();
+        let changes = Changes {
+            direction: Vector::zeros(),
+            terms: zero,
+            by_displacement: [zero; N],
+            by_rate: [zero; N],
+            by_attitude: [zero; N],
+            by_time: zero,
+        };
+        Self {
+            stages: DMatrix::zeros(unknowns, unknowns),
+            inputs: DMatrix::zeros(unknowns, inputs),
+            end_by_stages: DMatrix::zeros(2 * N, unknowns),
+            end_by_inputs: DMatrix::zeros(2 * N, inputs),
+            tangent: Matrix::zeros(),
+            adjoint: Matrix::zeros(),
+            adjoint_inv: Matrix::zeros(),
+            turned: Matrix::zeros(),
+            changes: vec![changes; stages],
+            along: vec![zero; stages],
+            along_parameters: vec![zero; stages * parameters],
+        }
+    }
+
+    /// How many parameters there is room for.
+    pub fn parameters(&self) -> usize {
+        self.inputs.ncols() - 2 * N - 2
+    }
+
+    /// Whether nothing is NaN or infinite.
+    pub fn all_finite(&self) -> bool {
+        let large = [&self.stages, &self.inputs, &self.end_by_stages, &self.end_by_inputs];
+        let small = [&self.tangent, &self.adjoint, &self.adjoint_inv, &self.turned];
+        large.iter().all(|matrix| crate::scalar::finite(matrix.as_slice()))
+            && small.iter().all(|matrix| crate::scalar::finite(matrix.as_slice()))
+    }
+}
+
+impl<T: Real, L, F, R> Scheme<T, L, F, R> {
+    /// Stage i at x = Ξ_i and its derivatives.
+    fn changes<const N: usize, const D: usize>(
+        &self,
+        problem: &Problem<T, N, D>,
+        i: usize,
+        rate: &Vector<T, N>,
+        out: &mut Changes<T, N>,
+    ) -> Result<(), StepError>
+    where
+        L: Lagrangian<T, N>,
+        F: Force<T, N>,
+        R: Retraction<T, N, D>,
+    {
+        let h = problem.step;
+        let failed = |e| domain(h, Some(i), e);
+        let constant = |v: &Vector<T, N>| v.map(Dual::constant);
+        let variable = |v: &Vector<T, N>, a: usize| v.zip_map(&basis_vector(a), |re, eps| Dual { re, eps });
+        let x = out.direction * h;
+        let time = problem.time + self.tableau.c()[i] * h;
+        let attitude = |x: &Vector<Dual<T>, N>| match self.moves {
+            true => self.attitude::<Dual<T>, N, D>(problem, x).map_err(failed),
+            false => Ok(Matrix::identity()),
+        };
+        let stage = |t, g: &Matrix<Dual<T>, D>, point: &R::Point<Dual<T>>, rate: &Vector<Dual<T>, N>| {
+            let g = if self.moves { Configuration::of(g) } else { Configuration::identity() };
+            self.stage::<Dual<T>, N, D>((i, h), t, g, point, rate)
+        };
+        let t = Dual::constant(time);
+        for a in 0..N {
+            let x = variable(&x, a);
+            let point = self.retraction.at(&x).map_err(failed)?;
+            out.by_displacement[a] = Terms::of(&stage(t, &attitude(&x)?, &point, &constant(rate))?);
+        }
+        let (x, unchanged) = (constant(&x), constant(rate));
+        let point = self.retraction.at(&x).map_err(failed)?;
+        let g = attitude(&x)?;
+        for a in 0..N {
+            out.by_rate[a] = Terms::of(&stage(t, &g, &point, &variable(rate, a))?);
+        }
+        out.by_attitude = [Terms::zero(); N];
+        if self.moves {
+            let turned = self.retraction.tau(&x).map_err(failed)?;
+            for a in 0..N {
+                // g exp(ε e_a), since T₀τ = 1.
+                let along = self.attitude::<Dual<T>, N, D>(problem, &variable(&Vector::zeros(), a)).map_err(failed)?;
+                out.by_attitude[a] = Terms::of(&stage(t, &(along * turned), &point, &unchanged)?);
+            }
+        }
+        let at = stage(Dual::variable(time), &g, &point, &unchanged)?;
+        out.by_time = Terms::of(&at);
+        out.terms = Terms {
+            momentum: at.momentum.map(|v| v.re),
+            gradient: at.gradient.map(|v| v.re),
+            impulse: at.impulse.map(|v| v.re),
+        };
+        Ok(())
+    }
+
+    /// A column of ∂r and of ∂m, from the changes of the terms of the stages and of ξ.
+    fn column<const N: usize>(
+        &self,
+        (h, end): (T, &End<T, N>),
+        along: &[Terms<T, N>],
+        increment: &Vector<T, N>,
+        (rows, ends, column): (&mut DMatrix<T>, &mut DMatrix<T>, usize),
+    ) {
+        let (a, b) = (self.tableau.a(), self.tableau.b());
+        let impulse = along.iter().zip(b).fold(Covector::zeros(), |sum, (terms, &b)| sum + terms.impulse * (h * b));
+        let common: Covector<T, N> = impulse * end.d_neg + increment.transpose() * end.turning;
+        for i in 0..along.len() {
+            let mut residual = along[i].momentum - common;
+            for (j, terms) in along.iter().enumerate() {
+                residual += terms.gradient * (h * b[j] * a[(j, i)] / b[i]);
+            }
+            for c in 0..N {
+                rows[(i * N + c, column)] = residual[c];
+            }
+        }
+        for c in 0..N {
+            ends[(c, column)] = increment[c];
+            ends[(N + c, column)] = impulse[c];
+        }
+    }
+}
+
+impl<T, const N: usize, const D: usize, L, F, R> Variational<T, N, D, L, F, R>
+where
+    T: Real,
+    L: Lagrangian<T, N>,
+    F: Force<T, N>,
+    R: Retraction<T, N, D>,
+{
+    /// Room for the H_i of a step.
+    pub(in crate::integrators) fn room_for_rates(&self) -> Stages<T, N> {
+        Stages::zeros(self.scheme.tableau.stages())
+    }
+
+    /// The H_i of the last step.
+    pub(in crate::integrators) fn save_rates(&self, rates: &mut Stages<T, N>) {
+        rates.clone_from(&self.work.rates);
+    }
+
+    /// The next step starts as the first does: from these steps on a run can be repeated to the last bit.
+    pub(in crate::integrators) fn forget(&mut self) {
+        (self.last, self.predicted, self.jump) = (None, None, None);
+    }
+
+    /// The partial derivatives at the H_i of the last step, or at others (`rates`), of a step of size h from `start`.
+    pub(in crate::integrators) fn partials<P: Parameters<T, N>>(
+        &self,
+        start: &State<T, N, D>,
+        h: T,
+        rates: Option<&Stages<T, N>>,
+        parameters: &P,
+        out: &mut Partials<T, N>,
+    ) -> Result<(), StepError> {
+        let (scheme, problem) = (&self.scheme, Problem::new(start, h));
+        let rates = rates.unwrap_or(&self.work.rates);
+        let (s, a, b) = (scheme.tableau.stages(), scheme.tableau.a(), scheme.tableau.b());
+        let (mut momentum, mut mean) = (start.momentum, Vector::zeros());
+        for (i, stage) in out.changes.iter_mut().enumerate() {
+            let rate = rates.vector(i);
+            stage.direction = (0..s).fold(Vector::zeros(), |sum, j| sum + rates.vector(j) * a[(i, j)]);
+            scheme.changes(&problem, i, &rate, stage)?;
+            momentum += stage.terms.impulse * (h * b[i]);
+            mean += rate * b[i];
+        }
+        let increment: Vector<T, N> = mean * h;
+        let failed = |e| domain(h, None, e);
+        let point = scheme.retraction.at(&increment).map_err(failed)?;
+        let mut end = End { d_neg: point.d_neg(), turning: Matrix::zeros() };
+        for k in 0..N {
+            let x = increment.zip_map(&basis_vector(k), |re, eps| Dual { re, eps });
+            let turned = scheme.retraction.at(&x).map_err(failed)?.d_neg().map(|v| v.eps);
+            end.turning.set_row(k, &(momentum * turned));
+        }
+        if !out.along_parameters.is_empty() {
+            scheme.along_parameters(&problem, parameters, rates, &out.changes, &mut out.along_parameters)?;
+        }
+        scheme.stage_columns((h, &end), out);
+        scheme.input_columns((h, &end), &mean, out);
+
+        out.tangent = *point.d();
+        (out.adjoint, out.adjoint_inv) = (point.ad(), point.ad_inv());
+        let (momentum, algebra) = (momentum * out.adjoint, scheme.retraction.algebra());
+        for b in 0..N {
+            // ⟨μ', [e_a, e_b]⟩ = −(ad*_{e_b} μ')_a.
+            out.turned.set_column(b, &-algebra.coad(&basis_vector(b), &momentum).transpose());
+        }
+        Ok(())
+    }
+}
+
+impl<T: Real, L, F, R> Scheme<T, L, F, R> {
+    /// The columns of H.
+    fn stage_columns<const N: usize>(&self, (h, end): (T, &End<T, N>), out: &mut Partials<T, N>) {
+        let Partials { changes, along, stages, end_by_stages, .. } = out;
+        for k in 0..changes.len() {
+            for e in 0..N {
+                for (j, (terms, stage)) in along.iter_mut().zip(&*changes).enumerate() {
+                    *terms = Terms::zero();
+                    terms.add(&stage.by_displacement[e], h * self.tableau.a()[(j, k)]);
+                    if j == k {
+                        terms.add(&stage.by_rate[e], T::one());
+                    }
+                }
+                let increment = basis_vector(e) * (h * self.tableau.b()[k]);
+                self.column((h, end), along, &increment, (stages, end_by_stages, k * N + e));
+            }
+        }
+    }
+
+    /// The columns of ζ, μ, t, h and the parameters; `mean` is ξ/h.
+    fn input_columns<const N: usize>(&self, (h, end): (T, &End<T, N>), mean: &Vector<T, N>, out: &mut Partials<T, N>) {
+        let Partials { changes, along, inputs, end_by_inputs, along_parameters, .. } = out;
+        let zero = Vector::zeros();
+        for e in 0..N {
+            for (terms, stage) in along.iter_mut().zip(&*changes) {
+                *terms = stage.by_attitude[e];
+            }
+            self.column((h, end), along, &zero, (inputs, end_by_inputs, e));
+            for row in 0..inputs.nrows() {
+                inputs[(row, N + e)] = -end.d_neg[(e, row % N)];
+            }
+            for row in 0..2 * N {
+                end_by_inputs[(row, N + e)] = if row == N + e { T::one() } else { T::zero() };
+            }
+        }
+        for (terms, stage) in along.iter_mut().zip(&*changes) {
+            *terms = stage.by_time;
+        }
+        self.column((h, end), along, &zero, (inputs, end_by_inputs, 2 * N));
+        for (j, (terms, stage)) in along.iter_mut().zip(&*changes).enumerate() {
+            *terms = Terms::zero();
+            terms.add(&stage.by_time, self.tableau.c()[j]);
+            for e in 0..N {
+                terms.add(&stage.by_displacement[e], stage.direction[e]);
+            }
+        }
+        self.column((h, end), along, mean, (inputs, end_by_inputs, 2 * N + 1));
+        self.explicit_in_step(end, changes, (inputs, end_by_inputs, 2 * N + 1));
+        for (k, along) in along_parameters.chunks_exact(changes.len()).enumerate() {
+            self.column((h, end), along, &zero, (inputs, end_by_inputs, 2 * N + 2 + k));
+        }
+    }
+
+    /// What h multiplies in r and in m.
+    fn explicit_in_step<const N: usize>(
+        &self,
+        end: &End<T, N>,
+        changes: &[Changes<T, N>],
+        (rows, ends, column): (&mut DMatrix<T>, &mut DMatrix<T>, usize),
+    ) {
+        let (a, b) = (self.tableau.a(), self.tableau.b());
+        let impulse = changes.iter().zip(b).fold(Covector::zeros(), |sum, (stage, &b)| sum + stage.terms.impulse * b);
+        let common: Covector<T, N> = impulse * end.d_neg;
+        for i in 0..changes.len() {
+            for c in 0..N {
+                let coupled = changes
+                    .iter()
+                    .enumerate()
+                    .fold(T::zero(), |sum, (j, stage)| sum + stage.terms.gradient[c] * (b[j] * a[(j, i)] / b[i]));
+                rows[(i * N + c, column)] += coupled - common[c];
+            }
+        }
+        for c in 0..N {
+            ends[(N + c, column)] += impulse[c];
+        }
+    }
+
+    /// The terms of the stages along the parameters: they are linear in ∂L/∂η and the force.
+    fn along_parameters<P: Parameters<T, N>, const N: usize, const D: usize>(
+        &self,
+        problem: &Problem<T, N, D>,
+        parameters: &P,
+        rates: &Stages<T, N>,
+        changes: &[Changes<T, N>],
+        along: &mut [Terms<T, N>],
+    ) -> Result<(), StepError>
+    where
+        L: Lagrangian<T, N>,
+        F: Force<T, N>,
+        R: Retraction<T, N, D>,
+    {
+        for (j, stage) in changes.iter().enumerate() {
+            let (x, rate) = (stage.direction * problem.step, rates.vector(j));
+            let point = self.retraction.at(&x).map_err(|e| domain(problem.step, Some(j), e))?;
+            let at;
+            let g = match self.attitude::<T, N, D>(problem, &x) {
+                Ok(attitude) => {
+                    at = attitude;
+                    Configuration::of(&at)
+                }
+                Err(RetractionError::NoGroup { .. }) => Configuration::identity(),
+                Err(source) => return Err(domain(problem.step, Some(j), source)),
+            };
+            let time = problem.time + self.tableau.c()[j] * problem.step;
+            let eta: Vector<T, N> = point.d() * rate;
+            for (k, terms) in along.iter_mut().skip(j).step_by(changes.len()).enumerate() {
+                let (force, m) = (parameters.force(k, time, g, &eta), parameters.momentum(k, time, g, &eta));
+                let momentum = m * point.d();
+                let gradient = point.pull_dd(&momentum, &m, &rate) + force * point.d();
+                *terms = Terms { momentum, gradient, impulse: force * point.ad_inv() };
+            }
+        }
+        Ok(())
+    }
+}
