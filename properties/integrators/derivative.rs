@@ -151,6 +151,7 @@ fn columns<T: Real, const N: usize>(derivative: &Derivative<T, N>) -> DMatrix<f6
 }
 
 /// The same by central differences in 32 digits, of a run with the method that `make` makes of the parameters.
+#[allow(clippy::type_complexity, reason = "the types of a method are its parts")]
 fn differences<const N: usize, const D: usize, L, F, R>(
     make: &dyn Fn(&[Dd]) -> Variational<Dd, N, D, L, F, R>,
     p: &[Dd],

@@ -234,8 +234,10 @@ pub(super) fn refused(error: &StepError) -> Measured {
         StepError::Refused { why, .. } => Measured::Inconclusive(format!("the method refused a step: {why}")),
         StepError::IllConditioned { .. } => Measured::Inconclusive("rounding decides the step".into()),
         StepError::Undefined { .. } => Measured::Inconclusive("the force has no value at a stage".into()),
+        StepError::SingularJacobian { .. } => Measured::Inconclusive("the step is close to a fold".into()),
         StepError::NotFinite { .. }
         | StepError::Stages { .. }
+        | StepError::Parameters { .. }
         | StepError::OffGroup { .. }
         | StepError::NoAnswer { .. } => Measured::Broken(error.to_string()),
     }
