@@ -7,8 +7,8 @@ use crate::algebra::{Covector, LieAlgebra, Matrix, Vector};
 use crate::group::{LieGroup, So3};
 use crate::scalar::{Real, Scalar, finite};
 
-/// With five stages and more the difference between the scheme and the equations of motion is so small that most digits come from these.
-const ROUGH_PAYS_FROM: usize = 5;
+/// With four stages and more the difference between the scheme and the equations of motion is so small that most digits come from these.
+const ROUGH_PAYS_FROM: usize = 4;
 
 #[inline]
 fn dot<S: Scalar>(x: &Vector<S, 3>, y: &Vector<S, 3>) -> S {

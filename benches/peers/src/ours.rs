@@ -95,18 +95,22 @@ where
     F: Force<f64, N> + Clone + 'static,
     R: Retraction<f64, N, D> + Clone + 'static,
 {
-    let mut ready: Vec<(f64, Solve<'static, f64, N, D, _, F, R>)> = Vec::new();
+    // A solver for each tolerance, with what it has allocated.
+    let mut ready: Vec<(f64, Run)> = Vec::new();
     Box::new(move |problem, tolerance| {
         let known = ready.iter().position(|(of, _)| *of == tolerance).unwrap_or_else(|| {
-            let solve = Solve::new(body.clone(), force.clone(), retraction.clone()).tolerance(tolerance);
-            ready.push((tolerance, solve));
+            let mut solve = Solve::new(body.clone(), force.clone(), retraction.clone()).tolerance(tolerance);
+            let one = move |problem: &Problem, _: f64| {
+                run(problem, |state| {
+                    let solution = solve.run(state, problem.end).map_err(text)?;
+                    *state = solution.state;
+                    Ok(solution.statistics.steps)
+                })
+            };
+            ready.push((tolerance, Box::new(one)));
             ready.len() - 1
         });
-        run(problem, |state| {
-            let solution = ready[known].1.run(state, problem.end).map_err(text)?;
-            *state = solution.state;
-            Ok(solution.statistics.steps)
-        })
+        ready[known].1(problem, tolerance)
     })
 }
 
