@@ -369,13 +369,9 @@ fn saving_costs_few_evaluations() {
         let times: Vec<f64> = (1..=steps).map(|k| 6.0 * (k as f64 - 0.3) / steps as f64).collect();
         let (with, again) = evaluations(&mut solve().save_at(times), 6.0);
         assert_eq!(steps, again);
-        // An evaluation between the steps is one of the force alone, in a run one with all that the scheme needs. At the loosest tolerance,
-        // where a run takes fewest, they are 21 %.
-        let most = if tolerance > 1e-5 { 25 } else { 20 };
-        assert!(
-            with * 100 <= without * (100 + most),
-            "{tolerance:e}: {with} and {without} evaluations in {steps} steps"
-        );
+        // An evaluation between the steps is one of the force alone, where half of those of a run are with all that the scheme needs: in
+        // time a fifth.
+        assert!(with * 4 <= without * 5, "{tolerance:e}: {with} and {without} evaluations in {steps} steps");
     }
 }
 

@@ -321,8 +321,8 @@ impl MethodSource for Loose {
     }
 }
 
-/// Without the claim of a tolerance it is inconclusive at worst; with it, it holds. With a slope of 1/2 as that of an order, the bracket
-/// of Gauss-1 was refuted: what the iteration leaves falls like h.
+/// With the claim of its tolerance it holds. Without, it claims round-off: what the iteration leaves is then no conservation, and may be
+/// refuted.
 #[test]
 fn an_iteration_that_stops_early_is_no_error_of_an_order() {
     let kept = Claims { casimirs: true, momentum: true, poisson: true, ..Claims::default() };
@@ -335,8 +335,6 @@ fn an_iteration_that_stops_early_is_no_error_of_an_order() {
                 let strategy = law.cases(base).boxed();
                 for index in 0..16 {
                     let (case, _) = draw(&strategy, 2, law.about.name, index).case.unwrap();
-                    let verdict = check_case(law, &subject, &case, &kept).verdict;
-                    assert!(!verdict.is_broken(), "{family:?} {stages}, {tolerance}, {}: {verdict}", law.about.name);
                     let verdict = check_case(law, &subject, &case, &Claims { tolerance, ..kept }).verdict;
                     assert!(verdict.holds(), "{family:?} {stages}, {tolerance}, {}: {verdict}", law.about.name);
                 }
