@@ -58,7 +58,8 @@ pub enum Solver {
 pub struct Report<T> {
     /// Which iteration produced the stages.
     pub solver: Solver,
-    /// Fixed-point and Newton iterations spent, of all solvers tried.
+    /// Fixed-point and Newton iterations spent, of all solvers tried. Those of the equations of motion between two evaluations of the
+    /// scheme count, too; they cost a fraction of one.
     pub iterations: usize,
     /// The largest component of the true residual r_i, relative to the size of the momentum.
     pub residual: T,
