@@ -369,8 +369,7 @@ fn saving_costs_few_evaluations() {
         let times: Vec<f64> = (1..=steps).map(|k| 6.0 * (k as f64 - 0.3) / steps as f64).collect();
         let (with, again) = evaluations(&mut solve().save_at(times), 6.0);
         assert_eq!(steps, again);
-        // Up to 23 %: not yet the fifth that is wanted, which runs that took more evaluations kept to. See NODES in dense.rs.
-        assert!(with * 4 <= without * 5, "{tolerance:e}: {with} and {without} evaluations in {steps} steps");
+        assert!(with * 5 <= without * 6, "{tolerance:e}: {with} and {without} evaluations in {steps} steps");
     }
 }
 

@@ -293,6 +293,12 @@ where
         (0..self.scheme.tableau.stages()).map(|i| self.work.displacements.vector(i))
     }
 
+    /// (H_i, F_i Ad⁻¹_{τ(Ξ_i)}) of the last step, in the order of the stages: ξ̇ and ṁ seen from its start. Meaningless before the first.
+    pub(crate) fn stage_rates(&self) -> impl Iterator<Item = (Vector<T, N>, Covector<T, N>)> + '_ {
+        let impulse = |i| if self.scheme.forced { self.work.impulses.covector(i) } else { Covector::zeros() };
+        (0..self.scheme.tableau.stages()).map(move |i| (self.work.rates.vector(i), impulse(i)))
+    }
+
     /// ξ = h Σ_j b_j H_j of the last step: g' = g τ(ξ).
     pub fn increment(&self) -> &Vector<T, N> {
         &self.work.increment

@@ -236,9 +236,9 @@ impl LaneRetraction<6> for Cayley {
 
     /// R' = R R_ξ: its rows are turned as a covector (0, b) is. t' = t + R t_ξ, t_ξ = −2 B w at `back`.
     #[inline(always)]
-    fn increments<V: Lanes>(at_back: At<V>, back: Vec6<V>, values: Vec6<V>, kicks: Vec6<V>) -> Vec6<V> {
-        let turned = Self::turned(at_back, back, each!(6, k => values[k] + kicks[k]));
-        let mut sum: Vec6<V> = each!(6, k => turned[k] + kicks[k]);
+    fn increments<V: Lanes>(at_back: At<V>, back: Vec6<V>, values: Vec6<V>, impulses: Vec6<V>) -> Vec6<V> {
+        let turned = Self::turned(at_back, back, each!(6, k => values[k] + impulses[k]));
+        let mut sum: Vec6<V> = each!(6, k => turned[k] + impulses[k]);
         let of_momentum = at_back.s.read(&MOMENTUM);
         for k in 0..3 {
             sum[k] = of_momentum * sum[k];

@@ -100,8 +100,8 @@ pub trait LaneRetraction<const N: usize = 3>: Copy + Send + Sync + 'static {
     /// with the bracket of g' = g η).
     fn displacement<V: Lanes>(t: V, first: [V; N], middle: [V; N], last: [V; N]) -> [V; N];
     /// What τ(ξ), ξ = −u `back`, adds to a state of one body: row a of `values` holds component a of μ in lane 3, and g in
-    /// the other lanes. The same row of `kicks` holds the component of m − μ in lane 3, and zeros.
-    fn increments<V: Lanes>(at_back: Self::At<V>, back: [V; N], values: [V; N], kicks: [V; N]) -> [V; N];
+    /// the other lanes. The same row of `impulses` holds the component of m − μ in lane 3, and zeros.
+    fn increments<V: Lanes>(at_back: Self::At<V>, back: [V; N], values: [V; N], impulses: [V; N]) -> [V; N];
     /// The square of the angle of x.
     fn square<V: Lanes>(x: [V; N]) -> V;
     /// Whether the formulas hold to round-off up to this square.
@@ -244,9 +244,9 @@ impl LaneRetraction for Cayley {
 
     /// The rows of g, in lanes 0, 1, 2, are turned as m is.
     #[inline(always)]
-    fn increments<V: Lanes>(at_back: Self::At<V>, back: Vec3<V>, values: Vec3<V>, kicks: Vec3<V>) -> Vec3<V> {
-        let turned = Self::turned(at_back, back, each!(3, k => values[k] + kicks[k]));
-        each!(3, k => turned[k] + kicks[k])
+    fn increments<V: Lanes>(at_back: Self::At<V>, back: Vec3<V>, values: Vec3<V>, impulses: Vec3<V>) -> Vec3<V> {
+        let turned = Self::turned(at_back, back, each!(3, k => values[k] + impulses[k]));
+        each!(3, k => turned[k] + impulses[k])
     }
 
     #[inline(always)]
@@ -445,9 +445,9 @@ impl LaneRetraction for Exponential {
 
     /// The rows of g, in lanes 0, 1, 2, are turned as m is.
     #[inline(always)]
-    fn increments<V: Lanes>(at_back: Self::At<V>, back: Vec3<V>, values: Vec3<V>, kicks: Vec3<V>) -> Vec3<V> {
-        let turned = Self::turned(at_back, back, each!(3, k => values[k] + kicks[k]));
-        each!(3, k => turned[k] + kicks[k])
+    fn increments<V: Lanes>(at_back: Self::At<V>, back: Vec3<V>, values: Vec3<V>, impulses: Vec3<V>) -> Vec3<V> {
+        let turned = Self::turned(at_back, back, each!(3, k => values[k] + impulses[k]));
+        each!(3, k => turned[k] + impulses[k])
     }
 
     #[inline(always)]

@@ -5,10 +5,10 @@
 //! g(t) = g₀ τ(ξ), μ(t) = m Ad_{τ(ξ)}, ξ̇ = dτ_ξ⁻¹ η, ṁ = (∂_gL + f) Ad_{τ(ξ)}⁻¹, ∂L/∂η(t, g, η) = μ.
 //!
 //! g(t) is in the group whatever ξ is, and without a force m = μ₀: the Casimirs are kept. ξ and m are polynomials whose derivatives fit
-//! the equations at Lobatto nodes, found by Picard iteration from the velocities of the step at its stages, and then moved linearly in t
-//! so that they end where the step does. Where the iteration does not contract, since a force is stiff, ξ and m interpolate the stages.
+//! the equations at Lobatto nodes, found by Picard iteration from those of the step at its stages, and then moved linearly in t so that
+//! they end where the step does. Where the iteration does not contract, since a force is stiff, ξ and m interpolate the stages.
 
-use super::pair::{Half, Pair, Through, relative};
+use super::pair::{Half, Pair, Rates, Through, relative};
 use crate::algebra::{Covector, Matrix, Vector};
 use crate::integrators::{State, StepError};
 use crate::mechanics::{Force, Lagrangian};
@@ -31,6 +31,9 @@ const SETTLED: i64 = 8;
 /// The iterations are given up where the change does not fall by this factor.
 const CONTRACTS: f64 = 0.5;
 
+/// In the first iteration no less than this share of a change is taken to be left: what was before is no iteration, but a guess.
+const FIRST: f64 = 0.25;
+
 /// The most iterations.
 const MOST: usize = 30;
 
@@ -50,7 +53,7 @@ pub(super) struct Piece<T: Real, const N: usize, const D: usize> {
     momentum: Covector<T, N>,
     form: Form,
     /// The coefficients of P_k(2θ − 1), θ = (t − time)/step.
-    coefficients: Vec<(Vector<T, N>, Covector<T, N>)>,
+    coefficients: Vec<Rates<T, N>>,
 }
 
 impl<T: Real, const N: usize, const D: usize> Piece<T, N, D> {
@@ -151,10 +154,10 @@ struct Level<T: Real, const N: usize> {
     /// From the start, the stages and the end to the nodes, by rows.
     guesses: Vec<Vec<T>>,
     /// (ξ, m − μ₀) at the nodes.
-    values: Vec<(Vector<T, N>, Covector<T, N>)>,
+    values: Vec<Rates<T, N>>,
     /// η at the nodes.
     velocities: Vec<Vector<T, N>>,
-    rates: Vec<(Vector<T, N>, Covector<T, N>)>,
+    rates: Vec<Rates<T, N>>,
 }
 
 impl<T: Real, const N: usize> Level<T, N> {
@@ -291,19 +294,19 @@ impl<T: Real, const N: usize> Level<T, N> {
         R: Retraction<T, N, D>,
     {
         let last = self.nodes.len() - 1;
-        let Half { ends, displacements, velocities, .. } = &pair.halves[k];
-        let (zero, end) = (Vector::zeros(), self.values[last].0);
+        let Half { ends, displacements, velocities, rates, .. } = &pair.halves[k];
+        let (zero, end, turns) = (Vector::zeros(), self.values[last].0, [self.rates[0], self.rates[last]]);
         for i in 1..last {
             let row = &self.guesses[i];
             self.values[i].0 = pair.through().value(row, [&zero, &end], displacements);
             self.velocities[i] = pair.through().value(row, [&ends[0], &ends[1]], velocities);
+            self.rates[i] = pair.through().both(row, [&turns[0], &turns[1]], rates);
         }
-        let forced = pair.forced();
         let scale = pair.points[k].state.momentum.amax().max(pair.points[k + 1].state.momentum.amax());
         let mut before = T::exact(f64::INFINITY);
         for iteration in 0..MOST {
             for i in 1..last {
-                if self.evaluate(pair, i, iteration > 0, piece).is_err() {
+                if iteration > 0 && self.evaluate(pair, i, piece).is_err() {
                     return Ok(false);
                 }
             }
@@ -322,8 +325,8 @@ impl<T: Real, const N: usize> Level<T, N> {
                 return Ok(change <= settled);
             }
             // What is left after a change is smaller by the rate at which the changes fall.
-            let left = if iteration > 0 { change * (change / before).min(T::one()) } else { change };
-            if left <= settled && (iteration > 0 || !forced) {
+            let least = if iteration > 1 { T::zero() } else { T::exact(FIRST) };
+            if iteration > 0 && change * (change / before).min(T::one()).max(least) <= settled {
                 return Ok(true);
             }
             before = change;
@@ -331,12 +334,11 @@ impl<T: Real, const N: usize> Level<T, N> {
         Ok(false)
     }
 
-    /// The rates at node i: with η from the momentum there, or as it was guessed.
+    /// The velocity and the rates at node i from the values there.
     fn evaluate<const D: usize, L, F, R>(
         &mut self,
         pair: &Pair<T, N, D, L, F, R>,
         i: usize,
-        known: bool,
         piece: &Piece<T, N, D>,
     ) -> Result<(), StepError>
     where
@@ -347,10 +349,8 @@ impl<T: Real, const N: usize> Level<T, N> {
         let (x, m) = self.values[i];
         let point = pair.retraction().at(&x).map_err(|source| domain(piece.step, source))?;
         let mut state = self.state(pair, i, &x, piece)?;
-        if known {
-            state.momentum = (piece.momentum + m) * point.ad();
-            self.velocities[i] = pair.velocity_at(&state, &self.velocities[i], piece.step)?;
-        }
+        state.momentum = (piece.momentum + m) * point.ad();
+        self.velocities[i] = pair.velocity_at(&state, &self.velocities[i], piece.step)?;
         let (force, _) = pair.force_at(&state, &self.velocities[i], piece.step)?;
         self.rates[i] = (point.d_inv() * self.velocities[i], force * point.ad_inv());
         Ok(())

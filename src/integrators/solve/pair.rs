@@ -108,11 +108,23 @@ impl<T: Real> Through<T> {
         inner.fold(ends[0] * row[0] + ends[1] * row[last], |sum, (&i, &w)| sum + stages[i] * w)
     }
 
+    /// The same of pairs of values.
+    pub fn both<const N: usize>(&self, row: &[T], ends: [&Rates<T, N>; 2], stages: &[Rates<T, N>]) -> Rates<T, N> {
+        let last = self.nodes.len() - 1;
+        let inner = self.kept.iter().zip(&row[1..last]).map(|(&i, &w)| (&stages[i], w));
+        let ends = [(ends[0], row[0]), (ends[1], row[last])];
+        let zero = (Vector::zeros(), Covector::zeros());
+        ends.into_iter().chain(inner).fold(zero, |sum, (rates, w)| (sum.0 + rates.0 * w, sum.1 + rates.1 * w))
+    }
+
     /// How many numbers a row has.
     pub fn len(&self) -> usize {
         self.nodes.len()
     }
 }
+
+/// (ξ̇, ṁ), seen from the start of a step.
+pub(super) type Rates<T, const N: usize> = (Vector<T, N>, Covector<T, N>);
 
 /// What is known at one state.
 #[derive(Clone, Debug)]
@@ -136,6 +148,8 @@ pub(super) struct Half<T: Real, const N: usize> {
     pub displacements: Vec<Vector<T, N>>,
     /// η_i.
     pub velocities: Vec<Vector<T, N>>,
+    /// (ξ̇, ṁ) at the stages.
+    pub rates: Vec<Rates<T, N>>,
     /// η at both ends.
     pub ends: [Vector<T, N>; 2],
 }
@@ -148,6 +162,7 @@ impl<T: Real, const N: usize> Half<T, N> {
             increment: zero,
             displacements: vec![zero; stages],
             velocities: vec![zero; stages],
+            rates: vec![(zero, Covector::zeros()); stages],
             ends: [zero; 2],
         }
     }
@@ -442,6 +457,9 @@ where
             *to = from;
         }
         for (to, from) in half.velocities.iter_mut().zip(self.fine.stage_velocities()) {
+            *to = from;
+        }
+        for (to, from) in half.rates.iter_mut().zip(self.fine.stage_rates()) {
             *to = from;
         }
         let guess = half.velocities[half.velocities.len() - 1];
