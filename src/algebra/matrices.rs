@@ -68,7 +68,6 @@ pub enum MatricesError {
 type Fraction = (i64, i64);
 
 /// What is known of the algebra, once for all copies.
-#[derive(Debug)]
 struct Facts {
     matrices: Vec<Vec<Vec<Number>>>,
     size: usize,
@@ -79,6 +78,56 @@ struct Facts {
     constants: Vec<([usize; 3], Fraction)>,
     casimirs: OnceLock<Vec<Terms>>,
     cayley: OnceLock<bool>,
+}
+
+/// The same text whatever has been asked for before: laws draw numbers from the text of a case.
+impl std::fmt::Debug for Facts {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        self.polynomials();
+        self.admits_cayley();
+        let Self { matrices, size, entries, algebra, constants, casimirs, cayley } = self;
+        f.debug_struct("Facts")
+            .field("matrices", matrices)
+            .field("size", size)
+            .field("entries", entries)
+            .field("algebra", algebra)
+            .field("constants", constants)
+            .field("casimirs", casimirs)
+            .field("cayley", cayley)
+            .finish()
+    }
+}
+
+impl Facts {
+    fn polynomials(&self) -> &[Terms] {
+        self.casimirs.get_or_init(|| terms(&self.algebra))
+    }
+
+    fn admits_cayley(&self) -> bool {
+        *self.cayley.get_or_init(|| {
+            let basis = self.rational();
+            let Ok(span) = super::rational::MatrixSpan::new(&basis) else { return false };
+            let n = basis.len();
+            let pairs: Vec<_> = (0..n * n).map(|k| basis[k / n].times(&basis[k % n])).collect();
+            let inside = |a: usize, b: usize, c: usize| {
+                let mut sum = pairs[a * n + b].times(&basis[c]);
+                add(&mut sum.entries, &RBig::ONE, &pairs[c * n + b].times(&basis[a]).entries);
+                span.coordinates(&sum).is_some()
+            };
+            (0..n).all(|a| (0..n).all(|b| (0..=a).all(|c| inside(a, b, c))))
+        })
+    }
+
+    fn rational(&self) -> Vec<RationalMatrix> {
+        let matrix = |entries: &Vec<(usize, usize, Fraction)>| {
+            let mut matrix = RationalMatrix::zero(self.size);
+            for &(r, c, (p, q)) in entries {
+                matrix.add_to(r, c, &(super::rational::integer(p) / super::rational::integer(q)));
+            }
+            matrix
+        };
+        self.entries.iter().map(matrix).collect()
+    }
 }
 
 /// The Lie algebra with a basis of rational matrices ê_a, closed under the commutator: [e_a, e_b] = C^c_ab e_c as for the matrices.
@@ -193,30 +242,12 @@ impl MatrixAlgebra {
 
     /// Whether ½(x y z + z y x) stays in the span, which the [Cayley map](crate::retraction::Cayley) needs.
     pub fn admits_cayley(&self) -> bool {
-        *self.0.cayley.get_or_init(|| {
-            let basis = self.rational();
-            let Ok(span) = super::rational::MatrixSpan::new(&basis) else { return false };
-            let n = basis.len();
-            let pairs: Vec<_> = (0..n * n).map(|k| basis[k / n].times(&basis[k % n])).collect();
-            let inside = |a: usize, b: usize, c: usize| {
-                let mut sum = pairs[a * n + b].times(&basis[c]);
-                add(&mut sum.entries, &RBig::ONE, &pairs[c * n + b].times(&basis[a]).entries);
-                span.coordinates(&sum).is_some()
-            };
-            (0..n).all(|a| (0..n).all(|b| (0..=a).all(|c| inside(a, b, c))))
-        })
+        self.0.admits_cayley()
     }
 
     /// The basis, exactly.
     pub(crate) fn rational(&self) -> Vec<RationalMatrix> {
-        let matrix = |entries: &Vec<(usize, usize, Fraction)>| {
-            let mut matrix = RationalMatrix::zero(self.0.size);
-            for &(r, c, (p, q)) in entries {
-                matrix.add_to(r, c, &(super::rational::integer(p) / super::rational::integer(q)));
-            }
-            matrix
-        };
-        self.0.entries.iter().map(matrix).collect()
+        self.0.rational()
     }
 
     /// The structure constants, exactly.
@@ -246,16 +277,12 @@ impl MatrixAlgebra {
 
     /// How many Casimirs are known, those of lower degree and their products apart.
     pub fn casimir_count(&self) -> usize {
-        self.polynomials().len()
-    }
-
-    fn polynomials(&self) -> &[Terms] {
-        self.0.casimirs.get_or_init(|| terms(&self.0.algebra))
+        self.0.polynomials().len()
     }
 
     /// The Casimirs in a dimension N that may be larger.
     pub(crate) fn casimirs_beside_spectators<T: Real, const N: usize>(&self) -> Vec<Casimir<T, N>> {
-        self.polynomials().iter().map(|terms| casimir(terms)).collect()
+        self.0.polynomials().iter().map(casimir).collect()
     }
 }
 

@@ -137,7 +137,7 @@ pub const fn laws() -> &'static [CaseLaw] {
 
 /// What is put on a case.
 #[derive(Clone, Copy, PartialEq)]
-enum What {
+pub(super) enum What {
     /// V(t, g) and f(t, g, η).
     All,
     /// V(g) and f(t, g, η).
@@ -172,7 +172,7 @@ fn potential(probe: &mut Probe, size: usize, row: Option<usize>) -> String {
 }
 
 /// The case with a potential, and a force that depends on the configuration.
-fn configured(case: &Case, what: What) -> Case {
+pub(super) fn configured(case: &Case, what: What) -> Case {
     let mut probe = Probe::new(case, stream::CONFIGURATION);
     let (n, size) = (case.dimension(), case.matrix_size());
     let mut case = case.clone();
@@ -374,19 +374,19 @@ impl Symplectic<'_> {
             }
             tangent
         };
-        let (mut defect, mut doubt, mut size) = (Dd::int(0), Dd::int(0), Dd::int(0));
+        let (mut defect, mut uncertainty, mut size) = (Dd::int(0), Dd::int(0), Dd::int(0));
         for j in 0..2 * n {
             for k in 0..j {
                 let (here, there) =
                     (form(&system.state.momentum, &basis(j), &basis(k)), form(&end.momentum, &fine[j], &fine[k]));
                 defect = defect.max((there - here).abs());
-                doubt = doubt.max((there - form(&end.momentum, &coarse[j], &coarse[k])).abs());
+                uncertainty = uncertainty.max((there - form(&end.momentum, &coarse[j], &coarse[k])).abs());
                 let extent = |v: &Tangent<N>| v.0.amax().max(v.1.amax());
                 size = size.max(extent(&fine[j]) * extent(&fine[k]) * (Dd::int(1) + end.momentum.amax()));
             }
         }
         let rounding = size * Dd::unit_roundoff() * Dd::int(1024 * N as i64) / delta;
-        let known = doubt * Dd::int(2) + rounding;
+        let known = uncertainty * Dd::int(2) + rounding;
         Ok(Some(Measured::within(defect, known, || {
             format!("the canonical form changes by {:e}, known to {:e}", defect.to_f64(), known.to_f64())
         })))

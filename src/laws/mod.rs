@@ -35,6 +35,7 @@ pub mod accuracy;
 pub mod algebroid;
 pub mod branch;
 pub mod configuration;
+mod derivative;
 mod differences;
 pub mod discrete;
 pub mod doubled;
@@ -201,6 +202,7 @@ pub fn all() -> Vec<&'static CaseLaw> {
     .into_iter()
     .flatten()
     .chain(configuration::laws())
+    .chain(derivative::laws())
     .chain(fast::laws())
     .chain(parts::laws())
     .collect()

@@ -86,7 +86,7 @@ fn amplification<T: Real>(defect: T, size: T) -> f64 {
 type Evaluated = Result<Measured, CaseError>;
 
 /// How often the inputs are changed: each change is a sample of what rounding may do.
-const SAMPLES: u32 = 3;
+pub(super) const SAMPLES: u32 = 3;
 
 /// How far a defect in `f64` may exceed what the floor and changes of the inputs explain: rounding of the operations between them adds
 /// to that of the inputs, and few samples do not show the worst. The worst of correct code was 2.3, of the case that is kept for
@@ -102,7 +102,7 @@ struct Evaluations<'a> {
 
 /// The case with its numbers changed by at most a unit of round-off of `f64`: μ or η, h, the inertia and the basis. Those of l and f keep
 /// what makes them special (a metric that is the inertia, a coefficient that is 1).
-fn moved(case: &Case, sample: u32) -> Case {
+pub(super) fn moved(case: &Case, sample: u32) -> Case {
     let mut probe = Probe::new(&sample, stream::ROUNDING);
     let mut move_one = |number: &mut Number| {
         let up = probe.next() & 1 == 0;

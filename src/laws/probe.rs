@@ -140,6 +140,8 @@ pub mod stream {
     pub const SOLVE: u64 = 96;
     /// The stretch of a step beyond which no branch may be jumped.
     pub const BRANCH: u64 = 95;
+    /// The direction of a derivative, and a functional.
+    pub const DERIVATIVE: u64 = 98;
     /// Where τ⁻¹ is taken at large angles.
     pub const LARGE_ANGLE: u64 = 94;
     /// The material of the groupoids of a system.

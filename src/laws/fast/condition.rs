@@ -7,8 +7,8 @@ use crate::scalar::{Dd, Number, Real, Scalar};
 use crate::system::Case;
 use crate::system::case::Force;
 
-/// θ, the size of a kick relative to μ: rounding of the perturbed trajectory is 2⁻²⁹ of what it measures.
-const KICK: f64 = 1.0 / (1 << 24) as f64;
+/// θ, the size of an impulse relative to μ: rounding of the perturbed trajectory is 2⁻²⁹ of what it measures.
+const IMPULSE: f64 = 1.0 / (1 << 24) as f64;
 
 /// What a solver leaves of its equations per step, in units of u, beside its residual: each is a sum of s products and of
 /// less than 64 more terms.
@@ -21,7 +21,7 @@ pub(super) const CONTRACTION: f64 = 5.0;
 /// square rounding.
 const WORST: f64 = (1 << 13) as f64;
 
-/// The size of a trajectory's parts and how much kicks are amplified in them, after each step: of μ and of g.
+/// The size of a trajectory's parts and how much impulses are amplified in them, after each step: of μ and of g.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Condition {
     size: [f64; 2],
@@ -63,7 +63,7 @@ fn parts(point: &Point<f64>) -> [&[f64]; 2] {
 
 /// How a trajectory is perturbed.
 #[derive(Clone, Copy)]
-enum Kick {
+enum Impulse {
     /// By a torque that differs from stage to stage; of two signs.
     Stages(usize),
     /// By a torque about one axis throughout.
@@ -71,27 +71,27 @@ enum Kick {
 }
 
 /// The case with a torque that gives a momentum of θ `size`: in a step of size h, or about one axis in all of the steps.
-fn perturbed(case: &Case, size: f64, h: f64, steps: usize, kick: Kick) -> Case {
-    let (whole, phase) = (KICK * size / h, if let Kick::Stages(k) = kick { k } else { 0 });
-    let amplitude = |a: usize| match kick {
-        Kick::Stages(k) if (a + k).is_multiple_of(2) => whole,
-        Kick::Stages(_) => 0.5 * whole,
-        Kick::Axis(axis) if a == axis => whole / steps as f64,
-        Kick::Axis(_) => 0.0,
+fn perturbed(case: &Case, size: f64, h: f64, steps: usize, impulse: Impulse) -> Case {
+    let (whole, phase) = (IMPULSE * size / h, if let Impulse::Stages(k) = impulse { k } else { 0 });
+    let amplitude = |a: usize| match impulse {
+        Impulse::Stages(k) if (a + k).is_multiple_of(2) => whole,
+        Impulse::Stages(_) => 0.5 * whole,
+        Impulse::Axis(axis) if a == axis => whole / steps as f64,
+        Impulse::Axis(_) => 0.0,
     };
     let value = (0..case.dimension()).map(|a| Number::from(amplitude(a))).collect();
     let mut perturbed = case.clone();
-    perturbed.forces.push(match kick {
-        Kick::Axis(_) => Force::Constant { value },
-        Kick::Stages(_) => {
+    perturbed.forces.push(match impulse {
+        Impulse::Axis(_) => Force::Constant { value },
+        Impulse::Stages(_) => {
             Force::Periodic { value, frequency: Number::from(5.0 / h.abs()), phase: Number::from(phase as f64) }
         }
     });
     perturbed
 }
 
-/// The conditions after each of so many steps of size h from `start`: the larger of what kicks that differ from stage to stage
-/// show, and what kicks about the axes show together.
+/// The conditions after each of so many steps of size h from `start`: the larger of what impulses that differ from stage to stage
+/// show, and what impulses about the axes show together.
 ///
 /// # Errors
 /// Those of the general engine.
@@ -100,9 +100,9 @@ pub(super) fn conditions(case: &Case, start: &Point<f64>, h: f64, steps: usize) 
     let run = |case: &Case| trajectory(&mut *general.double(case)?, start, h, steps);
     let plain = run(case)?;
     let moving = plain.iter().fold(largest(&start.momentum), |m, point| m.max(largest(&point.momentum)));
-    let perturbed = |kick: Kick| run(&perturbed(case, moving, h, steps, kick));
-    let stages = [perturbed(Kick::Stages(0))?, perturbed(Kick::Stages(1))?];
-    let axes = (0..case.dimension()).map(|a| perturbed(Kick::Axis(a))).collect::<Result<Vec<_>, _>>()?;
+    let perturbed = |impulse: Impulse| run(&perturbed(case, moving, h, steps, impulse));
+    let stages = [perturbed(Impulse::Stages(0))?, perturbed(Impulse::Stages(1))?];
+    let axes = (0..case.dimension()).map(|a| perturbed(Impulse::Axis(a))).collect::<Result<Vec<_>, _>>()?;
     let (mut size, mut time) = (parts(start).map(largest), start.time.abs());
     let mut found = Vec::with_capacity(steps);
     for (n, point) in plain.iter().enumerate() {
@@ -111,7 +111,7 @@ pub(super) fn conditions(case: &Case, start: &Point<f64>, h: f64, steps: usize) 
             size[part] = size[part].max(largest(parts(point)[part]));
             let moved = |other: &Vec<Point<f64>>| distance(parts(&other[n])[part], parts(point)[part]);
             let worst = stages.iter().map(moved).fold(0.0, f64::max).max(axes.iter().map(moved).sum());
-            amplification[part] = worst / (KICK * size[part]);
+            amplification[part] = worst / (IMPULSE * size[part]);
         }
         time = time.max(point.time.abs());
         found.push(Condition { size, amplification, time });

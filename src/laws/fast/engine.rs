@@ -314,7 +314,7 @@ impl Reporting for Engine {
             mix(&mut next.momentum, &wrong.momentum);
             mix(&mut next.attitude, &wrong.attitude);
         }
-        spoil(&mut next, point, h, fault);
+        make_faulty(&mut next, point, h, fault);
         Ok((next, report))
     }
 
@@ -325,7 +325,7 @@ impl Reporting for Engine {
 }
 
 /// The faults that are planted in the answer: [`FAVOURED`], [`SEES_TIME`], [`SEES_ATTITUDE`].
-pub(super) fn spoil(next: &mut Point<f64>, from: &Point<f64>, h: f64, fault: &Fault) {
+pub(super) fn make_faulty(next: &mut Point<f64>, from: &Point<f64>, h: f64, fault: &Fault) {
     let size = |planted: Fault| Fault::size_of(Some(fault), planted.name);
     next.momentum[0] *= 1.0 + h * size(FAVOURED);
     let factor = (1.0 + h * from.time * size(SEES_TIME)) * (1.0 + h * from.attitude[0] * size(SEES_ATTITUDE));

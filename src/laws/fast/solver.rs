@@ -1,7 +1,7 @@
 //! The solvers that choose order and steps for a tolerance.
 
 use super::condition::{Condition, conditions};
-use super::engine::{Body, TERM_MISSING, spoil};
+use super::engine::{Body, TERM_MISSING, make_faulty};
 use super::step::{hopeless, settled, step_of, verdict};
 use crate::harness::{About, Cost, Fault, Verdict};
 use crate::integrators::so3::{SolveError, Solved};
@@ -75,7 +75,7 @@ fn planted(body: Body, span: f64, tolerance: f64, fault: Option<&Fault>) -> Resu
             *right = blend_scalar(*right, *wrong, fault.size);
         }
     }
-    spoil(&mut end, &start, span, fault);
+    make_faulty(&mut end, &start, span, fault);
     Ok((end, solved))
 }
 

@@ -2,7 +2,7 @@
 //!
 //! A transcription of the stage equations (Martín de Diego and Sato Martín de Almagro 2019, §5.2 on the units) apart from
 //! the library's integrator: plain loops over the stages, Newton's method on H, no fixed-point iteration. Each [`StepFault`]
-//! spoils one term. A law that is checked with a fault judges this step in the place of the library's; without a fault the
+//! has one wrong term. A law that is checked with a fault judges this step in the place of the library's; without a fault the
 //! two agree to round-off, which is a law of its own.
 
 use crate::algebra::{Covector, Matrix, Vector};
@@ -142,7 +142,7 @@ pub const LOOSE_TOLERANCE: Fault = Fault::new(
     "motions that are not steady",
 );
 
-/// What each of these faults spoils.
+/// What each of these faults makes wrong.
 pub const ALL: [(Fault, StepFault); 19] = [
     (CHART, StepFault::ChartTrap),
     (FORCE_INDEX, StepFault::ForceIndex),

@@ -138,7 +138,7 @@ impl<'a, T: Real> Gamma<'a, T> {
             let size = self.size(fault);
             (size > 0.0).then(|| right.map_with_location(|i, j, v| blend_scalar(v, entry(i, j, v), size)))
         };
-        let spoiled = wrong(&LAMBDA_FLIPPED, &|i, j, v| if block(i, j, 0, 0) { -v } else { v })
+        let faulty = wrong(&LAMBDA_FLIPPED, &|i, j, v| if block(i, j, 0, 0) { -v } else { v })
             .or_else(|| wrong(&MU_FLIPPED, &|i, j, v| if block(i, j, 2, 2) { -v } else { v }))
             .or_else(|| wrong(&GROUP_SIGN, &|i, j, v| if block(i, j, 1, 2) || block(i, j, 2, 1) { -v } else { v }))
             .or_else(|| wrong(&ONE_SIDED, &|i, j, v| if block(i, j, 1, 2) { Dual::lift(T::zero()) } else { v }))
@@ -154,7 +154,7 @@ impl<'a, T: Real> Gamma<'a, T> {
                     }
                 })
             });
-        Some(spoiled.unwrap_or(right))
+        Some(faulty.unwrap_or(right))
     }
 
     /// Π.

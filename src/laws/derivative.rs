@@ -1,0 +1,494 @@
+//! The derivatives of a step and of a run, forward and reverse.
+
+use super::CaseLaw;
+use super::configuration::{What, configured};
+use super::integrators::refused;
+use super::planted::retraction::Plant;
+use super::precision::{CEILING, Measured, SAMPLES, alone, compare, moved};
+use super::probe::{Probe, stream};
+use crate::algebra::{Covector, Vector};
+use crate::group::LieGroup;
+use crate::harness::{About, Cost, Fault, Verdict};
+use crate::integrators::derivative::{Derivative, Gradient, InputGradient, Linearised, Parameters, Variation};
+use crate::integrators::{OneStep, State, StepError, Variational};
+use crate::mechanics::configuration::Configuration;
+use crate::mechanics::{Force, Lagrangian, LegendreError};
+use crate::retraction::{Retraction, TangentPoint};
+use crate::scalar::{Dd, Real, Scalar};
+use crate::system::{Case, System, Visitor};
+use nalgebra::ComplexField;
+
+/// δμ' as it is seen from the start.
+const UNTURNED: Fault =
+    Fault::new("variation-unturned", "δμ' = δm Ad_{τ(ξ)}, without ad*_ω μ'", "algebras that are not abelian");
+/// ζ is not brought to the end.
+const NOT_CARRIED: Fault =
+    Fault::new("variation-not-carried", "ζ' = ζ + ω, without Ad_{τ(ξ)}⁻¹ on ζ", "algebras that are not abelian");
+/// Explicit time is forgotten.
+const NO_TIME: Fault = Fault::new("variation-without-time", "∂/∂t = 0", "systems that depend on the time");
+/// The stages do not move with h.
+const NO_STEP: Fault = Fault::new("variation-without-step", "∂/∂h = 0", "every system that moves");
+/// Half of the digits.
+const DIFFERENCED: Fault =
+    Fault::new("differenced", "the derivative by a one-sided difference of the step, over √u", "every system");
+/// The reverse mode alone is wrong.
+const ADJOINT: Fault = Fault::new(
+    "adjoint-not-carried",
+    "the covector at the end goes to the start without Ad_{τ(ξ)}⁻¹",
+    "algebras that are not abelian",
+);
+
+const FAULTS: &[Fault] = &[UNTURNED, NOT_CARRIED, NO_TIME, NO_STEP, DIFFERENCED, ADJOINT];
+
+const SOURCE: &str =
+    "the implicit function theorem on the stage equations; Hairer, Lubich and Wanner 2006, §VI.4 and §VI.9";
+const ORACLE: &str = "central differences of the step in 32 digits, extrapolated; the adjoint against the tangent";
+const BOUND: &str = "in 32 digits what the differences are known to; in f64 2⁴ (2⁴ s N c + κ) u, c the condition number of ∂r/∂H, κ what changes of \
+                     the inputs by one unit make of the derivative; of the adjoint two precisions";
+
+/// Steps of a run.
+const RUN: usize = 5;
+
+/// The laws of this file.
+pub const fn laws() -> &'static [CaseLaw] {
+    &[
+        CaseLaw {
+            about: About {
+                name: "derivative-step",
+                statement: "the derivative of (g', μ') along a variation of (g, μ, t, h) and of factors of f and L is that of the map of a step, \
+                            and the adjoint is its transpose",
+                source: SOURCE,
+                oracle: ORACLE,
+                bound: BOUND,
+                needs: "a group; a smooth force",
+                cost: Cost::Moderate,
+                faults: FAULTS,
+            },
+            cases: |cases| cases.with_group().main_dimensions().smooth(),
+            check: |case, fault| judge(case, fault, 1),
+        },
+        CaseLaw {
+            about: About {
+                name: "derivative-run",
+                statement: "the derivative of the end of a run of five steps by its start, t, h and factors of f and L is that of the map, forward and \
+                            in reverse with checkpoints",
+                source: "the chain rule; Griewank and Walther 2008, ch. 12",
+                oracle: ORACLE,
+                bound: BOUND,
+                needs: "a group; a smooth force",
+                cost: Cost::Heavy,
+                faults: FAULTS,
+            },
+            cases: |cases| cases.with_group().main_dimensions().smooth(),
+            check: |case, fault| judge(case, fault, RUN),
+        },
+    ]
+}
+
+fn judge(case: &Case, fault: Option<&Fault>, steps: usize) -> Verdict {
+    let salt = stream::DERIVATIVE;
+    let case = match Probe::new(case, salt).next() & 1 {
+        0 => case.clone(),
+        _ => configured(case, What::All),
+    };
+    let visitor = |fault| Derivatives { probe: Probe::new(&case, salt), fault, steps };
+    let outcomes = case
+        .dispatch_main_with::<f64, _>(&Plant(fault), visitor(fault))
+        .and_then(|double| Ok((double, case.dispatch_main_with::<Dd, _>(&Plant(fault), visitor(fault))?)));
+    let (double, quad) = match outcomes {
+        Ok((Ok(double), Ok(quad))) => (double, quad),
+        Ok((Err(said), _) | (_, Err(said))) => return alone(32, said),
+        Err(e) => return Verdict::broken(format!("a generated case cannot be built: {e}")),
+    };
+    // |a − b| in units of round-off of f64.
+    let unit = f64::unit_roundoff() * quad.size;
+    let off = |a: &[Dd]| {
+        let off = a.iter().zip(&quad.variation).fold(0.0_f64, |off, (a, b)| off.max((*a - *b).abs().to_f64()));
+        if off == 0.0 { off } else { off / unit }
+    };
+    let defect = off(&double.variation.iter().map(|v| Dd::exact(*v)).collect::<Vec<_>>());
+    let mut bound = CEILING * quad.floor;
+    if defect > bound {
+        let changed = (0..SAMPLES).filter_map(|sample| {
+            let moved = moved(&case, sample).dispatch_main_with::<Dd, _>(&Plant(None), visitor(None));
+            Some(off(&moved.ok()?.ok()?.variation))
+        });
+        bound = CEILING * (quad.floor + changed.fold(0.0, f64::max));
+    }
+    let rounded = Verdict::judge(defect, bound, || {
+        format!("f64: {defect:.3e} units of round-off from the derivative in 32 digits; it is {:?}", double.variation)
+    });
+    compare(double.transposed, quad.transposed).and(alone(32, quad.differenced)).and(rounded)
+}
+
+/// X with all its values multiplied by a number.
+#[derive(Clone, Copy)]
+struct Scaled<'a, X, T> {
+    of: &'a X,
+    by: T,
+}
+
+impl<T: Real, const N: usize, F: Force<T, N>> Force<T, N> for Scaled<'_, F, T> {
+    fn force<S: Scalar<Base = T>>(&self, t: S, eta: &Vector<S, N>) -> Covector<S, N> {
+        self.of.force(t, eta) * S::lift(self.by)
+    }
+
+    fn force_at<S: Scalar<Base = T>>(&self, t: S, g: Configuration<'_, S>, eta: &Vector<S, N>) -> Covector<S, N> {
+        self.of.force_at(t, g, eta) * S::lift(self.by)
+    }
+
+    fn uses_configuration(&self) -> bool {
+        self.of.uses_configuration()
+    }
+
+    fn is_zero(&self) -> bool {
+        self.of.is_zero()
+    }
+}
+
+impl<T: Real, const N: usize, L: Lagrangian<T, N>> Lagrangian<T, N> for Scaled<'_, L, T> {
+    fn value<S: Scalar<Base = T>>(&self, eta: &Vector<S, N>) -> S {
+        self.of.value(eta) * S::lift(self.by)
+    }
+
+    fn gradient<S: Scalar<Base = T>>(&self, eta: &Vector<S, N>) -> Covector<S, N> {
+        self.of.gradient(eta) * S::lift(self.by)
+    }
+
+    fn velocity<S: Scalar<Base = T>>(
+        &self,
+        mu: &Covector<S, N>,
+        guess: &Vector<S, N>,
+    ) -> Result<Vector<S, N>, LegendreError> {
+        self.of.velocity(&(mu / S::lift(self.by)), guess)
+    }
+
+    fn uses_configuration(&self) -> bool {
+        self.of.uses_configuration()
+    }
+
+    fn value_at<S: Scalar<Base = T>>(&self, t: S, g: Configuration<'_, S>, eta: &Vector<S, N>) -> S {
+        self.of.value_at(t, g, eta) * S::lift(self.by)
+    }
+
+    fn gradient_at<S: Scalar<Base = T>>(&self, t: S, g: Configuration<'_, S>, eta: &Vector<S, N>) -> Covector<S, N> {
+        self.of.gradient_at(t, g, eta) * S::lift(self.by)
+    }
+
+    fn velocity_at<S: Scalar<Base = T>>(
+        &self,
+        t: S,
+        g: Configuration<'_, S>,
+        mu: &Covector<S, N>,
+        guess: &Vector<S, N>,
+    ) -> Result<Vector<S, N>, LegendreError> {
+        self.of.velocity_at(t, g, &(mu / S::lift(self.by)), guess)
+    }
+
+    fn configuration_gradient<S: Scalar<Base = T>>(
+        &self,
+        t: S,
+        g: Configuration<'_, S>,
+        eta: &Vector<S, N>,
+    ) -> Covector<S, N> {
+        self.of.configuration_gradient(t, g, eta) * S::lift(self.by)
+    }
+}
+
+/// The factors of f and of L, at 1.
+struct Factors<'a, L, F> {
+    lagrangian: &'a L,
+    force: &'a F,
+}
+
+impl<T: Real, const N: usize, L: Lagrangian<T, N>, F: Force<T, N>> Parameters<T, N> for Factors<'_, L, F> {
+    fn count(&self) -> usize {
+        2
+    }
+
+    fn force(&self, k: usize, t: T, g: Configuration<'_, T>, eta: &Vector<T, N>) -> Covector<T, N> {
+        match k {
+            0 => self.force.force_at(t, g, eta),
+            _ => self.lagrangian.configuration_gradient(t, g, eta),
+        }
+    }
+
+    fn momentum(&self, k: usize, t: T, g: Configuration<'_, T>, eta: &Vector<T, N>) -> Covector<T, N> {
+        match k {
+            0 => Covector::zeros(),
+            _ => self.lagrangian.gradient_at(t, g, eta),
+        }
+    }
+}
+
+/// A change of everything that a run starts from.
+#[derive(Clone, Copy)]
+struct Direction<T: Real, const N: usize> {
+    state: Variation<T, N>,
+    time: T,
+    step: T,
+    factors: [T; 2],
+}
+
+impl<T: Real, const N: usize> Direction<T, N> {
+    /// Spectators stay as they are. The change of h is relative to h.
+    fn drawn(probe: &mut Probe, n: usize, h: T) -> Self {
+        let mut state = Variation { attitude: probe.vector::<T, N>(), momentum: probe.covector::<T, N>() };
+        state.attitude.iter_mut().skip(n).for_each(|v| *v = T::zero());
+        state.momentum.iter_mut().skip(n).for_each(|v| *v = T::zero());
+        Self { state, time: probe.unit(), step: probe.unit::<T>() * h, factors: [probe.unit(), probe.unit()] }
+    }
+
+    /// Its components, with the columns of a derivative that they belong to.
+    fn columns<'d>(&self, of: &'d Derivative<T, N>) -> impl Iterator<Item = (T, &'d Variation<T, N>)> + use<'d, T, N> {
+        let Self { state, time, step, factors } = *self;
+        let rest = [(time, &of.by_time), (step, &of.by_step)];
+        let attitude = of.by_attitude.iter().enumerate().map(move |(a, column)| (state.attitude[a], column));
+        let momentum = of.by_momentum.iter().enumerate().map(move |(a, column)| (state.momentum[a], column));
+        attitude.chain(momentum).chain(rest).chain(factors.into_iter().zip(&of.by_parameters))
+    }
+
+    /// The derivative along it.
+    fn through(&self, of: &Derivative<T, N>) -> Variation<T, N> {
+        self.columns(of).fold(Variation::zero(), |sum, (value, column)| Variation {
+            attitude: sum.attitude + column.attitude * value,
+            momentum: sum.momentum + column.momentum * value,
+        })
+    }
+
+    /// The size of the terms of that.
+    fn size_through(&self, of: &Derivative<T, N>) -> T {
+        let size = |column: &Variation<T, N>| column.attitude.amax().max(column.momentum.amax());
+        self.columns(of).fold(T::zero(), |sum, (value, column)| sum + value.abs() * size(column))
+    }
+
+    /// ⟨gradient, direction⟩, and the size of its terms.
+    fn against(&self, gradient: &InputGradient<T, N>) -> (T, T) {
+        let InputGradient { state, time, step, parameters } = gradient;
+        let attitude = state.attitude.iter().copied().zip(self.state.attitude.iter().copied());
+        let momentum = state.momentum.iter().copied().zip(self.state.momentum.iter().copied());
+        let rest = [(*time, self.time), (*step, self.step)];
+        let factors = parameters.iter().copied().zip(self.factors);
+        attitude
+            .chain(momentum)
+            .chain(rest)
+            .chain(factors)
+            .fold((T::zero(), T::zero()), |(sum, size), (a, b)| (sum + a * b, size + (a * b).abs()))
+    }
+}
+
+/// What a derivative is, and what it should be.
+struct Numbers<T> {
+    /// (ζ', δμ') along the direction.
+    variation: Vec<T>,
+    /// The size of the terms of which it is the sum.
+    size: f64,
+    /// What the count of operations allows, in units of round-off.
+    floor: f64,
+    /// The adjoint against the tangent.
+    transposed: Measured,
+    /// The tangent against differences, in 32 digits.
+    differenced: Measured,
+}
+
+/// The derivative of a run along a direction that is drawn.
+struct Derivatives<'a> {
+    probe: Probe,
+    fault: Option<&'a Fault>,
+    steps: usize,
+}
+
+/// The displacement of the differences: they are extrapolated from it and its double, and their error is its fourth power.
+const DISPLACEMENT: f64 = 1.0 / 1_048_576.0;
+
+impl<T: Real> Visitor<T> for Derivatives<'_> {
+    type Output = Result<Numbers<T>, Measured>;
+
+    fn visit<const N: usize, const D: usize, R: Retraction<T, N, D>, L: Lagrangian<T, N>, F: Force<T, N>>(
+        mut self,
+        system: System<T, N, D, R, L, F>,
+    ) -> Self::Output {
+        let along = Direction::<T, N>::drawn(&mut self.probe, system.dimension, system.step);
+        let functional = Gradient { attitude: self.probe.covector(), momentum: self.probe.vector() };
+        let run = Run { system: &system, along, fault: self.fault, steps: self.steps };
+        run.numbers(&functional).map_err(|error| refused(&error))?
+    }
+}
+
+/// A run and what is asked of it.
+struct Run<'a, T: Real, const N: usize, const D: usize, R, L, F> {
+    system: &'a System<T, N, D, R, L, F>,
+    along: Direction<T, N>,
+    fault: Option<&'a Fault>,
+    steps: usize,
+}
+
+/// The method with its derivatives, on a system.
+type Method<'a, T, const N: usize, const D: usize, R, L, F> =
+    Linearised<T, N, D, &'a L, &'a F, &'a R, Factors<'a, L, F>>;
+
+/// The forward mode.
+struct Forward<T: Real, const N: usize, const D: usize> {
+    /// All states, the last one is the end.
+    states: Vec<State<T, N, D>>,
+    variation: Variation<T, N>,
+    size: T,
+    condition: T,
+}
+
+impl<'a, T: Real, const N: usize, const D: usize, R, L, F> Run<'a, T, N, D, R, L, F>
+where
+    R: Retraction<T, N, D>,
+    L: Lagrangian<T, N>,
+    F: Force<T, N>,
+{
+    fn share(&self, fault: &Fault) -> T {
+        T::exact(Fault::size_of(self.fault, fault.name))
+    }
+
+    /// An inner error is of the law, not of the step.
+    fn numbers(&self, functional: &Gradient<T, N>) -> Result<Result<Numbers<T>, Measured>, StepError> {
+        let System { lagrangian, force, retraction, tableau, group, .. } = self.system;
+        let engine = Variational::new(lagrangian, force, retraction, tableau.clone());
+        let mut method = Linearised::new(engine, Factors { lagrangian, force });
+        let forward = self.forward(&mut method)?;
+        let end = &forward.states[self.steps];
+        let singular = || Measured::NotApplicable("the attitude is singular to working precision".into());
+        let Some((group, back)) = group.as_ref().and_then(|group| Some((group, group.inverse(&end.attitude)?))) else {
+            return Ok(Err(singular()));
+        };
+        let difference = |a: &State<T, N, D>, b: &State<T, N, D>, over: T| Variation {
+            attitude: group.vee(&(back * (a.attitude - b.attitude) / over)),
+            momentum: (a.momentum - b.momentum) / over,
+        };
+        let mut variation = forward.variation;
+        let share = self.share(&DIFFERENCED);
+        if share > T::zero() {
+            let away = T::unit_roundoff().sqrt();
+            let wrong = difference(&self.moved(away)?, end, away);
+            variation.attitude += (wrong.attitude - variation.attitude) * share;
+            variation.momentum += (wrong.momentum - variation.momentum) * share;
+        }
+        let floor = 16.0 * (self.steps * tableau.stages() * N) as f64 * forward.condition.to_f64().max(1.0);
+        let adjoint = self.reverse(&mut method, &forward.states, functional)?;
+        let (there, (here, extent)) = (functional.along(&variation), self.along.against(&adjoint));
+        let largest = functional.attitude.amax().max(functional.momentum.amax());
+        let terms = (largest * forward.size * T::int(2 * N as i64)).max(extent);
+        let transposed = Measured::defect((there - here).abs(), terms, floor, || {
+            format!("the tangent gives {:e}, the adjoint {:e}", there.to_f64(), here.to_f64())
+        });
+        let mut differenced = Measured::exact();
+        if T::unit_roundoff().to_f64() < f64::unit_roundoff() {
+            let delta = T::exact(DISPLACEMENT);
+            let central = |k: i64| {
+                let away = delta * T::int(k);
+                Ok::<_, StepError>(difference(&self.moved(away)?, &self.moved(-away)?, away + away))
+            };
+            let [first, second, third] = [central(1)?, central(2)?, central(4)?];
+            let extrapolated = |fine: &Variation<T, N>, coarse: &Variation<T, N>| Variation {
+                attitude: (fine.attitude * T::int(4) - coarse.attitude) / T::int(3),
+                momentum: (fine.momentum * T::int(4) - coarse.momentum) / T::int(3),
+            };
+            let off = |a: &Variation<T, N>, b: &Variation<T, N>| {
+                (a.attitude - b.attitude).amax().max((a.momentum - b.momentum).amax())
+            };
+            let (best, next) = (extrapolated(&first, &second), extrapolated(&second, &third));
+            let extent = end.momentum.amax().max(back.amax() * end.attitude.amax() * T::int(D as i64));
+            let rounding = T::unit_roundoff() * T::exact(floor) * (extent / delta + forward.size);
+            let (defect, known) = (off(&variation, &best), off(&best, &next) + rounding);
+            differenced = Measured::within(defect, known, || {
+                format!("the derivative is {:e} from differences, known to {:e}", defect.to_f64(), known.to_f64())
+            });
+        }
+        let values = variation.attitude.iter().chain(variation.momentum.iter()).copied().collect();
+        Ok(Ok(Numbers { variation: values, size: forward.size.to_f64(), floor, transposed, differenced }))
+    }
+
+    /// The end of the run from a start that is moved along the direction.
+    fn moved(&self, by: T) -> Result<State<T, N, D>, StepError> {
+        let System { lagrangian, force, retraction, tableau, state, step, .. } = self.system;
+        let Direction { state: Variation { attitude, momentum }, time, step: stretch, factors } = &self.along;
+        let (push, mass) = (T::one() + factors[0] * by, T::one() + factors[1] * by);
+        let scaled = (Scaled { of: lagrangian, by: mass }, Scaled { of: force, by: push });
+        let mut method = Variational::new(scaled.0, scaled.1, retraction, tableau.clone());
+        let source = |source| StepError::Domain { step: step.to_f64(), stage: None, source };
+        let mut state = State {
+            time: state.time + *time * by,
+            momentum: state.momentum + momentum * by,
+            attitude: state.attitude * retraction.tau(&(attitude * by)).map_err(source)?,
+        };
+        for _ in 0..self.steps {
+            method.step(&mut state, *step + *stretch * by)?;
+        }
+        Ok(state)
+    }
+
+    /// The forward mode, step by step where a fault is planted or there is one step, else by [`Linearised::sensitivity`].
+    fn forward(&self, method: &mut Method<'a, T, N, D, R, L, F>) -> Result<Forward<T, N, D>, StepError> {
+        let (h, along) = (self.system.step, &self.along);
+        let mut states = vec![self.system.state.clone()];
+        let (mut variation, mut condition) = (along.state, T::one());
+        let mut columns = None;
+        for k in 0..self.steps {
+            let (before, mut state) = (variation, states[k].clone());
+            let (_, step) = method.step(&mut state, h)?;
+            let time = (along.time + along.step * T::int(k as i64)) * (T::one() - self.share(&NO_TIME));
+            let stretch = along.step * (T::one() - self.share(&NO_STEP));
+            variation = step.tangent(&before, time, stretch, &along.factors)?;
+            condition = condition.max(step.condition());
+            if self.steps == 1 {
+                columns = Some(step.matrices()?);
+            }
+            let engine = method.method();
+            let source = |source| StepError::Domain { step: h.to_f64(), stage: None, source };
+            let back = engine.retraction().at(engine.increment()).map_err(source)?.ad_inv();
+            let carried = back * before.attitude;
+            let turned = self.system.algebra.coad(&(variation.attitude - carried), &state.momentum);
+            variation.momentum -= turned * self.share(&UNTURNED);
+            variation.attitude += (before.attitude - carried) * self.share(&NOT_CARRIED);
+            states.push(state);
+        }
+        let columns = match columns {
+            Some(columns) => columns,
+            None => {
+                let mut state = states[0].clone();
+                let whole = method.sensitivity(&mut state, h, self.steps, |_, _, _| {}).map_err(|e| e.source)?;
+                if self.fault.is_none() {
+                    variation = along.through(&whole);
+                }
+                whole
+            }
+        };
+        Ok(Forward { states, variation, size: along.size_through(&columns), condition })
+    }
+
+    /// The reverse mode, likewise.
+    fn reverse(
+        &self,
+        method: &mut Method<'a, T, N, D, R, L, F>,
+        states: &[State<T, N, D>],
+        functional: &Gradient<T, N>,
+    ) -> Result<InputGradient<T, N>, StepError> {
+        let (h, share) = (self.system.step, self.share(&ADJOINT));
+        if self.steps > 1 && share == T::zero() {
+            let last = |k, _: &State<T, N, D>| if k == self.steps { *functional } else { Gradient::zero() };
+            return method.gradient(&states[0], h, self.steps, last).map_err(|e| e.source);
+        }
+        let zero = T::zero();
+        let mut all = InputGradient { state: *functional, time: zero, step: zero, parameters: vec![zero; 2] };
+        for k in (0..self.steps).rev() {
+            let mut state = states[k].clone();
+            let end = all.state;
+            let of_step = method.step(&mut state, h)?.1.adjoint(&end)?;
+            let engine = method.method();
+            let source = |source| StepError::Domain { step: h.to_f64(), stage: None, source };
+            let back = engine.retraction().at(engine.increment()).map_err(source)?.ad_inv();
+            all.state = of_step.state;
+            all.state.attitude += (end.attitude - end.attitude * back) * share;
+            all.time += of_step.time;
+            all.step += of_step.step + of_step.time * T::int(k as i64);
+            all.parameters.iter_mut().zip(&of_step.parameters).for_each(|(sum, value)| *sum += *value);
+        }
+        Ok(all)
+    }
+}
