@@ -5,7 +5,8 @@ mod doubled;
 mod state;
 
 use euler_poincare::algebra::{Covector, Matrix, Vector};
-use euler_poincare::integrators::{OneStep, Report, Solver, State, StepError, Variational};
+use euler_poincare::integrators::{Doubled, DoubledState, OneStep, Report, Solver, State, StepError, Variational};
+use euler_poincare::mechanics::doubled::Forced;
 use euler_poincare::mechanics::{Force, Lagrangian};
 use euler_poincare::newton::{self, Equations, Newton};
 use euler_poincare::retraction::{Retraction, TangentPoint};
@@ -329,6 +330,25 @@ fn every_solver_leaves_a_small_true_residual() {
     for solver in [Solver::FixedPoint, Solver::Newton, Solver::Continuation] {
         assert!(seen.contains(&solver), "{solver:?} was never used: {seen:?}");
     }
+}
+
+/// A continuation in h looks at other h on its way: the state is that of the whole step all the same.
+#[test]
+fn a_doubled_step_from_a_unit_is_the_restricted_one_whichever_way_it_is_solved() {
+    let mut seen = Vec::new();
+    for k in 0..40 {
+        let h = 0.7 + 0.0025 * f64::from(k);
+        let mut restricted = Variational::new(Body, Torque::Llg, cay(), lobatto('a', 2));
+        let mut state = initial();
+        let forced = Forced::new(Body, Torque::Llg, cay());
+        let mut doubled = Doubled::new(lobatto('a', 2), cay(), forced);
+        let mut pair = DoubledState::unit(state.time, state.momentum);
+        let (Ok(_), Ok(report)) = (restricted.step(&mut state, h), doubled.step(&mut pair, h)) else { continue };
+        seen.push(report.solver);
+        let off = (pair.mu - state.momentum).amax().max((pair.lambda - state.momentum).amax());
+        assert!(off < 1e-11, "{h}: {off:e} off by {:?}", report.solver);
+    }
+    assert!(seen.contains(&Solver::Continuation) && seen.contains(&Solver::Newton), "{seen:?}");
 }
 
 /// (x − λ) + (x − λ)³ = 0, compared with 1: the branch is the straight line x = λ. Where each correction started is kept.

@@ -308,13 +308,18 @@ where
             }
         };
         let step = self.equations.wanted.to_f64();
-        match outcome {
-            Ok(Outcome { iterations, residual }) => Ok(Report { solver, iterations, residual }),
-            Err(failure) => {
-                let out = |(stage, source)| StepError::Domain { step, stage, source };
-                Err(StepError::of_newton(failure, step, settings.tolerance, 0, out))
-            }
+        let out = |(stage, source)| StepError::Domain { step, stage, source };
+        let Outcome { iterations, residual } =
+            outcome.map_err(|failure| StepError::of_newton(failure, step, settings.tolerance, 0, out))?;
+        if solver == Solver::Continuation {
+            // Its tangents are differences in h: the stages are those of the last one.
+            let mut work = std::mem::take(&mut self.equations.work);
+            self.equations.set_fraction(T::one());
+            let evaluated = self.equations.residual(&self.unknowns, &mut work[0]);
+            self.equations.work = work;
+            evaluated.map_err(out)?;
         }
+        Ok(Report { solver, iterations, residual })
     }
 }
 

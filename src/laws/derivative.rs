@@ -46,8 +46,8 @@ const ORACLE: &str = "central differences of the step in 32 digits, extrapolated
 const BOUND: &str = "in 32 digits what the differences are known to; in f64 2⁴ (2⁴ s N c + κ) u, c the condition number of ∂r/∂H, κ what changes of \
                      the inputs by one unit make of the derivative; of the adjoint two precisions";
 
-/// Steps of a run.
-const RUN: usize = 5;
+/// Steps of a run: two segments between checkpoints.
+const RUN: usize = 4;
 
 /// The laws of this file.
 pub const fn laws() -> &'static [CaseLaw] {
@@ -70,16 +70,16 @@ pub const fn laws() -> &'static [CaseLaw] {
         CaseLaw {
             about: About {
                 name: "derivative-run",
-                statement: "the derivative of the end of a run of five steps by its start, t, h and factors of f and L is that of the map, forward and \
+                statement: "the derivative of the end of a run of four steps by its start, t, h and factors of f and L is that of the map, forward and \
                             in reverse with checkpoints",
                 source: "the chain rule; Griewank and Walther 2008, ch. 12",
                 oracle: ORACLE,
                 bound: BOUND,
-                needs: "a group; a smooth force",
+                needs: "a group; a smooth force; dimension at most 3: the chain rule knows none",
                 cost: Cost::Heavy,
                 faults: FAULTS,
             },
-            cases: |cases| cases.with_group().main_dimensions().smooth(),
+            cases: |cases| cases.with_group().dimension_at_most(3).main_dimensions().smooth(),
             check: |case, fault| judge(case, fault, RUN),
         },
     ]
