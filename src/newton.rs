@@ -77,6 +77,9 @@ const NEAR: f64 = 1.0 / 1024.0;
 /// The continuation doubles its step where a point took no more Jacobians than this.
 const EASY: usize = 3;
 
+/// The first step of the continuation, the longest and the least.
+const LENGTHS: (f64, f64, f64) = (0.25, 0.5, 1.0 / (1 << 20) as f64);
+
 /// The determinant of a factored matrix: sign and natural logarithm of the absolute value.
 #[derive(Clone, Copy, Debug, PartialEq)]
 struct Determinant<T> {
@@ -140,6 +143,8 @@ pub struct Newton<T: Real> {
     previous: Vec<T>,
     current: Vec<T>,
     tangent: Vec<T>,
+    /// How much longer than it should be the steps of the continuation are, and the distances from tangents that it allows: 1, but in laws.
+    stretch: T,
 }
 
 /// What one corrected point of the branch looks like.
@@ -161,7 +166,14 @@ impl<T: Real> Newton<T> {
             previous: vec![T::zero(); dimension],
             current: vec![T::zero(); dimension],
             tangent: vec![T::zero(); dimension],
+            stretch: T::one(),
         }
+    }
+
+    /// Makes the steps of the continuation so many times as long, and the distances from tangents that it allows: a fault for laws to see.
+    #[cfg(feature = "harness")]
+    pub(crate) fn stretch(&mut self, factor: T) {
+        self.stretch = factor;
     }
 
     /// Solves the equations at the full parameter from the start `x`, demanding contraction from the first iteration
@@ -200,9 +212,10 @@ impl<T: Real> Newton<T> {
         settings: &NewtonSettings<T>,
     ) -> Result<Outcome<T>, Failure<T, E>> {
         let start = self.determinant_at_zero(equations, x)?;
-        let smallest = T::exact(2f64.powi(-20));
+        let [first, longest, smallest] =
+            [LENGTHS.0, LENGTHS.1, LENGTHS.2].map(|length| self.stretch * T::exact(length));
         let (mut iterations, mut not_evaluated) = (0, None);
-        let (mut reached, mut step, mut last_step) = (T::zero(), T::exact(0.25), None);
+        let (mut reached, mut step, mut last_step) = (T::zero(), first, None);
         // (fraction, (det J / det J(0))²) of the last two points: linear at a simple fold.
         let mut squares = [(T::zero(), T::one()); 2];
         let mut current = std::mem::take(&mut self.current);
@@ -225,7 +238,7 @@ impl<T: Real> Newton<T> {
             let corrected = self.correct(equations, x, settings);
             let same = matches!(&corrected, Ok(c) if c.determinant.negative == start.negative) && {
                 self.tangent_at(equations, x, target);
-                on_chord(&current, x, [&tangent, &self.trial], step_now)
+                on_chord(&current, x, [&tangent, &self.trial], step_now, self.stretch)
             };
             match corrected {
                 Ok(c) if same => {
@@ -241,7 +254,7 @@ impl<T: Real> Newton<T> {
                         break Some(Ok(Outcome { iterations, residual: c.outcome.residual }));
                     }
                     step *= if c.jacobians <= EASY { T::exact(2.0) } else { T::one() };
-                    step = step.min(T::half());
+                    step = step.min(longest);
                 }
                 failed => {
                     step = step_now * T::half();
@@ -528,8 +541,8 @@ impl<T: Real> Factors<T> {
     }
 }
 
-/// Whether the chord between two points of a branch is near the tangents at both.
-fn on_chord<T: Real>(from: &[T], to: &[T], tangents: [&[T]; 2], step: T) -> bool {
+/// Whether the chord between two points of a branch is near the tangents at both, with distances that are allowed so many times over.
+fn on_chord<T: Real>(from: &[T], to: &[T], tangents: [&[T]; 2], step: T, stretch: T) -> bool {
     let (mut chord, mut size, mut off) = (T::zero(), T::zero(), [T::zero(); 2]);
     for i in 0..from.len() {
         let moved = to[i] - from[i];
@@ -541,7 +554,7 @@ fn on_chord<T: Real>(from: &[T], to: &[T], tangents: [&[T]; 2], step: T) -> bool
             *off = if gap > *off || !gap.all_finite() { gap } else { *off };
         }
     }
-    let allowed = chord * T::exact(BEND) + size * T::exact(NEAR);
+    let allowed = (chord * T::exact(BEND) + size * T::exact(NEAR)) * stretch;
     off.iter().all(|off| *off <= allowed)
 }
 

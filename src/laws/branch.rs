@@ -1,17 +1,21 @@
 //! A step at any size is the one that continues from h = 0, or it is refused.
+//!
+//! The oracle follows the branch with the equations in 32 digits: residuals that cancel have digits there which `f64` has lost. Corrections are
+//! by the Jacobian in `f64`, which is cheaper; where the increments of h become small, as they do at a fold, that is in 32 digits, too.
 
 use super::planted::retraction::Plant;
+use super::precision::in_quad;
 use super::probe::{Probe, stream};
 use super::{CaseLaw, Source};
 use crate::algebra::{Covector, Vector};
 use crate::harness::{About, Cost, Fault, Verdict};
 use crate::integrators::variational::Variational;
-use crate::integrators::{OneStep, StepError};
+use crate::integrators::{OneStep, State, StepError};
 use crate::mechanics::{Force, Lagrangian};
-use crate::retraction::Retraction;
-use crate::system::{System, Visitor};
-use nalgebra::DMatrix;
-use std::fmt::Debug;
+use crate::retraction::{Retraction, RetractionError};
+use crate::scalar::{Dd, Real};
+use crate::system::{CaseError, System, Visitor};
+use nalgebra::{DMatrix, Dyn, LU};
 
 /// Newton's method from a constant velocity, without a look at the branch.
 const ANY_ROOT: Fault = Fault::new(
@@ -25,6 +29,21 @@ const COARSE: Fault = Fault::new(
     "a continuation in h by eighths of the step, without a look at det J or at tangents",
     "steps behind a fold, or with several roots",
 );
+/// The continuation of the library, with its lengths tenfold.
+const TENFOLD: Fault = Fault::new(
+    "tenfold-continuation",
+    "the continuation in h with steps ten times as long, and ten times the distance from tangents",
+    "steps behind a fold, or with several roots",
+);
+/// Residuals relative to terms that cancel.
+const OF_TERMS: Fault = Fault::new(
+    "residual-of-terms",
+    "a residual that is small relative to the largest term is accepted, however terms cancel",
+    "steps with terms like e^{‖ad‖}, beyond 1/√u of the momentum",
+);
+
+/// How much longer the steps are with [`TENFOLD`].
+const STRETCH: f64 = 10.0;
 
 /// The laws of this file.
 pub const fn laws<S: Source>() -> &'static [CaseLaw<S>] {
@@ -35,17 +54,16 @@ pub const fn laws<S: Source>() -> &'static [CaseLaw<S>] {
                 statement: "a step of any size, ‖ad_η‖|h| to 64, is the root of the stage equations that continues from h = 0, or it is \
                             refused",
                 source: "Keller 1977: a branch ends where det J = 0",
-                oracle: "the branch from h = 0, followed in small steps of h by code of its own",
-                bound: "2⁻¹⁶ of the stage displacements: roots are farther apart, but next to a fold",
+                oracle: "the branch from h = 0, followed in small steps of h by code of its own: the equations in 32 digits, their Jacobian \
+                         in f64, where increments are below 2⁻¹⁴ of the step in 32 digits",
+                bound: "2⁻¹⁶ of the stage displacements: roots are farther apart, but next to a fold; the step in f64, in one case of ten \
+                        that in 32 digits, too",
                 needs: "an algebra that is not abelian",
                 cost: Cost::Heavy,
-                faults: &[ANY_ROOT, COARSE],
+                faults: &[ANY_ROOT, COARSE, TENFOLD, OF_TERMS],
             },
             cases: |cases| cases.main_dimensions().nonabelian(),
-            check: |case, fault| {
-                case.visit_main::<f64, _>(&Plant(fault), Check { case, fault })
-                    .unwrap_or_else(|e| Verdict::broken(format!("a generated case cannot be built: {e}")))
-            },
+            check: |case, fault| built(case.visit_main::<f64, _>(&Plant(fault), Check { case, fault })),
         }]
     }
 }
@@ -56,20 +74,128 @@ const BOUND: f64 = 1.0 / 65536.0;
 /// The largest ‖ad_η‖|h|, and the number of halvings of it that are drawn.
 const LARGEST: (f64, i32) = (64.0, 8);
 
-#[derive(Clone, Copy)]
-struct Check<'a> {
-    case: &'a dyn Debug,
+fn built(verdict: Result<Verdict, CaseError>) -> Verdict {
+    verdict.unwrap_or_else(|e| Verdict::broken(format!("a generated case cannot be built: {e}")))
+}
+
+/// r(H) = 0, the stage equations of a step from a state. H_1 … H_s are one list.
+trait Equations<T> {
+    /// r at a share of the step.
+    fn residual(&mut self, share: T, rates: &[T]) -> Result<Vec<T>, StepError>;
+
+    /// Its Jacobian.
+    fn jacobian(&mut self, share: T, rates: &[T]) -> Result<DMatrix<T>, StepError>;
+
+    /// Ξ_1 … Ξ_s at the whole step.
+    fn displacements(&self, rates: &[T]) -> Vec<f64>;
+}
+
+/// A step of the library from the state of a system.
+struct Step<'a, T: Real, const N: usize, const D: usize, R, L, F> {
+    method: Variational<T, N, D, &'a L, &'a F, &'a R>,
+    state: &'a State<T, N, D>,
+    size: T,
+    residual: Vec<Covector<T, N>>,
+}
+
+impl<'a, T, const N: usize, const D: usize, R, L, F> Step<'a, T, N, D, R, L, F>
+where
+    T: Real,
+    R: Retraction<T, N, D>,
+    L: Lagrangian<T, N>,
+    F: Force<T, N>,
+{
+    /// Of a size, with the fault planted in it if it is one of the library's.
+    fn new(system: &'a System<T, N, D, R, L, F>, size: f64, fault: Option<&Fault>) -> Self {
+        let (l, f, r) = (&system.lagrangian, &system.force, &system.retraction);
+        let mut method = Variational::new(l, f, r, system.tableau.clone());
+        if Fault::planted(fault, TENFOLD.name) {
+            method.stretch_continuation(T::exact(STRETCH));
+        }
+        if Fault::planted(fault, OF_TERMS.name) {
+            method.trust_terms();
+        }
+        let residual = vec![Covector::zeros(); system.tableau.stages()];
+        Self { method, state: &system.state, size: T::exact(size), residual }
+    }
+
+    /// Ξ_1 … Ξ_s of the step that the library takes, or why it refuses.
+    fn taken(&mut self) -> Taken {
+        let mut state = self.state.clone();
+        self.method.step(&mut state, self.size).map_err(|error| reason(&error))?;
+        Ok(self.method.stage_displacements().flat_map(|x| x.data.0[0]).map(|v| v.to_f64()).collect())
+    }
+
+    /// H at h = 0: η at each stage.
+    fn origin(&self, eta: &Vector<T, N>) -> Vec<T> {
+        (0..self.residual.len()).flat_map(|_| eta.iter().copied()).collect()
+    }
+}
+
+fn vectors<T: Real, const N: usize>(rates: &[T]) -> Vec<Vector<T, N>> {
+    rates.chunks_exact(N).map(Vector::from_column_slice).collect()
+}
+
+impl<T, const N: usize, const D: usize, R, L, F> Equations<T> for Step<'_, T, N, D, R, L, F>
+where
+    T: Real,
+    R: Retraction<T, N, D>,
+    L: Lagrangian<T, N>,
+    F: Force<T, N>,
+{
+    fn residual(&mut self, share: T, rates: &[T]) -> Result<Vec<T>, StepError> {
+        self.method.residual(self.state, self.size * share, &vectors(rates), &mut self.residual)?;
+        Ok(self.residual.iter().flat_map(|r| r.iter().copied()).collect())
+    }
+
+    fn jacobian(&mut self, share: T, rates: &[T]) -> Result<DMatrix<T>, StepError> {
+        self.method.stage_jacobian(self.state, self.size * share, &vectors(rates))
+    }
+
+    fn displacements(&self, rates: &[T]) -> Vec<f64> {
+        let (a, rates) = (self.method.tableau().a(), vectors::<T, N>(rates));
+        let stage = |i: usize| {
+            let sum = rates.iter().enumerate().fold(Vector::zeros(), |sum, (j, rate)| sum + rate * a[(i, j)]);
+            (sum * self.size).iter().map(|v| v.to_f64()).collect::<Vec<_>>()
+        };
+        (0..rates.len()).flat_map(stage).collect()
+    }
+}
+
+/// Ξ_1 … Ξ_s of a step, or why it is refused.
+type Taken = Result<Vec<f64>, &'static str>;
+
+/// Why a step is refused, without numbers: reasons are counted.
+fn reason(error: &StepError) -> &'static str {
+    match error {
+        StepError::Fold { .. } => "the branch ends in a fold",
+        StepError::NotConverged { .. } => "no convergence",
+        StepError::Domain { source: RetractionError::OutsideDomain { .. }, .. } => "outside the domain of τ",
+        StepError::Domain { source: RetractionError::SingularTangent { .. }, .. } => "dτ is singular",
+        StepError::Domain { .. } => "τ has no value",
+        StepError::IllConditioned { .. } => "terms cancel, and rounding decides",
+        StepError::Undefined { .. } => "the force has no finite value",
+        StepError::Legendre { .. } => "the Legendre transform cannot be inverted",
+        StepError::NotFinite { .. } => "the result is not finite",
+        _ => "an error that is not one of a step",
+    }
+}
+
+/// The step in `f64`, and the way to the oracle.
+struct Check<'a, S> {
+    case: &'a S,
     fault: Option<&'a Fault>,
 }
 
-impl Visitor<f64> for Check<'_> {
+impl<S: Source> Visitor<f64> for Check<'_, S> {
     type Output = Verdict;
 
     fn visit<const N: usize, const D: usize, R: Retraction<f64, N, D>, L: Lagrangian<f64, N>, F: Force<f64, N>>(
         self,
         system: System<f64, N, D, R, L, F>,
     ) -> Verdict {
-        let mut probe = Probe::new(self.case, stream::BRANCH);
+        let Self { case, fault } = self;
+        let mut probe = Probe::new(case, stream::BRANCH);
         let Ok(eta) = system.lagrangian.velocity(&system.state.momentum, &Vector::zeros()) else {
             return Verdict::inconclusive("no velocity");
         };
@@ -77,65 +203,98 @@ impl Visitor<f64> for Check<'_> {
         let rate = ad.row_iter().map(|row| row.abs().sum()).fold(eta.amax(), f64::max);
         let halvings: f64 = probe.power_of_two(-LARGEST.1, 0);
         let angle = LARGEST.0 * halvings * (1.0 + probe.unit::<f64>().abs()) / 2.0;
-        let step = if rate > 0.0 { angle / rate * system.step.signum() } else { system.step };
-        let (l, f, r) = (&system.lagrangian, &system.force, &system.retraction);
-        let mut method = Variational::new(l, f, r, system.tableau.clone());
-        let Some(found) = self.taken(&system, &mut method, step, &eta) else {
-            return Verdict::not_applicable("the step is refused");
+        let size = if rate > 0.0 { angle / rate * system.step.signum() } else { system.step };
+        let mut step = Step::new(&system, size, fault);
+        let taken = match fault {
+            Some(fault) if fault.name == COARSE.name => stepwise(&mut step, &eta, 8),
+            Some(fault) if fault.name == ANY_ROOT.name => stepwise(&mut step, &eta, 1),
+            _ => step.taken(),
         };
-        let mut branch = Branch::new(&system, &mut method, step, &eta);
-        let size = found.iter().fold(0.0_f64, |size, v| size.max(v.abs()));
-        match branch.follow() {
-            End::Reached => {
-                let right = branch.displacements();
-                let off = right.iter().zip(&found).fold(0.0_f64, |off, (a, b)| off.max((a - b).abs()));
-                Verdict::judge(if off == 0.0 { 0.0 } else { off / size }, BOUND, || {
-                    format!("at h = {step:e} the step is on another branch: Ξ = {found:?}, and {right:?} from h = 0")
-                })
+        match (in_quad(case, 0), taken) {
+            (Err(error), _) => built(Err(error)),
+            (Ok(false), Err(why)) => refused(why),
+            (Ok(quad), taken) => {
+                let oracle = Oracle { taken, quad, size, rough: &mut step, fault };
+                built(case.visit_main::<Dd, _>(&Plant(fault), oracle))
             }
-            End::Fold(fraction) if fraction > NEARLY => {
-                Verdict::inconclusive("the step is next to the end of the branch")
-            }
-            End::Fold(fraction) => Verdict::broken(format!(
-                "at h = {step:e} a step is taken, and the branch ends near {fraction:.6} of it: Ξ = {found:?}"
-            )),
-            End::Lost => Verdict::inconclusive("the branch was not followed to its end"),
         }
     }
 }
 
-impl Check<'_> {
-    /// Ξ_1 … Ξ_s of the step, by the integrator or by what is planted; none if it is refused.
-    fn taken<
-        const N: usize,
-        const D: usize,
-        R,
-        L,
-        F,
-        Q: Lagrangian<f64, N>,
-        G: Force<f64, N>,
-        P: Retraction<f64, N, D>,
-    >(
-        &self,
-        system: &System<f64, N, D, R, L, F>,
-        method: &mut Variational<f64, N, D, Q, G, P>,
-        step: f64,
-        eta: &Vector<f64, N>,
-    ) -> Option<Vec<f64>> {
-        let parts = match self.fault {
-            Some(fault) if fault.name == COARSE.name => 8,
-            Some(fault) if fault.name == ANY_ROOT.name => 1,
-            _ => {
-                let mut state = system.state.clone();
-                method.step(&mut state, step).ok()?;
-                return Some(method.stage_displacements().flat_map(|x| x.data.0[0]).collect());
-            }
+fn refused(why: &str) -> Verdict {
+    Verdict::not_applicable(format!("the step is refused: {why}"))
+}
+
+/// Newton's method at so many parts of the step, one after the other, wherever it leads.
+fn stepwise<const N: usize, const D: usize, R, L, F>(
+    step: &mut Step<'_, f64, N, D, R, L, F>,
+    eta: &Vector<f64, N>,
+    parts: u32,
+) -> Taken
+where
+    R: Retraction<f64, N, D>,
+    L: Lagrangian<f64, N>,
+    F: Force<f64, N>,
+{
+    let mut branch = Branch { rates: step.origin(eta), equations: step, rough: None, close: false };
+    for part in 1..=parts {
+        branch.newton(f64::from(part) / f64::from(parts), None).map_err(|Lost| "no convergence")?;
+    }
+    Ok(branch.equations.displacements(&branch.rates))
+}
+
+/// The branch in 32 digits, and what was taken beside it.
+struct Oracle<'a> {
+    /// The step in `f64`.
+    taken: Taken,
+    /// Whether that in 32 digits is judged, too.
+    quad: bool,
+    size: f64,
+    /// The equations in `f64`.
+    rough: &'a mut dyn Equations<f64>,
+    fault: Option<&'a Fault>,
+}
+
+impl Visitor<Dd> for Oracle<'_> {
+    type Output = Verdict;
+
+    fn visit<const N: usize, const D: usize, R: Retraction<Dd, N, D>, L: Lagrangian<Dd, N>, F: Force<Dd, N>>(
+        self,
+        system: System<Dd, N, D, R, L, F>,
+    ) -> Verdict {
+        let Ok(eta) = system.lagrangian.velocity(&system.state.momentum, &Vector::zeros()) else {
+            return Verdict::inconclusive("no velocity");
         };
-        let mut branch = Branch::new(system, method, step, eta);
-        for part in 1..=parts {
-            branch.newton(f64::from(part) / f64::from(parts), None).ok()?;
+        let mut step = Step::new(&system, self.size, self.fault);
+        let quad = self.quad.then(|| step.taken());
+        let found: Vec<_> = [Some(&self.taken), quad.as_ref()].into_iter().flatten().flatten().collect();
+        if let (true, Err(why)) = (found.is_empty(), &self.taken) {
+            return refused(why);
         }
-        Some(branch.displacements())
+        let mut branch =
+            Branch { rates: step.origin(&eta), equations: &mut step, rough: Some(self.rough), close: false };
+        let end = branch.follow();
+        let right = branch.equations.displacements(&branch.rates);
+        let judged = found.into_iter().map(|found| judge(end, self.size, found, &right));
+        judged.reduce(Verdict::and).unwrap_or_else(|| Verdict::inconclusive("no step"))
+    }
+}
+
+/// The verdict on displacements that were found, where the branch leads to this end, and to these.
+fn judge(end: End, size: f64, found: &[f64], right: &[f64]) -> Verdict {
+    match end {
+        End::Reached => {
+            let extent = found.iter().fold(0.0_f64, |extent, v| extent.max(v.abs()));
+            let off = right.iter().zip(found).fold(0.0_f64, |off, (a, b)| off.max((a - b).abs()));
+            Verdict::judge(if off == 0.0 { 0.0 } else { off / extent }, BOUND, || {
+                format!("at h = {size:e} the step is on another branch: Ξ = {found:?}, and {right:?} from h = 0")
+            })
+        }
+        End::Fold(share) if share > NEARLY => Verdict::inconclusive("the step is next to the end of the branch"),
+        End::Fold(share) => Verdict::broken(format!(
+            "at h = {size:e} a step is taken, and the branch ends near {share:.6} of it: Ξ = {found:?}"
+        )),
+        End::Lost => Verdict::inconclusive("the branch was not followed to its end"),
     }
 }
 
@@ -148,16 +307,20 @@ const POINTS: usize = 4000;
 /// The first increment of h, and the least, relative to the step.
 const INCREMENTS: (f64, f64) = (1.0 / 256.0, 1.0 / (1 << 24) as f64);
 
+/// With increments below this the Jacobian is that of the equations themselves: at a fold, or where terms cancel.
+const CLOSE: f64 = 1.0 / (1 << 14) as f64;
+
 /// A correction at most this share of the predicted change belongs to the branch; with a sixteenth of it the increment is doubled.
 const NEAR: f64 = 1.0 / 16.0;
 
 /// The most iterations of Newton's method at a point.
 const ITERATIONS: usize = 30;
 
-/// Corrections below this share of H are rounding: equations whose terms exceed 1/√u times the momentum are refused.
+/// Corrections below this share of H end an iteration: the next would be below rounding of `f64`.
 const ROUNDING: f64 = 1.0 / (1_u64 << 28) as f64;
 
 /// Where the branch led.
+#[derive(Clone, Copy)]
 enum End {
     /// To the whole step.
     Reached,
@@ -168,78 +331,68 @@ enum End {
 }
 
 /// A root H of the stage equations at a share of a step.
-struct Branch<'a, const N: usize, const D: usize, R, L, F, Q, G, P> {
-    system: &'a System<f64, N, D, R, L, F>,
-    method: &'a mut Variational<f64, N, D, Q, G, P>,
-    step: f64,
+struct Branch<'a, T> {
+    equations: &'a mut dyn Equations<T>,
+    /// The equations that the Jacobian is of, unless increments are small; none: the same.
+    rough: Option<&'a mut dyn Equations<f64>>,
     /// H_1 … H_s.
-    rates: Vec<Vector<f64, N>>,
-    residual: Vec<Covector<f64, N>>,
+    rates: Vec<T>,
+    /// Whether increments are below [`CLOSE`].
+    close: bool,
 }
 
-impl<'a, const N: usize, const D: usize, R, L, F, Q, G, P> Branch<'a, N, D, R, L, F, Q, G, P>
-where
-    Q: Lagrangian<f64, N>,
-    G: Force<f64, N>,
-    P: Retraction<f64, N, D>,
-{
-    /// At h = 0, where H_i = η.
-    fn new(
-        system: &'a System<f64, N, D, R, L, F>,
-        method: &'a mut Variational<f64, N, D, Q, G, P>,
-        step: f64,
-        eta: &Vector<f64, N>,
-    ) -> Self {
-        let s = system.tableau.stages();
-        Self { system, method, step, rates: vec![*eta; s], residual: vec![Covector::zeros(); s] }
+/// What Newton's method found.
+struct Root {
+    /// Of the last Jacobian.
+    factors: LU<f64, Dyn, Dyn>,
+    /// det J < 0.
+    negative: bool,
+    /// The first correction.
+    first: f64,
+}
+
+impl<T: Real> Branch<'_, T> {
+    /// The largest of H.
+    fn extent(&self) -> f64 {
+        self.rates.iter().fold(0.0, |extent, v| v.abs().to_f64().max(extent))
     }
 
-    /// Ξ_i = h Σ a_ij H_j at the whole step.
-    fn displacements(&self) -> Vec<f64> {
-        let a = self.system.tableau.a();
-        let stage = |i: usize| {
-            let sum = self.rates.iter().enumerate().fold(Vector::zeros(), |sum, (j, rate)| sum + rate * a[(i, j)]);
-            (sum * self.step).iter().copied().collect::<Vec<_>>()
-        };
-        (0..self.rates.len()).flat_map(stage).collect()
+    fn jacobian(&mut self, share: f64) -> Result<DMatrix<f64>, StepError> {
+        match &mut self.rough {
+            Some(rough) if !self.close => {
+                let rates: Vec<f64> = self.rates.iter().map(|v| v.to_f64()).collect();
+                rough.jacobian(share, &rates)
+            }
+            _ => Ok(self.equations.jacobian(T::exact(share), &self.rates)?.map(|v| v.to_f64())),
+        }
     }
 
-    fn jacobian(&mut self, fraction: f64) -> Result<DMatrix<f64>, StepError> {
-        self.method.stage_jacobian(&self.system.state, self.step * fraction, &self.rates)
-    }
-
-    /// r at a share of the step, as a column.
-    fn residual(&mut self, fraction: f64) -> Result<DMatrix<f64>, StepError> {
-        self.method.residual(&self.system.state, self.step * fraction, &self.rates, &mut self.residual)?;
-        Ok(DMatrix::from_fn(self.residual.len() * N, 1, |k, _| self.residual[k / N][k % N]))
-    }
-
-    /// Newton's method at a share of the step, to a correction of rounding: det J < 0, and the first correction. With `limit` the first
-    /// correction is at most that, and each is at most a quarter of the one before.
-    fn newton(&mut self, fraction: f64, limit: Option<f64>) -> Result<(bool, f64), Lost> {
+    /// Newton's method at a share of the step, to a correction of rounding. With `limit` the first correction is at most that, and each is at
+    /// most a quarter of the one before.
+    fn newton(&mut self, share: f64, limit: Option<f64>) -> Result<Root, Lost> {
         let (mut first, mut last) = (None, None);
         for _ in 0..ITERATIONS {
-            let right = self.residual(fraction)?;
-            let lu = self.jacobian(fraction)?.lu();
-            let correction = lu.solve(&right).ok_or(Lost)?;
+            let right = self.equations.residual(T::exact(share), &self.rates)?;
+            let factors = self.jacobian(share)?.lu();
+            let right = DMatrix::from_iterator(right.len(), 1, right.iter().map(|v| v.to_f64()));
+            let correction = factors.solve(&right).ok_or(Lost)?;
             let moved = correction.amax();
             if !moved.is_finite() {
                 return Err(Lost);
             }
-            let size = self.rates.iter().fold(0.0_f64, |size, rate| size.max(rate.amax()));
-            let rounding = size * ROUNDING;
+            let rounding = self.extent() * ROUNDING;
             let beyond = |limit: f64| moved > limit && moved > rounding;
             if limit.is_some_and(|limit| first.is_none() && beyond(limit))
                 || (limit.is_some() && last.is_some_and(|last: f64| beyond(last * 0.25)))
             {
                 return Err(Lost);
             }
-            for (k, d) in correction.iter().enumerate() {
-                self.rates[k / N][k % N] -= *d;
+            for (rate, d) in self.rates.iter_mut().zip(correction.iter()) {
+                *rate -= T::exact(*d);
             }
             let first = *first.get_or_insert(moved);
             if moved <= rounding {
-                return Ok((lu.determinant() < 0.0, first));
+                return Ok(Root { negative: factors.determinant() < 0.0, factors, first });
             }
             last = Some(moved);
         }
@@ -247,31 +400,34 @@ where
     }
 
     /// dH/ds at a root, s the share of the step: −J⁻¹ ∂r/∂s, by a central difference.
-    fn tangent(&mut self, fraction: f64) -> Result<DMatrix<f64>, Lost> {
-        let away = f64::EPSILON.cbrt();
-        let (ahead, behind) = (self.residual(fraction + away)?, self.residual(fraction - away)?);
-        let lu = self.jacobian(fraction)?.lu();
-        lu.solve(&((behind - ahead) / (away + away))).filter(|t| t.iter().all(|v| v.is_finite())).ok_or(Lost)
+    fn tangent(&mut self, share: f64, root: &Root) -> Result<DMatrix<f64>, Lost> {
+        let (share, away) = (T::exact(share), T::exact(T::unit_roundoff().to_f64().cbrt()));
+        let ahead = self.equations.residual(share + away, &self.rates)?;
+        let behind = self.equations.residual(share - away, &self.rates)?;
+        let slopes = ahead.iter().zip(&behind).map(|(a, b)| ((*b - *a) / (away + away)).to_f64());
+        let slopes = DMatrix::from_iterator(ahead.len(), 1, slopes);
+        root.factors.solve(&slopes).filter(|t| t.iter().all(|v| v.is_finite())).ok_or(Lost)
     }
 
     /// To the whole step, by small increments: the tangent predicts, and turns little from one point to the next.
     fn follow(&mut self) -> End {
-        let Ok(mut tangent) = self.tangent(0.0) else { return End::Lost };
-        let Ok((sign, _)) = self.newton(0.0, None) else { return End::Lost };
+        let Ok(start) = self.newton(0.0, None) else { return End::Lost };
+        let Ok(mut tangent) = self.tangent(0.0, &start) else { return End::Lost };
         let (mut reached, mut increment) = (0.0, INCREMENTS.0);
         for _ in 0..POINTS {
+            self.close = increment < CLOSE;
             let target = (reached + increment).min(1.0);
-            let start = self.rates.clone();
+            let before = self.rates.clone();
             let ahead = &tangent * (target - reached);
-            for (k, d) in ahead.iter().enumerate() {
-                self.rates[k / N][k % N] += *d;
+            let chord = ahead.amax() + self.extent() * 1e-6;
+            for (rate, d) in self.rates.iter_mut().zip(ahead.iter()) {
+                *rate += T::exact(*d);
             }
-            let size = start.iter().fold(0.0_f64, |size, rate| size.max(rate.amax()));
-            let chord = ahead.amax() + size * 1e-6;
-            let next = self.newton(target, Some(chord * NEAR)).and_then(|(negative, first)| {
-                let turned = self.tangent(target)?;
-                let same = negative == sign && (&turned - &tangent).amax() * 2.0 <= tangent.amax().max(turned.amax());
-                same.then_some((turned, first)).ok_or(Lost)
+            let next = self.newton(target, Some(chord * NEAR)).and_then(|root| {
+                let turned = self.tangent(target, &root)?;
+                let turn = (&turned - &tangent).amax() * 2.0;
+                let same = root.negative == start.negative && turn <= tangent.amax().max(turned.amax());
+                same.then_some((turned, root.first)).ok_or(Lost)
             });
             match next {
                 Ok((turned, first)) => {
@@ -285,7 +441,7 @@ where
                     }
                 }
                 Err(Lost) => {
-                    self.rates = start;
+                    self.rates = before;
                     increment *= 0.5;
                     if increment < INCREMENTS.1 {
                         return End::Fold(reached);

@@ -275,7 +275,10 @@ fn error(a32: f64) -> String {
         true => format!(
             ": digits are lost in 32 digits alone, from {size:.0e} on: a series or a tolerance for f64, not for this precision"
         ),
-        false => format!(": an error of {size:.0e} that more digits do not make smaller"),
+        false => format!(
+            ": an error of {size:.0e} that more digits do not make smaller: a wrong formula, or equations that are solved to a tolerance \
+             which is not of this precision"
+        ),
     }
 }
 
@@ -292,7 +295,7 @@ const DRAWN: i32 = 10;
 
 /// In which cases a law is judged in 32 digits, where a step in them costs too much for a law that runs on every case: those whose
 /// number of unknowns s N is at most `most`, and one in [`DRAWN`] of the others, drawn by the case itself.
-fn in_quad<S: Source>(source: &S, most: usize) -> Result<bool, CaseError> {
+pub(super) fn in_quad<S: Source>(source: &S, most: usize) -> Result<bool, CaseError> {
     let case: &dyn Debug = source;
     let drawn = Probe::new(case, stream::DIGITS).integer(1, DRAWN) == 1;
     Ok(source.case().unknowns()? <= most || drawn)
