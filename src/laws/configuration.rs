@@ -35,7 +35,7 @@ pub const fn laws() -> &'static [CaseLaw] {
                 statement: "the step with ∂_gL + f(t, g, η) at g τ(Ξ_i) is the stage equations, written plainly and solved by Newton's method on H",
                 source: SOURCE,
                 oracle: "a transcription of the equations apart from the integrator",
-                bound: "two precisions; floor 2⁸ s N u of the state",
+                bound: "two precisions (s N > 9: f64 alone below 8 u or a 2⁹th of the floor, but for one case in ten); floor 2⁸ s N u of the state",
                 needs: "a group",
                 cost: Cost::Moderate,
                 faults: &[OF_START, GRADIENT_SIGN, NO_GRADIENT, NO_FORCE, NOT_TRANSPORTED, FORCE_TIME],
@@ -51,7 +51,7 @@ pub const fn laws() -> &'static [CaseLaw] {
                 source: "Marsden and West 2001, §3.2, the forced discrete Noether theorem, on the scheme of Martín de Diego and Sato \
                          Martín de Almagro 2019, §5.2",
                 oracle: "Ad by conjugation with group elements; the step has it from dτ",
-                bound: "two precisions; floor 2² s N² u of the terms",
+                bound: "two precisions (s N > 9: f64 alone below 8 u or a 2⁹th of the floor, but for one case in ten); floor 2² s N² u of the terms",
                 needs: "a group",
                 cost: Cost::Moderate,
                 faults: &[
@@ -77,7 +77,7 @@ pub const fn laws() -> &'static [CaseLaw] {
                             leads to the same μ' and to k g'",
                 source: "Noether's theorem for left translations; Marsden and West 2001, §1.3.3",
                 oracle: "Ad by conjugation; a second step from k g",
-                bound: "two precisions; floor 2⁸ s N² u of the state",
+                bound: "two precisions (s N > 9: f64 alone below 8 u or a 2⁹th of the floor, but for one case in ten); floor 2⁸ s N² u of the state",
                 needs: "a group with a one-parameter subgroup that leaves a row of matrices alone",
                 cost: Cost::Moderate,
                 faults: &[OF_START, CHART, INVERTED, HALVED, FROM_LEFT],
