@@ -4,7 +4,7 @@ use super::failure::Replays;
 use super::interrupt::Interrupt;
 use super::rates;
 use super::table::{Column, Table, entries, paragraph, seconds};
-use euler_poincare::harness::{CampaignReport, Ending, Line, Summary};
+use euler_poincare::harness::{CampaignReport, Cost, Count, Ending, Line, Summary};
 use euler_poincare::laws::PlantedLaw;
 use euler_poincare::laws::replay::REGRESSIONS;
 use euler_poincare::system::Case;
@@ -254,18 +254,46 @@ fn coverage(report: &CampaignReport<Case>, judged: usize) -> String {
 /// A law should meet so many algebras that no catalogue lists.
 const WANTED_UNLISTED: usize = 20;
 
-/// Which laws met fewer algebras of no catalogue than that, and of how many cases.
+/// Which laws met fewer algebras of no catalogue than that, of how many cases, and why.
 fn unlisted(report: &CampaignReport<Case>) -> String {
-    let key = ("catalogue".to_owned(), "unlisted".to_owned());
-    let met = |law: &Summary<Case>| law.coverage.get(&key).map_or(0, |count| count.applicable);
-    let mut fewer: Vec<_> =
-        report.laws.iter().map(|law| (met(law), law)).filter(|(n, _)| *n < WANTED_UNLISTED).collect();
-    fewer.sort_by_key(|(n, law)| (*n, law.law));
-    let others = report.laws.len() - fewer.len();
-    let named: Vec<_> = fewer.iter().map(|(n, law)| format!("{} {n} of {}", law.law, law.cases)).collect();
-    let fewer = if named.is_empty() { String::new() } else { format!("; fewer: {}", named.join(", ")) };
+    let mut fewer = BTreeMap::<&str, Vec<(usize, &Summary<Case>)>>::new();
+    for law in &report.laws {
+        let met = labelled(law, "catalogue", "unlisted").applicable;
+        if met < WANTED_UNLISTED {
+            fewer.entry(why_few(law)).or_default().push((met, law));
+        }
+    }
+    let others = report.laws.len() - fewer.values().map(Vec::len).sum::<usize>();
+    let named = fewer.into_iter().map(|(why, mut laws)| {
+        laws.sort_by_key(|(met, law)| (*met, law.law));
+        let named: Vec<_> = laws.iter().map(|(met, law)| format!("{} {met} of {}", law.law, law.cases)).collect();
+        format!(" Fewer, because {why}: {}.", named.join(", "))
+    });
     let laws = report.laws.len();
-    format!("Algebras in no catalogue: {others} of {laws} laws met {WANTED_UNLISTED} or more of them{fewer}.")
+    let named: String = named.collect();
+    format!("Algebras in no catalogue: {others} of {laws} laws met {WANTED_UNLISTED} or more of them.{named}")
+}
+
+fn labelled(law: &Summary<Case>, category: &str, label: &str) -> Count {
+    law.coverage.get(&(category.to_owned(), label.to_owned())).copied().unwrap_or_default()
+}
+
+/// Why a law met few algebras of no catalogue.
+fn why_few(law: &Summary<Case>) -> &'static str {
+    let drawn = labelled(law, "catalogue", "unlisted").all;
+    let mut algebras = law.coverage.keys().filter(|(category, _)| category == "algebra").peekable();
+    if algebras.peek().is_some() && algebras.all(|(_, algebra)| ["so3", "se3"].contains(&algebra.as_str())) {
+        "the law is of SO(3) or SE(3)"
+    } else if drawn >= WANTED_UNLISTED {
+        "the law does not apply to the others"
+    } else {
+        match law.cost {
+            Cost::Cheap => "the run has few cases",
+            Cost::Moderate => "a moderate law has max(32, N/4) cases for the N of a cheap one",
+            Cost::Expensive => "an expensive law has max(20, N/50) cases for the N of a cheap one",
+            Cost::Heavy => "a heavy law has max(8, N/100) cases for the N of a cheap one",
+        }
+    }
 }
 
 fn reasons(
