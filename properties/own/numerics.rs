@@ -144,11 +144,19 @@ suite! {
     }
 }
 
+/// What a message says of equations that are solved to 10⁻⁶ in every precision.
+const UNSOLVED: &str = "equations that are solved to a tolerance which is not of this precision";
+
 #[test]
-fn equations_that_are_solved_loosely_are_found() {
+fn equations_that_are_solved_loosely_are_found_and_named() {
     for seed in 0..8 {
-        let found = ["method-order", "method-equivariance", "method-presentation"];
-        let broken = found.iter().any(|law| matches!(outcome(&unsolved::suite(), law, seed), Outcome::Broken(_)));
-        assert!(broken, "seed {seed}");
+        let told: Vec<String> = ["method-equivariance", "method-presentation"]
+            .into_iter()
+            .filter_map(|law| match outcome(&unsolved::suite(), law, seed) {
+                Outcome::Broken(broken) => Some(broken.to_string()),
+                _ => None,
+            })
+            .collect();
+        assert!(told.iter().any(|broken| broken.contains(UNSOLVED)), "seed {seed}: {told:?}");
     }
 }
