@@ -367,8 +367,7 @@ fn a_case_prints_in_a_few_lines() {
 /// How many cases have each label.
 fn counts(list: &[Case]) -> BTreeMap<(&'static str, String), usize> {
     let mut counts = BTreeMap::new();
-    // Which iteration solves the step is found, not drawn.
-    for label in list.iter().flat_map(labels).filter(|(category, _)| *category != "solver") {
+    for label in list.iter().flat_map(labels) {
         *counts.entry(label).or_insert(0) += 1;
     }
     counts
@@ -388,7 +387,13 @@ fn has_the_declared_shares(list: &[Case], who: &str) {
             failing.push(format!("{share:?}: {:.2} %", 100.0 * seen(share) as f64 / list.len() as f64));
         }
     }
-    for (category, label) in counts.keys() {
+    // Which iteration solves the step is found, not drawn: it has no share, but each has to occur.
+    for solver in ["fixed-point", "newton", "continuation"] {
+        if !counts.contains_key(&("solver", solver.to_string())) {
+            failing.push(format!("no step is solved by {solver}"));
+        }
+    }
+    for (category, label) in counts.keys().filter(|(category, _)| *category != "solver") {
         if !SHARES.iter().any(|share| (share.category, share.label) == (*category, label.as_str())) {
             let count = counts[&(*category, label.clone())];
             failing
