@@ -5,7 +5,7 @@ use criterion::{BatchSize, BenchmarkGroup, Criterion, Throughput, criterion_grou
 use euler_poincare::algebra::catalogue::Entry;
 use euler_poincare::algebra::{Covector, Matrix};
 use euler_poincare::group::{LieGroup, MatrixGroup};
-use euler_poincare::integrators::so3::{AdaptiveSo3, Damping, EnsembleSo3, Member, Row, VariationalSo3};
+use euler_poincare::integrators::so3::{AdaptiveSo3, Damping, EnsembleSo3, Member, VariationalSo3};
 use euler_poincare::integrators::{OneStep, State, Variational};
 use euler_poincare::mechanics::force::{AnyForce, LinearDrag, QuadraticDrag};
 use euler_poincare::mechanics::lagrangian::Quadratic;
@@ -230,7 +230,7 @@ fn ensemble(criterion: &mut Criterion) {
     let mut group = criterion.benchmark_group("ensemble/so3");
     group.throughput(Throughput::Elements(1000 * 100));
     group.sample_size(10);
-    let ensemble = EnsembleSo3::<Damping<Row>, _>::new(&members, CayleySo3::new(), tableau("gauss-2"));
+    let ensemble = EnsembleSo3::new(&members, CayleySo3::new(), tableau("gauss-2"));
     let ensemble = ensemble.expect("it fits");
     group.bench_function("gauss-2 cayley", |bencher| {
         bencher.iter_batched_ref(

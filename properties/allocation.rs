@@ -6,7 +6,7 @@ use euler_poincare::group::{LieGroup, MatrixGroup, So3};
 use euler_poincare::integrators::derivative::{Gradient, Linearised, Variation};
 use euler_poincare::integrators::se3::{AdaptiveSe3, CayleySe3, Terms as TermsSe3, VariationalSe3};
 use euler_poincare::integrators::so3::{
-    AdaptiveSo3, EnsembleSo3, Member, QuaternionSo3, QuaternionState, Row, Terms, VariationalSo3,
+    AdaptiveSo3, EnsembleSo3, Member, QuaternionSo3, QuaternionState, Terms, VariationalSo3,
 };
 use euler_poincare::integrators::solve::{Event, Solve};
 use euler_poincare::integrators::variational::Settings;
@@ -220,7 +220,7 @@ fn the_fast_paths_of_so3_allocate_nothing() {
     assert_eq!(solved, 0);
     let members = vec![Member { lagrangian, force, state: start }; 8];
     let tableau = Family::Gauss.tableau(2).unwrap();
-    let mut ensemble = EnsembleSo3::<Terms<Row>, _>::new(&members, CayleySo3::new(), tableau).unwrap();
+    let mut ensemble = EnsembleSo3::new(&members, CayleySo3::new(), tableau).unwrap();
     let pool = |steps| {
         let ensemble = &mut ensemble;
         allocations(move || ensemble.advance(0.0625, steps).unwrap())

@@ -2,7 +2,7 @@
 
 use super::{damping, distance, rigid, tableau, unforced};
 use euler_poincare::algebra::Covector;
-use euler_poincare::integrators::so3::{EnsembleSo3, HalfAngle, Member, Row, Term, Terms, VariationalSo3};
+use euler_poincare::integrators::so3::{EnsembleSo3, HalfAngle, Member, Term, Terms, VariationalSo3};
 use euler_poincare::integrators::{OneStep, Solver, State, StepError};
 use euler_poincare::mechanics::lagrangian::Quadratic;
 use euler_poincare::retraction::{CayleySo3, ExponentialSo3};
@@ -26,7 +26,7 @@ fn free(k: usize) -> Member<Terms> {
 fn an_ensemble_knows_its_bodies() {
     for size in [0, 1, 8, 21] {
         let members: Vec<_> = (0..size).map(free).collect();
-        let mut ensemble = EnsembleSo3::<Terms<Row>, _>::new(&members, CayleySo3::new(), tableau("gauss-2")).unwrap();
+        let mut ensemble = EnsembleSo3::new(&members, CayleySo3::new(), tableau("gauss-2")).unwrap();
         assert_eq!((ensemble.len(), ensemble.is_empty(), ensemble.states().count()), (size, size == 0, size));
         for (k, member) in members.iter().enumerate() {
             assert_eq!(ensemble.state(k), Some(member.state.clone()));
@@ -35,7 +35,7 @@ fn an_ensemble_knows_its_bodies() {
         assert!(ensemble.states().eq(members.iter().map(|member| member.state.clone())));
         assert_eq!(ensemble.state(size), None);
     }
-    let nine = EnsembleSo3::<Terms<Row>, _>::new(&[free(0)], CayleySo3::new(), tableau("gauss-9"));
+    let nine = EnsembleSo3::new(&[free(0)], CayleySo3::new(), tableau("gauss-9"));
     assert_eq!(nine.unwrap_err().stages, 9);
 }
 
@@ -49,8 +49,7 @@ fn an_ensemble_takes_steps_that_fixed_point_iterations_do_not_solve_and_names_th
     };
     // The branch of Lobatto IIIA-2 folds at h = 0.797 for the body 9, at larger steps for the others.
     let members: Vec<_> = (0..12).map(|k| member(if k == 9 { 1.0 } else { 0.25 })).collect();
-    let mut ensemble =
-        EnsembleSo3::<Terms<Row>, _>::new(&members, CayleySo3::new(), tableau("lobatto-iiia-2")).unwrap();
+    let mut ensemble = EnsembleSo3::new(&members, CayleySo3::new(), tableau("lobatto-iiia-2")).unwrap();
     let error = ensemble.advance(0.9, 3).unwrap_err();
     assert_eq!((error.member, error.step), (9, 0), "{error}");
     assert!(matches!(error.source, StepError::Fold { .. }), "{error}");
@@ -58,7 +57,7 @@ fn an_ensemble_takes_steps_that_fixed_point_iterations_do_not_solve_and_names_th
     let mut solvers = Vec::new();
     for (fastest, h) in [(1.0, 1.5), (0.5, 3.0)] {
         let members: Vec<_> = (0..12).map(|k| member(if k == 9 { fastest } else { 0.25 })).collect();
-        let mut ensemble = EnsembleSo3::<Terms<Row>, _>::new(&members, CayleySo3::new(), tableau("gauss-1")).unwrap();
+        let mut ensemble = EnsembleSo3::new(&members, CayleySo3::new(), tableau("gauss-1")).unwrap();
         ensemble.advance(h, 2).unwrap();
         for (member, found) in members.iter().zip(ensemble.states()) {
             let (body, force) = (member.lagrangian.clone(), member.force.clone());
@@ -79,7 +78,7 @@ fn a_steady_rotation_stays_a_rotation() {
     let momenta = |k: usize| Covector::<f64, 3>::new(0.0, 0.0, 0.5 + 0.1 * k as f64);
     let member = |k: usize| Member { state: State { momentum: momenta(k), ..free(k).state }, ..free(k) };
     let members: Vec<_> = (0..8).map(member).collect();
-    let mut ensemble = EnsembleSo3::<Terms<Row>, _>::new(&members, CayleySo3::new(), tableau("gauss-2")).unwrap();
+    let mut ensemble = EnsembleSo3::new(&members, CayleySo3::new(), tableau("gauss-2")).unwrap();
     ensemble.advance(0.1, 100_000).unwrap();
     for (member, state) in members.iter().zip(ensemble.states()) {
         assert_eq!(state.momentum, member.state.momentum);
@@ -93,7 +92,7 @@ fn a_steady_rotation_stays_a_rotation() {
 #[test]
 fn rounding_grows_like_the_square_root_of_the_steps() {
     let members: Vec<_> = (0..32).map(free).collect();
-    let mut ensemble = EnsembleSo3::<Terms<Row>, _>::new(&members, CayleySo3::new(), tableau("gauss-2")).unwrap();
+    let mut ensemble = EnsembleSo3::new(&members, CayleySo3::new(), tableau("gauss-2")).unwrap();
     let spatial = |state: &State<f64, 3, 3>| state.attitude * state.momentum.transpose();
     let mut rms = Vec::new();
     let mut taken = 0;
@@ -112,7 +111,7 @@ fn rounding_grows_like_the_square_root_of_the_steps() {
 
 /// The largest distance of an ensemble from bodies that are moved on alone.
 fn apart<R: HalfAngle + Sync>(members: &[Member<Terms>], retraction: R, name: &str, h: f64, steps: usize) -> f64 {
-    let mut ensemble = EnsembleSo3::<Terms<Row>, _>::new(members, retraction.clone(), tableau(name)).unwrap();
+    let mut ensemble = EnsembleSo3::new(members, retraction.clone(), tableau(name)).unwrap();
     ensemble.advance(h, steps).unwrap();
     let alone = members.iter().map(|member| {
         let (body, force) = (member.lagrangian.clone(), member.force.clone());

@@ -5,7 +5,7 @@ use euler_poincare::algebra::{Covector, Matrix};
 use euler_poincare::group::{LieGroup, MatrixGroup};
 use euler_poincare::integrators::se3::{AdaptiveSe3, CayleySe3, Terms, VariationalSe3};
 use euler_poincare::integrators::so3::{
-    AdaptiveSo3, Damping, EnsembleSo3, FastRetraction, Member, QuaternionSo3, QuaternionState, Row, VariationalSo3,
+    AdaptiveSo3, Damping, EnsembleSo3, FastRetraction, Member, QuaternionSo3, QuaternionState, VariationalSo3,
 };
 use euler_poincare::integrators::{Doubled, DoubledState, MuntheKaas, OneStep, State, Variational};
 use euler_poincare::mechanics::doubled::Forced;
@@ -153,7 +153,7 @@ fn ensemble() -> Step {
         state: State { time: 0.0, momentum, attitude: Matrix::identity() },
     };
     let members: Vec<_> = (0..8).map(member).collect();
-    let ensemble = EnsembleSo3::<Damping<Row>, _>::new(&members, CayleySo3::new(), tableau("gauss-2"));
+    let ensemble = EnsembleSo3::new(&members, CayleySo3::new(), tableau("gauss-2"));
     let mut ensemble = ensemble.expect("it fits");
     Box::new(move || ensemble.advance(0.01, 1).expect("the step succeeds"))
 }

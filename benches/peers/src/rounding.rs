@@ -6,7 +6,7 @@
 
 use euler_poincare::algebra::{Covector, Matrix};
 use euler_poincare::integrators::lanes::Registers;
-use euler_poincare::integrators::so3::{Damping, EnsembleSo3, Free, Member, PackedForce, Row, VariationalSo3};
+use euler_poincare::integrators::so3::{Damping, EnsembleForce, EnsembleSo3, Free, Member, VariationalSo3};
 use euler_poincare::integrators::{OneStep, State, Variational};
 use euler_poincare::mechanics::force::Zero;
 use euler_poincare::mechanics::lagrangian::Quadratic;
@@ -161,9 +161,9 @@ fn members<F: Clone>(bodies: &[([f64; 3], Body)], force: &F) -> Result<Vec<Membe
     bodies.iter().map(member).collect()
 }
 
-fn ensemble<F: PackedForce>(
+fn ensemble<F: EnsembleForce>(
     bodies: &[([f64; 3], Body)],
-    force: &F::One,
+    force: &F,
     tableau: &Tableau<f64>,
 ) -> Result<EnsembleSo3<F, CayleySo3<f64>>> {
     let members = members(bodies, force)?;
@@ -194,7 +194,7 @@ fn damped(last: u32, bodies: &[([f64; 3], Body)], tableau: &Tableau<f64>) -> Res
     let twins: Vec<_> = bodies.iter().cloned().map(twin).collect();
     let mut both = [bodies, &twins]
         .into_iter()
-        .map(|bodies| ensemble::<Damping<Row>>(bodies, &Damping(1.0), tableau))
+        .map(|bodies| ensemble(bodies, &Damping(1.0), tableau))
         .collect::<Result<Vec<_>>>()?;
     let (mut taken, mut table, mut nanoseconds) = (0, Vec::new(), Vec::new());
     for &n in &steps {
@@ -236,7 +236,7 @@ pub fn run() -> Result<()> {
     let starts: Vec<Body> = bodies.iter().map(|(_, state)| state.clone()).collect();
     println!("rms of {BODIES} bodies, Gauss-2 with the Cayley map, h = {STEP}\n");
 
-    let mut many = ensemble::<Free>(&bodies, &Free, &tableau)?;
+    let mut many = ensemble(&bodies, &Free, &tableau)?;
     let first = free("EnsembleSo3, free", 7, &starts, |steps| {
         many.advance(STEP, steps as usize)?;
         Ok(many.states().collect())

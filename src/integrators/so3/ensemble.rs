@@ -1,6 +1,6 @@
 //! Many bodies at once: a lane a body, eight to a group.
 
-use super::force::{OnBody, PackedForce};
+use super::force::{EnsembleForce, LaneForce, OnBody};
 use super::kernel::NOTHING;
 use super::quaternion::HalfAngle;
 use super::retraction::{LaneRetraction, LaneRotation, add_scaled, dot};
@@ -81,7 +81,7 @@ pub struct EnsembleError {
     pub source: StepError,
 }
 
-/// Eight bodies.
+/// Eight bodies, with their forces packed.
 #[derive(Clone, Debug)]
 struct Group<F> {
     first: usize,
@@ -200,9 +200,7 @@ impl Scaled {
 /// ```
 /// use euler_poincare::algebra::{Covector, Matrix};
 /// use euler_poincare::integrators::State;
-/// use euler_poincare::integrators::so3::{
-///     Damping, EnsembleError, EnsembleSo3, LaneForceError, Member, PackedForce, Row, Term, Terms,
-/// };
+/// use euler_poincare::integrators::so3::{Damping, EnsembleError, EnsembleSo3, LaneForceError, Member, Term, Terms};
 /// use euler_poincare::mechanics::force::{AnyForce, LinearDrag};
 /// use euler_poincare::mechanics::lagrangian::Quadratic;
 /// use euler_poincare::retraction::CayleySo3;
@@ -214,7 +212,6 @@ impl Scaled {
 /// let force: Result<Terms, LaneForceError> = Terms::new(&drag, &body);
 /// assert!(matches!(force?.0[..], [Term::LinearDrag(_)]));
 ///
-///
 /// // Ten bodies with forces of their own, eight to a register.
 /// let member = |k: usize| Member {
 ///     lagrangian: body.clone(),
@@ -222,7 +219,7 @@ impl Scaled {
 ///     state: State { time: 0.0, momentum: Covector::zeros(), attitude: Matrix::identity() },
 /// };
 /// let members: Vec<_> = (0..10).map(member).collect();
-/// let mut ensemble: EnsembleSo3<Terms<Row>, _> = EnsembleSo3::new(&members, CayleySo3::new(), Family::Gauss.tableau(2)?)?;
+/// let mut ensemble = EnsembleSo3::new(&members, CayleySo3::new(), Family::Gauss.tableau(2)?)?;
 /// let moved: Result<(), EnsembleError> = ensemble.advance(0.1, 10);
 /// moved?;
 /// // A constant torque about an axis: μ = t f.
@@ -230,30 +227,29 @@ impl Scaled {
 ///     assert!((state.momentum - Covector::<f64, 3>::new(0.0, 0.0, k as f64 / 10.0)).amax() < 1e-13);
 /// }
 ///
-/// /// One force for every body.
-/// fn alike<F: PackedForce>(body: &Quadratic<f64, 3>, force: F::One, starts: &[State<f64, 3, 3>]) -> Vec<Member<F::One>> {
-///     starts.iter().map(|state| Member { lagrangian: body.clone(), force: force.clone(), state: state.clone() }).collect()
-/// }
-/// let members = alike::<Damping<Row>>(&body, Damping(0.1), &ensemble.states().collect::<Vec<_>>());
-/// assert!(EnsembleSo3::<Damping<Row>, _>::new(&members, CayleySo3::new(), Family::Gauss.tableau(2)?).is_ok());
+/// // On from there with another kind of force.
+/// let damped = |state| Member { lagrangian: body.clone(), force: Damping(0.1), state };
+/// let members: Vec<_> = ensemble.states().map(damped).collect();
+/// let ensemble = EnsembleSo3::new(&members, CayleySo3::new(), Family::Gauss.tableau(2)?)?;
+/// assert_eq!(ensemble.len(), 10);
 /// # Ok::<(), Box<dyn std::error::Error>>(())
 /// ```
 #[derive(Clone, Debug)]
-pub struct EnsembleSo3<F: PackedForce, R> {
+pub struct EnsembleSo3<F: EnsembleForce, R> {
     tableau: Tableau<f64>,
     retraction: R,
     settings: Settings<f64>,
     registers: Registers,
-    forces: Vec<F::One>,
-    groups: Vec<Group<F>>,
+    forces: Vec<F>,
+    groups: Vec<Group<F::Packed>>,
 }
 
-impl<F: PackedForce, R: HalfAngle> EnsembleSo3<F, R> {
+impl<F: EnsembleForce, R: HalfAngle> EnsembleSo3<F, R> {
     /// An ensemble.
     ///
     /// # Errors
     /// A tableau of more than eight stages.
-    pub fn new(members: &[Member<F::One>], retraction: R, tableau: Tableau<f64>) -> Result<Self, UnfitTableau> {
+    pub fn new(members: &[Member<F>], retraction: R, tableau: Tableau<f64>) -> Result<Self, UnfitTableau> {
         let stages = tableau.stages();
         if stages > LANES {
             return Err(UnfitTableau { stages });
@@ -305,21 +301,26 @@ impl<F: PackedForce, R: HalfAngle> EnsembleSo3<F, R> {
     /// The first body (in their order) that could not take a step; see [`StepError`].
     pub fn advance(&mut self, h: f64, steps: usize) -> Result<(), EnsembleError>
     where
-        F::One: Sync,
         R: Sync,
     {
         let Self { tableau, retraction, settings, registers, forces, groups } = self;
         let (tableau, retraction, settings, forces) = (&*tableau, &*retraction, *settings, &*forces);
         let registers = *registers;
         let scaled = &Scaled::new(tableau, h);
-        let run = |group: &mut Group<F>| -> Result<(), EnsembleError> {
+        let run = |group: &mut Group<F::Packed>| -> Result<(), EnsembleError> {
             if group.step != h {
                 (group.step, group.known) = (h, 0);
             }
             let mut step = 0;
             while step < steps {
                 let left = steps - step;
-                step += registers.run(Steps::<F, R::Lanes> { group, scaled, settings, left, retraction: PhantomData });
+                step += registers.run(Steps::<F::Packed, R::Lanes> {
+                    group,
+                    scaled,
+                    settings,
+                    left,
+                    retraction: PhantomData,
+                });
                 if step < steps {
                     let forces = &forces[group.first..group.first + group.filled];
                     group.one_by_one(forces, retraction, tableau, settings, h).map_err(|(lane, source)| {
@@ -341,15 +342,18 @@ impl<F: PackedForce, R: HalfAngle> EnsembleSo3<F, R> {
     }
 }
 
-impl<F: PackedForce> Group<F> {
-    fn new(first: usize, members: &[Member<F::One>], stages: usize, unit: f64) -> Self {
+impl<F: LaneForce> Group<F> {
+    fn new<One>(first: usize, members: &[Member<One>], stages: usize, unit: f64) -> Self
+    where
+        One: EnsembleForce<Packed = F>,
+    {
         let member = |lane: usize| &members[lane.min(members.len() - 1)];
-        let row = |f: &dyn Fn(&Member<F::One>) -> f64| Row(std::array::from_fn(|lane| f(member(lane))));
+        let row = |f: &dyn Fn(&Member<One>) -> f64| Row(std::array::from_fn(|lane| f(member(lane))));
         let mut group = Self {
             first,
             filled: members.len(),
             lagrangians: members.iter().map(|m| m.lagrangian.clone()).collect(),
-            force: F::pack(std::array::from_fn(|lane| &member(lane).force)),
+            force: One::pack(std::array::from_fn(|lane| &member(lane).force)),
             inverse: std::array::from_fn(|r| std::array::from_fn(|c| row(&|m| m.lagrangian.inverse()[(r, c)] / unit))),
             start: Row::default(),
             elapsed: [0.0; 2],
@@ -412,9 +416,9 @@ impl<F: PackedForce> Group<F> {
 
     /// The step by [`Variational`], body by body.
     #[cold]
-    fn one_by_one<R: HalfAngle>(
+    fn one_by_one<One: EnsembleForce<Packed = F>, R: HalfAngle>(
         &mut self,
-        forces: &[F::One],
+        forces: &[One],
         retraction: &R,
         tableau: &Tableau<f64>,
         settings: Settings<f64>,
@@ -467,7 +471,7 @@ struct Steps<'a, F, R> {
     retraction: PhantomData<R>,
 }
 
-impl<F: PackedForce, R: LaneRotation> Kernel for Steps<'_, F, R> {
+impl<F: LaneForce, R: LaneRotation> Kernel for Steps<'_, F, R> {
     type Output = usize;
 
     #[inline(always)]
@@ -601,7 +605,7 @@ fn change<I: Isa>(new: Vec3<Two<I>>, old: Vec3<Two<I>>) -> Eight<I> {
     bound(each!(3, a => change[a].0)).max_abs(bound(each!(3, a => change[a].1)))
 }
 
-impl<F: PackedForce> Group<F> {
+impl<F: LaneForce> Group<F> {
     /// Ω in the unit of the retraction.
     #[inline(always)]
     fn velocity<V: Lanes>(&self, m: Vec3<V>) -> Vec3<V> {

@@ -429,36 +429,87 @@ impl<F: LaneForce<N>, const N: usize> Force<f64, N> for OnBody<F, N> {
     }
 }
 
-/// A force with eight sets of coefficients, for the eight bodies of a group.
-pub trait PackedForce: LaneForce {
-    /// The same force on one body.
-    type One: LaneForce;
+/// A force on one body of an ensemble, whose coefficients may differ from body to body.
+///
+/// A force of one's own without coefficients is packed as itself: `Packed = Self`. One with coefficients has two forms:
+///
+/// ```
+/// use euler_poincare::algebra::Covector;
+/// use euler_poincare::integrators::State;
+/// use euler_poincare::integrators::lanes::Lanes;
+/// use euler_poincare::integrators::so3::{EnsembleForce, EnsembleSo3, LaneForce, Member, Row};
+/// use euler_poincare::mechanics::lagrangian::Quadratic;
+/// use euler_poincare::retraction::CayleySo3;
+/// use euler_poincare::tableau::Family;
+///
+/// /// −c M: with a number for one body, or with eight.
+/// #[derive(Clone)]
+/// struct Decay<C>(C);
+///
+/// impl LaneForce for Decay<f64> {
+///     #[inline(always)]
+///     fn add_to<V: Lanes>(&self, t: V, m: [V; 3], _: [V; 3], sum: [V; 3]) -> [V; 3] {
+///         let c = t.constant(self.0);
+///         [sum[0] - c * m[0], sum[1] - c * m[1], sum[2] - c * m[2]]
+///     }
+/// }
+///
+/// impl LaneForce for Decay<Row> {
+///     #[inline(always)]
+///     fn add_to<V: Lanes>(&self, t: V, m: [V; 3], _: [V; 3], sum: [V; 3]) -> [V; 3] {
+///         let c = t.read(&self.0.0);
+///         [sum[0] - c * m[0], sum[1] - c * m[1], sum[2] - c * m[2]]
+///     }
+/// }
+///
+/// impl EnsembleForce for Decay<f64> {
+///     type Packed = Decay<Row>;
+///
+///     fn pack(forces: [&Self; 8]) -> Decay<Row> {
+///         Decay(Row(forces.map(|force| force.0)))
+///     }
+/// }
+///
+/// let body = Quadratic::diagonal([1.0, 2.0, 3.0])?;
+/// let start = State::at_identity(Covector::<f64, 3>::new(0.6, 0.0, 0.8));
+/// let member = |k: u8| Member { lagrangian: body.clone(), force: Decay(f64::from(k)), state: start.clone() };
+/// let members: Vec<_> = (0..10).map(member).collect();
+/// let mut ensemble = EnsembleSo3::new(&members, CayleySo3::new(), Family::Gauss.tableau(4)?)?;
+/// ensemble.advance(0.0625, 16)?;
+/// for (k, state) in ensemble.states().enumerate() {
+///     assert!((state.momentum.norm() - (-(k as f64)).exp()).abs() < 1e-9);
+/// }
+/// # Ok::<(), Box<dyn std::error::Error>>(())
+/// ```
+pub trait EnsembleForce: LaneForce {
+    /// The same force with eight sets of coefficients, for the eight bodies of a group.
+    type Packed: LaneForce;
 
-    /// The forces of eight bodies.
-    fn pack(forces: [&Self::One; 8]) -> Self;
+    /// The forces of eight bodies as one.
+    fn pack(forces: [&Self; 8]) -> Self::Packed;
 }
 
-impl PackedForce for Free {
-    type One = Self;
+impl EnsembleForce for Free {
+    type Packed = Self;
 
     fn pack(_: [&Self; 8]) -> Self {
         Self
     }
 }
 
-impl PackedForce for Damping<Row> {
-    type One = Damping;
+impl EnsembleForce for Damping {
+    type Packed = Damping<Row>;
 
-    fn pack(forces: [&Damping; 8]) -> Self {
-        Self(Row(forces.map(|f| f.0)))
+    fn pack(forces: [&Self; 8]) -> Damping<Row> {
+        Damping(Row(forces.map(|f| f.0)))
     }
 }
 
-impl PackedForce for Relaxation<Row> {
-    type One = Relaxation;
+impl EnsembleForce for Relaxation {
+    type Packed = Relaxation<Row>;
 
-    fn pack(forces: [&Relaxation; 8]) -> Self {
-        Self(Row(forces.map(|f| f.0)))
+    fn pack(forces: [&Self; 8]) -> Relaxation<Row> {
+        Relaxation(Row(forces.map(|f| f.0)))
     }
 }
 
@@ -488,11 +539,11 @@ impl<C: Copy> Term<C> {
     }
 }
 
-impl PackedForce for Terms<Row> {
-    type One = Terms;
+impl EnsembleForce for Terms {
+    type Packed = Terms<Row>;
 
     /// A term for each kind that one of the bodies has, as often as it has it; with zeros for bodies that lack it.
-    fn pack(forces: [&Terms; 8]) -> Self {
+    fn pack(forces: [&Self; 8]) -> Terms<Row> {
         let mut packed = Vec::new();
         let mut taken = [const { Vec::<usize>::new() }; 8];
         while let Some(example) = (0..8).find_map(|lane| {
@@ -509,6 +560,6 @@ impl PackedForce for Terms<Row> {
             packed
                 .push(example.rebuilt(|k| Row(std::array::from_fn(|lane| lanes[lane].get(k).copied().unwrap_or(0.0)))));
         }
-        Self(packed)
+        Terms(packed)
     }
 }

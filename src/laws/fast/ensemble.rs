@@ -7,7 +7,7 @@ use super::tableaux;
 use crate::harness::{About, Cost, Fault, Verdict, evidence};
 use crate::integrators::StepError;
 use crate::integrators::lanes::Registers;
-use crate::integrators::so3::{EnsembleError, EnsembleSo3, HalfAngle, Member, Row, Terms};
+use crate::integrators::so3::{EnsembleError, EnsembleSo3, HalfAngle, Member, Terms};
 use crate::laws::CaseLaw;
 use crate::laws::method::Point;
 use crate::laws::planted::blend_scalar;
@@ -94,7 +94,7 @@ impl Run<'_> {
         R: HalfAngle + Send + Sync,
     {
         let tableau = crate::laws::planted::tableau::planted(&self.parts.tableau, self.fault);
-        let mut ensemble = EnsembleSo3::<Terms<Row>, R>::new(members, retraction, tableau)
+        let mut ensemble = EnsembleSo3::new(members, retraction, tableau)
             .map_err(|unfit| EnsembleError {
                 member: 0,
                 step: 0,

@@ -2,7 +2,7 @@
 
 use super::member::Member;
 use crate::integrators::State;
-use crate::integrators::so3::{EnsembleError, HalfAngle, LANES, Row, Terms, UnfitTableau};
+use crate::integrators::so3::{EnsembleError, HalfAngle, LANES, Terms, UnfitTableau};
 use crate::integrators::so3::{EnsembleSo3, Member as Body};
 use crate::mechanics::lagrangian::AnyLagrangian;
 use crate::scalar::Real;
@@ -17,7 +17,7 @@ trait Together: Send + Sync {
     fn state(&self, lane: usize) -> Option<State<f64, 3, 3>>;
 }
 
-impl<R: HalfAngle + Send + Sync> Together for EnsembleSo3<Terms<Row>, R> {
+impl<R: HalfAngle + Send + Sync> Together for EnsembleSo3<Terms, R> {
     fn advance(&mut self, h: f64, steps: usize) -> Result<(), EnsembleError> {
         self.advance(h, steps)
     }
@@ -99,11 +99,7 @@ fn together(
     tableau: &Tableau<f64>,
 ) -> Result<Box<dyn Together>, UnfitTableau> {
     Ok(match retraction {
-        So3Retraction::Cayley(tau) => {
-            Box::new(EnsembleSo3::<Terms<Row>, _>::new(bodies, tau.clone(), tableau.clone())?)
-        }
-        So3Retraction::Exponential(tau) => {
-            Box::new(EnsembleSo3::<Terms<Row>, _>::new(bodies, tau.clone(), tableau.clone())?)
-        }
+        So3Retraction::Cayley(tau) => Box::new(EnsembleSo3::new(bodies, tau.clone(), tableau.clone())?),
+        So3Retraction::Exponential(tau) => Box::new(EnsembleSo3::new(bodies, tau.clone(), tableau.clone())?),
     })
 }
