@@ -755,6 +755,7 @@ proptest::proptest! {
 fn a_state_is_saved_and_read() {
     use euler_poincare::algebra::Matrix;
     use euler_poincare::integrators::State;
+    use euler_poincare::scalar::Scalar;
     let state: State<f64, 2, 2> =
         State::new([0.1, -2.0].into(), Matrix::<f64, 2>::new(1.0, 2.0, 3.0, 4.0)).at_time(0.25);
     let text = serde_json::to_string(&state).unwrap();
@@ -764,6 +765,11 @@ fn a_state_is_saved_and_read() {
     assert!(wrong.contains("3 components of μ"), "{wrong}");
     let wrong = serde_json::from_str::<State<f64, 2, 3>>(&text).unwrap_err().to_string();
     assert!(wrong.contains("not a 3×3 matrix"), "{wrong}");
+    // In more digits, all of them.
+    let fine: State<Dd, 1, 1> = State::at_identity([Dd::ratio(1, 3)].into()).at_time(Dd::ratio(1, 2));
+    let text = serde_json::to_string(&fine).unwrap();
+    assert!(text.starts_with(r#"{"time":"0.5","momentum":["3.3333333333333333333333333333333"#), "{text}");
+    assert_eq!(serde_json::from_str::<State<Dd, 1, 1>>(&text).unwrap(), fine);
 }
 
 /// The example of the guide.

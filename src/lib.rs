@@ -66,7 +66,9 @@
 //! |---|---|
 //! | none | what needs little more than nalgebra: `scalar` to `integrators` in the table above |
 //! | `lanes` | also the fast steps, solvers and ensembles on SO(3) and SE(3): `integrators::{so3, se3}` |
-//! | `harness` | also `lanes`, `experiments`, `harness`, `system`, `study`, `laws`, `external` |
+//! | `rayon` | ensembles on all cores; without it one group of bodies after the other, to the same bits |
+//! | `serde` | states, exact numbers and numbers of 32 and 64 digits, saved and read |
+//! | `harness` | also `lanes`, `rayon`, `serde`, `experiments`, `harness`, `system`, `study`, `laws`, `external` |
 //! | `cli` (default) | also the command |
 
 #![cfg_attr(docsrs, feature(doc_cfg))]

@@ -366,6 +366,35 @@ fn decimals<T: Sum>() {
     }
 }
 
+/// What is saved is read as the same number, however far apart its parts are; what is not finite is refused.
+#[cfg(feature = "harness")]
+fn saved<T: Sum + serde::Serialize + serde::de::DeserializeOwned>() {
+    let save = |x: T| serde_json::to_string(&x);
+    let state = &mut 0x2545_f491_4f6c_dd1d;
+    let power = |n: i32| T::exact(2f64.powi(n));
+    let mut numbers = vec![T::exact(0.0), T::exact(-0.1), T::exact(f64::MAX), T::exact(5e-324), -T::pi()];
+    numbers.extend([power(0) + power(-900), power(1000) - power(-1000), power(-1000) + power(-1074)]);
+    numbers.extend((0..300).map(|_| random::<T>(state, 300.0)));
+    for x in numbers {
+        let text = save(x).unwrap();
+        assert_eq!(serde_json::from_str::<T>(&text).unwrap(), x, "{text}");
+    }
+    assert_eq!(save(T::ratio(-1, 4)).unwrap(), "\"-0.25\"");
+    assert!(save(T::ratio(1, 3)).unwrap().len() <= T::DIGITS + 9, "{:?}", save(T::ratio(1, 3)));
+    assert!([f64::NAN, f64::INFINITY].iter().all(|bad| save(T::exact(*bad)).is_err()));
+    for bad in ["0.1", "1", "null", "\"\"", "\"1/3\"", "\"1e400\"", "\"NaN\""] {
+        let error = serde_json::from_str::<T>(bad).unwrap_err().to_string();
+        assert!(error.contains("a decimal number as a text"), "{bad}: {error}");
+    }
+}
+
+#[cfg(feature = "harness")]
+#[test]
+fn numbers_are_saved_and_read() {
+    saved::<Dd>();
+    saved::<Qd>();
+}
+
 fn numbers<T: Sum>() {
     let eval = |text: &str| Number::parse(text).unwrap().eval::<T>().unwrap();
     let near = |text: &str, exact: &str| units(eval(text), &decimal(exact));

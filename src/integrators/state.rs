@@ -8,6 +8,9 @@ use std::fmt::{self, Display, Formatter};
 
 /// The state of a forced Euler–Poincaré system at a time.
 ///
+/// With the feature `serde` it is saved and read in every scalar that is: `{"time": t, "momentum": [μ_1, …], "attitude": [[g_11, …], …]}`, the
+/// attitude by rows.
+///
 /// ```
 /// use euler_poincare::algebra::Covector;
 /// use euler_poincare::integrators::State;
@@ -136,29 +139,30 @@ impl<T: Real, const N: usize, const D: usize> Display for State<T, N, D> {
 }
 
 /// `{"time": t, "momentum": [μ_1, …], "attitude": [[g_11, …], …]}`, the attitude by rows.
-#[cfg(feature = "harness")]
+#[cfg(feature = "serde")]
 mod serialised {
     use super::State;
     use crate::algebra::{Covector, Matrix};
+    use crate::scalar::Real;
     use serde::de::Error;
     use serde::{Deserialize, Deserializer, Serialize, Serializer};
 
     #[derive(Serialize, Deserialize)]
     #[serde(deny_unknown_fields)]
-    struct Plain {
-        time: f64,
-        momentum: Vec<f64>,
-        attitude: Vec<Vec<f64>>,
+    struct Plain<T> {
+        time: T,
+        momentum: Vec<T>,
+        attitude: Vec<Vec<T>>,
     }
 
-    impl<const N: usize, const D: usize> Serialize for State<f64, N, D> {
+    impl<T: Real + Serialize, const N: usize, const D: usize> Serialize for State<T, N, D> {
         fn serialize<S: Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
             let attitude = self.attitude.row_iter().map(|row| row.iter().copied().collect()).collect();
             Plain { time: self.time, momentum: self.momentum.iter().copied().collect(), attitude }.serialize(serializer)
         }
     }
 
-    impl<'de, const N: usize, const D: usize> Deserialize<'de> for State<f64, N, D> {
+    impl<'de, T: Real + Deserialize<'de>, const N: usize, const D: usize> Deserialize<'de> for State<T, N, D> {
         fn deserialize<E: Deserializer<'de>>(deserializer: E) -> Result<Self, E::Error> {
             let Plain { time, momentum, attitude } = Plain::deserialize(deserializer)?;
             if momentum.len() != N {
@@ -169,8 +173,8 @@ mod serialised {
             }
             Ok(Self {
                 time,
-                momentum: Covector::<f64, N>::from_fn(|_, a| momentum[a]),
-                attitude: Matrix::<f64, D>::from_fn(|i, j| attitude[i][j]),
+                momentum: Covector::<T, N>::from_fn(|_, a| momentum[a]),
+                attitude: Matrix::<T, D>::from_fn(|i, j| attitude[i][j]),
             })
         }
     }

@@ -11,6 +11,8 @@
 //! | [`Dd`], two `f64` | 32 | 2⁻¹⁰³ | 2⁻⁹⁰⁰ and 2¹⁰⁰⁰ |
 //! | [`Qd`], four `f64` | 64 | 2⁻²⁰⁹ | 2⁻⁸⁰⁰ and 2¹⁰⁰⁰ |
 //! | [`Dual<T>`](Dual), two `T` | those of `T` | that of `T` | those of `T` |
+//!
+//! With the feature `serde`, [`Dd`] and [`Qd`] are saved as decimal texts with as many digits as give the same number back.
 
 use nalgebra::RealField;
 use std::fmt::{Debug, Display, LowerExp};
@@ -157,6 +159,8 @@ mod field;
 mod fused;
 pub mod number;
 pub mod qd;
+#[cfg(feature = "serde")]
+mod serialised;
 
 pub use dd::Dd;
 pub use dual::Dual;

@@ -598,7 +598,7 @@ impl Parser<'_> {
     }
 }
 
-#[cfg(feature = "harness")]
+#[cfg(feature = "serde")]
 mod serial {
     use super::{Number, Tree};
     use serde::de::{Error, Visitor};

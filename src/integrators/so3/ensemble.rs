@@ -186,7 +186,7 @@ impl Scaled {
 
 /// Many bodies on SO(3), each with its own inertia, force and state, with one tableau and one step size.
 ///
-/// A lane of the registers holds a body, so that eight advance at the price of one; with the feature `harness` the groups of
+/// A lane of the registers holds a body, so that eight advance at the price of one; with the feature `rayon` the groups of
 /// eight are spread over the threads of rayon's pool. Which bodies share a group depends on their order alone, so the
 /// results are the same bits at any number of threads. The step is that of [`Variational`], to round-off: its stages start
 /// from the last eight steps, or fewer where these do, and a fixed-point iteration runs until the residual that is left is
@@ -331,12 +331,12 @@ impl<F: EnsembleForce, R: HalfAngle> EnsembleSo3<F, R> {
             }
             Ok(())
         };
-        #[cfg(feature = "harness")]
+        #[cfg(feature = "rayon")]
         let outcomes: Vec<Result<(), EnsembleError>> = {
             use rayon::prelude::*;
             groups.par_iter_mut().map(run).collect()
         };
-        #[cfg(not(feature = "harness"))]
+        #[cfg(not(feature = "rayon"))]
         let outcomes: Vec<Result<(), EnsembleError>> = groups.iter_mut().map(run).collect();
         outcomes.into_iter().collect()
     }
