@@ -27,7 +27,7 @@ const DURATION: f64 = 2.0;
 const STEPS: usize = 20;
 
 /// The weight of the conditions beside the cost, and how often the multipliers are improved: each time gains a factor like the weight.
-const WEIGHT: f64 = 1e4;
+const WEIGHT: f64 = 1e6;
 const ROUNDS: usize = 8;
 
 /// When the optimiser ends: relative changes of the residuals and of the parameters.
@@ -189,7 +189,8 @@ fn main() -> Result<(), Box<dyn Error>> {
     let gradient = Values::from_fn(|k, _| Torque::weight(k) * values[k]);
     let along = (gradient + slopes.transpose() * turn.multipliers * WEIGHT).amax() / gradient.amax();
     println!("gradient of the cost along the conditions: {along:.1e} of all");
-    assert!(ends.amax() < 1e-10 && along < 1e-9);
+    // An optimiser that compares costs sees no more than the root of round-off of the parameters.
+    assert!(ends.amax() < 1e-10 && along < 1e-7);
     Ok(())
 }
 
