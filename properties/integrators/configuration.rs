@@ -228,26 +228,67 @@ fn the_doubled_scheme_refuses_what_depends_on_the_configuration() {
     }
 }
 
-#[test]
-fn a_heavy_top_keeps_its_vertical_momentum_and_its_energy_does_not_drift() {
-    let mut method =
-        Variational::new(top::<f64>(), OnGroup(On::Nothing), ExponentialSo3::new(), Family::Gauss.tableau(2).unwrap());
-    let mut state = start::<f64>();
-    let vertical = |state: &State<f64, 3, 3>| (state.attitude * state.momentum.transpose())[2];
+/// Energy without that of the start, after each of so many steps of a fifth.
+fn energy_errors(
+    method: &mut impl OneStep<f64, 3, 3>,
+    steps: usize,
+    mut watch: impl FnMut(usize, &State<f64, 3, 3>),
+) -> Vec<f64> {
     let energy = |state: &State<f64, 3, 3>| {
         let eta = body().velocity(&state.momentum, &Vector::zeros()).unwrap();
         let g = euler_poincare::mechanics::configuration::Configuration::of(&state.attitude);
         top::<f64>().energy_at(0.0, g, &eta)
     };
-    let (before, full) = (vertical(&state), energy(&state));
-    let mut worst = [0f64; 4];
-    for step in 0..2000 {
+    let mut state = start::<f64>();
+    let full = energy(&state);
+    let mut step = |step| {
         method.step(&mut state, 0.2).unwrap();
-        assert!((vertical(&state) - before).abs() < 2e-14);
-        let quarter = &mut worst[step / 500];
-        *quarter = quarter.max((energy(&state) - full).abs());
-    }
-    assert!((worst[0] - 6.3e-5).abs() < 1e-6 && worst[3] < 1.05 * worst[0], "{worst:?}");
+        watch(step, &state);
+        energy(&state) - full
+    };
+    (0..steps).map(&mut step).collect()
+}
+
+/// The drift of a run: the slope of the line that fits e_1 … e_n best, times n. And a bound for it where e oscillates.
+///
+/// With the mean ē and S_k = Σ_{j ≤ k} (e_j − ē), summation by parts gives drift = −12/(n² − 1) Σ_{k<n} S_k, so |drift| ≤ 12 max|S|/n.
+/// Where e oscillates about ē, with the amplitude A and no period longer than P, S comes back within P: the half of a period with one
+/// sign moves S by A P/2 at most. So |drift| ≤ 6 A P/n. P is the longest way here from one upward passage through ē to the next.
+fn drift(errors: &[f64]) -> (f64, f64) {
+    let n = errors.len() as f64;
+    let mean = errors.iter().sum::<f64>() / n;
+    let centre = (n - 1.0) / 2.0;
+    let slope = errors.iter().enumerate().map(|(k, e)| (k as f64 - centre) * (e - mean)).sum::<f64>()
+        / (n * (n * n - 1.0) / 12.0);
+    let amplitude = errors.iter().fold(0.0, |m: f64, e| m.max((e - mean).abs()));
+    let upward: Vec<usize> = (1..errors.len()).filter(|&k| errors[k - 1] < mean && errors[k] >= mean).collect();
+    let period = upward.windows(2).map(|pair| pair[1] - pair[0]).max().unwrap_or(errors.len());
+    (slope * n, 6.0 * amplitude * period as f64 / n)
+}
+
+#[test]
+fn a_heavy_top_keeps_its_vertical_momentum_and_its_energy_does_not_drift() {
+    let mut method =
+        Variational::new(top::<f64>(), OnGroup(On::Nothing), ExponentialSo3::new(), Family::Gauss.tableau(2).unwrap());
+    let vertical = |state: &State<f64, 3, 3>| (state.attitude * state.momentum.transpose())[2];
+    let before = vertical(&start());
+    let errors = energy_errors(&mut method, 10_000, |step, state| {
+        assert!(step >= 2000 || (vertical(state) - before).abs() < 2e-14);
+    });
+    let worst = |steps: std::ops::Range<usize>| errors[steps].iter().fold(0.0, |m: f64, e| m.max(e.abs()));
+    let quarters = [worst(0..500), worst(1500..2000)];
+    assert!((quarters[0] - 6.3e-5).abs() < 1e-6 && quarters[1] < 1.05 * quarters[0], "{quarters:?}");
+    let (found, bound) = drift(&errors);
+    assert!(found.abs() < bound && bound < 6.3e-6, "{found:e} {bound:e}");
+}
+
+/// A method of the same order that is not variational: the bound sees its drift.
+#[test]
+fn the_energy_of_a_method_that_is_not_variational_drifts() {
+    let system = EulerPoincare::new(CayleySo3::<f64>::new().algebra().clone(), top(), OnGroup(On::Nothing));
+    let mut method = MuntheKaas::new(system, ExponentialSo3::new(), Classic::Rk4.tableau().unwrap());
+    let (found, bound) = drift(&energy_errors(&mut method, 10_000, |_, _| ()));
+    assert!(found.abs() > bound && found.abs() > 6.3e-5, "{found:e} {bound:e}");
 }
 
 /// ½ ηᵀ I η − V by its value alone.
