@@ -16,6 +16,8 @@ mod probe_page;
 mod schemas;
 #[path = "command/shell.rs"]
 mod shell;
+#[path = "command/tableau.rs"]
+mod tableau;
 #[cfg(unix)]
 #[path = "command/terminal.rs"]
 mod terminal;

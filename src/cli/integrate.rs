@@ -8,6 +8,7 @@ mod states;
 
 use super::interrupt::Interrupt;
 use super::table::paragraph;
+use super::tableau::Named;
 use super::{Failure, complain, print};
 use clap::builder::PossibleValuesParser;
 use columns::Columns;
@@ -17,7 +18,7 @@ use euler_poincare::system::file::{Horizon, MAX_BYTES, MAX_STEPS, example, examp
 use euler_poincare::system::solution::{End, Solved};
 use euler_poincare::system::tolerance::Times;
 use euler_poincare::system::trajectory::{Ended, Plan};
-use euler_poincare::system::{Compiled, ScalarName, SystemFile};
+use euler_poincare::system::{Compiled, Reading, ScalarName, SystemFile};
 use run::{Events, Recorder, summary, took};
 use std::fs::File;
 use std::io::{self, BufWriter, IsTerminal, Read, Write};
@@ -75,6 +76,9 @@ pub struct Arguments {
     /// The arithmetic: f64 (16 digits) or dd (32 digits)
     #[arg(long, value_parser = PossibleValuesParser::new(["f64", "dd"]))]
     scalar: Option<String>,
+    /// The tableau, in place of that of the system file: a name (gauss-2, rk4, ...) or a tableau file, as `order` takes it
+    #[arg(long, value_name = "NAME|FILE")]
+    tableau: Option<String>,
     /// How many steps, in place of the horizon (of a file with `step`)
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u64).range(1..=MAX_STEPS))]
     steps: Option<u64>,
@@ -107,7 +111,12 @@ pub fn run(arguments: Arguments) -> Result<ExitCode, Failure> {
         return print(known.map_or_else(example, |(_, text)| text)).map(|()| ExitCode::SUCCESS);
     };
     let scalar = arguments.scalar.as_deref().map(|name| if name == "dd" { ScalarName::Dd } else { ScalarName::F64 });
-    let mut file = SystemFile::parse_in(&read(path)?, scalar).map_err(|refused| Failure::file(name(path), refused))?;
+    let tableau = arguments.tableau.as_deref().map(Named::read).transpose()?;
+    let from = tableau.as_ref().and_then(|named| named.file.as_ref()).and(arguments.tableau.as_deref()).map(Path::new);
+    let reading =
+        Reading { scalar, tableau: tableau.as_ref().map(|named| named.description.clone()), ..Reading::beside(path) };
+    let mut file =
+        SystemFile::parse_with(&read(path)?, &reading).map_err(|refused| Failure::file(name(path), refused))?;
     fits(&file, &arguments)?;
     if let Some(steps) = arguments.steps {
         file.horizon = Horizon::Steps(steps);
@@ -116,12 +125,12 @@ pub fn run(arguments: Arguments) -> Result<ExitCode, Failure> {
         file.output.every = every;
     }
     if let Some(states) = &arguments.ensemble {
-        return many(&file, path, states, &arguments);
+        return many(&file, (path, from), states, &arguments);
     }
     let csv = arguments.out.or(file.output.csv.as_ref().map(PathBuf::from)).filter(|out| out != Path::new("-"));
     let svg = arguments.plot.or(file.output.svg.as_ref().map(PathBuf::from));
     let events = arguments.events.or(file.output.events.as_ref().map(PathBuf::from));
-    distinct(&[Some(path), csv.as_deref(), svg.as_deref(), events.as_deref()])?;
+    distinct(&[Some(path), from, csv.as_deref(), svg.as_deref(), events.as_deref()])?;
     let paths = Paths { system: name(path), csv: csv.as_deref(), svg: svg.as_deref(), events: events.as_deref() };
     match file.scalar {
         ScalarName::F64 => integrate::<f64>(&file, &paths),
@@ -152,7 +161,12 @@ fn fits(file: &SystemFile, arguments: &Arguments) -> Result<(), Failure> {
 }
 
 /// An ensemble. The names of output files in the system file are those of a trajectory, and not used.
-fn many(file: &SystemFile, path: &Path, states: &Path, arguments: &Arguments) -> Result<ExitCode, Failure> {
+fn many(
+    file: &SystemFile,
+    (path, tableau): (&Path, Option<&Path>),
+    states: &Path,
+    arguments: &Arguments,
+) -> Result<ExitCode, Failure> {
     if arguments.every.is_some() && !arguments.statistics {
         return Err(Failure::Usage("--every with --ensemble is for --statistics: final states have no times".into()));
     }
@@ -162,7 +176,7 @@ fn many(file: &SystemFile, path: &Path, states: &Path, arguments: &Arguments) ->
         ));
     }
     let out = arguments.out.as_deref().filter(|out| *out != Path::new("-"));
-    distinct(&[Some(path), Some(states), out])?;
+    distinct(&[Some(path), tableau, Some(states), out])?;
     let Arguments { statistics, general, jobs, .. } = *arguments;
     let task = Task { file, system: path, states, out, statistics, general, jobs };
     match file.scalar {

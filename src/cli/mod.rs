@@ -22,6 +22,7 @@ pub mod report;
 mod schema;
 mod summary;
 mod table;
+mod tableau;
 pub mod verify;
 mod version;
 

@@ -7,6 +7,7 @@
 mod figure;
 mod text;
 
+use super::tableau::Named;
 use super::{Failure, Format, print};
 use clap::builder::PossibleValuesParser;
 use euler_poincare::harness::Verdict;
@@ -15,10 +16,10 @@ use euler_poincare::laws::trial::{Digits, Judged, Trial};
 use euler_poincare::scalar::Dd;
 use euler_poincare::study::{Comparison, problem};
 use euler_poincare::system::case::MAIN_DIMENSIONS;
-use euler_poincare::system::{Case, SystemFile};
+use euler_poincare::system::{Case, Reading, SystemFile};
 use euler_poincare::tableau::analysis::Findings;
 use euler_poincare::tableau::order::MAX_VARIATIONAL;
-use euler_poincare::tableau::{Analysis, Description, TableauError, TableauFile, analyse};
+use euler_poincare::tableau::{Analysis, Description, TableauError, analyse};
 use std::fs::{File, OpenOptions};
 use std::io::Read;
 use std::path::{Path, PathBuf};
@@ -200,28 +201,14 @@ fn writable<'a>(path: &Path, read: impl Iterator<Item = &'a Path>) -> Result<(),
 
 /// The tableau of a name or a file, analysed.
 fn tableau(argument: &str) -> Result<(Description, Analysis), Failure> {
-    let unknown = match argument.parse::<Description>() {
-        Ok(description) => {
-            let analysis = analysed(&description).map_err(|error| Failure::Usage(error.to_string()))?;
-            return Ok((description, analysis));
-        }
-        Err(error) => error,
-    };
-    let path = Path::new(argument);
-    if !path.exists() && !argument.contains(['/', '\\', '.']) {
-        return Err(Failure::Usage(unknown.to_string()));
-    }
-    let mut text = String::new();
-    let limit = euler_poincare::tableau::file::LONGEST as u64 + 1;
-    File::open(path)
-        .and_then(|file| file.take(limit).read_to_string(&mut text))
-        .map_err(|error| Failure::file(path, error))?;
-    let file = TableauFile::parse(&text).map_err(|error| Failure::file(path, error))?;
-    let description = file.description();
-    let mut analysis = analysed(&description).map_err(|error| Failure::file(path, error))?;
-    analysis.declared = file.order;
-    if let Some(name) = file.name {
-        analysis.description = name;
+    let Named { description, file } = Named::read(argument)?;
+    let mut analysis = analysed(&description).map_err(|error| match &file {
+        None => Failure::Usage(error.to_string()),
+        Some(_) => Failure::file(Path::new(argument), error),
+    })?;
+    if let Some(file) = file {
+        analysis.declared = file.order;
+        analysis.description = file.name.unwrap_or(analysis.description);
     }
     Ok((description, analysis))
 }
@@ -243,7 +230,8 @@ fn system(path: Option<&Path>) -> Result<(Case, f64, Vec<String>), Failure> {
             let limit = euler_poincare::system::file::MAX_BYTES as u64 + 1;
             let read = File::open(path).and_then(|file| file.take(limit).read_to_string(&mut text));
             read.map_err(|error| Failure::file(path, error))?;
-            let file = SystemFile::parse(&text).map_err(|refused| Failure::file(path, refused))?;
+            let file = SystemFile::parse_with(&text, &Reading::beside(path))
+                .map_err(|refused| Failure::file(path, refused))?;
             if file.adaptive.is_some() {
                 let reason = "the order is measured with fixed steps: give `step` in the place of `tolerance`";
                 return Err(Failure::file(path, reason));

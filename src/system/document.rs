@@ -129,6 +129,9 @@ type TermRow = (i64, Number, i64, i64, Vec<i64>);
 pub(crate) struct MethodTable {
     #[serde(skip_serializing_if = "Option::is_none")]
     pub tableau: Option<String>,
+    /// Whoever reads the text puts the tableau in the place of the name.
+    #[serde(rename = "tableau-file", skip_serializing_if = "Option::is_none")]
+    pub tableau_file: Option<String>,
     #[serde(skip_serializing_if = "Option::is_none")]
     pub a: Option<Vec<Vec<Number>>>,
     #[serde(skip_serializing_if = "Option::is_none")]
@@ -776,7 +779,21 @@ fn monomial((component, value, cos, sin, factors): TermRow, place: &Place) -> Re
 }
 
 impl MethodTable {
+    /// This tableau alone.
+    pub fn put(&mut self, tableau: Description) {
+        (self.tableau, self.tableau_file, self.a, self.b, self.c) = (None, None, None, None, None);
+        match tableau {
+            Description::Entries(Entries { a, b, c }) => (self.a, self.b, self.c) = (Some(a), Some(b), c),
+            named => self.tableau = Some(named.to_string()),
+        }
+    }
+
     fn method(self, place: &Place) -> Result<Method, CaseError> {
+        if self.tableau_file.is_some() {
+            let why =
+                "a text alone does not say in which directory it is: give the tableau itself, or the directory".into();
+            return Err(place.key("tableau-file").error(Problem::NotApplicable { what: "a tableau file", why }));
+        }
         if let (Some(_), Some(_)) = (&self.tableau, &self.c) {
             return Err(place.key("c").error(excess("either `tableau`, or `a` and `b`, not both")));
         }
@@ -788,9 +805,10 @@ impl MethodTable {
             }
             (None, Some(a), Some(b)) => Description::Entries(Entries { a, b, c }),
             (None, None, None) => {
-                return Err(
-                    place.error(missing("the tableau", "`tableau` (a name such as \"gauss-2\"), or `a` and `b`"))
-                );
+                return Err(place.error(missing(
+                    "the tableau",
+                    "`tableau` (a name such as \"gauss-2\"), or `tableau-file`, or `a` and `b`",
+                )));
             }
             (None, Some(_), None) => return Err(place.error(missing("`b`", "the list of the s weights"))),
             (None, None, Some(_)) => return Err(place.error(missing("`a`", "the s rows of coefficients"))),
@@ -907,12 +925,9 @@ impl From<Case> for Document {
             |term: Monomial| (natural(term.component), term.value, term.factors.into_iter().map(natural).collect());
         let argument: Vec<_> = case.method.argument.into_iter().map(row).collect();
         let argument = (!argument.is_empty()).then_some(argument);
-        let method = match case.method.tableau {
-            Description::Entries(Entries { a, b, c }) => {
-                MethodTable { tableau: None, a: Some(a), b: Some(b), c, retraction, argument }
-            }
-            named => MethodTable { tableau: Some(named.to_string()), a: None, b: None, c: None, retraction, argument },
-        };
+        let mut method =
+            MethodTable { tableau: None, tableau_file: None, a: None, b: None, c: None, retraction, argument };
+        method.put(case.method.tableau);
         let (velocity, momentum) = match case.start.motion {
             Motion::Velocity(eta) => (Some(eta), None),
             Motion::Momentum(mu) => (None, Some(mu)),

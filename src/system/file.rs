@@ -9,9 +9,11 @@ use super::document::{Document, OutputTable, RunTable, ScalarName};
 use super::error::{CaseError, Place, Problem, Segment};
 use super::force::KINDS;
 use super::numbers::number;
+use super::reading::Reading;
 use super::tolerance::{Adaptive, no_steps};
 use crate::scalar::{Dd, Number, Real};
 use crate::tableau::file::{MOST_DIGITS, significant_digits};
+use crate::tableau::{Description, Family};
 use std::borrow::Cow;
 use std::fmt;
 use std::ops::Range;
@@ -155,7 +157,7 @@ fn hint(key: &str) -> Option<String> {
     let hint = match key {
         "format" => "the line `format = 1` at the top",
         "algebra" => "a table [algebra] with `name`, or with `dimension` and `constants`",
-        "method" => "a table [method] with `tableau` (or `a` and `b`) and `retraction`",
+        "method" => "a table [method] with `tableau` (or `tableau-file`, or `a` and `b`) and `retraction`",
         "retraction" => "`retraction = \"exp\"` or `retraction = \"cayley\"`",
         "state" => "a table [state] with `velocity` or `momentum`",
         "run" => "a table [run] with `step`, and `horizon` or `steps`; or with `tolerance` and `horizon`",
@@ -256,8 +258,17 @@ impl SystemFile {
     /// # Errors
     /// Those of [`SystemFile::parse`].
     pub fn parse_in(text: &str, scalar: Option<ScalarName>) -> Result<Self, FileError> {
+        Self::parse_with(text, &Reading { scalar, ..Reading::default() })
+    }
+
+    /// The same with what stands in the place of parts of the file, and with the files that it names.
+    ///
+    /// # Errors
+    /// Those of [`SystemFile::parse`]; those of a file that it names, at the name.
+    pub fn parse_with(text: &str, reading: &Reading) -> Result<Self, FileError> {
         let mut document = read(text)?;
         let located = |error: CaseError| FileError::case(text, &error);
+        reading.complete(&mut document.method).map_err(located)?;
         let adaptive = Adaptive::take(&mut document).map_err(located)?;
         let (run, output) = (document.run.clone(), document.output.clone().unwrap_or_default());
         if adaptive.is_some() {
@@ -267,7 +278,7 @@ impl SystemFile {
         case.check().map_err(located)?;
         let horizon = horizon(&run, &Place::root().key("run")).map_err(located)?;
         let output = self::output(output, &Place::root().key("output")).map_err(located)?;
-        let scalar = scalar.or(run.scalar).unwrap_or_default();
+        let scalar = reading.scalar.or(run.scalar).unwrap_or_default();
         let file = Self { case, adaptive, horizon, scalar, output };
         file.check().map_err(located)?;
         Ok(file)
@@ -291,7 +302,10 @@ impl SystemFile {
     pub fn parse_for_stepper(text: &str) -> Result<Case, FileError> {
         let without_method = DeTable::parse(text).is_ok_and(|table| !table.get_ref().contains_key("method"));
         // At the end, so that every place in the text stays where it is.
-        let document = read_with(text, if without_method { ANY_METHOD } else { "" })?;
+        let mut document = read_with(text, if without_method { ANY_METHOD } else { "" })?;
+        if document.method.tableau_file.is_some() {
+            document.method.put(Description::Family(Family::Gauss, 1));
+        }
         let located = |error: CaseError| FileError::case(text, &error);
         let case = Case::try_from(document).map_err(located)?;
         case.check().map_err(located)?;

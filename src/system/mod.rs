@@ -22,6 +22,7 @@ mod numbers;
 mod presentation;
 pub mod random;
 pub(crate) mod rates;
+mod reading;
 pub mod replay;
 pub(crate) mod restriction;
 pub(crate) mod scope;
@@ -45,6 +46,7 @@ pub use error::{CaseError, Place, Problem};
 pub use file::{FileError, SystemFile};
 pub use named::{algebra_text, named_algebras};
 pub use random::{Cases, cases, labels};
+pub use reading::Reading;
 pub use replay::Replay;
 pub use snippet::snippet;
 #[doc(hidden)]

@@ -6,6 +6,9 @@ use super::{Description, Entries, TableauError, entry_name};
 use crate::scalar::{Number, Real};
 use serde::de::{Deserialize, Deserializer, IgnoredAny, MapAccess, SeqAccess, Visitor};
 use std::fmt;
+use std::fs::File;
+use std::io::Read;
+use std::path::Path;
 
 /// The longest file that is read, in bytes.
 pub const LONGEST: usize = 64 * 1024;
@@ -48,6 +51,12 @@ pub struct TableauFile {
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
 #[non_exhaustive]
 pub enum FileError {
+    /// There is no file at the path, or it is no text.
+    #[error("{why}")]
+    Unreadable {
+        /// What the operating system says.
+        why: String,
+    },
     /// The text is longer than [`LONGEST`].
     #[error("a tableau file of {bytes} bytes is too long (at most {LONGEST})")]
     TooLong {
@@ -104,6 +113,19 @@ impl TableauFile {
         };
         entries.build::<f64>()?;
         Ok(Self { name: raw.name, order, entries })
+    }
+
+    /// Reads the file at a path.
+    ///
+    /// # Errors
+    /// Those of [`TableauFile::parse`]; a file that cannot be read.
+    pub fn open(path: &Path) -> Result<Self, FileError> {
+        let mut text = String::new();
+        let limit = LONGEST as u64 + 1;
+        File::open(path)
+            .and_then(|file| file.take(limit).read_to_string(&mut text))
+            .map_err(|error| FileError::Unreadable { why: error.to_string() })?;
+        Self::parse(&text)
     }
 
     /// The tableau.

@@ -1,0 +1,80 @@
+//! `integrate` with a tableau by an option, and in a file beside the system file.
+
+use super::{code, command, directory, run, stderr, stdout};
+use std::fs;
+
+/// Heun's method as a tableau file.
+const HEUN: &str = "name = \"Heun\"\norder = 2\na = [[0, 0], [1, 0]]\nb = [\"1/2\", \"1/2\"]\n";
+
+fn system(tableau: &str) -> String {
+    format!(
+        "format = 1\n[algebra]\nname = \"so3\"\n[lagrangian]\ninertia = [\"1/2\", 2, 1]\n[method]\n{tableau}\n\
+         retraction = \"exp\"\n[state]\nvelocity = [1, 0, 1]\n[run]\nstep = \"1/8\"\nsteps = 4\n"
+    )
+}
+
+#[test]
+fn a_tableau_is_a_name_or_a_file() {
+    let here = directory("integrate-tableau");
+    fs::create_dir_all(here.join("sub")).unwrap();
+    for (name, text) in [
+        ("rk4.toml", system("tableau = \"rk4\"")),
+        ("named.toml", system("tableau = \"heun2\"")),
+        ("sub/beside.toml", system("tableau-file = \"heun.toml\"")),
+        ("sub/heun.toml", HEUN.into()),
+        ("states.csv", "mu_1,mu_2,mu_3\n0.5,0,1\n".into()),
+    ] {
+        fs::write(here.join(name), text).unwrap();
+    }
+    let rows = |arguments: &[&str]| {
+        let output = run(&here, &[&["integrate"], arguments].concat());
+        assert_eq!((code(&output), stderr(&output)), (0, ""), "{arguments:?}");
+        stdout(&output).to_owned()
+    };
+    let wanted = rows(&["named.toml"]);
+    assert_ne!(rows(&["rk4.toml"]), wanted);
+    assert_eq!(rows(&["rk4.toml", "--tableau", "heun2"]), wanted);
+    assert_eq!(rows(&["rk4.toml", "--tableau", "sub/heun.toml"]), wanted);
+    assert_eq!(rows(&["sub/beside.toml"]), wanted);
+    assert_ne!(rows(&["sub/beside.toml", "--tableau", "rk4"]), wanted);
+    // On standard input the names are those of the current directory.
+    let mut piped = command(&here.join("sub"), &["integrate", "-"]);
+    let output = piped.stdin(fs::File::open(here.join("sub/beside.toml")).unwrap()).output().unwrap();
+    assert_eq!((code(&output), stdout(&output)), (0, wanted.as_str()), "{}", stderr(&output));
+    // Members of an ensemble are integrated with it.
+    let members = rows(&["named.toml", "--ensemble", "states.csv"]);
+    assert_eq!(rows(&["rk4.toml", "--ensemble", "states.csv", "--tableau", "sub/heun.toml"]), members);
+    let measured = run(&here, &["order", "--tableau", "gauss-1", "--digits", "16", "--system", "sub/beside.toml"]);
+    assert_eq!(code(&measured), 0, "{}", stderr(&measured));
+}
+
+#[test]
+fn a_tableau_that_cannot_be_read_is_an_error_with_its_place() {
+    let here = directory("integrate-tableau-refused");
+    for (name, text) in [
+        ("rk4.toml", system("tableau = \"rk4\"")),
+        ("absent.toml", system("tableau-file = \"nowhere.toml\"")),
+        ("heun.toml", HEUN.into()),
+        ("bad.toml", HEUN.replace("[1, 0]]", "[\"x\", 0]]")),
+        ("states.csv", "mu_1,mu_2,mu_3\n0.5,0,1\n".into()),
+    ] {
+        fs::write(here.join(name), text).unwrap();
+    }
+    for (arguments, wanted) in [
+        (&["absent.toml"][..], "absent.toml: line 7, column 16: method.tableau-file: nowhere.toml: No such file"),
+        (&["absent.toml"], "\n7 | tableau-file = \"nowhere.toml\"\n                   ^"),
+        (&["rk4.toml", "--tableau", "rk5"], "rk5"),
+        (&["rk4.toml", "--tableau", "nowhere.toml"], "nowhere.toml: No such file"),
+        (&["rk4.toml", "--tableau", "bad.toml"], "bad.toml: entry a_21: `x` is not a number"),
+        (&["rk4.toml", "--tableau", "heun.toml", "--out", "heun.toml"], "heun.toml is used twice"),
+        (
+            &["rk4.toml", "--tableau", "heun.toml", "--ensemble", "states.csv", "--out", "heun.toml"],
+            "heun.toml is used twice",
+        ),
+    ] {
+        let output = run(&here, &[&["integrate"], arguments].concat());
+        assert_eq!((code(&output), stdout(&output)), (2, ""), "{arguments:?}");
+        assert!(stderr(&output).contains(wanted), "{arguments:?}: {}", stderr(&output));
+    }
+    assert_eq!(fs::read_to_string(here.join("heun.toml")).unwrap(), HEUN, "it is not written over");
+}

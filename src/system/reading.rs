@@ -1,0 +1,55 @@
+//! What a system file is read with, beside its text.
+
+use super::document::{MethodTable, ScalarName};
+use super::error::{CaseError, Place, Problem};
+use crate::tableau::{Description, TableauFile};
+use std::path::{Path, PathBuf};
+
+/// How a system file is read: what stands in the place of parts of it, and where the files are that it names.
+///
+/// ```
+/// use euler_poincare::system::file::{SystemFile, example};
+/// use euler_poincare::system::{Reading, ScalarName};
+///
+/// let reading = Reading { tableau: Some("gauss-3".parse()?), scalar: Some(ScalarName::Dd), directory: None };
+/// let file = SystemFile::parse_with(example(), &reading)?;
+/// assert_eq!((file.case.method.tableau.stages(), file.scalar), (3, ScalarName::Dd));
+/// // A name of a file, without the directory.
+/// let text = example().replacen("tableau = \"lobatto-iiia-3\"", "tableau-file = \"mine.toml\"", 1);
+/// assert!(SystemFile::parse(&text).unwrap_err().message.contains("tableau-file"));
+/// # Ok::<(), Box<dyn std::error::Error>>(())
+/// ```
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct Reading {
+    /// The scalar.
+    pub scalar: Option<ScalarName>,
+    /// The tableau.
+    pub tableau: Option<Description>,
+    /// Where the files are that the text names; `None`: it may name none.
+    pub directory: Option<PathBuf>,
+}
+
+impl Reading {
+    /// The file at a path, as it is: the files that it names are in its directory.
+    pub fn beside(path: &Path) -> Self {
+        Self { directory: Some(path.parent().unwrap_or(Path::new("")).to_owned()), ..Self::default() }
+    }
+
+    /// Puts the tableau in the place of that of the file, or of the file that it names.
+    pub(super) fn complete(&self, method: &mut MethodTable) -> Result<(), CaseError> {
+        if let Some(tableau) = &self.tableau {
+            method.put(tableau.clone());
+            return Ok(());
+        }
+        let (Some(name), Some(directory)) = (&method.tableau_file, &self.directory) else { return Ok(()) };
+        let place = Place::root().key("method").key("tableau-file");
+        if method.tableau.is_some() || method.a.is_some() || method.b.is_some() || method.c.is_some() {
+            let allowed = "either `tableau`, or `tableau-file`, or `a` and `b`, one of these alone".into();
+            return Err(place.error(Problem::Excess { allowed }));
+        }
+        let file = TableauFile::open(&directory.join(name))
+            .map_err(|error| place.error(Problem::Part(format!("{name}: {error}"))))?;
+        method.put(file.description());
+        Ok(())
+    }
+}
