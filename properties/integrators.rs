@@ -2,6 +2,7 @@
 
 mod configuration;
 mod doubled;
+mod point;
 mod state;
 
 use euler_poincare::algebra::{Covector, Matrix, Vector};

@@ -10,11 +10,11 @@ use euler_poincare::integrators::advected::{
 use euler_poincare::integrators::doubled::DoubledState;
 use euler_poincare::integrators::{Classical, Doubled, MuntheKaas, OneStep, State, StepError, Variational};
 use euler_poincare::mechanics::configuration::{
-    ForceOnGroup, InSpace, LagrangianOn, LagrangianOnGroup, OnGroup, Potential, WithPotential,
+    AtPoint, ForceOnGroup, InSpace, LagrangianOn, LagrangianOnGroup, OnGroup, Potential, WithPotential,
 };
 use euler_poincare::mechanics::doubled::Forced;
 use euler_poincare::mechanics::equations::EulerPoincare;
-use euler_poincare::mechanics::force::{BlackBox, LinearDrag};
+use euler_poincare::mechanics::force::{BlackBox, Constant, LinearDrag};
 use euler_poincare::mechanics::lagrangian::Quadratic;
 use euler_poincare::mechanics::{Force, Lagrangian};
 use euler_poincare::retraction::{CayleySo3, Exponential, ExponentialSo3, Retraction};
@@ -359,7 +359,14 @@ fn one_system_written_in_several_ways_moves_in_one_way() {
         let up = g.transpose() * Vector::<f64, 3>::z();
         (Vector::<f64, 3>::new(0.3, -0.2, 0.5).cross(&up) * -1.3).transpose()
     });
-    for other in [go(LagrangianOn::new(ByValue, So3::new()), closure), go(body(), (&closure, weight))] {
+    let load = Constant::new(Covector::<f64, 3>::new(0.0, 0.0, -1.3)).unwrap();
+    let load = AtPoint::in_space(load, Vector::<f64, 3>::new(0.3, -0.2, 0.5), &So3::new());
+    let others = [
+        go(LagrangianOn::new(ByValue, So3::new()), &closure),
+        go(body(), (&closure, weight)),
+        go(body(), (&closure, load)),
+    ];
+    for other in others {
         let (momentum, attitude) = gap(&one, &other);
         assert!(momentum < 1e-14 && attitude < 1e-14, "{momentum:e} {attitude:e}");
     }

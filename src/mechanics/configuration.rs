@@ -10,10 +10,13 @@
 //! | a potential V(t, g): [`Potential`] | [`WithPotential`], beside a Lagrangian of η alone |
 //! | a Lagrangian L(t, g, η): [`LagrangianOnGroup`] | [`LagrangianOn`] |
 //! | a force in space, f = Ad*_g f_s(t, g, gηg⁻¹): [`ForceOnGroup`] | [`InSpace`] |
+//! | a force at a point of a body, in the frame of the body or of space: any [`Force`] on ℝ³ | [`AtPoint`] |
 //! | a closure on `f64` | [`BlackBox`](super::force::BlackBox) |
 
+mod point;
 mod space;
 
+pub use point::AtPoint;
 pub use space::InSpace;
 
 use super::lagrangian::newton_velocity;
