@@ -1,5 +1,6 @@
 //! The systems that people know, as files: each with what is known of it.
 
+mod balance;
 mod precise;
 mod reading;
 mod refused;

@@ -27,8 +27,8 @@ use std::process::ExitCode;
 
 const COLUMNS: &str = "\
 Columns: t; mu_1 ... momentum; eta_1 ... velocity; energy; work, the integral of <f, eta> by the method's own quadrature; \
-balance = energy - initial energy - work; casimir_1 ... (those known for the algebra); g_11 ... the attitude by rows (none where \
-the algebra has no group); residual (largest) and iterations (sum) of the steps since the last row.
+balance = energy - initial energy - work + the integral of dL/dt at fixed g and eta; casimir_1 ... (those known for the algebra); \
+g_11 ... the attitude by rows (none where the algebra has no group); residual (largest) and iterations (sum) of the steps since the last row.
 
 With `tolerance` in the place of `step` in the file: rows after each step, after every N-th, or at the times of `save_at` or \
 `save_every`, which are exact; the report lists the events of [[event]], --events writes them as a table: event, direction, then the \

@@ -3,13 +3,14 @@
 #![doc = include_str!("../guide/modules/integrators/variational.md")]
 
 mod collocation;
+mod exchange;
 pub(super) mod partials;
 
 use super::fixed_point::Course;
 use super::stages::{Stages, Weights};
 use super::{OneStep, Report, Solver, State, StepError};
 use crate::algebra::brackets::Brackets;
-use crate::algebra::{Covector, Matrix, Vector, apply, pair, pull};
+use crate::algebra::{Covector, Matrix, Vector, apply, pull};
 use crate::mechanics::configuration::Configuration;
 use crate::mechanics::{Force, Lagrangian, LegendreError};
 use crate::newton::{self, Equations, Newton};
@@ -18,6 +19,8 @@ use crate::scalar::{Dual, Real, Scalar, finite};
 use crate::tableau::Tableau;
 use collocation::Collocation;
 use nalgebra::DMatrix;
+
+pub(crate) use exchange::Exchange;
 
 /// When the stage equations count as solved, and how long to try.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -317,24 +320,6 @@ where
     /// ξ = h Σ_j b_j H_j of the last step: g' = g τ(ξ).
     pub fn increment(&self) -> &Vector<T, N> {
         &self.work.increment
-    }
-
-    /// h Σ b_i ⟨f(t + c_i h, g τ(Ξ_i), η_i), η_i⟩, the work of the force in a step of size h from a state, of the stages (η_i, Ξ_i).
-    pub(crate) fn work_of(
-        &self,
-        state: &State<T, N, D>,
-        h: T,
-        stages: impl Iterator<Item = (Vector<T, N>, Vector<T, N>)>,
-    ) -> T {
-        let Scheme { tableau, force, retraction, .. } = &self.scheme;
-        let (b, c, moves) = (tableau.b(), tableau.c(), force.uses_configuration());
-        let mut power = T::zero();
-        for (i, (eta, x)) in stages.enumerate() {
-            let turned = if moves { retraction.tau(&x).ok() } else { None };
-            let there = turned.map_or(state.attitude, |turned| state.attitude * turned);
-            power += b[i] * pair(&force.force_at(state.time + c[i] * h, Configuration::of(&there), &eta), &eta);
-        }
-        h * power
     }
 
     /// The residual r_1 … r_s of the stage equations of a step of size h from a state, at H_1 … H_s (`rates`).

@@ -8,6 +8,7 @@ use super::trajectory::{Observer, Rows};
 use crate::expression::Expression;
 use crate::integrators::State;
 use crate::integrators::solve::{Event, Moment, Progress, Solve, SolveError, SolveFailure};
+use crate::integrators::variational::Exchange;
 use crate::mechanics::formula::{FormulaValue, Quantities};
 use crate::mechanics::{Force, Lagrangian};
 use crate::retraction::Retraction;
@@ -79,8 +80,8 @@ impl<T: Real> Visitor<T> for Run<'_, T> {
         let Self { plan, events, expressions, quantities, observer } = self;
         let System { dimension, lagrangian, force, retraction, tableau, state: start, casimirs, .. } = system;
         let failed = |time, reason| Solved { end: End::Failed, reason: Some(reason), time, statistics: None };
-        let work = Cell::new(T::zero());
-        let mut rows = Rows::new((&lagrangian, &casimirs), dimension, quantities.size, &work);
+        let taken = Cell::new(Exchange::zero());
+        let mut rows = Rows::new((&lagrangian, &casimirs), dimension, quantities.size, &taken);
         // The energy of the start is that of the balance, whether it has a row or not.
         let begins = plan.ends && plan.times.is_empty();
         let shown = if begins { rows.show(&start, observer) } else { rows.look(&start) };
@@ -123,8 +124,8 @@ impl<T: Real> Visitor<T> for Run<'_, T> {
         let (from, span) = (start.time, plan.end - start.time);
         let (mut counted, mut last, mut refused) = (0, begins.then_some(start.time), None);
         let mut solve = solve.save_at(plan.times).follow(|progress: &Progress<'_, T, N, D>| {
-            let Progress { moment, state, statistics, .. } = *progress;
-            work.set(progress.work);
+            let Progress { moment, state, work, explicit, statistics, .. } = *progress;
+            taken.set(Exchange { work, explicit });
             rows.count(progress.residual, statistics.iterations - counted);
             counted = statistics.iterations;
             let outcome = match moment {

@@ -6,6 +6,7 @@ use super::dispatch::{System, Visitor};
 use super::error::CaseError;
 use crate::algebra::{Casimir, Vector};
 use crate::integrators::trajectory::{TrajectoryError, integrate_until};
+use crate::integrators::variational::Exchange;
 use crate::integrators::{OneStep, Report, State, StepError, Variational};
 use crate::mechanics::configuration::Configuration;
 use crate::mechanics::{Force, Lagrangian};
@@ -41,8 +42,9 @@ impl<T: Real> Plan<T> {
 /// A row.
 #[derive(Clone, Copy, Debug)]
 pub struct Row<'a, T> {
-    /// t; μ, n numbers; η, n; the energy; the work of the force, ∫⟨f, η⟩ dt by the method's own quadrature; the energy
-    /// without the initial energy and the work; the Casimirs that are known; g by rows, m×m numbers, where there is a group.
+    /// t; μ, n numbers; η, n; the energy ⟨∂L/∂η, η⟩ − L; the work of the force, ∫⟨f, η⟩ dt by the method's own quadrature; the
+    /// energy without the initial energy, the work and −∫∂L/∂t dt by the same quadrature; the Casimirs that are known; g by rows,
+    /// m×m numbers, where there is a group.
     pub values: &'a [T],
     /// The largest relative residual of the steps since the last row.
     pub residual: T,
@@ -107,10 +109,10 @@ pub(super) struct Run<'a, T> {
     pub matrix_size: usize,
 }
 
-/// A method that also sums h Σ b_i ⟨f(t + c_i h, η_i), η_i⟩, the work of the force by the method's quadrature.
+/// A method that also sums what the energy takes up, by the method's quadrature.
 struct Metered<'a, T: Real, const N: usize, const D: usize, L, F, R> {
     method: Variational<T, N, D, L, F, R>,
-    work: &'a Cell<T>,
+    taken: &'a Cell<Exchange<T>>,
 }
 
 impl<T, const N: usize, const D: usize, L, F, R> OneStep<T, N, D> for Metered<'_, T, N, D, L, F, R>
@@ -124,7 +126,7 @@ where
         let start = state.clone();
         let report = self.method.step(state, h)?;
         let stages = self.method.stage_velocities().zip(self.method.stage_displacements());
-        self.work.set(self.work.get() + self.method.work_of(&start, h, stages));
+        self.taken.set(self.taken.get().plus(self.method.exchange(&start, h, stages)));
         Ok(report)
     }
 }
@@ -135,7 +137,8 @@ pub(super) struct Rows<'a, T: Real, const N: usize, L> {
     pub casimirs: &'a [Casimir<T, N>],
     pub dimension: usize,
     pub matrix_size: usize,
-    pub work: &'a Cell<T>,
+    /// The energy taken up since the start.
+    pub taken: &'a Cell<Exchange<T>>,
     /// The energy of the first row.
     energy: Option<T>,
     /// The velocity of the last row, where the next is looked for.
@@ -151,11 +154,11 @@ impl<'a, T: Real, const N: usize, L> Rows<'a, T, N, L> {
         (lagrangian, casimirs): (&'a L, &'a [Casimir<T, N>]),
         dimension: usize,
         matrix_size: usize,
-        work: &'a Cell<T>,
+        taken: &'a Cell<Exchange<T>>,
     ) -> Self {
         let (energy, velocity, values) = (None, Vector::zeros(), Vec::new());
         let (residual, iterations) = (T::zero(), 0);
-        Self { lagrangian, casimirs, dimension, matrix_size, work, energy, velocity, values, residual, iterations }
+        Self { lagrangian, casimirs, dimension, matrix_size, taken, energy, velocity, values, residual, iterations }
     }
 }
 
@@ -189,12 +192,12 @@ impl<T: Real, const N: usize, L: Lagrangian<T, N>> Rows<'_, T, N, L> {
             .velocity_at(state.time, Configuration::of(&state.attitude), &state.momentum, &self.velocity)
             .map_err(|error| format!("at t = {}: {error}", state.time))?;
         let energy = self.lagrangian.energy_at(state.time, Configuration::of(&state.attitude), &self.velocity);
-        let (first, work) = (*self.energy.get_or_insert(energy), self.work.get());
+        let (first, taken) = (*self.energy.get_or_insert(energy), self.taken.get());
         self.values.clear();
         self.values.push(state.time);
         self.values.extend(state.momentum.iter().take(self.dimension));
         self.values.extend(self.velocity.iter().take(self.dimension));
-        self.values.extend([energy, work, energy - first - work]);
+        self.values.extend([energy, taken.work, energy - first - taken.total()]);
         self.values.extend(self.casimirs.iter().map(|casimir| casimir.value(&state.momentum)));
         for row in 0..self.matrix_size {
             self.values.extend((0..self.matrix_size).map(|column| state.attitude[(row, column)]));
@@ -212,10 +215,10 @@ impl<T: Real> Visitor<T> for Run<'_, T> {
     ) -> Ended<T> {
         let Self { plan: Plan { steps, last, every }, observer, matrix_size } = self;
         let System { dimension, lagrangian, force, retraction, tableau, mut state, step, casimirs, .. } = system;
-        let work = Cell::new(T::zero());
+        let taken = Cell::new(Exchange::zero());
         // By references, as everywhere: the same types are compiled once.
-        let mut method = Metered { method: Variational::new(&lagrangian, &force, &retraction, tableau), work: &work };
-        let mut rows = Rows::new((&lagrangian, &casimirs), dimension, matrix_size, &work);
+        let mut method = Metered { method: Variational::new(&lagrangian, &force, &retraction, tableau), taken: &taken };
+        let mut rows = Rows::new((&lagrangian, &casimirs), dimension, matrix_size, &taken);
         if let Err(reason) = rows.show(&state, observer) {
             return Ended::Failed { reason };
         }

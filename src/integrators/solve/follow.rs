@@ -39,6 +39,7 @@ pub enum Moment {
 /// let mut solve = solve.follow(|progress: &Progress<'_, f64, 3, 3>| {
 ///     if progress.moment == Moment::Saved {
 ///         work.push(progress.work);
+///         assert_eq!(progress.explicit, 0.0, "nothing depends on the time");
 ///     }
 ///     ControlFlow::Continue(())
 /// });
@@ -58,6 +59,8 @@ pub struct Progress<'s, T: Real, const N: usize, const D: usize> {
     pub state: &'s State<T, N, D>,
     /// The work of the force since the start, ∫⟨f, η⟩ dt, by the quadrature of the tableau.
     pub work: T,
+    /// −∫∂L/∂t dt since the start, by the same quadrature: with the work it is what the energy ⟨∂L/∂η, η⟩ − L has taken up.
+    pub explicit: T,
     /// The largest relative residual of the stage equations of the pair of steps.
     pub residual: T,
     /// What the run took, all of the pair of steps included.

@@ -15,6 +15,7 @@ pub use events::Event;
 pub use follow::{Moment, Progress};
 pub use solution::{End, Located, Solution, Statistics};
 
+use super::variational::Exchange;
 use super::{State, StepError};
 use crate::mechanics::{Force, Lagrangian};
 use crate::retraction::Retraction;
@@ -156,8 +157,8 @@ struct Run<T: Real, const N: usize, const D: usize, R> {
     values: Vec<T>,
     /// Events of the step at hand: the place in it, which, whether it rises, the state.
     found: Vec<Located<T, N, D>>,
-    /// ∫⟨f, η⟩ dt up to the last step, where somebody follows.
-    work: T,
+    /// The energy taken up until the last step, where somebody follows.
+    taken: Exchange<T>,
     /// The relative residual of the pair at hand.
     residual: T,
 }
@@ -311,8 +312,8 @@ where
         }
         let order = engine.pair.order();
         let control = Control::new(start.time, end, self.tolerance, order, first, self.max_step);
-        let (values, found, zero) = (Vec::new(), Vec::new(), T::zero());
-        let mut run = Run { solution, control, next_save: 0, values, found, work: zero, residual: zero };
+        let (values, found, taken) = (Vec::new(), Vec::new(), Exchange::zero());
+        let mut run = Run { solution, control, next_save: 0, values, found, taken, residual: T::zero() };
         let result = self.advance(&mut engine, &mut run);
         self.engine = Some(engine);
         run.solution.next_step = run.control.next();
@@ -401,7 +402,7 @@ where
         if self.save_at.first() == Some(&run.solution.state.time) {
             run.next_save = 1;
             let state = run.solution.state.clone();
-            if self.pass_on(run, Moment::Saved, state, run.work).is_break() {
+            if self.pass_on(run, Moment::Saved, state, run.taken).is_break() {
                 return Ok(End::Stopped);
             }
         }
@@ -459,15 +460,15 @@ where
         let last = terminal.map_or(stop, |place| run.found[place].state.time);
         let mut stopped = false;
         while let Some(&time) = self.save_at.get(run.next_save).filter(|&&time| !earlier(last, time)) {
-            let work = self.work(&engine.pair, &step, run, time)?;
-            stopped |= self.pass_on(run, Moment::Saved, step.at(time)?, work).is_break();
+            let taken = self.taken(&engine.pair, &step, run, time)?;
+            stopped |= self.pass_on(run, Moment::Saved, step.at(time)?, taken).is_break();
             run.next_save += 1;
         }
         let happened = terminal.map_or(run.found.len(), |place| place + 1);
         for place in 0..happened {
             let Located { event, rising, state } = run.found[place].clone();
-            let work = self.work(&engine.pair, &step, run, state.time)?;
-            stopped |= self.pass_on(run, Moment::Event { index: event, rising }, state, work).is_break();
+            let taken = self.taken(&engine.pair, &step, run, state.time)?;
+            stopped |= self.pass_on(run, Moment::Event { index: event, rising }, state, taken).is_break();
         }
         if let Some(dense) = &mut run.solution.dense {
             dense.pieces.push(engine.piece.clone());
@@ -478,37 +479,38 @@ where
             return Ok(Some(run.solution.end));
         }
         run.solution.state.clone_from(after);
-        run.work = self.work(&engine.pair, &step, run, stop)?;
+        run.taken = self.taken(&engine.pair, &step, run, stop)?;
         if self.every.is_some_and(|every| run.solution.statistics.steps.is_multiple_of(every)) {
-            stopped |= self.pass_on(run, Moment::Saved, after.clone(), run.work).is_break();
+            stopped |= self.pass_on(run, Moment::Saved, after.clone(), run.taken).is_break();
         }
         if self.follower.is_some() || self.observer.is_some() {
-            stopped |= self.pass_on(run, Moment::Step, after.clone(), run.work).is_break();
+            stopped |= self.pass_on(run, Moment::Step, after.clone(), run.taken).is_break();
         }
         Ok(stopped.then_some(End::Stopped))
     }
 
-    /// ∫⟨f, η⟩ dt up to a time of step k, where somebody follows.
-    fn work(
+    /// The energy taken up until a time of step k, where somebody follows.
+    fn taken(
         &self,
         pair: &Pair<T, N, D, L, F, R>,
         step: &Step<'_, T, N, D, R>,
         run: &Run<T, N, D, R>,
         time: T,
-    ) -> Result<T, SolveError> {
-        if self.follower.is_none() || pair.force().is_zero() {
-            return Ok(run.work);
+    ) -> Result<Exchange<T>, SolveError> {
+        if self.follower.is_none() || pair.is_closed() {
+            return Ok(run.taken);
         }
         if time == step.after.time {
-            return Ok(run.work + pair.work(step.k));
+            return Ok(run.taken.plus(pair.exchange(step.k)));
         }
         let (tableau, length) = (pair.tableau(), time - step.start);
-        let mut power = T::zero();
+        let mut power = Exchange::zero();
         for (&b, &c) in tableau.b().iter().zip(tableau.c()) {
             let state = step.at(step.start + c * length)?;
-            power += b * pair.power(&state, step.k).map_err(|source| step.stuck(state.time, source))?;
+            let rates = pair.power(&state, step.k).map_err(|source| step.stuck(state.time, source))?;
+            power = power.plus(rates.times(b));
         }
-        Ok(run.work + power * length)
+        Ok(run.taken.plus(power.times(length)))
     }
 
     /// Hands on what has happened, or keeps it.
@@ -517,11 +519,11 @@ where
         run: &mut Run<T, N, D, R>,
         moment: Moment,
         state: State<T, N, D>,
-        work: T,
+        Exchange { work, explicit }: Exchange<T>,
     ) -> ControlFlow<()> {
         if let Some(follow) = &mut self.follower {
             let (residual, statistics) = (run.residual, &run.solution.statistics);
-            follow(&Progress { moment, state: &state, work, residual, statistics })?;
+            follow(&Progress { moment, state: &state, work, explicit, residual, statistics })?;
         }
         let kept = self.follower.is_none();
         match (moment, &mut self.observer) {

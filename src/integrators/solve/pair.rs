@@ -2,8 +2,8 @@
 
 use super::control::{Attempt, Effort, Plan};
 use super::solution::Statistics;
-use crate::algebra::{Covector, Vector, pair};
-use crate::integrators::variational::Variational;
+use crate::algebra::{Covector, Vector};
+use crate::integrators::variational::{Exchange, Variational};
 use crate::integrators::{OneStep, Report, Solver, State, StepError};
 use crate::mechanics::configuration::Configuration;
 use crate::mechanics::{Force, Lagrangian};
@@ -260,17 +260,22 @@ where
         self.fine.tableau()
     }
 
-    /// ∫⟨f, η⟩ dt over step k, by the quadrature of the tableau.
-    pub fn work(&self, k: usize) -> T {
+    /// The energy taken up in step k, by the quadrature of the tableau.
+    pub fn exchange(&self, k: usize) -> Exchange<T> {
         let Half { step, displacements, velocities, .. } = &self.halves[k];
         let stages = velocities.iter().copied().zip(displacements.iter().copied());
-        self.fine.work_of(&self.points[k].state, *step, stages)
+        self.fine.exchange(&self.points[k].state, *step, stages)
     }
 
-    /// ⟨f, η⟩ at a state in step k.
-    pub fn power(&self, state: &State<T, N, D>, k: usize) -> Result<T, StepError> {
+    /// The energy taken up in a unit of time, at a state in step k.
+    pub fn power(&self, state: &State<T, N, D>, k: usize) -> Result<Exchange<T>, StepError> {
         let velocity = self.velocity_at(state, &self.points[k].velocity, self.halves[k].step)?;
-        Ok(pair(&self.force().force_at(state.time, Configuration::of(&state.attitude), &velocity), &velocity))
+        Ok(Exchange::rates(self.fine.lagrangian(), self.force(), state, &velocity))
+    }
+
+    /// Whether the energy is kept: no force, and nothing that may depend on the time.
+    pub fn is_closed(&self) -> bool {
+        self.force().is_zero() && !self.fine.lagrangian().uses_configuration()
     }
 
     /// ∂L/∂η at (t, g, η).
