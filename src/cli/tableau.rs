@@ -6,6 +6,7 @@ use std::path::Path;
 
 /// A tableau by its name, or from a file.
 pub struct Named {
+    /// What it is.
     pub description: Description,
     /// The file, if it is from one.
     pub file: Option<TableauFile>,
