@@ -358,7 +358,7 @@ fn one_system_written_in_several_ways_moves_in_one_way() {
     let load = Constant::new(Covector::<f64, 3>::new(0.0, 0.0, -1.3)).unwrap();
     let load = AtPoint::in_space(load, Vector::<f64, 3>::new(0.3, -0.2, 0.5), &So3::new());
     let others = [
-        go(LagrangianOn::new(ByValue, So3::new()), &closure),
+        go(LagrangianOn::new(ByValue, So3::new()), closure),
         go(body(), (&closure, weight)),
         go(body(), (&closure, load)),
     ];
