@@ -38,6 +38,11 @@ pub trait Contender {
     /// Its sort.
     fn kind(&self) -> Kind;
 
+    /// Whether it solves a problem of this kind at all.
+    fn takes(&self, _problem: &Problem) -> bool {
+        true
+    }
+
     /// Before the clock runs: whatever does not depend on the initial value.
     fn prepare(&mut self, _problem: &Problem, _tolerances: &[f64]) {}
 

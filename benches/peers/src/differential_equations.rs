@@ -5,7 +5,8 @@
 //! the fastest by far for the accuracies compared here, since what the iteration leaves reaches the error estimate.
 
 use crate::contender::{Answer, Contender, Kind};
-use crate::problem::{Field, Problem, Reached, Solve};
+use crate::fields::Field;
+use crate::problem::{Problem, Reached, Solve};
 use differential_equations::interpolate::Interpolation;
 use differential_equations::ode::{ODE, OrdinaryNumericalMethod};
 use differential_equations::prelude::{ExplicitRungeKutta, IVP, ImplicitRungeKutta};

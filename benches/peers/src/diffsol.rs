@@ -1,7 +1,8 @@
 //! The crate `diffsol`: Tsitouras's method of order 5(4), on its vectors from nalgebra.
 
 use crate::contender::{Answer, Contender, Kind};
-use crate::problem::{Field, Problem, Reached, Solve};
+use crate::fields::Field;
+use crate::problem::{Problem, Reached, Solve};
 use diffsol::{NalgebraMat, OdeBuilder, OdeSolverMethod, OdeSolverStopReason};
 
 /// `tsit45`.

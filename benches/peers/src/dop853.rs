@@ -5,8 +5,9 @@
 //! estimate and its interpolation need are left out, and so are the zeros.
 
 use crate::contender::{Answer, Contender, Kind};
+use crate::fields::Field;
 use crate::hindsight::{FixedSteps, Hindsight};
-use crate::problem::{Field, Problem, Reached, Solve};
+use crate::problem::{Problem, Reached, Solve};
 
 const A2: [f64; 1] = [0.05260015195876773];
 const A3: [f64; 2] = [0.0197250569845379, 0.0591751709536137];

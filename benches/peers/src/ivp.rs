@@ -1,7 +1,8 @@
 //! The crate `ivp`: DOP853, through the method itself, which keeps nothing but what its observer keeps.
 
 use crate::contender::{Answer, Contender, Kind};
-use crate::problem::{Field, Problem, Reached, Solve};
+use crate::fields::Field;
+use crate::problem::{Problem, Reached, Solve};
 use ivp::dense::StepInterpolant;
 use ivp::methods::{DOP853, Tolerance};
 use ivp::prelude::{ControlFlag, FirstOrderSystem};

@@ -2,7 +2,7 @@
 //!
 //! | module | holds |
 //! |---|---|
-//! | [`problem`], [`mod@reference`] | the initial value problems and their solutions |
+//! | [`fields`], [`problem`], [`mod@reference`] | the equations, the initial value problems and their solutions |
 //! | [`contender`] | the trait, and the list of what takes part |
 //! | [`ours`] | this crate |
 //! | [`ode_solvers`], [`ivp`], [`differential_equations`], `russell`, `diffsol` | packaged solvers, one file a package |
@@ -18,6 +18,7 @@ pub mod differential_equations;
 #[cfg(feature = "diffsol")]
 pub mod diffsol;
 pub mod dop853;
+pub mod fields;
 pub mod figure;
 pub mod hindsight;
 pub mod ivp;

@@ -150,7 +150,7 @@ fn first(contender: &mut dyn Contender, problem: &Problem, tolerance: f64, plan:
 /// slows everything down alike. What takes long takes part in some of the rounds only.
 pub fn measure(contenders: &mut [Box<dyn Contender>], problem: &Problem, plan: &Plan) -> Vec<Run> {
     let mut entries = Vec::new();
-    for (index, contender) in contenders.iter_mut().enumerate() {
+    for (index, contender) in contenders.iter_mut().enumerate().filter(|(_, contender)| contender.takes(problem)) {
         contender.prepare(problem, &plan.tolerances);
         let mut slow = None;
         for &tolerance in &plan.tolerances {

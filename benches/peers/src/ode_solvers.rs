@@ -4,7 +4,8 @@
 //! as the last point; the output of accepted steps (`Sparse`) is right, and costs three evaluations a step less.
 
 use crate::contender::{Answer, Contender, Kind};
-use crate::problem::{Field, Problem, Reached, Solve};
+use crate::fields::Field;
+use crate::problem::{Problem, Reached, Solve};
 use ode_solvers::dop_shared::OutputType;
 use ode_solvers::{SVector, System};
 

@@ -2,13 +2,17 @@
 
 use crate::contender::{Answer, Contender, Kind};
 use crate::problem::{LARGEST, Problem, State, System};
+use euler_poincare::algebra::catalogue::Entry;
 use euler_poincare::algebra::{Covector, Matrix, Vector};
+use euler_poincare::group::{MatrixGroup, So3};
 use euler_poincare::integrators;
 use euler_poincare::integrators::se3::{AdaptiveSe3, CayleySe3, Drag, Term, Terms};
 use euler_poincare::integrators::so3::{AdaptiveSo3, ByLane, Damping, Relaxation};
 use euler_poincare::integrators::solve::Solve;
-use euler_poincare::mechanics::{Force, lagrangian::Quadratic};
-use euler_poincare::retraction::{CayleySo3, Retraction};
+use euler_poincare::mechanics::configuration::{Potential, WithPotential};
+use euler_poincare::mechanics::force::Zero;
+use euler_poincare::mechanics::{Force, Lagrangian, lagrangian::Quadratic};
+use euler_poincare::retraction::{Cayley, CayleySo3, Retraction};
 use euler_poincare::scalar::{Real, Scalar};
 
 /// How the force is given, and what takes the steps.
@@ -51,6 +55,10 @@ struct OwnRelaxation;
 #[derive(Clone)]
 struct OwnDrag;
 
+/// The potential (13/10) ⟨Γ, r⟩ of a weight at r = (3/10, 0, 1/2).
+#[derive(Clone)]
+struct Gravity;
+
 fn momentum<S: Scalar>(omega: &Vector<S, 3>) -> Vector<S, 3> {
     Vector::<S, 3>::new(omega[0] * S::half(), omega[1] * S::int(2), omega[2])
 }
@@ -68,10 +76,16 @@ impl<T: Real> Force<T, 3> for OwnRelaxation {
     }
 }
 
-impl<T: Real> Force<T, 6> for OwnDrag {
-    fn force<S: Scalar<Base = T>>(&self, _: S, eta: &Vector<S, 6>) -> Covector<S, 6> {
+impl<T: Real, const N: usize> Force<T, N> for OwnDrag {
+    fn force<S: Scalar<Base = T>>(&self, _: S, eta: &Vector<S, N>) -> Covector<S, N> {
         let speed = eta.iter().fold(S::zero(), |sum, &v| sum + v * v).sqrt();
         eta.transpose() * (-(S::one() + speed) / S::int(8))
+    }
+}
+
+impl<T: Real> Potential<T, 3> for Gravity {
+    fn value<S: Scalar<Base = T>>(&self, _: S, g: &Matrix<S, 3>) -> S {
+        (g[(2, 0)] * S::ratio(3, 10) + g[(2, 2)] * S::half()) * S::ratio(13, 10)
     }
 }
 
@@ -80,7 +94,9 @@ macro_rules! in_lanes {
     ($solver:expr) => {{
         let mut solver = $solver;
         Box::new(move |problem: &Problem, tolerance| {
-            run(problem, |state| solver.solve(state, problem.end, tolerance).map(|solved| solved.steps).map_err(text))
+            run(problem, frame, |state| {
+                solver.solve(state, problem.end, tolerance).map(|solved| solved.steps).map_err(text)
+            })
         })
     }};
 }
@@ -89,9 +105,13 @@ fn text(error: impl std::fmt::Display) -> String {
     error.to_string()
 }
 
-/// `Solve` as a run.
-fn general<F, R, const N: usize, const D: usize>(body: Quadratic<f64, N>, force: F, retraction: R) -> Run
+/// `Solve` as a run, whose attitudes `write` turns into the numbers of a problem.
+fn general<L, F, R, const N: usize, const D: usize>(
+    (body, force, retraction): (L, F, R),
+    write: impl Fn(&Matrix<f64, D>, &mut [f64]) + Copy + 'static,
+) -> Run
 where
+    L: Lagrangian<f64, N> + Clone + 'static,
     F: Force<f64, N> + Clone + 'static,
     R: Retraction<f64, N, D> + Clone + 'static,
 {
@@ -101,7 +121,7 @@ where
         let known = ready.iter().position(|(of, _)| *of == tolerance).unwrap_or_else(|| {
             let mut solve = Solve::new(body.clone(), force.clone(), retraction.clone()).tolerance(tolerance);
             let one = move |problem: &Problem, _: f64| {
-                run(problem, |state| {
+                run(problem, write, |state| {
                     let solution = solve.run(state, problem.end).map_err(text)?;
                     *state = solution.state;
                     Ok(solution.statistics.steps)
@@ -114,17 +134,30 @@ where
     })
 }
 
+/// The Cayley map of a group of the catalogue.
+fn cayley<const N: usize, const D: usize>(entry: Entry) -> Result<Cayley<f64, N, D>, String> {
+    Cayley::new(MatrixGroup::from_entry(&entry).map_err(text)?).map_err(text)
+}
+
+fn body() -> Result<Quadratic<f64, 3>, String> {
+    Quadratic::diagonal([0.5, 2.0, 1.0]).map_err(text)
+}
+
+/// A body of six dimensions.
+fn large() -> Result<Quadratic<f64, 6>, String> {
+    Quadratic::diagonal([0.5, 2.0, 1.0, 3.0, 1.5, 1.25]).map_err(text)
+}
+
 impl Way {
     fn prepare(self, system: System) -> Result<Run, String> {
-        let body = || Quadratic::diagonal([0.5, 2.0, 1.0]).map_err(text);
-        let fluid = || Quadratic::diagonal([0.5, 2.0, 1.0, 3.0, 1.5, 1.25]).map_err(text);
         Ok(match (self, system) {
+            (Self::General, _) => return Self::in_general(system),
             (Self::Listed, System::LandauLifshitzGilbert) => in_lanes!(AdaptiveSo3::new(body()?, Damping(1.0))),
             (Self::Listed, System::Relaxed) => in_lanes!(AdaptiveSo3::new(body()?, Relaxation(0.1))),
             (Self::Listed, System::Fluid) => {
                 let (linear, quadratic) = (Drag::Diagonal([0.125; 6]), Drag::Diagonal([0.25; 6]));
                 let force = Terms(vec![Term::LinearDrag(linear), Term::QuadraticDrag(quadratic)]);
-                in_lanes!(AdaptiveSe3::new(fluid()?, force))
+                in_lanes!(AdaptiveSe3::new(large()?, force))
             }
             (Self::Own, System::LandauLifshitzGilbert) => {
                 in_lanes!(AdaptiveSo3::new(body()?, ByLane::new(OwnDamping).map_err(text)?))
@@ -132,40 +165,71 @@ impl Way {
             (Self::Own, System::Relaxed) => {
                 in_lanes!(AdaptiveSo3::new(body()?, ByLane::new(OwnRelaxation).map_err(text)?))
             }
-            (Self::Own, System::Fluid) => in_lanes!(AdaptiveSe3::new(fluid()?, ByLane::new(OwnDrag).map_err(text)?)),
-            (Self::General, System::LandauLifshitzGilbert) => general(body()?, OwnDamping, CayleySo3::new()),
-            (Self::General, System::Relaxed) => general(body()?, OwnRelaxation, CayleySo3::new()),
-            (Self::General, System::Fluid) => general(fluid()?, OwnDrag, CayleySe3::new()),
+            (Self::Own, System::Fluid) => in_lanes!(AdaptiveSe3::new(large()?, ByLane::new(OwnDrag).map_err(text)?)),
+            _ => return Err("there are no kernels for it".into()),
+        })
+    }
+
+    fn in_general(system: System) -> Result<Run, String> {
+        Ok(match system {
+            System::LandauLifshitzGilbert => general((body()?, OwnDamping, CayleySo3::new()), frame),
+            System::Relaxed => general((body()?, OwnRelaxation, CayleySo3::new()), frame),
+            System::HeavyTop => {
+                let top = WithPotential::new(body()?, Gravity, So3::new());
+                general((top, Zero, CayleySo3::new()), frame)
+            }
+            System::Plane => general((body()?, OwnDrag, cayley::<3, 3>(Entry::Se2)?), plane),
+            System::Special => {
+                let body = Quadratic::diagonal([1.0, 2.0, 1.5]).map_err(text)?;
+                general((body, OwnDrag, cayley::<3, 2>(Entry::Sl2)?), rows)
+            }
+            System::Fluid => general((large()?, OwnDrag, CayleySe3::new()), frame),
+            System::FourSpace => general((large()?, OwnDrag, cayley::<6, 4>(Entry::So4)?), rows),
         })
     }
 }
 
-/// A run from the numbers at 0 to those at the end.
+/// The rotation row by row; then the position, if there is one.
+#[inline(always)]
+fn frame<const D: usize>(g: &Matrix<f64, D>, numbers: &mut [f64]) {
+    for i in 0..3 {
+        for j in 0..3 {
+            numbers[3 * i + j] = g[(i, j)];
+        }
+        if D == 4 {
+            numbers[9 + i] = g[(i, 3)];
+        }
+    }
+}
+
+/// The cosine and the sine of the angle, and the position.
+#[inline(always)]
+fn plane(g: &Matrix<f64, 3>, numbers: &mut [f64]) {
+    numbers[..4].copy_from_slice(&[g[(0, 0)], g[(1, 0)], g[(0, 2)], g[(1, 2)]]);
+}
+
+/// All entries, row by row.
+#[inline(always)]
+fn rows<const D: usize>(g: &Matrix<f64, D>, numbers: &mut [f64]) {
+    for i in 0..D {
+        for j in 0..D {
+            numbers[D * i + j] = g[(i, j)];
+        }
+    }
+}
+
+/// A run from the momentum at 0, and the identity, to the numbers at the end.
 fn run<const N: usize, const D: usize>(
     problem: &Problem,
+    write: impl Fn(&Matrix<f64, D>, &mut [f64]),
     solve: impl FnOnce(&mut integrators::State<f64, N, D>) -> Result<usize, String>,
 ) -> Result<Answer, String> {
     let momentum = Covector::<f64, N>::from_column_slice(&problem.start[..N]);
     let mut state = integrators::State { time: 0.0, momentum, attitude: Matrix::identity() };
-    for i in 0..3 {
-        for j in 0..3 {
-            state.attitude[(i, j)] = problem.start[N + 3 * i + j];
-        }
-        if D == 4 {
-            state.attitude[(i, 3)] = problem.start[N + 9 + i];
-        }
-    }
     let steps = solve(&mut state)?;
     let mut answer: State = [0.0; LARGEST];
     answer[..N].copy_from_slice(state.momentum.as_slice());
-    for i in 0..3 {
-        for j in 0..3 {
-            answer[N + 3 * i + j] = state.attitude[(i, j)];
-        }
-        if D == 4 {
-            answer[N + 9 + i] = state.attitude[(i, 3)];
-        }
-    }
+    write(&state.attitude, &mut answer[N..]);
     Ok(Answer { state: answer, steps })
 }
 
@@ -180,6 +244,11 @@ impl Contender for EulerPoincare {
 
     fn kind(&self) -> Kind {
         Kind::Ours
+    }
+
+    fn takes(&self, problem: &Problem) -> bool {
+        let kernels = matches!(problem.system, System::LandauLifshitzGilbert | System::Relaxed | System::Fluid);
+        self.way == Way::General || kernels
     }
 
     fn solve(&mut self, problem: &Problem, tolerance: f64) -> Result<Answer, String> {

@@ -1,104 +1,16 @@
-//! The initial value problems, as plain vector fields y' = f(y).
+//! The initial value problems.
 
+use crate::fields::{Field, Fluid, FourSpace, HeavyTop, LandauLifshitzGilbert, Plane, Relaxed, Special};
 use crate::reference;
 
 /// The most numbers in a state.
-pub const LARGEST: usize = 18;
+pub const LARGEST: usize = 22;
 
-/// μ, then the attitude row by row (and the position); zeros up to the full length.
+/// μ, then the attitude; zeros up to the full length.
+///
+/// The attitude is a matrix, row by row; on SE(3) that of the rotation and then the position, on SE(2) the cosine and the sine of the
+/// angle and then the position.
 pub type State = [f64; LARGEST];
-
-/// An autonomous vector field on K numbers.
-pub trait Field<const K: usize>: Copy + Send + Sync + 'static {
-    /// `rate` ← f(y).
-    fn rates(&self, y: &[f64; K], rate: &mut [f64; K]);
-}
-
-/// A rigid body with damping of Landau, Lifshitz and Gilbert: M' = M×Ω + M×(M×Ω), R' = R Ω̂.
-#[derive(Clone, Copy, Debug)]
-pub struct LandauLifshitzGilbert;
-
-/// The relaxed rigid body: M' = M×Ω + (1/10) (Ω×M)×Ω, R' = R Ω̂.
-#[derive(Clone, Copy, Debug)]
-pub struct Relaxed;
-
-/// A body in a fluid: π' = π×ω + p×v + f, p' = p×ω + f, f = −(1+|η|)/8 η, R' = R ω̂, x' = R v.
-#[derive(Clone, Copy, Debug)]
-pub struct Fluid;
-
-/// 1 / I of the bodies on SO(3), I = diag(½, 2, 1).
-const INVERSE_INERTIA: [f64; 3] = [2.0, 0.5, 1.0];
-
-/// 1 / I of the body in a fluid, I = diag(½, 2, 1, 3, 3/2, 5/4).
-const INVERSE_INERTIA_SE3: [f64; 6] = [2.0, 0.5, 1.0, 1.0 / 3.0, 2.0 / 3.0, 0.8];
-
-fn cross(x: [f64; 3], y: [f64; 3]) -> [f64; 3] {
-    [x[1] * y[2] - x[2] * y[1], x[2] * y[0] - x[0] * y[2], x[0] * y[1] - x[1] * y[0]]
-}
-
-/// (M, Ω) of a body on SO(3).
-fn body(y: &[f64; 12]) -> ([f64; 3], [f64; 3]) {
-    let m = [y[0], y[1], y[2]];
-    (m, [m[0] * INVERSE_INERTIA[0], m[1] * INVERSE_INERTIA[1], m[2] * INVERSE_INERTIA[2]])
-}
-
-/// R' = R Ω̂: the rows of R, at `from` in the state, times the hat matrix.
-fn turn<const K: usize>(y: &[f64; K], omega: [f64; 3], rate: &mut [f64; K], from: usize) {
-    for row in 0..3 {
-        let k = from + 3 * row;
-        let r = cross([y[k], y[k + 1], y[k + 2]], omega);
-        rate[k..k + 3].copy_from_slice(&r);
-    }
-}
-
-impl Field<12> for LandauLifshitzGilbert {
-    #[inline(always)]
-    fn rates(&self, y: &[f64; 12], rate: &mut [f64; 12]) {
-        let (m, omega) = body(y);
-        let torque = cross(m, omega);
-        let damping = cross(m, torque);
-        for a in 0..3 {
-            rate[a] = torque[a] + damping[a];
-        }
-        turn(y, omega, rate, 3);
-    }
-}
-
-impl Field<12> for Relaxed {
-    #[inline(always)]
-    fn rates(&self, y: &[f64; 12], rate: &mut [f64; 12]) {
-        let (m, omega) = body(y);
-        let torque = cross(m, omega);
-        let damping = cross(torque, omega);
-        for a in 0..3 {
-            rate[a] = torque[a] - 0.1 * damping[a];
-        }
-        turn(y, omega, rate, 3);
-    }
-}
-
-impl Field<18> for Fluid {
-    #[inline(always)]
-    fn rates(&self, y: &[f64; 18], rate: &mut [f64; 18]) {
-        let mut eta = [0.0; 6];
-        for a in 0..6 {
-            eta[a] = y[a] * INVERSE_INERTIA_SE3[a];
-        }
-        let (omega, v) = ([eta[0], eta[1], eta[2]], [eta[3], eta[4], eta[5]]);
-        let (pi, p) = ([y[0], y[1], y[2]], [y[3], y[4], y[5]]);
-        let (turned, pushed, moved) = (cross(pi, omega), cross(p, v), cross(p, omega));
-        let drag = 0.125 * (1.0 + eta.iter().map(|e| e * e).sum::<f64>().sqrt());
-        for a in 0..3 {
-            rate[a] = turned[a] + pushed[a] - drag * omega[a];
-            rate[3 + a] = moved[a] - drag * v[a];
-        }
-        turn(y, omega, rate, 6);
-        for row in 0..3 {
-            let k = 6 + 3 * row;
-            rate[15 + row] = y[k] * v[0] + y[k + 1] * v[1] + y[k + 2] * v[2];
-        }
-    }
-}
 
 /// Which vector field.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
@@ -107,20 +19,40 @@ pub enum System {
     LandauLifshitzGilbert,
     /// [`Relaxed`].
     Relaxed,
+    /// [`HeavyTop`].
+    HeavyTop,
+    /// [`Plane`].
+    Plane,
+    /// [`Special`].
+    Special,
     /// [`Fluid`].
     Fluid,
+    /// [`FourSpace`].
+    FourSpace,
 }
 
 impl System {
     /// All of them.
-    pub const ALL: [Self; 3] = [Self::LandauLifshitzGilbert, Self::Relaxed, Self::Fluid];
+    pub const ALL: [Self; 7] = [
+        Self::LandauLifshitzGilbert,
+        Self::Relaxed,
+        Self::HeavyTop,
+        Self::Plane,
+        Self::Special,
+        Self::Fluid,
+        Self::FourSpace,
+    ];
 
     /// The word for it in files.
     pub fn name(self) -> &'static str {
         match self {
             Self::LandauLifshitzGilbert => "llg",
             Self::Relaxed => "relaxed",
+            Self::HeavyTop => "top",
+            Self::Plane => "plane",
+            Self::Special => "sl2",
             Self::Fluid => "fluid",
+            Self::FourSpace => "so4",
         }
     }
 
@@ -129,18 +61,23 @@ impl System {
         match self {
             Self::LandauLifshitzGilbert => "SO(3), Landau–Lifshitz–Gilbert",
             Self::Relaxed => "SO(3), relaxed rigid body",
+            Self::HeavyTop => "SO(3), heavy top",
+            Self::Plane => "SE(2), body with drag",
+            Self::Special => "SL(2), body with drag",
             Self::Fluid => "SE(3), body in a fluid",
+            Self::FourSpace => "SO(4), body with drag",
         }
     }
 
     /// How many numbers the momentum has.
     pub fn momentum(self) -> usize {
-        if self == Self::Fluid { 6 } else { 3 }
+        self.initial().0.len()
     }
 
     /// How many numbers the state has.
     pub fn numbers(self) -> usize {
-        if self == Self::Fluid { 18 } else { 12 }
+        let (momentum, attitude) = self.initial();
+        momentum.len() + attitude.len()
     }
 
     /// The ends T of the intervals [0, T] on which it is solved.
@@ -148,18 +85,28 @@ impl System {
         if self == Self::Relaxed { &[1.0, 10.0, 1000.0] } else { &[1.0, 10.0] }
     }
 
+    /// Momentum and attitude at 0, the identity.
+    fn initial(self) -> (&'static [f64], &'static [f64]) {
+        const C: f64 = std::f64::consts::FRAC_1_SQRT_2;
+        const ROTATION: [f64; 9] = [1.0, 0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 1.0];
+        const MOTION: [f64; 12] = [1.0, 0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0];
+        const FOUR: [f64; 16] = [1.0, 0.0, 0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 0.0, 1.0];
+        match self {
+            Self::LandauLifshitzGilbert | Self::Relaxed => (&[0.5 * C, 0.0, C], &ROTATION),
+            Self::HeavyTop => (&[0.5, 0.3, 0.9], &ROTATION),
+            Self::Plane => (&[0.5, 1.0, -0.5], &[1.0, 0.0, 0.0, 0.0]),
+            Self::Special => (&[0.25, 1.0, -1.0], &[1.0, 0.0, 0.0, 1.0]),
+            Self::Fluid => (&[0.5, -0.25, 1.0, 1.0, 0.5, -0.5], &MOTION),
+            Self::FourSpace => (&[0.5, -0.25, 1.0, 1.0, 0.5, -0.5], &FOUR),
+        }
+    }
+
     /// The state at 0, at the identity. These `f64` are the initial values: the reference starts from them too.
     pub fn start(self) -> State {
         let mut start = [0.0; LARGEST];
-        let c = std::f64::consts::FRAC_1_SQRT_2;
-        let (momentum, n): (&[f64], _) = match self {
-            Self::Fluid => (&[0.5, -0.25, 1.0, 1.0, 0.5, -0.5], 6),
-            _ => (&[0.5 * c, 0.0, c], 3),
-        };
-        start[..n].copy_from_slice(momentum);
-        for axis in 0..3 {
-            start[n + 4 * axis] = 1.0;
-        }
+        let (momentum, attitude) = self.initial();
+        start[..momentum.len()].copy_from_slice(momentum);
+        start[momentum.len()..][..attitude.len()].copy_from_slice(attitude);
         start
     }
 }
@@ -218,7 +165,11 @@ impl Problem {
         match self.system {
             System::LandauLifshitzGilbert => self.on(LandauLifshitzGilbert, solver, tolerance),
             System::Relaxed => self.on(Relaxed, solver, tolerance),
+            System::HeavyTop => self.on(HeavyTop, solver, tolerance),
+            System::Plane => self.on(Plane, solver, tolerance),
+            System::Special => self.on(Special, solver, tolerance),
             System::Fluid => self.on(Fluid, solver, tolerance),
+            System::FourSpace => self.on(FourSpace, solver, tolerance),
         }
     }
 

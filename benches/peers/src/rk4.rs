@@ -1,8 +1,9 @@
 //! The classical Runge–Kutta method of order 4, written out, in fixed steps.
 
 use crate::contender::{Answer, Contender, Kind};
+use crate::fields::Field;
 use crate::hindsight::{FixedSteps, Hindsight};
-use crate::problem::{Field, Problem, Reached, Solve};
+use crate::problem::{Problem, Reached, Solve};
 
 /// So many equal steps.
 #[derive(Default)]

@@ -3,7 +3,8 @@
 //! Its default first step, 1e-4, is left: there is no automatic one.
 
 use crate::contender::{Answer, Contender, Kind};
-use crate::problem::{Field, Problem, Reached, Solve};
+use crate::fields::Field;
+use crate::problem::{Problem, Reached, Solve};
 use russell_lab::Vector;
 use russell_ode::prelude::{Method, NoArgs, OdeSolver, Params, System};
 

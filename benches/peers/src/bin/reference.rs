@@ -6,9 +6,10 @@
 
 use euler_poincare::algebra::catalogue::Entry;
 use euler_poincare::algebra::{Covector, Matrix};
-use euler_poincare::group::MatrixGroup;
+use euler_poincare::group::{MatrixGroup, So3};
 use euler_poincare::integrators::{self, Variational, trajectory};
-use euler_poincare::mechanics::force::{AnyForce, LinearDrag, QuadraticDrag};
+use euler_poincare::mechanics::configuration::{Potential, WithPotential};
+use euler_poincare::mechanics::force::{AnyForce, LinearDrag, QuadraticDrag, Zero};
 use euler_poincare::mechanics::lagrangian::Quadratic;
 use euler_poincare::mechanics::models::{Model, landau_lifshitz_gilbert, relaxed_rigid_body};
 use euler_poincare::mechanics::{Force, Lagrangian};
@@ -27,6 +28,9 @@ const STEPS: usize = 8;
 const DIGITS: usize = 25;
 /// The largest difference of a component, of numbers of size 1 or so.
 const BOUND: f64 = 1e-24;
+
+/// The inertia of the bodies of six dimensions.
+const LARGE: [(i64, i64); 6] = [(1, 2), (2, 1), (1, 1), (3, 1), (3, 2), (5, 4)];
 
 type Numbers = Vec<Dd>;
 
@@ -61,14 +65,37 @@ fn body(model: &Model<Dd>, momentum: Covector<Dd, 3>, end: f64, steps: usize) ->
     Ok(m.iter().copied().chain(rows(&g, 3, 3)).collect())
 }
 
-fn fluid(momentum: Covector<Dd, 6>, end: f64, steps: usize) -> Result<Numbers, Box<dyn Error>> {
-    let se3 = MatrixGroup::<Dd, 6, 4>::from_entry(&Entry::Se3)?;
-    let inertia = [(1, 2), (2, 1), (1, 1), (3, 1), (3, 2), (5, 4)].map(|(p, q)| Dd::ratio(p, q));
+/// The weight of the top.
+struct Gravity;
+
+impl<T: Real> Potential<T, 3> for Gravity {
+    fn value<S: Scalar<Base = T>>(&self, _: S, g: &Matrix<S, 3>) -> S {
+        (g[(2, 0)] * S::ratio(3, 10) + g[(2, 2)] * S::half()) * S::ratio(13, 10)
+    }
+}
+
+fn top(momentum: Covector<Dd, 3>, end: f64, steps: usize) -> Result<Numbers, Box<dyn Error>> {
+    let body = Quadratic::diagonal([(1, 2), (2, 1), (1, 1)].map(|(p, q)| Dd::ratio(p, q)))?;
+    let top = WithPotential::new(body, Gravity, So3::new());
+    let (m, g) = solve::<_, _, _, 3, 3>((&top, &Zero, &ExponentialSo3::new()), momentum, end, steps)?;
+    Ok(m.iter().copied().chain(rows(&g, 3, 3)).collect())
+}
+
+/// μ and g at T of a body with drag.
+fn dragged<const N: usize, const D: usize>(
+    (entry, inertia): (Entry, [(i64, i64); N]),
+    momentum: &[Dd],
+    end: f64,
+    steps: usize,
+) -> Result<(Numbers, Matrix<Dd, D>), Box<dyn Error>> {
+    let group = MatrixGroup::<Dd, N, D>::from_entry(&entry)?;
+    let inertia = inertia.map(|(p, q)| Dd::ratio(p, q));
     let drag = |p, q| Matrix::from_diagonal_element(Dd::ratio(p, q));
     let force = AnyForce::Sum(vec![LinearDrag::new(drag(1, 8))?.into(), QuadraticDrag::new(drag(1, 4))?.into()]);
-    let parts = (&Quadratic::diagonal(inertia)?, &force, &Cayley::new(se3)?);
-    let (m, g) = solve::<_, _, _, 6, 4>(parts, momentum, end, steps)?;
-    Ok(m.iter().copied().chain(rows(&g, 3, 3)).chain((0..3).map(|i| g[(i, 3)])).collect())
+    let parts = (&Quadratic::diagonal(inertia)?, &force, &Cayley::new(group)?);
+    let momentum = Covector::<Dd, N>::from_column_slice(&momentum[..N]);
+    let (m, g) = solve::<_, _, _, N, D>(parts, momentum, end, steps)?;
+    Ok((m.iter().copied().collect(), g))
 }
 
 /// The solution from the `f64` initial values.
@@ -79,7 +106,23 @@ fn solution(system: System, end: f64, steps: usize) -> Result<Numbers, Box<dyn E
             body(&landau_lifshitz_gilbert(), Covector::from_column_slice(&start[..3]), end, steps)
         }
         System::Relaxed => body(&relaxed_rigid_body(), Covector::from_column_slice(&start[..3]), end, steps),
-        System::Fluid => fluid(Covector::from_column_slice(&start[..6]), end, steps),
+        System::HeavyTop => top(Covector::from_column_slice(&start[..3]), end, steps),
+        System::Plane => {
+            let (m, g) = dragged::<3, 3>((Entry::Se2, [(1, 2), (2, 1), (1, 1)]), &start, end, steps)?;
+            Ok(m.into_iter().chain([g[(0, 0)], g[(1, 0)], g[(0, 2)], g[(1, 2)]]).collect())
+        }
+        System::Special => {
+            let (m, g) = dragged::<3, 2>((Entry::Sl2, [(1, 1), (2, 1), (3, 2)]), &start, end, steps)?;
+            Ok(m.into_iter().chain(rows(&g, 2, 2)).collect())
+        }
+        System::Fluid => {
+            let (m, g) = dragged::<6, 4>((Entry::Se3, LARGE), &start, end, steps)?;
+            Ok(m.into_iter().chain(rows(&g, 3, 3)).chain((0..3).map(|i| g[(i, 3)])).collect())
+        }
+        System::FourSpace => {
+            let (m, g) = dragged::<6, 4>((Entry::So4, LARGE), &start, end, steps)?;
+            Ok(m.into_iter().chain(rows(&g, 4, 4)).collect())
+        }
     }
 }
 
