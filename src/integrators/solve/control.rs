@@ -245,7 +245,9 @@ impl<T: Real> Control<T> {
         let factor = self.factor(plan.allowed, self.expected(plan, pair));
         // No growth at once after a refusal.
         let factor = if self.refused > 0 { factor.min(1.0) } else { factor };
-        (self.refused, self.aside, self.memory) = (0, false, self.memory.saturating_sub(1));
+        // A pair that was tried instead of a surprise, and kept: the motion has become easier, there is no jump.
+        self.memory = if self.aside { 0 } else { self.memory.saturating_sub(1) };
+        (self.refused, self.aside) = (0, false);
         let wanted = self.limited(step, factor);
         // The steps at the end of the run may be short for no other reason than that.
         if plan.last && wanted >= step && step < self.next {
