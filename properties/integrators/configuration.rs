@@ -249,12 +249,12 @@ fn energy_errors(
     (0..steps).map(&mut step).collect()
 }
 
-/// The drift of a run: the slope of the line that fits e_1 … e_n best, times n. And a bound for it where e oscillates.
+/// The drift of a run (the slope of the line that fits e_1 … e_n best, times n), the amplitude A of e about its mean ē, and the longest
+/// way P from one upward passage through ē to the next.
 ///
-/// With the mean ē and S_k = Σ_{j ≤ k} (e_j − ē), summation by parts gives drift = −12/(n² − 1) Σ_{k<n} S_k, so |drift| ≤ 12 max|S|/n.
-/// Where e oscillates about ē, with the amplitude A and no period longer than P, S comes back within P: the half of a period with one
-/// sign moves S by A P/2 at most. So |drift| ≤ 6 A P/n. P is the longest way here from one upward passage through ē to the next.
-fn drift(errors: &[f64]) -> (f64, f64) {
+/// With S_k = Σ_{j ≤ k} (e_j − ē), summation by parts gives drift = −12/(n² − 1) Σ_{k<n} S_k, so |drift| ≤ 12 max|S|/n. Where e oscillates,
+/// the half of a period with one sign moves S by about A P/2: an oscillation alone has a drift up to about 6 A P/n.
+fn drift(errors: &[f64]) -> (f64, f64, usize) {
     let n = errors.len() as f64;
     let mean = errors.iter().sum::<f64>() / n;
     let centre = (n - 1.0) / 2.0;
@@ -263,7 +263,7 @@ fn drift(errors: &[f64]) -> (f64, f64) {
     let amplitude = errors.iter().fold(0.0, |m: f64, e| m.max((e - mean).abs()));
     let upward: Vec<usize> = (1..errors.len()).filter(|&k| errors[k - 1] < mean && errors[k] >= mean).collect();
     let period = upward.windows(2).map(|pair| pair[1] - pair[0]).max().unwrap_or(errors.len());
-    (slope * n, 6.0 * amplitude * period as f64 / n)
+    (slope * n, amplitude, period)
 }
 
 #[test]
@@ -278,13 +278,14 @@ fn a_heavy_top_keeps_its_vertical_momentum_and_its_energy_does_not_drift() {
     let worst = |steps: std::ops::Range<usize>| errors[steps].iter().fold(0.0, |m: f64, e| m.max(e.abs()));
     let quarters = [worst(0..500), worst(1500..2000)];
     assert!((quarters[0] - 6.3e-5).abs() < 1e-6 && quarters[1] < 1.05 * quarters[0], "{quarters:?}");
-    let (found, bound) = drift(&errors);
-    assert!(found.abs() < bound && bound < 6.3e-6, "{found:e} {bound:e}");
+    // P is 100 to 300 steps of the 10,000 (the motion is chaotic: it depends on rounding), so that 6 A P/n is below A/5.
+    let (found, amplitude, period) = drift(&errors);
+    assert!(30 * period < errors.len() && found.abs() < amplitude / 5.0, "{found:e} {amplitude:e} {period}");
     // A method of the same order that is not variational drifts by more.
     let system = EulerPoincare::new(CayleySo3::<f64>::new().algebra().clone(), top(), OnGroup(On::Nothing));
     let mut method = MuntheKaas::new(system, ExponentialSo3::new(), Classic::Rk4.tableau().unwrap());
-    let (other, _) = drift(&energy_errors(&mut method, errors.len(), |_, _| ()));
-    assert!(other.abs() > 10.0 * bound, "{other:e} {bound:e}");
+    let (other, ..) = drift(&energy_errors(&mut method, errors.len(), |_, _| ()));
+    assert!(other.abs() > 2.0 * amplitude, "{other:e} {amplitude:e}");
 }
 
 /// ½ ηᵀ I η − V by its value alone.

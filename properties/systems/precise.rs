@@ -205,7 +205,7 @@ fn files_on_structure_constants_have_the_reference_values_to_28_digits() {
     for Moving { name, file, momentum } in &MOVING {
         let algebra = if file.contains("[algebra]") { String::new() } else { format!("[algebra]\n{SU3}") };
         let text = format!(
-            "format = 1\n{algebra}{file}[method]\ntableau = \"gauss-10\"\nretraction = \"exp\"\n\
+            "format = 1\n{algebra}{file}[method]\ntableau = \"gauss-12\"\nretraction = \"exp\"\n\
              [run]\nstep = \"1/8\"\nsteps = 4\nscalar = \"dd\"\n"
         );
         let row = last::<Dd>(&text);
