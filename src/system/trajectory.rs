@@ -197,7 +197,7 @@ impl<T: Real, const N: usize, L: Lagrangian<T, N>> Rows<'_, T, N, L> {
         self.values.push(state.time);
         self.values.extend(state.momentum.iter().take(self.dimension));
         self.values.extend(self.velocity.iter().take(self.dimension));
-        self.values.extend([energy, taken.work, energy - first - taken.total()]);
+        self.values.extend([energy, taken.work, energy - first - (taken.work + taken.explicit)]);
         self.values.extend(self.casimirs.iter().map(|casimir| casimir.value(&state.momentum)));
         for row in 0..self.matrix_size {
             self.values.extend((0..self.matrix_size).map(|column| state.attitude[(row, column)]));

@@ -44,11 +44,6 @@ impl<T: Real> Exchange<T> {
     pub fn times(self, factor: T) -> Self {
         Self { work: self.work * factor, explicit: self.explicit * factor }
     }
-
-    /// Both.
-    pub fn total(self) -> T {
-        self.work + self.explicit
-    }
 }
 
 impl<T, const N: usize, const D: usize, L, F, R> Variational<T, N, D, L, F, R>
