@@ -239,10 +239,10 @@ momentum = ["-3/4", 1]
 step = 50
 steps = 1
 "#;
-    for refused in [ran::<f64>(cancelling).1, ran::<Dd>(cancelling).1] {
-        let refused = refused.expect("a refusal");
-        assert!(refused.contains("ill-conditioned at h = 50"), "{refused}");
-    }
+    let refused = ran::<f64>(cancelling).1.expect("a refusal");
+    assert!(refused.contains("ill-conditioned at h = 50"), "{refused}");
+    // In 32 digits ten are left: (3.504, −9.781), where the branch from h = 0 leads by way of (0.891, −2.957) at h = 20.
+    assert_eq!(ran::<Dd>(cancelling).1, None);
     let folded = |step: &str| {
         format!(
             "format = 1\n[algebra]\nname = \"so3\"\n[lagrangian]\ninertia = [[1, \"1/4\", 0], [\"1/4\", 2, \"1/8\"], [0, \"1/8\", 3]]\n\
