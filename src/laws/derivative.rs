@@ -75,11 +75,11 @@ pub const fn laws() -> &'static [CaseLaw] {
                 source: "the chain rule; Griewank and Walther 2008, ch. 12",
                 oracle: ORACLE,
                 bound: BOUND,
-                needs: "a group; a smooth force; dimension at most 3: the chain rule knows none",
+                needs: "a group; a smooth force",
                 cost: Cost::Heavy,
                 faults: FAULTS,
             },
-            cases: |cases| cases.with_group().dimension_at_most(3).main_dimensions().smooth(),
+            cases: |cases| cases.with_group().main_dimensions().smooth(),
             check: |case, fault| judge(case, fault, RUN),
         },
     ]
@@ -423,12 +423,21 @@ where
         Ok(state)
     }
 
-    /// The forward mode, step by step where a fault is planted or there is one step, else by [`Linearised::sensitivity`].
+    /// The forward mode, step by step where a fault is planted or there is one step, else by [`Linearised::sensitivity`]; then the condition
+    /// is that of the first step.
     fn forward(&self, method: &mut Method<'a, T, N, D, R, L, F>) -> Result<Forward<T, N, D>, StepError> {
         let (h, along) = (self.system.step, &self.along);
         let mut states = vec![self.system.state.clone()];
+        if self.steps > 1 && self.fault.is_none() {
+            let condition = method.step(&mut states[0].clone(), h)?.1.condition();
+            let mut end = states[0].clone();
+            let keep = |_: usize, state: &State<T, N, D>, _: &Derivative<T, N>| states.push(state.clone());
+            let whole = method.sensitivity(&mut end, h, self.steps, keep).map_err(|e| e.source)?;
+            let (variation, size) = (along.through(&whole), along.size_through(&whole));
+            return Ok(Forward { states, variation, size, condition });
+        }
         let (mut variation, mut condition) = (along.state, T::one());
-        let mut columns = None;
+        let mut size = T::zero();
         for k in 0..self.steps {
             let (before, mut state) = (variation, states[k].clone());
             let (_, step) = method.step(&mut state, h)?;
@@ -436,9 +445,7 @@ where
             let stretch = along.step * (T::one() - self.share(&NO_STEP));
             variation = step.tangent(&before, time, stretch, &along.factors)?;
             condition = condition.max(step.condition());
-            if self.steps == 1 {
-                columns = Some(step.matrices()?);
-            }
+            size = size.max(along.size_through(&step.matrices()?));
             let engine = method.method();
             let source = |source| StepError::Domain { step: h.to_f64(), stage: None, source };
             let back = engine.retraction().at(engine.increment()).map_err(source)?.ad_inv();
@@ -448,18 +455,7 @@ where
             variation.attitude += (before.attitude - carried) * self.share(&NOT_CARRIED);
             states.push(state);
         }
-        let columns = match columns {
-            Some(columns) => columns,
-            None => {
-                let mut state = states[0].clone();
-                let whole = method.sensitivity(&mut state, h, self.steps, |_, _, _| {}).map_err(|e| e.source)?;
-                if self.fault.is_none() {
-                    variation = along.through(&whole);
-                }
-                whole
-            }
-        };
-        Ok(Forward { states, variation, size: along.size_through(&columns), condition })
+        Ok(Forward { states, variation, size, condition })
     }
 
     /// The reverse mode, likewise.
