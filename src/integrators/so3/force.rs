@@ -431,9 +431,10 @@ impl<F: LaneForce<N>, const N: usize> Force<f64, N> for OnBody<F, N> {
 
 /// A force on one body of an ensemble, whose coefficients may differ from body to body.
 ///
-/// A force of one's own without coefficients is packed as itself: `Packed = Self`. One with coefficients has two forms:
+/// A force of one's own without coefficients is packed as itself: `Packed = Self`. One with coefficients has two forms (kernels want an
+/// optimised build: without any optimisation their frames exceed the stack of a thread):
 ///
-/// ```
+/// ```no_run
 /// use euler_poincare::algebra::Covector;
 /// use euler_poincare::integrators::State;
 /// use euler_poincare::integrators::lanes::Lanes;
