@@ -12,6 +12,7 @@ use crate::harness::{About, Cost, Fault, Verdict};
 use crate::integrators::derivative::{Derivative, Gradient, InputGradient, Linearised, Parameters, Variation};
 use crate::integrators::{OneStep, State, StepError, Variational};
 use crate::mechanics::configuration::Configuration;
+use crate::mechanics::force::{Driven, Factor};
 use crate::mechanics::{Force, Lagrangian, LegendreError};
 use crate::retraction::{Retraction, TangentPoint};
 use crate::scalar::{Dd, Real, Scalar};
@@ -126,29 +127,11 @@ fn judge(case: &Case, fault: Option<&Fault>, steps: usize) -> Verdict {
     others.and(rounded)
 }
 
-/// X with all its values multiplied by a number.
+/// L multiplied by a number.
 #[derive(Clone, Copy)]
-struct Scaled<'a, X, T> {
-    of: &'a X,
+struct Scaled<'a, L, T> {
+    of: &'a L,
     by: T,
-}
-
-impl<T: Real, const N: usize, F: Force<T, N>> Force<T, N> for Scaled<'_, F, T> {
-    fn force<S: Scalar<Base = T>>(&self, t: S, eta: &Vector<S, N>) -> Covector<S, N> {
-        self.of.force(t, eta) * S::lift(self.by)
-    }
-
-    fn force_at<S: Scalar<Base = T>>(&self, t: S, g: Configuration<'_, S>, eta: &Vector<S, N>) -> Covector<S, N> {
-        self.of.force_at(t, g, eta) * S::lift(self.by)
-    }
-
-    fn uses_configuration(&self) -> bool {
-        self.of.uses_configuration()
-    }
-
-    fn is_zero(&self) -> bool {
-        self.of.is_zero()
-    }
 }
 
 impl<T: Real, const N: usize, L: Lagrangian<T, N>> Lagrangian<T, N> for Scaled<'_, L, T> {
@@ -463,7 +446,7 @@ where
         let System { lagrangian, force, retraction, tableau, state, step, .. } = self.system;
         let Direction { state: Variation { attitude, momentum }, time, step: stretch, factors } = &self.along;
         let (push, mass) = (T::one() + factors[0] * by, T::one() + factors[1] * by);
-        let scaled = (Scaled { of: lagrangian, by: mass }, Scaled { of: force, by: push });
+        let scaled = (Scaled { of: lagrangian, by: mass }, Driven::new(force, Factor(push)));
         let mut method = Variational::new(scaled.0, scaled.1, retraction, tableau.clone());
         let source = |source| StepError::Domain { step: step.to_f64(), stage: None, source };
         let mut state = State {
