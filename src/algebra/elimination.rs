@@ -16,34 +16,35 @@ use nalgebra::DMatrix;
 /// [`regular_inverse`].
 pub fn inverse<S: Scalar, const N: usize>(matrix: &Matrix<S, N>) -> Option<Matrix<S, N>> {
     let (rows, columns) = equilibration(matrix)?;
-    let mut left = Matrix::<S, N>::from_fn(|r, c| matrix[(r, c)] * (rows[r] * columns[c]));
-    let mut right = Matrix::<S, N>::identity();
+    let mut work = Matrix::<S, N>::from_fn(|r, c| matrix[(r, c)] * (rows[r] * columns[c]));
     let mut column_of = [0; N]; // the unknown that row k solves for
+    let mut row_of: [usize; N] = std::array::from_fn(|r| r); // the row of A that row k was
     let mut done = [false; N];
     for k in 0..N {
-        let (row, column) = largest(&left, k, &done)?;
-        left.swap_rows(k, row);
-        right.swap_rows(k, row);
+        let (row, column) = largest(&work, k, &done)?;
+        work.swap_rows(k, row);
+        row_of.swap(k, row);
         column_of[k] = column;
         done[column] = true;
-        let pivot = S::one() / left[(k, column)];
-        for c in 0..N {
-            left[(k, c)] *= pivot;
-            right[(k, c)] *= pivot;
+        let pivot = S::one() / work[(k, column)];
+        // In the place of a column that becomes one of the identity stands that of the inverse, where the identity was.
+        let factors: [S; N] = std::array::from_fn(|r| work[(r, column)]);
+        for r in 0..N {
+            work[(r, column)] = if r == k { S::one() } else { S::zero() };
         }
-        for r in (0..N).filter(|r| *r != k) {
-            let factor = left[(r, column)];
-            for c in 0..N {
-                let (l, x) = (left[(k, c)], right[(k, c)]);
-                left[(r, c)] -= factor * l;
-                right[(r, c)] -= factor * x;
+        for c in 0..N {
+            let value = work[(k, c)] * pivot;
+            work[(k, c)] = value;
+            for r in (0..N).filter(|r| *r != k) {
+                work[(r, c)] -= factors[r] * value;
             }
         }
     }
     let mut result = Matrix::<S, N>::zeros();
     for k in 0..N {
-        for c in 0..N {
-            result[(column_of[k], c)] = right[(k, c)] * (columns[column_of[k]] * rows[c]);
+        for j in 0..N {
+            let scale = columns[column_of[k]] * rows[row_of[j]];
+            result[(column_of[k], row_of[j])] = work[(k, column_of[j])] * scale;
         }
     }
     finite(result.as_slice()).then_some(result)

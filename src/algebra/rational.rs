@@ -6,6 +6,7 @@ use dashu_int::{IBig, UBig};
 use dashu_ratio::RBig;
 use std::cmp::Ordering;
 use std::collections::BTreeMap;
+use std::collections::btree_map::Entry;
 
 /// A sparse vector: the non-zero entries by their index.
 pub(crate) type Sparse = BTreeMap<usize, RBig>;
@@ -13,13 +14,44 @@ pub(crate) type Sparse = BTreeMap<usize, RBig>;
 /// x += factor · y.
 pub(crate) fn add(x: &mut Sparse, factor: &RBig, y: &Sparse) {
     for (&k, value) in y {
-        let sum = x.get(&k).map_or(RBig::ZERO, RBig::clone) + factor * value;
-        if sum.is_zero() {
-            x.remove(&k);
-        } else {
-            x.insert(k, sum);
+        add_at(x, k, product(factor, value));
+    }
+}
+
+/// x_k += value.
+fn add_at(x: &mut Sparse, k: usize, value: RBig) {
+    match x.entry(k) {
+        Entry::Vacant(free) => {
+            if !value.is_zero() {
+                free.insert(value);
+            }
+        }
+        Entry::Occupied(mut taken) => {
+            let sum = sum(taken.get(), &value);
+            if sum.is_zero() {
+                taken.remove();
+            } else {
+                *taken.get_mut() = sum;
+            }
         }
     }
+}
+
+// Nearly all numbers here are integers, for which a fraction would look for common factors in vain.
+
+/// x + y.
+fn sum(x: &RBig, y: &RBig) -> RBig {
+    if x.is_int() && y.is_int() { RBig::from(x.numerator() + y.numerator()) } else { x + y }
+}
+
+/// x y.
+fn product(x: &RBig, y: &RBig) -> RBig {
+    if x.is_int() && y.is_int() { RBig::from(x.numerator() * y.numerator()) } else { x * y }
+}
+
+/// x / y.
+fn quotient(x: &RBig, y: &RBig) -> RBig {
+    if y.is_one() { x.clone() } else { x / y }
 }
 
 /// The integer, as a fraction.
@@ -35,6 +67,9 @@ pub(crate) fn small(value: &RBig) -> Option<(i64, i64)> {
 /// The same direction with integer entries without a common factor, the first of them positive.
 fn primitive(row: &Sparse) -> Sparse {
     use dashu_int::ops::Gcd;
+    if row.values().all(RBig::is_int) && row.values().next() == Some(&RBig::ONE) {
+        return row.clone();
+    }
     let denominator = row.values().fold(UBig::ONE, |m, v| &m * v.denominator() / (&m).gcd(v.denominator()));
     let scaled = |v: &RBig| (v * RBig::from(denominator.clone())).numerator().clone();
     let divisor = row.values().map(scaled).fold(IBig::ZERO, |g, v| match g == IBig::ZERO {
@@ -73,7 +108,7 @@ impl Span {
     pub fn insert(&mut self, row: &Sparse) -> bool {
         let mut left = self.remainder(row);
         let Some((pivot, first)) = left.iter().next().map(|(k, v)| (*k, v.clone())) else { return false };
-        left.values_mut().for_each(|v| *v = &*v / &first);
+        left.values_mut().for_each(|v| *v = quotient(v, &first));
         for other in self.rows.values_mut() {
             if let Some(factor) = other.get(&pivot).cloned() {
                 add(other, &-factor, &left);
@@ -136,7 +171,7 @@ impl RationalMatrix {
 
     /// Adds to an entry.
     pub fn add_to(&mut self, row: usize, column: usize, value: &RBig) {
-        add(&mut self.entries, value, &Sparse::from([(row * self.size + column, RBig::ONE)]));
+        add_at(&mut self.entries, row * self.size + column, value.clone());
     }
 
     /// Adds a block with its first entry at (row, column).
@@ -156,14 +191,14 @@ impl RationalMatrix {
     /// X Y.
     pub fn times(&self, other: &Self) -> Self {
         let n = self.size;
-        let mut product = Self::zero(n);
+        let mut entries = Sparse::new();
         for (k, x) in &self.entries {
             let (row, middle) = (k / n, k % n);
             for (j, y) in other.entries.range(middle * n..(middle + 1) * n) {
-                product.add_to(row, j % n, &(x * y));
+                add_at(&mut entries, row * n + j % n, product(x, y));
             }
         }
-        product
+        Self { size: n, entries }
     }
 
     /// X Y − Y X.
@@ -240,9 +275,8 @@ impl RationalAlgebra {
             if a.max(b).max(c) >= n {
                 return None;
             }
-            let unit = Sparse::from([(c, RBig::ONE)]);
-            add(&mut brackets[a * n + b], &value, &unit);
-            add(&mut brackets[b * n + a], &-value, &unit);
+            add_at(&mut brackets[a * n + b], c, value.clone());
+            add_at(&mut brackets[b * n + a], c, -value);
         }
         let algebra = Self { n, brackets };
         algebra.is_lie().then_some(algebra)
@@ -289,7 +323,7 @@ impl RationalAlgebra {
         let mut sum = Sparse::new();
         for (&a, p) in x {
             for (&b, q) in y {
-                add(&mut sum, &(p * q), self.of_basis(a, b));
+                add(&mut sum, &product(p, q), self.of_basis(a, b));
             }
         }
         sum
@@ -394,12 +428,12 @@ impl RationalAlgebra {
                     // (D[e_a, e_b])^c − [De_a, e_b]^c − [e_a, De_b]^c, with D^c_b at c n + b.
                     let mut row = Sparse::new();
                     for (&d, value) in self.of_basis(a, b) {
-                        add(&mut row, value, &Sparse::from([(c * n + d, RBig::ONE)]));
+                        add_at(&mut row, c * n + d, value.clone());
                     }
                     for d in 0..n {
                         for (x, y, at) in [(d, b, d * n + a), (a, d, d * n + b)] {
                             if let Some(value) = self.of_basis(x, y).get(&c) {
-                                add(&mut row, &-value.clone(), &Sparse::from([(at, RBig::ONE)]));
+                                add_at(&mut row, at, -value.clone());
                             }
                         }
                     }
@@ -423,7 +457,7 @@ impl RationalAlgebra {
                             // Unknowns c_ab with a < b.
                             let (at, factor) =
                                 if d < z { (d * n + z, value.clone()) } else { (z * n + d, -value.clone()) };
-                            add(&mut row, &factor, &Sparse::from([(at, RBig::ONE)]));
+                            add_at(&mut row, at, factor);
                         }
                     }
                     equations.insert(&row);
@@ -462,7 +496,7 @@ impl RationalAlgebra {
                             let mut moved = monomial.clone();
                             moved[k] = c;
                             moved.sort_unstable();
-                            add(&mut rows[index[&moved[..]]], value, &Sparse::from([(i, RBig::ONE)]));
+                            add_at(&mut rows[index[&moved[..]]], i, value.clone());
                         }
                     }
                 }

@@ -39,13 +39,15 @@ const CONTRACTED: usize = 12;
 /// An algebra that the knobs admit: one with a name, or of a family and isomorphic to none of the catalogue.
 pub(super) fn matrices(draw: &mut Draw<'_>, knobs: &Cases) -> Option<(Option<AlgebraFamily>, MatrixAlgebra)> {
     let weights = FAMILIES.map(|(_, weight)| weight);
+    // Parts that are given say how large an algebra they are for.
+    let most = (1..=knobs.most).rev().find(|n| knobs.fixed.fits(*n))?;
     for _ in 0..MOST_CHOICES {
         let family = if draw.chance(KNOWN) { None } else { Some(FAMILIES[draw.weighted(&weights)].0) };
         // A choice stands for some draws, so that its share does not depend on how often they are in vain.
         let found = (0..MOST_DRAWS).find_map(|_| match family {
             None => admitted(&known::algebra(known::NAMES[draw.below(known::NAMES.len())])?.rational(), knobs),
             Some(family) => {
-                let most = dimension(draw).min(knobs.most);
+                let most = dimension(draw).min(most);
                 let mut basis = basis(draw, family, most)?;
                 if draw.chance(CONTRACTED) {
                     contract(draw, &mut basis);
