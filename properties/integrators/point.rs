@@ -3,8 +3,8 @@
 use euler_poincare::algebra::{Covector, Entry, Matrix, Vector, pair};
 use euler_poincare::group::{LieGroup, MatrixGroup, So3};
 use euler_poincare::mechanics::Force;
-use euler_poincare::mechanics::configuration::{AtPoint, Configuration, ForceOnGroup, OnGroup, Potential};
-use euler_poincare::mechanics::force::{Constant, Control, Driven, Hold, LinearDrag, QuadraticDrag, Zero};
+use euler_poincare::mechanics::configuration::{AtPoint, Configuration, ForceOnGroup, InSpace, OnGroup, Potential};
+use euler_poincare::mechanics::force::{Constant, Control, Driven, Hold, LinearDrag, QuadraticDrag, Signal, Zero};
 use euler_poincare::retraction::{Exponential, ExponentialSo3, Retraction};
 use euler_poincare::scalar::{Real, Scalar};
 
@@ -141,4 +141,36 @@ fn a_spring_at_a_point_is_its_potential_and_forces_compose() {
     assert!((sum - force - full * 0.5).amax() < ROUNDING);
     assert!(!Force::<f64, 6>::uses_configuration(&driven) && !Force::<f64, 6>::is_smooth(&driven));
     assert!(Force::<f64, 6>::is_zero(&AtPoint::in_space(Zero, r, &space())));
+}
+
+/// The reciprocal of the time: it has no value at 0.
+struct Reciprocal;
+
+impl<T: Real> Signal<T> for Reciprocal {
+    fn value<S: Scalar<Base = T>>(&self, t: S) -> S {
+        S::one() / t
+    }
+}
+
+/// A torque about the vertical.
+struct Upward;
+
+impl<T: Real> ForceOnGroup<T, 6, 4> for Upward {
+    fn force<S: Scalar<Base = T>>(&self, _: S, _: &Matrix<S, 4>, _: &Vector<S, 6>) -> Covector<S, 6> {
+        Covector::from_fn(|_, a| if a == 2 { S::one() } else { S::zero() })
+    }
+}
+
+#[test]
+fn what_has_no_value_says_why() {
+    let (eta, here) = (Vector::<f64, 6>::zeros(), place());
+    let push = Vector::<f64, 6>::from_element(1.0);
+    let driven = Driven::new(Constant::new(push.transpose()).unwrap(), Reciprocal);
+    let why = |t: f64, g: &Matrix<f64, 4>| (&driven, &Zero).undefined(t, Configuration::of(g), &eta);
+    assert_eq!(why(1.0, &here), None);
+    assert_eq!(why(0.0, &here).as_deref(), Some("the signal has no finite value"));
+    let upward = InSpace::new(Upward, space());
+    let why = |g: &Matrix<f64, 4>| upward.undefined(0.0, Configuration::of(g), &eta);
+    assert_eq!(why(&here), None);
+    assert_eq!(why(&Matrix::zeros()).as_deref(), Some("the attitude is a singular matrix"));
 }

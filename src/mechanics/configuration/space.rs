@@ -60,6 +60,11 @@ where
         self.force.force(t, &g, &(adjoint * eta)) * adjoint
     }
 
+    fn undefined(&self, _t: T, g: Configuration<'_, T>, _eta: &Vector<T, N>) -> Option<String> {
+        let singular = self.group.adjoint(&g.matrix()).is_none();
+        singular.then(|| "the attitude is a singular matrix".to_owned())
+    }
+
     fn uses_configuration(&self) -> bool {
         true
     }

@@ -160,6 +160,11 @@ impl<T: Real, const N: usize, F: Force<T, N>, U: Signal<T>> Force<T, N> for Driv
         self.force.force_at(t, g, eta) * self.signal.value(t)
     }
 
+    fn undefined(&self, t: T, g: Configuration<'_, T>, eta: &Vector<T, N>) -> Option<String> {
+        let signal = || (!self.signal.value(t).all_finite()).then(|| "the signal has no finite value".to_owned());
+        self.force.undefined(t, g, eta).or_else(signal)
+    }
+
     fn uses_configuration(&self) -> bool {
         self.force.uses_configuration()
     }
