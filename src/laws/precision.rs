@@ -2,9 +2,9 @@
 //!
 //! An identity is evaluated in `f64` (u = 2⁻⁵³) and in double-double (u ≈ 2⁻¹⁰⁴). Its defects, in units of u, are the
 //! amplification of rounding by the case, a64 and a32; a case that is badly conditioned amplifies both alike. The
-//! identity holds when each is at most [`AGREEMENT`] times the other, or below `floor`, what the operation count alone
-//! allows. A defect that does not shrink with u is an error: if it is ε in both scalars then a32 / a64 = 2⁵¹. An error in
-//! one scalar only (a series cut too early, a switch at the wrong place) shows as well.
+//! identity holds when each is below its floor, what the operation count alone allows, or at most [`AGREEMENT`] times
+//! the other, both in units of their floors. A defect that does not shrink with u is an error: if it is ε in both scalars
+//! then a32 / a64 = 2⁵¹. An error in one scalar only (a series cut too early, a switch at the wrong place) shows as well.
 //!
 //! An unstable algorithm amplifies both alike too, on cases that are well conditioned. So a defect in `f64` above the floor has a
 //! ceiling besides: [`CEILING`] (1 + κ) times the floor, where κ is what changes of the inputs by one unit of round-off of `f64` make
@@ -233,8 +233,14 @@ fn compare_below(double: Measured, quad: Measured, amplified: impl FnOnce() -> O
         (_, Broken(why)) => Verdict::broken(format!("dd: {why}")),
         (NotApplicable(why), _) | (_, NotApplicable(why)) => Verdict::not_applicable(why),
         (Inconclusive(why), _) | (_, Inconclusive(why)) => Verdict::inconclusive(why),
-        (Defect { amplification: a64, floor, witness: w64 }, Defect { amplification: a32, floor: _, witness: w32 }) => {
-            let (mut b64, b32) = (floor.max(AGREEMENT * a32), floor.max(AGREEMENT * a64));
+        (
+            Defect { amplification: a64, floor, witness: w64 },
+            Defect { amplification: a32, floor: floor32, witness: w32 },
+        ) => {
+            // Where the two count different operations, as differences over different intervals do, so do their defects.
+            let counted = [floor, floor32].iter().all(|f| *f > 0.0 && f.is_finite());
+            let more = if counted { floor32 / floor } else { 1.0 };
+            let (mut b64, b32) = (floor.max(AGREEMENT * a32 / more), floor32.max(AGREEMENT * a64 * more));
             let mut excused = false;
             if a64 > floor
                 && a64 <= b64
