@@ -7,8 +7,8 @@ mod steps;
 
 use euler_poincare::algebra::{Covector, Matrix};
 use euler_poincare::integrators::State;
-use euler_poincare::integrators::lanes::Lanes;
-use euler_poincare::integrators::so3::{LaneForce, Term, Terms};
+use euler_poincare::integrators::so3::{ByLane, Term, Terms};
+use euler_poincare::mechanics::force::LinearDrag;
 use euler_poincare::mechanics::lagrangian::Quadratic;
 use euler_poincare::tableau::{Description, Tableau};
 
@@ -53,14 +53,7 @@ fn unforced() -> Terms {
     Terms(Vec::new())
 }
 
-/// A force of one's own.
-#[derive(Clone)]
-struct Spring;
-
-impl LaneForce<6> for Spring {
-    #[inline(always)]
-    fn add_to<V: Lanes>(&self, t: V, _m: [V; 6], eta: [V; 6], mut sum: [V; 6]) -> [V; 6] {
-        sum[2] = sum[2] + t.constant(-0.5) * eta[3];
-        sum
-    }
+/// A force of the general engine on the body in a fluid: its kernels are compiled here, once for all tests.
+fn own() -> ByLane<LinearDrag<f64, 6>, 6> {
+    ByLane::new(LinearDrag::new(Matrix::from_diagonal_element(0.125)).unwrap()).unwrap()
 }

@@ -1,6 +1,6 @@
 //! The solvers that choose order and steps for a tolerance.
 
-use super::{Spring, damping, distance, relaxation, rigid, submerged, tableau, unforced};
+use super::{damping, distance, own, relaxation, rigid, submerged, tableau, unforced};
 use euler_poincare::algebra::{Covector, Matrix};
 use euler_poincare::integrators::se3::{self, AdaptiveSe3, CayleySe3, Drag, VariationalSe3};
 use euler_poincare::integrators::so3::{AdaptiveSo3, SolveError, Solved, Term, Terms};
@@ -41,7 +41,7 @@ fn bad_input_is_refused() {
     let mut solver = AdaptiveSo3::new(body, damping(1.0));
     judges_its_input(|state: &mut State<f64, 3, 3>, span, tolerance| solver.solve(state, span, tolerance), &start);
     let (vessel, afloat) = submerged();
-    let mut solver = AdaptiveSe3::new(vessel, Spring);
+    let mut solver = AdaptiveSe3::new(vessel, own());
     judges_its_input(|state: &mut State<f64, 6, 4>, span, tolerance| solver.solve(state, span, tolerance), &afloat);
 }
 

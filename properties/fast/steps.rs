@@ -1,12 +1,12 @@
 //! One step.
 
-use super::{Spring, U, damping, distance, relaxation, rigid, submerged, tableau, unforced};
+use super::{U, damping, distance, own, relaxation, rigid, submerged, tableau, unforced};
 use euler_poincare::algebra::{Covector, Matrix, Vector};
 use euler_poincare::group::{LieGroup, So3};
 use euler_poincare::integrators::lanes::{Eight, Isa, Kernel, Lanes, Registers};
 use euler_poincare::integrators::se3::{self, AdaptiveSe3, CayleySe3, Drag, VariationalSe3};
 use euler_poincare::integrators::so3::{
-    self, AdaptiveSo3, ByLane, Damping, Free, HalfAngle, LaneForceError, LaneRetraction, QuaternionSo3,
+    self, AdaptiveSo3, ByLane, Damping, Free, HalfAngle, LaneForce, LaneForceError, LaneRetraction, QuaternionSo3,
     QuaternionState, Relaxation, Terms, VariationalSo3,
 };
 use euler_poincare::integrators::{OneStep, Solver, State, StepError};
@@ -110,24 +110,35 @@ fn the_reference_steps_are_reproduced() {
     }
 }
 
-/// A force with a type of its own is the term of that name.
+/// What a force adds to (1, 2, 3) in eight lanes, at times, momenta and velocities that differ.
+struct Added<F>(F);
+
+impl<F: LaneForce<3>> Kernel for Added<F> {
+    type Output = [[f64; 8]; 3];
+
+    #[inline(always)]
+    fn run<I: Isa>(self, isa: I) -> [[f64; 8]; 3] {
+        let lanes = |a: usize| Eight::load(isa, &std::array::from_fn(|k| (2 * a + 1) as f64 - 0.75 * k as f64));
+        let [t, m, eta, sum] = [0, 1, 4, 0].map(|first| [first, first + 1, first + 2].map(lanes));
+        let found = self.0.add_to(t[0], m, eta, sum);
+        let mut values = [[0.0; 8]; 3];
+        for (value, lanes) in values.iter_mut().zip(found) {
+            lanes.store(value);
+        }
+        values
+    }
+}
+
+/// A force with a type of its own is the term of that name. The kernels know nothing else of a force.
 #[test]
 fn forces_by_name_are_their_terms() {
-    let (body, start) = rigid();
-    let step = |method: &mut dyn OneStep<f64, 3, 3>| {
-        let mut state = start.clone();
-        method.step(&mut state, 0.125).unwrap();
-        state
-    };
-    let of = |terms: Terms| {
-        step(&mut VariationalSo3::new(body.clone(), terms, CayleySo3::new(), tableau("gauss-2")).unwrap())
-    };
-    let gauss = || tableau("gauss-2");
-    let damped = step(&mut VariationalSo3::new(body.clone(), Damping(0.5), CayleySo3::new(), gauss()).unwrap());
-    let relaxed = step(&mut VariationalSo3::new(body.clone(), Relaxation(0.5), CayleySo3::new(), gauss()).unwrap());
-    let free = step(&mut VariationalSo3::new(body.clone(), Free, CayleySo3::new(), gauss()).unwrap());
-    assert_eq!((damped, relaxed), (of(damping(0.5)), of(relaxation(0.5))));
-    assert_eq!(free, of(unforced()));
+    for registers in Registers::all() {
+        let [damped, relaxed, free] = [damping(0.5), relaxation(0.5), unforced()].map(|f| registers.run(Added(f)));
+        assert_eq!(registers.run(Added(Damping(0.5))), damped);
+        assert_eq!(registers.run(Added(Relaxation(0.5))), relaxed);
+        assert_eq!(registers.run(Added(Free)), free);
+        assert!(damped != free && relaxed != free && damped != relaxed);
+    }
 }
 
 /// A force as the general engine takes it is the same in each lane by itself, on both groups, with Newton's method behind it, and in the
@@ -137,11 +148,11 @@ fn forces_of_the_general_engine_are_taken_lane_by_lane() {
     let (body, start) = rigid();
     let algebra = LieGroup::algebra(&So3::<f64>::new()).clone();
     let force = DoubleBracket::new(algebra, body.clone(), 1.0).unwrap();
-    let own = || ByLane::new(force.clone()).unwrap();
+    let by_lane = || ByLane::new(force.clone()).unwrap();
     for name in ["gauss-1", "gauss-2", "gauss-5", "gauss-8", "lobatto-iiia-3"] {
         for h in [0.125, -0.25] {
             let mut listed = VariationalSo3::new(body.clone(), damping(1.0), CayleySo3::new(), tableau(name)).unwrap();
-            let mut method = VariationalSo3::new(body.clone(), own(), CayleySo3::new(), tableau(name)).unwrap();
+            let mut method = VariationalSo3::new(body.clone(), by_lane(), CayleySo3::new(), tableau(name)).unwrap();
             let (mut one, mut other) = (start.clone(), start.clone());
             for _ in 0..4 {
                 let reports = (listed.step(&mut one, h).unwrap(), method.step(&mut other, h).unwrap());
@@ -152,7 +163,7 @@ fn forces_of_the_general_engine_are_taken_lane_by_lane() {
     }
     // Beyond what the iterations in lanes reach.
     let mut listed = VariationalSo3::new(body.clone(), damping(1.0), CayleySo3::new(), tableau("gauss-1")).unwrap();
-    let mut method = VariationalSo3::new(body.clone(), own(), CayleySo3::new(), tableau("gauss-1")).unwrap();
+    let mut method = VariationalSo3::new(body.clone(), by_lane(), CayleySo3::new(), tableau("gauss-1")).unwrap();
     let (mut one, mut other) = (start.clone(), start.clone());
     let reports = (listed.step(&mut one, 1.5).unwrap(), method.step(&mut other, 1.5).unwrap());
     assert_eq!(reports.0.solver, reports.1.solver);
@@ -161,12 +172,10 @@ fn forces_of_the_general_engine_are_taken_lane_by_lane() {
     for tolerance in [1e-5, 1e-8, 1e-12] {
         let (mut one, mut other) = (start.clone(), start.clone());
         AdaptiveSo3::new(body.clone(), damping(1.0)).solve(&mut one, 3.0, tolerance).unwrap();
-        AdaptiveSo3::new(body.clone(), own()).solve(&mut other, 3.0, tolerance).unwrap();
+        AdaptiveSo3::new(body.clone(), by_lane()).solve(&mut other, 3.0, tolerance).unwrap();
         assert!(distance(&one, &other) <= tolerance, "{tolerance:e}: {:e}", distance(&one, &other));
     }
     let (vessel, afloat) = submerged();
-    let drag = LinearDrag::new(Matrix::from_diagonal_element(0.125)).unwrap();
-    let own = || ByLane::new(drag.clone()).unwrap();
     let listed = se3::Terms(vec![se3::Term::LinearDrag(Drag::Diagonal([0.125; 6]))]);
     let (mut one, mut other) = (afloat.clone(), afloat.clone());
     VariationalSe3::new(vessel.clone(), listed.clone(), CayleySe3::new(), tableau("gauss-3"))
@@ -245,7 +254,7 @@ fn bad_input_is_refused() {
     method.step(&mut state, 0.1).unwrap();
     assert_eq!(state.momentum, Covector::<f64, 3>::zeros());
     let (vessel, afloat) = submerged();
-    refuses(&mut VariationalSe3::new(vessel.clone(), Spring, CayleySe3::new(), tableau("gauss-3")).unwrap(), &afloat);
+    refuses(&mut VariationalSe3::new(vessel.clone(), own(), CayleySe3::new(), tableau("gauss-3")).unwrap(), &afloat);
     let nine = VariationalSo3::new(body, damping(1.0), CayleySo3::new(), tableau("gauss-9"));
     assert_eq!(nine.unwrap_err().stages, 9);
     let nine = VariationalSe3::new(vessel, se3::Terms(Vec::new()), CayleySe3::new(), tableau("gauss-9"));
