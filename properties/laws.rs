@@ -18,14 +18,17 @@ use std::collections::BTreeSet;
 use std::path::Path;
 
 /// Cases per law: the campaigns of the command go further; a test has to be short.
-const CASES: usize = 60;
+const CASES: usize = 24;
+
+/// Not the seed of the command's campaign, whose cases are judged there.
+const SEED: u64 = 2;
 
 #[test]
 fn every_law_holds() {
     // Orders take a release build: `verify`.
     let laws = laws::all().into_iter().filter(|law| law.about.cost != Cost::Heavy);
     let laws: Vec<&dyn Law<Case>> = laws.map(|law| law as &dyn Law<Case>).collect();
-    let report = Campaign::new(1, CASES).run(&laws);
+    let report = Campaign::new(SEED, CASES).run(&laws);
     for law in &report.laws {
         let inconclusive: usize = law.inconclusive.values().sum();
         assert!(inconclusive * 20 <= law.cases, "{}: {:?}", law.law, law.inconclusive);
@@ -111,22 +114,28 @@ fn the_table_of_faults_is_that_of_the_laws() {
     }
 }
 
+/// Those that the first case shows, and of each law the last one it names at its smallest size. The rest is the command's: the gate has
+/// it plant them all, and compares what it says with the table.
 #[test]
-fn cheap_laws_catch_each_fault_as_soon_as_in_the_table_and_at_the_smallest_size() {
-    let rows: Vec<_> = table()
-        .into_iter()
+fn cheap_laws_catch_faults_as_soon_as_in_the_table_and_at_the_smallest_size() {
+    let table = table();
+    let rows: Vec<_> = table
+        .iter()
         .filter_map(|row| {
             let law = laws::named(row["law"].as_str()?)?;
             let fault = law.fault(row["fault"].as_str()?)?;
-            (law.about.cost == Cost::Cheap).then_some((law, fault, row))
+            let last = law.about.faults.last().is_some_and(|last| last.name == fault.name);
+            let chosen = law.about.cost == Cost::Cheap && (last || row["caught_after"] == 1);
+            chosen.then_some((law, fault, row, last))
         })
         .collect();
-    rows.par_iter().with_max_len(1).for_each(|(law, fault, row)| {
+    assert!(rows.len() > 300);
+    rows.par_iter().with_max_len(1).for_each(|(law, fault, row, last)| {
         let caught = catch_fault(*law, fault, 1, 100).map(|cases| cases as u64);
         assert_eq!(caught, row["caught_after"].as_u64(), "{} on {}", law.about.name, fault.name);
         let small = fault.with_size(row["smallest_size"].as_f64().unwrap());
         assert!(
-            catch_fault(*law, &small, 1, 100).is_some(),
+            !last || catch_fault(*law, &small, 1, 100).is_some(),
             "{} on {} of size {}",
             law.about.name,
             fault.name,
