@@ -55,6 +55,7 @@ fn a_tableau_that_cannot_be_read_is_an_error_with_its_place() {
         ("rk4.toml", system("tableau = \"rk4\"")),
         ("absent.toml", system("tableau-file = \"nowhere.toml\"")),
         ("heun.toml", HEUN.into()),
+        ("named.toml", system("tableau-file = \"heun.toml\"")),
         ("bad.toml", HEUN.replace("[1, 0]]", "[\"x\", 0]]")),
         ("states.csv", "mu_1,mu_2,mu_3\n0.5,0,1\n".into()),
     ] {
@@ -71,10 +72,15 @@ fn a_tableau_that_cannot_be_read_is_an_error_with_its_place() {
             &["rk4.toml", "--tableau", "heun.toml", "--ensemble", "states.csv", "--out", "heun.toml"],
             "heun.toml is used twice",
         ),
+        (&["named.toml", "--out", "heun.toml"], "heun.toml is used twice"),
+        (&["named.toml", "--tableau", "rk4", "--plot", "./heun.toml"], "./heun.toml is used twice"),
+        (&["named.toml", "--ensemble", "states.csv", "--out", "heun.toml"], "heun.toml is used twice"),
     ] {
         let output = run(&here, &[&["integrate"], arguments].concat());
         assert_eq!((code(&output), stdout(&output)), (2, ""), "{arguments:?}");
         assert!(stderr(&output).contains(wanted), "{arguments:?}: {}", stderr(&output));
     }
     assert_eq!(fs::read_to_string(here.join("heun.toml")).unwrap(), HEUN, "it is not written over");
+    let twice = run(&here, &["integrate", "named.toml", "--tableau", "heun.toml"]);
+    assert_eq!(code(&twice), 0, "{}", stderr(&twice));
 }

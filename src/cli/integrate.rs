@@ -115,8 +115,10 @@ pub fn run(arguments: Arguments) -> Result<ExitCode, Failure> {
     let from = tableau.as_ref().and_then(|named| named.file.as_ref()).and(arguments.tableau.as_deref()).map(Path::new);
     let reading =
         Reading { scalar, tableau: tableau.as_ref().map(|named| named.description.clone()), ..Reading::beside(path) };
-    let mut file =
-        SystemFile::parse_with(&read(path)?, &reading).map_err(|refused| Failure::file(name(path), refused))?;
+    let text = read(path)?;
+    let named = reading.tableau_file(&text);
+    let read = [Some(path), from, named.as_deref()];
+    let mut file = SystemFile::parse_with(&text, &reading).map_err(|refused| Failure::file(name(path), refused))?;
     fits(&file, &arguments)?;
     if let Some(steps) = arguments.steps {
         file.horizon = Horizon::Steps(steps);
@@ -125,12 +127,12 @@ pub fn run(arguments: Arguments) -> Result<ExitCode, Failure> {
         file.output.every = every;
     }
     if let Some(states) = &arguments.ensemble {
-        return many(&file, (path, from), states, &arguments);
+        return many(&file, (path, &read), states, &arguments);
     }
     let csv = arguments.out.or(file.output.csv.as_ref().map(PathBuf::from)).filter(|out| out != Path::new("-"));
     let svg = arguments.plot.or(file.output.svg.as_ref().map(PathBuf::from));
     let events = arguments.events.or(file.output.events.as_ref().map(PathBuf::from));
-    distinct(&[Some(path), from, csv.as_deref(), svg.as_deref(), events.as_deref()])?;
+    distinct(&read, &[csv.as_deref(), svg.as_deref(), events.as_deref()])?;
     let paths = Paths { system: name(path), csv: csv.as_deref(), svg: svg.as_deref(), events: events.as_deref() };
     match file.scalar {
         ScalarName::F64 => integrate::<f64>(&file, &paths),
@@ -163,7 +165,7 @@ fn fits(file: &SystemFile, arguments: &Arguments) -> Result<(), Failure> {
 /// An ensemble. The names of output files in the system file are those of a trajectory, and not used.
 fn many(
     file: &SystemFile,
-    (path, tableau): (&Path, Option<&Path>),
+    (path, read): (&Path, &[Option<&Path>]),
     states: &Path,
     arguments: &Arguments,
 ) -> Result<ExitCode, Failure> {
@@ -176,7 +178,7 @@ fn many(
         ));
     }
     let out = arguments.out.as_deref().filter(|out| *out != Path::new("-"));
-    distinct(&[Some(path), tableau, Some(states), out])?;
+    distinct(read, &[Some(states), out])?;
     let Arguments { statistics, general, jobs, .. } = *arguments;
     let task = Task { file, system: path, states, out, statistics, general, jobs };
     match file.scalar {
@@ -203,16 +205,15 @@ fn read(path: &Path) -> Result<String, Failure> {
 }
 
 /// Refuses to write over what is read, and two outputs to one file.
-fn distinct(paths: &[Option<&Path>]) -> Result<(), Failure> {
-    let paths: Vec<(&Path, PathBuf)> = paths
-        .iter()
-        .flatten()
-        .map(|path| (*path, path.canonicalize().unwrap_or_else(|_| path.to_path_buf())))
-        .collect();
-    for (i, (path, place)) in paths.iter().enumerate() {
-        if paths[..i].iter().any(|(_, other)| other == place) {
+fn distinct(read: &[Option<&Path>], others: &[Option<&Path>]) -> Result<(), Failure> {
+    let place = |path: &Path| path.canonicalize().unwrap_or_else(|_| path.to_path_buf());
+    let mut taken: Vec<PathBuf> = read.iter().flatten().map(|path| place(path)).collect();
+    for path in others.iter().flatten() {
+        let place = place(path);
+        if taken.contains(&place) {
             return Err(Failure::Usage(format!("{} is used twice: two different files are needed", path.display())));
         }
+        taken.push(place);
     }
     Ok(())
 }

@@ -17,6 +17,8 @@ use std::path::{Path, PathBuf};
 /// // A name of a file, without the directory.
 /// let text = example().replacen("tableau = \"lobatto-iiia-3\"", "tableau-file = \"mine.toml\"", 1);
 /// assert!(SystemFile::parse(&text).unwrap_err().message.contains("tableau-file"));
+/// let reading = Reading::beside("bodies/top.toml".as_ref());
+/// assert_eq!(reading.tableau_file(&text), Some("bodies/mine.toml".into()));
 /// # Ok::<(), Box<dyn std::error::Error>>(())
 /// ```
 #[derive(Clone, Debug, Default, PartialEq)]
@@ -33,6 +35,12 @@ impl Reading {
     /// The file at a path, as it is: the files that it names are in its directory.
     pub fn beside(path: &Path) -> Self {
         Self { directory: Some(path.parent().unwrap_or(Path::new("")).to_owned()), ..Self::default() }
+    }
+
+    /// The tableau file that the text of a system file names, whether it is read or not: no output goes there.
+    pub fn tableau_file(&self, text: &str) -> Option<PathBuf> {
+        let table: toml::Table = text.parse().ok()?;
+        Some(self.directory.as_ref()?.join(table.get("method")?.get("tableau-file")?.as_str()?))
     }
 
     /// Puts the tableau in the place of that of the file, or of the file that it names.
