@@ -114,10 +114,10 @@ fn the_table_of_faults_is_that_of_the_laws() {
     }
 }
 
-/// Those that the first case shows, and of each law the last one it names at its smallest size. The rest is the command's: the gate has
-/// it plant them all, and compares what it says with the table.
+/// And of each law the last fault that it names at its smallest size. The laws that cost more are the command's: the gate has it plant all
+/// faults, and compares what it says with the table.
 #[test]
-fn cheap_laws_catch_faults_as_soon_as_in_the_table_and_at_the_smallest_size() {
+fn cheap_laws_catch_each_fault_as_soon_as_in_the_table_and_the_last_at_the_smallest_size() {
     let table = table();
     let rows: Vec<_> = table
         .iter()
@@ -125,11 +125,9 @@ fn cheap_laws_catch_faults_as_soon_as_in_the_table_and_at_the_smallest_size() {
             let law = laws::named(row["law"].as_str()?)?;
             let fault = law.fault(row["fault"].as_str()?)?;
             let last = law.about.faults.last().is_some_and(|last| last.name == fault.name);
-            let chosen = law.about.cost == Cost::Cheap && (last || row["caught_after"] == 1);
-            chosen.then_some((law, fault, row, last))
+            (law.about.cost == Cost::Cheap).then_some((law, fault, row, last))
         })
         .collect();
-    assert!(rows.len() > 300);
     rows.par_iter().with_max_len(1).for_each(|(law, fault, row, last)| {
         let caught = catch_fault(*law, fault, 1, 100).map(|cases| cases as u64);
         assert_eq!(caught, row["caught_after"].as_u64(), "{} on {}", law.about.name, fault.name);

@@ -129,9 +129,15 @@ impl<F: LaneForce<3>> Kernel for Added<F> {
     }
 }
 
-/// A force with a type of its own is the term of that name. The kernels know nothing else of a force.
+/// A force with a type of its own is the term of that name, in all that the kernels ask of a force.
 #[test]
 fn forces_by_name_are_their_terms() {
+    fn vanishes<F: LaneForce<3>>(force: &F) -> (bool, bool) {
+        (force.vanishes(), force.vanishes_when_steady())
+    }
+    assert_eq!(vanishes(&Damping(0.5)), vanishes(&damping(0.5)));
+    assert_eq!(vanishes(&Relaxation(0.5)), vanishes(&relaxation(0.5)));
+    assert_eq!((vanishes(&Free), vanishes(&unforced())), ((true, true), (true, true)));
     for registers in Registers::all() {
         let [damped, relaxed, free] = [damping(0.5), relaxation(0.5), unforced()].map(|f| registers.run(Added(f)));
         assert_eq!(registers.run(Added(Damping(0.5))), damped);

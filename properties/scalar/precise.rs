@@ -236,7 +236,7 @@ fn sums_keep_the_digits_that_cancellation_leaves() {
     assert_eq!((x - x).parts(), [0.0; 4]);
 }
 
-#[allow(clippy::eq_op)]
+#[allow(clippy::eq_op, reason = "0/0 and infinity − infinity are what is tested")]
 fn not_finite<T: Sum>() {
     let d = T::exact;
     let (zero, one, huge) = (d(0.0), d(1.0), d(f64::MAX));

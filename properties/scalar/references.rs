@@ -7,7 +7,7 @@ pub type Reference = (&'static str, (f64, f64), (f64, f64), &'static str);
 /// (function, argument, second argument of atan2, 40 digits): the arguments are the nearest double-doubles to points
 /// such as n/3 x 10^k and n pi/2, and the values `mpmath.nstr(f(mpf(hi) + mpf(lo)), 40)` with mp.prec = 2500.
 #[rustfmt::skip]
-#[allow(clippy::approx_constant)] // arguments next to multiples of pi
+#[allow(clippy::approx_constant, reason = "arguments next to multiples of pi")]
 pub const DOUBLE_DOUBLE: &[Reference] = &[
     ("sqrt", (2.0, 0.0), (0.0, 0.0), "1.41421356237309504880168872420969807857"),
     ("sqrt", (0.3333333333333333, 1.850371707708594e-17), (0.0, 0.0), "5.773502691896257645091487805019565660987e-1"),
@@ -105,7 +105,7 @@ pub const DOUBLE_DOUBLE: &[Reference] = &[
 /// (function, argument, second argument of atan2, 70 digits): the arguments are the quad-doubles of these decimals, part by
 /// part the nearest `f64`, and the values `mpmath.nstr(f(x), 70)` of the sum x of the four parts with mp.prec = 3000.
 #[rustfmt::skip]
-#[allow(clippy::approx_constant)]
+#[allow(clippy::approx_constant, reason = "arguments next to multiples of pi")]
 pub const QUAD_DOUBLE: &[(&str, &str, &str, &str)] = &[
     ("sqrt", "2", "", "1.414213562373095048801688724209698078569671875376948073176679737990732"),
     ("sqrt", "0.333333333333333333333333333333333333333333333333333333333333333333333333", "", "5.773502691896257645091487805019574556476017512701268760186023264812365e-1"),
