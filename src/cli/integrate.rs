@@ -117,7 +117,7 @@ pub fn run(arguments: Arguments) -> Result<ExitCode, Failure> {
         Reading { scalar, tableau: tableau.as_ref().map(|named| named.description.clone()), ..Reading::beside(path) };
     let text = read(path)?;
     let named = reading.tableau_file(&text);
-    let read = [Some(path), from, named.as_deref()];
+    let inputs = [Some(path), from, named.as_deref()];
     let mut file = SystemFile::parse_with(&text, &reading).map_err(|refused| Failure::file(name(path), refused))?;
     fits(&file, &arguments)?;
     if let Some(steps) = arguments.steps {
@@ -127,12 +127,12 @@ pub fn run(arguments: Arguments) -> Result<ExitCode, Failure> {
         file.output.every = every;
     }
     if let Some(states) = &arguments.ensemble {
-        return many(&file, (path, &read), states, &arguments);
+        return many(&file, (path, &inputs), states, &arguments);
     }
     let csv = arguments.out.or(file.output.csv.as_ref().map(PathBuf::from)).filter(|out| out != Path::new("-"));
     let svg = arguments.plot.or(file.output.svg.as_ref().map(PathBuf::from));
     let events = arguments.events.or(file.output.events.as_ref().map(PathBuf::from));
-    distinct(&read, &[csv.as_deref(), svg.as_deref(), events.as_deref()])?;
+    distinct(&inputs, &[csv.as_deref(), svg.as_deref(), events.as_deref()])?;
     let paths = Paths { system: name(path), csv: csv.as_deref(), svg: svg.as_deref(), events: events.as_deref() };
     match file.scalar {
         ScalarName::F64 => integrate::<f64>(&file, &paths),
@@ -165,7 +165,7 @@ fn fits(file: &SystemFile, arguments: &Arguments) -> Result<(), Failure> {
 /// An ensemble. The names of output files in the system file are those of a trajectory, and not used.
 fn many(
     file: &SystemFile,
-    (path, read): (&Path, &[Option<&Path>]),
+    (path, inputs): (&Path, &[Option<&Path>]),
     states: &Path,
     arguments: &Arguments,
 ) -> Result<ExitCode, Failure> {
@@ -178,7 +178,7 @@ fn many(
         ));
     }
     let out = arguments.out.as_deref().filter(|out| *out != Path::new("-"));
-    distinct(read, &[Some(states), out])?;
+    distinct(inputs, &[Some(states), out])?;
     let Arguments { statistics, general, jobs, .. } = *arguments;
     let task = Task { file, system: path, states, out, statistics, general, jobs };
     match file.scalar {
@@ -205,9 +205,9 @@ fn read(path: &Path) -> Result<String, Failure> {
 }
 
 /// Refuses to write over what is read, and two outputs to one file.
-fn distinct(read: &[Option<&Path>], others: &[Option<&Path>]) -> Result<(), Failure> {
+fn distinct(inputs: &[Option<&Path>], others: &[Option<&Path>]) -> Result<(), Failure> {
     let place = |path: &Path| path.canonicalize().unwrap_or_else(|_| path.to_path_buf());
-    let mut taken: Vec<PathBuf> = read.iter().flatten().map(|path| place(path)).collect();
+    let mut taken: Vec<PathBuf> = inputs.iter().flatten().map(|path| place(path)).collect();
     for path in others.iter().flatten() {
         let place = place(path);
         if taken.contains(&place) {
