@@ -129,7 +129,7 @@ fn check<const N: usize, const D: usize, F: Force<f64, N>, R: Retraction<f64, N,
     }
     let size = grid.iter().fold(0.0, |size: f64, state| size.max(state.momentum.amax()));
     for tolerance in [1e-5, 1e-8, 1e-11] {
-        let mut solve = Solve::new(lagrangian, force, retraction).tolerance(tolerance).dense();
+        let mut solve = Solve::of(lagrangian, force, retraction).tolerance(tolerance).dense();
         let solution = solve.run(start, span).unwrap();
         let error = distance(&solution.state, &grid[STEPS], size);
         assert!(error < tolerance, "{name} at {tolerance:e}: {error:e}");

@@ -2,9 +2,15 @@
 
 use super::{Covector, LieAlgebra, Vector};
 use crate::scalar::Real;
+use crate::scalar::loops::{self, heavy};
 
 /// Up to this dimension all constants are taken, which the compiler unrolls: choosing costs more than it saves.
 const SMALL: usize = 3;
+
+/// Whether all constants are taken.
+const fn takes_all<T: Real, const N: usize>() -> bool {
+    N <= SMALL && !heavy::<T>()
+}
 
 /// The constants of an algebra for brackets in loops: so(4) has 24 of 216.
 #[derive(Clone, Debug)]
@@ -25,7 +31,7 @@ impl<T: Real> Brackets<T> {
             for b in 0..N {
                 for c in 0..N {
                     let constant = algebra.constant(a, b, c);
-                    if N <= SMALL {
+                    if takes_all::<T, N>() {
                         dense.push(constant);
                         transposed.push(algebra.constant(a, c, b));
                     } else if a < b && constant != T::zero() {
@@ -40,8 +46,12 @@ impl<T: Real> Brackets<T> {
     /// [x, y].
     #[inline]
     pub fn bracket<const N: usize>(&self, x: &Vector<T, N>, y: &Vector<T, N>) -> Vector<T, N> {
-        let mut bracket = Vector::zeros();
-        if N <= SMALL {
+        let mut bracket = Vector::<T, N>::zeros();
+        if const { heavy::<T>() } {
+            loops::add_brackets(bracket.as_mut_slice(), &self.sparse, x.as_slice(), y.as_slice());
+            return bracket;
+        }
+        if takes_all::<T, N>() {
             let constants = &self.dense[..N * N * N];
             for a in 0..N {
                 for b in 0..N {
@@ -62,8 +72,12 @@ impl<T: Real> Brackets<T> {
     /// ad*_ξ μ.
     #[inline]
     pub fn coad<const N: usize>(&self, xi: &Vector<T, N>, mu: &Covector<T, N>) -> Covector<T, N> {
-        let mut row = Covector::zeros();
-        if N <= SMALL {
+        let mut row = Covector::<T, N>::zeros();
+        if const { heavy::<T>() } {
+            loops::add_coadjoint(row.as_mut_slice(), &self.sparse, xi.as_slice(), mu.as_slice());
+            return row;
+        }
+        if takes_all::<T, N>() {
             let constants = &self.transposed[..N * N * N];
             for a in 0..N {
                 for c in 0..N {

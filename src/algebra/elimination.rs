@@ -4,6 +4,7 @@
 //! condition number, and it calls a matrix singular only when the determinant vanishes exactly.
 
 use super::{AlgebraError, Matrix};
+use crate::scalar::loops::{self, heavy};
 use crate::scalar::{Real, Scalar, finite};
 use nalgebra::DMatrix;
 
@@ -28,15 +29,20 @@ pub fn inverse<S: Scalar, const N: usize>(matrix: &Matrix<S, N>) -> Option<Matri
         done[column] = true;
         let pivot = S::one() / work[(k, column)];
         // In the place of a column that becomes one of the identity stands that of the inverse, where the identity was.
-        let factors: [S; N] = std::array::from_fn(|r| work[(r, column)]);
+        let mut factors: [S; N] = std::array::from_fn(|r| work[(r, column)]);
         for r in 0..N {
             work[(r, column)] = if r == k { S::one() } else { S::zero() };
         }
+        factors[k] = S::zero();
         for c in 0..N {
             let value = work[(k, c)] * pivot;
             work[(k, c)] = value;
-            for r in (0..N).filter(|r| *r != k) {
-                work[(r, c)] -= factors[r] * value;
+            if const { heavy::<S>() } {
+                loops::add_multiple(&mut work.as_mut_slice()[c * N..(c + 1) * N], &factors, -value);
+            } else {
+                for r in (0..N).filter(|r| *r != k) {
+                    work[(r, c)] -= factors[r] * value;
+                }
             }
         }
     }

@@ -2,6 +2,7 @@
 //!
 #![doc = include_str!("../guide/modules/algebra.md")]
 
+use crate::scalar::loops::{self, heavy};
 use crate::scalar::{Real, Scalar, finite};
 use nalgebra::{DVectorView, RowSVector, SMatrix, SVector};
 
@@ -43,12 +44,20 @@ pub type Matrix<S, const N: usize> = SMatrix<S, N, N>;
 /// μ A, written out: a general product of matrices takes several times as long where N is small.
 #[inline(always)]
 pub(crate) fn pull<S: Scalar, const N: usize>(mu: &Covector<S, N>, a: &Matrix<S, N>) -> Covector<S, N> {
+    if const { heavy::<S>() } {
+        let mut image = Covector::<S, N>::zeros();
+        loops::add_pulled(image.as_mut_slice(), mu.as_slice(), a.as_slice());
+        return image;
+    }
     Covector::<S, N>::from_fn(|_, j| (1..N).fold(mu[0] * a[(0, j)], |sum, i| sum + mu[i] * a[(i, j)]))
 }
 
 /// A ξ, written out.
 #[inline(always)]
 pub(crate) fn apply<S: Scalar, const N: usize>(a: &Matrix<S, N>, xi: &Vector<S, N>) -> Vector<S, N> {
+    if const { heavy::<S>() } {
+        return times(a, xi);
+    }
     let mut image = Vector::<S, N>::from_fn(|i, _| a[(i, 0)] * xi[0]);
     for j in 1..N {
         for i in 0..N {
@@ -56,6 +65,36 @@ pub(crate) fn apply<S: Scalar, const N: usize>(a: &Matrix<S, N>, xi: &Vector<S, 
         }
     }
     image
+}
+
+/// A ξ for constants A.
+#[inline(always)]
+pub(crate) fn apply_constants<T: Real, S: Scalar<Base = T>, const N: usize>(
+    a: &Matrix<T, N>,
+    xi: &Vector<S, N>,
+) -> Vector<S, N> {
+    if const { !heavy::<S>() } {
+        return apply(&a.map(S::lift), xi);
+    }
+    let mut image = Vector::<S, N>::zeros();
+    for (column, x) in a.as_slice().chunks_exact(N.max(1)).zip(xi.iter()) {
+        loops::add_constants(image.as_mut_slice(), column, *x);
+    }
+    image
+}
+
+/// A B.
+#[inline(always)]
+pub(crate) fn times<S: Scalar, const R: usize, const K: usize, const C: usize>(
+    a: &SMatrix<S, R, K>,
+    b: &SMatrix<S, K, C>,
+) -> SMatrix<S, R, C> {
+    if const { !heavy::<S>() } {
+        return a * b;
+    }
+    let mut product = SMatrix::<S, R, C>::zeros();
+    loops::add_product(product.as_mut_slice(), a.as_slice(), b.as_slice(), R);
+    product
 }
 
 /// ⟨μ, ξ⟩ = μ ξ.
@@ -285,6 +324,12 @@ impl<T: Real, const N: usize> LieAlgebra<T, N> {
     /// The matrix of ad_ξ: (ad_ξ)^c_b = C^c_ab ξ^a.
     pub fn ad<S: Scalar<Base = T>>(&self, xi: &Vector<S, N>) -> Matrix<S, N> {
         let mut matrix = Matrix::<S, N>::zeros();
+        if const { heavy::<S>() } {
+            for a in 0..N {
+                loops::add_constants(matrix.as_mut_slice(), self.ad_basis[a].as_slice(), xi[a]);
+            }
+            return matrix;
+        }
         for a in 0..N {
             for b in 0..N {
                 for c in 0..N {
@@ -295,14 +340,32 @@ impl<T: Real, const N: usize> LieAlgebra<T, N> {
         matrix
     }
 
+    /// Σ_ac A^c_a C^c_ab in component b: the contraction of the constants with the columns of A.
+    pub(crate) fn contract<S: Scalar<Base = T>>(&self, columns: &Matrix<S, N>) -> Covector<S, N> {
+        Covector::<S, N>::from_fn(|_, b| {
+            let mut sum = S::zero();
+            for a in 0..N {
+                if const { heavy::<S>() } {
+                    let (column, constants) = (columns.column(a), self.ad_basis[a].column(b));
+                    sum += loops::sum_of_multiples(column.as_slice(), constants.as_slice());
+                } else {
+                    for c in 0..N {
+                        sum += columns[(c, a)] * S::lift(self.constant(a, b, c));
+                    }
+                }
+            }
+            sum
+        })
+    }
+
     /// [ξ, η] = ad_ξ η.
     pub fn bracket<S: Scalar<Base = T>>(&self, xi: &Vector<S, N>, eta: &Vector<S, N>) -> Vector<S, N> {
-        self.ad(xi) * eta
+        apply(&self.ad(xi), eta)
     }
 
     /// ad*_ξ μ = μ ad_ξ: in coordinates (ad*_η μ)_a = C^d_ba η^b μ_d.
     pub fn coad<S: Scalar<Base = T>>(&self, xi: &Vector<S, N>, mu: &Covector<S, N>) -> Covector<S, N> {
-        mu * self.ad(xi)
+        pull(mu, &self.ad(xi))
     }
 
     /// The same algebra in the basis e'_a = e_b B^b_a (the columns of `basis`), so that x = B x' and μ' = μ B.

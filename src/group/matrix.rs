@@ -5,6 +5,7 @@ use super::LieGroup;
 use crate::algebra::MatrixAlgebra;
 use crate::algebra::catalogue::Entry;
 use crate::algebra::{AlgebraError, LieAlgebra, Matrix, Vector, elimination};
+use crate::scalar::loops::{self, heavy};
 use crate::scalar::{Real, Scalar};
 use nalgebra::DMatrixView;
 
@@ -225,8 +226,12 @@ fn combine<T: Real, S: Scalar<Base = T>, const N: usize, const D: usize>(
 ) -> Matrix<S, D> {
     let mut sum = Matrix::<S, D>::zeros();
     for a in 0..N {
-        for (entry, m) in sum.iter_mut().zip(matrices[a].iter()) {
-            *entry += x[a] * S::lift(*m);
+        if const { heavy::<S>() } {
+            loops::add_constants(sum.as_mut_slice(), matrices[a].as_slice(), x[a]);
+        } else {
+            for (entry, m) in sum.iter_mut().zip(matrices[a].iter()) {
+                *entry += x[a] * S::lift(*m);
+            }
         }
     }
     sum
@@ -286,6 +291,9 @@ impl<T: Real, const N: usize, const D: usize> LieGroup<T, N, D> for MatrixGroup<
 
     fn vee<S: Scalar<Base = T>>(&self, matrix: &Matrix<S, D>) -> Vector<S, N> {
         Vector::from_fn(|a, _| {
+            if const { heavy::<S>() } {
+                return loops::sum_of_multiples(matrix.as_slice(), self.dual[a].as_slice());
+            }
             let mut sum = S::zero();
             for (entry, f) in matrix.iter().zip(self.dual[a].iter()) {
                 sum += *entry * S::lift(*f);

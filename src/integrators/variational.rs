@@ -10,7 +10,7 @@ use super::fixed_point::Course;
 use super::stages::{Stages, Weights};
 use super::{OneStep, Report, Solver, State, StepError};
 use crate::algebra::brackets::Brackets;
-use crate::algebra::{Covector, Matrix, Vector, apply, pull};
+use crate::algebra::{Covector, Matrix, Vector, apply, pull, times};
 use crate::mechanics::configuration::Configuration;
 use crate::mechanics::{Force, Lagrangian, LegendreError};
 use crate::newton::{self, Equations, Newton};
@@ -577,7 +577,7 @@ impl<T: Real, L, F, R> Scheme<T, L, F, R> {
     where
         R: Retraction<T, N, D>,
     {
-        Ok(problem.attitude.map(S::lift) * self.retraction.tau(x)?)
+        Ok(times(&problem.attitude.map(S::lift), &self.retraction.tau(x)?))
     }
 
     /// ∂L/∂η, l'(η) where nothing depends on the configuration.
@@ -767,9 +767,9 @@ impl<T: Real, L, F, R> Scheme<T, L, F, R> {
         F: Force<T, N>,
         R: Retraction<T, N, D>,
     {
-        let velocity = point.d() * rate;
+        let velocity = apply(point.d(), rate);
         let m = self.momentum(time, g, &velocity);
-        let momentum = m * point.d();
+        let momentum = pull(&m, point.d());
         let mut gradient = point.pull_dd(&momentum, &m, rate);
         if !self.forced {
             return Ok(Stage { velocity, momentum, gradient, impulse: Covector::zeros(), load: T::zero() });
@@ -779,8 +779,8 @@ impl<T: Real, L, F, R> Scheme<T, L, F, R> {
             let at = g.matrix::<D>().map(|v| v.base());
             return Err(self.undefined::<N, D>(Some(i), step, time.base(), &at, &velocity.map(|v| v.base())));
         }
-        gradient += f * point.d();
-        Ok(Stage { velocity, momentum, gradient, impulse: f * point.ad_inv(), load })
+        gradient += pull(&f, point.d());
+        Ok(Stage { velocity, momentum, gradient, impulse: pull(&f, &point.ad_inv()), load })
     }
 
     /// The residual r_i at the rates H_i in the workspace, into `next_momenta`; returns the size to compare it with.

@@ -86,7 +86,7 @@ impl Visitor<f64> for Check<'_> {
         };
         let aim = tolerance * (1.0 + 4095.0 * Fault::size_of(self.fault, LOOSE.name));
         let (l, f, r) = (&system.lagrangian, &system.force, &system.retraction);
-        let mut solve = Solve::new(l, f, r).tolerance(aim).save_at(times.clone()).dense();
+        let mut solve = Solve::of(l, f, r).tolerance(aim).save_at(times.clone()).dense();
         let solution = match solve.run(&start, start.time + span) {
             Ok(solution) => solution,
             Err(failure) => return Verdict::inconclusive(format!("the run ended early: {}", reason(&failure.error))),

@@ -15,7 +15,7 @@ use super::formula::FormulaForce;
 use super::lagrangian::{AnyLagrangian, is_positive_semidefinite, symmetric};
 use super::lie_poisson::OrbitForce;
 use super::{Force, Lagrangian};
-use crate::algebra::{Covector, LieAlgebra, Matrix, Vector, dot};
+use crate::algebra::{Covector, LieAlgebra, Matrix, Vector, apply_constants, dot, pull};
 use crate::scalar::{Real, Scalar};
 
 /// Why a force was refused.
@@ -172,7 +172,7 @@ impl<T: Real, const N: usize> Metriplectic<T, N> {
 impl<T: Real, const N: usize> Force<T, N> for Metriplectic<T, N> {
     fn force<S: Scalar<Base = T>>(&self, _t: S, eta: &Vector<S, N>) -> Covector<S, N> {
         let ad = self.algebra.ad(eta);
-        self.lagrangian.gradient(eta) * ad * ad * -S::lift(self.beta)
+        pull(&pull(&self.lagrangian.gradient(eta), &ad), &ad) * -S::lift(self.beta)
     }
 
     fn is_zero(&self) -> bool {
@@ -204,7 +204,7 @@ impl<T: Real, const N: usize> LinearDrag<T, N> {
 
 impl<T: Real, const N: usize> Force<T, N> for LinearDrag<T, N> {
     fn force<S: Scalar<Base = T>>(&self, _t: S, eta: &Vector<S, N>) -> Covector<S, N> {
-        -(self.matrix.map(S::lift) * eta).transpose()
+        -apply_constants(&self.matrix, eta).transpose()
     }
 
     fn is_zero(&self) -> bool {
@@ -241,7 +241,7 @@ impl<T: Real, const N: usize> QuadraticDrag<T, N> {
 
 impl<T: Real, const N: usize> Force<T, N> for QuadraticDrag<T, N> {
     fn force<S: Scalar<Base = T>>(&self, _t: S, eta: &Vector<S, N>) -> Covector<S, N> {
-        let drag = (self.matrix.map(S::lift) * eta).transpose();
+        let drag = apply_constants(&self.matrix, eta).transpose();
         let square = crate::algebra::pair(&drag, eta);
         if square <= S::zero() {
             return Covector::zeros();

@@ -7,7 +7,7 @@ pub use gyrostat::Gyrostat;
 use super::configuration::Configuration;
 use super::formula::FormulaLagrangian;
 use super::{Lagrangian, LegendreError};
-use crate::algebra::{AlgebraError, Covector, Matrix, Vector, apply, dot, elimination};
+use crate::algebra::{AlgebraError, Covector, Matrix, Vector, apply_constants, dot, elimination};
 use crate::scalar::{Real, Scalar, finite};
 
 /// Newton steps on the value; the damped iteration converges in far fewer wherever l is convex.
@@ -209,7 +209,7 @@ impl<T: Real, const N: usize> Lagrangian<T, N> for Quadratic<T, N> {
 
     #[inline]
     fn gradient<S: Scalar<Base = T>>(&self, eta: &Vector<S, N>) -> Covector<S, N> {
-        apply(&self.inertia.map(S::lift), eta).transpose()
+        apply_constants(&self.inertia, eta).transpose()
     }
 
     fn hessian<S: Scalar<Base = T>>(&self, _eta: &Vector<S, N>) -> Matrix<S, N> {
@@ -222,7 +222,7 @@ impl<T: Real, const N: usize> Lagrangian<T, N> for Quadratic<T, N> {
         mu: &Covector<S, N>,
         _guess: &Vector<S, N>,
     ) -> Result<Vector<S, N>, LegendreError> {
-        Ok(apply(&self.inverse.map(S::lift), &mu.transpose()))
+        Ok(apply_constants(&self.inverse, &mu.transpose()))
     }
 
     fn energy<S: Scalar<Base = T>>(&self, eta: &Vector<S, N>) -> S {
@@ -298,7 +298,7 @@ impl<T: Real, const N: usize> Quartic<T, N> {
 
     /// Kη, q and κ q.
     fn parts<S: Scalar<Base = T>>(&self, eta: &Vector<S, N>) -> (Vector<S, N>, S, S) {
-        let momentum = self.metric().map(S::lift) * eta;
+        let momentum = apply_constants(self.metric(), eta);
         let q = dot(eta.as_slice(), momentum.as_slice());
         (momentum, q, S::lift(self.stiffness) * q)
     }

@@ -3,8 +3,9 @@
 use super::linear::Sum;
 use super::{Retraction, RetractionError, TangentPoint, refuse};
 use crate::algebra::brackets::Brackets;
-use crate::algebra::{Covector, LieAlgebra, Matrix, Vector};
+use crate::algebra::{Covector, LieAlgebra, Matrix, Vector, apply, times};
 use crate::group::{LieGroup, MatrixGroup};
+use crate::scalar::loops::{self, heavy};
 use crate::scalar::{Real, Scalar, finite};
 use std::sync::Arc;
 
@@ -83,6 +84,11 @@ impl<T: Real> Products<T> {
     /// The matrix of y ↦ x y x.
     fn sandwich<S: Scalar<Base = T>, const N: usize>(&self, x: &Vector<S, N>) -> Matrix<S, N> {
         let mut matrix = Matrix::<S, N>::zeros();
+        if const { heavy::<S>() } {
+            let place = |[a, b, c, d]: [usize; 4]| [a, c, d + b * N];
+            loops::add_trilinear(matrix.as_mut_slice(), &self.triple, (x.as_slice(), x.as_slice()), place);
+            return matrix;
+        }
         for &([a, b, c, d], value) in &self.triple {
             matrix[(d, b)] += S::lift(value) * (x[a] * x[c]);
         }
@@ -170,7 +176,7 @@ impl<T: Real, const N: usize, const D: usize, G: LieGroup<T, N, D>> Retraction<T
         let fail = || refuse(x, Self::NAME, Self::SINGULAR);
         let (one, hat) = (Matrix::<S, D>::identity(), self.group.hat(x));
         let inverse = Sum::of(one).plus(&(hat * -S::half())).invert(1.0).ok_or_else(fail)?;
-        let g = one + inverse * hat;
+        let g = one + times(&inverse, &hat);
         if finite(g.as_slice()) { Ok(g) } else { Err(fail()) }
     }
 
@@ -181,7 +187,7 @@ impl<T: Real, const N: usize, const D: usize, G: LieGroup<T, N, D>> Retraction<T
         }
         let one = Matrix::<S, D>::identity();
         let inverse = Sum::of(one).plus(g).invert(1.0).ok_or(fail("g + 1 is singular"))?;
-        let hat = (g - one) * inverse * S::int(2);
+        let hat = times(&(g - one), &inverse) * S::int(2);
         let x = self.group.vee(&hat);
         // vee projects: what it drops must be small against what the condition of g + 1 explains.
         let largest = |m: &Matrix<S, D>| m.iter().fold(0.0, |s: f64, v| s.max(v.to_f64().abs()));
@@ -211,6 +217,9 @@ impl<T: Real, const N: usize, const D: usize, G: LieGroup<T, N, D>> Retraction<T
     fn rough_rate(&self, brackets: &Brackets<T>, x: &Vector<T, N>, eta: &Vector<T, N>) -> Vector<T, N> {
         let mut rate = eta + brackets.bracket(x, eta) * T::half();
         let quarter = T::exact(0.25);
+        if const { heavy::<T>() } {
+            return rate - apply(&self.products.sandwich(x), eta) * quarter;
+        }
         for &([a, b, c, d], value) in &self.products.triple {
             rate[d] -= value * quarter * (x[a] * eta[b] * x[c]);
         }
@@ -243,17 +252,23 @@ impl<T: Real, S: Scalar<Base = T>, const N: usize> TangentPoint<S, N> for Cayley
     }
 
     fn ad(&self) -> Matrix<S, N> {
-        self.d_neg * self.d_inv
+        times(&self.d_neg, &self.d_inv)
     }
 
     fn ad_inv(&self) -> Matrix<S, N> {
-        self.d * self.d_neg_inv
+        times(&self.d, &self.d_neg_inv)
     }
 
     /// δ ↦ ½[v, δ] + ½ T(x, v, δ), v = dτ_x y.
     fn dd(&self, y: &Vector<S, N>) -> Matrix<S, N> {
-        let v = self.d * y;
+        let v = apply(&self.d, y);
         let mut matrix = self.products.ad(&v);
+        if const { heavy::<S>() } {
+            let place = |[a, b, c, d]: [usize; 4]| [a, b, d + c * N];
+            let (x, v) = (self.x.as_slice(), v.as_slice());
+            loops::add_trilinear(matrix.as_mut_slice(), &self.products.triple, (x, v), place);
+            return matrix * S::half();
+        }
         for &([a, b, c, d], value) in &self.products.triple {
             matrix[(d, c)] += S::lift(value) * (self.x[a] * v[b]);
         }
@@ -262,7 +277,7 @@ impl<T: Real, S: Scalar<Base = T>, const N: usize> TangentPoint<S, N> for Cayley
 
     /// ½ p ad_v + ½ p T(x, v, ·).
     fn pull_dd(&self, p: &Covector<S, N>, _m: &Covector<S, N>, y: &Vector<S, N>) -> Covector<S, N> {
-        let v = self.d * y;
+        let v = apply(&self.d, y);
         let mut row = Covector::<S, N>::zeros();
         for &([a, b, c], value) in &self.products.bracket {
             row[b] += S::lift(value) * (p[c] * v[a]);

@@ -1,7 +1,7 @@
 //! A retraction after an odd map of the algebra: τ = τ₀∘φ.
 
 use super::{Retraction, RetractionError, TangentPoint};
-use crate::algebra::{LieAlgebra, Matrix, Vector, elimination};
+use crate::algebra::{LieAlgebra, Matrix, Vector, apply, elimination, times};
 use crate::scalar::{Real, Scalar, finite};
 use std::sync::Arc;
 
@@ -213,7 +213,7 @@ impl<T: Real, R: Retraction<T, N, D>, const N: usize, const D: usize> Retraction
             let size = x.iter().fold(0.0, |m: f64, v| m.max(v.to_f64().abs()));
             return Err(RetractionError::SingularTangent { retraction: Self::NAME, size });
         };
-        let (d, d_inv) = (inner.d() * slope, slope_inv * inner.d_inv());
+        let (d, d_inv) = (times(inner.d(), &slope), times(&slope_inv, inner.d_inv()));
         Ok(ComposedPoint { inner, map: self.map.clone(), x: *x, slope, slope_inv, d, d_inv })
     }
 }
@@ -241,7 +241,7 @@ impl<P: TangentPoint<S, N>, S: Scalar, const N: usize> TangentPoint<S, N> for Co
     }
 
     fn d_neg(&self) -> Matrix<S, N> {
-        self.inner.d_neg() * self.slope
+        times(&self.inner.d_neg(), &self.slope)
     }
 
     fn ad(&self) -> Matrix<S, N> {
@@ -253,7 +253,7 @@ impl<P: TangentPoint<S, N>, S: Scalar, const N: usize> TangentPoint<S, N> for Co
     }
 
     fn dd(&self, y: &Vector<S, N>) -> Matrix<S, N> {
-        let moved = self.inner.dd(&(self.slope * y)) * self.slope;
-        self.slope_inv * (moved + self.map.second(&self.x, y))
+        let moved = times(&self.inner.dd(&apply(&self.slope, y)), &self.slope);
+        times(&self.slope_inv, &(moved + self.map.second(&self.x, y)))
     }
 }

@@ -3,9 +3,11 @@
 use super::linear::{Sum, balanced_norm, norm};
 use super::{Retraction, RetractionError, TangentPoint};
 use crate::algebra::brackets::Brackets;
-use crate::algebra::{Covector, LieAlgebra, Matrix, Vector};
+use crate::algebra::{Covector, LieAlgebra, Matrix, Vector, apply, pull, times};
 use crate::group::{LieGroup, MatrixGroup};
+use crate::scalar::loops::{self, heavy};
 use crate::scalar::{Real, Scalar, finite};
+use nalgebra::SMatrix;
 
 /// The most corrections of a logarithm. Each squares the error or better, so a start in `f64` needs two for 32 digits; more are
 /// for matrices near a cut, where the start is poor.
@@ -13,6 +15,12 @@ const MAX_CORRECTIONS: usize = 20;
 
 /// Terms of a series that the row form of ∂(dτ) keeps on the stack: enough for 40 digits at norm 1.
 const MAX_TERMS: usize = 40;
+
+/// The most terms of a series: 64 digits at norm 1 take 50.
+const MAX_COEFFICIENTS: usize = 64;
+
+/// The most terms of a series that are summed without a product of matrices.
+const MAX_BLOCK: usize = 8;
 
 /// (2k)!/B_2k of the first Bernoulli numbers.
 const BERNOULLI: [i64; 3] = [12, -720, 30240];
@@ -77,27 +85,86 @@ struct Pair<S: Scalar, const N: usize> {
     ad: Matrix<S, N>,
 }
 
+/// The powers X, X², …, X^q of a matrix, for series in X: in blocks of q terms, which Horner's scheme in X^q joins, so that K terms
+/// cost some 2 √K products (Paterson and Stockmeyer 1973).
+struct Powers<S: Scalar, const M: usize> {
+    powers: [Matrix<S, M>; MAX_BLOCK],
+    block: usize,
+}
+
+impl<S: Scalar, const M: usize> Powers<S, M> {
+    /// For series of so many terms, so many of them.
+    fn of(x: &Matrix<S, M>, terms: usize, series: usize) -> Self {
+        let products = |block: &usize| block + series * terms.div_ceil(*block);
+        let block = (1..=MAX_BLOCK).min_by_key(products).unwrap_or(1);
+        let mut powers = [*x; MAX_BLOCK];
+        for k in 1..block {
+            powers[k] = times(x, &powers[k - 1]);
+        }
+        Self { powers, block }
+    }
+
+    /// Σ_k c_k X^k, k = 0, 1, ….
+    fn sum(&self, coefficients: &[S::Base]) -> Matrix<S, M> {
+        let mut sum = Matrix::<S, M>::zeros();
+        for (i, block) in coefficients.chunks(self.block).enumerate().rev() {
+            if (i + 1) * self.block < coefficients.len() {
+                sum = times(&self.powers[self.block - 1], &sum);
+            }
+            for (power, c) in self.powers.iter().zip(&block[1..]) {
+                add_multiple(&mut sum, power, S::lift(*c));
+            }
+            for k in 0..M {
+                sum[(k, k)] += S::lift(block[0]);
+            }
+        }
+        sum
+    }
+}
+
+/// A += X c.
+#[inline(always)]
+fn add_multiple<S: Scalar, const R: usize, const C: usize>(a: &mut SMatrix<S, R, C>, x: &SMatrix<S, R, C>, c: S) {
+    if const { heavy::<S>() } {
+        loops::add_multiple(a.as_mut_slice(), x.as_slice(), c);
+    } else {
+        *a += x * c;
+    }
+}
+
+/// 1/(n_k)! of the numbers n_0 < n_1 < …, so many of them, into the front of an array.
+fn inverse_factorials<T: Real>(first: usize, step: usize, count: usize) -> [T; MAX_COEFFICIENTS] {
+    let mut all = [T::zero(); MAX_COEFFICIENTS];
+    let (mut value, mut n) = (T::one(), 0);
+    for (k, coefficient) in all.iter_mut().enumerate().take(count) {
+        while n < first + k * step {
+            n += 1;
+            value /= T::int(n as i64);
+        }
+        *coefficient = value;
+    }
+    all
+}
+
 impl<S: Scalar, const N: usize> Pair<S, N> {
     /// By the even and the odd part of Σ (−ad)^k/(k+1)!, both in powers of ad².
     fn series(ad: &Matrix<S, N>, terms: usize) -> Self {
         let one = Matrix::<S, N>::identity();
-        let square = ad * ad;
-        let (mut even, mut odd) = (one, one);
-        for k in (1..=terms as i64 / 2 + 1).rev() {
-            even = one + (square * even) / S::int(2 * k * (2 * k + 1));
-            odd = one + (square * odd) / S::int((2 * k + 1) * (2 * k + 2));
-        }
-        let odd = ad * odd * S::half();
+        let count = (terms / 2 + 2).min(MAX_COEFFICIENTS);
+        let powers = Powers::of(&times(ad, ad), count, 2);
+        let even = powers.sum(&inverse_factorials(1, 2, count)[..count]);
+        let odd = powers.sum(&inverse_factorials(2, 2, count)[..count]);
+        let odd = times(ad, &odd);
         let (d, d_neg) = (even - odd, even + odd);
-        Self { d, d_neg, ad_inv: one - ad * d, ad: one + ad * d_neg }
+        Self { d, d_neg, ad_inv: one - times(ad, &d), ad: one + times(ad, &d_neg) }
     }
 
     /// From x to 2x.
     fn double(&mut self) {
-        self.d = (self.d + self.ad_inv * self.d) * S::half();
-        self.d_neg = (self.d_neg + self.ad * self.d_neg) * S::half();
-        self.ad_inv = self.ad_inv * self.ad_inv;
-        self.ad = self.ad * self.ad;
+        self.d = (self.d + times(&self.ad_inv, &self.d)) * S::half();
+        self.d_neg = (self.d_neg + times(&self.ad, &self.d_neg)) * S::half();
+        self.ad_inv = times(&self.ad_inv, &self.ad_inv);
+        self.ad = times(&self.ad, &self.ad);
     }
 }
 
@@ -135,7 +202,7 @@ impl<T: Real, const N: usize, const D: usize, G> Exponential<T, N, D, G> {
         // Errors at most double with x, so what is singular at x to working precision is noisy by 2^levels on the way.
         let noise = 2.0f64.powi(levels as i32);
         for _ in 0..levels {
-            h = Sum::of(*h.value()).plus(&(z * z * h.invert(noise)?));
+            h = Sum::of(*h.value()).plus(&times(&times(&z, &z), &h.invert(noise)?));
             z *= S::int(2);
         }
         Some(h.value() + z)
@@ -145,14 +212,11 @@ impl<T: Real, const N: usize, const D: usize, G> Exponential<T, N, D, G> {
 /// e^X by its Taylor series at X/2^k and k squarings, in any scalar.
 fn exponential<S: Scalar, const M: usize>(matrix: &Matrix<S, M>) -> Option<Matrix<S, M>> {
     let plan = Plan::of(matrix)?;
-    let one = Matrix::<S, M>::identity();
     let small = matrix * plan.scale::<S>();
-    let mut sum = one;
-    for k in (1..=plan.terms as i64).rev() {
-        sum = one + (small * sum) / S::int(k);
-    }
+    let count = (plan.terms + 1).min(MAX_COEFFICIENTS);
+    let mut sum = Powers::of(&small, count, 1).sum(&inverse_factorials(0, 1, count)[..count]);
     for _ in 0..plan.levels {
-        sum = sum * sum;
+        sum = times(&sum, &sum);
     }
     finite(sum.as_slice()).then_some(sum)
 }
@@ -166,7 +230,7 @@ fn square_root<T: Real, const M: usize>(matrix: &Matrix<T, M>) -> Option<Matrix<
     let mut last = f64::INFINITY;
     for _ in 0..200 {
         let inverse = product.invert(1.0)?;
-        root = (root + root * inverse) * T::half();
+        root = (root + times(&root, &inverse)) * T::half();
         let quarter = T::exact(0.25);
         product = Sum::of(one * T::half()).plus(&(product.value() * quarter)).plus(&(inverse * quarter));
         let defect = norm(&(product.value() - one));
@@ -191,16 +255,16 @@ fn rough_logarithm<T: Real, const M: usize>(matrix: &Matrix<T, M>) -> Option<Mat
         scale *= T::int(2);
     }
     let y = root - one;
-    let z = y * Sum::of(one * T::int(2)).plus(&y).invert(1.0)?;
-    let square = z * z;
+    let z = times(&y, &Sum::of(one * T::int(2)).plus(&y).invert(1.0)?);
+    let square = times(&z, &z);
     // |Z²|^terms is below rounding; |Z²| ≤ 1/49.
     let rate = norm(&square).max(T::unit_roundoff().to_f64());
     let terms = (T::unit_roundoff().to_f64().ln() / rate.ln()).ceil() as i64;
     let mut sum = one / T::int(2 * terms + 1);
     for k in (0..terms).rev() {
-        sum = one / T::int(2 * k + 1) + square * sum;
+        sum = one / T::int(2 * k + 1) + times(&square, &sum);
     }
-    Some(z * sum * scale)
+    Some(times(&z, &sum) * scale)
 }
 
 impl<T: Real, const N: usize, const D: usize, G: LieGroup<T, N, D>> Exponential<T, N, D, G> {
@@ -212,8 +276,11 @@ impl<T: Real, const N: usize, const D: usize, G: LieGroup<T, N, D>> Exponential<
         x: &Vector<S, N>,
         d_inv: &Matrix<S, N>,
     ) -> Option<(Vector<S, N>, f64)> {
-        let y = exponential(&group.hat(&-x))? * g - Matrix::<S, D>::identity();
-        Some((d_inv * group.vee(&(y - y * y * S::half())), y.iter().fold(0.0, |m: f64, v| m.max(v.to_f64().abs()))))
+        let y = times(&exponential(&group.hat(&-x))?, g) - Matrix::<S, D>::identity();
+        Some((
+            apply(d_inv, &group.vee(&(y - times(&y, &y) * S::half()))),
+            y.iter().fold(0.0, |m: f64, v| m.max(v.to_f64().abs())),
+        ))
     }
 
     /// The logarithm of a base matrix to full precision, and dτ⁻¹ there.
@@ -331,16 +398,16 @@ impl<T: Real, S: Scalar<Base = T>, const N: usize> ExponentialPoint<T, S, N> {
         let mut coefficient = S::half();
         let mut sum = z * coefficient;
         for k in 2..=self.plan.terms as i64 {
-            w = -(self.small * w);
-            z = self.algebra.ad(&w) - self.small * z;
+            w = -apply(&self.small, &w);
+            z = self.algebra.ad(&w) - times(&self.small, &z);
             coefficient /= S::int(k + 1);
             sum += z * coefficient;
         }
         if self.plan.levels > 0 {
             let mut pair = Pair::series(&self.small, self.plan.terms);
             for _ in 0..self.plan.levels {
-                let moved = self.algebra.ad(&(pair.ad_inv * (pair.d * y)));
-                sum = (moved * pair.d + sum + pair.ad_inv * sum) * S::exact(0.25);
+                let moved = self.algebra.ad(&apply(&pair.ad_inv, &apply(&pair.d, y)));
+                sum = (times(&moved, &pair.d) + sum + times(&pair.ad_inv, &sum)) * S::exact(0.25);
                 pair.double();
             }
         }
@@ -354,29 +421,21 @@ impl<T: Real, S: Scalar<Base = T>, const N: usize> ExponentialPoint<T, S, N> {
         let mut inverse_factorials = [S::half(); MAX_TERMS];
         rows[0] = *m;
         for i in 1..terms {
-            rows[i] = -(rows[i - 1] * self.small);
+            rows[i] = -pull(&rows[i - 1], &self.small);
             inverse_factorials[i] = inverse_factorials[i - 1] / S::int(i as i64 + 2);
         }
-        // outer = Σ_j w_j q_j with q_j = Σ_i m_i/(i+j+2)!.
+        // outer = Σ_j q_jᵀ w_jᵀ with q_j = Σ_i m_i/(i+j+2)!.
         let mut outer = Matrix::<S, N>::zeros();
         let mut w = *y;
         for j in 0..terms {
             let mut q = rows[0] * inverse_factorials[j];
             for i in 1..terms - j {
-                q += rows[i] * inverse_factorials[i + j];
+                add_multiple(&mut q, &rows[i], inverse_factorials[i + j]);
             }
-            outer += w * q;
-            w = -(self.small * w);
+            outer += times(&q.transpose(), &w.transpose());
+            w = -apply(&self.small, &w);
         }
-        Covector::<S, N>::from_fn(|_, b| {
-            let mut sum = S::zero();
-            for a in 0..N {
-                for c in 0..N {
-                    sum += outer[(a, c)] * S::lift(self.algebra.constant(a, b, c));
-                }
-            }
-            sum
-        })
+        self.algebra.contract(&outer)
     }
 }
 
@@ -402,7 +461,7 @@ impl<T: Real, S: Scalar<Base = T>, const N: usize> TangentPoint<S, N> for Expone
     }
 
     fn dd(&self, y: &Vector<S, N>) -> Matrix<S, N> {
-        self.d_inv * self.derivative(y)
+        times(&self.d_inv, &self.derivative(y))
     }
 
     fn pull_dd(&self, _p: &Covector<S, N>, m: &Covector<S, N>, y: &Vector<S, N>) -> Covector<S, N> {

@@ -364,6 +364,31 @@ impl Scalar for Dd {
         self.finite_parts()
     }
 
+    #[inline(always)]
+    fn plus(self, other: Self) -> Self {
+        Self(self.0 + other.0)
+    }
+
+    #[inline(always)]
+    fn minus(self, other: Self) -> Self {
+        Self(self.0 - other.0)
+    }
+
+    #[inline(always)]
+    fn times(self, other: Self) -> Self {
+        Self(self.0 * other.0)
+    }
+
+    #[inline(always)]
+    fn scaled(self, factor: Self) -> Self {
+        self.times(factor)
+    }
+
+    #[inline(always)]
+    fn over(self, divisor: Self) -> Self {
+        Self(self.0 / divisor.0)
+    }
+
     super::without_duals!();
 }
 

@@ -4,6 +4,7 @@
 //! whatever it is built on (32 with `Dual<Dd>`), and to be a [`Scalar`].
 
 use super::field::{Elementary, real_field};
+use super::loops::heavy;
 use super::{Real, Scalar};
 use std::cmp::Ordering;
 use std::fmt;
@@ -95,7 +96,7 @@ impl<T: Scalar> Mul for Dual<T> {
     type Output = Self;
     #[inline]
     fn mul(self, other: Self) -> Self {
-        if const { heavy::<T>() } {
+        if const { heavy::<Self>() } {
             return if self.is_constant_one() { other } else { product(self, other) };
         }
         Self { re: self.re * other.re, eps: self.re * other.eps + self.eps * other.re }
@@ -106,7 +107,7 @@ impl<T: Scalar> Div for Dual<T> {
     type Output = Self;
     #[inline]
     fn div(self, other: Self) -> Self {
-        if const { heavy::<T>() } {
+        if const { heavy::<Self>() } {
             return quotient(self, other);
         }
         let re = self.re / other.re;
@@ -114,12 +115,8 @@ impl<T: Scalar> Div for Dual<T> {
     }
 }
 
-/// Whether T is made of more than `f64`: then a product is a call, as it is of [`Dd`](super::Dd), for the compiler's sake.
-const fn heavy<T: Scalar>() -> bool {
-    size_of::<T::Base>() > size_of::<f64>()
-}
-
-/// Most numbers of a computation are constants: their derivatives are left out.
+/// A call, as a product of [`Dd`](super::Dd) is, for the compiler's sake. Most numbers of a computation are constants: their
+/// derivatives are left out.
 #[inline(never)]
 fn product<T: Scalar>(x: Dual<T>, y: Dual<T>) -> Dual<T> {
     let eps = match (x.eps.vanishes(), y.eps.vanishes()) {
@@ -233,6 +230,47 @@ impl<T: Scalar> Scalar for Dual<T> {
 
     fn all_finite(self) -> bool {
         self.re.all_finite() && self.eps.all_finite()
+    }
+
+    #[inline(always)]
+    fn plus(self, other: Self) -> Self {
+        Self { re: self.re.plus(other.re), eps: self.eps.plus(other.eps) }
+    }
+
+    #[inline(always)]
+    fn minus(self, other: Self) -> Self {
+        Self { re: self.re.minus(other.re), eps: self.eps.minus(other.eps) }
+    }
+
+    #[inline(always)]
+    fn times(self, other: Self) -> Self {
+        let eps = self.re.times(other.eps).plus(self.eps.times(other.re));
+        Self { re: self.re.times(other.re), eps }
+    }
+
+    #[inline(always)]
+    fn scaled(self, factor: T::Base) -> Self {
+        Self { re: self.re.scaled(factor), eps: self.eps.scaled(factor) }
+    }
+
+    #[inline(always)]
+    fn over(self, divisor: T::Base) -> Self {
+        Self { re: self.re.over(divisor), eps: self.eps.over(divisor) }
+    }
+
+    /// Many numbers of a computation are constants.
+    #[inline(always)]
+    fn add_multiple(y: &mut [Self], x: &[Self], c: Self) {
+        if c.eps.vanishes() {
+            for i in 0..y.len().min(x.len()) {
+                y[i].re = y[i].re.plus(x[i].re.times(c.re));
+                y[i].eps = y[i].eps.plus(x[i].eps.times(c.re));
+            }
+            return;
+        }
+        for i in 0..y.len().min(x.len()) {
+            y[i] = y[i].plus(x[i].times(c));
+        }
     }
 
     const NESTING: u32 = T::NESTING + 1;

@@ -103,6 +103,50 @@ pub trait Scalar: RealField + Copy + Default + Debug + Display + LowerExp + Send
     fn is_constant_one(self) -> bool {
         false
     }
+
+    /// self + `other`, compiled where it stands: for inner loops that are compiled once.
+    #[doc(hidden)]
+    #[inline(always)]
+    fn plus(self, other: Self) -> Self {
+        self + other
+    }
+
+    /// self − `other`, compiled where it stands.
+    #[doc(hidden)]
+    #[inline(always)]
+    fn minus(self, other: Self) -> Self {
+        self - other
+    }
+
+    /// self × `other`, compiled where it stands.
+    #[doc(hidden)]
+    #[inline(always)]
+    fn times(self, other: Self) -> Self {
+        self * other
+    }
+
+    /// self × `factor`, compiled where it stands.
+    #[doc(hidden)]
+    #[inline(always)]
+    fn scaled(self, factor: Self::Base) -> Self {
+        self * Self::lift(factor)
+    }
+
+    /// self ÷ `divisor`, compiled where it stands.
+    #[doc(hidden)]
+    #[inline(always)]
+    fn over(self, divisor: Self::Base) -> Self {
+        self / Self::lift(divisor)
+    }
+
+    /// y += x c, entry by entry.
+    #[doc(hidden)]
+    #[inline(always)]
+    fn add_multiple(y: &mut [Self], x: &[Self], c: Self) {
+        for i in 0..y.len().min(x.len()) {
+            y[i] = y[i].plus(x[i].times(c));
+        }
+    }
 }
 
 /// A scalar that is its own base: `f64`, `Dd`, `Qd`. Everything that is stored is stored over a `Real`.
@@ -157,6 +201,7 @@ pub mod dual;
 pub(crate) mod erased;
 mod field;
 mod fused;
+pub(crate) mod loops;
 pub mod number;
 pub mod qd;
 #[cfg(feature = "serde")]
