@@ -1,9 +1,8 @@
-//! Properties of what the laws stand on: from scalars to integrators. Without the harness, those that need none.
+//! Properties of what the laws stand on: from scalars to integrators. Without the harness, those that need none, except the
+//! derivatives of steps: half of the compiler's work, for code that knows no features.
 
 mod api;
 mod continuous;
-#[path = "integrators/derivative.rs"]
-mod derivative;
 mod discrete;
 mod scalar;
 mod solve;
@@ -13,6 +12,9 @@ mod allocation;
 
 #[cfg(feature = "harness")]
 mod algebra;
+#[cfg(feature = "harness")]
+#[path = "integrators/derivative.rs"]
+mod derivative;
 #[cfg(feature = "harness")]
 mod expression;
 #[cfg(feature = "harness")]

@@ -19,6 +19,7 @@ With an argument it makes a mistake, to show what `probe` says about it:
 import json
 import math
 import sys
+from operator import mul
 
 MISTAKE = sys.argv[1] if len(sys.argv) > 1 else ""
 
@@ -28,21 +29,31 @@ def unit(n):
 
 
 def matmul(a, b):
-    return [[sum(x * b[k][c] for k, x in enumerate(row) if x) for c in range(len(b[0]))] for row in a]
+    columns = list(zip(*b))
+    return [[sum(map(mul, row, column)) for column in columns] for row in a]
 
 
-def combine(terms):
-    """The sum of factor * matrix."""
-    rows, columns = len(terms[0][1]), len(terms[0][1][0])
-    return [[sum(factor * m[r][c] for factor, m in terms) for c in range(columns)] for r in range(rows)]
+def plus(a, factor, b):
+    """a + factor * b."""
+    return [[x + factor * y for x, y in zip(p, q)] for p, q in zip(a, b)]
+
+
+def entries(matrices):
+    """For each row and column the entries of all matrices there."""
+    return [list(zip(*rows)) for rows in zip(*matrices)]
+
+
+def combine(factors, table):
+    """The sum of factor * matrix, for the entries of the matrices."""
+    return [[sum(map(mul, factors, entry)) for entry in row] for row in table]
 
 
 def row_times(mu, a):
-    return [sum(mu[r] * a[r][c] for r in range(len(mu))) for c in range(len(a[0]))]
+    return [sum(map(mul, mu, column)) for column in zip(*a)]
 
 
 def times_column(a, x):
-    return [sum(entry * y for entry, y in zip(row, x)) for row in a]
+    return [sum(map(mul, row, x)) for row in a]
 
 
 def series(a, coefficient):
@@ -53,8 +64,8 @@ def series(a, coefficient):
         k += 1
         power = matmul(power, a)
         c = coefficient(k)
-        total = combine([(1.0, total), (c, power)])
-        if abs(c) * max(abs(x) for row in power for x in row) < 1e-20:
+        total = plus(total, c, power)
+        if abs(c) * max(max(map(abs, row)) for row in power) < 1e-20:
             break
     return total
 
@@ -101,11 +112,11 @@ class System:
         if q.get("quartic"):
             raise NotImplementedError("a quartic term")
         table = q["constants"]
-        # ad_basis[a] is the matrix of ad_(e_a): row c, column b holds C^c_ab.
-        self.ad_basis = [[[table[(a * n + b) * n + c] for b in range(n)] for c in range(n)] for a in range(n)]
+        # Of the matrices of ad_(e_a): row c, column b holds C^c_ab.
+        self.ad_basis = entries([[[table[(a * n + b) * n + c] for b in range(n)] for c in range(n)] for a in range(n)])
         self.inertia = self.rows(q["inertia"], n)
         m = self.m
-        self.basis = [self.rows(q["basis"][a * m * m:(a + 1) * m * m], m) for a in range(n)] if m else []
+        self.basis = entries([self.rows(q["basis"][a * m * m:(a + 1) * m * m], m) for a in range(n)]) if m else []
         self.terms = q["force"]
 
     @staticmethod
@@ -113,10 +124,10 @@ class System:
         return [flat[r * n:(r + 1) * n] for r in range(len(flat) // n)]
 
     def ad(self, x):
-        return combine([(x[a], self.ad_basis[a]) for a in range(self.n)])
+        return combine(x, self.ad_basis)
 
     def hat(self, x):
-        return combine([(x[a], self.basis[a]) for a in range(self.n)])
+        return combine(x, self.basis)
 
     def dexp(self, x):
         """dexp_x = sum_k (-ad_x)^k / (k + 1)!, the left-trivialised tangent."""
@@ -130,11 +141,11 @@ class System:
         d = [[0.0] * self.n for _ in range(self.n)]
         total = [[0.0] * self.n for _ in range(self.n)]
         for k in range(1, 40):
-            d = combine([(1.0, matmul(ad, d)), (-1.0, self.ad(w))])
+            d = plus(matmul(ad, d), -1.0, self.ad(w))
             w = times_column(ad, w)
             c = (-1) ** k / math.factorial(k + 1)
-            total = combine([(1.0, total), (c, d)])
-            if abs(c) * max(abs(v) for row in d for v in row) < 1e-20:
+            total = plus(total, c, d)
+            if abs(c) * max(max(map(abs, row)) for row in d) < 1e-20:
                 break
         return total
 
@@ -186,7 +197,7 @@ def step(q):
         # P ddexp_X(H, .) with P = M dexp_X is M times the derivative of dexp.
         gradient = [a + b for a, b in zip(row_times(momentum, system.second(x, velocity)), row_times(f, dexp))]
         # Ad_exp(X)^-1 = exp(-ad_X) = 1 - ad_X dexp_X.
-        transport = combine([(1.0, unit(n)), (-1.0, matmul(system.ad(x), dexp))])
+        transport = plus(unit(n), -1.0, matmul(system.ad(x), dexp))
         m = [a + h * b for a, b in zip(mu, row_times(f, transport))]
         end = row_times(m, system.dexp([-v for v in xi]))
         return [p[a] + 0.5 * h * gradient[a] - end[a] for a in range(n)], m, xi
