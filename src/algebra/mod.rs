@@ -347,7 +347,9 @@ impl<T: Real, const N: usize> LieAlgebra<T, N> {
             for a in 0..N {
                 if const { heavy::<S>() } {
                     let (column, constants) = (columns.column(a), self.ad_basis[a].column(b));
-                    sum += loops::sum_of_multiples(column.as_slice(), constants.as_slice());
+                    let mut part = S::zero();
+                    loops::add_sum(&mut part, column.as_slice(), constants.as_slice());
+                    sum += part;
                 } else {
                     for c in 0..N {
                         sum += columns[(c, a)] * S::lift(self.constant(a, b, c));

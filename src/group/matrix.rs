@@ -291,10 +291,11 @@ impl<T: Real, const N: usize, const D: usize> LieGroup<T, N, D> for MatrixGroup<
 
     fn vee<S: Scalar<Base = T>>(&self, matrix: &Matrix<S, D>) -> Vector<S, N> {
         Vector::from_fn(|a, _| {
-            if const { heavy::<S>() } {
-                return loops::sum_of_multiples(matrix.as_slice(), self.dual[a].as_slice());
-            }
             let mut sum = S::zero();
+            if const { heavy::<S>() } {
+                loops::add_sum(&mut sum, matrix.as_slice(), self.dual[a].as_slice());
+                return sum;
+            }
             for (entry, f) in matrix.iter().zip(self.dual[a].iter()) {
                 sum += *entry * S::lift(*f);
             }

@@ -86,7 +86,7 @@ impl<T: Real> Products<T> {
         let mut matrix = Matrix::<S, N>::zeros();
         if const { heavy::<S>() } {
             let place = |[a, b, c, d]: [usize; 4]| [a, c, d + b * N];
-            loops::add_trilinear(matrix.as_mut_slice(), &self.triple, (x.as_slice(), x.as_slice()), place);
+            loops::add_trilinear(matrix.as_mut_slice(), &self.triple, x.as_slice(), x.as_slice(), place);
             return matrix;
         }
         for &([a, b, c, d], value) in &self.triple {
@@ -266,7 +266,7 @@ impl<T: Real, S: Scalar<Base = T>, const N: usize> TangentPoint<S, N> for Cayley
         if const { heavy::<S>() } {
             let place = |[a, b, c, d]: [usize; 4]| [a, b, d + c * N];
             let (x, v) = (self.x.as_slice(), v.as_slice());
-            loops::add_trilinear(matrix.as_mut_slice(), &self.products.triple, (x, v), place);
+            loops::add_trilinear(matrix.as_mut_slice(), &self.products.triple, x, v, place);
             return matrix * S::half();
         }
         for &([a, b, c, d], value) in &self.products.triple {

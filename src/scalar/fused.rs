@@ -19,26 +19,29 @@ fn with_fma<A, B, R>(a: A, b: B, f: impl Fn(A, B) -> R) -> R {
     f(a, b)
 }
 
-/// Work for the fused multiply-add of the machine. What [`Work::run`] calls has to be compiled in its place (`#[inline(always)]`
-/// throughout): a closure of some size is not.
-pub(super) trait Work {
-    /// Does it.
-    fn run(self);
-}
+/// A function whose body is compiled twice, for machines with and without a fused multiply-add, and called once. What the body calls has
+/// to be compiled in its place (`#[inline(always)]` throughout): a closure of some size is not.
+macro_rules! loops {
+    ($($(#[$doc:meta])* fn $name:ident<$($g:ident: $bound:path),*>($($x:ident: $type:ty),* $(,)?) $body:block)*) => {$(
+        $(#[$doc])*
+        #[inline(never)]
+        pub(crate) fn $name<$($g: $bound),*>($($x: $type),*) {
+            #[inline(always)]
+            fn run<$($g: $bound),*>($($x: $type),*) $body
 
-/// Does the work, as [`apply`] does.
-#[inline(always)]
-pub(super) fn run(work: impl Work) {
-    #[cfg(all(target_arch = "x86_64", not(target_feature = "fma")))]
-    if std::arch::is_x86_feature_detected!("fma") {
-        // SAFETY: the machine has the feature.
-        return unsafe { run_with_fma(work) };
-    }
-    work.run();
-}
+            #[cfg(all(target_arch = "x86_64", not(target_feature = "fma")))]
+            #[target_feature(enable = "fma")]
+            fn run_with_fma<$($g: $bound),*>($($x: $type),*) {
+                run($($x),*);
+            }
 
-#[cfg(all(target_arch = "x86_64", not(target_feature = "fma")))]
-#[target_feature(enable = "fma")]
-fn run_with_fma(work: impl Work) {
-    work.run();
+            #[cfg(all(target_arch = "x86_64", not(target_feature = "fma")))]
+            if std::arch::is_x86_feature_detected!("fma") {
+                // SAFETY: the machine has the feature.
+                return unsafe { run_with_fma($($x),*) };
+            }
+            run($($x),*);
+        }
+    )*};
 }
+pub(super) use loops;
