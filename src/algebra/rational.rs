@@ -11,6 +11,11 @@ use std::collections::btree_map::Entry;
 /// A sparse vector: the non-zero entries by their index.
 pub(crate) type Sparse = BTreeMap<usize, RBig>;
 
+/// Of these entries; compiled once, whatever they are taken from: a map that is collected brings a sort of its own.
+fn sparse(entries: &mut dyn Iterator<Item = (usize, RBig)>) -> Sparse {
+    entries.collect()
+}
+
 /// x += factor · y.
 pub(crate) fn add(x: &mut Sparse, factor: &RBig, y: &Sparse) {
     for (&k, value) in y {
@@ -81,7 +86,7 @@ fn primitive(row: &Sparse) -> Sparse {
     if divisor.is_zero() {
         return row.clone();
     }
-    row.iter().map(|(&k, v)| (k, RBig::from(scaled(v)) / &divisor)).collect()
+    sparse(&mut row.iter().map(|(&k, v)| (k, RBig::from(scaled(v)) / &divisor)))
 }
 
 /// A row-echelon basis of a span, reduced: no pivot stands in another row.
@@ -132,7 +137,7 @@ impl Span {
     pub fn null_space(&self, n: usize) -> Vec<Sparse> {
         let free = (0..n).filter(|k| !self.rows.contains_key(k));
         let solution = |k: usize| {
-            let mut x: Sparse = self.rows.iter().filter_map(|(&p, row)| Some((p, -row.get(&k)?.clone()))).collect();
+            let mut x = sparse(&mut self.rows.iter().filter_map(|(&p, row)| Some((p, -row.get(&k)?.clone()))));
             x.insert(k, RBig::ONE);
             primitive(&x)
         };
@@ -157,11 +162,11 @@ impl RationalMatrix {
 
     /// The matrix with this entry.
     pub fn of(size: usize, entry: impl Fn(usize, usize) -> i64) -> Self {
-        let entries = (0..size * size).filter_map(|k| match entry(k / size, k % size) {
+        let mut entries = (0..size * size).filter_map(|k| match entry(k / size, k % size) {
             0 => None,
             value => Some((k, integer(value))),
         });
-        Self { size, entries: entries.collect() }
+        Self { size, entries: sparse(&mut entries) }
     }
 
     /// The entry.
@@ -211,7 +216,7 @@ impl RationalMatrix {
     /// Xᵀ.
     pub fn transposed(&self) -> Self {
         let n = self.size;
-        Self { size: n, entries: self.entries.iter().map(|(k, v)| (k % n * n + k / n, v.clone())).collect() }
+        Self { size: n, entries: sparse(&mut self.entries.iter().map(|(k, v)| (k % n * n + k / n, v.clone()))) }
     }
 }
 
@@ -254,7 +259,7 @@ impl MatrixSpan {
     pub fn coordinates(&self, matrix: &RationalMatrix) -> Option<Sparse> {
         let left = self.span.remainder(&matrix.entries);
         let inside = left.range(..self.offset).next().is_none();
-        inside.then(|| left.into_iter().map(|(k, v)| (k - self.offset, -v)).collect())
+        inside.then(|| sparse(&mut left.into_iter().map(|(k, v)| (k - self.offset, -v))))
     }
 }
 
@@ -294,7 +299,7 @@ impl RationalAlgebra {
             for b in a + 1..n {
                 let commutator = basis[a].commutator(&basis[b]);
                 let coordinates = span.coordinates(&commutator).ok_or(SpanError::NotClosed(a, b))?;
-                brackets[b * n + a] = coordinates.iter().map(|(&c, v)| (c, -v.clone())).collect();
+                brackets[b * n + a] = sparse(&mut coordinates.iter().map(|(&c, v)| (c, -v.clone())));
                 brackets[a * n + b] = coordinates;
             }
         }
@@ -359,8 +364,8 @@ impl RationalAlgebra {
         let mut equations = Span::default();
         for b in 0..self.n {
             for c in 0..self.n {
-                let row = (0..self.n).filter_map(|a| Some((a, self.of_basis(a, b).get(&c)?.clone())));
-                equations.insert(&row.collect());
+                let mut row = (0..self.n).filter_map(|a| Some((a, self.of_basis(a, b).get(&c)?.clone())));
+                equations.insert(&sparse(&mut row));
             }
         }
         equations.null_space(self.n)
@@ -506,7 +511,7 @@ impl RationalAlgebra {
             }
             let mut known = Span::default();
             for product in products(&all, d) {
-                known.insert(&product.into_iter().map(|(monomial, v)| (index[&monomial[..]], v)).collect());
+                known.insert(&sparse(&mut product.into_iter().map(|(monomial, v)| (index[&monomial[..]], v))));
             }
             for solution in equations.null_space(monomials.len()) {
                 if known.insert(&solution) {
