@@ -3,6 +3,8 @@
 mod precise;
 mod references;
 
+use euler_poincare::algebra::{Covector, Entry, Matrix, Vector};
+use euler_poincare::group::{LieGroup, MatrixGroup};
 use euler_poincare::scalar::{Dd, Dual, Number, NumberError, Qd, Real, Scalar, dual};
 use nalgebra::{ComplexField, Matrix2, RealField, Vector1, Vector2};
 use num_traits::Signed;
@@ -421,4 +423,48 @@ fn a_variable_of_value_one_has_its_derivatives_in_products() {
     let outer = Dual::variable(Dual::constant(Dd::exact(1.0)));
     assert_eq!((outer * Dual::constant(Dual::constant(third))).eps.re, third);
     assert_eq!((Dual::constant(Dd::exact(1.0)) * Dual::variable(third)).eps, Dd::exact(1.0));
+}
+
+/// The numbers of all scalars, one after the other.
+fn numbers<'a, S: Scalar + 'a>(scalars: impl IntoIterator<Item = &'a S>) -> Vec<S::Base> {
+    let mut numbers = Vec::new();
+    scalars.into_iter().for_each(|x| x.write(&mut numbers));
+    numbers
+}
+
+/// Sums by the operators, in the order of the loops, on SE(3) in a basis in which half of the constants vanish.
+fn loops<T: Real, S: Scalar<Base = T>>(what: &str, number: impl Fn(i64) -> S) {
+    let mixed = Matrix::<T, 6>::from_fn(|a, b| T::ratio(i64::from(a == b) + i64::from(a + 1 == b), 3 + b as i64));
+    let group = MatrixGroup::<T, 6, 4>::from_entry(&Entry::Se3).unwrap().in_basis(&mixed).unwrap();
+    let algebra = group.algebra();
+    let x = Vector::<S, 6>::from_fn(|a, _| if a == 4 { S::zero() } else { number(a as i64) });
+    let y = Vector::<S, 6>::from_fn(|a, _| if a == 1 { S::one() } else { number(7 - 2 * a as i64) });
+    let mu = Covector::<S, 6>::from_fn(|_, a| number(3 * a as i64 - 5));
+
+    let summed = |terms: &mut dyn Iterator<Item = S>| terms.fold(S::zero(), |sum, term| sum + term);
+    let ad = Matrix::<S, 6>::from_fn(|c, b| summed(&mut (0..6).map(|a| x[a] * S::lift(algebra.constant(a, b, c)))));
+    assert_eq!(numbers(&algebra.ad(&x)), numbers(&ad), "{what}: ad");
+    let bracket = Vector::<S, 6>::from_fn(|c, _| summed(&mut (0..6).map(|b| ad[(c, b)] * y[b])));
+    assert_eq!(numbers(&algebra.bracket(&x, &y)), numbers(&bracket), "{what}: the bracket");
+    let coad = Covector::<S, 6>::from_fn(|_, b| summed(&mut (0..6).map(|c| mu[c] * ad[(c, b)])));
+    assert_eq!(numbers(&algebra.coad(&x, &mu)), numbers(&coad), "{what}: ad*");
+    let hat = Matrix::<S, 4>::from_fn(|r, c| summed(&mut (0..6).map(|a| x[a] * S::lift(group.basis()[a][(r, c)]))));
+    assert_eq!(numbers(&group.hat(&x)), numbers(&hat), "{what}: hat");
+
+    // A factor of 0 does not hide what is not finite.
+    let mut far = x;
+    far[0] = S::one() / S::zero();
+    assert!(algebra.ad(&far).iter().all(|v| !v.all_finite()), "{what}: ad of an infinite vector");
+    let still = Vector::<S, 6>::zeros();
+    assert!(algebra.bracket(&far, &still).iter().all(|v| !v.all_finite()), "{what}: its bracket");
+}
+
+#[test]
+fn sums_in_loops_have_the_bits_of_the_operators_and_show_what_is_not_finite() {
+    loops::<f64, f64>("f64", |k| (k as f64).sin());
+    loops::<Dd, Dd>("dd", |k| Dd::int(k).sin());
+    loops::<Qd, Qd>("qd", |k| Qd::int(k).sin());
+    let dual = |k: i64| Dual { re: Dd::int(k).sin(), eps: if k % 2 == 0 { Dd::ratio(k, 7) } else { Dd::exact(0.0) } };
+    loops::<Dd, Dual<Dd>>("duals over dd", dual);
+    loops::<Dd, Dual<Dual<Dd>>>("their duals", |k| Dual { re: dual(k), eps: dual(k + 1) });
 }

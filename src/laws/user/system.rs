@@ -524,7 +524,8 @@ struct SystemLaw<S: 'static> {
 /// Of the laws of [`all`](crate::laws::all) these are left out: those of groupoids, algebroids and the Poisson groupoid, of
 /// discrete equations of random polynomials, of the discrete Euler–Poincaré equations, `lie-poisson-bracket` and
 /// `odd-lagrangian-units`, because they judge the library on any group, and nothing that one has written; those of orbits, `casimir-rate` and
-/// `dissipation-rate`, because they draw algebras of the catalogue or need the library's brackets; and those of motions, `variational-order` and
+/// `dissipation-rate`, because they draw algebras of the catalogue or need the library's brackets; `derivative-step`, `derivative-run` and
+/// `configuration-…`, which put factors and random potentials on the catalogue's cases; and those of motions, `variational-order` and
 /// `variational-error`, because they take minutes, and what they compare is judged apart by `order-predicted` and the laws of
 /// discrete actions.
 ///
@@ -572,6 +573,8 @@ fn table<S: Source>() -> Vec<&'static CaseLaw<S>> {
         munthe_kaas::laws(),
         order::laws(),
         predicted::laws(),
+        branch::laws(),
+        solve::laws(),
     ]
     .into_iter()
     .flatten()
