@@ -384,11 +384,6 @@ impl Scalar for Dd {
         self.times(factor)
     }
 
-    #[inline(always)]
-    fn over(self, divisor: Self) -> Self {
-        Self(self.0 / divisor.0)
-    }
-
     super::without_duals!();
 }
 

@@ -253,11 +253,6 @@ impl<T: Scalar> Scalar for Dual<T> {
         Self { re: self.re.scaled(factor), eps: self.eps.scaled(factor) }
     }
 
-    #[inline(always)]
-    fn over(self, divisor: T::Base) -> Self {
-        Self { re: self.re.over(divisor), eps: self.eps.over(divisor) }
-    }
-
     /// Many numbers of a computation are constants.
     #[inline(always)]
     fn add_multiple(y: &mut [Self], x: &[Self], c: Self) {

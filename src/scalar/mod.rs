@@ -132,13 +132,6 @@ pub trait Scalar: RealField + Copy + Default + Debug + Display + LowerExp + Send
         self * Self::lift(factor)
     }
 
-    /// self ÷ `divisor`, compiled where it stands.
-    #[doc(hidden)]
-    #[inline(always)]
-    fn over(self, divisor: Self::Base) -> Self {
-        self / Self::lift(divisor)
-    }
-
     /// y += x c, entry by entry.
     #[doc(hidden)]
     #[inline(always)]
