@@ -62,12 +62,18 @@ impl Plan {
         }
         // size^K/K! below the round-off; three spare terms for what derivatives by dual numbers multiply by K.
         let unit = S::unit_roundoff().to_f64();
-        let (mut terms, mut bound) = (1, size);
-        while bound > 0.125 * unit {
-            terms += 1;
-            bound *= size / terms as f64;
+        loop {
+            let (mut terms, mut bound) = (1, size);
+            while bound > 0.125 * unit {
+                terms += 1;
+                bound *= size / terms as f64;
+            }
+            if terms + 3 < MAX_COEFFICIENTS {
+                return Some(Self { levels, terms: terms + 3 });
+            }
+            // A scalar of more than 64 digits: of a smaller matrix the series takes fewer terms.
+            (size, levels) = (0.5 * size, levels + 1);
         }
-        Some(Self { levels, terms: terms + 3 })
     }
 
     /// 2^−levels, exactly.
@@ -150,7 +156,7 @@ impl<S: Scalar, const N: usize> Pair<S, N> {
     /// By the even and the odd part of Σ (−ad)^k/(k+1)!, both in powers of ad².
     fn series(ad: &Matrix<S, N>, terms: usize) -> Self {
         let one = Matrix::<S, N>::identity();
-        let count = (terms / 2 + 2).min(MAX_COEFFICIENTS);
+        let count = terms / 2 + 2;
         let powers = Powers::of(&times(ad, ad), count, 2);
         let even = powers.sum(&inverse_factorials(1, 2, count)[..count]);
         let odd = powers.sum(&inverse_factorials(2, 2, count)[..count]);
@@ -213,7 +219,7 @@ impl<T: Real, const N: usize, const D: usize, G> Exponential<T, N, D, G> {
 fn exponential<S: Scalar, const M: usize>(matrix: &Matrix<S, M>) -> Option<Matrix<S, M>> {
     let plan = Plan::of(matrix)?;
     let small = matrix * plan.scale::<S>();
-    let count = (plan.terms + 1).min(MAX_COEFFICIENTS);
+    let count = plan.terms + 1;
     let mut sum = Powers::of(&small, count, 1).sum(&inverse_factorials(0, 1, count)[..count]);
     for _ in 0..plan.levels {
         sum = times(&sum, &sum);
