@@ -237,6 +237,25 @@ impl<T: Real, const N: usize> StepDerivative<T, N> {
         if all.all_finite() { Ok(all) } else { Err(NOT_FINITE) }
     }
 
+    /// How far the end may move where r_k is not 0 but up to `left(Σ_l |J_kl H_l|)`: Σ_k |∂(ζ', δμ')/∂H J⁻¹ e_k| `left`(…), component by
+    /// component. `rates` are the H_i, one after the other.
+    #[cfg(feature = "harness")]
+    pub(crate) fn moved(&mut self, rates: &[T], left: impl Fn(T) -> T) -> Variation<T, N> {
+        let mut all = Variation::zero();
+        for k in 0..self.stage.len() {
+            let row = self.partials.stages.row(k);
+            let terms = row.iter().zip(rates).fold(T::zero(), |sum, (&j, &rate)| sum + (j * rate).abs());
+            self.stage.fill(T::zero());
+            self.stage[k] = left(terms);
+            let one = self.end(Vector::zeros(), Covector::zeros(), &Variation::zero());
+            for a in 0..N {
+                all.attitude[a] += one.attitude[a].abs();
+                all.momentum[a] += one.momentum[a].abs();
+            }
+        }
+        all
+    }
+
     fn forward(
         &mut self,
         state: &Variation<T, N>,
@@ -244,7 +263,7 @@ impl<T: Real, const N: usize> StepDerivative<T, N> {
         step: T,
         parameter: impl Fn(usize) -> T,
     ) -> Variation<T, N> {
-        let Self { partials, factors, stage, .. } = self;
+        let Self { partials, stage, .. } = self;
         let input = |c: usize| match c {
             c if c < N => state.attitude[c],
             c if c < 2 * N => state.momentum[c - N],
@@ -267,6 +286,17 @@ impl<T: Real, const N: usize> StepDerivative<T, N> {
                 impulse[a] += partials.end_by_inputs[(N + a, c)] * value;
             }
         }
+        self.end(increment, impulse, state)
+    }
+
+    /// The end, from J δH in `stage`, from (δξ, δm) at fixed stages, and from the variation of the start.
+    fn end(
+        &mut self,
+        mut increment: Vector<T, N>,
+        mut impulse: Covector<T, N>,
+        state: &Variation<T, N>,
+    ) -> Variation<T, N> {
+        let Self { partials, factors, stage, .. } = self;
         factors.solve(stage);
         for (c, &value) in stage.iter().enumerate() {
             for a in 0..N {
@@ -429,6 +459,25 @@ where
             return Err(error);
         }
         Ok((report, &mut self.derivative))
+    }
+
+    /// Takes a step, and returns how far its end moves, at most and to first order, where each stage equation r_k = 0 holds up to its terms:
+    /// the largest of them, and Σ_l |∂r_k/∂H_l H_l|; and m up to the largest. A part of that, such as a few u or a tolerance, is what
+    /// solving the equations leaves.
+    ///
+    /// # Errors
+    /// Those of [`Linearised::step`].
+    #[cfg(feature = "harness")]
+    pub(crate) fn moved(&mut self, state: &mut State<T, N, D>, h: T) -> Result<Variation<T, N>, StepError> {
+        let start = state.clone();
+        self.step(state, h)?;
+        let rates: Vec<T> = self.method.stage_rates().flat_map(|(rate, _)| rate.data.0[0]).collect();
+        let size = self.method.terms(&start, h)?;
+        let mut moved = self.derivative.moved(&rates, |terms| terms + size);
+        for (moved, column) in moved.momentum.iter_mut().zip(self.derivative.partials.adjoint.column_iter()) {
+            *moved += column.iter().fold(T::zero(), |sum, x| sum + x.abs()) * size;
+        }
+        Ok(moved)
     }
 
     fn linearise(&mut self, start: &State<T, N, D>, h: T, rates: Option<&Stages<T, N>>) -> Result<(), StepError> {

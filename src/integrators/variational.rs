@@ -317,6 +317,14 @@ where
         (0..self.scheme.tableau.stages()).map(move |i| (self.work.rates.vector(i), impulse(i)))
     }
 
+    /// The size of the terms of the stage equations of a step of size h from `start`, at the H_i of the last step: |P_i|, |h Σ_j b_j a_ji/b_i
+    /// G_j|, |m dτ(−ξ)|, and h times the terms that make the forces.
+    #[cfg(feature = "harness")]
+    pub(crate) fn terms(&mut self, start: &State<T, N, D>, h: T) -> Result<T, StepError> {
+        self.last = None;
+        self.scheme.residual::<T, N, D>(&Problem::new(start, h), &mut self.work)
+    }
+
     /// ξ = h Σ_j b_j H_j of the last step: g' = g τ(ξ).
     pub fn increment(&self) -> &Vector<T, N> {
         &self.work.increment
