@@ -3,6 +3,7 @@
 //! All numbers are [`Number`] expressions, so a case means exactly the same system in every scalar. Every coordinate
 //! (constants, inertia, forces, state) refers to the basis of the case: the catalogue's, or the changed one.
 
+use super::document::MethodTable;
 use super::error::{CaseError, Place};
 use super::numbers::{list, rows};
 use crate::algebra::catalogue::Entry;
@@ -292,8 +293,9 @@ impl Tau {
     }
 }
 
-/// The integrator: a tableau and a retraction.
-#[derive(Clone, Debug, PartialEq)]
+/// The integrator: a tableau and a retraction. In JSON, the keys of `[method]` in a system file.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(try_from = "MethodTable", into = "MethodTable")]
 pub struct Method {
     /// (a, b).
     pub tableau: Description,

@@ -834,6 +834,26 @@ impl MethodTable {
     }
 }
 
+impl From<Method> for MethodTable {
+    fn from(method: Method) -> Self {
+        let row =
+            |term: Monomial| (natural(term.component), term.value, term.factors.into_iter().map(natural).collect());
+        let argument: Vec<_> = method.argument.into_iter().map(row).collect();
+        let (retraction, argument) = (method.retraction, (!argument.is_empty()).then_some(argument));
+        let mut table = Self { tableau: None, tableau_file: None, a: None, b: None, c: None, retraction, argument };
+        table.put(method.tableau);
+        table
+    }
+}
+
+impl TryFrom<MethodTable> for Method {
+    type Error = CaseError;
+
+    fn try_from(table: MethodTable) -> Result<Self, CaseError> {
+        table.method(&Place::root())
+    }
+}
+
 /// The attitude in the coordinates of the retraction, as an orientation, and the position.
 type Placement = (Option<Vec<Number>>, Option<Orientation>, Option<Vec<Number>>);
 
@@ -920,14 +940,6 @@ impl From<Case> for Document {
                 ..AlgebraTable::default()
             },
         };
-        let retraction = case.method.retraction;
-        let row =
-            |term: Monomial| (natural(term.component), term.value, term.factors.into_iter().map(natural).collect());
-        let argument: Vec<_> = case.method.argument.into_iter().map(row).collect();
-        let argument = (!argument.is_empty()).then_some(argument);
-        let mut method =
-            MethodTable { tableau: None, tableau_file: None, a: None, b: None, c: None, retraction, argument };
-        method.put(case.method.tableau);
         let (velocity, momentum) = match case.start.motion {
             Motion::Velocity(eta) => (Some(eta), None),
             Motion::Momentum(mu) => (None, Some(mu)),
@@ -940,7 +952,7 @@ impl From<Case> for Document {
             potential: case.potentials,
             parameters: case.names.parameters.into_iter().map(|(name, value)| (name, value.into())).collect(),
             definitions: case.names.definitions,
-            method,
+            method: case.method.into(),
             state: StateTable {
                 velocity,
                 momentum,
