@@ -10,7 +10,7 @@ use euler_poincare::mechanics::{Force, Lagrangian, equations::EulerPoincare};
 use euler_poincare::retraction::Retraction;
 use euler_poincare::study::problem;
 use euler_poincare::system::case::{Drag, Force as Term};
-use euler_poincare::system::{Case, System, Visitor, cases};
+use euler_poincare::system::{self, Case, System, Visitor, cases};
 use euler_poincare::tableau::{Classic, Description, Family, Tableau};
 use nalgebra::DMatrix;
 use proptest::strategy::{Just, Strategy};
@@ -335,10 +335,74 @@ fn an_iteration_that_stops_early_is_no_error_of_an_order() {
                 let strategy = law.cases(base).boxed();
                 for index in 0..16 {
                     let (case, _) = draw(&strategy, 2, law.about.name, index).case.unwrap();
-                    let verdict = check_case(law, &subject, &case, &Claims { tolerance, ..kept }).verdict;
+                    let verdict = check_case(law, &subject, &case, &Claims { tolerance, ..kept.clone() }).verdict;
                     assert!(verdict.holds(), "{family:?} {stages}, {tolerance}, {}: {verdict}", law.about.name);
                 }
             }
         }
     }
+}
+
+/// What is claimed of a case: the scheme of a tableau, with the retraction of the case.
+fn scheme(case: &Case, tableau: &Description, tolerance: f64) -> Claims {
+    let method = system::case::Method { tableau: tableau.clone(), ..case.method.clone() };
+    Claims { variational: Some(method), tolerance, ..Claims::default() }
+}
+
+#[test]
+fn the_scheme_holds_with_any_tolerance_and_without_an_attitude() {
+    let law = named("method-variational").unwrap();
+    let strategy = |algebra: &str| law.cases(cases().algebras(&[algebra.parse().unwrap()])).boxed();
+    let drawn = |algebra: &str, count: usize| -> Vec<Case> {
+        let strategy = strategy(algebra);
+        (0..count).map(|index| draw(&strategy, 2, law.about.name, index).case.unwrap().0).collect()
+    };
+    for (k, tableau) in
+        ["gauss-1", "gauss-2", "gauss-3", "gauss-4", "lobatto-iiia-2", "lobatto-iiia-3", "lobatto-iiib-2"]
+            .into_iter()
+            .chain(["lobatto-iiib-3", "radau-ia-2", "radau-iia-2", "radau-iia-3", "lobatto-iiic-2", "rk4"])
+            .enumerate()
+    {
+        let tableau: Description = tableau.parse().unwrap();
+        for tolerance in [0.0, [1e-13, 1e-11, 1e-9, 1e-7][k % 4]] {
+            let subject = Loose { tableau: tableau.build().unwrap(), tolerance };
+            for algebra in ["so3", "se2", "sl2"] {
+                let (mut held, cases) = (0, drawn(algebra, 8));
+                for case in &cases {
+                    let verdict = check_case(law, &subject, case, &scheme(case, &tableau, tolerance)).verdict;
+                    assert!(!verdict.is_broken(), "{tableau}, {tolerance}, {algebra}: {verdict}\n{case:?}");
+                    held += usize::from(verdict.holds());
+                }
+                assert!(held + 1 >= cases.len(), "{tableau}, {tolerance}, {algebra}: {held} held");
+            }
+        }
+    }
+    let sphere = StateForm::Point(vec![0.0, 0.0, 1.0]);
+    let tableau: Description = "gauss-2".parse().unwrap();
+    for (algebra, form) in [("so3", sphere.clone()), ("se2", sphere), ("sl2", StateForm::Momentum)] {
+        let of = |wrong_side| WithoutAttitude { form: form.clone(), method: Method::gauss(2), wrong_side };
+        for case in drawn(algebra, 8) {
+            let claims = scheme(&case, &tableau, 0.0);
+            let verdict = check_case(law, &of(false), &case, &claims).verdict;
+            assert!(verdict.holds(), "{algebra} {form:?}: {verdict}");
+            let wrong = check_case(law, &of(true), &case, &claims).verdict;
+            assert_eq!(wrong.is_broken(), form != StateForm::Momentum, "{algebra} {form:?}: {wrong}");
+        }
+    }
+}
+
+/// An iteration that stops early without saying so is no step of the scheme.
+#[test]
+fn a_tolerance_that_is_not_claimed_is_seen() {
+    let law = named("method-variational").unwrap();
+    let tableau: Description = "gauss-2".parse().unwrap();
+    let subject = Loose { tableau: tableau.build().unwrap(), tolerance: 1e-6 };
+    let strategy = law.cases(cases().algebras(&["so3".parse().unwrap()])).boxed();
+    let verdicts: Vec<Verdict> = (0..8)
+        .map(|index| {
+            let (case, _) = draw(&strategy, 2, law.about.name, index).case.unwrap();
+            check_case(law, &subject, &case, &scheme(&case, &tableau, 0.0)).verdict
+        })
+        .collect();
+    assert!(verdicts.iter().filter(|verdict| verdict.is_broken()).count() >= 4, "{verdicts:?}");
 }

@@ -12,8 +12,8 @@ use euler_poincare::harness::evidence::gather;
 use euler_poincare::harness::{BoxedStrategy, Verdict, draw};
 use euler_poincare::integrators::{Classical, MuntheKaas, OneStep, Report, Solver, State, StepError, Variational};
 use euler_poincare::laws::method::{
-    Claims, LAWS, MethodLaw, Other, Point, Quantity, Setup, Side, Solved, Stepper, Theory, Untyped, Value, Wanted,
-    check, theory_of,
+    Claims, LAWS, MethodLaw, Other, Point, Quantity, Scheme, Setup, Side, Solved, StateForm, Stepper, Theory, Untyped,
+    Value, Wanted, check, theory_of,
 };
 use euler_poincare::mechanics::{Force, Lagrangian, equations::EulerPoincare};
 use euler_poincare::retraction::Retraction;
@@ -343,6 +343,8 @@ fn setup<'a>(body: &Rc<Body>, method: &'a Method) -> Result<Setup<'a>, StepError
     let built = body.case.dispatch_main::<f64, _>(Build(method));
     let stepper = built.map_err(|error| StepError::Unsupported { why: error.to_string() })?;
     let again = body.clone();
+    let case = body.case.clone();
+    let scheme = move |of: &euler_poincare::system::case::Method| Scheme::of(&case, of, &StateForm::default());
     let others = move |other: Other| match other {
         Other::Variation(k) => match again.variation(k)? {
             Some(varied) => setup(&varied, method).map(|setup| Some((setup, Vec::new()))),
@@ -355,6 +357,7 @@ fn setup<'a>(body: &Rc<Body>, method: &'a Method) -> Result<Setup<'a>, StepError
         quad: None,
         reference: Some(Box::new(Shared(body.quad.clone()))),
         others: Box::new(others),
+        scheme: Box::new(scheme),
     })
 }
 

@@ -85,7 +85,7 @@ impl Default for Shrinking {
 ///             law: law.about.name.into(),
 ///             command: command.to_vec(),
 ///             timeout: 10.0,
-///             claims: probe.claims,
+///             claims: probe.claims.clone(),
 ///             seed: 1,
 ///             index: *index as u64,
 ///             case: case.clone(),
@@ -231,7 +231,7 @@ impl Probe<'_> {
             laws.push(report);
         }
         ProbeReport {
-            claims: self.claims,
+            claims: self.claims.clone(),
             supports: self.external.supports().cloned(),
             laws,
             failures: self.external.failures(),

@@ -5,10 +5,11 @@ use super::program::Exchange;
 use super::stepper::External;
 use crate::harness::Verdict;
 use crate::harness::convergence::{Estimate, LevelKind};
-use crate::laws::method::{Claims, MethodLaw, Other, Outcome, Point, StateForm, Stepper, Wanted, theory_in};
+use crate::laws::method::{Claims, MethodLaw, Other, Outcome, Point, Scheme, StateForm, Stepper, Wanted, theory_in};
 use crate::scalar::{Dd, Scalar};
 use crate::study::{Findings, Line, Reading};
 use crate::system::Case;
+use crate::system::case::Method;
 use serde::{Deserialize, Serialize};
 
 /// A broken case.
@@ -73,7 +74,7 @@ impl Values {
     }
 }
 
-/// A request and its answer, with the solution beside it.
+/// A request and its answer, with the solution beside it, or the step of the scheme that is claimed.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 #[non_exhaustive]
@@ -87,6 +88,9 @@ pub struct Compared {
     /// The solution at the end of this step, from the state in the request.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub solution: Option<Values>,
+    /// Whether that is not the solution but the step of the variational scheme that is claimed.
+    #[serde(default, skip_serializing_if = "std::ops::Not::not")]
+    pub of_scheme: bool,
     /// The answer less the solution.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub difference: Option<Values>,
@@ -208,11 +212,13 @@ pub(super) fn compared(
     external: &External,
     law: &MethodLaw,
     case: &Case,
+    claims: &Claims,
     findings: Option<&Findings>,
 ) -> Option<Compared> {
     let mut worst: Option<(f64, Compared)> = None;
+    let scheme = claims.variational.as_ref().filter(|_| law.about.name == "method-variational");
     let mut ask = |question: &Question| {
-        let (answer, compared, distance) = asked(external, question)?;
+        let (answer, compared, distance) = asked(external, question, scheme)?;
         if worst.as_ref().is_none_or(|(most, _)| distance > *most) {
             worst = Some((distance, compared));
         }
@@ -267,24 +273,35 @@ fn product(a: &[f64], b: &[f64]) -> Vec<f64> {
     (0..m * m).map(|k| (0..m).map(|j| a[k / m * m + j] * b[j * m + k % m]).sum()).collect()
 }
 
-/// The answer, the exchange with the solution beside it, and by how much they differ, relative.
+/// The solution after a step from a state, and what its momentum and what stands beside it may be off.
+fn solved(case: &Case, form: &StateForm, from: &Point<f64>, h: f64) -> Option<(Point<f64>, [f64; 2])> {
+    let theory = theory_in::<Dd>(case, form).ok()?;
+    let times = (1..=STEPS).map(|k| Dd::exact(h) * Dd::ratio(k, STEPS)).collect();
+    let wanted = Wanted { start: from.convert::<Dd>(), times, stages: STAGES, tolerance: 0.0, attitude: true };
+    let (solution, reference_error) = theory.solve(&wanted).ok()?.pop()?;
+    Some((solution.convert(), [reference_error.0.to_f64(), reference_error.1.to_f64()]))
+}
+
+/// The answer, the exchange with the solution (or the step of a scheme) beside it, and by how much they differ, relative.
 ///
 /// Without an answer, or a solution that is accurate enough to show the difference: `None`.
-fn asked(external: &External, question: &Question) -> Option<(Point<f64>, Compared, f64)> {
+fn asked(external: &External, question: &Question, scheme: Option<&Method>) -> Option<(Point<f64>, Compared, f64)> {
     let Question { what, case, from, h } = question;
     let mut stepper = external.on(case).ok()?;
     external.forget();
     let answer = stepper.step(from, *h).ok()?;
     let Exchange { request, answer: line } = external.exchanges().pop()?;
     let form = external.state();
-    let theory = theory_in::<Dd>(case, &form).ok()?;
-    let times = (1..=STEPS).map(|k| Dd::exact(*h) * Dd::ratio(k, STEPS)).collect();
-    let wanted = Wanted { start: from.convert::<Dd>(), times, stages: STAGES, tolerance: 0.0, attitude: true };
-    let (solution, reference_error) = theory.solve(&wanted).ok()?.pop()?;
-    let solution = solution.convert::<f64>();
+    let (solution, reference_error) = match scheme {
+        Some(method) => {
+            let scheme = Scheme::of(case, method, &form).ok()?;
+            (scheme.step(&from.convert(), Dd::exact(*h)).ok()?.convert::<f64>(), [0.0; 2])
+        }
+        None => solved(case, &form, from, *h)?,
+    };
     let parts = [
-        (&answer.momentum, &solution.momentum, reference_error.0.to_f64()),
-        (&answer.attitude, &solution.attitude, reference_error.1.to_f64()),
+        (&answer.momentum, &solution.momentum, reference_error[0]),
+        (&answer.attitude, &solution.attitude, reference_error[1]),
     ];
     let largest = |list: &[f64]| list.iter().fold(0.0, |m: f64, x| m.max(x.abs()));
     let distance = parts.map(|(mine, exact, reference_error)| {
@@ -301,6 +318,7 @@ fn asked(external: &External, question: &Question) -> Option<(Point<f64>, Compar
             less(&answer.attitude, &solution.attitude),
         )),
         solution: Some(Values::of(&form, solution.momentum, solution.attitude)),
+        of_scheme: scheme.is_some(),
     };
     Some((answer, compared, distance[0].max(distance[1])))
 }
@@ -320,7 +338,7 @@ impl Broken {
     pub(super) fn explain(&mut self, external: &External, law: &MethodLaw, claims: &Claims, outcome: &Outcome) {
         let findings = outcome.findings.as_ref();
         self.slopes = findings.map_or_else(Vec::new, |findings| Slopes::of(findings, claims.least_order()));
-        self.exchange = compared(external, law, &self.case, findings);
+        self.exchange = compared(external, law, &self.case, claims, findings);
     }
 
     /// The case on which the program failed, with the request that did it.
@@ -332,6 +350,7 @@ impl Broken {
             request,
             answer,
             solution: None,
+            of_scheme: false,
             difference: None,
         });
         Self { index, case, varied: false, verdict, checks: None, failed: true, slopes: Vec::new(), exchange }

@@ -23,17 +23,22 @@
 //! twice. Terms of fifth order are 4ε⁴ = 4u/ε at the sizes of steps that are looked at, less than that. So the bound is that of
 //! a step times 3/ε, and defects are given in units of u/ε.
 //!
+//! That a step is that of a variational scheme is judged likewise, after one step of each size: μ' and g' against those of the scheme
+//! in 32 digits. What rounding does there goes through the stage equations: [`variational`](super::variational). Where only the largest
+//! of the steps differs, nothing is said: the equations of a large step may have more than one root.
+//!
 //! A method with 32 digits besides is judged by how the drift scales with the unit of round-off, at fewer sizes.
 
 use super::levels::{self, REACH, is_final};
 use super::slopes::{names, no_value};
+use super::variational::Scheme;
 use super::{Look, Outcome, Point, Precision, Quantity, Setup, View, without};
 use crate::harness::Verdict;
 use crate::harness::evidence::{self, Evidence};
 use crate::integrators::StepError;
 use crate::laws::integrators::refused;
 use crate::laws::precision::{AGREEMENT, Measured, compare};
-use crate::scalar::{Dd, Real};
+use crate::scalar::{Dd, Real, Scalar, convert};
 use crate::study::{Findings, Reading, Row};
 
 /// Steps over which a drift is measured, at most.
@@ -75,7 +80,21 @@ pub(super) enum Kept<'q> {
     Values(&'q [Quantity]),
     /// The Lie–Poisson bracket.
     Bracket,
+    /// Equality with a scheme, of these parts of the state.
+    Scheme(&'q Scheme, &'q [String]),
 }
+
+/// How a verdict says what was found.
+struct Words {
+    /// What is measured.
+    what: &'static str,
+    /// What one that falls with the step is.
+    order: &'static str,
+}
+
+const CONSERVATION: Words = Words { what: "drift", order: "an error of an order, no conservation" };
+
+const EQUALITY: Words = Words { what: "difference from the scheme", order: "another method" };
 
 /// The components of the spatial momentum count as one quantity: the index of the n-th in the names.
 fn place(quantities: &[Quantity], n: usize) -> usize {
@@ -102,6 +121,7 @@ impl Look for Kept<'_> {
             let level = match self {
                 Self::Values(quantities) => walk(quantities, view, h),
                 Self::Bracket => bracket(view, h),
+                Self::Scheme(scheme, _) => equality(scheme, view, h),
             };
             match level {
                 Ok(level) => found.push(level),
@@ -122,14 +142,19 @@ impl Kept<'_> {
         match self {
             Self::Values(quantities) => names(quantities),
             Self::Bracket => vec!["Poisson bracket".into()],
+            Self::Scheme(_, parts) => parts.to_vec(),
         }
+    }
+
+    fn words(&self) -> &'static Words {
+        if matches!(self, Self::Scheme(..)) { &EQUALITY } else { &CONSERVATION }
     }
 }
 
-/// What rounding, or the claimed tolerance, may do in a step, in units of u.
-fn allowed<T: Precision>(view: &View<'_, '_, T>, at: &Point<T>, h: T) -> f64 {
+/// What rounding, or the claimed tolerance, may do in a step, in units of u; `sums` multiplies the displacements in it.
+fn allowed<T: Precision>(view: &View<'_, '_, T>, at: &Point<T>, h: T, sums: f64) -> f64 {
     let at = at.convert::<f64>();
-    let turned = 1.0 + h.to_f64().abs() * view.setup.double.theory.turn(&at);
+    let turned = 1.0 + sums * h.to_f64().abs() * view.setup.double.theory.turn(&at);
     (SUMS * at.momentum.len() as f64 * turned).max(16.0 * view.tolerance / T::unit_roundoff().to_f64())
 }
 
@@ -182,8 +207,40 @@ fn bracket<T: Precision>(view: &View<'_, '_, T>, h: T) -> Result<KeptLevel, Step
     let units = T::unit_roundoff().to_f64() / relative.to_f64();
     let defect = (defect / size).to_f64() / units;
     let defect = if defect.is_nan() { f64::INFINITY } else { defect };
-    let drift = Drift { defect, allowed: 3.0 * allowed(view, &start, h), size: size.to_f64(), units };
+    let drift = Drift { defect, allowed: 3.0 * allowed(view, &start, h, 1.0), size: size.to_f64(), units };
     Ok(KeptLevel { h: h.to_f64(), steps: 1, drifts: vec![drift] })
+}
+
+/// The largest share of its terms that is taken to first order.
+const SMALL: f64 = 1.0 / 128.0;
+
+/// A step against that of a scheme.
+fn equality<T: Precision>(scheme: &Scheme, view: &View<'_, '_, T>, h: T) -> Result<KeptLevel, StepError> {
+    let start = view.theory().start();
+    let refuse = |why: &str| StepError::Refused { step: h.to_f64(), why: why.into() };
+    let own = |_| refuse("the variational scheme itself has no such step");
+    let exact = scheme.step(&start.convert(), convert(h)).map_err(own)?;
+    let spread = scheme.spread(&start.convert(), h.to_f64()).map_err(own)?;
+    let mine = view.step(&start, h)?;
+    let share = [&start, &exact.convert()].map(|at| allowed(view, at, h, scheme.sums()));
+    let (share, units) = (share[0].max(share[1]), T::unit_roundoff().to_f64());
+    let drift = |mine: &[T], exact: &[Dd], start: &[T], spread: f64| {
+        let off: Vec<Dd> = mine.iter().zip(exact).map(|(x, y)| convert::<T, Dd>(*x) - *y).collect();
+        let size = largest(exact).to_f64().max(largest(start).to_f64()).max(f64::MIN_POSITIVE);
+        let defect = largest(&off).to_f64() / size / units;
+        let defect = if defect.is_nan() { f64::INFINITY } else { defect };
+        Drift { defect, allowed: share * spread / size, size, units }
+    };
+    let momentum = drift(&mine.momentum, &exact.momentum, &start.momentum, spread.momentum);
+    let mut drifts = vec![momentum];
+    if !start.attitude.is_empty() {
+        drifts.push(drift(&mine.attitude, &exact.attitude, &start.attitude, spread.beside));
+    }
+    // A NaN is not small either.
+    if drifts.iter().any(|drift| (drift.allowed * units).partial_cmp(&SMALL).is_none_or(|order| order.is_gt())) {
+        return Err(refuse("the stage equations are nearly singular"));
+    }
+    Ok(KeptLevel { h: h.to_f64(), steps: 1, drifts })
 }
 
 /// Steps of one size, as long as the motion is not too fast for them.
@@ -203,7 +260,7 @@ fn walk<T: Precision>(quantities: &[Quantity], view: &View<'_, '_, T>, h: T) -> 
             Ok(next) => next,
         };
         steps += 1;
-        all += allowed(view, &point, h);
+        all += allowed(view, &point, h, 1.0);
         for (n, quantity) in quantities.iter().enumerate() {
             let (defect, size) = moved(view, *quantity, &start, &next).ok_or_else(|| no_value(h.to_f64()))?;
             let drift = Drift { defect: defect / units, allowed: all, size, units };
@@ -248,52 +305,60 @@ pub(super) fn judge(setup: &Setup<'_>, look: Kept<'_>, tolerance: f64) -> Outcom
     let double = look.look(&View { setup, side: &setup.double, tolerance, from: 0 });
     if let Some(side) = &setup.quad {
         let quad = look.look(&View { setup, side, tolerance: 0.0, from: 0 });
-        return compare(measured(&names, double), measured(&names, quad)).into();
+        return compare(measured(&look, double), measured(&look, quad)).into();
     }
     let levels = match double {
         Ok(levels) => levels,
         Err(error) => return without(&error).into(),
     };
-    let verdicts = (0..names.len()).map(|quantity| alone(&names[quantity], quantity, &levels));
+    let verdicts = (0..names.len()).map(|quantity| alone(&look, quantity, &levels));
     let Some(verdict) = verdicts.reduce(Verdict::and) else { return Verdict::not_applicable("nothing to keep").into() };
     let findings = verdict.is_broken().then(|| findings(names, &levels));
     Outcome { findings, ..verdict.into() }
 }
 
 /// The worst of all levels.
-fn measured(names: &[String], levels: Result<Vec<KeptLevel>, StepError>) -> Measured {
+fn measured(look: &Kept<'_>, levels: Result<Vec<KeptLevel>, StepError>) -> Measured {
+    let names = look.names();
     let levels = match levels {
         Ok(levels) => levels,
         Err(error) => return refused(&error),
     };
     let all =
-        levels.iter().flat_map(|level| level.drifts.iter().zip(names).map(move |(drift, name)| (level, drift, name)));
+        levels.iter().flat_map(|level| level.drifts.iter().zip(&names).map(move |(drift, name)| (level, drift, name)));
     let one = |(level, drift, name): (&KeptLevel, &Drift, &String)| Measured::Defect {
         amplification: drift.defect,
         floor: drift.allowed,
-        witness: witness(name, level, drift),
+        witness: witness(look, name, level, drift),
     };
     all.map(one).reduce(Measured::and).unwrap_or(Measured::NotApplicable("nothing to keep".into()))
 }
 
-fn witness(name: &str, level: &KeptLevel, drift: &Drift) -> String {
+fn witness(look: &Kept<'_>, name: &str, level: &KeptLevel, drift: &Drift) -> String {
     let KeptLevel { h, steps, .. } = level;
     let (relative, size) = (drift.defect * drift.units, drift.size);
     let count = if *steps == 1 { "a step".into() } else { format!("{steps} steps") };
-    format!("{name}: a drift of {relative:.3e} in {count} of {h}, relative to terms of size {size:.3e}")
+    let what = look.words().what;
+    format!("{name}: a {what} of {relative:.3e} in {count} of {h}, relative to terms of size {size:.3e}")
 }
 
 /// One quantity by itself.
-fn alone(name: &str, quantity: usize, levels: &[KeptLevel]) -> Verdict {
+fn alone(look: &Kept<'_>, quantity: usize, levels: &[KeptLevel]) -> Verdict {
+    let (names, words) = (look.names(), look.words());
+    let name = &names[quantity];
     let ratio = |level: &KeptLevel| level.drifts[quantity].defect / level.drifts[quantity].allowed;
     let Some(worst) = levels.iter().max_by(|a, b| ratio(a).total_cmp(&ratio(b))) else {
         return Verdict::inconclusive("no step was taken");
     };
     let drift = &worst.drifts[quantity];
-    let witness = || witness(name, worst, drift);
+    let witness = || witness(look, name, worst, drift);
     evidence::note(|| Evidence::Defect { digits: 16, defect: drift.defect, bound: drift.allowed, witness: witness() });
     if ratio(worst) <= 1.0 {
         return Verdict::Holds { defect: drift.defect, bound: drift.allowed };
+    }
+    if matches!(look, Kept::Scheme(..)) && is_largest_alone(quantity, levels) {
+        let why = "the largest step alone differs: its equations may have another root";
+        return Verdict::inconclusive(format!("{name}: {why}"));
     }
     let slope = slope(quantity, levels);
     let broken = |why: String| Verdict::Broken {
@@ -302,16 +367,22 @@ fn alone(name: &str, quantity: usize, levels: &[KeptLevel]) -> Verdict {
         witness: format!("{}; {why}", witness()),
     };
     match slope {
-        Some(slope) if slope >= FALLS => {
-            broken(format!("it falls with the step like h^{slope:.1}: an error of an order, no conservation"))
-        }
+        Some(slope) if slope >= FALLS => broken(format!("it falls with the step like h^{slope:.1}: {}", words.order)),
         _ if ratio(worst) > AGREEMENT => {
             broken("it does not fall with the step as the error of an order, and is far above rounding".into())
         }
         _ => Verdict::inconclusive(format!(
-            "{name}: the drift is above rounding and does not fall as the error of an order; a --tolerance may explain it"
+            "{name}: the {} is above rounding and does not fall as the error of an order; a --tolerance may explain it",
+            words.what
         )),
     }
+}
+
+/// Whether there are several sizes of steps, and the drift is above its bound at the largest alone.
+fn is_largest_alone(quantity: usize, levels: &[KeptLevel]) -> bool {
+    let most = levels.iter().fold(0.0, |most: f64, level| most.max(level.h.abs()));
+    let within = |level: &KeptLevel| level.drifts[quantity].defect <= level.drifts[quantity].allowed;
+    levels.iter().any(|level| level.h.abs() < most) && levels.iter().all(|level| level.h.abs() == most || within(level))
 }
 
 /// The slope of the drift between the largest and the smallest step at which it is above its bound; `None` of fewer than two.

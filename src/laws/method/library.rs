@@ -2,16 +2,16 @@
 
 use super::{
     CASIMIRS, Claims, ENERGY, EQUIVARIANCE, MOMENTUM, MethodLaw, MethodSource, ORDER, POISSON, PRESENTATION,
-    REVERSIBILITY, Stepper, Untyped, check_case,
+    REVERSIBILITY, Stepper, Untyped, VARIATIONAL, check_case,
 };
 use crate::harness::{Cost, Fault, Verdict};
 use crate::integrators::{OneStep, Report, State, StepError};
 use crate::laws::CaseLaw;
 use crate::laws::integrators::subject;
-use crate::laws::planted::retraction::{Plant, SHIFTED};
+use crate::laws::planted::retraction::{BERNOULLI, Plant, SHIFTED};
 use crate::laws::planted::step::{
-    CHART, FIRST_STAGE, FORCE_INDEX, FORCE_TIME, FROM_LEFT, HALVED, INVERTED, NO_FORCE, NO_SECOND, NOT_TRANSPORTED,
-    ORDER_TWO, UNCONJUGATED,
+    CHART, FIRST_STAGE, FORCE_INDEX, FORCE_TIME, FROM_LEFT, HALVED, INVERSE_SECOND, INVERTED, NO_FORCE, NO_SECOND,
+    NO_STEP, NOT_TRANSPORTED, ORDER_TWO, SWAPPED_SECOND, UNCONJUGATED,
 };
 use crate::laws::planted::tableau::COEFFICIENT;
 use crate::mechanics::{Force, Lagrangian};
@@ -117,7 +117,8 @@ const HIGHEST: usize = 6;
 pub fn claims(case: &Case) -> Claims {
     let tableau = case.method.tableau.build::<Dd>();
     let order = tableau.map(|tableau| variational_order(&tableau, HIGHEST).order as u32).ok();
-    Claims { order, casimirs: true, momentum: true, poisson: true, ..Claims::default() }
+    let variational = Some(case.method.clone());
+    Claims { order, casimirs: true, momentum: true, poisson: true, variational, ..Claims::default() }
 }
 
 fn judge(law: &MethodLaw, case: &Case, fault: Option<&Fault>) -> Verdict {
@@ -155,7 +156,8 @@ macro_rules! law {
 }
 pub(in crate::laws) use law;
 
-/// The laws of methods on this crate's integrator, with the claims of the theory: its order, and that it keeps Casimirs, momentum and bracket.
+/// The laws of methods on this crate's integrator, with the claims of the theory: its order, that it keeps Casimirs, momentum
+/// and bracket, and that it is the scheme.
 pub fn laws() -> &'static [CaseLaw] {
     LAWS
 }
@@ -196,6 +198,34 @@ static LAWS: &[CaseLaw] = &[
         &[CHART, HALVED, INVERTED, NOT_TRANSPORTED, FROM_LEFT, ORDER_TWO, FAVOURED, SEES_ATTITUDE]
     ),
     law!("method-poisson", &POISSON, Cost::Expensive, &[UNCONJUGATED, NO_SECOND, HALVED, FAVOURED]),
+    law!(
+        "method-variational",
+        &VARIATIONAL,
+        Cost::Expensive,
+        &[
+            CHART,
+            FORCE_INDEX,
+            UNCONJUGATED,
+            NO_SECOND,
+            INVERSE_SECOND,
+            SWAPPED_SECOND,
+            NO_FORCE,
+            NOT_TRANSPORTED,
+            FIRST_STAGE,
+            FORCE_TIME,
+            NO_STEP,
+            INVERTED,
+            HALVED,
+            FROM_LEFT,
+            ORDER_TWO,
+            COEFFICIENT,
+            BERNOULLI,
+            SHIFTED,
+            FAVOURED,
+            SEES_TIME,
+            SEES_ATTITUDE
+        ]
+    ),
     law!("method-equivariance", &EQUIVARIANCE, Cost::Moderate, &[FROM_LEFT, SEES_TIME, SEES_ATTITUDE]),
     law!("method-presentation", &PRESENTATION, Cost::Moderate, &[SHIFTED, FAVOURED]),
 ];

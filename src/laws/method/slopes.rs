@@ -288,6 +288,15 @@ pub(super) fn poisson(setup: &Setup<'_>, claims: &Claims) -> Outcome {
     kept::judge(setup, Kept::Bracket, claims.tolerance)
 }
 
+/// Equality with the variational scheme.
+pub(super) fn variational(setup: &Setup<'_>, claims: &Claims) -> Outcome {
+    let Some(method) = &claims.variational else { return Verdict::not_applicable("it is not claimed").into() };
+    match (setup.scheme)(method) {
+        Ok(scheme) => kept::judge(setup, Kept::Scheme(&scheme, &setup.double.theory.parts()), claims.tolerance),
+        Err(error) => without(&error).into(),
+    }
+}
+
 /// Φ_{−h}∘Φ_h − 1, for a claim of this order.
 struct ForthAndBack(u32);
 

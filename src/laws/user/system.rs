@@ -12,7 +12,7 @@ use crate::algebra::{AlgebraError, Casimir, Covector, LieAlgebra, Matrix, Vector
 use crate::group::{LieGroup, MatrixGroup};
 use crate::harness::{About, Fault, Law, Verdict};
 use crate::integrators::{OneStep, Report, State, StepError, Variational};
-use crate::laws::method::{self, Claims, MethodLaw, Other, Setup, Side, StateForm, SystemParts, Untyped};
+use crate::laws::method::{self, Claims, MethodLaw, Other, Scheme, Setup, Side, StateForm, SystemParts, Untyped};
 use crate::laws::planted::retraction::Plant;
 use crate::mechanics::force::{AnyForce, Zero};
 use crate::mechanics::given::Untyped as UntypedPart;
@@ -22,7 +22,7 @@ use crate::retraction::given::{GivenRetraction, Untyped as UntypedRetraction};
 use crate::retraction::{AnyRetraction, Exponential, Retraction};
 use crate::scalar::{Dd, Real, Scalar};
 use crate::study::problem;
-use crate::system::case::Structure;
+use crate::system::case::{Method, Structure};
 use crate::system::given::{Supplied, has_class};
 use crate::system::random::Given;
 use crate::system::rates::Rates;
@@ -491,7 +491,15 @@ fn setup<P: Types<N, D>, const N: usize, const D: usize>(
         }
         _ => Ok(None),
     };
-    Ok(Setup { double: own.side()?, quad: Some(own.side()?), reference: None, others: Box::new(others) })
+    let on = own.clone();
+    let scheme = move |method: &Method| Scheme::of(&on, method, &StateForm::default());
+    Ok(Setup {
+        double: own.side()?,
+        quad: Some(own.side()?),
+        reference: None,
+        others: Box::new(others),
+        scheme: Box::new(scheme),
+    })
 }
 
 impl<P: Types<N, D>, const N: usize, const D: usize> Law<Case> for UserMethodLaw<P, N, D> {

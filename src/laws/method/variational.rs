@@ -1,0 +1,228 @@
+//! The variational scheme of a tableau and a retraction, to be compared with: its step in 32 digits, and how much the end of a step
+//! shows of what is left of its stage equations.
+//!
+//! A step solves r(H) = 0 for the rates H of its stages. A method makes up r_k by sums, products and series of n×n matrices in 16
+//! digits, or stops its iteration at a tolerance. So r_k is not 0, but up to
+//!
+//! ```text
+//! ρ_k = c u (S + Σ_l |∂r_k/∂H_l H_l|),   c = 16 n (1 + A h |C||η|)   or   c u = 16 times the tolerance that is claimed
+//! ```
+//!
+//! with S the largest term of the equations, forces included. The sum is what a relative change of the rates, of the inertia or of the
+//! tableau does. A h |C||η| is what rounded structure constants do to ad of a displacement; A is the largest of the sums Σ_j |a_ij|,
+//! Σ_j |b_j a_ji/b_i|, Σ_j |b_j|. By the implicit function theorem the end of the step moves by Σ_k |∂(g', μ')/∂H J⁻¹ e_k| ρ_k,
+//! J = ∂r/∂H, all of it from dual numbers ([`Linearised`]). The last products g' = g τ(ξ) and μ' = m Ad_τ(ξ) round as well: c u of
+//! their terms. Nothing of this is fitted.
+//!
+//! Near a fold J⁻¹ is large, and beyond it there is no step: there the scheme refuses, and nothing is compared.
+
+use super::{Point, StateForm, Stepper};
+use crate::algebra::{Matrix, Vector, basis_vector};
+use crate::group::{LieGroup, MatrixGroup};
+use crate::integrators::derivative::{Linearised, Variation};
+use crate::integrators::{OneStep, State, StepError, Variational};
+use crate::laws::planted::retraction::Plant;
+use crate::laws::source::Source;
+use crate::mechanics::{Force, Lagrangian};
+use crate::retraction::Retraction;
+use crate::scalar::{Dd, Real};
+use crate::system::case::Method;
+use crate::system::{Case, CaseError, System, Visitor};
+use crate::tableau::Tableau;
+use std::cell::RefCell;
+
+/// The variational scheme of a tableau and a retraction on a system.
+#[doc(hidden)]
+pub struct Scheme {
+    exact: RefCell<Box<dyn Stepper<Dd>>>,
+    spread: RefCell<Box<dyn Spreading>>,
+    sums: f64,
+}
+
+/// How far the end of a step moves, the largest components of μ' and of what stands beside it, where the stage equations and the last
+/// products hold up to their terms.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(super) struct Spread {
+    /// Of μ'.
+    pub momentum: f64,
+    /// Of g', or of the point.
+    pub beside: f64,
+}
+
+trait Spreading {
+    fn spread(&mut self, start: &Point<f64>, h: f64) -> Result<Spread, StepError>;
+}
+
+impl Scheme {
+    /// The scheme on the system of a source, for a method with this state.
+    ///
+    /// # Errors
+    /// [`StepError::Unsupported`] where it does not apply: a retraction that the group does not have.
+    pub fn of<S: Source>(source: &S, method: &Method, form: &StateForm) -> Result<Self, StepError> {
+        let unsupported = |error: CaseError| StepError::Unsupported { why: error.to_string() };
+        let mut case: Case = source.case().clone();
+        case.method = method.clone();
+        // Its coordinates are those of the retraction of the case; where a step starts is said anew.
+        case.start.attitude = None;
+        let source = source.with_case(case);
+        let tableau = method.tableau.build::<f64>();
+        let tableau = tableau.map_err(|error| StepError::Unsupported { why: error.to_string() })?;
+        Ok(Self {
+            exact: RefCell::new(source.visit::<Dd, _>(&Plant(None), Exact(form.clone())).map_err(unsupported)?),
+            spread: RefCell::new(source.visit::<f64, _>(&Plant(None), Linear(form.clone())).map_err(unsupported)?),
+            sums: sums(&tableau),
+        })
+    }
+
+    /// A step in 32 digits.
+    ///
+    /// # Errors
+    /// Those of [`Variational`].
+    pub fn step(&self, start: &Point<Dd>, h: Dd) -> Result<Point<Dd>, StepError> {
+        self.exact.borrow_mut().step(start, h)
+    }
+
+    /// How far the end of a step moves.
+    ///
+    /// # Errors
+    /// Those of [`Linearised::step`], in 16 digits.
+    pub(super) fn spread(&self, start: &Point<f64>, h: f64) -> Result<Spread, StepError> {
+        self.spread.borrow_mut().spread(start, h)
+    }
+
+    /// A.
+    pub(super) fn sums(&self) -> f64 {
+        self.sums
+    }
+}
+
+/// The largest of Σ_j |a_ij|, Σ_j |b_j a_ji/b_i| and Σ_j |b_j|, which is 1 at least.
+fn sums(tableau: &Tableau<f64>) -> f64 {
+    let (a, b, s) = (tableau.a(), tableau.b(), tableau.stages());
+    let sum = |term: &dyn Fn(usize) -> f64| (0..s).map(|j| term(j).abs()).sum::<f64>();
+    let rows = (0..s).map(|i| sum(&|j| a[(i, j)]).max(sum(&|j| b[j] * a[(j, i)] / b[i])));
+    rows.fold(sum(&|j| b[j]), f64::max)
+}
+
+/// Builds the step in 32 digits, for a method with this state.
+struct Exact(StateForm);
+
+/// Builds the linearised step.
+struct Linear(StateForm);
+
+/// A method with the state that another has.
+struct On<T: Real, const N: usize, const D: usize, M> {
+    method: M,
+    group: Option<MatrixGroup<T, N, D>>,
+    form: StateForm,
+}
+
+impl<T: Real, const N: usize, const D: usize, M> On<T, N, D, M> {
+    /// (g, μ); of a point, g = 1.
+    fn state(&self, point: &Point<T>) -> State<T, N, D> {
+        match self.form {
+            StateForm::Point(_) => Point { attitude: Vec::new(), ..point.clone() }.state(),
+            _ => point.state(),
+        }
+    }
+
+    /// The numbers beside μ: the entries of a matrix by rows in the place of g, or those of g⁻¹ x.
+    fn beside(&self, start: &Point<T>, g: &Matrix<T, D>, of: impl Fn(T) -> T) -> Option<Vec<T>> {
+        let count = start.attitude.len();
+        if !matches!(self.form, StateForm::Point(_)) {
+            let size = count.isqrt();
+            return Some((0..count).map(|k| of(g[(k / size, k % size)])).collect());
+        }
+        let inverse = self.group.as_ref()?.inverse(g)?;
+        let x = |c: usize| of(start.attitude[c]);
+        Some((0..count).map(|r| (0..count).fold(T::zero(), |sum, c| sum + of(inverse[(r, c)]) * x(c))).collect())
+    }
+}
+
+const NO_INVERSE: StepError = StepError::NotFinite { what: "the inverse of the attitude" };
+
+impl Visitor<Dd> for Exact {
+    type Output = Box<dyn Stepper<Dd>>;
+
+    fn visit<const N: usize, const D: usize, R, L, F>(self, system: System<Dd, N, D, R, L, F>) -> Self::Output
+    where
+        R: Retraction<Dd, N, D> + 'static,
+        L: Lagrangian<Dd, N> + 'static,
+        F: Force<Dd, N> + 'static,
+    {
+        let System { group, lagrangian, force, retraction, tableau, .. } = system;
+        let method = Variational::new(lagrangian, force, retraction, tableau);
+        Box::new(On { method, group, form: self.0 })
+    }
+}
+
+impl<const N: usize, const D: usize, M: OneStep<Dd, N, D>> Stepper<Dd> for On<Dd, N, D, M> {
+    fn step(&mut self, point: &Point<Dd>, h: Dd) -> Result<Point<Dd>, StepError> {
+        let mut state = self.state(point);
+        self.method.step(&mut state, h)?;
+        let attitude = self.beside(point, &state.attitude, |x| x).ok_or(NO_INVERSE)?;
+        let momentum = state.momentum.iter().take(point.momentum.len()).copied().collect();
+        Ok(Point { time: state.time, momentum, attitude })
+    }
+}
+
+impl Visitor<f64> for Linear {
+    type Output = Box<dyn Spreading>;
+
+    fn visit<const N: usize, const D: usize, R, L, F>(self, system: System<f64, N, D, R, L, F>) -> Self::Output
+    where
+        R: Retraction<f64, N, D> + 'static,
+        L: Lagrangian<f64, N> + 'static,
+        F: Force<f64, N> + 'static,
+    {
+        let System { group, lagrangian, force, retraction, tableau, .. } = system;
+        let method = Linearised::new(Variational::new(lagrangian, force, retraction, tableau), ());
+        Box::new(On { method, group, form: self.0 })
+    }
+}
+
+impl<const N: usize, const D: usize, L, F, R> Spreading for On<f64, N, D, Linearised<f64, N, D, L, F, R, ()>>
+where
+    L: Lagrangian<f64, N>,
+    F: Force<f64, N>,
+    R: Retraction<f64, N, D>,
+{
+    fn spread(&mut self, start: &Point<f64>, h: f64) -> Result<Spread, StepError> {
+        let before = self.state(start);
+        let mut after = before.clone();
+        let Variation { attitude, momentum } = self.method.moved(&mut after, h)?;
+        let momentum = momentum.iter().take(start.momentum.len()).fold(0.0, |most: f64, x| most.max(*x));
+        let beside = match &self.group {
+            Some(group) if !start.attitude.is_empty() => {
+                let turned = turned(group, &attitude);
+                let (before, after) = (before.attitude.abs(), &after.attitude);
+                match self.form {
+                    // δx' = −ω̂ x', and the terms of τ(ξ)⁻¹ x.
+                    StateForm::Point(_) => {
+                        let size = self.beside(start, after, f64::abs).ok_or(NO_INVERSE)?;
+                        let of = |r: usize| (0..size.len()).map(|c| turned[(r, c)] * size[c]).sum::<f64>() + size[r];
+                        (0..size.len()).map(of).fold(0.0, f64::max)
+                    }
+                    // δg' = g' ω̂, and the terms of g τ(ξ).
+                    _ => {
+                        let method = self.method.method();
+                        let step = method.retraction().tau(method.increment());
+                        let step = step.map_err(|source| StepError::Domain { step: h, stage: None, source })?;
+                        (after.abs() * turned + before * step.abs()).amax()
+                    }
+                }
+            }
+            _ => 0.0,
+        };
+        Ok(Spread { momentum, beside })
+    }
+}
+
+/// Σ_a |Ê_a| ω_a of sizes ω_a.
+fn turned<const N: usize, const D: usize>(group: &MatrixGroup<f64, N, D>, omega: &Vector<f64, N>) -> Matrix<f64, D> {
+    let term = |a: usize| {
+        let hat: Matrix<f64, D> = group.hat(&basis_vector::<f64, N>(a));
+        hat.abs() * omega[a]
+    };
+    (0..N).fold(Matrix::zeros(), |sum, a| sum + term(a))
+}
