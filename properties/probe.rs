@@ -271,6 +271,18 @@ const DRIFTS: [Drifting; 4] = [
     ),
 ];
 
+/// The path of a stepper made of `variational.py`, with changes.
+fn changed_variational(here: &Path, changes: &[(&str, &str)]) -> String {
+    let mut text = fs::read_to_string(steppers("variational.py")).unwrap();
+    for (old, new) in changes {
+        assert_eq!(text.matches(old).count(), 1, "{old}");
+        text = text.replace(old, new);
+    }
+    let path = here.join("wrong.py");
+    fs::write(&path, text).unwrap();
+    path.to_str().unwrap().to_owned()
+}
+
 #[test]
 fn what_drifts_at_large_steps_is_refuted() {
     if !python("what_drifts_at_large_steps_is_refuted") {
@@ -278,20 +290,117 @@ fn what_drifts_at_large_steps_is_refuted() {
     }
     for (name, changes, what) in DRIFTS {
         let here = directory(&format!("drifts-{name}"));
-        let mut text = fs::read_to_string(steppers("variational.py")).unwrap();
-        for (old, new) in changes {
-            assert_eq!(text.matches(old).count(), 1, "{old}");
-            text = text.replace(old, new);
-        }
-        fs::write(here.join("wrong.py"), text).unwrap();
-        let path = here.join("wrong.py");
-        let output = probe(&here, &conserves(what, "so3,se2", "4"), &["python3", path.to_str().unwrap()]);
+        let path = changed_variational(&here, changes);
+        let output = probe(&here, &conserves(what, "so3,se2", "4"), &["python3", &path]);
         assert_eq!(code(&output), 1, "{name}: {}", stdout(&output));
         assert!(laws(&output)[0].1["broken"].as_u64() > Some(2), "{name}: {}", stdout(&output));
         // The order sees nothing.
         let order = ["--force-free", "--laws", "order", "--order", "2"];
-        let output = probe(&here, &[&SMALL, &order[..]].concat(), &["python3", path.to_str().unwrap()]);
+        let output = probe(&here, &[&SMALL, &order[..]].concat(), &["python3", &path]);
         assert_eq!(code(&output), 0, "{name}: {}", stdout(&output));
+    }
+}
+
+/// Claims that a step is that of a scheme, on few cases.
+fn variational<'a>(tableau: &'a str, tolerance: &'a str, algebras: &'a str, cases: &'a str) -> Vec<&'a str> {
+    let claim = ["--variational", tableau, "--tolerance", tolerance, "--laws", "variational", "--shrink", "0"];
+    [&claim[..], &["--algebras", algebras, "--cases", cases, "--format", "json"]].concat()
+}
+
+#[test]
+fn a_step_of_the_scheme_is_not_refused() {
+    if !python("a_step_of_the_scheme_is_not_refused") {
+        return;
+    }
+    let (here, stepper) = (directory("scheme"), steppers("stages.py"));
+    for (tableau, tolerance) in [
+        ("gauss-1", "0"),
+        ("gauss-2", "0"),
+        ("gauss-3", "1e-9"),
+        ("gauss-4", "0"),
+        ("lobatto-iiia-2", "0"),
+        ("lobatto-iiia-3", "1e-11"),
+        ("lobatto-iiib-3", "0"),
+        ("radau-iia-2", "0"),
+        ("radau-iia-3", "1e-8"),
+    ] {
+        for force in [&[][..], &["--force-free"]] {
+            let options = [&variational(tableau, tolerance, "so3,se2,sl2", "3")[..], force].concat();
+            let output = probe(&here, &options, &["python3", &stepper, tableau, tolerance]);
+            let line = &laws(&output)[0].1;
+            assert_eq!((code(&output), &line["broken"]), (0, &0.into()), "{tableau} {tolerance}: {}", stdout(&output));
+            assert!(line["confirmed"].as_u64() >= Some(2), "{tableau} {tolerance}: {}", stdout(&output));
+        }
+    }
+    // A state without an attitude, and an independent method of one stage.
+    let options = variational("gauss-1", "0", "so3,se2,sl2", "6");
+    let output = probe(&here, &options, &["python3", &steppers("variational.py")]);
+    assert_eq!(code(&output), 0, "{}", stdout(&output));
+}
+
+#[test]
+fn what_keeps_the_order_is_another_scheme() {
+    if !python("what_keeps_the_order_is_another_scheme") {
+        return;
+    }
+    for (name, changes, _) in DRIFTS {
+        let here = directory(&format!("scheme-{name}"));
+        let path = changed_variational(&here, changes);
+        let output = probe(&here, &variational("gauss-1", "0", "so3,se2", "4"), &["python3", &path]);
+        let line = &laws(&output)[0].1;
+        assert_eq!((code(&output), &line["held"]), (1, &0.into()), "{name}: {}", stdout(&output));
+        let witness = line["failure"]["witness"].as_str().unwrap();
+        assert!(witness.contains("falls with the step") && witness.contains("another method"), "{name}: {witness}");
+    }
+    let here = directory("scheme-mistakes");
+    for (tableau, mistake) in [
+        ("lobatto-iiia-3", "conjugate"),
+        ("lobatto-iiib-3", "conjugate"),
+        ("radau-iia-2", "conjugate"),
+        ("lobatto-iiia-3", "index"),
+        ("gauss-2", "bernoulli"),
+        ("gauss-3", "bernoulli"),
+        ("gauss-2", "left"),
+    ] {
+        let options = variational(tableau, "0", "so3,se2", "4");
+        let output = probe(&here, &options, &["python3", &steppers("stages.py"), tableau, "0", mistake]);
+        assert_eq!(code(&output), 1, "{tableau} {mistake}: {}", stdout(&output));
+        let line = &laws(&output)[0].1;
+        assert!(line["broken"].as_u64() > Some(1), "{tableau} {mistake}: {}", stdout(&output));
+    }
+    // Another tableau of the same order, and another retraction.
+    for claim in
+        [&["--variational", "lobatto-iiib-3"][..], &["--variational", "lobatto-iiia-3", "--retraction", "cayley"]]
+    {
+        let options =
+            [claim, &["--laws", "variational", "--shrink", "0", "--algebras", "so3", "--cases", "2"]].concat();
+        let output = probe(&here, &options, &["python3", &steppers("stages.py"), "lobatto-iiia-3"]);
+        assert_eq!(code(&output), 1, "{claim:?}: {}", stdout(&output));
+        assert!(stdout(&output).contains("answer less scheme"), "{}", stdout(&output));
+    }
+}
+
+#[test]
+fn a_claim_of_a_scheme_is_replayed() {
+    if !python("a_claim_of_a_scheme_is_replayed") {
+        return;
+    }
+    let here = directory("scheme-replay");
+    fs::write(here.join("mine.toml"), "a = [[\"1/2\"]]\nb = [1]\n").unwrap();
+    let options = variational("mine.toml", "0", "so3", "2");
+    let output = probe(&here, &options, &["python3", &steppers("variational.py"), "axis"]);
+    assert_eq!(code(&output), 1, "{}{}", stdout(&output), stderr(&output));
+    let line = &laws(&output)[0].1;
+    assert!(line["claim"].as_str().unwrap().starts_with("variational a = [[1/2]], b = [1] with exp"), "{line}");
+    let saved = line["failure"]["saved"].as_str().unwrap();
+    assert_eq!(code(&probe(&here, &["--replay", saved], &[])), 1);
+    let right = probe(&here, &["--replay", saved], &["python3", &steppers("variational.py")]);
+    assert_eq!(code(&right), 0, "{}{}", stdout(&right), stderr(&right));
+    // The exchange says what is beside the answer.
+    assert_eq!(line["failure"]["exchange"]["of_scheme"], true, "{line}");
+    for (wrong, said) in [("gauss-0", "number of stages"), ("gaus-2", "allowed")] {
+        let output = probe(&here, &["--variational", wrong], &["true"]);
+        assert!(code(&output) == 2 && stderr(&output).contains(said), "{wrong}: {}", stderr(&output));
     }
 }
 

@@ -235,13 +235,18 @@ def step(q):
     return answer
 
 
-for number, line in enumerate(sys.stdin):
-    try:
-        answer = step(json.loads(line))
-    except NotImplementedError as reason:
-        answer = {"unsupported": str(reason)}
-    except (OverflowError, ZeroDivisionError) as reason:
-        answer = {"error": str(reason)}
-    if number == 0:  # once: random systems are drawn of these
-        answer["supports"] = {"quartic": False}
-    print(json.dumps(answer), flush=True)
+def main():
+    for number, line in enumerate(sys.stdin):
+        try:
+            answer = step(json.loads(line))
+        except NotImplementedError as reason:
+            answer = {"unsupported": str(reason)}
+        except (OverflowError, ZeroDivisionError) as reason:
+            answer = {"error": str(reason)}
+        if number == 0:  # once: random systems are drawn of these
+            answer["supports"] = {"quartic": False}
+        print(json.dumps(answer), flush=True)
+
+
+if __name__ == "__main__":
+    main()

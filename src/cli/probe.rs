@@ -8,6 +8,7 @@ use super::interrupt::Interrupt;
 use super::progress::Bar;
 use super::summary::some;
 use super::table::{Column, Table, data, entries, paragraph};
+use super::tableau::Named;
 use super::{Failure, Format, complain, print, version};
 use euler_poincare::algebra::Entry;
 use euler_poincare::external::{
@@ -16,6 +17,7 @@ use euler_poincare::external::{
 };
 use euler_poincare::harness::{Cost, Verdict};
 use euler_poincare::laws::method::{Claims, LAWS, MethodLaw, named};
+use euler_poincare::system::case::{Method, Tau};
 use euler_poincare::system::{Cases, SystemFile, cases};
 use std::collections::BTreeMap;
 use std::fmt::Write;
@@ -70,6 +72,13 @@ pub struct Arguments {
     /// Claim: on systems without force it conserves these to round-off
     #[arg(long, value_name = "WHAT", value_enum, value_delimiter = ',')]
     conserves: Vec<Conserved>,
+    /// Claim: a step is that of this project's variational scheme with this tableau, at any size: a name as of `euler-poincare tableau`,
+    /// or a tableau file
+    #[arg(long, value_name = "TABLEAU")]
+    variational: Option<String>,
+    /// The retraction of --variational [default: exp]
+    #[arg(long, value_name = "NAME", value_enum, requires = "variational")]
+    retraction: Option<RetractionName>,
     /// Claim: a step back undoes a step, to round-off
     #[arg(long)]
     reversible: bool,
@@ -85,7 +94,7 @@ pub struct Arguments {
     shrink: Option<f64>,
     /// Run a saved case again, with its own command unless another is given
     #[arg(long, value_name = "FILE")]
-    #[arg(conflicts_with_all = ["random", "cases", "seed", "algebras", "standard_basis", "force_free", "laws", "order", "conserves", "reversible", "tolerance", "shrink"])]
+    #[arg(conflicts_with_all = ["random", "cases", "seed", "algebras", "standard_basis", "force_free", "laws", "order", "conserves", "variational", "reversible", "tolerance", "shrink"])]
     replay: Option<PathBuf>,
     /// Also write DIR/report.html: laws, claims, orders, what broke a law, how to repeat it
     #[arg(long, value_name = "DIR", conflicts_with = "replay")]
@@ -109,6 +118,27 @@ enum Conserved {
     Momentum,
     /// The Lie–Poisson bracket: the momenta of a step are a Poisson map
     Poisson,
+}
+
+/// A retraction.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, clap::ValueEnum)]
+enum RetractionName {
+    /// The exponential
+    Exp,
+    /// The Cayley map
+    Cayley,
+}
+
+/// The scheme that is claimed; what cannot be built is bad usage.
+fn scheme(arguments: &Arguments) -> Result<Option<Method>, Failure> {
+    let Some(name) = &arguments.variational else { return Ok(None) };
+    let tableau = Named::read(name)?.description;
+    tableau.build::<f64>().map_err(|error| Failure::Usage(format!("--variational: {error}")))?;
+    let retraction = match arguments.retraction {
+        Some(RetractionName::Cayley) => Tau::Cayley,
+        Some(RetractionName::Exp) | None => Tau::Exponential,
+    };
+    Ok(Some(Method { tableau, retraction, argument: Vec::new() }))
 }
 
 fn tolerance(text: &str) -> Result<f64, String> {
@@ -140,6 +170,7 @@ pub fn run(arguments: Arguments) -> Result<ExitCode, Failure> {
         energy: arguments.conserves.contains(&Conserved::Energy),
         momentum: arguments.conserves.contains(&Conserved::Momentum),
         poisson: arguments.conserves.contains(&Conserved::Poisson),
+        variational: scheme(&arguments)?,
         reversible: arguments.reversible,
         tolerance: arguments.tolerance,
     };
@@ -158,7 +189,13 @@ pub fn run(arguments: Arguments) -> Result<ExitCode, Failure> {
     // Before anything is asked: a run that takes a while is not to end here.
     let page = arguments.report.as_deref().map(place).transpose()?;
     let external = start(&arguments.command, timeout, &interrupt)?;
-    let probe = Probe { external: &external, laws: &laws, systems, claims, shrinking: shrinking(arguments.shrink) };
+    let probe = Probe {
+        external: &external,
+        laws: &laws,
+        systems,
+        claims: claims.clone(),
+        shrinking: shrinking(arguments.shrink),
+    };
     let each = probe.checks() / laws.len().max(1);
     let groups: Vec<_> = laws
         .iter()
@@ -172,7 +209,7 @@ pub fn run(arguments: Arguments) -> Result<ExitCode, Failure> {
             law: law.law.about.name.into(),
             command: arguments.command.clone(),
             timeout,
-            claims,
+            claims: claims.clone(),
             seed: arguments.seed,
             index: broken.index as u64,
             case: broken.case.clone(),
@@ -414,6 +451,9 @@ fn text(report: &ProbeReport, kept: &[KeptCases], page: Option<&Path>) -> String
     let failed = report.laws.iter().map(|law| law.failed.len()).sum::<usize>();
     if failed > 0 {
         let _ = write!(text, "\nThe program failed on {failed} cases. They say nothing about the laws.\n");
+        if report.supports.is_none() {
+            let _ = write!(text, "\n{}\n", paragraph(NOT_TOLD));
+        }
     }
     if report.given_up {
         let _ = write!(text, "\nThe stepper failed {} times and was not started again.\n", report.failures);
@@ -429,6 +469,11 @@ fn text(report: &ProbeReport, kept: &[KeptCases], page: Option<&Path>) -> String
     let _ = write!(text, "\n{verdict}\n");
     text
 }
+
+/// What to do about a program that fails on systems that it was not written for.
+const NOT_TOLD: &str = "\
+The stepper was asked about systems of every kind, because it did not say what it supports. If it is for some of them only, let it answer \
+the first request with {\"supports\": {…}}, as PROTOCOL.md explains, or the others with {\"unsupported\": \"why\"}.";
 
 /// An order to two digits; nearly 0 is 0.
 fn rounded(order: f64) -> String {

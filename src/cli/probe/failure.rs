@@ -103,16 +103,17 @@ fn counterexample(broken: &Broken, name: &str) -> String {
     text
 }
 
-/// A request, its answer and the solution.
+/// A request, its answer and the solution, or what is in its place.
 fn compared(exchange: &Compared) -> String {
-    let Compared { what, request, answer, solution, difference, .. } = exchange;
+    let Compared { what, request, answer, solution, of_scheme, difference, .. } = exchange;
+    let name = if *of_scheme { "scheme" } else { "solution" };
     let answer = if answer.is_empty() { "(none)" } else { answer };
     let mut text = format!("\n  {what}: request\n{}\n  answer\n{}\n", data(request), data(answer));
     if let Some(solution) = solution {
-        let _ = write!(text, "  solution at the end of this step\n{}\n", data(&values(solution, |x| format!("{x:?}"))));
+        let _ = write!(text, "  {name} at the end of this step\n{}\n", data(&values(solution, |x| format!("{x:?}"))));
     }
     if let Some(difference) = difference {
-        let _ = write!(text, "  answer less solution\n{}\n", data(&values(difference, |x| format!("{x:.1e}"))));
+        let _ = write!(text, "  answer less {name}\n{}\n", data(&values(difference, |x| format!("{x:.1e}"))));
     }
     text
 }

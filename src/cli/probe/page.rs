@@ -493,17 +493,18 @@ fn breakable(line: &str) -> Markup {
 }
 
 fn exchanged(exchange: &Compared) -> Markup {
+    let name = if exchange.of_scheme { "step of the scheme" } else { "solution" };
     html! {
         h4 { "One request: " (exchange.what) }
         pre.line { (breakable(&exchange.request)) }
         h4 { "Its answer" }
         pre.line { @if exchange.answer.is_empty() { "(none)" } @else { (breakable(&exchange.answer)) } }
         @if let Some(solution) = &exchange.solution {
-            h4 { "The solution at the end of this step" }
+            h4 { "The " (name) " at the end of this step" }
             pre.line { (breakable(&values(solution, |x| format!("{x:?}")))) }
         }
         @if let Some(difference) = &exchange.difference {
-            h4 { "The answer less the solution" }
+            h4 { "The answer less the " (name) }
             pre.line { (breakable(&values(difference, |x| format!("{x:.1e}")))) }
         }
     }
