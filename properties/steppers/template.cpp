@@ -104,12 +104,17 @@ void print(const Numbers &list, size_t from, size_t to) {
     for (size_t i = from; i < to; ++i) std::printf("%s%.17g", i > from ? ", " : "", list[i]);
 }
 
-/// What the method supports, told with the first answer: random systems are drawn of these.
-const char *const SUPPORTS = R"(, "supports": {"algebras": ["so3", "se3"], "quartic": false, "forces": []})";
+/// What the method supports, the first answer: random systems are drawn of these. The first request may be of any system, and is not looked at.
+const char *const SUPPORTS = R"({"supports": {"algebras": ["so3", "se3"], "quartic": false, "forces": []}})";
 
 int main() {
-    const char *supports = SUPPORTS;
-    for (std::string line; std::getline(std::cin, line); supports = "") {
+    bool told = false;
+    for (std::string line; std::getline(std::cin, line); std::fflush(stdout)) {  // a line that stays in a buffer looks like a program that hangs
+        if (!told) {
+            told = true;
+            std::puts(SUPPORTS);
+            continue;
+        }
         const Request q(line);
         Numbers y = q["mu"];
         const Numbers g = q["g"];
@@ -121,10 +126,9 @@ int main() {
             print(y, 0, n);
             std::printf("], \"g\": [");
             print(y, n, y.size());
-            std::printf("]%s}\n", supports);
+            std::printf("]}\n");
         } catch (const Unsupported &reason) {
-            std::printf("{\"unsupported\": \"%s\"%s}\n", reason.what(), supports);
+            std::printf("{\"unsupported\": \"%s\"}\n", reason.what());
         }
-        std::fflush(stdout);  // a line that stays in a buffer looks like a program that hangs
     }
 }
