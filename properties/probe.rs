@@ -348,7 +348,8 @@ fn what_keeps_the_order_is_another_scheme() {
         let path = changed_variational(&here, changes);
         let output = probe(&here, &variational("gauss-1", "0", "so3,se2", "4"), &["python3", &path]);
         let line = &laws(&output)[0].1;
-        assert_eq!((code(&output), &line["held"]), (1, &0.into()), "{name}: {}", stdout(&output));
+        // A series that is cut is exact on a motion that is steady.
+        assert!(code(&output) == 1 && line["broken"].as_u64() > Some(2), "{name}: {}", stdout(&output));
         let witness = line["failure"]["witness"].as_str().unwrap();
         assert!(witness.contains("falls with the step") && witness.contains("another method"), "{name}: {witness}");
     }
@@ -1004,6 +1005,47 @@ fn the_stepper_in_rust_holds() {
     let output = probe(&here, &[&options[..], &["--format", "json"]].concat(), &[path.to_str().unwrap()]);
     assert_eq!(code(&output), 0, "{}{}", stdout(&output), stderr(&output));
     assert!(laws(&output).iter().all(|(_, line)| line["held"].as_u64() > Some(0)), "{}", stdout(&output));
+}
+
+/// Those in C++ and Julia, where these are installed.
+#[test]
+fn the_templates_hold() {
+    let here = directory("templates");
+    let there = |program: &str| Command::new(program).arg("--version").output().is_ok_and(|out| out.status.success());
+    let program = here.join("stepper");
+    let [program, julia] = [program.to_str().unwrap().to_owned(), steppers("template.jl")];
+    let mut commands: Vec<Vec<&str>> = Vec::new();
+    if there("c++") {
+        let source = steppers("template.cpp");
+        let built = Command::new("c++").args(["-std=c++17", "-Wall", "-Werror", &source, "-o", &program]).status();
+        assert!(built.unwrap().success());
+        commands.push(vec![&program]);
+    } else {
+        not_run("the_templates_hold", "there is no c++");
+    }
+    if there("julia") {
+        commands.push(vec!["julia", &julia]);
+    } else {
+        not_run("the_templates_hold", "there is no julia");
+    }
+    for command in commands {
+        let options = ["--order", "4", "--cases", "4", "--format", "json"];
+        let output = probe(&here, &options, &command);
+        assert_eq!(code(&output), 0, "{command:?}: {}{}", stdout(&output), stderr(&output));
+        let wrong = probe(&here, &["--order", "3", "--cases", "2", "--laws", "order", "--format", "json"], &command);
+        assert_eq!(code(&wrong), 1, "{command:?}: {}", stdout(&wrong));
+    }
+}
+
+#[test]
+fn a_program_that_fails_before_it_says_what_it_supports_is_told_how() {
+    let here = directory("untold");
+    let script = |first: &str| format!("read line; {first}; while read line; do exit 3; done");
+    let text = |script: &str| stdout(&probe(&here, &["--laws", "equivariance", "--cases", "2"], &["sh", "-c", script]));
+    assert!(text(&script("exit 3")).contains("did not say what it supports"));
+    let told = script("echo '{\"supports\": {\"algebras\": [\"so3\"]}}'");
+    let text = text(&told);
+    assert!(text.contains("The program failed on") && !text.contains("did not say what it supports"), "{text}");
 }
 
 /// The request and the first answer of the protocol's page.

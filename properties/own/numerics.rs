@@ -1,7 +1,7 @@
 //! Digits that are lost by a user's types: right mathematics, a wrong algorithm. Each is found within 100 cases on every seed, and what is
 //! right holds on the same ones.
 
-use super::OwnMap;
+use super::{Bianchi, OwnMap, Split, Stiff, Wind};
 use euler_poincare::algebra::{LieAlgebra, Matrix, Vector};
 use euler_poincare::group::So3;
 use euler_poincare::integrators::variational::Settings;
@@ -12,6 +12,8 @@ use euler_poincare::retraction::{ExponentialSo3, ExponentialSo3Point, Retraction
 use euler_poincare::scalar::{Real, Scalar};
 use euler_poincare::suite;
 use euler_poincare::system::System;
+use euler_poincare::system::case::{Method, Tau};
+use euler_poincare::tableau::{Description, Family};
 
 /// A = (1 − cos θ)/θ² as a function of θ².
 #[derive(Clone, Copy)]
@@ -142,6 +144,55 @@ suite! {
         method: |system| loose(system),
         claims: Claims { order: Some(4), ..Claims::default() },
     }
+}
+
+/// Gauss with two stages, with the retraction of one's own.
+fn gauss_2() -> Claims {
+    let tableau = Description::Family(Family::Gauss, 2);
+    let method = Method { tableau, retraction: Tau::Exponential, argument: Vec::new() };
+    Claims { variational: Some(method), poisson: true, ..Claims::default() }
+}
+
+/// The scheme of Gauss with two stages, or with a in the place of the tableau of the case.
+fn stages<'s, T: Real, R, L, F>(system: &'s System<T, 3, 3, R, L, F>, right: bool) -> impl OneStep<T, 3, 3> + 's
+where
+    R: Retraction<T, 3, 3>,
+    L: euler_poincare::mechanics::Lagrangian<T, 3>,
+    F: euler_poincare::mechanics::Force<T, 3>,
+{
+    let tableau = if right { Family::Gauss.tableau(2) } else { Family::LobattoIIIA.tableau(3) };
+    Variational::new(&system.lagrangian, &system.force, &system.retraction, tableau.expect("a tableau"))
+}
+
+suite! {
+    mod scheme<T, 3, 3> {
+        group: Bianchi::<T>::new(false),
+        retraction: Split::<T>::new(false),
+        lagrangian: Stiff { wrong: false },
+        force: Wind { wrong: false },
+        method: |system| stages(system, true),
+        claims: gauss_2(),
+    }
+}
+
+suite! {
+    mod another_scheme<T, 3, 3> {
+        group: Bianchi::<T>::new(false),
+        retraction: Split::<T>::new(false),
+        method: |system| stages(system, false),
+        claims: gauss_2(),
+    }
+}
+
+/// Both have order 4, and are Poisson maps without force.
+#[test]
+fn a_method_of_one_s_own_is_the_scheme_that_it_claims_to_be() {
+    for law in ["method-variational", "method-poisson"] {
+        let held = outcome(&scheme::suite(), law, 1);
+        assert!(matches!(held, Outcome::Held { .. }), "{law}: {held:?}");
+    }
+    let found = outcome(&another_scheme::suite(), "method-variational", 1);
+    assert!(matches!(found, Outcome::Broken(_)), "{found:?}");
 }
 
 #[test]

@@ -72,7 +72,7 @@ pub struct Claims {
     /// Without force μ ↦ μ' is a Poisson map.
     #[serde(default)]
     pub poisson: bool,
-    /// Its step is that of the variational scheme of this tableau and this retraction.
+    /// Its step is that of the variational scheme of this tableau and this retraction; on one's own types, of their retraction.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub variational: Option<Method>,
     /// Φ_{−h}∘Φ_h = 1 to round-off.

@@ -257,10 +257,14 @@ macro_rules! __own_lists {
             { $crate::__own_tests! { {}
                 method_order method_casimirs method_energy method_reversibility method_momentum
                 method_equivariance
+            }
+            $crate::__own_when! { claims [$($key)*]
+                { $crate::__own_tests! { {} method_poisson method_variational } }
+                { $crate::__own_tests! { { ignore = "needs `claims`" } method_poisson method_variational } }
             } }
             { $crate::__own_tests! { { ignore = "needs `method`" }
                 method_order method_casimirs method_energy method_reversibility method_momentum
-                method_equivariance
+                method_equivariance method_poisson method_variational
             } }
         }
         $crate::__own_when! { force [$($key)*]
@@ -281,6 +285,7 @@ macro_rules! __own_when {
     (lagrangian [lagrangian $($rest:ident)*] { $($yes:tt)* } $no:tt) => { $($yes)* };
     (force [force $($rest:ident)*] { $($yes:tt)* } $no:tt) => { $($yes)* };
     (method [method $($rest:ident)*] { $($yes:tt)* } $no:tt) => { $($yes)* };
+    (claims [claims $($rest:ident)*] { $($yes:tt)* } $no:tt) => { $($yes)* };
     ($key:ident [$other:ident $($rest:ident)*] $yes:tt $no:tt) => {
         $crate::__own_when! { $key [$($rest)*] $yes $no }
     };
