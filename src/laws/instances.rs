@@ -38,6 +38,8 @@ pub enum GroupoidKind {
     Coadjoint,
     /// ℝᴰ⋊G by the linear action.
     Linear,
+    /// g*×g*; not drawn, since few laws know it.
+    Momenta,
     /// One that a user brings; not drawn.
     User,
 }
@@ -137,6 +139,13 @@ impl<T: Real> Material<T> {
             GroupoidKind::Pair => {
                 let pair = ManifoldPair::new(group);
                 let [a, b, c, d] = std::array::from_fn(|i| ends[i].map(S::lift));
+                let chain = [(a, b.clone()), (b, c.clone()), (c, d)].map(|g| pair.coordinates(&g));
+                (Planted::new(pair, fault), chain)
+            }
+            GroupoidKind::Momenta => {
+                let pair = ManifoldPair::new(space);
+                let [a, b, c, d] = points(probe, self.dimension());
+                scale = T::one();
                 let chain = [(a, b.clone()), (b, c.clone()), (c, d)].map(|g| pair.coordinates(&g));
                 (Planted::new(pair, fault), chain)
             }

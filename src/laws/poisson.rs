@@ -1,18 +1,19 @@
-//! Laws of the Poisson groupoid Γ = g*×G×g* ⇉ g*: its bracket, its structure maps, and Hamiltonians odd under inversion.
+//! Laws of the Poisson groupoids over g*: Γ = g*×G×g*, P×P⁻ for P = g*, and T*G. Their brackets, their structure maps, and
+//! Hamiltonians odd under inversion.
 
 mod gamma;
 
 use self::gamma::{
-    ADJOINT_MISSING, EVEN_PART, GROUP_SIGN, Gamma, LAMBDA_FLIPPED, LAST_SIGN, MU_FLIPPED, ONE_SIDED, absolute,
-    absolute_matrix, basis, column, library, stack,
+    ADJOINT_MISSING, EVEN_PART, GROUP_SIGN, Gamma, LAMBDA_FLIPPED, LAST_SIGN, Library, MU_FLIPPED, ONE_SIDED,
+    PoissonGroupoid, absolute, absolute_matrix, basis, column, least_pivot, library, stack,
 };
-use super::instances::{CoordinatePolynomial, GroupoidKind, Material};
-use super::planted::groupoid::{ENDS_KEPT, INVERSE_KEEPS_U, SECOND_INVERTED};
+use super::instances::{CoordinatePolynomial, Material};
+use super::planted::groupoid::{ENDS_KEPT, INVERSE_KEEPS_U, PRODUCT_WITHOUT_GROUP, SECOND_INVERTED, SOURCE_BLIND};
 use super::precision::{Measured, settle};
 use super::probe::{Probe, stream};
 use super::{CaseLaw, Source};
 use crate::groupoid::calculus::{along, constant, derivatives};
-use crate::groupoid::{Group, Groupoid, push_inverse, push_product, push_source, push_target, push_unit};
+use crate::groupoid::{Group, Groupoid, push_inverse, push_source, push_target, push_unit};
 use crate::harness::{About, Cost, Fault};
 use crate::mechanics::{Force, Lagrangian};
 use crate::retraction::{Retraction, RetractionError};
@@ -22,16 +23,20 @@ use nalgebra::{DMatrix, DVector};
 use std::fmt::Debug;
 
 const BOUND: &str = "two precisions; floor 2⁸ n u relative to the terms, n = dim g";
+const RANK: &str = "pivots of an elimination with complete pivoting above 2⁸ n u of the largest entry, n = dim g";
 
 macro_rules! law {
     ($name:literal, $statement:literal, $source:literal, $oracle:literal, $question:expr, $faults:expr) => {
+        law!($name, $statement, $source, $oracle, BOUND, $question, $faults)
+    };
+    ($name:literal, $statement:literal, $source:literal, $oracle:literal, $bound:expr, $question:expr, $faults:expr) => {
         CaseLaw {
             about: About {
                 name: $name,
                 statement: $statement,
                 source: concat!("Martín de Diego and Sato Martín de Almagro 2019, ", $source),
                 oracle: $oracle,
-                bound: BOUND,
+                bound: $bound,
                 needs: "a group",
                 cost: Cost::Cheap,
                 faults: $faults,
@@ -66,7 +71,7 @@ pub const fn laws<S: Source>() -> &'static [CaseLaw<S>] {
             ),
             law!(
                 "inversion-anti-poisson",
-                "Tι Π Tιᵀ = −Π∘ι, and the graph of ι is coisotropic in Γ×Γ",
+                "Tι Π Tιᵀ = −Π∘ι, and the graph of ι is coisotropic in Γ×Γ, on Γ, P×P⁻ and T*G",
                 "Thm 4.8 (2)",
                 "Tι by duals of ι; the graph by the null space of its tangent vectors",
                 Question::Inversion,
@@ -74,7 +79,7 @@ pub const fn laws<S: Source>() -> &'static [CaseLaw<S>] {
             ),
             law!(
                 "units-coisotropic",
-                "the units are coisotropic: NᵀΠN = 0 for a basis N of the conormal space at (λ, e, λ)",
+                "the units are coisotropic, on Γ, P×P⁻ and T*G: NᵀΠN = 0 for a basis N of the conormal space at ε(λ)",
                 "Thm 4.8 (1)",
                 "the null space of the tangent vectors of ε by duals",
                 Question::Units,
@@ -82,7 +87,7 @@ pub const fn laws<S: Source>() -> &'static [CaseLaw<S>] {
             ),
             law!(
                 "product-coisotropic",
-                "the graph of ν is coisotropic in Γ×Γ×Γ⁻",
+                "the graph of ν is coisotropic in Γ×Γ×Γ⁻, on Γ, P×P⁻ and T*G",
                 "Def 4.7 (2)",
                 "the null space of the tangent vectors of the graph, by duals of ν",
                 Question::Product,
@@ -90,15 +95,24 @@ pub const fn laws<S: Source>() -> &'static [CaseLaw<S>] {
             ),
             law!(
                 "ends-poisson",
-                "α is Poisson and β anti-Poisson onto g* with the bracket +⟨μ, [·,·]⟩",
+                "α is Poisson and β anti-Poisson onto g* with the bracket +⟨μ, [·,·]⟩, on Γ, P×P⁻ and T*G",
                 "Thm 4.8 (3)",
                 "commutators of the matrices of the algebra; Tα and Tβ by duals",
                 Question::Ends,
                 &[LAMBDA_FLIPPED, MU_FLIPPED]
             ),
             law!(
+                "structure-submersions",
+                "α, β and ν are submersions: Tα, Tβ and Tν have full rank, on Γ, P×P⁻ and T*G",
+                "Def 4.1",
+                "the rank, by elimination, of tangent maps by duals of α, β and ν",
+                RANK,
+                Question::Submersions,
+                &[SOURCE_BLIND, PRODUCT_WITHOUT_GROUP]
+            ),
+            law!(
                 "odd-hamiltonian-invariant",
-                "Tι X_E(g) = X_E(g⁻¹) for E∘ι = −E, X_E(F) = {F, E}",
+                "Tι X_E(g) = X_E(g⁻¹) for E∘ι = −E, X_E(F) = {F, E}, on Γ, P×P⁻ and T*G",
                 "Prop 4.9, proof",
                 "the field at the inverse, and Tι by duals; E is the odd part of a random quadratic function",
                 Question::Invariant,
@@ -106,7 +120,7 @@ pub const fn laws<S: Source>() -> &'static [CaseLaw<S>] {
             ),
             law!(
                 "odd-hamiltonian-tangent",
-                "X_E is tangent to the units there, for E∘ι = −E, X_E(F) = {F, E}",
+                "X_E is tangent to the units there, for E∘ι = −E, X_E(F) = {F, E}, on Γ, P×P⁻ and T*G",
                 "Prop 4.9",
                 "X_E against Tε Tα X_E, by duals of ε and α; E is the odd part of a random quadratic function",
                 Question::Tangent,
@@ -124,6 +138,7 @@ enum Question {
     Units,
     Product,
     Ends,
+    Submersions,
     Invariant,
     Tangent,
 }
@@ -154,11 +169,30 @@ impl<T: Real> Visitor<T> for Check<'_> {
             Err(_) => return Measured::NotApplicable("a group element is outside the domain of the retraction".into()),
         };
         let library = library::<T, N, D>(group);
-        let Some(instance) = material.instance::<Dual<T>>(GroupoidKind::Poisson, self.fault, &mut probe) else {
+        let measured = self.judge(PoissonGroupoid::Gamma, &material, &library, &mut probe);
+        if matches!(self.question, Question::Generators | Question::Axioms) {
+            return measured;
+        }
+        // Of their own, so that the points of Γ are those of always.
+        let mut probe = Probe::new(self.case, stream::OTHER_POISSON);
+        let other = |of| self.judge(of, &material, &library, &mut probe);
+        PoissonGroupoid::OTHERS.into_iter().map(other).fold(measured, Measured::and)
+    }
+}
+
+impl Check<'_> {
+    fn judge<T: Real>(
+        &self,
+        of: PoissonGroupoid,
+        material: &Material<T>,
+        library: &Library<'_, T>,
+        probe: &mut Probe,
+    ) -> Measured {
+        let Some(instance) = material.instance::<Dual<T>>(of.kind(), self.fault, probe) else {
             return Measured::Broken("an element is singular".into());
         };
-        Gamma { group: &material.group, instance, library: &library, fault: self.fault }
-            .judge(self.question, &mut probe)
+        Gamma { of, group: &material.group, instance, library, fault: self.fault }
+            .judge(self.question, probe)
             .unwrap_or_else(|| Measured::Broken("a product, an inverse or a null space does not exist".into()))
     }
 }
@@ -175,6 +209,7 @@ impl<T: Real> Gamma<'_, T> {
             Question::Units => self.units(),
             Question::Product => self.product(),
             Question::Ends => self.ends(),
+            Question::Submersions => self.submersions(),
             Question::Invariant => self.invariant(&functions[0]),
             Question::Tangent => self.tangent(&functions[0]),
         }
@@ -182,7 +217,7 @@ impl<T: Real> Gamma<'_, T> {
 
     fn generators(&self, [f, g, _]: &[CoordinatePolynomial<T>; 3]) -> Option<Measured> {
         let z = &self.instance.chain[0];
-        let (pi, size) = (self.bivector(z)?, 3 * self.dimension());
+        let (pi, size) = (self.bivector(z)?, self.size());
         let columns: Vec<_> = (0..size).map(|i| self.push(z, &basis(size, i))).collect();
         let frame = DMatrix::from_columns(&columns);
         let intrinsic = &frame * &pi * frame.transpose();
@@ -264,18 +299,7 @@ impl<T: Real> Gamma<'_, T> {
         let q = self.groupoid();
         let [g, h, _] = &self.instance.chain;
         let gh = q.compose(&constant(g), &constant(h)).ok()?.map(|v| v.re);
-        let n = self.dimension();
-        let column = |i: usize| {
-            // (δλ, u, δμ) and (δμ, v, δκ) of (δλ, u, δμ, v, δκ).
-            let all = basis(5 * n, i);
-            let part = |from: usize| all.rows(from, 3 * n).into_owned();
-            let (along_g, along_h) = (part(0), part(2 * n));
-            let moved = push_product(q, (g, &self.push(g, &along_g)), (h, &self.push(h, &along_h)))?;
-            let moved = self.pull(&gh, &moved)?;
-            let entries = along_g.iter().chain(along_h.iter()).chain(moved.iter()).copied().collect();
-            Some(DVector::from_vec(entries))
-        };
-        let tangent = DMatrix::from_columns(&(0..5 * n).map(column).collect::<Option<Vec<_>>>()?);
+        let tangent = self.product_tangent(g, h, &gh)?;
         let (of_g, of_h, of_gh) = (self.bivector(g)?, self.bivector(h)?, self.bivector(&gh)?);
         let factors = [(&of_g, T::one()), (&of_h, T::one()), (&of_gh, self.last_sign(-T::one()))];
         self.coisotropic("graph(ν) in Γ×Γ×Γ⁻", &tangent, &factors)
@@ -285,11 +309,8 @@ impl<T: Real> Gamma<'_, T> {
         let q = self.groupoid();
         let z = &self.instance.chain[0];
         let (pi, n) = (self.bivector(z)?, self.dimension());
-        let columns = |map: &dyn Fn(&DVector<T>) -> DVector<T>| {
-            DMatrix::from_columns(&(0..3 * n).map(|i| map(&self.push(z, &basis(3 * n, i)))).collect::<Vec<_>>())
-        };
-        let source = columns(&|tangent| push_source(q, z, tangent));
-        let target = columns(&|tangent| push_target(q, z, tangent));
+        let source = self.end_tangent(&|tangent| push_source(q, z, tangent), z);
+        let target = self.end_tangent(&|tangent| push_target(q, z, tangent), z);
         let hats: Vec<DMatrix<T>> = (0..n).map(|a| self.group.hat(&basis(n, a))).collect();
         let commutators = |point: &DVector<T>| {
             DMatrix::from_fn(n, n, |a, b| point.dot(&self.group.vee(&(&hats[a] * &hats[b] - &hats[b] * &hats[a]))))
@@ -300,6 +321,27 @@ impl<T: Real> Gamma<'_, T> {
         let alpha = self.near("α is Poisson", &(&source * &pi * source.transpose()), &commutators(&lambda), size);
         let beta = self.near("β is anti-Poisson", &(&target * &pi * target.transpose()), &-commutators(&mu), size);
         Some(alpha.and(beta))
+    }
+
+    fn submersions(&self) -> Option<Measured> {
+        let q = self.groupoid();
+        let [g, h, _] = &self.instance.chain;
+        let gh = q.product(&constant(g), &constant(h)).map(|v| v.re);
+        let source = self.end_tangent(&|tangent| push_source(q, g, tangent), g);
+        let target = self.end_tangent(&|tangent| push_target(q, g, tangent), g);
+        let graph = self.product_tangent(g, h, &gh)?;
+        let product = graph.rows(2 * self.size(), self.size()).into_owned();
+        let bound = T::unit_roundoff() * T::int(256 * self.dimension() as i64);
+        for (of, map) in [("Tα", &source), ("Tβ", &target), ("Tν", &product)] {
+            let pivot = least_pivot(map);
+            if !(pivot.is_finite() && pivot > bound) {
+                let (kind, rows) = (self.of, map.nrows());
+                return Some(Measured::Broken(format!(
+                    "{kind:?}: the rank of {of} is below {rows}: a pivot is {pivot:?}"
+                )));
+            }
+        }
+        Some(Measured::exact())
     }
 
     fn invariant(&self, f: &CoordinatePolynomial<T>) -> Option<Measured> {

@@ -80,6 +80,8 @@ pub mod stream {
     pub const EULER_LAGRANGE: u64 = 11;
     /// Points of g*×G×g* and functions.
     pub const POISSON: u64 = 11;
+    /// Points of the other Poisson groupoids over g* and functions.
+    pub const OTHER_POISSON: u64 = 83;
     /// A second Lagrangian and where a motion starts.
     pub const EULER_LAGRANGE_MOTION: u64 = 12;
     /// A point off the units.

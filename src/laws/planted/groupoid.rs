@@ -37,6 +37,18 @@ pub const UNMATCHED: Fault =
 /// A left action in the place of a right one.
 pub const ACTION_INVERTED: Fault =
     Fault::new("action-inverted", "x·g⁻¹ in the place of x·g", "action groupoids, where g acts by more than a sign");
+/// α that does not see a coordinate.
+pub const SOURCE_BLIND: Fault = Fault::new(
+    "source-blind",
+    "the last coordinate of α(g) replaced by the same number for all g",
+    "every groupoid over g*",
+);
+/// ν that forgets the group parts.
+pub const PRODUCT_WITHOUT_GROUP: Fault = Fault::new(
+    "product-without-group",
+    "(λ, U, μ)(μ, V, κ) = (λ, U₀, κ), U₀ the same for all U and V",
+    "groupoids with a group part",
+);
 /// ρ with the wrong sign.
 pub const ANCHOR_SIGN: Fault = Fault::new("algebroid-anchor-sign", "ρ replaced by −ρ", "anchors other than 0");
 /// The bracket of constant sections with the wrong sign.
@@ -88,7 +100,12 @@ impl<S: Scalar> Groupoid for Planted<'_, S> {
     type Base = DVector<S>;
 
     fn source(&self, g: &DVector<S>) -> DVector<S> {
-        self.groupoid.source(g)
+        let mut right = self.groupoid.source(g);
+        let blind = self.size(&SOURCE_BLIND);
+        if let (true, Some(last)) = (blind > 0.0, right.iter_mut().last()) {
+            *last = blend_scalar(*last, S::one(), blind);
+        }
+        right
     }
 
     fn target(&self, g: &DVector<S>) -> DVector<S> {
@@ -117,6 +134,14 @@ impl<S: Scalar> Groupoid for Planted<'_, S> {
         }
         if let (true, Some(unmatched)) = (self.size(&UNMATCHED) > 0.0, &self.unmatched) {
             return blend_vector(&right, &unmatched(first, second), self.size(&UNMATCHED));
+        }
+        let without = self.size(&PRODUCT_WITHOUT_GROUP);
+        if without > 0.0 {
+            return blend_vector(
+                &right,
+                &self.assembled(&right, &DVector::from_element(right.len(), S::one())),
+                without,
+            );
         }
         if end > 0.0 {
             let kept = self.groupoid.target(first).len();

@@ -1,14 +1,14 @@
-//! Γ on coordinates, with the faults that can be planted in its bivector, and the tests of coisotropy.
+//! Poisson groupoids over g* on coordinates, with the faults that can be planted in their bivectors, and the tests of coisotropy.
 
 use crate::algebra::{Covector, Matrix};
 use crate::group::MatrixGroup;
-use crate::groupoid::calculus::{along, constant};
+use crate::groupoid::calculus::{along, constant, derivatives};
 use crate::groupoid::{
-    Arrow, DenseGroup, Group, Groupoid, Manifold, Phase, PhaseFunction, bracket, generator_brackets, poisson_bivector,
-    push_inverse,
+    Action, Arrow, Coadjoint, DenseGroup, Group, Groupoid, Manifold, Phase, PhaseFunction, bracket, generator_brackets,
+    poisson_bivector, push_inverse, push_product, push_target,
 };
 use crate::harness::Fault;
-use crate::laws::instances::{CoordinatePolynomial, Instance};
+use crate::laws::instances::{CoordinatePolynomial, GroupoidKind, Instance};
 use crate::laws::planted::blend_scalar;
 use crate::laws::planted::groupoid::Planted;
 use crate::laws::precision::Measured;
@@ -35,6 +35,49 @@ pub(super) const LAST_SIGN: Fault = Fault::new(
 );
 pub(super) const EVEN_PART: Fault =
     Fault::new("hamiltonian-even-part", "E = f in the place of f − f∘ι, its even part left in", "every algebra");
+
+/// A Poisson groupoid over g*. The bivectors of the others are blocks of that of Γ.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) enum PoissonGroupoid {
+    /// Γ = g*×G×g*.
+    Gamma,
+    /// P×P⁻ for P = g*: {A, B} = ⟨λ, [A_λ, B_λ]⟩ − ⟨μ, [A_μ, B_μ]⟩.
+    Pair,
+    /// T*G ≅ g*⋊G by the coadjoint action, (λ, U) with α = λ and β = Ad*_U λ:
+    /// {A, B} = ⟨λ, [A_λ, B_λ]⟩ + ⟨L*_U A_U, Ad_{U⁻¹} B_λ⟩ − ⟨L*_U B_U, Ad_{U⁻¹} A_λ⟩.
+    Cotangent,
+}
+
+impl PoissonGroupoid {
+    /// Those whose bivector is part of that of Γ.
+    pub(super) const OTHERS: [Self; 2] = [Self::Pair, Self::Cotangent];
+
+    /// As one of the groupoids of a case.
+    pub(super) fn kind(self) -> GroupoidKind {
+        match self {
+            Self::Gamma => GroupoidKind::Poisson,
+            Self::Pair => GroupoidKind::Momenta,
+            Self::Cotangent => GroupoidKind::Coadjoint,
+        }
+    }
+
+    fn name(self) -> &'static str {
+        match self {
+            Self::Gamma => "",
+            Self::Pair => "P×P⁻: ",
+            Self::Cotangent => "T*G: ",
+        }
+    }
+
+    /// Which of λ, u, μ are its coordinates.
+    fn blocks(self) -> &'static [usize] {
+        match self {
+            Self::Gamma => &[0, 1, 2],
+            Self::Pair => &[0, 2],
+            Self::Cotangent => &[0, 1],
+        }
+    }
+}
 
 /// (λ, U, μ) of its coordinates.
 pub(super) fn phase<S: Scalar, const N: usize, const D: usize>(z: &DVector<S>) -> Phase<S, N, D> {
@@ -77,9 +120,10 @@ pub(super) fn library<T: Real, const N: usize, const D: usize>(group: &MatrixGro
     }
 }
 
-/// Γ with its bivector, in which faults may be planted. Vectors of 3n components are in the coordinates (λ, u, μ) of
-/// `Differential`, others in the ambient ones.
+/// A Poisson groupoid with its bivector, in which faults may be planted. Vectors of `size` components are in those of the
+/// coordinates (λ, u, μ) of `Differential` that it has, others in the ambient ones.
 pub(super) struct Gamma<'a, T: Real> {
+    pub(super) of: PoissonGroupoid,
     pub(super) group: &'a DenseGroup<T>,
     pub(super) instance: Instance<'a, Dual<T>>,
     pub(super) library: &'a Library<'a, T>,
@@ -91,12 +135,18 @@ impl<'a, T: Real> Gamma<'a, T> {
         &self.instance.groupoid
     }
 
-    pub(super) fn size(&self, fault: &Fault) -> f64 {
+    pub(super) fn fault_size(&self, fault: &Fault) -> f64 {
         Fault::size_of(self.fault, fault.name)
     }
 
+    /// n = dim g.
     pub(super) fn dimension(&self) -> usize {
         Manifold::<T>::dimension(self.group)
+    }
+
+    /// The dimension of the groupoid, 3n or 2n.
+    pub(super) fn size(&self) -> usize {
+        self.of.blocks().len() * self.dimension()
     }
 
     /// U of (λ, U, μ).
@@ -105,37 +155,53 @@ impl<'a, T: Real> Gamma<'a, T> {
         DMatrix::from_fn(d, d, |r, c| z[n + c * d + r])
     }
 
-    /// (δλ, Uû, δμ) of (δλ, u, δμ).
+    /// (δλ, Uû, δμ) of (δλ, u, δμ), of those that there are; on T*G, μ follows from λ and U.
     pub(super) fn push<S: Scalar<Base = T>>(&self, z: &DVector<S>, w: &DVector<S>) -> DVector<S> {
         let n = self.dimension();
-        let moved = self.matrix(z) * self.group.hat(&w.rows(n, n).into_owned());
-        let entries = w.rows(0, n).iter().chain(moved.iter()).chain(w.rows(2 * n, n).iter()).copied().collect();
-        DVector::from_vec(entries)
+        if self.of == PoissonGroupoid::Pair {
+            return w.clone();
+        }
+        let (lambda, moved) = (w.rows(0, n), self.matrix(z) * self.group.hat(&w.rows(n, n).into_owned()));
+        let mu = match self.of {
+            PoissonGroupoid::Cotangent => {
+                let moving = |z: S, v: S| Dual { re: z, eps: v };
+                let point = DVector::from_fn(n, |a, _| moving(z[a], lambda[a]));
+                let element = self.matrix(z).zip_map(&moved, moving);
+                let acted = Coadjoint::new(self.group, n).act(&point, &element);
+                acted.map_or_else(|| DVector::zeros(n), |acted| derivatives(&acted))
+            }
+            _ => w.rows(2 * n, n).into_owned(),
+        };
+        DVector::from_vec(lambda.iter().chain(moved.iter()).chain(mu.iter()).copied().collect())
     }
 
-    /// (δλ, u, δμ) of (δλ, Uû, δμ).
+    /// (δλ, u, δμ) of (δλ, Uû, δμ), of those that there are.
     pub(super) fn pull(&self, z: &DVector<T>, tangent: &DVector<T>) -> Option<DVector<T>> {
         let n = self.dimension();
-        let u = self.group.vee(&(self.group.inverse(&self.matrix(z))? * self.matrix(tangent)));
-        let end = tangent.rows(tangent.len() - n, n).into_owned();
-        Some(DVector::from_fn(3 * n, |i, _| {
-            if i < n {
-                tangent[i]
-            } else if i < 2 * n {
-                u[i - n]
-            } else {
-                end[i - 2 * n]
-            }
-        }))
+        let of_group = self.of.blocks().contains(&1);
+        let u = if of_group {
+            self.group.vee(&(self.group.inverse(&self.matrix(z))? * self.matrix(tangent)))
+        } else {
+            DVector::zeros(n)
+        };
+        let end = tangent.len() - n;
+        let entries = self.of.blocks().iter().flat_map(|block| {
+            (0..n).map(|a| match block {
+                0 => tangent[a],
+                1 => u[a],
+                _ => tangent[end + a],
+            })
+        });
+        Some(DVector::from_vec(entries.collect()))
     }
 
-    /// Π, over duals.
-    pub(super) fn bivector_at(&self, z: &DVector<Dual<T>>) -> Option<DMatrix<Dual<T>>> {
+    /// Π of Γ, over duals.
+    fn bivector_of_gamma(&self, z: &DVector<Dual<T>>) -> Option<DMatrix<Dual<T>>> {
         let right = (self.library.bivector)(z)?;
         let n = self.dimension();
         let block = |i: usize, j: usize, i0: usize, j0: usize| i / n == i0 && j / n == j0;
         let wrong = |fault: &Fault, entry: &dyn Fn(usize, usize, Dual<T>) -> Dual<T>| {
-            let size = self.size(fault);
+            let size = self.fault_size(fault);
             (size > 0.0).then(|| right.map_with_location(|i, j, v| blend_scalar(v, entry(i, j, v), size)))
         };
         let faulty = wrong(&LAMBDA_FLIPPED, &|i, j, v| if block(i, j, 0, 0) { -v } else { v })
@@ -157,18 +223,37 @@ impl<'a, T: Real> Gamma<'a, T> {
         Some(faulty.unwrap_or(right))
     }
 
+    /// Π, over duals.
+    pub(super) fn bivector_at(&self, z: &DVector<Dual<T>>) -> Option<DMatrix<Dual<T>>> {
+        let n = self.dimension();
+        let all = match self.of {
+            PoissonGroupoid::Gamma => return self.bivector_of_gamma(z),
+            PoissonGroupoid::Cotangent => self.bivector_of_gamma(z)?,
+            // U does not enter its blocks.
+            PoissonGroupoid::Pair => {
+                let d = self.group.matrix_size();
+                let unit = DMatrix::<Dual<T>>::identity(d, d);
+                let entries = z.rows(0, n).iter().chain(unit.iter()).chain(z.rows(n, n).iter()).copied().collect();
+                self.bivector_of_gamma(&DVector::from_vec(entries))?
+            }
+        };
+        let blocks = self.of.blocks();
+        let at = |i: usize| blocks[i / n] * n + i % n;
+        Some(DMatrix::from_fn(self.size(), self.size(), |i, j| all[(at(i), at(j))]))
+    }
+
     /// Π.
     pub(super) fn bivector(&self, z: &DVector<T>) -> Option<DMatrix<T>> {
         Some(self.bivector_at(&constant(z))?.map(|v| v.re))
     }
 
-    /// dF at z, in the 3n directions.
+    /// dF at z, in all directions.
     pub(super) fn differential<S: Scalar<Base = T>>(
         &self,
         function: &dyn Fn(&DVector<Dual<S>>) -> Dual<S>,
         z: &DVector<S>,
     ) -> DVector<S> {
-        let size = 3 * self.dimension();
+        let size = self.size();
         DVector::from_fn(size, |i, _| function(&along(z, &self.push(z, &basis(size, i)))).eps)
     }
 
@@ -185,7 +270,7 @@ impl<'a, T: Real> Gamma<'a, T> {
 
     pub(super) fn near(&self, what: &'static str, a: &DMatrix<T>, b: &DMatrix<T>, size: T) -> Measured {
         let floor = 256.0 * self.dimension() as f64;
-        Measured::defect((a - b).amax(), size * self.instance.scale, floor, || what.into())
+        Measured::defect((a - b).amax(), size * self.instance.scale, floor, || format!("{}{what}", self.of.name()))
     }
 
     pub(super) fn number(&self, what: &'static str, a: T, b: T, terms: &[T]) -> Measured {
@@ -193,11 +278,33 @@ impl<'a, T: Real> Gamma<'a, T> {
         self.near(what, &DMatrix::from_element(1, 1, a), &DMatrix::from_element(1, 1, b), size)
     }
 
-    /// Tι at z, from 3n coordinates to 3n coordinates.
+    /// Tα or Tβ at z, of the coordinates there.
+    pub(super) fn end_tangent(&self, end: &dyn Fn(&DVector<T>) -> DVector<T>, z: &DVector<T>) -> DMatrix<T> {
+        let size = self.size();
+        DMatrix::from_columns(&(0..size).map(|i| end(&self.push(z, &basis(size, i)))).collect::<Vec<_>>())
+    }
+
+    /// Tι at z, from coordinates to coordinates.
     pub(super) fn inversion_tangent(&self, z: &DVector<T>, inverse: &DVector<T>) -> Option<DMatrix<T>> {
-        let size = 3 * self.dimension();
+        let size = self.size();
         let column = |i| self.pull(inverse, &push_inverse(self.groupoid(), z, &self.push(z, &basis(size, i)))?);
         Some(DMatrix::from_columns(&(0..size).map(column).collect::<Option<Vec<_>>>()?))
+    }
+
+    /// The tangent vectors of the graph of ν at (g, h, gh), as columns: any vector at g, and one at h whose first n components
+    /// are those of its end.
+    pub(super) fn product_tangent(&self, g: &DVector<T>, h: &DVector<T>, gh: &DVector<T>) -> Option<DMatrix<T>> {
+        let (q, n, size) = (self.groupoid(), self.dimension(), self.size());
+        let column = |i: usize| {
+            let along_g = DVector::from_fn(size, |k, _| if k == i { T::one() } else { T::zero() });
+            let end = push_target(q, g, &self.push(g, &along_g));
+            let rest = |k: usize| if k + size == i + n { T::one() } else { T::zero() };
+            let along_h = DVector::from_fn(size, |k, _| if k < n { end[k] } else { rest(k) });
+            let moved = push_product(q, (g, &self.push(g, &along_g)), (h, &self.push(h, &along_h)))?;
+            let moved = self.pull(gh, &moved)?;
+            Some(DVector::from_vec(along_g.iter().chain(along_h.iter()).chain(moved.iter()).copied().collect()))
+        };
+        Some(DMatrix::from_columns(&(0..2 * size - n).map(column).collect::<Option<Vec<_>>>()?))
     }
 
     pub(super) fn inverse(&self, z: &DVector<T>) -> Option<DVector<T>> {
@@ -205,7 +312,7 @@ impl<'a, T: Real> Gamma<'a, T> {
     }
 
     pub(super) fn last_sign(&self, sign: T) -> T {
-        blend_scalar(sign, -sign, self.size(&LAST_SIGN))
+        blend_scalar(sign, -sign, self.fault_size(&LAST_SIGN))
     }
 
     /// NᵀΠN = 0 for a basis N of the conormal space of the columns, Π block-diagonal.
@@ -230,7 +337,7 @@ impl<'a, T: Real> Gamma<'a, T> {
     /// X_E(z) = Π dE for E = f − f∘ι, in ambient coordinates.
     pub(super) fn hamiltonian_field(&self, f: &CoordinatePolynomial<T>, z: &DVector<T>) -> Option<DVector<T>> {
         self.groupoid().inverse(&constant(z))?;
-        let size = self.size(&EVEN_PART);
+        let size = self.fault_size(&EVEN_PART);
         let energy = |z: &DVector<Dual<T>>| {
             let here = f.at(z)[0];
             // It exists at z and so near z.
@@ -296,4 +403,29 @@ pub(super) fn null_space<T: Real>(columns: &DMatrix<T>) -> Option<DMatrix<T>> {
         None if free[c] == i => T::one(),
         None => T::zero(),
     }))
+}
+
+/// The least pivot of an elimination with complete pivoting, relative to the largest entry; 0 where all entries are.
+pub(super) fn least_pivot<T: Real>(map: &DMatrix<T>) -> T {
+    let mut left = map.clone();
+    let (rows, columns) = left.shape();
+    let (largest, mut least) = (left.amax(), T::one());
+    for k in 0..rows.min(columns) {
+        let (i, j) = left.view_range(k.., k..).iamax_full();
+        left.swap_rows(k, k + i);
+        left.swap_columns(k, k + j);
+        let pivot = left[(k, k)];
+        if pivot == T::zero() {
+            return T::zero();
+        }
+        least = least.min(pivot.abs() / largest);
+        for i in k + 1..rows {
+            let factor = left[(i, k)] / pivot;
+            for j in k..columns {
+                let above = left[(k, j)];
+                left[(i, j)] -= factor * above;
+            }
+        }
+    }
+    least
 }
