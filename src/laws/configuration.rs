@@ -1,14 +1,15 @@
-//! Laws of systems that depend on the configuration: a potential V(t, g) and a force f(t, g, η) are put on the case, as formulas.
+//! Laws of systems that depend on the configuration: a potential V(t, g) and a force f(t, g, η) are put on the case, as formulas,
+//! and an inertia that changes with the time.
 //!
-//! Both are bounded functions of entries of g, in numbers that the case determines: on any group, at any attitude.
+//! Potential and force are bounded functions of entries of g, in numbers that the case determines: on any group, at any attitude.
 
 use super::CaseLaw;
 use super::integrators::{Noether, PlainStep, refused, subject};
 use super::order::{Which, forced, judge};
 use super::planted::retraction::Plant;
 use super::planted::step::{
-    CHART, FORCE_INDEX, FORCE_TIME, FROM_LEFT, GRADIENT_SIGN, HALVED, INVERTED, NO_FORCE, NO_GRADIENT, NO_SECOND,
-    NOT_TRANSPORTED, OF_START, SWAPPED_SECOND, UNCONJUGATED,
+    CHART, FORCE_INDEX, FORCE_TIME, FROM_LEFT, GRADIENT_SIGN, HALVED, INVERTED, LAGRANGIAN_TIME, NO_FORCE, NO_GRADIENT,
+    NO_SECOND, NOT_TRANSPORTED, OF_START, SWAPPED_SECOND, UNCONJUGATED,
 };
 use super::precision::{Measured, alone, settle_main_small, settle_small};
 use super::probe::{Probe, stream};
@@ -18,8 +19,8 @@ use crate::harness::{About, Cost, Fault, Verdict};
 use crate::integrators::{OneStep, State, StepError};
 use crate::mechanics::{Force, Lagrangian};
 use crate::retraction::{Exponential, Retraction};
-use crate::scalar::{Dd, Real, Scalar};
-use crate::system::case::{Force as Term, Potential};
+use crate::scalar::{Dd, Number, Real, Scalar};
+use crate::system::case::{Force as Term, Inertia, Potential};
 use crate::system::{Case, System, Visitor};
 use nalgebra::{ComplexField, RealField};
 
@@ -32,13 +33,13 @@ pub const fn laws() -> &'static [CaseLaw] {
         CaseLaw {
             about: About {
                 name: "configuration-plain-step",
-                statement: "the step with ∂_gL + f(t, g, η) at g τ(Ξ_i) is the stage equations, written plainly and solved by Newton's method on H",
+                statement: "with L(t, g, η) the step with ∂_gL + f(t, g, η) at g τ(Ξ_i) is the stage equations, written plainly and solved by Newton's method on H",
                 source: SOURCE,
                 oracle: "a transcription of the equations apart from the integrator",
                 bound: "two precisions (s N > 9: f64 alone below 8 u or a 2⁹th of the floor, but for one case in ten); floor 2⁸ s N u of the state",
                 needs: "a group",
                 cost: Cost::Moderate,
-                faults: &[OF_START, GRADIENT_SIGN, NO_GRADIENT, NO_FORCE, NOT_TRANSPORTED, FORCE_TIME],
+                faults: &[OF_START, GRADIENT_SIGN, NO_GRADIENT, NO_FORCE, NOT_TRANSPORTED, FORCE_TIME, LAGRANGIAN_TIME],
             },
             cases: |cases| cases.with_group(),
             check: |case, fault| settle_small(&configured(case, What::All), fault, PlainStep { fault }, 9),
@@ -107,13 +108,13 @@ pub const fn laws() -> &'static [CaseLaw] {
         CaseLaw {
             about: About {
                 name: "configuration-order",
-                statement: "with V(t, g) and f(t, g, η) Gauss 1–3 and Lobatto IIIA, IIIB 2–3 converge in μ and in g at the order of the pair (a, â)",
+                statement: "with L(t, g, η) and f(t, g, η) Gauss 1–3 and Lobatto IIIA, IIIB 2–3 converge in μ and in g at the order of the pair (a, â)",
                 source: SOURCE,
                 oracle: "a classical Gauss method of order 16 on the vector field of (μ, g); the order computed from the bicoloured trees",
                 bound: "a quarter: half the way to the point that is as near to the next integer",
                 needs: "a group; a smooth force; an algebra that is not abelian",
                 cost: Cost::Heavy,
-                faults: &[OF_START, GRADIENT_SIGN, NO_GRADIENT, NOT_TRANSPORTED, SWAPPED_SECOND],
+                faults: &[OF_START, GRADIENT_SIGN, NO_GRADIENT, NOT_TRANSPORTED, SWAPPED_SECOND, LAGRANGIAN_TIME],
             },
             cases: forced,
             check: |case, fault| judge(&configured(case, What::All), fault, Which::Order),
@@ -138,7 +139,7 @@ pub const fn laws() -> &'static [CaseLaw] {
 /// What is put on a case.
 #[derive(Clone, Copy, PartialEq)]
 pub(super) enum What {
-    /// V(t, g) and f(t, g, η).
+    /// V(t, g), f(t, g, η), and where l is quadratic perhaps (1 + s sin t) l(η).
     All,
     /// V(g) and f(t, g, η).
     Steady,
@@ -191,7 +192,30 @@ pub(super) fn configured(case: &Case, what: What) -> Case {
         let components: Vec<String> = (0..n).map(component).collect();
         case.forces.push(Term::Formula { components: format!("[{}]", components.join(", ")) });
     }
+    if what == What::All && case.lagrangian.is_quadratic() && probe.next() & 1 == 0 {
+        let size = probe.integer(1, 4);
+        case.lagrangian.formula = Some(format!("(1 + {size}/8*sin(t))*({})", kinetic(&case.lagrangian.inertia)));
+    }
     case
+}
+
+/// ½⟨Iη, η⟩ as a formula.
+fn kinetic(inertia: &Inertia) -> String {
+    let term = |i: usize, j: usize, entry: &Number| {
+        let half = if i == j { "/2" } else { "" };
+        let zero = entry.rational().is_some_and(|entry| entry.is_zero());
+        (!zero).then(|| format!("({entry}){half}*eta_{}*eta_{}", i + 1, j + 1))
+    };
+    let terms: Vec<String> = match inertia {
+        Inertia::Diagonal(list) => list.iter().enumerate().filter_map(|(i, entry)| term(i, i, entry)).collect(),
+        Inertia::Full(rows) => {
+            let upper = |(i, row): (usize, &Vec<Number>)| {
+                row.iter().enumerate().skip(i).filter_map(|(j, entry)| term(i, j, entry)).collect::<Vec<_>>()
+            };
+            rows.iter().enumerate().flat_map(upper).collect()
+        }
+    };
+    terms.join(" + ")
 }
 
 /// Basis vectors e_a with a row r of ê_a that is 0, so that exp(s e_a) leaves row r of matrices alone; from 0.

@@ -39,6 +39,8 @@ pub enum StepFault {
     ForceOfFirstStage,
     /// f at time t at every stage.
     ForceTime,
+    /// ∂L/∂η at time t at every stage.
+    LagrangianTime,
     /// dτ(−ξ) left out of the stage equations.
     NoStepTangent,
     /// μ' = Ad*_{τ(ξ)⁻¹} m.
@@ -135,6 +137,13 @@ pub const GRADIENT_SIGN: Fault = Fault::new("gradient-sign", "−∂_gL for ∂_
 /// [`StepFault::NoGradient`].
 pub const NO_GRADIENT: Fault = Fault::new("no-gradient", "∂_gL left out", POTENTIAL);
 
+/// [`StepFault::LagrangianTime`].
+pub const LAGRANGIAN_TIME: Fault = Fault::new(
+    "lagrangian-time",
+    "∂L/∂η at the time of the step's start at every stage",
+    "Lagrangians that depend on the time",
+);
+
 /// [`StepFault::LooseTolerance`].
 pub const LOOSE_TOLERANCE: Fault = Fault::new(
     "loose-tolerance",
@@ -143,7 +152,7 @@ pub const LOOSE_TOLERANCE: Fault = Fault::new(
 );
 
 /// What each of these faults makes wrong.
-pub const ALL: [(Fault, StepFault); 19] = [
+pub const ALL: [(Fault, StepFault); 20] = [
     (CHART, StepFault::ChartTrap),
     (FORCE_INDEX, StepFault::ForceIndex),
     (UNCONJUGATED, StepFault::Unconjugated),
@@ -154,6 +163,7 @@ pub const ALL: [(Fault, StepFault); 19] = [
     (NOT_TRANSPORTED, StepFault::ForceNotTransported),
     (FIRST_STAGE, StepFault::ForceOfFirstStage),
     (FORCE_TIME, StepFault::ForceTime),
+    (LAGRANGIAN_TIME, StepFault::LagrangianTime),
     (NO_STEP, StepFault::NoStepTangent),
     (INVERTED, StepFault::CoadjointInverted),
     (HALVED, StepFault::CoadjointHalved),
@@ -209,29 +219,31 @@ where
         &self.displacements
     }
 
-    /// f + ∂_gL at the stage at x, or what the fault makes of it.
-    fn total_force<S: Scalar<Base = T>>(
+    /// ∂L/∂η and f + ∂_gL at the stage at x, or what the fault makes of them; `momentum_time` is the time of the first.
+    fn at_stage<S: Scalar<Base = T>>(
         &self,
-        time: S,
+        (momentum_time, time): (S, S),
         attitude: &Matrix<T, D>,
         x: &Vector<S, N>,
-        eta: &Vector<S, N>,
-    ) -> Result<Covector<S, N>, RetractionError> {
+        (eta, acting): (&Vector<S, N>, &Vector<S, N>),
+    ) -> Result<(Covector<S, N>, Covector<S, N>), RetractionError> {
         if !self.force.uses_configuration() && !self.lagrangian.uses_configuration() {
-            return Ok(self.force.force(time, eta));
+            return Ok((self.lagrangian.gradient(eta), self.force.force(time, acting)));
         }
         let mut there = attitude.map(S::lift);
         if !self.has(StepFault::ConfigurationOfStart) {
             there *= self.retraction.tau(x)?;
         }
         let g = Configuration::of(&there);
-        let gradient = self.lagrangian.configuration_gradient(time, g, eta);
-        let force = self.force.force_at(time, g, eta);
-        Ok(match self.fault {
+        let momentum = self.lagrangian.gradient_at(momentum_time, g, eta);
+        let gradient = self.lagrangian.configuration_gradient(time, g, acting);
+        let force = self.force.force_at(time, g, acting);
+        let force = match self.fault {
             Some(StepFault::GradientSign) => force - gradient,
             Some(StepFault::NoGradient) => force,
             _ => force + gradient,
-        })
+        };
+        Ok((momentum, force))
     }
 
     fn has(&self, fault: StepFault) -> bool {
@@ -279,10 +291,11 @@ where
             increment += rates[i] * (S::lift(b[i]) * h);
             let point = self.retraction.at(&x)?;
             let eta = point.d() * rates[i];
-            let p = self.lagrangian.gradient(&eta) * point.d();
             let acting = if self.has(StepFault::ForceOfFirstStage) { *first_velocity.get_or_insert(eta) } else { eta };
-            let delay = if self.has(StepFault::ForceTime) { S::zero() } else { S::lift(c[i]) * h };
-            let f = self.total_force(S::lift(start.time) + delay, &start.attitude, &x, &acting)?;
+            let at = |fault| S::lift(start.time) + if self.has(fault) { S::zero() } else { S::lift(c[i]) * h };
+            let times = (at(StepFault::LagrangianTime), at(StepFault::ForceTime));
+            let (momentum, f) = self.at_stage(times, &start.attitude, &x, (&eta, &acting))?;
+            let p = momentum * point.d();
             let mut gradient = self.second_tangent(&point, &p, &rates[i]);
             if !self.has(StepFault::NoForceInStages) {
                 gradient += f * point.d();
