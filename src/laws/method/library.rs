@@ -2,7 +2,7 @@
 
 use super::{
     CASIMIRS, Claims, ENERGY, EQUIVARIANCE, MOMENTUM, MethodLaw, MethodSource, ORDER, POISSON, PRESENTATION,
-    REVERSIBILITY, Stepper, Untyped, VARIATIONAL, check_case,
+    REVERSIBILITY, SMOOTHNESS, Stepper, Untyped, VARIATIONAL, check_case,
 };
 use crate::harness::{Cost, Fault, Verdict};
 use crate::integrators::{OneStep, Report, State, StepError};
@@ -10,8 +10,8 @@ use crate::laws::CaseLaw;
 use crate::laws::integrators::subject;
 use crate::laws::planted::retraction::{BERNOULLI, Plant, SHIFTED};
 use crate::laws::planted::step::{
-    CHART, FIRST_STAGE, FORCE_INDEX, FORCE_TIME, FROM_LEFT, HALVED, INVERSE_SECOND, INVERTED, NO_FORCE, NO_SECOND,
-    NO_STEP, NOT_TRANSPORTED, ORDER_TWO, SWAPPED_SECOND, UNCONJUGATED,
+    CHART, FIRST_STAGE, FORCE_INDEX, FORCE_TIME, FROM_LEFT, HALVED, INVERSE_SECOND, INVERTED, LOOSE_TOLERANCE,
+    NO_FORCE, NO_SECOND, NO_STEP, NOT_TRANSPORTED, ORDER_TWO, SWAPPED_SECOND, UNCONJUGATED,
 };
 use crate::laws::planted::tableau::COEFFICIENT;
 use crate::mechanics::{Force, Lagrangian};
@@ -27,6 +27,8 @@ pub const FAVOURED: Fault = Fault::new(
     "μ'_1 multiplied by 1 + h: the first basis vector is not like the others",
     "every system",
 );
+/// h in 24 digits.
+pub const SINGLE_STEP: Fault = Fault::new("step-in-single", "h rounded to single precision", "every system that moves");
 /// μ' (1 + h t) for μ'.
 pub const SEES_TIME: Fault = Fault::new(
     "sees-time",
@@ -52,8 +54,10 @@ where
 {
     fn step(&mut self, state: &mut State<T, N, D>, h: T) -> Result<Report<T>, StepError> {
         let (time, corner) = (state.time, state.attitude[(0, 0)]);
-        let report = subject(&self.system, self.fault.as_ref()).step(state, h)?;
         let size = |fault: &Fault| T::exact(Fault::size_of(self.fault.as_ref(), fault.name));
+        let single = T::exact(f64::from(h.to_f64() as f32));
+        let taken = h + (single - h) * size(&SINGLE_STEP);
+        let report = subject(&self.system, self.fault.as_ref()).step(state, taken)?;
         state.momentum[0] *= T::one() + h * size(&FAVOURED);
         state.momentum *= T::one() + h * time * size(&SEES_TIME);
         state.momentum *= T::one() + h * corner * size(&SEES_ATTITUDE);
@@ -228,4 +232,5 @@ static LAWS: &[CaseLaw] = &[
     ),
     law!("method-equivariance", &EQUIVARIANCE, Cost::Moderate, &[FROM_LEFT, SEES_TIME, SEES_ATTITUDE]),
     law!("method-presentation", &PRESENTATION, Cost::Moderate, &[SHIFTED, FAVOURED]),
+    law!("method-smoothness", &SMOOTHNESS, Cost::Expensive, &[LOOSE_TOLERANCE, SINGLE_STEP]),
 ];
