@@ -2,18 +2,21 @@
 
 use euler_poincare::algebra::catalogue::Entry;
 use euler_poincare::algebra::{Covector, Matrix};
-use euler_poincare::group::{LieGroup, MatrixGroup};
+use euler_poincare::expression::Expression;
+use euler_poincare::group::{LieGroup, MatrixGroup, So3};
 use euler_poincare::integrators::se3::{AdaptiveSe3, CayleySe3, Terms, VariationalSe3};
 use euler_poincare::integrators::so3::{
     AdaptiveSo3, Damping, EnsembleSo3, FastRetraction, Member, QuaternionSo3, QuaternionState, VariationalSo3,
 };
 use euler_poincare::integrators::{Doubled, DoubledState, MuntheKaas, OneStep, State, Variational};
+use euler_poincare::mechanics::configuration::{Potential, WithPotential};
 use euler_poincare::mechanics::doubled::Forced;
 use euler_poincare::mechanics::force::{AnyForce, LinearDrag, QuadraticDrag};
+use euler_poincare::mechanics::formula::{FormulaForce, FormulaLagrangian, Quantities};
 use euler_poincare::mechanics::lagrangian::Quadratic;
 use euler_poincare::mechanics::models::{Model, landau_lifshitz_gilbert, relaxed_rigid_body};
 use euler_poincare::retraction::{Cayley, CayleySo3, Exponential, ExponentialSo3, Retraction};
-use euler_poincare::scalar::{Dd, Real};
+use euler_poincare::scalar::{Dd, Real, Scalar};
 use euler_poincare::tableau::{Description, Tableau};
 
 /// Takes the next step.
@@ -43,6 +46,8 @@ pub const KERNELS: &[Kernel] = &[
         name: "so3/cayley/gauss-2/32-digits",
         start: || body(&landau_lifshitz_gilbert::<Dd>(), "gauss-2", CayleySo3::new()),
     },
+    Kernel { name: "so3/cayley/gauss-2/potential", start: top },
+    Kernel { name: "so3/cayley/gauss-2/formula", start: top_of_formulas },
     Kernel { name: "so3/exp/gauss-2", start: || llg("gauss-2", ExponentialSo3::new()) },
     Kernel { name: "so3/exp/gauss-3", start: || llg("gauss-3", ExponentialSo3::new()) },
     Kernel { name: "so3/exp/munthe-kaas/gauss-2", start: munthe_kaas },
@@ -96,6 +101,43 @@ fn first() -> Step {
         let mut state = State { time: 0.0, momentum: model.momentum, attitude: Matrix::identity() };
         method.step(&mut state, 0.1).expect("the step succeeds");
     })
+}
+
+/// A heavy top with linear drag.
+#[derive(Clone)]
+struct Gravity;
+
+impl Potential<f64, 3> for Gravity {
+    fn value<S: Scalar<Base = f64>>(&self, _: S, g: &Matrix<S, 3>) -> S {
+        g[(2, 0)] * S::ratio(39, 100) - g[(2, 1)] * S::ratio(26, 100) + g[(2, 2)] * S::ratio(65, 100)
+    }
+}
+
+fn leaning() -> Covector<f64, 3> {
+    Covector::from([0.5, 0.3, 0.9])
+}
+
+fn top() -> Step {
+    let lagrangian = WithPotential::new(diagonal(), Gravity, So3::new());
+    let drag = LinearDrag::new(Matrix::from_diagonal(&[0.1, 0.3, 0.2].into())).expect("finite");
+    let method = Variational::new(lagrangian, drag, CayleySo3::new(), tableau("gauss-2"));
+    steps(method, leaning(), Matrix::identity())
+}
+
+/// The same by formulas.
+fn top_of_formulas() -> Step {
+    let quantities = Quantities { dimension: 3, size: 3 };
+    let names = quantities.names().expect("names");
+    let formula = |text: &str| {
+        let expression = Expression::parse(text, &names).expect("a formula");
+        expression.compile::<f64>().expect("finite numbers")
+    };
+    let potential = formula("39/100*g_31 - 26/100*g_32 + 65/100*g_33");
+    let drag = formula("-[eta_1, 3*eta_2, 2*eta_3]/10");
+    let lagrangian = FormulaLagrangian::with_potential(diagonal(), potential, quantities, &So3::<f64>::new());
+    let drag = FormulaForce::new(drag, quantities, lagrangian.clone());
+    let method = Variational::new(lagrangian, drag, CayleySo3::new(), tableau("gauss-2"));
+    steps(method, leaning(), Matrix::identity())
 }
 
 fn munthe_kaas() -> Step {
