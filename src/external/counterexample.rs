@@ -238,12 +238,20 @@ fn questions(law: &MethodLaw, case: &Case, findings: Option<&Findings>, form: &S
     let theory = theory_in::<Dd>(case, form).ok()?;
     let (start, h) = (theory.start().convert::<f64>(), theory.step().to_f64());
     let question = |what, from: &Point<f64>, h| Question { what, case: case.clone(), from: from.clone(), h };
-    let mut list = vec![question("a step from the start", &start, h)];
+    let translated = |start: &Point<f64>, k: Vec<Dd>| {
+        let attitude = product(&k.iter().map(|x| x.to_f64()).collect::<Vec<_>>(), &start.attitude);
+        Point { attitude, ..start.clone() }
+    };
+    let element = theory.element();
+    let (what, start) = match element.clone().filter(|_| law.about.name == "method-variational") {
+        Some(k) => ("a step after a left translation of g", translated(&start, k)),
+        None => ("a step from the start", start),
+    };
+    let mut list = vec![question(what, &start, h)];
     match law.about.name {
         "method-equivariance" => {
-            if let Some(k) = theory.element() {
-                let attitude = product(&k.iter().map(|x| x.to_f64()).collect::<Vec<_>>(), &start.attitude);
-                list.push(question("a step after a left translation of g", &Point { attitude, ..start.clone() }, h));
+            if let Some(k) = element {
+                list.push(question("a step after a left translation of g", &translated(&start, k), h));
             }
             if theory.is_autonomous() {
                 list.push(question(
@@ -261,7 +269,7 @@ fn questions(law: &MethodLaw, case: &Case, findings: Option<&Findings>, form: &S
         _ => {
             let rows = findings.map_or(&[][..], |findings| findings.rows());
             let sizes = rows.iter().filter(|row| row.readings.is_ok()).map(|row| row.h).take(SIZES);
-            list.extend(sizes.filter(|size| *size != h).map(|size| question("a step from the start", &start, size)));
+            list.extend(sizes.filter(|size| *size != h).map(|size| question(what, &start, size)));
         }
     }
     Some(list)

@@ -31,6 +31,7 @@
 
 use super::levels::{self, REACH, is_final};
 use super::slopes::{names, no_value};
+use super::theory::product;
 use super::variational::Scheme;
 use super::{Look, Outcome, Point, Precision, Quantity, Setup, View, without};
 use crate::harness::Verdict;
@@ -214,9 +215,13 @@ fn bracket<T: Precision>(view: &View<'_, '_, T>, h: T) -> Result<KeptLevel, Step
 /// The largest share of its terms that is taken to first order.
 const SMALL: f64 = 1.0 / 128.0;
 
-/// A step against that of a scheme.
+/// A step against that of a scheme, from an attitude that is not the identity: there the sides of g are not told apart.
 fn equality<T: Precision>(scheme: &Scheme, view: &View<'_, '_, T>, h: T) -> Result<KeptLevel, StepError> {
     let start = view.theory().start();
+    let start = match view.theory().element() {
+        Some(k) => Point { attitude: product(&k, &start.attitude), ..start },
+        None => start,
+    };
     let refuse = |why: &str| StepError::Refused { step: h.to_f64(), why: why.into() };
     let own = |_| refuse("the variational scheme itself has no such step");
     let exact = scheme.step(&start.convert(), convert(h)).map_err(own)?;
