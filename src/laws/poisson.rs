@@ -91,7 +91,15 @@ pub const fn laws<S: Source>() -> &'static [CaseLaw<S>] {
                 "Def 4.7 (2)",
                 "the null space of the tangent vectors of the graph, by duals of ν",
                 Question::Product,
-                &[LAST_SIGN, SECOND_INVERTED, LAMBDA_FLIPPED, MU_FLIPPED, ADJOINT_MISSING, GROUP_SIGN]
+                &[
+                    LAST_SIGN,
+                    SECOND_INVERTED,
+                    PRODUCT_WITHOUT_GROUP,
+                    LAMBDA_FLIPPED,
+                    MU_FLIPPED,
+                    ADJOINT_MISSING,
+                    GROUP_SIGN
+                ]
             ),
             law!(
                 "ends-poisson",
@@ -99,7 +107,7 @@ pub const fn laws<S: Source>() -> &'static [CaseLaw<S>] {
                 "Thm 4.8 (3)",
                 "commutators of the matrices of the algebra; Tα and Tβ by duals",
                 Question::Ends,
-                &[LAMBDA_FLIPPED, MU_FLIPPED]
+                &[SOURCE_BLIND, LAMBDA_FLIPPED, MU_FLIPPED]
             ),
             law!(
                 "structure-submersions",

@@ -44,11 +44,8 @@ pub const SOURCE_BLIND: Fault = Fault::new(
     "every groupoid over g*",
 );
 /// ν that forgets the group parts.
-pub const PRODUCT_WITHOUT_GROUP: Fault = Fault::new(
-    "product-without-group",
-    "(λ, U, μ)(μ, V, κ) = (λ, U₀, κ), U₀ the same for all U and V",
-    "groupoids with a group part",
-);
+pub const PRODUCT_WITHOUT_GROUP: Fault =
+    Fault::new("product-without-group", "(λ, U, μ)(μ, V, κ) = (λ, e, κ)", "groupoids with a group part");
 /// ρ with the wrong sign.
 pub const ANCHOR_SIGN: Fault = Fault::new("algebroid-anchor-sign", "ρ replaced by −ρ", "anchors other than 0");
 /// The bracket of constant sections with the wrong sign.
@@ -137,11 +134,8 @@ impl<S: Scalar> Groupoid for Planted<'_, S> {
         }
         let without = self.size(&PRODUCT_WITHOUT_GROUP);
         if without > 0.0 {
-            return blend_vector(
-                &right,
-                &self.assembled(&right, &DVector::from_element(right.len(), S::one())),
-                without,
-            );
+            let unit = self.groupoid.unit(&self.groupoid.target(second));
+            return blend_vector(&right, &self.assembled(&right, &unit), without);
         }
         if end > 0.0 {
             let kept = self.groupoid.target(first).len();
