@@ -382,6 +382,38 @@ fn what_keeps_the_order_is_another_scheme() {
 }
 
 #[test]
+fn the_impulses_at_the_stages_that_are_told_change_the_spatial_momentum() {
+    if !python("the_impulses_at_the_stages_that_are_told_change_the_spatial_momentum") {
+        return;
+    }
+    let here = directory("noether");
+    let options = ["--laws", "noether", "--shrink", "0", "--cases", "6", "--format", "json", "--algebras", "so3,se2"];
+    // The theorem does not ask which equations the stages solve.
+    for (tableau, mistake, right) in [
+        ("gauss-2", "", true),
+        ("lobatto-iiib-3", "", true),
+        ("gauss-2", "index", true),
+        ("gauss-2", "bernoulli", false),
+        ("gauss-2", "left", false),
+    ] {
+        let output = probe(&here, &options, &["python3", &steppers("stages.py"), tableau, "0", mistake]);
+        let line = &laws(&output)[0].1;
+        let held = line["broken"] == 0 && line["held"].as_u64() > Some(2);
+        assert_eq!((held, code(&output)), (right, i32::from(!right)), "{tableau} {mistake}: {}", stdout(&output));
+    }
+    // Stages that are none are a failure of the program; a method that tells none is not judged.
+    let text = fs::read_to_string(steppers("rk4.py")).unwrap();
+    let told =
+        text.replace("print(json.dumps(answer)", "answer.update(stages=[{\"b\": 1}])\n    print(json.dumps(answer)");
+    assert_ne!(text, told);
+    fs::write(here.join("told.py"), told).unwrap();
+    let output = probe(&here, &options, &["python3", here.join("told.py").to_str().unwrap()]);
+    assert!(code(&output) == 1 && stdout(&output).contains("has no finite number \\\"t\\\""), "{}", stdout(&output));
+    let output = probe(&here, &options, &["python3", &steppers("rk4.py")]);
+    assert!(code(&output) == 3 && stdout(&output).contains("does not tell its stages"), "{}", stdout(&output));
+}
+
+#[test]
 fn a_claim_of_a_scheme_is_replayed() {
     if !python("a_claim_of_a_scheme_is_replayed") {
         return;

@@ -187,7 +187,7 @@ suite! {
 /// Both have order 4, and are Poisson maps without force.
 #[test]
 fn a_method_of_one_s_own_is_the_scheme_that_it_claims_to_be() {
-    for law in ["method-variational", "method-poisson"] {
+    for law in ["method-variational", "method-poisson", "method-noether"] {
         let held = outcome(&scheme::suite(), law, 1);
         assert!(matches!(held, Outcome::Held { .. }), "{law}: {held:?}");
     }

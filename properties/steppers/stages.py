@@ -79,10 +79,10 @@ def step(q):
         return [sum(w * v[a] for w, v in zip(weights, vectors)) for a in range(n)]
 
     def stages(unknowns):
-        """The residuals, m, and xi."""
+        """The residuals, m, xi, and b_i, t_i, eta_i, X_i of each stage."""
         rates = [unknowns[i * n:(i + 1) * n] for i in STAGES]
         xi = [h * v for v in combined(B, rates)]
-        momenta, gradients, pulled, impulses = [], [], [], []
+        momenta, gradients, pulled, impulses, told = [], [], [], [], []
         for i in STAGES:
             x = [h * v for v in combined(A[i], rates)]
             dexp = system.dexp(x)
@@ -94,6 +94,7 @@ def step(q):
             gradients.append(row_times(momentum, system.second(x, rates[i])))
             pulled.append(row_times(f, dexp))
             impulses.append(row_times(f, transport))
+            told.append((B[i], time + sum(A[i]) * h, eta, x))
         m = [a + h * b for a, b in zip(mu, combined(B, impulses))]
         end = row_times(m, system.dexp([-v for v in xi]))
         residuals = []
@@ -102,12 +103,12 @@ def step(q):
             forces = [pulled[i] if MISTAKE == "index" else pulled[j] for j in STAGES]
             coupled = combined(w + w, gradients + forces)
             residuals += [p + h * c - e for p, c, e in zip(momenta[i], coupled, end)]
-        return residuals, m, xi
+        return residuals, m, xi, told
 
     # Newton's method with one Jacobian, by differences.
     unknowns = solve(system.inertia, mu) * len(B)
     size = max(abs(v) for v in unknowns) or 1.0
-    residual, m, xi = stages(unknowns)
+    residual, m, xi, told = stages(unknowns)
     columns = []
     for k in range(len(unknowns)):
         moved = list(unknowns)
@@ -120,7 +121,7 @@ def step(q):
             break
         best = left
         unknowns = [v - d for v, d in zip(unknowns, solve(jacobian, residual))]
-        residual, m, xi = stages(unknowns)
+        residual, m, xi, told = stages(unknowns)
     if not left <= max(TOLERANCE, 1e-12) * scale * 16:
         return {"error": "Newton's method did not converge"}
     ad = system.ad(xi)
@@ -132,6 +133,9 @@ def step(q):
         g, increment = system.rows(q["g"], system.m), expm(system.hat(xi))
         g = matmul(increment, g) if MISTAKE == "left" else matmul(g, increment)
         answer["g"] = [v for row in g for v in row]
+        start = system.rows(q["g"], system.m)
+        answer["stages"] = [{"b": b, "t": t, "eta": eta, "g": [v for row in matmul(start, expm(system.hat(x))) for v in row]}
+                            for b, t, eta, x in told]
     return answer
 
 

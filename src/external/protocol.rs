@@ -1,7 +1,7 @@
 //! The lines of the protocol: what is asked, and how an answer is read.
 
 use super::program::shown;
-use crate::laws::method::{Point, StateForm};
+use crate::laws::method::{Point, Stage, StateForm};
 use crate::mechanics::{self, Lagrangian};
 use crate::retraction::Retraction;
 use crate::scalar::Number;
@@ -10,7 +10,7 @@ use crate::system::force::{self, MATRIX};
 use crate::system::{CaseError, Place, Problem, System, Visitor};
 use serde::ser::SerializeMap;
 use serde::{Serialize, Serializer};
-use serde_json::Value;
+use serde_json::{Map, Value};
 
 /// The version of the protocol.
 pub const VERSION: u32 = 1;
@@ -247,23 +247,50 @@ pub(super) fn parse_beside(line: &[u8], n: usize, (key, entries): (&str, usize))
         return Ok(Reply::Error(why));
     }
     let numbers = |key: &str, wanted: usize| {
-        let list = match object.get(key) {
-            None => return Err(format!("the stepper's answer has no \"{key}\": {}", said())),
-            Some(Value::Array(list)) => list,
-            Some(_) => return Err(format!("\"{key}\" in the stepper's answer is not a list of numbers: {}", said())),
-        };
-        if list.len() != wanted {
-            let found = list.len();
-            return Err(format!("\"{key}\" in the stepper's answer has {found} numbers, not {wanted}: {}", said()));
-        }
-        let number = |(k, entry): (usize, &Value)| {
-            let place =
-                || format!("\"{key}\"[{k}] in the stepper's answer is {entry}, not a finite number: {}", said());
-            entry.as_f64().filter(|x| x.is_finite()).ok_or_else(place)
-        };
-        list.iter().enumerate().map(number).collect::<Result<Vec<f64>, String>>()
+        numbers(object, key, wanted, "the stepper's answer").map_err(|why| format!("{why}: {}", said()))
     };
     let mu = numbers("mu", n)?;
     let g = if entries == 0 { Vec::new() } else { numbers(key, entries)? };
     Ok(Reply::State { mu, g })
+}
+
+/// The list of so many numbers under a key of an object.
+fn numbers(object: &Map<String, Value>, key: &str, wanted: usize, of: &str) -> Result<Vec<f64>, String> {
+    let list = match object.get(key) {
+        None => return Err(format!("{of} has no \"{key}\"")),
+        Some(Value::Array(list)) => list,
+        Some(_) => return Err(format!("\"{key}\" in {of} is not a list of numbers")),
+    };
+    if list.len() != wanted {
+        let found = list.len();
+        return Err(format!("\"{key}\" in {of} has {found} numbers, not {wanted}"));
+    }
+    let number = |(k, entry): (usize, &Value)| {
+        let place = || format!("\"{key}\"[{k}] in {of} is {entry}, not a finite number");
+        entry.as_f64().filter(|x| x.is_finite()).ok_or_else(place)
+    };
+    list.iter().enumerate().map(number).collect()
+}
+
+/// The stages of a step, where an answer tells them: under `stages` a list of objects with `b`, `t`, `eta` (n numbers) and `g` (so many).
+///
+/// # Errors
+/// What is wrong with them, with the beginning of the answer.
+pub(super) fn parse_stages(line: &[u8], n: usize, entries: usize) -> Result<Option<Vec<Stage<f64>>>, String> {
+    let Ok(Value::Object(object)) = serde_json::from_slice(line) else { return Ok(None) };
+    let Some(told) = object.get("stages") else { return Ok(None) };
+    let said = |why: String| format!("{why}: {}", shown(line, 200));
+    let Value::Array(list) = told else { return Err(said("\"stages\" in the stepper's answer is not a list".into())) };
+    let stage = |(k, told): (usize, &Value)| {
+        let of = format!("stage {k} of the stepper's answer");
+        let Value::Object(told) = told else { return Err(said(format!("{of} is not an object"))) };
+        let number = |key: &str| {
+            let found = told.get(key).and_then(Value::as_f64).filter(|x| x.is_finite());
+            found.ok_or_else(|| said(format!("{of} has no finite number \"{key}\"")))
+        };
+        let list = |key: &str, wanted: usize| numbers(told, key, wanted, &of).map_err(said);
+        let (weight, time) = (number("b")?, number("t")?);
+        Ok(Stage { weight, time, attitude: list("g", entries)?, velocity: list("eta", n)? })
+    };
+    list.iter().enumerate().map(stage).collect::<Result<_, _>>().map(Some)
 }

@@ -1,10 +1,10 @@
 //! Methods made of a program.
 
 use super::program::{Exchange, Limits, Program, Silence};
-use super::protocol::{Described, Reply, parse_beside};
+use super::protocol::{Described, Reply, parse_beside, parse_stages};
 use super::supports::{self, Supports};
 use crate::integrators::{OneStep, Report, Solver, State, StepError};
-use crate::laws::method::{MethodSource, Point, StateForm, Stepper, matrix_size};
+use crate::laws::method::{MethodSource, Point, Stage, StateForm, Stepper, matrix_size};
 use crate::system::{Case, CaseError, Place, Problem};
 use std::sync::atomic::AtomicBool;
 use std::sync::{Arc, Mutex, MutexGuard, OnceLock, PoisonError};
@@ -21,6 +21,9 @@ pub struct External {
 
 /// Why a request says nothing: with its answer the program told what it supports.
 const TELLS: &str = "the stepper tells what it supports: the system is to be drawn again";
+
+/// The stages of a step, where an answer tells them.
+type Stages = Option<Vec<Stage<f64>>>;
 
 /// Why a step back is not asked for.
 const FORWARD: &str = "not asked: the stepper says that it takes positive steps only";
@@ -100,11 +103,17 @@ impl External {
         self.program().failure().cloned()
     }
 
-    /// One request and what came of it.
+    /// One request and what came of it, with the stages, where the answer tells them.
     ///
     /// # Errors
     /// [`StepError::Unsupported`], [`StepError::Refused`] and [`StepError::NoAnswer`], as the program answers.
-    fn ask(&self, system: &Described, point: &Point<f64>, h: f64, usual: f64) -> Result<Point<f64>, StepError> {
+    fn ask(
+        &self,
+        system: &Described,
+        point: &Point<f64>,
+        h: f64,
+        usual: f64,
+    ) -> Result<(Point<f64>, Stages), StepError> {
         let mut program = self.program();
         let silent = |silence: Silence| match silence {
             Silence::GivenUp { .. } | Silence::Interrupted => StepError::Refused { step: h, why: silence.to_string() },
@@ -127,7 +136,18 @@ impl External {
             Ok(_) => {}
         }
         match parse_beside(&line, point.momentum.len(), (system.key(), point.attitude.len())) {
-            Ok(Reply::State { mu, g }) => Ok(Point { time: point.time + h, momentum: mu, attitude: g }),
+            Ok(Reply::State { mu, g }) => {
+                // Of a point that stands beside the momentum there are no attitudes.
+                let told = match system.key() == "g" && !g.is_empty() {
+                    true => parse_stages(&line, mu.len(), g.len()),
+                    false => Ok(None),
+                };
+                let stages = told.map_err(|why| {
+                    program.failed(&why);
+                    StepError::NoAnswer { why }
+                })?;
+                Ok((Point { time: point.time + h, momentum: mu, attitude: g }, stages))
+            }
             Ok(Reply::Unsupported(why)) => Err(StepError::Unsupported { why }),
             Ok(Reply::Error(why)) => Err(StepError::Refused { step: h, why }),
             // With a step larger than that of the system, or at a state that has diverged, infinity is a right answer.
@@ -195,12 +215,14 @@ struct Steps {
     system: Described,
     /// |h| of the system.
     usual: f64,
+    /// Of the last step.
+    stages: Stages,
 }
 
 impl Steps {
     fn of(external: &External, case: &Case) -> Result<Self, CaseError> {
         let usual = case.step.eval::<f64>().map_or(f64::INFINITY, f64::abs);
-        Ok(Self { external: external.clone(), system: external.described(case)?, usual })
+        Ok(Self { external: external.clone(), system: external.described(case)?, usual, stages: None })
     }
 }
 
@@ -209,7 +231,13 @@ impl Stepper<f64> for Steps {
         if h < 0.0 && self.external.supports().is_some_and(|supports| supports.positive_steps) {
             return Err(StepError::Unsupported { why: FORWARD.into() });
         }
-        self.external.ask(&self.system, point, h, self.usual)
+        let (next, stages) = self.external.ask(&self.system, point, h, self.usual)?;
+        self.stages = stages;
+        Ok(next)
+    }
+
+    fn stages(&self, _: &Point<f64>, _: f64) -> Stages {
+        self.stages.clone()
     }
 }
 
@@ -250,7 +278,7 @@ impl<const N: usize, const D: usize> OneStep<f64, N, D> for ExternalStepper<N, D
             has_attitude()?;
             self.0.step(&point, h)?
         } else {
-            first?
+            first?.0
         };
         *state = next.state();
         Ok(Report { solver: Solver::Explicit, iterations: 0, residual: 0.0 })

@@ -34,6 +34,7 @@ pub use solve::Solve;
 pub use state::State;
 pub use variational::Variational;
 
+use crate::algebra::{Matrix, Vector};
 use crate::mechanics::LegendreError;
 use crate::newton::Failure;
 use crate::retraction::RetractionError;
@@ -287,4 +288,24 @@ pub trait OneStep<T: Real, const N: usize, const D: usize> {
     /// # Errors
     /// See [`StepError`]: folds, non-convergence, leaving the retraction's domain, non-finite input.
     fn step(&mut self, state: &mut State<T, N, D>, h: T) -> Result<Report<T>, StepError>;
+
+    /// The stages of the last step of a method whose spatial momentum changes by the impulses there, as the forced discrete Noether
+    /// theorem says: Ad*_{g'⁻¹} μ' − Ad*_{g⁻¹} μ = h Σ_j b_j Ad*_{g_j⁻¹} (f + ∂_gL)(t_j, g_j, η_j). `None` for other methods, and before
+    /// the first step. The law `method-noether` asks for them.
+    fn stages(&self) -> Option<Vec<StagePoint<T, N, D>>> {
+        None
+    }
+}
+
+/// Where the force acts within a step from (t, g) of size h.
+#[derive(Clone, Debug, PartialEq)]
+pub struct StagePoint<T: Real, const N: usize, const D: usize> {
+    /// b_j.
+    pub weight: T,
+    /// c_j: t_j = t + c_j h.
+    pub node: T,
+    /// g⁻¹ g_j, D×D; of the variational method τ(Ξ_j).
+    pub turn: Matrix<T, D>,
+    /// η_j.
+    pub velocity: Vector<T, N>,
 }

@@ -8,7 +8,7 @@ pub(super) mod partials;
 
 use super::fixed_point::Course;
 use super::stages::{Stages, Weights};
-use super::{OneStep, Report, Solver, State, StepError};
+use super::{OneStep, Report, Solver, StagePoint, State, StepError};
 use crate::algebra::brackets::Brackets;
 use crate::algebra::{Covector, Matrix, Vector, apply, pull, times};
 use crate::mechanics::configuration::Configuration;
@@ -903,6 +903,15 @@ where
     F: Force<T, N>,
     R: Retraction<T, N, D>,
 {
+    fn stages(&self) -> Option<Vec<StagePoint<T, N, D>>> {
+        let (b, c) = (self.scheme.tableau.b(), self.scheme.tableau.c());
+        let stage = |(j, (x, velocity)): (usize, (Vector<T, N>, Vector<T, N>))| {
+            let turn = self.scheme.retraction.tau(&x).ok()?;
+            Some(StagePoint { weight: b[j], node: c[j], turn, velocity })
+        };
+        self.stage_displacements().zip(self.stage_velocities()).enumerate().map(stage).collect()
+    }
+
     fn step(&mut self, state: &mut State<T, N, D>, h: T) -> Result<Report<T>, StepError> {
         state.check_finite(h)?;
         self.scheme.ask::<N>();

@@ -1,11 +1,11 @@
 //! The laws of methods, of this crate's integrator: with planted faults.
 
 use super::{
-    CASIMIRS, Claims, ENERGY, EQUIVARIANCE, MOMENTUM, MethodLaw, MethodSource, ORDER, POISSON, PRESENTATION,
+    CASIMIRS, Claims, ENERGY, EQUIVARIANCE, MOMENTUM, MethodLaw, MethodSource, NOETHER, ORDER, POISSON, PRESENTATION,
     REVERSIBILITY, SMOOTHNESS, Stepper, Untyped, VARIATIONAL, check_case,
 };
 use crate::harness::{Cost, Fault, Verdict};
-use crate::integrators::{OneStep, Report, State, StepError};
+use crate::integrators::{OneStep, Report, StagePoint, State, StepError, Variational};
 use crate::laws::CaseLaw;
 use crate::laws::integrators::subject;
 use crate::laws::planted::retraction::{BERNOULLI, Plant, SHIFTED};
@@ -43,6 +43,8 @@ pub const SEES_ATTITUDE: Fault =
 struct Owned<T: Real, const N: usize, const D: usize, R, L, F> {
     system: System<T, N, D, R, L, F>,
     fault: Option<Fault>,
+    /// Where the last step began, and its size.
+    last: Option<(State<T, N, D>, T)>,
 }
 
 impl<T, const N: usize, const D: usize, R, L, F> OneStep<T, N, D> for Owned<T, N, D, R, L, F>
@@ -54,6 +56,7 @@ where
 {
     fn step(&mut self, state: &mut State<T, N, D>, h: T) -> Result<Report<T>, StepError> {
         let (time, corner) = (state.time, state.attitude[(0, 0)]);
+        self.last = Some((state.clone(), h));
         let size = |fault: &Fault| T::exact(Fault::size_of(self.fault.as_ref(), fault.name));
         let single = T::exact(f64::from(h.to_f64() as f32));
         let taken = h + (single - h) * size(&SINGLE_STEP);
@@ -62,6 +65,15 @@ where
         state.momentum *= T::one() + h * time * size(&SEES_TIME);
         state.momentum *= T::one() + h * corner * size(&SEES_ATTITUDE);
         Ok(report)
+    }
+
+    /// Those of the right step, whatever is planted in the one that is judged.
+    fn stages(&self) -> Option<Vec<StagePoint<T, N, D>>> {
+        let System { lagrangian, force, retraction, tableau, .. } = &self.system;
+        let (start, h) = self.last.as_ref()?;
+        let mut right = Variational::new(lagrangian, force, retraction, tableau.clone());
+        right.step(&mut start.clone(), *h).ok()?;
+        right.stages()
     }
 }
 
@@ -76,7 +88,7 @@ impl<T: Real> Visitor<T> for Build {
         L: Lagrangian<T, N> + 'static,
         F: Force<T, N> + 'static,
     {
-        Box::new(Untyped::<_, N, D>(Owned { system, fault: self.0 }))
+        Box::new(Untyped::<_, N, D>(Owned { system, fault: self.0, last: None }))
     }
 }
 
@@ -200,6 +212,24 @@ static LAWS: &[CaseLaw] = &[
         &MOMENTUM,
         Cost::Expensive,
         &[CHART, HALVED, INVERTED, NOT_TRANSPORTED, FROM_LEFT, ORDER_TWO, FAVOURED, SEES_ATTITUDE]
+    ),
+    law!(
+        "method-noether",
+        &NOETHER,
+        Cost::Moderate,
+        &[
+            CHART,
+            NO_FORCE,
+            NOT_TRANSPORTED,
+            FIRST_STAGE,
+            FORCE_INDEX,
+            FORCE_TIME,
+            INVERTED,
+            HALVED,
+            FROM_LEFT,
+            FAVOURED,
+            SEES_ATTITUDE
+        ]
     ),
     law!("method-poisson", &POISSON, Cost::Expensive, &[UNCONJUGATED, NO_SECOND, HALVED, FAVOURED]),
     law!(

@@ -11,6 +11,7 @@
 //! | `method-energy` | the balance closes at the order | without force: no drift but rounding, at any step |
 //! | `method-reversibility` | Φ_{−h}∘Φ_h − 1 falls at the order | nothing but rounding |
 //! | `method-momentum` | the balance of Ad*_{g⁻¹} μ closes at the order | without force: no drift but rounding, at any step |
+//! | `method-noether` | the spatial momentum changes by the impulses at the stages, where the method tells them: nothing but rounding | |
 //! | `method-poisson` | | without force: μ ↦ μ' is a Poisson map, at any step |
 //! | `method-variational` | | a step is that of the variational scheme of a tableau and a retraction, at any size |
 //! | `method-equivariance` | left translations, time translations, repetition: nothing but rounding | |
@@ -26,6 +27,7 @@ mod kept;
 mod levels;
 #[doc(hidden)]
 pub mod library;
+mod noether;
 mod slopes;
 mod smoothness;
 mod symmetry;
@@ -33,7 +35,7 @@ mod theory;
 mod variational;
 
 pub use form::StateForm;
-pub use theory::{Point, Stepper, Untyped};
+pub use theory::{Point, Stage, Stepper, Untyped};
 #[doc(hidden)]
 pub use theory::{Quantity, Solved, SystemParts, Theory, TheoryParts, Value, Wanted, coordinates};
 #[doc(hidden)]
@@ -100,6 +102,7 @@ enum MethodQuestion {
     Energy,
     Reversibility,
     Momentum,
+    Noether,
     Poisson,
     Variational,
     Equivariance,
@@ -201,6 +204,22 @@ pub const MOMENTUM: MethodLaw = MethodLaw {
     kind: MethodQuestion::Momentum,
 };
 
+/// The impulses at the stages. Where a method does not tell them it says nothing.
+pub const NOETHER: MethodLaw = MethodLaw {
+    about: About {
+        name: "method-noether",
+        statement: "Ad*_{g'⁻¹} μ' − Ad*_{g⁻¹} μ = h Σ b_j Ad*_{g_j⁻¹} f(t_j, g_j, η_j) at the stages that the method tells, and Σ b_j = 1, at \
+                    any step",
+        source: "Marsden and West 2001, §3.2, the forced discrete Noether theorem; Martín de Diego and Sato Martín de Almagro 2019, §5.2",
+        oracle: "Ad by products of matrices, and the force of the system at the stages",
+        bound: ROUNDING,
+        needs: "a group; stages",
+        cost: Cost::Moderate,
+        faults: &[],
+    },
+    kind: MethodQuestion::Noether,
+};
+
 /// The Lie–Poisson bracket. Without the claim it says nothing.
 pub const POISSON: MethodLaw = MethodLaw {
     about: About {
@@ -283,8 +302,19 @@ pub const SMOOTHNESS: MethodLaw = MethodLaw {
 };
 
 /// The laws.
-pub const LAWS: &[MethodLaw] =
-    &[ORDER, CASIMIRS, ENERGY, REVERSIBILITY, MOMENTUM, POISSON, VARIATIONAL, EQUIVARIANCE, PRESENTATION, SMOOTHNESS];
+pub const LAWS: &[MethodLaw] = &[
+    ORDER,
+    CASIMIRS,
+    ENERGY,
+    REVERSIBILITY,
+    MOMENTUM,
+    NOETHER,
+    POISSON,
+    VARIATIONAL,
+    EQUIVARIANCE,
+    PRESENTATION,
+    SMOOTHNESS,
+];
 
 impl MethodLaw {
     /// The cases that the law is checked on, of those that `base` admits.
@@ -298,6 +328,8 @@ impl MethodLaw {
             MethodQuestion::Casimirs => base.with_casimirs().telling(),
             MethodQuestion::Energy => base.telling(),
             MethodQuestion::Momentum => base.with_group().nonabelian().telling(),
+            MethodQuestion::Noether if base.is_force_free() => base.with_group().nonabelian(),
+            MethodQuestion::Noether => base.with_group().forced_nonabelian(),
             MethodQuestion::Poisson => base.force_free().nonabelian().telling(),
             MethodQuestion::Variational => base.nonabelian().telling(),
             MethodQuestion::Equivariance | MethodQuestion::Presentation => base,
@@ -319,7 +351,10 @@ impl MethodLaw {
                 claims.variational.as_ref().map(of)
             }
             MethodQuestion::Reversibility => claims.reversible.then(|| "reversible".into()),
-            MethodQuestion::Equivariance | MethodQuestion::Presentation | MethodQuestion::Smoothness => None,
+            MethodQuestion::Noether
+            | MethodQuestion::Equivariance
+            | MethodQuestion::Presentation
+            | MethodQuestion::Smoothness => None,
         }
     }
 
@@ -634,6 +669,11 @@ impl<T: Precision> View<'_, '_, T> {
         self.side.step(point, h)
     }
 
+    /// The stages of the last step, which was one of size h from `start`.
+    fn stages(&self, start: &Point<T>, h: T) -> Option<Vec<Stage<T>>> {
+        self.side.method.borrow().stages(start, h)
+    }
+
     /// The solution after each of these times, in 32 digits; the attitude where it is wanted.
     fn solution(&self, start: &Point<T>, times: &[T], attitude: bool) -> Result<Vec<Solved<Dd>>, StepError> {
         let list = Point { time: T::zero(), momentum: times.to_vec(), attitude: Vec::new() };
@@ -740,6 +780,7 @@ pub fn check(law: &MethodLaw, setup: &Setup<'_>, claims: &Claims) -> Outcome {
         MethodQuestion::Casimirs => slopes::casimirs(setup, claims),
         MethodQuestion::Energy => slopes::energy(setup, claims),
         MethodQuestion::Momentum => slopes::momentum(setup, claims),
+        MethodQuestion::Noether => setup.settle(noether::Noether, tolerance).into(),
         MethodQuestion::Poisson => slopes::poisson(setup, claims),
         MethodQuestion::Variational => slopes::variational(setup, claims),
         MethodQuestion::Reversibility if claims.reversible => setup.settle(symmetry::Reversibility, tolerance).into(),

@@ -8,7 +8,7 @@ use crate::laws::precision::Measured;
 
 /// Of a defect between two steps, in units of u: [`AGREEMENT`](crate::laws::precision::AGREEMENT) times this is 2¹⁴, the
 /// residual that the library's own solver may leave where a case is ill-conditioned.
-const FLOOR: f64 = 64.0;
+pub(super) const FLOOR: f64 = 64.0;
 
 /// The graver of the defects in μ and in g between two states that must be equal; `stretch` is how much larger than the states
 /// the terms of the attitude are.
@@ -31,7 +31,7 @@ fn same<T: Precision>(
     momentum.and(judged(&mine.attitude, &other.attitude, attitude, "g"))
 }
 
-fn settled(measured: Result<Measured, StepError>) -> Measured {
+pub(super) fn settled(measured: Result<Measured, StepError>) -> Measured {
     measured.unwrap_or_else(|error| refused(&error))
 }
 

@@ -3,7 +3,8 @@
 use super::form::StateForm;
 use crate::algebra::{Casimir, Covector, LieAlgebra, Matrix, Vector, pair};
 use crate::group::{LieGroup, MatrixGroup};
-use crate::integrators::{OneStep, State, StepError};
+use crate::integrators::{OneStep, StagePoint, State, StepError};
+use crate::mechanics::configuration::Configuration;
 use crate::mechanics::equations::EulerPoincare;
 use crate::mechanics::{Force, Lagrangian};
 use crate::retraction::Retraction;
@@ -73,6 +74,19 @@ pub(super) fn product<T: Real>(a: &[T], b: &[T]) -> Vec<T> {
     (0..m * m).map(entry).collect()
 }
 
+/// Where the force acts within a step, whatever the dimensions.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Stage<T> {
+    /// b_j.
+    pub weight: T,
+    /// t_j.
+    pub time: T,
+    /// g_j, m×m numbers by rows.
+    pub attitude: Vec<T>,
+    /// η_j, n numbers.
+    pub velocity: Vec<T>,
+}
+
 /// A one-step method on a system that it knows, whatever the dimensions.
 pub trait Stepper<T: Real> {
     /// The state after a step of size h from `point`.
@@ -81,6 +95,11 @@ pub trait Stepper<T: Real> {
     /// See [`StepError`]; [`StepError::Unsupported`] where the method has nothing to say, [`StepError::NoAnswer`] where
     /// what it said is no state.
     fn step(&mut self, point: &Point<T>, h: T) -> Result<Point<T>, StepError>;
+
+    /// The stages of the last step, which was one of size h from `start`: see [`OneStep::stages`].
+    fn stages(&self, _start: &Point<T>, _h: T) -> Option<Vec<Stage<T>>> {
+        None
+    }
 }
 
 /// A typed one-step method without its types.
@@ -92,6 +111,16 @@ impl<T: Real, M: OneStep<T, N, D>, const N: usize, const D: usize> Stepper<T> fo
         let mut state = point.state::<N, D>();
         self.0.step(&mut state, h)?;
         Ok(Point::leading(&state, point.momentum.len(), matrix_size(&point.attitude)))
+    }
+
+    fn stages(&self, start: &Point<T>, h: T) -> Option<Vec<Stage<T>>> {
+        let (n, size, g) = (start.momentum.len(), matrix_size(&start.attitude), start.state::<N, D>().attitude);
+        let stage = |StagePoint { weight, node, turn, velocity }: StagePoint<T, N, D>| {
+            let (time, attitude) = (start.time + node * h, g * turn);
+            let at = Point::leading(&State { time, momentum: Covector::<T, N>::zeros(), attitude }, n, size);
+            Stage { weight, time, attitude: at.attitude, velocity: velocity.iter().take(n).copied().collect() }
+        };
+        Some(self.0.stages()?.into_iter().map(stage).collect())
     }
 }
 
@@ -199,6 +228,16 @@ pub trait Theory<T: Real> {
 
     /// An element k of the group that is not the identity; `None` where there is no group.
     fn element(&self) -> Option<Vec<T>>;
+
+    /// f + ∂_gL at a stage; `None` where it is not known.
+    fn force(&self, _stage: &Stage<T>) -> Option<Vec<T>> {
+        None
+    }
+
+    /// The components of Ad*_{g⁻¹} μ, each with the size of its terms; `None` without a group, or where g has no inverse.
+    fn transported(&self, _point: &Point<T>) -> Option<Vec<(T, T)>> {
+        None
+    }
 }
 
 /// The parts of a system, typed: a [`Theory`] for any group, Lagrangian and force.
@@ -417,6 +456,20 @@ where
             }
             Quantity::Momentum(a) => self.spatial(a, &mu, &force, point)?,
         })
+    }
+
+    fn force(&self, stage: &Stage<T>) -> Option<Vec<T>> {
+        let at = Point { time: stage.time, momentum: Vec::new(), attitude: stage.attitude.clone() }.state::<N, D>();
+        let eta = Vector::<T, N>::from_fn(|a, _| stage.velocity.get(a).copied().unwrap_or_else(T::zero));
+        let g = Configuration::of(&at.attitude);
+        let force = self.force.force_at(at.time, g, &eta) + self.lagrangian.configuration_gradient(at.time, g, &eta);
+        Some(force.iter().take(self.dimension).copied().collect())
+    }
+
+    fn transported(&self, point: &Point<T>) -> Option<Vec<(T, T)>> {
+        let (mu, none) = (self.momentum(point), Covector::zeros());
+        let component = |a| self.spatial(a, &mu, &none, point).map(|Value { value, size, .. }| (value, size));
+        (0..self.dimension).map(component).collect()
     }
 
     fn solve(&self, wanted: &Wanted<T>) -> Result<Vec<Solved<T>>, StepError> {

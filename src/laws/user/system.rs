@@ -11,7 +11,7 @@ use super::algebra::Bracket;
 use crate::algebra::{AlgebraError, Casimir, Covector, LieAlgebra, Matrix, Vector, basis_vector};
 use crate::group::{LieGroup, MatrixGroup};
 use crate::harness::{About, Fault, Law, Verdict};
-use crate::integrators::{OneStep, Report, State, StepError, Variational};
+use crate::integrators::{OneStep, Report, StagePoint, State, StepError, Variational};
 use crate::laws::method::{self, Claims, MethodLaw, Other, Scheme, Setup, Side, StateForm, SystemParts, Untyped};
 use crate::laws::planted::retraction::Plant;
 use crate::mechanics::force::{AnyForce, Zero};
@@ -428,7 +428,11 @@ impl<P: Types<N, D>, const N: usize, const D: usize> UserSystem<P, N, D> {
         let stepped = self.with(group.clone(), P::retraction::<T>(group))?;
         Ok(Side {
             theory: Box::new(SystemParts::of(known, D, StateForm::default())),
-            method: RefCell::new(Box::new(Untyped(Stepping { system: stepped, types: PhantomData::<fn() -> P> }))),
+            method: RefCell::new(Box::new(Untyped(Stepping {
+                system: stepped,
+                stages: None,
+                types: PhantomData::<fn() -> P>,
+            }))),
         })
     }
 }
@@ -436,6 +440,8 @@ impl<P: Types<N, D>, const N: usize, const D: usize> UserSystem<P, N, D> {
 /// The method of one's own on a system that it owns.
 struct Stepping<P, T: Real, const N: usize, const D: usize, R, L, F> {
     system: System<T, N, D, R, L, F>,
+    /// Of the last step.
+    stages: Option<Vec<StagePoint<T, N, D>>>,
     types: PhantomData<fn() -> P>,
 }
 
@@ -448,7 +454,14 @@ where
     F: Force<T, N> + 'static,
 {
     fn step(&mut self, state: &mut State<T, N, D>, h: T) -> Result<Report<T>, StepError> {
-        P::method(&self.system).step(state, h)
+        let mut method = P::method(&self.system);
+        let report = method.step(state, h)?;
+        self.stages = method.stages();
+        Ok(report)
+    }
+
+    fn stages(&self) -> Option<Vec<StagePoint<T, N, D>>> {
+        self.stages.clone()
     }
 }
 

@@ -256,7 +256,7 @@ macro_rules! __own_lists {
         $crate::__own_when! { method [$($key)*]
             { $crate::__own_tests! { {}
                 method_order method_casimirs method_energy method_reversibility method_momentum
-                method_equivariance method_smoothness
+                method_equivariance method_smoothness method_noether
             }
             $crate::__own_when! { claims [$($key)*]
                 { $crate::__own_tests! { {} method_poisson method_variational } }
@@ -264,7 +264,7 @@ macro_rules! __own_lists {
             } }
             { $crate::__own_tests! { { ignore = "needs `method`" }
                 method_order method_casimirs method_energy method_reversibility method_momentum
-                method_equivariance method_smoothness method_poisson method_variational
+                method_equivariance method_smoothness method_noether method_poisson method_variational
             } }
         }
         $crate::__own_when! { force [$($key)*]

@@ -1,0 +1,70 @@
+//! Forced discrete Noether's theorem for a method that tells its stages.
+//!
+//! ```text
+//! Ad*_{g'⁻¹} μ' − Ad*_{g⁻¹} μ = h Σ_j b_j Ad*_{g_j⁻¹} (f + ∂_gL)(t_j, g_j, η_j),   Σ_j b_j = 1
+//! ```
+//!
+//! It holds at any step, whether the equations of the stages are solved or not, where the momentum is updated by the impulses at the stages.
+//! The force is that of the theory at the stages of the method.
+
+use super::symmetry::{FLOOR, settled};
+use super::theory::product;
+use super::{Look, Point, Precision, Stage, View};
+use crate::laws::precision::Measured;
+
+/// The balance of the spatial momentum over a step.
+#[derive(Clone, Copy)]
+pub(super) struct Noether;
+
+impl Look for Noether {
+    type Output = Measured;
+
+    fn look<T: Precision>(&self, view: &View<'_, '_, T>) -> Measured {
+        let (start, h) = (view.theory().start(), view.theory().step());
+        // From the identity the sides of g cannot be told apart.
+        let start = match view.theory().element() {
+            Some(k) if view.theory().has_attitude() => Point { attitude: product(&k, &start.attitude), ..start },
+            _ => return Measured::NotApplicable("the state has no attitude".into()),
+        };
+        settled((|| {
+            let end = view.step(&start, h)?;
+            Ok(match view.stages(&start, h) {
+                None => Measured::NotApplicable("the method does not tell its stages".into()),
+                Some(stages) => balance(view, (&start, &end), h, &stages)
+                    .unwrap_or_else(|| Measured::Broken("the attitude at a stage has no inverse".into())),
+            })
+        })())
+    }
+}
+
+fn balance<T: Precision>(
+    view: &View<'_, '_, T>,
+    (start, end): (&Point<T>, &Point<T>),
+    h: T,
+    stages: &[Stage<T>],
+) -> Option<Measured> {
+    let theory = view.theory();
+    let (before, after) = (theory.transported(start)?, theory.transported(end)?);
+    let mut size = before.iter().chain(&after).fold(T::exact(f64::MIN_POSITIVE), |size, (_, of)| size.max(*of));
+    let mut change: Vec<T> = after.iter().zip(&before).map(|((after, _), (before, _))| *after - *before).collect();
+    for stage in stages {
+        let push: Vec<T> = theory.force(stage)?.into_iter().map(|f| f * stage.weight * h).collect();
+        let point = Point { time: stage.time, momentum: push, attitude: stage.attitude.clone() };
+        for (change, (impulse, of)) in change.iter_mut().zip(theory.transported(&point)?) {
+            *change -= impulse;
+            size = size.max(of);
+        }
+    }
+    let defect =
+        change.iter().fold(T::zero(), |most, x| if x.abs() > most || !x.all_finite() { x.abs() } else { most });
+    let floor = view.floor(FLOOR.max(4.0 * (stages.len() * before.len() * before.len()) as f64));
+    let balance = Measured::defect(defect, size, floor, || {
+        let show: Vec<_> = change.iter().map(|x| format!("{:.3e}", x.to_f64())).collect();
+        format!("the spatial momentum changes by ({}) more than the impulses at the stages", show.join(", "))
+    });
+    let sum = stages.iter().fold(T::zero(), |sum, stage| sum + stage.weight);
+    let weights = Measured::defect((sum - T::one()).abs(), T::one(), FLOOR, || {
+        format!("the weights of the stages add up to {:.17}", sum.to_f64())
+    });
+    Some(balance.and(weights))
+}
