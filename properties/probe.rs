@@ -387,7 +387,8 @@ fn the_impulses_at_the_stages_that_are_told_change_the_spatial_momentum() {
         return;
     }
     let here = directory("noether");
-    let options = ["--laws", "noether", "--shrink", "0", "--cases", "6", "--format", "json", "--algebras", "so3,se2"];
+    let options =
+        ["--stages", "--laws", "noether", "--shrink", "0", "--cases", "6", "--format", "json", "--algebras", "so3,se2"];
     // The theorem does not ask which equations the stages solve.
     for (tableau, mistake, right) in [
         ("gauss-2", "", true),

@@ -150,7 +150,7 @@ suite! {
 fn gauss_2() -> Claims {
     let tableau = Description::Family(Family::Gauss, 2);
     let method = Method { tableau, retraction: Tau::Exponential, argument: Vec::new() };
-    Claims { variational: Some(method), poisson: true, ..Claims::default() }
+    Claims { variational: Some(method), poisson: true, stages: true, ..Claims::default() }
 }
 
 /// The scheme of Gauss with two stages, or with a in the place of the tableau of the case.

@@ -79,6 +79,9 @@ pub struct Arguments {
     /// The retraction of --variational [default: exp]
     #[arg(long, value_name = "NAME", value_enum, requires = "variational")]
     retraction: Option<RetractionName>,
+    /// Claim: the impulses at the stages that its answers tell change the spatial momentum, as the forced discrete Noether theorem says
+    #[arg(long)]
+    stages: bool,
     /// Claim: a step back undoes a step, to round-off
     #[arg(long)]
     reversible: bool,
@@ -94,7 +97,7 @@ pub struct Arguments {
     shrink: Option<f64>,
     /// Run a saved case again, with its own command unless another is given
     #[arg(long, value_name = "FILE")]
-    #[arg(conflicts_with_all = ["random", "cases", "seed", "algebras", "standard_basis", "force_free", "laws", "order", "conserves", "variational", "reversible", "tolerance", "shrink"])]
+    #[arg(conflicts_with_all = ["random", "cases", "seed", "algebras", "standard_basis", "force_free", "laws", "order", "conserves", "variational", "stages", "reversible", "tolerance", "shrink"])]
     replay: Option<PathBuf>,
     /// Also write DIR/report.html: laws, claims, orders, what broke a law, how to repeat it
     #[arg(long, value_name = "DIR", conflicts_with = "replay")]
@@ -170,6 +173,7 @@ pub fn run(arguments: Arguments) -> Result<ExitCode, Failure> {
         energy: arguments.conserves.contains(&Conserved::Energy),
         momentum: arguments.conserves.contains(&Conserved::Momentum),
         poisson: arguments.conserves.contains(&Conserved::Poisson),
+        stages: arguments.stages,
         variational: scheme(&arguments)?,
         reversible: arguments.reversible,
         tolerance: arguments.tolerance,

@@ -134,7 +134,7 @@ pub fn claims(case: &Case) -> Claims {
     let tableau = case.method.tableau.build::<Dd>();
     let order = tableau.map(|tableau| variational_order(&tableau, HIGHEST).order as u32).ok();
     let variational = Some(case.method.clone());
-    Claims { order, casimirs: true, momentum: true, poisson: true, variational, ..Claims::default() }
+    Claims { order, casimirs: true, momentum: true, poisson: true, stages: true, variational, ..Claims::default() }
 }
 
 fn judge(law: &MethodLaw, case: &Case, fault: Option<&Fault>) -> Verdict {

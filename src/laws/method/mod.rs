@@ -11,7 +11,7 @@
 //! | `method-energy` | the balance closes at the order | without force: no drift but rounding, at any step |
 //! | `method-reversibility` | Φ_{−h}∘Φ_h − 1 falls at the order | nothing but rounding |
 //! | `method-momentum` | the balance of Ad*_{g⁻¹} μ closes at the order | without force: no drift but rounding, at any step |
-//! | `method-noether` | the spatial momentum changes by the impulses at the stages, where the method tells them: nothing but rounding | |
+//! | `method-noether` | | the spatial momentum changes by the impulses at the stages that the method tells, at any step |
 //! | `method-poisson` | | without force: μ ↦ μ' is a Poisson map, at any step |
 //! | `method-variational` | | a step is that of the variational scheme of a tableau and a retraction, at any size |
 //! | `method-equivariance` | left translations, time translations, repetition: nothing but rounding | |
@@ -76,6 +76,9 @@ pub struct Claims {
     /// Without force μ ↦ μ' is a Poisson map.
     #[serde(default)]
     pub poisson: bool,
+    /// The impulses at the stages that it tells change the spatial momentum.
+    #[serde(default, skip_serializing_if = "std::ops::Not::not")]
+    pub stages: bool,
     /// Its step is that of the variational scheme of this tableau and this retraction; on one's own types, of their retraction.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub variational: Option<Method>,
@@ -204,12 +207,12 @@ pub const MOMENTUM: MethodLaw = MethodLaw {
     kind: MethodQuestion::Momentum,
 };
 
-/// The impulses at the stages. Where a method does not tell them it says nothing.
+/// The impulses at the stages. Without the claim it says nothing.
 pub const NOETHER: MethodLaw = MethodLaw {
     about: About {
         name: "method-noether",
-        statement: "Ad*_{g'⁻¹} μ' − Ad*_{g⁻¹} μ = h Σ b_j Ad*_{g_j⁻¹} f(t_j, g_j, η_j) at the stages that the method tells, and Σ b_j = 1, at \
-                    any step",
+        statement: "if claimed, Ad*_{g'⁻¹} μ' − Ad*_{g⁻¹} μ = h Σ b_j Ad*_{g_j⁻¹} f(t_j, g_j, η_j) at the stages that the method tells, and \
+                    Σ b_j = 1, at any step",
         source: "Marsden and West 2001, §3.2, the forced discrete Noether theorem; Martín de Diego and Sato Martín de Almagro 2019, §5.2",
         oracle: "Ad by products of matrices, and the force of the system at the stages",
         bound: ROUNDING,
@@ -351,16 +354,14 @@ impl MethodLaw {
                 claims.variational.as_ref().map(of)
             }
             MethodQuestion::Reversibility => claims.reversible.then(|| "reversible".into()),
-            MethodQuestion::Noether
-            | MethodQuestion::Equivariance
-            | MethodQuestion::Presentation
-            | MethodQuestion::Smoothness => None,
+            MethodQuestion::Noether => claims.stages.then(|| "stages".into()),
+            MethodQuestion::Equivariance | MethodQuestion::Presentation | MethodQuestion::Smoothness => None,
         }
     }
 
     /// Whether it says nothing where its claim is not made.
     pub fn needs_claim(&self) -> bool {
-        matches!(self.kind, MethodQuestion::Poisson | MethodQuestion::Variational)
+        matches!(self.kind, MethodQuestion::Noether | MethodQuestion::Poisson | MethodQuestion::Variational)
     }
 
     /// Whether the claim is about systems without force alone.
@@ -780,6 +781,7 @@ pub fn check(law: &MethodLaw, setup: &Setup<'_>, claims: &Claims) -> Outcome {
         MethodQuestion::Casimirs => slopes::casimirs(setup, claims),
         MethodQuestion::Energy => slopes::energy(setup, claims),
         MethodQuestion::Momentum => slopes::momentum(setup, claims),
+        MethodQuestion::Noether if !claims.stages => Verdict::not_applicable("it is not claimed").into(),
         MethodQuestion::Noether => setup.settle(noether::Noether, tolerance).into(),
         MethodQuestion::Poisson => slopes::poisson(setup, claims),
         MethodQuestion::Variational => slopes::variational(setup, claims),

@@ -256,11 +256,11 @@ macro_rules! __own_lists {
         $crate::__own_when! { method [$($key)*]
             { $crate::__own_tests! { {}
                 method_order method_casimirs method_energy method_reversibility method_momentum
-                method_equivariance method_smoothness method_noether
+                method_equivariance method_smoothness
             }
             $crate::__own_when! { claims [$($key)*]
-                { $crate::__own_tests! { {} method_poisson method_variational } }
-                { $crate::__own_tests! { { ignore = "needs `claims`" } method_poisson method_variational } }
+                { $crate::__own_tests! { {} method_noether method_poisson method_variational } }
+                { $crate::__own_tests! { { ignore = "needs `claims`" } method_noether method_poisson method_variational } }
             } }
             { $crate::__own_tests! { { ignore = "needs `method`" }
                 method_order method_casimirs method_energy method_reversibility method_momentum
