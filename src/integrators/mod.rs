@@ -239,7 +239,7 @@ impl StepError {
 /// use euler_poincare::group::So3;
 /// use euler_poincare::integrators::trajectory::{Totals, TrajectoryError, integrate};
 /// use euler_poincare::integrators::variational::Settings;
-/// use euler_poincare::integrators::{Classical, OneStep, Report, Solver, State, StepError, Variational};
+/// use euler_poincare::integrators::{Classical, OneStep, Report, Solver, StagePoint, State, StepError, Variational};
 /// use euler_poincare::mechanics::equations::EulerPoincare;
 /// use euler_poincare::mechanics::{force::Zero, lagrangian::Quadratic};
 /// use euler_poincare::retraction::{CayleySo3, Retraction};
@@ -276,8 +276,13 @@ impl StepError {
 /// let report = classical.step(&mut start.clone(), 0.1)?;
 /// assert_eq!(report.solver, Solver::Explicit);
 ///
-/// // A step that is too long has no solution, and says so.
+/// // A variational method tells the stages of its last step: where the force acts, and with which weight.
 /// let mut variational = Variational::new(body, Zero, CayleySo3::new(), gauss);
+/// variational.step(&mut start.clone(), 0.1)?;
+/// let stages: Vec<StagePoint<f64, 3, 3>> = variational.stages().expect("a step was taken");
+/// assert!((stages.iter().map(|stage| stage.weight).sum::<f64>() - 1.0).abs() < 1e-15);
+///
+/// // A step that is too long has no solution, and says so.
 /// let refused: Result<_, TrajectoryError> = integrate(&mut variational, &mut start.clone(), 100.0, 3, |_, _, _| {});
 /// assert!(matches!(refused.unwrap_err().source, StepError::Fold { .. } | StepError::NotConverged { .. } | StepError::Domain { .. }));
 /// # Ok::<(), Box<dyn std::error::Error>>(())

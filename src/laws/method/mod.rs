@@ -382,7 +382,9 @@ pub fn named(name: &str) -> Option<&'static MethodLaw> {
 ///
 /// ```
 /// use euler_poincare::integrators::StepError;
-/// use euler_poincare::laws::method::{Claims, MethodLaw, Outcome, Point, Stepper, MethodSource, Untyped, check_case, named};
+/// use euler_poincare::laws::method::{
+///     Claims, MethodLaw, MethodSource, Outcome, Point, Stage, Stepper, Untyped, check_case, named,
+/// };
 /// use euler_poincare::study::problem;
 /// use euler_poincare::system::Case;
 ///
@@ -392,6 +394,11 @@ pub fn named(name: &str) -> Option<&'static MethodLaw> {
 /// impl Stepper<f64> for Still {
 ///     fn step(&mut self, point: &Point<f64>, h: f64) -> Result<Point<f64>, StepError> {
 ///         Ok(Point { time: point.time + h, ..point.clone() })
+///     }
+///
+///     /// For the claim of stages, which it does not make.
+///     fn stages(&self, _: &Point<f64>, _: f64) -> Option<Vec<Stage<f64>>> {
+///         None
 ///     }
 /// }
 ///
