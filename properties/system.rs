@@ -4,9 +4,9 @@ use euler_poincare::algebra::catalogue::Entry;
 use euler_poincare::mechanics::{Force, Lagrangian};
 use euler_poincare::retraction::Retraction;
 use euler_poincare::scalar::{Dd, Number, Real};
-use euler_poincare::system::case::{Algebra, Constant, Inertia, Motion, Start, Structure, Tau};
+use euler_poincare::system::case::{Algebra, Constant, Inertia, Motion, Potential, Start, Structure, Tau};
 use euler_poincare::system::file::{Horizon, example};
-use euler_poincare::system::shares::{SHARES, Share};
+use euler_poincare::system::shares::{POTENTIAL_SHARES, SHARES, Share};
 use euler_poincare::system::{Case, Cases, Replay, System, SystemFile, Visitor, case, cases, labels};
 use euler_poincare::tableau::{Description, Family};
 use proptest::strategy::{Strategy, ValueTree};
@@ -406,6 +406,32 @@ fn has_the_declared_shares(list: &[Case], who: &str) {
 #[test]
 fn every_kind_of_case_has_its_declared_share_in_proptest() {
     has_the_declared_shares(&sample(&cases(), 5, 6000), "proptest");
+}
+
+#[test]
+fn potentials_have_their_declared_shares_and_shrink_away() {
+    let knobs = cases().potentials(&Potential::KINDS);
+    let list = sample(&knobs, 5, 2000);
+    let counts = counts(&list);
+    for share in POTENTIAL_SHARES {
+        let seen = counts.get(&(share.category, share.label.to_string())).copied().unwrap_or(0);
+        assert!(share.surprise(seen, list.len()) > ERROR, "{share:?}: {seen} of {}", list.len());
+    }
+    assert!(counts.keys().all(|(category, label)| {
+        *category != "potential" || POTENTIAL_SHARES.iter().any(|share| share.label == label.as_str())
+    }));
+    for case in list.iter().filter(|case| !case.potentials.is_empty()).take(40) {
+        case.check().unwrap();
+        assert!(!cases().admits(case), "without the knob there are none");
+        assert_eq!(&serde_json::from_str::<Case>(&case.to_json().unwrap()).unwrap(), case);
+        assert!(knobs.simpler(case).any(|simpler| simpler.potentials.len() < case.potentials.len()), "{case}");
+    }
+    // Without a force and on a free system there is none either.
+    assert!(
+        sample(&cases().potentials(&Potential::KINDS).force_free(), 5, 50)
+            .iter()
+            .all(|case| case.potentials.is_empty())
+    );
 }
 
 #[test]

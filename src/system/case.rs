@@ -205,6 +205,62 @@ pub enum Potential {
     },
 }
 
+impl Potential {
+    /// The kinds, as in files.
+    pub const KINDS: [&'static str; 5] = ["formula", "gravity", "buoyancy", "uniform-field", "gravity-gradient"];
+
+    /// Its kind, as in files.
+    pub fn kind(&self) -> &'static str {
+        let [formula, gravity, buoyancy, field, gradient] = Self::KINDS;
+        match self {
+            Self::Formula { .. } => formula,
+            Self::Gravity { .. } => gravity,
+            Self::Buoyancy { .. } => buoyancy,
+            Self::UniformField { .. } => field,
+            Self::GravityGradient { .. } => gradient,
+        }
+    }
+
+    /// Whether it refers to the basis of the algebra, and not to the matrix g alone.
+    pub(crate) fn names_basis(&self) -> bool {
+        matches!(self, Self::GravityGradient { .. })
+    }
+
+    /// V/2; of a gradient of gravity less.
+    pub(super) fn halve(&mut self, half: impl Fn(&Number) -> Number) {
+        match self {
+            Self::Formula { value } => *value = format!("({value})/2"),
+            Self::Gravity { weight: strength, .. }
+            | Self::Buoyancy { lift: strength, .. }
+            | Self::GravityGradient { rate: strength } => *strength = half(strength),
+            Self::UniformField { moment, .. } => moment.iter_mut().for_each(|x| *x = half(x)),
+        }
+    }
+
+    /// Its parameters, by their names in files.
+    pub(crate) fn parameters(&self) -> Vec<(&'static str, PotentialValue<'_>)> {
+        use PotentialValue::{Number, Text, Vector};
+        match self {
+            Self::Formula { value } => vec![("value", Text(value))],
+            Self::Gravity { weight, center } => vec![("weight", Number(weight)), ("center", Vector(center))],
+            Self::Buoyancy { lift, center } => vec![("lift", Number(lift)), ("center", Vector(center))],
+            Self::UniformField { moment, field } => vec![("moment", Vector(moment)), ("field", Vector(field))],
+            Self::GravityGradient { rate } => vec![("rate", Number(rate))],
+        }
+    }
+}
+
+/// The value of a parameter of a [`Potential`].
+#[derive(Clone, Copy, Debug)]
+pub(crate) enum PotentialValue<'a> {
+    /// A number.
+    Number(&'a Number),
+    /// A vector of space or of the body.
+    Vector(&'a [Number]),
+    /// The text of a formula.
+    Text(&'a str),
+}
+
 /// The orientation of a body, of so(3) or se(3), or the matrix of any group.
 #[derive(Clone, Debug, PartialEq)]
 #[non_exhaustive]
@@ -454,6 +510,14 @@ impl Case {
     /// do not speak of.
     pub fn is_general(&self) -> bool {
         !self.potentials.is_empty() || self.lagrangian.formula.is_some() || self.forces.iter().any(Force::is_general)
+    }
+
+    /// Whether a formula, a force or a potential refers to the basis of the algebra by the names of coordinates: then the system has no
+    /// [presentation](Case::presented) in another one.
+    pub fn names_basis(&self) -> bool {
+        self.lagrangian.formula.is_some()
+            || self.forces.iter().any(Force::is_general)
+            || self.potentials.iter().any(Potential::names_basis)
     }
 
     /// s N, the number of unknowns of a step.

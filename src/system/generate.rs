@@ -1,7 +1,8 @@
 //! Random parts of a case, valid by construction, with dyadic numbers of few digits.
 
 use super::case::{
-    Algebra, Case, Constant, Dictionary, Drag, Force, Inertia, Lagrangian, Monomial, Motion, Start, Structure, Tau,
+    Algebra, Case, Constant, Dictionary, Drag, Force, Inertia, Lagrangian, Monomial, Motion, Potential, Start,
+    Structure, Tau,
 };
 use super::fixed::Fixed;
 use super::force::{Argument, ForceKind, KINDS, Role, Value};
@@ -405,6 +406,66 @@ fn polynomial(draw: &mut Draw<'_>, n: usize) -> Vec<Monomial> {
     (0..1 + draw.below(most)).map(|_| term(draw)).collect()
 }
 
+/// Percent of the cases with a potential, where the knobs ask for some.
+const POTENTIALS: usize = 50;
+
+/// Percent of these with two.
+const TWO_POTENTIALS: usize = 40;
+
+/// The body that gets potentials; `None` for other groups, or for none.
+fn posed(draw: &mut Draw<'_>, knobs: &Cases) -> Option<Entry> {
+    let of_bodies = knobs.potentials.iter().any(|kind| *kind != "formula");
+    let bodies = [Entry::So3, Entry::Se3].into_iter().filter(|entry| {
+        knobs.admits_dimension(entry.dimension())
+            && knobs.algebras.as_ref().is_none_or(|allowed| allowed.contains(entry))
+            && knobs.restriction.has_matrices(entry.matrix_size())
+    });
+    let bodies: Vec<Entry> = bodies.collect();
+    let free = knobs.given.is_none() && knobs.fixed.algebra.is_none();
+    let posed = of_bodies && free && !bodies.is_empty() && draw.chance(POTENTIALS);
+    posed.then(|| draw.pick(&bodies))
+}
+
+/// One or two potentials that the knobs admit; those of bodies where it is one.
+fn potentials(draw: &mut Draw<'_>, algebra: &Algebra, body: bool, knobs: &Cases) -> Vec<Potential> {
+    let possible = |kind: &&'static str| match *kind {
+        "formula" => !body,
+        "gravity-gradient" => body && algebra.basis.is_none(),
+        _ => body,
+    };
+    let kinds: Vec<&'static str> = knobs.potentials.iter().copied().filter(possible).collect();
+    if kinds.is_empty() || !(body || draw.chance(POTENTIALS)) {
+        return Vec::new();
+    }
+    let count = 1 + usize::from(draw.chance(TWO_POTENTIALS));
+    let size = algebra.structure.matrix_size();
+    let drawn = |_| {
+        let kind = draw.pick(&kinds);
+        potential(draw, kind, size)
+    };
+    (0..count).map(drawn).collect()
+}
+
+/// A potential of a kind; a formula on matrices of this size.
+fn potential(draw: &mut Draw<'_>, kind: &str, size: usize) -> Potential {
+    match kind {
+        "gravity" => Potential::Gravity { weight: dyadic(draw.int(1, 8), 4), center: amplitude(draw, 3) },
+        "buoyancy" => Potential::Buoyancy { lift: dyadic(draw.int(1, 8), 4), center: amplitude(draw, 3) },
+        "uniform-field" => Potential::UniformField { moment: amplitude(draw, 3), field: amplitude(draw, 3) },
+        "gravity-gradient" => Potential::GravityGradient { rate: dyadic(draw.int(1, 6), 4) },
+        _ => {
+            let mut entry = || {
+                let (row, column) = (1 + draw.below(size), 1 + draw.below(size));
+                let name = if size < 10 { format!("g_{row}{column}") } else { format!("g_{row}_{column}") };
+                (name, draw.pick(&[-4, -3, -2, -1, 1, 2, 3, 4]))
+            };
+            // Bounded, whatever the group.
+            let ((a, k), (b, m), (c, _)) = (entry(), entry(), entry());
+            Potential::Formula { value: format!("{k}/8*tanh({a}) + {m}/8*tanh({b})*tanh({c})") }
+        }
+    }
+}
+
 /// A start: momentum or velocity of size about 1, sometimes 1/64 or 4; sometimes an attitude and a time.
 pub(super) fn start(draw: &mut Draw<'_>, n: usize, group: bool, telling: bool) -> Start {
     let q = if telling { 8 } else { [8, 512, 2][draw.weighted(&[80, 10, 10])] };
@@ -486,7 +547,10 @@ fn argument(draw: &mut Draw<'_>, n: usize) -> Vec<Monomial> {
 pub(super) fn case(draw: &mut Draw<'_>, knobs: &Cases, tableau: crate::tableau::Description) -> Option<Case> {
     let given = knobs.given.as_ref();
     let fixed = &knobs.fixed;
+    let posed = posed(draw, knobs);
+    let body = posed.is_some();
     let structure = match &knobs.algebras {
+        _ if body => Structure::Named(posed?),
         _ if given.is_some() => given?.structure.clone(),
         _ if fixed.algebra.is_some() => fixed.algebra.as_ref()?.structure.clone(),
         Some(entries) if entries.is_empty() => return None,
@@ -528,7 +592,8 @@ pub(super) fn case(draw: &mut Draw<'_>, knobs: &Cases, tableau: crate::tableau::
     let composed = knobs.retraction.is_none() && !knobs.fast && given.is_none() && draw.chance(COMPOSED);
     let argument = if composed { argument(draw, n) } else { Vec::new() };
     let method = super::case::Method { tableau, retraction, argument };
-    let (potentials, names) = (Vec::new(), Dictionary::default());
+    let names = Dictionary::default();
+    let potentials = if grouped && given.is_none() { potentials(draw, &algebra, body, knobs) } else { Vec::new() };
     let step = dyadic(1, 1 << exponent);
     let mut case = Case { algebra, lagrangian, potentials, forces, names, method, start, step };
     match &fixed.start {
@@ -637,6 +702,7 @@ fn slower(case: &mut Case, fixed: &Fixed) {
     for force in &mut case.forces {
         force.scale(|k| *k = halved(k));
     }
+    case.potentials.iter_mut().for_each(|potential| potential.halve(halved));
 }
 
 /// x/2 of a dyadic number.

@@ -90,7 +90,7 @@ impl Visitor<f64> for Solved {
     }
 }
 
-/// Label names and values; `force` occurs once for each kind of term, or once as `none`.
+/// Label names and values; `force` occurs once for each kind of term, or once as `none`, `potential` once for each kind.
 pub fn labels(case: &Case) -> Vec<(&'static str, String)> {
     let mut labels = vec![("algebra", kind(&case.algebra)), ("dimension", case.dimension().to_string())];
     let listed = match case.algebra.structure.invariants() {
@@ -122,6 +122,10 @@ pub fn labels(case: &Case) -> Vec<(&'static str, String)> {
         kinds.push("none");
     }
     labels.extend(kinds.into_iter().map(|kind| ("force", kind.to_string())));
+    let mut kinds: Vec<&str> = case.potentials.iter().map(|potential| potential.kind()).collect();
+    kinds.sort_unstable();
+    kinds.dedup();
+    labels.extend(kinds.into_iter().map(|kind| ("potential", kind.to_string())));
     let rates = Rates::of(case);
     labels.push(("angle", angle(case, rates.as_ref()).into()));
     let composed = !case.method.argument.is_empty();

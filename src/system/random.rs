@@ -3,7 +3,7 @@
 //! Cases are valid by construction, with steps small enough for their rates, and shrink towards ℝ¹ or the smallest
 //! algebra that the knobs admit, its standard basis, unit inertia, no force, one stage and the smallest step.
 
-use super::case::{Algebra, Case, Force, Lagrangian, Start, Structure, Tau};
+use super::case::{Algebra, Case, Force, Lagrangian, Potential, Start, Structure, Tau};
 use super::fixed::Fixed;
 use super::rates::Rates;
 use super::restriction::Restriction;
@@ -78,6 +78,7 @@ pub struct Cases {
     pub(super) main_dimensions: bool,
     pub(super) changed_basis: Option<bool>,
     pub(super) forcing: Forcing,
+    pub(super) potentials: Vec<&'static str>,
     pub(super) smooth: bool,
     pub(super) telling: bool,
     pub(super) quadratic: bool,
@@ -123,6 +124,7 @@ pub fn cases() -> Cases {
         main_dimensions: false,
         changed_basis: None,
         forcing: Forcing::Any,
+        potentials: Vec::new(),
         smooth: false,
         telling: false,
         quadratic: false,
@@ -233,9 +235,18 @@ impl Cases {
         self
     }
 
-    /// No force.
+    /// No force, and no potential.
     pub fn force_free(mut self) -> Self {
         self.forcing = Forcing::Free;
+        self.potentials.clear();
+        self
+    }
+
+    /// Systems with potentials, too: one or two of these [kinds](Potential::KINDS) in half of the cases. Those of bodies are drawn on so(3)
+    /// and se(3); `formula` is a bounded function of entries of g, on any group. Without this knob there are none.
+    pub fn potentials(mut self, kinds: &[impl AsRef<str>]) -> Self {
+        let known = |name: &&'static str| kinds.iter().any(|kind| kind.as_ref() == *name);
+        self.potentials = Potential::KINDS.into_iter().filter(known).collect();
         self
     }
 
@@ -359,6 +370,7 @@ impl Cases {
             && !(self.nonabelian && abelian)
             && (self.forcing != Forcing::Free || case.forces.is_empty())
             && (self.forcing != Forcing::Forced || forced)
+            && case.potentials.iter().all(|potential| self.potentials.contains(&potential.kind()))
             && (!self.smooth || smooth(case))
             && (!self.quadratic || case.lagrangian.is_quadratic())
             && (!self.kinetic || case.lagrangian.is_kinetic())

@@ -6,6 +6,7 @@ use crate::algebra::elimination::quick_inverse;
 use crate::algebra::{LieAlgebra, Matrix, Vector};
 use crate::group::LieGroup;
 use crate::mechanics::Lagrangian;
+use crate::mechanics::configuration::Configuration;
 use crate::retraction::Retraction;
 
 /// The largest stiffness of the step of generated cases: well below where stage equations fold (about 1) and τ leaves its
@@ -137,6 +138,8 @@ fn frequency_and_growth<const D: usize>(matrix: &Matrix<f64, D>) -> (f64, f64) {
 impl Visitor<f64> for Measure {
     type Output = Option<Rates>;
 
+    const KNOWS_CONFIGURATION: bool = true;
+
     fn visit<
         const N: usize,
         const D: usize,
@@ -148,18 +151,39 @@ impl Visitor<f64> for Measure {
         system: System<f64, N, D, R, L, F>,
     ) -> Option<Rates> {
         let algebra: &LieAlgebra<f64, N> = &system.algebra;
+        let (time, here) = (system.state.time, &system.state.attitude);
         let eta = system.lagrangian.velocity(&system.state.momentum, &Vector::zeros()).ok()?;
         let inverse = quick_inverse(&system.lagrangian.hessian(&eta))?;
+        let load = |g: &Matrix<f64, D>, eta: &Vector<f64, N>| {
+            let g = Configuration::of(g);
+            let force = system.force.force_at(time, g, eta);
+            if !system.lagrangian.uses_configuration() {
+                return force;
+            }
+            force + system.lagrangian.configuration_gradient(time, g, eta)
+        };
         let rate = |eta: &Vector<f64, N>| {
             let mu = system.lagrangian.gradient(eta);
-            let rate = algebra.coad(eta, &mu) + system.force.force(system.state.time, eta);
-            inverse * rate.transpose()
+            inverse * (algebra.coad(eta, &mu) + load(here, eta)).transpose()
         };
         let mut slope = Matrix::<f64, N>::zeros();
         for a in 0..N {
             let mut moved = Vector::zeros();
             moved[a] = 1.0 / 1024.0;
             slope.set_column(a, &((rate(&(eta + moved)) - rate(&(eta - moved))) * 512.0));
+        }
+        let mut stiffness = norm(&slope);
+        if let Some(group) = system.group.as_ref().filter(|_| system.lagrangian.uses_configuration()) {
+            // ∂η̇/∂g, of which the root is a rate.
+            let mut pull = Matrix::<f64, N>::zeros();
+            for a in 0..N {
+                let mut along = Vector::<f64, N>::zeros();
+                along[a] = 1.0 / 1024.0;
+                let hat: Matrix<f64, D> = group.hat(&along);
+                let (there, back) = (here + here * hat, here - here * hat);
+                pull.set_column(a, &(inverse * (load(&there, &eta) - load(&back, &eta)).transpose() * 512.0));
+            }
+            stiffness += norm(&pull).sqrt();
         }
         // The Cayley map works on matrices: 1 − x̂/2 must stay away from singular.
         let (mut matrix, mut reach, mut turns, mut growth) = (0.0, 0.0, 0.0, 0.0);
@@ -179,7 +203,7 @@ impl Visitor<f64> for Measure {
         let rates = Rates {
             rotation,
             turning: norm(&algebra.ad(&rate(&eta))),
-            stiffness: norm(&slope),
+            stiffness,
             reach,
             frequency: turns,
             growth,

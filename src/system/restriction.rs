@@ -1,7 +1,7 @@
 //! Which systems a method of somebody's own knows, where it does not know all: knobs of [`Cases`](super::Cases) beside those on
 //! algebras, bases and quartic terms.
 
-use super::case::{Case, Force, Inertia};
+use super::case::{Case, Force, Inertia, Potential};
 
 /// What is left out; nothing by default.
 #[derive(Clone, Debug, Default, PartialEq)]
@@ -12,6 +12,8 @@ pub(crate) struct Restriction {
     pub matrices: Option<usize>,
     /// Only forces of these kinds, by their names in files.
     pub forces: Option<Vec<String>>,
+    /// Only potentials of these kinds, by their names in files.
+    pub potentials: Option<Vec<String>>,
     /// Only diagonal inertias.
     pub diagonal: bool,
     /// Only positive steps.
@@ -39,6 +41,7 @@ impl Restriction {
         self.has_dimension(case.dimension())
             && self.has_matrices(case.matrix_size())
             && self.has_forces(case)
+            && self.has_potentials(case)
             && self.has_inertia(case)
             && !(self.forward && case.step.eval::<f64>().is_ok_and(|h| h < 0.0))
     }
@@ -48,14 +51,25 @@ impl Restriction {
         case.forces.iter().map(Force::kind).all(|kind| self.has_force(kind))
     }
 
+    /// Whether potentials of this kind are.
+    fn has_potential(&self, potential: &Potential) -> bool {
+        self.potentials.as_ref().is_none_or(|kinds| kinds.iter().any(|kind| kind == potential.kind()))
+    }
+
+    /// Whether the potentials of a case are.
+    pub fn has_potentials(&self, case: &Case) -> bool {
+        case.potentials.iter().all(|potential| self.has_potential(potential))
+    }
+
     /// Whether its inertia is.
     pub fn has_inertia(&self, case: &Case) -> bool {
         !self.diagonal || matches!(case.lagrangian.inertia, Inertia::Diagonal(_))
     }
 
-    /// A case with what can be left out of it left out: other kinds of forces, and what is off the diagonal of the inertia.
+    /// A case with what can be left out of it left out: other kinds of forces and potentials, and what is off the diagonal of the inertia.
     pub fn adapted(&self, mut case: Case) -> Case {
         case.forces.retain(|force| self.has_force(force.kind()));
+        case.potentials.retain(|potential| self.has_potential(potential));
         if let (true, Inertia::Full(rows)) = (self.diagonal, &case.lagrangian.inertia) {
             // The diagonal of a positive definite matrix is positive.
             let diagonal = rows.iter().enumerate().filter_map(|(a, row)| row.get(a).cloned()).collect();

@@ -166,7 +166,15 @@ impl Scope {
         Ok(AnyForce::Formula(Box::new(FormulaForce::new(program, self.quantities, lagrangian.clone()))))
     }
 
-    /// The body of so(3) or se(3) that a kind is about.
+    /// The body of so(3) or se(3) whose rotation and position a kind is about, in any basis of the algebra.
+    fn turning(&self, what: &'static str, place: &Place) -> Result<Body, CaseError> {
+        self.body.ok_or_else(|| {
+            let why = "it is for a body: the algebra so3 or se3; elsewhere write a formula".into();
+            place.error(Problem::NotApplicable { what, why })
+        })
+    }
+
+    /// The body of so(3) or se(3) whose velocity or inertia a kind is about.
     fn of_body(&self, what: &'static str, place: &Place) -> Result<Body, CaseError> {
         match self.body {
             Some(body) if self.standard => Ok(body),
@@ -203,12 +211,12 @@ impl Scope {
         };
         match potential {
             Potential::Formula { value } => Ok(value.clone()),
-            Potential::Gravity { weight, center } => height(self.of_body("gravity", place)?, weight, center, "weight"),
+            Potential::Gravity { weight, center } => height(self.turning("gravity", place)?, weight, center, "weight"),
             Potential::Buoyancy { lift, center } => {
-                Ok(format!("-{}", height(self.of_body("buoyancy", place)?, lift, center, "lift")?))
+                Ok(format!("-{}", height(self.turning("buoyancy", place)?, lift, center, "lift")?))
             }
             Potential::UniformField { moment, field } => {
-                self.of_body("uniform-field", place)?;
+                self.turning("uniform-field", place)?;
                 Ok(format!("-dot({}, R*{})", three(field, "field")?, three(moment, "moment")?))
             }
             Potential::GravityGradient { rate } => {

@@ -127,3 +127,13 @@ pub const SHARES: &[Share] = &[
     Share::within("tableau", "diagonally-implicit", 16.2, 17.2),
     Share::within("tableau", "fully-implicit", 24.5, 25.5),
 ];
+
+/// The shares of potentials where all kinds are asked for ([`Cases::potentials`](super::Cases::potentials)). Of the half on bodies two in five
+/// have two terms; the gradient of gravity needs the standard basis. Of the other half those with a group have a formula every second time.
+pub const POTENTIAL_SHARES: &[Share] = &[
+    Share::within("potential", "formula", 23.0, 25.0),
+    Share::within("potential", "gravity", 17.7, 19.7),
+    Share::within("potential", "buoyancy", 17.7, 19.7),
+    Share::within("potential", "uniform-field", 17.7, 19.7),
+    Share::within("potential", "gravity-gradient", 7.1, 9.1),
+];

@@ -3,7 +3,7 @@
 //! Every candidate lowers (dimension, rank of the algebra, parts, distances of numbers from their targets on their
 //! own dyadic grid) in lexicographic order, so greedy descent ends.
 
-use super::case::{Algebra, Case, Drag, Force, Inertia, Lagrangian, Monomial, Motion, Structure, Tau};
+use super::case::{Algebra, Case, Drag, Force, Inertia, Lagrangian, Monomial, Motion, Potential, Structure, Tau};
 use super::force::{ForceKind, Role, Value};
 use super::numbers::{dyadic, from_dyadic};
 use super::rates::{MOST, Rates};
@@ -97,6 +97,7 @@ pub(super) fn candidates(case: &Case, finest: i64) -> Vec<Case> {
     let mut found = Vec::new();
     algebra(case, &mut found);
     forces(case, &mut found);
+    potentials(case, &mut found);
     lagrangian(case, &mut found);
     method(case, finest, &mut found);
     start(case, &mut found);
@@ -203,6 +204,46 @@ fn forces(case: &Case, found: &mut Vec<Case>) {
         }
         if let Some(simpler) = simpler_kind(force) {
             found.push(with(case, |case| case.forces[i] = simpler));
+        }
+    }
+}
+
+fn potentials(case: &Case, found: &mut Vec<Case>) {
+    if case.potentials.len() > 1 {
+        found.push(with(case, |case| case.potentials.clear()));
+    }
+    for (i, potential) in case.potentials.iter().enumerate() {
+        found.push(with(case, |case| drop(case.potentials.remove(i))));
+        let simpler = simpler_potential(potential).into_iter();
+        found.extend(simpler.map(|potential| with(case, |case| case.potentials[i] = potential)));
+    }
+}
+
+/// The potential with one number of it nearer to 0 or 1.
+fn simpler_potential(potential: &Potential) -> Vec<Potential> {
+    let zeros = |list: &[Number]| entries(list, |_| 0);
+    match potential.clone() {
+        Potential::Formula { .. } => Vec::new(),
+        Potential::Gravity { weight, center } => {
+            let lighter = towards(&weight, 1).into_iter();
+            let lighter = lighter.map(|weight| Potential::Gravity { weight, center: center.clone() });
+            let nearer = zeros(&center).into_iter();
+            lighter.chain(nearer.map(|center| Potential::Gravity { weight: weight.clone(), center })).collect()
+        }
+        Potential::Buoyancy { lift, center } => {
+            let lighter = towards(&lift, 1).into_iter();
+            let lighter = lighter.map(|lift| Potential::Buoyancy { lift, center: center.clone() });
+            let nearer = zeros(&center).into_iter();
+            lighter.chain(nearer.map(|center| Potential::Buoyancy { lift: lift.clone(), center })).collect()
+        }
+        Potential::UniformField { moment, field } => {
+            let weaker = zeros(&moment).into_iter();
+            let weaker = weaker.map(|moment| Potential::UniformField { moment, field: field.clone() });
+            let nearer = zeros(&field).into_iter();
+            weaker.chain(nearer.map(|field| Potential::UniformField { moment: moment.clone(), field })).collect()
+        }
+        Potential::GravityGradient { rate } => {
+            towards(&rate, 1).into_iter().map(|rate| Potential::GravityGradient { rate }).collect()
         }
     }
 }
