@@ -1,6 +1,7 @@
 //! `euler_poincare::laws!` on types of a user's own: they hold, and each mistake is found by a law that names it.
 
 mod numerics;
+mod placed;
 mod readme;
 mod types;
 

@@ -1,5 +1,6 @@
 //! Lagrangians and forces of types that are not known here, beside spectators: see `retraction::given`.
 
+use super::configuration::Configuration;
 use super::{Force, Lagrangian, LegendreError};
 use crate::algebra::{Covector, Matrix, Vector, pair};
 use crate::scalar::erased::{in_scalar, matrix, numbers, scalar};
@@ -27,6 +28,81 @@ pub trait UntypedLagrangian<T: Real>: Send + Sync {
 
     /// [`Lagrangian::energy`].
     fn energy(&self, nesting: u32, eta: &[T]) -> Vec<T>;
+
+    /// [`Lagrangian::uses_configuration`].
+    fn uses_configuration(&self) -> bool;
+
+    /// What is asked of L at a place.
+    fn at(&self, what: Asked, nesting: u32, place: UntypedPlace<'_, T>, eta: &[T]) -> Vec<T>;
+
+    /// [`Lagrangian::energy_at`].
+    fn energy_at(&self, nesting: u32, place: UntypedPlace<'_, T>, eta: &[T]) -> Vec<T>;
+
+    /// [`Lagrangian::velocity_at`].
+    ///
+    /// # Errors
+    /// Those of `velocity_at`.
+    fn velocity_at(
+        &self,
+        nesting: u32,
+        place: UntypedPlace<'_, T>,
+        mu: &[T],
+        guess: &[T],
+    ) -> Result<Vec<T>, LegendreError>;
+
+    /// [`Lagrangian::undefined`].
+    fn undefined(&self, place: UntypedPlace<'_, T>, eta: &[T]) -> Option<String>;
+}
+
+/// What is asked of a Lagrangian where it depends on the configuration.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[doc(hidden)]
+pub enum Asked {
+    /// [`Lagrangian::value_at`].
+    Value,
+    /// [`Lagrangian::gradient_at`].
+    Gradient,
+    /// [`Lagrangian::configuration_gradient`].
+    ConfigurationGradient,
+}
+
+/// A time and an element of the group, as lists of numbers.
+#[derive(Clone, Copy, Debug)]
+#[doc(hidden)]
+pub struct UntypedPlace<'a, T> {
+    /// t.
+    pub time: &'a [T],
+    /// g, by columns; none: the identity.
+    pub entries: &'a [T],
+    /// The number of its rows.
+    pub size: usize,
+}
+
+impl<T: Real> UntypedPlace<'_, T> {
+    /// What `f` makes of the time and the entries in a scalar.
+    fn read<S: Scalar<Base = T>, O>(&self, f: impl FnOnce(S, Configuration<'_, S>) -> O) -> O {
+        let entries: Vec<S> = (0..self.size * self.size).map(|k| scalar(self.entries, k)).collect();
+        f(scalar(self.time, 0), Configuration::sized(&entries, self.size))
+    }
+}
+
+/// The numbers of a time and of the first rows and columns of g.
+struct Place<T> {
+    time: Vec<T>,
+    entries: Vec<T>,
+    size: usize,
+}
+
+impl<T: Real> Place<T> {
+    fn of<S: Scalar<Base = T>>(t: S, g: Configuration<'_, S>, size: usize) -> Self {
+        let size = size.min(g.size());
+        let entries: Vec<S> = (0..size * size).map(|k| g.entry(k % size, k / size)).collect();
+        Self { time: numbers(&[t]), entries: numbers(&entries), size }
+    }
+
+    fn as_ref(&self) -> UntypedPlace<'_, T> {
+        UntypedPlace { time: &self.time, entries: &self.entries, size: self.size }
+    }
 }
 
 /// A force on lists of numbers, of scalars with as many dual numbers as `nesting` says.
@@ -34,6 +110,15 @@ pub trait UntypedLagrangian<T: Real>: Send + Sync {
 pub trait UntypedForce<T: Real>: Send + Sync {
     /// [`Force::force`].
     fn force(&self, nesting: u32, t: &[T], eta: &[T]) -> Vec<T>;
+
+    /// [`Force::force_at`].
+    fn force_at(&self, nesting: u32, place: UntypedPlace<'_, T>, eta: &[T]) -> Vec<T>;
+
+    /// [`Force::uses_configuration`].
+    fn uses_configuration(&self) -> bool;
+
+    /// [`Force::undefined`].
+    fn undefined(&self, place: UntypedPlace<'_, T>, eta: &[T]) -> Option<String>;
 
     /// [`Force::is_zero`].
     fn is_zero(&self) -> bool;
@@ -87,6 +172,45 @@ impl<P, const N: usize> Untyped<P, N> {
     {
         numbers(self.0.force::<S>(scalar(t, 0), &matrix(eta)).as_slice())
     }
+
+    fn force_at_in<S: Scalar>(&self, place: UntypedPlace<'_, S::Base>, eta: &[S::Base]) -> Vec<S::Base>
+    where
+        P: Force<S::Base, N>,
+    {
+        place.read::<S, _>(|t, g| numbers(self.0.force_at(t, g, &matrix(eta)).as_slice()))
+    }
+
+    fn asked_in<S: Scalar>(&self, what: Asked, place: UntypedPlace<'_, S::Base>, eta: &[S::Base]) -> Vec<S::Base>
+    where
+        P: Lagrangian<S::Base, N>,
+    {
+        let eta: Vector<S, N> = matrix(eta);
+        place.read::<S, _>(|t, g| match what {
+            Asked::Value => numbers(&[self.0.value_at(t, g, &eta)]),
+            Asked::Gradient => numbers(self.0.gradient_at(t, g, &eta).as_slice()),
+            Asked::ConfigurationGradient => numbers(self.0.configuration_gradient(t, g, &eta).as_slice()),
+        })
+    }
+
+    fn energy_at_in<S: Scalar>(&self, place: UntypedPlace<'_, S::Base>, eta: &[S::Base]) -> Vec<S::Base>
+    where
+        P: Lagrangian<S::Base, N>,
+    {
+        place.read::<S, _>(|t, g| numbers(&[self.0.energy_at(t, g, &matrix(eta))]))
+    }
+
+    fn velocity_at_in<S: Scalar>(
+        &self,
+        place: UntypedPlace<'_, S::Base>,
+        mu: &[S::Base],
+        guess: &[S::Base],
+    ) -> Result<Vec<S::Base>, LegendreError>
+    where
+        P: Lagrangian<S::Base, N>,
+    {
+        let velocity = place.read::<S, _>(|t, g| self.0.velocity_at(t, g, &matrix(mu), &matrix(guess)));
+        Ok(numbers(velocity?.as_slice()))
+    }
 }
 
 impl<T: Real, L: Lagrangian<T, N> + Send + Sync, const N: usize> UntypedLagrangian<T> for Untyped<L, N> {
@@ -109,11 +233,49 @@ impl<T: Real, L: Lagrangian<T, N> + Send + Sync, const N: usize> UntypedLagrangi
     fn energy(&self, nesting: u32, eta: &[T]) -> Vec<T> {
         in_scalar!(0..=1, nesting, T, self, energy_in(eta))
     }
+
+    fn uses_configuration(&self) -> bool {
+        self.0.uses_configuration()
+    }
+
+    fn at(&self, what: Asked, nesting: u32, place: UntypedPlace<'_, T>, eta: &[T]) -> Vec<T> {
+        in_scalar!(0..=2, nesting, T, self, asked_in(what, place, eta))
+    }
+
+    fn energy_at(&self, nesting: u32, place: UntypedPlace<'_, T>, eta: &[T]) -> Vec<T> {
+        in_scalar!(0..=1, nesting, T, self, energy_at_in(place, eta))
+    }
+
+    fn velocity_at(
+        &self,
+        nesting: u32,
+        place: UntypedPlace<'_, T>,
+        mu: &[T],
+        guess: &[T],
+    ) -> Result<Vec<T>, LegendreError> {
+        in_scalar!(0..=1, nesting, T, self, velocity_at_in(place, mu, guess))
+    }
+
+    fn undefined(&self, place: UntypedPlace<'_, T>, eta: &[T]) -> Option<String> {
+        place.read::<T, _>(|t, g| self.0.undefined(t, g, &matrix(eta)))
+    }
 }
 
 impl<T: Real, F: Force<T, N> + Send + Sync, const N: usize> UntypedForce<T> for Untyped<F, N> {
     fn force(&self, nesting: u32, t: &[T], eta: &[T]) -> Vec<T> {
         in_scalar!(0..=2, nesting, T, self, force_in(t, eta))
+    }
+
+    fn force_at(&self, nesting: u32, place: UntypedPlace<'_, T>, eta: &[T]) -> Vec<T> {
+        in_scalar!(0..=1, nesting, T, self, force_at_in(place, eta))
+    }
+
+    fn uses_configuration(&self) -> bool {
+        self.0.uses_configuration()
+    }
+
+    fn undefined(&self, place: UntypedPlace<'_, T>, eta: &[T]) -> Option<String> {
+        place.read::<T, _>(|t, g| self.0.undefined(t, g, &matrix(eta)))
     }
 
     fn is_zero(&self) -> bool {
@@ -131,6 +293,7 @@ impl<T: Real, F: Force<T, N> + Send + Sync, const N: usize> UntypedForce<T> for 
 pub struct GivenLagrangian<T: Real, const N: usize> {
     given: Arc<dyn UntypedLagrangian<T>>,
     dimension: usize,
+    size: usize,
 }
 
 /// A force whose type is not known, on the first n of N coordinates; none acts on spectators.
@@ -139,14 +302,15 @@ pub struct GivenLagrangian<T: Real, const N: usize> {
 pub struct GivenForce<T: Real, const N: usize> {
     given: Arc<dyn UntypedForce<T>>,
     dimension: usize,
+    size: usize,
 }
 
 macro_rules! given {
     ($name:ident, $untyped:ident) => {
         impl<T: Real, const N: usize> $name<T, N> {
-            /// It beside N − n spectators.
-            pub(crate) fn new(given: Arc<dyn $untyped<T>>, dimension: usize) -> Self {
-                Self { given, dimension }
+            /// It beside N − n spectators, on matrices of which the first `size` rows and columns are its group's.
+            pub(crate) fn new(given: Arc<dyn $untyped<T>>, dimension: usize, size: usize) -> Self {
+                Self { given, dimension, size }
             }
         }
 
@@ -159,7 +323,7 @@ macro_rules! given {
         /// Whether it is the same thing.
         impl<T: Real, const N: usize> PartialEq for $name<T, N> {
             fn eq(&self, other: &Self) -> bool {
-                self.dimension == other.dimension && Arc::ptr_eq(&self.given, &other.given)
+                (self.dimension, self.size) == (other.dimension, other.size) && Arc::ptr_eq(&self.given, &other.given)
             }
         }
     };
@@ -169,10 +333,10 @@ given!(GivenLagrangian, UntypedLagrangian);
 given!(GivenForce, UntypedForce);
 
 impl<T: Real, const N: usize> GivenLagrangian<T, N> {
-    /// A Lagrangian of dimension n beside N − n spectators.
+    /// A Lagrangian of dimension n, which does not depend on the configuration, beside N − n spectators.
     pub fn of<const LESS: usize>(lagrangian: impl Lagrangian<T, LESS> + Send + Sync + 'static) -> Self {
         const { assert!(LESS <= N) }
-        Self::new(Arc::new(Untyped::<_, LESS>(lagrangian)), LESS)
+        Self::new(Arc::new(Untyped::<_, LESS>(lagrangian)), LESS, 0)
     }
 
     fn leading<S: Scalar<Base = T>>(&self, x: &[S]) -> Vec<T> {
@@ -182,6 +346,12 @@ impl<T: Real, const N: usize> GivenLagrangian<T, N> {
     /// The first n components from `numbers`, the others those of x.
     fn beside<S: Scalar<Base = T>>(&self, numbers: &[T], x: &[S]) -> Vector<S, N> {
         Vector::from_fn(|a, _| if a < self.dimension { scalar(numbers, a) } else { x[a] })
+    }
+
+    fn asked<S: Scalar<Base = T>>(&self, what: Asked, t: S, g: Configuration<'_, S>, eta: &Vector<S, N>) -> Vec<T> {
+        const { assert!(S::NESTING <= 2) }
+        let place = Place::of(t, g, self.size);
+        self.given.at(what, S::NESTING, place.as_ref(), &self.leading(eta.as_slice()))
     }
 
     /// ½|η|² of the spectators.
@@ -231,13 +401,75 @@ impl<T: Real, const N: usize> Lagrangian<T, N> for GivenLagrangian<T, N> {
         let energy = self.given.energy(S::NESTING, &self.leading(eta.as_slice()));
         scalar::<S>(&energy, 0) + self.spectators(eta)
     }
+
+    fn uses_configuration(&self) -> bool {
+        self.given.uses_configuration()
+    }
+
+    fn value_at<S: Scalar<Base = T>>(&self, t: S, g: Configuration<'_, S>, eta: &Vector<S, N>) -> S {
+        if !self.uses_configuration() {
+            return self.value(eta);
+        }
+        scalar::<S>(&self.asked(Asked::Value, t, g, eta), 0) + self.spectators(eta)
+    }
+
+    fn gradient_at<S: Scalar<Base = T>>(&self, t: S, g: Configuration<'_, S>, eta: &Vector<S, N>) -> Covector<S, N> {
+        if !self.uses_configuration() {
+            return self.gradient(eta);
+        }
+        self.beside(&self.asked(Asked::Gradient, t, g, eta), eta.as_slice()).transpose()
+    }
+
+    fn velocity_at<S: Scalar<Base = T>>(
+        &self,
+        t: S,
+        g: Configuration<'_, S>,
+        mu: &Covector<S, N>,
+        guess: &Vector<S, N>,
+    ) -> Result<Vector<S, N>, LegendreError> {
+        if !self.uses_configuration() {
+            return self.velocity(mu, guess);
+        }
+        const { assert!(S::NESTING <= 1) }
+        let (leading, near) = (self.leading(mu.as_slice()), self.leading(guess.as_slice()));
+        let place = Place::of(t, g, self.size);
+        let velocity = self.given.velocity_at(S::NESTING, place.as_ref(), &leading, &near)?;
+        Ok(self.beside(&velocity, mu.as_slice()))
+    }
+
+    fn energy_at<S: Scalar<Base = T>>(&self, t: S, g: Configuration<'_, S>, eta: &Vector<S, N>) -> S {
+        if !self.uses_configuration() {
+            return self.energy(eta);
+        }
+        const { assert!(S::NESTING <= 1) }
+        let place = Place::of(t, g, self.size);
+        let energy = self.given.energy_at(S::NESTING, place.as_ref(), &self.leading(eta.as_slice()));
+        scalar::<S>(&energy, 0) + self.spectators(eta)
+    }
+
+    fn undefined(&self, t: T, g: Configuration<'_, T>, eta: &Vector<T, N>) -> Option<String> {
+        self.given.undefined(Place::of(t, g, self.size).as_ref(), &self.leading(eta.as_slice()))
+    }
+
+    fn configuration_gradient<S: Scalar<Base = T>>(
+        &self,
+        t: S,
+        g: Configuration<'_, S>,
+        eta: &Vector<S, N>,
+    ) -> Covector<S, N> {
+        if !self.uses_configuration() {
+            return Covector::zeros();
+        }
+        let gradient = self.asked(Asked::ConfigurationGradient, t, g, eta);
+        Covector::from_fn(|_, a| if a < self.dimension { scalar(&gradient, a) } else { S::zero() })
+    }
 }
 
 impl<T: Real, const N: usize> GivenForce<T, N> {
-    /// A force of dimension n beside N − n spectators.
+    /// A force of dimension n, which does not depend on the configuration, beside N − n spectators.
     pub fn of<const LESS: usize>(force: impl Force<T, LESS> + Send + Sync + 'static) -> Self {
         const { assert!(LESS <= N) }
-        Self::new(Arc::new(Untyped::<_, LESS>(force)), LESS)
+        Self::new(Arc::new(Untyped::<_, LESS>(force)), LESS, 0)
     }
 }
 
@@ -247,6 +479,24 @@ impl<T: Real, const N: usize> Force<T, N> for GivenForce<T, N> {
         let n = self.dimension;
         let force = self.given.force(S::NESTING, &numbers(&[t]), &numbers(&eta.as_slice()[..n]));
         Covector::from_fn(|_, a| if a < n { scalar(&force, a) } else { S::zero() })
+    }
+
+    fn force_at<S: Scalar<Base = T>>(&self, t: S, g: Configuration<'_, S>, eta: &Vector<S, N>) -> Covector<S, N> {
+        if !self.uses_configuration() {
+            return self.force(t, eta);
+        }
+        const { assert!(S::NESTING <= 1) }
+        let (n, place) = (self.dimension, Place::of(t, g, self.size));
+        let force = self.given.force_at(S::NESTING, place.as_ref(), &numbers(&eta.as_slice()[..n]));
+        Covector::from_fn(|_, a| if a < n { scalar(&force, a) } else { S::zero() })
+    }
+
+    fn uses_configuration(&self) -> bool {
+        self.given.uses_configuration()
+    }
+
+    fn undefined(&self, t: T, g: Configuration<'_, T>, eta: &Vector<T, N>) -> Option<String> {
+        self.given.undefined(Place::of(t, g, self.size).as_ref(), &numbers(&eta.as_slice()[..self.dimension]))
     }
 
     fn is_zero(&self) -> bool {

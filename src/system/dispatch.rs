@@ -63,6 +63,10 @@ pub trait Visitor<T: Real> {
     /// The result.
     type Output;
 
+    /// Whether it knows forces and Lagrangians of somebody's own types that depend on the configuration: laws of systems f(t, η), l(η) do
+    /// not speak of them.
+    const KNOWS_CONFIGURATION: bool = false;
+
     /// Does it.
     fn visit<const N: usize, const D: usize, R, L, F>(self, system: System<T, N, D, R, L, F>) -> Self::Output
     where
@@ -308,16 +312,18 @@ impl Case {
         if let Some(i) = self.forces.iter().position(|term| *term == ForceTerm::Given) {
             return Err(Place::root().key("force").index(i).error(Problem::given("the force")));
         }
-        self.complete((algebra, group, casimirs), retraction, |l| l, |f| f)
+        self.complete((algebra, group, casimirs), retraction, |l| l, |f| f, false)
     }
 
-    /// The system of these parts, with the Lagrangian and the force of the case or what is put in their place.
+    /// The system of these parts, with the Lagrangian and the force of the case or what is put in their place. What depends on the
+    /// configuration is refused where nobody knows it.
     pub(crate) fn complete<T: Real, const N: usize, const D: usize, R: Retraction<T, N, D>, L, F>(
         &self,
         (algebra, group, casimirs): BuiltParts<T, N, D>,
         retraction: R,
         lagrangian: impl FnOnce(AnyLagrangian<T, N>) -> L,
         force: impl FnOnce(AnyForce<T, N>) -> F,
+        knows_configuration: bool,
     ) -> Result<System<T, N, D, R, L, F>, CaseError>
     where
         L: Lagrangian<T, N>,
@@ -328,8 +334,9 @@ impl Case {
         let force = force(self.force(&algebra, &drawn, &scope)?);
         let lagrangian = lagrangian(drawn);
         // Of somebody's own types: those of the case are known.
-        if !self.is_general() && (force.uses_configuration() || lagrangian.uses_configuration()) {
-            let why = "the laws on one's own types are for f(t, η) and l(η); integrators take it as it is".into();
+        let known = knows_configuration || self.is_general();
+        if !known && (force.uses_configuration() || lagrangian.uses_configuration()) {
+            let why = "this law is for f(t, η) and l(η)".into();
             let what = "a force or a Lagrangian that depends on the configuration";
             return Err(Place::root().error(Problem::NotApplicable { what, why }));
         }

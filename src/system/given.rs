@@ -90,12 +90,14 @@ impl Case {
         visitor: V,
     ) -> Result<V::Output, CaseError> {
         let fits = |n, d| Beside::new(supplied.dimension, supplied.size, n).filter(|beside| beside.rows() <= d);
+        let knows = V::KNOWS_CONFIGURATION;
         if let Some(beside) = fits(3, 4) {
             let wrapped = |general| wrap.wrap(Retraction3::General(general));
-            return Ok(visitor.visit(self.with_given::<T, 3, 4, _>(supplied, &beside, &wrapped)?));
+            return Ok(visitor.visit(self.with_given::<T, 3, 4, _>(supplied, &beside, &wrapped, knows)?));
         }
         if let Some(beside) = fits(6, 8) {
-            return Ok(visitor.visit(self.with_given::<T, 6, 8, _>(supplied, &beside, &|general| wrap.wrap(general))?));
+            let wrapped = |general| wrap.wrap(general);
+            return Ok(visitor.visit(self.with_given::<T, 6, 8, _>(supplied, &beside, &wrapped, knows)?));
         }
         let found = format!("of dimension {}, in {1}×{1} matrices", supplied.dimension, supplied.size);
         let allowed = "dimension 1 to 6, in matrices of at most 8×8 with those of spectators".into();
@@ -107,6 +109,7 @@ impl Case {
         supplied: &Supplied<T>,
         beside: &Beside,
         wrap: &dyn Fn(AnyRetraction<T, N, D>) -> R,
+        knows_configuration: bool,
     ) -> Result<System<T, N, D, R>, CaseError> {
         let (n, size) = (supplied.dimension, supplied.size);
         let matrix = |a: usize| -> Matrix<T, D> {
@@ -122,15 +125,15 @@ impl Case {
         };
         let casimirs = supplied.casimirs.iter().map(|casimir| casimir.beside(n)).collect();
         let lagrangian = |drawn| match &supplied.lagrangian {
-            Some(given) => AnyLagrangian::Given(GivenLagrangian::new(Arc::clone(given), n)),
+            Some(given) => AnyLagrangian::Given(GivenLagrangian::new(Arc::clone(given), n, size)),
             None => drawn,
         };
         let force = |drawn| match &supplied.force {
             Some(given) if self.forces.contains(&ForceTerm::Given) => {
-                AnyForce::Given(GivenForce::new(Arc::clone(given), n))
+                AnyForce::Given(GivenForce::new(Arc::clone(given), n, size))
             }
             _ => drawn,
         };
-        self.complete((algebra, Some(group), casimirs), wrap(retraction), lagrangian, force)
+        self.complete((algebra, Some(group), casimirs), wrap(retraction), lagrangian, force, knows_configuration)
     }
 }

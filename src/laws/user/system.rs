@@ -14,6 +14,7 @@ use crate::harness::{About, Fault, Law, Verdict};
 use crate::integrators::{OneStep, Report, StagePoint, State, StepError, Variational};
 use crate::laws::method::{self, Claims, MethodLaw, Other, Scheme, Setup, Side, StateForm, SystemParts, Untyped};
 use crate::laws::planted::retraction::Plant;
+use crate::mechanics::configuration::Configuration;
 use crate::mechanics::force::{AnyForce, Zero};
 use crate::mechanics::given::Untyped as UntypedPart;
 use crate::mechanics::lagrangian::{AnyLagrangian, Quadratic};
@@ -348,6 +349,27 @@ impl<T: Real, F: Force<T, N>, G: Force<T, N>, const N: usize> Force<T, N> for Ch
         }
     }
 
+    fn force_at<S: Scalar<Base = T>>(&self, t: S, g: Configuration<'_, S>, eta: &Vector<S, N>) -> Covector<S, N> {
+        match self {
+            Self::User(force) => force.force_at(t, g, eta),
+            Self::Drawn(force) => force.force_at(t, g, eta),
+        }
+    }
+
+    fn uses_configuration(&self) -> bool {
+        match self {
+            Self::User(force) => force.uses_configuration(),
+            Self::Drawn(force) => force.uses_configuration(),
+        }
+    }
+
+    fn undefined(&self, t: T, g: Configuration<'_, T>, eta: &Vector<T, N>) -> Option<String> {
+        match self {
+            Self::User(force) => force.undefined(t, g, eta),
+            Self::Drawn(force) => force.undefined(t, g, eta),
+        }
+    }
+
     fn is_zero(&self) -> bool {
         match self {
             Self::User(force) => force.is_zero(),
@@ -387,7 +409,8 @@ impl<P: Types<N, D>, const N: usize, const D: usize> Source for UserSystem<P, N,
     fn visit<T: Real, V: Visitor<T>>(&self, wrap: &impl Wrap, visitor: V) -> Result<V::Output, CaseError> {
         let group = self.group::<T>()?;
         let given = GivenRetraction::whole(P::retraction::<T>(group.clone()));
-        Ok(visitor.visit(self.with(group, wrap.wrap(AnyRetraction::<T, N, D>::Given(given)))?))
+        let retraction = wrap.wrap(AnyRetraction::<T, N, D>::Given(given));
+        Ok(visitor.visit(self.with(group, retraction, V::KNOWS_CONFIGURATION)?))
     }
 }
 
@@ -401,6 +424,7 @@ impl<P: Types<N, D>, const N: usize, const D: usize> UserSystem<P, N, D> {
         &self,
         group: MatrixGroup<T, N, D>,
         retraction: R,
+        knows_configuration: bool,
     ) -> Result<
         System<
             T,
@@ -418,14 +442,14 @@ impl<P: Types<N, D>, const N: usize, const D: usize> UserSystem<P, N, D> {
             true => Chosen::User(P::force::<T>(drawn)),
             false => Chosen::Drawn(drawn),
         };
-        self.case.complete(parts, retraction, P::lagrangian::<T>, force)
+        self.case.complete(parts, retraction, P::lagrangian::<T>, force, knows_configuration)
     }
 
     /// What the theory knows about the system, and the method on it.
     fn side<'a, T: Real>(&self) -> Result<Side<'a, T>, CaseError> {
         let group = self.group::<T>()?;
-        let known = self.with(group.clone(), P::retraction::<T>(group.clone()))?;
-        let stepped = self.with(group.clone(), P::retraction::<T>(group))?;
+        let known = self.with(group.clone(), P::retraction::<T>(group.clone()), true)?;
+        let stepped = self.with(group.clone(), P::retraction::<T>(group), true)?;
         Ok(Side {
             theory: Box::new(SystemParts::of(known, D, StateForm::default())),
             method: RefCell::new(Box::new(Untyped(Stepping {
@@ -595,6 +619,8 @@ fn table<S: Source>() -> Vec<&'static CaseLaw<S>> {
         predicted::laws(),
         branch::laws(),
         solve::laws(),
+        configuration::shared(),
+        frames::shared(),
     ]
     .into_iter()
     .flatten()

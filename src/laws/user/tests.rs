@@ -226,7 +226,7 @@ macro_rules! __own_lists {
             discrete_slopes doubled_step_generated discrete_antisymmetry discrete_flow discrete_restricted_step
             exact_antisymmetry exact_generates_flow exact_free munthe_kaas_step
             order_momentum_attitude energy_balance order_predicted order_munthe_kaas
-            branch solve_dense
+            branch solve_dense configuration_gradient configuration_space_form
         }
         $crate::__own_when! { map [$($key)*]
             { $crate::__own_tests! {
