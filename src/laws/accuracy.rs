@@ -96,6 +96,8 @@ struct Evaluate<'a> {
 impl<T: Real> Visitor<T> for Evaluate<'_> {
     type Output = Result<Values<T>, Measured>;
 
+    const KNOWS_CONFIGURATION: bool = true;
+
     fn visit<const N: usize, const D: usize, R: Retraction<T, N, D>, L: Lagrangian<T, N>, F: Force<T, N>>(
         self,
         system: System<T, N, D, R, L, F>,

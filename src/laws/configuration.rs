@@ -11,21 +11,32 @@ use super::planted::step::{
     CHART, FORCE_INDEX, FORCE_TIME, FROM_LEFT, GRADIENT_SIGN, HALVED, INVERTED, LAGRANGIAN_TIME, NO_FORCE, NO_GRADIENT,
     NO_SECOND, NOT_TRANSPORTED, OF_START, SWAPPED_SECOND, UNCONJUGATED,
 };
-use super::precision::{Measured, alone, settle_main_small, settle_small};
+use super::precision::{Measured, alone, settle, settle_main_small, settle_small};
 use super::probe::{Probe, stream};
+use super::source::Source;
 use crate::algebra::{Covector, Matrix, Vector, pair};
 use crate::group::LieGroup;
 use crate::harness::{About, Cost, Fault, Verdict};
 use crate::integrators::{OneStep, State, StepError};
+use crate::mechanics::configuration::Configuration;
 use crate::mechanics::{Force, Lagrangian};
 use crate::retraction::{Exponential, Retraction};
-use crate::scalar::{Dd, Number, Real, Scalar};
-use crate::system::case::{Force as Term, Inertia, Potential};
-use crate::system::{Case, System, Visitor};
+use crate::scalar::{Dd, Dual, Number, Real, Scalar};
+use crate::system::case::{Force as Term, Inertia, Potential, Structure};
+use crate::system::{Case, Cases, System, Visitor};
 use nalgebra::{ComplexField, RealField};
+use std::fmt::Debug;
 
 const SOURCE: &str =
     "Martín de Diego and Sato Martín de Almagro 2019, §5.2, with ∂_gL + f at g τ(Ξ_i) in the place of f(η_i)";
+
+/// The potentials that do not depend on the time.
+const STEADY: [&str; 4] = ["formula", "gravity", "buoyancy", "uniform-field"];
+
+/// Systems on groups, half of them with potentials; what is put on a case comes on top.
+pub(super) fn placed(cases: Cases) -> Cases {
+    cases.with_group().potentials(&Potential::KINDS)
+}
 
 /// The laws of this file.
 pub const fn laws() -> &'static [CaseLaw] {
@@ -41,7 +52,7 @@ pub const fn laws() -> &'static [CaseLaw] {
                 cost: Cost::Moderate,
                 faults: &[OF_START, GRADIENT_SIGN, NO_GRADIENT, NO_FORCE, NOT_TRANSPORTED, FORCE_TIME, LAGRANGIAN_TIME],
             },
-            cases: |cases| cases.with_group(),
+            cases: |cases| placed(cases),
             check: |case, fault| settle_small(&configured(case, What::All), fault, PlainStep { fault }, 9),
         },
         CaseLaw {
@@ -68,7 +79,7 @@ pub const fn laws() -> &'static [CaseLaw] {
                     FROM_LEFT,
                 ],
             },
-            cases: |cases| cases.with_group(),
+            cases: |cases| placed(cases),
             check: |case, fault| settle_small(&configured(case, What::All), fault, Noether { fault }, 9),
         },
         CaseLaw {
@@ -116,7 +127,7 @@ pub const fn laws() -> &'static [CaseLaw] {
                 cost: Cost::Heavy,
                 faults: &[OF_START, GRADIENT_SIGN, NO_GRADIENT, NOT_TRANSPORTED, SWAPPED_SECOND, LAGRANGIAN_TIME],
             },
-            cases: forced,
+            cases: |cases| placed(forced(cases)),
             check: |case, fault| judge(&configured(case, What::All), fault, Which::Order),
         },
         CaseLaw {
@@ -130,10 +141,33 @@ pub const fn laws() -> &'static [CaseLaw] {
                 cost: Cost::Heavy,
                 faults: &[OF_START, GRADIENT_SIGN, NO_GRADIENT],
             },
-            cases: forced,
+            cases: |cases| forced(cases).with_group().potentials(&STEADY),
             check: |case, fault| judge(&configured(case, What::Steady), fault, Which::Balance),
         },
     ]
+}
+
+/// The laws of this file that judge Lagrangians of somebody's own types, too.
+pub const fn shared<S: Source>() -> &'static [CaseLaw<S>] {
+    const {
+        &[CaseLaw {
+            about: About {
+                name: "configuration-gradient",
+                statement: "⟨∂_gL, ξ⟩ is the derivative of L(t, g exp(sξ), η) by s at 0, ⟨∂L/∂η, ζ⟩ that along ζ, and E = ⟨∂L/∂η, η⟩ − L",
+                source: "Marsden and Ratiu 1999, §13.5: left trivialisation; §7.1: the energy",
+                oracle: "dual numbers through L",
+                bound: "two precisions; floor 2⁸ N u of the terms",
+                needs: "a group; a Lagrangian that depends on the configuration",
+                cost: Cost::Cheap,
+                faults: &[GRADIENT_SIGN, NO_GRADIENT],
+            },
+            cases: |cases| placed(cases),
+            check: |source, fault| {
+                let source = source.with_case(configured(source.case(), What::All));
+                settle(&source, fault, Gradients { case: &source, fault })
+            },
+        }]
+    }
 }
 
 /// What is put on a case.
@@ -172,8 +206,11 @@ fn potential(probe: &mut Probe, size: usize, row: Option<usize>) -> String {
     terms.join(" + ")
 }
 
-/// The case with a potential, and a force that depends on the configuration.
+/// The case with a potential, and a force that depends on the configuration; on somebody's own group, which formulas cannot name, as it is.
 pub(super) fn configured(case: &Case, what: What) -> Case {
+    if matches!(case.algebra.structure, Structure::Given { .. }) {
+        return case.clone();
+    }
     let mut probe = Probe::new(case, stream::CONFIGURATION);
     let (n, size) = (case.dimension(), case.matrix_size());
     let mut case = case.clone();
@@ -192,7 +229,9 @@ pub(super) fn configured(case: &Case, what: What) -> Case {
         let components: Vec<String> = (0..n).map(component).collect();
         case.forces.push(Term::Formula { components: format!("[{}]", components.join(", ")) });
     }
-    if what == What::All && case.lagrangian.is_quadratic() && probe.next() & 1 == 0 {
+    // The gradient of gravity asks for the inertia, which a formula does not give.
+    let formula = case.lagrangian.is_quadratic() && !case.potentials.iter().any(Potential::names_basis);
+    if what == What::All && formula && probe.next() & 1 == 0 {
         let size = probe.integer(1, 4);
         case.lagrangian.formula = Some(format!("(1 + {size}/8*sin(t))*({})", kinetic(&case.lagrangian.inertia)));
     }
@@ -223,6 +262,8 @@ struct Symmetries(usize);
 
 impl Visitor<f64> for Symmetries {
     type Output = Vec<(usize, usize)>;
+
+    const KNOWS_CONFIGURATION: bool = true;
 
     fn visit<const N: usize, const D: usize, R: Retraction<f64, N, D>, L: Lagrangian<f64, N>, F: Force<f64, N>>(
         self,
@@ -256,6 +297,77 @@ fn symmetry(case: &Case, fault: Option<&Fault>) -> Verdict {
     settle_main_small(&case, fault, Symmetric { fault, a }, 9)
 }
 
+/// What is left of ∂_gL with a fault: 1 without one.
+pub(super) fn share_of_gradient<T: Real>(fault: Option<&Fault>) -> T {
+    let wrong = 2.0 * Fault::size_of(fault, GRADIENT_SIGN.name) + Fault::size_of(fault, NO_GRADIENT.name);
+    T::one() - T::exact(wrong)
+}
+
+/// The derivatives of L at random places.
+#[derive(Clone, Copy)]
+struct Gradients<'a> {
+    case: &'a dyn Debug,
+    fault: Option<&'a Fault>,
+}
+
+impl<T: Real> Visitor<T> for Gradients<'_> {
+    type Output = Measured;
+
+    const KNOWS_CONFIGURATION: bool = true;
+
+    fn visit<const N: usize, const D: usize, R: Retraction<T, N, D>, L: Lagrangian<T, N>, F: Force<T, N>>(
+        self,
+        system: System<T, N, D, R, L, F>,
+    ) -> Measured {
+        let (lagrangian, n) = (&system.lagrangian, system.dimension);
+        if !lagrangian.uses_configuration() {
+            return Measured::NotApplicable(
+                "the Lagrangian depends neither on the configuration nor on the time".into(),
+            );
+        }
+        let Some(group) = &system.group else {
+            return Measured::NotApplicable("the algebra has no group".into());
+        };
+        let mut probe = Probe::new(self.case, stream::CONFIGURATION);
+        let mut draw = || {
+            let drawn = probe.vector::<T, N>();
+            Vector::<T, N>::from_fn(|a, _| if a < n { drawn[a] } else { T::zero() })
+        };
+        let (x, along, eta, change) = (draw() * T::half(), draw(), draw(), draw());
+        let g = match system.retraction.tau(&x) {
+            Ok(turn) => system.state.attitude * turn,
+            Err(_) => return Measured::NotApplicable("τ(x) is not defined for the x that was drawn".into()),
+        };
+        let t = system.state.time + T::ratio(3, 8);
+        let here = Configuration::of(&g);
+        // Value and derivative along changes of g and η.
+        let slope = |rate: Matrix<T, D>, zeta: &Vector<T, N>| {
+            let moved = Matrix::<Dual<T>, D>::from_fn(|r, c| Dual { re: g[(r, c)], eps: rate[(r, c)] });
+            let velocity = Vector::<Dual<T>, N>::from_fn(|a, _| Dual { re: eta[a], eps: zeta[a] });
+            lagrangian.value_at(Dual::constant(t), Configuration::of(&moved), &velocity)
+        };
+        let hat: Matrix<T, D> = group.hat(&along);
+        let (by_place, by_velocity) = (slope(g * hat, &Vector::zeros()), slope(Matrix::zeros(), &change));
+        let mut gradient = lagrangian.configuration_gradient(t, here, &eta);
+        gradient *= share_of_gradient::<T>(self.fault);
+        let momentum = lagrangian.gradient_at(t, here, &eta);
+        let floor = 256.0 * N as f64;
+        let terms = |row: &Covector<T, N>, column: &Vector<T, N>| {
+            row.iter().zip(column.iter()).fold(T::zero(), |sum, (a, b)| sum + (*a * *b).abs())
+        };
+        let equal = |what: &str, found: T, expected: T, size: T| {
+            let size = size.max(found.abs()).max(expected.abs()).max(T::exact(f64::MIN_POSITIVE));
+            Measured::defect((found - expected).abs(), size, floor, || {
+                format!("{what} is {:e}, and {:e} by dual numbers", found.to_f64(), expected.to_f64())
+            })
+        };
+        let energy = lagrangian.energy_at(t, here, &eta);
+        equal("⟨∂_gL, ξ⟩", pair(&gradient, &along), by_place.eps, terms(&gradient, &along))
+            .and(equal("⟨∂L/∂η, ζ⟩", pair(&momentum, &change), by_velocity.eps, terms(&momentum, &change)))
+            .and(equal("E + L", energy + by_place.re, pair(&momentum, &eta), terms(&momentum, &eta) + energy.abs()))
+    }
+}
+
 /// A step with a potential that has the symmetry e_a.
 #[derive(Clone, Copy)]
 struct Symmetric<'a> {
@@ -265,6 +377,8 @@ struct Symmetric<'a> {
 
 impl<T: Real> Visitor<T> for Symmetric<'_> {
     type Output = Measured;
+
+    const KNOWS_CONFIGURATION: bool = true;
 
     fn visit<const N: usize, const D: usize, R: Retraction<T, N, D>, L: Lagrangian<T, N>, F: Force<T, N>>(
         self,
@@ -322,6 +436,8 @@ struct Symplectic<'a> {
 
 impl Visitor<Dd> for Symplectic<'_> {
     type Output = Measured;
+
+    const KNOWS_CONFIGURATION: bool = true;
 
     fn visit<const N: usize, const D: usize, R: Retraction<Dd, N, D>, L: Lagrangian<Dd, N>, F: Force<Dd, N>>(
         self,

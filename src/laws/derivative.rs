@@ -294,6 +294,8 @@ const DISPLACEMENT: f64 = 1.0 / 1_048_576.0;
 impl<T: Real> Visitor<T> for Derivatives<'_> {
     type Output = Result<Numbers<T>, Measured>;
 
+    const KNOWS_CONFIGURATION: bool = true;
+
     fn visit<const N: usize, const D: usize, R: Retraction<T, N, D>, L: Lagrangian<T, N>, F: Force<T, N>>(
         mut self,
         system: System<T, N, D, R, L, F>,

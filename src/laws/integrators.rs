@@ -286,6 +286,8 @@ pub(super) struct PlainStep<'a> {
 impl<T: Real> Visitor<T> for PlainStep<'_> {
     type Output = Measured;
 
+    const KNOWS_CONFIGURATION: bool = true;
+
     fn visit<const N: usize, const D: usize, R: Retraction<T, N, D>, L: Lagrangian<T, N>, F: Force<T, N>>(
         self,
         system: System<T, N, D, R, L, F>,
@@ -309,6 +311,8 @@ pub(super) struct Noether<'a> {
 
 impl<T: Real> Visitor<T> for Noether<'_> {
     type Output = Measured;
+
+    const KNOWS_CONFIGURATION: bool = true;
 
     fn visit<const N: usize, const D: usize, R: Retraction<T, N, D>, L: Lagrangian<T, N>, F: Force<T, N>>(
         self,

@@ -42,6 +42,7 @@ pub mod doubled;
 pub mod euler_lagrange;
 pub mod fast;
 pub mod flow;
+pub mod frames;
 pub mod groupoid;
 pub mod hamiltonian;
 mod instances;
@@ -201,7 +202,10 @@ pub fn all() -> Vec<&'static CaseLaw> {
     ]
     .into_iter()
     .flatten()
+    .chain(configuration::shared())
     .chain(configuration::laws())
+    .chain(frames::shared())
+    .chain(frames::laws())
     .chain(derivative::laws())
     .chain(fast::laws())
     .chain(parts::laws())

@@ -143,6 +143,8 @@ struct End<const N: usize, const D: usize> {
 impl Visitor<Dd> for OrderStudy<'_> {
     type Output = Verdict;
 
+    const KNOWS_CONFIGURATION: bool = true;
+
     fn visit<const N: usize, const D: usize, R: Retraction<Dd, N, D>, L: Lagrangian<Dd, N>, F: Force<Dd, N>>(
         self,
         system: System<Dd, N, D, R, L, F>,

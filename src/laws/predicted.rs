@@ -189,6 +189,8 @@ struct Descent<'a> {
 impl Visitor<Dd> for Descent<'_> {
     type Output = Measured;
 
+    const KNOWS_CONFIGURATION: bool = true;
+
     fn visit<const N: usize, const D: usize, R: Retraction<Dd, N, D>, L: Lagrangian<Dd, N>, F: Force<Dd, N>>(
         self,
         system: System<Dd, N, D, R, L, F>,

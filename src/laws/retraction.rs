@@ -143,6 +143,8 @@ struct Check<'a> {
 impl<T: Real> Visitor<T> for Check<'_> {
     type Output = Measured;
 
+    const KNOWS_CONFIGURATION: bool = true;
+
     fn visit<const N: usize, const D: usize, R: Retraction<T, N, D>, L: Lagrangian<T, N>, F: Force<T, N>>(
         self,
         system: System<T, N, D, R, L, F>,

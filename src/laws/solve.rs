@@ -7,6 +7,7 @@ use crate::algebra::{Matrix, Vector};
 use crate::harness::{About, Cost, Fault, Verdict};
 use crate::integrators::solve::{Solution, Solve};
 use crate::integrators::{Classical, OneStep, State, StepError};
+use crate::mechanics::configuration::Configuration;
 use crate::mechanics::equations::EulerPoincare;
 use crate::mechanics::{Force, Lagrangian};
 use crate::retraction::Retraction;
@@ -64,6 +65,8 @@ struct Check<'a> {
 impl Visitor<f64> for Check<'_> {
     type Output = Verdict;
 
+    const KNOWS_CONFIGURATION: bool = true;
+
     fn visit<const N: usize, const D: usize, R: Retraction<f64, N, D>, L: Lagrangian<f64, N>, F: Force<f64, N>>(
         self,
         system: System<f64, N, D, R, L, F>,
@@ -94,9 +97,13 @@ impl Visitor<f64> for Check<'_> {
         let linear = Fault::size_of(self.fault, LINEAR.name);
         let largest =
             |list: &[State<f64, N, D>]| list.iter().fold(start.momentum.amax(), |m, s| m.max(s.momentum.amax()));
-        let push = right.iter().fold(0.0_f64, |m, s| {
-            m.max(l.velocity(&s.momentum, &Vector::zeros()).map_or(0.0, |eta| f.force(s.time, &eta).amax()))
-        });
+        // |f + ∂_gL|.
+        let load = |s: &State<f64, N, D>| {
+            let g = Configuration::of(&s.attitude);
+            let Ok(eta) = l.velocity_at(s.time, g, &s.momentum, &Vector::zeros()) else { return 0.0 };
+            (f.force_at(s.time, g, &eta) + l.configuration_gradient(s.time, g, &eta)).amax()
+        };
+        let push = right.iter().map(load).fold(0.0, f64::max);
         let pair = 2.0 * span.abs() / solution.statistics.steps.max(1) as f64;
         let scale = largest(&right).max(l.gradient(&Vector::zeros()).amax()).max(push * pair);
         let off = |a: &State<f64, N, D>, b: &State<f64, N, D>| {

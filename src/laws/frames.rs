@@ -1,0 +1,269 @@
+//! The same system in other variables: the momentum in space, and a parameter that the motion carries along.
+
+use super::CaseLaw;
+use super::configuration::{What, configured, placed, share_of_gradient};
+use super::integrators::{refused, subject};
+use super::planted::retraction::Plant;
+use super::planted::step::{FROM_LEFT, GRADIENT_SIGN, HALVED, INVERTED, NO_GRADIENT, NOT_TRANSPORTED, OF_START};
+use super::precision::{Measured, alone, settle};
+use super::probe::{Probe, stream};
+use super::source::Source;
+use crate::algebra::{Covector, Matrix, Vector, pair};
+use crate::group::LieGroup;
+use crate::harness::{About, Cost, Fault, Verdict};
+use crate::integrators::OneStep;
+use crate::integrators::advected::{Advected, AdvectedLagrangian, AdvectedState, Representation};
+use crate::mechanics::configuration::{Configuration, ForceOnGroup, InSpace};
+use crate::mechanics::equations::EulerPoincare;
+use crate::mechanics::{Force, Lagrangian};
+use crate::retraction::Retraction;
+use crate::scalar::{Dd, Dual, Real, Scalar};
+use crate::system::case::{Potential, Structure, Tau};
+use crate::system::{Case, System, Visitor};
+use nalgebra::RealField;
+use std::fmt::Debug;
+
+/// The law of this file that judges somebody's own types, too.
+pub const fn shared<S: Source>() -> &'static [CaseLaw<S>] {
+    const {
+        &[CaseLaw {
+            about: About {
+                name: "configuration-space-form",
+                statement: "the momentum in space π = Ad*_{g⁻¹} μ has π̇ = Ad*_{g⁻¹} (f + ∂_gL), and Ad*_{g⁻¹} f = f_s(t, g, Ad_g η) for a force \
+                            that is given in space",
+                source: "Marsden and Ratiu 1999, §13.5 and §15.3: body and space form",
+                oracle: "Ad by conjugation, differentiated by dual numbers along ġ = gη; f_s itself",
+                bound: "two precisions; floor 2⁸ N u of the terms times |g| |g⁻¹|",
+                needs: "a group",
+                cost: Cost::Cheap,
+                faults: &[GRADIENT_SIGN, NO_GRADIENT, NOT_TRANSPORTED, INVERTED],
+            },
+            cases: placed,
+            check: |source, fault| {
+                let source = source.with_case(configured(source.case(), What::All));
+                settle(&source, fault, SpaceForm { case: &source, fault })
+            },
+        }]
+    }
+}
+
+/// The law of this file on cases of the catalogue.
+pub const fn laws() -> &'static [CaseLaw] {
+    &[CaseLaw {
+        about: About {
+            name: "configuration-advected",
+            statement: "where g enters by a = g⁻¹·a₀ alone, the step of (μ, a) with l(t, η, a) is that of (μ, g) with L(t, g, η) = l(t, η, g⁻¹·a₀)",
+            source: "Holm, Marsden and Ratiu 1998, Thm 3.3, on the scheme of Martín de Diego and Sato Martín de Almagro 2019, §5.2",
+            oracle: "the unreduced step from an attitude that is not e; a is a row of g, by the representation −ê_aᵀ",
+            bound: "32 digits; 2⁸ times 2⁸ s N² u of the state",
+            needs: "a group; the exponential; a quadratic Lagrangian",
+            // Second derivatives of L by nested dual numbers in 32 digits.
+            cost: Cost::Heavy,
+            faults: &[OF_START, GRADIENT_SIGN, NO_GRADIENT, INVERTED, HALVED, FROM_LEFT],
+        },
+        cases: |cases| cases.with_group().main_dimensions().retraction(Tau::Exponential).quadratic().nonabelian(),
+        check: advected,
+    }]
+}
+
+/// A force in space: (1 + ½ cos t) c − g₁₁ K v.
+struct Spatial<T: Real, const N: usize> {
+    constant: Covector<T, N>,
+    drag: Matrix<T, N>,
+}
+
+impl<T: Real, const N: usize, const D: usize> ForceOnGroup<T, N, D> for &Spatial<T, N> {
+    fn force<S: Scalar<Base = T>>(&self, t: S, g: &Matrix<S, D>, v: &Vector<S, N>) -> Covector<S, N> {
+        let constant = self.constant.map(S::lift) * (S::one() + t.cos() * S::half());
+        constant - (self.drag.map(S::lift) * v).transpose() * g[(0, 0)]
+    }
+}
+
+/// Body and space form at a random place.
+#[derive(Clone, Copy)]
+struct SpaceForm<'a> {
+    case: &'a dyn Debug,
+    fault: Option<&'a Fault>,
+}
+
+impl<T: Real> Visitor<T> for SpaceForm<'_> {
+    type Output = Measured;
+
+    const KNOWS_CONFIGURATION: bool = true;
+
+    fn visit<const N: usize, const D: usize, R: Retraction<T, N, D>, L: Lagrangian<T, N>, F: Force<T, N>>(
+        self,
+        system: System<T, N, D, R, L, F>,
+    ) -> Measured {
+        let (l, f, n) = (&system.lagrangian, &system.force, system.dimension);
+        let Some(group) = &system.group else {
+            return Measured::NotApplicable("the algebra has no group".into());
+        };
+        let mut probe = Probe::new(self.case, stream::CONFIGURATION);
+        let mut draw = || {
+            let drawn = probe.vector::<T, N>();
+            Vector::<T, N>::from_fn(|a, _| if a < n { drawn[a] } else { T::zero() })
+        };
+        let (x, eta, constant, along) = (draw() * T::half(), draw(), draw(), draw());
+        let g = match system.retraction.tau(&x) {
+            Ok(turn) => system.state.attitude * turn,
+            Err(_) => return Measured::NotApplicable("τ(x) is not defined for the x that was drawn".into()),
+        };
+        let t = system.state.time + T::ratio(3, 8);
+        let here = Configuration::of(&g);
+        let spread = |m: &Matrix<T, D>| m.amax().max(T::one());
+        let Some((inverse, adjoint)) = group.inverse(&g).and_then(|inverse| Some((inverse, group.adjoint(&g)?))) else {
+            return Measured::NotApplicable("the attitude is singular to working precision".into());
+        };
+        let Some(back) = group.adjoint(&inverse) else {
+            return Measured::NotApplicable("the attitude is singular to working precision".into());
+        };
+        let condition = spread(&g) * spread(&inverse);
+        let inverted = T::exact(Fault::size_of(self.fault, INVERTED.name));
+        let untouched = T::exact(Fault::size_of(self.fault, NOT_TRANSPORTED.name));
+        let body = EulerPoincare::new(system.algebra.clone(), l, f);
+        let mu = l.gradient_at(t, here, &eta);
+        let Ok(rates) = body.rates_at(t, here, &mu, &eta) else {
+            return Measured::NotApplicable("l' is not regular here".into());
+        };
+        let gradient = l.configuration_gradient(t, here, &rates.velocity);
+        let rate = rates.momentum - gradient * (T::one() - share_of_gradient::<T>(self.fault));
+        // π along ġ = gη, μ̇.
+        let turning: Matrix<T, D> = g * group.hat(&rates.velocity);
+        let moved = Matrix::<Dual<T>, D>::from_fn(|r, c| Dual { re: g[(r, c)], eps: turning[(r, c)] });
+        let momentum = Covector::<Dual<T>, N>::from_fn(|_, a| Dual { re: mu[a], eps: rate[a] });
+        let spatial = group.inverse(&moved).and_then(|inverse| group.coadjoint(&inverse, &momentum));
+        let Some(spatial) = spatial else {
+            return Measured::NotApplicable("the attitude is singular to working precision".into());
+        };
+        let floor = 256.0 * N as f64;
+        let equal = |what: &str, found: &Covector<T, N>, expected: &Covector<T, N>, size: T| {
+            let off = (found - expected).amax();
+            Measured::defect(off, size.max(T::exact(f64::MIN_POSITIVE)), floor, || {
+                format!("{what} is off by {:e}", off.to_f64())
+            })
+        };
+        let found = spatial.map(|x| x.eps);
+        let pushed = rates.force * (back * (T::one() - inverted) + adjoint * inverted);
+        let terms =
+            (rate.amax() + mu.amax() * (system.algebra.ad(&rates.velocity).amax() + turning.amax())) * back.amax();
+        let size = terms * condition * T::int(N as i64);
+        let form = equal("π̇ − Ad*_{g⁻¹} (f + ∂_gL)", &found, &pushed, size.max(pushed.amax()));
+        // A force that is given in space.
+        let given =
+            Spatial { constant: constant.transpose(), drag: Matrix::from_fn(|r, c| along[(r + c) % N] * T::half()) };
+        let in_body: Covector<T, N> = InSpace::new(&given, group.clone()).force_at(t, here, &eta);
+        let there: Covector<T, N> = (&given).force(t, &g, &(adjoint * eta));
+        let in_space = in_body * back * (T::one() - untouched) + in_body * untouched;
+        let size = (in_body.amax() * back.amax() + there.amax()) * condition * T::int(N as i64);
+        form.and(equal("Ad*_{g⁻¹} f − f_s", &in_space, &there, size))
+    }
+}
+
+fn advected(case: &Case, fault: Option<&Fault>) -> Verdict {
+    if matches!(case.algebra.structure, Structure::Given { .. }) {
+        return Verdict::not_applicable("formulas cannot name the entries of somebody's own matrices");
+    }
+    let size = case.matrix_size();
+    let potential = RowPotential::draw(&mut Probe::new(case, stream::CONFIGURATION), size);
+    let mut case = case.clone();
+    case.potentials.push(Potential::Formula { value: potential.text(size) });
+    match case.dispatch_main_with::<Dd, _>(&Plant(fault), Reduced { fault, potential }) {
+        Ok(measured) => alone(32, measured),
+        Err(e) => Verdict::broken(format!("a generated case cannot be built: {e}")),
+    }
+}
+
+/// V = Σ c tanh(a_i) + c' tanh(a_j) tanh(a_k) of a row a of g.
+#[derive(Clone, Copy)]
+struct RowPotential {
+    row: usize,
+    /// In eighths.
+    coefficients: [i64; 2],
+    columns: [usize; 3],
+}
+
+impl RowPotential {
+    fn draw(probe: &mut Probe, size: usize) -> Self {
+        let index = |probe: &mut Probe| probe.integer(0, size as i32 - 1) as usize;
+        let coefficient =
+            |probe: &mut Probe| i64::from(probe.integer(1, 8) * if probe.next() & 1 == 0 { 1 } else { -1 });
+        Self {
+            row: index(probe),
+            coefficients: std::array::from_fn(|_| coefficient(probe)),
+            columns: std::array::from_fn(|_| index(probe)),
+        }
+    }
+
+    /// As a formula of g.
+    fn text(&self, size: usize) -> String {
+        let entry = |column: usize| match size < 10 {
+            true => format!("g_{}{}", self.row + 1, column + 1),
+            false => format!("g_{}_{}", self.row + 1, column + 1),
+        };
+        let ([c, d], [i, j, k]) = (self.coefficients, self.columns.map(entry));
+        format!("({c})/8*tanh({i}) + ({d})/8*tanh({j})*tanh({k})")
+    }
+
+    /// As a function of a.
+    fn value<S: Scalar, const D: usize>(&self, a: &Vector<S, D>) -> S {
+        let ([c, d], [i, j, k]) = (self.coefficients.map(|c| S::ratio(c, 8)), self.columns.map(|i| a[i].tanh()));
+        c * i + d * j * k
+    }
+}
+
+/// l(t, η, a) = ½⟨Iη, η⟩ − V(a).
+struct OfRow<T: Real, const N: usize> {
+    inertia: Matrix<T, N>,
+    potential: RowPotential,
+}
+
+impl<T: Real, const N: usize, const D: usize> AdvectedLagrangian<T, N, D> for OfRow<T, N> {
+    fn value<S: Scalar<Base = T>>(&self, _: S, eta: &Vector<S, N>, a: &Vector<S, D>) -> S {
+        pair(&(self.inertia.map(S::lift) * eta).transpose(), eta) * S::half() - self.potential.value(a)
+    }
+}
+
+/// The reduced step beside the unreduced one.
+#[derive(Clone, Copy)]
+struct Reduced<'a> {
+    fault: Option<&'a Fault>,
+    potential: RowPotential,
+}
+
+impl Visitor<Dd> for Reduced<'_> {
+    type Output = Measured;
+
+    fn visit<const N: usize, const D: usize, R: Retraction<Dd, N, D>, L: Lagrangian<Dd, N>, F: Force<Dd, N>>(
+        self,
+        system: System<Dd, N, D, R, L, F>,
+    ) -> Measured {
+        let Some(group) = &system.group else {
+            return Measured::NotApplicable("the algebra has no group".into());
+        };
+        let representation: [Matrix<Dd, D>; N] = std::array::from_fn(|a| -group.basis()[a].transpose());
+        let representation = match Representation::new(system.algebra.clone(), representation) {
+            Ok(representation) => representation,
+            Err(error) => return Measured::Broken(format!("−ê_aᵀ is no representation: {error}")),
+        };
+        let inertia = system.lagrangian.hessian(&Vector::zeros());
+        let lagrangian = OfRow { inertia, potential: self.potential };
+        let mut reduced = Advected::new(lagrangian, &system.force, representation, system.tableau.clone());
+        let row = |g: &Matrix<Dd, D>| g.row(self.potential.row).transpose();
+        let mut full = system.state.clone();
+        let mut state = AdvectedState { time: full.time, momentum: full.momentum, parameter: row(&full.attitude) };
+        let mut size = full.momentum.amax().max(full.attitude.amax());
+        for _ in 0..2 {
+            let outcome = subject(&system, self.fault).step(&mut full, system.step);
+            if let Err(error) = outcome.and_then(|_| reduced.step(&mut state, system.step)) {
+                return refused(&error);
+            }
+            size = size.max(full.momentum.amax()).max(full.attitude.amax());
+        }
+        let floor = 256.0 * (system.tableau.stages() * N * N) as f64;
+        let (momentum, parameter) =
+            ((full.momentum - state.momentum).amax(), (row(&full.attitude) - state.parameter).amax());
+        Measured::defect(momentum, size, floor, || format!("μ differs by {:e}", momentum.to_f64()))
+            .and(Measured::defect(parameter, size, floor, || format!("a differs by {:e}", parameter.to_f64())))
+    }
+}
