@@ -10,6 +10,7 @@ use euler_poincare::laws::method::LAWS;
 use euler_poincare::mechanics::{self, Lagrangian};
 use euler_poincare::retraction::Retraction;
 use euler_poincare::study::problem;
+use euler_poincare::system::case::Potential;
 use euler_poincare::system::{Case, System, Visitor, cases};
 use proptest::prelude::*;
 use serde_json::Value;
@@ -157,6 +158,47 @@ fn a_gyrostat_is_asked_in_version_2() {
         let refused = run(system, &["python3", &steppers(stepper)]);
         assert_eq!(code(&refused), 3, "{stepper}: {}", stdout(&refused));
         assert!(stdout(&refused).contains(why), "{stepper}: {}", stdout(&refused));
+    }
+}
+
+#[test]
+fn potentials_are_drawn_for_steppers_that_list_them() {
+    if !python("potentials_are_drawn_for_steppers_that_list_them") {
+        return;
+    }
+    let here = directory("potentials");
+    let run = |options: &[&str], stepper: &[&str]| {
+        let usual = ["--format", "json", "--algebras", "so3", "--cases", "6", "--shrink", "0"];
+        probe(&here, &[&usual, options].concat(), &[&["python3"], stepper].concat())
+    };
+    let (rk4, stages) = (steppers("rk4.py"), steppers("stages.py"));
+    let laws_of = "order,energy,momentum,casimirs,equivariance,presentation,smoothness";
+    let held = run(&["--order", "4", "--laws", laws_of], &[&rk4]);
+    assert_eq!(code(&held), 0, "{}{}", stdout(&held), stderr(&held));
+    for (law, line) in laws(&held) {
+        assert!(line["held"].as_u64() > Some(3), "{law}: {line}");
+    }
+    let claims = ["--variational", "lobatto-iiia-3", "--stages", "--laws", "variational,noether,order"];
+    let held = run(&claims, &[&stages, "lobatto-iiia-3"]);
+    assert_eq!(code(&held), 0, "{}{}", stdout(&held), stderr(&held));
+    // The potential where the step starts.
+    let wrong = run(&claims, &[&stages, "lobatto-iiia-3", "0", "start"]);
+    assert_eq!(code(&wrong), 1, "{}", stdout(&wrong));
+    assert_eq!(broken(&wrong), ["method-order", "method-noether", "method-variational"]);
+    let request = laws(&wrong)[0].1["failure"]["exchange"]["request"].as_str().unwrap().to_owned();
+    assert!(request.starts_with("{\"version\":3,") && request.contains("\"potential\":[{\"kind\":"), "{request}");
+    // One that lists none has none, and is not asked about one.
+    let rigid = steppers("rigid_body.py");
+    let held = run(&["--order", "4", "--laws", "order"], &[&rigid]);
+    assert_eq!(code(&held), 0, "{}", stdout(&held));
+    let text = "format = 1\n[algebra]\nname = \"so3\"\n[lagrangian]\ninertia = [1, 2, 3]\n[[potential]]\nkind = \"gravity\"\n\
+                weight = 1\ncenter = [0, \"1/4\", 1]\n[state]\nmomentum = [1, 1, 1]\n[run]\nstep = \"1/8\"\n";
+    fs::write(here.join("top.toml"), text).unwrap();
+    for (stepper, expected) in [(&rk4, 0), (&rigid, 3)] {
+        let options = ["--system", "top.toml", "--order", "4", "--laws", "order,energy"];
+        let output = probe(&here, &options, &["python3", stepper]);
+        assert_eq!(code(&output), expected, "{stepper}: {}", stdout(&output));
+        assert!(expected == 0 || stdout(&output).contains("does not support such a system (\"potentials\")"));
     }
 }
 
@@ -758,6 +800,27 @@ fn an_interrupt_keeps_what_is_known_and_leaves_nothing_running() {
 }
 
 #[test]
+fn the_record_of_another_program_is_not_written_over() {
+    if !python("the_record_of_another_program_is_not_written_over") {
+        return;
+    }
+    let here = directory("two-records");
+    let options =
+        ["--order", "2", "--algebras", "so3", "--laws", "order", "--cases", "1", "--shrink", "0", "--seed", "3"];
+    let variational = steppers("variational.py");
+    for mistake in ["frozen", "adjoint", "frozen"] {
+        let output = probe(&here, &options, &["python3", &variational, mistake]);
+        assert_eq!(code(&output), 1, "{mistake}: {}", stdout(&output));
+    }
+    let (first, second) = ("probe-method-order-seed3-case0.json", "probe-method-order-seed3-case0-2.json");
+    for (file, mistake) in [(first, "frozen"), (second, "adjoint")] {
+        let record = Record::from_json(&fs::read_to_string(here.join(file)).unwrap()).unwrap();
+        assert_eq!(record.command.last().unwrap(), mistake, "{file}");
+    }
+    assert_eq!(fs::read_dir(&here).unwrap().count(), 2);
+}
+
+#[test]
 fn a_record_that_cannot_be_written_is_named_with_the_reason() {
     let here = directory("not-saved");
     let name = "probe-method-equivariance-seed1-case0.json";
@@ -1152,13 +1215,15 @@ impl Visitor<f64> for Start {
 }
 
 /// What steppers support; the first is nothing.
-const SUPPORTED: [&str; 7] = [
+const SUPPORTED: [&str; 9] = [
     r#"{"algebras": []}"#,
     r#"{"algebras": ["so3", "se3"], "standard_basis": true, "quartic": false, "forces": ["constant"]}"#,
     r#"{"dimensions": [2, 3, 6], "diagonal_inertia": true}"#,
     r#"{"forces": [], "positive_steps": true}"#,
     r#"{"algebras": ["so3"], "forces": ["double-bracket", "orbit"], "state": "momentum"}"#,
     r#"{"state": {"point": [0, 0, 1]}}"#,
+    r#"{"algebras": ["so3", "se3"], "forces": [], "potentials": ["gravity", "uniform-field"]}"#,
+    r#"{"potentials": ["formula", "gravity", "buoyancy", "uniform-field", "gravity-gradient"], "diagonal_inertia": true}"#,
     r#"{"state": {"point": [1, 0, 0, 1]}, "diagonal_inertia": true, "quartic": false}"#,
 ];
 
@@ -1185,6 +1250,20 @@ proptest! {
         prop_assert_eq!(mu, start.momentum);
         let g: Vec<f64> = value["g"].as_array().map_or(Vec::new(), |g| g.iter().map(|x| x.as_f64().unwrap()).collect());
         prop_assert_eq!(g, start.attitude);
+    }
+
+    /// So does one with potentials, whatever the group.
+    #[test]
+    fn requests_with_potentials_have_version_3(case in cases().potentials(&Potential::KINDS)) {
+        let described = Described::of(&case).unwrap();
+        let theory = euler_poincare::laws::method::theory_of::<f64>(&case).unwrap();
+        let line = described.request(&theory.start(), 0.125);
+        let value: Value = serde_json::from_str(&line).unwrap();
+        let expected = if case.potentials.is_empty() { Value::Null } else { case.potentials[0].kind().into() };
+        prop_assert_eq!(&value["potential"][0]["kind"], &expected);
+        prop_assert_eq!(value["version"] == 3, !case.potentials.is_empty());
+        prop_assert!(!line.contains("null"));
+        prop_assert!(theory.pace(&theory.start()).is_finite());
     }
 
     /// What is drawn for a stepper is what it supports.

@@ -1,11 +1,13 @@
 #!/usr/bin/env python3
 """The classical Runge-Kutta method on (mu, g), order 4: the shortest useful stepper. Standard library only.
 
-d/dt mu_a = C^d_ba eta^b mu_d + f_a(t, eta),   dg/dt = g eta^a E_a,   eta = I^-1 (mu - b).
+d/dt mu_a = C^d_ba eta^b mu_d + f_a(t, eta) - (dV(t, g))_a,   dg/dt = g eta^a E_a,   eta = I^-1 (mu - b).
 """
 import json
 import math
 import sys
+
+from potential import KINDS, pull
 
 
 def solve(matrix, right):
@@ -66,7 +68,7 @@ def force(q, time, eta, mu, coad):
 
 
 def step(q):
-    if q["version"] > 2:
+    if q["version"] > 3 or "lagrangian" in q:
         raise NotImplementedError("a later version of the protocol")
     if q.get("quartic"):
         raise NotImplementedError("a quartic term")
@@ -86,7 +88,7 @@ def step(q):
         eta = solve(q["inertia"], [x - b for x, b in zip(mu, rotor)])
         hat = [sum(eta[a] * q["basis"][a * m * m + k] for a in range(n)) for k in range(m * m)] if g else []
         dg = [sum(g[r * m + j] * hat[j * m + c] for j in range(m)) for r in range(m) for c in range(m)] if g else []
-        dmu = [x + y for x, y in zip(coad(eta, mu), force(q, time, eta, mu, coad))]
+        dmu = [x + y + z for x, y, z in zip(coad(eta, mu), force(q, time, eta, mu, coad), pull(q, time, g))]
         return dmu, dg
 
     def shifted(x, k, factor):
@@ -108,5 +110,5 @@ for number, line in enumerate(sys.stdin):
     except NotImplementedError as reason:
         answer = {"unsupported": str(reason)}
     if number == 0:  # once: random systems are drawn of these
-        answer["supports"] = {"quartic": False}
+        answer["supports"] = {"quartic": False, "potentials": KINDS}
     print(json.dumps(answer), flush=True)

@@ -8,11 +8,13 @@ forced Lagrangian systems II (2019), section 5.2, with tau = exp. The unknowns a
 
     X_i = h sum_j a_ij H_j,   xi = h sum_j b_j H_j,   eta_i = dexp_(X_i) H_i,   P_i = I eta_i dexp_(X_i),
     G_i = I eta_i (the derivative of dexp_x H_i along x, at X_i) + f_i dexp_(X_i),   m = mu + h sum_j b_j f_j Ad_exp(X_j)^-1,
+    f_i = f(t_i, eta_i) - dV(t_i, g exp(X_i)),
     P_i + h sum_j (b_j a_ji / b_i) G_j = m dexp_(-xi),     mu' = m Ad_exp(xi),     g' = g exp(xi).
 
 MISTAKE, to show what `probe --variational TABLEAU` says about it; the first three keep the order of most of these tableaux:
     conjugate  b_j - a_ij for b_j a_ji / b_i: a in the place of its conjugate
     index      the force of stage i for that of stage j in the equations of the stages
+    start      the potential at g in the place of that at g exp(X_j): no consistent method where there is one
     bernoulli  mu' = m dexp_(-xi) dexp_xi^-1, with the series of dexp^-1 cut after B_2
     left       g' = exp(xi) g
 """
@@ -20,6 +22,7 @@ import json
 import math
 import sys
 
+from potential import KINDS, pull
 from variational import System, expm, matmul, plus, row_times, solve, times_column, unit
 
 NAME = sys.argv[1] if len(sys.argv) > 1 else "gauss-2"
@@ -89,6 +92,10 @@ def step(q):
             eta = times_column(dexp, rates[i])
             momentum = times_column(system.inertia, eta)
             f = system.force(time + sum(A[i]) * h, eta)
+            if q.get("potential"):
+                turn = system.hat([0.0] * n if MISTAKE == "start" else x)
+                g = [v for row in matmul(system.rows(q["g"], system.m), expm(turn)) for v in row]
+                f = [v + w for v, w in zip(f, pull(q, time + sum(A[i]) * h, g))]
             transport = plus(unit(n), -1.0, matmul(system.ad(x), dexp))  # Ad_exp(x)^-1
             momenta.append(row_times(momentum, dexp))
             gradients.append(row_times(momentum, system.second(x, rates[i])))
@@ -147,5 +154,5 @@ for number, line in enumerate(sys.stdin):
     except (OverflowError, ZeroDivisionError) as reason:
         answer = {"error": str(reason)}
     if number == 0:  # once: random systems are drawn of these
-        answer["supports"] = {"quartic": False}
+        answer["supports"] = {"quartic": False, "potentials": KINDS}
     print(json.dumps(answer), flush=True)

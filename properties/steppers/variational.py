@@ -107,7 +107,7 @@ class System:
     def __init__(self, q):
         n = self.n = q["dimension"]
         self.m = q["size"]
-        if q["version"] != 1:
+        if q["version"] not in (1, 3) or any(key in q for key in ("metric", "gyrostat", "lagrangian")):
             raise NotImplementedError("a later version of the protocol")
         if q.get("quartic"):
             raise NotImplementedError("a quartic term")
@@ -183,6 +183,8 @@ class System:
 
 def step(q):
     system = System(q)
+    if q.get("potential"):
+        raise NotImplementedError("a potential")
     n, h, time, mu = system.n, q["step"], q["time"], q["mu"]
     start = solve(system.inertia, mu)
 

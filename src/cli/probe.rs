@@ -362,9 +362,24 @@ fn systems(arguments: &Arguments) -> Result<Cases, Failure> {
     Ok(of)
 }
 
+/// Other programs whose records of one name are looked at: beyond it the last is written over.
+const MOST_PROGRAMS: usize = 1000;
+
+/// The name of the file of a record: that of one of the same program, or one that is free.
+fn name_of(record: &Record) -> String {
+    let name = format!("probe-{}-seed{}-case{}", record.law, record.seed, record.index);
+    let of_another = |file: &String| {
+        let text = fs::read_to_string(file);
+        text.is_ok_and(|text| Record::from_json(&text).is_ok_and(|other| other.command != record.command))
+    };
+    let numbered = (2..MOST_PROGRAMS).map(|k| format!("{name}-{k}.json"));
+    let mut names = std::iter::once(format!("{name}.json")).chain(numbered);
+    names.find(|file| !of_another(file)).unwrap_or_else(|| format!("{name}.json"))
+}
+
 /// Writes the record.
 fn write(record: &Record) -> Kept {
-    let file = format!("probe-{}-seed{}-case{}.json", record.law, record.seed, record.index);
+    let file = name_of(record);
     let text = match record.to_json() {
         Ok(text) => text + "\n",
         Err(error) => return Kept { file, not_saved: Some(error.to_string()), text: String::new() },

@@ -33,7 +33,7 @@ mod supports;
 pub use campaign::{Drawn, Probe, Shrinking, examine};
 pub use counterexample::{Broken, Compared, Mark, SlopeLevel, Slopes, Values};
 pub use program::{Exchange, Limits, Program, Silence};
-pub use protocol::{Described, Reply, VERSION, parse};
+pub use protocol::{CONFIGURATION_VERSION, Described, LAGRANGIAN_VERSION, Reply, VERSION, parse};
 pub use record::Record;
 pub use report::{ClaimReport, Conclusion, LawReport, MeasuredCase, ProbeReport, QuantityOrders};
 pub use stepper::{External, ExternalStepper};

@@ -5,12 +5,13 @@ use crate::laws::method::{Point, Stage, StateForm};
 use crate::mechanics::{self, Lagrangian};
 use crate::retraction::Retraction;
 use crate::scalar::Number;
-use crate::system::case::{Case, Drag, Force, Inertia, Monomial};
+use crate::system::case::{Case, Dictionary, Drag, Force, Inertia, Monomial, Parameter, Potential, PotentialValue};
 use crate::system::force::{self, MATRIX};
-use crate::system::{CaseError, Place, Problem, System, Visitor};
+use crate::system::{CaseError, System, Visitor};
 use serde::ser::SerializeMap;
 use serde::{Serialize, Serializer};
 use serde_json::{Map, Value};
+use std::collections::BTreeMap;
 
 /// The version of the protocol.
 pub const VERSION: u32 = 1;
@@ -18,7 +19,10 @@ pub const VERSION: u32 = 1;
 /// The version of a request with `gyrostat` or `metric`: a program that ignored these keys would solve another system.
 pub const LAGRANGIAN_VERSION: u32 = 2;
 
-/// One term of the force, in numbers: its kind and its parameters.
+/// The version of a request on a system that depends on the configuration, or has formulas.
+pub const CONFIGURATION_VERSION: u32 = 3;
+
+/// One term of the force or of the potential, in numbers: its kind and its parameters.
 #[derive(Clone, Debug, PartialEq)]
 struct Term {
     kind: &'static str,
@@ -67,10 +71,25 @@ pub struct Described {
     /// b.
     #[serde(skip_serializing_if = "Option::is_none")]
     gyrostat: Option<Vec<f64>>,
+    /// A formula for the Lagrangian, of which inertia and metric say nothing.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    lagrangian: Option<String>,
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    potential: Vec<Term>,
     force: Vec<Term>,
+    /// What formulas may name: parameters, and formulas with names.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    names: Option<Names>,
     /// Whether the state has a point in the place of the attitude.
     #[serde(skip)]
     point: bool,
+}
+
+/// What formulas may name.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+struct Names {
+    parameters: BTreeMap<String, Entry>,
+    definitions: BTreeMap<String, String>,
 }
 
 #[derive(Serialize)]
@@ -115,12 +134,6 @@ impl Described {
     /// # Errors
     /// A case that cannot be built.
     pub fn of(case: &Case) -> Result<Self, CaseError> {
-        if case.is_general() {
-            let why = "the protocol has no potentials and formulas yet: forces f(t, η) of the other kinds, and Lagrangians l(η)";
-            let problem =
-                Problem::NotApplicable { what: "a system that depends on the configuration", why: why.into() };
-            return Err(Place::root().error(problem));
-        }
         let (n, size) = (case.dimension(), crate::laws::method::matrix_size(case));
         let [constants, basis, inertia] = case.dispatch::<f64, _>(Numbers(size))?;
         // A case that can be built has finite numbers.
@@ -155,8 +168,30 @@ impl Described {
             });
             Term { kind: force.kind(), parameters: parameters.collect() }
         };
+        let potential = |potential: &Potential| {
+            let entry = |value| match value {
+                PotentialValue::Number(x) => Entry::Number(number(x)),
+                PotentialValue::Vector(x) => Entry::List(list(x)),
+                PotentialValue::Text(text) => Entry::Text(text.to_owned()),
+            };
+            let parameters = potential.parameters().into_iter().map(|(name, value)| (name, entry(value)));
+            Term { kind: potential.kind(), parameters: parameters.collect() }
+        };
+        let parameter = |(name, value): (&String, &Parameter)| match value {
+            Parameter::Number(x) => (name.clone(), Entry::Number(number(x))),
+            Parameter::Vector(x) => (name.clone(), Entry::List(list(x))),
+        };
+        let names = || Names {
+            parameters: case.names.parameters.iter().map(parameter).collect(),
+            definitions: case.names.definitions.clone(),
+        };
+        let version = match (case.is_general(), plain) {
+            (true, _) => CONFIGURATION_VERSION,
+            (false, true) => VERSION,
+            (false, false) => LAGRANGIAN_VERSION,
+        };
         Ok(Self {
-            version: if plain { VERSION } else { LAGRANGIAN_VERSION },
+            version,
             dimension: n,
             constants,
             size,
@@ -165,7 +200,10 @@ impl Described {
             quartic: case.lagrangian.quartic.as_ref().map(number),
             metric: case.lagrangian.metric.as_ref().map(form),
             gyrostat: case.lagrangian.gyrostat.as_deref().map(list),
+            lagrangian: case.lagrangian.formula.clone(),
+            potential: case.potentials.iter().map(potential).collect(),
             force: case.forces.iter().map(term).collect(),
+            names: (case.is_general() && case.names != Dictionary::default()).then(names),
             point: false,
         })
     }

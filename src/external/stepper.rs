@@ -22,8 +22,8 @@ pub struct External {
 /// Why a request says nothing: with its answer the program told what it supports.
 const TELLS: &str = "the stepper tells what it supports: the system is to be drawn again";
 
-/// The stages of a step, where an answer tells them.
-type Stages = Option<Vec<Stage<f64>>>;
+/// An answer as it was read: its stages are looked at where somebody asks for them.
+type Answer = Vec<u8>;
 
 /// Why a step back is not asked for.
 const FORWARD: &str = "not asked: the stepper says that it takes positive steps only";
@@ -103,7 +103,7 @@ impl External {
         self.program().failure().cloned()
     }
 
-    /// One request and what came of it, with the stages, where the answer tells them.
+    /// One request and what came of it, with the answer itself.
     ///
     /// # Errors
     /// [`StepError::Unsupported`], [`StepError::Refused`] and [`StepError::NoAnswer`], as the program answers.
@@ -113,7 +113,7 @@ impl External {
         point: &Point<f64>,
         h: f64,
         usual: f64,
-    ) -> Result<(Point<f64>, Stages), StepError> {
+    ) -> Result<(Point<f64>, Answer), StepError> {
         let mut program = self.program();
         let silent = |silence: Silence| match silence {
             Silence::GivenUp { .. } | Silence::Interrupted => StepError::Refused { step: h, why: silence.to_string() },
@@ -136,18 +136,7 @@ impl External {
             Ok(_) => {}
         }
         match parse_beside(&line, point.momentum.len(), (system.key(), point.attitude.len())) {
-            Ok(Reply::State { mu, g }) => {
-                // Of a point that stands beside the momentum there are no attitudes.
-                let told = match system.key() == "g" && !g.is_empty() {
-                    true => parse_stages(&line, mu.len(), g.len()),
-                    false => Ok(None),
-                };
-                let stages = told.map_err(|why| {
-                    program.failed(&why);
-                    StepError::NoAnswer { why }
-                })?;
-                Ok((Point { time: point.time + h, momentum: mu, attitude: g }, stages))
-            }
+            Ok(Reply::State { mu, g }) => Ok((Point { time: point.time + h, momentum: mu, attitude: g }, line)),
             Ok(Reply::Unsupported(why)) => Err(StepError::Unsupported { why }),
             Ok(Reply::Error(why)) => Err(StepError::Refused { step: h, why }),
             // With a step larger than that of the system, or at a state that has diverged, infinity is a right answer.
@@ -215,14 +204,14 @@ struct Steps {
     system: Described,
     /// |h| of the system.
     usual: f64,
-    /// Of the last step.
-    stages: Stages,
+    /// Of the last step; empty before the first.
+    answer: Answer,
 }
 
 impl Steps {
     fn of(external: &External, case: &Case) -> Result<Self, CaseError> {
         let usual = case.step.eval::<f64>().map_or(f64::INFINITY, f64::abs);
-        Ok(Self { external: external.clone(), system: external.described(case)?, usual, stages: None })
+        Ok(Self { external: external.clone(), system: external.described(case)?, usual, answer: Answer::new() })
     }
 }
 
@@ -231,13 +220,21 @@ impl Stepper<f64> for Steps {
         if h < 0.0 && self.external.supports().is_some_and(|supports| supports.positive_steps) {
             return Err(StepError::Unsupported { why: FORWARD.into() });
         }
-        let (next, stages) = self.external.ask(&self.system, point, h, self.usual)?;
-        self.stages = stages;
+        let (next, answer) = self.external.ask(&self.system, point, h, self.usual)?;
+        self.answer = answer;
         Ok(next)
     }
 
-    fn stages(&self, _: &Point<f64>, _: f64) -> Stages {
-        self.stages.clone()
+    /// Stages that are none are a failure of the program.
+    fn stages(&self, start: &Point<f64>, _: f64) -> Option<Vec<Stage<f64>>> {
+        // Of a point that stands beside the momentum there are no attitudes.
+        if self.system.key() != "g" || start.attitude.is_empty() {
+            return None;
+        }
+        parse_stages(&self.answer, start.momentum.len(), start.attitude.len()).unwrap_or_else(|why| {
+            self.external.program().failed(&why);
+            None
+        })
     }
 }
 

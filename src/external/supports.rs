@@ -3,8 +3,8 @@
 use super::program::shown;
 use crate::algebra::Entry;
 use crate::laws::method::StateForm;
-use crate::system::case::Structure;
-use crate::system::force::{KINDS, Role};
+use crate::system::case::{Force, Potential, Structure};
+use crate::system::force::KINDS;
 use crate::system::restriction::Restriction;
 use crate::system::{Case, Cases};
 use serde::{Deserialize, Serialize};
@@ -43,6 +43,9 @@ pub struct Supports {
     /// Only forces of these kinds; an empty list: none.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub forces: Option<Vec<String>>,
+    /// Potentials of these kinds; a state that is not an attitude has none.
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    pub potentials: Vec<String>,
     /// Only positive steps.
     #[serde(skip_serializing_if = "std::ops::Not::not")]
     pub positive_steps: bool,
@@ -60,6 +63,7 @@ impl Default for Supports {
             diagonal_inertia: false,
             quartic: true,
             forces: None,
+            potentials: Vec::new(),
             positive_steps: false,
             state: StateForm::default(),
         }
@@ -112,6 +116,12 @@ impl Supports {
         if let Some(name) = supports.forces.iter().flatten().find(|name| !kinds.contains(&name.as_str())) {
             return Err(wrong(format!("a force \"{name}\"; allowed: {}", kinds.join(", "))));
         }
+        if let Some(name) = supports.potentials.iter().find(|name| !Potential::KINDS.contains(&name.as_str())) {
+            return Err(wrong(format!("a potential \"{name}\"; allowed: {}", Potential::KINDS.join(", "))));
+        }
+        if !supports.potentials.is_empty() && supports.state != StateForm::Attitude {
+            return Err(wrong("potentials, of which the state has no attitude".into()));
+        }
         if let StateForm::Point(x) = &supports.state
             && (x.iter().all(|x| *x == 0.0) || x.iter().any(|x| !x.is_finite()))
         {
@@ -131,11 +141,15 @@ impl Supports {
             _ => None,
         };
         let Self { dimensions, forces, .. } = self.clone();
-        Restriction { dimensions, matrices, forces, diagonal: self.diagonal_inertia, forward: self.positive_steps }
+        let potentials = Some(self.potentials.clone());
+        let (diagonal, forward) = (self.diagonal_inertia, self.positive_steps);
+        Restriction { dimensions, matrices, forces, potentials, diagonal, forward }
     }
 
     /// Those of these cases that it supports.
     pub fn cases(&self, base: Cases) -> Cases {
+        // Who asks for no force asks for no potential either.
+        let potentials = if base.is_force_free() { &[][..] } else { &self.potentials };
         let mut cases = match self.entries() {
             Some(entries) => base.among(&entries),
             None => base,
@@ -149,7 +163,7 @@ impl Supports {
         if self.forces.as_ref().is_some_and(Vec::is_empty) {
             cases = cases.force_free();
         }
-        cases.restricted(self.restriction())
+        cases.potentials(potentials).restricted(self.restriction())
     }
 
     /// Whether it supports a system; the sign of the step is not looked at.
@@ -171,6 +185,7 @@ impl Supports {
             ("diagonal_inertia", restriction.has_inertia(case)),
             ("quartic", self.quartic || case.lagrangian.quartic.is_none()),
             ("forces", restriction.has_forces(case)),
+            ("potentials", restriction.has_potentials(case)),
             ("state", restriction.has_matrices(case.matrix_size())),
         ];
         keys.into_iter().find_map(|(key, holds)| (!holds).then_some(key))
@@ -186,9 +201,7 @@ impl Supports {
     }
 }
 
-/// The forces that the protocol sends.
+/// The forces that the protocol sends: all but those of somebody's own types.
 fn sent() -> impl Iterator<Item = &'static str> {
-    let is_sent = |role: Role| role != Role::Formula;
-    let kinds = KINDS.iter().filter(move |kind| kind.weight > 0 && kind.parameters.iter().all(|p| is_sent(p.role)));
-    kinds.map(|kind| kind.name)
+    KINDS.iter().map(|kind| kind.name).filter(|name| *name != Force::Given.kind())
 }

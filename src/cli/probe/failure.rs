@@ -167,7 +167,7 @@ fn listed(case: &Case) -> String {
 }
 
 /// A case without its method: what it has, and its value.
-pub fn system(case: &Case) -> [(&'static str, String); 5] {
+pub fn system(case: &Case) -> Vec<(&'static str, String)> {
     let forces: Vec<String> = case.forces.iter().map(ToString::to_string).collect();
     let force = if forces.is_empty() { "none".into() } else { forces.join(" + ") };
     let list = |list: &[euler_poincare::scalar::Number]| {
@@ -180,11 +180,15 @@ pub fn system(case: &Case) -> [(&'static str, String); 5] {
     if let Some(x) = &case.start.attitude {
         let _ = write!(start, ", attitude {}({})", case.method.retraction.name(), list(x));
     }
-    [
-        ("algebra", case.algebra.to_string()),
-        ("lagrangian", case.lagrangian.to_string()),
+    let mut parts = vec![("algebra", case.algebra.to_string()), ("lagrangian", case.lagrangian.to_string())];
+    if !case.potentials.is_empty() {
+        let potentials: Vec<String> = case.potentials.iter().map(ToString::to_string).collect();
+        parts.push(("potential", potentials.join(" + ")));
+    }
+    parts.extend([
         ("force", force),
         ("start", format!("{start}, t = {}", case.start.time)),
         ("step", case.step.to_string()),
-    ]
+    ]);
+    parts
 }

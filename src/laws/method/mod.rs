@@ -7,14 +7,14 @@
 //! | law | without a claim | with it |
 //! |---|---|---|
 //! | `method-order` | at least 1; the slope is reported | as claimed, on both sides |
-//! | `method-casimirs` | the drift falls at the order | without force: none but rounding, at any step |
-//! | `method-energy` | the balance closes at the order | without force: no drift but rounding, at any step |
+//! | `method-casimirs` | the drift falls at the order | without force and potential: none but rounding, at any step |
+//! | `method-energy` | the balance closes at the order | without force, with a potential V(g) at most: no drift but rounding, at any step |
 //! | `method-reversibility` | Φ_{−h}∘Φ_h − 1 falls at the order | nothing but rounding |
-//! | `method-momentum` | the balance of Ad*_{g⁻¹} μ closes at the order | without force: no drift but rounding, at any step |
+//! | `method-momentum` | the balance of Ad*_{g⁻¹} μ closes at the order | without force and potential: no drift but rounding, at any step |
 //! | `method-noether` | | the spatial momentum changes by the impulses at the stages that the method tells, at any step |
-//! | `method-poisson` | | without force: μ ↦ μ' is a Poisson map, at any step |
+//! | `method-poisson` | | without force and potential: μ ↦ μ' is a Poisson map, at any step |
 //! | `method-variational` | | a step is that of the variational scheme of a tableau and a retraction, at any size |
-//! | `method-equivariance` | left translations, time translations, repetition: nothing but rounding | |
+//! | `method-equivariance` | left translations that are symmetries, time translations, repetition: nothing but rounding | |
 //! | `method-presentation` | a change of basis of the algebra: nothing but rounding | |
 //! | `method-smoothness` | h ↦ Φ_h is smooth: nothing but rounding, or the tolerance that is claimed | |
 //!
@@ -64,16 +64,16 @@ pub struct Claims {
     /// Its order, neither more nor less. `None`: at least 1.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub order: Option<u32>,
-    /// Without force it keeps Casimirs to round-off.
+    /// Without force and potential it keeps Casimirs to round-off.
     #[serde(default)]
     pub casimirs: bool,
-    /// Without force it keeps the energy to round-off.
+    /// Without force, with a potential V(g) at most, it keeps the energy to round-off.
     #[serde(default)]
     pub energy: bool,
-    /// Without force it keeps the spatial momentum Ad*_{g⁻¹} μ to round-off.
+    /// Without force and potential it keeps the spatial momentum Ad*_{g⁻¹} μ to round-off.
     #[serde(default)]
     pub momentum: bool,
-    /// Without force μ ↦ μ' is a Poisson map.
+    /// Without force and potential μ ↦ μ' is a Poisson map.
     #[serde(default)]
     pub poisson: bool,
     /// The impulses at the stages that it tells change the spatial momentum.
@@ -466,7 +466,7 @@ impl Other {
     /// The other system of a case; `None` where there is none.
     pub fn of(self, case: &Case) -> Option<Case> {
         match self {
-            Self::Presentation => Some(case.presented().0),
+            Self::Presentation => (!case.names_basis()).then(|| case.presented().0),
             Self::Variation(k @ 1..=problem::VARIATIONS) => Some(problem::varied(case, k)),
             Self::Variation(_) => problem::generic().ok().map(|file| Case { method: case.method.clone(), ..file.case }),
         }
@@ -499,6 +499,8 @@ struct Build(usize, StateForm);
 
 impl<T: Real> Visitor<T> for Build {
     type Output = Box<dyn Theory<T>>;
+
+    const KNOWS_CONFIGURATION: bool = true;
 
     fn visit<const N: usize, const D: usize, R, L, F>(self, system: System<T, N, D, R, L, F>) -> Self::Output
     where
@@ -559,7 +561,8 @@ impl<'a> Setup<'a> {
     /// A case that cannot be built, a method that does not apply.
     pub fn of(case: &Case, subject: &'a dyn MethodSource) -> Result<Self, SetupError> {
         let variation = |case: &Case, k: i64| Other::Variation(k).of(case);
-        Self::assemble(case, subject, |case| Some(case.presented()), variation)
+        let presented = |case: &Case| (!case.names_basis()).then(|| case.presented());
+        Self::assemble(case, subject, presented, variation)
     }
 
     /// The setup of a method on a system of any source, which has no other basis; its variations are those of its case.
@@ -798,7 +801,9 @@ pub fn check(law: &MethodLaw, setup: &Setup<'_>, claims: &Claims) -> Outcome {
         MethodQuestion::Presentation => setup.settle(symmetry::Presentation, tolerance).into(),
         MethodQuestion::Smoothness => setup.settle(smoothness::Smoothness, tolerance).into(),
     };
-    outcome.judged_claim = law.claim(claims).is_some() && (!law.claims_free_motion() || setup.double.theory.is_free());
+    let theory = &setup.double.theory;
+    let constant = if law.kind == MethodQuestion::Energy { theory.keeps_energy() } else { theory.is_free() };
+    outcome.judged_claim = law.claim(claims).is_some() && (!law.claims_free_motion() || constant);
     outcome
 }
 

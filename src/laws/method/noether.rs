@@ -30,8 +30,12 @@ impl Look for Noether {
             let end = view.step(&start, h)?;
             Ok(match view.stages(&start, h) {
                 None => Measured::NotApplicable("the method does not tell its stages".into()),
-                Some(stages) => balance(view, (&start, &end), h, &stages)
-                    .unwrap_or_else(|| Measured::Broken("the attitude at a stage has no inverse".into())),
+                Some(stages) if stages.is_empty() => Measured::Broken("the method tells no stage".into()),
+                Some(stages) => match view.theory().force(&stages[0]) {
+                    None => Measured::NotApplicable("the force at a stage is not known".into()),
+                    Some(_) => balance(view, (&start, &end), h, &stages)
+                        .unwrap_or_else(|| Measured::Broken("the attitude at a stage has no inverse".into())),
+                },
             })
         })())
     }

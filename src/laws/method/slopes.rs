@@ -242,8 +242,9 @@ impl Look for Balance<'_> {
     }
 }
 
-fn balance(setup: &Setup<'_>, claims: &Claims, quantities: &[Quantity], kept: bool) -> Outcome {
-    if kept && setup.double.theory.is_free() {
+/// A balance, where `kept` is claimed and `constant` true: nothing but rounding.
+fn balance(setup: &Setup<'_>, claims: &Claims, quantities: &[Quantity], kept: bool, constant: bool) -> Outcome {
+    if kept && constant {
         return kept::judge(setup, Kept::Values(quantities), claims.tolerance);
     }
     let order = claims.least_order();
@@ -252,21 +253,21 @@ fn balance(setup: &Setup<'_>, claims: &Claims, quantities: &[Quantity], kept: bo
     })
 }
 
-/// C(μ_n) − C(μ_0) − ∫⟨f, C'⟩dt.
+/// C(μ_n) − C(μ_0) − ∫⟨f + ∂_gL, C'⟩dt.
 pub(super) fn casimirs(setup: &Setup<'_>, claims: &Claims) -> Outcome {
     let known: Vec<Quantity> = (0..setup.double.theory.casimirs()).map(Quantity::Casimir).collect();
     if known.is_empty() {
         return Verdict::not_applicable("no Casimir of the algebra is known").into();
     }
-    balance(setup, claims, &known, claims.casimirs)
+    balance(setup, claims, &known, claims.casimirs, setup.double.theory.is_free())
 }
 
 /// E(μ_n) − E(μ_0) − ∫⟨f, η⟩dt.
 pub(super) fn energy(setup: &Setup<'_>, claims: &Claims) -> Outcome {
-    balance(setup, claims, &[Quantity::Energy], claims.energy)
+    balance(setup, claims, &[Quantity::Energy], claims.energy, setup.double.theory.keeps_energy())
 }
 
-/// J_n − J_0 − ∫Ad*_{g⁻¹} f dt.
+/// J_n − J_0 − ∫Ad*_{g⁻¹} (f + ∂_gL) dt.
 pub(super) fn momentum(setup: &Setup<'_>, claims: &Claims) -> Outcome {
     let start = setup.double.theory.start();
     if !setup.double.theory.has_attitude() {
@@ -274,7 +275,7 @@ pub(super) fn momentum(setup: &Setup<'_>, claims: &Claims) -> Outcome {
         return Verdict::not_applicable(why).into();
     }
     let components: Vec<Quantity> = (0..start.momentum.len()).map(Quantity::Momentum).collect();
-    balance(setup, claims, &components, claims.momentum)
+    balance(setup, claims, &components, claims.momentum, setup.double.theory.is_free())
 }
 
 /// D Π(μ) Dᵀ = Π(μ').

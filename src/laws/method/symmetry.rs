@@ -63,7 +63,7 @@ impl Look for Equivariance {
         settled((|| {
             let end = view.step(&start, h)?;
             let mut found = same(view, &view.step(&start, h)?, &end, (T::one(), T::one()), "asked again");
-            if let Some(k) = view.theory().element() {
+            if let Some(k) = view.theory().symmetry() {
                 let moved = Point { attitude: product(&k, &start.attitude), ..start.clone() };
                 let expected = Point { attitude: product(&k, &end.attitude), ..end.clone() };
                 let size = k.iter().fold(T::one(), |m, x| m.max(x.abs())) * T::int(start.attitude.len().isqrt() as i64);

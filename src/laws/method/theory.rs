@@ -128,11 +128,11 @@ impl<T: Real, M: OneStep<T, N, D>, const N: usize, const D: usize> Stepper<T> fo
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[doc(hidden)]
 pub enum Quantity {
-    /// E; dE/dt = ⟨f, η⟩.
+    /// E; dE/dt = ⟨f, η⟩ where L does not depend on time.
     Energy,
-    /// The k-th Casimir C; dC/dt = ⟨f, C'(μ)⟩.
+    /// The k-th Casimir C; dC/dt = ⟨f + ∂_gL, C'(μ)⟩.
     Casimir(usize),
-    /// The a-th component of the spatial momentum J = Ad*_{g⁻¹} μ; dJ/dt = Ad*_{g⁻¹} f. It needs a group.
+    /// The a-th component of the spatial momentum J = Ad*_{g⁻¹} μ; dJ/dt = Ad*_{g⁻¹} (f + ∂_gL). It needs a group.
     Momentum(usize),
 }
 
@@ -179,10 +179,13 @@ pub trait Theory<T: Real> {
     /// h.
     fn step(&self) -> T;
 
-    /// Whether there is no force.
+    /// Whether there is neither a force nor a potential.
     fn is_free(&self) -> bool;
 
-    /// Whether the force does not depend on time, as far as a few looks tell.
+    /// Whether the energy is constant: there is no force, and L does not depend on time, as far as a few looks tell.
+    fn keeps_energy(&self) -> bool;
+
+    /// Whether nothing depends on time, as far as a few looks tell.
     fn is_autonomous(&self) -> bool;
 
     /// Whether the state has an attitude.
@@ -212,9 +215,9 @@ pub trait Theory<T: Real> {
     /// Those of [`reference::within`].
     fn solve(&self, wanted: &Wanted<T>) -> Result<Vec<Solved<T>>, StepError>;
 
-    /// How fast a motion turns at a state, in 1/time: the largest of ‖J²‖^½ with J the derivative of μ̇ = ad*_η μ + f(t, η) by
-    /// μ, ‖ad_η²‖^½, ‖η̂²‖^½, ‖ad_η̇‖^½, (|∂²f/∂t²|/|f|)^½, and 4|η̇|/|η| where the force is not smooth at rest (row-sum
-    /// norms). Infinite where it has no value.
+    /// How fast a motion turns at a state, in 1/time: the largest of ‖J²‖^½ with J the derivative of μ̇ = ad*_η μ + F by
+    /// μ, F = f + ∂_gL, ‖ad_η²‖^½, ‖η̂²‖^½, ‖ad_η̇‖^½, ‖∂η/∂μ ∂_gF‖^½, (|d²F/dt²|/|F|)^½ along g exp(tη), and 4|η̇|/|η| where the force is
+    /// not smooth at rest (row-sum norms). Infinite where it has no value.
     ///
     /// A Taylor series of the motion, or of a step of a method, has terms of the size (h pace)^k: so h pace ≤ 1 keeps to
     /// where the series tells something.
@@ -228,6 +231,9 @@ pub trait Theory<T: Real> {
 
     /// An element k of the group that is not the identity; `None` where there is no group.
     fn element(&self) -> Option<Vec<T>>;
+
+    /// One whose left translation leaves forces and potentials alone; `None` where none is known.
+    fn symmetry(&self) -> Option<Vec<T>>;
 
     /// f + ∂_gL at a stage; `None` where it is not known.
     fn force(&self, _stage: &Stage<T>) -> Option<Vec<T>> {
@@ -301,37 +307,90 @@ fn largest<T: Real>(values: impl IntoIterator<Item = T>) -> f64 {
     values.into_iter().fold(0.0, |m: f64, x| if x.all_finite() { m.max(x.to_f64().abs()) } else { f64::NAN })
 }
 
-impl<T: Real, const N: usize, const D: usize, L: Lagrangian<T, N>, F: Force<T, N>, G> TheoryParts<T, N, D, L, F, G> {
-    /// η and μ̇ at a time and a momentum.
-    fn rates(&self, time: T, mu: &Covector<T, N>) -> Option<(Vector<T, N>, Covector<T, N>)> {
-        let eta = self.lagrangian.velocity(mu, &Vector::zeros()).ok()?;
-        let force = self.force.force::<T>(time, &eta);
-        Some((eta, self.algebra.coad(&eta, mu) + force))
+impl<T, const N: usize, const D: usize, L, F, G> TheoryParts<T, N, D, L, F, G>
+where
+    T: Real,
+    L: Lagrangian<T, N>,
+    F: Force<T, N>,
+    G: LieGroup<T, N, D>,
+{
+    /// Whether anything depends on the configuration.
+    fn is_placed(&self) -> bool {
+        self.force.uses_configuration() || self.lagrangian.uses_configuration()
     }
 
-    /// The rates of [`Theory::pace`] that need no group.
+    /// f + ∂_gL.
+    fn load(&self, time: T, g: &Matrix<T, D>, eta: &Vector<T, N>) -> Covector<T, N> {
+        let g = Configuration::of(g);
+        let force = self.force.force_at(time, g, eta);
+        if !self.lagrangian.uses_configuration() {
+            return force;
+        }
+        force + self.lagrangian.configuration_gradient(time, g, eta)
+    }
+
+    /// η with ∂L/∂η = μ.
+    fn velocity(&self, time: T, g: &Matrix<T, D>, mu: &Covector<T, N>) -> Option<Vector<T, N>> {
+        self.lagrangian.velocity_at(time, Configuration::of(g), mu, &Vector::zeros()).ok()
+    }
+
+    /// η and μ̇ at a time, an attitude and a momentum.
+    fn rates(&self, time: T, g: &Matrix<T, D>, mu: &Covector<T, N>) -> Option<(Vector<T, N>, Covector<T, N>)> {
+        let eta = self.velocity(time, g, mu)?;
+        Some((eta, self.algebra.coad(&eta, mu) + self.load(time, g, &eta)))
+    }
+
+    /// g exp(x), but for terms of third order; g where nothing depends on it.
+    fn moved(&self, g: &Matrix<T, D>, x: &Vector<T, N>) -> Matrix<T, D> {
+        match self.group.as_ref().filter(|_| self.is_placed()) {
+            None => *g,
+            Some(group) => {
+                let hat: Matrix<T, D> = group.hat(x);
+                g + g * hat + g * hat * hat * T::half()
+            }
+        }
+    }
+
+    /// The rates of [`Theory::pace`] but that of the attitude.
     fn paces(&self, point: &Point<T>) -> Option<(Vector<T, N>, f64)> {
-        let mu = self.momentum(point);
-        let (eta, rate) = self.rates(point.time, &mu)?;
+        let (mu, g) = (self.momentum(point), point.state::<N, D>().attitude);
+        let (eta, rate) = self.rates(point.time, &g, &mu)?;
         let scale = mu.amax();
-        let small = T::exact(2f64.powi(-10)) * if scale > T::zero() { scale } else { T::one() };
-        let mut slope = Matrix::<T, N>::zeros();
+        let part = T::exact(2f64.powi(-10));
+        let small = part * if scale > T::zero() { scale } else { T::one() };
+        let (mut slope, mut mobility) = (Matrix::<T, N>::zeros(), Matrix::<T, N>::zeros());
         for a in 0..N {
             let mut moved = mu;
             moved[a] += small;
-            let after = self.rates(point.time, &moved)?.1;
+            let after = self.rates(point.time, &g, &moved)?;
             moved[a] -= small * T::int(2);
-            let before = self.rates(point.time, &moved)?.1;
-            slope.set_row(a, &((after - before) / (small * T::int(2))));
+            let before = self.rates(point.time, &g, &moved)?;
+            slope.set_row(a, &((after.1 - before.1) / (small * T::int(2))));
+            mobility.set_row(a, &((after.0 - before.0).transpose() / (small * T::int(2))));
         }
         // η̇ by the difference along μ̇ over a short time.
-        let moment = T::exact(2f64.powi(-10)) * self.step.abs();
-        let (later, _) = self.rates(point.time + moment, &(mu + rate * moment))?;
+        let moment = part * self.step.abs();
+        let (later, _) = self.rates(point.time + moment, &self.moved(&g, &(eta * moment)), &(mu + rate * moment))?;
         let turning = (later - eta) / moment;
         let ad = self.algebra.ad(&eta);
         let mut pace = norm(&(slope * slope)).sqrt();
         pace = pace.max(norm(&(ad * ad)).sqrt()).max(norm(&self.algebra.ad(&turning)).sqrt());
-        let at = |k: i64| self.force.force::<T>(point.time + self.step * T::ratio(k, 16), &eta);
+        if self.is_placed() {
+            // ∂η/∂μ ∂_g(f + ∂_gL): the squares of the frequencies of small oscillations.
+            let mut pull = Matrix::<T, N>::zeros();
+            for a in 0..N {
+                let mut along = Vector::<T, N>::zeros();
+                along[a] = part;
+                let (there, back) = (self.moved(&g, &along), self.moved(&g, &-along));
+                let change = self.load(point.time, &there, &eta) - self.load(point.time, &back, &eta);
+                pull.set_row(a, &(change / (part * T::int(2))));
+            }
+            pace = pace.max(norm(&(mobility * pull)).sqrt());
+        }
+        let at = |k: i64| {
+            let time = self.step * T::ratio(k, 16);
+            self.load(point.time + time, &self.moved(&g, &(eta * time)), &eta)
+        };
         let (force, bend) = (largest(at(0).iter().copied()), at(1) + at(-1) - at(0) * T::int(2));
         if force > 0.0 {
             pace = pace.max((largest(bend.iter().copied()) / force).sqrt() * 16.0 / self.step.to_f64().abs());
@@ -343,9 +402,56 @@ impl<T: Real, const N: usize, const D: usize, L: Lagrangian<T, N>, F: Force<T, N
         Some((eta, pace))
     }
 
+    /// An element k that is not the identity and that leaves forces and momenta alone: those at k g are those at g, at a few states.
+    fn known_symmetry(&self) -> Option<Matrix<T, D>> {
+        let group = self.group.as_ref()?;
+        let state = |k: i64| {
+            let turn = exponential(&group.hat(&(coordinates::<T, N>() * T::ratio(k, 2))));
+            let eta = Vector::<T, N>::from_fn(|a, _| T::ratio((5 * a as i64 + 3 * k) % 7 - 3, 4));
+            (self.state.attitude * turn, eta)
+        };
+        let keeps = |k: &Matrix<T, D>| {
+            (0..3).all(|number| {
+                let (g, eta) = state(number);
+                let time = self.state.time + T::ratio(number, 4);
+                let values = |g: &Matrix<T, D>| {
+                    (self.load(time, g, &eta), self.lagrangian.gradient_at(time, Configuration::of(g), &eta))
+                };
+                let ((force, momentum), (other, as_much)) = (values(&g), values(&(k * g)));
+                let size = force.amax().max(momentum.amax()).max(T::one()) * k.amax().max(T::one()) * g.amax();
+                (force - other).amax().max((momentum - as_much).amax()) <= size * T::unit_roundoff() * T::int(1024)
+            })
+        };
+        let candidate = |a: usize| {
+            let mut along = Vector::<T, N>::zeros();
+            along[a] = T::half();
+            Some(exponential(&group.hat(&along))).filter(keeps)
+        };
+        (0..self.dimension).find_map(candidate)
+    }
+
+    /// The numbers of an element of the group.
+    fn leading(&self, attitude: Matrix<T, D>) -> Option<Vec<T>> {
+        let state = State { attitude, ..self.state.clone() };
+        (self.size > 0).then(|| Point::leading(&state, self.dimension, self.size).attitude)
+    }
+
     fn momentum(&self, point: &Point<T>) -> Covector<T, N> {
         Covector::from_fn(|_, a| point.momentum.get(a).copied().unwrap_or_else(T::zero))
     }
+}
+
+/// The exponential of a matrix of moderate size, by its series.
+fn exponential<T: Real, const D: usize>(matrix: &Matrix<T, D>) -> Matrix<T, D> {
+    let (mut sum, mut term) = (Matrix::<T, D>::identity(), Matrix::<T, D>::identity());
+    for k in 1..=64 {
+        term = term * matrix / T::int(k);
+        sum += term;
+        if term.amax() <= sum.amax() * T::unit_roundoff() {
+            break;
+        }
+    }
+    sum
 }
 
 /// |x| of each entry.
@@ -421,12 +527,20 @@ where
     }
 
     fn is_free(&self) -> bool {
-        self.force.is_zero()
+        self.force.is_zero() && !self.lagrangian.uses_configuration()
+    }
+
+    fn keeps_energy(&self) -> bool {
+        self.force.is_zero() && (!self.lagrangian.uses_configuration() || self.is_autonomous())
     }
 
     fn is_autonomous(&self) -> bool {
         let velocity = |k: usize| Vector::<T, N>::from_fn(|a, _| T::ratio(((5 * a + 3 * k) % 7) as i64 - 3, 4));
-        let at = |time: T, k: usize| self.force.force(time, &velocity(k));
+        let g = &self.state.attitude;
+        let at = |time: T, k: usize| {
+            let eta = velocity(k);
+            (self.load(time, g, &eta), self.lagrangian.gradient_at(time, Configuration::of(g), &eta))
+        };
         let time = |k: usize| self.state.time + T::ratio(5 + 4 * k as i64, 8);
         (0..3).all(|k| (0..3).all(|j| at(self.state.time, j) == at(time(k), j)))
     }
@@ -436,13 +550,13 @@ where
     }
 
     fn value(&self, quantity: Quantity, point: &Point<T>) -> Option<Value<T>> {
-        let mu = self.momentum(point);
-        let eta = self.lagrangian.velocity(&mu, &Vector::zeros()).ok()?;
-        let force = self.force.force::<T>(point.time, &eta);
+        let (mu, g) = (self.momentum(point), point.state::<N, D>().attitude);
+        let eta = self.velocity(point.time, &g, &mu)?;
+        let force = self.load(point.time, &g, &eta);
         Some(match quantity {
             Quantity::Energy => Value {
-                value: self.lagrangian.energy(&eta),
-                rate: pair(&force, &eta),
+                value: self.lagrangian.energy_at(point.time, Configuration::of(&g), &eta),
+                rate: pair(&self.force.force_at(point.time, Configuration::of(&g), &eta), &eta),
                 size: mu.iter().zip(eta.iter()).fold(T::zero(), |sum, (m, e)| sum + (*m * *e).abs()),
                 // E as a function of μ has the differential η.
                 reach: mu.amax() * eta.iter().fold(T::zero(), |sum, e| sum + e.abs()),
@@ -461,8 +575,7 @@ where
     fn force(&self, stage: &Stage<T>) -> Option<Vec<T>> {
         let at = Point { time: stage.time, momentum: Vec::new(), attitude: stage.attitude.clone() }.state::<N, D>();
         let eta = Vector::<T, N>::from_fn(|a, _| stage.velocity.get(a).copied().unwrap_or_else(T::zero));
-        let g = Configuration::of(&at.attitude);
-        let force = self.force.force_at(at.time, g, &eta) + self.lagrangian.configuration_gradient(at.time, g, &eta);
+        let force = self.load(at.time, &at.attitude, &eta);
         Some(force.iter().take(self.dimension).copied().collect())
     }
 
@@ -474,7 +587,7 @@ where
 
     fn solve(&self, wanted: &Wanted<T>) -> Result<Vec<Solved<T>>, StepError> {
         let body = EulerPoincare::new(self.algebra.clone(), &self.lagrangian, &self.force);
-        let group = self.group.as_ref().filter(|_| wanted.attitude);
+        let group = self.group.as_ref().filter(|_| wanted.attitude || self.is_placed());
         let tolerance = T::exact(wanted.tolerance);
         let start = match &self.form {
             StateForm::Point(_) => Point { attitude: Vec::new(), ..wanted.start.clone() }.state::<N, D>(),
@@ -508,7 +621,8 @@ where
     }
 
     fn turn(&self, point: &Point<T>) -> f64 {
-        let Ok(eta) = self.lagrangian.velocity(&self.momentum(point), &Vector::zeros()) else { return f64::INFINITY };
+        let g = point.state::<N, D>().attitude;
+        let Some(eta) = self.velocity(point.time, &g, &self.momentum(point)) else { return f64::INFINITY };
         let term = |b: usize, c: usize, a: usize| (eta[a] * self.algebra.constant(a, b, c)).to_f64().abs();
         let row = |c: usize| (0..N).map(|b| (0..N).map(|a| term(b, c, a)).sum::<f64>()).sum::<f64>();
         (0..N).map(row).fold(0.0, |most: f64, x| if x.is_nan() { f64::INFINITY } else { most.max(x) })
@@ -521,7 +635,11 @@ where
     }
 
     fn element(&self) -> Option<Vec<T>> {
-        let state = State { attitude: self.element?, ..self.state.clone() };
-        (self.size > 0).then(|| Point::leading(&state, self.dimension, self.size).attitude)
+        self.element.and_then(|element| self.leading(element))
+    }
+
+    fn symmetry(&self) -> Option<Vec<T>> {
+        let element = if self.is_placed() { self.element.and_then(|_| self.known_symmetry()) } else { self.element };
+        element.and_then(|element| self.leading(element))
     }
 }

@@ -144,6 +144,8 @@ const NO_INVERSE: StepError = StepError::NotFinite { what: "the inverse of the a
 impl Visitor<Dd> for Exact {
     type Output = Box<dyn Stepper<Dd>>;
 
+    const KNOWS_CONFIGURATION: bool = true;
+
     fn visit<const N: usize, const D: usize, R, L, F>(self, system: System<Dd, N, D, R, L, F>) -> Self::Output
     where
         R: Retraction<Dd, N, D> + 'static,
@@ -168,6 +170,8 @@ impl<const N: usize, const D: usize, M: OneStep<Dd, N, D>> Stepper<Dd> for On<Dd
 
 impl Visitor<f64> for Linear {
     type Output = Box<dyn Spreading>;
+
+    const KNOWS_CONFIGURATION: bool = true;
 
     fn visit<const N: usize, const D: usize, R, L, F>(self, system: System<f64, N, D, R, L, F>) -> Self::Output
     where
