@@ -13,7 +13,7 @@ use super::{Failure, complain, print};
 use clap::builder::PossibleValuesParser;
 use columns::Columns;
 use ensemble::Task;
-use euler_poincare::scalar::Dd;
+use euler_poincare::scalar::{Dd, Qd};
 use euler_poincare::system::file::{Horizon, MAX_BYTES, MAX_STEPS, example, examples};
 use euler_poincare::system::solution::{End, Solved};
 use euler_poincare::system::tolerance::Times;
@@ -73,8 +73,8 @@ pub struct Arguments {
     /// A table of the events, with the columns of a row
     #[arg(long, value_name = "FILE.csv", conflicts_with = "ensemble")]
     events: Option<PathBuf>,
-    /// The arithmetic: f64 (16 digits) or dd (32 digits)
-    #[arg(long, value_parser = PossibleValuesParser::new(["f64", "dd"]))]
+    /// The arithmetic: f64 (16 digits), dd (32 digits) or qd (64 digits; fixed steps, dimension 1 to 6)
+    #[arg(long, value_parser = PossibleValuesParser::new(["f64", "dd", "qd"]))]
     scalar: Option<String>,
     /// The tableau, in place of that of the system file: a name (gauss-2, rk4, ...) or a tableau file, as `order` takes it
     #[arg(long, value_name = "NAME|FILE")]
@@ -110,7 +110,11 @@ pub fn run(arguments: Arguments) -> Result<ExitCode, Failure> {
         let known = examples().iter().find(|(name, _)| Some(*name) == wanted.as_deref());
         return print(known.map_or_else(example, |(_, text)| text)).map(|()| ExitCode::SUCCESS);
     };
-    let scalar = arguments.scalar.as_deref().map(|name| if name == "dd" { ScalarName::Dd } else { ScalarName::F64 });
+    let scalar = arguments.scalar.as_deref().map(|name| match name {
+        "dd" => ScalarName::Dd,
+        "qd" => ScalarName::Qd,
+        _ => ScalarName::F64,
+    });
     let tableau = arguments.tableau.as_deref().map(Named::read).transpose()?;
     let from = tableau.as_ref().and_then(|named| named.file.as_ref()).and(arguments.tableau.as_deref()).map(Path::new);
     let reading =
@@ -137,6 +141,7 @@ pub fn run(arguments: Arguments) -> Result<ExitCode, Failure> {
     match file.scalar {
         ScalarName::F64 => integrate::<f64>(&file, &paths),
         ScalarName::Dd => integrate::<Dd>(&file, &paths),
+        ScalarName::Qd => integrate::<Qd>(&file, &paths),
     }
 }
 
@@ -172,6 +177,9 @@ fn many(
     if arguments.every.is_some() && !arguments.statistics {
         return Err(Failure::Usage("--every with --ensemble is for --statistics: final states have no times".into()));
     }
+    if file.scalar == ScalarName::Qd {
+        return Err(Failure::Usage("--ensemble is in 16 or 32 digits: take scalar \"f64\" or \"dd\"".into()));
+    }
     if arguments.general && file.scalar == ScalarName::Dd {
         return Err(Failure::Usage(
             "--general has no effect in 32 digits: there every member is on the general engine".into(),
@@ -183,7 +191,7 @@ fn many(
     let task = Task { file, system: path, states, out, statistics, general, jobs };
     match file.scalar {
         ScalarName::F64 => task.run::<f64>(),
-        ScalarName::Dd => task.run::<Dd>(),
+        _ => task.run::<Dd>(),
     }
 }
 

@@ -199,6 +199,9 @@ pub enum ScalarName {
     /// `Dd`, about 32 digits.
     #[serde(rename = "dd")]
     Dd,
+    /// `Qd`, about 64 digits.
+    #[serde(rename = "qd")]
+    Qd,
 }
 
 /// `[output]`.

@@ -5,6 +5,8 @@
 //! the text.
 
 use super::case::Case;
+use super::compiled::not_in_64_digits;
+use super::dispatch::has_class;
 use super::document::{Document, OutputTable, RunTable, ScalarName};
 use super::error::{CaseError, Place, Problem, Segment};
 use super::force::KINDS;
@@ -286,10 +288,15 @@ impl SystemFile {
 
     /// Whether the run makes sense.
     fn check(&self) -> Result<(), CaseError> {
+        let (n, size) = (self.case.dimension(), self.case.matrix_size());
+        if self.scalar == ScalarName::Qd && !has_class(n, size, true) {
+            return Err(not_in_64_digits("a system of more than 6 dimensions, or with matrices larger than 8×8"));
+        }
         let Some(adaptive) = &self.adaptive else { return self.plan::<f64>().map(drop) };
         match self.scalar {
             ScalarName::F64 => self.solve_plan::<f64>().map(drop)?,
             ScalarName::Dd => self.solve_plan::<Dd>().map(drop)?,
+            ScalarName::Qd => return Err(not_in_64_digits("a tolerance")),
         }
         adaptive.expressions(&self.case).map(drop)
     }
