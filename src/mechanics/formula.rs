@@ -272,6 +272,11 @@ impl<T: Real, const N: usize> FormulaLagrangian<T, N> {
         &self.program
     }
 
+    /// What a potential is beside; none where the formula is the whole Lagrangian.
+    pub fn body(&self) -> Option<&AnyLagrangian<T, N>> {
+        self.body.as_deref()
+    }
+
     fn formula<S: Scalar<Base = T>>(&self, t: S, g: Configuration<'_, S>, eta: &Vector<S, N>) -> S {
         let mut value = [S::zero()];
         self.quantities.filled((t, g, eta, None), |places| self.program.eval(places, &mut value));

@@ -413,6 +413,16 @@ pub enum AnyLagrangian<T: Real, const N: usize> {
     Given(super::given::GivenLagrangian<T, N>),
 }
 
+impl<T: Real, const N: usize> AnyLagrangian<T, N> {
+    /// The Lagrangian without the potentials that formulas put beside it; itself where there are none.
+    pub fn kinetic(&self) -> &Self {
+        match self {
+            Self::Formula(formula) => formula.body().map_or(self, Self::kinetic),
+            other => other,
+        }
+    }
+}
+
 impl<T: Real, const N: usize> From<Quadratic<T, N>> for AnyLagrangian<T, N> {
     fn from(lagrangian: Quadratic<T, N>) -> Self {
         Self::Quadratic(lagrangian)
