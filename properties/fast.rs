@@ -4,6 +4,7 @@
 mod ensembles;
 mod solvers;
 mod steps;
+mod weights;
 
 use euler_poincare::algebra::{Covector, Matrix};
 use euler_poincare::integrators::State;

@@ -4,9 +4,10 @@ use euler_poincare::algebra::catalogue::Entry;
 use euler_poincare::algebra::{Covector, Matrix};
 use euler_poincare::expression::Expression;
 use euler_poincare::group::{LieGroup, MatrixGroup, So3};
-use euler_poincare::integrators::se3::{AdaptiveSe3, CayleySe3, Terms, VariationalSe3};
+use euler_poincare::integrators::se3::{AdaptiveSe3, CayleySe3, Term, Terms, VariationalSe3};
 use euler_poincare::integrators::so3::{
-    AdaptiveSo3, Damping, EnsembleSo3, FastRetraction, Member, QuaternionSo3, QuaternionState, VariationalSo3,
+    self as lanes, AdaptiveSo3, Damping, EnsembleForce, EnsembleSo3, FastRetraction, LaneForce, Member, QuaternionSo3,
+    QuaternionState, VariationalSo3,
 };
 use euler_poincare::integrators::{Doubled, DoubledState, MuntheKaas, OneStep, State, Variational};
 use euler_poincare::mechanics::configuration::{Potential, WithPotential};
@@ -52,17 +53,26 @@ pub const KERNELS: &[Kernel] = &[
     Kernel { name: "so3/exp/gauss-3", start: || llg("gauss-3", ExponentialSo3::new()) },
     Kernel { name: "so3/exp/munthe-kaas/gauss-2", start: munthe_kaas },
     Kernel { name: "so3/cayley/doubled/gauss-2", start: doubled },
-    Kernel { name: "so3/lanes/cayley/gauss-2", start: || in_lanes("gauss-2", CayleySo3::new()) },
-    Kernel { name: "so3/lanes/cayley/gauss-8", start: || in_lanes("gauss-8", CayleySo3::new()) },
-    Kernel { name: "so3/lanes/exp/gauss-8", start: || in_lanes("gauss-8", ExponentialSo3::new()) },
-    Kernel { name: "so3/lanes/quaternion/gauss-2", start: quaternion },
-    Kernel { name: "so3/lanes/solve/1e-10", start: solve },
-    Kernel { name: "so3/lanes/ensemble/gauss-2", start: ensemble },
+    Kernel { name: "so3/lanes/cayley/gauss-2", start: || in_lanes("gauss-2", CayleySo3::new(), Damping(1.0)) },
+    Kernel { name: "so3/lanes/cayley/gauss-2/gravity", start: || in_lanes("gauss-2", CayleySo3::new(), heavy(1.0)) },
+    Kernel { name: "so3/lanes/cayley/gauss-8", start: || in_lanes("gauss-8", CayleySo3::new(), Damping(1.0)) },
+    Kernel { name: "so3/lanes/cayley/gauss-8/gravity", start: || in_lanes("gauss-8", CayleySo3::new(), heavy(1.0)) },
+    Kernel { name: "so3/lanes/exp/gauss-8", start: || in_lanes("gauss-8", ExponentialSo3::new(), Damping(1.0)) },
+    Kernel { name: "so3/lanes/exp/gauss-8/gravity", start: || in_lanes("gauss-8", ExponentialSo3::new(), heavy(1.0)) },
+    Kernel { name: "so3/lanes/quaternion/gauss-2", start: || quaternion(Damping(1.0)) },
+    Kernel { name: "so3/lanes/quaternion/gauss-2/gravity", start: || quaternion(heavy(1.0)) },
+    Kernel { name: "so3/lanes/solve/1e-10", start: || solve(Damping(1.0)) },
+    Kernel { name: "so3/lanes/solve/1e-10/gravity", start: || solve(heavy(1.0)) },
+    Kernel { name: "so3/lanes/ensemble/gauss-2", start: || ensemble(Damping) },
+    Kernel { name: "so3/lanes/ensemble/gauss-2/gravity", start: || ensemble(heavy) },
     Kernel { name: "se3/cayley/gauss-2", start: || fluid(Cayley::new(se3()).expect("se(3) admits the Cayley map")) },
     Kernel { name: "se3/exp/gauss-2", start: || fluid(Exponential::of_group(se3())) },
-    Kernel { name: "se3/lanes/cayley/gauss-2", start: || fluid_in_lanes("gauss-2") },
-    Kernel { name: "se3/lanes/cayley/gauss-8", start: || fluid_in_lanes("gauss-8") },
-    Kernel { name: "se3/lanes/solve/1e-10", start: solve_in_a_fluid },
+    Kernel { name: "se3/lanes/cayley/gauss-2", start: || fluid_in_lanes("gauss-2", false) },
+    Kernel { name: "se3/lanes/cayley/gauss-2/gravity", start: || fluid_in_lanes("gauss-2", true) },
+    Kernel { name: "se3/lanes/cayley/gauss-8", start: || fluid_in_lanes("gauss-8", false) },
+    Kernel { name: "se3/lanes/cayley/gauss-8/gravity", start: || fluid_in_lanes("gauss-8", true) },
+    Kernel { name: "se3/lanes/solve/1e-10", start: || solve_in_a_fluid(false) },
+    Kernel { name: "se3/lanes/solve/1e-10/gravity", start: || solve_in_a_fluid(true) },
 ];
 
 fn tableau<T: Real>(name: &str) -> Tableau<T> {
@@ -161,14 +171,19 @@ fn diagonal() -> Quadratic<f64, 3> {
     Quadratic::diagonal([0.5, 2.0, 1.0]).expect("a regular inertia")
 }
 
-fn in_lanes(name: &str, retraction: impl FastRetraction + 'static) -> Step {
-    let method = VariationalSo3::new(diagonal(), Damping(1.0), retraction, tableau(name)).expect("it fits");
+/// The damping, and a weight at the centre of mass of [`top`].
+fn heavy(alpha: f64) -> (Damping, lanes::Gravity) {
+    (Damping(alpha), lanes::Gravity([0.39, -0.26, 0.65]))
+}
+
+fn in_lanes(name: &str, retraction: impl FastRetraction + 'static, force: impl LaneForce + 'static) -> Step {
+    let method = VariationalSo3::new(diagonal(), force, retraction, tableau(name)).expect("it fits");
     steps(method, landau_lifshitz_gilbert::<f64>().momentum, Matrix::identity())
 }
 
-fn quaternion() -> Step {
+fn quaternion(force: impl LaneForce + 'static) -> Step {
     let momentum = landau_lifshitz_gilbert::<f64>().momentum;
-    let method = VariationalSo3::new(diagonal(), Damping(1.0), CayleySo3::new(), tableau("gauss-2")).expect("it fits");
+    let method = VariationalSo3::new(diagonal(), force, CayleySo3::new(), tableau("gauss-2")).expect("it fits");
     let mut method = QuaternionSo3::of(method);
     let mut state = QuaternionState::from(State { time: 0.0, momentum, attitude: Matrix::identity() });
     Box::new(move || {
@@ -177,9 +192,9 @@ fn quaternion() -> Step {
 }
 
 /// A unit of time to ten digits.
-fn solve() -> Step {
+fn solve(force: impl LaneForce + 'static) -> Step {
     let momentum = landau_lifshitz_gilbert::<f64>().momentum;
-    let mut solver = AdaptiveSo3::new(diagonal(), Damping(1.0));
+    let mut solver = AdaptiveSo3::new(diagonal(), force);
     Box::new(move || {
         let mut state = State { time: 0.0, momentum, attitude: Matrix::identity() };
         solver.solve(&mut state, 1.0, 1e-10).expect("the run succeeds");
@@ -187,11 +202,11 @@ fn solve() -> Step {
 }
 
 /// A step of eight bodies.
-fn ensemble() -> Step {
+fn ensemble<F: EnsembleForce<Packed: 'static> + 'static>(force: fn(f64) -> F) -> Step {
     let momentum = landau_lifshitz_gilbert::<f64>().momentum;
     let member = |k: u8| Member {
         lagrangian: diagonal(),
-        force: Damping(f64::from(k) / 8.0),
+        force: force(f64::from(k) / 8.0),
         state: State { time: 0.0, momentum, attitude: Matrix::identity() },
     };
     let members: Vec<_> = (0..8).map(member).collect();
@@ -221,17 +236,26 @@ fn fluid(retraction: impl Retraction<f64, 6, 4> + 'static) -> Step {
     steps(method, momentum, se3().identity())
 }
 
-fn fluid_in_lanes(name: &str) -> Step {
+/// The drag in lanes, and where it is asked for a weight.
+fn loads(drag: &AnyForce<f64, 6>, heavy: bool) -> Terms {
+    let mut terms = Terms::new(drag).expect("drag has a form in lanes");
+    if heavy {
+        terms.0.push(Term::Gravity(1.3, [0.3, -0.2, 0.5]));
+    }
+    terms
+}
+
+fn fluid_in_lanes(name: &str, heavy: bool) -> Step {
     let (lagrangian, force, momentum) = submerged();
-    let force = Terms::new(&force).expect("drag has a form in lanes");
+    let force = loads(&force, heavy);
     let method = VariationalSe3::new(lagrangian, force, CayleySe3::new(), tableau(name)).expect("it fits");
     steps(method, momentum, Matrix::identity())
 }
 
 /// A unit of time to ten digits.
-fn solve_in_a_fluid() -> Step {
+fn solve_in_a_fluid(heavy: bool) -> Step {
     let (lagrangian, force, momentum) = submerged();
-    let mut solver = AdaptiveSe3::new(lagrangian, Terms::new(&force).expect("drag has a form in lanes"));
+    let mut solver = AdaptiveSe3::new(lagrangian, loads(&force, heavy));
     Box::new(move || {
         let mut state = State { time: 0.0, momentum, attitude: Matrix::identity() };
         solver.solve(&mut state, 1.0, 1e-10).expect("the run succeeds");

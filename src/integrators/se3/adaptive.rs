@@ -106,7 +106,8 @@ impl<F: LaneForce<6>> AdaptiveSe3<F> {
             place.keep_straight(&run);
             let momentum = place.packed.momentum();
             let eta = velocity(&method.inverse, momentum);
-            let turning = |t| length(slope::<_, Cayley, 6>(&method.force, t, momentum, eta));
+            let rows = &place.packed.value;
+            let turning = |t| length(slope::<_, Cayley, 6>(&method.force, t, rows, momentum, eta));
             let (size, now) = (length(momentum), turning(run.time()));
             if size == 0.0 && now == 0.0 && run.times(method.tableau()).all(|t| turning(t) == 0.0) {
                 // At rest, and nothing that moves it, now or at the stages of a step to the end.

@@ -3,8 +3,10 @@
 use super::Vec6;
 use crate::algebra::{Covector, Matrix};
 use crate::integrators::lanes::Lanes;
-use crate::integrators::so3::LaneForce;
 use crate::integrators::so3::each;
+use crate::integrators::so3::force::Pose;
+use crate::integrators::so3::retraction::{add_cross, scale};
+use crate::integrators::so3::{LaneAttitude, LaneForce};
 use crate::mechanics::force::AnyForce;
 
 /// A symmetric drag matrix D.
@@ -56,6 +58,10 @@ pub enum Term {
     Constant([f64; 6]),
     /// A load times cos(ω t + φ): load, ω, φ.
     Periodic([f64; 6], f64, f64),
+    /// (−w r × Γ, −w Γ), Γ = Rᵀe₃: the weight w at the point r of the body, V = w ⟨e₃, R r + x⟩. A lift has the other sign.
+    Gravity(f64, [f64; 3]),
+    /// (m × RᵀB, 0): a moment m of the body in a uniform field B of space, V = −⟨R m, B⟩.
+    UniformField([f64; 3], [f64; 3]),
 }
 
 #[inline(always)]
@@ -67,7 +73,13 @@ fn dot<V: Lanes>(x: Vec6<V>, y: Vec6<V>) -> V {
 
 impl LaneForce<6> for Term {
     #[inline(always)]
-    fn add_to<V: Lanes>(&self, t: V, _m: Vec6<V>, eta: Vec6<V>, sum: Vec6<V>) -> Vec6<V> {
+    fn add_to<V: Lanes>(&self, t: V, m: Vec6<V>, eta: Vec6<V>, sum: Vec6<V>) -> Vec6<V> {
+        self.add_at(t, Pose::identity(t), m, eta, sum)
+    }
+
+    #[inline(always)]
+    fn add_at<V: Lanes, G: LaneAttitude<V>>(&self, t: V, g: G, _m: Vec6<V>, eta: Vec6<V>, sum: Vec6<V>) -> Vec6<V> {
+        let turning = [sum[0], sum[1], sum[2]];
         match self {
             Self::LinearDrag(matrix) => {
                 let drag = matrix.apply(eta);
@@ -83,7 +95,21 @@ impl LaneForce<6> for Term {
                 let factor = t.constant(*frequency).mul_add(t, t.constant(*phase)).cos();
                 each!(6, a => t.constant(load[a]).mul_add(factor, sum[a]))
             }
+            Self::Gravity(weight, center) => {
+                let pull = scale(t.constant(*weight), g.row(2));
+                let turned = add_cross(turning, pull, each!(3, a => t.constant(center[a])));
+                each!(6, a => if a < 3 { turned[a] } else { sum[a] - pull[a - 3] })
+            }
+            Self::UniformField(moment, field) => {
+                let field = g.in_body(each!(3, a => t.constant(field[a])));
+                let turned = add_cross(turning, each!(3, a => t.constant(moment[a])), field);
+                each!(6, a => if a < 3 { turned[a] } else { sum[a] })
+            }
         }
+    }
+
+    fn uses_attitude(&self) -> bool {
+        matches!(self, Self::Gravity(..) | Self::UniformField(..))
     }
 }
 
@@ -120,11 +146,20 @@ pub struct Terms(pub Vec<Term>);
 
 impl LaneForce<6> for Terms {
     #[inline(always)]
-    fn add_to<V: Lanes>(&self, t: V, m: Vec6<V>, eta: Vec6<V>, mut sum: Vec6<V>) -> Vec6<V> {
+    fn add_to<V: Lanes>(&self, t: V, m: Vec6<V>, eta: Vec6<V>, sum: Vec6<V>) -> Vec6<V> {
+        self.add_at(t, Pose::identity(t), m, eta, sum)
+    }
+
+    #[inline(always)]
+    fn add_at<V: Lanes, G: LaneAttitude<V>>(&self, t: V, g: G, m: Vec6<V>, eta: Vec6<V>, mut sum: Vec6<V>) -> Vec6<V> {
         for term in &self.0 {
-            sum = term.add_to(t, m, eta, sum);
+            sum = term.add_at(t, g, m, eta, sum);
         }
         sum
+    }
+
+    fn uses_attitude(&self) -> bool {
+        self.0.iter().any(LaneForce::uses_attitude)
     }
 
     fn vanishes(&self) -> bool {

@@ -13,7 +13,7 @@ pub mod force;
 pub mod retraction;
 
 pub use super::so3::step::UnfitTableau;
-pub use super::so3::{ByLane, Free, LaneForce, SolveError, Solved};
+pub use super::so3::{ByLane, Free, LaneAttitude, LaneForce, LaneForceOnGroup, OnAttitude, SolveError, Solved};
 pub use adaptive::AdaptiveSe3;
 pub use force::{Drag, LaneForceError, Term, Terms};
 pub use retraction::CayleySe3;

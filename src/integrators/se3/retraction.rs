@@ -199,6 +199,21 @@ impl LaneRetraction<6> for Cayley {
         join(add_cross(rotated(at, rho, a), shift, whole), moved)
     }
 
+    /// v + 2s (u + u × ρ), u = v × ρ.
+    #[inline(always)]
+    fn seen<V: Lanes>(at: At<V>, x: Vec6<V>, v: Vec3<V>) -> Vec3<V> {
+        let (rho, _) = split(x);
+        let once = cross(v, rho);
+        add_scaled(v, at.s + at.s, add_cross(once, once, rho))
+    }
+
+    /// p + R t, t = 2 A w.
+    #[inline(always)]
+    fn placed<V: Lanes>(at: At<V>, _: Vec6<V>, position: Vec3<V>, rows: [Vec3<V>; 3]) -> Vec3<V> {
+        let two = at.s.constant(2.0);
+        each!(3, r => two.mul_add(dot(rows[r], at.shift), position[r]))
+    }
+
     /// With p = (a, b), (y, u) half the rate and m₃ = a − ρ×a + ρ(ρ·a), the first part of m less b'×w:
     /// (s[m₃×y − 2(a·y)ρ] − B u × b, B(b×y)).
     #[inline(always)]

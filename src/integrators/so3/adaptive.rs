@@ -241,10 +241,31 @@ impl<F: LaneForce> AdaptiveSo3<F> {
             t if t < 1e-4 => &mut self.methods[1],
             _ => &mut self.methods[0],
         };
+        let turned = method.force.uses_attitude();
         while !run.ended() {
             place.keep_straight(&run);
             let momentum = place.packed.momentum();
             let eta = velocity(&method.inverse, momentum);
+            let rows = &place.packed.value;
+            if momentum == [0.0; 3] && {
+                let still = |t| slope::<_, Cayley, 3>(&method.force, t, rows, momentum, eta) == [0.0; 3];
+                still(run.time()) && run.times(method.tableau()).all(still)
+            } {
+                // At rest, and nothing that moves it, now or at the stages of a step to the end.
+                run.check(place.state)?;
+                let left = run.rest();
+                place.state.time = run.time();
+                observe(place.state, left);
+                break;
+            }
+            if turned {
+                // Whether a motion is steady depends on where g will be: no look at that.
+                let now = slope::<_, Cayley, 3>(&method.force, run.time(), rows, momentum, eta);
+                // A body at rest turns by half the angular acceleration times t².
+                let rate = length(eta) + length(velocity(&method.inverse, now)).sqrt();
+                advance(method, &mut run, &mut place, || rate, FREELY, &mut observe)?;
+                continue;
+            }
             // A run of one ordinary step needs no look at how steady the motion is.
             let ordinary = run.fresh() && {
                 let square = eta.iter().fold(0.0, |sum, v| sum + (run.span * v).powi(2));
@@ -254,11 +275,14 @@ impl<F: LaneForce> AdaptiveSo3<F> {
                 run.next = run.span;
             } else if tolerance < 1e-6 {
                 let (size, rate) = (length(momentum), length(eta));
-                let turning = length(slope::<_, Cayley, 3>(&method.force, run.time(), momentum, eta));
+                let turning =
+                    length(slope::<_, Cayley, 3>(&method.force, run.time(), &place.packed.value, momentum, eta));
                 if turning <= STEADY * size * rate {
                     // A force may depend on time: what it is at the stages of a step to the end.
-                    let later =
-                        run.times(method.tableau()).map(|t| slope::<_, Cayley, 3>(&method.force, t, momentum, eta));
+                    let rows = &place.packed.value;
+                    let later = run
+                        .times(method.tableau())
+                        .map(|t| slope::<_, Cayley, 3>(&method.force, t, rows, momentum, eta));
                     let turning = later.fold(turning, |worst, rate| worst.max(length(rate)));
                     // μ may turn by |μ̇| t, and the attitude with it by |μ̇| t²/2 times |Ω|/|μ|.
                     let left = run.span - run.done;

@@ -1,9 +1,9 @@
 //! Many bodies at once: a lane a body, eight to a group.
 
-use super::force::{EnsembleForce, LaneForce, OnBody};
+use super::force::{EnsembleForce, LaneForce, Moved, OnBody, Pose};
 use super::kernel::NOTHING;
 use super::quaternion::HalfAngle;
-use super::retraction::{LaneRetraction, LaneRotation, add_scaled, dot};
+use super::retraction::{LaneRetraction, LaneRotation, add_scaled, dot, scale};
 use super::step::UnfitTableau;
 use super::{LANES, Row, Vec3};
 use crate::algebra::{Covector, Matrix};
@@ -656,9 +656,36 @@ impl<F: LaneForce> Group<F> {
         )
     }
 
+    /// Where the bodies are: the rows of g₀ R(q).
+    #[inline(always)]
+    fn pose<I: Isa>(&self, isa: I) -> Pose<Eight<I>> {
+        let [w, x, y, z] = load(isa, &self.turn);
+        let (zero, one, two) = (Eight::splat(isa, 0.0), Eight::splat(isa, 1.0), Eight::splat(isa, 2.0));
+        let per_half = two / z.mul_add(z, y.mul_add(y, x.mul_add(x, w * w)));
+        let (a, b, c) = (per_half * x, per_half * y, per_half * z);
+        let turn = [
+            [b.neg_mul_add(y, c.neg_mul_add(z, one)), c.neg_mul_add(w, a * y), b.mul_add(w, c * x)],
+            [c.mul_add(w, a * y), a.neg_mul_add(x, c.neg_mul_add(z, one)), a.neg_mul_add(w, b * z)],
+            [b.neg_mul_add(w, c * x), a.mul_add(w, b * z), a.neg_mul_add(x, b.neg_mul_add(y, one))],
+        ];
+        let rows = each!(3, r => {
+            let start = load(isa, &self.attitude[r]);
+            add_scaled(add_scaled(scale(start[0], turn[0]), start[1], turn[1]), start[2], turn[2])
+        });
+        Pose { rows, position: [zero; 3] }
+    }
+
     /// What an iteration makes of stages.
     #[inline(always)]
-    fn stage<V: Lanes, R: LaneRotation>(&self, t: V, mu: Vec3<V>, d: Vec3<V>, x: Vec3<V>, forced: bool) -> Stage<V> {
+    fn stage<V: Lanes, R: LaneRotation>(
+        &self,
+        t: V,
+        from: Pose<V>,
+        mu: Vec3<V>,
+        d: Vec3<V>,
+        x: Vec3<V>,
+        forced: bool,
+    ) -> Stage<V> {
         let zero = [t.constant(0.0); 3];
         let p = each!(3, a => mu[a] + d[a]);
         let at = R::at(x);
@@ -671,7 +698,7 @@ impl<F: LaneForce> Group<F> {
         if !forced {
             return Stage { velocity, rate, gradient: R::pull_dd(at, x, p, m, rate), kick: zero, size };
         }
-        let force = self.force.add_to(t, m, eta, zero);
+        let force = self.force.add_at(t, Moved::<_, R, V, 3> { from, at, x }, m, eta, zero);
         let gradient = R::gradient(at, x, p, m, eta, rate, force);
         Stage { velocity, rate, gradient, kick: R::carried(at, x, force), size }
     }
@@ -757,6 +784,9 @@ impl<F: LaneForce> Group<F> {
         let zero = [Eight::splat(isa, 0.0); 3];
         let tiny = Eight::splat(isa, f64::MIN_POSITIVE);
         let forced = !self.force.vanishes();
+        let turned = self.force.uses_attitude();
+        let from = if turned { self.pose(isa) } else { Pose::identity(tiny) };
+        let from = Pose { rows: each!(3, r => both(from.rows[r])), position: both(from.position) };
         let mu = load(isa, &self.momentum);
         let (mut d, mut x) = self.predict::<I, P>(isa, scaled, pairs);
         let mut course = Course::<f64>::new();
@@ -765,7 +795,8 @@ impl<F: LaneForce> Group<F> {
             // By `each!`, which has no loop where there is one pair: what is in arrays can stay in registers then.
             let values: [Stage<Two<I>>; P] = each!(P, k => {
                 if k < pairs {
-                    self.stage::<Two<I>, R>(Pair(t, t) + splat(isa, &scaled.c, k), both(mu), d[k], x[k], forced)
+                    let t = Pair(t, t) + splat(isa, &scaled.c, k);
+                    self.stage::<Two<I>, R>(t, from, both(mu), d[k], x[k], forced)
                 } else {
                     Stage { velocity: both(zero), rate: both(zero), gradient: both(zero), kick: both(zero), size: both(zero)[0] }
                 }
@@ -811,8 +842,13 @@ impl<F: LaneForce> Group<F> {
             }
             (d, x) = (each!(P, i => next[i][0]), each!(P, i => next[i][1]));
             // The residual is judged in every lane against its own |μ| and |hΩ|.
-            let scale = bound(mu);
-            let extent = Eight::splat(isa, scaled.size) * bound(each!(3, a => values[0].velocity[a].0));
+            let mut scale = bound(mu);
+            let mut extent = Eight::splat(isa, scaled.size) * bound(each!(3, a => values[0].velocity[a].0));
+            if turned {
+                // Where a body turns back, μ is small beside what the force makes of it.
+                scale = scale.max(bound(kick));
+                extent = extent.max(Eight::splat(isa, scaled.size) * bound(self.velocity(kick)));
+            }
             let changes = [(shift, scale), (turn, extent)];
             let mut settled = false;
             if iteration == 1 {

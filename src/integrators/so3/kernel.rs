@@ -1,6 +1,6 @@
 //! One step in lanes: the predictor, the fixed-point iterations, the end of the step.
 
-use super::force::LaneForce;
+use super::force::{LaneForce, Moved, PackedPose};
 use super::retraction::LaneRetraction;
 use super::{LANES, Row};
 use crate::integrators::fixed_point::Course;
@@ -248,6 +248,13 @@ struct Root<I: Isa, const N: usize, A> {
     size: f64,
 }
 
+/// Both ends of the step: M and Ξ, and the coefficients there.
+struct Ends<I: Isa, const N: usize, A> {
+    m: [Eight<I>; N],
+    x: [Eight<I>; N],
+    at: A,
+}
+
 /// Σ_j columns_j x_j + base, for stages in lanes.
 #[inline(always)]
 fn product<I: Isa, const N: usize, const PAIRS: usize>(
@@ -336,6 +343,13 @@ impl<F: LaneForce<N>, R: LaneRetraction<N>, const N: usize, const PAIRS: usize> 
         eta
     }
 
+    /// sum + f, at g τ(x).
+    #[inline(always)]
+    fn force_at<V: Lanes>(&self, time: V, (at, x): (R::At<V>, [V; N]), m: [V; N], eta: [V; N], sum: [V; N]) -> [V; N] {
+        let from = PackedPose { rows: &self.state.value, like: time };
+        self.force.add_at(time, Moved::<_, R, V, N> { from, at, x }, m, eta, sum)
+    }
+
     /// The predictor: plain collocation on (M, Ξ). `None`: nothing to be relative to, or no number.
     #[inline(always)]
     fn predict<I: Isa>(
@@ -364,6 +378,15 @@ impl<F: LaneForce<N>, R: LaneRetraction<N>, const N: usize, const PAIRS: usize> 
         });
         let eta: [Eight<I>; N] = each!(N, k => Eight::splat(isa, speeds[k]));
         let mut extent = largest(speeds) * self.step.abs();
+        let here = PackedPose { rows: &self.state.value, like: h };
+        let turned = self.force.uses_attitude();
+        if turned {
+            // As in the general engine: where a body turns back, μ is small beside what the force makes of it.
+            let gained = self.force.add_at(time, here, mu, eta, zero);
+            let gained = each!(N, k => h.abs() * gained[k]);
+            size = largest_change(gained, zero).max(Eight::splat(isa, size)).largest();
+            extent = (h.abs() * largest_change(self.velocity(gained), zero)).max(Eight::splat(isa, extent)).largest();
+        }
 
         let mut predictor = 1;
         let (mut m, mut x) = match (self.warm && size > 0.0, &coefficients.extrapolation) {
@@ -373,26 +396,33 @@ impl<F: LaneForce<N>, R: LaneRetraction<N>, const N: usize, const PAIRS: usize> 
                 (m, product(isa, a, self.velocities(m).1, zero))
             }
             _ => {
-                let slope = self.force.add_to(time, mu, eta, R::coad(mu, eta));
+                let slope = self.force.add_at(time, here, mu, eta, R::coad(mu, eta));
                 if size == 0.0 {
                     // From rest: what the force makes of it.
                     let gained = each!(N, k => h * slope[k]);
                     size = largest_change(gained, zero).largest();
                     extent = (h.abs() * largest_change(self.velocity(gained), zero)).largest();
                 }
-                // The classical method of order four (Kutta 1901; Hairer, Nørsett and Wanner 1993, II.1) on M, with a step h
-                // c_i in each lane, and Magnus's series on its rates: what three fixed-point iterations would give, without
-                // their products.
+                // The classical method of order four (Kutta 1901; Hairer, Nørsett and Wanner 1993, II.1) on M, and on Ξ where
+                // the force asks for g, with a step h c_i in each lane, and Magnus's series on its rates: what three
+                // fixed-point iterations would give, without their products.
                 let half = hc * Eight::splat(isa, 0.5);
                 let start = Eight::splat(isa, self.time);
                 let (mut slopes, mut last_slope) = (slope, slope);
                 let mut rates = [eta; 4];
+                let (mut at, mut x) = (R::at(zero), zero);
+                let mut rate = self.velocities(mu).1;
                 for part in 0..3 {
                     let length = if part == 2 { hc } else { half };
                     let weight = Eight::splat(isa, if part == 2 { 1.0 } else { 2.0 });
                     let m = each!(N, k => length.mul_add(last_slope[k], mu[k]));
                     let eta = self.velocity(m);
-                    last_slope = self.force.add_to(start + length, m, eta, R::coad(m, eta));
+                    if turned {
+                        x = each!(N, k => length * rate[k]);
+                        at = R::at(x);
+                        rate = R::rate(at, x, self.velocities(m).1);
+                    }
+                    last_slope = self.force_at(start + length, (at, x), m, eta, R::coad(m, eta));
                     slopes = each!(N, k => weight.mul_add(last_slope[k], slopes[k]));
                     rates[part + 1] = eta;
                 }
@@ -413,8 +443,9 @@ impl<F: LaneForce<N>, R: LaneRetraction<N>, const N: usize, const PAIRS: usize> 
         while predictor <= most {
             predictor += 1;
             let (eta, eta_unit) = self.velocities(m);
-            let slope = self.force.add_to(time, m, eta, R::coad(m, eta));
-            let rate = R::rate(R::at(x), x, eta_unit);
+            let at = R::at(x);
+            let slope = self.force_at(time, (at, x), m, eta, R::coad(m, eta));
+            let rate = R::rate(at, x, eta_unit);
             let (next_m, next_x) = (product(isa, a, slope, mu), product(isa, a, rate, zero));
             let (last_m, last_x) = (m, x);
             (m, x) = (next_m, next_x);
@@ -475,7 +506,11 @@ impl<F: LaneForce<N>, R: LaneRetraction<N>, const N: usize, const PAIRS: usize> 
                 });
                 let slope = R::coad(m, eta);
                 let slope: [Eight<I>; N] = each!(N, k => slope[k] + force[k]);
-                delta = delta.max(self.tail(isa, slope, end, h) / size);
+                // Ξ at the start, at the end.
+                let turned = self.force.uses_attitude();
+                let x: [Eight<I>; N] = each!(N, k => Eight::load(isa, &END_LANE.0).neg_mul_add(back[k], zero[k]));
+                let at = if turned { R::at(x) } else { at_back };
+                delta = delta.max(self.tail(isa, slope, Ends { m: end, x, at }, h) / size);
             }
             if delta > most {
                 return Err(Refused::Delta(delta));
@@ -499,7 +534,7 @@ impl<F: LaneForce<N>, R: LaneRetraction<N>, const N: usize, const PAIRS: usize> 
     /// kinked, nearly kinked and smooth scalar problems one error of a hundred was more than 17 times the larger of
     /// C_{s−1} ρ^{s+1}/32 and d/16 (d/C_s)⁸.
     #[inline(always)]
-    fn tail<I: Isa>(&self, isa: I, slope: [Eight<I>; N], end: [Eight<I>; N], h: Eight<I>) -> f64 {
+    fn tail<I: Isa>(&self, isa: I, slope: [Eight<I>; N], ends: Ends<I, N, R::At<Eight<I>>>, h: Eight<I>) -> f64 {
         let zero = [Eight::splat(isa, 0.0); N];
         let coefficients = product(isa, &self.scaled(isa, &self.columns.legendre, h), slope, zero);
         let mut sizes = Row::ZERO;
@@ -508,8 +543,9 @@ impl<F: LaneForce<N>, R: LaneRetraction<N>, const N: usize, const PAIRS: usize> 
         let (last, before) = (of(1).max(of(2)), of(3).max(of(4)));
 
         let time = Eight::load(isa, &END_LANE.0).mul_add(h, Eight::splat(isa, self.time));
-        let eta = self.velocity(end);
-        let there = self.force.add_to(time, end, eta, R::coad(end, eta));
+        let Ends { m, x, at } = ends;
+        let eta = self.velocity(m);
+        let there = self.force_at(time, (at, x), m, eta, R::coad(m, eta));
         let found = product(isa, &self.scaled(isa, &self.columns.ends, Eight::splat(isa, 1.0)), slope, zero);
         let missed = (h.abs() * largest_change(found, there) * Eight::load(isa, &BOTH_ENDS.0)).largest();
 
@@ -583,7 +619,7 @@ where
             let (eta, eta_unit) = self.velocities(m);
             let rate = R::rate(at, x, eta_unit);
             let (gradient, force) = if forced {
-                let force = self.force.add_to(time, m, eta, zero);
+                let force = self.force_at(time, (at, x), m, eta, zero);
                 (R::gradient(at, x, p, m, eta, rate, force), force)
             } else {
                 (R::pull_dd(at, x, p, m, rate), zero)

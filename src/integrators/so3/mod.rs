@@ -39,7 +39,10 @@ pub(super) mod step;
 pub use crate::integrators::solve::SolveError;
 pub use adaptive::{AdaptiveSo3, Solved};
 pub use ensemble::{EnsembleError, EnsembleSo3, Member};
-pub use force::{ByLane, Damping, EnsembleForce, Free, LaneForce, LaneForceError, Relaxation, Term, Terms};
+pub use force::{
+    ByLane, Damping, EnsembleForce, Free, Gravity, LaneAttitude, LaneForce, LaneForceError, LaneForceOnGroup,
+    OnAttitude, Relaxation, Term, Terms,
+};
 pub use quaternion::{HalfAngle, QuaternionSo3, QuaternionState};
 pub use retraction::{LaneRetraction, LaneRotation};
 #[cfg(feature = "harness")]

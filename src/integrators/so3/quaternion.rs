@@ -94,7 +94,8 @@ impl HalfAngle for ExponentialSo3<f64> {
 #[derive(Clone, Debug)]
 pub struct QuaternionSo3<F, R> {
     method: VariationalSo3<F, R>,
-    /// The last time and momentum that were reached, with a rotation that tells how the body turned where no ξ is known.
+    /// The last time and momentum that were reached, with a rotation that tells how the body turned where no ξ is known: that of q,
+    /// up to rounding, where the force depends on it.
     matrix: State<f64, 3, 3>,
     attitude: UnitQuaternion<f64>,
     /// What the sums that made `attitude` cut off.
@@ -127,9 +128,15 @@ impl<F: LaneForce, R: HalfAngle> QuaternionSo3<F, R> {
                 return Err(StepError::OffGroup { departure });
             }
             (self.attitude, self.cut) = (state.attitude, [0.0; 4]);
+            if self.method.force.uses_attitude() {
+                self.matrix.attitude = state.attitude.to_rotation_matrix().into_inner();
+            }
         }
         if state.momentum != self.matrix.momentum {
-            (self.matrix.momentum, self.matrix.attitude) = (state.momentum, Matrix::identity());
+            self.matrix.momentum = state.momentum;
+            if !self.method.force.uses_attitude() {
+                self.matrix.attitude = Matrix::identity();
+            }
         }
         self.matrix.time = state.time;
         let before = self.matrix.attitude;

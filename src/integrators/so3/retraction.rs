@@ -93,6 +93,13 @@ pub trait LaneRetraction<const N: usize = 3>: Copy + Send + Sync + 'static {
         let (gradient, pulled) = (Self::pull_dd(at, x, p, m, y), Self::pull(at, x, f));
         each!(N, k => gradient[k] + pulled[k])
     }
+    /// Rᵀ v, with the rotation R of τ(x).
+    fn seen<V: Lanes>(at: Self::At<V>, x: [V; N], v: Vec3<V>) -> Vec3<V>;
+    /// The position of g τ(x), from that of g and the rows of its rotation; on SO(3) there is none.
+    #[inline(always)]
+    fn placed<V: Lanes>(_: Self::At<V>, _: [V; N], position: Vec3<V>, _rows: [Vec3<V>; 3]) -> Vec3<V> {
+        position
+    }
     /// ad*_η m.
     fn coad<V: Lanes>(m: [V; N], eta: [V; N]) -> [V; N];
     /// x after the time t, from the rates η at its start, in its middle and at its end, to t⁴: τ(x) = exp(σ),
@@ -206,6 +213,12 @@ impl LaneRetraction for Cayley {
     #[inline(always)]
     fn carried<V: Lanes>(at: Denominator<V>, y: Vec3<V>, f: Vec3<V>) -> Vec3<V> {
         add_cross(f, y, scale(at.per_q + at.per_q, add_cross(f, y, f)))
+    }
+
+    /// v + 2 (v + v × y) × y/(1 + |y|²).
+    #[inline(always)]
+    fn seen<V: Lanes>(at: Denominator<V>, y: Vec3<V>, v: Vec3<V>) -> Vec3<V> {
+        add_cross(v, scale(at.per_q + at.per_q, add_cross(v, v, y)), y)
     }
 
     /// (m × z − 2 (p·z) y)/(1 + |y|²), z half the rate.
@@ -420,6 +433,13 @@ impl LaneRetraction for Exponential {
     #[inline(always)]
     fn carried<V: Lanes>(at: Coefficients<V>, x: Vec3<V>, f: Vec3<V>) -> Vec3<V> {
         add_cross(f, x, Self::pull(at, x, f))
+    }
+
+    /// v + (v − A x × v + B x × (x × v)) × x.
+    #[inline(always)]
+    fn seen<V: Lanes>(at: Coefficients<V>, x: Vec3<V>, v: Vec3<V>) -> Vec3<V> {
+        let once = cross(x, v);
+        add_cross(v, add_scaled(less_scaled(v, at.a, once), at.b, cross(x, once)), x)
     }
 
     /// m ∂_x(dτ_x y) = (m·u) x + m × z + B(x·y) m, u = −2A' x×y + 2B' x×(x×y) − B y, z = A y − B x×y.

@@ -1,0 +1,329 @@
+//! Bodies with a weight, in a field, and under forces of one's own that depend on the attitude.
+
+use super::{distance, rigid, submerged, tableau};
+use euler_poincare::algebra::catalogue::Entry;
+use euler_poincare::algebra::{Covector, Matrix, Vector};
+use euler_poincare::group::{LieGroup, MatrixGroup, So3};
+use euler_poincare::integrators::lanes::{Lanes, Registers};
+use euler_poincare::integrators::se3::{self, AdaptiveSe3, CayleySe3, VariationalSe3};
+use euler_poincare::integrators::so3::{
+    AdaptiveSo3, EnsembleSo3, Gravity, HalfAngle, LaneAttitude, LaneForce, LaneForceOnGroup, Member, OnAttitude,
+    QuaternionSo3, QuaternionState, Term, Terms, VariationalSo3,
+};
+use euler_poincare::integrators::{OneStep, State, Variational};
+use euler_poincare::mechanics::configuration::{Potential, WithPotential};
+use euler_poincare::mechanics::force::LinearDrag;
+use euler_poincare::mechanics::lagrangian::Quadratic;
+use euler_poincare::retraction::{CayleySo3, ExponentialSo3, Retraction};
+use euler_poincare::scalar::Scalar;
+
+const DRAG: [f64; 3] = [0.1, 0.3, 0.2];
+
+/// The weight 1.3 times the centre of mass (0.3, −0.2, 0.5).
+const LEVER: [f64; 3] = [0.39, -0.26, 0.65];
+
+/// A moment of the body, and a field of space.
+const MAGNET: ([f64; 3], [f64; 3]) = ([0.25, 0.5, -0.125], [0.5, -0.25, 1.0]);
+
+fn drag() -> Term {
+    let [a, b, c] = DRAG;
+    Term::LinearDrag([[a, 0.0, 0.0], [0.0, b, 0.0], [0.0, 0.0, c]])
+}
+
+/// The heavy top of the specification.
+fn top() -> (Quadratic<f64, 3>, Terms, State<f64, 3, 3>) {
+    let attitude = ExponentialSo3::<f64>::new().tau(&Vector::<f64, 3>::new(0.4, -0.3, 0.2)).unwrap();
+    let start = State { time: 0.0, momentum: Covector::<f64, 3>::new(0.5, 0.3, 0.9), attitude };
+    (rigid().0, Terms(vec![drag(), Term::Gravity(LEVER)]), start)
+}
+
+/// ⟨c, Γ⟩ − ⟨R m, B⟩ + w ⟨e₃, x⟩.
+struct Height {
+    lever: [f64; 3],
+    moment: [f64; 3],
+    weight: f64,
+}
+
+impl<const D: usize> Potential<f64, D> for Height {
+    fn value<S: Scalar<Base = f64>>(&self, _: S, g: &Matrix<S, D>) -> S {
+        let mut sum = if D > 3 { g[(2, D - 1)] * S::exact(self.weight) } else { S::zero() };
+        for c in 0..3 {
+            sum += g[(2, c)] * S::exact(self.lever[c]);
+            for r in 0..3 {
+                sum -= g[(r, c)] * S::exact(self.moment[c] * MAGNET.1[r]);
+            }
+        }
+        sum
+    }
+}
+
+/// The general engine on the heavy top, with a moment in the field or without.
+fn general<R: Retraction<f64, 3, 3>>(retraction: R, name: &str, moment: [f64; 3]) -> impl OneStep<f64, 3, 3> {
+    let height = Height { lever: LEVER, moment, weight: 0.0 };
+    let drag = LinearDrag::new(Matrix::<f64, 3>::from_diagonal(&DRAG.into())).unwrap();
+    Variational::new(WithPotential::new(rigid().0, height, So3::new()), drag, retraction, tableau(name))
+}
+
+/// The state after so many steps.
+fn after<const N: usize, const D: usize>(
+    mut method: impl OneStep<f64, N, D>,
+    start: &State<f64, N, D>,
+    h: f64,
+    steps: usize,
+) -> State<f64, N, D> {
+    let mut state = start.clone();
+    for _ in 0..steps {
+        method.step(&mut state, h).unwrap();
+    }
+    state
+}
+
+#[test]
+fn the_heavy_top_has_its_reference_values() {
+    let (body, force, start) = top();
+    let method =
+        || VariationalSo3::new(body.clone(), force.clone(), ExponentialSo3::new(), tableau("gauss-2")).unwrap();
+    let one = [0.56406502, 0.36518586, 0.81533845];
+    let turned = Matrix::<f64, 3>::new(
+        0.90742819,
+        -0.37704492,
+        -0.18550256,
+        0.23446714,
+        0.82066192,
+        -0.52109421,
+        0.34871082,
+        0.42936132,
+        0.83309641,
+    );
+    let twenty = [0.86285617, -0.46046665, -0.31754545];
+    for registers in Registers::all() {
+        let state = after(method().in_registers(registers), &start, 0.125, 1);
+        assert!((state.momentum - Covector::from(one)).amax() < 6e-9, "{registers:?}: {}", state.momentum);
+        assert!((state.attitude - turned).amax() < 6e-9, "{registers:?}: {}", state.attitude);
+        let state = after(method().in_registers(registers), &start, 0.1, 20);
+        assert!((state.momentum - Covector::from(twenty)).amax() < 6e-9, "{registers:?}: {}", state.momentum);
+    }
+}
+
+/// The three forms on SO(3) against the general engine.
+fn forms_agree<R: HalfAngle + Sync>(retraction: R, name: &str, h: f64) {
+    let (body, mut force, start) = top();
+    force.0.push(Term::UniformField(MAGNET.0, MAGNET.1));
+    let expected = after(general(retraction.clone(), name, MAGNET.0), &start, h, 25);
+    let method = || VariationalSo3::new(body.clone(), force.clone(), retraction.clone(), tableau(name)).unwrap();
+    let close = |form: &str, found: &State<f64, 3, 3>| {
+        let off = distance(found, &expected);
+        assert!(off < 4e-14, "{form}, {name}, {}, h = {h}: {off:e}", retraction.name());
+    };
+    close("matrix", &after(method(), &start, h, 25));
+    let (mut quaternion, mut state) = (QuaternionSo3::of(method()), QuaternionState::from(start.clone()));
+    for _ in 0..25 {
+        quaternion.step(&mut state, h).unwrap();
+    }
+    close("quaternion", &state.into());
+    let member = |k: usize| Member {
+        lagrangian: body.clone(),
+        // One body in two has no weight.
+        force: if k.is_multiple_of(2) { force.clone() } else { Terms(vec![drag()]) },
+        state: start.clone(),
+    };
+    let members: Vec<_> = (0..10).map(member).collect();
+    let mut ensemble = EnsembleSo3::new(&members, retraction.clone(), tableau(name)).unwrap();
+    ensemble.advance(h, 25).unwrap();
+    close("ensemble", &ensemble.state(2).unwrap());
+    close("second group", &ensemble.state(8).unwrap());
+    assert!(distance(&ensemble.state(3).unwrap(), &expected) > 1e-3);
+}
+
+#[test]
+fn on_so3_all_forms_are_the_general_engine_to_round_off() {
+    for name in ["gauss-1", "gauss-2", "gauss-3", "gauss-6", "gauss-8", "lobatto-iiia-3", "lobatto-iiib-3", "rk4"] {
+        for h in [0.125, -0.3] {
+            forms_agree(CayleySo3::new(), name, h);
+            forms_agree(ExponentialSo3::new(), name, h);
+        }
+    }
+}
+
+/// A weight 1.3 at (0.3, −0.2, 0.5), and a magnet.
+fn heavy_vessel() -> (Quadratic<f64, 6>, se3::Terms, State<f64, 6, 4>) {
+    let (vessel, mut afloat) = submerged();
+    afloat.attitude = CayleySe3::new().tau(&Vector::<f64, 6>::from([0.5, -0.3, 0.2, 1.0, 2.0, -0.5])).unwrap();
+    let drag = se3::Term::LinearDrag(se3::Drag::Diagonal([0.125; 6]));
+    let loads = [se3::Term::Gravity(1.3, [0.3, -0.2, 0.5]), se3::Term::UniformField(MAGNET.0, MAGNET.1)];
+    (vessel, se3::Terms(vec![drag, loads[0], loads[1]]), afloat)
+}
+
+fn general_vessel(name: &str) -> impl OneStep<f64, 6, 4> {
+    let (vessel, _, _) = heavy_vessel();
+    let group = MatrixGroup::<f64, 6, 4>::from_entry(&Entry::Se3).unwrap();
+    let height = Height { lever: [1.3 * 0.3, 1.3 * -0.2, 1.3 * 0.5], moment: MAGNET.0, weight: 1.3 };
+    let drag = LinearDrag::new(Matrix::<f64, 6>::from_diagonal_element(0.125)).unwrap();
+    Variational::new(WithPotential::new(vessel, height, group), drag, CayleySe3::new(), tableau(name))
+}
+
+#[test]
+fn on_se3_the_step_is_the_general_engine_to_round_off() {
+    let (vessel, force, start) = heavy_vessel();
+    for name in ["gauss-1", "gauss-2", "gauss-5", "gauss-8", "lobatto-iiia-3", "rk4"] {
+        for h in [0.125, -0.2] {
+            let expected = after(general_vessel(name), &start, h, 20);
+            let size = expected.momentum.amax().max(expected.attitude.amax());
+            for registers in Registers::all() {
+                let method = VariationalSe3::new(vessel.clone(), force.clone(), CayleySe3::new(), tableau(name));
+                let found = after(method.unwrap().in_registers(registers), &start, h, 20);
+                let off = distance(&found, &expected) / size;
+                assert!(off < 4e-14, "{name}, {registers:?}, h = {h}: {off:e}");
+            }
+        }
+    }
+}
+
+/// A spring that holds the position, and one that holds the axes: −x in the axes of the body, −(R − Rᵀ)^∨.
+#[derive(Clone)]
+struct Springs;
+
+impl LaneForceOnGroup<6> for Springs {
+    #[inline(always)]
+    fn add_to<V: Lanes, G: LaneAttitude<V>>(&self, _t: V, g: G, _m: [V; 6], _eta: [V; 6], sum: [V; 6]) -> [V; 6] {
+        let (x, y, z) = (g.row(0), g.row(1), g.row(2));
+        let pull = g.in_body(g.position());
+        [
+            sum[0] - (z[1] - y[2]),
+            sum[1] - (x[2] - z[0]),
+            sum[2] - (y[0] - x[1]),
+            sum[3] - pull[0],
+            sum[4] - pull[1],
+            sum[5] - pull[2],
+        ]
+    }
+}
+
+/// The same as a potential: ½|x|² − tr R.
+struct Held;
+
+impl Potential<f64, 4> for Held {
+    fn value<S: Scalar<Base = f64>>(&self, _: S, g: &Matrix<S, 4>) -> S {
+        (0..3).fold(S::zero(), |sum, r| sum + g[(r, 3)] * g[(r, 3)] * S::half() - g[(r, r)])
+    }
+}
+
+#[test]
+fn a_force_of_ones_own_sees_the_rotation_and_the_position() {
+    let (vessel, _, start) = heavy_vessel();
+    let group = MatrixGroup::<f64, 6, 4>::from_entry(&Entry::Se3).unwrap();
+    let none = LinearDrag::new(Matrix::<f64, 6>::zeros()).unwrap();
+    let held = WithPotential::new(vessel.clone(), Held, group);
+    let expected = after(Variational::new(held, none, CayleySe3::new(), tableau("gauss-2")), &start, 0.1, 40);
+    let method = VariationalSe3::new(vessel, OnAttitude(Springs), CayleySe3::new(), tableau("gauss-2")).unwrap();
+    let off = distance(&after(method, &start, 0.1, 40), &expected);
+    assert!(off < 1e-13, "{off:e}");
+}
+
+#[test]
+fn a_step_past_the_fold_is_refused_as_by_the_general_engine() {
+    let (body, force, start) = top();
+    let mut fast = VariationalSo3::new(body, force, CayleySo3::new(), tableau("gauss-1")).unwrap();
+    let (mut state, mut expected) = (start.clone(), start.clone());
+    let mut slow = general(CayleySo3::new(), "gauss-1", [0.0; 3]);
+    let mut refused = 0;
+    for _ in 0..40 {
+        match (fast.step(&mut state, 1.0), slow.step(&mut expected, 1.0)) {
+            (Ok(_), Ok(_)) => assert!(distance(&state, &expected) < 1e-12),
+            (Err(one), Err(other)) => {
+                assert_eq!(std::mem::discriminant(&one), std::mem::discriminant(&other), "{one}, {other}");
+                refused += 1;
+                break;
+            }
+            both => panic!("{both:?}"),
+        }
+    }
+    assert_eq!(refused, 1);
+}
+
+#[test]
+fn without_drag_the_vertical_momentum_is_kept_and_the_energy_does_not_drift() {
+    let (body, _, start) = top();
+    let weight = Terms(vec![Term::Gravity(LEVER)]);
+    let mut method = VariationalSo3::new(body.clone(), weight, ExponentialSo3::new(), tableau("gauss-2")).unwrap();
+    let vertical = |state: &State<f64, 3, 3>| (state.attitude * state.momentum.transpose())[2];
+    let energy = |state: &State<f64, 3, 3>| {
+        let kinetic = (state.momentum * body.inverse() * state.momentum.transpose())[0] / 2.0;
+        kinetic + (0..3).map(|c| state.attitude[(2, c)] * LEVER[c]).sum::<f64>()
+    };
+    let (spun, height) = (vertical(&start), energy(&start));
+    let (mut state, mut worst) = (start, [0.0_f64; 4]);
+    for step in 0..2000 {
+        method.step(&mut state, 0.2).unwrap();
+        assert!((vertical(&state) - spun).abs() < 1e-13);
+        let quarter = &mut worst[step / 500];
+        *quarter = quarter.max((energy(&state) - height).abs());
+    }
+    // The specification: 6.3e-5 in the first quarter, 6.5e-5 in the last.
+    assert!((worst[0] - 6.3e-5).abs() < 5e-7 && (worst[3] - 6.5e-5).abs() < 5e-7, "{worst:?}");
+}
+
+#[test]
+fn solvers_are_within_their_tolerance_of_the_solution() {
+    let (body, force, start) = top();
+    let (vessel, loads, afloat) = heavy_vessel();
+    for span in [1.0, 6.0, -3.0] {
+        let steps = (f64::abs(span) * 16.0) as usize;
+        let expected = after(general(CayleySo3::new(), "gauss-8", [0.0; 3]), &start, span / steps as f64, steps);
+        let expected_afloat = after(general_vessel("gauss-8"), &afloat, span / steps as f64, steps);
+        for tolerance in [1e-5, 1e-8, 1e-12] {
+            let mut state = start.clone();
+            let solved = AdaptiveSo3::new(body.clone(), force.clone()).solve(&mut state, span, tolerance).unwrap();
+            let off = (state.momentum - expected.momentum).amax().max((state.attitude - expected.attitude).amax());
+            assert!(off < 4.0 * tolerance, "{span}, {tolerance:e}: {off:e}, {solved:?}");
+            let mut state = afloat.clone();
+            let solved = AdaptiveSe3::new(vessel.clone(), loads.clone()).solve(&mut state, span, tolerance).unwrap();
+            let size = expected_afloat.momentum.amax().max(expected_afloat.attitude.amax());
+            let off = (state.momentum - expected_afloat.momentum).amax();
+            let off = off.max((state.attitude - expected_afloat.attitude).amax()) / size;
+            assert!(off < 16.0 * tolerance, "se(3), {span}, {tolerance:e}: {off:e}, {solved:?}");
+        }
+    }
+}
+
+#[test]
+fn a_pendulum_that_turns_back_keeps_its_energy_and_one_at_rest_stays() {
+    let (body, _, start) = top();
+    let arm = Terms(vec![Term::Gravity([0.0, 0.0, -1.0])]);
+    let attitude = ExponentialSo3::<f64>::new().tau(&Vector::<f64, 3>::new(2.0, 0.0, 0.0)).unwrap();
+    let rest = State { momentum: Covector::zeros(), attitude, ..start };
+    let energy = |state: &State<f64, 3, 3>| state.momentum[0] * state.momentum[0] - state.attitude[(2, 2)];
+    for tolerance in [1e-5, 1e-9, 1e-12] {
+        let mut state = rest.clone();
+        let solved = AdaptiveSo3::new(body.clone(), arm.clone()).solve(&mut state, 30.0, tolerance).unwrap();
+        let off = (energy(&state) - energy(&rest)).abs();
+        assert!(off < 4.0 * tolerance && solved.steps < 200, "{tolerance:e}: {off:e}, {solved:?}");
+    }
+    // From rest with fixed steps, alone and with others: fixed-point iterations take every step.
+    let mut method = VariationalSo3::new(body.clone(), arm.clone(), CayleySo3::new(), tableau("gauss-2")).unwrap();
+    let swung = after(&mut method, &rest, 0.01, 1000);
+    let members = vec![Member { lagrangian: body.clone(), force: arm.clone(), state: rest.clone() }; 3];
+    let mut ensemble = EnsembleSo3::new(&members, CayleySo3::new(), tableau("gauss-2")).unwrap();
+    ensemble.advance(0.01, 1000).unwrap();
+    assert!((energy(&swung) - energy(&rest)).abs() < 1e-8 && distance(&ensemble.state(1).unwrap(), &swung) < 1e-12);
+    // Hanging; and without any force, whatever the tolerance.
+    let hanging = State { attitude: Matrix::identity(), ..rest };
+    for (force, tolerance) in [(arm.clone(), 1e-5), (arm, 1e-9), (Terms(vec![]), 1e-5)] {
+        let mut state = hanging.clone();
+        assert_eq!(AdaptiveSo3::new(body.clone(), force).solve(&mut state, 10.0, tolerance).unwrap().steps, 1);
+        assert_eq!((state.momentum, state.attitude, state.time), (hanging.momentum, hanging.attitude, 10.0));
+    }
+}
+
+#[test]
+fn without_an_attitude_a_force_is_that_at_the_identity() {
+    let lever = Gravity([0.5, -0.25, 1.0]);
+    let terms = Terms(vec![Term::Gravity(lever.0)]);
+    // −c × e₃, on the numbers of a body at the identity.
+    let state = State { time: 0.0, momentum: Covector::<f64, 3>::zeros(), attitude: Matrix::<f64, 3>::identity() };
+    let gauss = |force| VariationalSo3::new(rigid().0, force, CayleySo3::new(), tableau("gauss-1")).unwrap();
+    let gained = after(gauss(terms.clone()), &state, 1e-6, 1).momentum / 1e-6;
+    assert!((gained - Covector::<f64, 3>::new(0.25, 0.5, 0.0)).amax() < 1e-5, "{gained}");
+    assert!(LaneForce::uses_attitude(&terms) && LaneForce::uses_attitude(&(Terms(vec![]), lever)));
+    assert!(!LaneForce::uses_attitude(&Terms(vec![drag()])));
+}
