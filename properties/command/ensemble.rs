@@ -129,7 +129,11 @@ fn members_are_trajectories() {
 #[test]
 fn the_engines_agree_to_round_off_and_the_general_one_reports() {
     let here = directory("ensemble-engines");
-    for (retraction, force) in [("cayley", DAMPED), ("exp", DAMPED), ("cayley", "")] {
+    let heavy = format!(
+        "{DAMPED}\n[[potential]]\nkind = \"gravity\"\nweight = \"1/2\"\ncenter = [\"1/5\", 0, \"1/2\"]\n\
+         [[potential]]\nkind = \"uniform-field\"\nmoment = [0, \"1/8\", 0]\nfield = [1, 0, \"1/2\"]"
+    );
+    for (retraction, force) in [("cayley", DAMPED), ("exp", DAMPED), ("cayley", ""), ("exp", heavy.as_str())] {
         let method = format!("tableau = \"gauss-3\"\nretraction = \"{retraction}\"");
         system(&here, "s.toml", "name = \"so3\"", BODY, force, &method, "step = 0.125\nsteps = 200");
         states(&here, "s.csv", 20, 3);

@@ -46,7 +46,7 @@ in the system file: 0.25, 1/3, sqrt(2). The whole file is checked before the run
 
 Final states, a row a member in the order of input: member; t; mu_1 ...; eta_1 ...; energy; casimir_1 ...; g_11 ...; residual \
 (largest) and iterations (sum) of all steps, empty for members that are integrated side by side in vector registers (so3 with a \
-quadratic Lagrangian, f64, at most 8 stages, no periodic force; see --general); status: ok, or why the member stopped. A member \
+quadratic Lagrangian, f64, at most 8 stages, forces and potentials with a form in lanes; see --general); status: ok, or why the member stopped. A member \
 that fails keeps its last state, the others go on, and the exit code is 1.
 
 --statistics writes a row a time (every N steps, the first and the last): elapsed, since the start of each member; members, those \

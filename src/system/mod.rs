@@ -17,6 +17,7 @@ pub(crate) mod force;
 mod generate;
 pub(crate) mod given;
 mod labels;
+mod loads;
 mod named;
 mod numbers;
 mod presentation;

@@ -33,10 +33,10 @@ struct Group<'a, T: Real, const N: usize, const D: usize, R> {
 }
 
 impl<'a, T: Real, const N: usize, const D: usize, R: Retraction<T, N, D> + 'static> Group<'a, T, N, D, R> {
-    fn new(members: &[(&'a System<T, N, D, R>, &Origin<T>)], size: usize, may_share: bool) -> Self {
+    fn new(members: &[(&'a System<T, N, D, R>, &Origin<T>)], case: &Case, size: usize, may_share: bool) -> Self {
         let systems: Vec<_> = members.iter().map(|(system, _)| *system).collect();
         let members: Vec<_> = members.iter().map(|(system, origin)| Member::new(&system.state, origin, size)).collect();
-        let lanes = if may_share { Lanes::new(&systems, &members).map(Box::new) } else { None };
+        let lanes = if may_share { Lanes::new(case, &systems, &members).map(Box::new) } else { None };
         let engine = lanes.map_or_else(|| Engine::General(systems.iter().map(|s| method(s)).collect()), Engine::Lanes);
         Self { systems, members, engine }
     }
@@ -169,7 +169,7 @@ impl<'a, T: Real> Groups<'a, T> {
     {
         let make = |k: usize| -> Box<dyn Members<T> + 'a> {
             let members = &members[k * WIDTH..members.len().min((k + 1) * WIDTH)];
-            Box::new(Group::new(members, size, may_share))
+            Box::new(Group::new(members, case, size, may_share))
         };
         Self { groups: Self::made(members.len().div_ceil(WIDTH), &make), case, size }
     }

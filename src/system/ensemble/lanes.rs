@@ -7,6 +7,7 @@ use crate::integrators::so3::{EnsembleSo3, Member as Body};
 use crate::mechanics::lagrangian::AnyLagrangian;
 use crate::scalar::Real;
 use crate::system::So3Retraction;
+use crate::system::case::Case;
 use crate::system::dispatch::System;
 use crate::tableau::Tableau;
 use std::any::Any;
@@ -40,8 +41,9 @@ pub struct Lanes {
 
 impl Lanes {
     /// The group in lanes, where that is the same method to round-off: SO(3) in `f64`, a quadratic Lagrangian, at most
-    /// eight stages, and a force that has a form in lanes.
+    /// eight stages, and a force and potentials that have a form in lanes.
     pub fn new<T: Real, const N: usize, const D: usize, R: 'static>(
+        case: &Case,
         systems: &[&System<T, N, D, R>],
         members: &[Member<T, N, D>],
     ) -> Option<Self> {
@@ -49,11 +51,12 @@ impl Lanes {
         for (system, member) in systems.iter().zip(members) {
             let system = (*system as &dyn Any).downcast_ref::<System<f64, 3, 3, So3Retraction<f64>>>()?;
             let state = (&member.state as &dyn Any).downcast_ref::<State<f64, 3, 3>>()?.clone();
-            let AnyLagrangian::Quadratic(lagrangian) = &system.lagrangian else { return None };
+            let AnyLagrangian::Quadratic(lagrangian) = system.lagrangian.kinetic() else { return None };
             if system.tableau.stages() > LANES {
                 return None;
             }
-            let force = Terms::new(&system.force, lagrangian).ok()?;
+            let mut force = Terms::new(&system.force, lagrangian).ok()?;
+            force.0.extend(case.loads_on_so3()?);
             bodies.push(Body { lagrangian: lagrangian.clone(), force, state });
         }
         let first = (*systems.first()? as &dyn Any).downcast_ref::<System<f64, 3, 3, So3Retraction<f64>>>()?;
