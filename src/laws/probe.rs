@@ -70,6 +70,8 @@ impl Probe {
 pub mod stream {
     /// The stretch of a step, the tolerance and length of a solve on SO(3) and SE(3).
     pub const FAST: u64 = 0;
+    /// A weight or a field on a body.
+    pub const FAST_WEIGHT: u64 = 99;
     /// Points of the algebra and directions.
     pub const RETRACTION: u64 = 1;
     /// Arrows of the groupoids.

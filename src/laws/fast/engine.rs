@@ -32,6 +32,16 @@ pub const STOPPED: Fault = Fault::new(
     "methods that are not explicit",
 );
 
+/// What depends on g at the start of the step instead of the stages.
+pub const AT_START: Fault = Fault::new(
+    "weight-at-start",
+    "weight and field in the axes of the body at the start of the step, at every stage",
+    "bodies with a weight or a field that turn",
+);
+
+/// Why a potential is refused.
+const NO_LOAD: &str = "a potential has no form in lanes";
+
 /// The settings with [`STOPPED`] or without.
 pub(super) fn settings(fault: Option<&Fault>) -> Settings<f64> {
     let mut settings = Settings::default();
@@ -70,8 +80,8 @@ fn unsupported(why: impl ToString) -> StepError {
 }
 
 fn quadratic<const N: usize>(lagrangian: AnyLagrangian<f64, N>) -> Result<Quadratic<f64, N>, StepError> {
-    match lagrangian {
-        AnyLagrangian::Quadratic(lagrangian) => Ok(lagrangian),
+    match lagrangian.kinetic() {
+        AnyLagrangian::Quadratic(lagrangian) => Ok(lagrangian.clone()),
         _ => Err(unsupported("the Lagrangian is not quadratic")),
     }
 }
@@ -89,7 +99,8 @@ impl Body {
             Structure::Named(So3) if standard => {
                 let system = case.on_so3().map_err(unsupported)?;
                 let lagrangian = quadratic(system.lagrangian)?;
-                let terms = so3::Terms::new(&system.force, &lagrangian).map_err(unsupported)?;
+                let mut terms = so3::Terms::new(&system.force, &lagrangian).map_err(unsupported)?;
+                terms.0.extend(case.loads_on_so3().ok_or_else(|| unsupported(NO_LOAD))?);
                 Ok(Self::So3(Box::new(BodyParts {
                     lagrangian,
                     terms,
@@ -101,7 +112,8 @@ impl Body {
             Structure::Named(Se3) if standard && tau == Tau::Cayley => {
                 let system = case.on_se3().map_err(unsupported)?;
                 let lagrangian = quadratic(system.lagrangian)?;
-                let terms = se3::Terms::new(&system.force).map_err(unsupported)?;
+                let mut terms = se3::Terms::new(&system.force).map_err(unsupported)?;
+                terms.0.extend(case.loads_on_se3().ok_or_else(|| unsupported(NO_LOAD))?);
                 Ok(Self::Se3(Box::new(BodyParts {
                     lagrangian,
                     terms,
@@ -131,6 +143,37 @@ impl Body {
             Self::Se3(parts) => {
                 parts.terms.0.pop();
             }
+        }
+        self
+    }
+
+    /// The same with what depends on g as constant loads: those at a point.
+    fn at(mut self, point: &Point<f64>) -> Self {
+        let size = point.attitude.len().isqrt();
+        let row = |r: usize| -> [f64; 3] { std::array::from_fn(|c| point.attitude[r * size + c]) };
+        let cross = |x: [f64; 3], y: [f64; 3]| -> [f64; 3] {
+            std::array::from_fn(|a| x[(a + 1) % 3] * y[(a + 2) % 3] - x[(a + 2) % 3] * y[(a + 1) % 3])
+        };
+        let torque = |moment: [f64; 3], field: [f64; 3]| {
+            cross(moment, std::array::from_fn(|c| (0..3).map(|r| row(r)[c] * field[r]).sum()))
+        };
+        match &mut self {
+            Self::So3(parts) => parts.terms.0.iter_mut().for_each(|term| match *term {
+                so3::Term::Gravity(lever) => *term = so3::Term::Constant(cross(row(2), lever)),
+                so3::Term::UniformField(moment, field) => *term = so3::Term::Constant(torque(moment, field)),
+                _ => {}
+            }),
+            Self::Se3(parts) => parts.terms.0.iter_mut().for_each(|term| {
+                let (turning, pull) = match *term {
+                    se3::Term::Gravity(weight, center) => {
+                        let pull = row(2).map(|v| weight * v);
+                        (cross(pull, center), pull)
+                    }
+                    se3::Term::UniformField(moment, field) => (torque(moment, field), [0.0; 3]),
+                    _ => return,
+                };
+                *term = se3::Term::Constant(std::array::from_fn(|a| if a < 3 { turning[a] } else { -pull[a - 3] }));
+            }),
         }
         self
     }
@@ -255,6 +298,8 @@ impl<F: LaneForce, R: HalfAngle> Reporting for Turning<F, R> {
 /// Which wrong step is mixed into the right one.
 enum Wrong {
     Fast(Box<dyn Reporting>),
+    /// The body with its loads as they are at the start of a step.
+    AtStart(Body, Registers),
     General(Box<dyn Stepper<f64>>),
 }
 
@@ -284,6 +329,7 @@ impl Engine {
         let wrong = match fault {
             Some(fault) if fault.name == TERM_MISSING.name => fast(body.clone().without_last_term())?,
             Some(fault) if fault.name == OTHER_RETRACTION.name => fast(body.clone().with_other_retraction())?,
+            Some(fault) if fault.name == AT_START.name => Some(Wrong::AtStart(body.clone(), registers)),
             Some(fault) if step::ALL.iter().any(|(one, _)| one.name == fault.name) => {
                 let planted = Library { fault: Some(fault.with_size(1.0)), quad: false };
                 Some(Wrong::General(planted.owned(case)?))
@@ -302,6 +348,7 @@ impl Reporting for Engine {
         let wrong = match &mut self.wrong {
             None => None,
             Some(Wrong::Fast(method)) => Some(method.step(point, h)?.0),
+            Some(Wrong::AtStart(body, registers)) => Some(body.clone().at(point).method(*registers)?.step(point, h)?.0),
             Some(Wrong::General(method)) => Some(method.step(point, h)?),
         };
         if let Some(wrong) = wrong {

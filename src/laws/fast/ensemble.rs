@@ -2,7 +2,7 @@
 
 use super::condition::conditions;
 use super::engine::{Body, BodyParts, OTHER_RETRACTION, Reporting, STOPPED, TERM_MISSING, settings};
-use super::step::{BOUND, hopeless, settled, step_of, verdict};
+use super::step::{BOUND, hopeless, settled, step_of, verdict, weighted};
 use super::tableaux;
 use crate::harness::{About, Cost, Fault, Verdict, evidence};
 use crate::integrators::StepError;
@@ -51,6 +51,20 @@ pub(super) static LAWS: &[CaseLaw] = &[
         },
         cases: drawn,
         check: |case, fault| settled(each_alone(case, fault)),
+    },
+    CaseLaw {
+        about: About {
+            name: "fast-weight-ensemble",
+            statement: "each body of an ensemble goes where it goes alone, with a weight or a field, too",
+            source: "Marsden and West 2001, §3.2, on a product of groups without interaction",
+            oracle: "the fast step of each body alone, which extrapolates and iterates in another way",
+            bound: BOUND,
+            needs: "so(3) in its standard basis; a quadratic Lagrangian; a force with a form in lanes",
+            cost: Cost::Moderate,
+            faults: &[NEIGHBOUR, STOPPED, TERM_MISSING],
+        },
+        cases: drawn,
+        check: |case, fault| settled(each_alone(&weighted(case), fault)),
     },
     CaseLaw {
         about: About {

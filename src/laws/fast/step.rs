@@ -1,7 +1,7 @@
 //! One fast step, or a few: against the general engine, and in another frame.
 
 use super::condition::{Condition, Judged, conditions, exact, trajectory};
-use super::engine::{Body, Engine, Form, OTHER_RETRACTION, Reporting, STOPPED, TERM_MISSING};
+use super::engine::{AT_START, Body, Engine, Form, OTHER_RETRACTION, Reporting, STOPPED, TERM_MISSING};
 use super::tableaux;
 use crate::algebra::catalogue::Entry;
 use crate::harness::{About, Cost, Fault, Verdict, evidence};
@@ -19,7 +19,7 @@ use crate::laws::precision::of_relative;
 use crate::laws::probe::{Probe, stream};
 use crate::scalar::{Number, Scalar};
 use crate::system::Case;
-use crate::system::case::{Inertia, Motion};
+use crate::system::case::{Inertia, Motion, Potential};
 
 /// Steps of a trajectory: the first starts from nothing, the others from the one before.
 const STEPS: usize = 3;
@@ -80,6 +80,21 @@ pub(super) static LAWS: &[CaseLaw] = &[
         },
         cases: |cases| cases.fast().algebras(&[Entry::So3]).with_tableaux(tableaux()),
         check: |case, fault| settled(agreement(Form::Quaternion, case, fault)),
+    },
+    CaseLaw {
+        about: About {
+            name: "fast-weight",
+            statement: "with a weight or a field, whose torques F_i depend on g_i = g τ(Ξ_i), the fast step in both forms is the step: (g, μ) after n \
+                        steps agree with the general engine, or both refuse",
+            source: "Marsden and West 2001, §3.2; Martín de Diego and Sato Martín de Almagro 2019, §5.2, with ∂_gL + f in the place of f",
+            oracle: "the general engine in 32 digits, where the potential is a formula and its torque comes from dual numbers",
+            bound: BOUND,
+            needs: "so(3) or se(3) in its standard basis; a quadratic Lagrangian; a force with a form in lanes",
+            cost: Cost::Cheap,
+            faults: &[AT_START, TERM_MISSING, OTHER_RETRACTION, STOPPED, COEFFICIENT],
+        },
+        cases: |cases| cases.fast().with_tableaux(tableaux()),
+        check: |case, fault| settled(loaded(case, fault)),
     },
     CaseLaw {
         about: About {
@@ -162,6 +177,29 @@ fn agreement(form: Form, case: &Case, fault: Option<&Fault>) -> Result<Verdict, 
         }
     }
     Ok(worst.unwrap_or_else(|| Verdict::inconclusive("no registers")))
+}
+
+/// The case with a weight, a lift or a moment in a field, in numbers that it determines: torques up to that of a motion of |μ| = 1/2 about
+/// an axis, or so.
+pub(super) fn weighted(case: &Case) -> Case {
+    let mut probe = Probe::new(case, stream::FAST_WEIGHT);
+    let mut three = || (0..3).map(|_| Number::from(probe.unit::<f64>())).collect::<Vec<_>>();
+    let (center, field) = (three(), three());
+    let weight = Number::ratio(i64::from(probe.integer(1, 8)), 8);
+    let mut weighted = case.clone();
+    weighted.potentials.push(match probe.integer(0, 2) {
+        0 => Potential::Buoyancy { lift: weight, center },
+        1 => Potential::UniformField { moment: center, field },
+        _ => Potential::Gravity { weight, center },
+    });
+    weighted
+}
+
+/// [`agreement`] with a weight.
+fn loaded(case: &Case, fault: Option<&Fault>) -> Result<Verdict, StepError> {
+    let case = weighted(case);
+    let matrix = agreement(Form::Matrix, &case, fault)?;
+    Ok(if case.dimension() == 3 { matrix.and(agreement(Form::Quaternion, &case, fault)?) } else { matrix })
 }
 
 /// Where the general engine refuses a step, the fast one refuses it for the same kind of reason.
