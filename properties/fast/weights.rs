@@ -3,7 +3,7 @@
 use super::{distance, rigid, submerged, tableau};
 use euler_poincare::algebra::catalogue::Entry;
 use euler_poincare::algebra::{Covector, Matrix, Vector};
-use euler_poincare::group::{LieGroup, MatrixGroup, So3};
+use euler_poincare::group::{MatrixGroup, So3};
 use euler_poincare::integrators::lanes::{Lanes, Registers};
 use euler_poincare::integrators::se3::{self, AdaptiveSe3, CayleySe3, VariationalSe3};
 use euler_poincare::integrators::so3::{
@@ -300,8 +300,8 @@ fn a_pendulum_that_turns_back_keeps_its_energy_and_one_at_rest_stays() {
         assert!(off < 4.0 * tolerance && solved.steps < 200, "{tolerance:e}: {off:e}, {solved:?}");
     }
     // From rest with fixed steps, alone and with others: fixed-point iterations take every step.
-    let mut method = VariationalSo3::new(body.clone(), arm.clone(), CayleySo3::new(), tableau("gauss-2")).unwrap();
-    let swung = after(&mut method, &rest, 0.01, 1000);
+    let method = VariationalSo3::new(body.clone(), arm.clone(), CayleySo3::new(), tableau("gauss-2")).unwrap();
+    let swung = after(method, &rest, 0.01, 1000);
     let members = vec![Member { lagrangian: body.clone(), force: arm.clone(), state: rest.clone() }; 3];
     let mut ensemble = EnsembleSo3::new(&members, CayleySo3::new(), tableau("gauss-2")).unwrap();
     ensemble.advance(0.01, 1000).unwrap();
@@ -324,6 +324,6 @@ fn without_an_attitude_a_force_is_that_at_the_identity() {
     let gauss = |force| VariationalSo3::new(rigid().0, force, CayleySo3::new(), tableau("gauss-1")).unwrap();
     let gained = after(gauss(terms.clone()), &state, 1e-6, 1).momentum / 1e-6;
     assert!((gained - Covector::<f64, 3>::new(0.25, 0.5, 0.0)).amax() < 1e-5, "{gained}");
-    assert!(LaneForce::uses_attitude(&terms) && LaneForce::uses_attitude(&(Terms(vec![]), lever)));
+    assert!(LaneForce::uses_attitude(&terms) && LaneForce::uses_attitude(&(Terms::<f64>(vec![]), lever)));
     assert!(!LaneForce::uses_attitude(&Terms(vec![drag()])));
 }
