@@ -61,8 +61,8 @@ pub const KERNELS: &[Kernel] = &[
     Kernel { name: "so3/lanes/exp/gauss-8/gravity", start: || in_lanes("gauss-8", ExponentialSo3::new(), heavy(1.0)) },
     Kernel { name: "so3/lanes/quaternion/gauss-2", start: || quaternion(Damping(1.0)) },
     Kernel { name: "so3/lanes/quaternion/gauss-2/gravity", start: || quaternion(heavy(1.0)) },
-    Kernel { name: "so3/lanes/solve/1e-10", start: || solve(Damping(1.0)) },
-    Kernel { name: "so3/lanes/solve/1e-10/gravity", start: || solve(heavy(1.0)) },
+    Kernel { name: "so3/lanes/solve/1e-10", start: || solve(Damping(1.0), 1.0) },
+    Kernel { name: "so3/lanes/solve/1e-10/gravity", start: || solve(heavy(1.0), 0.5) },
     Kernel { name: "so3/lanes/ensemble/gauss-2", start: || ensemble(Damping) },
     Kernel { name: "so3/lanes/ensemble/gauss-2/gravity", start: || ensemble(heavy) },
     Kernel { name: "se3/cayley/gauss-2", start: || fluid(Cayley::new(se3()).expect("se(3) admits the Cayley map")) },
@@ -191,13 +191,13 @@ fn quaternion(force: impl LaneForce + 'static) -> Step {
     })
 }
 
-/// A unit of time to ten digits.
-fn solve(force: impl LaneForce + 'static) -> Step {
+/// So much time to ten digits: as much as one step takes.
+fn solve(force: impl LaneForce + 'static, span: f64) -> Step {
     let momentum = landau_lifshitz_gilbert::<f64>().momentum;
     let mut solver = AdaptiveSo3::new(diagonal(), force);
     Box::new(move || {
         let mut state = State { time: 0.0, momentum, attitude: Matrix::identity() };
-        solver.solve(&mut state, 1.0, 1e-10).expect("the run succeeds");
+        solver.solve(&mut state, span, 1e-10).expect("the run succeeds");
     })
 }
 

@@ -72,7 +72,8 @@ pub(in crate::integrators) const MOST_STEPS: usize = 1_000_000;
 /// quadratic drag at rest. Order: Gauss with eight stages for tolerances below 10⁻⁶, six below 10⁻⁴, four above. Retraction:
 /// Cayley, and the exponential where the motion is nearly a steady rotation, which it integrates exactly at any step size:
 /// there δ vanishes and the steps grow to several radians. A rotation that stays steady to the tolerance until the end is
-/// one step.
+/// one step. With a force that depends on the attitude no motion is taken for a steady one: the map is Cayley's throughout, and the error
+/// relative to what the force makes of μ in a step, where that is more than |μ|.
 ///
 /// A run is not reversible: the steps differ on the way back. For that, take fixed steps with [`VariationalSo3`].
 ///
