@@ -133,9 +133,11 @@ fn the_engines_agree_to_round_off_and_the_general_one_reports() {
         "{DAMPED}\n[[potential]]\nkind = \"gravity\"\nweight = \"1/2\"\ncenter = [\"1/5\", 0, \"1/2\"]\n\
          [[potential]]\nkind = \"uniform-field\"\nmoment = [0, \"1/8\", 0]\nfield = [1, 0, \"1/2\"]"
     );
-    for (retraction, force) in [("cayley", DAMPED), ("exp", DAMPED), ("cayley", ""), ("exp", heavy.as_str())] {
+    // A weight magnifies rounding as it goes.
+    let runs = [("cayley", DAMPED, 200), ("exp", DAMPED, 200), ("cayley", "", 200), ("exp", heavy.as_str(), 80)];
+    for (retraction, force, steps) in runs {
         let method = format!("tableau = \"gauss-3\"\nretraction = \"{retraction}\"");
-        system(&here, "s.toml", "name = \"so3\"", BODY, force, &method, "step = 0.125\nsteps = 200");
+        system(&here, "s.toml", "name = \"so3\"", BODY, force, &method, &format!("step = 0.125\nsteps = {steps}"));
         states(&here, "s.csv", 20, 3);
         let (fast, slow) = (good(&here, "s.toml", "s.csv", &[]), good(&here, "s.toml", "s.csv", &["--general"]));
         assert_eq!(fast.header, slow.header);
@@ -145,7 +147,7 @@ fn the_engines_agree_to_round_off_and_the_general_one_reports() {
                 assert!((x - y).abs() < 2e-13, "{retraction}, member {row}, {name}: {x} {y}");
             }
             assert_eq!((fast.text(row, "residual"), fast.text(row, "iterations")), ("", ""));
-            assert!(slow.value(row, "residual") < 1e-12 && slow.value(row, "iterations") >= 200.0);
+            assert!(slow.value(row, "residual") < 1e-12 && slow.value(row, "iterations") >= f64::from(steps));
         }
     }
 }
