@@ -12,8 +12,8 @@ use euler_poincare::harness::evidence::gather;
 use euler_poincare::harness::{BoxedStrategy, Verdict, draw};
 use euler_poincare::integrators::{Classical, MuntheKaas, OneStep, Report, Solver, State, StepError, Variational};
 use euler_poincare::laws::method::{
-    Claims, LAWS, MethodLaw, Other, Point, Quantity, Scheme, Setup, Side, Solved, StateForm, Stepper, Theory, Untyped,
-    Value, Wanted, check, theory_of,
+    Claims, LAWS, MethodLaw, Other, Point, Quantity, Scheme, Setup, Side, Solved, Stage, StateForm, Stepper, Theory,
+    Untyped, Value, Wanted, check, theory_of,
 };
 use euler_poincare::mechanics::{Force, Lagrangian, equations::EulerPoincare};
 use euler_poincare::retraction::Retraction;
@@ -252,6 +252,10 @@ impl<T: Real> Theory<T> for Shared<T> {
         self.0.theory.is_free()
     }
 
+    fn keeps_energy(&self) -> bool {
+        self.0.theory.keeps_energy()
+    }
+
     fn is_autonomous(&self) -> bool {
         self.0.theory.is_autonomous()
     }
@@ -295,6 +299,18 @@ impl<T: Real> Theory<T> for Shared<T> {
 
     fn element(&self) -> Option<Vec<T>> {
         self.0.theory.element()
+    }
+
+    fn symmetry(&self) -> Option<Vec<T>> {
+        self.0.theory.symmetry()
+    }
+
+    fn force(&self, stage: &Stage<T>) -> Option<Vec<T>> {
+        self.0.theory.force(stage)
+    }
+
+    fn transported(&self, point: &Point<T>) -> Option<Vec<(T, T)>> {
+        self.0.theory.transported(point)
     }
 }
 
