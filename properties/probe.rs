@@ -178,7 +178,7 @@ fn potentials_are_drawn_for_steppers_that_list_them() {
     for (law, line) in laws(&held) {
         assert!(line["held"].as_u64() > Some(3), "{law}: {line}");
     }
-    let claims = ["--variational", "lobatto-iiia-3", "--stages", "--laws", "variational,noether,order"];
+    let claims = ["--variational", "lobatto-iiia-3", "--stages", "--order", "4", "--laws", "variational,noether,order"];
     let held = run(&claims, &[&stages, "lobatto-iiia-3"]);
     assert_eq!(code(&held), 0, "{}{}", stdout(&held), stderr(&held));
     // The potential where the step starts.
@@ -195,10 +195,10 @@ fn potentials_are_drawn_for_steppers_that_list_them() {
                 weight = 1\ncenter = [0, \"1/4\", 1]\n[state]\nmomentum = [1, 1, 1]\n[run]\nstep = \"1/8\"\n";
     fs::write(here.join("top.toml"), text).unwrap();
     for (stepper, expected) in [(&rk4, 0), (&rigid, 3)] {
-        let options = ["--system", "top.toml", "--order", "4", "--laws", "order,energy"];
+        let options = ["--system", "top.toml", "--order", "4", "--laws", "order,energy", "--format", "json"];
         let output = probe(&here, &options, &["python3", stepper]);
         assert_eq!(code(&output), expected, "{stepper}: {}", stdout(&output));
-        assert!(expected == 0 || stdout(&output).contains("does not support such a system (\"potentials\")"));
+        assert!(expected == 0 || stdout(&output).contains("such a system (\\\"potentials\\\")"));
     }
 }
 
