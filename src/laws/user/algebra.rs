@@ -118,6 +118,18 @@ impl<const N: usize> Bracket<Dd, N> for Missing {
     }
 }
 
+/// At how many momenta the size of the terms of a Casimir function is looked for.
+const PLACES: usize = 4;
+
+/// A momentum of the same size with other ratios and other signs of its components; the momentum itself at place 0.
+fn displaced<T: Real, const N: usize>(mu: &Covector<T, N>, place: usize) -> Covector<T, N> {
+    Covector::from_fn(|_, a| {
+        let factor = T::ratio(16 + ((7 * a + 3 * place) % 11) as i64 - 5, 16);
+        let turned = if (place >> (a % 2)) & 1 == 1 { -factor } else { factor };
+        mu[a] * if place == 0 { T::one() } else { turned }
+    })
+}
+
 const SOURCE: &str = "definition of a Lie algebra; Martín de Diego and Sato Martín de Almagro 2019, §2";
 const BOUND: &str =
     "two precisions; floor 2⁶ N² u relative to max|C|, its square where brackets are nested, and the vectors";
@@ -404,12 +416,16 @@ fn judge<T: Real, G: Bracket<T, N>, const N: usize>(
             let moved = mu.zip_map(&velocity, |re, eps| Dual { re, eps });
             let mut measured = Measured::NotApplicable("no Casimir functions are declared".into());
             for k in 0..algebra.casimirs() {
-                let slopes = Covector::<T, N>::from_fn(|_, a| {
+                let slope = |mu: &Covector<T, N>, a: usize| {
                     let along = mu.transpose().zip_map(&basis_vector::<T, N>(a), |re, eps| Dual { re, eps });
-                    right.casimir(k, &along.transpose()).eps
-                });
-                // The terms of the velocity may cancel.
-                let size = slopes.abs().sum() * mu.amax() * x.amax() * constants;
+                    right.casimir(k, &along.transpose()).eps.abs()
+                };
+                // The terms of the velocity may cancel, and those of the slopes: not at other momenta of the same size, too.
+                let slopes = (0..PLACES)
+                    .map(|place| displaced(&mu, place))
+                    .map(|mu| (0..N).fold(T::zero(), |sum, a| sum + slope(&mu, a)))
+                    .fold(T::zero(), |most, sum| if sum > most || !sum.all_finite() { sum } else { most });
+                let size = slopes * mu.amax() * x.amax() * constants;
                 let slope = algebra.casimir(k, &moved).eps;
                 measured = measured.and(Measured::defect(slope.abs(), size, floor, || {
                     format!("Casimir function {k} changes along its orbit at {:e}", slope.to_f64())
