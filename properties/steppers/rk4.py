@@ -7,7 +7,7 @@ import json
 import math
 import sys
 
-from potential import KINDS, pull
+KINDS = ["gravity", "buoyancy", "uniform-field", "gravity-gradient"]  # of potentials
 
 
 def solve(matrix, right):
@@ -67,6 +67,37 @@ def force(q, time, eta, mu, coad):
     return total
 
 
+def slope(q, term, time, g, moved):
+    """The derivative of a term of V where the matrix g has the velocity `moved`. On SO(3) g is the rotation R, on SE(3) its top is (R x)."""
+    m, kind = q["size"], term["kind"]
+
+    def row(matrix, r, v):
+        return sum(matrix[r * m + c] * v[c] for c in range(3))
+
+    if kind in ("gravity", "buoyancy"):  # the height of the point `center`
+        rise = row(moved, 2, term["center"]) + (moved[2 * m + 3] if m == 4 else 0.0)
+        return term["weight"] * rise if kind == "gravity" else -term["lift"] * rise
+    if kind == "uniform-field":
+        return -sum(term["field"][r] * row(moved, r, term["moment"]) for r in range(3))
+    if kind == "gravity-gradient":
+        n, rate = q["dimension"], term["rate"]
+        direction = (math.cos(rate * time), math.sin(rate * time), 0.0)
+        body, change = ([sum(direction[r] * matrix[r * m + c] for r in range(3)) for c in range(3)] for matrix in (g, moved))
+        return 3 * rate * rate * sum(change[r] * q["inertia"][r * n + c] * body[c] for r in range(3) for c in range(3))
+    raise NotImplementedError("potential " + kind)
+
+
+def pull(q, time, g):
+    """The covector -dV: (dV)_a is the derivative of V(g exp(s E_a)) by s at 0."""
+    n, m = q["dimension"], q["size"]
+    total = [0.0] * n
+    for a in range(n) if q.get("potential") else ():
+        along = q["basis"][a * m * m:(a + 1) * m * m]
+        moved = [sum(g[r * m + j] * along[j * m + c] for j in range(m)) for r in range(m) for c in range(m)]
+        total[a] = -sum(slope(q, term, time, g, moved) for term in q["potential"])
+    return total
+
+
 def step(q):
     if q["version"] > 3 or "lagrangian" in q:
         raise NotImplementedError("a later version of the protocol")
@@ -104,7 +135,7 @@ def step(q):
     return {"mu": mu, "g": g}
 
 
-for number, line in enumerate(sys.stdin):
+for number, line in enumerate(sys.stdin if __name__ == "__main__" else ()):  # `stages.py` imports the potentials
     try:
         answer = step(json.loads(line))
     except NotImplementedError as reason:

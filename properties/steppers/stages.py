@@ -22,7 +22,7 @@ import json
 import math
 import sys
 
-from potential import KINDS, pull
+from rk4 import KINDS, pull
 from variational import System, expm, matmul, plus, row_times, solve, times_column, unit
 
 NAME = sys.argv[1] if len(sys.argv) > 1 else "gauss-2"
