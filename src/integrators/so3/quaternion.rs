@@ -66,7 +66,8 @@ impl HalfAngle for ExponentialSo3<f64> {
 
 /// [`VariationalSo3`] on (μ, q).
 ///
-/// The momentum is that of the other form, bit by bit where the force does not depend on the attitude; q ← q ⊗ τ(ξ) with the same ξ, as a compensated sum q + q ⊗ (τ(ξ) − 1).
+/// The momentum is that of the other form, bit by bit where the force does not depend on the attitude; q ← q ⊗ τ(ξ) with the same ξ, as a
+/// compensated sum q + q ⊗ (τ(ξ) − 1).
 /// |q| = 1 is kept to round-off over any number of steps. Nothing is allocated by a step.
 ///
 /// ```
