@@ -139,7 +139,7 @@ fn forms_agree<R: HalfAngle + Sync>(retraction: R, name: &str, h: f64) {
 #[test]
 fn on_so3_all_forms_are_the_general_engine_to_round_off() {
     for name in ["gauss-1", "gauss-2", "gauss-3", "gauss-6", "gauss-8", "lobatto-iiia-3", "lobatto-iiib-3", "rk4"] {
-        for h in [0.125, -0.3] {
+        for h in [0.125, -0.125] {
             forms_agree(CayleySo3::new(), name, h);
             forms_agree(ExponentialSo3::new(), name, h);
         }

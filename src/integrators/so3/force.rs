@@ -263,7 +263,7 @@ impl<A: LaneForce<N>, B: LaneForce<N>, const N: usize> LaneForce<N> for (A, B) {
 /// With it a step has Γ at each stage, `Γ_i = τ(Ξ_i)ᵀ Γ`, and nothing else of g.
 ///
 /// ```
-/// use euler_poincare::algebra::{Covector, Matrix, Vector};
+/// use euler_poincare::algebra::{Covector, Matrix};
 /// use euler_poincare::integrators::so3::{Gravity, VariationalSo3};
 /// use euler_poincare::integrators::{OneStep, State};
 /// use euler_poincare::mechanics::lagrangian::Quadratic;
