@@ -3,7 +3,6 @@
 use super::linear::{Sum, norm};
 use super::{Retraction, RetractionError, TangentPoint, refuse};
 use crate::algebra::brackets::Brackets;
-use crate::algebra::elimination::inverse;
 use crate::algebra::{Covector, LieAlgebra, Matrix, Vector, apply, times};
 use crate::group::{LieGroup, MatrixGroup};
 use crate::scalar::loops::{self, heavy};
@@ -254,7 +253,7 @@ impl<T: Real, S: Scalar<Base = T>, const N: usize> TangentPoint<S, N> for Cayley
 
     fn d_neg(&self) -> Matrix<S, N> {
         let nowhere = || Matrix::from_element(S::exact(f64::NAN));
-        self.d_neg.unwrap_or_else(|| inverse(&self.d_neg_inv).unwrap_or_else(nowhere))
+        self.d_neg.unwrap_or_else(|| Sum::of(self.d_neg_inv).invert(1.0).unwrap_or_else(nowhere))
     }
 
     fn ad(&self) -> Matrix<S, N> {
