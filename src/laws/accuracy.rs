@@ -14,6 +14,7 @@ use super::{CaseLaw, Source};
 use crate::algebra::{Covector, Vector};
 use crate::harness::{About, Cost, Fault, Verdict};
 use crate::integrators::OneStep;
+use crate::laws::unbuilt;
 use crate::mechanics::{Force, Lagrangian};
 use crate::retraction::{Retraction, RetractionError, TangentPoint};
 use crate::scalar::{Dd, Real, Scalar};
@@ -234,7 +235,7 @@ fn judge<S: Source>(source: &S, fault: Option<&Fault>, which: Which) -> Verdict 
     match (double, quad) {
         (Ok(Ok(double)), Ok(Ok(quad))) => alone(16, compared(&double, &quad, condition(source.case()))),
         (Ok(Err(measured)), _) | (_, Ok(Err(measured))) => alone(16, measured),
-        (Err(e), _) | (_, Err(e)) => Verdict::broken(format!("a generated case cannot be built: {e}")),
+        (Err(e), _) | (_, Err(e)) => unbuilt(&e),
     }
 }
 

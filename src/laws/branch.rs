@@ -11,6 +11,7 @@ use crate::algebra::{Covector, Vector};
 use crate::harness::{About, Cost, Fault, Verdict};
 use crate::integrators::variational::Variational;
 use crate::integrators::{OneStep, State, StepError};
+use crate::laws::unbuilt;
 use crate::mechanics::{Force, Lagrangian};
 use crate::retraction::{Retraction, RetractionError};
 use crate::scalar::{Dd, Real};
@@ -75,7 +76,7 @@ const BOUND: f64 = 1.0 / 65536.0;
 const LARGEST: (f64, i32) = (64.0, 8);
 
 fn built(verdict: Result<Verdict, CaseError>) -> Verdict {
-    verdict.unwrap_or_else(|e| Verdict::broken(format!("a generated case cannot be built: {e}")))
+    verdict.unwrap_or_else(|e| unbuilt(&e))
 }
 
 /// r(H) = 0, the stage equations of a step from a state. H_1 … H_s are one list.

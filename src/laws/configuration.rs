@@ -18,6 +18,7 @@ use crate::algebra::{Covector, Matrix, Vector, pair};
 use crate::group::LieGroup;
 use crate::harness::{About, Cost, Fault, Verdict};
 use crate::integrators::{OneStep, State, StepError};
+use crate::laws::unbuilt;
 use crate::mechanics::configuration::Configuration;
 use crate::mechanics::{Force, Lagrangian};
 use crate::retraction::{Exponential, Retraction};
@@ -113,7 +114,7 @@ pub const fn laws() -> &'static [CaseLaw] {
                 .dispatch_main_with::<Dd, _>(&Plant(fault), Symplectic { fault })
             {
                 Ok(measured) => alone(32, measured),
-                Err(e) => Verdict::broken(format!("a generated case cannot be built: {e}")),
+                Err(e) => unbuilt(&e),
             },
         },
         CaseLaw {
@@ -285,7 +286,7 @@ fn symmetry(case: &Case, fault: Option<&Fault>) -> Verdict {
     let size = case.matrix_size();
     let found = match case.dispatch_main::<f64, _>(Symmetries(size)) {
         Ok(found) => found,
-        Err(e) => return Verdict::broken(format!("a generated case cannot be built: {e}")),
+        Err(e) => return unbuilt(&e),
     };
     let mut probe = Probe::new(case, stream::CONFIGURATION);
     if found.is_empty() {

@@ -11,6 +11,7 @@ use crate::group::{LieGroup, MatrixGroup};
 use crate::harness::{About, Cost, Fault, Verdict};
 use crate::integrators::derivative::{Derivative, Gradient, InputGradient, Linearised, Parameters, Variation};
 use crate::integrators::{OneStep, State, StepError, Variational};
+use crate::laws::unbuilt;
 use crate::mechanics::configuration::Configuration;
 use crate::mechanics::force::{Driven, Factor};
 use crate::mechanics::{Force, Lagrangian, LegendreError};
@@ -99,7 +100,7 @@ fn judge(case: &Case, fault: Option<&Fault>, steps: usize) -> Verdict {
     let (double, quad) = match outcomes {
         Ok((Ok(double), Ok(quad))) => (double, quad),
         Ok((Err(said), _) | (_, Err(said))) => return alone(32, said),
-        Err(e) => return Verdict::broken(format!("a generated case cannot be built: {e}")),
+        Err(e) => return unbuilt(&e),
     };
     // |a − b| in units of round-off of f64.
     let unit = f64::unit_roundoff() * double.size;

@@ -9,6 +9,7 @@ use super::{CaseLaw, Source};
 use crate::algebra::{Covector, Matrix, Vector, elimination, pair};
 use crate::group::{LieGroup, MatrixGroup};
 use crate::harness::{About, Cost, Fault, Verdict, evidence};
+use crate::laws::unbuilt;
 use crate::mechanics::doubled::{DoubledLagrangian, Forced, VelocityError};
 use crate::mechanics::equations::EulerPoincare;
 use crate::mechanics::{Force, Lagrangian, LegendreError};
@@ -93,7 +94,7 @@ pub const fn laws<S: Source>() -> &'static [CaseLaw<S>] {
                 cases: |cases| cases.main_dimensions().with_group().smooth(),
                 check: |case, fault| match case.visit_main::<f64, _>(&Plant(fault), Stationary { case, fault }) {
                     Ok(verdict) => verdict,
-                    Err(e) => Verdict::broken(format!("a generated case cannot be built: {e}")),
+                    Err(e) => unbuilt(&e),
                 },
             },
         ]

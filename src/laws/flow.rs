@@ -13,6 +13,7 @@ use crate::discrete::exact::{ExactError, collocate};
 use crate::group::LieGroup;
 use crate::harness::{About, Cost, Fault, Verdict, evidence};
 use crate::integrators::{OneStep, State, StepError};
+use crate::laws::unbuilt;
 use crate::mechanics::equations::EulerPoincare;
 use crate::mechanics::{Force, Lagrangian, LegendreError};
 use crate::retraction::Retraction;
@@ -191,7 +192,7 @@ fn dissipation<S: Source>(case: &S, fault: Option<&Fault>) -> Verdict {
     let run = ran.visit_main::<f64, _>(&Plant(fault), Run { forces });
     match (solution, run) {
         (Ok(solution), Ok(run)) => alone(32, solution).and(run),
-        (Err(e), _) | (_, Err(e)) => Verdict::broken(format!("a generated case cannot be built: {e}")),
+        (Err(e), _) | (_, Err(e)) => unbuilt(&e),
     }
 }
 

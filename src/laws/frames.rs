@@ -13,6 +13,7 @@ use crate::group::LieGroup;
 use crate::harness::{About, Cost, Fault, Verdict};
 use crate::integrators::OneStep;
 use crate::integrators::advected::{Advected, AdvectedLagrangian, AdvectedState, Representation};
+use crate::laws::unbuilt;
 use crate::mechanics::configuration::{Configuration, ForceOnGroup, InSpace};
 use crate::mechanics::equations::EulerPoincare;
 use crate::mechanics::{Force, Lagrangian};
@@ -170,7 +171,7 @@ fn advected(case: &Case, fault: Option<&Fault>) -> Verdict {
     case.potentials.push(Potential::Formula { value: potential.text(size) });
     match case.dispatch_main_with::<Dd, _>(&Plant(fault), Reduced { fault, potential }) {
         Ok(measured) => alone(32, measured),
-        Err(e) => Verdict::broken(format!("a generated case cannot be built: {e}")),
+        Err(e) => unbuilt(&e),
     }
 }
 

@@ -76,7 +76,8 @@ pub mod variational_error;
 pub use source::Source;
 
 use crate::harness::{About, Fault, Law, Verdict};
-use crate::system::{Case, Cases, cases};
+use crate::system::dispatch::PLACED;
+use crate::system::{Case, CaseError, Cases, Problem, cases};
 use proptest::strategy::{BoxedStrategy, Strategy};
 
 /// A law on cases: its description, its generator and its check.
@@ -134,6 +135,14 @@ impl Law<Case> for CaseLaw {
 
     fn simpler(&self, case: &Case, visit: &mut dyn FnMut(Case) -> bool) {
         let _ = (self.cases)(cases()).simpler(case).any(visit);
+    }
+}
+
+/// What it means that a case cannot be built: an error of whoever drew it, but for a system of somebody's own types that the law is not about.
+pub(crate) fn unbuilt(error: &CaseError) -> Verdict {
+    match &error.problem {
+        Problem::NotApplicable { what, .. } if *what == PLACED => Verdict::not_applicable(error.to_string()),
+        _ => Verdict::broken(format!("the case cannot be built: {error}")),
     }
 }
 

@@ -16,6 +16,7 @@ use crate::harness::convergence::{CLEAR_OF_NOISE, Estimate, Level, estimate};
 use crate::harness::evidence::{self, Evidence};
 use crate::harness::{About, Cost, Fault, Verdict};
 use crate::integrators::{Classical, OneStep, State, StepError};
+use crate::laws::unbuilt;
 use crate::mechanics::configuration::Configuration;
 use crate::mechanics::equations::EulerPoincare;
 use crate::mechanics::{Force, Lagrangian};
@@ -113,7 +114,7 @@ pub(super) enum Which {
 pub(super) fn judge<S: Source>(case: &S, fault: Option<&Fault>, which: Which) -> Verdict {
     match case.visit::<Dd, _>(&Plant(fault), OrderStudy { fault, which }) {
         Ok(verdict) => verdict,
-        Err(e) => Verdict::broken(format!("a generated case cannot be built: {e}")),
+        Err(e) => unbuilt(&e),
     }
 }
 

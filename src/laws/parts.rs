@@ -20,6 +20,7 @@ use super::user::system::WithCasimirs;
 use super::user::values::Values;
 use crate::algebra::{Covector, LieAlgebra, Vector};
 use crate::harness::{About, BoxedStrategy, Cost, Fault, Verdict, draw};
+use crate::laws::unbuilt;
 use crate::mechanics::Lagrangian;
 use crate::mechanics::lagrangian::AnyLagrangian;
 use crate::scalar::{Dd, Number, Real};
@@ -93,7 +94,7 @@ fn judge(law: &About, part: Result<Option<Box<dyn Erased>>, CaseError>, case: &C
     let part = match part {
         Ok(Some(part)) => part,
         Ok(None) => return Verdict::not_applicable("the system has no such part"),
-        Err(e) => return Verdict::broken(format!("a generated case cannot be built: {e}")),
+        Err(e) => return unbuilt(&e),
     };
     if let Some(why) = part.missing(law) {
         return Verdict::not_applicable(why);

@@ -16,6 +16,7 @@ use super::probe::{Probe, stream};
 use super::source::Source;
 use crate::harness::evidence::{self, Evidence, Wanted};
 use crate::harness::{Fault, Verdict, guarded};
+use crate::laws::unbuilt;
 use crate::scalar::{Dd, Number, Real, Scalar};
 use crate::system::case::{Case, Inertia, Motion};
 use crate::system::{CaseError, Visitor};
@@ -205,7 +206,7 @@ fn both(evaluations: &Evaluations<'_>) -> Verdict {
 fn beside(evaluations: &Evaluations<'_>, double: Evaluated) -> Verdict {
     match (double, (evaluations.quad)(None)) {
         (Ok(double), Ok(quad)) => compare_below(double, quad, || amplified(evaluations)),
-        (Err(e), _) | (_, Err(e)) => Verdict::broken(format!("a generated case cannot be built: {e}")),
+        (Err(e), _) | (_, Err(e)) => unbuilt(&e),
     }
 }
 
@@ -352,7 +353,7 @@ fn is_above(double: &Evaluated) -> bool {
 fn each(evaluations: &Evaluations<'_>, quad: Result<bool, CaseError>) -> Verdict {
     let in_quad = || only_in(32, (evaluations.quad)(None));
     let chosen = match (quad, evidence::wanted()) {
-        (Err(e), _) => return Verdict::broken(format!("a generated case cannot be built: {e}")),
+        (Err(e), _) => return unbuilt(&e),
         (Ok(_), Wanted::Only(32)) => return in_quad(),
         (Ok(_), Wanted::Only(16)) => return only((evaluations.double)()),
         (Ok(chosen), _) => chosen,
@@ -366,7 +367,7 @@ fn each(evaluations: &Evaluations<'_>, quad: Result<bool, CaseError>) -> Verdict
 
 fn small(evaluations: &Evaluations<'_>, quad: Result<bool, CaseError>) -> Verdict {
     match (quad, evidence::wanted()) {
-        (Err(e), _) => return Verdict::broken(format!("a generated case cannot be built: {e}")),
+        (Err(e), _) => return unbuilt(&e),
         (Ok(true), _) | (_, Wanted::Only(_)) => return both(evaluations),
         (Ok(false), _) => {}
     }
@@ -397,7 +398,7 @@ fn only(double: Evaluated) -> Verdict {
 fn only_in(digits: u32, measured: Evaluated) -> Verdict {
     match measured {
         Ok(measured) => alone(digits, measured),
-        Err(e) => Verdict::broken(format!("a generated case cannot be built: {e}")),
+        Err(e) => unbuilt(&e),
     }
 }
 

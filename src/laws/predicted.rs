@@ -13,6 +13,7 @@ use super::planted::tableau::{COEFFICIENT, WRONG_STAGE, planted};
 use super::{CaseLaw, Source};
 use crate::harness::{About, Cost, Fault, Verdict, evidence};
 use crate::integrators::MuntheKaas;
+use crate::laws::unbuilt;
 use crate::mechanics::equations::EulerPoincare;
 use crate::mechanics::{Force, Lagrangian};
 use crate::retraction::Retraction;
@@ -171,7 +172,7 @@ fn check<S: Source>(case: &S, fault: Option<&Fault>, which: Which) -> Verdict {
 
 fn measure<S: Source>(case: &S, fault: Option<&Fault>, which: Which) -> Result<Measured, Verdict> {
     let measured = case.visit_main::<Dd, _>(&Plant(fault), Descent { fault, which });
-    measured.map_err(|e| Verdict::broken(format!("a generated case cannot be built: {e}")))
+    measured.map_err(|e| unbuilt(&e))
 }
 
 /// The same on a body without symmetry; compiled here once, whatever the source.

@@ -7,6 +7,7 @@ use crate::algebra::{Matrix, Vector};
 use crate::harness::{About, Cost, Fault, Verdict};
 use crate::integrators::solve::{Solution, Solve};
 use crate::integrators::{Classical, OneStep, State, StepError};
+use crate::laws::unbuilt;
 use crate::mechanics::configuration::Configuration;
 use crate::mechanics::equations::EulerPoincare;
 use crate::mechanics::{Force, Lagrangian};
@@ -38,8 +39,7 @@ pub const fn laws<S: Source>() -> &'static [CaseLaw<S>] {
             },
             cases: |cases| cases.with_group(),
             check: |case, fault| {
-                case.visit::<f64, _>(&Plant(fault), Check { case, fault })
-                    .unwrap_or_else(|e| Verdict::broken(format!("a generated case cannot be built: {e}")))
+                case.visit::<f64, _>(&Plant(fault), Check { case, fault }).unwrap_or_else(|e| unbuilt(&e))
             },
         }]
     }

@@ -7,6 +7,7 @@ use super::subjects::*;
 use super::{CaseLaw, Source};
 use crate::algebra::{Covector, Matrix, Vector, elimination, pair};
 use crate::harness::{About, Cost, Fault, Verdict, evidence};
+use crate::laws::unbuilt;
 use crate::mechanics::doubled::VelocityError;
 use crate::mechanics::forced_hamiltonian::ForcedHamiltonian;
 use crate::mechanics::hamiltonian::{DoubledHamiltonian, LegendreHamiltonian};
@@ -64,7 +65,7 @@ pub const fn laws<S: Source>() -> &'static [CaseLaw<S>] {
                 cases: |cases| cases.main_dimensions().with_group().forced(),
                 check: |case, fault| match case.visit_main::<Dd, _>(&Plant(fault), Difference { case, fault }) {
                     Ok(verdict) => verdict,
-                    Err(e) => Verdict::broken(format!("a generated case cannot be built: {e}")),
+                    Err(e) => unbuilt(&e),
                 },
             },
         ]

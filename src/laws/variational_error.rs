@@ -16,6 +16,7 @@ use crate::harness::evidence::{self, Evidence};
 use crate::harness::{About, Cost, Fault, Verdict};
 use crate::integrators::doubled::{Doubled, DoubledState};
 use crate::integrators::{Classical, OneStep, State, StepError};
+use crate::laws::unbuilt;
 use crate::mechanics::Force;
 use crate::mechanics::Lagrangian;
 use crate::mechanics::doubled::{DoubledLagrangian, Forced};
@@ -57,7 +58,7 @@ pub const fn laws<S: Source>() -> &'static [CaseLaw<S>] {
             cases: generator,
             check: |case, fault| match case.visit_main::<Dd, _>(&Plant(fault), ErrorStudy { case, fault }) {
                 Ok(verdict) => verdict,
-                Err(e) => Verdict::broken(format!("a generated case cannot be built: {e}")),
+                Err(e) => unbuilt(&e),
             },
         }]
     }

@@ -1,6 +1,6 @@
 //! The Cayley map on matrix groups whose algebra is closed under y ↦ x y x.
 
-use super::linear::{Sum, norm};
+use super::linear::Sum;
 use super::{Retraction, RetractionError, TangentPoint, refuse};
 use crate::algebra::brackets::Brackets;
 use crate::algebra::{Covector, LieAlgebra, Matrix, Vector, apply, times};
@@ -206,8 +206,9 @@ impl<T: Real, const N: usize, const D: usize, G: LieGroup<T, N, D>> Retraction<T
         let odd = self.products.ad(x) * S::half();
         let (d_inv, d_neg_inv) = (even.clone().plus(&odd), even.plus(&-odd));
         let d = d_inv.invert(1.0).ok_or_else(fail)?;
-        // ‖dτ_{−x}⁻¹ − 1‖ ≤ ½: its inverse exists, has a norm of at most 2, and is made where somebody asks for it.
-        let near = norm(&quarter) + norm(&odd) <= 0.5;
+        // ‖dτ_{−x}⁻¹ − 1‖ ≤ ½ (Frobenius): its inverse exists, has a norm of at most 2, and is made where somebody asks for it.
+        let size = |m: &Matrix<S, N>| m.iter().fold(0.0, |sum, v| sum + v.to_f64() * v.to_f64()).sqrt();
+        let near = size(&quarter) + size(&odd) <= 0.5;
         let d_neg = if near { None } else { Some(d_neg_inv.invert(1.0).ok_or_else(fail)?) };
         let (d_inv, d_neg_inv) = (*d_inv.value(), *d_neg_inv.value());
         if !finite(d.as_slice()) || d_neg.is_some_and(|d_neg| !finite(d_neg.as_slice())) {

@@ -30,6 +30,9 @@ use crate::scalar::{Dd, Number, Real};
 use crate::tableau::families::MAX_STAGES;
 use crate::tableau::{Description, Entries, Tableau, TableauError};
 
+/// What laws of reduced systems do not know.
+pub(crate) const PLACED: &str = "a force or a Lagrangian that depends on the configuration";
+
 /// What an inertia may be.
 const INDEFINITE: &str = "positive definite; with `indefinite = true` any regular one, where there is no quartic term";
 
@@ -337,8 +340,7 @@ impl Case {
         let known = knows_configuration || self.is_general();
         if !known && (force.uses_configuration() || lagrangian.uses_configuration()) {
             let why = "this law is for f(t, η) and l(η)".into();
-            let what = "a force or a Lagrangian that depends on the configuration";
-            return Err(Place::root().error(Problem::NotApplicable { what, why }));
+            return Err(Place::root().error(Problem::NotApplicable { what: PLACED, why }));
         }
         let tableau = self.tableau::<T>(&Place::root().key("method"))?;
         let state = self.state(&lagrangian, &retraction, &group)?;

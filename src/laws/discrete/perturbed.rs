@@ -18,6 +18,7 @@ use crate::discrete::{DiscreteLagrangian, Momenta, Smooth, Triple};
 use crate::harness::convergence::{Level, estimate};
 use crate::harness::evidence::{self, Evidence};
 use crate::harness::{About, Cost, Fault, Verdict};
+use crate::laws::unbuilt;
 use crate::mechanics::doubled::Forced;
 use crate::mechanics::{Force, Lagrangian};
 use crate::retraction::Retraction;
@@ -45,7 +46,7 @@ pub const fn laws<S: Source>() -> &'static [CaseLaw<S>] {
             cases: |cases| cases.main_dimensions().forced_nonabelian().smooth().with_group(),
             check: |case, fault| match case.visit_main::<Dd, _>(&Plant(fault), Study { case, fault }) {
                 Ok(verdict) => verdict,
-                Err(e) => Verdict::broken(format!("a generated case cannot be built: {e}")),
+                Err(e) => unbuilt(&e),
             },
         }]
     }

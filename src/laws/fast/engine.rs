@@ -32,13 +32,6 @@ pub const STOPPED: Fault = Fault::new(
     "methods that are not explicit",
 );
 
-/// What depends on g at the start of the step instead of the stages.
-pub const AT_START: Fault = Fault::new(
-    "weight-at-start",
-    "weight and field in the axes of the body at the start of the step, at every stage",
-    "bodies with a weight or a field that turn",
-);
-
 /// Why a potential is refused.
 const NO_LOAD: &str = "a potential has no form in lanes";
 
@@ -329,7 +322,7 @@ impl Engine {
         let wrong = match fault {
             Some(fault) if fault.name == TERM_MISSING.name => fast(body.clone().without_last_term())?,
             Some(fault) if fault.name == OTHER_RETRACTION.name => fast(body.clone().with_other_retraction())?,
-            Some(fault) if fault.name == AT_START.name => Some(Wrong::AtStart(body.clone(), registers)),
+            Some(fault) if fault.name == step::OF_START.name => Some(Wrong::AtStart(body.clone(), registers)),
             Some(fault) if step::ALL.iter().any(|(one, _)| one.name == fault.name) => {
                 let planted = Library { fault: Some(fault.with_size(1.0)), quad: false };
                 Some(Wrong::General(planted.owned(case)?))

@@ -12,7 +12,7 @@ mod noether;
 mod solver;
 mod step;
 
-pub use engine::{AT_START, Fast, OTHER_RETRACTION, STOPPED, TERM_MISSING};
+pub use engine::{Fast, OTHER_RETRACTION, STOPPED, TERM_MISSING};
 pub use ensemble::{NEIGHBOUR, THREADS};
 
 use crate::laws::CaseLaw;

@@ -1,7 +1,7 @@
 //! One fast step, or a few: against the general engine, and in another frame.
 
 use super::condition::{Condition, Judged, conditions, exact, trajectory};
-use super::engine::{AT_START, Body, Engine, Form, OTHER_RETRACTION, Reporting, STOPPED, TERM_MISSING};
+use super::engine::{Body, Engine, Form, OTHER_RETRACTION, Reporting, STOPPED, TERM_MISSING};
 use super::tableaux;
 use crate::algebra::catalogue::Entry;
 use crate::harness::{About, Cost, Fault, Verdict, evidence};
@@ -12,7 +12,7 @@ use crate::laws::method::Point;
 use crate::laws::method::library::{FAVOURED, SEES_ATTITUDE, SEES_TIME};
 use crate::laws::planted::step::{
     CHART, FIRST_STAGE, FORCE_INDEX, FORCE_TIME, FROM_LEFT, HALVED, INVERSE_SECOND, INVERTED, NO_FORCE, NO_SECOND,
-    NO_STEP, NOT_TRANSPORTED, ORDER_TWO, SWAPPED_SECOND, UNCONJUGATED,
+    NO_STEP, NOT_TRANSPORTED, OF_START, ORDER_TWO, SWAPPED_SECOND, UNCONJUGATED,
 };
 use crate::laws::planted::tableau::COEFFICIENT;
 use crate::laws::precision::of_relative;
@@ -91,7 +91,7 @@ pub(super) static LAWS: &[CaseLaw] = &[
             bound: BOUND,
             needs: "so(3) or se(3) in its standard basis; a quadratic Lagrangian; a force with a form in lanes",
             cost: Cost::Cheap,
-            faults: &[AT_START, TERM_MISSING, OTHER_RETRACTION, STOPPED, COEFFICIENT],
+            faults: &[OF_START, TERM_MISSING, OTHER_RETRACTION, STOPPED, COEFFICIENT],
         },
         cases: |cases| cases.fast().with_tableaux(tableaux()),
         check: |case, fault| settled(loaded(case, fault)),

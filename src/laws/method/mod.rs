@@ -48,6 +48,7 @@ use super::source::Source;
 use crate::harness::convergence::Estimate;
 use crate::harness::{About, Cost, Verdict};
 use crate::integrators::StepError;
+use crate::laws::unbuilt;
 use crate::mechanics::{Force, Lagrangian};
 use crate::retraction::Retraction;
 use crate::scalar::{Dd, Real};
@@ -822,6 +823,6 @@ fn judged(law: &MethodLaw, setup: Result<Setup<'_>, SetupError>, claims: &Claims
     match setup {
         Ok(setup) => check(law, &setup, claims),
         Err(SetupError::Method(error)) => without(&error).into(),
-        Err(SetupError::Case(error)) => Verdict::broken(format!("the case cannot be built: {error}")).into(),
+        Err(SetupError::Case(error)) => unbuilt(&error).into(),
     }
 }

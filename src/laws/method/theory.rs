@@ -536,10 +536,17 @@ where
 
     fn is_autonomous(&self) -> bool {
         let velocity = |k: usize| Vector::<T, N>::from_fn(|a, _| T::ratio(((5 * a + 3 * k) % 7) as i64 - 3, 4));
-        let g = &self.state.attitude;
+        // Where a force vanishes at one attitude it need not at another.
+        let turned = |k: usize| match self.group.as_ref().filter(|_| k > 0 && self.is_placed()) {
+            Some(group) => {
+                let hat: Matrix<T, D> = group.hat(&(coordinates::<T, N>() * T::int(k as i64)));
+                self.state.attitude * exponential(&hat)
+            }
+            None => self.state.attitude,
+        };
         let at = |time: T, k: usize| {
-            let eta = velocity(k);
-            (self.load(time, g, &eta), self.lagrangian.gradient_at(time, Configuration::of(g), &eta))
+            let (g, eta) = (turned(k), velocity(k));
+            (self.load(time, &g, &eta), self.lagrangian.gradient_at(time, Configuration::of(&g), &eta))
         };
         let time = |k: usize| self.state.time + T::ratio(5 + 4 * k as i64, 8);
         (0..3).all(|k| (0..3).all(|j| at(self.state.time, j) == at(time(k), j)))

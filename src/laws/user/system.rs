@@ -14,6 +14,7 @@ use crate::harness::{About, Fault, Law, Verdict};
 use crate::integrators::{OneStep, Report, StagePoint, State, StepError, Variational};
 use crate::laws::method::{self, Claims, MethodLaw, Other, Scheme, Setup, Side, StateForm, SystemParts, Untyped};
 use crate::laws::planted::retraction::Plant;
+use crate::laws::unbuilt;
 use crate::mechanics::configuration::Configuration;
 use crate::mechanics::force::{AnyForce, Zero};
 use crate::mechanics::given::Untyped as UntypedPart;
@@ -550,7 +551,7 @@ impl<P: Types<N, D>, const N: usize, const D: usize> Law<Case> for UserMethodLaw
     fn check(&self, case: &Case, _: Option<&Fault>) -> Verdict {
         match setup(&UserSystem::<P, N, D>::new(case.clone())) {
             Ok(setup) => method::check(self.law, &setup, &P::claims()).verdict,
-            Err(e) => Verdict::broken(format!("the case cannot be built: {e}")),
+            Err(e) => unbuilt(&e),
         }
     }
 }
