@@ -201,17 +201,13 @@ impl<T: Real, const N: usize, const D: usize, G: LieGroup<T, N, D>> Retraction<T
 
     fn at<S: Scalar<Base = T>>(&self, x: &Vector<S, N>) -> Result<CayleyPoint<T, S, N>, RetractionError> {
         let fail = || refuse(x, Self::NAME, Self::SINGULAR);
-        let quarter = self.products.sandwich(x) * S::exact(-0.25);
-        let even = Sum::of(Matrix::<S, N>::identity()).plus(&quarter);
+        let even = Sum::of(Matrix::<S, N>::identity()).plus(&(self.products.sandwich(x) * S::exact(-0.25)));
         let odd = self.products.ad(x) * S::half();
         let (d_inv, d_neg_inv) = (even.clone().plus(&odd), even.plus(&-odd));
         let d = d_inv.invert(1.0).ok_or_else(fail)?;
-        // ‖dτ_{−x}⁻¹ − 1‖ ≤ ½ (Frobenius): its inverse exists, has a norm of at most 2, and is made where somebody asks for it.
-        let size = |m: &Matrix<S, N>| m.iter().fold(0.0, |sum, v| sum + v.to_f64() * v.to_f64()).sqrt();
-        let near = size(&quarter) + size(&odd) <= 0.5;
-        let d_neg = if near { None } else { Some(d_neg_inv.invert(1.0).ok_or_else(fail)?) };
+        let d_neg = d_neg_inv.invert(1.0).ok_or_else(fail)?;
         let (d_inv, d_neg_inv) = (*d_inv.value(), *d_neg_inv.value());
-        if !finite(d.as_slice()) || d_neg.is_some_and(|d_neg| !finite(d_neg.as_slice())) {
+        if !finite(d.as_slice()) || !finite(d_neg.as_slice()) {
             return Err(fail());
         }
         Ok(CayleyPoint { products: Arc::clone(&self.products), x: *x, d, d_inv, d_neg, d_neg_inv })
@@ -238,8 +234,7 @@ pub struct CayleyPoint<T: Real, S: Scalar<Base = T>, const N: usize> {
     x: Vector<S, N>,
     d: Matrix<S, N>,
     d_inv: Matrix<S, N>,
-    /// `None`: the inverse of what follows, which exists.
-    d_neg: Option<Matrix<S, N>>,
+    d_neg: Matrix<S, N>,
     d_neg_inv: Matrix<S, N>,
 }
 
@@ -253,12 +248,11 @@ impl<T: Real, S: Scalar<Base = T>, const N: usize> TangentPoint<S, N> for Cayley
     }
 
     fn d_neg(&self) -> Matrix<S, N> {
-        let nowhere = || Matrix::from_element(S::exact(f64::NAN));
-        self.d_neg.unwrap_or_else(|| Sum::of(self.d_neg_inv).invert(1.0).unwrap_or_else(nowhere))
+        self.d_neg
     }
 
     fn ad(&self) -> Matrix<S, N> {
-        times(&self.d_neg(), &self.d_inv)
+        times(&self.d_neg, &self.d_inv)
     }
 
     fn ad_inv(&self) -> Matrix<S, N> {
