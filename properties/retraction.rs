@@ -247,6 +247,16 @@ fn odd_terms<T: Real, const N: usize>() -> Vec<OddTerm<T>> {
 
 /// The inverse of an odd map, where it folds, and what is no odd map.
 #[test]
+fn like_terms_of_an_odd_map_are_one() {
+    let term = |coefficient, factors: [usize; 3]| OddTerm { component: 0, coefficient, factors: factors.to_vec() };
+    let make = |terms| Composed::new::<3, 3>(ExponentialSo3::<f64>::new(), terms).unwrap();
+    let twice = make(vec![term(0.125, [0, 1, 2]), term(0.5, [1, 1, 1]), term(0.25, [2, 0, 1])]);
+    assert_eq!(twice.terms(), [term(0.375, [0, 1, 2]), term(0.5, [1, 1, 1])]);
+    let none = make(vec![term(0.125, [0, 0, 1]), term(-0.125, [0, 1, 0])]);
+    assert!(none.terms().is_empty());
+}
+
+#[test]
 fn odd_maps_are_inverted_up_to_their_folds() {
     let term = |coefficient, component, degree| OddTerm { component, coefficient, factors: vec![0; degree] };
     let make = |terms| Composed::new::<3, 3>(ExponentialSo3::<f64>::new(), terms);

@@ -19,6 +19,24 @@ pub struct OddTerm<T> {
 /// The largest number of factors.
 const MAX_DEGREE: usize = 15;
 
+/// Like terms added up, those with a coefficient of 0 left out: of terms that cancel, rounding would leave something.
+fn combined<T: Real>(terms: Vec<OddTerm<T>>) -> Vec<OddTerm<T>> {
+    let sorted = |term: &OddTerm<T>| {
+        let mut factors = term.factors.clone();
+        factors.sort_unstable();
+        (term.component, factors)
+    };
+    let mut combined: Vec<OddTerm<T>> = Vec::with_capacity(terms.len());
+    for term in terms {
+        match combined.iter_mut().find(|other| sorted(other) == sorted(&term)) {
+            Some(like) => like.coefficient += term.coefficient,
+            None => combined.push(term),
+        }
+    }
+    combined.retain(|term| term.coefficient != T::zero());
+    combined
+}
+
 /// φ(x) = x + Σ terms: φ(−x) = −φ(x), and φ'(0) = 1.
 #[derive(Clone, Debug, PartialEq)]
 struct OddMap<T>(Arc<[OddTerm<T>]>);
@@ -114,7 +132,7 @@ impl<R, T: Real> Composed<R, T> {
                 return Err(refused(ODD));
             }
         }
-        Ok(Self { inner, map: OddMap(terms.into()) })
+        Ok(Self { inner, map: OddMap(combined(terms).into()) })
     }
 
     /// τ₀.
@@ -122,7 +140,7 @@ impl<R, T: Real> Composed<R, T> {
         &self.inner
     }
 
-    /// The terms of φ(x) − x.
+    /// The terms of φ(x) − x, like terms as one.
     pub fn terms(&self) -> &[OddTerm<T>] {
         &self.map.0
     }
