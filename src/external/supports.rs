@@ -10,7 +10,7 @@ use crate::system::{Case, Cases};
 use serde::{Deserialize, Serialize};
 use serde_json::Value;
 
-/// The systems that a program supports, and what its state is. A key that is absent restricts nothing.
+/// The systems that a program supports, and what its state is. A key that is absent restricts nothing; without `potentials` there are none.
 ///
 /// ```
 /// use euler_poincare::external::Supports;
@@ -43,7 +43,7 @@ pub struct Supports {
     /// Only forces of these kinds; an empty list: none.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub forces: Option<Vec<String>>,
-    /// Potentials of these kinds; a state that is not an attitude has none.
+    /// Potentials of these kinds alone; absent: none. A state that is not an attitude has none.
     #[serde(skip_serializing_if = "Vec::is_empty")]
     pub potentials: Vec<String>,
     /// Only positive steps.
