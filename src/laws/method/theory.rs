@@ -546,7 +546,10 @@ where
         };
         let at = |time: T, k: usize| {
             let (g, eta) = (turned(k), velocity(k));
-            (self.load(time, &g, &eta), self.lagrangian.gradient_at(time, Configuration::of(&g), &eta))
+            let here = Configuration::of(&g);
+            // L itself, too: a potential of the time alone changes the energy, and no force.
+            let momentum = self.lagrangian.gradient_at(time, here, &eta);
+            (self.load(time, &g, &eta), momentum, self.lagrangian.value_at(time, here, &eta))
         };
         let time = |k: usize| self.state.time + T::ratio(5 + 4 * k as i64, 8);
         (0..3).all(|k| (0..3).all(|j| at(self.state.time, j) == at(time(k), j)))
