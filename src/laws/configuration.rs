@@ -304,6 +304,26 @@ pub(super) fn share_of_gradient<T: Real>(fault: Option<&Fault>) -> T {
     T::one() - T::exact(wrong)
 }
 
+/// A time, an attitude and vectors.
+type Somewhere<T, const N: usize, const D: usize> = (T, Matrix<T, D>, [Vector<T, N>; 3]);
+
+/// A random place of a system.
+pub(super) fn somewhere<T: Real, const N: usize, const D: usize, R: Retraction<T, N, D>, L, F>(
+    system: &System<T, N, D, R, L, F>,
+    case: &dyn Debug,
+) -> Result<Somewhere<T, N, D>, Measured> {
+    let mut probe = Probe::new(case, stream::CONFIGURATION);
+    let mut draw = || {
+        let drawn = probe.vector::<T, N>();
+        Vector::<T, N>::from_fn(|a, _| if a < system.dimension { drawn[a] } else { T::zero() })
+    };
+    let (x, vectors) = (draw() * T::half(), [draw(), draw(), draw()]);
+    match system.retraction.tau(&x) {
+        Ok(turn) => Ok((system.state.time + T::ratio(3, 8), system.state.attitude * turn, vectors)),
+        Err(_) => Err(Measured::NotApplicable("τ(x) is not defined for the x that was drawn".into())),
+    }
+}
+
 /// The derivatives of L at random places.
 #[derive(Clone, Copy)]
 struct Gradients<'a> {
@@ -320,7 +340,7 @@ impl<T: Real> Visitor<T> for Gradients<'_> {
         self,
         system: System<T, N, D, R, L, F>,
     ) -> Measured {
-        let (lagrangian, n) = (&system.lagrangian, system.dimension);
+        let lagrangian = &system.lagrangian;
         if !lagrangian.uses_configuration() {
             return Measured::NotApplicable(
                 "the Lagrangian depends neither on the configuration nor on the time".into(),
@@ -329,17 +349,10 @@ impl<T: Real> Visitor<T> for Gradients<'_> {
         let Some(group) = &system.group else {
             return Measured::NotApplicable("the algebra has no group".into());
         };
-        let mut probe = Probe::new(self.case, stream::CONFIGURATION);
-        let mut draw = || {
-            let drawn = probe.vector::<T, N>();
-            Vector::<T, N>::from_fn(|a, _| if a < n { drawn[a] } else { T::zero() })
+        let (t, g, [along, eta, change]) = match somewhere(&system, self.case) {
+            Ok(place) => place,
+            Err(why) => return why,
         };
-        let (x, along, eta, change) = (draw() * T::half(), draw(), draw(), draw());
-        let g = match system.retraction.tau(&x) {
-            Ok(turn) => system.state.attitude * turn,
-            Err(_) => return Measured::NotApplicable("τ(x) is not defined for the x that was drawn".into()),
-        };
-        let t = system.state.time + T::ratio(3, 8);
         let here = Configuration::of(&g);
         // Value and derivative along changes of g and η.
         let slope = |rate: Matrix<T, D>, zeta: &Vector<T, N>| {

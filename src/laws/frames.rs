@@ -1,7 +1,7 @@
 //! The same system in other variables: the momentum in space, and a parameter that the motion carries along.
 
 use super::CaseLaw;
-use super::configuration::{What, configured, placed, share_of_gradient};
+use super::configuration::{What, configured, placed, share_of_gradient, somewhere};
 use super::integrators::{refused, subject};
 use super::planted::retraction::Plant;
 use super::planted::step::{FROM_LEFT, GRADIENT_SIGN, HALVED, INVERTED, NO_GRADIENT, NOT_TRANSPORTED, OF_START};
@@ -96,21 +96,14 @@ impl<T: Real> Visitor<T> for SpaceForm<'_> {
         self,
         system: System<T, N, D, R, L, F>,
     ) -> Measured {
-        let (l, f, n) = (&system.lagrangian, &system.force, system.dimension);
+        let (l, f) = (&system.lagrangian, &system.force);
         let Some(group) = &system.group else {
             return Measured::NotApplicable("the algebra has no group".into());
         };
-        let mut probe = Probe::new(self.case, stream::CONFIGURATION);
-        let mut draw = || {
-            let drawn = probe.vector::<T, N>();
-            Vector::<T, N>::from_fn(|a, _| if a < n { drawn[a] } else { T::zero() })
+        let (t, g, [eta, constant, along]) = match somewhere(&system, self.case) {
+            Ok(place) => place,
+            Err(why) => return why,
         };
-        let (x, eta, constant, along) = (draw() * T::half(), draw(), draw(), draw());
-        let g = match system.retraction.tau(&x) {
-            Ok(turn) => system.state.attitude * turn,
-            Err(_) => return Measured::NotApplicable("τ(x) is not defined for the x that was drawn".into()),
-        };
-        let t = system.state.time + T::ratio(3, 8);
         let here = Configuration::of(&g);
         let spread = |m: &Matrix<T, D>| m.amax().max(T::one());
         let Some((inverse, adjoint)) = group.inverse(&g).and_then(|inverse| Some((inverse, group.adjoint(&g)?))) else {
