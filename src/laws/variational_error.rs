@@ -11,7 +11,7 @@ use crate::algebra::{Covector, Matrix, Vector};
 use crate::discrete::StageLagrangian;
 use crate::discrete::exact::{ExactSolution, Start};
 use crate::group::MatrixGroup;
-use crate::harness::convergence::{CLEAR_OF_NOISE, Level, estimate};
+use crate::harness::convergence::{CLEAR_OF_NOISE, Estimate, Level, TOLERANCE, estimate};
 use crate::harness::evidence::{self, Evidence};
 use crate::harness::{About, Cost, Fault, Verdict};
 use crate::integrators::doubled::{Doubled, DoubledState};
@@ -23,7 +23,10 @@ use crate::mechanics::doubled::{DoubledLagrangian, Forced};
 use crate::mechanics::equations::EulerPoincare;
 use crate::retraction::Retraction;
 use crate::scalar::{Dd, Scalar};
-use crate::system::{Cases, System, Visitor};
+use crate::study::least::{self, Answer, Shown};
+use crate::study::problem;
+use crate::system::case::Method;
+use crate::system::{Case, Cases, System, Visitor};
 use crate::tableau::random::{TableauKind, of_kind};
 use crate::tableau::{Description, Family, variational_order};
 use nalgebra::{ComplexField, RealField};
@@ -56,10 +59,7 @@ pub const fn laws<S: Source>() -> &'static [CaseLaw<S>] {
                 ],
             },
             cases: generator,
-            check: |case, fault| match case.visit_main::<Dd, _>(&Plant(fault), ErrorStudy { case, fault }) {
-                Ok(verdict) => verdict,
-                Err(e) => unbuilt(&e),
-            },
+            check: |case, fault| check(case, fault).unwrap_or_else(|verdict| verdict),
         }]
     }
 }
@@ -104,18 +104,62 @@ const QUANTITIES: [&str; 3] = ["the discrete Lagrangian", "the doubled flow", "t
 /// The local errors at each level, coarsest first.
 type Errors = [Vec<Level>; 3];
 
+/// What each of the quantities shows of its order.
+type Judged = [(Shown, Verdict); 3];
+
+/// As predicted or below decides. Above, the case may be special: then others are asked ([`least`]).
+fn check<S: Source>(case: &S, fault: Option<&Fault>) -> Result<Verdict, Verdict> {
+    let mut judged = measure(case, fault)?;
+    let mut others: Vec<Judged> = Vec::new();
+    for (quantity, (shown, verdict)) in judged.iter_mut().enumerate() {
+        if *shown != Shown::More {
+            continue;
+        }
+        let answer = least::of_others(|k| {
+            let asked = k.unsigned_abs() as usize;
+            if others.len() < asked {
+                others.push(match k {
+                    least::GENERIC => on_generic(&case.case().method, fault)?,
+                    _ => measure(&case.with_case(problem::varied(case.case(), k)), fault)?,
+                });
+            }
+            Ok(Some(others[asked - 1][quantity].clone()))
+        })?;
+        match answer {
+            Answer::Decided(_, decided) => *verdict = decided,
+            Answer::More => {}
+            Answer::Open => *verdict = Verdict::inconclusive(least::UNCONFIRMED),
+        }
+    }
+    Ok(together(&judged))
+}
+
+fn together([(_, value), (_, doubled), (_, restricted)]: &Judged) -> Verdict {
+    value.clone().and(doubled.clone()).and(restricted.clone())
+}
+
+fn measure<S: Source>(case: &S, fault: Option<&Fault>) -> Result<Judged, Verdict> {
+    case.visit_main::<Dd, _>(&Plant(fault), ErrorStudy { case, fault }).map_err(|e| unbuilt(&e))
+}
+
+/// The same on a body without symmetry; compiled here once, whatever the source.
+fn on_generic(method: &Method, fault: Option<&Fault>) -> Result<Judged, Verdict> {
+    let file = problem::generic().map_err(|e| Verdict::broken(e.to_string()))?;
+    measure(&Case { method: method.clone(), ..file.case }, fault)
+}
+
 struct ErrorStudy<'a> {
     case: &'a dyn Debug,
     fault: Option<&'a Fault>,
 }
 
 impl Visitor<Dd> for ErrorStudy<'_> {
-    type Output = Verdict;
+    type Output = Judged;
 
     fn visit<const N: usize, const D: usize, R: Retraction<Dd, N, D>, L: Lagrangian<Dd, N>, F: Force<Dd, N>>(
         self,
         system: System<Dd, N, D, R, L, F>,
-    ) -> Verdict {
+    ) -> Judged {
         let order = variational_order(&system.tableau, 8).order as u32;
         let mut probe = Probe::new(self.case, stream::VARIATIONAL_ERROR);
         let (x, shift) = (probe.vector::<Dd, N>(), probe.vector::<Dd, N>());
@@ -123,9 +167,10 @@ impl Visitor<Dd> for ErrorStudy<'_> {
     }
 }
 
-/// The verdict on the errors at the case's step, or at one where an order shows.
-fn judge(step: Dd, order: u32, mut errors: impl FnMut(Dd) -> Result<Errors, String>) -> Verdict {
-    let mut verdict = Verdict::inconclusive("no step was tried");
+/// What the errors show at the case's step, or at one where an order shows.
+fn judge(step: Dd, order: u32, mut errors: impl FnMut(Dd) -> Result<Errors, String>) -> Judged {
+    let nothing = |why: &str| QUANTITIES.map(|_| (Shown::Nothing, Verdict::inconclusive(why)));
+    let mut judged = nothing("no step was tried");
     let mut coarsest = None::<f64>;
     let mut measured = None;
     for attempt in 0..=TARGETS.len() {
@@ -137,19 +182,19 @@ fn judge(step: Dd, order: u32, mut errors: impl FnMut(Dd) -> Result<Errors, Stri
                 step * Dd::exact(2f64.powf(stretch.log2().clamp(-10.0, 2.0).round()))
             }
         };
-        verdict = match errors(h) {
-            Err(why) => Verdict::inconclusive(why),
+        judged = match errors(h) {
+            Err(why) => nothing(&why),
             Ok(errors) => {
                 if attempt == 0 {
                     coarsest = errors[1].first().map(|level| level.error).filter(|e| *e > 1e-27);
                 }
-                let judged = QUANTITIES.iter().zip(&errors).map(|(what, levels)| one(what, levels, order));
-                let judged = judged.reduce(Verdict::and).unwrap_or(verdict);
+                let judged =
+                    std::array::from_fn(|q| (shown(&errors[q], order), one(QUANTITIES[q], &errors[q], order)));
                 measured = Some(errors);
                 judged
             }
         };
-        if !matches!(verdict, Verdict::Inconclusive { .. }) {
+        if !matches!(together(&judged), Verdict::Inconclusive { .. }) {
             break;
         }
     }
@@ -160,7 +205,19 @@ fn judge(step: Dd, order: u32, mut errors: impl FnMut(Dd) -> Result<Errors, Stri
             Evidence::levels(32, format!("{what}, after one step"), levels, estimate, Some(order + 1))
         })
     });
-    verdict
+    judged
+}
+
+/// What local errors show of the order of a method.
+fn shown(levels: &[Level], order: u32) -> Shown {
+    match estimate(levels) {
+        Estimate::Slope { low, .. } if low > f64::from(order + 1) + TOLERANCE => Shown::More,
+        estimate => match estimate.judge(order + 1) {
+            Verdict::Holds { .. } => Shown::Order,
+            Verdict::Broken { .. } => Shown::Less,
+            _ => Shown::Nothing,
+        },
+    }
 }
 
 /// The order of one local error is one more than that of the method.

@@ -1,6 +1,6 @@
 //! The Cayley map on matrix groups whose algebra is closed under y ↦ x y x.
 
-use super::linear::Sum;
+use super::linear::{Sum, norm, real_eigenvalues_below_one};
 use super::{Retraction, RetractionError, TangentPoint, refuse};
 use crate::algebra::brackets::Brackets;
 use crate::algebra::{Covector, LieAlgebra, Matrix, Vector, apply, times};
@@ -34,6 +34,8 @@ struct Products<T> {
     bracket: Vec<([usize; 3], T)>,
     /// (a, b, d, c, T^c_abd) of T(x, y, z) = ½(x y z + z y x).
     triple: Vec<([usize; 4], T)>,
+    /// ‖e_a‖.
+    sizes: Vec<f64>,
 }
 
 impl<T: Real> Products<T> {
@@ -78,7 +80,7 @@ impl<T: Real> Products<T> {
                 }
             }
         }
-        Ok(Self { bracket, triple })
+        Ok(Self { bracket, triple, sizes: basis.iter().map(norm).collect() })
     }
 
     /// The matrix of y ↦ x y x.
@@ -133,7 +135,9 @@ fn product<T: Real, const D: usize>(x: &Matrix<T, D>, y: &Matrix<T, D>, used: &[
 /// For groups of quadratic type, and every other whose algebra holds x y x with x and y: SE(2), SE(3), aff(1),
 /// Heisenberg, translations, SL(2), SO(n), and their products. dτ_x⁻¹ y = (1 + x/2) y (1 − x/2), hence with v = dτ_x y:
 /// dτ_x⁻¹ = 1 + ½ ad_x − ¼ (y ↦ x y x) and ddτ_x(y, δ) = ½[v, δ] + ¼(x v δ + δ v x).
-/// Domain: 1 − x/2 and 1 + x/2 regular (`OutsideDomain`). τ⁻¹(g) = 2(g − 1)(g + 1)⁻¹ needs g + 1 regular.
+/// Domain: all x without a real eigenvalue of 2 or more in absolute value (`OutsideDomain`); these are the x with 1 − s x/2 and 1 + s x/2
+/// regular for 0 ≤ s ≤ 1. On SO(n) and SE(n) that is every x, on SL(2) not. Formulas have values beyond, on a sheet that is not joined to
+/// x = 0, and that no step reaches. τ⁻¹(g) = 2(g − 1)(g + 1)⁻¹ needs a g without an eigenvalue ≤ 0.
 /// (Bou-Rabee and Marsden 2009; Hairer, Lubich and Wanner 2006, §IV.8.3.)
 #[derive(Clone, Debug)]
 pub struct Cayley<T: Real, const N: usize, const D: usize, G = MatrixGroup<T, N, D>> {
@@ -144,6 +148,7 @@ pub struct Cayley<T: Real, const N: usize, const D: usize, G = MatrixGroup<T, N,
 impl<T: Real, const N: usize, const D: usize, G: LieGroup<T, N, D>> Cayley<T, N, D, G> {
     const NAME: &'static str = "cay";
     const SINGULAR: &'static str = "1 − x/2 or 1 + x/2 is singular";
+    const BEYOND: &'static str = "x has a real eigenvalue of 2 or more in absolute value";
 
     /// The Cayley map of `group`.
     ///
@@ -157,6 +162,13 @@ impl<T: Real, const N: usize, const D: usize, G: LieGroup<T, N, D>> Cayley<T, N,
     /// The group.
     pub fn group(&self) -> &G {
         &self.group
+    }
+
+    /// Whether x is in the domain, whatever the arithmetic can invert.
+    fn is_inside<S: Scalar<Base = T>>(&self, x: &Vector<S, N>) -> bool {
+        let size = |(v, size): (&S, &f64)| v.to_f64().abs() * size;
+        x.iter().zip(&self.products.sizes).map(size).sum::<f64>() < 2.0
+            || real_eigenvalues_below_one(&self.group.hat(x).map(|v| v.to_f64() * 0.5))
     }
 }
 
@@ -174,6 +186,9 @@ impl<T: Real, const N: usize, const D: usize, G: LieGroup<T, N, D>> Retraction<T
     /// 1 + (1 − x/2)⁻¹ x, which keeps the digits of a small x.
     fn tau<S: Scalar<Base = T>>(&self, x: &Vector<S, N>) -> Result<Matrix<S, D>, RetractionError> {
         let fail = || refuse(x, Self::NAME, Self::SINGULAR);
+        if !self.is_inside(x) {
+            return Err(refuse(x, Self::NAME, Self::BEYOND));
+        }
         let (one, hat) = (Matrix::<S, D>::identity(), self.group.hat(x));
         let inverse = Sum::of(one).plus(&(hat * -S::half())).invert(1.0).ok_or_else(fail)?;
         let g = one + times(&inverse, &hat);
@@ -192,15 +207,20 @@ impl<T: Real, const N: usize, const D: usize, G: LieGroup<T, N, D>> Retraction<T
         // vee projects: what it drops must be small against what the condition of g + 1 explains.
         let largest = |m: &Matrix<S, D>| m.iter().fold(0.0, |s: f64, v| s.max(v.to_f64().abs()));
         let allowed = T::unit_roundoff().to_f64().sqrt() * (1.0 + largest(g)) * (1.0 + largest(&inverse)).powi(2);
-        if largest(&(self.group.hat(&x) - hat)) <= allowed {
+        if largest(&(self.group.hat(&x) - hat)) > allowed {
+            Err(fail("the matrix is not in the group"))
+        } else if self.is_inside(&x) {
             Ok(x)
         } else {
-            Err(fail("the matrix is not in the group"))
+            Err(fail("g has an eigenvalue of 0 or less"))
         }
     }
 
     fn at<S: Scalar<Base = T>>(&self, x: &Vector<S, N>) -> Result<CayleyPoint<T, S, N>, RetractionError> {
         let fail = || refuse(x, Self::NAME, Self::SINGULAR);
+        if !self.is_inside(x) {
+            return Err(refuse(x, Self::NAME, Self::BEYOND));
+        }
         let even = Sum::of(Matrix::<S, N>::identity()).plus(&(self.products.sandwich(x) * S::exact(-0.25)));
         let odd = self.products.ad(x) * S::half();
         let (d_inv, d_neg_inv) = (even.clone().plus(&odd), even.plus(&-odd));

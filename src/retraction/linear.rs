@@ -77,15 +77,19 @@ const MAX_ROUNDS: usize = 64;
 /// Series and doublings commute exactly with such a similarity, so this is the norm that decides how far to scale
 /// down: a large translation beside a small rotation must not cost digits.
 pub(super) fn balanced_norm<S: Scalar, const N: usize>(matrix: &Matrix<S, N>) -> f64 {
-    let mut work = matrix.map(|v| v.to_f64().abs());
+    norm(&balanced(matrix.map(|v| v.to_f64())))
+}
+
+/// After that similarity.
+fn balanced<const N: usize>(mut work: Matrix<f64, N>) -> Matrix<f64, N> {
     for _ in 0..MAX_ROUNDS {
         let mut changed = false;
         for i in 0..N {
             let (mut row, mut column) = (0.0, 0.0);
             for j in 0..N {
                 if j != i {
-                    row += work[(i, j)];
-                    column += work[(j, i)];
+                    row += work[(i, j)].abs();
+                    column += work[(j, i)].abs();
                 }
             }
             let scale = if row > 2.0 * column {
@@ -96,7 +100,7 @@ pub(super) fn balanced_norm<S: Scalar, const N: usize>(matrix: &Matrix<S, N>) ->
                 continue;
             };
             // Without a partner (row or column zero) the entries can be made as small as is useful.
-            if row + column < 1e-3 * work[(i, i)].max(1.0) {
+            if row + column < 1e-3 * work[(i, i)].abs().max(1.0) {
                 continue;
             }
             let gain = row + column - scale * row - column / scale;
@@ -115,5 +119,62 @@ pub(super) fn balanced_norm<S: Scalar, const N: usize>(matrix: &Matrix<S, N>) ->
             break;
         }
     }
-    norm(&work)
+    work
+}
+
+/// What a coefficient may be off by, relative to its size, where the sign of a polynomial is asked for: rounding is less.
+const SURE: f64 = 1.0 / (1_u64 << 40) as f64;
+
+/// The most halvings of an interval in the search for a zero.
+const HALVINGS: usize = 40;
+
+/// Whether no real eigenvalue of a matrix is 1 or more in absolute value; `false` where rounding leaves it open.
+///
+/// That is det(1 − t A²) > 0 for 0 ≤ t ≤ 1. Two conditions are enough, and cheaper: ‖A‖ < 1, and ‖A + Aᵀ‖ < 2 (a real eigenvalue is
+/// a value of the quadratic form), both after the best diagonal similarity. Else the coefficients are found by Leverrier's method, and their
+/// signs decide in Bernstein's basis on smaller and smaller intervals (Lane and Riesenfeld 1981).
+pub(super) fn real_eigenvalues_below_one<const D: usize>(matrix: &Matrix<f64, D>) -> bool {
+    let matrix = balanced(*matrix);
+    if norm(&matrix) < 1.0 || norm(&(matrix + matrix.transpose())) < 2.0 {
+        return true;
+    }
+    let square = matrix * matrix;
+    // Bernstein's coefficients on [0, 1] of 1 + Σ c_k t^k, lowered by the rounding of c_k: Σ_k binom(j, k)/binom(D, k) c_k.
+    let mut polynomial = [[0.0; D]; 2];
+    let bernstein = &mut polynomial.as_flattened_mut()[..=D];
+    bernstein.fill(1.0);
+    let mut power = Matrix::<f64, D>::identity();
+    for k in 1..=D {
+        power = square * power;
+        let c = -power.trace() / k as f64;
+        for i in 0..D {
+            power[(i, i)] += c;
+        }
+        let lowered = c - SURE * c.abs();
+        for (j, b) in bernstein.iter_mut().enumerate().skip(k) {
+            *b += lowered * (0..k).fold(1.0, |share, i| share * (j - i) as f64 / (D - i) as f64);
+        }
+    }
+    positive(polynomial, HALVINGS)
+}
+
+/// Whether a polynomial of degree D is positive on an interval, by its coefficients in Bernstein's basis, the first D + 1 of these.
+fn positive<const D: usize>(mut polynomial: [[f64; D]; 2], halvings: usize) -> bool {
+    let right = &mut polynomial.as_flattened_mut()[..=D];
+    if right.iter().all(|b| *b > 0.0) {
+        return true;
+    }
+    let above = |b: Option<&f64>| b.is_some_and(|b| *b > 0.0);
+    if halvings == 0 || !above(right.first()) || !above(right.last()) {
+        return false;
+    }
+    // De Casteljau's scheme at the middle: its first column is the left half, what is left of the row the right one.
+    let mut halves = [[0.0; D]; 2];
+    for (k, b) in halves.as_flattened_mut()[..=D].iter_mut().enumerate() {
+        *b = right[0];
+        for j in 0..D - k {
+            right[j] = (right[j] + right[j + 1]) / 2.0;
+        }
+    }
+    positive(halves, halvings - 1) && positive(polynomial, halvings - 1)
 }
