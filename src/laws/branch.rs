@@ -314,6 +314,9 @@ const CLOSE: f64 = 1.0 / (1 << 14) as f64;
 /// A correction at most this share of the predicted change belongs to the branch; with a sixteenth of it the increment is doubled.
 const NEAR: f64 = 1.0 / 16.0;
 
+/// A change of this share of H is none: at h = 0 the tangent may vanish, and whatever it is next is a turn.
+const SLIGHT: f64 = 1e-6;
+
 /// The most iterations of Newton's method at a point.
 const ITERATIONS: usize = 30;
 
@@ -420,15 +423,16 @@ impl<T: Real> Branch<'_, T> {
             let target = (reached + increment).min(1.0);
             let before = self.rates.clone();
             let ahead = &tangent * (target - reached);
-            let chord = ahead.amax() + self.extent() * 1e-6;
+            let slight = self.extent() * SLIGHT;
+            let chord = ahead.amax() + slight;
             for (rate, d) in self.rates.iter_mut().zip(ahead.iter()) {
                 *rate += T::exact(*d);
             }
             let next = self.newton(target, Some(chord * NEAR)).and_then(|root| {
                 let turned = self.tangent(target, &root)?;
                 let turn = (&turned - &tangent).amax() * 2.0;
-                let same = root.negative == start.negative && turn <= tangent.amax().max(turned.amax());
-                same.then_some((turned, root.first)).ok_or(Lost)
+                let straight = turn <= tangent.amax().max(turned.amax()) || turn * (target - reached) <= slight;
+                (root.negative == start.negative && straight).then_some((turned, root.first)).ok_or(Lost)
             });
             match next {
                 Ok((turned, first)) => {
