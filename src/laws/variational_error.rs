@@ -188,8 +188,7 @@ fn judge(step: Dd, order: u32, mut errors: impl FnMut(Dd) -> Result<Errors, Stri
                 if attempt == 0 {
                     coarsest = errors[1].first().map(|level| level.error).filter(|e| *e > 1e-27);
                 }
-                let judged =
-                    std::array::from_fn(|q| (shown(&errors[q], order), one(QUANTITIES[q], &errors[q], order)));
+                let judged = std::array::from_fn(|q| (shown(&errors[q], order), one(QUANTITIES[q], &errors[q], order)));
                 measured = Some(errors);
                 judged
             }
