@@ -811,6 +811,49 @@ fn what_is_a_rotation_has_a_sharp_edge() {
     }
 }
 
+/// All matrices of size 3, beside a line.
+fn gl3() -> MatrixGroup<f64, 10, 12> {
+    let mut basis = [Matrix::<f64, 12>::zeros(); 10];
+    (0..9).for_each(|a| basis[a][(a / 3, a % 3)] = 1.0);
+    basis[9][(3, 5)] = 1.0;
+    MatrixGroup::new(basis).unwrap()
+}
+
+/// The Cayley map ends where a real eigenvalue of x reaches ±2, twofold eigenvalues among them, though 1 ± x/2 are regular again
+/// beyond; complex ones may be of any size.
+#[test]
+fn cayley_ends_where_a_real_eigenvalue_reaches_two() {
+    let refused = |found: RetractionError| matches!(found, RetractionError::OutsideDomain { why, .. } if why.contains("real eigenvalue"));
+    let two = cay::<f64, 6, 8>("aff1+aff1+r2");
+    for (a, b) in [(2.5, 0.0), (-6.6, 0.0), (3.0, 3.0), (-3.0, 3.0), (1e8, 1e8), (2.0, 0.0)] {
+        let x = Vector::<f64, 6>::from([a, 1.0, b, -7.0, 1e6, 0.0]);
+        assert!(refused(two.at(&x).unwrap_err()) && refused(two.tau(&x).unwrap_err()), "{a}, {b}");
+    }
+    for (a, b) in [(1.99, -1.99), (0.0, 1.9), (-1.5, -1.5)] {
+        let x = Vector::<f64, 6>::from([a, 100.0, b, -7.0, 1e6, 0.0]);
+        let back = two.tau_inv(&two.tau(&x).unwrap()).unwrap();
+        assert!(two.at(&x).is_ok() && (back - x).amax() < 1e-9 * x.amax(), "{a}, {b}");
+    }
+    let beyond: Matrix<f64, 8> = Matrix::from_diagonal(&[-0.5, 1.0, -0.5, 1.0, 1.0, 1.0, 1.0, 1.0].into());
+    let found = two.tau_inv(&beyond).unwrap_err();
+    assert!(matches!(found, RetractionError::NoPreimage { why: "g has an eigenvalue of 0 or less", .. }), "{found}");
+
+    let (cayley, mut random, mut inside) = (Cayley::new(gl3()).unwrap(), Random(11), 0);
+    for k in 0..1000 {
+        let size = 2f64.powf(random.signed() * 4.0 + 1.0);
+        let matrix = Matrix::<f64, 3>::from_fn(|_, _| random.signed() * size);
+        let real = matrix.complex_eigenvalues();
+        let real = real.iter().filter(|z| z.im == 0.0).fold(0.0_f64, |most, z| most.max(z.re.abs()));
+        if (real - 2.0).abs() < 1e-6 {
+            continue;
+        }
+        let x = Vector::<f64, 10>::from_fn(|a, _| if a < 9 { matrix[(a / 3, a % 3)] } else { 1e3 });
+        assert_eq!(cayley.at(&x).is_ok(), real < 2.0, "{k}: {matrix} {real}");
+        inside += u32::from(real < 2.0);
+    }
+    assert!((300..700).contains(&inside), "{inside}");
+}
+
 /// Which groups admit the Cayley map, in any basis; and half turns to within round-off have no preimage under it.
 #[test]
 fn domain_of_cayley() {
