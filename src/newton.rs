@@ -71,6 +71,12 @@ const FAST: f64 = 1.0 / 16.0;
 /// Two points of a branch are neighbours where each lies on the tangent at the other up to this share of their distance.
 const BEND: f64 = 0.25;
 
+/// A root whose distance from the origin is at most this share of the origin is at hand: no fold is so near.
+const AT_HAND: f64 = 0.25;
+
+/// The most halvings of the parameter that [`Newton::is_joined`] looks at.
+const HALVINGS: usize = 12;
+
 /// Distances below this share of the unknowns are too small for tangents to tell branches apart.
 const NEAR: f64 = 1.0 / 1024.0;
 
@@ -196,6 +202,54 @@ impl<T: Real> Newton<T> {
             return Err(Failure::NotConverged(corrected.outcome));
         }
         Ok(corrected.outcome)
+    }
+
+    /// Whether the root `x` at the full parameter, found from `origin`, is the one that continues from there: from `origin`, at parameters that
+    /// halve from the full one until the root is near `origin`, the second correction with the same Jacobian is at most a quarter of the
+    /// first (Newton and Kantorovich: then there is one root near), and det J has the sign that it has at 0.
+    ///
+    /// A root can be found at once, by corrections that contract, that lies behind a fold: at the parameters between, iterations from
+    /// `origin` do not contract.
+    pub fn is_joined<E>(&mut self, equations: &mut dyn Equations<T, Error = E>, origin: &[T], x: &[T]) -> bool {
+        let extent = largest(origin) * T::exact(AT_HAND);
+        let moved = x.iter().zip(origin).fold(T::zero(), |moved, (to, from)| (*to - *from).abs().max(moved));
+        if moved <= extent {
+            return true;
+        }
+        let Ok(start) = self.determinant_at_zero(equations, origin) else { return false };
+        let mut fraction = T::one();
+        for _ in 0..HALVINGS {
+            equations.set_fraction(fraction);
+            let Some([first, second]) = self.two_corrections(equations, origin, start.negative) else { return false };
+            let contracts = second <= first * T::exact(BEND);
+            if !contracts {
+                return false;
+            }
+            if first <= extent {
+                break;
+            }
+            fraction *= T::half();
+        }
+        true
+    }
+
+    /// The sizes of two corrections from `origin` by one Jacobian; none where det J has the wrong sign, or nothing can be evaluated.
+    fn two_corrections<E>(
+        &mut self,
+        equations: &mut dyn Equations<T, Error = E>,
+        origin: &[T],
+        negative: bool,
+    ) -> Option<[T; 2]> {
+        equations.residual(origin, &mut self.residual).ok()?;
+        equations.jacobian(origin, &mut self.jacobian).ok()?;
+        self.factor().filter(|determinant| determinant.negative == negative)?;
+        let first = self.correction();
+        for ((to, from), d) in self.previous.iter_mut().zip(origin).zip(&self.trial) {
+            *to = *from - *d;
+        }
+        equations.residual(&self.previous, &mut self.residual).ok()?;
+        let second = self.correction();
+        (first.all_finite() && second.all_finite()).then_some([first, second])
     }
 
     /// Follows the root from parameter 0, where it is `x`, to the full parameter; `x` becomes that root.

@@ -300,8 +300,10 @@ where
         self.unknowns.copy_from_slice(&self.origin);
         let direct = self.newton.solve(&mut self.equations, &self.origin, &mut self.unknowns, &settings);
         let (solver, outcome) = match direct {
-            Ok(outcome) => (Solver::Newton, Ok(outcome)),
-            Err(_) => {
+            Ok(outcome) if self.newton.is_joined(&mut self.equations, &self.origin, &self.unknowns) => {
+                (Solver::Newton, Ok(outcome))
+            }
+            _ => {
                 self.unknowns.copy_from_slice(&self.origin);
                 let followed = self.newton.follow(&mut self.equations, &mut self.unknowns, &settings);
                 (Solver::Continuation, followed)
@@ -311,14 +313,12 @@ where
         let out = |(stage, source)| StepError::Domain { step, stage, source };
         let Outcome { iterations, residual } =
             outcome.map_err(|failure| StepError::of_newton(failure, step, settings.tolerance, 0, out))?;
-        if solver == Solver::Continuation {
-            // Its tangents are differences in h: the stages are those of the last one.
-            let mut work = std::mem::take(&mut self.equations.work);
-            self.equations.set_fraction(T::one());
-            let evaluated = self.equations.residual(&self.unknowns, &mut work[0]);
-            self.equations.work = work;
-            evaluated.map_err(out)?;
-        }
+        // Tangents are differences in h, and other steps were looked at: the stages are those of the last one.
+        let mut work = std::mem::take(&mut self.equations.work);
+        self.equations.set_fraction(T::one());
+        let evaluated = self.equations.residual(&self.unknowns, &mut work[0]);
+        self.equations.work = work;
+        evaluated.map_err(out)?;
         Ok(Report { solver, iterations, residual })
     }
 }

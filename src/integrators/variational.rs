@@ -541,7 +541,7 @@ where
         };
         let mut solver = Solver::Newton;
         let mut outcome = self.newton.solve(&mut equations, &self.origin, &mut self.unknowns, &settings);
-        if outcome.is_err() {
+        if outcome.is_err() || !self.newton.is_joined(&mut equations, &self.origin, &self.unknowns) {
             solver = Solver::Continuation;
             self.unknowns.copy_from_slice(&self.origin);
             outcome = self.newton.follow(&mut equations, &mut self.unknowns, &settings);

@@ -413,10 +413,12 @@ impl<T: Real> Branch<'_, T> {
         root.factors.solve(&slopes).filter(|t| t.iter().all(|v| v.is_finite())).ok_or(Lost)
     }
 
-    /// To the whole step, by small increments: the tangent predicts, and turns little from one point to the next.
+    /// To the whole step, by small increments: the tangent predicts, and turns little from one point to the next. A change of the sign of
+    /// det J is the end, but where the branch goes on as predicted.
     fn follow(&mut self) -> End {
         let Ok(start) = self.newton(0.0, None) else { return End::Lost };
         let Ok(mut tangent) = self.tangent(0.0, &start) else { return End::Lost };
+        let mut negative = start.negative;
         let (mut reached, mut increment) = (0.0, INCREMENTS.0);
         for _ in 0..POINTS {
             self.close = increment < CLOSE;
@@ -431,12 +433,19 @@ impl<T: Real> Branch<'_, T> {
             let next = self.newton(target, Some(chord * NEAR)).and_then(|root| {
                 let turned = self.tangent(target, &root)?;
                 let turn = (&turned - &tangent).amax() * 2.0;
-                let straight = turn <= tangent.amax().max(turned.amax()) || turn * (target - reached) <= slight;
-                (root.negative == start.negative && straight).then_some((turned, root.first)).ok_or(Lost)
+                let slight = |off: f64| off <= slight;
+                let same = if root.negative == negative {
+                    turn <= tangent.amax().max(turned.amax()) || slight(turn * (target - reached))
+                } else {
+                    // Where another branch crosses, as it does where a steady rotation loses its stability.
+                    slight(root.first) && slight(turn * (target - reached))
+                };
+                same.then_some((turned, root)).ok_or(Lost)
             });
             match next {
-                Ok((turned, first)) => {
+                Ok((turned, Root { first, negative: now, .. })) => {
                     tangent = turned;
+                    negative = now;
                     reached = target;
                     if reached >= 1.0 {
                         return End::Reached;
