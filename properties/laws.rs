@@ -64,13 +64,15 @@ fn every_law_is_drawn_on_every_kind_of_algebra_basis_and_retraction() {
         let name = law.about.name;
         let knobs = format!("{:?}", (law.cases)(cases()));
         let own = if knobs.contains("image: an image") { name } else { "" };
-        let of_so3 = name.contains("ensemble") || name.contains("quaternion");
+        let of_so3 = name.contains("ensemble") || name.contains("quaternion") || name == "configuration-drift";
         asked.entry((knobs, own, name.starts_with("fast-"), of_so3, name.contains("casimir"))).or_insert(law);
     }
     asked.into_par_iter().for_each(|((.., fast, of_so3, casimir), law)| {
         let expected: Vec<&str> = match (fast, of_so3) {
             (true, true) => vec!["so3"],
             (true, false) => vec!["se3", "so3"],
+            // Of groups of rotations.
+            (false, true) => vec!["so3", "so4", "product"],
             // No polynomial is constant on the orbits of aff(1), which are open.
             _ => algebras.into_iter().filter(|algebra| !casimir || *algebra != "aff1").collect(),
         };

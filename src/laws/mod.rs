@@ -39,6 +39,7 @@ mod derivative;
 mod differences;
 pub mod discrete;
 pub mod doubled;
+mod drift;
 pub mod euler_lagrange;
 pub mod fast;
 pub mod flow;
@@ -213,6 +214,7 @@ pub fn all() -> Vec<&'static CaseLaw> {
     .flatten()
     .chain(configuration::shared())
     .chain(configuration::laws())
+    .chain(drift::laws())
     .chain(frames::shared())
     .chain(frames::laws())
     .chain(derivative::laws())

@@ -1,0 +1,231 @@
+//! Motions in a potential over many steps: the energy oscillates, and does not drift.
+//!
+//! The step is symplectic on T*G, so that it keeps a Hamiltonian near that of the system for times exponential in 1/h. Where the level sets
+//! of the energy are compact, as on groups of rotations, its error stays what it is in the first periods. An error that grows like the time
+//! has the slope 1 in a plot of logarithms, one that stays has 0.
+
+use super::CaseLaw;
+use super::configuration::{What, configured};
+use super::integrators::{TestedMethod, refused, subject};
+use super::planted::retraction::Plant;
+use super::planted::step::{CHART, NO_SECOND, OF_START, UNCONJUGATED};
+use super::precision::{alone, of_relative};
+use crate::algebra::catalogue::Entry;
+use crate::algebra::elimination::quick_inverse;
+use crate::algebra::{Matrix, Vector};
+use crate::group::LieGroup;
+use crate::harness::evidence;
+use crate::harness::{About, Cost, Fault, Verdict};
+use crate::integrators::{OneStep, State, StepError};
+use crate::laws::unbuilt;
+use crate::mechanics::configuration::Configuration;
+use crate::mechanics::{Force, Lagrangian};
+use crate::retraction::Retraction;
+use crate::system::{Cases, System, Visitor};
+use crate::tableau::random::{TableauKind, of_kind};
+use crate::tableau::{Description, Family};
+use proptest::strategy::{Strategy, Union};
+
+/// The laws of this file.
+pub const fn laws() -> &'static [CaseLaw] {
+    &[CaseLaw {
+        about: About {
+            name: "configuration-drift",
+            statement: "without force, in a potential V(g) on a group of rotations: the largest error of the energy in 10⁴ steps is that in 2500; \
+                        it does not grow with the time",
+            source: "Hairer, Lubich and Wanner 2006, §IX.8, Thm 8.1, on the symplectic step of Marsden and West 2001, §1.3.2",
+            oracle: "the energy of the state, E = ⟨∂L/∂η, η⟩ − L",
+            bound: "a half for the slope of the error in the number of steps, half the way from an oscillation, 0, to a drift, 1; the slope from \
+                    2500 to 10⁴ steps, or from there to 4·10⁴ where that is less",
+            needs: "a group of rotations, SO(n) or a product; no force; a positive definite inertia",
+            cost: Cost::Heavy,
+            faults: &[UNCONJUGATED, CHART, NO_SECOND, OF_START],
+        },
+        cases: generator,
+        check: |case, fault| {
+            if case.lagrangian.indefinite {
+                return Verdict::not_applicable("the inertia is indefinite, and motions of an energy are unbounded");
+            }
+            let case = configured(case, What::Potential);
+            case.dispatch_main_with::<f64, _>(&Plant(fault), Drift { fault }).unwrap_or_else(|e| unbuilt(&e))
+        },
+    }]
+}
+
+fn generator(cases: Cases) -> Cases {
+    let families = [
+        (Family::Gauss, 1),
+        (Family::Gauss, 2),
+        (Family::LobattoIIIA, 2),
+        (Family::LobattoIIIA, 3),
+        (Family::LobattoIIIB, 2),
+        (Family::LobattoIIIB, 3),
+        (Family::RadauIIA, 2),
+    ];
+    let families = families.map(|(family, stages)| Description::Family(family, stages)).to_vec();
+    let random = [TableauKind::Collocation, TableauKind::OrderTwo, TableauKind::DiagonallyImplicit].to_vec();
+    let tableaux = Union::new_weighted(vec![
+        (2, proptest::sample::select(families).boxed()),
+        (1, proptest::sample::select(random).prop_flat_map(of_kind).boxed()),
+    ]);
+    let rotations = [Entry::So3, Entry::So4, Entry::Product(vec![Entry::So3, Entry::So3])];
+    cases.algebras(&rotations).main_dimensions().force_free().with_tableaux(tableaux)
+}
+
+/// After so many steps the largest error is read; the last only where the first two leave it open.
+const READ: [usize; 3] = [2_500, 10_000, 40_000];
+
+/// h ‖ad_η‖ for the fastest motion of this energy, coarsest last: one with an error clear of rounding is judged.
+const ANGLES: [f64; 3] = [1.0 / 16.0, 1.0 / 8.0, 1.0 / 4.0];
+
+/// An error below so many times what rounding makes of the energy in as many steps shows nothing.
+const CLEAR: f64 = 64.0;
+
+/// The slope half the way to a drift, and what is surely one.
+const SLOPES: (f64, f64) = (0.5, 0.75);
+
+struct Drift<'a> {
+    fault: Option<&'a Fault>,
+}
+
+impl Visitor<f64> for Drift<'_> {
+    type Output = Verdict;
+
+    const KNOWS_CONFIGURATION: bool = true;
+
+    fn visit<const N: usize, const D: usize, R: Retraction<f64, N, D>, L: Lagrangian<f64, N>, F: Force<f64, N>>(
+        self,
+        system: System<f64, N, D, R, L, F>,
+    ) -> Verdict {
+        self.judge(&system).unwrap_or_else(|error| alone(16, refused(&error)))
+    }
+}
+
+impl Drift<'_> {
+    fn judge<const N: usize, const D: usize, R: Retraction<f64, N, D>, L: Lagrangian<f64, N>, F: Force<f64, N>>(
+        &self,
+        system: &System<f64, N, D, R, L, F>,
+    ) -> Result<Verdict, StepError> {
+        let Some(fastest) = fastest(system) else {
+            return Ok(Verdict::not_applicable("the level sets of the energy are not known to be compact"));
+        };
+        for angle in ANGLES {
+            let h = system.step.signum() * angle / fastest;
+            let mut run = Run::new(system, self.fault, h);
+            let errors = [run.until(READ[0])?, run.until(READ[1])?];
+            if errors[0] <= run.rounding() {
+                continue;
+            }
+            let mut read = errors.to_vec();
+            let mut slope = slope(errors[0], errors[1]);
+            if slope > SLOPES.0 {
+                read.push(run.until(READ[2])?);
+                slope = slope.min(self::slope(errors[1], read[2]));
+            }
+            let told = read.iter().zip(READ).map(|(error, steps)| format!("{error:.2e} in {steps}"));
+            let told =
+                format!("h = {h:.3e}: the largest error of the energy is {}", told.collect::<Vec<_>>().join(", "));
+            evidence::note(|| of_relative::<f64>(16, slope, SLOPES.0, told.clone()));
+            return Ok(match slope {
+                s if s <= SLOPES.0 => Verdict::Holds { defect: s.max(0.0), bound: SLOPES.0 },
+                s if s < SLOPES.1 => {
+                    Verdict::inconclusive("the error of the energy grows, and more slowly than a drift")
+                }
+                s => Verdict::Broken { defect: s, bound: SLOPES.0, witness: told },
+            });
+        }
+        Ok(Verdict::not_applicable("the error of the energy is rounding"))
+    }
+}
+
+/// The slope between readings, each after four times as many steps as the one before.
+fn slope(before: f64, after: f64) -> f64 {
+    (after / before).log(4.0)
+}
+
+/// A bound of ‖ad_η‖ on all motions of the energy that the case has; none where the group is not one of rotations.
+fn fastest<const N: usize, const D: usize, R, L: Lagrangian<f64, N>, F>(
+    system: &System<f64, N, D, R, L, F>,
+) -> Option<f64> {
+    let (group, state) = (system.group.as_ref()?, &system.state);
+    let mut turning = 0.0_f64;
+    for a in 0..system.dimension {
+        let along = Vector::<f64, N>::from_fn(|b, _| if a == b { 1.0 } else { 0.0 });
+        let matrix: Matrix<f64, D> = group.hat(&along);
+        if matrix != -matrix.transpose() {
+            return None;
+        }
+        let ad = system.algebra.ad(&along);
+        turning = ad.row_iter().map(|row| row.abs().sum()).fold(turning, f64::max);
+    }
+    let here = Configuration::of(&state.attitude);
+    let eta = system.lagrangian.velocity_at(state.time, here, &state.momentum, &Vector::zeros()).ok()?;
+    let energy = system.lagrangian.energy_at(state.time, here, &eta);
+    let inverse = quick_inverse(&system.lagrangian.hessian(&Vector::zeros()))?;
+    let lightest = inverse.row_iter().map(|row| row.abs().sum()).fold(0.0, f64::max);
+    // ½⟨Iη, η⟩ ≤ E − V.
+    let speed = (2.0 * (energy + DEEPEST).max(0.0) * lightest).sqrt();
+    (speed > 0.0 && turning > 0.0 && (speed * turning).is_finite()).then_some(speed * turning)
+}
+
+/// −V at most: three terms of at most 1.
+const DEEPEST: f64 = 3.0;
+
+/// A run, and the largest error of its energy.
+struct Run<'a, const N: usize, const D: usize, R: Retraction<f64, N, D>, L: Lagrangian<f64, N>, F: Force<f64, N>> {
+    method: TestedMethod<'a, f64, N, D, R, L, F>,
+    lagrangian: &'a L,
+    state: State<f64, N, D>,
+    eta: Vector<f64, N>,
+    h: f64,
+    start: Option<f64>,
+    steps: usize,
+    error: f64,
+}
+
+impl<'a, const N: usize, const D: usize, R: Retraction<f64, N, D>, L: Lagrangian<f64, N>, F: Force<f64, N>>
+    Run<'a, N, D, R, L, F>
+{
+    fn new(system: &'a System<f64, N, D, R, L, F>, fault: Option<&Fault>, h: f64) -> Self {
+        Self {
+            method: subject(system, fault),
+            lagrangian: &system.lagrangian,
+            state: system.state.clone(),
+            eta: Vector::zeros(),
+            h,
+            start: None,
+            steps: 0,
+            error: 0.0,
+        }
+    }
+
+    fn energy(&mut self) -> Result<f64, StepError> {
+        let (t, here) = (self.state.time, Configuration::of(&self.state.attitude));
+        let velocity = self.lagrangian.velocity_at(t, here, &self.state.momentum, &self.eta);
+        self.eta = velocity.map_err(|source| StepError::Legendre { step: self.h, source })?;
+        Ok(self.lagrangian.energy_at(t, here, &self.eta))
+    }
+
+    /// The largest error of the energy in so many steps from the start.
+    fn until(&mut self, steps: usize) -> Result<f64, StepError> {
+        let start = match self.start {
+            Some(start) => start,
+            None => self.energy()?,
+        };
+        self.start = Some(start);
+        while self.steps < steps {
+            self.method.step(&mut self.state, self.h)?;
+            self.steps += 1;
+            let error = (self.energy()? - start).abs();
+            // NaN is kept.
+            self.error = if error > self.error || error.is_nan() { error } else { self.error };
+        }
+        Ok(self.error)
+    }
+
+    /// What rounding may make of the energy in the steps so far.
+    fn rounding(&self) -> f64 {
+        let size = self.start.unwrap_or(0.0).abs() + 2.0 * DEEPEST;
+        CLEAR * f64::EPSILON * size * (self.steps as f64).sqrt()
+    }
+}
