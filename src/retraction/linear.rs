@@ -133,7 +133,7 @@ const HALVINGS: usize = 40;
 /// That is det(1 − t A²) > 0 for 0 ≤ t ≤ 1. Two conditions are enough, and cheaper: ‖A‖ < 1, and ‖A + Aᵀ‖ < 2 (a real eigenvalue is
 /// a value of the quadratic form), both after the best diagonal similarity. Else the coefficients are found by Leverrier's method, and their
 /// signs decide in Bernstein's basis on smaller and smaller intervals (Lane and Riesenfeld 1981).
-pub(super) fn real_eigenvalues_below_one<const D: usize>(matrix: &Matrix<f64, D>) -> bool {
+pub(crate) fn real_eigenvalues_below_one<const D: usize>(matrix: &Matrix<f64, D>) -> bool {
     let matrix = balanced(*matrix);
     if norm(&matrix) < 1.0 || norm(&(matrix + matrix.transpose())) < 2.0 {
         return true;

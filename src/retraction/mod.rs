@@ -31,6 +31,8 @@ pub use composed::{Composed, ComposedPoint, OddTerm};
 #[cfg(feature = "harness")]
 pub(crate) use composed::{ODD, is_odd};
 pub use exponential::{Exponential, ExponentialPoint};
+#[cfg(feature = "harness")]
+pub(crate) use linear::real_eigenvalues_below_one;
 pub use so3::{CayleySo3, CayleySo3Point, ExponentialSo3, ExponentialSo3Point};
 
 /// Where a retraction or its inverse is not defined, with the numbers needed to act on it.

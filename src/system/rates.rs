@@ -7,7 +7,7 @@ use crate::algebra::{LieAlgebra, Matrix, Vector};
 use crate::group::LieGroup;
 use crate::mechanics::Lagrangian;
 use crate::mechanics::configuration::Configuration;
-use crate::retraction::Retraction;
+use crate::retraction::{Retraction, real_eigenvalues_below_one};
 
 /// The largest stiffness of the step of generated cases: well below where stage equations fold (about 1) and τ leaves its
 /// domain.
@@ -24,7 +24,7 @@ pub(crate) struct Rates {
     turning: f64,
     /// ‖∂η̇/∂η‖.
     stiffness: f64,
-    /// ‖(1 − x̂/2)⁻¹‖ at the attitude's coordinates where τ works on matrices (infinite where there is none), else 0.
+    /// ‖(1 − x̂/2)⁻¹‖ at the attitude's coordinates where τ works on matrices (infinite outside its domain), else 0.
     reach: f64,
     /// The largest frequency of x̂: |Im λ| over its eigenvalues; 0 without a group or an attitude.
     frequency: f64,
@@ -194,7 +194,8 @@ impl Visitor<f64> for Measure {
             }
             if self.matrices {
                 matrix = group.hat::<f64>(&eta).amax() * 0.5;
-                let inverse = quick_inverse(&(Matrix::identity() - x * 0.5));
+                let half = x * 0.5;
+                let inverse = quick_inverse(&(Matrix::identity() - half)).filter(|_| real_eigenvalues_below_one(&half));
                 reach = inverse.map_or(f64::INFINITY, |inverse| norm(&inverse));
             }
         }
