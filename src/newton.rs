@@ -45,6 +45,8 @@ pub struct Outcome<T> {
     pub iterations: usize,
     /// The relative residual reached.
     pub residual: T,
+    /// Whether a continuation took shorter steps than its longest.
+    pub shortened: bool,
 }
 
 /// Why a solve failed.
@@ -268,7 +270,7 @@ impl<T: Real> Newton<T> {
         let start = self.determinant_at_zero(equations, x)?;
         let [first, longest, smallest] =
             [LENGTHS.0, LENGTHS.1, LENGTHS.2].map(|length| self.stretch * T::exact(length));
-        let (mut iterations, mut not_evaluated) = (0, None);
+        let (mut iterations, mut not_evaluated, mut shortened) = (0, None, false);
         let (mut reached, mut step, mut last_step) = (T::zero(), first, None);
         // (fraction, (det J / det J(0))²) of the last two points: linear at a simple fold.
         let mut squares = [(T::zero(), T::one()); 2];
@@ -305,13 +307,14 @@ impl<T: Real> Newton<T> {
                     let ratio = (c.determinant.log - start.log).exp();
                     squares = [squares[1], (target, ratio * ratio)];
                     if reached >= T::one() {
-                        break Some(Ok(Outcome { iterations, residual: c.outcome.residual }));
+                        break Some(Ok(Outcome { iterations, residual: c.outcome.residual, shortened }));
                     }
                     step *= if c.jacobians <= EASY { T::exact(2.0) } else { T::one() };
                     step = step.min(longest);
                 }
                 failed => {
                     step = step_now * T::half();
+                    shortened = true;
                     let failed = match failed {
                         Err(Failure::Equations(error)) if step >= smallest => {
                             not_evaluated = Some(error);
@@ -338,7 +341,7 @@ impl<T: Real> Newton<T> {
         self.current = current;
         self.previous = previous;
         self.tangent = tangent;
-        result.unwrap_or(Ok(Outcome { iterations, residual: T::zero() }))
+        result.unwrap_or(Ok(Outcome { iterations, residual: T::zero(), shortened }))
     }
 
     /// Why the branch could not be followed any further.
@@ -384,7 +387,7 @@ impl<T: Real> Newton<T> {
     ) -> Result<Determinant<T>, Failure<T, E>> {
         equations.set_fraction(T::zero());
         equations.jacobian(origin, &mut self.jacobian).map_err(Failure::Equations)?;
-        self.factor().ok_or(Failure::NotConverged(Outcome { iterations: 0, residual: T::zero() }))
+        self.factor().ok_or(Failure::NotConverged(Outcome { iterations: 0, residual: T::zero(), shortened: false }))
     }
 
     /// Newton's iteration at the present parameter; every correction must be at most half the one before.
@@ -407,7 +410,7 @@ impl<T: Real> Newton<T> {
             let residual = largest(&self.residual);
             // 0/0 is a residual of zero: a system at rest without forces.
             let relative = if residual == T::zero() { T::zero() } else { residual / size };
-            let outcome = Outcome { iterations, residual: relative };
+            let outcome = Outcome { iterations, residual: relative, shortened: false };
             if !relative.all_finite() {
                 return Err(Failure::NotConverged(outcome));
             }
@@ -448,7 +451,7 @@ impl<T: Real> Newton<T> {
                 *v -= *d;
             }
         }
-        Err(Failure::NotConverged(Outcome { iterations: settings.max_iterations, residual: best }))
+        Err(Failure::NotConverged(Outcome { iterations: settings.max_iterations, residual: best, shortened: false }))
     }
 
     /// LU factors of the Jacobian, in place.

@@ -311,7 +311,7 @@ where
         };
         let step = self.equations.wanted.to_f64();
         let out = |(stage, source)| StepError::Domain { step, stage, source };
-        let Outcome { iterations, residual } =
+        let Outcome { iterations, residual, .. } =
             outcome.map_err(|failure| StepError::of_newton(failure, step, settings.tolerance, 0, out))?;
         // Tangents are differences in h, and other steps were looked at: the stages are those of the last one.
         let mut work = std::mem::take(&mut self.equations.work);

@@ -48,9 +48,9 @@ pub enum Solver {
     Explicit,
     /// Fixed-point iteration on the stage momenta and displacements.
     FixedPoint,
-    /// Newton's method with the Jacobian from dual numbers.
+    /// Newton's method with the Jacobian from dual numbers; for [`Variational`] along h in few pieces.
     Newton,
-    /// Newton's method along a continuation in h from 0.
+    /// Newton's method along a continuation in h from 0, in pieces that had to be shortened.
     Continuation,
 }
 

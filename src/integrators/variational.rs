@@ -520,7 +520,7 @@ where
         Err(NotContracted(self.settings.max_fixed_point_iterations))
     }
 
-    /// Newton's method on r(H), first in one go, then along h.
+    /// Newton's method on r(H) along h: at the full step at once it may find a root that does not continue from h = 0.
     fn newton(&mut self, problem: &Problem<T, N, D>, eta: &Vector<T, N>, spent: usize) -> Result<Report<T>, StepError> {
         let step = problem.step.to_f64();
         for (i, v) in self.origin.iter_mut().enumerate() {
@@ -539,19 +539,14 @@ where
             dual: &mut self.dual,
             full: problem.step,
         };
-        let mut solver = Solver::Newton;
-        let mut outcome = self.newton.solve(&mut equations, &self.origin, &mut self.unknowns, &settings);
-        if outcome.is_err() || !self.newton.is_joined(&mut equations, &self.origin, &self.unknowns) {
-            solver = Solver::Continuation;
-            self.unknowns.copy_from_slice(&self.origin);
-            outcome = self.newton.follow(&mut equations, &mut self.unknowns, &settings);
-        }
+        let outcome = self.newton.follow(&mut equations, &mut self.unknowns, &settings);
         let refused = |failure| StepError::of_newton(failure, step, settings.tolerance, spent, |error| error);
         let outcome = outcome.map_err(refused)?;
         // Leave the stages of the root in the workspace.
         equations.set_fraction(T::one());
         equations.load(&self.unknowns);
         self.scheme.residual::<T, N, D>(problem, &mut self.work)?;
+        let solver = if outcome.shortened { Solver::Continuation } else { Solver::Newton };
         Ok(Report { solver, iterations: outcome.iterations + spent, residual: outcome.residual })
     }
 }

@@ -1,6 +1,6 @@
 //! A retraction after an odd map of the algebra: τ = τ₀∘φ.
 
-use super::{Retraction, RetractionError, TangentPoint};
+use super::{Retraction, RetractionError, TangentPoint, refuse};
 use crate::algebra::{LieAlgebra, Matrix, Vector, apply, elimination, times};
 use crate::scalar::{Real, Scalar, finite};
 use std::sync::Arc;
@@ -62,6 +62,45 @@ impl<T: Real> OddMap<T> {
         slope
     }
 
+    /// Whether φ' is regular on the way from 0 to x: beyond a fold of φ is another sheet. From each point the way goes on by less than it
+    /// takes φ' to become singular, by its inverse and by how fast it changes at most.
+    fn leads_to<S: Scalar<Base = T>, const N: usize>(&self, x: &Vector<S, N>) -> bool {
+        let x = x.map(|v| v.to_f64());
+        // Rows of |φ'(x) − 1| and of |d/ds φ'(s x)|, summed.
+        let (mut off, mut rate) = (Vector::<f64, N>::zeros(), Vector::<f64, N>::zeros());
+        let slope_terms = |term: &OddTerm<T>, x: &Vector<f64, N>, k: usize| {
+            let others = term.factors.iter().enumerate().filter(|(l, _)| *l != k);
+            others.fold(term.coefficient.to_f64(), |value, (_, &i)| value * x[i])
+        };
+        for term in self.0.iter() {
+            for k in 0..term.factors.len() {
+                let size = slope_terms(term, &x, k).abs();
+                off[term.component] += size;
+                rate[term.component] += size * (term.factors.len() - 1) as f64;
+            }
+        }
+        if off.max() < 1.0 {
+            return true;
+        }
+        let mut way = 0.0;
+        for _ in 0..PIECES {
+            let here = x * way;
+            let mut slope = Matrix::<f64, N>::identity();
+            for term in self.0.iter() {
+                for (k, &b) in term.factors.iter().enumerate() {
+                    slope[(term.component, b)] += slope_terms(term, &here, k);
+                }
+            }
+            let Some(inverse) = elimination::inverse(&slope) else { return false };
+            let size = inverse.row_iter().map(|row| row.abs().sum()).fold(0.0, f64::max);
+            way += CLOSE / (rate.max() * size);
+            if way >= 1.0 {
+                return true;
+            }
+        }
+        false
+    }
+
     /// δ ↦ φ''(x)(y, δ).
     fn second<S: Scalar<Base = T>, const N: usize>(&self, x: &Vector<S, N>, y: &Vector<S, N>) -> Matrix<S, N> {
         let mut second = Matrix::<S, N>::zeros();
@@ -86,7 +125,7 @@ fn product<S: Scalar, const K: usize>(term: &OddTerm<S::Base>, x: &[S], without:
 ///
 /// τ(−x) = τ(x)⁻¹ and T₀τ = 1, as for τ₀: every odd map with φ'(0) = 1 makes another retraction. Tangents by the chain rule:
 /// dτ_x = dτ₀_{φ(x)} φ'(x), ddτ_x(y, δ) = φ'(x)⁻¹ (ddτ₀_{φ(x)}(φ'(x) y, φ'(x) δ) + φ''(x)(y, δ)), Ad_{τ(x)} = Ad_{τ₀(φ(x))}. The
-/// preimage is the one that continues from 0. Domain: φ(x) in that of τ₀; dτ is singular where φ' is.
+/// preimage is the one that continues from 0. Domain: φ' regular at s x for 0 ≤ s ≤ 1, and φ(x) in the domain of τ₀.
 ///
 /// ```
 /// use euler_poincare::algebra::Vector;
@@ -111,6 +150,7 @@ pub struct Composed<R, T> {
 
 impl<R, T: Real> Composed<R, T> {
     const NAME: &'static str = "composed";
+    const FOLDED: &'static str = "the odd map folds on the way from 0";
 
     /// The retraction τ₀ after x ↦ x + Σ terms.
     ///
@@ -153,6 +193,10 @@ pub(crate) fn is_odd(degree: usize) -> bool {
 
 /// What the number of factors may be.
 pub(crate) const ODD: &str = "the number of its factors is not odd, or not from 3 to 15";
+
+/// The most pieces of the way to a point, and how much of the distance to where φ' may become singular a piece is.
+const PIECES: usize = 64;
+const CLOSE: f64 = 0.9;
 
 /// The most Newton steps for one point on the way from 0 to a preimage: they contract, so that a few suffice.
 const MAX_ITERATIONS: usize = 30;
@@ -215,6 +259,9 @@ impl<T: Real, R: Retraction<T, N, D>, const N: usize, const D: usize> Retraction
     }
 
     fn tau<S: Scalar<Base = T>>(&self, x: &Vector<S, N>) -> Result<Matrix<S, D>, RetractionError> {
+        if !self.map.leads_to(x) {
+            return Err(refuse(x, Self::NAME, Self::FOLDED));
+        }
         self.inner.tau(&self.map.value(x))
     }
 
@@ -225,6 +272,9 @@ impl<T: Real, R: Retraction<T, N, D>, const N: usize, const D: usize> Retraction
     }
 
     fn at<S: Scalar<Base = T>>(&self, x: &Vector<S, N>) -> Result<Self::Point<S>, RetractionError> {
+        if !self.map.leads_to(x) {
+            return Err(refuse(x, Self::NAME, Self::FOLDED));
+        }
         let inner = self.inner.at(&self.map.value(x))?;
         let slope = self.map.slope(x);
         let Some(slope_inv) = elimination::inverse(&slope) else {

@@ -24,7 +24,8 @@ pub(crate) struct Rates {
     turning: f64,
     /// ‖∂η̇/∂η‖.
     stiffness: f64,
-    /// ‖(1 − x̂/2)⁻¹‖ at the attitude's coordinates where τ works on matrices (infinite outside its domain), else 0.
+    /// ‖(1 − x̂/2)⁻¹‖ at the attitude's coordinates where τ works on matrices (infinite outside its domain, and
+    /// where φ may fold), else 0.
     reach: f64,
     /// The largest frequency of x̂: |Im λ| over its eigenvalues; 0 without a group or an attitude.
     frequency: f64,
@@ -51,9 +52,14 @@ impl Rates {
     /// Those that `visit` finds for a case; `matrices`: where τ works on matrices.
     pub(crate) fn by(case: &Case, matrices: bool, visit: impl FnOnce(Measure) -> Option<Self>) -> Option<Self> {
         let attitude = case.start.attitude.iter().flatten().map(|x| x.eval().ok()).collect::<Option<Vec<f64>>>()?;
+        let bend = if attitude.is_empty() { 0.0 } else { case.method.bend(&attitude)? };
         let attitude = if attitude.is_empty() { attitude } else { case.method.argument(&attitude)? };
         let strength = case.forces.iter().map(Force::strength).fold(0.0, f64::max);
-        visit(Measure { matrices, attitude, strength })
+        let mut rates = visit(Measure { matrices, attitude, strength })?;
+        if bend >= 1.0 {
+            rates.reach = f64::INFINITY;
+        }
+        Some(rates)
     }
 
     /// Whether the attitude is safely in the domain of τ: 1 − x̂/2 is regular, and not nearly singular; and g = exp(x̂) is not, of which
