@@ -269,9 +269,13 @@ fn odd_maps_are_inverted_up_to_their_folds() {
     }
     let beyond: Matrix<f64, 3> = ExponentialSo3::<f64>::new().tau(&Vector::<f64, 3>::new(0.7, 0.0, 0.0)).unwrap();
     assert!(matches!(folds.tau_inv(&beyond), Err(RetractionError::NoPreimage { .. })));
-    // φ(x) = x − x_1 x_2² e_1 is singular at e_2.
+    // φ(x) = x − x_1 x_2² e_1 is singular at e_2, and beyond is another sheet.
     let singular = make(vec![OddTerm { component: 0, coefficient: -1.0, factors: vec![0, 1, 1] }]).unwrap();
-    assert!(matches!(singular.at(&Vector::<f64, 3>::new(0.0, 1.0, 0.0)), Err(RetractionError::SingularTangent { .. })));
+    for (size, outside) in [(0.99, false), (1.0, true), (1.01, true), (-3.0, true)] {
+        let x = Vector::<f64, 3>::new(0.0, size, 0.0);
+        let refused = |found: Option<RetractionError>| matches!(found, Some(RetractionError::OutsideDomain { .. }));
+        assert_eq!([refused(singular.at(&x).err()), refused(singular.tau(&x).err())], [outside; 2], "{size}");
+    }
     for (bad, why) in [
         (term(f64::NAN, 0, 3), "not finite"),
         (term(1.0, 3, 3), "larger than the dimension"),
@@ -304,7 +308,7 @@ fn all_identities<T: Real>() {
         identities(&format!("{tau:?} on SO(3)"), &So3Retraction::<T>::new(tau), &general("so3"), 30.0);
     }
     both("SO(3), general", general::<T, 3, 4>("so3"), 30.0, 30.0);
-    // e^{ad} reaches e²⁰ and e³⁰ here; for cay the poles at |eigenvalue| = 2 are crossed.
+    // e^{ad} reaches e²⁰ and e³⁰ here; cay ends where a real eigenvalue reaches 2 in absolute value.
     both("SL(2)", general::<T, 3, 4>("sl2"), 8.0, 30.0);
     both("SL(2) in another basis", changed(&general::<T, 3, 4>("sl2")), 4.0, 10.0);
     both("Aff(1) × ℝ", general::<T, 3, 4>("aff1+r1"), 8.0, 30.0);
