@@ -160,24 +160,23 @@ fn munthe_kaas_allocates_nothing() {
     }
 }
 
-/// Just before the fold of the first step fixed-point iterations do not contract; with few iterations allowed, nor does
-/// Newton's method.
-fn near_the_fold<T: Real>(retraction: impl Retraction<T, 3, 3>, max_iterations: usize, expected: Solver) {
+/// Just before the fold of the first step fixed-point iterations do not contract.
+fn near_the_fold<T: Real>(retraction: impl Retraction<T, 3, 3>, max_iterations: usize) {
     let (model, state) = body::<T>();
     let tableau = Family::LobattoIIIA.tableau::<T>(2).unwrap();
     let settings = Settings { max_iterations, ..Settings::default() };
     let (lagrangian, force) = (&model.system.lagrangian, &model.system.force);
     let mut method = Variational::with_settings(lagrangian, force, &retraction, tableau, settings);
     let (allocated, solvers) = count(&mut method, &state, T::ratio(79, 100), true);
-    assert_eq!(allocated, 0, "{expected:?} {} {}", retraction.name(), T::NAME);
-    assert!(solvers.iter().all(|s| *s == expected), "{expected:?} {solvers:?}");
+    assert_eq!(allocated, 0, "{max_iterations} {} {}", retraction.name(), T::NAME);
+    assert!(solvers.iter().all(|s| *s == Solver::Continuation), "{max_iterations} {solvers:?}");
 }
 
 #[test]
 fn newton_and_continuation_allocate_nothing() {
-    near_the_fold::<f64>(CayleySo3::new(), 12, Solver::Newton);
-    near_the_fold::<f64>(CayleySo3::new(), 6, Solver::Continuation);
-    near_the_fold::<Dd>(CayleySo3::new(), 12, Solver::Newton);
+    near_the_fold::<f64>(CayleySo3::new(), 12);
+    near_the_fold::<f64>(CayleySo3::new(), 6);
+    near_the_fold::<Dd>(CayleySo3::new(), 12);
 }
 
 #[test]

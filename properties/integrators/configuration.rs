@@ -371,7 +371,7 @@ fn one_system_written_in_several_ways_moves_in_one_way() {
     let stiff = BlackBox::new(|_: f64, eta: &Vector<f64, 3>| -40.0 * eta.transpose());
     let mut method = Variational::new(body(), stiff, ExponentialSo3::new(), Family::Gauss.tableau::<f64>(2).unwrap());
     let report = method.step(&mut start(), 0.5).unwrap();
-    assert_eq!(report.solver, euler_poincare::integrators::Solver::Newton);
+    assert_ne!(report.solver, euler_poincare::integrators::Solver::FixedPoint);
 }
 
 #[test]
