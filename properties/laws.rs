@@ -38,7 +38,8 @@ fn every_law_holds() {
     let reports = [campaign(cheap, Shard::WHOLE), campaign(dear, Shard::new(0, SHARDS).unwrap())];
     for law in reports.iter().flat_map(|report| &report.laws) {
         let inconclusive: usize = law.inconclusive.values().sum();
-        assert!(inconclusive * 20 <= law.cases, "{}: {:?}", law.law, law.inconclusive);
+        // One in twenty, and one where there are fewer.
+        assert!(inconclusive <= (law.cases / 20).max(1), "{}: {:?}", law.law, law.inconclusive);
         assert!(law.held * 2 > law.cases, "{} hardly applies: {:?}", law.law, law.not_applicable);
         for failure in &law.failures {
             // From now on it is replayed before everything else.

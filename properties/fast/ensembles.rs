@@ -69,7 +69,8 @@ fn an_ensemble_takes_steps_that_fixed_point_iterations_do_not_solve_and_names_th
             assert!(distance(&state, &found) < 1e-13);
         }
     }
-    assert!(solvers.contains(&Solver::Newton) && solvers.contains(&Solver::FixedPoint), "{solvers:?}");
+    let alone = solvers.iter().filter(|solver| **solver == Solver::FixedPoint).count();
+    assert!(alone > 0 && alone < solvers.len(), "{solvers:?}");
 }
 
 /// In a steady rotation every step rounds alike: gᵀg would drift by 5e-19 a step if g were summed up.
