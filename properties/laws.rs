@@ -8,9 +8,9 @@ mod replay;
 mod system;
 
 use euler_poincare::harness::evidence::Wanted;
-use euler_poincare::harness::{Campaign, CampaignReport, Cost, Law, Shard, catch_fault, draw};
+use euler_poincare::harness::{Campaign, Cost, Law, catch_fault, draw};
 use euler_poincare::laws::replay::{REGRESSIONS, Replayed, save};
-use euler_poincare::laws::{self, CaseLaw, user};
+use euler_poincare::laws::{self, user};
 use euler_poincare::system::{Case, Replay, cases, labels};
 use rayon::prelude::*;
 use serde_json::Value;
@@ -20,9 +20,6 @@ use std::path::Path;
 /// Cases per law: the campaigns of the command go further; a test has to be short.
 const CASES: usize = 24;
 
-/// Of expensive laws, the first of so many shards is judged here: the command judges all their cases.
-const SHARDS: usize = 3;
-
 /// Not the seed of the command's campaign, whose cases are judged there.
 const SEED: u64 = 2;
 
@@ -30,13 +27,9 @@ const SEED: u64 = 2;
 fn every_law_holds() {
     // Orders take a release build: `verify`.
     let laws = laws::all().into_iter().filter(|law| law.about.cost != Cost::Heavy);
-    let (dear, others): (Vec<_>, Vec<_>) = laws.partition(|law| law.about.cost == Cost::Expensive);
-    let campaign = |laws: Vec<&'static CaseLaw<Case>>, shard| {
-        let laws: Vec<&dyn Law<Case>> = laws.into_iter().map(|law| law as &dyn Law<Case>).collect();
-        Campaign::new(SEED, CASES).shard(shard).run(&laws)
-    };
-    let reports = [campaign(others, Shard::WHOLE), campaign(dear, Shard::new(0, SHARDS).unwrap())];
-    for law in reports.iter().flat_map(|report| &report.laws) {
+    let laws: Vec<&dyn Law<Case>> = laws.map(|law| law as &dyn Law<Case>).collect();
+    let report = Campaign::new(SEED, CASES).run(&laws);
+    for law in &report.laws {
         let inconclusive: usize = law.inconclusive.values().sum();
         assert!(inconclusive * 20 <= law.cases, "{}: {:?}", law.law, law.inconclusive);
         assert!(law.held * 2 > law.cases, "{} hardly applies: {:?}", law.law, law.not_applicable);
@@ -51,7 +44,7 @@ fn every_law_holds() {
             println!("{again}\nkept: {kept:?}\n");
         }
     }
-    assert!(reports.iter().all(CampaignReport::holds));
+    assert!(report.holds());
 }
 
 /// The kinds of systems that a law has to be drawn on. A kind with a share of 4 % is missed once in 10⁷ times in 400 draws.

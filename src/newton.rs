@@ -213,11 +213,10 @@ impl<T: Real> Newton<T> {
     /// A root can be found at once, by corrections that contract, that lies behind a fold: at the parameters between, iterations from
     /// `origin` do not contract.
     pub fn is_joined<E>(&mut self, equations: &mut dyn Equations<T, Error = E>, origin: &[T], x: &[T]) -> bool {
-        let extent = largest(origin) * T::exact(AT_HAND);
-        let moved = x.iter().zip(origin).fold(T::zero(), |moved, (to, from)| (*to - *from).abs().max(moved));
-        if moved <= extent {
+        if is_at_hand(origin, x) {
             return true;
         }
+        let extent = largest(origin) * T::exact(AT_HAND);
         let Ok(start) = self.determinant_at_zero(equations, origin) else { return false };
         let mut fraction = T::one();
         for _ in 0..HALVINGS {
@@ -613,6 +612,12 @@ fn on_chord<T: Real>(from: &[T], to: &[T], tangents: [&[T]; 2], step: T, stretch
     }
     let allowed = (chord * T::exact(BEND) + size * T::exact(NEAR)) * stretch;
     off.iter().all(|off| *off <= allowed)
+}
+
+/// Whether a root is so near its origin that [`Newton::is_joined`] looks at no other parameter.
+pub(crate) fn is_at_hand<T: Real>(origin: &[T], x: &[T]) -> bool {
+    let moved = x.iter().zip(origin).fold(T::zero(), |moved, (to, from)| (*to - *from).abs().max(moved));
+    moved <= largest(origin) * T::exact(AT_HAND)
 }
 
 /// The largest absolute value; NaN if there is one.

@@ -5,7 +5,7 @@
 use super::{Report, Solver, StepError};
 use crate::algebra::{Covector, Matrix, Vector};
 use crate::mechanics::doubled::{DoubledLagrangian, VelocityError};
-use crate::newton::{Equations, Newton, NewtonSettings, Outcome};
+use crate::newton::{Equations, Newton, NewtonSettings, Outcome, is_at_hand};
 use crate::retraction::{Retraction, RetractionError, TangentPoint};
 use crate::scalar::{Dual, Real, Scalar};
 use crate::tableau::Tableau;
@@ -313,12 +313,14 @@ where
         let out = |(stage, source)| StepError::Domain { step, stage, source };
         let Outcome { iterations, residual, .. } =
             outcome.map_err(|failure| StepError::of_newton(failure, step, settings.tolerance, 0, out))?;
-        // Tangents are differences in h, and other steps were looked at: the stages are those of the last one.
-        let mut work = std::mem::take(&mut self.equations.work);
-        self.equations.set_fraction(T::one());
-        let evaluated = self.equations.residual(&self.unknowns, &mut work[0]);
-        self.equations.work = work;
-        evaluated.map_err(out)?;
+        if solver == Solver::Continuation || !is_at_hand(&self.origin, &self.unknowns) {
+            // Other steps were looked at: the stages are those of the last one.
+            let mut work = std::mem::take(&mut self.equations.work);
+            self.equations.set_fraction(T::one());
+            let evaluated = self.equations.residual(&self.unknowns, &mut work[0]);
+            self.equations.work = work;
+            evaluated.map_err(out)?;
+        }
         Ok(Report { solver, iterations, residual })
     }
 }
