@@ -10,6 +10,7 @@ use super::integrators::{TestedMethod, refused, subject};
 use super::planted::retraction::Plant;
 use super::planted::step::{CHART, NO_SECOND, OF_START, UNCONJUGATED};
 use super::precision::{alone, of_relative};
+use super::variational_error::tableaux;
 use crate::algebra::catalogue::Entry;
 use crate::algebra::elimination::quick_inverse;
 use crate::algebra::{Matrix, Vector};
@@ -22,9 +23,8 @@ use crate::mechanics::configuration::Configuration;
 use crate::mechanics::{Force, Lagrangian};
 use crate::retraction::Retraction;
 use crate::system::{Cases, System, Visitor};
-use crate::tableau::random::{TableauKind, of_kind};
-use crate::tableau::{Description, Family};
-use proptest::strategy::{Strategy, Union};
+use crate::tableau::Family;
+use crate::tableau::random::TableauKind;
 
 /// The laws of this file.
 pub const fn laws() -> &'static [CaseLaw] {
@@ -62,12 +62,8 @@ fn generator(cases: Cases) -> Cases {
         (Family::LobattoIIIB, 3),
         (Family::RadauIIA, 2),
     ];
-    let families = families.map(|(family, stages)| Description::Family(family, stages)).to_vec();
-    let random = [TableauKind::Collocation, TableauKind::OrderTwo, TableauKind::DiagonallyImplicit].to_vec();
-    let tableaux = Union::new_weighted(vec![
-        (2, proptest::sample::select(families).boxed()),
-        (1, proptest::sample::select(random).prop_flat_map(of_kind).boxed()),
-    ]);
+    let tableaux =
+        tableaux(&families, &[TableauKind::Collocation, TableauKind::OrderTwo, TableauKind::DiagonallyImplicit]);
     let rotations = [Entry::So3, Entry::So4, Entry::Product(vec![Entry::So3, Entry::So3])];
     cases.algebras(&rotations).main_dimensions().force_free().with_tableaux(tableaux)
 }

@@ -30,7 +30,7 @@ use crate::system::{Case, Cases, System, Visitor};
 use crate::tableau::random::{TableauKind, of_kind};
 use crate::tableau::{Description, Family, variational_order};
 use nalgebra::{ComplexField, RealField};
-use proptest::strategy::{Strategy, Union};
+use proptest::strategy::{BoxedStrategy, Strategy, Union};
 use std::fmt::Debug;
 
 /// The laws of this file.
@@ -76,12 +76,17 @@ fn generator(cases: Cases) -> Cases {
         (Family::LobattoIIIB, 3),
         (Family::RadauIIA, 2),
     ];
-    let families = families.map(|(family, stages)| Description::Family(family, stages)).to_vec();
-    let tableaux = Union::new_weighted(vec![
-        (2, proptest::sample::select(families).boxed()),
-        (1, proptest::sample::select(RANDOM.to_vec()).prop_flat_map(of_kind).boxed()),
-    ]);
+    let tableaux = tableaux(&families, &RANDOM);
     cases.main_dimensions().forced_nonabelian().smooth().with_group().with_tableaux(tableaux)
+}
+
+/// Two of three of these families, the others random of these kinds.
+pub(super) fn tableaux(families: &[(Family, usize)], random: &[TableauKind]) -> Union<BoxedStrategy<Description>> {
+    let families: Vec<_> = families.iter().map(|&(family, stages)| Description::Family(family, stages)).collect();
+    Union::new_weighted(vec![
+        (2, proptest::sample::select(families).boxed()),
+        (1, proptest::sample::select(random.to_vec()).prop_flat_map(of_kind).boxed()),
+    ])
 }
 
 /// Random tableaux of orders 1 to 3, symplectic or not.
