@@ -957,7 +957,7 @@ fn states_without_an_attitude_are_judged_and_frozen_coordinates_are_found() {
 
 /// What sh does in the place of a stepper, and what is said of it.
 const MISBEHAVING: [(&str, &str); 19] = [
-    ("sleep 100", "no answer from the stepper within 0.4 s"),
+    ("sleep 100", "no answer from the stepper within 2 s"),
     ("cat > /dev/null", "no answer"),
     ("exit 3", "ended (exit status: 3)"),
     ("read line; kill -9 $$", "ended (signal: 9"),
@@ -981,12 +981,15 @@ const MISBEHAVING: [(&str, &str); 19] = [
 #[test]
 fn programs_that_are_no_steppers_are_reported_in_time() {
     let here = directory("misbehaving");
-    let options =
-        ["--algebras", "so3", "--cases", "1", "--laws", "equivariance", "--timeout", "0.4", "--format", "json"];
     for (script, said) in MISBEHAVING {
+        // Those that do not answer hang for the whole time; the others have as much as a busy machine may need.
+        let hangs = script.starts_with("cat") || script.contains("sleep 100");
+        let timeout = if hangs { "2" } else { "30" };
+        let options =
+            ["--algebras", "so3", "--cases", "1", "--laws", "equivariance", "--timeout", timeout, "--format", "json"];
         let start = Instant::now();
         let output = probe(&here, &options, &["sh", "-c", script]);
-        assert!(start.elapsed() < Duration::from_secs(5), "{script}: {:?}", start.elapsed());
+        assert!(start.elapsed() < Duration::from_secs(20), "{script}: {:?}", start.elapsed());
         assert_eq!(code(&output), 1, "{script}: {}{}", stdout(&output), stderr(&output));
         let line = &laws(&output)[0].1;
         assert_eq!((&line["broken"], &line["failed"]), (&0.into(), &1.into()), "{script}: {line}");
@@ -1007,7 +1010,7 @@ fn a_program_that_goes_on_failing_is_given_up() {
     let options = ["--algebras", "so3", "--cases", "50", "--timeout", "0.2"];
     let start = Instant::now();
     let output = probe(&here, &options, &["sh", "-c", "sleep 100"]);
-    assert!(start.elapsed() < Duration::from_secs(10), "{:?}", start.elapsed());
+    assert!(start.elapsed() < Duration::from_secs(50), "{:?}", start.elapsed());
     assert_eq!(code(&output), 1);
     assert!(stdout(&output).contains("failed 6 times and was not started again"), "{}", stdout(&output));
 }
@@ -1027,10 +1030,14 @@ fn nothing_is_left_running() {
     let file = here.join("pids");
     // The shell, and a child of it that holds the pipes open.
     let script = format!("sleep 100 & echo $$ $! > {}; wait", file.display());
-    let limits = Limits { timeout: Duration::from_millis(300), ..Limits::default() };
-    let mut program = Program::new(&["sh".into(), "-c".into(), script], limits);
-    assert!(matches!(program.ask("{}"), Err(Silence::Hung { .. })));
-    let pids = fs::read_to_string(&file).unwrap();
+    // On a busy machine the shell may not have begun in a fraction of a second.
+    let pids = [300, 3_000, 30_000].into_iter().find_map(|milliseconds| {
+        let limits = Limits { timeout: Duration::from_millis(milliseconds), ..Limits::default() };
+        let mut program = Program::new(&["sh".into(), "-c".into(), script.clone()], limits);
+        assert!(matches!(program.ask("{}"), Err(Silence::Hung { .. })));
+        fs::read_to_string(&file).ok().filter(|pids| pids.ends_with('\n'))
+    });
+    let pids = pids.expect("the shell has begun");
     std::thread::sleep(Duration::from_millis(100));
     assert_eq!(pids.split_whitespace().count(), 2);
     assert!(!pids.split_whitespace().any(lives), "{pids}");
