@@ -58,6 +58,19 @@ impl<T: Real, const N: usize> Casimir<T, N> {
         }
     }
 
+    /// The sizes of the terms of dC(μ): its sums with absolute values, which do not cancel.
+    #[cfg(feature = "harness")]
+    pub(crate) fn gradient_terms(&self, mu: &Covector<T, N>) -> Vector<T, N> {
+        match self {
+            Self::Linear(z) => z.abs(),
+            Self::Quadratic(q) => Self::Quadratic(q.abs()).gradient(&mu.abs()),
+            Self::Cubic(q) => {
+                let absolute = std::array::from_fn(|a| q[a].abs());
+                Self::Cubic(Box::new(absolute)).gradient(&mu.abs())
+            }
+        }
+    }
+
     /// C''(μ)(ν, ν).
     pub fn second<S: Scalar<Base = T>>(&self, mu: &Covector<S, N>, nu: &Covector<S, N>) -> S {
         match self {

@@ -235,12 +235,17 @@ fn derivative<S: Scalar>(operation: Unary, x: S, value: S) -> S {
         Unary::Sin => x.cos(),
         Unary::Cos => -x.sin(),
         Unary::Tan => S::one() + value * value,
-        Unary::Asin => S::one() / (S::one() - x * x).sqrt(),
-        Unary::Acos => -S::one() / (S::one() - x * x).sqrt(),
+        // As a product: 1 − x² loses digits near ±1.
+        Unary::Asin => S::one() / ((S::one() - x) * (S::one() + x)).sqrt(),
+        Unary::Acos => -S::one() / ((S::one() - x) * (S::one() + x)).sqrt(),
         Unary::Atan => S::one() / (S::one() + x * x),
         Unary::Sinh => x.cosh(),
         Unary::Cosh => x.sinh(),
-        Unary::Tanh => S::one() - value * value,
+        // Not 1 − tanh²x, of which nothing is left at large x.
+        Unary::Tanh => {
+            let sech = S::one() / x.cosh();
+            sech * sech
+        }
         Unary::Abs if x < S::zero() => -S::one(),
         Unary::Abs => S::one(),
     }

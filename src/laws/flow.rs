@@ -163,7 +163,7 @@ impl Free<'_> {
         });
         let kept = system.casimirs.iter().map(|casimir| {
             let change = (casimir.value(&mu) - casimir.value(&start.momentum)).abs();
-            let size = casimir.gradient(&mu).amax() * mu.amax().max(start.momentum.amax());
+            let size = casimir.gradient_terms(&mu).amax() * mu.amax().max(start.momentum.amax());
             Measured::defect(change, size, floor, || format!("C changed by {:e}", change.to_f64()))
         });
         let back = group.and_then(|group| group.adjoint(&group.inverse(&g)?));
@@ -227,7 +227,8 @@ fn values<T: Real, const N: usize, L: Lagrangian<T, N>, F: Force<T, N>>(
     let energy = flow.hamiltonian(mu, &Vector::zeros())?;
     let eta = flow.lagrangian.velocity(mu, &Vector::zeros())?;
     let size = mu.amax() * eta.amax() * T::int(N as i64);
-    let of = |casimir: &Casimir<T, N>| (casimir.value(mu), casimir.gradient(mu).amax() * mu.amax() * T::int(N as i64));
+    let of =
+        |casimir: &Casimir<T, N>| (casimir.value(mu), casimir.gradient_terms(mu).amax() * mu.amax() * T::int(N as i64));
     Ok(std::iter::once((energy, size)).chain(casimirs.iter().map(of)).collect())
 }
 

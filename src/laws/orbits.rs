@@ -136,7 +136,7 @@ impl Check<'_> {
             let none = Measured::NotApplicable("the algebra has no Casimirs".into());
             return Ok(system.casimirs.iter().fold(none, |found, casimir| {
                 let rate = casimir.value(&moved).eps;
-                found.and(Measured::defect(rate.abs(), size * casimir.gradient(&mu).amax(), floor, || {
+                found.and(Measured::defect(rate.abs(), size * casimir.gradient_terms(&mu).amax(), floor, || {
                     format!("dC/dt = {:e}", rate.to_f64())
                 }))
             }));

@@ -110,14 +110,14 @@ struct Exact(StateForm);
 /// Builds the linearised step.
 struct Linear(StateForm);
 
-/// A method with the state that another has.
-struct On<T: Real, const N: usize, const D: usize, M> {
-    method: M,
-    group: Option<MatrixGroup<T, N, D>>,
+/// The scheme on a system, with the state that a method has. The integrator is made for each step, of references to the parts: as in
+/// the other laws, so that it is compiled once.
+struct On<T: Real, const N: usize, const D: usize, R, L, F> {
+    system: System<T, N, D, R, L, F>,
     form: StateForm,
 }
 
-impl<T: Real, const N: usize, const D: usize, M> On<T, N, D, M> {
+impl<T: Real, const N: usize, const D: usize, R, L, F> On<T, N, D, R, L, F> {
     /// (g, μ); of a point, g = 1.
     fn state(&self, point: &Point<T>) -> State<T, N, D> {
         match self.form {
@@ -133,7 +133,7 @@ impl<T: Real, const N: usize, const D: usize, M> On<T, N, D, M> {
             let size = count.isqrt();
             return Some((0..count).map(|k| of(g[(k / size, k % size)])).collect());
         }
-        let inverse = self.group.as_ref()?.inverse(g)?;
+        let inverse = self.system.group.as_ref()?.inverse(g)?;
         let x = |c: usize| of(start.attitude[c]);
         Some((0..count).map(|r| (0..count).fold(T::zero(), |sum, c| sum + of(inverse[(r, c)]) * x(c))).collect())
     }
@@ -152,16 +152,20 @@ impl Visitor<Dd> for Exact {
         L: Lagrangian<Dd, N> + 'static,
         F: Force<Dd, N> + 'static,
     {
-        let System { group, lagrangian, force, retraction, tableau, .. } = system;
-        let method = Variational::new(lagrangian, force, retraction, tableau);
-        Box::new(On { method, group, form: self.0 })
+        Box::new(On { system, form: self.0 })
     }
 }
 
-impl<const N: usize, const D: usize, M: OneStep<Dd, N, D>> Stepper<Dd> for On<Dd, N, D, M> {
+impl<const N: usize, const D: usize, R, L, F> Stepper<Dd> for On<Dd, N, D, R, L, F>
+where
+    R: Retraction<Dd, N, D>,
+    L: Lagrangian<Dd, N>,
+    F: Force<Dd, N>,
+{
     fn step(&mut self, point: &Point<Dd>, h: Dd) -> Result<Point<Dd>, StepError> {
+        let System { lagrangian, force, retraction, tableau, .. } = &self.system;
         let mut state = self.state(point);
-        self.method.step(&mut state, h)?;
+        Variational::new(lagrangian, force, retraction, tableau.clone()).step(&mut state, h)?;
         let attitude = self.beside(point, &state.attitude, |x| x).ok_or(NO_INVERSE)?;
         let momentum = state.momentum.iter().take(point.momentum.len()).copied().collect();
         Ok(Point { time: state.time, momentum, attitude })
@@ -179,24 +183,24 @@ impl Visitor<f64> for Linear {
         L: Lagrangian<f64, N> + 'static,
         F: Force<f64, N> + 'static,
     {
-        let System { group, lagrangian, force, retraction, tableau, .. } = system;
-        let method = Linearised::new(Variational::new(lagrangian, force, retraction, tableau), ());
-        Box::new(On { method, group, form: self.0 })
+        Box::new(On { system, form: self.0 })
     }
 }
 
-impl<const N: usize, const D: usize, L, F, R> Spreading for On<f64, N, D, Linearised<f64, N, D, L, F, R, ()>>
+impl<const N: usize, const D: usize, R, L, F> Spreading for On<f64, N, D, R, L, F>
 where
+    R: Retraction<f64, N, D>,
     L: Lagrangian<f64, N>,
     F: Force<f64, N>,
-    R: Retraction<f64, N, D>,
 {
     fn spread(&mut self, start: &Point<f64>, h: f64) -> Result<Spread, StepError> {
+        let System { group, lagrangian, force, retraction, tableau, .. } = &self.system;
         let before = self.state(start);
         let mut after = before.clone();
-        let Variation { attitude, momentum } = self.method.moved(&mut after, h)?;
+        let mut linearised = Linearised::new(Variational::new(lagrangian, force, retraction, tableau.clone()), ());
+        let Variation { attitude, momentum } = linearised.moved(&mut after, h)?;
         let momentum = momentum.iter().take(start.momentum.len()).fold(0.0, |most: f64, x| most.max(*x));
-        let beside = match &self.group {
+        let beside = match group {
             Some(group) if !start.attitude.is_empty() => {
                 let turned = turned(group, &attitude);
                 let (before, after) = (before.attitude.abs(), &after.attitude);
@@ -209,7 +213,7 @@ where
                     }
                     // δg' = g' ω̂, and the terms of g τ(ξ).
                     _ => {
-                        let method = self.method.method();
+                        let method = linearised.method();
                         let step = method.retraction().tau(method.increment());
                         let step = step.map_err(|source| StepError::Domain { step: h, stage: None, source })?;
                         (after.abs() * turned + before * step.abs()).amax()

@@ -109,8 +109,8 @@ pub static LAWS: &[About] = &[
     ),
 ];
 
-/// dC(l'(η)) of each Casimir function.
-type Gradients<T, const N: usize> = Arc<dyn Fn(&Vector<T, N>) -> Vec<Vector<T, N>> + Send + Sync>;
+/// dC(l'(η)) of each Casimir function, and the sizes of its terms.
+type Gradients<T, const N: usize> = Arc<dyn Fn(&Vector<T, N>) -> Vec<[Vector<T, N>; 2]> + Send + Sync>;
 
 /// The size of the terms that f is the sum of, at velocities of a size.
 type Terms<T, const N: usize> = Arc<dyn Fn(&Vector<T, N>) -> T + Send + Sync>;
@@ -153,7 +153,7 @@ where
 {
     Arc::new(move |eta| {
         let momentum = lagrangian.gradient(eta);
-        casimirs.iter().map(|casimir| casimir.gradient(&momentum)).collect()
+        casimirs.iter().map(|casimir| [casimir.gradient(&momentum), casimir.gradient_terms(&momentum)]).collect()
     })
 }
 
@@ -331,9 +331,9 @@ fn judge<T: Real, F: Force<T, N>, const N: usize>(
                 return Ok(Measured::NotApplicable("the force is not said to keep Casimir functions".into()));
             };
             let mut measured = Measured::NotApplicable("no Casimir functions are claimed".into());
-            for (k, gradient) in gradients(&eta).iter().enumerate() {
+            for (k, [gradient, terms_of_gradient]) in gradients(&eta).iter().enumerate() {
                 let sizes = sizes(&planted, t, &eta, &f, terms);
-                let (rate, size) = (pair(&f, gradient), pair(&sizes, &gradient.abs()));
+                let (rate, size) = (pair(&f, gradient), pair(&sizes, terms_of_gradient));
                 measured = measured.and(Measured::defect(rate.abs(), size, floor, || {
                     format!("Casimir function {k} changes at {:e}", rate.to_f64())
                 }));
