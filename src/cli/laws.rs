@@ -53,8 +53,8 @@ const MEANING: &str = "\
 A law is a statement that must hold for every system. The bounds are in units of u, the unit round-off of the arithmetic (1.1e-16 in \
 16 digits), for identities, and differences of slopes for orders of convergence. N = dim g, D the size of the group's matrices, s \
 the number of stages. \"Two precisions\": the identity is evaluated in 16 and in 32 digits; it holds where each defect, in its own \
-u, is at most 256 times the other one, or below the floor; in 16 digits it is at most 16 times the floor and what changes of the inputs \
-by one unit explain. The cost decides how many cases a law gets (`verify --help`).";
+u, is at most 256 times the other one (of four in 32 digits where one does not explain it), or below the floor; in 16 digits it is at \
+most 16 times the floor and what changes of the inputs by one unit explain. The cost decides how many cases a law gets (`verify --help`).";
 
 /// Cases that are drawn to see what a law is run on; an algebra with a share of 4 % is missed once in 10⁷ times.
 const DRAWS: usize = 400;

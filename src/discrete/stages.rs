@@ -72,7 +72,8 @@ where
 
     /// The extremal stages for V = τ(v), U, W = τ(w), by Newton's method from H_i = v/h, Ψ_i = w/h or from a `guess`.
     ///
-    /// The start is the extremum for Ξ = X = 0; where Newton's method fails, Ξ and X are turned on in four steps.
+    /// The start is the extremum for Ξ = X = 0; where Newton's method fails, Ξ and X are turned on in four steps. A guess decides how fast the
+    /// extremum is found, not which: where the one that is found is far from the guess, the start is that without a guess.
     ///
     /// # Errors
     /// No convergence; singular conditions; a stage outside a domain; numbers that are not finite, h = 0 among them.
@@ -104,7 +105,13 @@ where
         };
         let weight = self.weight(&eta, &psi, &start);
         let mut conditions = Conditions { l_d: self, u, eta, psi, weight, h: self.step, certified: false };
+        let remembered = guess.is_some();
         let mut near = chord::solve(&mut conditions, &mut x, factors);
+        if remembered && !near.as_ref().is_ok_and(|solved| solved.near) {
+            // The extremum must not depend on the guess.
+            x.copy_from(&start);
+            near = chord::solve(&mut conditions, &mut x, None);
+        }
         if near.is_err() {
             x = start;
             for k in 1..=CONTINUATION {

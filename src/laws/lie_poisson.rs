@@ -418,7 +418,9 @@ impl Check<'_> {
         let along = probe.covector::<T, N>();
         let slope = self.hamiltonian(flow, &mu, &along, &eta)?;
         let velocity = near("h'(μ) − η", slope.eps - pair(&along, &eta), eta.amax());
-        let size = pair(&mu.abs(), &eta.abs());
+        // The terms of μ cancel where a gyrostat term stands against the velocity.
+        let kinetic = pair(&(eta.abs().transpose() * flow.lagrangian.hessian(&eta).abs()), &eta.abs());
+        let size = pair(&mu.abs(), &eta.abs()) + kinetic;
         let value = near("h(l'(η)) − E(η)", energy.re - flow.lagrangian.energy(&eta), size);
         Ok(balance.and(velocity).and(value))
     }

@@ -13,6 +13,9 @@ use nalgebra::SMatrix;
 /// for matrices near a cut, where the start is poor.
 const MAX_CORRECTIONS: usize = 20;
 
+/// A correction of a logarithm below so many times what one rounding of the residual makes of it is rounding.
+const NOISE: f64 = 64.0;
+
 /// Terms of a series that the row form of ∂(dτ) keeps on the stack: enough for 40 digits at norm 1.
 const MAX_TERMS: usize = 40;
 
@@ -294,25 +297,34 @@ impl<T: Real, const N: usize, const D: usize, G: LieGroup<T, N, D>> Exponential<
         let fail = |why| RetractionError::NoPreimage { retraction: Self::NAME, why };
         let log = rough_logarithm(g).ok_or(fail("an eigenvalue lies on the closed negative real axis"))?;
         let mut x = group.vee(&log);
-        let mut last = f64::INFINITY;
+        let unit = T::unit_roundoff().to_f64();
+        let scale = 1.0 + g.iter().fold(0.0, |m: f64, v| m.max(v.to_f64().abs()));
+        let inside = |residual: f64| residual <= scale * scale * unit.sqrt();
+        let (mut last, mut rest) = (f64::INFINITY, 0.0);
         for _ in 0..MAX_CORRECTIONS {
             let d_inv = self.at(&x)?.d_inv;
             let (step, residual) = self.correction(group, g, &x, &d_inv).ok_or(fail("the logarithm overflows"))?;
             let size = step.iter().fold(0.0, |m: f64, v| m.max(v.to_f64().abs()));
-            let settled = size >= 0.5 * last || size == 0.0;
-            let rounding = !settled && size <= 8.0 * T::unit_roundoff().to_f64() * (1.0 + x.amax().to_f64());
+            // What rounding of the residual may make of a correction: near a cut dτ⁻¹ is large, and a start may be so poor that its first
+            // corrections are no smaller.
+            let noise = NOISE * unit * scale * scale * (1.0 + d_inv.amax().to_f64());
+            let settled = size == 0.0 || (size >= 0.5 * last && (size <= noise || !inside(residual)));
+            let rounding = !settled && size <= 8.0 * unit * (1.0 + x.amax().to_f64());
             if rounding {
                 x += step;
             }
             if settled || rounding {
-                let scale = 1.0 + g.iter().fold(0.0, |m: f64, v| m.max(v.to_f64().abs()));
-                let inside = residual <= scale * scale * T::unit_roundoff().to_f64().sqrt();
-                return if inside { Ok((x, d_inv)) } else { Err(fail("the matrix is not in the group")) };
+                return if inside(residual) { Ok((x, d_inv)) } else { Err(fail("the matrix is not in the group")) };
             }
             x += step;
-            last = size;
+            (last, rest) = (size, residual);
         }
-        Err(fail("the iteration for the logarithm does not converge"))
+        let left = inside(rest);
+        Err(fail(if left {
+            "the iteration for the logarithm does not converge"
+        } else {
+            "the matrix is not in the group"
+        }))
     }
 }
 

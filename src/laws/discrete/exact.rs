@@ -35,7 +35,7 @@ pub const fn laws<S: Source>() -> &'static [CaseLaw<S>] {
                 opposite action",
                     source: "Martín de Diego and Sato Martín de Almagro 2019, Prop 5.2",
                     oracle: "the solution from the inverse arrow, by Hamilton's equations on g*×G×g* of the Legendre transform of l_f",
-                    bound: "two precisions (s N > 6: f64 alone below 8 u or a 2⁹th of the floor, but for one case in ten); floor 2¹¹ N u: 8 stages of a collocation iterated to a few u, over a quarter of the step",
+                    bound: "two precisions (s N > 6: f64 alone below 8 u or a 2⁹th of the floor, but for one case in ten); floor 2¹¹ N u: 8 stages of a collocation iterated to a few u, over a quarter of the step, 1/16 at most",
                     needs: "a group; a force",
                     cost: Cost::Heavy,
                     faults: &[
@@ -76,7 +76,7 @@ pub const fn laws<S: Source>() -> &'static [CaseLaw<S>] {
                                 that of discrete Lie–Poisson equations",
                     source: "Martín de Diego and Sato Martín de Almagro 2019, §2.3, (2.11), and §3, after Thm 3.1",
                     oracle: "solutions from (η, U, ψ), (ψ, e, χ) and (η, e, χ), whose actions add up; Ad by conjugation with W",
-                    bound: "two precisions (s N > 6: f64 alone below 8 u or a 2⁹th of the floor, but for one case in ten); floor 2⁶ N u: 8 stages of a collocation iterated to a few u, over a quarter of the step",
+                    bound: "two precisions (s N > 6: f64 alone below 8 u or a 2⁹th of the floor, but for one case in ten); floor 2⁶ N u: 8 stages of a collocation iterated to a few u, over a quarter of the step, 1/16 at most",
                     needs: "a group; no force",
                     cost: Cost::Expensive,
                     faults: &[PLUS, SHIFTED],
@@ -102,9 +102,11 @@ struct Check<'a> {
     which: Which,
 }
 
-/// A quarter of a step: what truncation leaves of one is 2⁻³⁴ of itself then.
+/// A quarter of a step, of 1/16 at most: what truncation leaves of the step is 2⁻³⁴ of itself then, and the solution of a force that is not
+/// smooth somewhere has 32 digits in one step of the collocation.
 fn quarter<T: Real>(h: T) -> T {
-    h * T::exact(0.25)
+    let (quarter, most) = (h * T::exact(0.25), T::exact(0.0625));
+    if quarter.abs() <= most { quarter } else { most * h.signum() }
 }
 
 impl<T: Real> Visitor<T> for Check<'_> {

@@ -265,8 +265,9 @@ where
 
     fn check(&self, law: &About, case: &Values, fault: Option<&Fault>) -> Verdict {
         self.parts.settle(
+            case,
             |algebra| judge::<f64, A, N>(algebra, law.name, case, fault),
-            |algebra| judge::<Dd, B, N>(algebra, law.name, case, fault),
+            |algebra, case| judge::<Dd, B, N>(algebra, law.name, case, fault),
         )
     }
 }

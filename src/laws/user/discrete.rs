@@ -242,10 +242,10 @@ where
 
     fn check(&self, law: &About, case: &Values, fault: Option<&Fault>) -> Verdict {
         let double = |part: &A| judge::<f64, A, N, D>(part, law.name, case, fault);
-        let quad = |part: &B| judge::<Dd, B, N, D>(part, law.name, case, fault);
+        let quad = |part: &B, case: &Values| judge::<Dd, B, N, D>(part, law.name, case, fault);
         match law.name {
-            "discrete-slopes" | "discrete-equations" => self.parts.each(double, quad),
-            _ => self.parts.settle(double, quad),
+            "discrete-slopes" | "discrete-equations" => self.parts.each(double, |part| quad(part, case)),
+            _ => self.parts.settle(case, double, quad),
         }
     }
 }

@@ -220,8 +220,9 @@ where
 
     fn check(&self, law: &About, case: &Values, fault: Option<&Fault>) -> Verdict {
         self.parts.settle(
+            case,
             |group| judge::<f64, A, N, D>(group, law.name, case, fault),
-            |group| judge::<Dd, B, N, D>(group, law.name, case, fault),
+            |group, case| judge::<Dd, B, N, D>(group, law.name, case, fault),
         )
     }
 }

@@ -208,7 +208,7 @@ where
     }
 
     fn check(&self, law: &About, case: &Values, fault: Option<&Fault>) -> Verdict {
-        self.parts.settle(|q| judge(q, law, case, fault), |q| judge(q, law, case, fault))
+        self.parts.settle(case, |q| judge(q, law, case, fault), |q, case| judge(q, law, case, fault))
     }
 }
 
@@ -470,7 +470,11 @@ where
     }
 
     fn check(&self, law: &About, case: &Values, fault: Option<&Fault>) -> Verdict {
-        self.parts.settle(|q| smooth::<f64, A>(q, law, case, fault), |q| smooth::<Dd, B>(q, law, case, fault))
+        self.parts.settle(
+            case,
+            |q| smooth::<f64, A>(q, law, case, fault),
+            |q, case| smooth::<Dd, B>(q, law, case, fault),
+        )
     }
 }
 

@@ -184,10 +184,10 @@ where
 
     fn check(&self, law: &About, case: &Values, fault: Option<&Fault>) -> Verdict {
         let double = |l: &A| judge::<f64, A, N>(l, law.name, case, fault, self.largest);
-        let quad = |l: &B| judge::<Dd, B, N>(l, law.name, case, fault, self.largest);
+        let quad = |l: &B, case: &Values| judge::<Dd, B, N>(l, law.name, case, fault, self.largest);
         match law.name {
-            "lagrangian-value" => self.parts.each(double, quad),
-            _ => self.parts.settle(double, quad),
+            "lagrangian-value" => self.parts.each(double, |l| quad(l, case)),
+            _ => self.parts.settle(case, double, quad),
         }
     }
 }

@@ -109,14 +109,14 @@ impl<A, B> Pair<A, B> {
     /// The verdict from one measurement, or from two.
     pub fn settle(
         &self,
+        case: &Values,
         double: impl FnOnce(&A) -> Result<Measured, Measured>,
-        quad: impl FnOnce(&B) -> Result<Measured, Measured>,
+        quad: impl Fn(&B, &Values) -> Result<Measured, Measured>,
     ) -> Verdict {
         let first = double(&self.double).unwrap_or_else(|refused| refused);
-        match &self.quad {
-            Some(part) => precision::compare(first, quad(part).unwrap_or_else(|refused| refused)),
-            None => precision::alone(16, first),
-        }
+        let Some(part) = &self.quad else { return precision::alone(16, first) };
+        let second = |case: &Values| quad(part, case).unwrap_or_else(|refused| refused);
+        precision::compare_near(first, second(case), |sample| second(&case.moved(sample)))
     }
 
     /// The graver of the verdicts in each scalar: for measurements that are not in units of round-off.

@@ -4,6 +4,8 @@
 //! The numbers are [`Number`] expressions, dyadic or π less a dyadic number, and mean the same in every scalar. A case prints
 //! as one line for each vector, shrinks towards zeros, and is saved and read as a map from names to lists.
 
+use super::super::precision::step;
+use super::super::probe::{Probe, stream};
 use crate::algebra::{Covector, Vector};
 use crate::scalar::{Number, Real};
 use proptest::prelude::Rng;
@@ -114,6 +116,16 @@ impl Values {
     /// Those of [`Values::list`].
     pub fn number<T: Real>(&self, name: &str) -> Result<T, ValuesError> {
         Ok(self.list(name, 1)?[0])
+    }
+
+    /// Its numbers changed by a unit of round-off of `f64`, up or down; zeros stay.
+    pub(super) fn moved(&self, sample: u32) -> Self {
+        let mut probe = Probe::new(&sample, stream::ROUNDING);
+        let mut values = self.clone();
+        for number in values.entries.iter_mut().flat_map(|(_, list)| list) {
+            step(number, &mut probe);
+        }
+        values
     }
 
     /// What kind of case it is, for the coverage: the size and the direction of each vector of two numbers or more, and
