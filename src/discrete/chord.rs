@@ -38,13 +38,7 @@ pub(super) struct Solved<T: Real> {
     pub residual: T,
     /// Iterations.
     pub iterations: usize,
-    /// Whether the root is where the first correction points: at most [`BALL`] times as far. A root that is farther away may be another
-    /// one, or none: at huge unknowns a residual is small beside its terms.
-    pub near: bool,
 }
-
-/// By Kantorovich's theorem a root is within twice the first correction of a start that Newton's method converges from for sure.
-const BALL: f64 = 2.0;
 
 /// Iterations of one solve.
 const MAX_ITERATIONS: usize = 60;
@@ -62,7 +56,6 @@ pub(super) fn solve<T: Real>(
     let tolerance = T::int(x.len() as i64) * T::unit_roundoff();
     let floor = tolerance * T::int(256);
     let (mut last, mut fresh, mut iterations) = (None::<T>, false, 0);
-    let (start, mut first) = (x.clone(), None::<T>);
     loop {
         let (residual, size) = equations.residual(x)?;
         let largest = residual.amax();
@@ -74,8 +67,7 @@ pub(super) fn solve<T: Real>(
         }
         let stagnates = last.is_some_and(|last| relative > last * T::half());
         if relative <= tolerance || (stagnates && largest <= floor * (size + equations.rounding())) {
-            let near = first.is_none_or(|first| (&*x - start).amax() <= first * T::exact(BALL));
-            return Ok(Solved { factors, residual: relative, iterations, near });
+            return Ok(Solved { factors, residual: relative, iterations });
         }
         // A Jacobian from the point before that does not even reduce the residual.
         if iterations == MAX_ITERATIONS || (fresh && last.is_some_and(|last| relative > last)) {
@@ -92,7 +84,6 @@ pub(super) fn solve<T: Real>(
         if !used.solve_mut(&mut correction) {
             return Err(DiscreteError::Singular { what });
         }
-        first = first.or(Some(correction.amax()));
         *x -= correction;
         factors = Some(used);
         last = Some(relative);

@@ -42,6 +42,9 @@ pub struct Extremal<T: Real, const N: usize> {
 /// Steps of the continuation in the positions Ξ and X of the stages.
 const CONTINUATION: i64 = 4;
 
+/// An extremum from a guess is at most so many times as far from it as the start without a guess.
+const FARTHEST: i64 = 4;
+
 /// (Ξ, H, X, Ψ) of one stage.
 type Stage<T, const N: usize> = [Vector<T, N>; 4];
 
@@ -105,10 +108,13 @@ where
         };
         let weight = self.weight(&eta, &psi, &start);
         let mut conditions = Conditions { l_d: self, u, eta, psi, weight, h: self.step, certified: false };
-        let remembered = guess.is_some();
+        let from = guess.map(|_| x.clone());
         let mut near = chord::solve(&mut conditions, &mut x, factors);
-        if remembered && !near.as_ref().is_ok_and(|solved| solved.near) {
-            // The extremum must not depend on the guess.
+        if let Some(from) = from
+            && !(near.is_ok() && (&x - &from).amax() <= (&from - &start).amax() * T::int(FARTHEST))
+        {
+            // The extremum must not depend on the guess; far away it may be another one, or none: at huge rates a residual is small beside
+            // its terms.
             x.copy_from(&start);
             near = chord::solve(&mut conditions, &mut x, None);
         }

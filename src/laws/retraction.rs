@@ -90,7 +90,7 @@ pub const fn laws<S: Source>() -> &'static [CaseLaw<S>] {
                     statement: "∂_ξ(dτ_ξ η) δ = dτ_ξ ddτ_ξ(η, δ), and p ddτ_ξ(η, ·) agrees with its adjoint form",
                     source: SOURCE,
                     oracle: DUALS,
-                    bound: BOUND,
+                    bound: "two precisions; floor 64 N u, the operations of an N×N product with safety 64/N; of |dτ| |dτ⁻¹| |∂(dτ)|, since ddτ = dτ⁻¹ ∂(dτ)",
                     needs: "",
                     cost: Cost::Cheap,
                     faults: &[
@@ -241,12 +241,15 @@ impl<T: Real, const N: usize, const D: usize, R: Retraction<T, N, D>, L, F> Test
             x,
             delta,
         )?;
-        // The tangent at 0 is 1; its derivative is of the size of the bracket, however small x is.
-        let size = point.d().amax() * (point.dd(y).amax() + self.system.algebra.ad(y).amax());
+        // ddτ = dτ⁻¹ ∂(dτ): rounding of the derivative is multiplied by dτ⁻¹. The tangent at 0 is 1; its derivative is of the size of the
+        // bracket, however small x is.
+        let dd = point.dd(y);
+        let solved = point.d_inv().amax() * (point.d() * dd).amax();
+        let size = point.d().amax() * (dd.amax().max(solved) + self.system.algebra.ad(y).amax());
         let forward = near(&(point.d() * column), &oracle, size, x);
         let m = y.transpose();
         let p = m * point.d();
-        let adjoint = near(&point.pull_dd(&p, &m, y), &(p * point.dd(y)), p.amax() * point.dd(y).amax() + size, x);
+        let adjoint = near(&point.pull_dd(&p, &m, y), &(p * dd), p.amax() * dd.amax() + size, x);
         Ok(forward.and(adjoint))
     }
 
