@@ -7,11 +7,13 @@ mod order;
 mod replay;
 mod system;
 
+use euler_poincare::algebra::catalogue::Entry;
 use euler_poincare::harness::evidence::Wanted;
 use euler_poincare::harness::{Campaign, Cost, Law, catch_fault, draw};
 use euler_poincare::laws::replay::{REGRESSIONS, Replayed, save};
 use euler_poincare::laws::{self, user};
-use euler_poincare::system::{Case, Replay, cases, labels};
+use euler_poincare::system::case::Structure;
+use euler_poincare::system::{Case, Replay, cases};
 use rayon::prelude::*;
 use serde_json::Value;
 use std::collections::BTreeSet;
@@ -45,6 +47,19 @@ fn every_law_holds() {
         }
     }
     assert!(report.holds());
+}
+
+/// The labels of a case that say on what it is drawn, as [`euler_poincare::system::labels`] has them: that one takes a step of the case, too.
+fn kinds(case: &Case) -> [(&'static str, String); 3] {
+    let algebra = match &case.algebra.structure {
+        Structure::Named(Entry::Product(_)) => "product".into(),
+        Structure::Named(entry) => entry.to_string(),
+        _ => "in no catalogue".into(),
+    };
+    let basis = if case.algebra.basis.is_some() { "changed" } else { "standard" };
+    let composed = !case.method.argument.is_empty();
+    let retraction = if composed { "composed" } else { case.method.retraction.name() };
+    [("algebra", algebra), ("basis", basis.into()), ("retraction", retraction.into())]
 }
 
 /// The kinds of systems that a law has to be drawn on. A kind with a share of 4 % is missed once in 10⁷ times in 400 draws.
@@ -86,14 +101,10 @@ fn every_law_is_drawn_on_every_kind_of_algebra_basis_and_retraction() {
                 break;
             }
             let Ok((case, _)) = draw(&strategy, 0, law.about.name, index).case else { continue };
-            for (category, label) in labels(&case) {
+            for (category, label) in kinds(&case) {
                 missing.retain(|kind| *kind != (category, label.as_str()));
-                let kind = ["algebra", "basis", "retraction"].contains(&category);
-                assert!(
-                    !fast || !kind || all.iter().any(|kind| *kind == (category, label.as_str())),
-                    "{}: {label}",
-                    law.about.name
-                );
+                let known = all.iter().any(|kind| *kind == (category, label.as_str()));
+                assert!(!fast || known, "{}: {label}", law.about.name);
             }
         }
         assert!(missing.is_empty(), "{} is not drawn on {missing:?}", law.about.name);
