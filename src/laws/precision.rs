@@ -4,8 +4,8 @@
 //! amplification of rounding by the case, a64 and a32; a case that is badly conditioned amplifies both alike. The
 //! identity holds when each is below its floor, what the operation count alone allows, or at most [`AGREEMENT`] times
 //! the other, both in units of their floors. The other one in 32 digits is a sample of what rounding does there: where that in `f64` is above
-//! the bound, the largest of [`SAMPLES`] more, at inputs nearby, stands for it if it is larger. A defect that does not shrink with u is an error: if it is ε in both scalars
-//! then a32 / a64 = 2⁵¹. An error in one scalar only (a series cut too early, a switch at the wrong place) shows as well.
+//! the bound, the largest of [`SAMPLES`] more, at inputs nearby, stands for it if it is larger. A defect that does not shrink with u is an
+//! error: if it is ε in both scalars then a32 / a64 = 2⁵¹. An error in one scalar only (a series cut too early, a switch at the wrong place) shows as well.
 //!
 //! An unstable algorithm amplifies both alike too, on cases that are well conditioned. So a defect in `f64` above the floor has a
 //! ceiling besides: [`CEILING`] (1 + κ) times the floor, where κ is what changes of the inputs by one unit of round-off of `f64` make
@@ -273,9 +273,11 @@ fn compare_below(
             let counted = [floor, floor32].iter().all(|f| *f > 0.0 && f.is_finite());
             let more = if counted { floor32 / floor } else { 1.0 };
             let (mut b64, b32) = (floor.max(AGREEMENT * a32 / more), floor32.max(AGREEMENT * a64 * more));
-            // One sample in 32 digits may be a lucky one: others stand for it, of the same identity at inputs nearby.
+            // One sample in 32 digits may be a lucky one: others stand for it, of the same identity at inputs nearby. One that is larger by
+            // more than samples differ is no rounding: the identity does not hold there.
             if a64 > b64 {
-                let most = (0..SAMPLES).filter_map(nearby).fold(a32, f64::max);
+                let likely = |nearby: &f64| *nearby <= AGREEMENT * a32;
+                let most = (0..SAMPLES).filter_map(nearby).filter(likely).fold(a32, f64::max);
                 b64 = floor.max(AGREEMENT * most / more);
             }
             let mut excused = false;
