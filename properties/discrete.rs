@@ -149,6 +149,14 @@ fn the_stages_meet_their_constraints_and_a_guess_saves_iterations() {
     let (cold, warm) = (cold.expect("an extremum"), warm.expect("an extremum"));
     assert!(warm.iterations < cold.iterations, "{} and {}", warm.iterations, cold.iterations);
     assert!((cold.theta - warm.theta).amax() < 1e-13 && (cold.phi - warm.phi).amax() < 1e-13);
+    // From the stages alone: the multipliers are those of the first of them.
+    let tau = CayleySo3::new();
+    let x = Triple { v: tau.tau(&v).expect("everywhere"), u, w: tau.tau(&w).expect("everywhere") };
+    let near = l_d.near(&x, &extremal.first, &extremal.second).expect("an extremum");
+    assert!(near.iterations < cold.iterations && (near.theta - extremal.theta).amax() < 1e-13, "{near:?}");
+    // Of another number they are no guess.
+    let far = l_d.near(&x, &extremal.first[1..], &extremal.second).expect("an extremum");
+    assert!((far.theta - extremal.theta).amax() < 1e-13);
     // A guess from another tableau is not one.
     let other = damped_action("gauss-2", 0.125).extremise(&v, &u, &w, Some(&extremal)).expect("an extremum");
     assert_eq!(other.first.len(), 2);

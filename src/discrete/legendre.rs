@@ -95,6 +95,21 @@ where
     L: DiscreteLagrangian<T, N, D>,
     R: Retraction<T, N, D>,
 {
+    legendre_minus_inverse_from(l_d, retraction, momenta, start, &mut L::Memory::default())
+}
+
+/// The same, helped by an evaluation nearby.
+fn legendre_minus_inverse_from<T: Real, L, R, const N: usize, const D: usize>(
+    l_d: &L,
+    retraction: &R,
+    momenta: &Momenta<T, N, D>,
+    start: &Triple<T, D>,
+    memory: &mut L::Memory,
+) -> Result<Triple<T, D>, DiscreteError>
+where
+    L: DiscreteLagrangian<T, N, D>,
+    R: Retraction<T, N, D>,
+{
     let place = |x: &DVector<T>| {
         let tau = |offset: usize| {
             let x = Vector::<T, N>::from_fn(|a, _| x[offset + a]);
@@ -102,10 +117,9 @@ where
         };
         Ok::<_, DiscreteError>(Triple { v: start.v * tau(0)?, u: momenta.u, w: start.w * tau(N)? })
     };
-    let mut memory = L::Memory::default();
     let mut residual = |x: &DVector<T>| {
         let point = place(x)?;
-        let slopes = l_d.slopes_from(&point, &mut memory)?;
+        let slopes = l_d.slopes_from(&point, memory)?;
         let found = Momenta::minus(&slopes, &point);
         let terms = [slopes.v_right, slopes.u_right, slopes.w_right, slopes.u_left, momenta.lambda, momenta.mu];
         let size = terms.iter().fold(T::zero(), |size, term| size.max(term.amax()));
@@ -136,6 +150,26 @@ where
     R: Retraction<T, N, D>,
 {
     legendre_minus_inverse(next, retraction, &legendre_plus(previous, x)?, x)
+}
+
+/// [`flow`], helped by an evaluation nearby: where l_d is one of several extremal values, `memory` says which
+/// ([`StageLagrangian::near`](super::StageLagrangian::near)).
+///
+/// # Errors
+/// Those of [`flow`].
+pub fn flow_from<T: Real, L, R, const N: usize, const D: usize>(
+    previous: &L,
+    next: &L,
+    retraction: &R,
+    x: &Triple<T, D>,
+    memory: &mut L::Memory,
+) -> Result<Triple<T, D>, DiscreteError>
+where
+    L: DiscreteLagrangian<T, N, D>,
+    R: Retraction<T, N, D>,
+{
+    let end = Momenta::plus(&previous.slopes_from(x, memory)?, x)?;
+    legendre_minus_inverse_from(next, retraction, &end, x, memory)
 }
 
 /// F⁺ ∘ (F⁻)⁻¹: (λ, U, μ) ↦ (λ', U', μ'), the flow on g*×G×g*; the step is found from (V₀, W₀) of `start` and returned

@@ -39,6 +39,17 @@ pub struct Extremal<T: Real, const N: usize> {
     factors: Option<Factors<T>>,
 }
 
+impl<T: Real, const N: usize> Extremal<T, N> {
+    /// (H, Ψ, θ, φ).
+    fn unknowns(&self) -> DVector<T> {
+        let mut list = Vec::with_capacity((self.first.len() + self.second.len() + 2) * N);
+        self.first.iter().chain(&self.second).for_each(|rate| list.extend_from_slice(rate.as_slice()));
+        list.extend_from_slice(self.theta.as_slice());
+        list.extend_from_slice(self.phi.as_slice());
+        DVector::from_vec(list)
+    }
+}
+
 /// Steps of the continuation in the positions Ξ and X of the stages.
 const CONTINUATION: i64 = 4;
 
@@ -96,14 +107,8 @@ where
             return Err(DiscreteError::NotFinite { what: "U" });
         }
         let start = self.start(&eta, u, &psi)?;
-        let (mut x, factors) = match guess.filter(|guess| guess.first.len() == s) {
-            Some(guess) => {
-                let mut list = Vec::with_capacity(2 * (s + 1) * N);
-                guess.first.iter().chain(&guess.second).for_each(|rate| list.extend_from_slice(rate.as_slice()));
-                list.extend_from_slice(guess.theta.as_slice());
-                list.extend_from_slice(guess.phi.as_slice());
-                (DVector::from_vec(list), guess.factors.clone())
-            }
+        let (mut x, factors) = match guess.filter(|guess| guess.first.len() == s && guess.second.len() == s) {
+            Some(guess) => (guess.unknowns(), guess.factors.clone()),
             None => (start.clone(), None),
         };
         let weight = self.weight(&eta, &psi, &start);
@@ -141,6 +146,41 @@ where
             residual: solved.residual,
             factors: solved.factors,
         })
+    }
+
+    /// The extremum at (V, U, W) near given stages (H, Ψ), to go on from as a memory: where there are several extrema, these say which one is
+    /// meant. It solves the conditions of [`extremise`](Self::extremise), whatever the stages are.
+    ///
+    /// # Errors
+    /// Those of [`extremise`](Self::extremise).
+    pub fn near(
+        &self,
+        x: &Triple<T, D>,
+        first: &[Vector<T, N>],
+        second: &[Vector<T, N>],
+    ) -> Result<Extremal<T, N>, DiscreteError> {
+        let (v, w) = self.coordinates(x)?;
+        let (eta, psi) = (v / self.step, w / self.step);
+        let mut guess = Extremal {
+            first: first.to_vec(),
+            second: second.to_vec(),
+            theta: Covector::zeros(),
+            phi: Covector::zeros(),
+            iterations: 0,
+            residual: T::zero(),
+            factors: None,
+        };
+        let s = self.tableau.stages();
+        if first.len() == s && second.len() == s {
+            // The conditions of the first stage, without multipliers, are the multipliers.
+            let unknowns = guess.unknowns();
+            let mut conditions =
+                Conditions { l_d: self, u: &x.u, eta, psi, weight: T::one(), h: self.step, certified: false };
+            let (residual, _) = conditions.residual(&unknowns)?;
+            guess.theta = block::<T, N>(&residual, 0).transpose();
+            guess.phi = block::<T, N>(&residual, s).transpose();
+        }
+        self.extremise(&v, &x.u, &w, Some(&guess))
     }
 
     /// Σ_i h b_i **l** at the stages of an extremal.

@@ -61,8 +61,8 @@ impl Draw<'_> {
 /// The names of the catalogue in the mix, with weights out of 100 (so(3) has two code paths); products, constants and algebras
 /// of matrices have the rest.
 const NAMED: [(Entry, usize); 8] = [
-    (Entry::So3, 8),
-    (Entry::Abelian(1), 5),
+    (Entry::So3, 7),
+    (Entry::Abelian(1), 3),
     (Entry::Aff1, 2),
     (Entry::Se2, 2),
     (Entry::Heisenberg, 2),
@@ -70,10 +70,10 @@ const NAMED: [(Entry, usize); 8] = [
     (Entry::Se3, 3),
     (Entry::So4, 3),
 ];
-const PRODUCTS: usize = 4;
-const CONSTANTS: usize = 4;
+const PRODUCTS: usize = 3;
+const CONSTANTS: usize = 3;
 /// Spans of matrices, by family.
-const MATRICES: usize = 65;
+const MATRICES: usize = 70;
 
 /// A structure that the knobs admit.
 pub(super) fn structure(draw: &mut Draw<'_>, knobs: &Cases) -> Structure {

@@ -7,18 +7,18 @@ use super::super::probe::{Probe, stream};
 use super::super::subjects::PlantedForced;
 use super::super::{CaseLaw, Source};
 use super::{
-    ANTISYMMETRY, CONJUGATE, DOUBLED, NO_U, Planted, SLOPES, U_RIGHT, U_SIGN, V_RIGHT, antisymmetry, compare, outside,
-    refused, slopes,
+    ANTISYMMETRY, CONJUGATE, DOUBLED, Kept, NO_U, Planted, SLOPES, U_RIGHT, U_SIGN, V_RIGHT, antisymmetry, compare,
+    outside, refused, slopes,
 };
 use crate::algebra::{Covector, Matrix, Vector};
-use crate::discrete::legendre::{Momenta, flow};
+use crate::discrete::legendre::{Momenta, flow_from};
 use crate::discrete::{DiscreteLagrangian, StageLagrangian, Triple};
 use crate::harness::{About, Cost, Fault};
 use crate::integrators::{Doubled, DoubledState, OneStep, Variational};
 use crate::mechanics::Force;
 use crate::mechanics::Lagrangian;
 use crate::mechanics::doubled::Forced;
-use crate::retraction::Retraction;
+use crate::retraction::{Retraction, TangentPoint};
 use crate::scalar::Real;
 use crate::system::{System, Visitor};
 use crate::tableau::Tableau;
@@ -126,6 +126,16 @@ struct Point<T: Real, const N: usize, const D: usize> {
     w: Vector<T, N>,
 }
 
+/// A step of the doubled integrator.
+struct DoubledStep<T: Real, const N: usize, const D: usize> {
+    start: DoubledState<T, N, D>,
+    end: DoubledState<T, N, D>,
+    /// (V, U, W).
+    triple: Triple<T, D>,
+    /// (H, Ψ).
+    stages: (Vec<Vector<T, N>>, Vec<Vector<T, N>>),
+}
+
 impl<T: Real> Visitor<T> for Check<'_> {
     type Output = Measured;
 
@@ -206,9 +216,11 @@ impl Check<'_> {
         &self,
         system: &System<T, N, D, R, L, F>,
     ) -> Result<Measured, Measured> {
-        let (start, end, x) = &self.doubled_steps(system, 1)?[0];
+        let DoubledStep { start, end, triple: x, stages } = &self.doubled_steps(system, 1)?[0];
         let l_d = self.action(system, system.state.time);
-        let slopes = l_d.slopes(x).map_err(refused)?;
+        // Of several extrema the one of the step is meant.
+        let near = l_d.l_d.near(x, &stages.0, &stages.1).map_err(refused)?;
+        let slopes = l_d.slopes_from(x, &mut Kept::new(Some(near))).map_err(refused)?;
         let minus = Momenta::minus(&slopes, x);
         let plus = Momenta::plus(&slopes, x).map_err(refused)?;
         let step = |g: &Matrix<T, D>| system.retraction.tau_inv(g).map(|v| v.amax()).map_err(outside);
@@ -230,8 +242,7 @@ impl Check<'_> {
         .fold(Measured::NotApplicable("nothing".into()), Measured::and))
     }
 
-    /// Doubled steps from momenta off the units: start, end and (V, U, W) of each.
-    #[allow(clippy::type_complexity, reason = "an alias would hide what a step is: start, end and (V, U, W)")]
+    /// Doubled steps from momenta off the units.
     fn doubled_steps<
         T: Real,
         const N: usize,
@@ -243,7 +254,7 @@ impl Check<'_> {
         &self,
         system: &System<T, N, D, R, L, F>,
         count: usize,
-    ) -> Result<Vec<(DoubledState<T, N, D>, DoubledState<T, N, D>, Triple<T, D>)>, Measured> {
+    ) -> Result<Vec<DoubledStep<T, N, D>>, Measured> {
         let mut probe = Probe::new(self.case, stream::MOMENTA_OFF_UNITS);
         let state = &system.state;
         let scale = state.momentum.amax() * T::exact(0.125);
@@ -266,7 +277,8 @@ impl Check<'_> {
             let (v, w) = end.attitudes.ok_or(Measured::Broken("the attitudes are gone".into()))?;
             let triple = Triple { v, u: start.relative, w };
             let next = end.clone();
-            steps.push((start, end, triple));
+            let (first, second) = method.stages();
+            steps.push(DoubledStep { start, end, triple, stages: (first.to_vec(), second.to_vec()) });
             start = next;
         }
         Ok(steps)
@@ -293,8 +305,10 @@ impl Check<'_> {
         let steps = self.doubled_steps(system, 2)?;
         let (previous, next) =
             (self.action(system, system.state.time), self.action(system, system.state.time + system.step));
-        let found = flow(&previous, &next, &system.retraction, &steps[0].2).map_err(refused)?;
-        Ok(compare(&found, &steps[1].2, T::one(), 1024.0 * (system.tableau.stages() * N) as f64))
+        let DoubledStep { triple: x, stages, .. } = &steps[0];
+        let near = previous.l_d.near(x, &stages.0, &stages.1).map_err(refused)?;
+        let found = flow_from(&previous, &next, &system.retraction, x, &mut Kept::new(Some(near))).map_err(refused)?;
+        Ok(compare(&found, &steps[1].triple, T::one(), 1024.0 * (system.tableau.stages() * N) as f64))
     }
 
     fn restricted<
@@ -311,16 +325,20 @@ impl Check<'_> {
         let (l, f, r) = (&system.lagrangian, &system.force, &system.retraction);
         let mut method = Variational::new(l, f, r, system.tableau.clone());
         let mut state = system.state.clone();
+        // (V, e, V), and H.
         let mut step = || {
             // From e, so that the attitude at the end is the displacement.
             state.attitude = Matrix::identity();
             method.step(&mut state, system.step).map_err(|error| step_refused(&error))?;
-            Ok::<_, Measured>(Triple::unit(state.attitude))
+            let rates = method.stage_displacements().zip(method.stage_velocities());
+            let rates = rates.map(|(xi, eta)| Ok(r.at(&xi).map_err(outside)?.d_inv() * eta));
+            Ok::<_, Measured>((Triple::unit(state.attitude), rates.collect::<Result<Vec<_>, Measured>>()?))
         };
-        let (here, there) = (step()?, step()?);
+        let ((here, rates), (there, _)) = (step()?, step()?);
         let (previous, next) =
             (self.action(system, system.state.time), self.action(system, system.state.time + system.step));
-        let found = flow(&previous, &next, r, &here).map_err(refused)?;
+        let near = previous.l_d.near(&here, &rates, &rates).map_err(refused)?;
+        let found = flow_from(&previous, &next, r, &here, &mut Kept::new(Some(near))).map_err(refused)?;
         Ok(compare(&found, &there, T::one(), 1024.0 * (system.tableau.stages() * N) as f64))
     }
 }

@@ -66,9 +66,16 @@ pub(super) struct Kept<M, T: Real, const N: usize> {
     slopes: Option<Slopes<T, N>>,
 }
 
+impl<M, T: Real, const N: usize> Kept<M, T, N> {
+    /// What `memory` leaves behind alone.
+    pub fn new(memory: M) -> Self {
+        Self { memory, slopes: None }
+    }
+}
+
 impl<M: Default, T: Real, const N: usize> Default for Kept<M, T, N> {
     fn default() -> Self {
-        Self { memory: M::default(), slopes: None }
+        Self::new(M::default())
     }
 }
 
