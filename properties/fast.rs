@@ -8,7 +8,8 @@ mod weights;
 
 use euler_poincare::algebra::{Covector, Matrix};
 use euler_poincare::integrators::State;
-use euler_poincare::integrators::so3::{ByLane, Term, Terms};
+use euler_poincare::integrators::lanes::Lanes;
+use euler_poincare::integrators::so3::{ByLane, LaneAttitude, LaneForceOnGroup, OnAttitude, Term, Terms};
 use euler_poincare::mechanics::force::LinearDrag;
 use euler_poincare::mechanics::lagrangian::Quadratic;
 use euler_poincare::tableau::{Description, Tableau};
@@ -54,7 +55,30 @@ fn unforced() -> Terms {
     Terms(Vec::new())
 }
 
-/// A force of the general engine on the body in a fluid: its kernels are compiled here, once for all tests.
-fn own() -> ByLane<LinearDrag<f64, 6>, 6> {
-    ByLane::new(LinearDrag::new(Matrix::from_diagonal_element(0.125)).unwrap()).unwrap()
+/// A spring that holds the position, and one that holds the axes: −x in the axes of the body, −(R − Rᵀ)^∨, times a stiffness.
+#[derive(Clone)]
+struct Springs(f64);
+
+impl LaneForceOnGroup<6> for Springs {
+    #[inline(always)]
+    fn add_to<V: Lanes, G: LaneAttitude<V>>(&self, _t: V, g: G, _m: [V; 6], _eta: [V; 6], sum: [V; 6]) -> [V; 6] {
+        let (x, y, z) = (g.row(0), g.row(1), g.row(2));
+        let k = sum[0].constant(self.0);
+        let pull = g.in_body(g.position());
+        [
+            sum[0] - (z[1] - y[2]) * k,
+            sum[1] - (x[2] - z[0]) * k,
+            sum[2] - (y[0] - x[1]) * k,
+            sum[3] - pull[0] * k,
+            sum[4] - pull[1] * k,
+            sum[5] - pull[2] * k,
+        ]
+    }
+}
+
+/// Forces of one's own on the body in a fluid: a drag of the general engine, and springs. One type, whose kernels are compiled here once for
+/// all tests.
+fn own(drag: f64, stiffness: f64) -> (ByLane<LinearDrag<f64, 6>, 6>, OnAttitude<Springs>) {
+    let drag = LinearDrag::new(Matrix::from_diagonal_element(drag)).unwrap();
+    (ByLane::new(drag).unwrap(), OnAttitude(Springs(stiffness)))
 }

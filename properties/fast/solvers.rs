@@ -41,7 +41,7 @@ fn bad_input_is_refused() {
     let mut solver = AdaptiveSo3::new(body, damping(1.0));
     judges_its_input(|state: &mut State<f64, 3, 3>, span, tolerance| solver.solve(state, span, tolerance), &start);
     let (vessel, afloat) = submerged();
-    let mut solver = AdaptiveSe3::new(vessel, own());
+    let mut solver = AdaptiveSe3::new(vessel, own(0.125, 0.0));
     judges_its_input(|state: &mut State<f64, 6, 4>, span, tolerance| solver.solve(state, span, tolerance), &afloat);
 }
 

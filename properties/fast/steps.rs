@@ -188,14 +188,14 @@ fn forces_of_the_general_engine_are_taken_lane_by_lane() {
         .unwrap()
         .step(&mut one, 0.125)
         .unwrap();
-    VariationalSe3::new(vessel.clone(), own(), CayleySe3::new(), tableau("gauss-3"))
+    VariationalSe3::new(vessel.clone(), own(0.125, 0.0), CayleySe3::new(), tableau("gauss-3"))
         .unwrap()
         .step(&mut other, 0.125)
         .unwrap();
     assert!(distance(&one, &other) <= 32.0 * U, "{:e}", distance(&one, &other));
     let (mut one, mut other) = (afloat.clone(), afloat);
     AdaptiveSe3::new(vessel.clone(), listed).solve(&mut one, 1.0, 1e-10).unwrap();
-    AdaptiveSe3::new(vessel, own()).solve(&mut other, 1.0, 1e-10).unwrap();
+    AdaptiveSe3::new(vessel, own(0.125, 0.0)).solve(&mut other, 1.0, 1e-10).unwrap();
     assert!(distance(&one, &other) <= 1e-10, "{:e}", distance(&one, &other));
 }
 
@@ -260,7 +260,10 @@ fn bad_input_is_refused() {
     method.step(&mut state, 0.1).unwrap();
     assert_eq!(state.momentum, Covector::<f64, 3>::zeros());
     let (vessel, afloat) = submerged();
-    refuses(&mut VariationalSe3::new(vessel.clone(), own(), CayleySe3::new(), tableau("gauss-3")).unwrap(), &afloat);
+    refuses(
+        &mut VariationalSe3::new(vessel.clone(), own(0.125, 0.0), CayleySe3::new(), tableau("gauss-3")).unwrap(),
+        &afloat,
+    );
     let nine = VariationalSo3::new(body, damping(1.0), CayleySo3::new(), tableau("gauss-9"));
     assert_eq!(nine.unwrap_err().stages, 9);
     let nine = VariationalSe3::new(vessel, se3::Terms(Vec::new()), CayleySe3::new(), tableau("gauss-9"));

@@ -1,6 +1,6 @@
 //! Bodies with a weight, in a field, and under forces of one's own that depend on the attitude.
 
-use super::{U, distance, rigid, submerged, tableau};
+use super::{U, distance, own, rigid, submerged, tableau};
 use euler_poincare::algebra::catalogue::Entry;
 use euler_poincare::algebra::{Covector, Matrix, Vector};
 use euler_poincare::group::{MatrixGroup, So3};
@@ -180,27 +180,7 @@ fn on_se3_the_step_is_the_general_engine_to_round_off() {
     }
 }
 
-/// A spring that holds the position, and one that holds the axes: −x in the axes of the body, −(R − Rᵀ)^∨.
-#[derive(Clone)]
-struct Springs;
-
-impl LaneForceOnGroup<6> for Springs {
-    #[inline(always)]
-    fn add_to<V: Lanes, G: LaneAttitude<V>>(&self, _t: V, g: G, _m: [V; 6], _eta: [V; 6], sum: [V; 6]) -> [V; 6] {
-        let (x, y, z) = (g.row(0), g.row(1), g.row(2));
-        let pull = g.in_body(g.position());
-        [
-            sum[0] - (z[1] - y[2]),
-            sum[1] - (x[2] - z[0]),
-            sum[2] - (y[0] - x[1]),
-            sum[3] - pull[0],
-            sum[4] - pull[1],
-            sum[5] - pull[2],
-        ]
-    }
-}
-
-/// The same as a potential: ½|x|² − tr R.
+/// Springs as a potential: ½|x|² − tr R.
 struct Held;
 
 impl Potential<f64, 4> for Held {
@@ -216,7 +196,7 @@ fn a_force_of_ones_own_sees_the_rotation_and_the_position() {
     let none = LinearDrag::new(Matrix::<f64, 6>::zeros()).unwrap();
     let held = WithPotential::new(vessel.clone(), Held, group);
     let expected = after(Variational::new(held, none, CayleySe3::new(), tableau("gauss-2")), &start, 0.1, 40);
-    let method = VariationalSe3::new(vessel, OnAttitude(Springs), CayleySe3::new(), tableau("gauss-2")).unwrap();
+    let method = VariationalSe3::new(vessel, own(0.0, 1.0), CayleySe3::new(), tableau("gauss-2")).unwrap();
     let off = distance(&after(method, &start, 0.1, 40), &expected);
     assert!(off < 1e-13, "{off:e}");
 }

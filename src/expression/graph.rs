@@ -259,12 +259,19 @@ pub(super) fn binary<S: crate::scalar::Scalar>(operation: Binary, x: S, y: S) ->
     }
 }
 
+/// A number as it is written by hand, unless that would be long.
+fn plain(x: f64) -> String {
+    if x == 0.0 || (1e-4..1e6).contains(&x.abs()) { x.to_string() } else { format!("{x:e}") }
+}
+
 /// Why the value of an operation at x is none.
 pub(super) fn undefined_unary(operation: Unary, x: f64, value: f64) -> Option<String> {
     match operation {
-        Unary::Sqrt if x < 0.0 => Some(format!("the square root of {x:e}, which is negative")),
-        Unary::Log if x <= 0.0 => Some(format!("the logarithm of {x:e}, which is not positive")),
-        Unary::Asin | Unary::Acos if x.abs() > 1.0 => Some(format!("an angle whose sine or cosine is {x:e}, beyond 1")),
+        Unary::Sqrt if x < 0.0 => Some(format!("the square root of {}, which is negative", plain(x))),
+        Unary::Log if x <= 0.0 => Some(format!("the logarithm of {}, which is not positive", plain(x))),
+        Unary::Asin | Unary::Acos if x.abs() > 1.0 => {
+            Some(format!("an angle whose sine or cosine is {}, beyond 1", plain(x)))
+        }
         _ if !value.is_finite() => Some("the value is too large".into()),
         _ => None,
     }

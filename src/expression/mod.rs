@@ -91,7 +91,7 @@ impl fmt::Display for Shape {
 /// );
 /// let root: Program<f64> = Expression::parse("sqrt(t - 1)", &names)?.compile()?;
 /// let why: Undefined = root.undefined(&[0.0; 4]).expect("a reason");
-/// assert_eq!(why.to_string(), "column 1: the square root of -1e0, which is negative\n    sqrt(t - 1)\n    ^");
+/// assert_eq!(why.to_string(), "column 1: the square root of -1, which is negative\n    sqrt(t - 1)\n    ^");
 /// # Ok::<(), ExpressionError>(())
 /// ```
 #[derive(Clone, Debug)]
