@@ -85,6 +85,8 @@ struct Values<T> {
     floor: f64,
     /// The input, for the witness.
     at: Vec<f64>,
+    /// The factors of ξ at which the logarithm is taken.
+    stretches: Vec<f64>,
 }
 
 #[derive(Clone, Copy)]
@@ -92,6 +94,8 @@ struct Evaluate<'a> {
     case: &'a dyn Debug,
     which: Which,
     fault: Option<&'a Fault>,
+    /// Those of [`Values::stretches`] in the other precision. An eigenvalue may be so badly conditioned that the two would not find the same.
+    stretches: Option<&'a [f64]>,
 }
 
 impl<T: Real> Visitor<T> for Evaluate<'_> {
@@ -126,9 +130,13 @@ impl Evaluate<'_> {
         let x = probe.dense::<T, N>(size);
         let y = probe.vector::<T, N>();
         let tau = &system.retraction;
-        let stretches =
-            system.group.iter().flat_map(|group| (0..LOGARITHMS).map(|k| within_half_turn(group, &x, &(self.case, k))));
-        let stretches: Vec<T> = stretches.collect();
+        let near_half_turns = || {
+            system
+                .group
+                .iter()
+                .flat_map(|group| (0..LOGARITHMS).map(|k| within_half_turn(group, &x, &(self.case, k)).to_f64()))
+        };
+        let stretches: Vec<f64> = self.stretches.map_or_else(|| near_half_turns().collect(), <[f64]>::to_vec);
         let at = |x: &Vector<T, N>| -> Result<Vec<Named<T>>, RetractionError> {
             let point = tau.at(x)?;
             let solved = point.d().amax() * point.d_inv().amax() * T::int(N as i64);
@@ -144,7 +152,7 @@ impl Evaluate<'_> {
                 Err(error) => return Err(error),
             }
             for stretch in &stretches {
-                values.push(logarithm(tau, &(x * *stretch))?);
+                values.push(logarithm(tau, &(x * T::exact(*stretch)))?);
             }
             Ok(values)
         };
@@ -162,7 +170,7 @@ impl Evaluate<'_> {
             // Terms of an odd map of the argument, of the size of x, which may cancel: rounding is relative to them.
             value.moved += x.amax() * y.amax() * ulp();
         }
-        Ok(Values { list, floor: 8.0 * (N * D) as f64, at: x.iter().map(|v| v.to_f64()).collect() })
+        Ok(Values { list, floor: 8.0 * (N * D) as f64, at: x.iter().map(|v| v.to_f64()).collect(), stretches })
     }
 
     fn step<T: Real, const N: usize, const D: usize, R, L, F>(
@@ -195,6 +203,7 @@ impl Evaluate<'_> {
             list: values(at(&mu)?, &moved),
             floor: 8.0 * (N * D) as f64,
             at: mu.iter().map(|v| v.to_f64()).chain([h.to_f64()]).collect(),
+            stretches: Vec::new(),
         })
     }
 }
@@ -229,9 +238,10 @@ fn values<T: Real>(here: Vec<Named<T>>, moved: &[Vec<Named<T>>]) -> Vec<Value<T>
 
 fn judge<S: Source>(source: &S, fault: Option<&Fault>, which: Which) -> Verdict {
     let case: &dyn Debug = source;
-    let evaluate = Evaluate { case, which, fault };
+    let evaluate = Evaluate { case, which, fault, stretches: None };
     let double = source.visit::<f64, _>(&Plant(fault), evaluate);
-    let quad = source.visit::<Dd, _>(&Plant(fault), evaluate);
+    let stretches = double.iter().flatten().next().map(|values| &values.stretches[..]);
+    let quad = source.visit::<Dd, _>(&Plant(fault), Evaluate { stretches, ..evaluate });
     match (double, quad) {
         (Ok(Ok(double)), Ok(Ok(quad))) => alone(16, compared(&double, &quad, condition(source.case()))),
         (Ok(Err(measured)), _) | (_, Ok(Err(measured))) => alone(16, measured),

@@ -264,7 +264,14 @@ impl<T: Real, const N: usize, const D: usize, R: Retraction<T, N, D>, L, F> Test
         };
         let (mine, mine_inv) = (point.ad(), point.ad_inv());
         let size = g.amax() * back.amax();
-        Ok(near(&mine, &ad, size.max(ad.amax()), x).and(near(&mine_inv, &ad_inv, size.max(ad_inv.amax()), x)))
+        // Of the two factors one is solved from the other: rounding is multiplied by its condition. It is large close to where dτ ends.
+        let other = self.system.retraction.at(&-x)?;
+        let solved = |one: &R::Point<T>, two: &R::Point<T>| {
+            let (d, d_inv) = (one.d().amax(), one.d_inv().amax());
+            d * d_inv * d * two.d_inv().amax()
+        };
+        let there = near(&mine, &ad, size.max(ad.amax()).max(solved(&other, &point)), x);
+        Ok(there.and(near(&mine_inv, &ad_inv, size.max(ad_inv.amax()).max(solved(&point, &other)), x)))
     }
 }
 

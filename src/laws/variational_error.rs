@@ -272,6 +272,16 @@ impl ErrorStudy<'_> {
             let (lambda, mu) = begin;
             let mut state = DoubledState { time: start.time, lambda, relative: u, mu, attitudes: None };
             flow.step(&mut state, *step).map_err(|_| tell("the doubled step"))?;
+            if k == 0 {
+                // Far from the units λ and μ may be those of several velocities: of the shortest step the stages say whose.
+                let (first, second) = flow.stages();
+                let off = |rates: &[Vector<Dd, N>], rate: Vector<Dd, N>| {
+                    rates.iter().fold(Dd::exact(0.0), |far, one| far.max((one - rate).amax()))
+                };
+                if off(first, eta).max(off(second, psi)) > eta.amax().max(psi.amax()) * Dd::exact(0.25) {
+                    return Err("the doubled step starts with other velocities of the same momenta".into());
+                }
+            }
             let end = legendre(&doubled, point.time, &point.eta, &point.u, &point.psi)
                 .ok_or(tell("the Legendre transform"))?;
             let off = (state.lambda - end.0).amax().max((state.mu - end.1).amax());

@@ -69,8 +69,10 @@ impl<T: Real> Products<T> {
                     if defect > tolerance * scale || !defect.all_finite() {
                         return Err(NotQuadratic { a, b, c, defect: defect.to_f64() });
                     }
+                    // What is left where a coordinate is 0. Not more: where basis matrices are of different sizes, constants may be that small.
+                    let noise = T::int(16) * T::unit_roundoff() * (size * size).max(part.amax());
                     for (d, value) in part.iter().enumerate() {
-                        if value.abs() * size > tolerance * size * size * size {
+                        if value.abs() > noise {
                             triple.push(([a, b, c, d], *value));
                             if a != c {
                                 triple.push(([c, b, a, d], *value));

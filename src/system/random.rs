@@ -360,6 +360,9 @@ impl Cases {
                     && (!self.with_casimirs || case.casimir_count() > 0)
                     && super::dispatch::has_class(case.dimension(), case.matrix_size(), self.main_dimensions)
                     && (self.retraction != Some(Tau::Cayley) || case.algebra.structure.admits_cayley())
+                    && (case.method.retraction != Tau::Cayley
+                        || case.matrix_size() == 0
+                        || case.algebra.structure.admits_cayley())
                     && self.admits_dimension(case.dimension())
                     && self.changed_basis.is_none_or(|changed| changed == case.algebra.basis.is_some())
             }
