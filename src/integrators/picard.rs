@@ -9,6 +9,9 @@ const MAX_ITERATIONS: usize = 200;
 /// How the stages were found: the solver, the fixed-point iterations, the last relative change of a slope.
 pub(super) type Solved<T> = (Solver, usize, T);
 
+/// So many iterations in a row that come no nearer than the best before are rounding.
+const STALLED: usize = 2;
+
 /// Repeats `pass`, which evaluates every stage with the slopes at hand and returns their largest relative change, until
 /// no more than `tolerance` changes (0: than rounding); one pass where the tableau is explicit.
 ///
@@ -24,11 +27,13 @@ pub(super) fn iterate<T: Real>(
         return pass().map(|_| (Solver::Explicit, 0, T::zero()));
     }
     let tolerance = tolerance.max(T::int(4) * T::unit_roundoff());
-    let (mut residual, mut best) = (T::zero(), T::one());
+    let (mut residual, mut best, mut stalled) = (T::zero(), T::one(), 0);
     for iterations in 1..=MAX_ITERATIONS {
         residual = pass()?;
-        // Rounding: no more progress, and far below anything that converges slowly.
-        let idle = residual >= best && residual < T::exact(2f64.powi(12)) * T::unit_roundoff();
+        // Rounding: no more progress, and far below anything that converges slowly. Once is not enough: a contraction that turns need not
+        // come nearer in every iteration.
+        stalled = if residual >= best { stalled + 1 } else { 0 };
+        let idle = stalled >= STALLED && residual < T::exact(2f64.powi(12)) * T::unit_roundoff();
         best = best.min(residual);
         // Rounding can keep the fixed-point iterations moving by a few units for ever.
         let moving = iterations == MAX_ITERATIONS && residual < T::exact(64.0) * T::unit_roundoff();

@@ -472,20 +472,26 @@ impl<T: Real, const N: usize, const D: usize, L, F, G: LieGroup<T, N, D>> Theory
         let column = group.vee(&(inverse * hat * g));
         // The terms that cancel: those of the products, and of the sums over the entries that make coordinates.
         let terms = absolute(&inverse) * absolute(&hat) * absolute(&g);
-        let mut size = T::zero();
+        // What changes of g and g⁻¹ by their largest entries make: rounding leaves that much, times u, of an entry that is 0.
+        let ones = Matrix::<T, D>::from_fn(|r, c| if r.max(c) < self.size { T::one() } else { T::zero() });
+        let changed = absolute(&inverse) * absolute(&hat) * ones * g.amax()
+            + ones * absolute(&hat) * absolute(&g) * inverse.amax();
+        let (mut size, mut reach) = (T::zero(), T::zero());
         for r in 0..D {
             for c in 0..D {
-                if terms[(r, c)] == T::zero() {
+                if terms[(r, c)] == T::zero() && changed[(r, c)] == T::zero() {
                     continue;
                 }
                 let mut entry = Matrix::<T, D>::zeros();
                 entry[(r, c)] = T::one();
                 let of = group.vee(&entry);
-                let reach = mu.iter().zip(of.iter()).fold(T::zero(), |sum, (m, x)| sum + (*m * *x).abs());
-                size += terms[(r, c)] * reach;
+                let of = mu.iter().zip(of.iter()).fold(T::zero(), |sum, (m, x)| sum + (*m * *x).abs());
+                size += terms[(r, c)] * of;
+                reach += changed[(r, c)] * of;
             }
         }
-        Some(Value { value: pair(mu, &column), rate: pair(force, &column), size, reach: size })
+        let reach = reach.max(size);
+        Some(Value { value: pair(mu, &column), rate: pair(force, &column), size, reach })
     }
 
     /// g⁻¹ x, as many numbers as the group's matrices have rows, and how far it may be off for each unit that g is.
