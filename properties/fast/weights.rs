@@ -4,11 +4,11 @@ use super::{U, distance, own, rigid, submerged, tableau};
 use euler_poincare::algebra::catalogue::Entry;
 use euler_poincare::algebra::{Covector, Matrix, Vector};
 use euler_poincare::group::{MatrixGroup, So3};
-use euler_poincare::integrators::lanes::{Lanes, Registers};
+use euler_poincare::integrators::lanes::Registers;
 use euler_poincare::integrators::se3::{self, AdaptiveSe3, CayleySe3, VariationalSe3};
 use euler_poincare::integrators::so3::{
-    AdaptiveSo3, EnsembleSo3, Gravity, HalfAngle, LaneAttitude, LaneForce, LaneForceOnGroup, Member, OnAttitude,
-    QuaternionSo3, QuaternionState, Term, Terms, VariationalSo3,
+    AdaptiveSo3, EnsembleSo3, Gravity, HalfAngle, LaneForce, Member, QuaternionSo3, QuaternionState, Term, Terms,
+    VariationalSo3,
 };
 use euler_poincare::integrators::{OneStep, State, Variational};
 use euler_poincare::mechanics::configuration::{Potential, WithPotential};
