@@ -33,7 +33,8 @@ fn every_law_holds() {
     let report = Campaign::new(SEED, CASES).run(&laws);
     for law in &report.laws {
         let inconclusive: usize = law.inconclusive.values().sum();
-        assert!(inconclusive * 20 <= law.cases, "{}: {:?}", law.law, law.inconclusive);
+        // One in twenty; of few cases two may be chance: of 32 with a share of 1 %, three are once in 250 times.
+        assert!(inconclusive <= (law.cases / 20).max(2), "{}: {:?}", law.law, law.inconclusive);
         assert!(law.held * 2 > law.cases, "{} hardly applies: {:?}", law.law, law.not_applicable);
         for failure in &law.failures {
             // From now on it is replayed before everything else.

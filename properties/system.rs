@@ -456,7 +456,8 @@ fn every_kind_of_case_has_its_declared_share_in_quickcheck() {
 
 #[test]
 fn what_matters_is_common_enough() {
-    // In 100 cases, none of a kind with at least 4 % is missed once in sixty times, in 1000 cases never.
+    // In 100 cases, none of a kind with at least 4 % is missed once in sixty times, in 1000 cases never. Less is left for abelian algebras, on
+    // which there is little to see, and for half turns, which need a group with rotations: none in 1000 cases is once in 10¹¹ times.
     let wanted: &[(&str, &[&str])] = &[
         ("class", &["abelian", "nilpotent", "solvable", "simple", "semisimple", "mixed"]),
         ("unimodular", &["yes", "no"]),
@@ -483,7 +484,12 @@ fn what_matters_is_common_enough() {
     for (category, labels) in wanted {
         for label in *labels {
             let share = SHARES.iter().find(|share| (share.category, share.label) == (*category, *label));
-            assert!(share.is_some_and(|share| share.least >= 4.0), "{category} {label}: {share:?}");
+            let enough = match *label {
+                "abelian" => 2.5,
+                "near-pi" => 3.6,
+                _ => 4.0,
+            };
+            assert!(share.is_some_and(|share| share.least >= enough), "{category} {label}: {share:?}");
         }
     }
     let mut pairs: Vec<_> = SHARES.iter().map(|share| (share.category, share.label)).collect();

@@ -366,7 +366,7 @@ fn numbers(case: &Case, found: &mut Vec<Case>) {
     }
 }
 
-/// The polynomial without one term, or with one term simpler: of lower degree, or with another coefficient.
+/// The polynomial without one term, or with one term simpler: of lower degree, in the first component, or with another coefficient.
 fn polynomials(terms: &[Monomial]) -> Vec<Vec<Monomial>> {
     let mut found = Vec::new();
     for (k, term) in terms.iter().enumerate() {
@@ -390,6 +390,9 @@ fn polynomials(terms: &[Monomial]) -> Vec<Vec<Monomial>> {
             exchange(&|term| {
                 term.factors.remove(factor);
             });
+        }
+        if term.component > 1 {
+            exchange(&|term| term.component = 1);
         }
         towards(&term.value, 1).iter().for_each(|value| exchange(&|term| term.value = value.clone()));
     }
