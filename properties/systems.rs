@@ -4,6 +4,7 @@ mod balance;
 mod precise;
 mod reading;
 mod refused;
+mod rest;
 mod tolerance;
 
 use euler_poincare::system::file::examples;

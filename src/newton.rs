@@ -85,6 +85,10 @@ const NEAR: f64 = 1.0 / 1024.0;
 /// The continuation doubles its step where a point took no more Jacobians than this.
 const EASY: usize = 3;
 
+/// The most points of the branch that the continuation looks at: with steps that double it takes some ten, and at a fold some forty. Many
+/// short steps that are kept are those of equations that are all rounding.
+const MOST_POINTS: usize = 512;
+
 /// The first step of the continuation, the longest and the least.
 const LENGTHS: (f64, f64, f64) = (0.25, 0.5, 1.0 / (1 << 20) as f64);
 
@@ -279,9 +283,15 @@ impl<T: Real> Newton<T> {
         current.copy_from_slice(x);
         self.tangent_at(equations, x, T::zero());
         tangent.copy_from_slice(&self.trial);
+        // Points looked at, and the residual of the last of them that was not reached.
+        let (mut points, mut missed) = (0, T::zero());
         let result = loop {
             if reached >= T::one() {
                 break None;
+            }
+            points += 1;
+            if points > MOST_POINTS {
+                break Some(Err(Failure::NotConverged(Outcome { iterations, residual: missed, shortened })));
             }
             let step_now = step.min(T::one() - reached);
             let target = if T::one() - reached <= step { T::one() } else { reached + step };
@@ -314,6 +324,9 @@ impl<T: Real> Newton<T> {
                 failed => {
                     step = step_now * T::half();
                     shortened = true;
+                    if let Err(Failure::NotConverged(outcome)) = &failed {
+                        missed = outcome.residual;
+                    }
                     let failed = match failed {
                         Err(Failure::Equations(error)) if step >= smallest => {
                             not_evaluated = Some(error);

@@ -56,7 +56,8 @@ const FINER: i64 = 16;
 /// The first residual of s stages is expected to be FIRST⁻ˢ: that of steps of a quarter of a radian.
 const FIRST: i64 = 16;
 
-/// Terms of the stage equations up to so many times the momentum are not looked at any further.
+/// Terms of the stage equations up to so many times the momentum are not looked at any further, and what residuals are relative to may be so
+/// many times what it is where an iteration starts.
 const MODERATE: i64 = 1 << 10;
 
 /// The system and the method: what does not change from step to step.
@@ -87,11 +88,20 @@ struct Problem<T: Real, const N: usize, const D: usize> {
     step: T,
     momentum: Covector<T, N>,
     attitude: Matrix<T, D>,
+    /// A force that residuals are relative to besides those that act: 0, or where rounding of g makes more of the forces than of μ, so
+    /// much that the default tolerance of it is that rounding.
+    rounding: T,
 }
 
 impl<T: Real, const N: usize, const D: usize> Problem<T, N, D> {
     fn new(state: &State<T, N, D>, step: T) -> Self {
-        Self { time: state.time, step, momentum: state.momentum, attitude: state.attitude }
+        let rounding = T::zero();
+        Self { time: state.time, step, momentum: state.momentum, attitude: state.attitude, rounding }
+    }
+
+    /// Whether residuals are relative to what rounding makes of the forces, not to the momentum.
+    fn rounds(&self) -> bool {
+        self.rounding * self.step.abs() > largest(&self.momentum)
     }
 }
 
@@ -169,6 +179,8 @@ pub struct Variational<T: Real, const N: usize, const D: usize, L, F, R> {
     contraction: f64,
     /// The first residual of the last step: how far the scheme is from the equations that its guess comes from.
     jump: Option<T>,
+    /// Whether rounding of the forces decided when the last step was solved.
+    rounded: bool,
     /// Whether terms that cancel are no reason to refuse a step: in laws alone.
     trusts_terms: bool,
 }
@@ -180,6 +192,19 @@ enum Known {
     InTheBody,
     /// P_i: with evaluations alone, where they are cheap.
     InTheChart,
+}
+
+/// What residuals are relative to where an iteration starts. Where it runs away the terms of the equations grow with it, so that a residual
+/// relative to them says nothing.
+#[derive(Clone, Copy, Debug)]
+struct Origin<T>(Option<T>);
+
+impl<T: Real> Origin<T> {
+    /// Whether an iteration whose terms have this size has left the size that they had first.
+    fn is_far(&mut self, scale: T) -> bool {
+        let first = *self.0.get_or_insert(scale);
+        scale > first * T::int(MODERATE)
+    }
 }
 
 /// Fixed-point iterations (so many) that did not lead to a root that can be trusted: they do not contract, or too slowly to
@@ -230,6 +255,7 @@ where
             predicted: None,
             contraction: 0.0,
             jump: None,
+            rounded: false,
             trusts_terms: false,
         }
     }
@@ -372,8 +398,14 @@ where
         (self.last, self.predicted) = (None, None);
         self.scheme.ask::<N>();
         let problem = Problem::new(state, step);
-        let mut equations: StageEquations<'_, T, N, D, L, F, R> =
-            StageEquations { scheme: &self.scheme, problem, work: &mut self.work, dual: &mut self.dual, full: step };
+        let mut equations: StageEquations<'_, T, N, D, L, F, R> = StageEquations {
+            scheme: &self.scheme,
+            problem,
+            work: &mut self.work,
+            dual: &mut self.dual,
+            full: step,
+            most: T::exact(f64::MAX),
+        };
         let unknowns: Vec<T> = rates.iter().flat_map(|v| v.iter().copied()).collect();
         let mut jacobian = DMatrix::zeros(unknowns.len(), unknowns.len());
         equations.jacobian(&unknowns, &mut jacobian)?;
@@ -456,11 +488,12 @@ where
         let known = self.scheme.known::<N, D>();
         self.collocation.unshift();
         let stages = self.scheme.tableau.stages() as i32;
+        let mut origin = Origin(None);
         let mut goal = self.jump.take().unwrap_or_else(|| T::ratio(1, FIRST).powi(stages));
         for _ in 0..settings.max_fixed_point_iterations {
             if known == Known::InTheBody {
                 let guess = self
-                    .guess(problem, goal.max(settings.tolerance * T::half()))
+                    .guess(problem, goal.max(settings.tolerance * T::half()), &mut origin)
                     .map_err(|NotContracted(spent)| NotContracted(iterations + spent))?;
                 iterations += guess.count();
                 if course.count() == 0 {
@@ -468,11 +501,11 @@ where
                 }
             }
             iterations += 1;
-            let residual = self
+            let (residual, scale) = self
                 .scheme
                 .iterate::<N, D>(problem, &mut self.work, &mut self.collocation)
                 .map_err(|_| NotContracted(iterations))?;
-            if !residual.all_finite() {
+            if !residual.all_finite() || origin.is_far(scale) {
                 return Err(NotContracted(iterations));
             }
             course.note(residual);
@@ -501,13 +534,21 @@ where
     }
 
     /// Iterations on the stages with the difference to the scheme frozen, until they change by no more than `goal`; how they went.
-    fn guess(&mut self, problem: &Problem<T, N, D>, goal: T) -> Result<Course<T>, NotContracted> {
+    fn guess(
+        &mut self,
+        problem: &Problem<T, N, D>,
+        goal: T,
+        origin: &mut Origin<T>,
+    ) -> Result<Course<T>, NotContracted> {
         let mut course = Course::new();
         for iterations in 1..=self.settings.max_fixed_point_iterations {
             let change = self.scheme.collocate::<N, D>(problem, &mut self.work, &mut self.collocation);
-            let Some(change) = change.filter(|change| change.all_finite()) else {
+            let Some((change, scale)) = change.filter(|(change, _)| change.all_finite()) else {
                 return Err(NotContracted(iterations));
             };
+            if origin.is_far(scale) {
+                return Err(NotContracted(iterations));
+            }
             course.note(change);
             let ended = change <= goal || course.stagnates();
             if ended && course.is_slow() || course.is_hopeless() {
@@ -518,6 +559,29 @@ where
             }
         }
         Err(NotContracted(self.settings.max_fixed_point_iterations))
+    }
+
+    /// What rounding of g makes of the forces, as [`Problem::rounding`].
+    fn rounding(&self, problem: &Problem<T, N, D>, eta: &Vector<T, N>) -> T {
+        let share = Settings::<T>::default().tolerance / self.settings.tolerance;
+        self.scheme.sway(problem.time, &problem.attitude, eta) * share
+    }
+
+    /// Whether anything in the last step could depend on the configuration.
+    pub(super) fn moves(&self) -> bool {
+        self.scheme.moves
+    }
+
+    /// How much the forces at (t, g, η) change where the entries of g do: Σ |∂F/∂g_rc| |g_rc|, of which rounding makes u times as much.
+    pub(super) fn sway(&self, state: &State<T, N, D>, velocity: &Vector<T, N>) -> T {
+        self.scheme.sway(state.time, &state.attitude, velocity)
+    }
+
+    /// The same, where it decided when the last step was solved.
+    #[cfg(feature = "lanes")]
+    pub(super) fn rounded(&self, state: &State<T, N, D>) -> Option<T> {
+        let velocity = self.work.velocities.vector(0);
+        self.rounded.then(|| self.sway(state, &velocity))
     }
 
     /// Newton's method on r(H) along h: at the full step at once it may find a root that does not continue from h = 0.
@@ -538,7 +602,15 @@ where
             work: &mut self.work,
             dual: &mut self.dual,
             full: problem.step,
+            most: T::exact(f64::MAX),
         };
+        equations.load(&self.origin);
+        // Where a stage is outside the domain there, the continuation says what that means.
+        if let Ok(first) = equations.scheme.residual::<T, N, D>(problem, equations.work)
+            && first > T::zero()
+        {
+            equations.most = first * T::int(MODERATE);
+        }
         let outcome = self.newton.follow(&mut equations, &mut self.unknowns, &settings);
         let refused = |failure| StepError::of_newton(failure, step, settings.tolerance, spent, |error| error);
         let outcome = outcome.map_err(refused)?;
@@ -641,6 +713,31 @@ impl<T: Real, L, F, R> Scheme<T, L, F, R> {
         (force + gradient, largest(&force) + largest(&gradient))
     }
 
+    /// Σ |∂F/∂g_rc| |g_rc|, of the force and of ∂_gL apart: they cancel at equilibria.
+    ///
+    /// At an equilibrium the terms of a single ∂_gL or force cancel, too: −c × Γ with Γ along c. What is left of a motion that dies out there
+    /// is then below what rounding of g makes of the force, of which neither μ nor the force tells.
+    #[cold]
+    fn sway<const N: usize, const D: usize>(&self, time: T, attitude: &Matrix<T, D>, eta: &Vector<T, N>) -> T
+    where
+        L: Lagrangian<T, N>,
+        F: Force<T, N>,
+    {
+        let (time, eta) = (Dual::constant(time), eta.map(Dual::constant));
+        let size = |covector: Covector<Dual<T>, N>| covector.iter().fold(T::zero(), |m, v| larger(m, v.eps.abs()));
+        let mut sum = T::zero();
+        for place in 0..D * D {
+            let mut g = attitude.map(Dual::constant);
+            g[place].eps = g[place].re;
+            let here = Configuration::of(&g);
+            sum += size(self.force.force_at(time, here, &eta));
+            if self.lagrangian.uses_configuration() {
+                sum += size(self.lagrangian.configuration_gradient(time, here, &eta));
+            }
+        }
+        if sum.all_finite() { sum } else { T::zero() }
+    }
+
     /// Why the force is not finite.
     #[cold]
     fn undefined<const N: usize, const D: usize>(
@@ -662,19 +759,19 @@ impl<T: Real, L, F, R> Scheme<T, L, F, R> {
 
     /// One fixed-point iteration: evaluates the stages at (M_i, Ξ_i) or (P_i, Ξ_i), P_i = M_i dτ_{Ξ_i}, leaves m, ξ and the next (P_i, Ξ_i) in
     /// the workspace, and returns the largest relative change |P_i' − P_i|, |Ξ_i' − Ξ_i|: the residual, since
-    /// P_i − P_i' = r_i and Ξ_i' = h Σ a_ij H_j.
+    /// P_i − P_i' = r_i and Ξ_i' = h Σ a_ij H_j; and what that of P_i is relative to.
     fn iterate<const N: usize, const D: usize>(
         &self,
         problem: &Problem<T, N, D>,
         work: &mut Work<T, N>,
         own: &mut Collocation<T, N>,
-    ) -> Result<T, StepError>
+    ) -> Result<(T, T), StepError>
     where
         L: Lagrangian<T, N>,
         F: Force<T, N>,
         R: Retraction<T, N, D>,
     {
-        let (h, mut load, known) = (problem.step, T::zero(), self.known::<N, D>());
+        let (h, mut load, known) = (problem.step, problem.rounding, self.known::<N, D>());
         for i in 0..self.tableau.stages() {
             let (x, time) = (work.displacements.vector(i), problem.time + self.tableau.c()[i] * h);
             let point = self.retraction.at(&x).map_err(|e| domain(h, Some(i), e))?;
@@ -730,7 +827,7 @@ impl<T: Real, L, F, R> Scheme<T, L, F, R> {
         if size > T::zero() {
             extent *= loaded / size;
         }
-        Ok(larger(relative(change, loaded), relative(shift, extent)))
+        Ok((larger(relative(change, loaded), relative(shift, extent)), loaded))
     }
 
     /// ξ and m from the stages, into the workspace; returns m dτ(−ξ) and the tangents at ξ.
@@ -797,7 +894,7 @@ impl<T: Real, L, F, R> Scheme<T, L, F, R> {
         F: Force<T, N>,
         R: Retraction<T, N, D>,
     {
-        let (h, mut load) = (S::lift(problem.step), T::zero());
+        let (h, mut load) = (S::lift(problem.step), problem.rounding);
         work.displacements.combine(&self.weights, &work.rates);
         for i in 0..self.tableau.stages() {
             let x = work.displacements.vector(i) * h;
@@ -840,6 +937,8 @@ struct StageEquations<'a, T: Real, const N: usize, const D: usize, L, F, R> {
     work: &'a mut Work<T, N>,
     dual: &'a mut Work<Dual<T>, N>,
     full: T,
+    /// The most that residuals are relative to.
+    most: T,
 }
 
 impl<T: Real, const N: usize, const D: usize, L, F, R> StageEquations<'_, T, N, D, L, F, R> {
@@ -873,7 +972,7 @@ where
         for (k, value) in out.iter_mut().enumerate() {
             *value = self.work.next_momenta.get(k / N, k % N);
         }
-        Ok(size)
+        Ok(if size > self.most { self.most } else { size })
     }
 
     fn jacobian(&mut self, x: &[T], out: &mut DMatrix<T>) -> Result<(), StepError> {
@@ -910,7 +1009,7 @@ where
     fn step(&mut self, state: &mut State<T, N, D>, h: T) -> Result<Report<T>, StepError> {
         state.check_finite(h)?;
         self.scheme.ask::<N>();
-        let problem = Problem::new(state, h);
+        let mut problem = Problem::new(state, h);
         let guess = if self.last.is_some() { self.work.velocities.vector(0) } else { Vector::zeros() };
         let here = Configuration::of(&state.attitude);
         let eta = self
@@ -921,9 +1020,24 @@ where
         if !finite(self.scheme.total_force(problem.time, here, &eta).0.as_slice()) {
             return Err(self.scheme.undefined(None, h, problem.time, &problem.attitude, &eta));
         }
+        if std::mem::take(&mut self.rounded) && self.scheme.moves {
+            problem.rounding = self.rounding(&problem, &eta);
+        }
         self.start(&problem, &eta);
         self.last = None;
-        let report = match self.fixed_point(&problem) {
+        let mut solved = self.fixed_point(&problem);
+        if let (Err(NotContracted(spent)), true) = (&solved, self.scheme.moves && !problem.rounds()) {
+            problem.rounding = self.rounding(&problem, &eta);
+            if problem.rounds() {
+                let spent = *spent;
+                self.start(&problem, &eta);
+                solved = match self.fixed_point(&problem) {
+                    Ok(report) => Ok(Report { iterations: report.iterations + spent, ..report }),
+                    Err(NotContracted(more)) => Err(NotContracted(spent + more)),
+                };
+            }
+        }
+        let report = match solved {
             Ok(report) => report,
             // A stage may have left the domain only because the fixed-point iterations diverge: Newton's method decides.
             Err(NotContracted(iterations)) => self.newton(&problem, &eta, iterations)?,
@@ -943,6 +1057,7 @@ where
         next.check_finite(h)?;
         *state = next;
         self.last = Some((h, momentum));
+        self.rounded = problem.rounds();
         Ok(report)
     }
 }
@@ -961,9 +1076,10 @@ fn larger<T: Real>(a: T, b: T) -> T {
     if a > b || !a.all_finite() { a } else { b }
 }
 
-/// change / size, where 0/0 is 0: a system at rest solves its equations.
-fn relative<T: Real>(change: T, size: T) -> T {
-    if change == T::zero() { T::zero() } else { change / size }
+/// change / size, where 0/0 is 0: a system at rest solves its equations. A size below which rounding is not relative counts as that.
+pub(super) fn relative<T: Real>(change: T, size: T) -> T {
+    let least = T::exact(f64::MIN_POSITIVE / T::unit_roundoff().to_f64());
+    if change == T::zero() { T::zero() } else { change / larger(size, least) }
 }
 
 /// Lagrange weights E with p(1 + c_i) = Σ_j E_ij p(c_j) for polynomials of degree < s; none where two nodes are closer

@@ -112,6 +112,8 @@ pub(in crate::integrators) struct Run {
     /// The step to try next; infinite at the start.
     next: f64,
     failures: usize,
+    /// How much the forces change as g does, where a step was refused; else 0.
+    sway: f64,
     solved: Solved,
     /// The steps that it may try.
     pub most: usize,
@@ -330,6 +332,7 @@ impl Run {
             done: 0.0,
             next: f64::INFINITY,
             failures: 0,
+            sway: 0.0,
             solved: Solved::default(),
             most: MOST_STEPS,
         };
@@ -420,6 +423,9 @@ pub(in crate::integrators) struct Pace {
 const FREELY: Pace = Pace { first: FIRST_ANGLE, growth: 1.2, steady: None };
 const STEADILY: Pace = Pace { steady: Some(LARGEST_ANGLE), ..FREELY };
 
+/// By how much what rounding makes of the forces must exceed all that residuals were relative to, for a step to be tried again with it.
+const DECIDES: f64 = 4.0;
+
 /// A step that is not the last: two equal ones rather than a long and a very short one. No part of the caller, so that the
 /// processor need not wait for it where the step is the last.
 #[inline(never)]
@@ -461,6 +467,7 @@ pub(in crate::integrators) fn advance<F: LaneForce<N>, R: FastRetraction<N, D>, 
     let limits = Limits {
         tolerance,
         floor: tolerance.max(1024.0 * f64::unit_roundoff()),
+        rounding: Limits::rounding(step, run.sway, tolerance),
         switch: tolerance,
         max_fixed_point_iterations: 30,
         strict: Some(allowed / SAFETY),
@@ -496,6 +503,12 @@ pub(in crate::integrators) fn advance<F: LaneForce<N>, R: FastRetraction<N, D>, 
             }
             run.solved.rejected += 1;
             run.failures += 1;
+            let known = limits.rounding;
+            run.sway = method.sway_at(place.state);
+            if Limits::rounding(step, run.sway, tolerance) > known.max(place.state.momentum.amax()) * DECIDES {
+                // Near an equilibrium: the same again.
+                return Ok(());
+            }
             let error = match outcome {
                 Err(Refused::Delta(delta)) => Some(SAFETY * delta),
                 _ => None,

@@ -1,7 +1,7 @@
 //! Many bodies at once: a lane a body, eight to a group.
 
 use super::force::{EnsembleForce, LaneForce, Moved, OnBody, Pose};
-use super::kernel::NOTHING;
+use super::kernel::{NOTHING, ROUNDING};
 use super::quaternion::HalfAngle;
 use super::retraction::{LaneRetraction, LaneRotation, add_scaled, dot, scale};
 use super::step::UnfitTableau;
@@ -119,6 +119,8 @@ struct Group<F> {
     /// steps that is taken to be so.
     gain: f64,
     trusted: usize,
+    /// Where rounding of g has decided when a step was solved, how much the force changes as g does, and what η that is; else 0.
+    sway: [Row; 2],
 }
 
 /// Two stages of eight bodies. Stages go in pairs, one operation on both: neither waits for the other. An odd one has a
@@ -375,6 +377,7 @@ impl<F: LaneForce> Group<F> {
             caution: PATIENCE[0],
             gain: 1.0,
             trusted: 0,
+            sway: [Row::default(); 2],
         };
         group.place(&std::array::from_fn(|lane| &member(lane).state));
         group
@@ -433,6 +436,12 @@ impl<F: LaneForce> Group<F> {
                 Variational::with_settings(lagrangian, force, retraction.clone(), tableau.clone(), settings);
             let mut state = self.state(lane);
             method.step(&mut state, h).map_err(|source| (lane, source))?;
+            if let Some(sway) = method.rounded(&state) {
+                let mobility = self.inverse.iter().flatten().fold(0.0, |most: f64, row| most.max(row.0[lane].abs()));
+                for lane in lane..if lane + 1 == self.filled { LANES } else { lane + 1 } {
+                    (self.sway[0].0[lane], self.sway[1].0[lane]) = (sway, mobility * sway);
+                }
+            }
             next.push(state);
         }
         self.place(&std::array::from_fn(|lane| &next[lane.min(self.filled - 1)]));
@@ -848,6 +857,11 @@ impl<F: LaneForce> Group<F> {
                 // Where a body turns back, μ is small beside what the force makes of it.
                 scale = scale.max(bound(kick));
                 extent = extent.max(Eight::splat(isa, scaled.size) * bound(self.velocity(kick)));
+                // Near an equilibrium it is small, too, beside what rounding of g makes of it.
+                let share = Eight::splat(isa, scaled.size * (ROUNDING / settings.tolerance));
+                let [sway, moved] = load(isa, &self.sway);
+                scale = (share * sway).max(scale);
+                extent = (share * Eight::splat(isa, scaled.size) * moved).max(extent);
             }
             let changes = [(shift, scale), (turn, extent)];
             let mut settled = false;
@@ -859,7 +873,8 @@ impl<F: LaneForce> Group<F> {
                 if iteration > 1 {
                     self.gain = (0.25 * course.last / change).clamp(1.0, MOST_GAIN);
                     self.trusted = TRUST;
-                    settled = change <= settings.tolerance * self.gain;
+                    // A change that is no number may go unseen among others.
+                    settled = change <= settings.tolerance * self.gain && within(isa, changes, f64::MAX);
                 }
                 course.note(change);
                 settled |= course.stagnates() && change <= settings.floor;

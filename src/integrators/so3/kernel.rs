@@ -148,6 +148,10 @@ const FEWEST: usize = 6;
 /// 1 in the lane of μ.
 const MOMENTUM_LANE: Row = Row([0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 0.0]);
 
+/// A residual this small is what rounding leaves, relative to the terms of the equations: the default of
+/// [`Settings::tolerance`](crate::integrators::Settings).
+pub(super) const ROUNDING: f64 = 16.0 * (f64::EPSILON / 2.0);
+
 /// How far to iterate.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Limits {
@@ -155,6 +159,9 @@ pub(super) struct Limits {
     pub tolerance: f64,
     /// The relative residual accepted where it falls no more.
     pub floor: f64,
+    /// What residuals and δ are relative to besides μ and the impulse of the force: 0, or where it is known to be needed what rounding of g
+    /// makes of the force in the step, over that of the residual wanted.
+    pub rounding: f64,
     /// The relative change at which the predictor has done what it can.
     pub switch: f64,
     pub max_fixed_point_iterations: usize,
@@ -179,6 +186,14 @@ pub(super) struct Memory<const N: usize> {
     pub momenta: [Row; N],
     /// ξ = h Σ b_i dτ⁻¹ Ω_i: the step was g ← g τ(ξ).
     pub increment: [f64; N],
+}
+
+impl Limits {
+    /// [`Limits::rounding`] of a step where the forces change by `sway` as g does.
+    #[inline]
+    pub fn rounding(step: f64, sway: f64, tolerance: f64) -> f64 {
+        step.abs() * sway * (ROUNDING / tolerance)
+    }
 }
 
 impl<const N: usize> Default for Memory<N> {
@@ -384,8 +399,13 @@ impl<F: LaneForce<N>, R: LaneRetraction<N>, const N: usize, const PAIRS: usize> 
             // As in the general engine: where a body turns back, μ is small beside what the force makes of it.
             let gained = self.force.add_at(time, here, mu, eta, zero);
             let gained = each!(N, k => h.abs() * gained[k]);
-            size = largest_change(gained, zero).max(Eight::splat(isa, size)).largest();
+            let rounding = self.limits.rounding;
+            size = largest_change(gained, zero).max(Eight::splat(isa, size.max(rounding))).largest();
             extent = (h.abs() * largest_change(self.velocity(gained), zero)).max(Eight::splat(isa, extent)).largest();
+            if rounding > 0.0 {
+                let mobility = self.inverse.iter().flatten().fold(0.0, |most: f64, v| most.max(v.abs()));
+                extent = extent.max(self.step.abs() * mobility * rounding);
+            }
         }
 
         let mut predictor = 1;
@@ -489,6 +509,8 @@ impl<F: LaneForce<N>, R: LaneRetraction<N>, const N: usize, const PAIRS: usize> 
             let (sum, cut) = compensated(values[k], increments[k], cut);
             next[k] = ((sum + nothing) - nothing, cut);
             finite = next[k].0.mul_add(zero[0], finite);
+            // Σ b_i G_i, which no other part of the state has: changes that are no numbers may go unseen.
+            finite = base[k].mul_add(zero[0], finite);
         }
         // A sum of products with 0 is 0, unless one of the numbers is not finite.
         if finite.sum() != 0.0 {

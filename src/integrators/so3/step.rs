@@ -148,6 +148,8 @@ pub struct VariationalInLanes<F, R, const N: usize, const D: usize> {
     /// What takes the steps that fixed-point iterations do not solve.
     pub(super) newton: Variational<f64, N, D, Quadratic<f64, N>, OnBody<F, N>, R>,
     pub(super) last: Last<N>,
+    /// How much the forces change as g does, where rounding of g has decided when a step was solved; else 0.
+    sway: f64,
 }
 
 /// What the last step left; of size 0 where there was none.
@@ -213,6 +215,7 @@ impl<F: LaneForce<N>, R: FastRetraction<N, D>, const N: usize, const D: usize> V
             settings,
             newton,
             last: Last::default(),
+            sway: 0.0,
         })
     }
 
@@ -245,6 +248,14 @@ impl<F: LaneForce<N>, R: FastRetraction<N, D>, const N: usize, const D: usize> V
         let inverse = Matrix::<f64, N>::from_fn(|r, c| self.inverse[r][c]);
         let momentum = |i: usize| Vector::from_fn(|a, _| self.last.memory.momenta[a].0[i]);
         (0..self.columns.stages).map(|i| inverse * momentum(i)).collect()
+    }
+
+    /// How much the forces change as g does; 0 where they do not.
+    #[cold]
+    pub(super) fn sway_at(&self, state: &State<f64, N, D>) -> f64 {
+        let momentum = std::array::from_fn(|k| state.momentum[k]);
+        let eta = Vector::from(super::adaptive::velocity(&self.inverse, momentum));
+        if self.force.uses_attitude() { self.newton.sway(state, &eta) } else { 0.0 }
     }
 
     /// What Newton's method and the continuation in h say of a step that fixed-point iterations do not solve.
@@ -309,6 +320,7 @@ where
         let mut limits = Limits {
             tolerance,
             floor: self.settings.floor,
+            rounding: Limits::rounding(h, self.sway, tolerance),
             switch: tolerance,
             max_fixed_point_iterations: self.settings.max_fixed_point_iterations,
             strict: None,
@@ -342,6 +354,7 @@ where
         }
         self.last.step = 0.0;
         let mut report = self.newton.step(state, h)?;
+        self.sway = self.newton.rounded(state).unwrap_or(self.sway);
         report.iterations += spent;
         Ok(report)
     }

@@ -1,16 +1,16 @@
 //! The step size: how long the next step is, from the estimated error of the last.
 
 use super::error::SolveError;
-use super::solution::Statistics;
+use super::statistics::Statistics;
 use crate::integrators::StepError;
 use crate::scalar::Real;
 
 /// What rounding makes of the difference of two results, in units of round-off: an error below this is none.
-const NOISE: i64 = 32;
+pub(super) const NOISE: i64 = 32;
 
 /// The error of the next pair is aimed at this share of what it may be: room for a motion that changes from pair to pair. A refused
 /// pair costs three steps.
-const AIM: f64 = 0.5;
+pub(super) const AIM: f64 = 0.5;
 
 /// The most that a step grows from one to the next: estimates from steps far too short are rounding.
 const GROWTH: f64 = 4.0;
@@ -129,6 +129,8 @@ pub(super) struct Attempt<T> {
     /// The larger relative residual of the two.
     pub residual: T,
     pub effort: Effort,
+    /// Rounding makes more of the forces than the error may be: there is no estimate.
+    pub rounded: bool,
 }
 
 /// Two steps of equal size that are to be tried.
@@ -249,6 +251,7 @@ impl<T: Real> Control<T> {
         self.memory = if self.aside { 0 } else { self.memory.saturating_sub(1) };
         (self.refused, self.aside) = (0, false);
         let wanted = self.limited(step, factor);
+        let wanted = if pair.rounded { wanted.min(self.natural.max(step)) } else { wanted };
         // The steps at the end of the run may be short for no other reason than that.
         if plan.last && wanted >= step && step < self.next {
             return;

@@ -1,9 +1,9 @@
 //! Two steps of h, and the error that they make: one step of 2h from the same start.
 
-use super::control::{Attempt, Effort, Plan};
-use super::solution::Statistics;
+use super::control::{AIM, Attempt, Effort, NOISE, Plan};
+use super::statistics::Statistics;
 use crate::algebra::{Covector, Vector};
-use crate::integrators::variational::{Exchange, Variational};
+use crate::integrators::variational::{Exchange, Variational, relative};
 use crate::integrators::{OneStep, Report, Solver, State, StepError};
 use crate::mechanics::configuration::Configuration;
 use crate::mechanics::{Force, Lagrangian};
@@ -399,7 +399,7 @@ where
         });
         let report = self.coarse.step(&mut doubled, two)?;
         note(report, self.coarse.contraction());
-        let difference = self.difference(&doubled, two)?;
+        let (difference, scale) = self.difference(&doubled, two)?;
         // What the residuals explain does not fall with h.
         let rest = (difference - noise * T::int(EXPLAINED)).max(T::zero());
         let stiffly = T::int(2).powi(self.stage_order as i32) - T::one();
@@ -408,7 +408,16 @@ where
             (true, Effort::Newton) => T::int(SAFETY) / stiffly,
             (true, _) => T::int(SAFETY) / falls,
         };
-        Ok(Attempt { error: difference * share, difference, unexplained: rest * share, residual, effort })
+        let (mut error, mut unexplained, mut rounded) = (difference * share, rest * share, false);
+        if error > plan.allowed * T::exact(AIM) && self.fine.moves() {
+            // Near an equilibrium rounding of g makes more of the forces than is left of the momentum, at steps of any size.
+            let Point { state, velocity, .. } = &self.points[0];
+            let rounding = self.fine.sway(state, velocity) * two.abs() * T::int(NOISE) * T::unit_roundoff();
+            let rounding = relative(rounding, scale);
+            let less = |error: T| (error - rounding).max(T::zero());
+            (error, unexplained, rounded) = (less(error), less(unexplained), rounding > plan.allowed);
+        }
+        Ok(Attempt { error, difference, unexplained, residual, effort, rounded })
     }
 
     /// The pair is kept: the next one starts at its end.
@@ -474,8 +483,8 @@ where
     }
 
     /// How far the result of one step of 2h is from that of two: of the momentum relative to it and to the impulse of the forces, of
-    /// the displacement τ(ξ) relative to its largest entry.
-    fn difference(&self, doubled: &State<T, N, D>, two: T) -> Result<T, StepError> {
+    /// the displacement τ(ξ) relative to its largest entry. Beside it what momenta are relative to.
+    fn difference(&self, doubled: &State<T, N, D>, two: T) -> Result<(T, T), StepError> {
         let [start, middle, end] = &self.points;
         let largest = |f: &dyn Fn(&Point<T, N, D>) -> T| f(start).max(f(middle)).max(f(end));
         let size = largest(&|point| point.state.momentum.amax()) + self.at_rest(&start.state).amax();
@@ -490,15 +499,11 @@ where
         let [first, second] = &self.halves;
         let steps = (displaced(&first.increment)?, displaced(&second.increment)?, displaced(self.coarse.increment())?);
         let (Some(first), Some(second), Some(coarse)) = steps else {
-            return Ok(momentum);
+            return Ok((momentum, scale));
         };
         let fine = first * second;
         let attitude = relative((fine - coarse).amax(), fine.amax());
-        Ok(if attitude > momentum || !attitude.all_finite() { attitude } else { momentum })
+        let larger = if attitude > momentum || !attitude.all_finite() { attitude } else { momentum };
+        Ok((larger, scale))
     }
-}
-
-/// change / size, where 0/0 is 0.
-pub(super) fn relative<T: Real>(change: T, size: T) -> T {
-    if change == T::zero() { change } else { change / size }
 }

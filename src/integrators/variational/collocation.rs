@@ -73,19 +73,20 @@ impl<T: Real, L, F, R> Scheme<T, L, F, R> {
         next_displacements.advance(&self.weights, rates, problem.step, None);
     }
 
-    /// One iteration; returns the largest relative change. `None`: a stage has no velocity, or left the domain.
+    /// One iteration; returns the largest relative change, and what that of M_i is relative to. `None`: a stage has no velocity, or left the
+    /// domain.
     pub(super) fn collocate<const N: usize, const D: usize>(
         &self,
         problem: &Problem<T, N, D>,
         work: &mut Work<T, N>,
         own: &mut Collocation<T, N>,
-    ) -> Option<T>
+    ) -> Option<(T, T)>
     where
         L: Lagrangian<T, N>,
         F: Force<T, N>,
         R: Retraction<T, N, D>,
     {
-        let mut load = T::zero();
+        let mut load = problem.rounding;
         for i in 0..self.tableau.stages() {
             let (m, x) = (own.momenta.covector(i), work.displacements.vector(i));
             let time = problem.time + self.tableau.c()[i] * problem.step;
@@ -111,11 +112,16 @@ impl<T: Real, L, F, R> Scheme<T, L, F, R> {
         own.next_momenta.add(&own.momentum_shifts);
         own.next_displacements.add(&own.displacement_shifts);
         let (change, size) = own.next_momenta.change(&own.momenta);
-        let (shift, extent) = own.next_displacements.change(&work.displacements);
-        let loaded = larger(size, largest(&problem.momentum)).max(load * problem.step.abs());
+        let (shift, mut extent) = own.next_displacements.change(&work.displacements);
+        let size = larger(size, largest(&problem.momentum));
+        // As in the scheme: rounding of forces that cancel is relative to them, and displacements are as the momenta.
+        let loaded = size.max(load * problem.step.abs());
+        if size > T::zero() {
+            extent *= loaded / size;
+        }
         std::mem::swap(&mut own.next_momenta, &mut own.momenta);
         std::mem::swap(&mut own.next_displacements, &mut work.displacements);
-        Some(larger(relative(change, loaded), relative(shift, extent)))
+        Some((larger(relative(change, loaded), relative(shift, extent)), loaded))
     }
 
     /// δ from an evaluation of the scheme, and M_i, Ξ_i as the scheme has them next.
