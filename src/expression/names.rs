@@ -1,9 +1,34 @@
 //! What may be named in a formula.
 
 use super::error::{ExpressionError, Spot};
-use super::parse::FUNCTIONS;
 use crate::scalar::Number;
 use std::collections::BTreeMap;
+
+/// The functions, with how many arguments they take.
+pub(super) const FUNCTIONS: [(&str, usize); 22] = [
+    ("abs", 1),
+    ("acos", 1),
+    ("asin", 1),
+    ("atan", 1),
+    ("atan2", 2),
+    ("column", 2),
+    ("cos", 1),
+    ("cosh", 1),
+    ("cross", 2),
+    ("dot", 2),
+    ("exp", 1),
+    ("log", 1),
+    ("norm", 1),
+    ("row", 2),
+    ("sin", 1),
+    ("sinh", 1),
+    ("sqrt", 1),
+    ("tan", 1),
+    ("tanh", 1),
+    ("trace", 1),
+    ("transpose", 1),
+    ("vee", 1),
+];
 
 /// What a name means.
 #[derive(Clone, Debug, PartialEq)]

@@ -11,6 +11,7 @@ mod fixed_point;
 #[cfg(feature = "lanes")]
 pub mod lanes;
 pub mod munthe_kaas;
+mod parameters;
 mod picard;
 #[cfg(feature = "lanes")]
 pub mod se3;

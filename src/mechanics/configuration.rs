@@ -19,7 +19,7 @@ mod space;
 pub use point::AtPoint;
 pub use space::InSpace;
 
-use super::lagrangian::newton_velocity;
+use super::legendre::newton_velocity;
 use super::{Force, Lagrangian, LegendreError};
 use crate::algebra::{Covector, Matrix, Vector, pair};
 use crate::group::LieGroup;

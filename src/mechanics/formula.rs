@@ -1,7 +1,8 @@
 //! Forces and Lagrangians by formulas in named quantities.
 
 use super::configuration::Configuration;
-use super::lagrangian::{AnyLagrangian, newton_velocity};
+use super::lagrangian::AnyLagrangian;
+use super::legendre::newton_velocity;
 use super::{Force, Lagrangian, LegendreError};
 use crate::algebra::{Covector, Matrix, Vector, pair};
 use crate::expression::{ExpressionError, Names, Program};

@@ -18,6 +18,7 @@ pub mod formula;
 pub mod given;
 pub mod hamiltonian;
 pub mod lagrangian;
+mod legendre;
 pub mod lie_poisson;
 pub mod models;
 
@@ -153,7 +154,7 @@ pub trait Lagrangian<T: Real, const N: usize> {
         mu: &Covector<S, N>,
         guess: &Vector<S, N>,
     ) -> Result<Vector<S, N>, LegendreError> {
-        lagrangian::invert(self, mu, guess)
+        legendre::invert(self, mu, guess)
     }
 
     /// E(η) = ⟨l'(η), η⟩ − l(η).

@@ -3,7 +3,6 @@
 //! All numbers are [`Number`] expressions, so a case means exactly the same system in every scalar. Every coordinate
 //! (constants, inertia, forces, state) refers to the basis of the case: the catalogue's, or the changed one.
 
-use super::document::MethodTable;
 use super::error::{CaseError, Place};
 use super::numbers::{list, rows};
 use crate::algebra::catalogue::Entry;
@@ -350,8 +349,7 @@ impl Tau {
 }
 
 /// The integrator: a tableau and a retraction. In JSON, the keys of `[method]` in a system file.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
-#[serde(try_from = "MethodTable", into = "MethodTable")]
+#[derive(Clone, Debug, PartialEq)]
 pub struct Method {
     /// (a, b).
     pub tableau: Description,

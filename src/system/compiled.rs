@@ -2,8 +2,8 @@
 
 use super::case::Case;
 use super::ensemble::{Batch, Ensemble, MemberError, Origin};
-use super::error::{CaseError, Place, Problem};
-use super::file::SystemFile;
+use super::error::CaseError;
+use super::file::{SystemFile, not_in_64_digits};
 use super::solution::{Solved, solved};
 use super::trajectory::{Ended, Observer, Plan, Run};
 use crate::scalar::{Dd, Qd, Real};
@@ -82,12 +82,6 @@ impl Compiled for Qd {
     fn solution(file: &SystemFile, _: &mut dyn Observer<Self>) -> Result<Option<Solved<Self>>, CaseError> {
         if file.adaptive.is_some() { Err(not_in_64_digits("a tolerance")) } else { Ok(None) }
     }
-}
-
-/// What there is in `f64` and in [`Dd`] only.
-pub(super) fn not_in_64_digits(what: &'static str) -> CaseError {
-    let why = "in 64 digits there are trajectories with fixed steps, of systems of dimension 1 to 6; scalar = \"dd\" has no such limits".into();
-    Place::root().key("run").key("scalar").error(Problem::NotApplicable { what, why })
 }
 
 impl Ensemble {

@@ -5,7 +5,6 @@
 //! the text.
 
 use super::case::Case;
-use super::compiled::not_in_64_digits;
 use super::dispatch::has_class;
 use super::document::{Document, OutputTable, RunTable, ScalarName};
 use super::error::{CaseError, Place, Problem, Segment};
@@ -463,4 +462,10 @@ pub fn examples() -> &'static [(&'static str, &'static str)] {
         "toda-lattice",
         "underwater-vehicle"
     )
+}
+
+/// What there is in `f64` and in [`Dd`] only.
+pub(super) fn not_in_64_digits(what: &'static str) -> CaseError {
+    let why = "in 64 digits there are trajectories with fixed steps, of systems of dimension 1 to 6; scalar = \"dd\" has no such limits".into();
+    Place::root().key("run").key("scalar").error(Problem::NotApplicable { what, why })
 }

@@ -1,12 +1,8 @@
 //! Why a run with a tolerance ends before its time.
 
-use super::solution::Solution;
 use crate::integrators::StepError;
 use crate::retraction::RetractionError;
-use crate::scalar::Real;
 use crate::tableau::TableauError;
-use std::error::Error;
-use std::fmt;
 
 /// Why a run ended before its time. The state is that of the last step that was taken.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
@@ -80,48 +76,6 @@ pub enum SolveError {
     /// No tableau of the family has the order that the tolerance asks for.
     #[error("the tableau is refused: {0}")]
     Tableau(#[from] TableauError),
-}
-
-/// A run that ended before its time: why, and what it had reached.
-///
-/// ```
-/// use euler_poincare::algebra::{Covector, Matrix};
-/// use euler_poincare::integrators::solve::{Solve, SolveError, SolveFailure};
-/// use euler_poincare::integrators::State;
-/// use euler_poincare::mechanics::{force::Zero, lagrangian::Quadratic};
-/// use euler_poincare::retraction::CayleySo3;
-///
-/// let body = Quadratic::diagonal([0.5, 2.0, 1.0])?;
-/// let start = State { time: 0.0, momentum: Covector::<f64, 3>::new(0.4, 0.1, 0.7), attitude: Matrix::<f64, 3>::identity() };
-/// let mut solve = Solve::new(body, Zero, CayleySo3::new()).every(1).max_steps(10);
-/// let SolveFailure { error, reached } = solve.run(&start, 1e6).unwrap_err();
-/// assert!(matches!(error, SolveError::TooManySteps { .. }));
-/// assert!(reached.state.time > 0.0 && reached.saved.len() == reached.statistics.steps);
-/// # Ok::<(), Box<dyn std::error::Error>>(())
-/// ```
-pub struct SolveFailure<T: Real, const N: usize, const D: usize, R> {
-    /// Why the run ended.
-    pub error: SolveError,
-    /// The last state, the statistics and everything that was saved until then.
-    pub reached: Box<Solution<T, N, D, R>>,
-}
-
-impl<T: Real, const N: usize, const D: usize, R> fmt::Debug for SolveFailure<T, N, D, R> {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        f.debug_struct("SolveFailure").field("error", &self.error).field("state", &self.reached.state).finish()
-    }
-}
-
-impl<T: Real, const N: usize, const D: usize, R> fmt::Display for SolveFailure<T, N, D, R> {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        fmt::Display::fmt(&self.error, f)
-    }
-}
-
-impl<T: Real, const N: usize, const D: usize, R> Error for SolveFailure<T, N, D, R> {
-    fn source(&self) -> Option<&(dyn Error + 'static)> {
-        self.error.source()
-    }
 }
 
 /// Why a solution has no state at a time.

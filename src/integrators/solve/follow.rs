@@ -1,6 +1,6 @@
 //! What a run tells who follows it.
 
-use super::solution::Statistics;
+use super::statistics::Statistics;
 use crate::integrators::State;
 use crate::scalar::Real;
 use std::ops::ControlFlow;

@@ -9,11 +9,13 @@ mod events;
 mod follow;
 mod pair;
 mod solution;
+mod statistics;
 
-pub use error::{DenseError, SolveError, SolveFailure};
+pub use error::{DenseError, SolveError};
 pub use events::Event;
 pub use follow::{Moment, Progress};
-pub use solution::{End, Located, Solution, Statistics};
+pub use solution::{End, Located, Solution, SolveFailure};
+pub use statistics::Statistics;
 
 use super::variational::Exchange;
 use super::{State, StepError};
@@ -68,7 +70,8 @@ pub(crate) fn gauss_stages(tolerance: f64) -> usize {
 ///
 /// **Tolerance.** It is for the whole run from t₀ to t₁: a step of size h may make the error h/|t₁ − t₀| times the tolerance, relative to
 /// the largest component of μ, of the momentum of a rotor, or of the impulse of the forces over the step, and in the attitude relative to
-/// the largest entry of the matrix of the displacement g₀⁻¹g₁. Shares below 32 units of round-off count as these.
+/// the largest entry of the matrix of the displacement g₀⁻¹g₁. Shares below 32 units of round-off count as these; near an equilibrium, what
+/// as many of the entries of g make of the forces.
 ///
 /// **Error.** Two steps of h are compared with one of 2h; the two are the result, and the difference divided by 2ᵖ − 1 estimates their
 /// error (Hairer, Nørsett and Wanner 1993, II.4), doubled for safety. p is proven from the coefficients of the tableau. Every step is one

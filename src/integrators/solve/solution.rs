@@ -1,32 +1,13 @@
 //! What a run with a tolerance answers.
 
 use super::dense::Piece;
-use super::error::DenseError;
+use super::error::{DenseError, SolveError};
+use super::statistics::Statistics;
 use crate::integrators::State;
 use crate::retraction::Retraction;
 use crate::scalar::Real;
-
-/// What a run took.
-#[derive(Clone, Copy, Debug, PartialEq)]
-#[non_exhaustive]
-pub struct Statistics<T> {
-    /// Steps taken. They come in pairs of equal size.
-    pub steps: usize,
-    /// Pairs tried in vain.
-    pub rejected: usize,
-    /// Fixed-point and Newton iterations of all steps, those of twice the size for the estimates of the error included.
-    pub iterations: usize,
-    /// The largest relative residual of the stage equations of a step taken.
-    pub residual: T,
-    /// The sum of the estimated local errors, relative to the momentum and to the attitude.
-    pub error: T,
-}
-
-impl<T: Real> Statistics<T> {
-    pub(super) fn none() -> Self {
-        Self { steps: 0, rejected: 0, iterations: 0, residual: T::zero(), error: T::zero() }
-    }
-}
+use std::error::Error;
+use std::fmt;
 
 /// Why a run ended.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -105,5 +86,47 @@ impl<T: Real, const N: usize, const D: usize, R: Retraction<T, N, D>> Solution<T
             dense.pieces.partition_point(|piece| if forward { piece.time() <= time } else { piece.time() >= time });
         let piece = dense.pieces.get(begun.saturating_sub(1)).ok_or(DenseError::NotKept)?;
         piece.at(&dense.retraction, time).map_err(|source| DenseError::Domain { time: time.to_f64(), source })
+    }
+}
+
+/// A run that ended before its time: why, and what it had reached.
+///
+/// ```
+/// use euler_poincare::algebra::{Covector, Matrix};
+/// use euler_poincare::integrators::solve::{Solve, SolveError, SolveFailure};
+/// use euler_poincare::integrators::State;
+/// use euler_poincare::mechanics::{force::Zero, lagrangian::Quadratic};
+/// use euler_poincare::retraction::CayleySo3;
+///
+/// let body = Quadratic::diagonal([0.5, 2.0, 1.0])?;
+/// let start = State { time: 0.0, momentum: Covector::<f64, 3>::new(0.4, 0.1, 0.7), attitude: Matrix::<f64, 3>::identity() };
+/// let mut solve = Solve::new(body, Zero, CayleySo3::new()).every(1).max_steps(10);
+/// let SolveFailure { error, reached } = solve.run(&start, 1e6).unwrap_err();
+/// assert!(matches!(error, SolveError::TooManySteps { .. }));
+/// assert!(reached.state.time > 0.0 && reached.saved.len() == reached.statistics.steps);
+/// # Ok::<(), Box<dyn std::error::Error>>(())
+/// ```
+pub struct SolveFailure<T: Real, const N: usize, const D: usize, R> {
+    /// Why the run ended.
+    pub error: SolveError,
+    /// The last state, the statistics and everything that was saved until then.
+    pub reached: Box<Solution<T, N, D, R>>,
+}
+
+impl<T: Real, const N: usize, const D: usize, R> fmt::Debug for SolveFailure<T, N, D, R> {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.debug_struct("SolveFailure").field("error", &self.error).field("state", &self.reached.state).finish()
+    }
+}
+
+impl<T: Real, const N: usize, const D: usize, R> fmt::Display for SolveFailure<T, N, D, R> {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        fmt::Display::fmt(&self.error, f)
+    }
+}
+
+impl<T: Real, const N: usize, const D: usize, R> Error for SolveFailure<T, N, D, R> {
+    fn source(&self) -> Option<&(dyn Error + 'static)> {
+        self.error.source()
     }
 }

@@ -4,7 +4,7 @@
 
 use super::{Problem, Scheme, Stage, Variational, domain};
 use crate::algebra::{Covector, Matrix, Vector, basis_vector};
-use crate::integrators::derivative::Parameters;
+use crate::integrators::parameters::Parameters;
 use crate::integrators::stages::Stages;
 use crate::integrators::{State, StepError};
 use crate::mechanics::configuration::Configuration;

@@ -30,8 +30,7 @@
 //! A method with 32 digits besides is judged by how the drift scales with the unit of round-off, at fewer sizes.
 
 use super::levels::{self, REACH, is_final};
-use super::slopes::{names, no_value};
-use super::theory::product;
+use super::theory::{names, no_value, product};
 use super::variational::Scheme;
 use super::{Look, Outcome, Point, Precision, Quantity, Setup, View, without};
 use crate::harness::Verdict;

@@ -2,6 +2,7 @@
 
 use super::kept::{self, Kept};
 use super::levels::{Gap, Ladder, Measure, STEPS, Standing, descend, standing};
+use super::theory::{names, no_value};
 use super::{Claims, Look, Other, Outcome, Point, Precision, Quantity, Setup, View, difference, without};
 use crate::harness::Verdict;
 use crate::harness::evidence;
@@ -168,21 +169,6 @@ struct Balance<'q>(&'q [Quantity], u32);
 struct Balancing<'v, 's, 'a, 'q, T> {
     view: &'v View<'s, 'a, T>,
     quantities: &'q [Quantity],
-}
-
-pub(super) fn no_value(h: f64) -> StepError {
-    StepError::Refused { step: h, why: "what is to be kept has no value".into() }
-}
-
-/// The names of what is measured: the components of the spatial momentum are one quantity.
-pub(super) fn names(quantities: &[Quantity]) -> Vec<String> {
-    let name = |quantity: &Quantity| match quantity {
-        Quantity::Energy => Some("energy".to_owned()),
-        Quantity::Casimir(k) => Some(format!("Casimir {}", k + 1)),
-        Quantity::Momentum(0) => Some("spatial momentum".to_owned()),
-        Quantity::Momentum(_) => None,
-    };
-    quantities.iter().filter_map(name).collect()
 }
 
 /// The gaps of the components of the spatial momentum as one.

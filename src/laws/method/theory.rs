@@ -136,6 +136,21 @@ pub enum Quantity {
     Momentum(usize),
 }
 
+pub(super) fn no_value(h: f64) -> StepError {
+    StepError::Refused { step: h, why: "what is to be kept has no value".into() }
+}
+
+/// The names of what is measured: the components of the spatial momentum are one quantity.
+pub(super) fn names(quantities: &[Quantity]) -> Vec<String> {
+    let name = |quantity: &Quantity| match quantity {
+        Quantity::Energy => Some("energy".to_owned()),
+        Quantity::Casimir(k) => Some(format!("Casimir {}", k + 1)),
+        Quantity::Momentum(0) => Some("spatial momentum".to_owned()),
+        Quantity::Momentum(_) => None,
+    };
+    quantities.iter().filter_map(name).collect()
+}
+
 /// A [`Quantity`] at a state.
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[doc(hidden)]
