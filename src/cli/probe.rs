@@ -411,13 +411,13 @@ const COLUMNS: [Column; 11] = [
     Column::number("cases"),
     Column::number("held"),
     Column::number("broken"),
-    Column::number("program\nfailed").rank(4),
+    Column::number("program\nfailed"),
     Column::number("incon-\nclusive"),
     Column::number("not\nappl.").rank(2),
-    Column::number("worst\ndefect").rank(1),
-    Column::number("its\nbound").rank(1),
+    Column::number("worst\ndefect").rank(3),
+    Column::number("its\nbound").rank(4),
     Column::number("least\norder"),
-    Column::number("median\norder").rank(3),
+    Column::number("median\norder").rank(1),
 ];
 
 /// What is asked.
@@ -478,8 +478,8 @@ fn text(report: &ProbeReport, kept: &[KeptCases], page: Option<&Path>) -> String
         let _ = write!(text, "\nThe stepper failed {} times and was not started again.\n", report.failures);
     }
     if claims.is_empty() && report.conclusion() == Conclusion::Unbroken {
-        let claim =
-            "No order was claimed: each law asked for order 1 or more. If you know the order, claim it with --order P.";
+        let claim = "No order was claimed: each law asked for order 1 or more. If you know the order, claim it with --order P: a part of the state \
+             with a lower order is a defect then.";
         let _ = write!(text, "\n{}\n", paragraph(claim));
     }
     if let Some(page) = page {
@@ -545,8 +545,36 @@ fn verdict(report: &ProbeReport) -> String {
         Conclusion::Undecided => "NO VERDICT, no law held on any case".into(),
         Conclusion::Confirmed => format!("{broken}, every claim confirmed"),
     };
-    format!("{outcome}: {} on {} cases", count(report.laws.len()), asked(report))
+    let mut line = format!("{outcome}: {} on {} cases", count(report.laws.len()), asked(report));
+    if matches!(report.conclusion(), Conclusion::Unbroken | Conclusion::Confirmed) {
+        let says_nothing = |law: &&LawReport| law.held + law.broken.len() == 0;
+        let silent: Vec<_> = report.laws.iter().filter(says_nothing).map(|law| law.law.about.name).collect();
+        if !silent.is_empty() {
+            line += &format!("; {} held on none ({})", count(silent.len()), some(&silent));
+        }
+        let held = report.laws.iter().map(|law| law.held).sum::<usize>();
+        if 2 * held < asked(report) {
+            line += &format!("; only {held} cases could be judged");
+        }
+        if let (None, Some(lower)) = (report.claims().first(), lower(report)) {
+            line += &format!("; but {lower}");
+        }
+    }
+    line
 }
+
+/// Where the parts of the state have different orders: which, by the medians of their cases.
+fn lower(report: &ProbeReport) -> Option<String> {
+    let law = report.laws.iter().find(|law| law.law.about.name == ORDERS)?;
+    let medians = law.orders.iter().filter_map(|orders| Some((&orders.quantity, orders.median()?)));
+    let (least, most) =
+        (medians.clone().min_by(|a, b| a.1.total_cmp(&b.1))?, medians.max_by(|a, b| a.1.total_cmp(&b.1))?);
+    let (low, high) = (rounded(least.1), rounded(most.1));
+    (most.1 - least.1 > APART).then(|| format!("the {} has order {low} where the {} has {high}", least.0, most.0))
+}
+
+/// Orders of the parts of a state that differ by more than this are not the same.
+const APART: f64 = 0.5;
 
 fn count(laws: usize) -> String {
     if laws == 1 { "1 law".into() } else { format!("{laws} laws") }

@@ -151,7 +151,7 @@ fn errors(slopes: &Slopes) -> String {
         (_, _, Some(why)) => format!("no order: {why}"),
         _ => "no order".into(),
     };
-    let mut legend = vec![found];
+    let mut legend = vec![found, "order: the slope of log error against log h, less 1".into()];
     if slopes.levels.iter().any(|level| level.mark == Mark::Noise) {
         legend.push("~ not clear of rounding".into());
     }
