@@ -5,7 +5,8 @@ use super::kernel::{Columns, Limits, Memory, Packed, Refused, Step, Taken};
 use super::retraction::{self, LaneRetraction};
 use super::{LANES, Row};
 #[cfg(feature = "harness")]
-use crate::algebra::{Matrix, Vector};
+use crate::algebra::Matrix;
+use crate::algebra::Vector;
 use crate::integrators::lanes::Registers;
 use crate::integrators::variational::{Settings, extrapolation};
 use crate::integrators::{OneStep, Report, Solver, State, StepError, Variational};
