@@ -509,8 +509,6 @@ impl<F: LaneForce<N>, R: LaneRetraction<N>, const N: usize, const PAIRS: usize> 
             let (sum, cut) = compensated(values[k], increments[k], cut);
             next[k] = ((sum + nothing) - nothing, cut);
             finite = next[k].0.mul_add(zero[0], finite);
-            // Σ b_i G_i, which no other part of the state has: changes that are no numbers may go unseen.
-            finite = base[k].mul_add(zero[0], finite);
         }
         // A sum of products with 0 is 0, unless one of the numbers is not finite.
         if finite.sum() != 0.0 {
