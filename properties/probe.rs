@@ -235,6 +235,28 @@ fn the_order_is_reported_where_none_is_claimed_and_refuted_on_both_sides() {
 }
 
 #[test]
+fn an_attitude_of_a_lower_order_is_named_where_no_order_is_claimed() {
+    if !python("an_attitude_of_a_lower_order_is_named_where_no_order_is_claimed") {
+        return;
+    }
+    let here = directory("lower");
+    let text = fs::read_to_string(steppers("rigid_body.py")).unwrap();
+    // Runge and Kutta's for the momentum, Euler's for the attitude.
+    let euler = text.replacen("\"g\": y[3:]", "\"g\": [a + h * b for a, b in zip(q[\"g\"], k1[3:])]", 1);
+    assert_ne!(text, euler);
+    fs::write(here.join("euler.py"), euler).unwrap();
+    let named = "; but the attitude has order 1.0";
+    for (stepper, lower) in [("euler.py".to_owned(), true), (steppers("rigid_body.py"), false)] {
+        let options = ["--cases", "3", "--laws", "method-order"];
+        let output = probe(&here, &options, &["python3", &stepper]);
+        let first = stdout(&output).replace('\n', " ");
+        assert_eq!((code(&output), first.contains(named)), (0, lower), "{first}");
+    }
+    let claimed = probe(&here, &["--cases", "3", "--laws", "method-order", "--order", "4"], &["python3", "euler.py"]);
+    assert_eq!(code(&claimed), 1, "{}", stdout(&claimed));
+}
+
+#[test]
 fn each_mistake_breaks_the_law_that_names_it() {
     if !python("each_mistake_breaks_the_law_that_names_it") {
         return;

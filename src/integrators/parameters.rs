@@ -6,8 +6,8 @@ use crate::scalar::Real;
 
 /// Parameters p_1 … p_K of the Lagrangian and the force, by their partial derivatives. `()` has none.
 ///
-/// They are those of the [`Variational`](super::Variational) method at its present parameters; [`Dual`](crate::scalar::Dual) numbers give them where the
-/// formula is long. What is NaN or infinite is refused.
+/// They are those of the [`Variational`](super::Variational) method at its present parameters; [`Dual`](crate::scalar::Dual) numbers
+/// give them where the formula is long. What is NaN or infinite is refused.
 #[diagnostic::on_unimplemented(
     message = "`{Self}` does not say how the system depends on its parameters",
     note = "implement `Parameters<T, {N}>`, or pass `()` for none"

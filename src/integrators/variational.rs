@@ -5,6 +5,7 @@
 mod collocation;
 mod exchange;
 pub(super) mod partials;
+mod rounding;
 
 use super::fixed_point::Course;
 use super::stages::{Stages, Weights};
@@ -19,6 +20,7 @@ use crate::scalar::{Dual, Real, Scalar, finite};
 use crate::tableau::Tableau;
 use collocation::Collocation;
 use nalgebra::DMatrix;
+use rounding::FirstScale;
 
 pub(crate) use exchange::Exchange;
 
@@ -41,13 +43,16 @@ impl<T: Real> Default for Settings<T> {
     fn default() -> Self {
         let u = T::unit_roundoff();
         Self {
-            tolerance: T::int(16) * u,
+            tolerance: T::int(SETTLED) * u,
             floor: T::int(1 << 14) * u,
             max_fixed_point_iterations: 100,
             max_iterations: 12,
         }
     }
 }
+
+/// A relative residual of so many units of round-off is what rounding leaves.
+pub(super) const SETTLED: i64 = 16;
 
 /// The last change of the stages between two evaluations of the scheme is so many times smaller than the residual of the first: the next
 /// change would be as much smaller again, and the second evaluation gains little more.
@@ -88,8 +93,7 @@ struct Problem<T: Real, const N: usize, const D: usize> {
     step: T,
     momentum: Covector<T, N>,
     attitude: Matrix<T, D>,
-    /// A force that residuals are relative to besides those that act: 0, or where rounding of g makes more of the forces than of μ, so
-    /// much that the default tolerance of it is that rounding.
+    /// A force that residuals are relative to besides those that act, see [`rounding`]; 0 where it is not needed.
     rounding: T,
 }
 
@@ -97,11 +101,6 @@ impl<T: Real, const N: usize, const D: usize> Problem<T, N, D> {
     fn new(state: &State<T, N, D>, step: T) -> Self {
         let rounding = T::zero();
         Self { time: state.time, step, momentum: state.momentum, attitude: state.attitude, rounding }
-    }
-
-    /// Whether residuals are relative to what rounding makes of the forces, not to the momentum.
-    fn rounds(&self) -> bool {
-        self.rounding * self.step.abs() > largest(&self.momentum)
     }
 }
 
@@ -192,19 +191,6 @@ enum Known {
     InTheBody,
     /// P_i: with evaluations alone, where they are cheap.
     InTheChart,
-}
-
-/// What residuals are relative to where an iteration starts. Where it runs away the terms of the equations grow with it, so that a residual
-/// relative to them says nothing.
-#[derive(Clone, Copy, Debug)]
-struct Origin<T>(Option<T>);
-
-impl<T: Real> Origin<T> {
-    /// Whether an iteration whose terms have this size has left the size that they had first.
-    fn is_far(&mut self, scale: T) -> bool {
-        let first = *self.0.get_or_insert(scale);
-        scale > first * T::int(MODERATE)
-    }
 }
 
 /// Fixed-point iterations (so many) that did not lead to a root that can be trusted: they do not contract, or too slowly to
@@ -488,12 +474,12 @@ where
         let known = self.scheme.known::<N, D>();
         self.collocation.unshift();
         let stages = self.scheme.tableau.stages() as i32;
-        let mut origin = Origin(None);
+        let mut first_scale = FirstScale::unknown();
         let mut goal = self.jump.take().unwrap_or_else(|| T::ratio(1, FIRST).powi(stages));
         for _ in 0..settings.max_fixed_point_iterations {
             if known == Known::InTheBody {
                 let guess = self
-                    .guess(problem, goal.max(settings.tolerance * T::half()), &mut origin)
+                    .guess(problem, goal.max(settings.tolerance * T::half()), &mut first_scale)
                     .map_err(|NotContracted(spent)| NotContracted(iterations + spent))?;
                 iterations += guess.count();
                 if course.count() == 0 {
@@ -505,7 +491,7 @@ where
                 .scheme
                 .iterate::<N, D>(problem, &mut self.work, &mut self.collocation)
                 .map_err(|_| NotContracted(iterations))?;
-            if !residual.all_finite() || origin.is_far(scale) {
+            if !residual.all_finite() || first_scale.is_left(scale) {
                 return Err(NotContracted(iterations));
             }
             course.note(residual);
@@ -538,7 +524,7 @@ where
         &mut self,
         problem: &Problem<T, N, D>,
         goal: T,
-        origin: &mut Origin<T>,
+        first_scale: &mut FirstScale<T>,
     ) -> Result<Course<T>, NotContracted> {
         let mut course = Course::new();
         for iterations in 1..=self.settings.max_fixed_point_iterations {
@@ -546,7 +532,7 @@ where
             let Some((change, scale)) = change.filter(|(change, _)| change.all_finite()) else {
                 return Err(NotContracted(iterations));
             };
-            if origin.is_far(scale) {
+            if first_scale.is_left(scale) {
                 return Err(NotContracted(iterations));
             }
             course.note(change);
@@ -559,29 +545,6 @@ where
             }
         }
         Err(NotContracted(self.settings.max_fixed_point_iterations))
-    }
-
-    /// What rounding of g makes of the forces, as [`Problem::rounding`].
-    fn rounding(&self, problem: &Problem<T, N, D>, eta: &Vector<T, N>) -> T {
-        let share = Settings::<T>::default().tolerance / self.settings.tolerance;
-        self.scheme.sway(problem.time, &problem.attitude, eta) * share
-    }
-
-    /// Whether anything in the last step could depend on the configuration.
-    pub(super) fn moves(&self) -> bool {
-        self.scheme.moves
-    }
-
-    /// How much the forces at (t, g, η) change where the entries of g do: Σ |∂F/∂g_rc| |g_rc|, of which rounding makes u times as much.
-    pub(super) fn sway(&self, state: &State<T, N, D>, velocity: &Vector<T, N>) -> T {
-        self.scheme.sway(state.time, &state.attitude, velocity)
-    }
-
-    /// The same, where it decided when the last step was solved.
-    #[cfg(feature = "lanes")]
-    pub(super) fn rounded(&self, state: &State<T, N, D>) -> Option<T> {
-        let velocity = self.work.velocities.vector(0);
-        self.rounded.then(|| self.sway(state, &velocity))
     }
 
     /// Newton's method on r(H) along h: at the full step at once it may find a root that does not continue from h = 0.
@@ -711,31 +674,6 @@ impl<T: Real, L, F, R> Scheme<T, L, F, R> {
         }
         let gradient = self.lagrangian.configuration_gradient(time, g, eta);
         (force + gradient, largest(&force) + largest(&gradient))
-    }
-
-    /// Σ |∂F/∂g_rc| |g_rc|, of the force and of ∂_gL apart: they cancel at equilibria.
-    ///
-    /// At an equilibrium the terms of a single ∂_gL or force cancel, too: −c × Γ with Γ along c. What is left of a motion that dies out there
-    /// is then below what rounding of g makes of the force, of which neither μ nor the force tells.
-    #[cold]
-    fn sway<const N: usize, const D: usize>(&self, time: T, attitude: &Matrix<T, D>, eta: &Vector<T, N>) -> T
-    where
-        L: Lagrangian<T, N>,
-        F: Force<T, N>,
-    {
-        let (time, eta) = (Dual::constant(time), eta.map(Dual::constant));
-        let size = |covector: Covector<Dual<T>, N>| covector.iter().fold(T::zero(), |m, v| larger(m, v.eps.abs()));
-        let mut sum = T::zero();
-        for place in 0..D * D {
-            let mut g = attitude.map(Dual::constant);
-            g[place].eps = g[place].re;
-            let here = Configuration::of(&g);
-            sum += size(self.force.force_at(time, here, &eta));
-            if self.lagrangian.uses_configuration() {
-                sum += size(self.lagrangian.configuration_gradient(time, here, &eta));
-            }
-        }
-        if sum.all_finite() { sum } else { T::zero() }
     }
 
     /// Why the force is not finite.
@@ -883,7 +821,8 @@ impl<T: Real, L, F, R> Scheme<T, L, F, R> {
         Ok(Stage { velocity, momentum, gradient, impulse: pull(&f, &point.ad_inv()), load })
     }
 
-    /// The residual r_i at the rates H_i in the workspace, into `next_momenta`; returns the size to compare it with.
+    /// The residual r_i = P_i + h Σ_j (b_j a_ji / b_i) G_j − m dτ(−ξ) at the rates H_i in the workspace, into `next_momenta`; returns the size
+    /// to compare it with.
     fn residual<S: Scalar<Base = T>, const N: usize, const D: usize>(
         &self,
         problem: &Problem<T, N, D>,
@@ -1020,24 +959,7 @@ where
         if !finite(self.scheme.total_force(problem.time, here, &eta).0.as_slice()) {
             return Err(self.scheme.undefined(None, h, problem.time, &problem.attitude, &eta));
         }
-        if std::mem::take(&mut self.rounded) && self.scheme.moves {
-            problem.rounding = self.rounding(&problem, &eta);
-        }
-        self.start(&problem, &eta);
-        self.last = None;
-        let mut solved = self.fixed_point(&problem);
-        if let (Err(NotContracted(spent)), true) = (&solved, self.scheme.moves && !problem.rounds()) {
-            problem.rounding = self.rounding(&problem, &eta);
-            if problem.rounds() {
-                let spent = *spent;
-                self.start(&problem, &eta);
-                solved = match self.fixed_point(&problem) {
-                    Ok(report) => Ok(Report { iterations: report.iterations + spent, ..report }),
-                    Err(NotContracted(more)) => Err(NotContracted(spent + more)),
-                };
-            }
-        }
-        let report = match solved {
+        let report = match self.iterate_stages(&mut problem, &eta) {
             Ok(report) => report,
             // A stage may have left the domain only because the fixed-point iterations diverge: Newton's method decides.
             Err(NotContracted(iterations)) => self.newton(&problem, &eta, iterations)?,

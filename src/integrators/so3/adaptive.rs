@@ -113,7 +113,7 @@ pub(in crate::integrators) struct Run {
     next: f64,
     failures: usize,
     /// How much the forces change as g does, where a step was refused; else 0.
-    sway: f64,
+    sensitivity: f64,
     solved: Solved,
     /// The steps that it may try.
     pub most: usize,
@@ -332,7 +332,7 @@ impl Run {
             done: 0.0,
             next: f64::INFINITY,
             failures: 0,
-            sway: 0.0,
+            sensitivity: 0.0,
             solved: Solved::default(),
             most: MOST_STEPS,
         };
@@ -467,7 +467,7 @@ pub(in crate::integrators) fn advance<F: LaneForce<N>, R: FastRetraction<N, D>, 
     let limits = Limits {
         tolerance,
         floor: tolerance.max(1024.0 * f64::unit_roundoff()),
-        rounding: Limits::rounding(step, run.sway, tolerance),
+        rounding: Limits::rounding(step, run.sensitivity, tolerance),
         switch: tolerance,
         max_fixed_point_iterations: 30,
         strict: Some(allowed / SAFETY),
@@ -503,9 +503,10 @@ pub(in crate::integrators) fn advance<F: LaneForce<N>, R: FastRetraction<N, D>, 
             }
             run.solved.rejected += 1;
             run.failures += 1;
-            let known = limits.rounding;
-            run.sway = method.sway_at(place.state);
-            if Limits::rounding(step, run.sway, tolerance) > known.max(place.state.momentum.amax()) * DECIDES {
+            run.sensitivity = method.sensitivity_at(place.state);
+            if Limits::rounding(step, run.sensitivity, tolerance)
+                > limits.rounding.max(place.state.momentum.amax()) * DECIDES
+            {
                 // Near an equilibrium: the same again.
                 return Ok(());
             }

@@ -120,7 +120,7 @@ struct Group<F> {
     gain: f64,
     trusted: usize,
     /// Where rounding of g has decided when a step was solved, how much the force changes as g does, and what η that is; else 0.
-    sway: [Row; 2],
+    sensitivity: [Row; 2],
 }
 
 /// Two stages of eight bodies. Stages go in pairs, one operation on both: neither waits for the other. An odd one has a
@@ -377,7 +377,7 @@ impl<F: LaneForce> Group<F> {
             caution: PATIENCE[0],
             gain: 1.0,
             trusted: 0,
-            sway: [Row::default(); 2],
+            sensitivity: [Row::default(); 2],
         };
         group.place(&std::array::from_fn(|lane| &member(lane).state));
         group
@@ -436,10 +436,10 @@ impl<F: LaneForce> Group<F> {
                 Variational::with_settings(lagrangian, force, retraction.clone(), tableau.clone(), settings);
             let mut state = self.state(lane);
             method.step(&mut state, h).map_err(|source| (lane, source))?;
-            if let Some(sway) = method.rounded(&state) {
+            if let Some(sensitivity) = method.rounded(&state) {
                 let mobility = self.inverse.iter().flatten().fold(0.0, |most: f64, row| most.max(row.0[lane].abs()));
                 for lane in lane..if lane + 1 == self.filled { LANES } else { lane + 1 } {
-                    (self.sway[0].0[lane], self.sway[1].0[lane]) = (sway, mobility * sway);
+                    (self.sensitivity[0].0[lane], self.sensitivity[1].0[lane]) = (sensitivity, mobility * sensitivity);
                 }
             }
             next.push(state);
@@ -859,8 +859,8 @@ impl<F: LaneForce> Group<F> {
                 extent = extent.max(Eight::splat(isa, scaled.size) * bound(self.velocity(kick)));
                 // Near an equilibrium it is small, too, beside what rounding of g makes of it.
                 let share = Eight::splat(isa, scaled.size * (ROUNDING / settings.tolerance));
-                let [sway, moved] = load(isa, &self.sway);
-                scale = (share * sway).max(scale);
+                let [sensitivity, moved] = load(isa, &self.sensitivity);
+                scale = (share * sensitivity).max(scale);
                 extent = (share * Eight::splat(isa, scaled.size) * moved).max(extent);
             }
             let changes = [(shift, scale), (turn, extent)];
@@ -873,8 +873,7 @@ impl<F: LaneForce> Group<F> {
                 if iteration > 1 {
                     self.gain = (0.25 * course.last / change).clamp(1.0, MOST_GAIN);
                     self.trusted = TRUST;
-                    // A change that is no number may go unseen among others.
-                    settled = change <= settings.tolerance * self.gain && within(isa, changes, f64::MAX);
+                    settled = change <= settings.tolerance * self.gain;
                 }
                 course.note(change);
                 settled |= course.stagnates() && change <= settings.floor;

@@ -5,6 +5,7 @@ use super::retraction::LaneRetraction;
 use super::{LANES, Row};
 use crate::integrators::fixed_point::Course;
 use crate::integrators::lanes::{Eight, Isa, Kernel, Lanes};
+use crate::integrators::variational::SETTLED;
 use crate::tableau::Tableau;
 use nalgebra::DMatrix;
 use std::marker::PhantomData;
@@ -148,9 +149,8 @@ const FEWEST: usize = 6;
 /// 1 in the lane of μ.
 const MOMENTUM_LANE: Row = Row([0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 0.0]);
 
-/// A residual this small is what rounding leaves, relative to the terms of the equations: the default of
-/// [`Settings::tolerance`](crate::integrators::Settings).
-pub(super) const ROUNDING: f64 = 16.0 * (f64::EPSILON / 2.0);
+/// [`SETTLED`] in the unit of round-off of `f64`.
+pub(super) const ROUNDING: f64 = SETTLED as f64 * (f64::EPSILON / 2.0);
 
 /// How far to iterate.
 #[derive(Clone, Copy, Debug)]
@@ -189,10 +189,10 @@ pub(super) struct Memory<const N: usize> {
 }
 
 impl Limits {
-    /// [`Limits::rounding`] of a step where the forces change by `sway` as g does.
+    /// [`Limits::rounding`] of a step where the forces change by `sensitivity` as g does.
     #[inline]
-    pub fn rounding(step: f64, sway: f64, tolerance: f64) -> f64 {
-        step.abs() * sway * (ROUNDING / tolerance)
+    pub fn rounding(step: f64, sensitivity: f64, tolerance: f64) -> f64 {
+        step.abs() * sensitivity * (ROUNDING / tolerance)
     }
 }
 

@@ -150,7 +150,7 @@ pub struct VariationalInLanes<F, R, const N: usize, const D: usize> {
     pub(super) newton: Variational<f64, N, D, Quadratic<f64, N>, OnBody<F, N>, R>,
     pub(super) last: Last<N>,
     /// How much the forces change as g does, where rounding of g has decided when a step was solved; else 0.
-    sway: f64,
+    sensitivity: f64,
 }
 
 /// What the last step left; of size 0 where there was none.
@@ -216,7 +216,7 @@ impl<F: LaneForce<N>, R: FastRetraction<N, D>, const N: usize, const D: usize> V
             settings,
             newton,
             last: Last::default(),
-            sway: 0.0,
+            sensitivity: 0.0,
         })
     }
 
@@ -253,10 +253,10 @@ impl<F: LaneForce<N>, R: FastRetraction<N, D>, const N: usize, const D: usize> V
 
     /// How much the forces change as g does; 0 where they do not.
     #[cold]
-    pub(super) fn sway_at(&self, state: &State<f64, N, D>) -> f64 {
+    pub(super) fn sensitivity_at(&self, state: &State<f64, N, D>) -> f64 {
         let momentum = std::array::from_fn(|k| state.momentum[k]);
         let eta = Vector::from(super::adaptive::velocity(&self.inverse, momentum));
-        if self.force.uses_attitude() { self.newton.sway(state, &eta) } else { 0.0 }
+        if self.force.uses_attitude() { self.newton.sensitivity(state, &eta) } else { 0.0 }
     }
 
     /// What Newton's method and the continuation in h say of a step that fixed-point iterations do not solve.
@@ -321,7 +321,7 @@ where
         let mut limits = Limits {
             tolerance,
             floor: self.settings.floor,
-            rounding: Limits::rounding(h, self.sway, tolerance),
+            rounding: Limits::rounding(h, self.sensitivity, tolerance),
             switch: tolerance,
             max_fixed_point_iterations: self.settings.max_fixed_point_iterations,
             strict: None,
@@ -355,7 +355,7 @@ where
         }
         self.last.step = 0.0;
         let mut report = self.newton.step(state, h)?;
-        self.sway = self.newton.rounded(state).unwrap_or(self.sway);
+        self.sensitivity = self.newton.rounded(state).unwrap_or(self.sensitivity);
         report.iterations += spent;
         Ok(report)
     }

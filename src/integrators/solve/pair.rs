@@ -412,7 +412,7 @@ where
         if error > plan.allowed * T::exact(AIM) && self.fine.moves() {
             // Near an equilibrium rounding of g makes more of the forces than is left of the momentum, at steps of any size.
             let Point { state, velocity, .. } = &self.points[0];
-            let rounding = self.fine.sway(state, velocity) * two.abs() * T::int(NOISE) * T::unit_roundoff();
+            let rounding = self.fine.sensitivity(state, velocity) * two.abs() * T::int(NOISE) * T::unit_roundoff();
             let rounding = relative(rounding, scale);
             let less = |error: T| (error - rounding).max(T::zero());
             (error, unexplained, rounded) = (less(error), less(unexplained), rounding > plan.allowed);
