@@ -212,16 +212,30 @@ impl<T: Real> Newton<T> {
 
     /// Whether the root `x` at the full parameter, found from `origin`, is the one that continues from there: from `origin`, at parameters that
     /// halve from the full one until the root is near `origin`, the second correction with the same Jacobian is at most a quarter of the
-    /// first (Newton and Kantorovich: then there is one root near), and det J has the sign that it has at 0.
+    /// first (Newton and Kantorovich: then there is one root near), and det J has the sign that it has at 0; and the tangents of the branch at
+    /// `origin` and at `x` agree with the chord between them, as in [`Newton::follow`].
     ///
     /// A root can be found at once, by corrections that contract, that lies behind a fold: at the parameters between, iterations from
-    /// `origin` do not contract.
+    /// `origin` do not contract, or the branch bends there.
     pub fn is_joined<E>(&mut self, equations: &mut dyn Equations<T, Error = E>, origin: &[T], x: &[T]) -> bool {
         if is_at_hand(origin, x) {
             return true;
         }
         let extent = largest(origin) * T::exact(AT_HAND);
         let Ok(start) = self.determinant_at_zero(equations, origin) else { return false };
+        self.tangent_at(equations, origin, T::zero());
+        let mut leaving = std::mem::take(&mut self.tangent);
+        leaving.copy_from_slice(&self.trial);
+        equations.set_fraction(T::one());
+        let arriving = equations.jacobian(x, &mut self.jacobian).is_ok() && self.factor().is_some();
+        if arriving {
+            self.tangent_at(equations, x, T::one());
+        }
+        let near = arriving && on_chord(origin, x, [&leaving, &self.trial], T::one(), T::one());
+        self.tangent = leaving;
+        if !near {
+            return false;
+        }
         let mut fraction = T::one();
         for _ in 0..HALVINGS {
             equations.set_fraction(fraction);
