@@ -280,7 +280,7 @@ impl Findings {
         let lines: Vec<(usize, Line)> = (0..self.judged).map(|quantity| (quantity, self.line(quantity))).collect();
         let intervals = || lines.iter().filter_map(|(quantity, line)| Some((*quantity, line.interval()?)));
         let tell = |quantity: usize, (low, high): (f64, f64)| {
-            format!("{}: slope in [{low:.3}, {high:.3}], predicted {order}", self.quantities[quantity])
+            format!("{}: order in [{low:.3}, {high:.3}], expected {order}", self.quantities[quantity])
         };
         let lowest = intervals().min_by(|(_, a), (_, b)| a.1.total_cmp(&b.1));
         if let Some((quantity, interval)) = lowest.filter(|(_, (_, high))| *high < wanted - TOLERANCE) {

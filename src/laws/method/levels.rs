@@ -125,8 +125,8 @@ pub(super) struct Ladder {
 pub(super) enum Standing {
     /// It is confirmed.
     Holds(f64),
-    /// It is refuted.
-    Below { witness: String, share: f64 },
+    /// It is refuted, by this quantity.
+    Below { witness: String, share: f64, quantity: usize },
     /// Neither.
     Open(String),
 }
@@ -270,15 +270,21 @@ impl Ladder {
             (Some(Share::Small(share)), _) => Standing::Holds(share),
             (Some(Share::Large(share)), false) => {
                 let name = &self.findings.quantities()[quantity];
-                let slope = match &line {
-                    Line::Read(Estimate::Slope { low, high, .. }) => format!("slope in [{low:.3}, {high:.3}], "),
+                let found = match &line {
+                    Line::Read(Estimate::Slope { low, high, .. }) => format!("order in [{low:.3}, {high:.3}], "),
                     _ => String::new(),
                 };
                 let part = (100.0 * share).min(100.0);
+                let falls = match &line {
+                    Line::Read(Estimate::Slope { high, .. }) if *high < 0.5 => {
+                        "order 0: after a fixed time they do not fall with the step"
+                    }
+                    _ => "lower order",
+                };
                 let witness = format!(
-                    "{name}: {slope}predicted {order}; at least {part:.0} % of the finest errors are of lower order"
+                    "{name}: {found}expected {order}; at least {part:.0} % of the finest errors are of {falls}"
                 );
-                Standing::Below { witness, share }
+                Standing::Below { witness, share, quantity }
             }
             (_, true) => Standing::Holds(0.0),
             _ => match line {
@@ -335,10 +341,18 @@ pub(super) fn standing(ladder: &Ladder, order: u32, again: impl Fn(usize) -> Res
 }
 
 impl Standing {
+    /// The quantity that refutes.
+    pub(super) fn deciding(&self) -> Option<usize> {
+        match self {
+            Self::Below { quantity, .. } => Some(*quantity),
+            _ => None,
+        }
+    }
+
     pub(super) fn verdict(self) -> Verdict {
         match self {
             Self::Holds(share) => Verdict::Holds { defect: share.min(TOLERANCE), bound: TOLERANCE },
-            Self::Below { witness, share } => Verdict::Broken { defect: share, bound: TOLERANCE, witness },
+            Self::Below { witness, share, .. } => Verdict::Broken { defect: share, bound: TOLERANCE, witness },
             Self::Open(why) => Verdict::inconclusive(why),
         }
     }

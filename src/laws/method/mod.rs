@@ -231,7 +231,9 @@ pub const POISSON: MethodLaw = MethodLaw {
         statement: "without force, if claimed, μ ↦ μ' is a Poisson map: D Π(μ) Dᵀ = Π(μ') with D = ∂μ'/∂μ and Π_ab = C^c_ab μ_c",
         source: "Marsden and Ratiu 1999, §10.7 and §13.1: reduced symplectic maps preserve the Lie–Poisson bracket",
         oracle: "structure constants, and central differences of fourth order of the method's own answers",
-        bound: "after a step of eight sizes from h pace = 1 down: differences over ε = u^{1/5} of the momentum make 3/ε of the rounding                 of a step, 16 n (1 + h |C||η|) u, or of 16 times the tolerance that is claimed; refuted where a larger defect falls                 with the step, or is 256 times as large",
+        bound: "after a step of eight sizes from h pace = 1 down: differences over ε = u^{1/5} of the momentum make 3/ε of the rounding \
+                of a step, 16 n (1 + h |C||η|) u, or of 16 times the tolerance that is claimed; refuted where a larger defect falls \
+                with the step, or is 256 times as large",
         needs: "",
         cost: Cost::Moderate,
         faults: &[],
@@ -296,7 +298,7 @@ pub const SMOOTHNESS: MethodLaw = MethodLaw {
                     rounding",
         source: "Trefethen 2013, Approximation Theory and Approximation Practice, Thm 8.1: coefficients of analytic functions fall \
                  geometrically; Hairer, Lubich and Wanner 2006, VIII.6, on iterations that stop early",
-        oracle: "the method's own answers at 24 lengths, 48 in 32 digits",
+        oracle: "the method's own answers at 24 lengths, 48 in 32 digits; where they are not smooth, at lengths up to H/2 and H/4 as well",
         bound: ROUNDING,
         needs: "",
         cost: Cost::Moderate,
@@ -761,6 +763,8 @@ pub struct Outcome {
     pub slope: Option<Estimate>,
     /// The errors that were measured, where the law asks for a slope: those of the system that decided.
     pub findings: Option<Findings>,
+    /// Which of their quantities decided, where one did.
+    pub deciding: Option<usize>,
     /// The other system that decided, where the one that was asked about did not.
     pub decided_by: Option<Other>,
     /// Whether the law judged the claim itself here, and not only the order at which a defect falls.
@@ -769,7 +773,7 @@ pub struct Outcome {
 
 impl From<Verdict> for Outcome {
     fn from(verdict: Verdict) -> Self {
-        Self { verdict, slope: None, findings: None, decided_by: None, judged_claim: false }
+        Self { verdict, slope: None, findings: None, deciding: None, decided_by: None, judged_claim: false }
     }
 }
 

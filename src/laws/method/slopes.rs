@@ -44,6 +44,12 @@ fn outcome(findings: &Findings, verdict: Verdict) -> Outcome {
     Outcome { slope, findings: Some(findings.clone()), ..verdict.into() }
 }
 
+/// The same of what the levels say.
+fn stands(findings: &Findings, standing: Standing) -> Outcome {
+    let deciding = standing.deciding();
+    Outcome { deciding, ..outcome(findings, standing.verdict()) }
+}
+
 /// Whether a claim that the order is at least so much is confirmed, or in 32 digits decided.
 fn told<T: Precision>(view: &View<'_, '_, T>, ladder: &Ladder, order: u32) -> bool {
     let confirms = |found| matches!(found, Comparison::Above { .. } | Comparison::As { .. } | Comparison::Exact);
@@ -62,7 +68,7 @@ fn at_least(setup: &Setup<'_>, order: u32, what: &str, study: impl Fn(usize) -> 
         Err(error) => return without(&error).into(),
     };
     tell(setup, &ladder.findings, order, what);
-    outcome(&ladder.findings, standing(&ladder, order, study).verdict())
+    stands(&ladder.findings, standing(&ladder, order, study))
 }
 
 /// Errors of so many steps against the solution, for a claim of this order.
@@ -120,7 +126,7 @@ pub(super) fn order(setup: &Setup<'_>, claims: &Claims) -> Outcome {
     }
     match standing(&ladder, order, |from| study(setup, order, from)) {
         Standing::Holds(_) => {}
-        below_or_open => return outcome(&ladder.findings, below_or_open.verdict()),
+        below_or_open => return stands(&ladder.findings, below_or_open),
     }
     let exact = matches!(first, Comparison::Exact);
     let above = ladder.is_above(order);
@@ -143,7 +149,7 @@ pub(super) fn order(setup: &Setup<'_>, claims: &Claims) -> Outcome {
             decided @ Comparison::As { .. } => (Shown::Order, decided.verdict()),
             _ if found.is_above(order) => (Shown::More, Verdict::inconclusive("")),
             _ => match standing(&found, order, |from| study(&other, order, from)) {
-                below @ Standing::Below { .. } => (Shown::Less, below.verdict()),
+                below @ Standing::Below { .. } => return Ok(Some((Shown::Less, stands(&found.findings, below)))),
                 _ => (Shown::Nothing, Verdict::inconclusive("")),
             },
         };

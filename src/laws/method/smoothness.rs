@@ -11,6 +11,10 @@
 //! between H/8 and H, H pace ≤ 1/4. Where Φ is analytic for |h| < 4H (h pace < 1), the coefficients fall like ρ^{−k} with ρ = 15.6:
 //! with m = 24 the last third, k ≥ 16, is below u of the state in 16 digits (ρ^{−16} = 8e-20), with m = 48 and k ≥ 32 in 32 digits
 //! likewise (6e-39). A jump of size J leaves up to 2J/(π k) there.
+//!
+//! A method may have less room than the motion: with τ = exp(x + x³) its equations branch at |h| = 1.1 where the motion has none. So where
+//! the last third is above rounding, lengths up to H/2 and H/4 are asked too, and the smoothest third counts: each halving doubles ρ, and
+//! leaves a jump where it is.
 
 use super::levels::{self, REACH};
 use super::{Look, Point, Precision, View};
@@ -41,7 +45,7 @@ impl Look for Smoothness {
         let mut halvings = 0;
         loop {
             match sampled(view, most) {
-                Ok(samples) => return judged(view, most, &samples),
+                Ok(samples) => return smoothest(view, most, &samples),
                 Err(error) if levels::is_final(&error) => return refused(&error),
                 // A step that is too large for the method says nothing.
                 Err(error) if halvings == HALVINGS || most < usual * T::exact(0.125) => return refused(&error),
@@ -49,6 +53,23 @@ impl Look for Smoothness {
             }
         }
     }
+}
+
+/// What is judged of lengths up to H; where that is above the floor, up to H/2 and H/4 as well: the least defect.
+fn smoothest<T: Precision>(view: &View<'_, '_, T>, most: T, samples: &[Point<T>]) -> Measured {
+    let mut found = judged(view, most, samples);
+    for part in [T::half(), T::exact(0.25)] {
+        let least = match &found {
+            Measured::Defect { amplification, floor, .. } if amplification > floor => *amplification,
+            _ => break,
+        };
+        let Ok(samples) = sampled(view, most * part) else { break };
+        let again = judged(view, most * part, &samples);
+        if again.amplification().is_some_and(|amplification| amplification < least) {
+            found = again;
+        }
+    }
+    found
 }
 
 /// m.
