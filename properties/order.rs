@@ -234,7 +234,7 @@ fn a_stepper_that_answers_nan_is_refused_and_not_measured() {
 /// The names that the command knows, with stages up to those of the table.
 fn named() -> Vec<String> {
     let mut names: Vec<String> =
-        ["rk4", "kutta38", "ralston3", "heun2", "sdirk2", "sdirk3", "alexander2", "alexander3"]
+        ["euler", "rk4", "kutta38", "ralston3", "heun2", "sdirk2", "sdirk3", "alexander2", "alexander3"]
             .map(str::to_owned)
             .to_vec();
     let families =

@@ -9,7 +9,7 @@ use std::str::FromStr;
 /// Which tableau; [`Description::build`] makes it, at the full precision of any scalar.
 ///
 /// As text: `gauss-S`, `lobatto-iiia-S` to `lobatto-iiie-S`, `radau-ia-S`, `radau-iia-S` with the number of stages S, or
-/// `heun2`, `ralston3`, `rk4`, `kutta38`, `sdirk2`, `sdirk3`, `alexander2`, `alexander3`. With the feature `harness`,
+/// `euler`, `heun2`, `ralston3`, `rk4`, `kutta38`, `sdirk2`, `sdirk3`, `alexander2`, `alexander3`. With the feature `harness`,
 /// (de)serialised as that text, or as a table `{ a = [[…], …], b = […] }` with an optional `c`.
 ///
 /// ```
@@ -246,10 +246,11 @@ fn allowed() -> String {
 impl FromStr for Description {
     type Err = TableauError;
 
-    /// A name, as listed at [`Description`].
+    /// A name, as listed at [`Description`]; `rk-4` and `ralston-3` are the classic ones, too.
     fn from_str(name: &str) -> Result<Self, TableauError> {
         let unknown = |why: String| TableauError::Unknown { name: name.into(), why };
-        if let Some(&classic) = Classic::ALL.iter().find(|classic| classic.name() == name) {
+        let plain = name.replace('-', "");
+        if let Some(&classic) = Classic::ALL.iter().find(|classic| classic.name() == plain) {
             return Ok(Description::Classic(classic));
         }
         let (prefix, count) = name.rsplit_once('-').unwrap_or((name, ""));

@@ -333,6 +333,8 @@ fn jacobi<T: Real>(n: usize, alpha: i64, beta: i64, x: T) -> (T, T) {
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, PartialOrd, Ord)]
 #[non_exhaustive]
 pub enum Classic {
+    /// Euler's explicit method.
+    Euler,
     /// Heun's second-order method: c = (0, 1), b = (½, ½).
     Heun2,
     /// Ralston's third-order method (Ralston 1962).
@@ -353,7 +355,8 @@ pub enum Classic {
 
 impl Classic {
     /// All of them.
-    pub const ALL: [Classic; 8] = [
+    pub const ALL: [Classic; 9] = [
+        Classic::Euler,
         Classic::Heun2,
         Classic::Ralston3,
         Classic::Rk4,
@@ -368,9 +371,10 @@ impl Classic {
     pub const DRAWN: [Classic; 5] =
         [Classic::Heun2, Classic::Ralston3, Classic::Rk4, Classic::Kutta38, Classic::Sdirk2];
 
-    /// `heun2`, `ralston3`, `rk4`, `kutta38`, `sdirk2`, `sdirk3`, `alexander2`, `alexander3`.
+    /// `euler`, `heun2`, `ralston3`, `rk4`, `kutta38`, `sdirk2`, `sdirk3`, `alexander2`, `alexander3`.
     pub fn name(self) -> &'static str {
         match self {
+            Classic::Euler => "euler",
             Classic::Heun2 => "heun2",
             Classic::Ralston3 => "ralston3",
             Classic::Rk4 => "rk4",
@@ -385,6 +389,7 @@ impl Classic {
     /// The number of stages.
     pub fn stages(self) -> usize {
         match self {
+            Classic::Euler => 1,
             Classic::Heun2 | Classic::Sdirk2 | Classic::Alexander2 => 2,
             Classic::Ralston3 | Classic::Sdirk3 | Classic::Alexander3 => 3,
             Classic::Rk4 | Classic::Kutta38 => 4,
@@ -394,6 +399,7 @@ impl Classic {
     /// The classical order that the source gives.
     pub fn declared(self) -> usize {
         match self {
+            Classic::Euler => 1,
             Classic::Heun2 | Classic::Alexander2 => 2,
             Classic::Ralston3 | Classic::Sdirk2 | Classic::Alexander3 => 3,
             Classic::Rk4 | Classic::Kutta38 | Classic::Sdirk3 => 4,
@@ -423,6 +429,7 @@ impl Classic {
         let row = |fractions: &[(i64, i64)]| -> Vec<F> { fractions.iter().map(|&(p, q)| r(p, q)).collect() };
         let o = (0, 1);
         Some(match self {
+            Classic::Euler => (vec![row(&[o])], row(&[(1, 1)])),
             Classic::Heun2 => (vec![row(&[o, o]), row(&[(1, 1), o])], row(&[(1, 2), (1, 2)])),
             Classic::Ralston3 => {
                 (vec![row(&[o, o, o]), row(&[(1, 2), o, o]), row(&[o, (3, 4), o])], row(&[(2, 9), (1, 3), (4, 9)]))
