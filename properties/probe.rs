@@ -230,7 +230,7 @@ fn the_order_is_reported_where_none_is_claimed_and_refuted_on_both_sides() {
         let output = run(&["--order", wrong]);
         assert_eq!((code(&output), broken(&output)), (1, vec!["method-order".into()]), "{}", stdout(&output));
         let witness = laws(&output)[0].1["failure"]["witness"].as_str().unwrap().to_owned();
-        assert!(witness.contains("slope in [") && witness.contains(&format!("predicted {wrong}")), "{witness}");
+        assert!(witness.contains("order in [") && witness.contains(&format!("expected {wrong}")), "{witness}");
     }
 }
 
@@ -579,7 +579,7 @@ fn a_broken_case_is_shown_with_everything_to_debug_it() {
         "after a left translation of g",
         "algebra ",
         "step ",
-        "request\n{\"version\":1,",
+        "\"constants\": (27 numbers)",
         "answer\n{\"mu\": [",
         "solution at the end of this step\n{\"mu\":[",
         "answer less solution\n{\"mu\":[",
@@ -587,6 +587,33 @@ fn a_broken_case_is_shown_with_everything_to_debug_it() {
     ] {
         assert!(text.contains(part), "{part}: {text}");
     }
+    // The request itself is one line for the program.
+    let saved = text.split_whitespace().find(|word| word.starts_with("probe-") && word.ends_with(".json")).unwrap();
+    let request = probe(&here, &["--replay", saved, "--request"], &[]);
+    assert_eq!(code(&request), 0, "{}", stderr(&request));
+    assert!(
+        stdout(&request).starts_with("{\"version\":1,") && stdout(&request).lines().count() == 1,
+        "{}",
+        stdout(&request)
+    );
+}
+
+#[test]
+fn a_shrunk_case_is_refuted_as_clearly() {
+    if !python("a_shrunk_case_is_refuted_as_clearly") {
+        return;
+    }
+    let here = directory("clearly");
+    let options =
+        ["--algebras", "so3", "--cases", "4", "--laws", "casimirs", "--conserves", "casimirs", "--format", "json"];
+    let output = probe(&here, &options, &["python3", &steppers("variational.py"), "axis"]);
+    assert_eq!(code(&output), 1, "{}{}", stdout(&output), stderr(&output));
+    let failure = laws(&output)[0].1["failure"].clone();
+    assert!(failure["checks"].as_u64() > Some(0), "{failure}");
+    let again = probe(&here, &["--replay", failure["saved"].as_str().unwrap(), "--format", "json"], &[]);
+    let again: Value = serde_json::from_str(stdout(&again).trim()).unwrap();
+    let (defect, bound) = (again["defect"].as_f64().unwrap(), again["bound"].as_f64().unwrap());
+    assert!(defect > 100.0 * bound, "{again}");
 }
 
 /// The body of `study::problem::generic`, without its method and without the length of a run.
@@ -1244,7 +1271,7 @@ impl Visitor<f64> for Start {
 }
 
 /// What steppers support; the first is nothing.
-const SUPPORTED: [&str; 9] = [
+const SUPPORTED: [&str; 12] = [
     r#"{"algebras": []}"#,
     r#"{"algebras": ["so3", "se3"], "standard_basis": true, "quartic": false, "forces": ["constant"]}"#,
     r#"{"dimensions": [2, 3, 6], "diagonal_inertia": true}"#,
@@ -1254,6 +1281,9 @@ const SUPPORTED: [&str; 9] = [
     r#"{"algebras": ["so3", "se3"], "forces": [], "potentials": ["gravity", "uniform-field"]}"#,
     r#"{"potentials": ["formula", "gravity", "buoyancy", "uniform-field", "gravity-gradient"], "diagonal_inertia": true}"#,
     r#"{"state": {"point": [1, 0, 0, 1]}, "diagonal_inertia": true, "quartic": false}"#,
+    r#"{"algebras": ["so3", "se3"], "standard_basis": true, "physical_inertia": true, "drag": "scalar"}"#,
+    r#"{"algebras": ["se3"], "standard_basis": true, "physical_inertia": true, "diagonal_inertia": true, "potentials": ["gravity"]}"#,
+    r#"{"forces": ["linear-drag", "quadratic-drag"], "drag": "diagonal"}"#,
 ];
 
 proptest! {

@@ -150,7 +150,7 @@ fn an_interrupt_ends_with_what_was_learnt() {
 fn a_limit_of_minutes_gives_each_law_its_share() {
     let here = directory("minutes");
     let start = Instant::now();
-    let output = verify(&here, "--minutes 0.01 --format json --out open");
+    let output = verify(&here, "--minutes 0.05 --format json --out open");
     assert!(start.elapsed() < Duration::from_secs(60));
     assert_eq!((code(&output), stderr(&output)), (0, ""));
     let counts: Vec<u64> = objects(&output).iter().map(|object| object["cases"].as_u64().unwrap()).collect();
@@ -163,7 +163,7 @@ fn a_limit_of_minutes_gives_each_law_its_share() {
     assert!(manifest["cases"].is_null() && manifest["laws"][0]["cases"].is_null());
     // More of the same: every case that was there is there still.
     let before = keys(&here.join("open"), "results.jsonl");
-    assert_eq!(code(&verify(&here, "--minutes 0.005 --out open --resume")), 0);
+    assert_eq!(code(&verify(&here, "--minutes 0.02 --out open --resume")), 0);
     let after = keys(&here.join("open"), "results.jsonl");
     assert!(after.len() > before.len() && before.iter().all(|key| after.contains(key)));
     // A number of cases is only cut short.

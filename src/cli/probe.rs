@@ -19,7 +19,7 @@ use euler_poincare::harness::{Cost, Verdict};
 use euler_poincare::laws::method::{Claims, LAWS, MethodLaw, named};
 use euler_poincare::system::case::{Method, Tau};
 use euler_poincare::system::{Cases, SystemFile, cases};
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, BTreeSet};
 use std::fmt::Write;
 use std::fs;
 use std::path::{Path, PathBuf};
@@ -99,6 +99,9 @@ pub struct Arguments {
     #[arg(long, value_name = "FILE")]
     #[arg(conflicts_with_all = ["random", "cases", "seed", "algebras", "standard_basis", "force_free", "laws", "order", "conserves", "variational", "stages", "reversible", "tolerance", "shrink"])]
     replay: Option<PathBuf>,
+    /// With --replay: only print the request on which a law was broken or the program failed, as one line for the program's standard input
+    #[arg(long, requires = "replay")]
+    request: bool,
     /// Also write DIR/report.html: laws, claims, orders, what broke a law, how to repeat it
     #[arg(long, value_name = "DIR", conflicts_with = "replay")]
     report: Option<PathBuf>,
@@ -164,6 +167,9 @@ fn number(text: &str, least: f64, most: f64) -> Result<f64, String> {
 pub fn run(arguments: Arguments) -> Result<ExitCode, Failure> {
     let interrupt = Interrupt::catch()?;
     if let Some(path) = &arguments.replay {
+        if arguments.request {
+            return request(path);
+        }
         let Arguments { command, timeout, format, .. } = &arguments;
         return Replayed { path, command, timeout: *timeout, format: *format }.run(&read(path)?, &interrupt);
     }
@@ -248,6 +254,16 @@ pub fn run(arguments: Arguments) -> Result<ExitCode, Failure> {
         Format::Json => print(&lines::json(&report, &kept, page.as_deref()))?,
     }
     written.map(|()| exit_code(report.conclusion()))
+}
+
+/// The request of a record.
+fn request(path: &Path) -> Result<ExitCode, Failure> {
+    let record = Record::from_json(&read(path)?).map_err(|error| Failure::file(path, error))?;
+    let Some(exchange) = record.exchange else {
+        return Err(Failure::file(path, "the record has no request: the law was not broken by a single step"));
+    };
+    print(&format!("{}\n", exchange.request))?;
+    Ok(ExitCode::SUCCESS)
 }
 
 /// Where the page goes: its directory is there now, and a file can be written in it.
@@ -445,11 +461,7 @@ fn text(report: &ProbeReport, kept: &[KeptCases], page: Option<&Path>) -> String
         ("Inconclusive", (|law| &law.inconclusive) as fn(&LawReport) -> &BTreeMap<String, usize>),
         ("Not applicable", |law| &law.not_applicable),
     ] {
-        let rows: Vec<_> = report
-            .laws
-            .iter()
-            .flat_map(|law| of(law).iter().map(|(why, count)| (law.law.about.name, format!("{count} × {why}"))))
-            .collect();
+        let rows = reasons(report, of);
         if !rows.is_empty() {
             let _ = write!(text, "\n{title}\n{}\n", entries(2, rows));
         }
@@ -487,6 +499,26 @@ fn text(report: &ProbeReport, kept: &[KeptCases], page: Option<&Path>) -> String
     }
     let _ = write!(text, "\n{verdict}\n");
     text
+}
+
+/// Reasons of so many laws are told once.
+const SHARED: usize = 3;
+
+/// The reasons why cases were not judged, and how often: of each law, or of several laws with the same reason.
+fn reasons(report: &ProbeReport, of: fn(&LawReport) -> &BTreeMap<String, usize>) -> Vec<(String, String)> {
+    let all =
+        || report.laws.iter().flat_map(|law| of(law).iter().map(move |(why, count)| (law.law.about.name, why, *count)));
+    let laws_with = |why: &String| all().filter(|(_, other, _)| *other == why).count();
+    let mut told = BTreeSet::new();
+    let row = |(law, why, count): (&'static str, &String, usize)| {
+        let laws = laws_with(why);
+        if laws < SHARED {
+            return Some((law.to_owned(), format!("{count} × {why}")));
+        }
+        let sum: usize = all().filter(|(_, other, _)| *other == why).map(|(_, _, count)| count).sum();
+        told.insert(why.clone()).then(|| (format!("{laws} laws"), format!("{sum} × {why}")))
+    };
+    all().filter_map(row).collect()
 }
 
 /// What to do about a program that fails on systems that it was not written for.

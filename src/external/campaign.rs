@@ -132,6 +132,10 @@ pub struct Probe<'a> {
     pub shrinking: Shrinking,
 }
 
+/// A shrunk case is to be refuted as clearly as the case that was found: by a defect of so many bounds, or of a quarter of the bounds
+/// of that. A defect near its bound says little about what is wrong.
+const CLEAR: f64 = 1000.0;
+
 /// A law on a case.
 struct Judged {
     outcome: Outcome,
@@ -140,6 +144,11 @@ struct Judged {
 }
 
 impl Judged {
+    /// Defect over bound.
+    fn ratio(&self) -> f64 {
+        self.outcome.verdict.ratio().unwrap_or(0.0)
+    }
+
     /// Whether the case is broken by itself, and not one of its variations.
     fn broken_by_itself(&self) -> bool {
         self.outcome.verdict.is_broken() && self.outcome.decided_by.is_none() && !self.failed
@@ -313,6 +322,7 @@ impl Probe<'_> {
             return found;
         }
         let deadline = Instant::now() + self.shrinking.time;
+        let clear = (found.ratio() / 4.0).min(CLEAR);
         let mut seen = HashSet::from([posed(self.external, &best.case)]);
         let mut checks = 0;
         loop {
@@ -328,7 +338,7 @@ impl Probe<'_> {
                 }
                 checks += 1;
                 let judged = self.judge(law, &candidate);
-                let broken = judged.broken_by_itself() && !self.external.is_interrupted();
+                let broken = judged.broken_by_itself() && judged.ratio() >= clear && !self.external.is_interrupted();
                 if broken {
                     next = Some((candidate, judged));
                 }

@@ -146,9 +146,9 @@ pub enum Mark {
 }
 
 impl Slopes {
-    /// Those of some findings; the part of the state that decides about `order` first.
-    pub fn of(findings: &Findings, order: u32) -> Vec<Self> {
-        let first = findings.deciding(order).map(|(quantity, _)| quantity);
+    /// Those of some findings; first the quantity `decided`, or the part of the state that decides about `order`.
+    pub fn of(findings: &Findings, decided: Option<usize>, order: u32) -> Vec<Self> {
+        let first = decided.or_else(|| findings.deciding(order).map(|(quantity, _)| quantity));
         let rest = (0..findings.quantities().len()).filter(|quantity| Some(*quantity) != first);
         first.into_iter().chain(rest).map(|quantity| Self::quantity(findings, quantity)).collect()
     }
@@ -345,7 +345,8 @@ impl Broken {
     /// What a person needs to debug it: the errors and one step with the solution beside it, or the request that did it.
     pub(super) fn explain(&mut self, external: &External, law: &MethodLaw, claims: &Claims, outcome: &Outcome) {
         let findings = outcome.findings.as_ref();
-        self.slopes = findings.map_or_else(Vec::new, |findings| Slopes::of(findings, claims.least_order()));
+        self.slopes =
+            findings.map_or_else(Vec::new, |findings| Slopes::of(findings, outcome.deciding, claims.least_order()));
         self.exchange = compared(external, law, &self.case, claims, findings);
     }
 

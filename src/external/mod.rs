@@ -30,6 +30,7 @@ mod report;
 mod stepper;
 mod supports;
 
+pub use crate::system::restriction::DragForm;
 pub use campaign::{Drawn, Probe, Shrinking, examine};
 pub use counterexample::{Broken, Compared, Mark, SlopeLevel, Slopes, Values};
 pub use program::{Exchange, Limits, Program, Silence};

@@ -5,7 +5,7 @@ use crate::algebra::Entry;
 use crate::laws::method::StateForm;
 use crate::system::case::{Force, Potential, Structure};
 use crate::system::force::KINDS;
-use crate::system::restriction::Restriction;
+use crate::system::restriction::{DragForm, Restriction};
 use crate::system::{Case, Cases};
 use serde::{Deserialize, Serialize};
 use serde_json::Value;
@@ -37,12 +37,19 @@ pub struct Supports {
     /// Only diagonal inertias.
     #[serde(skip_serializing_if = "std::ops::Not::not")]
     pub diagonal_inertia: bool,
+    /// Only inertias of rigid bodies: moments of which none is larger than the sum of the others, on se(3) with a mass and a center. For
+    /// so(3) and se(3) in their standard bases.
+    #[serde(skip_serializing_if = "std::ops::Not::not")]
+    pub physical_inertia: bool,
     /// Whether Lagrangians may have a quartic term.
     #[serde(skip_serializing_if = "bool::clone")]
     pub quartic: bool,
     /// Only forces of these kinds; an empty list: none.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub forces: Option<Vec<String>>,
+    /// Only drags with such a matrix.
+    #[serde(skip_serializing_if = "DragForm::is_any")]
+    pub drag: DragForm,
     /// Potentials of these kinds alone; absent: none. A state that is not an attitude has none.
     #[serde(skip_serializing_if = "Vec::is_empty")]
     pub potentials: Vec<String>,
@@ -61,8 +68,10 @@ impl Default for Supports {
             dimensions: None,
             standard_basis: false,
             diagonal_inertia: false,
+            physical_inertia: false,
             quartic: true,
             forces: None,
+            drag: DragForm::Any,
             potentials: Vec::new(),
             positive_steps: false,
             state: StateForm::default(),
@@ -122,6 +131,12 @@ impl Supports {
         if !supports.potentials.is_empty() && supports.state != StateForm::Attitude {
             return Err(wrong("potentials, of which the state has no attitude".into()));
         }
+        let bodies = |entries: Vec<Entry>| entries.iter().all(|entry| matches!(entry, Entry::So3 | Entry::Se3));
+        if supports.physical_inertia && !(supports.standard_basis && supports.entries().is_some_and(bodies)) {
+            return Err(wrong(
+                "physical_inertia; it is for \"algebras\" so3 and se3 with \"standard_basis\": true".into(),
+            ));
+        }
         if let StateForm::Point(x) = &supports.state
             && (x.iter().all(|x| *x == 0.0) || x.iter().any(|x| !x.is_finite()))
         {
@@ -142,8 +157,8 @@ impl Supports {
         };
         let Self { dimensions, forces, .. } = self.clone();
         let potentials = Some(self.potentials.clone());
-        let (diagonal, forward) = (self.diagonal_inertia, self.positive_steps);
-        Restriction { dimensions, matrices, forces, potentials, diagonal, forward }
+        let (diagonal, physical, forward) = (self.diagonal_inertia, self.physical_inertia, self.positive_steps);
+        Restriction { dimensions, matrices, forces, potentials, diagonal, physical, drag: self.drag, forward }
     }
 
     /// Those of these cases that it supports.
@@ -182,9 +197,11 @@ impl Supports {
             ("algebras", self.entries().is_none_or(named)),
             ("dimensions", restriction.has_dimension(case.dimension())),
             ("standard_basis", !self.standard_basis || case.algebra.basis.is_none()),
-            ("diagonal_inertia", restriction.has_inertia(case)),
+            ("diagonal_inertia", restriction.has_diagonal(case)),
+            ("physical_inertia", restriction.has_body(case)),
             ("quartic", self.quartic || case.lagrangian.quartic.is_none()),
             ("forces", restriction.has_forces(case)),
+            ("drag", restriction.has_drags(case)),
             ("potentials", restriction.has_potentials(case)),
             ("state", restriction.has_matrices(case.matrix_size())),
         ];

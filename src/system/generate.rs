@@ -8,6 +8,7 @@ use super::fixed::Fixed;
 use super::force::{Argument, ForceKind, KINDS, Role, Value};
 use super::numbers::{dyadic, from_dyadic};
 use super::random::{Cases, Forcing, USUAL_STEPS};
+use super::restriction::of_body;
 use crate::algebra::catalogue::Entry;
 use crate::scalar::Number;
 use proptest::prelude::Rng;
@@ -231,7 +232,12 @@ pub(super) fn lagrangian(draw: &mut Draw<'_>, n: usize, knobs: &Cases) -> Lagran
     let beside = BESIDE[draw.weighted(&weights)].0;
     let quartic = matches!(beside, Beside::Quartic | Beside::Metric | Beside::GyrostatQuartic);
     let metric = matches!(beside, Beside::Metric | Beside::GyrostatQuartic);
-    let (inertia, indefinite) = inertia(draw, n, !quartic && !knobs.kinetic, knobs.restriction.diagonal);
+    let physical = knobs.restriction.physical;
+    let (mut inertia, indefinite) =
+        inertia(draw, n, !quartic && !knobs.kinetic && !physical, knobs.restriction.diagonal);
+    if physical && [3, 6].contains(&n) {
+        inertia = of_body(&inertia).unwrap_or(inertia);
+    }
     Lagrangian {
         inertia,
         indefinite,
@@ -355,7 +361,10 @@ fn force(draw: &mut Draw<'_>, n: usize, no_bracket: bool, knobs: &Cases) -> Forc
     let weights: Vec<usize> = KINDS.iter().map(weight).collect();
     // Without any weight it is the first, and such a case is not admitted.
     let kind = &KINDS[draw.weighted(&weights)];
-    kind.force(kind.parameters.iter().map(|parameter| value(draw, n, parameter.role, knobs)))
+    kind.force(kind.parameters.iter().map(|parameter| match value(draw, n, parameter.role, knobs) {
+        Value::Drag(drag) => Value::Drag(knobs.restriction.drag.of(drag)),
+        other => other,
+    }))
 }
 
 /// A random value of a parameter.

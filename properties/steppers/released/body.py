@@ -104,8 +104,8 @@ class Body:
         return {"mu": mu.tolist(), "g": g.ravel().tolist()}
 
 
-# Random systems are drawn of these; most of their inertias are none of a body.
-SUPPORTS = {"algebras": ["so3", "se3"], "standard_basis": True, "quartic": False, "forces": ["constant"]}
+# Random systems are drawn of these.
+SUPPORTS = {"algebras": ["so3", "se3"], "standard_basis": True, "physical_inertia": True, "quartic": False, "forces": ["constant"]}
 
 
 def serve(step):

@@ -39,7 +39,10 @@ fn indices(cases: &[usize]) -> String {
 fn saved(kept: &Kept) -> String {
     let file = &kept.file;
     match &kept.not_saved {
-        None => format!("\n  saved in\n    {file}\n  run it again with\n    euler-poincare probe --replay {file}\n"),
+        None => format!(
+            "\n  saved in\n    {file}\n  run it again with\n    euler-poincare probe --replay {file}\n  the request alone, for the program's standard \
+             input\n    euler-poincare probe --replay {file} --request\n"
+        ),
         Some(reason) => format!("\n{}\n", paragraph(&format!("  not saved: {reason}"))),
     }
 }
@@ -108,7 +111,7 @@ fn compared(exchange: &Compared) -> String {
     let Compared { what, request, answer, solution, of_scheme, difference, .. } = exchange;
     let name = if *of_scheme { "scheme" } else { "solution" };
     let answer = if answer.is_empty() { "(none)" } else { answer };
-    let mut text = format!("\n  {what}: request\n{}\n  answer\n{}\n", data(request), data(answer));
+    let mut text = format!("\n  {what}: request\n{}\n  answer\n{}\n", data(&abridged(request)), data(answer));
     if let Some(solution) = solution {
         let _ = write!(text, "  {name} at the end of this step\n{}\n", data(&values(solution, |x| format!("{x:?}"))));
     }
@@ -116,6 +119,19 @@ fn compared(exchange: &Compared) -> String {
         let _ = write!(text, "  answer less {name}\n{}\n", data(&values(difference, |x| format!("{x:.1e}"))));
     }
     text
+}
+
+/// Lists of a request with more numbers than this are not printed in the text.
+const LONG: usize = 12;
+
+/// A request without its long lists, which a person does not read.
+fn abridged(request: &str) -> String {
+    let Ok(serde_json::Value::Object(object)) = serde_json::from_str(request) else { return request.into() };
+    let entry = |(key, value): (&String, &serde_json::Value)| match value {
+        serde_json::Value::Array(list) if list.len() > LONG => format!("\"{key}\": ({} numbers)", list.len()),
+        value => format!("\"{key}\": {value}"),
+    };
+    object.iter().map(entry).collect::<Vec<_>>().join(", ")
 }
 
 /// As an answer is written.
