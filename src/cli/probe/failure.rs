@@ -158,12 +158,14 @@ fn errors(slopes: &Slopes) -> String {
             Mark::Coarse => "·",
             Mark::Noise => "~",
         };
-        let order = level.order.map(|order| format!("{order:.3}")).unwrap_or_default();
+        let order = level.order.map(signless).unwrap_or_default();
         let error = format!("{mark}{:.2e}", level.error);
         table.row([level.steps.to_string(), format!("{:.3e}", level.h), error, order]);
     }
     let found = match (slopes.order, slopes.interval, &slopes.why) {
-        (Some(order), Some([low, high]), _) => format!("order {order:.3} in [{low:.3}, {high:.3}]"),
+        (Some(order), Some([low, high]), _) => {
+            format!("order {} in [{}, {}]", signless(order), signless(low), signless(high))
+        }
         (_, _, Some(why)) => format!("no order: {why}"),
         _ => "no order".into(),
     };
@@ -175,6 +177,11 @@ fn errors(slopes: &Slopes) -> String {
         legend.push("· not used, the step is too large".into());
     }
     format!("errors ({})\n{}\n{}", slopes.quantity, table.text(), paragraph(&legend.join("\n")))
+}
+
+/// An order; what is rounded to 0 has no sign.
+fn signless(order: f64) -> String {
+    format!("{order:.3}").replace("-0.000", "0.000")
 }
 
 /// A case without its method, which is the stepper's, four columns in.

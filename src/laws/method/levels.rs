@@ -131,6 +131,12 @@ pub(super) enum Standing {
     Open(String),
 }
 
+/// An interval of orders; what is rounded to 0 has no sign.
+fn interval(low: f64, high: f64) -> String {
+    let [low, high] = [low, high].map(|x| format!("{x:.3}").replace("-0.000", "0.000"));
+    format!("[{low}, {high}]")
+}
+
 /// h/(2^k) and 3h/(4 2^k).
 fn sizes<T: Real>(first: T, count: i32, part: T) -> Vec<T> {
     (0..count).map(|k| first * part * T::exact(2f64.powi(-k))).collect()
@@ -271,19 +277,20 @@ impl Ladder {
             (Some(Share::Large(share)), false) => {
                 let name = &self.findings.quantities()[quantity];
                 let found = match &line {
-                    Line::Read(Estimate::Slope { low, high, .. }) => format!("order in [{low:.3}, {high:.3}], "),
+                    Line::Read(Estimate::Slope { low, high, .. }) => format!("order in {}, ", interval(*low, *high)),
                     _ => String::new(),
                 };
-                let part = (100.0 * share).min(100.0);
+                let errors = match (100.0 * share).round() {
+                    ..100.0 => format!("at least {:.0} % of the finest errors are", 100.0 * share),
+                    _ => "the finest errors are".into(),
+                };
                 let falls = match &line {
                     Line::Read(Estimate::Slope { high, .. }) if *high < 0.5 => {
                         "order 0: after a fixed time they do not fall with the step"
                     }
                     _ => "lower order",
                 };
-                let witness = format!(
-                    "{name}: {found}expected {order}; at least {part:.0} % of the finest errors are of {falls}"
-                );
+                let witness = format!("{name}: {found}expected {order}; {errors} of {falls}");
                 Standing::Below { witness, share, quantity }
             }
             (_, true) => Standing::Holds(0.0),
