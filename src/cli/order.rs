@@ -59,7 +59,7 @@ that are meant exactly are written as a fraction: \"1667/10000\".";
 #[derive(clap::Args)]
 #[command(after_help = EXPLANATION)]
 pub struct Arguments {
-    /// A name (rk4, kutta38, heun2, ralston3, sdirk2, gauss-S, lobatto-iiia-S, ..., radau-iia-S) or a tableau file
+    /// A name (euler, rk4, kutta38, heun2, ralston3, sdirk2, gauss-S, lobatto-iiia-S, ..., radau-iia-S) or a tableau file
     #[arg(long, value_name = "NAME|FILE")]
     tableau: String,
     /// The system that is integrated [default: a rigid body without symmetry, with drag and a torque that varies in time]
