@@ -604,16 +604,17 @@ fn a_shrunk_case_is_refuted_as_clearly() {
         return;
     }
     let here = directory("clearly");
+    // The drift of its energy falls with the step and with the motion: simpler cases drift less and less.
     let options =
-        ["--algebras", "so3", "--cases", "4", "--laws", "casimirs", "--conserves", "casimirs", "--format", "json"];
-    let output = probe(&here, &options, &["python3", &steppers("variational.py"), "axis"]);
+        ["--algebras", "so3", "--cases", "4", "--laws", "energy", "--conserves", "energy", "--format", "json"];
+    let output = probe(&here, &options, &["python3", &steppers("rk4.py")]);
     assert_eq!(code(&output), 1, "{}{}", stdout(&output), stderr(&output));
     let failure = laws(&output)[0].1["failure"].clone();
     assert!(failure["checks"].as_u64() > Some(0), "{failure}");
     let again = probe(&here, &["--replay", failure["saved"].as_str().unwrap(), "--format", "json"], &[]);
     let again: Value = serde_json::from_str(stdout(&again).trim()).unwrap();
     let (defect, bound) = (again["defect"].as_f64().unwrap(), again["bound"].as_f64().unwrap());
-    assert!(defect > 100.0 * bound, "{again}");
+    assert!(defect >= 1000.0 * bound, "{again}");
 }
 
 /// The body of `study::problem::generic`, without its method and without the length of a run.

@@ -526,10 +526,18 @@ const NOT_TOLD: &str = "\
 The stepper was asked about systems of every kind, because it did not say what it supports. If it is for some of them only, let it answer \
 the first request with {\"supports\": {…}}, as PROTOCOL.md explains, or the others with {\"unsupported\": \"why\"}.";
 
-/// An order to two digits; nearly 0 is 0.
-fn rounded(order: f64) -> String {
-    let text = format!("{order:.2}");
-    if text == "-0.00" { "0.00".into() } else { text }
+/// An order to so many digits; what is rounded to 0 has no sign.
+fn rounded(order: f64, digits: usize) -> String {
+    let text = format!("{order:.digits$}");
+    match text.strip_prefix('-') {
+        Some(zero) if zero.bytes().all(|c| matches!(c, b'0' | b'.')) => zero.into(),
+        _ => text,
+    }
+}
+
+/// An order to two digits.
+fn hundredths(order: f64) -> String {
+    rounded(order, 2)
 }
 
 /// The law whose orders are those of the parts of the state.
@@ -541,7 +549,7 @@ fn orders(law: &LawReport) -> Vec<(String, String)> {
         let (least, median) = (orders.least()?, orders.median()?);
         let count = orders.values.len();
         let cases = if count == 1 { "1 case".into() } else { format!("{count} cases") };
-        let [median, least] = [median, least].map(rounded);
+        let [median, least] = [median, least].map(hundredths);
         Some((orders.quantity.clone(), format!("median {median}, least {least}, of {cases}")))
     };
     law.orders.iter().filter_map(one).collect()
@@ -601,7 +609,7 @@ fn lower(report: &ProbeReport) -> Option<String> {
     let medians = law.orders.iter().filter_map(|orders| Some((&orders.quantity, orders.median()?)));
     let (least, most) =
         (medians.clone().min_by(|a, b| a.1.total_cmp(&b.1))?, medians.max_by(|a, b| a.1.total_cmp(&b.1))?);
-    let (low, high) = (rounded(least.1), rounded(most.1));
+    let (low, high) = (hundredths(least.1), hundredths(most.1));
     (most.1 - least.1 > APART).then(|| format!("the {} has order {low} where the {} has {high}", least.0, most.0))
 }
 
@@ -625,7 +633,7 @@ fn slopes(law: &LawReport) -> Option<(f64, f64)> {
 
 fn row(law: &LawReport) -> Vec<String> {
     let number = |number: Option<f64>| number.map(|x| format!("{x:.1e}")).unwrap_or_default();
-    let order = |order: Option<f64>| order.map(rounded).unwrap_or_default();
+    let order = |order: Option<f64>| order.map(hundredths).unwrap_or_default();
     vec![
         law.law.about.name.to_owned(),
         law.cases.to_string(),

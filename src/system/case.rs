@@ -147,6 +147,25 @@ pub enum Inertia {
     Full(Vec<Vec<Number>>),
 }
 
+impl Inertia {
+    /// The number of rows.
+    pub(crate) fn dimension(&self) -> usize {
+        match self {
+            Self::Diagonal(list) => list.len(),
+            Self::Full(rows) => rows.len(),
+        }
+    }
+
+    /// An entry; 0 where there is none.
+    pub(crate) fn entry(&self, r: usize, c: usize) -> Number {
+        let found = match self {
+            Self::Diagonal(list) => list.get(r).filter(|_| r == c),
+            Self::Full(rows) => rows.get(r).and_then(|row| row.get(c)),
+        };
+        found.cloned().unwrap_or_default()
+    }
+}
+
 /// The value of a parameter of formulas.
 #[derive(Clone, Debug, PartialEq)]
 pub enum Parameter {
@@ -309,10 +328,7 @@ impl Lagrangian {
 
     /// n, of the algebras that it is for.
     pub fn dimension(&self) -> usize {
-        match &self.inertia {
-            Inertia::Diagonal(list) => list.len(),
-            Inertia::Full(rows) => rows.len(),
-        }
+        self.inertia.dimension()
     }
 
     /// Whether l(η) = ½⟨Iη, η⟩.

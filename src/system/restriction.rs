@@ -35,12 +35,7 @@ impl DragForm {
     fn admits(self, drag: &Drag) -> bool {
         match drag {
             Drag::Coefficient(_) => true,
-            Drag::Matrix(rows) => {
-                let zero = |x: &Number| *x == Number::default();
-                let mut off =
-                    rows.iter().enumerate().flat_map(|(r, row)| row.iter().enumerate().map(move |(c, x)| (r, c, x)));
-                self == Self::Any || (self == Self::Diagonal && off.all(|(r, c, x)| r == c || zero(x)))
-            }
+            Drag::Matrix(_) => self == Self::Any || (self == Self::Diagonal && self.of(drag.clone()) == *drag),
         }
     }
 
@@ -50,11 +45,10 @@ impl DragForm {
         match self {
             Self::Any => {}
             Self::Diagonal => {
-                let entries = rows
-                    .iter_mut()
-                    .enumerate()
-                    .flat_map(|(r, row)| row.iter_mut().enumerate().map(move |(c, x)| (r, c, x)));
-                entries.filter(|(r, c, _)| r != c).for_each(|(_, _, x)| *x = Number::default());
+                for (r, row) in rows.iter_mut().enumerate() {
+                    let off = row.iter_mut().enumerate().filter(|(c, _)| *c != r);
+                    off.for_each(|(_, x)| *x = Number::default());
+                }
             }
             Self::Scalar => {
                 if let Some(x) = rows.first().and_then(|row| row.first()) {
@@ -177,31 +171,15 @@ impl Restriction {
     }
 }
 
-/// Moments of so(3) and se(3) that are below this part of their sum too small are none of a body.
+/// Principal values of ∫ x xᵀ dm below this share of the sum of the moments are those of a flat body: rounding decides about it.
 const FLAT: f64 = 1e-9;
 
-/// n.
-fn dimension(inertia: &Inertia) -> usize {
-    match inertia {
-        Inertia::Diagonal(list) => list.len(),
-        Inertia::Full(rows) => rows.len(),
-    }
-}
-
-/// An entry of a matrix; 0 where there is none.
-fn entry(inertia: &Inertia, r: usize, c: usize) -> Number {
-    let found = match inertia {
-        Inertia::Diagonal(list) => list.get(r).filter(|_| r == c),
-        Inertia::Full(rows) => rows.get(r).and_then(|row| row.get(c)),
-    };
-    found.cloned().unwrap_or_default()
-}
-
 /// Whether an inertia of dimension 3 is J, or one of dimension 6 is [[J, m ĉ], [−m ĉ, m 1]], where no principal moment of J about the
-/// center c of mass is larger than the sum of the others.
+/// center c of mass is larger than the sum of the others: ∫ x xᵀ dm = tr(J)/2·1 − J is positive definite (Wensing, Kim and Slotine 2018;
+/// the matrix: Featherstone 2008, §2.13).
 fn is_of_body(inertia: &Inertia) -> bool {
-    let n = dimension(inertia);
-    let value = |r: usize, c: usize| entry(inertia, r, c).eval::<f64>().unwrap_or(f64::NAN);
+    let n = inertia.dimension();
+    let value = |r: usize, c: usize| inertia.entry(r, c).eval::<f64>().unwrap_or(f64::NAN);
     let mut moments = Matrix3::from_fn(value);
     if n == 6 {
         let mass = value(3, 3);
@@ -228,9 +206,9 @@ fn is_of_body(inertia: &Inertia) -> bool {
 /// The inertia of a body that a positive definite matrix M makes, diagonal if M is: J = tr(S)·1 − S about the center, with S the first
 /// three rows and columns of M as ∫ x xᵀ dm, and on se(3) the mass M_44 and a center of entries of M.
 pub(super) fn of_body(inertia: &Inertia) -> Option<Inertia> {
-    let n = dimension(inertia);
+    let n = inertia.dimension();
     let number = |x: RBig| small(&x).map(|(p, q)| dyadic(p, q));
-    let of = |r: usize, c: usize| entry(inertia, r, c).rational();
+    let of = |r: usize, c: usize| inertia.entry(r, c).rational();
     let trace = of(0, 0)? + of(1, 1)? + of(2, 2)?;
     let moment = |r: usize, c: usize| Some(if r == c { trace.clone() - of(r, c)? } else { -of(r, c)? });
     if let Inertia::Diagonal(_) = inertia {

@@ -1,7 +1,7 @@
 //! A broken law of a stepper, in full: law, verdict, system, errors, one exchange.
 
 use super::super::table::{Column, Table, data, entries, paragraph};
-use super::Kept;
+use super::{Kept, rounded};
 use euler_poincare::external::{Broken, Compared, LawReport, Mark, Record, Slopes, Values};
 use euler_poincare::harness::Verdict;
 use euler_poincare::laws::method::MethodLaw;
@@ -158,13 +158,13 @@ fn errors(slopes: &Slopes) -> String {
             Mark::Coarse => "·",
             Mark::Noise => "~",
         };
-        let order = level.order.map(signless).unwrap_or_default();
+        let order = level.order.map(thousandths).unwrap_or_default();
         let error = format!("{mark}{:.2e}", level.error);
         table.row([level.steps.to_string(), format!("{:.3e}", level.h), error, order]);
     }
     let found = match (slopes.order, slopes.interval, &slopes.why) {
         (Some(order), Some([low, high]), _) => {
-            format!("order {} in [{}, {}]", signless(order), signless(low), signless(high))
+            format!("order {} in [{}, {}]", thousandths(order), thousandths(low), thousandths(high))
         }
         (_, _, Some(why)) => format!("no order: {why}"),
         _ => "no order".into(),
@@ -179,9 +179,9 @@ fn errors(slopes: &Slopes) -> String {
     format!("errors ({})\n{}\n{}", slopes.quantity, table.text(), paragraph(&legend.join("\n")))
 }
 
-/// An order; what is rounded to 0 has no sign.
-fn signless(order: f64) -> String {
-    format!("{order:.3}").replace("-0.000", "0.000")
+/// An order to three digits.
+fn thousandths(order: f64) -> String {
+    rounded(order, 3)
 }
 
 /// A case without its method, which is the stepper's, four columns in.

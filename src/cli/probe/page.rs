@@ -8,7 +8,7 @@ use super::super::report::formula::typeset;
 use super::super::report::numbers::*;
 use super::super::report::{chart, orders};
 use super::failure::{system, values};
-use super::{Kept, KeptCases, ORDERS, rounded, slopes};
+use super::{Kept, KeptCases, ORDERS, hundredths, slopes};
 use euler_poincare::external::{
     Broken, ClaimReport, Compared, Conclusion, LawReport, Mark, MeasuredCase, ProbeReport, SlopeLevel, Slopes, Supports,
 };
@@ -308,7 +308,7 @@ const HEADS: [&str; 10] = [
 ];
 
 fn order(value: Option<f64>) -> String {
-    value.map_or("–".into(), rounded)
+    value.map_or("–".into(), hundredths)
 }
 
 fn row(law: &LawReport) -> Markup {
