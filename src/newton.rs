@@ -210,6 +210,27 @@ impl<T: Real> Newton<T> {
         Ok(corrected.outcome)
     }
 
+    /// The root at the full parameter that continues from `origin` at 0, from the start `x`: at once, where [`Newton::solve`] finds it and it
+    /// [is joined](Newton::is_joined) to `origin`, else [along the parameter](Newton::follow). And whether it was found along it.
+    ///
+    /// # Errors
+    /// Those of [`Newton::follow`].
+    pub fn solve_joined<E>(
+        &mut self,
+        equations: &mut dyn Equations<T, Error = E>,
+        origin: &[T],
+        x: &mut [T],
+        settings: &NewtonSettings<T>,
+    ) -> Result<(Outcome<T>, bool), Failure<T, E>> {
+        if let Ok(outcome) = self.solve(equations, origin, x, settings)
+            && self.is_joined(equations, origin, x)
+        {
+            return Ok((outcome, false));
+        }
+        x.copy_from_slice(origin);
+        Ok((self.follow(equations, x, settings)?, true))
+    }
+
     /// Whether the root `x` at the full parameter, found from `origin`, is the one that continues from there: from `origin`, at parameters that
     /// halve from the full one until the root is near `origin`, the second correction with the same Jacobian is at most a quarter of the
     /// first (Newton and Kantorovich: then there is one root near), and det J has the sign that it has at 0; and the tangents of the branch at

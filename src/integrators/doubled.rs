@@ -298,22 +298,12 @@ where
         let size = T::int(self.unknowns.len() as i64) * T::unit_roundoff();
         let settings = NewtonSettings { tolerance: size, floor: size * T::int(256), max_iterations: MAX_ITERATIONS };
         self.unknowns.copy_from_slice(&self.origin);
-        let direct = self.newton.solve(&mut self.equations, &self.origin, &mut self.unknowns, &settings);
-        let (solver, outcome) = match direct {
-            Ok(outcome) if self.newton.is_joined(&mut self.equations, &self.origin, &self.unknowns) => {
-                (Solver::Newton, Ok(outcome))
-            }
-            _ => {
-                self.unknowns.copy_from_slice(&self.origin);
-                let followed = self.newton.follow(&mut self.equations, &mut self.unknowns, &settings);
-                (Solver::Continuation, followed)
-            }
-        };
+        let found = self.newton.solve_joined(&mut self.equations, &self.origin, &mut self.unknowns, &settings);
         let step = self.equations.wanted.to_f64();
         let out = |(stage, source)| StepError::Domain { step, stage, source };
-        let Outcome { iterations, residual, .. } =
-            outcome.map_err(|failure| StepError::of_newton(failure, step, settings.tolerance, 0, out))?;
-        if solver == Solver::Continuation || !is_at_hand(&self.origin, &self.unknowns) {
+        let (Outcome { iterations, residual, .. }, followed) =
+            found.map_err(|failure| StepError::of_newton(failure, step, settings.tolerance, 0, out))?;
+        if followed || !is_at_hand(&self.origin, &self.unknowns) {
             // Other steps were looked at: the stages are those of the last one.
             let mut work = std::mem::take(&mut self.equations.work);
             self.equations.set_fraction(T::one());
@@ -321,6 +311,7 @@ where
             self.equations.work = work;
             evaluated.map_err(out)?;
         }
+        let solver = if followed { Solver::Continuation } else { Solver::Newton };
         Ok(Report { solver, iterations, residual })
     }
 }

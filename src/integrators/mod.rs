@@ -211,7 +211,7 @@ pub enum StepError {
 impl StepError {
     /// What a failure of Newton's method says of a step of size `step`, after so many iterations that were `spent` before;
     /// `equations` says what it means that these could not be evaluated.
-    fn of_newton<T: Real, E>(
+    pub(crate) fn of_newton<T: Real, E>(
         failure: Failure<T, E>,
         step: f64,
         tolerance: T,

@@ -10,7 +10,7 @@ use crate::harness::Fault;
 use crate::integrators::{OneStep, Report, Solver, State, StepError};
 use crate::mechanics::configuration::Configuration;
 use crate::mechanics::{Force, Lagrangian};
-use crate::newton::{Equations, Failure, Newton, NewtonSettings};
+use crate::newton::{Equations, Newton, NewtonSettings};
 use crate::retraction::{Retraction, RetractionError, TangentPoint};
 use crate::scalar::{Dual, Real, Scalar};
 use crate::tableau::Tableau;
@@ -416,24 +416,9 @@ where
         let settings = NewtonSettings { tolerance, floor, max_iterations: 20 };
         let mut equations = StageEquations { method: self, start: state, full: h, step: h };
         let mut newton = Newton::new(size);
-        let refused = |failure: Failure<T, RetractionError>| match failure {
-            Failure::Equations(source) => domain(source),
-            Failure::Fold { fraction, determinant } => {
-                StepError::Fold { step, fold: step * fraction.to_f64(), determinant: determinant.to_f64() }
-            }
-            Failure::NotConverged(o) => StepError::NotConverged {
-                step,
-                residual: o.residual.to_f64(),
-                tolerance: settings.tolerance.to_f64(),
-                iterations: o.iterations,
-            },
-        };
-        let mut outcome = newton.solve(&mut equations, &origin, &mut unknowns, &settings).map_err(refused)?;
-        if !newton.is_joined(&mut equations, &origin, &unknowns) {
-            // It may lie behind a fold: from h = 0, as the step is defined.
-            unknowns.copy_from_slice(&origin);
-            outcome = newton.follow(&mut equations, &mut unknowns, &settings).map_err(refused)?;
-        }
+        let (outcome, _) = newton
+            .solve_joined(&mut equations, &origin, &mut unknowns, &settings)
+            .map_err(|failure| StepError::of_newton(failure, step, settings.tolerance, 0, domain))?;
         let rates: Vec<_> = unknowns.chunks_exact(N).map(Vector::<T, N>::from_column_slice).collect();
         let end = self.evaluate(state, h, &rates).map_err(domain)?;
         let point = self.retraction.at(&end.increment).map_err(domain)?;
