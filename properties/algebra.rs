@@ -386,6 +386,15 @@ fn inverse_is_accurate<T: Real>() {
         let off = (dual.map(|v| v.eps) + x * slope * x).norm();
         assert!(off <= bound * x.norm() * x.norm() * slope.norm(), "derivative off by {off:e}");
     }
+    for _ in 0..100 {
+        // Columns that their diagonals dominate, narrowly or not: without pivots, or with them.
+        let off = Matrix::<T, 6>::from_fn(|_, _| uniform(&mut rng)) * T::exact(0.25);
+        let a = Matrix::<T, 6>::identity() - off;
+        let x = elimination::inverse(&a).unwrap();
+        let bound = T::int(64) * T::unit_roundoff() * a.norm() * x.norm();
+        let (left, right) = ((x * a - Matrix::identity()).norm(), (a * x - Matrix::identity()).norm());
+        assert!(left <= bound && right <= bound, "{a}: {left:e}, {right:e} > {bound:e}");
+    }
     let graded = Matrix::<T, 2>::new(T::exact(1e-40), T::one(), T::zero(), T::one());
     let x = elimination::inverse(&graded).unwrap();
     assert!((x[(0, 0)] * T::exact(1e-40) - T::one()).abs() <= T::unit_roundoff() * T::int(4));

@@ -169,11 +169,24 @@ fn algebra_identities<T: Real, const N: usize, const D: usize, R: Retraction<T, 
     note("d_neg = d at −x", size(&(d_neg - other.d())), &[size(&d_neg), size(other.d_inv())]);
     note("Ad Ad⁻¹ = 1", size(&(point.ad() * point.ad_inv() - one)), &[size(&point.ad()), size(&point.ad_inv())]);
 
+    let (f, f_d) = (m.transpose(), m.transpose() * d);
+    let transported = point.pull_ad_inv(&f, &f_d) - f * point.ad_inv();
+    note("f Ad⁻¹", size(&transported), &[size(&point.ad_inv()), size(&d), size(&d_neg)]);
+
     // To all digits, or to the first terms of a series in ad_x: where |ad_x| is small enough for either.
     let reach = size(&retraction.algebra().ad(&x)).max(at);
     if reach <= 0.5 {
         let rough = retraction.rough_rate(&Brackets::of(retraction.algebra()), &x, &y) - d_inv * y;
         assert!(size(&rough) <= reach * reach + 64.0 * N as f64 * grown, "{x} {rough}");
+        // Several at once, as one after the other.
+        let brackets = Brackets::of(retraction.algebra());
+        let two: [[[T; 2]; N]; 2] = [[x, y], [y, z]].map(|[u, v]| std::array::from_fn(|a| [u[a], v[a]]));
+        let rates = retraction.rough_rates(&brackets, &two[0], &two[1]);
+        let single = [retraction.rough_rate(&brackets, &x, &y), retraction.rough_rate(&brackets, &y, &z)];
+        for (w, rate) in single.iter().enumerate() {
+            let off = Vector::<T, N>::from_fn(|a, _| rates[a][w] - rate[a]);
+            assert!(size(&off) <= 64.0 * N as f64 * T::unit_roundoff().to_f64() * (1.0 + size(rate)), "{off}");
+        }
     }
 
     let w = point.dd(&y);

@@ -195,6 +195,34 @@ impl<T: Real, const N: usize> Stages<T, N> {
         }
     }
 
+    /// self ← f(x, y), of as many stages at once as are adjacent: `wide` of several, `single` of one.
+    #[inline]
+    pub(super) fn map_lanes(
+        &mut self,
+        [x, y]: [&Self; 2],
+        wide: impl Fn([&[[T; LANES]; N]; 2]) -> [[T; LANES]; N],
+        single: impl Fn([&[[T; 1]; N]; 2]) -> [[T; 1]; N],
+    ) {
+        if self::wide::<T>(self.places) {
+            self.mapped(x, y, wide);
+        } else {
+            self.mapped(x, y, single);
+        }
+    }
+
+    #[inline(always)]
+    fn mapped<const W: usize>(&mut self, x: &Self, y: &Self, f: impl Fn([&[[T; W]; N]; 2]) -> [[T; W]; N]) {
+        for first in (0..self.places / W).map(|k| k * W) {
+            let at = |v: &Self| -> [[T; W]; N] {
+                std::array::from_fn(|a| *lanes::<W, T>(&v.values[a * v.places + first..][..W]))
+            };
+            let values = f([&at(x), &at(y)]);
+            for a in 0..N {
+                self.values[a * self.places + first..][..W].copy_from_slice(&values[a]);
+            }
+        }
+    }
+
     /// self_i ← self_i + x_i.
     #[inline]
     pub(super) fn add(&mut self, x: &Self) {

@@ -739,8 +739,9 @@ impl<T: Real, L, F, R> Scheme<T, L, F, R> {
             if self.forced {
                 let (f, size) = self.total_force(time, g, &eta);
                 load = larger(load, size);
-                gradient += pull(&f, point.d());
-                work.impulses.set_covector(i, &pull(&f, &point.ad_inv()));
+                let seen = pull(&f, point.d());
+                gradient += seen;
+                work.impulses.set_covector(i, &point.pull_ad_inv(&f, &seen));
                 if known == Known::InTheBody {
                     own.forces.set_covector(i, &f);
                 }
@@ -817,8 +818,9 @@ impl<T: Real, L, F, R> Scheme<T, L, F, R> {
             let at = g.matrix::<D>().map(|v| v.base());
             return Err(self.undefined::<N, D>(Some(i), step, time.base(), &at, &velocity.map(|v| v.base())));
         }
-        gradient += pull(&f, point.d());
-        Ok(Stage { velocity, momentum, gradient, impulse: pull(&f, &point.ad_inv()), load })
+        let seen = pull(&f, point.d());
+        gradient += seen;
+        Ok(Stage { velocity, momentum, gradient, impulse: point.pull_ad_inv(&f, &seen), load })
     }
 
     /// The residual r_i = P_i + h Σ_j (b_j a_ji / b_i) G_j − m dτ(−ξ) at the rates H_i in the workspace, into `next_momenta`; returns the size

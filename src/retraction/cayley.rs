@@ -1,9 +1,10 @@
 //! The Cayley map on matrix groups whose algebra is closed under y ↦ x y x.
 
 use super::linear::{Sum, norm, real_eigenvalues_below_one};
-use super::{Retraction, RetractionError, TangentPoint, refuse};
+use super::{Retraction, RetractionError, TangentPoint, rate_of_one, refuse};
 use crate::algebra::brackets::Brackets;
-use crate::algebra::{Covector, LieAlgebra, Matrix, Vector, apply, times};
+use crate::algebra::elimination::{dominated_inverse, inverse, is_dominated};
+use crate::algebra::{Covector, LieAlgebra, Matrix, Vector, apply, pull, times};
 use crate::group::{LieGroup, MatrixGroup};
 use crate::scalar::loops::{self, heavy};
 use crate::scalar::{Real, Scalar, finite};
@@ -34,6 +35,8 @@ struct Products<T> {
     bracket: Vec<([usize; 3], T)>,
     /// (a, b, d, c, T^c_abd) of T(x, y, z) = ½(x y z + z y x).
     triple: Vec<([usize; 4], T)>,
+    /// (a, b, c, d, T^d_abc + T^d_cba), a < c, and (a, b, a, d, T^d_aba): those of x y x.
+    square: Vec<([usize; 4], T)>,
     /// ‖e_a‖.
     sizes: Vec<f64>,
 }
@@ -46,7 +49,7 @@ impl<T: Real> Products<T> {
         let size = basis.iter().fold(T::zero(), |s, e| s.max(e.amax()));
         let tolerance = T::int(1024 * (N * D * D) as i64) * T::unit_roundoff();
         let mut bracket = Vec::new();
-        let mut triple = Vec::new();
+        let (mut triple, mut square) = (Vec::new(), Vec::new());
         let used = used(&basis);
         let pairs: Vec<Matrix<T, D>> = (0..N * N).map(|k| product(&basis[k / N], &basis[k % N], &used)).collect();
         for a in 0..N {
@@ -77,12 +80,13 @@ impl<T: Real> Products<T> {
                             if a != c {
                                 triple.push(([c, b, a, d], *value));
                             }
+                            square.push(([a, b, c, d], if a == c { *value } else { *value + *value }));
                         }
                     }
                 }
             }
         }
-        Ok(Self { bracket, triple, sizes: basis.iter().map(norm).collect() })
+        Ok(Self { bracket, triple, square, sizes: basis.iter().map(norm).collect() })
     }
 
     /// The matrix of y ↦ x y x.
@@ -90,10 +94,10 @@ impl<T: Real> Products<T> {
         let mut matrix = Matrix::<S, N>::zeros();
         if const { heavy::<S>() } {
             let place = |[a, b, c, d]: [usize; 4]| [a, c, d + b * N];
-            loops::add_trilinear(matrix.as_mut_slice(), &self.triple, x.as_slice(), x.as_slice(), place);
+            loops::add_trilinear(matrix.as_mut_slice(), &self.square, x.as_slice(), x.as_slice(), place);
             return matrix;
         }
-        for &([a, b, c, d], value) in &self.triple {
+        for &([a, b, c, d], value) in &self.square {
             matrix[(d, b)] += S::lift(value) * (x[a] * x[c]);
         }
         matrix
@@ -223,29 +227,45 @@ impl<T: Real, const N: usize, const D: usize, G: LieGroup<T, N, D>> Retraction<T
         if !self.is_inside(x) {
             return Err(refuse(x, Self::NAME, Self::BEYOND));
         }
-        let even = Sum::of(Matrix::<S, N>::identity()).plus(&(self.products.sandwich(x) * S::exact(-0.25)));
-        let odd = self.products.ad(x) * S::half();
-        let (d_inv, d_neg_inv) = (even.clone().plus(&odd), even.plus(&-odd));
-        let d = d_inv.invert(1.0).ok_or_else(fail)?;
-        let d_neg = d_neg_inv.invert(1.0).ok_or_else(fail)?;
-        let (d_inv, d_neg_inv) = (*d_inv.value(), *d_neg_inv.value());
-        if !finite(d.as_slice()) || !finite(d_neg.as_slice()) {
+        let (even, odd) = (self.products.sandwich(x) * S::exact(-0.25), self.products.ad(x) * S::half());
+        let one = Matrix::<S, N>::identity();
+        let (d_inv, d_neg_inv) = (one + even + odd, one + even - odd);
+        let d = if is_dominated(&d_inv) && is_dominated(&d_neg_inv) {
+            dominated_inverse(&d_inv)
+        } else {
+            let even = Sum::of(one).plus(&even);
+            even.clone().plus(&-odd).invert(1.0).ok_or_else(fail)?;
+            even.plus(&odd).invert(1.0).ok_or_else(fail)?
+        };
+        if !finite(d.as_slice()) {
             return Err(fail());
         }
-        Ok(CayleyPoint { products: Arc::clone(&self.products), x: *x, d, d_inv, d_neg, d_neg_inv })
+        Ok(CayleyPoint { products: Arc::clone(&self.products), x: *x, d, d_inv, d_neg_inv })
     }
 
     /// All digits: η + ½ [x, η] − ¼ x η x.
     fn rough_rate(&self, brackets: &Brackets<T>, x: &Vector<T, N>, eta: &Vector<T, N>) -> Vector<T, N> {
-        let mut rate = eta + brackets.bracket(x, eta) * T::half();
-        let quarter = T::exact(0.25);
         if const { heavy::<T>() } {
-            return rate - apply(&self.products.sandwich(x), eta) * quarter;
+            let sandwich = apply(&self.products.sandwich(x), eta);
+            return eta + brackets.bracket(x, eta) * T::half() - sandwich * T::exact(0.25);
         }
-        for &([a, b, c, d], value) in &self.products.triple {
-            rate[d] -= value * quarter * (x[a] * eta[b] * x[c]);
+        rate_of_one(x, eta, |x, eta| self.rough_rates(brackets, x, eta))
+    }
+
+    fn rough_rates<const W: usize>(&self, brackets: &Brackets<T>, x: &[[T; W]; N], eta: &[[T; W]; N]) -> [[T; W]; N] {
+        let mut rates = brackets.brackets(x, eta);
+        for &([a, b, c, d], value) in &self.products.square {
+            let (half, first, middle, last, sum) = (value * T::half(), &x[a], &eta[b], &x[c], &mut rates[d]);
+            for w in 0..W {
+                sum[w] -= half * (first[w] * middle[w] * last[w]);
+            }
         }
-        rate
+        for a in 0..N {
+            for w in 0..W {
+                rates[a][w] = eta[a][w] + rates[a][w] * T::half();
+            }
+        }
+        rates
     }
 }
 
@@ -256,7 +276,6 @@ pub struct CayleyPoint<T: Real, S: Scalar<Base = T>, const N: usize> {
     x: Vector<S, N>,
     d: Matrix<S, N>,
     d_inv: Matrix<S, N>,
-    d_neg: Matrix<S, N>,
     d_neg_inv: Matrix<S, N>,
 }
 
@@ -270,15 +289,23 @@ impl<T: Real, S: Scalar<Base = T>, const N: usize> TangentPoint<S, N> for Cayley
     }
 
     fn d_neg(&self) -> Matrix<S, N> {
-        self.d_neg
+        // Asked for once a step. That there is one `at` has seen.
+        match is_dominated(&self.d_neg_inv) {
+            true => dominated_inverse(&self.d_neg_inv),
+            false => inverse(&self.d_neg_inv).unwrap_or(self.d_neg_inv),
+        }
     }
 
     fn ad(&self) -> Matrix<S, N> {
-        times(&self.d_neg, &self.d_inv)
+        times(&self.d_neg(), &self.d_inv)
     }
 
     fn ad_inv(&self) -> Matrix<S, N> {
         times(&self.d, &self.d_neg_inv)
+    }
+
+    fn pull_ad_inv(&self, _: &Covector<S, N>, f_d: &Covector<S, N>) -> Covector<S, N> {
+        pull(f_d, &self.d_neg_inv)
     }
 
     /// δ ↦ ½[v, δ] + ½ T(x, v, δ), v = dτ_x y.

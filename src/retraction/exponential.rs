@@ -1,7 +1,7 @@
 //! The exponential on any Lie algebra, from structure constants alone; with a group, τ and τ⁻¹ too.
 
 use super::linear::{Sum, balanced_norm, norm};
-use super::{Retraction, RetractionError, TangentPoint};
+use super::{Retraction, RetractionError, TangentPoint, add_lanes, rate_of_one};
 use crate::algebra::brackets::Brackets;
 use crate::algebra::{Covector, LieAlgebra, Matrix, Vector, apply, pull, times};
 use crate::group::{LieGroup, MatrixGroup};
@@ -64,6 +64,7 @@ impl Plan {
             levels += 1;
         }
         // size^K/K! below the round-off; three spare terms for what derivatives by dual numbers multiply by K.
+        let spare = if size_of::<S>() > size_of::<S::Base>() { 3 } else { 0 };
         let unit = S::unit_roundoff().to_f64();
         loop {
             let (mut terms, mut bound) = (1, size);
@@ -71,8 +72,8 @@ impl Plan {
                 terms += 1;
                 bound *= size / terms as f64;
             }
-            if terms + 3 < MAX_COEFFICIENTS {
-                return Some(Self { levels, terms: terms + 3 });
+            if terms + spare < MAX_COEFFICIENTS {
+                return Some(Self { levels, terms: terms + spare });
             }
             // A scalar of more than 64 digits: of a smaller matrix the series takes fewer terms.
             (size, levels) = (0.5 * size, levels + 1);
@@ -85,11 +86,16 @@ impl Plan {
     }
 }
 
-/// dτ_{±x} and e^{∓ad_x}.
+/// dτ_{±x}.
 #[derive(Clone, Debug, PartialEq)]
 struct Pair<S: Scalar, const N: usize> {
     d: Matrix<S, N>,
     d_neg: Matrix<S, N>,
+}
+
+/// e^{∓ad_x}.
+#[derive(Clone, Debug, PartialEq)]
+struct Adjoints<S: Scalar, const N: usize> {
     ad_inv: Matrix<S, N>,
     ad: Matrix<S, N>,
 }
@@ -158,22 +164,35 @@ fn inverse_factorials<T: Real>(first: usize, step: usize, count: usize) -> [T; M
 impl<S: Scalar, const N: usize> Pair<S, N> {
     /// By the even and the odd part of Σ (−ad)^k/(k+1)!, both in powers of ad².
     fn series(ad: &Matrix<S, N>, terms: usize) -> Self {
-        let one = Matrix::<S, N>::identity();
         let count = terms / 2 + 2;
         let powers = Powers::of(&times(ad, ad), count, 2);
         let even = powers.sum(&inverse_factorials(1, 2, count)[..count]);
         let odd = powers.sum(&inverse_factorials(2, 2, count)[..count]);
         let odd = times(ad, &odd);
-        let (d, d_neg) = (even - odd, even + odd);
-        Self { d, d_neg, ad_inv: one - times(ad, &d), ad: one + times(ad, &d_neg) }
+        Self { d: even - odd, d_neg: even + odd }
+    }
+
+    /// 1 − ad dτ_x.
+    fn ad_inv(&self, ad: &Matrix<S, N>) -> Matrix<S, N> {
+        Matrix::identity() - times(ad, &self.d)
+    }
+
+    /// 1 + ad dτ_{−x}.
+    fn ad(&self, ad: &Matrix<S, N>) -> Matrix<S, N> {
+        Matrix::identity() + times(ad, &self.d_neg)
+    }
+
+    fn adjoints(&self, ad: &Matrix<S, N>) -> Adjoints<S, N> {
+        Adjoints { ad_inv: self.ad_inv(ad), ad: self.ad(ad) }
     }
 
     /// From x to 2x.
-    fn double(&mut self) {
-        self.d = (self.d + times(&self.ad_inv, &self.d)) * S::half();
-        self.d_neg = (self.d_neg + times(&self.ad, &self.d_neg)) * S::half();
-        self.ad_inv = times(&self.ad_inv, &self.ad_inv);
-        self.ad = times(&self.ad, &self.ad);
+    fn double(&mut self, adjoints: &mut Adjoints<S, N>) {
+        let Adjoints { ad_inv, ad } = adjoints;
+        self.d = (self.d + times(ad_inv, &self.d)) * S::half();
+        self.d_neg = (self.d_neg + times(ad, &self.d_neg)) * S::half();
+        *ad_inv = times(ad_inv, ad_inv);
+        *ad = times(ad, ad);
     }
 }
 
@@ -370,8 +389,11 @@ impl<T: Real, const N: usize, const D: usize, G: LieGroup<T, N, D>> Retraction<T
         let small = ad * plan.scale::<S>();
         let mut pair = Pair::series(&small, plan.terms);
         let d_inv = Self::inverse_tangent(&small, &pair.d, plan.levels);
-        for _ in 0..plan.levels {
-            pair.double();
+        let mut adjoints = (plan.levels > 0).then(|| pair.adjoints(&small));
+        if let Some(adjoints) = &mut adjoints {
+            for _ in 0..plan.levels {
+                pair.double(adjoints);
+            }
         }
         if !finite(pair.d.as_slice()) || !finite(pair.d_neg.as_slice()) {
             return Err(Self::too_large(x));
@@ -380,19 +402,24 @@ impl<T: Real, const N: usize, const D: usize, G: LieGroup<T, N, D>> Retraction<T
             let size = x.iter().fold(0.0, |m: f64, v| m.max(v.to_f64().abs()));
             return Err(RetractionError::SingularTangent { retraction: Self::NAME, size });
         };
-        Ok(ExponentialPoint { algebra: self.algebra.clone(), small, plan, pair, d_inv })
+        Ok(ExponentialPoint { algebra: self.algebra.clone(), small, plan, pair, adjoints, d_inv })
     }
 
     /// η + ½ ad_x η + Σ B_2k/(2k)! ad_x^{2k} η, with the first terms.
     fn rough_rate(&self, brackets: &Brackets<T>, x: &Vector<T, N>, eta: &Vector<T, N>) -> Vector<T, N> {
-        let mut odd = brackets.bracket(x, eta);
-        let mut rate = eta + odd * T::half();
+        rate_of_one(x, eta, |x, eta| self.rough_rates(brackets, x, eta))
+    }
+
+    fn rough_rates<const W: usize>(&self, brackets: &Brackets<T>, x: &[[T; W]; N], eta: &[[T; W]; N]) -> [[T; W]; N] {
+        let mut odd = brackets.brackets(x, eta);
+        let mut rates = *eta;
+        add_lanes(&mut rates, &odd, T::half());
         for denominator in BERNOULLI {
-            let even = brackets.bracket(x, &odd);
-            rate += even * T::ratio(1, denominator);
-            odd = brackets.bracket(x, &even);
+            let even = brackets.brackets(x, &odd);
+            add_lanes(&mut rates, &even, T::ratio(1, denominator));
+            odd = brackets.brackets(x, &even);
         }
-        rate
+        rates
     }
 }
 
@@ -404,6 +431,8 @@ pub struct ExponentialPoint<T: Real, S: Scalar<Base = T>, const N: usize> {
     small: Matrix<S, N>,
     plan: Plan,
     pair: Pair<S, N>,
+    /// None without doublings: rarely asked for.
+    adjoints: Option<Adjoints<S, N>>,
     d_inv: Matrix<S, N>,
 }
 
@@ -423,10 +452,11 @@ impl<T: Real, S: Scalar<Base = T>, const N: usize> ExponentialPoint<T, S, N> {
         }
         if self.plan.levels > 0 {
             let mut pair = Pair::series(&self.small, self.plan.terms);
+            let mut adjoints = pair.adjoints(&self.small);
             for _ in 0..self.plan.levels {
-                let moved = self.algebra.ad(&apply(&pair.ad_inv, &apply(&pair.d, y)));
-                sum = (times(&moved, &pair.d) + sum + times(&pair.ad_inv, &sum)) * S::exact(0.25);
-                pair.double();
+                let moved = self.algebra.ad(&apply(&adjoints.ad_inv, &apply(&pair.d, y)));
+                sum = (times(&moved, &pair.d) + sum + times(&adjoints.ad_inv, &sum)) * S::exact(0.25);
+                pair.double(&mut adjoints);
             }
         }
         sum
@@ -471,11 +501,18 @@ impl<T: Real, S: Scalar<Base = T>, const N: usize> TangentPoint<S, N> for Expone
     }
 
     fn ad(&self) -> Matrix<S, N> {
-        self.pair.ad
+        self.adjoints.as_ref().map_or_else(|| self.pair.ad(&self.small), |adjoints| adjoints.ad)
     }
 
     fn ad_inv(&self) -> Matrix<S, N> {
-        self.pair.ad_inv
+        self.adjoints.as_ref().map_or_else(|| self.pair.ad_inv(&self.small), |adjoints| adjoints.ad_inv)
+    }
+
+    fn pull_ad_inv(&self, f: &Covector<S, N>, f_d: &Covector<S, N>) -> Covector<S, N> {
+        match &self.adjoints {
+            Some(adjoints) => pull(f, &adjoints.ad_inv),
+            None => f - pull(f_d, &self.small),
+        }
     }
 
     fn dd(&self, y: &Vector<S, N>) -> Matrix<S, N> {

@@ -10,7 +10,7 @@
 #![doc = include_str!("../guide/modules/retraction.md")]
 
 use crate::algebra::brackets::Brackets;
-use crate::algebra::{Covector, LieAlgebra, Matrix, Vector, elimination};
+use crate::algebra::{Covector, LieAlgebra, Matrix, Vector, elimination, pull};
 use crate::scalar::{Real, Scalar, finite};
 
 pub mod any;
@@ -192,6 +192,21 @@ pub trait Retraction<T: Real, const N: usize, const D: usize> {
     fn rough_rate(&self, brackets: &Brackets<T>, x: &Vector<T, N>, eta: &Vector<T, N>) -> Vector<T, N> {
         eta + brackets.bracket(x, eta) * T::half()
     }
+
+    /// [`rough_rate`](Self::rough_rate) of W pairs at once, component by component.
+    #[doc(hidden)]
+    #[inline]
+    fn rough_rates<const W: usize>(&self, brackets: &Brackets<T>, x: &[[T; W]; N], eta: &[[T; W]; N]) -> [[T; W]; N] {
+        let mut rates = [[T::zero(); W]; N];
+        for w in 0..W {
+            let of = |values: &[[T; W]; N]| Vector::<T, N>::from_fn(|a, _| values[a][w]);
+            let rate = self.rough_rate(brackets, &of(x), &of(eta));
+            for a in 0..N {
+                rates[a][w] = rate[a];
+            }
+        }
+        rates
+    }
 }
 
 /// The left-trivialised tangents of a retraction at a point x. No group is needed: dτ and ddτ are algebra alone.
@@ -211,6 +226,13 @@ pub trait TangentPoint<S: Scalar, const N: usize>: Clone {
     /// Ad_{τ(x)}⁻¹ = dτ_x dτ_{−x}⁻¹.
     fn ad_inv(&self) -> Matrix<S, N>;
 
+    /// f Ad_{τ(x)}⁻¹, given f dτ_x as well.
+    #[doc(hidden)]
+    #[inline]
+    fn pull_ad_inv(&self, f: &Covector<S, N>, _f_d: &Covector<S, N>) -> Covector<S, N> {
+        pull(f, &self.ad_inv())
+    }
+
     /// The matrix δ ↦ ddτ_x(y, δ).
     fn dd(&self, y: &Vector<S, N>) -> Matrix<S, N>;
 
@@ -220,6 +242,28 @@ pub trait TangentPoint<S: Scalar, const N: usize>: Clone {
         let _ = m;
         p * self.dd(y)
     }
+}
+
+/// y += x c, place by place.
+#[inline(always)]
+fn add_lanes<T: Real, const N: usize, const W: usize>(y: &mut [[T; W]; N], x: &[[T; W]; N], c: T) {
+    for (y, x) in y.iter_mut().zip(x) {
+        for w in 0..W {
+            y[w] += x[w] * c;
+        }
+    }
+}
+
+/// [`Retraction::rough_rate`] by [`Retraction::rough_rates`].
+#[inline(always)]
+fn rate_of_one<T: Real, const N: usize>(
+    x: &Vector<T, N>,
+    eta: &Vector<T, N>,
+    rates: impl Fn(&[[T; 1]; N], &[[T; 1]; N]) -> [[T; 1]; N],
+) -> Vector<T, N> {
+    let one = |v: &Vector<T, N>| std::array::from_fn(|a| [v[a]]);
+    let rate = rates(&one(x), &one(eta));
+    Vector::from_fn(|a, _| rate[a][0])
 }
 
 /// Why x was refused after a computation overflowed: it is not finite itself, or the stated reason.
@@ -266,6 +310,16 @@ macro_rules! forwarded {
             #[inline]
             fn rough_rate(&self, brackets: &Brackets<T>, x: &Vector<T, N>, eta: &Vector<T, N>) -> Vector<T, N> {
                 (**self).rough_rate(brackets, x, eta)
+            }
+
+            #[inline]
+            fn rough_rates<const W: usize>(
+                &self,
+                brackets: &Brackets<T>,
+                x: &[[T; W]; N],
+                eta: &[[T; W]; N],
+            ) -> [[T; W]; N] {
+                (**self).rough_rates(brackets, x, eta)
             }
         }
     )*};

@@ -62,6 +62,10 @@ impl<T: Real> Retraction<T, 3, 3> for So3Retraction<T> {
     fn rough_rate(&self, brackets: &Brackets<T>, x: &Vector<T, 3>, eta: &Vector<T, 3>) -> Vector<T, 3> {
         by_arm!(self, Cayley | Exponential, r => r.rough_rate(brackets, x, eta))
     }
+
+    fn rough_rates<const W: usize>(&self, brackets: &Brackets<T>, x: &[[T; W]; 3], eta: &[[T; W]; 3]) -> [[T; W]; 3] {
+        by_arm!(self, Cayley | Exponential, r => r.rough_rates(brackets, x, eta))
+    }
 }
 
 /// The tangents of [`So3Retraction`] at a point.
@@ -130,6 +134,10 @@ impl<T: Real> Retraction<T, 3, 4> for Retraction3<T> {
 
     fn rough_rate(&self, brackets: &Brackets<T>, x: &Vector<T, 3>, eta: &Vector<T, 3>) -> Vector<T, 3> {
         by_arm!(self, Closed | General, r => r.rough_rate(brackets, x, eta))
+    }
+
+    fn rough_rates<const W: usize>(&self, brackets: &Brackets<T>, x: &[[T; W]; 3], eta: &[[T; W]; 3]) -> [[T; W]; 3] {
+        by_arm!(self, Closed | General, r => r.rough_rates(brackets, x, eta))
     }
 }
 

@@ -1,6 +1,7 @@
 //! The Cayley map of SE(3) on eight displacements at once.
 
 use super::Vec6;
+use crate::algebra::brackets::Brackets;
 use crate::algebra::catalogue::Entry;
 use crate::algebra::{LieAlgebra, Matrix, Vector};
 use crate::group::MatrixGroup;
@@ -52,6 +53,19 @@ impl Retraction<f64, 6, 4> for CayleySe3 {
 
     fn at<S: Scalar<Base = f64>>(&self, x: &Vector<S, 6>) -> Result<Self::Point<S>, RetractionError> {
         self.0.at(x)
+    }
+
+    fn rough_rate(&self, brackets: &Brackets<f64>, x: &Vector<f64, 6>, eta: &Vector<f64, 6>) -> Vector<f64, 6> {
+        self.0.rough_rate(brackets, x, eta)
+    }
+
+    fn rough_rates<const W: usize>(
+        &self,
+        brackets: &Brackets<f64>,
+        x: &[[f64; W]; 6],
+        eta: &[[f64; W]; 6],
+    ) -> [[f64; W]; 6] {
+        self.0.rough_rates(brackets, x, eta)
     }
 }
 

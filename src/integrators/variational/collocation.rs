@@ -20,7 +20,7 @@ pub(super) struct Collocation<T: Real, const N: usize> {
     brackets: Brackets<T>,
     /// M_i.
     pub momenta: Stages<T, N>,
-    /// f_i at the last evaluation of the scheme.
+    /// f_i.
     pub forces: Stages<T, N>,
     /// dτ⁻¹ at Ξ_i of the last evaluation of the scheme.
     pub tangents: Vec<Matrix<T, N>>,
@@ -73,6 +73,24 @@ impl<T: Real, L, F, R> Scheme<T, L, F, R> {
         next_displacements.advance(&self.weights, rates, problem.step, None);
     }
 
+    /// The slopes and rates at the stages: ad*_{η_i} M_i + f_i and dτ⁻¹ η_i, more or less.
+    fn turn<const N: usize, const D: usize>(&self, work: &Work<T, N>, own: &mut Collocation<T, N>)
+    where
+        R: Retraction<T, N, D>,
+    {
+        let Collocation { brackets, momenta, forces, slopes, rates, .. } = own;
+        let (x, eta) = (&work.displacements, &work.velocities);
+        slopes.map_lanes([eta, momenta], |[eta, m]| brackets.coads(eta, m), |[eta, m]| brackets.coads(eta, m));
+        if self.forced {
+            slopes.add(forces);
+        }
+        rates.map_lanes(
+            [x, eta],
+            |[x, eta]| self.retraction.rough_rates(brackets, x, eta),
+            |[x, eta]| self.retraction.rough_rates(brackets, x, eta),
+        );
+    }
+
     /// One iteration; returns the largest relative change, and what that of M_i is relative to. `None`: a stage has no velocity, or left the
     /// domain.
     pub(super) fn collocate<const N: usize, const D: usize>(
@@ -98,16 +116,14 @@ impl<T: Real, L, F, R> Scheme<T, L, F, R> {
                 Configuration::identity()
             };
             let eta = self.velocity(time, g, &m, &work.velocities.vector(i)).ok()?;
-            let mut slope = own.brackets.coad(&eta, &m);
             if self.forced {
                 let (f, size) = self.total_force(time, g, &eta);
                 load = larger(load, size);
-                slope += f;
+                own.forces.set_covector(i, &f);
             }
-            own.slopes.set_covector(i, &slope);
-            own.rates.set_vector(i, &self.retraction.rough_rate(&own.brackets, &x, &eta));
             work.velocities.set_vector(i, &eta);
         }
+        self.turn::<N, D>(work, own);
         self.gather(problem, own);
         own.next_momenta.add(&own.momentum_shifts);
         own.next_displacements.add(&own.displacement_shifts);
@@ -133,15 +149,7 @@ impl<T: Real, L, F, R> Scheme<T, L, F, R> {
     ) where
         R: Retraction<T, N, D>,
     {
-        for i in 0..self.tableau.stages() {
-            let (m, eta) = (own.momenta.covector(i), work.velocities.vector(i));
-            let mut slope = own.brackets.coad(&eta, &m);
-            if self.forced {
-                slope += own.forces.covector(i);
-            }
-            own.slopes.set_covector(i, &slope);
-            own.rates.set_vector(i, &self.retraction.rough_rate(&own.brackets, &work.displacements.vector(i), &eta));
-        }
+        self.turn::<N, D>(work, own);
         self.gather(problem, own);
         own.displacement_shifts.difference(&work.next_displacements, &own.next_displacements);
         // P_i' − P_i. What is common to the stages acts like another momentum at the start, of which the scheme takes ε − ε dτ_{−ξ} back.
