@@ -2,6 +2,7 @@
 
 mod configuration;
 mod doubled;
+mod ensemble;
 mod point;
 mod state;
 

@@ -7,6 +7,7 @@ pub mod classical;
 pub mod comparators;
 pub mod derivative;
 pub mod doubled;
+pub mod ensemble;
 mod fixed_point;
 #[cfg(feature = "lanes")]
 pub mod lanes;
@@ -26,6 +27,7 @@ pub mod variational;
 pub use advected::{Advected, AdvectedState};
 pub use classical::Classical;
 pub use doubled::{Doubled, DoubledState};
+pub use ensemble::{Ensemble, EnsembleError};
 pub use munthe_kaas::MuntheKaas;
 #[cfg(feature = "lanes")]
 pub use se3::{AdaptiveSe3, VariationalSe3};

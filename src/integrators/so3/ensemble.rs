@@ -10,7 +10,7 @@ use crate::algebra::{Covector, Matrix};
 use crate::integrators::fixed_point::Course;
 use crate::integrators::lanes::{Eight, Isa, Kernel, Lanes, Pair, Registers};
 use crate::integrators::variational::Settings;
-use crate::integrators::{OneStep, State, StepError, Variational};
+use crate::integrators::{EnsembleError, OneStep, State, StepError, Variational};
 use crate::mechanics::lagrangian::Quadratic;
 use crate::tableau::Tableau;
 use std::marker::PhantomData;
@@ -64,21 +64,6 @@ pub struct Member<F> {
     pub force: F,
     /// Where it starts. Every body has its own time.
     pub state: State<f64, 3, 3>,
-}
-
-/// Why an ensemble stopped. The bodies of other groups may have gone further.
-#[derive(Clone, Debug, PartialEq, thiserror::Error)]
-#[error("body {member}, step {step} (from t = {time}): {source}")]
-#[non_exhaustive]
-pub struct EnsembleError {
-    /// Which body, from 0.
-    pub member: usize,
-    /// Which step of this run, from 0.
-    pub step: usize,
-    /// When.
-    pub time: f64,
-    /// What happened.
-    pub source: StepError,
 }
 
 /// Eight bodies, with their forces packed.

@@ -36,9 +36,10 @@ mod quaternion;
 pub mod retraction;
 pub(super) mod step;
 
+pub use super::ensemble::EnsembleError;
 pub use crate::integrators::solve::SolveError;
 pub use adaptive::{AdaptiveSo3, Solved};
-pub use ensemble::{EnsembleError, EnsembleSo3, Member};
+pub use ensemble::{EnsembleSo3, Member};
 pub use force::{
     ByLane, Damping, EnsembleForce, Free, Gravity, LaneAttitude, LaneForce, LaneForceError, LaneForceOnGroup,
     OnAttitude, Relaxation, Term, Terms,
