@@ -35,7 +35,7 @@ pub const fn laws<S: Source>() -> &'static [CaseLaw<S>] {
                 opposite action",
                     source: "Martín de Diego and Sato Martín de Almagro 2019, Prop 5.2",
                     oracle: "the solution from the inverse arrow, by Hamilton's equations on g*×G×g* of the Legendre transform of l_f",
-                    bound: "two precisions (s N > 6: f64 alone below 8 u or a 2⁹th of the floor, but for one case in ten); floor 2¹¹ N u: 8 stages of a collocation iterated to a few u, over a quarter of the step, 1/16 at most (antisymmetry: and a 32nd of the time in which the momenta change)",
+                    bound: "two precisions (s N > 6: f64 alone below 8 u or a 2⁹th of the floor, but for one case in ten); floor 2¹¹ N u: 8 stages of a collocation iterated to a few u, over a quarter of the step, 1/16 at most, and a 32nd of the time in which momenta and displacements change",
                     needs: "a group; a force",
                     cost: Cost::Heavy,
                     faults: &[
@@ -76,7 +76,7 @@ pub const fn laws<S: Source>() -> &'static [CaseLaw<S>] {
                                 that of discrete Lie–Poisson equations",
                     source: "Martín de Diego and Sato Martín de Almagro 2019, §2.3, (2.11), and §3, after Thm 3.1",
                     oracle: "solutions from (η, U, ψ), (ψ, e, χ) and (η, e, χ), whose actions add up; Ad by conjugation with W",
-                    bound: "two precisions (s N > 6: f64 alone below 8 u or a 2⁹th of the floor, but for one case in ten); floor 2⁶ N u: 8 stages of a collocation iterated to a few u, over a quarter of the step, 1/16 at most",
+                    bound: "two precisions (s N > 6: f64 alone below 8 u or a 2⁹th of the floor, but for one case in ten); floor 2⁶ N u: 8 stages of a collocation iterated to a few u, over a quarter of the step, 1/16 at most, and a 32nd of the time in which momenta and displacements change",
                     needs: "a group; no force",
                     cost: Cost::Expensive,
                     faults: &[PLUS, SHIFTED],
@@ -109,8 +109,8 @@ fn quarter<T: Real>(h: T) -> T {
     if quarter.abs() <= most { quarter } else { most * h.signum() }
 }
 
-/// That, halved until the momenta change by a 32nd of themselves at most: a cubic force takes them to infinity in a time of half of 1/rate, and
-/// the collocation has 32 digits over a twentieth of it.
+/// That, halved until the momenta change by a 32nd of themselves at most, and displacements by a 32nd: a cubic force takes momenta to infinity in a
+/// time of half of 1/rate, a chart of the group has a radius of the order of 1, and the collocation has 32 digits over a twentieth of either.
 fn short_part<T: Real, const N: usize, const D: usize, R, L: Lagrangian<T, N>, F: Force<T, N>>(
     system: &System<T, N, D, R, L, F>,
     time: T,
@@ -119,9 +119,9 @@ fn short_part<T: Real, const N: usize, const D: usize, R, L: Lagrangian<T, N>, F
     let rate = |eta: &Vector<T, N>| {
         let m = system.lagrangian.gradient(eta);
         let slope = system.algebra.coad(eta, &m) + system.force.force(time, eta);
-        (slope.amax(), m.amax())
+        [(slope.amax(), m.amax()), (eta.amax().max(system.algebra.ad(eta).amax()), T::one())]
     };
-    let rates: Vec<(T, T)> = velocities.iter().map(rate).collect();
+    let rates: Vec<(T, T)> = velocities.iter().flat_map(rate).collect();
     let mut h = quarter(system.step);
     while rates.iter().any(|(slope, m)| *m > T::zero() && *slope * h.abs() * T::int(32) > *m)
         && h.abs() > T::exact(SHORTEST)
@@ -351,8 +351,9 @@ impl Check<'_> {
         let forced = Forced::new(l, f, r);
         let planted = PlantedForced { doubled: &forced, fault: self.fault };
         let exact = ExactSolution::new::<D>(planted, r, STAGES)?;
+        let h = short_part(system, begin.time, &[begin.eta, begin.psi, third]);
         let end = |eta: Vector<T, N>, u: Matrix<T, D>, psi: Vector<T, N>| {
-            let reached = exact.at(&Start { time: begin.time, eta, u, psi }, &[quarter(system.step)])?;
+            let reached = exact.at(&Start { time: begin.time, eta, u, psi }, &[h])?;
             reached.into_iter().last().ok_or(ExactError::NotConverged { step: 0.0, change: 0.0, iterations: 0 })
         };
         let one = end(begin.eta, begin.u, begin.psi)?;
@@ -361,7 +362,7 @@ impl Check<'_> {
         let floor = 64.0 * N as f64;
         let energies = l.value(&begin.eta).abs() + l.value(&begin.psi).abs() + l.value(&third).abs();
         let action = one.action + two.action - both.action;
-        let sum = Measured::defect(action.abs(), energies * system.step.abs(), floor, || {
+        let sum = Measured::defect(action.abs(), energies * h.abs(), floor, || {
             let [one, two, both] = [one.action, two.action, both.action].map(|v| v.to_f64());
             format!("actions {one:e} and {two:e}, together {both:e}")
         });

@@ -90,8 +90,9 @@ fn perturbed(case: &Case, size: f64, h: f64, steps: usize, impulse: Impulse) -> 
     perturbed
 }
 
-/// The conditions after each of so many steps of size h from `start`: the larger of what impulses that differ from stage to stage
-/// show, and what impulses about the axes show together.
+/// The conditions after each of so many steps of size h from `start`: the largest of what impulses that differ from stage to stage
+/// show, what impulses about the axes show together, and what such impulses at the start do. Rounding of a stage equation is not always that of
+/// a torque: where b_j = a_ji, as with one stage at c = 1, torques cancel from it, and what they round stays.
 ///
 /// # Errors
 /// Those of the general engine.
@@ -103,6 +104,12 @@ pub(super) fn conditions(case: &Case, start: &Point<f64>, h: f64, steps: usize) 
     let perturbed = |impulse: Impulse| run(&perturbed(case, moving, h, steps, impulse));
     let stages = [perturbed(Impulse::Stages(0))?, perturbed(Impulse::Stages(1))?];
     let axes = (0..case.dimension()).map(|a| perturbed(Impulse::Axis(a))).collect::<Result<Vec<_>, _>>()?;
+    let pushed = |a: usize| {
+        let mut start = start.clone();
+        start.momentum[a] += IMPULSE * moving;
+        trajectory(&mut *general.double(case)?, &start, h, steps)
+    };
+    let pushed = (0..case.dimension()).map(pushed).collect::<Result<Vec<_>, _>>()?;
     let (mut size, mut time) = (parts(start).map(largest), start.time.abs());
     let mut found = Vec::with_capacity(steps);
     for (n, point) in plain.iter().enumerate() {
@@ -110,7 +117,8 @@ pub(super) fn conditions(case: &Case, start: &Point<f64>, h: f64, steps: usize) 
         for part in 0..2 {
             size[part] = size[part].max(largest(parts(point)[part]));
             let moved = |other: &Vec<Point<f64>>| distance(parts(&other[n])[part], parts(point)[part]);
-            let worst = stages.iter().map(moved).fold(0.0, f64::max).max(axes.iter().map(moved).sum());
+            let together = |runs: &[Vec<Point<f64>>]| runs.iter().map(moved).sum();
+            let worst = stages.iter().map(moved).fold(0.0, f64::max).max(together(&axes)).max(together(&pushed));
             amplification[part] = worst / (IMPULSE * size[part]);
         }
         time = time.max(point.time.abs());
