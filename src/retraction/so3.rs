@@ -166,6 +166,20 @@ impl<T: Real> Retraction<T, 3, 3> for CayleySo3<T> {
         let half = T::half();
         eta + cross(x, eta) * half + x * (dot(x, eta) * half * half)
     }
+
+    #[inline]
+    fn rough_rates<const W: usize>(&self, _: &Brackets<T>, x: &[[T; W]; 3], eta: &[[T; W]; 3]) -> [[T; W]; 3] {
+        let half = T::half();
+        let along: [T; W] = std::array::from_fn(|w| {
+            (x[0][w] * eta[0][w] + x[1][w] * eta[1][w] + x[2][w] * eta[2][w]) * half
+        });
+        std::array::from_fn(|a| {
+            let (b, c) = ((a + 1) % 3, (a + 2) % 3);
+            std::array::from_fn(|w| {
+                eta[a][w] + (x[b][w] * eta[c][w] - x[c][w] * eta[b][w] + x[a][w] * along[w]) * half
+            })
+        })
+    }
 }
 
 /// The tangents of [`CayleySo3`] at x.
@@ -202,6 +216,13 @@ impl<S: Scalar> TangentPoint<S, 3> for CayleySo3Point<S> {
     #[inline]
     fn ad_inv(&self) -> Matrix<S, 3> {
         rotation(-(self.factor + self.factor), self.factor, &self.x)
+    }
+
+    /// f − (4/q) f × x + (2/q) (f × x) × x.
+    #[inline]
+    fn pull_ad_inv(&self, f: &Covector<S, 3>, _: &Covector<S, 3>) -> Covector<S, 3> {
+        let turned = cross(&f.transpose(), &self.x);
+        f + ((cross(&turned, &self.x) - turned - turned) * self.factor).transpose()
     }
 
     /// (2/q)[dτ_x⁻¹ ŷ − y xᵀ] = (2/q)[ŷ − ½ y xᵀ − ½ (x·y) 1 + ¼ x (x × y)ᵀ].
