@@ -4,7 +4,7 @@ use super::{Covector, LieAlgebra, Vector};
 use crate::scalar::Real;
 use crate::scalar::loops::{self, heavy};
 
-/// Up to this dimension all constants are taken, which the compiler unrolls: choosing costs more than it saves.
+/// Up to this dimension all constants are taken for a single bracket, which the compiler unrolls: choosing costs more than it saves.
 const SMALL: usize = 3;
 
 /// Whether all constants are taken.
@@ -40,7 +40,8 @@ impl<T: Real> Brackets<T> {
                     if takes_all::<T, N>() {
                         dense.push(constant);
                         transposed.push(algebra.constant(a, c, b));
-                    } else if a < b && constant != T::zero() {
+                    }
+                    if a < b && constant != T::zero() {
                         sparse.push(([a, b, c], constant));
                     }
                 }
@@ -71,7 +72,7 @@ impl<T: Real> Brackets<T> {
             loops::add_brackets(bracket.as_flattened_mut(), &self.sparse, x.as_flattened(), y.as_flattened());
             return bracket;
         }
-        if takes_all::<T, N>() {
+        if takes_all::<T, N>() && W == 1 {
             let constants = &self.dense[..N * N * N];
             for a in 0..N {
                 for b in 0..N {
@@ -103,7 +104,7 @@ impl<T: Real> Brackets<T> {
             loops::add_coadjoint(row.as_flattened_mut(), &self.sparse, xi.as_flattened(), mu.as_flattened());
             return row;
         }
-        if takes_all::<T, N>() {
+        if takes_all::<T, N>() && W == 1 {
             let constants = &self.transposed[..N * N * N];
             for a in 0..N {
                 for c in 0..N {
