@@ -193,6 +193,20 @@ enum Known {
     InTheChart,
 }
 
+/// Why fixed-point iterations alone give no step.
+pub(super) enum Uncontracted {
+    /// They do not contract, or too slowly to be sure of the branch; so many.
+    Slow(usize),
+    /// There is no step.
+    Refused(StepError),
+}
+
+impl From<StepError> for Uncontracted {
+    fn from(error: StepError) -> Self {
+        Self::Refused(error)
+    }
+}
+
 /// Fixed-point iterations (so many) that did not lead to a root that can be trusted: they do not contract, or too slowly to
 /// be sure of the branch, or a stage left the domain on the way.
 struct NotContracted(usize);
@@ -948,6 +962,29 @@ where
     }
 
     fn step(&mut self, state: &mut State<T, N, D>, h: T) -> Result<Report<T>, StepError> {
+        self.advance(state, h, |method, problem, eta, spent| method.newton(problem, eta, spent))
+    }
+}
+
+impl<T, const N: usize, const D: usize, L, F, R> Variational<T, N, D, L, F, R>
+where
+    T: Real,
+    L: Lagrangian<T, N>,
+    F: Force<T, N>,
+    R: Retraction<T, N, D>,
+{
+    /// The step, where fixed-point iterations find it; where they do not, `Err` of so many iterations, or of why there is no step.
+    pub(super) fn contract(&mut self, state: &mut State<T, N, D>, h: T) -> Result<Report<T>, Uncontracted> {
+        self.advance(state, h, |_, _, _, spent| Err(Uncontracted::Slow(spent)))
+    }
+
+    /// The step, where fixed-point iterations do not find it by `other`.
+    fn advance<E: From<StepError>>(
+        &mut self,
+        state: &mut State<T, N, D>,
+        h: T,
+        other: impl FnOnce(&mut Self, &Problem<T, N, D>, &Vector<T, N>, usize) -> Result<Report<T>, E>,
+    ) -> Result<Report<T>, E> {
         state.check_finite(h)?;
         self.scheme.ask::<N>();
         let mut problem = Problem::new(state, h);
@@ -959,23 +996,23 @@ where
             .velocity_at(state.time, here, &state.momentum, &guess)
             .map_err(|source| StepError::Legendre { step: h.to_f64(), source })?;
         if !finite(self.scheme.total_force(problem.time, here, &eta).0.as_slice()) {
-            return Err(self.scheme.undefined(None, h, problem.time, &problem.attitude, &eta));
+            return Err(self.scheme.undefined(None, h, problem.time, &problem.attitude, &eta).into());
         }
         let report = match self.iterate_stages(&mut problem, &eta) {
             Ok(report) => report,
             // A stage may have left the domain only because the fixed-point iterations diverge: Newton's method decides.
-            Err(NotContracted(iterations)) => self.newton(&problem, &eta, iterations)?,
+            Err(NotContracted(iterations)) => other(self, &problem, &eta, iterations)?,
         };
         let point = self.scheme.retraction.at(&self.work.increment).map_err(|e| domain(h, None, e))?;
         let growth = self.growth(&problem, &point.d_neg());
         if growth > T::one() / T::unit_roundoff().sqrt() && !self.trusts_terms {
-            return Err(StepError::IllConditioned { step: h.to_f64(), growth: growth.to_f64() });
+            return Err(StepError::IllConditioned { step: h.to_f64(), growth: growth.to_f64() }.into());
         }
         let momentum = self.work.after_impulse * point.ad();
         let attitude = match self.scheme.retraction.tau(&self.work.increment) {
             Ok(increment) => state.attitude * increment,
             Err(RetractionError::NoGroup { .. }) => state.attitude,
-            Err(source) => return Err(domain(h, None, source)),
+            Err(source) => return Err(domain(h, None, source).into()),
         };
         let next = State { time: state.time + h, momentum, attitude };
         next.check_finite(h)?;

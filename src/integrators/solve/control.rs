@@ -38,6 +38,9 @@ const RECOVERY: f64 = 1.05;
 /// dimension n costs 3sn evaluations of the residual, a step by fixed-point iterations 10 to 30.
 const NEWTON_PAYS: f64 = 4.0;
 
+/// A pair whose iterations do not contract is tried with steps that are shorter, so many times at most before Newton's method solves it.
+const SHORTENINGS: usize = 8;
+
 /// So many pairs pass before Newton's method is tried again where its long steps were refused; twice as many after each time.
 const PATIENCE: usize = 8;
 
@@ -91,6 +94,8 @@ pub(super) struct Control<T> {
     wait: usize,
     patience: usize,
     refused: usize,
+    /// Pairs whose iterations did not contract, one after the other.
+    shortened: usize,
     /// Size and difference of the pair that was refused last.
     before: Option<(T, T)>,
     /// For so many pairs more it is of interest.
@@ -144,6 +149,8 @@ pub(super) struct Plan<T> {
     pub allowed: T,
     /// Whether the error is taken to fall like a power of h: not where many steps have been refused.
     pub smooth: bool,
+    /// Whether Newton's method solves what fixed-point iterations do not.
+    pub newton: bool,
     last: bool,
 }
 
@@ -166,6 +173,7 @@ impl<T: Real> Control<T> {
             wait: 0,
             patience: PATIENCE,
             refused: 0,
+            shortened: 0,
             before: None,
             memory: 0,
             aside: false,
@@ -205,9 +213,10 @@ impl<T: Real> Control<T> {
         let step = self.signed(step);
         let share = self.tolerance * (step * two).abs() / self.span;
         let smooth = self.refused < JUMP;
+        let newton = self.stiff() || self.shortened >= SHORTENINGS;
         let jump = if smooth { T::zero() } else { self.tolerance / T::int(JUMPS) };
         let allowed = share.max(jump).max(T::int(NOISE) * T::unit_roundoff());
-        Plan { step, times: [self.start + self.signed(self.done) + step, end], allowed, smooth, last }
+        Plan { step, times: [self.start + self.signed(self.done) + step, end], allowed, smooth, newton, last }
     }
 
     /// The factor for steps whose error may be `allowed` and was `error`.
@@ -249,7 +258,7 @@ impl<T: Real> Control<T> {
         let factor = if self.refused > 0 { factor.min(1.0) } else { factor };
         // A pair that was tried instead of a surprise, and kept: the motion has become easier, there is no jump.
         self.memory = if self.aside { 0 } else { self.memory.saturating_sub(1) };
-        (self.refused, self.aside) = (0, false);
+        (self.refused, self.shortened, self.aside) = (0, 0, false);
         let wanted = self.limited(step, factor);
         let wanted = if pair.rounded { wanted.min(self.natural.max(step)) } else { wanted };
         // The steps at the end of the run may be short for no other reason than that.
@@ -288,6 +297,14 @@ impl<T: Real> Control<T> {
     /// Newton's method did not pay.
     fn wait_longer(&mut self) {
         (self.wait, self.patience) = (self.patience, self.patience.saturating_mul(2));
+    }
+
+    /// The iterations of the pair do not contract: shorter steps cost less than a Jacobian.
+    pub fn shorten(&mut self, plan: &Plan<T>) {
+        let step = plan.step.abs();
+        self.note(step, Effort::Newton);
+        self.shortened += 1;
+        self.next = step * T::exact(CONTRACTING);
     }
 
     /// The pair was refused, with this error or for this reason: the next is shorter.

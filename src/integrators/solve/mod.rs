@@ -17,7 +17,7 @@ pub use follow::{Moment, Progress};
 pub use solution::{End, Located, Solution, SolveFailure};
 pub use statistics::Statistics;
 
-use super::variational::Exchange;
+use super::variational::{Exchange, Uncontracted};
 use super::{State, StepError};
 use crate::mechanics::{Force, Lagrangian};
 use crate::retraction::Retraction;
@@ -424,7 +424,14 @@ where
                 }
                 outcome => {
                     run.solution.statistics.rejected += 1;
-                    run.control.refuse(&plan, outcome)?;
+                    match outcome {
+                        Ok(attempt) => run.control.refuse(&plan, Ok(attempt))?,
+                        Err(Uncontracted::Refused(error)) => run.control.refuse(&plan, Err(error))?,
+                        Err(Uncontracted::Slow(spent)) => {
+                            run.solution.statistics.iterations += spent;
+                            run.control.shorten(&plan);
+                        }
+                    }
                     continue;
                 }
             }

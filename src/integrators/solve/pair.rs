@@ -3,7 +3,7 @@
 use super::control::{AIM, Attempt, Effort, NOISE, Plan};
 use super::statistics::Statistics;
 use crate::algebra::{Covector, Vector};
-use crate::integrators::variational::{Exchange, Variational, relative};
+use crate::integrators::variational::{Exchange, Uncontracted, Variational, relative};
 use crate::integrators::{OneStep, Report, Solver, State, StepError};
 use crate::mechanics::configuration::Configuration;
 use crate::mechanics::{Force, Lagrangian};
@@ -52,6 +52,22 @@ fn orders<T: Real>(tableau: &Tableau<T>) -> (usize, usize) {
         false => variational_order(tableau, TREES).order.max(proven.least),
     };
     (order.max(1), assumptions.c.holds.clamp(1, order.max(1)))
+}
+
+/// A step, by Newton's method only where that is allowed.
+fn solved<T, const N: usize, const D: usize, L, F, R>(
+    method: &mut Variational<T, N, D, L, F, R>,
+    state: &mut State<T, N, D>,
+    step: T,
+    newton: bool,
+) -> Result<Report<T>, Uncontracted>
+where
+    T: Real,
+    L: Lagrangian<T, N>,
+    F: Force<T, N>,
+    R: Retraction<T, N, D>,
+{
+    if newton { Ok(method.step(state, step)?) } else { method.contract(state, step) }
 }
 
 /// Lagrange interpolation through the start, the stages and the end of a step.
@@ -361,7 +377,7 @@ where
     }
 
     /// Takes the two steps of a plan and the one of 2h, and returns the estimated error of the two. The points and halves hold them.
-    pub fn attempt(&mut self, plan: &Plan<T>, statistics: &mut Statistics<T>) -> Result<Attempt<T>, StepError> {
+    pub fn attempt(&mut self, plan: &Plan<T>, statistics: &mut Statistics<T>) -> Result<Attempt<T>, Uncontracted> {
         let tolerance = plan.allowed / T::int(SOLVED);
         self.fine.set_tolerance(tolerance);
         let falls = T::int(2).powi(self.order as i32) - T::one();
@@ -397,7 +413,7 @@ where
             let Half { ends, velocities, .. } = &halves[*half];
             through.value(row, [&ends[0], &ends[1]], velocities)
         });
-        let report = self.coarse.step(&mut doubled, two)?;
+        let report = solved(&mut self.coarse, &mut doubled, two, plan.newton)?;
         note(report, self.coarse.contraction());
         let (difference, scale) = self.difference(&doubled, two)?;
         // What the residuals explain does not fall with h.
@@ -459,11 +475,11 @@ where
     }
 
     /// Step k of h.
-    fn take(&mut self, k: usize, plan: &Plan<T>) -> Result<Report<T>, StepError> {
+    fn take(&mut self, k: usize, plan: &Plan<T>) -> Result<Report<T>, Uncontracted> {
         let (before, after) = self.points.split_at_mut(k + 1);
         let (start, end) = (&before[k], &mut after[0]);
         end.state.clone_from(&start.state);
-        let report = self.fine.step(&mut end.state, plan.step)?;
+        let report = solved(&mut self.fine, &mut end.state, plan.step, plan.newton)?;
         end.state.time = plan.times[k];
         let half = &mut self.halves[k];
         (half.step, half.increment, half.ends[0]) = (plan.step, *self.fine.increment(), start.velocity);
