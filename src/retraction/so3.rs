@@ -170,14 +170,11 @@ impl<T: Real> Retraction<T, 3, 3> for CayleySo3<T> {
     #[inline]
     fn rough_rates<const W: usize>(&self, _: &Brackets<T>, x: &[[T; W]; 3], eta: &[[T; W]; 3]) -> [[T; W]; 3] {
         let half = T::half();
-        let along: [T; W] = std::array::from_fn(|w| {
-            (x[0][w] * eta[0][w] + x[1][w] * eta[1][w] + x[2][w] * eta[2][w]) * half
-        });
+        let along: [T; W] =
+            std::array::from_fn(|w| (x[0][w] * eta[0][w] + x[1][w] * eta[1][w] + x[2][w] * eta[2][w]) * half);
         std::array::from_fn(|a| {
             let (b, c) = ((a + 1) % 3, (a + 2) % 3);
-            std::array::from_fn(|w| {
-                eta[a][w] + (x[b][w] * eta[c][w] - x[c][w] * eta[b][w] + x[a][w] * along[w]) * half
-            })
+            std::array::from_fn(|w| eta[a][w] + (x[b][w] * eta[c][w] - x[c][w] * eta[b][w] + x[a][w] * along[w]) * half)
         })
     }
 }
