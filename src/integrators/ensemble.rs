@@ -35,12 +35,12 @@ pub struct EnsembleError {
 /// use euler_poincare::tableau::Family;
 ///
 /// // Bodies in a fluid, each with a drag of its own.
-/// let body = Quadratic::diagonal([0.5, 2.0, 1.0, 3.0, 1.5, 1.25])?;
-/// let motions = Cayley::new(MatrixGroup::from_entry(&Entry::Se3)?)?;
+/// let body = Quadratic::<f64, 6>::diagonal([0.5, 2.0, 1.0, 3.0, 1.5, 1.25])?;
+/// let motions = Cayley::new(MatrixGroup::<f64, 6, 4>::from_entry(&Entry::Se3)?)?;
 /// let start = State::at_identity(Covector::<f64, 6>::new(0.5, -0.25, 1.0, 1.0, 0.5, -0.5));
-/// let tableau = Family::Gauss.tableau(2)?;
+/// let tableau = Family::Gauss.tableau::<f64>(2)?;
 /// let member = |k: i32| {
-///     let drag = LinearDrag::new(Matrix::identity() * (f64::from(-k) / 8.0))?;
+///     let drag = LinearDrag::new(Matrix::<f64, 6>::identity() * (f64::from(k) / 8.0))?;
 ///     Ok((Variational::new(body.clone(), drag, motions.clone(), tableau.clone()), start.clone()))
 /// };
 /// let mut ensemble = Ensemble::new((0..8).map(member).collect::<Result<Vec<_>, ForceError>>()?);
