@@ -268,7 +268,7 @@ fn each_mistake_breaks_the_law_that_names_it() {
         ("left", "method-equivariance"),
         ("axis", "method-presentation"),
     ] {
-        let here = directory(mistake);
+        let here = directory(&format!("mistake-{mistake}"));
         let options = [&SMALL, &["--order", "2", "--laws", law, "--shrink", "0"][..]].concat();
         let output = probe(&here, &options, &["python3", &stepper, mistake]);
         assert_eq!((code(&output), broken(&output)), (1, vec![law.to_owned()]), "{mistake}: {}", stdout(&output));
