@@ -211,9 +211,11 @@ fn brackets_agree_in_any_basis<const N: usize, T: Real>(entry: &Entry, _: &[bool
         assert!(paired[0].abs() <= T::int(4 * N as i64) * T::unit_roundoff() * size, "{entry}: <ad* mu, y>");
         // The same by the constants that are not zero.
         let brackets = Brackets::of(&g);
+        let lane = |v: &Vector<T, N>| -> [[T; 1]; N] { std::array::from_fn(|a| [v[a]]) };
+        let one = |v: [[T; 1]; N]| Vector::<T, N>::from_fn(|a, _| v[a][0]);
         let differences = [
-            (brackets.bracket(&x, &y) - g.bracket::<T>(&x, &y)).norm() / y.norm(),
-            (brackets.coad(&x, &mu) - g.coad(&x, &mu)).norm() / mu.norm(),
+            (one(brackets.brackets(&lane(&x), &lane(&y))) - g.bracket::<T>(&x, &y)).norm() / y.norm(),
+            (one(brackets.coads(&lane(&x), &lane(&mu.transpose()))).transpose() - g.coad(&x, &mu)).norm() / mu.norm(),
         ];
         let indices = || (0..N).flat_map(|a| (0..N).flat_map(move |b| (0..N).map(move |c| (a, b, c))));
         let largest = indices().fold(T::zero(), |m, (a, b, c)| m.max(g.constant(a, b, c).abs()));

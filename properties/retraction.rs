@@ -176,16 +176,18 @@ fn algebra_identities<T: Real, const N: usize, const D: usize, R: Retraction<T, 
     // To all digits, or to the first terms of a series in ad_x: where |ad_x| is small enough for either.
     let reach = size(&retraction.algebra().ad(&x)).max(at);
     if reach <= 0.5 {
-        let rough = retraction.rough_rate(&Brackets::of(retraction.algebra()), &x, &y) - d_inv * y;
-        assert!(size(&rough) <= reach * reach + 64.0 * N as f64 * grown, "{x} {rough}");
-        // Several at once, as one after the other.
+        // Several at once, and one by one.
+        let pairs = [(x, y), (x * T::half(), z)];
         let brackets = Brackets::of(retraction.algebra());
-        let two: [[[T; 2]; N]; 2] = [[x, y], [y, z]].map(|[u, v]| std::array::from_fn(|a| [u[a], v[a]]));
-        let rates = retraction.rough_rates(&brackets, &two[0], &two[1]);
-        let single = [retraction.rough_rate(&brackets, &x, &y), retraction.rough_rate(&brackets, &y, &z)];
-        for (w, rate) in single.iter().enumerate() {
-            let off = Vector::<T, N>::from_fn(|a, _| rates[a][w] - rate[a]);
-            assert!(size(&off) <= 64.0 * N as f64 * T::unit_roundoff().to_f64() * (1.0 + size(rate)), "{off}");
+        let [xs, ys] = [pairs.map(|pair| pair.0), pairs.map(|pair| pair.1)]
+            .map(|v| -> [[T; 2]; N] { std::array::from_fn(|a| v.map(|v| v[a])) });
+        let rates = retraction.rough_rates(&brackets, &xs, &ys);
+        for (w, (x, y)) in pairs.iter().enumerate() {
+            let single = retraction.rough_rates(&brackets, &xs.map(|v| [v[w]]), &ys.map(|v| [v[w]]));
+            let rough = Vector::<T, N>::from_fn(|a, _| single[a][0]) - retraction.at(x).unwrap().d_inv() * y;
+            assert!(size(&rough) <= reach * reach + 64.0 * N as f64 * grown, "{x} {rough}");
+            let off = Vector::<T, N>::from_fn(|a, _| rates[a][w] - single[a][0]);
+            assert!(size(&off) <= 64.0 * N as f64 * T::unit_roundoff().to_f64() * (1.0 + size(y)), "{off}");
         }
     }
 

@@ -44,7 +44,7 @@ pub fn inverse<S: Scalar, const N: usize>(matrix: &Matrix<S, N>) -> Option<Matri
 }
 
 /// Whether in each column |a_cc| − Σ_{r≠c} |a_rc| > ¼ and Σ_r |a_rc| < 4. Elimination then needs neither pivots nor scaling: entries grow no
-/// more than twofold (Higham 2002, §9.5), and ‖A‖₁ ‖A⁻¹‖₁ < 16.
+/// more than twofold (Higham 2002, §9.5), and ‖A‖₁ ‖A⁻¹‖₁ < 16 (Varah 1975).
 pub(crate) fn is_dominated<S: Scalar, const N: usize>(matrix: &Matrix<S, N>) -> bool {
     (0..N).all(|c| {
         let sum = (0..N).fold(0.0, |sum, r| sum + matrix[(r, c)].to_f64().abs());

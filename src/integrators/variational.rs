@@ -412,6 +412,55 @@ where
         Ok(jacobian)
     }
 
+    /// The step, where fixed-point iterations find it; where they do not, `Err` of so many iterations, or of why there is no step.
+    pub(super) fn contract(&mut self, state: &mut State<T, N, D>, h: T) -> Result<Report<T>, Uncontracted> {
+        self.advance(state, h, |_, _, _, spent| Err(Uncontracted::Slow(spent)))
+    }
+
+    /// The step, where fixed-point iterations do not find it by `other`.
+    fn advance<E: From<StepError>>(
+        &mut self,
+        state: &mut State<T, N, D>,
+        h: T,
+        other: impl FnOnce(&mut Self, &Problem<T, N, D>, &Vector<T, N>, usize) -> Result<Report<T>, E>,
+    ) -> Result<Report<T>, E> {
+        state.check_finite(h)?;
+        self.scheme.ask::<N>();
+        let mut problem = Problem::new(state, h);
+        let guess = if self.last.is_some() { self.work.velocities.vector(0) } else { Vector::zeros() };
+        let here = Configuration::of(&state.attitude);
+        let eta = self
+            .scheme
+            .lagrangian
+            .velocity_at(state.time, here, &state.momentum, &guess)
+            .map_err(|source| StepError::Legendre { step: h.to_f64(), source })?;
+        if !finite(self.scheme.total_force(problem.time, here, &eta).0.as_slice()) {
+            return Err(self.scheme.undefined(None, h, problem.time, &problem.attitude, &eta).into());
+        }
+        let report = match self.iterate_stages(&mut problem, &eta) {
+            Ok(report) => report,
+            // A stage may have left the domain only because the fixed-point iterations diverge: Newton's method decides.
+            Err(NotContracted(iterations)) => other(self, &problem, &eta, iterations)?,
+        };
+        let point = self.scheme.retraction.at(&self.work.increment).map_err(|e| domain(h, None, e))?;
+        let growth = self.growth(&problem, &point.d_neg());
+        if growth > T::one() / T::unit_roundoff().sqrt() && !self.trusts_terms {
+            return Err(StepError::IllConditioned { step: h.to_f64(), growth: growth.to_f64() }.into());
+        }
+        let momentum = self.work.after_impulse * point.ad();
+        let attitude = match self.scheme.retraction.tau(&self.work.increment) {
+            Ok(increment) => state.attitude * increment,
+            Err(RetractionError::NoGroup { .. }) => state.attitude,
+            Err(source) => return Err(domain(h, None, source).into()),
+        };
+        let next = State { time: state.time + h, momentum, attitude };
+        next.check_finite(h)?;
+        *state = next;
+        self.last = Some((h, momentum));
+        self.rounded = problem.rounds();
+        Ok(report)
+    }
+
     /// First guess of M_i or P_i and of Ξ_i: the velocity polynomial of the last step, or a constant velocity.
     fn start(&mut self, problem: &Problem<T, N, D>, eta: &Vector<T, N>) {
         let known = self.scheme.known::<N, D>();
@@ -963,63 +1012,6 @@ where
 
     fn step(&mut self, state: &mut State<T, N, D>, h: T) -> Result<Report<T>, StepError> {
         self.advance(state, h, |method, problem, eta, spent| method.newton(problem, eta, spent))
-    }
-}
-
-impl<T, const N: usize, const D: usize, L, F, R> Variational<T, N, D, L, F, R>
-where
-    T: Real,
-    L: Lagrangian<T, N>,
-    F: Force<T, N>,
-    R: Retraction<T, N, D>,
-{
-    /// The step, where fixed-point iterations find it; where they do not, `Err` of so many iterations, or of why there is no step.
-    pub(super) fn contract(&mut self, state: &mut State<T, N, D>, h: T) -> Result<Report<T>, Uncontracted> {
-        self.advance(state, h, |_, _, _, spent| Err(Uncontracted::Slow(spent)))
-    }
-
-    /// The step, where fixed-point iterations do not find it by `other`.
-    fn advance<E: From<StepError>>(
-        &mut self,
-        state: &mut State<T, N, D>,
-        h: T,
-        other: impl FnOnce(&mut Self, &Problem<T, N, D>, &Vector<T, N>, usize) -> Result<Report<T>, E>,
-    ) -> Result<Report<T>, E> {
-        state.check_finite(h)?;
-        self.scheme.ask::<N>();
-        let mut problem = Problem::new(state, h);
-        let guess = if self.last.is_some() { self.work.velocities.vector(0) } else { Vector::zeros() };
-        let here = Configuration::of(&state.attitude);
-        let eta = self
-            .scheme
-            .lagrangian
-            .velocity_at(state.time, here, &state.momentum, &guess)
-            .map_err(|source| StepError::Legendre { step: h.to_f64(), source })?;
-        if !finite(self.scheme.total_force(problem.time, here, &eta).0.as_slice()) {
-            return Err(self.scheme.undefined(None, h, problem.time, &problem.attitude, &eta).into());
-        }
-        let report = match self.iterate_stages(&mut problem, &eta) {
-            Ok(report) => report,
-            // A stage may have left the domain only because the fixed-point iterations diverge: Newton's method decides.
-            Err(NotContracted(iterations)) => other(self, &problem, &eta, iterations)?,
-        };
-        let point = self.scheme.retraction.at(&self.work.increment).map_err(|e| domain(h, None, e))?;
-        let growth = self.growth(&problem, &point.d_neg());
-        if growth > T::one() / T::unit_roundoff().sqrt() && !self.trusts_terms {
-            return Err(StepError::IllConditioned { step: h.to_f64(), growth: growth.to_f64() }.into());
-        }
-        let momentum = self.work.after_impulse * point.ad();
-        let attitude = match self.scheme.retraction.tau(&self.work.increment) {
-            Ok(increment) => state.attitude * increment,
-            Err(RetractionError::NoGroup { .. }) => state.attitude,
-            Err(source) => return Err(domain(h, None, source).into()),
-        };
-        let next = State { time: state.time + h, momentum, attitude };
-        next.check_finite(h)?;
-        *state = next;
-        self.last = Some((h, momentum));
-        self.rounded = problem.rounds();
-        Ok(report)
     }
 }
 

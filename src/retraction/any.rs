@@ -133,10 +133,6 @@ impl<T: Real, const N: usize, const D: usize, G: LieGroup<T, N, D>> Retraction<T
         by_arm!(self, Exponential | Cayley | Composed [Given], r => r.rough_pays_from())
     }
 
-    fn rough_rate(&self, brackets: &Brackets<T>, x: &Vector<T, N>, eta: &Vector<T, N>) -> Vector<T, N> {
-        by_arm!(self, Exponential | Cayley | Composed [Given], r => r.rough_rate(brackets, x, eta))
-    }
-
     fn rough_rates<const W: usize>(&self, brackets: &Brackets<T>, x: &[[T; W]; N], eta: &[[T; W]; N]) -> [[T; W]; N] {
         by_arm!(self, Exponential | Cayley | Composed [Given], r => r.rough_rates(brackets, x, eta))
     }

@@ -1,7 +1,7 @@
 //! The Cayley map on matrix groups whose algebra is closed under y ↦ x y x.
 
 use super::linear::{Sum, norm, real_eigenvalues_below_one};
-use super::{Retraction, RetractionError, TangentPoint, rate_of_one, refuse};
+use super::{Retraction, RetractionError, TangentPoint, refuse};
 use crate::algebra::brackets::Brackets;
 use crate::algebra::elimination::{dominated_inverse, inverse, is_dominated};
 use crate::algebra::{Covector, LieAlgebra, Matrix, Vector, apply, pull, times};
@@ -244,16 +244,14 @@ impl<T: Real, const N: usize, const D: usize, G: LieGroup<T, N, D>> Retraction<T
     }
 
     /// All digits: η + ½ [x, η] − ¼ x η x.
-    fn rough_rate(&self, brackets: &Brackets<T>, x: &Vector<T, N>, eta: &Vector<T, N>) -> Vector<T, N> {
-        if const { heavy::<T>() } {
-            let sandwich = apply(&self.products.sandwich(x), eta);
-            return eta + brackets.bracket(x, eta) * T::half() - sandwich * T::exact(0.25);
-        }
-        rate_of_one(x, eta, |x, eta| self.rough_rates(brackets, x, eta))
-    }
-
     fn rough_rates<const W: usize>(&self, brackets: &Brackets<T>, x: &[[T; W]; N], eta: &[[T; W]; N]) -> [[T; W]; N] {
         let mut rates = brackets.brackets(x, eta);
+        if const { heavy::<T>() && W == 1 } {
+            let [x, y] = [x, eta].map(|v| Vector::<T, N>::from_column_slice(v.as_flattened()));
+            let sandwich = apply(&self.products.sandwich(&x), &y);
+            let half = T::half();
+            return std::array::from_fn(|a| std::array::from_fn(|w| y[a] + (rates[a][w] - sandwich[a] * half) * half));
+        }
         for &([a, b, c, d], value) in &self.products.square {
             let (half, first, middle, last, sum) = (value * T::half(), &x[a], &eta[b], &x[c], &mut rates[d]);
             for w in 0..W {

@@ -1,7 +1,7 @@
 //! The exponential on any Lie algebra, from structure constants alone; with a group, τ and τ⁻¹ too.
 
 use super::linear::{Sum, balanced_norm, norm};
-use super::{Retraction, RetractionError, TangentPoint, add_lanes, rate_of_one};
+use super::{Retraction, RetractionError, TangentPoint, add_lanes};
 use crate::algebra::brackets::Brackets;
 use crate::algebra::{Covector, LieAlgebra, Matrix, Vector, apply, pull, times};
 use crate::group::{LieGroup, MatrixGroup};
@@ -406,10 +406,6 @@ impl<T: Real, const N: usize, const D: usize, G: LieGroup<T, N, D>> Retraction<T
     }
 
     /// η + ½ ad_x η + Σ B_2k/(2k)! ad_x^{2k} η, with the first terms.
-    fn rough_rate(&self, brackets: &Brackets<T>, x: &Vector<T, N>, eta: &Vector<T, N>) -> Vector<T, N> {
-        rate_of_one(x, eta, |x, eta| self.rough_rates(brackets, x, eta))
-    }
-
     fn rough_rates<const W: usize>(&self, brackets: &Brackets<T>, x: &[[T; W]; N], eta: &[[T; W]; N]) -> [[T; W]; N] {
         let mut odd = brackets.brackets(x, eta);
         let mut rates = *eta;

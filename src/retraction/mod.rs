@@ -178,33 +178,20 @@ pub trait Retraction<T: Real, const N: usize, const D: usize> {
     /// x outside the domain or not finite; dτ_x singular to working precision.
     fn at<S: Scalar<Base = T>>(&self, x: &Vector<S, N>) -> Result<Self::Point<S>, RetractionError>;
 
-    /// From how many stages of a tableau on [`rough_rate`](Self::rough_rate) pays: where `at` is a closed form, it costs little more.
+    /// From how many stages of a tableau on [`rough_rates`](Self::rough_rates) pays: where `at` is a closed form, it costs little more.
     #[doc(hidden)]
     #[inline]
     fn rough_pays_from(&self) -> usize {
         1
     }
 
-    /// dτ_x⁻¹ η to some digits, at a small part of the cost of [`at`](Self::at): the guess in iterations that `at` corrects. Without a
-    /// form of its own η + ½[x, η], which every retraction has to O(x²).
-    #[doc(hidden)]
-    #[inline]
-    fn rough_rate(&self, brackets: &Brackets<T>, x: &Vector<T, N>, eta: &Vector<T, N>) -> Vector<T, N> {
-        eta + brackets.bracket(x, eta) * T::half()
-    }
-
-    /// [`rough_rate`](Self::rough_rate) of W pairs at once, component by component.
+    /// dτ_x⁻¹ η of W pairs (x, η), component by component, to some digits, at a small part of the cost of [`at`](Self::at): the guess in
+    /// iterations that `at` corrects. Without a form of its own η + ½[x, η], which every retraction has to O(x²).
     #[doc(hidden)]
     #[inline]
     fn rough_rates<const W: usize>(&self, brackets: &Brackets<T>, x: &[[T; W]; N], eta: &[[T; W]; N]) -> [[T; W]; N] {
-        let mut rates = [[T::zero(); W]; N];
-        for w in 0..W {
-            let of = |values: &[[T; W]; N]| Vector::<T, N>::from_fn(|a, _| values[a][w]);
-            let rate = self.rough_rate(brackets, &of(x), &of(eta));
-            for a in 0..N {
-                rates[a][w] = rate[a];
-            }
-        }
+        let mut rates = *eta;
+        add_lanes(&mut rates, &brackets.brackets(x, eta), T::half());
         rates
     }
 }
@@ -254,18 +241,6 @@ fn add_lanes<T: Real, const N: usize, const W: usize>(y: &mut [[T; W]; N], x: &[
     }
 }
 
-/// [`Retraction::rough_rate`] by [`Retraction::rough_rates`].
-#[inline(always)]
-fn rate_of_one<T: Real, const N: usize>(
-    x: &Vector<T, N>,
-    eta: &Vector<T, N>,
-    rates: impl Fn(&[[T; 1]; N], &[[T; 1]; N]) -> [[T; 1]; N],
-) -> Vector<T, N> {
-    let one = |v: &Vector<T, N>| std::array::from_fn(|a| [v[a]]);
-    let rate = rates(&one(x), &one(eta));
-    Vector::from_fn(|a, _| rate[a][0])
-}
-
 /// Why x was refused after a computation overflowed: it is not finite itself, or the stated reason.
 #[cold]
 fn refuse<S: Scalar, const N: usize>(x: &Vector<S, N>, retraction: &'static str, why: &'static str) -> RetractionError {
@@ -305,11 +280,6 @@ macro_rules! forwarded {
             #[inline]
             fn rough_pays_from(&self) -> usize {
                 (**self).rough_pays_from()
-            }
-
-            #[inline]
-            fn rough_rate(&self, brackets: &Brackets<T>, x: &Vector<T, N>, eta: &Vector<T, N>) -> Vector<T, N> {
-                (**self).rough_rate(brackets, x, eta)
             }
 
             #[inline]

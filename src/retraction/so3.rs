@@ -162,12 +162,6 @@ impl<T: Real> Retraction<T, 3, 3> for CayleySo3<T> {
 
     /// All digits: η + ½ x×η + ¼ x (x·η).
     #[inline]
-    fn rough_rate(&self, _: &Brackets<T>, x: &Vector<T, 3>, eta: &Vector<T, 3>) -> Vector<T, 3> {
-        let half = T::half();
-        eta + cross(x, eta) * half + x * (dot(x, eta) * half * half)
-    }
-
-    #[inline]
     fn rough_rates<const W: usize>(&self, _: &Brackets<T>, x: &[[T; W]; 3], eta: &[[T; W]; 3]) -> [[T; W]; 3] {
         let half = T::half();
         let along: [T; W] =
@@ -325,10 +319,18 @@ impl<T: Real> Retraction<T, 3, 3> for ExponentialSo3<T> {
 
     /// η + ½ x×η + G x×(x×η), with the first terms of G.
     #[inline]
-    fn rough_rate(&self, _: &Brackets<T>, x: &Vector<T, 3>, eta: &Vector<T, 3>) -> Vector<T, 3> {
-        let (once, t) = (cross(x, eta), dot(x, x));
-        let g = T::ratio(1, 12) + t * (T::ratio(1, 720) + t * (T::ratio(1, 30240) + t * T::ratio(1, 1209600)));
-        eta + once * T::half() + cross(x, &once) * g
+    fn rough_rates<const W: usize>(&self, _: &Brackets<T>, x: &[[T; W]; 3], eta: &[[T; W]; 3]) -> [[T; W]; 3] {
+        let mut rates = *eta;
+        for w in 0..W {
+            let [x, y] = [x, eta].map(|v| Vector::<T, 3>::from_fn(|a, _| v[a][w]));
+            let (once, t) = (cross(&x, &y), dot(&x, &x));
+            let g = T::ratio(1, 12) + t * (T::ratio(1, 720) + t * (T::ratio(1, 30240) + t * T::ratio(1, 1209600)));
+            let rate = y + once * T::half() + cross(&x, &once) * g;
+            for a in 0..3 {
+                rates[a][w] = rate[a];
+            }
+        }
+        rates
     }
 }
 

@@ -59,10 +59,6 @@ impl<T: Real> Retraction<T, 3, 3> for So3Retraction<T> {
         by_arm!(self, Cayley | Exponential, r => r.rough_pays_from())
     }
 
-    fn rough_rate(&self, brackets: &Brackets<T>, x: &Vector<T, 3>, eta: &Vector<T, 3>) -> Vector<T, 3> {
-        by_arm!(self, Cayley | Exponential, r => r.rough_rate(brackets, x, eta))
-    }
-
     fn rough_rates<const W: usize>(&self, brackets: &Brackets<T>, x: &[[T; W]; 3], eta: &[[T; W]; 3]) -> [[T; W]; 3] {
         by_arm!(self, Cayley | Exponential, r => r.rough_rates(brackets, x, eta))
     }
@@ -130,10 +126,6 @@ impl<T: Real> Retraction<T, 3, 4> for Retraction3<T> {
 
     fn rough_pays_from(&self) -> usize {
         by_arm!(self, Closed | General, r => r.rough_pays_from())
-    }
-
-    fn rough_rate(&self, brackets: &Brackets<T>, x: &Vector<T, 3>, eta: &Vector<T, 3>) -> Vector<T, 3> {
-        by_arm!(self, Closed | General, r => r.rough_rate(brackets, x, eta))
     }
 
     fn rough_rates<const W: usize>(&self, brackets: &Brackets<T>, x: &[[T; W]; 3], eta: &[[T; W]; 3]) -> [[T; W]; 3] {

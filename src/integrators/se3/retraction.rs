@@ -55,10 +55,6 @@ impl Retraction<f64, 6, 4> for CayleySe3 {
         self.0.at(x)
     }
 
-    fn rough_rate(&self, brackets: &Brackets<f64>, x: &Vector<f64, 6>, eta: &Vector<f64, 6>) -> Vector<f64, 6> {
-        self.0.rough_rate(brackets, x, eta)
-    }
-
     fn rough_rates<const W: usize>(
         &self,
         brackets: &Brackets<f64>,
