@@ -8,7 +8,6 @@ mod replay;
 mod system;
 
 use euler_poincare::algebra::catalogue::Entry;
-use euler_poincare::harness::evidence::Wanted;
 use euler_poincare::harness::{Campaign, Cost, Law, catch_fault, draw};
 use euler_poincare::laws::replay::{REGRESSIONS, Replayed, save};
 use euler_poincare::laws::{self, user};
@@ -42,8 +41,7 @@ fn every_law_holds() {
             let replay =
                 Replay { module: None, law, seed: failure.seed, index: failure.index as u64, fault: None, case };
             let kept = save(&Path::new(env!("CARGO_MANIFEST_DIR")).join(REGRESSIONS), &replay);
-            let again =
-                Replayed::of(replay, Wanted::AllDigits).map_or_else(|e| e.to_string(), |again| again.to_string());
+            let again = Replayed::of(replay, None).map_or_else(|e| e.to_string(), |again| again.to_string());
             println!("{again}\nkept: {kept:?}\n");
         }
     }

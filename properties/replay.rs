@@ -1,6 +1,6 @@
 //! Properties of `euler_poincare::laws::replay` and of the program that reproduces a verdict.
 
-use euler_poincare::harness::evidence::{Evidence, Wanted};
+use euler_poincare::harness::evidence::Evidence;
 use euler_poincare::harness::{Cost, Law, draw, shrink_from, verdict_on};
 use euler_poincare::laws::replay::{REGRESSIONS, ReplayError, Replayed, judged};
 use euler_poincare::laws::{self, CaseLaw};
@@ -73,7 +73,7 @@ fn evidence_has_both_precisions_and_changes_no_verdict() {
     for law in laws::all().into_iter().filter(|law| law.about.cost == Cost::Cheap) {
         for case in drawn(law, 3) {
             let plain = verdict_on(law, &case, None);
-            let (verdict, evidence) = judged(law, None, &case, Wanted::AllDigits);
+            let (verdict, evidence) = judged(law, None, &case, None);
             assert_eq!(verdict, plain, "{}\n{case}", law.about.name);
             let Some((defect, _)) = plain.measured() else { continue };
             assert!(!evidence.is_empty(), "{} tells nothing", law.about.name);
@@ -102,14 +102,14 @@ fn one_precision_alone_judges_by_itself() {
     let fault = law.fault("adjoint-inverted").unwrap();
     for case in drawn(law, 10) {
         for digits in [16, 32] {
-            let (verdict, evidence) = judged(law, None, &case, Wanted::Only(digits));
+            let (verdict, evidence) = judged(law, None, &case, Some(digits));
             assert!(verdict.holds(), "{verdict}");
             assert!(evidence.iter().all(|one| one.digits() == digits) && evidence.len() == 1);
         }
     }
     let replay = record();
     for digits in [16, 32] {
-        let (verdict, _) = judged(law, Some(fault), &replay.case, Wanted::Only(digits));
+        let (verdict, _) = judged(law, Some(fault), &replay.case, Some(digits));
         assert!(verdict.is_broken(), "{verdict}");
     }
 }
@@ -119,7 +119,7 @@ fn a_record_that_names_nothing_known_says_what_is_known() {
     let of = |change: &dyn Fn(&mut Replay)| {
         let mut replay = record();
         change(&mut replay);
-        Replayed::of(replay, Wanted::AsJudged).map(|_| ()).unwrap_err()
+        Replayed::of(replay, None).map(|_| ()).unwrap_err()
     };
     let law = of(&|replay| replay.law = "no-such-law".into());
     assert!(matches!(law, ReplayError::Law { .. }) && law.to_string().contains("retraction-adjoint"), "{law}");
@@ -134,7 +134,7 @@ fn a_record_that_names_nothing_known_says_what_is_known() {
         ("\"seed\"", "\"sead\"", "unknown field"),
     ] {
         assert!(json.contains(from), "{json}");
-        let error = Replayed::from_json(&json.replacen(from, to, 1), Wanted::AsJudged).map(|_| ()).unwrap_err();
+        let error = Replayed::from_json(&json.replacen(from, to, 1), None).map(|_| ()).unwrap_err();
         assert!(error.to_string().contains(said), "{from} to {to}: {error}");
     }
 }
@@ -158,7 +158,7 @@ fn a_read_case_shrinks_within_what_its_law_admits() {
     assert_eq!(shrink_from(law, None, &replay.case, 2000), None, "not broken");
     let none = shrink_from(law, Some(fault), &replay.case, 0).unwrap();
     assert_eq!((none.case, none.checks), (replay.case.clone(), 0));
-    let (smaller, found) = Replayed::of(replay, Wanted::AsJudged).unwrap().shrunk(Wanted::Only(32), 2000).unwrap();
+    let (smaller, found) = Replayed::of(replay, None).unwrap().shrunk(Some(32), 2000).unwrap();
     assert!(smaller.verdict.is_broken() && found.steps > 0);
     assert!(smaller.evidence.iter().all(|one| one.digits() == 32));
 }

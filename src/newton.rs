@@ -66,7 +66,7 @@ pub enum Failure<T, E> {
     Equations(E),
 }
 
-/// Corrections that shrink by this factor need no new Jacobian: one by dual numbers costs three residuals for each unknown, which are
+/// Corrections that shrink by this factor need no new Jacobian: one of the stages costs some five residuals for each dimension, which are
 /// worth some ten digits or more.
 const FAST: f64 = 1.0 / 16.0;
 

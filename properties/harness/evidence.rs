@@ -1,12 +1,12 @@
 //! The channel by which a check tells its numbers.
 
 use euler_poincare::harness::convergence::{Level, estimate};
-use euler_poincare::harness::evidence::{Evidence, Wanted, gather, gather_with, note, note_all, wanted};
+use euler_poincare::harness::evidence::{Evidence, gather, is_gathered, note, note_all};
 use std::cell::Cell;
 use std::panic::catch_unwind;
 
 fn defect(defect: f64) -> Evidence {
-    Evidence::Defect { digits: 16, defect, bound: 1.0, witness: "here".into() }
+    Evidence::Defect { digits: 16, defect, bound: 1.0, alone: 1.0, witness: "here".into() }
 }
 
 #[test]
@@ -29,11 +29,10 @@ fn nothing_is_made_where_nobody_gathers() {
 fn the_innermost_gathers() {
     let (inner, outer) = gather(|| {
         note(|| defect(1.0));
-        let inner = gather_with(Wanted::Only(32), || {
+        let inner = gather(|| {
             note_all(|| [defect(2.0), defect(3.0)]);
-            wanted()
+            is_gathered()
         });
-        assert_eq!(wanted(), Wanted::AsJudged);
         // A note that takes notes.
         note(|| {
             note(|| defect(4.0));
@@ -41,15 +40,14 @@ fn the_innermost_gathers() {
         });
         inner
     });
-    assert_eq!(inner, (Wanted::Only(32), vec![defect(2.0), defect(3.0)]));
+    assert_eq!(inner, (true, vec![defect(2.0), defect(3.0)]));
     assert_eq!(outer, [1.0, 4.0, 5.0].map(defect));
 }
 
 #[test]
 fn a_panic_leaves_nothing_behind() {
-    let caught = catch_unwind(|| gather_with(Wanted::AllDigits, || panic!("as intended")));
-    assert!(caught.is_err());
-    assert_eq!(wanted(), Wanted::AsJudged);
+    let caught = catch_unwind(|| gather(|| panic!("as intended")));
+    assert!(caught.is_err() && !is_gathered());
     note(|| panic!("nobody gathers"));
     let (_, outer) = gather(|| {
         note(|| defect(1.0));

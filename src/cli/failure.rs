@@ -2,7 +2,6 @@
 
 use super::Failure;
 use super::table::{code, entries, paragraph};
-use euler_poincare::harness::evidence::Wanted;
 use euler_poincare::laws::replay::{Kept, REGRESSIONS, Replayed, indented, replay_all};
 use euler_poincare::system::{Case, Replay, snippet};
 use std::path::Path;
@@ -20,7 +19,7 @@ pub fn campaign(replay: &Replay, checks: usize, saved: Result<&Path, &str>) -> S
     let (seed, index) = (replay.seed, replay.index);
     let heading = format!("  case {index} of seed {seed}, shrunk by {checks} checks\n");
     let case = system(4, &replay.case);
-    let measured = match Replayed::of(replay.clone(), Wanted::AllDigits) {
+    let measured = match Replayed::of(replay.clone(), None) {
         Ok(replayed) => entries(2, replayed.measured()),
         Err(error) => paragraph(&format!("  {error}")),
     };

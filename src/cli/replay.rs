@@ -6,7 +6,6 @@ use super::table::paragraph;
 use super::{Failure, Format, print, probe};
 use euler_poincare::external::Record;
 use euler_poincare::harness::Verdict;
-use euler_poincare::harness::evidence::Wanted;
 use euler_poincare::laws::replay::Replayed;
 use euler_poincare::system::Replay;
 use std::fs;
@@ -32,11 +31,7 @@ pub struct Arguments {
 
 pub fn run(arguments: Arguments) -> Result<ExitCode, Failure> {
     let path = &arguments.file;
-    let wanted = match arguments.digits.as_deref() {
-        Some("16") => Wanted::Only(16),
-        Some(_) => Wanted::Only(32),
-        None => Wanted::AllDigits,
-    };
+    let digits = arguments.digits.as_deref().map(|digits| if digits == "16" { 16 } else { 32 });
     let json = fs::read_to_string(path).map_err(|error| Failure::file(path, error))?;
     if Record::is_one(&json) {
         if arguments.shrink || arguments.digits.is_some() {
@@ -46,11 +41,11 @@ pub fn run(arguments: Arguments) -> Result<ExitCode, Failure> {
         let record = probe::Replayed { path, command: &[], timeout: None, format: Format::Text };
         return record.run(&json, &Interrupt::catch()?);
     }
-    let replayed = Replayed::from_json(&json, wanted).map_err(|error| Failure::file(path, error))?;
+    let replayed = Replayed::from_json(&json, digits).map_err(|error| Failure::file(path, error))?;
     let verdict = replayed.verdict.clone();
     if !arguments.shrink {
         print(&text(&replayed, Some(path)))?;
-    } else if let Some((smaller, found)) = replayed.shrunk(wanted, SHRINK_CHECKS) {
+    } else if let Some((smaller, found)) = replayed.shrunk(digits, SHRINK_CHECKS) {
         if found.steps == 0 {
             let none = format!("none of {} simpler cases breaks the law\n", found.checks);
             print(&format!("{}\n{none}", text(&replayed, Some(path))))?;

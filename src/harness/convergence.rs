@@ -43,7 +43,7 @@ const SLOWEST: f64 = 1.0 / 3.0;
 ///
 /// ```
 /// use euler_poincare::harness::convergence::{Estimate, LevelKind, Level, estimate, kinds};
-/// use euler_poincare::harness::evidence::{Evidence, Wanted, gather_with, note};
+/// use euler_poincare::harness::evidence::{Evidence, gather, note};
 ///
 /// // Errors h⁴ (1 + h), down to a noise of 1e-15.
 /// let level = |k: i32| {
@@ -61,7 +61,7 @@ const SLOWEST: f64 = 1.0 / 3.0;
 ///     note(|| Evidence::levels(16, "momentum", levels.clone(), read.clone(), Some(4)));
 ///     read.judge(4)
 /// };
-/// let (verdict, evidence) = gather_with(Wanted::AsJudged, check);
+/// let (verdict, evidence) = gather(check);
 /// assert!(verdict.holds() && matches!(evidence[..], [Evidence::Levels { digits: 16, .. }]));
 /// ```
 #[derive(Clone, Debug, PartialEq)]

@@ -2,13 +2,12 @@
 //! all of them.
 //!
 //! A check [`note`]s its numbers while it runs; [`gather`] collects those of one call, on its own thread. Where nobody gathers, a
-//! note is neither made nor kept. The verdict is the same with and without, unless one precision alone is asked for
-//! ([`Wanted::Only`]).
+//! note is neither made nor kept. The verdict is the same with and without.
 //!
 //! ```
 //! use euler_poincare::harness::evidence::{Evidence, gather, note};
 //! let check = || {
-//!     note(|| Evidence::Defect { digits: 16, defect: 3.0, bound: 256.0, witness: "e_1".into() });
+//!     note(|| Evidence::Defect { digits: 16, defect: 3.0, bound: 256.0, alone: 256.0, witness: "e_1".into() });
 //!     true
 //! };
 //! assert!(check());
@@ -17,7 +16,7 @@
 //! ```
 
 use super::convergence::{Estimate, Level, LevelKind, kinds};
-use std::cell::{Cell, RefCell};
+use std::cell::RefCell;
 
 /// Something that was measured.
 #[derive(Clone, Debug, PartialEq)]
@@ -30,6 +29,8 @@ pub enum Evidence {
         defect: f64,
         /// What it may be, in the same units.
         bound: f64,
+        /// What it may be where nothing is known of other arithmetics.
+        alone: f64,
         /// The worst place.
         witness: String,
     },
@@ -71,53 +72,30 @@ impl Evidence {
     }
 }
 
-/// In which arithmetics a law is asked to measure.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-pub enum Wanted {
-    /// In those that it judges by.
-    #[default]
-    AsJudged,
-    /// In all that it can, also where it leaves one out for its cost; what is evaluated in addition is noted and does not judge.
-    AllDigits,
-    /// In this many decimal digits alone, and judged by them alone. A law that is not measured in them judges as it does.
-    Only(u32),
-}
-
 thread_local! {
     /// The notes of the innermost `gather` of this thread.
     static NOTES: RefCell<Option<Vec<Evidence>>> = const { RefCell::new(None) };
-    static WANTED: Cell<Wanted> = const { Cell::new(Wanted::AsJudged) };
 }
 
-/// Puts back, also after a panic, what was there before.
-struct Scope {
-    notes: Option<Vec<Evidence>>,
-    wanted: Wanted,
-}
-
-impl Scope {
-    fn open(wanted: Wanted) -> Self {
-        Self { notes: NOTES.replace(Some(Vec::new())), wanted: WANTED.replace(wanted) }
-    }
-}
+/// Puts back, also after a panic, the notes that were there before.
+struct Scope(Option<Vec<Evidence>>);
 
 impl Drop for Scope {
     fn drop(&mut self) {
-        NOTES.set(self.notes.take());
-        WANTED.set(self.wanted);
+        NOTES.set(self.0.take());
     }
 }
 
 /// The value of `check`, and what was noted while it ran, in that sequence.
 pub fn gather<R>(check: impl FnOnce() -> R) -> (R, Vec<Evidence>) {
-    gather_with(Wanted::AsJudged, check)
-}
-
-/// [`gather`], asking for certain arithmetics.
-pub fn gather_with<R>(wanted: Wanted, check: impl FnOnce() -> R) -> (R, Vec<Evidence>) {
-    let _scope = Scope::open(wanted);
+    let _scope = Scope(NOTES.replace(Some(Vec::new())));
     let value = check();
     (value, NOTES.take().unwrap_or_default())
+}
+
+/// Whether somebody gathers here: then a law may measure, and note, also what it does not judge by.
+pub fn is_gathered() -> bool {
+    NOTES.with_borrow(Option::is_some)
 }
 
 /// Keeps what `evidence` says if somebody gathers; else it is not called.
@@ -127,7 +105,7 @@ pub fn note(evidence: impl FnOnce() -> Evidence) {
 
 /// [`note`], for several.
 pub fn note_all<I: IntoIterator<Item = Evidence>>(evidence: impl FnOnce() -> I) {
-    if NOTES.with_borrow(Option::is_some) {
+    if is_gathered() {
         // Made before the notes are borrowed: it may note as well.
         let made: Vec<Evidence> = evidence().into_iter().collect();
         NOTES.with_borrow_mut(|notes| {
@@ -136,9 +114,4 @@ pub fn note_all<I: IntoIterator<Item = Evidence>>(evidence: impl FnOnce() -> I) 
             }
         });
     }
-}
-
-/// The arithmetics that are asked for here; [`Wanted::AsJudged`] where nobody gathers.
-pub fn wanted() -> Wanted {
-    WANTED.get()
 }

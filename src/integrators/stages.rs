@@ -54,6 +54,12 @@ impl<T: Real> Weights<T> {
         filled(&mut ones);
         Self { columns, ones }
     }
+
+    /// w_ij.
+    #[inline]
+    pub(super) fn get(&self, i: usize, j: usize) -> T {
+        self.columns[j * self.ones.len() + i]
+    }
 }
 
 /// s vectors (or covectors) of N components each, component by component, so that the stages of one component are

@@ -4,6 +4,7 @@
 
 mod collocation;
 mod exchange;
+mod jacobian;
 pub(super) mod partials;
 mod rounding;
 
@@ -16,9 +17,10 @@ use crate::mechanics::configuration::Configuration;
 use crate::mechanics::{Force, Lagrangian, LegendreError};
 use crate::newton::{self, Equations, Newton};
 use crate::retraction::{Retraction, RetractionError, TangentPoint};
-use crate::scalar::{Dual, Real, Scalar, finite};
+use crate::scalar::{Real, Scalar, finite};
 use crate::tableau::Tableau;
 use collocation::Collocation;
+use jacobian::Jacobian;
 use nalgebra::DMatrix;
 use rounding::FirstScale;
 
@@ -104,32 +106,32 @@ impl<T: Real, const N: usize, const D: usize> Problem<T, N, D> {
     }
 }
 
-/// The quantities of the s stages and of the step, for one scalar.
+/// The quantities of the s stages and of the step.
 #[derive(Clone, Debug)]
-struct Work<S: Scalar, const N: usize> {
+struct Work<T: Real, const N: usize> {
     /// H_i.
-    rates: Stages<S, N>,
+    rates: Stages<T, N>,
     /// Ξ_i.
-    displacements: Stages<S, N>,
+    displacements: Stages<T, N>,
     /// η_i.
-    velocities: Stages<S, N>,
+    velocities: Stages<T, N>,
     /// P_i.
-    momenta: Stages<S, N>,
+    momenta: Stages<T, N>,
     /// G_i.
-    gradients: Stages<S, N>,
+    gradients: Stages<T, N>,
     /// f_i Ad_{τ(Ξ_i)}⁻¹.
-    impulses: Stages<S, N>,
+    impulses: Stages<T, N>,
     /// The next P_i, or the residual r_i.
-    next_momenta: Stages<S, N>,
+    next_momenta: Stages<T, N>,
     /// The next Ξ_i, or the extrapolated η_i.
-    next_displacements: Stages<S, N>,
+    next_displacements: Stages<T, N>,
     /// m.
-    after_impulse: Covector<S, N>,
+    after_impulse: Covector<T, N>,
     /// ξ.
-    increment: Vector<S, N>,
+    increment: Vector<T, N>,
 }
 
-impl<S: Scalar, const N: usize> Work<S, N> {
+impl<T: Real, const N: usize> Work<T, N> {
     fn new(stages: usize) -> Self {
         let zeros = Stages::zeros(stages);
         Self {
@@ -166,7 +168,7 @@ pub struct Variational<T: Real, const N: usize, const D: usize, L, F, R> {
     settings: Settings<T>,
     work: Work<T, N>,
     collocation: Collocation<T, N>,
-    dual: Work<Dual<T>, N>,
+    jacobian: Jacobian<T, N>,
     newton: Newton<T>,
     unknowns: Vec<T>,
     origin: Vec<T>,
@@ -247,7 +249,7 @@ where
             settings,
             work: Work::new(s),
             collocation,
-            dual: Work::new(s),
+            jacobian: Jacobian::new(s),
             newton: Newton::new(s * N),
             unknowns: vec![T::zero(); s * N],
             origin: vec![T::zero(); s * N],
@@ -348,7 +350,7 @@ where
     #[cfg(feature = "harness")]
     pub(crate) fn terms(&mut self, start: &State<T, N, D>, h: T) -> Result<T, StepError> {
         self.last = None;
-        self.scheme.residual::<T, N, D>(&Problem::new(start, h), &mut self.work)
+        self.scheme.residual::<N, D>(&Problem::new(start, h), &mut self.work)
     }
 
     /// ξ = h Σ_j b_j H_j of the last step: g' = g τ(ξ).
@@ -374,7 +376,7 @@ where
         for (i, rate) in rates.iter().enumerate().take(self.scheme.tableau.stages()) {
             self.work.rates.set_vector(i, rate);
         }
-        self.scheme.residual::<T, N, D>(&Problem::new(state, step), &mut self.work)?;
+        self.scheme.residual::<N, D>(&Problem::new(state, step), &mut self.work)?;
         for (i, r) in out.iter_mut().enumerate().take(self.scheme.tableau.stages()) {
             *r = self.work.next_momenta.covector(i);
         }
@@ -402,7 +404,7 @@ where
             scheme: &self.scheme,
             problem,
             work: &mut self.work,
-            dual: &mut self.dual,
+            jacobian: &mut self.jacobian,
             full: step,
             most: T::exact(f64::MAX),
         };
@@ -626,13 +628,13 @@ where
             scheme: &self.scheme,
             problem: *problem,
             work: &mut self.work,
-            dual: &mut self.dual,
+            jacobian: &mut self.jacobian,
             full: problem.step,
             most: T::exact(f64::MAX),
         };
         equations.load(&self.origin);
         // Where a stage is outside the domain there, the continuation says what that means.
-        if let Ok(first) = equations.scheme.residual::<T, N, D>(problem, equations.work)
+        if let Ok(first) = equations.scheme.residual::<N, D>(problem, equations.work)
             && first > T::zero()
         {
             equations.most = first * T::int(MODERATE);
@@ -643,7 +645,7 @@ where
         // Leave the stages of the root in the workspace.
         equations.set_fraction(T::one());
         equations.load(&self.unknowns);
-        self.scheme.residual::<T, N, D>(problem, &mut self.work)?;
+        self.scheme.residual::<N, D>(problem, &mut self.work)?;
         let solver = if outcome.shortened { Solver::Continuation } else { Solver::Newton };
         Ok(Report { solver, iterations: outcome.iterations + spent, residual: outcome.residual })
     }
@@ -814,7 +816,7 @@ impl<T: Real, L, F, R> Scheme<T, L, F, R> {
             work.rates.set_vector(i, &rate);
             work.gradients.set_covector(i, &gradient);
         }
-        let (end, point) = self.end_of_step::<T, N, D>(problem, work)?;
+        let (end, point) = self.end_of_step::<N, D>(problem, work)?;
         if known == Known::InTheBody {
             (own.tangent_inv, own.coadjoint_inv) = (*point.d_inv(), point.ad_inv());
         }
@@ -833,20 +835,19 @@ impl<T: Real, L, F, R> Scheme<T, L, F, R> {
     }
 
     /// ξ and m from the stages, into the workspace; returns m dτ(−ξ) and the tangents at ξ.
-    fn end_of_step<S: Scalar<Base = T>, const N: usize, const D: usize>(
+    fn end_of_step<const N: usize, const D: usize>(
         &self,
         problem: &Problem<T, N, D>,
-        work: &mut Work<S, N>,
-    ) -> Result<(Covector<S, N>, R::Point<S>), StepError>
+        work: &mut Work<T, N>,
+    ) -> Result<(Covector<T, N>, R::Point<T>), StepError>
     where
         L: Lagrangian<T, N>,
         F: Force<T, N>,
         R: Retraction<T, N, D>,
     {
-        let h = S::lift(problem.step);
-        let b = self.tableau.b().as_slice();
+        let (h, b) = (problem.step, self.tableau.b().as_slice());
         work.increment = work.rates.sum(b) * h;
-        work.after_impulse = problem.momentum.map(S::lift);
+        work.after_impulse = problem.momentum;
         if self.forced {
             work.after_impulse += work.impulses.sum(b).transpose() * h;
         }
@@ -888,31 +889,31 @@ impl<T: Real, L, F, R> Scheme<T, L, F, R> {
 
     /// The residual r_i = P_i + h Σ_j (b_j a_ji / b_i) G_j − m dτ(−ξ) at the rates H_i in the workspace, into `next_momenta`; returns the size
     /// to compare it with.
-    fn residual<S: Scalar<Base = T>, const N: usize, const D: usize>(
+    fn residual<const N: usize, const D: usize>(
         &self,
         problem: &Problem<T, N, D>,
-        work: &mut Work<S, N>,
+        work: &mut Work<T, N>,
     ) -> Result<T, StepError>
     where
         L: Lagrangian<T, N>,
         F: Force<T, N>,
         R: Retraction<T, N, D>,
     {
-        let (h, mut load) = (S::lift(problem.step), problem.rounding);
+        let (h, mut load) = (problem.step, problem.rounding);
         work.displacements.combine(&self.weights, &work.rates);
         for i in 0..self.tableau.stages() {
             let x = work.displacements.vector(i) * h;
             let rate = work.rates.vector(i);
-            let point = self.retraction.at(&x).map_err(|e| domain(problem.step, Some(i), e))?;
+            let point = self.retraction.at(&x).map_err(|e| domain(h, Some(i), e))?;
             let at;
             let g = if self.moves {
-                at = self.attitude::<S, N, D>(problem, &x).map_err(|e| domain(problem.step, Some(i), e))?;
+                at = self.attitude::<T, N, D>(problem, &x).map_err(|e| domain(h, Some(i), e))?;
                 Configuration::of(&at)
             } else {
                 Configuration::identity()
             };
-            let time = S::lift(problem.time) + S::lift(self.tableau.c()[i]) * h;
-            let stage = self.stage::<S, N, D>((i, problem.step), time, g, &point, &rate)?;
+            let time = problem.time + self.tableau.c()[i] * h;
+            let stage = self.stage::<T, N, D>((i, h), time, g, &point, &rate)?;
             load = larger(load, stage.load);
             if self.forced {
                 work.impulses.set_covector(i, &stage.impulse);
@@ -922,9 +923,9 @@ impl<T: Real, L, F, R> Scheme<T, L, F, R> {
             work.momenta.set_covector(i, &stage.momentum);
             work.gradients.set_covector(i, &stage.gradient);
         }
-        let (end, _) = self.end_of_step::<S, N, D>(problem, work)?;
+        let (end, _) = self.end_of_step::<N, D>(problem, work)?;
         work.next_momenta.combine(&self.coupling, &work.gradients);
-        let mut size = larger(largest(&end), load * problem.step.abs());
+        let mut size = larger(largest(&end), load * h.abs());
         for i in 0..self.tableau.stages() {
             let (p, coupled) = (work.momenta.covector(i), work.next_momenta.covector(i) * h);
             size = larger(size, larger(largest(&p), largest(&coupled)));
@@ -939,7 +940,7 @@ struct StageEquations<'a, T: Real, const N: usize, const D: usize, L, F, R> {
     scheme: &'a Scheme<T, L, F, R>,
     problem: Problem<T, N, D>,
     work: &'a mut Work<T, N>,
-    dual: &'a mut Work<Dual<T>, N>,
+    jacobian: &'a mut Jacobian<T, N>,
     full: T,
     /// The most that residuals are relative to.
     most: T,
@@ -972,7 +973,7 @@ where
 
     fn residual(&mut self, x: &[T], out: &mut [T]) -> Result<T, StepError> {
         self.load(x);
-        let size = self.scheme.residual::<T, N, D>(&self.problem, self.work)?;
+        let size = self.scheme.residual::<N, D>(&self.problem, self.work)?;
         for (k, value) in out.iter_mut().enumerate() {
             *value = self.work.next_momenta.get(k / N, k % N);
         }
@@ -980,17 +981,8 @@ where
     }
 
     fn jacobian(&mut self, x: &[T], out: &mut DMatrix<T>) -> Result<(), StepError> {
-        for column in 0..x.len() {
-            for (k, &value) in x.iter().enumerate() {
-                let value = if k == column { Dual::variable(value) } else { Dual::constant(value) };
-                self.dual.rates.set(k / N, k % N, value);
-            }
-            self.scheme.residual::<Dual<T>, N, D>(&self.problem, self.dual)?;
-            for row in 0..x.len() {
-                out[(row, column)] = self.dual.next_momenta.get(row / N, row % N).eps;
-            }
-        }
-        Ok(())
+        self.load(x);
+        self.scheme.jacobian::<N, D>(&self.problem, &self.work.rates, self.jacobian, out)
     }
 }
 

@@ -1,7 +1,8 @@
 //! A step at any size is the one that continues from h = 0, or it is refused.
 //!
 //! The oracle follows the branch with the equations in 32 digits: residuals that cancel have digits there which `f64` has lost. Corrections are
-//! by the Jacobian in `f64`, which is cheaper; where the increments of h become small, as they do at a fold, that is in 32 digits, too.
+//! by the Jacobian in `f64`, which is cheaper, and so are tangents that agree with those before; where the increments of h become small, as
+//! they do at a fold, both are in 32 digits, too.
 
 use super::planted::retraction::Plant;
 use super::precision::in_quad;
@@ -314,6 +315,9 @@ const CLOSE: f64 = 1.0 / (1 << 14) as f64;
 /// A correction at most this share of the predicted change belongs to the branch; with a sixteenth of it the increment is doubled.
 const NEAR: f64 = 1.0 / 16.0;
 
+/// From one point to the next the tangent changes by at most this share of itself; with a quarter of it the increment is doubled.
+const TURN: f64 = 1.0 / 8.0;
+
 /// A change of this share of H is none: at h = 0 the tangent may vanish, and whatever it is next is a turn.
 const SLIGHT: f64 = 1e-6;
 
@@ -322,6 +326,12 @@ const ITERATIONS: usize = 30;
 
 /// Corrections below this share of H end an iteration: the next would be below rounding of `f64`.
 const ROUNDING: f64 = 1.0 / (1_u64 << 28) as f64;
+
+/// So do those that leave this share of the predicted change, but at the whole step: the next prediction knows no more.
+const LEFT: f64 = 1.0 / (1 << 16) as f64;
+
+/// A correction that is at most this share of the one before needs no new Jacobian.
+const FAST: f64 = 1.0 / 16.0;
 
 /// Where the branch led.
 #[derive(Clone, Copy)]
@@ -355,107 +365,164 @@ struct Root {
     first: f64,
 }
 
+/// A point of the branch.
+struct Point<T> {
+    share: f64,
+    rates: Vec<T>,
+    tangent: DMatrix<f64>,
+}
+
+impl<T: Real> Point<T> {
+    /// The change of H up to `share`: the cubic through this point and the one before, with their tangents, or the tangent alone.
+    fn predict(&self, before: Option<&Self>, share: f64) -> DMatrix<f64> {
+        let ahead = share - self.share;
+        let along = &self.tangent * ahead;
+        let Some(before) = before else { return along };
+        let length = self.share - before.share;
+        let moved = self.rates.iter().zip(&before.rates).map(|(now, then)| (*now - *then).to_f64() / length);
+        let chord = DMatrix::from_iterator(self.rates.len(), 1, moved);
+        // Divided differences, with each point twice.
+        let second = (&self.tangent - &chord) / length;
+        let third = (&self.tangent + &before.tangent - chord * 2.0) / (length * length);
+        along + (second + third * (ahead + length)) * (ahead * ahead)
+    }
+}
+
 impl<T: Real> Branch<'_, T> {
     /// The largest of H.
     fn extent(&self) -> f64 {
         self.rates.iter().fold(0.0, |extent, v| v.abs().to_f64().max(extent))
     }
 
+    fn rough_rates(&self) -> Vec<f64> {
+        self.rates.iter().map(|v| v.to_f64()).collect()
+    }
+
     fn jacobian(&mut self, share: f64) -> Result<DMatrix<f64>, StepError> {
+        let rates = self.rough_rates();
         match &mut self.rough {
-            Some(rough) if !self.close => {
-                let rates: Vec<f64> = self.rates.iter().map(|v| v.to_f64()).collect();
-                rough.jacobian(share, &rates)
-            }
+            Some(rough) if !self.close => rough.jacobian(share, &rates),
             _ => Ok(self.equations.jacobian(T::exact(share), &self.rates)?.map(|v| v.to_f64())),
         }
     }
 
-    /// Newton's method at a share of the step, to a correction of rounding. With `limit` the first correction is at most that, and each is at
-    /// most a quarter of the one before.
-    fn newton(&mut self, share: f64, limit: Option<f64>) -> Result<Root, Lost> {
-        let (mut first, mut last) = (None, None);
+    /// Newton's method at a share of the step. With `chord`, the predicted change, the first correction is at most [`NEAR`] of that, each is at
+    /// most a quarter of the one before, and what is left at most [`LEFT`] of it; else it is rounding.
+    fn newton(&mut self, share: f64, chord: Option<f64>) -> Result<Root, Lost> {
+        let mut root: Option<Root> = None;
+        let mut last = None;
         for _ in 0..ITERATIONS {
             let right = self.equations.residual(T::exact(share), &self.rates)?;
-            let factors = self.jacobian(share)?.lu();
             let right = DMatrix::from_iterator(right.len(), 1, right.iter().map(|v| v.to_f64()));
-            let correction = factors.solve(&right).ok_or(Lost)?;
+            let kept = root.as_ref().and_then(|root| root.factors.solve(&right));
+            let kept = kept.filter(|correction| last.is_some_and(|last: f64| correction.amax() <= last * FAST));
+            let correction = match kept {
+                Some(correction) => correction,
+                None => {
+                    let factors = self.jacobian(share)?.lu();
+                    let correction = factors.solve(&right).ok_or(Lost)?;
+                    let first = root.map_or(correction.amax(), |root| root.first);
+                    root = Some(Root { negative: factors.determinant() < 0.0, factors, first });
+                    correction
+                }
+            };
             let moved = correction.amax();
             if !moved.is_finite() {
                 return Err(Lost);
             }
             let rounding = self.extent() * ROUNDING;
             let beyond = |limit: f64| moved > limit && moved > rounding;
-            if limit.is_some_and(|limit| first.is_none() && beyond(limit))
-                || (limit.is_some() && last.is_some_and(|last: f64| beyond(last * 0.25)))
-            {
+            let limit = |chord| last.map_or(chord * NEAR, |last| last * 0.25);
+            if chord.is_some_and(|chord| beyond(limit(chord))) {
                 return Err(Lost);
             }
             for (rate, d) in self.rates.iter_mut().zip(correction.iter()) {
                 *rate -= T::exact(*d);
             }
-            let first = *first.get_or_insert(moved);
-            if moved <= rounding {
-                return Ok(Root { negative: factors.determinant() < 0.0, factors, first });
+            // As much smaller as this correction than the one before.
+            let left = last.map(|last| moved * (moved / last));
+            let enough = chord.zip(left).is_some_and(|(chord, left)| left <= chord * LEFT);
+            if moved <= rounding || (enough && share < 1.0) {
+                return root.ok_or(Lost);
             }
             last = Some(moved);
         }
         Err(Lost)
     }
 
-    /// dH/ds at a root, s the share of the step: −J⁻¹ ∂r/∂s, by a central difference.
-    fn tangent(&mut self, share: f64, root: &Root) -> Result<DMatrix<f64>, Lost> {
-        let (share, away) = (T::exact(share), T::exact(T::unit_roundoff().to_f64().cbrt()));
-        let ahead = self.equations.residual(share + away, &self.rates)?;
-        let behind = self.equations.residual(share - away, &self.rates)?;
-        let slopes = ahead.iter().zip(&behind).map(|(a, b)| ((*b - *a) / (away + away)).to_f64());
-        let slopes = DMatrix::from_iterator(ahead.len(), 1, slopes);
+    /// dH/ds at a root, s the share of the step: −J⁻¹ ∂r/∂s, by a central difference; `rough` in `f64`.
+    fn tangent(&mut self, share: f64, root: &Root, rough: bool) -> Result<DMatrix<f64>, Lost> {
+        let rates = self.rough_rates();
+        let slopes = match &mut self.rough {
+            Some(equations) if rough => slopes(&mut **equations, share, &rates)?,
+            _ => slopes(&mut *self.equations, share, &self.rates)?,
+        };
         root.factors.solve(&slopes).filter(|t| t.iter().all(|v| v.is_finite())).ok_or(Lost)
     }
 
-    /// To the whole step, by small increments: the tangent predicts, and turns little from one point to the next. A change of the sign of
-    /// det J is the end, but where the branch goes on as predicted.
+    /// The next point, from the last two, and whether the next increment may be twice as long.
+    fn next(&mut self, points: &[Point<T>], target: f64, negative: &mut bool) -> Result<(Point<T>, bool), Lost> {
+        let [.., here] = points else { return Err(Lost) };
+        let before = points.len().checked_sub(2).and_then(|k| points.get(k));
+        let (ahead, length) = (here.predict(before, target), target - here.share);
+        let slight = self.extent() * SLIGHT;
+        let chord = ahead.amax() + slight;
+        for (rate, d) in self.rates.iter_mut().zip(ahead.iter()) {
+            *rate += T::exact(*d);
+        }
+        let root = self.newton(target, Some(chord))?;
+        let slight = |off: f64| off <= slight;
+        // In 32 digits where those of `f64` turn.
+        let scalars: &[bool] = if self.close { &[false] } else { &[true, false] };
+        for &rough in scalars {
+            let tangent = self.tangent(target, &root, rough)?;
+            let turn = (&tangent - &here.tangent).amax();
+            let relative = turn / here.tangent.amax().max(tangent.amax());
+            let turns = |most: f64| relative > most && !slight(turn * length);
+            let same = if root.negative == *negative {
+                !turns(TURN)
+            } else {
+                // Where another branch crosses, as it does where a steady rotation loses its stability.
+                slight(root.first) && slight(turn * length)
+            };
+            if same {
+                *negative = root.negative;
+                let easy = root.first <= chord * NEAR * NEAR && !turns(TURN / 4.0);
+                return Ok((Point { share: target, rates: self.rates.clone(), tangent }, easy));
+            }
+        }
+        Err(Lost)
+    }
+
+    /// To the whole step, by small increments: the points before predict, and the tangent turns little from one point to the next. A change of
+    /// the sign of det J is the end, but where the branch goes on as predicted.
     fn follow(&mut self) -> End {
         let Ok(start) = self.newton(0.0, None) else { return End::Lost };
-        let Ok(mut tangent) = self.tangent(0.0, &start) else { return End::Lost };
+        let Ok(tangent) = self.tangent(0.0, &start, false) else { return End::Lost };
         let mut negative = start.negative;
+        let mut points = vec![Point { share: 0.0, rates: self.rates.clone(), tangent }];
         let (mut reached, mut increment) = (0.0, INCREMENTS.0);
         for _ in 0..POINTS {
             self.close = increment < CLOSE;
             let target = (reached + increment).min(1.0);
-            let before = self.rates.clone();
-            let ahead = &tangent * (target - reached);
-            let slight = self.extent() * SLIGHT;
-            let chord = ahead.amax() + slight;
-            for (rate, d) in self.rates.iter_mut().zip(ahead.iter()) {
-                *rate += T::exact(*d);
-            }
-            let next = self.newton(target, Some(chord * NEAR)).and_then(|root| {
-                let turned = self.tangent(target, &root)?;
-                let turn = (&turned - &tangent).amax() * 2.0;
-                let slight = |off: f64| off <= slight;
-                let same = if root.negative == negative {
-                    turn <= tangent.amax().max(turned.amax()) || slight(turn * (target - reached))
-                } else {
-                    // Where another branch crosses, as it does where a steady rotation loses its stability.
-                    slight(root.first) && slight(turn * (target - reached))
-                };
-                same.then_some((turned, root)).ok_or(Lost)
-            });
-            match next {
-                Ok((turned, Root { first, negative: now, .. })) => {
-                    tangent = turned;
-                    negative = now;
+            match self.next(&points, target, &mut negative) {
+                Ok((point, easy)) => {
+                    if points.len() > 1 {
+                        points.remove(0);
+                    }
+                    points.push(point);
                     reached = target;
                     if reached >= 1.0 {
                         return End::Reached;
                     }
-                    if first <= chord * NEAR * NEAR {
+                    if easy {
                         increment += increment;
                     }
                 }
                 Err(Lost) => {
-                    self.rates = before;
+                    if let Some(point) = points.last() {
+                        self.rates.clone_from(&point.rates);
+                    }
                     increment *= 0.5;
                     if increment < INCREMENTS.1 {
                         return End::Fold(reached);
@@ -465,6 +532,15 @@ impl<T: Real> Branch<'_, T> {
         }
         End::Lost
     }
+}
+
+/// ∂r/∂s, by a central difference.
+fn slopes<T: Real>(equations: &mut dyn Equations<T>, share: f64, rates: &[T]) -> Result<DMatrix<f64>, StepError> {
+    let (share, away) = (T::exact(share), T::exact(T::unit_roundoff().to_f64().cbrt()));
+    let ahead = equations.residual(share + away, rates)?;
+    let behind = equations.residual(share - away, rates)?;
+    let slopes = ahead.iter().zip(&behind).map(|(a, b)| ((*a - *b) / (away + away)).to_f64());
+    Ok(DMatrix::from_iterator(ahead.len(), 1, slopes.map(|slope| -slope)))
 }
 
 /// No root near the prediction.

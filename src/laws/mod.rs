@@ -84,7 +84,6 @@ use proptest::strategy::{BoxedStrategy, Strategy};
 /// A law on cases: its description, its generator and its check.
 ///
 /// ```
-/// use euler_poincare::harness::evidence::Wanted;
 /// use euler_poincare::harness::{Campaign, Law};
 /// use euler_poincare::laws::replay::{Kept, ReplayError, Replayed, replay_all};
 /// use euler_poincare::laws::{self, CaseLaw};
@@ -102,9 +101,9 @@ use proptest::strategy::{BoxedStrategy, Strategy};
 ///     |failure| failure.case,
 /// );
 /// let replay = Replay { module: None, law: law.about.name.into(), seed: 7, index: 0, fault: Some(fault.name.into()), case };
-/// let again: Replayed = Replayed::of(replay.clone(), Wanted::AsJudged)?;
+/// let again: Replayed = Replayed::of(replay.clone(), None)?;
 /// assert!(again.verdict.is_broken() && again.passes(), "a planted fault has to be seen");
-/// let unknown = Replayed::of(Replay { module: None, law: "no-law".into(), ..replay }, Wanted::AsJudged);
+/// let unknown = Replayed::of(Replay { module: None, law: "no-law".into(), ..replay }, None);
 /// assert!(matches!(unknown, Err(ReplayError::Law { .. })));
 ///
 /// // All saved cases of a directory (here there is none).

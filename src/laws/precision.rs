@@ -15,7 +15,7 @@
 use super::planted::retraction::{Plant, ROUNDED};
 use super::probe::{Probe, stream};
 use super::source::Source;
-use crate::harness::evidence::{self, Evidence, Wanted};
+use crate::harness::evidence::{self, Evidence};
 use crate::harness::{Fault, Verdict, guarded};
 use crate::laws::unbuilt;
 use crate::scalar::{Dd, Number, Real, Scalar};
@@ -212,11 +212,6 @@ fn with_inputs<S: Source, O>(
 }
 
 fn both(evaluations: &Evaluations<'_>) -> Verdict {
-    match evidence::wanted() {
-        Wanted::Only(16) => return only((evaluations.double)()),
-        Wanted::Only(32) => return only_in(32, (evaluations.quad)(None)),
-        _ => {}
-    }
     beside(evaluations, (evaluations.double)())
 }
 
@@ -290,8 +285,11 @@ fn compare_below(
                 b64 = b64.min(ceiling);
             }
             evidence::note_all(|| {
-                [(16, a64, b64, w64.clone()), (32, a32, b32, w32.clone())]
-                    .map(|(digits, defect, bound, witness)| noted(digits, defect, bound, witness))
+                [(16, a64, b64, floor, w64.clone()), (32, a32, b32, floor32, w32.clone())].map(
+                    |(digits, defect, bound, floor, witness)| {
+                        noted(digits, defect, [bound, AGREEMENT * floor], witness)
+                    },
+                )
             });
             let double = Verdict::judge(a64, b64, || {
                 let why = if excused { UNSTABLE } else { ONE_SCALAR };
@@ -389,41 +387,39 @@ fn is_above(double: &Evaluated) -> bool {
 }
 
 fn each(evaluations: &Evaluations<'_>, quad: Result<bool, CaseError>) -> Verdict {
-    let in_quad = || only_in(32, (evaluations.quad)(None));
-    let chosen = match (quad, evidence::wanted()) {
-        (Err(e), _) => return unbuilt(&e),
-        (Ok(_), Wanted::Only(32)) => return in_quad(),
-        (Ok(_), Wanted::Only(16)) => return only((evaluations.double)()),
-        (Ok(chosen), _) => chosen,
+    let chosen = match quad {
+        Err(e) => return unbuilt(&e),
+        Ok(chosen) => chosen,
     };
     let double = (evaluations.double)();
     if chosen || is_above(&double) {
-        return only(double).and(in_quad());
+        return only(double).and(only_in(32, (evaluations.quad)(None)));
     }
     by_itself(evaluations, double)
 }
 
 fn small(evaluations: &Evaluations<'_>, quad: Result<bool, CaseError>) -> Verdict {
-    match (quad, evidence::wanted()) {
-        (Err(e), _) => return unbuilt(&e),
-        (Ok(true), _) | (_, Wanted::Only(_)) => return both(evaluations),
-        (Ok(false), _) => {}
+    match quad {
+        Err(e) => return unbuilt(&e),
+        Ok(true) => return both(evaluations),
+        Ok(false) => {}
     }
     let double = (evaluations.double)();
     if is_above(&double) { beside(evaluations, double) } else { by_itself(evaluations, double) }
 }
 
-/// The verdict from `double` alone, which is below [`tight`]. The evaluation in 32 digits is noted beside it where it is asked for:
+/// The verdict from `double` alone, which is below [`tight`]. The evaluation in 32 digits is noted beside it where somebody gathers:
 /// not even a panic may change the verdict.
 fn by_itself(evaluations: &Evaluations<'_>, double: Evaluated) -> Verdict {
-    if let (Ok(Measured::Defect { amplification: a64, .. }), Wanted::AllDigits) = (&double, evidence::wanted())
+    if let Ok(Measured::Defect { amplification: a64, .. }) = &double
+        && evidence::is_gathered()
         && let Ok(Ok(Measured::Defect { amplification, floor, witness })) = guarded(|| (evaluations.quad)(None))
     {
-        evidence::note(|| noted(32, amplification, floor.max(AGREEMENT * a64), witness));
+        evidence::note(|| noted(32, amplification, [floor.max(AGREEMENT * a64), AGREEMENT * floor], witness));
     }
     match double {
         Ok(Measured::Defect { amplification, floor, witness }) => {
-            alone_within(16, Measured::Defect { amplification, floor: tight(floor), witness }, 1.0)
+            alone_within(16, amplification, [tight(floor), AGREEMENT * floor], witness)
         }
         double => only(double),
     }
@@ -442,30 +438,29 @@ fn only_in(digits: u32, measured: Evaluated) -> Verdict {
 
 /// The verdict from one precision: without another to compare with, the floor has the margin.
 pub(super) fn alone(digits: u32, measured: Measured) -> Verdict {
-    alone_within(digits, measured, AGREEMENT)
-}
-
-fn alone_within(digits: u32, measured: Measured, margin: f64) -> Verdict {
     match measured {
         Measured::Broken(why) => Verdict::broken(why),
         Measured::NotApplicable(why) => Verdict::not_applicable(why),
         Measured::Inconclusive(why) => Verdict::inconclusive(why),
         Measured::Defect { amplification, floor, witness } => {
-            evidence::note(|| noted(digits, amplification, margin * floor, witness.clone()));
-            let scalar = if digits == 16 { "f64" } else { "dd" };
-            Verdict::judge(amplification, margin * floor, || {
-                format!("{scalar}: {amplification:.3e} units of round-off; {witness}")
-            })
+            alone_within(digits, amplification, [AGREEMENT * floor; 2], witness)
         }
     }
 }
 
-fn noted(digits: u32, defect: f64, bound: f64, witness: String) -> Evidence {
-    Evidence::Defect { digits, defect, bound, witness }
+/// The verdict on a defect by the first bound; the second is that of one precision alone.
+fn alone_within(digits: u32, defect: f64, bounds: [f64; 2], witness: String) -> Verdict {
+    evidence::note(|| noted(digits, defect, bounds, witness.clone()));
+    let scalar = if digits == 16 { "f64" } else { "dd" };
+    Verdict::judge(defect, bounds[0], || format!("{scalar}: {defect:.3e} units of round-off; {witness}"))
+}
+
+fn noted(digits: u32, defect: f64, [bound, alone]: [f64; 2], witness: String) -> Evidence {
+    Evidence::Defect { digits, defect, bound, alone, witness }
 }
 
 /// The evidence of a defect and a bound that are relative, not in units of round-off, in the scalar of so many digits.
 pub(super) fn of_relative<T: Real>(digits: u32, defect: f64, bound: f64, witness: String) -> Evidence {
     let unit = T::unit_roundoff().to_f64();
-    noted(digits, defect / unit, bound / unit, witness)
+    noted(digits, defect / unit, [bound / unit; 2], witness)
 }

@@ -7,7 +7,7 @@
 use super::trial::{Digits, Judged};
 use super::{CaseLaw, all, named};
 use crate::harness::convergence::{Estimate, LevelKind};
-use crate::harness::evidence::{Evidence, Wanted, gather_with};
+use crate::harness::evidence::{Evidence, gather};
 use crate::harness::{About, Fault, Law, Shrunk, Verdict, shrink_from, verdict_on};
 use crate::scalar::{Dd, Qd, Scalar};
 use crate::system::{Case, CaseError, Replay, snippet};
@@ -87,37 +87,37 @@ fn parts(replay: &Replay) -> Result<(&'static CaseLaw, Option<&'static Fault>), 
 }
 
 impl Replayed {
-    /// The record in a JSON text, judged.
+    /// The record in a JSON text, judged as [`Replayed::of`] does.
     ///
     /// # Errors
     /// A text that is no record, a case that cannot be built, an unknown law or fault.
-    pub fn from_json(text: &str, wanted: Wanted) -> Result<Self, ReplayError> {
+    pub fn from_json(text: &str, digits: Option<u32>) -> Result<Self, ReplayError> {
         match Replay::module_of(text) {
             Some(module) => Err(ReplayError::Suite { module }),
-            None => Self::of(Replay::from_json(text).map_err(ReplayError::Case)?, wanted),
+            None => Self::of(Replay::from_json(text).map_err(ReplayError::Case)?, digits),
         }
     }
 
-    /// The record, judged in the arithmetics that are wanted; with [`Wanted::Only`] by that one alone.
+    /// The record, judged; by the arithmetic of so many decimal digits alone where `digits` says so.
     ///
     /// # Errors
     /// An unknown law or fault, or a record of a suite.
-    pub fn of(replay: Replay, wanted: Wanted) -> Result<Self, ReplayError> {
+    pub fn of(replay: Replay, digits: Option<u32>) -> Result<Self, ReplayError> {
         if let Some(module) = replay.module {
             return Err(ReplayError::Suite { module });
         }
         let (law, fault) = parts(&replay)?;
-        let (verdict, evidence) = judged(law, fault, &replay.case, wanted);
+        let (verdict, evidence) = judged(law, fault, &replay.case, digits);
         Ok(Self { law, fault, replay, verdict, evidence })
     }
 
     /// The same law on the simplest case that still breaks it, found with at most `checks` checks; `None` where it holds on
     /// this one. Of the record nothing changes but the case.
-    pub fn shrunk(&self, wanted: Wanted, checks: usize) -> Option<(Self, Shrunk<Case>)> {
-        let subject = Asked { law: self.law, wanted };
+    pub fn shrunk(&self, digits: Option<u32>, checks: usize) -> Option<(Self, Shrunk<Case>)> {
+        let subject = Asked { law: self.law, digits };
         let shrunk = shrink_from(&subject, self.fault, &self.replay.case, checks)?;
         let replay = Replay { case: shrunk.case.clone(), ..self.replay.clone() };
-        Some((Self::of(replay, wanted).ok()?, shrunk))
+        Some((Self::of(replay, digits).ok()?, shrunk))
     }
 
     /// Whether a kept record is as it should be: the law not broken, or broken where a fault is planted.
@@ -220,14 +220,26 @@ pub(super) fn evidence_row(evidence: &Evidence) -> (&'static str, String) {
     (name, text)
 }
 
-/// The verdict of `law` in the arithmetics that are wanted, and what was measured.
-pub fn judged(law: &CaseLaw, fault: Option<&'static Fault>, case: &Case, wanted: Wanted) -> (Verdict, Vec<Evidence>) {
-    let (verdict, evidence) = gather_with(wanted, || verdict_on(law, case, fault));
-    let Wanted::Only(digits) = wanted else { return (verdict, evidence) };
-    let other = evidence.iter().map(Evidence::digits).find(|measured| *measured != digits);
-    match other {
-        Some(measured) => elsewhere(law, fault, case, digits, measured),
-        None => (verdict, evidence),
+/// The verdict of `law`, and what was measured; with `digits` both in the arithmetic of so many decimal digits alone.
+pub fn judged(
+    law: &CaseLaw,
+    fault: Option<&'static Fault>,
+    case: &Case,
+    digits: Option<u32>,
+) -> (Verdict, Vec<Evidence>) {
+    let (verdict, evidence) = gather(|| verdict_on(law, case, fault));
+    let Some(digits) = digits else { return (verdict, evidence) };
+    let (evidence, others): (Vec<_>, Vec<_>) = evidence.into_iter().partition(|one| one.digits() == digits);
+    let Some(other) = others.first() else { return (verdict, evidence) };
+    let alone = evidence.iter().filter_map(|one| match one {
+        Evidence::Defect { defect, alone, witness, .. } => {
+            Some(Verdict::judge(*defect, *alone, || format!("{defect:.3e} units of round-off; {witness}")))
+        }
+        Evidence::Levels { .. } => None,
+    });
+    match alone.reduce(Verdict::and) {
+        Some(verdict) => (verdict, evidence),
+        None => elsewhere(law, fault, case, digits, other.digits()),
     }
 }
 
@@ -264,10 +276,10 @@ fn elsewhere(
     tried().unwrap_or_else(|why| (Verdict::broken(why), Vec::new()))
 }
 
-/// A law that is asked for certain arithmetics alone, so that shrinking goes by them too.
+/// A law that is judged in one arithmetic alone, so that shrinking goes by that, too.
 struct Asked {
     law: &'static CaseLaw,
-    wanted: Wanted,
+    digits: Option<u32>,
 }
 
 impl Law<Case> for Asked {
@@ -280,13 +292,11 @@ impl Law<Case> for Asked {
     }
 
     fn check(&self, case: &Case, fault: Option<&Fault>) -> Verdict {
-        match self.wanted {
-            Wanted::Only(_) => {
-                let fault = fault.and_then(|fault| self.law.fault(fault.name));
-                judged(self.law, fault, case, self.wanted).0
-            }
-            _ => self.law.check(case, fault),
+        if self.digits.is_none() {
+            return self.law.check(case, fault);
         }
+        let fault = fault.and_then(|fault| self.law.fault(fault.name));
+        judged(self.law, fault, case, self.digits).0
     }
 
     fn simpler(&self, case: &Case, visit: &mut dyn FnMut(Case) -> bool) {
@@ -370,7 +380,7 @@ pub fn replay_all(directory: &Path, wanted: impl Fn(&str) -> bool + Sync) -> io:
         if replay.as_ref().is_ok_and(|replay| named(&replay.law).is_some() && !wanted(&replay.law)) {
             return None;
         }
-        let judged = |replay| Replayed::of(replay, Wanted::AsJudged).map_err(|error| error.to_string());
+        let judged = |replay| Replayed::of(replay, None).map_err(|error| error.to_string());
         Some(Kept { path, outcome: replay.and_then(judged) })
     };
     Ok(paths.into_par_iter().with_max_len(1).filter_map(replayed).collect())

@@ -4,7 +4,7 @@ use super::super::progress::Bar;
 use super::files::{Found, Saved};
 use super::tally::Tally;
 use euler_poincare::harness::convergence::{Estimate, Level, LevelKind, TOLERANCE};
-use euler_poincare::harness::evidence::{Evidence, Wanted, gather_with};
+use euler_poincare::harness::evidence::{Evidence, gather};
 use euler_poincare::harness::{Fault, Law, Verdict, draw, verdict_on};
 use euler_poincare::laws::{self, CaseLaw};
 use euler_poincare::system::{Case, Replay};
@@ -100,8 +100,7 @@ pub fn run(found: &Found, plots: usize) -> (Vec<Order>, Failures<'_>) {
         .par_iter()
         .with_max_len(1)
         .map(|(saved, law, fault)| {
-            let check = || verdict_on(*law, &saved.1.case, *fault);
-            let (verdict, evidence) = gather_with(Wanted::AllDigits, check);
+            let (verdict, evidence) = gather(|| verdict_on(*law, &saved.1.case, *fault));
             bar.advance(FAILING);
             Failing { file: saved.0, replay: saved.1, law, fault: *fault, verdict, evidence }
         })
@@ -153,7 +152,7 @@ fn show(law: &'static CaseLaw, fault: Option<&'static Fault>, seed: u64, choice:
     let drawn = draw(&law.cases(), seed, law.about.name, choice.index);
     let (case, verdict, evidence) = match drawn.case {
         Ok((case, _)) => {
-            let (verdict, evidence) = gather_with(Wanted::AsJudged, || verdict_on(law, &case, fault));
+            let (verdict, evidence) = gather(|| verdict_on(law, &case, fault));
             (Ok(case), verdict, evidence)
         }
         Err(why) => (Err(why.clone()), Verdict::inconclusive(why), Vec::new()),

@@ -102,7 +102,7 @@ fn failing_case(failing: &Failing<'_>) -> Markup {
 }
 
 fn defect_row(evidence: &Evidence) -> Markup {
-    let Evidence::Defect { digits, defect, bound, witness } = evidence else { return html! {} };
+    let Evidence::Defect { digits, defect, bound, witness, .. } = evidence else { return html! {} };
     html! {
         tr {
             th scope="row" { (digits) }

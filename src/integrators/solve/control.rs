@@ -34,8 +34,8 @@ const CONTRACTING: f64 = 0.7;
 /// By what factor that limit grows with every step whose iterations contract well.
 const RECOVERY: f64 = 1.05;
 
-/// Newton's method pays where the steps that contract are so many times shorter than the motion asks for: one Jacobian of s stages in
-/// dimension n costs 3sn evaluations of the residual, a step by fixed-point iterations 10 to 30.
+/// Newton's method pays where the steps that contract are so many times shorter than the motion asks for: one Jacobian in dimension n
+/// costs some 5n evaluations of the residual, a step by fixed-point iterations 10 to 30.
 const NEWTON_PAYS: f64 = 4.0;
 
 /// A pair whose iterations do not contract is tried with steps that are shorter, so many times at most before Newton's method solves it.

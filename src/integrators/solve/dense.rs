@@ -29,7 +29,8 @@ const TAIL: f64 = 0.25;
 /// The iterations end where what is left is below this share of the tolerance.
 const SETTLED: i64 = 8;
 
-/// The iterations are given up where the change does not fall by this factor.
+/// The iterations are given up where the change does not fall by this factor in two of them: one alone may be slow by chance, where
+/// the momenta follow the displacements.
 const CONTRACTS: f64 = 0.5;
 
 /// In the first iteration no less than this share of a change is taken to be left: what was before is no iteration, but a guess.
@@ -304,7 +305,8 @@ impl<T: Real, const N: usize> Level<T, N> {
             self.rates[i] = pair.through().both(row, [&turns[0], &turns[1]], rates);
         }
         let scale = pair.points[k].state.momentum.amax().max(pair.points[k + 1].state.momentum.amax());
-        let mut before = T::exact(f64::INFINITY);
+        // The last change, and the one before it.
+        let [mut before, mut earlier] = [T::exact(f64::INFINITY); 2];
         for iteration in 0..MOST {
             for i in 1..last {
                 if iteration > 0 && self.evaluate(pair, i, piece).is_err() {
@@ -322,7 +324,8 @@ impl<T: Real, const N: usize> Level<T, N> {
                 }
                 self.values[i] = new;
             }
-            if !change.all_finite() || (iteration > 1 && change > before * T::exact(CONTRACTS)) {
+            // The first change is that of a guess.
+            if !change.all_finite() || (iteration > 2 && change > earlier * T::exact(CONTRACTS)) {
                 return Ok(change <= settled);
             }
             // What is left after a change is smaller by the rate at which the changes fall.
@@ -330,7 +333,7 @@ impl<T: Real, const N: usize> Level<T, N> {
             if iteration > 0 && change * (change / before).min(T::one()).max(least) <= settled {
                 return Ok(true);
             }
-            before = change;
+            (before, earlier) = (change, before);
         }
         Ok(false)
     }

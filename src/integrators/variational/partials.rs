@@ -2,7 +2,8 @@
 //!
 //! A stage depends on (Ξ_i, H_i, g, t_i) alone: it is differentiated by itself, in dual numbers, and the rest is linear.
 
-use super::{Problem, Scheme, Stage, Variational, domain};
+use super::jacobian::{Argument, End, Linear, Terms, varied};
+use super::{Problem, Scheme, Variational, domain};
 use crate::algebra::{Covector, Matrix, Vector, basis_vector};
 use crate::integrators::parameters::Parameters;
 use crate::integrators::stages::Stages;
@@ -13,43 +14,10 @@ use crate::retraction::{Retraction, RetractionError, TangentPoint};
 use crate::scalar::{Dual, Real};
 use nalgebra::DMatrix;
 
-/// P_i, G_i and f_i Ad_{τ(Ξ_i)}⁻¹ of a stage, or a change of them.
-#[derive(Clone, Copy, Debug)]
-struct Terms<T: Real, const N: usize> {
-    momentum: Covector<T, N>,
-    gradient: Covector<T, N>,
-    impulse: Covector<T, N>,
-}
-
-impl<T: Real, const N: usize> Terms<T, N> {
-    fn zero() -> Self {
-        Self { momentum: Covector::zeros(), gradient: Covector::zeros(), impulse: Covector::zeros() }
-    }
-
-    /// The derivative parts.
-    fn of(stage: &Stage<Dual<T>, N>) -> Self {
-        Self {
-            momentum: stage.momentum.map(|v| v.eps),
-            gradient: stage.gradient.map(|v| v.eps),
-            impulse: stage.impulse.map(|v| v.eps),
-        }
-    }
-
-    fn add(&mut self, other: &Self, factor: T) {
-        self.momentum += other.momentum * factor;
-        self.gradient += other.gradient * factor;
-        self.impulse += other.impulse * factor;
-    }
-}
-
-/// A stage: its terms, and how they change along e_a.
+/// How the terms of a stage change along e_a in each of its arguments.
 #[derive(Clone, Debug)]
 struct Changes<T: Real, const N: usize> {
-    /// Ξ_i/h.
-    direction: Vector<T, N>,
-    terms: Terms<T, N>,
-    by_displacement: [Terms<T, N>; N],
-    by_rate: [Terms<T, N>; N],
+    linear: Linear<T, N>,
     by_attitude: [Terms<T, N>; N],
     by_time: Terms<T, N>,
 }
@@ -80,24 +48,11 @@ pub(in crate::integrators) struct Partials<T: Real, const N: usize> {
     along_parameters: Vec<Terms<T, N>>,
 }
 
-/// dτ_{−ξ}, and the derivative of m dτ_{−ξ} along e_a in ξ in row a.
-struct End<T: Real, const N: usize> {
-    d_neg: Matrix<T, N>,
-    turning: Matrix<T, N>,
-}
-
 impl<T: Real, const N: usize> Partials<T, N> {
     pub fn new(stages: usize, parameters: usize) -> Self {
         let (unknowns, inputs) = (stages * N, 2 * N + 2 + parameters);
         let zero = Terms::zero();
-        let changes = Changes {
-            direction: Vector::zeros(),
-            terms: zero,
-            by_displacement: [zero; N],
-            by_rate: [zero; N],
-            by_attitude: [zero; N],
-            by_time: zero,
-        };
+        let changes = Changes { linear: Linear::zero(), by_attitude: [zero; N], by_time: zero };
         Self {
             stages: DMatrix::zeros(unknowns, unknowns),
             inputs: DMatrix::zeros(unknowns, inputs),
@@ -128,7 +83,7 @@ impl<T: Real, const N: usize> Partials<T, N> {
 }
 
 impl<T: Real, L, F, R> Scheme<T, L, F, R> {
-    /// Stage i at x = Ξ_i and its derivatives.
+    /// Stage i and its derivatives at H_i; Ξ_i/h is known.
     fn changes<const N: usize, const D: usize>(
         &self,
         problem: &Problem<T, N, D>,
@@ -141,52 +96,23 @@ impl<T: Real, L, F, R> Scheme<T, L, F, R> {
         F: Force<T, N>,
         R: Retraction<T, N, D>,
     {
-        let h = problem.step;
-        let failed = |e| domain(h, Some(i), e);
-        let constant = |v: &Vector<T, N>| v.map(Dual::constant);
-        let variable = |v: &Vector<T, N>, a: usize| v.zip_map(&basis_vector(a), |re, eps| Dual { re, eps });
-        let x = out.direction * h;
-        let time = problem.time + self.tableau.c()[i] * h;
-        let attitude = |x: &Vector<Dual<T>, N>| match self.moves {
-            true => self.attitude::<Dual<T>, N, D>(problem, x).map_err(failed),
-            false => Ok(Matrix::identity()),
-        };
-        let stage = |t, g: &Matrix<Dual<T>, D>, point: &R::Point<Dual<T>>, rate: &Vector<Dual<T>, N>| {
-            let g = if self.moves { Configuration::of(g) } else { Configuration::identity() };
-            self.stage::<Dual<T>, N, D>((i, h), t, g, point, rate)
-        };
-        let t = Dual::constant(time);
-        for a in 0..N {
-            let x = variable(&x, a);
-            let point = self.retraction.at(&x).map_err(failed)?;
-            out.by_displacement[a] = Terms::of(&stage(t, &attitude(&x)?, &point, &constant(rate))?);
-        }
-        let (x, unchanged) = (constant(&x), constant(rate));
-        let point = self.retraction.at(&x).map_err(failed)?;
-        let g = attitude(&x)?;
-        for a in 0..N {
-            out.by_rate[a] = Terms::of(&stage(t, &g, &point, &variable(rate, a))?);
-        }
+        let failed = |e| domain(problem.step, Some(i), e);
+        let place = self.linearise::<N, D>(problem, i, rate, &mut out.linear)?;
         out.by_attitude = [Terms::zero(); N];
         if self.moves {
-            let turned = self.retraction.tau(&x).map_err(failed)?;
+            let turned =
+                self.retraction.tau(&(out.linear.direction * problem.step).map(Dual::constant)).map_err(failed)?;
             for a in 0..N {
                 // g exp(ε e_a), since T₀τ = 1.
-                let along = self.attitude::<Dual<T>, N, D>(problem, &variable(&Vector::zeros(), a)).map_err(failed)?;
-                out.by_attitude[a] = Terms::of(&stage(t, &(along * turned), &point, &unchanged)?);
+                let along = self.attitude::<Dual<T>, N, D>(problem, &varied(&Vector::zeros(), a)).map_err(failed)?;
+                out.by_attitude[a] = self.respond(&place, Argument::Attitude(&(along * turned)));
             }
         }
-        let at = stage(Dual::variable(time), &g, &point, &unchanged)?;
-        out.by_time = Terms::of(&at);
-        out.terms = Terms {
-            momentum: at.momentum.map(|v| v.re),
-            gradient: at.gradient.map(|v| v.re),
-            impulse: at.impulse.map(|v| v.re),
-        };
+        out.by_time = self.respond(&place, Argument::Time);
         Ok(())
     }
 
-    /// A column of ∂r and of ∂m, from the changes of the terms of the stages and of ξ.
+    /// A column of ∂r and of ∂(ξ, m), from the changes of the terms of the stages and of ξ.
     fn column<const N: usize>(
         &self,
         (h, end): (T, &End<T, N>),
@@ -194,18 +120,7 @@ impl<T: Real, L, F, R> Scheme<T, L, F, R> {
         increment: &Vector<T, N>,
         (rows, ends, column): (&mut DMatrix<T>, &mut DMatrix<T>, usize),
     ) {
-        let (a, b) = (self.tableau.a(), self.tableau.b());
-        let impulse = along.iter().zip(b).fold(Covector::zeros(), |sum, (terms, &b)| sum + terms.impulse * (h * b));
-        let common: Covector<T, N> = impulse * end.d_neg + increment.transpose() * end.turning;
-        for i in 0..along.len() {
-            let mut residual = along[i].momentum - common;
-            for (j, terms) in along.iter().enumerate() {
-                residual += terms.gradient * (h * b[j] * a[(j, i)] / b[i]);
-            }
-            for c in 0..N {
-                rows[(i * N + c, column)] = residual[c];
-            }
-        }
+        let impulse = self.residual_column((h, end), along, increment, (rows, column));
         for c in 0..N {
             ends[(c, column)] = increment[c];
             ends[(N + c, column)] = impulse[c];
@@ -250,20 +165,14 @@ where
         let (mut momentum, mut mean) = (start.momentum, Vector::zeros());
         for (i, stage) in out.changes.iter_mut().enumerate() {
             let rate = rates.vector(i);
-            stage.direction = (0..s).fold(Vector::zeros(), |sum, j| sum + rates.vector(j) * a[(i, j)]);
+            stage.linear.direction = (0..s).fold(Vector::zeros(), |sum, j| sum + rates.vector(j) * a[(i, j)]);
             scheme.changes(&problem, i, &rate, stage)?;
-            momentum += stage.terms.impulse * (h * b[i]);
+            momentum += stage.linear.terms.impulse * (h * b[i]);
             mean += rate * b[i];
         }
         let increment: Vector<T, N> = mean * h;
-        let failed = |e| domain(h, None, e);
-        let point = scheme.retraction.at(&increment).map_err(failed)?;
-        let mut end = End { d_neg: point.d_neg(), turning: Matrix::zeros() };
-        for k in 0..N {
-            let x = increment.zip_map(&basis_vector(k), |re, eps| Dual { re, eps });
-            let turned = scheme.retraction.at(&x).map_err(failed)?.d_neg().map(|v| v.eps);
-            end.turning.set_row(k, &(momentum * turned));
-        }
+        let end = scheme.end(h, &increment, &momentum)?;
+        let point = scheme.retraction.at(&increment).map_err(|e| domain(h, None, e))?;
         if !out.along_parameters.is_empty() {
             scheme.along_parameters(&problem, parameters, rates, &out.changes, &mut out.along_parameters)?;
         }
@@ -288,11 +197,7 @@ impl<T: Real, L, F, R> Scheme<T, L, F, R> {
         for k in 0..changes.len() {
             for e in 0..N {
                 for (j, (terms, stage)) in along.iter_mut().zip(&*changes).enumerate() {
-                    *terms = Terms::zero();
-                    terms.add(&stage.by_displacement[e], h * self.tableau.a()[(j, k)]);
-                    if j == k {
-                        terms.add(&stage.by_rate[e], T::one());
-                    }
+                    *terms = stage.linear.along(e, h * self.tableau.a()[(j, k)], j == k);
                 }
                 let increment = basis_vector(e) * (h * self.tableau.b()[k]);
                 self.column((h, end), along, &increment, (stages, end_by_stages, k * N + e));
@@ -324,7 +229,7 @@ impl<T: Real, L, F, R> Scheme<T, L, F, R> {
             *terms = Terms::zero();
             terms.add(&stage.by_time, self.tableau.c()[j]);
             for e in 0..N {
-                terms.add(&stage.by_displacement[e], stage.direction[e]);
+                terms.add(&stage.linear.by_displacement[e], stage.linear.direction[e]);
             }
         }
         self.column((h, end), along, mean, (inputs, end_by_inputs, 2 * N + 1));
@@ -341,15 +246,16 @@ impl<T: Real, L, F, R> Scheme<T, L, F, R> {
         changes: &[Changes<T, N>],
         (rows, ends, column): (&mut DMatrix<T>, &mut DMatrix<T>, usize),
     ) {
-        let (a, b) = (self.tableau.a(), self.tableau.b());
-        let impulse = changes.iter().zip(b).fold(Covector::zeros(), |sum, (stage, &b)| sum + stage.terms.impulse * b);
+        let b = self.tableau.b();
+        let impulse =
+            changes.iter().zip(b).fold(Covector::zeros(), |sum, (stage, &b)| sum + stage.linear.terms.impulse * b);
         let common: Covector<T, N> = impulse * end.d_neg;
         for i in 0..changes.len() {
             for c in 0..N {
                 let coupled = changes
                     .iter()
                     .enumerate()
-                    .fold(T::zero(), |sum, (j, stage)| sum + stage.terms.gradient[c] * (b[j] * a[(j, i)] / b[i]));
+                    .fold(T::zero(), |sum, (j, stage)| sum + stage.linear.terms.gradient[c] * self.coupling.get(i, j));
                 rows[(i * N + c, column)] += coupled - common[c];
             }
         }
@@ -373,7 +279,7 @@ impl<T: Real, L, F, R> Scheme<T, L, F, R> {
         R: Retraction<T, N, D>,
     {
         for (j, stage) in changes.iter().enumerate() {
-            let (x, rate) = (stage.direction * problem.step, rates.vector(j));
+            let (x, rate) = (stage.linear.direction * problem.step, rates.vector(j));
             let point = self.retraction.at(&x).map_err(|e| domain(problem.step, Some(j), e))?;
             let at;
             let g = match self.attitude::<T, N, D>(problem, &x) {

@@ -356,7 +356,13 @@ fn alone(look: &Kept<'_>, quantity: usize, levels: &[KeptLevel]) -> Verdict {
     };
     let drift = &worst.drifts[quantity];
     let witness = || witness(look, name, worst, drift);
-    evidence::note(|| Evidence::Defect { digits: 16, defect: drift.defect, bound: drift.allowed, witness: witness() });
+    evidence::note(|| Evidence::Defect {
+        digits: 16,
+        defect: drift.defect,
+        bound: drift.allowed,
+        alone: drift.allowed,
+        witness: witness(),
+    });
     if ratio(worst) <= 1.0 {
         return Verdict::Holds { defect: drift.defect, bound: drift.allowed };
     }

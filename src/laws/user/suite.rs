@@ -14,7 +14,7 @@
 use super::part::{self, Subject};
 use super::system::{Parts, Types};
 use super::values::Values;
-use crate::harness::evidence::{Evidence, Wanted, gather_with};
+use crate::harness::evidence::{Evidence, gather};
 use crate::harness::{About, Cost, Law, Verdict, draw, shrink, verdict_on};
 use crate::laws::replay::{evidence_row, indented, verdict_rows};
 use crate::system::{Case, Replay};
@@ -198,7 +198,7 @@ impl<C: Clone + Debug + Serialize + DeserializeOwned + 'static> Entry<C> {
         if !verdict.is_broken() {
             return Ok(verdict);
         }
-        let (_, evidence) = gather_with(Wanted::AllDigits, || verdict_on(&*self.law, case, None));
+        let (_, evidence) = gather(|| verdict_on(&*self.law, case, None));
         Err(Box::new(Broken {
             about: *self.law.about(),
             verdict,
