@@ -62,8 +62,15 @@ const JUMPS: i64 = 256;
 /// force near the middle of a pair it vanishes by chance, and steps that shrink until they are taken find this chance.
 const SURPRISE: i64 = 64;
 
-/// For so many pairs after a refused one.
-const MEMORY: usize = 8;
+/// After a pair is refused for its error, steps grow to this share of the angle ρh that it had, and no further: where the error falls like
+/// a high power of h, it says little of how far that goes.
+const SHY: f64 = 0.8;
+
+/// By what factor that angle grows with every pair.
+const CONFIDENCE: f64 = 1.01;
+
+/// It is no less than this share of [`FIRST_ANGLE`]: shorter steps are those of a low order, of which the error says enough.
+const LEAST_SHARE: f64 = 0.5;
 
 /// The factor to the step that is tried instead, of which the jump is not in the middle.
 const ASIDE: f64 = 0.85;
@@ -98,8 +105,10 @@ pub(super) struct Control<T> {
     shortened: usize,
     /// Size and difference of the pair that was refused last.
     before: Option<(T, T)>,
-    /// For so many pairs more it is of interest.
-    memory: usize,
+    /// How far a pair that was refused would have led: up to there a jump may be what refused it.
+    suspected: T,
+    /// Up to this share of `natural` steps grow, after one was refused.
+    share: Option<f64>,
     /// The last pair was a surprise: this one is not.
     aside: bool,
 }
@@ -175,7 +184,8 @@ impl<T: Real> Control<T> {
             refused: 0,
             shortened: 0,
             before: None,
-            memory: 0,
+            suspected: T::zero(),
+            share: None,
             aside: false,
         }
     }
@@ -257,9 +267,16 @@ impl<T: Real> Control<T> {
         // No growth at once after a refusal.
         let factor = if self.refused > 0 { factor.min(1.0) } else { factor };
         // A pair that was tried instead of a surprise, and kept: the motion has become easier, there is no jump.
-        self.memory = if self.aside { 0 } else { self.memory.saturating_sub(1) };
+        if self.aside {
+            self.suspected = T::zero();
+        }
         (self.refused, self.shortened, self.aside) = (0, 0, false);
         let wanted = self.limited(step, factor);
+        let wanted = match self.share {
+            Some(share) => wanted.min(step.max(self.natural * T::exact(share))),
+            None => wanted,
+        };
+        self.share = self.share.map(|share| share * CONFIDENCE);
         let wanted = if pair.rounded { wanted.min(self.natural.max(step)) } else { wanted };
         // The steps at the end of the run may be short for no other reason than that.
         if plan.last && wanted >= step && step < self.next {
@@ -276,7 +293,7 @@ impl<T: Real> Control<T> {
 
     /// Whether the difference of a pair is much smaller than that of the pair before predicts.
     fn surprises(&self, plan: &Plan<T>, pair: &Attempt<T>) -> bool {
-        if self.aside || self.memory == 0 {
+        if self.aside || self.done >= self.suspected {
             return false;
         }
         let power = if plan.smooth { self.order + 1 } else { 1 };
@@ -314,11 +331,16 @@ impl<T: Real> Control<T> {
         let surprising = outcome.as_ref().is_ok_and(|pair| pair.unexplained <= plan.allowed);
         self.aside = surprising;
         if let (Ok(pair), false) = (&outcome, surprising) {
-            (self.before, self.memory) = (Some((step, pair.difference)), MEMORY);
+            self.before = Some((step, pair.difference));
+            self.suspected = self.suspected.max(self.done + step * T::int(2));
         }
         self.next = match &outcome {
             Ok(_) if surprising => step * T::exact(ASIDE),
             Ok(pair) => {
+                if self.refused == 0 && pair.effort != Effort::Newton {
+                    let share = ((step / self.natural).to_f64() * SHY).max(LEAST_SHARE);
+                    self.share = Some(self.share.map_or(share, |before| before.min(share)));
+                }
                 self.note(step, pair.effort);
                 let factor = self.factor(plan.allowed, pair.unexplained).min(RELENT);
                 if stiffly && pair.effort == Effort::Newton && factor < RETREAT {
