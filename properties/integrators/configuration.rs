@@ -1,7 +1,8 @@
 //! Potentials and forces that depend on the configuration: the heavy top against reference values (made in 32 digits by another
 //! program), orders, and what symmetry keeps.
 
-use euler_poincare::algebra::{Covector, Matrix, Vector};
+use euler_poincare::algebra::catalogue::Entry;
+use euler_poincare::algebra::{Covector, LieAlgebra, Matrix, Vector};
 use euler_poincare::group::So3;
 use euler_poincare::group::so3::hat;
 use euler_poincare::integrators::advected::{
@@ -67,6 +68,19 @@ fn gap<T: Real>(a: &State<T, 3, 3>, b: &State<T, 3, 3>) -> (f64, f64) {
 /// The largest error of μ₀ + … in the eight digits that are known.
 fn off(found: &[f64], known: &[f64]) -> f64 {
     found.iter().zip(known).fold(0.0, |m: f64, (a, b)| m.max((a - b).abs()))
+}
+
+#[test]
+fn implicit_comparators_come_to_rest() {
+    let so3 = || LieAlgebra::from_catalogue(&Entry::So3).unwrap();
+    let gauss = || Family::Gauss.tableau::<f64>(2).unwrap();
+    let system = || EulerPoincare::new(so3(), top(), drag());
+    let mut munthe_kaas = MuntheKaas::new(system(), CayleySo3::new(), gauss());
+    let mut classical = Classical::new(system(), Some(So3::new()), gauss());
+    let rest = [run(&mut munthe_kaas, 0.125, 9600), run(&mut classical, 0.125, 9600)];
+    for state in rest {
+        assert!(state.momentum.amax() < 1e-14, "{}", state.momentum);
+    }
 }
 
 #[test]

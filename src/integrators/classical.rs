@@ -2,7 +2,7 @@
 //!
 #![doc = include_str!("../guide/modules/integrators/classical.md")]
 
-use super::picard::iterate;
+use super::picard::{Change, iterate};
 use super::{OneStep, Report, State, StepError};
 use crate::algebra::{Covector, Matrix, Vector};
 use crate::group::LieGroup;
@@ -65,16 +65,16 @@ where
         self
     }
 
-    /// Evaluates every stage with the slopes at hand; returns the largest relative change of a slope.
-    fn pass(&mut self, state: &State<T, N, D>, h: T) -> Result<T, StepError> {
-        let (mut change, mut size) = (T::zero(), T::zero());
+    /// Evaluates every stage with the slopes at hand.
+    fn pass(&mut self, state: &State<T, N, D>, h: T) -> Result<Change<T>, StepError> {
+        let [mut change, mut momentum, mut size] = [T::zero(); 3];
         let columns = self.columns;
         let moves = |r: &usize| (0..columns).any(|c| state.attitude[(*r, c)] != T::zero());
         let rows = (0..D).rfind(moves).map_or(0, |last| last + 1);
         for i in 0..self.tableau.stages() {
-            let mut momentum = state.momentum;
+            let mut here = state.momentum;
             for (j, slope) in self.slopes.iter().enumerate() {
-                momentum += slope * (h * self.tableau.a()[(i, j)]);
+                here += slope * (h * self.tableau.a()[(i, j)]);
             }
             let time = state.time + self.tableau.c()[i] * h;
             let mut attitude = state.attitude;
@@ -93,10 +93,10 @@ where
             }
             let rates = self
                 .system
-                .rates_at(time, Configuration::of(&attitude), &momentum, &self.velocities[i])
+                .rates_at(time, Configuration::of(&attitude), &here, &self.velocities[i])
                 .map_err(|source| StepError::Legendre { step: h.to_f64(), source })?;
             for (new, old) in rates.momentum.iter().zip(&self.slopes[i]) {
-                change = change.max((*new - *old).abs());
+                momentum = momentum.max((*new - *old).abs());
                 size = size.max(new.abs());
             }
             if let Some(group) = &self.group {
@@ -114,7 +114,8 @@ where
             self.slopes[i] = rates.momentum;
             self.velocities[i] = rates.velocity;
         }
-        Ok(if change == T::zero() { change } else { change / size })
+        let change = change.max(momentum);
+        Ok(Change { relative: if change == T::zero() { change } else { change / size }, momentum })
     }
 }
 
@@ -129,7 +130,10 @@ where
         state.check_finite(h)?;
         self.slopes.fill(Covector::zeros());
         self.rates.fill(Matrix::zeros());
-        let (solver, iterations, residual) = iterate(self.explicit, h, self.tolerance, || self.pass(state, h))?;
+        let (explicit, tolerance) = (self.explicit, self.tolerance);
+        let sensitivity = |method: &Self| method.system.sensitivity(state.time, &state.attitude, &method.velocities[0]);
+        let (solver, iterations, residual) =
+            iterate(self, explicit, h, tolerance, |method| method.pass(state, h), sensitivity)?;
         let mut next = state.clone();
         for (j, (slope, rate)) in self.slopes.iter().zip(&self.rates).enumerate() {
             let weight = h * self.tableau.b()[j];

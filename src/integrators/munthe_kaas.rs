@@ -2,7 +2,7 @@
 //!
 #![doc = include_str!("../guide/modules/integrators/munthe_kaas.md")]
 
-use super::picard::iterate;
+use super::picard::{Change, iterate};
 use super::{OneStep, Report, State, StepError};
 use crate::algebra::{Covector, Vector};
 use crate::mechanics::configuration::Configuration;
@@ -76,13 +76,13 @@ impl<T: Real, const N: usize, L, F, R> MuntheKaas<T, N, L, F, R> {
 }
 
 impl<T: Real, const N: usize, L: Lagrangian<T, N>, F: Force<T, N>, R> MuntheKaas<T, N, L, F, R> {
-    /// Evaluates every stage with the slopes at hand; returns the largest relative change of a slope.
-    fn pass<const D: usize>(&mut self, state: &State<T, N, D>, h: T, moves: bool) -> Result<T, StepError>
+    /// Evaluates every stage with the slopes at hand.
+    fn pass<const D: usize>(&mut self, state: &State<T, N, D>, h: T, moves: bool) -> Result<Change<T>, StepError>
     where
         R: Retraction<T, N, D>,
     {
         let step = h.to_f64();
-        let (mut change, mut size) = (T::zero(), T::zero());
+        let [mut change, mut changed, mut size] = [T::zero(); 3];
         for i in 0..self.tableau.stages() {
             let (kick, displacement) = self.sums(h, |j| self.tableau.a()[(i, j)]);
             let time = state.time + self.tableau.c()[i] * h;
@@ -98,14 +98,18 @@ impl<T: Real, const N: usize, L: Lagrangian<T, N>, F: Force<T, N>, R> MuntheKaas
             let rates = rates.map_err(|source| StepError::Legendre { step, source })?;
             let point = self.retraction.at(&displacement).map_err(outside)?;
             let rate = point.d_inv() * rates.velocity;
-            let new = rates.momentum.iter().chain(rate.iter());
-            for (new, old) in new.zip(self.slopes[i].iter().chain(self.rates[i].iter())) {
+            for (new, old) in rates.momentum.iter().zip(&self.slopes[i]) {
+                changed = changed.max((*new - *old).abs());
+                size = size.max(new.abs());
+            }
+            for (new, old) in rate.iter().zip(&self.rates[i]) {
                 change = change.max((*new - *old).abs());
                 size = size.max(new.abs());
             }
             (self.slopes[i], self.rates[i], self.velocities[i]) = (rates.momentum, rate, rates.velocity);
         }
-        Ok(if change == T::zero() { change } else { change / size })
+        let change = change.max(changed);
+        Ok(Change { relative: if change == T::zero() { change } else { change / size }, momentum: changed })
     }
 }
 
@@ -121,7 +125,10 @@ where
         self.slopes.fill(Covector::zeros());
         self.rates.fill(Vector::zeros());
         let moves = self.system.uses_configuration();
-        let (solver, iterations, residual) = iterate(self.explicit, h, T::zero(), || self.pass(state, h, moves))?;
+        let explicit = self.explicit;
+        let sensitivity = |method: &Self| method.system.sensitivity(state.time, &state.attitude, &method.velocities[0]);
+        let (solver, iterations, residual) =
+            iterate(self, explicit, h, T::zero(), |method| method.pass(state, h, moves), sensitivity)?;
         let step = h.to_f64();
         let (kick, increment) = self.sums(h, |j| self.tableau.b()[j]);
         let attitude = match self.retraction.tau(&increment) {

@@ -12,28 +12,46 @@ pub(super) type Solved<T> = (Solver, usize, T);
 /// So many iterations in a row that come no nearer than the best before are rounding.
 const STALLED: usize = 2;
 
-/// Repeats `pass`, which evaluates every stage with the slopes at hand and returns their largest relative change, until
-/// no more than `tolerance` changes (0: than rounding); one pass where the tableau is explicit.
+/// How much is rounding where no iteration comes nearer, in units of round-off.
+const NOISE: f64 = 4096.0;
+
+/// The largest changes of a pass.
+pub(super) struct Change<T> {
+    /// Of slopes, relative to the largest of them.
+    pub relative: T,
+    /// Of slopes of the momentum.
+    pub momentum: T,
+}
+
+/// Repeats `pass`, which evaluates every stage with the slopes at hand, until no more than `tolerance` changes (0: than rounding); one
+/// pass where the tableau is explicit. `sensitivity` says how much slopes of the momentum change where the entries of g do: near an equilibrium
+/// they are no more than what rounding makes of that.
 ///
 /// # Errors
 /// Those of `pass`; no convergence in [`MAX_ITERATIONS`] fixed-point iterations.
-pub(super) fn iterate<T: Real>(
+pub(super) fn iterate<T: Real, M>(
+    method: &mut M,
     explicit: bool,
     h: T,
     tolerance: T,
-    mut pass: impl FnMut() -> Result<T, StepError>,
+    pass: impl Fn(&mut M) -> Result<Change<T>, StepError>,
+    sensitivity: impl Fn(&M) -> T,
 ) -> Result<Solved<T>, StepError> {
     if explicit {
-        return pass().map(|_| (Solver::Explicit, 0, T::zero()));
+        return pass(method).map(|_| (Solver::Explicit, 0, T::zero()));
     }
     let tolerance = tolerance.max(T::int(4) * T::unit_roundoff());
     let (mut residual, mut best, mut stalled) = (T::zero(), T::one(), 0);
+    let noise = T::exact(NOISE) * T::unit_roundoff();
+    let mut rounding = None;
     for iterations in 1..=MAX_ITERATIONS {
-        residual = pass()?;
+        let change = pass(method)?;
+        residual = change.relative;
         // Rounding: no more progress, and far below anything that converges slowly. Once is not enough: a contraction that turns need not
         // come nearer in every iteration.
         stalled = if residual >= best { stalled + 1 } else { 0 };
-        let idle = stalled >= STALLED && residual < T::exact(2f64.powi(12)) * T::unit_roundoff();
+        let idle = stalled >= STALLED
+            && (residual < noise || change.momentum < *rounding.get_or_insert_with(|| sensitivity(method) * noise));
         best = best.min(residual);
         // Rounding can keep the fixed-point iterations moving by a few units for ever.
         let moving = iterations == MAX_ITERATIONS && residual < T::exact(64.0) * T::unit_roundoff();

@@ -6,7 +6,7 @@ use super::configuration::Configuration;
 use super::{Force, Lagrangian, LegendreError};
 use crate::algebra::{Covector, LieAlgebra, Matrix, Vector, pair};
 use crate::group::LieGroup;
-use crate::scalar::{Real, Scalar};
+use crate::scalar::{Dual, Real, Scalar};
 
 /// A forced Euler–Poincaré system: an algebra, a reduced Lagrangian l and a force f.
 #[derive(Clone, Debug, PartialEq)]
@@ -91,6 +91,11 @@ impl<T: Real, const N: usize, L: Lagrangian<T, N>, F: Force<T, N>> EulerPoincare
         self.force.uses_configuration() || self.lagrangian.uses_configuration()
     }
 
+    /// How much the forces at (t, g, η) change where the entries of g do.
+    pub(crate) fn sensitivity<const D: usize>(&self, t: T, g: &Matrix<T, D>, eta: &Vector<T, N>) -> T {
+        if self.uses_configuration() { sensitivity(&self.lagrangian, &self.force, t, g, eta) } else { T::zero() }
+    }
+
     /// The energy as a function of the momentum, h(μ) = ⟨μ, η⟩ − l(η) with l'(η) = μ.
     ///
     /// # Errors
@@ -108,6 +113,31 @@ impl<T: Real, const N: usize, L: Lagrangian<T, N>, F: Force<T, N>> EulerPoincare
     pub fn power<S: Scalar<Base = T>>(&self, t: S, eta: &Vector<S, N>) -> S {
         pair(&self.force.force(t, eta), eta)
     }
+}
+
+/// How much the forces at (t, g, η) change where the entries of g do: Σ |∂F/∂g_rc| |g_rc|, of f and of ∂_gL apart, since they cancel at
+/// equilibria. Rounding of g makes u times as much of them (Higham 2002, §1.6, entry by entry). By dual numbers.
+#[cold]
+pub(crate) fn sensitivity<T: Real, const N: usize, const D: usize>(
+    lagrangian: &impl Lagrangian<T, N>,
+    force: &impl Force<T, N>,
+    time: T,
+    attitude: &Matrix<T, D>,
+    eta: &Vector<T, N>,
+) -> T {
+    let (time, eta) = (Dual::constant(time), eta.map(Dual::constant));
+    let size = |covector: Covector<Dual<T>, N>| covector.iter().fold(T::zero(), |m, v| m.max(v.eps.abs()));
+    let mut sum = T::zero();
+    for place in 0..D * D {
+        let mut g = attitude.map(Dual::constant);
+        g[place].eps = g[place].re;
+        let here = Configuration::of(&g);
+        sum += size(force.force_at(time, here, &eta));
+        if lagrangian.uses_configuration() {
+            sum += size(lagrangian.configuration_gradient(time, here, &eta));
+        }
+    }
+    if sum.all_finite() { sum } else { T::zero() }
 }
 
 /// ġ = g η̂, as a D×D matrix.

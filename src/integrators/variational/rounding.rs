@@ -2,16 +2,16 @@
 //!
 //! At an equilibrium the terms of a single force cancel, as those of −c × Γ where Γ is along c. What is left of a motion that dies out there
 //! is at last less than what rounding of g makes of the force, of which neither μ nor the force tells. To first order that is u times the
-//! *sensitivity* Σ |∂F/∂g_rc| |g_rc| (Higham 2002, §1.6, entry by entry), by dual numbers. A step that does not contract is
+//! [`sensitivity`]. A step that does not contract is
 //! tried again with residuals relative to it; the steps after it begin so.
 
-use super::{MODERATE, NotContracted, Problem, Scheme, Settings, Variational, larger, largest};
-use crate::algebra::{Covector, Matrix, Vector};
+use super::{MODERATE, NotContracted, Problem, Scheme, Settings, Variational, largest};
+use crate::algebra::{Matrix, Vector};
 use crate::integrators::{Report, State};
-use crate::mechanics::configuration::Configuration;
+use crate::mechanics::equations::sensitivity;
 use crate::mechanics::{Force, Lagrangian};
 use crate::retraction::Retraction;
-use crate::scalar::{Dual, Real};
+use crate::scalar::Real;
 
 /// What residuals are relative to where an iteration starts. Where it runs away the terms of the equations grow with it, so that a residual
 /// relative to them says nothing.
@@ -98,25 +98,11 @@ where
 }
 
 impl<T: Real, L, F, R> Scheme<T, L, F, R> {
-    /// Σ |∂F/∂g_rc| |g_rc|, of the force and of ∂_gL apart: they cancel at equilibria.
-    #[cold]
     fn sensitivity<const N: usize, const D: usize>(&self, time: T, attitude: &Matrix<T, D>, eta: &Vector<T, N>) -> T
     where
         L: Lagrangian<T, N>,
         F: Force<T, N>,
     {
-        let (time, eta) = (Dual::constant(time), eta.map(Dual::constant));
-        let size = |covector: Covector<Dual<T>, N>| covector.iter().fold(T::zero(), |m, v| larger(m, v.eps.abs()));
-        let mut sum = T::zero();
-        for place in 0..D * D {
-            let mut g = attitude.map(Dual::constant);
-            g[place].eps = g[place].re;
-            let here = Configuration::of(&g);
-            sum += size(self.force.force_at(time, here, &eta));
-            if self.lagrangian.uses_configuration() {
-                sum += size(self.lagrangian.configuration_gradient(time, here, &eta));
-            }
-        }
-        if sum.all_finite() { sum } else { T::zero() }
+        sensitivity(&self.lagrangian, &self.force, time, attitude, eta)
     }
 }
