@@ -765,6 +765,59 @@ impl<F: LaneForce> Group<F> {
         }
     }
 
+    /// The next d and Ξ of the stages: what the first have in common, gradients and rates.
+    #[inline(always)]
+    fn next_stages<I: Isa, const P: usize>(
+        isa: I,
+        scaled: &Scaled,
+        pairs: usize,
+        base: Vec3<Eight<I>>,
+        values: &[Stage<Two<I>>; P],
+    ) -> [[Vec3<Two<I>>; 2]; P] {
+        let zero = [Eight::splat(isa, 0.0); 3];
+        each!(P, i => {
+            if i < pairs {
+                let (mut next_d, mut next_x) = (both(base), both(zero));
+                for j in 0..P {
+                    if j < pairs {
+                        let a = entries(isa, &scaled.a, i, j);
+                        let conjugate = entries(isa, &scaled.conjugate_less_b, i, j);
+                        next_d = combined(conjugate, values[j].gradient, next_d);
+                        next_x = combined(a, values[j].rate, next_x);
+                    }
+                }
+                [next_d, next_x]
+            } else {
+                [both(zero); 2]
+            }
+        })
+    }
+
+    /// What residuals are relative to, in every lane: |μ| and |hΩ|, and where forces depend on g what they make of them.
+    #[inline(always)]
+    fn scales<I: Isa>(
+        &self,
+        isa: I,
+        scaled: &Scaled,
+        tolerance: f64,
+        [mu, kick]: [Vec3<Eight<I>>; 2],
+        velocity: Vec3<Eight<I>>,
+    ) -> [Eight<I>; 2] {
+        let mut scale = bound(mu);
+        let mut extent = Eight::splat(isa, scaled.size) * bound(velocity);
+        if self.force.uses_attitude() {
+            // Where a body turns back, μ is small beside what the force makes of it.
+            scale = scale.max(bound(kick));
+            extent = extent.max(Eight::splat(isa, scaled.size) * bound(self.velocity(kick)));
+            // Near an equilibrium it is small, too, beside what rounding of g makes of it.
+            let share = Eight::splat(isa, scaled.size * (ROUNDING / tolerance));
+            let [sensitivity, moved] = load(isa, &self.sensitivity);
+            scale = (share * sensitivity).max(scale);
+            extent = (share * Eight::splat(isa, scaled.size) * moved).max(extent);
+        }
+        [scale, extent]
+    }
+
     /// One step; with P pairs of stages, or any number of them where P is the largest. `false`: fixed-point iterations do
     /// not solve it.
     #[inline(always)]
@@ -812,22 +865,7 @@ impl<F: LaneForce> Group<F> {
             let end = R::pull_less(at_back, back, after_impulse);
             // What P_i − μ have in common; δ is this less Σ b_j G_j.
             let base = each!(3, a => end[a] + kick[a]);
-            let next: [[Vec3<Two<I>>; 2]; P] = each!(P, i => {
-                if i < pairs {
-                    let (mut next_d, mut next_x) = (both(base), both(zero));
-                    for j in 0..P {
-                        if j < pairs {
-                            let a = entries(isa, &scaled.a, i, j);
-                            let conjugate = entries(isa, &scaled.conjugate_less_b, i, j);
-                            next_d = combined(conjugate, values[j].gradient, next_d);
-                            next_x = combined(a, values[j].rate, next_x);
-                        }
-                    }
-                    [next_d, next_x]
-                } else {
-                    [both(zero); 2]
-                }
-            });
+            let next = Self::next_stages::<I, P>(isa, scaled, pairs, base, &values);
             let (mut shift, mut turn) = (change(next[0][0], d[0]), change(next[0][1], x[0]));
             for i in 1..P {
                 if i < pairs {
@@ -836,18 +874,8 @@ impl<F: LaneForce> Group<F> {
             }
             (d, x) = (each!(P, i => next[i][0]), each!(P, i => next[i][1]));
             // The residual is judged in every lane against its own |μ| and |hΩ|.
-            let mut scale = bound(mu);
-            let mut extent = Eight::splat(isa, scaled.size) * bound(each!(3, a => values[0].velocity[a].0));
-            if turned {
-                // Where a body turns back, μ is small beside what the force makes of it.
-                scale = scale.max(bound(kick));
-                extent = extent.max(Eight::splat(isa, scaled.size) * bound(self.velocity(kick)));
-                // Near an equilibrium it is small, too, beside what rounding of g makes of it.
-                let share = Eight::splat(isa, scaled.size * (ROUNDING / settings.tolerance));
-                let [sensitivity, moved] = load(isa, &self.sensitivity);
-                scale = (share * sensitivity).max(scale);
-                extent = (share * Eight::splat(isa, scaled.size) * moved).max(extent);
-            }
+            let [scale, extent] =
+                self.scales(isa, scaled, settings.tolerance, [mu, kick], each!(3, a => values[0].velocity[a].0));
             let changes = [(shift, scale), (turn, extent)];
             let mut settled = false;
             if iteration == 1 {
