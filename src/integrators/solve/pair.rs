@@ -29,7 +29,7 @@ const SAFETY: i64 = 2;
 
 /// A pair over a longer angle than this is not yet one whose error falls like h^(p+1): its order is taken to be half of p. Where a motion becomes
 /// faster within the pair the step of 2h is hardly worse than the second of the two, since all that matters is there. The angle is the time of the
-/// pair times the larger rate at its ends; those of runs on SO(3), SE(2), SL(2), SE(3) and SO(4) are below 2, and seldom up to 2.9.
+/// pair times the larger rate at its ends, of the largest momentum and of the impulse of the forces, so that a momentum that passes 0 is none; those of runs on SO(3), SE(2), SL(2), SE(3) and SO(4) are below 2, and seldom up to 2.9.
 const LONG: f64 = 3.0;
 
 /// A residual makes a difference of no more than so many times itself.
@@ -368,11 +368,16 @@ where
 
     /// The rate at which μ, or g, changes at a point, relative to its size.
     pub fn rate(&self, k: usize) -> T {
+        let state = &self.points[k].state;
+        self.rate_beside(k, state.momentum.amax() + self.at_rest(state).amax())
+    }
+
+    /// The same, of a momentum of this size.
+    fn rate_beside(&self, k: usize, size: T) -> T {
         let Point { state, velocity, force, .. } = &self.points[k];
         let algebra = self.fine.retraction().algebra();
         let turning = algebra.ad(velocity).amax();
         let change = (algebra.coad(velocity, &state.momentum) + force).amax();
-        let size = state.momentum.amax() + self.at_rest(state).amax();
         if size > T::zero() { turning.max(change / size) } else { turning }
     }
 
@@ -423,7 +428,7 @@ where
         let (difference, scale) = self.difference(&doubled, two)?;
         // What the residuals explain does not fall with h.
         let rest = (difference - noise * T::int(EXPLAINED)).max(T::zero());
-        let short = two.abs() * self.rate(0).max(self.rate(2)) <= T::exact(LONG);
+        let short = two.abs() * self.rate_beside(0, scale).max(self.rate_beside(2, scale)) <= T::exact(LONG);
         let order = match effort {
             Effort::Newton => self.stage_order,
             _ if short => self.order,
