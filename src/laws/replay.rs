@@ -230,7 +230,9 @@ pub fn judged(
     let (verdict, evidence) = gather(|| verdict_on(law, case, fault));
     let Some(digits) = digits else { return (verdict, evidence) };
     let (evidence, others): (Vec<_>, Vec<_>) = evidence.into_iter().partition(|one| one.digits() == digits);
-    let Some(other) = others.first() else { return (verdict, evidence) };
+    // What could not be measured is in no evidence: then the verdict stands.
+    let unmeasured = verdict.measured().is_none_or(|(defect, bound)| defect.is_infinite() && bound == 0.0);
+    let Some(other) = others.first().filter(|_| !unmeasured) else { return (verdict, evidence) };
     let alone = evidence.iter().filter_map(|one| match one {
         Evidence::Defect { defect, alone, witness, .. } => {
             Some(Verdict::judge(*defect, *alone, || format!("{defect:.3e} units of round-off; {witness}")))
