@@ -230,8 +230,8 @@ pub fn judged(
     let (verdict, evidence) = gather(|| verdict_on(law, case, fault));
     let Some(digits) = digits else { return (verdict, evidence) };
     let (evidence, others): (Vec<_>, Vec<_>) = evidence.into_iter().partition(|one| one.digits() == digits);
-    // What could not be measured is in no evidence: then the verdict stands.
-    let unmeasured = verdict.measured().is_none_or(|(defect, bound)| defect.is_infinite() && bound == 0.0);
+    // What broke without a measurement is in no evidence: then the verdict stands.
+    let unmeasured = verdict.measured().is_some_and(|(defect, bound)| defect.is_infinite() && bound == 0.0);
     let Some(other) = others.first().filter(|_| !unmeasured) else { return (verdict, evidence) };
     let alone = evidence.iter().filter_map(|one| match one {
         Evidence::Defect { defect, alone, witness, .. } => {
