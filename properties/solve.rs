@@ -33,10 +33,14 @@ enum Torque {
     Periodic,
     /// The torque −(13/10) r × gᵀe₃ of a weight at r = (3/10, 0, 1/2).
     Weight,
-    /// A jump from 1 to −1 at t = 3/10.
-    Jump,
+    /// A jump from 1 to −1 at this time.
+    Jump(f64),
+    /// As `Damping`, and from this time on (1, −1, 1) times this size.
+    Kicked(f64, f64),
     /// √(1 − t): not a number beyond 1.
     Root,
+    /// η²: a momentum of 1 is infinite after a time of 1.
+    Square,
 }
 
 impl<T: Real> Force<T, 3> for Torque {
@@ -44,9 +48,13 @@ impl<T: Real> Force<T, 3> for Torque {
         EVALUATIONS.with(|n| n.set(n.get() + 1));
         let all = |value: S| Covector::from([value; 3]);
         match self {
-            Self::Damping => {
+            Self::Damping | Self::Kicked(..) => {
                 let m = Vector::<S, 3>::new(eta[0] * S::half(), eta[1] * S::int(2), eta[2]);
-                m.cross(&m.cross(eta)).transpose()
+                let kick = match self {
+                    Self::Kicked(time, size) if t.base() >= T::exact(*time) => S::exact(*size),
+                    _ => S::zero(),
+                };
+                m.cross(&m.cross(eta)).transpose() + Covector::from([kick, -kick, kick])
             }
             Self::Drag(d) => Covector::from([
                 S::ratio(1, 10) - S::exact(*d) * eta[0],
@@ -54,8 +62,9 @@ impl<T: Real> Force<T, 3> for Torque {
                 S::ratio(3, 10) * (S::one() - eta[2]),
             ]),
             Self::Periodic => all((t * S::int(3) + S::ratio(3, 10)).cos()),
-            Self::Jump => all(if t.base() < T::ratio(3, 10) { S::one() } else { -S::one() }),
+            Self::Jump(time) => all(if t.base() < T::exact(*time) { S::one() } else { -S::one() }),
             Self::Root => all((S::one() - t).sqrt()),
+            Self::Square => eta.map(|v| v * v).transpose(),
             Self::None | Self::Weight => Covector::zeros(),
         }
     }
@@ -260,12 +269,69 @@ fn stiff_drag_takes_long_steps() {
     }
 }
 
+/// Next to the start, the middle and the end of a pair no stage knows of a jump.
 #[test]
 fn a_jump_of_the_force_is_passed() {
     let abelian = abelian();
-    let start = state([0.0; 3]);
-    let solution = Solve::new(body(), Torque::Jump, &abelian).tolerance(1e-7).run(&start, 1.0).unwrap();
-    assert!((solution.state.momentum[0] + 0.4).abs() < 1e-7, "{}", solution.state.momentum);
+    for tolerance in [1e-5, 1e-7, 1e-9] {
+        for k in 0..48 {
+            let time = (f64::from(k) + 0.01) / 48.0;
+            let solution = Solve::new(body(), Torque::Jump(time), &abelian)
+                .tolerance(tolerance)
+                .run(&state([0.0; 3]), 1.0)
+                .unwrap();
+            let error = (solution.state.momentum[0] - (2.0 * time - 1.0)).abs();
+            assert!(error < tolerance, "{time} {tolerance}: {error}");
+            assert!(solution.statistics.steps + 2 * solution.statistics.rejected < 600, "{:?}", solution.statistics);
+        }
+    }
+}
+
+/// Jumps of a force that moves, by every kind of nodes, forward and backward; and two runs, up to a jump and on from it, take no more
+/// steps than without one.
+#[test]
+fn jumps_of_a_motion_are_passed() {
+    let so3 = group(Entry::So3);
+    let gauss = |tolerance: f64, torque| Solve::new(body(), torque, &so3).tolerance(tolerance);
+    let never = Torque::Kicked(f64::INFINITY, 1.0);
+    for (k, size) in [1.0, -0.5, 0.03125].into_iter().cycle().take(24).enumerate() {
+        let time = 0.05 + 0.08 * k as f64;
+        let (torque, always) = (Torque::Kicked(time, size), Torque::Kicked(-9.0, size));
+        let (first, second, from, to) = if k % 2 == 0 { (never, always, 0.0, 2.0) } else { (always, never, 2.0, 0.0) };
+        let start = State { time: from, ..spun() };
+        let until = gauss(1e-11, first).run(&start, time).unwrap().state;
+        let wanted = gauss(1e-11, second).run(&until, to).unwrap().state;
+        let tableaux = [Family::Gauss.tableau(4), Family::RadauIIA.tableau(4), Family::LobattoIIIA.tableau(5)];
+        for (tableau, tolerance) in tableaux.into_iter().zip([1e-6, 1e-7, 1e-8]) {
+            let solution = gauss(tolerance, torque).tableau(tableau.unwrap()).run(&start, to).unwrap();
+            let error = distance(&solution.state, &wanted, wanted.momentum.amax());
+            assert!(error < tolerance, "{size} at {time}, {tolerance}: {error}");
+        }
+        let (mut split, mut smooth) = (gauss(1e-8, torque), gauss(1e-8, first));
+        let parts = [split.run(&start, time).unwrap(), smooth.run(&start, time).unwrap()];
+        let [split, smooth] = parts.map(|solution| solution.statistics.steps + 2 * solution.statistics.rejected);
+        assert!(split <= smooth + 2, "{size} until {time}: {split} steps, {smooth} without the jump");
+    }
+}
+
+/// A motion that ends in finite time: the error says where, at the least step.
+#[test]
+fn a_motion_that_runs_away_is_an_error() {
+    let abelian = abelian();
+    let start = state([1.0; 3]);
+    for (stages, tolerance) in [(2, 1e-5), (4, 1e-8)] {
+        let tableau = Family::Gauss.tableau(stages).unwrap();
+        let failure = Solve::new(Quadratic::diagonal([1.0; 3]).unwrap(), Torque::Square, &abelian)
+            .tolerance(tolerance)
+            .tableau(tableau)
+            .run(&start, 2.0)
+            .unwrap_err();
+        let (SolveError::Tolerance { time, step, .. } | SolveError::Stuck { time, step, .. }) = failure.error else {
+            panic!("{failure}")
+        };
+        // μ' = μ² from 1: 1/(1 − t).
+        assert!((time - 1.0).abs() < 1e-3 && step > 1e-15, "{failure}");
+    }
 }
 
 #[test]

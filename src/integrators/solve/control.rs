@@ -111,6 +111,8 @@ pub(super) struct Control<T> {
     share: Option<f64>,
     /// The last pair was a surprise: this one is not.
     aside: bool,
+    /// Jumps that were found where no step is shorter.
+    jumps: i64,
 }
 
 /// How the stage equations of a pair were solved.
@@ -187,6 +189,7 @@ impl<T: Real> Control<T> {
             suspected: T::zero(),
             share: None,
             aside: false,
+            jumps: 0,
         }
     }
 
@@ -283,7 +286,7 @@ impl<T: Real> Control<T> {
             return;
         }
         let same = step <= wanted && wanted < step * T::exact(WORTHWHILE);
-        self.next = if same { step } else { wanted };
+        self.next = if same { step } else { wanted.max(self.least()) };
     }
 
     /// Whether a pair may be kept.
@@ -293,7 +296,7 @@ impl<T: Real> Control<T> {
 
     /// Whether the difference of a pair is much smaller than that of the pair before predicts.
     fn surprises(&self, plan: &Plan<T>, pair: &Attempt<T>) -> bool {
-        if self.aside || self.done >= self.suspected {
+        if self.aside || self.done >= self.suspected || plan.step.abs() * T::exact(ASIDE) <= self.least() {
             return false;
         }
         let power = if plan.smooth { self.order + 1 } else { 1 };
@@ -321,7 +324,13 @@ impl<T: Real> Control<T> {
         let step = plan.step.abs();
         self.note(step, Effort::Newton);
         self.shortened += 1;
-        self.next = step * T::exact(CONTRACTING);
+        self.next = (step * T::exact(CONTRACTING)).max(self.least());
+    }
+
+    /// No step is shorter.
+    fn least(&self) -> T {
+        let time = self.start + self.signed(self.done);
+        T::int(LEAST) * T::unit_roundoff() * time.abs().max(self.span)
     }
 
     /// The pair was refused, with this error or for this reason: the next is shorter.
@@ -357,12 +366,18 @@ impl<T: Real> Control<T> {
             }
         };
         self.refused += 1;
-        let least = T::int(LEAST) * T::unit_roundoff() * time.abs().max(self.span);
+        let least = self.least();
         let hopeless = matches!(
             outcome,
             Err(StepError::NotFinite { .. } | StepError::Unsupported { .. } | StepError::Undefined { stage: None, .. })
         );
         if self.next > least && !hopeless {
+            return Ok(());
+        }
+        // Near a momentum of 0 the share of the tolerance that falls with h is used up by rounding before three steps are refused.
+        if plan.smooth && outcome.is_ok() && self.jumps < JUMPS {
+            (self.refused, self.next) = (JUMP, step.max(least));
+            self.jumps += 1;
             return Ok(());
         }
         let (time, step) = (time.to_f64(), plan.step.to_f64());

@@ -1,13 +1,14 @@
 //! Two steps of h, and the error that they make: one step of 2h from the same start.
 
 use super::control::{AIM, Attempt, Effort, NOISE, Plan};
+use super::smooth::{Ends, Jump};
 use super::statistics::Statistics;
 use crate::algebra::{Covector, Vector};
 use crate::integrators::variational::{Exchange, Uncontracted, Variational, relative};
 use crate::integrators::{OneStep, Report, Solver, State, StepError};
 use crate::mechanics::configuration::Configuration;
 use crate::mechanics::{Force, Lagrangian};
-use crate::retraction::{Retraction, RetractionError};
+use crate::retraction::{Retraction, RetractionError, TangentPoint};
 use crate::scalar::{Real, finite};
 use crate::tableau::Tableau;
 use crate::tableau::assumptions::Assumptions;
@@ -44,6 +45,11 @@ const LARGEST_WEIGHTS: f64 = 1e6;
 
 /// A step up to so many times the last one starts from what is extrapolated from that.
 const FARTHEST: f64 = 1.5;
+
+/// Whether two nodes count as two.
+pub(super) fn apart_from<T: Real>(one: T, other: T) -> bool {
+    (one - other).abs() > T::exact(APART)
+}
 
 /// The order of the scheme with a tableau, no more than what is proven from the coefficients, and that of its stages.
 ///
@@ -90,7 +96,7 @@ impl<T: Real> Through<T> {
     pub fn new(c: &[T]) -> Self {
         let (mut kept, mut nodes) = (Vec::new(), vec![T::zero()]);
         for (i, &node) in c.iter().enumerate() {
-            let apart = |other: &T| (node - *other).abs() > T::exact(APART);
+            let apart = |other: &T| apart_from(node, *other);
             if nodes.iter().all(apart) && apart(&T::one()) {
                 kept.push(i);
                 nodes.push(node);
@@ -212,6 +218,8 @@ pub(super) struct Pair<T: Real, const N: usize, const D: usize, L, F, R> {
     c: Vec<T>,
     /// For each stage of the step of 2h: which of the two steps it lies in, and its row there.
     inside: Vec<(usize, Vec<T>)>,
+    /// What the stages predict of the force at the ends of a step.
+    ends: Option<Ends<T>>,
     guess: Guess,
     before: Half<T, N>,
     pub halves: [Half<T, N>; 2],
@@ -248,6 +256,7 @@ where
             order,
             stage_order,
             inside: inside.collect(),
+            ends: Ends::new(tableau.c().as_slice()),
             row: vec![T::zero(); through.len()],
             c: tableau.c().iter().copied().collect(),
             through,
@@ -390,7 +399,8 @@ where
     pub fn attempt(&mut self, plan: &Plan<T>, statistics: &mut Statistics<T>) -> Result<Attempt<T>, Uncontracted> {
         let tolerance = plan.allowed / T::int(SOLVED);
         self.fine.set_tolerance(tolerance);
-        let falls = T::int(2).powi(self.order as i32) - T::one();
+        // Where the difference counts as it is, nothing else may explain it.
+        let falls = if plan.smooth { T::int(2).powi(self.order as i32) - T::one() } else { T::one() };
         let loosely = plan.allowed * falls / T::int(SOLVED_COARSE);
         self.coarse.set_tolerance(loosely.min(T::exact(LOOSEST)).max(tolerance));
         let guess = std::mem::replace(&mut self.guess, Guess::Cold);
@@ -425,7 +435,7 @@ where
         });
         let report = solved(&mut self.coarse, &mut doubled, two, plan.newton)?;
         note(report, self.coarse.contraction());
-        let (difference, scale) = self.difference(&doubled, two)?;
+        let (mut difference, scale) = self.difference(&doubled, two)?;
         // What the residuals explain does not fall with h.
         let rest = (difference - noise * T::int(EXPLAINED)).max(T::zero());
         let short = two.abs() * self.rate_beside(0, scale).max(self.rate_beside(2, scale)) <= T::exact(LONG);
@@ -447,7 +457,44 @@ where
             let less = |error: T| (error - rounding).max(T::zero());
             (error, unexplained, rounded) = (less(error), less(unexplained), rounding > plan.allowed);
         }
+        let unseen = self.unseen(plan, scale)?;
+        if unseen > unexplained {
+            (error, unexplained, difference) = (error.max(unseen), unseen, difference.max(unseen));
+        }
         Ok(Attempt { error, difference, unexplained, residual, effort, rounded })
+    }
+
+    /// The relative momentum that a jump of the force may have made unseen.
+    fn unseen(&self, plan: &Plan<T>, scale: T) -> Result<T, StepError> {
+        let Some(ends) = self.ends.as_ref().filter(|_| self.forced()) else { return Ok(T::zero()) };
+        let at = |k: usize, end: usize| self.miss(ends, plan, (k, end), T::zero());
+        let misses = [[at(0, 0)?, at(0, 1)?], [at(1, 0)?, at(1, 1)?]];
+        let Some(Jump { step, end, size, share }) = ends.outlier(misses) else { return Ok(T::zero()) };
+        let passed = plan.step.abs() * share;
+        let unseen = relative(size * passed, scale);
+        if unseen <= plan.allowed {
+            return Ok(unseen);
+        }
+        // A jump so close to the end does no harm: where a run ends at the time of a jump, or begins there.
+        let inside = self.miss(ends, plan, (step, end), passed * plan.allowed / unseen)?;
+        Ok(if inside * T::int(2) < size { plan.allowed } else { unseen })
+    }
+
+    /// How far the force at an end of step k, or so much later or earlier in it, is from what the stages predict.
+    fn miss(&self, ends: &Ends<T>, plan: &Plan<T>, (k, end): (usize, usize), inward: T) -> Result<T, StepError> {
+        let half = &self.halves[k];
+        let Point { state, velocity, force, .. } = &self.points[k + end];
+        let mut force = *force;
+        if inward > T::zero() {
+            let forward = (plan.step > T::zero()) == (end == 0);
+            let time = if forward { state.time + inward } else { state.time - inward };
+            (force, _) = self.force_at(&State { time, ..state.clone() }, velocity, plan.step)?;
+        }
+        if end == 1 {
+            let domain = |source| StepError::Domain { step: plan.step.to_f64(), stage: None, source };
+            force *= self.retraction().at(&half.increment).map_err(domain)?.ad_inv();
+        }
+        Ok((force - ends.at[end].predicted(half)).amax())
     }
 
     /// The pair is kept: the next one starts at its end.
