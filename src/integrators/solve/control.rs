@@ -58,6 +58,10 @@ const JUMP: usize = 3;
 /// That share: so many jumps use up the tolerance.
 const JUMPS: i64 = 256;
 
+/// So many steps of a run that cannot be shorter use up the tolerance: at jumps where the momentum is so small that the impulse of the least step
+/// is more than the share above.
+const INDIVISIBLES: i64 = 8;
+
 /// A difference that is so many times smaller than that of the refused pair before predicts is not believed at once: at a jump of the
 /// force near the middle of a pair it vanishes by chance, and steps that shrink until they are taken find this chance.
 const SURPRISE: i64 = 64;
@@ -111,8 +115,10 @@ pub(super) struct Control<T> {
     share: Option<f64>,
     /// The last pair was a surprise: this one is not.
     aside: bool,
-    /// Jumps that were found where no step is shorter.
-    jumps: i64,
+    /// The step cannot be shorter, and may use up a share of the tolerance by itself.
+    indivisible: bool,
+    /// How many such steps there were.
+    indivisibles: i64,
 }
 
 /// How the stage equations of a pair were solved.
@@ -189,7 +195,8 @@ impl<T: Real> Control<T> {
             suspected: T::zero(),
             share: None,
             aside: false,
-            jumps: 0,
+            indivisible: false,
+            indivisibles: 0,
         }
     }
 
@@ -227,7 +234,11 @@ impl<T: Real> Control<T> {
         let share = self.tolerance * (step * two).abs() / self.span;
         let smooth = self.refused < JUMP;
         let newton = self.stiff() || self.shortened >= SHORTENINGS;
-        let jump = if smooth { T::zero() } else { self.tolerance / T::int(JUMPS) };
+        let jump = match (smooth, self.indivisible) {
+            (true, _) => T::zero(),
+            (false, false) => self.tolerance / T::int(JUMPS),
+            (false, true) => self.tolerance / T::int(INDIVISIBLES),
+        };
         let allowed = share.max(jump).max(T::int(NOISE) * T::unit_roundoff());
         Plan { step, times: [self.start + self.signed(self.done) + step, end], allowed, smooth, newton, last }
     }
@@ -273,7 +284,7 @@ impl<T: Real> Control<T> {
         if self.aside {
             self.suspected = T::zero();
         }
-        (self.refused, self.shortened, self.aside) = (0, 0, false);
+        (self.refused, self.shortened, self.aside, self.indivisible) = (0, 0, false, false);
         let wanted = self.limited(step, factor);
         let wanted = match self.share {
             Some(share) => wanted.min(step.max(self.natural * T::exact(share))),
@@ -374,10 +385,9 @@ impl<T: Real> Control<T> {
         if self.next > least && !hopeless {
             return Ok(());
         }
-        // Near a momentum of 0 the share of the tolerance that falls with h is used up by rounding before three steps are refused.
-        if plan.smooth && outcome.is_ok() && self.jumps < JUMPS {
-            (self.refused, self.next) = (JUMP, step.max(least));
-            self.jumps += 1;
+        if outcome.is_ok() && !self.indivisible && self.indivisibles < INDIVISIBLES {
+            (self.indivisible, self.refused, self.next) = (true, self.refused.max(JUMP), step.max(least));
+            self.indivisibles += 1;
             return Ok(());
         }
         let (time, step) = (time.to_f64(), plan.step.to_f64());
