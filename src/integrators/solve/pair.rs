@@ -449,6 +449,10 @@ where
             true => T::int(SAFETY) / (T::int(2).powi(order as i32) - T::one()),
         };
         let (mut error, mut unexplained, mut rounded) = (difference * share, rest * share, false);
+        let unseen = self.unseen(plan, scale)?;
+        if unseen > unexplained {
+            (error, unexplained, difference) = (error.max(unseen), unseen, difference.max(unseen));
+        }
         if error > plan.allowed * T::exact(AIM) && self.fine.moves() {
             // Near an equilibrium rounding of g makes more of the forces than is left of the momentum, at steps of any size.
             let Point { state, velocity, .. } = &self.points[0];
@@ -456,10 +460,6 @@ where
             let rounding = relative(rounding, scale);
             let less = |error: T| (error - rounding).max(T::zero());
             (error, unexplained, rounded) = (less(error), less(unexplained), rounding > plan.allowed);
-        }
-        let unseen = self.unseen(plan, scale)?;
-        if unseen > unexplained {
-            (error, unexplained, difference) = (error.max(unseen), unseen, difference.max(unseen));
         }
         Ok(Attempt { error, difference, unexplained, residual, effort, rounded })
     }

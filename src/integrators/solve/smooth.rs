@@ -22,7 +22,7 @@ const LARGEST_WEIGHTS: f64 = 1e3;
 pub(super) struct End<T> {
     /// The weights of the stages for the value there.
     weights: Vec<T>,
-    /// How far it is from the next stage, in steps.
+    /// How far it is from the next of these stages, in steps.
     gap: T,
 }
 
@@ -41,7 +41,7 @@ impl<T: Real> End<T> {
             weights[j] = others.fold(T::one(), |w, &k| w * (x - c[k]) / (c[j] - c[k]));
             size += weights[j].abs();
         }
-        let gap = c.iter().fold(T::one(), |gap, &node| gap.min((node - x).abs()));
+        let gap = kept.iter().fold(T::one(), |gap, &k| gap.min((c[k] - x).abs()));
         (!kept.is_empty() && size < T::exact(LARGEST_WEIGHTS)).then_some(Self { weights, gap })
     }
 
