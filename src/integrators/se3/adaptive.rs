@@ -30,7 +30,9 @@ const GROWTH: f64 = 1.35;
 /// On 300 random bodies with drag and loads, at tolerances of 10⁻⁴ to 10⁻¹², the error was a hundredth of the tolerance in the
 /// median and 0.6 of the tolerance at the worst.
 ///
-/// A run is not reversible: the steps differ on the way back. For that, take fixed steps with [`VariationalSe3`].
+/// A run is not reversible: the steps differ on the way back. For that, take fixed steps with [`VariationalSe3`]. At a jump of a
+/// force it ends in an error, or passes it unseen where it is small: run up to a known jump and on from there, or take
+/// [`Solve`](crate::integrators::solve::Solve), which finds jumps.
 ///
 /// ```
 /// use euler_poincare::algebra::{Covector, Matrix};

@@ -75,7 +75,9 @@ pub(in crate::integrators) const MOST_STEPS: usize = 1_000_000;
 /// one step. With a force that depends on the attitude no motion is taken for a steady one: the map is Cayley's throughout, and the error
 /// relative to what the force makes of μ in a step, where that is more than |μ|.
 ///
-/// A run is not reversible: the steps differ on the way back. For that, take fixed steps with [`VariationalSo3`].
+/// A run is not reversible: the steps differ on the way back. For that, take fixed steps with [`VariationalSo3`]. At a jump of a
+/// force it ends in an error, or passes it unseen where it is small: run up to a known jump and on from there, or take
+/// [`Solve`](crate::integrators::solve::Solve), which finds jumps.
 ///
 /// ```
 /// use euler_poincare::algebra::{Covector, Matrix};
