@@ -75,8 +75,9 @@ pub(crate) fn gauss_stages(tolerance: f64) -> usize {
 /// as many of the entries of g make of the forces.
 ///
 /// **Error.** Two steps of h are compared with one of 2h; the two are the result, and the difference divided by 2ᵖ − 1 estimates their
-/// error (Hairer, Nørsett and Wanner 1993, II.4), doubled for safety. p is proven from the coefficients of the tableau. Every step is one
-/// of [`Variational`](super::Variational), so that Casimirs are kept to round-off where there is no force.
+/// error (Hairer, Nørsett and Wanner 1993, II.4), doubled for safety. p is proven from the coefficients of the tableau, and taken for less where
+/// halving the step does not make what s stages miss of the velocities at its ends some 2ˢ times less: there the motion has features shorter than
+/// the steps. Every step is one of [`Variational`](super::Variational), so that Casimirs are kept to round-off where there is no force.
 ///
 /// **Jumps.** The estimate is that of a smooth force. A jump shows where the stages of one step predict the force at its ends eight times worse
 /// than those of the other; steps become shorter until it does no harm, in 150 to 200 steps instead of 10. Unseen go two jumps between the

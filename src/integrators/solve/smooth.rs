@@ -1,12 +1,15 @@
-//! Whether the force is smooth over a pair of steps: how well the stages of a step predict it at both ends, where it is known.
+//! Whether the motion is smooth over a pair of steps: how well the stages of a step predict the velocity and the force at its ends, where they
+//! are known.
 //!
-//! The estimate of the error takes the force to be smooth. Where it jumps between the stages of a step, the difference is about as large as
-//! the error, not 2ᵖ − 1 times; where it jumps between the outermost stages and the start, the middle or the end of a pair, there is no
-//! difference at all. Of a smooth force, interpolation through s stages misses about f⁽ˢ⁾hˢ at each of the four ends of the two steps. Of a jump J
-//! it misses about J, in one of the steps alone.
+//! The estimate of the error takes the difference of two steps of h and one of 2h to be 2ᵖ − 1 times the error of the former. Then
+//! interpolation through s stages misses about f⁽ˢ⁾hˢ of a function f at the ends of a step, 2ˢ times less with h than with 2h, and at all four ends of the
+//! two steps about the same. Where it falls by less, the difference does, too.
+//!
+//! Where a force jumps between the outermost stages and the start, the middle or the end of a pair, there is no difference at all. Of a jump J about J is
+//! missed, in one of the two steps alone.
 
 use super::pair::{Half, apart_from};
-use crate::algebra::Covector;
+use crate::algebra::{Covector, Vector};
 use crate::scalar::Real;
 
 /// Stages that miss the force by so many times as much in one step of a pair as in the other have passed a jump. No pair of the runs on SO(3),
@@ -24,6 +27,8 @@ pub(super) struct End<T> {
     weights: Vec<T>,
     /// How far it is from the next of these stages, in steps.
     gap: T,
+    /// How many they are.
+    stages: usize,
 }
 
 impl<T: Real> End<T> {
@@ -42,11 +47,16 @@ impl<T: Real> End<T> {
             size += weights[j].abs();
         }
         let gap = kept.iter().fold(T::one(), |gap, &k| gap.min((c[k] - x).abs()));
-        (!kept.is_empty() && size < T::exact(LARGEST_WEIGHTS)).then_some(Self { weights, gap })
+        (!kept.is_empty() && size < T::exact(LARGEST_WEIGHTS)).then_some(Self { weights, gap, stages: kept.len() })
+    }
+
+    /// The velocity there, as the stages predict it.
+    pub fn velocity<const N: usize>(&self, velocities: &mut dyn Iterator<Item = Vector<T, N>>) -> Vector<T, N> {
+        self.weights.iter().zip(velocities).fold(Vector::zeros(), |sum, (&w, v)| sum + v * w)
     }
 
     /// The force there, as the stages predict it, seen from the start of the step.
-    pub fn predicted<const N: usize>(&self, half: &Half<T, N>) -> Covector<T, N> {
+    pub fn force<const N: usize>(&self, half: &Half<T, N>) -> Covector<T, N> {
         self.weights.iter().zip(&half.rates).fold(Covector::zeros(), |sum, (&w, (_, force))| sum + force * w)
     }
 }
@@ -79,6 +89,11 @@ impl<T: Real> Ends<T> {
         nodes.sort_by(|a, b| a.partial_cmp(b).unwrap_or(std::cmp::Ordering::Equal));
         let within = nodes.windows(2).fold(T::zero(), |most, pair| most.max(pair[1] - pair[0]));
         Some(Self { at, within })
+    }
+
+    /// By how many powers of 2 less is missed of the velocity of a smooth motion in a step of half the size, with stages of this order.
+    pub fn powers(&self, stage_order: usize) -> f64 {
+        self.at.iter().fold(stage_order + 1, |least, end| least.min(end.stages)) as f64
     }
 
     /// The jump, if there is one, of what is missed at the start and the end of both steps.
