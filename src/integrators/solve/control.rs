@@ -62,10 +62,6 @@ const JUMPS: i64 = 256;
 /// is more than the share above.
 const INDIVISIBLES: i64 = 8;
 
-/// A difference that is so many times smaller than that of the refused pair before predicts is not believed at once: at a jump of the
-/// force near the middle of a pair it vanishes by chance, and steps that shrink until they are taken find this chance.
-const SURPRISE: i64 = 64;
-
 /// After a pair is refused for its error, steps grow to this share of the angle ρh that it had, and no further: where the error falls like
 /// a high power of h, it says little of how far that goes.
 const SHY: f64 = 0.8;
@@ -75,9 +71,6 @@ const CONFIDENCE: f64 = 1.01;
 
 /// It is no less than this share of [`FIRST_ANGLE`]: shorter steps are those of a low order, of which the error says enough.
 const LEAST_SHARE: f64 = 0.5;
-
-/// The factor to the step that is tried instead, of which the jump is not in the middle.
-const ASIDE: f64 = 0.85;
 
 /// A step shorter than so many units of round-off of the time is no step.
 const LEAST: i64 = 64;
@@ -107,14 +100,8 @@ pub(super) struct Control<T> {
     refused: usize,
     /// Pairs whose iterations did not contract, one after the other.
     shortened: usize,
-    /// Size and difference of the pair that was refused last.
-    before: Option<(T, T)>,
-    /// How far a pair that was refused would have led: up to there a jump may be what refused it.
-    suspected: T,
     /// Up to this share of `natural` steps grow, after one was refused.
     share: Option<f64>,
-    /// The last pair was a surprise: this one is not.
-    aside: bool,
     /// The step cannot be shorter, and may use up a share of the tolerance by itself.
     indivisible: bool,
     /// How many such steps there were.
@@ -144,8 +131,6 @@ impl Effort {
 pub(super) struct Attempt<T> {
     /// The estimated error of both steps.
     pub error: T,
-    /// The difference that it stands for.
-    pub difference: T,
     /// What the residuals do not explain of the error.
     pub unexplained: T,
     /// The larger relative residual of the two.
@@ -191,10 +176,7 @@ impl<T: Real> Control<T> {
             patience: PATIENCE,
             refused: 0,
             shortened: 0,
-            before: None,
-            suspected: T::zero(),
             share: None,
-            aside: false,
             indivisible: false,
             indivisibles: 0,
         }
@@ -280,11 +262,7 @@ impl<T: Real> Control<T> {
         let factor = self.factor(plan.allowed, self.expected(plan, pair));
         // No growth at once after a refusal.
         let factor = if self.refused > 0 { factor.min(1.0) } else { factor };
-        // A pair that was tried instead of a surprise, and kept: the motion has become easier, there is no jump.
-        if self.aside {
-            self.suspected = T::zero();
-        }
-        (self.refused, self.shortened, self.aside, self.indivisible) = (0, 0, false, false);
+        (self.refused, self.shortened, self.indivisible) = (0, 0, false);
         let wanted = self.limited(step, factor);
         let wanted = match self.share {
             Some(share) => wanted.min(step.max(self.natural * T::exact(share))),
@@ -302,18 +280,7 @@ impl<T: Real> Control<T> {
 
     /// Whether a pair may be kept.
     pub fn admits(&self, plan: &Plan<T>, pair: &Attempt<T>) -> bool {
-        pair.unexplained <= plan.allowed && !self.surprises(plan, pair)
-    }
-
-    /// Whether the difference of a pair is much smaller than that of the pair before predicts.
-    fn surprises(&self, plan: &Plan<T>, pair: &Attempt<T>) -> bool {
-        if self.aside || self.done >= self.suspected || plan.step.abs() * T::exact(ASIDE) <= self.least() {
-            return false;
-        }
-        let power = if plan.smooth { self.order + 1 } else { 1 };
-        self.before.is_some_and(|(step, difference)| {
-            pair.difference * T::int(SURPRISE) < difference * (plan.step.abs() / step).powi(power)
-        })
+        pair.unexplained <= plan.allowed
     }
 
     /// The error to compute the next step from. Where residuals explain what is above the aim, steps stay as they are; but not with
@@ -348,14 +315,7 @@ impl<T: Real> Control<T> {
     pub fn refuse(&mut self, plan: &Plan<T>, outcome: Result<Attempt<T>, StepError>) -> Result<(), SolveError> {
         let (step, time) = (plan.step.abs(), self.start + self.signed(self.done));
         let stiffly = self.stiff();
-        let surprising = outcome.as_ref().is_ok_and(|pair| pair.unexplained <= plan.allowed);
-        self.aside = surprising;
-        if let (Ok(pair), false) = (&outcome, surprising) {
-            self.before = Some((step, pair.difference));
-            self.suspected = self.suspected.max(self.done + step * T::int(2));
-        }
         self.next = match &outcome {
-            Ok(_) if surprising => step * T::exact(ASIDE),
             Ok(pair) => {
                 if self.refused == 0 && pair.effort != Effort::Newton {
                     let share = ((step / self.natural).to_f64() * SHY).max(LEAST_SHARE);

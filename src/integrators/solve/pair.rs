@@ -441,7 +441,7 @@ where
         });
         let report = solved(&mut self.coarse, &mut doubled, two, plan.newton)?;
         note(report, self.coarse.contraction());
-        let (mut difference, scale) = self.difference(&doubled, two)?;
+        let (difference, scale) = self.difference(&doubled, two)?;
         // What the residuals explain does not fall with h.
         let rest = (difference - noise * T::int(EXPLAINED)).max(T::zero());
         let share = match (plan.smooth, effort) {
@@ -452,7 +452,7 @@ where
         let (mut error, mut unexplained, mut rounded) = (difference * share, rest * share, false);
         let unseen = self.unseen(plan, scale)?;
         if unseen > unexplained {
-            (error, unexplained, difference) = (error.max(unseen), unseen, difference.max(unseen));
+            (error, unexplained) = (error.max(unseen), unseen);
         }
         if error > plan.allowed * T::exact(AIM) && self.fine.moves() {
             // Near an equilibrium rounding of g makes more of the forces than is left of the momentum, at steps of any size.
@@ -462,7 +462,7 @@ where
             let less = |error: T| (error - rounding).max(T::zero());
             (error, unexplained, rounded) = (less(error), less(unexplained), rounding > plan.allowed);
         }
-        Ok(Attempt { error, difference, unexplained, residual, effort, rounded })
+        Ok(Attempt { error, unexplained, residual, effort, rounded })
     }
 
     /// The share of the order with which the difference can be taken to fall: by how many powers of 2 the stages of h miss the velocities at the
