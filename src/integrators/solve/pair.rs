@@ -33,6 +33,11 @@ const SAFETY: i64 = 2;
 /// longer than the motion allows, and the difference falls by less than its order says.
 const ROOM: f64 = 2.0;
 
+/// Nothing is a jump that is missed by so large a share of the powers of 2 less with h than with 2h, and by so many at least: interpolation through the
+/// stages makes up to 5 times a jump of it.
+const SMOOTH: f64 = 0.5;
+const STEEP: f64 = 2.5;
+
 /// A residual makes a difference of no more than so many times itself.
 const EXPLAINED: i64 = 4;
 
@@ -491,6 +496,16 @@ where
         let at = |k: usize, end: usize| self.miss(ends, plan, (k, end), T::zero());
         let misses = [[at(0, 0)?, at(0, 1)?], [at(1, 0)?, at(1, 1)?]];
         let Some(Jump { step, end, size, share }) = ends.outlier(misses) else { return Ok(T::zero()) };
+        let domain = |source| StepError::Domain { step: plan.step.to_f64(), stage: None, source };
+        let last = self.points[2].force * self.retraction().at(self.coarse.increment()).map_err(domain)?.ad_inv();
+        let coarse = |end: usize, force: Covector<T, N>| {
+            let mut stages = self.coarse.stage_rates().map(|(_, force)| force);
+            (force - ends.at[end].force(&mut stages)).amax()
+        };
+        let coarse = coarse(0, self.points[0].force).max(coarse(1, last));
+        if (coarse / size).to_f64().log2() >= (ends.powers(self.stage_order_of_velocities) * SMOOTH).max(STEEP) {
+            return Ok(T::zero());
+        }
         let passed = plan.step.abs() * share;
         let unseen = relative(size * passed, scale);
         if unseen <= plan.allowed {
@@ -515,7 +530,7 @@ where
             let domain = |source| StepError::Domain { step: plan.step.to_f64(), stage: None, source };
             force *= self.retraction().at(&half.increment).map_err(domain)?.ad_inv();
         }
-        Ok((force - ends.at[end].force(half)).amax())
+        Ok((force - ends.at[end].force(&mut half.rates.iter().map(|&(_, force)| force))).amax())
     }
 
     /// The pair is kept: the next one starts at its end.
