@@ -35,7 +35,7 @@ const ROOM: f64 = 2.0;
 
 /// Nothing is a jump that is missed by so large a share of the powers of 2 less with h than with 2h, and by so many at least: interpolation through the
 /// stages makes up to 5 times a jump of it.
-const SMOOTH: f64 = 0.5;
+const SMOOTH: f64 = 0.75;
 const STEEP: f64 = 2.5;
 
 /// A residual makes a difference of no more than so many times itself.
