@@ -83,7 +83,7 @@ pub(crate) fn gauss_stages(tolerance: f64) -> usize {
 /// than those of the other; steps become shorter until it does no harm, in 120 to 190 steps instead of 10. Unseen go two jumps between the
 /// same two stages ([`max_step`](Solve::max_step) is for these), a jump of the derivative at times, and a jump that is small beside what stages miss of the rest of the
 /// force: of one at 299 times, added to a top with damping, none was beyond the tolerance from 10⁻⁴ to 10⁻¹⁰ where it was as large as the torques; of
-/// 10⁻² at 10⁻⁴ (10⁻⁴ at 10⁻⁸) 87 (89) were, by up to 19 (1,200) tolerances. Up to a known jump and on from it are two runs.
+/// 10⁻² at 10⁻⁴ (10⁻⁴ at 10⁻⁸) about 87 (50 to 90) were, by up to 19 (1,200) tolerances. Up to a known jump and on from it are two runs.
 ///
 /// **Time.** On SO(3) and SE(3) with a quadratic Lagrangian and a force f(t, η), `so3::AdaptiveSo3` and `se3::AdaptiveSe3` (feature
 /// `lanes`) take a fraction of the time; a force of one's own goes in by `so3::ByLane`. They have neither dense output nor events.
