@@ -80,7 +80,7 @@ pub(crate) fn gauss_stages(tolerance: f64) -> usize {
 /// the steps. Every step is one of [`Variational`](super::Variational), so that Casimirs are kept to round-off where there is no force.
 ///
 /// **Jumps.** The estimate is that of a smooth force. A jump shows where the stages of one step predict the force at its ends eight times worse
-/// than those of the other; steps become shorter until it does no harm, in 120 to 190 steps instead of 10. Unseen go two jumps between the
+/// than those of the other, and those of 2h hardly worse; steps become shorter until it does no harm, in 120 to 190 steps instead of 10. Unseen go two jumps between the
 /// same two stages ([`max_step`](Solve::max_step) is for these), a jump of the derivative at times, and a jump that is small beside what stages miss of the rest of the
 /// force: of one at 299 times, added to a top with damping, none was beyond the tolerance from 10⁻⁴ to 10⁻¹⁰ where it was as large as the torques; of
 /// 10⁻² at 10⁻⁴ (10⁻⁴ at 10⁻⁸) about 87 (50 to 90) were, by up to 19 (1,200) tolerances. Up to a known jump and on from it are two runs.
