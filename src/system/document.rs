@@ -8,8 +8,8 @@ use super::case::{
     Orientation, Parameter as Named, Potential, Start, Structure, Tau,
 };
 use super::error::{CaseError, Place, Problem};
+use super::event::EventFormula;
 use super::force::{COEFFICIENT, ForceKind, KINDS, MATRIX, Parameter, Role, Value};
-use super::tolerance::{self, EventFormula};
 use crate::algebra::catalogue::{self, NAMES};
 use crate::algebra::{AlgebraFamily, MatricesError, MatrixAlgebra, known};
 use crate::scalar::Number;
@@ -24,6 +24,9 @@ use std::sync::LazyLock;
 
 /// The version of the schema.
 pub const FORMAT: i64 = 1;
+
+/// The largest number of steps of a run.
+pub const MAX_STEPS: u64 = 1_000_000_000;
 
 /// The whole file.
 #[derive(Clone, Debug, Serialize, Deserialize)]
@@ -346,7 +349,7 @@ impl TryFrom<Document> for Case {
             let found = document.format.to_string();
             return Err(Place::root().key("format").error(Problem::Range { found, allowed: FORMAT.to_string() }));
         }
-        let step = tolerance::fixed_step(&document)?;
+        let step = fixed_step(&document)?;
         let algebra = document.algebra.algebra(&Place::root().key("algebra"))?;
         let n = algebra.dimension();
         let lagrangian = document.lagrangian.unwrap_or_default().lagrangian(n, &Place::root().key("lagrangian"))?;
@@ -359,6 +362,45 @@ impl TryFrom<Document> for Case {
         let start = document.state.start(&Place::root().key("state"))?;
         let potentials = document.potential;
         Ok(Self { algebra, lagrangian, potentials, forces, names, method, start, step })
+    }
+}
+
+/// A tolerance where a step is needed.
+pub(super) fn no_steps() -> CaseError {
+    let why = "fixed steps are needed here: give `step` in the place of `tolerance`".into();
+    Place::root().key("run").key("tolerance").error(Problem::NotApplicable { what: "a tolerance", why })
+}
+
+/// What says how long steps are.
+const STEP: &str = "`step` (a number that is not 0, such as \"1/8\"); for `integrate` also `tolerance` (such as 1e-10)";
+
+/// The step of a document for fixed steps; what runs with a tolerance have is refused.
+fn fixed_step(document: &Document) -> Result<Number, CaseError> {
+    let (run, output) = (Place::root().key("run"), Place::root().key("output"));
+    let without = |place: Place, what| {
+        let why = "it is for runs with `tolerance` in the place of `step`".into();
+        Err(place.error(Problem::NotApplicable { what, why }))
+    };
+    if document.run.tolerance.is_some() {
+        return Err(no_steps());
+    }
+    let Some(step) = &document.run.step else {
+        return Err(run.error(Problem::Missing { what: "the step".into(), allowed: STEP.into() }));
+    };
+    if document.run.max_step.is_some() {
+        return without(run.key("max_step"), "a largest step");
+    }
+    if document.run.max_steps.is_some() {
+        return without(run.key("max_steps"), "a largest number of steps");
+    }
+    if !document.event.is_empty() {
+        return without(Place::root().key("event").index(0), "an event");
+    }
+    match &document.output {
+        Some(table) if table.save_at.is_some() => without(output.key("save_at"), "`save_at`"),
+        Some(table) if table.save_every.is_some() => without(output.key("save_every"), "`save_every`"),
+        Some(table) if table.events.is_some() => without(output.key("events"), "a table of events"),
+        _ => Ok(step.clone()),
     }
 }
 

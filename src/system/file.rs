@@ -6,12 +6,12 @@
 
 use super::case::Case;
 use super::dispatch::has_class;
-use super::document::{Document, OutputTable, RunTable, ScalarName};
+use super::document::{Document, OutputTable, RunTable, ScalarName, no_steps};
 use super::error::{CaseError, Place, Problem, Segment};
 use super::force::KINDS;
-use super::numbers::number;
+use super::numbers::{count, number};
 use super::reading::Reading;
-use super::tolerance::{Adaptive, no_steps};
+use super::tolerance::Adaptive;
 use crate::scalar::{Dd, Number, Real};
 use crate::tableau::file::{MOST_DIGITS, significant_digits};
 use crate::tableau::{Description, Family};
@@ -20,11 +20,10 @@ use std::fmt;
 use std::ops::Range;
 use toml::de::{DeTable, DeValue};
 
+pub use super::document::MAX_STEPS;
+
 /// The longest file that is read, in bytes.
 pub const MAX_BYTES: usize = 1 << 20;
-
-/// The largest number of steps of a run.
-pub const MAX_STEPS: u64 = 1_000_000_000;
 
 /// How long a run is.
 #[derive(Clone, Debug, PartialEq)]
@@ -397,16 +396,6 @@ impl Case {
     /// See [`FileError`].
     pub fn from_toml(text: &str) -> Result<Self, FileError> {
         SystemFile::parse_case(text)
-    }
-}
-
-pub(super) fn count(value: i64, most: u64, place: &Place) -> Result<u64, CaseError> {
-    match u64::try_from(value) {
-        Ok(count) if (1..=most).contains(&count) => Ok(count),
-        _ => {
-            Err(place
-                .error(Problem::Range { found: value.to_string(), allowed: format!("an integer from 1 to {most}") }))
-        }
     }
 }
 

@@ -11,6 +11,7 @@ pub mod dispatch;
 mod document;
 pub mod ensemble;
 pub mod error;
+mod event;
 pub mod file;
 mod fixed;
 pub(crate) mod force;

@@ -97,3 +97,14 @@ pub(super) fn from_dyadic(x: f64) -> Option<Number> {
     }
     (p.fract() == 0.0 && p.abs() < 1e15).then(|| dyadic(p as i64, q))
 }
+
+/// A count from 1 to `most`.
+pub(super) fn count(value: i64, most: u64, place: &Place) -> Result<u64, CaseError> {
+    match u64::try_from(value) {
+        Ok(count) if (1..=most).contains(&count) => Ok(count),
+        _ => {
+            Err(place
+                .error(Problem::Range { found: value.to_string(), allowed: format!("an integer from 1 to {most}") }))
+        }
+    }
+}

@@ -1,9 +1,11 @@
 //! One system from its initial state on with a tolerance, whatever its dimension: rows of plain numbers, and events.
 
 use super::dispatch::{System, Visitor};
-use super::error::CaseError;
-use super::file::SystemFile;
-use super::tolerance::{Direction, EventFormula};
+use super::error::{CaseError, Place, Problem};
+use super::event::{Direction, EventFormula};
+use super::file::{Horizon, SystemFile};
+use super::numbers::number;
+use super::tolerance::{Times, length, share};
 use super::trajectory::{Observer, Rows};
 use crate::expression::Expression;
 use crate::integrators::State;
@@ -12,11 +14,21 @@ use crate::integrators::variational::Exchange;
 use crate::mechanics::formula::{FormulaValue, Quantities};
 use crate::mechanics::{Force, Lagrangian};
 use crate::retraction::Retraction;
-use crate::scalar::Real;
+use crate::scalar::{Number, Real};
 use std::cell::{Cell, RefCell};
 use std::ops::ControlFlow;
 
 pub use crate::integrators::solve::{End, Statistics};
+
+/// The least tolerance in 16 digits and in 32. Rounding makes 32 units of round-off of an error that a pair of steps may have:
+/// 3.6e-15 and 4e-31. In 32 digits the tableaux of 16 stages set the limit.
+const LEAST: [f64; 2] = [1e-14, 1e-26];
+
+/// The most times at which rows are asked for.
+const MOST_TIMES: i64 = 10_000_000;
+
+/// Times within so many units of round-off of the end count as the end: decimals are rounded.
+const NEAR: i64 = 16;
 
 /// How far, how exactly, and when there is a row.
 #[derive(Clone, Debug, PartialEq)]
@@ -48,6 +60,117 @@ pub struct Solved<T> {
     pub time: T,
     /// What it took; nothing is known where the start is refused.
     pub statistics: Option<Statistics<T>>,
+}
+
+impl SystemFile {
+    /// The run with a tolerance in `T`; none where the file has a step.
+    ///
+    /// # Errors
+    /// A tolerance that rounding in `T` does not allow; times that are not in order, or outside the run; numbers without a value.
+    pub fn solve_plan<T: Real>(&self) -> Result<Option<Plan<T>>, CaseError> {
+        let (Some(adaptive), Horizon::Duration(duration)) = (&self.adaptive, &self.horizon) else { return Ok(None) };
+        let (run, output) = (Place::root().key("run"), Place::root().key("output"));
+        let range = |place: Place, found: &Number, allowed: String| {
+            place.error(Problem::Range { found: found.to_string(), allowed })
+        };
+        let [double, quad] = LEAST;
+        let (least, more) = match T::NAME == f64::NAME {
+            true => {
+                let more = format!("with scalar = \"dd\" at least {quad:e}");
+                (double, format!("{double:e} in 16 digits, as rounding does not allow less; {more}"))
+            }
+            false => (quad, format!("{quad:e} in 32 digits")),
+        };
+        let place = run.key("tolerance");
+        if share(&adaptive.tolerance, &place)? < least {
+            return Err(range(place, &adaptive.tolerance, format!("at least {more}")));
+        }
+        let length: T = length(duration)?;
+        let start: T = number(&self.case.start.time, &Place::root().key("state").key("time"))?;
+        let max_step = adaptive.max_step.as_ref().map(|step| {
+            let place = run.key("max_step");
+            let value: T = number(step, &place)?;
+            if value > T::zero() { Ok(value) } else { Err(range(place, step, "a number above 0".into())) }
+        });
+        let span = Span { start, end: start + length };
+        let times = match &adaptive.times {
+            Times::Steps => Vec::new(),
+            Times::At(times) => span.at(times, &output.key("save_at"))?,
+            Times::Every(every) => span.every(every, &output.key("save_every"))?,
+        };
+        Ok(Some(Plan {
+            tolerance: number(&adaptive.tolerance, &place)?,
+            end: span.end,
+            max_step: max_step.transpose()?,
+            max_steps: adaptive.max_steps,
+            every: (adaptive.times == Times::Steps).then_some(self.output.every),
+            times,
+            ends: !matches!(adaptive.times, Times::At(_)),
+        }))
+    }
+}
+
+/// From when to when.
+struct Span<T> {
+    start: T,
+    end: T,
+}
+
+impl<T: Real> Span<T> {
+    /// The time, or the end if it is next to it.
+    fn snapped(&self, time: T) -> T {
+        let size = self.start.abs().max(self.end.abs());
+        if (time - self.end).abs() <= T::int(NEAR) * T::unit_roundoff() * size { self.end } else { time }
+    }
+
+    /// Times in the order of the run, within it.
+    fn at(&self, times: &[Number], place: &Place) -> Result<Vec<T>, CaseError> {
+        let mut found: Vec<T> = Vec::with_capacity(times.len());
+        let forward = self.end > self.start;
+        let later = |a: T, b: T| if forward { a > b } else { a < b };
+        for (k, number) in times.iter().enumerate() {
+            let place = place.index(k);
+            let time = self.snapped(super::numbers::number(number, &place)?);
+            let refused = |allowed: String| Err(place.error(Problem::Range { found: number.to_string(), allowed }));
+            if later(self.start, time) || later(time, self.end) {
+                return refused(format!("times of the run, from {} to {}", self.start, self.end));
+            }
+            if found.last().is_some_and(|before| !later(time, *before)) {
+                let order = if forward { "later" } else { "earlier" };
+                return refused(format!("times each {order} than the one before"));
+            }
+            found.push(time);
+        }
+        if found.is_empty() {
+            let (what, allowed) = ("a time".into(), "a list of at least one".into());
+            return Err(place.error(Problem::Missing { what, allowed }));
+        }
+        Ok(found)
+    }
+
+    /// Equidistant times from the start, and the end.
+    fn every(&self, every: &Number, place: &Place) -> Result<Vec<T>, CaseError> {
+        let refused = |allowed| Err(place.error(Problem::Range { found: every.to_string(), allowed }));
+        let distance: T = number(every, place)?;
+        if distance <= T::zero() {
+            return refused("a number above 0".into());
+        }
+        let length = self.end - self.start;
+        let count = (length.abs() / distance).floor();
+        if !count.all_finite() || count > T::int(MOST_TIMES) {
+            return refused(format!(
+                "at most {MOST_TIMES} times: a distance of {:e} or more",
+                length.abs().to_f64() / MOST_TIMES as f64
+            ));
+        }
+        let signed = if length < T::zero() { -distance } else { distance };
+        let times = (0..=count.to_f64() as i64).map(|k| self.snapped(self.start + signed * T::int(k)));
+        let mut times: Vec<T> = times.collect();
+        if times.last() != Some(&self.end) {
+            times.push(self.end);
+        }
+        Ok(times)
+    }
 }
 
 /// The run, for a system of any dimension.

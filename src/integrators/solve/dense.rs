@@ -8,7 +8,8 @@
 //! the equations at Lobatto nodes, found by Picard iteration from those of the step at its stages, and then moved linearly in t so that
 //! they end where the step does. Where the iteration does not contract, since a force is stiff, ξ and m interpolate the stages.
 
-use super::pair::{Half, Pair, Rates, Through};
+use super::pair::{Half, Pair};
+use super::through::{Rates, Through};
 use crate::algebra::{Covector, Matrix, Vector};
 use crate::integrators::variational::relative;
 use crate::integrators::{State, StepError};

@@ -11,6 +11,7 @@ mod pair;
 mod smooth;
 mod solution;
 mod statistics;
+mod through;
 
 pub use error::{DenseError, SolveError};
 pub use events::Event;

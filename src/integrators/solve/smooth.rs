@@ -8,9 +8,9 @@
 //! Where a force jumps between the outermost stages and the start, the middle or the end of a pair, there is no difference at all. Of a jump J about J is
 //! missed, in one of the two steps alone, and as much of it with 2h.
 
-use super::pair::apart_from;
-use crate::algebra::{Covector, Vector};
+use super::through::apart_from;
 use crate::scalar::Real;
+use nalgebra::SMatrix;
 
 /// Stages that miss the force by so many times as much in one step of a pair as in the other may have passed a jump: of a smooth motion, too, where the
 /// force falls fast. With 16, three times as many jumps of 10⁻⁴ of the force go unseen at 10⁻⁸.
@@ -49,14 +49,12 @@ impl<T: Real> End<T> {
         (!kept.is_empty() && size < T::exact(LARGEST_WEIGHTS)).then_some(Self { weights, gap, stages: kept.len() })
     }
 
-    /// The velocity there, as the stages predict it.
-    pub fn velocity<const N: usize>(&self, velocities: &mut dyn Iterator<Item = Vector<T, N>>) -> Vector<T, N> {
-        self.weights.iter().zip(velocities).fold(Vector::zeros(), |sum, (&w, v)| sum + v * w)
-    }
-
-    /// The force there, as the stages predict it, seen from the start of the step.
-    pub fn force<const N: usize>(&self, forces: &mut dyn Iterator<Item = Covector<T, N>>) -> Covector<T, N> {
-        self.weights.iter().zip(forces).fold(Covector::zeros(), |sum, (&w, force)| sum + force * w)
+    /// The velocity there, or the force seen from the start of the step, as the stages predict it.
+    pub fn value<const R: usize, const C: usize>(
+        &self,
+        stages: &mut dyn Iterator<Item = SMatrix<T, R, C>>,
+    ) -> SMatrix<T, R, C> {
+        self.weights.iter().zip(stages).fold(SMatrix::zeros(), |sum, (&w, value)| sum + value * w)
     }
 }
 
