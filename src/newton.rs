@@ -4,7 +4,7 @@
 //! [`Newton::follow`] follows the root that starts at parameter 0 and watches det J: a simple fold is where det J → 0
 //! like a square root (Keller 1977), and there the branch ends.
 
-use crate::scalar::Real;
+use crate::scalar::{Real, max_abs};
 use nalgebra::DMatrix;
 
 /// A system of n equations in n unknowns that depends on one parameter (here: the step size). Newton's method sees it as an
@@ -242,7 +242,7 @@ impl<T: Real> Newton<T> {
         if is_at_hand(origin, x) {
             return true;
         }
-        let extent = largest(origin) * T::exact(AT_HAND);
+        let extent = max_abs(origin) * T::exact(AT_HAND);
         let Ok(start) = self.determinant_at_zero(equations, origin) else { return false };
         self.tangent_at(equations, origin, T::zero());
         let mut leaving = std::mem::take(&mut self.tangent);
@@ -454,7 +454,7 @@ impl<T: Real> Newton<T> {
         let (mut frozen, mut met, mut jacobians) = (false, false, 0);
         for iterations in 0..=settings.max_iterations {
             let size = equations.residual(x, &mut self.residual).map_err(Failure::Equations)?;
-            let residual = largest(&self.residual);
+            let residual = max_abs(&self.residual);
             // 0/0 is a residual of zero: a system at rest without forces.
             let relative = if residual == T::zero() { T::zero() } else { residual / size };
             let outcome = Outcome { iterations, residual: relative, shortened: false };
@@ -510,7 +510,7 @@ impl<T: Real> Newton<T> {
     fn correction(&mut self) -> T {
         self.trial.copy_from_slice(&self.residual);
         self.back_substitute();
-        largest(&self.trial)
+        max_abs(&self.trial)
     }
 
     /// `trial` ← J⁻¹ `trial`.
@@ -609,7 +609,7 @@ impl<T: Real> Factors<T> {
             return T::exact(f64::INFINITY);
         }
         for (size, column) in self.sizes.iter_mut().zip(matrix.column_iter()) {
-            *size = largest(column.as_slice());
+            *size = max_abs(column.as_slice());
         }
         self.sums.fill(T::zero());
         for r in 0..n {
@@ -621,7 +621,7 @@ impl<T: Real> Factors<T> {
                 self.sums[k] += self.column[k].abs() * self.sizes[k] * weight;
             }
         }
-        largest(&self.sums)
+        max_abs(&self.sums)
     }
 
     /// x ← J⁻¹ x.
@@ -665,10 +665,5 @@ fn on_chord<T: Real>(from: &[T], to: &[T], tangents: [&[T]; 2], step: T, stretch
 /// Whether a root is so near its origin that [`Newton::is_joined`] looks at no other parameter.
 pub(crate) fn is_at_hand<T: Real>(origin: &[T], x: &[T]) -> bool {
     let moved = x.iter().zip(origin).fold(T::zero(), |moved, (to, from)| (*to - *from).abs().max(moved));
-    moved <= largest(origin) * T::exact(AT_HAND)
-}
-
-/// The largest absolute value; NaN if there is one.
-fn largest<T: Real>(values: &[T]) -> T {
-    values.iter().fold(T::zero(), |m, v| if v.abs() > m || !v.all_finite() { v.abs() } else { m })
+    moved <= max_abs(origin) * T::exact(AT_HAND)
 }

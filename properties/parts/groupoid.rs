@@ -293,10 +293,10 @@ fn the_laws_hold_on_the_pair_groupoid() {
     assert!(blind.iter().all(|(_, fault)| *fault != "ends-swapped" && *fault != "never-refuses"), "{blind:?}");
 }
 
-/// A Lie groupoid on G×G with a derivative lost: `frame` is evaluated on values.
-struct Lost<T: Real>(Over<T>);
+/// A Lie groupoid on G×G with a derivative lost: `frame` is evaluated on values; or whose first coordinate is not a number.
+struct Lost<T: Real>(Over<T>, T);
 
-struct Constant<'a, T: Real>(&'a DenseGroup<T>);
+struct Constant<'a, T: Real>(&'a DenseGroup<T>, T);
 
 impl<T: Real, S: Scalar<Base = T>> Manifold<S> for Constant<'_, T> {
     type Point = DMatrix<S>;
@@ -310,7 +310,9 @@ impl<T: Real, S: Scalar<Base = T>> Manifold<S> for Constant<'_, T> {
     }
 
     fn coordinates(&self, x: &DMatrix<S>) -> DVector<S> {
-        self.0.coordinates(x)
+        let mut coordinates = self.0.coordinates(x);
+        coordinates[0] += S::lift(self.1);
+        coordinates
     }
 
     fn point(&self, z: &DVector<S>) -> DMatrix<S> {
@@ -337,7 +339,7 @@ impl<T: Real> LieChains<T> for Lost<T> {
         Self: 'a;
 
     fn at<'a, S: Scalar<Base = T> + 'a>(&'a self) -> Self::At<'a, S> {
-        ManifoldPair::new(Constant(&self.0.group))
+        ManifoldPair::new(Constant(&self.0.group, self.1))
     }
 
     fn numbers(&self) -> usize {
@@ -351,7 +353,14 @@ impl<T: Real> LieChains<T> for Lost<T> {
 
 #[test]
 fn a_lost_derivative_is_named() {
-    let found = names(&broken(|| UserLieGroupoid::in_double(Lost(Over::<f64>::new())).within(1.0), 20));
+    let found = names(&broken(|| UserLieGroupoid::in_double(Lost(Over::<f64>::new(), 0.0)).within(1.0), 20));
     assert!(found.contains(&"algebroid-bracket"), "{found:?}");
     assert!(!found.contains(&"lie-groupoid-axioms"));
+}
+
+/// A NaN is no small defect, wherever it stands.
+#[test]
+fn a_coordinate_that_is_no_number_is_seen() {
+    let found = names(&broken(|| UserLieGroupoid::in_double(Lost(Over::<f64>::new(), f64::NAN)).within(1.0), 20));
+    assert!(found.contains(&"lie-groupoid-coordinates") && found.contains(&"lie-groupoid-axioms"), "{found:?}");
 }

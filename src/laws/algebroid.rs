@@ -14,7 +14,7 @@ use crate::groupoid::{
     push_right, push_source, push_target, push_unit, right_field, section_bracket,
 };
 use crate::harness::{About, Cost, Fault};
-use crate::scalar::{Dual, Real};
+use crate::scalar::{Dual, Real, max_abs};
 use nalgebra::DVector;
 
 pub(super) const BOUND: &str =
@@ -218,7 +218,7 @@ impl<T: Real> Judge<'_, T> {
         let floor = 64.0 * self.instance.chain[0].len().max(4) as f64;
         let kind = self.instance.kind;
         let judged =
-            Measured::defect((a - b).amax(), largest * self.instance.scale, floor, || format!("{kind:?}: {what}"));
+            Measured::defect(max_abs(&(a - b)), largest * self.instance.scale, floor, || format!("{kind:?}: {what}"));
         self.measured = std::mem::replace(&mut self.measured, Measured::NotApplicable(String::new())).and(judged);
     }
 }

@@ -15,7 +15,7 @@ use crate::integrators::{OneStep, State, StepError};
 use crate::laws::unbuilt;
 use crate::mechanics::{Force, Lagrangian};
 use crate::retraction::{Retraction, RetractionError};
-use crate::scalar::{Dd, Real};
+use crate::scalar::{Dd, Real, larger, max_abs};
 use crate::system::{CaseError, System, Visitor};
 use nalgebra::{DMatrix, Dyn, LU};
 
@@ -286,8 +286,8 @@ impl Visitor<Dd> for Oracle<'_> {
 fn judge(end: End, size: f64, found: &[f64], right: &[f64]) -> Verdict {
     match end {
         End::Reached => {
-            let extent = found.iter().fold(0.0_f64, |extent, v| extent.max(v.abs()));
-            let off = right.iter().zip(found).fold(0.0_f64, |off, (a, b)| off.max((a - b).abs()));
+            let extent = max_abs(found);
+            let off = right.iter().zip(found).fold(0.0_f64, |off, (a, b)| larger(off, (a - b).abs()));
             Verdict::judge(if off == 0.0 { 0.0 } else { off / extent }, BOUND, || {
                 format!("at h = {size:e} the step is on another branch: Ξ = {found:?}, and {right:?} from h = 0")
             })
@@ -476,7 +476,7 @@ impl<T: Real> Branch<'_, T> {
         let scalars: &[bool] = if self.close { &[false] } else { &[true, false] };
         for &rough in scalars {
             let tangent = self.tangent(target, &root, rough)?;
-            let turn = (&tangent - &here.tangent).amax();
+            let turn = max_abs(&(&tangent - &here.tangent));
             let relative = turn / here.tangent.amax().max(tangent.amax());
             let turns = |most: f64| relative > most && !slight(turn * length);
             let same = if root.negative == *negative {

@@ -22,7 +22,7 @@ use crate::laws::unbuilt;
 use crate::mechanics::configuration::Configuration;
 use crate::mechanics::{Force, Lagrangian};
 use crate::retraction::{Exponential, Retraction};
-use crate::scalar::{Dd, Dual, Number, Real, Scalar};
+use crate::scalar::{Dd, Dual, Number, Real, Scalar, max_abs};
 use crate::system::case::{Force as Term, Inertia, Potential, Structure};
 use crate::system::{Case, Cases, System, Visitor};
 use nalgebra::{ComplexField, RealField};
@@ -435,13 +435,13 @@ impl<T: Real> Visitor<T> for Symmetric<'_> {
         let kept = Measured::defect((after - before).abs(), size.max(final_size), floor, || {
             format!("the component went from {:e} to {:e}", before.to_f64(), after.to_f64())
         });
-        let moved = (other.momentum - end.momentum).amax();
+        let moved = max_abs(&(other.momentum - end.momentum));
         let momentum = Measured::defect(moved, end.momentum.amax().max(size), floor, || {
             format!("from k g the momentum differs by {:e}", moved.to_f64())
         });
         let Some(inverse) = group.inverse(&system.state.attitude) else { return kept.and(momentum) };
         let expected = turned.attitude * inverse * end.attitude;
-        let off = (other.attitude - expected).amax();
+        let off = max_abs(&(other.attitude - expected));
         let extent = turned.attitude.amax() * inverse.amax() * end.attitude.amax();
         kept.and(momentum).and(Measured::defect(off, extent.max(expected.amax()), floor, || {
             format!("from k g the attitude differs from k g' by {:e}", off.to_f64())

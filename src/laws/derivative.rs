@@ -16,7 +16,7 @@ use crate::mechanics::configuration::Configuration;
 use crate::mechanics::force::{Driven, Factor};
 use crate::mechanics::{Force, Lagrangian, LegendreError};
 use crate::retraction::{Retraction, TangentPoint};
-use crate::scalar::{Dd, Real, Scalar};
+use crate::scalar::{Dd, Real, Scalar, larger, max_abs};
 use crate::system::{Case, System, Visitor};
 use nalgebra::ComplexField;
 
@@ -105,7 +105,7 @@ fn judge(case: &Case, fault: Option<&Fault>, steps: usize) -> Verdict {
     // |a − b| in units of round-off of f64.
     let unit = f64::unit_roundoff() * double.size;
     let off = |a: &[Dd]| {
-        let off = a.iter().zip(&quad.variation).fold(0.0_f64, |off, (a, b)| off.max((*a - *b).abs().to_f64()));
+        let off = a.iter().zip(&quad.variation).fold(0.0_f64, |off, (a, b)| larger(off, (*a - *b).abs().to_f64()));
         if off == 0.0 { off } else { off / unit }
     };
     let defect = off(&double.variation.iter().map(|v| Dd::exact(*v)).collect::<Vec<_>>());
@@ -116,7 +116,7 @@ fn judge(case: &Case, fault: Option<&Fault>, steps: usize) -> Verdict {
             let moved = moved(&case, sample).dispatch_main_with::<Dd, _>(&Plant(None), visitor(None));
             Some(off(&moved.ok()?.ok()?.variation))
         });
-        bound = CEILING * (floor + changed.fold(0.0, f64::max));
+        bound = CEILING * (floor + changed.fold(0.0, larger));
     }
     let rounded = Verdict::judge(defect, bound, || {
         format!("f64: {defect:.3e} units of round-off from the derivative in 32 digits; it is {:?}", double.variation)
@@ -313,7 +313,7 @@ fn values<T: Real, const N: usize>(variation: &Variation<T, N>) -> Vec<T> {
 }
 
 fn distance<T: Real, const N: usize>(a: &Variation<T, N>, b: &Variation<T, N>) -> T {
-    (a.attitude - b.attitude).amax().max((a.momentum - b.momentum).amax())
+    larger(max_abs(&(a.attitude - b.attitude)), max_abs(&(a.momentum - b.momentum)))
 }
 
 /// The end of a run, from which states near it are seen.

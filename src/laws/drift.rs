@@ -22,6 +22,7 @@ use crate::laws::unbuilt;
 use crate::mechanics::configuration::Configuration;
 use crate::mechanics::{Force, Lagrangian};
 use crate::retraction::Retraction;
+use crate::scalar::larger;
 use crate::system::{Cases, System, Visitor};
 use crate::tableau::Family;
 use crate::tableau::random::TableauKind;
@@ -213,8 +214,7 @@ impl<'a, const N: usize, const D: usize, R: Retraction<f64, N, D>, L: Lagrangian
             self.method.step(&mut self.state, self.h)?;
             self.steps += 1;
             let error = (self.energy()? - start).abs();
-            // NaN is kept.
-            self.error = if error > self.error || error.is_nan() { error } else { self.error };
+            self.error = larger(self.error, error);
         }
         Ok(self.error)
     }

@@ -14,7 +14,7 @@ use crate::mechanics::doubled::{DoubledLagrangian, Forced, VelocityError};
 use crate::mechanics::equations::EulerPoincare;
 use crate::mechanics::{Force, Lagrangian, LegendreError};
 use crate::retraction::{Retraction, RetractionError};
-use crate::scalar::{Dual, Real, Scalar};
+use crate::scalar::{Dual, Real, Scalar, max_abs};
 use crate::system::{System, Visitor};
 use std::fmt::Debug;
 
@@ -323,12 +323,12 @@ impl Check<'_> {
         let found = rates(&odd, algebra, time, &eta, &unit, &eta, self.fault)?;
         let (first, second) = residual(&odd, algebra, time, &eta, &unit, &eta, (&turn, &turn), self.fault)?;
         let p = odd.partials(time, &eta, &unit, &eta)?;
-        let size = turning(algebra, &eta, &p.eta) + p.left.amax() + p.right.amax() + (first - second).amax();
+        let size = turning(algebra, &eta, &p.eta) + p.left.amax() + p.right.amax() + max_abs(&(first - second));
         let floor = 8.0 * N as f64;
         let equations = Measured::defect((first + second).amax(), size, floor, || {
             format!("the two equations differ by {:e}", (first + second).amax().to_f64())
         });
-        let off = (found.eta - found.psi).amax();
+        let off = max_abs(&(found.eta - found.psi));
         let apart =
             Measured::defect(off, size + found.eta.amax(), floor, || format!("η̇ and ψ̇ differ by {:e}", off.to_f64()));
         let arrow = Measured::defect(found.u.amax(), eta.amax(), floor, || "U̇ ≠ 0".into());

@@ -17,7 +17,7 @@ use crate::laws::unbuilt;
 use crate::mechanics::equations::EulerPoincare;
 use crate::mechanics::{Force, Lagrangian, LegendreError};
 use crate::retraction::Retraction;
-use crate::scalar::{Dd, Dual, Number, Real, Scalar};
+use crate::scalar::{Dd, Dual, Number, Real, Scalar, max_abs};
 use crate::system::case::Force as Term;
 use crate::system::{Case, System, Visitor};
 use crate::tableau::{Family, Tableau};
@@ -156,7 +156,7 @@ impl Free<'_> {
         let (mu, j, g) = (momentum(&y), jacobian(&y), attitude(&y));
         let floor = 64.0 * N as f64;
         let (before, after) = (poisson(&system.algebra, &start.momentum), poisson(&system.algebra, &mu));
-        let defect = (j * before.0 * j.transpose() - after.0).amax();
+        let defect = max_abs(&(j * before.0 * j.transpose() - after.0));
         let stretch = j.amax().max(T::one());
         let map = Measured::defect(defect, stretch * stretch * before.1.max(after.1), floor, || {
             format!("|J Π Jᵀ − Π(Φ)| = {:e} at Φ(μ) = {}", defect.to_f64(), show(&mu))
@@ -169,7 +169,7 @@ impl Free<'_> {
         let back = group.and_then(|group| group.adjoint(&group.inverse(&g)?));
         let orbit = back.map(|ad| {
             let (old, new) = (&start.momentum, mu * ad);
-            Measured::defect((new - old).amax(), old.amax().max(mu.amax() * ad.amax()), floor, || {
+            Measured::defect(max_abs(&(new - old)), old.amax().max(mu.amax() * ad.amax()), floor, || {
                 format!("Ad*_(g⁻¹) μ went from {} to {}", show(old), show(&new))
             })
         });

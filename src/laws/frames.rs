@@ -18,7 +18,7 @@ use crate::mechanics::configuration::{Configuration, ForceOnGroup, InSpace};
 use crate::mechanics::equations::EulerPoincare;
 use crate::mechanics::{Force, Lagrangian};
 use crate::retraction::Retraction;
-use crate::scalar::{Dd, Dual, Real, Scalar};
+use crate::scalar::{Dd, Dual, Real, Scalar, max_abs};
 use crate::system::case::{Potential, Structure, Tau};
 use crate::system::{Case, System, Visitor};
 use nalgebra::RealField;
@@ -132,7 +132,7 @@ impl<T: Real> Visitor<T> for SpaceForm<'_> {
         };
         let floor = 256.0 * N as f64;
         let equal = |what: &str, found: &Covector<T, N>, expected: &Covector<T, N>, size: T| {
-            let off = (found - expected).amax();
+            let off = max_abs(&(found - expected));
             Measured::defect(off, size.max(T::exact(f64::MIN_POSITIVE)), floor, || {
                 format!("{what} is off by {:e}", off.to_f64())
             })
@@ -256,7 +256,7 @@ impl Visitor<Dd> for Reduced<'_> {
         }
         let floor = 256.0 * (system.tableau.stages() * N * N) as f64;
         let (momentum, parameter) =
-            ((full.momentum - state.momentum).amax(), (row(&full.attitude) - state.parameter).amax());
+            (max_abs(&(full.momentum - state.momentum)), max_abs(&(row(&full.attitude) - state.parameter)));
         Measured::defect(momentum, size, floor, || format!("μ differs by {:e}", momentum.to_f64()))
             .and(Measured::defect(parameter, size, floor, || format!("a differs by {:e}", parameter.to_f64())))
     }

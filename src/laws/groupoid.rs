@@ -14,7 +14,7 @@ use crate::groupoid::{
 };
 use crate::harness::{About, Cost, Fault};
 use crate::retraction::{CayleySo3, Retraction, RetractionError};
-use crate::scalar::Real;
+use crate::scalar::{Real, max_abs};
 use nalgebra::DVector;
 
 pub(super) const SOURCE: &str = "Martín de Diego and Sato Martín de Almagro 2019, Def 4.1";
@@ -230,7 +230,7 @@ fn chain<'a, T: Real>(
 ) -> Chain<'a, Planted<'a, T>, impl Fn(&DVector<T>, &DVector<T>) -> f64> {
     let unit = instance.scale * T::unit_roundoff();
     let distance = move |g: &DVector<T>, h: &DVector<T>| {
-        if g.len() == h.len() { ((g - h).amax() / unit).to_f64() } else { f64::INFINITY }
+        if g.len() == h.len() { (max_abs(&(g - h)) / unit).to_f64() } else { f64::INFINITY }
     };
     let numbers = instance.chain[0].len();
     Chain {
@@ -309,7 +309,7 @@ fn representatives<T: Real>(fault: Option<&Fault>, probe: &mut Probe) -> Measure
     let other = product(&class(&first, &turn(&b)), &class(&second, &turn(&c)));
     match (one, other) {
         (Some(one), Some(other)) => {
-            Measured::defect((one - other).amax(), T::one(), 128.0, || "other representatives of the classes".into())
+            Measured::defect(max_abs(&(one - other)), T::one(), 128.0, || "other representatives of the classes".into())
         }
         _ => Measured::Broken("other representatives of composable classes were refused".into()),
     }

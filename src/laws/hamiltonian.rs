@@ -18,7 +18,7 @@ use crate::mechanics::hamiltonian::{
 };
 use crate::mechanics::{Force, Lagrangian};
 use crate::retraction::Retraction;
-use crate::scalar::{Dual, Real};
+use crate::scalar::{Dual, Real, larger, max_abs};
 use crate::system::{System, Visitor};
 use nalgebra::DMatrix;
 use std::fmt::Debug;
@@ -300,8 +300,8 @@ impl Check<'_> {
         let field = hamilton_rates(planted, &system.algebra, p.time, &p.mu, &Matrix::identity(), &p.mu, self.fault)?;
         let size = turning(&system.algebra, &on_base.velocity, &p.mu) + on_base.force.amax();
         let near = |what: &'static str, off: T, size: T| Measured::defect(off, size, self.floor::<N>(), || what.into());
-        let tangent = near("λ̇ on a unit", (field.lambda - on_base.momentum).amax(), size)
-            .and(near("μ̇ on a unit", (field.mu - on_base.momentum).amax(), size))
+        let tangent = near("λ̇ on a unit", max_abs(&(field.lambda - on_base.momentum)), size)
+            .and(near("μ̇ on a unit", max_abs(&(field.mu - on_base.momentum)), size))
             .and(near("U̇ on a unit", field.u.amax(), on_base.velocity.amax()));
 
         let here = planted.value(p.time, &p.lambda, &p.u, &p.mu)?;
@@ -348,7 +348,7 @@ impl Check<'_> {
         let on_units = jacobian(&p.mu, &unit)?;
         let expected =
             DMatrix::from_fn(2 * N, 2 * N, |i, j| if i / N == j / N { inverse[(i % N, j % N)] } else { T::zero() });
-        let blocks = Measured::defect((&on_units - &expected).amax(), inverse.amax(), floor, || {
+        let blocks = Measured::defect(max_abs(&(&on_units - &expected)), inverse.amax(), floor, || {
             "the Jacobian on a unit is not diag(h'', h'')".into()
         });
 
@@ -356,7 +356,7 @@ impl Check<'_> {
         let scale = at_e.clone().try_inverse().map_or(T::zero(), |m| m.amax()) * T::int(32 * N as i64);
         let mut u = p.u;
         loop {
-            let change = (jacobian(&p.lambda, &u)? - &at_e).amax() * scale;
+            let change = max_abs(&(jacobian(&p.lambda, &u)? - &at_e)) * scale;
             if change <= T::one() || x.amax() < T::unit_roundoff() {
                 break;
             }
@@ -370,7 +370,7 @@ impl Check<'_> {
             Ok(found) => found,
             Err(error) => return Ok(refused(error)),
         };
-        let off = (lambda - p.lambda).amax().max((mu - p.mu).amax());
+        let off = larger(max_abs(&(lambda - p.lambda)), max_abs(&(mu - p.mu)));
         Ok(blocks.and(Measured::defect(off, p.lambda.amax().max(p.mu.amax()), floor, || {
             format!("the momenta of the velocities are off by {:e}", off.to_f64())
         })))

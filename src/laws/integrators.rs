@@ -18,7 +18,7 @@ use crate::integrators::{OneStep, Report, State, StepError, Variational};
 use crate::mechanics::configuration::Configuration;
 use crate::mechanics::{Force, Lagrangian};
 use crate::retraction::Retraction;
-use crate::scalar::Real;
+use crate::scalar::{Real, larger};
 use crate::system::{System, Visitor};
 
 const SCHEME: &str = "Martín de Diego and Sato Martín de Almagro 2019, §5.2";
@@ -244,7 +244,7 @@ pub(super) fn refused(error: &StepError) -> Measured {
 }
 
 pub(super) fn size_of<T: Real>(values: impl IntoIterator<Item = T>) -> T {
-    values.into_iter().fold(T::zero(), |m, v| if v.abs() > m || !v.all_finite() { v.abs() } else { m })
+    values.into_iter().fold(T::zero(), |most, v| larger(most, v.abs()))
 }
 
 pub(super) fn show<T: Real, const N: usize>(mu: &Covector<T, N>) -> String {

@@ -12,7 +12,7 @@ use crate::mechanics::Lagrangian;
 use crate::mechanics::doubled::{DoubledLagrangian, Forced, VelocityError};
 use crate::mechanics::hamiltonian::{DoubledHamiltonian, LegendreHamiltonian, modified_pairing};
 use crate::retraction::Retraction;
-use crate::scalar::{Dual, Real};
+use crate::scalar::{Dual, Real, larger, max_abs};
 use crate::system::{System, Visitor};
 use std::fmt::Debug;
 
@@ -153,7 +153,7 @@ impl Check<'_> {
     ) -> Result<Measured, VelocityError> {
         let (lambda, mu) = legendre(doubled, p.time, &p.eta, &p.u, &p.psi, self.fault)?;
         let (eta, psi) = doubled.velocities(p.time, &lambda, &p.u, &mu)?;
-        let far = |eta: &Vector<T, N>, psi: &Vector<T, N>| (eta - p.eta).amax().max((psi - p.psi).amax());
+        let far = |eta: &Vector<T, N>, psi: &Vector<T, N>| larger(max_abs(&(eta - p.eta)), max_abs(&(psi - p.psi)));
         let off = far(&eta, &psi);
         let floor = 1024.0 * N as f64;
         // The terms of a velocity cancel where a gyrostat term is all of its momentum: so far it goes with twice the momenta.
@@ -206,9 +206,9 @@ impl Check<'_> {
         let floor = 1024.0 * N as f64;
         let near = |what: &'static str, off: T, size: T| Measured::defect(off, size, floor, || what.into());
         let arrow = p.u.amax() * (p.eta.amax() + p.psi.amax());
-        Ok(near("λ̇", (lambda.map(rate) - field.lambda).amax(), size)
-            .and(near("μ̇", (mu.map(rate) - field.mu).amax(), size))
-            .and(near("U̇", (found.u - field.u).amax(), arrow)))
+        Ok(near("λ̇", max_abs(&(lambda.map(rate) - field.lambda)), size)
+            .and(near("μ̇", max_abs(&(mu.map(rate) - field.mu)), size))
+            .and(near("U̇", max_abs(&(found.u - field.u)), arrow)))
     }
 
     fn hamiltonian<T: Real, const N: usize, const D: usize>(
@@ -221,7 +221,7 @@ impl Check<'_> {
         let h = LegendreHamiltonian::new(doubled);
         let (eta, psi) = hamiltonian_legendre(&h, p.time, &lambda, &p.u, &mu, self.fault)?;
         let floor = 1024.0 * N as f64;
-        let back = (eta - p.eta).amax().max((psi - p.psi).amax());
+        let back = larger(max_abs(&(eta - p.eta)), max_abs(&(psi - p.psi)));
         let back = Measured::defect(back, p.eta.amax().max(p.psi.amax()), floor, || "Fh̃×(FL×(v)) ≠ v".into());
 
         // h̃ and its derivative along (δλ, U δ̂u, δμ), by its value alone.
@@ -280,7 +280,8 @@ fn near_the_units<
     let scale = (size(elimination::inverse(&a)) + size(elimination::inverse(&d))) * T::int(16 * N as i64);
     loop {
         let ((a1, c1), (b1, d1)) = doubled.velocity_hessian(time, &eta, &point.u, &psi)?;
-        let change = (a1 - a).amax().max((b1 - b).amax()).max((c1 - c).amax()).max((d1 - d).amax());
+        let change =
+            larger(larger(larger(max_abs(&(a1 - a)), max_abs(&(b1 - b))), max_abs(&(c1 - c))), max_abs(&(d1 - d)));
         if change * scale <= T::one() || x.amax() < T::unit_roundoff() {
             return Ok(point);
         }

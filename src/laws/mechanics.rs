@@ -13,7 +13,7 @@ use crate::harness::{About, Cost, Fault};
 use crate::mechanics::doubled::{DoubledLagrangian, Forced, partials_by_duals, velocity_hessian_by_duals};
 use crate::mechanics::{Force, Lagrangian};
 use crate::retraction::{Retraction, RetractionError};
-use crate::scalar::Real;
+use crate::scalar::{Real, max_abs};
 use crate::system::{System, Visitor};
 use std::fmt::Debug;
 
@@ -204,12 +204,12 @@ impl Check<'_> {
         let scale = p.u.amax().max(T::one()) * p.inverse.amax().max(T::one());
         let size = (momentum.amax() + f.amax() + oracle.eta.amax() + oracle.psi.amax() + oracle.left.amax()) * scale;
         let near = |what: &'static str, a: &Covector<T, N>, b: &Covector<T, N>| {
-            Measured::defect((a - b).amax(), size, 64.0 * N as f64, || what.into())
+            Measured::defect(max_abs(&(a - b)), size, 64.0 * N as f64, || what.into())
         };
         let ((first, cross), (other, second)) = doubled.velocity_hessian(p.time, &p.eta, &p.u, &p.psi)?;
         let ((a, c), (b, d)) = velocity_hessian_by_duals(&planted, p.time, &p.eta, &p.u, &p.psi)?;
         let bent = |what: &'static str, mine: &Matrix<T, N>, oracle: &Matrix<T, N>| {
-            Measured::defect((mine - oracle).amax(), size + a.amax() + d.amax(), 64.0 * N as f64, || what.into())
+            Measured::defect(max_abs(&(mine - oracle)), size + a.amax() + d.amax(), 64.0 * N as f64, || what.into())
         };
         Ok([
             bent("∂²l_f/∂η²", &first, &a),

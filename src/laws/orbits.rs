@@ -13,7 +13,7 @@ use crate::mechanics::equations::EulerPoincare;
 use crate::mechanics::lie_poisson::{OrbitField, OrbitForce};
 use crate::mechanics::{Force, Lagrangian, LegendreError};
 use crate::retraction::Retraction;
-use crate::scalar::{Dual, Real, Scalar};
+use crate::scalar::{Dual, Real, Scalar, max_abs};
 use crate::system::{System, Visitor};
 use std::fmt::Debug;
 
@@ -157,7 +157,7 @@ impl Check<'_> {
         let still = change(&alone.momentum).amax();
         let other = system.force.force(time, &alone.velocity);
         let expected = other * adjoint.map(|v| v.re);
-        let defect = (change(&total.momentum) - expected).amax();
+        let defect = max_abs(&(change(&total.momentum) - expected));
         let scale = adjoint.map(|v| v.re).amax();
         let kept = Measured::defect(still, size * scale, floor, || {
             format!("d/dt Ad*_{{k⁻¹}} μ = {:e} with the orbit force alone", still.to_f64())

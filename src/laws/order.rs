@@ -21,7 +21,7 @@ use crate::mechanics::configuration::Configuration;
 use crate::mechanics::equations::EulerPoincare;
 use crate::mechanics::{Force, Lagrangian};
 use crate::retraction::Retraction;
-use crate::scalar::{Dd, Scalar};
+use crate::scalar::{Dd, Scalar, max_abs};
 use crate::system::{Cases, System, Visitor};
 use crate::tableau::{Description, Family, variational_order};
 use nalgebra::ComplexField;
@@ -206,7 +206,7 @@ impl OrderStudy<'_> {
     ) -> Option<f64> {
         let exact = reference(system, horizon, 4).ok()?.momentum;
         let end = self.run(system, horizon, COARSEST).ok()?.state.momentum;
-        let error = ((end - exact).amax() / exact.amax()).to_f64();
+        let error = (max_abs(&(end - exact)) / exact.amax()).to_f64();
         (error > 1e-27).then_some(error)
     }
 
@@ -224,7 +224,7 @@ impl OrderStudy<'_> {
         let size = energy(system, &exact).unwrap_or(Dd::exact(1.0)).abs();
         let sizes = [exact.momentum.amax(), exact.attitude.amax(), size];
         let reference_error =
-            [(exact.momentum - rough.momentum).amax(), (exact.attitude - rough.attitude).amax(), Dd::exact(0.0)];
+            [max_abs(&(exact.momentum - rough.momentum)), max_abs(&(exact.attitude - rough.attitude)), Dd::exact(0.0)];
         let known = reference_error
             .iter()
             .zip(&sizes)
@@ -242,8 +242,8 @@ impl OrderStudy<'_> {
                 Err(_) => return (Verdict::inconclusive("a step was refused"), levels),
             };
             let errors = [
-                (end.state.momentum - exact.momentum).amax(),
-                (end.state.attitude - exact.attitude).amax(),
+                max_abs(&(end.state.momentum - exact.momentum)),
+                max_abs(&(end.state.attitude - exact.attitude)),
                 end.balance.abs(),
             ];
             for (quantity, levels) in levels.iter_mut().enumerate() {

@@ -15,7 +15,7 @@ use crate::harness::{About, Cost};
 use crate::mechanics::{Force, Lagrangian};
 use crate::retraction::{Retraction, RetractionError, TangentPoint};
 use crate::scalar::dual::derivative;
-use crate::scalar::{Real, Scalar};
+use crate::scalar::{Real, Scalar, max_abs};
 use crate::system::{System, Visitor};
 use std::fmt::Debug;
 
@@ -308,7 +308,7 @@ fn near<T: Real, const N: usize, const A: usize, const B: usize>(
 }
 
 fn at_most<T: Real>(off: &[T], size: T, x: &[T]) -> Measured {
-    let defect = off.iter().fold(T::zero(), |m, v| if v.abs() > m || !v.all_finite() { v.abs() } else { m });
+    let defect = max_abs(off);
     Measured::defect(defect, size, 64.0 * x.len() as f64, || {
         let x: Vec<String> = x.iter().map(|v| format!("{:e}", v.to_f64())).collect();
         format!("at ξ = ({})", x.join(", "))

@@ -12,6 +12,7 @@ use crate::mechanics::configuration::Configuration;
 use crate::mechanics::equations::EulerPoincare;
 use crate::mechanics::{Force, Lagrangian};
 use crate::retraction::Retraction;
+use crate::scalar::{larger, max_abs};
 use crate::system::{System, Visitor};
 use crate::tableau::Family;
 use std::fmt::Debug;
@@ -116,9 +117,9 @@ impl Visitor<f64> for Check<'_> {
         let pair = 2.0 * span.abs() / solution.statistics.steps.max(1) as f64;
         let scale = largest(&right).max(l.gradient(&Vector::zeros()).amax()).max(push * pair);
         let off = |a: &State<f64, N, D>, b: &State<f64, N, D>| {
-            let momentum = (a.momentum - b.momentum).amax();
+            let momentum = max_abs(&(a.momentum - b.momentum));
             let momentum = if momentum == 0.0 { 0.0 } else { momentum / scale };
-            momentum.max((a.attitude - b.attitude).amax() / b.attitude.amax())
+            larger(momentum, max_abs(&(a.attitude - b.attitude)) / b.attitude.amax())
         };
         let (mut defect, mut bound, mut witness) = (0.0, 0.0, String::new());
         for (k, (right, changed)) in right.iter().zip(&changed).enumerate() {
@@ -143,7 +144,7 @@ fn reason(error: &crate::integrators::solve::SolveError) -> &'static str {
     use crate::integrators::solve::SolveError;
     match error {
         SolveError::Tolerance { .. } => "the tolerance cannot be kept",
-        SolveError::Stuck { .. } => "a step cannot be taken",
+        SolveError::Stuck { .. } | SolveError::Start { .. } => "a step cannot be taken",
         SolveError::TooManySteps { .. } => "too many steps",
         _ => "its input makes no sense",
     }
@@ -193,8 +194,8 @@ fn settled<const N: usize, const D: usize, R, L: Lagrangian<f64, N>, F: Force<f6
         let after = reference(system, start, times, finer)?;
         let size = after.iter().fold(start.momentum.amax(), |size, state| size.max(state.momentum.amax()));
         let agree = before.iter().zip(&after).all(|(a, b)| {
-            let momentum = (a.momentum - b.momentum).amax() <= accuracy * size;
-            momentum && (a.attitude - b.attitude).amax() <= accuracy * b.attitude.amax()
+            let momentum = max_abs(&(a.momentum - b.momentum)) <= accuracy * size;
+            momentum && max_abs(&(a.attitude - b.attitude)) <= accuracy * b.attitude.amax()
         });
         if agree {
             return Ok(Some(Settled { states: after, finer }));

@@ -13,7 +13,7 @@ use crate::mechanics::forced_hamiltonian::ForcedHamiltonian;
 use crate::mechanics::hamiltonian::{DoubledHamiltonian, LegendreHamiltonian};
 use crate::mechanics::{Force, Lagrangian, LegendreError};
 use crate::retraction::Retraction;
-use crate::scalar::{Dd, Real, Scalar, dual};
+use crate::scalar::{Dd, Real, Scalar, dual, larger, max_abs};
 use crate::system::{Case, ForceTerm, Motion, System, Visitor};
 use std::fmt::Debug;
 
@@ -125,17 +125,17 @@ impl Check<'_> {
         let terms = forcing(&system.algebra, &force, &theirs.mu, &mu)
             + forcing(&system.algebra, &force, &theirs.lambda, &lambda);
         let push = theirs.left.amax() + theirs.right.amax() + terms;
-        let mut found = near("∂h/∂λ", (mine.lambda - theirs.lambda).amax(), velocity)
-            .and(near("∂h/∂μ", (mine.mu - theirs.mu).amax(), velocity))
-            .and(near("L*_U ∂h/∂U", (mine.left - theirs.left).amax(), push))
-            .and(near("R*_U ∂h/∂U", (mine.right - theirs.right).amax(), push));
+        let mut found = near("∂h/∂λ", max_abs(&(mine.lambda - theirs.lambda)), velocity)
+            .and(near("∂h/∂μ", max_abs(&(mine.mu - theirs.mu)), velocity))
+            .and(near("L*_U ∂h/∂U", max_abs(&(mine.left - theirs.left)), push))
+            .and(near("R*_U ∂h/∂U", max_abs(&(mine.right - theirs.right)), push));
         let fields = (
             hamilton_rates(&planted, &system.algebra, time, &lambda, &u, &mu, self.fault)?,
             hamilton_rates(&other, &system.algebra, time, &lambda, &u, &mu, None)?,
         );
         let turn = turning(&system.algebra, &theirs.mu, &mu) + turning(&system.algebra, &theirs.lambda, &lambda);
         let size = push + turn;
-        let difference = (fields.0.lambda - fields.1.lambda).amax().max((fields.0.mu - fields.1.mu).amax());
+        let difference = larger(max_abs(&(fields.0.lambda - fields.1.lambda)), max_abs(&(fields.0.mu - fields.1.mu)));
         found = found.and(near("the vector fields", difference, size));
         if self.units {
             let expected = [(theirs.left + force).amax(), (theirs.lambda + theirs.mu).amax()];

@@ -22,7 +22,7 @@ use crate::mechanics::Lagrangian;
 use crate::mechanics::doubled::{DoubledLagrangian, Forced};
 use crate::mechanics::equations::EulerPoincare;
 use crate::retraction::Retraction;
-use crate::scalar::{Dd, Scalar};
+use crate::scalar::{Dd, Scalar, larger, max_abs};
 use crate::study::least::{self, Answer, Shown};
 use crate::study::problem;
 use crate::system::case::Method;
@@ -276,7 +276,7 @@ impl ErrorStudy<'_> {
                 // Far from the units λ and μ may be those of several velocities: of the shortest step the stages say whose.
                 let (first, second) = flow.stages();
                 let off = |rates: &[Vector<Dd, N>], rate: Vector<Dd, N>| {
-                    rates.iter().fold(Dd::exact(0.0), |far, one| far.max((one - rate).amax()))
+                    rates.iter().fold(Dd::exact(0.0), |far, one| larger(far, max_abs(&(one - rate))))
                 };
                 if off(first, eta).max(off(second, psi)) > eta.amax().max(psi.amax()) * Dd::exact(0.25) {
                     return Err("the doubled step starts with other velocities of the same momenta".into());
@@ -284,14 +284,14 @@ impl ErrorStudy<'_> {
             }
             let end = legendre(&doubled, point.time, &point.eta, &point.u, &point.psi)
                 .ok_or(tell("the Legendre transform"))?;
-            let off = (state.lambda - end.0).amax().max((state.mu - end.1).amax());
-            let off = off.max((state.relative - point.u).amax() * end.1.amax());
+            let off = larger(max_abs(&(state.lambda - end.0)), max_abs(&(state.mu - end.1)));
+            let off = larger(off, max_abs(&(state.relative - point.u)) * end.1.amax());
             errors[1].push(level(*step, off, end.0.amax() + end.1.amax(), 4096));
 
             let mut state = system.state.clone();
             let mut method = subject(system, self.fault);
             method.step(&mut state, *step).map_err(|_| tell("the restricted step"))?;
-            let off = (state.momentum - restricted[k]).amax();
+            let off = max_abs(&(state.momentum - restricted[k]));
             errors[2].push(level(*step, off, restricted[k].amax(), 4096));
         }
         Ok(errors)

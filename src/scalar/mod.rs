@@ -174,6 +174,19 @@ pub(crate) fn finite<S: Scalar>(values: &[S]) -> bool {
     values.iter().all(|v| v.all_finite())
 }
 
+/// The larger of two numbers, or NaN where one of them is. `max`, and `amax` of nalgebra, lose a NaN: nothing may be judged by them that
+/// has to be finite.
+#[inline]
+pub(crate) fn larger<T: Real>(a: T, b: T) -> T {
+    if a > b || !a.all_finite() { a } else { b }
+}
+
+/// The largest absolute value, 0 of none; NaN or infinite where one is.
+#[inline]
+pub(crate) fn max_abs<'a, T: Real>(values: impl IntoIterator<Item = &'a T>) -> T {
+    values.into_iter().fold(T::zero(), |most, v| larger(most, v.abs()))
+}
+
 /// x in another scalar, to all digits that both have.
 #[cfg(feature = "harness")]
 pub(crate) fn convert<W: Real, T: Real>(x: W) -> T {

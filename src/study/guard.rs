@@ -9,7 +9,7 @@ use crate::mechanics::configuration::Configuration;
 use crate::mechanics::equations::EulerPoincare;
 use crate::mechanics::{Force, Lagrangian};
 use crate::retraction::Retraction;
-use crate::scalar::Real;
+use crate::scalar::{Real, max_abs};
 use crate::system::{Case, CaseError, System, Visitor};
 use std::fmt;
 
@@ -123,7 +123,7 @@ where
     let span = duration.abs();
     if (0..5).all(|k| small(span * forces[k].amax().max(later(k).amax()), size)) {
         found.push(Warning::NoForce);
-    } else if (1..5).all(|k| small((forces[k] - forces[0]).amax(), forces[k].amax().max(forces[0].amax()))) {
+    } else if (1..5).all(|k| small(max_abs(&(forces[k] - forces[0])), forces[k].amax().max(forces[0].amax()))) {
         found.push(Warning::ForceIgnoresVelocity);
     }
     let free = |k: usize| system.algebra.coad(&velocities[k], &momenta[k]);
@@ -138,7 +138,7 @@ where
         let mean = (momenta[j] + momenta[k]) * T::half();
         let guess = (velocities[j] + velocities[k]) * T::half();
         match (rate(&momenta[j], &velocities[j]), rate(&momenta[k], &velocities[k]), rate(&mean, &guess)) {
-            (Ok(x), Ok(y), Ok(middle)) => small((middle - (x + y) * T::half()).amax(), x.amax().max(y.amax())),
+            (Ok(x), Ok(y), Ok(middle)) => small(max_abs(&(middle - (x + y) * T::half())), x.amax().max(y.amax())),
             _ => false,
         }
     };

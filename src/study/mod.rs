@@ -42,7 +42,7 @@ pub use reference::Target;
 
 use crate::harness::convergence::CLEAR_OF_NOISE;
 use crate::integrators::{OneStep, State, StepError};
-use crate::scalar::Real;
+use crate::scalar::{Real, max_abs};
 
 /// One level of a study: so many steps of one size.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -174,13 +174,13 @@ impl<'a, T: Real, const N: usize, const D: usize> Study<'a, T, N, D> {
         };
         let exact = &target.state;
         let mut readings = vec![reading(
-            (end.momentum - exact.momentum).amax(),
+            max_abs(&(end.momentum - exact.momentum)),
             exact.momentum.amax().max(self.start.momentum.amax()),
             target.reference_error.0,
         )];
         if self.attitude {
             let size = exact.attitude.amax().max(self.start.attitude.amax());
-            readings.push(reading((end.attitude - exact.attitude).amax(), size, target.reference_error.1));
+            readings.push(reading(max_abs(&(end.attitude - exact.attitude)), size, target.reference_error.1));
         }
         // How much a function moves with the momentum is not known: the relative error of the reference momentum stands for it.
         let relative = target.reference_error.0 / exact.momentum.amax().max(T::unit_roundoff());

@@ -7,7 +7,7 @@ use crate::group::LieGroup;
 use crate::integrators::{Classical, OneStep, State, StepError};
 use crate::mechanics::equations::EulerPoincare;
 use crate::mechanics::{Force, Lagrangian};
-use crate::scalar::Real;
+use crate::scalar::{Real, max_abs};
 use crate::tableau::{Family, Tableau};
 
 /// A state, and how much its momentum and its attitude may be off.
@@ -52,7 +52,7 @@ where
 }
 
 fn difference<T: Real, const N: usize, const D: usize>(a: &State<T, N, D>, b: &State<T, N, D>) -> (T, T) {
-    ((a.momentum - b.momentum).amax(), (a.attitude - b.attitude).amax())
+    (max_abs(&(a.momentum - b.momentum)), max_abs(&(a.attitude - b.attitude)))
 }
 
 /// The states after each of these times, in the same sequence, with so many stages (at least 4: the error of the reference

@@ -19,7 +19,7 @@ use crate::mechanics::Force;
 use crate::mechanics::Lagrangian;
 use crate::mechanics::doubled::Forced;
 use crate::retraction::{Retraction, TangentPoint};
-use crate::scalar::Real;
+use crate::scalar::{Real, max_abs};
 use crate::system::{System, Visitor};
 use crate::tableau::Tableau;
 use std::fmt::Debug;
@@ -228,7 +228,7 @@ impl Check<'_> {
         let momentum = start.lambda.amax().max(start.mu.amax()).max(end.lambda.amax()).max(end.mu.amax());
         let floor = 512.0 * (system.tableau.stages() * N) as f64;
         let near = |what: &'static str, mine: &Covector<T, N>, theirs: &Covector<T, N>| {
-            Measured::defect((mine - theirs).amax(), momentum / smallest, floor, || what.into())
+            Measured::defect(max_abs(&(mine - theirs)), momentum / smallest, floor, || what.into())
         };
         let size = plus.u.amax().max(T::one());
         Ok([
@@ -236,7 +236,7 @@ impl Check<'_> {
             near("μ of F⁻", &minus.mu, &start.mu),
             near("λ of F⁺", &plus.lambda, &end.lambda),
             near("μ of F⁺", &plus.mu, &end.mu),
-            Measured::defect((plus.u - end.relative).amax(), size, floor, || "U of F⁺".into()),
+            Measured::defect(max_abs(&(plus.u - end.relative)), size, floor, || "U of F⁺".into()),
         ]
         .into_iter()
         .fold(Measured::NotApplicable("nothing".into()), Measured::and))

@@ -16,7 +16,7 @@ use crate::group::{LieGroup, MatrixGroup};
 use crate::harness::{About, Cost, Fault};
 use crate::mechanics::{Force, Lagrangian};
 use crate::retraction::{Retraction, RetractionError};
-use crate::scalar::{Dual, Real, Scalar};
+use crate::scalar::{Dual, Real, Scalar, max_abs};
 use crate::system::{System, Visitor};
 use std::fmt::Debug;
 
@@ -213,7 +213,7 @@ impl Check<'_> {
         let varied = Measured::defect((found - expected).abs(), size * scale, floor, || {
             format!("⟨residual, (P, Σ)⟩ = {:.17e}, δ action = {:.17e}", found.to_f64(), expected.to_f64())
         });
-        Ok(varied.and(Measured::defect((next - y.u).amax(), scale * scale, floor, || "U_k ≠ V⁻¹UW".into())))
+        Ok(varied.and(Measured::defect(max_abs(&(next - y.u)), scale * scale, floor, || "U_k ≠ V⁻¹UW".into())))
     }
 
     fn units<T: Real, R, const N: usize, const D: usize>(

@@ -19,7 +19,7 @@ use crate::mechanics::Lagrangian;
 use crate::mechanics::doubled::{DoubledLagrangian, Forced, VelocityError};
 use crate::mechanics::hamiltonian::{DoubledHamiltonian, LegendreHamiltonian, modified_legendre};
 use crate::retraction::{Retraction, TangentPoint};
-use crate::scalar::Real;
+use crate::scalar::{Real, larger, max_abs};
 use crate::system::{System, Visitor};
 use crate::tableau::Family;
 use std::fmt::Debug;
@@ -273,7 +273,7 @@ impl Check<'_> {
         let action = Measured::defect((there.action + back.action).abs(), energies * h.abs(), floor, || {
             format!("actions {:e} and {:e}", there.action.to_f64(), back.action.to_f64())
         });
-        let ends = (there.v - back.w).amax().max((there.w - back.v).amax());
+        let ends = larger(max_abs(&(there.v - back.w)), max_abs(&(there.w - back.v)));
         let size = there.v.amax().max(there.w.amax());
         Ok(action.and(Measured::defect(ends, size, floor, || "V and W are not exchanged".into())))
     }

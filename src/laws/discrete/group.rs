@@ -13,7 +13,7 @@ use crate::harness::{About, Cost, Fault};
 use crate::integrators::{OneStep, Variational};
 use crate::mechanics::{Force, Lagrangian};
 use crate::retraction::{Retraction, RetractionError};
-use crate::scalar::{Dual, Real, Scalar};
+use crate::scalar::{Dual, Real, Scalar, max_abs};
 use crate::system::{System, Visitor};
 use crate::tableau::Tableau;
 use std::fmt::Debug;
@@ -211,13 +211,13 @@ impl Check<'_> {
         let floor = 256.0 * (N * D) as f64;
         let size = mu.amax().max(end.momentum.amax()) / x.amax().min(T::one());
         let near = |what: &'static str, mine: &Covector<T, N>, theirs: &Covector<T, N>| {
-            Measured::defect((mine - theirs).amax(), size, floor, || what.into())
+            Measured::defect(max_abs(&(mine - theirs)), size, floor, || what.into())
         };
         Ok([
             near("F⁻(W₁)", &minus, &mu),
             near("F⁺(W₁)", &plus, &end.momentum),
             near("μ₂", &next, &end.momentum),
-            Measured::defect((found - w).amax(), w.amax().max(T::one()), floor, || "W₁".into()),
+            Measured::defect(max_abs(&(found - w)), w.amax().max(T::one()), floor, || "W₁".into()),
         ]
         .into_iter()
         .fold(Measured::NotApplicable("nothing".into()), Measured::and))

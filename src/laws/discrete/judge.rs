@@ -10,7 +10,7 @@ use crate::discrete::{DiscreteLagrangian, Slopes, Triple};
 use crate::group::LieGroup;
 use crate::harness::{About, Cost};
 use crate::retraction::{Retraction, RetractionError};
-use crate::scalar::Real;
+use crate::scalar::{Real, max_abs};
 
 type Answer = Result<Measured, Measured>;
 
@@ -102,7 +102,7 @@ where
         let ad = group.adjoint(g).ok_or(Measured::Broken("a group element is a singular matrix".into()))?;
         let allowed = T::exact(floor) * T::unit_roundoff() * size * ad.amax().max(T::one());
         let differ = || format!("L* and Ad* R* differ at {what}");
-        Ok::<_, Measured>(Measured::within((left - right * ad).amax(), allowed, differ))
+        Ok::<_, Measured>(Measured::within(max_abs(&(left - right * ad)), allowed, differ))
     };
     let measured = sides("V", &rows.v_left, &rows.v_right, &x.v)?
         .and(sides("U", &rows.u_left, &rows.u_right, &x.u)?)

@@ -23,7 +23,7 @@ use crate::algebra::{Covector, Matrix};
 use crate::discrete::{DiscreteError, DiscreteLagrangian, Slopes, Triple};
 use crate::harness::Fault;
 use crate::retraction::RetractionError;
-use crate::scalar::Real;
+use crate::scalar::{Real, max_abs};
 
 pub(super) const VALUE: Fault = Fault::new("discrete-value", "the sum of the entries of V added to l_d", "every group");
 pub(super) const V_RIGHT: Fault = Fault::new("discrete-v-right", "L*_V D₁l_d for R*_V D₁l_d", "non-abelian groups");
@@ -138,7 +138,7 @@ fn outside(error: RetractionError) -> Measured {
 /// The distance of two triples relative to the sizes of their entries.
 fn compare<T: Real, const D: usize>(mine: &Triple<T, D>, expected: &Triple<T, D>, size: T, floor: f64) -> Measured {
     let near = |what: &'static str, a: &Matrix<T, D>, b: &Matrix<T, D>| {
-        Measured::defect((a - b).amax(), size * b.amax().max(T::one()), floor, || format!("{what} differs"))
+        Measured::defect(max_abs(&(a - b)), size * b.amax().max(T::one()), floor, || format!("{what} differs"))
     };
     near("V", &mine.v, &expected.v).and(near("U", &mine.u, &expected.u)).and(near("W", &mine.w, &expected.w))
 }

@@ -22,7 +22,7 @@ use crate::laws::unbuilt;
 use crate::mechanics::doubled::Forced;
 use crate::mechanics::{Force, Lagrangian};
 use crate::retraction::Retraction;
-use crate::scalar::{Dd, Scalar};
+use crate::scalar::{Dd, Scalar, max_abs};
 use crate::system::{System, Visitor};
 use nalgebra::RealField;
 use std::fmt::Debug;
@@ -147,7 +147,7 @@ impl Study<'_> {
             let end = sum(end, Momenta::plus(&slopes, &x).map_err(refused)?);
             let expected = momenta(system, &begin.mu, &[*step * Dd::half(), *step]);
             let expected = expected.map_err(|_| lost("the solution of forced Lie–Poisson"))?[1];
-            levels.push(level(*step, (end.mu - expected).amax(), expected.amax(), 4096));
+            levels.push(level(*step, max_abs(&(end.mu - expected)), expected.amax(), 4096));
             units = units.and(on_units(&begin)).and(on_units(&end));
         }
         Ok((levels, units))
@@ -157,10 +157,10 @@ impl Study<'_> {
 /// How far (λ, U, μ) is from (μ, e, μ).
 fn on_units<const N: usize, const D: usize>(at: &Momenta<Dd, N, D>) -> Measured {
     let floor = 64.0 * N as f64;
-    let apart = (at.lambda - at.mu).amax();
+    let apart = max_abs(&(at.lambda - at.mu));
     let momenta = Measured::defect(apart, at.mu.amax().max(Dd::exact(1.0)), floor, || {
         format!("λ and μ differ by {:e}", apart.to_f64())
     });
-    let off = (at.u - Matrix::identity()).amax();
+    let off = max_abs(&(at.u - Matrix::identity()));
     momenta.and(Measured::defect(off, at.u.amax(), floor, || format!("U is off e by {:e}", off.to_f64())))
 }

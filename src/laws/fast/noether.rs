@@ -19,9 +19,8 @@ use crate::laws::precision::of_relative;
 use crate::laws::subjects::forcing;
 use crate::mechanics::{Force, Lagrangian};
 use crate::retraction::{Retraction, TangentPoint};
-use crate::scalar::{Dd, Scalar};
+use crate::scalar::{Dd, Scalar, larger, max_abs};
 use crate::system::{Case, System, Visitor};
-use nalgebra::RealField;
 
 /// Steps of a trajectory: the first starts from nothing, the second from the one before.
 const STEPS: usize = 2;
@@ -124,7 +123,7 @@ impl Visitor<Dd> for Balance<'_> {
             change = Dd::exact(0.0);
             for (i, x) in displacements.iter_mut().enumerate() {
                 let next = (0..s).fold(Vector::zeros(), |sum, j| sum + rates[j] * (tableau.a()[(i, j)] * h));
-                change = change.max((next - *x).amax());
+                change = larger(change, max_abs(&(next - *x)));
                 *x = next;
             }
             if change <= Dd::exact(2f64.powi(-80)) {
@@ -152,6 +151,6 @@ impl Visitor<Dd> for Balance<'_> {
                 terms * nalgebra::ComplexField::abs(weight),
             )?;
         }
-        Some((left.amax().to_f64(), size.to_f64()))
+        Some((max_abs(&left).to_f64(), size.to_f64()))
     }
 }

@@ -38,7 +38,7 @@ use crate::harness::evidence::{self, Evidence};
 use crate::integrators::StepError;
 use crate::laws::integrators::refused;
 use crate::laws::precision::{AGREEMENT, Measured, compare};
-use crate::scalar::{Dd, Real, Scalar, convert};
+use crate::scalar::{Dd, Real, Scalar, convert, larger, max_abs};
 use crate::study::{Findings, Reading, Row};
 
 /// Steps over which a drift is measured, at most.
@@ -158,11 +158,6 @@ fn allowed<T: Precision>(view: &View<'_, '_, T>, at: &Point<T>, h: T, sums: f64)
     (SUMS * at.momentum.len() as f64 * turned).max(16.0 * view.tolerance / T::unit_roundoff().to_f64())
 }
 
-/// The largest of some numbers.
-fn largest<T: Real>(list: &[T]) -> T {
-    list.iter().fold(T::zero(), |most, x| if x.abs() > most || !x.all_finite() { x.abs() } else { most })
-}
-
 /// D Π(μ) Dᵀ − Π(μ') after a step.
 fn bracket<T: Precision>(view: &View<'_, '_, T>, h: T) -> Result<KeptLevel, StepError> {
     let start = view.theory().start();
@@ -170,7 +165,7 @@ fn bracket<T: Precision>(view: &View<'_, '_, T>, h: T) -> Result<KeptLevel, Step
     let end = view.step(&start, h)?;
     // A power of two near u^{1/5}.
     let relative = T::exact(2f64.powi((T::unit_roundoff().to_f64().log2() / 5.0).round() as i32));
-    let scale = largest(&start.momentum);
+    let scale = max_abs(&start.momentum);
     let epsilon = relative * if scale > T::zero() { scale } else { T::one() };
     // The rows of D: those of ∂μ'/∂μ_a.
     let mut rows = Vec::with_capacity(n);
@@ -200,7 +195,7 @@ fn bracket<T: Precision>(view: &View<'_, '_, T>, h: T) -> Result<KeptLevel, Step
                 }
             }
             let off = (sum - after[b * n + c]).abs();
-            defect = if off > defect || !off.all_finite() { off } else { defect };
+            defect = larger(defect, off);
             size = size.max(terms).max(after[b * n + c].abs());
         }
     }
@@ -230,8 +225,8 @@ fn equality<T: Precision>(scheme: &Scheme, view: &View<'_, '_, T>, h: T) -> Resu
     let (share, units) = (share[0].max(share[1]), T::unit_roundoff().to_f64());
     let drift = |mine: &[T], exact: &[Dd], start: &[T], spread: f64| {
         let off: Vec<Dd> = mine.iter().zip(exact).map(|(x, y)| convert::<T, Dd>(*x) - *y).collect();
-        let size = largest(exact).to_f64().max(largest(start).to_f64()).max(f64::MIN_POSITIVE);
-        let defect = largest(&off).to_f64() / size / units;
+        let size = max_abs(exact).to_f64().max(max_abs(start).to_f64()).max(f64::MIN_POSITIVE);
+        let defect = max_abs(&off).to_f64() / size / units;
         let defect = if defect.is_nan() { f64::INFINITY } else { defect };
         Drift { defect, allowed: share * spread / size, size, units }
     };

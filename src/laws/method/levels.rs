@@ -19,7 +19,7 @@ use crate::harness::Verdict;
 use crate::harness::convergence::{Estimate, TOLERANCE};
 use crate::harness::lower::{Share, Signed, share};
 use crate::integrators::StepError;
-use crate::scalar::{Dd, Real};
+use crate::scalar::{Dd, Real, max_abs};
 use crate::study::{Comparison, Findings, Line, Reading, Row};
 use std::cmp::Ordering;
 
@@ -70,12 +70,8 @@ pub(super) struct Gap<T> {
 }
 
 impl<T: Real> Gap<T> {
-    fn largest(&self) -> T {
-        self.error.iter().fold(T::zero(), |m, x| if x.abs() > m || !x.all_finite() { x.abs() } else { m })
-    }
-
     fn relative(&self) -> f64 {
-        let error = self.largest();
+        let error = max_abs(&self.error);
         if error == T::zero() { 0.0 } else { (error / self.size).to_f64() }
     }
 
@@ -86,7 +82,7 @@ impl<T: Real> Gap<T> {
 
     fn reading(&self) -> Reading {
         let reference_error = self.reference_error.to_f64();
-        Reading { error: self.largest().to_f64(), noise: self.noise.to_f64() + reference_error, reference_error }
+        Reading { error: max_abs(&self.error).to_f64(), noise: self.noise.to_f64() + reference_error, reference_error }
     }
 
     fn signed(&self, h: f64) -> Signed {

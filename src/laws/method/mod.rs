@@ -51,7 +51,7 @@ use crate::integrators::StepError;
 use crate::laws::unbuilt;
 use crate::mechanics::{Force, Lagrangian};
 use crate::retraction::Retraction;
-use crate::scalar::{Dd, Real};
+use crate::scalar::{Dd, Real, larger};
 use crate::study::{Findings, problem};
 use crate::system::case::{Method, Structure};
 use crate::system::{Case, CaseError, Cases, System, Visitor};
@@ -731,7 +731,6 @@ impl<T: Real> Side<'_, T> {
 
 /// The largest |x − y|, and the largest |x|, |y|.
 fn difference<T: Real>(x: &[T], y: &[T]) -> (T, T) {
-    let larger = |m: T, v: T| if v > m || !v.all_finite() { v } else { m };
     x.iter().zip(y).fold((T::zero(), T::zero()), |(defect, size), (x, y)| {
         (larger(defect, (*x - *y).abs()), larger(larger(size, x.abs()), y.abs()))
     })

@@ -11,6 +11,7 @@ use super::symmetry::{FLOOR, settled};
 use super::theory::product;
 use super::{Look, Point, Precision, Stage, View};
 use crate::laws::precision::Measured;
+use crate::scalar::max_abs;
 
 /// The balance of the spatial momentum over a step.
 #[derive(Clone, Copy)]
@@ -59,8 +60,7 @@ fn balance<T: Precision>(
             size = size.max(of);
         }
     }
-    let defect =
-        change.iter().fold(T::zero(), |most, x| if x.abs() > most || !x.all_finite() { x.abs() } else { most });
+    let defect = max_abs(&change);
     let floor = view.floor(FLOOR.max(4.0 * (stages.len() * before.len() * before.len()) as f64));
     let balance = Measured::defect(defect, size, floor, || {
         let show: Vec<_> = change.iter().map(|x| format!("{:.3e}", x.to_f64())).collect();

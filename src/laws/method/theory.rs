@@ -8,7 +8,7 @@ use crate::mechanics::configuration::Configuration;
 use crate::mechanics::equations::EulerPoincare;
 use crate::mechanics::{Force, Lagrangian};
 use crate::retraction::Retraction;
-use crate::scalar::{Real, convert};
+use crate::scalar::{Real, convert, larger, max_abs};
 use crate::study::reference;
 use crate::system::System;
 
@@ -434,7 +434,8 @@ where
                 };
                 let ((force, momentum), (other, as_much)) = (values(&g), values(&(k * g)));
                 let size = force.amax().max(momentum.amax()).max(T::one()) * k.amax().max(T::one()) * g.amax();
-                (force - other).amax().max((momentum - as_much).amax()) <= size * T::unit_roundoff() * T::int(1024)
+                larger(max_abs(&(force - other)), max_abs(&(momentum - as_much)))
+                    <= size * T::unit_roundoff() * T::int(1024)
             })
         };
         let candidate = |a: usize| {

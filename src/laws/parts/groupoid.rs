@@ -7,7 +7,7 @@ use super::{Erased, Supplier};
 use crate::groupoid::Arrow;
 use crate::groupoid::{DenseGroup, DenseSpace, Groupoid, TrivialGroupoid};
 use crate::harness::About;
-use crate::scalar::{Dd, Real, Scalar};
+use crate::scalar::{Dd, Real, Scalar, max_abs};
 use crate::system::dispatch::General;
 use crate::system::{Case, Cases};
 use nalgebra::{DMatrix, DVector};
@@ -84,8 +84,8 @@ impl<T: Real> Chains for Poisson<T> {
     }
 
     fn distance(&self, g: &Self::Element, h: &Self::Element) -> T {
-        let ends = |a: &DVector<T>, b: &DVector<T>| if a.is_empty() { T::zero() } else { (a - b).amax() };
-        ends(&g.source, &h.source).max((&g.group - &h.group).amax()).max(ends(&g.target, &h.target))
+        let ends = |a: &DVector<T>, b: &DVector<T>| if a.is_empty() { T::zero() } else { max_abs(&(a - b)) };
+        ends(&g.source, &h.source).max(max_abs(&(&g.group - &h.group))).max(ends(&g.target, &h.target))
     }
 
     fn size(&self, _: &[Self::Element; 3]) -> T {

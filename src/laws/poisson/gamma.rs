@@ -12,7 +12,7 @@ use crate::laws::instances::{CoordinatePolynomial, GroupoidKind, Instance};
 use crate::laws::planted::blend_scalar;
 use crate::laws::planted::groupoid::Planted;
 use crate::laws::precision::Measured;
-use crate::scalar::{Dual, Real, Scalar};
+use crate::scalar::{Dual, Real, Scalar, max_abs};
 use nalgebra::{DMatrix, DVector};
 
 pub(super) const LAMBDA_FLIPPED: Fault =
@@ -270,7 +270,7 @@ impl<'a, T: Real> Gamma<'a, T> {
 
     pub(super) fn near(&self, what: &'static str, a: &DMatrix<T>, b: &DMatrix<T>, size: T) -> Measured {
         let floor = 256.0 * self.dimension() as f64;
-        Measured::defect((a - b).amax(), size * self.instance.scale, floor, || format!("{}{what}", self.of.name()))
+        Measured::defect(max_abs(&(a - b)), size * self.instance.scale, floor, || format!("{}{what}", self.of.name()))
     }
 
     pub(super) fn number(&self, what: &'static str, a: T, b: T, terms: &[T]) -> Measured {

@@ -21,7 +21,7 @@ use super::part::{Missing, Pair, Precisions, Subject, off};
 use super::values::{Points, Values};
 use crate::algebra::{Casimir, Covector, LieAlgebra, Matrix, Vector, basis_vector, pair};
 use crate::harness::{About, Cost, Fault, Verdict};
-use crate::scalar::{Dd, Dual, Real, Scalar};
+use crate::scalar::{Dd, Dual, Real, Scalar, larger};
 use proptest::strategy::{BoxedStrategy, Strategy};
 
 /// A Lie algebra by its bracket, with whatever else is known about it. Nothing is validated: that is what the laws are for.
@@ -425,7 +425,7 @@ fn judge<T: Real, G: Bracket<T, N>, const N: usize>(
                 let slopes = (0..PLACES)
                     .map(|place| displaced(&mu, place))
                     .map(|mu| (0..N).fold(T::zero(), |sum, a| sum + slope(&mu, a)))
-                    .fold(T::zero(), |most, sum| if sum > most || !sum.all_finite() { sum } else { most });
+                    .fold(T::zero(), larger);
                 let size = slopes * mu.amax() * x.amax() * constants;
                 let slope = algebra.casimir(k, &moved).eps;
                 measured = measured.and(Measured::defect(slope.abs(), size, floor, || {

@@ -51,7 +51,7 @@ use crate::groupoid::{
     push_source,
 };
 use crate::harness::{About, Cost, Fault, Verdict};
-use crate::scalar::{Dd, Dual, Real, Scalar};
+use crate::scalar::{Dd, Dual, Real, Scalar, max_abs};
 use nalgebra::DVector;
 use proptest::strategy::{BoxedStrategy, Strategy};
 
@@ -536,7 +536,7 @@ fn coordinates<T: Real, Q: LieGroupoid<T>>(q: &Q, chain: &[DVector<T>; 3], fault
         let floor = 64.0 * z.len().max(1) as f64;
         let near = |a: &DVector<T>, b: &DVector<T>, what: &'static str| {
             let (off, size) =
-                if a.is_empty() { (T::zero(), T::one()) } else { ((a - b).amax(), z.amax().max(T::one())) };
+                if a.is_empty() { (T::zero(), T::one()) } else { (max_abs(&(a - b)), z.amax().max(T::one())) };
             Measured::defect(off, size, floor, || format!("{what}: {} and {}", list(a.iter()), list(b.iter())))
         };
         let (first, last) = (z.rows(0, ends).into_owned(), z.rows(z.len() - ends, ends).into_owned());
@@ -577,7 +577,7 @@ fn fibre<T: Real, Q: LieGroupoid<Dual<T>>>(
         .fold(T::one(), |size, v| size.max(v.abs()))
         .max(tangent.iter().fold(T::one(), |s, v| s.max(v.abs())));
     let defect = |a: &DVector<T>, b: &DVector<T>, what: &'static str| {
-        let off = if a.is_empty() { T::zero() } else { (a - b).amax() };
+        let off = if a.is_empty() { T::zero() } else { max_abs(&(a - b)) };
         Measured::defect(off, largest, floor, || format!("{what}: {} and {}", list(a.iter()), list(b.iter())))
     };
     let down = push_source(q, &unit, &tangent);
