@@ -265,6 +265,11 @@ fn the_residual_is_not_zero_off_the_root_and_has_the_jacobian() {
         found
     };
     assert!(residual(&rates).iter().all(|r| r.amax() > 1e-2));
+    let mut other = Variational::new(Body, Torque::Llg, cay(), gauss2());
+    for (given, room) in [(1, 2), (2, 1), (2, 3), (0, 0)] {
+        let refused = other.residual(&state, h, &rates[..given], &mut vec![Covector::<f64, 3>::zeros(); room]);
+        assert!(matches!(refused, Err(StepError::Stages { needed: 2, .. })), "{given} {room}");
+    }
     let move_by = 2f64.powi(-13);
     for column in 0..6 {
         let moved = |by: f64| {

@@ -2,7 +2,7 @@
 
 use euler_poincare::algebra::{Covector, Entry, Matrix, Vector};
 use euler_poincare::group::{MatrixGroup, So3};
-use euler_poincare::integrators::solve::{DenseError, End, Event, Solution, Solve, SolveError};
+use euler_poincare::integrators::solve::{DenseError, End, Event, Moment, Solution, Solve, SolveError};
 use euler_poincare::integrators::{OneStep, State, StepError, Variational};
 use euler_poincare::mechanics::Force;
 use euler_poincare::mechanics::configuration::{Configuration, Potential, WithPotential};
@@ -390,6 +390,95 @@ fn events_end_a_run_that_can_go_on_from_there() {
     assert!((second.state.time - 3.0 * PI).abs() < 1e-7, "{}", second.state.time);
 }
 
+/// However long the run is, and wherever the zero lies in its step.
+#[test]
+fn an_event_is_located_to_the_tolerance_times_the_step() {
+    let so3 = group(Entry::So3);
+    for (tolerance, end) in [(1e-4, 1e5), (1e-6, 50.0), (1e-12, 50.0)] {
+        for k in 1..24 {
+            // μ₁ = cos(t/2 + φ).
+            let phase = 0.06 * f64::from(k);
+            let start = state([phase.cos(), phase.sin(), 1.0]);
+            let event = Event::new(|state: &State<f64, 3, 3>| state.momentum[0]).terminal();
+            let solution =
+                Solve::new(symmetric(), Torque::None, &so3).tolerance(tolerance).event(event).run(&start, end);
+            let (found, zero) = (solution.unwrap().state.time, PI - 2.0 * phase);
+            assert!((found - zero).abs() < 8.0 * tolerance, "{tolerance} {phase}: {found} for {zero}");
+        }
+    }
+}
+
+/// What has passed zero where a run ends is told: a run that goes on from there does not see it.
+#[test]
+fn events_at_the_place_of_a_terminal_one_are_told() {
+    let so3 = group(Entry::So3);
+    let first = |state: &State<f64, 3, 3>| state.momentum[0];
+    let later = |state: &State<f64, 3, 3>| state.momentum[0] + 1e-3;
+    let mut solve = Solve::new(symmetric(), Torque::None, &so3)
+        .event(Event::new(first).terminal())
+        .event(Event::new(first))
+        .event(Event::new(first).rising())
+        .event(Event::new(later));
+    let solution = solve.run(&state([1.0, 0.0, 1.0]), 10.0).unwrap();
+    let found: Vec<usize> = solution.events.iter().map(|located| located.event).collect();
+    assert_eq!((solution.end, found), (End::Event(0), vec![0, 1]));
+    assert!(solution.events.iter().all(|located| located.state == solution.state));
+}
+
+#[test]
+fn a_first_step_of_no_length_is_the_least_one() {
+    let so3 = group(Entry::So3);
+    let start = State { time: 1.0, ..spun() };
+    let wanted = Solve::new(body(), Torque::Damping, &so3).run(&start, 2.0).unwrap().state;
+    for step in [0.0, 1e-17, -1e-300] {
+        let mut solve = Solve::new(body(), Torque::Damping, &so3).first_step(step).save_at([1.0, 1.5, 2.0]).dense();
+        let solution = solve.run(&start, 2.0).unwrap();
+        assert!(solution.saved.len() == 3 && distance(&solution.state, &wanted, 1.0) < 1e-8, "{step}");
+    }
+    // A run that the time hardly shows, and one of no length, after which another goes on.
+    let end = 1.0 + f64::EPSILON;
+    let mut solve = Solve::new(body(), Torque::Damping, &so3).save_at([end]).dense();
+    assert_eq!(solve.run(&start, end).unwrap().saved.len(), 1);
+    let nothing = solve.save_at([]).run(&start, 1.0).unwrap();
+    let solution = Solve::new(body(), Torque::Damping, &so3).first_step(nothing.next_step).run(&start, 2.0).unwrap();
+    assert_eq!((nothing.state, solution.state), (start, wanted));
+}
+
+#[test]
+fn a_state_is_saved_once() {
+    let so3 = group(Entry::So3);
+    let solution = Solve::new(body(), Torque::Damping, &so3).save_at([0.0, 1.0]).every(1).run(&spun(), 1.0).unwrap();
+    assert!(solution.saved.windows(2).all(|pair| pair[0].time < pair[1].time), "{:?}", solution.saved);
+    assert_eq!(solution.saved.len(), 1 + solution.statistics.steps);
+}
+
+/// Saved states and events come in the order of time, and none after the first at which the run is broken off.
+#[test]
+fn the_follower_ends_a_run_at_once() {
+    let so3 = group(Entry::So3);
+    let times: Vec<f64> = (1..=100).map(|k| 0.04 * f64::from(k)).collect();
+    for (most, end) in [(3, End::Stopped), (usize::MAX, End::Event(0))] {
+        let mut seen = Vec::new();
+        let solve = Solve::new(symmetric(), Torque::None, &so3)
+            .save_at(times.clone())
+            .event(Event::new(|state: &State<f64, 3, 3>| state.momentum[0]).terminal())
+            .event(Event::new(|state: &State<f64, 3, 3>| state.time - 0.05))
+            .follow(|progress| {
+                if progress.moment != Moment::Step {
+                    seen.push((progress.moment, progress.state.clone()));
+                }
+                if seen.len() < most { ControlFlow::Continue(()) } else { ControlFlow::Break(()) }
+            });
+        let solution = solve.dense().run(&state([1.0, 0.0, 1.0]), 10.0).unwrap();
+        assert_eq!(solution.end, end);
+        assert!(seen.windows(2).all(|pair| pair[0].1.time <= pair[1].1.time));
+        let (_, last) = seen.last().unwrap();
+        assert_eq!(*last, solution.state);
+        assert!(seen.len() == most || seen.len() == 80, "{}", seen.len());
+        assert!(solution.at(0.5 * last.time).is_ok() && solution.at(last.time).is_ok());
+    }
+}
+
 #[test]
 fn an_event_function_that_is_not_finite_is_an_error_with_what_was_reached() {
     let so3 = group(Entry::So3);
@@ -456,7 +545,6 @@ fn input_that_makes_no_sense_is_an_error() {
         assert!(matches!(error(solve(), bad), SolveError::BadInput { what: "the end time", .. }));
         assert!(matches!(error(solve().first_step(bad), 1.0), SolveError::BadInput { .. }));
     }
-    assert!(matches!(error(solve().first_step(0.0), 1.0), SolveError::BadInput { .. }));
     assert!(matches!(error(solve().max_step(-1.0), 1.0), SolveError::BadInput { .. }));
     assert!(matches!(error(solve().every(0), 1.0), SolveError::BadInput { .. }));
     for (times, wanted) in
@@ -468,7 +556,7 @@ fn input_that_makes_no_sense_is_an_error() {
     assert!(matches!(error(solve().max_steps(0), 1.0), SolveError::TooManySteps { steps: 0, .. }));
     let broken = State { momentum: Covector::<f64, 3>::new(f64::NAN, 0.0, 0.0), ..spun() };
     let failure = solve().run(&broken, 1.0).unwrap_err();
-    assert!(matches!(failure.error, SolveError::Stuck { source: StepError::NotFinite { what: "the momentum" }, .. }));
+    assert!(matches!(failure.error, SolveError::Start { source: StepError::NotFinite { what: "the momentum" }, .. }));
 }
 
 #[test]

@@ -17,7 +17,7 @@ use crate::mechanics::configuration::Configuration;
 use crate::mechanics::{Force, Lagrangian, LegendreError};
 use crate::newton::{self, Equations, Newton};
 use crate::retraction::{Retraction, RetractionError, TangentPoint};
-use crate::scalar::{Real, Scalar, finite};
+use crate::scalar::{Real, Scalar, finite, larger};
 use crate::tableau::Tableau;
 use collocation::Collocation;
 use jacobian::Jacobian;
@@ -66,6 +66,12 @@ const FIRST: i64 = 16;
 /// Terms of the stage equations up to so many times the momentum are not looked at any further, and what residuals are relative to may be so
 /// many times what it is where an iteration starts.
 const MODERATE: i64 = 1 << 10;
+
+/// Nodes closer than this count as one where values are interpolated.
+pub(super) const APART: f64 = 1.0 / 1024.0;
+
+/// Weights larger than this extrapolate nothing but rounding.
+const LARGEST_WEIGHT: f64 = 1_048_576.0;
 
 /// The system and the method: what does not change from step to step.
 #[derive(Clone, Debug)]
@@ -179,7 +185,7 @@ pub struct Variational<T: Real, const N: usize, const D: usize, L, F, R> {
     /// The rate of contraction of the last fixed-point iterations.
     contraction: f64,
     /// The first residual of the last step: how far the scheme is from the equations that its guess comes from.
-    jump: Option<T>,
+    first_residual: Option<T>,
     /// Whether rounding of the forces decided when the last step was solved.
     rounded: bool,
     /// Whether terms that cancel are no reason to refuse a step: in laws alone.
@@ -256,7 +262,7 @@ where
             last: None,
             predicted: None,
             contraction: 0.0,
-            jump: None,
+            first_residual: None,
             rounded: false,
             trusts_terms: false,
         }
@@ -363,7 +369,7 @@ where
     /// For laws and for judging stages found elsewhere; `out` and `rates` hold s vectors.
     ///
     /// # Errors
-    /// Leaving the retraction's domain.
+    /// Leaving the retraction's domain; another number of stages than the tableau's.
     pub fn residual(
         &mut self,
         state: &State<T, N, D>,
@@ -371,16 +377,24 @@ where
         rates: &[Vector<T, N>],
         out: &mut [Covector<T, N>],
     ) -> Result<(), StepError> {
+        self.check_stages(rates.len())?;
+        self.check_stages(out.len())?;
         (self.last, self.predicted) = (None, None);
         self.scheme.ask::<N>();
-        for (i, rate) in rates.iter().enumerate().take(self.scheme.tableau.stages()) {
+        for (i, rate) in rates.iter().enumerate() {
             self.work.rates.set_vector(i, rate);
         }
         self.scheme.residual::<N, D>(&Problem::new(state, step), &mut self.work)?;
-        for (i, r) in out.iter_mut().enumerate().take(self.scheme.tableau.stages()) {
+        for (i, r) in out.iter_mut().enumerate() {
             *r = self.work.next_momenta.covector(i);
         }
         Ok(())
+    }
+
+    /// Refuses another number of stages than the tableau's.
+    fn check_stages(&self, found: usize) -> Result<(), StepError> {
+        let needed = self.scheme.tableau.stages();
+        if found == needed { Ok(()) } else { Err(StepError::Stages { found, needed }) }
     }
 
     /// The Jacobian of [`Variational::residual`] in (H_1, …, H_s), sN×sN, by dual numbers.
@@ -393,10 +407,7 @@ where
         step: T,
         rates: &[Vector<T, N>],
     ) -> Result<DMatrix<T>, StepError> {
-        let needed = self.scheme.tableau.stages();
-        if rates.len() != needed {
-            return Err(StepError::Stages { found: rates.len(), needed });
-        }
+        self.check_stages(rates.len())?;
         (self.last, self.predicted) = (None, None);
         self.scheme.ask::<N>();
         let problem = Problem::new(state, step);
@@ -470,12 +481,13 @@ where
         let s = scheme.tableau.stages();
         let this = Some((problem.step, problem.momentum));
         let predicted = self.predicted.take() == this;
-        match (&scheme.extrapolation, predicted || self.last == this) {
-            (Some(weights), true) => {
-                if !predicted {
-                    work.next_displacements.combine(weights, &work.velocities);
-                    std::mem::swap(&mut work.next_displacements, &mut work.velocities);
-                }
+        let extrapolation = scheme.extrapolation.as_ref().filter(|_| !predicted && self.last == this);
+        if let Some(weights) = extrapolation {
+            work.next_displacements.combine(weights, &work.velocities);
+            std::mem::swap(&mut work.next_displacements, &mut work.velocities);
+        }
+        match predicted || extrapolation.is_some() {
+            true => {
                 work.displacements.combine(&scheme.weights, &work.velocities);
                 for i in 0..s {
                     let x = work.displacements.vector(i) * problem.step;
@@ -492,7 +504,7 @@ where
                     }
                 }
             }
-            _ => {
+            false => {
                 for i in 0..s {
                     work.velocities.set_vector(i, eta);
                     work.displacements.set_vector(i, &(eta * (problem.step * scheme.tableau.c()[i])));
@@ -540,7 +552,7 @@ where
         self.collocation.unshift();
         let stages = self.scheme.tableau.stages() as i32;
         let mut first_scale = FirstScale::unknown();
-        let mut goal = self.jump.take().unwrap_or_else(|| T::ratio(1, FIRST).powi(stages));
+        let mut goal = self.first_residual.take().unwrap_or_else(|| T::ratio(1, FIRST).powi(stages));
         for _ in 0..settings.max_fixed_point_iterations {
             if known == Known::InTheBody {
                 let guess = self
@@ -560,7 +572,7 @@ where
                 return Err(NotContracted(iterations));
             }
             course.note(residual);
-            self.jump = self.jump.or(Some(residual));
+            self.first_residual = self.first_residual.or(Some(residual));
             if residual <= settings.tolerance || (course.stagnates() && residual <= settings.floor) {
                 self.contraction = first.rate().max(course.rate());
                 return if course.is_slow() {
@@ -1016,27 +1028,22 @@ fn largest<T: Real, S: Scalar<Base = T>, const N: usize>(covector: &Covector<S, 
     covector.iter().fold(T::zero(), |m, v| larger(m, v.base().abs()))
 }
 
-/// The larger of two, or NaN.
-fn larger<T: Real>(a: T, b: T) -> T {
-    if a > b || !a.all_finite() { a } else { b }
-}
-
 /// change / size, where 0/0 is 0: a system at rest solves its equations. A size below which rounding is not relative counts as that.
 pub(super) fn relative<T: Real>(change: T, size: T) -> T {
     let least = T::exact(f64::MIN_POSITIVE / T::unit_roundoff().to_f64());
     if change == T::zero() { T::zero() } else { change / larger(size, least) }
 }
 
-/// Lagrange weights E with p(1 + c_i) = Σ_j E_ij p(c_j) for polynomials of degree < s; none where two nodes are closer
-/// than 2⁻¹⁰ or the weights exceed 2²⁰ (the guess would be all rounding).
+/// Lagrange weights E with p(1 + c_i) = Σ_j E_ij p(c_j) for polynomials of degree < s; none where two nodes are no further [`APART`], or a
+/// weight is larger than [`LARGEST_WEIGHT`].
 pub(super) fn extrapolation<T: Real>(c: &[T]) -> Option<DMatrix<T>> {
     let s = c.len();
-    let apart = (0..s).all(|i| (0..i).all(|j| (c[i] - c[j]).abs() > T::exact(2f64.powi(-10))));
+    let apart = (0..s).all(|i| (0..i).all(|j| (c[i] - c[j]).abs() > T::exact(APART)));
     if !apart {
         return None;
     }
     let weights = DMatrix::from_fn(s, s, |i, j| {
         (0..s).filter(|&k| k != j).fold(T::one(), |w, k| w * (T::one() + c[i] - c[k]) / (c[j] - c[k]))
     });
-    weights.iter().all(|w| w.abs() < T::exact(2f64.powi(20))).then_some(weights)
+    weights.iter().all(|w| w.abs() < T::exact(LARGEST_WEIGHT)).then_some(weights)
 }

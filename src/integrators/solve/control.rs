@@ -161,14 +161,14 @@ impl<T: Real> Control<T> {
     pub fn new(start: T, end: T, tolerance: T, order: usize, first: T, longest: Option<T>) -> Self {
         let span = (end - start).abs();
         let longest = longest.unwrap_or(span);
-        Self {
+        let mut control = Self {
             start,
             end,
             span,
             tolerance,
             order: order as i32,
             done: T::zero(),
-            next: first.min(longest),
+            next: first,
             longest,
             contracting: T::exact(f64::INFINITY),
             natural: first,
@@ -179,7 +179,11 @@ impl<T: Real> Control<T> {
             share: None,
             indivisible: false,
             indivisibles: 0,
+        };
+        if span > T::zero() {
+            control.next = first.min(longest).max(control.least());
         }
+        control
     }
 
     /// The size of the first steps where motion has the rate ρ.
@@ -190,11 +194,6 @@ impl<T: Real> Control<T> {
 
     pub fn ended(&self) -> bool {
         self.done >= self.span
-    }
-
-    /// |end − start|.
-    pub fn span(&self) -> T {
-        self.span
     }
 
     fn signed(&self, x: T) -> T {

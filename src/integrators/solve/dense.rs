@@ -15,7 +15,7 @@ use crate::integrators::variational::relative;
 use crate::integrators::{State, StepError};
 use crate::mechanics::{Force, Lagrangian};
 use crate::retraction::{Retraction, RetractionError, TangentPoint};
-use crate::scalar::Real;
+use crate::scalar::{Real, finite};
 use crate::tableau::{Family, TableauError};
 use nalgebra::DMatrix;
 
@@ -93,6 +93,9 @@ impl<T: Real, const N: usize, const D: usize> Piece<T, N, D> {
             x += rate * weight;
             m += change * weight;
             (before, here) = (here, next);
+        }
+        if !finite(m.as_slice()) {
+            return Err(RetractionError::NotFinite { retraction: "the momentum between two steps" });
         }
         let momentum = (self.momentum + m) * retraction.at(&x)?.ad();
         let attitude = match retraction.tau(&x) {
@@ -211,7 +214,9 @@ impl<T: Real, const N: usize> Level<T, N> {
     {
         let start = &pair.points[k].state;
         piece.time = start.time;
-        piece.step = pair.points[k + 1].state.time - start.time;
+        let passed = pair.points[k + 1].state.time - start.time;
+        // A step that is less than what the time shows.
+        piece.step = if passed == T::zero() { pair.halves[k].step } else { passed };
         (piece.attitude, piece.momentum) = (start.attitude, start.momentum);
         let settled = (tolerance / T::int(SETTLED)).max(T::int(16) * T::unit_roundoff());
         let end = self.ends(pair, k, piece)?;

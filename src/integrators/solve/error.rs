@@ -8,7 +8,7 @@ use crate::tableau::TableauError;
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
 #[non_exhaustive]
 pub enum SolveError {
-    /// The duration or the tolerance is not a number that makes sense.
+    /// The end, the tolerance, the first or the largest step, or the number of steps between saved states makes no sense.
     #[error("{what} is {value}: it must be {needed}")]
     BadInput {
         /// Which.
@@ -17,6 +17,14 @@ pub enum SolveError {
         value: f64,
         /// What it must be.
         needed: &'static str,
+    },
+    /// The initial state makes no sense, or the equations have no value there.
+    #[error("no run from t = {time}: {source}")]
+    Start {
+        /// Where.
+        time: f64,
+        /// What is wrong.
+        source: StepError,
     },
     /// No step could be taken, however short.
     #[error("no step of {step:e} or longer from t = {time}: {source}")]
@@ -73,7 +81,7 @@ pub enum SolveError {
         /// The value.
         value: f64,
     },
-    /// No tableau of the family has the order that the tolerance asks for.
+    /// The family has no tableau with so many stages, or a tableau has no method.
     #[error("the tableau is refused: {0}")]
     Tableau(#[from] TableauError),
 }

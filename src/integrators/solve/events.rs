@@ -17,7 +17,9 @@ type Function<'a, T, const N: usize, const D: usize> = dyn FnMut(&State<T, N, D>
 /// An event: where a real function of (t, g, μ) passes through zero.
 ///
 /// The sign is looked at after every step: two zeros within one step are not seen, unless
-/// [`max_step`](super::Solve::max_step) is shorter. A function that is 0 at the start of the run does not count there.
+/// [`max_step`](super::Solve::max_step) is shorter. A function that is 0 at the start of the run does not count there; one that touches 0 from
+/// above at the end of a step and rises again counts as falling. The time is found to a quarter of the tolerance times the step, from the
+/// states between the ends of the step, which are within the tolerance.
 ///
 /// ```
 /// use euler_poincare::algebra::{Covector, Matrix};
@@ -106,7 +108,10 @@ pub(super) fn bracket<T: Real, E>(ends: [T; 2], width: T, mut value: impl FnMut(
         let radius = allowance - (b - a) * T::half();
         let point = if (moved - middle).abs() <= radius { moved } else { middle - towards * radius };
         allowance *= T::half();
-        if !(a < point && point < b) {
+        // The point of the secant may round to an end.
+        let inside = |x: T| a < x && x < b;
+        let point = if inside(point) { point } else { middle };
+        if !inside(point) {
             break;
         }
         let at = value(point)?;

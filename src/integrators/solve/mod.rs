@@ -49,8 +49,11 @@ const STAGES_BESIDES: usize = 2;
 const FEWEST_STAGES: usize = 3;
 const MOST_STAGES: usize = 16;
 
-/// An event is located to this share of the tolerance times the duration.
+/// An event is located to the tolerance times the step, divided by this.
 const LOCATED: i64 = 4;
+
+/// And no closer than to so many units of round-off of the time.
+const LOCATED_ROUNDING: i64 = 4;
 
 /// Which tableau: of a family, with the order that the tolerance asks for, or one that is given.
 #[derive(Clone, Debug)]
@@ -70,10 +73,12 @@ pub(crate) fn gauss_stages(tolerance: f64) -> usize {
 
 /// The solver of a Lagrangian, a force and a retraction, with a tolerance: a builder, whose [`run`](Solve::run) gives a [`Solution`].
 ///
-/// **Tolerance.** It is for the whole run from t₀ to t₁: a step of size h may make the error h/|t₁ − t₀| times the tolerance, relative to
-/// the largest component of μ, of the momentum of a rotor, or of the impulse of the forces over the step, and in the attitude relative to
-/// the largest entry of the matrix of the displacement g₀⁻¹g₁. Shares below 32 units of round-off count as these; near an equilibrium, what
-/// as many of the entries of g make of the forces.
+/// **Tolerance.** It is for the whole run from t₀ to t₁: a step of size h may make the error h/|t₁ − t₀| times the tolerance. Errors of the
+/// momentum are relative to the largest component of μ, of the momentum of a rotor, or of the impulse of the forces over the step; errors of
+/// the attitude are relative to the largest entry of the matrix of the displacement g₀⁻¹g₁. Rounding sets a limit: no step is asked for less than
+/// 32 units of round-off, nor, near an equilibrium, where forces cancel, for less than changes of the entries of g by as much make of the forces. A step
+/// over a jump of the force may make 1/256 of the tolerance, however short it is: some hundred jumps use up the tolerance, and
+/// [`Statistics::error`] tells.
 ///
 /// **Error.** Two steps of h are compared with one of 2h; the two are the result, and the difference divided by 2ᵖ − 1 estimates their
 /// error (Hairer, Nørsett and Wanner 1993, II.4), doubled for safety. p is proven from the coefficients of the tableau, and taken for less where
@@ -81,10 +86,16 @@ pub(crate) fn gauss_stages(tolerance: f64) -> usize {
 /// the steps. Every step is one of [`Variational`](super::Variational), so that Casimirs are kept to round-off where there is no force.
 ///
 /// **Jumps.** The estimate is that of a smooth force. A jump shows where the stages of one step predict the force at its ends eight times worse
-/// than those of the other, and those of 2h hardly worse; steps become shorter until it does no harm, in 120 to 190 steps instead of 10. Unseen go two jumps between the
-/// same two stages ([`max_step`](Solve::max_step) is for these), a jump of the derivative at times, and a jump that is small beside what stages miss of the rest of the
-/// force: of one at 299 times, added to a top with damping, none was beyond the tolerance from 10⁻⁴ to 10⁻¹⁰ where it was as large as the torques; of
-/// 10⁻² at 10⁻⁴ (10⁻⁴ at 10⁻⁸) about 87 (50 to 90) were, by up to 19 (1,200) tolerances. Up to a known jump and on from it are two runs.
+/// than those of the other, and those of 2h hardly worse. Steps then become shorter until the jump does no harm: 120 to 190 steps instead of
+/// 10. Two jumps between the same two stages go unseen ([`max_step`](Solve::max_step) is for these), and at times a jump of the
+/// derivative, or one that is small beside what stages miss of the rest of the force. Up to a known jump and on from it are two runs. A jump at one
+/// of 299 times, added to a top with damping:
+///
+/// | jump, beside the torques | tolerance | errors beyond it | the worst, in tolerances |
+/// |---|---|---|---|
+/// | as large | 10⁻⁴ to 10⁻¹⁰ | 0 | below 1 |
+/// | 10⁻² | 10⁻⁴ | 87 | 19 |
+/// | 10⁻⁴ | 10⁻⁸ | 50 to 90 | 1,200 |
 ///
 /// **Time.** On SO(3) and SE(3) with a quadratic Lagrangian and a force f(t, η), `so3::AdaptiveSo3` and `se3::AdaptiveSe3` (feature
 /// `lanes`) take a fraction of the time; a force of one's own goes in by `so3::ByLane`. They have neither dense output nor events.
@@ -163,16 +174,37 @@ struct Engine<T: Real, const N: usize, const D: usize, L, F, R> {
 struct Run<T: Real, const N: usize, const D: usize, R> {
     solution: Solution<T, N, D, R>,
     control: Control<T>,
+    /// Whether the time grows.
+    forward: bool,
     /// The times to save that are still to come begin here.
     next_save: usize,
-    /// The last values of the event functions that were not 0, with 0 where there is none.
+    /// The time of the state that was saved last.
+    saved: Option<T>,
+    /// The values of the event functions at the last state.
     values: Vec<T>,
-    /// Events of the step at hand: the place in it, which, whether it rises, the state.
+    /// Events of the step at hand, and the values of their functions before it.
     found: Vec<Located<T, N, D>>,
+    before: Vec<T>,
     /// The energy taken up until the last step, where somebody follows.
     taken: Exchange<T>,
     /// The relative residual of the pair at hand.
     residual: T,
+}
+
+impl<T: Real, const N: usize, const D: usize, R> Run<T, N, D, R> {
+    /// Whether one time comes before another.
+    fn earlier(&self, a: T, b: T) -> bool {
+        if self.forward { a < b } else { a > b }
+    }
+
+    /// The run ends within a step, at this state.
+    fn end_within(&mut self, piece: &Piece<T, N, D>, state: State<T, N, D>, end: End) -> Option<End> {
+        if let Some(dense) = &mut self.solution.dense {
+            dense.pieces.push(piece.clone());
+        }
+        self.solution.state = state;
+        Some(end)
+    }
 }
 
 /// The result of a run.
@@ -231,7 +263,7 @@ impl<'a, T: Real, const N: usize, const D: usize, L, F, R> Solve<'a, T, N, D, L,
         self
     }
 
-    /// The size of the first steps, of either sign; by default it follows from the rates at the start.
+    /// The size of the first steps, of either sign; by default, and where it is 0, it follows from the rates at the start.
     pub fn first_step(mut self, step: T) -> Self {
         self.first_step = Some(step);
         self
@@ -249,7 +281,7 @@ impl<'a, T: Real, const N: usize, const D: usize, L, F, R> Solve<'a, T, N, D, L,
         self
     }
 
-    /// Saves the state after every k-th step.
+    /// Saves the state after every k-th step, where it is not saved already.
     pub fn every(mut self, k: usize) -> Self {
         self.every = Some(k);
         self
@@ -274,7 +306,7 @@ impl<'a, T: Real, const N: usize, const D: usize, L, F, R> Solve<'a, T, N, D, L,
     }
 
     /// Hands every state to save, every event and every step to `follow`, in the place of keeping the states and the events: the memory
-    /// of a run does not grow. After each of them the run ends where `follow` breaks off.
+    /// of a run does not grow. They come in the order of the run. The run ends at the first of them at which `follow` breaks off.
     pub fn follow(mut self, follow: impl FnMut(&Progress<'_, T, N, D>) -> ControlFlow<()> + 'a) -> Self {
         self.follower = Some(Box::new(follow));
         self
@@ -324,8 +356,18 @@ where
         }
         let order = engine.pair.order();
         let control = Control::new(start.time, end, self.tolerance, order, first, self.max_step);
-        let (values, found, taken) = (Vec::new(), Vec::new(), Exchange::zero());
-        let mut run = Run { solution, control, next_save: 0, values, found, taken, residual: T::zero() };
+        let mut run = Run {
+            forward: end >= start.time,
+            solution,
+            control,
+            next_save: 0,
+            saved: None,
+            values: Vec::new(),
+            found: Vec::new(),
+            before: Vec::new(),
+            taken: Exchange::zero(),
+            residual: T::zero(),
+        };
         let result = self.advance(&mut engine, &mut run);
         self.engine = Some(engine);
         run.solution.next_step = run.control.next();
@@ -347,8 +389,8 @@ where
         if !end.all_finite() {
             return bad("the end time", end, "finite");
         }
-        if let Some(step) = self.first_step.filter(|step| !step.all_finite() || *step == T::zero()) {
-            return bad("the first step", step, "finite and not 0");
+        if let Some(step) = self.first_step.filter(|step| !step.all_finite()) {
+            return bad("the first step", step, "finite");
         }
         if let Some(step) = self.max_step.filter(|step| !step.all_finite() || *step <= T::zero()) {
             return bad("the largest step", step, "finite and above 0");
@@ -356,7 +398,7 @@ where
         if self.every == Some(0) {
             return bad("the number of steps between saved states", T::zero(), "at least 1");
         }
-        start.check_finite(end).map_err(|source| SolveError::Stuck { time: start.time.to_f64(), step: 0.0, source })?;
+        start.check_finite(end).map_err(|source| SolveError::Start { time: start.time.to_f64(), source })?;
         let forward = end >= start.time;
         let from = |time: T| if forward { time - start.time } else { start.time - time };
         let (mut before, span) = (None, from(end));
@@ -398,11 +440,11 @@ where
 
     /// Evaluates the equations at the start; returns the size of the first steps.
     fn begin(&self, engine: &mut Engine<T, N, D, L, F, R>, start: &State<T, N, D>, end: T) -> Result<T, SolveError> {
-        let stuck = |source| SolveError::Stuck { time: start.time.to_f64(), step: (end - start.time).to_f64(), source };
-        engine.pair.begin(start).map_err(stuck)?;
+        let refused = |source| SolveError::Start { time: start.time.to_f64(), source };
+        engine.pair.begin(start).map_err(refused)?;
         Ok(match self.first_step {
-            Some(step) => step.abs(),
-            None => Control::first((end - start.time).abs(), engine.pair.rate(0)),
+            Some(step) if step != T::zero() => step.abs(),
+            _ => Control::first((end - start.time).abs(), engine.pair.rate(0)),
         })
     }
 
@@ -414,7 +456,7 @@ where
         if self.save_at.first() == Some(&run.solution.state.time) {
             run.next_save = 1;
             let state = run.solution.state.clone();
-            if self.pass_on(run, Moment::Saved, state, run.taken).is_break() {
+            if self.pass_on(run, Moment::Saved, &state, run.taken).is_break() {
                 return Ok(End::Stopped);
             }
         }
@@ -462,9 +504,8 @@ where
         plan: &Plan<T>,
     ) -> Result<Option<End>, SolveError> {
         let (start, stop) = (engine.pair.points[k].state.time, engine.pair.points[k + 1].state.time);
-        let earlier = |a: T, b: T| if stop > start { a < b } else { a > b };
         let crossed = self.watch(&engine.pair.points[k + 1].state, run)?;
-        let between = self.save_at.get(run.next_save).is_some_and(|&time| earlier(time, stop));
+        let between = self.save_at.get(run.next_save).is_some_and(|&time| run.earlier(time, stop));
         if self.dense || crossed || between {
             let Engine { pair, maker, piece } = engine;
             let stuck = |source| SolveError::Stuck { time: start.to_f64(), step: plan.step.to_f64(), source };
@@ -475,37 +516,66 @@ where
         if crossed {
             self.locate(&step, run)?;
         }
-        let terminal = run.found.iter().position(|located| self.events[located.event].terminal);
+        let terminal = self.terminal(run)?;
         let last = terminal.map_or(stop, |place| run.found[place].state.time);
-        let mut stopped = false;
-        while let Some(&time) = self.save_at.get(run.next_save).filter(|&&time| !earlier(last, time)) {
-            let taken = self.taken(&engine.pair, &step, run, time)?;
-            stopped |= self.pass_on(run, Moment::Saved, step.at(time)?, taken).is_break();
-            run.next_save += 1;
-        }
-        let happened = terminal.map_or(run.found.len(), |place| place + 1);
-        for place in 0..happened {
-            let Located { event, rising, state } = run.found[place].clone();
+        let mut place = 0;
+        loop {
+            let save = self.save_at.get(run.next_save).copied().filter(|&time| !run.earlier(last, time));
+            let event = run.found.get(place);
+            let (moment, state) = match (save, event) {
+                (Some(time), _) if event.is_none_or(|event| !run.earlier(event.state.time, time)) => {
+                    run.next_save += 1;
+                    (Moment::Saved, step.at(time)?)
+                }
+                (_, Some(event)) => {
+                    place += 1;
+                    (Moment::Event { index: event.event, rising: event.rising }, event.state.clone())
+                }
+                _ => break,
+            };
             let taken = self.taken(&engine.pair, &step, run, state.time)?;
-            stopped |= self.pass_on(run, Moment::Event { index: event, rising }, state, taken).is_break();
+            if self.pass_on(run, moment, &state, taken).is_break() {
+                return Ok(run.end_within(&engine.piece, state, End::Stopped));
+            }
+        }
+        if let Some(place) = terminal {
+            let Located { event, state, .. } = run.found[place].clone();
+            return Ok(run.end_within(&engine.piece, state, End::Event(event)));
         }
         if let Some(dense) = &mut run.solution.dense {
             dense.pieces.push(engine.piece.clone());
         }
-        if let Some(place) = terminal {
-            let Located { event, state, .. } = &run.found[place];
-            (run.solution.state, run.solution.end) = (state.clone(), End::Event(*event));
-            return Ok(Some(run.solution.end));
-        }
         run.solution.state.clone_from(after);
         run.taken = self.taken(&engine.pair, &step, run, stop)?;
-        if self.every.is_some_and(|every| run.solution.statistics.steps.is_multiple_of(every)) {
-            stopped |= self.pass_on(run, Moment::Saved, after.clone(), run.taken).is_break();
+        let every = self.every.is_some_and(|every| run.solution.statistics.steps.is_multiple_of(every));
+        let followed = self.follower.is_some() || self.observer.is_some();
+        for (moment, due) in [(Moment::Saved, every && run.saved != Some(stop)), (Moment::Step, followed)] {
+            if due && self.pass_on(run, moment, after, run.taken).is_break() {
+                return Ok(Some(End::Stopped));
+            }
         }
-        if self.follower.is_some() || self.observer.is_some() {
-            stopped |= self.pass_on(run, Moment::Step, after.clone(), run.taken).is_break();
+        Ok(None)
+    }
+
+    /// The place of the first terminal event among those found. Of the later ones only those are left whose functions have passed zero at its
+    /// state: a run that goes on from there does not find them.
+    fn terminal(&mut self, run: &mut Run<T, N, D, R>) -> Result<Option<usize>, SolveError> {
+        let Some(place) = run.found.iter().position(|located| self.events[located.event].terminal) else {
+            return Ok(None);
+        };
+        let state = run.found[place].state.clone();
+        let mut kept = place + 1;
+        for later in place + 1..run.found.len() {
+            let Located { event, rising, .. } = run.found[later];
+            let value = self.events[event].value(event, &state)?;
+            let passed = if rising { value >= T::zero() } else { value <= T::zero() };
+            if passed {
+                run.found[kept] = Located { event, rising, state: state.clone() };
+                kept += 1;
+            }
         }
-        Ok(stopped.then_some(End::Stopped))
+        run.found.truncate(kept);
+        Ok(Some(place))
     }
 
     /// The energy taken up until a time of step k, where somebody follows.
@@ -516,7 +586,7 @@ where
         run: &Run<T, N, D, R>,
         time: T,
     ) -> Result<Exchange<T>, SolveError> {
-        if self.follower.is_none() || pair.is_closed() {
+        if self.follower.is_none() || !pair.forced() {
             return Ok(run.taken);
         }
         if time == step.after.time {
@@ -537,35 +607,38 @@ where
         &mut self,
         run: &mut Run<T, N, D, R>,
         moment: Moment,
-        state: State<T, N, D>,
+        state: &State<T, N, D>,
         Exchange { work, explicit }: Exchange<T>,
     ) -> ControlFlow<()> {
+        if moment == Moment::Saved {
+            run.saved = Some(state.time);
+        }
         if let Some(follow) = &mut self.follower {
             let (residual, statistics) = (run.residual, &run.solution.statistics);
-            follow(&Progress { moment, state: &state, work, explicit, residual, statistics })?;
+            follow(&Progress { moment, state, work, explicit, residual, statistics })?;
         }
         let kept = self.follower.is_none();
         match (moment, &mut self.observer) {
-            (Moment::Step, Some(observe)) => return observe(&state),
-            (Moment::Saved, _) if kept => run.solution.saved.push(state),
+            (Moment::Step, Some(observe)) => return observe(state),
+            (Moment::Saved, _) if kept => run.solution.saved.push(state.clone()),
             (Moment::Event { index: event, rising }, _) if kept => {
-                run.solution.events.push(Located { event, rising, state });
+                run.solution.events.push(Located { event, rising, state: state.clone() });
             }
             _ => {}
         }
         ControlFlow::Continue(())
     }
 
-    /// Evaluates the event functions after a step; whether one of them has passed zero. The events found hold the value before the step
-    /// in the place of the time.
+    /// Evaluates the event functions after a step; whether one of them has passed zero.
     fn watch(&mut self, after: &State<T, N, D>, run: &mut Run<T, N, D, R>) -> Result<bool, SolveError> {
         run.found.clear();
+        run.before.clear();
         for (index, event) in self.events.iter_mut().enumerate() {
             let value = event.value(index, after)?;
             let before = std::mem::replace(&mut run.values[index], value);
             if let Some(rising) = event.passes(before, value) {
-                let state = State { time: before, ..after.clone() };
-                run.found.push(Located { event: index, rising, state });
+                run.found.push(Located { event: index, rising, state: after.clone() });
+                run.before.push(before);
             }
         }
         Ok(!run.found.is_empty())
@@ -574,12 +647,12 @@ where
     /// The times and states of the events found, in the order of the run.
     fn locate(&mut self, step: &Step<'_, T, N, D, R>, run: &mut Run<T, N, D, R>) -> Result<(), SolveError> {
         let (start, length) = (step.start, step.after.time - step.start);
-        let width = self.tolerance * run.control.span() / (T::int(LOCATED) * length.abs());
-        let rounding = T::int(4) * T::unit_roundoff() * (T::one() + (start / length).abs());
+        let width = self.tolerance / T::int(LOCATED);
+        let rounding = T::int(LOCATED_ROUNDING) * T::unit_roundoff() * (T::one() + (start / length).abs());
         let time = |theta: T| if theta == T::one() { step.after.time } else { start + theta * length };
-        for located in &mut run.found {
+        for (located, &before) in run.found.iter_mut().zip(&run.before) {
             let (index, event) = (located.event, &mut self.events[located.event]);
-            let ends = [located.state.time, run.values[index]];
+            let ends = [before, run.values[index]];
             let theta = events::bracket(ends, width.max(rounding), |x| event.value(index, &step.at(time(x))?))?;
             located.state = step.at(time(theta))?;
         }

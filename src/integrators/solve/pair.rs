@@ -10,7 +10,7 @@ use crate::integrators::{OneStep, Report, Solver, State, StepError};
 use crate::mechanics::configuration::Configuration;
 use crate::mechanics::{Force, Lagrangian};
 use crate::retraction::{Retraction, RetractionError, TangentPoint};
-use crate::scalar::{Real, finite};
+use crate::scalar::{Real, finite, larger, max_abs};
 use crate::tableau::Tableau;
 use crate::tableau::assumptions::Assumptions;
 use crate::tableau::bounds::Bounds;
@@ -237,11 +237,6 @@ where
     pub fn power(&self, state: &State<T, N, D>, k: usize) -> Result<Exchange<T>, StepError> {
         let velocity = self.velocity_at(state, &self.points[k].velocity, self.halves[k].step)?;
         Ok(Exchange::rates(self.fine.lagrangian(), self.force(), state, &velocity))
-    }
-
-    /// Whether the energy is kept: no force, and nothing that may depend on the time.
-    pub fn is_closed(&self) -> bool {
-        self.force().is_zero() && !self.fine.lagrangian().uses_configuration()
     }
 
     /// ∂L/∂η at (t, g, η).
@@ -522,7 +517,7 @@ where
         let largest = |f: &dyn Fn(&Point<T, N, D>) -> T| f(start).max(f(middle)).max(f(end));
         let size = largest(&|point| point.state.momentum.amax()) + self.at_rest(&start.state).amax();
         let scale = size.max(largest(&|point| point.load) * two.abs());
-        let momentum = relative((end.state.momentum - doubled.momentum).amax(), scale);
+        let momentum = relative(max_abs(&(end.state.momentum - doubled.momentum)), scale);
         let tau = |x| self.fine.retraction().tau::<T>(x);
         let displaced = |x| match tau(x) {
             Err(RetractionError::NoGroup { .. }) => Ok(None),
@@ -535,8 +530,7 @@ where
             return Ok((momentum, scale));
         };
         let fine = first * second;
-        let attitude = relative((fine - coarse).amax(), fine.amax());
-        let larger = if attitude > momentum || !attitude.all_finite() { attitude } else { momentum };
-        Ok((larger, scale))
+        let attitude = relative(max_abs(&(fine - coarse)), fine.amax());
+        Ok((larger(attitude, momentum), scale))
     }
 }

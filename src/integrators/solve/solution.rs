@@ -17,7 +17,7 @@ pub enum End {
     Time,
     /// A terminal event: its number, from 0 in the order in which the events were added.
     Event(usize),
-    /// The observer broke off.
+    /// The observer or the follower broke off.
     Stopped,
     /// An error, see [`SolveFailure`](super::SolveFailure).
     Failed,
@@ -50,7 +50,7 @@ pub struct Solution<T: Real, const N: usize, const D: usize, R> {
     /// The events, in the order of the run.
     pub events: Vec<Located<T, N, D>>,
     /// The size of the steps that would have come next, with sign: give it to [`Solve::first_step`](super::Solve::first_step) to go
-    /// on.
+    /// on. 0 after a run of no length.
     pub next_step: T,
     /// Where the run began.
     pub start: T,

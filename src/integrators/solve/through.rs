@@ -1,10 +1,10 @@
 //! Interpolation through the ends and the stages of a step.
 
 use crate::algebra::{Covector, Vector};
+use crate::integrators::variational::APART;
 use crate::scalar::Real;
 
-/// Nodes closer than this count as one, and weights that are larger in sum than the second give no guess: it would be rounding.
-const APART: f64 = 1.0 / 1024.0;
+/// Weights that are larger in sum give no guess: it would be rounding.
 const LARGEST_WEIGHTS: f64 = 1e6;
 
 /// Whether two nodes count as two.

@@ -5,14 +5,14 @@
 //! They need no tangents of τ as matrices, and contract better than those on (P_i, Ξ_i). What the variational scheme has besides, δ, is of
 //! the size of its error, and frozen: each evaluation of the scheme gives it anew.
 
-use super::{Problem, Scheme, Work, larger, largest, relative};
+use super::{Problem, Scheme, Work, largest, relative};
 use crate::algebra::brackets::Brackets;
 use crate::algebra::{Matrix, pull};
 use crate::integrators::stages::Stages;
 use crate::mechanics::configuration::Configuration;
 use crate::mechanics::{Force, Lagrangian};
 use crate::retraction::Retraction;
-use crate::scalar::Real;
+use crate::scalar::{Real, larger};
 
 /// The quantities of the stages that these iterations need besides those of the scheme.
 #[derive(Clone, Debug)]

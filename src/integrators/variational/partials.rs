@@ -147,7 +147,7 @@ where
 
     /// The next step starts as the first does: from these steps on a run can be repeated to the last bit.
     pub(in crate::integrators) fn forget(&mut self) {
-        (self.last, self.predicted, self.jump) = (None, None, None);
+        (self.last, self.predicted, self.first_residual) = (None, None, None);
     }
 
     /// The partial derivatives at the H_i of the last step, or at others (`rates`), of a step of size h from `start`.

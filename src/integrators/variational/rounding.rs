@@ -75,7 +75,9 @@ where
 
     /// [`Problem::rounding`]: so much that the default tolerance of it is what rounding of g makes of the forces.
     fn rounding(&self, problem: &Problem<T, N, D>, eta: &Vector<T, N>) -> T {
-        let share = Settings::<T>::default().tolerance / self.settings.tolerance;
+        // Of a tolerance below the default, too: all of the forces would be rounding.
+        let default = Settings::<T>::default().tolerance;
+        let share = default / default.max(self.settings.tolerance);
         self.scheme.sensitivity(problem.time, &problem.attitude, eta) * share
     }
 
