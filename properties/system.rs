@@ -335,6 +335,19 @@ fn plans_end_where_the_horizon_says() {
     assert_eq!(plan("-1/8", "-1"), Ok((8, None)));
 }
 
+/// The key of saved failures stands in any file.
+#[test]
+fn a_dimension_of_any_size_is_an_error() {
+    for dimension in ["-1", "1025", "100000000000", "90000000000000000"] {
+        let text = format!(
+            "format = 1\n[algebra]\ngiven = \"abelian\"\ndimension = {dimension}\n[method]\ntableau = \"gauss-1\"\n\
+             retraction = \"exp\"\n[state]\nmomentum = []\n[run]\nstep = 1\nhorizon = 1\n"
+        );
+        let refused = SystemFile::parse(&text).unwrap_err();
+        assert!(refused.line == 4 && refused.message.contains("0 to 1024"), "{refused}");
+    }
+}
+
 #[test]
 fn cases_and_files_round_trip() {
     for (index, case) in sample(&cases(), 3, 200).into_iter().enumerate() {

@@ -75,6 +75,7 @@ fn a_tableau_that_cannot_be_read_is_an_error_with_its_place() {
         (&["named.toml", "--out", "heun.toml"], "heun.toml is used twice"),
         (&["named.toml", "--tableau", "rk4", "--plot", "./heun.toml"], "./heun.toml is used twice"),
         (&["named.toml", "--ensemble", "states.csv", "--out", "heun.toml"], "heun.toml is used twice"),
+        (&["named.toml", "--out", "new.csv", "--plot", "./new.csv"], "./new.csv is used twice"),
     ] {
         let output = run(&here, &[&["integrate"], arguments].concat());
         assert_eq!((code(&output), stdout(&output)), (2, ""), "{arguments:?}");

@@ -214,7 +214,11 @@ fn read(path: &Path) -> Result<String, Failure> {
 
 /// Refuses to write over what is read, and two outputs to one file.
 fn distinct(inputs: &[Option<&Path>], others: &[Option<&Path>]) -> Result<(), Failure> {
-    let place = |path: &Path| path.canonicalize().unwrap_or_else(|_| path.to_path_buf());
+    // Of a file that is not there yet, its directory.
+    let place = |path: &Path| {
+        let beside = || Some(path.parent()?.join(".").canonicalize().ok()?.join(path.file_name()?));
+        path.canonicalize().ok().or_else(beside).unwrap_or_else(|| path.to_path_buf())
+    };
     let mut taken: Vec<PathBuf> = inputs.iter().flatten().map(|path| place(path)).collect();
     for path in others.iter().flatten() {
         let place = place(path);

@@ -28,6 +28,9 @@ pub const FORMAT: i64 = 1;
 /// The largest number of steps of a run.
 pub const MAX_STEPS: u64 = 1_000_000_000;
 
+/// The largest dimension of a crate's own types whose failures are kept.
+const MOST_GIVEN: usize = 1024;
+
 /// The whole file.
 #[derive(Clone, Debug, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
@@ -419,8 +422,10 @@ impl AlgebraTable {
         if let (Some(given), None, Some(dimension), None, None) =
             (self.given, &self.name, self.dimension, &self.constants, &self.basis)
         {
-            let dimension =
-                usize::try_from(dimension).map_err(|_| place.key("dimension").error(missing("n", "0 or more")))?;
+            let dimension = usize::try_from(dimension).ok().filter(|n| *n <= MOST_GIVEN).ok_or_else(|| {
+                let (found, allowed) = (dimension.to_string(), format!("0 to {MOST_GIVEN}"));
+                place.key("dimension").error(Problem::Range { found, allowed })
+            })?;
             let structure = Structure::Given { dimension, abelian: given == Given::Abelian };
             return Ok(Algebra { structure, basis: None });
         }

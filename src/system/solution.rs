@@ -93,6 +93,9 @@ impl SystemFile {
             if value > T::zero() { Ok(value) } else { Err(range(place, step, "a number above 0".into())) }
         });
         let span = Span { start, end: start + length };
+        if span.end == start {
+            return Err(range(run.key("horizon"), duration, format!("a duration that is seen at t = {start}")));
+        }
         let times = match &adaptive.times {
             Times::Steps => Vec::new(),
             Times::At(times) => span.at(times, &output.key("save_at"))?,
@@ -164,10 +167,14 @@ impl<T: Real> Span<T> {
             ));
         }
         let signed = if length < T::zero() { -distance } else { distance };
-        let times = (0..=count.to_f64() as i64).map(|k| self.snapped(self.start + signed * T::int(k)));
+        let times = (0..=count.to_f64() as i64).map(|k| self.start + signed * T::int(k));
         let mut times: Vec<T> = times.collect();
-        if times.last() != Some(&self.end) {
-            times.push(self.end);
+        match times.last_mut() {
+            Some(last) if self.snapped(*last) == self.end => *last = self.end,
+            _ => times.push(self.end),
+        }
+        if times.windows(2).any(|pair| pair[0] == pair[1]) {
+            return refused(format!("times that are told apart at {}", self.end));
         }
         Ok(times)
     }

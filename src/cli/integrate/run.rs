@@ -259,7 +259,9 @@ pub fn took<T: Real>(solved: &Solved<T>, tolerance: &Number) -> String {
     let refused = if *rejected == 1 { "1 pair refused".into() } else { format!("{rejected} pairs refused") };
     let (error, asked) = (error.to_f64(), tolerance.eval::<f64>().unwrap_or(0.0));
     let kept = match error > asked {
-        true => format!("more than the tolerance {tolerance}, as rounding makes more in so many steps"),
+        true => format!(
+            "more than the tolerance {tolerance}, as rounding in so many steps, or a force that jumps often, makes more"
+        ),
         false => format!("tolerance {tolerance}"),
     };
     format!("{steps} steps, {refused}, {iterations} iterations, estimated relative error {error:.1e} ({kept})")
