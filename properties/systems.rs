@@ -171,6 +171,20 @@ fn every_example_is_read_and_written() {
 }
 
 /// u = g_33 from the release at u₀: u̇² = A (u₀ − u)(u − e)(r − u), u = e + (u₀ − e) cd²(ωt).
+/// l may have no second derivatives at rest, or singular ones: the velocity is found from another place.
+#[test]
+fn lagrangians_that_are_not_regular_at_rest_are_integrated() {
+    for formula in ["norm(eta)^2/2", "norm(eta)^3", "dot(eta,eta)^2", "eta_1^2+eta_2^2+eta_3^4"] {
+        let file = format!(
+            "format = 1\n[algebra]\nname = \"r3\"\n[lagrangian]\nformula = \"{formula}\"\n[method]\ntableau = \"gauss-2\"\n\
+             retraction = \"exp\"\n[state]\nvelocity = [1, \"0.2\", \"0.5\"]\n[run]\nstep = \"1/8\"\nhorizon = 1\n"
+        );
+        let run = Run::of_file(&SystemFile::parse(&file).unwrap());
+        let (first, last) = (run.mu(&run.rows[0]), run.mu(run.rows.last().unwrap()));
+        assert!(run.rows.len() == 9 && first == last, "{formula}: {first:?}, {last:?}");
+    }
+}
+
 #[test]
 fn the_heavy_top_nutates_as_the_elliptic_functions_say() {
     let run = Run::of("heavy-top");

@@ -42,7 +42,13 @@ pub(super) fn newton_velocity<T: Real, S: Scalar<Base = T>, const N: usize>(
     mu: &Covector<S, N>,
     guess: &Vector<S, N>,
 ) -> Result<Vector<S, N>, LegendreError> {
-    let value = newton_value(values, &mu.map(|v| v.base()), guess.map(|v| v.base()))?;
+    let (target, start) = (mu.map(|v| v.base()), guess.map(|v| v.base()));
+    let value = newton_value(values, &target, start).or_else(|failed| {
+        // l may have no second derivatives at rest, or singular ones, as |η|³ and the square of |η| as a root: then from a velocity along μ.
+        let at_rest = start.amax() == T::zero();
+        let along = if at_rest { newton_value(values, &target, target.transpose()) } else { Err(failed.clone()) };
+        along.map_err(|_| failed)
+    })?;
     let mut eta = value.map(S::lift);
     // The error lies in an ideal that a step squares, and whose power after `order` vanishes.
     let order = S::NESTING;
