@@ -408,6 +408,45 @@ fn an_event_is_located_to_the_tolerance_times_the_step() {
     }
 }
 
+/// Where a function changes its sign through infinity it has no zero.
+#[test]
+fn a_pole_is_no_event() {
+    let so3 = group(Entry::So3);
+    for retreat in 0..8 {
+        let shift = 0.11 * f64::from(retreat);
+        let mut solve = Solve::new(symmetric(), Torque::None, &so3)
+            .event(Event::new(move |state: &State<f64, 3, 3>| 1.0 / (state.time - 1.0 - shift)).terminal())
+            .event(Event::new(|state: &State<f64, 3, 3>| 1e6 * (state.time - 2.5)));
+        let solution = solve.run(&state([1.0, 0.0, 1.0]), 4.0).unwrap();
+        assert!(solution.end == End::Time && solution.events.len() == 1, "{:?}", solution.events);
+    }
+}
+
+/// A run that ends within a step does not ask for values beyond.
+#[test]
+fn a_terminal_event_comes_before_a_function_without_a_value() {
+    let so3 = group(Entry::So3);
+    let mut solve = Solve::new(symmetric(), Torque::None, &so3)
+        .event(Event::new(|state: &State<f64, 3, 3>| (3.0 - state.time).sqrt()))
+        .event(Event::new(|state: &State<f64, 3, 3>| state.time - 2.999).terminal());
+    let solution = solve.run(&state([1.0, 0.0, 1.0]), 4.0).unwrap();
+    assert!(solution.end == End::Event(1) && (solution.state.time - 2.999).abs() < 1e-8);
+    let mut solve = Solve::new(symmetric(), Torque::None, &so3)
+        .event(Event::new(|state: &State<f64, 3, 3>| (3.0 - state.time).sqrt()));
+    assert!(matches!(solve.run(&spun(), 4.0).unwrap_err().error, SolveError::EventValue { index: 0, .. }));
+}
+
+#[test]
+fn any_number_of_stages_has_states_between_its_steps() {
+    let so3 = group(Entry::So3);
+    for stages in [1, 31, 32, 33, 64] {
+        let gauss = Family::Gauss.tableau(stages).unwrap();
+        let mut solve = Solve::new(symmetric(), Torque::None, &so3).tolerance(1e-6).tableau(gauss).dense();
+        let solution = solve.run(&state([1.0, 0.0, 1.0]), 1.0).unwrap();
+        assert!((solution.at(0.3).unwrap().momentum[0] - 0.15f64.cos()).abs() < 1e-6, "{stages}");
+    }
+}
+
 /// What has passed zero where a run ends is told: a run that goes on from there does not see it.
 #[test]
 fn events_at_the_place_of_a_terminal_one_are_told() {
@@ -545,7 +584,9 @@ fn input_that_makes_no_sense_is_an_error() {
         assert!(matches!(error(solve(), bad), SolveError::BadInput { what: "the end time", .. }));
         assert!(matches!(error(solve().first_step(bad), 1.0), SolveError::BadInput { .. }));
     }
-    assert!(matches!(error(solve().max_step(-1.0), 1.0), SolveError::BadInput { .. }));
+    for step in [-1.0, 0.0, 1e-30] {
+        assert!(matches!(error(solve().max_step(step), 1.0), SolveError::BadInput { what: "the largest step", .. }));
+    }
     assert!(matches!(error(solve().every(0), 1.0), SolveError::BadInput { .. }));
     for (times, wanted) in
         [(vec![0.5, 0.2], 1), (vec![0.5, 0.5], 1), (vec![1.5], 0), (vec![-0.5], 0), (vec![0.1, f64::NAN], 1)]
@@ -553,7 +594,9 @@ fn input_that_makes_no_sense_is_an_error() {
         let found = error(solve().save_at(times), 1.0);
         assert!(matches!(found, SolveError::SaveTime { index, .. } if index == wanted), "{found}");
     }
-    assert!(matches!(error(solve().max_steps(0), 1.0), SolveError::TooManySteps { steps: 0, .. }));
+    for most in [0, 1] {
+        assert!(matches!(error(solve().max_steps(most), 1.0), SolveError::TooManySteps { steps: 0, .. }));
+    }
     let broken = State { momentum: Covector::<f64, 3>::new(f64::NAN, 0.0, 0.0), ..spun() };
     let failure = solve().run(&broken, 1.0).unwrap_err();
     assert!(matches!(failure.error, SolveError::Start { source: StepError::NotFinite { what: "the momentum" }, .. }));

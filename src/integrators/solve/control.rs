@@ -306,8 +306,12 @@ impl<T: Real> Control<T> {
 
     /// No step is shorter.
     fn least(&self) -> T {
-        let time = self.start + self.signed(self.done);
-        T::int(LEAST) * T::unit_roundoff() * time.abs().max(self.span)
+        Self::least_of(self.start + self.signed(self.done), self.span)
+    }
+
+    /// The least step at a time of a run over a span.
+    pub fn least_of(time: T, span: T) -> T {
+        T::int(LEAST) * T::unit_roundoff() * time.abs().max(span)
     }
 
     /// The pair was refused, with this error or for this reason: the next is shorter.
@@ -362,7 +366,8 @@ impl<T: Real> Control<T> {
     /// Whether another pair may be tried.
     pub fn within(&self, statistics: &Statistics<T>, most: usize) -> Result<(), SolveError> {
         let steps = statistics.steps + 2 * statistics.rejected;
-        if steps < most {
+        // They come in pairs.
+        if steps.saturating_add(2) <= most {
             return Ok(());
         }
         let time = (self.start + self.signed(self.done)).to_f64();

@@ -24,6 +24,9 @@ use nalgebra::DMatrix;
 /// where the first leave a tail.
 const NODES: [fn(usize) -> usize; 2] = [|s| s + 3, |s| 2 * s + 2];
 
+/// No more than these: the Lobatto nodes that there are.
+const MOST_NODES: usize = 64;
+
 /// The last two Legendre coefficients of a piece may stand for this share of the tolerance.
 const TAIL: f64 = 0.25;
 
@@ -118,7 +121,7 @@ pub(super) struct Maker<T: Real, const N: usize> {
 impl<T: Real, const N: usize> Maker<T, N> {
     /// For the steps with a tableau of so many stages.
     pub fn new(through: &Through<T>, stages: usize) -> Result<Self, TableauError> {
-        let [few, many] = NODES.map(|nodes| Level::new(through, nodes(stages)));
+        let [few, many] = NODES.map(|nodes| Level::new(through, nodes(stages).min(MOST_NODES)));
         Ok(Self { levels: [few?, many?], level: 0 })
     }
 

@@ -19,7 +19,7 @@ type Function<'a, T, const N: usize, const D: usize> = dyn FnMut(&State<T, N, D>
 /// The sign is looked at after every step: two zeros within one step are not seen, unless
 /// [`max_step`](super::Solve::max_step) is shorter. A function that is 0 at the start of the run does not count there; one that touches 0 from
 /// above at the end of a step and rises again counts as falling. The time is found to a quarter of the tolerance times the step, from the
-/// states between the ends of the step, which are within the tolerance.
+/// states between the ends of the step, which are within the tolerance. A pole, where the sign changes as well, is no event.
 ///
 /// ```
 /// use euler_poincare::algebra::{Covector, Matrix};
@@ -90,11 +90,15 @@ impl<'a, T: Real, const N: usize, const D: usize> Event<'a, T, N, D> {
 }
 
 /// The end of a bracket of length at most `width` of the zero of `value` in [0, 1], where it has the values `ends` of opposite signs: the
-/// end at which it has the sign of the second, or vanishes.
+/// end at which it has the sign of the second, or vanishes. None where the values at both ends are larger than any at first: a pole.
 ///
 /// Source: Oliveira and Takahashi, *An enhancement of the bisection method average performance preserving minmax optimality*, ACM
 /// Transactions on Mathematical Software 47 (2021).
-pub(super) fn bracket<T: Real, E>(ends: [T; 2], width: T, mut value: impl FnMut(T) -> Result<T, E>) -> Result<T, E> {
+pub(super) fn bracket<T: Real, E>(
+    ends: [T; 2],
+    width: T,
+    mut value: impl FnMut(T) -> Result<T, E>,
+) -> Result<Option<T>, E> {
     let (mut a, mut b) = (T::zero(), T::one());
     let [mut at_a, mut at_b] = ends;
     let halvings = -width.to_f64().log2().min(0.0).floor() as i32;
@@ -121,5 +125,7 @@ pub(super) fn bracket<T: Real, E>(ends: [T; 2], width: T, mut value: impl FnMut(
             (b, at_b) = (point, at);
         }
     }
-    Ok(b)
+    let first = ends[0].abs().max(ends[1].abs());
+    let pole = at_a.abs() > first && at_b.abs() > first;
+    Ok((!pole).then_some(b))
 }
