@@ -61,7 +61,7 @@ fn the_report_says_what_was_taken_and_why_the_run_ended() {
         "by the event \"low\": ",
         " steps, ",
         " refused, ",
-        " iterations, estimated relative error ",
+        " iterations, errors of all steps ",
         "(tolerance 1e-10)",
     ] {
         assert!(words.contains(part), "{part} is not in {words}");
@@ -116,6 +116,13 @@ fn options_without_effect_beside_a_tolerance_are_refused() {
     assert_eq!(code(&output), 2);
     assert!(stderr(&output).contains("at least 1e-14 in 16 digits") && stderr(&output).contains("    ^"));
     assert_eq!(code(&run(&here, &["integrate", "fine.toml", "--scalar", "dd"])), 0);
+    // Nothing is overwritten where not all files can be.
+    fs::write(here.join("kept.csv"), "rows\n").unwrap();
+    for other in [["--events", "nowhere/e.csv"], ["--plot", "nowhere/p.svg"]] {
+        let output = run(&here, &[&["integrate", "top.toml", "--out", "kept.csv"][..], &other].concat());
+        assert!(code(&output) == 2 && stderr(&output).contains("nowhere"), "{}", stderr(&output));
+        assert_eq!(fs::read_to_string(here.join("kept.csv")).unwrap(), "rows\n");
+    }
 }
 
 #[test]

@@ -241,6 +241,11 @@ struct Paths<'a> {
 impl Paths<'_> {
     /// A recorder: a path that cannot be written is known before the run, not after it.
     fn recorder(&self, file: &SystemFile) -> Result<Recorder, Failure> {
+        // All of them before anything is overwritten.
+        for path in [self.csv, self.svg, self.events].into_iter().flatten() {
+            let opened = File::options().write(true).create(true).truncate(false).open(path);
+            opened.map_err(|error| Failure::file(path, error))?;
+        }
         let create = |path: &Path| File::create(path).map_err(|error| Failure::file(path, error));
         let out: Box<dyn Write> = match self.csv {
             Some(csv) => Box::new(create(csv)?),

@@ -72,7 +72,7 @@ pub struct Arguments {
     /// Claim: on systems without force it conserves these to round-off
     #[arg(long, value_name = "WHAT", value_enum, value_delimiter = ',')]
     conserves: Vec<Conserved>,
-    /// Claim: a step is that of this project's variational scheme with this tableau, at any size: a name as of `euler-poincare tableau`,
+    /// Claim: a step is that of this project's variational scheme with this tableau, at any size: a name as of `euler-poincare order`,
     /// or a tableau file
     #[arg(long, value_name = "TABLEAU")]
     variational: Option<String>,

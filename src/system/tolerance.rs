@@ -30,7 +30,7 @@ pub use super::event::{Direction, EventFormula};
 /// ```
 #[derive(Clone, Debug, PartialEq)]
 pub struct Adaptive {
-    /// The relative error that the whole run may make.
+    /// The relative error that all steps of the run may add.
     pub tolerance: Number,
     /// The largest size of a step, if there is one.
     pub max_step: Option<Number>,

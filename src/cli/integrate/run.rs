@@ -264,7 +264,7 @@ pub fn took<T: Real>(solved: &Solved<T>, tolerance: &Number) -> String {
         ),
         false => format!("tolerance {tolerance}"),
     };
-    format!("{steps} steps, {refused}, {iterations} iterations, estimated relative error {error:.1e} ({kept})")
+    format!("{steps} steps, {refused}, {iterations} iterations, errors of all steps {error:.1e} ({kept})")
 }
 
 /// What a run cost.
