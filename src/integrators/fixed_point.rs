@@ -86,8 +86,14 @@ impl<T: Real> Course<T> {
     /// The root may lie beyond a fold: let Newton's method say.
     #[inline(always)]
     pub fn is_slow(&self) -> bool {
+        self.is_slow_for(self.count - 1)
+    }
+
+    /// So it may after so many evaluations of the equations since the first residual, where an iteration takes several.
+    #[inline(always)]
+    pub fn is_slow_for(&self, evaluations: i32) -> bool {
         let Self { first, last, count, .. } = *self;
-        count > QUICK && last < first && last > self.contracted(TRUSTED, count - 1)
+        count > QUICK && last < first && last > self.contracted(TRUSTED, evaluations)
     }
 
     /// There is no root, or one that is reached too slowly.
