@@ -240,7 +240,7 @@ where
 {
     let mut branch = Branch { rates: step.origin(eta), equations: step, rough: None, close: false };
     for part in 1..=parts {
-        branch.newton(f64::from(part) / f64::from(parts), None).map_err(|Lost| "no convergence")?;
+        branch.newton(f64::from(part) / f64::from(parts), None, 0.0).map_err(|Lost| "no convergence")?;
     }
     Ok(branch.equations.displacements(&branch.rates))
 }
@@ -370,6 +370,8 @@ struct Point<T> {
     share: f64,
     rates: Vec<T>,
     tangent: DMatrix<f64>,
+    /// The predicted change that it was found with; none: H is exact, and the tangent is that at H.
+    chord: Option<f64>,
 }
 
 impl<T: Real> Point<T> {
@@ -406,9 +408,9 @@ impl<T: Real> Branch<'_, T> {
         }
     }
 
-    /// Newton's method at a share of the step. With `chord`, the predicted change, the first correction is at most [`NEAR`] of that, each is at
-    /// most a quarter of the one before, and what is left at most [`LEFT`] of it; else it is rounding.
-    fn newton(&mut self, share: f64, chord: Option<f64>) -> Result<Root, Lost> {
+    /// Newton's method at a share of the step. With `chord`, the predicted change, the first correction is at most [`NEAR`] of that, and each is
+    /// at most a quarter of the one before. What is left is at most the share `left` of it, or rounding.
+    fn newton(&mut self, share: f64, chord: Option<f64>, left: f64) -> Result<Root, Lost> {
         let mut root: Option<Root> = None;
         let mut last = None;
         for _ in 0..ITERATIONS {
@@ -440,9 +442,9 @@ impl<T: Real> Branch<'_, T> {
                 *rate -= T::exact(*d);
             }
             // As much smaller as this correction than the one before.
-            let left = last.map(|last| moved * (moved / last));
-            let enough = chord.zip(left).is_some_and(|(chord, left)| left <= chord * LEFT);
-            if moved <= rounding || (enough && share < 1.0) {
+            let rest = last.map(|last| moved * (moved / last));
+            let enough = chord.zip(rest).is_some_and(|(chord, rest)| rest <= chord * left);
+            if moved <= rounding || enough {
                 return root.ok_or(Lost);
             }
             last = Some(moved);
@@ -470,7 +472,7 @@ impl<T: Real> Branch<'_, T> {
         for (rate, d) in self.rates.iter_mut().zip(ahead.iter()) {
             *rate += T::exact(*d);
         }
-        let root = self.newton(target, Some(chord))?;
+        let root = self.newton(target, Some(chord), if target < 1.0 { LEFT } else { 0.0 })?;
         let slight = |off: f64| off <= slight;
         // In 32 digits where those of `f64` turn.
         let scalars: &[bool] = if self.close { &[false] } else { &[true, false] };
@@ -488,19 +490,30 @@ impl<T: Real> Branch<'_, T> {
             if same {
                 *negative = root.negative;
                 let easy = root.first <= chord * NEAR * NEAR && !turns(TURN / 4.0);
-                return Ok((Point { share: target, rates: self.rates.clone(), tangent }, easy));
+                return Ok((Point { share: target, rates: self.rates.clone(), tangent, chord: Some(chord) }, easy));
             }
         }
         Err(Lost)
     }
 
+    /// A point to rounding, and the tangent with the Jacobian there: next to it what was left, or how the Jacobian has changed since the
+    /// prediction, may be more than what an increment may miss.
+    fn settle(&mut self, point: &mut Point<T>) -> Result<(), Lost> {
+        let Some(chord) = point.chord.take() else { return Ok(()) };
+        let mut root = self.newton(point.share, Some(chord), 0.0)?;
+        root.factors = self.jacobian(point.share)?.lu();
+        point.tangent = self.tangent(point.share, &root, false)?;
+        point.rates.clone_from(&self.rates);
+        Ok(())
+    }
+
     /// To the whole step, by small increments: the points before predict, and the tangent turns little from one point to the next. A change of
     /// the sign of det J is the end, but where the branch goes on as predicted.
     fn follow(&mut self) -> End {
-        let Ok(start) = self.newton(0.0, None) else { return End::Lost };
+        let Ok(start) = self.newton(0.0, None, 0.0) else { return End::Lost };
         let Ok(tangent) = self.tangent(0.0, &start, false) else { return End::Lost };
         let mut negative = start.negative;
-        let mut points = vec![Point { share: 0.0, rates: self.rates.clone(), tangent }];
+        let mut points = vec![Point { share: 0.0, rates: self.rates.clone(), tangent, chord: None }];
         let (mut reached, mut increment) = (0.0, INCREMENTS.0);
         for _ in 0..POINTS {
             self.close = increment < CLOSE;
@@ -520,8 +533,11 @@ impl<T: Real> Branch<'_, T> {
                     }
                 }
                 Err(Lost) => {
-                    if let Some(point) = points.last() {
+                    if let Some(point) = points.last_mut() {
                         self.rates.clone_from(&point.rates);
+                        if self.settle(point).is_err() {
+                            self.rates.clone_from(&point.rates);
+                        }
                     }
                     increment *= 0.5;
                     if increment < INCREMENTS.1 {
