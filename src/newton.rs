@@ -82,6 +82,13 @@ const HALVINGS: usize = 12;
 /// Distances below this share of the unknowns are too small for tangents to tell branches apart.
 const NEAR: f64 = 1.0 / 1024.0;
 
+/// From one point of the continuation to the next det J falls to this share of itself at the least. At a fold it falls to 0: where it falls faster,
+/// there may be one, and another branch behind it that goes on as this one did.
+const FALL: f64 = 0.25;
+
+/// No step is longer than this share of the way to where (det J)² extrapolates to 0.
+const WAY: f64 = 0.75;
+
 /// The continuation doubles its step where a point took no more Jacobians than this.
 const EASY: usize = 3;
 
@@ -155,7 +162,8 @@ pub struct Newton<T: Real> {
     previous: Vec<T>,
     current: Vec<T>,
     tangent: Vec<T>,
-    /// How much longer than it should be the steps of the continuation are, and the distances from tangents that it allows: 1, but in laws.
+    /// How much longer than they should be the steps of the continuation are, the distances from tangents and the corrections that it allows: 1,
+    /// but in laws. If it is more, nor is it looked at how det J falls.
     stretch: T,
 }
 
@@ -182,7 +190,7 @@ impl<T: Real> Newton<T> {
         }
     }
 
-    /// Makes the steps of the continuation so many times as long, and the distances from tangents that it allows: a fault for laws to see.
+    /// Makes the steps of the continuation so many times as long, and all that it allows so many times as large: a fault for laws to see.
     #[cfg(feature = "harness")]
     pub(crate) fn stretch(&mut self, factor: T) {
         self.stretch = factor;
@@ -294,8 +302,8 @@ impl<T: Real> Newton<T> {
 
     /// Follows the root from parameter 0, where it is `x`, to the full parameter; `x` becomes that root.
     ///
-    /// A point is accepted where det J has the sign that it has at 0 and the tangents at it and at the point before agree with the chord
-    /// between them: else the step is halved. So no fold is passed, to another branch behind it.
+    /// A point is accepted where det J has the sign that it has at 0 and has not fallen much, and the tangents at it and at the point before
+    /// agree with the chord between them: else the step is halved. So no fold is passed, to another branch behind it.
     ///
     /// # Errors
     /// [`Failure::Fold`] where det J tends to zero before the parameter is reached; otherwise as [`Newton::solve`].
@@ -309,7 +317,7 @@ impl<T: Real> Newton<T> {
         let [first, longest, smallest] =
             [LENGTHS.0, LENGTHS.1, LENGTHS.2].map(|length| self.stretch * T::exact(length));
         let (mut iterations, mut not_evaluated, mut shortened) = (0, None, false);
-        let (mut reached, mut step, mut last_step) = (T::zero(), first, None);
+        let (mut reached, mut step, mut last_step, mut determinant) = (T::zero(), first, None, start.log);
         // (fraction, (det J / det J(0))²) of the last two points: linear at a simple fold.
         let mut squares = [(T::zero(), T::one()); 2];
         let mut current = std::mem::take(&mut self.current);
@@ -325,8 +333,15 @@ impl<T: Real> Newton<T> {
                 break None;
             }
             points += 1;
+            let ended = Outcome { iterations, residual: missed, shortened };
             if points > MOST_POINTS {
-                break Some(Err(Failure::NotConverged(Outcome { iterations, residual: missed, shortened })));
+                break Some(Err(Failure::NotConverged(ended)));
+            }
+            if self.stretch == T::one() {
+                step = step.min(T::exact(WAY) * (zero_of(squares) - reached).abs());
+            }
+            if step < smallest {
+                break Some(Err(Self::end_of_branch(Err(Failure::NotConverged(ended)), squares, iterations)));
             }
             let step_now = step.min(T::one() - reached);
             let target = if T::one() - reached <= step { T::one() } else { reached + step };
@@ -336,7 +351,11 @@ impl<T: Real> Newton<T> {
             }
             equations.set_fraction(target);
             let corrected = self.correct(equations, x, settings);
-            let same = matches!(&corrected, Ok(c) if c.determinant.negative == start.negative) && {
+            let is_like = |c: &Corrected<T>| {
+                let fallen = determinant - c.determinant.log;
+                c.determinant.negative == start.negative && (fallen <= -T::exact(FALL).ln() || self.stretch > T::one())
+            };
+            let same = corrected.as_ref().is_ok_and(is_like) && {
                 self.tangent_at(equations, x, target);
                 on_chord(&current, x, [&tangent, &self.trial], step_now, self.stretch)
             };
@@ -348,6 +367,7 @@ impl<T: Real> Newton<T> {
                     current.copy_from_slice(x);
                     reached = target;
                     last_step = Some(step_now);
+                    determinant = c.determinant.log;
                     let ratio = (c.determinant.log - start.log).exp();
                     squares = [squares[1], (target, ratio * ratio)];
                     if reached >= T::one() {
@@ -397,10 +417,10 @@ impl<T: Real> Newton<T> {
         squares: [(T, T); 2],
         iterations: usize,
     ) -> Failure<T, E> {
-        let [(f0, d0), (f1, d1)] = squares;
+        let [_, (f1, d1)] = squares;
         // det² extrapolates to zero within a few per cent of the last point: a fold.
-        let zero = f1 + d1 * (f1 - f0) / (d0 - d1);
-        let fold = d1 < d0 && zero <= f1 * T::ratio(21, 20) + T::exact(2f64.powi(-10));
+        let zero = zero_of(squares);
+        let fold = zero <= f1 * T::ratio(21, 20) + T::exact(2f64.powi(-10));
         match failed {
             _ if fold => Failure::Fold { fraction: zero, determinant: d1.sqrt() },
             // Another branch is all that is found.
@@ -489,7 +509,7 @@ impl<T: Real> Newton<T> {
                 correction = self.correction();
             }
             // Corrections at the level of rounding need not contract any more.
-            let grows = !shrunk(correction, T::half()) || !correction.all_finite();
+            let grows = !shrunk(correction, T::half() * self.stretch) || !correction.all_finite();
             if grows && relative > settings.floor {
                 return Err(Failure::NotConverged(outcome));
             }
@@ -660,6 +680,11 @@ fn on_chord<T: Real>(from: &[T], to: &[T], tangents: [&[T]; 2], step: T, stretch
     }
     let allowed = (chord * T::exact(BEND) + size * T::exact(NEAR)) * stretch;
     off.iter().all(|off| *off <= allowed)
+}
+
+/// Where the line through two points is 0, if it falls; else at infinity.
+fn zero_of<T: Real>([(f0, d0), (f1, d1)]: [(T, T); 2]) -> T {
+    if d1 < d0 { f1 + d1 * (f1 - f0) / (d0 - d1) } else { T::exact(f64::INFINITY) }
 }
 
 /// Whether a root is so near its origin that [`Newton::is_joined`] looks at no other parameter.

@@ -3,7 +3,8 @@
 //!
 //! Near the root that continues from h = 0 the iteration contracts, at a rate that grows with h. Where that root meets another in a
 //! fold, an eigenvalue of the iteration is 1. What it finds at a rate close to 1 may be a root beyond a fold, which Newton's method
-//! tells by the sign of det J.
+//! tells by the sign of det J. The rate at a root says nothing of the way to it: where the map contracts all along, each residual is
+//! a share of the one before, from the first on, and there is one root there (Banach).
 
 use crate::scalar::Real;
 
@@ -13,6 +14,16 @@ type Rate = (i64, i64);
 /// The slowest rate, on the average since the first iteration, at which a root is trusted: well below 1, the rate at a fold, and
 /// fast enough for rounding in `f64` to be reached in 70 iterations.
 const TRUSTED: Rate = (3, 5);
+
+/// A root is near its start where the first residual is at most this.
+const AT_HAND: Rate = (1, 16);
+
+/// It is far from it where the first change is larger than this share of the root: the iteration may have passed others.
+const FAR: Rate = (1, 2);
+
+/// The largest share of the residual before the last at which a root is trusted that is not near: a change of the momenta is one of the
+/// displacements an iteration later, so that residuals may fall in pairs. Behind folds, roots were found after shares of 0.7 and 1.4.
+const STEADY: Rate = (1, 4);
 
 /// A root that took no more iterations than this is trusted: it was near, and an average over so few says little.
 const QUICK: i32 = 4;
@@ -96,10 +107,24 @@ impl<T: Real> Course<T> {
         count > QUICK && last < first && last > self.contracted(TRUSTED, evaluations)
     }
 
+    /// The latest residual is a larger share of the one before the last than where the iteration contracts all the way from its start.
+    #[inline]
+    pub fn is_uneven(&self, earlier: &Self) -> bool {
+        let above = |value: T, of: T, (n, d): Rate| value > of * T::ratio(n, d);
+        above(self.first, T::one(), AT_HAND) && earlier.count > 0 && above(self.last, earlier.last, STEADY)
+    }
+
     /// There is no root, or one that is reached too slowly.
     #[inline(always)]
     pub fn is_hopeless(&self) -> bool {
         self.count >= PATIENT && self.least > self.contracted(CONTINUED, self.count)
+    }
+
+    /// The root is farther from the start than it may be to be trusted, where residuals are relative to these sizes, at the start and at the root.
+    #[inline]
+    pub fn is_far(&self, sizes: [T; 2]) -> bool {
+        let [start, root] = sizes;
+        self.first * start > root * T::ratio(FAR.0, FAR.1)
     }
 
     /// The first residual after so many iterations at a rate.

@@ -188,8 +188,8 @@ pub struct Variational<T: Real, const N: usize, const D: usize, L, F, R> {
     first_residual: Option<T>,
     /// Whether rounding of the forces decided when the last step was solved.
     rounded: bool,
-    /// Whether terms that cancel are no reason to refuse a step: in laws alone.
-    trusts_terms: bool,
+    /// Whether neither terms that cancel nor a root far from the start are reasons to refuse what iterations found: in laws alone.
+    trusts_residuals: bool,
 }
 
 /// Which of the stage momenta the iterations are on.
@@ -264,20 +264,21 @@ where
             contraction: 0.0,
             first_residual: None,
             rounded: false,
-            trusts_terms: false,
+            trusts_residuals: false,
         }
     }
 
-    /// Makes the steps of the continuation so many times as long: a fault for laws to see.
+    /// Makes the steps of the continuation so many times as long, and what it allows so many times as large: a fault for laws to see.
     #[cfg(feature = "harness")]
     pub(crate) fn stretch_continuation(&mut self, factor: T) {
         self.newton.stretch(factor);
     }
 
-    /// Accepts residuals that are small relative to the largest term, however terms cancel: a fault for laws to see.
+    /// Accepts residuals that are small relative to the largest term, however terms cancel, and however the iterations got there: a fault for laws
+    /// to see.
     #[cfg(feature = "harness")]
-    pub(crate) fn trust_terms(&mut self) {
-        self.trusts_terms = true;
+    pub(crate) fn trust_residuals(&mut self) {
+        self.trusts_residuals = true;
     }
 
     /// By which factor the residual fell in each fixed-point iteration of the last step.
@@ -457,7 +458,7 @@ where
         };
         let point = self.scheme.retraction.at(&self.work.increment).map_err(|e| domain(h, None, e))?;
         let growth = self.growth(&problem, &point.d_neg());
-        if growth > T::one() / T::unit_roundoff().sqrt() && !self.trusts_terms {
+        if growth > T::one() / T::unit_roundoff().sqrt() && !self.trusts_residuals {
             return Err(StepError::IllConditioned { step: h.to_f64(), growth: growth.to_f64() }.into());
         }
         let momentum = self.work.after_impulse * point.ad();
@@ -546,8 +547,8 @@ where
     /// Fixed-point iterations until the residual is at the tolerance or at its floor.
     fn fixed_point(&mut self, problem: &Problem<T, N, D>) -> Result<Report<T>, NotContracted> {
         let settings = self.settings;
-        let mut course = Course::new();
-        let (mut iterations, mut first) = (0, Course::new());
+        let (mut earlier, mut course) = (Course::new(), Course::new());
+        let (mut iterations, mut first, mut size) = (0, Course::new(), T::zero());
         let known = self.scheme.known::<N, D>();
         self.collocation.unshift();
         let stages = self.scheme.tableau.stages() as i32;
@@ -571,19 +572,27 @@ where
             if !residual.all_finite() || first_scale.is_left(scale) {
                 return Err(NotContracted(iterations));
             }
+            let before = course;
             course.note(residual);
+            if course.count() == 1 {
+                size = scale;
+            }
+            // Above rounding.
+            let uneven = residual > settings.floor && course.is_uneven(&earlier) && !self.trusts_residuals;
+            earlier = before;
             self.first_residual = self.first_residual.or(Some(residual));
             if residual <= settings.tolerance || (course.stagnates() && residual <= settings.floor) {
                 self.contraction = first.rate().max(course.rate());
                 // Those of the guesses count, too: roots behind a fold were found by thirty residuals that fell by half, of five each.
                 let evaluations = iterations.saturating_sub(first.count() + 1);
-                return if course.is_slow_for(i32::try_from(evaluations).unwrap_or(i32::MAX)) {
+                let slow = course.is_slow_for(i32::try_from(evaluations).unwrap_or(i32::MAX));
+                return if (slow || course.is_far([size, scale])) && !self.trusts_residuals {
                     Err(NotContracted(iterations))
                 } else {
                     Ok(Report { solver: Solver::FixedPoint, iterations, residual })
                 };
             }
-            if course.is_hopeless() {
+            if uneven || course.is_hopeless() {
                 return Err(NotContracted(iterations));
             }
             match known {

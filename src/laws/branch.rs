@@ -34,14 +34,15 @@ const COARSE: Fault = Fault::new(
 /// The continuation of the library, with its lengths tenfold.
 const TENFOLD: Fault = Fault::new(
     "tenfold-continuation",
-    "the continuation in h with steps ten times as long, and ten times the distance from tangents",
+    "the continuation in h with steps ten times as long, ten times the distance from tangents, corrections that may grow fivefold, and \
+     without a look at how det J falls",
     "steps behind a fold, or with several roots",
 );
-/// Residuals relative to terms that cancel.
+/// Residuals relative to terms that cancel, and nothing besides.
 const OF_TERMS: Fault = Fault::new(
     "residual-of-terms",
-    "a residual that is small relative to the largest term is accepted, however terms cancel",
-    "steps with terms like e^{‖ad‖}, beyond 1/√u of the momentum",
+    "a residual that is small relative to the largest term is accepted, however terms cancel, and however the iterations got there",
+    "steps with terms like e^{‖ad‖}, beyond 1/√u of the momentum; roots far from where iterations start",
 );
 
 /// How much longer the steps are with [`TENFOLD`].
@@ -115,7 +116,7 @@ where
             method.stretch_continuation(T::exact(STRETCH));
         }
         if Fault::planted(fault, OF_TERMS.name) {
-            method.trust_terms();
+            method.trust_residuals();
         }
         let residual = vec![Covector::zeros(); system.tableau.stages()];
         Self { method, state: &system.state, size: T::exact(size), residual }
