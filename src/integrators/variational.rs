@@ -73,6 +73,18 @@ pub(super) const APART: f64 = 1.0 / 1024.0;
 /// Weights larger than this extrapolate nothing but rounding.
 const LARGEST_WEIGHT: f64 = 1_048_576.0;
 
+/// What is taken of what fixed-point iterations find.
+#[derive(Clone, Copy, Debug, PartialEq)]
+enum Trust {
+    /// Roots that are near, or to which the iterations contract all the way.
+    Alone,
+    /// Roots to which they contract: whoever asks for a step compares it with others.
+    Compared,
+    /// Whatever has a small residual: a fault for laws to see.
+    #[cfg(feature = "harness")]
+    Residual,
+}
+
 /// The system and the method: what does not change from step to step.
 #[derive(Clone, Debug)]
 struct Scheme<T: Real, L, F, R> {
@@ -188,8 +200,8 @@ pub struct Variational<T: Real, const N: usize, const D: usize, L, F, R> {
     first_residual: Option<T>,
     /// Whether rounding of the forces decided when the last step was solved.
     rounded: bool,
-    /// Whether neither terms that cancel nor a root far from the start are reasons to refuse what iterations found: in laws alone.
-    trusts_residuals: bool,
+    /// What is taken of what fixed-point iterations find.
+    trust: Trust,
 }
 
 /// Which of the stage momenta the iterations are on.
@@ -264,7 +276,7 @@ where
             contraction: 0.0,
             first_residual: None,
             rounded: false,
-            trusts_residuals: false,
+            trust: Trust::Alone,
         }
     }
 
@@ -278,7 +290,20 @@ where
     /// to see.
     #[cfg(feature = "harness")]
     pub(crate) fn trust_residuals(&mut self) {
-        self.trusts_residuals = true;
+        self.trust = Trust::Residual;
+    }
+
+    fn trusts_residuals(&self) -> bool {
+        match self.trust {
+            Trust::Alone | Trust::Compared => false,
+            #[cfg(feature = "harness")]
+            Trust::Residual => true,
+        }
+    }
+
+    /// Leaves it to the caller to see that a root is another than that from h = 0: each step is compared with others, of other sizes.
+    pub(super) fn leave_to_comparison(&mut self) {
+        self.trust = Trust::Compared;
     }
 
     /// By which factor the residual fell in each fixed-point iteration of the last step.
@@ -458,7 +483,7 @@ where
         };
         let point = self.scheme.retraction.at(&self.work.increment).map_err(|e| domain(h, None, e))?;
         let growth = self.growth(&problem, &point.d_neg());
-        if growth > T::one() / T::unit_roundoff().sqrt() && !self.trusts_residuals {
+        if growth > T::one() / T::unit_roundoff().sqrt() && !self.trusts_residuals() {
             return Err(StepError::IllConditioned { step: h.to_f64(), growth: growth.to_f64() }.into());
         }
         let momentum = self.work.after_impulse * point.ad();
@@ -578,15 +603,23 @@ where
                 size = scale;
             }
             // Above rounding.
-            let uneven = residual > settings.floor && course.is_uneven(&earlier) && !self.trusts_residuals;
+            let uneven = residual > settings.floor && self.trust == Trust::Alone && course.is_uneven(&earlier);
             earlier = before;
             self.first_residual = self.first_residual.or(Some(residual));
             if residual <= settings.tolerance || (course.stagnates() && residual <= settings.floor) {
                 self.contraction = first.rate().max(course.rate());
                 // Those of the guesses count, too: roots behind a fold were found by thirty residuals that fell by half, of five each.
                 let evaluations = iterations.saturating_sub(first.count() + 1);
-                let slow = course.is_slow_for(i32::try_from(evaluations).unwrap_or(i32::MAX));
-                return if (slow || course.is_far([size, scale])) && !self.trusts_residuals {
+                let refused = match self.trust {
+                    Trust::Alone => {
+                        course.is_slow_for(i32::try_from(evaluations).unwrap_or(i32::MAX))
+                            || course.is_far([size, scale])
+                    }
+                    Trust::Compared => course.is_slow(),
+                    #[cfg(feature = "harness")]
+                    Trust::Residual => false,
+                };
+                return if refused {
                     Err(NotContracted(iterations))
                 } else {
                     Ok(Report { solver: Solver::FixedPoint, iterations, residual })

@@ -175,7 +175,11 @@ where
         F: Clone,
         R: Clone,
     {
-        let engine = || Variational::new(parts.0.clone(), parts.1.clone(), parts.2.clone(), tableau.clone());
+        let engine = || {
+            let mut engine = Variational::new(parts.0.clone(), parts.1.clone(), parts.2.clone(), tableau.clone());
+            engine.leave_to_comparison();
+            engine
+        };
         let through = Through::new(tableau.c().as_slice());
         let inside = tableau.c().iter().map(|&c| {
             let (x, mut row) = (c * T::int(2), vec![T::zero(); through.len()]);
