@@ -18,11 +18,13 @@ const TRUSTED: Rate = (3, 5);
 /// A root is near its start where the first residual is at most this.
 const AT_HAND: Rate = (1, 16);
 
-/// It is far from it where the first change is larger than this share of the root: the iteration may have passed others.
+/// It is far from it where the first change is larger than this share of the root: the iteration may have passed others. There, at h = 40, it was
+/// five times the root, and residuals fell to a tenth and less in two iterations.
 const FAR: Rate = (1, 2);
 
 /// The largest share of the residual before the last at which a root is trusted that is not near: a change of the momenta is one of the
-/// displacements an iteration later, so that residuals may fall in pairs. Behind folds, roots were found after shares of 0.7 and 1.4.
+/// displacements an iteration later, so that residuals may fall in pairs. Behind the fold of case 22233 of seed 998011 of the law `branch`, roots
+/// were found after shares of 0.48 (h = 10) and 2.1 (h = 6).
 const STEADY: Rate = (1, 4);
 
 /// A root that took no more iterations than this is trusted: it was near, and an average over so few says little.

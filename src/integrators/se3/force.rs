@@ -11,7 +11,7 @@ use crate::mechanics::force::AnyForce;
 
 /// A symmetric drag matrix D.
 #[derive(Clone, Copy, Debug, PartialEq)]
-#[allow(clippy::large_enum_variant)] // `Copy`, because it is data of a kernel
+#[allow(clippy::large_enum_variant, reason = "`Copy`, because it is data of a kernel")]
 pub enum Drag {
     /// Its diagonal; the rest is zero.
     Diagonal([f64; 6]),
@@ -47,7 +47,7 @@ impl Drag {
 
 /// A term of a force of the catalogue.
 #[derive(Clone, Copy, Debug, PartialEq)]
-#[allow(clippy::large_enum_variant)] // `Copy`, because it is data of a kernel
+#[allow(clippy::large_enum_variant, reason = "`Copy`, because it is data of a kernel")]
 #[non_exhaustive]
 pub enum Term {
     /// −D η.
