@@ -170,8 +170,11 @@ fn bad_usage_is_two_and_says_what_is_allowed() {
     fs::write(here.join("step.json"), sound.replace("1/8", "0")).unwrap();
     replay_file(&here.join("law.json"), "no-such-law", None, "name = \"so3\"");
     replay_file(&here.join("fault.json"), LAW, Some("no-such-fault"), "name = \"so3\"");
-    let cases: [(&[&str], &str); 20] = [
+    let cases: [(&[&str], &str); 23] = [
         (&["verify", "--laws", "no-such-law"], LAW),
+        (&["verify", "--laws", "retracton-adjoint"], "did you mean \"retraction-adjoint\"?"),
+        (&["integrate", "system.toml", "--events", "-"], "a file is needed"),
+        (&["integrate", "system.toml", "--plot", "-"], "a file is needed"),
         (&["verify", "--laws", "retraction-adjoint,no-such-*"], "no-such-*"),
         (&["verify", "--laws", ""], LAW),
         (&["verify", "--plant", "no-such-fault"], FAULT),

@@ -422,6 +422,26 @@ fn a_pole_is_no_event() {
     }
 }
 
+/// A zero at the start does not count, and the next one does, in the same step, too.
+#[test]
+fn a_zero_at_the_start_hides_no_other() {
+    let so3 = group(Entry::So3);
+    let along = |zero: f64| move |state: &State<f64, 3, 3>| state.time * (zero - state.time);
+    for zero in [0.05, 0.3, -0.05, -0.3] {
+        let mut solve = Solve::new(symmetric(), Torque::None, &so3)
+            .event(Event::new(along(zero)))
+            .event(Event::new(along(zero)).rising())
+            .event(Event::new(|state: &State<f64, 3, 3>| state.time))
+            .event(Event::new(|state: &State<f64, 3, 3>| state.time.powi(3)))
+            .event(Event::new(|_: &State<f64, 3, 3>| 0.0));
+        let solution = solve.run(&state([1.0, 0.0, 1.0]), 4.0 * zero.signum()).unwrap();
+        let found: Vec<_> = solution.events.iter().map(|located| (located.event, located.rising)).collect();
+        // In both directions the function is above 0 until there.
+        assert_eq!(found, [(0, false)]);
+        assert!((solution.events[0].state.time - zero).abs() < 1e-8);
+    }
+}
+
 /// A run that ends within a step does not ask for values beyond.
 #[test]
 fn a_terminal_event_comes_before_a_function_without_a_value() {

@@ -141,6 +141,12 @@ const BAD: &[(&str, &str, &str, &str)] = &[
         "\"abc\"",
         "three of x, y and z",
     ),
+    (
+        "rotation-vector = [\"0.4\", \"-0.3\", \"0.2\"]",
+        "euler = [1, 2, 3]\naxes = \"xxy\"",
+        "\"xxy\"",
+        "no two neighbours alike",
+    ),
     ("rotation-vector = [\"0.4\", \"-0.3\", \"0.2\"]", "euler = [1, 2]", "[1, 2]", "2 entries; allowed: 3"),
     ("rotation-vector", "position = [1, 2, 3]\nrotation-vector", "[1, 2, 3]", "for the algebra se3"),
     ("rotation-vector", "attitude = [1, 2, 3]\nrotation-vector", "[\"0.4\"", "either `attitude` or `rotation-vector`"),

@@ -7,6 +7,7 @@ mod run;
 mod states;
 
 use super::interrupt::Interrupt;
+use super::summary::count;
 use super::table::paragraph;
 use super::tableau::Named;
 use super::{Failure, complain, print};
@@ -68,10 +69,10 @@ pub struct Arguments {
     #[arg(long, value_name = "FILE.csv")]
     out: Option<PathBuf>,
     /// A figure of momenta, energy, Casimirs and attitude over time
-    #[arg(long, value_name = "FILE.svg")]
+    #[arg(long, value_name = "FILE.svg", value_parser = file)]
     plot: Option<PathBuf>,
     /// A table of the events, with the columns of a row
-    #[arg(long, value_name = "FILE.csv", conflicts_with = "ensemble")]
+    #[arg(long, value_name = "FILE.csv", value_parser = file, conflicts_with = "ensemble")]
     events: Option<PathBuf>,
     /// The arithmetic: f64 (16 digits), dd (32 digits) or qd (64 digits; fixed steps, dimension 1 to 6)
     #[arg(long, value_parser = PossibleValuesParser::new(["f64", "dd", "qd"]))]
@@ -97,6 +98,11 @@ pub struct Arguments {
     /// How many threads; default: one per core
     #[arg(long, value_name = "N", requires = "ensemble", value_parser = clap::value_parser!(u16).range(1..=1024))]
     jobs: Option<u16>,
+}
+
+/// A path that is not `-`: two results cannot share the standard output.
+fn file(path: &str) -> Result<PathBuf, &'static str> {
+    if path == "-" { Err("a file is needed: standard output is for the rows, `--out -`") } else { Ok(path.into()) }
 }
 
 /// The names of the examples.
@@ -346,7 +352,7 @@ fn report<T: Compiled>(
     };
     if let Some((steps, _)) = kept.interrupted.filter(|_| solved.end != End::Failed) {
         tell(&kept.table)?;
-        complain(&format!("INTERRUPTED after {steps} steps, at t = {}; {}", solved.time, kept.told));
+        complain(&format!("INTERRUPTED after {}, at t = {}; {}", count(steps, "step"), solved.time, kept.told));
         return Ok(Interrupt::exit_code());
     }
     // Who has closed the pipe has seen enough.

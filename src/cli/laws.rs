@@ -2,6 +2,7 @@
 
 use super::table::{entries, paragraph};
 use super::{Failure, Format, print, schema};
+use euler_poincare::expression::like;
 use euler_poincare::harness::{Cost, Fault, Law, draw};
 use euler_poincare::laws::{self, CaseLaw};
 use euler_poincare::system::labels;
@@ -135,7 +136,7 @@ pub fn exact(patterns: Option<&str>) -> Vec<&'static str> {
 }
 
 /// The names of all laws, for messages.
-pub fn names() -> String {
+fn names() -> String {
     laws::all().iter().map(|law| law.about.name).collect::<Vec<_>>().join(", ")
 }
 
@@ -156,7 +157,11 @@ pub fn select(patterns: Option<&str>) -> Result<Vec<&'static CaseLaw>, Failure> 
         };
         let hits: Vec<usize> = (0..all.len()).filter(|i| matches(all[*i].about.name)).collect();
         if hits.is_empty() {
-            return Err(Failure::Usage(format!("no law matches \"{pattern}\"; the laws are: {}", names())));
+            let allowed = match like(pattern, all.iter().map(|law| law.about.name)) {
+                Some(law) => format!("did you mean \"{law}\"? `euler-poincare laws` lists all"),
+                None => format!("the laws are: {}", names()),
+            };
+            return Err(Failure::Usage(format!("no law matches \"{pattern}\"; {allowed}")));
         }
         hits.into_iter().for_each(|i| selected[i] = true);
     }

@@ -6,7 +6,7 @@ mod page;
 
 use super::interrupt::Interrupt;
 use super::progress::Bar;
-use super::summary::some;
+use super::summary::{count, some};
 use super::table::{Column, Table, data, entries, paragraph};
 use super::tableau::Named;
 use super::{Failure, Format, complain, print, version};
@@ -585,12 +585,12 @@ fn verdict(report: &ProbeReport) -> String {
         Conclusion::Undecided => "NO VERDICT, no law held on any case".into(),
         Conclusion::Confirmed => format!("{broken}, every claim confirmed"),
     };
-    let mut line = format!("{outcome}: {} on {} cases", count(report.laws.len()), asked(report));
+    let mut line = format!("{outcome}: {} on {}", count(report.laws.len(), "law"), count(asked(report), "case"));
     if matches!(report.conclusion(), Conclusion::Unbroken | Conclusion::Confirmed) {
         let says_nothing = |law: &&LawReport| law.held + law.broken.len() == 0;
         let silent: Vec<_> = report.laws.iter().filter(says_nothing).map(|law| law.law.about.name).collect();
         if !silent.is_empty() {
-            line += &format!("; {} held on none ({})", count(silent.len()), some(&silent));
+            line += &format!("; {} held on none ({})", count(silent.len(), "law"), some(&silent));
         }
         let held = report.laws.iter().map(|law| law.held).sum::<usize>();
         if 2 * held < asked(report) {
@@ -615,10 +615,6 @@ fn lower(report: &ProbeReport) -> Option<String> {
 
 /// Orders of the parts of a state that differ by more than this are not the same.
 const APART: f64 = 0.5;
-
-fn count(laws: usize) -> String {
-    if laws == 1 { "1 law".into() } else { format!("{laws} laws") }
-}
 
 fn asked(report: &ProbeReport) -> usize {
     report.laws.iter().map(|law| law.cases).sum()

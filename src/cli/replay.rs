@@ -2,6 +2,7 @@
 
 use super::failure::text;
 use super::interrupt::Interrupt;
+use super::summary::count;
 use super::table::paragraph;
 use super::{Failure, Format, print, probe};
 use euler_poincare::external::Record;
@@ -52,7 +53,11 @@ pub fn run(arguments: Arguments) -> Result<ExitCode, Failure> {
         } else {
             // Saved before it is printed, so that a closed pipe loses nothing.
             let saved = save(path, &smaller.replay)?;
-            let steps = format!("simpler in {} steps, found with {} checks; saved in", found.steps, found.checks);
+            let steps = format!(
+                "simpler in {}, found with {}; saved in",
+                count(found.steps, "step"),
+                count(found.checks, "check")
+            );
             let steps = paragraph(&format!("{steps} {}", saved.display()));
             print(&format!("{}\n{steps}\n", text(&smaller, Some(&saved))))?;
         }

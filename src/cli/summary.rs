@@ -172,8 +172,9 @@ fn percent(part: usize, whole: usize) -> f64 {
 }
 
 /// `1 law`, `2 laws`.
-pub fn count(number: usize, noun: &str) -> String {
-    format!("{number} {noun}{}", if number == 1 { "" } else { "s" })
+pub fn count<N: fmt::Display + PartialEq + From<u8>>(number: N, noun: &str) -> String {
+    let plural = if number == N::from(1) { "" } else { "s" };
+    format!("{number} {noun}{plural}")
 }
 
 /// Cases that the law has something to say about.

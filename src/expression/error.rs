@@ -13,8 +13,8 @@ pub(super) struct Spot {
     pub at: usize,
 }
 
-/// As many characters of a line are printed.
-const WIDTH: usize = 100;
+/// As many characters of a line are printed: with what stands before them they fit in 80 columns.
+const WIDTH: usize = 70;
 
 impl Spot {
     /// Line and column, from 1, and the text of the line.

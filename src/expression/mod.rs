@@ -22,6 +22,8 @@ mod program;
 
 pub use error::{ExpressionError, Undefined};
 pub use names::Names;
+#[doc(hidden)]
+pub use names::like;
 pub use program::Program;
 
 use crate::scalar::Real;

@@ -180,11 +180,7 @@ impl Names {
 
     /// The name, or function, that is most like `name`, if one is.
     pub(super) fn like(&self, name: &str) -> Option<&str> {
-        let all = self.meanings.keys().map(String::as_str).chain(FUNCTIONS.iter().map(|(name, _)| *name));
-        all.map(|known| (distance(name, known), known))
-            .filter(|(distance, known)| *distance <= 1 + known.len() / 5 && 2 * *distance <= name.len())
-            .min()
-            .map(|(_, known)| known)
+        like(name, self.meanings.keys().map(String::as_str).chain(FUNCTIONS.iter().map(|(name, _)| *name)))
     }
 
     /// The names of quantities, parameters and definitions, without components.
@@ -199,6 +195,13 @@ impl Names {
             self.meanings.keys().filter(|name| !component(name)).map(|name| format!("`{name}`")).collect();
         names.join(", ")
     }
+}
+
+/// The one of `all` that is most like `name`, if one is.
+pub fn like<'a>(name: &str, all: impl IntoIterator<Item = &'a str>) -> Option<&'a str> {
+    let all = all.into_iter().map(|known| (distance(name, known), known));
+    let near = all.filter(|(distance, known)| *distance <= 1 + known.len() / 5 && 2 * *distance <= name.len());
+    near.min().map(|(_, known)| known)
 }
 
 /// How many letters have to be changed, added or left out (Levenshtein).

@@ -354,9 +354,10 @@ impl Case {
             Some(Orientation::Euler { angles, axes }) => {
                 let (angles, place) = (three(angles, "euler")?, place.key("axes"));
                 let named: Option<Vec<usize>> = axes.chars().map(|axis| "xyz".find(axis)).collect();
-                let Some([a, b, c]) = named.as_deref() else {
-                    let (found, allowed) = (format!("{axes:?}"), "three of x, y and z, such as \"zyx\"".into());
-                    return Err(place.error(Problem::Range { found, allowed }));
+                let named = named.as_deref().filter(|axes| axes.windows(2).all(|pair| pair[0] != pair[1]));
+                let Some([a, b, c]) = named else {
+                    let allowed = "three of x, y and z, no two neighbours alike, such as \"zyx\" or \"zxz\"".into();
+                    return Err(place.error(Problem::Range { found: format!("{axes:?}"), allowed }));
                 };
                 let turn =
                     |axis: usize, angle: T| about(&Vector::from_fn(|k, _| if k == axis { angle } else { T::zero() }));

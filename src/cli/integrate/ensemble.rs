@@ -4,6 +4,7 @@ use super::columns::{Columns, print};
 use super::run::PATIENCE;
 use super::states::{Members, States};
 use crate::cli::interrupt::Interrupt;
+use crate::cli::summary::count;
 use crate::cli::table::paragraph;
 use crate::cli::{Failure, complain, printed};
 use euler_poincare::system::ensemble::{Batch, Ensemble, Moments, Origin, Sample, Statistics};
@@ -92,21 +93,22 @@ impl Task<'_> {
 
     fn end(&self, ended: &Ended, total: u64, time: Duration) -> Result<ExitCode, Failure> {
         let Ended { members, failed, steps, first, interrupted } = ended;
-        let count = |n: u64| if n == 1 { "1 member".to_owned() } else { format!("{n} members") };
+        let members_of = |n: u64| count(n, "member");
         if let Some(out) = self.out {
             let seconds = time.as_secs_f64();
             let rate = *steps as f64 / seconds.max(1e-9);
-            let text = format!("{}: {}, {steps} steps, {rate:.1e} a second", out.display(), count(*members));
+            let (members, steps) = (members_of(*members), count(*steps, "step"));
+            let text = format!("{}: {members}, {steps}, {rate:.1e} a second", out.display());
             crate::cli::print(&format!("{}\n", paragraph(&text)))?;
         }
         if *interrupted {
-            complain(&format!("INTERRUPTED after {} of {total}: their rows are kept", count(*members)));
+            complain(&format!("INTERRUPTED after {} of {total}: their rows are kept", members_of(*members)));
             return Ok(Interrupt::exit_code());
         }
         match first {
             None => Ok(ExitCode::SUCCESS),
             Some(first) => {
-                let of = format!("{failed} of {} failed; the first: {first}", count(total));
+                let of = format!("{failed} of {} failed; the first: {first}", members_of(total));
                 Err(Failure::Computation(of))
             }
         }
@@ -254,7 +256,7 @@ impl<T: Compiled> Run<'_, T> {
         match &sample.failure {
             Some(failure) => self.out.write_field(failure)?,
             None if whole => self.out.write_field("ok")?,
-            None => self.out.write_field(format!("interrupted after {} steps", sample.steps))?,
+            None => self.out.write_field(format!("interrupted after {}", count(sample.steps, "step")))?,
         }
         Ok(self.out.write_record(None::<&[u8]>)?)
     }

@@ -3,6 +3,7 @@
 use super::columns::{Columns, print};
 use super::plot::Trace;
 use crate::cli::interrupt::Interrupt;
+use crate::cli::summary::count;
 use crate::cli::table::{Column, Table};
 use euler_poincare::scalar::{Number, Real};
 use euler_poincare::system::solution::{Solved, Statistics};
@@ -256,7 +257,6 @@ impl<T: Real> Observer<T> for Recorder {
 pub fn took<T: Real>(solved: &Solved<T>, tolerance: &Number) -> String {
     let Some(statistics) = &solved.statistics else { return String::new() };
     let Statistics { steps, rejected, iterations, error, .. } = statistics;
-    let refused = if *rejected == 1 { "1 pair refused".into() } else { format!("{rejected} pairs refused") };
     let (error, asked) = (error.to_f64(), tolerance.eval::<f64>().unwrap_or(0.0));
     let kept = match error > asked {
         true => format!(
@@ -264,7 +264,9 @@ pub fn took<T: Real>(solved: &Solved<T>, tolerance: &Number) -> String {
         ),
         false => format!("tolerance {tolerance}"),
     };
-    format!("{steps} steps, {refused}, {iterations} iterations, errors of all steps {error:.1e} ({kept})")
+    let (steps, refused, iterations) =
+        (count(*steps, "step"), count(*rejected, "pair"), count(*iterations, "iteration"));
+    format!("{steps}, {refused} refused, {iterations}, errors of all steps {error:.1e} ({kept})")
 }
 
 /// What a run cost.
@@ -274,5 +276,6 @@ pub fn summary<T: Real>(parts: &[Totals<T>]) -> String {
     let most = parts.iter().map(|part| part.most_iterations).max().unwrap_or(0);
     let residual = parts.iter().fold(0.0, |most: f64, part| most.max(part.residual.to_f64()));
     let mean = iterations as f64 / steps.max(1) as f64;
-    format!("{steps} steps, {mean:.1} iterations each (at most {most}), largest relative residual {residual:.1e}")
+    let steps = count(steps, "step");
+    format!("{steps}, {mean:.1} iterations each (at most {most}), largest relative residual {residual:.1e}")
 }

@@ -9,7 +9,7 @@ use crate::tableau::TableauError;
 #[non_exhaustive]
 pub enum SolveError {
     /// The end, the tolerance, the first or the largest step, or the number of steps between saved states makes no sense.
-    #[error("{what} is {value}: it must be {needed}")]
+    #[error("{what} is {value:?}: it must be {needed}")]
     BadInput {
         /// Which.
         what: &'static str,
@@ -72,7 +72,7 @@ pub enum SolveError {
         why: &'static str,
     },
     /// An event function that is not finite.
-    #[error("event {index} has the value {value} at t = {time}")]
+    #[error("event {index} has the value {value:?} at t = {time}")]
     EventValue {
         /// Which event, from 0 in the order in which they were added.
         index: usize,

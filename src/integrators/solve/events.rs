@@ -17,9 +17,10 @@ type Function<'a, T, const N: usize, const D: usize> = dyn FnMut(&State<T, N, D>
 /// An event: where a real function of (t, g, μ) passes through zero.
 ///
 /// The sign is looked at after every step: two zeros within one step are not seen, unless
-/// [`max_step`](super::Solve::max_step) is shorter. A function that is 0 at the start of the run does not count there; one that touches 0 from
-/// above at the end of a step and rises again counts as falling. The time is found to a quarter of the tolerance times the step, from the
-/// states between the ends of the step, which are within the tolerance. A pole, where the sign changes as well, is no event.
+/// [`max_step`](super::Solve::max_step) is shorter. A function that is 0 at the start of the run does not count there, but where it passes
+/// through zero again; one that touches 0 from above at the end of a step and rises again counts as falling. The time is found to a quarter of
+/// the tolerance times the step, from the states between the ends of the step, which are within the tolerance. A pole, where the sign changes
+/// as well, is no event.
 ///
 /// ```
 /// use euler_poincare::algebra::{Covector, Matrix};

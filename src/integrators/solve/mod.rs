@@ -49,6 +49,10 @@ const STAGES_BESIDES: usize = 2;
 const FEWEST_STAGES: usize = 3;
 const MOST_STAGES: usize = 16;
 
+/// Where a function is 0 at the start of a step, its sign next to that is the one at this share of the step: far enough for rounding not to
+/// decide.
+const ASIDE: f64 = 1.0 / 1024.0;
+
 /// An event is located to the tolerance times the step, divided by this.
 const LOCATED: i64 = 4;
 
@@ -641,7 +645,7 @@ where
         ControlFlow::Continue(())
     }
 
-    /// Evaluates the event functions after a step; whether one of them has passed zero.
+    /// Evaluates the event functions after a step; whether one of them may have passed zero.
     fn watch(&mut self, after: &State<T, N, D>, run: &mut Run<T, N, D, R>) -> bool {
         run.found.clear();
         run.before.clear();
@@ -654,7 +658,9 @@ where
                 }
             };
             let before = std::mem::replace(&mut run.values[index], value);
-            if let Some(rising) = event.passes(before, value) {
+            // From 0 it depends on the sign inside the step.
+            let leaves = (before == T::zero() && value != T::zero()).then_some(value > T::zero());
+            if let Some(rising) = event.passes(before, value).or(leaves) {
                 run.found.push(Located { event: index, rising, state: after.clone() });
                 run.before.push(before);
             }
@@ -671,7 +677,14 @@ where
         let mut kept = 0;
         for place in 0..run.found.len() {
             let index = run.found[place].event;
-            let (event, ends) = (&mut self.events[index], [run.before[place], run.values[index]]);
+            let (event, mut ends) = (&mut self.events[index], [run.before[place], run.values[index]]);
+            if ends[0] == T::zero() {
+                ends[0] = event.value(index, &step.at(time(T::exact(ASIDE)))?)?;
+                // Not where it only leaves 0.
+                if event.passes(ends[0], ends[1]).is_none() {
+                    continue;
+                }
+            }
             let zero = events::bracket(ends, width.max(rounding), |x| event.value(index, &step.at(time(x))?));
             let zero = match zero {
                 Err(SolveError::EventValue { value, .. }) if value.is_infinite() => None,
