@@ -3,6 +3,10 @@
 //! The step is symplectic on T*G, so that it keeps a Hamiltonian near that of the system for times exponential in 1/h. Where the level sets
 //! of the energy are compact, as on groups of rotations, its error stays what it is in the first periods. An error that grows like the time
 //! has the slope 1 in a plot of logarithms, one that stays has 0.
+//!
+//! The error is that which half of the steps exceed. A drift moves all of them. The largest one tells less: where a motion comes to places at
+//! which the error is large, and comes closer the longer it runs, it grows without a drift. Of case 18 of seed 999102 it grew from 2e-11 in 625
+//! steps to 5e-9 in 160,000, in 16 digits as in 32, and after these steps the energy was within 1.2e-11 of that at the start.
 
 use super::CaseLaw;
 use super::configuration::{What, configured};
@@ -22,7 +26,6 @@ use crate::laws::unbuilt;
 use crate::mechanics::configuration::Configuration;
 use crate::mechanics::{Force, Lagrangian};
 use crate::retraction::Retraction;
-use crate::scalar::larger;
 use crate::system::{Cases, System, Visitor};
 use crate::tableau::Family;
 use crate::tableau::random::TableauKind;
@@ -36,8 +39,8 @@ pub const fn laws() -> &'static [CaseLaw] {
                         oscillates, and in 10⁴ steps it does not drift",
             source: "Hairer, Lubich and Wanner 2006, §IX.8, Thm 8.1, on the symplectic step of Marsden and West 2001, §1.3.2",
             oracle: "the energy of the state, E = ⟨∂L/∂η, η⟩ − L",
-            bound: "a half for the slope of the error in the number of steps, half the way from an oscillation, 0, to a drift, 1; the slope from \
-                    625 to 2500 steps, or from there to 10⁴ or 4·10⁴ where that is less",
+            bound: "a half for the slope of the error in the number of steps, half the way from an oscillation, 0, to a drift, 1; the error \
+                    is the median over the steps, the slope that from 625 to 2500 steps, or from there to 10⁴ or 4·10⁴ where that is less",
             needs: "a group of rotations, SO(n) or a product; no force; a positive definite inertia",
             cost: Cost::Heavy,
             faults: &[UNCONJUGATED, CHART, NO_SECOND, OF_START],
@@ -69,7 +72,7 @@ fn generator(cases: Cases) -> Cases {
     cases.algebras(&rotations).main_dimensions().force_free().with_tableaux(tableaux)
 }
 
-/// After so many steps the largest error is read; the later ones only where those before leave it open.
+/// After so many steps the median of the errors is read; the later ones only where those before leave it open.
 const READ: [usize; 4] = [625, 2_500, 10_000, 40_000];
 
 /// h ‖ad_η‖ for the fastest motion of this energy, or more: 625 steps are some turns at least, and 10⁴ are hundreds.
@@ -125,7 +128,7 @@ impl Drift<'_> {
             slope = slope.min(self::slope(errors[k - 1], errors[k]));
         }
         let told = errors.iter().zip(READ).map(|(error, steps)| format!("{error:.2e} in {steps}"));
-        let told = format!("h = {h:.3e}: the largest error of the energy is {}", told.collect::<Vec<_>>().join(", "));
+        let told = format!("h = {h:.3e}: the median error of the energy is {}", told.collect::<Vec<_>>().join(", "));
         evidence::note(|| of_relative::<f64>(16, slope, SLOPES.0, told.clone()));
         Ok(match slope {
             s if s <= SLOPES.0 => Verdict::Holds { defect: s.max(0.0), bound: SLOPES.0 },
@@ -168,7 +171,7 @@ fn fastest<const N: usize, const D: usize, R, L: Lagrangian<f64, N>, F>(
 /// −V at most: three terms of at most 1.
 const DEEPEST: f64 = 3.0;
 
-/// A run, and the largest error of its energy.
+/// A run, and the errors of its energy.
 struct Run<'a, const N: usize, const D: usize, R: Retraction<f64, N, D>, L: Lagrangian<f64, N>, F: Force<f64, N>> {
     method: TestedMethod<'a, f64, N, D, R, L, F>,
     lagrangian: &'a L,
@@ -176,8 +179,8 @@ struct Run<'a, const N: usize, const D: usize, R: Retraction<f64, N, D>, L: Lagr
     eta: Vector<f64, N>,
     h: f64,
     start: Option<f64>,
-    steps: usize,
-    error: f64,
+    /// After each step.
+    errors: Vec<f64>,
 }
 
 impl<'a, const N: usize, const D: usize, R: Retraction<f64, N, D>, L: Lagrangian<f64, N>, F: Force<f64, N>>
@@ -191,8 +194,7 @@ impl<'a, const N: usize, const D: usize, R: Retraction<f64, N, D>, L: Lagrangian
             eta: Vector::zeros(),
             h,
             start: None,
-            steps: 0,
-            error: 0.0,
+            errors: Vec::new(),
         }
     }
 
@@ -203,25 +205,28 @@ impl<'a, const N: usize, const D: usize, R: Retraction<f64, N, D>, L: Lagrangian
         Ok(self.lagrangian.energy_at(t, here, &self.eta))
     }
 
-    /// The largest error of the energy in so many steps from the start.
+    /// The median of the errors of the energy in so many steps from the start.
     fn until(&mut self, steps: usize) -> Result<f64, StepError> {
         let start = match self.start {
             Some(start) => start,
             None => self.energy()?,
         };
         self.start = Some(start);
-        while self.steps < steps {
+        while self.errors.len() < steps {
             self.method.step(&mut self.state, self.h)?;
-            self.steps += 1;
             let error = (self.energy()? - start).abs();
-            self.error = larger(self.error, error);
+            self.errors.push(error);
         }
-        Ok(self.error)
+        let mut errors = self.errors.clone();
+        if errors.iter().any(|error| error.is_nan()) {
+            return Ok(f64::NAN);
+        }
+        Ok(*errors.select_nth_unstable_by(steps / 2, f64::total_cmp).1)
     }
 
     /// What rounding may make of the energy in the steps so far.
     fn rounding(&self) -> f64 {
         let size = self.start.unwrap_or(0.0).abs() + 2.0 * DEEPEST;
-        CLEAR * f64::EPSILON * size * (self.steps as f64).sqrt()
+        CLEAR * f64::EPSILON * size * (self.errors.len() as f64).sqrt()
     }
 }
