@@ -59,8 +59,8 @@ pub const fn laws<S: Source>() -> &'static [CaseLaw<S>] {
                 source: "Keller 1977: a branch ends where det J = 0",
                 oracle: "the branch from h = 0, followed in small steps of h by code of its own: the equations in 32 digits, their Jacobian \
                          in f64, where increments are below 2⁻¹⁴ of the step in 32 digits",
-                bound: "2⁻¹⁶ of the stage displacements: roots are farther apart, but next to a fold; the step in f64, in one case of ten \
-                        that in 32 digits, too",
+                bound: "2⁻¹⁶ of the stage displacements, or of their terms: roots are farther apart, but next to a fold; the step in f64, in \
+                        one case of ten that in 32 digits, too",
                 needs: "an algebra that is not abelian",
                 cost: Cost::Heavy,
                 faults: &[ANY_ROOT, COARSE, TENFOLD, OF_TERMS],
@@ -91,6 +91,9 @@ trait Equations<T> {
 
     /// Ξ_1 … Ξ_s at the whole step.
     fn displacements(&self, rates: &[T]) -> Vec<f64>;
+
+    /// The largest sum of the sizes of the terms of a displacement: where they cancel, what is left is rounding.
+    fn terms(&self, rates: &[T]) -> f64;
 }
 
 /// A step of the library from the state of a system.
@@ -162,6 +165,16 @@ where
             (sum * self.size).iter().map(|v| v.to_f64()).collect::<Vec<_>>()
         };
         (0..rates.len()).flat_map(stage).collect()
+    }
+
+    fn terms(&self, rates: &[T]) -> f64 {
+        let (a, rates) = (self.method.tableau().a(), vectors::<T, N>(rates));
+        let stage = |i: usize| {
+            let sum =
+                rates.iter().enumerate().fold(Vector::zeros(), |sum, (j, rate)| sum + rate.abs() * a[(i, j)].abs());
+            (sum * self.size).amax().to_f64()
+        };
+        (0..rates.len()).map(stage).fold(0.0, f64::max)
     }
 }
 
@@ -278,16 +291,17 @@ impl Visitor<Dd> for Oracle<'_> {
             Branch { rates: step.origin(&eta), equations: &mut step, rough: Some(self.rough), close: false };
         let end = branch.follow();
         let right = branch.equations.displacements(&branch.rates);
-        let judged = found.into_iter().map(|found| judge(end, self.size, found, &right));
+        let terms = branch.equations.terms(&branch.rates);
+        let judged = found.into_iter().map(|found| judge(end, self.size, found, (&right, terms)));
         judged.reduce(Verdict::and).unwrap_or_else(|| Verdict::inconclusive("no step"))
     }
 }
 
-/// The verdict on displacements that were found, where the branch leads to this end, and to these.
-fn judge(end: End, size: f64, found: &[f64], right: &[f64]) -> Verdict {
+/// The verdict on displacements that were found, where the branch leads to this end, and to these, whose terms have these sizes.
+fn judge(end: End, size: f64, found: &[f64], (right, terms): (&[f64], f64)) -> Verdict {
     match end {
         End::Reached => {
-            let extent = max_abs(found);
+            let extent = larger(max_abs(found), terms);
             let off = right.iter().zip(found).fold(0.0_f64, |off, (a, b)| larger(off, (a - b).abs()));
             Verdict::judge(if off == 0.0 { 0.0 } else { off / extent }, BOUND, || {
                 format!("at h = {size:e} the step is on another branch: Ξ = {found:?}, and {right:?} from h = 0")
