@@ -6,7 +6,8 @@
 //!
 //! The error is that which half of the steps exceed. A drift moves all of them. The largest one tells less: where a motion comes to places at
 //! which the error is large, and comes closer the longer it runs, it grows without a drift. Of case 18 of seed 999102 it grew from 2e-11 in 625
-//! steps to 5e-9 in 160,000, in 16 digits as in 32, and after these steps the energy was within 1.2e-11 of that at the start.
+//! steps to 5e-9 in 160,000 (in 32 digits the same up to 10⁴, the last that was run), and after 2,500 to 160,000 steps the energy was within 1.3e-11
+//! of that at the start.
 
 use super::CaseLaw;
 use super::configuration::{What, configured};
