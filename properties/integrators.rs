@@ -17,6 +17,7 @@ use euler_poincare::system::So3Retraction;
 use euler_poincare::system::case::Tau;
 use euler_poincare::tableau::{Family, Tableau};
 use nalgebra::DMatrix;
+use proptest::prelude::*;
 
 /// l = ½ Ω·IΩ with I = diag(1/2, 2, 1), by its value alone.
 struct Body;
@@ -423,6 +424,81 @@ fn a_branch_that_takes_steps_without_end_is_given_up() {
     let settings = newton::NewtonSettings { tolerance: 1e-12, floor: 1e-12, max_iterations: 20 };
     let refused = Newton::new(1).follow(&mut Winding(0.0), &mut [0.0], &settings);
     assert!(matches!(refused, Err(newton::Failure::NotConverged(_))), "{refused:?}");
+}
+
+/// (x₁ − y)(x₁ − y − turn (s − crossing)) + gap = 0, y = slope s: two lines pass each other at s = crossing, where both end in a fold. The branch from s = 0 is on the first of them, with det J > 0, and so is the second behind the crossing.
+struct Passing {
+    crossing: f64,
+    gap: f64,
+    slope: f64,
+    turn: f64,
+    /// How fast det J grows otherwise.
+    growth: f64,
+    fraction: f64,
+}
+
+impl Passing {
+    /// x₁ − y, and how far apart the lines are.
+    fn offsets(&self, x: &[f64]) -> [f64; 2] {
+        [x[0] - self.slope * self.fraction, self.turn * (self.fraction - self.crossing)]
+    }
+
+    /// The root at s = 0.
+    fn start(&self) -> [f64; 2] {
+        let apart = self.turn * self.crossing;
+        [(-apart + (apart * apart - 4.0 * self.gap).sqrt()) / 2.0, 1.0]
+    }
+
+    /// Where the branch from s = 0 ends, and the other begins.
+    fn folds(&self) -> [f64; 2] {
+        [-2.0, 2.0].map(|sign| self.crossing + sign * self.gap.sqrt() / self.turn)
+    }
+}
+
+impl Equations<f64> for Passing {
+    type Error = ();
+
+    fn dimension(&self) -> usize {
+        2
+    }
+
+    fn set_fraction(&mut self, fraction: f64) {
+        self.fraction = fraction;
+    }
+
+    fn residual(&mut self, x: &[f64], out: &mut [f64]) -> Result<f64, ()> {
+        let [off, apart] = self.offsets(x);
+        out[0] = off * (off - apart) + self.gap;
+        out[1] = (1.0 + self.growth * self.fraction) * (x[1] - 1.0);
+        Ok(1.0)
+    }
+
+    fn jacobian(&mut self, x: &[f64], out: &mut DMatrix<f64>) -> Result<(), ()> {
+        let [off, apart] = self.offsets(x);
+        out.fill(0.0);
+        out[(0, 0)] = 2.0 * off - apart;
+        out[(1, 1)] = 1.0 + self.growth * self.fraction;
+        Ok(())
+    }
+}
+
+proptest! {
+    /// The tangents at 0 and behind the folds agree with the chord, and det J is larger there: whoever looks at no more takes the wrong branch.
+    #[test]
+    fn a_branch_that_passes_close_by_is_another(
+        (halvings, slope, turn) in (0.0..6.0_f64, -8.0..8.0, 0.125..4.0_f64),
+        (narrow, growth) in (3.0..23.0_f64, prop_oneof![Just(0.0), 0.0..128.0]),
+    ) {
+        let crossing = 0.9 * f64::exp2(-halvings);
+        let gap = (turn * crossing).powi(2) * f64::exp2(-narrow);
+        let mut passing = Passing { crossing, gap, slope, turn, growth, fraction: 0.0 };
+        let (mut x, [end, beginning]) = (passing.start(), passing.folds());
+        prop_assume!(end > 0.0 && beginning < 1.0);
+        let settings = newton::NewtonSettings { tolerance: 1e-14, floor: 1e-13, max_iterations: 20 };
+        let found = Newton::new(2).follow(&mut passing, &mut x, &settings);
+        let Err(newton::Failure::Fold { fraction, .. }) = found else { panic!("{found:?} at {x:?}, and the branch ends at {end}") };
+        prop_assert!((fraction - end).abs() <= crossing / 8.0, "{fraction}, and the branch ends at {end}");
+    }
 }
 
 /// As long as an iteration gains Newton's method goes on to its tolerance; the floor is for rounding alone.

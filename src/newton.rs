@@ -4,7 +4,7 @@
 //! [`Newton::follow`] follows the root that starts at parameter 0 and watches det J: a simple fold is where det J → 0
 //! like a square root (Keller 1977), and there the branch ends.
 
-use crate::scalar::{Real, max_abs};
+use crate::scalar::{Real, larger, max_abs};
 use nalgebra::DMatrix;
 
 /// A system of n equations in n unknowns that depends on one parameter (here: the step size). Newton's method sees it as an
@@ -86,8 +86,15 @@ const NEAR: f64 = 1.0 / 1024.0;
 /// there may be one, and another branch behind it that goes on as this one did.
 const FALL: f64 = 0.25;
 
-/// No step is longer than this share of the way to where (det J)² extrapolates to 0.
+/// No step is longer than this share of the way to where (det J)² extrapolates to 0, which is linear at a simple fold, and none so long that an
+/// extrapolated J may be singular before this share of the way to its end.
+///
+/// Where two branches pass close by each other, det J falls to 0 before they do, and rises behind, on the other branch, which may go on as the first
+/// did; and where other directions grow at the same time, det J itself need not fall before.
 const WAY: f64 = 0.75;
+
+/// So many times from one point to the next the sign of det J is looked at.
+const LOOKS: u32 = 4;
 
 /// The continuation doubles its step where a point took no more Jacobians than this.
 const EASY: usize = 3;
@@ -157,14 +164,27 @@ struct Determinant<T> {
 pub struct Newton<T: Real> {
     jacobian: DMatrix<T>,
     pivots: Vec<usize>,
+    /// The last Jacobian, before it was factored.
+    whole: DMatrix<T>,
+    /// That of the last point of the continuation, and its derivative in the parameter by the point before.
+    here: DMatrix<T>,
+    change: DMatrix<T>,
     residual: Vec<T>,
     trial: Vec<T>,
-    previous: Vec<T>,
-    current: Vec<T>,
-    tangent: Vec<T>,
+    path: Path<T>,
     /// How much longer than they should be the steps of the continuation are, the distances from tangents and the corrections that it allows: 1,
     /// but in laws. If it is more, nor is it looked at how det J falls.
     stretch: T,
+}
+
+/// Where a continuation is.
+#[derive(Clone, Debug, Default)]
+struct Path<T> {
+    /// The last point and the one before.
+    current: Vec<T>,
+    previous: Vec<T>,
+    /// The tangent at the last.
+    tangent: Vec<T>,
 }
 
 /// What one corrected point of the branch looks like.
@@ -181,11 +201,16 @@ impl<T: Real> Newton<T> {
         Self {
             jacobian: DMatrix::zeros(dimension, dimension),
             pivots: vec![0; dimension],
+            whole: DMatrix::zeros(dimension, dimension),
+            here: DMatrix::zeros(dimension, dimension),
+            change: DMatrix::zeros(dimension, dimension),
             residual: vec![T::zero(); dimension],
             trial: vec![T::zero(); dimension],
-            previous: vec![T::zero(); dimension],
-            current: vec![T::zero(); dimension],
-            tangent: vec![T::zero(); dimension],
+            path: Path {
+                current: vec![T::zero(); dimension],
+                previous: vec![T::zero(); dimension],
+                tangent: vec![T::zero(); dimension],
+            },
             stretch: T::one(),
         }
     }
@@ -253,7 +278,7 @@ impl<T: Real> Newton<T> {
         let extent = max_abs(origin) * T::exact(AT_HAND);
         let Ok(start) = self.determinant_at_zero(equations, origin) else { return false };
         self.tangent_at(equations, origin, T::zero());
-        let mut leaving = std::mem::take(&mut self.tangent);
+        let mut leaving = std::mem::take(&mut self.path.tangent);
         leaving.copy_from_slice(&self.trial);
         equations.set_fraction(T::one());
         let arriving = equations.jacobian(x, &mut self.jacobian).is_ok() && self.factor().is_some();
@@ -261,7 +286,7 @@ impl<T: Real> Newton<T> {
             self.tangent_at(equations, x, T::one());
         }
         let near = arriving && on_chord(origin, x, [&leaving, &self.trial], T::one(), T::one());
-        self.tangent = leaving;
+        self.path.tangent = leaving;
         if !near {
             return false;
         }
@@ -292,10 +317,10 @@ impl<T: Real> Newton<T> {
         equations.jacobian(origin, &mut self.jacobian).ok()?;
         self.factor().filter(|determinant| determinant.negative == negative)?;
         let first = self.correction();
-        for ((to, from), d) in self.previous.iter_mut().zip(origin).zip(&self.trial) {
+        for ((to, from), d) in self.path.previous.iter_mut().zip(origin).zip(&self.trial) {
             *to = *from - *d;
         }
-        equations.residual(&self.previous, &mut self.residual).ok()?;
+        equations.residual(&self.path.previous, &mut self.residual).ok()?;
         let second = self.correction();
         (first.all_finite() && second.all_finite()).then_some([first, second])
     }
@@ -303,7 +328,8 @@ impl<T: Real> Newton<T> {
     /// Follows the root from parameter 0, where it is `x`, to the full parameter; `x` becomes that root.
     ///
     /// A point is accepted where det J has the sign that it has at 0 and has not fallen much, and the tangents at it and at the point before
-    /// agree with the chord between them: else the step is halved. So no fold is passed, to another branch behind it.
+    /// agree with the chord between them: else the step is halved. So no fold is passed, to another branch behind it. Nor is one where another branch
+    /// passes close by: steps end before the Jacobian, extrapolated, is singular.
     ///
     /// # Errors
     /// [`Failure::Fold`] where det J tends to zero before the parameter is reached; otherwise as [`Newton::solve`].
@@ -314,34 +340,53 @@ impl<T: Real> Newton<T> {
         settings: &NewtonSettings<T>,
     ) -> Result<Outcome<T>, Failure<T, E>> {
         let start = self.determinant_at_zero(equations, x)?;
+        let mut path = std::mem::take(&mut self.path);
+        path.current.copy_from_slice(x);
+        let result = self.follow_from(start, equations, &mut path, x, settings);
+        if result.is_err() {
+            x.copy_from_slice(&path.current);
+        }
+        self.path = path;
+        result
+    }
+
+    /// [`Newton::follow`] from parameter 0, where det J is `start`, with room for the path.
+    fn follow_from<E>(
+        &mut self,
+        start: Determinant<T>,
+        equations: &mut dyn Equations<T, Error = E>,
+        path: &mut Path<T>,
+        x: &mut [T],
+        settings: &NewtonSettings<T>,
+    ) -> Result<Outcome<T>, Failure<T, E>> {
         let [first, longest, smallest] =
             [LENGTHS.0, LENGTHS.1, LENGTHS.2].map(|length| self.stretch * T::exact(length));
         let (mut iterations, mut not_evaluated, mut shortened) = (0, None, false);
         let (mut reached, mut step, mut last_step, mut determinant) = (T::zero(), first, None, start.log);
         // (fraction, (det J / det J(0))²) of the last two points: linear at a simple fold.
         let mut squares = [(T::zero(), T::one()); 2];
-        let mut current = std::mem::take(&mut self.current);
-        let mut previous = std::mem::take(&mut self.previous);
-        let mut tangent = std::mem::take(&mut self.tangent);
-        current.copy_from_slice(x);
+        let Path { current, previous, tangent } = path;
         self.tangent_at(equations, x, T::zero());
         tangent.copy_from_slice(&self.trial);
+        if self.stretch == T::one() {
+            step = self.while_definite(equations, x, step, smallest);
+        }
         // Points looked at, and the residual of the last of them that was not reached.
         let (mut points, mut missed) = (0, T::zero());
-        let result = loop {
-            if reached >= T::one() {
-                break None;
-            }
+        loop {
             points += 1;
             let ended = Outcome { iterations, residual: missed, shortened };
             if points > MOST_POINTS {
-                break Some(Err(Failure::NotConverged(ended)));
+                return Err(Failure::NotConverged(ended));
             }
             if self.stretch == T::one() {
                 step = step.min(T::exact(WAY) * (zero_of(squares) - reached).abs());
+                step = self.before_zero(start, step, smallest);
             }
             if step < smallest {
-                break Some(Err(Self::end_of_branch(Err(Failure::NotConverged(ended)), squares, iterations)));
+                // J is singular at the next point.
+                let [_, (fraction, square)] = squares;
+                return Err(Failure::Fold { fraction, determinant: square.sqrt() });
             }
             let step_now = step.min(T::one() - reached);
             let target = if T::one() - reached <= step { T::one() } else { reached + step };
@@ -357,21 +402,22 @@ impl<T: Real> Newton<T> {
             };
             let same = corrected.as_ref().is_ok_and(is_like) && {
                 self.tangent_at(equations, x, target);
-                on_chord(&current, x, [&tangent, &self.trial], step_now, self.stretch)
+                on_chord(current, x, [tangent, &self.trial], step_now, self.stretch)
             };
             match corrected {
                 Ok(c) if same => {
                     tangent.copy_from_slice(&self.trial);
                     iterations += c.outcome.iterations;
-                    std::mem::swap(&mut previous, &mut current);
+                    std::mem::swap(previous, current);
                     current.copy_from_slice(x);
+                    self.go_on(step_now);
                     reached = target;
                     last_step = Some(step_now);
                     determinant = c.determinant.log;
                     let ratio = (c.determinant.log - start.log).exp();
                     squares = [squares[1], (target, ratio * ratio)];
                     if reached >= T::one() {
-                        break Some(Ok(Outcome { iterations, residual: c.outcome.residual, shortened }));
+                        return Ok(Outcome { iterations, residual: c.outcome.residual, shortened });
                     }
                     step *= if c.jacobians <= EASY { T::exact(2.0) } else { T::one() };
                     step = step.min(longest);
@@ -394,21 +440,14 @@ impl<T: Real> Newton<T> {
                         failed => failed,
                     };
                     if step < smallest {
-                        break Some(Err(Self::end_of_branch(failed, squares, iterations)));
+                        return Err(Self::end_of_branch(failed, squares, iterations));
                     }
                     if let Ok(c) = &failed {
                         iterations += c.outcome.iterations;
                     }
                 }
             }
-        };
-        if !matches!(result, Some(Ok(_))) {
-            x.copy_from_slice(&current);
         }
-        self.current = current;
-        self.previous = previous;
-        self.tangent = tangent;
-        result.unwrap_or(Ok(Outcome { iterations, residual: T::zero(), shortened }))
     }
 
     /// Why the branch could not be followed any further.
@@ -447,6 +486,79 @@ impl<T: Real> Newton<T> {
         self.back_substitute();
     }
 
+    /// The longest of a step, its half, its quarter …, down to `smallest`, that the continuation may start with at `origin`, the root at parameter 0
+    /// with its tangent in `trial` and the factors of its Jacobian at hand: with J(s) = J + s J' along the tangent, the symmetric part of J⁻¹J(s) is
+    /// positive definite to its end, so that no J(s) is singular; `smallest`, where none is. J and J' are kept.
+    fn while_definite<E>(
+        &mut self,
+        equations: &mut dyn Equations<T, Error = E>,
+        origin: &[T],
+        step: T,
+        smallest: T,
+    ) -> T {
+        let ahead = T::unit_roundoff().sqrt();
+        for (to, from) in self.trial.iter_mut().zip(origin) {
+            *to = *from + *to * ahead;
+        }
+        self.here.copy_from(&self.whole);
+        equations.set_fraction(ahead);
+        if equations.jacobian(&self.trial, &mut self.whole).is_err() {
+            self.whole.copy_from(&self.here);
+        }
+        for ((change, here), next) in self.change.iter_mut().zip(self.here.iter()).zip(self.whole.iter()) {
+            *change = (*next - *here) / ahead;
+        }
+        let n = self.pivots.len();
+        for (mut to, from) in self.whole.column_iter_mut().zip(self.change.column_iter()) {
+            self.trial.copy_from_slice(from.as_slice());
+            solve_factored(&self.jacobian, &self.pivots, &mut self.trial);
+            to.copy_from_slice(&self.trial);
+        }
+        let mut step = step;
+        while step > smallest {
+            let half = step * T::half() / T::exact(WAY);
+            for c in 0..n {
+                for r in 0..n {
+                    let one = if r == c { T::one() } else { T::zero() };
+                    self.jacobian[(r, c)] = one + (self.whole[(r, c)] + self.whole[(c, r)]) * half;
+                }
+            }
+            if is_definite(&mut self.jacobian) {
+                break;
+            }
+            step *= T::half();
+        }
+        larger(step, smallest)
+    }
+
+    /// Takes the last Jacobian for that at the next point of the continuation, after a step.
+    fn go_on(&mut self, step: T) {
+        for ((change, here), next) in self.change.iter_mut().zip(self.here.iter_mut()).zip(self.whole.iter()) {
+            *change = (*next - *here) / step;
+            *here = *next;
+        }
+    }
+
+    /// The longest of a step, its half, its quarter …, down to `smallest`, on which det J does not change its sign, where J is extrapolated from the
+    /// last points.
+    fn before_zero(&mut self, start: Determinant<T>, step: T, smallest: T) -> T {
+        let mut step = step;
+        while step >= smallest {
+            let same = (1..=LOOKS).all(|look| {
+                let ahead = step / T::exact(WAY) * T::ratio(i64::from(look), i64::from(LOOKS));
+                for ((to, here), change) in self.jacobian.iter_mut().zip(self.here.iter()).zip(self.change.iter()) {
+                    *to = *here + *change * ahead;
+                }
+                self.factor().is_some_and(|there| there.negative == start.negative)
+            });
+            if same {
+                break;
+            }
+            step *= T::half();
+        }
+        step
+    }
+
     fn determinant_at_zero<E>(
         &mut self,
         equations: &mut dyn Equations<T, Error = E>,
@@ -454,6 +566,7 @@ impl<T: Real> Newton<T> {
     ) -> Result<Determinant<T>, Failure<T, E>> {
         equations.set_fraction(T::zero());
         equations.jacobian(origin, &mut self.jacobian).map_err(Failure::Equations)?;
+        self.whole.copy_from(&self.jacobian);
         self.factor().ok_or(Failure::NotConverged(Outcome { iterations: 0, residual: T::zero(), shortened: false }))
     }
 
@@ -501,6 +614,7 @@ impl<T: Real> Newton<T> {
             };
             if !frozen {
                 equations.jacobian(x, &mut self.jacobian).map_err(Failure::Equations)?;
+                self.whole.copy_from(&self.jacobian);
                 let Some(factored) = self.factor() else {
                     return Err(Failure::NotConverged(outcome));
                 };
@@ -573,6 +687,26 @@ fn factor<T: Real>(m: &mut DMatrix<T>, pivots: &mut [usize]) -> Option<Determina
         }
     }
     Some(determinant)
+}
+
+/// Whether a symmetric matrix is positive definite: by Cholesky's method, in its lower triangle.
+fn is_definite<T: Real>(m: &mut DMatrix<T>) -> bool {
+    let n = m.nrows();
+    for k in 0..n {
+        let pivot = m[(k, k)];
+        // NaN is not positive.
+        if !pivot.all_finite() || pivot <= T::zero() {
+            return false;
+        }
+        for j in k + 1..n {
+            let factor = m[(j, k)] / pivot;
+            for i in j..n {
+                let lower = m[(i, k)];
+                m[(i, j)] -= lower * factor;
+            }
+        }
+    }
+    true
 }
 
 /// x ← J⁻¹ x by the factors of J.
