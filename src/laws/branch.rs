@@ -345,7 +345,8 @@ const ROUNDING: f64 = 1.0 / (1_u64 << 28) as f64;
 /// So do those that leave this share of the predicted change, but at the whole step: the next prediction knows no more.
 const LEFT: f64 = 1.0 / (1 << 16) as f64;
 
-/// A correction that is at most this share of the one before needs no new Jacobian.
+/// Where a correction is at most this share of the one before, and the residual of that before, no new Jacobian is needed. By an old one corrections
+/// may fall where residuals do not: where terms grow, 4·10⁻³ and 4·10⁻⁵ were followed by 5·10⁻⁴.
 const FAST: f64 = 1.0 / 16.0;
 
 /// Where the branch led.
@@ -371,13 +372,49 @@ struct Branch<'a, T> {
 }
 
 /// What Newton's method found.
-struct Root {
+struct Root<T: Real> {
     /// Of the last Jacobian.
-    factors: LU<f64, Dyn, Dyn>,
+    factors: Factors<T>,
     /// det J < 0.
     negative: bool,
     /// The first correction.
     first: f64,
+}
+
+/// LU factors of a Jacobian.
+enum Factors<T: Real> {
+    /// In `f64`, which is cheaper.
+    Rough(LU<f64, Dyn, Dyn>),
+    /// In the digits of the equations: where terms grow, J may have a condition number beyond 1/u of `f64`.
+    Full(LU<T, Dyn, Dyn>),
+}
+
+impl<T: Real> Factors<T> {
+    /// J⁻¹ r.
+    fn solve(&self, right: &[T]) -> Option<Vec<T>> {
+        match self {
+            Self::Rough(factors) => {
+                let right = DMatrix::from_iterator(right.len(), 1, right.iter().map(|v| v.to_f64()));
+                factors.solve(&right).map(|x| x.iter().map(|v| T::exact(*v)).collect())
+            }
+            Self::Full(factors) => {
+                factors.solve(&DMatrix::from_column_slice(right.len(), 1, right)).map(|x| x.as_slice().to_vec())
+            }
+        }
+    }
+
+    /// det J < 0.
+    fn negative(&self) -> bool {
+        match self {
+            Self::Rough(factors) => factors.determinant() < 0.0,
+            Self::Full(factors) => factors.determinant() < T::zero(),
+        }
+    }
+}
+
+/// The largest of a list, in `f64`; NaN if there is one.
+fn extent<T: Real>(values: &[T]) -> f64 {
+    values.iter().fold(0.0, |extent, v| larger(extent, v.abs().to_f64()))
 }
 
 /// A point of the branch.
@@ -385,8 +422,20 @@ struct Point<T> {
     share: f64,
     rates: Vec<T>,
     tangent: DMatrix<f64>,
-    /// The predicted change that it was found with; none: H is exact, and the tangent is that at H.
-    chord: Option<f64>,
+    /// The predicted change that it was found with.
+    chord: f64,
+    settled: Settled,
+}
+
+/// How exact a point is.
+#[derive(Clone, Copy, PartialEq, Eq)]
+enum Settled {
+    /// As it was found.
+    No,
+    /// To rounding, and the tangent is that at H, by the Jacobian in `f64`.
+    Rough,
+    /// To rounding, by that of the equations.
+    Full,
 }
 
 impl<T: Real> Point<T> {
@@ -408,73 +457,78 @@ impl<T: Real> Point<T> {
 impl<T: Real> Branch<'_, T> {
     /// The largest of H.
     fn extent(&self) -> f64 {
-        self.rates.iter().fold(0.0, |extent, v| v.abs().to_f64().max(extent))
+        extent(&self.rates)
     }
 
     fn rough_rates(&self) -> Vec<f64> {
         self.rates.iter().map(|v| v.to_f64()).collect()
     }
 
-    fn jacobian(&mut self, share: f64) -> Result<DMatrix<f64>, StepError> {
+    fn factors(&mut self, share: f64) -> Result<Factors<T>, StepError> {
         let rates = self.rough_rates();
-        match &mut self.rough {
-            Some(rough) if !self.close => rough.jacobian(share, &rates),
-            _ => Ok(self.equations.jacobian(T::exact(share), &self.rates)?.map(|v| v.to_f64())),
-        }
+        Ok(match &mut self.rough {
+            Some(rough) if !self.close => Factors::Rough(rough.jacobian(share, &rates)?.lu()),
+            _ => Factors::Full(self.equations.jacobian(T::exact(share), &self.rates)?.lu()),
+        })
     }
 
     /// Newton's method at a share of the step. With `chord`, the predicted change, the first correction is at most [`NEAR`] of that, and each is
     /// at most a quarter of the one before. What is left is at most the share `left` of it, or rounding.
-    fn newton(&mut self, share: f64, chord: Option<f64>, left: f64) -> Result<Root, Lost> {
-        let mut root: Option<Root> = None;
+    fn newton(&mut self, share: f64, chord: Option<f64>, left: f64) -> Result<Root<T>, Lost> {
+        let mut root: Option<Root<T>> = None;
         let mut last = None;
         for _ in 0..ITERATIONS {
             let right = self.equations.residual(T::exact(share), &self.rates)?;
-            let right = DMatrix::from_iterator(right.len(), 1, right.iter().map(|v| v.to_f64()));
             let kept = root.as_ref().and_then(|root| root.factors.solve(&right));
-            let kept = kept.filter(|correction| last.is_some_and(|last: f64| correction.amax() <= last * FAST));
+            let size = extent(&right);
+            let falls = |now: f64, before: f64| now <= before * FAST;
+            let kept = kept.filter(|correction| {
+                last.is_some_and(|(moved, left): (f64, f64)| falls(extent(correction), moved) && falls(size, left))
+            });
             let correction = match kept {
                 Some(correction) => correction,
                 None => {
-                    let factors = self.jacobian(share)?.lu();
+                    let factors = self.factors(share)?;
                     let correction = factors.solve(&right).ok_or(Lost)?;
-                    let first = root.map_or(correction.amax(), |root| root.first);
-                    root = Some(Root { negative: factors.determinant() < 0.0, factors, first });
+                    let first = root.map_or(extent(&correction), |root| root.first);
+                    root = Some(Root { negative: factors.negative(), factors, first });
                     correction
                 }
             };
-            let moved = correction.amax();
+            let moved = extent(&correction);
             if !moved.is_finite() {
                 return Err(Lost);
             }
             let rounding = self.extent() * ROUNDING;
             let beyond = |limit: f64| moved > limit && moved > rounding;
-            let limit = |chord| last.map_or(chord * NEAR, |last| last * 0.25);
+            let limit = |chord| last.map_or(chord * NEAR, |(last, _)| last * 0.25);
             if chord.is_some_and(|chord| beyond(limit(chord))) {
                 return Err(Lost);
             }
-            for (rate, d) in self.rates.iter_mut().zip(correction.iter()) {
-                *rate -= T::exact(*d);
+            for (rate, d) in self.rates.iter_mut().zip(&correction) {
+                *rate -= *d;
             }
             // As much smaller as this correction than the one before.
-            let rest = last.map(|last| moved * (moved / last));
+            let rest = last.map(|(last, _)| moved * (moved / last));
             let enough = chord.zip(rest).is_some_and(|(chord, rest)| rest <= chord * left);
             if moved <= rounding || enough {
                 return root.ok_or(Lost);
             }
-            last = Some(moved);
+            last = Some((moved, size));
         }
         Err(Lost)
     }
 
     /// dH/ds at a root, s the share of the step: −J⁻¹ ∂r/∂s, by a central difference; `rough` in `f64`.
-    fn tangent(&mut self, share: f64, root: &Root, rough: bool) -> Result<DMatrix<f64>, Lost> {
+    fn tangent(&mut self, share: f64, root: &Root<T>, rough: bool) -> Result<DMatrix<f64>, Lost> {
         let rates = self.rough_rates();
         let slopes = match &mut self.rough {
-            Some(equations) if rough => slopes(&mut **equations, share, &rates)?,
+            Some(equations) if rough => slopes(&mut **equations, share, &rates)?.into_iter().map(T::exact).collect(),
             _ => slopes(&mut *self.equations, share, &self.rates)?,
         };
-        root.factors.solve(&slopes).filter(|t| t.iter().all(|v| v.is_finite())).ok_or(Lost)
+        let tangent = root.factors.solve(&slopes).ok_or(Lost)?;
+        let tangent = DMatrix::from_iterator(tangent.len(), 1, tangent.iter().map(|v| v.to_f64()));
+        Some(tangent).filter(|t| t.iter().all(|v| v.is_finite())).ok_or(Lost)
     }
 
     /// The next point, from the last two, and whether the next increment may be twice as long.
@@ -505,20 +559,26 @@ impl<T: Real> Branch<'_, T> {
             if same {
                 *negative = root.negative;
                 let easy = root.first <= chord * NEAR * NEAR && !turns(TURN / 4.0);
-                return Ok((Point { share: target, rates: self.rates.clone(), tangent, chord: Some(chord) }, easy));
+                let (rates, settled) = (self.rates.clone(), Settled::No);
+                return Ok((Point { share: target, rates, tangent, chord, settled }, easy));
             }
         }
         Err(Lost)
     }
 
     /// A point to rounding, and the tangent with the Jacobian there: next to it what was left, or how the Jacobian has changed since the
-    /// prediction, may be more than what an increment may miss.
+    /// prediction, may be more than what an increment may miss. Once more with the Jacobian of the equations, when it comes to that: that in `f64` may
+    /// leave more, or fail.
     fn settle(&mut self, point: &mut Point<T>) -> Result<(), Lost> {
-        let Some(chord) = point.chord.take() else { return Ok(()) };
-        let mut root = self.newton(point.share, Some(chord), 0.0)?;
-        root.factors = self.jacobian(point.share)?.lu();
+        let settled = if self.close { Settled::Full } else { Settled::Rough };
+        if point.settled == Settled::Full || point.settled == settled {
+            return Ok(());
+        }
+        let mut root = self.newton(point.share, Some(point.chord), 0.0)?;
+        root.factors = self.factors(point.share)?;
         point.tangent = self.tangent(point.share, &root, false)?;
         point.rates.clone_from(&self.rates);
+        point.settled = settled;
         Ok(())
     }
 
@@ -528,7 +588,8 @@ impl<T: Real> Branch<'_, T> {
         let Ok(start) = self.newton(0.0, None, 0.0) else { return End::Lost };
         let Ok(tangent) = self.tangent(0.0, &start, false) else { return End::Lost };
         let mut negative = start.negative;
-        let mut points = vec![Point { share: 0.0, rates: self.rates.clone(), tangent, chord: None }];
+        let (rates, settled) = (self.rates.clone(), Settled::Full);
+        let mut points = vec![Point { share: 0.0, rates, tangent, chord: 0.0, settled }];
         let (mut reached, mut increment) = (0.0, INCREMENTS.0);
         for _ in 0..POINTS {
             self.close = increment < CLOSE;
@@ -566,12 +627,11 @@ impl<T: Real> Branch<'_, T> {
 }
 
 /// ∂r/∂s, by a central difference.
-fn slopes<T: Real>(equations: &mut dyn Equations<T>, share: f64, rates: &[T]) -> Result<DMatrix<f64>, StepError> {
+fn slopes<T: Real>(equations: &mut dyn Equations<T>, share: f64, rates: &[T]) -> Result<Vec<T>, StepError> {
     let (share, away) = (T::exact(share), T::exact(T::unit_roundoff().to_f64().cbrt()));
     let ahead = equations.residual(share + away, rates)?;
     let behind = equations.residual(share - away, rates)?;
-    let slopes = ahead.iter().zip(&behind).map(|(a, b)| ((*a - *b) / (away + away)).to_f64());
-    Ok(DMatrix::from_iterator(ahead.len(), 1, slopes.map(|slope| -slope)))
+    Ok(ahead.iter().zip(&behind).map(|(a, b)| (*b - *a) / (away + away)).collect())
 }
 
 /// No root near the prediction.
