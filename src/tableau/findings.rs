@@ -84,27 +84,21 @@ impl Findings {
         Self { failing_classical, failing_variational, classical, variational, assumptions }
     }
 
-    /// The simplifying assumptions that explain the orders, where one does: B(p + 1) for a classical order p, and for a
-    /// smaller variational order those of [`Findings::missing`].
+    /// The simplifying assumptions that explain the order of the pair, where one does: B(p + 1) where it is the classical order p, and for a smaller
+    /// one those of [`Findings::missing`].
     pub fn hints(&self) -> Vec<String> {
         let Assumptions { b, c, d } = &self.assumptions;
-        let mut hints: Vec<String> = Vec::new();
-        let mut add = |failure: &Failure| {
-            let hint = failure.to_string();
-            if !hints.contains(&hint) {
-                hints.push(hint);
+        let failures: Vec<&Failure> = if self.variational.order < self.classical.order {
+            self.missing()
+        } else if !self.classical.is_exact() {
+            Vec::new()
+        } else {
+            match b.fails.as_ref().filter(|_| b.holds == self.classical.order) {
+                Some(failure) => vec![failure],
+                None => [&c.fails, &d.fails].into_iter().flatten().collect(),
             }
         };
-        if self.classical.is_exact() {
-            match b.fails.as_ref().filter(|_| b.holds == self.classical.order) {
-                Some(failure) => add(failure),
-                None => [&c.fails, &d.fails].into_iter().flatten().for_each(&mut add),
-            }
-        }
-        if self.variational.order < self.classical.order {
-            self.missing().into_iter().for_each(&mut add);
-        }
-        hints
+        failures.into_iter().map(ToString::to_string).collect()
     }
 
     /// What of C(k) and D(k) fails, with k half the variational order: with positive weights, why the order is not at least 2k + 1
