@@ -24,6 +24,12 @@ pub trait Equations<T: Real> {
 
     /// The Jacobian of the residual at x.
     fn jacobian(&mut self, x: &[T], out: &mut DMatrix<T>) -> Result<(), Self::Error>;
+
+    /// How far apart two points are, each a fraction and x, where up to 1 the equations change little. The continuation takes no longer steps.
+    fn distance(&self, from: (T, &[T]), to: (T, &[T])) -> T {
+        let _ = (from, to);
+        T::zero()
+    }
 }
 
 /// When Newton's method stops.
@@ -59,6 +65,11 @@ pub enum Failure<T, E> {
         fraction: T,
         /// det J / det J(0) at the last point on the branch.
         determinant: T,
+    },
+    /// The branch was followed to this fraction of the parameter, and as many points as are looked at, 512, were not enough.
+    TooLong {
+        /// The fraction.
+        fraction: T,
     },
     /// The iteration did not contract, or ran out of iterations.
     NotConverged(Outcome<T>),
@@ -102,6 +113,9 @@ const EASY: usize = 3;
 /// The most points of the branch that the continuation looks at: x² = 1 + s a takes four where it is easy (a = 1), and 43 close to its fold
 /// (a = −1 + 10⁻⁶). Steps that stay short are those of equations that are all rounding.
 const MOST_POINTS: usize = 512;
+
+/// The next step would go this share of the distance that is allowed, if the branch went on as it did.
+const PACE: f64 = 0.875;
 
 /// The first step of the continuation, the longest and the least.
 const LENGTHS: (f64, f64, f64) = (0.25, 0.5, 1.0 / (1 << 20) as f64);
@@ -173,7 +187,7 @@ pub struct Newton<T: Real> {
     trial: Vec<T>,
     path: Path<T>,
     /// How much longer than they should be the steps of the continuation are, the distances from tangents and the corrections that it allows: 1,
-    /// but in laws. If it is more, nor is it looked at how det J falls.
+    /// but in laws. If it is more, nor is it looked at how det J falls, at J ahead, and at distances.
     stretch: T,
 }
 
@@ -327,12 +341,13 @@ impl<T: Real> Newton<T> {
 
     /// Follows the root from parameter 0, where it is `x`, to the full parameter; `x` becomes that root.
     ///
-    /// A point is accepted where det J has the sign that it has at 0 and has not fallen much, and the tangents at it and at the point before
-    /// agree with the chord between them: else the step is halved. So no fold is passed, to another branch behind it. Nor is one where another branch
-    /// passes close by: steps end before the Jacobian, extrapolated, is singular.
+    /// A point is accepted where det J has the sign that it has at 0 and has not fallen much, the tangents at it and at the point before agree with
+    /// the chord between them, and the [distance](Equations::distance) is at most 1: else the step is halved. So no fold is passed, to another
+    /// branch behind it. Nor is one where another branch passes close by: steps end before the Jacobian, extrapolated, is singular.
     ///
     /// # Errors
-    /// [`Failure::Fold`] where det J tends to zero before the parameter is reached; otherwise as [`Newton::solve`].
+    /// [`Failure::Fold`] where det J tends to zero before the parameter is reached, [`Failure::TooLong`] where that takes too many points; otherwise
+    /// as [`Newton::solve`].
     pub fn follow<E>(
         &mut self,
         equations: &mut dyn Equations<T, Error = E>,
@@ -370,15 +385,9 @@ impl<T: Real> Newton<T> {
         tangent.copy_from_slice(&self.trial);
         if self.stretch == T::one() {
             step = self.while_definite(equations, x, step, smallest);
+            step *= pace(equations.distance((T::zero(), x), (step, x))).min(T::one());
         }
-        // Points looked at, and the residual of the last of them that was not reached.
-        let (mut points, mut missed) = (0, T::zero());
-        loop {
-            points += 1;
-            let ended = Outcome { iterations, residual: missed, shortened };
-            if points > MOST_POINTS {
-                return Err(Failure::NotConverged(ended));
-            }
+        for _ in 0..MOST_POINTS {
             if self.stretch == T::one() {
                 step = step.min(T::exact(WAY) * (zero_of(squares) - reached).abs());
                 step = self.before_zero(start, step, smallest);
@@ -400,7 +409,9 @@ impl<T: Real> Newton<T> {
                 let fallen = determinant - c.determinant.log;
                 c.determinant.negative == start.negative && (fallen <= -T::exact(FALL).ln() || self.stretch > T::one())
             };
-            let same = corrected.as_ref().is_ok_and(is_like) && {
+            let watched = self.stretch == T::one();
+            let apart = if watched { equations.distance((reached, current), (target, x)) } else { T::zero() };
+            let same = corrected.as_ref().is_ok_and(is_like) && apart <= T::one() && {
                 self.tangent_at(equations, x, target);
                 on_chord(current, x, [tangent, &self.trial], step_now, self.stretch)
             };
@@ -420,14 +431,11 @@ impl<T: Real> Newton<T> {
                         return Ok(Outcome { iterations, residual: c.outcome.residual, shortened });
                     }
                     step *= if c.jacobians <= EASY { T::exact(2.0) } else { T::one() };
-                    step = step.min(longest);
+                    step = step.min(longest).min(step_now * pace(apart));
                 }
                 failed => {
                     step = step_now * T::half();
                     shortened = true;
-                    if let Err(Failure::NotConverged(outcome)) = &failed {
-                        missed = outcome.residual;
-                    }
                     let failed = match failed {
                         Err(Failure::Equations(error)) if step >= smallest => {
                             not_evaluated = Some(error);
@@ -448,6 +456,7 @@ impl<T: Real> Newton<T> {
                 }
             }
         }
+        Err(Failure::TooLong { fraction: reached })
     }
 
     /// Why the branch could not be followed any further.
@@ -797,6 +806,11 @@ impl<T: Real> Factors<T> {
             x.swap(k, self.pivots[k]);
         }
     }
+}
+
+/// How many times as long as one that went this distance a step may be.
+fn pace<T: Real>(distance: T) -> T {
+    T::exact(PACE) / larger(distance, T::exact(f64::MIN_POSITIVE))
 }
 
 /// Whether the chord between two points of a branch is near the tangents at both, with distances that are allowed so many times over.

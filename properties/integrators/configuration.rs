@@ -291,8 +291,9 @@ fn a_heavy_top_keeps_its_vertical_momentum_and_its_energy_does_not_drift() {
     });
     let worst = |steps: std::ops::Range<usize>| errors[steps].iter().fold(0.0, |m: f64, e| m.max(e.abs()));
     let quarters = [worst(0..500), worst(1500..2000)];
-    assert!((quarters[0] - 6.3e-5).abs() < 1e-6 && quarters[1] < 1.05 * quarters[0], "{quarters:?}");
-    // P is 100 to 300 steps of the 10,000 (the motion is chaotic: it depends on rounding), so that 6 A P/n is below A/5.
+    // The motion is chaotic: of 60 starts that differ by rounding alone, the second is 0.14 to 1.16 of the first, which is the same for all.
+    assert!((quarters[0] - 6.3e-5).abs() < 1e-6 && quarters[1] < 1.5 * quarters[0], "{quarters:?}");
+    // P is 100 to 300 steps of the 10,000, so that 6 A P/n is below A/5.
     let (found, amplitude, period) = drift(&errors);
     assert!(30 * period < errors.len() && found.abs() < amplitude / 5.0, "{found:e} {amplitude:e} {period}");
     // A method of the same order that is not variational drifts by more.

@@ -35,8 +35,9 @@ With `tolerance` in the place of `step` in the file: rows after each step, after
 `save_every`, which are exact; the report lists the events of [[event]], --events writes them as a table: event, direction, then the \
 columns above without the last two.
 
-Exit codes: 0 success; 1 a step failed (a fold, a stage outside the retraction's domain): the rows up to the last state that was \
-reached are kept; the same for a tolerance that cannot be kept and an event without a value; 2 bad usage, a bad file (with its line, and what is allowed there), or output that cannot be written; 130 \
+Exit codes: 0 success, also where the report says that rounding in many steps made the errors larger than the tolerance; 1 a step failed \
+(a fold, a stage outside the retraction's domain): the rows up to the last state that was reached are kept; the same for a tolerance that no \
+step keeps and an event without a value; 2 bad usage, a bad file (with its line, and what is allowed there), or output that cannot be written; 130 \
 interrupted (Ctrl-C or SIGTERM): the rows so far are kept, as whole lines.
 
 With --ensemble: STATES.csv has a header and one row a member, with the columns mu_1 ... (all); t; g_11 ... (all or none); \

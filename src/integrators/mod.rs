@@ -97,6 +97,14 @@ pub enum StepError {
         /// det J there, relative to det J at h = 0: it tends to 0 at a fold.
         determinant: f64,
     },
+    /// The solution that continues from h = 0 turns too often before h: it was not followed to its end.
+    #[error("the step h = {step} is too long: the solution that continues from h = 0 was followed to h = {reached:.6}")]
+    TooLong {
+        /// The step asked for.
+        step: f64,
+        /// How far it was followed.
+        reached: f64,
+    },
     /// The iteration did not reach the tolerance.
     #[error(
         "no convergence at h = {step}: residual {residual:e} (relative) after {iterations} iterations, wanted {tolerance:e}"
@@ -224,6 +232,7 @@ impl StepError {
             Failure::Fold { fraction, determinant } => {
                 Self::Fold { step, fold: fraction.to_f64() * step, determinant: determinant.to_f64() }
             }
+            Failure::TooLong { fraction } => Self::TooLong { step, reached: fraction.to_f64() * step },
             Failure::NotConverged(outcome) => Self::NotConverged {
                 step,
                 residual: outcome.residual.to_f64(),
@@ -287,7 +296,7 @@ impl StepError {
 ///
 /// // A step that is too long has no solution, and says so.
 /// let refused: Result<_, TrajectoryError> = integrate(&mut variational, &mut start.clone(), 100.0, 3, |_, _, _| {});
-/// assert!(matches!(refused.unwrap_err().source, StepError::Fold { .. } | StepError::NotConverged { .. } | StepError::Domain { .. }));
+/// assert!(matches!(refused.unwrap_err().source, StepError::Fold { .. } | StepError::TooLong { .. } | StepError::NotConverged { .. } | StepError::Domain { .. }));
 /// # Ok::<(), Box<dyn std::error::Error>>(())
 /// ```
 pub trait OneStep<T: Real, const N: usize, const D: usize> {

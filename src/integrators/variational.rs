@@ -67,6 +67,10 @@ const FIRST: i64 = 16;
 /// many times what it is where an iteration starts.
 const MODERATE: i64 = 1 << 10;
 
+/// Displacements between two points of a continuation differ by no more than this, in ‖ad‖: dτ changes at distances of 1, and a fold next to where it
+/// is singular is narrower. At 1.8 one was stepped over where a stage passed |Ξ| = 6π (case 31328 of seed 998021 of the law `branch`).
+const TURN: (i64, i64) = (1, 4);
+
 /// Nodes closer than this count as one where values are interpolated.
 pub(super) const APART: f64 = 1.0 / 1024.0;
 
@@ -1039,6 +1043,23 @@ where
     fn jacobian(&mut self, x: &[T], out: &mut DMatrix<T>) -> Result<(), StepError> {
         self.load(x);
         self.scheme.jacobian::<N, D>(&self.problem, &self.work.rates, self.jacobian, out)
+    }
+
+    /// The largest ‖ad‖ of a change of Ξ_i or ξ, in the unit [`TURN`].
+    fn distance(&self, from: (T, &[T]), to: (T, &[T])) -> T {
+        let (tableau, algebra) = (&self.scheme.tableau, self.scheme.retraction.algebra());
+        let (s, h) = (tableau.stages(), self.full);
+        let moved = |j: usize, a: usize| to.0 * to.1[j * N + a] - from.0 * from.1[j * N + a];
+        let row = |i: usize, j: usize| if i < s { tableau.a()[(i, j)] } else { tableau.b()[j] };
+        let turned = |i: usize| {
+            let x = Vector::from_fn(|a, _| (0..s).fold(T::zero(), |sum, j| sum + moved(j, a) * row(i, j)) * h);
+            algebra
+                .ad(&x)
+                .row_iter()
+                .map(|row| row.iter().fold(T::zero(), |sum, v| sum + v.abs()))
+                .fold(T::zero(), larger)
+        };
+        (0..=s).map(turned).fold(T::zero(), larger) / T::ratio(TURN.0, TURN.1)
     }
 }
 

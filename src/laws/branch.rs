@@ -35,7 +35,7 @@ const COARSE: Fault = Fault::new(
 const TENFOLD: Fault = Fault::new(
     "tenfold-continuation",
     "the continuation in h with steps ten times as long, ten times the distance from tangents, corrections that may grow fivefold, and \
-     without a look at how det J falls",
+     without a look at how det J falls, at J ahead, and at how far a step goes",
     "steps behind a fold, or with several roots",
 );
 /// Residuals relative to terms that cancel, and nothing besides.
@@ -185,6 +185,7 @@ type Taken = Result<Vec<f64>, &'static str>;
 fn reason(error: &StepError) -> &'static str {
     match error {
         StepError::Fold { .. } => "the branch ends in a fold",
+        StepError::TooLong { .. } => "the branch is too long to be followed",
         StepError::NotConverged { .. } => "no convergence",
         StepError::Domain { source: RetractionError::OutsideDomain { .. }, .. } => "outside the domain of τ",
         StepError::Domain { source: RetractionError::SingularTangent { .. }, .. } => "dτ is singular",

@@ -336,7 +336,7 @@ pub fn hamiltonian_momenta<T: Real, const N: usize, const D: usize>(
             let (residual, iterations) = (outcome.residual.to_f64(), outcome.iterations);
             Err(LegendreError::NotConverged { residual, iterations }.into())
         }
-        Err(Failure::Fold { .. }) => {
+        Err(Failure::Fold { .. } | Failure::TooLong { .. }) => {
             let velocity = eta.iter().chain(psi).map(|v| v.to_f64()).collect();
             Err(LegendreError::Singular { velocity }.into())
         }
