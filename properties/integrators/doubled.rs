@@ -286,7 +286,10 @@ fn a_refused_doubled_step_leaves_the_state() {
     // Past the fold near h = 0.797.
     let mut state = good.clone();
     let refused = paper(&model, of(Family::LobattoIIIA, 2)).step(&mut state, 1.0);
-    assert!(matches!(refused, Err(StepError::Fold { .. } | StepError::TooLong { .. } | StepError::NotConverged { .. })), "{refused:?}");
+    assert!(
+        matches!(refused, Err(StepError::Fold { .. } | StepError::TooLong { .. } | StepError::NotConverged { .. })),
+        "{refused:?}"
+    );
     assert_eq!(state, good);
 }
 
