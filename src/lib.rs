@@ -80,6 +80,8 @@ pub mod experiments;
 pub mod expression;
 #[cfg(feature = "harness")]
 pub mod external;
+#[cfg(feature = "harness")]
+pub mod file;
 pub mod group;
 pub mod groupoid;
 #[cfg(all(any(doc, doctest), feature = "harness"))]

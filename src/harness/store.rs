@@ -24,9 +24,10 @@ use super::law::Law;
 use super::plan::Done;
 use super::record::Record;
 use super::summary::Summary;
+use crate::file;
 use serde::{Deserialize, Serialize};
 use std::collections::BTreeMap;
-use std::fs::{self, File, OpenOptions, TryLockError};
+use std::fs::{self, File, OpenOptions};
 use std::io::{self, BufRead, BufReader, Read, Seek, SeekFrom, Write};
 use std::path::{Path, PathBuf};
 use std::sync::{Mutex, PoisonError};
@@ -333,11 +334,7 @@ impl Store {
 }
 
 fn try_lock(file: &File, path: &Path) -> Result<(), StoreError> {
-    match file.try_lock() {
-        Err(TryLockError::WouldBlock) => Err(StoreError::InUse { path: path.to_owned() }),
-        // Some network file systems know no locks: there nobody is kept out.
-        Ok(()) | Err(TryLockError::Error(_)) => Ok(()),
-    }
+    file::lock(file).map_err(|_| StoreError::InUse { path: path.to_owned() })
 }
 
 /// Every line with its number from 1; none where there is no file. A last line that does not end is one too.

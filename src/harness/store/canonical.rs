@@ -1,10 +1,11 @@
 //! Lines of JSON in canonical order, however large the files: the keys are in memory, the lines are copied as they are.
 
 use super::{Positions, StoreError, each_line};
+use crate::file::Output;
 use serde::Deserialize;
 use std::borrow::Cow;
-use std::fs::{self, File};
-use std::io::{BufReader, BufWriter, Read, Write};
+use std::fs::File;
+use std::io::{BufReader, Read, Write};
 use std::path::{Path, PathBuf};
 
 /// Two lines with one key.
@@ -60,9 +61,7 @@ pub(super) fn write(
         let reason = format!("holds case {} of law number {} twice", pair[0].index, pair[0].law + 1);
         return Err(StoreError::Damaged { path: inputs[pair[1].file].clone(), line: 0, reason });
     }
-    let temporary = output.with_extension("jsonl.new");
-    copy(inputs, &places, &temporary)?;
-    fs::rename(&temporary, output).map_err(StoreError::io(output))
+    copy(inputs, &places, output)
 }
 
 fn add_places(path: &Path, file: usize, positions: &Positions, places: &mut Vec<Place>) -> Result<(), StoreError> {
@@ -86,8 +85,7 @@ fn copy(inputs: &[PathBuf], places: &[Place], output: &Path) -> Result<(), Store
         // An input may be missing: it has no places.
         readers.push(File::open(path).ok().map(|file| (BufReader::with_capacity(1 << 16, file), 0_u64)));
     }
-    let file = File::create(output).map_err(StoreError::io(output))?;
-    let mut writer = BufWriter::with_capacity(1 << 16, file);
+    let mut writer = Output::create(output).map_err(StoreError::io(output))?;
     let mut line = Vec::new();
     for (at, place) in places.iter().enumerate() {
         if places.get(at + 1).is_some_and(|next| next.key() == place.key()) {
@@ -102,6 +100,5 @@ fn copy(inputs: &[PathBuf], places: &[Place], output: &Path) -> Result<(), Store
         *position = place.offset + place.length as u64;
         writer.write_all(&line).map_err(StoreError::io(output))?;
     }
-    let file = writer.into_inner().map_err(|error| StoreError::io(output)(error.into_error()))?;
-    file.sync_all().map_err(StoreError::io(output))
+    writer.commit().map_err(StoreError::io(output))
 }

@@ -1,11 +1,11 @@
 //! What a campaign is asked to do, and which program does it.
 
 use super::{MANIFEST, Positions, StoreError};
+use crate::file;
 use crate::harness::law::{Cost, Law};
 use crate::harness::plan::Shard;
 use serde::{Deserialize, Serialize};
 use std::fmt::Display;
-use std::fs;
 use std::io;
 use std::path::Path;
 
@@ -59,7 +59,7 @@ impl Manifest {
     /// Where there is none, or none that can be understood.
     pub fn read(directory: &Path) -> Result<Self, StoreError> {
         let path = directory.join(MANIFEST);
-        match fs::read_to_string(&path) {
+        match file::read(&path, file::LONGEST) {
             Err(error) if error.kind() == io::ErrorKind::NotFound => {
                 Err(StoreError::NoCampaign { path: directory.to_owned() })
             }
