@@ -23,7 +23,7 @@ mod program;
 pub use error::{ExpressionError, Undefined};
 pub use names::Names;
 #[doc(hidden)]
-pub use names::like;
+pub use names::{like, nearest};
 pub use program::Program;
 
 use crate::scalar::Real;

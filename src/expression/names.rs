@@ -204,6 +204,20 @@ pub fn like<'a>(name: &str, all: impl IntoIterator<Item = &'a str>) -> Option<&'
     near.min().map(|(_, known)| known)
 }
 
+/// Those of `all` that are nearest to `name`, at most `most`: first the ones that have it as a part.
+///
+/// ```
+/// let kinds = ["formula", "linear-drag", "quadratic-drag", "torque"];
+/// assert_eq!(euler_poincare::expression::nearest("drag", kinds, 2), ["linear-drag", "quadratic-drag"]);
+/// ```
+pub fn nearest<'a>(name: &str, all: impl IntoIterator<Item = &'a str>, most: usize) -> Vec<&'a str> {
+    let far = |known: &str| (!(known.contains(name) || name.contains(known)), distance(name, known));
+    let mut all: Vec<_> = all.into_iter().map(|known| (far(known), known)).collect();
+    all.sort_unstable();
+    all.truncate(most);
+    all.into_iter().map(|(_, known)| known).collect()
+}
+
 /// How many letters have to be changed, added or left out (Levenshtein).
 fn distance(a: &str, b: &str) -> usize {
     let b: Vec<char> = b.chars().take(40).collect();

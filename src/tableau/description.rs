@@ -1,7 +1,7 @@
 //! A tableau as a plain value that a person can read and write: a name, or its entries as exact numbers.
 
 use super::families::MAX_STAGES;
-use super::{Classic, Family, Tableau, TableauError, entry_name};
+use super::{ALIKE, Classic, Family, Tableau, TableauError, entry_name};
 use crate::scalar::{Number, Real};
 use std::fmt;
 use std::str::FromStr;
@@ -163,10 +163,12 @@ impl Entries {
             let sum = tableau.c()[i];
             if (c[i] - sum).abs() > roundoff(&terms) + slack {
                 let row = i + 1;
-                let (c, sum) = (c[i].to_f64(), sum.to_f64());
+                let (c, sum, apart) = (c[i].to_f64(), sum.to_f64(), (c[i] - sum).to_f64());
+                let apart =
+                    if apart.abs() < ALIKE { format!(", which differs by {:e}", apart.abs()) } else { String::new() };
                 return bad(
                     format!("c_{row}"),
-                    format!("is {c}, but row {row} of a sums to {sum} (c may be left out: it is the row sum)"),
+                    format!("is {c}, but row {row} of a sums to {sum}{apart} (c may be left out: it is the row sum)"),
                 );
             }
         }

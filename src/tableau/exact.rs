@@ -32,7 +32,7 @@ impl RationalTableau {
         check_shape(&a, &b)?;
         let sum = total(&b);
         if sum != RBig::ONE {
-            return Err(TableauError::Inconsistent { sum: sum.to_f64_fast() });
+            return Err(TableauError::Inconsistent { excess: (sum - RBig::ONE).to_f64_fast() });
         }
         Ok(Self { a, b, normalised: None })
     }
@@ -101,7 +101,8 @@ impl Description {
 }
 
 impl Entries {
-    fn rational(&self) -> Result<Option<RationalTableau>, TableauError> {
+    /// The tableau in rationals, where all entries are.
+    pub(super) fn rational(&self) -> Result<Option<RationalTableau>, TableauError> {
         let row = |numbers: &[Number]| numbers.iter().map(Number::rational).collect::<Option<Vec<_>>>();
         let a: Option<Vec<Vec<RBig>>> = self.a.iter().map(|numbers| row(numbers)).collect();
         let (Some(a), Some(mut b)) = (a, row(&self.b)) else { return Ok(None) };
@@ -110,7 +111,7 @@ impl Entries {
         let off = (&sum - RBig::ONE).abs();
         let slack = total(&self.b.iter().map(Number::exact_uncertainty).collect::<Vec<_>>());
         if off > slack {
-            return Err(TableauError::Inconsistent { sum: sum.to_f64_fast() });
+            return Err(TableauError::Inconsistent { excess: (sum - RBig::ONE).to_f64_fast() });
         }
         b.iter_mut().for_each(|x| *x /= &sum);
         let normalised = (!off.is_zero()).then_some(sum);

@@ -1,13 +1,15 @@
 //! Tableau files: `a`, `b`, and optionally `c`, `order` and `name`, in TOML or JSON.
 
+mod spot;
+
 use super::analysis::{Analysis, analyse};
 use super::families::MAX_STAGES;
-use super::{Description, Entries, TableauError, entry_name};
+use super::{Description, Entries, TableauError};
+use crate::file::{self, Excerpt};
 use crate::scalar::{Number, Real};
 use serde::de::{Deserialize, Deserializer, IgnoredAny, MapAccess, SeqAccess, Visitor};
+use spot::Spot;
 use std::fmt;
-use std::fs::File;
-use std::io::Read;
 use std::path::Path;
 
 /// The longest file that is read, in bytes.
@@ -26,7 +28,7 @@ const ALLOWED: &str = "allowed are finite numbers and texts such as \"1/3\", \"0
 /// let file = TableauFile::parse("name = \"Heun\"\norder = 2\na = [[0, 0], [1, 0]]\nb = [\"1/2\", 0.5]")?;
 /// assert_eq!((file.name.as_deref(), file.order, file.description().stages()), (Some("Heun"), Some(2), 2));
 /// let error = TableauFile::parse("a = [[0, \"x\"], [1, 0]]\nb = [0.5, 0.5]").unwrap_err();
-/// assert!(error.to_string().starts_with("entry a_12: `x` is not a number"));
+/// assert!(error.to_string().starts_with("line 1, column 10: entry a_12: `x` is not a number"));
 /// # Ok::<(), euler_poincare::tableau::FileError>(())
 /// ```
 #[derive(Clone, Debug, PartialEq)]
@@ -40,7 +42,7 @@ pub struct TableauFile {
     pub entries: Entries,
 }
 
-/// Why a tableau file was refused.
+/// Why a tableau file was refused: with the place, its line and a mark below it, where it is the text that is wrong.
 ///
 /// ```
 /// use euler_poincare::tableau::file::{FileError, TableauFile};
@@ -64,40 +66,53 @@ pub enum FileError {
         bytes: usize,
     },
     /// The text is no TOML or JSON, or has other keys than a tableau.
-    #[error("line {line}, column {column}: {message}")]
+    #[error("{}", .place.says(.message))]
     Syntax {
-        /// From 1.
-        line: usize,
-        /// From 1.
-        column: usize,
+        /// Where.
+        place: Excerpt,
         /// What is wrong.
         message: String,
     },
     /// A number that is not in quotes has more digits than an `f64` keeps.
-    #[error("line {line}: a number with {digits} digits loses some of them (more than 17): put it in quotes")]
+    #[error("{}", .place.says(too_precise(*.digits)))]
     Digits {
-        /// From 1.
-        line: usize,
+        /// Where.
+        place: Excerpt,
         /// How many significant digits it has.
         digits: usize,
     },
     /// The order that is declared is none.
-    #[error("order: {found}; allowed is a whole number from 1 to {LARGEST_ORDER}")]
+    #[error("{}", .place.says(no_order(.found)))]
     Order {
+        /// Where.
+        place: Excerpt,
         /// What stands there.
         found: String,
     },
     /// The entries are no tableau.
-    #[error(transparent)]
-    Tableau(#[from] TableauError),
+    #[error("{}", .place.says(.error))]
+    Tableau {
+        /// Where.
+        place: Excerpt,
+        /// What is wrong with them.
+        error: TableauError,
+    },
+}
+
+fn too_precise(digits: usize) -> String {
+    format!("a number with {digits} digits loses some of them (more than {MOST_DIGITS}): put it in quotes")
+}
+
+fn no_order(found: &str) -> String {
+    format!("order: {found}; allowed is a whole number from 1 to {LARGEST_ORDER}")
 }
 
 impl TableauFile {
     /// Reads a file: JSON if it begins with `{`, else TOML.
     ///
     /// # Errors
-    /// [`FileError`], with the line of what cannot be read or the name of the entry that is wrong; the tableau is built
-    /// in `f64`, so that the errors of [`Entries::build`] are among them.
+    /// [`FileError`], with the place in the text and the name of the entry that is wrong; the tableau is built in `f64`, and in
+    /// rationals where all entries are, so that the errors of [`Entries::build`] are among them.
     pub fn parse(text: &str) -> Result<Self, FileError> {
         if text.len() > LONGEST {
             return Err(FileError::TooLong { bytes: text.len() });
@@ -105,13 +120,16 @@ impl TableauFile {
         let text = text.strip_prefix('\u{feff}').unwrap_or(text);
         let raw = if text.trim_start().starts_with('{') { from_json(text)? } else { from_toml(text)? };
         check_digits(text)?;
-        let order = raw.order.map(order).transpose()?;
+        let order = raw.order.map(|cell| order(text, cell)).transpose()?;
+        let refused = |(spot, error): (Spot, TableauError)| FileError::Tableau { place: spot.place(text), error };
         let entries = Entries {
-            b: list(raw.b, "b", |j| format!("b_{}", j + 1))?,
-            a: matrix(raw.a)?,
-            c: raw.c.map(|c| list(c, "c", |i| format!("c_{}", i + 1))).transpose()?,
+            b: list(raw.b, &Spot::of("b")).map_err(refused)?,
+            a: matrix(raw.a, &Spot::of("a")).map_err(refused)?,
+            c: raw.c.map(|c| list(c, &Spot::of("c"))).transpose().map_err(refused)?,
         };
-        entries.build::<f64>()?;
+        // In rationals too, where all entries are: what an f64 cannot see is no tableau either.
+        let built = entries.build::<f64>().map(drop).and_then(|()| entries.rational().map(drop));
+        built.map_err(|error| refused((Spot::blamed(&error, &entries), error)))?;
         Ok(Self { name: raw.name, order, entries })
     }
 
@@ -120,11 +138,7 @@ impl TableauFile {
     /// # Errors
     /// Those of [`TableauFile::parse`]; a file that cannot be read.
     pub fn open(path: &Path) -> Result<Self, FileError> {
-        let mut text = String::new();
-        let limit = LONGEST as u64 + 1;
-        File::open(path)
-            .and_then(|file| file.take(limit).read_to_string(&mut text))
-            .map_err(|error| FileError::Unreadable { why: error.to_string() })?;
+        let text = file::read(path, LONGEST).map_err(|error| FileError::Unreadable { why: error.to_string() })?;
         Self::parse(&text)
     }
 
@@ -161,25 +175,24 @@ fn from_json(text: &str) -> Result<Raw, FileError> {
     serde_json::from_str(text).map_err(|error| {
         let place = format!(" at line {} column {}", error.line(), error.column());
         let message = error.to_string().replace(&place, "");
-        FileError::Syntax { line: error.line(), column: error.column(), message }
+        let line = text.split_inclusive('\n').take(error.line().saturating_sub(1)).map(str::len).sum::<usize>();
+        FileError::Syntax { place: Excerpt::of(text, line + error.column().saturating_sub(1)), message }
     })
 }
 
 fn from_toml(text: &str) -> Result<Raw, FileError> {
     toml::from_str(text).map_err(|error| {
-        let before = error.span().and_then(|span| text.get(..span.start)).unwrap_or("");
-        let line = before.matches('\n').count() + 1;
-        let column = before.chars().rev().take_while(|&c| c != '\n').count() + 1;
-        FileError::Syntax { line, column, message: error.message().replace('\n', ", ") }
+        let at = error.span().map_or(0, |span| span.start);
+        FileError::Syntax { place: Excerpt::of(text, at), message: error.message().replace('\n', ", ") }
     })
 }
 
 /// Refuses numbers outside quotes (and TOML comments) that have more than 17 significant digits.
 fn check_digits(text: &str) -> Result<(), FileError> {
-    let lines = text.lines().enumerate();
-    for (line, content) in lines {
+    let mut start = 0;
+    for content in text.split_inclusive('\n') {
         let (mut quote, mut escaped, mut token) = (None, false, String::new());
-        for c in content.chars().chain([' ']) {
+        for (at, c) in content.char_indices().chain([(content.len(), ' ')]) {
             match quote {
                 Some(_) if escaped => escaped = false,
                 Some('"') if c == '\\' => escaped = true,
@@ -189,7 +202,7 @@ fn check_digits(text: &str) -> Result<(), FileError> {
                 None => {
                     let digits = significant_digits(&token);
                     if digits > MOST_DIGITS {
-                        return Err(FileError::Digits { line: line + 1, digits });
+                        return Err(FileError::Digits { place: Excerpt::of(text, start + at - token.len()), digits });
                     }
                     token.clear();
                     match c {
@@ -200,6 +213,7 @@ fn check_digits(text: &str) -> Result<(), FileError> {
                 }
             }
         }
+        start += content.len();
     }
     Ok(())
 }
@@ -291,43 +305,43 @@ impl<'de> Visitor<'de> for CellVisitor {
     }
 }
 
-fn bad(entry: String, why: String) -> FileError {
-    FileError::Tableau(TableauError::BadEntry { entry, why })
+/// What is wrong, and where.
+type Wrong = (Spot, TableauError);
+
+fn bad(spot: &Spot, why: String) -> Wrong {
+    (spot.clone(), TableauError::BadEntry { entry: spot.name(), why })
 }
 
-fn number(cell: Cell, entry: String) -> Result<Number, FileError> {
+fn number(cell: Cell, spot: &Spot) -> Result<Number, Wrong> {
     match cell {
         Cell::Number(x) => Ok(x),
         Cell::Real(x) if x.is_finite() => Ok(Number::from(x)),
-        Cell::Text(text) => Number::parse(&text).map_err(|why| bad(entry, format!("{why}; {ALLOWED}"))),
-        other => Err(bad(entry, format!("{} is no number; {ALLOWED}", other.show()))),
+        Cell::Text(text) => Number::parse(&text).map_err(|why| bad(spot, format!("{why}; {ALLOWED}"))),
+        other => Err(bad(spot, format!("{} is no number; {ALLOWED}", other.show()))),
     }
 }
 
-fn list(cell: Cell, what: &str, entry: impl Fn(usize) -> String) -> Result<Vec<Number>, FileError> {
+fn list(cell: Cell, spot: &Spot) -> Result<Vec<Number>, Wrong> {
     let Cell::List(cells) = cell else {
-        return Err(bad(what.into(), format!("must be a list of numbers, and is {}", cell.show())));
+        return Err(bad(spot, format!("must be a list of numbers, and is {}", cell.show())));
     };
     if cells.len() > MAX_STAGES {
-        let why = format!("has {} entries; allowed are at most {MAX_STAGES} stages", cells.len());
-        return Err(bad(what.into(), why));
+        return Err(bad(spot, format!("has {} entries; allowed are at most {MAX_STAGES} stages", cells.len())));
     }
-    cells.into_iter().enumerate().map(|(j, cell)| number(cell, entry(j))).collect()
+    cells.into_iter().enumerate().map(|(j, cell)| number(cell, &spot.entry(j))).collect()
 }
 
-fn matrix(cell: Cell) -> Result<Vec<Vec<Number>>, FileError> {
+fn matrix(cell: Cell, spot: &Spot) -> Result<Vec<Vec<Number>>, Wrong> {
     let Cell::List(rows) = cell else {
-        return Err(bad("a".into(), format!("must be a list of rows, and is {}", cell.show())));
+        return Err(bad(spot, format!("must be a list of rows, and is {}", cell.show())));
     };
     if rows.len() > MAX_STAGES {
-        let why = format!("has {} rows; allowed are at most {MAX_STAGES} stages", rows.len());
-        return Err(bad("a".into(), why));
+        return Err(bad(spot, format!("has {} rows; allowed are at most {MAX_STAGES} stages", rows.len())));
     }
-    let row = |(i, row)| list(row, &format!("row {} of a", i + 1), |j| entry_name(i, j));
-    rows.into_iter().enumerate().map(row).collect()
+    rows.into_iter().enumerate().map(|(i, row)| list(row, &spot.entry(i))).collect()
 }
 
-fn order(cell: Cell) -> Result<usize, FileError> {
+fn order(text: &str, cell: Cell) -> Result<usize, FileError> {
     let found = cell.show();
     let whole = match cell {
         Cell::Number(x) => x.eval::<f64>().ok(),
@@ -335,6 +349,6 @@ fn order(cell: Cell) -> Result<usize, FileError> {
     };
     match whole {
         Some(n) if (1.0..=LARGEST_ORDER as f64).contains(&n) => Ok(n as usize),
-        _ => Err(FileError::Order { found }),
+        _ => Err(FileError::Order { place: Spot::of("order").place(text), found }),
     }
 }

@@ -91,10 +91,10 @@ pub enum TableauError {
         why: String,
     },
     /// Σ b ≠ 1.
-    #[error("the weights b sum to {sum}, not to 1")]
+    #[error("the weights b sum to {}, not to 1", near_one(*.excess))]
     Inconsistent {
-        /// The sum found.
-        sum: f64,
+        /// Σ b − 1.
+        excess: f64,
     },
     /// A family has no member with this many stages, or no family has this name.
     #[error("{name}: {why}")]
@@ -167,7 +167,7 @@ impl<T: Real> Tableau<T> {
             size += w.abs();
         }
         if (sum - T::one()).abs() > T::int(64 * s as i64) * T::unit_roundoff() * size {
-            return Err(TableauError::Inconsistent { sum: sum.to_f64() });
+            return Err(TableauError::Inconsistent { excess: (sum - T::one()).to_f64() });
         }
         let a = DMatrix::from_fn(s, s, |i, j| a[i][j]);
         let c = DVector::from_fn(s, |i, _| a.row(i).iter().fold(T::zero(), |x, &y| x + y));
@@ -201,6 +201,15 @@ impl<T: Real> Tableau<T> {
         let c = DVector::from_fn(s, |i, _| a.row(i).iter().fold(T::zero(), |x, &y| x + y));
         Self { a, b: self.b.clone(), c }
     }
+}
+
+/// Numbers that agree to so many places are told apart by their difference.
+const ALIKE: f64 = 1e-6;
+
+/// 1 + `excess`, so that it is not read as 1.
+fn near_one(excess: f64) -> String {
+    let sign = if excess < 0.0 { '-' } else { '+' };
+    if excess.abs() < ALIKE { format!("1 {sign} {:e}", excess.abs()) } else { (1.0 + excess).to_string() }
 }
 
 /// `a_12`, with a comma where an index has two digits; indices from 0.
