@@ -4,7 +4,7 @@
 //! reader with their span; what is wrong with the mathematics is reported at a [`Place`], which is then looked up in
 //! the text.
 
-use super::case::Case;
+use super::case::{Case, Potential};
 use super::dispatch::has_class;
 use super::document::{Document, OutputTable, RunTable, ScalarName, no_steps};
 use super::error::{CaseError, Place, Problem, Segment};
@@ -12,18 +12,24 @@ use super::force::KINDS;
 use super::numbers::{count, number};
 use super::reading::Reading;
 use super::tolerance::Adaptive;
+use crate::expression::nearest;
+use crate::file::{Excerpt, ends_in};
 use crate::scalar::{Dd, Number, Real};
 use crate::tableau::file::{MOST_DIGITS, significant_digits};
 use crate::tableau::{Description, Family};
 use std::borrow::Cow;
 use std::fmt;
 use std::ops::Range;
+use std::path::Path;
 use toml::de::{DeTable, DeValue};
 
 pub use super::document::MAX_STEPS;
 
 /// The longest file that is read, in bytes.
 pub const MAX_BYTES: usize = 1 << 20;
+
+/// A duration within this part of a step of a multiple of the step is that multiple, because decimals are rounded.
+const ROUNDED: f64 = 1.0 / 1_048_576.0;
 
 /// How long a run is.
 #[derive(Clone, Debug, PartialEq)]
@@ -95,13 +101,8 @@ pub struct FileError {
 
 impl fmt::Display for FileError {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        write!(f, "line {}, column {}: {}", self.line, self.column, self.message)?;
-        if !self.excerpt.trim().is_empty() {
-            let number = self.line.to_string();
-            let indent = " ".repeat(number.len() + self.column + 2);
-            write!(f, "\n{number} | {}\n{indent}^", self.excerpt)?;
-        }
-        Ok(())
+        let place = Excerpt { line: self.line, column: self.column, text: self.excerpt.clone() };
+        f.write_str(&place.says(&self.message))
     }
 }
 
@@ -109,14 +110,8 @@ impl std::error::Error for FileError {}
 
 impl FileError {
     fn at(text: &str, span: Option<Range<usize>>, message: String) -> Self {
-        let mut at = span.map_or(0, |span| span.start).min(text.len());
-        while !text.is_char_boundary(at) {
-            at -= 1;
-        }
-        let start = text[..at].rfind('\n').map_or(0, |newline| newline + 1);
-        let line = text[..start].matches('\n').count() + 1;
-        let excerpt: String = text[start..].lines().next().unwrap_or("").chars().take(120).collect();
-        Self { line, column: text[start..at].chars().count() + 1, excerpt, message }
+        let Excerpt { line, column, text: excerpt } = Excerpt::of(text, span.map_or(0, |span| span.start));
+        Self { line, column, excerpt, message }
     }
 
     fn syntax(text: &str, error: &toml::de::Error) -> Self {
@@ -213,8 +208,12 @@ fn read_with(text: &str, added: &str) -> Result<Document, FileError> {
         return Err(FileError::at("", None, message));
     }
     let whole = if added.is_empty() { Cow::Borrowed(text) } else { Cow::Owned(format!("{text}\n{added}")) };
-    let document = toml::from_str(&whole).map_err(|error| FileError::syntax(text, &error))?;
     let table = DeTable::parse(text).ok();
+    // First, because the keys of a table follow from its kind.
+    if let Some((span, message)) = table.as_ref().and_then(|table| unknown_kind(table.get_ref())) {
+        return Err(FileError::at(text, Some(span), message));
+    }
+    let document = toml::from_str(&whole).map_err(|error| FileError::syntax(text, &error))?;
     match table.and_then(|table| table.get_ref().iter().find_map(|(_, value)| rounded(text, value))) {
         None => Ok(document),
         Some((span, digits)) => {
@@ -224,6 +223,25 @@ fn read_with(text: &str, added: &str) -> Result<Document, FileError> {
         }
     }
 }
+
+/// The first force or potential of a kind that there is not, and what there is.
+fn unknown_kind(table: &DeTable<'_>) -> Option<(Range<usize>, String)> {
+    let forces = KINDS.iter().map(|kind| kind.name).filter(|name| *name != "given").collect::<Vec<_>>();
+    [("force", &forces[..]), ("potential", &Potential::KINDS)].into_iter().find_map(|(key, kinds)| {
+        let unknown = |item: &toml::Spanned<DeValue<'_>>| {
+            let kind = item.get_ref().as_table()?.iter().find(|(key, _)| key.get_ref() == "kind")?.1;
+            let name = kind.get_ref().as_str().filter(|name| *name != "given" && !kinds.contains(name))?;
+            let near = nearest(name, kinds.iter().copied(), NEAREST).join("`, `");
+            let message =
+                format!("unknown kind of {key} `{name}`; near to it: `{near}`; allowed: `{}`", kinds.join("`, `"));
+            Some((kind.span(), message))
+        };
+        table.iter().find(|(name, _)| name.get_ref() == key)?.1.get_ref().as_array()?.iter().find_map(unknown)
+    })
+}
+
+/// So many names are shown that are like one which is unknown.
+const NEAREST: usize = 3;
 
 /// The first number that is not in quotes and has more digits than an `f64` keeps, and how many.
 fn rounded(text: &str, value: &toml::Spanned<DeValue<'_>>) -> Option<(Range<usize>, usize)> {
@@ -369,11 +387,14 @@ impl SystemFile {
         if !ratio.all_finite() || ratio <= T::zero() {
             return Err(range(format!("a duration with the sign of the step {}, not zero", self.case.step)));
         }
+        if ratio < T::one() - T::exact(ROUNDED) {
+            return Err(range(format!("at least one step of {}", self.case.step)));
+        }
         if ratio > T::int(MAX_STEPS as i64) {
             return Err(range(format!("at most {MAX_STEPS} steps of {}", self.case.step)));
         }
         let whole = ratio.round();
-        if (ratio - whole).abs() <= T::exact(1.0 / 1_048_576.0) && whole >= T::one() {
+        if (ratio - whole).abs() <= T::exact(ROUNDED) {
             return Ok((whole.to_f64() as u64, None));
         }
         let whole = ratio.floor();
@@ -419,6 +440,10 @@ fn output(table: OutputTable, place: &Place) -> Result<Output, CaseError> {
             let allowed = "a file name, or leave the key out".into();
             return Err(place.key(key).error(Problem::Range { found: "not a file name".into(), allowed }));
         }
+    }
+    if let Some(svg) = table.svg.as_ref().filter(|svg| !ends_in(Path::new(svg), "svg")) {
+        let allowed = "a file name that ends in .svg, because figures are SVG".into();
+        return Err(place.key("svg").error(Problem::Range { found: format!("{svg:?}"), allowed }));
     }
     let every = table.every.map_or(Ok(1), |every| count(every, MAX_STEPS, &place.key("every")))?;
     Ok(Output { every, csv: table.csv, svg: table.svg, events: table.events })
