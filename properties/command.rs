@@ -6,6 +6,8 @@ mod probe;
 mod campaign;
 #[path = "command/ensemble.rs"]
 mod ensemble;
+#[path = "command/files.rs"]
+mod files;
 #[path = "command/order.rs"]
 mod order;
 #[path = "command/page.rs"]
@@ -170,26 +172,27 @@ fn bad_usage_is_two_and_says_what_is_allowed() {
     fs::write(here.join("step.json"), sound.replace("1/8", "0")).unwrap();
     replay_file(&here.join("law.json"), "no-such-law", None, "name = \"so3\"");
     replay_file(&here.join("fault.json"), LAW, Some("no-such-fault"), "name = \"so3\"");
-    let cases: [(&[&str], &str); 23] = [
-        (&["verify", "--laws", "no-such-law"], LAW),
+    let cases: [(&[&str], &str); 24] = [
+        (&["verify", "--laws", "no-such-law"], "near to it: "),
+        (&["verify", "--laws", "no-such-law"], "`euler-poincare laws` lists all"),
         (&["verify", "--laws", "retracton-adjoint"], "did you mean \"retraction-adjoint\"?"),
         (&["integrate", "system.toml", "--events", "-"], "a file is needed"),
         (&["integrate", "system.toml", "--plot", "-"], "a file is needed"),
         (&["verify", "--laws", "retraction-adjoint,no-such-*"], "no-such-*"),
-        (&["verify", "--laws", ""], LAW),
-        (&["verify", "--plant", "no-such-fault"], FAULT),
+        (&["verify", "--laws", ""], "lists all"),
+        (&["verify", "--plant", "adjoint-invrted"], FAULT),
         (&["verify", "--plant", FAULT, "--faults"], "cannot be used with"),
         (&["verify", "--cases", "0"], "1.."),
         (&["verify", "--cases", "-1"], "--cases"),
         (&["verify", "--jobs", "0"], "1..=1024"),
         (&["verify", "--seed", "x"], "--seed"),
         (&["verify", "--format", "xml"], "json"),
-        (&["laws", "--laws", "no-such-law"], LAW),
+        (&["laws", "--laws", "no-such-law"], "lists all"),
         (&["no-such-command"], "no-such-command"),
         (&["replay"], "FILE"),
         (&["replay", "no-such-file.json"], "no-such-file.json"),
         (&["replay", "text.json"], "line 1"),
-        (&["replay", "law.json"], LAW),
+        (&["replay", "law.json"], "lists all"),
         (&["replay", "fault.json"], FAULT),
         (&["replay", "algebra.json"], "so3, se2, se3"),
         (&["replay", "algebra.json", "--digits", "64"], "16, 32"),
@@ -505,12 +508,12 @@ fn an_interrupted_integration_keeps_whole_rows() {
     let here = directory("integrate-interrupted");
     fs::write(here.join("system.toml"), stdout(&run(&here, &["integrate", "--example"]))).unwrap();
     for signal in ["-INT", "-TERM"] {
-        let file = here.join("t.csv");
+        let (file, part) = (here.join("t.csv"), here.join("t.csv.part"));
         let _ = fs::remove_file(&file);
         let arguments = ["integrate", "system.toml", "--steps", "1000000000", "--every", "10", "--out", "t.csv"];
         let mut child = command(&here, &arguments).stdout(Stdio::piped()).stderr(Stdio::piped()).spawn().unwrap();
         let start = std::time::Instant::now();
-        while fs::metadata(&file).map_or(0, |file| file.len()) < 1 << 16 {
+        while fs::metadata(&part).map_or(0, |file| file.len()) < 1 << 16 {
             assert!(start.elapsed().as_secs() < 60 && child.try_wait().unwrap().is_none());
             std::thread::sleep(std::time::Duration::from_millis(5));
         }
@@ -544,7 +547,13 @@ fn messages_count_as_the_file_does() {
     refused("name = \"so3\"", constants, "Jacobi identity for (e_1, e_2, e_3)");
     refused("name = \"so3\"", "name = \"so6\"", "allowed: r1 to r10, so3");
     refused("name = \"so3\"", "nam = \"so3\"", "unknown field `nam`, expected one of `name`, `dimension`");
-    refused("kind = \"double-bracket\"", "kind = \"drag\"", "unknown variant `drag`, expected one of");
+    refused(
+        "kind = \"double-bracket\"",
+        "kind = \"drag\"",
+        "unknown kind of force `drag`; near to it: `linear-drag`, ",
+    );
+    // Whatever else the table has, which depends on the kind.
+    refused("kind = \"double-bracket\"", "kind = \"double-brackt\"\nbeta = 1", "near to it: `double-bracket`");
 }
 
 #[cfg(target_os = "linux")]

@@ -340,10 +340,12 @@ fn what_cannot_be_seen_is_not_refuted() {
 #[test]
 fn the_plot_spares_what_is_read() {
     let here = directory("order-plot");
-    fs::write(here.join("body.toml"), problem::generic_text()).unwrap();
-    let output = run(&here, &["order", "--tableau", "rk4", "--system", "body.toml", "--plot", "body.toml"]);
-    assert_eq!(code(&output), 2, "{}", stderr(&output));
-    assert_eq!(fs::read_to_string(here.join("body.toml")).unwrap(), problem::generic_text());
+    fs::write(here.join("body"), problem::generic_text()).unwrap();
+    let output = run(&here, &["order", "--tableau", "rk4", "--system", "body", "--plot", "./body"]);
+    assert!(code(&output) == 2 && stderr(&output).contains("./body is read"), "{}", stderr(&output));
+    assert_eq!(fs::read_to_string(here.join("body")).unwrap(), problem::generic_text());
+    let output = run(&here, &["order", "--tableau", "rk4", "--plot", "work.png"]);
+    assert!(code(&output) == 2 && stderr(&output).contains("ends in .svg"), "{}", stderr(&output));
     let output = run(&here, &["order", "--tableau", "rk4", "--plot", "missing/work.svg"]);
     assert_eq!((code(&output), stdout(&output)), (2, ""));
 }

@@ -66,16 +66,18 @@ fn a_tableau_that_cannot_be_read_is_an_error_with_its_place() {
         (&["absent.toml"], "\n7 | tableau-file = \"nowhere.toml\"\n                   ^"),
         (&["rk4.toml", "--tableau", "rk5"], "rk5"),
         (&["rk4.toml", "--tableau", "nowhere.toml"], "nowhere.toml: No such file"),
-        (&["rk4.toml", "--tableau", "bad.toml"], "bad.toml: entry a_21: `x` is not a number"),
+        (&["rk4.toml", "--tableau", "bad.toml"], "bad.toml: line 3, column 14: entry a_21: `x` is not a number"),
+        (&["rk4.toml", "--tableau", "bad.toml"], "\n3 | a = [[0, 0], [\"x\", 0]]\n                 ^"),
         (&["rk4.toml", "--tableau", "heun.toml", "--out", "heun.toml"], "heun.toml is used twice"),
         (
             &["rk4.toml", "--tableau", "heun.toml", "--ensemble", "states.csv", "--out", "heun.toml"],
             "heun.toml is used twice",
         ),
         (&["named.toml", "--out", "heun.toml"], "heun.toml is used twice"),
-        (&["named.toml", "--tableau", "rk4", "--plot", "./heun.toml"], "./heun.toml is used twice"),
+        (&["named.toml", "--tableau", "rk4", "--plot", "./heun.toml"], "the name of the file ends in .svg"),
+        (&["named.toml", "--out", "new", "--plot", "./new"], "./new is used twice"),
+        (&["named.toml", "--out", "new.part", "--plot", "./new"], "./new is used twice"),
         (&["named.toml", "--ensemble", "states.csv", "--out", "heun.toml"], "heun.toml is used twice"),
-        (&["named.toml", "--out", "new.csv", "--plot", "./new.csv"], "./new.csv is used twice"),
     ] {
         let output = run(&here, &[&["integrate"], arguments].concat());
         assert_eq!((code(&output), stdout(&output)), (2, ""), "{arguments:?}");

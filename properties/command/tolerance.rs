@@ -170,8 +170,9 @@ fn an_interrupted_run_keeps_its_rows_and_events() {
     let long = [("horizon = 12", "horizon = 1e7"), ("coefficient = \"1/100\"", "coefficient = 0")];
     file(&here, "top.toml", &[&long[..], &[("terminal = true", ""), ("save_every = \"1/2\"", "every = 4")]].concat());
     for signal in ["-INT", "-TERM", "-KILL"] {
-        let (rows, events) = (here.join("t.csv"), here.join("e.csv"));
-        let _ = (fs::remove_file(&rows), fs::remove_file(&events));
+        let mut names = ["t.csv", "e.csv"];
+        names.map(|name| fs::remove_file(here.join(name)).ok());
+        let [rows, events] = names.map(|name| here.join(format!("{name}.part")));
         let arguments = ["integrate", "top.toml", "--out", "t.csv", "--events", "e.csv"];
         let mut child = command(&here, &arguments).stdout(Stdio::piped()).stderr(Stdio::piped()).spawn().unwrap();
         let size = |path| fs::metadata(path).map_or(0, |file| file.len());
@@ -181,9 +182,12 @@ fn an_interrupted_run_keeps_its_rows_and_events() {
         });
         assert!(Command::new("kill").args([signal, &child.id().to_string()]).status().unwrap().success());
         let output = child.wait_with_output().unwrap();
-        let (rows, events) = (fs::read_to_string(&rows).unwrap(), fs::read_to_string(&events).unwrap());
         // A write that is killed ends where a page does, within a row.
         let killed = signal == "-KILL";
+        if killed {
+            names = ["t.csv.part", "e.csv.part"];
+        }
+        let [rows, events] = names.map(|name| fs::read_to_string(here.join(name)).unwrap());
         for text in [&rows, &events] {
             let whole = text.ends_with('\n') || (killed && text.len().is_multiple_of(4096));
             assert!(whole && text.lines().count() > 2, "{}", text.len());
@@ -210,7 +214,7 @@ fn rows_are_in_the_file_before_the_buffer_is_full() {
     fs::write(here.join("system.toml"), stdout(&run(&here, &["integrate", "--example"]))).unwrap();
     let arguments = ["integrate", "system.toml", "--steps", "1000000000", "--every", "1000000000", "--out", "t.csv"];
     let mut child = command(&here, &arguments).stdout(Stdio::null()).stderr(Stdio::null()).spawn().unwrap();
-    wait_for(|| fs::read_to_string(here.join("t.csv")).is_ok_and(|rows| rows.lines().count() == 2));
+    wait_for(|| fs::read_to_string(here.join("t.csv.part")).is_ok_and(|rows| rows.lines().count() == 2));
     child.kill().unwrap();
     child.wait().unwrap();
 }

@@ -81,7 +81,7 @@ const BAD: &[(&str, &str, &str, &str)] = &[
     ("weight*dot(r, Gamma)", "1e99999*t", "1e99999", "at most four digits"),
     ("weight*dot(r, Gamma)", "x_1", "x_1", "unknown name `x_1`"),
     ("value = \"weight", "valve = \"weight", "", "unknown field `valve`"),
-    ("kind = \"formula\"\nvalue", "kind = \"form\"\nvalue", "", "unknown variant `form`"),
+    ("kind = \"formula\"\nvalue", "kind = \"form\"\nvalue", "", "unknown kind of potential `form`"),
     // The force.
     ("\"-eta/10\"", "\"-eta_1/10\"", "\"-eta_1/10\"", "is a number; allowed: a vector of 3 components"),
     ("\"-eta/10\"", "[\"-eta_1\", \"-eta_2\"]", "[", "is a vector of 2 components; allowed: a vector of 3 components"),

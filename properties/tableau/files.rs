@@ -44,6 +44,8 @@ fn bad_files_are_refused_by_the_name_of_the_entry() {
         ("a = [[0, 0], [1, 0]]\nb = [0.5, 0]", "b_2 = 0"),
         ("a = [[0, 0], [1, 0]]\nb = [0.5, 0.4]", "sum to 0.9"),
         ("a = [[0, 0], [1, 0]]\nb = [0.5, 0.498]", "sum to 0.998"),
+        ("a = [[0, 0], [1, 0]]\nb = [\"1/2\", \"1/2 - 1e-24\"]", "sum to 1 - 1e-24, not to 1"),
+        ("a = [[1e-8]]\nb = [1]\nc = [0]", "c_1: is 0, but row 1 of a sums to 0.00000001"),
         ("a = [[0, 0], [1]]\nb = [0.5, 0.5]", "row 2 of a has 1"),
         ("a = [[0, 0]]\nb = [0.5, 0.5]", "a has 1 rows"),
         ("a = [[0, 0], [1, nan]]\nb = [0.5, 0.5]", "entry a_22: the number NaN is no number; allowed are"),
@@ -80,20 +82,47 @@ fn bad_files_are_refused_by_the_name_of_the_entry() {
     }
 }
 
+/// Where a message points: in both formats at the entry, or at the list that is too long, too short or without it.
+#[test]
+fn errors_point_at_the_entry() {
+    let cases = [
+        ("a = [[0, 0], [1, 0]]\nb = [0.5, 0]", (2, 11)),
+        ("a = [[0, 0], [1, 0]]\nb = [0.5, 0.4]", (2, 5)),
+        ("a = [[0, 0],\n     [1]]\nb = [0.5, 0.5]", (2, 6)),
+        ("a = [[0, 0]]\nb = [0.5, 0.5]", (1, 5)),
+        ("a = [[0, 0],\n     [1, \"x\"]]\nb = [0.5, 0.5]", (2, 10)),
+        ("a = [[0]]\nb = [1]\nc = [0.5]", (3, 6)),
+        ("a = [[0]]\nb = [1]\nc = [0, 0]", (3, 5)),
+        ("name = \"é\"\na = [[0]]\nb = [1]\norder = 0", (4, 9)),
+        ("{\"a\": [[0, 0],\n  [1, \"[x]\"]],\n\"b\": [0.5, 0.5]}", (2, 7)),
+        ("{\"a\": [[0, 0], [1, 0]],\n\"b\": [0.5, 0]}", (2, 12)),
+        ("{\"a\": [[0]],\n\"b\": [1], \"order\": 1.5}", (2, 21)),
+    ];
+    for (text, (line, column)) in cases {
+        let error = TableauFile::parse(text).unwrap_err().to_string();
+        assert!(error.starts_with(&format!("line {line}, column {column}: ")), "{text:?}: {error}");
+        let mark = format!("\n{line} | {}\n{}^", text.lines().nth(line - 1).unwrap(), " ".repeat(column + 3));
+        assert!(error.ends_with(&mark), "{text:?}: {error}");
+    }
+}
+
 #[test]
 fn digits_that_would_be_lost_must_be_in_quotes() {
     let file = |c: &str| {
         TableauFile::parse(&format!("# 1.23456789012345678901\na = [[0.25, {c}],\n[\"1/4\", 0]]\nb = [0.5, 0.5]"))
     };
-    let error = file("0.1234567890123456789012").unwrap_err();
-    assert_eq!(error, FileError::Digits { line: 2, digits: 22 });
+    let refused = |file: Result<TableauFile, FileError>| match file {
+        Err(FileError::Digits { place, digits }) => (place.line, place.column, digits),
+        other => panic!("{other:?}"),
+    };
+    assert_eq!(refused(file("0.1234567890123456789012")), (2, 13, 22));
     for text in
         ["\"0.1234567890123456789012\"", "0.12345678901234567", "0.500000000000000000000000", "1e-100", "1_000.5"]
     {
         assert!(file(text).is_ok(), "{text}: {:?}", file(text));
     }
     let json = "{\"a\": [[\"0.1234567890123456789012\"]],\n\"b\": [1.000000000000000000001]}";
-    assert_eq!(TableauFile::parse(json).unwrap_err(), FileError::Digits { line: 2, digits: 22 });
+    assert_eq!(refused(TableauFile::parse(json)), (2, 7, 22));
 }
 
 /// Quotes end where they began, whatever is between them.
@@ -104,7 +133,7 @@ fn digits_in_quotes_are_text() {
         assert!(TableauFile::parse(&text).is_ok(), "{text}: {:?}", TableauFile::parse(&text));
     }
     let after = "name = 'it is \"so'\na = [[0.5]]\nb = [1.000000000000000000001]";
-    assert_eq!(TableauFile::parse(after).unwrap_err(), FileError::Digits { line: 3, digits: 22 });
+    assert!(matches!(TableauFile::parse(after), Err(FileError::Digits { place, digits: 22 }) if place.line == 3));
     let behind = "name = \"x\" # 12345678901234567890\na = [[0.5]]\nb = [1]";
     assert!(TableauFile::parse(behind).is_ok());
 }

@@ -5,7 +5,8 @@ use super::progress::Bar;
 use super::progress::weight;
 use super::summary::{self, some};
 use super::table::{Column, Table as Grid, paragraph, seconds};
-use super::{Failure, Format, print, program, schema};
+use super::{Failure, Format, complain, output, print, program, schema};
+use euler_poincare::file::Output;
 use euler_poincare::harness::store::{Manifest, StoreError};
 use euler_poincare::harness::{About, Cost, Fault, Law, catch_fault, catch_smallest, draw, verdict_on};
 use euler_poincare::laws::CaseLaw;
@@ -84,8 +85,8 @@ impl Table<'_> {
         let catches: Vec<Catch> = catches.into_iter().map(|(_, catch)| catch).collect();
         let interrupted = catches.len() < faults.len();
         let objects: String = catches.iter().map(|catch| format!("{}\n", object(catch))).collect();
-        if let Some(file) = file.filter(|_| !interrupted) {
-            fs::write(&file, &objects).map_err(|error| Failure::file(&file, error))?;
+        if let Some((file, rows)) = file.filter(|_| !interrupted) {
+            output::write(rows, &file, &objects)?;
         }
         print(&match self.format {
             Format::Text => text(&catches, self.sizes, &verdict(&catches, faults.len())),
@@ -93,7 +94,7 @@ impl Table<'_> {
         })?;
         if interrupted {
             let lost = if self.out.is_some() { "; nothing is kept in --out" } else { "" };
-            eprintln!("INTERRUPTED after {} of {} faults{lost}", catches.len(), faults.len());
+            complain(&format!("INTERRUPTED after {} of {} faults{lost}", catches.len(), faults.len()));
             return Ok(Interrupt::exit_code());
         }
         Ok(match catches.iter().all(|catch| catch.after.is_some()) {
@@ -104,7 +105,7 @@ impl Table<'_> {
     }
 
     /// Where the rows go: a new file, in a directory that holds no campaign of another program or seed.
-    fn file(&self, out: &Path) -> Result<PathBuf, Failure> {
+    fn file(&self, out: &Path) -> Result<(PathBuf, Output), Failure> {
         match Manifest::read(out) {
             Err(StoreError::NoCampaign { .. }) => {}
             there => {
@@ -119,7 +120,8 @@ impl Table<'_> {
             return Err(Failure::Usage(format!("{}: exists already; allowed: a directory without it", file.display())));
         }
         fs::create_dir_all(out).map_err(|error| Failure::file(out, error))?;
-        Ok(file)
+        let rows = output::create(&file)?;
+        Ok((file, rows))
     }
 
     fn catch(&self, law: &'static CaseLaw, fault: &'static Fault) -> Catch {

@@ -7,6 +7,7 @@ mod run;
 mod states;
 
 use super::interrupt::Interrupt;
+use super::output::{self, create, svg};
 use super::summary::count;
 use super::table::paragraph;
 use super::tableau::Named;
@@ -14,6 +15,7 @@ use super::{Failure, complain, print};
 use clap::builder::PossibleValuesParser;
 use columns::Columns;
 use ensemble::Task;
+use euler_poincare::file::{self, Output, text};
 use euler_poincare::scalar::{Dd, Qd};
 use euler_poincare::system::file::{Horizon, MAX_BYTES, MAX_STEPS, example, examples};
 use euler_poincare::system::solution::{End, Solved};
@@ -21,8 +23,7 @@ use euler_poincare::system::tolerance::Times;
 use euler_poincare::system::trajectory::{Ended, Plan};
 use euler_poincare::system::{Compiled, Reading, ScalarName, SystemFile};
 use run::{Events, Recorder, summary, took};
-use std::fs::File;
-use std::io::{self, BufWriter, IsTerminal, Read, Write};
+use std::io::{self, IsTerminal};
 use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 
@@ -70,10 +71,10 @@ pub struct Arguments {
     #[arg(long, value_name = "FILE.csv")]
     out: Option<PathBuf>,
     /// A figure of momenta, energy, Casimirs and attitude over time
-    #[arg(long, value_name = "FILE.svg", value_parser = file)]
+    #[arg(long, value_name = "FILE.svg", value_parser = figure)]
     plot: Option<PathBuf>,
     /// A table of the events, with the columns of a row
-    #[arg(long, value_name = "FILE.csv", value_parser = file, conflicts_with = "ensemble")]
+    #[arg(long, value_name = "FILE.csv", value_parser = beside, conflicts_with = "ensemble")]
     events: Option<PathBuf>,
     /// The arithmetic: f64 (16 digits), dd (32 digits) or qd (64 digits; fixed steps, dimension 1 to 6)
     #[arg(long, value_parser = PossibleValuesParser::new(["f64", "dd", "qd"]))]
@@ -102,8 +103,13 @@ pub struct Arguments {
 }
 
 /// A path that is not `-`: two results cannot share the standard output.
-fn file(path: &str) -> Result<PathBuf, &'static str> {
+fn beside(path: &str) -> Result<PathBuf, &'static str> {
     if path == "-" { Err("a file is needed: standard output is for the rows, `--out -`") } else { Ok(path.into()) }
+}
+
+/// The path of a figure.
+fn figure(path: &str) -> Result<PathBuf, &'static str> {
+    beside(path).and_then(|_| svg(path))
 }
 
 /// The names of the examples.
@@ -140,7 +146,7 @@ pub fn run(arguments: Arguments) -> Result<ExitCode, Failure> {
     if let Some(states) = &arguments.ensemble {
         return many(&file, (path, &inputs), states, &arguments);
     }
-    let csv = arguments.out.or(file.output.csv.as_ref().map(PathBuf::from)).filter(|out| out != Path::new("-"));
+    let csv = arguments.out.or(file.output.csv.as_ref().map(PathBuf::from)).filter(|out| !is_standard(out));
     let svg = arguments.plot.or(file.output.svg.as_ref().map(PathBuf::from));
     let events = arguments.events.or(file.output.events.as_ref().map(PathBuf::from));
     distinct(&inputs, &[csv.as_deref(), svg.as_deref(), events.as_deref()])?;
@@ -192,7 +198,7 @@ fn many(
             "--general has no effect in 32 digits: there every member is on the general engine".into(),
         ));
     }
-    let out = arguments.out.as_deref().filter(|out| *out != Path::new("-"));
+    let out = arguments.out.as_deref().filter(|out| !is_standard(out));
     distinct(inputs, &[Some(states), out])?;
     let Arguments { statistics, general, jobs, .. } = *arguments;
     let task = Task { file, system: path, states, out, statistics, general, jobs };
@@ -202,6 +208,11 @@ fn many(
     }
 }
 
+/// Whether the path is that of the standard output: then nothing else is printed there.
+fn is_standard(path: &Path) -> bool {
+    [Path::new("-"), Path::new("/dev/stdout")].contains(&path)
+}
+
 /// The path for messages.
 fn name(path: &Path) -> &Path {
     if path == Path::new("-") { Path::new("standard input") } else { path }
@@ -209,14 +220,8 @@ fn name(path: &Path) -> &Path {
 
 /// The text of the file, or of standard input; not more of it than any system file has.
 fn read(path: &Path) -> Result<String, Failure> {
-    let mut text = String::new();
-    let limit = MAX_BYTES as u64 + 1;
-    let result = if path == Path::new("-") {
-        io::stdin().lock().take(limit).read_to_string(&mut text)
-    } else {
-        File::open(path).and_then(|file| file.take(limit).read_to_string(&mut text))
-    };
-    result.map(|_| text).map_err(|error| Failure::file(name(path), error))
+    let text = if path == Path::new("-") { text(io::stdin().lock(), MAX_BYTES) } else { file::read(path, MAX_BYTES) };
+    text.map_err(|error| Failure::file(name(path), error))
 }
 
 /// Refuses to write over what is read, and two outputs to one file.
@@ -229,10 +234,11 @@ fn distinct(inputs: &[Option<&Path>], others: &[Option<&Path>]) -> Result<(), Fa
     let mut taken: Vec<PathBuf> = inputs.iter().flatten().map(|path| place(path)).collect();
     for path in others.iter().flatten() {
         let place = place(path);
-        if taken.contains(&place) {
+        let part = Output::part(&place);
+        if [Some(&place), part.as_ref()].into_iter().flatten().any(|place| taken.contains(place)) {
             return Err(Failure::Usage(format!("{} is used twice: two different files are needed", path.display())));
         }
-        taken.push(place);
+        taken.extend([Some(place), part].into_iter().flatten());
     }
     Ok(())
 }
@@ -246,43 +252,31 @@ struct Paths<'a> {
 }
 
 impl Paths<'_> {
-    /// A recorder: a path that cannot be written is known before the run, not after it.
-    fn recorder(&self, file: &SystemFile) -> Result<Recorder, Failure> {
-        // All of them before anything is overwritten.
-        for path in [self.csv, self.svg, self.events].into_iter().flatten() {
-            let opened = File::options().write(true).create(true).truncate(false).open(path);
-            opened.map_err(|error| Failure::file(path, error))?;
-        }
-        let create = |path: &Path| File::create(path).map_err(|error| Failure::file(path, error));
-        let out: Box<dyn Write> = match self.csv {
-            Some(csv) => Box::new(create(csv)?),
-            None => Box::new(io::stdout().lock()),
-        };
-        self.svg.map(create).transpose()?;
+    /// A recorder, and the file of the figure: a path that cannot be written is known before the run, not after it.
+    fn recorder(&self, file: &SystemFile) -> Result<(Recorder, Option<Output>), Failure> {
+        let out = self.csv.map_or_else(|| Output::standard().map_err(Failure::Output), create)?;
+        let figure = self.svg.map(create).transpose()?;
+        let table = self.events.map(create).transpose()?;
         let shown = io::stderr().is_terminal() && (self.csv.is_some() || !io::stdout().is_terminal());
-        let out = BufWriter::with_capacity(1 << 16, out);
         let columns = Columns::new(&file.case);
         let mut recorder = Recorder::new(out, self.svg.is_some(), shown, Interrupt::catch()?);
         recorder.header(&columns);
-        let Some(adaptive) = &file.adaptive else { return Ok(recorder) };
+        let Some(adaptive) = &file.adaptive else { return Ok((recorder, figure)) };
         let names = adaptive.events.iter().map(|event| event.name().to_owned()).collect();
-        let table = self.events.map(create).transpose()?.map(BufWriter::new);
-        Ok(recorder.with_events(Events::new(names, table), &columns))
+        Ok((recorder.with_events(Events::new(names, table), &columns), figure))
     }
 
     /// Ends the output of a run; returns how many rows there are, in words.
-    fn finish(&self, mut recorder: Recorder, file: &SystemFile) -> Result<Kept, Failure> {
+    fn finish(&self, (mut recorder, figure): (Recorder, Option<Output>), file: &SystemFile) -> Result<Kept, Failure> {
         let (rows, interrupted, events) = (recorder.rows(), recorder.interrupted(), recorder.events());
-        let trace = recorder.finish().or_else(|error| match (self.csv, error.kind()) {
-            (Some(csv), _) => Err(Failure::file(csv, error)),
-            (None, io::ErrorKind::BrokenPipe) => Ok(None),
-            (None, _) => Err(Failure::Output(error)),
-        })?;
-        if let (Some(svg), Some(trace)) = (self.svg, &trace) {
-            plot::draw(trace, file, self.system, svg).map_err(|reason| Failure::file(svg, reason))?;
-        }
+        let trace = recorder.finish(self.csv)?;
         let table = events.text();
-        events.finish().map_err(|error| Failure::file(self.events.unwrap_or(self.system), error))?;
+        if let Some(path) = self.events {
+            events.finish(path)?;
+        }
+        if let (Some(path), Some(figure), Some(trace)) = (self.svg, figure, &trace) {
+            output::draw(figure, path, &plot::figure(trace, file, self.system))?;
+        }
         let place = self.csv.map_or("on standard output".into(), |csv| format!("in {}", csv.display()));
         let up_to = if rows == 1 { "row".into() } else { format!("{rows} rows") };
         Ok(Kept { rows, interrupted, table, told: format!("kept {place}: the {up_to} up to there") })
@@ -303,15 +297,15 @@ fn integrate<T: Compiled>(file: &SystemFile, paths: &Paths<'_>) -> Result<ExitCo
     let refused = |refused| Failure::file(paths.system, refused);
     if file.adaptive.is_some() {
         file.solve_plan::<T>().map_err(refused)?;
-        let mut recorder = paths.recorder(file)?;
+        let (mut recorder, figure) = paths.recorder(file)?;
         let Some(solved) = file.solve::<T>(&mut recorder).map_err(refused)? else { return Ok(ExitCode::SUCCESS) };
-        let kept = paths.finish(recorder, file)?;
+        let kept = paths.finish((recorder, figure), file)?;
         return report(file, paths, &solved, &kept);
     }
     let plan = Plan::<T>::of(file).map_err(refused)?;
-    let mut recorder = paths.recorder(file)?;
+    let (mut recorder, figure) = paths.recorder(file)?;
     let ended = file.case.trajectory(plan, &mut recorder).map_err(refused)?;
-    let Kept { rows, interrupted, told, .. } = paths.finish(recorder, file)?;
+    let Kept { rows, interrupted, told, .. } = paths.finish((recorder, figure), file)?;
     if let (Some((done, Some(total))), Ended::Whole { .. }) = (interrupted, &ended) {
         complain(&format!("INTERRUPTED after {done} of {total} steps; {told}"));
         return Ok(Interrupt::exit_code());

@@ -2,7 +2,7 @@
 
 use super::table::{entries, paragraph};
 use super::{Failure, Format, print, schema};
-use euler_poincare::expression::like;
+use euler_poincare::expression::{like, nearest};
 use euler_poincare::harness::{Cost, Fault, Law, draw};
 use euler_poincare::laws::{self, CaseLaw};
 use euler_poincare::system::labels;
@@ -135,9 +135,12 @@ pub fn exact(patterns: Option<&str>) -> Vec<&'static str> {
     patterns.unwrap_or_default().split(',').filter_map(named).collect()
 }
 
-/// The names of all laws, for messages.
-fn names() -> String {
-    laws::all().iter().map(|law| law.about.name).collect::<Vec<_>>().join(", ")
+/// So many names are shown that are like one which is unknown.
+const NEAREST: usize = 3;
+
+/// The names that are most like an unknown one, for messages.
+pub fn near<'a>(name: &str, all: impl IntoIterator<Item = &'a str>) -> String {
+    nearest(name, all, NEAREST).join(", ")
 }
 
 /// The laws that any of the comma-separated patterns selects, in the order of [`laws::all`]; all without a pattern.
@@ -157,11 +160,14 @@ pub fn select(patterns: Option<&str>) -> Result<Vec<&'static CaseLaw>, Failure> 
         };
         let hits: Vec<usize> = (0..all.len()).filter(|i| matches(all[*i].about.name)).collect();
         if hits.is_empty() {
-            let allowed = match like(pattern, all.iter().map(|law| law.about.name)) {
-                Some(law) => format!("did you mean \"{law}\"? `euler-poincare laws` lists all"),
-                None => format!("the laws are: {}", names()),
+            let names = || all.iter().map(|law| law.about.name);
+            let near = match like(pattern, names()) {
+                Some(law) => format!("did you mean \"{law}\"?"),
+                None => format!("near to it: {};", near(pattern, names())),
             };
-            return Err(Failure::Usage(format!("no law matches \"{pattern}\"; {allowed}")));
+            return Err(Failure::Usage(format!(
+                "no law matches \"{pattern}\"; {near} `euler-poincare laws` lists all"
+            )));
         }
         hits.into_iter().for_each(|i| selected[i] = true);
     }

@@ -3,8 +3,9 @@
 use super::{CommandLine, Failure, print};
 use clap::CommandFactory;
 use clap_mangen::Man;
+use euler_poincare::file;
 use std::fs;
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 
 /// Options of `man`.
@@ -19,14 +20,24 @@ pub struct Arguments {
 pub fn run(arguments: Arguments) -> Result<ExitCode, Failure> {
     let command = CommandLine::command();
     if let Some(directory) = &arguments.out {
-        fs::create_dir_all(directory)
-            .and_then(|()| clap_mangen::generate_to(command, directory))
-            .map_err(|error| Failure::file(directory, error))?;
+        fs::create_dir_all(directory).map_err(|error| Failure::file(directory, error))?;
+        let mut command = command.disable_help_subcommand(true);
+        command.build();
+        for command in std::iter::once(&command).chain(command.get_subcommands()) {
+            let (page, path) = page(command.clone(), directory);
+            file::write(&path, page).map_err(|error| Failure::file(&path, error))?;
+        }
     } else {
-        let mut page = Vec::new();
-        // Writing to a Vec cannot fail.
-        let _ = Man::new(command).render(&mut page);
-        print(&String::from_utf8_lossy(&page))?;
+        print(&String::from_utf8_lossy(&page(command, Path::new("")).0))?;
     }
     Ok(ExitCode::SUCCESS)
+}
+
+/// The page of a command, and its file in a directory.
+fn page(command: clap::Command, directory: &Path) -> (Vec<u8>, PathBuf) {
+    let man = Man::new(command);
+    let mut page = Vec::new();
+    // Writing to a Vec cannot fail.
+    let _ = man.render(&mut page);
+    (page, directory.join(man.get_filename()))
 }

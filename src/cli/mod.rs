@@ -11,6 +11,7 @@ pub mod laws;
 pub mod man;
 pub mod merge;
 pub mod order;
+mod output;
 pub mod paper;
 mod plot;
 pub mod probe;
@@ -27,6 +28,7 @@ pub mod verify;
 mod version;
 
 use clap::{Parser, Subcommand, ValueEnum};
+use euler_poincare::file::spelled;
 use euler_poincare::harness::store::StoreError;
 use std::fmt::Display;
 use std::io::{self, IsTerminal, Write};
@@ -174,6 +176,7 @@ pub fn main() -> ExitCode {
 
 /// Writes a message to standard error; on a terminal it is wrapped, but for the lines of a file that it shows.
 pub fn complain(message: &str) {
+    let message = &spelled(message);
     if !io::stderr().is_terminal() {
         eprintln!("{message}");
         return;
@@ -188,10 +191,10 @@ pub fn complain(message: &str) {
     }
 }
 
-/// Writes `text` to standard output.
+/// Writes `text` to standard output. What files and programs say is in it: it has no power over a terminal.
 pub fn print(text: &str) -> Result<(), Failure> {
     let mut out = io::stdout().lock();
-    printed(out.write_all(text.as_bytes()).and_then(|()| out.flush()))
+    printed(out.write_all(spelled(text).as_bytes()).and_then(|()| out.flush()))
 }
 
 /// The outcome of writing to standard output. Who closes the pipe has seen enough: that is no failure.

@@ -8,20 +8,20 @@ mod figure;
 mod text;
 
 use super::tableau::Named;
-use super::{Failure, Format, print};
+use super::{Failure, Format, output, print};
 use clap::builder::PossibleValuesParser;
+use euler_poincare::file::{self, Output};
 use euler_poincare::harness::Verdict;
 use euler_poincare::harness::convergence::Estimate;
 use euler_poincare::laws::trial::{Digits, Judged, Trial};
 use euler_poincare::scalar::Dd;
 use euler_poincare::study::{Comparison, problem};
 use euler_poincare::system::case::MAIN_DIMENSIONS;
+use euler_poincare::system::file::MAX_BYTES;
 use euler_poincare::system::{Case, Reading, SystemFile};
 use euler_poincare::tableau::analysis::Findings;
 use euler_poincare::tableau::order::MAX_VARIATIONAL;
 use euler_poincare::tableau::{Analysis, Description, TableauError, analyse};
-use std::fs::{File, OpenOptions};
-use std::io::Read;
 use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 
@@ -72,7 +72,7 @@ pub struct Arguments {
     #[arg(long, value_name = "P", value_parser = clap::value_parser!(u32).range(1..=200))]
     declared: Option<u32>,
     /// A work plot: errors against the step, with the fitted line and its window
-    #[arg(long, value_name = "FILE.svg")]
+    #[arg(long, value_name = "FILE.svg", value_parser = output::svg)]
     plot: Option<PathBuf>,
     /// How the result is printed
     #[arg(long, value_enum, default_value = "text")]
@@ -161,9 +161,8 @@ pub fn run(arguments: Arguments) -> Result<ExitCode, Failure> {
             "--digits 64 is for algebras of dimension up to 6, and this one has {dimension}: use --digits 32"
         )));
     }
-    if let Some(path) = &arguments.plot {
-        writable(path, [Path::new(&arguments.tableau)].into_iter().chain(arguments.system.as_deref()))?;
-    }
+    let read = [Path::new(&arguments.tableau)].into_iter().chain(arguments.system.as_deref());
+    let plot = arguments.plot.as_deref().map(|path| taken(path, read)).transpose()?;
     let judged = judge(&case, digits, horizon, &analysis, arguments.system.as_deref())?;
     let outcome = Outcome {
         tableau: arguments.tableau,
@@ -175,12 +174,12 @@ pub fn run(arguments: Arguments) -> Result<ExitCode, Failure> {
         judged,
         notes,
     };
+    if let (Some(path), Some(plot)) = (&arguments.plot, plot) {
+        output::draw(plot, path, &figure::figure(&outcome))?;
+    }
     match arguments.format {
         Format::Text => print(&text::text(&outcome))?,
         Format::Json => print(&format!("{}\n", text::json(&outcome)))?,
-    }
-    if let Some(path) = &arguments.plot {
-        figure::draw(&outcome, path).map_err(|reason| Failure::file(path, reason))?;
     }
     Ok(match outcome.judged.verdict {
         Verdict::Holds { .. } => ExitCode::SUCCESS,
@@ -189,14 +188,13 @@ pub fn run(arguments: Arguments) -> Result<ExitCode, Failure> {
     })
 }
 
-/// Whether a figure can be written to `path`: known before the run, not after it, and without touching what is there.
-fn writable<'a>(path: &Path, read: impl Iterator<Item = &'a Path>) -> Result<(), Failure> {
+/// The file of the figure: whether it can be written is known before the run, not after it.
+fn taken<'a>(path: &Path, read: impl IntoIterator<Item = &'a Path>) -> Result<Output, Failure> {
     let place = |path: &Path| path.canonicalize().ok();
     if read.into_iter().any(|other| place(other).is_some() && place(other) == place(path)) {
         return Err(Failure::Usage(format!("{} is read: the plot needs another file", path.display())));
     }
-    let open = OpenOptions::new().append(true).create(true).open(path);
-    open.map(drop).map_err(|error| Failure::file(path, error))
+    output::create(path)
 }
 
 /// The tableau of a name or a file, analysed.
@@ -226,10 +224,7 @@ fn system(path: Option<&Path>) -> Result<(Case, f64, Vec<String>), Failure> {
     let file = match path {
         None => problem::generic().map_err(|error| Failure::Computation(error.to_string()))?,
         Some(path) => {
-            let mut text = String::new();
-            let limit = euler_poincare::system::file::MAX_BYTES as u64 + 1;
-            let read = File::open(path).and_then(|file| file.take(limit).read_to_string(&mut text));
-            read.map_err(|error| Failure::file(path, error))?;
+            let text = file::read(path, MAX_BYTES).map_err(|error| Failure::file(path, error))?;
             let file = SystemFile::parse_with(&text, &Reading::beside(path))
                 .map_err(|refused| Failure::file(path, refused))?;
             if file.adaptive.is_some() {

@@ -2,8 +2,10 @@
 
 use super::progress::Bar;
 use super::table::{Column, Table};
-use super::{Failure, figures, print};
+use super::{Failure, figures, output, print};
 use euler_poincare::experiments::{Method, Problem, Reference, Row, errors, expected};
+use std::fmt::Display;
+use std::io::Write;
 use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 
@@ -21,14 +23,21 @@ pub fn run(arguments: Arguments) -> Result<ExitCode, Failure> {
     // First, so that a directory that cannot be written is found before the work is done.
     let target = out.join("errors.csv");
     std::fs::create_dir_all(out).map_err(|e| Failure::file(out, e))?;
-    let mut writer = csv::Writer::from_path(&target).map_err(|e| Failure::file(&target, e))?;
+    let table = output::create(&target)?;
     let rows = measure()?;
-    write_rows(&mut writer, &rows).map_err(|e| Failure::file(&target, e))?;
-    let failed = |e: &dyn std::fmt::Display| Failure::Computation(e.to_string());
+    let failed = |e: &dyn Display| Failure::Computation(e.to_string());
+    let mut files = vec![(target, table, text(&rows).map_err(|e| failed(&e))?)];
     for (name, figure) in figures::all(&rows).map_err(|e| failed(&e))? {
         let path = out.join(name);
-        let svg = figure.svg().map_err(|e| failed(&e))?;
-        std::fs::write(&path, svg).map_err(|e| Failure::file(&path, e))?;
+        let file = output::create(&path)?;
+        files.push((path, file, figure.svg().map_err(|e| failed(&e))?.into_bytes()));
+    }
+    // All of them are on the disk before the first takes its place.
+    for (path, file, bytes) in &mut files {
+        file.write_all(bytes).and_then(|()| file.flush()).map_err(|e| Failure::file(path, e))?;
+    }
+    for (path, file, _) in files {
+        file.commit().map_err(|e| Failure::file(&path, e))?;
     }
     print(&summary(&rows, out))?;
     Ok(ExitCode::SUCCESS)
@@ -46,7 +55,8 @@ fn measure() -> Result<Vec<Row>, Failure> {
     Ok(rows.map_err(|e| Failure::Computation(e.to_string()))?.concat())
 }
 
-fn write_rows<W: std::io::Write>(writer: &mut csv::Writer<W>, rows: &[Row]) -> csv::Result<()> {
+fn text(rows: &[Row]) -> csv::Result<Vec<u8>> {
+    let mut writer = csv::Writer::from_writer(Vec::new());
     writer.write_record([
         "problem",
         "method",
@@ -69,7 +79,7 @@ fn write_rows<W: std::io::Write>(writer: &mut csv::Writer<W>, rows: &[Row]) -> c
             format!("{:.9e}", row.errors.casimir),
         ])?;
     }
-    Ok(writer.flush()?)
+    writer.into_inner().map_err(|error| error.into_error().into())
 }
 
 /// The momentum errors in 32 digits, each with the ratio to the expected one.

@@ -9,12 +9,13 @@ use super::progress::Bar;
 use super::summary::{count, some};
 use super::table::{Column, Table, data, entries, paragraph};
 use super::tableau::Named;
-use super::{Failure, Format, complain, print, version};
+use super::{Failure, Format, complain, output, print, version};
 use euler_poincare::algebra::Entry;
 use euler_poincare::external::{
     Broken, ClaimReport, Conclusion, Drawn, External, LawReport, Limits, Probe, ProbeReport, QuantityOrders, Record,
     Shrinking, examine,
 };
+use euler_poincare::file::{self, Output};
 use euler_poincare::harness::{Cost, Verdict};
 use euler_poincare::laws::method::{Claims, LAWS, MethodLaw, named};
 use euler_poincare::system::case::{Method, Tau};
@@ -235,7 +236,9 @@ pub fn run(arguments: Arguments) -> Result<ExitCode, Failure> {
         .iter()
         .map(|law| KeptCases { broken: save(law, &law.failure), failed: save(law, &law.program_failure) })
         .collect();
-    let written = page.as_deref().map_or(Ok(()), |path| {
+    let path = page.as_ref().map(|(path, _)| path.clone());
+    let written = page.map_or(Ok(()), |(path, file)| {
+        let path = &path;
         let random = (arguments.seed, arguments.cases);
         let probed = page::Probed {
             report: &report,
@@ -247,11 +250,11 @@ pub fn run(arguments: Arguments) -> Result<ExitCode, Failure> {
             timeout,
             version: version::VERSION,
         };
-        fs::write(path, probed.page()).map_err(|error| Failure::file(path, error))
+        output::write(file, path, probed.page())
     });
     match arguments.format {
-        Format::Text => print(&self::text(&report, &kept, page.as_deref()))?,
-        Format::Json => print(&lines::json(&report, &kept, page.as_deref()))?,
+        Format::Text => print(&self::text(&report, &kept, path.as_deref()))?,
+        Format::Json => print(&lines::json(&report, &kept, path.as_deref()))?,
     }
     written.map(|()| exit_code(report.conclusion()))
 }
@@ -266,13 +269,12 @@ fn request(path: &Path) -> Result<ExitCode, Failure> {
     Ok(ExitCode::SUCCESS)
 }
 
-/// Where the page goes: its directory is there now, and a file can be written in it.
-fn place(directory: &Path) -> Result<PathBuf, Failure> {
+/// Where the page goes: its directory is there now, and no other run writes it.
+fn place(directory: &Path) -> Result<(PathBuf, Output), Failure> {
     fs::create_dir_all(directory).map_err(|error| Failure::file(directory, error))?;
     let path = directory.join("report.html");
-    let file = fs::OpenOptions::new().create(true).append(true).open(&path);
-    file.map_err(|error| Failure::file(&path, error))?;
-    Ok(path)
+    let file = output::create(&path)?;
+    Ok((path, file))
 }
 
 /// Words as a shell reads them.
@@ -327,7 +329,7 @@ fn read(path: &Path) -> Result<String, Failure> {
     if path.is_dir() {
         return Err(Failure::file(path, "is a directory; allowed: a file"));
     }
-    fs::read_to_string(path).map_err(|error| Failure::file(path, error))
+    file::read(path, file::LONGEST).map_err(|error| Failure::file(path, error))
 }
 
 /// The program, started: a command that cannot be is bad usage.
@@ -385,7 +387,7 @@ const MOST_PROGRAMS: usize = 1000;
 fn name_of(record: &Record) -> String {
     let name = format!("probe-{}-seed{}-case{}", record.law, record.seed, record.index);
     let of_another = |file: &String| {
-        let text = fs::read_to_string(file);
+        let text = file::read(Path::new(file), file::LONGEST);
         text.is_ok_and(|text| Record::from_json(&text).is_ok_and(|other| other.command != record.command))
     };
     let numbered = (2..MOST_PROGRAMS).map(|k| format!("{name}-{k}.json"));
@@ -400,7 +402,7 @@ fn write(record: &Record) -> Kept {
         Ok(text) => text + "\n",
         Err(error) => return Kept { file, not_saved: Some(error.to_string()), text: String::new() },
     };
-    let not_saved = fs::write(&file, &text).err().map(|error| format!("{file}: {error}"));
+    let not_saved = file::write(Path::new(&file), &text).err().map(|error| format!("{file}: {error}"));
     Kept { file, not_saved, text }
 }
 

@@ -1,6 +1,7 @@
 //! How many cases of each law are checked in a second, on a thread: a figure that is kept, so that a regression shows.
 
 use super::Failure;
+use euler_poincare::file;
 use euler_poincare::harness::{CampaignReport, Line, Summary};
 use euler_poincare::system::Case;
 use std::collections::BTreeMap;
@@ -30,7 +31,7 @@ pub fn text(rate: f64) -> String {
 pub fn keep(path: &Path, report: &CampaignReport<Case>) -> Result<String, Failure> {
     let before = read(path).map_err(|error| Failure::file(path, error))?;
     let lines: Vec<Line> = report.laws.iter().map(Summary::line).collect();
-    write(path, &lines).map_err(|error| Failure::file(path, error))?;
+    write(&lines).and_then(|table| Ok(file::write(path, table)?)).map_err(|error| Failure::file(path, error))?;
     let slower = |line: &Line| {
         let (now, then) = (rate(line)?, *before.get(line.law)?);
         let (now_text, then_text) = (text(now), text(then));
@@ -52,12 +53,12 @@ fn read(path: &Path) -> Result<BTreeMap<String, f64>, csv::Error> {
     rows.filter_map(Result::transpose).collect()
 }
 
-fn write(path: &Path, lines: &[Line]) -> Result<(), csv::Error> {
-    let mut writer = csv::Writer::from_path(path)?;
+fn write(lines: &[Line]) -> Result<Vec<u8>, csv::Error> {
+    let mut writer = csv::Writer::from_writer(Vec::new());
     writer.write_record(HEADER)?;
     for line in lines {
         let rate = rate(line).map(text).unwrap_or_default();
         writer.write_record([line.law, &line.cases.to_string(), &format!("{:.4}", line.seconds), &rate])?;
     }
-    Ok(writer.flush()?)
+    writer.into_inner().map_err(|error| error.into_error().into())
 }

@@ -6,10 +6,10 @@ use super::summary::count;
 use super::table::paragraph;
 use super::{Failure, Format, print, probe};
 use euler_poincare::external::Record;
+use euler_poincare::file::{self, Output};
 use euler_poincare::harness::Verdict;
 use euler_poincare::laws::replay::Replayed;
 use euler_poincare::system::Replay;
-use std::fs;
 use std::io::{ErrorKind, Write};
 use std::path::{Path, PathBuf};
 use std::process::ExitCode;
@@ -33,7 +33,7 @@ pub struct Arguments {
 pub fn run(arguments: Arguments) -> Result<ExitCode, Failure> {
     let path = &arguments.file;
     let digits = arguments.digits.as_deref().map(|digits| if digits == "16" { 16 } else { 32 });
-    let json = fs::read_to_string(path).map_err(|error| Failure::file(path, error))?;
+    let json = file::read(path, file::LONGEST).map_err(|error| Failure::file(path, error))?;
     if Record::is_one(&json) {
         if arguments.shrink || arguments.digits.is_some() {
             let why = "`probe` saved this file; --shrink and --digits are for files that `verify` saved";
@@ -71,6 +71,9 @@ pub fn run(arguments: Arguments) -> Result<ExitCode, Failure> {
     })
 }
 
+/// Of one file so many smaller cases are saved.
+const MOST_SMALLER: usize = 1000;
+
 /// Writes the record next to `path`, under a name that is not taken.
 fn save(path: &Path, replay: &Replay) -> Result<PathBuf, Failure> {
     let stem = path.file_stem().map(|stem| stem.to_string_lossy().into_owned()).unwrap_or_default();
@@ -79,14 +82,16 @@ fn save(path: &Path, replay: &Replay) -> Result<PathBuf, Failure> {
     loop {
         let name = if k == 1 { format!("{stem}-smaller.json") } else { format!("{stem}-smaller-{k}.json") };
         let saved = path.with_file_name(name);
-        // Never over a file that is there.
-        match fs::OpenOptions::new().write(true).create_new(true).open(&saved) {
-            Ok(mut file) => {
-                file.write_all(json.as_bytes()).map_err(|error| Failure::file(&saved, error))?;
+        let failed = |error| Failure::file(&saved, error);
+        // Never over a file that is there, or that another run writes.
+        match Output::create(&saved) {
+            Ok(mut file) if !saved.exists() => {
+                file.write_all(json.as_bytes()).and_then(|()| file.commit()).map_err(failed)?;
                 return Ok(saved);
             }
-            Err(error) if error.kind() == ErrorKind::AlreadyExists && k < 1000 => k += 1,
-            Err(error) => return Err(Failure::file(&saved, error)),
+            Err(error) if error.kind() != ErrorKind::ResourceBusy => return Err(failed(error)),
+            Ok(_) | Err(_) if k < MOST_SMALLER => k += 1,
+            Ok(_) | Err(_) => return Err(Failure::file(&saved, "exists already, and so do all others of this name")),
         }
     }
 }

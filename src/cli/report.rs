@@ -17,10 +17,9 @@ mod timings;
 mod undecided;
 
 use super::table::paragraph;
-use super::{Failure, print};
+use super::{Failure, output, print};
 use files::Found;
 use page::Totals;
-use std::fs;
 use std::path::PathBuf;
 use std::process::ExitCode;
 
@@ -41,14 +40,15 @@ pub struct Arguments {
 
 pub fn run(arguments: Arguments) -> Result<ExitCode, Failure> {
     let found = Found::read(&arguments.directory)?;
+    let path = arguments.output.unwrap_or_else(|| arguments.directory.join("report.html"));
+    let file = if path.as_os_str() == "-" { None } else { Some(output::create(&path)?) };
     let (orders, failures) = again::run(&found, usize::from(arguments.plots));
     let page = page::page(&found, &orders, &failures);
-    let output = arguments.output.unwrap_or_else(|| arguments.directory.join("report.html"));
-    if output.as_os_str() == "-" {
+    let Some(file) = file else {
         print(&page)?;
-    } else {
-        fs::write(&output, &page).map_err(|error| Failure::file(&output, error))?;
-        print(&format!("{}\n{}\n", paragraph(&Totals::of(&found).outcome()), output.display()))?;
-    }
+        return Ok(ExitCode::SUCCESS);
+    };
+    output::write(file, &path, &page)?;
+    print(&format!("{}\n{}\n", paragraph(&Totals::of(&found).outcome()), path.display()))?;
     Ok(ExitCode::SUCCESS)
 }

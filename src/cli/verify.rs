@@ -1,9 +1,10 @@
 //! `verify`: the laws on random systems.
 
 use super::interrupt::Interrupt;
-use super::laws::{exact, select};
+use super::laws::{exact, near, select};
 use super::progress::{Bar, weight};
 use super::{Failure, Format, complain, failure, faults, print, program, rates, schema, summary};
+use euler_poincare::file::{self, spelled};
 use euler_poincare::harness::store::{Manifest, Store, StoreError};
 use euler_poincare::harness::{Campaign, CampaignReport, Done, Ending, Halt, Law, Recorded, Shard, Summary};
 use euler_poincare::laws::replay::{REGRESSIONS, file_name, save};
@@ -121,7 +122,7 @@ pub fn run(arguments: Arguments) -> Result<ExitCode, Failure> {
         Format::Json => {
             print(&json(&report)?)?;
             let passed = if kept.failing == 0 { "" } else { &kept.told };
-            eprint!("{passed}{}{}", campaign.end, campaign.broken);
+            eprint!("{}", spelled(&format!("{passed}{}{}", campaign.end, campaign.broken)));
             if campaign.is_undecided() {
                 complain(&campaign.verdict());
             }
@@ -245,8 +246,10 @@ fn subjects(laws: Vec<&'static CaseLaw>, plant: Option<&str>) -> Result<Vec<Plan
     let subjects: Vec<PlantedLaw> =
         laws.into_iter().filter_map(|law| Some(PlantedLaw { law, fault: Some(fault(law)?) })).collect();
     if subjects.is_empty() {
-        let known = known.into_iter().collect::<Vec<_>>().join(", ");
-        return Err(Failure::Usage(format!("no selected law knows the fault \"{name}\"; the faults are: {known}")));
+        let near = near(name, known);
+        return Err(Failure::Usage(format!(
+            "no selected law knows the fault \"{name}\"; near to it: {near}; `euler-poincare laws` lists the faults of each law"
+        )));
     }
     Ok(subjects)
 }
@@ -323,7 +326,7 @@ fn write(replay: &Replay, place: &Place) -> Result<PathBuf, String> {
             let text = replay.to_json().map_err(|error| error.to_string())?;
             fs::create_dir_all(directory).map_err(|error| failed(directory, error))?;
             let path = directory.join(name);
-            fs::write(&path, text + "\n").map_err(|error| failed(&path, error))?;
+            file::write(&path, text + "\n").map_err(|error| failed(&path, error))?;
             Ok(path)
         }
         Place::Here => {

@@ -6,6 +6,8 @@
 
 use super::trial::{Digits, Judged};
 use super::{CaseLaw, all, named};
+use crate::expression::nearest;
+use crate::file;
 use crate::harness::convergence::{Estimate, LevelKind};
 use crate::harness::evidence::{Evidence, gather};
 use crate::harness::{About, Fault, Law, Shrunk, Verdict, shrink_from, verdict_on};
@@ -18,6 +20,9 @@ use std::{fmt, fs, io};
 
 /// Where records are kept, in a checkout of this crate.
 pub const REGRESSIONS: &str = "snapshots/regressions";
+
+/// So many names are shown that are like one which is unknown.
+const NEAREST: usize = 3;
 
 /// Why a record cannot be replayed.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
@@ -35,12 +40,12 @@ pub enum ReplayError {
         module: String,
     },
     /// There is no such law.
-    #[error("law: is \"{found}\"; allowed: {allowed}")]
+    #[error("law: is \"{found}\"; near to it: {near}; `euler-poincare laws` lists all")]
     Law {
         /// The name in the record.
         found: String,
-        /// The laws.
-        allowed: String,
+        /// The laws whose names are most like it.
+        near: String,
     },
     /// The law knows no such fault.
     #[error("fault: is \"{found}\"; allowed for {law}: {allowed}")]
@@ -73,8 +78,8 @@ pub struct Replayed {
 /// The law and the fault that a record names.
 fn parts(replay: &Replay) -> Result<(&'static CaseLaw, Option<&'static Fault>), ReplayError> {
     let law = named(&replay.law).ok_or_else(|| {
-        let allowed = all().iter().map(|law| law.about.name).collect::<Vec<_>>().join(", ");
-        ReplayError::Law { found: replay.law.clone(), allowed }
+        let near = nearest(&replay.law, all().iter().map(|law| law.about.name), NEAREST).join(", ");
+        ReplayError::Law { found: replay.law.clone(), near }
     })?;
     let fault = replay.fault.as_deref().map(|found| {
         law.fault(found).ok_or_else(|| {
@@ -322,7 +327,7 @@ pub fn save(directory: &Path, replay: &Replay) -> io::Result<PathBuf> {
         fs::create_dir_all(directory)?;
     }
     let path = directory.join(file_name(replay));
-    fs::write(&path, text + "\n")?;
+    file::write(&path, text + "\n")?;
     Ok(path)
 }
 
@@ -374,7 +379,7 @@ pub fn replay_all(directory: &Path, wanted: impl Fn(&str) -> bool + Sync) -> io:
     }
     paths.sort();
     let read = |path: &Path| -> Result<Replay, String> {
-        let text = fs::read_to_string(path).map_err(|error| error.to_string())?;
+        let text = file::read(path, file::LONGEST).map_err(|error| error.to_string())?;
         Replay::from_json(&text).map_err(|error| error.to_string())
     };
     let replayed = |path: PathBuf| {

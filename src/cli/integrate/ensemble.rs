@@ -1,17 +1,18 @@
 //! `integrate --ensemble`: many members in batches, to final states or to statistics over time.
 
 use super::columns::{Columns, print};
-use super::run::PATIENCE;
+use super::run::{PATIENCE, finish};
 use super::states::{Members, States};
 use crate::cli::interrupt::Interrupt;
+use crate::cli::output::create;
 use crate::cli::summary::count;
 use crate::cli::table::paragraph;
 use crate::cli::{Failure, complain, printed};
+use euler_poincare::file::Output;
 use euler_poincare::system::ensemble::{Batch, Ensemble, Moments, Origin, Sample, Statistics};
 use euler_poincare::system::{Compiled, SystemFile};
 use indicatif::{ProgressBar, ProgressStyle};
-use std::fs::File;
-use std::io::{self, BufWriter, IsTerminal, Write};
+use std::io::{self, IsTerminal};
 use std::path::Path;
 use std::process::ExitCode;
 use std::time::{Duration, Instant};
@@ -55,10 +56,7 @@ impl Task<'_> {
         let pool = pool.map_err(|error| Failure::System(format!("cannot start the threads: {error}")))?;
         let total = pool.install(|| states.check::<T>(&ensemble))?;
         let interrupt = Interrupt::catch()?;
-        let out: Box<dyn Write + Send> = match self.out {
-            Some(out) => Box::new(File::create(out).map_err(|error| Failure::file(out, error))?),
-            None => Box::new(io::stdout()),
-        };
+        let mut out = self.out.map_or_else(|| Output::standard().map_err(Failure::Output), create)?;
         let shown = io::stderr().is_terminal() && (self.out.is_some() || !io::stdout().is_terminal());
         let mut run = Run {
             ensemble: &ensemble,
@@ -67,7 +65,7 @@ impl Task<'_> {
             every: self.file.output.every,
             interrupt,
             progress: Progress::new(total, steps + u64::from(last.is_some()), shown),
-            out: csv::Writer::from_writer(BufWriter::with_capacity(1 << 16, out)),
+            out: csv::Writer::from_writer(&mut out),
             line: String::new(),
             ended: Ended::default(),
         };
@@ -80,15 +78,17 @@ impl Task<'_> {
             }
         });
         run.progress.clear();
-        match outcome {
-            Err(Stop::Output(error)) => match self.out {
-                Some(out) => return Err(Failure::file(out, error)),
-                None => printed(Err(error))?,
-            },
+        let failure = match outcome {
             Err(Stop::Failure(failure)) => return Err(failure),
-            Ok(()) => {}
+            Err(Stop::Output(error)) => Some(error),
+            Ok(()) => None,
+        };
+        let (ended, progress) = run.end();
+        match self.out {
+            Some(path) => finish(out, failure, path)?,
+            None => printed(failure.map_or_else(|| out.commit(), Err))?,
         }
-        self.end(&run.ended, total, run.progress.start.elapsed())
+        self.end(&ended, total, progress.start.elapsed())
     }
 
     fn end(&self, ended: &Ended, total: u64, time: Duration) -> Result<ExitCode, Failure> {
@@ -168,12 +168,17 @@ struct Run<'a, T> {
     every: u64,
     interrupt: Interrupt,
     progress: Progress,
-    out: csv::Writer<BufWriter<Box<dyn Write + Send>>>,
+    out: csv::Writer<&'a mut Output>,
     line: String,
     ended: Ended,
 }
 
 impl<T: Compiled> Run<'_, T> {
+    /// What has become of the members. What is in the buffer of the table goes to the file, if there is room.
+    fn end(self) -> (Ended, Progress) {
+        (self.ended, self.progress)
+    }
+
     /// Batch after batch, to the end of their time.
     fn each(
         &mut self,

@@ -6,8 +6,6 @@ use euler_poincare::algebra::catalogue::Entry;
 use euler_poincare::scalar::Real;
 use euler_poincare::system::case::Structure;
 use euler_poincare::system::{Case, SystemFile};
-use std::error::Error;
-use std::fs;
 use std::path::Path;
 
 /// Points of a curve: when there are more, every second one goes.
@@ -85,8 +83,8 @@ impl Trace {
     }
 }
 
-/// Draws the figure of a run of `case`, which was read from `file`.
-pub fn draw(trace: &Trace, system: &SystemFile, file: &Path, path: &Path) -> Result<(), Box<dyn Error>> {
+/// The figure of a run of `system`, which was read from `file`.
+pub fn figure(trace: &Trace, system: &SystemFile, file: &Path) -> Figure {
     let (n, casimirs) = (trace.columns.dimension, trace.columns.casimirs);
     let numbered = |name: &str, number: usize| format!("{name}{}", subscript(number));
     let mut panels = vec![panel("momentum", (0..n).map(|a| (numbered("μ", a + 1), trace.curve(1 + a))).collect())];
@@ -96,8 +94,7 @@ pub fn draw(trace: &Trace, system: &SystemFile, file: &Path, path: &Path) -> Res
         panels.push(panel("Casimirs: change since the start", curves));
     }
     panels.extend(attitude(trace, &system.case));
-    let figure = Figure { title: title(system, file), legend: Legend::Beside, panels, note: String::new() };
-    Ok(fs::write(path, figure.svg()?)?)
+    Figure { title: title(system, file), legend: Legend::Beside, panels, note: String::new() }
 }
 
 /// The two agree but for the error of the method: the first is drawn wide, so that it shows on both sides of the other.

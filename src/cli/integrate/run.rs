@@ -5,13 +5,15 @@ use super::plot::Trace;
 use crate::cli::interrupt::Interrupt;
 use crate::cli::summary::count;
 use crate::cli::table::{Column, Table};
+use crate::cli::{Failure, printed};
+use euler_poincare::file::{Kept, Output};
 use euler_poincare::scalar::{Number, Real};
 use euler_poincare::system::solution::{Solved, Statistics};
 use euler_poincare::system::trajectory::{Observer, Row, Totals};
 use indicatif::{ProgressBar, ProgressStyle};
-use std::fs::File;
-use std::io::{self, BufWriter, Write};
+use std::io::{self, Write};
 use std::ops::ControlFlow;
+use std::path::Path;
 use std::time::{Duration, Instant};
 
 /// A run shorter than this shows no progress.
@@ -32,7 +34,7 @@ pub struct Events {
     /// Their names.
     names: Vec<String>,
     /// Where the table goes.
-    out: Option<BufWriter<File>>,
+    out: Option<Output>,
     /// The first: time, direction and name.
     first: Vec<[String; 3]>,
     count: usize,
@@ -41,7 +43,7 @@ pub struct Events {
 
 impl Events {
     /// Events of these names; their table goes to `out`.
-    pub fn new(names: Vec<String>, out: Option<BufWriter<File>>) -> Self {
+    pub fn new(names: Vec<String>, out: Option<Output>) -> Self {
         Self { names, out, ..Self::default() }
     }
 
@@ -66,14 +68,21 @@ impl Events {
         format!("{}\n{more}", table.text())
     }
 
-    /// Writes what is left.
-    pub fn finish(mut self) -> io::Result<()> {
-        match (self.failure.take(), &mut self.out) {
-            (Some(error), _) => Err(error),
-            (None, Some(out)) => out.flush(),
-            (None, None) => Ok(()),
-        }
+    /// Puts the table in its place, if there is one.
+    pub fn finish(self, path: &Path) -> Result<(), Failure> {
+        self.out.map_or(Ok(()), |out| finish(out, self.failure, path))
     }
+}
+
+/// Puts a table in its place. Where it could not be written to its end, its rows are kept beside what was there, and counted.
+pub fn finish(out: Output, failure: Option<io::Error>, path: &Path) -> Result<(), Failure> {
+    let Some(error) = failure else { return out.commit().map_err(|error| Failure::file(path, error)) };
+    let told = match out.keep() {
+        // Without the header.
+        Ok(Some(Kept { path, lines })) => format!("the first {} are in {}", count(lines - 1, "row"), path.display()),
+        _ => "no rows are kept".into(),
+    };
+    Err(Failure::file(path, format!("{error}; what was there is unchanged, {told}")))
 }
 
 /// A field of CSV.
@@ -83,7 +92,7 @@ fn field(text: &str) -> String {
 
 /// Where rows go.
 pub struct Recorder {
-    out: BufWriter<Box<dyn Write>>,
+    out: Output,
     written: Instant,
     events: Events,
     line: String,
@@ -102,7 +111,7 @@ pub struct Recorder {
 impl Recorder {
     /// A recorder of rows to `out`, that keeps a trace for a figure, and shows progress on stderr, if asked to; an interrupt ends
     /// the run after the step under way.
-    pub fn new(out: BufWriter<Box<dyn Write>>, wants_trace: bool, shows_progress: bool, interrupt: Interrupt) -> Self {
+    pub fn new(out: Output, wants_trace: bool, shows_progress: bool, interrupt: Interrupt) -> Self {
         Self {
             out,
             written: Instant::now(),
@@ -142,14 +151,18 @@ impl Recorder {
         self.rows
     }
 
-    /// Flushes; the trace, if one was asked for.
-    pub fn finish(mut self) -> io::Result<Option<Trace>> {
+    /// Puts the rows in their place, a file or the standard output; the trace, if one was asked for.
+    pub fn finish(mut self, path: Option<&Path>) -> Result<Option<Trace>, Failure> {
         if let Some(bar) = self.bar.take() {
             bar.finish_and_clear();
         }
-        match self.failure.take() {
-            Some(error) => Err(error),
-            None => self.out.flush().map(|()| self.trace.take()),
+        match path {
+            Some(path) => finish(self.out, self.failure, path).map(|()| self.trace),
+            // Who has closed the pipe has seen enough, of the figure too.
+            None => match self.failure.map_or_else(|| self.out.commit(), Err) {
+                Err(error) if error.kind() == io::ErrorKind::BrokenPipe => Ok(None),
+                done => printed(done).map(|()| self.trace),
+            },
         }
     }
 

@@ -258,8 +258,9 @@ fn reader(path: &Path) -> Result<Rows, Failure> {
 fn said(error: &csv::Error) -> String {
     match error.kind() {
         csv::ErrorKind::Io(error) => error.to_string(),
-        csv::ErrorKind::Utf8 { pos, .. } => {
-            format!("line {}: is not UTF-8", pos.as_ref().map_or(1, Position::line))
+        csv::ErrorKind::Utf8 { pos, err } => {
+            let (line, field, byte) = (pos.as_ref().map_or(1, Position::line), err.field() + 1, err.valid_up_to() + 1);
+            format!("line {line}: byte {byte} of field {field} is not valid UTF-8")
         }
         _ => error.to_string(),
     }

@@ -4,14 +4,11 @@ use super::super::plot::{Axes, Curve, Figure, Legend, Marker, Panel, Style};
 use super::Outcome;
 use euler_poincare::harness::convergence::Estimate;
 use euler_poincare::study::Findings;
-use std::error::Error;
-use std::fs;
-use std::path::Path;
 
-/// Writes the figure.
-pub fn draw(outcome: &Outcome, path: &Path) -> Result<(), Box<dyn Error>> {
+/// The figure.
+pub fn figure(outcome: &Outcome) -> Figure {
     let (trial, order) = (&outcome.judged.trial, outcome.predicted());
-    let figure = Figure {
+    Figure {
         title: format!("{}: {}", outcome.tableau, super::word(&outcome.judged.verdict)),
         panels: vec![
             panel(format!("errors after time {}", outcome.horizon), &trial.horizon, order),
@@ -19,9 +16,7 @@ pub fn draw(outcome: &Outcome, path: &Path) -> Result<(), Box<dyn Error>> {
         ],
         legend: Legend::Shared,
         note: String::new(),
-    };
-    fs::write(path, figure.svg()?)?;
-    Ok(())
+    }
 }
 
 fn panel(title: String, findings: &Findings, order: u32) -> Panel {

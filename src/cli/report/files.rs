@@ -2,6 +2,7 @@
 
 use super::super::{Failure, program};
 use super::tally::Tally;
+use euler_poincare::file;
 use euler_poincare::harness::Record;
 use euler_poincare::harness::store::{FAILURES, Manifest, ManifestLaw, RESULTS, Store, StoreError, TIMINGS, Timing};
 use euler_poincare::system::{Case, Replay};
@@ -251,7 +252,7 @@ fn failures(directory: &Path) -> Result<Vec<Saved>, Failure> {
     }
     names.sort_unstable();
     let saved = |name: String| {
-        let text = fs::read_to_string(directory.join(&name)).map_err(|error| error.to_string());
+        let text = file::read(&directory.join(&name), file::LONGEST).map_err(|error| error.to_string());
         let replay = text.and_then(|text| Replay::from_json(&text).map_err(|error| error.to_string()));
         Saved { file: format!("{FAILURES}/{name}"), replay }
     };

@@ -14,6 +14,7 @@
 use super::part::{self, Subject};
 use super::system::{Parts, Types};
 use super::values::Values;
+use crate::file;
 use crate::harness::evidence::{Evidence, gather};
 use crate::harness::{About, Cost, Law, Verdict, draw, shrink, verdict_on};
 use crate::laws::replay::{evidence_row, indented, verdict_rows};
@@ -223,7 +224,7 @@ impl<C: Clone + Debug + Serialize + DeserializeOwned + 'static> Entry<C> {
             .fold(0xcbf2_9ce4_8422_2325_u64, |hash, byte| (hash ^ u64::from(byte)).wrapping_mul(0x0000_0100_0000_01b3));
         let path = folder.join(format!("{}-{:08x}.json", self.law.name(), hash >> 32));
         std::fs::create_dir_all(folder).map_err(|e| format!("{}: {e}", folder.display()))?;
-        std::fs::write(&path, text + "\n").map_err(|e| format!("{}: {e}", path.display()))?;
+        file::write(&path, text + "\n").map_err(|e| format!("{}: {e}", path.display()))?;
         Ok(path)
     }
 
@@ -243,7 +244,7 @@ impl<C: Clone + Debug + Serialize + DeserializeOwned + 'static> Entry<C> {
     fn again(&self, site: &Site, path: &Path) -> Result<Verdict, Box<Broken>> {
         let origin = format!("as saved in {}", path.display());
         let read = || {
-            let text = std::fs::read_to_string(path).map_err(|e| e.to_string())?;
+            let text = file::read(path, file::LONGEST).map_err(|e| e.to_string())?;
             Replay::<C>::parse(&text)
         };
         match read() {
@@ -363,7 +364,7 @@ fn held(verdict: Verdict) -> Outcome {
 
 /// The module and the law of a saved case.
 fn whose(path: &Path) -> Result<(String, String), String> {
-    let text = std::fs::read_to_string(path).map_err(|e| e.to_string())?;
+    let text = file::read(path, file::LONGEST).map_err(|e| e.to_string())?;
     let record = Replay::<serde_json::Value>::parse(&text)?;
     let again = || format!("`verify` saved it: run it again with `euler-poincare replay {}`", path.display());
     Ok((record.module.ok_or_else(again)?, record.law))

@@ -1,0 +1,400 @@
+//! Properties of the files that the command writes: what was there stays until the new one is whole, and what is reported is there.
+
+use super::{FAULT, LAW, code, command, directory, run, stderr, stdout};
+use euler_poincare::file::Output;
+use std::fs;
+use std::path::Path;
+use std::process::{Command, Stdio};
+use std::thread::sleep;
+use std::time::{Duration, Instant};
+
+/// What is in a file before.
+const OLD: &str = "old\n";
+
+/// A directory with the example, a campaign, states of an ensemble and a system with an event.
+fn prepared(test: &str) -> std::path::PathBuf {
+    let here = directory(test);
+    let example = stdout(&run(&here, &["integrate", "--example"])).to_owned();
+    fs::write(here.join("system.toml"), &example).unwrap();
+    fs::write(here.join("states.csv"), format!("mu_1,mu_2,mu_3\n{}", "1,2,3\n".repeat(200))).unwrap();
+    let events =
+        format!("{}\n[[event]]\nname = \"crossing\"\nvalue = \"mu_1\"\n", body("tolerance = 1e-6\nhorizon = 20"));
+    fs::write(here.join("events.toml"), events).unwrap();
+    let campaign = run(&here, &["verify", "--laws", LAW, "--cases", "3", "--plant", FAULT, "--out", "campaign"]);
+    assert_eq!(code(&campaign), 1, "{}", stderr(&campaign));
+    here
+}
+
+/// A body that tumbles.
+fn body(run: &str) -> String {
+    format!(
+        "format = 1\n[algebra]\nname = \"so3\"\n[lagrangian]\ninertia = [1, 2, 3]\n[method]\ntableau = \"gauss-2\"\n\
+         retraction = \"exp\"\n[state]\nvelocity = [\"1/10\", 1, \"1/10\"]\n[run]\n{run}\n"
+    )
+}
+
+/// A command line, and a file that it writes.
+type Writes = (&'static [&'static str], &'static str);
+
+/// Every sub-command that writes a file, but for the directories of campaigns and the saved cases.
+const WRITES: [Writes; 10] = [
+    (&["integrate", "system.toml", "--steps", "40000", "--out", "t.csv"], "t.csv"),
+    (&["integrate", "system.toml", "--plot", "t.svg", "--out", "t.csv"], "t.svg"),
+    (&["integrate", "events.toml", "--events", "e.csv", "--out", "t.csv"], "e.csv"),
+    (&["integrate", "system.toml", "--ensemble", "states.csv", "--out", "t.csv"], "t.csv"),
+    (&["order", "--tableau", "heun2", "--digits", "16", "--plot", "work.svg"], "work.svg"),
+    (&["report", "campaign", "--plots", "0"], "campaign/report.html"),
+    (&["paper", "--out", "."], "errors.csv"),
+    (&["verify", "--laws", LAW, "--cases", "3", "--rates", "rates.csv"], "rates.csv"),
+    (&["verify", "--laws", LAW, "--faults", "--out", "."], "faults.jsonl"),
+    (&["man", "--out", "."], "euler-poincare.1"),
+];
+
+/// Nothing that is not whole is left.
+fn no_parts(here: &Path) -> bool {
+    fs::read_dir(here).unwrap().all(|file| !file.unwrap().file_name().to_string_lossy().ends_with(".part"))
+}
+
+/// Puts the old text where the command may find some; rates and faults have other rules for what is there.
+fn put_old(here: &Path, file: &str) -> bool {
+    let replaced = !["rates.csv", "faults.jsonl"].contains(&file);
+    let text = if file == "rates.csv" { "law,cases,seconds,cases_per_second\n" } else { OLD };
+    if file != "faults.jsonl" {
+        fs::write(here.join(file), text).unwrap();
+    }
+    replaced
+}
+
+#[test]
+fn a_second_writer_is_told() {
+    let here = prepared("two-writers");
+    for (arguments, file) in WRITES {
+        let old = put_old(&here, file);
+        // The first writer is this test.
+        let first = Output::create(&here.join(file)).unwrap();
+        let output = run(&here, arguments);
+        assert_eq!(
+            (code(&output), stderr(&output).contains("another run is writing there")),
+            (2, true),
+            "{arguments:?}: {}",
+            stderr(&output)
+        );
+        assert!(stderr(&output).contains(file), "{arguments:?}: {}", stderr(&output));
+        assert!(!old || fs::read_to_string(here.join(file)).unwrap() == OLD, "{arguments:?}");
+        drop(first);
+        assert!(no_parts(&here), "{arguments:?}");
+    }
+}
+
+/// Waits until something is so.
+fn wait_for(mut is_so: impl FnMut() -> bool) {
+    let start = Instant::now();
+    while !is_so() {
+        assert!(start.elapsed() < Duration::from_secs(60));
+        sleep(Duration::from_millis(5));
+    }
+}
+
+#[cfg(unix)]
+#[test]
+fn of_two_integrations_the_first_is_whole() {
+    let here = prepared("two-integrations");
+    fs::write(here.join("t.csv"), OLD).unwrap();
+    std::os::unix::fs::symlink("t.csv", here.join("link.csv")).unwrap();
+    let long = ["integrate", "system.toml", "--steps", "1000000000", "--every", "10", "--out", "t.csv"];
+    let first = command(&here, &long).stdout(Stdio::piped()).stderr(Stdio::piped()).spawn().unwrap();
+    wait_for(|| fs::metadata(here.join("t.csv.part")).is_ok_and(|file| file.len() > 1 << 16));
+    for name in ["t.csv", "./t.csv", "link.csv"] {
+        let second = run(&here, &["integrate", "system.toml", "--out", name]);
+        assert_eq!((code(&second), stdout(&second)), (2, ""), "{name}");
+        assert!(stderr(&second).contains(&format!("{name}: another run is writing there")), "{}", stderr(&second));
+    }
+    assert_eq!(fs::read_to_string(here.join("t.csv")).unwrap(), OLD);
+    assert!(Command::new("kill").args(["-INT", &first.id().to_string()]).status().unwrap().success());
+    let first = first.wait_with_output().unwrap();
+    let rows = fs::read_to_string(here.join("t.csv")).unwrap();
+    assert!(
+        stderr(&first).contains(&format!("kept in t.csv: the {} rows", rows.lines().count() - 1)),
+        "{}",
+        stderr(&first)
+    );
+    // Afterwards the file is free, and the link stays one.
+    assert_eq!(code(&run(&here, &["integrate", "system.toml", "--out", "link.csv"])), 0);
+    assert!(fs::symlink_metadata(here.join("link.csv")).unwrap().is_symlink() && no_parts(&here));
+    assert_eq!(fs::read_to_string(here.join("t.csv")).unwrap(), stdout(&run(&here, &["integrate", "system.toml"])));
+}
+
+/// The command with files of at most so many blocks of 512 bytes: what a full disk does to a file, without a disk.
+#[cfg(unix)]
+fn limited(here: &Path, blocks: u32, arguments: &[&str]) -> std::process::Output {
+    let script = format!("trap '' XFSZ; ulimit -f {blocks}; exec \"$0\" \"$@\"");
+    let mut shell = Command::new("sh");
+    shell.args(["-c", &script, env!("CARGO_BIN_EXE_euler-poincare")]).args(arguments);
+    shell.current_dir(here).stdin(Stdio::null()).output().unwrap()
+}
+
+#[cfg(unix)]
+#[test]
+fn a_full_disk_leaves_what_was_there() {
+    let here = prepared("full-disk");
+    for (arguments, file) in WRITES {
+        let old = put_old(&here, file);
+        let output = limited(&here, 1, arguments);
+        let said = stderr(&output);
+        assert!(code(&output) == 2 && said.contains("File too large"), "{arguments:?}: {said}");
+        assert!(!old || fs::read_to_string(here.join(file)).unwrap() == OLD, "{arguments:?}");
+        if file == "faults.jsonl" {
+            assert!(!here.join(file).exists());
+        }
+        fs::read_dir(&here).unwrap().map(|file| file.unwrap().path()).for_each(|path| {
+            if path.extension().is_some_and(|ending| ending == "part") {
+                fs::remove_file(path).unwrap();
+            }
+        });
+    }
+}
+
+#[cfg(unix)]
+#[test]
+fn rows_that_a_full_disk_holds_are_kept_and_counted() {
+    let here = prepared("full-rows");
+    for arguments in [
+        &["integrate", "system.toml", "--steps", "40000", "--out", "t.csv"][..],
+        &["integrate", "system.toml", "--ensemble", "states.csv", "--out", "t.csv"],
+    ] {
+        fs::write(here.join("t.csv"), OLD).unwrap();
+        let output = limited(&here, 40, arguments);
+        let said = stderr(&output);
+        let rows = fs::read_to_string(here.join("t.csv.part")).unwrap();
+        let columns = rows.lines().next().unwrap().split(',').count();
+        assert!(rows.ends_with('\n') && rows.lines().all(|row| row.split(',').count() == columns));
+        let told = format!("what was there is unchanged, the first {} rows are in ", rows.lines().count() - 1);
+        assert!(rows.lines().count() > 50 && said.contains(&told), "{}: {said}", rows.lines().count());
+        assert_eq!((code(&output), fs::read_to_string(here.join("t.csv")).unwrap().as_str()), (2, OLD), "{said}");
+    }
+}
+
+#[cfg(unix)]
+#[test]
+fn a_killed_run_leaves_what_was_there() {
+    let here = prepared("killed");
+    let long = ["integrate", "system.toml", "--steps", "1000000000", "--out", "t.csv"];
+    let lines: [Writes; 4] = [
+        (&long, "t.csv"),
+        (&["order", "--tableau", "gauss-3", "--digits", "64", "--plot", "work.svg"], "work.svg"),
+        (&["report", "campaign", "--plots", "100"], "campaign/report.html"),
+        (&["paper", "--out", "."], "errors.csv"),
+    ];
+    for (arguments, file) in lines {
+        fs::write(here.join(file), OLD).unwrap();
+        let part = here.join(format!("{file}.part"));
+        let mut child = command(&here, arguments).stdout(Stdio::null()).stderr(Stdio::null()).spawn().unwrap();
+        let rows = arguments == long;
+        let start = Instant::now();
+        // A short run may be over before it is killed: then the new file is whole.
+        while child.try_wait().unwrap().is_none()
+            && fs::metadata(&part).map_or(0, |part| part.len()) < if rows { 1 << 18 } else { 0 } + 1
+        {
+            assert!(start.elapsed() < Duration::from_secs(60));
+            if !rows && part.exists() {
+                break;
+            }
+        }
+        child.kill().unwrap();
+        child.wait().unwrap();
+        let text = fs::read_to_string(here.join(file)).unwrap();
+        assert!(text == OLD || (!rows && text.ends_with(">\n") | text.ends_with(">")), "{arguments:?}: {:.100}", text);
+        assert!(!rows || fs::read_to_string(&part).unwrap().lines().count() > 100);
+    }
+    // What is left of it is in nobody's way.
+    let again = run(&here, &["integrate", "system.toml", "--out", "t.csv"]);
+    assert_eq!(code(&again), 0, "{}", stderr(&again));
+    assert!(!here.join("t.csv.part").exists());
+    assert_eq!(fs::read_to_string(here.join("t.csv")).unwrap(), stdout(&run(&here, &["integrate", "system.toml"])));
+}
+
+/// Paths at which no file can be. (Rights do not bind the superuser, whom tests may run as; a device's directory does.)
+#[test]
+fn a_path_that_cannot_be_written_is_named_before_the_run() {
+    let here = prepared("unwritable");
+    fs::create_dir(here.join("folder")).unwrap();
+    fs::write(here.join("file"), OLD).unwrap();
+    for bad in ["nowhere/x", "file/x", "folder"] {
+        for (arguments, file) in WRITES.into_iter().take(5) {
+            let (last, before) = arguments.split_last().unwrap();
+            let arguments: Vec<&str> = arguments.iter().map(|word| if *word == file { bad } else { *word }).collect();
+            let output = run(&here, &arguments);
+            assert_eq!(code(&output), 2, "{arguments:?}: {} {last} {before:?}", stderr(&output));
+            assert!(stderr(&output).contains(&format!("{bad}: ")), "{arguments:?}: {}", stderr(&output));
+        }
+        let output = run(&here, &["report", "campaign", "--output", bad]);
+        assert!(code(&output) == 2 && stderr(&output).contains(&format!("{bad}: ")), "{}", stderr(&output));
+    }
+    for arguments in
+        [&["paper", "--out", "file"][..], &["man", "--out", "file/x"], &["verify", "--laws", LAW, "--out", "file"]]
+    {
+        let output = run(&here, arguments);
+        assert!(code(&output) == 2 && stderr(&output).contains("file"), "{arguments:?}: {}", stderr(&output));
+    }
+    assert_eq!(fs::read_to_string(here.join("file")).unwrap(), OLD);
+    assert!(no_parts(&here) && fs::read_dir(here.join("folder")).unwrap().next().is_none());
+}
+
+#[cfg(unix)]
+#[test]
+fn a_read_only_folder_is_named() {
+    use std::os::unix::fs::PermissionsExt;
+    let here = prepared("read-only");
+    let folder = here.join("folder");
+    fs::create_dir(&folder).unwrap();
+    fs::write(folder.join("t.csv"), OLD).unwrap();
+    fs::set_permissions(&folder, fs::Permissions::from_mode(0o555)).unwrap();
+    // The superuser writes there all the same.
+    let bound = fs::write(folder.join("probe"), "").is_err();
+    let output = run(&here, &["integrate", "system.toml", "--out", "folder/t.csv"]);
+    if bound {
+        assert!(code(&output) == 2 && stderr(&output).contains("folder/t.csv: cannot write "), "{}", stderr(&output));
+        assert_eq!(fs::read_to_string(folder.join("t.csv")).unwrap(), OLD);
+    }
+    fs::set_permissions(&folder, fs::Permissions::from_mode(0o755)).unwrap();
+}
+
+#[cfg(unix)]
+#[test]
+fn a_closed_pipe_ends_quietly() {
+    let here = prepared("closed-pipe");
+    for (arguments, file) in WRITES {
+        put_old(&here, file);
+        let mut child = command(&here, arguments).stdout(Stdio::piped()).stderr(Stdio::piped()).spawn().unwrap();
+        drop(child.stdout.take());
+        let output = child.wait_with_output().unwrap();
+        assert_eq!((code(&output), stderr(&output)), (0, ""), "{arguments:?}");
+        // What was to be written is written.
+        assert!(fs::read_to_string(here.join(file)).unwrap().len() > OLD.len(), "{arguments:?}");
+    }
+    for arguments in [
+        &["integrate", "system.toml", "--steps", "100000"][..],
+        &["integrate", "system.toml", "--steps", "100000", "--out", "/dev/stdout"],
+        &["integrate", "system.toml", "--ensemble", "states.csv"],
+        &["report", "campaign", "--output", "-"],
+    ] {
+        let mut child = command(&here, arguments).stdout(Stdio::piped()).stderr(Stdio::piped()).spawn().unwrap();
+        drop(child.stdout.take());
+        let output = child.wait_with_output().unwrap();
+        assert_eq!((code(&output), stderr(&output)), (0, ""), "{arguments:?}");
+    }
+}
+
+#[cfg(target_os = "linux")]
+#[test]
+fn streams_and_pipes_are_written_as_they_are() {
+    let here = prepared("streams");
+    let rows = stdout(&run(&here, &["integrate", "system.toml"])).to_owned();
+    for name in ["-", "/dev/stdout"] {
+        let output = run(&here, &["integrate", "system.toml", "--out", name]);
+        assert_eq!((code(&output), stdout(&output), stderr(&output)), (0, rows.as_str(), ""), "{name}");
+        // Behind what is there already.
+        let log = fs::File::create(here.join("log")).unwrap();
+        assert!(command(&here, &["integrate", "system.toml", "--out", name]).stdout(log).status().unwrap().success());
+        assert_eq!(fs::read_to_string(here.join("log")).unwrap(), rows, "{name}");
+    }
+    let page = run(&here, &["report", "campaign", "--plots", "0", "--output", "/dev/stdout"]);
+    assert!(stdout(&page).starts_with("<!DOCTYPE html>") && stdout(&page).ends_with("/dev/stdout\n"));
+    // A named pipe, and a link to nothing.
+    assert!(Command::new("mkfifo").arg(here.join("pipe")).status().unwrap().success());
+    let reader = Command::new("cat").arg(here.join("pipe")).stdout(Stdio::piped()).spawn().unwrap();
+    assert_eq!(code(&run(&here, &["integrate", "system.toml", "--out", "pipe"])), 0);
+    assert_eq!(stdout(&reader.wait_with_output().unwrap()), rows);
+    std::os::unix::fs::symlink("there.csv", here.join("link.csv")).unwrap();
+    assert_eq!(code(&run(&here, &["integrate", "system.toml", "--out", "link.csv"])), 0);
+    assert_eq!(fs::read_to_string(here.join("there.csv")).unwrap(), rows);
+    let full = run(&here, &["integrate", "system.toml", "--out", "/dev/full"]);
+    assert!(code(&full) == 2 && stderr(&full).contains("/dev/full: No space left"), "{}", stderr(&full));
+    assert!(no_parts(&here));
+}
+
+#[test]
+fn a_figure_has_the_ending_of_its_format() {
+    let here = prepared("endings");
+    for arguments in [
+        &["integrate", "system.toml", "--plot", "x.png"][..],
+        &["order", "--tableau", "rk4", "--plot", "x.pdf"],
+        &["integrate", "system.toml", "--plot", "x.csv"],
+    ] {
+        let output = run(&here, arguments);
+        assert_eq!(code(&output), 2, "{arguments:?}");
+        assert!(stderr(&output).contains("figures are SVG: the name of the file ends in .svg"), "{}", stderr(&output));
+    }
+    fs::write(here.join("png.toml"), format!("{}[output]\nsvg = \"x.png\"\n", body("step = 1\nsteps = 1"))).unwrap();
+    let output = run(&here, &["integrate", "png.toml"]);
+    assert!(code(&output) == 2 && stderr(&output).contains("line 15, column 7: output.svg"), "{}", stderr(&output));
+    for name in ["x.SVG", "x"] {
+        let output = run(&here, &["integrate", "system.toml", "--out", "t.csv", "--plot", name]);
+        assert_eq!(code(&output), 0, "{}", stderr(&output));
+        assert!(fs::read_to_string(here.join(name)).unwrap().contains("</svg>"));
+    }
+}
+
+/// Names from files are printed without the power over a terminal that their characters have.
+#[test]
+fn control_characters_are_spelled() {
+    let here = directory("control");
+    let tableau = "name = \"a\\u001b]0;owned\\u0007\\u009b2Jb\"\na = [[\"1/2\"]]\nb = [1]\n";
+    fs::write(here.join("t.toml"), tableau).unwrap();
+    let system = body("tolerance = 1e-6\nhorizon = 20");
+    let event = "[[event]]\nname = \"x\\u001b[31m\\r\"\nvalue = \"mu_1\"\n";
+    fs::write(here.join("events.toml"), format!("{system}{event}")).unwrap();
+    fs::write(here.join("raw.toml"), system.replace("gauss-2", "gauss-\u{1b}[2J")).unwrap();
+    fs::write(here.join("states.csv"), "mu_1,mu_2,mu_3,\u{1b}[2J\n1,2,3,4\n").unwrap();
+    fs::write(here.join("fixed.toml"), body("step = 1\nsteps = 1")).unwrap();
+    for (arguments, spelled) in [
+        (&["order", "--tableau", "t.toml", "--digits", "16"][..], "\\u001b]0;owned\\u0007\\u009b2Jb"),
+        (&["order", "--tableau", "t.toml", "--digits", "16", "--format", "json"], "\\u001b]0;owned"),
+        (&["integrate", "events.toml", "--out", "t.csv"], "x\\u001b[31m\\u000d"),
+        (&["integrate", "raw.toml"], "gauss-\\u001b[2J"),
+        (&["integrate", "fixed.toml", "--ensemble", "states.csv"], "[2J"),
+    ] {
+        let output = run(&here, arguments);
+        let said = format!("{}{}", stdout(&output), stderr(&output));
+        assert!(said.contains(spelled), "{arguments:?}: {said}");
+        assert!(!said.contains(|c: char| c.is_control() && c != '\n' && c != '\t'), "{arguments:?}: {said:?}");
+    }
+    let json = run(&here, &["order", "--tableau", "t.toml", "--digits", "16", "--format", "json"]);
+    let found: serde_json::Value = serde_json::from_str(stdout(&json)).unwrap();
+    assert!(found.to_string().contains("owned"));
+}
+
+#[test]
+fn what_is_no_utf_8_has_its_place() {
+    let here = prepared("utf8");
+    let bad = |name: &str, before: &str| fs::write(here.join(name), [before.as_bytes(), b"\xe9"].concat()).unwrap();
+    bad("bad.toml", "format = 1\n# caf");
+    bad("tableau.toml", "a = [[0]]\n# caf");
+    bad("states.csv", "mu_1,mu_2,mu_3\n1,2,");
+    bad("case.json", "{\n  \"");
+    for (arguments, place) in [
+        (&["integrate", "bad.toml"][..], "bad.toml: line 2, byte 6: 0xe9 is not valid UTF-8"),
+        (&["order", "--tableau", "rk4", "--system", "bad.toml"], "bad.toml: line 2, byte 6: 0xe9"),
+        (&["order", "--tableau", "tableau.toml"], "tableau.toml: line 2, byte 6: 0xe9"),
+        (&["integrate", "system.toml", "--ensemble", "states.csv"], "states.csv: line 2: byte 1 of field 3"),
+        (&["replay", "case.json"], "case.json: line 2, byte 4: 0xe9"),
+        (&["probe", "--system", "bad.toml", "--", "true"], "bad.toml: line 2, byte 6: 0xe9"),
+        (&["probe", "--replay", "case.json"], "case.json: line 2, byte 4: 0xe9"),
+    ] {
+        let output = run(&here, arguments);
+        assert!(code(&output) == 2 && stderr(&output).contains(place), "{arguments:?}: {}", stderr(&output));
+    }
+    bad("campaign/campaign.json", "{\n");
+    let output = run(&here, &["report", "campaign"]);
+    assert!(code(&output) == 2 && stderr(&output).contains("line 2, byte 1: 0xe9"), "{}", stderr(&output));
+}
+
+/// A step that is not taken is not one of another length that is.
+#[test]
+fn a_step_that_is_longer_than_the_run_is_refused() {
+    let here = directory("long-step");
+    fs::write(here.join("long.toml"), body("step = 1e308\nhorizon = 10")).unwrap();
+    let output = run(&here, &["integrate", "long.toml"]);
+    assert_eq!((code(&output), stdout(&output)), (2, ""));
+    assert!(stderr(&output).contains("run.horizon: is 10; allowed: at least one step of 1e308"), "{}", stderr(&output));
+}
