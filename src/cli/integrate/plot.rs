@@ -101,7 +101,8 @@ pub fn draw(trace: &Trace, system: &SystemFile, file: &Path, path: &Path) -> Res
     let (n, case) = (trace.columns.dimension, &system.case);
     let mut panels = Vec::new();
     for Block { kind, of, coordinates } in blocks(case) {
-        for (what, letter, first) in [("momentum", "μ", Columns::MOMENTUM), ("velocity", "η", Columns::MOMENTUM + n)] {
+        for (what, letter, first) in [("momentum", "μ", Columns::MOMENTUM), ("velocity", "η", Columns::MOMENTUM + n)]
+        {
             let curve = |a: usize| (format!("{letter}{}", subscript(a + 1)), trace.curve(first + a));
             panels.push(panel(&format!("{kind}{what}{of}"), coordinates.clone().map(curve).collect()));
         }
@@ -117,7 +118,8 @@ pub fn draw(trace: &Trace, system: &SystemFile, file: &Path, path: &Path) -> Res
 fn energy(trace: &Trace) -> Panel {
     let [energy, with_work] = trace.energies();
     let curve = |style, column| Curve { style, points: trace.curve(column) };
-    let curves = vec![curve(Style::new("energy", 5).wide(6.0), energy), curve(Style::new("start + work", 1), with_work)];
+    let curves =
+        vec![curve(Style::new("energy", 5).wide(6.0), energy), curve(Style::new("start + work", 1), with_work)];
     Panel::new("energy", ("time t", ""), Axes::Linear, curves)
 }
 

@@ -73,7 +73,8 @@ fn brief(report: &ProbeReport, kept: &[KeptCases], page: Option<&Path>) -> Strin
 /// Why the first law is broken, or how the program failed under it.
 fn first_reason(report: &ProbeReport) -> Option<String> {
     let broken = report.laws.iter().find_map(|law| Some((law, law.failure.as_ref()?)));
-    let (law, found) = broken.or_else(|| report.laws.iter().find_map(|law| Some((law, law.program_failure.as_ref()?))))?;
+    let (law, found) =
+        broken.or_else(|| report.laws.iter().find_map(|law| Some((law, law.program_failure.as_ref()?))))?;
     let why = match &found.verdict {
         Verdict::Broken { witness, .. } => witness.clone(),
         other => other.to_string(),

@@ -4,7 +4,9 @@ use super::engine::{Fast, TERM_MISSING};
 use crate::harness::{Cost, Fault, Verdict};
 use crate::laws::CaseLaw;
 use crate::laws::method::library::{FAVOURED, SEES_ATTITUDE, SEES_TIME, claims, law};
-use crate::laws::method::{CASIMIRS, CONSERVES_CASIMIRS, ENERGY, EQUIVARIANCE, MethodLaw, ORDER, REVERSIBILITY, check_case};
+use crate::laws::method::{
+    CASIMIRS, CONSERVES_CASIMIRS, ENERGY, EQUIVARIANCE, MethodLaw, ORDER, REVERSIBILITY, check_case,
+};
 use crate::laws::planted::step::{
     CHART, FIRST_STAGE, FORCE_TIME, FROM_LEFT, HALVED, INVERTED, NO_FORCE, NO_SECOND, NOT_TRANSPORTED,
 };

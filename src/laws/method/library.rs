@@ -1,8 +1,8 @@
 //! The laws of methods, of this crate's integrator: with planted faults.
 
 use super::{
-    CASIMIRS, CONSERVES_CASIMIRS, CONSERVES_MOMENTUM, Claims, ENERGY, EQUIVARIANCE, MOMENTUM, MethodLaw, MethodSource, NOETHER, ORDER, POISSON, PRESENTATION,
-    REVERSIBILITY, SMOOTHNESS, Stepper, Untyped, VARIATIONAL, check_case,
+    CASIMIRS, CONSERVES_CASIMIRS, CONSERVES_MOMENTUM, Claims, ENERGY, EQUIVARIANCE, MOMENTUM, MethodLaw, MethodSource,
+    NOETHER, ORDER, POISSON, PRESENTATION, REVERSIBILITY, SMOOTHNESS, Stepper, Untyped, VARIATIONAL, check_case,
 };
 use crate::harness::{Cost, Fault, Verdict};
 use crate::integrators::{OneStep, Report, StagePoint, State, StepError, Variational};

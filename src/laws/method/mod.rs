@@ -434,10 +434,7 @@ impl MethodLaw {
     /// Whether it says nothing where its claim is not made.
     pub fn needs_claim(&self) -> bool {
         use MethodQuestion::{ConservesCasimirs, ConservesEnergy, ConservesMomentum, Noether, Poisson, Variational};
-        matches!(
-            self.kind,
-            ConservesCasimirs | ConservesEnergy | ConservesMomentum | Noether | Poisson | Variational
-        )
+        matches!(self.kind, ConservesCasimirs | ConservesEnergy | ConservesMomentum | Noether | Poisson | Variational)
     }
 }
 
