@@ -148,17 +148,65 @@ fn the_same_seed_gives_the_same_result_at_any_number_of_threads() {
     };
     assert_eq!(files(&one).len(), 1);
     assert_eq!(files(&one), files(&two), "the shrunk cases are the same");
-    let other = run(&one, &["--laws", laws, "--cases", "40", "--seed", "6", "--format", "json"]);
+    let other = run(&one, &["verify", "--laws", laws, "--cases", "40", "--seed", "6", "--format", "json"]);
     assert_ne!(objects(&other), result(&one, "1", &[]).1, "another seed is another campaign");
 }
 
 #[test]
-fn without_a_sub_command_it_verifies() {
+fn without_a_sub_command_there_are_three_things_to_try() {
     let here = directory("default");
-    let options = ["--laws", LAW, "--cases", "20", "--format", "json"];
-    let plain = run(&here, &options);
-    assert_eq!(code(&plain), 0, "{}", stderr(&plain));
-    assert_eq!(objects(&plain), objects(&run(&here, &[&["verify"], &options[..]].concat())));
+    let output = run(&here, &[]);
+    assert_eq!((code(&output), stderr(&output)), (0, ""));
+    // Each of them runs, as it is typed.
+    let commands = stdout(&output).lines().filter_map(|line| line.strip_prefix("       euler-poincare "));
+    let commands: Vec<&str> = commands.collect();
+    assert_eq!(commands.len(), 4, "{}", stdout(&output));
+    for command in commands {
+        let (words, file) = command.split_once(" > ").map_or((command, None), |(words, file)| (words, Some(file)));
+        let words: Vec<&str> = words.split(' ').map(|word| word.trim_matches('\'')).collect();
+        let output = run(&here, &words);
+        assert_eq!(code(&output), 0, "{command}: {}", stderr(&output));
+        if let Some(file) = file {
+            fs::write(here.join(file), output.stdout).unwrap();
+        }
+    }
+    for file in ["top.csv", "top.svg"] {
+        assert!(here.join(file).exists(), "{file}");
+    }
+    // Options of `verify` belong to it.
+    assert_eq!(code(&run(&here, &["--cases", "5"])), 2);
+}
+
+/// The pages show what the command prints and draws.
+#[test]
+fn the_first_pages_show_the_example_as_it_is() {
+    let here = directory("first-pages");
+    let output = run(&here, &["integrate", "--example", "heavy-top"]);
+    fs::write(here.join("top.toml"), stdout(&output)).unwrap();
+    let page = include_str!("../src/guide/source/getting_started.md");
+    assert!(
+        page.contains(&format!("```toml\n{}```\n", stdout(&output))),
+        "Getting started shows another heavy-top.toml"
+    );
+    let output = run(&here, &["integrate", "top.toml", "--out", "top.csv", "--plot", "top.svg"]);
+    assert_eq!(code(&output), 0, "{}", stderr(&output));
+    let [picture, drawn] =
+        [Path::new(env!("CARGO_MANIFEST_DIR")).join("snapshots/heavy-top.svg"), here.join("top.svg")];
+    let [picture, drawn] = [picture, drawn].map(|path| fs::read_to_string(path).unwrap());
+    assert!(same_picture(&picture, &drawn), "snapshots/heavy-top.svg is not what the command draws");
+    let readme = include_str!("../README.md");
+    let first = readme.find("snapshots/heavy-top.svg").unwrap();
+    let [integrate, verify] = ["integrate top.toml", "-- verify"].map(|command| readme.find(command).unwrap());
+    assert!(first < integrate && integrate < verify, "the picture, then `integrate`, then `verify`");
+}
+
+/// Whether two figures are the same up to a pixel of their canvas, which rounding on another machine may move a point by.
+fn same_picture(one: &str, other: &str) -> bool {
+    let split = |c: char| !(c.is_ascii_digit() || c == '.');
+    let numbers = |text: &str| -> Vec<f64> { text.split(split).filter_map(|word| word.parse().ok()).collect() };
+    let words = |text: &str| -> String { text.chars().filter(|c| !(c.is_ascii_digit() || *c == '.')).collect() };
+    let [a, b] = [numbers(one), numbers(other)];
+    words(one) == words(other) && a.len() == b.len() && a.iter().zip(&b).all(|(a, b)| (a - b).abs() <= 1.0)
 }
 
 #[test]
@@ -235,7 +283,7 @@ fn a_broken_law_is_one_and_its_case_is_saved_and_reproduces() {
 #[test]
 fn a_broken_law_prints_both_precisions_the_case_and_a_program() {
     let here = directory("printed");
-    let output = run(&here, &["verify", "--laws", LAW, "--cases", "20", "--plant", FAULT]);
+    let output = run(&here, &["verify", "--laws", LAW, "--cases", "20", "--plant", FAULT, "-v"]);
     let text = stdout(&output);
     let name = text.lines().find_map(|line| line.trim().strip_prefix("euler-poincare replay ")).unwrap();
     let replayed = run(&here, &["replay", name]);
@@ -405,8 +453,9 @@ fn every_law_is_listed_with_its_faults() {
 #[test]
 fn tables_fit_into_a_hundred_columns() {
     let here = directory("width");
-    let lines: [&[&str]; 3] = [
+    let lines: [&[&str]; 4] = [
         &["verify", "--laws", "retraction,coupling", "--cases", "10"],
+        &["verify", "--laws", "retraction,coupling", "--cases", "10", "--verbose"],
         &["verify", "--faults", "--laws", LAW],
         &["laws"],
     ];

@@ -107,7 +107,7 @@ fn correct_steppers_hold() {
     let here = directory("correct");
     let (rk4, variational) = (steppers("rk4.py"), steppers("variational.py"));
     let kept = "casimirs,momentum,poisson";
-    let free = ["--force-free", "--laws", kept, "--conserves", kept];
+    let free = ["--laws", laws_of(kept), "--conserves", kept];
     let claimed: [(&[&str], &[&str]); 4] = [
         (&["--order", "4"], &["python3", &rk4]),
         (&[], &["python3", &rk4]),
@@ -282,9 +282,21 @@ fn each_mistake_breaks_the_law_that_names_it() {
     }
 }
 
-/// The laws of what is conserved, with their claims, on systems without force.
+/// The laws that judge these claims.
+fn laws_of(what: &str) -> &'static str {
+    match what {
+        "casimirs" => "conserves-casimirs",
+        "momentum" => "conserves-momentum",
+        "casimirs,momentum" => "conserves-casimirs,conserves-momentum",
+        "poisson" => "poisson",
+        "casimirs,momentum,poisson" => "conserves-casimirs,conserves-momentum,poisson",
+        _ => panic!("{what}"),
+    }
+}
+
+/// The laws of what is conserved, with their claims.
 fn conserves<'a>(what: &'a str, algebras: &'a str, cases: &'a str) -> Vec<&'a str> {
-    let options = ["--algebras", algebras, "--force-free", "--cases", cases, "--laws", what, "--conserves", what];
+    let options = ["--algebras", algebras, "--cases", cases, "--laws", laws_of(what), "--conserves", what];
     [&options[..], &["--shrink", "0", "--format", "json"]].concat()
 }
 
@@ -304,6 +316,23 @@ fn an_order_is_no_conservation() {
         let slopes = &line["failure"]["slopes"][0];
         assert!(slopes["levels"].as_array().unwrap().len() >= 4, "{slopes}");
     }
+}
+
+#[test]
+fn a_balance_and_what_is_conserved_have_two_names() {
+    if !python("a_balance_and_what_is_conserved_have_two_names") {
+        return;
+    }
+    let here = directory("names");
+    // A force that is taken where the step starts: of order 1, and no matter without force.
+    let claims = ["--order", "2", "--conserves", "casimirs", "--laws", "casimirs", "--shrink", "0", "-v"];
+    let options = [&["--algebras", "so3,se2", "--cases", "6"], &claims[..]].concat();
+    let output = probe(&here, &options, &["python3", &steppers("variational.py"), "frozen"]);
+    let text = stdout(&output);
+    assert_eq!(code(&output), 1, "{text}");
+    assert!(text.starts_with("BROKEN (method-casimirs): 2 laws on 12 cases"), "{text}");
+    let claim = text.split_whitespace().collect::<Vec<_>>().join(" ");
+    assert!(claim.contains("conserves casimirs confirmed: by method-conserves-casimirs on 6 of 6 cases"), "{text}");
 }
 
 /// A mistake in `variational.py` that keeps its order: its name, what it changes, and what drifts.
@@ -438,7 +467,7 @@ fn what_keeps_the_order_is_another_scheme() {
         [&["--variational", "lobatto-iiib-3"][..], &["--variational", "lobatto-iiia-3", "--retraction", "cayley"]]
     {
         let options =
-            [claim, &["--laws", "variational", "--shrink", "0", "--algebras", "so3", "--cases", "2"]].concat();
+            [claim, &["-v", "--laws", "variational", "--shrink", "0", "--algebras", "so3", "--cases", "2"]].concat();
         let output = probe(&here, &options, &["python3", &steppers("stages.py"), "lobatto-iiia-3"]);
         assert_eq!(code(&output), 1, "{claim:?}: {}", stdout(&output));
         assert!(stdout(&output).contains("answer less scheme"), "{}", stdout(&output));
@@ -520,6 +549,21 @@ fn an_iteration_that_stops_early_says_so_and_keeps_its_claims() {
         let output = probe(&here, &options, &["python3", path.to_str().unwrap()]);
         assert_eq!(code(&output), expected, "{tolerance}: {}", stdout(&output));
     }
+    // In the first line of the text a loose solver is called loose; lost digits are there, too.
+    let first = |path: &Path, claims: &[&str]| {
+        let usual = ["--algebras", "so3,se2", "--cases", "4", "--shrink", "0"];
+        let output = probe(&here, &[&usual, claims].concat(), &["python3", path.to_str().unwrap()]);
+        stdout(&output).split("\n\n").next().unwrap_or_default().replace('\n', " ")
+    };
+    let conserves = ["--laws", "conserves-casimirs", "--conserves", "casimirs"];
+    let said = first(&path, &conserves);
+    assert!(said.starts_with("BROKEN (method-conserves-casimirs): ") && said.contains("; loose solver ("), "{said}");
+    let said = first(&path, &["--laws", "smoothness"]);
+    assert!(said.starts_with("BROKEN (method-smoothness): ") && said.contains("; loose solver ("), "{said}");
+    let lost = text.replace(exact, &loose.replace("1e-10", "1e-13"));
+    fs::write(here.join("lost.py"), lost).unwrap();
+    let said = first(&here.join("lost.py"), &conserves);
+    assert!(said.contains("; digits are lost on ") && said.contains("(method-conserves-casimirs)"), "{said}");
     // Correct methods are not refused with a tolerance either.
     let options = [&conserves("casimirs,momentum", "so3,se2", "4")[..], &["--tolerance", "1e-8"]].concat();
     let output = probe(&here, &options, &["python3", &steppers("variational.py")]);
@@ -556,7 +600,7 @@ fn a_program_that_aborts_under_one_law_breaks_no_law() {
     let again = probe(&here, &["--replay", saved], &[]);
     assert_eq!(code(&again), 1, "{}{}", stdout(&again), stderr(&again));
     assert!(stdout(&again).contains("the stepper failed on it"), "{}", stdout(&again));
-    let text = probe(&here, &options, &["python3", &aborts]);
+    let text = probe(&here, &[&options[..], &["--verbose"]].concat(), &["python3", &aborts]);
     assert!(stdout(&text).starts_with("THE PROGRAM FAILED, no law broken"), "{}", stdout(&text));
     assert!(stdout(&text).contains("THE PROGRAM FAILED under method-reversibility: 2 of 2 cases"), "{}", stdout(&text));
 }
@@ -569,7 +613,15 @@ fn a_broken_case_is_shown_with_everything_to_debug_it() {
     let here = directory("shown");
     let stepper = steppers("variational.py");
     let options = ["--algebras", "so3,se2", "--cases", "3", "--laws", "equivariance"];
-    let output = probe(&here, &options, &["python3", &stepper, "left"]);
+    // In short the reason, and the command that prints the rest.
+    let short = stdout(&probe(&here, &options, &["python3", &stepper, "left"]));
+    for part in
+        ["BROKEN (method-equivariance)", "after a left translation of g", "\n  euler-poincare probe --replay probe-"]
+    {
+        assert!(short.contains(part), "{part}: {short}");
+    }
+    assert!(!short.contains("solution at the end") && !short.contains("statement"), "{short}");
+    let output = probe(&here, &[&options[..], &["-v"]].concat(), &["python3", &stepper, "left"]);
     let text = stdout(&output);
     for part in [
         "BROKEN method-equivariance",
@@ -605,8 +657,18 @@ fn a_shrunk_case_is_refuted_as_clearly() {
     }
     let here = directory("clearly");
     // The drift of its energy falls with the step and with the motion: simpler cases drift less and less.
-    let options =
-        ["--algebras", "so3", "--cases", "4", "--laws", "energy", "--conserves", "energy", "--format", "json"];
+    let options = [
+        "--algebras",
+        "so3",
+        "--cases",
+        "4",
+        "--laws",
+        "conserves-energy",
+        "--conserves",
+        "energy",
+        "--format",
+        "json",
+    ];
     let output = probe(&here, &options, &["python3", &steppers("rk4.py")]);
     assert_eq!(code(&output), 1, "{}{}", stdout(&output), stderr(&output));
     let failure = laws(&output)[0].1["failure"].clone();
@@ -687,13 +749,17 @@ fn a_claim_that_no_case_confirms_is_no_success() {
     assert!(claim["why"].as_str().unwrap().contains("another step"), "{claim}");
     let text = probe(&here, &["--system", "body.toml", "--order", "4"], &["python3", &coarse]);
     assert!(stdout(&text).contains("NOT CONFIRMED: by method-order on 0 of 1 cases"), "{}", stdout(&text));
-    // Conservation is claimed without force: of a forced body it says nothing, though the law holds.
+    // Conservation is claimed without force: of a forced body it says nothing, though the balance closes.
     let stepper = steppers("variational.py");
     let claims = ["--conserves", "casimirs", "--laws", "casimirs"];
     let output = probe(&here, &[&on_body[..], &claims].concat(), &["python3", &stepper]);
     assert_eq!(code(&output), 3, "{}", stdout(&output));
-    let line = &laws(&output)[0].1;
-    assert_eq!((&line["held"], &line["confirmed"]), (&1.into(), &0.into()), "{line}");
+    let found = laws(&output);
+    let counts = |line: &Value| (line["held"].as_u64(), line["confirmed"].as_u64());
+    assert_eq!(found[0].0, "method-casimirs");
+    assert_eq!(counts(&found[0].1), (Some(1), None), "{}", found[0].1);
+    assert_eq!(found[1].0, "method-conserves-casimirs");
+    assert_eq!(counts(&found[1].1), (Some(0), Some(0)), "{}", found[1].1);
     assert!(summary(&output)["claims"][0]["why"].as_str().unwrap().contains("without force"), "{}", stdout(&output));
     // A law that is not selected confirms nothing.
     let output =
@@ -903,6 +969,10 @@ fn what_is_not_supported_is_counted_and_no_verdict() {
         assert!(reasons.keys().any(|why| why.contains("free rigid body")), "{law}: {reasons:?}");
     }
     assert!(summary(&output)["supports"].is_null());
+    // Nothing is judged: the stepper is told how to say once what it supports.
+    let text = stdout(&probe(&here, &["--algebras", "se3", "--cases", "3"], &["python3", &body]));
+    assert!(text.starts_with("NO VERDICT, the stepper supports none of the systems: "), "{text}");
+    assert!(text.contains("did not say what it supports") && text.contains("{\"supports\": {…}}"), "{text}");
     let free = ["--algebras", "so3", "--standard-basis", "--force-free", "--cases", "30", "--format", "json"];
     let output = probe(&here, &[&free[..], &["--laws", "casimirs,energy,reversibility"]].concat(), &["python3", &body]);
     assert_eq!(code(&output), 0, "{}", stdout(&output));
@@ -1035,8 +1105,20 @@ fn programs_that_are_no_steppers_are_reported_in_time() {
         // Those that do not answer hang for the whole time; the others have as much as a busy machine may need.
         let hangs = script.starts_with("cat") || script.contains("sleep 100");
         let timeout = if hangs { "2" } else { "30" };
-        let options =
-            ["--algebras", "so3", "--cases", "1", "--laws", "equivariance", "--timeout", timeout, "--format", "json"];
+        let options = [
+            "--algebras",
+            "so3",
+            "--cases",
+            "1",
+            "--laws",
+            "equivariance",
+            "--timeout",
+            timeout,
+            "--startup",
+            "0",
+            "--format",
+            "json",
+        ];
         let start = Instant::now();
         let output = probe(&here, &options, &["sh", "-c", script]);
         assert!(start.elapsed() < Duration::from_secs(20), "{script}: {:?}", start.elapsed());
@@ -1057,12 +1139,31 @@ fn programs_that_are_no_steppers_are_reported_in_time() {
 #[test]
 fn a_program_that_goes_on_failing_is_given_up() {
     let here = directory("given-up");
-    let options = ["--algebras", "so3", "--cases", "50", "--timeout", "0.2"];
+    // What it needs to start is given once.
+    let options = ["--algebras", "so3", "--cases", "50", "--timeout", "0.2", "--startup", "1"];
     let start = Instant::now();
     let output = probe(&here, &options, &["sh", "-c", "sleep 100"]);
     assert!(start.elapsed() < Duration::from_secs(50), "{:?}", start.elapsed());
     assert_eq!(code(&output), 1);
     assert!(stdout(&output).contains("failed 6 times and was not started again"), "{}", stdout(&output));
+}
+
+#[test]
+fn a_program_has_time_to_start() {
+    if !python("a_program_has_time_to_start") {
+        return;
+    }
+    let here = directory("startup");
+    let run = |sleeps: &str, startup: &str| {
+        let script = format!("sleep {sleeps}; exec python3 {}", steppers("rigid_body.py"));
+        let options = ["--cases", "1", "--laws", "equivariance", "--timeout", "2", "--startup", startup];
+        probe(&here, &options, &["sh", "-c", &script])
+    };
+    let output = run("4", "30");
+    assert_eq!(code(&output), 0, "{}{}", stdout(&output), stderr(&output));
+    let output = run("100", "1");
+    assert_eq!(code(&output), 1, "{}", stdout(&output));
+    assert!(stdout(&output).contains("within 3 s (1 s of them to start)"), "{}", stdout(&output));
 }
 
 /// Whether a process with this number is there, and no zombie.
@@ -1082,7 +1183,8 @@ fn nothing_is_left_running() {
     let script = format!("sleep 100 & echo $$ $! > {}; wait", file.display());
     // On a busy machine the shell may not have begun in a fraction of a second.
     let pids = [300, 3_000, 30_000].into_iter().find_map(|milliseconds| {
-        let limits = Limits { timeout: Duration::from_millis(milliseconds), ..Limits::default() };
+        let (timeout, startup) = (Duration::from_millis(milliseconds), Duration::ZERO);
+        let limits = Limits { timeout, startup, ..Limits::default() };
         let mut program = Program::new(&["sh".into(), "-c".into(), script.clone()], limits);
         assert!(matches!(program.ask("{}"), Err(Silence::Hung { .. })));
         fs::read_to_string(&file).ok().filter(|pids| pids.ends_with('\n'))

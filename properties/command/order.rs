@@ -168,7 +168,11 @@ fn too_few_digits_are_inconclusive() {
 #[test]
 fn text_says_why() {
     let here = directory("order-text");
-    let output = run(&here, &["order", "--tableau", "ralston3", "--plot", "work.svg"]);
+    // In short why the orders differ, without the conditions and the errors.
+    let short = flat(stdout(&run(&here, &["order", "--tableau", "ralston3"])));
+    assert!(short.contains("D(1) fails") && short.contains("confirmed: the order is 2"), "{short}");
+    assert!(!short.contains("Conditions of") && !short.contains("Errors after"), "{short}");
+    let output = run(&here, &["order", "--tableau", "ralston3", "--plot", "work.svg", "--verbose"]);
     let text = stdout(&output);
     let flat = flat(text);
     for part in [

@@ -586,21 +586,42 @@ fn run_drawn(here: &Path, name: &str, dimension: usize) -> String {
 #[test]
 fn the_figure_of_a_run_has_a_title_and_the_attitude() {
     let here = directory("figure-run");
-    let panels = ["momentum", "energy", "Casimirs: change since the start"];
+    let panels = ["angular momentum", "angular velocity", "energy", "Casimirs", "change since the start"];
     let text = drawn(&run_drawn(&here, "so3", 3));
-    for wanted in
-        panels.into_iter().chain(["s.toml: so3, gauss-2, cayley, h = 1/4", "attitude: unit quaternion", "q₀", "q₃"])
-    {
+    for wanted in panels.into_iter().chain([
+        "s.toml: so3, gauss-2, cayley, h = 1/4",
+        "attitude: unit quaternion",
+        "q₀",
+        "q₃",
+        "μ₃",
+        "η₃",
+    ]) {
         assert!(text.contains(wanted), "{wanted}: {text}");
     }
+    assert!(!text.contains("potential") && !text.contains("linear"), "{text}");
     let text = drawn(&run_drawn(&here, "se3", 6));
-    for wanted in panels.into_iter().chain(["attitude: unit quaternion", "position", "x₃", "μ₆"]) {
+    let linear = ["linear momentum", "linear velocity", "attitude: unit quaternion", "position", "x₃", "μ₆", "η₆"];
+    for wanted in panels.into_iter().chain(linear) {
+        assert!(text.contains(wanted), "{wanted}: {text}");
+    }
+    let text = drawn(&run_drawn(&here, "so3+r2", 5));
+    for wanted in ["angular momentum of so3", "momentum of r2", "velocity of r2"] {
         assert!(text.contains(wanted), "{wanted}: {text}");
     }
     // The entries of the last row are constant.
     let text = drawn(&run_drawn(&here, "se2", 3));
-    assert!(text.contains("attitude: the entries of the matrix that change") && text.contains("g₁₃"), "{text}");
+    assert!(text.contains("attitude: matrix entries that change") && text.contains("g₁₃"), "{text}");
     assert!(!text.contains("g₃₁"), "{text}");
     let text = drawn(&run_drawn(&here, "so4", 6));
-    assert!(text.contains("attitude: 10 of the 16 entries of the matrix that change"), "{text}");
+    assert!(text.contains("attitude: 10 of 16 entries that change"), "{text}");
+}
+
+#[test]
+fn a_potential_that_moves_the_casimirs_is_named_beside_them() {
+    let here = directory("figure-potential");
+    fs::write(here.join("top.toml"), run(&here, &["integrate", "--example", "heavy-top"]).stdout).unwrap();
+    let output = run(&here, &["integrate", "top.toml", "--steps", "3", "--out", "t.csv", "--plot", "t.svg"]);
+    assert_eq!(code(&output), 0, "{}", stderr(&output));
+    let text = drawn(&fs::read_to_string(here.join("t.svg")).unwrap());
+    assert!(text.contains("Casimirs: the potential moves them"), "{text}");
 }

@@ -108,7 +108,7 @@ fn assert_whole(here: &Path, arguments: &[&str], expected: i32) -> Vec<String> {
 fn verify_prints_whole_numbers_and_the_verdict_first_and_last() {
     let here = directory("terminal-verify");
     let laws = "retraction-adjoint,units-carry-forced-euler-poincare,forced-hamiltonian-partials";
-    let arguments = ["verify", "--laws", laws, "--cases", "20"];
+    let arguments = ["verify", "--laws", laws, "--cases", "20", "--verbose"];
     let output = run(&here, &[&arguments[..], &["--format", "json"]].concat());
     let objects: Vec<Value> = stdout(&output).lines().map(|line| serde_json::from_str(line).unwrap()).collect();
     assert_eq!(objects.len(), 3);
@@ -147,7 +147,7 @@ fn verify_prints_whole_numbers_and_the_verdict_first_and_last() {
         assert_eq!(text.contains("Columns not shown: "), columns < 160, "{text}");
     }
     // A broken law: its case, its numbers and its program fit too.
-    let arguments = ["verify", "--laws", LAW, "--cases", "20", "--plant", FAULT];
+    let arguments = ["verify", "--laws", LAW, "--cases", "20", "--plant", FAULT, "--verbose"];
     for columns in WIDTHS {
         let (code, text) = on_a_terminal(columns, &here, &arguments);
         assert_eq!(code, 1, "{text}");
@@ -204,7 +204,40 @@ fn a_run_with_a_tolerance_is_printed_whole() {
 #[test]
 fn an_order_is_printed_whole() {
     let here = directory("terminal-order");
-    let _ = assert_whole(&here, &["order", "--tableau", "rk4"], 0);
+    for more in [&[][..], &["-v"]] {
+        let _ = assert_whole(&here, &[&["order", "--tableau", "rk4"], more].concat(), 0);
+    }
+}
+
+/// A first screen: with the line that was typed, and the prompt after it.
+const SCREEN: usize = 24 - 2;
+
+#[test]
+fn first_screens_fit_a_terminal_of_24_lines() {
+    let here = directory("terminal-screen");
+    let wrong = "while read line; do echo '{\"mu\": [1, 2, 3], \"g\": [1, 0, 0, 0, 1, 0, 0, 0, 1]}'; done";
+    let screens: [(&[&str], i32, &str); 6] = [
+        (&[], 0, "Forced variational integrators on Lie groups"),
+        (&["verify", "--laws", "retraction-*", "--cases", "20"], 0, "NOTHING BROKEN: 7 laws checked"),
+        (&["verify", "--laws", LAW, "--cases", "20", "--plant", FAULT], 1, "BROKEN: 1 of 1 law"),
+        (&["order", "--tableau", "rk4"], 0, "verdict    confirmed: the order is 4"),
+        (&["order", "--tableau", "ralston3"], 0, "verdict    confirmed: the order is 2"),
+        (
+            &["probe", "--algebras", "so3", "--cases", "2", "--shrink", "0", "--", "sh", "-c", wrong],
+            1,
+            "BROKEN (method-",
+        ),
+    ];
+    for (arguments, expected, starts) in screens {
+        for columns in WIDTHS {
+            let (code, text) = on_a_terminal(columns, &here, arguments);
+            assert_eq!(code, expected, "{arguments:?}: {text}");
+            assert_fits(columns, arguments, &text);
+            assert!(text.starts_with(starts), "{arguments:?}: {text}");
+            let lines = text.lines().count();
+            assert!(lines <= SCREEN, "{arguments:?} on {columns} columns: {lines} lines\n{text}");
+        }
+    }
 }
 
 #[test]

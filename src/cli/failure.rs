@@ -2,7 +2,7 @@
 
 use super::Failure;
 use super::table::{code, entries, paragraph};
-use euler_poincare::laws::replay::{Kept, REGRESSIONS, Replayed, indented, replay_all};
+use euler_poincare::laws::replay::{Kept, REGRESSIONS, Replayed, indented, replay_all, verdict_rows};
 use euler_poincare::system::{Case, Replay, snippet};
 use std::path::Path;
 
@@ -19,10 +19,7 @@ pub fn campaign(replay: &Replay, checks: usize, saved: Result<&Path, &str>) -> S
     let (seed, index) = (replay.seed, replay.index);
     let heading = format!("  case {index} of seed {seed}, shrunk by {checks} checks\n");
     let case = system(4, &replay.case);
-    let measured = match Replayed::of(replay.clone(), None) {
-        Ok(replayed) => entries(2, replayed.measured()),
-        Err(error) => paragraph(&format!("  {error}")),
-    };
+    let measured = measured(replay, Replayed::measured);
     let saved = match saved {
         Ok(path) => {
             let name = quoted(path);
@@ -32,6 +29,24 @@ pub fn campaign(replay: &Replay, checks: usize, saved: Result<&Path, &str>) -> S
     };
     let program = code(&indented(&indented(&snippet(replay))));
     format!("{measured}\n{heading}{case}\n{saved}  or with this program\n{program}\n")
+}
+
+/// The same in short: the verdict, and the command that prints the rest.
+pub fn brief(replay: &Replay, saved: Result<&Path, &str>) -> String {
+    let measured = measured(replay, |replayed| verdict_rows(&replayed.verdict));
+    let rest = match saved {
+        Ok(path) => format!("  the case, its numbers and a program\n    euler-poincare replay {}\n", quoted(path)),
+        Err(reason) => format!("{}\n", paragraph(&format!("  not saved: {reason}"))),
+    };
+    format!("{measured}\n{rest}")
+}
+
+/// Rows of a record that is judged once more, or why it cannot be.
+fn measured(replay: &Replay, rows: impl Fn(&Replayed) -> Vec<(&'static str, String)>) -> String {
+    match Replayed::of(replay.clone(), None) {
+        Ok(replayed) => entries(2, rows(&replayed)),
+        Err(error) => paragraph(&format!("  {error}")),
+    }
 }
 
 /// A path as a shell takes it.

@@ -70,7 +70,7 @@ pub struct Arguments {
     /// Where the CSV goes; `-` for standard output
     #[arg(long, value_name = "FILE.csv")]
     out: Option<PathBuf>,
-    /// A figure of momenta, energy, Casimirs and attitude over time
+    /// A figure of momenta, velocities, energy, Casimirs and attitude over time
     #[arg(long, value_name = "FILE.svg", value_parser = figure)]
     plot: Option<PathBuf>,
     /// A table of the events, with the columns of a row

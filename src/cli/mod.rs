@@ -37,15 +37,36 @@ use std::process::ExitCode;
 
 /// Forced variational integrators on Lie groups, and the harness that verifies them.
 ///
-/// Without a sub-command: `verify`.
+/// Without a sub-command: three things to try.
 #[derive(Parser)]
-#[command(version = version::VERSION, args_conflicts_with_subcommands = true, after_help = EXIT_CODES, term_width = table::prose_width())]
+#[command(version = version::VERSION, after_help = EXIT_CODES, term_width = table::prose_width())]
 pub struct CommandLine {
     #[command(subcommand)]
     command: Option<Command>,
-    #[command(flatten)]
-    verify: verify::Arguments,
 }
+
+/// What is printed without a sub-command: a screen of 24 lines.
+const FIRST: &str = "\
+Forced variational integrators on Lie groups, and the harness that verifies them.
+
+Three things to try:
+
+  1. Integrate a heavy top: a table of its motion, and a picture of it.
+       euler-poincare integrate --example heavy-top > top.toml
+       euler-poincare integrate top.toml --out top.csv --plot top.svg
+
+  2. Check some laws of the theory on random systems, in a second or two.
+       euler-poincare verify --laws 'retraction-*'
+
+  3. Compute and measure the order of a Runge-Kutta method in this scheme.
+       euler-poincare order --tableau ralston3
+
+Also: `verify` alone checks every law, in a minute or two. `probe` judges a
+stepper of your own, in any language.
+
+  euler-poincare --help             all commands, and the exit codes
+  euler-poincare COMMAND --help     the options of a command
+";
 
 const EXIT_CODES: &str = "\
 Exit codes:
@@ -57,8 +78,14 @@ Exit codes:
 
 #[derive(Subcommand)]
 enum Command {
+    /// Integrate a system described in a file
+    Integrate(integrate::Arguments),
     /// Check the laws on random systems
     Verify(verify::Arguments),
+    /// The orders of a tableau: declared, computed from its coefficients, measured
+    Order(order::Arguments),
+    /// Check the laws of methods on a stepper that is another program
+    Probe(probe::Arguments),
     /// Put the shards of a campaign together
     Merge(merge::Arguments),
     /// Run a saved case again
@@ -67,14 +94,8 @@ enum Command {
     Report(report::Arguments),
     /// List the laws: statement, source, oracle, planted faults
     Laws(laws::Arguments),
-    /// Check the laws of methods on a stepper that is another program
-    Probe(probe::Arguments),
-    /// The orders of a tableau: declared, computed from its coefficients, measured
-    Order(order::Arguments),
     /// Reproduce the tables and figures of the paper
     Paper(paper::Arguments),
-    /// Integrate a system described in a file
-    Integrate(integrate::Arguments),
     /// List the algebras that system files may name, with their bases
     Algebras(algebras::Arguments),
     /// Print the completions for a shell
@@ -86,7 +107,8 @@ enum Command {
 impl CommandLine {
     /// Runs the sub-command; failures go to stderr.
     pub fn run(self) -> ExitCode {
-        let result = match self.command.unwrap_or(Command::Verify(self.verify)) {
+        let Some(command) = self.command else { return ended(print(FIRST).map(|()| ExitCode::SUCCESS)) };
+        ended(match command {
             Command::Verify(arguments) => verify::run(arguments),
             Command::Merge(arguments) => merge::run(arguments),
             Command::Replay(arguments) => replay::run(arguments),
@@ -99,12 +121,16 @@ impl CommandLine {
             Command::Algebras(arguments) => algebras::run(arguments),
             Command::Completions(arguments) => completions::run(arguments),
             Command::Man(arguments) => man::run(arguments),
-        };
-        result.unwrap_or_else(|failure| {
-            complain(&format!("error: {failure}"));
-            failure.exit_code()
         })
     }
+}
+
+/// The exit code of a result; a failure is told on stderr.
+fn ended(result: Result<ExitCode, Failure>) -> ExitCode {
+    result.unwrap_or_else(|failure| {
+        complain(&format!("error: {failure}"));
+        failure.exit_code()
+    })
 }
 
 /// Why a sub-command could not do what it was asked.

@@ -77,6 +77,9 @@ pub struct Arguments {
     /// How the result is printed
     #[arg(long, value_enum, default_value = "text")]
     format: Format,
+    /// Also the conditions that fail, and tables of the errors
+    #[arg(short, long)]
+    verbose: bool,
 }
 
 /// Who declares an order.
@@ -178,7 +181,7 @@ pub fn run(arguments: Arguments) -> Result<ExitCode, Failure> {
         output::draw(plot, path, &figure::figure(&outcome))?;
     }
     match arguments.format {
-        Format::Text => print(&text::text(&outcome))?,
+        Format::Text => print(&text::text(&outcome, arguments.verbose))?,
         Format::Json => print(&format!("{}\n", text::json(&outcome)))?,
     }
     Ok(match outcome.judged.verdict {

@@ -143,7 +143,7 @@ pub struct Panel {
 pub enum Legend {
     /// One legend for all panels, which are two in a row: in the place of a last one that is not there, else below.
     Shared,
-    /// A legend to the right of each panel; panels are one below another.
+    /// A legend to the right of each panel; two panels in a row.
     Beside,
 }
 
@@ -178,7 +178,7 @@ impl Figure {
     pub fn svg(&self) -> Result<String, Box<dyn Error>> {
         match self.legend {
             Legend::Shared => self.shared(),
-            Legend::Beside => self.stacked(),
+            Legend::Beside => self.beside(),
         }
     }
 
@@ -214,17 +214,18 @@ impl Figure {
         })
     }
 
-    /// Panels one below another, each with its legend.
-    fn stacked(&self) -> Result<String, Box<dyn Error>> {
-        const WIDTH: f64 = 940.0;
+    /// Two panels in a row, each with its legend.
+    fn beside(&self) -> Result<String, Box<dyn Error>> {
+        const COLUMN: f64 = 640.0;
         const PANEL: f64 = 300.0;
-        const NAMES: f64 = 210.0;
-        self.drawn((WIDTH, TITLE + self.panels.len() as f64 * PANEL + 6.0), |root| {
+        const NAMES: f64 = 165.0;
+        let rows = self.panels.len().div_ceil(2) as f64;
+        self.drawn((2.0 * COLUMN, TITLE + rows * PANEL + 6.0), |root| {
             for (k, panel) in self.panels.iter().enumerate() {
-                let top = TITLE + k as f64 * PANEL;
-                panel.draw(&part(root, (0.0, top), (WIDTH - NAMES, PANEL)))?;
+                let (left, top) = ((k % 2) as f64 * COLUMN, TITLE + (k / 2) as f64 * PANEL);
+                panel.draw(&part(root, (left, top), (COLUMN - NAMES, PANEL)))?;
                 for (row, curve) in panel.curves.iter().enumerate() {
-                    key(root, &curve.style, (WIDTH - NAMES + 4.0, top + 48.0 + row as f64 * 22.0))?;
+                    key(root, &curve.style, (left + COLUMN - NAMES + 4.0, top + 48.0 + row as f64 * 22.0))?;
                 }
             }
             Ok(())

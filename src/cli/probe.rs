@@ -3,25 +3,21 @@
 mod failure;
 mod lines;
 mod page;
+mod text;
 
 use super::interrupt::Interrupt;
 use super::progress::Bar;
-use super::summary::{count, some};
-use super::table::{Column, Table, data, entries, paragraph};
 use super::tableau::Named;
 use super::{Failure, Format, complain, output, print, version};
 use euler_poincare::algebra::Entry;
 use euler_poincare::external::{
-    Broken, ClaimReport, Conclusion, Drawn, External, LawReport, Limits, Probe, ProbeReport, QuantityOrders, Record,
-    Shrinking, examine,
+    Broken, Conclusion, Drawn, External, LawReport, Limits, Probe, Record, Shrinking, examine,
 };
 use euler_poincare::file::{self, Output};
 use euler_poincare::harness::{Cost, Verdict};
 use euler_poincare::laws::method::{Claims, LAWS, MethodLaw, named};
 use euler_poincare::system::case::{Method, Tau};
 use euler_poincare::system::{Cases, SystemFile, cases};
-use std::collections::{BTreeMap, BTreeSet};
-use std::fmt::Write;
 use std::fs;
 use std::path::{Path, PathBuf};
 use std::process::ExitCode;
@@ -92,6 +88,9 @@ pub struct Arguments {
     /// The longest that an answer may take [default: 10]
     #[arg(long, value_name = "SECONDS", value_parser = seconds)]
     timeout: Option<f64>,
+    /// The longest that the program may take to start: so much more for its first answer [default: 60]
+    #[arg(long, value_name = "SECONDS", value_parser = at_most_a_day, allow_negative_numbers = true)]
+    startup: Option<f64>,
     /// Look for a simpler case for so long, for the first broken case of each law; 0: do not [default: 60 checks, 30 seconds at
     /// most]
     #[arg(long, value_name = "SECONDS", value_parser = at_most_a_day, allow_negative_numbers = true)]
@@ -109,6 +108,9 @@ pub struct Arguments {
     /// Tables, or JSON: one object per law and line, and one for the whole
     #[arg(long, value_enum, default_value_t = Format::Text)]
     format: Format,
+    /// Also orders, claims, why cases were not judged; of a broken law the system, the errors and the exchange
+    #[arg(short, long, conflicts_with = "replay")]
+    verbose: bool,
     /// The stepper and its arguments
     #[arg(last = true, value_name = "COMMAND")]
     command: Vec<String>,
@@ -171,8 +173,9 @@ pub fn run(arguments: Arguments) -> Result<ExitCode, Failure> {
         if arguments.request {
             return request(path);
         }
-        let Arguments { command, timeout, format, .. } = &arguments;
-        return Replayed { path, command, timeout: *timeout, format: *format }.run(&read(path)?, &interrupt);
+        let Arguments { command, timeout, startup, format, .. } = &arguments;
+        let replayed = Replayed { path, command, timeout: *timeout, startup: *startup, format: *format };
+        return replayed.run(&read(path)?, &interrupt);
     }
     let claims = Claims {
         order: arguments.order,
@@ -199,7 +202,7 @@ pub fn run(arguments: Arguments) -> Result<ExitCode, Failure> {
     let timeout = arguments.timeout.unwrap_or(Limits::default().timeout.as_secs_f64());
     // Before anything is asked: a run that takes a while is not to end here.
     let page = arguments.report.as_deref().map(place).transpose()?;
-    let external = start(&arguments.command, timeout, &interrupt)?;
+    let external = start(&arguments.command, (timeout, arguments.startup), &interrupt)?;
     let probe = Probe {
         external: &external,
         laws: &laws,
@@ -253,7 +256,7 @@ pub fn run(arguments: Arguments) -> Result<ExitCode, Failure> {
         output::write(file, path, probed.page())
     });
     match arguments.format {
-        Format::Text => print(&self::text(&report, &kept, path.as_deref()))?,
+        Format::Text => print(&text::text(&report, &kept, path.as_deref(), arguments.verbose))?,
         Format::Json => print(&lines::json(&report, &kept, path.as_deref()))?,
     }
     written.map(|()| exit_code(report.conclusion()))
@@ -333,28 +336,34 @@ fn read(path: &Path) -> Result<String, Failure> {
 }
 
 /// The program, started: a command that cannot be is bad usage.
-fn start(command: &[String], timeout: f64, interrupt: &Interrupt) -> Result<External, Failure> {
+fn start(
+    command: &[String],
+    (timeout, startup): (f64, Option<f64>),
+    interrupt: &Interrupt,
+) -> Result<External, Failure> {
     if command.is_empty() {
         return Err(Failure::Usage(
             "no stepper; allowed: its command after `--`, as in `-- python3 stepper.py`".into(),
         ));
     }
-    let limits = Limits { timeout: Duration::from_secs_f64(timeout), ..Limits::default() };
+    let usual = Limits::default();
+    let startup = startup.map_or(usual.startup, Duration::from_secs_f64);
+    let limits = Limits { timeout: Duration::from_secs_f64(timeout), startup, ..usual };
     let external = External::interruptible(command, limits, interrupt.flag());
     external.start().map_err(|why| Failure::Usage(why.to_string()))?;
     Ok(external)
 }
 
 fn select(patterns: Option<&str>, claims: &Claims) -> Result<Vec<&'static MethodLaw>, Failure> {
-    let Some(patterns) = patterns else {
-        return Ok(LAWS.iter().filter(|law| !law.needs_claim() || law.claim(claims).is_some()).collect());
-    };
+    let asked = |law: &&MethodLaw| !law.needs_claim() || law.claim(claims).is_some();
+    let Some(patterns) = patterns else { return Ok(LAWS.iter().filter(asked).collect()) };
     let mut selected: Vec<&'static MethodLaw> = Vec::new();
     for pattern in patterns.split(',').map(|pattern| pattern.trim().trim_matches('*')) {
-        let hits = LAWS.iter().filter(|law| !pattern.is_empty() && law.about.name.contains(pattern));
-        let before = selected.len();
-        selected.extend(hits);
-        if selected.len() == before {
+        let hits: Vec<_> = LAWS.iter().filter(|law| !pattern.is_empty() && law.about.name.contains(pattern)).collect();
+        // Of several those whose claim is not made say nothing; one that is asked for alone says so.
+        let some_asked = hits.iter().any(|law| asked(law));
+        selected.extend(hits.iter().copied().filter(|law| !some_asked || asked(law)));
+        if hits.is_empty() {
             let names: Vec<_> = LAWS.iter().map(|law| law.about.name).collect();
             let names = names.join(", ");
             return Err(Failure::Usage(format!("no law matches \"{pattern}\"; the laws of methods are: {names}")));
@@ -424,229 +433,6 @@ struct KeptCases {
     failed: Option<Kept>,
 }
 
-const COLUMNS: [Column; 11] = [
-    Column::name("law"),
-    Column::number("cases"),
-    Column::number("held"),
-    Column::number("broken"),
-    Column::number("program\nfailed"),
-    Column::number("incon-\nclusive"),
-    Column::number("not\nappl.").rank(2),
-    Column::number("worst\ndefect").rank(3),
-    Column::number("its\nbound").rank(4),
-    Column::number("least\norder"),
-    Column::number("median\norder").rank(1),
-];
-
-/// What is asked.
-const MEANING: &str = "\
-The stepper is asked for steps of random systems. The laws measure how its errors shrink with the step, what it conserves, and \
-how it treats symmetries. A law is broken where a defect exceeds its bound: rounding, in units of u = 1.1e-16, or a difference of \
-slopes of log error against log step.";
-
-fn text(report: &ProbeReport, kept: &[KeptCases], page: Option<&Path>) -> String {
-    let mut table = Table::new(&COLUMNS);
-    for law in &report.laws {
-        table.row(row(law));
-    }
-    let verdict = paragraph(&verdict(report));
-    let mut text = format!("{verdict}\n\n{}\n\n{}\n", paragraph(MEANING), table.text());
-    if let Some(supports) = &report.supports {
-        let said = serde_json::to_string(supports).unwrap_or_default();
-        let _ = write!(text, "\nCases are drawn of what the stepper says that it supports\n{}\n", data(&said));
-    }
-    let orders: Vec<_> = report.laws.iter().filter(|law| law.law.about.name == ORDERS).flat_map(orders).collect();
-    if !orders.is_empty() {
-        let _ = write!(text, "\nOrders\n{}\n", entries(2, orders));
-    }
-    for (title, of) in [
-        ("Inconclusive", (|law| &law.inconclusive) as fn(&LawReport) -> &BTreeMap<String, usize>),
-        ("Not applicable", |law| &law.not_applicable),
-    ] {
-        let rows = reasons(report, of);
-        if !rows.is_empty() {
-            let _ = write!(text, "\n{title}\n{}\n", entries(2, rows));
-        }
-    }
-    for (law, kept) in report.laws.iter().zip(kept) {
-        if let (Some(broken), Some(kept)) = (&law.failure, &kept.broken) {
-            text += &failure::text(law, broken, kept);
-        }
-        if let (Some(failed), Some(kept)) = (&law.program_failure, &kept.failed) {
-            text += &failure::program(law, failed, kept);
-        }
-    }
-    let claims = report.claims();
-    if !claims.is_empty() {
-        let rows = claims.iter().map(|claim| (claim.claim.clone(), confirmed(claim)));
-        let _ = write!(text, "\nClaims\n{}\n", entries(2, rows));
-    }
-    let failed = report.laws.iter().map(|law| law.failed.len()).sum::<usize>();
-    if failed > 0 {
-        let _ = write!(text, "\nThe program failed on {failed} cases. They say nothing about the laws.\n");
-        if report.supports.is_none() {
-            let _ = write!(text, "\n{}\n", paragraph(NOT_TOLD));
-        }
-    }
-    if report.given_up {
-        let _ = write!(text, "\nThe stepper failed {} times and was not started again.\n", report.failures);
-    }
-    if claims.is_empty() && report.conclusion() == Conclusion::Unbroken {
-        let claim = "No order was claimed: each law asked for order 1 or more. If you know the order, claim it with --order P: a part of the state \
-             with a lower order is a defect then.";
-        let _ = write!(text, "\n{}\n", paragraph(claim));
-    }
-    if let Some(page) = page {
-        let _ = write!(text, "\nThe page is {}\n", page.display());
-    }
-    let _ = write!(text, "\n{verdict}\n");
-    text
-}
-
-/// Reasons of so many laws are told once.
-const SHARED: usize = 3;
-
-/// The reasons why cases were not judged, and how often: of each law, or of several laws with the same reason.
-fn reasons(report: &ProbeReport, of: fn(&LawReport) -> &BTreeMap<String, usize>) -> Vec<(String, String)> {
-    let all =
-        || report.laws.iter().flat_map(|law| of(law).iter().map(move |(why, count)| (law.law.about.name, why, *count)));
-    let laws_with = |why: &String| all().filter(|(_, other, _)| *other == why).count();
-    let mut told = BTreeSet::new();
-    let row = |(law, why, count): (&'static str, &String, usize)| {
-        let laws = laws_with(why);
-        if laws < SHARED {
-            return Some((law.to_owned(), format!("{count} × {why}")));
-        }
-        let sum: usize = all().filter(|(_, other, _)| *other == why).map(|(_, _, count)| count).sum();
-        told.insert(why.clone()).then(|| (format!("{laws} laws"), format!("{sum} × {why}")))
-    };
-    all().filter_map(row).collect()
-}
-
-/// What to do about a program that fails on systems that it was not written for.
-const NOT_TOLD: &str = "\
-The stepper was asked about systems of every kind, because it did not say what it supports. If it is for some of them only, let it answer \
-the first request with {\"supports\": {…}}, as PROTOCOL.md explains, or the others with {\"unsupported\": \"why\"}.";
-
-/// An order to so many digits; what is rounded to 0 has no sign.
-fn rounded(order: f64, digits: usize) -> String {
-    let text = format!("{order:.digits$}");
-    match text.strip_prefix('-') {
-        Some(zero) if zero.bytes().all(|c| matches!(c, b'0' | b'.')) => zero.into(),
-        _ => text,
-    }
-}
-
-/// An order to two digits.
-fn hundredths(order: f64) -> String {
-    rounded(order, 2)
-}
-
-/// The law whose orders are those of the parts of the state.
-const ORDERS: &str = "method-order";
-
-/// The orders of each quantity.
-fn orders(law: &LawReport) -> Vec<(String, String)> {
-    let one = |orders: &QuantityOrders| {
-        let (least, median) = (orders.least()?, orders.median()?);
-        let count = orders.values.len();
-        let cases = if count == 1 { "1 case".into() } else { format!("{count} cases") };
-        let [median, least] = [median, least].map(hundredths);
-        Some((orders.quantity.clone(), format!("median {median}, least {least}, of {cases}")))
-    };
-    law.orders.iter().filter_map(one).collect()
-}
-
-/// What became of a claim.
-fn confirmed(claim: &ClaimReport) -> String {
-    let why = match &claim.why {
-        Some(why) if claim.why_cases > 0 => format!(" ({} × {why})", claim.why_cases),
-        Some(why) => format!(" ({why})"),
-        None => String::new(),
-    };
-    let ClaimReport { law, cases, confirmed, broken, .. } = claim;
-    match (broken, confirmed) {
-        (0, 0) => format!("NOT CONFIRMED: by {law} on 0 of {cases} cases{why}"),
-        (0, _) if confirmed == cases => format!("confirmed: by {law} on {confirmed} of {cases} cases"),
-        (0, _) => format!("confirmed: by {law} on {confirmed} of {cases} cases; undecided on the others{why}"),
-        _ => format!("REFUTED: {law} is broken on {broken} of {cases} cases, and confirmed on {confirmed}"),
-    }
-}
-
-/// The first and the last line.
-fn verdict(report: &ProbeReport) -> String {
-    let broken: Vec<_> =
-        report.laws.iter().filter(|law| !law.broken.is_empty()).map(|law| law.law.about.name).collect();
-    let broken = if broken.is_empty() { "NOTHING BROKEN".into() } else { format!("BROKEN ({})", some(&broken)) };
-    let outcome = match report.conclusion() {
-        Conclusion::Interrupted => format!("INTERRUPTED, {broken} so far"),
-        Conclusion::Broken | Conclusion::Unbroken => broken,
-        Conclusion::Failed => "THE PROGRAM FAILED, no law broken".into(),
-        Conclusion::GivenUp => "NO VERDICT, the stepper failed too often".into(),
-        Conclusion::Unconfirmed => "NO VERDICT, nothing broken, but not every claim was confirmed".into(),
-        Conclusion::Undecided => "NO VERDICT, no law held on any case".into(),
-        Conclusion::Confirmed => format!("{broken}, every claim confirmed"),
-    };
-    let mut line = format!("{outcome}: {} on {}", count(report.laws.len(), "law"), count(asked(report), "case"));
-    if matches!(report.conclusion(), Conclusion::Unbroken | Conclusion::Confirmed) {
-        let says_nothing = |law: &&LawReport| law.held + law.broken.len() == 0;
-        let silent: Vec<_> = report.laws.iter().filter(says_nothing).map(|law| law.law.about.name).collect();
-        if !silent.is_empty() {
-            line += &format!("; {} held on none ({})", count(silent.len(), "law"), some(&silent));
-        }
-        let held = report.laws.iter().map(|law| law.held).sum::<usize>();
-        if 2 * held < asked(report) {
-            line += &format!("; only {held} cases could be judged");
-        }
-        if let (None, Some(lower)) = (report.claims().first(), lower(report)) {
-            line += &format!("; but {lower}");
-        }
-    }
-    line
-}
-
-/// Where the parts of the state have different orders: which, by the medians of their cases.
-fn lower(report: &ProbeReport) -> Option<String> {
-    let law = report.laws.iter().find(|law| law.law.about.name == ORDERS)?;
-    let medians = law.orders.iter().filter_map(|orders| Some((&orders.quantity, orders.median()?)));
-    let (least, most) =
-        (medians.clone().min_by(|a, b| a.1.total_cmp(&b.1))?, medians.max_by(|a, b| a.1.total_cmp(&b.1))?);
-    let (low, high) = (hundredths(least.1), hundredths(most.1));
-    (most.1 - least.1 > APART).then(|| format!("the {} has order {low} where the {} has {high}", least.0, most.0))
-}
-
-/// Orders of the parts of a state that differ by more than this are not the same.
-const APART: f64 = 0.5;
-
-fn asked(report: &ProbeReport) -> usize {
-    report.laws.iter().map(|law| law.cases).sum()
-}
-
-/// The least of the slopes and the one in the middle.
-fn slopes(law: &LawReport) -> Option<(f64, f64)> {
-    let mut slopes = law.slopes.clone();
-    slopes.sort_by(f64::total_cmp);
-    Some((*slopes.first()?, slopes[slopes.len() / 2]))
-}
-
-fn row(law: &LawReport) -> Vec<String> {
-    let number = |number: Option<f64>| number.map(|x| format!("{x:.1e}")).unwrap_or_default();
-    let order = |order: Option<f64>| order.map(hundredths).unwrap_or_default();
-    vec![
-        law.law.about.name.to_owned(),
-        law.cases.to_string(),
-        law.held.to_string(),
-        law.broken.len().to_string(),
-        law.failed.len().to_string(),
-        law.inconclusive.values().sum::<usize>().to_string(),
-        law.not_applicable.values().sum::<usize>().to_string(),
-        number(law.worst.map(|worst| worst.0)),
-        number(law.worst.map(|worst| worst.1)),
-        order(slopes(law).map(|slopes| slopes.0)),
-        order(slopes(law).map(|slopes| slopes.1)),
-    ]
-}
-
 /// A record to run again.
 pub struct Replayed<'a> {
     /// Its file.
@@ -655,6 +441,8 @@ pub struct Replayed<'a> {
     pub command: &'a [String],
     /// Another time limit.
     pub timeout: Option<f64>,
+    /// Another time to start.
+    pub startup: Option<f64>,
     /// How the result is printed.
     pub format: Format,
 }
@@ -673,7 +461,7 @@ impl Replayed<'_> {
             Failure::file(path, format!("law: is \"{}\"; allowed: {}", record.law, names.join(", ")))
         })?;
         let command = if self.command.is_empty() { &record.command } else { self.command };
-        let external = start(command, self.timeout.unwrap_or(record.timeout), interrupt)?;
+        let external = start(command, (self.timeout.unwrap_or(record.timeout), self.startup), interrupt)?;
         let (outcome, broken) = examine(&external, law, &record.case, &record.claims);
         if interrupt.is_set() {
             complain("interrupted before there was a verdict");

@@ -39,7 +39,7 @@ pub fn run(arguments: Arguments) -> Result<ExitCode, Failure> {
             let why = "`probe` saved this file; --shrink and --digits are for files that `verify` saved";
             return Err(Failure::file(path, why));
         }
-        let record = probe::Replayed { path, command: &[], timeout: None, format: Format::Text };
+        let record = probe::Replayed { path, command: &[], timeout: None, startup: None, format: Format::Text };
         return record.run(&json, &Interrupt::catch()?);
     }
     let replayed = Replayed::from_json(&json, digits).map_err(|error| Failure::file(path, error))?;

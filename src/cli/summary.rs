@@ -48,6 +48,8 @@ pub struct Campaign<'a> {
     pub end: &'a str,
     /// What there is to say of each broken law: whole lines.
     pub broken: &'a str,
+    /// Whether more is printed than the verdict, the table and the broken laws.
+    pub verbose: bool,
 }
 
 /// What a campaign shows, in the sequence of what counts first.
@@ -146,16 +148,14 @@ pub fn some(names: &[&str]) -> String {
 impl fmt::Display for Campaign<'_> {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         let verdict = paragraph(&self.verdict());
-        writeln!(f, "{verdict}\n\n{}\n\n{}\n", paragraph(MEANING), laws(self.report))?;
-        let judged: usize = self.report.laws.iter().map(admitted).sum();
-        writeln!(
-            f,
-            "Coverage: % of the {judged} cases to which their law applies\n{}\n",
-            coverage(self.report, judged)
-        )?;
-        writeln!(f, "{}\n", paragraph(&unlisted(self.report)))?;
-        reasons(f, "Inconclusive", self.report, |law| &law.inconclusive)?;
-        reasons(f, "Not applicable", self.report, |law| &law.not_applicable)?;
+        writeln!(f, "{verdict}\n")?;
+        if self.verbose {
+            writeln!(f, "{}\n", paragraph(MEANING))?;
+        }
+        writeln!(f, "{}\n", laws(self.report))?;
+        if self.verbose {
+            self.details(f)?;
+        }
         let unjudged: Vec<_> = self.report.laws.iter().filter(|law| law.worst.is_none()).map(|law| law.law).collect();
         if !unjudged.is_empty() {
             writeln!(f, "{}\n", paragraph(&format!("Without a verdict on any case: {}", unjudged.join(", "))))?;
@@ -163,7 +163,22 @@ impl fmt::Display for Campaign<'_> {
         f.write_str(&self.kept.told)?;
         f.write_str(self.broken)?;
         let (threads, time) = (count(self.threads, "thread"), seconds(self.seconds));
-        writeln!(f, "{}{threads}, {time}\n{verdict}", self.end)
+        let more = if self.verbose { "" } else { MORE };
+        writeln!(f, "{}{threads}, {time}{more}\n{verdict}", self.end)
+    }
+}
+
+/// Where the rest is.
+const MORE: &str = "; -v explains the columns and prints coverage and reasons";
+
+impl Campaign<'_> {
+    /// On which systems the laws were checked, and why cases were not judged.
+    fn details(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let judged: usize = self.report.laws.iter().map(admitted).sum();
+        let title = format!("Coverage: % of the {judged} cases to which their law applies");
+        writeln!(f, "{title}\n{}\n\n{}\n", coverage(self.report, judged), paragraph(&unlisted(self.report)))?;
+        reasons(f, "Inconclusive", self.report, |law| &law.inconclusive)?;
+        reasons(f, "Not applicable", self.report, |law| &law.not_applicable)
     }
 }
 

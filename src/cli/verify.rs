@@ -42,6 +42,9 @@ pub struct Arguments {
     /// A table, or one JSON object per law and line
     #[arg(long, value_enum, default_value_t = Format::Text)]
     format: Format,
+    /// Also what the columns mean, coverage, why cases were not judged; of a broken law the case and a program that repeats it
+    #[arg(short, long, conflicts_with = "faults")]
+    verbose: bool,
     /// Threads [default: one per core]
     #[arg(long, value_name = "J", allow_negative_numbers = true)]
     #[arg(value_parser = clap::value_parser!(u16).range(1..=1024))]
@@ -106,7 +109,9 @@ pub fn run(arguments: Arguments) -> Result<ExitCode, Failure> {
         (Some(_), Ending::Interrupted) => Place::Nowhere("the run was interrupted; --resume shrinks it"),
         (Some(store), _) => Place::Store(store.failures()),
     };
-    let broken = saved(&subjects, &report, &place)?;
+    // Next to JSON, which has no room for it, everything is told.
+    let verbose = arguments.verbose || arguments.format == Format::Json;
+    let broken = saved(&subjects, &report, &place, verbose)?;
     let slower = arguments.rates.as_deref().map_or(Ok(String::new()), |path| rates::keep(path, &report))?;
     let campaign = summary::Campaign {
         report: &report,
@@ -116,6 +121,7 @@ pub fn run(arguments: Arguments) -> Result<ExitCode, Failure> {
         asked: &exact(arguments.laws.as_deref()),
         end: &(slower + &plan.end(&report, store.as_ref())),
         broken: &broken.concat(),
+        verbose,
     };
     match arguments.format {
         Format::Text => print(&campaign.to_string())?,
@@ -272,12 +278,17 @@ enum Place {
 }
 
 /// Saves the shrunk cases; a text for each broken law that tells what and where.
-fn saved(subjects: &[PlantedLaw], report: &CampaignReport<Case>, place: &Place) -> Result<Vec<String>, Failure> {
+fn saved(
+    subjects: &[PlantedLaw],
+    report: &CampaignReport<Case>,
+    place: &Place,
+    verbose: bool,
+) -> Result<Vec<String>, Failure> {
     if let Place::Store(directory) = place {
         remove_failures(subjects, directory).map_err(|error| Failure::file(directory, error))?;
     }
     let broken = subjects.iter().zip(&report.laws).filter(|(_, summary)| !summary.broken.is_empty());
-    Ok(broken.map(|(subject, summary)| broken_text(subject, summary, place)).collect())
+    Ok(broken.map(|(subject, summary)| broken_text(subject, summary, place, verbose)).collect())
 }
 
 /// Removes what an earlier part of the campaign has saved: cases of lower index may be broken by now.
@@ -297,7 +308,7 @@ fn remove_failures(subjects: &[PlantedLaw], directory: &Path) -> io::Result<()> 
     Ok(())
 }
 
-fn broken_text(subject: &PlantedLaw, summary: &Summary<Case>, place: &Place) -> String {
+fn broken_text(subject: &PlantedLaw, summary: &Summary<Case>, place: &Place, verbose: bool) -> String {
     let saved = summary.failures.iter().map(|failure| {
         let replay = Replay {
             module: None,
@@ -308,7 +319,8 @@ fn broken_text(subject: &PlantedLaw, summary: &Summary<Case>, place: &Place) -> 
             case: failure.case.clone(),
         };
         let saved = write(&replay, place);
-        failure::campaign(&replay, failure.checks, saved.as_deref().map_err(String::as_str))
+        let saved = saved.as_deref().map_err(String::as_str);
+        if verbose { failure::campaign(&replay, failure.checks, saved) } else { failure::brief(&replay, saved) }
     });
     format!("\n{}{}", summary::broken(subject, summary), saved.collect::<String>())
 }

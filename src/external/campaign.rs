@@ -228,8 +228,7 @@ impl Probe<'_> {
             let mut index = 0;
             while index < self.cases() && !self.external.is_given_up() && !self.external.is_interrupted() {
                 let known = self.external.supports().is_some();
-                let cases = drawn.as_ref().map(|drawn| &drawn[index % 2]);
-                self.case(&mut report, cases, index, &mut progress);
+                self.case(&mut report, drawn.as_ref(), index, &mut progress);
                 if !known && self.external.supports().is_some() && drawn.is_some() {
                     // Cases are drawn of what it supports from now on.
                     drawn = self.drawn(law);
@@ -249,17 +248,14 @@ impl Probe<'_> {
         }
     }
 
-    /// The cases of even and of odd index: where a claim is about free motions, every second system is without force.
-    fn drawn(&self, law: &MethodLaw) -> Option<[Cases; 2]> {
+    /// The cases of a law, of what the program supports.
+    fn drawn(&self, law: &MethodLaw) -> Option<Cases> {
         let Drawn::Random { of, .. } = &self.systems else { return None };
         let of = match self.external.supports() {
             Some(supports) => Box::new(supports.cases((**of).clone())),
             None => of.clone(),
         };
-        let any = law.cases((*of).clone());
-        let free = law.claims_free_motion() && law.claim(&self.claims).is_some();
-        let even = if free { law.cases((*of).clone().force_free()) } else { any.clone() };
-        Some([even, any])
+        Some(law.cases(*of))
     }
 
     fn judge(&self, law: &MethodLaw, case: &Case) -> Judged {

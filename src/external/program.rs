@@ -14,6 +14,8 @@ use std::time::{Duration, Instant};
 pub struct Limits {
     /// For one answer.
     pub timeout: Duration,
+    /// For starting: the first answer after a start may take so much longer. Once that was not enough, it is not given again.
+    pub startup: Duration,
     /// Of one answer, in bytes; and of what it writes to standard error while it is asked.
     pub bytes: usize,
     /// How often it is started again after it failed.
@@ -22,7 +24,8 @@ pub struct Limits {
 
 impl Default for Limits {
     fn default() -> Self {
-        Self { timeout: Duration::from_secs(10), bytes: 1 << 20, restarts: 5 }
+        // A minute is enough for interpreters that import large packages.
+        Self { timeout: Duration::from_secs(10), startup: Duration::from_secs(60), bytes: 1 << 20, restarts: 5 }
     }
 }
 
@@ -47,10 +50,12 @@ pub enum Silence {
         why: String,
     },
     /// No line within the time limit.
-    #[error("no answer from the stepper within {seconds} s{}{}", heard(heard_so_far), errors(stderr))]
+    #[error("no answer from the stepper within {seconds} s{}{}{}", to_start(*startup), heard(heard_so_far), errors(stderr))]
     Hung {
         /// The time limit.
         seconds: f64,
+        /// How much of it was for starting.
+        startup: f64,
         /// What it had written of a line, without a newline.
         heard_so_far: String,
         /// The end of its standard error.
@@ -89,6 +94,10 @@ pub enum Silence {
     /// Somebody interrupted the run, see [`Program::interrupted_by`]. This is no failure of the program.
     #[error("the run was interrupted")]
     Interrupted,
+}
+
+fn to_start(seconds: f64) -> String {
+    if seconds == 0.0 { String::new() } else { format!(" ({seconds} s of them to start)") }
 }
 
 fn heard(text: &str) -> String {
@@ -144,6 +153,8 @@ struct Running {
     events: Receiver<Event>,
     errors: Arc<Errors>,
     partial: Arc<Mutex<Vec<u8>>>,
+    /// Whether it has answered since it was started.
+    has_answered: bool,
 }
 
 /// A command with its limits: started when it is first asked.
@@ -153,6 +164,8 @@ pub struct Program {
     interrupt: Option<Arc<AtomicBool>>,
     running: Option<Running>,
     failures: usize,
+    /// Whether it once took longer than it may to start.
+    hung_at_start: bool,
     log: Vec<Exchange>,
     failure: Option<(Exchange, String)>,
 }
@@ -166,6 +179,7 @@ impl Program {
             interrupt: None,
             running: None,
             failures: 0,
+            hung_at_start: false,
             log: Vec::new(),
             failure: None,
         }
@@ -281,15 +295,21 @@ impl Program {
             let _ = requests.send(format!("{request}\n"));
         }
         let interrupted = || self.interrupt.as_ref().is_some_and(|interrupt| interrupt.load(Ordering::Relaxed));
-        match running.wait(limits.timeout, interrupted) {
+        let startup = if running.has_answered || self.hung_at_start { Duration::ZERO } else { limits.startup };
+        let limit = limits.timeout.saturating_add(startup);
+        match running.wait(limit, interrupted) {
             None => Err(Silence::Interrupted),
             Some(Ok(event)) => running.answered(event, &limits, false),
             Some(Err(RecvTimeoutError::Disconnected)) => Err(running.died(Vec::new())),
-            Some(Err(RecvTimeoutError::Timeout)) => Err(Silence::Hung {
-                seconds: limits.timeout.as_secs_f64(),
-                heard_so_far: running.partial.lock().map(|partial| shown(&partial, SHOWN)).unwrap_or_default(),
-                stderr: running.stderr(),
-            }),
+            Some(Err(RecvTimeoutError::Timeout)) => {
+                self.hung_at_start |= !running.has_answered;
+                Err(Silence::Hung {
+                    seconds: limit.as_secs_f64(),
+                    startup: startup.as_secs_f64(),
+                    heard_so_far: running.partial.lock().map(|partial| shown(&partial, SHOWN)).unwrap_or_default(),
+                    stderr: running.stderr(),
+                })
+            }
         }
     }
 
@@ -343,7 +363,10 @@ impl Running {
     fn answered(&mut self, event: Event, limits: &Limits, unasked: bool) -> Result<Vec<u8>, Silence> {
         match event {
             Event::Line(line) if unasked => Err(Silence::Unasked { line: shown(&line, SHOWN) }),
-            Event::Line(line) => Ok(line),
+            Event::Line(line) => {
+                self.has_answered = true;
+                Ok(line)
+            }
             Event::TooLong => Err(Silence::Flooded { stream: "output", bytes: limits.bytes }),
             Event::Errors => Err(Silence::Flooded { stream: "error", bytes: limits.bytes }),
             Event::End(partial) => Err(self.died(partial)),
@@ -399,7 +422,7 @@ fn start(command: &[String], bytes: usize) -> Result<Running, Silence> {
             move || read_errors(stderr, bytes, &events, &errors)
         }),
     ];
-    let running = Running { child, requests: Some(requests), events: received, errors, partial };
+    let running = Running { child, requests: Some(requests), events: received, errors, partial, has_answered: false };
     if let Some(error) = spawned.into_iter().find_map(Result::err) {
         let mut half = Program::new(&[], Limits::default());
         half.running = Some(running);

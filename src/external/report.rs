@@ -10,9 +10,6 @@ use crate::system::Case;
 use serde::Serialize;
 use std::collections::BTreeMap;
 
-/// Why a case on which a law holds says nothing about what it claims of free motions.
-const FORCED: &str = "the system has a force: this claim is about systems without force";
-
 /// Why a case says nothing.
 const FAILED: &str = "the program failed";
 
@@ -169,7 +166,7 @@ impl LawReport {
         let undecided = match verdict {
             Verdict::Holds { .. } => {
                 self.held += 1;
-                (!outcome.judged_claim).then_some(FORCED)
+                None
             }
             Verdict::Broken { .. } => {
                 self.broken.push(index);

@@ -235,11 +235,17 @@ impl Cases {
         self
     }
 
-    /// No force, and no potential.
-    pub fn force_free(mut self) -> Self {
+    /// No force.
+    pub(crate) fn without_force(mut self) -> Self {
         self.forcing = Forcing::Free;
-        self.potentials.clear();
         self
+    }
+
+    /// No force, and no potential.
+    pub fn force_free(self) -> Self {
+        let mut free = self.without_force();
+        free.potentials.clear();
+        free
     }
 
     /// Systems with potentials, too: one or two of these [kinds](Potential::KINDS) in half of the cases. Those of bodies are drawn on so(3)

@@ -18,7 +18,7 @@ import systems
 
 HERE = pathlib.Path(__file__).resolve().parent
 ROOT = HERE.parents[2]
-LAWS = {"casimirs": "method-casimirs", "energy": "method-energy", "reversible": "method-reversibility",
+LAWS = {"casimirs": "method-conserves-casimirs", "energy": "method-conserves-energy", "reversible": "method-reversibility",
         "equivariant": "method-equivariance"}
 LABELS = {"so3": "SO(3)", "se3": "SE(3)", systems.TORQUE: "SO(3) with a torque"}
 COLUMNS = ["package", "version", "integrator", "system", "seed", "cases", "judged", "momentum_least", "momentum_median",
@@ -95,7 +95,7 @@ def judge(options, command, order, tolerance, system, seed, index):
         file.write_text(systems.system_file(system, seed, index))
         common = ["--tolerance", str(tolerance)] if tolerance else []
         free = system != systems.TORQUE
-        laws = "order,reversib,equivar" + (",casimirs,energy" if free else "")
+        laws = "order,reversib,equivar" + (",conserves" if free else "")
         claims = ["--order", str(order + 1), "--reversible", *(["--conserves", "casimirs,energy"] if free else [])]
         found = probe(options, file, ["--laws", laws, *claims, *common], command, folder)
         orders, notes, failure = {}, set(), found["method-order"].get("failure")

@@ -1,4 +1,4 @@
-//! The figure of a run: momenta, energy, Casimirs and attitude over time.
+//! The figure of a run: momenta, velocities, energy, Casimirs and attitude over time.
 
 use super::super::plot::{Axes, Curve, Figure, Legend, Marker, Panel, Style};
 use super::columns::Columns;
@@ -6,6 +6,7 @@ use euler_poincare::algebra::catalogue::Entry;
 use euler_poincare::scalar::Real;
 use euler_poincare::system::case::Structure;
 use euler_poincare::system::{Case, SystemFile};
+use std::ops::Range;
 use std::path::Path;
 
 /// Points of a curve: when there are more, every second one goes.
@@ -22,7 +23,7 @@ pub struct Trace {
     columns: Columns,
     stride: usize,
     seen: usize,
-    /// t, momenta, energy, initial energy + work, changes of the Casimirs, entries of the attitude.
+    /// t, momenta, velocities, energy, initial energy + work, changes of the Casimirs, entries of the attitude.
     points: Vec<Vec<f64>>,
     /// The last row seen, which may not be a sample.
     last: Vec<f64>,
@@ -44,7 +45,7 @@ impl Trace {
             self.initial = casimirs.iter().map(|value| Box::new(*value) as Box<dyn std::any::Any>).collect();
         }
         let mut point = vec![row[0].to_f64()];
-        point.extend(row[Columns::MOMENTUM..][..self.columns.dimension].iter().map(|v| v.to_f64()));
+        point.extend(row[Columns::MOMENTUM..energy].iter().map(|v| v.to_f64()));
         point.push(row[energy].to_f64());
         point.push((row[energy] - row[energy + 2]).to_f64());
         // The difference in the scalar of the run: in f64 it could be lost.
@@ -77,32 +78,97 @@ impl Trace {
         self.samples().filter_map(|point| Some((point[0], *point.get(column)?))).collect()
     }
 
+    /// The columns of the energy, and of the initial energy and the work.
+    fn energies(&self) -> [usize; 2] {
+        [self.columns.energy(), self.columns.energy() + 1]
+    }
+
+    /// The column of the k-th Casimir.
+    fn casimir(&self, k: usize) -> usize {
+        self.columns.energy() + 2 + k
+    }
+
     /// The column of the entry of the attitude in this row and column.
     fn entry(&self, row: usize, column: usize) -> usize {
-        3 + self.columns.dimension + self.columns.casimirs + row * self.columns.attitude + column
+        self.casimir(self.columns.casimirs) + row * self.columns.attitude + column
     }
 }
 
-/// The figure of a run of `system`, which was read from `file`.
+/// The figure of a run of `case`, which was read from `file`.
 pub fn figure(trace: &Trace, system: &SystemFile, file: &Path) -> Figure {
-    let (n, casimirs) = (trace.columns.dimension, trace.columns.casimirs);
-    let numbered = |name: &str, number: usize| format!("{name}{}", subscript(number));
-    let mut panels = vec![panel("momentum", (0..n).map(|a| (numbered("μ", a + 1), trace.curve(1 + a))).collect())];
-    panels.push(energy(trace));
-    if casimirs > 0 {
-        let curves = (0..casimirs).map(|k| (numbered("C", k + 1), trace.curve(3 + n + k))).collect();
-        panels.push(panel("Casimirs: change since the start", curves));
+    let (n, case) = (trace.columns.dimension, &system.case);
+    let mut panels = Vec::new();
+    for Block { kind, of, coordinates } in blocks(case) {
+        for (what, letter, first) in [("momentum", "μ", Columns::MOMENTUM), ("velocity", "η", Columns::MOMENTUM + n)]
+        {
+            let curve = |a: usize| (format!("{letter}{}", subscript(a + 1)), trace.curve(first + a));
+            panels.push(panel(&format!("{kind}{what}{of}"), coordinates.clone().map(curve).collect()));
+        }
     }
-    panels.extend(attitude(trace, &system.case));
+    panels.push(energy(trace));
+    panels.extend(casimirs(trace, case));
+    panels.extend(attitude(trace, case));
     Figure { title: title(system, file), legend: Legend::Beside, panels, note: String::new() }
 }
 
 /// The two agree but for the error of the method: the first is drawn wide, so that it shows on both sides of the other.
 fn energy(trace: &Trace) -> Panel {
-    let n = trace.columns.dimension;
+    let [energy, with_work] = trace.energies();
     let curve = |style, column| Curve { style, points: trace.curve(column) };
-    let curves = vec![curve(Style::new("energy", 5).wide(6.0), 1 + n), curve(Style::new("start + work", 1), 2 + n)];
+    let curves =
+        vec![curve(Style::new("energy", 5).wide(6.0), energy), curve(Style::new("start + work", 1), with_work)];
     Panel::new("energy", ("time t", ""), Axes::Linear, curves)
+}
+
+/// How the Casimirs have changed since the start. Without potential and force they are constant; the title says where they are not.
+fn casimirs(trace: &Trace, case: &Case) -> Option<Panel> {
+    let curve = |k: usize| (format!("C{}", subscript(k + 1)), trace.curve(trace.casimir(k)));
+    let curves: Vec<Named> = (0..trace.columns.casimirs).map(curve).collect();
+    let title = match (case.potentials.is_empty(), case.lagrangian.formula.is_some()) {
+        (false, _) => "Casimirs: the potential moves them",
+        (true, true) => "Casimirs: constant if L is free of g",
+        (true, false) => "Casimirs",
+    };
+    (!curves.is_empty()).then(|| Panel { y: "change since the start", ..panel(title, curves) })
+}
+
+/// Coordinates of one unit.
+struct Block {
+    /// `angular `, `linear `, or nothing.
+    kind: &'static str,
+    /// Of which factor of a product.
+    of: String,
+    /// Which coordinates.
+    coordinates: Range<usize>,
+}
+
+/// The coordinates, those of turns apart from those of translations, where the basis of the algebra does.
+fn blocks(case: &Case) -> Vec<Block> {
+    let whole = || vec![Block { kind: "", of: String::new(), coordinates: 0..case.dimension() }];
+    let Structure::Named(entry) = &case.algebra.structure else { return whole() };
+    let factors = match entry {
+        Entry::Product(factors) => factors.iter().collect(),
+        entry => vec![entry],
+    };
+    let of = |factor: &Entry| if factors.len() > 1 { format!(" of {factor}") } else { String::new() };
+    let (mut blocks, mut first) = (Vec::new(), 0);
+    for factor in &factors {
+        let end = first + factor.dimension();
+        let turns = match factor {
+            Entry::So3 | Entry::Se3 => 3,
+            Entry::Se2 => 1,
+            _ => 0,
+        };
+        let kinds = match turns {
+            0 => vec![("", first..end)],
+            turns => vec![("angular ", first..first + turns), ("linear ", first + turns..end)],
+        };
+        let block = |(kind, coordinates)| Block { kind, of: of(factor), coordinates };
+        blocks.extend(kinds.into_iter().map(block).filter(|block| !block.coordinates.is_empty()));
+        first = end;
+    }
+    // In another basis a coordinate may be of both.
+    if case.algebra.basis.is_some() && blocks.len() > 1 { whole() } else { blocks }
 }
 
 /// The file, the algebra, the method, and the step or the tolerance.
@@ -169,9 +235,9 @@ fn entries(trace: &Trace) -> Panel {
     });
     let mut moving: Vec<Named> = all.filter(|(_, points)| points.iter().any(|point| point.1 != points[0].1)).collect();
     let title = match moving.len() {
-        0 => "attitude: no entry of the matrix changes".into(),
-        number if number > ENTRIES => format!("attitude: {ENTRIES} of the {number} entries of the matrix that change"),
-        _ => "attitude: the entries of the matrix that change".to_owned(),
+        0 => "attitude: no matrix entry changes".into(),
+        number if number > ENTRIES => format!("attitude: {ENTRIES} of {number} entries that change"),
+        _ => "attitude: matrix entries that change".to_owned(),
     };
     moving.truncate(ENTRIES);
     panel(&title, moving)

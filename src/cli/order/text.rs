@@ -24,25 +24,40 @@ const MEANING: &str = "\
 A method has order p if its errors shrink as the p-th power of the step h. The order is computed from the coefficients of the \
 tableau, and measured: errors are relative, and the slope is that of log error against log h.";
 
-/// The three numbers, what is behind them, the table of errors.
-pub fn text(outcome: &Outcome) -> String {
+/// Where the rest is.
+const MORE: &str = "-v prints the conditions and the errors behind these orders; --plot FILE.svg draws the errors.";
+
+/// The verdict, the three numbers, and what qualifies them; if asked for, what is behind them, and the tables of errors.
+pub fn text(outcome: &Outcome, verbose: bool) -> String {
     let analysis = &outcome.analysis;
     let mut rows = vec![("tableau", tableau(outcome))];
     rows.push(("declared", declared(outcome)));
     rows.push(("classical", computed(outcome, |o| &o.classical)));
     rows.push(("variational", computed(outcome, |o| &o.variational)));
     rows.push(("measured", measured(outcome)));
-    rows.push(("assumed", assumptions(outcome)));
     let verdict = entries(0, [("verdict", verdict(outcome))]);
-    let mut text = format!("{verdict}\n\n{}\n\n{}\n", paragraph(MEANING), entries(0, rows));
     let mut notes: Vec<String> = analysis.notes();
     notes.extend(outcome.notes.iter().cloned());
     notes.extend(outcome.judged.explanation.clone());
     notes.extend(outcome.judged.trial.warnings.iter().map(|warning| format!("Warning: {warning}.")));
-    if !notes.is_empty() {
-        text += &format!("\n{}\n", entries(0, notes.into_iter().map(|note| ("note", note))));
+    let notes: Vec<(&str, String)> = notes.into_iter().map(|note| ("note", note)).collect();
+    if !verbose {
+        rows.extend(analysis.findings().hints().into_iter().map(|hint| ("because", hint)));
+        rows.extend(notes);
+        return format!("{verdict}\n\n{}\n\n{}\n", entries(0, rows), paragraph(MORE));
     }
-    let orders = analysis.findings();
+    rows.push(("assumed", assumptions(outcome)));
+    let mut text = format!("{verdict}\n\n{}\n\n{}\n", paragraph(MEANING), entries(0, rows));
+    if !notes.is_empty() {
+        text += &format!("\n{}\n", entries(0, notes));
+    }
+    text + &details(outcome) + &format!("\n{verdict}\n")
+}
+
+/// The conditions that fail, and the errors of both studies.
+fn details(outcome: &Outcome) -> String {
+    let mut text = String::new();
+    let orders = outcome.analysis.findings();
     let (classical, variational) = (&orders.failing_classical, &orders.failing_variational);
     if let Some(failing) = classical {
         text += &format!("\n{}", conditions("classical", failing));
@@ -61,8 +76,7 @@ pub fn text(outcome: &Outcome) -> String {
         outcome.digits.number(),
         errors(&trial.horizon)
     );
-    text += &format!("\nErrors after two steps (slopes less one)\n{}\n\n{verdict}\n", errors(&trial.descent));
-    text
+    text + &format!("\nErrors after two steps (slopes less one)\n{}\n", errors(&trial.descent))
 }
 
 fn tableau(outcome: &Outcome) -> String {

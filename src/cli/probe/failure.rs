@@ -1,7 +1,8 @@
 //! A broken law of a stepper, in full: law, verdict, system, errors, one exchange.
 
 use super::super::table::{Column, Table, data, entries, paragraph};
-use super::{Kept, rounded};
+use super::Kept;
+use super::text::rounded;
 use euler_poincare::external::{Broken, Compared, LawReport, Mark, Record, Slopes, Values};
 use euler_poincare::harness::Verdict;
 use euler_poincare::laws::method::MethodLaw;

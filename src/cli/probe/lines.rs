@@ -1,7 +1,8 @@
 //! What `probe --format json` prints: one object per law and line, and one for the whole.
 
 use super::super::schema::object;
-use super::{KeptCases, asked, slopes};
+use super::KeptCases;
+use super::text::{asked, slopes};
 use euler_poincare::external::{Broken, LawReport, ProbeReport, QuantityOrders, Record};
 use euler_poincare::harness::Verdict;
 use euler_poincare::laws::method::MethodLaw;

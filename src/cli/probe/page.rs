@@ -8,7 +8,8 @@ use super::super::report::formula::typeset;
 use super::super::report::numbers::*;
 use super::super::report::{chart, orders};
 use super::failure::{system, values};
-use super::{Kept, KeptCases, ORDERS, hundredths, slopes};
+use super::text::{ORDERS, hundredths, slopes};
+use super::{Kept, KeptCases};
 use euler_poincare::external::{
     Broken, ClaimReport, Compared, Conclusion, LawReport, Mark, MeasuredCase, ProbeReport, SlopeLevel, Slopes, Supports,
 };

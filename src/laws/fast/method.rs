@@ -4,7 +4,9 @@ use super::engine::{Fast, TERM_MISSING};
 use crate::harness::{Cost, Fault, Verdict};
 use crate::laws::CaseLaw;
 use crate::laws::method::library::{FAVOURED, SEES_ATTITUDE, SEES_TIME, claims, law};
-use crate::laws::method::{CASIMIRS, ENERGY, EQUIVARIANCE, MethodLaw, ORDER, REVERSIBILITY, check_case};
+use crate::laws::method::{
+    CASIMIRS, CONSERVES_CASIMIRS, ENERGY, EQUIVARIANCE, MethodLaw, ORDER, REVERSIBILITY, check_case,
+};
 use crate::laws::planted::step::{
     CHART, FIRST_STAGE, FORCE_TIME, FROM_LEFT, HALVED, INVERTED, NO_FORCE, NO_SECOND, NOT_TRANSPORTED,
 };
@@ -55,7 +57,8 @@ pub(super) static LAWS: &[CaseLaw] = &[
             SEES_ATTITUDE
         ]
     ),
-    law!("fast-casimirs", &CASIMIRS, Cost::Moderate, &[CHART, HALVED, NOT_TRANSPORTED, FAVOURED]),
+    law!("fast-casimirs", &CASIMIRS, Cost::Moderate, &[HALVED, NOT_TRANSPORTED, FAVOURED]),
+    law!("fast-conserves-casimirs", &CONSERVES_CASIMIRS, Cost::Moderate, &[CHART, HALVED, FAVOURED]),
     law!("fast-energy", &ENERGY, Cost::Moderate, &[NO_FORCE, NO_SECOND, FAVOURED]),
     law!("fast-reversibility", &REVERSIBILITY, Cost::Moderate, &[FORCE_TIME, NOT_TRANSPORTED, INVERTED, SEES_ATTITUDE]),
     law!("fast-equivariance", &EQUIVARIANCE, Cost::Cheap, &[FROM_LEFT, SEES_TIME, SEES_ATTITUDE]),

@@ -32,7 +32,7 @@
 use super::levels::{self, REACH, is_final};
 use super::theory::{names, no_value, product};
 use super::variational::Scheme;
-use super::{Look, Outcome, Point, Precision, Quantity, Setup, View, without};
+use super::{LOOSE, LOST_DIGITS, Look, Outcome, Point, Precision, Quantity, Setup, View, without};
 use crate::harness::Verdict;
 use crate::harness::evidence::{self, Evidence};
 use crate::integrators::StepError;
@@ -373,11 +373,12 @@ fn alone(look: &Kept<'_>, quantity: usize, levels: &[KeptLevel]) -> Verdict {
     };
     match slope {
         Some(slope) if slope >= FALLS => broken(format!("it falls with the step like h^{slope:.1}: {}", words.order)),
-        _ if ratio(worst) > AGREEMENT => {
-            broken("it does not fall with the step as the error of an order, and is far above rounding".into())
-        }
+        _ if ratio(worst) > AGREEMENT => broken(format!(
+            "{LOOSE}, or another error that does not fall with the step, far above rounding; --tolerance says how well a step solves \
+             its equations"
+        )),
         _ => Verdict::inconclusive(format!(
-            "{name}: the {} is above rounding and does not fall as the error of an order; a --tolerance may explain it",
+            "{name}: {LOST_DIGITS}: the {} is above rounding, and no error of an order; if the solver stops early, say so with --tolerance",
             words.what
         )),
     }

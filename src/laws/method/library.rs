@@ -1,8 +1,8 @@
 //! The laws of methods, of this crate's integrator: with planted faults.
 
 use super::{
-    CASIMIRS, Claims, ENERGY, EQUIVARIANCE, MOMENTUM, MethodLaw, MethodSource, NOETHER, ORDER, POISSON, PRESENTATION,
-    REVERSIBILITY, SMOOTHNESS, Stepper, Untyped, VARIATIONAL, check_case,
+    CASIMIRS, CONSERVES_CASIMIRS, CONSERVES_MOMENTUM, Claims, ENERGY, EQUIVARIANCE, MOMENTUM, MethodLaw, MethodSource,
+    NOETHER, ORDER, POISSON, PRESENTATION, REVERSIBILITY, SMOOTHNESS, Stepper, Untyped, VARIATIONAL, check_case,
 };
 use crate::harness::{Cost, Fault, Verdict};
 use crate::integrators::{OneStep, Report, StagePoint, State, StepError, Variational};
@@ -198,7 +198,7 @@ static LAWS: &[CaseLaw] = &[
             SEES_ATTITUDE
         ]
     ),
-    law!("method-casimirs", &CASIMIRS, Cost::Expensive, &[CHART, HALVED, NOT_TRANSPORTED, FAVOURED]),
+    law!("method-casimirs", &CASIMIRS, Cost::Expensive, &[HALVED, NOT_TRANSPORTED, FAVOURED]),
     law!("method-energy", &ENERGY, Cost::Expensive, &[NO_FORCE, NOT_TRANSPORTED, NO_SECOND, FAVOURED]),
     law!(
         "method-reversibility",
@@ -211,7 +211,14 @@ static LAWS: &[CaseLaw] = &[
         "method-momentum",
         &MOMENTUM,
         Cost::Expensive,
-        &[CHART, HALVED, INVERTED, NOT_TRANSPORTED, FROM_LEFT, ORDER_TWO, FAVOURED, SEES_ATTITUDE]
+        &[HALVED, INVERTED, NOT_TRANSPORTED, FROM_LEFT, FAVOURED, SEES_ATTITUDE]
+    ),
+    law!("method-conserves-casimirs", &CONSERVES_CASIMIRS, Cost::Expensive, &[CHART, HALVED, FAVOURED]),
+    law!(
+        "method-conserves-momentum",
+        &CONSERVES_MOMENTUM,
+        Cost::Expensive,
+        &[CHART, HALVED, INVERTED, FROM_LEFT, ORDER_TWO, FAVOURED, SEES_ATTITUDE]
     ),
     law!(
         "method-noether",

@@ -234,40 +234,82 @@ impl Look for Balance<'_> {
     }
 }
 
-/// A balance, where `kept` is claimed and `constant` true: nothing but rounding.
-fn balance(setup: &Setup<'_>, claims: &Claims, quantities: &[Quantity], kept: bool, constant: bool) -> Outcome {
-    if kept && constant {
-        return kept::judge(setup, Kept::Values(quantities), claims.tolerance);
-    }
+/// A balance that closes at the order of the method; `Err`: what there is to say where there is no such quantity.
+fn balance(setup: &Setup<'_>, claims: &Claims, quantities: Result<Vec<Quantity>, Verdict>) -> Outcome {
+    let quantities = match &quantities {
+        Ok(quantities) => quantities,
+        Err(verdict) => return verdict.clone().into(),
+    };
     let order = claims.least_order();
     at_least(setup, order, ", balance over two steps", |from| {
         setup.sharp(&Balance(quantities, order), claims.tolerance, from)
     })
 }
 
+/// Quantities that are kept, if that is claimed and they are constant along the motion: no drift but rounding.
+fn conserved(
+    setup: &Setup<'_>,
+    tolerance: f64,
+    (claimed, constant): (bool, bool),
+    quantities: Result<Vec<Quantity>, Verdict>,
+) -> Outcome {
+    match quantities {
+        _ if !claimed => Verdict::not_applicable("it is not claimed").into(),
+        _ if !constant => Verdict::not_applicable(FORCED).into(),
+        Ok(quantities) => kept::judge(setup, Kept::Values(&quantities), tolerance),
+        Err(verdict) => verdict.into(),
+    }
+}
+
+/// Why a case says nothing about a claim of what is conserved.
+const FORCED: &str = "the system has a force: this claim is about systems without force";
+
+/// The Casimirs that are known.
+fn known_casimirs(setup: &Setup<'_>) -> Result<Vec<Quantity>, Verdict> {
+    let known: Vec<Quantity> = (0..setup.double.theory.casimirs()).map(Quantity::Casimir).collect();
+    if known.is_empty() { Err(Verdict::not_applicable("no Casimir of the algebra is known")) } else { Ok(known) }
+}
+
+/// The components of the spatial momentum.
+fn components(setup: &Setup<'_>) -> Result<Vec<Quantity>, Verdict> {
+    let start = setup.double.theory.start();
+    if setup.double.theory.has_attitude() {
+        return Ok((0..start.momentum.len()).map(Quantity::Momentum).collect());
+    }
+    let why = if start.attitude.is_empty() { "there is no group" } else { "the state has no attitude" };
+    Err(Verdict::not_applicable(why))
+}
+
 /// C(μ_n) − C(μ_0) − ∫⟨f + ∂_gL, C'⟩dt.
 pub(super) fn casimirs(setup: &Setup<'_>, claims: &Claims) -> Outcome {
-    let known: Vec<Quantity> = (0..setup.double.theory.casimirs()).map(Quantity::Casimir).collect();
-    if known.is_empty() {
-        return Verdict::not_applicable("no Casimir of the algebra is known").into();
-    }
-    balance(setup, claims, &known, claims.casimirs, setup.double.theory.is_free())
+    balance(setup, claims, known_casimirs(setup))
+}
+
+/// C(μ_n) = C(μ_0).
+pub(super) fn conserves_casimirs(setup: &Setup<'_>, claims: &Claims) -> Outcome {
+    let judged = (claims.casimirs, setup.double.theory.is_free());
+    conserved(setup, claims.tolerance, judged, known_casimirs(setup))
 }
 
 /// E(μ_n) − E(μ_0) − ∫⟨f, η⟩dt.
 pub(super) fn energy(setup: &Setup<'_>, claims: &Claims) -> Outcome {
-    balance(setup, claims, &[Quantity::Energy], claims.energy, setup.double.theory.keeps_energy())
+    balance(setup, claims, Ok(vec![Quantity::Energy]))
+}
+
+/// E_n = E_0.
+pub(super) fn conserves_energy(setup: &Setup<'_>, claims: &Claims) -> Outcome {
+    let judged = (claims.energy, setup.double.theory.keeps_energy());
+    conserved(setup, claims.tolerance, judged, Ok(vec![Quantity::Energy]))
 }
 
 /// J_n − J_0 − ∫Ad*_{g⁻¹} (f + ∂_gL) dt.
 pub(super) fn momentum(setup: &Setup<'_>, claims: &Claims) -> Outcome {
-    let start = setup.double.theory.start();
-    if !setup.double.theory.has_attitude() {
-        let why = if start.attitude.is_empty() { "there is no group" } else { "the state has no attitude" };
-        return Verdict::not_applicable(why).into();
-    }
-    let components: Vec<Quantity> = (0..start.momentum.len()).map(Quantity::Momentum).collect();
-    balance(setup, claims, &components, claims.momentum, setup.double.theory.is_free())
+    balance(setup, claims, components(setup))
+}
+
+/// J_n = J_0.
+pub(super) fn conserves_momentum(setup: &Setup<'_>, claims: &Claims) -> Outcome {
+    conserved(setup, claims.tolerance, (claims.momentum, setup.double.theory.is_free()), components(setup))
 }
 
 /// D Π(μ) Dᵀ = Π(μ').
@@ -276,7 +318,7 @@ pub(super) fn poisson(setup: &Setup<'_>, claims: &Claims) -> Outcome {
         return Verdict::not_applicable("it is not claimed").into();
     }
     if !setup.double.theory.is_free() {
-        return Verdict::not_applicable("the system has a force: this claim is about systems without force").into();
+        return Verdict::not_applicable(FORCED).into();
     }
     kept::judge(setup, Kept::Bracket, claims.tolerance)
 }

@@ -17,7 +17,7 @@
 //! leaves a jump where it is.
 
 use super::levels::{self, REACH};
-use super::{Look, Point, Precision, View};
+use super::{LOOSE, Look, Point, Precision, View};
 use crate::integrators::StepError;
 use crate::laws::integrators::refused;
 use crate::laws::precision::Measured;
@@ -104,9 +104,9 @@ fn judged<T: Precision>(view: &View<'_, '_, T>, most: T, samples: &[Point<T>]) -
         let roughness = (0..of(&samples[0]).len()).flat_map(of_component).fold(T::zero(), |most, c| most.max(c));
         Measured::defect(roughness, size, view.floor(FLOOR), || {
             format!(
-                "{name} after a step is no smooth function of its length between {:.3e} and {:.3e}: its Chebyshev coefficients from \
-                 the {}th on are up to {:.1e} of it, as where the equations of a step are solved to {:.0e} only, or its length is \
-                 rounded",
+                "{LOOSE}, or a rounded step length: {name} after a step is no smooth function of its length between {:.3e} and {:.3e}; \
+                 its Chebyshev coefficients from the {}th on are up to {:.1e} of it, as where the equations of a step are solved to \
+                 {:.0e} only",
                 (most * T::exact(0.125)).to_f64(),
                 most.to_f64(),
                 2 * m / 3,

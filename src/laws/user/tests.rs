@@ -259,11 +259,18 @@ macro_rules! __own_lists {
                 method_equivariance method_smoothness
             }
             $crate::__own_when! { claims [$($key)*]
-                { $crate::__own_tests! { {} method_noether method_poisson method_variational } }
-                { $crate::__own_tests! { { ignore = "needs `claims`" } method_noether method_poisson method_variational } }
+                { $crate::__own_tests! { {}
+                    method_conserves_casimirs method_conserves_energy method_conserves_momentum
+                    method_noether method_poisson method_variational
+                } }
+                { $crate::__own_tests! { { ignore = "needs `claims`" }
+                    method_conserves_casimirs method_conserves_energy method_conserves_momentum
+                    method_noether method_poisson method_variational
+                } }
             } }
             { $crate::__own_tests! { { ignore = "needs `method`" }
                 method_order method_casimirs method_energy method_reversibility method_momentum
+                method_conserves_casimirs method_conserves_energy method_conserves_momentum
                 method_equivariance method_smoothness method_noether method_poisson method_variational
             } }
         }

@@ -1,0 +1,355 @@
+//! What `probe` prints for people.
+
+use super::super::summary::{count, some};
+use super::super::table::{Column, Table, data, entries, paragraph};
+use super::{Kept, KeptCases, failure};
+use euler_poincare::external::{ClaimReport, Conclusion, LawReport, ProbeReport, QuantityOrders};
+use euler_poincare::harness::Verdict;
+use euler_poincare::laws::method::{LOOSE, LOST_DIGITS};
+use std::collections::{BTreeMap, BTreeSet};
+use std::fmt::Write;
+use std::path::Path;
+
+const COLUMNS: [Column; 11] = [
+    Column::name("law"),
+    Column::number("cases"),
+    Column::number("held"),
+    Column::number("broken"),
+    Column::number("program\nfailed"),
+    Column::number("incon-\nclusive"),
+    Column::number("not\nappl.").rank(2),
+    Column::number("worst\ndefect").rank(3),
+    Column::number("its\nbound").rank(4),
+    Column::number("least\norder"),
+    Column::number("median\norder").rank(1),
+];
+
+/// What is asked.
+const MEANING: &str = "\
+The stepper is asked for steps of random systems. The laws measure how its errors shrink with the step, what it conserves, and \
+how it treats symmetries. A law is broken where a defect exceeds its bound: rounding, in units of u = 1.1e-16, or a difference of \
+slopes of log error against log step.";
+
+/// The verdict and the table; of a run that failed the rest only if it is asked for.
+pub(super) fn text(report: &ProbeReport, kept: &[KeptCases], page: Option<&Path>, verbose: bool) -> String {
+    let failed = report.laws.iter().any(|law| !law.broken.is_empty() || !law.failed.is_empty());
+    if failed && !verbose { brief(report, kept, page) } else { whole(report, kept, page) }
+}
+
+/// So many saved cases of a run that failed are named: a screen has room for no more.
+const CASES_NAMED: usize = 2;
+
+/// What is printed of a run that failed: the verdict, the laws that failed, the first reason, how to run the cases again.
+fn brief(report: &ProbeReport, kept: &[KeptCases], page: Option<&Path>) -> String {
+    let (failed, others): (Vec<&LawReport>, Vec<&LawReport>) =
+        report.laws.iter().partition(|law| !law.broken.is_empty() || !law.failed.is_empty());
+    // Without the defects and the least orders: what is left fits 80 columns.
+    let mut table = Table::new(&[&COLUMNS[..7], &COLUMNS[10..]].concat());
+    for law in failed {
+        table.row(brief_row(law.law.about.name.into(), &[law]));
+    }
+    if !others.is_empty() {
+        table.row(brief_row(count(others.len(), "other law"), &others));
+    }
+    let mut text = format!("{}\n\n{}\n", paragraph(&verdict(report)), table.text());
+    if let Some(why) = first_reason(report) {
+        let _ = write!(text, "\n{}\n", paragraph(&why));
+    }
+    let cases: Vec<&Kept> = kept.iter().flat_map(|kept| [&kept.broken, &kept.failed]).flatten().collect();
+    for Kept { file, not_saved, .. } in cases.iter().take(CASES_NAMED) {
+        let line = match not_saved {
+            None => format!("  euler-poincare probe --replay {file}"),
+            Some(reason) => paragraph(&format!("  not saved: {reason}")),
+        };
+        let _ = writeln!(text, "{line}");
+    }
+    text += &hints(report, page);
+    let more = cases.len().saturating_sub(CASES_NAMED);
+    let more = if more > 0 { format!(" and {}", count(more, "more case")) } else { String::new() };
+    let _ = writeln!(text, "{}", paragraph(&format!("-v prints systems, errors, exchanges, claims{more}.")));
+    text
+}
+
+/// Why the first law is broken, or how the program failed under it.
+fn first_reason(report: &ProbeReport) -> Option<String> {
+    let broken = report.laws.iter().find_map(|law| Some((law, law.failure.as_ref()?)));
+    let (law, found) =
+        broken.or_else(|| report.laws.iter().find_map(|law| Some((law, law.program_failure.as_ref()?))))?;
+    let why = match &found.verdict {
+        Verdict::Broken { witness, .. } => witness.clone(),
+        other => other.to_string(),
+    };
+    Some(format!("{}: {why}", law.law.about.name))
+}
+
+/// Everything.
+fn whole(report: &ProbeReport, kept: &[KeptCases], page: Option<&Path>) -> String {
+    let mut table = Table::new(&COLUMNS);
+    for law in &report.laws {
+        table.row(row(law));
+    }
+    let verdict = paragraph(&verdict(report));
+    let mut text = format!("{verdict}\n\n{}\n\n{}\n", paragraph(MEANING), table.text());
+    if let Some(supports) = &report.supports {
+        let said = serde_json::to_string(supports).unwrap_or_default();
+        let _ = write!(text, "\nCases are drawn of what the stepper says that it supports\n{}\n", data(&said));
+    }
+    let orders: Vec<_> = report.laws.iter().filter(|law| law.law.about.name == ORDERS).flat_map(orders).collect();
+    if !orders.is_empty() {
+        let _ = write!(text, "\nOrders\n{}\n", entries(2, orders));
+    }
+    for (title, of) in [
+        ("Inconclusive", (|law| &law.inconclusive) as fn(&LawReport) -> &BTreeMap<String, usize>),
+        ("Not applicable", |law| &law.not_applicable),
+    ] {
+        let rows = reasons(report, of);
+        if !rows.is_empty() {
+            let _ = write!(text, "\n{title}\n{}\n", entries(2, rows));
+        }
+    }
+    for (law, kept) in report.laws.iter().zip(kept) {
+        if let (Some(broken), Some(kept)) = (&law.failure, &kept.broken) {
+            text += &failure::text(law, broken, kept);
+        }
+        if let (Some(failed), Some(kept)) = (&law.program_failure, &kept.failed) {
+            text += &failure::program(law, failed, kept);
+        }
+    }
+    let claims = report.claims();
+    if !claims.is_empty() {
+        let rows = claims.iter().map(|claim| (claim.claim.clone(), confirmed(claim)));
+        let _ = write!(text, "\nClaims\n{}\n", entries(2, rows));
+    }
+    text += &hints(report, None);
+    if claims.is_empty() && report.conclusion() == Conclusion::Unbroken {
+        let claim = "No order was claimed: each law asked for order 1 or more. If you know the order, claim it with --order P: a part of the state \
+             with a lower order is a defect then.";
+        let _ = write!(text, "\n{}\n", paragraph(claim));
+    }
+    if let Some(page) = page {
+        let _ = write!(text, "\nThe page is {}\n", page.display());
+    }
+    let _ = write!(text, "\n{verdict}\n");
+    text
+}
+
+/// What there is to do about a program that fails, or that supports little; and where the page is.
+fn hints(report: &ProbeReport, page: Option<&Path>) -> String {
+    let mut text = String::new();
+    let failed = report.laws.iter().map(|law| law.failed.len()).sum::<usize>();
+    if failed > 0 {
+        let _ = write!(text, "\nThe program failed on {failed} cases. They say nothing about the laws.\n");
+    }
+    if report.given_up {
+        let _ = write!(text, "\nThe stepper failed {} times and was not started again.\n", report.failures);
+    }
+    let little = 2 * unsupported(report) > asked(report);
+    if report.supports.is_none() && (failed > 0 || little) {
+        let _ = write!(text, "\n{}\n", paragraph(NOT_TOLD));
+    }
+    if let Some(page) = page {
+        let _ = write!(text, "\nThe page is {}\n", page.display());
+    }
+    text
+}
+
+/// On how many cases the stepper said that it does not support the system.
+fn unsupported(report: &ProbeReport) -> usize {
+    let of = |law: &LawReport| {
+        let told = law.not_applicable.iter().filter(|(why, _)| why.starts_with(UNSUPPORTED));
+        told.map(|(_, count)| count).sum::<usize>()
+    };
+    report.laws.iter().map(of).sum()
+}
+
+/// Reasons of so many laws are told once.
+const SHARED: usize = 3;
+
+/// The reasons why cases were not judged, and how often: of each law, or of several laws with the same reason.
+fn reasons(report: &ProbeReport, of: fn(&LawReport) -> &BTreeMap<String, usize>) -> Vec<(String, String)> {
+    let all =
+        || report.laws.iter().flat_map(|law| of(law).iter().map(move |(why, count)| (law.law.about.name, why, *count)));
+    let laws_with = |why: &String| all().filter(|(_, other, _)| *other == why).count();
+    let mut told = BTreeSet::new();
+    let row = |(law, why, count): (&'static str, &String, usize)| {
+        let laws = laws_with(why);
+        if laws < SHARED {
+            return Some((law.to_owned(), format!("{count} × {why}")));
+        }
+        let sum: usize = all().filter(|(_, other, _)| *other == why).map(|(_, _, count)| count).sum();
+        told.insert(why.clone()).then(|| (format!("{laws} laws"), format!("{sum} × {why}")))
+    };
+    all().filter_map(row).collect()
+}
+
+/// How a reason begins where the stepper does not support the system.
+const UNSUPPORTED: &str = "unsupported: ";
+
+/// What to do about a program that fails on systems that it was not written for, or that supports few of them.
+const NOT_TOLD: &str = "\
+The stepper was asked about systems of every kind, because it did not say what it supports. If it is for some of them only, let it answer \
+the first request with {\"supports\": {…}}, as PROTOCOL.md explains, or the others with {\"unsupported\": \"why\"}.";
+
+/// An order to so many digits; what is rounded to 0 has no sign.
+pub(super) fn rounded(order: f64, digits: usize) -> String {
+    let text = format!("{order:.digits$}");
+    match text.strip_prefix('-') {
+        Some(zero) if zero.bytes().all(|c| matches!(c, b'0' | b'.')) => zero.into(),
+        _ => text,
+    }
+}
+
+/// An order to two digits.
+pub(super) fn hundredths(order: f64) -> String {
+    rounded(order, 2)
+}
+
+/// The law whose orders are those of the parts of the state.
+pub(super) const ORDERS: &str = "method-order";
+
+/// The orders of each quantity.
+fn orders(law: &LawReport) -> Vec<(String, String)> {
+    let one = |orders: &QuantityOrders| {
+        let (least, median) = (orders.least()?, orders.median()?);
+        let count = orders.values.len();
+        let cases = if count == 1 { "1 case".into() } else { format!("{count} cases") };
+        let [median, least] = [median, least].map(hundredths);
+        Some((orders.quantity.clone(), format!("median {median}, least {least}, of {cases}")))
+    };
+    law.orders.iter().filter_map(one).collect()
+}
+
+/// What became of a claim.
+fn confirmed(claim: &ClaimReport) -> String {
+    let why = match &claim.why {
+        Some(why) if claim.why_cases > 0 => format!(" ({} × {why})", claim.why_cases),
+        Some(why) => format!(" ({why})"),
+        None => String::new(),
+    };
+    let ClaimReport { law, cases, confirmed, broken, .. } = claim;
+    match (broken, confirmed) {
+        (0, 0) => format!("NOT CONFIRMED: by {law} on 0 of {cases} cases{why}"),
+        (0, _) if confirmed == cases => format!("confirmed: by {law} on {confirmed} of {cases} cases"),
+        (0, _) => format!("confirmed: by {law} on {confirmed} of {cases} cases; undecided on the others{why}"),
+        _ => format!("REFUTED: {law} is broken on {broken} of {cases} cases, and confirmed on {confirmed}"),
+    }
+}
+
+/// The first and the last line.
+fn verdict(report: &ProbeReport) -> String {
+    let broken: Vec<_> =
+        report.laws.iter().filter(|law| !law.broken.is_empty()).map(|law| law.law.about.name).collect();
+    let broken = if broken.is_empty() { "NOTHING BROKEN".into() } else { format!("BROKEN ({})", some(&broken)) };
+    let outcome = match report.conclusion() {
+        Conclusion::Interrupted => format!("INTERRUPTED, {broken} so far"),
+        Conclusion::Broken | Conclusion::Unbroken => broken,
+        Conclusion::Failed => "THE PROGRAM FAILED, no law broken".into(),
+        Conclusion::GivenUp => "NO VERDICT, the stepper failed too often".into(),
+        Conclusion::Unconfirmed => "NO VERDICT, nothing broken, but not every claim was confirmed".into(),
+        Conclusion::Undecided if unsupported(report) == asked(report) => {
+            "NO VERDICT, the stepper supports none of the systems".into()
+        }
+        Conclusion::Undecided => "NO VERDICT, no law held on any case".into(),
+        Conclusion::Confirmed => format!("{broken}, every claim confirmed"),
+    };
+    let mut line = format!("{outcome}: {} on {}", count(report.laws.len(), "law"), count(asked(report), "case"));
+    line += &words(report);
+    if matches!(report.conclusion(), Conclusion::Unbroken | Conclusion::Confirmed) {
+        let says_nothing = |law: &&LawReport| law.held + law.broken.len() == 0;
+        let silent: Vec<_> = report.laws.iter().filter(says_nothing).map(|law| law.law.about.name).collect();
+        if !silent.is_empty() {
+            line += &format!("; {} held on none ({})", count(silent.len(), "law"), some(&silent));
+        }
+        let held = report.laws.iter().map(|law| law.held).sum::<usize>();
+        if 2 * held < asked(report) {
+            line += &format!("; only {held} cases could be judged");
+        }
+        if let (None, Some(lower)) = (report.claims().first(), lower(report)) {
+            line += &format!("; but {lower}");
+        }
+    }
+    line
+}
+
+/// What the reasons say about the method as a whole: its solver is loose, or it loses digits.
+fn words(report: &ProbeReport) -> String {
+    let broken = |law: &&LawReport| match law.failure.as_ref().map(|failure| &failure.verdict) {
+        Some(Verdict::Broken { witness, .. }) => witness.contains(LOOSE),
+        _ => false,
+    };
+    let loose: Vec<_> = report.laws.iter().filter(broken).map(|law| law.law.about.name).collect();
+    let lost = |law: &LawReport| -> usize {
+        law.inconclusive.iter().filter(|(why, _)| why.contains(LOST_DIGITS)).map(|(_, count)| count).sum()
+    };
+    let losing: Vec<_> = report.laws.iter().filter(|law| lost(law) > 0).map(|law| law.law.about.name).collect();
+    let mut words = String::new();
+    if !loose.is_empty() {
+        let _ = write!(words, "; {LOOSE} ({})", some(&loose));
+    }
+    if !losing.is_empty() {
+        let cases = count(report.laws.iter().map(lost).sum::<usize>(), "case");
+        let _ = write!(words, "; {LOST_DIGITS} on {cases} ({})", some(&losing));
+    }
+    words
+}
+
+/// Where the parts of the state have different orders: which, by the medians of their cases.
+fn lower(report: &ProbeReport) -> Option<String> {
+    let law = report.laws.iter().find(|law| law.law.about.name == ORDERS)?;
+    let medians = law.orders.iter().filter_map(|orders| Some((&orders.quantity, orders.median()?)));
+    let (least, most) =
+        (medians.clone().min_by(|a, b| a.1.total_cmp(&b.1))?, medians.max_by(|a, b| a.1.total_cmp(&b.1))?);
+    let (low, high) = (hundredths(least.1), hundredths(most.1));
+    (most.1 - least.1 > APART).then(|| format!("the {} has order {low} where the {} has {high}", least.0, most.0))
+}
+
+/// Orders of the parts of a state that differ by more than this are not the same.
+const APART: f64 = 0.5;
+
+pub(super) fn asked(report: &ProbeReport) -> usize {
+    report.laws.iter().map(|law| law.cases).sum()
+}
+
+/// The least of the slopes and the one in the middle.
+pub(super) fn slopes(law: &LawReport) -> Option<(f64, f64)> {
+    let mut slopes = law.slopes.clone();
+    slopes.sort_by(f64::total_cmp);
+    Some((*slopes.first()?, slopes[slopes.len() / 2]))
+}
+
+/// The sums of some laws; the order where there is one law.
+fn brief_row(name: String, laws: &[&LawReport]) -> Vec<String> {
+    let sum = |of: fn(&LawReport) -> usize| laws.iter().map(|law| of(law)).sum::<usize>().to_string();
+    let order = match laws {
+        [law] => slopes(law).map(|slopes| hundredths(slopes.1)).unwrap_or_default(),
+        _ => String::new(),
+    };
+    vec![
+        name,
+        sum(|law| law.cases),
+        sum(|law| law.held),
+        sum(|law| law.broken.len()),
+        sum(|law| law.failed.len()),
+        sum(|law| law.inconclusive.values().sum()),
+        sum(|law| law.not_applicable.values().sum()),
+        order,
+    ]
+}
+
+fn row(law: &LawReport) -> Vec<String> {
+    let number = |number: Option<f64>| number.map(|x| format!("{x:.1e}")).unwrap_or_default();
+    let order = |order: Option<f64>| order.map(hundredths).unwrap_or_default();
+    vec![
+        law.law.about.name.to_owned(),
+        law.cases.to_string(),
+        law.held.to_string(),
+        law.broken.len().to_string(),
+        law.failed.len().to_string(),
+        law.inconclusive.values().sum::<usize>().to_string(),
+        law.not_applicable.values().sum::<usize>().to_string(),
+        number(law.worst.map(|worst| worst.0)),
+        number(law.worst.map(|worst| worst.1)),
+        order(slopes(law).map(|slopes| slopes.0)),
+        order(slopes(law).map(|slopes| slopes.1)),
+    ]
+}
