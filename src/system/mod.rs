@@ -21,6 +21,7 @@ mod labels;
 mod loads;
 mod named;
 mod numbers;
+pub(crate) mod parameters;
 mod presentation;
 pub mod random;
 pub(crate) mod rates;
