@@ -6,6 +6,8 @@ mod probe;
 mod campaign;
 #[path = "command/ensemble.rs"]
 mod ensemble;
+#[path = "command/notes.rs"]
+mod notes;
 #[path = "command/order.rs"]
 mod order;
 #[path = "command/page.rs"]

@@ -20,6 +20,7 @@ pub(crate) mod given;
 mod labels;
 mod loads;
 mod named;
+pub mod note;
 mod numbers;
 pub(crate) mod parameters;
 mod presentation;

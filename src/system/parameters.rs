@@ -7,7 +7,7 @@ use super::case::Parameter;
 use crate::expression::like;
 use crate::scalar::Number;
 use std::borrow::Cow;
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, BTreeSet};
 use std::ops::Range;
 use toml::Spanned;
 use toml::de::{DeTable, DeValue};
@@ -166,11 +166,11 @@ fn parameters(table: &DeTable<'_>) -> Named {
 /// Puts numbers in the place of texts that name parameters of the file. What is no number stays, and is returned, parameters first: of
 /// a key that is none the reader of the whole file says so.
 pub(super) fn put(table: &mut DeTable<'_>) -> Vec<Unread> {
-    let declared = table.get("parameters").and_then(|value| match value.get_ref() {
-        DeValue::Table(table) => Some(parameters(table)),
-        _ => None,
-    });
-    let named = declared.unwrap_or_default();
+    let (mut named, mut declared) = (Named::new(), BTreeSet::new());
+    if let Some(DeValue::Table(table)) = table.get("parameters").map(Spanned::get_ref) {
+        named = parameters(table);
+        declared = table.keys().map(|key| key.get_ref().to_string()).collect();
+    }
     let mut unread = Vec::new();
     for (section, without) in TABLES {
         let Some(value) = table.get_mut(section) else { continue };
@@ -180,7 +180,13 @@ pub(super) fn put(table: &mut DeTable<'_>) -> Vec<Unread> {
             match number(text, &named) {
                 Ok(number) if names(text).next().is_some() => *text = Cow::Owned(number.to_string()),
                 Ok(_) => {}
-                Err(refused) => unread.push(Unread { span, text: text.to_string(), refused }),
+                Err(mut refused) => {
+                    let name = refused.at.and_then(|at| names(&text[at..]).next());
+                    if let Some((_, name)) = name.filter(|(_, name)| declared.contains(*name) && !named.contains_key(*name)) {
+                        refused.message = format!("the parameter `{name}` has no value: it is no number, or names itself through others");
+                    }
+                    unread.push(Unread { span, text: text.to_string(), refused });
+                }
             }
         }
     }
