@@ -8,6 +8,8 @@ mod campaign;
 mod ensemble;
 #[path = "command/files.rs"]
 mod files;
+#[path = "command/notes.rs"]
+mod notes;
 #[path = "command/order.rs"]
 mod order;
 #[path = "command/page.rs"]

@@ -132,9 +132,29 @@ fn numbers_from_machine_numbers() {
     assert_eq!(Number::ratio(7, 1), Number::from(7));
     assert_eq!(Number::root(2), Number::parse("sqrt(2)").unwrap());
     assert_eq!(Number::pi(), Number::parse("pi").unwrap());
+    assert_eq!(Number::degree(), Number::parse("deg").unwrap());
     for x in [0.0, 0.1, 1.0 / 3.0, f64::MAX, f64::MIN_POSITIVE, 5e-324, 2f64.powi(60), -2.5e-7] {
         assert_eq!(Number::from(x).eval::<f64>(), Ok(x));
         assert_eq!(Number::parse(&Number::from(x).to_string()), Ok(Number::from(x)));
+    }
+}
+
+/// The unit multiplies the product before it, in every scalar to its last digits.
+#[test]
+fn degrees_are_a_unit_and_a_number() {
+    fn check<T: Real>() {
+        for (text, degrees) in [("30 deg", "30"), ("1/2 deg", "1/2"), ("-2*15deg", "-30"), ("60 deg/2", "30"), ("(1 + 29)*deg", "30")] {
+            let value: T = Number::parse(text).unwrap().eval().unwrap();
+            let right: T = Number::parse(&format!("{degrees}*pi/180")).unwrap().eval().unwrap();
+            assert!((value - right).abs() <= T::int(4) * T::unit_roundoff() * right.abs(), "{text}: {value} {right}");
+        }
+    }
+    check::<f64>();
+    check::<Dd>();
+    check::<Qd>();
+    assert_eq!(Number::parse("10 + 20 deg").unwrap().to_string(), "10 + 20*deg");
+    for bad in ["30 degree", "30 degs", "deg 30", "30 deg 2", "3 0deg"] {
+        assert!(Number::parse(bad).is_err(), "{bad}");
     }
 }
 
@@ -326,12 +346,13 @@ mod with_harness {
     /// Texts of the grammar, by construction.
     fn expression() -> impl Strategy<Value = String> {
         let leaf =
-            prop_oneof!["[0-9]{1,4}", "[0-9]{0,3}\\.[0-9]{1,4}", "[0-9]{1,3}e-?[0-9]{1,2}", Just("pi".to_string()),];
+            prop_oneof!["[0-9]{1,4}", "[0-9]{0,3}\\.[0-9]{1,4}", "[0-9]{1,3}e-?[0-9]{1,2}", "pi|deg"];
         leaf.prop_recursive(4, 16, 2, |inner| {
             prop_oneof![
                 (inner.clone(), "[-+*/]", inner.clone()).prop_map(|(a, o, b)| format!("{a} {o}{b}")),
                 (inner.clone(), "[-+*/]", inner.clone()).prop_map(|(a, o, b)| format!("({a}){o} ({b})")),
                 inner.clone().prop_map(|a| format!("-({a})")),
+                inner.clone().prop_map(|a| format!("{a} deg")),
                 inner.prop_map(|a| format!("sqrt({a})")),
             ]
         })
@@ -347,7 +368,7 @@ mod with_harness {
         }
 
         #[test]
-        fn any_text_is_parsed_or_refused(text in "[-+*/() .0-9episqrtπ]{0,40}") {
+        fn any_text_is_parsed_or_refused(text in "[-+*/() .0-9episqrtdgπ]{0,40}") {
             if let Ok(number) = Number::parse(&text) {
                 prop_assert_eq!(Number::parse(&number.to_string()).unwrap(), number.clone());
                 let _ = number.eval::<f64>();

@@ -1,6 +1,7 @@
 //! The systems that people know, as files: each with what is known of it.
 
 mod balance;
+mod cases;
 mod precise;
 mod reading;
 mod refused;

@@ -119,6 +119,21 @@ pub fn regular_inverse<T: Real, const N: usize>(matrix: &Matrix<T, N>) -> Result
     }
 }
 
+/// The rank of A to working precision: that of A with rows and columns scaled to size 1, with pivots above 64 N u. `None` where an entry
+/// is not finite.
+pub(crate) fn numerical_rank<T: Real, const N: usize>(matrix: &Matrix<T, N>) -> Option<usize> {
+    if !finite(matrix.as_slice()) {
+        return None;
+    }
+    // A row or a column of zeros stays one.
+    let scale = |sizes: [T; N]| sizes.map(|size| T::exact(power_of_two(size.to_f64()).unwrap_or(1.0)));
+    let columns = scale(std::array::from_fn(|c| matrix.column(c).amax()));
+    let scaled = Matrix::<T, N>::from_fn(|r, c| matrix[(r, c)] * columns[c]);
+    let rows = scale(std::array::from_fn(|r| scaled.row(r).amax()));
+    let scaled = Matrix::<T, N>::from_fn(|r, c| scaled[(r, c)] * rows[r]);
+    Some(rank(&scaled, T::int(64 * N as i64) * T::unit_roundoff()))
+}
+
 /// The rank of A: the number of pivots above `threshold` (an absolute size) in elimination with complete pivoting.
 pub fn rank<T: Real, const N: usize>(matrix: &Matrix<T, N>, threshold: T) -> usize {
     let mut left = *matrix;

@@ -1,5 +1,6 @@
 //! `integrate`: a system described in a file, from its initial state to its horizon, as CSV and as a figure.
 
+mod balance;
 mod columns;
 mod ensemble;
 mod plot;
@@ -12,6 +13,7 @@ use super::summary::count;
 use super::table::paragraph;
 use super::tableau::Named;
 use super::{Failure, complain, print};
+use balance::Balance;
 use clap::builder::PossibleValuesParser;
 use columns::Columns;
 use ensemble::Task;
@@ -143,6 +145,7 @@ pub fn run(arguments: Arguments) -> Result<ExitCode, Failure> {
     if let Some(every) = arguments.every {
         file.output.every = every;
     }
+    file.case.notes().iter().for_each(|note| complain(&format!("note: {note}")));
     if let Some(states) = &arguments.ensemble {
         return many(&file, (path, &inputs), states, &arguments);
     }
@@ -259,7 +262,7 @@ impl Paths<'_> {
         let table = self.events.map(create).transpose()?;
         let shown = io::stderr().is_terminal() && (self.csv.is_some() || !io::stdout().is_terminal());
         let columns = Columns::new(&file.case);
-        let mut recorder = Recorder::new(out, self.svg.is_some(), shown, Interrupt::catch()?);
+        let mut recorder = Recorder::new(out, (&columns, self.svg.is_some()), shown, Interrupt::catch()?);
         recorder.header(&columns);
         let Some(adaptive) = &file.adaptive else { return Ok((recorder, figure)) };
         let names = adaptive.events.iter().map(|event| event.name().to_owned()).collect();
@@ -269,6 +272,7 @@ impl Paths<'_> {
     /// Ends the output of a run; returns how many rows there are, in words.
     fn finish(&self, (mut recorder, figure): (Recorder, Option<Output>), file: &SystemFile) -> Result<Kept, Failure> {
         let (rows, interrupted, events) = (recorder.rows(), recorder.interrupted(), recorder.events());
+        let balance = recorder.balance();
         let trace = recorder.finish(self.csv)?;
         let table = events.text();
         if let Some(path) = self.events {
@@ -279,7 +283,7 @@ impl Paths<'_> {
         }
         let place = self.csv.map_or("on standard output".into(), |csv| format!("in {}", csv.display()));
         let up_to = if rows == 1 { "row".into() } else { format!("{rows} rows") };
-        Ok(Kept { rows, interrupted, table, told: format!("kept {place}: the {up_to} up to there") })
+        Ok(Kept { rows, interrupted, table, balance, told: format!("kept {place}: the {up_to} up to there") })
     }
 }
 
@@ -289,6 +293,7 @@ struct Kept {
     interrupted: Option<(u64, Option<u64>)>,
     /// The events.
     table: String,
+    balance: Balance,
     /// Where the rows are.
     told: String,
 }
@@ -305,7 +310,7 @@ fn integrate<T: Compiled>(file: &SystemFile, paths: &Paths<'_>) -> Result<ExitCo
     let plan = Plan::<T>::of(file).map_err(refused)?;
     let (mut recorder, figure) = paths.recorder(file)?;
     let ended = file.case.trajectory(plan, &mut recorder).map_err(refused)?;
-    let Kept { rows, interrupted, told, .. } = paths.finish((recorder, figure), file)?;
+    let Kept { rows, interrupted, told, balance, .. } = paths.finish((recorder, figure), file)?;
     if let (Some((done, Some(total))), Ended::Whole { .. }) = (interrupted, &ended) {
         complain(&format!("INTERRUPTED after {done} of {total} steps; {told}"));
         return Ok(Interrupt::exit_code());
@@ -314,11 +319,18 @@ fn integrate<T: Compiled>(file: &SystemFile, paths: &Paths<'_>) -> Result<ExitCo
         Ended::Failed { reason } => Err(Failure::Computation(format!("{reason}\n{told}"))),
         Ended::Whole { totals } => {
             if let Some(csv) = paths.csv {
-                print(&format!("{}\n", paragraph(&format!("{}: {rows} rows; {}", csv.display(), summary(&totals)))))?;
+                let text = format!("{}: {rows} rows; {}; {}", csv.display(), summary(&totals), balance.text());
+                print(&format!("{}\n{}", paragraph(&text), notes(file)))?;
             }
+            balance.warning().iter().for_each(|warning| complain(warning));
             Ok(ExitCode::SUCCESS)
         }
     }
+}
+
+/// What of a file is perhaps not meant: whole lines.
+fn notes(file: &SystemFile) -> String {
+    file.case.notes().iter().map(|note| format!("{}\n", paragraph(&format!("note: {note}")))).collect()
 }
 
 /// What is told after a run with a tolerance: on standard output, or on standard error where the rows are on the former.
@@ -360,6 +372,9 @@ fn report<T: Compiled>(
     }
     let place = paths.csv.map_or("standard output".into(), |csv| csv.display().to_string());
     let rows = if kept.rows == 1 { "1 row".into() } else { format!("{} rows", kept.rows) };
-    tell(&format!("{}{}\n", kept.table, paragraph(&format!("{place}: {rows}; {why}: {took}"))))?;
+    let text = format!("{place}: {rows}; {why}: {took}; {}", kept.balance.text());
+    let notes = if paths.csv.is_some() { notes(file) } else { String::new() };
+    tell(&format!("{}{}\n{notes}", kept.table, paragraph(&text)))?;
+    kept.balance.warning().iter().for_each(|warning| complain(warning));
     Ok(ExitCode::SUCCESS)
 }

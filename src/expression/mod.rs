@@ -6,7 +6,8 @@
 //!
 //! | | |
 //! |---|---|
-//! | numbers | `2`, `0.5`, `1.2e-3`, `pi`: exact, correct in every scalar |
+//! | numbers | `2`, `0.5`, `1.2e-3`, `pi`, `deg` = π/180: exact, correct in every scalar |
+//! | degrees | `30 deg`, `[10, 20, 30] deg`: the unit multiplies the product before it |
 //! | operations | `+` `-` `*` `/`, `^` (it binds most and to the right: `-x^2` is `-(x^2)`) |
 //! | functions | `sqrt` `exp` `log` `sin` `cos` `tan` `asin` `acos` `atan` `atan2(y, x)` `sinh` `cosh` `tanh` `abs` |
 //! | vectors | `[a, b, c]`, `v[2]` and `v_2`, `dot(u, v)`, `cross(u, v)`, `norm(v)`, sums, products with scalars |

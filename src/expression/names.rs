@@ -74,7 +74,7 @@ impl Names {
         if !name.starts_with(|c: char| c.is_ascii_alphabetic()) || !name.chars().all(letters) {
             return refused("is no name; allowed: a letter, then letters, digits and `_`".into());
         }
-        if name == "pi" || FUNCTIONS.iter().any(|(function, _)| *function == name) {
+        if name == "pi" || name == "deg" || FUNCTIONS.iter().any(|(function, _)| *function == name) {
             return refused(format!(
                 "`{name}` is a function or a constant of every formula, and cannot be another thing"
             ));

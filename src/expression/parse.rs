@@ -198,6 +198,9 @@ impl Parser<'_> {
             } else if reader.eat('/') {
                 let right = self.signed(reader)?;
                 left = self.over(left, right, origin)?;
+            } else if reader.look().0 == Token::Name("deg") {
+                let degree = self.atom(reader)?;
+                left = self.times(left, degree, origin)?;
             } else {
                 return Ok(left);
             }
@@ -343,6 +346,7 @@ impl Parser<'_> {
                 Err(error) => self.refused(origin, error.to_string()),
             },
             Token::Name("pi") => Ok(Item::Scalar(self.builder.pi(origin)?)),
+            Token::Name("deg") => Ok(Item::Scalar(self.builder.number(Number::degree(), origin)?)),
             Token::Name(name) => match FUNCTIONS.iter().find(|(function, _)| *function == name) {
                 Some((_, count)) => self.function(reader, name, *count, origin),
                 None => self.named(reader, name, origin),

@@ -1,6 +1,8 @@
 //! How far a matrix is from a group of the catalogue.
 
 use crate::algebra::catalogue::Entry;
+#[cfg(feature = "harness")]
+use crate::algebra::{Matrix, elimination};
 use crate::scalar::Real;
 
 /// The largest violation of the equations of the group of `entry`, in its standard representation, by the matrix g(r, c).
@@ -46,6 +48,45 @@ pub fn departure<T: Real>(entry: &Entry, g: &dyn Fn(usize, usize) -> T) -> T {
         }
     }
 }
+
+/// Replaces each block of g that is a rotation, or that of a motion, by the nearest rotation; g is near to the group of `entry`.
+#[cfg(feature = "harness")]
+pub(crate) fn nearest_rotations<T: Real, const D: usize>(entry: &Entry, g: &mut Matrix<T, D>) {
+    fn blocks(entry: &Entry, corner: usize, found: &mut Vec<(usize, usize)>) {
+        match entry {
+            Entry::So3 | Entry::Se3 => found.push((corner, 3)),
+            Entry::So4 => found.push((corner, 4)),
+            Entry::Se2 => found.push((corner, 2)),
+            Entry::Product(factors) => {
+                let mut corner = corner;
+                for factor in factors {
+                    blocks(factor, corner, found);
+                    corner += factor.matrix_size();
+                }
+            }
+            Entry::Abelian(_) | Entry::Sl2 | Entry::Aff1 | Entry::Heisenberg => {}
+        }
+    }
+    let mut found = Vec::new();
+    blocks(entry, 0, &mut found);
+    for (corner, n) in found {
+        let inside = |r: usize, c: usize| r < n && c < n;
+        let start = |r, c| if inside(r, c) { g[(corner + r, corner + c)] } else { T::int(i64::from(r == c)) };
+        let mut turn = Matrix::<T, 4>::from_fn(start);
+        // Newton's iteration for the polar factor (Higham 1986) squares the departure.
+        for _ in 0..SQUARINGS {
+            let Some(inverse) = elimination::inverse(&turn) else { break };
+            turn = (turn + inverse.transpose()) * T::half();
+        }
+        for r in 0..n {
+            (0..n).for_each(|c| g[(corner + r, corner + c)] = turn[(r, c)]);
+        }
+    }
+}
+
+/// From 0.01 to less than the round-off of 64 digits.
+#[cfg(feature = "harness")]
+const SQUARINGS: usize = 8;
 
 /// |gᵀg − 1| of the first n rows and columns; infinite where they reflect.
 fn orthogonal<T: Real>(n: usize, g: &dyn Fn(usize, usize) -> T) -> T {

@@ -10,6 +10,8 @@ pub(crate) mod matrix;
 pub mod so3;
 
 pub use departure::departure;
+#[cfg(feature = "harness")]
+pub(crate) use departure::nearest_rotations;
 pub use matrix::MatrixGroup;
 pub use so3::So3;
 

@@ -187,7 +187,7 @@ impl Difference<'_> {
         let term = |eta: &Vector<Dd, N>, x: &Vector<Dd, N>| -> Result<Dd, LegendreError> {
             let hessian = system.lagrangian.hessian(eta);
             let inverse = elimination::inverse(&hessian)
-                .ok_or_else(|| LegendreError::Singular { velocity: eta.iter().map(|v| v.to_f64()).collect() })?;
+                .ok_or_else(|| LegendreError::singular(eta, &hessian))?;
             let mut a = Covector::<Dd, N>::zeros();
             for b in 0..N {
                 let e = Vector::from_fn(|c, _| Dd::int(i64::from(b == c)));

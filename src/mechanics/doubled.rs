@@ -275,7 +275,7 @@ fn larger<T: Real>(m: T, values: &[T]) -> T {
 /// The error that says that the Lagrangian is singular at these two velocities.
 #[cold]
 pub(super) fn singular<T: Scalar>(eta: &[T], psi: &[T]) -> LegendreError {
-    LegendreError::Singular { velocity: eta.iter().chain(psi).map(|v| v.to_f64()).collect() }
+    LegendreError::Singular { velocity: eta.iter().chain(psi).map(|v| v.to_f64()).collect(), rank: None }
 }
 
 /// J⁻¹ by blocks, J the Jacobian of (−∂l/∂η, ∂l/∂ψ) in (η, ψ).

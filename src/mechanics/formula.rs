@@ -444,6 +444,7 @@ impl<T: Real, const N: usize> Lagrangian<T, N> for FormulaLagrangian<T, N> {
             mu,
             guess,
         )
+        .map_err(|error| error.of_leading(self.quantities.dimension))
     }
 
     #[inline(never)]

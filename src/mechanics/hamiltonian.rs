@@ -338,7 +338,7 @@ pub fn hamiltonian_momenta<T: Real, const N: usize, const D: usize>(
         }
         Err(Failure::Fold { .. } | Failure::TooLong { .. }) => {
             let velocity = eta.iter().chain(psi).map(|v| v.to_f64()).collect();
-            Err(LegendreError::Singular { velocity }.into())
+            Err(LegendreError::Singular { velocity, rank: None }.into())
         }
     }
 }

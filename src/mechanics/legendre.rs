@@ -55,14 +55,40 @@ pub(super) fn newton_velocity<T: Real, S: Scalar<Base = T>, const N: usize>(
     let mut right = 0;
     while right < order {
         let residual = (gradient(&eta) - mu).transpose();
-        eta -= elimination::inverse(&hessian(&eta)).ok_or_else(|| singular(&value))? * residual;
+        let hessian = hessian(&eta);
+        eta -= elimination::inverse(&hessian).ok_or_else(|| LegendreError::singular(&eta, &hessian))? * residual;
         right = 2 * right + 1;
     }
     Ok(eta)
 }
 
-fn singular<T: Real, const N: usize>(eta: &Vector<T, N>) -> LegendreError {
-    LegendreError::Singular { velocity: eta.as_slice().iter().map(|v| v.to_f64()).collect() }
+impl LegendreError {
+    /// l'' is singular at η.
+    #[cold]
+    pub(crate) fn singular<S: Scalar, const N: usize>(eta: &Vector<S, N>, hessian: &Matrix<S, N>) -> Self {
+        let velocity = eta.as_slice().iter().map(|v| v.to_f64()).collect();
+        Self::Singular { velocity, rank: elimination::numerical_rank(&hessian.map(|v| v.base())) }
+    }
+
+    /// The same of the first n coordinates, where the others are those of spectators.
+    pub(super) fn of_leading(mut self, n: usize) -> Self {
+        if let Self::Singular { velocity, rank } = &mut self {
+            *rank = rank.and_then(|rank| rank.checked_sub(velocity.len().checked_sub(n)?));
+            velocity.truncate(n);
+        }
+        self
+    }
+}
+
+/// η, where l'' is regular there to working precision: elsewhere l'(η) = μ does not determine η, even if η is a root.
+fn regular<T: Real, const N: usize>(
+    eta: Vector<T, N>,
+    hessian: &Matrix<T, N>,
+) -> Result<Vector<T, N>, LegendreError> {
+    match elimination::regular_inverse(hessian) {
+        Ok(_) => Ok(eta),
+        Err(_) => Err(LegendreError::singular(&eta, hessian)),
+    }
 }
 
 fn newton_value<T: Real, const N: usize>(
@@ -79,24 +105,24 @@ fn newton_value<T: Real, const N: usize>(
         if !size.all_finite() {
             return Err(failed());
         }
-        if size == T::zero() {
-            return Ok(eta);
-        }
         let hessian = hessian(&eta);
-        let step = elimination::inverse(&hessian).ok_or_else(|| singular(&eta))? * residual;
+        if size == T::zero() {
+            return regular(eta, &hessian);
+        }
+        let step = elimination::inverse(&hessian).ok_or_else(|| LegendreError::singular(&eta, &hessian))? * residual;
         // Quadratic convergence: once a step is below √u |η|, what it leaves is at the level of round-off.
         let last = largest(&step) <= close * largest(&eta);
         let round_off =
             T::int(4 * N as i64) * unit * (largest(mu) + T::int(N as i64) * largest(&hessian) * largest(&eta));
         let (next, next_residual) = match damped(gradient, mu, &eta, &step, size) {
             Some(accepted) => accepted,
-            None if size <= round_off => return Ok(eta),
+            None if size <= round_off => return regular(eta, &hessian),
             None => return Err(failed()),
         };
         (eta, residual) = (next, next_residual);
         size = residual_size(&residual);
         if last {
-            return Ok(eta);
+            return regular(eta, &hessian);
         }
     }
     Err(LegendreError::NotConverged { residual: size.to_f64(), iterations: MAX_ITERATIONS })

@@ -27,10 +27,15 @@ pub mod models;
 #[non_exhaustive]
 pub enum LegendreError {
     /// l'' is singular to working precision where it was needed.
-    #[error("the Lagrangian is not regular: its Hessian is singular at the velocity {velocity:?}")]
+    #[error(
+        "the Legendre transform is not invertible: the Hessian of the Lagrangian by the velocity is singular{} at the velocity {velocity:?}, \
+         so that the momentum does not determine the velocity", of_rank(.rank, velocity.len())
+    )]
     Singular {
         /// The velocity η at which l''(η) is singular.
         velocity: Vec<f64>,
+        /// The rank of l''(η), where it is known.
+        rank: Option<usize>,
     },
     /// Newton's iteration for l'(η) = μ did not converge.
     #[error("the inverse Legendre transform did not converge: residual {residual:e} after {iterations} iterations")]
@@ -54,6 +59,10 @@ pub enum LegendreError {
         /// What is wrong, with the entry.
         why: String,
     },
+}
+
+fn of_rank(rank: &Option<usize>, n: usize) -> String {
+    rank.map_or_else(String::new, |rank| format!(" (its rank is {rank}, not {n})"))
 }
 
 /// A reduced Lagrangian l: g → ℝ. Only `value` is required: derivatives come from dual numbers.

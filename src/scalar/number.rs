@@ -31,9 +31,10 @@ pub const MOST_BITS: usize = 8192;
 
 /// An exact description of a real number.
 ///
-/// Grammar: `sum = product {("+" | "-") product}`, `product = sign {("*" | "/") sign}`, `sign = "-" sign | atom`,
-/// `atom = decimal | "pi" | "sqrt(" sum ")" | "(" sum ")"`, decimals with an optional fraction and exponent (`12`,
-/// `0.5`, `1.2e-3`), white space anywhere between. There is no implicit multiplication.
+/// Grammar: `sum = product {("+" | "-") product}`, `product = sign {("*" | "/") sign | "deg"}`, `sign = "-" sign | atom`,
+/// `atom = decimal | "pi" | "deg" | "sqrt(" sum ")" | "(" sum ")"`, decimals with an optional fraction and exponent (`12`,
+/// `0.5`, `1.2e-3`), white space anywhere between. `deg` is π/180; as a unit it multiplies the product before it, so that
+/// `1/2 deg` is half a degree. There is no other implicit multiplication.
 ///
 /// Display prints a canonical text that parses back to an equal `Number`. Equality is that of the description
 /// (`1/2`, `2/4` and `0.5` differ; `0.50` and `5e-1` are the same decimal).
@@ -47,6 +48,7 @@ pub const MOST_BITS: usize = 8192;
 /// assert_eq!(x.eval::<f64>()?, 0.5 - 3f64.sqrt() / 6.0);
 /// assert_eq!(x.to_string(), "1/2 - sqrt(3)/6");
 /// assert_eq!(Number::from(0.1), Number::parse("0.1")?);
+/// assert_eq!(Number::parse("30 deg")?.eval::<f64>()?, 30.0 * (std::f64::consts::PI / 180.0));
 /// # Ok::<(), euler_poincare::scalar::NumberError>(())
 /// ```
 #[derive(Clone, Debug, PartialEq)]
@@ -58,6 +60,8 @@ pub struct Number {
 enum Tree {
     Decimal(Decimal),
     Pi,
+    /// π/180.
+    Degree,
     Minus(Box<Tree>),
     Root(Box<Tree>),
     Binary(Box<Tree>, Operation, Box<Tree>),
@@ -161,6 +165,11 @@ impl Number {
     /// π.
     pub fn pi() -> Self {
         Self { tree: Tree::Pi }
+    }
+
+    /// π/180, a degree.
+    pub fn degree() -> Self {
+        Self { tree: Tree::Degree }
     }
 
     /// The value in `T`: decimals and π correct to working precision, and one rounding for each operation, in the
@@ -297,7 +306,7 @@ impl Tree {
             Tree::Binary(_, Operation::Add | Operation::Sub, _) => 1,
             Tree::Binary(_, Operation::Mul | Operation::Div, _) => 2,
             Tree::Minus(_) => 3,
-            Tree::Decimal(_) | Tree::Pi | Tree::Root(_) => 4,
+            Tree::Decimal(_) | Tree::Pi | Tree::Degree | Tree::Root(_) => 4,
         }
     }
 
@@ -309,6 +318,7 @@ impl Tree {
     fn eval<T: Real>(&self) -> Result<T, NumberError> {
         let value = match self {
             Tree::Pi => return Ok(T::pi()),
+            Tree::Degree => return Ok(T::pi() / T::int(180)),
             Tree::Minus(x) => return Ok(-x.eval::<T>()?),
             Tree::Decimal(decimal) => {
                 if decimal.digits.is_empty() {
@@ -348,7 +358,7 @@ impl Tree {
     #[cfg(feature = "harness")]
     fn rational(&self) -> Option<RBig> {
         let value = match self {
-            Tree::Pi => return None,
+            Tree::Pi | Tree::Degree => return None,
             Tree::Minus(x) => -x.rational()?,
             Tree::Root(x) => exact_root(&x.rational()?)?,
             Tree::Decimal(decimal) => decimal.rational()?,
@@ -373,6 +383,7 @@ impl fmt::Display for Tree {
         match self {
             Tree::Decimal(decimal) => write!(f, "{decimal}"),
             Tree::Pi => f.write_str("pi"),
+            Tree::Degree => f.write_str("deg"),
             Tree::Minus(x) => {
                 f.write_str("-")?;
                 x.print(f, 3)
@@ -502,6 +513,11 @@ impl Parser<'_> {
             let operation = match self.peek() {
                 Some(b'*') => Operation::Mul,
                 Some(b'/') => Operation::Div,
+                Some(b'd') if self.name() == "deg" => {
+                    self.at += "deg".len();
+                    tree = binary(tree, Operation::Mul, Tree::Degree);
+                    continue;
+                }
                 _ => return Ok(tree),
             };
             self.at += 1;
@@ -535,18 +551,23 @@ impl Parser<'_> {
         Ok(tree)
     }
 
+    /// The name from here on.
+    fn name(&self) -> &str {
+        let rest = &self.text[self.at..];
+        &rest[..rest.find(|c: char| !c.is_ascii_alphanumeric() && c != '_').unwrap_or(rest.len())]
+    }
+
     fn word(&mut self, depth: usize) -> Result<Tree, NumberError> {
         let start = self.at;
-        while self.byte().is_some_and(|b| b.is_ascii_alphanumeric() || b == b'_') {
-            self.at += 1;
-        }
+        self.at += self.name().len();
         match &self.text[start..self.at] {
             "pi" => Ok(Tree::Pi),
+            "deg" => Ok(Tree::Degree),
             "sqrt" if self.peek() == Some(b'(') => Ok(Tree::Root(Box::new(self.parenthesis(depth)?))),
             "sqrt" => Err(self.expected("`(`")),
             _ => {
                 self.at = start;
-                Err(self.expected("a number, `pi` or `sqrt`"))
+                Err(self.expected("a number, `pi`, `deg` or `sqrt`"))
             }
         }
     }

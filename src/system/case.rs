@@ -166,7 +166,7 @@ impl Inertia {
     }
 }
 
-/// The value of a parameter of formulas.
+/// The value of a parameter of formulas and numbers.
 #[derive(Clone, Debug, PartialEq)]
 pub enum Parameter {
     /// A number.
@@ -182,6 +182,16 @@ pub struct Dictionary {
     pub parameters: BTreeMap<String, Parameter>,
     /// Formulas with names.
     pub definitions: BTreeMap<String, String>,
+}
+
+impl Dictionary {
+    /// The number of a text such as `0.01*spin`, which may name the parameters.
+    ///
+    /// # Errors
+    /// A name that is no parameter, and what is no number.
+    pub fn number(&self, text: &str) -> Result<Number, String> {
+        super::parameters::number(text, &self.parameters).map_err(|refused| refused.message)
+    }
 }
 
 /// A potential V(t, g). The kinds but `Formula` are for so(3) and se(3), with rotation R (body to space) and position x.

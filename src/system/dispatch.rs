@@ -548,7 +548,13 @@ impl Case {
         let momentum = match &self.start.motion {
             Motion::Velocity(eta) => {
                 let place = place.key("velocity");
-                finite(lagrangian.gradient_at(time, g, &vector::<T, N>(eta, n, &place)?), &place)?
+                let eta = vector::<T, N>(eta, n, &place)?;
+                let momentum = finite(lagrangian.gradient_at(time, g, &eta), &place)?;
+                if self.lagrangian.formula.is_some() {
+                    let place = Place::root().key("lagrangian").key("formula");
+                    lagrangian.velocity_at(time, g, &momentum, &eta).map_err(|e| place.error(e))?;
+                }
+                momentum
             }
             Motion::Momentum(mu) => {
                 let place = place.key("momentum");

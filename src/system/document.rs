@@ -316,18 +316,38 @@ impl From<Named> for ParameterEntry {
 
 /// A formula for a vector, or one for each component.
 #[derive(Deserialize)]
-#[serde(untagged, expecting = "a text such as \"-k*eta\", or a list of texts, one for each component")]
+#[serde(untagged, expecting = "a text such as \"-k*eta\", or a list of texts and numbers, one for each component")]
 enum Texts {
-    One(String),
-    Many(Vec<String>),
+    One(Text),
+    Many(Vec<Text>),
+}
+
+/// A formula, which may be a number.
+#[derive(Deserialize)]
+#[serde(untagged)]
+enum Text {
+    Formula(String),
+    Number(Number),
+}
+
+impl fmt::Display for Text {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Self::Formula(text) => f.write_str(text),
+            Self::Number(number) => number.fmt(f),
+        }
+    }
 }
 
 impl Texts {
     /// One formula.
     fn joined(self) -> String {
         match self {
-            Self::One(text) => text,
-            Self::Many(texts) => format!("[{}]", texts.join(", ")),
+            Self::One(text) => text.to_string(),
+            Self::Many(texts) => {
+                let texts: Vec<String> = texts.iter().map(Text::to_string).collect();
+                format!("[{}]", texts.join(", "))
+            }
         }
     }
 }
@@ -355,7 +375,10 @@ impl TryFrom<Document> for Case {
         let step = fixed_step(&document)?;
         let algebra = document.algebra.algebra(&Place::root().key("algebra"))?;
         let n = algebra.dimension();
-        let lagrangian = document.lagrangian.unwrap_or_default().lagrangian(n, &Place::root().key("lagrangian"))?;
+        let lagrangian = match document.lagrangian {
+            Some(table) => table.lagrangian(n, &Place::root().key("lagrangian"))?,
+            None => Lagrangian::unit(n),
+        };
         let place = Place::root().key("force");
         let forces = document.force.into_iter().enumerate();
         let forces = forces.map(|(i, table)| table.force(&place.index(i))).collect::<Result<_, _>>()?;
@@ -560,12 +583,17 @@ fn from_constants(
     Ok(Structure::Constants { dimension: n, constants: list })
 }
 
+/// What the inertia is.
+const INERTIA: &str = "n numbers (its diagonal) or n rows of n numbers; or in its place `formula`, the whole Lagrangian (without the table \
+                       [lagrangian] the inertia is the unit matrix)";
+
 impl LagrangianTable {
     fn lagrangian(self, n: usize, place: &Place) -> Result<Lagrangian, CaseError> {
         let written = self.inertia.is_some() || self.gyrostat.is_some() || self.quartic.is_some();
-        let inertia = match self.inertia {
-            None => Inertia::Diagonal(vec![Number::from(1); n]),
-            Some(rows) => form(rows, &place.key("inertia"))?,
+        let inertia = match (self.inertia, &self.formula) {
+            (Some(rows), _) => form(rows, &place.key("inertia"))?,
+            (None, Some(_)) => Lagrangian::unit(n).inertia,
+            (None, None) => return Err(place.error(missing("`inertia`", INERTIA))),
         };
         let metric = self.metric.map(|rows| form(rows, &place.key("metric"))).transpose()?;
         if metric.is_some() && self.quartic.is_none() {

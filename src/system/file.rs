@@ -10,6 +10,7 @@ use super::document::{Document, OutputTable, RunTable, ScalarName, no_steps};
 use super::error::{CaseError, Place, Problem, Segment};
 use super::force::KINDS;
 use super::numbers::{count, number};
+use super::parameters::{self, Unread};
 use super::reading::Reading;
 use super::tolerance::Adaptive;
 use crate::expression::nearest;
@@ -17,11 +18,12 @@ use crate::file::{Excerpt, ends_in};
 use crate::scalar::{Dd, Number, Real};
 use crate::tableau::file::{MOST_DIGITS, significant_digits};
 use crate::tableau::{Description, Family};
+use serde::Deserialize;
 use std::borrow::Cow;
 use std::fmt;
 use std::ops::Range;
 use std::path::Path;
-use toml::de::{DeTable, DeValue};
+use toml::de::{DeTable, DeValue, Deserializer};
 
 pub use super::document::MAX_STEPS;
 
@@ -123,6 +125,13 @@ impl FileError {
         Self::at(text, error.span(), message)
     }
 
+    /// A text that is no number: the place in it, if the file has it as it is.
+    fn unread(text: &str, Unread { span, text: written, refused }: &Unread) -> Self {
+        let start = text.get(span.clone()).and_then(|found| found.find(written.as_str()));
+        let at = span.start + refused.at.zip(start).map_or(0, |(at, start)| at + start);
+        Self::at(text, Some(at..at), refused.message.clone())
+    }
+
     fn case(text: &str, error: &CaseError) -> Self {
         let span = DeTable::parse(text).ok().and_then(|table| locate(table.get_ref(), error.place.segments()));
         let Problem::Formula(formula) = &error.problem else { return Self::at(text, span, error.to_string()) };
@@ -208,13 +217,19 @@ fn read_with(text: &str, added: &str) -> Result<Document, FileError> {
         return Err(FileError::at("", None, message));
     }
     let whole = if added.is_empty() { Cow::Borrowed(text) } else { Cow::Owned(format!("{text}\n{added}")) };
-    let table = DeTable::parse(text).ok();
+    let mut table = DeTable::parse(&whole).map_err(|error| FileError::syntax(text, &error))?;
+    let long = table.get_ref().iter().find_map(|(_, value)| rounded(text, value));
     // First, because the keys of a table follow from its kind.
-    if let Some((span, message)) = table.as_ref().and_then(|table| unknown_kind(table.get_ref())) {
+    if let Some((span, message)) = unknown_kind(table.get_ref()) {
         return Err(FileError::at(text, Some(span), message));
     }
-    let document = toml::from_str(&whole).map_err(|error| FileError::syntax(text, &error))?;
-    match table.and_then(|table| table.get_ref().iter().find_map(|(_, value)| rounded(text, value))) {
+    let unread = parameters::put(table.get_mut());
+    let document = Document::deserialize(Deserializer::from(table)).map_err(|error| {
+        // Of a text that is no number more is known.
+        let first = unread.first().filter(|_| error.message().contains("is not a number"));
+        first.map_or_else(|| FileError::syntax(text, &error), |unread| FileError::unread(text, unread))
+    })?;
+    match long {
         None => Ok(document),
         Some((span, digits)) => {
             let message =

@@ -6,7 +6,7 @@ use super::numbers::{list, number, vector};
 use crate::algebra::catalogue::Entry;
 use crate::algebra::{Matrix, Vector};
 use crate::expression::{Expression, ExpressionError, Names, Shape};
-use crate::group::MatrixGroup;
+use crate::group::{MatrixGroup, departure, nearest_rotations};
 use crate::group::so3::hat;
 use crate::mechanics::force::AnyForce;
 use crate::mechanics::formula::{FormulaForce, FormulaLagrangian, Quantities};
@@ -50,8 +50,12 @@ pub(crate) struct Scope {
     inertia: Option<String>,
 }
 
-/// How far the entries of a rotation matrix may be from one: they may be rounded to six digits.
-const ROUNDED: f64 = 1e-5;
+/// By how much a matrix that is typed may violate gᵀg = 1. Entries of three digits are off by 5e-4, which makes 2√3 · 5e-4 = 1.7e-3; a
+/// wrong entry or sign makes more than 0.01, unless it is small.
+const ROUNDED: f64 = 0.01;
+
+/// By how much what is no rotation may violate the equations of the group: it stays as it is.
+const UNCORRECTED: f64 = 1e-5;
 
 impl Scope {
     /// The scope of a case.
@@ -381,7 +385,7 @@ impl Case {
         Ok(given.then_some(attitude))
     }
 
-    /// The attitude with this matrix. A rotation with rounded entries is replaced by the nearest one.
+    /// The attitude with this matrix; rotations with rounded entries are replaced by the nearest ones.
     fn matrix<T: Real, const N: usize, const D: usize>(
         &self,
         rows: &[Vec<Number>],
@@ -405,26 +409,17 @@ impl Case {
                 attitude[(r, c)] = number(entry, &place.index(r).index(c))?;
             }
         }
-        let mut departure = T::zero();
-        if Body::of(self).is_some() {
-            let mut turn = attitude.fixed_view::<3, 3>(0, 0).into_owned();
-            departure = (turn.transpose() * turn - Matrix::<T, 3>::identity()).amax();
-            if turn.determinant() < T::zero() {
-                departure = T::one();
-            }
-            // Newton's iteration for the nearest rotation (Higham 1986): it squares the departure.
-            for _ in 0..8 {
-                let Some(inverse) = turn.try_inverse() else { break };
-                turn = (turn + inverse.transpose()) * T::half();
-            }
-            (0..3).for_each(|r| (0..3).for_each(|c| attitude[(r, c)] = turn[(r, c)]));
-            (0..3).filter(|_| size == 4).for_each(|c| departure = departure.max(attitude[(3, c)].abs()));
-        } else if let Structure::Named(entry) = &self.algebra.structure {
-            departure = crate::group::departure(entry, &|r, c| attitude[(r, c)]);
+        let Structure::Named(entry) = &self.algebra.structure else { return Ok(attitude) };
+        let departure = |attitude: &Matrix<T, D>| departure(entry, &|r, c| attitude[(r, c)]).to_f64();
+        let before = departure(&attitude);
+        if before <= ROUNDED {
+            nearest_rotations(entry, &mut attitude);
         }
-        if departure.to_f64() > ROUNDED || !departure.all_finite() {
-            let found = format!("not in the group: its equations are violated by {:.1e}", departure.to_f64());
-            return Err(place.error(Problem::Range { found, allowed: "an element of the group".into() }));
+        // What is no rotation is not corrected.
+        if before > ROUNDED || departure(&attitude) > UNCORRECTED {
+            let found = format!("not in the group: its equations (gᵀg = 1 for rotations) are violated by {before:.1e}");
+            let allowed = format!("an element of the group, with entries of at least three digits (violated by at most {ROUNDED:e})");
+            return Err(place.error(Problem::Range { found, allowed }));
         }
         Ok(attitude)
     }

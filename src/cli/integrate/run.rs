@@ -1,5 +1,6 @@
 //! What a run writes: rows and progress. Its memory does not grow with the number of steps.
 
+use super::balance::Balance;
 use super::columns::{Columns, print};
 use super::plot::Trace;
 use crate::cli::interrupt::Interrupt;
@@ -106,12 +107,18 @@ pub struct Recorder {
     interrupt: Interrupt,
     /// The steps after which the run was interrupted, and how many there are, where that is known.
     stopped: Option<(u64, Option<u64>)>,
+    balance: Balance,
 }
 
 impl Recorder {
     /// A recorder of rows to `out`, that keeps a trace for a figure, and shows progress on stderr, if asked to; an interrupt ends
     /// the run after the step under way.
-    pub fn new(out: Output, wants_trace: bool, shows_progress: bool, interrupt: Interrupt) -> Self {
+    pub fn new(
+        out: Output,
+        (columns, wants_trace): (&Columns, bool),
+        shows_progress: bool,
+        interrupt: Interrupt,
+    ) -> Self {
         Self {
             out,
             written: Instant::now(),
@@ -126,6 +133,7 @@ impl Recorder {
             bar: None,
             interrupt,
             stopped: None,
+            balance: Balance::new(columns.clone()),
         }
     }
 
@@ -144,6 +152,11 @@ impl Recorder {
     /// Steps done, and of how many if that is known, where the run was interrupted before its end.
     pub fn interrupted(&self) -> Option<(u64, Option<u64>)> {
         self.stopped
+    }
+
+    /// The balance of the rows, after the run.
+    pub fn balance(&self) -> Balance {
+        self.balance.clone()
     }
 
     /// Rows written.
@@ -229,6 +242,7 @@ impl<T: Real> Observer<T> for Recorder {
         self.line.push_str(&row.iterations.to_string());
         self.write_line();
         self.rows += 1;
+        self.balance.add(row.values);
         if let Some(trace) = &mut self.trace {
             trace.add(row.values);
         }

@@ -5,6 +5,7 @@ use crate::cli::Failure;
 use csv::{Position, Reader, ReaderBuilder, StringRecord, Trim};
 use euler_poincare::scalar::{Number, Real};
 use euler_poincare::system::SystemFile;
+use euler_poincare::system::case::Dictionary;
 use euler_poincare::system::ensemble::{Ensemble, Origin, Parameter};
 use rayon::prelude::*;
 use std::fs::File;
@@ -38,6 +39,8 @@ pub struct States {
     /// Entries of the attitude in the file: m², or none.
     attitude: usize,
     names: Vec<String>,
+    /// What fields may name.
+    dictionary: Dictionary,
     /// Coefficients that have a column, in the order of the columns.
     pub parameters: Vec<Parameter>,
 }
@@ -132,6 +135,7 @@ impl States {
             dimension: columns.dimension,
             attitude: if absent.is_empty() { attitude.len() } else { 0 },
             names: header.iter().map(Into::into).collect(),
+            dictionary: file.case.names.clone(),
             parameters,
         })
     }
@@ -183,20 +187,31 @@ impl States {
         for ((text, column), name) in record.iter().zip(&self.columns).zip(&self.names) {
             let named = |error| format!("{name}: {error}");
             match *column {
-                Column::Time => origin.time = Some(value(text).map_err(named)?),
-                Column::Momentum(a) => origin.momentum[a] = value(text).map_err(named)?,
+                Column::Time => origin.time = Some(self.value(text).map_err(named)?),
+                Column::Momentum(a) => origin.momentum[a] = self.value(text).map_err(named)?,
                 Column::Attitude(i) => {
                     if let Some(attitude) = &mut origin.attitude {
-                        attitude[i] = value(text).map_err(named)?;
+                        attitude[i] = self.value(text).map_err(named)?;
                     }
                 }
                 Column::Parameter(k) => {
-                    origin.parameters[k] = Number::parse(text).map_err(|error| named(error.to_string()))?;
+                    origin.parameters[k] = self.dictionary.number(text).map_err(named)?;
                 }
                 Column::Derived => {}
             }
         }
         Ok(origin)
+    }
+
+    /// The number that a field spells.
+    fn value<T: Real>(&self, text: &str) -> Result<T, String> {
+        // The common case, fast; what is not finite so gets the message of the expression.
+        if T::NAME == f64::NAME
+            && let Some(value) = text.parse::<f64>().ok().filter(|value| value.is_finite())
+        {
+            return Ok(T::exact(value));
+        }
+        self.dictionary.number(text)?.eval().map_err(|error| error.to_string())
     }
 }
 
@@ -234,18 +249,6 @@ impl<T: Real> Members<'_, T> {
     fn line(&self) -> u64 {
         self.record.position().map_or(0, Position::line)
     }
-}
-
-/// The number that a field spells.
-fn value<T: Real>(text: &str) -> Result<T, String> {
-    // The common case, fast; what is not finite so gets the message of the expression.
-    if T::NAME == f64::NAME
-        && let Some(value) = text.parse::<f64>().ok().filter(|value| value.is_finite())
-    {
-        return Ok(T::exact(value));
-    }
-    let number = Number::parse(text).map_err(|error| error.to_string())?;
-    number.eval().map_err(|error| error.to_string())
 }
 
 fn reader(path: &Path) -> Result<Rows, Failure> {
