@@ -612,6 +612,10 @@ pub(super) fn case(draw: &mut Draw<'_>, knobs: &Cases, tableau: crate::tableau::
         Some(_) => {}
     }
     let (negative, large) = unusual(draw, knobs);
+    let special = special(draw, knobs);
+    if matches!(special, Special::Rest | Special::Ramp) {
+        rest(draw, &mut case, special == Special::Ramp);
+    }
     for attempt in 0..MAX_SLOWER {
         let rates = knobs.rates(&case)?;
         if !rates.in_domain() {
@@ -641,6 +645,9 @@ pub(super) fn case(draw: &mut Draw<'_>, knobs: &Cases, tableau: crate::tableau::
             }
             if negative {
                 case.step = case.step.eval::<f64>().ok().and_then(|h| from_dyadic(-h))?;
+            }
+            if special == Special::Turning {
+                turning(draw, &mut case)?;
             }
             return Some(case);
         }
@@ -674,6 +681,59 @@ fn unusual(draw: &mut Draw<'_>, knobs: &Cases) -> (bool, bool) {
     }
     let (negative, large) = (draw.chance(UNUSUAL.0), draw.chance(UNUSUAL.1));
     (negative && !knobs.restriction.forward, large)
+}
+
+/// Where a motion starts that has no size of its own: what is relative to the start is relative to 0.
+#[derive(Clone, Copy, PartialEq, Eq)]
+enum Special {
+    /// Somewhere else.
+    None,
+    /// At rest; where no force acts there, on an equilibrium.
+    Rest,
+    /// At rest, with a force that is 0 at the start and grows.
+    Ramp,
+    /// With a momentum that a constant force takes through 0 in the middle of the step.
+    Turning,
+}
+
+/// Percent of each of them, of cases that need not show an order.
+const SPECIAL: [(Special, usize); 4] =
+    [(Special::None, 94), (Special::Rest, 2), (Special::Ramp, 2), (Special::Turning, 2)];
+
+/// Which of them a case has, where the knobs admit it.
+fn special(draw: &mut Draw<'_>, knobs: &Cases) -> Special {
+    if knobs.exponents != USUAL_STEPS || knobs.telling || knobs.smooth || knobs.fixed.start.is_some() {
+        return Special::None;
+    }
+    let special = SPECIAL[draw.weighted(&SPECIAL.map(|(_, weight)| weight))].0;
+    let chosen = knobs.fixed.forces.is_some() || knobs.given.as_ref().is_some_and(|given| given.force);
+    let may_have = |kind| !chosen && knobs.forcing != Forcing::Free && knobs.restriction.has_force(kind);
+    match special {
+        Special::Ramp if !may_have("polynomial") || knobs.fast => Special::None,
+        Special::Turning if !may_have("constant") => Special::None,
+        special => special,
+    }
+}
+
+/// Starts at rest; on a ramp with k sin t as the only force, from t = 0.
+fn rest(draw: &mut Draw<'_>, case: &mut Case, ramp: bool) {
+    let n = case.dimension();
+    case.start.motion = Motion::Velocity(vec![Number::default(); n]);
+    if ramp {
+        case.start.time = Number::default();
+        let value = dyadic(draw.pick(&[-4, -2, -1, 1, 2, 4]), 8);
+        let term = Monomial { component: 1 + draw.below(n), value, cos: 0, sin: 1, factors: Vec::new() };
+        case.forces = vec![Force::Polynomial { terms: vec![term] }];
+    }
+}
+
+/// A constant force f as the only one, and the momentum −f h/2.
+fn turning(draw: &mut Draw<'_>, case: &mut Case) -> Option<()> {
+    let (value, h) = (amplitude(draw, case.dimension()), case.step.eval::<f64>().ok()?);
+    let momentum = value.iter().map(|f| from_dyadic(-f.eval::<f64>().ok()? * h / 2.0)).collect::<Option<_>>()?;
+    case.start.motion = Motion::Momentum(momentum);
+    case.forces = vec![Force::Constant { value }];
+    Some(())
 }
 
 /// Doubles the step as often as it may be.

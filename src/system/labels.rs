@@ -1,6 +1,6 @@
 //! What a case is an example of: the labels by which coverage is counted.
 
-use super::case::{Algebra, Case, Inertia, Lagrangian as Energy, Structure};
+use super::case::{Algebra, Case, Force as Term, Inertia, Lagrangian as Energy, Motion, Structure};
 use super::dispatch::{System, Visitor};
 use super::rates::Rates;
 use crate::algebra::catalogue::Entry;
@@ -130,6 +130,7 @@ pub fn labels(case: &Case) -> Vec<(&'static str, String)> {
     labels.push(("angle", angle(case, rates.as_ref()).into()));
     let composed = !case.method.argument.is_empty();
     labels.push(("retraction", if composed { "composed" } else { case.method.retraction.name() }.into()));
+    labels.push(("start", start(case).into()));
     labels.push(("step", step(case, rates.as_ref()).into()));
     if let Ok(solver) = case.dispatch::<f64, _>(Solved) {
         labels.push(("solver", solver.into()));
@@ -167,6 +168,24 @@ fn inertia(lagrangian: &Energy) -> &'static str {
         "nearly-unit"
     } else {
         "diagonal"
+    }
+}
+
+/// `rest`; `turning` (a constant force takes the momentum through 0 within the step); `moving`.
+fn start(case: &Case) -> &'static str {
+    let values = |list: &[Number]| list.iter().map(|v| v.eval().unwrap_or(f64::NAN)).collect::<Vec<f64>>();
+    let (Motion::Velocity(motion) | Motion::Momentum(motion)) = &case.start.motion;
+    if motion.iter().all(|v| *v == Number::default()) {
+        return "rest";
+    }
+    let half = case.step.eval().unwrap_or(f64::NAN) / 2.0;
+    match (&case.start.motion, case.forces.as_slice()) {
+        (Motion::Momentum(momentum), [Term::Constant { value }])
+            if values(momentum).iter().zip(values(value)).all(|(m, f)| m + f * half == 0.0) =>
+        {
+            "turning"
+        }
+        _ => "moving",
     }
 }
 

@@ -80,6 +80,10 @@ pub const SHARES: &[Share] = &[
     Share::within("angle", "tiny", 5.5, 6.5),
     Share::within("angle", "moderate", 38.5, 39.5),
     Share::within("angle", "near-pi", 3.6, 4.2),
+    // A free system has no force that could grow, or turn its motion.
+    Share::within("start", "moving", 93.5, 94.5),
+    Share::within("start", "rest", 3.5, 4.5),
+    Share::within("start", "turning", 1.5, 2.5),
     Share::within("step", "usual", 84.3, 85.3),
     Share::within("step", "large", 6.7, 7.7),
     Share::within("step", "negative", 7.6, 8.6),
