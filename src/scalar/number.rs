@@ -40,15 +40,6 @@ pub const MOST_BITS: usize = 8192;
 ///
 /// With the feature `harness`, (de)serialisation reads a number or a text, and writes a number where reading it gives
 /// back an equal `Number` (integers of 64 bits, and decimals that an `f64` prints as), a text otherwise.
-///
-/// ```
-/// use euler_poincare::scalar::Number;
-/// let x: Number = "1/2 - sqrt(3)/6".parse()?;
-/// assert_eq!(x.eval::<f64>()?, 0.5 - 3f64.sqrt() / 6.0);
-/// assert_eq!(x.to_string(), "1/2 - sqrt(3)/6");
-/// assert_eq!(Number::from(0.1), Number::parse("0.1")?);
-/// # Ok::<(), euler_poincare::scalar::NumberError>(())
-/// ```
 #[derive(Clone, Debug, PartialEq)]
 pub struct Number {
     tree: Tree,
