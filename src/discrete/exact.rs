@@ -1,6 +1,6 @@
 //! The exact discrete Lagrangian, the action along a solution of the continuous equations.
 //!
-#![doc = include_str!("../guide/modules/discrete/exact.md")]
+#![doc = include_str!(concat!(env!("GUIDE"), "/modules/discrete/exact.md"))]
 
 use crate::algebra::{LieAlgebra, Matrix, Vector};
 use crate::mechanics::doubled::{DoubledLagrangian, VelocityError};

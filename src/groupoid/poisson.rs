@@ -1,6 +1,6 @@
 //! The brackets of the Poisson groupoid Γ = g*×G×g* and of its base g*, as matrices.
 //!
-#![doc = include_str!("../guide/modules/groupoid/poisson.md")]
+#![doc = include_str!(concat!(env!("GUIDE"), "/modules/groupoid/poisson.md"))]
 
 use super::Arrow;
 use crate::algebra::{Covector, LieAlgebra, Matrix, Vector, pair};

@@ -1,6 +1,6 @@
 //! The order of a method, read off its errors at a sequence of step sizes; or the reason why it cannot be.
 //!
-#![doc = include_str!("../guide/modules/harness/convergence.md")]
+#![doc = include_str!(concat!(env!("GUIDE"), "/modules/harness/convergence.md"))]
 //!
 //! Only the finest slopes above the noise decide. Levels within the noise are not used, but must be explained by
 //! what was read off the others: a lower-order term that emerges there leaves no estimate.

@@ -1,6 +1,6 @@
 //! The precision ladder: the same defect at several precisions tells rounding from error.
 //!
-#![doc = include_str!("../guide/modules/harness/ladder.md")]
+#![doc = include_str!(concat!(env!("GUIDE"), "/modules/harness/ladder.md"))]
 
 /// A defect at one precision.
 #[derive(Clone, Copy, Debug, PartialEq)]

@@ -1,6 +1,6 @@
 //! Doubled Lagrangians on g×G×g and the one that generates a forced system.
 //!
-#![doc = include_str!("../guide/modules/mechanics/doubled.md")]
+#![doc = include_str!(concat!(env!("GUIDE"), "/modules/mechanics/doubled.md"))]
 
 use super::{Force, Lagrangian, LegendreError};
 use crate::algebra::{Covector, Matrix, Vector, elimination, pair};

@@ -1,6 +1,6 @@
 //! Hamiltonians on Γ = g*×G×g*, their equations of motion, and the modified Legendre transforms that lead there and back.
 //!
-#![doc = include_str!("../guide/modules/mechanics/hamiltonian.md")]
+#![doc = include_str!(concat!(env!("GUIDE"), "/modules/mechanics/hamiltonian.md"))]
 
 use super::LegendreError;
 use super::doubled::{DoubledLagrangian, VelocityError};
