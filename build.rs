@@ -1,5 +1,6 @@
 //! Says where the command learns its commit from, see `src/cli/version.rs`: from the repository of this package, or from the
-//! file that `cargo package` adds.
+//! file that `cargo package` adds. And which pages the documentation has: those with rendered formulas where `properties/guide` has
+//! written them, else their source.
 //!
 //! Nothing here follows the state of the repository: each commit would compile the library again.
 
@@ -11,6 +12,10 @@ fn main() {
     println!("cargo::rustc-check-cfg=cfg(own_repository)");
     let variable = |name| env::var(name).unwrap_or_default();
     let package = variable("CARGO_MANIFEST_DIR");
+    let guide = Path::new(&package).join("src/guide");
+    println!("cargo::rerun-if-changed={}", guide.display());
+    let pages = [guide.join("rendered"), guide.join("source")].into_iter().find(|pages| pages.exists());
+    println!("cargo::rustc-env=GUIDE={}", pages.unwrap_or(guide).display());
     // A copy inside another repository has no `.git` of its own: the commit of the other one says nothing about it.
     if Path::new(&package).join(".git").exists() {
         println!("cargo::rustc-cfg=own_repository");

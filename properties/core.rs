@@ -1,7 +1,6 @@
 //! Properties of what the laws stand on: from scalars to integrators. Without the harness, those that need none, except the
 //! derivatives of steps: half of the compiler's work, for code that knows no features.
 
-mod api;
 mod continuous;
 mod discrete;
 mod scalar;

@@ -1,6 +1,6 @@
 //! Forced variational integrators on Lie groups, and the property-based harness that verifies them.
 //!
-#![doc = include_str!("guide/modules/system.md")]
+#![doc = include_str!(concat!(env!("GUIDE"), "/modules/system.md"))]
 //!
 //! Examples are rigid bodies, underwater vehicles and spins, with drag, torques and damping. This crate integrates such
 //! systems by the variationally partitioned Runge–Kutta–Munthe-Kaas methods that come from doubling the variables (D. Martín
@@ -39,7 +39,7 @@
 //! # }
 //! ```
 //!
-#![doc = include_str!("guide/modules/notation.md")]
+#![doc = include_str!(concat!(env!("GUIDE"), "/modules/notation.md"))]
 //!
 //! # Modules
 //!

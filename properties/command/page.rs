@@ -317,53 +317,15 @@ fn a_large_campaign_makes_a_small_page() {
     assert!(page.len() < 100_000, "{} bytes", page.len());
 }
 
-/// Marks of formulas that are written in another way than they are set, and what is set.
-fn unmarked(text: &str) -> String {
-    const RAISED: (&str, &str) = ("⁰¹²³⁴⁵⁶⁷⁸⁹⁺⁻ᵀ₀₁₂₃₄₅₆₇₈₉", "0123456789+−T0123456789");
-    const ACCENTED: [(&str, &str); 5] = [("â", "aˆ"), ("ê", "eˆ"), ("ġ", "g˙"), ("ẏ", "y˙"), ("Ḟ", "F˙")];
-    let text = ACCENTED.iter().fold(text.to_owned(), |text, (one, two)| text.replace(one, two));
-    let plain = text.chars().filter(|c| !"_^{}`".contains(*c)).map(|c| match c {
-        '\'' => '′',
-        '*' => '∗',
-        '\u{302}' => 'ˆ',
-        '\u{303}' => '˜',
-        '\u{307}' => '˙',
-        '\u{30c}' => 'ˇ',
-        _ => RAISED.0.chars().position(|raised| raised == c).map_or(c, |at| RAISED.1.chars().nth(at).unwrap()),
-    });
-    // Subscripts are set before superscripts, whatever the order in which they are written: sorted within a word.
-    let words = plain.collect::<String>();
-    let sorted = words.split_whitespace().map(|word| {
-        let mut letters: Vec<char> = word.chars().collect();
-        letters.sort_unstable();
-        letters.into_iter().collect::<String>()
-    });
-    sorted.collect::<Vec<_>>().join(" ")
-}
-
 /// Whether a typeset sentence is what was written, without a mark that is not set.
 fn typeset(html: &str, text: &str) {
-    assert_eq!(html.matches("<math>").count(), html.matches("</math>").count(), "{html}");
     let (_, shown) = parsed(html);
     let shown = shown.replace("&lt;", "<").replace("&gt;", ">").replace("&quot;", "\"").replace("&amp;", "&");
+    let unmarked = |text: &str| text.replace(['_', '^', '{', '}', '`'], "");
     assert_eq!(unmarked(&shown), unmarked(text), "{html}");
     // What stands between backquotes is a name of the program.
-    let (mut rest, mut outside) = (html, String::new());
-    while let Some((before, after)) = rest.split_once("<code>") {
-        outside.push_str(before);
-        rest = after.split_once("</code>").unwrap().1;
-    }
-    outside.push_str(rest);
-    assert!(!outside.contains(['_', '^', '`']), "{html}");
-    // Words are no products of letters.
-    for word in ["the", "and", "of", "is", "for", "with", "at", "in", "to", "by", "on"] {
-        let letters: String = word.chars().map(|c| format!("<mi>{c}</mi>")).collect();
-        assert!(!html.contains(&letters), "{word}: {html}");
-    }
-    for formula in html.split("<math>").skip(1) {
-        let formula = formula.split_once("</math>").unwrap().0;
-        assert!(formula.contains("<mi") || formula.contains("<mn>") || formula.contains("<mo"), "{html}");
-    }
+    let outside = html.split("<code>").map(|part| part.split_once("</code>").map_or(part, |(_, rest)| rest));
+    assert!(!outside.collect::<String>().contains(['_', '^', '`']), "{html}");
 }
 
 fn between<'a>(text: &'a str, start: &str, end: &str) -> &'a str {
@@ -412,24 +374,16 @@ fn formulas_are_set_as_they_are_meant() {
     let laws = ["retraction-inverse-tangent", "retraction-adjoint", "free-poisson-map", "lie-poisson-equations"];
     made_up(&here, &laws.map(|law| (law, 1)), Some(""));
     let page = page(&here);
-    let minus = r#"<mo form="prefix" lspace="0" rspace="0">−</mo>"#;
-    let inverse = format!("<mrow>{minus}<mn>1</mn></mrow>");
     let expected = [
-        // dτ_ξ⁻¹
-        format!("<mi>d</mi><msubsup><mi>τ</mi><mrow><mi>ξ</mi></mrow>{inverse}</msubsup>"),
-        // Ad_{τ(ξ)}
-        "<msub><mi mathvariant=\"normal\">Ad</mi><mrow><mi>τ</mi><mrow>".to_owned(),
-        // −C^d_ab μ_d
-        format!("{minus}<msubsup><mi>C</mi><mrow><mi>a</mi><mi>b</mi></mrow><mrow><mi>d</mi></mrow></msubsup>"),
-        // Φ'(μ)
-        r#"<mrow><mi mathvariant="normal">Φ</mi><mo lspace="0" rspace="0">′</mo></mrow><mrow><mo stretchy="false" form="prefix">(</mo><mi>μ</mi>"#.to_owned(),
-        // μ̇
-        r#"<mover accent="true"><mi>μ</mi><mo stretchy="false">˙</mo></mover>"#.to_owned(),
-        // ad*_η
-        r#"<msubsup><mi mathvariant="normal">ad</mi><mrow><mi>η</mi></mrow><mrow><mo>∗</mo></mrow></msubsup>"#.to_owned(),
+        "dτ<sub>ξ</sub>⁻¹",
+        "Ad<sub>τ(ξ)</sub>",
+        "−C<sup>d</sup><sub>ab</sub> μ<sub>d</sub>",
+        "Φ'(μ)",
+        "μ̇",
+        "ad*<sub>η</sub>",
     ];
     for formula in expected {
-        assert!(page.contains(&formula), "{formula}");
+        assert!(page.contains(formula), "{formula}");
     }
 }
 

@@ -1,4 +1,4 @@
-//! The JSON of the commands and files has the keys and types that `src/guide/json.md` documents, and no others.
+//! The JSON of the commands and files has the keys and types that `src/guide/source/json.md` documents, and no others.
 
 use super::{FAULT, LAW, code, directory, run, stderr, stdout};
 use serde_json::Value;
@@ -12,7 +12,7 @@ struct Documented(BTreeMap<String, BTreeMap<String, String>>);
 
 impl Documented {
     fn read() -> Self {
-        let text = include_str!("../../src/guide/json.md");
+        let text = include_str!("../../src/guide/source/json.md");
         let mut tables = BTreeMap::<String, BTreeMap<String, String>>::new();
         let mut heading = String::new();
         for line in text.lines() {

@@ -38,22 +38,6 @@ impl fmt::Display for AlgebraClass {
 }
 
 /// Numbers that are the same for isomorphic algebras; exact.
-///
-/// ```
-/// use euler_poincare::algebra::{AlgebraClass, AlgebraInvariants, MatricesError, MatrixAlgebra};
-/// use euler_poincare::scalar::Number;
-///
-/// // Upper triangular matrices of size 2: E_11, E_22, E_12.
-/// let unit = |r: usize, c: usize| {
-///     (0..2).map(|i| (0..2).map(|j| Number::from(i64::from((i, j) == (r, c)))).collect()).collect::<Vec<Vec<_>>>()
-/// };
-/// let triangular = MatrixAlgebra::new(vec![unit(0, 0), unit(1, 1), unit(0, 1)])?;
-/// let found: AlgebraInvariants = triangular.invariants();
-/// assert_eq!((found.derived_series, found.lower_central_series), (vec![3, 1, 0], vec![3, 1]));
-/// assert_eq!((found.centre, found.killing, found.unimodular), (1, [1, 0, 2], false));
-/// assert_eq!(triangular.invariants().class(), AlgebraClass::Solvable);
-/// # Ok::<(), MatricesError>(())
-/// ```
 #[derive(Clone, Debug, PartialEq, Eq)]
 #[non_exhaustive]
 pub struct AlgebraInvariants {

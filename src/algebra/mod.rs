@@ -1,6 +1,6 @@
 //! Finite-dimensional real Lie algebras, given by structure constants.
 //!
-#![doc = include_str!("../guide/modules/algebra.md")]
+#![doc = include_str!(concat!(env!("GUIDE"), "/modules/algebra.md"))]
 
 use crate::scalar::loops::{self, heavy};
 use crate::scalar::{Real, Scalar, finite};

@@ -1,6 +1,6 @@
 //! The exact discrete Lagrangian, the action along a solution of the continuous equations.
 //!
-#![doc = include_str!("../guide/modules/discrete/exact.md")]
+#![doc = include_str!(concat!(env!("GUIDE"), "/modules/discrete/exact.md"))]
 
 use crate::algebra::{LieAlgebra, Matrix, Vector};
 use crate::mechanics::doubled::{DoubledLagrangian, VelocityError};
@@ -78,25 +78,6 @@ pub struct Start<T: Real, const N: usize, const D: usize> {
 }
 
 /// Follows solutions of a doubled Lagrangian by Gauss collocation of order 2s, iterated to round-off.
-///
-/// ```
-/// use euler_poincare::algebra::{Matrix, Vector};
-/// use euler_poincare::discrete::exact::{ExactError, ExactSolution, Reached, Start};
-/// use euler_poincare::mechanics::{doubled::Forced, force::LinearDrag, lagrangian::Quadratic};
-/// use euler_poincare::retraction::CayleySo3;
-///
-/// let drag = LinearDrag::new(Matrix::<f64, 3>::from_diagonal_element(0.1))?;
-/// let doubled = Forced::new(Quadratic::diagonal([1.0, 2.0, 3.0])?, drag, CayleySo3::new());
-/// let exact = ExactSolution::new(&doubled, CayleySo3::<f64>::new(), 4)?;
-/// let eta = Vector::<f64, 3>::new(0.1, 0.2, 0.3);
-/// let start = Start { time: 0.0, eta, u: Matrix::identity(), psi: eta };
-/// let reached: Vec<Reached<f64, 3, 3>> = exact.at(&start, &[0.5, 1.0])?;
-/// // Along the units both copies move alike, and the action is 0.
-/// assert!((reached[1].eta - reached[1].psi).amax() < 1e-13 && reached[1].action.abs() < 1e-13);
-/// let refused: Result<_, ExactError> = ExactSolution::new(&doubled, CayleySo3::<f64>::new(), 0);
-/// assert!(matches!(refused, Err(ExactError::Tableau(_))));
-/// # Ok::<(), Box<dyn std::error::Error>>(())
-/// ```
 #[derive(Clone, Debug)]
 pub struct ExactSolution<T: Real, const N: usize, L, R> {
     doubled: L,

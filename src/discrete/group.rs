@@ -1,6 +1,6 @@
 //! Discrete Lagrangians on G itself: discrete Euler–Poincaré and Lie–Poisson equations, without force.
 //!
-#![doc = include_str!("../guide/modules/discrete/group.md")]
+#![doc = include_str!(concat!(env!("GUIDE"), "/modules/discrete/group.md"))]
 
 use super::DiscreteError;
 use super::chord::{self, Differences};

@@ -10,7 +10,7 @@
 //! | [`exact`] | the exact discrete Lagrangian along solutions of the continuous equations |
 //! | [`group`] | discrete Euler–Poincaré and Lie–Poisson on G |
 //!
-#![doc = include_str!("../guide/modules/discrete.md")]
+#![doc = include_str!(concat!(env!("GUIDE"), "/modules/discrete.md"))]
 
 mod assembly;
 mod chord;

@@ -1,6 +1,6 @@
 //! Discrete mechanics on G⁴, before reduction.
 //!
-#![doc = include_str!("../guide/modules/discrete/quadruple.md")]
+#![doc = include_str!(concat!(env!("GUIDE"), "/modules/discrete/quadruple.md"))]
 
 use super::chord::{self, Differences};
 use super::smooth::{SmoothLagrangian, moved};

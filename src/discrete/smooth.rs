@@ -8,37 +8,6 @@ use crate::retraction::{Retraction, RetractionError};
 use crate::scalar::{Dual, Real, Scalar};
 
 /// l_d(V, U, W) in any scalar.
-///
-/// ```
-/// use euler_poincare::algebra::Matrix;
-/// use euler_poincare::discrete::quadruple::slopes;
-/// use euler_poincare::discrete::{
-///     DiscreteLagrangian, Lift, Quadruple, Smooth, SmoothLagrangian, Triple, UnreducedLagrangian,
-/// };
-/// use euler_poincare::group::So3;
-/// use euler_poincare::retraction::RetractionError;
-/// use euler_poincare::scalar::{Real, Scalar};
-///
-/// /// l_d(V, U, W) = tr W − tr V. Slopes come from dual numbers.
-/// struct Traces;
-///
-/// impl<T: Real> SmoothLagrangian<T, 3> for Traces {
-///     fn value<S: Scalar<Base = T>>(&self, x: &Triple<S, 3>) -> Result<S, RetractionError> {
-///         Ok(x.w.trace() - x.v.trace())
-///     }
-/// }
-///
-/// let (rotations, one) = (So3::<f64>::new(), Matrix::<f64, 3>::identity());
-/// assert!(Smooth::new(Traces, &rotations).slopes(&Triple::unit(one))?.u_left.amax() < 1e-15);
-///
-/// // The same on G⁴, before reduction: (g₀, g₁) and (h₀, h₁).
-/// let x = Quadruple { first: [one, one], second: [one, one] };
-/// let value: f64 = UnreducedLagrangian::value(&Lift(Traces), &x)?;
-/// assert_eq!(value, 0.0);
-/// let four = slopes(&Lift(Traces), &rotations, &x)?;
-/// assert!(four.iter().all(|slope| slope.amax() < 1e-15));
-/// # Ok::<(), Box<dyn std::error::Error>>(())
-/// ```
 pub trait SmoothLagrangian<T: Real, const D: usize> {
     /// l_d(V, U, W).
     ///

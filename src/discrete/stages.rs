@@ -1,6 +1,6 @@
 //! The discrete Lagrangian of a tableau: the action sum over the stages, extremised.
 //!
-#![doc = include_str!("../guide/modules/discrete/stages.md")]
+#![doc = include_str!(concat!(env!("GUIDE"), "/modules/discrete/stages.md"))]
 
 use super::chord::{self, Equations, Factors, Residual};
 use super::{DiscreteError, DiscreteLagrangian, Slopes, Triple, assembly};

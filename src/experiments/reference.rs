@@ -18,28 +18,6 @@ const STEPS: usize = 16;
 const BOUND: f64 = 1e-30;
 
 /// The solution of a problem at T.
-///
-/// ```
-/// use euler_poincare::experiments::errors::{Errors, Row, errors, table};
-/// use euler_poincare::experiments::expected::{Column, TABLE, shown};
-/// use euler_poincare::experiments::{ExperimentError, Integrator, Method, Problem, Reference, Variation, evolution};
-///
-/// // Gauss with two stages on the relaxed rigid body, h = 1/4, in 32 digits: the error that the paper prints.
-/// let column: &Column = TABLE.iter().find(|column| column.method.stages == 2).expect("two stages");
-/// let reference = Reference::compute(column.problem)?;
-/// let method: Method = column.method;
-/// let found: Errors = errors::<euler_poincare::scalar::Dd>(&reference, method, 2)?.expect("a run that succeeds");
-/// assert_eq!(column.error(2).map(shown), Some(shown(found.momentum)));
-/// let rows: Vec<Row> = table(&reference, &[method], 2, &|| {})?;
-/// assert!(rows.iter().any(|row| row.level == 2));
-///
-/// // The method itself, and the evolution by another one.
-/// let variation: Variation<f64> = method.on(Problem::Llg)?;
-/// assert_eq!(variation.tableau().stages(), 2);
-/// let evolved: Result<_, ExperimentError> = evolution::evolve(Problem::Llg, Integrator::RungeKutta4, 8);
-/// assert_eq!(evolved?.len(), 9);
-/// # Ok::<(), Box<dyn std::error::Error>>(())
-/// ```
 #[derive(Clone, Debug)]
 #[non_exhaustive]
 pub struct Reference {

@@ -13,21 +13,6 @@ use crate::system::case::Method;
 use serde::{Deserialize, Serialize};
 
 /// A broken case.
-///
-/// ```
-/// use euler_poincare::external::{Broken, Compared, Mark, SlopeLevel, Slopes, Values};
-///
-/// fn tell(broken: &Broken) {
-///     if let Some(Slopes { quantity, levels, .. }) = broken.slopes.first() {
-///         for SlopeLevel { h, error, .. } in levels.iter().filter(|level| level.mark == Mark::Counts) {
-///             println!("{quantity}: step {h}, error {error}");
-///         }
-///     }
-///     if let Some(Compared { request, solution: Some(Values { mu, .. }), .. }) = &broken.exchange {
-///         println!("{request}: the momentum is then {mu:?}");
-///     }
-/// }
-/// ```
 #[derive(Clone, Debug, PartialEq)]
 #[non_exhaustive]
 pub struct Broken {

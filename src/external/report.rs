@@ -52,18 +52,6 @@ pub struct LawReport {
 }
 
 /// A case with the errors from which its order was read.
-///
-/// ```
-/// use euler_poincare::external::{LawReport, MeasuredCase};
-///
-/// fn tell(report: &LawReport) {
-///     for MeasuredCase { index, slopes, .. } in &report.measured {
-///         for slopes in slopes {
-///             println!("case {index}, {}: order {:?} from {} levels", slopes.quantity, slopes.order, slopes.levels.len());
-///         }
-///     }
-/// }
-/// ```
 #[derive(Clone, Debug, PartialEq)]
 #[non_exhaustive]
 pub struct MeasuredCase {
@@ -81,16 +69,6 @@ pub struct MeasuredCase {
 const MEASURED: usize = 3;
 
 /// The orders that one quantity showed, one for each case where its order could be read.
-///
-/// ```
-/// use euler_poincare::external::{LawReport, QuantityOrders};
-///
-/// fn tell(report: &LawReport) {
-///     for orders @ QuantityOrders { quantity, values, .. } in &report.orders {
-///         println!("{quantity}: order {:?} on {} systems", orders.median(), values.len());
-///     }
-/// }
-/// ```
 #[derive(Clone, Debug, PartialEq)]
 #[non_exhaustive]
 pub struct QuantityOrders {
@@ -225,22 +203,6 @@ pub struct ClaimReport {
 }
 
 /// A campaign in a word.
-///
-/// ```
-/// use euler_poincare::external::{ClaimReport, Conclusion, ProbeReport};
-///
-/// fn exit_code(report: &ProbeReport) -> u8 {
-///     for ClaimReport { claim, confirmed, cases, .. } in report.claims() {
-///         println!("{claim}: confirmed on {confirmed} of {cases} cases");
-///     }
-///     match report.conclusion() {
-///         Conclusion::Confirmed | Conclusion::Unbroken => 0,
-///         Conclusion::Broken | Conclusion::Failed => 1,
-///         Conclusion::Interrupted => 130,
-///         _ => 3,
-///     }
-/// }
-/// ```
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
 #[serde(rename_all = "kebab-case")]
 pub enum Conclusion {

@@ -11,16 +11,6 @@ use serde::{Deserialize, Serialize};
 use serde_json::Value;
 
 /// The systems that a program supports, and what its state is. A key that is absent restricts nothing; without `potentials` there are none.
-///
-/// ```
-/// use euler_poincare::external::Supports;
-/// use euler_poincare::study::problem;
-///
-/// let bodies = Supports::parse(r#"{"algebras": ["so3"], "forces": [], "diagonal_inertia": true}"#)?;
-/// assert!(!bodies.admits(&problem::generic().map_err(|error| error.to_string())?.case), "it has a force");
-/// assert!(Supports::parse(r#"{"algebra": "so3"}"#).is_err());
-/// # Ok::<(), String>(())
-/// ```
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields, default)]
 #[non_exhaustive]

@@ -9,15 +9,6 @@ use crate::scalar::Real;
 ///
 /// So(n): |gᵀg − 1|; SE(n): that of the rotation and the last row; ℝⁿ, aff(1), Heisenberg: the entries that are fixed;
 /// SL(2): |det g − 1|; products: blocks of these and zeros. Infinite for a NaN, and in another component (det g < 0).
-///
-/// ```
-/// use euler_poincare::algebra::catalogue::Entry;
-/// use euler_poincare::group::departure;
-/// let turned = [[0.0, -1.0, 0.0], [1.0, 0.0, 0.0], [0.0, 0.0, 1.0]];
-/// assert_eq!(departure(&Entry::So3, &|r, c| turned[r][c]), 0.0);
-/// assert_eq!(departure(&Entry::So3, &|r, c| 2.0 * turned[r][c]), 3.0);
-/// assert_eq!(departure(&Entry::So3, &|r, c| -turned[r][c]), f64::INFINITY);
-/// ```
 pub fn departure<T: Real>(entry: &Entry, g: &dyn Fn(usize, usize) -> T) -> T {
     let size = entry.matrix_size();
     if (0..size * size).any(|k| !g(k / size, k % size).all_finite()) {

@@ -1,6 +1,6 @@
 //! Lie groups through faithful matrix representations.
 //!
-#![doc = include_str!("../guide/modules/group.md")]
+#![doc = include_str!(concat!(env!("GUIDE"), "/modules/group.md"))]
 
 use crate::algebra::{Covector, LieAlgebra, Matrix, Vector};
 use crate::scalar::{Real, Scalar};

@@ -69,33 +69,6 @@ pub trait PrincipalBundle<S: Scalar> {
 /// \[p, q\]\[p', q'\] = \[p, q'·k\] with p'·k = q, ε(x) = \[p, p\] with π(p) = x, ι\[p, q\] = \[q, p\].
 ///
 /// Its Lie algebroid is TP/K: sections are the invariant vector fields on P with their bracket, and ρ = Tπ.
-///
-/// ```
-/// use euler_poincare::algebra::{Matrix, Vector};
-/// use euler_poincare::group::So3;
-/// use euler_poincare::groupoid::{
-///     AtiyahGroupoid, DenseGroup, Fibred, Groupoid, PrincipalBundle, ProductBundle, SphereFrames, Sphere, Turn,
-/// };
-/// use nalgebra::DMatrix;
-///
-/// /// Turning both p and q by k changes neither the class [p, q] nor its ends.
-/// fn classes<P: PrincipalBundle<f64> + Clone>(bundle: &P, p: &P::Total, q: &P::Total, k: &P::Structure) -> f64 {
-///     let groupoid = AtiyahGroupoid::<P, f64>::new(bundle.clone());
-///     let (g, h) = ((p.clone(), q.clone()), (bundle.act(p, k), bundle.act(q, k)));
-///     assert!(groupoid.source(&g) == groupoid.source(&h));
-///     groupoid.distance(&g, &h)
-/// }
-///
-/// // Frames over the sphere: SO(3) → S², with the rotations about an axis as structure group.
-/// let one = Matrix::<f64, 3>::identity();
-/// assert!(classes(&SphereFrames, &one, &one, &one) < 1e-15);
-///
-/// // The product of a base and a group.
-/// let bundle = ProductBundle::new(Sphere, DenseGroup::of(&So3::<f64>::new()));
-/// let p: Fibred<_, DMatrix<f64>> = PrincipalBundle::<f64>::lift(&bundle, &Vector::<f64, 3>::x());
-/// let k: Turn<DMatrix<f64>> = PrincipalBundle::<f64>::divide(&bundle, &p, &p);
-/// assert!(classes(&bundle, &p, &p, &k) < 1e-15);
-/// ```
 #[derive(Clone, Copy, Debug)]
 pub struct AtiyahGroupoid<P, S> {
     bundle: P,

@@ -1,6 +1,6 @@
 //! Groupoids and Lie groupoids: the abstraction, the instances, their Lie algebroids, and the Poisson groupoid.
 //!
-#![doc = include_str!("../guide/modules/groupoid.md")]
+#![doc = include_str!(concat!(env!("GUIDE"), "/modules/groupoid.md"))]
 
 mod action;
 mod algebroid;

@@ -1,6 +1,6 @@
 //! The brackets of the Poisson groupoid Γ = g*×G×g* and of its base g*, as matrices.
 //!
-#![doc = include_str!("../guide/modules/groupoid/poisson.md")]
+#![doc = include_str!(concat!(env!("GUIDE"), "/modules/groupoid/poisson.md"))]
 
 use super::Arrow;
 use crate::algebra::{Covector, LieAlgebra, Matrix, Vector, pair};
@@ -88,31 +88,6 @@ pub fn lie_poisson_bivector<T: Real, S: Scalar<Base = T>, const N: usize>(
 pub type Phase<S, const N: usize, const D: usize> = Arrow<Covector<S, N>, Matrix<S, D>>;
 
 /// A function on Γ; where U is concerned, it need not be defined off the group.
-///
-/// ```
-/// use euler_poincare::algebra::{Covector, Matrix};
-/// use euler_poincare::group::So3;
-/// use euler_poincare::groupoid::{Bivector, Differential, Phase, PhaseFunction, bracket, differential, poisson_bivector};
-/// use euler_poincare::scalar::{Real, Scalar};
-///
-/// /// F(λ, U, μ) = μ_a.
-/// struct Momentum(usize);
-///
-/// impl<T: Real> PhaseFunction<T, 3, 3> for Momentum {
-///     fn value<S: Scalar<Base = T>>(&self, point: &Phase<S, 3, 3>) -> S {
-///         point.target[self.0]
-///     }
-/// }
-///
-/// let so3 = So3::<f64>::new();
-/// let mu = Covector::<f64, 3>::new(1.0, 2.0, 3.0);
-/// let point: Phase<f64, 3, 3> = Phase { source: mu, group: Matrix::identity(), target: mu };
-/// // {μ_1, μ_2} = ±μ_3, from the functions or from the bivector.
-/// let both: f64 = bracket(&so3, &Momentum(0), &Momentum(1), &point).expect("a point of the groupoid");
-/// let [first, second]: [Differential<f64, 3>; 2] = [0, 1].map(|a| differential(&so3, &Momentum(a), &point));
-/// let bivector: Bivector<f64, 3> = poisson_bivector(&so3, &point).expect("a point");
-/// assert_eq!((both.abs(), bivector.bracket(&first, &second)), (3.0, both));
-/// ```
 pub trait PhaseFunction<T: Real, const N: usize, const D: usize> {
     /// A(λ, U, μ).
     fn value<S: Scalar<Base = T>>(&self, point: &Phase<S, N, D>) -> S;

@@ -1,6 +1,6 @@
 //! The order of a method, read off its errors at a sequence of step sizes; or the reason why it cannot be.
 //!
-#![doc = include_str!("../guide/modules/harness/convergence.md")]
+#![doc = include_str!(concat!(env!("GUIDE"), "/modules/harness/convergence.md"))]
 //!
 //! Only the finest slopes above the noise decide. Levels within the noise are not used, but must be explained by
 //! what was read off the others: a lower-order term that emerges there leaves no estimate.
@@ -40,30 +40,6 @@ const SETTLED: f64 = 0.01;
 const SLOWEST: f64 = 1.0 / 3.0;
 
 /// What a sequence of errors says about the order.
-///
-/// ```
-/// use euler_poincare::harness::convergence::{Estimate, LevelKind, Level, estimate, kinds};
-/// use euler_poincare::harness::evidence::{Evidence, gather, note};
-///
-/// // Errors h⁴ (1 + h), down to a noise of 1e-15.
-/// let level = |k: i32| {
-///     let h = 0.5f64.powi(k);
-///     Level { h, error: h.powi(4) * (1.0 + h) + 1e-15, noise: 1e-15 }
-/// };
-/// let levels: Vec<Level> = (1..14).map(level).collect();
-/// let read: Estimate = estimate(&levels);
-/// assert!((read.slope().expect("an order") - 4.0).abs() < 0.01);
-/// assert!(read.judge(4).holds() && read.judge(3).is_broken());
-/// assert_eq!(kinds(&levels, &read).last(), Some(&LevelKind::Noise));
-///
-/// // Inside a law, the levels are noted for those who ask how a verdict came about.
-/// let check = || {
-///     note(|| Evidence::levels(16, "momentum", levels.clone(), read.clone(), Some(4)));
-///     read.judge(4)
-/// };
-/// let (verdict, evidence) = gather(check);
-/// assert!(verdict.holds() && matches!(evidence[..], [Evidence::Levels { digits: 16, .. }]));
-/// ```
 #[derive(Clone, Debug, PartialEq)]
 pub enum Estimate {
     /// The slopes converge.

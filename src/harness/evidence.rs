@@ -3,17 +3,6 @@
 //!
 //! A check [`note`]s its numbers while it runs; [`gather`] collects those of one call, on its own thread. Where nobody gathers, a
 //! note is neither made nor kept. The verdict is the same with and without.
-//!
-//! ```
-//! use euler_poincare::harness::evidence::{Evidence, gather, note};
-//! let check = || {
-//!     note(|| Evidence::Defect { digits: 16, defect: 3.0, bound: 256.0, alone: 256.0, witness: "e_1".into() });
-//!     true
-//! };
-//! assert!(check());
-//! let (holds, evidence) = gather(check);
-//! assert!(holds && evidence.len() == 1);
-//! ```
 
 use super::convergence::{Estimate, Level, LevelKind, kinds};
 use std::cell::RefCell;

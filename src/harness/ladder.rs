@@ -1,6 +1,6 @@
 //! The precision ladder: the same defect at several precisions tells rounding from error.
 //!
-#![doc = include_str!("../guide/modules/harness/ladder.md")]
+#![doc = include_str!(concat!(env!("GUIDE"), "/modules/harness/ladder.md"))]
 
 /// A defect at one precision.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -41,13 +41,6 @@ pub const SPREAD: f64 = 256.0;
 /// Rounding: the amplifications defect/u agree within [`SPREAD`], or are below it. Error: from the lowest to the highest
 /// precision the defect loses less than a quarter of the digits that it would lose as rounding, or one in the middle does not
 /// go on shrinking.
-///
-/// ```
-/// use euler_poincare::harness::ladder::{Cause, Sample, cause};
-/// let sample = |unit_roundoff, defect| Sample { unit_roundoff, defect };
-/// assert!(matches!(cause(&[sample(1e-16, 3e-15), sample(1e-31, 8e-30)]), Cause::Rounding { .. }));
-/// assert!(matches!(cause(&[sample(1e-16, 3e-9), sample(1e-31, 3e-9)]), Cause::Error { .. }));
-/// ```
 pub fn cause(samples: &[Sample]) -> Cause {
     let unclear = |exponent, why| Cause::Unclear { exponent, why };
     let valid = |sample: &Sample| {

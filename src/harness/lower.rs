@@ -42,18 +42,6 @@ pub struct Signed {
 }
 
 /// What a line says about a claim that its errors fall at least as a power of the step.
-///
-/// ```
-/// use euler_poincare::harness::lower::{Share, Signed, share};
-///
-/// // Errors of order p at two interlaced sequences of halved steps.
-/// let levels = |p: i32| -> Vec<Signed> {
-///     let steps = (1..8).flat_map(|k| [1.0, 0.75].map(|part| part * 0.5f64.powi(k)));
-///     steps.map(|h| Signed { h, error: vec![h.powi(p), -2.0 * h.powi(p)], noise: 1e-18 }).collect()
-/// };
-/// assert!(matches!(share(&levels(4), 4), Some(Share::Small(_))));
-/// assert!(matches!(share(&levels(3), 4), Some(Share::Large(_))), "the claim is refuted");
-/// ```
 #[derive(Clone, Debug, PartialEq)]
 pub enum Share {
     /// No more than this much of the finest error is of lower order: at most a quarter.

@@ -16,20 +16,6 @@ const JOIN: char = '+';
 /// `not applicable`), `defect` and `bound` where the case was judged (`null` stands for a number that is not finite),
 /// `witness` of a broken case or `why` of one that was not judged, `labels` and `rejections`. Keys without a value are
 /// left out; unknown keys are refused.
-///
-/// ```
-/// use euler_poincare::harness::{Record, Verdict};
-///
-/// let verdict = Verdict::judge(1.25, 256.0, String::new);
-/// let labels = vec![("algebra", "so3".into()), ("force", "drag".into()), ("force", "gravity".into())];
-/// let record = Record::new("free-casimirs", 17, verdict, labels, Default::default());
-/// let line = concat!(
-///     r#"{"law":"free-casimirs","index":17,"verdict":"holds","defect":1.25,"bound":256.0,"#,
-///     r#""labels":{"algebra":"so3","force":"drag+gravity"}}"#
-/// );
-/// assert_eq!(serde_json::to_string(&record).unwrap(), line);
-/// assert_eq!(serde_json::from_str::<Record>(line).unwrap(), record);
-/// ```
 #[derive(Clone, Debug, PartialEq)]
 pub struct Record {
     /// Name of the law.

@@ -65,51 +65,6 @@ pub(super) fn shrink_while<C: Debug>(
 }
 
 /// A case that was given, shrunk.
-///
-/// ```
-/// use euler_poincare::harness::{About, BoxedStrategy, Cost, Drawn, Failure, Fault, Law, Shrunk, Tree, Verdict, draw, shrink, shrink_from};
-/// use proptest::prelude::any;
-/// use proptest::strategy::Strategy;
-///
-/// /// n < 100: wrong for numbers from 100 on.
-/// struct Small;
-///
-/// impl Law<u32> for Small {
-///     fn about(&self) -> &About {
-///         &About {
-///             name: "small",
-///             statement: "n < 100",
-///             source: "none",
-///             oracle: "100",
-///             bound: "exact",
-///             needs: "",
-///             cost: Cost::Cheap,
-///             faults: &[],
-///         }
-///     }
-///     fn cases(&self) -> BoxedStrategy<u32> {
-///         any::<u32>().boxed()
-///     }
-///     fn check(&self, n: &u32, _: Option<&Fault>) -> Verdict {
-///         Verdict::judge(f64::from(*n), 99.0, || format!("n = {n}"))
-///     }
-///     fn simpler(&self, n: &u32, visit: &mut dyn FnMut(u32) -> bool) {
-///         let _ = visit(n / 2) || visit(n - 1);
-///     }
-/// }
-///
-/// // The first case of seed 7, drawn again, and its simplest relative that still fails.
-/// let drawn: Drawn<u32> = draw(&Small.cases(), 7, "small", 0);
-/// let (case, _): (u32, Tree<u32>) = drawn.case?;
-/// assert!(case >= 100);
-/// let failure: Failure<u32> = shrink(&Small, None, 7, 0, 500).expect("a broken case");
-/// assert_eq!(failure.case, 100);
-///
-/// // The same from a case that was written down: by the law's own simpler cases.
-/// let shrunk: Shrunk<u32> = shrink_from(&Small, None, &150, 500).expect("a simpler case");
-/// assert_eq!(shrunk.case, 100);
-/// # Ok::<(), Box<dyn std::error::Error>>(())
-/// ```
 #[derive(Clone, Debug, PartialEq)]
 pub struct Shrunk<C> {
     /// The simplest case found that is still broken; the given one where there is none.

@@ -129,44 +129,6 @@ impl StoreError {
 }
 
 /// A campaign's directory, held by this process until it is dropped.
-///
-/// ```
-/// use euler_poincare::harness::store::{Manifest, ManifestLaw, Merged, Store, StoreError, Timing, Writer, merge};
-/// use euler_poincare::harness::{Campaign, Done, Law, Recorded};
-/// use euler_poincare::laws;
-/// use euler_poincare::system::Case;
-///
-/// # let directory = std::env::temp_dir().join(format!("euler-poincare-store-{}", std::process::id()));
-/// # let _ = std::fs::remove_dir_all(&directory);
-/// # let path = directory.join("campaign");
-/// let laws: Vec<&dyn Law<Case>> = vec![laws::named("coupling-antisymmetry").expect("a law")];
-/// let manifest = Manifest::new("1.0", "the hash of the program", 7, Some(4), &laws);
-/// let law: &ManifestLaw = &manifest.laws[0];
-/// assert_eq!((law.name.as_str(), law.cases), ("coupling-antisymmetry", Some(4)));
-///
-/// // `path` is a directory for the campaign. Each verdict goes into it as it comes.
-/// let store = Store::create(&path, manifest.clone())?;
-/// let writer: Writer = store.writer()?;
-/// let report = Campaign::new(7, 4).sink(&writer).run(&laws);
-/// writer.finish()?;
-/// assert!(report.holds());
-///
-/// // A second run of the same campaign would begin here: with nothing left to do.
-/// let recorded: Recorded<Case> = store.recorded(&laws)?;
-/// let done: &Done = &recorded.done[0];
-/// assert_eq!((done.len(), done.first_missing()), (4, 4));
-/// let first = std::fs::read_to_string(path.join(euler_poincare::harness::store::TIMINGS))?;
-/// let timing: Timing = serde_json::from_str(first.lines().next().expect("a line"))?;
-/// assert!(timing.seconds >= 0.0);
-/// drop(store);
-///
-/// // The directory is taken; shards of a campaign are put together (here: a whole one alone).
-/// assert!(matches!(Store::create(&path, manifest), Err(StoreError::Occupied { .. })));
-/// let merged: Merged = merge(&[path], &directory.join("whole"))?;
-/// assert_eq!(merged.records, 4);
-/// # std::fs::remove_dir_all(&directory)?;
-/// # Ok::<(), Box<dyn std::error::Error>>(())
-/// ```
 #[derive(Debug)]
 pub struct Store {
     path: PathBuf,

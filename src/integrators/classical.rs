@@ -1,6 +1,6 @@
 //! A classical Runge–Kutta method on the vector field of (μ, g), blind to the group: the comparator, and the reference.
 //!
-#![doc = include_str!("../guide/modules/integrators/classical.md")]
+#![doc = include_str!(concat!(env!("GUIDE"), "/modules/integrators/classical.md"))]
 
 use super::picard::{Change, iterate};
 use super::{OneStep, Report, State, StepError};

@@ -8,18 +8,6 @@ use crate::mechanics::{Force, Lagrangian, LegendreError};
 const MAX_STEPS: usize = 1_000_000;
 
 /// Why the adaptive integration stopped early.
-///
-/// ```
-/// use euler_poincare::integrators::comparators::{AdaptiveError, dormand_prince};
-/// use euler_poincare::mechanics::models::relaxed_rigid_body;
-///
-/// let model = relaxed_rigid_body::<f64>();
-/// let rows = dormand_prince(&model.system, &model.momentum, &[0.5, 1.0], 1e-8)?;
-/// assert_eq!(rows.len(), 2);
-/// let refused = dormand_prince(&model.system, &model.momentum, &[1.0, 0.5], 1e-8);
-/// assert!(matches!(refused, Err(AdaptiveError::BadInput { .. })));
-/// # Ok::<(), Box<dyn std::error::Error>>(())
-/// ```
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
 #[non_exhaustive]
 pub enum AdaptiveError {

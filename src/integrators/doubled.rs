@@ -1,6 +1,6 @@
 //! The doubled variational scheme on g*×G×g*, on the units and off them.
 //!
-#![doc = include_str!("../guide/modules/integrators/doubled.md")]
+#![doc = include_str!(concat!(env!("GUIDE"), "/modules/integrators/doubled.md"))]
 
 use super::{Report, Solver, StepError};
 use crate::algebra::{Covector, Matrix, Vector};

@@ -1,6 +1,6 @@
 //! One-step methods on (g, μ), and the trajectories made of them.
 //!
-#![doc = include_str!("../guide/modules/integrators.md")]
+#![doc = include_str!(concat!(env!("GUIDE"), "/modules/integrators.md"))]
 
 pub mod advected;
 pub mod classical;

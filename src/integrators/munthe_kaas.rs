@@ -1,6 +1,6 @@
 //! The classical Runge–Kutta–Munthe-Kaas methods: a comparator with the order of its tableau as it stands.
 //!
-#![doc = include_str!("../guide/modules/integrators/munthe_kaas.md")]
+#![doc = include_str!(concat!(env!("GUIDE"), "/modules/integrators/munthe_kaas.md"))]
 
 use super::picard::{Change, iterate};
 use super::{OneStep, Report, State, StepError};

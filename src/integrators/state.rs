@@ -10,25 +10,6 @@ use std::fmt::{self, Display, Formatter};
 ///
 /// With the feature `serde` it is saved and read in every scalar that is: `{"time": t, "momentum": [μ_1, …], "attitude": [[g_11, …], …]}`, the
 /// attitude by rows.
-///
-/// ```
-/// use euler_poincare::algebra::Covector;
-/// use euler_poincare::integrators::State;
-/// use nalgebra::{Isometry3, UnitQuaternion, Vector3};
-///
-/// // A body on SO(3) whose attitude is a quaternion elsewhere, and back.
-/// let turn = UnitQuaternion::from_axis_angle(&Vector3::z_axis(), 0.5);
-/// let state = State::with_rotation(Covector::<f64, 3>::new(1.0, 0.0, 0.5), turn);
-/// assert!(state.quaternion().angle_to(&turn) < 1e-15);
-///
-/// // A body on SE(3): coordinates (ω, v), the attitude an isometry.
-/// let place = Isometry3::new(Vector3::new(1.0, 2.0, 3.0), Vector3::new(0.0, 0.0, 0.5));
-/// let state = State::with_isometry(Covector::from([0.0; 6]), place);
-/// assert!((state.isometry().translation.vector - place.translation.vector).norm() < 1e-15);
-///
-/// let start: State<f64, 3, 3> = State::at_identity(Covector::<f64, 3>::new(1.0, 0.0, 0.5)).at_time(2.0);
-/// assert_eq!(format!("{start:.1}"), "t = 2.0, μ = (1.0, 0.0, 0.5), g = [1.0 0.0 0.0; 0.0 1.0 0.0; 0.0 0.0 1.0]");
-/// ```
 #[derive(Clone, Debug, PartialEq)]
 pub struct State<T: Real, const N: usize, const D: usize> {
     /// t.

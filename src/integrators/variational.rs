@@ -1,6 +1,6 @@
 //! The forced variational Runge–Kutta–Munthe-Kaas step, restricted to the units.
 //!
-#![doc = include_str!("../guide/modules/integrators/variational.md")]
+#![doc = include_str!(concat!(env!("GUIDE"), "/modules/integrators/variational.md"))]
 
 mod collocation;
 mod exchange;

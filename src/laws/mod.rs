@@ -147,15 +147,6 @@ pub(crate) fn unbuilt(error: &CaseError) -> Verdict {
 }
 
 /// A law with a fault planted in its subject, or with none.
-///
-/// ```
-/// use euler_poincare::harness::Law;
-/// use euler_poincare::laws::{PlantedLaw, named};
-///
-/// let law = named("retraction-inverse").expect("a law");
-/// let planted = PlantedLaw { law, fault: law.about.faults.first() };
-/// assert_eq!((planted.name(), planted.faults().len()), ("retraction-inverse", law.about.faults.len()));
-/// ```
 #[derive(Clone, Copy)]
 pub struct PlantedLaw {
     /// The law.

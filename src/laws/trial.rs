@@ -156,23 +156,6 @@ impl Trial {
 const NO_REFERENCE: &str = "the reference solution was not reached";
 
 /// A trial, with its verdict on an order.
-///
-/// ```
-/// use euler_poincare::laws::trial::{Digits, Judged, Trial, TrialError};
-/// use euler_poincare::study::{Comparison, problem};
-/// use euler_poincare::tableau::Classic;
-/// use euler_poincare::tableau::Description;
-///
-/// let mut case = problem::generic()?.case;
-/// case.method.tableau = Description::Classic(Classic::Heun2);
-/// // Order 2, in 16 digits, over a horizon of 1 and down to round-off.
-/// let judged: Judged = Judged::of(&case, Digits::Sixteen, 1.0, 2, false)?;
-/// let trial: &Trial = &judged.trial;
-/// assert!(judged.verdict.holds() && matches!(trial.compare(3), Comparison::Below { .. }));
-/// let refused: Result<_, TrialError> = Trial::of(&case, Digits::Sixteen, 1.0e6, 2);
-/// assert!(refused.is_err());
-/// # Ok::<(), Box<dyn std::error::Error>>(())
-/// ```
 #[derive(Clone, Debug, PartialEq)]
 pub struct Judged {
     /// The trial; without levels if the reference was not reached.

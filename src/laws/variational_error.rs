@@ -1,6 +1,6 @@
 //! The variational error theorem, measured: the order of l_d is the order of both flows.
 //!
-#![doc = include_str!("../guide/modules/laws/variational_error.md")]
+#![doc = include_str!(concat!(env!("GUIDE"), "/modules/laws/variational_error.md"))]
 
 use super::integrators::subject;
 use super::planted::retraction::{Plant, SECOND_MISSING, SECOND_OF_INVERSE, SECOND_SIGN, SECOND_SWAPPED};

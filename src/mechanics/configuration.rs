@@ -26,17 +26,6 @@ use crate::group::LieGroup;
 use crate::scalar::{Dual, Real, Scalar, dual};
 
 /// An element g of the group as a matrix, whose size is not in the type.
-///
-/// ```
-/// use euler_poincare::algebra::Matrix;
-/// use euler_poincare::mechanics::configuration::Configuration;
-///
-/// let quarter = Matrix::<f64, 2>::new(0.0, -1.0, 1.0, 0.0);
-/// let g = Configuration::of(&quarter);
-/// assert_eq!((g.size(), g.entry(0, 1), g.entry(2, 2)), (2, -1.0, 1.0));
-/// assert_eq!(g.matrix::<2>(), quarter);
-/// assert_eq!(Configuration::<f64>::identity().matrix::<3>(), Matrix::<f64, 3>::identity());
-/// ```
 #[derive(Clone, Copy, Debug)]
 pub struct Configuration<'a, S> {
     /// The entries by columns.

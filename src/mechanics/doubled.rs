@@ -1,6 +1,6 @@
 //! Doubled Lagrangians on g×G×g and the one that generates a forced system.
 //!
-#![doc = include_str!("../guide/modules/mechanics/doubled.md")]
+#![doc = include_str!(concat!(env!("GUIDE"), "/modules/mechanics/doubled.md"))]
 
 use super::{Force, Lagrangian, LegendreError};
 use crate::algebra::{Covector, Matrix, Vector, elimination, pair};
@@ -297,36 +297,6 @@ pub(super) fn inverse_velocity_hessian<T: Real, const N: usize, const D: usize>(
 /// l_f(η, U, ψ) = l(ψ) − l(η) − k_f(η, U, ψ), k_f = −½ ⟨f(t, η) + f(t, ψ), τ⁻¹(U)⟩.
 ///
 /// Antisymmetric under (η, U, ψ) ↦ (ψ, U⁻¹, η). Domain: U in that of τ⁻¹.
-///
-/// ```
-/// use euler_poincare::algebra::{Entry, LieAlgebra, Matrix, Vector};
-/// use euler_poincare::mechanics::doubled::{Both, DoubledLagrangian, Forced, Partials, VelocityError};
-/// use euler_poincare::mechanics::euler_lagrange::{EulerLagrangeRates, rates};
-/// use euler_poincare::mechanics::{force::LinearDrag, lagrangian::Quadratic};
-/// use euler_poincare::retraction::CayleySo3;
-///
-/// let drag = LinearDrag::new(Matrix::<f64, 3>::identity())?;
-/// let doubled = Forced::new(Quadratic::diagonal([1.0, 2.0, 3.0])?, drag, CayleySo3::new());
-/// let (eta, unit) = (Vector::<f64, 3>::new(0.1, 0.2, 0.3), Matrix::<f64, 3>::identity());
-///
-/// // On the units l_f vanishes, and its equations are the forced Euler–Poincaré equations, twice.
-/// let value: f64 = doubled.value(0.0, &eta, &unit, &eta)?;
-/// assert_eq!(value, 0.0);
-/// let partials: Partials<f64, 3> = doubled.partials(0.0, &eta, &unit, &eta)?;
-/// assert!((partials.eta + partials.psi).amax() < 1e-15);
-/// let so3 = LieAlgebra::from_catalogue(&Entry::So3)?;
-/// let moved: EulerLagrangeRates<f64, 3, 3> = rates(&doubled, &so3, 0.0, &eta, &unit, &eta)?;
-/// assert!((moved.eta - moved.psi).amax() < 1e-15);
-///
-/// // The velocities that belong to momenta.
-/// let both: Both<Vector<f64, 3>> = doubled.unit_velocities(&-partials.eta, &partials.psi)?;
-/// assert!((both.0 - eta).amax() < 1e-15);
-/// // A half-turn has no logarithm of Cayley's kind.
-/// let half_turn = Matrix::<f64, 3>::from_diagonal(&Vector::<f64, 3>::new(-1.0, -1.0, 1.0));
-/// let refused = doubled.velocities(0.0, &partials.eta, &half_turn, &partials.psi);
-/// assert!(matches!(refused, Err(VelocityError::Domain(_))));
-/// # Ok::<(), Box<dyn std::error::Error>>(())
-/// ```
 #[derive(Clone, Debug, PartialEq)]
 pub struct Forced<L, F, R> {
     /// l.

@@ -1,6 +1,6 @@
 //! The forced Euler–Poincaré equations in their Hamiltonian form, forced Lie–Poisson.
 //!
-#![doc = include_str!("../guide/modules/mechanics/equations.md")]
+#![doc = include_str!(concat!(env!("GUIDE"), "/modules/mechanics/equations.md"))]
 
 use super::configuration::Configuration;
 use super::{Force, Lagrangian, LegendreError};

@@ -1,6 +1,6 @@
 //! The reduced Euler–Lagrange equations on g×G×g of any doubled Lagrangian.
 //!
-#![doc = include_str!("../guide/modules/mechanics/euler_lagrange.md")]
+#![doc = include_str!(concat!(env!("GUIDE"), "/modules/mechanics/euler_lagrange.md"))]
 
 use super::doubled::{DoubledLagrangian, VelocityError, singular};
 use crate::algebra::elimination::power_of_two;

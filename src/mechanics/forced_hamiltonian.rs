@@ -1,6 +1,6 @@
 //! The Hamiltonian on g*×G×g* that generates a forced Lie–Poisson system.
 //!
-#![doc = include_str!("../guide/modules/mechanics/forced_hamiltonian.md")]
+#![doc = include_str!(concat!(env!("GUIDE"), "/modules/mechanics/forced_hamiltonian.md"))]
 
 use super::doubled::{Forced, VelocityError, force_derivative, hat};
 use super::hamiltonian::{DoubledHamiltonian, MomentumPartials};

@@ -1,6 +1,6 @@
 //! Hamiltonians on Γ = g*×G×g*, their equations of motion, and the modified Legendre transforms that lead there and back.
 //!
-#![doc = include_str!("../guide/modules/mechanics/hamiltonian.md")]
+#![doc = include_str!(concat!(env!("GUIDE"), "/modules/mechanics/hamiltonian.md"))]
 
 use super::LegendreError;
 use super::doubled::{DoubledLagrangian, VelocityError};
@@ -148,33 +148,6 @@ pub fn modified_pairing<S: Scalar, const N: usize>(
 ///
 /// Domain: that of the inverse transform, a neighbourhood of the units for l_f. The solutions of its equations are those
 /// of the Euler–Lagrange equations of **l**.
-///
-/// ```
-/// use euler_poincare::algebra::{Covector, Entry, LieAlgebra, Matrix};
-/// use euler_poincare::mechanics::doubled::Forced;
-/// use euler_poincare::mechanics::forced_hamiltonian::ForcedHamiltonian;
-/// use euler_poincare::mechanics::hamiltonian::{
-///     DoubledHamiltonian, HamiltonRates, LegendreHamiltonian, MomentumPartials, hamilton_rates,
-/// };
-/// use euler_poincare::mechanics::{force::LinearDrag, lagrangian::Quadratic};
-/// use euler_poincare::retraction::CayleySo3;
-///
-/// let body = Quadratic::diagonal([1.0, 2.0, 3.0])?;
-/// let drag = LinearDrag::new(Matrix::<f64, 3>::identity())?;
-/// let mu = Covector::<f64, 3>::new(0.1, 0.2, 0.3);
-/// let unit = Matrix::<f64, 3>::identity();
-/// let so3 = LieAlgebra::from_catalogue(&Entry::So3)?;
-///
-/// // Two Hamiltonians of one system: that of l_f, and h_f. On the units they agree.
-/// let transformed = LegendreHamiltonian::new(Forced::new(body.clone(), drag.clone(), CayleySo3::new()));
-/// let forced = ForcedHamiltonian::new(body, drag, CayleySo3::new());
-/// let first: HamiltonRates<f64, 3, 3> = hamilton_rates(&transformed, &so3, 0.0, &mu, &unit, &mu)?;
-/// let second: HamiltonRates<f64, 3, 3> = hamilton_rates(&forced, &so3, 0.0, &mu, &unit, &mu)?;
-/// assert!((first.mu - second.mu).amax() < 1e-14 && (first.lambda - first.mu).amax() < 1e-14);
-/// let partials: MomentumPartials<f64, 3> = forced.partials(0.0, &mu, &unit, &mu)?;
-/// assert!((partials.lambda + partials.mu).amax() < 1e-15);
-/// # Ok::<(), Box<dyn std::error::Error>>(())
-/// ```
 #[derive(Clone, Debug, PartialEq)]
 pub struct LegendreHamiltonian<L> {
     /// **l**.

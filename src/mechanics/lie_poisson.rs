@@ -1,6 +1,6 @@
 //! The Lie–Poisson bracket on g* for functions, and forces that keep the coadjoint orbits.
 //!
-#![doc = include_str!("../guide/modules/mechanics/lie_poisson.md")]
+#![doc = include_str!(concat!(env!("GUIDE"), "/modules/mechanics/lie_poisson.md"))]
 
 use super::equations::lie_poisson_bracket;
 use super::{Force, Lagrangian};

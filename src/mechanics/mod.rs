@@ -1,6 +1,6 @@
 //! Reduced Lagrangians, forces, and the forced Euler–Poincaré and Lie–Poisson equations.
 //!
-#![doc = include_str!("../guide/modules/mechanics.md")]
+#![doc = include_str!(concat!(env!("GUIDE"), "/modules/mechanics.md"))]
 
 use crate::algebra::{Covector, Matrix, Vector};
 use crate::scalar::{Real, Scalar, dual};

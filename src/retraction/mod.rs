@@ -7,7 +7,7 @@
 //!
 //! [`AnyRetraction`] is either of the general two. [`Composed`] makes another retraction of any: τ∘φ with φ odd.
 //!
-#![doc = include_str!("../guide/modules/retraction.md")]
+#![doc = include_str!(concat!(env!("GUIDE"), "/modules/retraction.md"))]
 
 use crate::algebra::brackets::Brackets;
 use crate::algebra::{Covector, LieAlgebra, Matrix, Vector, elimination, pull};

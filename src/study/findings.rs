@@ -28,36 +28,6 @@ impl Line {
 }
 
 /// The errors of a study, level by level.
-///
-/// ```
-/// use euler_poincare::algebra::{Covector, Entry, LieAlgebra, Matrix};
-/// use euler_poincare::group::So3;
-/// use euler_poincare::integrators::{Classical, State};
-/// use euler_poincare::mechanics::{equations::EulerPoincare, force::LinearDrag, lagrangian::Quadratic};
-/// use euler_poincare::study::guard::{Warning, warnings};
-/// use euler_poincare::study::{Findings, Line, Reading, Row, StepLevel, Study, Target, reference};
-/// use euler_poincare::tableau::Classic;
-///
-/// let drag = LinearDrag::new(Matrix::<f64, 3>::identity())?;
-/// let body = EulerPoincare::new(LieAlgebra::from_catalogue(&Entry::So3)?, Quadratic::diagonal([0.5, 2.0, 1.0])?, drag);
-/// let start = State { time: 0.0, momentum: Covector::<f64, 3>::new(0.4, 0.1, 0.7), attitude: Matrix::identity() };
-/// assert!(!warnings(&body, &start, 1.0).contains(&Warning::Commuting));
-///
-/// // Over one second, with a reference whose own error is known.
-/// let target: Target<f64, 3, 3> = reference::after(&body, Some(&So3::new()), &start, 1.0, 64, 5)?;
-/// let study = Study::new(start);
-/// let mut findings: Findings = study.findings();
-/// for level in StepLevel::over(1.0, [8, 16, 32, 64]) {
-///     let mut rk4 = Classical::new(body.clone(), Some(So3::new()), Classic::Rk4.tableau()?);
-///     let row: Row = study.measure(&mut rk4, &level, &target);
-///     let readings: &[Reading] = row.readings.as_ref().expect("steps that succeed");
-///     assert!(readings[0].is_clear());
-///     findings.push(row);
-/// }
-/// let Line::Read(estimate) = findings.line(0) else { panic!("no error at all") };
-/// assert!(estimate.slope().is_some_and(|slope| (slope - 4.0).abs() < 0.25), "{estimate:?}");
-/// # Ok::<(), Box<dyn std::error::Error>>(())
-/// ```
 #[derive(Clone, Debug, PartialEq)]
 #[non_exhaustive]
 pub struct Findings {

@@ -60,18 +60,6 @@ pub enum Answer<T> {
 ///
 /// # Errors
 /// The first that `ask` gives.
-///
-/// ```
-/// use euler_poincare::study::least::{Answer, Shown, of_others};
-///
-/// let shown = [Shown::More, Shown::Nothing, Shown::Order, Shown::Less];
-/// let ask = |k: i64| Ok::<_, ()>(Some((shown[k as usize - 1], k)));
-/// assert_eq!(of_others(ask), Ok(Answer::Decided(3, 3)));
-/// let all_more = |_| Ok::<_, ()>(Some((Shown::More, ())));
-/// assert_eq!(of_others(all_more), Ok(Answer::More));
-/// let generic_says_nothing = |k| Ok::<_, ()>(Some((if k < 4 { Shown::More } else { Shown::Nothing }, ())));
-/// assert_eq!(of_others(generic_says_nothing), Ok(Answer::Open));
-/// ```
 pub fn of_others<T, E>(mut ask: impl FnMut(i64) -> Result<Option<(Shown, T)>, E>) -> Result<Answer<T>, E> {
     let (mut more, mut generic) = (0, true);
     for k in 1..=GENERIC {

@@ -1,6 +1,6 @@
 //! Convergence studies: what errors a one-step method makes at a sequence of step sizes, and what order they show.
 //!
-#![doc = include_str!("../guide/modules/study.md")]
+#![doc = include_str!(concat!(env!("GUIDE"), "/modules/study.md"))]
 //!
 //! ```
 //! use euler_poincare::algebra::{Covector, LieAlgebra, Matrix, catalogue::Entry};

@@ -58,17 +58,6 @@ impl Cases {
 ///
 /// # Panics
 /// Where the knobs contradict each other, so that there is no case; [`Cases::try_sample`] says so instead.
-///
-/// ```
-/// use euler_poincare::system::{Case, cases};
-/// use rand::distr::Distribution;
-/// use rand::{RngExt, SeedableRng};
-/// let mut rng = rand_chacha::ChaCha8Rng::seed_from_u64(1);
-/// let forced: Vec<Case> = cases().forced().sample_iter(&mut rng).take(3).collect();
-/// assert!(forced.iter().all(|case| !case.forces.is_empty()));
-/// let any: Case = rng.random();
-/// assert_eq!(any.check(), Ok(()));
-/// ```
 impl Distribution<Case> for Cases {
     fn sample<R: Rng + ?Sized>(&self, rng: &mut R) -> Case {
         match self.try_sample(rng) {

@@ -101,29 +101,6 @@ impl Ensemble {
 impl Case {
     /// The trajectory of the case.
     ///
-    /// ```
-    /// use euler_poincare::system::trajectory::{Ended, Observer, Plan, Row};
-    /// use euler_poincare::system::{SystemFile, file};
-    /// use std::ops::ControlFlow;
-    ///
-    /// struct Energies(Vec<f64>);
-    /// impl Observer<f64> for Energies {
-    ///     fn row(&mut self, row: &Row<'_, f64>) {
-    ///         self.0.push(row.values[1 + 3 + 3]); // t, three momenta, three velocities, energy
-    ///     }
-    ///     fn step(&mut self, _: u64, _: u64) -> ControlFlow<()> {
-    ///         ControlFlow::Continue(())
-    ///     }
-    /// }
-    ///
-    /// let case = SystemFile::parse(file::example())?.case; // a damped rigid body
-    /// let mut energies = Energies(Vec::new());
-    /// let ended = case.trajectory(Plan { steps: 100, last: None, every: 10 }, &mut energies)?;
-    /// assert!(matches!(ended, Ended::Whole { .. }) && energies.0.len() == 11);
-    /// assert!(energies.0.is_sorted_by(|earlier, later| earlier > later));
-    /// # Ok::<(), Box<dyn std::error::Error>>(())
-    /// ```
-    ///
     /// # Errors
     /// A part of the case that cannot be built. A step that fails is no error of this kind, but [`Ended::Failed`].
     pub fn trajectory<T: Compiled>(
@@ -137,34 +114,6 @@ impl Case {
 
 impl SystemFile {
     /// The run of a file with a tolerance; none where it has a step.
-    ///
-    /// ```
-    /// use euler_poincare::system::SystemFile;
-    /// use euler_poincare::system::file::example;
-    /// use euler_poincare::system::solution::{End, Plan, Solved, Statistics};
-    /// use euler_poincare::system::trajectory::{Observer, Row};
-    /// use std::ops::ControlFlow;
-    ///
-    /// struct Times(Vec<f64>);
-    /// impl Observer<f64> for Times {
-    ///     fn row(&mut self, row: &Row<'_, f64>) {
-    ///         self.0.push(row.values[0]);
-    ///     }
-    ///     fn step(&mut self, _: u64, _: u64) -> ControlFlow<()> {
-    ///         ControlFlow::Continue(())
-    ///     }
-    /// }
-    ///
-    /// let text = example().replacen("step = \"1/8\"", "tolerance = 1e-10", 1);
-    /// let file = SystemFile::parse(&text.replacen("every = 1", "save_at = [0.25, 1]", 1))?;
-    /// let plan: Plan<f64> = file.solve_plan()?.expect("a tolerance");
-    /// let mut times = Times(Vec::new());
-    /// let solved: Solved<f64> = file.solve(&mut times)?.expect("a tolerance");
-    /// let statistics: Statistics<f64> = solved.statistics.expect("a start");
-    /// assert_eq!((solved.end, times.0, plan.end), (End::Time, vec![0.25, 1.0], 1.0));
-    /// assert!(statistics.error < 1e-10);
-    /// # Ok::<(), Box<dyn std::error::Error>>(())
-    /// ```
     ///
     /// # Errors
     /// A part of the case or of the run that cannot be built. A run that fails is no error of this kind, but [`End::Failed`].

@@ -18,16 +18,6 @@ pub fn named_algebras() -> impl Iterator<Item = &'static str> {
 
 /// An algebra with a name, or a product, as text: its dimension, its basis as matrices, its brackets.
 ///
-/// ```
-/// use euler_poincare::system::{algebra_text, named_algebras};
-///
-/// let text = algebra_text("so3")?;
-/// assert!(text.starts_with("so3: dimension 3, 3×3 matrices\n") && text.contains("[e_1, e_2] = e_3"));
-/// assert!(named_algebras().all(|name| algebra_text(name).is_ok()));
-/// assert!(algebra_text("so6").is_err());
-/// # Ok::<(), euler_poincare::system::CaseError>(())
-/// ```
-///
 /// # Errors
 /// An unknown name.
 pub fn algebra_text(name: &str) -> Result<String, CaseError> {

@@ -405,27 +405,6 @@ impl Cases {
 /// small enough for them; what is fixed is taken as it is, also where it is too fast for its step.
 impl Cases {
     /// Only this algebra: of the catalogue or by its constants, in its own basis or in another.
-    ///
-    /// ```
-    /// use euler_poincare::scalar::Number;
-    /// use euler_poincare::system::case::{Algebra, Constant, Structure};
-    /// use euler_poincare::system::{Case, cases};
-    /// use proptest::strategy::{Strategy, ValueTree};
-    ///
-    /// // Bianchi VII with parameter 1/2: [e_1, e_2] = e_2/2 + e_3, [e_1, e_3] = −e_2 + e_3/2.
-    /// let constant = |a, b, c, value| Constant { a, b, c, value };
-    /// let half = || Number::ratio(1, 2);
-    /// let constants = vec![
-    ///     constant(1, 2, 2, half()), constant(1, 2, 3, 1.into()),
-    ///     constant(1, 3, 2, (-1).into()), constant(1, 3, 3, half()),
-    /// ];
-    /// let bianchi = Algebra { structure: Structure::Constants { dimension: 3, constants }, basis: None };
-    /// let mine = cases().algebra(bianchi.clone()).forced();
-    /// let mut runner = proptest::test_runner::TestRunner::deterministic();
-    /// let case: Case = mine.new_tree(&mut runner)?.current();
-    /// assert!(case.algebra == bianchi && !case.forces.is_empty());
-    /// # Ok::<(), proptest::test_runner::Reason>(())
-    /// ```
     pub fn algebra(mut self, algebra: Algebra) -> Self {
         self.fixed.algebra = Some(algebra);
         self

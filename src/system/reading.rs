@@ -6,21 +6,6 @@ use crate::tableau::{Description, TableauFile};
 use std::path::{Path, PathBuf};
 
 /// How a system file is read: what stands in the place of parts of it, and where the files are that it names.
-///
-/// ```
-/// use euler_poincare::system::file::{SystemFile, example};
-/// use euler_poincare::system::{Reading, ScalarName};
-///
-/// let reading = Reading { tableau: Some("gauss-3".parse()?), scalar: Some(ScalarName::Dd), directory: None };
-/// let file = SystemFile::parse_with(example(), &reading)?;
-/// assert_eq!((file.case.method.tableau.stages(), file.scalar), (3, ScalarName::Dd));
-/// // A name of a file, without the directory.
-/// let text = example().replacen("tableau = \"lobatto-iiia-3\"", "tableau-file = \"mine.toml\"", 1);
-/// assert!(SystemFile::parse(&text).unwrap_err().message.contains("tableau-file"));
-/// let reading = Reading::beside("bodies/top.toml".as_ref());
-/// assert_eq!(reading.tableau_file(&text), Some("bodies/mine.toml".into()));
-/// # Ok::<(), Box<dyn std::error::Error>>(())
-/// ```
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Reading {
     /// The scalar.

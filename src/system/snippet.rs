@@ -5,15 +5,6 @@ use super::replay::Replay;
 /// A complete Rust program that prints the verdict of `replay`'s law on its case, with the fault planted if there is one.
 ///
 /// It needs this crate with the feature `harness`, and nothing else; the case stands in it as TOML, in exact numbers.
-///
-/// ```
-/// use euler_poincare::system::{Case, Replay, file::example, snippet};
-/// let case = Case::from_toml(example())?;
-/// let replay = Replay { module: None, law: "free-casimirs".into(), seed: 1, index: 0, fault: None, case };
-/// let program = snippet(&replay);
-/// assert!(program.contains("main()") && program.contains("\"free-casimirs\""));
-/// # Ok::<(), Box<dyn std::error::Error>>(())
-/// ```
 pub fn snippet(replay: &Replay) -> String {
     let (law, seed, index) = (&replay.law, replay.seed, replay.index);
     let (planted, fault, passed, imported) = match &replay.fault {

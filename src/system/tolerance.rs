@@ -13,21 +13,6 @@ use crate::tableau::{Description, Family};
 pub use super::event::{Direction, EventFormula};
 
 /// What stands in a file in the place of a step.
-///
-/// ```
-/// use euler_poincare::system::SystemFile;
-/// use euler_poincare::system::file::example;
-/// use euler_poincare::system::tolerance::{Adaptive, Direction, EventFormula, Times};
-///
-/// let step = "step = \"1/8\"";
-/// let text = example().replacen(step, "tolerance = 1e-10", 1).replacen("every = 1", "save_every = \"1/4\"", 1);
-/// let text = format!("{text}\n[[event]]\nformula = \"mu_1\"\ndirection = \"falling\"\n");
-/// let adaptive: Adaptive = SystemFile::parse(&text)?.adaptive.expect("a tolerance");
-/// assert!(matches!(adaptive.times, Times::Every(_)));
-/// let event: &EventFormula = &adaptive.events[0];
-/// assert_eq!((event.name(), event.direction, event.terminal), ("mu_1", Some(Direction::Falling), false));
-/// # Ok::<(), Box<dyn std::error::Error>>(())
-/// ```
 #[derive(Clone, Debug, PartialEq)]
 pub struct Adaptive {
     /// The relative error that all steps of the run may add.

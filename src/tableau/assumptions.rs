@@ -1,6 +1,6 @@
 //! The simplifying assumptions B(p), C(q) and D(r) of Butcher 1964, with the first equation that fails.
 //!
-#![doc = include_str!("../guide/modules/tableau/assumptions.md")]
+#![doc = include_str!(concat!(env!("GUIDE"), "/modules/tableau/assumptions.md"))]
 //!
 //! Source: Hairer, Nørsett and Wanner, *Solving Ordinary Differential Equations I*, section II.7.
 

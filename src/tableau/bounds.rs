@@ -18,19 +18,6 @@ use super::assumptions::{Assumptions, middle};
 use super::quantity::{Coefficients, Quantity};
 
 /// An order is at least `least` and at most `most`.
-///
-/// ```
-/// use euler_poincare::tableau::Family;
-/// use euler_poincare::tableau::assumptions::Assumptions;
-/// use euler_poincare::tableau::bounds::Bounds;
-/// use euler_poincare::tableau::quantity::Coefficients;
-///
-/// // The order of Gauss with seven stages, beyond the trees that are counted.
-/// let gauss = Coefficients::of(&Family::Gauss.tableau::<f64>(7)?);
-/// let [classical, variational] = Bounds::of(&gauss, &Assumptions::of(&gauss), 14);
-/// assert_eq!((classical.least, variational), (14, Bounds { least: 14, most: 14 }));
-/// # Ok::<(), Box<dyn std::error::Error>>(())
-/// ```
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Bounds {
     /// Proven.

@@ -1,6 +1,6 @@
 //! Tableaux of exact rationals, and their order conditions in integers.
 //!
-#![doc = include_str!("../guide/modules/tableau/exact.md")]
+#![doc = include_str!(concat!(env!("GUIDE"), "/modules/tableau/exact.md"))]
 
 use super::order::{Arithmetic, Conditions, Verdict};
 use super::quantity::{Coefficients, Quantity, decimal};

@@ -1,6 +1,6 @@
 //! The families of tableaux with any number of stages, and a few classical tableaux, at the full precision of the scalar.
 //!
-#![doc = include_str!("../guide/modules/tableau/families.md")]
+#![doc = include_str!(concat!(env!("GUIDE"), "/modules/tableau/families.md"))]
 
 use super::{Tableau, TableauError};
 use crate::scalar::Real;

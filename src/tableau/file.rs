@@ -43,13 +43,6 @@ pub struct TableauFile {
 }
 
 /// Why a tableau file was refused: with the place, its line and a mark below it, where it is the text that is wrong.
-///
-/// ```
-/// use euler_poincare::tableau::file::{FileError, TableauFile};
-///
-/// let refused = TableauFile::parse("a = [[\"1/2\"]]\nb = [1,\n");
-/// assert!(matches!(refused, Err(FileError::Syntax { .. })));
-/// ```
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
 #[non_exhaustive]
 pub enum FileError {

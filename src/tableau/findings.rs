@@ -27,25 +27,6 @@ impl Reach {
 }
 
 /// The orders of a tableau with what they rest on.
-///
-/// ```
-/// use euler_poincare::tableau::analysis::{Analysis, Findings, analyse};
-/// use euler_poincare::tableau::stability::Stability;
-/// use euler_poincare::tableau::{Description, Entries, RationalTableau};
-///
-/// let description: Description = "alexander2".parse()?;
-/// let analysis: Analysis = analyse::<f64>(&description, 6)?;
-/// let findings: &Findings = analysis.findings();
-/// assert_eq!((analysis.declared, findings.classical.order), (None, 2)); // a name claims nothing
-/// assert_eq!(analysis.stability, Stability::AStable);
-///
-/// // Rational coefficients are analysed exactly.
-/// let half = || "1/2".parse();
-/// let midpoint = Description::Entries(Entries { a: vec![vec![half()?]], b: vec!["1".parse()?], c: None });
-/// let exact: RationalTableau = midpoint.rational()?.expect("rational entries");
-/// assert_eq!(exact.variational_order(6).map(|order| order.order), Some(2));
-/// # Ok::<(), Box<dyn std::error::Error>>(())
-/// ```
 #[derive(Clone, Debug, PartialEq, serde::Serialize)]
 #[non_exhaustive]
 pub struct Findings {

@@ -1,6 +1,6 @@
 //! Runge–Kutta tableaux as data, their families, and their orders computed from the coefficients.
 //!
-#![doc = include_str!("../guide/modules/tableau.md")]
+#![doc = include_str!(concat!(env!("GUIDE"), "/modules/tableau.md"))]
 //!
 //! [`Description`] is what a person writes, [`Tableau`] the numbers in some scalar. [`order`] computes the orders over [`trees`].
 //! With the feature `harness`, `analyse` says everything that can be decided about a tableau, and why, in exact rationals if its

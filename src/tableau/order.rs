@@ -1,6 +1,6 @@
 //! The order of a tableau, computed from its coefficients by the order conditions of coloured rooted trees.
 //!
-#![doc = include_str!("../guide/modules/tableau/order.md")]
+#![doc = include_str!(concat!(env!("GUIDE"), "/modules/tableau/order.md"))]
 
 use super::Tableau;
 use super::quantity::{Ball, Coefficients, Quantity};

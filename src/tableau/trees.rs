@@ -53,19 +53,6 @@ pub const MAX_ORDER: usize = 20;
 /// The rooted trees up to some order with edges of 1, 2, … colours.
 ///
 /// One colour: 1, 1, 2, 4, 9, 20, 48, … trees of order 1, 2, …; two colours: 1, 2, 7, 26, 107, 458, …
-///
-/// ```
-/// use euler_poincare::tableau::trees::{Branch, Catalogue, Tree};
-///
-/// let catalogue = Catalogue::up_to(1, 4);
-/// let counts: Vec<usize> = (1..=4).map(|n| catalogue.of_order(n).len()).collect();
-/// assert_eq!(counts, [1, 1, 2, 4]);
-/// // The tall tree of order 3: one branch, which has one branch.
-/// let tall: &Tree = catalogue.of_order(3).iter().find(|tree| tree.branches().len() == 1).expect("a tall tree");
-/// assert_eq!((tall.density(), tall.symmetry()), (6, 1));
-/// let below: &Branch = &tall.branches()[0];
-/// assert_eq!(catalogue.trees()[below.tree].order(), 2);
-/// ```
 #[derive(Clone, Debug)]
 pub struct Catalogue {
     colours: usize,

@@ -33,22 +33,6 @@ const GROWTH: f64 = 1.35;
 /// A run is not reversible: the steps differ on the way back. For that, take fixed steps with [`VariationalSe3`]. At a jump of a
 /// force it ends in an error, or passes it unseen where it is small: run up to a known jump and on from there, or take
 /// [`Solve`](crate::integrators::solve::Solve), which finds jumps.
-///
-/// ```
-/// use euler_poincare::algebra::{Covector, Matrix};
-/// use euler_poincare::integrators::State;
-/// use euler_poincare::integrators::se3::{AdaptiveSe3, Drag, Term, Terms};
-/// use euler_poincare::mechanics::lagrangian::Quadratic;
-///
-/// let body = Quadratic::diagonal([0.5, 2.0, 1.0, 3.0, 1.5, 1.25])?;
-/// let drag = Terms(vec![Term::QuadraticDrag(Drag::Diagonal([0.25; 6]))]);
-/// let mut solver = AdaptiveSe3::new(body, drag);
-/// let momentum = Covector::from([0.5, -0.25, 1.0, 1.0, 0.5, -0.5]);
-/// let mut state = State { time: 0.0, momentum, attitude: Matrix::identity() };
-/// let solved = solver.solve(&mut state, 1.0, 1e-12)?;
-/// assert!(state.momentum.norm() < momentum.norm() && solved.steps < 5);
-/// # Ok::<(), Box<dyn std::error::Error>>(())
-/// ```
 #[derive(Clone, Debug)]
 pub struct AdaptiveSe3<F> {
     /// Gauss with 4, 6 and 8 stages.

@@ -114,33 +114,6 @@ impl LaneForce<6> for Term {
 }
 
 /// A force of the catalogue as a list of terms.
-///
-/// ```
-/// use euler_poincare::algebra::{Covector, Matrix};
-/// use euler_poincare::integrators::State;
-/// use euler_poincare::integrators::se3::{AdaptiveSe3, CayleySe3, Drag, Free, LaneForceError, Term, Terms};
-/// use euler_poincare::integrators::so3::{SolveError, Solved};
-/// use euler_poincare::mechanics::force::{AnyForce, LinearDrag};
-/// use euler_poincare::mechanics::lagrangian::Quadratic;
-/// use euler_poincare::retraction::Retraction;
-///
-/// let drag = AnyForce::LinearDrag(LinearDrag::new(Matrix::<f64, 6>::identity())?);
-/// let force: Result<Terms, LaneForceError> = Terms::new(&drag);
-/// let force = force?;
-/// assert!(matches!(force.0[..], [Term::LinearDrag(Drag::Diagonal(_) | Drag::Full(_))]));
-///
-/// // An underwater vehicle with added mass, and drag: it slows down.
-/// let vehicle = Quadratic::diagonal([1.0, 2.0, 3.0, 4.0, 5.0, 6.0])?;
-/// let momentum = Covector::from([0.1, 0.2, 0.3, 1.0, 0.0, 0.5]);
-/// let mut state = State { time: 0.0, momentum, attitude: Matrix::identity() };
-/// let solved: Solved = AdaptiveSe3::new(vehicle.clone(), force).solve(&mut state, 1.0, 1e-8)?;
-/// assert!(solved.error < 1e-8 && state.momentum.norm() < momentum.norm());
-///
-/// let refused = AdaptiveSe3::new(vehicle, Free).solve(&mut state, 1.0, -1.0);
-/// assert!(matches!(refused, Err(SolveError::BadInput { .. })));
-/// assert_eq!(CayleySe3::new().name(), "cay");
-/// # Ok::<(), Box<dyn std::error::Error>>(())
-/// ```
 #[derive(Clone, Debug, PartialEq)]
 pub struct Terms(pub Vec<Term>);
 

@@ -261,28 +261,6 @@ impl<A: LaneForce<N>, B: LaneForce<N>, const N: usize> LaneForce<N> for (A, B) {
 /// of mass.
 ///
 /// With it a step has Γ at each stage, `Γ_i = τ(Ξ_i)ᵀ Γ`, and nothing else of g.
-///
-/// ```
-/// use euler_poincare::algebra::{Covector, Matrix};
-/// use euler_poincare::integrators::so3::{Gravity, VariationalSo3};
-/// use euler_poincare::integrators::{OneStep, State};
-/// use euler_poincare::mechanics::lagrangian::Quadratic;
-/// use euler_poincare::retraction::ExponentialSo3;
-/// use euler_poincare::tableau::Family;
-///
-/// let (body, weight) = (Quadratic::diagonal([1.0, 1.0, 0.5])?, Gravity([0.0, 0.0, 1.0]));
-/// let mut top = VariationalSo3::new(body, weight, ExponentialSo3::new(), Family::Gauss.tableau(2)?)?;
-/// let momentum = Covector::<f64, 3>::new(0.0, 0.5, 2.0);
-/// let mut state = State { time: 0.0, momentum, attitude: Matrix::<f64, 3>::identity() };
-/// let vertical = |state: &State<f64, 3, 3>| (state.attitude * state.momentum.transpose())[2];
-/// let before = vertical(&state);
-/// for _ in 0..1000 {
-///     top.step(&mut state, 0.05)?;
-/// }
-/// // Rotations about the vertical are a symmetry: its component of the spatial momentum is kept.
-/// assert!((vertical(&state) - before).abs() < 1e-12);
-/// # Ok::<(), Box<dyn std::error::Error>>(())
-/// ```
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Gravity<C = f64>(pub [C; 3]);
 
@@ -314,34 +292,6 @@ impl<C: Coefficient> LaneForce for Gravity<C> {
 ///
 /// It costs as many evaluations as there are lanes, 8 in an iteration of all stages; all else is done in lanes. A force that is written
 /// over [`Lanes`], as a [`LaneForce`] of one's own, takes less.
-///
-/// ```
-/// use euler_poincare::algebra::{Covector, Matrix, Vector};
-/// use euler_poincare::integrators::State;
-/// use euler_poincare::integrators::so3::{AdaptiveSo3, ByLane, LaneForceError};
-/// use euler_poincare::mechanics::{Force, lagrangian::Quadratic};
-/// use euler_poincare::scalar::{Real, Scalar};
-///
-/// /// M × (M × Ω).
-/// #[derive(Clone)]
-/// struct Damping;
-///
-/// impl<T: Real> Force<T, 3> for Damping {
-///     fn force<S: Scalar<Base = T>>(&self, _: S, eta: &Vector<S, 3>) -> Covector<S, 3> {
-///         let m = Vector::<S, 3>::new(eta[0] * S::half(), eta[1] * S::int(2), eta[2]);
-///         m.cross(&m.cross(eta)).transpose()
-///     }
-/// }
-///
-/// let body = Quadratic::diagonal([0.5, 2.0, 1.0])?;
-/// let force: Result<_, LaneForceError> = ByLane::new(Damping);
-/// let mut solver = AdaptiveSo3::new(body, force?);
-/// let momentum = Covector::<f64, 3>::new(0.5, 0.0, 1.0) / 2.0_f64.sqrt();
-/// let mut state = State { time: 0.0, momentum, attitude: Matrix::identity() };
-/// solver.solve(&mut state, 1.0, 1e-12)?;
-/// assert!((state.momentum[0] - 0.2414593544179369).abs() < 1e-12);
-/// # Ok::<(), Box<dyn std::error::Error>>(())
-/// ```
 #[derive(Clone, Copy, Debug)]
 pub struct ByLane<F, const N: usize = 3>(F);
 
@@ -710,55 +660,6 @@ impl<F: LaneForce<N>, const N: usize> Force<f64, N> for OnBody<F, N> {
 ///
 /// A force of one's own without coefficients is packed as itself: `Packed = Self`. One with coefficients has two forms (kernels want an
 /// optimised build: without any optimisation their frames exceed the stack of a thread):
-///
-/// ```no_run
-/// use euler_poincare::algebra::Covector;
-/// use euler_poincare::integrators::State;
-/// use euler_poincare::integrators::lanes::Lanes;
-/// use euler_poincare::integrators::so3::{EnsembleForce, EnsembleSo3, LaneForce, Member, Row};
-/// use euler_poincare::mechanics::lagrangian::Quadratic;
-/// use euler_poincare::retraction::CayleySo3;
-/// use euler_poincare::tableau::Family;
-///
-/// /// −c M: with a number for one body, or with eight.
-/// #[derive(Clone)]
-/// struct Decay<C>(C);
-///
-/// impl LaneForce for Decay<f64> {
-///     #[inline(always)]
-///     fn add_to<V: Lanes>(&self, t: V, m: [V; 3], _: [V; 3], sum: [V; 3]) -> [V; 3] {
-///         let c = t.constant(self.0);
-///         [sum[0] - c * m[0], sum[1] - c * m[1], sum[2] - c * m[2]]
-///     }
-/// }
-///
-/// impl LaneForce for Decay<Row> {
-///     #[inline(always)]
-///     fn add_to<V: Lanes>(&self, t: V, m: [V; 3], _: [V; 3], sum: [V; 3]) -> [V; 3] {
-///         let c = t.read(&self.0.0);
-///         [sum[0] - c * m[0], sum[1] - c * m[1], sum[2] - c * m[2]]
-///     }
-/// }
-///
-/// impl EnsembleForce for Decay<f64> {
-///     type Packed = Decay<Row>;
-///
-///     fn pack(forces: [&Self; 8]) -> Decay<Row> {
-///         Decay(Row(forces.map(|force| force.0)))
-///     }
-/// }
-///
-/// let body = Quadratic::diagonal([1.0, 2.0, 3.0])?;
-/// let start = State::at_identity(Covector::<f64, 3>::new(0.6, 0.0, 0.8));
-/// let member = |k: u8| Member { lagrangian: body.clone(), force: Decay(f64::from(k)), state: start.clone() };
-/// let members: Vec<_> = (0..10).map(member).collect();
-/// let mut ensemble = EnsembleSo3::new(&members, CayleySo3::new(), Family::Gauss.tableau(4)?)?;
-/// ensemble.advance(0.0625, 16)?;
-/// for (k, state) in ensemble.states().enumerate() {
-///     assert!((state.momentum.norm() - (-(k as f64)).exp()).abs() < 1e-9);
-/// }
-/// # Ok::<(), Box<dyn std::error::Error>>(())
-/// ```
 pub trait EnsembleForce: LaneForce {
     /// The same force with eight sets of coefficients, for the eight bodies of a group.
     type Packed: LaneForce;

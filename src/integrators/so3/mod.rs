@@ -4,7 +4,7 @@
 //! [`crate::retraction::ExponentialSo3`], to round-off, with all stages of a tableau of up to eight in one register per
 //! component. An iteration costs nearly the same for eight stages as for four, so a high order is nearly free.
 //!
-#![doc = include_str!("../../guide/modules/integrators/so3.md")]
+#![doc = include_str!(concat!(env!("GUIDE"), "/modules/integrators/so3.md"))]
 //!
 //! If this does not contract, [`super::Variational`] takes the step: Newton's method and the continuation in h.
 //!

@@ -1,6 +1,6 @@
 //! A tolerance in, a solution out: any algebra, group, retraction, force, Lagrangian, scalar and tableau.
 //!
-#![doc = include_str!("../../guide/modules/integrators/solve.md")]
+#![doc = include_str!(concat!(env!("GUIDE"), "/modules/integrators/solve.md"))]
 
 mod control;
 mod dense;

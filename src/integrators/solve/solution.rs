@@ -90,22 +90,6 @@ impl<T: Real, const N: usize, const D: usize, R: Retraction<T, N, D>> Solution<T
 }
 
 /// A run that ended before its time: why, and what it had reached.
-///
-/// ```
-/// use euler_poincare::algebra::{Covector, Matrix};
-/// use euler_poincare::integrators::solve::{Solve, SolveError, SolveFailure};
-/// use euler_poincare::integrators::State;
-/// use euler_poincare::mechanics::{force::Zero, lagrangian::Quadratic};
-/// use euler_poincare::retraction::CayleySo3;
-///
-/// let body = Quadratic::diagonal([0.5, 2.0, 1.0])?;
-/// let start = State { time: 0.0, momentum: Covector::<f64, 3>::new(0.4, 0.1, 0.7), attitude: Matrix::<f64, 3>::identity() };
-/// let mut solve = Solve::new(body, Zero, CayleySo3::new()).every(1).max_steps(10);
-/// let SolveFailure { error, reached } = solve.run(&start, 1e6).unwrap_err();
-/// assert!(matches!(error, SolveError::TooManySteps { .. }));
-/// assert!(reached.state.time > 0.0 && reached.saved.len() == reached.statistics.steps);
-/// # Ok::<(), Box<dyn std::error::Error>>(())
-/// ```
 pub struct SolveFailure<T: Real, const N: usize, const D: usize, R> {
     /// Why the run ended.
     pub error: SolveError,

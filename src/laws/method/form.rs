@@ -7,14 +7,6 @@ use serde::{Deserialize, Serialize};
 /// A point x₀ that is fixed in space is x = g⁻¹ x₀ in the body: ẋ = −η̂ x, so that (μ, x) moves by itself, and x stays on the orbit
 /// of the group through x₀. With e₃ on SO(3) it is a point of S², with (0, …, 0, 1) on SE(2) and SE(3) the origin of space as the
 /// body sees it. (g x₀ does not move by itself with μ: its velocity g η̂ x₀ needs g.)
-///
-/// ```
-/// use euler_poincare::laws::method::StateForm;
-///
-/// let sphere: StateForm = serde_json::from_str(r#"{"point": [0, 0, 1]}"#)?;
-/// assert_eq!(sphere, StateForm::Point(vec![0.0, 0.0, 1.0]));
-/// # Ok::<(), serde_json::Error>(())
-/// ```
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 #[serde(rename_all = "kebab-case")]
 pub enum StateForm {

@@ -290,45 +290,6 @@ fn judge<Q: Chains>(groupoid: &Q, law: &About, case: &Values, fault: Option<&Fau
 }
 
 /// A Lie groupoid over every scalar, with chains in coordinates.
-///
-/// ```
-/// use euler_poincare::groupoid::{ManifoldPair, Space};
-/// use euler_poincare::laws::user::groupoid::LieChains;
-/// use euler_poincare::laws::user::{Outcome, SuiteSettings};
-/// use euler_poincare::scalar::{Real, Scalar};
-/// use euler_poincare::suite;
-/// use nalgebra::DVector;
-///
-/// /// Pairs of points of the line.
-/// struct Line;
-///
-/// impl<T: Real> LieChains<T> for Line {
-///     type At<'a, S: Scalar<Base = T> + 'a> = ManifoldPair<Space<1>, S>;
-///
-///     fn at<'a, S: Scalar<Base = T> + 'a>(&'a self) -> Self::At<'a, S> {
-///         ManifoldPair::new(Space)
-///     }
-///
-///     fn numbers(&self) -> usize {
-///         4
-///     }
-///
-///     fn chain(&self, x: &[T]) -> Option<[DVector<T>; 3]> {
-///         let pair = |k: usize| DVector::from_vec(vec![x[k], x[k + 1]]);
-///         Some([pair(0), pair(1), pair(2)])
-///     }
-/// }
-///
-/// suite! {
-///     mod line<T> { lie_groupoid: Line }
-/// }
-///
-/// # fn main() -> Result<(), Box<dyn std::error::Error>> {
-/// let outcome = line::suite().run("lie-groupoid-axioms", &SuiteSettings { cases: 4, ..SuiteSettings::new() });
-/// assert!(matches!(outcome, Outcome::Held { cases: 4, .. }), "{outcome:?}");
-/// # Ok(())
-/// # }
-/// ```
 pub trait LieChains<T: Real>: Send + Sync {
     /// The groupoid over S.
     type At<'a, S: Scalar<Base = T> + 'a>: LieGroupoid<S> + 'a

@@ -383,40 +383,6 @@ fn snippet(site: &Site, law: &str, case: &str) -> String {
 }
 
 /// Laws on somebody's own types, by name.
-///
-/// ```
-/// use euler_poincare::algebra::{Matrix, Vector};
-/// use euler_poincare::group::So3;
-/// use euler_poincare::laws::user::{FromMap, Map, Outcome, SuiteSettings, Suite};
-/// use euler_poincare::retraction::Retraction;
-/// use euler_poincare::scalar::{Real, Scalar};
-/// use euler_poincare::suite;
-///
-/// /// exp by its first terms: τ alone, from which dτ, ddτ and τ⁻¹ are derived. It leaves the group, which a law sees.
-/// struct Cut;
-///
-/// impl<T: Real> Map<T, 3, 3> for Cut {
-///     fn map<S: Scalar<Base = T>>(&self, x: &Vector<S, 3>) -> Option<Matrix<S, 3>> {
-///         let hat = euler_poincare::group::so3::hat(x);
-///         Some(Matrix::<S, 3>::identity() + hat + hat * hat * S::half())
-///     }
-/// }
-///
-/// suite! {
-///     mod cut<T, 3, 3> { group: So3::<T>::new(), map: Cut }
-/// }
-///
-/// # fn main() -> Result<(), Box<dyn std::error::Error>> {
-/// let suite: Suite = cut::suite();
-/// let settings = SuiteSettings { cases: 8, ..SuiteSettings::new() };
-/// assert!(matches!(suite.run("group-inverse", &settings), Outcome::Held { cases: 8, .. }));
-/// let Outcome::Broken(broken) = suite.run("retraction-inverse", &settings) else { panic!("τ(−x) τ(x) = 1") };
-/// println!("{broken}"); // what it says, the shrunk case, and a test that reproduces it
-/// # let derived = FromMap::new(Cut, So3::<f64>::new());
-/// # assert!(derived.tau_inv(&Matrix::<f64, 3>::identity())?.amax() < 1e-12);
-/// # Ok(())
-/// # }
-/// ```
 pub struct Suite {
     site: Site,
     laws: Vec<Box<dyn Runs>>,

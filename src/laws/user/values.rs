@@ -17,16 +17,6 @@ use serde::{Deserialize, Serialize};
 use std::fmt;
 
 /// Named vectors of numbers, in order; equal whatever the order.
-///
-/// ```
-/// use euler_poincare::laws::user::values::{Values, ValuesError};
-/// let text = r#"{"g":[0,"1/2",0],"x":[1,"pi - 1/8",-2]}"#;
-/// let case: Values = serde_json::from_str(text)?;
-/// assert_eq!(case.to_string(), "g = [0, 1/2, 0]\nx = [1, pi - 1/8, -2]");
-/// assert_eq!(serde_json::to_string(&case)?, text);
-/// assert_eq!(case.list::<f64>("y", 3), Err(ValuesError::NoVector { name: "y".into() }));
-/// # Ok::<(), serde_json::Error>(())
-/// ```
 #[derive(Clone, Debug, Default)]
 pub struct Values {
     entries: Vec<(String, Vec<Number>)>,
@@ -346,16 +336,6 @@ enum Role {
 /// 2⁻³⁰, or exactly (a rotation by them is near-singular for logarithm and Cayley map). After the first, 5 % each are
 /// equal, opposite and nearly equal (2⁻²⁰ apart) to the one before. Numbers are zero in half of the cases, else k/4 of at
 /// most 2.
-///
-/// ```
-/// use euler_poincare::laws::user::values::Points;
-/// use proptest::strategy::{Strategy, ValueTree};
-/// use proptest::test_runner::TestRunner;
-///
-/// let strategy = Points::new().vectors(&["x", "y"], 3).number("t").within(2.0);
-/// let case = strategy.new_tree(&mut TestRunner::deterministic()).unwrap().current();
-/// assert_eq!(case.entries().map(|(name, list)| (name, list.len())).collect::<Vec<_>>(), [("x", 3), ("y", 3), ("t", 1)]);
-/// ```
 #[derive(Clone, Debug)]
 pub struct Points {
     fields: Vec<(String, usize, Role)>,

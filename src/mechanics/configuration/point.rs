@@ -33,31 +33,6 @@ enum Frame {
 /// * [`in_space`](AtPoint::in_space): those of the frame of space. v_s = R v and F = F_s R, with the first P rows and columns R of g.
 ///
 /// Units: r in m and F in N give torques in N m.
-///
-/// ```
-/// use euler_poincare::algebra::{Covector, Entry, Matrix, Vector};
-/// use euler_poincare::group::{MatrixGroup, So3};
-/// use euler_poincare::mechanics::Force;
-/// use euler_poincare::mechanics::configuration::{AtPoint, Configuration};
-/// use euler_poincare::mechanics::force::{Constant, LinearDrag};
-///
-/// // A thrust of 2 N along the first axis of a vehicle, a metre to the left: it turns the vehicle to the right.
-/// let vehicle = MatrixGroup::<f64, 6, 4>::from_entry(&Entry::Se3)?;
-/// let thrust = Constant::new(Covector::<f64, 3>::new(2.0, 0.0, 0.0))?;
-/// let engine = AtPoint::in_body(thrust, Vector::<f64, 3>::new(0.0, 1.0, 0.0), &vehicle);
-/// let wrench: Covector<f64, 6> = engine.force(0.0, &Vector::zeros());
-/// assert_eq!(wrench.as_slice(), [0.0, 0.0, -2.0, 2.0, 0.0, 0.0]);
-///
-/// // A weight of 3 N at the end of a pendulum of a metre, and a damper between this end and the room.
-/// let end = Vector::<f64, 3>::new(0.0, 0.0, -1.0);
-/// let weight = AtPoint::in_space(Constant::new(Covector::<f64, 3>::new(0.0, 0.0, -3.0))?, end, &So3::new());
-/// let damper = AtPoint::in_space(LinearDrag::new(Matrix::<f64, 3>::identity() * 0.5)?, end, &So3::new());
-/// // Level, along the first axis of space, and turning downward about the second: at 1 m/s.
-/// let level = Matrix::<f64, 3>::new(0.0, 0.0, -1.0, 0.0, 1.0, 0.0, 1.0, 0.0, 0.0);
-/// let torque = (weight, damper).force_at(0.0, Configuration::of(&level), &Vector::<f64, 3>::new(0.0, 1.0, 0.0));
-/// assert_eq!(torque, Covector::<f64, 3>::new(0.0, 3.0 - 0.5, 0.0));
-/// # Ok::<(), Box<dyn std::error::Error>>(())
-/// ```
 #[derive(Clone, Debug, PartialEq)]
 pub struct AtPoint<F, T: Real, const P: usize, const N: usize> {
     force: F,

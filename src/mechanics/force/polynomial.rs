@@ -25,26 +25,6 @@ pub struct Monomial<T> {
 }
 
 /// A sum of terms in (cos t, sin t, η) with N components: a force f(t, η) ∈ g*, or a field ζ(t, η) ∈ g.
-///
-/// ```
-/// use euler_poincare::algebra::{Covector, Entry, LieAlgebra, Vector};
-/// use euler_poincare::mechanics::force::{Monomial, Polynomial};
-/// use euler_poincare::mechanics::lagrangian::Quadratic;
-/// use euler_poincare::mechanics::{Force, lie_poisson::OrbitForce};
-///
-/// // 2 sin(t) η_1 η_3² e_2.
-/// let term = Monomial { component: 1, coefficient: 2.0, cos: 0, sin: 1, factors: vec![0, 2, 2] };
-/// let polynomial = Polynomial::<f64, 3>::new(vec![term])?;
-/// let eta = Vector::<f64, 3>::new(1.0, 0.0, 3.0);
-/// assert_eq!(polynomial.force(0.5, &eta), Covector::<f64, 3>::new(0.0, 18.0 * 0.5_f64.sin(), 0.0));
-///
-/// // The same as a field: the force ad*_ζ l'(η) keeps Casimirs.
-/// let so3 = LieAlgebra::<f64, 3>::from_catalogue(&Entry::So3)?;
-/// let force = OrbitForce::new(so3, Quadratic::diagonal([1.0, 2.0, 3.0])?, polynomial);
-/// let momentum = Vector::<f64, 3>::new(1.0, 0.0, 9.0);
-/// assert_eq!((force.force(0.5, &eta) * momentum)[0], 0.0);
-/// # Ok::<(), Box<dyn std::error::Error>>(())
-/// ```
 #[derive(Clone, Debug, PartialEq)]
 pub struct Polynomial<T, const N: usize> {
     terms: Vec<Monomial<T>>,

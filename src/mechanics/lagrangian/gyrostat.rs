@@ -9,21 +9,6 @@ use crate::scalar::{Real, Scalar};
 ///
 /// l' = l₀' + b and l'' = l₀''. The inverse of l' is μ ↦ (l₀')⁻¹(μ − b), and the energy is that of l₀. At rest the momentum is b. l is
 /// not even. Source: Kelvin; Krishnaprasad and Marsden 1987 (rigid bodies with rotors).
-///
-/// ```
-/// use euler_poincare::algebra::{Covector, Vector};
-/// use euler_poincare::mechanics::Lagrangian;
-/// use euler_poincare::mechanics::lagrangian::{Gyrostat, Quadratic};
-///
-/// let rotor = Covector::<f64, 3>::new(0.0, 0.0, 2.0);
-/// let gyrostat = Gyrostat::new(Quadratic::<f64, 3>::diagonal([1.0, 2.0, 3.0])?, rotor)?;
-/// let eta = Vector::<f64, 3>::new(1.0, 1.0, 1.0);
-/// assert_eq!(gyrostat.gradient(&eta), Covector::<f64, 3>::new(1.0, 2.0, 5.0));
-/// let at_rest: Vector<f64, 3> = gyrostat.velocity(&rotor, &Vector::zeros())?;
-/// assert_eq!(at_rest.norm(), 0.0);
-/// assert_eq!(gyrostat.energy(&eta), 3.0);
-/// # Ok::<(), euler_poincare::mechanics::LegendreError>(())
-/// ```
 #[derive(Clone, Debug, PartialEq)]
 pub struct Gyrostat<L, T: Real, const N: usize> {
     body: L,

@@ -126,42 +126,6 @@ pub struct Sample<T> {
 }
 
 /// Members that are being moved on.
-///
-/// ```
-/// use euler_poincare::scalar::Number;
-/// use euler_poincare::system::ensemble::{
-///     Batch, Ensemble, Layout, MemberError, Moments, Origin, OriginError, Parameter, Sample, Statistics,
-/// };
-/// use euler_poincare::system::{SystemFile, file};
-///
-/// // Five members, each with a moment of inertia of its own.
-/// let case = SystemFile::parse(file::example())?.case;
-/// let second: Parameter = Parameter::of(&case).into_iter().find(|one| one.name() == "inertia_2").expect("a moment");
-/// let ensemble = Ensemble::new(&case).with_parameters(vec![second]);
-/// let layout: Layout = ensemble.layout();
-/// assert_eq!((layout.dimension, layout.casimirs, layout.attitude), (3, 1, 3));
-/// let origin = |k: i64| Origin {
-///     time: None,
-///     momentum: vec![0.4, 0.1, 0.7],
-///     attitude: None,
-///     parameters: vec![Number::ratio(k, 2)],
-/// };
-/// let origins: Vec<Origin<f64>> = (3..8).map(origin).collect();
-///
-/// ensemble.run(&origins, &mut |batch: &mut dyn Batch<f64>| {
-///     batch.advance(0.125, 8);
-///     let samples: Vec<Sample<f64>> = batch.samples();
-///     assert!(samples.iter().all(|sample| sample.failure.is_none()));
-///     let statistics: Statistics<f64> = batch.statistics();
-///     let casimir: &Moments<f64> = &statistics.casimirs[0];
-///     assert!(casimir.deviation() < 1e-4 * casimir.mean(), "the damping of the example keeps it");
-/// })?;
-///
-/// let short = Origin { momentum: vec![0.4], ..origins[0].clone() };
-/// let refused: Result<(), MemberError> = ensemble.run(&[short], &mut |_| {});
-/// assert!(matches!(refused.unwrap_err().source, OriginError::Length { found: 1, wanted: 3, .. }));
-/// # Ok::<(), Box<dyn std::error::Error>>(())
-/// ```
 pub trait Batch<T: Real> {
     /// `steps` steps of size `h` for every member that has not failed. One that fails keeps its last state.
     fn advance(&mut self, h: T, steps: u64);
@@ -177,24 +141,6 @@ pub trait Batch<T: Real> {
 }
 
 /// Many members of one system.
-///
-/// ```
-/// use euler_poincare::system::ensemble::{Ensemble, Origin};
-/// use euler_poincare::system::{SystemFile, file};
-///
-/// let case = SystemFile::parse(file::example())?.case; // a damped rigid body
-/// let ensemble = Ensemble::new(&case);
-/// let momentum = |k: usize| vec![0.5, 0.1 * k as f64, 0.7];
-/// let origin = |k| Origin { time: None, momentum: momentum(k), attitude: None, parameters: Vec::new() };
-/// let origins: Vec<_> = (0..20).map(origin).collect();
-/// ensemble.run::<f64>(&origins, &mut |batch| {
-///     batch.advance(0.125, 80);
-///     assert_eq!((batch.going(), batch.samples()[19].steps), (20, 80));
-///     let energy = &batch.statistics().energy;
-///     assert!(energy.min() <= energy.mean() && energy.mean() <= energy.max());
-/// })?;
-/// # Ok::<(), Box<dyn std::error::Error>>(())
-/// ```
 #[derive(Clone, Debug)]
 pub struct Ensemble {
     case: Case,

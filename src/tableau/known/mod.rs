@@ -175,28 +175,6 @@ impl fmt::Display for Class {
 }
 
 /// A tableau and its orders.
-///
-/// ```
-/// use euler_poincare::tableau::known::{Class, KnownOrder, Means, Orders, Shape, classes, of_order};
-/// use euler_poincare::tableau::{random, variational_order};
-/// use proptest::strategy::{Strategy, ValueTree};
-/// use proptest::test_runner::TestRunner;
-///
-/// let mut runner = TestRunner::deterministic();
-/// // Explicit tableaux of order 3, and of order 2 in the variational scheme.
-/// let orders = Orders { classical: 3, variational: 2 };
-/// let strategy = of_order(orders, Some(Shape::Explicit)).expect("there are some");
-/// let drawn: KnownOrder = strategy.new_tree(&mut runner).expect("a tableau").current();
-/// assert_eq!(variational_order(&drawn.description.build::<f64>()?, 6).order, 2);
-/// // What makes the orders what they are.
-/// let class: Class = classes().into_iter().find(|class| class.orders == orders).expect("a class");
-/// assert_ne!(class.means, Means::Symplectic);
-///
-/// // Tableaux of any kind, of whatever order.
-/// let described = random::of_kind(random::TableauKind::DiagonallyImplicit).new_tree(&mut runner).expect("a tableau").current();
-/// assert!(described.build::<f64>().is_ok());
-/// # Ok::<(), Box<dyn std::error::Error>>(())
-/// ```
 #[derive(Clone, Debug, PartialEq)]
 pub struct KnownOrder {
     /// The tableau.
