@@ -43,6 +43,9 @@ Exit codes: 0 success, also where the report says that rounding in many steps ma
 step keeps and an event without a value; 2 bad usage, a bad file (with its line, and what is allowed there), or output that cannot be written; 130 \
 interrupted (Ctrl-C or SIGTERM): the rows so far are kept, as whole lines.
 
+A file is written under its name with .part behind it, which takes the place of what was there when the run ends: two runs cannot write \
+one file, and a run that is killed, or that fills the disk, leaves what was there, and the rows so far in the .part.
+
 With --ensemble: STATES.csv has a header and one row a member, with the columns mu_1 ... (all); t; g_11 ... (all or none); \
 inertia_1 ... (where the system's inertia is diagonal) and force_1_alpha, force_2_coefficient, ... (the coefficients of force \
 terms that are one number: alpha, beta, coefficient, frequency, phase). A value without a column is that of the system file. \
