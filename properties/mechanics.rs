@@ -347,8 +347,9 @@ fn cubic_drag_is_its_formula_in_files_too() {
     assert!(text.contains("cubic-drag q = 3/2"), "{text}");
 }
 
-/// A body on so(3) with these keys in `[lagrangian]`, at rest or not, without force.
+/// A body on so(3) with these keys in `[lagrangian]`, of unit inertia if they have none, at rest or not, without force.
 fn body(keys: &str, state: &str) -> Result<SystemFile, String> {
+    let keys = if keys.contains("inertia") { keys.to_owned() } else { format!("inertia = [1, 1, 1]\n{keys}") };
     let file = format!(
         "format = 1\n[algebra]\nname = \"so3\"\n[lagrangian]\n{keys}\n[method]\ntableau = \"gauss-4\"\nretraction = \"exp\"\n\
          [state]\n{state}\n[run]\nstep = \"1/16\"\nsteps = 16\n"

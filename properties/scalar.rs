@@ -143,7 +143,9 @@ fn numbers_from_machine_numbers() {
 #[test]
 fn degrees_are_a_unit_and_a_number() {
     fn check<T: Real>() {
-        for (text, degrees) in [("30 deg", "30"), ("1/2 deg", "1/2"), ("-2*15deg", "-30"), ("60 deg/2", "30"), ("(1 + 29)*deg", "30")] {
+        for (text, degrees) in
+            [("30 deg", "30"), ("1/2 deg", "1/2"), ("-2*15deg", "-30"), ("60 deg/2", "30"), ("(1 + 29)*deg", "30")]
+        {
             let value: T = Number::parse(text).unwrap().eval().unwrap();
             let right: T = Number::parse(&format!("{degrees}*pi/180")).unwrap().eval().unwrap();
             assert!((value - right).abs() <= T::int(4) * T::unit_roundoff() * right.abs(), "{text}: {value} {right}");
@@ -345,8 +347,7 @@ mod with_harness {
 
     /// Texts of the grammar, by construction.
     fn expression() -> impl Strategy<Value = String> {
-        let leaf =
-            prop_oneof!["[0-9]{1,4}", "[0-9]{0,3}\\.[0-9]{1,4}", "[0-9]{1,3}e-?[0-9]{1,2}", "pi|deg"];
+        let leaf = prop_oneof!["[0-9]{1,4}", "[0-9]{0,3}\\.[0-9]{1,4}", "[0-9]{1,3}e-?[0-9]{1,2}", "pi|deg"];
         leaf.prop_recursive(4, 16, 2, |inner| {
             prop_oneof![
                 (inner.clone(), "[-+*/]", inner.clone()).prop_map(|(a, o, b)| format!("{a} {o}{b}")),

@@ -8,7 +8,7 @@ const HEUN: &str = "name = \"Heun\"\norder = 2\na = [[0, 0], [1, 0]]\nb = [\"1/2
 
 fn system(tableau: &str) -> String {
     format!(
-        "format = 1\n[algebra]\nname = \"so3\"\n[lagrangian]\ninertia = [\"1/2\", 2, 1]\n[method]\n{tableau}\n\
+        "format = 1\n[algebra]\nname = \"so3\"\n[lagrangian]\ninertia = [1, 2, \"3/2\"]\n[method]\n{tableau}\n\
          retraction = \"exp\"\n[state]\nvelocity = [1, 0, 1]\n[run]\nstep = \"1/8\"\nsteps = 4\n"
     )
 }

@@ -47,7 +47,10 @@ fn brick() {
     let in_degrees = "velocity = [\"10 deg\", \"2*10 deg\", \"60/2 deg\"]";
     let texts = [
         with(&text, "velocity = [\"10*pi/180\", \"20*pi/180\", \"30*pi/180\"]", in_degrees),
-        format!("{}\n[parameters]\nw = [10, \"20 deg\"]\n", with(&text, "\"10*pi/180\", \"20*pi/180\"", "\"w_1 deg\", \"w[2]\"")),
+        format!(
+            "{}\n[parameters]\nw = [10, \"20 deg\"]\n",
+            with(&text, "\"10*pi/180\", \"20*pi/180\"", "\"w_1 deg\", \"w[2]\"")
+        ),
         text,
     ];
     for text in texts {
@@ -94,7 +97,8 @@ fn a_lagrangian_that_becomes_singular() {
     let text = with(&text("singular-lagrangian"), "\"eta_1\"", "\"-cos(eta_1) + (eta_2^2 + eta_3^2)/2\"");
     let text = with(&text, "velocity = [1, 0, 1]", "velocity = [0, 0, 0]");
     let text = with(&text, "[method]", "[[force]]\nkind = \"constant\"\nvalue = [0.3, 0, 0]\n[method]");
-    for text in [text.clone(), with(&with(&text, "step = \"1/8\"", "tolerance = 1e-8"), "tableau = \"gauss-2\"\n", "")] {
+    for text in [text.clone(), with(&with(&text, "step = \"1/8\"", "tolerance = 1e-8"), "tableau = \"gauss-2\"\n", "")]
+    {
         let (run, reason) = outcome(&SystemFile::parse(&text).unwrap()).unwrap();
         let (last, reason) = (run.last(), reason.expect("an error"));
         assert!(last[0] > 2.5 && last[0] < 1.0 / 0.3 + 1e-6, "{last:?}: {reason}");
@@ -115,12 +119,16 @@ fn matrix_with_three_digits() {
     let file = SystemFile::parse(&text).unwrap();
     let [Note::Corrected { departure, moved }] = file.case.notes()[..] else { panic!("{:?}", file.case.notes()) };
     assert!((departure - 4.4e-5).abs() < 1e-6 && moved > 5e-6 && moved < 5e-5, "{departure:e}, {moved:e}");
-    for (algebra, inertia, zeros) in [("so3+r1", "[1, 1, 2, 1]", "[0, 0, 3, 0]"), ("r1+so3", "[1, 1, 1, 2]", "[0, 0, 0, 3]")] {
+    for (algebra, inertia, zeros) in
+        [("so3+r1", "[1, 1, 2, 1]", "[0, 0, 3, 0]"), ("r1+so3", "[1, 1, 1, 2]", "[0, 0, 0, 3]")]
+    {
         let text = with(&with(&text, "\"so3\"", &format!("{algebra:?}")), "[1, 1, 2]", inertia);
         let text = with(&text, "[0, 0, 3]", zeros);
         let turn = "[0.866, -0.5, 0], [0.5, 0.866, 0], [0, 0, 1]";
         let beside = match algebra {
-            "so3+r1" => "[0.866, -0.5, 0, 0, 0], [0.5, 0.866, 0, 0, 0], [0, 0, 1, 0, 0], [0, 0, 0, 1, 7], [0, 0, 0, 0, 1]",
+            "so3+r1" => {
+                "[0.866, -0.5, 0, 0, 0], [0.5, 0.866, 0, 0, 0], [0, 0, 1, 0, 0], [0, 0, 0, 1, 7], [0, 0, 0, 0, 1]"
+            }
             _ => "[1, 7, 0, 0, 0], [0, 1, 0, 0, 0], [0, 0, 0.866, -0.5, 0], [0, 0, 0.5, 0.866, 0], [0, 0, 0, 0, 1]",
         };
         let file = SystemFile::parse(&with(&text, turn, beside)).unwrap_or_else(|error| panic!("{error}"));

@@ -104,7 +104,12 @@ const BAD: &[(&str, &str, &str, &str)] = &[
     ("step = \"1/8\"", "step = \"1/8 weight\"", "\"1/8", "is not a number"),
     ("step = \"1/8\"", "step = \"weight/(13/10 - weight)\"", "\"weight", "which is zero"),
     ("damping = 2", "damping = \"2*dampin\"", "[[force]]", "unknown name `dampin`"),
-    ("weight = \"1.3\"", "weight = \"2*weight\"", "weight\"", "the parameter `weight` has no value: it is no number, or names itself"),
+    (
+        "weight = \"1.3\"",
+        "weight = \"2*weight\"",
+        "weight\"",
+        "the parameter `weight` has no value: it is no number, or names itself",
+    ),
     ("weight = \"1.3\"", "weight = \"b\"\nb = \"weight\"", "b\"", "the parameter `b` has no value"),
     ("weight = \"1.3\"", "deg = \"1.3\"", "", "`deg` is a function or a constant"),
     ("inertia = [\"1/2\", 2, 1]", "", "[lagrangian]", "`inertia` is missing: n numbers"),

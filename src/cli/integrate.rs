@@ -148,7 +148,6 @@ pub fn run(arguments: Arguments) -> Result<ExitCode, Failure> {
     if let Some(every) = arguments.every {
         file.output.every = every;
     }
-    file.case.notes().iter().for_each(|note| complain(&format!("note: {note}")));
     if let Some(states) = &arguments.ensemble {
         return many(&file, (path, &inputs), states, &arguments);
     }
@@ -157,11 +156,13 @@ pub fn run(arguments: Arguments) -> Result<ExitCode, Failure> {
     let events = arguments.events.or(file.output.events.as_ref().map(PathBuf::from));
     distinct(&inputs, &[csv.as_deref(), svg.as_deref(), events.as_deref()])?;
     let paths = Paths { system: name(path), csv: csv.as_deref(), svg: svg.as_deref(), events: events.as_deref() };
-    match file.scalar {
+    let code = match file.scalar {
         ScalarName::F64 => integrate::<f64>(&file, &paths),
         ScalarName::Dd => integrate::<Dd>(&file, &paths),
         ScalarName::Qd => integrate::<Qd>(&file, &paths),
-    }
+    }?;
+    file.case.notes().iter().for_each(|note| complain(&format!("note: {note}")));
+    Ok(code)
 }
 
 /// Refuses options without effect on this file.

@@ -186,8 +186,7 @@ impl Difference<'_> {
         // ½ k' (L'')⁻¹ k' at the velocities of h_f, with k' = −½ (a_η, a_ψ) and L'' = diag(−l''(η), l''(ψ)).
         let term = |eta: &Vector<Dd, N>, x: &Vector<Dd, N>| -> Result<Dd, LegendreError> {
             let hessian = system.lagrangian.hessian(eta);
-            let inverse = elimination::inverse(&hessian)
-                .ok_or_else(|| LegendreError::singular(eta, &hessian))?;
+            let inverse = elimination::inverse(&hessian).ok_or_else(|| LegendreError::singular(eta, &hessian))?;
             let mut a = Covector::<Dd, N>::zeros();
             for b in 0..N {
                 let e = Vector::from_fn(|c, _| Dd::int(i64::from(b == c)));

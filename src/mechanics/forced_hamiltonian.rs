@@ -126,7 +126,8 @@ where
         let right = left * point.ad_inv();
         let slope = |copy: &Copy<S, N>| -> Result<Vector<S, N>, LegendreError> {
             let hessian = self.system.lagrangian.hessian(&copy.velocity);
-            let inverse = elimination::inverse(&hessian).ok_or_else(|| LegendreError::singular(&copy.velocity, &hessian))?;
+            let inverse =
+                elimination::inverse(&hessian).ok_or_else(|| LegendreError::singular(&copy.velocity, &hessian))?;
             let derivative = force_derivative(&self.system.force, t, &copy.velocity, &x);
             Ok(inverse * derivative.transpose() * -S::half())
         };

@@ -81,10 +81,7 @@ impl LegendreError {
 }
 
 /// η, where l'' is regular there to working precision: elsewhere l'(η) = μ does not determine η, even if η is a root.
-fn regular<T: Real, const N: usize>(
-    eta: Vector<T, N>,
-    hessian: &Matrix<T, N>,
-) -> Result<Vector<T, N>, LegendreError> {
+fn regular<T: Real, const N: usize>(eta: Vector<T, N>, hessian: &Matrix<T, N>) -> Result<Vector<T, N>, LegendreError> {
     match elimination::regular_inverse(hessian) {
         Ok(_) => Ok(eta),
         Err(_) => Err(LegendreError::singular(&eta, hessian)),

@@ -134,12 +134,14 @@ type Text<'a, 'i> = (Range<usize>, &'a mut Cow<'i, str>);
 fn parameter(value: &DeValue<'_>, named: &Named) -> Option<Parameter> {
     let one = |value: &DeValue<'_>| match value {
         DeValue::String(text) => number(text, named).ok(),
-        DeValue::Integer(digits) => Number::parse(&digits.as_str().replace('_', "")).ok(),
-        DeValue::Float(digits) => Number::parse(&digits.as_str().replace('_', "")).ok(),
+        DeValue::Integer(digits) => i64::from_str_radix(digits.as_str(), digits.radix()).ok().map(Number::from),
+        DeValue::Float(digits) => Number::parse(digits.as_str().trim_start_matches('+')).ok(),
         _ => None,
     };
     match value {
-        DeValue::Array(items) => items.iter().map(|item| one(item.get_ref())).collect::<Option<_>>().map(Parameter::Vector),
+        DeValue::Array(items) => {
+            items.iter().map(|item| one(item.get_ref())).collect::<Option<_>>().map(Parameter::Vector)
+        }
         value => one(value).map(Parameter::Number),
     }
 }
@@ -182,8 +184,12 @@ pub(super) fn put(table: &mut DeTable<'_>) -> Vec<Unread> {
                 Ok(_) => {}
                 Err(mut refused) => {
                     let name = refused.at.and_then(|at| names(&text[at..]).next());
-                    if let Some((_, name)) = name.filter(|(_, name)| declared.contains(*name) && !named.contains_key(*name)) {
-                        refused.message = format!("the parameter `{name}` has no value: it is no number, or names itself through others");
+                    if let Some((_, name)) =
+                        name.filter(|(_, name)| declared.contains(*name) && !named.contains_key(*name))
+                    {
+                        refused.message = format!(
+                            "the parameter `{name}` has no value: it is no number, or names itself through others"
+                        );
                     }
                     unread.push(Unread { span, text: text.to_string(), refused });
                 }

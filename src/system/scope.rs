@@ -6,8 +6,8 @@ use super::numbers::{list, number, vector};
 use crate::algebra::catalogue::Entry;
 use crate::algebra::{Matrix, Vector};
 use crate::expression::{Expression, ExpressionError, Names, Shape};
-use crate::group::{MatrixGroup, departure, nearest_rotations};
 use crate::group::so3::hat;
+use crate::group::{MatrixGroup, departure, nearest_rotations};
 use crate::mechanics::force::AnyForce;
 use crate::mechanics::formula::{FormulaForce, FormulaLagrangian, Quantities};
 use crate::mechanics::lagrangian::AnyLagrangian;
@@ -418,7 +418,9 @@ impl Case {
         // What is no rotation is not corrected.
         if before > ROUNDED || departure(&attitude) > UNCORRECTED {
             let found = format!("not in the group: its equations (gᵀg = 1 for rotations) are violated by {before:.1e}");
-            let allowed = format!("an element of the group, with entries of at least three digits (violated by at most {ROUNDED:e})");
+            let allowed = format!(
+                "an element of the group, with entries of at least three digits (violated by at most {ROUNDED:e})"
+            );
             return Err(place.error(Problem::Range { found, allowed }));
         }
         Ok(attitude)

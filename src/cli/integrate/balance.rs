@@ -7,6 +7,9 @@ use euler_poincare::scalar::Real;
 /// energy is right, however well the equations of each step are solved.
 const LOOSE: f64 = 0.1;
 
+/// The share of the energy that rounding may move: at rest there is no kinetic energy and no work.
+const ROUNDING: f64 = 1e-9;
+
 /// What the rows say of the energy.
 #[derive(Clone)]
 pub struct Balance {
@@ -18,7 +21,7 @@ pub struct Balance {
     work: f64,
     /// The largest energy that neither the start nor work nor time explains.
     off: f64,
-    /// The largest kinetic energy, as ½ Σ |μ_a η_a|, or work.
+    /// The largest kinetic energy, as ½ Σ |μ_a η_a|, or work, or energy that rounding moves.
     size: f64,
 }
 
@@ -35,7 +38,7 @@ impl Balance {
         self.first.get_or_insert(self.energy);
         self.off = self.off.max(at(energy + 2).abs());
         let kinetic = (first..first + n).fold(0.0, |sum, a| sum + 0.5 * (at(a) * at(a + n)).abs());
-        self.size = self.size.max(kinetic).max(self.work.abs());
+        self.size = self.size.max(kinetic).max(self.work.abs()).max(ROUNDING * self.energy.abs());
     }
 
     /// Part of a line.
