@@ -135,6 +135,8 @@ pub(super) struct Attempt<T> {
     pub unexplained: T,
     /// The larger relative residual of the two.
     pub residual: T,
+    /// What residuals and rounding make of the error.
+    pub noise: T,
     pub effort: Effort,
     /// Rounding makes more of the forces than the error may be: there is no estimate.
     pub rounded: bool,
@@ -361,6 +363,12 @@ impl<T: Real> Control<T> {
             }
             Err(source) => SolveError::Stuck { time, step, source },
         })
+    }
+
+    /// Begins again with a step of this size, where more is known of what errors are relative to.
+    pub fn again(&mut self, step: T) {
+        (self.refused, self.shortened, self.indivisible, self.indivisibles) = (0, 0, false, 0);
+        self.next = step.abs().max(self.least());
     }
 
     /// Whether another pair may be tried.

@@ -11,7 +11,6 @@
 use super::pair::{Half, Pair};
 use super::through::{Rates, Through};
 use crate::algebra::{Covector, Matrix, Vector, apply, pull};
-use crate::integrators::variational::relative;
 use crate::integrators::{State, StepError};
 use crate::mechanics::{Force, Lagrangian};
 use crate::retraction::{Retraction, RetractionError, TangentPoint};
@@ -263,9 +262,8 @@ impl<T: Real, const N: usize> Level<T, N> {
             }
             piece.coefficients.push(sum);
         }
-        let scale = piece.momentum.amax().max(pair.points[k + 1].state.momentum.amax());
-        let of =
-            |(x, m): &(Vector<T, N>, Covector<T, N>)| x.amax() / end.0.amax().max(T::one()) + relative(m.amax(), scale);
+        let measure = &pair.here;
+        let of = |(x, m): &(Vector<T, N>, Covector<T, N>)| measure.displaced(x) + measure.shifted(m);
         let missed = piece.coefficients[last - 1..].iter().fold(T::zero(), |sum, coefficient| sum + of(coefficient));
         // ∫ P_k is at most 1/(2k + 1).
         Ok(if piece.form == Form::Rates { missed * piece.step.abs() / T::int(2 * last as i64) } else { missed })
@@ -327,7 +325,7 @@ impl<T: Real, const N: usize> Level<T, N> {
             self.velocities[i] = pair.through().value(row, [&ends[0], &ends[1]], velocities);
             self.rates[i] = pair.through().both(row, [&turns[0], &turns[1]], rates);
         }
-        let scale = pair.points[k].state.momentum.amax().max(pair.points[k + 1].state.momentum.amax());
+        let measure = &pair.here;
         // The last change, and the one before it.
         let [mut before, mut earlier] = [T::exact(f64::INFINITY); 2];
         for iteration in 0..MOST {
@@ -339,11 +337,9 @@ impl<T: Real, const N: usize> Level<T, N> {
             let mut change = T::zero();
             for i in 1..last {
                 let new = self.integral(i, piece.step);
-                let moved = (new.0 - self.values[i].0).amax() / new.0.amax().max(T::one());
-                change = change.max(moved);
+                change = change.max(measure.displaced(&(new.0 - self.values[i].0)));
                 if iteration > 0 {
-                    let shift = (new.1 - self.values[i].1).amax();
-                    change = change.max(relative(shift, scale.max(new.1.amax())));
+                    change = change.max(measure.shifted(&(new.1 - self.values[i].1)));
                 }
                 self.values[i] = new;
             }

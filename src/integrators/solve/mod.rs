@@ -7,6 +7,7 @@ mod dense;
 mod error;
 mod events;
 mod follow;
+mod measure;
 mod pair;
 mod smooth;
 mod solution;
@@ -376,7 +377,7 @@ where
             taken: Exchange::zero(),
             residual: T::zero(),
         };
-        let result = self.advance(&mut engine, &mut run);
+        let result = self.advance(&mut engine, &mut run, end);
         self.engine = Some(engine);
         run.solution.next_step = run.control.next();
         match result {
@@ -461,7 +462,12 @@ where
     }
 
     /// All steps.
-    fn advance(&mut self, engine: &mut Engine<T, N, D, L, F, R>, run: &mut Run<T, N, D, R>) -> Result<End, SolveError> {
+    fn advance(
+        &mut self,
+        engine: &mut Engine<T, N, D, L, F, R>,
+        run: &mut Run<T, N, D, R>,
+        end: T,
+    ) -> Result<End, SolveError> {
         for (index, event) in self.events.iter_mut().enumerate() {
             run.values.push(event.value(index, &run.solution.state)?);
         }
@@ -479,14 +485,17 @@ where
                 Ok(attempt) if run.control.admits(&plan, &attempt) => {
                     run.control.accept(&plan, &attempt, engine.pair.rate(2));
                     let statistics = &mut run.solution.statistics;
-                    statistics.error += attempt.unexplained + attempt.residual;
+                    statistics.error += attempt.unexplained + attempt.noise;
                     statistics.residual = statistics.residual.max(attempt.residual);
                     run.residual = attempt.residual;
                 }
                 outcome => {
                     run.solution.statistics.rejected += 1;
                     match outcome {
-                        Ok(attempt) => run.control.refuse(&plan, Ok(attempt))?,
+                        Ok(attempt) => match run.control.refuse(&plan, Ok(attempt)) {
+                            Err(SolveError::Tolerance { .. }) if engine.pair.look_ahead(end) => run.control.again(plan.step),
+                            refused => refused?,
+                        },
                         Err(Uncontracted::Refused(error)) => run.control.refuse(&plan, Err(error))?,
                         Err(Uncontracted::Slow(spent)) => {
                             run.solution.statistics.iterations += spent;
