@@ -145,7 +145,7 @@ fn reason(error: &crate::integrators::solve::SolveError) -> &'static str {
     match error {
         SolveError::Tolerance { .. } => "the tolerance cannot be kept",
         SolveError::Stuck { .. } | SolveError::Start { .. } => "a step cannot be taken",
-        SolveError::TooManySteps { .. } => "too many steps",
+        SolveError::TooManySteps { .. } | SolveError::TooSlow { .. } => "too many steps",
         _ => "its input makes no sense",
     }
 }

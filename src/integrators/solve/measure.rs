@@ -219,6 +219,18 @@ impl<T: Real, const N: usize> Measure<T, N> {
         of(&mut self.displacement, displacement.as_slice());
     }
 
+    /// The largest entry of ad_η, those between two blocks in units in which both are moved as easily by a momentum of theirs: of a body that flies
+    /// at a speed v, v over its radius of gyration.
+    pub fn turning(&self, ad: &Matrix<T, N>) -> T {
+        let ease = self.blocks.sizes(Vector::from_fn(|a, _| self.mobility[(a, a)]).as_slice());
+        let entry = |c: usize, b: usize| match self.blocks.first[b] == self.blocks.first[c] {
+            true => ad[(c, b)].abs(),
+            false if ease[c] > T::zero() => ad[(c, b)].abs() * (ease[b] / ease[c]).sqrt(),
+            false => T::zero(),
+        };
+        (0..N * N).fold(T::zero(), |most, k| larger(most, entry(k / N, k % N)))
+    }
+
     /// |∂η/∂μ| |δμ|.
     pub fn moved(&self, momentum: &Covector<T, N>) -> Vector<T, N> {
         apply(&self.mobility, &momentum.transpose())

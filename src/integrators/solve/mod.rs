@@ -480,6 +480,9 @@ where
         }
         while !run.control.ended() {
             run.control.within(&run.solution.statistics, self.most_steps)?;
+            if let Some(needed) = run.control.lags(&run.solution.statistics, self.most_steps) {
+                return Err(self.too_slow(engine, run, needed));
+            }
             let plan = run.control.plan();
             match engine.pair.attempt(&plan, &mut run.solution.statistics) {
                 Ok(attempt) if run.control.admits(&plan, &attempt) => {
@@ -514,6 +517,23 @@ where
             engine.pair.accept();
         }
         Ok(End::Time)
+    }
+
+    /// The run would need so many steps.
+    fn too_slow(&self, engine: &Engine<T, N, D, L, F, R>, run: &Run<T, N, D, R>, needed: f64) -> SolveError {
+        let Statistics { steps, rejected, .. } = run.solution.statistics;
+        let (axis, rate) = engine.pair.fastest();
+        let chosen = gauss_stages(self.tolerance.to_f64());
+        SolveError::TooSlow {
+            time: run.solution.state.time.to_f64(),
+            step: run.control.next().to_f64(),
+            steps: steps + 2 * rejected,
+            needed,
+            allowed: self.most_steps,
+            axis: axis + 1,
+            rate: rate.to_f64(),
+            stages: Some(chosen).filter(|&stages| engine.pair.order() < Family::Gauss.declared(stages)),
+        }
     }
 
     /// Saves what is asked for of step k of a pair, and looks for events in it; where the run ends in it, why.

@@ -383,7 +383,7 @@ where
         let sizes = blocks.sizes((state.momentum.map(|v| v.abs()) + self.at_rest(state).map(|v| v.abs())).as_slice());
         let changes = blocks.sizes((algebra.coad(velocity, &state.momentum) + force).as_slice());
         let rounding = self.measure.size * T::int(NOISE) * T::unit_roundoff();
-        let turning = algebra.ad(&blocks.turning(velocity)).amax();
+        let turning = self.measure.turning(&algebra.ad(velocity));
         let moving = blocks.each().filter(|&a| sizes[a] > rounding);
         moving.fold(turning, |most, a| most.max(changes[a] / sizes[a]))
     }
@@ -391,6 +391,12 @@ where
     /// ∂L/∂η at η = 0: the momentum of a rotor.
     fn at_rest(&self, state: &State<T, N, D>) -> Covector<T, N> {
         self.momentum_at(state, &Vector::zeros())
+    }
+
+    /// The coordinate of the velocity that turns fastest at the first point, and its value.
+    pub fn fastest(&self) -> (usize, T) {
+        let turning = self.measure.blocks.turning(&self.points[0].velocity);
+        (0..N).fold((0, T::zero()), |most, a| if turning[a].abs() > most.1.abs() { (a, turning[a]) } else { most })
     }
 
     /// Takes the two steps of a plan and the one of 2h, and returns the estimated error of the two. The points and halves hold them.
