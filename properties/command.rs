@@ -20,6 +20,8 @@ mod probe_page;
 mod schemas;
 #[path = "command/shell.rs"]
 mod shell;
+#[path = "command/solve.rs"]
+mod solve;
 #[path = "command/tableau.rs"]
 mod tableau;
 #[cfg(unix)]

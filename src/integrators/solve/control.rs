@@ -75,6 +75,13 @@ const LEAST_SHARE: f64 = 0.5;
 /// A step shorter than so many units of round-off of the time is no step.
 const LEAST: i64 = 64;
 
+/// The pace of a run is looked at so many times in the steps that it may take, and no more often than after so many steps.
+const LOOKS: usize = 32;
+const LEAST_LOOK: usize = 1024;
+
+/// A run is given up early where the steps that are left would lead to no more than this share of its end.
+const HOPELESS: f64 = 0.5;
+
 /// The times of a run, and the size of its steps; without any Lie theory, so that it is compiled once for a scalar.
 #[derive(Clone, Debug)]
 pub(super) struct Control<T> {
@@ -106,6 +113,9 @@ pub(super) struct Control<T> {
     indivisible: bool,
     /// How many such steps there were.
     indivisibles: i64,
+    /// The steps tried and how far the run was when its pace was looked at, and how far it came before that from the time before.
+    looked: (usize, T),
+    pace: T,
 }
 
 /// How the stage equations of a pair were solved.
@@ -135,6 +145,8 @@ pub(super) struct Attempt<T> {
     pub unexplained: T,
     /// The larger relative residual of the two.
     pub residual: T,
+    /// What residuals and rounding make of the error.
+    pub noise: T,
     pub effort: Effort,
     /// Rounding makes more of the forces than the error may be: there is no estimate.
     pub rounded: bool,
@@ -179,6 +191,8 @@ impl<T: Real> Control<T> {
             share: None,
             indivisible: false,
             indivisibles: 0,
+            looked: (0, T::zero()),
+            pace: T::zero(),
         };
         if span > T::zero() {
             control.next = first.min(longest).max(control.least());
@@ -361,6 +375,35 @@ impl<T: Real> Control<T> {
             }
             Err(source) => SolveError::Stuck { time, step, source },
         })
+    }
+
+    /// Begins again with a step of this size, where more is known of what errors are relative to.
+    pub fn again(&mut self, step: T) {
+        (self.refused, self.shortened, self.indivisible, self.indivisibles) = (0, 0, false, 0);
+        self.next = step.abs().max(self.least());
+    }
+
+    /// About how many steps the run needs, where the steps that it may take do not lead to its end: as many as since the last look lead as far, and
+    /// farther by the factor by which they lead farther than those before.
+    pub fn lags(&mut self, statistics: &Statistics<T>, most: usize) -> Option<f64> {
+        let (steps, look) = (statistics.steps + 2 * statistics.rejected, (most / LOOKS).max(LEAST_LOOK));
+        let (before, done) = self.looked;
+        if steps - before < look {
+            return None;
+        }
+        let (passed, left) = (self.done - done, (self.span - self.done).to_f64());
+        let pace = std::mem::replace(&mut self.pace, passed);
+        self.looked = (steps, self.done);
+        let (passed, faster) = (passed.to_f64(), (passed / pace).to_f64());
+        if before == 0 || faster.is_nan() {
+            return None;
+        }
+        let looks = most.saturating_sub(steps) as f64 / (steps - before) as f64;
+        let reached = match (faster - 1.0).abs() < 1.0 / LOOKS as f64 {
+            true => passed * looks,
+            false => passed * faster * (faster.powf(looks) - 1.0) / (faster - 1.0),
+        };
+        (reached < left * HOPELESS).then(|| steps as f64 + left / passed * (steps - before) as f64)
     }
 
     /// Whether another pair may be tried.

@@ -10,8 +10,7 @@
 
 use super::pair::{Half, Pair};
 use super::through::{Rates, Through};
-use crate::algebra::{Covector, Matrix, Vector};
-use crate::integrators::variational::relative;
+use crate::algebra::{Covector, Matrix, Vector, apply, pull};
 use crate::integrators::{State, StepError};
 use crate::mechanics::{Force, Lagrangian};
 use crate::retraction::{Retraction, RetractionError, TangentPoint};
@@ -20,15 +19,18 @@ use crate::tableau::{Family, TableauError};
 use nalgebra::DMatrix;
 
 /// Nodes of a piece for s stages. With s + 3 the error between the steps of the systems of the tests is below the tolerance down to
-/// 10⁻¹⁰ (3 to 5 times that at 10⁻¹²), but not of a pure quadrature, whose steps are long: there 2s + 2 are enough, and these are taken
-/// where the first leave a tail.
-const NODES: [fn(usize) -> usize; 2] = [|s| s + 3, |s| 2 * s + 2];
+/// 10⁻¹⁰ (3 to 5 times that at 10⁻¹²), but not of a pure quadrature, whose steps are long: there 2s + 2 are enough. More are taken where fewer leave
+/// a tail.
+const NODES: [fn(usize) -> usize; 4] = [|s| s + 3, |s| s + 4, |s| s + 5, |s| (2 * s + 2).max(s + 5)];
 
 /// No more than these: the Lobatto nodes that there are.
 const MOST_NODES: usize = 64;
 
 /// The last two Legendre coefficients of a piece may stand for this share of the tolerance.
 const TAIL: f64 = 0.25;
+
+/// One node more makes them some ten times smaller: so many decades of room are left before there are fewer nodes.
+const RESERVE: f64 = 3.0;
 
 /// The iterations end where what is left is below this share of the tolerance.
 const SETTLED: i64 = 8;
@@ -37,8 +39,10 @@ const SETTLED: i64 = 8;
 /// the momenta follow the displacements.
 const CONTRACTS: f64 = 0.5;
 
-/// In the first iteration no less than this share of a change is taken to be left: what was before is no iteration, but a guess.
+/// After the first change this share of it is taken to be left, or more: what was before is no iteration, but a guess. Or so many times the
+/// share that was left in another step.
 const FIRST: f64 = 0.25;
+const CAUTION: i64 = 2;
 
 /// The most iterations.
 const MOST: usize = 30;
@@ -100,7 +104,7 @@ impl<T: Real, const N: usize, const D: usize> Piece<T, N, D> {
         if !finite(m.as_slice()) {
             return Err(RetractionError::NotFinite { retraction: "the momentum between two steps" });
         }
-        let momentum = (self.momentum + m) * retraction.at(&x)?.ad();
+        let momentum = seen_from(&retraction.at(&x)?, &(self.momentum + m));
         let attitude = match retraction.tau(&x) {
             Ok(increment) => self.attitude * increment,
             Err(RetractionError::NoGroup { .. }) => self.attitude,
@@ -112,22 +116,25 @@ impl<T: Real, const N: usize, const D: usize> Piece<T, N, D> {
 
 /// What the pieces of all steps with a tableau are made with.
 pub(super) struct Maker<T: Real, const N: usize> {
-    /// With few nodes and with many.
-    levels: [Level<T, N>; 2],
-    /// Which of them the last piece was made with.
+    /// With few nodes and with more.
+    levels: Vec<Level<T, N>>,
+    /// Which of them the next piece is tried with.
     level: usize,
+    /// The factor by which the second change fell when there was one last. Later ones say nothing of it: where the momenta do not depend on the
+    /// displacements they are 0.
+    rate: Option<T>,
 }
 
 impl<T: Real, const N: usize> Maker<T, N> {
     /// For the steps with a tableau of so many stages.
     pub fn new(through: &Through<T>, stages: usize) -> Result<Self, TableauError> {
-        let [few, many] = NODES.map(|nodes| Level::new(through, nodes(stages).min(MOST_NODES)));
-        Ok(Self { levels: [few?, many?], level: 0 })
+        let levels = NODES.map(|nodes| Level::new(through, nodes(stages).min(MOST_NODES)));
+        Ok(Self { levels: levels.into_iter().collect::<Result<_, _>>()?, level: 0, rate: None })
     }
 
     /// How many nodes a piece has at most.
     pub fn nodes(&self) -> usize {
-        self.levels[1].nodes.len()
+        self.levels.last().map_or(0, |level| level.nodes.len())
     }
 
     /// The states of step k of a pair, into `piece`.
@@ -143,12 +150,18 @@ impl<T: Real, const N: usize> Maker<T, N> {
         F: Force<T, N>,
         R: Retraction<T, N, D>,
     {
-        let tail = self.levels[self.level].make(pair, k, tolerance, piece)?;
-        if self.level == 0 && tail > tolerance * T::exact(TAIL) {
-            self.level = 1;
-            self.levels[1].make(pair, k, tolerance, piece)?;
+        let allowed = tolerance * T::exact(TAIL);
+        loop {
+            let level = &mut self.levels[self.level];
+            let tail = level.make(pair, k, (tolerance, &mut self.rate), piece)?;
+            let (nodes, decades) = (level.nodes.len() as f64, (allowed / tail).to_f64().log10());
+            let wanted = nodes - decades.min((decades - RESERVE).max(0.0)).floor();
+            let found = self.levels.iter().position(|level| level.nodes.len() as f64 >= wanted);
+            let before = std::mem::replace(&mut self.level, found.unwrap_or(self.levels.len() - 1));
+            if self.level <= before {
+                return Ok(());
+            }
         }
-        Ok(())
     }
 }
 
@@ -207,7 +220,7 @@ impl<T: Real, const N: usize> Level<T, N> {
         &mut self,
         pair: &Pair<T, N, D, L, F, R>,
         k: usize,
-        tolerance: T,
+        (tolerance, rate): (T, &mut Option<T>),
         piece: &mut Piece<T, N, D>,
     ) -> Result<T, StepError>
     where
@@ -223,7 +236,7 @@ impl<T: Real, const N: usize> Level<T, N> {
         (piece.attitude, piece.momentum) = (start.attitude, start.momentum);
         let settled = (tolerance / T::int(SETTLED)).max(T::int(16) * T::unit_roundoff());
         let end = self.ends(pair, k, piece)?;
-        piece.form = match self.iterate(pair, k, settled, piece)? {
+        piece.form = match self.iterate(pair, k, (settled, rate), piece)? {
             true => Form::Rates,
             false => Form::Values,
         };
@@ -249,9 +262,8 @@ impl<T: Real, const N: usize> Level<T, N> {
             }
             piece.coefficients.push(sum);
         }
-        let scale = piece.momentum.amax().max(pair.points[k + 1].state.momentum.amax());
-        let of =
-            |(x, m): &(Vector<T, N>, Covector<T, N>)| x.amax() / end.0.amax().max(T::one()) + relative(m.amax(), scale);
+        let measure = &pair.here;
+        let of = |(x, m): &(Vector<T, N>, Covector<T, N>)| measure.displaced(x) + measure.shifted(m);
         let missed = piece.coefficients[last - 1..].iter().fold(T::zero(), |sum, coefficient| sum + of(coefficient));
         // ∫ P_k is at most 1/(2k + 1).
         Ok(if piece.form == Form::Rates { missed * piece.step.abs() / T::int(2 * last as i64) } else { missed })
@@ -296,7 +308,7 @@ impl<T: Real, const N: usize> Level<T, N> {
         &mut self,
         pair: &Pair<T, N, D, L, F, R>,
         k: usize,
-        settled: T,
+        (settled, rate): (T, &mut Option<T>),
         piece: &Piece<T, N, D>,
     ) -> Result<bool, StepError>
     where
@@ -313,7 +325,7 @@ impl<T: Real, const N: usize> Level<T, N> {
             self.velocities[i] = pair.through().value(row, [&ends[0], &ends[1]], velocities);
             self.rates[i] = pair.through().both(row, [&turns[0], &turns[1]], rates);
         }
-        let scale = pair.points[k].state.momentum.amax().max(pair.points[k + 1].state.momentum.amax());
+        let measure = &pair.here;
         // The last change, and the one before it.
         let [mut before, mut earlier] = [T::exact(f64::INFINITY); 2];
         for iteration in 0..MOST {
@@ -325,11 +337,9 @@ impl<T: Real, const N: usize> Level<T, N> {
             let mut change = T::zero();
             for i in 1..last {
                 let new = self.integral(i, piece.step);
-                let moved = (new.0 - self.values[i].0).amax() / new.0.amax().max(T::one());
-                change = change.max(moved);
+                change = change.max(measure.displaced(&(new.0 - self.values[i].0)));
                 if iteration > 0 {
-                    let shift = (new.1 - self.values[i].1).amax();
-                    change = change.max(relative(shift, scale.max(new.1.amax())));
+                    change = change.max(measure.shifted(&(new.1 - self.values[i].1)));
                 }
                 self.values[i] = new;
             }
@@ -337,10 +347,17 @@ impl<T: Real, const N: usize> Level<T, N> {
             if !change.all_finite() || (iteration > 2 && change > earlier * T::exact(CONTRACTS)) {
                 return Ok(change <= settled);
             }
-            // What is left after a change is smaller by the rate at which the changes fall.
-            let least = if iteration > 1 { T::zero() } else { T::exact(FIRST) };
-            if iteration > 0 && change * (change / before).min(T::one()).max(least) <= settled {
-                return Ok(true);
+            if iteration > 0 {
+                // What is left after a change is smaller by the rate at which the changes fall.
+                let falls = match (iteration, *rate) {
+                    (1, Some(rate)) if rate.all_finite() => (rate * T::int(CAUTION)).min(T::exact(FIRST)),
+                    (1, _) => (change / before).max(T::exact(FIRST)),
+                    (2, _) => *rate.insert(change / before),
+                    _ => change / before,
+                };
+                if change * falls.min(T::one()) <= settled {
+                    return Ok(true);
+                }
             }
             (before, earlier) = (change, before);
         }
@@ -362,10 +379,17 @@ impl<T: Real, const N: usize> Level<T, N> {
         let (x, m) = self.values[i];
         let point = pair.retraction().at(&x).map_err(|source| domain(piece.step, source))?;
         let mut state = self.state(pair, i, &x, piece)?;
-        state.momentum = (piece.momentum + m) * point.ad();
-        self.velocities[i] = pair.velocity_at(&state, &self.velocities[i], piece.step)?;
-        let (force, _) = pair.force_at(&state, &self.velocities[i], piece.step)?;
-        self.rates[i] = (point.d_inv() * self.velocities[i], force * point.ad_inv());
+        state.momentum = seen_from(&point, &(piece.momentum + m));
+        let velocity = pair.velocity_at(&state, &self.velocities[i], piece.step)?;
+        let impulse = match pair.forced() {
+            true => {
+                let (force, _) = pair.force_at(&state, &velocity, piece.step)?;
+                point.pull_ad_inv(&force, &pull(&force, point.d()))
+            }
+            false => Covector::zeros(),
+        };
+        self.velocities[i] = velocity;
+        self.rates[i] = (apply(point.d_inv(), &velocity), impulse);
         Ok(())
     }
 
@@ -396,7 +420,8 @@ impl<T: Real, const N: usize> Level<T, N> {
         Ok(())
     }
 
-    /// The time and the attitude at node i, where the displacement is x; the momentum is left as it is at the start.
+    /// The time and the attitude at node i, where the displacement is x; the momentum is left as it is at the start, and so is an attitude that
+    /// nothing depends on.
     fn state<const D: usize, L, F, R>(
         &self,
         pair: &Pair<T, N, D, L, F, R>,
@@ -409,13 +434,18 @@ impl<T: Real, const N: usize> Level<T, N> {
         F: Force<T, N>,
         R: Retraction<T, N, D>,
     {
-        let attitude = match pair.retraction().tau(x) {
-            Ok(increment) => piece.attitude * increment,
-            Err(RetractionError::NoGroup { .. }) => piece.attitude,
-            Err(source) => return Err(domain(piece.step, source)),
+        let attitude = match pair.moves().then(|| pair.retraction().tau(x)) {
+            Some(Ok(increment)) => piece.attitude * increment,
+            None | Some(Err(RetractionError::NoGroup { .. })) => piece.attitude,
+            Some(Err(source)) => return Err(domain(piece.step, source)),
         };
         Ok(State { time: piece.time + self.nodes[i] * piece.step, momentum: piece.momentum, attitude })
     }
+}
+
+/// m Ad_{τ(ξ)} = m dτ_{−ξ} dτ_ξ⁻¹.
+fn seen_from<T: Real, const N: usize>(point: &impl TangentPoint<T, N>, m: &Covector<T, N>) -> Covector<T, N> {
+    pull(&pull(m, &point.d_neg()), point.d_inv())
 }
 
 fn domain<T: Real>(step: T, source: RetractionError) -> StepError {

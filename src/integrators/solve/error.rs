@@ -4,6 +4,14 @@ use crate::integrators::StepError;
 use crate::retraction::RetractionError;
 use crate::tableau::TableauError;
 
+/// What makes steps longer.
+fn advice(stages: Option<usize>) -> String {
+    match stages {
+        Some(stages) => format!("What helps is a method of higher order: without a tableau it is Gauss's with {stages} stages"),
+        None => "What helps is a larger tolerance, a shorter run, or more steps (max_steps)".into(),
+    }
+}
+
 /// Why a run ended before its time. The state is that of the last step that was taken.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
 #[non_exhaustive]
@@ -60,6 +68,30 @@ pub enum SolveError {
         step: f64,
         /// How many were tried.
         steps: usize,
+    },
+    /// The steps allowed would not lead to the end, as far as can be told from those taken: a motion that turns fast.
+    #[error(
+        "{steps} steps lead to t = {time} only: the run needs about {needed:.1e} of them, and {allowed} are allowed. \
+         The motion turns fastest about axis {axis}, at the rate η_{axis} = {rate:e}: by {:.1e} in a step. {}",
+        (.rate * .step).abs(), advice(*.stages)
+    )]
+    TooSlow {
+        /// Where.
+        time: f64,
+        /// The step that would have been next.
+        step: f64,
+        /// How many were tried.
+        steps: usize,
+        /// About how many the run needs.
+        needed: f64,
+        /// How many are allowed.
+        allowed: usize,
+        /// The coordinate of the velocity that is largest, from 1.
+        axis: usize,
+        /// Its value.
+        rate: f64,
+        /// The stages of Gauss's method with which steps would be longer, where the tableau has a lower order.
+        stages: Option<usize>,
     },
     /// A time in the list of times to save that no run can reach, or not in this order.
     #[error("time {index} of those to save, t = {time}: {why}")]

@@ -7,6 +7,7 @@ mod dense;
 mod error;
 mod events;
 mod follow;
+mod measure;
 mod pair;
 mod smooth;
 mod solution;
@@ -376,7 +377,7 @@ where
             taken: Exchange::zero(),
             residual: T::zero(),
         };
-        let result = self.advance(&mut engine, &mut run);
+        let result = self.advance(&mut engine, &mut run, end);
         self.engine = Some(engine);
         run.solution.next_step = run.control.next();
         match result {
@@ -461,7 +462,12 @@ where
     }
 
     /// All steps.
-    fn advance(&mut self, engine: &mut Engine<T, N, D, L, F, R>, run: &mut Run<T, N, D, R>) -> Result<End, SolveError> {
+    fn advance(
+        &mut self,
+        engine: &mut Engine<T, N, D, L, F, R>,
+        run: &mut Run<T, N, D, R>,
+        end: T,
+    ) -> Result<End, SolveError> {
         for (index, event) in self.events.iter_mut().enumerate() {
             run.values.push(event.value(index, &run.solution.state)?);
         }
@@ -474,19 +480,25 @@ where
         }
         while !run.control.ended() {
             run.control.within(&run.solution.statistics, self.most_steps)?;
+            if let Some(needed) = run.control.lags(&run.solution.statistics, self.most_steps) {
+                return Err(self.too_slow(engine, run, needed));
+            }
             let plan = run.control.plan();
             match engine.pair.attempt(&plan, &mut run.solution.statistics) {
                 Ok(attempt) if run.control.admits(&plan, &attempt) => {
                     run.control.accept(&plan, &attempt, engine.pair.rate(2));
                     let statistics = &mut run.solution.statistics;
-                    statistics.error += attempt.unexplained + attempt.residual;
+                    statistics.error += attempt.unexplained + attempt.noise;
                     statistics.residual = statistics.residual.max(attempt.residual);
                     run.residual = attempt.residual;
                 }
                 outcome => {
                     run.solution.statistics.rejected += 1;
                     match outcome {
-                        Ok(attempt) => run.control.refuse(&plan, Ok(attempt))?,
+                        Ok(attempt) => match run.control.refuse(&plan, Ok(attempt)) {
+                            Err(SolveError::Tolerance { .. }) if engine.pair.look_ahead(end) => run.control.again(plan.step),
+                            refused => refused?,
+                        },
                         Err(Uncontracted::Refused(error)) => run.control.refuse(&plan, Err(error))?,
                         Err(Uncontracted::Slow(spent)) => {
                             run.solution.statistics.iterations += spent;
@@ -505,6 +517,23 @@ where
             engine.pair.accept();
         }
         Ok(End::Time)
+    }
+
+    /// The run would need so many steps.
+    fn too_slow(&self, engine: &Engine<T, N, D, L, F, R>, run: &Run<T, N, D, R>, needed: f64) -> SolveError {
+        let Statistics { steps, rejected, .. } = run.solution.statistics;
+        let (axis, rate) = engine.pair.fastest();
+        let chosen = gauss_stages(self.tolerance.to_f64());
+        SolveError::TooSlow {
+            time: run.solution.state.time.to_f64(),
+            step: run.control.next().to_f64(),
+            steps: steps + 2 * rejected,
+            needed,
+            allowed: self.most_steps,
+            axis: axis + 1,
+            rate: rate.to_f64(),
+            stages: Some(chosen).filter(|&stages| engine.pair.order() < Family::Gauss.declared(stages)),
+        }
     }
 
     /// Saves what is asked for of step k of a pair, and looks for events in it; where the run ends in it, why.
