@@ -603,7 +603,7 @@ fn messages_count_as_the_file_does() {
     refused(
         "kind = \"double-bracket\"",
         "kind = \"drag\"",
-        "unknown kind of force `drag`; near to it: `linear-drag`, ",
+        "unknown kind of force `drag`; near to it: `cubic-drag`, `linear-drag`, ",
     );
     // Whatever else the table has, which depends on the kind.
     refused("kind = \"double-bracket\"", "kind = \"double-brackt\"\nbeta = 1", "near to it: `double-bracket`");

@@ -66,8 +66,8 @@ fn a_tableau_that_cannot_be_read_is_an_error_with_its_place() {
         (&["absent.toml"], "\n7 | tableau-file = \"nowhere.toml\"\n                   ^"),
         (&["rk4.toml", "--tableau", "rk5"], "rk5"),
         (&["rk4.toml", "--tableau", "nowhere.toml"], "nowhere.toml: No such file"),
-        (&["rk4.toml", "--tableau", "bad.toml"], "bad.toml: line 3, column 14: entry a_21: `x` is not a number"),
-        (&["rk4.toml", "--tableau", "bad.toml"], "\n3 | a = [[0, 0], [\"x\", 0]]\n                 ^"),
+        (&["rk4.toml", "--tableau", "bad.toml"], "bad.toml: line 3, column 15: entry a_21: `x` is not a number"),
+        (&["rk4.toml", "--tableau", "bad.toml"], "\n3 | a = [[0, 0], [\"x\", 0]]\n                  ^"),
         (&["rk4.toml", "--tableau", "heun.toml", "--out", "heun.toml"], "heun.toml is used twice"),
         (
             &["rk4.toml", "--tableau", "heun.toml", "--ensemble", "states.csv", "--out", "heun.toml"],

@@ -171,7 +171,9 @@ fn an_interrupted_run_keeps_its_rows_and_events() {
     file(&here, "top.toml", &[&long[..], &[("terminal = true", ""), ("save_every = \"1/2\"", "every = 4")]].concat());
     for signal in ["-INT", "-TERM", "-KILL"] {
         let mut names = ["t.csv", "e.csv"];
-        names.map(|name| fs::remove_file(here.join(name)).ok());
+        for name in names {
+            let _ = fs::remove_file(here.join(name));
+        }
         let [rows, events] = names.map(|name| here.join(format!("{name}.part")));
         let arguments = ["integrate", "top.toml", "--out", "t.csv", "--events", "e.csv"];
         let mut child = command(&here, &arguments).stdout(Stdio::piped()).stderr(Stdio::piped()).spawn().unwrap();

@@ -227,8 +227,14 @@ impl<T: Real> Members<'_, T> {
     /// The next member.
     pub fn next(&mut self) -> Result<Option<Origin<T>>, Failure> {
         let states = self.states;
-        let more =
-            self.rows.read_record(&mut self.record).map_err(|error| Failure::file(&states.path, said(&error)))?;
+        // As bytes first: the place of what is no text is that of the record.
+        let mut bytes = std::mem::take(&mut self.record).into_byte_record();
+        let more = self.rows.read_byte_record(&mut bytes).map_err(|error| Failure::file(&states.path, said(&error)))?;
+        self.record = StringRecord::from_byte_record(bytes).map_err(|error| {
+            let (field, byte) = (error.utf8_error().field() + 1, error.utf8_error().valid_up_to() + 1);
+            let line = error.into_byte_record().position().map_or(0, Position::line);
+            states.refused(line, format!("byte {byte} of field {field} is not valid UTF-8"))
+        })?;
         if !more {
             return Ok(None);
         }
