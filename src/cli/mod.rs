@@ -47,7 +47,7 @@ pub struct CommandLine {
 
 /// What is printed without a sub-command: a screen of 24 lines.
 const FIRST: &str = "\
-Forced variational integrators on Lie groups, and the harness that verifies them.
+Forced variational integrators on Lie groups, and a harness that verifies them.
 
 Three things to try:
 

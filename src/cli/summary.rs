@@ -325,20 +325,24 @@ fn reasons(
     if rows.is_empty() { Ok(()) } else { writeln!(f, "{title}\n{}\n", entries(2, rows)) }
 }
 
-/// The heading for a broken law.
-pub fn broken(subject: &PlantedLaw, summary: &Summary<Case>) -> String {
+/// The heading for a broken law; if asked for with what it says.
+pub fn broken(subject: &PlantedLaw, summary: &Summary<Case>, verbose: bool) -> String {
     let mut indices: Vec<String> = summary.broken.iter().take(10).map(ToString::to_string).collect();
     if summary.broken.len() > 10 {
         indices.push("…".into());
     }
     let law = subject.law;
-    let mut rows = vec![("statement", law.about.statement.to_owned()), ("source", law.about.source.to_owned())];
-    rows.extend(subject.fault.map(|fault| ("planted", format!("{}: {}", fault.name, fault.what))));
+    let mut rows = Vec::new();
+    if verbose {
+        rows.extend([("statement", law.about.statement.to_owned()), ("source", law.about.source.to_owned())]);
+        rows.extend(subject.fault.map(|fault| ("planted", format!("{}: {}", fault.name, fault.what))));
+    }
     if !summary.irreproducible.is_empty() {
         let indices: Vec<_> = summary.irreproducible.iter().map(ToString::to_string).collect();
         rows.push(("differs", format!("case {} held when checked a second time", indices.join(", "))));
     }
     let (count, cases) = (summary.broken.len(), summary.cases);
     let heading = format!("BROKEN {}: {count} of {cases} cases ({})", law.about.name, indices.join(", "));
-    format!("{}\n{}\n", paragraph(&heading), entries(2, rows))
+    let rows = if rows.is_empty() { String::new() } else { entries(2, rows) + "\n" };
+    format!("{}\n{rows}", paragraph(&heading))
 }

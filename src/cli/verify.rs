@@ -322,7 +322,9 @@ fn broken_text(subject: &PlantedLaw, summary: &Summary<Case>, place: &Place, ver
         let saved = saved.as_deref().map_err(String::as_str);
         if verbose { failure::campaign(&replay, failure.checks, saved) } else { failure::brief(&replay, saved) }
     });
-    format!("\n{}{}", summary::broken(subject, summary), saved.collect::<String>())
+    let heading = summary::broken(subject, summary, verbose);
+    let text = heading + &saved.collect::<String>();
+    if verbose { format!("\n{text}") } else { text + "\n" }
 }
 
 /// Writes the record; the path, or why not.
