@@ -1,6 +1,6 @@
 //! The balance of energy over the rows of a run: what a residual does not show.
 
-use super::columns::Columns;
+use super::columns::{Columns, print};
 use euler_poincare::scalar::Real;
 
 /// A balance that is off by more than this share of the kinetic energy and of the work is told with a warning: then not one digit of the
@@ -43,7 +43,12 @@ impl Balance {
 
     /// Part of a line.
     pub fn text(&self) -> String {
-        let number = |x: f64| format!("{x:.5e}").parse().unwrap_or(x);
+        // Six digits.
+        let number = |x: f64| {
+            let mut text = String::new();
+            print(&mut text, format!("{x:.5e}").parse().unwrap_or(x));
+            text
+        };
         let (first, last, work) = (number(self.first.unwrap_or(0.0)), number(self.energy), number(self.work));
         format!("energy {first} to {last} with work {work}, balance off by {:.1e} at most", self.off)
     }
