@@ -60,7 +60,11 @@ fn a_torque_moves_a_body_at_rest() {
         let times = format!("tolerance = {tolerance}\nhorizon = 3");
         let solved = solve(&here, &body("so3", "[2, 3, 4]", "velocity = [0, 0, 0]", &times, &late));
         let error = (solved.last["eta_1"] - 0.1).abs();
-        assert!(error < tolerance.parse::<f64>().unwrap() && solved.count("steps") < 1000.0, "{error:e} {}", solved.report);
+        assert!(
+            error < tolerance.parse::<f64>().unwrap() && solved.count("steps") < 1000.0,
+            "{error:e} {}",
+            solved.report
+        );
     }
     let damped = formula("[\"0.1*(abs(t - 200) + t - 200) - eta_1\", \"-eta_2\", \"-eta_3\"]");
     let times = "tolerance = 1e-9\nhorizon = 210";

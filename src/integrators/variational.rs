@@ -151,6 +151,27 @@ struct Work<T: Real, const N: usize> {
     after_impulse: Covector<T, N>,
     /// ξ.
     increment: Vector<T, N>,
+    /// What changes count.
+    factors: Factors<T, N>,
+}
+
+/// How many times a change of each coordinate counts, where all are relative to the largest.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Factors<T, const N: usize> {
+    pub momenta: [T; N],
+    pub displacements: [T; N],
+}
+
+impl<T: Real, const N: usize> Factors<T, N> {
+    /// Once.
+    pub fn ones() -> Self {
+        Self { momenta: [T::one(); N], displacements: [T::one(); N] }
+    }
+
+    /// The largest of a momentum.
+    pub fn most(&self) -> T {
+        self.momenta.iter().fold(T::one(), |most, &factor| most.max(factor))
+    }
 }
 
 impl<T: Real, const N: usize> Work<T, N> {
@@ -167,6 +188,7 @@ impl<T: Real, const N: usize> Work<T, N> {
             next_displacements: zeros,
             after_impulse: Covector::zeros(),
             increment: Vector::zeros(),
+            factors: Factors::ones(),
         }
     }
 }
@@ -319,7 +341,12 @@ where
     pub(super) fn set_tolerance(&mut self, tolerance: T) {
         let default = Settings::<T>::default();
         self.settings.tolerance = default.tolerance.max(tolerance);
-        self.settings.floor = default.floor.max(tolerance);
+        self.settings.floor = default.floor.max(tolerance).max(default.tolerance * self.work.factors.most());
+    }
+
+    /// Replaces what a residual of each coordinate counts; before the tolerance.
+    pub(super) fn set_factors(&mut self, factors: Factors<T, N>) {
+        self.work.factors = factors;
     }
 
     /// The next step, if it is one of size `step` from this momentum, starts from these stage velocities.
@@ -674,13 +701,13 @@ where
 
     /// Newton's method on r(H) along h: at the full step at once it may find a root that does not continue from h = 0.
     fn newton(&mut self, problem: &Problem<T, N, D>, eta: &Vector<T, N>, spent: usize) -> Result<Report<T>, StepError> {
-        let step = problem.step.to_f64();
+        let (step, factor) = (problem.step.to_f64(), self.work.factors.most());
         for (i, v) in self.origin.iter_mut().enumerate() {
             *v = eta[i % N];
         }
         self.unknowns.copy_from_slice(&self.origin);
         let settings = newton::NewtonSettings {
-            tolerance: self.settings.tolerance,
+            tolerance: (self.settings.tolerance / factor).max(Settings::<T>::default().tolerance),
             floor: self.settings.floor,
             max_iterations: self.settings.max_iterations,
         };
@@ -707,7 +734,7 @@ where
         equations.load(&self.unknowns);
         self.scheme.residual::<N, D>(problem, &mut self.work)?;
         let solver = if outcome.shortened { Solver::Continuation } else { Solver::Newton };
-        Ok(Report { solver, iterations: outcome.iterations + spent, residual: outcome.residual })
+        Ok(Report { solver, iterations: outcome.iterations + spent, residual: outcome.residual * factor })
     }
 }
 
@@ -883,8 +910,8 @@ impl<T: Real, L, F, R> Scheme<T, L, F, R> {
         let total = work.gradients.sum(self.tableau.b().as_slice()).transpose() * h;
         work.next_momenta.advance(&self.conjugate, &work.gradients, h, Some(&(end - total)));
         work.next_displacements.advance(&self.weights, &work.rates, h, None);
-        let (change, size) = work.next_momenta.change(&work.momenta);
-        let (shift, mut extent) = work.next_displacements.change(&work.displacements);
+        let (change, size) = work.next_momenta.change(&work.momenta, &work.factors.momenta);
+        let (shift, mut extent) = work.next_displacements.change(&work.displacements, &work.factors.displacements);
         let size = larger(size, larger(largest(&end), largest(&total)));
         // Rounding of forces that cancel is relative to them, and displacements are as the momenta.
         let loaded = size.max(load * h.abs());

@@ -7,7 +7,9 @@ use crate::tableau::TableauError;
 /// What makes steps longer.
 fn advice(stages: Option<usize>) -> String {
     match stages {
-        Some(stages) => format!("What helps is a method of higher order: without a tableau it is Gauss's with {stages} stages"),
+        Some(stages) => {
+            format!("What helps is a method of higher order: without a tableau it is Gauss's with {stages} stages")
+        }
         None => "What helps is a larger tolerance, a shorter run, or more steps (max_steps)".into(),
     }
 }

@@ -9,7 +9,7 @@
 //! A small error of the momentum may be a large one of the velocity, about an axis with little inertia: velocities are measured, too.
 
 use crate::algebra::{Covector, LieAlgebra, Matrix, Vector, apply, elimination};
-use crate::integrators::variational::relative;
+use crate::integrators::variational::{Factors, relative};
 use crate::retraction::Retraction;
 use crate::scalar::{Real, larger};
 
@@ -222,7 +222,7 @@ impl<T: Real, const N: usize> Measure<T, N> {
     /// The largest entry of ad_η, those between two blocks in units in which both are moved as easily by a momentum of theirs: of a body that flies
     /// at a speed v, v over its radius of gyration.
     pub fn turning(&self, ad: &Matrix<T, N>) -> T {
-        let ease = self.blocks.sizes(Vector::from_fn(|a, _| self.mobility[(a, a)]).as_slice());
+        let ease = self.blocks.sizes(Vector::<T, N>::from_fn(|a, _| self.mobility[(a, a)]).as_slice());
         let entry = |c: usize, b: usize| match self.blocks.first[b] == self.blocks.first[c] {
             true => ad[(c, b)].abs(),
             false if ease[c] > T::zero() => ad[(c, b)].abs() * (ease[b] / ease[c]).sqrt(),
@@ -241,15 +241,15 @@ impl<T: Real, const N: usize> Measure<T, N> {
         Difference { velocity: self.moved(&momentum), momentum, displacement: Vector::zeros() }
     }
 
-    /// The relative size of an error over a time, without what `explained` of the momentum makes of it.
-    pub fn relative(&self, error: &Difference<T, N>, explained: &Covector<T, N>, time: T) -> T {
+    /// The relative size of an error, without what `explained` of the momentum makes of it and without this much of each coordinate.
+    pub fn relative(&self, error: &Difference<T, N>, explained: &Covector<T, N>, noise: [T; N]) -> T {
         let (moved, mut most) = (self.moved(explained), T::zero());
         let left = |value: T, explained: T| if value <= explained { T::zero() } else { value - explained };
         for a in 0..N {
-            most = larger(most, relative(left(error.momentum[a], explained[a]), self.momentum[a]));
-            most = larger(most, relative(left(error.velocity[a], moved[a]), self.velocity[a]));
-            let displaced = left(error.displacement[a], moved[a] * time.abs());
-            most = larger(most, relative(displaced, self.displacement[a]));
+            let momentum = relative(left(error.momentum[a], explained[a]), self.momentum[a]);
+            let velocity = relative(left(error.velocity[a], moved[a]), self.velocity[a]);
+            let displacement = relative(error.displacement[a], self.displacement[a]);
+            most = larger(most, left(larger(momentum, larger(velocity, displacement)), noise[a]));
         }
         most
     }
@@ -264,19 +264,19 @@ impl<T: Real, const N: usize> Measure<T, N> {
         (0..N).fold(T::zero(), |most, a| larger(most, relative(m[a].abs(), self.momentum[a])))
     }
 
-    /// How much larger than a residual, which is relative to the largest momentum, the error may be that it makes. Blocks of which there is no more
-    /// than so many units of rounding do not count.
-    pub fn gain(&self, noise: i64) -> T {
-        let rounding = self.size * T::int(noise) * T::unit_roundoff();
-        let moved = self.moved(&Covector::from_element(T::one()));
-        let mut most = T::one();
-        for a in 0..N {
-            for (share, size) in [(T::one(), self.momentum[a]), (moved[a], self.velocity[a])] {
-                if share * rounding < size {
-                    most = larger(most, share * self.size / size);
-                }
-            }
+    /// How many times residuals count, which are relative to the largest coordinate, so that they are relative to their own block and to what they make
+    /// of the velocities. Not of blocks of which there is no more than so many units of rounding.
+    pub fn factors(&self, noise: i64) -> Factors<T, N> {
+        let rounding = T::int(noise) * T::unit_roundoff();
+        let of = |size: T, made: T, own: T| if made * size * rounding < own { made * size / own } else { T::one() };
+        let far = self.displacement.iter().fold(T::zero(), |most, &size| larger(most, size));
+        let momentum = |a: usize| {
+            let moves = (0..N).map(|c| of(self.size, self.mobility[(c, a)], self.velocity[c]));
+            moves.fold(of(self.size, T::one(), self.momentum[a]), larger)
+        };
+        Factors {
+            momenta: std::array::from_fn(|a| momentum(a).max(T::one())),
+            displacements: std::array::from_fn(|a| of(far, T::one(), self.displacement[a]).max(T::one())),
         }
-        most
     }
 }

@@ -79,10 +79,13 @@ pub(crate) fn gauss_stages(tolerance: f64) -> usize {
 /// The solver of a Lagrangian, a force and a retraction, with a tolerance: a builder, whose [`run`](Solve::run) gives a [`Solution`].
 ///
 /// **Tolerance.** It is for the whole run from t₀ to t₁: a step of size h may make the error h/|t₁ − t₀| times the tolerance. A motion that is
-/// not stable amplifies the errors of its steps. Errors of the
-/// momentum are relative to the largest component of μ, of the momentum of a rotor, or of the impulse of the forces over the step; errors of
-/// the attitude are relative to the largest entry of the matrix of the displacement g₀⁻¹g₁. Rounding sets a limit: no step is asked for less than
-/// 32 units of round-off, nor, near an equilibrium, where forces cancel, for less than changes of the entries of g by as much make of the forces. A step
+/// not stable amplifies the errors of its steps. Errors are those of the momentum, of the
+/// velocity and of the displacement g₀⁻¹g₁, and each block of coordinates has its own scale: the factors of a product, and in each of them what a
+/// change of units multiplies by one factor, as the rotations and the translations of a rigid body. A change of units changes no step. The scale of a momentum is the
+/// largest component that the block has had so far, that of a rotor, or the impulse of the forces over the step; that of a velocity what corresponds to it;
+/// that of a displacement one radian for angles, else the largest of a pair of steps. Rounding sets a limit: no step is asked for less than
+/// 32 units of round-off, of what the momentum is the sum of, nor, near an equilibrium, where forces cancel, for less than changes of the entries of g by as much
+/// make of the forces; at rest, where a run would end otherwise, for less than as much of the forces to come. A step
 /// over a jump of the force may make 1/256 of the tolerance, however short it is: some hundred jumps use up the tolerance, and
 /// [`Statistics::error`] tells.
 ///
@@ -496,7 +499,9 @@ where
                     run.solution.statistics.rejected += 1;
                     match outcome {
                         Ok(attempt) => match run.control.refuse(&plan, Ok(attempt)) {
-                            Err(SolveError::Tolerance { .. }) if engine.pair.look_ahead(end) => run.control.again(plan.step),
+                            Err(SolveError::Tolerance { .. }) if engine.pair.look_ahead(end) => {
+                                run.control.again(plan.step)
+                            }
                             refused => refused?,
                         },
                         Err(Uncontracted::Refused(error)) => run.control.refuse(&plan, Err(error))?,

@@ -401,13 +401,14 @@ where
 
     /// Takes the two steps of a plan and the one of 2h, and returns the estimated error of the two. The points and halves hold them.
     pub fn attempt(&mut self, plan: &Plan<T>, statistics: &mut Statistics<T>) -> Result<Attempt<T>, Uncontracted> {
-        // What the residuals are relative to is the largest momentum, of any block.
-        let allowed = plan.allowed / self.measure.gain(NOISE);
-        let tolerance = allowed / T::int(SOLVED);
+        let factors = self.measure.factors(NOISE);
+        self.fine.set_factors(factors);
+        self.coarse.set_factors(factors);
+        let tolerance = plan.allowed / T::int(SOLVED);
         self.fine.set_tolerance(tolerance);
         // Where the difference counts as it is, nothing else may explain it.
         let falls = if plan.smooth { T::int(2).powi(self.order as i32) - T::one() } else { T::one() };
-        let loosely = allowed * falls / T::int(SOLVED_COARSE);
+        let loosely = plan.allowed * falls / T::int(SOLVED_COARSE);
         self.coarse.set_tolerance(loosely.min(T::exact(LOOSEST)).max(tolerance));
         let guess = std::mem::replace(&mut self.guess, Guess::Cold);
         let (mut residual, mut noise, mut effort) = (T::zero(), T::zero(), Effort::Little);
@@ -417,7 +418,7 @@ where
                 Solver::FixedPoint => Effort::of_rate(rate),
                 _ => Effort::Newton,
             });
-            noise += if effort == Effort::Newton { report.residual.min(allowed) } else { report.residual };
+            noise += if effort == Effort::Newton { report.residual.min(plan.allowed) } else { report.residual };
         };
         for k in 0..2 {
             match k {
@@ -450,11 +451,10 @@ where
         };
         let difference = self.difference(&doubled, two)?.times(&share);
         let unseen = measure.of_momentum(self.unseen(plan, measure)?);
+        // What the residuals explain does not fall with h.
         let judge = |noise: T, rounding: &Covector<T, N>| {
-            // What the residuals explain does not fall with h.
-            let residual = Covector::from_fn(|_, a| share[a] * noise * T::int(EXPLAINED) * measure.size);
-            let missed = measure.relative(&difference, &(residual + rounding), two);
-            larger(missed, measure.relative(&unseen, rounding, two))
+            let missed = measure.relative(&difference, rounding, share.map(|share| share * noise * T::int(EXPLAINED)));
+            larger(missed, measure.relative(&unseen, rounding, [T::zero(); N]))
         };
         let mut rounding = Covector::zeros();
         let (mut error, mut unexplained, mut rounded) = (judge(T::zero(), &rounding), judge(noise, &rounding), false);
@@ -463,7 +463,7 @@ where
             (error, unexplained) = (judge(T::zero(), &rounding), judge(noise, &rounding));
             rounded = measure.shifted(&rounding) > plan.allowed;
         }
-        let noise = residual.max(T::unit_roundoff()) * measure.gain(NOISE);
+        let noise = residual.max(T::unit_roundoff() * factors.most());
         Ok(Attempt { error, unexplained, residual, noise, effort, rounded })
     }
 
@@ -569,7 +569,13 @@ where
     }
 
     /// How far the force at an end of step k, or so much later or earlier in it, is from what the stages predict.
-    fn miss(&self, ends: &Ends<T>, plan: &Plan<T>, (k, end): (usize, usize), inward: T) -> Result<Covector<T, N>, StepError> {
+    fn miss(
+        &self,
+        ends: &Ends<T>,
+        plan: &Plan<T>,
+        (k, end): (usize, usize),
+        inward: T,
+    ) -> Result<Covector<T, N>, StepError> {
         let half = &self.halves[k];
         let Point { state, velocity, force, .. } = &self.points[k + end];
         let mut force = *force;
@@ -668,7 +674,8 @@ where
             let rounding = chart.rounding(&(back.map(|v| v.abs()) * forward.map(|v| v.abs())));
             let rounding = rounding * (T::int(NOISE) * T::unit_roundoff());
             let missed = chart.coordinates(&(back * forward)).map(|v| v.abs());
-            displacement = missed.zip_map(&rounding, |x, rounding| if x <= rounding { T::zero() } else { x - rounding });
+            displacement =
+                missed.zip_map(&rounding, |x, rounding| if x <= rounding { T::zero() } else { x - rounding });
         }
         Ok(Difference { momentum, velocity, displacement })
     }

@@ -14,7 +14,8 @@ pub struct Statistics<T> {
     pub iterations: usize,
     /// The largest relative residual of the stage equations of a step taken.
     pub residual: T,
-    /// The sum of the estimated local errors, relative to the momentum and to the attitude.
+    /// The sum of the estimated local errors of the momentum, the velocity and the displacement, each relative to the size of its block of coordinates;
+    /// and of what residuals and rounding make of them.
     pub error: T,
 }
 
