@@ -2,12 +2,13 @@
 //!
 #![doc = include_str!(concat!(env!("GUIDE"), "/modules/integrators/doubled.md"))]
 
+use super::variational::turn;
 use super::{Report, Solver, StepError};
 use crate::algebra::{Covector, Matrix, Vector};
 use crate::mechanics::doubled::{DoubledLagrangian, VelocityError};
 use crate::newton::{Equations, Newton, NewtonSettings, Outcome, is_at_hand};
 use crate::retraction::{Retraction, RetractionError, TangentPoint};
-use crate::scalar::{Dual, Real, Scalar};
+use crate::scalar::{Dual, Real, Scalar, larger};
 use crate::tableau::Tableau;
 use nalgebra::DMatrix;
 
@@ -173,6 +174,19 @@ where
         let done = self.differences(x, &mut work, out);
         self.work = work;
         done
+    }
+
+    /// The larger of the two copies' distances, as of the scheme on the units.
+    fn distance(&self, from: (T, &[T]), to: (T, &[T])) -> Option<T> {
+        let half = self.dimension() / 2;
+        let turned = |first: usize| {
+            let moved = |j: usize, a: usize| {
+                let k = first + j * N + a;
+                (to.0 * to.1[k] - from.0 * from.1[k]) * self.wanted
+            };
+            turn::<T, N>(&self.tableau, self.retraction.algebra(), moved)
+        };
+        Some(larger(turned(0), turned(half)))
     }
 }
 

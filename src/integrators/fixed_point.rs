@@ -27,6 +27,12 @@ const FAR: Rate = (1, 2);
 /// of seed 998022 of the law `branch`).
 const GROWN: Rate = (4, 1);
 
+/// From rest the first change is all of the root, and what the forces at rest are not: within this factor.
+const FROM_REST: Rate = (2, 1);
+
+/// The slowest rate, on the average, at which such a root is taken.
+const AT_ONCE: f64 = 1.0 / 16.0;
+
 /// The largest share of the residual before the last at which a root is trusted that is not near: a change of the momenta is one of the
 /// displacements an iteration later, so that residuals may fall in pairs. Behind the fold of case 22233 of seed 998011 of the law `branch`, roots
 /// were found after shares of 0.48 (h = 10) and 2.1 (h = 6).
@@ -132,6 +138,12 @@ impl<T: Real> Course<T> {
     pub fn is_far(&self, sizes: [T; 2]) -> bool {
         let [start, root] = sizes;
         self.first * start > root * T::ratio(FAR.0, FAR.1) || root > start * T::ratio(GROWN.0, GROWN.1)
+    }
+
+    /// The first change is not much more than the root, and the iteration contracted fast from there.
+    pub fn is_fast(&self, sizes: [T; 2]) -> bool {
+        let [start, root] = sizes;
+        self.first * start <= root * T::ratio(FROM_REST.0, FROM_REST.1) && self.rate() <= AT_ONCE
     }
 
     /// The first residual after so many iterations at a rate.

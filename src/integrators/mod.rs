@@ -78,6 +78,13 @@ fn because(why: &Option<String>) -> String {
     why.as_ref().map_or(String::new(), |why| format!(": {why}"))
 }
 
+/// A number to seven digits.
+fn rounded(x: f64) -> String {
+    let rounded: f64 = format!("{x:.6e}").parse().unwrap_or(x);
+    let plain = x == 0.0 || (1e-4..1e7).contains(&x.abs());
+    if plain { rounded.to_string() } else { format!("{rounded:e}") }
+}
+
 /// What left a domain: a stage (counted from 1), or the increment.
 fn part(stage: &Option<usize>) -> String {
     stage.map_or("the increment of the step".into(), |stage| format!("stage {}", stage + 1))
@@ -87,18 +94,24 @@ fn part(stage: &Option<usize>) -> String {
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
 #[non_exhaustive]
 pub enum StepError {
-    /// The stage equations have no root that continues from h = 0: the branch folds before h.
-    #[error("fold: the solution that continues from h = 0 ends near h = {fold:.6}, before the step h = {step}")]
+    /// The stage equations have no root that continues from h = 0: the branch turns back in h before the step, where det J goes through 0.
+    #[error(
+        "fold: the solution that continues from h = 0 ends near h = {}, before the step h = {step}; take a smaller step, or give a tolerance",
+        rounded(*fold)
+    )]
     Fold {
         /// The step asked for.
         step: f64,
-        /// The largest |h| up to which the branch was followed (with the sign of the step).
+        /// The h of largest size on the branch, with the sign of the step.
         fold: f64,
-        /// det J there, relative to det J at h = 0: it tends to 0 at a fold.
+        /// det J at the point next to the fold that was found, relative to det J at h = 0: it is 0 at the fold.
         determinant: f64,
     },
-    /// The solution that continues from h = 0 turns too often before h: it was not followed to its end.
-    #[error("the step h = {step} is too long: the solution that continues from h = 0 was followed to h = {reached:.6}")]
+    /// The solution that continues from h = 0 turns too often or too fast before h: it was not followed to its end.
+    #[error(
+        "the step h = {step} is too long: the solution that continues from h = 0 was followed to h = {}; take a smaller step, or give a tolerance",
+        rounded(*reached)
+    )]
     TooLong {
         /// The step asked for.
         step: f64,

@@ -12,7 +12,7 @@ use super::fixed_point::Course;
 use super::stages::{Stages, Weights};
 use super::{OneStep, Report, Solver, StagePoint, State, StepError};
 use crate::algebra::brackets::Brackets;
-use crate::algebra::{Covector, Matrix, Vector, apply, pull, times};
+use crate::algebra::{Covector, LieAlgebra, Matrix, Vector, apply, pull, times};
 use crate::mechanics::configuration::Configuration;
 use crate::mechanics::{Force, Lagrangian, LegendreError};
 use crate::newton::{self, Equations, Newton};
@@ -644,7 +644,7 @@ where
                 let refused = match self.trust {
                     Trust::Alone => {
                         course.is_slow_for(i32::try_from(evaluations).unwrap_or(i32::MAX))
-                            || course.is_far([size, scale])
+                            || (course.is_far([size, scale]) && !self.is_at_rest(problem, &course, [size, scale]))
                     }
                     Trust::Compared => course.is_slow(),
                     #[cfg(feature = "harness")]
@@ -669,6 +669,15 @@ where
             goal = residual * T::ratio(1, FINER);
         }
         Err(NotContracted(iterations))
+    }
+
+    /// Whether a root that is [far](Course::is_far) from where the iteration began is so because that is at rest: all that there is at the root came
+    /// [fast](Course::is_fast), and the equations change little up to there.
+    #[cold]
+    fn is_at_rest(&self, problem: &Problem<T, N, D>, course: &Course<T>, sizes: [T; 2]) -> bool {
+        let (scheme, work) = (&self.scheme, &self.work);
+        let moved = |j: usize, a: usize| work.rates.get(j, a) * problem.step;
+        course.is_fast(sizes) && turn::<T, N>(&scheme.tableau, scheme.retraction.algebra(), moved) <= T::one()
     }
 
     /// Iterations on the stages with the difference to the scheme frozen, until they change by no more than `goal`; how they went.
@@ -1073,20 +1082,9 @@ where
     }
 
     /// The largest ‖ad‖ of a change of Ξ_i or ξ, in the unit [`TURN`].
-    fn distance(&self, from: (T, &[T]), to: (T, &[T])) -> T {
-        let (tableau, algebra) = (&self.scheme.tableau, self.scheme.retraction.algebra());
-        let (s, h) = (tableau.stages(), self.full);
-        let moved = |j: usize, a: usize| to.0 * to.1[j * N + a] - from.0 * from.1[j * N + a];
-        let row = |i: usize, j: usize| if i < s { tableau.a()[(i, j)] } else { tableau.b()[j] };
-        let turned = |i: usize| {
-            let x = Vector::from_fn(|a, _| (0..s).fold(T::zero(), |sum, j| sum + moved(j, a) * row(i, j)) * h);
-            algebra
-                .ad(&x)
-                .row_iter()
-                .map(|row| row.iter().fold(T::zero(), |sum, v| sum + v.abs()))
-                .fold(T::zero(), larger)
-        };
-        (0..=s).map(turned).fold(T::zero(), larger) / T::ratio(TURN.0, TURN.1)
+    fn distance(&self, from: (T, &[T]), to: (T, &[T])) -> Option<T> {
+        let moved = |j: usize, a: usize| (to.0 * to.1[j * N + a] - from.0 * from.1[j * N + a]) * self.full;
+        Some(turn::<T, N>(&self.scheme.tableau, self.scheme.retraction.algebra(), moved))
     }
 }
 
@@ -1109,6 +1107,22 @@ where
     fn step(&mut self, state: &mut State<T, N, D>, h: T) -> Result<Report<T>, StepError> {
         self.advance(state, h, |method, problem, eta, spent| method.newton(problem, eta, spent))
     }
+}
+
+/// The largest ‖ad‖ of Σ_j a_ij x_j and Σ_j b_j x_j, in the unit [`TURN`]; component a of x_j is `rate`(j, a).
+pub(crate) fn turn<T: Real, const N: usize>(
+    tableau: &Tableau<T>,
+    algebra: &LieAlgebra<T, N>,
+    rate: impl Fn(usize, usize) -> T,
+) -> T {
+    let s = tableau.stages();
+    let weight = |i: usize, j: usize| if i < s { tableau.a()[(i, j)] } else { tableau.b()[j] };
+    let turned = |i: usize| {
+        let x = Vector::from_fn(|a, _| (0..s).fold(T::zero(), |sum, j| sum + rate(j, a) * weight(i, j)));
+        let rows = algebra.ad(&x);
+        rows.row_iter().map(|row| row.iter().fold(T::zero(), |sum, v| sum + v.abs())).fold(T::zero(), larger)
+    };
+    (0..=s).map(turned).fold(T::zero(), larger) / T::ratio(TURN.0, TURN.1)
 }
 
 fn domain<T: Real>(step: T, stage: Option<usize>, source: RetractionError) -> StepError {

@@ -7,6 +7,7 @@
 
 use crate::algebra::{Covector, Matrix, Vector};
 use crate::harness::Fault;
+use crate::integrators::variational::turn;
 use crate::integrators::{OneStep, Report, Solver, State, StepError};
 use crate::mechanics::configuration::Configuration;
 use crate::mechanics::{Force, Lagrangian};
@@ -385,6 +386,11 @@ where
             }
         }
         Ok(())
+    }
+
+    fn distance(&self, from: (T, &[T]), to: (T, &[T])) -> Option<T> {
+        let moved = |j: usize, a: usize| (to.0 * to.1[j * N + a] - from.0 * from.1[j * N + a]) * self.full;
+        Some(turn::<T, N>(&self.method.tableau, self.method.retraction.algebra(), moved))
     }
 }
 
