@@ -47,6 +47,7 @@
 //!
 //! | module | holds |
 //! |---|---|
+//! | `file` | text files: read with the place of what is wrong, replaced when the new one is whole |
 //! | [`scalar`] | `f64`, ~32 and ~64 digits, duals; exact number expressions |
 //! | [`algebra`], [`tableau`], [`newton`] | structure constants and catalogue; coefficients, families, trees, orders; one solver |
 //! | [`group`] | matrix groups, SO(3) |
@@ -68,7 +69,7 @@
 //! | `lanes` | also the fast steps, solvers and ensembles on SO(3) and SE(3): `integrators::{so3, se3}` |
 //! | `rayon` | ensembles on all cores; without it one group of bodies after the other, to the same bits |
 //! | `serde` | states, exact numbers and numbers of 32 and 64 digits, saved and read |
-//! | `harness` | also `lanes`, `rayon`, `serde`, `experiments`, `harness`, `system`, `study`, `laws`, `external` |
+//! | `harness` | also `lanes`, `rayon`, `serde`, `file`, `experiments`, `harness`, `system`, `study`, `laws`, `external` |
 //! | `cli` (default) | also the command |
 
 #![cfg_attr(docsrs, feature(doc_cfg))]

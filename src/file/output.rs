@@ -71,7 +71,8 @@ impl Output {
             return Ok(Self::direct(stream?));
         }
         let there = match fs::metadata(path) {
-            Err(error) if error.kind() == io::ErrorKind::NotFound => None,
+            // A name with a separator behind it is that of a folder.
+            Err(error) if error.kind() == io::ErrorKind::NotFound && !path.to_string_lossy().ends_with('/') => None,
             there => Some(there?),
         };
         let target = match &there {
