@@ -16,11 +16,11 @@ use euler_poincare::integrators::derivative::{
     Derivative, Gradient, InputGradient, Linearised, Parameters, StepDerivative, Variation,
 };
 use euler_poincare::integrators::trajectory::integrate;
-use euler_poincare::integrators::{State, StepError, Variational};
+use euler_poincare::integrators::{OneStep, State, StepError, Variational};
 use euler_poincare::mechanics::configuration::{Configuration, ForceOnGroup, OnGroup, Potential, WithPotential};
 use euler_poincare::mechanics::force::{LinearDrag, Zero};
 use euler_poincare::mechanics::lagrangian::Quadratic;
-use euler_poincare::mechanics::{Force, Lagrangian};
+use euler_poincare::mechanics::{Force, Lagrangian, LegendreError};
 use euler_poincare::retraction::{AnyRetraction, Cayley, CayleySo3, Exponential, ExponentialSo3, Retraction};
 use euler_poincare::scalar::{Dd, Real, Scalar};
 use euler_poincare::tableau::{Classic, Family, Tableau};
@@ -397,12 +397,29 @@ fn gradients_of_runs_are_those_of_sensitivities_and_of_differences() {
     }
 }
 
-/// l = η⁴/4: at rest l'' = 0, and so is J.
+/// l = η⁴/4: at rest l'' = 0, and Newton's method does not invert l' there.
+struct Singular;
+
+impl<T: Real> Lagrangian<T, 1> for Singular {
+    fn value<S: Scalar<Base = T>>(&self, eta: &Vector<S, 1>) -> S {
+        eta[0] * eta[0] * eta[0] * eta[0] * S::ratio(1, 4)
+    }
+}
+
+/// The same with an inverse of l' that has a value at rest: there the step is solved, and J = 0.
 struct Flat;
 
 impl<T: Real> Lagrangian<T, 1> for Flat {
     fn value<S: Scalar<Base = T>>(&self, eta: &Vector<S, 1>) -> S {
-        eta[0] * eta[0] * eta[0] * eta[0] * S::ratio(1, 4)
+        Singular.value(eta)
+    }
+
+    fn velocity<S: Scalar<Base = T>>(
+        &self,
+        mu: &Covector<S, 1>,
+        _: &Vector<S, 1>,
+    ) -> Result<Vector<S, 1>, LegendreError> {
+        Ok(Vector::<S, 1>::new(S::lift(mu[0].base().cbrt())))
     }
 }
 
@@ -434,6 +451,14 @@ fn what_has_no_derivative_is_refused_and_the_state_kept() {
     let gauss = || Family::Gauss.tableau::<f64>(2).unwrap();
     let rest = State { time: 0.0, momentum: Covector::<f64, 1>::zeros(), attitude: Matrix::identity() };
     let mut state = rest.clone();
+
+    let mut method = Variational::new(Singular, Zero, line(), gauss());
+    let refused = method.step(&mut state, 0.1).map(|_| ()).unwrap_err();
+    assert!(
+        matches!(&refused, StepError::Legendre { source: LegendreError::Singular { rank: Some(0), .. }, .. }),
+        "{refused}"
+    );
+    assert_eq!(state, rest);
 
     let mut method = Linearised::new(Variational::new(Flat, Zero, line(), gauss()), ());
     let refused = method.step(&mut state, 0.1).map(|_| ()).unwrap_err();
