@@ -56,6 +56,9 @@ impl<T: Real> Default for Settings<T> {
 /// A relative residual of so many units of round-off is what rounding leaves.
 pub(super) const SETTLED: i64 = 16;
 
+/// What rounding leaves of a residual that counts many times, in units of round-off times as many: stages are sums of terms of other coordinates.
+const ROUNDED: i64 = 1 << 10;
+
 /// The last change of the stages between two evaluations of the scheme is so many times smaller than the residual of the first: the next
 /// change would be as much smaller again, and the second evaluation gains little more.
 const FINER: i64 = 16;
@@ -341,7 +344,8 @@ where
     pub(super) fn set_tolerance(&mut self, tolerance: T) {
         let default = Settings::<T>::default();
         self.settings.tolerance = default.tolerance.max(tolerance);
-        self.settings.floor = default.floor.max(tolerance).max(default.tolerance * self.work.factors.most());
+        let rounding = T::int(ROUNDED) * T::unit_roundoff() * self.work.factors.most();
+        self.settings.floor = default.floor.max(tolerance).max(rounding);
     }
 
     /// Replaces what a residual of each coordinate counts; before the tolerance.

@@ -174,6 +174,13 @@ impl<T: Real, const N: usize> Difference<T, N> {
     }
 }
 
+/// What moves as easily in the units of [`Measure::turning`].
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) enum Ease {
+    OfBlocks,
+    OfCoordinates,
+}
+
 /// What errors are relative to, and what an error of the momentum makes of the velocity.
 #[derive(Clone, Debug)]
 pub(super) struct Measure<T: Real, const N: usize> {
@@ -219,13 +226,14 @@ impl<T: Real, const N: usize> Measure<T, N> {
         of(&mut self.displacement, displacement.as_slice());
     }
 
-    /// The largest entry of ad_η, those between two blocks in units in which both are moved as easily by a momentum of theirs: of a body that flies
-    /// at a speed v, v over its radius of gyration.
-    pub fn turning(&self, ad: &Matrix<T, N>) -> T {
-        let ease = self.blocks.sizes(Vector::<T, N>::from_fn(|a, _| self.mobility[(a, a)]).as_slice());
-        let entry = |c: usize, b: usize| match self.blocks.first[b] == self.blocks.first[c] {
+    /// The largest entry of ad_η, in units in which all blocks, or all coordinates, are moved as easily by a momentum of theirs: of a body that flies
+    /// at a speed v, v over its radius of gyration. That is how fast the stages follow each other in iterations.
+    pub fn turning(&self, ad: &Matrix<T, N>, ease: Ease) -> T {
+        let each: [T; N] = std::array::from_fn(|a| self.mobility[(a, a)].abs());
+        let eased = if ease == Ease::OfBlocks { self.blocks.sizes(&each) } else { each };
+        let entry = |c: usize, b: usize| match eased[b] == eased[c] {
             true => ad[(c, b)].abs(),
-            false if ease[c] > T::zero() => ad[(c, b)].abs() * (ease[b] / ease[c]).sqrt(),
+            false if eased[c] > T::zero() => ad[(c, b)].abs() * (eased[b] / eased[c]).sqrt(),
             false => T::zero(),
         };
         (0..N * N).fold(T::zero(), |most, k| larger(most, entry(k / N, k % N)))

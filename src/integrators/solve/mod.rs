@@ -29,6 +29,7 @@ use crate::tableau::{Family, Tableau, TableauError};
 use control::{Control, Plan};
 use dense::{Maker, Piece};
 use follow::Follower;
+use measure::Ease;
 use pair::Pair;
 use solution::Dense;
 use std::ops::ControlFlow;
@@ -460,7 +461,7 @@ where
         engine.pair.begin(start).map_err(refused)?;
         Ok(match self.first_step {
             Some(step) if step != T::zero() => step.abs(),
-            _ => Control::first((end - start.time).abs(), engine.pair.rate(0)),
+            _ => Control::first((end - start.time).abs(), engine.pair.rate(0, Ease::OfBlocks)),
         })
     }
 
@@ -489,7 +490,7 @@ where
             let plan = run.control.plan();
             match engine.pair.attempt(&plan, &mut run.solution.statistics) {
                 Ok(attempt) if run.control.admits(&plan, &attempt) => {
-                    run.control.accept(&plan, &attempt, engine.pair.rate(2));
+                    run.control.accept(&plan, &attempt, engine.pair.rate(2, Ease::OfCoordinates));
                     let statistics = &mut run.solution.statistics;
                     statistics.error += attempt.unexplained + attempt.noise;
                     statistics.residual = statistics.residual.max(attempt.residual);

@@ -1,7 +1,7 @@
 //! Two steps of h, and the error that they make: one step of 2h from the same start.
 
 use super::control::{AIM, Attempt, Effort, NOISE, Plan};
-use super::measure::{Chart, Difference, Measure};
+use super::measure::{Chart, Difference, Ease, Measure};
 use super::smooth::{Ends, Jump};
 use super::statistics::Statistics;
 use super::through::{Rates, Through};
@@ -377,13 +377,13 @@ where
     }
 
     /// The rate at which μ, or g, changes at a point, relative to its size.
-    pub fn rate(&self, k: usize) -> T {
+    pub fn rate(&self, k: usize, ease: Ease) -> T {
         let Point { state, velocity, force, .. } = &self.points[k];
         let (algebra, blocks) = (self.fine.retraction().algebra(), &self.measure.blocks);
         let sizes = blocks.sizes((state.momentum.map(|v| v.abs()) + self.at_rest(state).map(|v| v.abs())).as_slice());
         let changes = blocks.sizes((algebra.coad(velocity, &state.momentum) + force).as_slice());
         let rounding = self.measure.size * T::int(NOISE) * T::unit_roundoff();
-        let turning = self.measure.turning(&algebra.ad(velocity));
+        let turning = self.measure.turning(&algebra.ad(velocity), ease);
         let moving = blocks.each().filter(|&a| sizes[a] > rounding);
         moving.fold(turning, |most, a| most.max(changes[a] / sizes[a]))
     }
