@@ -1,8 +1,9 @@
-//! A step at any size is the one that continues from h = 0, or it is refused.
+//! A step at any size is the one that continues from h = 0, or it is refused, for a reason that is one.
 //!
 //! The oracle follows the branch with the equations in 32 digits: residuals that cancel have digits there which `f64` has lost. Corrections are
 //! by the Jacobian in `f64`, which is cheaper, and so are tangents that agree with those before; where the increments of h become small, as
-//! they do at a fold, both are in 32 digits, too.
+//! they do at a fold, both are in 32 digits, too. A fold that is named is one where the oracle's branch ends there, and another root with det J of the
+//! other sign meets it.
 
 use super::planted::retraction::Plant;
 use super::precision::in_quad;
@@ -11,7 +12,7 @@ use super::{CaseLaw, Source};
 use crate::algebra::{Covector, Vector};
 use crate::harness::{About, Cost, Fault, Verdict};
 use crate::integrators::variational::Variational;
-use crate::integrators::{OneStep, State, StepError};
+use crate::integrators::{OneStep, Solver, State, StepError};
 use crate::laws::unbuilt;
 use crate::mechanics::{Force, Lagrangian};
 use crate::retraction::{Retraction, RetractionError};
@@ -45,6 +46,19 @@ const OF_TERMS: Fault = Fault::new(
     "steps with terms like e^{‖ad‖}, beyond 1/√u of the momentum; roots far from where iterations start",
 );
 
+/// A fold that is none, or not there.
+const EARLY: Fault = Fault::new(
+    "early-fold",
+    "a fold is named at three quarters of where it is, or of a step that fixed-point iterations do not take",
+    "steps that Newton's method takes or refuses",
+);
+/// A continuation without patience.
+const GIVES_UP: Fault = Fault::new(
+    "impatient-continuation",
+    "a step that fixed-point iterations do not take is given up half-way",
+    "steps that Newton's method takes",
+);
+
 /// How much longer the steps are with [`TENFOLD`].
 const STRETCH: f64 = 10.0;
 
@@ -55,15 +69,15 @@ pub const fn laws<S: Source>() -> &'static [CaseLaw<S>] {
             about: About {
                 name: "branch",
                 statement: "a step of any size, ‖ad_η‖|h| to 64, is the root of the stage equations that continues from h = 0, or it is \
-                            refused",
+                            refused; a fold that is named is one, and what is easily followed is not given up",
                 source: "Keller 1977: a branch ends where det J = 0",
                 oracle: "the branch from h = 0, followed in small steps of h by code of its own: the equations in 32 digits, their Jacobian \
                          in f64, where increments are below 2⁻¹⁴ of the step in 32 digits",
-                bound: "2⁻¹⁶ of the stage displacements, or of their terms: roots are farther apart, but next to a fold; the step in f64, in \
+                bound: "2⁻¹⁰ of the place of a fold; 2⁻¹⁶ of the stage displacements, or of their terms: roots are farther apart, but next to a fold; the step in f64, in \
                         one case of ten that in 32 digits, too",
                 needs: "an algebra that is not abelian",
                 cost: Cost::Heavy,
-                faults: &[ANY_ROOT, COARSE, TENFOLD, OF_TERMS],
+                faults: &[ANY_ROOT, COARSE, TENFOLD, OF_TERMS, EARLY, GIVES_UP],
             },
             cases: |cases| cases.main_dimensions().nonabelian(),
             check: |case, fault| built(case.visit_main::<f64, _>(&Plant(fault), Check { case, fault })),
@@ -125,10 +139,22 @@ where
         Self { method, state: &system.state, size: T::exact(size), residual }
     }
 
-    /// Ξ_1 … Ξ_s of the step that the library takes, or why it refuses.
-    fn taken(&mut self) -> Taken {
+    /// Ξ_1 … Ξ_s of the step that the library takes, or why it refuses; with a fault planted around it.
+    fn taken(&mut self, fault: Option<&Fault>) -> Taken {
         let mut state = self.state.clone();
-        self.method.step(&mut state, self.size).map_err(|error| reason(&error))?;
+        let (size, early) = (self.size.to_f64(), Fault::planted(fault, EARLY.name));
+        let report = self.method.step(&mut state, self.size).map_err(|error| match Refusal::of(&error, size) {
+            Refusal::Fold(share) if early => Refusal::Fold(share * 0.75),
+            refusal => refusal,
+        })?;
+        if report.solver != Solver::FixedPoint {
+            if early {
+                return Err(Refusal::Fold(0.75));
+            }
+            if Fault::planted(fault, GIVES_UP.name) {
+                return Err(Refusal::Followed);
+            }
+        }
         Ok(self.method.stage_displacements().flat_map(|x| x.data.0[0]).map(|v| v.to_f64()).collect())
     }
 
@@ -179,22 +205,33 @@ where
 }
 
 /// Ξ_1 … Ξ_s of a step, or why it is refused.
-type Taken = Result<Vec<f64>, &'static str>;
+type Taken = Result<Vec<f64>, Refusal>;
 
-/// Why a step is refused, without numbers: reasons are counted.
-fn reason(error: &StepError) -> &'static str {
-    match error {
-        StepError::Fold { .. } => "the branch ends in a fold",
-        StepError::TooLong { .. } => "the branch is too long to be followed",
-        StepError::NotConverged { .. } => "no convergence",
-        StepError::Domain { source: RetractionError::OutsideDomain { .. }, .. } => "outside the domain of τ",
-        StepError::Domain { source: RetractionError::SingularTangent { .. }, .. } => "dτ is singular",
-        StepError::Domain { .. } => "τ has no value",
-        StepError::IllConditioned { .. } => "terms cancel, and rounding decides",
-        StepError::Undefined { .. } => "the force has no finite value",
-        StepError::Legendre { .. } => "the Legendre transform cannot be inverted",
-        StepError::NotFinite { .. } => "the result is not finite",
-        _ => "an error that is not one of a step",
+/// Why a step is refused.
+#[derive(Clone, Copy)]
+enum Refusal {
+    /// A fold at this share of it.
+    Fold(f64),
+    /// The branch was not followed to its end.
+    Followed,
+    /// Another reason, without numbers: reasons are counted.
+    Other(&'static str),
+}
+
+impl Refusal {
+    fn of(error: &StepError, size: f64) -> Self {
+        Self::Other(match error {
+            StepError::Fold { fold, .. } => return Self::Fold(fold / size),
+            StepError::TooLong { .. } | StepError::NotConverged { .. } => return Self::Followed,
+            StepError::Domain { source: RetractionError::OutsideDomain { .. }, .. } => "outside the domain of τ",
+            StepError::Domain { source: RetractionError::SingularTangent { .. }, .. } => "dτ is singular",
+            StepError::Domain { .. } => "τ has no value",
+            StepError::IllConditioned { .. } => "terms cancel, and rounding decides",
+            StepError::Undefined { .. } => "the force has no finite value",
+            StepError::Legendre { .. } => "the Legendre transform cannot be inverted",
+            StepError::NotFinite { .. } => "the result is not finite",
+            _ => "an error that is not one of a step",
+        })
     }
 }
 
@@ -225,11 +262,11 @@ impl<S: Source> Visitor<f64> for Check<'_, S> {
         let taken = match fault {
             Some(fault) if fault.name == COARSE.name => stepwise(&mut step, &eta, 8),
             Some(fault) if fault.name == ANY_ROOT.name => stepwise(&mut step, &eta, 1),
-            _ => step.taken(),
+            _ => step.taken(fault),
         };
         match (in_quad(case, 0), taken) {
             (Err(error), _) => built(Err(error)),
-            (Ok(false), Err(why)) => refused(why),
+            (Ok(false), Err(Refusal::Other(why))) => refused(why),
             (Ok(quad), taken) => {
                 let oracle = Oracle { taken, quad, size, rough: &mut step, fault };
                 built(case.visit_main::<Dd, _>(&Plant(fault), oracle))
@@ -255,7 +292,9 @@ where
 {
     let mut branch = Branch { rates: step.origin(eta), equations: step, rough: None, close: false };
     for part in 1..=parts {
-        branch.newton(f64::from(part) / f64::from(parts), None, 0.0).map_err(|Lost| "no convergence")?;
+        branch
+            .newton(f64::from(part) / f64::from(parts), None, 0.0)
+            .map_err(|Lost| Refusal::Other("no convergence"))?;
     }
     Ok(branch.equations.displacements(&branch.rates))
 }
@@ -283,33 +322,65 @@ impl Visitor<Dd> for Oracle<'_> {
             return Verdict::inconclusive("no velocity");
         };
         let mut step = Step::new(&system, self.size, self.fault);
-        let quad = self.quad.then(|| step.taken());
-        let found: Vec<_> = [Some(&self.taken), quad.as_ref()].into_iter().flatten().flatten().collect();
-        if let (true, Err(why)) = (found.is_empty(), &self.taken) {
-            return refused(why);
-        }
+        let quad = self.quad.then(|| step.taken(self.fault));
+        let taken: Vec<_> = std::iter::once(self.taken).chain(quad).collect();
         let mut branch =
             Branch { rates: step.origin(&eta), equations: &mut step, rough: Some(self.rough), close: false };
-        let end = branch.follow();
+        let end = match taken.iter().all(|taken| matches!(taken, Err(Refusal::Other(_)))) {
+            true => End::Lost,
+            false => branch.follow(),
+        };
         let right = branch.equations.displacements(&branch.rates);
         let terms = branch.equations.terms(&branch.rates);
-        let judged = found.into_iter().map(|found| judge(end, self.size, found, (&right, terms)));
+        let judged = taken.iter().map(|taken| match taken {
+            Ok(found) => judge(end, self.size, found, (&right, terms)),
+            Err(refusal) => judge_refusal(end, self.size, *refusal),
+        });
         judged.reduce(Verdict::and).unwrap_or_else(|| Verdict::inconclusive("no step"))
+    }
+}
+
+/// The verdict on a refusal, where the branch leads to this end.
+fn judge_refusal(end: End, size: f64, refusal: Refusal) -> Verdict {
+    match (refusal, end) {
+        (Refusal::Other(why), _) => refused(why),
+        (Refusal::Followed, End::Reached { easy: true }) => Verdict::broken(format!(
+            "at h = {size:e} the step is given up, and {EASY} points with increments of 2⁻¹⁴ of it and more lead there"
+        )),
+        (Refusal::Followed, _) => Verdict::inconclusive("the branch is followed to a part of the step"),
+        (Refusal::Fold(named), End::Reached { .. }) => Verdict::broken(format!(
+            "at h = {size:e} a fold is named at {named:.6} of the step, and the branch leads to its end"
+        )),
+        (Refusal::Fold(named), End::Fold { share, turns }) => {
+            let off = (named - share) / share.max(f64::MIN_POSITIVE);
+            match turns {
+                _ if off < -PLACE => Verdict::broken(format!(
+                    "at h = {size:e} a fold is named at {named:.6} of the step, and the branch leads to {share:.6} of it"
+                )),
+                true => Verdict::judge(off.abs(), PLACE, || {
+                    format!(
+                        "at h = {size:e} a fold is named at {named:.6} of the step, and the branch turns at {share:.6} of it"
+                    )
+                }),
+                false => Verdict::inconclusive("a fold is named beyond where the oracle follows the branch"),
+            }
+        }
+        (Refusal::Fold(_), End::Lost) => Verdict::inconclusive("the branch was not followed to its end"),
     }
 }
 
 /// The verdict on displacements that were found, where the branch leads to this end, and to these, whose terms have these sizes.
 fn judge(end: End, size: f64, found: &[f64], (right, terms): (&[f64], f64)) -> Verdict {
     match end {
-        End::Reached => {
+        End::Reached { .. } => {
             let extent = larger(max_abs(found), terms);
             let off = right.iter().zip(found).fold(0.0_f64, |off, (a, b)| larger(off, (a - b).abs()));
             Verdict::judge(if off == 0.0 { 0.0 } else { off / extent }, BOUND, || {
                 format!("at h = {size:e} the step is on another branch: Ξ = {found:?}, and {right:?} from h = 0")
             })
         }
-        End::Fold(share) if share > NEARLY => Verdict::inconclusive("the step is next to the end of the branch"),
-        End::Fold(share) => Verdict::broken(format!(
+        End::Fold { share, .. } if share > NEARLY => Verdict::inconclusive("the step is next to the end of the branch"),
+        End::Fold { share, .. } => Verdict::broken(format!(
             "at h = {size:e} a step is taken, and the branch ends near {share:.6} of it: Ξ = {found:?}"
         )),
         End::Lost => Verdict::inconclusive("the branch was not followed to its end"),
@@ -318,6 +389,12 @@ fn judge(end: End, size: f64, found: &[f64], (right, terms): (&[f64], f64)) -> V
 
 /// A fold beyond this share of the step may be a step of rounding away from it.
 const NEARLY: f64 = 1.0 - 1.0 / 1024.0;
+
+/// How far from the place of a fold it may be named, relative.
+const PLACE: f64 = 1.0 / 1024.0;
+
+/// A branch of no more points, whose increments do not become small, is followed easily.
+const EASY: usize = 256;
 
 /// The most points of a branch.
 const POINTS: usize = 4000;
@@ -353,10 +430,10 @@ const FAST: f64 = 1.0 / 16.0;
 /// Where the branch led.
 #[derive(Clone, Copy)]
 enum End {
-    /// To the whole step.
-    Reached,
-    /// It ends at this share of the step.
-    Fold(f64),
+    /// To the whole step; and whether that was easy.
+    Reached { easy: bool },
+    /// It is not followed beyond this share of the step; and whether it turns back there.
+    Fold { share: f64, turns: bool },
     /// [`POINTS`] were not enough.
     Lost,
 }
@@ -591,8 +668,9 @@ impl<T: Real> Branch<'_, T> {
         let mut negative = start.negative;
         let (rates, settled) = (self.rates.clone(), Settled::Full);
         let mut points = vec![Point { share: 0.0, rates, tangent, chord: 0.0, settled }];
-        let (mut reached, mut increment) = (0.0, INCREMENTS.0);
-        for _ in 0..POINTS {
+        let (mut reached, mut increment, mut easily) = (0.0, INCREMENTS.0, true);
+        for count in 0..POINTS {
+            easily &= count < EASY && increment >= CLOSE;
             self.close = increment < CLOSE;
             let target = (reached + increment).min(1.0);
             match self.next(&points, target, &mut negative) {
@@ -603,7 +681,7 @@ impl<T: Real> Branch<'_, T> {
                     points.push(point);
                     reached = target;
                     if reached >= 1.0 {
-                        return End::Reached;
+                        return End::Reached { easy: easily };
                     }
                     if easy {
                         increment += increment;
@@ -618,12 +696,43 @@ impl<T: Real> Branch<'_, T> {
                     }
                     increment *= 0.5;
                     if increment < INCREMENTS.1 {
-                        return End::Fold(reached);
+                        return self.turn(&points, negative);
                     }
                 }
             }
         }
         End::Lost
+    }
+}
+
+impl<T: Real> Branch<'_, T> {
+    /// The end of a branch that is followed no further: at a fold |dH/ds|⁻² falls to 0 linearly, and what comes back from there is a root with det J of
+    /// the other sign, as far on the other side of it.
+    fn turn(&mut self, points: &[Point<T>], negative: bool) -> End {
+        let [before, here] = points else {
+            return End::Fold { share: points.last().map_or(0.0, |point| point.share), turns: false };
+        };
+        let lost = End::Fold { share: here.share, turns: false };
+        let [then, now] = [before, here].map(|point| point.tangent.norm_squared().recip());
+        let ahead = now * (here.share - before.share) / (then - now);
+        if !(ahead > 0.0 && ahead <= here.share * PLACE) {
+            return lost;
+        }
+        for (rate, (at, d)) in self.rates.iter_mut().zip(here.rates.iter().zip(here.tangent.iter())) {
+            *rate = *at + T::exact(4.0 * ahead * d);
+        }
+        self.close = true;
+        let Ok(other) = self.newton(here.share, None, 0.0) else { return lost };
+        let apart = |sign: f64| {
+            let off = self.rates.iter().zip(&here.rates).zip(here.tangent.iter());
+            off.fold(0.0, |most, ((a, b), d)| larger(most, ((*a - *b).to_f64() + sign * 4.0 * ahead * d).abs()))
+        };
+        // Nearer to where it is expected than to where the branch is.
+        let across = apart(-1.0) < 0.5 * 4.0 * ahead * here.tangent.amax();
+        match across && other.negative != negative {
+            true => End::Fold { share: here.share + ahead, turns: true },
+            false => lost,
+        }
     }
 }
 

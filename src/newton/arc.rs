@@ -6,7 +6,7 @@
 
 use super::iteration::{Corrected, Iteration};
 use super::lu::{Determinant, is_definite};
-use super::{BEND, Equations, Failure, NewtonSettings, Outcome, is_close, on_chord};
+use super::{Equations, Failure, NewtonSettings, Outcome, is_close, on_chord};
 use crate::scalar::{Real, larger, max_abs};
 use nalgebra::DMatrix;
 
