@@ -96,7 +96,7 @@ fn errors_point_at_the_entry() {
         ("name = \"é\"\na = [[0]]\nb = [1]\norder = 0", (4, 9)),
         ("{\"a\": [[0, 0],\n  [1, \"[x]\"]],\n\"b\": [0.5, 0.5]}", (2, 7)),
         ("{\"a\": [[0, 0], [1, 0]],\n\"b\": [0.5, 0]}", (2, 12)),
-        ("{\"a\": [[0]],\n\"b\": [1], \"order\": 1.5}", (2, 21)),
+        ("{\"a\": [[0]],\n\"b\": [1], \"order\": 1.5}", (2, 20)),
     ];
     for (text, (line, column)) in cases {
         let error = TableauFile::parse(text).unwrap_err().to_string();

@@ -32,7 +32,7 @@ impl RationalTableau {
         check_shape(&a, &b)?;
         let sum = total(&b);
         if sum != RBig::ONE {
-            return Err(TableauError::Inconsistent { excess: (sum - RBig::ONE).to_f64_fast() });
+            return Err(TableauError::Inconsistent { excess: (sum - RBig::ONE).to_f64().value() });
         }
         Ok(Self { a, b, normalised: None })
     }
@@ -111,7 +111,7 @@ impl Entries {
         let off = (&sum - RBig::ONE).abs();
         let slack = total(&self.b.iter().map(Number::exact_uncertainty).collect::<Vec<_>>());
         if off > slack {
-            return Err(TableauError::Inconsistent { excess: (sum - RBig::ONE).to_f64_fast() });
+            return Err(TableauError::Inconsistent { excess: (sum - RBig::ONE).to_f64().value() });
         }
         b.iter_mut().for_each(|x| *x /= &sum);
         let normalised = (!off.is_zero()).then_some(sum);
