@@ -384,7 +384,8 @@ fn what_drifts_at_large_steps_is_refuted() {
     for (name, changes, what) in DRIFTS {
         let here = directory(&format!("drifts-{name}"));
         let path = changed_variational(&here, changes);
-        let output = probe(&here, &conserves(what, "so3,se2", "4"), &["python3", &path]);
+        // A series that is cut is exact on a motion that is steady, as half of these are.
+        let output = probe(&here, &conserves(what, "so3,se2", "12"), &["python3", &path]);
         assert_eq!(code(&output), 1, "{name}: {}", stdout(&output));
         assert!(laws(&output)[0].1["broken"].as_u64() > Some(2), "{name}: {}", stdout(&output));
         // The order sees nothing.
