@@ -384,7 +384,8 @@ fn what_drifts_at_large_steps_is_refuted() {
     for (name, changes, what) in DRIFTS {
         let here = directory(&format!("drifts-{name}"));
         let path = changed_variational(&here, changes);
-        let output = probe(&here, &conserves(what, "so3,se2", "4"), &["python3", &path]);
+        // A series that is cut is exact on a motion that is steady, as half of these are.
+        let output = probe(&here, &conserves(what, "so3,se2", "12"), &["python3", &path]);
         assert_eq!(code(&output), 1, "{name}: {}", stdout(&output));
         assert!(laws(&output)[0].1["broken"].as_u64() > Some(2), "{name}: {}", stdout(&output));
         // The order sees nothing.
@@ -555,14 +556,14 @@ fn an_iteration_that_stops_early_says_so_and_keeps_its_claims() {
         let output = probe(&here, &[&usual, claims].concat(), &["python3", path.to_str().unwrap()]);
         stdout(&output).split("\n\n").next().unwrap_or_default().replace('\n', " ")
     };
-    let conserves = ["--laws", "conserves-casimirs", "--conserves", "casimirs"];
-    let said = first(&path, &conserves);
+    let kept = ["--laws", "conserves-casimirs", "--conserves", "casimirs"];
+    let said = first(&path, &kept);
     assert!(said.starts_with("BROKEN (method-conserves-casimirs): ") && said.contains("; loose solver ("), "{said}");
     let said = first(&path, &["--laws", "smoothness"]);
     assert!(said.starts_with("BROKEN (method-smoothness): ") && said.contains("; loose solver ("), "{said}");
     let lost = text.replace(exact, &loose.replace("1e-10", "1e-13"));
     fs::write(here.join("lost.py"), lost).unwrap();
-    let said = first(&here.join("lost.py"), &conserves);
+    let said = first(&here.join("lost.py"), &kept);
     assert!(said.contains("; digits are lost on ") && said.contains("(method-conserves-casimirs)"), "{said}");
     // Correct methods are not refused with a tolerance either.
     let options = [&conserves("casimirs,momentum", "so3,se2", "4")[..], &["--tolerance", "1e-8"]].concat();

@@ -361,7 +361,7 @@ fn select(patterns: Option<&str>, claims: &Claims) -> Result<Vec<&'static Method
     for pattern in patterns.split(',').map(|pattern| pattern.trim().trim_matches('*')) {
         let hits: Vec<_> = LAWS.iter().filter(|law| !pattern.is_empty() && law.about.name.contains(pattern)).collect();
         // Of several those whose claim is not made say nothing; one that is asked for alone says so.
-        let some_asked = hits.iter().any(|law| asked(law));
+        let some_asked = hits.iter().any(asked);
         selected.extend(hits.iter().copied().filter(|law| !some_asked || asked(law)));
         if hits.is_empty() {
             let names: Vec<_> = LAWS.iter().map(|law| law.about.name).collect();

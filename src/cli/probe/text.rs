@@ -138,7 +138,8 @@ fn hints(report: &ProbeReport, page: Option<&Path>) -> String {
     let mut text = String::new();
     let failed = report.laws.iter().map(|law| law.failed.len()).sum::<usize>();
     if failed > 0 {
-        let _ = write!(text, "\nThe program failed on {failed} cases. They say nothing about the laws.\n");
+        let failed = count(failed, "case");
+        let _ = write!(text, "\nThe program failed on {failed}, about which the laws say nothing.\n");
     }
     if report.given_up {
         let _ = write!(text, "\nThe stepper failed {} times and was not started again.\n", report.failures);
