@@ -546,13 +546,18 @@ where
                 continue;
             }
             let passed = plan.step.abs() * share;
-            let (mut unseen, allowed) = (size * passed, plan.allowed * measure.momentum[a]);
-            if unseen > allowed {
+            let mut unseen = Covector::zeros();
+            measure.blocks.fill(&mut unseen, a, size * passed);
+            let error = measure.of_momentum(unseen);
+            let error = measure.relative(&error, &Covector::zeros(), [T::zero(); N]);
+            if error > plan.allowed {
                 // A jump so close to the end does no harm: where a run ends at the time of a jump, or begins there.
-                let inside = sizes(self.miss(ends, plan, (step, end), passed * allowed / unseen)?);
-                unseen = if inside[a] * T::int(2) < size { allowed } else { unseen };
+                let inside = sizes(self.miss(ends, plan, (step, end), passed * plan.allowed / error)?);
+                if inside[a] * T::int(2) < size {
+                    unseen *= plan.allowed * T::half() / error;
+                }
             }
-            measure.blocks.fill(&mut all, a, unseen);
+            all += unseen;
         }
         Ok(all)
     }
