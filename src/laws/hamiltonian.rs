@@ -3,7 +3,7 @@
 
 use super::polynomial::Polynomial;
 use super::precision::{Measured, settle_main, settle_main_small};
-use super::probe::{Probe, stream};
+use super::probe::{Probe, stream, unit_of};
 use super::subjects::*;
 use super::{CaseLaw, Source};
 use crate::algebra::{Covector, Matrix, Vector, elimination};
@@ -156,7 +156,7 @@ impl<T: Real> Visitor<T> for Check<'_> {
         };
         let mut probe = Probe::new(self.case, stream::HAMILTONIAN);
         let momentum = system.state.momentum;
-        let lambda = momentum + probe.covector::<T, N>() * (T::exact(0.25) * momentum.amax());
+        let lambda = momentum + probe.covector::<T, N>() * (T::exact(0.25) * unit_of(&momentum));
         let x = probe.vector::<T, N>() * T::exact(0.25);
         let h_f = ForcedHamiltonian::new(&system.lagrangian, &system.force, &system.retraction);
         let mut judge = || -> Result<Measured, VelocityError> {

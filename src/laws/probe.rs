@@ -4,7 +4,7 @@
 //! printed case, so a case that is replayed meets the same ones. All are dyadic with few bits: exact in every scalar.
 
 use crate::algebra::{Covector, Vector};
-use crate::scalar::Scalar;
+use crate::scalar::{Real, Scalar};
 use std::fmt::Debug;
 
 /// The stream of a case.
@@ -63,6 +63,12 @@ impl Probe {
     pub fn power_of_two<S: Scalar>(&mut self, low: i32, high: i32) -> S {
         S::exact(2f64.powi(self.integer(low, high)))
     }
+}
+
+/// The size of a momentum, of which distances from it are shares; 1 at rest.
+pub fn unit_of<T: Real, const N: usize>(mu: &Covector<T, N>) -> T {
+    let size = mu.amax();
+    if size == T::zero() { T::one() } else { size }
 }
 
 /// What the streams of a case are for. Laws that share a number see the same bits, and use them for different things. The numbers

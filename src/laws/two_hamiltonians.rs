@@ -2,7 +2,7 @@
 
 use super::planted::retraction::Plant;
 use super::precision::{Measured, of_relative, settle_main_small};
-use super::probe::{Probe, stream};
+use super::probe::{Probe, stream, unit_of};
 use super::subjects::*;
 use super::{CaseLaw, Source};
 use crate::algebra::{Covector, Matrix, Vector, elimination, pair};
@@ -113,7 +113,7 @@ impl Check<'_> {
         let (lambda, u) = if self.units {
             (mu, Matrix::identity())
         } else {
-            let off = probe.covector::<T, N>() * (T::exact(0.25) * mu.amax());
+            let off = probe.covector::<T, N>() * (T::exact(0.25) * unit_of(&mu));
             (mu + off, system.retraction.tau(&(probe.vector::<T, N>() * T::exact(0.25)))?)
         };
         let mine = planted.partials(time, &lambda, &u, &mu)?;
@@ -176,7 +176,7 @@ impl Difference<'_> {
     ) -> Result<Verdict, VelocityError> {
         let mut probe = Probe::new(self.case, stream::TWO_HAMILTONIANS_MOTION);
         let (time, mu) = (system.state.time, system.state.momentum);
-        let lambda = mu + probe.covector::<Dd, N>() * (Dd::exact(0.5) * mu.amax());
+        let lambda = mu + probe.covector::<Dd, N>() * (Dd::exact(0.5) * unit_of(&mu));
         let h_f = ForcedHamiltonian::new(&system.lagrangian, &system.force, &system.retraction);
         let planted = PlantedHamiltonian { hamiltonian: &h_f, fault: self.fault };
         let other = LegendreHamiltonian::new(&h_f.system);

@@ -3,7 +3,7 @@
 use super::super::integrators::refused as step_refused;
 use super::super::planted::blend_scalar;
 use super::super::precision::{Measured, each_main_small, settle_main_small};
-use super::super::probe::{Probe, stream};
+use super::super::probe::{Probe, stream, unit_of};
 use super::super::subjects::PlantedForced;
 use super::super::{CaseLaw, Source};
 use super::{
@@ -257,7 +257,7 @@ impl Check<'_> {
     ) -> Result<Vec<DoubledStep<T, N, D>>, Measured> {
         let mut probe = Probe::new(self.case, stream::MOMENTA_OFF_UNITS);
         let state = &system.state;
-        let scale = state.momentum.amax() * T::exact(0.125);
+        let scale = unit_of(&state.momentum) * T::exact(0.125);
         let (lambda, mu) =
             (state.momentum + probe.covector::<T, N>() * scale, state.momentum + probe.covector::<T, N>() * scale);
         let x = probe.vector::<T, N>() * T::exact(0.03125);
