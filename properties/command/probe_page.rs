@@ -32,7 +32,7 @@ fn a_right_stepper_has_a_page_with_its_orders_and_its_claims() {
     let page = page(&here, &options, &["python3", &stepper], 0);
     let text = complete(&page, &SECTIONS);
     for wanted in [
-        "Nothing is broken, and every claim is confirmed (4 laws on 8 cases).",
+        "Nothing is broken, and every claim is confirmed (6 laws on 12 cases).",
         "conserves momentum",
         "momentum: order ",
         "attitude: order ",
