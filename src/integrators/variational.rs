@@ -56,9 +56,7 @@ impl<T: Real> Default for Settings<T> {
 /// A relative residual of so many units of round-off is what rounding leaves.
 pub(super) const SETTLED: i64 = 16;
 
-/// Of a residual that counts many times no less is asked for than this, in units of round-off times as many; and no more than that is taken for
-/// rounding: stages are sums of terms of other coordinates.
-const LEFT: i64 = 4;
+/// What rounding leaves of a residual that counts many times, in units of round-off times as many: stages are sums of terms of other coordinates.
 const ROUNDED: i64 = 1 << 10;
 
 /// The last change of the stages between two evaluations of the scheme is so many times smaller than the residual of the first: the next
@@ -344,9 +342,10 @@ where
 
     /// Replaces the relative residual at which the stage equations count as solved; never below that of the default.
     pub(super) fn set_tolerance(&mut self, tolerance: T) {
-        let (default, rounding) = (Settings::<T>::default(), T::unit_roundoff() * self.work.factors.most());
-        self.settings.tolerance = default.tolerance.max(tolerance).max(rounding * T::int(LEFT));
-        self.settings.floor = default.floor.max(tolerance).max(rounding * T::int(ROUNDED));
+        let default = Settings::<T>::default();
+        self.settings.tolerance = default.tolerance.max(tolerance);
+        let rounding = T::int(ROUNDED) * T::unit_roundoff() * self.work.factors.most();
+        self.settings.floor = default.floor.max(tolerance).max(rounding);
     }
 
     /// Replaces what a residual of each coordinate counts; before the tolerance.
