@@ -292,7 +292,11 @@ fn streams_and_pipes_are_written_as_they_are() {
     let rows = stdout(&run(&here, &["integrate", "system.toml"])).to_owned();
     for name in ["-", "/dev/stdout"] {
         let output = run(&here, &["integrate", "system.toml", "--out", name]);
-        assert_eq!((code(&output), stdout(&output), beside_notes(&output)), (0, rows.as_str(), String::new()), "{name}");
+        assert_eq!(
+            (code(&output), stdout(&output), beside_notes(&output)),
+            (0, rows.as_str(), String::new()),
+            "{name}"
+        );
         // Behind what is there already.
         let log = fs::File::create(here.join("log")).unwrap();
         assert!(command(&here, &["integrate", "system.toml", "--out", name]).stdout(log).status().unwrap().success());
