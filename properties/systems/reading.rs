@@ -95,9 +95,9 @@ fn a_tableau_file_that_is_wrong_is_an_error_at_its_name() {
         (".", "method.tableau-file: .: "),
         ("syntax.toml", "syntax.toml: line "),
         ("key.toml", "key.toml: line 3, column 1: unknown field `stages`"),
-        ("entry.toml", "entry.toml: entry a_12: `x` is not a number"),
+        ("entry.toml", "entry.toml: line 1, column 10: entry a_12: `x` is not a number"),
         ("weight.toml", "weight.toml: "),
-        ("digits.toml", "digits.toml: line 1: a number with 21 digits"),
+        ("digits.toml", "digits.toml: line 1, column 7: a number with 21 digits"),
         ("rows.json", "rows.json: "),
     ] {
         refused(&format!("tableau-file = \"{name}\""), &beside, value, wanted);

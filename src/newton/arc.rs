@@ -238,7 +238,7 @@ impl<T: Real> Arc<T> {
             let ended = self.step(equations, &mut walk, (over.unwrap_or(step), over.is_some()), settings);
             let ended = match ended {
                 Err(error) => {
-                    not_evaluated = Some(error);
+                    not_evaluated = Some((self.fraction(&self.next), error));
                     Ended::Off
                 }
                 Ok(Ended::Back { step }) if over.is_none() => match self.fold(equations, &walk, step, settings) {
@@ -250,8 +250,10 @@ impl<T: Real> Arc<T> {
             match ended {
                 Ended::On { step: moved, apart, jacobians, level, residual } => {
                     self.go_on(moved);
-                    (walk.level, walk.last, not_evaluated, may_cross) = (level, Some(moved), None, true);
+                    (walk.level, walk.last, may_cross) = (level, Some(moved), true);
                     let reached = self.fraction(&self.point);
+                    // Where the equations had no value the branch has passed by.
+                    not_evaluated = not_evaluated.filter(|(there, _)| *there > reached);
                     if reached >= T::one() {
                         return Ok(Outcome { iterations: walk.iterations, residual, shortened: walk.shortened });
                     }
@@ -266,7 +268,7 @@ impl<T: Real> Arc<T> {
             }
         }
         let reached = self.fraction(&self.point);
-        Err(not_evaluated.map_or(Failure::TooLong { fraction: reached }, Failure::Equations))
+        Err(not_evaluated.map_or(Failure::TooLong { fraction: reached }, |(_, error)| Failure::Equations(error)))
     }
 
     /// So much, relative to the last point.

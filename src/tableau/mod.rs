@@ -204,7 +204,7 @@ impl<T: Real> Tableau<T> {
 }
 
 /// Numbers that agree to so many places are told apart by their difference.
-const ALIKE: f64 = 1e-6;
+const ALIKE: f64 = 1e-9;
 
 /// 1 + `excess`, so that it is not read as 1.
 fn near_one(excess: f64) -> String {
