@@ -4,7 +4,7 @@ use super::integrators::{refused, show, size_of, subject};
 use super::planted::retraction::{ADJOINT_INVERTED, RIGHT_TANGENT, SHIFTED};
 use super::planted::step::{CHART, FIRST_STAGE, FORCE_INDEX, FORCE_TIME, NO_FORCE, NOT_TRANSPORTED, UNCONJUGATED};
 use super::precision::{Measured, settle_small};
-use super::probe::{Probe, stream};
+use super::probe::{Probe, stream, unit_of};
 use super::subjects::{HALF_FORCE, LEFT_FOR_RIGHT, NO_FORCE_DERIVATIVE, PlantedForced};
 use super::{CaseLaw, Source};
 use crate::algebra::{Covector, Matrix, Vector};
@@ -167,7 +167,7 @@ impl Check<'_> {
         let legendre = |source| StepError::Legendre { step: h.to_f64(), source };
         let eta = system.lagrangian.velocity(&start.momentum, &Vector::zeros()).map_err(legendre)?;
         let mut probe = Probe::new(self.case, stream::DOUBLED_STAGES);
-        let spread = eta.amax() * T::exact(0.125);
+        let spread = unit_of(&eta) * T::exact(0.125);
         let rates: Vec<Vector<T, N>> =
             (0..system.tableau.stages()).map(|_| eta + probe.vector::<T, N>() * spread).collect();
         let unit = DoubledState::unit(start.time, start.momentum);
@@ -199,7 +199,7 @@ impl Check<'_> {
         let legendre = |source| StepError::Legendre { step: h.to_f64(), source };
         let domain = |source: RetractionError| StepError::Domain { step: h.to_f64(), stage: None, source };
         let eta = system.lagrangian.velocity(&system.state.momentum, &Vector::zeros()).map_err(legendre)?;
-        let psi = eta + probe.vector::<T, N>() * (eta.amax() * T::exact(0.125));
+        let psi = eta + probe.vector::<T, N>() * (unit_of(&eta) * T::exact(0.125));
         let relative = system.retraction.tau(&(probe.vector::<T, N>() * T::exact(1.0 / 32.0))).map_err(domain)?;
         let partials = lagrangian.partials(system.state.time, &eta, &relative, &psi).map_err(domain)?;
         let attitude = system.state.attitude;

@@ -3,7 +3,7 @@
 use super::planted::retraction::Plant;
 use super::polynomial::Polynomial;
 use super::precision::{Measured, of_relative, settle_main_small};
-use super::probe::{Probe, stream};
+use super::probe::{Probe, stream, unit_of};
 use super::subjects::*;
 use super::{CaseLaw, Source};
 use crate::algebra::{Covector, Matrix, Vector, elimination, pair};
@@ -387,7 +387,7 @@ impl Stationary<'_> {
             Ok((found.eta, found.u, found.psi))
         };
         let eta = system.lagrangian.velocity(&system.state.momentum, &Vector::zeros())?;
-        let psi = eta + probe.vector::<f64, N>() * 0.25 * eta.amax();
+        let psi = eta + probe.vector::<f64, N>() * 0.25 * unit_of(&eta);
         let u = system.retraction.tau(&(probe.vector::<f64, N>() * 0.125))?;
         let initial = (eta, u, psi);
         let (eta_rate, u_rate, psi_rate) = flow(start, &initial)?;

@@ -2,7 +2,7 @@
 
 use super::polynomial::Polynomial;
 use super::precision::{Measured, settle_main_small};
-use super::probe::{Probe, stream};
+use super::probe::{Probe, stream, unit_of};
 use super::subjects::*;
 use super::{CaseLaw, Source};
 use crate::algebra::{Matrix, Vector, elimination, pair};
@@ -253,7 +253,7 @@ fn anywhere<T: Real, const N: usize, const D: usize, R: Retraction<T, N, D>, L: 
     probe: &mut Probe,
 ) -> Result<Point<T, N, D>, VelocityError> {
     let eta = system.lagrangian.velocity(&system.state.momentum, &Vector::zeros())?;
-    let psi = eta + probe.vector::<T, N>() * (T::exact(0.25) * eta.amax());
+    let psi = eta + probe.vector::<T, N>() * (T::exact(0.25) * unit_of(&eta));
     let u = system.retraction.tau(&(probe.vector::<T, N>() * T::exact(0.25)))?;
     Ok(Point { time: system.state.time, eta, u, psi })
 }

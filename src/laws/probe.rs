@@ -5,6 +5,7 @@
 
 use crate::algebra::{Covector, Vector};
 use crate::scalar::{Real, Scalar};
+use nalgebra::SMatrix;
 use std::fmt::Debug;
 
 /// The stream of a case.
@@ -65,9 +66,9 @@ impl Probe {
     }
 }
 
-/// The size of a momentum, of which distances from it are shares; 1 at rest.
-pub fn unit_of<T: Real, const N: usize>(mu: &Covector<T, N>) -> T {
-    let size = mu.amax();
+/// The size of a velocity or a momentum, of which distances from it are shares; 1 at rest.
+pub fn unit_of<T: Real, const R: usize, const C: usize>(point: &SMatrix<T, R, C>) -> T {
+    let size = point.amax();
     if size == T::zero() { T::one() } else { size }
 }
 

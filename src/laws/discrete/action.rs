@@ -181,7 +181,7 @@ impl Check<'_> {
         let mut probe = Probe::new(self.case, stream::POINT_OFF_UNITS);
         let eta = system.lagrangian.velocity(&system.state.momentum, &Vector::zeros());
         let eta = eta.map_err(|_| Measured::Inconclusive("the Legendre transform could not be inverted".into()))?;
-        let speed = eta.amax() * T::exact(0.125);
+        let speed = unit_of(&eta) * T::exact(0.125);
         let mut displacement = || (eta + probe.vector::<T, N>() * speed) * system.step;
         let (v, w) = (displacement(), displacement());
         let x = probe.vector::<T, N>() * T::exact(0.03125);

@@ -4,7 +4,7 @@
 use super::super::differences::{compared, slope};
 use super::super::planted::retraction::SHIFTED;
 use super::super::precision::{Measured, each_main_small, settle_main_small};
-use super::super::probe::{Probe, stream};
+use super::super::probe::{Probe, stream, unit_of};
 use super::super::subjects::{
     COUPLING_SUM, FIRST_COPY_ONLY, HALF_FORCE, LEFT_FOR_RIGHT, LEGENDRE_ON_UNITS, LEGENDRE_SIGN, NO_FORCE_DERIVATIVE,
     PLUS, PlantedForced, TIME_SHIFT, legendre,
@@ -231,7 +231,7 @@ fn start<T: Real, const N: usize, const D: usize, R: Retraction<T, N, D>, L: Lag
 ) -> Result<Start<T, N, D>, ExactError> {
     let time = system.state.time;
     let eta = system.lagrangian.velocity(&system.state.momentum, &Vector::zeros()).map_err(at(time))?;
-    let psi = eta + probe.vector::<T, N>() * (eta.amax() * T::exact(0.125));
+    let psi = eta + probe.vector::<T, N>() * (unit_of(&eta) * T::exact(0.125));
     let u = system.retraction.tau(&(probe.vector::<T, N>() * T::exact(1.0 / 16.0))).map_err(at(time))?;
     Ok(Start { time, eta, u, psi })
 }
@@ -347,7 +347,7 @@ impl Check<'_> {
         let (l, f, r) = (&system.lagrangian, &system.force, &system.retraction);
         let mut probe = Probe::new(self.case, stream::EXACT_SOLUTION);
         let begin = start(system, &mut probe)?;
-        let third = begin.eta - probe.vector::<T, N>() * (begin.eta.amax() * T::exact(0.125));
+        let third = begin.eta - probe.vector::<T, N>() * (unit_of(&begin.eta) * T::exact(0.125));
         let forced = Forced::new(l, f, r);
         let planted = PlantedForced { doubled: &forced, fault: self.fault };
         let exact = ExactSolution::new::<D>(planted, r, STAGES)?;
