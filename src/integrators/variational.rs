@@ -56,7 +56,9 @@ impl<T: Real> Default for Settings<T> {
 /// A relative residual of so many units of round-off is what rounding leaves.
 pub(super) const SETTLED: i64 = 16;
 
-/// What rounding leaves of a residual that counts many times, in units of round-off times as many: stages are sums of terms of other coordinates.
+/// Of a residual that counts many times no less is asked for than this, in units of round-off times as many; and no more than that is taken for
+/// rounding: stages are sums of terms of other coordinates.
+const LEFT: i64 = 4;
 const ROUNDED: i64 = 1 << 10;
 
 /// The last change of the stages between two evaluations of the scheme is so many times smaller than the residual of the first: the next
@@ -163,12 +165,14 @@ struct Work<T: Real, const N: usize> {
 pub(super) struct Factors<T, const N: usize> {
     pub momenta: [T; N],
     pub displacements: [T; N],
+    /// How many times more than another a momentum counts, at most, of which it may have the rounding.
+    pub spread: T,
 }
 
 impl<T: Real, const N: usize> Factors<T, N> {
     /// Once.
     pub fn ones() -> Self {
-        Self { momenta: [T::one(); N], displacements: [T::one(); N] }
+        Self { momenta: [T::one(); N], displacements: [T::one(); N], spread: T::one() }
     }
 
     /// The largest of a momentum.
@@ -342,10 +346,9 @@ where
 
     /// Replaces the relative residual at which the stage equations count as solved; never below that of the default.
     pub(super) fn set_tolerance(&mut self, tolerance: T) {
-        let default = Settings::<T>::default();
-        self.settings.tolerance = default.tolerance.max(tolerance);
-        let rounding = T::int(ROUNDED) * T::unit_roundoff() * self.work.factors.most();
-        self.settings.floor = default.floor.max(tolerance).max(rounding);
+        let (default, rounding) = (Settings::<T>::default(), T::unit_roundoff() * self.work.factors.spread);
+        self.settings.tolerance = default.tolerance.max(tolerance).max(rounding * T::int(LEFT));
+        self.settings.floor = default.floor.max(tolerance).max(rounding * T::int(ROUNDED));
     }
 
     /// Replaces what a residual of each coordinate counts; before the tolerance.

@@ -290,7 +290,7 @@ where
     L: Lagrangian<f64, N>,
     F: Force<f64, N>,
 {
-    let mut branch = Branch { rates: step.origin(eta), equations: step, rough: None, close: false };
+    let mut branch = Branch { rates: step.origin(eta), equations: step, rough: None, close: false, size: 0.0 };
     for part in 1..=parts {
         branch
             .newton(f64::from(part) / f64::from(parts), None, 0.0)
@@ -325,7 +325,7 @@ impl Visitor<Dd> for Oracle<'_> {
         let quad = self.quad.then(|| step.taken(self.fault));
         let taken: Vec<_> = std::iter::once(self.taken).chain(quad).collect();
         let mut branch =
-            Branch { rates: step.origin(&eta), equations: &mut step, rough: Some(self.rough), close: false };
+            Branch { rates: step.origin(&eta), equations: &mut step, rough: Some(self.rough), close: false, size: 0.0 };
         let end = match taken.iter().all(|taken| matches!(taken, Err(Refusal::Other(_)))) {
             true => End::Lost,
             false => branch.follow(),
@@ -447,6 +447,8 @@ struct Branch<'a, T> {
     rates: Vec<T>,
     /// Whether increments are below [`CLOSE`].
     close: bool,
+    /// From rest H has no size of its own: that of the correction to the whole step.
+    size: f64,
 }
 
 /// What Newton's method found.
@@ -614,7 +616,7 @@ impl<T: Real> Branch<'_, T> {
         let [.., here] = points else { return Err(Lost) };
         let before = points.len().checked_sub(2).and_then(|k| points.get(k));
         let (ahead, length) = (here.predict(before, target), target - here.share);
-        let slight = self.extent() * SLIGHT;
+        let slight = self.extent().max(self.size) * SLIGHT;
         let chord = ahead.amax() + slight;
         for (rate, d) in self.rates.iter_mut().zip(ahead.iter()) {
             *rate += T::exact(*d);
@@ -665,6 +667,11 @@ impl<T: Real> Branch<'_, T> {
     fn follow(&mut self) -> End {
         let Ok(start) = self.newton(0.0, None, 0.0) else { return End::Lost };
         let Ok(tangent) = self.tangent(0.0, &start, false) else { return End::Lost };
+        if self.extent() == 0.0
+            && let Ok(right) = self.equations.residual(T::one(), &self.rates)
+        {
+            self.size = start.factors.solve(&right).map_or(0.0, |correction| extent(&correction));
+        }
         let mut negative = start.negative;
         let (rates, settled) = (self.rates.clone(), Settled::Full);
         let mut points = vec![Point { share: 0.0, rates, tangent, chord: 0.0, settled }];

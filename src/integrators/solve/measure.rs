@@ -32,6 +32,8 @@ pub(super) struct Blocks<const N: usize> {
     first: [usize; N],
     /// Whether it is an angle: without a unit.
     angle: [bool; N],
+    /// A number for each direct factor of the algebra.
+    factor: [usize; N],
 }
 
 impl<const N: usize> Blocks<N> {
@@ -49,6 +51,7 @@ impl<const N: usize> Blocks<N> {
         Self {
             first: std::array::from_fn(|a| (0..a).find(|&b| same(a, b)).unwrap_or(a)),
             angle: std::array::from_fn(|a| !free(a) && unit[a].abs() < SAME),
+            factor,
         }
     }
 
@@ -282,8 +285,14 @@ impl<T: Real, const N: usize> Measure<T, N> {
             let moves = (0..N).map(|c| of(self.size, self.mobility[(c, a)], self.velocity[c]));
             moves.fold(of(self.size, T::one(), self.momentum[a]), larger)
         };
+        let momenta: [T; N] = std::array::from_fn(|a| momentum(a).max(T::one()));
+        // The terms of one direct factor are not in the stages of another.
+        let beside = |a: usize| (0..N).filter(move |&b| self.blocks.factor[b] == self.blocks.factor[a]);
+        let least = |a: usize| beside(a).fold(momenta[a], |least, b| least.min(momenta[b]));
+        let spread = (0..N).fold(T::one(), |most, a| larger(most, momenta[a] / least(a)));
         Factors {
-            momenta: std::array::from_fn(|a| momentum(a).max(T::one())),
+            momenta,
+            spread,
             displacements: std::array::from_fn(|a| of(far, T::one(), self.displacement[a]).max(T::one())),
         }
     }

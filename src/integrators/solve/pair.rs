@@ -463,7 +463,7 @@ where
             (error, unexplained) = (judge(T::zero(), &rounding), judge(noise, &rounding));
             rounded = measure.shifted(&rounding) > plan.allowed;
         }
-        let noise = residual.max(T::unit_roundoff() * factors.most());
+        let noise = residual.max(T::unit_roundoff() * factors.spread);
         Ok(Attempt { error, unexplained, residual, noise, effort, rounded })
     }
 
