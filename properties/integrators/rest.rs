@@ -164,7 +164,7 @@ fn kernels_in_lanes_do_the_same() {
     let torque = ByLane::new(Torque::Ramp).unwrap();
     let names = TABLEAUX.iter().filter(|name| tableau::<f64>(name).stages() <= 8);
     for name in names {
-        let mut fast = VariationalSo3::new(body(), torque.clone(), ExponentialSo3::new(), tableau(name)).unwrap();
+        let mut fast = VariationalSo3::new(body(), torque, ExponentialSo3::new(), tableau(name)).unwrap();
         is_ramped(&run(&mut fast, 0.1, 30, name), false, 1e-14, name);
     }
 }
