@@ -253,23 +253,31 @@ impl<T: Real, const N: usize> Stages<T, N> {
         }
     }
 
-    /// The largest |self − x|, that of each component times its factor, and the largest |self|, of all components; NaN if there is one.
+    /// The largest |self − x|, that of each component times its factor if there are factors, and the largest |self|, of all components; NaN if
+    /// there is one.
     #[inline]
-    pub(super) fn change(&self, x: &Self, factors: &[T; N]) -> (T, T) {
-        if wide::<T>(self.places) { self.changed::<LANES>(x, factors) } else { self.changed::<1>(x, factors) }
+    pub(super) fn change(&self, x: &Self, factors: Option<&[T; N]>) -> (T, T) {
+        match factors {
+            None => self.counted(x, |_, change| change),
+            Some(factors) => self.counted(x, |a, change| change * factors[a]),
+        }
     }
 
     #[inline(always)]
-    fn changed<const W: usize>(&self, x: &Self, factors: &[T; N]) -> (T, T) {
+    fn counted(&self, x: &Self, count: impl Fn(usize, T) -> T) -> (T, T) {
+        if wide::<T>(self.places) { self.changed::<LANES>(x, count) } else { self.changed::<1>(x, count) }
+    }
+
+    #[inline(always)]
+    fn changed<const W: usize>(&self, x: &Self, count: impl Fn(usize, T) -> T) -> (T, T) {
         let (mut change, mut size) = ([T::zero(); W], [T::zero(); W]);
         let mut sum = [T::zero(); W];
         for (k, (these, those)) in self.values.chunks_exact(W).zip(x.values.chunks_exact(W)).enumerate() {
-            let factor = factors[k * W / self.places];
             let (these, those) = (lanes::<W, T>(these), lanes::<W, T>(those));
             for lane in 0..W {
                 let difference = these[lane] - those[lane];
                 sum[lane] += difference;
-                change[lane] = larger(change[lane], difference.abs() * factor);
+                change[lane] = larger(change[lane], count(k * W / self.places, difference.abs()));
                 size[lane] = larger(size[lane], these[lane].abs());
             }
         }

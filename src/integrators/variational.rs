@@ -156,8 +156,8 @@ struct Work<T: Real, const N: usize> {
     after_impulse: Covector<T, N>,
     /// ξ.
     increment: Vector<T, N>,
-    /// What changes count.
-    factors: Factors<T, N>,
+    /// What changes count, where not once.
+    factors: Option<Factors<T, N>>,
 }
 
 /// How many times a change of each coordinate counts, where all are relative to the largest.
@@ -170,11 +170,6 @@ pub(super) struct Factors<T, const N: usize> {
 }
 
 impl<T: Real, const N: usize> Factors<T, N> {
-    /// Once.
-    pub fn ones() -> Self {
-        Self { momenta: [T::one(); N], displacements: [T::one(); N], spread: T::one() }
-    }
-
     /// The largest of a momentum.
     pub fn most(&self) -> T {
         self.momenta.iter().fold(T::one(), |most, &factor| most.max(factor))
@@ -195,7 +190,7 @@ impl<T: Real, const N: usize> Work<T, N> {
             next_displacements: zeros,
             after_impulse: Covector::zeros(),
             increment: Vector::zeros(),
-            factors: Factors::ones(),
+            factors: None,
         }
     }
 }
@@ -346,14 +341,17 @@ where
 
     /// Replaces the relative residual at which the stage equations count as solved; never below that of the default.
     pub(super) fn set_tolerance(&mut self, tolerance: T) {
-        let (default, rounding) = (Settings::<T>::default(), T::unit_roundoff() * self.work.factors.spread);
+        let (default, rounding) = (
+            Settings::<T>::default(),
+            T::unit_roundoff() * self.work.factors.as_ref().map_or(T::one(), |of| of.spread),
+        );
         self.settings.tolerance = default.tolerance.max(tolerance).max(rounding * T::int(LEFT));
         self.settings.floor = default.floor.max(tolerance).max(rounding * T::int(ROUNDED));
     }
 
     /// Replaces what a residual of each coordinate counts; before the tolerance.
     pub(super) fn set_factors(&mut self, factors: Factors<T, N>) {
-        self.work.factors = factors;
+        self.work.factors = Some(factors);
     }
 
     /// The next step, if it is one of size `step` from this momentum, starts from these stage velocities.
@@ -717,7 +715,7 @@ where
 
     /// Newton's method on r(H) along h: at the full step at once it may find a root that does not continue from h = 0.
     fn newton(&mut self, problem: &Problem<T, N, D>, eta: &Vector<T, N>, spent: usize) -> Result<Report<T>, StepError> {
-        let (step, factor) = (problem.step.to_f64(), self.work.factors.most());
+        let (step, factor) = (problem.step.to_f64(), self.work.factors.as_ref().map_or(T::one(), Factors::most));
         for (i, v) in self.origin.iter_mut().enumerate() {
             *v = eta[i % N];
         }
@@ -926,8 +924,9 @@ impl<T: Real, L, F, R> Scheme<T, L, F, R> {
         let total = work.gradients.sum(self.tableau.b().as_slice()).transpose() * h;
         work.next_momenta.advance(&self.conjugate, &work.gradients, h, Some(&(end - total)));
         work.next_displacements.advance(&self.weights, &work.rates, h, None);
-        let (change, size) = work.next_momenta.change(&work.momenta, &work.factors.momenta);
-        let (shift, mut extent) = work.next_displacements.change(&work.displacements, &work.factors.displacements);
+        let (change, size) = work.next_momenta.change(&work.momenta, work.factors.as_ref().map(|of| &of.momenta));
+        let (shift, mut extent) =
+            work.next_displacements.change(&work.displacements, work.factors.as_ref().map(|of| &of.displacements));
         let size = larger(size, larger(largest(&end), largest(&total)));
         // Rounding of forces that cancel is relative to them, and displacements are as the momenta.
         let loaded = size.max(load * h.abs());

@@ -127,8 +127,9 @@ impl<T: Real, L, F, R> Scheme<T, L, F, R> {
         self.gather(problem, own);
         own.next_momenta.add(&own.momentum_shifts);
         own.next_displacements.add(&own.displacement_shifts);
-        let (change, size) = own.next_momenta.change(&own.momenta, &work.factors.momenta);
-        let (shift, mut extent) = own.next_displacements.change(&work.displacements, &work.factors.displacements);
+        let (change, size) = own.next_momenta.change(&own.momenta, work.factors.as_ref().map(|of| &of.momenta));
+        let (shift, mut extent) =
+            own.next_displacements.change(&work.displacements, work.factors.as_ref().map(|of| &of.displacements));
         let size = larger(size, largest(&problem.momentum));
         // As in the scheme: rounding of forces that cancel is relative to them, and displacements are as the momenta.
         let loaded = size.max(load * problem.step.abs());
