@@ -3,7 +3,7 @@
 use super::{code, command, directory, run, stderr, stdout};
 use std::fs;
 use std::path::Path;
-use std::process::{Command, Output, Stdio};
+use std::process::{Command, Stdio};
 use std::time::{Duration, Instant};
 
 /// A heavy top that is drawn to rest: nutation, and two events, of which the second ends the run.
@@ -122,35 +122,6 @@ fn options_without_effect_beside_a_tolerance_are_refused() {
         let output = run(&here, &[&["integrate", "top.toml", "--out", "kept.csv"][..], &other].concat());
         assert!(code(&output) == 2 && stderr(&output).contains("nowhere"), "{}", stderr(&output));
         assert_eq!(fs::read_to_string(here.join("kept.csv")).unwrap(), "rows\n");
-    }
-}
-
-#[test]
-fn in_64_digits_there_are_fixed_steps_with_all_digits() {
-    let here = directory("tolerance-64-digits");
-    file(&here, "top.toml", &[]);
-    fs::write(here.join("system.toml"), stdout(&run(&here, &["integrate", "--example"]))).unwrap();
-    fs::write(here.join("states.csv"), "mu_1,mu_2,mu_3\n1,2,3\n").unwrap();
-    let (fine, finest) =
-        (&["integrate", "system.toml", "--scalar", "dd"], &["integrate", "system.toml", "--scalar", "qd"]);
-    let (dd, qd) = (run(&here, fine), run(&here, finest));
-    assert_eq!((code(&dd), code(&qd)), (0, 0), "{}", stderr(&qd));
-    let entry = |output: &Output| stdout(output).lines().last().unwrap().split(',').nth(1).unwrap().to_owned();
-    let (dd, qd) = (entry(&dd), entry(&qd));
-    assert!(qd.len() > 62 && dd.len() < 40 && qd[..30] == dd[..30], "{dd} {qd}");
-    for (arguments, said) in [
-        (
-            &["integrate", "top.toml", "--scalar", "qd"][..],
-            "a tolerance is not applicable: in 64 digits there are trajectories",
-        ),
-        (
-            &["integrate", "system.toml", "--scalar", "qd", "--ensemble", "states.csv"],
-            "--ensemble is in 16 or 32 digits",
-        ),
-    ] {
-        let output = run(&here, arguments);
-        assert_eq!((code(&output), stdout(&output)), (2, ""), "{arguments:?}");
-        assert!(stderr(&output).contains(said), "{arguments:?}: {}", stderr(&output));
     }
 }
 

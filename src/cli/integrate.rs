@@ -18,7 +18,7 @@ use clap::builder::PossibleValuesParser;
 use columns::Columns;
 use ensemble::Task;
 use euler_poincare::file::{self, Output, text};
-use euler_poincare::scalar::{Dd, Qd};
+use euler_poincare::scalar::Dd;
 use euler_poincare::system::file::{Horizon, MAX_BYTES, MAX_STEPS, example, examples};
 use euler_poincare::system::solution::{End, Solved};
 use euler_poincare::system::tolerance::Times;
@@ -81,8 +81,8 @@ pub struct Arguments {
     /// A table of the events, with the columns of a row
     #[arg(long, value_name = "FILE.csv", value_parser = beside, conflicts_with = "ensemble")]
     events: Option<PathBuf>,
-    /// The arithmetic: f64 (16 digits), dd (32 digits) or qd (64 digits; fixed steps, dimension 1 to 6)
-    #[arg(long, value_parser = PossibleValuesParser::new(["f64", "dd", "qd"]))]
+    /// The arithmetic: f64 (16 digits) or dd (32 digits)
+    #[arg(long, value_parser = PossibleValuesParser::new(["f64", "dd"]))]
     scalar: Option<String>,
     /// The tableau, in place of that of the system file: a name (gauss-2, rk4, ...) or a tableau file, as `order` takes it
     #[arg(long, value_name = "NAME|FILE")]
@@ -130,7 +130,6 @@ pub fn run(arguments: Arguments) -> Result<ExitCode, Failure> {
     };
     let scalar = arguments.scalar.as_deref().map(|name| match name {
         "dd" => ScalarName::Dd,
-        "qd" => ScalarName::Qd,
         _ => ScalarName::F64,
     });
     let tableau = arguments.tableau.as_deref().map(Named::read).transpose()?;
@@ -159,7 +158,6 @@ pub fn run(arguments: Arguments) -> Result<ExitCode, Failure> {
     let code = match file.scalar {
         ScalarName::F64 => integrate::<f64>(&file, &paths),
         ScalarName::Dd => integrate::<Dd>(&file, &paths),
-        ScalarName::Qd => integrate::<Qd>(&file, &paths),
     }?;
     file.case.notes().iter().for_each(|note| complain(&format!("note: {note}")));
     Ok(code)
@@ -196,9 +194,6 @@ fn many(
 ) -> Result<ExitCode, Failure> {
     if arguments.every.is_some() && !arguments.statistics {
         return Err(Failure::Usage("--every with --ensemble is for --statistics: final states have no times".into()));
-    }
-    if file.scalar == ScalarName::Qd {
-        return Err(Failure::Usage("--ensemble is in 16 or 32 digits: take scalar \"f64\" or \"dd\"".into()));
     }
     if arguments.general && file.scalar == ScalarName::Dd {
         return Err(Failure::Usage(

@@ -16,7 +16,6 @@ use euler_poincare::harness::convergence::Estimate;
 use euler_poincare::laws::trial::{Digits, Judged, Trial};
 use euler_poincare::scalar::Dd;
 use euler_poincare::study::{Comparison, problem};
-use euler_poincare::system::case::MAIN_DIMENSIONS;
 use euler_poincare::system::file::MAX_BYTES;
 use euler_poincare::system::{Case, Reading, SystemFile};
 use euler_poincare::tableau::analysis::Findings;
@@ -66,7 +65,7 @@ pub struct Arguments {
     #[arg(long, value_name = "SYSTEM.toml")]
     system: Option<PathBuf>,
     /// The digits of the arithmetic [default: 32]
-    #[arg(long, value_parser = PossibleValuesParser::new(["16", "32", "64"]))]
+    #[arg(long, value_parser = PossibleValuesParser::new(["16", "32"]))]
     digits: Option<String>,
     /// The order that is claimed for the variational integrator with this tableau, in place of that of the file
     #[arg(long, value_name = "P", value_parser = clap::value_parser!(u32).range(1..=200))]
@@ -146,7 +145,6 @@ pub fn run(arguments: Arguments) -> Result<ExitCode, Failure> {
     let (description, mut analysis) = tableau(&arguments.tableau)?;
     let digits = match arguments.digits.as_deref() {
         Some("16") => Digits::Sixteen,
-        Some("64") => Digits::SixtyFour,
         _ => Digits::ThirtyTwo,
     };
     let mut declared_by = analysis.declared.map(|_| Source::File);
@@ -158,12 +156,6 @@ pub fn run(arguments: Arguments) -> Result<ExitCode, Failure> {
         Some(completion) => Description::Entries(completion.entries.clone()),
         None => description,
     };
-    if digits == Digits::SixtyFour && !MAIN_DIMENSIONS.contains(&case.dimension()) {
-        let dimension = case.dimension();
-        return Err(Failure::Usage(format!(
-            "--digits 64 is for algebras of dimension up to 6, and this one has {dimension}: use --digits 32"
-        )));
-    }
     let read = [Path::new(&arguments.tableau)].into_iter().chain(arguments.system.as_deref());
     let plot = arguments.plot.as_deref().map(|path| taken(path, read)).transpose()?;
     let judged = judge(&case, digits, horizon, &analysis, arguments.system.as_deref())?;

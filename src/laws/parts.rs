@@ -23,9 +23,10 @@ use crate::harness::{About, BoxedStrategy, Cost, Fault, Verdict, draw};
 use crate::laws::unbuilt;
 use crate::mechanics::Lagrangian;
 use crate::mechanics::lagrangian::AnyLagrangian;
+use crate::retraction::Retraction;
 use crate::scalar::{Dd, Number, Real};
 use crate::system::case::{Case, Drag, Force};
-use crate::system::dispatch::{General, Pairing};
+use crate::system::dispatch::{Pairing, System};
 use crate::system::rates::Rates;
 use crate::system::{CaseError, Cases};
 use std::marker::PhantomData;
@@ -65,11 +66,14 @@ trait Supplier {
     const COST: Option<Cost> = None;
 
     /// The part of a system; `None` where it has none.
-    fn part<const N: usize, const D: usize>(
+    fn part<const N: usize, const D: usize, R, Q>(
         case: &Case,
-        double: General<f64, N, D>,
-        quad: General<Dd, N, D>,
-    ) -> Option<Box<dyn Erased>>;
+        double: System<f64, N, D, R>,
+        quad: System<Dd, N, D, Q>,
+    ) -> Option<Box<dyn Erased>>
+    where
+        R: Retraction<f64, N, D> + Clone + Send + Sync + 'static,
+        Q: Retraction<Dd, N, D> + Clone + Send + Sync + 'static;
 
     /// Cases that have the part and what a law needs of it.
     fn cases(law: &About, cases: Cases) -> Cases;
@@ -81,7 +85,15 @@ struct Take<'a, K>(&'a Case, PhantomData<K>);
 impl<K: Supplier> Pairing for Take<'_, K> {
     type Output = Option<Box<dyn Erased>>;
 
-    fn pair<const N: usize, const D: usize>(self, double: General<f64, N, D>, quad: General<Dd, N, D>) -> Self::Output {
+    fn pair<const N: usize, const D: usize, R, Q>(
+        self,
+        double: System<f64, N, D, R>,
+        quad: System<Dd, N, D, Q>,
+    ) -> Self::Output
+    where
+        R: Retraction<f64, N, D> + Clone + Send + Sync + 'static,
+        Q: Retraction<Dd, N, D> + Clone + Send + Sync + 'static,
+    {
         K::part(self.0, double, quad)
     }
 }
@@ -152,11 +164,15 @@ struct OfAlgebra;
 impl Supplier for OfAlgebra {
     const LAWS: &'static [About] = algebra::LAWS;
 
-    fn part<const N: usize, const D: usize>(
+    fn part<const N: usize, const D: usize, R, Q>(
         _: &Case,
-        double: General<f64, N, D>,
-        quad: General<Dd, N, D>,
-    ) -> Option<Box<dyn Erased>> {
+        double: System<f64, N, D, R>,
+        quad: System<Dd, N, D, Q>,
+    ) -> Option<Box<dyn Erased>>
+    where
+        R: Retraction<f64, N, D> + Clone + Send + Sync + 'static,
+        Q: Retraction<Dd, N, D> + Clone + Send + Sync + 'static,
+    {
         Some(Box::new(UserAlgebra::at_both(
             WithCasimirs { algebra: double.algebra, casimirs: double.casimirs },
             WithCasimirs { algebra: quad.algebra, casimirs: quad.casimirs },
@@ -177,11 +193,15 @@ struct OfGroup;
 impl Supplier for OfGroup {
     const LAWS: &'static [About] = group::LAWS;
 
-    fn part<const N: usize, const D: usize>(
+    fn part<const N: usize, const D: usize, R, Q>(
         _: &Case,
-        double: General<f64, N, D>,
-        quad: General<Dd, N, D>,
-    ) -> Option<Box<dyn Erased>> {
+        double: System<f64, N, D, R>,
+        quad: System<Dd, N, D, Q>,
+    ) -> Option<Box<dyn Erased>>
+    where
+        R: Retraction<f64, N, D> + Clone + Send + Sync + 'static,
+        Q: Retraction<Dd, N, D> + Clone + Send + Sync + 'static,
+    {
         Some(Box::new(UserGroup::at_both(double.group?, quad.group?)))
     }
 
@@ -196,11 +216,15 @@ struct OfLagrangian;
 impl Supplier for OfLagrangian {
     const LAWS: &'static [About] = lagrangian::LAWS;
 
-    fn part<const N: usize, const D: usize>(
+    fn part<const N: usize, const D: usize, R, Q>(
         _: &Case,
-        double: General<f64, N, D>,
-        quad: General<Dd, N, D>,
-    ) -> Option<Box<dyn Erased>> {
+        double: System<f64, N, D, R>,
+        quad: System<Dd, N, D, Q>,
+    ) -> Option<Box<dyn Erased>>
+    where
+        R: Retraction<f64, N, D> + Clone + Send + Sync + 'static,
+        Q: Retraction<Dd, N, D> + Clone + Send + Sync + 'static,
+    {
         Some(Box::new(UserLagrangian::at_both(double.lagrangian, quad.lagrangian)))
     }
 
@@ -215,11 +239,15 @@ struct OfForce;
 impl Supplier for OfForce {
     const LAWS: &'static [About] = force::LAWS;
 
-    fn part<const N: usize, const D: usize>(
+    fn part<const N: usize, const D: usize, R, Q>(
         case: &Case,
-        double: General<f64, N, D>,
-        quad: General<Dd, N, D>,
-    ) -> Option<Box<dyn Erased>> {
+        double: System<f64, N, D, R>,
+        quad: System<Dd, N, D, Q>,
+    ) -> Option<Box<dyn Erased>>
+    where
+        R: Retraction<f64, N, D> + Clone + Send + Sync + 'static,
+        Q: Retraction<Dd, N, D> + Clone + Send + Sync + 'static,
+    {
         // A force that vanishes identically is rounding, of which nothing is claimed.
         let driven = Rates::of(case).is_some_and(|rates| rates.driven());
         let every = |claim: fn(&Force) -> bool| driven && case.forces.iter().all(claim);

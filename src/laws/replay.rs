@@ -11,7 +11,7 @@ use crate::file;
 use crate::harness::convergence::{Estimate, LevelKind};
 use crate::harness::evidence::{Evidence, gather};
 use crate::harness::{About, Fault, Law, Shrunk, Verdict, shrink_from, verdict_on};
-use crate::scalar::{Dd, Qd, Scalar};
+use crate::scalar::{Dd, Scalar};
 use crate::system::{Case, CaseError, Replay, snippet};
 use crate::tableau::variational_order;
 use rayon::prelude::*;
@@ -188,8 +188,7 @@ pub fn verdict_rows(verdict: &Verdict) -> Vec<(&'static str, String)> {
 fn unit(digits: u32) -> f64 {
     match digits {
         16 => f64::unit_roundoff(),
-        32 => Dd::unit_roundoff().to_f64(),
-        _ => Qd::unit_roundoff().to_f64(),
+        _ => Dd::unit_roundoff().to_f64(),
     }
 }
 
@@ -197,8 +196,7 @@ fn unit(digits: u32) -> f64 {
 pub(super) fn evidence_row(evidence: &Evidence) -> (&'static str, String) {
     let name = match evidence.digits() {
         16 => "16 digits",
-        32 => "32 digits",
-        _ => "64 digits",
+        _ => "32 digits",
     };
     let text = match evidence {
         Evidence::Defect { digits, defect, bound, .. } => {
@@ -264,7 +262,6 @@ fn elsewhere(
     let arithmetic = match digits {
         16 => Some(Digits::Sixteen),
         32 => Some(Digits::ThirtyTwo),
-        64 => Some(Digits::SixtyFour),
         _ => None,
     };
     let (Some(arithmetic), true, None) = (arithmetic, TRIED.contains(&law.about.name), fault) else {

@@ -1,4 +1,4 @@
-//! A tableau on trial: its order measured on a case, over a horizon and down to round-off, in 16, 32 or 64 digits.
+//! A tableau on trial: its order measured on a case, over a horizon and down to round-off, in 16 or 32 digits.
 
 use super::planted::retraction::Plant;
 use crate::algebra::{Covector, Matrix, Vector};
@@ -9,7 +9,7 @@ use crate::mechanics::Force;
 use crate::mechanics::Lagrangian;
 use crate::mechanics::equations::EulerPoincare;
 use crate::retraction::Retraction;
-use crate::scalar::{Dd, Qd, Real, convert};
+use crate::scalar::{Dd, Real, convert};
 use crate::study::guard::{Warning, warnings};
 use crate::study::least::{self, Answer, Shown};
 use crate::study::problem::{VARIATIONS, generic, varied};
@@ -25,17 +25,14 @@ pub enum Digits {
     Sixteen,
     /// Double-double; the reference likewise, of higher order and with more steps.
     ThirtyTwo,
-    /// Quad-double; the reference likewise. For algebras of dimension up to 6.
-    SixtyFour,
 }
 
 impl Digits {
-    /// 16, 32 or 64.
+    /// 16 or 32.
     pub fn number(self) -> u32 {
         match self {
             Self::Sixteen => 16,
             Self::ThirtyTwo => 32,
-            Self::SixtyFour => 64,
         }
     }
 
@@ -44,7 +41,6 @@ impl Digits {
         match self {
             Self::Sixteen => 1 << 16,
             Self::ThirtyTwo => 1 << 11,
-            Self::SixtyFour => 1 << 8,
         }
     }
 
@@ -53,7 +49,6 @@ impl Digits {
         match self {
             Self::Sixteen => 16,
             Self::ThirtyTwo => 28,
-            Self::SixtyFour => 48,
         }
     }
 }
@@ -106,7 +101,6 @@ impl Trial {
             Digits::ThirtyTwo => {
                 plan.run(|v| case.dispatch_with::<Dd, _>(&plain, v), |v| case.dispatch_with::<Dd, _>(&plain, v))
             }
-            Digits::SixtyFour => plan.run(|v| case.dispatch_main::<Qd, _>(v), |v| case.dispatch_main::<Qd, _>(v)),
         }
     }
 

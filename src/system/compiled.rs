@@ -3,19 +3,16 @@
 use super::case::Case;
 use super::ensemble::{Batch, Ensemble, MemberError, Origin};
 use super::error::CaseError;
-use super::file::{SystemFile, not_in_64_digits};
+use super::file::SystemFile;
 use super::solution::{Solved, solved};
 use super::trajectory::{Ended, Observer, Plan, Run};
-use crate::scalar::{Dd, Qd, Real};
+use crate::scalar::{Dd, Real};
 
 mod sealed {
     pub trait Sealed {}
 }
 
-/// A scalar in which whole systems run: `f64`, [`Dd`] and [`Qd`].
-///
-/// In [`Qd`] there are trajectories with fixed steps, of systems of dimension 1 to 6. A tolerance, ensembles and larger systems are
-/// errors there: the machine code would be larger than what it is used for.
+/// A scalar in which whole systems run: `f64` and [`Dd`].
 ///
 /// What works on systems of every dimension is large when it is compiled. As functions that are generic over nothing, the
 /// two here are in this library's object code; generic ones would be compiled again by the programs that call them.
@@ -66,23 +63,6 @@ macro_rules! compiled {
 }
 
 compiled!(f64, Dd);
-
-impl sealed::Sealed for Qd {}
-
-impl Compiled for Qd {
-    fn ensemble(_: &Ensemble, _: &[Origin<Self>], _: &mut dyn FnMut(&mut dyn Batch<Self>)) -> Result<(), MemberError> {
-        Err(MemberError { member: 0, source: not_in_64_digits("an ensemble").into() })
-    }
-
-    /// The step is the one that the laws compile.
-    fn trajectory(case: &Case, plan: Plan<Self>, observer: &mut dyn Observer<Self>) -> Result<Ended<Self>, CaseError> {
-        case.dispatch_main(Run { plan, observer, matrix_size: case.matrix_size() })
-    }
-
-    fn solution(file: &SystemFile, _: &mut dyn Observer<Self>) -> Result<Option<Solved<Self>>, CaseError> {
-        if file.adaptive.is_some() { Err(not_in_64_digits("a tolerance")) } else { Ok(None) }
-    }
-}
 
 impl Ensemble {
     /// Builds the members and hands them to `drive`.

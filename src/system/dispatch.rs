@@ -2,8 +2,7 @@
 //!
 //! The dimension N is a const generic of one of three classes: 3, 6 or 10, with matrices of size D = 4, 8 and 12, and one
 //! retraction type each; in dimension 3 it holds the closed forms of so(3) in its standard basis, too. A [`Visitor`] is
-//! compiled once for each class and each scalar: keep visitors small. Ensembles are compiled for so(3) with N = D = 3 and
-//! for N = 6 with D = 4 besides: they run for long, and smaller matrices are faster.
+//! compiled once for each class and each scalar: keep visitors small.
 //!
 //! A system of dimension n runs in the smallest class that holds it, next to N − n *spectators*: the algebra is g ⊕ ℝᴺ⁻ⁿ,
 //! the group G × ℝᴺ⁻ⁿ; the spectators have unit inertia, no force, and start at rest, where they stay. Coordinates and
@@ -111,17 +110,20 @@ pub(super) trait Workshop<T: Real> {
         R: Retraction<T, N, D> + Clone + Send + Sync + 'static;
 }
 
-/// A system with the retraction of a general algebra.
-pub(crate) type General<T, const N: usize, const D: usize> =
-    System<T, N, D, AnyRetraction<T, N, D, MatrixGroup<T, N, D>>>;
-
 /// What is done with a system in `f64` and the same in 32 digits.
 pub(crate) trait Pairing {
     /// The result.
     type Output;
 
     /// Does it.
-    fn pair<const N: usize, const D: usize>(self, double: General<f64, N, D>, quad: General<Dd, N, D>) -> Self::Output;
+    fn pair<const N: usize, const D: usize, R, Q>(
+        self,
+        double: System<f64, N, D, R>,
+        quad: System<Dd, N, D, Q>,
+    ) -> Self::Output
+    where
+        R: Retraction<f64, N, D> + Clone + Send + Sync + 'static,
+        Q: Retraction<Dd, N, D> + Clone + Send + Sync + 'static;
 }
 
 /// Builds and does nothing.
@@ -219,16 +221,18 @@ impl Case {
     /// Those of [`Case::dispatch_main`].
     pub(crate) fn dispatch_pair<P: Pairing>(&self, pairing: P) -> Result<P::Output, CaseError> {
         macro_rules! enter {
-            ($n:literal, $d:literal) => {
-                if self.fits($n, $d) {
-                    let double = self.assemble::<f64, $n, $d, _>(&|r| r, general)?;
-                    let quad = self.assemble::<Dd, $n, $d, _>(&|r| r, general)?;
-                    return Ok(pairing.pair(double, quad));
-                }
-            };
+            ($n:literal, $d:literal, $make:ident) => {{
+                let double = self.assemble::<f64, $n, $d, _>(&|r| r, $make)?;
+                let quad = self.assemble::<Dd, $n, $d, _>(&|r| r, $make)?;
+                Ok(pairing.pair(double, quad))
+            }};
         }
-        enter!(3, 4);
-        enter!(6, 8);
+        if self.fits(3, 4) {
+            return enter!(3, 4, of_three);
+        }
+        if self.fits(6, 8) {
+            return enter!(6, 8, general);
+        }
         Err(self.too_large(6))
     }
 
@@ -238,20 +242,11 @@ impl Case {
     /// A dimension that is not compiled in.
     pub(super) fn workshop<T: Real, V: Workshop<T>>(&self, workshop: V) -> Result<V::Output, CaseError> {
         macro_rules! enter {
-            ($n:literal, $d:literal) => {
-                if self.fits($n, $d) {
-                    return Ok(workshop.work::<$n, $d, _>(|case| case.assemble(&|r| r, general)));
-                }
+            ($n:literal, $d:literal, $make:ident) => {
+                Ok(workshop.work::<$n, $d, _>(|case| case.assemble(&|r| r, $make)))
             };
         }
-        if self.is_standard_so3() {
-            return Ok(workshop.work::<3, 3, _>(|case| case.assemble(&|r| r, standard)));
-        }
-        enter!(3, 4);
-        enter!(6, 4);
-        enter!(6, 8);
-        enter!(10, 12);
-        Err(self.too_large(10))
+        door!(self, enter, 6 => 8, 10 => 12)
     }
 
     /// Whether the algebra is so(3) in its standard basis, where retractions have closed forms.

@@ -205,9 +205,6 @@ pub enum ScalarName {
     /// `Dd`, about 32 digits.
     #[serde(rename = "dd")]
     Dd,
-    /// `Qd`, about 64 digits.
-    #[serde(rename = "qd")]
-    Qd,
 }
 
 /// `[output]`.

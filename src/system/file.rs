@@ -5,7 +5,6 @@
 //! the text.
 
 use super::case::{Case, Potential};
-use super::dispatch::has_class;
 use super::document::{Document, OutputTable, RunTable, ScalarName, no_steps};
 use super::error::{CaseError, Place, Problem, Segment};
 use super::force::KINDS;
@@ -319,15 +318,10 @@ impl SystemFile {
 
     /// Whether the run makes sense.
     fn check(&self) -> Result<(), CaseError> {
-        let (n, size) = (self.case.dimension(), self.case.matrix_size());
-        if self.scalar == ScalarName::Qd && !has_class(n, size, true) {
-            return Err(not_in_64_digits("a system of more than 6 dimensions, or with matrices larger than 8×8"));
-        }
         let Some(adaptive) = &self.adaptive else { return self.plan::<f64>().map(drop) };
         match self.scalar {
             ScalarName::F64 => self.solve_plan::<f64>().map(drop)?,
             ScalarName::Dd => self.solve_plan::<Dd>().map(drop)?,
-            ScalarName::Qd => return Err(not_in_64_digits("a tolerance")),
         }
         adaptive.expressions(&self.case).map(drop)
     }
@@ -491,10 +485,4 @@ pub fn examples() -> &'static [(&'static str, &'static str)] {
         "toda-lattice",
         "underwater-vehicle"
     )
-}
-
-/// What there is in `f64` and in [`Dd`] only.
-pub(super) fn not_in_64_digits(what: &'static str) -> CaseError {
-    let why = "in 64 digits there are trajectories with fixed steps, of systems of dimension 1 to 6; scalar = \"dd\" has no such limits".into();
-    Place::root().key("run").key("scalar").error(Problem::NotApplicable { what, why })
 }

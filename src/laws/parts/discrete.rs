@@ -8,24 +8,21 @@ use crate::harness::{About, Cost};
 use crate::mechanics::doubled::Forced;
 use crate::mechanics::force::AnyForce;
 use crate::mechanics::lagrangian::AnyLagrangian;
-use crate::retraction::AnyRetraction;
+use crate::retraction::Retraction;
 use crate::scalar::{Dd, Real};
-use crate::system::dispatch::General;
+use crate::system::dispatch::System;
 use crate::system::{Case, Cases};
 
-/// τ.
-type Tau<T, const N: usize, const D: usize> = AnyRetraction<T, N, D, MatrixGroup<T, N, D>>;
-
 /// l_d of a tableau for a forced system.
-type Action<T, const N: usize, const D: usize> =
-    StageLagrangian<T, Forced<AnyLagrangian<T, N>, AnyForce<T, N>, Tau<T, N, D>>, Tau<T, N, D>, N, D>;
+type Action<T, const N: usize, const D: usize, R> =
+    StageLagrangian<T, Forced<AnyLagrangian<T, N>, AnyForce<T, N>, R>, R, N, D>;
 
 /// Up to so many unknowns s N it is judged in 32 digits too: an evaluation of l_d is an iteration of Newton's.
 const MOST_UNKNOWNS: usize = 3;
 
-fn action<T: Real, const N: usize, const D: usize>(
-    system: General<T, N, D>,
-) -> Option<OnGroup<Action<T, N, D>, MatrixGroup<T, N, D>, Tau<T, N, D>>> {
+fn action<T: Real, const N: usize, const D: usize, R: Retraction<T, N, D> + Clone>(
+    system: System<T, N, D, R>,
+) -> Option<OnGroup<Action<T, N, D, R>, MatrixGroup<T, N, D>, R>> {
     let retraction = system.retraction;
     let forced = Forced::new(system.lagrangian, system.force, retraction.clone());
     let lagrangian = StageLagrangian::new(forced, retraction.clone(), system.tableau, system.step);
@@ -41,11 +38,15 @@ impl Supplier for OfDiscrete {
     /// An evaluation is an iteration of Newton's, and a law takes some fifty of them.
     const COST: Option<Cost> = Some(Cost::Expensive);
 
-    fn part<const N: usize, const D: usize>(
+    fn part<const N: usize, const D: usize, R, Q>(
         case: &Case,
-        double: General<f64, N, D>,
-        quad: General<Dd, N, D>,
-    ) -> Option<Box<dyn Erased>> {
+        double: System<f64, N, D, R>,
+        quad: System<Dd, N, D, Q>,
+    ) -> Option<Box<dyn Erased>>
+    where
+        R: Retraction<f64, N, D> + Clone + Send + Sync + 'static,
+        Q: Retraction<Dd, N, D> + Clone + Send + Sync + 'static,
+    {
         // V, U and W as near to e as those of motions with a velocity of at most 1.
         let largest = double.step.abs();
         let quad = match case.unknowns() {

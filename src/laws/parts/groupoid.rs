@@ -7,8 +7,9 @@ use super::{Erased, Supplier};
 use crate::groupoid::Arrow;
 use crate::groupoid::{DenseGroup, DenseSpace, Groupoid, TrivialGroupoid};
 use crate::harness::About;
+use crate::retraction::Retraction;
 use crate::scalar::{Dd, Real, Scalar, max_abs};
-use crate::system::dispatch::General;
+use crate::system::dispatch::System;
 use crate::system::{Case, Cases};
 use nalgebra::{DMatrix, DVector};
 
@@ -20,7 +21,10 @@ type Over<'a, T, S> = TrivialGroupoid<DenseSpace, &'a DenseGroup<T>, S>;
 
 impl<T: Real> Poisson<T> {
     /// That of a system; `None` where it has no group, or a group element is outside the domain of its retraction.
-    fn of<const N: usize, const D: usize>(case: &Case, system: &General<T, N, D>) -> Option<Self> {
+    fn of<const N: usize, const D: usize, R: Retraction<T, N, D>>(
+        case: &Case,
+        system: &System<T, N, D, R>,
+    ) -> Option<Self> {
         Material::draw(system.group.as_ref()?, &system.retraction, &mut Probe::new(case, stream::GROUPOID_OF_SYSTEM))
             .ok()
             .map(Self)
@@ -127,11 +131,15 @@ pub(super) struct OfGroupoid;
 impl Supplier for OfGroupoid {
     const LAWS: &'static [About] = groupoid::LAWS;
 
-    fn part<const N: usize, const D: usize>(
+    fn part<const N: usize, const D: usize, R, Q>(
         case: &Case,
-        double: General<f64, N, D>,
-        quad: General<Dd, N, D>,
-    ) -> Option<Box<dyn Erased>> {
+        double: System<f64, N, D, R>,
+        quad: System<Dd, N, D, Q>,
+    ) -> Option<Box<dyn Erased>>
+    where
+        R: Retraction<f64, N, D> + Clone + Send + Sync + 'static,
+        Q: Retraction<Dd, N, D> + Clone + Send + Sync + 'static,
+    {
         Some(Box::new(UserGroupoid::at_both(Poisson::of(case, &double)?, Poisson::of(case, &quad)?)))
     }
 
@@ -146,11 +154,15 @@ pub(super) struct OfLieGroupoid;
 impl Supplier for OfLieGroupoid {
     const LAWS: &'static [About] = groupoid::LIE_LAWS;
 
-    fn part<const N: usize, const D: usize>(
+    fn part<const N: usize, const D: usize, R, Q>(
         case: &Case,
-        double: General<f64, N, D>,
-        quad: General<Dd, N, D>,
-    ) -> Option<Box<dyn Erased>> {
+        double: System<f64, N, D, R>,
+        quad: System<Dd, N, D, Q>,
+    ) -> Option<Box<dyn Erased>>
+    where
+        R: Retraction<f64, N, D> + Clone + Send + Sync + 'static,
+        Q: Retraction<Dd, N, D> + Clone + Send + Sync + 'static,
+    {
         Some(Box::new(UserLieGroupoid::at_both(Poisson::of(case, &double)?, Poisson::of(case, &quad)?)))
     }
 

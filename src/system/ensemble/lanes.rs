@@ -6,9 +6,9 @@ use crate::integrators::so3::{EnsembleError, HalfAngle, LANES, Terms, UnfitTable
 use crate::integrators::so3::{EnsembleSo3, Member as Body};
 use crate::mechanics::lagrangian::AnyLagrangian;
 use crate::scalar::Real;
-use crate::system::So3Retraction;
 use crate::system::case::Case;
 use crate::system::dispatch::System;
+use crate::system::so3::{Retraction3, So3Retraction};
 use crate::tableau::Tableau;
 use std::any::Any;
 
@@ -49,8 +49,10 @@ impl Lanes {
     ) -> Option<Self> {
         let mut bodies = Vec::with_capacity(systems.len());
         for (system, member) in systems.iter().zip(members) {
-            let system = (*system as &dyn Any).downcast_ref::<System<f64, 3, 3, So3Retraction<f64>>>()?;
-            let state = (&member.state as &dyn Any).downcast_ref::<State<f64, 3, 3>>()?.clone();
+            let system = (*system as &dyn Any).downcast_ref::<System<f64, 3, 4, Retraction3<f64>>>()?;
+            let State { time, momentum, attitude } = (&member.state as &dyn Any).downcast_ref::<State<f64, 3, 4>>()?;
+            let attitude = attitude.fixed_view::<3, 3>(0, 0).into_owned();
+            let state = State { time: *time, momentum: *momentum, attitude };
             let AnyLagrangian::Quadratic(lagrangian) = system.lagrangian.kinetic() else { return None };
             if system.tableau.stages() > LANES {
                 return None;
@@ -59,8 +61,9 @@ impl Lanes {
             force.0.extend(case.loads_on_so3()?);
             bodies.push(Body { lagrangian: lagrangian.clone(), force, state });
         }
-        let first = (*systems.first()? as &dyn Any).downcast_ref::<System<f64, 3, 3, So3Retraction<f64>>>()?;
-        let (retraction, tableau) = (first.retraction.clone(), first.tableau.clone());
+        let first = (*systems.first()? as &dyn Any).downcast_ref::<System<f64, 3, 4, Retraction3<f64>>>()?;
+        let Retraction3::Closed(retraction) = first.retraction.clone() else { return None };
+        let tableau = first.tableau.clone();
         let together = together(&bodies, &retraction, &tableau).ok()?;
         Some(Self { going: (0..bodies.len()).collect(), retraction, tableau, bodies, together })
     }
@@ -79,7 +82,9 @@ impl Lanes {
                 let Some(state) = self.together.state(lane) else { continue };
                 let member = &mut members[k];
                 member.state.momentum.iter_mut().zip(state.momentum.iter()).for_each(|(x, y)| *x = T::exact(*y));
-                member.state.attitude.iter_mut().zip(state.attitude.iter()).for_each(|(x, y)| *x = T::exact(*y));
+                for (r, c) in (0..3).flat_map(|r| (0..3).map(move |c| (r, c))) {
+                    member.state.attitude[(r, c)] = T::exact(state.attitude[(r, c)]);
+                }
                 member.took(done);
                 self.bodies[k].state = state;
             }
