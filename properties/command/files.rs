@@ -181,7 +181,7 @@ fn a_killed_run_leaves_what_was_there() {
     const LONG: [&str; 6] = ["integrate", "system.toml", "--steps", "1000000000", "--out", "t.csv"];
     let lines: [Writes; 4] = [
         (&LONG, "t.csv"),
-        (&["order", "--tableau", "gauss-3", "--digits", "64", "--plot", "work.svg"], "work.svg"),
+        (&["order", "--tableau", "gauss-8", "--plot", "work.svg"], "work.svg"),
         (&["report", "campaign", "--plots", "100"], "campaign/report.html"),
         (&["paper", "--out", "."], "errors.csv"),
     ];

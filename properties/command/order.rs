@@ -111,14 +111,13 @@ fn a_wrong_declared_order_is_refuted() {
     assert_eq!(["3", "4"].map(claim), ["confirmed", "refuted"]);
 }
 
-/// Orders beyond the trees are exact where B, C and D prove them.
+/// Orders beyond the trees are exact where B, C and D prove them; to measure this one takes more than 32 digits.
 #[test]
 fn gauss_7_is_of_order_14() {
     let here = directory("order-gauss-7");
-    let (found, exit) = order(&here, &["--tableau", "gauss-7", "--digits", "64"]);
-    assert_eq!((exit, numbers(&found)), (0, [None, Some(14), Some(14)]), "{}", found["why"]);
+    let (found, exit) = order(&here, &["--tableau", "gauss-7"]);
+    assert_eq!((exit, numbers(&found)[1]), (3, Some(14)), "{}", found["why"]);
     assert_eq!(found["variational"]["at_least"].as_bool(), Some(false));
-    assert!((found["measured"]["slope"].as_f64().unwrap() - 14.0).abs() < 0.1, "{}", found["measured"]);
     let output = run(&here, &["order", "--tableau", "gauss-7", "--declared", "12", "--digits", "16"]);
     let text = flat(stdout(&output));
     assert_eq!(code(&output), 1, "{text}");
@@ -325,8 +324,6 @@ fn what_cannot_be_seen_is_not_refuted() {
     );
     let found = exit(&["--tableau", "tiny.toml"]);
     assert_eq!(found["variational"]["order"].as_i64(), Some(1));
-    let (found, code) = order(&here, &["--tableau", "tiny.toml", "--digits", "64"]);
-    assert_eq!(code, 0, "{found}");
     // A time at which an f64 has lost the digits of a step.
     let late = problem::generic_text().replace("[state]\n", "[state]\ntime = 1e9\n");
     write("late.toml", &late);
@@ -368,13 +365,7 @@ fn bad_input_is_named() {
     refused(&["--tableau", "gauss-0"], &["gauss-0", "from 1 to 64"]);
     refused(&["--tableau", "rk5"], &["rk5", "rk4"]);
     refused(&["--tableau", "missing.toml"], &["missing.toml"]);
-    refused(&["--tableau", "rk4", "--digits", "20"], &["16", "32", "64"]);
-    let line = problem::generic_text().replace("\"so3\"", "\"r7\"");
-    let (start, end) = (line.find("[lagrangian]").unwrap(), line.find("[method]").unwrap());
-    let line = line.replace(&line[start..end], "[lagrangian]\ninertia = [1, 1, 1, 1, 1, 1, 1]\n");
-    let (start, end) = (line.find("velocity").unwrap(), line.find("[run]").unwrap());
-    fs::write(here.join("line.toml"), line.replace(&line[start..end], "velocity = [1, 1, 1, 1, 1, 1, 1]\n")).unwrap();
-    refused(&["--tableau", "rk4", "--digits", "64", "--system", "line.toml"], &["--digits 32", "dimension"]);
+    refused(&["--tableau", "rk4", "--digits", "20"], &["16", "32"]);
     refused(&["--tableau", "rk4", "--declared", "0"], &["--declared"]);
     refused(&["--tableau", "rk4", "--system", "missing.toml"], &["missing.toml"]);
     let files: [(&str, &str, &[&str]); 9] = [
