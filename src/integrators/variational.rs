@@ -6,6 +6,7 @@ mod collocation;
 mod exchange;
 mod jacobian;
 pub(super) mod partials;
+mod parts;
 mod rounding;
 
 use super::fixed_point::Course;
@@ -22,6 +23,7 @@ use crate::tableau::Tableau;
 use collocation::Collocation;
 use jacobian::Jacobian;
 use nalgebra::DMatrix;
+use parts::Mechanics;
 use rounding::FirstScale;
 
 pub(crate) use exchange::Exchange;
@@ -100,6 +102,16 @@ struct Scheme<T: Real, L, F, R> {
     lagrangian: L,
     force: F,
     retraction: R,
+    coefficients: Coefficients<T>,
+    /// Whether the Lagrangian or the force depends on the configuration; asked once a step.
+    moves: bool,
+    /// Whether there is anything in the place of f; asked once a step.
+    forced: bool,
+}
+
+/// The tableau, and what follows from it.
+#[derive(Clone, Debug)]
+struct Coefficients<T: Real> {
     tableau: Tableau<T>,
     /// a_ij.
     weights: Weights<T>,
@@ -109,10 +121,19 @@ struct Scheme<T: Real, L, F, R> {
     coupling: Weights<T>,
     /// Lagrange weights that carry values at c_j to 1 + c_i; none where nodes coincide.
     extrapolation: Option<Weights<T>>,
-    /// Whether the Lagrangian or the force depends on the configuration; asked once a step.
-    moves: bool,
-    /// Whether there is anything in the place of f; asked once a step.
-    forced: bool,
+}
+
+impl<T: Real> Coefficients<T> {
+    fn of(tableau: Tableau<T>) -> Self {
+        let (s, a, b) = (tableau.stages(), tableau.a(), tableau.b());
+        Self {
+            weights: Weights::of(a),
+            conjugate: Weights::of(tableau.conjugate().a()),
+            coupling: Weights::of(&DMatrix::from_fn(s, s, |i, j| b[j] * a[(j, i)] / b[i])),
+            extrapolation: extrapolation(tableau.c().as_slice()).as_ref().map(Weights::of),
+            tableau,
+        }
+    }
 }
 
 /// The step that is being taken.
@@ -193,15 +214,16 @@ impl<T: Real, const N: usize> Work<T, N> {
             factors: None,
         }
     }
-}
 
-/// One stage: η_i, P_i, G_i and f_i Ad_{τ(Ξ_i)}⁻¹, and the size of what f_i is the sum of.
-struct Stage<S: Scalar, const N: usize> {
-    velocity: Vector<S, N>,
-    momentum: Covector<S, N>,
-    gradient: Covector<S, N>,
-    impulse: Covector<S, N>,
-    load: S::Base,
+    /// ξ and m from the stages.
+    fn end_of_step<const D: usize>(&mut self, problem: &Problem<T, N, D>, tableau: &Tableau<T>, forced: bool) {
+        let (h, b) = (problem.step, tableau.b().as_slice());
+        self.increment = self.rates.sum(b) * h;
+        self.after_impulse = problem.momentum;
+        if forced {
+            self.after_impulse += self.impulses.sum(b).transpose() * h;
+        }
+    }
 }
 
 /// The forced variational RKMK integrator of a Lagrangian, a force, a retraction and a tableau.
@@ -274,21 +296,13 @@ where
     /// The same with settings of one's own.
     pub fn with_settings(lagrangian: L, force: F, retraction: R, tableau: Tableau<T>, settings: Settings<T>) -> Self {
         let s = tableau.stages();
-        let (a, b) = (tableau.a(), tableau.b());
-        let coupling = Weights::of(&DMatrix::from_fn(s, s, |i, j| b[j] * a[(j, i)] / b[i]));
-        let conjugate = Weights::of(tableau.conjugate().a());
-        let extrapolation = extrapolation(tableau.c().as_slice()).as_ref().map(Weights::of);
         let collocation = Collocation::new(Brackets::of(retraction.algebra()), s);
         Self {
             scheme: Scheme {
                 lagrangian,
                 force,
                 retraction,
-                weights: Weights::of(tableau.a()),
-                tableau,
-                conjugate,
-                coupling,
-                extrapolation,
+                coefficients: Coefficients::of(tableau),
                 moves: true,
                 forced: true,
             },
@@ -361,7 +375,7 @@ where
         momentum: &Covector<T, N>,
         mut velocity: impl FnMut(usize) -> Vector<T, N>,
     ) {
-        for i in 0..self.scheme.tableau.stages() {
+        for i in 0..self.scheme.coefficients.tableau.stages() {
             self.work.velocities.set_vector(i, &velocity(i));
         }
         self.predicted = Some((step, *momentum));
@@ -394,23 +408,23 @@ where
 
     /// The tableau.
     pub fn tableau(&self) -> &Tableau<T> {
-        &self.scheme.tableau
+        &self.scheme.coefficients.tableau
     }
 
     /// η_i of the last step, in the order of the stages; meaningless before the first.
     pub fn stage_velocities(&self) -> impl Iterator<Item = Vector<T, N>> + '_ {
-        (0..self.scheme.tableau.stages()).map(|i| self.work.velocities.vector(i))
+        (0..self.scheme.coefficients.tableau.stages()).map(|i| self.work.velocities.vector(i))
     }
 
     /// Ξ_i = h Σ_j a_ij H_j of the last step, in the order of the stages: stage i is at g τ(Ξ_i). Meaningless before the first.
     pub fn stage_displacements(&self) -> impl Iterator<Item = Vector<T, N>> + '_ {
-        (0..self.scheme.tableau.stages()).map(|i| self.work.displacements.vector(i))
+        (0..self.scheme.coefficients.tableau.stages()).map(|i| self.work.displacements.vector(i))
     }
 
     /// (H_i, F_i Ad⁻¹_{τ(Ξ_i)}) of the last step, in the order of the stages: ξ̇ and ṁ seen from its start. Meaningless before the first.
     pub(crate) fn stage_rates(&self) -> impl Iterator<Item = (Vector<T, N>, Covector<T, N>)> + '_ {
         let impulse = |i| if self.scheme.forced { self.work.impulses.covector(i) } else { Covector::zeros() };
-        (0..self.scheme.tableau.stages()).map(move |i| (self.work.rates.vector(i), impulse(i)))
+        (0..self.scheme.coefficients.tableau.stages()).map(move |i| (self.work.rates.vector(i), impulse(i)))
     }
 
     /// The size of the terms of the stage equations of a step of size h from `start`, at the H_i of the last step: |P_i|, |h Σ_j b_j a_ji/b_i
@@ -418,7 +432,7 @@ where
     #[cfg(feature = "harness")]
     pub(crate) fn terms(&mut self, start: &State<T, N, D>, h: T) -> Result<T, StepError> {
         self.last = None;
-        self.scheme.residual::<N, D>(&Problem::new(start, h), &mut self.work)
+        self.scheme.mechanics().residual(&Problem::new(start, h), &mut self.work)
     }
 
     /// ξ = h Σ_j b_j H_j of the last step: g' = g τ(ξ).
@@ -446,7 +460,7 @@ where
         for (i, rate) in rates.iter().enumerate() {
             self.work.rates.set_vector(i, rate);
         }
-        self.scheme.residual::<N, D>(&Problem::new(state, step), &mut self.work)?;
+        self.scheme.mechanics().residual(&Problem::new(state, step), &mut self.work)?;
         for (i, r) in out.iter_mut().enumerate() {
             *r = self.work.next_momenta.covector(i);
         }
@@ -455,7 +469,7 @@ where
 
     /// Refuses another number of stages than the tableau's.
     fn check_stages(&self, found: usize) -> Result<(), StepError> {
-        let needed = self.scheme.tableau.stages();
+        let needed = self.scheme.coefficients.tableau.stages();
         if found == needed { Ok(()) } else { Err(StepError::Stages { found, needed }) }
     }
 
@@ -473,8 +487,8 @@ where
         (self.last, self.predicted) = (None, None);
         self.scheme.ask::<N>();
         let problem = Problem::new(state, step);
-        let mut equations: StageEquations<'_, T, N, D, L, F, R> = StageEquations {
-            scheme: &self.scheme,
+        let mut equations = StageEquations {
+            mechanics: self.scheme.mechanics(),
             problem,
             work: &mut self.work,
             jacobian: &mut self.jacobian,
@@ -510,7 +524,7 @@ where
             .velocity_at(state.time, here, &state.momentum, &guess)
             .map_err(|source| StepError::Legendre { step: h.to_f64(), source })?;
         if !finite(self.scheme.total_force(problem.time, here, &eta).0.as_slice()) {
-            return Err(self.scheme.undefined(None, h, problem.time, &problem.attitude, &eta).into());
+            return Err(self.scheme.mechanics::<N, D>().parts.undefined(None, h, problem.time, here, &eta).into());
         }
         let report = match self.iterate_stages(&mut problem, &eta) {
             Ok(report) => report,
@@ -518,7 +532,7 @@ where
             Err(NotContracted(iterations)) => other(self, &problem, &eta, iterations)?,
         };
         let point = self.scheme.retraction.at(&self.work.increment).map_err(|e| domain(h, None, e))?;
-        let growth = self.growth(&problem, &point.d_neg());
+        let growth = self.scheme.mechanics::<N, D>().growth(&problem, &self.work, &point.d_neg());
         if growth > T::one() / T::unit_roundoff().sqrt() && !self.trusts_residuals() {
             return Err(StepError::IllConditioned { step: h.to_f64(), growth: growth.to_f64() }.into());
         }
@@ -540,17 +554,17 @@ where
     fn start(&mut self, problem: &Problem<T, N, D>, eta: &Vector<T, N>) {
         let known = self.scheme.known::<N, D>();
         let (scheme, work, momenta) = (&self.scheme, &mut self.work, &mut self.collocation.momenta);
-        let s = scheme.tableau.stages();
+        let s = scheme.coefficients.tableau.stages();
         let this = Some((problem.step, problem.momentum));
         let predicted = self.predicted.take() == this;
-        let extrapolation = scheme.extrapolation.as_ref().filter(|_| !predicted && self.last == this);
+        let extrapolation = scheme.coefficients.extrapolation.as_ref().filter(|_| !predicted && self.last == this);
         if let Some(weights) = extrapolation {
             work.next_displacements.combine(weights, &work.velocities);
             std::mem::swap(&mut work.next_displacements, &mut work.velocities);
         }
         match predicted || extrapolation.is_some() {
             true => {
-                work.displacements.combine(&scheme.weights, &work.velocities);
+                work.displacements.combine(&scheme.coefficients.weights, &work.velocities);
                 for i in 0..s {
                     let x = work.displacements.vector(i) * problem.step;
                     // At the start of the step: it is a guess.
@@ -569,7 +583,7 @@ where
             false => {
                 for i in 0..s {
                     work.velocities.set_vector(i, eta);
-                    work.displacements.set_vector(i, &(eta * (problem.step * scheme.tableau.c()[i])));
+                    work.displacements.set_vector(i, &(eta * (problem.step * scheme.coefficients.tableau.c()[i])));
                     match known {
                         Known::InTheBody => momenta.set_covector(i, &problem.momentum),
                         Known::InTheChart => work.momenta.set_covector(i, &problem.momentum),
@@ -579,32 +593,6 @@ where
         }
     }
 
-    /// The largest term of the stage equations relative to the momentum, the forces and the momentum of a rotor, where it is large: |P_i|,
-    /// |m dτ(−ξ)| and transported forces grow like e^{|ad_ξ|}, and cancel.
-    fn growth(&self, problem: &Problem<T, N, D>, d_neg: &Matrix<T, N>) -> T {
-        let (scheme, work) = (&self.scheme, &self.work);
-        let share = |j: usize| (scheme.tableau.b()[j] * problem.step).abs();
-        let mut terms = largest(&work.after_impulse).max(largest(&(work.after_impulse * d_neg)));
-        for j in 0..scheme.tableau.stages() {
-            let impulse = largest(&work.impulses.covector(j)) * share(j);
-            terms = larger(terms, larger(largest(&work.momenta.covector(j)), impulse));
-        }
-        let momentum = largest(&problem.momentum);
-        if terms <= momentum * T::int(MODERATE) {
-            return T::zero();
-        }
-        let here = Configuration::of(&problem.attitude);
-        let mut scale = momentum + largest(&scheme.lagrangian.gradient_at(problem.time, here, &Vector::zeros()));
-        for j in 0..scheme.tableau.stages() {
-            // Without a group nothing depends on the attitude.
-            let at = scheme.attitude::<T, N, D>(problem, &work.displacements.vector(j)).unwrap_or(problem.attitude);
-            let time = problem.time + scheme.tableau.c()[j] * problem.step;
-            let force = scheme.total_force(time, Configuration::of(&at), &work.velocities.vector(j));
-            scale += largest(&force.0) * share(j);
-        }
-        relative(terms, scale)
-    }
-
     /// Fixed-point iterations until the residual is at the tolerance or at its floor.
     fn fixed_point(&mut self, problem: &Problem<T, N, D>) -> Result<Report<T>, NotContracted> {
         let settings = self.settings;
@@ -612,7 +600,7 @@ where
         let (mut iterations, mut first, mut size) = (0, Course::new(), T::zero());
         let known = self.scheme.known::<N, D>();
         self.collocation.unshift();
-        let stages = self.scheme.tableau.stages() as i32;
+        let stages = self.scheme.coefficients.tableau.stages() as i32;
         let mut first_scale = FirstScale::unknown();
         let mut goal = self.first_residual.take().unwrap_or_else(|| T::ratio(1, FIRST).powi(stages));
         for _ in 0..settings.max_fixed_point_iterations {
@@ -682,7 +670,8 @@ where
     fn is_at_rest(&self, problem: &Problem<T, N, D>, course: &Course<T>, sizes: [T; 2]) -> bool {
         let (scheme, work) = (&self.scheme, &self.work);
         let moved = |j: usize, a: usize| work.rates.get(j, a) * problem.step;
-        course.is_fast(sizes) && turn::<T, N>(&scheme.tableau, scheme.retraction.algebra(), moved) <= T::one()
+        course.is_fast(sizes)
+            && turn::<T, N>(&scheme.coefficients.tableau, scheme.retraction.algebra(), moved) <= T::one()
     }
 
     /// Iterations on the stages with the difference to the scheme frozen, until they change by no more than `goal`; how they went.
@@ -725,8 +714,9 @@ where
             floor: self.settings.floor,
             max_iterations: self.settings.max_iterations,
         };
-        let mut equations: StageEquations<'_, T, N, D, L, F, R> = StageEquations {
-            scheme: &self.scheme,
+        let mechanics = self.scheme.mechanics();
+        let mut equations = StageEquations {
+            mechanics,
             problem: *problem,
             work: &mut self.work,
             jacobian: &mut self.jacobian,
@@ -735,7 +725,7 @@ where
         };
         equations.load(&self.origin);
         // Where a stage is outside the domain there, the continuation says what that means.
-        if let Ok(first) = equations.scheme.residual::<N, D>(problem, equations.work)
+        if let Ok(first) = mechanics.residual(problem, equations.work)
             && first > T::zero()
         {
             equations.most = first * T::int(MODERATE);
@@ -746,7 +736,7 @@ where
         // Leave the stages of the root in the workspace.
         equations.set_fraction(T::one());
         equations.load(&self.unknowns);
-        self.scheme.residual::<N, D>(problem, &mut self.work)?;
+        mechanics.residual(problem, &mut self.work)?;
         let solver = if outcome.shortened { Solver::Continuation } else { Solver::Newton };
         Ok(Report { solver, iterations: outcome.iterations + spent, residual: outcome.residual * factor })
     }
@@ -768,7 +758,7 @@ impl<T: Real, L, F, R> Scheme<T, L, F, R> {
     where
         R: Retraction<T, N, D>,
     {
-        let pays = self.retraction.rough_pays_from() <= self.tableau.stages();
+        let pays = self.retraction.rough_pays_from() <= self.coefficients.tableau.stages();
         if pays { Known::InTheBody } else { Known::InTheChart }
     }
 
@@ -842,25 +832,6 @@ impl<T: Real, L, F, R> Scheme<T, L, F, R> {
         (force + gradient, largest(&force) + largest(&gradient))
     }
 
-    /// Why the force is not finite.
-    #[cold]
-    fn undefined<const N: usize, const D: usize>(
-        &self,
-        stage: Option<usize>,
-        step: T,
-        time: T,
-        attitude: &Matrix<T, D>,
-        eta: &Vector<T, N>,
-    ) -> StepError
-    where
-        L: Lagrangian<T, N>,
-        F: Force<T, N>,
-    {
-        let g = Configuration::of(attitude);
-        let why = self.force.undefined(time, g, eta).or_else(|| self.lagrangian.undefined(time, g, eta));
-        StepError::Undefined { step: step.to_f64(), stage, why }
-    }
-
     /// One fixed-point iteration: evaluates the stages at (M_i, Ξ_i) or (P_i, Ξ_i), P_i = M_i dτ_{Ξ_i}, leaves m, ξ and the next (P_i, Ξ_i) in
     /// the workspace, and returns the largest relative change |P_i' − P_i|, |Ξ_i' − Ξ_i|: the residual, since
     /// P_i − P_i' = r_i and Ξ_i' = h Σ a_ij H_j; and what that of P_i is relative to.
@@ -875,9 +846,10 @@ impl<T: Real, L, F, R> Scheme<T, L, F, R> {
         F: Force<T, N>,
         R: Retraction<T, N, D>,
     {
+        let Coefficients { tableau, weights, conjugate, .. } = &self.coefficients;
         let (h, mut load, known) = (problem.step, problem.rounding, self.known::<N, D>());
-        for i in 0..self.tableau.stages() {
-            let (x, time) = (work.displacements.vector(i), problem.time + self.tableau.c()[i] * h);
+        for i in 0..tableau.stages() {
+            let (x, time) = (work.displacements.vector(i), problem.time + tableau.c()[i] * h);
             let point = self.retraction.at(&x).map_err(|e| domain(h, Some(i), e))?;
             let at;
             let g = if self.moves {
@@ -917,13 +889,15 @@ impl<T: Real, L, F, R> Scheme<T, L, F, R> {
             work.rates.set_vector(i, &rate);
             work.gradients.set_covector(i, &gradient);
         }
-        let (end, point) = self.end_of_step::<N, D>(problem, work)?;
+        work.end_of_step(problem, tableau, self.forced);
+        let point = self.retraction.at(&work.increment).map_err(|e| domain(h, None, e))?;
+        let end = pull(&work.after_impulse, &point.d_neg());
         if known == Known::InTheBody {
             (own.tangent_inv, own.coadjoint_inv) = (*point.d_inv(), point.ad_inv());
         }
-        let total = work.gradients.sum(self.tableau.b().as_slice()).transpose() * h;
-        work.next_momenta.advance(&self.conjugate, &work.gradients, h, Some(&(end - total)));
-        work.next_displacements.advance(&self.weights, &work.rates, h, None);
+        let total = work.gradients.sum(tableau.b().as_slice()).transpose() * h;
+        work.next_momenta.advance(conjugate, &work.gradients, h, Some(&(end - total)));
+        work.next_displacements.advance(weights, &work.rates, h, None);
         let (change, size) = work.next_momenta.change(&work.momenta, work.factors.as_ref().map(|of| &of.momenta));
         let (shift, mut extent) =
             work.next_displacements.change(&work.displacements, work.factors.as_ref().map(|of| &of.displacements));
@@ -935,111 +909,11 @@ impl<T: Real, L, F, R> Scheme<T, L, F, R> {
         }
         Ok((larger(relative(change, loaded), relative(shift, extent)), loaded))
     }
-
-    /// ξ and m from the stages, into the workspace; returns m dτ(−ξ) and the tangents at ξ.
-    fn end_of_step<const N: usize, const D: usize>(
-        &self,
-        problem: &Problem<T, N, D>,
-        work: &mut Work<T, N>,
-    ) -> Result<(Covector<T, N>, R::Point<T>), StepError>
-    where
-        L: Lagrangian<T, N>,
-        F: Force<T, N>,
-        R: Retraction<T, N, D>,
-    {
-        let (h, b) = (problem.step, self.tableau.b().as_slice());
-        work.increment = work.rates.sum(b) * h;
-        work.after_impulse = problem.momentum;
-        if self.forced {
-            work.after_impulse += work.impulses.sum(b).transpose() * h;
-        }
-        let point = self.retraction.at(&work.increment).map_err(|e| domain(problem.step, None, e))?;
-        Ok((pull(&work.after_impulse, &point.d_neg()), point))
-    }
-
-    /// Stage i of a step of this size, at H_i and the tangents at Ξ_i.
-    #[inline(always)]
-    fn stage<S: Scalar<Base = T>, const N: usize, const D: usize>(
-        &self,
-        (i, step): (usize, T),
-        time: S,
-        g: Configuration<'_, S>,
-        point: &R::Point<S>,
-        rate: &Vector<S, N>,
-    ) -> Result<Stage<S, N>, StepError>
-    where
-        L: Lagrangian<T, N>,
-        F: Force<T, N>,
-        R: Retraction<T, N, D>,
-    {
-        let velocity = apply(point.d(), rate);
-        let m = self.momentum(time, g, &velocity);
-        let momentum = pull(&m, point.d());
-        let mut gradient = point.pull_dd(&momentum, &m, rate);
-        if !self.forced {
-            return Ok(Stage { velocity, momentum, gradient, impulse: Covector::zeros(), load: T::zero() });
-        }
-        let (f, load) = self.total_force(time, g, &velocity);
-        if !finite(f.as_slice()) {
-            let at = g.matrix::<D>().map(|v| v.base());
-            return Err(self.undefined::<N, D>(Some(i), step, time.base(), &at, &velocity.map(|v| v.base())));
-        }
-        let seen = pull(&f, point.d());
-        gradient += seen;
-        Ok(Stage { velocity, momentum, gradient, impulse: point.pull_ad_inv(&f, &seen), load })
-    }
-
-    /// The residual r_i = P_i + h Σ_j (b_j a_ji / b_i) G_j − m dτ(−ξ) at the rates H_i in the workspace, into `next_momenta`; returns the size
-    /// to compare it with.
-    fn residual<const N: usize, const D: usize>(
-        &self,
-        problem: &Problem<T, N, D>,
-        work: &mut Work<T, N>,
-    ) -> Result<T, StepError>
-    where
-        L: Lagrangian<T, N>,
-        F: Force<T, N>,
-        R: Retraction<T, N, D>,
-    {
-        let (h, mut load) = (problem.step, problem.rounding);
-        work.displacements.combine(&self.weights, &work.rates);
-        for i in 0..self.tableau.stages() {
-            let x = work.displacements.vector(i) * h;
-            let rate = work.rates.vector(i);
-            let point = self.retraction.at(&x).map_err(|e| domain(h, Some(i), e))?;
-            let at;
-            let g = if self.moves {
-                at = self.attitude::<T, N, D>(problem, &x).map_err(|e| domain(h, Some(i), e))?;
-                Configuration::of(&at)
-            } else {
-                Configuration::identity()
-            };
-            let time = problem.time + self.tableau.c()[i] * h;
-            let stage = self.stage::<T, N, D>((i, h), time, g, &point, &rate)?;
-            load = larger(load, stage.load);
-            if self.forced {
-                work.impulses.set_covector(i, &stage.impulse);
-            }
-            work.displacements.set_vector(i, &x);
-            work.velocities.set_vector(i, &stage.velocity);
-            work.momenta.set_covector(i, &stage.momentum);
-            work.gradients.set_covector(i, &stage.gradient);
-        }
-        let (end, _) = self.end_of_step::<N, D>(problem, work)?;
-        work.next_momenta.combine(&self.coupling, &work.gradients);
-        let mut size = larger(largest(&end), load * h.abs());
-        for i in 0..self.tableau.stages() {
-            let (p, coupled) = (work.momenta.covector(i), work.next_momenta.covector(i) * h);
-            size = larger(size, larger(largest(&p), largest(&coupled)));
-            work.next_momenta.set_covector(i, &(p + coupled - end));
-        }
-        Ok(size)
-    }
 }
 
 /// r(H) = 0 with the fraction of the step as parameter.
-struct StageEquations<'a, T: Real, const N: usize, const D: usize, L, F, R> {
-    scheme: &'a Scheme<T, L, F, R>,
+struct StageEquations<'a, T: Real, const N: usize, const D: usize> {
+    mechanics: Mechanics<'a, T, N, D>,
     problem: Problem<T, N, D>,
     work: &'a mut Work<T, N>,
     jacobian: &'a mut Jacobian<T, N>,
@@ -1048,25 +922,19 @@ struct StageEquations<'a, T: Real, const N: usize, const D: usize, L, F, R> {
     most: T,
 }
 
-impl<T: Real, const N: usize, const D: usize, L, F, R> StageEquations<'_, T, N, D, L, F, R> {
+impl<T: Real, const N: usize, const D: usize> StageEquations<'_, T, N, D> {
     fn load(&mut self, x: &[T]) {
-        for i in 0..self.scheme.tableau.stages() {
+        for i in 0..self.mechanics.coefficients.tableau.stages() {
             self.work.rates.set_vector(i, &Vector::from_fn(|a, _| x[i * N + a]));
         }
     }
 }
 
-impl<T, const N: usize, const D: usize, L, F, R> Equations<T> for StageEquations<'_, T, N, D, L, F, R>
-where
-    T: Real,
-    L: Lagrangian<T, N>,
-    F: Force<T, N>,
-    R: Retraction<T, N, D>,
-{
+impl<T: Real, const N: usize, const D: usize> Equations<T> for StageEquations<'_, T, N, D> {
     type Error = StepError;
 
     fn dimension(&self) -> usize {
-        self.scheme.tableau.stages() * N
+        self.mechanics.coefficients.tableau.stages() * N
     }
 
     fn set_fraction(&mut self, fraction: T) {
@@ -1075,7 +943,7 @@ where
 
     fn residual(&mut self, x: &[T], out: &mut [T]) -> Result<T, StepError> {
         self.load(x);
-        let size = self.scheme.residual::<N, D>(&self.problem, self.work)?;
+        let size = self.mechanics.residual(&self.problem, self.work)?;
         for (k, value) in out.iter_mut().enumerate() {
             *value = self.work.next_momenta.get(k / N, k % N);
         }
@@ -1084,13 +952,13 @@ where
 
     fn jacobian(&mut self, x: &[T], out: &mut DMatrix<T>) -> Result<(), StepError> {
         self.load(x);
-        self.scheme.jacobian::<N, D>(&self.problem, &self.work.rates, self.jacobian, out)
+        self.mechanics.jacobian(&self.problem, &self.work.rates, self.jacobian, out)
     }
 
     /// The largest ‖ad‖ of a change of Ξ_i or ξ, in the unit [`TURN`].
     fn distance(&self, from: (T, &[T]), to: (T, &[T])) -> Option<T> {
         let moved = |j: usize, a: usize| (to.0 * to.1[j * N + a] - from.0 * from.1[j * N + a]) * self.full;
-        Some(turn::<T, N>(&self.scheme.tableau, self.scheme.retraction.algebra(), moved))
+        Some(turn::<T, N>(&self.mechanics.coefficients.tableau, self.mechanics.parts.algebra(), moved))
     }
 }
 
@@ -1102,7 +970,7 @@ where
     R: Retraction<T, N, D>,
 {
     fn stages(&self) -> Option<Vec<StagePoint<T, N, D>>> {
-        let (b, c) = (self.scheme.tableau.b(), self.scheme.tableau.c());
+        let (b, c) = (self.scheme.coefficients.tableau.b(), self.scheme.coefficients.tableau.c());
         let stage = |(j, (x, velocity)): (usize, (Vector<T, N>, Vector<T, N>))| {
             let turn = self.scheme.retraction.tau(&x).ok()?;
             Some(StagePoint { weight: b[j], node: c[j], turn, velocity })

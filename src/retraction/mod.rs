@@ -135,7 +135,7 @@ pub enum RetractionError {
 /// ```
 pub trait Retraction<T: Real, const N: usize, const D: usize> {
     /// The tangents at one point, with what they share computed once.
-    type Point<S: Scalar<Base = T>>: TangentPoint<S, N>;
+    type Point<S: Scalar<Base = T>>: TangentPoint<S, N> + Clone;
 
     /// `"exp"` or `"cay"`: the name in tables, files and errors.
     fn name(&self) -> &'static str;
@@ -197,7 +197,7 @@ pub trait Retraction<T: Real, const N: usize, const D: usize> {
 }
 
 /// The left-trivialised tangents of a retraction at a point x. No group is needed: dτ and ddτ are algebra alone.
-pub trait TangentPoint<S: Scalar, const N: usize>: Clone {
+pub trait TangentPoint<S: Scalar, const N: usize> {
     /// dτ_x.
     fn d(&self) -> &Matrix<S, N>;
 

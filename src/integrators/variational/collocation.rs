@@ -69,8 +69,8 @@ impl<T: Real, L, F, R> Scheme<T, L, F, R> {
     /// Σ_j of the slopes and rates at the stages, without δ: the next M_i − δM_i and Ξ_i − δΞ_i.
     fn gather<const N: usize, const D: usize>(&self, problem: &Problem<T, N, D>, own: &mut Collocation<T, N>) {
         let Collocation { slopes, rates, next_momenta, next_displacements, .. } = own;
-        next_momenta.advance(&self.conjugate, slopes, problem.step, Some(&problem.momentum));
-        next_displacements.advance(&self.weights, rates, problem.step, None);
+        next_momenta.advance(&self.coefficients.conjugate, slopes, problem.step, Some(&problem.momentum));
+        next_displacements.advance(&self.coefficients.weights, rates, problem.step, None);
     }
 
     /// The slopes and rates at the stages: ad*_{η_i} M_i + f_i and dτ⁻¹ η_i, more or less.
@@ -105,9 +105,9 @@ impl<T: Real, L, F, R> Scheme<T, L, F, R> {
         R: Retraction<T, N, D>,
     {
         let mut load = problem.rounding;
-        for i in 0..self.tableau.stages() {
+        for i in 0..self.coefficients.tableau.stages() {
             let (m, x) = (own.momenta.covector(i), work.displacements.vector(i));
-            let time = problem.time + self.tableau.c()[i] * problem.step;
+            let time = problem.time + self.coefficients.tableau.c()[i] * problem.step;
             let at;
             let g = if self.moves {
                 at = self.attitude::<T, N, D>(problem, &x).ok()?;
@@ -155,9 +155,9 @@ impl<T: Real, L, F, R> Scheme<T, L, F, R> {
         own.displacement_shifts.difference(&work.next_displacements, &own.next_displacements);
         // P_i' − P_i. What is common to the stages acts like another momentum at the start, of which the scheme takes ε − ε dτ_{−ξ} back.
         work.next_momenta.subtract(&work.momenta);
-        let common = work.next_momenta.sum(self.tableau.b().as_slice()).transpose();
+        let common = work.next_momenta.sum(self.coefficients.tableau.b().as_slice()).transpose();
         let started = pull(&pull(&common, &own.tangent_inv), &own.coadjoint_inv);
-        for i in 0..self.tableau.stages() {
+        for i in 0..self.coefficients.tableau.stages() {
             let change = started + pull(&(work.next_momenta.covector(i) - common), &own.tangents[i]);
             own.momenta.set_covector(i, &(own.momenta.covector(i) + change));
             own.momentum_shifts.set_covector(i, &(own.momentum_shifts.covector(i) + change));

@@ -1,6 +1,6 @@
 //! The energy that a system takes up.
 
-use super::{Scheme, State, Variational};
+use super::{Coefficients, Scheme, State, Variational};
 use crate::algebra::{Vector, pair};
 use crate::mechanics::configuration::Configuration;
 use crate::mechanics::{Force, Lagrangian};
@@ -60,7 +60,7 @@ where
         h: T,
         stages: impl Iterator<Item = (Vector<T, N>, Vector<T, N>)>,
     ) -> Exchange<T> {
-        let Scheme { tableau, lagrangian, force, retraction, .. } = &self.scheme;
+        let Scheme { coefficients: Coefficients { tableau, .. }, lagrangian, force, retraction, .. } = &self.scheme;
         let moves = force.uses_configuration() || lagrangian.uses_configuration();
         let (mut there, mut sum) = (state.clone(), Exchange::zero());
         for (i, (eta, x)) in stages.enumerate() {

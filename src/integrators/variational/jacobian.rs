@@ -3,14 +3,13 @@
 //! Stage i depends on (Ξ_i, H_i) alone, and ∂r/∂H is linear in its derivatives: N along Ξ_i in dual numbers, and N along H_i, in which P_i and
 //! G_i are linear but for ∂L/∂η and the force. To differentiate r along each of the sN components of H takes s times as many.
 
-use super::{Problem, Scheme, domain};
+use super::parts::Mechanics;
+use super::{Coefficients, Problem, domain};
 use crate::algebra::{Covector, Matrix, Vector, apply, basis_vector, pull};
 use crate::integrators::StepError;
 use crate::integrators::stages::Stages;
-use crate::mechanics::configuration::Configuration;
-use crate::mechanics::{Force, Lagrangian};
-use crate::retraction::{Retraction, RetractionError, TangentPoint};
-use crate::scalar::{Dual, Real, Scalar};
+use crate::retraction::TangentPoint;
+use crate::scalar::{Dual, Real};
 use nalgebra::DMatrix;
 
 /// v + ε e_a.
@@ -65,8 +64,8 @@ impl<T: Real, const N: usize> Linear<T, N> {
 }
 
 /// A stage and where it is: the tangents of τ at Ξ_i, g τ(Ξ_i), t_i, H_i, M_i and P_i.
-pub(super) struct Place<P, T: Real, const N: usize, const D: usize> {
-    point: P,
+pub(super) struct Place<'a, T: Real, const N: usize, const D: usize> {
+    point: &'a dyn TangentPoint<T, N>,
     attitude: Matrix<T, D>,
     time: T,
     rate: Vector<T, N>,
@@ -102,81 +101,69 @@ impl<T: Real, const N: usize> Jacobian<T, N> {
     }
 }
 
-impl<T: Real, L, F, R> Scheme<T, L, F, R> {
-    /// Stage i at H_i, of which Ξ_i/h is known, and its derivatives; returns where it is.
-    pub(super) fn linearise<const N: usize, const D: usize>(
+impl<T: Real, const N: usize, const D: usize> Mechanics<'_, T, N, D> {
+    /// Stage i at H_i, of which Ξ_i/h is known, and its derivatives; hands on where it is.
+    pub(super) fn linearise(
         &self,
         problem: &Problem<T, N, D>,
         i: usize,
         rate: &Vector<T, N>,
         out: &mut Linear<T, N>,
-    ) -> Result<Place<R::Point<T>, T, N, D>, StepError>
-    where
-        L: Lagrangian<T, N>,
-        F: Force<T, N>,
-        R: Retraction<T, N, D>,
-    {
-        let h = problem.step;
+        then: &mut dyn FnMut(&Place<'_, T, N, D>, &Linear<T, N>) -> Result<(), StepError>,
+    ) -> Result<(), StepError> {
+        let (h, tableau) = (problem.step, &self.coefficients.tableau);
         let failed = |e| domain(h, Some(i), e);
-        let time = problem.time + self.tableau.c()[i] * h;
+        let time = problem.time + tableau.c()[i] * h;
         let x = out.direction * h;
-        let point = self.retraction.at(&x).map_err(failed)?;
-        let attitude = self.placed::<T, N, D>(problem, &x).map_err(failed)?;
-        let stage = self.stage::<T, N, D>((i, h), time, self.seen(&attitude), &point, rate)?;
-        let m = self.momentum(time, self.seen(&attitude), &stage.velocity);
-        let place = Place { point, attitude, time, rate: *rate, momenta: [m, stage.momentum] };
-        out.terms = Terms { momentum: stage.momentum, gradient: stage.gradient, impulse: stage.impulse };
-        for a in 0..N {
-            out.by_rate[a] = self.respond(&place, Argument::Rate(a));
-        }
-        out.by_displacement = [Terms::zero(); N];
+        let attitude = self.placed(problem, &x).map_err(failed)?;
         // Where Ξ_i depends on no stage it stays 0.
-        if self.tableau.a().row(i).iter().all(|a| *a == T::zero()) {
-            return Ok(place);
-        }
+        let moved = tableau.a().row(i).iter().any(|a| *a != T::zero());
+        self.with((Some(i), h), &x, |point| {
+            let stage = self.stage((i, h), time, self.seen(&attitude), point, rate)?;
+            let m = self.parts.momentum(time, self.seen(&attitude), &stage.velocity);
+            let place = Place { point, attitude, time, rate: *rate, momenta: [m, stage.momentum] };
+            out.terms = Terms { momentum: stage.momentum, gradient: stage.gradient, impulse: stage.impulse };
+            for a in 0..N {
+                out.by_rate[a] = self.respond(&place, Argument::Rate(a));
+                out.by_displacement[a] = Terms::zero();
+            }
+            if moved {
+                self.displace(problem, (i, time), (&x, rate), &mut out.by_displacement)?;
+            }
+            then(&place, out)
+        })?
+    }
+
+    /// The changes of stage i along e_a in Ξ_i.
+    fn displace(
+        &self,
+        problem: &Problem<T, N, D>,
+        (i, time): (usize, T),
+        (x, rate): (&Vector<T, N>, &Vector<T, N>),
+        out: &mut [Terms<T, N>; N],
+    ) -> Result<(), StepError> {
+        let h = problem.step;
         let (time, rate) = (Dual::constant(time), rate.map(Dual::constant));
-        for a in 0..N {
-            let x = varied(&x, a);
-            let point = self.retraction.at(&x).map_err(failed)?;
-            let attitude = self.placed::<Dual<T>, N, D>(problem, &x).map_err(failed)?;
-            let stage = self.stage::<Dual<T>, N, D>((i, h), time, self.seen(&attitude), &point, &rate)?;
-            out.by_displacement[a] = Terms {
+        for (a, terms) in out.iter_mut().enumerate() {
+            let x = varied(x, a);
+            let attitude = self.placed(problem, &x).map_err(|e| domain(h, Some(i), e))?;
+            let stage =
+                self.with((Some(i), h), &x, |point| self.stage((i, h), time, self.seen(&attitude), point, &rate))??;
+            *terms = Terms {
                 momentum: stage.momentum.map(|v| v.eps),
                 gradient: stage.gradient.map(|v| v.eps),
                 impulse: stage.impulse.map(|v| v.eps),
             };
         }
-        Ok(place)
-    }
-
-    /// g τ(x) where anything depends on it.
-    fn placed<S: Scalar<Base = T>, const N: usize, const D: usize>(
-        &self,
-        problem: &Problem<T, N, D>,
-        x: &Vector<S, N>,
-    ) -> Result<Matrix<S, D>, RetractionError>
-    where
-        R: Retraction<T, N, D>,
-    {
-        if self.moves { self.attitude(problem, x) } else { Ok(Matrix::identity()) }
-    }
-
-    /// The same as a Lagrangian and a force see it.
-    fn seen<'a, S: Scalar<Base = T>, const D: usize>(&self, attitude: &'a Matrix<S, D>) -> Configuration<'a, S> {
-        if self.moves { Configuration::of(attitude) } else { Configuration::identity() }
+        Ok(())
     }
 
     /// The change of a stage along anything but Ξ_i: with tangents as they are, P = M dτ, G = P ddτ(H, ·) + f dτ and f Ad⁻¹ are linear.
-    pub(super) fn respond<P, const N: usize, const D: usize>(
+    pub(super) fn respond(
         &self,
-        Place { point, attitude, time, rate, momenta }: &Place<P, T, N, D>,
+        Place { point, attitude, time, rate, momenta }: &Place<'_, T, N, D>,
         argument: Argument<'_, T, N, D>,
-    ) -> Terms<T, N>
-    where
-        P: TangentPoint<T, N>,
-        L: Lagrangian<T, N>,
-        F: Force<T, N>,
-    {
+    ) -> Terms<T, N> {
         let along: Vector<T, N> = match argument {
             Argument::Rate(a) => basis_vector(a),
             _ => Vector::zeros(),
@@ -191,7 +178,7 @@ impl<T: Real, L, F, R> Scheme<T, L, F, R> {
                 (Dual { re: *time, eps }, &constant)
             }
         };
-        let m = self.momentum(time, self.seen(attitude), &velocity).map(|v| v.eps);
+        let m = self.parts.momentum(time, self.seen(attitude), &velocity).map(|v| v.eps);
         let momentum = pull(&m, point.d());
         let mut gradient = point.pull_dd(&momentum, &m, rate);
         if matches!(argument, Argument::Rate(_)) {
@@ -201,46 +188,44 @@ impl<T: Real, L, F, R> Scheme<T, L, F, R> {
         if !self.forced {
             return Terms { momentum, gradient, impulse: Covector::zeros() };
         }
-        let force = self.total_force(time, self.seen(attitude), &velocity).0.map(|v| v.eps);
+        let force = self.parts.total_force(time, self.seen(attitude), &velocity).0.map(|v| v.eps);
         let seen = pull(&force, point.d());
         Terms { momentum, gradient: gradient + seen, impulse: point.pull_ad_inv(&force, &seen) }
     }
 
     /// The end of a step with this ξ and m.
-    pub(super) fn end<const N: usize, const D: usize>(
+    pub(super) fn end(
         &self,
         h: T,
         increment: &Vector<T, N>,
         momentum: &Covector<T, N>,
-    ) -> Result<End<T, N>, StepError>
-    where
-        R: Retraction<T, N, D>,
-    {
-        let point = self.retraction.at(&-increment).map_err(|e| domain(h, None, e))?;
-        let (d_neg, mut turning) = (*point.d(), Matrix::<T, N>::zeros());
-        let pulled = pull(momentum, &d_neg);
-        for c in 0..N {
-            // m dτ_{−ξ} e_c along e_a in ξ is −m dτ_{−ξ} ddτ_{−ξ}(e_c, e_a).
-            turning.set_column(c, &-point.pull_dd(&pulled, momentum, &basis_vector(c)).transpose());
-        }
-        Ok(End { d_neg, turning })
+    ) -> Result<End<T, N>, StepError> {
+        self.with((None, h), &-increment, |point| {
+            let (d_neg, mut turning) = (*point.d(), Matrix::<T, N>::zeros());
+            let pulled = pull(momentum, &d_neg);
+            for c in 0..N {
+                // m dτ_{−ξ} e_c along e_a in ξ is −m dτ_{−ξ} ddτ_{−ξ}(e_c, e_a).
+                turning.set_column(c, &-point.pull_dd(&pulled, momentum, &basis_vector(c)).transpose());
+            }
+            End { d_neg, turning }
+        })
     }
 
     /// A column of ∂r, from the changes of the terms of the stages and of ξ; returns the change of m.
-    pub(super) fn residual_column<const N: usize>(
+    pub(super) fn residual_column(
         &self,
         (h, end): (T, &End<T, N>),
         along: &[Terms<T, N>],
         increment: &Vector<T, N>,
         (rows, column): (&mut DMatrix<T>, usize),
     ) -> Covector<T, N> {
-        let weighted = along.iter().zip(self.tableau.b());
+        let Coefficients { tableau, coupling, .. } = self.coefficients;
+        let weighted = along.iter().zip(tableau.b());
         let impulse = weighted.fold(Covector::zeros(), |sum, (terms, &b)| sum + terms.impulse * (h * b));
         let common: Covector<T, N> = impulse * end.d_neg + increment.transpose() * end.turning;
         for i in 0..along.len() {
             let coupled = along.iter().enumerate();
-            let coupled =
-                coupled.fold(Covector::zeros(), |sum, (j, terms)| sum + terms.gradient * self.coupling.get(i, j));
+            let coupled = coupled.fold(Covector::zeros(), |sum, (j, terms)| sum + terms.gradient * coupling.get(i, j));
             let residual: Covector<T, N> = along[i].momentum - common + coupled * h;
             for c in 0..N {
                 rows[(i * N + c, column)] = residual[c];
@@ -250,27 +235,23 @@ impl<T: Real, L, F, R> Scheme<T, L, F, R> {
     }
 
     /// J = ∂r/∂H, sN×sN, at these H_i.
-    pub(super) fn jacobian<const N: usize, const D: usize>(
+    pub(super) fn jacobian(
         &self,
         problem: &Problem<T, N, D>,
         rates: &Stages<T, N>,
         Jacobian { stages, along }: &mut Jacobian<T, N>,
         out: &mut DMatrix<T>,
-    ) -> Result<(), StepError>
-    where
-        L: Lagrangian<T, N>,
-        F: Force<T, N>,
-        R: Retraction<T, N, D>,
-    {
-        let (h, a, b) = (problem.step, self.tableau.a(), self.tableau.b());
+    ) -> Result<(), StepError> {
+        let tableau = &self.coefficients.tableau;
+        let (h, a, b) = (problem.step, tableau.a(), tableau.b());
         let mut momentum = problem.momentum;
         for (i, stage) in stages.iter_mut().enumerate() {
             let directions = (0..along.len()).map(|j| rates.vector(j) * a[(i, j)]);
             stage.direction = directions.fold(Vector::zeros(), |sum, v| sum + v);
-            self.linearise::<N, D>(problem, i, &rates.vector(i), stage)?;
+            self.linearise(problem, i, &rates.vector(i), stage, &mut |_, _| Ok(()))?;
             momentum += stage.terms.impulse * (h * b[i]);
         }
-        let end = self.end::<N, D>(h, &(rates.sum(b.as_slice()) * h), &momentum)?;
+        let end = self.end(h, &(rates.sum(b.as_slice()) * h), &momentum)?;
         for k in 0..stages.len() {
             for e in 0..N {
                 for (j, (terms, stage)) in along.iter_mut().zip(&*stages).enumerate() {

@@ -3,14 +3,15 @@
 //! A stage depends on (Ξ_i, H_i, g, t_i) alone: it is differentiated by itself, in dual numbers, and the rest is linear.
 
 use super::jacobian::{Argument, End, Linear, Terms, varied};
-use super::{Problem, Scheme, Variational, domain};
+use super::parts::Mechanics;
+use super::{Problem, Variational, domain};
 use crate::algebra::{Covector, Matrix, Vector, basis_vector};
 use crate::integrators::parameters::Parameters;
 use crate::integrators::stages::Stages;
 use crate::integrators::{State, StepError};
 use crate::mechanics::configuration::Configuration;
 use crate::mechanics::{Force, Lagrangian};
-use crate::retraction::{Retraction, RetractionError, TangentPoint};
+use crate::retraction::{Retraction, RetractionError};
 use crate::scalar::{Dual, Real};
 use nalgebra::DMatrix;
 
@@ -82,38 +83,33 @@ impl<T: Real, const N: usize> Partials<T, N> {
     }
 }
 
-impl<T: Real, L, F, R> Scheme<T, L, F, R> {
+impl<T: Real, const N: usize, const D: usize> Mechanics<'_, T, N, D> {
     /// Stage i and its derivatives at H_i; Ξ_i/h is known.
-    fn changes<const N: usize, const D: usize>(
+    fn changes(
         &self,
         problem: &Problem<T, N, D>,
         i: usize,
         rate: &Vector<T, N>,
-        out: &mut Changes<T, N>,
-    ) -> Result<(), StepError>
-    where
-        L: Lagrangian<T, N>,
-        F: Force<T, N>,
-        R: Retraction<T, N, D>,
-    {
+        Changes { linear, by_attitude, by_time }: &mut Changes<T, N>,
+    ) -> Result<(), StepError> {
         let failed = |e| domain(problem.step, Some(i), e);
-        let place = self.linearise::<N, D>(problem, i, rate, &mut out.linear)?;
-        out.by_attitude = [Terms::zero(); N];
-        if self.moves {
-            let turned =
-                self.retraction.tau(&(out.linear.direction * problem.step).map(Dual::constant)).map_err(failed)?;
-            for a in 0..N {
-                // g exp(ε e_a), since T₀τ = 1.
-                let along = self.attitude::<Dual<T>, N, D>(problem, &varied(&Vector::zeros(), a)).map_err(failed)?;
-                out.by_attitude[a] = self.respond(&place, Argument::Attitude(&(along * turned)));
+        self.linearise(problem, i, rate, linear, &mut |place, linear| {
+            *by_attitude = [Terms::zero(); N];
+            if self.moves {
+                let turned = self.parts.tau(&(linear.direction * problem.step).map(Dual::constant)).map_err(failed)?;
+                for (a, terms) in by_attitude.iter_mut().enumerate() {
+                    // g exp(ε e_a), since T₀τ = 1.
+                    let along = self.attitude(problem, &varied(&Vector::zeros(), a)).map_err(failed)?;
+                    *terms = self.respond(place, Argument::Attitude(&(along * turned)));
+                }
             }
-        }
-        out.by_time = self.respond(&place, Argument::Time);
-        Ok(())
+            *by_time = self.respond(place, Argument::Time);
+            Ok(())
+        })
     }
 
     /// A column of ∂r and of ∂(ξ, m), from the changes of the terms of the stages and of ξ.
-    fn column<const N: usize>(
+    fn column(
         &self,
         (h, end): (T, &End<T, N>),
         along: &[Terms<T, N>],
@@ -137,7 +133,7 @@ where
 {
     /// Room for the H_i of a step.
     pub(in crate::integrators) fn room_for_rates(&self) -> Stages<T, N> {
-        Stages::zeros(self.scheme.tableau.stages())
+        Stages::zeros(self.scheme.coefficients.tableau.stages())
     }
 
     /// The H_i of the last step.
@@ -151,62 +147,71 @@ where
     }
 
     /// The partial derivatives at the H_i of the last step, or at others (`rates`), of a step of size h from `start`.
-    pub(in crate::integrators) fn partials<P: Parameters<T, N>>(
+    pub(in crate::integrators) fn partials(
         &self,
         start: &State<T, N, D>,
         h: T,
         rates: Option<&Stages<T, N>>,
-        parameters: &P,
+        parameters: &dyn Parameters<T, N>,
         out: &mut Partials<T, N>,
     ) -> Result<(), StepError> {
-        let (scheme, problem) = (&self.scheme, Problem::new(start, h));
         let rates = rates.unwrap_or(&self.work.rates);
-        let (s, a, b) = (scheme.tableau.stages(), scheme.tableau.a(), scheme.tableau.b());
-        let (mut momentum, mut mean) = (start.momentum, Vector::zeros());
+        self.scheme.mechanics().partials(&Problem::new(start, h), rates, parameters, out)
+    }
+}
+
+impl<T: Real, const N: usize, const D: usize> Mechanics<'_, T, N, D> {
+    fn partials(
+        &self,
+        problem: &Problem<T, N, D>,
+        rates: &Stages<T, N>,
+        parameters: &dyn Parameters<T, N>,
+        out: &mut Partials<T, N>,
+    ) -> Result<(), StepError> {
+        let (h, tableau) = (problem.step, &self.coefficients.tableau);
+        let (s, a, b) = (tableau.stages(), tableau.a(), tableau.b());
+        let (mut momentum, mut mean) = (problem.momentum, Vector::zeros());
         for (i, stage) in out.changes.iter_mut().enumerate() {
             let rate = rates.vector(i);
             stage.linear.direction = (0..s).fold(Vector::zeros(), |sum, j| sum + rates.vector(j) * a[(i, j)]);
-            scheme.changes(&problem, i, &rate, stage)?;
+            self.changes(problem, i, &rate, stage)?;
             momentum += stage.linear.terms.impulse * (h * b[i]);
             mean += rate * b[i];
         }
         let increment: Vector<T, N> = mean * h;
-        let end = scheme.end(h, &increment, &momentum)?;
-        let point = scheme.retraction.at(&increment).map_err(|e| domain(h, None, e))?;
+        let end = self.end(h, &increment, &momentum)?;
         if !out.along_parameters.is_empty() {
-            scheme.along_parameters(&problem, parameters, rates, &out.changes, &mut out.along_parameters)?;
+            self.along_parameters(problem, parameters, rates, &out.changes, &mut out.along_parameters)?;
         }
-        scheme.stage_columns((h, &end), out);
-        scheme.input_columns((h, &end), &mean, out);
+        self.stage_columns((h, &end), out);
+        self.input_columns((h, &end), &mean, out);
 
-        out.tangent = *point.d();
-        (out.adjoint, out.adjoint_inv) = (point.ad(), point.ad_inv());
-        let (momentum, algebra) = (momentum * out.adjoint, scheme.retraction.algebra());
+        (out.tangent, out.adjoint, out.adjoint_inv) =
+            self.with((None, h), &increment, |point| (*point.d(), point.ad(), point.ad_inv()))?;
+        let (momentum, algebra) = (momentum * out.adjoint, self.parts.algebra());
         for b in 0..N {
             // ⟨μ', [e_a, e_b]⟩ = −(ad*_{e_b} μ')_a.
             out.turned.set_column(b, &-algebra.coad(&basis_vector(b), &momentum).transpose());
         }
         Ok(())
     }
-}
 
-impl<T: Real, L, F, R> Scheme<T, L, F, R> {
     /// The columns of H.
-    fn stage_columns<const N: usize>(&self, (h, end): (T, &End<T, N>), out: &mut Partials<T, N>) {
+    fn stage_columns(&self, (h, end): (T, &End<T, N>), out: &mut Partials<T, N>) {
         let Partials { changes, along, stages, end_by_stages, .. } = out;
         for k in 0..changes.len() {
             for e in 0..N {
                 for (j, (terms, stage)) in along.iter_mut().zip(&*changes).enumerate() {
-                    *terms = stage.linear.along(e, h * self.tableau.a()[(j, k)], j == k);
+                    *terms = stage.linear.along(e, h * self.coefficients.tableau.a()[(j, k)], j == k);
                 }
-                let increment = basis_vector(e) * (h * self.tableau.b()[k]);
+                let increment = basis_vector(e) * (h * self.coefficients.tableau.b()[k]);
                 self.column((h, end), along, &increment, (stages, end_by_stages, k * N + e));
             }
         }
     }
 
     /// The columns of ζ, μ, t, h and the parameters; `mean` is ξ/h.
-    fn input_columns<const N: usize>(&self, (h, end): (T, &End<T, N>), mean: &Vector<T, N>, out: &mut Partials<T, N>) {
+    fn input_columns(&self, (h, end): (T, &End<T, N>), mean: &Vector<T, N>, out: &mut Partials<T, N>) {
         let Partials { changes, along, inputs, end_by_inputs, along_parameters, .. } = out;
         let zero = Vector::zeros();
         for e in 0..N {
@@ -227,7 +232,7 @@ impl<T: Real, L, F, R> Scheme<T, L, F, R> {
         self.column((h, end), along, &zero, (inputs, end_by_inputs, 2 * N));
         for (j, (terms, stage)) in along.iter_mut().zip(&*changes).enumerate() {
             *terms = Terms::zero();
-            terms.add(&stage.by_time, self.tableau.c()[j]);
+            terms.add(&stage.by_time, self.coefficients.tableau.c()[j]);
             for e in 0..N {
                 terms.add(&stage.linear.by_displacement[e], stage.linear.direction[e]);
             }
@@ -240,22 +245,21 @@ impl<T: Real, L, F, R> Scheme<T, L, F, R> {
     }
 
     /// What h multiplies in r and in m.
-    fn explicit_in_step<const N: usize>(
+    fn explicit_in_step(
         &self,
         end: &End<T, N>,
         changes: &[Changes<T, N>],
         (rows, ends, column): (&mut DMatrix<T>, &mut DMatrix<T>, usize),
     ) {
-        let b = self.tableau.b();
+        let b = self.coefficients.tableau.b();
         let impulse =
             changes.iter().zip(b).fold(Covector::zeros(), |sum, (stage, &b)| sum + stage.linear.terms.impulse * b);
         let common: Covector<T, N> = impulse * end.d_neg;
         for i in 0..changes.len() {
             for c in 0..N {
-                let coupled = changes
-                    .iter()
-                    .enumerate()
-                    .fold(T::zero(), |sum, (j, stage)| sum + stage.linear.terms.gradient[c] * self.coupling.get(i, j));
+                let coupled = changes.iter().enumerate().fold(T::zero(), |sum, (j, stage)| {
+                    sum + stage.linear.terms.gradient[c] * self.coefficients.coupling.get(i, j)
+                });
                 rows[(i * N + c, column)] += coupled - common[c];
             }
         }
@@ -265,24 +269,18 @@ impl<T: Real, L, F, R> Scheme<T, L, F, R> {
     }
 
     /// The terms of the stages along the parameters: they are linear in ∂L/∂η and the force.
-    fn along_parameters<P: Parameters<T, N>, const N: usize, const D: usize>(
+    fn along_parameters(
         &self,
         problem: &Problem<T, N, D>,
-        parameters: &P,
+        parameters: &dyn Parameters<T, N>,
         rates: &Stages<T, N>,
         changes: &[Changes<T, N>],
         along: &mut [Terms<T, N>],
-    ) -> Result<(), StepError>
-    where
-        L: Lagrangian<T, N>,
-        F: Force<T, N>,
-        R: Retraction<T, N, D>,
-    {
+    ) -> Result<(), StepError> {
         for (j, stage) in changes.iter().enumerate() {
             let (x, rate) = (stage.linear.direction * problem.step, rates.vector(j));
-            let point = self.retraction.at(&x).map_err(|e| domain(problem.step, Some(j), e))?;
             let at;
-            let g = match self.attitude::<T, N, D>(problem, &x) {
+            let g = match self.attitude(problem, &x) {
                 Ok(attitude) => {
                     at = attitude;
                     Configuration::of(&at)
@@ -290,14 +288,16 @@ impl<T: Real, L, F, R> Scheme<T, L, F, R> {
                 Err(RetractionError::NoGroup { .. }) => Configuration::identity(),
                 Err(source) => return Err(domain(problem.step, Some(j), source)),
             };
-            let time = problem.time + self.tableau.c()[j] * problem.step;
-            let eta: Vector<T, N> = point.d() * rate;
-            for (k, terms) in along.iter_mut().skip(j).step_by(changes.len()).enumerate() {
-                let (force, m) = (parameters.force(k, time, g, &eta), parameters.momentum(k, time, g, &eta));
-                let momentum = m * point.d();
-                let gradient = point.pull_dd(&momentum, &m, &rate) + force * point.d();
-                *terms = Terms { momentum, gradient, impulse: force * point.ad_inv() };
-            }
+            let time = problem.time + self.coefficients.tableau.c()[j] * problem.step;
+            self.with((Some(j), problem.step), &x, |point| {
+                let eta: Vector<T, N> = point.d() * rate;
+                for (k, terms) in along.iter_mut().skip(j).step_by(changes.len()).enumerate() {
+                    let (force, m) = (parameters.force(k, time, g, &eta), parameters.momentum(k, time, g, &eta));
+                    let momentum = m * point.d();
+                    let gradient = point.pull_dd(&momentum, &m, &rate) + force * point.d();
+                    *terms = Terms { momentum, gradient, impulse: force * point.ad_inv() };
+                }
+            })?;
         }
         Ok(())
     }

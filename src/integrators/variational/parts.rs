@@ -1,0 +1,262 @@
+//! What the equations of a step ask of l, f and τ, behind objects: what is built on these is compiled once for each T, N and D, and not again
+//! for each Lagrangian, force and retraction. Fixed-point iterations, which most steps are, know the types.
+
+use super::{Coefficients, MODERATE, Problem, Scheme, Work, domain, largest, relative};
+use crate::algebra::{Covector, LieAlgebra, Matrix, Vector, apply, pull, times};
+use crate::integrators::StepError;
+use crate::mechanics::configuration::Configuration;
+use crate::mechanics::{Force, Lagrangian};
+use crate::retraction::{Retraction, RetractionError, TangentPoint};
+use crate::scalar::{Dual, Real, Scalar, finite, larger};
+
+/// What is done with the tangents of τ at a point.
+type With<'a, S, const N: usize> = &'a mut dyn FnMut(&dyn TangentPoint<S, N>);
+
+/// l, f and τ over one scalar.
+pub(super) trait Parts<S: Scalar, const N: usize, const D: usize> {
+    /// τ(x).
+    fn tau(&self, x: &Vector<S, N>) -> Result<Matrix<S, D>, RetractionError>;
+
+    /// Hands on the tangents at x.
+    fn at(&self, x: &Vector<S, N>, then: With<'_, S, N>) -> Result<(), RetractionError>;
+
+    /// ∂L/∂η.
+    fn momentum(&self, time: S, g: Configuration<'_, S>, eta: &Vector<S, N>) -> Covector<S, N>;
+
+    /// ∂_gL + f, and where they depend on the configuration the size of both.
+    fn total_force(&self, time: S, g: Configuration<'_, S>, eta: &Vector<S, N>) -> (Covector<S, N>, S::Base);
+}
+
+/// l, f and τ over T and its dual numbers.
+pub(super) trait Mechanism<T: Real, const N: usize, const D: usize>:
+    Parts<T, N, D> + Parts<Dual<T>, N, D>
+{
+    fn algebra(&self) -> &LieAlgebra<T, N>;
+
+    /// Why the force is not finite.
+    fn undefined(
+        &self,
+        stage: Option<usize>,
+        step: T,
+        time: T,
+        g: Configuration<'_, T>,
+        eta: &Vector<T, N>,
+    ) -> StepError;
+}
+
+impl<T, S, const N: usize, const D: usize, L, F, R> Parts<S, N, D> for Scheme<T, L, F, R>
+where
+    T: Real,
+    S: Scalar<Base = T>,
+    L: Lagrangian<T, N>,
+    F: Force<T, N>,
+    R: Retraction<T, N, D>,
+{
+    fn tau(&self, x: &Vector<S, N>) -> Result<Matrix<S, D>, RetractionError> {
+        self.retraction.tau(x)
+    }
+
+    fn at(&self, x: &Vector<S, N>, then: With<'_, S, N>) -> Result<(), RetractionError> {
+        then(&self.retraction.at(x)?);
+        Ok(())
+    }
+
+    fn momentum(&self, time: S, g: Configuration<'_, S>, eta: &Vector<S, N>) -> Covector<S, N> {
+        Scheme::momentum(self, time, g, eta)
+    }
+
+    fn total_force(&self, time: S, g: Configuration<'_, S>, eta: &Vector<S, N>) -> (Covector<S, N>, T) {
+        Scheme::total_force(self, time, g, eta)
+    }
+}
+
+impl<T, const N: usize, const D: usize, L, F, R> Mechanism<T, N, D> for Scheme<T, L, F, R>
+where
+    T: Real,
+    L: Lagrangian<T, N>,
+    F: Force<T, N>,
+    R: Retraction<T, N, D>,
+{
+    fn algebra(&self) -> &LieAlgebra<T, N> {
+        self.retraction.algebra()
+    }
+
+    #[cold]
+    fn undefined(
+        &self,
+        stage: Option<usize>,
+        step: T,
+        time: T,
+        g: Configuration<'_, T>,
+        eta: &Vector<T, N>,
+    ) -> StepError {
+        let why = self.force.undefined(time, g, eta).or_else(|| self.lagrangian.undefined(time, g, eta));
+        StepError::Undefined { step: step.to_f64(), stage, why }
+    }
+}
+
+/// η, P, G and f Ad⁻¹ of a stage, and the size of the force.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Stage<S: Scalar, const N: usize> {
+    pub velocity: Vector<S, N>,
+    pub momentum: Covector<S, N>,
+    pub gradient: Covector<S, N>,
+    pub impulse: Covector<S, N>,
+    pub load: S::Base,
+}
+
+/// The equations of a step.
+#[derive(Clone, Copy)]
+pub(super) struct Mechanics<'a, T: Real, const N: usize, const D: usize> {
+    pub coefficients: &'a Coefficients<T>,
+    pub moves: bool,
+    pub forced: bool,
+    pub parts: &'a dyn Mechanism<T, N, D>,
+}
+
+impl<T: Real, L, F, R> Scheme<T, L, F, R> {
+    pub fn mechanics<const N: usize, const D: usize>(&self) -> Mechanics<'_, T, N, D>
+    where
+        L: Lagrangian<T, N>,
+        F: Force<T, N>,
+        R: Retraction<T, N, D>,
+    {
+        Mechanics { coefficients: &self.coefficients, moves: self.moves, forced: self.forced, parts: self }
+    }
+}
+
+impl<'a, T: Real, const N: usize, const D: usize> Mechanics<'a, T, N, D> {
+    /// What `then` makes of the tangents at x; an error is one of stage i.
+    pub fn with<S: Scalar<Base = T>, O>(
+        &self,
+        (i, step): (Option<usize>, T),
+        x: &Vector<S, N>,
+        mut then: impl FnMut(&dyn TangentPoint<S, N>) -> O,
+    ) -> Result<O, StepError>
+    where
+        dyn Mechanism<T, N, D> + 'a: Parts<S, N, D>,
+    {
+        let mut made = None;
+        self.parts.at(x, &mut |point| made = Some(then(point))).map_err(|e| domain(step, i, e))?;
+        made.ok_or(StepError::NotFinite { what: "the tangents of the retraction" })
+    }
+
+    /// g τ(x).
+    pub fn attitude<S: Scalar<Base = T>>(
+        &self,
+        problem: &Problem<T, N, D>,
+        x: &Vector<S, N>,
+    ) -> Result<Matrix<S, D>, RetractionError>
+    where
+        dyn Mechanism<T, N, D> + 'a: Parts<S, N, D>,
+    {
+        Ok(times(&problem.attitude.map(S::lift), &self.parts.tau(x)?))
+    }
+
+    /// g τ(x) where anything depends on it.
+    pub fn placed<S: Scalar<Base = T>>(
+        &self,
+        problem: &Problem<T, N, D>,
+        x: &Vector<S, N>,
+    ) -> Result<Matrix<S, D>, RetractionError>
+    where
+        dyn Mechanism<T, N, D> + 'a: Parts<S, N, D>,
+    {
+        if self.moves { self.attitude(problem, x) } else { Ok(Matrix::identity()) }
+    }
+
+    /// The same as a Lagrangian and a force see it.
+    pub fn seen<'g, S: Scalar<Base = T>>(&self, attitude: &'g Matrix<S, D>) -> Configuration<'g, S> {
+        if self.moves { Configuration::of(attitude) } else { Configuration::identity() }
+    }
+
+    /// Stage i of a step of this size, at H_i and the tangents at Ξ_i.
+    pub fn stage<S: Scalar<Base = T>>(
+        &self,
+        (i, step): (usize, T),
+        time: S,
+        g: Configuration<'_, S>,
+        point: &dyn TangentPoint<S, N>,
+        rate: &Vector<S, N>,
+    ) -> Result<Stage<S, N>, StepError>
+    where
+        dyn Mechanism<T, N, D> + 'a: Parts<S, N, D>,
+    {
+        let velocity = apply(point.d(), rate);
+        let m = self.parts.momentum(time, g, &velocity);
+        let momentum = pull(&m, point.d());
+        let mut gradient = point.pull_dd(&momentum, &m, rate);
+        if !self.forced {
+            return Ok(Stage { velocity, momentum, gradient, impulse: Covector::zeros(), load: T::zero() });
+        }
+        let (f, load) = self.parts.total_force(time, g, &velocity);
+        if !finite(f.as_slice()) {
+            let at = g.matrix::<D>().map(|v| v.base());
+            let g = Configuration::of(&at);
+            return Err(self.parts.undefined(Some(i), step, time.base(), g, &velocity.map(|v| v.base())));
+        }
+        let seen = pull(&f, point.d());
+        gradient += seen;
+        Ok(Stage { velocity, momentum, gradient, impulse: point.pull_ad_inv(&f, &seen), load })
+    }
+
+    /// The residual r_i = P_i + h Σ_j (b_j a_ji / b_i) G_j − m dτ(−ξ) at the rates H_i in the workspace, into `next_momenta`; returns the size
+    /// to compare it with.
+    pub fn residual(&self, problem: &Problem<T, N, D>, work: &mut Work<T, N>) -> Result<T, StepError> {
+        let Coefficients { tableau, weights, coupling, .. } = self.coefficients;
+        let (h, mut load) = (problem.step, problem.rounding);
+        work.displacements.combine(weights, &work.rates);
+        for i in 0..tableau.stages() {
+            let x = work.displacements.vector(i) * h;
+            let rate = work.rates.vector(i);
+            let at = self.placed(problem, &x).map_err(|e| domain(h, Some(i), e))?;
+            let time = problem.time + tableau.c()[i] * h;
+            let stage =
+                self.with((Some(i), h), &x, |point| self.stage((i, h), time, self.seen(&at), point, &rate))??;
+            load = larger(load, stage.load);
+            if self.forced {
+                work.impulses.set_covector(i, &stage.impulse);
+            }
+            work.displacements.set_vector(i, &x);
+            work.velocities.set_vector(i, &stage.velocity);
+            work.momenta.set_covector(i, &stage.momentum);
+            work.gradients.set_covector(i, &stage.gradient);
+        }
+        work.end_of_step(problem, tableau, self.forced);
+        let end = self.with((None, h), &work.increment, |point| pull(&work.after_impulse, &point.d_neg()))?;
+        work.next_momenta.combine(coupling, &work.gradients);
+        let mut size = larger(largest(&end), load * h.abs());
+        for i in 0..tableau.stages() {
+            let (p, coupled) = (work.momenta.covector(i), work.next_momenta.covector(i) * h);
+            size = larger(size, larger(largest(&p), largest(&coupled)));
+            work.next_momenta.set_covector(i, &(p + coupled - end));
+        }
+        Ok(size)
+    }
+
+    /// The largest term of the stage equations relative to the momentum, the forces and the momentum of a rotor, where it is large: |P_i|,
+    /// |m dτ(−ξ)| and transported forces grow like e^{|ad_ξ|}, and cancel.
+    pub fn growth(&self, problem: &Problem<T, N, D>, work: &Work<T, N>, d_neg: &Matrix<T, N>) -> T {
+        let tableau = &self.coefficients.tableau;
+        let share = |j: usize| (tableau.b()[j] * problem.step).abs();
+        let mut terms = largest(&work.after_impulse).max(largest(&(work.after_impulse * d_neg)));
+        for j in 0..tableau.stages() {
+            let impulse = largest(&work.impulses.covector(j)) * share(j);
+            terms = larger(terms, larger(largest(&work.momenta.covector(j)), impulse));
+        }
+        let momentum = largest(&problem.momentum);
+        if terms <= momentum * T::int(MODERATE) {
+            return T::zero();
+        }
+        let here = Configuration::of(&problem.attitude);
+        let mut scale = momentum + largest(&self.parts.momentum(problem.time, here, &Vector::zeros()));
+        for j in 0..tableau.stages() {
+            // Without a group nothing depends on the attitude.
+            let at = self.attitude(problem, &work.displacements.vector(j)).unwrap_or(problem.attitude);
+            let time = problem.time + tableau.c()[j] * problem.step;
+            let force = self.parts.total_force(time, Configuration::of(&at), &work.velocities.vector(j));
+            scale += largest(&force.0) * share(j);
+        }
+        relative(terms, scale)
+    }
+}
