@@ -279,7 +279,7 @@ fn refused(why: &str) -> Verdict {
     Verdict::not_applicable(format!("the step is refused: {why}"))
 }
 
-/// Newton's method at so many parts of the step, one after the other, wherever it leads.
+/// Newton's method at `parts` parts of the step, one after the other, wherever it leads.
 fn stepwise<const N: usize, const D: usize, R, L, F>(
     step: &mut Step<'_, f64, N, D, R, L, F>,
     eta: &Vector<f64, N>,

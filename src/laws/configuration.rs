@@ -148,7 +148,7 @@ pub const fn laws() -> &'static [CaseLaw] {
     ]
 }
 
-/// The laws of this file that judge Lagrangians of somebody's own types, too.
+/// The laws of this file that judge Lagrangians of a user's own types, too.
 pub const fn shared<S: Source>() -> &'static [CaseLaw<S>] {
     const {
         &[CaseLaw {
@@ -207,7 +207,7 @@ fn potential(probe: &mut Probe, size: usize, row: Option<usize>) -> String {
     terms.join(" + ")
 }
 
-/// The case with a potential, and a force that depends on the configuration; on somebody's own group, which formulas cannot name, as it is.
+/// The case with a potential, and a force that depends on the configuration; on a user's own group, which formulas cannot name, as it is.
 pub(super) fn configured(case: &Case, what: What) -> Case {
     if matches!(case.algebra.structure, Structure::Given { .. }) {
         return case.clone();

@@ -73,13 +73,13 @@ fn generator(cases: Cases) -> Cases {
     cases.algebras(&rotations).main_dimensions().force_free().with_tableaux(tableaux)
 }
 
-/// After so many steps the median of the errors is read; the later ones only where those before leave it open.
+/// The steps after which the median of the errors is read; later ones only where those before leave it open.
 const READ: [usize; 4] = [625, 2_500, 10_000, 40_000];
 
 /// h ‖ad_η‖ for the fastest motion of this energy, or more: 625 steps are some turns at least, and 10⁴ are hundreds.
 const ANGLE: f64 = 0.25;
 
-/// An error below so many times what rounding makes of the energy in as many steps shows nothing.
+/// An error below this multiple of what rounding makes of the energy in its steps shows nothing.
 const CLEAR: f64 = 64.0;
 
 /// The slope half the way to a drift, and what is surely one.
@@ -206,7 +206,7 @@ impl<'a, const N: usize, const D: usize, R: Retraction<f64, N, D>, L: Lagrangian
         Ok(self.lagrangian.energy_at(t, here, &self.eta))
     }
 
-    /// The median of the errors of the energy in so many steps from the start.
+    /// The median of the errors of the energy in `steps` steps from the start.
     fn until(&mut self, steps: usize) -> Result<f64, StepError> {
         let start = match self.start {
             Some(start) => start,

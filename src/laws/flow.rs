@@ -72,7 +72,7 @@ const PARTS: i64 = 4;
 /// h ‖∂μ̇/∂μ‖ of a part at most: the error of order 16 is below 32 digits then.
 const CALM: f64 = 0.125;
 
-/// So many parts that each is calm.
+/// Enough parts that each is calm.
 fn parts(h: f64, slope: f64) -> i64 {
     PARTS.max((h.abs() * slope / CALM).min(256.0).ceil() as i64)
 }
@@ -327,7 +327,7 @@ impl Visitor<f64> for Run<'_> {
 /// The largest distance of a step's loss from the integral, relative to it: half of what would change its sign.
 const HALF: f64 = 0.5;
 
-/// A step tells the sign of a loss that is so many times its error.
+/// The least loss relative to its error whose sign a step tells.
 const CLEAR: f64 = 8.0;
 
 impl Run<'_> {

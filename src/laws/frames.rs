@@ -24,7 +24,7 @@ use crate::system::{Case, System, Visitor};
 use nalgebra::RealField;
 use std::fmt::Debug;
 
-/// The law of this file that judges somebody's own types, too.
+/// The law of this file that judges a user's own types, too.
 pub const fn shared<S: Source>() -> &'static [CaseLaw<S>] {
     const {
         &[CaseLaw {

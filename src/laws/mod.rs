@@ -114,7 +114,7 @@ use proptest::strategy::{BoxedStrategy, Strategy};
 pub struct CaseLaw<S = Case> {
     /// What it says.
     pub about: About,
-    /// Draws cases from all, or from those that somebody has restricted further.
+    /// Draws cases from all, or from those that the caller restricted further.
     pub cases: fn(Cases) -> Cases,
     /// Judges one.
     pub check: fn(&S, Option<&Fault>) -> Verdict,
@@ -138,7 +138,7 @@ impl Law<Case> for CaseLaw {
     }
 }
 
-/// What it means that a case cannot be built: an error of whoever drew it, but for a system of somebody's own types that the law is not about.
+/// What it means that a case cannot be built: an error in how it was drawn, but for a system of a user's own types that the law is not about.
 pub(crate) fn unbuilt(error: &CaseError) -> Verdict {
     match &error.problem {
         Problem::NotApplicable { what, .. } if *what == PLACED => Verdict::not_applicable(error.to_string()),

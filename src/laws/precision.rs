@@ -333,7 +333,7 @@ where
     evaluated_main(case, fault, visitor, both)
 }
 
-/// One in so many cases is judged in 32 digits, whatever it costs.
+/// One in `DRAWN` cases is judged in 32 digits, whatever it costs.
 const DRAWN: i32 = 10;
 
 /// In which cases a law is judged in 32 digits, where a step in them costs too much for a law that runs on every case: those whose
@@ -408,7 +408,7 @@ fn small(evaluations: &Evaluations<'_>, quad: Result<bool, CaseError>) -> Verdic
     if is_above(&double) { beside(evaluations, double) } else { by_itself(evaluations, double) }
 }
 
-/// The verdict from `double` alone, which is below [`tight`]. The evaluation in 32 digits is noted beside it where somebody gathers:
+/// The verdict from `double` alone, which is below [`tight`]. The evaluation in 32 digits is noted, too, where evidence is gathered:
 /// not even a panic may change the verdict.
 fn by_itself(evaluations: &Evaluations<'_>, double: Evaluated) -> Verdict {
     if let Ok(Measured::Defect { amplification: a64, .. }) = &double
@@ -459,7 +459,7 @@ fn noted(digits: u32, defect: f64, [bound, alone]: [f64; 2], witness: String) ->
     Evidence::Defect { digits, defect, bound, alone, witness }
 }
 
-/// The evidence of a defect and a bound that are relative, not in units of round-off, in the scalar of so many digits.
+/// The evidence of a relative defect and bound, not in units of round-off, in the scalar of `digits` digits.
 pub(super) fn of_relative<T: Real>(digits: u32, defect: f64, bound: f64, witness: String) -> Evidence {
     let unit = T::unit_roundoff().to_f64();
     noted(digits, defect / unit, [bound / unit; 2], witness)

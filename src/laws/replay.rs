@@ -21,7 +21,7 @@ use std::{fmt, fs, io};
 /// Where records are kept, in a checkout of this crate.
 pub const REGRESSIONS: &str = "snapshots/regressions";
 
-/// So many names are shown that are like one which is unknown.
+/// The largest number of names shown as near to an unknown one.
 const NEAREST: usize = 3;
 
 /// Why a record cannot be replayed.
@@ -103,7 +103,7 @@ impl Replayed {
         }
     }
 
-    /// The record, judged; by the arithmetic of so many decimal digits alone where `digits` says so.
+    /// The record, judged; by the arithmetic of `digits` decimal digits alone where they are given.
     ///
     /// # Errors
     /// An unknown law or fault, or a record of a suite.
@@ -184,7 +184,7 @@ pub fn verdict_rows(verdict: &Verdict) -> Vec<(&'static str, String)> {
     }
 }
 
-/// The unit round-off of the arithmetic with so many digits.
+/// The unit round-off of the arithmetic of `digits` digits.
 fn unit(digits: u32) -> f64 {
     match digits {
         16 => f64::unit_roundoff(),
@@ -223,7 +223,7 @@ pub(super) fn evidence_row(evidence: &Evidence) -> (&'static str, String) {
     (name, text)
 }
 
-/// The verdict of `law`, and what was measured; with `digits` both in the arithmetic of so many decimal digits alone.
+/// The verdict of `law`, and what was measured; both in the arithmetic of `digits` decimal digits alone, if given.
 pub fn judged(
     law: &CaseLaw,
     fault: Option<&'static Fault>,

@@ -205,7 +205,7 @@ fn settled<const N: usize, const D: usize, R, L: Lagrangian<f64, N>, F: Force<f6
     Ok(None)
 }
 
-/// The states at increasing times, with so many steps in one of the case.
+/// The states at increasing times, with `finer` steps in one of the case.
 fn reference<const N: usize, const D: usize, R, L: Lagrangian<f64, N>, F: Force<f64, N>>(
     system: &System<f64, N, D, R, L, F>,
     start: &State<f64, N, D>,

@@ -1,4 +1,4 @@
-//! Where the systems come from that laws judge: the catalogue, or somebody's own types.
+//! Where the systems come from that laws judge: the catalogue, or a user's own types.
 
 use crate::scalar::Real;
 use crate::system::{Case, CaseError, Visitor, Wrap};

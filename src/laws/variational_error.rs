@@ -331,7 +331,7 @@ pub(super) fn momenta<const N: usize, const D: usize, R, L: Lagrangian<Dd, N>, F
     times.iter().map(advance).collect()
 }
 
-/// An error at a step, of a value of that size after so many operations.
+/// An error at the step h, of a value of `size` after `operations` operations.
 pub(super) fn level(h: Dd, error: Dd, size: Dd, operations: i64) -> Level {
     let noise = Dd::unit_roundoff() * Dd::int(operations) * size;
     Level { h: h.to_f64(), error: error.to_f64(), noise: noise.to_f64() }

@@ -30,7 +30,7 @@ pub(super) struct Condition {
     time: f64,
 }
 
-/// The points after each of so many steps.
+/// The points after each of `steps` steps.
 pub(super) fn trajectory<T: Real>(
     method: &mut dyn Stepper<T>,
     start: &Point<T>,
@@ -90,7 +90,7 @@ fn perturbed(case: &Case, size: f64, h: f64, steps: usize, impulse: Impulse) -> 
     perturbed
 }
 
-/// The conditions after each of so many steps of size h from `start`: the largest of what impulses that differ from stage to stage
+/// The conditions after each of `steps` steps of size h from `start`: the largest of what impulses that differ from stage to stage
 /// show, what impulses about the axes show together, and what such impulses at the start do. Rounding of a stage equation is not always that of
 /// a torque: where b_j = a_ji, as with one stage at c = 1, torques cancel from it, and what they round stays.
 ///

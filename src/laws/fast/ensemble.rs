@@ -1,4 +1,4 @@
-//! Many bodies at once: what each of them would do alone, whoever is next to it and however many threads there are.
+//! Many bodies at once: what each of them would do alone, whatever is next to it and however many threads there are.
 
 use super::condition::conditions;
 use super::engine::{Body, BodyParts, OTHER_RETRACTION, Reporting, STOPPED, TERM_MISSING, settings};

@@ -116,7 +116,7 @@ fn tolerance(case: &Case, fault: Option<&Fault>) -> Result<Verdict, StepError> {
     })))
 }
 
-/// Where the solution is after so many steps of size h: with shorter and shorter steps, as two in a row agree to a part of the
+/// Where the solution is after `steps` steps of size h: with shorter and shorter steps, as two in a row agree to a part of the
 /// tolerance. A force that is not smooth, or nearly not, needs them.
 fn reference(case: &Case, h: f64, steps: i32, tolerance: f64) -> Result<Option<Point<f64>>, StepError> {
     let theory = theory_of::<Dd>(case).map_err(|error| StepError::Unsupported { why: error.to_string() })?;

@@ -22,7 +22,7 @@
 //! | `method-smoothness` | h ↦ Φ_h is smooth: nothing but rounding, or the tolerance that is claimed | |
 //!
 //! [`LAWS`] has them by name, [`check`] judges one on a setup, [`check_case`] on a described system, [`check_source`] on one of
-//! somebody's own types. [`library`] has the same
+//! a user's own types. [`library`] has the same
 //! laws as [`CaseLaw`](super::CaseLaw)s of this crate's integrator, with planted faults.
 
 mod form;
@@ -443,7 +443,7 @@ pub fn named(name: &str) -> Option<&'static MethodLaw> {
     LAWS.iter().find(|law| law.about.name == name)
 }
 
-/// A method, to be made for the systems of a source: described ones, or those of somebody's own types.
+/// A method, to be made for the systems of a source: described ones, or those of a user's own types.
 ///
 /// A typed [`OneStep`](crate::integrators::OneStep) becomes a [`Stepper`] by [`Untyped`].
 ///
@@ -504,7 +504,7 @@ pub trait MethodSource<S = Case> {
         true
     }
 
-    /// A system that it knows in the place of another one of the same algebra; `None` where there is none.
+    /// A system that it knows instead of another one of the same algebra; `None` where there is none.
     fn adapted(&self, system: S) -> Option<S> {
         self.knows(&system).then_some(system)
     }
@@ -767,7 +767,7 @@ impl<T: Precision> View<'_, '_, T> {
         self.setup.double.theory.pace(point)
     }
 
-    /// What rounding, or the claimed tolerance, may do in so many steps, relative.
+    /// What rounding, or the claimed tolerance, may do in `steps` steps, relative.
     fn noise(&self, steps: usize) -> T {
         T::int(steps as i64) * (T::unit_roundoff() * T::int(64)).max(T::exact(self.tolerance))
     }
@@ -784,7 +784,7 @@ impl<T: Real> Side<'_, T> {
         let alike = (next.momentum.len(), next.attitude.len()) == (point.momentum.len(), point.attitude.len());
         match (alike, next.is_finite()) {
             (true, true) => Ok(next),
-            // A step larger than that of the system is one that nobody wants: there a method may diverge.
+            // A step larger than that of the system is one that no user wants: there a method may diverge.
             (true, false) if h.abs() > self.theory.step().abs() => {
                 Err(StepError::Refused { step: h.to_f64(), why: levels::DIVERGES.into() })
             }

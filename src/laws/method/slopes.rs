@@ -28,7 +28,7 @@ fn parts<T>(point: &Point<T>) -> usize {
     if point.attitude.is_empty() { 1 } else { 2 }
 }
 
-/// Tells the errors to whoever gathers them.
+/// Notes the errors as evidence.
 fn tell(setup: &Setup<'_>, findings: &Findings, order: u32, what: &str) {
     let digits = if setup.quad.is_some() { 32 } else { 16 };
     evidence::note_all(|| findings.evidence(order, digits, what));
@@ -71,7 +71,7 @@ fn at_least(setup: &Setup<'_>, order: u32, what: &str, study: impl Fn(usize) -> 
     stands(&ladder.findings, standing(&ladder, order, study))
 }
 
-/// Errors of so many steps against the solution, for a claim of this order.
+/// Errors of `STEPS` steps against the solution, for a claim of this order.
 struct Errors(u32);
 
 impl<T: Precision> Measure<T> for View<'_, '_, T> {

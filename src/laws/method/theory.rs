@@ -215,7 +215,7 @@ pub trait Theory<T: Real> {
     /// A quantity and its rate; `None` where it has no value.
     fn value(&self, quantity: Quantity, point: &Point<T>) -> Option<Value<T>>;
 
-    /// The solution after each of these times, by a classical Gauss method with so many stages.
+    /// The solution after each of these times, by a classical Gauss method of `stages` stages.
     ///
     /// # Errors
     /// Those of [`reference::at`].

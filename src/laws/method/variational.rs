@@ -126,7 +126,7 @@ impl<T: Real, const N: usize, const D: usize, R, L, F> On<T, N, D, R, L, F> {
         }
     }
 
-    /// The numbers beside μ: the entries of a matrix by rows in the place of g, or those of g⁻¹ x.
+    /// The numbers beside μ: the entries of a matrix by rows where g stands, or those of g⁻¹ x.
     fn beside(&self, start: &Point<T>, g: &Matrix<T, D>, of: impl Fn(T) -> T) -> Option<Vec<T>> {
         let count = start.attitude.len();
         if !matches!(self.form, StateForm::Point(_)) {

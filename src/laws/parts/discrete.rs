@@ -17,7 +17,7 @@ use crate::system::{Case, Cases};
 type Action<T, const N: usize, const D: usize, R> =
     StageLagrangian<T, Forced<AnyLagrangian<T, N>, AnyForce<T, N>, R>, R, N, D>;
 
-/// Up to so many unknowns s N it is judged in 32 digits too: an evaluation of l_d is an iteration of Newton's.
+/// The largest number s N of unknowns judged in 32 digits too: an evaluation of l_d is a Newton iteration.
 const MOST_UNKNOWNS: usize = 3;
 
 fn action<T: Real, const N: usize, const D: usize, R: Retraction<T, N, D> + Clone>(

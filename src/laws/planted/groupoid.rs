@@ -34,7 +34,7 @@ pub const UNCHECKED: Fault = Fault::new(
 /// The product of classes without matching.
 pub const UNMATCHED: Fault =
     Fault::new("atiyah-unmatched", "[p, q][p', q'] = [p, q'], without the k that takes p' to q", "Atiyah groupoids");
-/// A left action in the place of a right one.
+/// A left action instead of a right one.
 pub const ACTION_INVERTED: Fault =
     Fault::new("action-inverted", "x·g⁻¹ in the place of x·g", "action groupoids, where g acts by more than a sign");
 /// α that does not see a coordinate.

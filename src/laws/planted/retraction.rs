@@ -1,4 +1,4 @@
-//! A retraction with a fault planted in it. It stands behind a pointer, in the place of the right one.
+//! A retraction with a fault planted in it. It stands behind a pointer, instead of the right one.
 
 use super::super::probe::Probe;
 use super::{blend, blend_scalar};
@@ -136,7 +136,7 @@ fn shifted<S: Scalar, const M: usize>(x: &Vector<S, M>, size: S, sample: f64, pl
     x.map(|v| v + size * S::exact(probe.unit::<f64>() * (f64::EPSILON / 2.0)))
 }
 
-/// So many squarings make a power of 2⁴⁰: a condition of the eigenvectors of 10¹⁰ changes its root by 2e-11, and a Jordan block by as much.
+/// The number of squarings, for a power of 2⁴⁰: a condition of the eigenvectors of 10¹⁰ changes its root by 2e-11, as does a Jordan block.
 const SQUARINGS: usize = 40;
 
 /// The largest absolute value of an eigenvalue, by squaring: ‖mᵏ‖^{1/k}, k = 2⁴⁰.

@@ -2,7 +2,7 @@
 //!
 //! A transcription of the stage equations (Martín de Diego and Sato Martín de Almagro 2019, §5.2 on the units) apart from
 //! the library's integrator: plain loops over the stages, Newton's method on H, no fixed-point iteration. Each [`StepFault`]
-//! has one wrong term. A law that is checked with a fault judges this step in the place of the library's; without a fault the
+//! has one wrong term. A law that is checked with a fault judges this step instead of the library's; without a fault the
 //! two agree to round-off, which is a law of its own.
 
 use crate::algebra::{Covector, Matrix, Vector};
@@ -22,13 +22,13 @@ use nalgebra::DMatrix;
 pub enum StepFault {
     /// P_i = μ + h Σ â_ij G_j and μ' = (μ + h Σ b_j G_j) dτ(ξ)⁻¹: the partitioned method in the chart, of the same order.
     ChartTrap,
-    /// The transported force K̂ of stage i in the place of stage j under Σ_j, in the stage equations (§5.2 as printed).
+    /// The transported force K̂ of stage i instead of stage j under Σ_j, in the stage equations (§5.2 as printed).
     ForceIndex,
-    /// a_ij in the place of its conjugate â_ij.
+    /// a_ij instead of its conjugate â_ij.
     Unconjugated,
     /// ddτ left out of G_i.
     NoSecondTangent,
-    /// The second tangent of τ⁻¹ in the place of that of τ (§5.2 as printed).
+    /// The second tangent of τ⁻¹ instead of that of τ (§5.2 as printed).
     InverseSecondTangent,
     /// The arguments of ddτ exchanged: δ ↦ ddτ(δ, H).
     SwappedSecondTangent,
@@ -52,9 +52,9 @@ pub enum StepFault {
     AttitudeFromLeft,
     /// g' = g τ(h (l')⁻¹((μ + μ')/2)): the momentum is right, the attitude of order 2.
     AttitudeOrderTwo,
-    /// The force and ∂_gL at g in the place of g τ(Ξ_i).
+    /// The force and ∂_gL at g instead of g τ(Ξ_i).
     ConfigurationOfStart,
-    /// −∂_gL in the place of ∂_gL.
+    /// −∂_gL instead of ∂_gL.
     GradientSign,
     /// ∂_gL left out.
     NoGradient,

@@ -9,7 +9,7 @@
 //! | `EULER_POINCARE_REPLAY` | a file: that case alone, for its law; the other laws do nothing |
 //!
 //! A failing case is saved under `snapshots/regressions/` of the crate, in a folder with the name of the module, and replayed
-//! first from then on, until somebody deletes it.
+//! first from then on, until the user deletes it.
 
 use super::part::{self, Subject};
 use super::system::{Parts, Types};
@@ -25,7 +25,7 @@ use std::fmt::{self, Debug, Display, Write as _};
 use std::io::Write as _;
 use std::path::{Path, PathBuf};
 
-/// Where a suite stands in somebody's code: [`laws!`](crate::laws!) fills it in.
+/// Where a suite stands in a user's code: [`laws!`](crate::laws!) fills it in.
 #[derive(Clone, Copy, Debug)]
 #[doc(hidden)]
 pub struct Site {
@@ -109,11 +109,11 @@ impl Default for SuiteSettings {
 pub enum Outcome {
     /// It holds.
     Held {
-        /// On so many cases.
+        /// The number of cases.
         cases: usize,
         /// The largest defect relative to its bound.
         worst: f64,
-        /// So many cases were inconclusive, and so many not applicable.
+        /// The numbers of inconclusive and of not applicable cases.
         undecided: (usize, usize),
     },
     /// Another law's case is replayed.
@@ -382,7 +382,7 @@ fn snippet(site: &Site, law: &str, case: &str) -> String {
     text
 }
 
-/// Laws on somebody's own types, by name.
+/// Laws on a user's own types, by name.
 pub struct Suite {
     site: Site,
     laws: Vec<Box<dyn Runs>>,
@@ -437,7 +437,7 @@ impl Suite {
 
     /// Runs the law called `name`; [`Outcome::Undecided`] where there is none.
     pub fn run(&self, name: &str, settings: &SuiteSettings) -> Outcome {
-        // Of a case to be replayed whose law is none of these, nobody else would say so.
+        // Nothing else reports a case to be replayed whose law is none of these.
         if let Some(Ok((module, law))) = settings.replay.as_deref().map(whose)
             && module == self.site.module
             && !self.names().contains(&law.as_str())
@@ -489,7 +489,7 @@ impl Suite {
                 }
             }
             Outcome::Off { why } => {
-                // Not by eprintln, which the test runner captures: nobody would see what is off.
+                // Not by eprintln, which the test runner captures: the user would not see it.
                 let _ = writeln!(std::io::stderr(), "{}: the law `{name}` is off: {why}", self.site.path());
             }
             Outcome::Undecided { why } => panic!("the law `{name}` could not be decided: {why}"),

@@ -1,4 +1,4 @@
-//! The laws of whole systems on somebody's own group, retraction, Lagrangian, force and one-step method.
+//! The laws of whole systems on a user's own group, retraction, Lagrangian, force and one-step method.
 //!
 //! [`Types`] says which types; [`UserSystem`] is a [`Source`] of systems made of them, where a [`Case`] fills in the rest:
 //! what is not one's own, the tableau, the state and the step. `laws` are the laws of the library that judge such a
@@ -36,7 +36,7 @@ use std::fmt;
 use std::marker::PhantomData;
 use std::sync::Arc;
 
-/// Somebody's own types, for every scalar: a group of dimension N, represented by D×D matrices, and what else is one's own.
+/// A user's own types, for every scalar: a group of dimension N, represented by D×D matrices, and what else is the user's.
 ///
 /// [`laws!`](crate::laws!) writes the implementation.
 #[doc(hidden)]
@@ -116,7 +116,7 @@ impl Parts {
     };
 }
 
-/// A system of somebody's own types, with a case for what they leave open.
+/// A system of a user's own types, with a case for what they leave open.
 #[doc(hidden)]
 pub struct UserSystem<P, const N: usize, const D: usize> {
     case: Case,
@@ -170,7 +170,7 @@ fn rates<P: Types<N, D>, const N: usize, const D: usize>(case: &Case) -> Option<
     Rates::by(case, true, |measure| own.visit::<f64, _>(&Plant(None), measure).ok().flatten())
 }
 
-/// Somebody's types without their types: what a [`GivenSystem`] is made of.
+/// A user's types without their types: what a [`GivenSystem`] is made of.
 #[doc(hidden)]
 pub trait Supplier: Send + Sync {
     /// Which parts are one's own, beside the group.
@@ -229,7 +229,7 @@ impl<P: Types<N, D>, const N: usize, const D: usize> Supplier for Supply<P, N, D
     }
 }
 
-/// A system of somebody's own types, of which nothing is left but pointers, with a case for what they leave open.
+/// A system of a user's own types, of which nothing is left but pointers, with a case for what they leave open.
 #[derive(Clone)]
 #[doc(hidden)]
 pub struct GivenSystem {
@@ -274,7 +274,7 @@ impl Source for GivenSystem {
     }
 }
 
-/// The rates of a case on somebody's types.
+/// The rates of a case on a user's types.
 fn rates_given(supplier: &'static dyn Supplier, case: &Case) -> Option<Rates> {
     let system = GivenSystem { case: case.clone(), supplier };
     Rates::by(case, true, |measure| system.visit::<f64, _>(&Plant(None), measure).ok().flatten())
@@ -386,7 +386,7 @@ impl<T: Real, F: Force<T, N>, G: Force<T, N>, const N: usize> Force<T, N> for Ch
     }
 }
 
-/// The case with what is one's own in the place of what is not.
+/// The case with what is one's own instead of what is not.
 fn completed(mut case: Case, own: Parts) -> Case {
     if own.force && !case.forces.is_empty() {
         case.forces = vec![ForceTerm::Given];
@@ -402,7 +402,7 @@ impl<P: Types<N, D>, const N: usize, const D: usize> Source for UserSystem<P, N,
         &self.case
     }
 
-    /// With what is one's own in the place of what is not.
+    /// With what is one's own instead of what is not.
     fn with_case(&self, case: Case) -> Self {
         Self::new(completed(case, P::OWN))
     }

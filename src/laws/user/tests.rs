@@ -1,6 +1,6 @@
 //! The macros that make tests of a user's own types.
 
-/// A `#[test]` for each law of somebody's own types, in a module of that name.
+/// A `#[test]` for each law of a user's own types, in a module of that name.
 ///
 /// `mod NAME<T, N, D> { group: VALUE, … }`: T names the scalar in the values, which have to work for every
 /// [`Real`](crate::scalar::Real); N is the dimension of the group and D the size of its matrices. Every key but the first may
@@ -10,7 +10,7 @@
 /// |---|---|---|
 /// | `group` | a [`LieGroup`](crate::group::LieGroup) | |
 /// | `retraction` | a [`Retraction`](crate::retraction::Retraction) | exp of the group |
-/// | `map` | τ alone, a [`Map`](crate::laws::user::Map); in the place of `retraction` | |
+/// | `map` | τ alone, a [`Map`](crate::laws::user::Map); instead of `retraction` | |
 /// | `lagrangian` | a [`Lagrangian`](crate::mechanics::Lagrangian) | random inertias |
 /// | `force` | a [`Force`](crate::mechanics::Force) | random forces |
 /// | `casimirs` | a `Vec` of [`Casimir`](crate::algebra::Casimir)s | none are known |
