@@ -26,10 +26,10 @@ const KNOWN: usize = 8;
 /// The largest entry of a matrix and the largest structure constant that are drawn: more makes a motion fast, and nothing else.
 const LARGEST: f64 = 3.0;
 
-/// After so many draws of a family that the knobs do not admit another is chosen.
+/// The most draws of a family that the knobs do not admit before another is chosen.
 const MOST_DRAWS: usize = 60;
 
-/// After so many choices there is none.
+/// The most choices: then there is none.
 const MOST_CHOICES: usize = 20;
 
 /// Percent of the algebras in which some basis vectors are shorter by powers of two: constants that nearly vanish, as in a

@@ -56,7 +56,7 @@ pub enum Structure {
         /// The non-zero constants, one of each antisymmetric pair.
         constants: Vec<Constant>,
     },
-    /// An algebra and a group of somebody's own types ([`crate::laws::user`]), which the case does not describe.
+    /// An algebra and a group of a user's own types ([`crate::laws::user`]), which the case does not describe.
     Given {
         /// n.
         dimension: usize,

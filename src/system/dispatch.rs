@@ -65,7 +65,7 @@ pub trait Visitor<T: Real> {
     /// The result.
     type Output;
 
-    /// Whether it knows forces and Lagrangians of somebody's own types that depend on the configuration: laws of systems f(t, η), l(η) do
+    /// Whether it knows forces and Lagrangians of a user's own types that depend on the configuration: laws of systems f(t, η), l(η) do
     /// not speak of them.
     const KNOWS_CONFIGURATION: bool = false;
 
@@ -81,7 +81,7 @@ pub trait Visitor<T: Real> {
 /// pointer. So its type is the same, and what works on systems is compiled once.
 #[doc(hidden)]
 pub trait Wrap {
-    /// The retraction to be used in the place of `retraction`.
+    /// The retraction to be used instead of `retraction`.
     fn wrap<T: Real, const N: usize, const D: usize, R>(&self, retraction: R) -> R
     where
         R: Retraction<T, N, D> + From<GivenRetraction<T, N, D>> + Send + Sync + 'static;
@@ -314,7 +314,7 @@ impl Case {
     }
 
     /// The system of these parts, with the Lagrangian and the force of the case or what is put in their place. What depends on the
-    /// configuration is refused where nobody knows it.
+    /// configuration is refused where it is not known.
     pub(crate) fn complete<T: Real, const N: usize, const D: usize, R: Retraction<T, N, D>, L, F>(
         &self,
         (algebra, group, casimirs): BuiltParts<T, N, D>,
@@ -331,7 +331,7 @@ impl Case {
         let drawn = self.lagrangian::<T, N, D>(&scope, &group)?;
         let force = force(self.force(&algebra, &drawn, &scope)?);
         let lagrangian = lagrangian(drawn);
-        // Of somebody's own types: those of the case are known.
+        // Of a user's own types: those of the case are known.
         let known = knows_configuration || self.is_general();
         if !known && (force.uses_configuration() || lagrangian.uses_configuration()) {
             let why = "this law is for f(t, η) and l(η)".into();

@@ -73,12 +73,12 @@ pub(crate) struct AlgebraTable {
     pub family: Option<AlgebraFamily>,
     #[serde(skip_serializing_if = "Option::is_none")]
     pub basis: Option<Vec<Vec<Number>>>,
-    /// In the record of a failure on somebody's own types, which has the dimension alone.
+    /// In the record of a failure on a user's own types, which has the dimension alone.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub given: Option<Given>,
 }
 
-/// What is known of an algebra of somebody's own types.
+/// What is known of an algebra of a user's own types.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "lowercase")]
 pub(crate) enum Given {
@@ -135,7 +135,7 @@ type TermRow = (i64, Number, i64, i64, Vec<i64>);
 pub(crate) struct MethodTable {
     #[serde(skip_serializing_if = "Option::is_none")]
     pub tableau: Option<String>,
-    /// Whoever reads the text puts the tableau in the place of the name.
+    /// The reader of the text replaces the name by the tableau.
     #[serde(rename = "tableau-file", skip_serializing_if = "Option::is_none")]
     pub tableau_file: Option<String>,
     #[serde(skip_serializing_if = "Option::is_none")]

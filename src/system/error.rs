@@ -16,7 +16,7 @@ use std::fmt;
 pub enum Segment {
     /// A key of a table.
     Key(&'static str),
-    /// A name that somebody chose, as a key.
+    /// A name that the user chose, as a key.
     Name(String),
     /// An index into a list, from 0 (printed from 1).
     Index(usize),
@@ -39,7 +39,7 @@ impl Place {
         Self(path)
     }
 
-    /// The key `name` of this place, which somebody chose.
+    /// The key `name` of this place, which the user chose.
     pub fn name(&self, name: &str) -> Self {
         let mut path = self.0.clone();
         path.push(Segment::Name(name.into()));

@@ -76,7 +76,7 @@ pub struct Output {
 pub struct SystemFile {
     /// The system, the method, the initial state and the step; where there is a tolerance, the step is the horizon.
     pub case: Case,
-    /// The tolerance and what goes with it, where the file has one in the place of a step.
+    /// The tolerance and what goes with it, where the file has one instead of a step.
     pub adaptive: Option<Adaptive>,
     /// How long.
     pub horizon: Horizon,
@@ -254,7 +254,7 @@ fn unknown_kind(table: &DeTable<'_>) -> Option<(Range<usize>, String)> {
     })
 }
 
-/// So many names are shown that are like one which is unknown.
+/// The largest number of names shown as near to an unknown one.
 const NEAREST: usize = 3;
 
 /// The first number that is not in quotes and has more digits than an `f64` keeps, and how many.
@@ -293,7 +293,7 @@ impl SystemFile {
         Self::parse_with(text, &Reading { scalar, ..Reading::default() })
     }
 
-    /// The same with what stands in the place of parts of the file, and with the files that it names.
+    /// The same with what replaces parts of the file, and with the files that it names.
     ///
     /// # Errors
     /// Those of [`SystemFile::parse`]; those of a file that it names, at the name.

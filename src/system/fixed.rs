@@ -1,4 +1,4 @@
-//! Parts of a case that somebody has chosen: everything else stays random.
+//! Parts of a case that the user has chosen: everything else stays random.
 
 use super::case::{Algebra, Case, Force, Lagrangian, Motion, Start};
 use crate::scalar::Number;

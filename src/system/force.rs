@@ -129,7 +129,7 @@ pub enum Force {
         /// d.
         damping: Number,
     },
-    /// A force of somebody's own type ([`crate::laws::user`]), which the case does not describe.
+    /// A force of a user's own type ([`crate::laws::user`]), which the case does not describe.
     Given,
 }
 
@@ -304,7 +304,7 @@ macro_rules! catalogue {
             $($variant),*
         }
 
-        /// All kinds; that of somebody's own types is the last.
+        /// All kinds; that of a user's own types is the last.
         pub(crate) static KINDS: &[ForceKind] = &[$(ForceKind {
             parameters: &[$(Parameter { name: stringify!($field), role: Role::$role }),*],
             zero: || {

@@ -750,7 +750,7 @@ fn enlarge(case: &mut Case, may_be: impl Fn(f64) -> bool) {
 /// How often motion and forces are halved at most until a case is calm: 2⁻⁴⁰ of what was drawn hardly moves.
 const MAX_SLOWER: usize = 40;
 
-/// After so many halvings the step is halved as well: a part that is given cannot be slowed down, and 2⁻⁸ of what can be is
+/// After this many halvings the step is halved too: a part that is given cannot be slowed down, and 2⁻⁸ of what can be is
 /// still a motion.
 const SLOWER_BEFORE_SHORTER: usize = 8;
 

@@ -1,6 +1,6 @@
 //! Systems whose group, retraction, Lagrangian or force has a type that is not known here, in the classes of `dispatch`.
 //!
-//! What somebody has written is handed over as numbers and pointers ([`Supplied`]), beside spectators. So the laws are compiled once, in
+//! What a user has written is handed over as numbers and pointers ([`Supplied`]), beside spectators. So the laws are compiled once, in
 //! this crate, and not again for the types of each user.
 
 use super::case::{Case, Force as ForceTerm, Tau};
@@ -18,7 +18,7 @@ use crate::retraction::{AnyRetraction, Retraction};
 use crate::scalar::Real;
 use std::sync::Arc;
 
-/// The parts of a system that somebody has written, over T.
+/// The parts of a system that a user has written, over T.
 #[doc(hidden)]
 pub struct Supplied<T: Real> {
     /// n.
@@ -78,7 +78,7 @@ pub(crate) const fn has_class(n: usize, d: usize) -> bool {
 }
 
 impl Case {
-    /// Builds the case on somebody's parts, with the retraction wrapped, and hands it to `visitor`. For types that
+    /// Builds the case on a user's parts, with the retraction wrapped, and hands it to `visitor`. For types that
     /// [`has_class`] knows.
     ///
     /// # Errors

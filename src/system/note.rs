@@ -32,7 +32,7 @@ pub enum Note {
         /// The moments, the largest last.
         moments: [f64; 3],
     },
-    /// A matrix in the place of which the nearest rotation stands.
+    /// A matrix that the nearest rotation replaces.
     Corrected {
         /// By how much it violated gᵀg = 1.
         departure: f64,

@@ -1,4 +1,4 @@
-//! Parameters in the place of numbers: `"ixx"`, `"0.01*spin"`.
+//! Parameters instead of numbers: `"ixx"`, `"0.01*spin"`.
 //!
 //! A file may name what its `[parameters]` declare wherever a number stands. Each name is replaced by its value when the file is read, so
 //! that a [`Case`](super::Case) holds numbers alone.
@@ -165,7 +165,7 @@ fn parameters(table: &DeTable<'_>) -> Named {
     named
 }
 
-/// Puts numbers in the place of texts that name parameters of the file. What is no number stays, and is returned, parameters first: of
+/// Replaces texts that name parameters of the file by numbers. What is no number stays, and is returned, parameters first: of
 /// a key that is none the reader of the whole file says so.
 pub(super) fn put(table: &mut DeTable<'_>) -> Vec<Unread> {
     let (mut named, mut declared) = (Named::new(), BTreeSet::new());

@@ -30,7 +30,7 @@ pub(super) enum Forcing {
     Forced,
 }
 
-/// What is not drawn, because somebody's own types give it.
+/// What is not drawn, because a user's own types give it.
 #[derive(Clone, Debug)]
 pub(crate) struct Given {
     /// The algebra: [`Structure::Given`].
@@ -179,7 +179,7 @@ impl Cases {
         self
     }
 
-    /// Somebody's own algebra and group, and what else is given; the knobs on algebras and on τ do nothing then.
+    /// A user's own algebra and group, and what else is given; the knobs on algebras and on τ do nothing then.
     pub(crate) fn given(mut self, given: Given) -> Self {
         self.given = Some(given);
         self
@@ -317,7 +317,7 @@ impl Cases {
         self
     }
 
-    /// Only what somebody's method knows.
+    /// Only what a user's method knows.
     pub(crate) fn restricted(mut self, restriction: Restriction) -> Self {
         self.restriction = restriction;
         self
@@ -395,7 +395,7 @@ impl Cases {
         let step = case.step.eval::<f64>().map_or(0.0, f64::abs);
         let dragged = !smooth(case);
         let steady = rates.unsteadiness() < UNSTEADY;
-        // What somebody chose is as it is.
+        // What the user chose is as it is.
         let chosen = self.given.is_some() || self.fixed.any() || abelian;
         (chosen || !steady) && !(dragged && step * rates.braking() > BRAKED)
     }

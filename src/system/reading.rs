@@ -5,7 +5,7 @@ use super::error::{CaseError, Place, Problem};
 use crate::tableau::{Description, TableauFile};
 use std::path::{Path, PathBuf};
 
-/// How a system file is read: what stands in the place of parts of it, and where the files are that it names.
+/// How a system file is read: what replaces parts of it, and where the files are that it names.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Reading {
     /// The scalar.
@@ -28,7 +28,7 @@ impl Reading {
         Some(self.directory.as_ref()?.join(table.get("method")?.get("tableau-file")?.as_str()?))
     }
 
-    /// Puts the tableau in the place of that of the file, or of the file that it names.
+    /// Puts the tableau instead of that of the file, or of the file that it names.
     pub(super) fn complete(&self, method: &mut MethodTable) -> Result<(), CaseError> {
         if let Some(tableau) = &self.tableau {
             method.put(tableau.clone());

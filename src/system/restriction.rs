@@ -1,4 +1,4 @@
-//! Which systems a method of somebody's own knows, where it does not know all: knobs of [`Cases`](super::Cases) beside those on
+//! Which systems a user's own method knows, where it does not know all: knobs of [`Cases`](super::Cases) beside those on
 //! algebras, bases and quartic terms.
 
 use super::case::{Case, Drag, Force, Inertia, Potential, Structure};
@@ -148,7 +148,7 @@ impl Restriction {
     }
 
     /// A case with what can be left out of it left out: other kinds of forces and potentials, what is off the diagonal of the inertia
-    /// or of a drag; and with an inertia of a body in the place of another.
+    /// or of a drag; and with an inertia of a body instead of another.
     pub fn adapted(&self, mut case: Case) -> Case {
         case.forces.retain(|force| self.has_force(force.kind()));
         case.potentials.retain(|potential| self.has_potential(potential));

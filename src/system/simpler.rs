@@ -44,8 +44,8 @@ impl Cases {
         found.into_iter().map(|(_, tableau)| tableau).take(24).collect()
     }
 
-    /// Cases that are simpler than `case` and that could have been drawn, the boldest first: a pure function of both, whoever drew the
-    /// case. Each can be built, and its step is small enough for its motion.
+    /// Cases that are simpler than `case` and that could have been drawn, the boldest first: a pure function of both, however `case` was
+    /// drawn. Each can be built, and its step is small enough for its motion.
     pub fn simpler(&self, case: &Case) -> impl Iterator<Item = Case> + use<> {
         let tableaux = self.simpler_tableaux(&case.method.tableau);
         let exchanged = tableaux.into_iter().map({

@@ -27,7 +27,7 @@ const LEAST: [f64; 2] = [1e-14, 1e-26];
 /// The most times at which rows are asked for.
 const MOST_TIMES: i64 = 10_000_000;
 
-/// Times within so many units of round-off of the end count as the end: decimals are rounded.
+/// Times within this many units of round-off of the end count as the end: decimals are rounded.
 const NEAR: i64 = 16;
 
 /// How far, how exactly, and when there is a row.
@@ -41,7 +41,7 @@ pub struct Plan<T> {
     pub max_step: Option<T>,
     /// The steps that may be tried.
     pub max_steps: Option<u64>,
-    /// A row after every so many steps.
+    /// The steps between rows.
     pub every: Option<u64>,
     /// Times at which there are rows, in the order of the run.
     pub times: Vec<T>,

@@ -1,4 +1,4 @@
-//! Runs with a tolerance in the place of a step, as files describe them: when there are rows, and which events are located.
+//! Runs with a tolerance instead of a step, as files describe them: when there are rows, and which events are located.
 
 use super::case::Case;
 use super::document::{Document, MAX_STEPS};
@@ -12,7 +12,7 @@ use crate::tableau::{Description, Family};
 
 pub use super::event::{Direction, EventFormula};
 
-/// What stands in a file in the place of a step.
+/// What stands in a file instead of a step.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Adaptive {
     /// The relative error that all steps of the run may add.

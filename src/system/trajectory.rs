@@ -24,7 +24,7 @@ pub struct Plan<T> {
     pub steps: u64,
     /// The size of one step more, if there is one.
     pub last: Option<T>,
-    /// A row every so many steps (0: none of these); and one of the initial state, and one of the last.
+    /// The steps between rows (0: no such rows); and a row of the initial state, and one of the last.
     pub every: u64,
 }
 
@@ -57,10 +57,10 @@ pub trait Observer<T> {
     /// A row.
     fn row(&mut self, row: &Row<'_, T>);
 
-    /// A step was taken, after its row if it has one: so many of so many are done. Whether to go on.
+    /// A step was taken, after its row if it has one: `done` of `total` are done. Whether to go on.
     fn step(&mut self, done: u64, total: u64) -> ControlFlow<()>;
 
-    /// A step of a run with a tolerance was taken, after its rows: so many steps are done, and this share of the duration. Whether to
+    /// A step of a run with a tolerance was taken, after its rows: `steps` steps are done, and this share of the duration. Whether to
     /// go on.
     fn reached(&mut self, steps: u64, share: f64) -> ControlFlow<()> {
         let _ = (steps, share);

@@ -68,7 +68,7 @@ impl Lanes {
         Some(Self { going: (0..bodies.len()).collect(), retraction, tableau, bodies, together })
     }
 
-    /// So many steps for all members that are going; those that fail leave the lanes, and the others go on.
+    /// `steps` steps for all members that are going; those that fail leave the lanes, and the others go on.
     pub fn advance<T: Real, const N: usize, const D: usize>(
         &mut self,
         members: &mut [Member<T, N, D>],

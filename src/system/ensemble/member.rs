@@ -41,7 +41,7 @@ impl<T: Real, const N: usize, const D: usize> Member<T, N, D> {
         }
     }
 
-    /// So many steps more have been taken.
+    /// `steps` more steps have been taken.
     pub fn took(&mut self, steps: u64) {
         self.steps += steps;
         self.count += steps;

@@ -119,7 +119,7 @@ pub struct Sample<T> {
     /// Steps taken.
     pub steps: u64,
     /// The largest relative residual and the iterations of all steps; none where members share registers: there every
-    /// step has the residual that [`crate::integrators::variational::Settings`] want, and nobody counts.
+    /// step has the residual that [`crate::integrators::variational::Settings`] want, and no count.
     pub work: Option<(T, u64)>,
     /// Why the member stopped before the others, if it did.
     pub failure: Option<String>,
@@ -233,7 +233,7 @@ impl Ensemble {
     }
 }
 
-/// The first refusal of so many members, looked at in parallel.
+/// The first refusal of the members, looked at in parallel.
 fn first_refused(members: usize, check: &(dyn Fn(usize) -> Result<(), OriginError> + Sync)) -> Result<(), MemberError> {
     let refusals: Vec<_> = (0..members).into_par_iter().map(check).collect();
     let refused = |(member, check): (usize, Result<(), _>)| check.map_err(|source| MemberError { member, source });
