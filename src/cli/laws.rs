@@ -135,7 +135,7 @@ pub fn exact(patterns: Option<&str>) -> Vec<&'static str> {
     patterns.unwrap_or_default().split(',').filter_map(named).collect()
 }
 
-/// So many names are shown that are like one which is unknown.
+/// The largest number of names shown as near to an unknown one.
 const NEAREST: usize = 3;
 
 /// The names that are most like an unknown one, for messages.

@@ -11,7 +11,7 @@ use std::process::ExitCode;
 /// Options of `man`.
 #[derive(clap::Args)]
 pub struct Arguments {
-    /// Write a page for the command and one for each sub-command into this directory, in the place of the first to standard
+    /// Write a page for the command and one for each sub-command into this directory, instead of the first to standard
     /// output
     #[arg(long, value_name = "DIR")]
     out: Option<PathBuf>,

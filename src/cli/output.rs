@@ -25,6 +25,6 @@ pub fn write(mut output: Output, path: &Path, bytes: impl AsRef<[u8]>) -> Result
 /// Writes the figure.
 pub fn draw(output: Output, path: &Path, figure: &Figure) -> Result<(), Failure> {
     let svg = figure.svg().map_err(|reason| Failure::file(path, reason))?;
-    // Titles are names that somebody chose, and control characters have no place in XML.
+    // Titles are names that the user chose, and control characters have no place in XML.
     write(output, path, file::spelled(&svg))
 }

@@ -141,7 +141,7 @@ pub struct Panel {
 /// Where the names of the curves are.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Legend {
-    /// One legend for all panels, which are two in a row: in the place of a last one that is not there, else below.
+    /// One legend for all panels, which are two in a row: where a last one is missing, else below.
     Shared,
     /// A legend to the right of each panel; two panels in a row.
     Beside,
@@ -160,7 +160,7 @@ pub struct Figure {
     pub note: String,
 }
 
-/// So many pixels of the image, on the canvas.
+/// `size` pixels of the image, on the canvas.
 fn px(size: f64) -> i32 {
     (K * size).round() as i32
 }

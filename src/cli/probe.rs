@@ -389,7 +389,7 @@ fn systems(arguments: &Arguments) -> Result<Cases, Failure> {
     Ok(of)
 }
 
-/// So many records of one name are kept for different programs: beyond it the first is written over.
+/// The most records of one name kept for different programs: beyond it the first is written over.
 const MOST_PROGRAMS: usize = 1000;
 
 /// The name of the file of a record: that of one of the same program, or one that is free.

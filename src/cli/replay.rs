@@ -14,7 +14,7 @@ use std::io::{ErrorKind, Write};
 use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 
-/// A smaller case is looked for with so many checks. A number, not a time: the same case on every machine.
+/// The most checks in the search for a smaller case. A number, not a time: the same case on every machine.
 const SHRINK_CHECKS: usize = 2000;
 
 /// Options of `replay`.
@@ -71,7 +71,7 @@ pub fn run(arguments: Arguments) -> Result<ExitCode, Failure> {
     })
 }
 
-/// Of one file so many smaller cases are saved.
+/// The largest number of smaller cases saved per file.
 const MOST_SMALLER: usize = 1000;
 
 /// Writes the record next to `path`, under a name that is not taken.

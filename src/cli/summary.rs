@@ -267,7 +267,7 @@ fn coverage(report: &CampaignReport<Case>, judged: usize) -> String {
     entries(2, rows).replace('\u{a0}', " ")
 }
 
-/// A law should meet so many algebras that no catalogue lists.
+/// A law should meet this many algebras of no catalogue.
 const WANTED_UNLISTED: usize = 20;
 
 /// Which laws met fewer algebras of no catalogue than that, of how many cases, and why.

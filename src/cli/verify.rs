@@ -19,7 +19,7 @@ use std::{fs, io};
 /// Where saved cases belong, where it is there: next to the other snapshots.
 const SNAPSHOTS: &str = "snapshots";
 
-/// Of each broken law one case is shrunk, with so many checks. A number, not a time: the same case on every machine.
+/// The most checks for shrinking one case of each broken law. A number, not a time: the same case on every machine.
 const SHRINK_CHECKS: usize = 200;
 
 /// Options of `verify`.
@@ -30,7 +30,7 @@ pub struct Arguments {
     #[arg(long, value_name = "N", allow_negative_numbers = true, conflicts_with = "faults")]
     #[arg(value_parser = clap::value_parser!(u32).range(1..))]
     cases: Option<u32>,
-    /// Begin no further case after so many minutes
+    /// Begin no further case after M minutes
     #[arg(long, value_name = "M", allow_negative_numbers = true, conflicts_with = "faults", value_parser = minutes)]
     minutes: Option<Duration>,
     /// Seed of the campaign: the same seed gives the same result at any number of threads

@@ -53,7 +53,7 @@ impl Balance {
         format!("energy {first} to {last} with work {work}, balance off by {:.1e} at most", self.off)
     }
 
-    /// A run that nobody should believe.
+    /// A run not to be trusted.
     pub fn warning(&self) -> Option<String> {
         (self.off > LOOSE * self.size).then(|| {
             format!(

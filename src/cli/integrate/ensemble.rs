@@ -115,7 +115,7 @@ impl Task<'_> {
     }
 }
 
-/// How many rows of statistics there are: the start, every so many steps, and the end.
+/// The number of rows of statistics: the start, one per `every` steps, and the end.
 fn times(steps: u64, every: u64) -> u64 {
     1 + steps.div_ceil(every)
 }
@@ -202,7 +202,7 @@ impl<T: Compiled> Run<'_, T> {
         Ok(())
     }
 
-    /// `steps` steps of a batch of so many members, in slices; whether it came to the end of them.
+    /// `steps` steps of a batch of members, in slices; whether it came to the end of them.
     fn advance(&mut self, batch: &mut dyn Batch<T>, h: T, steps: u64) -> bool {
         let mut left = steps;
         let mut slice = self.progress.slice.max(1);
@@ -387,7 +387,7 @@ impl Progress {
         }
     }
 
-    /// So many members are done.
+    /// `members` members are done.
     fn batch(&mut self, members: u64) {
         self.done = members.saturating_mul(self.steps);
         self.add(0);

@@ -241,7 +241,7 @@ impl<T: Real> Members<'_, T> {
         states.origin(&self.record).map(Some).map_err(|reason| states.refused(self.line(), reason))
     }
 
-    /// Up to so many members more.
+    /// At most `most` more members.
     pub fn batch(&mut self, most: usize) -> Result<Vec<Origin<T>>, Failure> {
         let mut origins = Vec::new();
         while origins.len() < most {

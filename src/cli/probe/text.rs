@@ -36,7 +36,7 @@ pub(super) fn text(report: &ProbeReport, kept: &[KeptCases], page: Option<&Path>
     if failed && !verbose { brief(report, kept, page) } else { whole(report, kept, page) }
 }
 
-/// So many saved cases of a run that failed are named: a screen has room for no more.
+/// The largest number of saved cases named of a failed run: more do not fit a screen.
 const CASES_NAMED: usize = 2;
 
 /// What is printed of a run that failed: the verdict, the laws that failed, the first reason, how to run the cases again.
@@ -163,7 +163,7 @@ fn unsupported(report: &ProbeReport) -> usize {
     report.laws.iter().map(of).sum()
 }
 
-/// Reasons of so many laws are told once.
+/// Reasons of this many laws are told once.
 const SHARED: usize = 3;
 
 /// The reasons why cases were not judged, and how often: of each law, or of several laws with the same reason.
@@ -191,7 +191,7 @@ const NOT_TOLD: &str = "\
 The stepper was asked about systems of every kind, because it did not say what it supports. If it is for some of them only, let it answer \
 the first request with {\"supports\": {…}}, as PROTOCOL.md explains, or the others with {\"unsupported\": \"why\"}.";
 
-/// An order to so many digits; what is rounded to 0 has no sign.
+/// An order to `digits` places; what rounds to 0 has no sign.
 pub(super) fn rounded(order: f64, digits: usize) -> String {
     let text = format!("{order:.digits$}");
     match text.strip_prefix('-') {

@@ -75,7 +75,7 @@ pub struct Failures<'a> {
     pub rest: Vec<&'a str>,
 }
 
-/// Runs what is needed: so many cases of each order law, and the failing cases on file.
+/// Runs what is needed: `plots` cases of each order law, and the failing cases on file.
 pub fn run(found: &Found, plots: usize) -> (Vec<Order>, Failures<'_>) {
     let wanted: Vec<(&CaseLaw, Vec<Choice>)> =
         order_laws(found).map(|(law, tally)| (law, chosen(tally, plots))).collect();

@@ -62,7 +62,7 @@ fn told(law: &str, histogram: &Histogram) -> String {
     format!("{law}: defect over bound of {total} cases, half of them below {middle}, {above} above the bound")
 }
 
-/// A logarithmic axis: from and to in decades, on so many pixels.
+/// A logarithmic axis: its ends in decades, and in pixels.
 struct Axis {
     low: f64,
     high: f64,
