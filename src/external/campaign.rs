@@ -15,7 +15,7 @@ use std::time::{Duration, Instant};
 pub enum Drawn {
     /// One.
     This(Box<Case>),
-    /// Random ones of these, so many for each law, from a seed.
+    /// Random ones of these, `cases` for each law, from a seed.
     Random {
         /// What they may be.
         of: Box<Cases>,
@@ -61,8 +61,8 @@ pub struct Probe<'a> {
     pub shrinking: Shrinking,
 }
 
-/// A shrunk case is to be refuted as clearly as the case that was found: by a defect of so many bounds, or of a quarter of the bounds
-/// of that. A defect near its bound says little about what is wrong.
+/// A shrunk case is to be refuted as clearly as the case that was found: with this ratio of defect to bound, or a quarter of the ratio
+/// found. A defect near its bound says little about what is wrong.
 const CLEAR: f64 = 1000.0;
 
 /// A law on a case.
@@ -119,7 +119,7 @@ pub fn examine(
     (decided.outcome, Some(broken))
 }
 
-/// Puts the variation that decided in the place of the case, where it is broken by itself.
+/// Replaces the case by the variation that decided, where that is broken by itself.
 fn deciding(external: &External, law: &MethodLaw, claims: &Claims, broken: &mut Broken, found: Judged) -> Judged {
     let other = found.outcome.decided_by.and_then(|other| other.of(&broken.case));
     let other = other.and_then(|other| external.adapted(other));

@@ -44,7 +44,7 @@ pub struct Values {
     /// m² numbers by rows; none where there is no group.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub g: Vec<f64>,
-    /// The m numbers of a point, where the state has one in the place of g.
+    /// The m numbers of a point, where the state has one instead of g.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub x: Vec<f64>,
 }

@@ -1,7 +1,7 @@
 //! Steppers that are other programs: any language, one JSON object a line on standard input and output.
 //!
 //! The protocol is in `properties/steppers/PROTOCOL.md`. A [`Program`] is a running command with a time limit; it is killed
-//! when it hangs, floods or answers with something else than a state, and started again so many times. [`External`] makes
+//! when it hangs, floods or answers with something else than a state, and restarted at most [`Limits::restarts`] times. [`External`] makes
 //! methods of it for described systems ([`crate::laws::method`] judges them), [`ExternalStepper`] is a typed
 //! [`OneStep`](crate::integrators::OneStep).
 //!

@@ -91,7 +91,7 @@ pub enum Silence {
         /// How often.
         failures: usize,
     },
-    /// Somebody interrupted the run, see [`Program::interrupted_by`]. This is no failure of the program.
+    /// The run was interrupted, see [`Program::interrupted_by`]. This is no failure of the program.
     #[error("the run was interrupted")]
     Interrupted,
 }

@@ -80,7 +80,7 @@ pub struct Described {
     /// What formulas may name: parameters, and formulas with names.
     #[serde(skip_serializing_if = "Option::is_none")]
     names: Option<Names>,
-    /// Whether the state has a point in the place of the attitude.
+    /// Whether the state has a point instead of the attitude.
     #[serde(skip)]
     point: bool,
 }
@@ -253,7 +253,7 @@ pub enum Reply {
     Error(String),
 }
 
-/// Reads an answer to a request with n numbers of μ and so many of g.
+/// Reads an answer to a request with n numbers of μ and `entries` of g.
 ///
 /// # Errors
 /// What is wrong with it, with its beginning.
@@ -261,7 +261,7 @@ pub fn parse(line: &[u8], n: usize, entries: usize) -> Result<Reply, String> {
     parse_beside(line, n, ("g", entries))
 }
 
-/// The same with so many numbers of another key in the place of g.
+/// The same with `entries` numbers of another key instead of g.
 pub(super) fn parse_beside(line: &[u8], n: usize, (key, entries): (&str, usize)) -> Result<Reply, String> {
     let said = || shown(line, 200);
     let value: Value = serde_json::from_slice(line).map_err(|error| {
@@ -292,7 +292,7 @@ pub(super) fn parse_beside(line: &[u8], n: usize, (key, entries): (&str, usize))
     Ok(Reply::State { mu, g })
 }
 
-/// The list of so many numbers under a key of an object.
+/// The list of `wanted` numbers under a key of an object.
 fn numbers(object: &Map<String, Value>, key: &str, wanted: usize, of: &str) -> Result<Vec<f64>, String> {
     let list = match object.get(key) {
         None => return Err(format!("{of} has no \"{key}\"")),
@@ -310,7 +310,7 @@ fn numbers(object: &Map<String, Value>, key: &str, wanted: usize, of: &str) -> R
     list.iter().enumerate().map(number).collect()
 }
 
-/// The stages of a step, where an answer tells them: under `stages` a list of objects with `b`, `t`, `eta` (n numbers) and `g` (so many).
+/// The stages of a step, where an answer tells them: under `stages` a list of objects with `b`, `t`, `eta` (n numbers) and `g` (`entries`).
 ///
 /// # Errors
 /// What is wrong with them, with the beginning of the answer.

@@ -22,7 +22,7 @@ pub struct External {
 /// Why a request says nothing: with its answer the program told what it supports.
 const TELLS: &str = "the stepper tells what it supports: the system is to be drawn again";
 
-/// An answer as it was read: its stages are looked at where somebody asks for them.
+/// An answer as it was read: its stages are looked at on request.
 type Answer = Vec<u8>;
 
 /// Why a step back is not asked for.
@@ -127,7 +127,7 @@ impl External {
                 return Err(StepError::NoAnswer { why });
             }
             Ok(Some(said)) if self.supports.get().is_none() => {
-                // This thread holds the program: nobody else can have set it.
+                // This thread holds the program: no other can have set it.
                 let _ = self.supports.set(said.supports);
                 return Err(StepError::Unsupported { why: TELLS.into() });
             }

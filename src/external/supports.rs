@@ -208,7 +208,7 @@ impl Supports {
     }
 }
 
-/// The forces that the protocol sends: all but those of somebody's own types.
+/// The forces that the protocol sends: all but those of a user's own types.
 fn sent() -> impl Iterator<Item = &'static str> {
     KINDS.iter().map(|kind| kind.name).filter(|name| *name != Force::Given.kind())
 }
