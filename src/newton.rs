@@ -166,7 +166,7 @@ impl<T: Real> Newton<T> {
         Self { iteration: Iteration::new(dimension), arc: Arc::new(dimension), place: zeros.clone(), leaving: zeros }
     }
 
-    /// Makes the steps of the continuation so many times as long, and all that it allows so many times as large: a fault for laws to see.
+    /// Multiplies the steps of the continuation, and all that it allows, by `factor`: a fault for laws to see.
     #[cfg(feature = "harness")]
     pub(crate) fn stretch(&mut self, factor: T) {
         self.arc.stretch(factor);
@@ -328,8 +328,8 @@ fn is_close<T: Real>(distance: Option<T>) -> bool {
     distance.is_some_and(|distance| distance <= T::exact(CLOSE))
 }
 
-/// Whether the chord between two points of a branch is near the tangents at both: within this of them, and with distances that are allowed so many
-/// times over.
+/// Whether the chord between two points of a branch is near the tangents at both: within this of them, with the allowed distances multiplied
+/// by `stretch`.
 fn on_chord<T: Real>(from: &[T], to: &[T], tangents: [&[T]; 2], step: T, (stretch, slack): (T, T)) -> bool {
     let (mut chord, mut off) = (T::zero(), [T::zero(); 2]);
     for i in 0..from.len() {

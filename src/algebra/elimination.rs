@@ -62,7 +62,7 @@ pub(crate) fn dominated_inverse<S: Scalar, const N: usize>(matrix: &Matrix<S, N>
     work
 }
 
-/// A step of Gauss–Jordan elimination in place, with the pivot in row k: in the place of a column that becomes one of the identity stands that
+/// A step of Gauss–Jordan elimination in place, with the pivot in row k: a column that becomes one of the identity is replaced by that
 /// of the inverse, where the identity was.
 #[inline(always)]
 fn eliminate<S: Scalar, const N: usize>(work: &mut Matrix<S, N>, k: usize, column: usize) {

@@ -43,9 +43,9 @@ pub const LARGEST: usize = 4096;
 pub enum Shape {
     /// A number.
     Scalar,
-    /// A vector with so many components.
+    /// A vector of this many components.
     Vector(usize),
-    /// A matrix with so many rows and columns.
+    /// A matrix of this many rows and columns.
     Matrix(usize, usize),
 }
 

@@ -115,7 +115,7 @@ impl Names {
         self.declare(name, Meaning::Vector(places))
     }
 
-    /// A matrix of quantities with so many rows and columns, whose places go row by row, and its entries.
+    /// A `rows` × `columns` matrix of quantities, whose places go row by row, and its entries.
     ///
     /// # Errors
     /// Those of [`Names::scalar`].

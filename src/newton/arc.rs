@@ -23,7 +23,7 @@ const TURNING: f64 = 0.25;
 /// did; and where other directions grow at the same time, det B itself need not fall before.
 const WAY: f64 = 0.75;
 
-/// So many times from one point to the next the sign of det B is looked at.
+/// The number of looks at the sign of det B from one point to the next.
 const LOOKS: u32 = 4;
 
 /// The step is doubled where a point took no more Jacobians than this.

@@ -186,7 +186,7 @@ impl<R, T: Real> Composed<R, T> {
     }
 }
 
-/// Whether a term of so many factors is admitted.
+/// Whether a term of `degree` factors is admitted.
 pub(crate) fn is_odd(degree: usize) -> bool {
     degree % 2 == 1 && (3..=MAX_DEGREE).contains(&degree)
 }

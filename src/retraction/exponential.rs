@@ -13,7 +13,7 @@ use nalgebra::SMatrix;
 /// for matrices near a cut, where the start is poor.
 const MAX_CORRECTIONS: usize = 20;
 
-/// A correction of a logarithm below so many times what one rounding of the residual makes of it is rounding.
+/// A logarithm's correction below this multiple of what one rounding of the residual makes of it is rounding.
 const NOISE: f64 = 64.0;
 
 /// Terms of a series that the row form of ∂(dτ) keeps on the stack: enough for 40 digits at norm 1.
@@ -108,7 +108,7 @@ struct Powers<S: Scalar, const M: usize> {
 }
 
 impl<S: Scalar, const M: usize> Powers<S, M> {
-    /// For series of so many terms, so many of them.
+    /// For `series` series of `terms` terms.
     fn of(x: &Matrix<S, M>, terms: usize, series: usize) -> Self {
         let products = |block: &usize| block + series * terms.div_ceil(*block);
         let block = (1..=MAX_BLOCK).min_by_key(products).unwrap_or(1);
@@ -147,7 +147,7 @@ fn add_multiple<S: Scalar, const R: usize, const C: usize>(a: &mut SMatrix<S, R,
     }
 }
 
-/// 1/(n_k)! of the numbers n_0 < n_1 < …, so many of them, into the front of an array.
+/// 1/(n_k)! of the numbers n_0 < n_1 < …, `count` of them, into the front of an array.
 fn inverse_factorials<T: Real>(first: usize, step: usize, count: usize) -> [T; MAX_COEFFICIENTS] {
     let mut all = [T::zero(); MAX_COEFFICIENTS];
     let (mut value, mut n) = (T::one(), 0);

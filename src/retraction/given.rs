@@ -1,6 +1,6 @@
 //! A retraction of a type that is not known here, beside spectators.
 //!
-//! [`GivenRetraction`] lets the laws, which are compiled in this crate for a few dimensions, judge a retraction that somebody else has
+//! [`GivenRetraction`] lets the laws, which are compiled in this crate for a few dimensions, judge a retraction that a user has
 //! written: of its type nothing is left but a pointer.
 
 use super::{Retraction, RetractionError, TangentPoint};

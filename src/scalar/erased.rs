@@ -22,7 +22,7 @@ pub(crate) fn matrix<S: Scalar, const R: usize, const C: usize>(numbers: &[S::Ba
     SMatrix::from_fn(|row, column| scalar(numbers, column * R + row))
 }
 
-/// The value of a method in the scalar that has so many nested dual numbers: at most as many as the range says. Callers assert that they
+/// The value of a method in the scalar with `$nesting` nested dual numbers: at most as many as the range says. Callers assert that they
 /// ask for no more; fewer are less to compile.
 macro_rules! in_scalar {
     (0..=1, $nesting:expr, $t:ident, $value:expr, $method:ident($($argument:expr),*)) => {{

@@ -6,7 +6,7 @@ use super::trees::{Catalogue, Tree};
 use std::cmp::Ordering;
 use std::fmt;
 
-/// So many failing conditions are listed, those that are off by most; [`Failing::count`] counts all.
+/// The largest number of failing conditions listed: those off by most; [`Failing::count`] counts all.
 pub const MOST_LISTED: usize = 1000;
 
 /// The conditions of one order that fail.

@@ -7,7 +7,7 @@ use crate::scalar::Real;
 use std::f64::consts::PI;
 use std::ops::{Add, Div, Mul, Neg, Sub};
 
-/// The largest number of stages that a family gives: more is refused (the cost is s³, and nobody steps with them).
+/// The largest number of stages that a family gives: more is refused (the cost is s³, and no run uses them).
 pub const MAX_STAGES: usize = 64;
 
 /// A family with one member for each number of stages s.

@@ -203,7 +203,7 @@ impl<T: Real> Tableau<T> {
     }
 }
 
-/// Numbers that agree to so many places are told apart by their difference.
+/// Numbers closer than this are told apart by their difference.
 const ALIKE: f64 = 1e-9;
 
 /// 1 + `excess`, so that it is not read as 1.

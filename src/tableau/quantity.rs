@@ -18,7 +18,7 @@ pub trait Quantity: Clone + Debug {
     /// self × other.
     fn times(&self, other: &Self) -> Self;
 
-    /// Whether the value is zero, as far as can be told after so many rounded operations on rounded coefficients.
+    /// Whether the value is zero, as far as this many rounded operations on rounded coefficients can tell.
     fn vanishes(&self, operations: usize) -> bool;
 
     /// The nearest `f64`.
@@ -104,7 +104,7 @@ pub(super) fn decimal(x: f64) -> String {
     digits(x, 6)
 }
 
-/// So many significant digits (at most 17), without zeros at the end.
+/// `count` significant digits (at most 17), without zeros at the end.
 pub(super) fn digits(x: f64, count: i32) -> String {
     if x == 0.0 {
         return "0".into();
