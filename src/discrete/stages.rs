@@ -53,7 +53,7 @@ impl<T: Real, const N: usize> Extremal<T, N> {
 /// Steps of the continuation in the positions Ξ and X of the stages.
 const CONTINUATION: i64 = 4;
 
-/// An extremum from a guess is at most so many times as far from it as the start without a guess.
+/// The largest distance of an extremum from its guess relative to that of the start without a guess.
 const FARTHEST: i64 = 4;
 
 /// (Ξ, H, X, Ψ) of one stage.

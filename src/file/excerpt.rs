@@ -25,7 +25,7 @@ pub struct Excerpt {
 }
 
 impl Excerpt {
-    /// The place of the byte `at` of `text`; the end, where there are not so many.
+    /// The place of the byte `at` of `text`; the end, where `at` lies beyond it.
     pub fn of(text: &str, at: usize) -> Self {
         let mut at = at.min(text.len());
         while !text.is_char_boundary(at) {

@@ -193,7 +193,7 @@ impl Write for Output {
 impl Drop for Output {
     fn drop(&mut self) {
         if let Some(part) = &self.part {
-            // Before the lock goes. Nobody is left to be told.
+            // Before the lock goes. No caller can be told.
             let _ = fs::remove_file(part);
         }
     }
@@ -233,7 +233,7 @@ pub(crate) fn lock(file: &File) -> io::Result<()> {
         Err(TryLockError::WouldBlock) => {
             Err(io::Error::new(io::ErrorKind::ResourceBusy, "another run is writing there"))
         }
-        // Some network file systems know no locks: there nobody is kept out.
+        // Some network file systems know no locks: there no run is kept out.
         Ok(()) | Err(TryLockError::Error(_)) => Ok(()),
     }
 }

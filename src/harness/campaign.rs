@@ -42,7 +42,7 @@ pub enum Halt {
 
 /// Who keeps what a campaign finds, case by case. Called from the worker threads, in no particular order.
 pub trait Sink: Sync {
-    /// A case was judged, in so many seconds; `None` where the strategy gave no case. False: nothing can be kept any
+    /// A case was judged, in `seconds`; `None` where the strategy gave no case. False: nothing can be kept any
     /// more, the campaign shall end as with [`Halt::All`].
     fn record(&self, record: &Record, seconds: Option<f64>) -> bool;
 }

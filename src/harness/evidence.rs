@@ -1,7 +1,7 @@
-//! What a check measured, told when somebody asks: a [`Verdict`](super::Verdict) keeps the numbers that decided, the evidence
+//! What a check measured, told on request: a [`Verdict`](super::Verdict) keeps the numbers that decided, the evidence
 //! all of them.
 //!
-//! A check [`note`]s its numbers while it runs; [`gather`] collects those of one call, on its own thread. Where nobody gathers, a
+//! A check [`note`]s its numbers while it runs; [`gather`] collects those of one call, on its own thread. Outside [`gather`], a
 //! note is neither made nor kept. The verdict is the same with and without.
 
 use super::convergence::{Estimate, Level, LevelKind, kinds};
@@ -82,12 +82,12 @@ pub fn gather<R>(check: impl FnOnce() -> R) -> (R, Vec<Evidence>) {
     (value, NOTES.take().unwrap_or_default())
 }
 
-/// Whether somebody gathers here: then a law may measure, and note, also what it does not judge by.
+/// Whether [`gather`] runs here: then a law may measure, and note, also what it does not judge by.
 pub fn is_gathered() -> bool {
     NOTES.with_borrow(Option::is_some)
 }
 
-/// Keeps what `evidence` says if somebody gathers; else it is not called.
+/// Keeps what `evidence` says if [`gather`] runs; else it is not called.
 pub fn note(evidence: impl FnOnce() -> Evidence) {
     note_all(|| [evidence()]);
 }

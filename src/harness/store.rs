@@ -162,7 +162,7 @@ impl Store {
         if new && [RESULTS, TIMINGS].iter().any(|name| path.join(name).exists()) {
             return Err(StoreError::NoCampaign { path: path.to_owned() });
         }
-        // Whoever locks the file first fills it: of two runs with one directory the other is refused.
+        // The first run to lock the file fills it: of two with one directory the other is refused.
         let options = OpenOptions::new().read(true).write(true).create(true).truncate(false).clone();
         let mut lock = options.open(&file).map_err(StoreError::io(&file))?;
         try_lock(&lock, path)?;

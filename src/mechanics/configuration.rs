@@ -2,7 +2,7 @@
 //!
 //! With L(t, g, η) and f(t, g, η), and the left-trivialised derivative ⟨∂_gL, ξ⟩ = d/ds L(t, g exp(sξ), η):
 //! d/dt ∂L/∂η = ad*_η ∂L/∂η + ∂_gL + f, ġ = gη. The scheme of Martín de Diego and Sato Martín de Almagro 2019, §5.2, holds as it
-//! stands with ∂_gL + f at g τ(Ξ_i) in the place of f(η_i).
+//! stands with ∂_gL + f at g τ(Ξ_i) instead of f(η_i).
 //!
 //! | to write | to give to an integrator |
 //! |---|---|

@@ -44,7 +44,7 @@ use crate::harness::convergence::CLEAR_OF_NOISE;
 use crate::integrators::{OneStep, State, StepError};
 use crate::scalar::{Real, max_abs};
 
-/// One level of a study: so many steps of one size.
+/// One level of a study: `steps` steps of one size.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct StepLevel<T> {
     /// The number of steps.
@@ -59,7 +59,7 @@ impl<T: Real> StepLevel<T> {
         counts.into_iter().map(|steps| Self { steps, h: horizon / T::int(steps as i64) }).collect()
     }
 
-    /// `steps` steps of size h, h/2, h/4, …: so many levels.
+    /// `steps` steps of size h, h/2, h/4, …: `levels` levels.
     pub fn shrinking(h: T, steps: usize, levels: usize) -> Vec<Self> {
         let mut h = h;
         let mut next = || {

@@ -30,7 +30,7 @@ fn gauss<T: Real>(stages: usize) -> Result<Tableau<T>, StepError> {
     Family::Gauss.tableau(stages).map_err(|_| StepError::NotFinite { what: "the reference tableau" })
 }
 
-/// The state after a time, by so many equal steps.
+/// The state after a time, by `steps` equal steps.
 fn run<T, L, F, G, const N: usize, const D: usize>(
     method: &mut Classical<T, N, D, L, F, G>,
     start: &State<T, N, D>,
@@ -55,7 +55,7 @@ fn difference<T: Real, const N: usize, const D: usize>(a: &State<T, N, D>, b: &S
     (max_abs(&(a.momentum - b.momentum)), max_abs(&(a.attitude - b.attitude)))
 }
 
-/// The states after each of these times, in the same sequence, with so many stages (at least 4: the error of the reference
+/// The states after each of these times, in the same sequence, with `stages` stages (at least 4: the error of the reference
 /// relies on it); the attitude is left alone without a group.
 ///
 /// The times are passed in increasing order (of size), one step from each to the next, so that times in a ratio of two cost
@@ -121,7 +121,7 @@ where
     Ok(targets.into_iter().enumerate().filter_map(fill).collect())
 }
 
-/// The state after a time, the same for all levels of a study over a horizon: by `steps` and by 2 `steps` steps with so many
+/// The state after a time, the same for all levels of a study over a horizon: by `steps` and by 2 `steps` steps with `stages`
 /// stages.
 ///
 /// # Errors

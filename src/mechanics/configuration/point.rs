@@ -24,7 +24,7 @@ enum Frame {
 ///
 /// In general v_ξ(r) = ξ̂ r, with r as (r, 1) where the matrices of the group have one row more than r. In any basis of the algebra.
 ///
-/// F is any [`Force`] on ℝᴾ: in the place of η it is given the velocity v of the point. So a [`Constant`](crate::mechanics::force::Constant)
+/// F is any [`Force`] on ℝᴾ: instead of η it is given the velocity v of the point. So a [`Constant`](crate::mechanics::force::Constant)
 /// is a weight or a thrust, a [`LinearDrag`](crate::mechanics::force::LinearDrag) a damper;
 /// [`Driven`](crate::mechanics::force::Driven) makes it follow a control, a pair is a sum, and a
 /// [`ForceOnGroup`](super::ForceOnGroup)`<T, P, D>` in an [`OnGroup`](super::OnGroup) depends on where the body is.
