@@ -47,7 +47,7 @@ impl<T: Real> Default for Settings<T> {
     fn default() -> Self {
         let u = T::unit_roundoff();
         Self {
-            tolerance: T::int(SETTLED) * u,
+            tolerance: T::int(ROUNDOFF_LEFT) * u,
             floor: T::int(1 << 14) * u,
             max_fixed_point_iterations: 100,
             max_iterations: 12,
@@ -56,30 +56,30 @@ impl<T: Real> Default for Settings<T> {
 }
 
 /// A relative residual of so many units of round-off is what rounding leaves.
-pub(super) const SETTLED: i64 = 16;
+pub(super) const ROUNDOFF_LEFT: i64 = 16;
 
 /// Of a residual that counts many times no less is asked for than this, in units of round-off times as many; and no more than that is taken for
 /// rounding: stages are sums of terms of other coordinates.
-const LEFT: i64 = 4;
-const ROUNDED: i64 = 1 << 10;
+const WEIGHTED_TOLERANCE: i64 = 4;
+const WEIGHTED_FLOOR: i64 = 1 << 10;
 
 /// The last change of the stages between two evaluations of the scheme is so many times smaller than the residual of the first: the next
 /// change would be as much smaller again, and the second evaluation gains little more.
-const FINER: i64 = 16;
+const GUESS_FINER_BY: i64 = 16;
 
-/// The first residual of s stages is expected to be FIRST⁻ˢ: that of steps of a quarter of a radian.
-const FIRST: i64 = 16;
+/// The first residual of s stages is expected to be FIRST_RESIDUAL⁻ˢ: that of steps of a quarter of a radian.
+const FIRST_RESIDUAL: i64 = 16;
 
 /// Terms of the stage equations up to so many times the momentum are not looked at any further, and what residuals are relative to may be so
 /// many times what it is where an iteration starts.
-const MODERATE: i64 = 1 << 10;
+const HARMLESS_GROWTH: i64 = 1 << 10;
 
 /// Displacements between two points of a continuation differ by no more than this, in ‖ad‖: dτ changes at distances of 1, and a fold next to where it
 /// is singular is narrower. At 1.8 one was stepped over where a stage passed |Ξ| = 6π (case 31328 of seed 998021 of the law `branch`).
-const TURN: (i64, i64) = (1, 4);
+const LARGEST_TURN: (i64, i64) = (1, 4);
 
 /// Nodes closer than this count as one where values are interpolated.
-pub(super) const APART: f64 = 1.0 / 1024.0;
+pub(super) const LEAST_NODE_DISTANCE: f64 = 1.0 / 1024.0;
 
 /// Weights larger than this extrapolate nothing but rounding.
 const LARGEST_WEIGHT: f64 = 1_048_576.0;
@@ -258,9 +258,9 @@ pub struct Variational<T: Real, const N: usize, const D: usize, L, F, R> {
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 enum Known {
     /// M_i: with iterations of the equations of motion between evaluations of the scheme.
-    InTheBody,
+    InBody,
     /// P_i: with evaluations alone, where they are cheap.
-    InTheChart,
+    InChart,
 }
 
 /// Why fixed-point iterations alone give no step.
@@ -359,8 +359,8 @@ where
             Settings::<T>::default(),
             T::unit_roundoff() * self.work.factors.as_ref().map_or(T::one(), |of| of.spread),
         );
-        self.settings.tolerance = default.tolerance.max(tolerance).max(rounding * T::int(LEFT));
-        self.settings.floor = default.floor.max(tolerance).max(rounding * T::int(ROUNDED));
+        self.settings.tolerance = default.tolerance.max(tolerance).max(rounding * T::int(WEIGHTED_TOLERANCE));
+        self.settings.floor = default.floor.max(tolerance).max(rounding * T::int(WEIGHTED_FLOOR));
     }
 
     /// Replaces what a residual of each coordinate counts; before the tolerance.
@@ -456,7 +456,7 @@ where
         self.check_stages(rates.len())?;
         self.check_stages(out.len())?;
         (self.last, self.predicted) = (None, None);
-        self.scheme.ask::<N>();
+        self.scheme.find_dependences::<N>();
         for (i, rate) in rates.iter().enumerate() {
             self.work.rates.set_vector(i, rate);
         }
@@ -485,7 +485,7 @@ where
     ) -> Result<DMatrix<T>, StepError> {
         self.check_stages(rates.len())?;
         (self.last, self.predicted) = (None, None);
-        self.scheme.ask::<N>();
+        self.scheme.find_dependences::<N>();
         let problem = Problem::new(state, step);
         let mut equations = StageEquations {
             mechanics: self.scheme.mechanics(),
@@ -514,7 +514,7 @@ where
         other: impl FnOnce(&mut Self, &Problem<T, N, D>, &Vector<T, N>, usize) -> Result<Report<T>, E>,
     ) -> Result<Report<T>, E> {
         state.check_finite(h)?;
-        self.scheme.ask::<N>();
+        self.scheme.find_dependences::<N>();
         let mut problem = Problem::new(state, h);
         let guess = if self.last.is_some() { self.work.velocities.vector(0) } else { Vector::zeros() };
         let here = Configuration::of(&state.attitude);
@@ -572,8 +572,8 @@ where
                     let m = scheme.lagrangian.gradient_at(problem.time, g, &work.velocities.vector(i));
                     work.displacements.set_vector(i, &x);
                     match known {
-                        Known::InTheBody => momenta.set_covector(i, &m),
-                        Known::InTheChart => {
+                        Known::InBody => momenta.set_covector(i, &m),
+                        Known::InChart => {
                             let p = scheme.retraction.at(&x).map_or(m, |point| pull(&m, point.d()));
                             work.momenta.set_covector(i, &p);
                         }
@@ -585,8 +585,8 @@ where
                     work.velocities.set_vector(i, eta);
                     work.displacements.set_vector(i, &(eta * (problem.step * scheme.coefficients.tableau.c()[i])));
                     match known {
-                        Known::InTheBody => momenta.set_covector(i, &problem.momentum),
-                        Known::InTheChart => work.momenta.set_covector(i, &problem.momentum),
+                        Known::InBody => momenta.set_covector(i, &problem.momentum),
+                        Known::InChart => work.momenta.set_covector(i, &problem.momentum),
                     }
                 }
             }
@@ -602,9 +602,9 @@ where
         self.collocation.unshift();
         let stages = self.scheme.coefficients.tableau.stages() as i32;
         let mut first_scale = FirstScale::unknown();
-        let mut goal = self.first_residual.take().unwrap_or_else(|| T::ratio(1, FIRST).powi(stages));
+        let mut goal = self.first_residual.take().unwrap_or_else(|| T::ratio(1, FIRST_RESIDUAL).powi(stages));
         for _ in 0..settings.max_fixed_point_iterations {
-            if known == Known::InTheBody {
+            if known == Known::InBody {
                 let guess = self
                     .guess(problem, goal.max(settings.tolerance * T::half()), &mut first_scale)
                     .map_err(|NotContracted(spent)| NotContracted(iterations + spent))?;
@@ -653,13 +653,13 @@ where
                 return Err(NotContracted(iterations));
             }
             match known {
-                Known::InTheBody => self.scheme.shift::<N, D>(problem, &mut self.work, &mut self.collocation),
-                Known::InTheChart => {
+                Known::InBody => self.scheme.shift::<N, D>(problem, &mut self.work, &mut self.collocation),
+                Known::InChart => {
                     std::mem::swap(&mut self.work.next_momenta, &mut self.work.momenta);
                     std::mem::swap(&mut self.work.next_displacements, &mut self.work.displacements);
                 }
             }
-            goal = residual * T::ratio(1, FINER);
+            goal = residual * T::ratio(1, GUESS_FINER_BY);
         }
         Err(NotContracted(iterations))
     }
@@ -728,7 +728,7 @@ where
         if let Ok(first) = mechanics.residual(problem, equations.work)
             && first > T::zero()
         {
-            equations.most = first * T::int(MODERATE);
+            equations.most = first * T::int(HARMLESS_GROWTH);
         }
         let outcome = self.newton.follow(&mut equations, &mut self.unknowns, &settings);
         let refused = |failure| StepError::of_newton(failure, step, settings.tolerance, spent, |error| error);
@@ -744,7 +744,7 @@ where
 
 impl<T: Real, L, F, R> Scheme<T, L, F, R> {
     /// Asks the Lagrangian and the force what they depend on.
-    fn ask<const N: usize>(&mut self)
+    fn find_dependences<const N: usize>(&mut self)
     where
         L: Lagrangian<T, N>,
         F: Force<T, N>,
@@ -759,7 +759,7 @@ impl<T: Real, L, F, R> Scheme<T, L, F, R> {
         R: Retraction<T, N, D>,
     {
         let pays = self.retraction.rough_pays_from() <= self.coefficients.tableau.stages();
-        if pays { Known::InTheBody } else { Known::InTheChart }
+        if pays { Known::InBody } else { Known::InChart }
     }
 
     /// g τ(x).
@@ -859,12 +859,12 @@ impl<T: Real, L, F, R> Scheme<T, L, F, R> {
                 Configuration::identity()
             };
             let (p, m) = match known {
-                Known::InTheBody => {
+                Known::InBody => {
                     let m = own.momenta.covector(i);
                     own.tangents[i] = *point.d_inv();
                     (pull(&m, point.d()), m)
                 }
-                Known::InTheChart => {
+                Known::InChart => {
                     let p = work.momenta.covector(i);
                     (p, pull(&p, point.d_inv()))
                 }
@@ -880,7 +880,7 @@ impl<T: Real, L, F, R> Scheme<T, L, F, R> {
                 let seen = pull(&f, point.d());
                 gradient += seen;
                 work.impulses.set_covector(i, &point.pull_ad_inv(&f, &seen));
-                if known == Known::InTheBody {
+                if known == Known::InBody {
                     own.forces.set_covector(i, &f);
                 }
             }
@@ -892,7 +892,7 @@ impl<T: Real, L, F, R> Scheme<T, L, F, R> {
         work.end_of_step(problem, tableau, self.forced);
         let point = self.retraction.at(&work.increment).map_err(|e| domain(h, None, e))?;
         let end = pull(&work.after_impulse, &point.d_neg());
-        if known == Known::InTheBody {
+        if known == Known::InBody {
             (own.tangent_inv, own.coadjoint_inv) = (*point.d_inv(), point.ad_inv());
         }
         let total = work.gradients.sum(tableau.b().as_slice()).transpose() * h;
@@ -955,7 +955,7 @@ impl<T: Real, const N: usize, const D: usize> Equations<T> for StageEquations<'_
         self.mechanics.jacobian(&self.problem, &self.work.rates, self.jacobian, out)
     }
 
-    /// The largest ‖ad‖ of a change of Ξ_i or ξ, in the unit [`TURN`].
+    /// The largest ‖ad‖ of a change of Ξ_i or ξ, in the unit [`LARGEST_TURN`].
     fn distance(&self, from: (T, &[T]), to: (T, &[T])) -> Option<T> {
         let moved = |j: usize, a: usize| (to.0 * to.1[j * N + a] - from.0 * from.1[j * N + a]) * self.full;
         Some(turn::<T, N>(&self.mechanics.coefficients.tableau, self.mechanics.parts.algebra(), moved))
@@ -983,7 +983,7 @@ where
     }
 }
 
-/// The largest ‖ad‖ of Σ_j a_ij x_j and Σ_j b_j x_j, in the unit [`TURN`]; component a of x_j is `rate`(j, a).
+/// The largest ‖ad‖ of Σ_j a_ij x_j and Σ_j b_j x_j, in the unit [`LARGEST_TURN`]; component a of x_j is `rate`(j, a).
 pub(crate) fn turn<T: Real, const N: usize>(
     tableau: &Tableau<T>,
     algebra: &LieAlgebra<T, N>,
@@ -996,7 +996,7 @@ pub(crate) fn turn<T: Real, const N: usize>(
         let rows = algebra.ad(&x);
         rows.row_iter().map(|row| row.iter().fold(T::zero(), |sum, v| sum + v.abs())).fold(T::zero(), larger)
     };
-    (0..=s).map(turned).fold(T::zero(), larger) / T::ratio(TURN.0, TURN.1)
+    (0..=s).map(turned).fold(T::zero(), larger) / T::ratio(LARGEST_TURN.0, LARGEST_TURN.1)
 }
 
 fn domain<T: Real>(step: T, stage: Option<usize>, source: RetractionError) -> StepError {
@@ -1014,11 +1014,11 @@ pub(super) fn relative<T: Real>(change: T, size: T) -> T {
     if change == T::zero() { T::zero() } else { change / larger(size, least) }
 }
 
-/// Lagrange weights E with p(1 + c_i) = Σ_j E_ij p(c_j) for polynomials of degree < s; none where two nodes are no further [`APART`], or a
+/// Lagrange weights E with p(1 + c_i) = Σ_j E_ij p(c_j) for polynomials of degree < s; none where two nodes are no further [`LEAST_NODE_DISTANCE`], or a
 /// weight is larger than [`LARGEST_WEIGHT`].
 pub(super) fn extrapolation<T: Real>(c: &[T]) -> Option<DMatrix<T>> {
     let s = c.len();
-    let apart = (0..s).all(|i| (0..i).all(|j| (c[i] - c[j]).abs() > T::exact(APART)));
+    let apart = (0..s).all(|i| (0..i).all(|j| (c[i] - c[j]).abs() > T::exact(LEAST_NODE_DISTANCE)));
     if !apart {
         return None;
     }

@@ -1,7 +1,7 @@
 //! What the equations of a step ask of l, f and τ, behind objects: what is built on these is compiled once for each T, N and D, and not again
 //! for each Lagrangian, force and retraction. Fixed-point iterations, which most steps are, know the types.
 
-use super::{Coefficients, MODERATE, Problem, Scheme, Work, domain, largest, relative};
+use super::{Coefficients, HARMLESS_GROWTH, Problem, Scheme, Work, domain, largest, relative};
 use crate::algebra::{Covector, LieAlgebra, Matrix, Vector, apply, pull, times};
 use crate::integrators::StepError;
 use crate::mechanics::configuration::Configuration;
@@ -245,7 +245,7 @@ impl<'a, T: Real, const N: usize, const D: usize> Mechanics<'a, T, N, D> {
             terms = larger(terms, larger(largest(&work.momenta.covector(j)), impulse));
         }
         let momentum = largest(&problem.momentum);
-        if terms <= momentum * T::int(MODERATE) {
+        if terms <= momentum * T::int(HARMLESS_GROWTH) {
             return T::zero();
         }
         let here = Configuration::of(&problem.attitude);
