@@ -51,7 +51,7 @@ pub const fn laws<S: Source>() -> &'static [CaseLaw<S>] {
 const STEPS: usize = 4;
 
 /// Steps of the reference in one of the case, at first and at most: twice as many until the states agree.
-const FINER: [usize; 2] = [2, 128];
+const REFERENCE_STEPS: [usize; 2] = [2, 128];
 
 /// The share of the tolerance to which they agree.
 const SETTLED: f64 = 1.0 / 16.0;
@@ -187,7 +187,7 @@ fn settled<const N: usize, const D: usize, R, L: Lagrangian<f64, N>, F: Force<f6
     times: &[f64],
     accuracy: f64,
 ) -> Result<Option<Settled<N, D>>, StepError> {
-    let [mut finer, most] = FINER;
+    let [mut finer, most] = REFERENCE_STEPS;
     let mut before = reference(system, start, times, finer)?;
     while finer < most {
         finer *= 2;

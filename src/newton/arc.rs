@@ -34,7 +34,7 @@ const EASY: usize = 3;
 const MOST_POINTS: usize = 1024;
 
 /// The next step would go this share of the distance that is allowed, if the branch went on as it did.
-const PACE: f64 = 0.875;
+const STEP_SHARE: f64 = 0.875;
 
 /// The first step and the longest, in s.
 const LENGTHS: (f64, f64) = (0.25, 0.5);
@@ -258,7 +258,7 @@ impl<T: Real> Arc<T> {
                         return Ok(Outcome { iterations: walk.iterations, residual, shortened: walk.shortened });
                     }
                     let doubled = if jacobians <= EASY { moved + moved } else { moved };
-                    step = doubled.min(self.longest() * stretch).min(moved * pace(apart));
+                    step = doubled.min(self.longest() * stretch).min(moved * step_factor(apart));
                 }
                 _ if over.is_some() => may_cross = false,
                 _ => {
@@ -318,7 +318,7 @@ impl<T: Real> Arc<T> {
         if watched {
             step = self.while_definite(root, equations, x, (step, unit));
             let ahead = equations.distance((T::zero(), x), (step, x)).unwrap_or(T::zero());
-            step *= pace(ahead).min(T::one());
+            step *= step_factor(ahead).min(T::one());
         }
         self.tangent[n] = parameter;
         let length = normalize(&mut self.tangent);
@@ -581,6 +581,6 @@ fn normalize<T: Real>(v: &mut [T]) -> T {
 }
 
 /// How many times as long as one that went this distance a step may be.
-fn pace<T: Real>(distance: T) -> T {
-    T::exact(PACE) / larger(distance, T::exact(f64::MIN_POSITIVE))
+fn step_factor<T: Real>(distance: T) -> T {
+    T::exact(STEP_SHARE) / larger(distance, T::exact(f64::MIN_POSITIVE))
 }

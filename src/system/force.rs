@@ -271,8 +271,8 @@ pub(crate) struct ForceKind {
     pub orthogonal: bool,
     /// How often it is drawn: its weight beside those of the other kinds.
     pub weight: usize,
-    /// The same for [`Cases::telling`](super::Cases::telling).
-    pub telling: usize,
+    /// The same for [`Cases::showing_order`](super::Cases::showing_order).
+    pub showing_order: usize,
     /// A simpler kind that has parameters of the same names.
     pub simpler: Option<&'static str>,
     /// The groups on which it has a form in lanes.
@@ -291,7 +291,7 @@ const USUAL: ForceKind = ForceKind {
     smooth: true,
     orthogonal: false,
     weight: 0,
-    telling: 0,
+    showing_order: 0,
     simpler: None,
     lanes: &[Entry::So3, Entry::Se3],
     zero: || Force::Given,
@@ -340,29 +340,29 @@ macro_rules! catalogue {
 catalogue! {
     DoubleBracket { alpha } [alpha: Strength] ForceKind {
         name: "double-bracket", argument: Argument::Momentum, power: Power::Lost, keeps_casimirs: true, orthogonal: true, weight: 18,
-        telling: 11, lanes: &[Entry::So3], ..USUAL
+        showing_order: 11, lanes: &[Entry::So3], ..USUAL
     };
     Metriplectic { beta } [beta: Strength] ForceKind {
-        name: "metriplectic", argument: Argument::Momentum, power: Power::None, weight: 18, telling: 11, lanes: &[Entry::So3], ..USUAL
+        name: "metriplectic", argument: Argument::Momentum, power: Power::None, weight: 18, showing_order: 11, lanes: &[Entry::So3], ..USUAL
     };
-    LinearDrag (drag) [drag: Drag] ForceKind { name: "linear-drag", power: Power::Lost, weight: 14, telling: 22, ..USUAL };
+    LinearDrag (drag) [drag: Drag] ForceKind { name: "linear-drag", power: Power::Lost, weight: 14, showing_order: 22, ..USUAL };
     QuadraticDrag (drag) [drag: SymmetricDrag] ForceKind {
-        name: "quadratic-drag", power: Power::Lost, smooth: false, weight: 12, telling: 17, ..USUAL
+        name: "quadratic-drag", power: Power::Lost, smooth: false, weight: 12, showing_order: 17, ..USUAL
     };
     CubicDrag { q } [q: Strength] ForceKind {
-        name: "cubic-drag", orthogonal: true, power: Power::Lost, weight: 6, telling: 6, lanes: &[], ..USUAL
+        name: "cubic-drag", orthogonal: true, power: Power::Lost, weight: 6, showing_order: 6, lanes: &[], ..USUAL
     };
     Constant { value } [value: Amplitude] ForceKind {
-        name: "constant", argument: Argument::Nothing, weight: 7, telling: 6, ..USUAL
+        name: "constant", argument: Argument::Nothing, weight: 7, showing_order: 6, ..USUAL
     };
     Periodic { value, frequency, phase } [value: Amplitude, frequency: Frequency, phase: Phase] ForceKind {
-        name: "periodic", argument: Argument::Nothing, weight: 7, telling: 11, simpler: Some("constant"), ..USUAL
+        name: "periodic", argument: Argument::Nothing, weight: 7, showing_order: 11, simpler: Some("constant"), ..USUAL
     };
     Polynomial { terms } [terms: CovectorPolynomial] ForceKind {
-        name: "polynomial", weight: 11, telling: 10, lanes: &[], ..USUAL
+        name: "polynomial", weight: 11, showing_order: 10, lanes: &[], ..USUAL
     };
     Orbit { zeta } [zeta: VectorPolynomial] ForceKind {
-        name: "orbit", argument: Argument::Momentum, keeps_casimirs: true, weight: 7, telling: 6, lanes: &[], ..USUAL
+        name: "orbit", argument: Argument::Momentum, keeps_casimirs: true, weight: 7, showing_order: 6, lanes: &[], ..USUAL
     };
     Formula { components } [components: Formula] ForceKind {
         name: "formula", argument: Argument::Configuration, smooth: false, lanes: &[], ..USUAL

@@ -335,7 +335,7 @@ fn positive(draw: &mut Draw<'_>, n: usize, most: i64, shift: i64) -> Vec<Vec<Num
 pub(super) fn forces(draw: &mut Draw<'_>, n: usize, abelian: bool, knobs: &Cases) -> Vec<Force> {
     match knobs.forcing {
         Forcing::Free => return Vec::new(),
-        Forcing::Any if draw.chance(if knobs.telling { 15 } else { 25 }) => return Vec::new(),
+        Forcing::Any if draw.chance(if knobs.showing_order { 15 } else { 25 }) => return Vec::new(),
         _ => {}
     }
     let given = knobs.given.as_ref();
@@ -344,7 +344,7 @@ pub(super) fn forces(draw: &mut Draw<'_>, n: usize, abelian: bool, knobs: &Cases
     }
     // A bracket is made of the Lagrangian; it does not know one that is given.
     let no_brackets = given.is_some_and(|given| given.lagrangian);
-    let count = 1 + draw.weighted(if knobs.telling { &[30, 40, 30] } else { &[60, 30, 10] });
+    let count = 1 + draw.weighted(if knobs.showing_order { &[30, 40, 30] } else { &[60, 30, 10] });
     // The first term does not vanish identically: brackets do on abelian algebras.
     (0..count).map(|i| force(draw, n, no_brackets || (abelian && i == 0), knobs)).collect()
 }
@@ -355,7 +355,7 @@ fn force(draw: &mut Draw<'_>, n: usize, no_bracket: bool, knobs: &Cases) -> Forc
         _ if no_bracket && kind.argument == Argument::Momentum => 0,
         _ if !knobs.restriction.has_force(kind.name) => 0,
         _ if knobs.smooth && !kind.smooth => 0,
-        _ if knobs.telling => kind.telling,
+        _ if knobs.showing_order => kind.showing_order,
         _ => kind.weight,
     };
     let weights: Vec<usize> = KINDS.iter().map(weight).collect();
@@ -373,7 +373,7 @@ fn value(draw: &mut Draw<'_>, n: usize, role: Role, knobs: &Cases) -> Value {
     match role {
         Role::Strength => Value::Number(strength(draw)),
         Role::Amplitude => Value::Covector(amplitude(draw, n)),
-        Role::Drag if draw.chance(if knobs.telling { 20 } else { 50 }) => {
+        Role::Drag if draw.chance(if knobs.showing_order { 20 } else { 50 }) => {
             Value::Drag(Drag::Coefficient(strength(draw)))
         }
         Role::Drag => {
@@ -476,8 +476,8 @@ fn potential(draw: &mut Draw<'_>, kind: &str, size: usize) -> Potential {
 }
 
 /// A start: momentum or velocity of size about 1, sometimes 1/64 or 4; sometimes an attitude and a time.
-pub(super) fn start(draw: &mut Draw<'_>, n: usize, group: bool, telling: bool) -> Start {
-    let q = if telling { 8 } else { [8, 512, 2][draw.weighted(&[80, 10, 10])] };
+pub(super) fn start(draw: &mut Draw<'_>, n: usize, group: bool, showing_order: bool) -> Start {
+    let q = if showing_order { 8 } else { [8, 512, 2][draw.weighted(&[80, 10, 10])] };
     let mut list = draw.fractions(n, 12, q);
     if list.iter().all(|v| *v == Number::default()) {
         list[0] = dyadic(8, q);
@@ -485,7 +485,8 @@ pub(super) fn start(draw: &mut Draw<'_>, n: usize, group: bool, telling: bool) -
     let motion = if draw.chance(70) { Motion::Momentum(list) } else { Motion::Velocity(list) };
     let attitude = (group && draw.chance(50)).then(|| draw.fractions(n, 4, 8));
     // Where many forces that depend on the time are even in it, a wrong time does not show at t = 0.
-    let time = if draw.chance(if telling { 10 } else { 75 }) { Number::default() } else { dyadic(draw.int(-8, 8), 4) };
+    let time =
+        if draw.chance(if showing_order { 10 } else { 75 }) { Number::default() } else { dyadic(draw.int(-8, 8), 4) };
     Start { attitude, time, ..Start::moving(motion) }
 }
 
@@ -593,7 +594,7 @@ pub(super) fn case(draw: &mut Draw<'_>, knobs: &Cases, tableau: crate::tableau::
     let unit = || given.is_some_and(|given| given.lagrangian).then(|| Lagrangian::unit(n));
     let lagrangian = fixed.lagrangian.clone().or_else(unit).unwrap_or_else(|| lagrangian(draw, n, knobs));
     let forces = fixed.forces.clone().unwrap_or_else(|| forces(draw, n, abelian, knobs));
-    let start = fixed.start.clone().unwrap_or_else(|| start(draw, n, grouped, knobs.telling));
+    let start = fixed.start.clone().unwrap_or_else(|| start(draw, n, grouped, knobs.showing_order));
     let (largest, smallest) = knobs.exponents;
     let mut exponent = draw.int(i64::from(largest), i64::from(smallest)) as u32;
     // Beyond this the motion is slowed down instead: large steps are wanted too.
@@ -671,7 +672,7 @@ const LARGEST: f64 = 2.0;
 fn unusual(draw: &mut Draw<'_>, knobs: &Cases) -> (bool, bool) {
     // Orders show at small steps, and what is asked for, fixed or given is as it is.
     if knobs.exponents != USUAL_STEPS
-        || knobs.telling
+        || knobs.showing_order
         || knobs.smooth
         || knobs.fast
         || knobs.fixed.any()
@@ -702,7 +703,7 @@ const SPECIAL: [(Special, usize); 4] =
 
 /// Which of them a case has, where the knobs admit it.
 fn special(draw: &mut Draw<'_>, knobs: &Cases) -> Special {
-    if knobs.exponents != USUAL_STEPS || knobs.telling || knobs.smooth || knobs.fixed.start.is_some() {
+    if knobs.exponents != USUAL_STEPS || knobs.showing_order || knobs.smooth || knobs.fixed.start.is_some() {
         return Special::None;
     }
     let special = SPECIAL[draw.weighted(&SPECIAL.map(|(_, weight)| weight))].0;

@@ -80,7 +80,7 @@ pub struct Cases {
     pub(super) forcing: Forcing,
     pub(super) potentials: Vec<&'static str>,
     pub(super) smooth: bool,
-    pub(super) telling: bool,
+    pub(super) showing_order: bool,
     pub(super) quadratic: bool,
     pub(super) kinetic: bool,
     pub(super) fast: bool,
@@ -126,7 +126,7 @@ pub fn cases() -> Cases {
         forcing: Forcing::Any,
         potentials: Vec::new(),
         smooth: false,
-        telling: false,
+        showing_order: false,
         quadratic: false,
         kinetic: false,
         fast: false,
@@ -281,8 +281,8 @@ impl Cases {
     /// Only motions that show the order of a method, with forces that show its errors: of size about 1, not nearly steady (but
     /// without force on an abelian algebra, where all are), and with quadratic drag only away from rest, where it is smooth.
     /// Drag and matrices without symmetry are drawn more often than else, and several forces at once.
-    pub fn telling(mut self) -> Self {
-        self.telling = true;
+    pub fn showing_order(mut self) -> Self {
+        self.showing_order = true;
         self
     }
 
@@ -355,7 +355,7 @@ impl Cases {
             _ => None,
         };
         let forced = case.forces.iter().any(|force| !force.vanishes(abelian));
-        let rates = (self.forcing == Forcing::Forced || self.telling).then(|| self.rates(case)).flatten();
+        let rates = (self.forcing == Forcing::Forced || self.showing_order).then(|| self.rates(case)).flatten();
         let algebra = match &self.given {
             Some(given) => {
                 given.structure == case.algebra.structure && case.algebra.basis.is_none() && given.admits(case)
@@ -387,10 +387,10 @@ impl Cases {
             && (self.retraction.is_none_or(|tau| tau == case.method.retraction) || case.matrix_size() == 0)
             && (self.retraction.is_none() || case.method.argument.is_empty())
             && (self.forcing != Forcing::Forced || rates.as_ref().is_some_and(Rates::driven))
-            && (!self.telling || rates.is_some_and(|rates| self.tells(case, abelian, &rates)))
+            && (!self.showing_order || rates.is_some_and(|rates| self.tells(case, abelian, &rates)))
     }
 
-    /// Whether a motion is what [`Cases::telling`] asks for.
+    /// Whether a motion is what [`Cases::showing_order`] asks for.
     fn tells(&self, case: &Case, abelian: bool, rates: &Rates) -> bool {
         let step = case.step.eval::<f64>().map_or(0.0, f64::abs);
         let dragged = !smooth(case);

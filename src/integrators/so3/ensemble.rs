@@ -1,7 +1,7 @@
 //! Many bodies at once: a lane a body, eight to a group.
 
 use super::force::{EnsembleForce, LaneForce, Moved, OnBody, Pose};
-use super::kernel::{NOTHING, ROUNDING};
+use super::kernel::{NEGLIGIBLE, ROUNDING};
 use super::quaternion::HalfAngle;
 use super::retraction::{LaneRetraction, LaneRotation, add_scaled, dot, scale};
 use super::step::UnfitTableau;
@@ -441,7 +441,7 @@ impl<F: LaneForce> Group<F> {
         for lane in 0..LANES {
             let size = (0..3).map(|a| self.momentum[a].0[lane].abs()).fold(0.0, f64::max);
             for a in 0..3 {
-                if self.momentum[a].0[lane].abs() < NOTHING * size {
+                if self.momentum[a].0[lane].abs() < NEGLIGIBLE * size {
                     (self.momentum[a].0[lane], self.momentum_rest[a].0[lane]) = (0.0, 0.0);
                 }
             }

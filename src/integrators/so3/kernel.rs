@@ -5,7 +5,7 @@ use super::retraction::LaneRetraction;
 use super::{LANES, Row};
 use crate::integrators::fixed_point::Course;
 use crate::integrators::lanes::{Eight, Isa, Kernel, Lanes};
-use crate::integrators::variational::SETTLED;
+use crate::integrators::variational::ROUNDOFF_LEFT;
 use crate::tableau::Tableau;
 use nalgebra::DMatrix;
 use std::marker::PhantomData;
@@ -135,7 +135,7 @@ const BOTH_ENDS: Row = Row([1.0, 1.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0]);
 
 /// A component of μ that is so small beside |μ| is 0: it has decayed, and would come to numbers below 2⁻¹⁰²², with which
 /// arithmetic is slow.
-pub(super) const NOTHING: f64 = 1e-100;
+pub(super) const NEGLIGIBLE: f64 = 1e-100;
 
 /// Relative changes in the third iteration of the predictor beyond which one more pays than the stages ask for, and another.
 /// For Gauss with eight stages and |Ω|h ≈ 1.5 its point is some 10⁻⁸ from that of the fixed-point iterations on (P, Ξ), of
@@ -149,8 +149,8 @@ const FEWEST: usize = 6;
 /// 1 in the lane of μ.
 const MOMENTUM_LANE: Row = Row([0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 0.0]);
 
-/// [`SETTLED`] in the unit of round-off of `f64`.
-pub(super) const ROUNDING: f64 = SETTLED as f64 * (f64::EPSILON / 2.0);
+/// [`ROUNDOFF_LEFT`] in the unit of round-off of `f64`.
+pub(super) const ROUNDING: f64 = ROUNDOFF_LEFT as f64 * (f64::EPSILON / 2.0);
 
 /// How far to iterate.
 #[derive(Clone, Copy, Debug)]
@@ -502,7 +502,7 @@ impl<F: LaneForce<N>, R: LaneRetraction<N>, const N: usize, const PAIRS: usize> 
         let values: [Eight<I>; N] = each!(N, k => Eight::load(isa, &self.state.value[k].0));
         let kicks: [Eight<I>; N] = each!(N, k => Eight::splat(isa, kick[k]) * Eight::load(isa, &MOMENTUM_LANE.0));
         let increments = R::increments(at_back, back, values, kicks);
-        let nothing = Eight::splat(isa, NOTHING * size) * Eight::load(isa, &MOMENTUM_LANE.0);
+        let nothing = Eight::splat(isa, NEGLIGIBLE * size) * Eight::load(isa, &MOMENTUM_LANE.0);
         let mut next = [(zero[0], zero[0]); N];
         let mut finite = zero[0];
         for k in 0..N {

@@ -16,10 +16,10 @@ pub(super) const AIM: f64 = 0.5;
 const GROWTH: f64 = 4.0;
 
 /// The least factor after an error too large.
-const SHRINK: f64 = 0.2;
+const LEAST_AFTER_REFUSAL: f64 = 0.2;
 
 /// The largest factor after an error too large.
-const RELENT: f64 = 0.8;
+const MOST_AFTER_REFUSAL: f64 = 0.8;
 
 /// The factor after a step that could not be taken (a fold, a domain, no convergence). With ½ the two steps that are tried next
 /// lie within the first of those before.
@@ -64,7 +64,7 @@ const INDIVISIBLES: i64 = 8;
 
 /// After a pair is refused for its error, steps grow to this share of the angle ρh that it had, and no further: where the error falls like
 /// a high power of h, it says little of how far that goes.
-const SHY: f64 = 0.8;
+const SHARE_AFTER_REFUSAL: f64 = 0.8;
 
 /// By what factor that angle grows with every pair.
 const CONFIDENCE: f64 = 1.01;
@@ -242,7 +242,11 @@ impl<T: Real> Control<T> {
     fn factor(&self, allowed: T, error: T) -> f64 {
         let room = AIM * (allowed / error).to_f64();
         // The share of the tolerance grows as h: one power less than the error.
-        if room.is_nan() { SHRINK } else { room.powf(1.0 / f64::from(self.order)).max(SHRINK) }
+        if room.is_nan() {
+            LEAST_AFTER_REFUSAL
+        } else {
+            room.powf(1.0 / f64::from(self.order)).max(LEAST_AFTER_REFUSAL)
+        }
     }
 
     /// Whether steps that are much longer than fixed-point iterations allow are worth their price.
@@ -335,11 +339,11 @@ impl<T: Real> Control<T> {
         self.next = match &outcome {
             Ok(pair) => {
                 if self.refused == 0 && pair.effort != Effort::Newton {
-                    let share = ((step / self.natural).to_f64() * SHY).max(LEAST_SHARE);
+                    let share = ((step / self.natural).to_f64() * SHARE_AFTER_REFUSAL).max(LEAST_SHARE);
                     self.share = Some(self.share.map_or(share, |before| before.min(share)));
                 }
                 self.note(step, pair.effort);
-                let factor = self.factor(plan.allowed, pair.unexplained).min(RELENT);
+                let factor = self.factor(plan.allowed, pair.unexplained).min(MOST_AFTER_REFUSAL);
                 if stiffly && pair.effort == Effort::Newton && factor < RETREAT {
                     self.wait_longer();
                 }

@@ -1,7 +1,7 @@
 //! Interpolation through the ends and the stages of a step.
 
 use crate::algebra::{Covector, Vector};
-use crate::integrators::variational::APART;
+use crate::integrators::variational::LEAST_NODE_DISTANCE;
 use crate::scalar::Real;
 
 /// Weights that are larger in sum give no guess: it would be rounding.
@@ -9,7 +9,7 @@ const LARGEST_WEIGHTS: f64 = 1e6;
 
 /// Whether two nodes count as two.
 pub(super) fn apart_from<T: Real>(one: T, other: T) -> bool {
-    (one - other).abs() > T::exact(APART)
+    (one - other).abs() > T::exact(LEAST_NODE_DISTANCE)
 }
 
 /// (ξ̇, ṁ), seen from the start of a step.

@@ -72,6 +72,10 @@ pub(super) struct Place<'a, T: Real, const N: usize, const D: usize> {
     momenta: [Covector<T, N>; 2],
 }
 
+/// What is done with a stage and its derivatives.
+type Then<'a, T, const N: usize, const D: usize> =
+    &'a mut dyn FnMut(&Place<'_, T, N, D>, &Linear<T, N>) -> Result<(), StepError>;
+
 /// What a stage changes along, besides Ξ_i.
 pub(super) enum Argument<'a, T: Real, const N: usize, const D: usize> {
     /// e_a in H_i.
@@ -109,7 +113,7 @@ impl<T: Real, const N: usize, const D: usize> Mechanics<'_, T, N, D> {
         i: usize,
         rate: &Vector<T, N>,
         out: &mut Linear<T, N>,
-        then: &mut dyn FnMut(&Place<'_, T, N, D>, &Linear<T, N>) -> Result<(), StepError>,
+        then: Then<'_, T, N, D>,
     ) -> Result<(), StepError> {
         let (h, tableau) = (problem.step, &self.coefficients.tableau);
         let failed = |e| domain(h, Some(i), e);

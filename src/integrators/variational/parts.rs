@@ -1,13 +1,13 @@
 //! What the equations of a step ask of l, f and τ, behind objects: what is built on these is compiled once for each T, N and D, and not again
 //! for each Lagrangian, force and retraction. Fixed-point iterations, which most steps are, know the types.
 
-use super::{Coefficients, MODERATE, Problem, Scheme, Work, domain, largest, relative};
-use crate::algebra::{Covector, LieAlgebra, Matrix, Vector, apply, pull, times};
+use super::{Coefficients, HARMLESS_GROWTH, Problem, Scheme, Work, domain, largest, relative};
+use crate::algebra::{Covector, LieAlgebra, Matrix, Vector, times};
 use crate::integrators::StepError;
 use crate::mechanics::configuration::Configuration;
 use crate::mechanics::{Force, Lagrangian};
 use crate::retraction::{Retraction, RetractionError, TangentPoint};
-use crate::scalar::{Dual, Real, Scalar, finite, larger};
+use crate::scalar::{Dual, Real, Scalar, larger};
 
 /// What is done with the tangents of τ at a point.
 type With<'a, S, const N: usize> = &'a mut dyn FnMut(&dyn TangentPoint<S, N>);
@@ -95,16 +95,6 @@ where
     }
 }
 
-/// η, P, G and f Ad⁻¹ of a stage, and the size of the force.
-#[derive(Clone, Copy, Debug)]
-pub(super) struct Stage<S: Scalar, const N: usize> {
-    pub velocity: Vector<S, N>,
-    pub momentum: Covector<S, N>,
-    pub gradient: Covector<S, N>,
-    pub impulse: Covector<S, N>,
-    pub load: S::Base,
-}
-
 /// The equations of a step.
 #[derive(Clone, Copy)]
 pub(super) struct Mechanics<'a, T: Real, const N: usize, const D: usize> {
@@ -170,70 +160,6 @@ impl<'a, T: Real, const N: usize, const D: usize> Mechanics<'a, T, N, D> {
         if self.moves { Configuration::of(attitude) } else { Configuration::identity() }
     }
 
-    /// Stage i of a step of this size, at H_i and the tangents at Ξ_i.
-    pub fn stage<S: Scalar<Base = T>>(
-        &self,
-        (i, step): (usize, T),
-        time: S,
-        g: Configuration<'_, S>,
-        point: &dyn TangentPoint<S, N>,
-        rate: &Vector<S, N>,
-    ) -> Result<Stage<S, N>, StepError>
-    where
-        dyn Mechanism<T, N, D> + 'a: Parts<S, N, D>,
-    {
-        let velocity = apply(point.d(), rate);
-        let m = self.parts.momentum(time, g, &velocity);
-        let momentum = pull(&m, point.d());
-        let mut gradient = point.pull_dd(&momentum, &m, rate);
-        if !self.forced {
-            return Ok(Stage { velocity, momentum, gradient, impulse: Covector::zeros(), load: T::zero() });
-        }
-        let (f, load) = self.parts.total_force(time, g, &velocity);
-        if !finite(f.as_slice()) {
-            let at = g.matrix::<D>().map(|v| v.base());
-            let g = Configuration::of(&at);
-            return Err(self.parts.undefined(Some(i), step, time.base(), g, &velocity.map(|v| v.base())));
-        }
-        let seen = pull(&f, point.d());
-        gradient += seen;
-        Ok(Stage { velocity, momentum, gradient, impulse: point.pull_ad_inv(&f, &seen), load })
-    }
-
-    /// The residual r_i = P_i + h Σ_j (b_j a_ji / b_i) G_j − m dτ(−ξ) at the rates H_i in the workspace, into `next_momenta`; returns the size
-    /// to compare it with.
-    pub fn residual(&self, problem: &Problem<T, N, D>, work: &mut Work<T, N>) -> Result<T, StepError> {
-        let Coefficients { tableau, weights, coupling, .. } = self.coefficients;
-        let (h, mut load) = (problem.step, problem.rounding);
-        work.displacements.combine(weights, &work.rates);
-        for i in 0..tableau.stages() {
-            let x = work.displacements.vector(i) * h;
-            let rate = work.rates.vector(i);
-            let at = self.placed(problem, &x).map_err(|e| domain(h, Some(i), e))?;
-            let time = problem.time + tableau.c()[i] * h;
-            let stage =
-                self.with((Some(i), h), &x, |point| self.stage((i, h), time, self.seen(&at), point, &rate))??;
-            load = larger(load, stage.load);
-            if self.forced {
-                work.impulses.set_covector(i, &stage.impulse);
-            }
-            work.displacements.set_vector(i, &x);
-            work.velocities.set_vector(i, &stage.velocity);
-            work.momenta.set_covector(i, &stage.momentum);
-            work.gradients.set_covector(i, &stage.gradient);
-        }
-        work.end_of_step(problem, tableau, self.forced);
-        let end = self.with((None, h), &work.increment, |point| pull(&work.after_impulse, &point.d_neg()))?;
-        work.next_momenta.combine(coupling, &work.gradients);
-        let mut size = larger(largest(&end), load * h.abs());
-        for i in 0..tableau.stages() {
-            let (p, coupled) = (work.momenta.covector(i), work.next_momenta.covector(i) * h);
-            size = larger(size, larger(largest(&p), largest(&coupled)));
-            work.next_momenta.set_covector(i, &(p + coupled - end));
-        }
-        Ok(size)
-    }
-
     /// The largest term of the stage equations relative to the momentum, the forces and the momentum of a rotor, where it is large: |P_i|,
     /// |m dτ(−ξ)| and transported forces grow like e^{|ad_ξ|}, and cancel.
     pub fn growth(&self, problem: &Problem<T, N, D>, work: &Work<T, N>, d_neg: &Matrix<T, N>) -> T {
@@ -245,7 +171,7 @@ impl<'a, T: Real, const N: usize, const D: usize> Mechanics<'a, T, N, D> {
             terms = larger(terms, larger(largest(&work.momenta.covector(j)), impulse));
         }
         let momentum = largest(&problem.momentum);
-        if terms <= momentum * T::int(MODERATE) {
+        if terms <= momentum * T::int(HARMLESS_GROWTH) {
             return T::zero();
         }
         let here = Configuration::of(&problem.attitude);

@@ -5,7 +5,7 @@
 //! [`sensitivity`]. A step that does not contract is
 //! tried again with residuals relative to it; the steps after it begin so.
 
-use super::{MODERATE, NotContracted, Problem, Scheme, Settings, Variational, largest};
+use super::{HARMLESS_GROWTH, NotContracted, Problem, Scheme, Settings, Variational, largest};
 use crate::algebra::{Matrix, Vector};
 use crate::integrators::{Report, State};
 use crate::mechanics::equations::sensitivity;
@@ -26,7 +26,7 @@ impl<T: Real> FirstScale<T> {
     /// Whether an iteration whose terms have this size has left the size that they had first.
     pub fn is_left(&mut self, scale: T) -> bool {
         let first = *self.0.get_or_insert(scale);
-        scale > first * T::int(MODERATE)
+        scale > first * T::int(HARMLESS_GROWTH)
     }
 }
 

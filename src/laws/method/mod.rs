@@ -389,21 +389,21 @@ impl MethodLaw {
         match self.kind {
             // Forces show more, unless they are excluded.
             MethodQuestion::Order | MethodQuestion::Reversibility if !base.is_force_free() => {
-                base.forced_nonabelian().telling()
+                base.forced_nonabelian().showing_order()
             }
-            MethodQuestion::Order | MethodQuestion::Reversibility => base.nonabelian().telling(),
-            MethodQuestion::Casimirs => base.with_casimirs().telling(),
-            MethodQuestion::Energy => base.telling(),
-            MethodQuestion::Momentum => base.with_group().nonabelian().telling(),
-            MethodQuestion::ConservesCasimirs => base.force_free().with_casimirs().telling(),
-            MethodQuestion::ConservesEnergy => base.without_force().telling(),
-            MethodQuestion::ConservesMomentum => base.force_free().with_group().nonabelian().telling(),
+            MethodQuestion::Order | MethodQuestion::Reversibility => base.nonabelian().showing_order(),
+            MethodQuestion::Casimirs => base.with_casimirs().showing_order(),
+            MethodQuestion::Energy => base.showing_order(),
+            MethodQuestion::Momentum => base.with_group().nonabelian().showing_order(),
+            MethodQuestion::ConservesCasimirs => base.force_free().with_casimirs().showing_order(),
+            MethodQuestion::ConservesEnergy => base.without_force().showing_order(),
+            MethodQuestion::ConservesMomentum => base.force_free().with_group().nonabelian().showing_order(),
             MethodQuestion::Noether if base.is_force_free() => base.with_group().nonabelian(),
             MethodQuestion::Noether => base.with_group().forced_nonabelian(),
-            MethodQuestion::Poisson => base.force_free().nonabelian().telling(),
-            MethodQuestion::Variational => base.nonabelian().telling(),
+            MethodQuestion::Poisson => base.force_free().nonabelian().showing_order(),
+            MethodQuestion::Variational => base.nonabelian().showing_order(),
             MethodQuestion::Equivariance | MethodQuestion::Presentation => base,
-            MethodQuestion::Smoothness => base.telling(),
+            MethodQuestion::Smoothness => base.showing_order(),
         }
     }
 
