@@ -22,7 +22,7 @@ const AT_HAND: Rate = (1, 16);
 /// five times the root, and residuals fell to a tenth and less in two iterations.
 const FAR: Rate = (1, 2);
 
-/// So it is where the terms of the equations, which residuals are relative to, are more than so many times what they were at the start: by terms that
+/// So it is where the terms of the equations, which residuals are relative to, are more than this multiple of what they were at the start: by terms that
 /// grow residuals fall, however far the root. At h = 150, 300 and 8000 they were 12, 48 and 254 times as large behind a fold at h = 48.6 (case 90128
 /// of seed 998022 of the law `branch`).
 const GROWN: Rate = (4, 1);
@@ -46,10 +46,10 @@ const QUICK: i32 = 4;
 /// iterations can be slower than the later ones.
 const CONTINUED: Rate = (4, 5);
 
-/// From so many iterations on the average is compared with [`CONTINUED`]: before, the residual may rise for a while.
+/// From this number of iterations on the average is compared with [`CONTINUED`]: before, the residual may rise for a while.
 const PATIENT: i32 = 8;
 
-/// After so many iterations without a smaller residual, what is left of it is taken for rounding, if it is small: one may be chance.
+/// After this number of iterations without a smaller residual, what is left of it is taken for rounding, if it is small: one may be chance.
 const IDLE: i32 = 2;
 
 /// A relative change beyond this is divergence: iterates that have a use are within a few times the size of the root.
@@ -113,7 +113,7 @@ impl<T: Real> Course<T> {
         self.is_slow_for(self.count - 1)
     }
 
-    /// So it may after so many evaluations of the equations since the first residual, where an iteration takes several.
+    /// So it may after `evaluations` of the equations since the first residual, where an iteration takes several.
     #[inline(always)]
     pub fn is_slow_for(&self, evaluations: i32) -> bool {
         let Self { first, last, count, .. } = *self;
@@ -146,7 +146,7 @@ impl<T: Real> Course<T> {
         self.first * start <= root * T::ratio(FROM_REST.0, FROM_REST.1) && self.rate() <= AT_ONCE
     }
 
-    /// The first residual after so many iterations at a rate.
+    /// The first residual after `iterations` at a rate.
     #[inline(always)]
     fn contracted(&self, (n, d): Rate, iterations: i32) -> T {
         self.first * T::ratio(n, d).powi(iterations)

@@ -232,7 +232,7 @@ pub enum StepError {
 }
 
 impl StepError {
-    /// What a failure of Newton's method says of a step of size `step`, after so many iterations that were `spent` before;
+    /// What a failure of Newton's method says of a step of size `step`, after `spent` iterations before it;
     /// `equations` says what it means that these could not be evaluated.
     pub(crate) fn of_newton<T: Real, E>(
         failure: Failure<T, E>,

@@ -17,7 +17,7 @@ fn places<T>(stages: usize) -> usize {
     if stages == 1 { 1 } else { stages.next_multiple_of(width::<T>()) }
 }
 
-/// Whether so many places are computed in lanes.
+/// Whether this number of places is computed in lanes.
 #[inline(always)]
 fn wide<T>(places: usize) -> bool {
     width::<T>() == LANES && places != 1

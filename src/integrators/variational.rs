@@ -146,7 +146,7 @@ impl<T: Real> Default for Settings<T> {
     }
 }
 
-/// A relative residual of so many units of round-off is what rounding leaves.
+/// The relative residual that rounding leaves, in units of round-off.
 pub(super) const ROUNDOFF_LEFT: i64 = 16;
 
 /// Of a residual that counts many times no less is asked for than this, in units of round-off times as many; and no more than that is taken for
@@ -154,8 +154,8 @@ pub(super) const ROUNDOFF_LEFT: i64 = 16;
 const WEIGHTED_TOLERANCE: i64 = 4;
 const WEIGHTED_FLOOR: i64 = 1 << 10;
 
-/// Terms of the stage equations up to so many times the momentum are not looked at any further, and what residuals are relative to may be so
-/// many times what it is where an iteration starts.
+/// Terms of the stage equations up to this multiple of the momentum are not looked at any further, and what residuals are relative to may grow
+/// by this factor from where an iteration starts.
 const HARMLESS_GROWTH: i64 = 1 << 10;
 
 /// What is taken of what fixed-point iterations find.
@@ -163,7 +163,7 @@ const HARMLESS_GROWTH: i64 = 1 << 10;
 enum Trust {
     /// Roots that are near, or to which the iterations contract all the way.
     Alone,
-    /// Roots to which they contract: whoever asks for a step compares it with others.
+    /// Roots to which they contract: the caller compares the step with others.
     Compared,
     /// Whatever has a small residual: a fault for laws to see.
     #[cfg(feature = "harness")]
@@ -179,7 +179,7 @@ struct Scheme<T: Real, L, F, R> {
     coefficients: Coefficients<T>,
     /// Whether the Lagrangian or the force depends on the configuration; asked once a step.
     moves: bool,
-    /// Whether there is anything in the place of f; asked once a step.
+    /// Whether there is a force, f or that of a potential; asked once a step.
     forced: bool,
 }
 
@@ -213,7 +213,7 @@ pub struct Variational<T: Real, const N: usize, const D: usize, L, F, R> {
 
 /// Why fixed-point iterations alone give no step.
 pub(super) enum Uncontracted {
-    /// They do not contract, or too slowly to be sure of the branch; so many.
+    /// They do not contract, or too slowly to be sure of the branch; their number.
     Slow(usize),
     /// There is no step.
     Refused(StepError),
@@ -266,7 +266,7 @@ where
         }
     }
 
-    /// Makes the steps of the continuation so many times as long, and what it allows so many times as large: a fault for laws to see.
+    /// Multiplies the steps of the continuation, and what it allows, by a factor: a fault for laws to see.
     #[cfg(feature = "harness")]
     pub(crate) fn stretch_continuation(&mut self, factor: T) {
         self.newton.stretch(factor);
@@ -445,7 +445,7 @@ where
         Ok(jacobian)
     }
 
-    /// The step, where fixed-point iterations find it; where they do not, `Err` of so many iterations, or of why there is no step.
+    /// The step, where fixed-point iterations find it; where they do not, `Err` of their number, or of why there is no step.
     pub(super) fn contract(&mut self, state: &mut State<T, N, D>, h: T) -> Result<Report<T>, Uncontracted> {
         self.advance(state, h, |_, _, _, spent| Err(Uncontracted::Slow(spent)))
     }

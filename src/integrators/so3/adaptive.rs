@@ -28,7 +28,7 @@ const STEADY: f64 = 1e-5;
 /// refused, with more steps are shorter, and random runs take as long.
 const MARGIN: f64 = 1.0;
 
-/// After so many steps what rounding has made of gᵀg is taken back: a step of several radians makes it some 5·10⁻¹⁷.
+/// After this number of steps what rounding has made of gᵀg is taken back: a step of several radians makes it some 5·10⁻¹⁷.
 const STRAIGHT: usize = 16;
 
 /// |gᵀg − 1| that is more than rounding, and so the caller's.

@@ -27,14 +27,14 @@ const TRUST: usize = 63;
 /// The most that an iteration is trusted to gain.
 const MOST_GAIN: f64 = 64.0;
 
-/// A degree of extrapolation is given up for a while where the change is so many times smaller than it must be, or is what
-/// rounding makes of it: so many times the sum of the weights' sizes, 2^r − 1 for r steps. Every so many steps that is
+/// A degree of extrapolation is given up for a while where the change is this many times smaller than it must be, or is what
+/// rounding makes of it: a multiple of the sum of the weights' sizes, 2^r − 1 for r steps. At times that is
 /// looked at.
 const SPARE: f64 = 32.0;
 const NOISE: f64 = 2.0 * f64::EPSILON;
 const LOOK: usize = 8;
 
-/// A degree that was given up and is needed again is kept for so many steps, and twice as many each time, up to the second.
+/// A degree that was given up and is needed again is kept for the first number of steps, and twice as many each time, up to the second.
 const PATIENCE: [usize; 2] = [64, 4096];
 
 /// After how many steps numbers are brought back to an ordinary size.
@@ -95,10 +95,10 @@ struct Group<F> {
     known: usize,
     newest: usize,
     step: f64,
-    /// From how many steps the next is extrapolated, and for how many it stays so many at least.
+    /// From how many steps the next is extrapolated, and for how many steps that number stays at least.
     reach: usize,
     patience: usize,
-    /// For how many it will stay so many when it has to rise again: doubled each time, and never halved.
+    /// For how many steps it will stay when it has to rise again: doubled each time, and never halved.
     caution: usize,
     /// How many times smaller an iteration makes an error, a quarter of what it was when it was measured; and for how many
     /// steps that is taken to be so.
@@ -578,7 +578,7 @@ fn both<V: Copy>(v: Vec3<V>) -> Vec3<Pair<V>> {
     each!(3, a => Pair(v[a], v[a]))
 }
 
-/// Whether each change is at most so many times its scale, in every lane.
+/// Whether each change is at most a multiple of its scale, in every lane.
 #[inline(always)]
 fn within<I: Isa>(isa: I, changes: [(Eight<I>, Eight<I>); 2], most: f64) -> bool {
     let [(shift, scale), (turn, extent)] = changes;

@@ -173,7 +173,7 @@ pub(super) struct Limits {
 /// Why no step was taken.
 #[derive(Clone, Copy, Debug)]
 pub(super) enum Refused {
-    /// The fixed-point iterations (so many) do not lead to a root that can be trusted.
+    /// The fixed-point iterations, by their number, do not lead to a root that can be trusted.
     NotContracted(usize),
     /// The root was found, but δ is larger than [`Limits::strict`] allows.
     Delta(f64),

@@ -34,11 +34,11 @@ const CONTRACTING: f64 = 0.7;
 /// By what factor that limit grows with every step whose iterations contract well.
 const RECOVERY: f64 = 1.05;
 
-/// Newton's method pays where the steps that contract are so many times shorter than the motion asks for: one Jacobian in dimension n
+/// Newton's method pays where the steps that contract are this many times shorter than the motion asks for: one Jacobian in dimension n
 /// costs some 5n evaluations of the residual, a step by fixed-point iterations 10 to 30.
 const NEWTON_PAYS: f64 = 4.0;
 
-/// A pair whose iterations do not contract is tried with steps that are shorter, so many times at most before Newton's method solves it.
+/// A pair whose iterations do not contract is tried with steps that are shorter, this many times at most before Newton's method solves it.
 const SHORTENINGS: usize = 8;
 
 /// So many pairs pass before Newton's method is tried again where its long steps were refused; twice as many after each time.
@@ -55,10 +55,10 @@ const FIRST_ANGLE: f64 = 1.25;
 /// error falls with h only as the share of h does. The estimate is then the difference itself.
 const JUMP: usize = 3;
 
-/// That share: so many jumps use up the tolerance.
+/// That share: this number of jumps uses up the tolerance.
 const JUMPS: i64 = 256;
 
-/// So many steps of a run that cannot be shorter use up the tolerance: at jumps where the momentum is so small that the impulse of the least step
+/// This number of steps of a run that cannot be shorter uses up the tolerance: at jumps where the momentum is so small that the impulse of the least step
 /// is more than the share above.
 const INDIVISIBLES: i64 = 8;
 
@@ -72,10 +72,10 @@ const CONFIDENCE: f64 = 1.01;
 /// It is no less than this share of [`FIRST_ANGLE`]: shorter steps are those of a low order, of which the error says enough.
 const LEAST_SHARE: f64 = 0.5;
 
-/// A step shorter than so many units of round-off of the time is no step.
+/// A step shorter than this many units of round-off of the time is no step.
 const LEAST: i64 = 64;
 
-/// The pace of a run is looked at so many times in the steps that it may take, and no more often than after so many steps.
+/// The pace of a run is looked at the first number of times in the steps that it may take, and no more often than after the second number of steps.
 const LOOKS: usize = 32;
 const LEAST_LOOK: usize = 1024;
 

@@ -29,7 +29,7 @@ const MOST_NODES: usize = 64;
 /// The last two Legendre coefficients of a piece may stand for this share of the tolerance.
 const TAIL: f64 = 0.25;
 
-/// One node more makes them some ten times smaller: so many decades of room are left before there are fewer nodes.
+/// One node more makes them some ten times smaller: this many decades of room are left before there are fewer nodes.
 const RESERVE: f64 = 3.0;
 
 /// The iterations end where what is left is below this share of the tolerance.
@@ -39,7 +39,7 @@ const SETTLED: i64 = 8;
 /// the momenta follow the displacements.
 const CONTRACTS: f64 = 0.5;
 
-/// After the first change this share of it is taken to be left, or more: what was before is no iteration, but a guess. Or so many times the
+/// After the first change this share of it is taken to be left, or more: what was before is no iteration, but a guess. Or this multiple of the
 /// share that was left in another step.
 const FIRST: f64 = 0.25;
 const CAUTION: i64 = 2;
@@ -126,7 +126,7 @@ pub(super) struct Maker<T: Real, const N: usize> {
 }
 
 impl<T: Real, const N: usize> Maker<T, N> {
-    /// For the steps with a tableau of so many stages.
+    /// For the steps with a tableau of `stages` stages.
     pub fn new(through: &Through<T>, stages: usize) -> Result<Self, TableauError> {
         let levels = NODES.map(|nodes| Level::new(through, nodes(stages).min(MOST_NODES)));
         Ok(Self { levels: levels.into_iter().collect::<Result<_, _>>()?, level: 0, rate: None })

@@ -115,7 +115,7 @@ pub enum SolveError {
         /// The value.
         value: f64,
     },
-    /// The family has no tableau with so many stages, or a tableau has no method.
+    /// The family has no tableau with this number of stages, or a tableau has no method.
     #[error("the tableau is refused: {0}")]
     Tableau(#[from] TableauError),
 }

@@ -4,7 +4,7 @@ use super::error::SolveError;
 use crate::integrators::State;
 use crate::scalar::Real;
 
-/// ITP: the bracket loses at least as much as by bisection, after so many steps more.
+/// ITP: the bracket loses at least as much as by bisection, after this many steps more.
 const SLACK: i32 = 1;
 
 /// ITP: the point of the secant is moved towards the middle by this share of the square of the bracket, in units of the first one

@@ -276,7 +276,7 @@ impl<T: Real, const N: usize> Measure<T, N> {
     }
 
     /// How many times residuals count, which are relative to the largest coordinate, so that they are relative to their own block and to what they make
-    /// of the velocities. Not of blocks of which there is no more than so many units of rounding.
+    /// of the velocities. Not of blocks of which there are no more than `noise` units of rounding.
     pub fn factors(&self, noise: i64) -> Factors<T, N> {
         let rounding = T::int(noise) * T::unit_roundoff();
         let of = |size: T, made: T, own: T| if made * size * rounding < own { made * size / own } else { T::one() };

@@ -41,7 +41,7 @@ const TOLERANCE: f64 = 1e-8;
 /// The steps that a run may try unless it is told otherwise.
 const MOST_STEPS: usize = 1_000_000;
 
-/// Stages of Gauss: so many for each decimal digit of the tolerance, and so many besides. The iterations times stages of runs on SO(3),
+/// Stages of Gauss: for each decimal digit of the tolerance, and besides. The iterations times stages of runs on SO(3),
 /// SE(2), SL(2), SO(4) and of a heavy top over times 1, 2 and 10 are then within a fifth of the least for any number of stages at
 /// tolerances from 10⁻⁶ to 10⁻¹², and half as much again to twice the least with two stages less.
 const STAGES_PER_DIGIT: f64 = 0.5;
@@ -58,7 +58,7 @@ const ASIDE: f64 = 1.0 / 1024.0;
 /// An event is located to the tolerance times the step, divided by this.
 const LOCATED: i64 = 4;
 
-/// And no closer than to so many units of round-off of the time.
+/// And no closer than to this many units of round-off of the time.
 const LOCATED_ROUNDING: i64 = 4;
 
 /// Which tableau: of a family, with the order that the tolerance asks for, or one that is given.
@@ -197,7 +197,7 @@ struct Run<T: Real, const N: usize, const D: usize, R> {
     before: Vec<T>,
     /// An event function without a value at the end of the step at hand.
     undefined: Option<SolveError>,
-    /// The energy taken up until the last step, where somebody follows.
+    /// The energy taken up until the last step, where a caller follows.
     taken: Exchange<T>,
     /// The relative residual of the pair at hand.
     residual: T,
@@ -317,7 +317,7 @@ impl<'a, T: Real, const N: usize, const D: usize, L, F, R> Solve<'a, T, N, D, L,
         self
     }
 
-    /// Hands every state to save, every event and every step to `follow`, in the place of keeping the states and the events: the memory
+    /// Hands every state to save, every event and every step to `follow`, instead of keeping the states and the events: the memory
     /// of a run does not grow. They come in the order of the run. The run ends at the first of them at which `follow` breaks off.
     pub fn follow(mut self, follow: impl FnMut(&Progress<'_, T, N, D>) -> ControlFlow<()> + 'a) -> Self {
         self.follower = Some(Box::new(follow));
@@ -525,7 +525,7 @@ where
         Ok(End::Time)
     }
 
-    /// The run would need so many steps.
+    /// The number of steps that the run would need.
     fn too_slow(&self, engine: &Engine<T, N, D, L, F, R>, run: &Run<T, N, D, R>, needed: f64) -> SolveError {
         let Statistics { steps, rejected, .. } = run.solution.statistics;
         let (axis, rate) = engine.pair.fastest();
@@ -629,7 +629,7 @@ where
         Ok(Some(place))
     }
 
-    /// The energy taken up until a time of step k, where somebody follows.
+    /// The energy taken up until a time of step k, where a caller follows.
     fn taken(
         &self,
         pair: &Pair<T, N, D, L, F, R>,

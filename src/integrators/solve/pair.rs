@@ -30,7 +30,7 @@ const LOOSEST: f64 = 1e-3;
 /// SO(3), SE(2), SE(3) and of a heavy top is then between a hundredth and a half of the tolerance, from 10⁻⁴ to 10⁻¹².
 const SAFETY: i64 = 2;
 
-/// What the stages miss falls by up to so many powers of 2 less than in the limit, in motions that change from one step to the next: in all
+/// What the stages miss falls by up to this many powers of 2 less than in the limit, in motions that change from one step to the next: in all
 /// but ten of 1,300 pairs on SO(3), SE(2), SL(2), SE(3) and SO(4). Where it falls by less, a feature of the motion is shorter than the steps, or a pair
 /// longer than the motion allows, and the difference falls by less than its order says.
 const ROOM: f64 = 2.0;
@@ -40,7 +40,7 @@ const ROOM: f64 = 2.0;
 /// 10⁻¹² misses so much and needs the room.
 const COARSE: f64 = 1.0 / 64.0;
 
-/// Nothing is a jump that is missed by so large a share of the powers of 2 less with h than with 2h, and by so many at least: interpolation through the
+/// Nothing is a jump that is missed by the first share of the powers of 2 less with h than with 2h, and by the second number of them at least: interpolation through the
 /// stages makes up to 5 times a jump of it.
 const SMOOTH: f64 = 0.75;
 const STEEP: f64 = 2.5;
@@ -48,16 +48,16 @@ const STEEP: f64 = 2.5;
 /// The share of the momentum by which it is changed to see how the velocity follows.
 const PROBE: f64 = 1.0 / 1024.0;
 
-/// At so many times until the end of a run forces are looked at, where a step would have to be shorter than the time shows.
+/// The number of times until the end of a run at which forces are looked at, where a step would have to be shorter than the time shows.
 const AHEAD: i64 = 64;
 
-/// A residual makes a difference of no more than so many times itself.
+/// A residual makes a difference of no more than this multiple of itself.
 const EXPLAINED: i64 = 4;
 
 /// Orders up to this are looked up in trees where the simplifying assumptions decide nothing: that takes microseconds.
 const TREES: usize = 6;
 
-/// A step up to so many times the last one starts from what is extrapolated from that.
+/// A step up to this multiple of the last one starts from what is extrapolated from that.
 const FARTHEST: f64 = 1.5;
 
 /// The order of the scheme with a tableau, no more than what is proven from the coefficients, and that of its stages and of the velocities there.
@@ -288,7 +288,7 @@ where
         self.fine.moves()
     }
 
-    /// Whether there is anything in the place of f.
+    /// Whether there is a force, f or that of a potential.
     pub fn forced(&self) -> bool {
         !self.fine.force().is_zero() || self.fine.lagrangian().uses_configuration()
     }

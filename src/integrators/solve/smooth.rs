@@ -12,7 +12,7 @@ use super::through::apart_from;
 use crate::scalar::Real;
 use nalgebra::SMatrix;
 
-/// Stages that miss the force by so many times as much in one step of a pair as in the other may have passed a jump: of a smooth motion, too, where the
+/// Stages that miss the force by this factor more in one step of a pair as in the other may have passed a jump: of a smooth motion, too, where the
 /// force falls fast. With 16, three times as many jumps of 10⁻⁴ of the force go unseen at 10⁻⁸.
 const OUTLIER: i64 = 8;
 

@@ -13,7 +13,7 @@ use crate::mechanics::{Force, Lagrangian};
 use crate::retraction::{Retraction, TangentPoint};
 use crate::scalar::{Real, larger};
 
-/// The last change of the stages between two evaluations of the scheme is so many times smaller than the residual of the first: the next
+/// The last change of the stages between two evaluations of the scheme is this many times smaller than the residual of the first: the next
 /// change would be as much smaller again, and the second evaluation gains little more.
 const GUESS_FINER_BY: i64 = 16;
 
@@ -29,7 +29,7 @@ pub(super) enum Known {
     InChart,
 }
 
-/// Fixed-point iterations (so many) that did not lead to a root that can be trusted: they do not contract, or too slowly to
+/// Fixed-point iterations, by their number, that did not lead to a root that can be trusted: they do not contract, or too slowly to
 /// be sure of the branch, or a stage left the domain on the way.
 pub(super) struct NotContracted(pub usize);
 
