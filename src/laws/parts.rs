@@ -62,6 +62,9 @@ trait Supplier {
     /// The laws on them.
     const LAWS: &'static [About];
 
+    /// How many of them, the last, are laws on cases of their own elsewhere, by the same names.
+    const ELSEWHERE: usize = 0;
+
     /// What a law costs on such parts, where it is not what it says.
     const COST: Option<Cost> = None;
 
@@ -135,27 +138,33 @@ const fn law<K: Supplier, const I: usize>() -> CaseLaw {
     CaseLaw { about: About { cost, ..about }, cases: |cases| K::cases(&K::LAWS[I], cases), check: check::<K, I> }
 }
 
-/// Laws of a supplier, by their numbers, and how many of its laws are laws on cases of their own (by the same names): a
-/// number too many or too few does not compile.
+/// The law number I of a supplier, if it has that many that are laws on cases.
+const fn law_if<K: Supplier, const I: usize>() -> Option<CaseLaw> {
+    if I + K::ELSEWHERE < K::LAWS.len() { Some(law::<K, I>()) } else { None }
+}
+
+/// The laws of a supplier.
 macro_rules! laws {
-    ($list:ident, $supplier:ty, $($number:literal)* $(, elsewhere: $elsewhere:literal)?) => {
-        static $list: [CaseLaw; <$supplier as Supplier>::LAWS.len() $(- $elsewhere)?] = [$(law::<$supplier, $number>()),*];
+    ($list:ident, $supplier:ty) => {
+        laws!($list, $supplier, 0 1 2 3 4 5 6 7 8 9 10 11 12 13 14 15);
+    };
+    ($list:ident, $supplier:ty, $($number:literal)*) => {
+        static $list: &[Option<CaseLaw>] = &[$(law_if::<$supplier, $number>()),*];
+        const _: () = assert!(<$supplier as Supplier>::LAWS.len() <= [$($number),*].len(), "a longer list of numbers is needed");
     };
 }
 
-laws!(ALGEBRA, OfAlgebra, 0 1 2 3 4 5 6);
-laws!(GROUP, OfGroup, 0 1 2 3 4 5 6 7 8 9 10 11 12 13 14);
-laws!(LAGRANGIAN, OfLagrangian, 0 1 2 3 4 5);
-laws!(FORCE, OfForce, 0 1 2 3 4 5 6);
-laws!(GROUPOID, groupoid::OfGroupoid, 0 1 2 3 4 5 6 7 8 9);
-// Fields and brackets: `algebroid`.
-laws!(LIE_GROUPOID, groupoid::OfLieGroupoid, 0 1 2, elsewhere: 5);
-// Slopes, antisymmetry and units: `discrete`, on actions and on random polynomials.
-laws!(DISCRETE, discrete::OfDiscrete, 0 1 2, elsewhere: 3);
+laws!(ALGEBRA, OfAlgebra);
+laws!(GROUP, OfGroup);
+laws!(LAGRANGIAN, OfLagrangian);
+laws!(FORCE, OfForce);
+laws!(GROUPOID, groupoid::OfGroupoid);
+laws!(LIE_GROUPOID, groupoid::OfLieGroupoid);
+laws!(DISCRETE, discrete::OfDiscrete);
 
 /// The laws of this file.
 pub fn laws() -> impl Iterator<Item = &'static CaseLaw> {
-    ALGEBRA.iter().chain(&GROUP).chain(&LAGRANGIAN).chain(&FORCE).chain(&GROUPOID).chain(&LIE_GROUPOID).chain(&DISCRETE)
+    [ALGEBRA, GROUP, LAGRANGIAN, FORCE, GROUPOID, LIE_GROUPOID, DISCRETE].into_iter().flatten().flatten()
 }
 
 /// The algebra.

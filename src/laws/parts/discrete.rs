@@ -35,6 +35,9 @@ pub(super) struct OfDiscrete;
 impl Supplier for OfDiscrete {
     const LAWS: &'static [About] = discrete::LAWS;
 
+    /// Slopes, antisymmetry and units: `discrete`, on actions and on random polynomials.
+    const ELSEWHERE: usize = 3;
+
     /// An evaluation is an iteration of Newton's, and a law takes some fifty of them.
     const COST: Option<Cost> = Some(Cost::Expensive);
 

@@ -154,6 +154,9 @@ pub(super) struct OfLieGroupoid;
 impl Supplier for OfLieGroupoid {
     const LAWS: &'static [About] = groupoid::LIE_LAWS;
 
+    /// Fields and brackets: `algebroid`.
+    const ELSEWHERE: usize = 5;
+
     fn part<const N: usize, const D: usize, R, Q>(
         case: &Case,
         double: System<f64, N, D, R>,
