@@ -507,12 +507,10 @@ fn an_option_without_effect_is_refused() {
     fs::write(here.join("states.csv"), "mu_1,mu_2,mu_3\n1,2,3\n").unwrap();
     let ensemble = ["integrate", "system.toml", "--ensemble", "states.csv"];
     let with = |more: &[&'static str]| [&ensemble[..], more].concat();
-    let cases: [(Vec<&str>, &str); 13] = [
+    let cases: [(Vec<&str>, &str); 11] = [
         (vec!["verify", "--sizes"], "--faults"),
         (vec!["verify", "--resume"], "--out"),
-        (vec!["verify", "--faults", "--rates", "r.csv"], "cannot be used with"),
         (vec!["verify", "--faults", "--minutes", "1"], "cannot be used with"),
-        (vec!["verify", "--rates", "r.csv", "--plant", FAULT], "cannot be used with"),
         (vec!["verify", "--cases", "5", "laws"], "laws"),
         (vec!["integrate", "--example", "--steps", "3"], "cannot be used with"),
         (vec!["integrate", "system.toml", "--statistics"], "--ensemble"),

@@ -37,7 +37,7 @@ fn body(run: &str) -> String {
 type Writes = (&'static [&'static str], &'static str);
 
 /// Every sub-command that writes a file, but for the directories of campaigns and the saved cases.
-const WRITES: [Writes; 10] = [
+const WRITES: [Writes; 9] = [
     (&["integrate", "system.toml", "--steps", "40000", "--out", "t.csv"], "t.csv"),
     (&["integrate", "system.toml", "--plot", "t.svg", "--out", "t.csv"], "t.svg"),
     (&["integrate", "events.toml", "--events", "e.csv", "--out", "t.csv"], "e.csv"),
@@ -45,7 +45,6 @@ const WRITES: [Writes; 10] = [
     (&["order", "--tableau", "heun2", "--digits", "16", "--plot", "work.svg"], "work.svg"),
     (&["report", "campaign", "--plots", "0"], "campaign/report.html"),
     (&["paper", "--out", "."], "errors.csv"),
-    (&["verify", "--laws", LAW, "--cases", "3", "--rates", "rates.csv"], "rates.csv"),
     (&["verify", "--laws", LAW, "--faults", "--out", "."], "faults.jsonl"),
     (&["man", "--out", "."], "euler-poincare.1"),
 ];
@@ -55,12 +54,11 @@ fn no_parts(here: &Path) -> bool {
     fs::read_dir(here).unwrap().all(|file| !file.unwrap().file_name().to_string_lossy().ends_with(".part"))
 }
 
-/// Puts the old text where the command may find some; rates and faults have other rules for what is there.
+/// Puts the old text where the command may find some; faults have other rules for what is there.
 fn put_old(here: &Path, file: &str) -> bool {
-    let replaced = !["rates.csv", "faults.jsonl"].contains(&file);
-    let text = if file == "rates.csv" { "law,cases,seconds,cases_per_second\n" } else { OLD };
-    if file != "faults.jsonl" {
-        fs::write(here.join(file), text).unwrap();
+    let replaced = file != "faults.jsonl";
+    if replaced {
+        fs::write(here.join(file), OLD).unwrap();
     }
     replaced
 }

@@ -3,7 +3,7 @@
 use super::interrupt::Interrupt;
 use super::laws::{exact, near, select};
 use super::progress::{Bar, weight};
-use super::{Failure, Format, complain, failure, faults, print, program, rates, schema, summary};
+use super::{Failure, Format, complain, failure, faults, print, program, schema, summary};
 use euler_poincare::file::{self, spelled};
 use euler_poincare::harness::store::{Manifest, Store, StoreError};
 use euler_poincare::harness::{Campaign, CampaignReport, Done, Ending, Halt, Law, Recorded, Shard, Summary};
@@ -58,10 +58,6 @@ pub struct Arguments {
     /// Go on with the campaign in --out, which must be the same; begin it where there is none
     #[arg(long, requires = "out", conflicts_with = "faults")]
     resume: bool,
-    /// Also write cases per second of each law, on a thread, to this file, and name the laws that were 1.5 times as fast
-    /// in the file before; for machines that do nothing else
-    #[arg(long, value_name = "FILE.csv", conflicts_with_all = ["faults", "plant"])]
-    rates: Option<PathBuf>,
     /// Instead of the campaign: plant each fault of the selected laws; each must be caught within 100 cases
     #[arg(long)]
     faults: bool,
@@ -112,14 +108,13 @@ pub fn run(arguments: Arguments) -> Result<ExitCode, Failure> {
     // Next to JSON, which has no room for it, everything is told.
     let verbose = arguments.verbose || arguments.format == Format::Json;
     let broken = saved(&subjects, &report, &place, verbose)?;
-    let slower = arguments.rates.as_deref().map_or(Ok(String::new()), |path| rates::keep(path, &report))?;
     let campaign = summary::Campaign {
         report: &report,
         threads: pool.current_num_threads(),
         seconds,
         kept: &kept,
         asked: &exact(arguments.laws.as_deref()),
-        end: &(slower + &plan.end(&report, store.as_ref())),
+        end: &plan.end(&report, store.as_ref()),
         broken: &broken.concat(),
         verbose,
     };
