@@ -38,7 +38,9 @@ pub(crate) use exchange::Exchange;
 pub(crate) use newton::turn;
 pub(super) use work::Factors;
 
-/// What the equations of §5.2 need of a stage, with τ and its tangents at Ξ_i = h Σ_j a_ij H_j.
+/// What the stage equations need of a stage, with τ and its tangents at Ξ_i = h Σ_j a_ij H_j.
+///
+/// Source: Martín de Diego and Sato Martín de Almagro 2019, §5.2, restricted to the identities.
 #[derive(Clone, Copy, Debug)]
 struct Stage<S: Scalar, const N: usize> {
     /// η_i = dτ H_i.

@@ -11,7 +11,7 @@ use super::probe::{Probe, stream};
 use super::{CaseLaw, Source};
 use crate::algebra::{Covector, Vector};
 use crate::harness::{About, Cost, Fault, Verdict};
-use crate::integrators::variational::{Variational, turn};
+use crate::integrators::variational::Variational;
 use crate::integrators::{OneStep, Solver, State, StepError};
 use crate::laws::unbuilt;
 use crate::mechanics::{Force, Lagrangian};
@@ -108,9 +108,6 @@ trait Equations<T> {
 
     /// The largest sum of the sizes of the terms of a displacement: where they cancel, what is left is rounding.
     fn terms(&self, rates: &[T]) -> f64;
-
-    /// The largest ‖ad‖ of Ξ_1 … Ξ_s and ξ at the whole step, in the unit of [`turn`].
-    fn turn(&self, rates: &[T]) -> f64;
 }
 
 /// A step of the library from the state of a system.
@@ -204,11 +201,6 @@ where
             (sum * self.size).amax().to_f64()
         };
         (0..rates.len()).map(stage).fold(0.0, f64::max)
-    }
-
-    fn turn(&self, rates: &[T]) -> f64 {
-        let rate = |j: usize, a: usize| rates[j * N + a] * self.size;
-        turn::<T, N>(self.method.tableau(), self.method.retraction().algebra(), rate).to_f64()
     }
 }
 
@@ -353,8 +345,7 @@ fn judge_refusal(end: End, size: f64, refusal: Refusal) -> Verdict {
     match (refusal, end) {
         (Refusal::Other(why), _) => refused(why),
         (Refusal::Followed, End::Reached { easy: true }) => Verdict::broken(format!(
-            "at h = {size:e} the step is given up, and {EASY} points with increments of 2⁻¹⁴ of it and more lead there, within {TURNED} \
-             units of ‖ad‖"
+            "at h = {size:e} the step is given up, and {EASY} points with increments of 2⁻¹⁴ of it and more lead there"
         )),
         (Refusal::Followed, _) => Verdict::inconclusive("the branch is followed to a part of the step"),
         (Refusal::Fold(named), End::Reached { .. }) => Verdict::broken(format!(
@@ -402,12 +393,8 @@ const NEARLY: f64 = 1.0 - 1.0 / 1024.0;
 /// How far from the place of a fold it may be named, relative.
 const PLACE: f64 = 1.0 / 1024.0;
 
-/// A branch of no more points, whose increments do not become small, is followed easily, if its end is near enough.
+/// A branch of no more points, whose increments do not become small, is followed easily.
 const EASY: usize = 256;
-
-/// The largest ‖ad‖ of a displacement at such an end, in the unit of [`turn`]: what ‖ad_η‖|h| may be in this law. A force of
-/// long action may take it much farther, where the library's points, of which none turns by more than the unit, do not reach.
-const TURNED: f64 = 4.0 * LARGEST.0;
 
 /// The most points of a branch.
 const POINTS: usize = 4000;
@@ -701,8 +688,7 @@ impl<T: Real> Branch<'_, T> {
                     points.push(point);
                     reached = target;
                     if reached >= 1.0 {
-                        let near = self.equations.turn(&self.rates) <= TURNED;
-                        return End::Reached { easy: easily && near };
+                        return End::Reached { easy: easily };
                     }
                     if easy {
                         increment += increment;

@@ -23,10 +23,9 @@ use crate::harness::{About, BoxedStrategy, Cost, Fault, Verdict, draw};
 use crate::laws::unbuilt;
 use crate::mechanics::Lagrangian;
 use crate::mechanics::lagrangian::AnyLagrangian;
-use crate::retraction::Retraction;
 use crate::scalar::{Dd, Number, Real};
 use crate::system::case::{Case, Drag, Force};
-use crate::system::dispatch::{Pairing, System};
+use crate::system::dispatch::{Pairing, Shared, System};
 use crate::system::rates::Rates;
 use crate::system::{CaseError, Cases};
 use std::marker::PhantomData;
@@ -69,14 +68,11 @@ trait Supplier {
     const COST: Option<Cost> = None;
 
     /// The part of a system; `None` where it has none.
-    fn part<const N: usize, const D: usize, R, Q>(
+    fn part<const N: usize, const D: usize, R: Shared<f64, N, D>, Q: Shared<Dd, N, D>>(
         case: &Case,
         double: System<f64, N, D, R>,
         quad: System<Dd, N, D, Q>,
-    ) -> Option<Box<dyn Erased>>
-    where
-        R: Retraction<f64, N, D> + Clone + Send + Sync + 'static,
-        Q: Retraction<Dd, N, D> + Clone + Send + Sync + 'static;
+    ) -> Option<Box<dyn Erased>>;
 
     /// Cases that have the part and what a law needs of it.
     fn cases(law: &About, cases: Cases) -> Cases;
@@ -88,15 +84,11 @@ struct Take<'a, K>(&'a Case, PhantomData<K>);
 impl<K: Supplier> Pairing for Take<'_, K> {
     type Output = Option<Box<dyn Erased>>;
 
-    fn pair<const N: usize, const D: usize, R, Q>(
+    fn pair<const N: usize, const D: usize, R: Shared<f64, N, D>, Q: Shared<Dd, N, D>>(
         self,
         double: System<f64, N, D, R>,
         quad: System<Dd, N, D, Q>,
-    ) -> Self::Output
-    where
-        R: Retraction<f64, N, D> + Clone + Send + Sync + 'static,
-        Q: Retraction<Dd, N, D> + Clone + Send + Sync + 'static,
-    {
+    ) -> Self::Output {
         K::part(self.0, double, quad)
     }
 }
@@ -173,15 +165,11 @@ struct OfAlgebra;
 impl Supplier for OfAlgebra {
     const LAWS: &'static [About] = algebra::LAWS;
 
-    fn part<const N: usize, const D: usize, R, Q>(
+    fn part<const N: usize, const D: usize, R: Shared<f64, N, D>, Q: Shared<Dd, N, D>>(
         _: &Case,
         double: System<f64, N, D, R>,
         quad: System<Dd, N, D, Q>,
-    ) -> Option<Box<dyn Erased>>
-    where
-        R: Retraction<f64, N, D> + Clone + Send + Sync + 'static,
-        Q: Retraction<Dd, N, D> + Clone + Send + Sync + 'static,
-    {
+    ) -> Option<Box<dyn Erased>> {
         Some(Box::new(UserAlgebra::at_both(
             WithCasimirs { algebra: double.algebra, casimirs: double.casimirs },
             WithCasimirs { algebra: quad.algebra, casimirs: quad.casimirs },
@@ -202,15 +190,11 @@ struct OfGroup;
 impl Supplier for OfGroup {
     const LAWS: &'static [About] = group::LAWS;
 
-    fn part<const N: usize, const D: usize, R, Q>(
+    fn part<const N: usize, const D: usize, R: Shared<f64, N, D>, Q: Shared<Dd, N, D>>(
         _: &Case,
         double: System<f64, N, D, R>,
         quad: System<Dd, N, D, Q>,
-    ) -> Option<Box<dyn Erased>>
-    where
-        R: Retraction<f64, N, D> + Clone + Send + Sync + 'static,
-        Q: Retraction<Dd, N, D> + Clone + Send + Sync + 'static,
-    {
+    ) -> Option<Box<dyn Erased>> {
         Some(Box::new(UserGroup::at_both(double.group?, quad.group?)))
     }
 
@@ -225,15 +209,11 @@ struct OfLagrangian;
 impl Supplier for OfLagrangian {
     const LAWS: &'static [About] = lagrangian::LAWS;
 
-    fn part<const N: usize, const D: usize, R, Q>(
+    fn part<const N: usize, const D: usize, R: Shared<f64, N, D>, Q: Shared<Dd, N, D>>(
         _: &Case,
         double: System<f64, N, D, R>,
         quad: System<Dd, N, D, Q>,
-    ) -> Option<Box<dyn Erased>>
-    where
-        R: Retraction<f64, N, D> + Clone + Send + Sync + 'static,
-        Q: Retraction<Dd, N, D> + Clone + Send + Sync + 'static,
-    {
+    ) -> Option<Box<dyn Erased>> {
         Some(Box::new(UserLagrangian::at_both(double.lagrangian, quad.lagrangian)))
     }
 
@@ -248,15 +228,11 @@ struct OfForce;
 impl Supplier for OfForce {
     const LAWS: &'static [About] = force::LAWS;
 
-    fn part<const N: usize, const D: usize, R, Q>(
+    fn part<const N: usize, const D: usize, R: Shared<f64, N, D>, Q: Shared<Dd, N, D>>(
         case: &Case,
         double: System<f64, N, D, R>,
         quad: System<Dd, N, D, Q>,
-    ) -> Option<Box<dyn Erased>>
-    where
-        R: Retraction<f64, N, D> + Clone + Send + Sync + 'static,
-        Q: Retraction<Dd, N, D> + Clone + Send + Sync + 'static,
-    {
+    ) -> Option<Box<dyn Erased>> {
         // A force that vanishes identically is rounding, of which nothing is claimed.
         let driven = Rates::of(case).is_some_and(|rates| rates.driven());
         let every = |claim: fn(&Force) -> bool| driven && case.forces.iter().all(claim);

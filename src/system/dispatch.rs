@@ -107,7 +107,18 @@ pub(super) trait Workshop<T: Real> {
         build: impl Fn(&Case) -> Result<System<T, N, D, R>, CaseError> + Sync,
     ) -> Self::Output
     where
-        R: Retraction<T, N, D> + Clone + Send + Sync + 'static;
+        R: Shared<T, N, D>;
+}
+
+/// A retraction that can be copied and shared between threads.
+pub(crate) trait Shared<T: Real, const N: usize, const D: usize>:
+    Retraction<T, N, D> + Clone + Send + Sync + 'static
+{
+}
+
+impl<T: Real, const N: usize, const D: usize, R: Retraction<T, N, D> + Clone + Send + Sync + 'static> Shared<T, N, D>
+    for R
+{
 }
 
 /// What is done with a system in `f64` and the same in 32 digits.
@@ -116,14 +127,11 @@ pub(crate) trait Pairing {
     type Output;
 
     /// Does it.
-    fn pair<const N: usize, const D: usize, R, Q>(
+    fn pair<const N: usize, const D: usize, R: Shared<f64, N, D>, Q: Shared<Dd, N, D>>(
         self,
         double: System<f64, N, D, R>,
         quad: System<Dd, N, D, Q>,
-    ) -> Self::Output
-    where
-        R: Retraction<f64, N, D> + Clone + Send + Sync + 'static,
-        Q: Retraction<Dd, N, D> + Clone + Send + Sync + 'static;
+    ) -> Self::Output;
 }
 
 /// Builds and does nothing.

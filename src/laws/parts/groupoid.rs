@@ -9,7 +9,7 @@ use crate::groupoid::{DenseGroup, DenseSpace, Groupoid, TrivialGroupoid};
 use crate::harness::About;
 use crate::retraction::Retraction;
 use crate::scalar::{Dd, Real, Scalar, max_abs};
-use crate::system::dispatch::System;
+use crate::system::dispatch::{Shared, System};
 use crate::system::{Case, Cases};
 use nalgebra::{DMatrix, DVector};
 
@@ -131,15 +131,11 @@ pub(super) struct OfGroupoid;
 impl Supplier for OfGroupoid {
     const LAWS: &'static [About] = groupoid::LAWS;
 
-    fn part<const N: usize, const D: usize, R, Q>(
+    fn part<const N: usize, const D: usize, R: Shared<f64, N, D>, Q: Shared<Dd, N, D>>(
         case: &Case,
         double: System<f64, N, D, R>,
         quad: System<Dd, N, D, Q>,
-    ) -> Option<Box<dyn Erased>>
-    where
-        R: Retraction<f64, N, D> + Clone + Send + Sync + 'static,
-        Q: Retraction<Dd, N, D> + Clone + Send + Sync + 'static,
-    {
+    ) -> Option<Box<dyn Erased>> {
         Some(Box::new(UserGroupoid::at_both(Poisson::of(case, &double)?, Poisson::of(case, &quad)?)))
     }
 
@@ -157,15 +153,11 @@ impl Supplier for OfLieGroupoid {
     /// Fields and brackets: `algebroid`.
     const ELSEWHERE: usize = 5;
 
-    fn part<const N: usize, const D: usize, R, Q>(
+    fn part<const N: usize, const D: usize, R: Shared<f64, N, D>, Q: Shared<Dd, N, D>>(
         case: &Case,
         double: System<f64, N, D, R>,
         quad: System<Dd, N, D, Q>,
-    ) -> Option<Box<dyn Erased>>
-    where
-        R: Retraction<f64, N, D> + Clone + Send + Sync + 'static,
-        Q: Retraction<Dd, N, D> + Clone + Send + Sync + 'static,
-    {
+    ) -> Option<Box<dyn Erased>> {
         Some(Box::new(UserLieGroupoid::at_both(Poisson::of(case, &double)?, Poisson::of(case, &quad)?)))
     }
 
