@@ -434,7 +434,7 @@ fn vector_fields_on_the_plane_have_their_bracket() {
     assert_eq!(section_bracket(&Lowered(&Lowered(&pair)), &x, &y, &at), expected);
 }
 
-/// (k, m): so many fields on a manifold in ℝᵐ.
+/// (k, m): k fields on a manifold in ℝᵐ.
 #[test]
 fn manifolds_have_their_numbers_of_fields_and_coordinates() {
     fn numbers<M: Manifold<f64>>(manifold: &M) -> (usize, usize) {

@@ -485,7 +485,7 @@ impl Equations<f64> for Passing {
 }
 
 proptest! {
-    /// The tangents at 0 and behind the folds agree with the chord, and det J is larger there: whoever looks at no more takes the wrong branch.
+    /// The tangents at 0 and behind the folds agree with the chord, and det J is larger there: a look at no more takes the wrong branch.
     #[test]
     fn a_branch_that_passes_close_by_is_another(
         (halvings, slope, turn) in (0.0..6.0_f64, -8.0..8.0, 0.125..4.0_f64),

@@ -105,7 +105,7 @@ fn the_force_of_the_first_stage() {
     refuted("order-predicted", &FIRST_STAGE, &["gauss-2", "gauss-3", "rk4", "lobatto-iiia-3"]);
 }
 
-/// The entries of a Gauss method to so many decimals.
+/// The entries of a Gauss method to a number of decimals.
 fn rounded(stages: usize, places: usize) -> Description {
     let tableau = Family::Gauss.tableau::<f64>(stages).unwrap();
     let number = |x: f64| format!("{x:.places$}").parse::<Number>().unwrap();

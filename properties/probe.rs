@@ -1076,7 +1076,7 @@ fn states_without_an_attitude_are_judged_and_frozen_coordinates_are_found() {
     assert_eq!(failure["exchange"]["solution"]["x"].as_array().map(Vec::len), Some(3), "{failure}");
 }
 
-/// What sh does in the place of a stepper, and what is said of it.
+/// What sh does instead of a stepper, and what is said of it.
 const MISBEHAVING: [(&str, &str); 19] = [
     ("sleep 100", "no answer from the stepper within 2 s"),
     ("cat > /dev/null", "no answer"),

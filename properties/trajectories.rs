@@ -128,7 +128,7 @@ fn dormand_prince_keeps_its_tolerance() {
     }
 }
 
-/// Carries a case on for so many steps, and writes t and μ.
+/// Carries a case on for a number of steps, and writes t and μ.
 struct Momenta(usize);
 
 impl<T: Real> Visitor<T> for Momenta {

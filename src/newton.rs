@@ -166,12 +166,6 @@ impl<T: Real> Newton<T> {
         Self { iteration: Iteration::new(dimension), arc: Arc::new(dimension), place: zeros.clone(), leaving: zeros }
     }
 
-    /// Multiplies the steps of the continuation, and all that it allows, by `factor`: a fault for laws to see.
-    #[cfg(feature = "harness")]
-    pub(crate) fn stretch(&mut self, factor: T) {
-        self.arc.stretch(factor);
-    }
-
     /// Solves the equations at the full parameter from the start `x`, demanding contraction from the first iteration
     /// on and det J of the sign that it has at `origin` (the root at parameter 0), so that what it finds is the root
     /// that continues from there. On failure `x` holds the last iterate.
@@ -237,7 +231,7 @@ impl<T: Real> Newton<T> {
         }
         let close = is_close(equations.distance((T::zero(), origin), (T::one(), x)));
         let (tangents, slack) = ([&self.leaving[..], &self.iteration.trial[..]], max_abs(x) * T::exact(NEAR));
-        let near = arriving && (close || on_chord(origin, x, tangents, T::one(), (T::one(), slack)));
+        let near = arriving && (close || on_chord(origin, x, tangents, T::one(), slack));
         if !near {
             return false;
         }
@@ -328,9 +322,8 @@ fn is_close<T: Real>(distance: Option<T>) -> bool {
     distance.is_some_and(|distance| distance <= T::exact(CLOSE))
 }
 
-/// Whether the chord between two points of a branch is near the tangents at both: within this of them, with the allowed distances multiplied
-/// by `stretch`.
-fn on_chord<T: Real>(from: &[T], to: &[T], tangents: [&[T]; 2], step: T, (stretch, slack): (T, T)) -> bool {
+/// Whether the chord between two points of a branch is near the tangents at both, within a share of it and `slack`.
+fn on_chord<T: Real>(from: &[T], to: &[T], tangents: [&[T]; 2], step: T, slack: T) -> bool {
     let (mut chord, mut off) = (T::zero(), [T::zero(); 2]);
     for i in 0..from.len() {
         let moved = to[i] - from[i];
@@ -341,7 +334,7 @@ fn on_chord<T: Real>(from: &[T], to: &[T], tangents: [&[T]; 2], step: T, (stretc
             *off = if gap > *off || !gap.all_finite() { gap } else { *off };
         }
     }
-    let allowed = (chord * T::exact(BEND) + slack) * stretch;
+    let allowed = chord * T::exact(BEND) + slack;
     off.iter().all(|off| *off <= allowed)
 }
 

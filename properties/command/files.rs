@@ -122,7 +122,7 @@ fn of_two_integrations_the_first_is_whole() {
     assert_eq!(fs::read_to_string(here.join("t.csv")).unwrap(), stdout(&run(&here, &["integrate", "system.toml"])));
 }
 
-/// The command with files of at most so many blocks of 512 bytes: what a full disk does to a file, without a disk.
+/// The command with files of at most a number of blocks of 512 bytes: what a full disk does to a file, without a disk.
 #[cfg(unix)]
 fn limited(here: &Path, blocks: u32, arguments: &[&str]) -> std::process::Output {
     let script = format!("trap '' XFSZ; ulimit -f {blocks}; exec \"$0\" \"$@\"");

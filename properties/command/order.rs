@@ -216,7 +216,7 @@ fn files_are_judged_by_what_they_hold() {
     assert!((found["measured"]["slope"].as_f64().unwrap() - 1.0).abs() < 0.05, "{found}");
 }
 
-/// The file of a tableau, each entry with so many places.
+/// The file of a tableau, each entry to a number of places.
 fn typed(here: &Path, name: &str, places: usize, order: usize) -> String {
     let tableau = name.parse::<Description>().unwrap().build::<Dd>().unwrap();
     let decimal = |x: &Dd| format!("\"{x:.places$}\"");

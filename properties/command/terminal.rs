@@ -18,7 +18,7 @@ const WIDTHS: [u16; 3] = [80, 100, 160];
 /// Wide enough for everything that is not prose.
 const WIDE: u16 = 400;
 
-/// The exit code of the command, and what it writes on a terminal of so many columns: without colours.
+/// The exit code of the command, and what it writes on a terminal of a given width: without colours.
 fn on_a_terminal(columns: u16, here: &Path, arguments: &[&str]) -> (i32, String) {
     let flags = OpenptFlags::RDWR | OpenptFlags::NOCTTY;
     let master = openpt(flags).unwrap();

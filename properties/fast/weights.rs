@@ -64,7 +64,7 @@ fn general<R: Retraction<f64, 3, 3>>(retraction: R, name: &str, moment: [f64; 3]
     Variational::new(WithPotential::new(rigid().0, height, So3::new()), drag, retraction, tableau(name))
 }
 
-/// The state after so many steps.
+/// The state after a number of steps.
 fn after<const N: usize, const D: usize>(
     mut method: impl OneStep<f64, N, D>,
     start: &State<f64, N, D>,

@@ -26,7 +26,7 @@ fn manifest(seed: u64, cases: Option<usize>, shard: Shard) -> Manifest {
     Manifest { shard, ..Manifest::new("0.0.0", "toy", seed, cases, &LAWS) }
 }
 
-/// Goes on with the campaign, for at most so many cases.
+/// Goes on with the campaign, for at most a number of cases.
 fn go_on(path: &Path, manifest: &Manifest, threads: usize, most: usize) -> Result<CampaignReport<i64>, StoreError> {
     let store = Store::resume(path, manifest.clone())?;
     let recorded = store.recorded(&LAWS)?;

@@ -60,6 +60,74 @@ fn a_fold_is_where_the_branch_turns_back() {
     }
 }
 
+/// 9/4 s = y³ − depth y + 1 − depth, y = (x₁ − 1)/width − 1: from x₁ = 1 at s = 0, steep at y = 0, where the branch turns back and forth again if
+/// depth > 0, in an S of |y| < (depth/3)^½. The other unknowns follow x₁ and s.
+struct Steep {
+    depth: f64,
+    width: f64,
+    dimension: usize,
+    fraction: f64,
+}
+
+impl Steep {
+    fn y(&self, x: f64) -> f64 {
+        (x - 1.0) / self.width - 1.0
+    }
+
+    /// s at y.
+    fn at(&self, y: f64) -> f64 {
+        (y * y * y - self.depth * y + 1.0 - self.depth) / 2.25
+    }
+}
+
+impl Equations<f64> for Steep {
+    type Error = ();
+
+    fn dimension(&self) -> usize {
+        self.dimension
+    }
+
+    fn set_fraction(&mut self, fraction: f64) {
+        self.fraction = fraction;
+    }
+
+    fn residual(&mut self, x: &[f64], out: &mut [f64]) -> Result<f64, ()> {
+        for (out, x_k) in out.iter_mut().zip(x) {
+            *out = x_k - x[0].sin() / 2.0 - self.fraction.cos();
+        }
+        out[0] = self.at(self.y(x[0])) - self.fraction;
+        Ok(1.0)
+    }
+
+    fn jacobian(&mut self, x: &[f64], out: &mut DMatrix<f64>) -> Result<(), ()> {
+        out.fill_with_identity();
+        out.column_mut(0).fill(-x[0].cos() / 2.0);
+        out[(0, 0)] = (3.0 * self.y(x[0]).powi(2) - self.depth) / (2.25 * self.width);
+        Ok(())
+    }
+}
+
+/// Case 1490 of seed 30111126 of the law `branch`: both folds of an S were within one step along the branch, which looked at its ends alone.
+#[test]
+fn an_s_that_is_narrow_is_a_fold() {
+    let settings = NewtonSettings { tolerance: 1e-14, floor: 1e-12, max_iterations: 20 };
+    for (dimension, width) in [1, 3].into_iter().flat_map(|n| [0.1, 0.3137, 0.93, 1.5, 3.0].map(|width| (n, width))) {
+        for (depth, turns) in (1..=26).flat_map(|k| [(0.5f64.powi(k), true), (-0.5f64.powi(k), false)]) {
+            let mut steep = Steep { depth, width, dimension, fraction: 0.0 };
+            let mut x = [1.0, 1.0f64.sin() / 2.0 + 1.0, 1.0f64.sin() / 2.0 + 1.0];
+            let found = Newton::new(dimension).follow(&mut steep, &mut x[..dimension], &settings);
+            match found {
+                Ok(_) if !turns => {}
+                Err(Failure::Fold { fraction, .. }) if turns => {
+                    let fold = steep.at(-(depth / 3.0).sqrt());
+                    assert!((fraction / fold - 1.0).abs() < 1e-3, "{fraction} for {fold}");
+                }
+                _ => panic!("depth {depth:e}, width {width}, {dimension} unknowns: {found:?} at {x:?}"),
+            }
+        }
+    }
+}
+
 #[test]
 fn what_is_no_fold_is_followed() {
     for (equations, x, end) in [

@@ -242,7 +242,7 @@ fn the_doubled_scheme_refuses_what_depends_on_the_configuration() {
     }
 }
 
-/// Energy without that of the start, after each of so many steps of a fifth.
+/// Energy without that of the start, after each of a number of steps of a fifth.
 fn energy_errors(
     method: &mut impl OneStep<f64, 3, 3>,
     steps: usize,

@@ -207,7 +207,7 @@ fn near(found: &DMatrix<f64>, wanted: &DMatrix<f64>, within: f64, what: &str) {
     assert!(defect <= within, "{what}: {defect:e} of {:e}\n{found:.3}{wanted:.3}", wanted.amax());
 }
 
-/// Tangents in 16 and in 32 digits against differences, with forces and without; of every so many tableaux, from the first used.
+/// Tangents in 16 and in 32 digits against differences, with forces and without; of one tableau of several, from the first used.
 fn tangents<const N: usize, const D: usize>(entry: &Entry, cayley: bool, used: [usize; 2]) {
     let digits = |p: &[f64]| p.iter().map(|&p| Dd::exact(p)).collect::<Vec<_>>();
     let [first, every] = used;

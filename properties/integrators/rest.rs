@@ -76,7 +76,7 @@ fn tableau<T: Real>(name: &str) -> Tableau<T> {
     name.parse::<Description>().unwrap().build().unwrap()
 }
 
-/// The state after so many steps of h, each of them taken.
+/// The state after a number of steps of h, each of them taken.
 fn run<T: Real>(method: &mut impl OneStep<T, 3, 3>, h: T, steps: usize, name: &str) -> State<T, 3, 3> {
     let mut state = rest();
     for k in 0..steps {

@@ -153,7 +153,7 @@ fn gauss_2() -> Claims {
     Claims { variational: Some(method), poisson: true, stages: true, ..Claims::default() }
 }
 
-/// The scheme of Gauss with two stages, or with a in the place of the tableau of the case.
+/// The scheme of Gauss with two stages, or with a instead of the tableau of the case.
 fn stages<'s, T: Real, R, L, F>(system: &'s System<T, 3, 3, R, L, F>, right: bool) -> impl OneStep<T, 3, 3> + 's
 where
     R: Retraction<T, 3, 3>,

@@ -12,9 +12,9 @@ forced Lagrangian systems II (2019), section 5.2, with tau = exp. The unknowns a
     P_i + h sum_j (b_j a_ji / b_i) G_j = m dexp_(-xi),     mu' = m Ad_exp(xi),     g' = g exp(xi).
 
 MISTAKE, to show what `probe --variational TABLEAU` says about it; the first three keep the order of most of these tableaux:
-    conjugate  b_j - a_ij for b_j a_ji / b_i: a in the place of its conjugate
+    conjugate  b_j - a_ij for b_j a_ji / b_i: a instead of its conjugate
     index      the force of stage i for that of stage j in the equations of the stages
-    start      the potential at g in the place of that at g exp(X_j): no consistent method where there is one
+    start      the potential at g instead of that at g exp(X_j): no consistent method where there is one
     bernoulli  mu' = m dexp_(-xi) dexp_xi^-1, with the series of dexp^-1 cut after B_2
     left       g' = exp(xi) g
 """

@@ -12,7 +12,7 @@ Covectors are rows: mu A is a sum over rows of A. Without a force every Casimir 
 
 With an argument it makes a mistake, to show what `probe` says about it:
     adjoint   mu' = m Ad_exp(xi)^-1, the coadjoint action inverted
-    frozen    the force at the start of the step in the place of that at the midpoint
+    frozen    the force at the start of the step instead of that at the midpoint
     left      g' = exp(xi) g, the increment on the wrong side
     axis      the first component of mu' a little too large
 """

@@ -34,7 +34,7 @@ fn whole(text: &str) -> Run {
     run
 }
 
-/// The same text with one part in the place of another, which it has.
+/// The same text with one part instead of another, which it has.
 fn with(text: &str, old: &str, new: &str) -> String {
     assert!(text.contains(old), "{old}");
     text.replace(old, new)
@@ -62,7 +62,7 @@ fn brick() {
     }
 }
 
-/// Byte for byte what it gives with the numbers in the place of the names.
+/// Byte for byte what it gives with the numbers instead of the names.
 #[test]
 fn parameters_everywhere() {
     let text = text("parameters-everywhere");

@@ -1,4 +1,4 @@
-//! Files that a system file names, and what is read in the place of its parts.
+//! Files that a system file names, and what is read instead of its parts.
 
 use super::{Rows, Run};
 use euler_poincare::scalar::Dd;

@@ -1,4 +1,4 @@
-//! Files with a tolerance in the place of a step: rows at chosen times, events, and what is refused.
+//! Files with a tolerance instead of a step: rows at chosen times, events, and what is refused.
 
 use euler_poincare::scalar::{Dd, Number, Scalar};
 use euler_poincare::system::file::examples;
@@ -63,7 +63,7 @@ impl<T: Compiled> Observer<T> for Seen<T> {
     }
 }
 
-/// A run of at most so many steps.
+/// A run of at most a number of steps.
 fn solve_for<T: Compiled>(text: &str, most: u64) -> (Solved<T>, Seen<T>) {
     let file = SystemFile::parse(text).unwrap_or_else(|error| panic!("{error}"));
     assert_eq!(SystemFile::parse(&file.to_toml().unwrap()).unwrap(), file);
@@ -221,7 +221,7 @@ const BAD: &[(&str, &str, &str, &str)] = &[
     ("tolerance = 1e-11", "tolerance = 1e-28\nscalar = \"dd\"", "1e-28", "at least 1e-26 in 32 digits"),
     ("tolerance = 1e-11", "tolerance = 1e-11\nstep = 1", "1e-11", "either `step` or `tolerance`, not both"),
     ("tolerance = 1e-11", "", "[run]", "`step` (a number that is not 0, such as \"1/8\")"),
-    ("tolerance = 1e-11", "step = 1", "[0.5", "it is for runs with `tolerance` in the place of `step`"),
+    ("tolerance = 1e-11", "step = 1", "[0.5", "it is for runs with `tolerance` instead of `step`"),
     ("save_at = [0.5, \"pi\", \"20\"]", "events = \"e.csv\"\n[run2]", "[run2]", "unknown field `run2`"),
     ("horizon = 20", "steps = 20", "20", "the length of the run is `horizon`"),
     ("horizon = 20", "horizon = 0", "0", "a duration of either sign, not 0"),

@@ -26,7 +26,7 @@ fn digit_orders(analysis: &Analysis) -> Option<(usize, usize)> {
     analysis.to_digits.as_ref().map(|found| (found.classical.order, found.variational.order))
 }
 
-/// Every entry of the tableau as a decimal with so many places.
+/// Every entry of the tableau as a decimal to a number of places.
 fn rounded(description: &Description, places: usize) -> Description {
     let t = description.build::<f64>().unwrap();
     let decimal = |x: f64| number(&format!("{x:.places$}"));

@@ -5,7 +5,7 @@ use euler_poincare::scalar::{Dd, Number, Scalar};
 use euler_poincare::tableau::stability::Stability;
 use euler_poincare::tableau::{Analysis, Description, Entries, Family, analyse};
 
-/// Every entry of a tableau as a decimal with so many places.
+/// Every entry of a tableau as a decimal to a number of places.
 fn typed(description: &Description, places: usize) -> Entries {
     let t = description.build::<Dd>().unwrap();
     let decimal = |x: Dd| number(&format!("{x:.places$}"));

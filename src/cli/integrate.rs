@@ -34,7 +34,7 @@ Columns: t; mu_1 ... momentum; eta_1 ... velocity; energy; work, the integral of
 balance = energy - initial energy - work + the integral of dL/dt at fixed g and eta; casimir_1 ... (those known for the algebra); \
 g_11 ... the attitude by rows (none where the algebra has no group); residual (largest) and iterations (sum) of the steps since the last row.
 
-With `tolerance` in the place of `step` in the file: rows after each step, after every N-th, or at the times of `save_at` or \
+With `tolerance` instead of `step` in the file: rows after each step, after every N-th, or at the times of `save_at` or \
 `save_every`, which are exact; the report lists the events of [[event]], --events writes them as a table: event, direction, then the \
 columns above without the last two.
 
@@ -167,10 +167,10 @@ pub fn run(arguments: Arguments) -> Result<ExitCode, Failure> {
 fn fits(file: &SystemFile, arguments: &Arguments) -> Result<(), Failure> {
     let usage = |message: &str| Err(Failure::Usage(message.into()));
     match &file.adaptive {
-        None if arguments.events.is_some() => usage("--events is for files with `tolerance` in the place of `step`"),
+        None if arguments.events.is_some() => usage("--events is for files with `tolerance` instead of `step`"),
         None => Ok(()),
         Some(_) if arguments.ensemble.is_some() => {
-            usage("--ensemble is for fixed steps: the file needs `step` in the place of `tolerance`")
+            usage("--ensemble is for fixed steps: the file needs `step` instead of `tolerance`")
         }
         Some(_) if arguments.steps.is_some() => {
             usage("--steps is for fixed steps: with `tolerance` the length of the run is `horizon`")

@@ -223,7 +223,7 @@ fn system(path: Option<&Path>) -> Result<(Case, f64, Vec<String>), Failure> {
             let file = SystemFile::parse_with(&text, &Reading::beside(path))
                 .map_err(|refused| Failure::file(path, refused))?;
             if file.adaptive.is_some() {
-                let reason = "the order is measured with fixed steps: give `step` in the place of `tolerance`";
+                let reason = "the order is measured with fixed steps: give `step` instead of `tolerance`";
                 return Err(Failure::file(path, reason));
             }
             file

@@ -160,18 +160,6 @@ const WEIGHTED_FLOOR: i64 = 1 << 10;
 /// by this factor from where an iteration starts.
 const HARMLESS_GROWTH: i64 = 1 << 10;
 
-/// What is taken of what fixed-point iterations find.
-#[derive(Clone, Copy, Debug, PartialEq)]
-enum Trust {
-    /// Roots that are near, or to which the iterations contract all the way.
-    Alone,
-    /// Roots to which they contract: the caller compares the step with others.
-    Compared,
-    /// Whatever has a small residual: a fault for laws to see.
-    #[cfg(feature = "harness")]
-    Residual,
-}
-
 /// The system and the method: what does not change from step to step.
 #[derive(Clone, Debug)]
 struct Scheme<T: Real, L, F, R> {
@@ -209,8 +197,8 @@ pub struct Variational<T: Real, const N: usize, const D: usize, L, F, R> {
     first_residual: Option<T>,
     /// Whether rounding of the forces decided when the last step was solved.
     rounded: bool,
-    /// What is taken of what fixed-point iterations find.
-    trust: Trust,
+    /// Whether the caller compares each step with others: then a root counts to which fixed-point iterations contract, however far it is.
+    compared: bool,
 }
 
 /// Why fixed-point iterations alone give no step.
@@ -264,34 +252,13 @@ where
             contraction: 0.0,
             first_residual: None,
             rounded: false,
-            trust: Trust::Alone,
-        }
-    }
-
-    /// Multiplies the steps of the continuation, and what it allows, by a factor: a fault for laws to see.
-    #[cfg(feature = "harness")]
-    pub(crate) fn stretch_continuation(&mut self, factor: T) {
-        self.newton.stretch(factor);
-    }
-
-    /// Accepts residuals that are small relative to the largest term, however terms cancel, and however the iterations got there: a fault for laws
-    /// to see.
-    #[cfg(feature = "harness")]
-    pub(crate) fn trust_residuals(&mut self) {
-        self.trust = Trust::Residual;
-    }
-
-    fn trusts_residuals(&self) -> bool {
-        match self.trust {
-            Trust::Alone | Trust::Compared => false,
-            #[cfg(feature = "harness")]
-            Trust::Residual => true,
+            compared: false,
         }
     }
 
     /// Leaves it to the caller to see that a root is another than that from h = 0: each step is compared with others, of other sizes.
     pub(super) fn leave_to_comparison(&mut self) {
-        self.trust = Trust::Compared;
+        self.compared = true;
     }
 
     /// By which factor the residual fell in each fixed-point iteration of the last step.
@@ -479,7 +446,7 @@ where
         };
         let point = self.scheme.retraction.at(&self.work.increment).map_err(|e| domain(h, None, e))?;
         let growth = self.scheme.mechanics::<N, D>().growth(&problem, &self.work, &point.d_neg());
-        if growth > T::one() / T::unit_roundoff().sqrt() && !self.trusts_residuals() {
+        if growth > T::one() / T::unit_roundoff().sqrt() {
             return Err(StepError::IllConditioned { step: h.to_f64(), growth: growth.to_f64() }.into());
         }
         let momentum = self.work.after_impulse * point.ad();

@@ -21,7 +21,7 @@ pub(super) const BOUND: &str =
     "two precisions; floor 2⁶ m u relative to the terms, m the number of coordinates of an element";
 const LEFT_AT_SOURCE: Fault = Fault::new(
     "left-field-at-source",
-    "X←(g) with the value of X at α(g) in the place of β(g)",
+    "X←(g) with the value of X at α(g) instead of β(g)",
     "groupoids over more than a point",
 );
 const RIGHT_SIGN: Fault =

@@ -32,17 +32,18 @@ const COARSE: Fault = Fault::new(
     "a continuation in h by eighths of the step, without a look at det J or at tangents",
     "steps behind a fold, or with several roots",
 );
-/// The continuation of the library, with its lengths tenfold.
+/// A continuation that is generous.
 const TENFOLD: Fault = Fault::new(
     "tenfold-continuation",
-    "the continuation in h with steps ten times as long, ten times the distance from tangents, corrections that may grow fivefold, and \
-     without a look at how det J falls, at J ahead, and at how far a step goes",
+    "a continuation in h with increments, corrections, turns of the tangent and ‖ad‖ that may be ten times as large as the oracle's, and without a \
+     look at det J",
     "steps behind a fold, or with several roots",
 );
 /// Residuals relative to terms that cancel, and nothing besides.
 const OF_TERMS: Fault = Fault::new(
     "residual-of-terms",
-    "a residual that is small relative to the largest term is accepted, however terms cancel, and however the iterations got there",
+    "Newton's method at the full step from H_i = η, until the residual is small relative to the largest term, however terms cancel, and however the \
+     iterations got there",
     "steps with terms like e^{‖ad‖}, beyond 1/√u of the momentum; roots far from where iterations start",
 );
 
@@ -59,8 +60,11 @@ const GIVES_UP: Fault = Fault::new(
     "steps that Newton's method takes",
 );
 
-/// How much longer the steps are with [`TENFOLD`].
-const STRETCH: f64 = 10.0;
+/// How much more is allowed with [`TENFOLD`].
+const TENFOLD_LOOSE: f64 = 10.0;
+
+/// A residual is small with [`OF_TERMS`] at this share of the largest term.
+const SMALL: f64 = 1e-12;
 
 /// The laws of this file.
 pub const fn laws<S: Source>() -> &'static [CaseLaw<S>] {
@@ -88,6 +92,9 @@ pub const fn laws<S: Source>() -> &'static [CaseLaw<S>] {
 /// Distances of displacements that are not those of two roots, relative.
 const BOUND: f64 = 1.0 / 65536.0;
 
+/// How much rounding changes the momentum that a step starts from, relative: some units of round-off of `f64`.
+const SHAKEN: f64 = 16.0 * f64::EPSILON;
+
 /// The largest ‖ad_η‖|h|, and the number of halvings of it that are drawn.
 const LARGEST: (f64, i32) = (64.0, 8);
 
@@ -108,6 +115,9 @@ trait Equations<T> {
 
     /// The largest sum of the sizes of the terms of a displacement: where they cancel, what is left is rounding.
     fn terms(&self, rates: &[T]) -> f64;
+
+    /// The largest ‖ad‖ of a change of Ξ_1 … Ξ_s or ξ, where H and the share of the step become others.
+    fn turn(&self, from: (f64, &[T]), to: (f64, &[T])) -> f64;
 }
 
 /// A step of the library from the state of a system.
@@ -125,22 +135,32 @@ where
     L: Lagrangian<T, N>,
     F: Force<T, N>,
 {
-    /// Of a size, with the fault planted in it if it is one of the library's.
-    fn new(system: &'a System<T, N, D, R, L, F>, size: f64, fault: Option<&Fault>) -> Self {
+    /// Of a size.
+    fn new(system: &'a System<T, N, D, R, L, F>, size: f64) -> Self {
         let (l, f, r) = (&system.lagrangian, &system.force, &system.retraction);
-        let mut method = Variational::new(l, f, r, system.tableau.clone());
-        if Fault::planted(fault, TENFOLD.name) {
-            method.stretch_continuation(T::exact(STRETCH));
-        }
-        if Fault::planted(fault, OF_TERMS.name) {
-            method.trust_residuals();
-        }
+        let method = Variational::new(l, f, r, system.tableau.clone());
         let residual = vec![Covector::zeros(); system.tableau.stages()];
         Self { method, state: &system.state, size: T::exact(size), residual }
     }
 
-    /// Ξ_1 … Ξ_s of the step that the library takes, or why it refuses; with a fault planted around it.
-    fn taken(&mut self, fault: Option<&Fault>) -> Taken {
+    /// Ξ_1 … Ξ_s of the step that the library takes, or why it refuses; or what is taken with a fault.
+    fn taken(&mut self, eta: &Vector<T, N>, fault: Option<&Fault>) -> Taken {
+        let rates = self.origin(eta);
+        let mut branch = Branch { rates, equations: self, rough: None, close: false, size: 0.0, loose: TENFOLD_LOOSE };
+        let wrong = match fault.map(|fault| fault.name) {
+            Some(name) if name == ANY_ROOT.name => Some(branch.stepwise(1)),
+            Some(name) if name == COARSE.name => Some(branch.stepwise(8)),
+            Some(name) if name == TENFOLD.name => Some(match branch.follow(true) {
+                End::Reached { .. } => Ok(()),
+                _ => Err(Lost),
+            }),
+            Some(name) if name == OF_TERMS.name => Some(branch.until_small_beside_terms()),
+            _ => None,
+        };
+        if let Some(wrong) = wrong {
+            wrong.map_err(|Lost| Refusal::Other("no convergence"))?;
+            return Ok(branch.equations.displacements(&branch.rates));
+        }
         let mut state = self.state.clone();
         let (size, early) = (self.size.to_f64(), Fault::planted(fault, EARLY.name));
         let report = self.method.step(&mut state, self.size).map_err(|error| match Refusal::of(&error, size) {
@@ -202,6 +222,19 @@ where
         };
         (0..rates.len()).map(stage).fold(0.0, f64::max)
     }
+
+    fn turn(&self, from: (f64, &[T]), to: (f64, &[T])) -> f64 {
+        let (tableau, algebra) = (self.method.tableau(), self.method.retraction().algebra());
+        let [from, to] = [from, to].map(|(share, rates)| (T::exact(share), vectors::<T, N>(rates)));
+        let moved = |j: usize| (to.1[j] * to.0 - from.1[j] * from.0) * self.size;
+        let turn = |weights: &dyn Fn(usize) -> T| {
+            let x = (0..to.1.len()).fold(Vector::zeros(), |sum, j| sum + moved(j) * weights(j));
+            let rows = algebra.ad(&x);
+            rows.row_iter().fold(0.0, |most, row| larger(most, row.abs().sum().to_f64()))
+        };
+        let stages = (0..to.1.len()).map(|i| turn(&|j| tableau.a()[(i, j)]));
+        stages.fold(turn(&|j| tableau.b()[j]), larger)
+    }
 }
 
 /// Ξ_1 … Ξ_s of a step, or why it is refused.
@@ -258,17 +291,16 @@ impl<S: Source> Visitor<f64> for Check<'_, S> {
         let halvings: f64 = probe.power_of_two(-LARGEST.1, 0);
         let angle = LARGEST.0 * halvings * (1.0 + probe.unit::<f64>().abs()) / 2.0;
         let size = if rate > 0.0 { angle / rate * system.step.signum() } else { system.step };
-        let mut step = Step::new(&system, size, fault);
-        let taken = match fault {
-            Some(fault) if fault.name == COARSE.name => stepwise(&mut step, &eta, 8),
-            Some(fault) if fault.name == ANY_ROOT.name => stepwise(&mut step, &eta, 1),
-            _ => step.taken(fault),
-        };
+        // Next to rest, with a rotor, what is left of a velocity is the rounding of momenta.
+        let shaken = system.state.momentum * (1.0 + SHAKEN);
+        let shaken = system.lagrangian.velocity(&shaken, &eta).map_or(0.0, |other| (other - eta).amax());
+        let mut step = Step::new(&system, size);
+        let taken = step.taken(&eta, fault);
         match (in_quad(case, 0), taken) {
             (Err(error), _) => built(Err(error)),
             (Ok(false), Err(Refusal::Other(why))) => refused(why),
             (Ok(quad), taken) => {
-                let oracle = Oracle { taken, quad, size, rough: &mut step, fault };
+                let oracle = Oracle { taken, quad, size, rounding: shaken * size.abs(), rough: &mut step, fault };
                 built(case.visit_main::<Dd, _>(&Plant(fault), oracle))
             }
         }
@@ -279,26 +311,6 @@ fn refused(why: &str) -> Verdict {
     Verdict::not_applicable(format!("the step is refused: {why}"))
 }
 
-/// Newton's method at `parts` parts of the step, one after the other, wherever it leads.
-fn stepwise<const N: usize, const D: usize, R, L, F>(
-    step: &mut Step<'_, f64, N, D, R, L, F>,
-    eta: &Vector<f64, N>,
-    parts: u32,
-) -> Taken
-where
-    R: Retraction<f64, N, D>,
-    L: Lagrangian<f64, N>,
-    F: Force<f64, N>,
-{
-    let mut branch = Branch { rates: step.origin(eta), equations: step, rough: None, close: false, size: 0.0 };
-    for part in 1..=parts {
-        branch
-            .newton(f64::from(part) / f64::from(parts), None, 0.0)
-            .map_err(|Lost| Refusal::Other("no convergence"))?;
-    }
-    Ok(branch.equations.displacements(&branch.rates))
-}
-
 /// The branch in 32 digits, and what was taken beside it.
 struct Oracle<'a> {
     /// The step in `f64`.
@@ -306,6 +318,8 @@ struct Oracle<'a> {
     /// Whether that in 32 digits is judged, too.
     quad: bool,
     size: f64,
+    /// Displacements by the rounding of the momentum that the step starts from.
+    rounding: f64,
     /// The equations in `f64`.
     rough: &'a mut dyn Equations<f64>,
     fault: Option<&'a Fault>,
@@ -321,19 +335,31 @@ impl Visitor<Dd> for Oracle<'_> {
         let Ok(eta) = system.lagrangian.velocity(&system.state.momentum, &Vector::zeros()) else {
             return Verdict::inconclusive("no velocity");
         };
-        let mut step = Step::new(&system, self.size, self.fault);
-        let quad = self.quad.then(|| step.taken(self.fault));
+        let mut step = Step::new(&system, self.size);
+        let quad = self.quad.then(|| step.taken(&eta, self.fault));
         let taken: Vec<_> = std::iter::once(self.taken).chain(quad).collect();
-        let mut branch =
-            Branch { rates: step.origin(&eta), equations: &mut step, rough: Some(self.rough), close: false, size: 0.0 };
-        let end = match taken.iter().all(|taken| matches!(taken, Err(Refusal::Other(_)))) {
-            true => End::Lost,
-            false => branch.follow(),
+        let mut branch = Branch {
+            rates: step.origin(&eta),
+            equations: &mut step,
+            rough: Some(self.rough),
+            close: false,
+            size: 0.0,
+            loose: 1.0,
+        };
+        let any = |asked: fn(&Taken) -> bool| taken.iter().any(asked);
+        let end = match any(|taken| !matches!(taken, Err(Refusal::Other(_)))) {
+            true => branch.follow(any(|taken| matches!(taken, Ok(_) | Err(Refusal::Fold(_))))),
+            false => End::Lost,
         };
         let right = branch.equations.displacements(&branch.rates);
         let terms = branch.equations.terms(&branch.rates);
+        let easy = matches!((taken.first(), end), (Some(Err(Refusal::Followed)), End::Reached { easy: true }));
+        let lacks_digits = easy && taken.get(1).map_or_else(|| step.taken(&eta, self.fault).is_ok(), Taken::is_ok);
         let judged = taken.iter().map(|taken| match taken {
-            Ok(found) => judge(end, self.size, found, (&right, terms)),
+            Ok(found) => judge(end, self.size, found, (&right, terms, self.rounding)),
+            Err(Refusal::Followed) if lacks_digits => {
+                Verdict::inconclusive("a step that is given up in f64 is taken in 32 digits")
+            }
             Err(refusal) => judge_refusal(end, self.size, *refusal),
         });
         judged.reduce(Verdict::and).unwrap_or_else(|| Verdict::inconclusive("no step"))
@@ -369,13 +395,14 @@ fn judge_refusal(end: End, size: f64, refusal: Refusal) -> Verdict {
     }
 }
 
-/// The verdict on displacements that were found, where the branch leads to this end, and to these, whose terms have these sizes.
-fn judge(end: End, size: f64, found: &[f64], (right, terms): (&[f64], f64)) -> Verdict {
+/// The verdict on displacements that were found, where the branch leads to this end, and to these, whose terms have this size, and rounding.
+fn judge(end: End, size: f64, found: &[f64], (right, terms, rounding): (&[f64], f64, f64)) -> Verdict {
     match end {
         End::Reached { .. } => {
             let extent = larger(max_abs(found), terms);
             let off = right.iter().zip(found).fold(0.0_f64, |off, (a, b)| larger(off, (a - b).abs()));
-            Verdict::judge(if off == 0.0 { 0.0 } else { off / extent }, BOUND, || {
+            let beyond = larger(off - rounding, 0.0);
+            Verdict::judge(if beyond == 0.0 { 0.0 } else { beyond / extent }, BOUND, || {
                 format!("at h = {size:e} the step is on another branch: Ξ = {found:?}, and {right:?} from h = 0")
             })
         }
@@ -411,6 +438,9 @@ const NEAR: f64 = 1.0 / 16.0;
 /// From one point to the next the tangent changes by at most this share of itself; with a quarter of it the increment is doubled.
 const TURN: f64 = 1.0 / 8.0;
 
+/// And the displacements change by at most this, in ‖ad‖: a longer step may pass by where dτ is singular, and by the folds there.
+const ANGLE: f64 = 1.0;
+
 /// A change of this share of H is none: at h = 0 the tangent may vanish, and whatever it is next is a turn.
 const SLIGHT: f64 = 1e-6;
 
@@ -434,7 +464,7 @@ enum End {
     Reached { easy: bool },
     /// It is not followed beyond this share of the step; and whether it turns back there.
     Fold { share: f64, turns: bool },
-    /// [`POINTS`] were not enough.
+    /// [`POINTS`] were not enough, or it was not followed that far.
     Lost,
 }
 
@@ -449,6 +479,8 @@ struct Branch<'a, T> {
     close: bool,
     /// From rest H has no size of its own: that of the correction to the whole step.
     size: f64,
+    /// How many times as much is allowed as it should be: 1, but with a fault.
+    loose: f64,
 }
 
 /// What Newton's method found.
@@ -555,8 +587,7 @@ impl<T: Real> Branch<'_, T> {
     /// Newton's method at a share of the step. With `chord`, the predicted change, the first correction is at most [`NEAR`] of that, and each is
     /// at most a quarter of the one before. What is left is at most the share `left` of it, or rounding.
     fn newton(&mut self, share: f64, chord: Option<f64>, left: f64) -> Result<Root<T>, Lost> {
-        let mut root: Option<Root<T>> = None;
-        let mut last = None;
+        let (mut root, mut last, loose) = (None::<Root<T>>, None, self.loose);
         for _ in 0..ITERATIONS {
             let right = self.equations.residual(T::exact(share), &self.rates)?;
             let kept = root.as_ref().and_then(|root| root.factors.solve(&right));
@@ -581,7 +612,7 @@ impl<T: Real> Branch<'_, T> {
             }
             let rounding = self.extent() * ROUNDING;
             let beyond = |limit: f64| moved > limit && moved > rounding;
-            let limit = |chord| last.map_or(chord * NEAR, |(last, _)| last * 0.25);
+            let limit = |chord| last.map_or(chord * NEAR, |(last, _)| last * 0.25) * loose;
             if chord.is_some_and(|chord| beyond(limit(chord))) {
                 return Err(Lost);
             }
@@ -623,14 +654,19 @@ impl<T: Real> Branch<'_, T> {
         }
         let root = self.newton(target, Some(chord), if target < 1.0 { LEFT } else { 0.0 })?;
         let slight = |off: f64| off <= slight;
+        let apart = self.equations.turn((here.share, &here.rates), (target, &self.rates));
+        let loose = self.loose;
+        if apart > ANGLE * loose {
+            return Err(Lost);
+        }
         // In 32 digits where those of `f64` turn.
         let scalars: &[bool] = if self.close { &[false] } else { &[true, false] };
         for &rough in scalars {
             let tangent = self.tangent(target, &root, rough)?;
             let turn = max_abs(&(&tangent - &here.tangent));
             let relative = turn / here.tangent.amax().max(tangent.amax());
-            let turns = |most: f64| relative > most && !slight(turn * length);
-            let same = if root.negative == *negative {
+            let turns = |most: f64| relative > most * loose && !slight(turn * length);
+            let same = if root.negative == *negative || loose > 1.0 {
                 !turns(TURN)
             } else {
                 // Where another branch crosses, as it does where a steady rotation loses its stability.
@@ -638,7 +674,7 @@ impl<T: Real> Branch<'_, T> {
             };
             if same {
                 *negative = root.negative;
-                let easy = root.first <= chord * NEAR * NEAR && !turns(TURN / 4.0);
+                let easy = root.first <= chord * NEAR * NEAR && !turns(TURN / 4.0) && apart <= ANGLE / 2.0;
                 let (rates, settled) = (self.rates.clone(), Settled::No);
                 return Ok((Point { share: target, rates, tangent, chord, settled }, easy));
             }
@@ -663,8 +699,8 @@ impl<T: Real> Branch<'_, T> {
     }
 
     /// To the whole step, by small increments: the points before predict, and the tangent turns little from one point to the next. A change of
-    /// the sign of det J is the end, but where the branch goes on as predicted.
-    fn follow(&mut self) -> End {
+    /// the sign of det J is the end, but where the branch goes on as predicted. Only as far as it is easy, unless `wherever` it leads is asked.
+    fn follow(&mut self, wherever: bool) -> End {
         let Ok(start) = self.newton(0.0, None, 0.0) else { return End::Lost };
         let Ok(tangent) = self.tangent(0.0, &start, false) else { return End::Lost };
         if self.extent() == 0.0
@@ -675,9 +711,12 @@ impl<T: Real> Branch<'_, T> {
         let mut negative = start.negative;
         let (rates, settled) = (self.rates.clone(), Settled::Full);
         let mut points = vec![Point { share: 0.0, rates, tangent, chord: 0.0, settled }];
-        let (mut reached, mut increment, mut easily) = (0.0, INCREMENTS.0, true);
+        let (mut reached, mut increment, mut easily) = (0.0, INCREMENTS.0 * self.loose, true);
         for count in 0..POINTS {
             easily &= count < EASY && increment >= CLOSE;
+            if !easily && !wherever {
+                return End::Lost;
+            }
             self.close = increment < CLOSE;
             let target = (reached + increment).min(1.0);
             match self.next(&points, target, &mut negative) {
@@ -720,6 +759,30 @@ impl<T: Real> Branch<'_, T> {
 }
 
 impl<T: Real> Branch<'_, T> {
+    /// Newton's method at `parts` parts of the step, one after the other, wherever it leads.
+    fn stepwise(&mut self, parts: u32) -> Result<(), Lost> {
+        (1..=parts).try_for_each(|part| self.newton(f64::from(part) / f64::from(parts), None, 0.0).map(|_| ()))
+    }
+
+    /// Newton's method at the whole step, wherever it leads, until r is small relative to the terms |∂r/∂H| |H|.
+    fn until_small_beside_terms(&mut self) -> Result<(), Lost> {
+        for _ in 0..ITERATIONS {
+            let right = self.equations.residual(T::one(), &self.rates)?;
+            let jacobian = self.equations.jacobian(T::one(), &self.rates)?;
+            let terms = jacobian
+                .row_iter()
+                .map(|row| row.iter().zip(&self.rates).fold(0.0, |sum, (j, v)| sum + (*j * *v).abs().to_f64()));
+            if extent(&right) <= terms.fold(0.0, larger) * SMALL {
+                return Ok(());
+            }
+            let correction = Factors::Full(jacobian.lu()).solve(&right).ok_or(Lost)?;
+            for (rate, d) in self.rates.iter_mut().zip(&correction) {
+                *rate -= *d;
+            }
+        }
+        Err(Lost)
+    }
+
     /// The end of a branch that is followed no further: at a fold |dH/ds|⁻² falls to 0 linearly, and what comes back from there is a root with det J of
     /// the other sign, as far on the other side of it.
     fn turn(&mut self, points: &[Point<T>], negative: bool) -> End {

@@ -29,7 +29,7 @@ use nalgebra::{ComplexField, RealField};
 use std::fmt::Debug;
 
 const SOURCE: &str =
-    "Martín de Diego and Sato Martín de Almagro 2019, §5.2, with ∂_gL + f at g τ(Ξ_i) in the place of f(η_i)";
+    "Martín de Diego and Sato Martín de Almagro 2019, §5.2, with ∂_gL + f at g τ(Ξ_i) instead of f(η_i)";
 
 /// The potentials that do not depend on the time.
 const STEADY: [&str; 4] = ["formula", "gravity", "buoyancy", "uniform-field"];

@@ -156,7 +156,7 @@ impl<T: Real> Visitor<T> for SpaceForm<'_> {
 
 fn advected(case: &Case, fault: Option<&Fault>) -> Verdict {
     if matches!(case.algebra.structure, Structure::Given { .. }) {
-        return Verdict::not_applicable("formulas cannot name the entries of somebody's own matrices");
+        return Verdict::not_applicable("formulas cannot name the entries of a user's own matrices");
     }
     let size = case.matrix_size();
     let potential = RowPotential::draw(&mut Probe::new(case, stream::CONFIGURATION), size);

@@ -25,7 +25,7 @@ pub const COUPLING_SUM: Fault = Fault::new(
 );
 /// k_f with two times.
 pub const TIME_SHIFT: Fault =
-    Fault::new("time-shift", "k_f with f(t + ¼, ψ) in the place of f(t, ψ)", "time-dependent forces");
+    Fault::new("time-shift", "k_f with f(t + ¼, ψ) instead of f(t, ψ)", "time-dependent forces");
 /// l_f with a wrong sign.
 pub const PLUS: Fault = Fault::new("plus", "l(ψ) + l(η) − k_f", "every system");
 /// ∂l_f/∂U on one side.
@@ -39,7 +39,7 @@ pub const HALF_FORCE: Fault = Fault::new("half-force", "∂l_f/∂U halved", "fo
 
 /// A Lagrangian that is not odd under the inversion.
 pub const EVEN_PART: Fault =
-    Fault::new("lagrangian-even-part", "l in the place of ½(l − l∘ι), its even part left in", "every group");
+    Fault::new("lagrangian-even-part", "l instead of ½(l − l∘ι), its even part left in", "every group");
 
 /// ½(l − l∘ι) from l and l∘ι, or with the even part left in.
 pub fn odd_part<S: Scalar>(here: S, there: S, fault: Option<&Fault>) -> S {
@@ -142,7 +142,7 @@ where
 
 /// The Euler–Lagrange equations with ad* of the wrong sign.
 pub const EL_BRACKET_SIGN: Fault =
-    Fault::new("euler-lagrange-bracket-sign", "−ad*_η ∂l/∂η in the place of ad*_η ∂l/∂η", "non-abelian groups");
+    Fault::new("euler-lagrange-bracket-sign", "−ad*_η ∂l/∂η instead of ad*_η ∂l/∂η", "non-abelian groups");
 /// The Euler–Lagrange equations with the sides of ∂l/∂U exchanged.
 pub const EL_SIDES: Fault = Fault::new(
     "euler-lagrange-sides",

@@ -26,12 +26,18 @@ const WAY: f64 = 0.75;
 /// The number of looks at the sign of det B from one point to the next.
 const LOOKS: u32 = 4;
 
+/// Between two points t_s falls to no less than this share of its values there, by the parabola through them that has its mean.
+const DIP: f64 = 0.5;
+
 /// The step is doubled where a point took no more Jacobians than this.
 const EASY: usize = 3;
 
-/// The most points that are looked at: x² = 1 + s a takes four where it is easy (a = 1). Steps that stay short are those of equations that are
-/// all rounding.
-const MOST_POINTS: usize = 1024;
+/// The most points that are looked at: a hundred turns in one step are 3,000 of a quarter of a radian each.
+const MOST_POINTS: usize = 4096;
+
+/// The most of them that do not go half of the distance that they may: x² = 1 + s a takes four where it is easy (a = 1). Where steps stay short, the
+/// equations are all rounding.
+const MOST_SHORT: usize = 1024;
 
 /// The next step would go this share of the distance that is allowed, if the branch went on as it did.
 const STEP_SHARE: f64 = 0.875;
@@ -194,12 +200,6 @@ impl<T: Real> Arc<T> {
         }
     }
 
-    /// Makes corrections that grow by so much welcome: a fault for laws to see.
-    #[cfg(feature = "harness")]
-    pub fn stretch(&mut self, factor: T) {
-        self.iteration.stretch = factor;
-    }
-
     /// The last point on the branch.
     pub fn x(&self) -> &[T] {
         &self.point[..self.block.nrows()]
@@ -219,19 +219,19 @@ impl<T: Real> Arc<T> {
         x: &[T],
         settings: &NewtonSettings<T>,
     ) -> Result<Outcome<T>, Failure<T, E>> {
-        let (n, stretch) = (x.len(), self.iteration.stretch);
-        let watched = stretch == T::one();
-        let mut step = self.begin(root, equations, x, watched);
+        let n = x.len();
+        let mut step = self.begin(root, equations, x);
         let level = Determinant { log: start.log - self.tangent[n].ln(), ..start };
         let mut walk = Walk { level, start, last: None, iterations: 0, shortened: false };
         let (mut not_evaluated, mut may_cross) = (None, true);
+        let mut short = 0;
         for _ in 0..MOST_POINTS {
-            let (least, crossing) = (self.least(LEAST) * stretch, self.least(CROSSING));
-            let mut over = None;
-            if watched {
-                step = self.before_zero(walk.level, step, least);
-                over = Some(crossing * T::int(4)).filter(|_| may_cross && step < crossing);
+            if short == MOST_SHORT {
+                break;
             }
+            let (least, crossing) = (self.least(LEAST), self.least(CROSSING));
+            step = self.before_zero(walk.level, step, least);
+            let over = Some(crossing * T::int(4)).filter(|_| may_cross && step < crossing);
             if step < least && over.is_none() {
                 break;
             }
@@ -247,6 +247,7 @@ impl<T: Real> Arc<T> {
                 },
                 Ok(ended) => ended,
             };
+            short += usize::from(!matches!(ended, Ended::On { apart, .. } if apart >= T::half()));
             match ended {
                 Ended::On { step: moved, apart, jacobians, level, residual } => {
                     self.go_on(moved);
@@ -258,7 +259,7 @@ impl<T: Real> Arc<T> {
                         return Ok(Outcome { iterations: walk.iterations, residual, shortened: walk.shortened });
                     }
                     let doubled = if jacobians <= EASY { moved + moved } else { moved };
-                    step = doubled.min(self.longest() * stretch).min(moved * step_factor(apart));
+                    step = doubled.min(self.longest()).min(moved * step_factor(apart));
                 }
                 _ if over.is_some() => may_cross = false,
                 _ => {
@@ -284,13 +285,7 @@ impl<T: Real> Arc<T> {
     }
 
     /// The root x at s = 0 with the factors of J there at hand: scales, tangent, B and its derivative, and the first step.
-    fn begin<E>(
-        &mut self,
-        root: &mut Iteration<T>,
-        equations: &mut dyn Equations<T, Error = E>,
-        x: &[T],
-        watched: bool,
-    ) -> T {
+    fn begin<E>(&mut self, root: &mut Iteration<T>, equations: &mut dyn Equations<T, Error = E>, x: &[T]) -> T {
         let n = x.len();
         self.point[..n].copy_from_slice(x);
         self.point[n] = T::zero();
@@ -314,12 +309,9 @@ impl<T: Real> Arc<T> {
         self.scales = Scales { parameter, unit, border, turn: T::zero() };
         self.here.view_mut((0, 0), (n, n)).copy_from(&root.whole);
         self.here.column_mut(n).rows_mut(0, n).scale_mut(T::one() / parameter);
-        let mut step = T::exact(LENGTHS.0) * self.iteration.stretch;
-        if watched {
-            step = self.while_definite(root, equations, x, (step, unit));
-            let ahead = equations.distance((T::zero(), x), (step, x)).unwrap_or(T::zero());
-            step *= step_factor(ahead).min(T::one());
-        }
+        let step = self.while_definite(root, equations, x, (T::exact(LENGTHS.0), unit));
+        let ahead = equations.distance((T::zero(), x), (step, x)).unwrap_or(T::zero());
+        let step = step * step_factor(ahead).min(T::one());
         self.tangent[n] = parameter;
         let length = normalize(&mut self.tangent);
         self.change.fill(T::zero());
@@ -423,7 +415,7 @@ impl<T: Real> Arc<T> {
         (step, over): (T, bool),
         settings: &NewtonSettings<T>,
     ) -> Result<Ended<T>, E> {
-        let (n, watched) = (self.block.nrows(), self.iteration.stretch == T::one());
+        let n = self.block.nrows();
         let mut step = step;
         self.predict(step, walk.last);
         let end = self.scales.parameter;
@@ -441,7 +433,7 @@ impl<T: Real> Arc<T> {
         };
         walk.iterations += corrected.outcome.iterations;
         let (from, to) = ((self.fraction(&self.point), self.x()), (self.fraction(&self.next), &self.next[..n]));
-        let distance = equations.distance(from, to).filter(|_| watched);
+        let distance = equations.distance(from, to);
         let apart = distance.unwrap_or(T::zero());
         if apart > T::one() || (!last && self.next[n] >= end) {
             return Ok(Ended::Off);
@@ -451,16 +443,15 @@ impl<T: Real> Arc<T> {
         let tangents = [&self.tangent[..n], &self.turned[..n]];
         let slack =
             max_abs(&self.next[..n]) * T::exact(ROUNDING) + (self.next[n] - self.point[n]).abs() * T::exact(SLANT);
-        let near =
-            is_close(distance) || on_chord(self.x(), &self.next[..n], tangents, moved, (self.iteration.stretch, slack));
+        let near = is_close(distance) || on_chord(self.x(), &self.next[..n], tangents, moved, slack);
         // det J = det B t_s.
         let whole = last || self.tangent[n] > T::exact(TURNING);
         let along = if whole { (self.tangent[n] / self.turned[n].abs()).ln() } else { T::zero() };
         let fallen = walk.level.log - level.log + along;
-        let like = level.negative == walk.level.negative && (!watched || fallen <= -T::exact(FALL).ln());
+        let like = level.negative == walk.level.negative && fallen <= -T::exact(FALL).ln();
         let straight = || self.tangent.iter().zip(&self.turned).all(|(a, b)| (*a - *b).abs() <= T::exact(STRAIGHT));
         let back = self.turned[n] <= T::zero();
-        let same = near && moved > T::zero() && if over { straight() } else { like };
+        let same = near && moved > T::zero() && if over { straight() } else { like && (back || self.rises()) };
         Ok(match same {
             true if back && !last => Ended::Back { step: moved },
             true if !back => {
@@ -469,6 +460,25 @@ impl<T: Real> Arc<T> {
             }
             _ => Ended::Off,
         })
+    }
+
+    /// Whether t_s stays above 0 from the last point to the next, where it is above 0 at both. Where the branch is steep, an S may be narrower than a
+    /// step: it turns back and forth again, and t_s and det J have the same signs at both ends.
+    ///
+    /// t_s = ds/dσ, σ the arc length, has its values at the ends, and the mean Δs/Δσ between them; the parabola from these has to stay above a share of
+    /// the smaller, and neither is much larger than the other.
+    fn rises(&self) -> bool {
+        let n = self.block.nrows();
+        let [from, to] = [self.tangent[n], self.turned[n]];
+        let (least, most) = (from.min(to), larger(from, to));
+        let squares = self.next.iter().zip(&self.point).fold(T::zero(), |sum, (a, b)| sum + (*a - *b) * (*a - *b));
+        let mean = (self.next[n] - self.point[n]) / squares.sqrt();
+        // from + (to − from) u − sag u (1 − u), 0 ≤ u ≤ 1.
+        let sag = (from + to) * T::int(3) - mean * T::int(6);
+        let turns = sag > most - least;
+        let u = T::half() - (to - from) / (sag + sag);
+        let lowest = if turns { from + (to - from) * u - sag * u * (T::one() - u) } else { least };
+        least >= most * T::exact(FALL) && lowest >= least * T::exact(DIP)
     }
 
     /// `next` ← where a step leads if the branch bends as it did in the last.

@@ -20,8 +20,6 @@ pub(super) struct Iteration<T: Real> {
     pub residual: Vec<T>,
     /// The last correction, or whatever else was solved for.
     pub trial: Vec<T>,
-    /// How many times as large as it may be a correction is allowed to be: 1, but in laws.
-    pub stretch: T,
 }
 
 /// What one corrected point looks like.
@@ -40,7 +38,6 @@ impl<T: Real> Iteration<T> {
             whole: DMatrix::zeros(dimension, dimension),
             residual: vec![T::zero(); dimension],
             trial: vec![T::zero(); dimension],
-            stretch: T::one(),
         }
     }
 
@@ -106,7 +103,7 @@ impl<T: Real> Iteration<T> {
                 correction = self.correction();
             }
             // Corrections at the level of rounding need not contract any more.
-            let grows = !shrunk(correction, T::half() * self.stretch) || !correction.all_finite();
+            let grows = !shrunk(correction, T::half()) || !correction.all_finite();
             if grows && relative > settings.floor {
                 return Err(Failure::NotConverged(outcome));
             }

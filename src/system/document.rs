@@ -390,7 +390,7 @@ impl TryFrom<Document> for Case {
 
 /// A tolerance where a step is needed.
 pub(super) fn no_steps() -> CaseError {
-    let why = "fixed steps are needed here: give `step` in the place of `tolerance`".into();
+    let why = "fixed steps are needed here: give `step` instead of `tolerance`".into();
     Place::root().key("run").key("tolerance").error(Problem::NotApplicable { what: "a tolerance", why })
 }
 
@@ -401,7 +401,7 @@ const STEP: &str = "`step` (a number that is not 0, such as \"1/8\"); for `integ
 fn fixed_step(document: &Document) -> Result<Number, CaseError> {
     let (run, output) = (Place::root().key("run"), Place::root().key("output"));
     let without = |place: Place, what| {
-        let why = "it is for runs with `tolerance` in the place of `step`".into();
+        let why = "it is for runs with `tolerance` instead of `step`".into();
         Err(place.error(Problem::NotApplicable { what, why }))
     };
     if document.run.tolerance.is_some() {

@@ -184,7 +184,7 @@ pub enum Problem {
 impl Problem {
     /// A part that is no part of the case.
     pub(crate) fn given(what: &'static str) -> Self {
-        let why = "it is of somebody's own type, which the case does not describe; `cargo test` replays such cases, in the crate \
+        let why = "it is of a user's own type, which the case does not describe; `cargo test` replays such cases, in the crate \
                    that has the type";
         Self::NotApplicable { what, why: why.into() }
     }

@@ -67,7 +67,7 @@ impl Adaptive {
             (None, None) => Times::Steps,
             (Some(_), Some(_)) => return excess(place.key("save_every"), "either `save_at` or `save_every`, not both"),
             (Some(_), _) | (_, Some(_)) if output.every.is_some() => {
-                return excess(place.key("every"), "rows at times, or after every so many steps, not both");
+                return excess(place.key("every"), "rows at times, or after every n-th step, not both");
             }
             (Some(times), None) => Times::At(times),
             (None, Some(every)) => Times::Every(every),

@@ -6,7 +6,7 @@ use crate::problem::{Problem, Solve};
 /// The most steps in a unit of time.
 const FINEST: f64 = 4096.0;
 
-/// Numbers of steps are tried up to a difference of one part in so many.
+/// Numbers of steps are tried up to a difference of a given part.
 const RESOLUTION: usize = 32;
 
 /// For each tolerance the number of steps that was found.
@@ -15,7 +15,7 @@ pub struct Hindsight(Vec<(f64, usize)>);
 
 /// A method with a fixed number of steps.
 pub trait FixedSteps: Default {
-    /// A solver with so many steps.
+    /// A solver with a number of steps.
     fn with_steps(steps: usize) -> impl Solve;
 }
 

@@ -129,7 +129,7 @@ fn spatial(state: &Body) -> euler_poincare::algebra::Vector<f64, 3> {
     state.attitude * state.momentum.transpose()
 }
 
-/// |μ|², g μ and gᵀg of free bodies, as they are moved on by `advance` (so many steps more).
+/// |μ|², g μ and gᵀg of free bodies, as they are moved on by `advance` (by a number of steps).
 fn free(
     title: &'static str,
     last: u32,

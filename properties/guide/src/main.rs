@@ -1,7 +1,7 @@
 //! Renders the mathematics of the documentation.
 //!
 //! `src/guide/source/**/*.md` is Markdown with LaTeX between `$…$` and `$$…$$`. For each file this program writes the file of the
-//! same name under `src/guide/rendered/`, with MathML in the place of the LaTeX. Browsers show MathML without a script or a network.
+//! same name under `src/guide/rendered/`, with MathML instead of the LaTeX. Browsers show MathML without a script or a network.
 //! The library includes the written files where they are there, and the sources where they are not.
 //!
 //! ```text

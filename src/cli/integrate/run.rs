@@ -287,7 +287,7 @@ pub fn took<T: Real>(solved: &Solved<T>, tolerance: &Number) -> String {
     let (error, asked) = (error.to_f64(), tolerance.eval::<f64>().unwrap_or(0.0));
     let kept = match error > asked {
         true => format!(
-            "more than the tolerance {tolerance}, as rounding in so many steps, or a force that jumps often, makes more"
+            "more than the tolerance {tolerance}, as rounding over many steps, or a force that jumps often, makes more"
         ),
         false => format!("tolerance {tolerance}"),
     };

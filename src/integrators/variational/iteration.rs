@@ -4,7 +4,7 @@ use super::coefficients::Coefficients;
 use super::collocation::Collocation;
 use super::rounding::FirstScale;
 use super::work::{Problem, Work};
-use super::{Scheme, Trust, Variational, domain, largest, relative, turn};
+use super::{Scheme, Variational, domain, largest, relative, turn};
 use crate::algebra::{Vector, apply, pull};
 use crate::integrators::fixed_point::Course;
 use crate::integrators::{Report, Solver, StepError};
@@ -117,21 +117,18 @@ where
                 size = scale;
             }
             // Above rounding.
-            let uneven = residual > settings.floor && self.trust == Trust::Alone && course.is_uneven(&earlier);
+            let uneven = residual > settings.floor && !self.compared && course.is_uneven(&earlier);
             earlier = before;
             self.first_residual = self.first_residual.or(Some(residual));
             if residual <= settings.tolerance || (course.stagnates() && residual <= settings.floor) {
                 self.contraction = first.rate().max(course.rate());
                 // Those of the guesses count, too: roots behind a fold were found by thirty residuals that fell by half, of five each.
                 let evaluations = iterations.saturating_sub(first.count() + 1);
-                let refused = match self.trust {
-                    Trust::Alone => {
-                        course.is_slow_for(i32::try_from(evaluations).unwrap_or(i32::MAX))
-                            || (course.is_far([size, scale]) && !self.is_at_rest(problem, &course, [size, scale]))
-                    }
-                    Trust::Compared => course.is_slow(),
-                    #[cfg(feature = "harness")]
-                    Trust::Residual => false,
+                let refused = if self.compared {
+                    course.is_slow()
+                } else {
+                    course.is_slow_for(i32::try_from(evaluations).unwrap_or(i32::MAX))
+                        || (course.is_far([size, scale]) && !self.is_at_rest(problem, &course, [size, scale]))
                 };
                 return if refused {
                     Err(NotContracted(iterations))

@@ -22,7 +22,7 @@ pub const TERM_MISSING: Fault =
     Fault::new("term-missing", "the last term of the force left out of the lanes", "forced systems");
 /// exp for the Cayley map, the Cayley map for exp.
 pub const OTHER_RETRACTION: Fault =
-    Fault::new("other-retraction", "exp in the place of the Cayley map, the Cayley map in that of exp", "SO(3)");
+    Fault::new("other-retraction", "exp instead of the Cayley map, the Cayley map instead of exp", "SO(3)");
 
 /// The fixed-point iterations end too early. Of an ensemble, whose residual is a change times the contraction of the
 /// fixed-point iterations, it is the same as a contraction that is taken to be 2³⁰ times as strong as it is.

@@ -86,7 +86,7 @@ pub(super) static LAWS: &[CaseLaw] = &[
             name: "fast-weight",
             statement: "with a weight or a field, whose torques F_i depend on g_i = g τ(Ξ_i), the fast step in both forms is the step: (g, μ) after n \
                         steps agree with the general engine, or both refuse",
-            source: "Marsden and West 2001, §3.2; Martín de Diego and Sato Martín de Almagro 2019, §5.2, with ∂_gL + f in the place of f",
+            source: "Marsden and West 2001, §3.2; Martín de Diego and Sato Martín de Almagro 2019, §5.2, with ∂_gL + f instead of f",
             oracle: "the general engine in 32 digits, where the potential is a formula and its torque comes from dual numbers",
             bound: BOUND,
             needs: "so(3) or se(3) in its standard basis; a quadratic Lagrangian; a force with a form in lanes",

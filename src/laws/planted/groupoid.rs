@@ -36,7 +36,7 @@ pub const UNMATCHED: Fault =
     Fault::new("atiyah-unmatched", "[p, q][p', q'] = [p, q'], without the k that takes p' to q", "Atiyah groupoids");
 /// A left action instead of a right one.
 pub const ACTION_INVERTED: Fault =
-    Fault::new("action-inverted", "x·g⁻¹ in the place of x·g", "action groupoids, where g acts by more than a sign");
+    Fault::new("action-inverted", "x·g⁻¹ instead of x·g", "action groupoids, where g acts by more than a sign");
 /// α that does not see a coordinate.
 pub const SOURCE_BLIND: Fault = Fault::new(
     "source-blind",

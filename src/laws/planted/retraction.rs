@@ -40,7 +40,7 @@ pub const SECOND_SWAPPED: Fault = Fault::new("second-tangent-swapped", "ddτ(η,
 /// ddτ⁻¹ for ddτ.
 pub const SECOND_OF_INVERSE: Fault = Fault::new(
     "second-tangent-of-inverse",
-    "the second tangent of τ⁻¹ in the place of that of τ (erratum to §5.2)",
+    "the second tangent of τ⁻¹ instead of that of τ (erratum to §5.2)",
     NONABELIAN,
 );
 /// Ad_{τ(ξ)} and its inverse exchanged.

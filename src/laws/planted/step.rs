@@ -89,11 +89,8 @@ pub const UNCONJUGATED: Fault = Fault::new(
 /// [`StepFault::NoSecondTangent`].
 pub const NO_SECOND: Fault = Fault::new("no-second-tangent", "ddτ left out of G_i", NONABELIAN);
 /// [`StepFault::InverseSecondTangent`].
-pub const INVERSE_SECOND: Fault = Fault::new(
-    "inverse-second-tangent",
-    "the second tangent of τ⁻¹ in the place of that of τ (as printed)",
-    NONABELIAN,
-);
+pub const INVERSE_SECOND: Fault =
+    Fault::new("inverse-second-tangent", "the second tangent of τ⁻¹ instead of that of τ (as printed)", NONABELIAN);
 /// [`StepFault::SwappedSecondTangent`].
 pub const SWAPPED_SECOND: Fault = Fault::new("swapped-second-tangent", "ddτ(δ, H) for ddτ(H, δ)", NONABELIAN);
 /// [`StepFault::NoForceInStages`].
@@ -130,7 +127,7 @@ const POTENTIAL: &str = "potentials that are not constant";
 /// [`StepFault::ConfigurationOfStart`].
 pub const OF_START: Fault = Fault::new(
     "configuration-of-start",
-    "f and ∂_gL at g in the place of g τ(Ξ_i)",
+    "f and ∂_gL at g instead of g τ(Ξ_i)",
     "forces and potentials that depend on the configuration",
 );
 /// [`StepFault::GradientSign`].

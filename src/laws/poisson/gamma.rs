@@ -20,7 +20,7 @@ pub(super) const LAMBDA_FLIPPED: Fault =
 pub(super) const MU_FLIPPED: Fault =
     Fault::new("bivector-mu-flipped", "+⟨μ, [A_μ, B_μ]⟩, the sign of the μ term flipped", "non-abelian algebras");
 pub(super) const ADJOINT_MISSING: Fault =
-    Fault::new("bivector-adjoint-missing", "B_λ in the place of Ad_{U⁻¹} B_λ", "non-abelian algebras");
+    Fault::new("bivector-adjoint-missing", "B_λ instead of Ad_{U⁻¹} B_λ", "non-abelian algebras");
 pub(super) const GROUP_SIGN: Fault = Fault::new(
     "bivector-group-sign",
     "{Ξ₂, F} = +ξ←F: the sign of ⟨L*_U A_U, B_μ⟩ and of its mirror flipped",
@@ -30,11 +30,11 @@ pub(super) const ONE_SIDED: Fault =
     Fault::new("bivector-one-sided", "⟨L*_U A_U, B_μ⟩ left out, but not its mirror", "every algebra");
 pub(super) const LAST_SIGN: Fault = Fault::new(
     "product-last-sign",
-    "the sign of the last factor flipped: Γ×Γ×Γ in the place of Γ×Γ×Γ⁻, Γ×Γ⁻ in the place of Γ×Γ",
+    "the sign of the last factor flipped: Γ×Γ×Γ instead of Γ×Γ×Γ⁻, Γ×Γ⁻ instead of Γ×Γ",
     "every algebra",
 );
 pub(super) const EVEN_PART: Fault =
-    Fault::new("hamiltonian-even-part", "E = f in the place of f − f∘ι, its even part left in", "every algebra");
+    Fault::new("hamiltonian-even-part", "E = f instead of f − f∘ι, its even part left in", "every algebra");
 
 /// A Poisson groupoid over g*. The bivectors of the others are blocks of that of Γ.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]

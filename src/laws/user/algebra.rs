@@ -3,7 +3,7 @@
 //! ```
 //! use euler_poincare::laws::user::{algebra::{Constants, UserAlgebra}, part};
 //!
-//! // so(3) with a wrong index: [e_3, e_1] = e_1 in the place of e_2.
+//! // so(3) with a wrong index: [e_3, e_1] = e_1 instead of e_2.
 //! let wrong = Constants::<f64, 3>::new(|a, b, c| match (a, b, c) {
 //!     (0, 1, 2) | (1, 2, 0) | (2, 0, 0) => 1.0,
 //!     (1, 0, 2) | (2, 1, 0) | (0, 2, 0) => -1.0,

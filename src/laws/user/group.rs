@@ -53,7 +53,7 @@ pub const ADJOINT_TRANSPOSED: Fault = Fault::new("adjoint-transposed", "Ad_g rep
 pub const ADJOINT_INVERTED: Fault = Fault::new("group-adjoint-inverted", "Ad_g replaced by Ad_{g⁻¹}", NONABELIAN);
 /// The other convention.
 pub const COADJOINT_INVERTED: Fault =
-    Fault::new("group-coadjoint-inverted", "Ad*_g μ = μ Ad_{g⁻¹} in the place of μ Ad_g", NONABELIAN);
+    Fault::new("group-coadjoint-inverted", "Ad*_g μ = μ Ad_{g⁻¹} instead of μ Ad_g", NONABELIAN);
 /// Duals lost.
 pub const ADJOINT_CONSTANT: Fault =
     Fault::new("adjoint-constant", "Ad_g evaluated on values alone: its derivative is 0", NONABELIAN);

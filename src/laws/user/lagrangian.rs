@@ -54,7 +54,7 @@ pub const VELOCITY_DOUBLED: Fault = Fault::new("velocity-doubled", "(l')⁻¹ do
 pub const VELOCITY_CONSTANT: Fault =
     Fault::new("velocity-constant", "(l')⁻¹ evaluated on values alone: its derivative is 0", EVERY);
 /// Fault: ⟨l', η⟩ + l instead of ⟨l', η⟩ − l.
-pub const ENERGY_SIGN: Fault = Fault::new("energy-sign", "⟨l', η⟩ + l in the place of ⟨l', η⟩ − l", EVERY);
+pub const ENERGY_SIGN: Fault = Fault::new("energy-sign", "⟨l', η⟩ + l instead of ⟨l', η⟩ − l", EVERY);
 
 macro_rules! law {
     ($name:literal, $statement:literal, $oracle:literal, $bound:expr, $needs:literal, $faults:expr) => {
