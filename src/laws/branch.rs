@@ -113,7 +113,7 @@ trait Equations<T> {
     /// Ξ_1 … Ξ_s at the whole step.
     fn displacements(&self, rates: &[T]) -> Vec<f64>;
 
-    /// The largest sum of the sizes of the terms of a displacement: where they cancel, what is left is rounding.
+    /// The largest sum of the sizes of the terms of Ξ_1 … Ξ_s or ξ: where they cancel, or where a stage is at rest, what is left is rounding.
     fn terms(&self, rates: &[T]) -> f64;
 
     /// The largest ‖ad‖ of a change of Ξ_1 … Ξ_s or ξ, where H and the share of the step become others.
@@ -178,6 +178,13 @@ where
         Ok(self.method.stage_displacements().flat_map(|x| x.data.0[0]).map(|v| v.to_f64()).collect())
     }
 
+    /// The largest of what there is for Ξ_1 … Ξ_s and for ξ, by the weights of H_1 … H_s in them.
+    fn largest(&self, of: impl Fn(&dyn Fn(usize) -> T) -> f64) -> f64 {
+        let tableau = self.method.tableau();
+        let stages = (0..tableau.stages()).map(|i| of(&|j| tableau.a()[(i, j)]));
+        stages.fold(of(&|j| tableau.b()[j]), larger)
+    }
+
     /// H at h = 0: η at each stage.
     fn origin(&self, eta: &Vector<T, N>) -> Vec<T> {
         (0..self.residual.len()).flat_map(|_| eta.iter().copied()).collect()
@@ -214,26 +221,21 @@ where
     }
 
     fn terms(&self, rates: &[T]) -> f64 {
-        let (a, rates) = (self.method.tableau().a(), vectors::<T, N>(rates));
-        let stage = |i: usize| {
-            let sum =
-                rates.iter().enumerate().fold(Vector::zeros(), |sum, (j, rate)| sum + rate.abs() * a[(i, j)].abs());
-            (sum * self.size).amax().to_f64()
-        };
-        (0..rates.len()).map(stage).fold(0.0, f64::max)
+        let rates = vectors::<T, N>(rates);
+        self.largest(|weight| {
+            let terms = rates.iter().enumerate().map(|(j, rate)| rate.abs() * weight(j).abs());
+            (terms.fold(Vector::zeros(), |sum, term| sum + term) * self.size).amax().to_f64()
+        })
     }
 
     fn turn(&self, from: (f64, &[T]), to: (f64, &[T])) -> f64 {
-        let (tableau, algebra) = (self.method.tableau(), self.method.retraction().algebra());
         let [from, to] = [from, to].map(|(share, rates)| (T::exact(share), vectors::<T, N>(rates)));
-        let moved = |j: usize| (to.1[j] * to.0 - from.1[j] * from.0) * self.size;
-        let turn = |weights: &dyn Fn(usize) -> T| {
-            let x = (0..to.1.len()).fold(Vector::zeros(), |sum, j| sum + moved(j) * weights(j));
-            let rows = algebra.ad(&x);
+        self.largest(|weight| {
+            let moved = from.1.iter().zip(&to.1).map(|(a, b)| (b * to.0 - a * from.0) * self.size);
+            let x = moved.enumerate().fold(Vector::zeros(), |sum, (j, moved)| sum + moved * weight(j));
+            let rows = self.method.retraction().algebra().ad(&x);
             rows.row_iter().fold(0.0, |most, row| larger(most, row.abs().sum().to_f64()))
-        };
-        let stages = (0..to.1.len()).map(|i| turn(&|j| tableau.a()[(i, j)]));
-        stages.fold(turn(&|j| tableau.b()[j]), larger)
+        })
     }
 }
 
