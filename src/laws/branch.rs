@@ -75,10 +75,11 @@ pub const fn laws<S: Source>() -> &'static [CaseLaw<S>] {
                 statement: "a step of any size, ‖ad_η‖|h| to 64, is the root of the stage equations that continues from h = 0, or it is \
                             refused; a fold that is named is one, and what is easily followed is not given up",
                 source: "Keller 1977: a branch ends where det J = 0",
-                oracle: "the branch from h = 0, followed in small steps of h by code of its own: the equations in 32 digits, their Jacobian \
-                         in f64, where increments are below 2⁻¹⁴ of the step in 32 digits",
-                bound: "2⁻¹⁰ of the place of a fold; 2⁻¹⁶ of the stage displacements, or of their terms: roots are farther apart, but next to a fold; the step in f64, in \
-                        one case of ten that in 32 digits, too",
+                oracle: "the branch from h = 0, followed in small steps of h, of no more than 1 in ‖ad‖, by code of its own: the equations in 32 digits, \
+                         their Jacobian in f64, where increments are below 2⁻¹⁴ of the step in 32 digits; what is given up in f64 and taken in 32 \
+                         digits is inconclusive",
+                bound: "2⁻¹⁰ of the place of a fold; 2⁻¹⁶ of the displacements and the increment, or of their terms, beyond the rounding of the \
+                        momentum: roots are farther apart, but next to a fold; the step in f64, in one case of ten that in 32 digits, too",
                 needs: "an algebra that is not abelian",
                 cost: Cost::Heavy,
                 faults: &[ANY_ROOT, COARSE, TENFOLD, OF_TERMS, EARLY, GIVES_UP],
