@@ -87,7 +87,8 @@ pub enum Failure<T, E> {
     Equations(E),
 }
 
-/// Two points of a branch are neighbours where each lies on the tangent at the other up to this share of their distance.
+/// Two points of a branch are neighbours where each lies on the tangent at the other up to this share of their distance; and in
+/// [`Newton::is_joined`] a second correction is at most this share of the first.
 const BEND: f64 = 0.25;
 
 /// A root whose distance from the origin is at most this share of the origin is at hand: no fold is so near.
@@ -272,7 +273,7 @@ impl<T: Real> Newton<T> {
 
     /// Follows the root from parameter 0, where it is `x`, to the full parameter; `x` becomes that root, or the last point that was reached.
     ///
-    /// A point is accepted where det of the bordered Jacobian has the sign that it has at 0 and has not fallen much, the tangents at it and at the
+    /// A point is accepted where det of the bordered Jacobian has the sign that it has at 0 (but behind a crossing) and has not fallen much, the tangents at it and at the
     /// point before agree with the chord between them, and the [distance](Equations::distance) is at most 1: else the step is halved. Nor does a
     /// step end on another branch that passes close by: it ends before that Jacobian, extrapolated, is singular.
     ///

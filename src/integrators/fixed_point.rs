@@ -1,9 +1,9 @@
 //! When the fixed-point iteration on the stages is trusted, and when it is given up: the same for the engine in any scalar and for
-//! the kernels in lanes.
+//! the kernels in lanes, which compare no more than rates. The decision of the engine is in `variational/iteration.rs`.
 //!
 //! Near the root that continues from h = 0 the iteration contracts, at a rate that grows with h. Where that root meets another in a
-//! fold, an eigenvalue of the iteration is 1. What it finds at a rate close to 1 may be a root beyond a fold, which Newton's method
-//! tells by the sign of det J. The rate at a root says nothing of the way to it: where the map contracts all along, each residual is
+//! fold, an eigenvalue of the iteration is 1. What it finds at a rate close to 1 may be a root beyond a fold: then the branch is
+//! followed from h = 0. The rate at a root says nothing of the way to it: where the map contracts all along, each residual is
 //! a share of the one before, from the first on, and there is one root there (Banach).
 
 use crate::scalar::Real;
@@ -15,23 +15,23 @@ type Rate = (i64, i64);
 /// fast enough for rounding in `f64` to be reached in 70 iterations.
 const TRUSTED: Rate = (3, 5);
 
-/// A root is near its start where the first residual is at most this.
-const AT_HAND: Rate = (1, 16);
+/// A root is near where the iteration starts, if the first residual is at most this.
+const NEAR_START: Rate = (1, 16);
 
-/// It is far from it where the first change is larger than this share of the root: the iteration may have passed others. There, at h = 40, it was
+/// A root is far from where the iteration starts, if the first change is larger than this share of it: the iteration may have passed others. Behind a fold, at h = 40, it was
 /// five times the root, and residuals fell to a tenth and less in two iterations.
 const FAR: Rate = (1, 2);
 
-/// So it is where the terms of the equations, which residuals are relative to, are more than this multiple of what they were at the start: by terms that
+/// And if the terms of the equations, which residuals are relative to, are more than this multiple of what they were at the start: by terms that
 /// grow residuals fall, however far the root. At h = 150, 300 and 8000 they were 12, 48 and 254 times as large behind a fold at h = 48.6 (case 90128
 /// of seed 998022 of the law `branch`).
 const GROWN: Rate = (4, 1);
 
-/// From rest the first change is all of the root, and what the forces at rest are not: within this factor.
+/// From rest the first change is nearly all of the root: a root that is far by [`FAR`] is taken where it is no more than this multiple of it.
 const FROM_REST: Rate = (2, 1);
 
-/// The slowest rate, on the average, at which such a root is taken.
-const AT_ONCE: f64 = 1.0 / 16.0;
+/// And where the average rate is no slower than this.
+const FAST_FROM_REST: f64 = 1.0 / 16.0;
 
 /// The largest share of the residual before the last at which a root is trusted that is not near: a change of the momenta is one of the
 /// displacements an iteration later, so that residuals may fall in pairs. Behind the fold of case 22233 of seed 998011 of the law `branch`, roots
@@ -124,7 +124,7 @@ impl<T: Real> Course<T> {
     #[inline]
     pub fn is_uneven(&self, earlier: &Self) -> bool {
         let above = |value: T, of: T, (n, d): Rate| value > of * T::ratio(n, d);
-        above(self.first, T::one(), AT_HAND) && earlier.count > 0 && above(self.last, earlier.last, STEADY)
+        above(self.first, T::one(), NEAR_START) && earlier.count > 0 && above(self.last, earlier.last, STEADY)
     }
 
     /// There is no root, or one that is reached too slowly.
@@ -143,7 +143,7 @@ impl<T: Real> Course<T> {
     /// The first change is not much more than the root, and the iteration contracted fast from there.
     pub fn is_fast(&self, sizes: [T; 2]) -> bool {
         let [start, root] = sizes;
-        self.first * start <= root * T::ratio(FROM_REST.0, FROM_REST.1) && self.rate() <= AT_ONCE
+        self.first * start <= root * T::ratio(FROM_REST.0, FROM_REST.1) && self.rate() <= FAST_FROM_REST
     }
 
     /// The first residual after `iterations` at a rate.

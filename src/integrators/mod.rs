@@ -65,7 +65,7 @@ pub struct Report<T> {
     /// Fixed-point and Newton iterations spent, of all solvers tried. Those of the equations of motion between two evaluations of the
     /// scheme count, too; they cost a fraction of one.
     pub iterations: usize,
-    /// The largest component of the true residual r_i, relative to the size of the momentum.
+    /// The largest component of the true residual r_i, relative to the momentum and the forces; and of what the displacements miss, likewise.
     pub residual: T,
 }
 

@@ -87,7 +87,8 @@ impl<'a, T: Real, const N: usize, const D: usize> Mechanics<'a, T, N, D> {
     }
 
     /// The residual r_i = P_i + h Σ_j (b_j a_ji / b_i) G_j − m dτ_{−ξ} at the rates H_i in the workspace, with ξ = h Σ_j b_j H_j and
-    /// m = μ + h Σ_j b_j f_j Ad_{τ(Ξ_j)}⁻¹, into `next_momenta`; returns the size to compare it with.
+    /// m = μ + h Σ_j b_j f_j Ad_{τ(Ξ_j)}⁻¹, into `next_momenta`, which has no other use meanwhile; returns the size to compare it with. The same equations for an iteration on
+    /// (M_i, Ξ_i) or (P_i, Ξ_i) are in `Scheme::iterate`.
     fn residual(&self, problem: &Problem<T, N, D>, work: &mut Work<T, N>) -> Result<T, StepError> {
         let Coefficients { tableau, weights, coupling, .. } = self.coefficients;
         let (h, mut load) = (problem.step, problem.rounding);
@@ -98,7 +99,7 @@ impl<'a, T: Real, const N: usize, const D: usize> Mechanics<'a, T, N, D> {
             let at = self.placed(problem, &x).map_err(|e| domain(h, Some(i), e))?;
             let time = problem.time + tableau.c()[i] * h;
             let stage =
-                self.with((Some(i), h), &x, |point| self.stage((i, h), time, self.seen(&at), point, &rate))??;
+                self.with((Some(i), h), &x, |point| self.stage((i, h), time, self.configuration(&at), point, &rate))??;
             load = larger(load, stage.load);
             if self.forced {
                 work.impulses.set_covector(i, &stage.impulse);
@@ -151,8 +152,8 @@ impl<T: Real> Default for Settings<T> {
 /// The relative residual that rounding leaves, in units of round-off.
 pub(super) const ROUNDOFF_LEFT: i64 = 16;
 
-/// Of a residual that counts many times no less is asked for than this, in units of round-off times as many; and no more than that is taken for
-/// rounding: stages are sums of terms of other coordinates.
+/// Where coordinates have weights (`work::Factors`), the least tolerance and the least floor, in units of round-off times the largest weight: stages
+/// are sums of terms of other coordinates.
 const WEIGHTED_TOLERANCE: i64 = 4;
 const WEIGHTED_FLOOR: i64 = 1 << 10;
 

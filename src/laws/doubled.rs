@@ -3,13 +3,13 @@
 use super::integrators::{refused, show, size_of, subject};
 use super::planted::retraction::{ADJOINT_INVERTED, RIGHT_TANGENT, SHIFTED};
 use super::planted::step::{CHART, FIRST_STAGE, FORCE_INDEX, FORCE_TIME, NO_FORCE, NOT_TRANSPORTED, UNCONJUGATED};
-use super::precision::{Measured, settle_small};
+use super::precision::{Check, Measured, settle_small};
 use super::probe::{Probe, stream, unit_of};
 use super::subjects::{HALF_FORCE, LEFT_FOR_RIGHT, NO_FORCE_DERIVATIVE, PlantedForced};
 use super::{CaseLaw, Source};
 use crate::algebra::{Covector, Matrix, Vector};
 use crate::group::LieGroup;
-use crate::harness::{About, Cost, Fault};
+use crate::harness::{About, Cost};
 use crate::integrators::doubled::{Doubled, DoubledState};
 use crate::integrators::{OneStep, StepError, Variational};
 use crate::mechanics::Force;
@@ -19,7 +19,6 @@ use crate::retraction::{Retraction, RetractionError};
 use crate::scalar::Real;
 use crate::system::{System, Visitor};
 use nalgebra::DMatrix;
-use std::fmt::Debug;
 
 /// Above this many unknowns s N of the restricted step, 32 digits cost too much for a law that runs on every case.
 const MOST: usize = 6;
@@ -93,14 +92,7 @@ enum Which {
     MomentumMap,
 }
 
-#[derive(Clone, Copy)]
-struct Check<'a> {
-    case: &'a dyn Debug,
-    fault: Option<&'a Fault>,
-    which: Which,
-}
-
-impl<T: Real> Visitor<T> for Check<'_> {
+impl<T: Real> Visitor<T> for Check<'_, Which> {
     type Output = Measured;
 
     fn visit<const N: usize, const D: usize, R: Retraction<T, N, D>, L: Lagrangian<T, N>, F: Force<T, N>>(
@@ -120,7 +112,7 @@ impl<T: Real> Visitor<T> for Check<'_> {
     }
 }
 
-impl Check<'_> {
+impl Check<'_, Which> {
     fn restriction<T, P, R, L, F, const N: usize, const D: usize>(
         &self,
         system: &System<T, N, D, R, L, F>,

@@ -2,7 +2,7 @@
 
 use super::planted::retraction::Plant;
 use super::polynomial::Polynomial;
-use super::precision::{Measured, of_relative, settle_main_small};
+use super::precision::{Check, Measured, of_relative, settle_main_small};
 use super::probe::{Probe, stream, unit_of};
 use super::subjects::*;
 use super::{CaseLaw, Source};
@@ -109,14 +109,7 @@ enum Which {
     Odd,
 }
 
-#[derive(Clone, Copy)]
-struct Check<'a> {
-    case: &'a dyn Debug,
-    fault: Option<&'a Fault>,
-    which: Which,
-}
-
-impl<T: Real> Visitor<T> for Check<'_> {
+impl<T: Real> Visitor<T> for Check<'_, Which> {
     type Output = Measured;
 
     fn visit<const N: usize, const D: usize, R: Retraction<T, N, D>, L: Lagrangian<T, N>, F: Force<T, N>>(
@@ -170,7 +163,7 @@ fn velocity<T: Real, const N: usize, const D: usize>(
     Some((value, inverse, group.vee(&(inverse * rate))))
 }
 
-impl Check<'_> {
+impl Check<'_, Which> {
     fn first_variation<
         T: Real,
         const N: usize,
@@ -311,7 +304,7 @@ impl<T: Real, const N: usize, const D: usize> DoubledLagrangian<T, N, D> for Odd
     }
 }
 
-impl Check<'_> {
+impl Check<'_, Which> {
     fn odd<T: Real, R, L, F, const N: usize, const D: usize>(
         &self,
         system: &System<T, N, D, R, L, F>,

@@ -2,7 +2,7 @@
 //! the Legendre transform of l_f defines.
 
 use super::polynomial::Polynomial;
-use super::precision::{Measured, settle_main, settle_main_small};
+use super::precision::{Check, Measured, settle_main, settle_main_small};
 use super::probe::{Probe, stream, unit_of};
 use super::subjects::*;
 use super::{CaseLaw, Source};
@@ -21,7 +21,6 @@ use crate::retraction::Retraction;
 use crate::scalar::{Dual, Real, larger, max_abs};
 use crate::system::{System, Visitor};
 use nalgebra::DMatrix;
-use std::fmt::Debug;
 
 const BOUND: &str = "two precisions (s N > 12: f64 alone below 8 u or a 2⁹th of the floor, but for one case in ten); floor 2⁸ N u relative to the terms";
 
@@ -128,13 +127,6 @@ enum Which {
     Regularity,
 }
 
-#[derive(Clone, Copy)]
-struct Check<'a> {
-    case: &'a dyn Debug,
-    fault: Option<&'a Fault>,
-    which: Which,
-}
-
 /// (t; λ, U, μ), with U⁻¹.
 struct Point<T: Real, const N: usize, const D: usize> {
     time: T,
@@ -144,7 +136,7 @@ struct Point<T: Real, const N: usize, const D: usize> {
     mu: Covector<T, N>,
 }
 
-impl<T: Real> Visitor<T> for Check<'_> {
+impl<T: Real> Visitor<T> for Check<'_, Which> {
     type Output = Measured;
 
     fn visit<const N: usize, const D: usize, R: Retraction<T, N, D>, L: Lagrangian<T, N>, F: Force<T, N>>(
@@ -190,7 +182,7 @@ fn slope<T: Real, const N: usize, const D: usize>(
     Ok(h.value(dual(p.time, rate), &lambda, &u, &mu)?.eps)
 }
 
-impl Check<'_> {
+impl Check<'_, Which> {
     fn floor<const N: usize>(&self) -> f64 {
         256.0 * N as f64
     }

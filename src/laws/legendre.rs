@@ -1,12 +1,12 @@
 //! Laws of the modified Legendre transforms between g×G×g and g*×G×g*, off the units.
 
 use super::polynomial::Polynomial;
-use super::precision::{Measured, settle_main_small};
+use super::precision::{Check, Measured, settle_main_small};
 use super::probe::{Probe, stream, unit_of};
 use super::subjects::*;
 use super::{CaseLaw, Source};
 use crate::algebra::{Matrix, Vector, elimination, pair};
-use crate::harness::{About, Cost, Fault};
+use crate::harness::{About, Cost};
 use crate::mechanics::Force;
 use crate::mechanics::Lagrangian;
 use crate::mechanics::doubled::{DoubledLagrangian, Forced, VelocityError};
@@ -14,7 +14,6 @@ use crate::mechanics::hamiltonian::{DoubledHamiltonian, LegendreHamiltonian, mod
 use crate::retraction::Retraction;
 use crate::scalar::{Dual, Real, larger, max_abs};
 use crate::system::{System, Visitor};
-use std::fmt::Debug;
 
 const SOURCE: &str = "Martín de Diego and Sato Martín de Almagro 2019, §4.3 and Thm 4.13";
 const BOUND: &str = "two precisions (s N > 5: f64 alone below 8 u or a 2⁹th of the floor, but for one case in ten); floor 2¹⁰ N u relative to the terms; U so close to e that the second derivatives \
@@ -94,13 +93,6 @@ enum Which {
     Hamiltonian,
 }
 
-#[derive(Clone, Copy)]
-struct Check<'a> {
-    case: &'a dyn Debug,
-    fault: Option<&'a Fault>,
-    which: Which,
-}
-
 /// (t; η, U, ψ).
 struct Point<T: Real, const N: usize, const D: usize> {
     time: T,
@@ -109,7 +101,7 @@ struct Point<T: Real, const N: usize, const D: usize> {
     psi: Vector<T, N>,
 }
 
-impl<T: Real> Visitor<T> for Check<'_> {
+impl<T: Real> Visitor<T> for Check<'_, Which> {
     type Output = Measured;
 
     fn visit<const N: usize, const D: usize, R: Retraction<T, N, D>, L: Lagrangian<T, N>, F: Force<T, N>>(
@@ -131,7 +123,7 @@ impl<T: Real> Visitor<T> for Check<'_> {
     }
 }
 
-impl Check<'_> {
+impl Check<'_, Which> {
     fn judge<T: Real, const N: usize, const D: usize, R: Retraction<T, N, D>, L: Lagrangian<T, N>, F: Force<T, N>>(
         &self,
         system: &System<T, N, D, R, L, F>,

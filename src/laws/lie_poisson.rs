@@ -2,7 +2,7 @@
 
 use super::planted::{blend, blend_scalar};
 use super::polynomial::Cubic;
-use super::precision::{Measured, settle_main};
+use super::precision::{Check, Measured, settle_main};
 use super::probe::{Probe, stream};
 use super::subjects::{forcing, turning};
 use super::user::force::FORCE_SIGN;
@@ -17,7 +17,6 @@ use crate::retraction::Retraction;
 use crate::scalar::{Dual, Number, Real, Scalar};
 use crate::system::case::Force as Term;
 use crate::system::{Cases, System, Visitor};
-use std::fmt::Debug;
 
 const BOUND: &str = "two precisions; floor 2⁸ N u relative to the terms";
 
@@ -195,14 +194,7 @@ pub fn strengths<T: Real>(forces: &[Term]) -> Result<(T, T), String> {
     Ok(sums)
 }
 
-#[derive(Clone, Copy)]
-struct Check<'a> {
-    case: &'a dyn Debug,
-    fault: Option<&'a Fault>,
-    which: Which<'a>,
-}
-
-impl<T: Real> Visitor<T> for Check<'_> {
+impl<T: Real> Visitor<T> for Check<'_, Which<'_>> {
     type Output = Measured;
 
     fn visit<const N: usize, const D: usize, R: Retraction<T, N, D>, L: Lagrangian<T, N>, F: Force<T, N>>(
@@ -288,7 +280,7 @@ pub fn rates<T: Real, S: Scalar<Base = T>, const N: usize, L: Lagrangian<T, N>, 
 
 type Flow<'a, T, const N: usize, L, F> = EulerPoincare<T, N, &'a L, &'a F>;
 
-impl Check<'_> {
+impl Check<'_, Which<'_>> {
     fn size_of(&self, fault: Fault) -> f64 {
         Fault::size_of(self.fault, fault.name)
     }

@@ -1,7 +1,7 @@
 //! Laws of the doubled Lagrangian l_f and its coupling k_f, off the units.
 
 use super::planted::retraction::{ADJOINT_INVERTED, BERNOULLI, CUT_INVERSE};
-use super::precision::{Measured, settle, settle_small};
+use super::precision::{Check, Measured, settle, settle_small};
 use super::probe::{Probe, stream};
 use super::subjects::{
     COUPLING_SUM, FIRST_COPY_ONLY, HALF_FORCE, LEFT_FOR_RIGHT, NO_FORCE_DERIVATIVE, PLUS, PlantedForced, TIME_SHIFT,
@@ -9,13 +9,12 @@ use super::subjects::{
 use super::{CaseLaw, Source};
 use crate::algebra::{Covector, Matrix, Vector};
 use crate::group::LieGroup;
-use crate::harness::{About, Cost, Fault};
+use crate::harness::{About, Cost};
 use crate::mechanics::doubled::{DoubledLagrangian, Forced, partials_by_duals, velocity_hessian_by_duals};
 use crate::mechanics::{Force, Lagrangian};
 use crate::retraction::{Retraction, RetractionError};
 use crate::scalar::{Real, max_abs};
 use crate::system::{System, Visitor};
-use std::fmt::Debug;
 
 const BOUND: &str = "two precisions; floor 2⁶ N u relative to the terms of l_f";
 
@@ -86,13 +85,6 @@ enum Which {
     Partials,
 }
 
-#[derive(Clone, Copy)]
-struct Check<'a> {
-    case: &'a dyn Debug,
-    fault: Option<&'a Fault>,
-    which: Which,
-}
-
 /// A point (η, U, ψ) off the units, with U⁻¹.
 struct Point<T: Real, const N: usize, const D: usize> {
     time: T,
@@ -102,7 +94,7 @@ struct Point<T: Real, const N: usize, const D: usize> {
     psi: Vector<T, N>,
 }
 
-impl<T: Real> Visitor<T> for Check<'_> {
+impl<T: Real> Visitor<T> for Check<'_, Which> {
     type Output = Measured;
 
     fn visit<const N: usize, const D: usize, R: Retraction<T, N, D>, L: Lagrangian<T, N>, F: Force<T, N>>(
@@ -134,7 +126,7 @@ impl<T: Real> Visitor<T> for Check<'_> {
     }
 }
 
-impl Check<'_> {
+impl Check<'_, Which> {
     fn coupling<T, const N: usize, const D: usize, L, F, R>(
         &self,
         doubled: &Forced<L, F, R>,

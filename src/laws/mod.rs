@@ -25,6 +25,8 @@
 //! | [`user`] | a user's own types; `parts`: the algebra, group, Lagrangian and force of a case by the same laws |
 //! | [`replay`] | nothing: a saved case under its law again |
 //! | [`trial`] | nothing: the order of one tableau on one case, for the command |
+//! | `derivative`, `drift`, `frames` | derivatives of a step, drift of invariants, motions in other frames |
+//! | `precision`, `probe` | nothing: verdicts by two precisions; random draws of a law |
 //! | `planted`, `subjects` | nothing: the plain step and the continuous theory in which faults are planted |
 //! | `instances` | nothing: the groupoids of a case, in which faults are planted |
 //! | `differences` | nothing: derivatives by differences, with their errors |
@@ -169,7 +171,7 @@ impl Law<Case> for PlantedLaw {
     }
 }
 
-/// Every law, in the order of the modules that they judge.
+/// Every law, in the order in which they are listed.
 pub fn all() -> Vec<&'static CaseLaw> {
     [
         retraction::laws(),

@@ -9,18 +9,17 @@ use self::gamma::{
 };
 use super::instances::{CoordinatePolynomial, Material};
 use super::planted::groupoid::{ENDS_KEPT, INVERSE_KEEPS_U, PRODUCT_WITHOUT_GROUP, SECOND_INVERTED, SOURCE_BLIND};
-use super::precision::{Measured, settle};
+use super::precision::{Check, Measured, settle};
 use super::probe::{Probe, stream};
 use super::{CaseLaw, Source};
 use crate::groupoid::calculus::{along, constant, derivatives};
 use crate::groupoid::{Group, Groupoid, push_inverse, push_source, push_target, push_unit};
-use crate::harness::{About, Cost, Fault};
+use crate::harness::{About, Cost};
 use crate::mechanics::{Force, Lagrangian};
 use crate::retraction::{Retraction, RetractionError};
 use crate::scalar::{Dual, Real, Scalar};
 use crate::system::{System, Visitor};
 use nalgebra::{DMatrix, DVector};
-use std::fmt::Debug;
 
 const BOUND: &str = "two precisions; floor 2⁸ n u relative to the terms, n = dim g";
 const RANK: &str = "pivots of an elimination with complete pivoting above 2⁸ n u of the largest entry, n = dim g";
@@ -42,7 +41,7 @@ macro_rules! law {
                 faults: $faults,
             },
             cases: |cases| cases.with_group(),
-            check: |case, fault| settle(case, fault, Check { case, fault, question: $question }),
+            check: |case, fault| settle(case, fault, Check { case, fault, which: $question }),
         }
     };
 }
@@ -151,14 +150,7 @@ enum Question {
     Tangent,
 }
 
-#[derive(Clone, Copy)]
-struct Check<'a> {
-    case: &'a dyn Debug,
-    fault: Option<&'a Fault>,
-    question: Question,
-}
-
-impl<T: Real> Visitor<T> for Check<'_> {
+impl<T: Real> Visitor<T> for Check<'_, Question> {
     type Output = Measured;
 
     fn visit<const N: usize, const D: usize, R: Retraction<T, N, D>, L: Lagrangian<T, N>, F: Force<T, N>>(
@@ -178,7 +170,7 @@ impl<T: Real> Visitor<T> for Check<'_> {
         };
         let library = library::<T, N, D>(group);
         let measured = self.judge(PoissonGroupoid::Gamma, &material, &library, &mut probe);
-        if matches!(self.question, Question::Generators | Question::Axioms) {
+        if matches!(self.which, Question::Generators | Question::Axioms) {
             return measured;
         }
         // Of their own, so that the points of Γ are those of always.
@@ -188,7 +180,7 @@ impl<T: Real> Visitor<T> for Check<'_> {
     }
 }
 
-impl Check<'_> {
+impl Check<'_, Question> {
     fn judge<T: Real>(
         &self,
         of: PoissonGroupoid,
@@ -200,7 +192,7 @@ impl Check<'_> {
             return Measured::Broken("an element is singular".into());
         };
         Gamma { of, group: &material.group, instance, library, fault: self.fault }
-            .judge(self.question, probe)
+            .judge(self.which, probe)
             .unwrap_or_else(|| Measured::Broken("a product, an inverse or a null space does not exist".into()))
     }
 }

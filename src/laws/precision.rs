@@ -113,7 +113,7 @@ struct Evaluations<'a> {
 }
 
 /// Changes a number by a unit of round-off of `f64`, up or down; 0 stays.
-pub(super) fn step(number: &mut Number, probe: &mut Probe) {
+pub(super) fn nudge(number: &mut Number, probe: &mut Probe) {
     let up = probe.next() & 1 == 0;
     if let Ok(value) = number.eval::<f64>()
         && value != 0.0
@@ -126,7 +126,7 @@ pub(super) fn step(number: &mut Number, probe: &mut Probe) {
 /// what makes them special (a metric that is the inertia, a coefficient that is 1).
 pub(super) fn moved(case: &Case, sample: u32) -> Case {
     let mut probe = Probe::new(&sample, stream::ROUNDING);
-    let mut move_one = |number: &mut Number| step(number, &mut probe);
+    let mut move_one = |number: &mut Number| nudge(number, &mut probe);
     let mut case = case.clone();
     match &mut case.start.motion {
         Motion::Velocity(list) | Motion::Momentum(list) => list.iter_mut().for_each(&mut move_one),
@@ -145,6 +145,17 @@ pub(super) fn moved(case: &Case, sample: u32) -> Case {
     }
     case.algebra.basis.iter_mut().flatten().flatten().for_each(move_one);
     case
+}
+
+/// What a law of a file that has several asks of a case.
+#[derive(Clone, Copy)]
+pub struct Check<'a, W> {
+    /// The case, of which the draws are made.
+    pub case: &'a dyn Debug,
+    /// What is planted.
+    pub fault: Option<&'a Fault>,
+    /// Which of the laws.
+    pub which: W,
 }
 
 /// The verdict from the two evaluations of `visitor` on `case`, with the fault planted in its retraction if it is one of

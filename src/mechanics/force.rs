@@ -1,4 +1,5 @@
-//! Forces f(t, η) ∈ g*: dissipation that keeps Casimirs, dissipation that keeps energy, drags, and given loads.
+//! Forces f(t, η) or f(t, g, η) ∈ g*: dissipation that keeps Casimirs, dissipation that keeps energy, drags, loads, polynomials, controls, black boxes.
+//! Formulas are in [`formula`](super::formula), orbit forces in [`lie_poisson`](super::lie_poisson).
 //!
 //! Those that depend on the momentum M = l'(η) own a copy of the algebra and of the Lagrangian.
 
@@ -196,7 +197,7 @@ impl<T: Real, const N: usize> LinearDrag<T, N> {
         Ok(Self { matrix })
     }
 
-    /// The matrix D.
+    /// The matrix R.
     pub fn matrix(&self) -> &Matrix<T, N> {
         &self.matrix
     }
@@ -233,7 +234,7 @@ impl<T: Real, const N: usize> QuadraticDrag<T, N> {
         Ok(Self { matrix })
     }
 
-    /// The matrix D.
+    /// The matrix K.
     pub fn matrix(&self) -> &Matrix<T, N> {
         &self.matrix
     }

@@ -10,9 +10,9 @@ use super::{Equations, Failure, NewtonSettings, Outcome, is_close, on_chord};
 use crate::scalar::{Real, larger, max_abs};
 use nalgebra::DMatrix;
 
-/// From one point to the next det B falls to this share of itself at the least, and det J on the last step. Where it falls faster, another branch may pass
-/// close by, and go on behind as this one did.
-const FALL: f64 = 0.25;
+/// From one point to the next det B keeps this share of itself at the least, or, while t_s is above [`TURNING`] and on the last step, det J; and t_s keeps
+/// it of its larger value. Where det B falls faster, another branch may pass close by, and go on behind as this one did.
+const KEPT: f64 = 0.25;
 
 /// Until t_s is below this, no step goes over a zero of det J: what comes next may be a hairpin, which a longer one leaves for the branch on the other side.
 const TURNING: f64 = 0.25;
@@ -58,11 +58,11 @@ const CROSSING: f64 = 1.0 / (1 << 17) as f64;
 /// There the tangent turns by no more than this.
 const STRAIGHT: f64 = 1.0 / 256.0;
 
-/// A fold is located by no more points than this, or when t_s is this share of what it was at both ends of the step.
-const LOCATED: (usize, f64) = (16, 1.0 / 1024.0);
+/// A fold is located by no more points than the first, or when t_s is the second share of its change over the step.
+const FOLD_LOCATED: (usize, f64) = (16, 1.0 / 1024.0);
 
-/// It is confirmed when t_s is this share of that, or of the unit tangent.
-const CONFIRMED: (f64, f64) = (1.0 / 16.0, 1.0 / (1 << 20) as f64);
+/// It is confirmed when t_s is the first share of that change, or is at most the second: the tangent has length 1.
+const FOLD_CONFIRMED: (f64, f64) = (1.0 / 16.0, 1.0 / (1 << 20) as f64);
 
 /// Where x does not move, as from rest, a tangent may miss it by this share of the way in w s: x ~ s² is never near its tangent at 0.
 const SLANT: f64 = 1.0 / 256.0;
@@ -448,7 +448,7 @@ impl<T: Real> Arc<T> {
         let whole = last || self.tangent[n] > T::exact(TURNING);
         let along = if whole { (self.tangent[n] / self.turned[n].abs()).ln() } else { T::zero() };
         let fallen = walk.level.log - level.log + along;
-        let like = level.negative == walk.level.negative && fallen <= -T::exact(FALL).ln();
+        let like = level.negative == walk.level.negative && fallen <= -T::exact(KEPT).ln();
         let straight = || self.tangent.iter().zip(&self.turned).all(|(a, b)| (*a - *b).abs() <= T::exact(STRAIGHT));
         let back = self.turned[n] <= T::zero();
         let same = near && moved > T::zero() && if over { straight() } else { like && (back || self.rises()) };
@@ -478,7 +478,7 @@ impl<T: Real> Arc<T> {
         let turns = sag > most - least;
         let u = T::half() - (to - from) / (sag + sag);
         let lowest = if turns { from + (to - from) * u - sag * u * (T::one() - u) } else { least };
-        least >= most * T::exact(FALL) && lowest >= least * T::exact(DIP)
+        least >= most * T::exact(KEPT) && lowest >= least * T::exact(DIP)
     }
 
     /// `next` ← where a step leads if the branch bends as it did in the last.
@@ -542,7 +542,7 @@ impl<T: Real> Arc<T> {
         let size = ends[0].1 - ends[1].1;
         self.behind.copy_from_slice(&self.next);
         let mut best = (T::exact(f64::INFINITY), T::zero(), T::zero());
-        for _ in 0..LOCATED.0 {
+        for _ in 0..FOLD_LOCATED.0 {
             let [(a, up), (b, down)] = ends;
             let at = a + (b - a) * up / (up - down);
             for (k, next) in self.next.iter_mut().enumerate() {
@@ -557,14 +557,14 @@ impl<T: Real> Arc<T> {
             if along.abs() < best.0 {
                 best = (along.abs(), self.fraction(&self.next), level.log);
             }
-            if best.0 <= size * T::exact(LOCATED.1) || best.0 <= T::exact(CONFIRMED.1) {
+            if best.0 <= size * T::exact(FOLD_LOCATED.1) || best.0 <= T::exact(FOLD_CONFIRMED.1) {
                 break;
             }
             ends[usize::from(along <= T::zero())] = (at, along);
         }
         let (along, fraction, log) = best;
         let confirmed =
-            fraction < T::one() && (along <= size * T::exact(CONFIRMED.0) || along <= T::exact(CONFIRMED.1));
+            fraction < T::one() && (along <= size * T::exact(FOLD_CONFIRMED.0) || along <= T::exact(FOLD_CONFIRMED.1));
         let determinant = (log - walk.start.log).exp() * along;
         confirmed.then_some(Failure::Fold { fraction, determinant })
     }

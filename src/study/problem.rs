@@ -1,9 +1,9 @@
 //! Test problems that hide nothing, and variations of a given one.
 
 use crate::scalar::Number;
+use crate::system::SystemFile;
 use crate::system::case::{Case, Drag, Force, Inertia, Lagrangian, Motion};
 use crate::system::file::FileError;
-use crate::system::{SystemFile, labels};
 
 /// A rigid body without symmetry: so(3), an inertia with products of inertia, linear drag with a full matrix, a double
 /// bracket, and a torque that varies in time; T = 1. The Cayley map, `gauss-2`, h = 1/8.
@@ -48,9 +48,4 @@ pub fn varied(case: &Case, k: i64) -> Case {
     ];
     varied.start.motion = Motion::Velocity(vector(4));
     varied
-}
-
-/// The algebra of a case, for messages.
-pub fn algebra_of(case: &Case) -> String {
-    labels(case).into_iter().find(|(category, _)| *category == "algebra").map_or_else(String::new, |(_, label)| label)
 }

@@ -141,11 +141,6 @@ impl Entries {
         Ok(())
     }
 
-    /// Whether some entry of a or b is a rounded decimal.
-    pub fn are_rounded(&self) -> bool {
-        self.a.iter().flatten().chain(&self.b).any(|x| !x.exact_uncertainty().is_zero())
-    }
-
     /// The name of the first entry of a or b that is a rounded decimal.
     pub fn first_rounded(&self) -> Option<String> {
         let rounded = |x: &Number| !x.exact_uncertainty().is_zero();

@@ -128,7 +128,7 @@ where
                     course.is_slow()
                 } else {
                     course.is_slow_for(i32::try_from(evaluations).unwrap_or(i32::MAX))
-                        || (course.is_far([size, scale]) && !self.is_at_rest(problem, &course, [size, scale]))
+                        || (course.is_far([size, scale]) && !self.started_at_rest(problem, &course, [size, scale]))
                 };
                 return if refused {
                     Err(NotContracted(iterations))
@@ -151,10 +151,10 @@ where
         Err(NotContracted(iterations))
     }
 
-    /// Whether a root that is [far](Course::is_far) from where the iteration began is so because that is at rest: all that there is at the root came
-    /// [fast](Course::is_fast), and the equations change little up to there.
+    /// Whether a root is [far](Course::is_far) only because the iteration started at rest: it contracted [fast](Course::is_fast), and the
+    /// displacements are within one [`LARGEST_TURN`](super::newton).
     #[cold]
-    fn is_at_rest(&self, problem: &Problem<T, N, D>, course: &Course<T>, sizes: [T; 2]) -> bool {
+    fn started_at_rest(&self, problem: &Problem<T, N, D>, course: &Course<T>, sizes: [T; 2]) -> bool {
         let (scheme, work) = (&self.scheme, &self.work);
         let moved = |j: usize, a: usize| work.rates.get(j, a) * problem.step;
         course.is_fast(sizes)

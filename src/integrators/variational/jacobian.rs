@@ -123,8 +123,8 @@ impl<T: Real, const N: usize, const D: usize> Mechanics<'_, T, N, D> {
         // Where Ξ_i depends on no stage it stays 0.
         let moved = tableau.a().row(i).iter().any(|a| *a != T::zero());
         self.with((Some(i), h), &x, |point| {
-            let stage = self.stage((i, h), time, self.seen(&attitude), point, rate)?;
-            let m = self.parts.momentum(time, self.seen(&attitude), &stage.velocity);
+            let stage = self.stage((i, h), time, self.configuration(&attitude), point, rate)?;
+            let m = self.parts.momentum(time, self.configuration(&attitude), &stage.velocity);
             let place = Place { point, attitude, time, rate: *rate, momenta: [m, stage.momentum] };
             out.terms = Terms { momentum: stage.momentum, gradient: stage.gradient, impulse: stage.impulse };
             for a in 0..N {
@@ -151,8 +151,9 @@ impl<T: Real, const N: usize, const D: usize> Mechanics<'_, T, N, D> {
         for (a, terms) in out.iter_mut().enumerate() {
             let x = varied(x, a);
             let attitude = self.placed(problem, &x).map_err(|e| domain(h, Some(i), e))?;
-            let stage =
-                self.with((Some(i), h), &x, |point| self.stage((i, h), time, self.seen(&attitude), point, &rate))??;
+            let stage = self.with((Some(i), h), &x, |point| {
+                self.stage((i, h), time, self.configuration(&attitude), point, &rate)
+            })??;
             *terms = Terms {
                 momentum: stage.momentum.map(|v| v.eps),
                 gradient: stage.gradient.map(|v| v.eps),
@@ -182,7 +183,7 @@ impl<T: Real, const N: usize, const D: usize> Mechanics<'_, T, N, D> {
                 (Dual { re: *time, eps }, &constant)
             }
         };
-        let m = self.parts.momentum(time, self.seen(attitude), &velocity).map(|v| v.eps);
+        let m = self.parts.momentum(time, self.configuration(attitude), &velocity).map(|v| v.eps);
         let momentum = pull(&m, point.d());
         let mut gradient = point.pull_dd(&momentum, &m, rate);
         if matches!(argument, Argument::Rate(_)) {
@@ -192,7 +193,7 @@ impl<T: Real, const N: usize, const D: usize> Mechanics<'_, T, N, D> {
         if !self.forced {
             return Terms { momentum, gradient, impulse: Covector::zeros() };
         }
-        let force = self.parts.total_force(time, self.seen(attitude), &velocity).0.map(|v| v.eps);
+        let force = self.parts.total_force(time, self.configuration(attitude), &velocity).0.map(|v| v.eps);
         let seen = pull(&force, point.d());
         Terms { momentum, gradient: gradient + seen, impulse: point.pull_ad_inv(&force, &seen) }
     }

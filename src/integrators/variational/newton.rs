@@ -1,4 +1,4 @@
-//! Newton's method on the stage equations, along h where it does not converge at once.
+//! Newton's method on the stage equations: their root is followed from h = 0.
 
 use super::jacobian::Jacobian;
 use super::parts::Mechanics;
@@ -29,7 +29,7 @@ pub(super) struct StageEquations<'a, T: Real, const N: usize, const D: usize> {
 }
 
 impl<T: Real, const N: usize, const D: usize> StageEquations<'_, T, N, D> {
-    pub(super) fn load(&mut self, x: &[T]) {
+    pub(super) fn set_rates(&mut self, x: &[T]) {
         for i in 0..self.mechanics.coefficients.tableau.stages() {
             self.work.rates.set_vector(i, &Vector::from_fn(|a, _| x[i * N + a]));
         }
@@ -48,7 +48,7 @@ impl<T: Real, const N: usize, const D: usize> Equations<T> for StageEquations<'_
     }
 
     fn residual(&mut self, x: &[T], out: &mut [T]) -> Result<T, StepError> {
-        self.load(x);
+        self.set_rates(x);
         let size = self.mechanics.residual(&self.problem, self.work)?;
         for (k, value) in out.iter_mut().enumerate() {
             *value = self.work.next_momenta.get(k / N, k % N);
@@ -57,7 +57,7 @@ impl<T: Real, const N: usize, const D: usize> Equations<T> for StageEquations<'_
     }
 
     fn jacobian(&mut self, x: &[T], out: &mut DMatrix<T>) -> Result<(), StepError> {
-        self.load(x);
+        self.set_rates(x);
         self.mechanics.jacobian(&self.problem, &self.work.rates, self.jacobian, out)
     }
 
@@ -117,7 +117,7 @@ where
             full: problem.step,
             most: T::exact(f64::MAX),
         };
-        equations.load(&self.origin);
+        equations.set_rates(&self.origin);
         // Where a stage is outside the domain there, the continuation says what that means.
         if let Ok(first) = mechanics.residual(problem, equations.work)
             && first > T::zero()
@@ -129,7 +129,7 @@ where
         let outcome = outcome.map_err(refused)?;
         // Leave the stages of the root in the workspace.
         equations.set_fraction(T::one());
-        equations.load(&self.unknowns);
+        equations.set_rates(&self.unknowns);
         mechanics.residual(problem, &mut self.work)?;
         let solver = if outcome.shortened { Solver::Continuation } else { Solver::Newton };
         Ok(Report { solver, iterations: outcome.iterations + spent, residual: outcome.residual * factor })

@@ -156,7 +156,7 @@ impl<'a, T: Real, const N: usize, const D: usize> Mechanics<'a, T, N, D> {
     }
 
     /// The same as a Lagrangian and a force see it.
-    pub fn seen<'g, S: Scalar<Base = T>>(&self, attitude: &'g Matrix<S, D>) -> Configuration<'g, S> {
+    pub fn configuration<'g, S: Scalar<Base = T>>(&self, attitude: &'g Matrix<S, D>) -> Configuration<'g, S> {
         if self.moves { Configuration::of(attitude) } else { Configuration::identity() }
     }
 

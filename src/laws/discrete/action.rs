@@ -2,7 +2,7 @@
 
 use super::super::integrators::refused as step_refused;
 use super::super::planted::blend_scalar;
-use super::super::precision::{Measured, each_main_small, settle_main_small};
+use super::super::precision::{Check, Measured, each_main_small, settle_main_small};
 use super::super::probe::{Probe, stream, unit_of};
 use super::super::subjects::PlantedForced;
 use super::super::{CaseLaw, Source};
@@ -22,7 +22,6 @@ use crate::retraction::{Retraction, TangentPoint};
 use crate::scalar::{Real, max_abs};
 use crate::system::{System, Visitor};
 use crate::tableau::Tableau;
-use std::fmt::Debug;
 
 /// What every action needs.
 const NEEDS: &str = "a group; a force";
@@ -108,13 +107,6 @@ enum Which {
     Restricted,
 }
 
-#[derive(Clone, Copy)]
-struct Check<'a> {
-    case: &'a dyn Debug,
-    fault: Option<&'a Fault>,
-    which: Which,
-}
-
 /// l_d of a system.
 type Action<'a, T, R, L, F, const N: usize, const D: usize> =
     Planted<'a, StageLagrangian<T, Forced<&'a L, &'a F, &'a R>, &'a R, N, D>>;
@@ -136,7 +128,7 @@ struct DoubledStep<T: Real, const N: usize, const D: usize> {
     stages: (Vec<Vector<T, N>>, Vec<Vector<T, N>>),
 }
 
-impl<T: Real> Visitor<T> for Check<'_> {
+impl<T: Real> Visitor<T> for Check<'_, Which> {
     type Output = Measured;
 
     fn visit<const N: usize, const D: usize, R: Retraction<T, N, D>, L: Lagrangian<T, N>, F: Force<T, N>>(
@@ -154,7 +146,7 @@ impl<T: Real> Visitor<T> for Check<'_> {
     }
 }
 
-impl<'a> Check<'a> {
+impl<'a> Check<'a, Which> {
     /// l_d of the step from time t, with the fault planted.
     fn action<T: Real, const N: usize, const D: usize, R: Retraction<T, N, D>, L: Lagrangian<T, N>, F: Force<T, N>>(
         &self,
@@ -173,7 +165,7 @@ impl<'a> Check<'a> {
     }
 }
 
-impl Check<'_> {
+impl Check<'_, Which> {
     fn point<T: Real, const N: usize, const D: usize, R: Retraction<T, N, D>, L: Lagrangian<T, N>, F: Force<T, N>>(
         &self,
         system: &System<T, N, D, R, L, F>,

@@ -2,7 +2,7 @@
 //! polynomial is ½(L − L ∘ ι̌_d).
 
 use super::super::differences::slope;
-use super::super::precision::{Measured, each_main_small, settle_main, settle_main_small};
+use super::super::precision::{Check, Measured, each_main_small, settle_main, settle_main_small};
 use super::super::probe::{Probe, stream};
 use super::super::subjects::odd_part;
 use super::super::{CaseLaw, Source};
@@ -18,7 +18,6 @@ use crate::mechanics::{Force, Lagrangian};
 use crate::retraction::{Retraction, RetractionError};
 use crate::scalar::{Dual, Real, Scalar, max_abs};
 use crate::system::{System, Visitor};
-use std::fmt::Debug;
 
 /// The laws of this file.
 pub const fn laws<S: Source>() -> &'static [CaseLaw<S>] {
@@ -89,13 +88,6 @@ enum Which {
     Regularity,
 }
 
-#[derive(Clone, Copy)]
-struct Check<'a> {
-    case: &'a dyn Debug,
-    fault: Option<&'a Fault>,
-    which: Which,
-}
-
 /// l_d(V, U, W) = (‖W − 1‖² − ‖V − 1‖²) w + Σ_m f_m(V) g_m(U) k_m(W), with affine functions of the entries: regular for
 /// large w, as the matrices ê_a are linearly independent.
 pub(super) struct ArrowPolynomial<T: Real, const D: usize> {
@@ -141,7 +133,7 @@ impl<T: Real, const D: usize, L: SmoothLagrangian<T, D>> SmoothLagrangian<T, D> 
     }
 }
 
-impl<T: Real> Visitor<T> for Check<'_> {
+impl<T: Real> Visitor<T> for Check<'_, Which> {
     type Output = Measured;
 
     fn visit<const N: usize, const D: usize, R: Retraction<T, N, D>, L: Lagrangian<T, N>, F: Force<T, N>>(
@@ -161,7 +153,7 @@ impl<T: Real> Visitor<T> for Check<'_> {
     }
 }
 
-impl Check<'_> {
+impl Check<'_, Which> {
     /// Six random elements near e.
     fn elements<T: Real, R, const N: usize, const D: usize>(&self, tau: &R) -> Result<[Matrix<T, D>; 6], Measured>
     where

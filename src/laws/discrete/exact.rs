@@ -3,7 +3,7 @@
 
 use super::super::differences::{compared, slope};
 use super::super::planted::retraction::SHIFTED;
-use super::super::precision::{Measured, each_main_small, settle_main_small};
+use super::super::precision::{Check, Measured, each_main_small, settle_main_small};
 use super::super::probe::{Probe, stream, unit_of};
 use super::super::subjects::{
     COUPLING_SUM, FIRST_COPY_ONLY, HALF_FORCE, LEFT_FOR_RIGHT, LEGENDRE_ON_UNITS, LEGENDRE_SIGN, NO_FORCE_DERIVATIVE,
@@ -13,7 +13,7 @@ use super::super::{CaseLaw, Source};
 use crate::algebra::{Matrix, Vector, elimination, pair};
 use crate::discrete::exact::{ExactError, ExactSolution, Start, collocate};
 use crate::group::LieGroup;
-use crate::harness::{About, Cost, Fault};
+use crate::harness::{About, Cost};
 use crate::mechanics::Force;
 use crate::mechanics::Lagrangian;
 use crate::mechanics::doubled::{DoubledLagrangian, Forced, VelocityError};
@@ -22,7 +22,6 @@ use crate::retraction::{Retraction, TangentPoint};
 use crate::scalar::{Real, larger, max_abs};
 use crate::system::{System, Visitor};
 use crate::tableau::Family;
-use std::fmt::Debug;
 
 /// The laws of this file.
 pub const fn laws<S: Source>() -> &'static [CaseLaw<S>] {
@@ -95,13 +94,6 @@ enum Which {
     Free,
 }
 
-#[derive(Clone, Copy)]
-struct Check<'a> {
-    case: &'a dyn Debug,
-    fault: Option<&'a Fault>,
-    which: Which,
-}
-
 /// A quarter of a step, of 1/16 at most: what truncation leaves of the step is 2⁻³⁴ of itself then, and the solution of a force that is not
 /// smooth somewhere has 32 digits in one step of the collocation.
 fn quarter<T: Real>(h: T) -> T {
@@ -134,7 +126,7 @@ fn short_part<T: Real, const N: usize, const D: usize, R, L: Lagrangian<T, N>, F
 /// No shorter part of a step is taken, whatever the force.
 const SHORTEST: f64 = 1.0 / 16384.0;
 
-impl<T: Real> Visitor<T> for Check<'_> {
+impl<T: Real> Visitor<T> for Check<'_, Which> {
     type Output = Measured;
 
     fn visit<const N: usize, const D: usize, R: Retraction<T, N, D>, L: Lagrangian<T, N>, F: Force<T, N>>(
@@ -236,7 +228,7 @@ fn start<T: Real, const N: usize, const D: usize, R: Retraction<T, N, D>, L: Lag
     Ok(Start { time, eta, u, psi })
 }
 
-impl Check<'_> {
+impl Check<'_, Which> {
     fn antisymmetry<
         T: Real,
         const N: usize,

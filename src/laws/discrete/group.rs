@@ -2,7 +2,7 @@
 
 use super::super::integrators::refused as step_refused;
 use super::super::planted::blend;
-use super::super::precision::{Measured, settle_main, settle_main_small};
+use super::super::precision::{Check, Measured, settle_main, settle_main_small};
 use super::super::probe::{Probe, stream};
 use super::super::{CaseLaw, Source};
 use super::{outside, refused};
@@ -16,7 +16,6 @@ use crate::retraction::{Retraction, RetractionError};
 use crate::scalar::{Dual, Real, Scalar, max_abs};
 use crate::system::{System, Visitor};
 use crate::tableau::Tableau;
-use std::fmt::Debug;
 
 const LEFT: Fault = Fault::new("group-minus-left", "F⁻l_d(W) = L*_W l_d'", "non-abelian groups");
 const INVERTED: Fault = Fault::new("lie-poisson-inverse", "μ₂ = Ad*_{W₁⁻¹} μ₁", "non-abelian groups");
@@ -78,13 +77,6 @@ enum Which {
     Poisson,
 }
 
-#[derive(Clone, Copy)]
-struct Check<'a> {
-    case: &'a dyn Debug,
-    fault: Option<&'a Fault>,
-    which: Which,
-}
-
 /// l_d(W) = ‖W − 1‖²/(2h) + f(W) g(W), with affine functions of the entries.
 struct MatrixPolynomial<T: Real, const D: usize> {
     step: T,
@@ -106,7 +98,7 @@ impl<T: Real, const D: usize> GroupLagrangian<T, D> for MatrixPolynomial<T, D> {
     }
 }
 
-impl<T: Real> Visitor<T> for Check<'_> {
+impl<T: Real> Visitor<T> for Check<'_, Which> {
     type Output = Measured;
 
     fn visit<const N: usize, const D: usize, R: Retraction<T, N, D>, L: Lagrangian<T, N>, F: Force<T, N>>(
@@ -125,7 +117,7 @@ impl<T: Real> Visitor<T> for Check<'_> {
     }
 }
 
-impl Check<'_> {
+impl Check<'_, Which> {
     fn size(&self, fault: Fault) -> f64 {
         Fault::size_of(self.fault, fault.name)
     }

@@ -56,13 +56,13 @@ pub const DIGITS_LOST: Fault = Fault::new(
 /// A = (1 − cos θ)/θ² in closed form down to 10⁻⁴.
 pub const LATE_SERIES: Fault = Fault::new(
     "late-series",
-    "(1 − cos θ)/θ² in closed form, with its series for θ < 10⁻⁴ alone: half of the digits are lost there, in any precision",
+    "(1 − cos θ)/θ² in closed form, with its series for θ < 10⁻⁴ alone: half of the digits of f64 are lost there, as many in any precision",
     NONABELIAN,
 );
 /// The same down to 10⁻⁶.
 pub const LATER_SERIES: Fault = Fault::new(
     "later-series",
-    "(1 − cos θ)/θ² in closed form, with its series for θ < 10⁻⁶ alone: three quarters of the digits are lost there",
+    "(1 − cos θ)/θ² in closed form, with its series for θ < 10⁻⁶ alone: three quarters of the digits of f64 are lost there",
     NONABELIAN,
 );
 /// A series for `f64`.

@@ -5,6 +5,9 @@
 //!
 //! | file | holds, beside the parts below |
 //! |---|---|
+//! | `macros` | `laws!` and `suite!`, where a user's types enter |
+//! | `system` | the trait `Types` that the macros implement; cases with a user's types for their parts |
+//! | `part` | one part of a system, its laws and its cases |
 //! | [`values`] | the cases of a part: named vectors of exact numbers |
 //! | [`map`] | a retraction from τ alone |
 //! | [`suite`] | running: cases, shrinking, saving, replaying, printing |
@@ -27,13 +30,13 @@ pub mod force;
 pub mod group;
 pub mod groupoid;
 pub mod lagrangian;
+mod macros;
 pub mod map;
 #[doc(hidden)]
 pub mod part;
 pub mod suite;
 #[doc(hidden)]
 pub mod system;
-mod tests;
 pub mod values;
 
 pub use map::{FromMap, Map};

@@ -4,7 +4,7 @@
 //! The numbers are [`Number`] expressions, dyadic or π less a dyadic number, and mean the same in every scalar. A case prints
 //! as one line for each vector, shrinks towards zeros, and is saved and read as a map from names to lists.
 
-use super::super::precision::step;
+use super::super::precision::nudge;
 use super::super::probe::{Probe, stream};
 use crate::algebra::{Covector, Vector};
 use crate::scalar::{Number, Real};
@@ -113,7 +113,7 @@ impl Values {
         let mut probe = Probe::new(&sample, stream::ROUNDING);
         let mut values = self.clone();
         for number in values.entries.iter_mut().flat_map(|(_, list)| list) {
-            step(number, &mut probe);
+            nudge(number, &mut probe);
         }
         values
     }
