@@ -76,8 +76,7 @@ pub const fn laws<S: Source>() -> &'static [CaseLaw<S>] {
                             refused; a fold that is named is one, and what is easily followed is not given up",
                 source: "Keller 1977: a branch ends where det J = 0",
                 oracle: "the branch from h = 0, followed in small steps of h, of no more than 1 in ‖ad‖, by code of its own: the equations in 32 digits, \
-                         their Jacobian in f64, where increments are below 2⁻¹⁴ of the step in 32 digits; what is given up in f64 and taken in 32 \
-                         digits is inconclusive",
+                         their Jacobian in f64, where increments are below 2⁻¹⁴ of the step in 32 digits",
                 bound: "2⁻¹⁰ of the place of a fold; 2⁻¹⁶ of the displacements and the increment, or of their terms, beyond the rounding of the \
                         momentum: roots are farther apart, but next to a fold; the step in f64, in one case of ten that in 32 digits, too",
                 needs: "an algebra that is not abelian",
@@ -356,13 +355,8 @@ impl Visitor<Dd> for Oracle<'_> {
         };
         let right = branch.equations.displacements(&branch.rates);
         let terms = branch.equations.terms(&branch.rates);
-        let easy = matches!((taken.first(), end), (Some(Err(Refusal::Followed)), End::Reached { easy: true }));
-        let lacks_digits = easy && taken.get(1).map_or_else(|| step.taken(&eta, self.fault).is_ok(), Taken::is_ok);
         let judged = taken.iter().map(|taken| match taken {
             Ok(found) => judge(end, self.size, found, (&right, terms, self.rounding)),
-            Err(Refusal::Followed) if lacks_digits => {
-                Verdict::inconclusive("a step that is given up in f64 is taken in 32 digits")
-            }
             Err(refusal) => judge_refusal(end, self.size, *refusal),
         });
         judged.reduce(Verdict::and).unwrap_or_else(|| Verdict::inconclusive("no step"))
@@ -423,7 +417,7 @@ const NEARLY: f64 = 1.0 - 1.0 / 1024.0;
 /// How far from the place of a fold it may be named, relative.
 const PLACE: f64 = 1.0 / 1024.0;
 
-/// A branch of no more points, whose increments do not become small, is followed easily.
+/// A branch of no more points, whose increments do not become small, is followed easily. Those that [`ANGLE`] asks for are not counted.
 const EASY: usize = 256;
 
 /// The most points of a branch.
@@ -645,8 +639,8 @@ impl<T: Real> Branch<'_, T> {
         Some(tangent).filter(|t| t.iter().all(|v| v.is_finite())).ok_or(Lost)
     }
 
-    /// The next point, from the last two, and whether the next increment may be twice as long.
-    fn next(&mut self, points: &[Point<T>], target: f64, negative: &mut bool) -> Result<(Point<T>, bool), Lost> {
+    /// The next point, from the last two, whether the next increment may be twice as long, and whether this one was long in ‖ad‖.
+    fn next(&mut self, points: &[Point<T>], target: f64, negative: &mut bool) -> Result<(Point<T>, bool, bool), Lost> {
         let [.., here] = points else { return Err(Lost) };
         let before = points.len().checked_sub(2).and_then(|k| points.get(k));
         let (ahead, length) = (here.predict(before, target), target - here.share);
@@ -679,7 +673,7 @@ impl<T: Real> Branch<'_, T> {
                 *negative = root.negative;
                 let easy = root.first <= chord * NEAR * NEAR && !turns(TURN / 4.0) && apart <= ANGLE / 2.0;
                 let (rates, settled) = (self.rates.clone(), Settled::No);
-                return Ok((Point { share: target, rates, tangent, chord, settled }, easy));
+                return Ok((Point { share: target, rates, tangent, chord, settled }, easy, apart >= ANGLE / 4.0));
             }
         }
         Err(Lost)
@@ -715,15 +709,17 @@ impl<T: Real> Branch<'_, T> {
         let (rates, settled) = (self.rates.clone(), Settled::Full);
         let mut points = vec![Point { share: 0.0, rates, tangent, chord: 0.0, settled }];
         let (mut reached, mut increment, mut easily) = (0.0, INCREMENTS.0 * self.loose, true);
-        for count in 0..POINTS {
-            easily &= count < EASY && increment >= CLOSE;
+        let mut short = 0;
+        for _ in 0..POINTS {
+            easily &= short < EASY && increment >= CLOSE;
             if !easily && !wherever {
                 return End::Lost;
             }
             self.close = increment < CLOSE;
             let target = (reached + increment).min(1.0);
             match self.next(&points, target, &mut negative) {
-                Ok((point, easy)) => {
+                Ok((point, easy, long)) => {
+                    short += usize::from(!long);
                     if points.len() > 1 {
                         points.remove(0);
                     }
@@ -737,6 +733,7 @@ impl<T: Real> Branch<'_, T> {
                     }
                 }
                 Err(Lost) => {
+                    short += 1;
                     if let Some(point) = points.last_mut() {
                         self.rates.clone_from(&point.rates);
                         if self.settle(point).is_err() {
