@@ -4,8 +4,6 @@
 
 use euler_poincare::algebra::{AlgebraClass, AlgebraFamily, Casimir, Covector, Matrix, Vector, pair};
 use euler_poincare::group::LieGroup;
-use euler_poincare::mechanics::{Force, Lagrangian};
-use euler_poincare::retraction::Retraction;
 use euler_poincare::scalar::{Dd, Real};
 use euler_poincare::system::case::{Structure, Tau};
 use euler_poincare::system::{Case, System, Visitor, cases};
@@ -136,10 +134,7 @@ struct Defects;
 impl<T: Real> Visitor<T> for Defects {
     type Output = (f64, f64, usize);
 
-    fn visit<const N: usize, const D: usize, R: Retraction<T, N, D>, L: Lagrangian<T, N>, F: Force<T, N>>(
-        self,
-        system: System<T, N, D, R, L, F>,
-    ) -> Self::Output {
+    fn visit<const N: usize, const D: usize>(self, system: System<T, N, D>) -> Self::Output {
         let (algebra, group) = (&system.algebra, system.group.as_ref().expect("a group"));
         let (mut off, mut kept) = (T::zero(), T::zero());
         for a in 0..N {
@@ -210,10 +205,7 @@ struct Degrees;
 impl<T: Real> Visitor<T> for Degrees {
     type Output = Vec<usize>;
 
-    fn visit<const N: usize, const D: usize, R: Retraction<T, N, D>, L: Lagrangian<T, N>, F: Force<T, N>>(
-        self,
-        system: System<T, N, D, R, L, F>,
-    ) -> Vec<usize> {
+    fn visit<const N: usize, const D: usize>(self, system: System<T, N, D>) -> Vec<usize> {
         let mu = Covector::<T, N>::from_fn(|_, a| T::int(a as i64 + 1) / T::int(7));
         let degree = |casimir: &Casimir<T, N>| {
             let gradient = casimir.gradient(&mu);

@@ -437,12 +437,7 @@ fn polynomials_are_their_terms_in_files_too() {
     struct At(f64, Vector<f64, 3>);
     impl Visitor<f64> for At {
         type Output = Vec<f64>;
-        fn visit<const N: usize, const D: usize, R, L, F>(self, system: System<f64, N, D, R, L, F>) -> Vec<f64>
-        where
-            R: Retraction<f64, N, D> + 'static,
-            L: Lagrangian<f64, N> + 'static,
-            F: Force<f64, N> + 'static,
-        {
+        fn visit<const N: usize, const D: usize>(self, system: System<f64, N, D>) -> Vec<f64> {
             let eta = Vector::<f64, N>::from_fn(|a, _| self.1.get(a).copied().unwrap_or(0.0));
             system.force.force(self.0, &eta).iter().copied().collect()
         }

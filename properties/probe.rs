@@ -7,8 +7,6 @@ use euler_poincare::external::{
 use euler_poincare::harness::draw;
 use euler_poincare::integrators::{OneStep, State, StepError, Variational};
 use euler_poincare::laws::method::LAWS;
-use euler_poincare::mechanics::{self, Lagrangian};
-use euler_poincare::retraction::Retraction;
 use euler_poincare::study::problem;
 use euler_poincare::system::case::{Force, Motion, Potential};
 use euler_poincare::system::{Case, System, Visitor, cases};
@@ -1323,12 +1321,7 @@ struct Gauss1;
 impl Visitor<f64> for Gauss1 {
     type Output = Result<(Vec<f64>, Vec<f64>), StepError>;
 
-    fn visit<const N: usize, const D: usize, R, L, F>(self, system: System<f64, N, D, R, L, F>) -> Self::Output
-    where
-        R: Retraction<f64, N, D> + 'static,
-        L: Lagrangian<f64, N> + 'static,
-        F: mechanics::Force<f64, N> + 'static,
-    {
+    fn visit<const N: usize, const D: usize>(self, system: System<f64, N, D>) -> Self::Output {
         let System { lagrangian, force, retraction, tableau, mut state, step, .. } = system;
         Variational::new(lagrangian, force, retraction, tableau).step(&mut state, step)?;
         // Of SO(3): the other entries are padding.
@@ -1362,12 +1355,7 @@ struct Start;
 impl Visitor<f64> for Start {
     type Output = State<f64, 3, 3>;
 
-    fn visit<const N: usize, const D: usize, R, L, F>(self, system: System<f64, N, D, R, L, F>) -> Self::Output
-    where
-        R: Retraction<f64, N, D> + 'static,
-        L: Lagrangian<f64, N> + 'static,
-        F: mechanics::Force<f64, N> + 'static,
-    {
+    fn visit<const N: usize, const D: usize>(self, system: System<f64, N, D>) -> Self::Output {
         let momentum = Covector::from_fn(|_, a| system.state.momentum[a]);
         let attitude = euler_poincare::algebra::Matrix::from_fn(|r, c| system.state.attitude[(r, c)]);
         State { time: system.state.time, momentum, attitude }

@@ -1,8 +1,7 @@
 //! Properties of `euler_poincare::system`.
 
 use euler_poincare::algebra::catalogue::Entry;
-use euler_poincare::mechanics::{Force, Lagrangian};
-use euler_poincare::retraction::Retraction;
+use euler_poincare::mechanics::Force;
 use euler_poincare::scalar::{Dd, Number, Real};
 use euler_poincare::system::case::{Algebra, Constant, Inertia, Motion, Potential, Start, Structure, Tau};
 use euler_poincare::system::file::{Horizon, example};
@@ -31,10 +30,7 @@ struct Numbers;
 impl<T: Real> Visitor<T> for Numbers {
     type Output = Vec<f64>;
 
-    fn visit<const N: usize, const D: usize, R: Retraction<T, N, D>, L: Lagrangian<T, N>, F: Force<T, N>>(
-        self,
-        system: System<T, N, D, R, L, F>,
-    ) -> Vec<f64> {
+    fn visit<const N: usize, const D: usize>(self, system: System<T, N, D>) -> Vec<f64> {
         let mut values: Vec<T> = system.state.momentum.iter().copied().collect();
         values.extend(system.state.attitude.iter());
         values.extend([system.step, system.state.time]);

@@ -4,8 +4,6 @@ use euler_poincare::experiments::evolution::evolve;
 use euler_poincare::experiments::reference::{casimir, energy};
 use euler_poincare::experiments::{Integrator, Method, Problem, Reference, errors, expected};
 use euler_poincare::integrators::{Variational, trajectory};
-use euler_poincare::mechanics::{Force, Lagrangian};
-use euler_poincare::retraction::Retraction;
 use euler_poincare::scalar::{Dd, Real, Scalar};
 use euler_poincare::system::{Case, System, Visitor};
 use euler_poincare::tableau::families::Family;
@@ -134,10 +132,7 @@ struct Momenta(usize);
 impl<T: Real> Visitor<T> for Momenta {
     type Output = String;
 
-    fn visit<const N: usize, const D: usize, R: Retraction<T, N, D>, L: Lagrangian<T, N>, F: Force<T, N>>(
-        self,
-        system: System<T, N, D, R, L, F>,
-    ) -> String {
+    fn visit<const N: usize, const D: usize>(self, system: System<T, N, D>) -> String {
         let (mut state, h) = (system.state.clone(), system.step);
         let mut method = Variational::new(system.lagrangian, system.force, system.retraction, system.tableau);
         let mut text = String::new();

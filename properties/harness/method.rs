@@ -6,8 +6,7 @@ use euler_poincare::integrators::{Classical, StepError, Variational};
 use euler_poincare::laws::method::{
     Claims, LAWS, MethodLaw, MethodSource, Point, StateForm, Stepper, Untyped, check_case, named,
 };
-use euler_poincare::mechanics::{Force, Lagrangian, equations::EulerPoincare};
-use euler_poincare::retraction::Retraction;
+use euler_poincare::mechanics::equations::EulerPoincare;
 use euler_poincare::study::problem;
 use euler_poincare::system::case::{Drag, Force as Term};
 use euler_poincare::system::{self, Case, System, Visitor, cases};
@@ -37,12 +36,7 @@ struct Build<'m>(&'m Method);
 impl Visitor<f64> for Build<'_> {
     type Output = Box<dyn Stepper<f64>>;
 
-    fn visit<const N: usize, const D: usize, R, L, F>(self, system: System<f64, N, D, R, L, F>) -> Self::Output
-    where
-        R: Retraction<f64, N, D> + 'static,
-        L: Lagrangian<f64, N> + 'static,
-        F: Force<f64, N> + 'static,
-    {
+    fn visit<const N: usize, const D: usize>(self, system: System<f64, N, D>) -> Self::Output {
         let System { algebra, group, lagrangian, force, retraction, .. } = system;
         let tableau = self.0.tableau.clone();
         if self.0.variational {
@@ -301,12 +295,7 @@ struct Loose {
 impl Visitor<f64> for &Loose {
     type Output = Box<dyn Stepper<f64>>;
 
-    fn visit<const N: usize, const D: usize, R, L, F>(self, system: System<f64, N, D, R, L, F>) -> Self::Output
-    where
-        R: Retraction<f64, N, D> + 'static,
-        L: Lagrangian<f64, N> + 'static,
-        F: Force<f64, N> + 'static,
-    {
+    fn visit<const N: usize, const D: usize>(self, system: System<f64, N, D>) -> Self::Output {
         let System { lagrangian, force, retraction, .. } = system;
         let settings = Settings { tolerance: self.tolerance, ..Settings::default() };
         let method = Variational::with_settings(lagrangian, force, retraction, self.tableau.clone(), settings);

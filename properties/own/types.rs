@@ -220,17 +220,14 @@ impl<T: Real> Force<T, 3> for Wind {
 }
 
 /// The explicit midpoint rule, of order 2. Wrong: the force at the start of the step, whatever the stage.
-pub struct Midpoint<'s, T: Real, R, L, F> {
-    pub system: &'s System<T, 3, 3, R, L, F>,
+pub struct Midpoint<'s, T: Real> {
+    pub system: &'s System<T, 3, 3>,
     pub wrong: bool,
 }
 
-impl<T, R, L, F> OneStep<T, 3, 3> for Midpoint<'_, T, R, L, F>
+impl<T> OneStep<T, 3, 3> for Midpoint<'_, T>
 where
     T: Real,
-    R: Retraction<T, 3, 3>,
-    L: Lagrangian<T, 3>,
-    F: Force<T, 3>,
 {
     fn step(&mut self, state: &mut State<T, 3, 3>, h: T) -> Result<Report<T>, StepError> {
         let (system, step, half) = (self.system, h.to_f64(), h * T::half());

@@ -16,7 +16,6 @@ use euler_poincare::laws::method::{
     Untyped, Value, Wanted, check, theory_of,
 };
 use euler_poincare::mechanics::{Force, Lagrangian, equations::EulerPoincare};
-use euler_poincare::retraction::Retraction;
 use euler_poincare::scalar::{Dd, Real};
 use euler_poincare::study::problem;
 use euler_poincare::system::{Case, Cases, System, Visitor, cases};
@@ -199,12 +198,7 @@ struct Build<'m>(&'m Method);
 impl Visitor<f64> for Build<'_> {
     type Output = Box<dyn Stepper<f64>>;
 
-    fn visit<const N: usize, const D: usize, R, L, F>(self, system: System<f64, N, D, R, L, F>) -> Self::Output
-    where
-        R: Retraction<f64, N, D> + 'static,
-        L: Lagrangian<f64, N> + 'static,
-        F: Force<f64, N> + 'static,
-    {
+    fn visit<const N: usize, const D: usize>(self, system: System<f64, N, D>) -> Self::Output {
         let System { algebra, group, lagrangian, force, retraction, .. } = system;
         let tableau = self.0.tableau.clone();
         match self.0.engine {

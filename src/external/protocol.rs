@@ -2,8 +2,7 @@
 
 use super::program::shown;
 use crate::laws::method::{Point, Stage, StateForm};
-use crate::mechanics::{self, Lagrangian};
-use crate::retraction::Retraction;
+use crate::mechanics::Lagrangian;
 use crate::scalar::Number;
 use crate::system::case::{Case, Dictionary, Drag, Force, Inertia, Monomial, Parameter, Potential, PotentialValue};
 use crate::system::force::{self, MATRIX};
@@ -111,12 +110,7 @@ struct Numbers(usize);
 impl Visitor<f64> for Numbers {
     type Output = [Vec<f64>; 3];
 
-    fn visit<const N: usize, const D: usize, R, L, F>(self, system: System<f64, N, D, R, L, F>) -> Self::Output
-    where
-        R: Retraction<f64, N, D> + 'static,
-        L: Lagrangian<f64, N> + 'static,
-        F: mechanics::Force<f64, N> + 'static,
-    {
+    fn visit<const N: usize, const D: usize>(self, system: System<f64, N, D>) -> Self::Output {
         let (n, m) = (system.dimension, self.0);
         let constant = |k: usize| system.algebra.constant(k / (n * n), k / n % n, k % n);
         let basis = system.group.iter().flat_map(|group| group.basis().iter().take(n));
@@ -134,7 +128,7 @@ impl Described {
     /// # Errors
     /// A case that cannot be built.
     pub fn of(case: &Case) -> Result<Self, CaseError> {
-        let (n, size) = (case.dimension(), crate::laws::method::matrix_size(case));
+        let (n, size) = (case.dimension(), case.matrix_size());
         let [constants, basis, inertia] = case.dispatch::<f64, _>(Numbers(size))?;
         // A case that can be built has finite numbers.
         let number = |x: &Number| x.eval::<f64>().unwrap_or(f64::NAN);

@@ -4,7 +4,7 @@ use super::program::{Exchange, Limits, Program, Silence};
 use super::protocol::{Described, Reply, parse_beside, parse_stages};
 use super::supports::{self, Supports};
 use crate::integrators::{OneStep, Report, Solver, State, StepError};
-use crate::laws::method::{MethodSource, Point, Stage, StateForm, Stepper, matrix_size};
+use crate::laws::method::{MethodSource, Point, Stage, StateForm, Stepper};
 use crate::system::{Case, CaseError, Place, Problem};
 use std::sync::atomic::AtomicBool;
 use std::sync::{Arc, Mutex, MutexGuard, OnceLock, PoisonError};
@@ -247,7 +247,7 @@ impl<const N: usize, const D: usize> ExternalStepper<N, D> {
     /// # Errors
     /// A case that cannot be built, or is not of these dimensions.
     pub fn new(external: &External, case: &Case) -> Result<Self, CaseError> {
-        let (n, m) = (case.dimension(), matrix_size(case));
+        let (n, m) = (case.dimension(), case.matrix_size());
         if n != N || m > D {
             let found = format!("of dimension {n}, with matrices of size {m}");
             let allowed = format!("dimension {N}, with matrices of size at most {D}");

@@ -15,7 +15,6 @@ use crate::algebra::{Covector, Vector};
 use crate::harness::{About, Cost, Fault, Verdict};
 use crate::integrators::OneStep;
 use crate::laws::unbuilt;
-use crate::mechanics::{Force, Lagrangian};
 use crate::retraction::{Retraction, RetractionError, TangentPoint};
 use crate::scalar::{Dd, Real, Scalar};
 use crate::system::{Case, System, Visitor};
@@ -103,10 +102,7 @@ impl<T: Real> Visitor<T> for Evaluate<'_> {
 
     const KNOWS_CONFIGURATION: bool = true;
 
-    fn visit<const N: usize, const D: usize, R: Retraction<T, N, D>, L: Lagrangian<T, N>, F: Force<T, N>>(
-        self,
-        system: System<T, N, D, R, L, F>,
-    ) -> Self::Output {
+    fn visit<const N: usize, const D: usize>(self, system: System<T, N, D>) -> Self::Output {
         match self.which {
             Which::Retraction => self.retraction(&system),
             Which::Step => self.step(&system),
@@ -121,9 +117,9 @@ const LOGARITHMS: usize = 6;
 const DIRECTIONS: usize = 2;
 
 impl Evaluate<'_> {
-    fn retraction<T: Real, const N: usize, const D: usize, R: Retraction<T, N, D>, L, F>(
+    fn retraction<T: Real, const N: usize, const D: usize>(
         &self,
-        system: &System<T, N, D, R, L, F>,
+        system: &System<T, N, D>,
     ) -> Result<Values<T>, Measured> {
         let mut probe = Probe::new(self.case, stream::ACCURACY);
         let size = probe.power_of_two::<f64>(-30, 2);
@@ -139,7 +135,7 @@ impl Evaluate<'_> {
         let stretches: Vec<f64> = self.stretches.map_or_else(|| near_half_turns().collect(), <[f64]>::to_vec);
         let at = |x: &Vector<T, N>| -> Result<Vec<Named<T>>, RetractionError> {
             let point = tau.at(x)?;
-            let solved = point.d().amax() * point.d_inv().amax() * T::int(N as i64);
+            let solved = point.d().amax() * point.d_inv().amax() * T::int(system.dimension as i64);
             let mut values = vec![
                 ("dτ", point.d().as_slice().to_vec(), T::one()),
                 ("dτ⁻¹", point.d_inv().as_slice().to_vec(), solved),
@@ -170,18 +166,15 @@ impl Evaluate<'_> {
             // Terms of an odd map of the argument, of the size of x, which may cancel: rounding is relative to them.
             value.moved += x.amax() * y.amax() * ulp();
         }
-        Ok(Values { list, floor: 8.0 * (N * D) as f64, at: x.iter().map(|v| v.to_f64()).collect(), stretches })
+        Ok(Values {
+            list,
+            floor: 8.0 * system.products() as f64,
+            at: x.iter().map(|v| v.to_f64()).collect(),
+            stretches,
+        })
     }
 
-    fn step<T: Real, const N: usize, const D: usize, R, L, F>(
-        &self,
-        system: &System<T, N, D, R, L, F>,
-    ) -> Result<Values<T>, Measured>
-    where
-        R: Retraction<T, N, D>,
-        L: Lagrangian<T, N>,
-        F: Force<T, N>,
-    {
+    fn step<T: Real, const N: usize, const D: usize>(&self, system: &System<T, N, D>) -> Result<Values<T>, Measured> {
         let mut probe = Probe::new(self.case, stream::ACCURACY);
         let h = system.step * probe.power_of_two::<T>(-24, 0);
         let mut method = subject(system, self.fault);
@@ -201,7 +194,7 @@ impl Evaluate<'_> {
         }
         Ok(Values {
             list: values(at(&mu)?, &moved),
-            floor: 8.0 * (N * D) as f64,
+            floor: 8.0 * system.products() as f64,
             at: mu.iter().map(|v| v.to_f64()).chain([h.to_f64()]).collect(),
             stretches: Vec::new(),
         })

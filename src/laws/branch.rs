@@ -14,8 +14,10 @@ use crate::harness::{About, Cost, Fault, Verdict};
 use crate::integrators::variational::Variational;
 use crate::integrators::{OneStep, Solver, State, StepError};
 use crate::laws::unbuilt;
-use crate::mechanics::{Force, Lagrangian};
-use crate::retraction::{Retraction, RetractionError};
+use crate::mechanics::Lagrangian;
+use crate::mechanics::force::AnyForce;
+use crate::mechanics::lagrangian::AnyLagrangian;
+use crate::retraction::{AnyRetraction, Retraction, RetractionError};
 use crate::scalar::{Dd, Real, larger, max_abs};
 use crate::system::{CaseError, System, Visitor};
 use nalgebra::{DMatrix, Dyn, LU};
@@ -121,22 +123,19 @@ trait Equations<T> {
 }
 
 /// A step of the library from the state of a system.
-struct Step<'a, T: Real, const N: usize, const D: usize, R, L, F> {
-    method: Variational<T, N, D, &'a L, &'a F, &'a R>,
+struct Step<'a, T: Real, const N: usize, const D: usize> {
+    method: Variational<T, N, D, &'a AnyLagrangian<T, N>, &'a AnyForce<T, N>, &'a AnyRetraction<T, N, D>>,
     state: &'a State<T, N, D>,
     size: T,
     residual: Vec<Covector<T, N>>,
 }
 
-impl<'a, T, const N: usize, const D: usize, R, L, F> Step<'a, T, N, D, R, L, F>
+impl<'a, T, const N: usize, const D: usize> Step<'a, T, N, D>
 where
     T: Real,
-    R: Retraction<T, N, D>,
-    L: Lagrangian<T, N>,
-    F: Force<T, N>,
 {
     /// Of a size.
-    fn new(system: &'a System<T, N, D, R, L, F>, size: f64) -> Self {
+    fn new(system: &'a System<T, N, D>, size: f64) -> Self {
         let (l, f, r) = (&system.lagrangian, &system.force, &system.retraction);
         let method = Variational::new(l, f, r, system.tableau.clone());
         let residual = vec![Covector::zeros(); system.tableau.stages()];
@@ -195,12 +194,9 @@ fn vectors<T: Real, const N: usize>(rates: &[T]) -> Vec<Vector<T, N>> {
     rates.chunks_exact(N).map(Vector::from_column_slice).collect()
 }
 
-impl<T, const N: usize, const D: usize, R, L, F> Equations<T> for Step<'_, T, N, D, R, L, F>
+impl<T, const N: usize, const D: usize> Equations<T> for Step<'_, T, N, D>
 where
     T: Real,
-    R: Retraction<T, N, D>,
-    L: Lagrangian<T, N>,
-    F: Force<T, N>,
 {
     fn residual(&mut self, share: T, rates: &[T]) -> Result<Vec<T>, StepError> {
         self.method.residual(self.state, self.size * share, &vectors(rates), &mut self.residual)?;
@@ -279,10 +275,7 @@ struct Check<'a, S> {
 impl<S: Source> Visitor<f64> for Check<'_, S> {
     type Output = Verdict;
 
-    fn visit<const N: usize, const D: usize, R: Retraction<f64, N, D>, L: Lagrangian<f64, N>, F: Force<f64, N>>(
-        self,
-        system: System<f64, N, D, R, L, F>,
-    ) -> Verdict {
+    fn visit<const N: usize, const D: usize>(self, system: System<f64, N, D>) -> Verdict {
         let Self { case, fault } = self;
         let mut probe = Probe::new(case, stream::BRANCH);
         let Ok(eta) = system.lagrangian.velocity(&system.state.momentum, &Vector::zeros()) else {
@@ -330,10 +323,7 @@ struct Oracle<'a> {
 impl Visitor<Dd> for Oracle<'_> {
     type Output = Verdict;
 
-    fn visit<const N: usize, const D: usize, R: Retraction<Dd, N, D>, L: Lagrangian<Dd, N>, F: Force<Dd, N>>(
-        self,
-        system: System<Dd, N, D, R, L, F>,
-    ) -> Verdict {
+    fn visit<const N: usize, const D: usize>(self, system: System<Dd, N, D>) -> Verdict {
         let Ok(eta) = system.lagrangian.velocity(&system.state.momentum, &Vector::zeros()) else {
             return Verdict::inconclusive("no velocity");
         };

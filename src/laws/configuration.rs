@@ -19,8 +19,8 @@ use crate::group::LieGroup;
 use crate::harness::{About, Cost, Fault, Verdict};
 use crate::integrators::{OneStep, State, StepError};
 use crate::laws::unbuilt;
+use crate::mechanics::Lagrangian;
 use crate::mechanics::configuration::Configuration;
-use crate::mechanics::{Force, Lagrangian};
 use crate::retraction::{Exponential, Retraction};
 use crate::scalar::{Dd, Dual, Number, Real, Scalar, max_abs};
 use crate::system::case::{Force as Term, Inertia, Potential, Structure};
@@ -266,10 +266,7 @@ impl Visitor<f64> for Symmetries {
 
     const KNOWS_CONFIGURATION: bool = true;
 
-    fn visit<const N: usize, const D: usize, R: Retraction<f64, N, D>, L: Lagrangian<f64, N>, F: Force<f64, N>>(
-        self,
-        system: System<f64, N, D, R, L, F>,
-    ) -> Vec<(usize, usize)> {
+    fn visit<const N: usize, const D: usize>(self, system: System<f64, N, D>) -> Vec<(usize, usize)> {
         let Some(group) = &system.group else { return Vec::new() };
         let mut found = Vec::new();
         for a in 0..system.dimension {
@@ -308,8 +305,8 @@ pub(super) fn share_of_gradient<T: Real>(fault: Option<&Fault>) -> T {
 type Somewhere<T, const N: usize, const D: usize> = (T, Matrix<T, D>, [Vector<T, N>; 3]);
 
 /// A random place of a system.
-pub(super) fn somewhere<T: Real, const N: usize, const D: usize, R: Retraction<T, N, D>, L, F>(
-    system: &System<T, N, D, R, L, F>,
+pub(super) fn somewhere<T: Real, const N: usize, const D: usize>(
+    system: &System<T, N, D>,
     case: &dyn Debug,
 ) -> Result<Somewhere<T, N, D>, Measured> {
     let mut probe = Probe::new(case, stream::CONFIGURATION);
@@ -336,10 +333,7 @@ impl<T: Real> Visitor<T> for Gradients<'_> {
 
     const KNOWS_CONFIGURATION: bool = true;
 
-    fn visit<const N: usize, const D: usize, R: Retraction<T, N, D>, L: Lagrangian<T, N>, F: Force<T, N>>(
-        self,
-        system: System<T, N, D, R, L, F>,
-    ) -> Measured {
+    fn visit<const N: usize, const D: usize>(self, system: System<T, N, D>) -> Measured {
         let lagrangian = &system.lagrangian;
         if !lagrangian.uses_configuration() {
             return Measured::NotApplicable(
@@ -365,7 +359,7 @@ impl<T: Real> Visitor<T> for Gradients<'_> {
         let mut gradient = lagrangian.configuration_gradient(t, here, &eta);
         gradient *= share_of_gradient::<T>(self.fault);
         let momentum = lagrangian.gradient_at(t, here, &eta);
-        let floor = 256.0 * N as f64;
+        let floor = 256.0 * system.dimension as f64;
         let terms = |row: &Covector<T, N>, column: &Vector<T, N>| {
             row.iter().zip(column.iter()).fold(T::zero(), |sum, (a, b)| sum + (*a * *b).abs())
         };
@@ -401,10 +395,7 @@ impl<T: Real> Visitor<T> for Symmetric<'_> {
 
     const KNOWS_CONFIGURATION: bool = true;
 
-    fn visit<const N: usize, const D: usize, R: Retraction<T, N, D>, L: Lagrangian<T, N>, F: Force<T, N>>(
-        self,
-        system: System<T, N, D, R, L, F>,
-    ) -> Measured {
+    fn visit<const N: usize, const D: usize>(self, system: System<T, N, D>) -> Measured {
         let Some(group) = &system.group else {
             return Measured::NotApplicable("the algebra has no group".into());
         };
@@ -460,10 +451,7 @@ impl Visitor<Dd> for Symplectic<'_> {
 
     const KNOWS_CONFIGURATION: bool = true;
 
-    fn visit<const N: usize, const D: usize, R: Retraction<Dd, N, D>, L: Lagrangian<Dd, N>, F: Force<Dd, N>>(
-        self,
-        system: System<Dd, N, D, R, L, F>,
-    ) -> Measured {
+    fn visit<const N: usize, const D: usize>(self, system: System<Dd, N, D>) -> Measured {
         match self.defects(&system) {
             Ok(Some(measured)) => measured,
             Ok(None) => Measured::NotApplicable("the attitude is singular to working precision".into()),
@@ -480,9 +468,9 @@ type Tangent<const N: usize> = (Vector<Dd, N>, Covector<Dd, N>);
 
 impl Symplectic<'_> {
     /// The images of the basis vectors of T(T*G), by central differences.
-    fn tangents<const N: usize, const D: usize, R: Retraction<Dd, N, D>, L: Lagrangian<Dd, N>, F: Force<Dd, N>>(
+    fn tangents<const N: usize, const D: usize>(
         &self,
-        system: &System<Dd, N, D, R, L, F>,
+        system: &System<Dd, N, D>,
         end: &State<Dd, N, D>,
         delta: Dd,
     ) -> Result<Option<Vec<Tangent<N>>>, StepError> {
@@ -513,9 +501,9 @@ impl Symplectic<'_> {
     }
 
     /// The largest |ω(Tφ v, Tφ w) − ω(v, w)| over the basis.
-    fn defects<const N: usize, const D: usize, R: Retraction<Dd, N, D>, L: Lagrangian<Dd, N>, F: Force<Dd, N>>(
+    fn defects<const N: usize, const D: usize>(
         &self,
-        system: &System<Dd, N, D, R, L, F>,
+        system: &System<Dd, N, D>,
     ) -> Result<Option<Measured>, StepError> {
         let mut end = system.state.clone();
         subject(system, self.fault).step(&mut end, system.step)?;
@@ -546,7 +534,7 @@ impl Symplectic<'_> {
                 size = size.max(extent(&fine[j]) * extent(&fine[k]) * (Dd::int(1) + end.momentum.amax()));
             }
         }
-        let rounding = size * Dd::unit_roundoff() * Dd::int(1024 * N as i64) / delta;
+        let rounding = size * Dd::unit_roundoff() * Dd::int(1024 * system.dimension as i64) / delta;
         let known = uncertainty * Dd::int(2) + rounding;
         Ok(Some(Measured::within(defect, known, || {
             format!("the canonical form changes by {:e}, known to {:e}", defect.to_f64(), known.to_f64())

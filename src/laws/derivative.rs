@@ -13,9 +13,10 @@ use crate::integrators::derivative::{Derivative, Gradient, InputGradient, Linear
 use crate::integrators::{OneStep, State, StepError, Variational};
 use crate::laws::unbuilt;
 use crate::mechanics::configuration::Configuration;
-use crate::mechanics::force::{Driven, Factor};
+use crate::mechanics::force::{AnyForce, Driven, Factor};
+use crate::mechanics::lagrangian::AnyLagrangian;
 use crate::mechanics::{Force, Lagrangian, LegendreError};
-use crate::retraction::{Retraction, TangentPoint};
+use crate::retraction::{AnyRetraction, Retraction, TangentPoint};
 use crate::scalar::{Dd, Real, Scalar, larger, max_abs};
 use crate::system::{Case, System, Visitor};
 use nalgebra::ComplexField;
@@ -297,10 +298,7 @@ impl<T: Real> Visitor<T> for Derivatives<'_> {
 
     const KNOWS_CONFIGURATION: bool = true;
 
-    fn visit<const N: usize, const D: usize, R: Retraction<T, N, D>, L: Lagrangian<T, N>, F: Force<T, N>>(
-        mut self,
-        system: System<T, N, D, R, L, F>,
-    ) -> Self::Output {
+    fn visit<const N: usize, const D: usize>(mut self, system: System<T, N, D>) -> Self::Output {
         let along = Direction::<T, N>::drawn(&mut self.probe, system.dimension, system.step);
         let functional = Gradient { attitude: self.probe.covector(), momentum: self.probe.vector() };
         let run = Run { system: &system, along, fault: self.fault, steps: self.steps };
@@ -335,16 +333,23 @@ impl<T: Real, const N: usize, const D: usize> End<'_, T, N, D> {
 }
 
 /// A run and what is asked of it.
-struct Run<'a, T: Real, const N: usize, const D: usize, R, L, F> {
-    system: &'a System<T, N, D, R, L, F>,
+struct Run<'a, T: Real, const N: usize, const D: usize> {
+    system: &'a System<T, N, D>,
     along: Direction<T, N>,
     fault: Option<&'a Fault>,
     steps: usize,
 }
 
 /// The method with its derivatives, on a system.
-type Method<'a, T, const N: usize, const D: usize, R, L, F> =
-    Linearised<T, N, D, &'a L, &'a F, &'a R, Factors<'a, L, F>>;
+type Method<'a, T, const N: usize, const D: usize> = Linearised<
+    T,
+    N,
+    D,
+    &'a AnyLagrangian<T, N>,
+    &'a AnyForce<T, N>,
+    &'a AnyRetraction<T, N, D>,
+    Factors<'a, AnyLagrangian<T, N>, AnyForce<T, N>>,
+>;
 
 /// The forward mode.
 struct Forward<T: Real, const N: usize, const D: usize> {
@@ -355,12 +360,7 @@ struct Forward<T: Real, const N: usize, const D: usize> {
     condition: T,
 }
 
-impl<'a, T: Real, const N: usize, const D: usize, R, L, F> Run<'a, T, N, D, R, L, F>
-where
-    R: Retraction<T, N, D>,
-    L: Lagrangian<T, N>,
-    F: Force<T, N>,
-{
+impl<'a, T: Real, const N: usize, const D: usize> Run<'a, T, N, D> {
     fn share(&self, fault: &Fault) -> T {
         T::exact(Fault::size_of(self.fault, fault.name))
     }
@@ -465,7 +465,7 @@ where
 
     /// The forward mode, step by step where a fault is planted or there is one step, else by [`Linearised::sensitivity`]; then the condition
     /// is that of the first step.
-    fn forward(&self, method: &mut Method<'a, T, N, D, R, L, F>) -> Result<Forward<T, N, D>, StepError> {
+    fn forward(&self, method: &mut Method<'a, T, N, D>) -> Result<Forward<T, N, D>, StepError> {
         let (h, along) = (self.system.step, &self.along);
         let mut states = vec![self.system.state.clone()];
         if self.steps > 1 && self.fault.is_none() {
@@ -501,7 +501,7 @@ where
     /// The reverse mode, likewise.
     fn reverse(
         &self,
-        method: &mut Method<'a, T, N, D, R, L, F>,
+        method: &mut Method<'a, T, N, D>,
         states: &[State<T, N, D>],
         functional: &Gradient<T, N>,
     ) -> Result<InputGradient<T, N>, StepError> {

@@ -12,10 +12,9 @@ use crate::group::LieGroup;
 use crate::harness::{About, Cost};
 use crate::integrators::doubled::{Doubled, DoubledState};
 use crate::integrators::{OneStep, StepError, Variational};
-use crate::mechanics::Force;
 use crate::mechanics::Lagrangian;
 use crate::mechanics::doubled::{DoubledLagrangian, Forced};
-use crate::retraction::{Retraction, RetractionError};
+use crate::retraction::{AnyRetraction, Retraction, RetractionError};
 use crate::scalar::Real;
 use crate::system::{System, Visitor};
 use nalgebra::DMatrix;
@@ -95,10 +94,7 @@ enum Which {
 impl<T: Real> Visitor<T> for Check<'_, Which> {
     type Output = Measured;
 
-    fn visit<const N: usize, const D: usize, R: Retraction<T, N, D>, L: Lagrangian<T, N>, F: Force<T, N>>(
-        self,
-        system: System<T, N, D, R, L, F>,
-    ) -> Measured {
+    fn visit<const N: usize, const D: usize>(self, system: System<T, N, D>) -> Measured {
         let (l, f, r) = (&system.lagrangian, &system.force, &system.retraction);
         let forced = Forced::new(l, f, r);
         let planted = PlantedForced { doubled: &forced, fault: self.fault };
@@ -113,17 +109,14 @@ impl<T: Real> Visitor<T> for Check<'_, Which> {
 }
 
 impl Check<'_, Which> {
-    fn restriction<T, P, R, L, F, const N: usize, const D: usize>(
+    fn restriction<T, P, const N: usize, const D: usize>(
         &self,
-        system: &System<T, N, D, R, L, F>,
-        doubled: &mut Doubled<T, P, &R, N, D>,
+        system: &System<T, N, D>,
+        doubled: &mut Doubled<T, P, &AnyRetraction<T, N, D>, N, D>,
     ) -> Result<Measured, StepError>
     where
         T: Real,
         P: DoubledLagrangian<T, N, D>,
-        R: Retraction<T, N, D>,
-        L: Lagrangian<T, N>,
-        F: Force<T, N>,
     {
         let floor = 512.0 * (system.tableau.stages() * N) as f64;
         let mut unit = DoubledState::unit(system.state.time, system.state.momentum);
@@ -143,17 +136,14 @@ impl Check<'_, Which> {
     }
 
     /// At stage values that need not solve the equations: the identity holds there too.
-    fn splitting<T, P, R, L, F, const N: usize, const D: usize>(
+    fn splitting<T, P, const N: usize, const D: usize>(
         &self,
-        system: &System<T, N, D, R, L, F>,
-        doubled: &mut Doubled<T, P, &R, N, D>,
+        system: &System<T, N, D>,
+        doubled: &mut Doubled<T, P, &AnyRetraction<T, N, D>, N, D>,
     ) -> Result<Measured, StepError>
     where
         T: Real,
         P: DoubledLagrangian<T, N, D>,
-        R: Retraction<T, N, D>,
-        L: Lagrangian<T, N>,
-        F: Force<T, N>,
     {
         let (start, h) = (&system.state, system.step);
         let legendre = |source| StepError::Legendre { step: h.to_f64(), source };
@@ -170,18 +160,15 @@ impl Check<'_, Which> {
         Ok(split(&both, &restricted))
     }
 
-    fn momentum_map<T, P, R, L, F, const N: usize, const D: usize>(
+    fn momentum_map<T, P, const N: usize, const D: usize>(
         &self,
-        system: &System<T, N, D, R, L, F>,
+        system: &System<T, N, D>,
         lagrangian: &P,
-        doubled: &mut Doubled<T, P, &R, N, D>,
+        doubled: &mut Doubled<T, P, &AnyRetraction<T, N, D>, N, D>,
     ) -> Result<Measured, StepError>
     where
         T: Real,
         P: DoubledLagrangian<T, N, D>,
-        R: Retraction<T, N, D>,
-        L: Lagrangian<T, N>,
-        F: Force<T, N>,
     {
         let Some(group) = &system.group else {
             return Ok(Measured::NotApplicable("the algebra has no group".into()));

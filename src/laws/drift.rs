@@ -24,9 +24,9 @@ use crate::harness::evidence;
 use crate::harness::{About, Cost, Fault, Verdict};
 use crate::integrators::{OneStep, State, StepError};
 use crate::laws::unbuilt;
+use crate::mechanics::Lagrangian;
 use crate::mechanics::configuration::Configuration;
-use crate::mechanics::{Force, Lagrangian};
-use crate::retraction::Retraction;
+use crate::mechanics::lagrangian::AnyLagrangian;
 use crate::system::{Cases, System, Visitor};
 use crate::tableau::Family;
 use crate::tableau::random::TableauKind;
@@ -98,19 +98,13 @@ impl Visitor<f64> for Drift<'_> {
 
     const KNOWS_CONFIGURATION: bool = true;
 
-    fn visit<const N: usize, const D: usize, R: Retraction<f64, N, D>, L: Lagrangian<f64, N>, F: Force<f64, N>>(
-        self,
-        system: System<f64, N, D, R, L, F>,
-    ) -> Verdict {
+    fn visit<const N: usize, const D: usize>(self, system: System<f64, N, D>) -> Verdict {
         self.judge(&system).unwrap_or_else(|error| alone(16, refused(&error)))
     }
 }
 
 impl Drift<'_> {
-    fn judge<const N: usize, const D: usize, R: Retraction<f64, N, D>, L: Lagrangian<f64, N>, F: Force<f64, N>>(
-        &self,
-        system: &System<f64, N, D, R, L, F>,
-    ) -> Result<Verdict, StepError> {
+    fn judge<const N: usize, const D: usize>(&self, system: &System<f64, N, D>) -> Result<Verdict, StepError> {
         let Some(fastest) = fastest(system) else {
             return Ok(Verdict::not_applicable("the level sets of the energy are not known to be compact"));
         };
@@ -145,9 +139,7 @@ fn slope(before: f64, after: f64) -> f64 {
 }
 
 /// A bound of ‖ad_η‖ on all motions of the energy that the case has; none where the group is not one of rotations.
-fn fastest<const N: usize, const D: usize, R, L: Lagrangian<f64, N>, F>(
-    system: &System<f64, N, D, R, L, F>,
-) -> Option<f64> {
+fn fastest<const N: usize, const D: usize>(system: &System<f64, N, D>) -> Option<f64> {
     let (group, state) = (system.group.as_ref()?, &system.state);
     let mut turning = 0.0_f64;
     for a in 0..system.dimension {
@@ -173,9 +165,9 @@ fn fastest<const N: usize, const D: usize, R, L: Lagrangian<f64, N>, F>(
 const DEEPEST: f64 = 3.0;
 
 /// A run, and the errors of its energy.
-struct Run<'a, const N: usize, const D: usize, R: Retraction<f64, N, D>, L: Lagrangian<f64, N>, F: Force<f64, N>> {
-    method: TestedMethod<'a, f64, N, D, R, L, F>,
-    lagrangian: &'a L,
+struct Run<'a, const N: usize, const D: usize> {
+    method: TestedMethod<'a, f64, N, D>,
+    lagrangian: &'a AnyLagrangian<f64, N>,
     state: State<f64, N, D>,
     eta: Vector<f64, N>,
     h: f64,
@@ -184,10 +176,8 @@ struct Run<'a, const N: usize, const D: usize, R: Retraction<f64, N, D>, L: Lagr
     errors: Vec<f64>,
 }
 
-impl<'a, const N: usize, const D: usize, R: Retraction<f64, N, D>, L: Lagrangian<f64, N>, F: Force<f64, N>>
-    Run<'a, N, D, R, L, F>
-{
-    fn new(system: &'a System<f64, N, D, R, L, F>, fault: Option<&Fault>, h: f64) -> Self {
+impl<'a, const N: usize, const D: usize> Run<'a, N, D> {
+    fn new(system: &'a System<f64, N, D>, fault: Option<&Fault>, h: f64) -> Self {
         Self {
             method: subject(system, fault),
             lagrangian: &system.lagrangian,

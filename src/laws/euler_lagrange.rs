@@ -12,7 +12,9 @@ use crate::harness::{About, Cost, Fault, Verdict, evidence};
 use crate::laws::unbuilt;
 use crate::mechanics::doubled::{DoubledLagrangian, Forced, VelocityError};
 use crate::mechanics::equations::EulerPoincare;
-use crate::mechanics::{Force, Lagrangian, LegendreError};
+use crate::mechanics::force::AnyForce;
+use crate::mechanics::lagrangian::AnyLagrangian;
+use crate::mechanics::{Lagrangian, LegendreError};
 use crate::retraction::{Retraction, RetractionError};
 use crate::scalar::{Dual, Real, Scalar, max_abs};
 use crate::system::{System, Visitor};
@@ -112,10 +114,7 @@ enum Which {
 impl<T: Real> Visitor<T> for Check<'_, Which> {
     type Output = Measured;
 
-    fn visit<const N: usize, const D: usize, R: Retraction<T, N, D>, L: Lagrangian<T, N>, F: Force<T, N>>(
-        self,
-        system: System<T, N, D, R, L, F>,
-    ) -> Measured {
+    fn visit<const N: usize, const D: usize>(self, system: System<T, N, D>) -> Measured {
         let Some(group) = &system.group else {
             return Measured::NotApplicable("the algebra has no group".into());
         };
@@ -164,16 +163,9 @@ fn velocity<T: Real, const N: usize, const D: usize>(
 }
 
 impl Check<'_, Which> {
-    fn first_variation<
-        T: Real,
-        const N: usize,
-        const D: usize,
-        R: Retraction<T, N, D>,
-        L: Lagrangian<T, N>,
-        F: Force<T, N>,
-    >(
+    fn first_variation<T: Real, const N: usize, const D: usize>(
         &self,
-        system: &System<T, N, D, R, L, F>,
+        system: &System<T, N, D>,
         group: &MatrixGroup<T, N, D>,
         doubled: &impl DoubledLagrangian<T, N, D>,
         probe: &mut Probe,
@@ -227,24 +219,19 @@ impl Check<'_, Which> {
         let p = doubled.partials(time, &eta0, &u0, &psi0)?;
         let forces = turning(&system.algebra, &eta0, &p.eta) + turning(&system.algebra, &psi0, &p.psi);
         let size = varied.abs() + boundary.eps.eps.abs() + forces + p.left.amax() + p.right.amax();
-        Ok(Measured::defect(defect.abs(), size * u0.amax().max(T::one()), 256.0 * N as f64, || {
+        Ok(Measured::defect(defect.abs(), size * u0.amax().max(T::one()), 256.0 * system.dimension as f64, || {
             let [varied, boundary] = [varied, boundary.eps.eps].map(Scalar::to_f64);
             format!("δl = {varied:e}, −⟨residual, φσ⟩ = {:e}, boundary {boundary:e}", -(work * phi).to_f64())
         }))
     }
 
-    fn units<T, const N: usize, const D: usize, R, L, F, Q>(
+    fn units<T, const N: usize, const D: usize, Q>(
         &self,
-        system: &System<T, N, D, R, L, F>,
-        planted: &PlantedForced<'_, &L, &F, Q>,
+        system: &System<T, N, D>,
+        planted: &PlantedForced<'_, &AnyLagrangian<T, N>, &AnyForce<T, N>, Q>,
     ) -> Result<Measured, VelocityError>
     where
         T: Real,
-        R: Retraction<T, N, D>,
-        L: Lagrangian<T, N>,
-        F: Force<T, N>,
-        L: Lagrangian<T, N>,
-        F: Force<T, N>,
         Q: Retraction<T, N, D>,
     {
         let (time, algebra) = (system.state.time, &system.algebra);
@@ -258,7 +245,7 @@ impl Check<'_, Which> {
         let left = residual(planted, algebra, time, &eta, &unit, &eta, (&eta_rate, &eta_rate), self.fault)?;
         let right = rates(planted, algebra, time, &eta, &unit, &eta, self.fault)?;
         let size = turning(algebra, &eta, &system.state.momentum) + found.force.amax();
-        let floor = 256.0 * N as f64;
+        let floor = 256.0 * system.dimension as f64;
         let equations = Measured::defect(left.0.amax().max(left.1.amax()), size, floor, || {
             format!("the equations leave {:e} and {:e}", left.0.amax().to_f64(), left.1.amax().to_f64())
         });
@@ -305,9 +292,9 @@ impl<T: Real, const N: usize, const D: usize> DoubledLagrangian<T, N, D> for Odd
 }
 
 impl Check<'_, Which> {
-    fn odd<T: Real, R, L, F, const N: usize, const D: usize>(
+    fn odd<T: Real, const N: usize, const D: usize>(
         &self,
-        system: &System<T, N, D, R, L, F>,
+        system: &System<T, N, D>,
         polynomial: &Polynomial<'_, T, N, D>,
         probe: &mut Probe,
     ) -> Result<Measured, VelocityError> {
@@ -317,7 +304,7 @@ impl Check<'_, Which> {
         let (first, second) = residual(&odd, algebra, time, &eta, &unit, &eta, (&turn, &turn), self.fault)?;
         let p = odd.partials(time, &eta, &unit, &eta)?;
         let size = turning(algebra, &eta, &p.eta) + p.left.amax() + p.right.amax() + max_abs(&(first - second));
-        let floor = 8.0 * N as f64;
+        let floor = 8.0 * system.dimension as f64;
         let equations = Measured::defect((first + second).amax(), size, floor, || {
             format!("the two equations differ by {:e}", (first + second).amax().to_f64())
         });
@@ -341,10 +328,7 @@ type Point<const N: usize, const D: usize> = (Vector<f64, N>, Matrix<f64, D>, Ve
 impl Visitor<f64> for Stationary<'_> {
     type Output = Verdict;
 
-    fn visit<const N: usize, const D: usize, R: Retraction<f64, N, D>, L: Lagrangian<f64, N>, F: Force<f64, N>>(
-        self,
-        system: System<f64, N, D, R, L, F>,
-    ) -> Verdict {
+    fn visit<const N: usize, const D: usize>(self, system: System<f64, N, D>) -> Verdict {
         let Some(group) = &system.group else {
             return Verdict::not_applicable("the algebra has no group");
         };
@@ -367,9 +351,9 @@ impl Visitor<f64> for Stationary<'_> {
 const MOST_STEPS: usize = 32;
 
 impl Stationary<'_> {
-    fn judge<const N: usize, const D: usize, R: Retraction<f64, N, D>, L: Lagrangian<f64, N>, F: Force<f64, N>>(
+    fn judge<const N: usize, const D: usize>(
         &self,
-        system: &System<f64, N, D, R, L, F>,
+        system: &System<f64, N, D>,
         group: &MatrixGroup<f64, N, D>,
         doubled: &impl DoubledLagrangian<f64, N, D>,
         probe: &mut Probe,
@@ -413,7 +397,7 @@ impl Stationary<'_> {
         let (fine, bound) = loop {
             let [(s1, _), (s2, _), (s3, size)] = derivatives;
             let (coarse, fine) = (richardson(s1, s2), richardson(s2, s3));
-            let bound = (fine - coarse).abs() / 8.0 + 1024.0 * N as f64 * f64::EPSILON * size;
+            let bound = (fine - coarse).abs() / 8.0 + 1024.0 * system.dimension as f64 * f64::EPSILON * size;
             if fine.abs() <= bound || steps == MOST_STEPS {
                 break (fine, bound);
             }

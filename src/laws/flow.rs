@@ -16,7 +16,6 @@ use crate::integrators::{OneStep, State, StepError};
 use crate::laws::unbuilt;
 use crate::mechanics::equations::EulerPoincare;
 use crate::mechanics::{Force, Lagrangian, LegendreError};
-use crate::retraction::Retraction;
 use crate::scalar::{Dd, Dual, Number, Real, Scalar, max_abs};
 use crate::system::case::Force as Term;
 use crate::system::{Case, System, Visitor};
@@ -102,10 +101,7 @@ struct Free<'a> {
 impl<T: Real> Visitor<T> for Free<'_> {
     type Output = Measured;
 
-    fn visit<const N: usize, const D: usize, R: Retraction<T, N, D>, L: Lagrangian<T, N>, F: Force<T, N>>(
-        self,
-        system: System<T, N, D, R, L, F>,
-    ) -> Measured {
+    fn visit<const N: usize, const D: usize>(self, system: System<T, N, D>) -> Measured {
         self.judge(&system).unwrap_or_else(|error| lost(&error))
     }
 }
@@ -119,10 +115,7 @@ fn poisson<T: Real, const N: usize>(algebra: &LieAlgebra<T, N>, mu: &Covector<T,
 }
 
 impl Free<'_> {
-    fn judge<T: Real, const N: usize, const D: usize, R, L: Lagrangian<T, N>, F: Force<T, N>>(
-        &self,
-        system: &System<T, N, D, R, L, F>,
-    ) -> Result<Measured, ExactError> {
+    fn judge<T: Real, const N: usize, const D: usize>(&self, system: &System<T, N, D>) -> Result<Measured, ExactError> {
         let flow = EulerPoincare::new(system.algebra.clone(), &system.lagrangian, &system.force);
         let (start, group) = (&system.state, system.group.as_ref());
         let momentum = |y: &[T]| Covector::<T, N>::from_fn(|_, a| y[a]);
@@ -154,7 +147,7 @@ impl Free<'_> {
             collocate(&gauss, start.time + h * T::int(part), h, &mut y, None, &mut rate)?;
         }
         let (mu, j, g) = (momentum(&y), jacobian(&y), attitude(&y));
-        let floor = 64.0 * N as f64;
+        let floor = 64.0 * system.dimension as f64;
         let (before, after) = (poisson(&system.algebra, &start.momentum), poisson(&system.algebra, &mu));
         let defect = max_abs(&(j * before.0 * j.transpose() - after.0));
         let stretch = j.amax().max(T::one());
@@ -244,10 +237,7 @@ struct Solution<'a> {
 impl Visitor<Dd> for Solution<'_> {
     type Output = Measured;
 
-    fn visit<const N: usize, const D: usize, R: Retraction<Dd, N, D>, L: Lagrangian<Dd, N>, F: Force<Dd, N>>(
-        self,
-        system: System<Dd, N, D, R, L, F>,
-    ) -> Measured {
+    fn visit<const N: usize, const D: usize>(self, system: System<Dd, N, D>) -> Measured {
         match strengths::<Dd>(self.forces) {
             Ok(strengths) => self.judge(&system, strengths).unwrap_or_else(|error| lost(&error)),
             Err(why) => Measured::Broken(why),
@@ -256,9 +246,9 @@ impl Visitor<Dd> for Solution<'_> {
 }
 
 impl Solution<'_> {
-    fn judge<const N: usize, const D: usize, R, L: Lagrangian<Dd, N>, F: Force<Dd, N>>(
+    fn judge<const N: usize, const D: usize>(
         &self,
-        system: &System<Dd, N, D, R, L, F>,
+        system: &System<Dd, N, D>,
         strengths: (Dd, Dd),
     ) -> Result<Measured, ExactError> {
         let flow = EulerPoincare::new(system.algebra.clone(), &system.lagrangian, &system.force);
@@ -291,7 +281,7 @@ impl Solution<'_> {
             let (coarse, _) = left(1)?;
             let (fine, end) = left(2)?;
             for (k, (coarse, fine)) in coarse.iter().zip(&fine).enumerate() {
-                let rounding = begin[k].1 * Dd::unit_roundoff() * Dd::int(256 * N as i64);
+                let rounding = begin[k].1 * Dd::unit_roundoff() * Dd::int(256 * system.dimension as i64);
                 found = found.and(Measured::within(fine.abs(), (*coarse - *fine).abs() + rounding, || {
                     format!("{} is off its integral by {:e} in step {}", name(k), fine.to_f64(), step + 1)
                 }));
@@ -309,10 +299,7 @@ struct Run<'a> {
 impl Visitor<f64> for Run<'_> {
     type Output = Verdict;
 
-    fn visit<const N: usize, const D: usize, R: Retraction<f64, N, D>, L: Lagrangian<f64, N>, F: Force<f64, N>>(
-        self,
-        system: System<f64, N, D, R, L, F>,
-    ) -> Verdict {
+    fn visit<const N: usize, const D: usize>(self, system: System<f64, N, D>) -> Verdict {
         let strengths = match strengths::<f64>(self.forces) {
             Ok(strengths) => strengths,
             Err(why) => return Verdict::broken(why),
@@ -331,9 +318,9 @@ const HALF: f64 = 0.5;
 const CLEAR: f64 = 8.0;
 
 impl Run<'_> {
-    fn judge<const N: usize, const D: usize, R: Retraction<f64, N, D>, L: Lagrangian<f64, N>, F: Force<f64, N>>(
+    fn judge<const N: usize, const D: usize>(
         &self,
-        system: &System<f64, N, D, R, L, F>,
+        system: &System<f64, N, D>,
         strengths: (f64, f64),
     ) -> Result<Verdict, StepError> {
         let flow = EulerPoincare::new(system.algebra.clone(), &system.lagrangian, &system.force);

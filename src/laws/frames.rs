@@ -17,7 +17,6 @@ use crate::laws::unbuilt;
 use crate::mechanics::configuration::{Configuration, ForceOnGroup, InSpace};
 use crate::mechanics::equations::EulerPoincare;
 use crate::mechanics::{Force, Lagrangian};
-use crate::retraction::Retraction;
 use crate::scalar::{Dd, Dual, Real, Scalar, max_abs};
 use crate::system::case::{Potential, Structure, Tau};
 use crate::system::{Case, System, Visitor};
@@ -92,10 +91,7 @@ impl<T: Real> Visitor<T> for SpaceForm<'_> {
 
     const KNOWS_CONFIGURATION: bool = true;
 
-    fn visit<const N: usize, const D: usize, R: Retraction<T, N, D>, L: Lagrangian<T, N>, F: Force<T, N>>(
-        self,
-        system: System<T, N, D, R, L, F>,
-    ) -> Measured {
+    fn visit<const N: usize, const D: usize>(self, system: System<T, N, D>) -> Measured {
         let (l, f) = (&system.lagrangian, &system.force);
         let Some(group) = &system.group else {
             return Measured::NotApplicable("the algebra has no group".into());
@@ -130,7 +126,7 @@ impl<T: Real> Visitor<T> for SpaceForm<'_> {
         let Some(spatial) = spatial else {
             return Measured::NotApplicable("the attitude is singular to working precision".into());
         };
-        let floor = 256.0 * N as f64;
+        let floor = 256.0 * system.dimension as f64;
         let equal = |what: &str, found: &Covector<T, N>, expected: &Covector<T, N>, size: T| {
             let off = max_abs(&(found - expected));
             Measured::defect(off, size.max(T::exact(f64::MIN_POSITIVE)), floor, || {
@@ -141,7 +137,7 @@ impl<T: Real> Visitor<T> for SpaceForm<'_> {
         let pushed = rates.force * (back * (T::one() - inverted) + adjoint * inverted);
         let terms =
             (rate.amax() + mu.amax() * (system.algebra.ad(&rates.velocity).amax() + turning.amax())) * back.amax();
-        let size = terms * condition * T::int(N as i64);
+        let size = terms * condition * T::int(system.dimension as i64);
         let form = equal("π̇ − Ad*_{g⁻¹} (f + ∂_gL)", &found, &pushed, size.max(pushed.amax()));
         // A force that is given in space.
         let given =
@@ -149,7 +145,7 @@ impl<T: Real> Visitor<T> for SpaceForm<'_> {
         let in_body: Covector<T, N> = InSpace::new(&given, group.clone()).force_at(t, here, &eta);
         let there: Covector<T, N> = (&given).force(t, &g, &(adjoint * eta));
         let in_space = in_body * back * (T::one() - untouched) + in_body * untouched;
-        let size = (in_body.amax() * back.amax() + there.amax()) * condition * T::int(N as i64);
+        let size = (in_body.amax() * back.amax() + there.amax()) * condition * T::int(system.dimension as i64);
         form.and(equal("Ad*_{g⁻¹} f − f_s", &in_space, &there, size))
     }
 }
@@ -228,10 +224,7 @@ struct Reduced<'a> {
 impl Visitor<Dd> for Reduced<'_> {
     type Output = Measured;
 
-    fn visit<const N: usize, const D: usize, R: Retraction<Dd, N, D>, L: Lagrangian<Dd, N>, F: Force<Dd, N>>(
-        self,
-        system: System<Dd, N, D, R, L, F>,
-    ) -> Measured {
+    fn visit<const N: usize, const D: usize>(self, system: System<Dd, N, D>) -> Measured {
         let Some(group) = &system.group else {
             return Measured::NotApplicable("the algebra has no group".into());
         };

@@ -12,10 +12,12 @@ use crate::groupoid::{Arrow, Differential, poisson_bivector};
 use crate::harness::{About, Cost, Fault};
 use crate::mechanics::doubled::VelocityError;
 use crate::mechanics::equations::EulerPoincare;
+use crate::mechanics::force::AnyForce;
 use crate::mechanics::forced_hamiltonian::ForcedHamiltonian;
 use crate::mechanics::hamiltonian::{
     DoubledHamiltonian, HamiltonRates, MomentumPartials, hamiltonian_legendre_jacobian, hamiltonian_momenta,
 };
+use crate::mechanics::lagrangian::AnyLagrangian;
 use crate::mechanics::{Force, Lagrangian};
 use crate::retraction::Retraction;
 use crate::scalar::{Dual, Real, larger, max_abs};
@@ -139,10 +141,7 @@ struct Point<T: Real, const N: usize, const D: usize> {
 impl<T: Real> Visitor<T> for Check<'_, Which> {
     type Output = Measured;
 
-    fn visit<const N: usize, const D: usize, R: Retraction<T, N, D>, L: Lagrangian<T, N>, F: Force<T, N>>(
-        self,
-        system: System<T, N, D, R, L, F>,
-    ) -> Measured {
+    fn visit<const N: usize, const D: usize>(self, system: System<T, N, D>) -> Measured {
         let Some(group) = &system.group else {
             return Measured::NotApplicable("the algebra has no group".into());
         };
@@ -213,16 +212,9 @@ impl Check<'_, Which> {
         }))
     }
 
-    fn conserved<
-        T: Real,
-        const N: usize,
-        const D: usize,
-        R: Retraction<T, N, D>,
-        L: Lagrangian<T, N>,
-        F: Force<T, N>,
-    >(
+    fn conserved<T: Real, const N: usize, const D: usize>(
         &self,
-        system: &System<T, N, D, R, L, F>,
+        system: &System<T, N, D>,
         h: &impl DoubledHamiltonian<T, N, D>,
         p: &Point<T, N, D>,
     ) -> Result<Measured, VelocityError> {
@@ -272,19 +264,14 @@ impl Check<'_, Which> {
         Ok(left.and(side("dh_f with R*_U ∂h_f/∂U", (ends + mine.right * xi)[0], hat * p.u)?))
     }
 
-    fn units<T, R, L, F, Q, const N: usize, const D: usize>(
+    fn units<T, Q, const N: usize, const D: usize>(
         &self,
-        system: &System<T, N, D, R, L, F>,
-        planted: &PlantedHamiltonian<'_, &L, &F, Q>,
+        system: &System<T, N, D>,
+        planted: &PlantedHamiltonian<'_, &AnyLagrangian<T, N>, &AnyForce<T, N>, Q>,
         p: &Point<T, N, D>,
     ) -> Result<Measured, VelocityError>
     where
         T: Real,
-        R: Retraction<T, N, D>,
-        L: Lagrangian<T, N>,
-        F: Force<T, N>,
-        L: Lagrangian<T, N>,
-        F: Force<T, N>,
         Q: Retraction<T, N, D>,
     {
         let flow = EulerPoincare::new(system.algebra.clone(), &system.lagrangian, &system.force);
@@ -308,24 +295,19 @@ impl Check<'_, Which> {
         Ok(tangent.and(inverse).and(forms))
     }
 
-    fn regularity<T, R, L, F, Q, const N: usize, const D: usize>(
+    fn regularity<T, Q, const N: usize, const D: usize>(
         &self,
-        system: &System<T, N, D, R, L, F>,
-        h: &ForcedHamiltonian<&L, &F, Q>,
+        system: &System<T, N, D>,
+        h: &ForcedHamiltonian<&AnyLagrangian<T, N>, &AnyForce<T, N>, Q>,
         p: &Point<T, N, D>,
         mut x: Vector<T, N>,
     ) -> Result<Measured, VelocityError>
     where
         T: Real,
-        R: Retraction<T, N, D>,
-        L: Lagrangian<T, N>,
-        F: Force<T, N>,
-        L: Lagrangian<T, N>,
-        F: Force<T, N>,
         Q: Retraction<T, N, D>,
     {
         let unit = Matrix::identity();
-        let floor = 16.0 * 1024.0 * N as f64;
+        let floor = 16.0 * 1024.0 * system.dimension as f64;
         let eta = system.lagrangian.velocity(&p.mu, &Vector::zeros())?;
         let hessian = system.lagrangian.hessian(&eta);
         let Some(inverse) = elimination::inverse(&hessian) else {
@@ -345,7 +327,7 @@ impl Check<'_, Which> {
         });
 
         let at_e = jacobian(&p.lambda, &unit)?;
-        let scale = at_e.clone().try_inverse().map_or(T::zero(), |m| m.amax()) * T::int(32 * N as i64);
+        let scale = at_e.clone().try_inverse().map_or(T::zero(), |m| m.amax()) * T::int(32 * system.dimension as i64);
         let mut u = p.u;
         loop {
             let change = max_abs(&(jacobian(&p.lambda, &u)? - &at_e)) * scale;

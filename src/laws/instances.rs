@@ -9,7 +9,6 @@ use crate::groupoid::{
     ManifoldPair, PrincipalBundle, ProductBundle, Singleton, SphereFrames, TrivialGroupoid,
 };
 use crate::harness::Fault;
-use crate::mechanics::{Force, Lagrangian};
 use crate::retraction::{CayleySo3, Retraction, RetractionError};
 use crate::scalar::{Dual, Real, Scalar};
 use crate::system::{System, Visitor};
@@ -311,10 +310,7 @@ pub struct Check<'a, Q> {
 impl<T: Real, Q: Inquiry> Visitor<T> for Check<'_, Q> {
     type Output = Measured;
 
-    fn visit<const N: usize, const D: usize, R: Retraction<T, N, D>, L: Lagrangian<T, N>, F: Force<T, N>>(
-        self,
-        system: System<T, N, D, R, L, F>,
-    ) -> Measured {
+    fn visit<const N: usize, const D: usize>(self, system: System<T, N, D>) -> Measured {
         let mut probe = Probe::new(self.case, stream::GROUPOID);
         let Some(group) = &system.group else {
             return Measured::NotApplicable("the algebra has no group".into());

@@ -16,8 +16,10 @@ use crate::group::LieGroup;
 use crate::harness::{About, Cost, Fault};
 use crate::integrators::{OneStep, Report, State, StepError, Variational};
 use crate::mechanics::configuration::Configuration;
+use crate::mechanics::force::AnyForce;
+use crate::mechanics::lagrangian::AnyLagrangian;
 use crate::mechanics::{Force, Lagrangian};
-use crate::retraction::Retraction;
+use crate::retraction::{AnyRetraction, Retraction};
 use crate::scalar::{Real, larger};
 use crate::system::{System, Visitor};
 
@@ -145,20 +147,19 @@ pub const fn laws<S: Source>() -> &'static [CaseLaw<S>] {
 }
 
 /// The step under test: the library's, with what the plain one makes of a fault blended in.
-pub(super) struct TestedMethod<'a, T: Real, const N: usize, const D: usize, R, L, F> {
-    library: Library<'a, T, N, D, R, L, F>,
-    planted: Option<(Plain<'a, T, N, D, R, L, F>, f64)>,
+pub(super) struct TestedMethod<'a, T: Real, const N: usize, const D: usize> {
+    library: Library<'a, T, N, D>,
+    planted: Option<(Plain<'a, T, N, D>, f64)>,
 }
 
-type Library<'a, T, const N: usize, const D: usize, R, L, F> = Variational<T, N, D, &'a L, &'a F, &'a R>;
-type Plain<'a, T, const N: usize, const D: usize, R, L, F> = PlantedStep<T, N, D, &'a L, &'a F, &'a R>;
+type Library<'a, T, const N: usize, const D: usize> =
+    Variational<T, N, D, &'a AnyLagrangian<T, N>, &'a AnyForce<T, N>, &'a AnyRetraction<T, N, D>>;
+type Plain<'a, T, const N: usize, const D: usize> =
+    PlantedStep<T, N, D, &'a AnyLagrangian<T, N>, &'a AnyForce<T, N>, &'a AnyRetraction<T, N, D>>;
 
-impl<T, const N: usize, const D: usize, R, L, F> TestedMethod<'_, T, N, D, R, L, F>
+impl<T, const N: usize, const D: usize> TestedMethod<'_, T, N, D>
 where
     T: Real,
-    R: Retraction<T, N, D>,
-    L: Lagrangian<T, N>,
-    F: Force<T, N>,
 {
     /// η_i of the last step.
     pub(super) fn stage_velocities(&self) -> Vec<Vector<T, N>> {
@@ -181,12 +182,9 @@ where
     }
 }
 
-impl<T, const N: usize, const D: usize, R, L, F> OneStep<T, N, D> for TestedMethod<'_, T, N, D, R, L, F>
+impl<T, const N: usize, const D: usize> OneStep<T, N, D> for TestedMethod<'_, T, N, D>
 where
     T: Real,
-    R: Retraction<T, N, D>,
-    L: Lagrangian<T, N>,
-    F: Force<T, N>,
 {
     fn step(&mut self, state: &mut State<T, N, D>, h: T) -> Result<Report<T>, StepError> {
         let Some((planted, size)) = &mut self.planted else { return self.library.step(state, h) };
@@ -203,18 +201,10 @@ where
 }
 
 /// The integrator of a system, with the fault planted in it if it is one of [`step::ALL`], or in its tableau.
-pub(super) fn subject<
-    'a,
-    T: Real,
-    const N: usize,
-    const D: usize,
-    R: Retraction<T, N, D>,
-    L: Lagrangian<T, N>,
-    F: Force<T, N>,
->(
-    system: &'a System<T, N, D, R, L, F>,
+pub(super) fn subject<'a, T: Real, const N: usize, const D: usize>(
+    system: &'a System<T, N, D>,
     fault: Option<&Fault>,
-) -> TestedMethod<'a, T, N, D, R, L, F> {
+) -> TestedMethod<'a, T, N, D> {
     let planted = fault.and_then(|fault| Some((fault.size, step::ALL.iter().find(|(f, _)| f.name == fault.name)?.1)));
     let (l, f, r) = (&system.lagrangian, &system.force, &system.retraction);
     TestedMethod {
@@ -289,10 +279,7 @@ impl<T: Real> Visitor<T> for PlainStep<'_> {
 
     const KNOWS_CONFIGURATION: bool = true;
 
-    fn visit<const N: usize, const D: usize, R: Retraction<T, N, D>, L: Lagrangian<T, N>, F: Force<T, N>>(
-        self,
-        system: System<T, N, D, R, L, F>,
-    ) -> Measured {
+    fn visit<const N: usize, const D: usize>(self, system: System<T, N, D>) -> Measured {
         let (l, f, r) = (&system.lagrangian, &system.force, &system.retraction);
         let mut oracle = PlantedStep::new(l, f, r, system.tableau.clone(), None);
         let (mut mine, mut theirs) = (system.state.clone(), system.state.clone());
@@ -315,10 +302,7 @@ impl<T: Real> Visitor<T> for Noether<'_> {
 
     const KNOWS_CONFIGURATION: bool = true;
 
-    fn visit<const N: usize, const D: usize, R: Retraction<T, N, D>, L: Lagrangian<T, N>, F: Force<T, N>>(
-        self,
-        system: System<T, N, D, R, L, F>,
-    ) -> Measured {
+    fn visit<const N: usize, const D: usize>(self, system: System<T, N, D>) -> Measured {
         let Some(group) = &system.group else {
             return Measured::NotApplicable("the algebra has no group".into());
         };
@@ -387,10 +371,7 @@ const FREE_STEPS: usize = 3;
 impl<T: Real> Visitor<T> for Free<'_> {
     type Output = Measured;
 
-    fn visit<const N: usize, const D: usize, R: Retraction<T, N, D>, L: Lagrangian<T, N>, F: Force<T, N>>(
-        self,
-        system: System<T, N, D, R, L, F>,
-    ) -> Measured {
+    fn visit<const N: usize, const D: usize>(self, system: System<T, N, D>) -> Measured {
         match (self.which, &system.group) {
             (FreeLaw::Casimirs, _) if system.casimirs.is_empty() => {
                 return Measured::NotApplicable("no Casimir of the algebra is known".into());
@@ -405,7 +386,7 @@ impl<T: Real> Visitor<T> for Free<'_> {
                 return refused(&error);
             }
         }
-        let floor = 32.0 * (N * N * FREE_STEPS) as f64;
+        let floor = 32.0 * (system.dimension * system.dimension * FREE_STEPS) as f64;
         let start = &system.state;
         match (self.which, &system.group) {
             (FreeLaw::Orbit, Some(group)) => orbit(group, start, &state, floor),
@@ -462,10 +443,7 @@ struct PoissonMap<'a> {
 impl<T: Real> Visitor<T> for PoissonMap<'_> {
     type Output = Measured;
 
-    fn visit<const N: usize, const D: usize, R: Retraction<T, N, D>, L: Lagrangian<T, N>, F: Force<T, N>>(
-        self,
-        system: System<T, N, D, R, L, F>,
-    ) -> Measured {
+    fn visit<const N: usize, const D: usize>(self, system: System<T, N, D>) -> Measured {
         let mut method = subject(&system, self.fault);
         let mut image = |mu: &Covector<T, N>| {
             let mut state = State { momentum: *mu, ..system.state.clone() };

@@ -7,7 +7,6 @@ use super::subjects::*;
 use super::{CaseLaw, Source};
 use crate::algebra::{Matrix, Vector, elimination, pair};
 use crate::harness::{About, Cost};
-use crate::mechanics::Force;
 use crate::mechanics::Lagrangian;
 use crate::mechanics::doubled::{DoubledLagrangian, Forced, VelocityError};
 use crate::mechanics::hamiltonian::{DoubledHamiltonian, LegendreHamiltonian, modified_pairing};
@@ -104,10 +103,7 @@ struct Point<T: Real, const N: usize, const D: usize> {
 impl<T: Real> Visitor<T> for Check<'_, Which> {
     type Output = Measured;
 
-    fn visit<const N: usize, const D: usize, R: Retraction<T, N, D>, L: Lagrangian<T, N>, F: Force<T, N>>(
-        self,
-        system: System<T, N, D, R, L, F>,
-    ) -> Measured {
+    fn visit<const N: usize, const D: usize>(self, system: System<T, N, D>) -> Measured {
         let Some(group) = &system.group else {
             return Measured::NotApplicable("the algebra has no group".into());
         };
@@ -124,9 +120,9 @@ impl<T: Real> Visitor<T> for Check<'_, Which> {
 }
 
 impl Check<'_, Which> {
-    fn judge<T: Real, const N: usize, const D: usize, R: Retraction<T, N, D>, L: Lagrangian<T, N>, F: Force<T, N>>(
+    fn judge<T: Real, const N: usize, const D: usize>(
         &self,
-        system: &System<T, N, D, R, L, F>,
+        system: &System<T, N, D>,
         doubled: &impl DoubledLagrangian<T, N, D>,
         point: &Point<T, N, D>,
         probe: &mut Probe,
@@ -164,16 +160,9 @@ impl Check<'_, Which> {
         })))
     }
 
-    fn intertwines<
-        T: Real,
-        const N: usize,
-        const D: usize,
-        R: Retraction<T, N, D>,
-        L: Lagrangian<T, N>,
-        F: Force<T, N>,
-    >(
+    fn intertwines<T: Real, const N: usize, const D: usize>(
         &self,
-        system: &System<T, N, D, R, L, F>,
+        system: &System<T, N, D>,
         doubled: &impl DoubledLagrangian<T, N, D>,
         p: &Point<T, N, D>,
     ) -> Result<Measured, VelocityError> {
@@ -195,7 +184,7 @@ impl Check<'_, Which> {
             + field.lambda.amax()
             + field.mu.amax()
             + hessian * (found.eta.amax() + found.psi.amax());
-        let floor = 1024.0 * N as f64;
+        let floor = 1024.0 * system.dimension as f64;
         let near = |what: &'static str, off: T, size: T| Measured::defect(off, size, floor, || what.into());
         let arrow = p.u.amax() * (p.eta.amax() + p.psi.amax());
         Ok(near("λ̇", max_abs(&(lambda.map(rate) - field.lambda)), size)
@@ -240,8 +229,8 @@ impl Check<'_, Which> {
 }
 
 /// A point with velocities about those of the case, off the units.
-fn anywhere<T: Real, const N: usize, const D: usize, R: Retraction<T, N, D>, L: Lagrangian<T, N>, F: Force<T, N>>(
-    system: &System<T, N, D, R, L, F>,
+fn anywhere<T: Real, const N: usize, const D: usize>(
+    system: &System<T, N, D>,
     probe: &mut Probe,
 ) -> Result<Point<T, N, D>, VelocityError> {
     let eta = system.lagrangian.velocity(&system.state.momentum, &Vector::zeros())?;
@@ -252,15 +241,8 @@ fn anywhere<T: Real, const N: usize, const D: usize, R: Retraction<T, N, D>, L: 
 
 /// The same, with x = τ⁻¹(U) halved until the second derivatives of l differ from those on the units by less than 1/16 of
 /// themselves, so that Newton's method contracts.
-fn near_the_units<
-    T: Real,
-    const N: usize,
-    const D: usize,
-    R: Retraction<T, N, D>,
-    L: Lagrangian<T, N>,
-    F: Force<T, N>,
->(
-    system: &System<T, N, D, R, L, F>,
+fn near_the_units<T: Real, const N: usize, const D: usize>(
+    system: &System<T, N, D>,
     doubled: &impl DoubledLagrangian<T, N, D>,
     probe: &mut Probe,
 ) -> Result<Point<T, N, D>, VelocityError> {
@@ -269,7 +251,8 @@ fn near_the_units<
     let mut x = system.retraction.tau_inv(&point.u)?;
     let ((a, c), (b, d)) = doubled.velocity_hessian(time, &eta, &Matrix::identity(), &psi)?;
     let size = |m: Option<Matrix<T, N>>| m.map_or(T::zero(), |m| m.amax());
-    let scale = (size(elimination::inverse(&a)) + size(elimination::inverse(&d))) * T::int(16 * N as i64);
+    let scale =
+        (size(elimination::inverse(&a)) + size(elimination::inverse(&d))) * T::int(16 * system.dimension as i64);
     loop {
         let ((a1, c1), (b1, d1)) = doubled.velocity_hessian(time, &eta, &point.u, &psi)?;
         let change =

@@ -11,6 +11,8 @@ use crate::algebra::{Covector, LieAlgebra, Matrix, Vector, dot, pair};
 use crate::group::LieGroup;
 use crate::harness::{About, Cost, Fault};
 use crate::mechanics::equations::{EulerPoincare, Rates};
+use crate::mechanics::force::AnyForce;
+use crate::mechanics::lagrangian::AnyLagrangian;
 use crate::mechanics::lie_poisson::{Bracket, MomentumFunction, hamiltonian_field};
 use crate::mechanics::{Force, Lagrangian, LegendreError};
 use crate::retraction::Retraction;
@@ -197,10 +199,7 @@ pub fn strengths<T: Real>(forces: &[Term]) -> Result<(T, T), String> {
 impl<T: Real> Visitor<T> for Check<'_, Which<'_>> {
     type Output = Measured;
 
-    fn visit<const N: usize, const D: usize, R: Retraction<T, N, D>, L: Lagrangian<T, N>, F: Force<T, N>>(
-        self,
-        system: System<T, N, D, R, L, F>,
-    ) -> Measured {
+    fn visit<const N: usize, const D: usize>(self, system: System<T, N, D>) -> Measured {
         let mut probe = Probe::new(self.case, stream::LIE_POISSON);
         let flow = EulerPoincare::new(system.algebra.clone(), &system.lagrangian, &system.force);
         let measured = match self.which {
@@ -278,7 +277,7 @@ pub fn rates<T: Real, S: Scalar<Base = T>, const N: usize, L: Lagrangian<T, N>, 
     Ok(rates)
 }
 
-type Flow<'a, T, const N: usize, L, F> = EulerPoincare<T, N, &'a L, &'a F>;
+type Flow<'a, T, const N: usize> = EulerPoincare<T, N, &'a AnyLagrangian<T, N>, &'a AnyForce<T, N>>;
 
 impl Check<'_, Which<'_>> {
     fn size_of(&self, fault: Fault) -> f64 {
@@ -304,9 +303,9 @@ impl Check<'_, Which<'_>> {
         Ok(value)
     }
 
-    fn bracket<T: Real, const N: usize, const D: usize, R, L: Lagrangian<T, N>, F: Force<T, N>>(
+    fn bracket<T: Real, const N: usize, const D: usize>(
         &self,
-        system: &System<T, N, D, R, L, F>,
+        system: &System<T, N, D>,
         probe: &mut Probe,
     ) -> Measured {
         let algebra = &system.algebra;
@@ -316,7 +315,7 @@ impl Check<'_, Which<'_>> {
         let scale = turning(algebra, &ones.0, &ones.1).max(T::one());
         let size = |functions: &[&Vector<T, N>]| functions.iter().fold(scale, |size, v| size * v.amax()) * mu.amax();
         let near = |what: &'static str, defect: T, size: T| {
-            Measured::defect(defect.abs(), size, 256.0 * N as f64, || what.into())
+            Measured::defect(defect.abs(), size, 256.0 * system.dimension as f64, || what.into())
         };
         let (ab, ba) = (self.of(algebra, &a, &b), self.of(algebra, &b, &a));
         let moving = mu.zip_map(&hamiltonian_field(algebra, &b, &mu), |re, eps| Dual { re, eps });
@@ -367,10 +366,10 @@ impl Check<'_, Which<'_>> {
         TestedFlow { bracket: Bracket { algebra, first, second }, fault: self.fault }
     }
 
-    fn equations<T: Real, L: Lagrangian<T, N>, F: Force<T, N>, R, const N: usize, const D: usize>(
+    fn equations<T: Real, const N: usize, const D: usize>(
         &self,
-        flow: &Flow<'_, T, N, L, F>,
-        system: &System<T, N, D, R, L, F>,
+        flow: &Flow<'_, T, N>,
+        system: &System<T, N, D>,
         probe: &mut Probe,
     ) -> Result<Measured, LegendreError> {
         let (mu, function) = (system.state.momentum, Cubic::<T, N>::new(probe));
@@ -385,25 +384,25 @@ impl Check<'_, Which<'_>> {
         let differential = function.differential(&mu);
         let expected = bracket + pair(&rates.force, &differential);
         let turn = turning(&system.algebra, &rates.velocity, &mu);
-        let size = (turn + rates.force.amax()) * differential.amax() * T::int(N as i64);
-        Ok(Measured::defect((along - expected).abs(), size, 256.0 * N as f64, || {
+        let size = (turn + rates.force.amax()) * differential.amax() * T::int(system.dimension as i64);
+        Ok(Measured::defect((along - expected).abs(), size, 256.0 * system.dimension as f64, || {
             format!("Ḟ = {:e}, {{F, h}} + ⟨f̃, F'⟩ = {:e}", along.to_f64(), expected.to_f64())
         }))
     }
 
-    fn energy<T: Real, L: Lagrangian<T, N>, F: Force<T, N>, R, const N: usize, const D: usize>(
+    fn energy<T: Real, const N: usize, const D: usize>(
         &self,
-        flow: &Flow<'_, T, N, L, F>,
-        system: &System<T, N, D, R, L, F>,
+        flow: &Flow<'_, T, N>,
+        system: &System<T, N, D>,
         probe: &mut Probe,
     ) -> Result<Measured, LegendreError> {
         let (time, mu) = (system.state.time, system.state.momentum);
         let rates = rates(flow, time, &mu, self.fault)?;
         let eta = rates.velocity;
-        let floor = 256.0 * N as f64;
+        let floor = 256.0 * system.dimension as f64;
         let near = |what: &'static str, defect: T, size: T| Measured::defect(defect.abs(), size, floor, || what.into());
         let energy = self.hamiltonian(flow, &mu, &rates.momentum, &eta)?;
-        let turn = turning(&system.algebra, &eta, &mu) * eta.amax() * T::int(N as i64);
+        let turn = turning(&system.algebra, &eta, &mu) * eta.amax() * T::int(system.dimension as i64);
         let power = flow.power(time, &eta);
         let terms = turn + pair(&rates.force.abs(), &eta.abs());
         let balance = near("dE/dt − ⟨f, η⟩", energy.eps - power, terms);
@@ -417,17 +416,17 @@ impl Check<'_, Which<'_>> {
         Ok(balance.and(velocity).and(value))
     }
 
-    fn casimirs<T: Real, L: Lagrangian<T, N>, F: Force<T, N>, R, const N: usize, const D: usize>(
+    fn casimirs<T: Real, const N: usize, const D: usize>(
         &self,
-        flow: &Flow<'_, T, N, L, F>,
-        system: &System<T, N, D, R, L, F>,
+        flow: &Flow<'_, T, N>,
+        system: &System<T, N, D>,
         probe: &mut Probe,
     ) -> Result<Measured, LegendreError> {
         let mu = system.state.momentum;
         let rates = rates(flow, system.state.time, &mu, self.fault)?;
         let xi = probe.vector::<T, N>();
         let along = |to: &Covector<T, N>| mu.zip_map(to, |re, eps| Dual { re, eps });
-        let floor = 256.0 * N as f64;
+        let floor = 256.0 * system.dimension as f64;
         let mut found = Measured::NotApplicable("the algebra has no Casimirs".into());
         for casimir in &system.casimirs {
             let slope = casimir.gradient(&mu);
@@ -450,10 +449,10 @@ impl Check<'_, Which<'_>> {
         Ok(found)
     }
 
-    fn dissipation<T: Real, L: Lagrangian<T, N>, F: Force<T, N>, R, const N: usize, const D: usize>(
+    fn dissipation<T: Real, const N: usize, const D: usize>(
         &self,
-        flow: &Flow<'_, T, N, L, F>,
-        system: &System<T, N, D, R, L, F>,
+        flow: &Flow<'_, T, N>,
+        system: &System<T, N, D>,
         forces: &[Term],
     ) -> Result<Measured, LegendreError> {
         let (alpha, beta) = match strengths::<T>(forces) {
@@ -464,12 +463,12 @@ impl Check<'_, Which<'_>> {
         let rates = rates(flow, system.state.time, &mu, self.fault)?;
         let turned = algebra.coad(&rates.velocity, &mu);
         let terms = turning(algebra, &rates.velocity, &mu) + forcing(algebra, &rates.force, &rates.velocity, &mu);
-        let floor = 8.0 * N as f64;
+        let floor = 8.0 * system.dimension as f64;
         let (energy, loss) = (
             self.hamiltonian(flow, &mu, &rates.momentum, &rates.velocity)?.eps,
             alpha * dot(turned.as_slice(), turned.as_slice()),
         );
-        let size = terms * rates.velocity.amax() * T::int(N as i64);
+        let size = terms * rates.velocity.amax() * T::int(system.dimension as i64);
         let falls = Measured::defect((energy + loss).abs(), size, floor, || {
             format!("dE/dt = {:e}, −α|ad*_η μ|² = {:e}", energy.to_f64(), -loss.to_f64())
         });
@@ -484,15 +483,12 @@ impl Check<'_, Which<'_>> {
         }))
     }
 
-    fn variation<T: Real, L: Lagrangian<T, N>, F: Force<T, N>, R, const N: usize, const D: usize>(
+    fn variation<T: Real, const N: usize, const D: usize>(
         &self,
-        flow: &Flow<'_, T, N, L, F>,
-        system: &System<T, N, D, R, L, F>,
+        flow: &Flow<'_, T, N>,
+        system: &System<T, N, D>,
         probe: &mut Probe,
-    ) -> Result<Measured, LegendreError>
-    where
-        R: Retraction<T, N, D>,
-    {
+    ) -> Result<Measured, LegendreError> {
         let (Some(group), Ok(g)) = (&system.group, system.retraction.tau(&(probe.vector::<T, N>() * T::exact(0.25))))
         else {
             return Ok(Measured::NotApplicable("no group element".into()));
@@ -530,8 +526,8 @@ impl Check<'_, Which<'_>> {
         let largest = delta.iter().fold(T::zero(), |size, v| size.max(v.re.abs()).max(v.eps.abs()));
         let scale = g.amax().max(T::one()) * back.iter().fold(T::one(), |size, v| size.max(v.re.abs()));
         let terms = turning(&system.algebra, &eta, &mu) + mu.amax() * (T::one() + eta.amax()) + rates.force.amax();
-        let size = terms * (largest + scale) * scale * T::int(N as i64);
-        Ok(Measured::defect((change + work - boundary).abs(), size, 8.0 * N as f64, || {
+        let size = terms * (largest + scale) * scale * T::int(system.dimension as i64);
+        Ok(Measured::defect((change + work - boundary).abs(), size, 8.0 * system.dimension as f64, || {
             let [change, work, boundary] = [change, work, boundary].map(|v| v.to_f64());
             format!("δl = {change:e}, ⟨f, g⁻¹δg⟩ = {work:e}, d/dt⟨l', g⁻¹δg⟩ = {boundary:e}")
         }))

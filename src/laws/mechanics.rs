@@ -97,10 +97,7 @@ struct Point<T: Real, const N: usize, const D: usize> {
 impl<T: Real> Visitor<T> for Check<'_, Which> {
     type Output = Measured;
 
-    fn visit<const N: usize, const D: usize, R: Retraction<T, N, D>, L: Lagrangian<T, N>, F: Force<T, N>>(
-        self,
-        system: System<T, N, D, R, L, F>,
-    ) -> Measured {
+    fn visit<const N: usize, const D: usize>(self, system: System<T, N, D>) -> Measured {
         let mut probe = Probe::new(self.case, stream::MECHANICS);
         let (eta, psi) = (probe.vector::<T, N>(), probe.vector::<T, N>());
         let x = probe.vector::<T, N>() * T::exact(0.25);

@@ -42,10 +42,7 @@ struct Check<'a> {
 impl<T: Real> Visitor<T> for Check<'_> {
     type Output = Measured;
 
-    fn visit<const N: usize, const D: usize, R: Retraction<T, N, D>, L: Lagrangian<T, N>, F: Force<T, N>>(
-        self,
-        system: System<T, N, D, R, L, F>,
-    ) -> Measured {
+    fn visit<const N: usize, const D: usize>(self, system: System<T, N, D>) -> Measured {
         let (l, f, r, h) = (&system.lagrangian, &system.force, &system.retraction, system.step);
         let body = EulerPoincare::new(system.algebra.clone(), l, f);
         let mut method = MuntheKaas::new(body, r, planted(&system.tableau, self.fault));

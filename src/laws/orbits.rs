@@ -69,10 +69,7 @@ struct Check<'a> {
 impl<T: Real> Visitor<T> for Check<'_> {
     type Output = Measured;
 
-    fn visit<const N: usize, const D: usize, R: Retraction<T, N, D>, L: Lagrangian<T, N>, F: Force<T, N>>(
-        self,
-        system: System<T, N, D, R, L, F>,
-    ) -> Measured {
+    fn visit<const N: usize, const D: usize>(self, system: System<T, N, D>) -> Measured {
         let measured = self.orbit(&system, &mut Probe::new(self.case, stream::ORBITS));
         measured.unwrap_or_else(|error| Measured::Broken(error.to_string()))
     }
@@ -116,9 +113,9 @@ impl<T: Real, const N: usize, L: Lagrangian<T, N>, F: Force<T, N>> Force<T, N> f
 }
 
 impl Check<'_> {
-    fn orbit<T: Real, R: Retraction<T, N, D>, L: Lagrangian<T, N>, F: Force<T, N>, const N: usize, const D: usize>(
+    fn orbit<T: Real, const N: usize, const D: usize>(
         &self,
-        system: &System<T, N, D, R, L, F>,
+        system: &System<T, N, D>,
         probe: &mut Probe,
     ) -> Result<Measured, LegendreError> {
         let (time, mu) = (system.state.time, system.state.momentum);
@@ -129,7 +126,7 @@ impl Check<'_> {
         let flow = EulerPoincare::new(system.algebra.clone(), &system.lagrangian, with(None));
         let alone = rates(&flow, time, &mu, self.fault)?;
         let zeta = orbit.field.zeta(time, &alone.velocity);
-        let floor = 256.0 * N as f64;
+        let floor = 256.0 * system.dimension as f64;
         let size = turning(&system.algebra, &alone.velocity, &mu) + turning(&system.algebra, &zeta, &mu);
         if self.casimirs {
             let moved = mu.zip_map(&alone.momentum, |re, eps| Dual { re, eps });

@@ -146,10 +146,7 @@ impl Visitor<Dd> for OrderStudy<'_> {
 
     const KNOWS_CONFIGURATION: bool = true;
 
-    fn visit<const N: usize, const D: usize, R: Retraction<Dd, N, D>, L: Lagrangian<Dd, N>, F: Force<Dd, N>>(
-        self,
-        system: System<Dd, N, D, R, L, F>,
-    ) -> Verdict {
+    fn visit<const N: usize, const D: usize>(self, system: System<Dd, N, D>) -> Verdict {
         let order = variational_order(&system.tableau, 8).order as u32;
         let horizon = system.step * Dd::int(COARSEST as i64);
         let mut stretches = match self.coarsest(&system, horizon) {
@@ -199,11 +196,7 @@ impl OrderStudy<'_> {
     }
 
     /// The relative error in the momentum at the coarsest level; `None` where it is rounding, or where there is no step.
-    fn coarsest<const N: usize, const D: usize, R: Retraction<Dd, N, D>, L: Lagrangian<Dd, N>, F: Force<Dd, N>>(
-        &self,
-        system: &System<Dd, N, D, R, L, F>,
-        horizon: Dd,
-    ) -> Option<f64> {
+    fn coarsest<const N: usize, const D: usize>(&self, system: &System<Dd, N, D>, horizon: Dd) -> Option<f64> {
         let exact = reference(system, horizon, 4).ok()?.momentum;
         let end = self.run(system, horizon, COARSEST).ok()?.state.momentum;
         let error = (max_abs(&(end - exact)) / exact.amax()).to_f64();
@@ -211,9 +204,9 @@ impl OrderStudy<'_> {
     }
 
     /// The verdict from one horizon, and the errors.
-    fn at_horizon<const N: usize, const D: usize, R: Retraction<Dd, N, D>, L: Lagrangian<Dd, N>, F: Force<Dd, N>>(
+    fn at_horizon<const N: usize, const D: usize>(
         &self,
-        system: &System<Dd, N, D, R, L, F>,
+        system: &System<Dd, N, D>,
         horizon: Dd,
         order: u32,
     ) -> (Verdict, Errors) {
@@ -298,8 +291,8 @@ fn name(verdict: Verdict, what: &str) -> Verdict {
 }
 
 /// The solution at the horizon by `steps` steps of a classical Gauss method with 8 stages.
-fn reference<const N: usize, const D: usize, R, L: Lagrangian<Dd, N>, F: Force<Dd, N>>(
-    system: &System<Dd, N, D, R, L, F>,
+fn reference<const N: usize, const D: usize>(
+    system: &System<Dd, N, D>,
     horizon: Dd,
     steps: usize,
 ) -> Result<State<Dd, N, D>, StepError> {
@@ -316,10 +309,7 @@ fn reference<const N: usize, const D: usize, R, L: Lagrangian<Dd, N>, F: Force<D
     Ok(state)
 }
 
-fn energy<const N: usize, const D: usize, R, L: Lagrangian<Dd, N>, F: Force<Dd, N>>(
-    system: &System<Dd, N, D, R, L, F>,
-    state: &State<Dd, N, D>,
-) -> Result<Dd, StepError> {
+fn energy<const N: usize, const D: usize>(system: &System<Dd, N, D>, state: &State<Dd, N, D>) -> Result<Dd, StepError> {
     let g = Configuration::of(&state.attitude);
     let velocity = system.lagrangian.velocity_at(state.time, g, &state.momentum, &Vector::zeros());
     let velocity = velocity.map_err(|source| StepError::Legendre { step: system.step.to_f64(), source })?;
@@ -327,9 +317,9 @@ fn energy<const N: usize, const D: usize, R, L: Lagrangian<Dd, N>, F: Force<Dd, 
 }
 
 impl OrderStudy<'_> {
-    fn run<const N: usize, const D: usize, R: Retraction<Dd, N, D>, L: Lagrangian<Dd, N>, F: Force<Dd, N>>(
+    fn run<const N: usize, const D: usize>(
         &self,
-        system: &System<Dd, N, D, R, L, F>,
+        system: &System<Dd, N, D>,
         horizon: Dd,
         steps: usize,
     ) -> Result<End<N, D>, StepError> {
@@ -350,9 +340,9 @@ impl OrderStudy<'_> {
 }
 
 /// h Σ b_i ⟨f(t + c_i h, η_i), η_i⟩ of the last step.
-fn stage_work<const N: usize, const D: usize, R: Retraction<Dd, N, D>, L: Lagrangian<Dd, N>, F: Force<Dd, N>>(
-    system: &System<Dd, N, D, R, L, F>,
-    method: &TestedMethod<'_, Dd, N, D, R, L, F>,
+fn stage_work<const N: usize, const D: usize>(
+    system: &System<Dd, N, D>,
+    method: &TestedMethod<'_, Dd, N, D>,
     start: &State<Dd, N, D>,
     h: Dd,
 ) -> Dd {

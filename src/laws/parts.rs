@@ -25,10 +25,9 @@ use crate::mechanics::Lagrangian;
 use crate::mechanics::lagrangian::AnyLagrangian;
 use crate::scalar::{Dd, Number, Real};
 use crate::system::case::{Case, Drag, Force};
-use crate::system::dispatch::{Pairing, Shared, System};
+use crate::system::dispatch::Main;
 use crate::system::rates::Rates;
 use crate::system::{CaseError, Cases};
-use std::marker::PhantomData;
 
 /// A part of a system, whatever its kind and dimension.
 trait Erased {
@@ -68,33 +67,15 @@ trait Supplier {
     const COST: Option<Cost> = None;
 
     /// The part of a system; `None` where it has none.
-    fn part<const N: usize, const D: usize, R: Shared<f64, N, D>, Q: Shared<Dd, N, D>>(
-        case: &Case,
-        double: System<f64, N, D, R>,
-        quad: System<Dd, N, D, Q>,
-    ) -> Option<Box<dyn Erased>>;
+    fn part(case: &Case, double: Main<f64>, quad: Main<Dd>) -> Option<Box<dyn Erased>>;
 
     /// Cases that have the part and what a law needs of it.
     fn cases(law: &About, cases: Cases) -> Cases;
 }
 
-/// Takes one out of a system at both precisions.
-struct Take<'a, K>(&'a Case, PhantomData<K>);
-
-impl<K: Supplier> Pairing for Take<'_, K> {
-    type Output = Option<Box<dyn Erased>>;
-
-    fn pair<const N: usize, const D: usize, R: Shared<f64, N, D>, Q: Shared<Dd, N, D>>(
-        self,
-        double: System<f64, N, D, R>,
-        quad: System<Dd, N, D, Q>,
-    ) -> Self::Output {
-        K::part(self.0, double, quad)
-    }
-}
-
 fn check<K: Supplier, const I: usize>(case: &Case, fault: Option<&Fault>) -> Verdict {
-    judge(&K::LAWS[I], case.dispatch_pair(Take::<K>(case, PhantomData)), case, fault)
+    let both = case.main().and_then(|double| Ok((double, case.main()?)));
+    judge(&K::LAWS[I], both.map(|(double, quad)| K::part(case, double, quad)), case, fault)
 }
 
 fn judge(law: &About, part: Result<Option<Box<dyn Erased>>, CaseError>, case: &Case, fault: Option<&Fault>) -> Verdict {
@@ -165,11 +146,7 @@ struct OfAlgebra;
 impl Supplier for OfAlgebra {
     const LAWS: &'static [About] = algebra::LAWS;
 
-    fn part<const N: usize, const D: usize, R: Shared<f64, N, D>, Q: Shared<Dd, N, D>>(
-        _: &Case,
-        double: System<f64, N, D, R>,
-        quad: System<Dd, N, D, Q>,
-    ) -> Option<Box<dyn Erased>> {
+    fn part(_: &Case, double: Main<f64>, quad: Main<Dd>) -> Option<Box<dyn Erased>> {
         Some(Box::new(UserAlgebra::at_both(
             WithCasimirs { algebra: double.algebra, casimirs: double.casimirs },
             WithCasimirs { algebra: quad.algebra, casimirs: quad.casimirs },
@@ -190,11 +167,7 @@ struct OfGroup;
 impl Supplier for OfGroup {
     const LAWS: &'static [About] = group::LAWS;
 
-    fn part<const N: usize, const D: usize, R: Shared<f64, N, D>, Q: Shared<Dd, N, D>>(
-        _: &Case,
-        double: System<f64, N, D, R>,
-        quad: System<Dd, N, D, Q>,
-    ) -> Option<Box<dyn Erased>> {
+    fn part(_: &Case, double: Main<f64>, quad: Main<Dd>) -> Option<Box<dyn Erased>> {
         Some(Box::new(UserGroup::at_both(double.group?, quad.group?)))
     }
 
@@ -209,11 +182,7 @@ struct OfLagrangian;
 impl Supplier for OfLagrangian {
     const LAWS: &'static [About] = lagrangian::LAWS;
 
-    fn part<const N: usize, const D: usize, R: Shared<f64, N, D>, Q: Shared<Dd, N, D>>(
-        _: &Case,
-        double: System<f64, N, D, R>,
-        quad: System<Dd, N, D, Q>,
-    ) -> Option<Box<dyn Erased>> {
+    fn part(_: &Case, double: Main<f64>, quad: Main<Dd>) -> Option<Box<dyn Erased>> {
         Some(Box::new(UserLagrangian::at_both(double.lagrangian, quad.lagrangian)))
     }
 
@@ -228,11 +197,7 @@ struct OfForce;
 impl Supplier for OfForce {
     const LAWS: &'static [About] = force::LAWS;
 
-    fn part<const N: usize, const D: usize, R: Shared<f64, N, D>, Q: Shared<Dd, N, D>>(
-        case: &Case,
-        double: System<f64, N, D, R>,
-        quad: System<Dd, N, D, Q>,
-    ) -> Option<Box<dyn Erased>> {
+    fn part(case: &Case, double: Main<f64>, quad: Main<Dd>) -> Option<Box<dyn Erased>> {
         // A force that vanishes identically is rounding, of which nothing is claimed.
         let driven = Rates::of(case).is_some_and(|rates| rates.driven());
         let every = |claim: fn(&Force) -> bool| driven && case.forces.iter().all(claim);

@@ -15,8 +15,7 @@ use super::{CaseLaw, Source};
 use crate::groupoid::calculus::{along, constant, derivatives};
 use crate::groupoid::{Group, Groupoid, push_inverse, push_source, push_target, push_unit};
 use crate::harness::{About, Cost};
-use crate::mechanics::{Force, Lagrangian};
-use crate::retraction::{Retraction, RetractionError};
+use crate::retraction::RetractionError;
 use crate::scalar::{Dual, Real, Scalar};
 use crate::system::{System, Visitor};
 use nalgebra::{DMatrix, DVector};
@@ -153,10 +152,7 @@ enum Question {
 impl<T: Real> Visitor<T> for Check<'_, Question> {
     type Output = Measured;
 
-    fn visit<const N: usize, const D: usize, R: Retraction<T, N, D>, L: Lagrangian<T, N>, F: Force<T, N>>(
-        self,
-        system: System<T, N, D, R, L, F>,
-    ) -> Measured {
+    fn visit<const N: usize, const D: usize>(self, system: System<T, N, D>) -> Measured {
         let mut probe = Probe::new(self.case, stream::POISSON);
         let Some(group) = &system.group else {
             return Measured::NotApplicable("the algebra has no group".into());

@@ -15,8 +15,6 @@ use crate::harness::{About, Cost, Fault, Verdict, evidence};
 use crate::integrators::MuntheKaas;
 use crate::laws::unbuilt;
 use crate::mechanics::equations::EulerPoincare;
-use crate::mechanics::{Force, Lagrangian};
-use crate::retraction::Retraction;
 use crate::scalar::Dd;
 use crate::study::least::{self, Answer};
 use crate::study::{Comparison, Findings, StepLevel, Study, problem, reference};
@@ -192,10 +190,7 @@ impl Visitor<Dd> for Descent<'_> {
 
     const KNOWS_CONFIGURATION: bool = true;
 
-    fn visit<const N: usize, const D: usize, R: Retraction<Dd, N, D>, L: Lagrangian<Dd, N>, F: Force<Dd, N>>(
-        self,
-        system: System<Dd, N, D, R, L, F>,
-    ) -> Measured {
+    fn visit<const N: usize, const D: usize>(self, system: System<Dd, N, D>) -> Measured {
         let order = self.which.order(&system.tableau).order as u32;
         let (l, f, r) = (&system.lagrangian, &system.force, &system.retraction);
         let body = EulerPoincare::new(system.algebra.clone(), l, f);

@@ -72,10 +72,7 @@ impl Visitor<f64> for Check<'_> {
 
     const KNOWS_CONFIGURATION: bool = true;
 
-    fn visit<const N: usize, const D: usize, R: Retraction<f64, N, D>, L: Lagrangian<f64, N>, F: Force<f64, N>>(
-        self,
-        system: System<f64, N, D, R, L, F>,
-    ) -> Verdict {
+    fn visit<const N: usize, const D: usize>(self, system: System<f64, N, D>) -> Verdict {
         let mut probe = Probe::new(self.case, stream::SOLVE);
         let span = system.step * STEPS as f64;
         let tolerance = 10f64.powi(probe.integer(-9, -4));
@@ -181,8 +178,8 @@ struct Settled<const N: usize, const D: usize> {
 }
 
 /// The states at increasing times to this accuracy; `None` where they need too many steps.
-fn settled<const N: usize, const D: usize, R, L: Lagrangian<f64, N>, F: Force<f64, N>>(
-    system: &System<f64, N, D, R, L, F>,
+fn settled<const N: usize, const D: usize>(
+    system: &System<f64, N, D>,
     start: &State<f64, N, D>,
     times: &[f64],
     accuracy: f64,
@@ -206,8 +203,8 @@ fn settled<const N: usize, const D: usize, R, L: Lagrangian<f64, N>, F: Force<f6
 }
 
 /// The states at increasing times, with `finer` steps in one of the case.
-fn reference<const N: usize, const D: usize, R, L: Lagrangian<f64, N>, F: Force<f64, N>>(
-    system: &System<f64, N, D, R, L, F>,
+fn reference<const N: usize, const D: usize>(
+    system: &System<f64, N, D>,
     start: &State<f64, N, D>,
     times: &[f64],
     finer: usize,

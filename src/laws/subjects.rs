@@ -375,17 +375,21 @@ pub fn refused(error: VelocityError) -> Measured {
     }
 }
 
-/// N max|C| |ξ| |μ|, which ad*_ξ μ does not exceed: the size of its terms, also where they cancel.
+/// n max|C| |ξ| |μ|, which ad*_ξ μ does not exceed: the size of its terms, also where they cancel; n is the last index of a constant
+/// that is not 0.
 pub fn turning<T: Real, const N: usize>(algebra: &LieAlgebra<T, N>, xi: &Vector<T, N>, mu: &Covector<T, N>) -> T {
-    let mut largest = T::zero();
+    let (mut largest, mut last) = (T::zero(), 0);
     for a in 0..N {
         for b in 0..N {
             for c in 0..N {
-                largest = largest.max(algebra.constant(a, b, c).abs());
+                let constant = algebra.constant(a, b, c).abs();
+                if constant > T::zero() {
+                    (largest, last) = (largest.max(constant), last.max(a).max(b).max(c));
+                }
             }
         }
     }
-    largest * xi.amax() * mu.amax() * T::int(N as i64)
+    largest * xi.amax() * mu.amax() * T::int(last as i64 + 1)
 }
 
 /// |f| + |ad*_η μ| (1 + |ad_η| + |ad*_· μ|), by their [`turning`]: the size of a force f and of the terms that it is made

@@ -5,10 +5,8 @@ use crate::algebra::{Covector, Matrix, Vector};
 use crate::harness::Verdict;
 use crate::harness::convergence::{Estimate, TOLERANCE};
 use crate::integrators::{State, StepError, Variational};
-use crate::mechanics::Force;
 use crate::mechanics::Lagrangian;
 use crate::mechanics::equations::EulerPoincare;
-use crate::retraction::Retraction;
 use crate::scalar::{Dd, Real, convert};
 use crate::study::guard::{Warning, warnings};
 use crate::study::least::{self, Answer, Shown};
@@ -290,10 +288,7 @@ const MOST_REFERENCE_STEPS: usize = 1 << 10;
 impl<W: Real> Visitor<W> for References {
     type Output = Result<Found<W>, StepError>;
 
-    fn visit<const N: usize, const D: usize, R: Retraction<W, N, D>, L: Lagrangian<W, N>, F: Force<W, N>>(
-        self,
-        system: System<W, N, D, R, L, F>,
-    ) -> Self::Output {
+    fn visit<const N: usize, const D: usize>(self, system: System<W, N, D>) -> Self::Output {
         let body = EulerPoincare::new(system.algebra.clone(), &system.lagrangian, &system.force);
         let (group, start) = (system.group.as_ref(), &system.state);
         let stages = 6 + self.order as usize;
@@ -338,10 +333,7 @@ struct Studies<'a, W> {
 impl<T: Real, W: Real> Visitor<T> for Studies<'_, W> {
     type Output = (Findings, Findings);
 
-    fn visit<const N: usize, const D: usize, R: Retraction<T, N, D>, L: Lagrangian<T, N>, F: Force<T, N>>(
-        self,
-        system: System<T, N, D, R, L, F>,
-    ) -> Self::Output {
+    fn visit<const N: usize, const D: usize>(self, system: System<T, N, D>) -> Self::Output {
         let (l, f, r) = (&system.lagrangian, &system.force, &system.retraction);
         let method = || Variational::new(l, f, r, system.tableau.clone());
         let mut study = Study::new(system.state.clone());

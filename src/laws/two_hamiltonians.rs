@@ -92,18 +92,15 @@ struct Check<'a> {
 impl<T: Real> Visitor<T> for Check<'_> {
     type Output = Measured;
 
-    fn visit<const N: usize, const D: usize, R: Retraction<T, N, D>, L: Lagrangian<T, N>, F: Force<T, N>>(
-        self,
-        system: System<T, N, D, R, L, F>,
-    ) -> Measured {
+    fn visit<const N: usize, const D: usize>(self, system: System<T, N, D>) -> Measured {
         self.judge(&system).unwrap_or_else(refused)
     }
 }
 
 impl Check<'_> {
-    fn judge<T: Real, const N: usize, const D: usize, R: Retraction<T, N, D>, L: Lagrangian<T, N>, F: Force<T, N>>(
+    fn judge<T: Real, const N: usize, const D: usize>(
         &self,
-        system: &System<T, N, D, R, L, F>,
+        system: &System<T, N, D>,
     ) -> Result<Measured, VelocityError> {
         let mut probe = Probe::new(self.case, stream::TWO_HAMILTONIANS);
         let (time, mu) = (system.state.time, system.state.momentum);
@@ -119,7 +116,7 @@ impl Check<'_> {
         let mine = planted.partials(time, &lambda, &u, &mu)?;
         let theirs = other.partials(time, &lambda, &u, &mu)?;
         let force = system.force.force(time, &theirs.mu);
-        let floor = 256.0 * N as f64;
+        let floor = 256.0 * system.dimension as f64;
         let near = |what: &'static str, off: T, size: T| Measured::defect(off, size, floor, || what.into());
         let velocity = theirs.lambda.amax() + theirs.mu.amax();
         let terms = forcing(&system.algebra, &force, &theirs.mu, &mu)
@@ -158,10 +155,7 @@ struct Difference<'a> {
 impl Visitor<Dd> for Difference<'_> {
     type Output = Verdict;
 
-    fn visit<const N: usize, const D: usize, R: Retraction<Dd, N, D>, L: Lagrangian<Dd, N>, F: Force<Dd, N>>(
-        self,
-        system: System<Dd, N, D, R, L, F>,
-    ) -> Verdict {
+    fn visit<const N: usize, const D: usize>(self, system: System<Dd, N, D>) -> Verdict {
         self.judge(&system).unwrap_or_else(|error| match refused(error) {
             Measured::NotApplicable(why) => Verdict::not_applicable(why),
             other => Verdict::broken(format!("{other:?}")),
@@ -170,10 +164,7 @@ impl Visitor<Dd> for Difference<'_> {
 }
 
 impl Difference<'_> {
-    fn judge<const N: usize, const D: usize, R: Retraction<Dd, N, D>, L: Lagrangian<Dd, N>, F: Force<Dd, N>>(
-        &self,
-        system: &System<Dd, N, D, R, L, F>,
-    ) -> Result<Verdict, VelocityError> {
+    fn judge<const N: usize, const D: usize>(&self, system: &System<Dd, N, D>) -> Result<Verdict, VelocityError> {
         let mut probe = Probe::new(self.case, stream::TWO_HAMILTONIANS_MOTION);
         let (time, mu) = (system.state.time, system.state.momentum);
         let lambda = mu + probe.covector::<Dd, N>() * (Dd::exact(0.5) * unit_of(&mu));
@@ -206,7 +197,7 @@ impl Difference<'_> {
         let ((large, predicted), (small, _)) = (remainder(-20)?, remainder(-24)?);
         let size = pair(&mu.abs(), &psi.abs()) + pair(&lambda.abs(), &eta.abs());
         let relative = |v: Dd| (v / size).to_f64().abs();
-        let floor = Dd::unit_roundoff().to_f64() * 4096.0 * N as f64;
+        let floor = Dd::unit_roundoff().to_f64() * 4096.0 * system.dimension as f64;
         let (defect, bound) = (relative(small), floor.max(relative(large) / 1024.0));
         let witness = || {
             let [large, small, predicted] = [large, small, predicted].map(Scalar::to_f64);

@@ -17,7 +17,6 @@ use crate::harness::{About, Cost, Fault, Verdict};
 use crate::integrators::doubled::{Doubled, DoubledState};
 use crate::integrators::{Classical, OneStep, State, StepError};
 use crate::laws::unbuilt;
-use crate::mechanics::Force;
 use crate::mechanics::Lagrangian;
 use crate::mechanics::doubled::{DoubledLagrangian, Forced};
 use crate::mechanics::equations::EulerPoincare;
@@ -161,10 +160,7 @@ struct ErrorStudy<'a> {
 impl Visitor<Dd> for ErrorStudy<'_> {
     type Output = Judged;
 
-    fn visit<const N: usize, const D: usize, R: Retraction<Dd, N, D>, L: Lagrangian<Dd, N>, F: Force<Dd, N>>(
-        self,
-        system: System<Dd, N, D, R, L, F>,
-    ) -> Judged {
+    fn visit<const N: usize, const D: usize>(self, system: System<Dd, N, D>) -> Judged {
         let order = variational_order(&system.tableau, 8).order as u32;
         let mut probe = Probe::new(self.case, stream::VARIATIONAL_ERROR);
         let (x, shift) = (probe.vector::<Dd, N>(), probe.vector::<Dd, N>());
@@ -239,9 +235,9 @@ pub(super) fn one(what: &str, levels: &[Level], order: u32) -> Verdict {
 }
 
 impl ErrorStudy<'_> {
-    fn errors<const N: usize, const D: usize, R: Retraction<Dd, N, D>, L: Lagrangian<Dd, N>, F: Force<Dd, N>>(
+    fn errors<const N: usize, const D: usize>(
         &self,
-        system: &System<Dd, N, D, R, L, F>,
+        system: &System<Dd, N, D>,
         x: &Vector<Dd, N>,
         shift: &Vector<Dd, N>,
         h: Dd,
@@ -311,8 +307,8 @@ fn legendre<const N: usize, const D: usize>(
 }
 
 /// μ of forced Lie–Poisson at each of the times after the start of the case, from a momentum, by a classical Gauss method with 8 stages.
-pub(super) fn momenta<const N: usize, const D: usize, R, L: Lagrangian<Dd, N>, F: Force<Dd, N>>(
-    system: &System<Dd, N, D, R, L, F>,
+pub(super) fn momenta<const N: usize, const D: usize>(
+    system: &System<Dd, N, D>,
     start: &Covector<Dd, N>,
     times: &[Dd],
 ) -> Result<Vec<Covector<Dd, N>>, StepError> {

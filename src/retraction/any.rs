@@ -42,15 +42,6 @@ pub enum AnyPoint<T: Real, S: Scalar<Base = T>, const N: usize> {
     Given(super::given::GivenPoint<S, N>),
 }
 
-#[cfg(feature = "harness")]
-impl<T: Real, const N: usize, const D: usize, G> From<super::given::GivenRetraction<T, N, D>>
-    for AnyRetraction<T, N, D, G>
-{
-    fn from(given: super::given::GivenRetraction<T, N, D>) -> Self {
-        Self::Given(given)
-    }
-}
-
 /// The same expression for whichever arm a value is; those in brackets are there with the feature `harness` alone.
 macro_rules! by_arm {
     ($value:expr, $($arm:ident)|+ $([$harness:ident])?, $inner:ident => $body:expr) => {

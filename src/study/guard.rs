@@ -8,7 +8,6 @@ use crate::integrators::State;
 use crate::mechanics::configuration::Configuration;
 use crate::mechanics::equations::EulerPoincare;
 use crate::mechanics::{Force, Lagrangian};
-use crate::retraction::Retraction;
 use crate::scalar::{Real, max_abs};
 use crate::system::{Case, CaseError, System, Visitor};
 use std::fmt;
@@ -169,10 +168,7 @@ struct Look;
 impl Visitor<f64> for Look {
     type Output = Vec<Warning>;
 
-    fn visit<const N: usize, const D: usize, R: Retraction<f64, N, D>, L: Lagrangian<f64, N>, F: Force<f64, N>>(
-        self,
-        system: System<f64, N, D, R, L, F>,
-    ) -> Vec<Warning> {
+    fn visit<const N: usize, const D: usize>(self, system: System<f64, N, D>) -> Vec<Warning> {
         let body = EulerPoincare::new(system.algebra.clone(), &system.lagrangian, &system.force);
         warnings(&body, &system.state, 8.0 * system.step)
     }

@@ -49,7 +49,7 @@ macro_rules! compiled {
                 plan: Plan<Self>,
                 observer: &mut dyn Observer<Self>,
             ) -> Result<Ended<Self>, CaseError> {
-                case.dispatch(Run { plan, observer, matrix_size: case.matrix_size() })
+                case.run(Run { plan, observer, matrix_size: case.matrix_size() })
             }
 
             fn solution(

@@ -1,8 +1,8 @@
 //! From the run-time description to types: the one door through which a [`Case`] becomes a [`System`].
 //!
-//! The dimension N is a const generic of one of three classes: 3, 6 or 10, with matrices of size D = 4, 8 and 12, and one
-//! retraction type each; in dimension 3 it holds the closed forms of so(3) in its standard basis, too. A [`Visitor`] is
-//! compiled once for each class and each scalar: keep visitors small.
+//! The dimension N is a const generic of one of two classes: 6 or 10, with matrices of size D = 8 and 12. A [`Visitor`] is compiled
+//! once for each class and each scalar; most laws know the first class alone ([`Case::dispatch_main`]). Runs of systems have a third
+//! class, 3 and 4, with the closed forms of so(3) and without spectators: there speed counts.
 //!
 //! A system of dimension n runs in the smallest class that holds it, next to N − n *spectators*: the algebra is g ⊕ ℝᴺ⁻ⁿ,
 //! the group G × ℝᴺ⁻ⁿ; the spectators have unit inertia, no force, and start at rest, where they stay. Coordinates and
@@ -23,11 +23,14 @@ use crate::mechanics::configuration::Configuration;
 use crate::mechanics::force::AnyForce;
 use crate::mechanics::lagrangian::{AnyLagrangian, Gyrostat, Quadratic, Quartic};
 use crate::mechanics::{Force, Lagrangian, LegendreError};
-use crate::retraction::given::GivenRetraction;
-use crate::retraction::{AnyRetraction, Cayley, Composed, Exponential, ODD, OddTerm, Retraction, is_odd};
-use crate::scalar::{Dd, Number, Real};
+use crate::retraction::given::{GivenRetraction, Untyped, UntypedRetraction};
+use crate::retraction::{
+    AnyRetraction, Cayley, CayleySo3, Composed, Exponential, ExponentialSo3, ODD, OddTerm, Retraction, is_odd,
+};
+use crate::scalar::{Number, Real};
 use crate::tableau::families::MAX_STAGES;
 use crate::tableau::{Description, Entries, Tableau, TableauError};
+use std::sync::Arc;
 
 /// What laws of reduced systems do not know.
 pub(crate) const PLACED: &str = "a force or a Lagrangian that depends on the configuration";
@@ -37,17 +40,19 @@ const INDEFINITE: &str = "positive definite; with `indefinite = true` any regula
 
 /// A case, built: every part typed, every number in `T`.
 #[derive(Clone, Debug)]
-pub struct System<T: Real, const N: usize, const D: usize, R, L = AnyLagrangian<T, N>, F = AnyForce<T, N>> {
+pub struct System<T: Real, const N: usize, const D: usize, R = AnyRetraction<T, N, D>> {
     /// n ≤ N: the first n coordinates are those of the case, the others those of spectators.
     pub dimension: usize,
+    /// m: the leading m×m block of a matrix is that of the case, the rest is spectators' or padding.
+    pub size: usize,
     /// g, in the case's basis.
     pub algebra: LieAlgebra<T, N>,
     /// G; `None` when the algebra is given by structure constants alone.
     pub group: Option<MatrixGroup<T, N, D>>,
     /// l.
-    pub lagrangian: L,
+    pub lagrangian: AnyLagrangian<T, N>,
     /// f.
-    pub force: F,
+    pub force: AnyForce<T, N>,
     /// τ.
     pub retraction: R,
     /// (a, b).
@@ -60,7 +65,17 @@ pub struct System<T: Real, const N: usize, const D: usize, R, L = AnyLagrangian<
     pub casimirs: Vec<Casimir<T, N>>,
 }
 
-/// What is done with a system, whatever its dimension, retraction, Lagrangian and force.
+impl<T: Real, const N: usize, const D: usize, R> System<T, N, D, R> {
+    /// How many products make n linear combinations of matrices, or of ad where they are larger: what rounding is counted by.
+    pub fn products(&self) -> usize {
+        self.dimension * self.size.max(self.dimension)
+    }
+}
+
+/// A system of the class that most laws know.
+pub(crate) type Main<T> = System<T, 6, 8>;
+
+/// What is done with a system, whatever its dimension.
 pub trait Visitor<T: Real> {
     /// The result.
     type Output;
@@ -70,11 +85,7 @@ pub trait Visitor<T: Real> {
     const KNOWS_CONFIGURATION: bool = false;
 
     /// Does it.
-    fn visit<const N: usize, const D: usize, R, L, F>(self, system: System<T, N, D, R, L, F>) -> Self::Output
-    where
-        R: Retraction<T, N, D> + 'static,
-        L: Lagrangian<T, N> + 'static,
-        F: Force<T, N> + 'static;
+    fn visit<const N: usize, const D: usize>(self, system: System<T, N, D>) -> Self::Output;
 }
 
 /// What is done to the retraction of a system before it is handed on: laws put a faulty one in its place, which has to stand behind a
@@ -82,56 +93,57 @@ pub trait Visitor<T: Real> {
 #[doc(hidden)]
 pub trait Wrap {
     /// The retraction to be used instead of `retraction`.
-    fn wrap<T: Real, const N: usize, const D: usize, R>(&self, retraction: R) -> R
-    where
-        R: Retraction<T, N, D> + From<GivenRetraction<T, N, D>> + Send + Sync + 'static;
+    fn wrap<T: Real, const N: usize, const D: usize>(
+        &self,
+        retraction: AnyRetraction<T, N, D>,
+    ) -> AnyRetraction<T, N, D>;
 }
 
 /// The retraction as it is.
 struct AsItIs;
 
 impl Wrap for AsItIs {
-    fn wrap<T: Real, const N: usize, const D: usize, R>(&self, retraction: R) -> R {
+    fn wrap<T: Real, const N: usize, const D: usize>(
+        &self,
+        retraction: AnyRetraction<T, N, D>,
+    ) -> AnyRetraction<T, N, D> {
         retraction
     }
 }
 
-/// What is done with systems of this crate's own types, of one algebra: they can be shared between threads.
+/// What runs a system: with the closed forms of so(3), and in dimension 3 without spectators.
+pub(super) trait Runner<T: Real> {
+    /// The result.
+    type Output;
+
+    /// Does it.
+    fn run<const N: usize, const D: usize, R: Retraction<T, N, D>>(self, system: System<T, N, D, R>) -> Self::Output;
+}
+
+/// What runs systems of one algebra, which can be shared between threads.
 pub(super) trait Workshop<T: Real> {
     /// The result.
     type Output;
 
     /// Does it; `build` makes a system of a case on the algebra and with the retraction of the first.
-    fn work<const N: usize, const D: usize, R>(
+    fn work<const N: usize, const D: usize, R: Retraction<T, N, D> + Clone + Send + Sync + 'static>(
         self,
         build: impl Fn(&Case) -> Result<System<T, N, D, R>, CaseError> + Sync,
-    ) -> Self::Output
-    where
-        R: Shared<T, N, D>;
-}
-
-/// A retraction that can be copied and shared between threads.
-pub(crate) trait Shared<T: Real, const N: usize, const D: usize>:
-    Retraction<T, N, D> + Clone + Send + Sync + 'static
-{
-}
-
-impl<T: Real, const N: usize, const D: usize, R: Retraction<T, N, D> + Clone + Send + Sync + 'static> Shared<T, N, D>
-    for R
-{
-}
-
-/// What is done with a system in `f64` and the same in 32 digits.
-pub(crate) trait Pairing {
-    /// The result.
-    type Output;
-
-    /// Does it.
-    fn pair<const N: usize, const D: usize, R: Shared<f64, N, D>, Q: Shared<Dd, N, D>>(
-        self,
-        double: System<f64, N, D, R>,
-        quad: System<Dd, N, D, Q>,
     ) -> Self::Output;
+}
+
+/// One system of a workshop.
+struct Single<'a, V>(&'a Case, V);
+
+impl<T: Real, V: Runner<T>> Workshop<T> for Single<'_, V> {
+    type Output = Result<V::Output, CaseError>;
+
+    fn work<const N: usize, const D: usize, R: Retraction<T, N, D> + Clone + Send + Sync + 'static>(
+        self,
+        build: impl Fn(&Case) -> Result<System<T, N, D, R>, CaseError> + Sync,
+    ) -> Self::Output {
+        Ok(self.1.run(build(self.0)?))
+    }
 }
 
 /// Builds and does nothing.
@@ -140,39 +152,16 @@ struct Build;
 impl<T: Real> Visitor<T> for Build {
     type Output = ();
 
-    fn visit<const N: usize, const D: usize, R: Retraction<T, N, D>, L: Lagrangian<T, N>, F: Force<T, N>>(
-        self,
-        _: System<T, N, D, R, L, F>,
-    ) {
-    }
+    fn visit<const N: usize, const D: usize>(self, _: System<T, N, D>) {}
 }
 
-/// g, G if there is one, and the Casimirs that are known.
+/// g, G if there is one, the Casimirs that are known, and the size of the matrices of G.
 pub(crate) type BuiltParts<T, const N: usize, const D: usize> =
-    (LieAlgebra<T, N>, Option<MatrixGroup<T, N, D>>, Vec<Casimir<T, N>>);
-
-/// How a retraction is made of g and G, for a map τ.
-type Make<T, const N: usize, const D: usize, R> =
-    fn(&LieAlgebra<T, N>, &Option<MatrixGroup<T, N, D>>, &Case) -> Result<R, CaseError>;
-
-/// The classes listed, in order: N, D and the retraction's maker, handed to a macro. In dimension 3 the maker is chosen.
-macro_rules! door {
-    ($case:ident, $enter:ident, $($n:literal => $d:literal),*) => {{
-        let three = if $case.is_standard_so3() { closed } else { of_three };
-        if $case.fits(3, 4) {
-            return $enter!(3, 4, three);
-        }
-        $(if $case.fits($n, $d) {
-            return $enter!($n, $d, general);
-        })*
-        let most = [$($n),*].into_iter().max().unwrap_or(0);
-        Err($case.too_large(most))
-    }};
-}
+    (LieAlgebra<T, N>, Option<MatrixGroup<T, N, D>>, Vec<Casimir<T, N>>, usize);
 
 /// Whether a class holds algebras of dimension n with matrices of a size; `main`: one of [`Case::dispatch_main`].
 pub(super) const fn has_class(n: usize, size: usize, main: bool) -> bool {
-    Beside::fits(n, size, 3, 4) || Beside::fits(n, size, 6, 8) || (!main && Beside::fits(n, size, 10, 12))
+    Beside::fits(n, size, 6, 8) || (!main && Beside::fits(n, size, 10, 12))
 }
 
 impl Case {
@@ -189,12 +178,13 @@ impl Case {
     /// # Errors
     /// Those of [`Case::dispatch`].
     pub fn dispatch_with<T: Real, V: Visitor<T>>(&self, wrap: &impl Wrap, visitor: V) -> Result<V::Output, CaseError> {
-        macro_rules! enter {
-            ($n:literal, $d:literal, $make:ident) => {
-                Ok(visitor.visit(self.assemble::<T, $n, $d, _>(&|r| wrap.wrap(r), $make)?))
-            };
+        if self.fits(6, 8) {
+            return Ok(visitor.visit(self.system::<T, 6, 8>(wrap)?));
         }
-        door!(self, enter, 6 => 8, 10 => 12)
+        if self.fits(10, 12) {
+            return Ok(visitor.visit(self.system::<T, 10, 12>(wrap)?));
+        }
+        Err(self.too_large(10))
     }
 
     /// [`Case::dispatch`] for dimensions up to 6: less to compile.
@@ -214,34 +204,23 @@ impl Case {
         wrap: &impl Wrap,
         visitor: V,
     ) -> Result<V::Output, CaseError> {
-        macro_rules! enter {
-            ($n:literal, $d:literal, $make:ident) => {
-                Ok(visitor.visit(self.assemble::<T, $n, $d, _>(&|r| wrap.wrap(r), $make)?))
-            };
-        }
-        door!(self, enter, 6 => 8)
+        if self.fits(6, 8) { Ok(visitor.visit(self.system::<T, 6, 8>(wrap)?)) } else { Err(self.too_large(6)) }
     }
 
-    /// Builds the case in `f64` and in 32 digits and hands both to `pairing`, for dimensions up to 6: so(3) is a general
-    /// algebra here, without closed forms.
+    /// The system, of a dimension up to 6.
     ///
     /// # Errors
     /// Those of [`Case::dispatch_main`].
-    pub(crate) fn dispatch_pair<P: Pairing>(&self, pairing: P) -> Result<P::Output, CaseError> {
-        macro_rules! enter {
-            ($n:literal, $d:literal, $make:ident) => {{
-                let double = self.assemble::<f64, $n, $d, _>(&|r| r, $make)?;
-                let quad = self.assemble::<Dd, $n, $d, _>(&|r| r, $make)?;
-                Ok(pairing.pair(double, quad))
-            }};
-        }
-        if self.fits(3, 4) {
-            return enter!(3, 4, of_three);
-        }
-        if self.fits(6, 8) {
-            return enter!(6, 8, general);
-        }
-        Err(self.too_large(6))
+    pub(crate) fn main<T: Real>(&self) -> Result<Main<T>, CaseError> {
+        if self.fits(6, 8) { self.system(&AsItIs) } else { Err(self.too_large(6)) }
+    }
+
+    /// Builds the case with the retraction that is fastest, and hands it to `runner`.
+    ///
+    /// # Errors
+    /// Those of [`Case::dispatch`].
+    pub(super) fn run<T: Real, V: Runner<T>>(&self, runner: V) -> Result<V::Output, CaseError> {
+        self.workshop(Single(self, runner))?
     }
 
     /// The case's dimension and retraction as types, for more cases than this one.
@@ -249,12 +228,17 @@ impl Case {
     /// # Errors
     /// A dimension that is not compiled in.
     pub(super) fn workshop<T: Real, V: Workshop<T>>(&self, workshop: V) -> Result<V::Output, CaseError> {
-        macro_rules! enter {
-            ($n:literal, $d:literal, $make:ident) => {
-                Ok(workshop.work::<$n, $d, _>(|case| case.assemble(&|r| r, $make)))
-            };
+        if self.fits(3, 4) {
+            let make = if self.is_standard_so3() { closed } else { of_three };
+            return Ok(workshop.work::<3, 4, _>(|case| case.assemble(make)));
         }
-        door!(self, enter, 6 => 8, 10 => 12)
+        if self.fits(6, 8) {
+            return Ok(workshop.work::<6, 8, _>(|case| case.assemble(general)));
+        }
+        if self.fits(10, 12) {
+            return Ok(workshop.work::<10, 12, _>(|case| case.assemble(general)));
+        }
+        Err(self.too_large(10))
     }
 
     /// Whether the algebra is so(3) in its standard basis, where retractions have closed forms.
@@ -296,7 +280,7 @@ impl Case {
     /// # Errors
     /// Those of [`Case::dispatch`].
     pub(crate) fn on_so3(&self) -> Result<System<f64, 3, 3, So3Retraction<f64>>, CaseError> {
-        self.assemble(&|r| r, standard)
+        self.assemble(standard)
     }
 
     /// The system of a case on se(3) in its standard basis, with the Cayley map.
@@ -304,37 +288,55 @@ impl Case {
     /// # Errors
     /// Those of [`Case::dispatch`].
     pub(crate) fn on_se3(&self) -> Result<System<f64, 6, 4, CayleySe3>, CaseError> {
-        self.assemble(&|r| r, |_, _, _| Ok(CayleySe3::new()))
+        self.assemble(|_, _, _| Ok(CayleySe3::new()))
     }
 
     /// The system of the case, the same for every visitor: no visitor's type is in it, so that it is compiled once.
-    fn assemble<T: Real, const N: usize, const D: usize, R: Retraction<T, N, D> + 'static>(
+    fn system<T: Real, const N: usize, const D: usize>(&self, wrap: &impl Wrap) -> Result<System<T, N, D>, CaseError> {
+        self.assemble(|algebra, group, case| Ok(wrap.wrap(case.judged(algebra, group)?)))
+    }
+
+    /// The retraction that laws judge: on so(3) in its standard basis a closed form, which is given like one of a user's own.
+    fn judged<T: Real, const N: usize, const D: usize>(
         &self,
-        wrap: &dyn Fn(R) -> R,
-        make: Make<T, N, D, R>,
+        algebra: &LieAlgebra<T, N>,
+        group: &Option<MatrixGroup<T, N, D>>,
+    ) -> Result<AnyRetraction<T, N, D>, CaseError> {
+        match Beside::new(3, 3, N).filter(|_| self.is_standard_so3()) {
+            Some(beside) => {
+                let closed: Arc<dyn UntypedRetraction<T>> = match self.method.retraction {
+                    Tau::Cayley => Arc::new(Untyped::<_, 3, 3>(CayleySo3::new())),
+                    Tau::Exponential => Arc::new(Untyped::<_, 3, 3>(ExponentialSo3::new())),
+                };
+                Ok(AnyRetraction::Given(GivenRetraction::new(closed, algebra.clone(), beside)))
+            }
+            None => general(algebra, group, self),
+        }
+    }
+
+    /// The system of the case, with a retraction made of g and G.
+    fn assemble<T: Real, const N: usize, const D: usize, R: Retraction<T, N, D>>(
+        &self,
+        make: impl FnOnce(&LieAlgebra<T, N>, &Option<MatrixGroup<T, N, D>>, &Self) -> Result<R, CaseError>,
     ) -> Result<System<T, N, D, R>, CaseError> {
-        let (algebra, group, casimirs) = self.structure::<T, N, D>()?;
-        let retraction = wrap(make(&algebra, &group, self)?);
+        let parts = self.structure::<T, N, D>()?;
+        let retraction = make(&parts.0, &parts.1, self)?;
         if let Some(i) = self.forces.iter().position(|term| *term == ForceTerm::Given) {
             return Err(Place::root().key("force").index(i).error(Problem::given("the force")));
         }
-        self.complete((algebra, group, casimirs), retraction, |l| l, |f| f, false)
+        self.complete(parts, retraction, |l| l, |f| f, false)
     }
 
     /// The system of these parts, with the Lagrangian and the force of the case or what is put in their place. What depends on the
     /// configuration is refused where it is not known.
-    pub(crate) fn complete<T: Real, const N: usize, const D: usize, R: Retraction<T, N, D>, L, F>(
+    pub(crate) fn complete<T: Real, const N: usize, const D: usize, R: Retraction<T, N, D>>(
         &self,
-        (algebra, group, casimirs): BuiltParts<T, N, D>,
+        (algebra, group, casimirs, size): BuiltParts<T, N, D>,
         retraction: R,
-        lagrangian: impl FnOnce(AnyLagrangian<T, N>) -> L,
-        force: impl FnOnce(AnyForce<T, N>) -> F,
+        lagrangian: impl FnOnce(AnyLagrangian<T, N>) -> AnyLagrangian<T, N>,
+        force: impl FnOnce(AnyForce<T, N>) -> AnyForce<T, N>,
         knows_configuration: bool,
-    ) -> Result<System<T, N, D, R, L, F>, CaseError>
-    where
-        L: Lagrangian<T, N>,
-        F: Force<T, N>,
-    {
+    ) -> Result<System<T, N, D, R>, CaseError> {
         let scope = Scope::of(self)?;
         let drawn = self.lagrangian::<T, N, D>(&scope, &group)?;
         let force = force(self.force(&algebra, &drawn, &scope)?);
@@ -354,7 +356,7 @@ impl Case {
             return Err(place.error(Problem::Range { found, allowed: "any number but 0".into() }));
         }
         let dimension = self.dimension();
-        Ok(System { dimension, algebra, group, lagrangian, force, retraction, tableau, state, step, casimirs })
+        Ok(System { dimension, size, algebra, group, lagrangian, force, retraction, tableau, state, step, casimirs })
     }
 
     fn structure<T: Real, const N: usize, const D: usize>(&self) -> Result<BuiltParts<T, N, D>, CaseError> {
@@ -363,24 +365,26 @@ impl Case {
         let (n, basis) = (self.dimension(), self.algebra.basis.as_ref());
         // The file lists the columns.
         let basis = basis.map(|b| Ok(square::<T, N>(b, n, T::one(), &basis_place)?.transpose())).transpose()?;
-        let (mut algebra, mut group, mut casimirs) = match &self.algebra.structure {
+        let (mut algebra, mut group, mut casimirs, size) = match &self.algebra.structure {
             Structure::Named(entry) => {
                 let refused = |e| place.key("name").error(Problem::Algebra(e));
                 let group = MatrixGroup::<T, N, D>::beside_spectators(entry).map_err(refused)?;
-                (group.algebra().clone(), Some(group), entry.casimirs_beside_spectators::<T, N>())
+                (group.algebra().clone(), Some(group), entry.casimirs_beside_spectators::<T, N>(), entry.matrix_size())
             }
             Structure::Matrices { algebra, .. } => {
                 let refused = |e| place.key("matrices").error(Problem::Algebra(e));
                 let group = MatrixGroup::<T, N, D>::of_matrices(algebra).map_err(refused)?;
-                (group.algebra().clone(), Some(group), algebra.casimirs_beside_spectators::<T, N>())
+                let casimirs = algebra.casimirs_beside_spectators::<T, N>();
+                (group.algebra().clone(), Some(group), casimirs, algebra.matrix_size())
             }
             Structure::Constants { .. } => {
                 let place = place.key("constants");
                 let (algebra, rational) = (self.constants::<T, N>(&place)?, self.algebra.structure.rational());
                 let casimirs = rational.as_ref().map_or_else(Vec::new, |r| r.casimirs_beside_spectators::<T, N>());
                 let adjoint = rational.and_then(|rational| rational.of_adjoint());
+                let size = adjoint.as_ref().map_or(0, |adjoint| adjoint.matrix_size());
                 let group = adjoint.map(|adjoint| MatrixGroup::of_matrices(&adjoint)).transpose();
-                (algebra, group.map_err(|e| place.error(Problem::Algebra(e)))?, casimirs)
+                (algebra, group.map_err(|e| place.error(Problem::Algebra(e)))?, casimirs, size)
             }
             Structure::Given { .. } => return Err(place.error(Problem::given("the algebra"))),
         };
@@ -390,7 +394,7 @@ impl Case {
             group = group.map(|group| group.in_basis(&basis)).transpose().map_err(refused)?;
             casimirs = casimirs.iter().map(|c| c.in_basis(&basis)).collect::<Result<_, _>>().map_err(refused)?;
         }
-        Ok((algebra, group, casimirs))
+        Ok((algebra, group, casimirs, size))
     }
 
     fn constants<T: Real, const N: usize>(&self, place: &Place) -> Result<LieAlgebra<T, N>, CaseError> {

@@ -6,15 +6,14 @@
 use super::case::{Case, Force as ForceTerm, Tau};
 use super::dispatch::{self, System, Visitor, Wrap};
 use super::error::{CaseError, Place, Problem};
-use super::so3::Retraction3;
 use crate::algebra::{Casimir, Matrix, Vector};
 use crate::group::matrix::Beside;
 use crate::group::{LieGroup, MatrixGroup};
 use crate::mechanics::force::AnyForce;
 use crate::mechanics::given::{GivenForce, GivenLagrangian, UntypedForce, UntypedLagrangian};
 use crate::mechanics::lagrangian::AnyLagrangian;
+use crate::retraction::AnyRetraction;
 use crate::retraction::given::{GivenRetraction, UntypedRetraction};
-use crate::retraction::{AnyRetraction, Retraction};
 use crate::scalar::Real;
 use std::sync::Arc;
 
@@ -72,9 +71,9 @@ impl<T: Real> SuppliedCasimir<T> {
     }
 }
 
-/// Whether a class holds types of dimension n in matrices of size d: then they need no laws of their own.
+/// Whether the class of most laws holds types of dimension n in matrices of size d: then they need no laws of their own.
 pub(crate) const fn has_class(n: usize, d: usize) -> bool {
-    Beside::fits(n, d, 3, 4) || Beside::fits(n, d, 6, 8)
+    Beside::fits(n, d, 6, 8)
 }
 
 impl Case {
@@ -89,28 +88,26 @@ impl Case {
         wrap: &impl Wrap,
         visitor: V,
     ) -> Result<V::Output, CaseError> {
-        let fits = |n, d| Beside::new(supplied.dimension, supplied.size, n).filter(|beside| beside.rows() <= d);
-        let knows = V::KNOWS_CONFIGURATION;
-        if let Some(beside) = fits(3, 4) {
-            let wrapped = |general| wrap.wrap(Retraction3::General(general));
-            return Ok(visitor.visit(self.with_given::<T, 3, 4, _>(supplied, &beside, &wrapped, knows)?));
-        }
-        if let Some(beside) = fits(6, 8) {
-            let wrapped = |general| wrap.wrap(general);
-            return Ok(visitor.visit(self.with_given::<T, 6, 8, _>(supplied, &beside, &wrapped, knows)?));
-        }
-        let found = format!("of dimension {}, in {1}×{1} matrices", supplied.dimension, supplied.size);
-        let allowed = "dimension 1 to 6, in matrices of at most 8×8 with those of spectators".into();
-        Err(Place::root().key("algebra").error(Problem::Range { found, allowed }))
+        let beside = Beside::new(supplied.dimension, supplied.size, 6).filter(|beside| beside.rows() <= 8);
+        let beside = beside.ok_or_else(|| {
+            let found = format!("of dimension {}, in {1}×{1} matrices", supplied.dimension, supplied.size);
+            let allowed = "dimension 1 to 6, in matrices of at most 8×8 with those of spectators".into();
+            Place::root().key("algebra").error(Problem::Range { found, allowed })
+        })?;
+        Ok(visitor.visit(self.with_given::<T, 6, 8>(supplied, &beside, wrap, V::KNOWS_CONFIGURATION)?))
     }
 
-    fn with_given<T: Real, const N: usize, const D: usize, R: Retraction<T, N, D>>(
+    /// The system of a user's parts beside spectators.
+    ///
+    /// # Errors
+    /// Those of [`Case::dispatch_given`].
+    pub(crate) fn with_given<T: Real, const N: usize, const D: usize>(
         &self,
         supplied: &Supplied<T>,
         beside: &Beside,
-        wrap: &dyn Fn(AnyRetraction<T, N, D>) -> R,
+        wrap: &impl Wrap,
         knows_configuration: bool,
-    ) -> Result<System<T, N, D, R>, CaseError> {
+    ) -> Result<System<T, N, D>, CaseError> {
         let (n, size) = (supplied.dimension, supplied.size);
         let matrix = |a: usize| -> Matrix<T, D> {
             Matrix::from_fn(|r, c| if r.max(c) < size { supplied.basis[a][c * size + r] } else { T::zero() })
@@ -134,6 +131,12 @@ impl Case {
             }
             _ => drawn,
         };
-        self.complete((algebra, Some(group), casimirs), wrap(retraction), lagrangian, force, knows_configuration)
+        self.complete(
+            (algebra, Some(group), casimirs, size),
+            wrap.wrap(retraction),
+            lagrangian,
+            force,
+            knows_configuration,
+        )
     }
 }

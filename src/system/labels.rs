@@ -6,8 +6,6 @@ use super::rates::Rates;
 use crate::algebra::catalogue::Entry;
 use crate::algebra::known;
 use crate::integrators::{OneStep, Solver, Variational};
-use crate::mechanics::{Force, Lagrangian};
-use crate::retraction::Retraction;
 use crate::scalar::Number;
 use crate::tableau::{Description, Family};
 
@@ -47,10 +45,7 @@ struct Class;
 impl Visitor<f64> for Class {
     type Output = (&'static str, bool);
 
-    fn visit<const N: usize, const D: usize, R: Retraction<f64, N, D>, L: Lagrangian<f64, N>, F: Force<f64, N>>(
-        self,
-        system: System<f64, N, D, R, L, F>,
-    ) -> Self::Output {
+    fn visit<const N: usize, const D: usize>(self, system: System<f64, N, D>) -> Self::Output {
         let algebra = &system.algebra;
         let class = if algebra.is_abelian() {
             "abelian"
@@ -74,10 +69,7 @@ struct Solved;
 impl Visitor<f64> for Solved {
     type Output = &'static str;
 
-    fn visit<const N: usize, const D: usize, R: Retraction<f64, N, D>, L: Lagrangian<f64, N>, F: Force<f64, N>>(
-        self,
-        system: System<f64, N, D, R, L, F>,
-    ) -> Self::Output {
+    fn visit<const N: usize, const D: usize>(self, system: System<f64, N, D>) -> Self::Output {
         let mut state = system.state;
         let mut method =
             Variational::new(&system.lagrangian, &system.force, &system.retraction, system.tableau.clone());

@@ -6,8 +6,6 @@ use super::error::{CaseError, Place};
 use super::{System, Visitor, arbitrary};
 use crate::algebra::{Matrix, Vector, known};
 use crate::group::LieGroup;
-use crate::mechanics::{Force, Lagrangian as Energy};
-use crate::retraction::Retraction;
 use crate::scalar::Number;
 use std::fmt::Write;
 
@@ -59,10 +57,7 @@ fn combination(terms: impl Iterator<Item = (f64, String)>) -> String {
 impl Visitor<f64> for Describe<'_> {
     type Output = String;
 
-    fn visit<const N: usize, const D: usize, R: Retraction<f64, N, D>, L: Energy<f64, N>, F: Force<f64, N>>(
-        self,
-        system: System<f64, N, D, R, L, F>,
-    ) -> String {
+    fn visit<const N: usize, const D: usize>(self, system: System<f64, N, D>) -> String {
         let (n, size) = (system.dimension, self.size);
         let mut text = format!("{}: dimension {n}, {size}×{size} matrices\n", self.name);
         let unit = |r: usize, c: usize| if size < 10 { format!("E_{r}{c}") } else { format!("E_{r},{c}") };

@@ -5,9 +5,9 @@ use super::dispatch::{System, Visitor};
 use crate::algebra::elimination::quick_inverse;
 use crate::algebra::{LieAlgebra, Matrix, Vector};
 use crate::group::LieGroup;
-use crate::mechanics::Lagrangian;
 use crate::mechanics::configuration::Configuration;
-use crate::retraction::{Retraction, real_eigenvalues_below_one};
+use crate::mechanics::{Force as _, Lagrangian};
+use crate::retraction::real_eigenvalues_below_one;
 
 /// The largest stiffness of the step of generated cases: well below where stage equations fold (about 1) and τ leaves its
 /// domain.
@@ -113,11 +113,7 @@ pub(crate) struct Measure {
 }
 
 /// Whether f is more than rounding somewhere: its terms are of the size strength (1 + |l'(η)|)³ at most, up to the basis.
-fn driven<const N: usize, const D: usize, R, L, F>(system: &System<f64, N, D, R, L, F>, strength: f64) -> bool
-where
-    L: Lagrangian<f64, N>,
-    F: crate::mechanics::Force<f64, N>,
-{
+fn driven<const N: usize, const D: usize>(system: &System<f64, N, D>, strength: f64) -> bool {
     (0..4).any(|k| {
         let eta = Vector::<f64, N>::from_fn(|a, _| ((7 * a + 3 * k + 1) % 11) as f64 / 8.0 - 0.5);
         let size = strength * (1.0 + system.lagrangian.gradient(&eta).amax()).powi(3);
@@ -146,16 +142,7 @@ impl Visitor<f64> for Measure {
 
     const KNOWS_CONFIGURATION: bool = true;
 
-    fn visit<
-        const N: usize,
-        const D: usize,
-        R: Retraction<f64, N, D>,
-        L: Lagrangian<f64, N>,
-        F: crate::mechanics::Force<f64, N>,
-    >(
-        self,
-        system: System<f64, N, D, R, L, F>,
-    ) -> Option<Rates> {
+    fn visit<const N: usize, const D: usize>(self, system: System<f64, N, D>) -> Option<Rates> {
         let algebra: &LieAlgebra<f64, N> = &system.algebra;
         let (time, here) = (system.state.time, &system.state.attitude);
         let eta = system.lagrangian.velocity(&system.state.momentum, &Vector::zeros()).ok()?;

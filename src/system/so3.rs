@@ -5,7 +5,6 @@ use crate::algebra::brackets::Brackets;
 use crate::algebra::{Covector, LieAlgebra, Matrix, Vector};
 use crate::group::MatrixGroup;
 use crate::retraction::any::{by_arm, tangents_by_arm};
-use crate::retraction::given::GivenRetraction;
 use crate::retraction::{AnyRetraction, CayleySo3, ExponentialSo3, Retraction, RetractionError, TangentPoint};
 use crate::scalar::{Real, Scalar};
 
@@ -130,12 +129,6 @@ impl<T: Real> Retraction<T, 3, 4> for Retraction3<T> {
 
     fn rough_rates<const W: usize>(&self, brackets: &Brackets<T>, x: &[[T; W]; 3], eta: &[[T; W]; 3]) -> [[T; W]; 3] {
         by_arm!(self, Closed | General, r => r.rough_rates(brackets, x, eta))
-    }
-}
-
-impl<T: Real> From<GivenRetraction<T, 3, 4>> for Retraction3<T> {
-    fn from(given: GivenRetraction<T, 3, 4>) -> Self {
-        Self::General(given.into())
     }
 }
 

@@ -1,6 +1,6 @@
 //! One system from its initial state on with a tolerance, whatever its dimension: rows of plain numbers, and events.
 
-use super::dispatch::{System, Visitor};
+use super::dispatch::{Runner, System};
 use super::error::{CaseError, Place, Problem};
 use super::event::{Direction, EventFormula};
 use super::file::{Horizon, SystemFile};
@@ -12,7 +12,6 @@ use crate::integrators::State;
 use crate::integrators::solve::{Event, Moment, Progress, Solve, SolveError, SolveFailure};
 use crate::integrators::variational::Exchange;
 use crate::mechanics::formula::{FormulaValue, Quantities};
-use crate::mechanics::{Force, Lagrangian};
 use crate::retraction::Retraction;
 use crate::scalar::{Number, Real};
 use std::cell::{Cell, RefCell};
@@ -197,16 +196,13 @@ pub(super) fn solved<T: Real>(
     let (Some(adaptive), Some(plan)) = (&file.adaptive, file.solve_plan()?) else { return Ok(None) };
     let (expressions, quantities) = (adaptive.expressions(&file.case)?, Quantities::of(&file.case));
     let run = Run { plan, events: &adaptive.events, expressions: &expressions, quantities, observer };
-    file.case.dispatch(run).map(Some)
+    file.case.run(run).map(Some)
 }
 
-impl<T: Real> Visitor<T> for Run<'_, T> {
+impl<T: Real> Runner<T> for Run<'_, T> {
     type Output = Solved<T>;
 
-    fn visit<const N: usize, const D: usize, R: Retraction<T, N, D>, L: Lagrangian<T, N>, F: Force<T, N>>(
-        self,
-        system: System<T, N, D, R, L, F>,
-    ) -> Solved<T> {
+    fn run<const N: usize, const D: usize, R: Retraction<T, N, D>>(self, system: System<T, N, D, R>) -> Solved<T> {
         let Self { plan, events, expressions, quantities, observer } = self;
         let System { dimension, lagrangian, force, retraction, tableau, state: start, casimirs, .. } = system;
         let failed = |time, reason| Solved { end: End::Failed, reason: Some(reason), time, statistics: None };

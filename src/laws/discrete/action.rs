@@ -15,10 +15,11 @@ use crate::discrete::legendre::{Momenta, flow_from};
 use crate::discrete::{DiscreteLagrangian, StageLagrangian, Triple};
 use crate::harness::{About, Cost, Fault};
 use crate::integrators::{Doubled, DoubledState, OneStep, Variational};
-use crate::mechanics::Force;
 use crate::mechanics::Lagrangian;
 use crate::mechanics::doubled::Forced;
-use crate::retraction::{Retraction, TangentPoint};
+use crate::mechanics::force::AnyForce;
+use crate::mechanics::lagrangian::AnyLagrangian;
+use crate::retraction::{AnyRetraction, Retraction, TangentPoint};
 use crate::scalar::{Real, max_abs};
 use crate::system::{System, Visitor};
 use crate::tableau::Tableau;
@@ -108,8 +109,16 @@ enum Which {
 }
 
 /// l_d of a system.
-type Action<'a, T, R, L, F, const N: usize, const D: usize> =
-    Planted<'a, StageLagrangian<T, Forced<&'a L, &'a F, &'a R>, &'a R, N, D>>;
+type Action<'a, T, const N: usize, const D: usize> = Planted<
+    'a,
+    StageLagrangian<
+        T,
+        Forced<&'a AnyLagrangian<T, N>, &'a AnyForce<T, N>, &'a AnyRetraction<T, N, D>>,
+        &'a AnyRetraction<T, N, D>,
+        N,
+        D,
+    >,
+>;
 
 /// A point off the units near the motion of a system: V = τ(v), U = τ(x), W = τ(w).
 struct Point<T: Real, const N: usize, const D: usize> {
@@ -131,10 +140,7 @@ struct DoubledStep<T: Real, const N: usize, const D: usize> {
 impl<T: Real> Visitor<T> for Check<'_, Which> {
     type Output = Measured;
 
-    fn visit<const N: usize, const D: usize, R: Retraction<T, N, D>, L: Lagrangian<T, N>, F: Force<T, N>>(
-        self,
-        system: System<T, N, D, R, L, F>,
-    ) -> Measured {
+    fn visit<const N: usize, const D: usize>(self, system: System<T, N, D>) -> Measured {
         let judged = match self.which {
             Which::Slopes => self.slopes(&system),
             Which::Generated => self.generated(&system),
@@ -148,11 +154,11 @@ impl<T: Real> Visitor<T> for Check<'_, Which> {
 
 impl<'a> Check<'a, Which> {
     /// l_d of the step from time t, with the fault planted.
-    fn action<T: Real, const N: usize, const D: usize, R: Retraction<T, N, D>, L: Lagrangian<T, N>, F: Force<T, N>>(
+    fn action<T: Real, const N: usize, const D: usize>(
         &self,
-        system: &'a System<T, N, D, R, L, F>,
+        system: &'a System<T, N, D>,
         time: T,
-    ) -> Action<'a, T, R, L, F, N, D> {
+    ) -> Action<'a, T, N, D> {
         let (l, f, r) = (&system.lagrangian, &system.force, &system.retraction);
         let (here, there) = (&system.tableau, system.tableau.conjugate());
         let size = Fault::size_of(self.fault, CONJUGATE.name);
@@ -166,9 +172,9 @@ impl<'a> Check<'a, Which> {
 }
 
 impl Check<'_, Which> {
-    fn point<T: Real, const N: usize, const D: usize, R: Retraction<T, N, D>, L: Lagrangian<T, N>, F: Force<T, N>>(
+    fn point<T: Real, const N: usize, const D: usize>(
         &self,
-        system: &System<T, N, D, R, L, F>,
+        system: &System<T, N, D>,
     ) -> Result<Point<T, N, D>, Measured> {
         let mut probe = Probe::new(self.case, stream::POINT_OFF_UNITS);
         let eta = system.lagrangian.velocity(&system.state.momentum, &Vector::zeros());
@@ -181,10 +187,7 @@ impl Check<'_, Which> {
         Ok(Point { triple: Triple { v: tau(&v)?, u: tau(&x)?, w: tau(&w)? }, v, w })
     }
 
-    fn slopes<T: Real, const N: usize, const D: usize, R: Retraction<T, N, D>, L: Lagrangian<T, N>, F: Force<T, N>>(
-        &self,
-        system: &System<T, N, D, R, L, F>,
-    ) -> Result<Measured, Measured> {
+    fn slopes<T: Real, const N: usize, const D: usize>(&self, system: &System<T, N, D>) -> Result<Measured, Measured> {
         let Some(group) = &system.group else {
             return Err(Measured::NotApplicable("the algebra has no group".into()));
         };
@@ -197,16 +200,9 @@ impl Check<'_, Which> {
         slopes(&l_d, group, |x| system.retraction.tau(x), &point.triple, &along, T::one())
     }
 
-    fn generated<
-        T: Real,
-        const N: usize,
-        const D: usize,
-        R: Retraction<T, N, D>,
-        L: Lagrangian<T, N>,
-        F: Force<T, N>,
-    >(
+    fn generated<T: Real, const N: usize, const D: usize>(
         &self,
-        system: &System<T, N, D, R, L, F>,
+        system: &System<T, N, D>,
     ) -> Result<Measured, Measured> {
         let DoubledStep { start, end, triple: x, stages } = &self.doubled_steps(system, 1)?[0];
         let l_d = self.action(system, system.state.time);
@@ -235,16 +231,9 @@ impl Check<'_, Which> {
     }
 
     /// Doubled steps from momenta off the units.
-    fn doubled_steps<
-        T: Real,
-        const N: usize,
-        const D: usize,
-        R: Retraction<T, N, D>,
-        L: Lagrangian<T, N>,
-        F: Force<T, N>,
-    >(
+    fn doubled_steps<T: Real, const N: usize, const D: usize>(
         &self,
-        system: &System<T, N, D, R, L, F>,
+        system: &System<T, N, D>,
         count: usize,
     ) -> Result<Vec<DoubledStep<T, N, D>>, Measured> {
         let mut probe = Probe::new(self.case, stream::MOMENTA_OFF_UNITS);
@@ -276,24 +265,14 @@ impl Check<'_, Which> {
         Ok(steps)
     }
 
-    fn antisymmetry<
-        T: Real,
-        const N: usize,
-        const D: usize,
-        R: Retraction<T, N, D>,
-        L: Lagrangian<T, N>,
-        F: Force<T, N>,
-    >(
+    fn antisymmetry<T: Real, const N: usize, const D: usize>(
         &self,
-        system: &System<T, N, D, R, L, F>,
+        system: &System<T, N, D>,
     ) -> Result<Measured, Measured> {
         antisymmetry(&self.action(system, system.state.time), &self.point(system)?.triple)
     }
 
-    fn flow<T: Real, const N: usize, const D: usize, R: Retraction<T, N, D>, L: Lagrangian<T, N>, F: Force<T, N>>(
-        &self,
-        system: &System<T, N, D, R, L, F>,
-    ) -> Result<Measured, Measured> {
+    fn flow<T: Real, const N: usize, const D: usize>(&self, system: &System<T, N, D>) -> Result<Measured, Measured> {
         let steps = self.doubled_steps(system, 2)?;
         let (previous, next) =
             (self.action(system, system.state.time), self.action(system, system.state.time + system.step));
@@ -303,16 +282,9 @@ impl Check<'_, Which> {
         Ok(compare(&found, &steps[1].triple, T::one(), 1024.0 * (system.tableau.stages() * N) as f64))
     }
 
-    fn restricted<
-        T: Real,
-        const N: usize,
-        const D: usize,
-        R: Retraction<T, N, D>,
-        L: Lagrangian<T, N>,
-        F: Force<T, N>,
-    >(
+    fn restricted<T: Real, const N: usize, const D: usize>(
         &self,
-        system: &System<T, N, D, R, L, F>,
+        system: &System<T, N, D>,
     ) -> Result<Measured, Measured> {
         let (l, f, r) = (&system.lagrangian, &system.force, &system.retraction);
         let mut method = Variational::new(l, f, r, system.tableau.clone());

@@ -14,7 +14,6 @@ use crate::discrete::legendre::{euler_lagrange, flow};
 use crate::discrete::{Lift, Momenta, Quadruple, Smooth, SmoothLagrangian, Triple, quadruple};
 use crate::group::{LieGroup, MatrixGroup};
 use crate::harness::{About, Cost, Fault};
-use crate::mechanics::{Force, Lagrangian};
 use crate::retraction::{Retraction, RetractionError};
 use crate::scalar::{Dual, Real, Scalar, max_abs};
 use crate::system::{System, Visitor};
@@ -136,10 +135,7 @@ impl<T: Real, const D: usize, L: SmoothLagrangian<T, D>> SmoothLagrangian<T, D> 
 impl<T: Real> Visitor<T> for Check<'_, Which> {
     type Output = Measured;
 
-    fn visit<const N: usize, const D: usize, R: Retraction<T, N, D>, L: Lagrangian<T, N>, F: Force<T, N>>(
-        self,
-        system: System<T, N, D, R, L, F>,
-    ) -> Measured {
+    fn visit<const N: usize, const D: usize>(self, system: System<T, N, D>) -> Measured {
         let Some(group) = &system.group else {
             return Measured::NotApplicable("the algebra has no group".into());
         };

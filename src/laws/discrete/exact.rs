@@ -103,8 +103,8 @@ fn quarter<T: Real>(h: T) -> T {
 
 /// That, halved until the momenta change by a 32nd of themselves at most, and displacements by a 32nd: a cubic force takes momenta to infinity in a
 /// time of half of 1/rate, a chart of the group has a radius of the order of 1, and the collocation has 32 digits over a twentieth of either.
-fn short_part<T: Real, const N: usize, const D: usize, R, L: Lagrangian<T, N>, F: Force<T, N>>(
-    system: &System<T, N, D, R, L, F>,
+fn short_part<T: Real, const N: usize, const D: usize>(
+    system: &System<T, N, D>,
     time: T,
     velocities: &[Vector<T, N>],
 ) -> T {
@@ -129,10 +129,7 @@ const SHORTEST: f64 = 1.0 / 16384.0;
 impl<T: Real> Visitor<T> for Check<'_, Which> {
     type Output = Measured;
 
-    fn visit<const N: usize, const D: usize, R: Retraction<T, N, D>, L: Lagrangian<T, N>, F: Force<T, N>>(
-        self,
-        system: System<T, N, D, R, L, F>,
-    ) -> Measured {
+    fn visit<const N: usize, const D: usize>(self, system: System<T, N, D>) -> Measured {
         let measured = match self.which {
             Which::Antisymmetry => self.antisymmetry(&system),
             Which::Generates => self.generates(&system),
@@ -174,10 +171,9 @@ struct Canonical<'a, H, S, T> {
     step: T,
 }
 
-impl<T, L, F, R, Q, const N: usize, const D: usize> Canonical<'_, LegendreHamiltonian<Q>, System<T, N, D, R, L, F>, T>
+impl<T, Q, const N: usize, const D: usize> Canonical<'_, LegendreHamiltonian<Q>, System<T, N, D>, T>
 where
     T: Real,
-    R: Retraction<T, N, D>,
     Q: DoubledLagrangian<T, N, D>,
 {
     /// Where the solution is after the step.
@@ -217,8 +213,8 @@ fn part<T: Real, const N: usize>(state: &[T], k: usize) -> Vector<T, N> {
 }
 
 /// A point near the motion of the system, off the units.
-fn start<T: Real, const N: usize, const D: usize, R: Retraction<T, N, D>, L: Lagrangian<T, N>, F>(
-    system: &System<T, N, D, R, L, F>,
+fn start<T: Real, const N: usize, const D: usize>(
+    system: &System<T, N, D>,
     probe: &mut Probe,
 ) -> Result<Start<T, N, D>, ExactError> {
     let time = system.state.time;
@@ -229,16 +225,9 @@ fn start<T: Real, const N: usize, const D: usize, R: Retraction<T, N, D>, L: Lag
 }
 
 impl Check<'_, Which> {
-    fn antisymmetry<
-        T: Real,
-        const N: usize,
-        const D: usize,
-        R: Retraction<T, N, D>,
-        L: Lagrangian<T, N>,
-        F: Force<T, N>,
-    >(
+    fn antisymmetry<T: Real, const N: usize, const D: usize>(
         &self,
-        system: &System<T, N, D, R, L, F>,
+        system: &System<T, N, D>,
     ) -> Result<Measured, ExactError> {
         let (l, f, r) = (&system.lagrangian, &system.force, &system.retraction);
         let Start { time, eta, u, psi } = start(system, &mut Probe::new(self.case, stream::EXACT_SOLUTION))?;
@@ -259,7 +248,7 @@ impl Check<'_, Which> {
             u: inverse,
             psi: eta,
         })?;
-        let floor = 2048.0 * N as f64;
+        let floor = 2048.0 * system.dimension as f64;
         let rate = planted.value(time, &eta, &u, &psi).map_err(at(time))?.abs();
         let energies = l.value(&eta).abs() + l.value(&psi).abs() + rate;
         let action = Measured::defect((there.action + back.action).abs(), energies * h.abs(), floor, || {
@@ -270,16 +259,9 @@ impl Check<'_, Which> {
         Ok(action.and(Measured::defect(ends, size, floor, || "V and W are not exchanged".into())))
     }
 
-    fn generates<
-        T: Real,
-        const N: usize,
-        const D: usize,
-        R: Retraction<T, N, D>,
-        L: Lagrangian<T, N>,
-        F: Force<T, N>,
-    >(
+    fn generates<T: Real, const N: usize, const D: usize>(
         &self,
-        system: &System<T, N, D, R, L, F>,
+        system: &System<T, N, D>,
     ) -> Result<Measured, ExactError> {
         let (l, f, r) = (&system.lagrangian, &system.force, &system.retraction);
         let mut probe = Probe::new(self.case, stream::EXACT_SOLUTION);
@@ -316,8 +298,8 @@ impl Check<'_, Which> {
         let terms = (rate + force) * quarter(system.step).abs()
             + lambda.amax() * here.x.amax().max(moved)
             + partner.amax() * here.y.amax().max(moved);
-        let floor = 2048.0 * N as f64;
-        let differences = slope(value, T::exact(0.25), terms * T::int(16 * N as i64));
+        let floor = 2048.0 * system.dimension as f64;
+        let differences = slope(value, T::exact(0.25), terms * T::int(16 * system.dimension as i64));
         let Some(differences) = differences else {
             return Err(stopped.unwrap_or(ExactError::NotConverged { step: 0.0, change: 0.0, iterations: 0 }));
         };
@@ -332,10 +314,7 @@ impl Check<'_, Which> {
         Ok(compared(found, &differences, size, terms, floor, "⟨p₁, δ₁⟩ − ⟨p₀, δ₀⟩ against δl_d^e"))
     }
 
-    fn free<T: Real, const N: usize, const D: usize, R: Retraction<T, N, D>, L: Lagrangian<T, N>, F: Force<T, N>>(
-        &self,
-        system: &System<T, N, D, R, L, F>,
-    ) -> Result<Measured, ExactError> {
+    fn free<T: Real, const N: usize, const D: usize>(&self, system: &System<T, N, D>) -> Result<Measured, ExactError> {
         let (l, f, r) = (&system.lagrangian, &system.force, &system.retraction);
         let mut probe = Probe::new(self.case, stream::EXACT_SOLUTION);
         let begin = start(system, &mut probe)?;
@@ -351,7 +330,7 @@ impl Check<'_, Which> {
         let one = end(begin.eta, begin.u, begin.psi)?;
         let two = end(begin.psi, Matrix::identity(), third)?;
         let both = end(begin.eta, Matrix::identity(), third)?;
-        let floor = 64.0 * N as f64;
+        let floor = 64.0 * system.dimension as f64;
         let energies = l.value(&begin.eta).abs() + l.value(&begin.psi).abs() + l.value(&third).abs();
         let action = one.action + two.action - both.action;
         let sum = Measured::defect(action.abs(), energies * h.abs(), floor, || {

@@ -11,7 +11,6 @@ use crate::discrete::group::{GroupLagrangian, Sampled, euler_poincare, legendre,
 use crate::group::{LieGroup, MatrixGroup};
 use crate::harness::{About, Cost, Fault};
 use crate::integrators::{OneStep, Variational};
-use crate::mechanics::{Force, Lagrangian};
 use crate::retraction::{Retraction, RetractionError};
 use crate::scalar::{Dual, Real, Scalar, max_abs};
 use crate::system::{System, Visitor};
@@ -101,10 +100,7 @@ impl<T: Real, const D: usize> GroupLagrangian<T, D> for MatrixPolynomial<T, D> {
 impl<T: Real> Visitor<T> for Check<'_, Which> {
     type Output = Measured;
 
-    fn visit<const N: usize, const D: usize, R: Retraction<T, N, D>, L: Lagrangian<T, N>, F: Force<T, N>>(
-        self,
-        system: System<T, N, D, R, L, F>,
-    ) -> Measured {
+    fn visit<const N: usize, const D: usize>(self, system: System<T, N, D>) -> Measured {
         let Some(group) = &system.group else {
             return Measured::NotApplicable("the algebra has no group".into());
         };
@@ -149,16 +145,9 @@ impl Check<'_, Which> {
         Ok(blend(right, wrong.ok_or_else(singular)?, size))
     }
 
-    fn variation<
-        T: Real,
-        R: Retraction<T, N, D>,
-        L: Lagrangian<T, N>,
-        F: Force<T, N>,
-        const N: usize,
-        const D: usize,
-    >(
+    fn variation<T: Real, const N: usize, const D: usize>(
         &self,
-        system: &System<T, N, D, R, L, F>,
+        system: &System<T, N, D>,
         group: &MatrixGroup<T, N, D>,
     ) -> Result<Measured, Measured> {
         let mut probe = Probe::new(self.case, stream::VARIATION_ON_GROUP);
@@ -175,14 +164,14 @@ impl Check<'_, Which> {
         let (wrong, minus) = legendre(&l_d, group, &second).map_err(refused)?;
         let found = pair(&blend(right, plus - wrong, self.size(LEFT)), &zeta);
         let size = plus.amax().max(minus.amax());
-        Ok(Measured::defect((found - expected).abs(), size, 32.0 * (N * D) as f64, || {
+        Ok(Measured::defect((found - expected).abs(), size, 32.0 * system.products() as f64, || {
             format!("⟨residual, ζ⟩ = {:.17e}, δ sum = {:.17e}", found.to_f64(), expected.to_f64())
         }))
     }
 
-    fn step<T: Real, R: Retraction<T, N, D>, L: Lagrangian<T, N>, F: Force<T, N>, const N: usize, const D: usize>(
+    fn step<T: Real, const N: usize, const D: usize>(
         &self,
-        system: &System<T, N, D, R, L, F>,
+        system: &System<T, N, D>,
         group: &MatrixGroup<T, N, D>,
     ) -> Result<Measured, Measured> {
         let tau = &system.retraction;
@@ -200,7 +189,7 @@ impl Check<'_, Which> {
         let guess = tau.tau(&(x * T::exact(0.875))).map_err(outside)?;
         let (next, found) = lie_poisson(&l_d, group, tau, &mu, &guess).map_err(refused)?;
         let next = self.carried(group, &w, &mu, next)?;
-        let floor = 256.0 * (N * D) as f64;
+        let floor = 256.0 * system.products() as f64;
         let size = mu.amax().max(end.momentum.amax()) / x.amax().min(T::one());
         let near = |what: &'static str, mine: &Covector<T, N>, theirs: &Covector<T, N>| {
             Measured::defect(max_abs(&(mine - theirs)), size, floor, || what.into())
@@ -215,9 +204,9 @@ impl Check<'_, Which> {
         .fold(Measured::NotApplicable("nothing".into()), Measured::and))
     }
 
-    fn poisson<T: Real, R: Retraction<T, N, D>, L: Lagrangian<T, N>, F: Force<T, N>, const N: usize, const D: usize>(
+    fn poisson<T: Real, const N: usize, const D: usize>(
         &self,
-        system: &System<T, N, D, R, L, F>,
+        system: &System<T, N, D>,
         group: &MatrixGroup<T, N, D>,
     ) -> Result<Measured, Measured> {
         let mut probe = Probe::new(self.case, stream::POISSON_ON_GROUP);
@@ -253,7 +242,7 @@ impl Check<'_, Which> {
         let condition = before.amax() * inverse.amax();
         let stretch = jacobian.amax().max(T::one());
         let size = stretch * stretch * terms(&mu).max(terms(&image)) * condition;
-        Ok(Measured::defect(defect.amax(), size, 64.0 * (N * D) as f64, || {
+        Ok(Measured::defect(defect.amax(), size, 64.0 * system.products() as f64, || {
             format!("|J Π Jᵀ − Π(μ₂)| = {:.3e}", defect.amax().to_f64())
         }))
     }

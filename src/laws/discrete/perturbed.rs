@@ -19,9 +19,8 @@ use crate::harness::convergence::{Level, estimate};
 use crate::harness::evidence::{self, Evidence};
 use crate::harness::{About, Cost, Fault, Verdict};
 use crate::laws::unbuilt;
+use crate::mechanics::Lagrangian;
 use crate::mechanics::doubled::Forced;
-use crate::mechanics::{Force, Lagrangian};
-use crate::retraction::Retraction;
 use crate::scalar::{Dd, Scalar, max_abs};
 use crate::system::{System, Visitor};
 use nalgebra::RealField;
@@ -66,10 +65,7 @@ struct Study<'a> {
 impl Visitor<Dd> for Study<'_> {
     type Output = Verdict;
 
-    fn visit<const N: usize, const D: usize, R: Retraction<Dd, N, D>, L: Lagrangian<Dd, N>, F: Force<Dd, N>>(
-        self,
-        system: System<Dd, N, D, R, L, F>,
-    ) -> Verdict {
+    fn visit<const N: usize, const D: usize>(self, system: System<Dd, N, D>) -> Verdict {
         let mut probe = Probe::new(self.case, stream::PERTURBATION);
         let order = probe.integer(1, 4) as u32;
         let Some(group) = &system.group else { return Verdict::not_applicable("the algebra has no group") };
@@ -96,9 +92,9 @@ impl Visitor<Dd> for Study<'_> {
 
 impl Study<'_> {
     /// The verdict from steps of size h and smaller, and the local errors.
-    fn judge<const N: usize, const D: usize, R: Retraction<Dd, N, D>, L: Lagrangian<Dd, N>, F: Force<Dd, N>>(
+    fn judge<const N: usize, const D: usize>(
         &self,
-        system: &System<Dd, N, D, R, L, F>,
+        system: &System<Dd, N, D>,
         perturbation: &impl DiscreteLagrangian<Dd, N, D>,
         order: u32,
         h: Dd,
@@ -110,9 +106,9 @@ impl Study<'_> {
     }
 
     /// The local errors, and how far the steps leave the units.
-    fn errors<const N: usize, const D: usize, R: Retraction<Dd, N, D>, L: Lagrangian<Dd, N>, F: Force<Dd, N>>(
+    fn errors<const N: usize, const D: usize>(
         &self,
-        system: &System<Dd, N, D, R, L, F>,
+        system: &System<Dd, N, D>,
         perturbation: &impl DiscreteLagrangian<Dd, N, D>,
         order: u32,
         h: Dd,

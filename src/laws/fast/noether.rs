@@ -103,10 +103,7 @@ const ITERATIONS: usize = 200;
 impl Visitor<Dd> for Balance<'_> {
     type Output = Option<(f64, f64)>;
 
-    fn visit<const N: usize, const D: usize, R: Retraction<Dd, N, D>, L: Lagrangian<Dd, N>, F: Force<Dd, N>>(
-        self,
-        system: System<Dd, N, D, R, L, F>,
-    ) -> Self::Output {
+    fn visit<const N: usize, const D: usize>(self, system: System<Dd, N, D>) -> Self::Output {
         let (group, r, tableau) = (system.group.as_ref()?, &system.retraction, &system.tableau);
         let (from, to) = (self.from.convert::<Dd>().state::<N, D>(), self.to.convert::<Dd>().state::<N, D>());
         let h = Dd::exact(self.h);

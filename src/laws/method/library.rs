@@ -14,8 +14,6 @@ use crate::laws::planted::step::{
     NO_FORCE, NO_SECOND, NO_STEP, NOT_TRANSPORTED, ORDER_TWO, SWAPPED_SECOND, UNCONJUGATED,
 };
 use crate::laws::planted::tableau::COEFFICIENT;
-use crate::mechanics::{Force, Lagrangian};
-use crate::retraction::Retraction;
 use crate::scalar::{Dd, Real};
 use crate::system::{Case, Cases, System, Visitor};
 use crate::tableau::{Classic, Description, Family, variational_order};
@@ -40,19 +38,16 @@ pub const SEES_ATTITUDE: Fault =
     Fault::new("sees-attitude", "μ' multiplied by 1 + h g_11: the momentum sees the attitude", "every group");
 
 /// The step of a system that it owns.
-struct Owned<T: Real, const N: usize, const D: usize, R, L, F> {
-    system: System<T, N, D, R, L, F>,
+struct Owned<T: Real, const N: usize, const D: usize> {
+    system: System<T, N, D>,
     fault: Option<Fault>,
     /// Where the last step began, and its size.
     last: Option<(State<T, N, D>, T)>,
 }
 
-impl<T, const N: usize, const D: usize, R, L, F> OneStep<T, N, D> for Owned<T, N, D, R, L, F>
+impl<T, const N: usize, const D: usize> OneStep<T, N, D> for Owned<T, N, D>
 where
     T: Real,
-    R: Retraction<T, N, D>,
-    L: Lagrangian<T, N>,
-    F: Force<T, N>,
 {
     fn step(&mut self, state: &mut State<T, N, D>, h: T) -> Result<Report<T>, StepError> {
         let (time, corner) = (state.time, state.attitude[(0, 0)]);
@@ -82,12 +77,7 @@ struct Build(Option<Fault>);
 impl<T: Real> Visitor<T> for Build {
     type Output = Box<dyn Stepper<T>>;
 
-    fn visit<const N: usize, const D: usize, R, L, F>(self, system: System<T, N, D, R, L, F>) -> Self::Output
-    where
-        R: Retraction<T, N, D> + 'static,
-        L: Lagrangian<T, N> + 'static,
-        F: Force<T, N> + 'static,
-    {
+    fn visit<const N: usize, const D: usize>(self, system: System<T, N, D>) -> Self::Output {
         Box::new(Untyped::<_, N, D>(Owned { system, fault: self.0, last: None }))
     }
 }

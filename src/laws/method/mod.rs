@@ -40,7 +40,7 @@ mod variational;
 pub use form::StateForm;
 pub use theory::{Point, Stage, Stepper, Untyped};
 #[doc(hidden)]
-pub use theory::{Quantity, Solved, SystemParts, Theory, TheoryParts, Value, Wanted, coordinates};
+pub use theory::{Quantity, Solved, SystemParts, Theory, Value, Wanted, coordinates};
 #[doc(hidden)]
 pub use variational::Scheme;
 
@@ -52,11 +52,9 @@ use crate::harness::convergence::Estimate;
 use crate::harness::{About, Cost, Verdict};
 use crate::integrators::StepError;
 use crate::laws::unbuilt;
-use crate::mechanics::{Force, Lagrangian};
-use crate::retraction::Retraction;
 use crate::scalar::{Dd, Real, larger};
 use crate::study::{Findings, problem};
-use crate::system::case::{Method, Structure};
+use crate::system::case::Method;
 use crate::system::{Case, CaseError, Cases, System, Visitor};
 use serde::{Deserialize, Serialize};
 use std::cell::RefCell;
@@ -562,20 +560,15 @@ pub struct Setup<'a> {
 }
 
 /// Builds the [`Theory`] of a case.
-struct Build(usize, StateForm);
+struct Build(StateForm);
 
 impl<T: Real> Visitor<T> for Build {
     type Output = Box<dyn Theory<T>>;
 
     const KNOWS_CONFIGURATION: bool = true;
 
-    fn visit<const N: usize, const D: usize, R, L, F>(self, system: System<T, N, D, R, L, F>) -> Self::Output
-    where
-        R: Retraction<T, N, D> + 'static,
-        L: Lagrangian<T, N> + 'static,
-        F: Force<T, N> + 'static,
-    {
-        Box::new(SystemParts::of(system, self.0, self.1))
+    fn visit<const N: usize, const D: usize>(self, system: System<T, N, D>) -> Self::Output {
+        Box::new(SystemParts::of(system, self.0))
     }
 }
 
@@ -593,17 +586,7 @@ pub fn theory_of<T: Real>(source: &impl Source) -> Result<Box<dyn Theory<T>>, Ca
 /// # Errors
 /// A system that cannot be built.
 pub(crate) fn theory_in<T: Real>(source: &impl Source, form: &StateForm) -> Result<Box<dyn Theory<T>>, CaseError> {
-    source.visit::<T, _>(&Plant(None), Build(matrix_size(source.case()), form.clone()))
-}
-
-/// m: the size of the group's matrices, without padding; 0 where there is no group, the largest where it is not the case that
-/// says.
-#[doc(hidden)]
-pub fn matrix_size(case: &Case) -> usize {
-    match &case.algebra.structure {
-        Structure::Given { .. } => usize::MAX,
-        known => known.matrix_size(),
-    }
+    source.visit::<T, _>(&Plant(None), Build(form.clone()))
 }
 
 /// Why there is no setup.

@@ -6,6 +6,8 @@ use crate::group::{LieGroup, MatrixGroup};
 use crate::integrators::{OneStep, StagePoint, State, StepError};
 use crate::mechanics::configuration::Configuration;
 use crate::mechanics::equations::EulerPoincare;
+use crate::mechanics::force::AnyForce;
+use crate::mechanics::lagrangian::AnyLagrangian;
 use crate::mechanics::{Force, Lagrangian};
 use crate::retraction::Retraction;
 use crate::scalar::{Real, convert, larger, max_abs};
@@ -261,18 +263,18 @@ pub trait Theory<T: Real> {
     }
 }
 
-/// The parts of a system, typed: a [`Theory`] for any group, Lagrangian and force.
+/// The parts of a system: its [`Theory`].
 #[derive(Clone, Debug)]
 #[doc(hidden)]
-pub struct TheoryParts<T: Real, const N: usize, const D: usize, L, F, G> {
+pub struct SystemParts<T: Real, const N: usize, const D: usize> {
     /// g.
     pub algebra: LieAlgebra<T, N>,
     /// l.
-    pub lagrangian: L,
+    pub lagrangian: AnyLagrangian<T, N>,
     /// f.
-    pub force: F,
+    pub force: AnyForce<T, N>,
     /// G, if there is one.
-    pub group: Option<G>,
+    pub group: Option<MatrixGroup<T, N, D>>,
     /// Casimirs that are known.
     pub casimirs: Vec<Casimir<T, N>>,
     /// Where it starts.
@@ -289,18 +291,14 @@ pub struct TheoryParts<T: Real, const N: usize, const D: usize, L, F, G> {
     pub form: StateForm,
 }
 
-/// The parts of a described system.
-#[doc(hidden)]
-pub type SystemParts<T, const N: usize, const D: usize, L, F> = TheoryParts<T, N, D, L, F, MatrixGroup<T, N, D>>;
-
-impl<T: Real, const N: usize, const D: usize, L, F> SystemParts<T, N, D, L, F> {
-    /// Those of a system, whose matrices are of size m without the padding, for a method with this state.
-    pub fn of<R: Retraction<T, N, D>>(system: System<T, N, D, R, L, F>, size: usize, form: StateForm) -> Self {
+impl<T: Real, const N: usize, const D: usize> SystemParts<T, N, D> {
+    /// Those of a system, for a method with this state.
+    pub fn of(system: System<T, N, D>, form: StateForm) -> Self {
         let element = system.group.as_ref().and_then(|_| system.retraction.tau(&coordinates::<T, N>()).ok());
         // Points are not translated: x = g⁻¹ x₀ with another x₀.
         let element = element.filter(|_| form == StateForm::Attitude);
-        let size = if system.group.is_some() && form != StateForm::Momentum { size } else { 0 };
-        let System { dimension, algebra, group, lagrangian, force, state, step, casimirs, .. } = system;
+        let System { dimension, size, algebra, group, lagrangian, force, state, step, casimirs, .. } = system;
+        let size = if group.is_some() && form != StateForm::Momentum { size } else { 0 };
         Self { algebra, lagrangian, force, group, casimirs, state, step, dimension, size, element, form }
     }
 }
@@ -322,13 +320,7 @@ fn largest<T: Real>(values: impl IntoIterator<Item = T>) -> f64 {
     values.into_iter().fold(0.0, |m: f64, x| if x.all_finite() { m.max(x.to_f64().abs()) } else { f64::NAN })
 }
 
-impl<T, const N: usize, const D: usize, L, F, G> TheoryParts<T, N, D, L, F, G>
-where
-    T: Real,
-    L: Lagrangian<T, N>,
-    F: Force<T, N>,
-    G: LieGroup<T, N, D>,
-{
+impl<T: Real, const N: usize, const D: usize> SystemParts<T, N, D> {
     /// Whether anything depends on the configuration.
     fn is_placed(&self) -> bool {
         self.force.uses_configuration() || self.lagrangian.uses_configuration()
@@ -475,7 +467,7 @@ fn absolute<T: Real, const M: usize>(matrix: &Matrix<T, M>) -> Matrix<T, M> {
     matrix.map(|x| x.abs())
 }
 
-impl<T: Real, const N: usize, const D: usize, L, F, G: LieGroup<T, N, D>> TheoryParts<T, N, D, L, F, G> {
+impl<T: Real, const N: usize, const D: usize> SystemParts<T, N, D> {
     /// (Ad*_{g⁻¹} μ)_a = μ (g⁻¹ ê_a g)^∨, with the same of f as its rate.
     fn spatial(&self, a: usize, mu: &Covector<T, N>, force: &Covector<T, N>, point: &Point<T>) -> Option<Value<T>> {
         let known = self.size > 0 && self.form == StateForm::Attitude && a < self.dimension;
@@ -520,13 +512,7 @@ impl<T: Real, const N: usize, const D: usize, L, F, G: LieGroup<T, N, D>> Theory
     }
 }
 
-impl<T, const N: usize, const D: usize, L, F, G> Theory<T> for TheoryParts<T, N, D, L, F, G>
-where
-    T: Real,
-    L: Lagrangian<T, N>,
-    F: Force<T, N>,
-    G: LieGroup<T, N, D> + Clone,
-{
+impl<T: Real, const N: usize, const D: usize> Theory<T> for SystemParts<T, N, D> {
     fn start(&self) -> Point<T> {
         let start = Point::leading(&self.state, self.dimension, self.size);
         let StateForm::Point(x) = &self.form else { return start };

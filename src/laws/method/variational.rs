@@ -23,7 +23,6 @@ use crate::integrators::derivative::{Linearised, Variation};
 use crate::integrators::{OneStep, State, StepError, Variational};
 use crate::laws::planted::retraction::Plant;
 use crate::laws::source::Source;
-use crate::mechanics::{Force, Lagrangian};
 use crate::retraction::Retraction;
 use crate::scalar::{Dd, Real};
 use crate::system::case::Method;
@@ -112,12 +111,12 @@ struct Linear(StateForm);
 
 /// The scheme on a system, with the state that a method has. The integrator is made for each step, of references to the parts: as in
 /// the other laws, so that it is compiled once.
-struct On<T: Real, const N: usize, const D: usize, R, L, F> {
-    system: System<T, N, D, R, L, F>,
+struct On<T: Real, const N: usize, const D: usize> {
+    system: System<T, N, D>,
     form: StateForm,
 }
 
-impl<T: Real, const N: usize, const D: usize, R, L, F> On<T, N, D, R, L, F> {
+impl<T: Real, const N: usize, const D: usize> On<T, N, D> {
     /// (g, μ); of a point, g = 1.
     fn state(&self, point: &Point<T>) -> State<T, N, D> {
         match self.form {
@@ -146,22 +145,12 @@ impl Visitor<Dd> for Exact {
 
     const KNOWS_CONFIGURATION: bool = true;
 
-    fn visit<const N: usize, const D: usize, R, L, F>(self, system: System<Dd, N, D, R, L, F>) -> Self::Output
-    where
-        R: Retraction<Dd, N, D> + 'static,
-        L: Lagrangian<Dd, N> + 'static,
-        F: Force<Dd, N> + 'static,
-    {
+    fn visit<const N: usize, const D: usize>(self, system: System<Dd, N, D>) -> Self::Output {
         Box::new(On { system, form: self.0 })
     }
 }
 
-impl<const N: usize, const D: usize, R, L, F> Stepper<Dd> for On<Dd, N, D, R, L, F>
-where
-    R: Retraction<Dd, N, D>,
-    L: Lagrangian<Dd, N>,
-    F: Force<Dd, N>,
-{
+impl<const N: usize, const D: usize> Stepper<Dd> for On<Dd, N, D> {
     fn step(&mut self, point: &Point<Dd>, h: Dd) -> Result<Point<Dd>, StepError> {
         let System { lagrangian, force, retraction, tableau, .. } = &self.system;
         let mut state = self.state(point);
@@ -177,22 +166,12 @@ impl Visitor<f64> for Linear {
 
     const KNOWS_CONFIGURATION: bool = true;
 
-    fn visit<const N: usize, const D: usize, R, L, F>(self, system: System<f64, N, D, R, L, F>) -> Self::Output
-    where
-        R: Retraction<f64, N, D> + 'static,
-        L: Lagrangian<f64, N> + 'static,
-        F: Force<f64, N> + 'static,
-    {
+    fn visit<const N: usize, const D: usize>(self, system: System<f64, N, D>) -> Self::Output {
         Box::new(On { system, form: self.0 })
     }
 }
 
-impl<const N: usize, const D: usize, R, L, F> Spreading for On<f64, N, D, R, L, F>
-where
-    R: Retraction<f64, N, D>,
-    L: Lagrangian<f64, N>,
-    F: Force<f64, N>,
-{
+impl<const N: usize, const D: usize> Spreading for On<f64, N, D> {
     fn spread(&mut self, start: &Point<f64>, h: f64) -> Result<Spread, StepError> {
         let System { group, lagrangian, force, retraction, tableau, .. } = &self.system;
         let before = self.state(start);

@@ -10,7 +10,7 @@ use crate::mechanics::force::AnyForce;
 use crate::mechanics::lagrangian::AnyLagrangian;
 use crate::retraction::Retraction;
 use crate::scalar::{Dd, Real};
-use crate::system::dispatch::{Shared, System};
+use crate::system::dispatch::{Main, System};
 use crate::system::{Case, Cases};
 
 /// l_d of a tableau for a forced system.
@@ -41,11 +41,7 @@ impl Supplier for OfDiscrete {
     /// An evaluation is an iteration of Newton's, and a law takes some fifty of them.
     const COST: Option<Cost> = Some(Cost::Expensive);
 
-    fn part<const N: usize, const D: usize, R: Shared<f64, N, D>, Q: Shared<Dd, N, D>>(
-        case: &Case,
-        double: System<f64, N, D, R>,
-        quad: System<Dd, N, D, Q>,
-    ) -> Option<Box<dyn Erased>> {
+    fn part(case: &Case, double: Main<f64>, quad: Main<Dd>) -> Option<Box<dyn Erased>> {
         // V, U and W as near to e as those of motions with a velocity of at most 1.
         let largest = double.step.abs();
         let quad = match case.unknowns() {

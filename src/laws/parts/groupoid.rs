@@ -9,7 +9,7 @@ use crate::groupoid::{DenseGroup, DenseSpace, Groupoid, TrivialGroupoid};
 use crate::harness::About;
 use crate::retraction::Retraction;
 use crate::scalar::{Dd, Real, Scalar, max_abs};
-use crate::system::dispatch::{Shared, System};
+use crate::system::dispatch::{Main, System};
 use crate::system::{Case, Cases};
 use nalgebra::{DMatrix, DVector};
 
@@ -131,11 +131,7 @@ pub(super) struct OfGroupoid;
 impl Supplier for OfGroupoid {
     const LAWS: &'static [About] = groupoid::LAWS;
 
-    fn part<const N: usize, const D: usize, R: Shared<f64, N, D>, Q: Shared<Dd, N, D>>(
-        case: &Case,
-        double: System<f64, N, D, R>,
-        quad: System<Dd, N, D, Q>,
-    ) -> Option<Box<dyn Erased>> {
+    fn part(case: &Case, double: Main<f64>, quad: Main<Dd>) -> Option<Box<dyn Erased>> {
         Some(Box::new(UserGroupoid::at_both(Poisson::of(case, &double)?, Poisson::of(case, &quad)?)))
     }
 
@@ -153,11 +149,7 @@ impl Supplier for OfLieGroupoid {
     /// Fields and brackets: `algebroid`.
     const ELSEWHERE: usize = 5;
 
-    fn part<const N: usize, const D: usize, R: Shared<f64, N, D>, Q: Shared<Dd, N, D>>(
-        case: &Case,
-        double: System<f64, N, D, R>,
-        quad: System<Dd, N, D, Q>,
-    ) -> Option<Box<dyn Erased>> {
+    fn part(case: &Case, double: Main<f64>, quad: Main<Dd>) -> Option<Box<dyn Erased>> {
         Some(Box::new(UserLieGroupoid::at_both(Poisson::of(case, &double)?, Poisson::of(case, &quad)?)))
     }
 

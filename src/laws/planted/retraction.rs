@@ -5,7 +5,7 @@ use super::{blend, blend_scalar};
 use crate::algebra::{LieAlgebra, Matrix, Vector, dot};
 use crate::harness::Fault;
 use crate::retraction::given::GivenRetraction;
-use crate::retraction::{Retraction, RetractionError, TangentPoint};
+use crate::retraction::{AnyRetraction, Retraction, RetractionError, TangentPoint};
 use crate::scalar::{Real, Scalar};
 use crate::system::Wrap;
 
@@ -107,13 +107,10 @@ pub const ALL: [Fault; 15] = [
 pub struct Plant<'a>(pub Option<&'a Fault>);
 
 impl Wrap for Plant<'_> {
-    fn wrap<T: Real, const N: usize, const D: usize, R>(&self, inner: R) -> R
-    where
-        R: Retraction<T, N, D> + From<GivenRetraction<T, N, D>> + Send + Sync + 'static,
-    {
+    fn wrap<T: Real, const N: usize, const D: usize>(&self, inner: AnyRetraction<T, N, D>) -> AnyRetraction<T, N, D> {
         let planted = |fault: &&Fault| ALL.iter().chain([&ROUNDED]).any(|known| known.name == fault.name);
         match self.0.filter(planted) {
-            Some(fault) => GivenRetraction::whole(PlantedRetraction { inner, fault: *fault }).into(),
+            Some(fault) => AnyRetraction::Given(GivenRetraction::whole(PlantedRetraction { inner, fault: *fault })),
             None => inner,
         }
     }

@@ -157,14 +157,9 @@ macro_rules! __own_key {
         }
     };
     (item method $t:ident $n:literal $d:literal $value:expr) => {
-        fn method<'s, $t: $crate::scalar::Real, R, L, F>(
-            system: &'s $crate::system::System<$t, $n, $d, R, L, F>,
-        ) -> impl $crate::integrators::OneStep<$t, $n, $d> + 's
-        where
-            R: $crate::retraction::Retraction<$t, $n, $d> + 'static,
-            L: $crate::mechanics::Lagrangian<$t, $n> + 'static,
-            F: $crate::mechanics::Force<$t, $n> + 'static,
-        {
+        fn method<'s, $t: $crate::scalar::Real>(
+            system: &'s $crate::system::System<$t, $n, $d>,
+        ) -> impl $crate::integrators::OneStep<$t, $n, $d> + 's {
             $crate::laws::user::system::applied(system, $value)
         }
     };

@@ -9,19 +9,19 @@
 use super::super::{CaseLaw, Source};
 use super::algebra::Bracket;
 use crate::algebra::{AlgebraError, Casimir, Covector, LieAlgebra, Matrix, Vector, basis_vector};
+use crate::group::matrix::Beside;
 use crate::group::{LieGroup, MatrixGroup};
 use crate::harness::{About, Fault, Law, Verdict};
 use crate::integrators::{OneStep, Report, StagePoint, State, StepError, Variational};
 use crate::laws::method::{self, Claims, MethodLaw, Other, Scheme, Setup, Side, StateForm, SystemParts, Untyped};
 use crate::laws::planted::retraction::Plant;
 use crate::laws::unbuilt;
-use crate::mechanics::configuration::Configuration;
 use crate::mechanics::force::{AnyForce, Zero};
 use crate::mechanics::given::Untyped as UntypedPart;
 use crate::mechanics::lagrangian::{AnyLagrangian, Quadratic};
 use crate::mechanics::{Force, Lagrangian};
-use crate::retraction::given::{GivenRetraction, Untyped as UntypedRetraction};
-use crate::retraction::{AnyRetraction, Exponential, Retraction};
+use crate::retraction::given::Untyped as UntypedRetraction;
+use crate::retraction::{Exponential, Retraction};
 use crate::scalar::{Dd, Real, Scalar};
 use crate::study::problem;
 use crate::system::case::{Method, Structure};
@@ -63,12 +63,7 @@ pub trait Types<const N: usize, const D: usize>: Send + Sync + 'static {
     }
 
     /// The one-step method on a system; the library's unless it is one's own.
-    fn method<'s, T: Real, R, L, F>(system: &'s System<T, N, D, R, L, F>) -> impl OneStep<T, N, D> + 's
-    where
-        R: Retraction<T, N, D> + 'static,
-        L: Lagrangian<T, N> + 'static,
-        F: Force<T, N> + 'static,
-    {
+    fn method<'s, T: Real>(system: &'s System<T, N, D>) -> impl OneStep<T, N, D> + 's {
         Variational::new(&system.lagrangian, &system.force, &system.retraction, system.tableau.clone())
     }
 
@@ -332,60 +327,6 @@ pub fn force<P: Types<N, D>, T: Real, const N: usize, const D: usize>() -> impl 
     P::force::<T>(AnyForce::Zero(Zero))
 }
 
-/// A force that is one's own, or the one of the case.
-#[derive(Clone, Copy, Debug)]
-#[doc(hidden)]
-pub enum Chosen<F, G> {
-    /// One's own.
-    User(F),
-    /// Of the case.
-    Drawn(G),
-}
-
-impl<T: Real, F: Force<T, N>, G: Force<T, N>, const N: usize> Force<T, N> for Chosen<F, G> {
-    fn force<S: Scalar<Base = T>>(&self, t: S, eta: &Vector<S, N>) -> Covector<S, N> {
-        match self {
-            Self::User(force) => force.force(t, eta),
-            Self::Drawn(force) => force.force(t, eta),
-        }
-    }
-
-    fn force_at<S: Scalar<Base = T>>(&self, t: S, g: Configuration<'_, S>, eta: &Vector<S, N>) -> Covector<S, N> {
-        match self {
-            Self::User(force) => force.force_at(t, g, eta),
-            Self::Drawn(force) => force.force_at(t, g, eta),
-        }
-    }
-
-    fn uses_configuration(&self) -> bool {
-        match self {
-            Self::User(force) => force.uses_configuration(),
-            Self::Drawn(force) => force.uses_configuration(),
-        }
-    }
-
-    fn undefined(&self, t: T, g: Configuration<'_, T>, eta: &Vector<T, N>) -> Option<String> {
-        match self {
-            Self::User(force) => force.undefined(t, g, eta),
-            Self::Drawn(force) => force.undefined(t, g, eta),
-        }
-    }
-
-    fn is_zero(&self) -> bool {
-        match self {
-            Self::User(force) => force.is_zero(),
-            Self::Drawn(force) => force.is_zero(),
-        }
-    }
-
-    fn is_smooth(&self) -> bool {
-        match self {
-            Self::User(force) => force.is_smooth(),
-            Self::Drawn(force) => force.is_smooth(),
-        }
-    }
-}
-
 /// The case with what is one's own instead of what is not.
 fn completed(mut case: Case, own: Parts) -> Case {
     if own.force && !case.forces.is_empty() {
@@ -408,75 +349,39 @@ impl<P: Types<N, D>, const N: usize, const D: usize> Source for UserSystem<P, N,
     }
 
     fn visit<T: Real, V: Visitor<T>>(&self, wrap: &impl Wrap, visitor: V) -> Result<V::Output, CaseError> {
-        let group = self.group::<T>()?;
-        let given = GivenRetraction::whole(P::retraction::<T>(group.clone()));
-        let retraction = wrap.wrap(AnyRetraction::<T, N, D>::Given(given));
-        Ok(visitor.visit(self.with(group, retraction, V::KNOWS_CONFIGURATION)?))
+        Ok(visitor.visit(self.system::<T>(wrap, V::KNOWS_CONFIGURATION)?))
     }
 }
 
 impl<P: Types<N, D>, const N: usize, const D: usize> UserSystem<P, N, D> {
-    fn group<T: Real>(&self) -> Result<MatrixGroup<T, N, D>, CaseError> {
-        matrices::<P, T, N, D>().map_err(|e| Place::root().key("algebra").error(Problem::Algebra(e)))
-    }
-
-    #[allow(clippy::type_complexity, reason = "an opaque type cannot be named")]
-    fn with<T: Real, R: Retraction<T, N, D>>(
-        &self,
-        group: MatrixGroup<T, N, D>,
-        retraction: R,
-        knows_configuration: bool,
-    ) -> Result<
-        System<
-            T,
-            N,
-            D,
-            R,
-            impl Lagrangian<T, N> + 'static + use<P, T, R, N, D>,
-            impl Force<T, N> + 'static + use<P, T, R, N, D>,
-        >,
-        CaseError,
-    > {
-        let parts = (group.algebra().clone(), Some(group), P::casimirs::<T>());
-        let given = self.case.forces.contains(&ForceTerm::Given);
-        let force = |drawn: AnyForce<T, N>| match given {
-            true => Chosen::User(P::force::<T>(drawn)),
-            false => Chosen::Drawn(drawn),
-        };
-        self.case.complete(parts, retraction, P::lagrangian::<T>, force, knows_configuration)
+    fn system<T: Real>(&self, wrap: &impl Wrap, knows_configuration: bool) -> Result<System<T, N, D>, CaseError> {
+        let refused = |e| Place::root().key("algebra").error(Problem::Algebra(e));
+        let supplied = Supply::<P, N, D>::supplied::<T>().map_err(refused)?;
+        self.case.with_given(&supplied, &Beside::alone(N, D), wrap, knows_configuration)
     }
 
     /// What the theory knows about the system, and the method on it.
     fn side<'a, T: Real>(&self) -> Result<Side<'a, T>, CaseError> {
-        let group = self.group::<T>()?;
-        let known = self.with(group.clone(), P::retraction::<T>(group.clone()), true)?;
-        let stepped = self.with(group.clone(), P::retraction::<T>(group), true)?;
+        let system = self.system(&Plant(None), true)?;
         Ok(Side {
-            theory: Box::new(SystemParts::of(known, D, StateForm::default())),
-            method: RefCell::new(Box::new(Untyped(Stepping {
-                system: stepped,
-                stages: None,
-                types: PhantomData::<fn() -> P>,
-            }))),
+            theory: Box::new(SystemParts::of(system.clone(), StateForm::default())),
+            method: RefCell::new(Box::new(Untyped(Stepping { system, stages: None, types: PhantomData::<fn() -> P> }))),
         })
     }
 }
 
 /// The method of one's own on a system that it owns.
-struct Stepping<P, T: Real, const N: usize, const D: usize, R, L, F> {
-    system: System<T, N, D, R, L, F>,
+struct Stepping<P, T: Real, const N: usize, const D: usize> {
+    system: System<T, N, D>,
     /// Of the last step.
     stages: Option<Vec<StagePoint<T, N, D>>>,
     types: PhantomData<fn() -> P>,
 }
 
-impl<P, T, const N: usize, const D: usize, R, L, F> OneStep<T, N, D> for Stepping<P, T, N, D, R, L, F>
+impl<P, T, const N: usize, const D: usize> OneStep<T, N, D> for Stepping<P, T, N, D>
 where
     P: Types<N, D>,
     T: Real,
-    R: Retraction<T, N, D> + 'static,
-    L: Lagrangian<T, N> + 'static,
-    F: Force<T, N> + 'static,
 {
     fn step(&mut self, state: &mut State<T, N, D>, h: T) -> Result<Report<T>, StepError> {
         let mut method = P::method(&self.system);

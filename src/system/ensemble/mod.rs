@@ -16,9 +16,10 @@ pub use parameter::Parameter;
 pub use statistics::{Moments, Statistics};
 
 use super::case::{Case, Structure};
-use super::dispatch::{Shared, System, Workshop};
+use super::dispatch::{System, Workshop};
 use super::error::CaseError;
 use crate::group::departure;
+use crate::retraction::Retraction;
 use crate::scalar::{Number, Real};
 use group::Groups;
 use rayon::prelude::*;
@@ -254,7 +255,7 @@ impl<T: Real> Workshop<T> for Run<'_, T> {
         build: impl Fn(&Case) -> Result<System<T, N, D, R>, CaseError> + Sync,
     ) -> Self::Output
     where
-        R: Shared<T, N, D>,
+        R: Retraction<T, N, D> + Clone + Send + Sync + 'static,
     {
         let Self { ensemble, origins, drive } = self;
         // One system for all, unless parameters make one of each.
