@@ -422,7 +422,7 @@ impl<T: Real> Visitor<T> for Symmetric<'_> {
         let Some(((before, size), (after, final_size))) = component(&system.state).zip(component(&end)) else {
             return Measured::NotApplicable("the attitude is singular to working precision".into());
         };
-        let floor = 256.0 * (system.tableau.stages() * N * N) as f64;
+        let floor = 256.0 * (system.tableau.stages() * system.dimension * system.dimension) as f64;
         let kept = Measured::defect((after - before).abs(), size.max(final_size), floor, || {
             format!("the component went from {:e} to {:e}", before.to_f64(), after.to_f64())
         });

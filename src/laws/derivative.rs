@@ -416,7 +416,7 @@ impl<'a, T: Real, const N: usize, const D: usize> Run<'a, T, N, D> {
 
     /// What the count of operations allows, in units of round-off.
     fn floor(&self) -> f64 {
-        16.0 * (self.steps * self.system.tableau.stages() * N) as f64
+        16.0 * (self.steps * self.system.tableau.stages() * self.system.dimension) as f64
     }
 
     /// Where differences are seen from; `None` where the attitude is singular.

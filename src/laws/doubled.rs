@@ -13,7 +13,7 @@ use crate::harness::{About, Cost};
 use crate::integrators::doubled::{Doubled, DoubledState};
 use crate::integrators::{OneStep, StepError, Variational};
 use crate::mechanics::Lagrangian;
-use crate::mechanics::doubled::{DoubledLagrangian, Forced};
+use crate::mechanics::doubled::DoubledLagrangian;
 use crate::retraction::{AnyRetraction, Retraction, RetractionError};
 use crate::scalar::Real;
 use crate::system::{System, Visitor};
@@ -95,10 +95,8 @@ impl<T: Real> Visitor<T> for Check<'_, Which> {
     type Output = Measured;
 
     fn visit<const N: usize, const D: usize>(self, system: System<T, N, D>) -> Measured {
-        let (l, f, r) = (&system.lagrangian, &system.force, &system.retraction);
-        let forced = Forced::new(l, f, r);
-        let planted = PlantedForced { doubled: &forced, fault: self.fault };
-        let mut doubled = Doubled::new(system.tableau.clone(), r, planted);
+        let planted = PlantedForced::of(&system, self.fault);
+        let mut doubled = Doubled::new(system.tableau.clone(), &system.retraction, planted);
         let measured = match self.which {
             Which::Restriction => self.restriction(&system, &mut doubled),
             Which::Splitting => self.splitting(&system, &mut doubled),
@@ -108,17 +106,17 @@ impl<T: Real> Visitor<T> for Check<'_, Which> {
     }
 }
 
+/// The scheme on a system.
+type DoubledScheme<'a, T, const N: usize, const D: usize> =
+    Doubled<T, PlantedForced<'a, T, N, D>, &'a AnyRetraction<T, N, D>, N, D>;
+
 impl Check<'_, Which> {
-    fn restriction<T, P, const N: usize, const D: usize>(
+    fn restriction<T: Real, const N: usize, const D: usize>(
         &self,
         system: &System<T, N, D>,
-        doubled: &mut Doubled<T, P, &AnyRetraction<T, N, D>, N, D>,
-    ) -> Result<Measured, StepError>
-    where
-        T: Real,
-        P: DoubledLagrangian<T, N, D>,
-    {
-        let floor = 512.0 * (system.tableau.stages() * N) as f64;
+        doubled: &mut DoubledScheme<'_, T, N, D>,
+    ) -> Result<Measured, StepError> {
+        let floor = 512.0 * (system.tableau.stages() * system.dimension) as f64;
         let mut unit = DoubledState::unit(system.state.time, system.state.momentum);
         let mut restricted = system.state.clone();
         subject(system, self.fault).step(&mut restricted, system.step)?;
@@ -136,15 +134,11 @@ impl Check<'_, Which> {
     }
 
     /// At stage values that need not solve the equations: the identity holds there too.
-    fn splitting<T, P, const N: usize, const D: usize>(
+    fn splitting<T: Real, const N: usize, const D: usize>(
         &self,
         system: &System<T, N, D>,
-        doubled: &mut Doubled<T, P, &AnyRetraction<T, N, D>, N, D>,
-    ) -> Result<Measured, StepError>
-    where
-        T: Real,
-        P: DoubledLagrangian<T, N, D>,
-    {
+        doubled: &mut DoubledScheme<'_, T, N, D>,
+    ) -> Result<Measured, StepError> {
         let (start, h) = (&system.state, system.step);
         let legendre = |source| StepError::Legendre { step: h.to_f64(), source };
         let eta = system.lagrangian.velocity(&start.momentum, &Vector::zeros()).map_err(legendre)?;
@@ -160,16 +154,12 @@ impl Check<'_, Which> {
         Ok(split(&both, &restricted))
     }
 
-    fn momentum_map<T, P, const N: usize, const D: usize>(
+    fn momentum_map<T: Real, const N: usize, const D: usize>(
         &self,
         system: &System<T, N, D>,
-        lagrangian: &P,
-        doubled: &mut Doubled<T, P, &AnyRetraction<T, N, D>, N, D>,
-    ) -> Result<Measured, StepError>
-    where
-        T: Real,
-        P: DoubledLagrangian<T, N, D>,
-    {
+        lagrangian: &PlantedForced<'_, T, N, D>,
+        doubled: &mut DoubledScheme<'_, T, N, D>,
+    ) -> Result<Measured, StepError> {
         let Some(group) = &system.group else {
             return Ok(Measured::NotApplicable("the algebra has no group".into()));
         };
@@ -198,7 +188,7 @@ impl Check<'_, Which> {
         let Some((after, other)) = noether(group, &state) else {
             return Ok(Measured::Broken("an attitude is a singular matrix".into()));
         };
-        let floor = 512.0 * (STEPS * system.tableau.stages() * N) as f64;
+        let floor = 512.0 * (STEPS * system.tableau.stages() * system.dimension) as f64;
         Ok(Measured::defect(size_of((after - before).iter().copied()), size + other, floor, || {
             format!("Ad*_(g̃⁻¹) μ − Ad*_(g⁻¹) λ went from {} to {}", show(&before), show(&after))
         }))

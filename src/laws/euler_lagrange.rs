@@ -12,8 +12,6 @@ use crate::harness::{About, Cost, Fault, Verdict, evidence};
 use crate::laws::unbuilt;
 use crate::mechanics::doubled::{DoubledLagrangian, Forced, VelocityError};
 use crate::mechanics::equations::EulerPoincare;
-use crate::mechanics::force::AnyForce;
-use crate::mechanics::lagrangian::AnyLagrangian;
 use crate::mechanics::{Lagrangian, LegendreError};
 use crate::retraction::{Retraction, RetractionError};
 use crate::scalar::{Dual, Real, Scalar, max_abs};
@@ -119,8 +117,7 @@ impl<T: Real> Visitor<T> for Check<'_, Which> {
             return Measured::NotApplicable("the algebra has no group".into());
         };
         let mut probe = Probe::new(self.case, stream::EULER_LAGRANGE);
-        let l_f = Forced::new(&system.lagrangian, &system.force, &system.retraction);
-        let planted = PlantedForced { doubled: &l_f, fault: self.fault };
+        let planted = PlantedForced::of(&system, self.fault);
         let measured = match self.which {
             Which::Units => self.units(&system, &planted),
             Which::Odd => self.odd(&system, &Polynomial::new(group, &mut probe), &mut probe),
@@ -225,15 +222,11 @@ impl Check<'_, Which> {
         }))
     }
 
-    fn units<T, const N: usize, const D: usize, Q>(
+    fn units<T: Real, const N: usize, const D: usize>(
         &self,
         system: &System<T, N, D>,
-        planted: &PlantedForced<'_, &AnyLagrangian<T, N>, &AnyForce<T, N>, Q>,
-    ) -> Result<Measured, VelocityError>
-    where
-        T: Real,
-        Q: Retraction<T, N, D>,
-    {
+        planted: &PlantedForced<'_, T, N, D>,
+    ) -> Result<Measured, VelocityError> {
         let (time, algebra) = (system.state.time, &system.algebra);
         let flow = EulerPoincare::new(algebra.clone(), &system.lagrangian, &system.force);
         let found = flow.rates(time, &system.state.momentum, &Vector::zeros())?;

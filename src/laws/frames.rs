@@ -247,7 +247,7 @@ impl Visitor<Dd> for Reduced<'_> {
             }
             size = size.max(full.momentum.amax()).max(full.attitude.amax());
         }
-        let floor = 256.0 * (system.tableau.stages() * N * N) as f64;
+        let floor = 256.0 * (system.tableau.stages() * system.dimension * system.dimension) as f64;
         let (momentum, parameter) =
             (max_abs(&(full.momentum - state.momentum)), max_abs(&(row(&full.attitude) - state.parameter)));
         Measured::defect(momentum, size, floor, || format!("μ differs by {:e}", momentum.to_f64()))

@@ -10,15 +10,12 @@ use crate::algebra::{Covector, Matrix, Vector, elimination};
 use crate::group::{LieGroup, MatrixGroup};
 use crate::groupoid::{Arrow, Differential, poisson_bivector};
 use crate::harness::{About, Cost, Fault};
+use crate::mechanics::Lagrangian;
 use crate::mechanics::doubled::VelocityError;
 use crate::mechanics::equations::EulerPoincare;
-use crate::mechanics::force::AnyForce;
-use crate::mechanics::forced_hamiltonian::ForcedHamiltonian;
 use crate::mechanics::hamiltonian::{
     DoubledHamiltonian, HamiltonRates, MomentumPartials, hamiltonian_legendre_jacobian, hamiltonian_momenta,
 };
-use crate::mechanics::lagrangian::AnyLagrangian;
-use crate::mechanics::{Force, Lagrangian};
 use crate::retraction::Retraction;
 use crate::scalar::{Dual, Real, larger, max_abs};
 use crate::system::{System, Visitor};
@@ -149,20 +146,19 @@ impl<T: Real> Visitor<T> for Check<'_, Which> {
         let momentum = system.state.momentum;
         let lambda = momentum + probe.covector::<T, N>() * (T::exact(0.25) * unit_of(&momentum));
         let x = probe.vector::<T, N>() * T::exact(0.25);
-        let h_f = ForcedHamiltonian::new(&system.lagrangian, &system.force, &system.retraction);
+        let planted = PlantedHamiltonian::of(&system, self.fault);
         let mut judge = || -> Result<Measured, VelocityError> {
             let u = system.retraction.tau(&x)?;
             let Some(inverse) = group.inverse(&u) else {
                 return Ok(Measured::Broken("τ(x) is a singular matrix".into()));
             };
             let point = Point { time: system.state.time, lambda, u, inverse, mu: momentum };
-            let planted = PlantedHamiltonian { hamiltonian: &h_f, fault: self.fault };
             match self.which {
                 Which::Equations => self.equations(group, &point, &mut probe),
                 Which::Conserved => self.conserved(&system, &planted, &point),
                 Which::Partials => self.partials(&planted, &point, &mut probe),
                 Which::Units => self.units(&system, &planted, &point),
-                Which::Regularity => self.regularity(&system, &h_f, &point, x),
+                Which::Regularity => self.regularity(&system, &planted.hamiltonian, &point, x),
             }
         };
         judge().unwrap_or_else(refused)
@@ -235,19 +231,13 @@ impl Check<'_, Which> {
         }))
     }
 
-    fn partials<T, L, F, Q, const N: usize, const D: usize>(
+    fn partials<T: Real, const N: usize, const D: usize>(
         &self,
-        planted: &PlantedHamiltonian<'_, &L, &F, Q>,
+        planted: &PlantedHamiltonian<'_, T, N, D>,
         p: &Point<T, N, D>,
         probe: &mut Probe,
-    ) -> Result<Measured, VelocityError>
-    where
-        T: Real,
-        L: Lagrangian<T, N>,
-        F: Force<T, N>,
-        Q: Retraction<T, N, D>,
-    {
-        let h = planted.hamiltonian;
+    ) -> Result<Measured, VelocityError> {
+        let h = &planted.hamiltonian;
         let (first, second, xi) = (probe.covector::<T, N>(), probe.covector::<T, N>(), probe.vector::<T, N>());
         let hat = h.hat(&xi)?;
         let mine = planted.partials(p.time, &p.lambda, &p.u, &p.mu)?;
@@ -264,16 +254,12 @@ impl Check<'_, Which> {
         Ok(left.and(side("dh_f with R*_U ∂h_f/∂U", (ends + mine.right * xi)[0], hat * p.u)?))
     }
 
-    fn units<T, Q, const N: usize, const D: usize>(
+    fn units<T: Real, const N: usize, const D: usize>(
         &self,
         system: &System<T, N, D>,
-        planted: &PlantedHamiltonian<'_, &AnyLagrangian<T, N>, &AnyForce<T, N>, Q>,
+        planted: &PlantedHamiltonian<'_, T, N, D>,
         p: &Point<T, N, D>,
-    ) -> Result<Measured, VelocityError>
-    where
-        T: Real,
-        Q: Retraction<T, N, D>,
-    {
+    ) -> Result<Measured, VelocityError> {
         let flow = EulerPoincare::new(system.algebra.clone(), &system.lagrangian, &system.force);
         let on_base = flow.rates(p.time, &p.mu, &Vector::zeros())?;
         let field = hamilton_rates(planted, &system.algebra, p.time, &p.mu, &Matrix::identity(), &p.mu, self.fault)?;
@@ -295,17 +281,13 @@ impl Check<'_, Which> {
         Ok(tangent.and(inverse).and(forms))
     }
 
-    fn regularity<T, Q, const N: usize, const D: usize>(
+    fn regularity<T: Real, const N: usize, const D: usize>(
         &self,
         system: &System<T, N, D>,
-        h: &ForcedHamiltonian<&AnyLagrangian<T, N>, &AnyForce<T, N>, Q>,
+        h: &impl DoubledHamiltonian<T, N, D>,
         p: &Point<T, N, D>,
         mut x: Vector<T, N>,
-    ) -> Result<Measured, VelocityError>
-    where
-        T: Real,
-        Q: Retraction<T, N, D>,
-    {
+    ) -> Result<Measured, VelocityError> {
         let unit = Matrix::identity();
         let floor = 16.0 * 1024.0 * system.dimension as f64;
         let eta = system.lagrangian.velocity(&p.mu, &Vector::zeros())?;

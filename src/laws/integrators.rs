@@ -287,7 +287,7 @@ impl<T: Real> Visitor<T> for PlainStep<'_> {
         if let Err(error) = outcome.and_then(|_| oracle.step(&mut theirs, system.step)) {
             return refused(&error);
         }
-        compare(&mine, &theirs, 256.0 * (system.tableau.stages() * N) as f64)
+        compare(&mine, &theirs, 256.0 * (system.tableau.stages() * system.dimension) as f64)
     }
 }
 
@@ -346,7 +346,7 @@ impl<T: Real> Visitor<T> for Noether<'_> {
         let Some(defect) = defect() else {
             return Measured::Broken("a group element is a singular matrix".into());
         };
-        let floor = 4.0 * (system.tableau.stages() * N * N) as f64;
+        let floor = 4.0 * (system.tableau.stages() * system.dimension * system.dimension) as f64;
         Measured::defect(size_of(defect.iter().copied()), size, floor, || {
             format!("the spatial momentum changes by {} more than the impulses", show(&defect))
         })

@@ -10,7 +10,7 @@ use super::{CaseLaw, Source};
 use crate::algebra::{Covector, Matrix, Vector};
 use crate::group::LieGroup;
 use crate::harness::{About, Cost};
-use crate::mechanics::doubled::{DoubledLagrangian, Forced, partials_by_duals, velocity_hessian_by_duals};
+use crate::mechanics::doubled::{DoubledLagrangian, partials_by_duals, velocity_hessian_by_duals};
 use crate::mechanics::{Force, Lagrangian};
 use crate::retraction::{Retraction, RetractionError};
 use crate::scalar::{Real, max_abs};
@@ -104,16 +104,16 @@ impl<T: Real> Visitor<T> for Check<'_, Which> {
         let Some(group) = &system.group else {
             return Measured::NotApplicable("the algebra has no group".into());
         };
-        let doubled = Forced::new(&system.lagrangian, &system.force, &system.retraction);
+        let planted = PlantedForced::of(&system, self.fault);
         let judged = system.retraction.tau(&x).and_then(|u| {
             let Some(inverse) = group.inverse(&u) else {
                 return Ok(Measured::Broken("τ(x) is a singular matrix".into()));
             };
             let point = Point { time: system.state.time, eta, u, inverse, psi };
             match self.which {
-                Which::Coupling => self.coupling(&doubled, &point),
-                Which::Doubled => self.doubled(&doubled, &point),
-                Which::Partials => self.partials(&doubled, &point),
+                Which::Coupling => self.coupling(&planted, &point),
+                Which::Doubled => self.doubled(&planted, &point),
+                Which::Partials => self.partials(&planted, &point),
             }
         });
         judged.unwrap_or_else(|error| match error {
@@ -124,21 +124,16 @@ impl<T: Real> Visitor<T> for Check<'_, Which> {
 }
 
 impl Check<'_, Which> {
-    fn coupling<T, const N: usize, const D: usize, L, F, R>(
+    fn coupling<T: Real, const N: usize, const D: usize>(
         &self,
-        doubled: &Forced<L, F, R>,
+        planted: &PlantedForced<'_, T, N, D>,
         p: &Point<T, N, D>,
-    ) -> Result<Measured, RetractionError>
-    where
-        T: Real,
-        F: Force<T, N>,
-        R: Retraction<T, N, D>,
-    {
-        let planted = PlantedForced { doubled, fault: self.fault };
+    ) -> Result<Measured, RetractionError> {
         let here = planted.coupling(p.time, &p.eta, &p.u, &p.psi)?;
         let there = planted.coupling(p.time, &p.psi, &p.inverse, &p.eta)?;
-        let defined = doubled.coupling_as_defined(p.time, &p.eta, &p.u, &p.psi)?;
-        let total = doubled.force.force(p.time, &p.eta).amax() + doubled.force.force(p.time, &p.psi).amax();
+        let defined = planted.doubled.coupling_as_defined(p.time, &p.eta, &p.u, &p.psi)?;
+        let total =
+            planted.doubled.force.force(p.time, &p.eta).amax() + planted.doubled.force.force(p.time, &p.psi).amax();
         let size = total * p.u.amax().max(T::one()) * p.inverse.amax().max(T::one());
         let floor = 64.0 * N as f64;
         let inverse = Measured::defect((here + there).abs(), size, floor, || {
@@ -150,53 +145,40 @@ impl Check<'_, Which> {
         Ok(inverse.and(forms))
     }
 
-    fn doubled<T, const N: usize, const D: usize, L, F, R>(
+    fn doubled<T: Real, const N: usize, const D: usize>(
         &self,
-        doubled: &Forced<L, F, R>,
+        planted: &PlantedForced<'_, T, N, D>,
         p: &Point<T, N, D>,
-    ) -> Result<Measured, RetractionError>
-    where
-        T: Real,
-        L: Lagrangian<T, N>,
-        F: Force<T, N>,
-        R: Retraction<T, N, D>,
-    {
-        let planted = PlantedForced { doubled, fault: self.fault };
+    ) -> Result<Measured, RetractionError> {
         let here = planted.value(p.time, &p.eta, &p.u, &p.psi)?;
         let there = planted.value(p.time, &p.psi, &p.inverse, &p.eta)?;
-        let forces = doubled.force.force(p.time, &p.eta).amax() + doubled.force.force(p.time, &p.psi).amax();
-        let size = doubled.lagrangian.value(&p.eta).abs()
-            + doubled.lagrangian.value(&p.psi).abs()
+        let forces =
+            planted.doubled.force.force(p.time, &p.eta).amax() + planted.doubled.force.force(p.time, &p.psi).amax();
+        let size = planted.doubled.lagrangian.value(&p.eta).abs()
+            + planted.doubled.lagrangian.value(&p.psi).abs()
             + forces * p.u.amax().max(T::one()) * p.inverse.amax().max(T::one());
         Ok(Measured::defect((here + there).abs(), size, 64.0 * N as f64, || {
             format!("l_f(η, U, ψ) = {:e}, l_f(ψ, U⁻¹, η) = {:e}", here.to_f64(), there.to_f64())
         }))
     }
 
-    fn partials<T, const N: usize, const D: usize, L, F, R>(
+    fn partials<T: Real, const N: usize, const D: usize>(
         &self,
-        doubled: &Forced<L, F, R>,
+        planted: &PlantedForced<'_, T, N, D>,
         p: &Point<T, N, D>,
-    ) -> Result<Measured, RetractionError>
-    where
-        T: Real,
-        L: Lagrangian<T, N>,
-        F: Force<T, N>,
-        R: Retraction<T, N, D>,
-    {
-        let planted = PlantedForced { doubled, fault: self.fault };
+    ) -> Result<Measured, RetractionError> {
         let mine = planted.partials(p.time, &p.eta, &p.u, &p.psi)?;
-        let oracle = partials_by_duals(&planted, p.time, &p.eta, &p.u, &p.psi)?;
+        let oracle = partials_by_duals(planted, p.time, &p.eta, &p.u, &p.psi)?;
         let unit = planted.partials(p.time, &p.eta, &Matrix::identity(), &p.eta)?;
-        let (f, momentum) = (doubled.force.force(p.time, &p.eta), doubled.lagrangian.gradient(&p.eta));
+        let (f, momentum) = (planted.doubled.force.force(p.time, &p.eta), planted.doubled.lagrangian.gradient(&p.eta));
         // f and f' are of the size of the terms they are made of; the partials show it.
         let scale = p.u.amax().max(T::one()) * p.inverse.amax().max(T::one());
         let size = (momentum.amax() + f.amax() + oracle.eta.amax() + oracle.psi.amax() + oracle.left.amax()) * scale;
         let near = |what: &'static str, a: &Covector<T, N>, b: &Covector<T, N>| {
             Measured::defect(max_abs(&(a - b)), size, 64.0 * N as f64, || what.into())
         };
-        let ((first, cross), (other, second)) = doubled.velocity_hessian(p.time, &p.eta, &p.u, &p.psi)?;
-        let ((a, c), (b, d)) = velocity_hessian_by_duals(&planted, p.time, &p.eta, &p.u, &p.psi)?;
+        let ((first, cross), (other, second)) = planted.doubled.velocity_hessian(p.time, &p.eta, &p.u, &p.psi)?;
+        let ((a, c), (b, d)) = velocity_hessian_by_duals(planted, p.time, &p.eta, &p.u, &p.psi)?;
         let bent = |what: &'static str, mine: &Matrix<T, N>, oracle: &Matrix<T, N>| {
             Measured::defect(max_abs(&(mine - oracle)), size + a.amax() + d.amax(), 64.0 * N as f64, || what.into())
         };

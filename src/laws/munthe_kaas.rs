@@ -52,7 +52,7 @@ impl<T: Real> Visitor<T> for Check<'_> {
         }
         let s = system.tableau.stages();
         let (a, b, c) = (system.tableau.a(), system.tableau.b(), system.tableau.c());
-        let floor = 256.0 * (s * N) as f64;
+        let floor = 256.0 * (s * system.dimension) as f64;
         let sum = |weight: &dyn Fn(usize) -> T| {
             method.stages().enumerate().fold((start.momentum, Vector::zeros()), |(mu, xi), (j, (slope, rate, _))| {
                 (mu + slope * (h * weight(j)), xi + rate * (h * weight(j)))

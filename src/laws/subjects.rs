@@ -7,13 +7,16 @@ use crate::algebra::{Covector, LieAlgebra, Matrix, Vector, pair};
 use crate::harness::Fault;
 use crate::mechanics::doubled::{DoubledLagrangian, Forced, Partials, VelocityError};
 use crate::mechanics::euler_lagrange::{self, EulerLagrangeRates};
+use crate::mechanics::force::AnyForce;
 use crate::mechanics::forced_hamiltonian::ForcedHamiltonian;
 use crate::mechanics::hamiltonian::{
     self, DoubledHamiltonian, HamiltonRates, MomentumPartials, modified_legendre, momentum_partials_by_duals,
 };
-use crate::mechanics::{Force, Lagrangian, LegendreError};
-use crate::retraction::{Retraction, RetractionError};
+use crate::mechanics::lagrangian::AnyLagrangian;
+use crate::mechanics::{Force as _, Lagrangian as _, LegendreError};
+use crate::retraction::{AnyRetraction, Retraction as _, RetractionError};
 use crate::scalar::{Real, Scalar};
+use crate::system::System;
 
 /// k_f with the force of the first copy alone.
 pub const FIRST_COPY_ONLY: Fault = Fault::new("first-copy-only", "k_f = −⟨f(η), τ⁻¹(U)⟩", "velocity-dependent forces");
@@ -48,30 +51,31 @@ pub fn odd_part<S: Scalar>(here: S, there: S, fault: Option<&Fault>) -> S {
 
 /// l_f, with a fault or without.
 #[derive(Clone, Copy)]
-pub struct PlantedForced<'a, L, F, R> {
+pub struct PlantedForced<'a, T: Real, const N: usize, const D: usize> {
     /// l_f.
-    pub doubled: &'a Forced<L, F, R>,
+    pub doubled: Forced<&'a AnyLagrangian<T, N>, &'a AnyForce<T, N>, &'a AnyRetraction<T, N, D>>,
     /// What is planted.
     pub fault: Option<&'a Fault>,
 }
 
-impl<L, F, R> PlantedForced<'_, L, F, R> {
+impl<'a, T: Real, const N: usize, const D: usize> PlantedForced<'a, T, N, D> {
+    /// That of a system.
+    pub fn of(system: &'a System<T, N, D>, fault: Option<&'a Fault>) -> Self {
+        Self { doubled: Forced::new(&system.lagrangian, &system.force, &system.retraction), fault }
+    }
+
     fn size(&self, fault: Fault) -> f64 {
         Fault::size_of(self.fault, fault.name)
     }
 
     /// k_f.
-    pub fn coupling<T: Real, S: Scalar<Base = T>, const N: usize, const D: usize>(
+    pub fn coupling<S: Scalar<Base = T>>(
         &self,
         t: S,
         eta: &Vector<S, N>,
         u: &Matrix<S, D>,
         psi: &Vector<S, N>,
-    ) -> Result<S, RetractionError>
-    where
-        F: Force<T, N>,
-        R: Retraction<T, N, D>,
-    {
+    ) -> Result<S, RetractionError> {
         let right = self.doubled.coupling(t, eta, u, psi)?;
         if self.fault.is_none() {
             return Ok(right);
@@ -86,13 +90,7 @@ impl<L, F, R> PlantedForced<'_, L, F, R> {
     }
 }
 
-impl<T, L, F, R, const N: usize, const D: usize> DoubledLagrangian<T, N, D> for PlantedForced<'_, L, F, R>
-where
-    T: Real,
-    L: Lagrangian<T, N>,
-    F: Force<T, N>,
-    R: Retraction<T, N, D>,
-{
+impl<T: Real, const N: usize, const D: usize> DoubledLagrangian<T, N, D> for PlantedForced<'_, T, N, D> {
     fn value<S: Scalar<Base = T>>(
         &self,
         t: S,
@@ -295,26 +293,25 @@ pub const H_NO_FORCE_DERIVATIVE: Fault = Fault::new(
 
 /// h_f, with a fault or without.
 #[derive(Clone, Copy)]
-pub struct PlantedHamiltonian<'a, L, F, R> {
+pub struct PlantedHamiltonian<'a, T: Real, const N: usize, const D: usize> {
     /// h_f.
-    pub hamiltonian: &'a ForcedHamiltonian<L, F, R>,
+    pub hamiltonian: ForcedHamiltonian<&'a AnyLagrangian<T, N>, &'a AnyForce<T, N>, &'a AnyRetraction<T, N, D>>,
     /// What is planted.
     pub fault: Option<&'a Fault>,
 }
 
-impl<L, F, R> PlantedHamiltonian<'_, L, F, R> {
+impl<'a, T: Real, const N: usize, const D: usize> PlantedHamiltonian<'a, T, N, D> {
+    /// That of a system.
+    pub fn of(system: &'a System<T, N, D>, fault: Option<&'a Fault>) -> Self {
+        Self { hamiltonian: ForcedHamiltonian::new(&system.lagrangian, &system.force, &system.retraction), fault }
+    }
+
     fn size(&self, fault: Fault) -> f64 {
         Fault::size_of(self.fault, fault.name)
     }
 }
 
-impl<T, L, F, R, const N: usize, const D: usize> DoubledHamiltonian<T, N, D> for PlantedHamiltonian<'_, L, F, R>
-where
-    T: Real,
-    L: Lagrangian<T, N>,
-    F: Force<T, N>,
-    R: Retraction<T, N, D>,
-{
+impl<T: Real, const N: usize, const D: usize> DoubledHamiltonian<T, N, D> for PlantedHamiltonian<'_, T, N, D> {
     fn value<S: Scalar<Base = T>>(
         &self,
         t: S,

@@ -9,7 +9,6 @@ use crate::algebra::{Covector, Matrix, Vector, elimination, pair};
 use crate::harness::{About, Cost, Fault, Verdict, evidence};
 use crate::laws::unbuilt;
 use crate::mechanics::doubled::VelocityError;
-use crate::mechanics::forced_hamiltonian::ForcedHamiltonian;
 use crate::mechanics::hamiltonian::{DoubledHamiltonian, LegendreHamiltonian};
 use crate::mechanics::{Force, Lagrangian, LegendreError};
 use crate::retraction::Retraction;
@@ -104,9 +103,8 @@ impl Check<'_> {
     ) -> Result<Measured, VelocityError> {
         let mut probe = Probe::new(self.case, stream::TWO_HAMILTONIANS);
         let (time, mu) = (system.state.time, system.state.momentum);
-        let h_f = ForcedHamiltonian::new(&system.lagrangian, &system.force, &system.retraction);
-        let planted = PlantedHamiltonian { hamiltonian: &h_f, fault: self.fault };
-        let other = LegendreHamiltonian::new(&h_f.system);
+        let planted = PlantedHamiltonian::of(system, self.fault);
+        let other = LegendreHamiltonian::new(&planted.hamiltonian.system);
         let (lambda, u) = if self.units {
             (mu, Matrix::identity())
         } else {
@@ -168,9 +166,8 @@ impl Difference<'_> {
         let mut probe = Probe::new(self.case, stream::TWO_HAMILTONIANS_MOTION);
         let (time, mu) = (system.state.time, system.state.momentum);
         let lambda = mu + probe.covector::<Dd, N>() * (Dd::exact(0.5) * unit_of(&mu));
-        let h_f = ForcedHamiltonian::new(&system.lagrangian, &system.force, &system.retraction);
-        let planted = PlantedHamiltonian { hamiltonian: &h_f, fault: self.fault };
-        let other = LegendreHamiltonian::new(&h_f.system);
+        let planted = PlantedHamiltonian::of(system, self.fault);
+        let other = LegendreHamiltonian::new(&planted.hamiltonian.system);
         let eta = system.lagrangian.velocity(&lambda, &Vector::zeros())?;
         let psi = system.lagrangian.velocity(&mu, &Vector::zeros())?;
         let direction = probe.vector::<Dd, N>();

@@ -297,7 +297,7 @@ pub(super) fn inverse_velocity_hessian<T: Real, const N: usize, const D: usize>(
 /// l_f(η, U, ψ) = l(ψ) − l(η) − k_f(η, U, ψ), k_f = −½ ⟨f(t, η) + f(t, ψ), τ⁻¹(U)⟩.
 ///
 /// Antisymmetric under (η, U, ψ) ↦ (ψ, U⁻¹, η). Domain: U in that of τ⁻¹.
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Forced<L, F, R> {
     /// l.
     pub lagrangian: L,

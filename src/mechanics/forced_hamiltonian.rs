@@ -14,7 +14,7 @@ use crate::scalar::{Real, Scalar};
 ///
 /// On the units (μ, e, μ) its vector field is two copies of forced Lie–Poisson; it is antisymmetric under
 /// (λ, U, μ) ↦ (μ, U⁻¹, λ) (Martín de Diego and Sato Martín de Almagro 2019, Theorem 4.11). Domain: U in that of τ⁻¹.
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Clone, Copy, Debug, PartialEq)]
 pub struct ForcedHamiltonian<L, F, R> {
     /// l, f and τ.
     pub system: Forced<L, F, R>,

@@ -214,7 +214,7 @@ impl Check<'_, Which> {
         let step = |g: &Matrix<T, D>| system.retraction.tau_inv(g).map(|v| v.amax()).map_err(outside);
         let smallest = step(&x.v)?.min(step(&x.w)?).min(T::one());
         let momentum = start.lambda.amax().max(start.mu.amax()).max(end.lambda.amax()).max(end.mu.amax());
-        let floor = 512.0 * (system.tableau.stages() * N) as f64;
+        let floor = 512.0 * (system.tableau.stages() * system.dimension) as f64;
         let near = |what: &'static str, mine: &Covector<T, N>, theirs: &Covector<T, N>| {
             Measured::defect(max_abs(&(mine - theirs)), momentum / smallest, floor, || what.into())
         };
@@ -243,11 +243,9 @@ impl Check<'_, Which> {
             (state.momentum + probe.covector::<T, N>() * scale, state.momentum + probe.covector::<T, N>() * scale);
         let x = probe.vector::<T, N>() * T::exact(0.03125);
         let u = system.retraction.tau(&x).map_err(outside)?;
-        let (l, f, r) = (&system.lagrangian, &system.force, &system.retraction);
         // The type that other laws step, too.
-        let forced = Forced::new(l, f, r);
-        let lagrangian = PlantedForced { doubled: &forced, fault: None };
-        let mut method = Doubled::<T, _, _, N, D>::new(system.tableau.clone(), r, lagrangian);
+        let lagrangian = PlantedForced::of(system, None);
+        let mut method = Doubled::<T, _, _, N, D>::new(system.tableau.clone(), &system.retraction, lagrangian);
         let mut start = DoubledState { time: state.time, lambda, relative: u, mu, attitudes: None };
         let mut steps = Vec::with_capacity(count);
         for _ in 0..count {
@@ -279,7 +277,7 @@ impl Check<'_, Which> {
         let DoubledStep { triple: x, stages, .. } = &steps[0];
         let near = previous.l_d.near(x, &stages.0, &stages.1).map_err(refused)?;
         let found = flow_from(&previous, &next, &system.retraction, x, &mut Kept::new(Some(near))).map_err(refused)?;
-        Ok(compare(&found, &steps[1].triple, T::one(), 1024.0 * (system.tableau.stages() * N) as f64))
+        Ok(compare(&found, &steps[1].triple, T::one(), 1024.0 * (system.tableau.stages() * system.dimension) as f64))
     }
 
     fn restricted<T: Real, const N: usize, const D: usize>(
@@ -303,6 +301,6 @@ impl Check<'_, Which> {
             (self.action(system, system.state.time), self.action(system, system.state.time + system.step));
         let near = previous.l_d.near(&here, &rates, &rates).map_err(refused)?;
         let found = flow_from(&previous, &next, r, &here, &mut Kept::new(Some(near))).map_err(refused)?;
-        Ok(compare(&found, &there, T::one(), 1024.0 * (system.tableau.stages() * N) as f64))
+        Ok(compare(&found, &there, T::one(), 1024.0 * (system.tableau.stages() * system.dimension) as f64))
     }
 }

@@ -16,7 +16,7 @@ use crate::group::LieGroup;
 use crate::harness::{About, Cost};
 use crate::mechanics::Force;
 use crate::mechanics::Lagrangian;
-use crate::mechanics::doubled::{DoubledLagrangian, Forced, VelocityError};
+use crate::mechanics::doubled::{DoubledLagrangian, VelocityError};
 use crate::mechanics::hamiltonian::{DoubledHamiltonian, LegendreHamiltonian, modified_legendre};
 use crate::retraction::{Retraction, TangentPoint};
 use crate::scalar::{Real, larger, max_abs};
@@ -229,25 +229,20 @@ impl Check<'_, Which> {
         &self,
         system: &System<T, N, D>,
     ) -> Result<Measured, ExactError> {
-        let (l, f, r) = (&system.lagrangian, &system.force, &system.retraction);
+        let (l, r) = (&system.lagrangian, &system.retraction);
         let Start { time, eta, u, psi } = start(system, &mut Probe::new(self.case, stream::EXACT_SOLUTION))?;
         let Some(inverse) = elimination::inverse(&u) else {
             return Ok(Measured::Broken("τ(x) is a singular matrix".into()));
         };
-        let forced = Forced::new(l, f, r);
-        let planted = PlantedForced { doubled: &forced, fault: self.fault };
+        let planted = PlantedForced::of(system, self.fault);
         let exact = ExactSolution::new::<D>(planted, r, STAGES)?;
         let h = short_part(system, time, &[eta, psi]);
         let there = exact.at(&Start { time, eta, u, psi }, &[h])?;
         let [there] = there.as_slice() else {
             return Ok(Measured::Broken("one time gave another number of points".into()));
         };
-        let back = Canonical { hamiltonian: &LegendreHamiltonian::new(&forced), system, step: h }.end(&Start {
-            time,
-            eta: psi,
-            u: inverse,
-            psi: eta,
-        })?;
+        let back = Canonical { hamiltonian: &LegendreHamiltonian::new(&planted.doubled), system, step: h }
+            .end(&Start { time, eta: psi, u: inverse, psi: eta })?;
         let floor = 2048.0 * system.dimension as f64;
         let rate = planted.value(time, &eta, &u, &psi).map_err(at(time))?.abs();
         let energies = l.value(&eta).abs() + l.value(&psi).abs() + rate;
@@ -267,8 +262,7 @@ impl Check<'_, Which> {
         let mut probe = Probe::new(self.case, stream::EXACT_SOLUTION);
         let begin = start(system, &mut probe)?;
         let [first, turn, second] = [probe.vector::<T, N>(), probe.vector(), probe.vector()];
-        let forced = Forced::new(l, f, r);
-        let planted = PlantedForced { doubled: &forced, fault: self.fault };
+        let planted = PlantedForced::of(system, self.fault);
         let exact = ExactSolution::new::<D>(planted, r, STAGES)?;
         // Velocities move by as much as they are, U by as much as a step does.
         let speed = begin.eta.amax().max(T::exact(0.25));
@@ -315,12 +309,11 @@ impl Check<'_, Which> {
     }
 
     fn free<T: Real, const N: usize, const D: usize>(&self, system: &System<T, N, D>) -> Result<Measured, ExactError> {
-        let (l, f, r) = (&system.lagrangian, &system.force, &system.retraction);
+        let (l, r) = (&system.lagrangian, &system.retraction);
         let mut probe = Probe::new(self.case, stream::EXACT_SOLUTION);
         let begin = start(system, &mut probe)?;
         let third = begin.eta - probe.vector::<T, N>() * (unit_of(&begin.eta) * T::exact(0.125));
-        let forced = Forced::new(l, f, r);
-        let planted = PlantedForced { doubled: &forced, fault: self.fault };
+        let planted = PlantedForced::of(system, self.fault);
         let exact = ExactSolution::new::<D>(planted, r, STAGES)?;
         let h = short_part(system, begin.time, &[begin.eta, begin.psi, third]);
         let end = |eta: Vector<T, N>, u: Matrix<T, D>, psi: Vector<T, N>| {

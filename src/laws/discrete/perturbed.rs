@@ -20,7 +20,6 @@ use crate::harness::evidence::{self, Evidence};
 use crate::harness::{About, Cost, Fault, Verdict};
 use crate::laws::unbuilt;
 use crate::mechanics::Lagrangian;
-use crate::mechanics::doubled::Forced;
 use crate::scalar::{Dd, Scalar, max_abs};
 use crate::system::{System, Visitor};
 use nalgebra::RealField;
@@ -115,8 +114,7 @@ impl Study<'_> {
     ) -> Result<(Vec<Level>, Measured), Measured> {
         let lost = |what: &str| Measured::Inconclusive(format!("{what} could not be computed"));
         let (r, time, unit) = (&system.retraction, system.state.time, Matrix::identity());
-        let forced = Forced::new(&system.lagrangian, &system.force, r);
-        let planted = PlantedForced { doubled: &forced, fault: self.fault };
+        let planted = PlantedForced::of(system, self.fault);
         let exact = ExactSolution::new::<D>(planted, r, 8).map_err(|_| lost("the solution on the units"))?;
         let eta = system.lagrangian.velocity(&system.state.momentum, &Vector::zeros());
         let eta = eta.map_err(|_| lost("the velocity"))?;
