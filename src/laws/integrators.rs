@@ -149,13 +149,11 @@ pub const fn laws<S: Source>() -> &'static [CaseLaw<S>] {
 /// The step under test: the library's, with what the plain one makes of a fault blended in.
 pub(super) struct TestedMethod<'a, T: Real, const N: usize, const D: usize> {
     library: Library<'a, T, N, D>,
-    planted: Option<(Plain<'a, T, N, D>, f64)>,
+    planted: Option<(PlantedStep<'a, T, N, D>, f64)>,
 }
 
 type Library<'a, T, const N: usize, const D: usize> =
     Variational<T, N, D, &'a AnyLagrangian<T, N>, &'a AnyForce<T, N>, &'a AnyRetraction<T, N, D>>;
-type Plain<'a, T, const N: usize, const D: usize> =
-    PlantedStep<T, N, D, &'a AnyLagrangian<T, N>, &'a AnyForce<T, N>, &'a AnyRetraction<T, N, D>>;
 
 impl<T, const N: usize, const D: usize> TestedMethod<'_, T, N, D>
 where
@@ -209,7 +207,7 @@ pub(super) fn subject<'a, T: Real, const N: usize, const D: usize>(
     let (l, f, r) = (&system.lagrangian, &system.force, &system.retraction);
     TestedMethod {
         library: Variational::new(l, f, r, tableau::planted(&system.tableau, fault)),
-        planted: planted.map(|(size, fault)| (PlantedStep::new(l, f, r, system.tableau.clone(), Some(fault)), size)),
+        planted: planted.map(|(size, fault)| (PlantedStep::new(system, Some(fault)), size)),
     }
 }
 
@@ -280,8 +278,7 @@ impl<T: Real> Visitor<T> for PlainStep<'_> {
     const KNOWS_CONFIGURATION: bool = true;
 
     fn visit<const N: usize, const D: usize>(self, system: System<T, N, D>) -> Measured {
-        let (l, f, r) = (&system.lagrangian, &system.force, &system.retraction);
-        let mut oracle = PlantedStep::new(l, f, r, system.tableau.clone(), None);
+        let mut oracle = PlantedStep::new(&system, None);
         let (mut mine, mut theirs) = (system.state.clone(), system.state.clone());
         let outcome = subject(&system, self.fault).step(&mut mine, system.step);
         if let Err(error) = outcome.and_then(|_| oracle.step(&mut theirs, system.step)) {

@@ -14,7 +14,7 @@ use crate::discrete::legendre::{euler_lagrange, flow};
 use crate::discrete::{Lift, Momenta, Quadruple, Smooth, SmoothLagrangian, Triple, quadruple};
 use crate::group::{LieGroup, MatrixGroup};
 use crate::harness::{About, Cost, Fault};
-use crate::retraction::{Retraction, RetractionError};
+use crate::retraction::{AnyRetraction, Retraction, RetractionError};
 use crate::scalar::{Dual, Real, Scalar, max_abs};
 use crate::system::{System, Visitor};
 
@@ -151,10 +151,10 @@ impl<T: Real> Visitor<T> for Check<'_, Which> {
 
 impl Check<'_, Which> {
     /// Six random elements near e.
-    fn elements<T: Real, R, const N: usize, const D: usize>(&self, tau: &R) -> Result<[Matrix<T, D>; 6], Measured>
-    where
-        R: Retraction<T, N, D>,
-    {
+    fn elements<T: Real, const N: usize, const D: usize>(
+        &self,
+        tau: &AnyRetraction<T, N, D>,
+    ) -> Result<[Matrix<T, D>; 6], Measured> {
         let mut probe = Probe::new(self.case, stream::ELEMENTS);
         let mut elements = [Matrix::<T, D>::identity(); 6];
         for element in &mut elements {
@@ -204,29 +204,23 @@ impl Check<'_, Which> {
         Ok(varied.and(Measured::defect(max_abs(&(next - y.u)), scale * scale, floor, || "U_k ≠ V⁻¹UW".into())))
     }
 
-    fn units<T: Real, R, const N: usize, const D: usize>(
+    fn units<T: Real, const N: usize, const D: usize>(
         &self,
         group: &MatrixGroup<T, N, D>,
-        tau: &R,
+        tau: &AnyRetraction<T, N, D>,
         elements: &[Matrix<T, D>; 6],
-    ) -> Result<Measured, Measured>
-    where
-        R: Retraction<T, N, D>,
-    {
+    ) -> Result<Measured, Measured> {
         let antisymmetric = Antisymmetrised { lagrangian: self.polynomial::<T, D>(), fault: self.fault };
         let l_d = Planted { l_d: Smooth::new(&antisymmetric, group), fault: self.fault };
         units(&l_d, tau, elements[0])
     }
 
-    fn reduction<T: Real, R, const N: usize, const D: usize>(
+    fn reduction<T: Real, const N: usize, const D: usize>(
         &self,
         group: &MatrixGroup<T, N, D>,
-        tau: &R,
+        tau: &AnyRetraction<T, N, D>,
         [v, u, w, start, ..]: &[Matrix<T, D>; 6],
-    ) -> Result<Measured, Measured>
-    where
-        R: Retraction<T, N, D>,
-    {
+    ) -> Result<Measured, Measured> {
         let polynomial = self.polynomial::<T, D>();
         let lift = Lift(&polynomial);
         let partner = start * u;
@@ -243,15 +237,12 @@ impl Check<'_, Which> {
         Ok(flows.and(exchanged))
     }
 
-    fn regularity<T: Real, R, const N: usize, const D: usize>(
+    fn regularity<T: Real, const N: usize, const D: usize>(
         &self,
         group: &MatrixGroup<T, N, D>,
-        retraction: &R,
+        retraction: &AnyRetraction<T, N, D>,
         &[v, u, w, ..]: &[Matrix<T, D>; 6],
-    ) -> Result<Measured, Measured>
-    where
-        R: Retraction<T, N, D>,
-    {
+    ) -> Result<Measured, Measured> {
         let polynomial = self.polynomial::<T, D>();
         let l_d = Planted { l_d: Smooth::new(&polynomial, group), fault: self.fault };
         let mut probe = Probe::new(self.case, stream::VARIATION);

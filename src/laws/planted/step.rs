@@ -14,7 +14,7 @@ use crate::mechanics::{Force, Lagrangian};
 use crate::newton::{Equations, Newton, NewtonSettings};
 use crate::retraction::{Retraction, RetractionError, TangentPoint};
 use crate::scalar::{Dual, Real, Scalar};
-use crate::tableau::Tableau;
+use crate::system::System;
 use nalgebra::DMatrix;
 
 /// One wrong term in the step.
@@ -175,11 +175,8 @@ pub const ALL: [(Fault, StepFault); 20] = [
 
 /// The plain step of a system, with or without a fault.
 #[derive(Clone, Debug)]
-pub struct PlantedStep<T: Real, const N: usize, const D: usize, L, F, R> {
-    lagrangian: L,
-    force: F,
-    retraction: R,
-    tableau: Tableau<T>,
+pub struct PlantedStep<'a, T: Real, const N: usize, const D: usize> {
+    system: &'a System<T, N, D>,
     fault: Option<StepFault>,
     velocities: Vec<Vector<T, N>>,
     displacements: Vec<Vector<T, N>>,
@@ -195,16 +192,10 @@ struct Evaluated<S: Scalar, const N: usize> {
     displacements: Vec<Vector<S, N>>,
 }
 
-impl<T, const N: usize, const D: usize, L, F, R> PlantedStep<T, N, D, L, F, R>
-where
-    T: Real,
-    L: Lagrangian<T, N>,
-    F: Force<T, N>,
-    R: Retraction<T, N, D>,
-{
-    /// The step for l, f, τ and a tableau, with a fault or without.
-    pub fn new(lagrangian: L, force: F, retraction: R, tableau: Tableau<T>, fault: Option<StepFault>) -> Self {
-        Self { lagrangian, force, retraction, tableau, fault, velocities: Vec::new(), displacements: Vec::new() }
+impl<'a, T: Real, const N: usize, const D: usize> PlantedStep<'a, T, N, D> {
+    /// The step of a system, with a fault or without.
+    pub fn new(system: &'a System<T, N, D>, fault: Option<StepFault>) -> Self {
+        Self { system, fault, velocities: Vec::new(), displacements: Vec::new() }
     }
 
     /// η_i of the last step; empty before the first.
@@ -225,17 +216,17 @@ where
         x: &Vector<S, N>,
         (eta, acting): (&Vector<S, N>, &Vector<S, N>),
     ) -> Result<(Covector<S, N>, Covector<S, N>), RetractionError> {
-        if !self.force.uses_configuration() && !self.lagrangian.uses_configuration() {
-            return Ok((self.lagrangian.gradient(eta), self.force.force(time, acting)));
+        if !self.system.force.uses_configuration() && !self.system.lagrangian.uses_configuration() {
+            return Ok((self.system.lagrangian.gradient(eta), self.system.force.force(time, acting)));
         }
         let mut there = attitude.map(S::lift);
         if !self.has(StepFault::ConfigurationOfStart) {
-            there *= self.retraction.tau(x)?;
+            there *= self.system.retraction.tau(x)?;
         }
         let g = Configuration::of(&there);
-        let momentum = self.lagrangian.gradient_at(momentum_time, g, eta);
-        let gradient = self.lagrangian.configuration_gradient(time, g, acting);
-        let force = self.force.force_at(time, g, acting);
+        let momentum = self.system.lagrangian.gradient_at(momentum_time, g, eta);
+        let gradient = self.system.lagrangian.configuration_gradient(time, g, acting);
+        let force = self.system.force.force_at(time, g, acting);
         let force = match self.fault {
             Some(StepFault::GradientSign) => force - gradient,
             Some(StepFault::NoGradient) => force,
@@ -272,8 +263,8 @@ where
         step: T,
         rates: &[Vector<S, N>],
     ) -> Result<Evaluated<S, N>, RetractionError> {
-        let (s, h) = (self.tableau.stages(), S::lift(step));
-        let (a, b, c) = (self.tableau.a(), self.tableau.b(), self.tableau.c());
+        let (s, h) = (self.system.tableau.stages(), S::lift(step));
+        let (a, b, c) = (self.system.tableau.a(), self.system.tableau.b(), self.system.tableau.c());
         let mu = start.momentum.map(S::lift);
         let mut momenta = Vec::with_capacity(s);
         let mut gradients = Vec::with_capacity(s);
@@ -287,7 +278,7 @@ where
                 x += rates[j] * (S::lift(a[(i, j)]) * h);
             }
             increment += rates[i] * (S::lift(b[i]) * h);
-            let point = self.retraction.at(&x)?;
+            let point = self.system.retraction.at(&x)?;
             let eta = point.d() * rates[i];
             let acting = if self.has(StepFault::ForceOfFirstStage) { *first_velocity.get_or_insert(eta) } else { eta };
             let at = |fault| S::lift(start.time) + if self.has(fault) { S::zero() } else { S::lift(c[i]) * h };
@@ -309,7 +300,7 @@ where
         };
         let after_impulse = mu + sum(&impulses);
         let chart = mu + sum(&gradients);
-        let end = self.retraction.at(&increment)?.d_neg();
+        let end = self.system.retraction.at(&increment)?.d_neg();
         let residual = (0..s)
             .map(|i| {
                 let coupled = |weight: &dyn Fn(usize) -> T| {
@@ -332,24 +323,18 @@ where
 }
 
 /// The stage equations as equations in the s·N components of H.
-struct StageEquations<'a, T: Real, const N: usize, const D: usize, L, F, R> {
-    method: &'a PlantedStep<T, N, D, L, F, R>,
+struct StageEquations<'a, T: Real, const N: usize, const D: usize> {
+    method: &'a PlantedStep<'a, T, N, D>,
     start: &'a State<T, N, D>,
     full: T,
     step: T,
 }
 
-impl<T, const N: usize, const D: usize, L, F, R> Equations<T> for StageEquations<'_, T, N, D, L, F, R>
-where
-    T: Real,
-    L: Lagrangian<T, N>,
-    F: Force<T, N>,
-    R: Retraction<T, N, D>,
-{
+impl<T: Real, const N: usize, const D: usize> Equations<T> for StageEquations<'_, T, N, D> {
     type Error = RetractionError;
 
     fn dimension(&self) -> usize {
-        self.method.tableau.stages() * N
+        self.method.system.tableau.stages() * N
     }
 
     fn set_fraction(&mut self, fraction: T) {
@@ -387,29 +372,24 @@ where
 
     fn distance(&self, from: (T, &[T]), to: (T, &[T])) -> Option<T> {
         let moved = |j: usize, a: usize| (to.0 * to.1[j * N + a] - from.0 * from.1[j * N + a]) * self.full;
-        Some(turn::<T, N>(&self.method.tableau, self.method.retraction.algebra(), moved))
+        Some(turn::<T, N>(&self.method.system.tableau, self.method.system.retraction.algebra(), moved))
     }
 }
 
-impl<T, const N: usize, const D: usize, L, F, R> OneStep<T, N, D> for PlantedStep<T, N, D, L, F, R>
-where
-    T: Real,
-    L: Lagrangian<T, N>,
-    F: Force<T, N>,
-    R: Retraction<T, N, D>,
-{
+impl<T: Real, const N: usize, const D: usize> OneStep<T, N, D> for PlantedStep<'_, T, N, D> {
     fn step(&mut self, state: &mut State<T, N, D>, h: T) -> Result<Report<T>, StepError> {
         state.check_finite(h)?;
         let step = h.to_f64();
         let domain = |source| StepError::Domain { step, stage: None, source };
         let here = Configuration::of(&state.attitude);
         let velocity = |mu: &Covector<T, N>, guess: &Vector<T, N>| {
-            self.lagrangian
+            self.system
+                .lagrangian
                 .velocity_at(state.time, here, mu, guess)
                 .map_err(|source| StepError::Legendre { step, source })
         };
         let eta = velocity(&state.momentum, &Vector::zeros())?;
-        let size = self.tableau.stages() * N;
+        let size = self.system.tableau.stages() * N;
         let origin: Vec<T> = (0..size).map(|k| eta[k % N]).collect();
         let mut unknowns = origin.clone();
         let u = T::unit_roundoff();
@@ -424,7 +404,7 @@ where
             .map_err(|failure| StepError::of_newton(failure, step, settings.tolerance, 0, domain))?;
         let rates: Vec<_> = unknowns.chunks_exact(N).map(Vector::<T, N>::from_column_slice).collect();
         let end = self.evaluate(state, h, &rates).map_err(domain)?;
-        let point = self.retraction.at(&end.increment).map_err(domain)?;
+        let point = self.system.retraction.at(&end.increment).map_err(domain)?;
         let momentum = match self.fault {
             Some(StepFault::ChartTrap) => end.chart * point.d_inv(),
             Some(StepFault::CoadjointInverted) => end.after_impulse * point.ad_inv(),
@@ -436,7 +416,7 @@ where
         } else {
             end.increment
         };
-        let attitude: Matrix<T, D> = match self.retraction.tau(&increment) {
+        let attitude: Matrix<T, D> = match self.system.retraction.tau(&increment) {
             Ok(tau) if self.has(StepFault::AttitudeFromLeft) => tau * state.attitude,
             Ok(tau) => state.attitude * tau,
             Err(RetractionError::NoGroup { .. }) => state.attitude,
