@@ -6,7 +6,7 @@ use std::fmt::Debug;
 
 /// A description of a system, and the way from it to types.
 ///
-/// A [`Case`] is one, by [`Case::dispatch`]; [`user::UserSystem`](super::user::UserSystem) is one, where the description
+/// A [`Case`] is one, by [`Case::dispatch`]; [`user::GivenSystem`](super::user::GivenSystem) is one, where the description
 /// fills in what the user's types leave open. The `Debug` text determines the numbers that a law draws beyond the case
 /// (`Probe` of `src/laws/probe.rs`).
 pub trait Source: Clone + Debug + Send + Sync + 'static {

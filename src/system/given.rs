@@ -4,7 +4,7 @@
 //! this crate, and not again for the types of each user.
 
 use super::case::{Case, Force as ForceTerm, Tau};
-use super::dispatch::{self, System, Visitor, Wrap};
+use super::dispatch::{self, System, Wrap};
 use super::error::{CaseError, Place, Problem};
 use crate::algebra::{Casimir, Matrix, Vector};
 use crate::group::matrix::Beside;
@@ -77,46 +77,30 @@ pub(crate) const fn has_class(n: usize, d: usize) -> bool {
 }
 
 impl Case {
-    /// Builds the case on a user's parts, with the retraction wrapped, and hands it to `visitor`. For types that
-    /// [`has_class`] knows.
+    /// The system of a user's parts beside spectators, with the retraction wrapped.
     ///
     /// # Errors
-    /// A [`CaseError`] that says which part cannot be built.
-    pub(crate) fn dispatch_given<T: Real, V: Visitor<T>>(
-        &self,
-        supplied: &Supplied<T>,
-        wrap: &impl Wrap,
-        visitor: V,
-    ) -> Result<V::Output, CaseError> {
-        let beside = Beside::new(supplied.dimension, supplied.size, 6).filter(|beside| beside.rows() <= 8);
-        let beside = beside.ok_or_else(|| {
-            let found = format!("of dimension {}, in {1}×{1} matrices", supplied.dimension, supplied.size);
-            let allowed = "dimension 1 to 6, in matrices of at most 8×8 with those of spectators".into();
-            Place::root().key("algebra").error(Problem::Range { found, allowed })
-        })?;
-        Ok(visitor.visit(self.with_given::<T, 6, 8>(supplied, &beside, wrap, V::KNOWS_CONFIGURATION)?))
-    }
-
-    /// The system of a user's parts beside spectators.
-    ///
-    /// # Errors
-    /// Those of [`Case::dispatch_given`].
+    /// A [`CaseError`] that says which part cannot be built; a dimension that is too large.
     pub(crate) fn with_given<T: Real, const N: usize, const D: usize>(
         &self,
         supplied: &Supplied<T>,
-        beside: &Beside,
         wrap: &impl Wrap,
         knows_configuration: bool,
     ) -> Result<System<T, N, D>, CaseError> {
         let (n, size) = (supplied.dimension, supplied.size);
+        let beside = Beside::new(n, size, N).filter(|beside| beside.rows() <= D).ok_or_else(|| {
+            let found = format!("of dimension {n}, in {size}×{size} matrices");
+            let allowed = format!("dimension 1 to {N}, in matrices of at most {D}×{D} with those of spectators");
+            Place::root().key("algebra").error(Problem::Range { found, allowed })
+        })?;
         let matrix = |a: usize| -> Matrix<T, D> {
             Matrix::from_fn(|r, c| if r.max(c) < size { supplied.basis[a][c * size + r] } else { T::zero() })
         };
         let refused = |e| Place::root().key("algebra").error(Problem::Algebra(e));
-        let group = MatrixGroup::<T, N, D>::beside(beside, matrix).map_err(refused)?;
+        let group = MatrixGroup::<T, N, D>::beside(&beside, matrix).map_err(refused)?;
         let algebra = group.algebra().clone();
         let retraction = match &supplied.retraction {
-            Some(given) => AnyRetraction::Given(GivenRetraction::new(Arc::clone(given), algebra.clone(), *beside)),
+            Some(given) => AnyRetraction::Given(GivenRetraction::new(Arc::clone(given), algebra.clone(), beside)),
             None => dispatch::plain(&algebra, &Some(group.clone()), Tau::Exponential)
                 .map_err(|problem| Place::root().key("method").key("retraction").error(problem))?,
         };

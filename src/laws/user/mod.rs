@@ -44,4 +44,4 @@ pub use map::{FromMap, Map};
 pub use suite::Site;
 pub use suite::{Broken, Outcome, Suite, SuiteSettings};
 #[doc(hidden)]
-pub use system::{Parts, Types, UserSystem};
+pub use system::{GivenSystem, Parts, Types};

@@ -1,21 +1,18 @@
 //! The laws of whole systems on a user's own group, retraction, Lagrangian, force and one-step method.
 //!
-//! [`Types`] says which types; [`UserSystem`] is a [`Source`] of systems made of them, where a [`Case`] fills in the rest:
-//! what is not one's own, the tableau, the state and the step. `laws` are the laws of the library that judge such a
-//! system. Up to dimension 6 they judge it as a [`GivenSystem`], of whose types nothing is left but pointers: these laws are compiled
-//! in this crate. The group that they see is a [`MatrixGroup`] of the matrices ê_a = `hat(e_a)`, a view of it that does not use its
+//! [`Types`] says which types; [`GivenSystem`] is a [`Source`] of systems made of them, of which nothing is left but pointers, where a
+//! [`Case`] fills in the rest: what is not one's own, the tableau, the state and the step. `laws` are the laws of the library that judge
+//! such a system; up to dimension 6 they are compiled in this crate. The group that they see is a [`MatrixGroup`] of the matrices ê_a = `hat(e_a)`, a view of it that does not use its
 //! constants, `vee`, `inverse` or `adjoint`; these are judged by [`super::group`].
 
 use super::super::{CaseLaw, Source};
 use super::algebra::Bracket;
 use crate::algebra::{AlgebraError, Casimir, Covector, LieAlgebra, Matrix, Vector, basis_vector};
-use crate::group::matrix::Beside;
 use crate::group::{LieGroup, MatrixGroup};
 use crate::harness::{About, Fault, Law, Verdict};
 use crate::integrators::{OneStep, Report, StagePoint, State, StepError, Variational};
-use crate::laws::method::{self, Claims, MethodLaw, Other, Scheme, Setup, Side, StateForm, SystemParts, Untyped};
+use crate::laws::method::{self, Claims, MethodLaw, MethodSource, Stepper, Untyped};
 use crate::laws::planted::retraction::Plant;
-use crate::laws::unbuilt;
 use crate::mechanics::force::{AnyForce, Zero};
 use crate::mechanics::given::Untyped as UntypedPart;
 use crate::mechanics::lagrangian::{AnyLagrangian, Quadratic};
@@ -23,15 +20,13 @@ use crate::mechanics::{Force, Lagrangian};
 use crate::retraction::given::Untyped as UntypedRetraction;
 use crate::retraction::{Exponential, Retraction};
 use crate::scalar::{Dd, Real, Scalar};
-use crate::study::problem;
-use crate::system::case::{Method, Structure};
+use crate::system::case::Structure;
 use crate::system::given::{Supplied, has_class};
 use crate::system::random::Given;
 use crate::system::rates::Rates;
-use crate::system::{Case, CaseError, Cases, ForceTerm, Place, Problem, System, Visitor, Wrap, cases};
+use crate::system::{Case, CaseError, ForceTerm, Place, Problem, System, Visitor, Wrap, cases};
 use proptest::strategy::{BoxedStrategy, Strategy};
 use std::any::{Any, TypeId};
-use std::cell::RefCell;
 use std::fmt;
 use std::marker::PhantomData;
 use std::sync::Arc;
@@ -111,45 +106,10 @@ impl Parts {
     };
 }
 
-/// A system of a user's own types, with a case for what they leave open.
-#[doc(hidden)]
-pub struct UserSystem<P, const N: usize, const D: usize> {
-    case: Case,
-    types: PhantomData<fn() -> P>,
-}
-
-impl<P: Types<N, D>, const N: usize, const D: usize> UserSystem<P, N, D> {
-    /// The system that `case` completes. Its algebra is not looked at.
-    pub fn new(case: Case) -> Self {
-        Self { case, types: PhantomData }
-    }
-
-    /// Random cases for these types; the knobs restrict them further.
-    ///
-    /// # Errors
-    /// The matrices of the group do not span an algebra, as text.
-    pub fn cases() -> Result<Cases, String> {
-        Ok(cases().given(given::<P, N, D>()?))
-    }
-}
-
 fn given<P: Types<N, D>, const N: usize, const D: usize>() -> Result<Given, String> {
     let group = matrices::<P, f64, N, D>().map_err(|e| format!("the matrices hat(e_a) of the group: {e}"))?;
     let structure = Structure::Given { dimension: N, abelian: group.algebra().is_abelian() };
     Ok(Given { structure, lagrangian: P::OWN.lagrangian, force: P::OWN.force, rates: rates::<P, N, D> })
-}
-
-impl<P, const N: usize, const D: usize> Clone for UserSystem<P, N, D> {
-    fn clone(&self) -> Self {
-        Self { case: self.case.clone(), types: PhantomData }
-    }
-}
-
-impl<P, const N: usize, const D: usize> fmt::Debug for UserSystem<P, N, D> {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        // The case alone: the numbers that a law draws beyond it are a function of this text.
-        fmt::Debug::fmt(&self.case, f)
-    }
 }
 
 fn matrices<P: Types<N, D>, T: Real, const N: usize, const D: usize>() -> Result<MatrixGroup<T, N, D>, AlgebraError> {
@@ -157,12 +117,10 @@ fn matrices<P: Types<N, D>, T: Real, const N: usize, const D: usize>() -> Result
     MatrixGroup::new(std::array::from_fn(|a| group.hat(&basis_vector::<T, N>(a))))
 }
 
+/// The rates of a case on a user's types.
 fn rates<P: Types<N, D>, const N: usize, const D: usize>(case: &Case) -> Option<Rates> {
-    if const { has_class(N, D) } {
-        return rates_given(&Supply::<P, N, D>::IT, case);
-    }
-    let own = UserSystem::<P, N, D>::new(case.clone());
-    Rates::by(case, true, |measure| own.visit::<f64, _>(&Plant(None), measure).ok().flatten())
+    let supplier = &Supply::<P, N, D>::IT;
+    if const { has_class(N, D) } { main_rates(supplier, case) } else { rates_on::<N, D>(supplier, case) }
 }
 
 /// A user's types without their types: what a [`GivenSystem`] is made of.
@@ -224,22 +182,26 @@ impl<P: Types<N, D>, const N: usize, const D: usize> Supplier for Supply<P, N, D
     }
 }
 
-/// A system of a user's own types, of which nothing is left but pointers, with a case for what they leave open.
+/// A system of a user's own types, of which nothing is left but pointers, with a case for what they leave open; beside spectators, where
+/// N is above the dimension of the types.
 #[derive(Clone)]
 #[doc(hidden)]
-pub struct GivenSystem {
+pub struct GivenSystem<const N: usize, const D: usize> {
     case: Case,
     supplier: &'static dyn Supplier,
 }
 
-impl fmt::Debug for GivenSystem {
+/// Of the class that laws are compiled for in this crate.
+type Main = GivenSystem<6, 8>;
+
+impl<const N: usize, const D: usize> fmt::Debug for GivenSystem<N, D> {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        // The case alone, as of `UserSystem`.
+        // The case alone: the numbers that a law draws beyond it are a function of this text.
         fmt::Debug::fmt(&self.case, f)
     }
 }
 
-impl GivenSystem {
+impl<const N: usize, const D: usize> GivenSystem<N, D> {
     /// The parts over T, which is one of two types; which, only its identity says.
     fn supplied<T: Real>(&self) -> Result<Supplied<T>, CaseError> {
         let place = || Place::root().key("algebra");
@@ -255,24 +217,30 @@ impl GivenSystem {
     }
 }
 
-impl Source for GivenSystem {
+impl<const N: usize, const D: usize> Source for GivenSystem<N, D> {
     fn case(&self) -> &Case {
         &self.case
     }
 
+    /// With what is one's own instead of what is not.
     fn with_case(&self, case: Case) -> Self {
         Self { case: completed(case, self.supplier.own()), supplier: self.supplier }
     }
 
     fn visit<T: Real, V: Visitor<T>>(&self, wrap: &impl Wrap, visitor: V) -> Result<V::Output, CaseError> {
-        self.case.dispatch_given(&self.supplied::<T>()?, wrap, visitor)
+        let supplied = self.supplied::<T>()?;
+        Ok(visitor.visit(self.case.with_given::<T, N, D>(&supplied, wrap, V::KNOWS_CONFIGURATION)?))
     }
 }
 
-/// The rates of a case on a user's types.
-fn rates_given(supplier: &'static dyn Supplier, case: &Case) -> Option<Rates> {
-    let system = GivenSystem { case: case.clone(), supplier };
+fn rates_on<const N: usize, const D: usize>(supplier: &'static dyn Supplier, case: &Case) -> Option<Rates> {
+    let system = GivenSystem::<N, D> { case: case.clone(), supplier };
     Rates::by(case, true, |measure| system.visit::<f64, _>(&Plant(None), measure).ok().flatten())
+}
+
+/// Generic over nothing, so that what it takes is compiled here.
+fn main_rates(supplier: &'static dyn Supplier, case: &Case) -> Option<Rates> {
+    rates_on::<6, 8>(supplier, case)
 }
 
 /// An algebra with the Casimirs that are known of it.
@@ -338,38 +306,6 @@ fn completed(mut case: Case, own: Parts) -> Case {
     case
 }
 
-impl<P: Types<N, D>, const N: usize, const D: usize> Source for UserSystem<P, N, D> {
-    fn case(&self) -> &Case {
-        &self.case
-    }
-
-    /// With what is one's own instead of what is not.
-    fn with_case(&self, case: Case) -> Self {
-        Self::new(completed(case, P::OWN))
-    }
-
-    fn visit<T: Real, V: Visitor<T>>(&self, wrap: &impl Wrap, visitor: V) -> Result<V::Output, CaseError> {
-        Ok(visitor.visit(self.system::<T>(wrap, V::KNOWS_CONFIGURATION)?))
-    }
-}
-
-impl<P: Types<N, D>, const N: usize, const D: usize> UserSystem<P, N, D> {
-    fn system<T: Real>(&self, wrap: &impl Wrap, knows_configuration: bool) -> Result<System<T, N, D>, CaseError> {
-        let refused = |e| Place::root().key("algebra").error(Problem::Algebra(e));
-        let supplied = Supply::<P, N, D>::supplied::<T>().map_err(refused)?;
-        self.case.with_given(&supplied, &Beside::alone(N, D), wrap, knows_configuration)
-    }
-
-    /// What the theory knows about the system, and the method on it.
-    fn side<'a, T: Real>(&self) -> Result<Side<'a, T>, CaseError> {
-        let system = self.system(&Plant(None), true)?;
-        Ok(Side {
-            theory: Box::new(SystemParts::of(system.clone(), StateForm::default())),
-            method: RefCell::new(Box::new(Untyped(Stepping { system, stages: None, types: PhantomData::<fn() -> P> }))),
-        })
-    }
-}
-
 /// The method of one's own on a system that it owns.
 struct Stepping<P, T: Real, const N: usize, const D: usize> {
     system: System<T, N, D>,
@@ -422,26 +358,32 @@ pub(super) fn method_laws<P: Types<N, D>, const N: usize, const D: usize>() -> R
     Ok(laws.map(law).collect())
 }
 
-fn setup<P: Types<N, D>, const N: usize, const D: usize>(
-    own: &UserSystem<P, N, D>,
-) -> Result<Setup<'static>, CaseError> {
-    let again = own.clone();
-    let others = move |other: Other| match other {
-        Other::Variation(k) if (1..=problem::VARIATIONS).contains(&k) => {
-            let varied = again.with_case(problem::varied(again.case(), k));
-            Ok(setup(&varied).ok().map(|setup| (setup, Vec::new())))
-        }
-        _ => Ok(None),
-    };
-    let on = own.clone();
-    let scheme = move |method: &Method| Scheme::of(&on, method, &StateForm::default());
-    Ok(Setup {
-        double: own.side()?,
-        quad: Some(own.side()?),
-        reference: None,
-        others: Box::new(others),
-        scheme: Box::new(scheme),
-    })
+/// A method of one's own.
+struct UserMethod<P, const N: usize, const D: usize>(PhantomData<fn() -> P>);
+
+impl<P: Types<N, D>, const N: usize, const D: usize> UserMethod<P, N, D> {
+    fn stepper<T: Real>(case: &Case) -> Result<Box<dyn Stepper<T>>, StepError> {
+        let unsupported = |why: String| StepError::Unsupported { why };
+        let supplied = Supply::<P, N, D>::supplied::<T>().map_err(|e| unsupported(e.to_string()))?;
+        let system =
+            case.with_given::<T, N, D>(&supplied, &Plant(None), true).map_err(|e| unsupported(e.to_string()))?;
+        Ok(Box::new(Untyped(Stepping { system, stages: None, types: PhantomData::<fn() -> P> })))
+    }
+}
+
+impl<P: Types<N, D>, const N: usize, const D: usize, S: Source> MethodSource<S> for UserMethod<P, N, D> {
+    fn double<'a>(&'a self, system: &S) -> Result<Box<dyn Stepper<f64> + 'a>, StepError> {
+        Ok(Self::stepper(system.case())?)
+    }
+
+    fn quad<'a>(&'a self, system: &S) -> Option<Result<Box<dyn Stepper<Dd> + 'a>, StepError>> {
+        Some(Self::stepper(system.case()).map(|stepper| stepper as _))
+    }
+}
+
+/// Generic over nothing, as [`main_rates`].
+fn check_main(law: &MethodLaw, method: &dyn MethodSource<Main>, system: &Main, claims: &Claims) -> Verdict {
+    method::check_source(law, method, system, claims).verdict
 }
 
 impl<P: Types<N, D>, const N: usize, const D: usize> Law<Case> for UserMethodLaw<P, N, D> {
@@ -454,18 +396,19 @@ impl<P: Types<N, D>, const N: usize, const D: usize> Law<Case> for UserMethodLaw
     }
 
     fn check(&self, case: &Case, _: Option<&Fault>) -> Verdict {
-        match setup(&UserSystem::<P, N, D>::new(case.clone())) {
-            Ok(setup) => method::check(self.law, &setup, &P::claims()).verdict,
-            Err(e) => unbuilt(&e),
+        let (method, claims) = (UserMethod::<P, N, D>(PhantomData), P::claims());
+        let (case, supplier) = (case.clone(), &Supply::<P, N, D>::IT);
+        if const { has_class(N, D) } {
+            return check_main(self.law, &method, &GivenSystem { case, supplier }, &claims);
         }
+        method::check_source(self.law, &method, &GivenSystem::<N, D> { case, supplier }, &claims).verdict
     }
 }
 
 /// A law on systems of one's own types.
-struct SystemLaw<S: 'static> {
-    law: &'static CaseLaw<S>,
+struct SystemLaw<const N: usize, const D: usize> {
+    law: &'static CaseLaw<GivenSystem<N, D>>,
     given: Given,
-    source: fn(Case, &'static dyn Supplier) -> S,
     supplier: &'static dyn Supplier,
 }
 
@@ -485,24 +428,17 @@ struct SystemLaw<S: 'static> {
 /// The matrices of the group do not span an algebra, as text.
 pub(super) fn laws<P: Types<N, D>, const N: usize, const D: usize>() -> Result<Vec<Box<dyn Law<Case>>>, String> {
     let (given, supplier) = (given::<P, N, D>()?, &Supply::<P, N, D>::IT);
-    if const { has_class(N, D) } {
-        return Ok(given_laws(&given, supplier));
-    }
-    Ok(laws_on(&given, |case, _| UserSystem::<P, N, D>::new(case), supplier))
+    Ok(if const { has_class(N, D) } { main_laws(&given, supplier) } else { laws_on::<N, D>(&given, supplier) })
 }
 
-/// Generic over nothing, so that what it takes is compiled here.
-fn given_laws(given: &Given, supplier: &'static dyn Supplier) -> Vec<Box<dyn Law<Case>>> {
-    laws_on(given, |case, supplier| GivenSystem { case, supplier }, supplier)
+/// Generic over nothing, as [`main_rates`].
+fn main_laws(given: &Given, supplier: &'static dyn Supplier) -> Vec<Box<dyn Law<Case>>> {
+    laws_on::<6, 8>(given, supplier)
 }
 
-fn laws_on<S: Source>(
-    given: &Given,
-    source: fn(Case, &'static dyn Supplier) -> S,
-    supplier: &'static dyn Supplier,
-) -> Vec<Box<dyn Law<Case>>> {
-    let law = |law| -> Box<dyn Law<Case>> { Box::new(SystemLaw { law, given: given.clone(), source, supplier }) };
-    table::<S>().into_iter().map(law).collect()
+fn laws_on<const N: usize, const D: usize>(given: &Given, supplier: &'static dyn Supplier) -> Vec<Box<dyn Law<Case>>> {
+    let law = |law| -> Box<dyn Law<Case>> { Box::new(SystemLaw::<N, D> { law, given: given.clone(), supplier }) };
+    table().into_iter().map(law).collect()
 }
 
 fn table<S: Source>() -> Vec<&'static CaseLaw<S>> {
@@ -537,7 +473,7 @@ fn table<S: Source>() -> Vec<&'static CaseLaw<S>> {
 /// They draw algebras of the catalogue, or say nothing about anybody's types.
 const LEFT_OUT: [&str; 4] = ["casimir-rate", "dissipation-rate", "lie-poisson-bracket", "odd-lagrangian-units"];
 
-impl<S: Source> Law<Case> for SystemLaw<S> {
+impl<const N: usize, const D: usize> Law<Case> for SystemLaw<N, D> {
     fn about(&self) -> &About {
         &self.law.about
     }
@@ -547,6 +483,6 @@ impl<S: Source> Law<Case> for SystemLaw<S> {
     }
 
     fn check(&self, case: &Case, fault: Option<&Fault>) -> Verdict {
-        (self.law.check)(&(self.source)(case.clone(), self.supplier), fault)
+        (self.law.check)(&GivenSystem { case: case.clone(), supplier: self.supplier }, fault)
     }
 }
